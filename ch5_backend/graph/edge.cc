@@ -1,0 +1,76 @@
+#include "ch5_backend/graph/edge.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "ch5_backend/math/psd.h"
+
+namespace ch5 {
+
+void Edge::SetInformation(const MatXX& information) {
+  if (information.rows() != residual_dimension_ || information.cols() != residual_dimension_) {
+    throw std::invalid_argument(TypeInfo() + ": the information matrix must be " +
+                                std::to_string(residual_dimension_) + "x" + std::to_string(residual_dimension_) +
+                                ", got " + std::to_string(information.rows()) + "x" +
+                                std::to_string(information.cols()));
+  }
+  const std::string fault = WhyNotPositiveSemiDefinite(information);
+  if (!fault.empty()) throw std::invalid_argument(TypeInfo() + ": the information matrix " + fault);
+  Eigen::Map<MatXX>(information_, residual_dimension_, residual_dimension_) = information;
+}
+
+double Edge::Chi2() const {
+  // Written out: a product of dynamic views would allocate, and this is called for every residual.
+  double s = 0.0;
+  for (int j = 0; j < residual_dimension_; ++j) {
+    double column = 0.0;
+    for (int i = 0; i < residual_dimension_; ++i) column += information_[j * residual_dimension_ + i] * residual_[i];
+    s += column * residual_[j];
+  }
+  return s;
+}
+
+double Edge::RobustChi2() const {
+  const double s = Chi2();
+  return loss_ ? loss_->Evaluate(s)[0] : s;
+}
+
+RobustWeight Edge::GetRobustWeight() const {
+  if (!loss_) return {1.0, 0.0};
+  const double s = Chi2();
+  return CorrectLoss(loss_->Evaluate(s), s, loss_->Correction());
+}
+
+void Edge::RobustInfo(double* drho, MatXX* robust_information) const {
+  const RobustWeight robust = GetRobustWeight();
+  *drho = robust.weight;
+  *robust_information = robust.weight * Information();
+  if (robust.rank_one != 0.0) {
+    const VecX Wr = Information() * Residual();
+    robust_information->noalias() += robust.rank_one * Wr * Wr.transpose();
+  }
+}
+
+void Edge::ComputeJacobiansNumerically() {
+  constexpr double kStep = 1e-6;
+  for (size_t i = 0; i < vertices_.size(); ++i) {
+    Vertex& vertex = *vertices_[i];
+    const VecX x0 = vertex.Parameters();
+    VecX delta = VecX::Zero(vertex.LocalDimension());
+    const auto residual_at = [&](int k, double step) -> VecX {
+      delta[k] = step;
+      vertex.Plus(delta.data());
+      ComputeResidual();
+      vertex.Parameters() = x0;
+      delta[k] = 0.0;
+      return Residual();
+    };
+    Eigen::Map<MatXX> J(jacobians_[i], residual_dimension_, vertex.LocalDimension());
+    for (int k = 0; k < vertex.LocalDimension(); ++k) {
+      J.col(k) = (residual_at(k, kStep) - residual_at(k, -kStep)) / (2.0 * kStep);
+    }
+  }
+  ComputeResidual();
+}
+
+}  // namespace ch5

@@ -1,0 +1,85 @@
+#pragma once
+/// An edge is one residual r(x) with its information W and loss ρ:  cost ½ ρ(rᵀWr).
+///
+/// r = prediction − measurement.  J_i = ∂r(x_i ⊞ δ)/∂δ at δ = 0.  Storage is fixed-size (SizedEdge); the virtual
+/// boundary hands out views, so solvers need not know the sizes.
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/graph/loss.h"
+#include "ch5_backend/graph/vertex.h"
+#include "ch5_backend/math/eigen_types.h"
+
+namespace ch5 {
+
+class Edge {
+ public:
+  virtual ~Edge() = default;
+  Edge(const Edge&) = delete;
+  Edge& operator=(const Edge&) = delete;
+
+  const std::vector<std::shared_ptr<Vertex>>& Vertices() const { return vertices_; }
+  int ResidualDimension() const { return residual_dimension_; }
+
+  virtual void ComputeResidual() = 0;
+  /// Fills J_0, J_1, … at the present state. The default differentiates ComputeResidual numerically; the residual
+  /// on return is that of the present state.
+  virtual void ComputeJacobians() { ComputeJacobiansNumerically(); }
+  virtual std::string TypeInfo() const = 0;
+
+  /// r, ResidualDimension()×1, of the last ComputeResidual.
+  Eigen::Map<const VecX> Residual() const { return {residual_, residual_dimension_}; }
+  /// J_i, ResidualDimension()×LocalDimension() of vertex i, of the last ComputeJacobians.
+  Eigen::Map<const MatXX> Jacobian(size_t i) const {
+    return {jacobians_[i], residual_dimension_, vertices_[i]->LocalDimension()};
+  }
+
+  /// W, symmetric positive semi-definite; the identity unless set.
+  Eigen::Map<const MatXX> Information() const { return {information_, residual_dimension_, residual_dimension_}; }
+  /// @throws std::invalid_argument if W has the wrong size, a number that is not finite, or is not symmetric
+  ///         positive semi-definite (relative tolerance 1e-9).
+  void SetInformation(const MatXX& information);
+
+  /// Shared by many edges; none means ρ(s) = s.
+  void SetLossFunction(std::shared_ptr<const LossFunction> loss) { loss_ = std::move(loss); }
+  const LossFunction* GetLossFunction() const { return loss_.get(); }
+
+  /// s = rᵀWr of the last residual.
+  double Chi2() const;
+  /// ρ(s).
+  double RobustChi2() const;
+  /// What the loss does to this edge's part of H and b at the last residual.
+  RobustWeight GetRobustWeight() const;
+  /// W_ρ = ρ'W + 2ρ''(Wr)(Wr)ᵀ into `robust_information`, ρ' into `drho`: H gets JᵀW_ρJ and b gets −ρ'JᵀWr.
+  void RobustInfo(double* drho, MatXX* robust_information) const;
+
+  int Id() const { return id_; }
+
+ protected:
+  Edge(int residual_dimension, std::vector<std::shared_ptr<Vertex>> vertices, double* residual, double* information)
+      : residual_dimension_(residual_dimension),
+        vertices_(std::move(vertices)),
+        jacobians_(vertices_.size(), nullptr),
+        residual_(residual),
+        information_(information) {}
+
+  /// Central differences, δ = 1e-6 (error O(δ²) + ε/δ ≈ 1e-10 relative).
+  void ComputeJacobiansNumerically();
+
+  int residual_dimension_;
+  std::vector<std::shared_ptr<Vertex>> vertices_;
+  std::vector<double*> jacobians_;  // column-major; the memory belongs to SizedEdge
+
+ private:
+  friend class Graph;  // numbers its edges
+
+  double* residual_;
+  double* information_;
+  std::shared_ptr<const LossFunction> loss_;
+  int id_ = -1;
+};
+
+}  // namespace ch5

@@ -1,0 +1,64 @@
+#pragma once
+/// An edge between vertices whose types are known at compile time: r has `R` rows, J_i is R × V_i::kLocalDimension.
+
+#include <tuple>
+#include <utility>
+
+#include "ch5_backend/graph/edge.h"
+
+namespace ch5 {
+
+/// Column-major R×C; a 1×C matrix must be called row-major in Eigen, the memory is the same.
+template <int R, int C>
+using JacobianBlock = Eigen::Matrix<double, R, C, (R == 1 && C != 1) ? Eigen::RowMajor : Eigen::ColMajor>;
+
+template <int R, typename... V>
+class SizedEdge : public Edge {
+ public:
+  static constexpr int kResidualDimension = R;
+  static constexpr size_t kVertices = sizeof...(V);
+  using ResidualVector = Eigen::Matrix<double, R, 1>;
+  using InformationMatrix = Eigen::Matrix<double, R, R>;
+
+  /// The `I`-th vertex in its own type.
+  template <size_t I>
+  const auto& GetVertex() const {
+    using Type = std::tuple_element_t<I, std::tuple<V...>>;
+    return static_cast<const Type&>(*vertices_[I]);
+  }
+
+  const ResidualVector& GetResidual() const { return r_; }
+  template <size_t I>
+  const auto& J() const {
+    return std::get<I>(J_);
+  }
+  const InformationMatrix& W() const { return W_; }
+
+ protected:
+  /// A null vertex is reported by Graph::AddEdge.
+  explicit SizedEdge(std::shared_ptr<V>... vertices)
+      : Edge(R, {std::move(vertices)...}, r_.data(), W_.data()),
+        r_(ResidualVector::Zero()),
+        W_(InformationMatrix::Identity()) {
+    MapJacobians(std::index_sequence_for<V...>{});
+  }
+
+  template <size_t I>
+  auto& J() {
+    return std::get<I>(J_);
+  }
+
+  ResidualVector r_;
+
+ private:
+  template <size_t... I>
+  void MapJacobians(std::index_sequence<I...>) {
+    (std::get<I>(J_).setZero(), ...);
+    ((jacobians_[I] = std::get<I>(J_).data()), ...);
+  }
+
+  InformationMatrix W_;
+  std::tuple<JacobianBlock<R, V::kLocalDimension>...> J_;
+};
+
+}  // namespace ch5

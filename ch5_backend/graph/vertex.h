@@ -1,0 +1,97 @@
+#pragma once
+/// A vertex is one block of the unknowns: a value x on a manifold and the rule x ⊞ δ that moves it.
+
+#include <algorithm>
+#include <string>
+
+#include "ch5_backend/math/eigen_types.h"
+
+namespace ch5 {
+
+/// Where the ordering puts a vertex: poses first, landmarks last; only landmarks are eliminated by Schur.
+enum class Role { kPose, kLandmark };
+
+class Vertex {
+ public:
+  virtual ~Vertex() = default;
+  Vertex(const Vertex&) = delete;
+  Vertex& operator=(const Vertex&) = delete;
+
+  /// Number of stored parameters (a pose: 7).
+  int Dimension() const { return dimension_; }
+  /// Number of degrees of freedom, the size of δ (a pose: 6).
+  int LocalDimension() const { return local_dimension_; }
+
+  /// The parameters, Dimension()×1, as a view.
+  Eigen::Map<VecX> Parameters() { return {parameters_, dimension_}; }
+  Eigen::Map<const VecX> Parameters() const { return {parameters_, dimension_}; }
+
+  /// x ← x ⊞ δ;  `delta` points to LocalDimension() numbers.
+  virtual void Plus(const double* delta) = 0;
+
+  /// The type's name, as it appears in messages.
+  virtual std::string TypeInfo() const = 0;
+
+  /// Remembers x, so that a rejected step can be undone to the last bit.
+  void BackUpParameters() { std::copy_n(parameters_, dimension_, backup_); }
+  void RollBackParameters() { std::copy_n(backup_, dimension_, parameters_); }
+
+  /// A fixed vertex takes part in residuals but has no columns in H.
+  bool IsFixed() const { return fixed_; }
+  void SetFixed(bool fixed = true) { fixed_ = fixed; }
+
+  Role GetRole() const { return role_; }
+  void SetRole(Role role) { role_ = role; }
+
+  /// Number within its graph, in order of insertion; −1 outside of a graph.
+  int Id() const { return id_; }
+
+  /// First row of this vertex in H and b; −1 if it is fixed or has no edge. Set by MakeOrdering.
+  int OrderingId() const { return ordering_id_; }
+  void SetOrderingId(int ordering_id) { ordering_id_ = ordering_id; }
+
+ protected:
+  Vertex(int dimension, int local_dimension, double* parameters, double* backup, Role role)
+      : dimension_(dimension),
+        local_dimension_(local_dimension),
+        parameters_(parameters),
+        backup_(backup),
+        role_(role) {}
+
+ private:
+  friend class Graph;  // numbers its vertices
+
+  int dimension_;
+  int local_dimension_;
+  double* parameters_;  // the memory belongs to SizedVertex
+  double* backup_;
+  Role role_;
+  bool fixed_ = false;
+  int id_ = -1;
+  int ordering_id_ = -1;
+};
+
+/// A vertex with `D` parameters and `T` degrees of freedom, stored in place.
+template <int D, int T>
+class SizedVertex : public Vertex {
+ public:
+  static constexpr int kDimension = D;
+  static constexpr int kLocalDimension = T;
+  using Estimate = Eigen::Matrix<double, D, 1>;
+
+  const Estimate& GetEstimate() const { return x_; }
+  void SetEstimate(const Estimate& x) { x_ = x; }
+
+  /// Vector spaces add; manifolds override.
+  void Plus(const double* delta) override {
+    if constexpr (D == T) x_ += Eigen::Map<const Estimate>(delta);
+  }
+
+ protected:
+  SizedVertex(const Estimate& x, Role role) : Vertex(D, T, x_.data(), backup_.data(), role), x_(x), backup_(x) {}
+
+  Estimate x_;
+  Estimate backup_;
+};
+
+}  // namespace ch5

@@ -1,0 +1,17 @@
+#pragma once
+/// Symmetric positive semi-definite matrices: tests and factors that live with rank deficiency.
+
+#include <string>
+
+#include "ch5_backend/math/eigen_types.h"
+
+namespace ch5 {
+
+/// Empty if `A` (n×n) is finite, symmetric and positive semi-definite to a relative tolerance of 1e-9; otherwise the
+/// rest of a sentence that begins with "The matrix", naming the entry or the eigenvalue at fault.
+std::string WhyNotPositiveSemiDefinite(const MatXX& A);
+
+/// Moore-Penrose inverse of a symmetric positive semi-definite `A` (n×n): eigenvalues ≤ n·ε·λ_max count as zero.
+MatXX PseudoInversePsd(const MatXX& A);
+
+}  // namespace ch5

@@ -1,0 +1,33 @@
+#pragma once
+/// The rotation group SO(3): exponential, logarithm and their Jacobians.
+///
+/// Right perturbation throughout:  R ← R Exp(δθ).  Angles in radians.
+/// Source: Forster et al., "On-Manifold Preintegration", TRO 2017, eqs. 3–9; Solà, "Quaternion kinematics".
+
+#include "ch5_backend/math/eigen_types.h"
+
+namespace ch5 {
+
+/// The cross-product matrix:  Hat(a) b = a × b.
+inline Mat33 Hat(const Vec3& a) {
+  Mat33 A;
+  A << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return A;
+}
+
+/// Exp: rotation vector θ (3×1, rad) → unit quaternion. Exact for any angle.
+Qd ExpSO3(const Vec3& theta);
+
+/// Log: unit quaternion → rotation vector with ‖θ‖ ≤ π; q and −q give the same θ.
+Vec3 LogSO3(const Qd& q);
+
+/// J_l(θ) = I + (1−cos θ)/θ² [θ] + (θ−sin θ)/θ³ [θ]²:  Exp(θ+δ) ≈ Exp(J_l δ) Exp(θ).
+Mat33 LeftJacobianSO3(const Vec3& theta);
+
+/// J_r(θ) = J_l(−θ):  Exp(θ+δ) ≈ Exp(θ) Exp(J_r δ).
+inline Mat33 RightJacobianSO3(const Vec3& theta) { return LeftJacobianSO3(-theta); }
+
+/// J_r⁻¹(θ) = I + ½[θ] + (1/θ² − cot(θ/2)/(2θ)) [θ]²:  Log(Exp(θ) Exp(δ)) ≈ θ + J_r⁻¹ δ, for ‖θ‖ < 2π.
+Mat33 RightJacobianInverseSO3(const Vec3& theta);
+
+}  // namespace ch5

@@ -1,0 +1,173 @@
+#include "ch5_backend/solve/minimizer.h"
+
+#include <chrono>
+#include <cmath>
+#include <sstream>
+
+#include "ch5_backend/solve/trust_region.h"
+
+namespace ch5 {
+namespace {
+
+std::unique_ptr<StepStrategy> MakeStrategy(const SolveOptions& options) {
+  switch (options.algorithm) {
+    case Algorithm::kGaussNewton: return MakeGaussNewton();
+    case Algorithm::kDogleg: return MakeDogleg(options.initial_radius);
+    case Algorithm::kLevenbergMarquardt: break;
+  }
+  return MakeLevenbergMarquardt(options.tau);
+}
+
+// One run of Minimize: the loop's state, and the rules that end it.
+class Run {
+ public:
+  Run(NormalEquations* system, const SolveOptions& options)
+      : system_(system), options_(options), strategy_(MakeStrategy(options)) {}
+
+  Summary Solve() {
+    system_->SetOrdering();
+    cost_ = system_->ComputeChi();
+    summary_.initial_cost = cost_;
+    if (system_->Size() == 0) {
+      Stop(Termination::kNothingToOptimize, "no free vertex has an edge");
+    } else if (!std::isfinite(cost_)) {
+      Stop(Termination::kNotFinite, "the cost of the initial states is not finite");
+    } else {
+      Iterate();
+    }
+    summary_.final_cost = cost_;
+    summary_.seconds = Seconds();
+    return std::move(summary_);
+  }
+
+ private:
+  void Iterate() {
+    for (int iteration = 0; !stopped_; ++iteration) {
+      system_->MakeHessian();
+      info_.gradient_max = system_->RightHandSide().cwiseAbs().maxCoeff();
+      if (iteration == 0) {
+        first_gradient_max_ = info_.gradient_max;
+        Report(0);
+      }
+      if (!std::isfinite(info_.gradient_max)) {
+        return Stop(Termination::kNotFinite, "the gradient is not finite: a Jacobian holds NaN or infinity");
+      }
+      if (info_.gradient_max <= options_.gradient_tolerance * first_gradient_max_) {
+        return Stop(Termination::kGradientConverged, "max|b| = ", info_.gradient_max, " from ", first_gradient_max_);
+      }
+      if (iteration >= options_.max_iterations) {
+        return Stop(Termination::kMaxIterations, "after ", iteration, " iterations");
+      }
+      strategy_->Begin(system_);
+      ++summary_.iterations;
+      TrySteps();
+      if (!stopped_ || IsConverged(summary_.termination)) Report(iteration + 1);
+    }
+  }
+
+  // Proposes until a step lowers the cost, or a rule ends the run. Textbook Gauss-Newton takes what it gets.
+  void TrySteps() {
+    const bool takes_all = options_.algorithm == Algorithm::kGaussNewton;
+    VecX delta_x;
+    bool solved = false;
+    for (info_.trials = 1; info_.trials <= options_.max_trials; ++info_.trials) {
+      info_.lambda = strategy_->Parameter();
+      if (strategy_->Propose(system_, &delta_x) && delta_x.allFinite()) {
+        solved = true;
+        info_.step_norm = delta_x.norm();
+        const double yardstick = options_.step_tolerance * (system_->StateNorm() + options_.step_tolerance);
+        const double predicted = system_->PredictedDecrease(delta_x);
+        system_->UpdateStates(delta_x);
+        const double new_cost = system_->ComputeChi();
+        ++summary_.cost_evaluations;
+        info_.gain_ratio = (cost_ - new_cost) / predicted;
+        if (std::isfinite(new_cost) && (takes_all || (predicted > 0.0 && new_cost < cost_))) {
+          return Accept(new_cost, yardstick);
+        }
+        system_->RollbackStates();
+        // No step that is still visible in x helps, or the model itself promises nothing that rounding can show.
+        if (info_.step_norm <= yardstick) {
+          return Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm, " does not lower the cost any more");
+        }
+        if (std::abs(predicted) <= 1e-13 * cost_) {
+          return Stop(Termination::kCostConverged, "the model promises only ", predicted, " of ", cost_);
+        }
+      }
+      if (!strategy_->Rejected()) break;
+    }
+    if (solved) return Stop(Termination::kNoDecrease, "no step lowered the cost below ", cost_);
+    Stop(Termination::kLinearSolverFailed, "H + lambda D is not positive definite at lambda = ", info_.lambda,
+         "; is a gauge free, or a landmark seen too little?");
+  }
+
+  void Accept(double new_cost, double yardstick) {
+    const double decrease = cost_ - new_cost;
+    strategy_->Accepted(info_.gain_ratio);
+    // Cost first: a zero cost has nothing left to gain, and tiny against the first one is zero in this arithmetic.
+    if (std::abs(decrease) <= options_.cost_tolerance * cost_ || new_cost <= 1e-28 * summary_.initial_cost) {
+      Stop(Termination::kCostConverged, "the cost fell by ", decrease, " of ", cost_);
+    } else if (info_.step_norm <= yardstick) {
+      Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm);
+    }
+    cost_ = new_cost;
+  }
+
+  void Report(int iteration) {
+    info_.iteration = iteration;
+    info_.cost = cost_;
+    info_.seconds = Seconds();
+    summary_.trace.push_back(info_);
+    if (options_.callback && !options_.callback(info_) && !stopped_) {
+      Stop(Termination::kUserStopped, "the callback asked for it");
+    }
+  }
+
+  template <typename... Words>
+  void Stop(Termination termination, const Words&... words) {
+    std::ostringstream message;
+    message << ToString(termination) << ": ";
+    (message << ... << words);
+    summary_.message = message.str();
+    summary_.termination = termination;
+    stopped_ = true;
+  }
+
+  double Seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+  using Clock = std::chrono::steady_clock;
+  NormalEquations* system_;
+  const SolveOptions& options_;
+  std::unique_ptr<StepStrategy> strategy_;
+  Clock::time_point start_ = Clock::now();
+  Summary summary_;
+  IterationInfo info_;
+  double cost_ = 0.0;
+  double first_gradient_max_ = 0.0;
+  bool stopped_ = false;
+};
+
+}  // namespace
+
+std::string ToString(Termination termination) {
+  switch (termination) {
+    case Termination::kCostConverged: return "cost converged";
+    case Termination::kGradientConverged: return "gradient converged";
+    case Termination::kStepConverged: return "step converged";
+    case Termination::kMaxIterations: return "maximum of iterations";
+    case Termination::kNothingToOptimize: return "nothing to optimise";
+    case Termination::kNoDecrease: return "no decrease";
+    case Termination::kLinearSolverFailed: return "linear solver failed";
+    case Termination::kNotFinite: return "not finite";
+    case Termination::kUserStopped: return "stopped by the caller";
+  }
+  return "unknown";
+}
+
+bool IsConverged(Termination termination) {
+  return termination == Termination::kCostConverged || termination == Termination::kGradientConverged ||
+         termination == Termination::kStepConverged;
+}
+
+Summary Minimize(NormalEquations* system, const SolveOptions& options) { return Run(system, options).Solve(); }
+
+}  // namespace ch5

@@ -1,0 +1,70 @@
+#pragma once
+/// Gauss-Newton, Levenberg-Marquardt (Nielsen) and Dogleg, over the door.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/solve/normal_equations.h"
+
+namespace ch5 {
+
+enum class Algorithm { kGaussNewton, kLevenbergMarquardt, kDogleg };
+
+/// Why the iteration ended. All rules are relative, so that units and weights do not matter.
+enum class Termination {
+  kCostConverged,       ///< the cost fell by less than cost_tolerance of itself
+  kGradientConverged,   ///< max|b| fell below gradient_tolerance of its first value
+  kStepConverged,       ///< ‖Δx‖ ≤ step_tolerance (‖x‖ + step_tolerance)
+  kMaxIterations,       ///< not converged yet
+  kNothingToOptimize,   ///< no free vertex has an edge
+  kNoDecrease,          ///< no damping or trust region gave a lower cost
+  kLinearSolverFailed,  ///< H is singular; a gauge is free, or a landmark is not observed enough
+  kNotFinite,           ///< the cost at the start is infinite or NaN
+  kUserStopped          ///< the callback returned false
+};
+
+/// "cost converged", … for tables and JSON.
+std::string ToString(Termination termination);
+/// True for the three rules that mean an optimum.
+bool IsConverged(Termination termination);
+
+/// One line of the convergence table. Line 0 describes the start.
+struct IterationInfo {
+  int iteration = 0;
+  double cost = 0.0;        ///< ½ Σ ρ(rᵀWr) after the iteration
+  double lambda = 0.0;      ///< damping, or Dogleg's radius; 0 for Gauss-Newton
+  double gain_ratio = 0.0;  ///< actual / predicted decrease of the last trial
+  double step_norm = 0.0;   ///< ‖Δx‖ of the last trial
+  double gradient_max = 0.0;
+  int trials = 0;        ///< steps tried in this iteration, the rejected ones included
+  double seconds = 0.0;  ///< since the start
+};
+
+struct SolveOptions {
+  Algorithm algorithm = Algorithm::kLevenbergMarquardt;
+  int max_iterations = 20;
+  double cost_tolerance = 1e-6;
+  double gradient_tolerance = 1e-10;
+  double step_tolerance = 1e-8;
+  double tau = 1e-5;               ///< λ₀ = τ max diag(H) with identity damping, λ₀ = τ with diagonal damping
+  double initial_radius = 1e4;     ///< Dogleg
+  int max_trials = 10;             ///< per iteration
+  std::function<bool(const IterationInfo&)> callback;  ///< called after each iteration; false stops
+};
+
+struct Summary {
+  Termination termination = Termination::kNothingToOptimize;
+  std::string message;  ///< one sentence: which rule fired, with its numbers
+  double initial_cost = 0.0;
+  double final_cost = 0.0;
+  int iterations = 0;        ///< linearisations that led to a trial
+  int cost_evaluations = 0;  ///< trials, the rejected ones included
+  double seconds = 0.0;
+  std::vector<IterationInfo> trace;
+};
+
+/// Minimises the cost behind the door; on return the states are the best that were found.
+Summary Minimize(NormalEquations* system, const SolveOptions& options = {});
+
+}  // namespace ch5

@@ -1,0 +1,63 @@
+#pragma once
+/// The door between the algorithms (Gauss-Newton, Levenberg-Marquardt, Dogleg) and the systems they solve.
+///
+///   min ½ Σ ρ(rᵀWr),   H = Σ JᵀW_ρJ,   b = −Σ ρ'JᵀWr,   (H + λD) Δx = b,   x ← x ⊞ Δx
+///
+/// Two rooms lie behind it: Problem (dense, the homework, the oracle) and BlockSolver (fixed-size blocks, Schur).
+
+#include <algorithm>
+
+#include "ch5_backend/math/eigen_types.h"
+
+namespace ch5 {
+
+/// D in H + λD. Identity is Levenberg's and the course's; diagonal is Marquardt's, indifferent to the units of x.
+enum class Damping { kIdentity, kDiagonal };
+
+class NormalEquations {
+ public:
+  virtual ~NormalEquations() = default;
+
+  /// Numbers the unknowns afresh; call it after the graph or a fixed flag has changed.
+  virtual void SetOrdering() = 0;
+  /// Number of unknowns n, the size of Δx and b.
+  virtual int Size() const = 0;
+
+  /// ½ Σ ρ(rᵀWr) at the current states; may be infinite or NaN far from sense.
+  virtual double ComputeChi() = 0;
+  /// Linearises at the current states: once per accepted step.
+  virtual void MakeHessian() = 0;
+  /// Solves (H + λD) Δx = b; many λ per Hessian.
+  /// @return false if the damped system is not positive definite; `delta_x` is then not to be used
+  virtual bool SolveLinearSystem(double lambda, VecX* delta_x) = 0;
+
+  /// The present linearisation: b, diag(H), H v.
+  virtual const VecX& RightHandSide() const = 0;
+  virtual VecX HessianDiagonal() const = 0;
+  virtual VecX MultiplyHessian(const VecX& v) const = 0;
+
+  /// x ← x ⊞ Δx, remembering x; RollbackStates undoes the last update to the bit.
+  virtual void UpdateStates(const VecX& delta_x) = 0;
+  virtual void RollbackStates() = 0;
+  /// ‖x‖ over the free vertices, the yardstick of a step.
+  virtual double StateNorm() const = 0;
+
+  /// What the quadratic model promises, m(0) − m(Δx) = bᵀΔx − ½ ΔxᵀHΔx: true for any Δx, so that LM's damped step
+  /// and Dogleg's bent one are judged alike.
+  double PredictedDecrease(const VecX& delta_x) const {
+    return RightHandSide().dot(delta_x) - 0.5 * delta_x.dot(MultiplyHessian(delta_x));
+  }
+
+  Damping GetDamping() const { return damping_; }
+  void SetDamping(Damping damping) { damping_ = damping; }
+
+  /// One entry of D: 1, or H_ii kept within [1e-6, 1e32] so that a flat direction is damped too.
+  double DampingEntry(double H_ii) const {
+    return damping_ == Damping::kIdentity ? 1.0 : std::clamp(H_ii, 1e-6, 1e32);
+  }
+
+ private:
+  Damping damping_ = Damping::kIdentity;
+};
+
+}  // namespace ch5

@@ -1,0 +1,56 @@
+#include "ch5_backend/solve/linear_solvers.h"
+#include "ch5_backend/solve/problem.h"
+
+namespace ch5 {
+
+Problem::Problem(Graph* graph, LinearSolver linear_solver) : graph_(graph), linear_solver_(linear_solver) {
+  SetOrdering();
+}
+
+Problem::~Problem() = default;
+
+void Problem::SetOrdering() {
+  ordering_ = MakeOrdering(*graph_);
+  ordering_poses_ = ordering_.dim_poses;
+  ordering_landmarks_ = ordering_.dim_landmarks;
+  idx_landmark_vertices_.clear();
+  for (const auto& landmark : ordering_.landmarks) idx_landmark_vertices_.emplace(landmark->Id(), landmark);
+  Hessian_ = MatXX::Zero(Size(), Size());
+  b_ = VecX::Zero(Size());
+}
+
+MatXX Problem::DampedHessian(double lambda) const {
+  MatXX H = Hessian_;
+  for (int i = 0; i < H.rows(); ++i) H(i, i) += lambda * DampingEntry(H(i, i));
+  return H;
+}
+
+bool Problem::SolvePoses(VecX* delta_x_pp) const { return SolveDense(H_pp_schur_, b_pp_schur_, delta_x_pp); }
+
+bool Problem::SolveDense(const MatXX& A, const VecX& b, VecX* x) const {
+  if (linear_solver_ == LinearSolver::kLdlt) return SolveLdlt(A, b, x);
+  return SolvePcg(A, b, /*max_iterations=*/2 * static_cast<int>(A.rows()), /*tolerance=*/1e-14, x);
+}
+
+void Problem::UpdateStates(const VecX& delta_x) {
+  for (const auto* vertices : {&ordering_.poses, &ordering_.landmarks}) {
+    for (const auto& vertex : *vertices) {
+      vertex->BackUpParameters();
+      vertex->Plus(delta_x.data() + vertex->OrderingId());
+    }
+  }
+}
+
+void Problem::RollbackStates() {
+  for (const auto& vertex : ordering_.poses) vertex->RollBackParameters();
+  for (const auto& vertex : ordering_.landmarks) vertex->RollBackParameters();
+}
+
+double Problem::StateNorm() const {
+  double sum = 0.0;
+  for (const auto& vertex : ordering_.poses) sum += vertex->Parameters().squaredNorm();
+  for (const auto& vertex : ordering_.landmarks) sum += vertex->Parameters().squaredNorm();
+  return std::sqrt(sum);
+}
+
+}  // namespace ch5

@@ -1,0 +1,104 @@
+#include "ch5_backend/solve/trust_region.h"
+
+#include <cmath>
+
+namespace ch5 {
+namespace {
+
+class GaussNewton : public StepStrategy {
+ public:
+  void Begin(NormalEquations*) override {}
+  bool Propose(NormalEquations* system, VecX* delta_x) override { return system->SolveLinearSystem(0.0, delta_x); }
+  void Accepted(double) override {}
+  bool Rejected() override { return false; }
+  double Parameter() const override { return 0.0; }
+};
+
+class LevenbergMarquardt : public StepStrategy {
+ public:
+  explicit LevenbergMarquardt(double tau) : tau_(tau) {}
+
+  void Begin(NormalEquations* system) override {
+    if (lambda_ >= 0.0) return;  // λ is carried on from one Hessian to the next
+    const bool identity = system->GetDamping() == Damping::kIdentity;
+    lambda_ = tau_ * (identity ? system->HessianDiagonal().maxCoeff() : 1.0);
+  }
+  bool Propose(NormalEquations* system, VecX* delta_x) override {
+    return system->SolveLinearSystem(lambda_, delta_x);
+  }
+  void Accepted(double gain_ratio) override {
+    const double t = 2.0 * gain_ratio - 1.0;
+    lambda_ *= std::max(1.0 / 3.0, std::min(2.0 / 3.0, 1.0 - t * t * t));
+    nu_ = 2.0;
+  }
+  bool Rejected() override {
+    lambda_ *= nu_;
+    nu_ *= 2.0;
+    return std::isfinite(lambda_);
+  }
+  double Parameter() const override { return lambda_; }
+
+ private:
+  double tau_;
+  double lambda_ = -1.0;
+  double nu_ = 2.0;
+};
+
+class Dogleg : public StepStrategy {
+ public:
+  explicit Dogleg(double radius) : radius_(radius) {}
+
+  // Two points mark the path: the minimum along the gradient,  h_sd = (bᵀb / bᵀHb) b,  and Gauss-Newton's h_gn.
+  void Begin(NormalEquations* system) override {
+    const VecX& b = system->RightHandSide();
+    h_sd_ = b * (b.squaredNorm() / b.dot(system->MultiplyHessian(b)));
+    // A singular H gets just enough damping to be solved: 0, then 1e-12 … 1e3 (g2o's ladder).
+    has_gn_ = system->SolveLinearSystem(0.0, &h_gn_);
+    for (double lambda = 1e-12; !has_gn_ && lambda < 1e4; lambda *= 10.0) {
+      has_gn_ = system->SolveLinearSystem(lambda, &h_gn_);
+    }
+  }
+
+  bool Propose(NormalEquations*, VecX* delta_x) override {
+    if (!has_gn_ || !h_sd_.allFinite()) return false;
+    const double gn_norm = h_gn_.norm(), sd_norm = h_sd_.norm();
+    if (gn_norm <= radius_) {
+      *delta_x = h_gn_;
+    } else if (sd_norm >= radius_) {
+      *delta_x = (radius_ / sd_norm) * h_sd_;
+    } else {
+      // ‖h_sd + β d‖ = Δ with d = h_gn − h_sd:  β = (−c + √(c² + ‖d‖² e)) / ‖d‖², in the form that does not cancel.
+      const VecX d = h_gn_ - h_sd_;
+      const double c = h_sd_.dot(d), e = radius_ * radius_ - sd_norm * sd_norm, d2 = d.squaredNorm();
+      const double root = std::sqrt(c * c + d2 * e);
+      *delta_x = h_sd_ + (c <= 0.0 ? (root - c) / d2 : e / (c + root)) * d;
+    }
+    step_norm_ = delta_x->norm();
+    return true;
+  }
+
+  void Accepted(double gain_ratio) override {
+    if (gain_ratio > 0.75) radius_ = std::max(radius_, 3.0 * step_norm_);
+    if (gain_ratio < 0.25) radius_ *= 0.5;
+  }
+  bool Rejected() override {
+    // Steps beyond the trust region's reach cannot differ: begin to shrink at the step that was tried.
+    radius_ = 0.5 * std::min(radius_, has_gn_ ? step_norm_ : radius_);
+    return has_gn_ && radius_ > 1e-300;
+  }
+  double Parameter() const override { return radius_; }
+
+ private:
+  double radius_;
+  bool has_gn_ = false;
+  double step_norm_ = 0.0;
+  VecX h_sd_, h_gn_;
+};
+
+}  // namespace
+
+std::unique_ptr<StepStrategy> MakeGaussNewton() { return std::make_unique<GaussNewton>(); }
+std::unique_ptr<StepStrategy> MakeLevenbergMarquardt(double tau) { return std::make_unique<LevenbergMarquardt>(tau); }
+std::unique_ptr<StepStrategy> MakeDogleg(double radius) { return std::make_unique<Dogleg>(radius); }
+
+}  // namespace ch5

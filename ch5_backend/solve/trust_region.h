@@ -1,0 +1,34 @@
+#pragma once
+/// What an algorithm does between two linearisations: propose a step, hear how it went.
+
+#include <memory>
+
+#include "ch5_backend/solve/minimizer.h"
+
+namespace ch5 {
+
+class StepStrategy {
+ public:
+  virtual ~StepStrategy() = default;
+  /// A new Hessian stands behind the door.
+  virtual void Begin(NormalEquations* system) = 0;
+  /// The step to try; false if the linear solver gave none at this damping.
+  virtual bool Propose(NormalEquations* system, VecX* delta_x) = 0;
+  /// @param gain_ratio  actual / predicted decrease of an accepted (> 0) step
+  virtual void Accepted(double gain_ratio) = 0;
+  /// The cost rose, was not finite, or there was no step. @return false if another trial is pointless
+  virtual bool Rejected() = 0;
+  /// λ, or the radius.
+  virtual double Parameter() const = 0;
+};
+
+/// λ = 0 and every finite step is taken, downhill or not: the textbook's Gauss-Newton.
+std::unique_ptr<StepStrategy> MakeGaussNewton();
+
+/// Nielsen 1999:  λ₀ = τ max diag(H);  success: λ ×= max(1/3, min(2/3, 1 − (2ρ−1)³)), ν = 2;  failure: λ ×= ν, ν ×= 2.
+std::unique_ptr<StepStrategy> MakeLevenbergMarquardt(double tau);
+
+/// Powell's dogleg with g2o's constants:  ρ > ¾: Δ = max(Δ, 3‖h‖);  ρ < ¼: Δ /= 2.
+std::unique_ptr<StepStrategy> MakeDogleg(double initial_radius);
+
+}  // namespace ch5
