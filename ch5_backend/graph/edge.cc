@@ -9,10 +9,9 @@ namespace ch5 {
 
 void Edge::SetInformation(const MatXX& information) {
   if (information.rows() != residual_dimension_ || information.cols() != residual_dimension_) {
-    throw std::invalid_argument(TypeInfo() + ": the information matrix must be " +
-                                std::to_string(residual_dimension_) + "x" + std::to_string(residual_dimension_) +
-                                ", got " + std::to_string(information.rows()) + "x" +
-                                std::to_string(information.cols()));
+    throw std::invalid_argument(TypeInfo() + ": the information matrix must be " + std::to_string(residual_dimension_) +
+                                "x" + std::to_string(residual_dimension_) + ", got " +
+                                std::to_string(information.rows()) + "x" + std::to_string(information.cols()));
   }
   const std::string fault = WhyNotPositiveSemiDefinite(information);
   if (!fault.empty()) throw std::invalid_argument(TypeInfo() + ": the information matrix " + fault);

@@ -35,7 +35,8 @@ int Graph::AddVertex(std::shared_ptr<Vertex> vertex) {
 int Graph::AddEdge(std::shared_ptr<Edge> edge) {
   if (!edge) throw GraphError("AddEdge: the edge is null");
   const std::string name = edge->TypeInfo();
-  if (edge->Id() >= 0) throw GraphError("AddEdge: " + name + " " + std::to_string(edge->Id()) + " is already in a graph");
+  if (edge->Id() >= 0)
+    throw GraphError("AddEdge: " + name + " " + std::to_string(edge->Id()) + " is already in a graph");
   const auto& vertices = edge->Vertices();
   for (size_t i = 0; i < vertices.size(); ++i) {
     const std::string place = "AddEdge: " + name + ", vertex " + std::to_string(i) + ": ";

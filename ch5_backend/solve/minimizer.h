@@ -47,9 +47,9 @@ struct SolveOptions {
   double cost_tolerance = 1e-6;
   double gradient_tolerance = 1e-10;
   double step_tolerance = 1e-8;
-  double tau = 1e-5;               ///< λ₀ = τ max diag(H) with identity damping, λ₀ = τ with diagonal damping
-  double initial_radius = 1e4;     ///< Dogleg
-  int max_trials = 10;             ///< per iteration
+  double tau = 1e-5;            ///< λ₀ = τ max diag(H) with identity damping, λ₀ = τ with diagonal damping
+  double initial_radius = 1e4;  ///< Dogleg
+  int max_trials = 10;          ///< per iteration
   std::function<bool(const IterationInfo&)> callback;  ///< called after each iteration; false stops
 };
 

@@ -52,9 +52,7 @@ class NormalEquations {
   void SetDamping(Damping damping) { damping_ = damping; }
 
   /// One entry of D: 1, or H_ii kept within [1e-6, 1e32] so that a flat direction is damped too.
-  double DampingEntry(double H_ii) const {
-    return damping_ == Damping::kIdentity ? 1.0 : std::clamp(H_ii, 1e-6, 1e32);
-  }
+  double DampingEntry(double H_ii) const { return damping_ == Damping::kIdentity ? 1.0 : std::clamp(H_ii, 1e-6, 1e32); }
 
  private:
   Damping damping_ = Damping::kIdentity;

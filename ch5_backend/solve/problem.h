@@ -71,11 +71,12 @@ class Problem : public NormalEquations {
   LinearSolver linear_solver_;
   Ordering ordering_;
 
-  MatXX Hessian_;                 // n×n, n = ordering_poses_ + ordering_landmarks_
-  VecX b_;                        // n×1
-  int ordering_poses_ = 0;        // dimension of all free poses, the first rows of H
-  int ordering_landmarks_ = 0;    // dimension of all free landmarks, the last rows of H
-  std::map<int, std::shared_ptr<Vertex>> idx_landmark_vertices_;  // free landmarks by vertex id
+  MatXX Hessian_;               // n×n, n = ordering_poses_ + ordering_landmarks_
+  VecX b_;                      // n×1
+  int ordering_poses_ = 0;      // dimension of all free poses, the first rows of H
+  int ordering_landmarks_ = 0;  // dimension of all free landmarks, the last rows of H
+  // Free landmarks by vertex id.
+  std::map<int, std::shared_ptr<Vertex>> idx_landmark_vertices_;
   MatXX H_pp_schur_;
   VecX b_pp_schur_;
 };

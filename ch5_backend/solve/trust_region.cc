@@ -23,9 +23,7 @@ class LevenbergMarquardt : public StepStrategy {
     const bool identity = system->GetDamping() == Damping::kIdentity;
     lambda_ = tau_ * (identity ? system->HessianDiagonal().maxCoeff() : 1.0);
   }
-  bool Propose(NormalEquations* system, VecX* delta_x) override {
-    return system->SolveLinearSystem(lambda_, delta_x);
-  }
+  bool Propose(NormalEquations* system, VecX* delta_x) override { return system->SolveLinearSystem(lambda_, delta_x); }
   void Accepted(double gain_ratio) override {
     const double t = 2.0 * gain_ratio - 1.0;
     lambda_ *= std::max(1.0 / 3.0, std::min(2.0 / 3.0, 1.0 - t * t * t));

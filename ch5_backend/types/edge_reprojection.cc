@@ -100,8 +100,7 @@ EdgeReprojectionExtrinsic::EdgeReprojectionExtrinsic(std::shared_ptr<VertexInver
 void EdgeReprojectionExtrinsic::ComputeResidual() {
   const VertexPose& T_B_C = GetVertex<3>();
   const double inverse_depth = GetVertex<0>().InverseDepth();
-  r_ = Project(Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), T_B_C.R(), T_B_C.p()).p_Cj) -
-       u_target_;
+  r_ = Project(Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), T_B_C.R(), T_B_C.p()).p_Cj) - u_target_;
 }
 
 void EdgeReprojectionExtrinsic::ComputeJacobians() {
@@ -123,10 +122,7 @@ void EdgeReprojectionExtrinsic::ComputeJacobians() {
 
 EdgeReprojectionXYZ::EdgeReprojectionXYZ(std::shared_ptr<VertexPointXYZ> p_W, std::shared_ptr<VertexPose> T_W_B,
                                          const Vec2& u, const Transform& T_B_C)
-    : SizedEdge(std::move(p_W), std::move(T_W_B)),
-      u_(u),
-      R_B_C_(T_B_C.q.toRotationMatrix()),
-      p_B_C_(T_B_C.p) {}
+    : SizedEdge(std::move(p_W), std::move(T_W_B)), u_(u), R_B_C_(T_B_C.q.toRotationMatrix()), p_B_C_(T_B_C.p) {}
 
 void EdgeReprojectionXYZ::ComputeResidual() {
   r_ = Project(WorldToCamera(GetVertex<1>(), R_B_C_, p_B_C_, GetVertex<0>().GetEstimate())) - u_;

@@ -40,8 +40,8 @@ class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, Ver
 class EdgeReprojectionExtrinsic : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose, VertexPose> {
  public:
   EdgeReprojectionExtrinsic(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_W_Bi,
-                            std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexPose> T_B_C,
-                            const Vec2& u_host, const Vec2& u_target);
+                            std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexPose> T_B_C, const Vec2& u_host,
+                            const Vec2& u_target);
   void ComputeResidual() override;
   void ComputeJacobians() override;
   std::string TypeInfo() const override { return "EdgeReprojectionExtrinsic"; }

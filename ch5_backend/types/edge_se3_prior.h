@@ -17,9 +17,7 @@ class EdgeSE3Prior : public SizedEdge<6, VertexPose> {
   EdgeSE3Prior(std::shared_ptr<VertexPose> pose, const Qd& q0, const Vec3& p0)
       : SizedEdge(std::move(pose)), q0_(q0.normalized()), p0_(p0) {}
 
-  void ComputeResidual() override {
-    r_ << LogSO3(q0_.conjugate() * GetVertex<0>().q()), GetVertex<0>().p() - p0_;
-  }
+  void ComputeResidual() override { r_ << LogSO3(q0_.conjugate() * GetVertex<0>().q()), GetVertex<0>().p() - p0_; }
   void ComputeJacobians() override {
     const Vec3 r_R = LogSO3(q0_.conjugate() * GetVertex<0>().q());
     J<0>().setZero();

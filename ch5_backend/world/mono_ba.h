@@ -15,10 +15,10 @@ namespace ch5 {
 struct MonoBaOptions {
   int frames = 3;
   int points = 20;
-  double pixel_sigma = 1e-3;     ///< noise of every observation, the host's too [normalised plane]
-  double depth_sigma = 1.0;      ///< initial depth = true depth + noise, truncated at ±3σ [m]
-  double position_sigma = 0.0;   ///< perturbation of the starting poses [m]; the course starts at the truth
-  double rotation_sigma = 0.0;   ///< likewise [rad]
+  double pixel_sigma = 1e-3;    ///< noise of every observation, the host's too [normalised plane]
+  double depth_sigma = 1.0;     ///< initial depth = true depth + noise, truncated at ±3σ [m]
+  double position_sigma = 0.0;  ///< perturbation of the starting poses [m]; the course starts at the truth
+  double rotation_sigma = 0.0;  ///< likewise [rad]
   uint64_t seed = 5;
 };
 

@@ -6,13 +6,18 @@ using namespace ch5;
 TEST(Smoke, MonoBa) {
   for (auto [f, p] : {std::pair{3, 20}, {10, 200}, {30, 1000}}) {
     for (auto alg : {Algorithm::kLevenbergMarquardt, Algorithm::kGaussNewton, Algorithm::kDogleg}) {
-      MonoBaOptions o; o.frames = f; o.points = p;
+      MonoBaOptions o;
+      o.frames = f;
+      o.points = p;
       MonoBa ba;
       BuildMonoBa(SimulateMonoBa(o), Gauge::kFixTwoFrames, 1.0, 0.0, &ba);
       Problem problem(&ba.graph);
-      SolveOptions so; so.algorithm = alg; so.max_iterations = 20;
+      SolveOptions so;
+      so.algorithm = alg;
+      so.max_iterations = 20;
       auto s = problem.Solve(so);
-      std::cout << f << "x" << p << " " << s.initial_cost << " -> " << s.final_cost << " it " << s.iterations << " ev " << s.cost_evaluations << " " << s.seconds * 1e3 << " ms " << s.message << "\n";
+      std::cout << f << "x" << p << " " << s.initial_cost << " -> " << s.final_cost << " it " << s.iterations << " ev "
+                << s.cost_evaluations << " " << s.seconds * 1e3 << " ms " << s.message << "\n";
     }
   }
 }
