@@ -1,0 +1,102 @@
+"""Configures and builds the project out of source, in Release, in build/release."""
+
+import fcntl
+import os
+import re
+import shutil
+import subprocess
+from contextlib import contextmanager
+from pathlib import Path
+
+from .errors import CourseError
+from .progress import Progress
+
+ROOT = Path(__file__).resolve().parents[3]
+BUILD = ROOT / "build" / "release"
+BIN = BUILD / "bin"
+CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def configure() -> None:
+    """Runs CMake if the build folder is new, was made elsewhere, or should read data from another place.
+
+    Raises CourseError with CMake's first error and the log's name.
+    """
+    wanted = _cache_entries()
+    if (BUILD / "build.ninja").exists() and wanted.items() <= _cached().items():
+        return
+    if _cached().get("CMAKE_HOME_DIRECTORY", str(ROOT)) != str(ROOT):
+        shutil.rmtree(BUILD)  # the project was moved; CMake refuses a folder made for another place
+    with Progress("configure") as progress, _lock():
+        command = ["cmake", "--preset", "release", *(f"-D{key}={value}" for key, value in wanted.items())]
+        done = run_logged(command, "configure.log", progress.step)
+    if done.returncode:
+        raise _failure("CMake could not configure the project", done.stdout, r"CMake Error|[Ee]rror", "configure.log")
+
+
+def build(targets=()) -> subprocess.CompletedProcess:
+    """Builds the targets (default: all); configures first if needed.
+
+    Returns what ninja returned and all that it printed, in stdout; a failed build is not an exception here.
+    """
+    configure()
+    with Progress("build") as progress, _lock():
+        return run_logged(["ninja", "-C", str(BUILD), "-j", str(CORES), *targets], "build.log", progress.step)
+
+
+def build_or_fail(targets=()) -> None:
+    """Builds the targets; raises CourseError with the first error and the log's name."""
+    done = build(targets)
+    if done.returncode:
+        raise _failure("the build failed", done.stdout, r"error:|^FAILED|ninja: error", "build.log")
+
+
+def run_logged(command, log_name: str, step) -> subprocess.CompletedProcess:
+    """Runs a command in ROOT, keeps its output (both streams) in BUILD/log_name, hands each line to `step`."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    lines = []
+    with open(BUILD / log_name, "w", encoding="utf-8") as log:
+        process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, text=True, errors="replace", bufsize=1)
+        try:
+            for line in process.stdout:
+                lines.append(line)
+                log.write(line)
+                if line.strip():
+                    step(line.strip())
+        except BaseException:
+            process.terminate()  # Ctrl-C or a full disk: no orphan goes on compiling
+            process.wait()
+            raise
+    return subprocess.CompletedProcess(command, process.wait(), "".join(lines))
+
+
+def _failure(what: str, output: str, pattern: str, log_name: str) -> CourseError:
+    lines = output.splitlines()
+    first = next((i for i, line in enumerate(lines) if re.search(pattern, line)), max(0, len(lines) - 6))
+    shown = "\n".join("  " + line for line in lines[first:first + 6])
+    return CourseError(f"{what}; the first error is\n{shown}\nThe whole log: {BUILD / log_name}", exit_code=1)
+
+
+def _cache_entries() -> dict:
+    """What the environment asks CMake for; without it CMake's own default holds."""
+    data = os.environ.get("CH5_DATA_DIR")
+    return {"CH5_DATA_DIR": os.path.abspath(data)} if data else {}
+
+
+def _cached() -> dict:
+    """The entries of CMakeCache.txt; none if there is no cache."""
+    try:
+        text = (BUILD / "CMakeCache.txt").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return {}
+    return dict(re.findall(r"^([^#/\s][^:\n]*):[A-Z]+=(.*)$", text, re.MULTILINE))
+
+
+@contextmanager
+def _lock():
+    """Two ./course at once must not write the same build folder; the second one waits."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    with open(BUILD / ".lock", "w", encoding="utf-8") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
