@@ -66,6 +66,12 @@ class Edge {
         residual_(residual),
         information_(information) {}
 
+  /// For an edge whose sizes are known at run time only.
+  void SetMemory(double* residual, double* information) {
+    residual_ = residual;
+    information_ = information;
+  }
+
   /// Central differences, δ = 1e-6 (error O(δ²) + ε/δ ≈ 1e-10 relative).
   void ComputeJacobiansNumerically();
 

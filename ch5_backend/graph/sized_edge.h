@@ -47,6 +47,8 @@ class SizedEdge : public Edge {
   auto& J() {
     return std::get<I>(J_);
   }
+  /// For an edge that computes its own W, known to be positive definite.
+  void SetW(const InformationMatrix& W) { W_ = W; }
 
   ResidualVector r_;
 

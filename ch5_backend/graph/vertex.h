@@ -29,6 +29,11 @@ class Vertex {
   /// x ← x ⊞ δ;  `delta` points to LocalDimension() numbers.
   virtual void Plus(const double* delta) = 0;
 
+  /// δ = x ⊟ x₀: how far x is from `x0` (Dimension() numbers), LocalDimension()×1.
+  virtual VecX Minus(const VecX& x0) const = 0;
+  /// ∂((x ⊞ δ) ⊟ x₀)/∂δ at δ = 0, square; the identity where x = x₀, and everywhere in a vector space.
+  virtual MatXX MinusJacobian(const VecX& /*x0*/) const { return MatXX::Identity(local_dimension_, local_dimension_); }
+
   /// The type's name, as it appears in messages.
   virtual std::string TypeInfo() const = 0;
 
@@ -85,6 +90,10 @@ class SizedVertex : public Vertex {
   /// Vector spaces add; manifolds override.
   void Plus(const double* delta) override {
     if constexpr (D == T) x_ += Eigen::Map<const Estimate>(delta);
+  }
+  VecX Minus(const VecX& x0) const override {
+    if constexpr (D == T) return x_ - x0;
+    return VecX();
   }
 
  protected:

@@ -23,14 +23,43 @@ class VertexPose : public SizedVertex<7, 6> {
     const Qd rotated = q() * ExpSO3(Eigen::Map<const Vec3>(delta + 3));
     x_ = Pack(rotated, p() + Eigen::Map<const Vec3>(delta));
   }
+  /// [p − p₀; 2 vec(q₀⁻¹ q)] with the sign of q₀⁻¹q that makes its scalar positive: the shorter way round.
+  VecX Minus(const VecX& x0) const override {
+    const Qd dq = Difference(x0);
+    Vec6 delta;
+    delta << p() - x0.head<3>(), 2.0 * dq.vec();
+    return delta;
+  }
+  /// 2 vec(dq ⊗ [1, ½δ]) = 2 vec(dq) + (dq_w I + [dq_v]) δ.
+  MatXX MinusJacobian(const VecX& x0) const override {
+    const Qd dq = Difference(x0);
+    Mat66 J = Mat66::Identity();
+    J.bottomRightCorner<3, 3>() = dq.w() * Mat33::Identity() + Hat(dq.vec());
+    return J;
+  }
   std::string TypeInfo() const override { return "VertexPose"; }
 
  private:
+  Qd Difference(const VecX& x0) const {
+    Qd dq = Qd(x0[6], x0[3], x0[4], x0[5]).conjugate() * q();
+    if (dq.w() < 0.0) dq.coeffs() = -dq.coeffs();
+    return dq;
+  }
   static Vec7 Pack(const Qd& q, const Vec3& p) {
     Vec7 x;
     x << p, q.normalized().coeffs();
     return x;
   }
+};
+
+/// Velocity of B in W [m/s], accelerometer bias [m/s²] and gyroscope bias [rad/s], stored [v, b_a, b_g].
+class VertexSpeedBias : public SizedVertex<9, 9> {
+ public:
+  explicit VertexSpeedBias(const Vec9& v_ba_bg = Vec9::Zero()) : SizedVertex(v_ba_bg, Role::kPose) {}
+  Vec3 v() const { return x_.head<3>(); }
+  Vec3 b_a() const { return x_.segment<3>(3); }
+  Vec3 b_g() const { return x_.tail<3>(); }
+  std::string TypeInfo() const override { return "VertexSpeedBias"; }
 };
 
 /// 1/depth [1/m] of a landmark in the camera frame of its host.
