@@ -1,0 +1,28 @@
+"""The one JSON object that --json promises on standard output."""
+
+import csv
+import json
+import math
+from pathlib import Path
+
+
+def emit(fields: dict) -> None:
+    """Prints the object on a line of its own."""
+    print(json.dumps(fields, ensure_ascii=False, allow_nan=False), flush=True)
+
+
+def read_summary(path: Path) -> dict:
+    """Reads a summary.csv of key,value rows; numbers become numbers, and those JSON cannot hold become null."""
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.reader(file) if len(row) == 2]
+    return {key: _value(text) for key, text in rows if (key, text) != ("key", "value")}
+
+
+def _value(text: str):
+    for kind in (int, float):
+        try:
+            number = kind(text)
+        except ValueError:
+            continue
+        return number if math.isfinite(number) else None
+    return text

@@ -1,0 +1,102 @@
+"""./course run: the whole chapter, or one solver run per data file."""
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from . import jsonout
+from .build import BIN, ROOT, build_or_fail
+from .data import kind_of
+from .errors import CourseError
+
+PLOT = ROOT / "ch5_backend" / "apps" / "plot"
+
+
+def run(arguments) -> int:
+    """Returns the exit code; raises CourseError for bad input before anything is built or written."""
+    out = Path(arguments.out or "out")
+    if not arguments.data:
+        return run_chapter(out, arguments)
+    places = result_places(arguments.data, out)
+    for path in arguments.data:
+        kind_of(path)
+    make_writable(out)
+    build_or_fail(["ch5_bal"])
+    results = [solve_bal(path, place, arguments) for path, place in places.items()]
+    if arguments.json:
+        jsonout.emit(results[0] if len(results) == 1 else {"results": results})
+    return next((r["exit_code"] for r in results if "exit_code" in r), 0)
+
+
+def run_chapter(out: Path, arguments) -> int:
+    """Every study of the chapter on the course's own scenes, then the report."""
+    for option in ("iterations", "threads", "huber"):
+        if getattr(arguments, option) is not None:
+            raise CourseError(f"--{option} needs DATA: the chapter's own studies choose their settings")
+    make_writable(out)
+    build_or_fail(["ch5_chapter"])
+    start = time.monotonic()
+    app([BIN / "ch5_chapter", "--out", out], arguments.json)
+    app([sys.executable, PLOT / "report.py", out], arguments.json)
+    report = out / "report.html"
+    print(f"The report: {report}", file=sys.stderr if arguments.json else sys.stdout)
+    if arguments.json:
+        jsonout.emit({"out": str(out), "report": str(report), "seconds": round(time.monotonic() - start, 3)})
+    return 0
+
+
+def solve_bal(path: str, out: Path, arguments) -> dict:
+    """Solves one file; a failure is part of the answer, so that the files after it are still solved."""
+    options = [word for name in ("iterations", "threads", "huber") if getattr(arguments, name) is not None
+               for word in (f"--{name}", str(getattr(arguments, name)))]
+    try:
+        make_writable(out)
+        app([BIN / "ch5_bal", path, "--out", out, *options], arguments.json)
+        app([sys.executable, PLOT / "bal.py", out], arguments.json)
+    except CourseError as error:
+        print(f"course: {error}", file=sys.stderr)
+        return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
+    print(f"The results: {out}", file=sys.stderr if arguments.json else sys.stdout)
+    return {**jsonout.read_summary(out / "summary.csv"), "out": str(out)}
+
+
+def result_places(paths, out: Path) -> dict:
+    """{path: folder of its results}; each file needs a folder of its own."""
+    places = {path: out / Path(path).stem for path in paths}
+    for path, place in places.items():
+        others = [other for other in places if other != path and places[other] == place]
+        if others:
+            raise CourseError(f"{path} and {others[0]} would both write into {place}; run them with another --out")
+    return places
+
+
+def make_writable(out: Path) -> None:
+    """Makes the folder and proves that a file can be written in it."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out) as probe:
+            probe.write(b"probe")
+    except OSError as error:
+        raise CourseError(f"cannot write into {out}: {error.strerror}") from error
+
+
+def app(command, quiet_stdout: bool) -> None:
+    """Runs a program of the house; its standard output becomes ours, or standard error if that must stay clean.
+
+    Raises CourseError with the program's exit code.
+    """
+    command = [str(word) for word in command]
+    environment = {**os.environ, "MPLBACKEND": "Agg"}
+    sys.stdout.flush()
+    code = subprocess.run(command, stdout=sys.stderr if quiet_stdout else None, env=environment).returncode
+    if code == -signal.SIGINT:
+        raise KeyboardInterrupt
+    if code < 0:
+        raise CourseError(f"{Path(command[0]).name} was killed by {signal.Signals(-code).name}", 128 - code)
+    if code:
+        name = next(Path(word).name for word in command if word != sys.executable)
+        raise CourseError(f"{name} failed with exit code {code}; its message is above", code)
