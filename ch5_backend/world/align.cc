@@ -2,7 +2,6 @@
 
 #include <Eigen/SVD>
 
-
 namespace ch5 {
 namespace {
 

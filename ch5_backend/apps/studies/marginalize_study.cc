@@ -48,7 +48,7 @@ void AppendStage(const MatXX& H, const std::string& stage, CsvTable* entries, Cs
 MatXX SlidesChain() {
   const double w1 = 1.0 / (0.1 * 0.1), w2 = 1.0 / (0.2 * 0.2), w3 = 1.0 / (0.3 * 0.3);
   MatXX H(3, 3);
-  H << w1, -w1, 0.0,            //
+  H << w1, -w1, 0.0,           //
       -w1, w1 + w2 + w3, -w3,  //
       0.0, -w3, w3;
   return H;

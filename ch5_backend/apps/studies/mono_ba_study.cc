@@ -32,10 +32,9 @@ void AppendReconstruction(const std::string& scene, const std::string& state, co
 
 void AppendSummary(const MonoBaCase& study, const Summary& s, int unknowns, size_t edges, const Rmse& before,
                    const Rmse& after, Tables* tables) {
-  tables->summary.Row(study.name, study.scene.frames, study.scene.points, unknowns, edges, s.initial_cost,
-                      s.final_cost, s.iterations, s.cost_evaluations, 1e3 * s.seconds, before.position,
-                      before.rotation, before.point, after.position, after.rotation, after.point,
-                      ToString(s.termination));
+  tables->summary.Row(study.name, study.scene.frames, study.scene.points, unknowns, edges, s.initial_cost, s.final_cost,
+                      s.iterations, s.cost_evaluations, 1e3 * s.seconds, before.position, before.rotation, before.point,
+                      after.position, after.rotation, after.point, ToString(s.termination));
   for (const IterationInfo& info : s.trace) {
     tables->trace.Row(study.name, info.iteration, info.cost, info.lambda, info.gain_ratio, info.step_norm,
                       info.gradient_max, info.trials, info.seconds);
@@ -55,8 +54,8 @@ void RunCase(const MonoBaCase& study, Tables* tables) {
   AppendReconstruction(study.name, "truth", truth, tables);
   AppendReconstruction(study.name, "initial", initial, tables);
   AppendReconstruction(study.name, "final", final_state, tables);
-  AppendSummary(study, summary, problem.Size(), ba.graph.Edges().size(),
-                Compare(AlignToTruth(initial, truth), truth), Compare(final_state, truth), tables);
+  AppendSummary(study, summary, problem.Size(), ba.graph.Edges().size(), Compare(AlignToTruth(initial, truth), truth),
+                Compare(final_state, truth), tables);
   const HessianPair hessian = FreeHessian(scene, study.pixel_information, ba);
   AppendNonZeros(hessian.H, &tables->hessian, study.name, "H");
   AppendNonZeros(hessian.S, &tables->hessian, study.name, "S");

@@ -60,8 +60,7 @@ SolveOptions UsualOptions() {
   return options;
 }
 
-PriorRun RunPrior(const PriorVariant& variant, const MonoBaScene& scene, double weight,
-                  const SolveOptions& options) {
+PriorRun RunPrior(const PriorVariant& variant, const MonoBaScene& scene, double weight, const SolveOptions& options) {
   PriorRun run;
   MonoBa ba;
   BuildMonoBa(scene, variant.gauge, variant.pixel_information, weight, &ba);
