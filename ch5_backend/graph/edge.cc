@@ -52,6 +52,7 @@ void Edge::RobustInfo(double* drho, MatXX* robust_information) const {
 
 void Edge::ComputeJacobiansNumerically() {
   constexpr double kStep = 1e-6;
+  numeric_jacobians_ = true;
   for (size_t i = 0; i < vertices_.size(); ++i) {
     Vertex& vertex = *vertices_[i];
     const VecX x0 = vertex.Parameters();

@@ -28,6 +28,14 @@ class Edge {
   /// Fills J_0, J_1, … at the present state. The default differentiates ComputeResidual numerically; the residual
   /// on return is that of the present state.
   virtual void ComputeJacobians() { ComputeJacobiansNumerically(); }
+  /// Both at once: an edge whose residual and Jacobians share their work overrides this for speed.
+  virtual void Linearize() {
+    ComputeResidual();
+    ComputeJacobians();
+  }
+  /// True once the Jacobians have been differentiated numerically. That moves the vertices for a moment, so such
+  /// edges cannot be linearised by several threads at once.
+  bool HasNumericJacobians() const { return numeric_jacobians_; }
   virtual std::string TypeInfo() const = 0;
 
   /// r, ResidualDimension()×1, of the last ComputeResidual.
@@ -86,6 +94,7 @@ class Edge {
   double* information_;
   std::shared_ptr<const LossFunction> loss_;
   int id_ = -1;
+  bool numeric_jacobians_ = false;
 };
 
 }  // namespace ch5

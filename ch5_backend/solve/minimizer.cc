@@ -48,6 +48,7 @@ class Run {
       if (iteration == 0) {
         first_gradient_max_ = info_.gradient_max;
         Report(0);
+        if (stopped_) return;
       }
       if (!std::isfinite(info_.gradient_max)) {
         return Stop(Termination::kNotFinite, "the gradient is not finite: a Jacobian holds NaN or infinity");

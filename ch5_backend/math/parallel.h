@@ -1,0 +1,77 @@
+#pragma once
+/// A small pool of threads that is made once and used for every loop.
+///
+/// A loop is cut into tasks by its caller, by sizes that do not depend on the number of threads; a task writes only
+/// what belongs to it. Sums are made of one part a task, added in the tasks' order. So every result is the same to
+/// the bit with one thread and with many.
+
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace ch5 {
+
+class ThreadPool {
+ public:
+  /// @param threads  the calling one included; 1 or less makes no further thread
+  explicit ThreadPool(int threads = 1);
+  ~ThreadPool();
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
+
+  int Threads() const { return static_cast<int>(workers_.size()) + 1; }
+
+  /// Calls task(i) once for each i in [0, tasks), in any order and on any thread; returns when all are done.
+  /// The first exception that a task throws is thrown again here, after the others have ended. Not to be nested.
+  template <typename Task>
+  void Run(int tasks, Task&& task) {
+    if (workers_.empty() || tasks < 2) {
+      for (int i = 0; i < tasks; ++i) task(i);
+      return;
+    }
+    RunOnAll(tasks, [](void* context, int i) { (*static_cast<std::remove_reference_t<Task>*>(context))(i); }, &task);
+  }
+
+ private:
+  using Function = void (*)(void* context, int task);  // a std::function would allocate
+
+  void RunOnAll(int tasks, Function function, void* context);
+  void Work();
+  void TakeTasks();
+
+  std::vector<std::thread> workers_;
+  std::mutex mutex_;
+  std::condition_variable begin_, end_;
+  std::atomic<int> next_task_{0};
+  Function function_ = nullptr;
+  void* context_ = nullptr;
+  int tasks_ = 0;
+  int busy_ = 0;        // workers that have not ended this loop
+  long generation_ = 0;  // counts the loops, so that a worker joins each once
+  bool stop_ = false;
+  std::exception_ptr error_;
+};
+
+/// Number of pieces of `size` items that cover `count` items.
+inline int NumChunks(int count, int size) { return (count + size - 1) / size; }
+
+/// Calls range(begin, end) for consecutive pieces of `size` items that cover [0, count).
+template <typename Range>
+void ParallelFor(ThreadPool* pool, int count, int size, Range&& range) {
+  pool->Run(NumChunks(count, size), [&](int i) { range(i * size, i * size + size < count ? i * size + size : count); });
+}
+
+/// Σ range(begin, end) over the same pieces, added in order. `parts` keeps its memory between calls.
+template <typename Range>
+double ParallelSum(ThreadPool* pool, int count, int size, std::vector<double>* parts, Range&& range) {
+  parts->assign(static_cast<size_t>(NumChunks(count, size)), 0.0);
+  ParallelFor(pool, count, size, [&](int begin, int end) { (*parts)[begin / size] = range(begin, end); });
+  double sum = 0.0;
+  for (const double part : *parts) sum += part;
+  return sum;
+}
+
+}  // namespace ch5

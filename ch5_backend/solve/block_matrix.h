@@ -1,0 +1,63 @@
+#pragma once
+/// A symmetric matrix of small blocks of which only the lower half of the non-zero ones is stored, column by column.
+///
+///      ┌────┐
+///      │ 00 │ ·                 column 0: rows 0, 2;  column 1: row 1;  column 2: row 2
+///      │    │ 11 │ ·            a column's first block is its diagonal one
+///      │ 20 │    │ 22 │
+///      └────┴────┴────┘
+///
+/// Each block is column-major with its own leading dimension, the number of rows rounded up to an even number: the
+/// inner loops then need no remainder, whatever the size. The padding rows are zero or hold nothing of meaning.
+
+#include <vector>
+
+#include "ch5_backend/math/eigen_types.h"
+
+namespace ch5 {
+
+/// Rows of a stored block with `dim` rows.
+constexpr int Stride(int dim) { return (dim + 1) & ~1; }
+
+class SymmetricBlockMatrix {
+ public:
+  /// Builds the pattern; all values are zero.
+  /// @param dims  size of each diagonal block
+  /// @param rows_of_column  ascending block rows i ≥ j of each column j, the diagonal first
+  void SetPattern(std::vector<int> dims, const std::vector<std::vector<int>>& rows_of_column);
+
+  int NumColumns() const { return static_cast<int>(dims_.size()); }
+  int Dim(int block) const { return dims_[block]; }
+  int Offset(int block) const { return offsets_[block]; }  ///< first scalar row; Offset(NumColumns()) = Size()
+  int Size() const { return offsets_.back(); }
+
+  /// The stored blocks of column j are numbered [ColumnBegin(j), ColumnBegin(j + 1)).
+  int ColumnBegin(int j) const { return column_begin_[j]; }
+  int Row(int block) const { return rows_[block]; }
+  double* Values(int block) { return values_.data() + value_begin_[block]; }
+  const double* Values(int block) const { return values_.data() + value_begin_[block]; }
+  int NumBlocks() const { return static_cast<int>(rows_.size()); }
+  /// Numbers in all blocks, padding included.
+  int NumValues() const { return static_cast<int>(values_.size()); }
+  double* Data() { return values_.data(); }
+
+  /// The number of block (i, j), i ≥ j, or −1 if it is not stored.
+  int Find(int i, int j) const;
+
+  /// y = A x.
+  void Multiply(const double* x, double* y) const;
+  VecX Diagonal() const;
+  /// Fills the lower half of `A`, which must have Size() rows and columns; the upper half is left alone.
+  void CopyLower(MatXX* A) const;
+  MatXX Dense() const;
+
+ private:
+  std::vector<int> dims_;
+  std::vector<int> offsets_{0};
+  std::vector<int> column_begin_{0};
+  std::vector<int> rows_;
+  std::vector<int> value_begin_;
+  std::vector<double> values_;
+};
+
+}  // namespace ch5

@@ -1,0 +1,20 @@
+#pragma once
+/// An edge's linear parts, whitened:  H = Σ J̃ᵀJ̃,  b = −Σ J̃ᵀr̃.
+///
+/// With W = FᵀF, s = rᵀWr and a loss ρ (Triggs 2000, §4.3; (1 − α)² = 1 + 2ρ''s/ρ'):
+///   J̃ = √ρ' (I − α Fr (Fr)ᵀ/s) F J,   r̃ = √ρ'/(1 − α) F r
+/// so that J̃ᵀJ̃ = JᵀW_ρJ and J̃ᵀr̃ = ρ'JᵀWr, with W_ρ as in graph/loss.h.
+
+#include "ch5_backend/solve/block_structure.h"
+
+namespace ch5 {
+
+/// Linearises one edge at the present state and writes its residual and its Jacobians to their places in `linear`
+/// (see BlockStructure). Padding is left alone. Safe to call for different edges at once.
+void WriteLinearParts(const BlockStructure& structure, const EdgeRecord& record, double* linear);
+
+/// F (n×n, row-major) with W = FᵀF for a symmetric positive semi-definite W: Cholesky with diagonal pivoting, which
+/// ends where the rest is rounding; F's last rows are zero then. Golub & Van Loan, "Matrix Computations", §4.2.8.
+void FactorPsd(const double* W, int n, double* F);
+
+}  // namespace ch5
