@@ -15,11 +15,24 @@ typename std::vector<std::shared_ptr<T>>::const_iterator Find(const std::vector<
   return it != items.end() && it->get() == &item ? it : items.end();
 }
 
-std::string Name(const Vertex& vertex) {
-  return vertex.TypeInfo() + (vertex.Id() < 0 ? "" : " " + std::to_string(vertex.Id()));
+template <typename T>
+std::string Name(const T& item) {
+  return item.TypeInfo() + (item.Id() < 0 ? "" : " " + std::to_string(item.Id()));
 }
 
 }  // namespace
+
+Graph::~Graph() {
+  for (const auto& edge : edges_) edge->id_ = -1;
+  for (const auto& vertex : vertices_) vertex->id_ = vertex->ordering_id_ = -1;
+}
+
+void Graph::Swap(Graph* other) noexcept {
+  vertices_.swap(other->vertices_);
+  edges_.swap(other->edges_);
+  std::swap(next_vertex_id_, other->next_vertex_id_);
+  std::swap(next_edge_id_, other->next_edge_id_);
+}
 
 int Graph::AddVertex(std::shared_ptr<Vertex> vertex) {
   if (!vertex) throw GraphError("AddVertex: the vertex is null");
@@ -34,17 +47,16 @@ int Graph::AddVertex(std::shared_ptr<Vertex> vertex) {
 
 int Graph::AddEdge(std::shared_ptr<Edge> edge) {
   if (!edge) throw GraphError("AddEdge: the edge is null");
-  const std::string name = edge->TypeInfo();
-  if (edge->Id() >= 0)
-    throw GraphError("AddEdge: " + name + " " + std::to_string(edge->Id()) + " is already in a graph");
+  if (edge->Id() >= 0) throw GraphError("AddEdge: " + Name(*edge) + " is already in a graph");
   const auto& vertices = edge->Vertices();
   for (size_t i = 0; i < vertices.size(); ++i) {
-    const std::string place = "AddEdge: " + name + ", vertex " + std::to_string(i) + ": ";
-    if (!vertices[i]) throw GraphError(place + "missing (null)");
-    if (!Contains(*vertices[i])) throw GraphError(place + Name(*vertices[i]) + " is not in this graph");
-    if (std::find(vertices.begin(), vertices.begin() + static_cast<long>(i), vertices[i]) !=
-        vertices.begin() + static_cast<long>(i)) {
-      throw GraphError(place + Name(*vertices[i]) + " is repeated");
+    const auto fail = [&](const std::string& fault) {
+      throw GraphError("AddEdge: " + Name(*edge) + ", vertex " + std::to_string(i) + ": " + fault);
+    };
+    if (!vertices[i]) fail("missing (null)");
+    if (!Contains(*vertices[i])) fail(Name(*vertices[i]) + " is not in this graph");
+    for (size_t k = 0; k < i; ++k) {
+      if (vertices[k] == vertices[i]) fail(Name(*vertices[i]) + " is repeated");
     }
   }
   edge->id_ = next_edge_id_++;

@@ -16,8 +16,19 @@ class GraphError : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
+/// A vertex or edge belongs to one graph at a time, and is free again when it is removed or the graph is gone.
 class Graph {
  public:
+  Graph() = default;
+  ~Graph();
+  Graph(const Graph&) = delete;
+  Graph& operator=(const Graph&) = delete;
+  Graph(Graph&& other) noexcept { Swap(&other); }
+  Graph& operator=(Graph&& other) noexcept {
+    Swap(&other);
+    return *this;
+  }
+
   /// @return the vertex' id
   /// @throws GraphError if it is null, already in a graph, or holds a number that is not finite
   int AddVertex(std::shared_ptr<Vertex> vertex);
@@ -43,6 +54,8 @@ class Graph {
   bool Contains(const Edge& edge) const;
 
  private:
+  void Swap(Graph* other) noexcept;
+
   std::vector<std::shared_ptr<Vertex>> vertices_;
   std::vector<std::shared_ptr<Edge>> edges_;
   int next_vertex_id_ = 0;

@@ -42,12 +42,15 @@ TukeyLoss::TukeyLoss(double delta, LossCorrection correction)
 
 Rho TukeyLoss::Evaluate(double s) const {
   if (s > square_) return {square_ / 3.0, 0.0, 0.0};
-  const double v = 1.0 - s / square_;
-  return {square_ / 3.0 * (1.0 - v * v * v), v * v, -2.0 * v / square_};
+  // u = s/δ², v = 1 − u:  1 − v³ = 3u (1 − u + u²/3), which does not cancel for small s.
+  const double u = s / square_, v = 1.0 - u;
+  return {s * (1.0 - u + u * u / 3.0), v * v, -2.0 * v / square_};
 }
 
 RobustWeight CorrectLoss(const Rho& rho, double s, LossCorrection correction) {
-  const bool keeps_positive = rho[1] + 2.0 * rho[2] * s > 0.0;
+  // Huber's ρ' + 2ρ''s is zero; the margin keeps its rounding from switching the term on and off.
+  constexpr double kMargin = 1e-12;
+  const bool keeps_positive = rho[1] + 2.0 * rho[2] * s > kMargin * rho[1];
   const bool second_order = correction == LossCorrection::kTriggs && keeps_positive;
   return {rho[1], second_order ? 2.0 * rho[2] : 0.0};
 }

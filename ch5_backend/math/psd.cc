@@ -10,6 +10,10 @@ namespace ch5 {
 std::string WhyNotPositiveSemiDefinite(const MatXX& A) {
   constexpr double kRelativeTolerance = 1e-9;
   std::ostringstream why;
+  if (A.rows() != A.cols()) {
+    why << "is not square: " << A.rows() << "x" << A.cols();
+    return why.str();
+  }
   for (int i = 0; i < A.rows(); ++i) {
     for (int j = 0; j < A.cols(); ++j) {
       if (!std::isfinite(A(i, j))) {

@@ -7,7 +7,7 @@
 
 namespace ch5 {
 
-/// Empty if `A` (n×n) is finite, symmetric and positive semi-definite to a relative tolerance of 1e-9; otherwise the
+/// Empty if `A` is square, finite, symmetric and positive semi-definite to a relative tolerance of 1e-9; otherwise the
 /// rest of a sentence that begins with "The matrix", naming the entry or the eigenvalue at fault.
 std::string WhyNotPositiveSemiDefinite(const MatXX& A);
 

@@ -1,6 +1,8 @@
 #pragma once
 /// The unknowns of the chapter. Frames: W world, B body (IMU), C camera; T_W_B maps B-coordinates into W.
 
+#include <stdexcept>
+
 #include "ch5_backend/graph/vertex.h"
 #include "ch5_backend/math/so3.h"
 
@@ -12,11 +14,13 @@ class VertexPose : public SizedVertex<7, 6> {
  public:
   VertexPose() : VertexPose(Qd::Identity(), Vec3::Zero()) {}
   /// @param q  rotation, normalised here;  @param p  position [m]
+  /// @throws std::invalid_argument if q has no length, so no direction
   VertexPose(const Qd& q, const Vec3& p) : SizedVertex(Pack(q, p), Role::kPose) {}
 
   Vec3 p() const { return x_.head<3>(); }
   Qd q() const { return Qd(x_[6], x_[3], x_[4], x_[5]); }
   Mat33 R() const { return q().toRotationMatrix(); }
+  /// As the constructor.
   void SetPose(const Qd& q, const Vec3& p) { x_ = Pack(q, p); }
 
   void Plus(const double* delta) override {
@@ -46,6 +50,7 @@ class VertexPose : public SizedVertex<7, 6> {
     return dq;
   }
   static Vec7 Pack(const Qd& q, const Vec3& p) {
+    if (q.squaredNorm() == 0.0) throw std::invalid_argument("VertexPose: the quaternion is zero");
     Vec7 x;
     x << p, q.normalized().coeffs();
     return x;

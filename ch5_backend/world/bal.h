@@ -1,0 +1,63 @@
+#pragma once
+/// "Bundle Adjustment in the Large" problems (Agarwal et al., ECCV 2010) as files, values and graphs.
+///
+/// The file: `cameras points observations`; per observation `camera point x y` [px, y up]; 9 numbers a camera
+/// (angle-axis ω, translation t, focal length f, distortion k1, k2; see EdgeBAL), 3 numbers a point.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/graph/graph.h"
+#include "ch5_backend/types/vertices.h"
+
+namespace ch5 {
+
+struct BalObservation {
+  int camera;
+  int point;
+  Vec2 pixel;
+};
+
+struct BalProblem {
+  std::vector<BalObservation> observations;
+  std::vector<Vec9> cameras;
+  std::vector<Vec3> points;
+};
+
+/// @throws FileError "file:line: what, got value" if the file is missing, empty, cut short, not text, or holds
+///         counts that the file is too small for, an index out of range, a repeated observation, a number that is
+///         not finite or beyond 1e15, or text after the last point
+BalProblem ReadBal(const std::string& path);
+
+/// The file's text; every number reads back as the same double.
+std::string FormatBal(const BalProblem& problem);
+/// @throws FileError if it cannot be written; `path` is then as it was
+void WriteBal(const BalProblem& problem, const std::string& path);
+
+/// Points grey, camera centres orange, as PLY text.
+std::string FormatBalPly(const BalProblem& problem);
+void WriteBalPly(const BalProblem& problem, const std::string& path);
+
+/// c = −Rᵀt, and −Rᵀe_z, the direction that a BAL camera looks in.
+Vec3 CameraCentre(const Vec9& camera);
+Vec3 CameraDirection(const Vec9& camera);
+
+/// The problem as a graph: cameras are poses, points are landmarks, one EdgeBAL per observation, W = I [1/px²].
+struct BalGraph {
+  Graph graph;
+  std::vector<std::shared_ptr<Vertex>> cameras;  ///< VertexCameraBAL, as in BalProblem::cameras
+  std::vector<std::shared_ptr<Vertex>> points;   ///< VertexPointXYZ
+};
+
+/// @param loss  of every observation, its threshold in pixels; null for plain least squares
+/// @throws std::invalid_argument if an observation's index is out of range
+void BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalGraph* bal);
+
+/// Copies the vertices' present values into `problem`, which must have built them.
+void ReadBack(const BalGraph& bal, BalProblem* problem);
+
+/// Mean of ‖r‖ over the graph's edges [px] at the present state; 0 without edges.
+double MeanReprojectionError(const Graph& graph);
+
+}  // namespace ch5

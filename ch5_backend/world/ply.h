@@ -1,0 +1,20 @@
+#pragma once
+/// Coloured points as PLY text, which MeshLab, CloudCompare and Blender open.
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/math/eigen_types.h"
+
+namespace ch5 {
+
+struct ColouredPoint {
+  Vec3 p;
+  std::array<uint8_t, 3> rgb;
+};
+
+std::string FormatPly(const std::vector<ColouredPoint>& points);
+
+}  // namespace ch5

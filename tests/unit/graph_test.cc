@@ -1,0 +1,173 @@
+/// The graph refuses what cannot be solved, with words; ids and the ordering.
+#include "ch5_backend/graph/graph.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "ch5_backend/graph/ordering.h"
+#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/edge_se3_prior.h"
+
+namespace ch5 {
+namespace {
+
+std::shared_ptr<VertexPose> NewPose() { return std::make_shared<VertexPose>(); }
+std::shared_ptr<VertexInverseDepth> NewDepth() { return std::make_shared<VertexInverseDepth>(0.25); }
+
+std::shared_ptr<EdgeSE3Prior> NewPrior(const std::shared_ptr<VertexPose>& pose) {
+  return std::make_shared<EdgeSE3Prior>(pose, Qd::Identity(), Vec3::Zero());
+}
+
+std::shared_ptr<EdgeReprojection> NewReprojection(const std::shared_ptr<VertexInverseDepth>& depth,
+                                                  const std::shared_ptr<VertexPose>& host,
+                                                  const std::shared_ptr<VertexPose>& target) {
+  return std::make_shared<EdgeReprojection>(depth, host, target, Vec2(0, 0), Vec2(0, 0));
+}
+
+template <typename Action>
+void ExpectGraphError(const Action& action, const std::string& words) {
+  try {
+    action();
+    FAIL() << "no error; expected: " << words;
+  } catch (const GraphError& error) {
+    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+  }
+}
+
+TEST(Graph, NumbersVerticesAndEdgesInOrderOfInsertion) {
+  Graph graph;
+  const auto a = NewPose(), b = NewPose();
+  EXPECT_EQ(a->Id(), -1);
+  EXPECT_EQ(graph.AddVertex(a), 0);
+  EXPECT_EQ(graph.AddVertex(b), 1);
+  EXPECT_EQ(graph.AddEdge(NewPrior(b)), 0);
+  EXPECT_EQ(graph.AddEdge(NewPrior(a)), 1);
+  EXPECT_EQ(b->Id(), 1);
+  EXPECT_EQ(graph.EdgesOf(*a).size(), 1u);
+  EXPECT_EQ(graph.EdgesOf(*a)[0]->Id(), 1);
+}
+
+TEST(Graph, RefusesNullAndForeignAndDoubledMembers) {
+  Graph graph, other;
+  const auto pose = NewPose(), stranger = NewPose(), outside = NewPose();
+  graph.AddVertex(pose);
+  other.AddVertex(stranger);
+  ExpectGraphError([&] { graph.AddVertex(nullptr); }, "AddVertex: the vertex is null");
+  ExpectGraphError([&] { graph.AddVertex(pose); }, "VertexPose 0 is already in a graph");
+  ExpectGraphError([&] { graph.AddVertex(stranger); }, "VertexPose 0 is already in a graph");
+  ExpectGraphError([&] { graph.AddEdge(nullptr); }, "AddEdge: the edge is null");
+  ExpectGraphError([&] { graph.AddEdge(NewPrior(nullptr)); }, "EdgeSE3Prior, vertex 0: missing (null)");
+  ExpectGraphError([&] { graph.AddEdge(NewPrior(stranger)); }, "vertex 0: VertexPose 0 is not in this graph");
+  ExpectGraphError([&] { graph.AddEdge(NewPrior(outside)); }, "vertex 0: VertexPose is not in this graph");
+  const auto prior = NewPrior(pose);
+  graph.AddEdge(prior);
+  ExpectGraphError([&] { graph.AddEdge(prior); }, "EdgeSE3Prior 0 is already in a graph");
+  ExpectGraphError([&] { other.AddEdge(prior); }, "EdgeSE3Prior 0 is already in a graph");
+  EXPECT_EQ(graph.Vertices().size(), 1u);
+  EXPECT_EQ(graph.Edges().size(), 1u);
+  EXPECT_EQ(other.Edges().size(), 0u);
+}
+
+TEST(Graph, RefusesARepeatedVertexInAnEdge) {
+  Graph graph;
+  const auto pose = NewPose();
+  const auto depth = NewDepth();
+  graph.AddVertex(pose);
+  graph.AddVertex(depth);
+  ExpectGraphError([&] { graph.AddEdge(NewReprojection(depth, pose, pose)); }, "vertex 2: VertexPose 0 is repeated");
+}
+
+TEST(Graph, RefusesAVertexThatIsNotFinite) {
+  Graph graph;
+  for (const double x : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    ExpectGraphError([&] { graph.AddVertex(std::make_shared<VertexPointXYZ>(Vec3(0, x, 0))); },
+                     "VertexPointXYZ holds a number that is not finite");
+  }
+}
+
+TEST(Graph, RemovingAVertexTakesItsEdgesAndKeepsTheOtherIds) {
+  Graph graph;
+  const auto a = NewPose(), b = NewPose();
+  const auto depth = NewDepth();
+  graph.AddVertex(a);
+  graph.AddVertex(b);
+  graph.AddVertex(depth);
+  const auto prior = NewPrior(b);
+  const auto sight = NewReprojection(depth, a, b);
+  graph.AddEdge(sight);
+  graph.AddEdge(prior);
+  graph.RemoveVertex(a);
+  EXPECT_EQ(graph.Edges(), std::vector<std::shared_ptr<Edge>>{prior});
+  EXPECT_EQ(a->Id(), -1);
+  EXPECT_EQ(sight->Id(), -1);
+  EXPECT_EQ(b->Id(), 1);
+  EXPECT_EQ(prior->Id(), 1);
+  EXPECT_FALSE(graph.Contains(*a));
+  EXPECT_TRUE(graph.Contains(*b));
+  ExpectGraphError([&] { graph.RemoveVertex(a); }, "RemoveVertex: the vertex is not in this graph");
+  ExpectGraphError([&] { graph.RemoveEdge(sight); }, "RemoveEdge: the edge is not in this graph");
+  ExpectGraphError([&] { graph.RemoveEdge(nullptr); }, "not in this graph");
+  EXPECT_EQ(graph.AddVertex(a), 3);  // free again, with a number of its own
+  graph.RemoveEdge(graph.Edges()[0]);
+  EXPECT_TRUE(graph.Edges().empty());
+}
+
+TEST(Graph, FreesItsMembersWhenItIsGone) {
+  const auto pose = NewPose();
+  const auto prior = NewPrior(pose);
+  {
+    Graph graph;
+    graph.AddVertex(pose);
+    graph.AddEdge(prior);
+    Graph moved = std::move(graph);
+    EXPECT_TRUE(moved.Contains(*pose));
+    EXPECT_EQ(moved.AddVertex(NewPose()), 1);
+    graph = Graph();
+    EXPECT_EQ(pose->Id(), 0);
+  }
+  EXPECT_EQ(pose->Id(), -1);
+  Graph next;
+  EXPECT_EQ(next.AddVertex(pose), 0);
+  EXPECT_EQ(next.AddEdge(prior), 0);
+}
+
+TEST(Ordering, PosesComeFirstAndFixedOrIsolatedVerticesAreLeftOut) {
+  Graph graph;
+  const auto depth = NewDepth(), isolated_depth = NewDepth();
+  const auto fixed = NewPose(), a = NewPose(), isolated = NewPose(), b = NewPose();
+  const std::vector<std::shared_ptr<Vertex>> all = {depth, isolated_depth, fixed, a, isolated, b};
+  for (const auto& vertex : all) graph.AddVertex(vertex);
+  fixed->SetFixed();
+  graph.AddEdge(NewReprojection(depth, fixed, b));
+  graph.AddEdge(NewPrior(a));
+  const Ordering ordering = MakeOrdering(graph);
+  EXPECT_EQ(ordering.poses, (std::vector<std::shared_ptr<Vertex>>{a, b}));
+  EXPECT_EQ(ordering.landmarks, (std::vector<std::shared_ptr<Vertex>>{depth}));
+  EXPECT_EQ(ordering.dim_poses, 12);
+  EXPECT_EQ(ordering.dim_landmarks, 1);
+  EXPECT_EQ(ordering.Size(), 13);
+  EXPECT_EQ(a->OrderingId(), 0);
+  EXPECT_EQ(b->OrderingId(), 6);
+  EXPECT_EQ(depth->OrderingId(), 12);
+  for (const auto& vertex : {std::shared_ptr<Vertex>(fixed), {isolated}, {isolated_depth}}) {
+    EXPECT_EQ(vertex->OrderingId(), -1);
+  }
+}
+
+TEST(Ordering, RoleDecidesWhoIsEliminated) {
+  Graph graph;
+  const auto pose = NewPose(), other = NewPose();
+  pose->SetRole(Role::kLandmark);
+  graph.AddVertex(pose);
+  graph.AddVertex(other);
+  graph.AddEdge(NewPrior(pose));
+  graph.AddEdge(NewPrior(other));
+  const Ordering ordering = MakeOrdering(graph);
+  EXPECT_EQ(ordering.dim_poses, 6);
+  EXPECT_EQ(ordering.dim_landmarks, 6);
+  EXPECT_EQ(pose->OrderingId(), 6);
+}
+
+}  // namespace
+}  // namespace ch5

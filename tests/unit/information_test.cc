@@ -1,0 +1,61 @@
+/// The information matrix of an edge: what is refused, and what rᵀWr comes to.
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "ch5_backend/types/edge_reprojection.h"
+
+namespace ch5 {
+namespace {
+
+EdgeReprojectionPoseOnly NewEdge() {
+  return {std::make_shared<VertexPose>(), Vec3(1, 2, 1), Vec2(0.5, 0.5)};  // r = (0.5, 1.5)
+}
+
+void ExpectRefused(const MatXX& W, const std::string& words) {
+  auto edge = NewEdge();
+  try {
+    edge.SetInformation(W);
+    FAIL() << "no error; expected: " << words;
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("EdgeReprojectionPoseOnly: the information matrix " + words),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(edge.Information(), MatXX::Identity(2, 2));  // as it was
+}
+
+TEST(Information, RefusesWhatIsNoInformation) {
+  Mat22 W = Mat22::Identity();
+  ExpectRefused(MatXX::Identity(3, 3), "must be 2x2, got 3x3");
+  ExpectRefused(MatXX(0, 0), "must be 2x2, got 0x0");
+  W(0, 1) = 1e-3;
+  ExpectRefused(W, "is not symmetric");
+  W(1, 0) = std::numeric_limits<double>::quiet_NaN();
+  ExpectRefused(W, "has an entry that is not finite: (1, 0) = nan");
+  W << 1, 2, 2, 1;
+  ExpectRefused(W, "is not positive semi-definite: its smallest eigenvalue is -1");
+  ExpectRefused(-Mat22::Identity(), "is not positive semi-definite: (0, 0) = -1");
+}
+
+TEST(Information, SemiDefiniteAndZeroAreAllowed) {
+  auto edge = NewEdge();
+  edge.ComputeResidual();
+  edge.SetInformation(Mat22::Zero());
+  EXPECT_EQ(edge.Chi2(), 0.0);
+  edge.SetInformation(Mat22::Ones());  // rank 1
+  EXPECT_EQ(edge.Chi2(), 4.0);         // (0.5 + 1.5)²
+}
+
+TEST(Information, ChiSquareByHand) {
+  auto edge = NewEdge();
+  edge.SetInformation((Mat22() << 4, 1, 1, 2).finished());
+  edge.ComputeResidual();
+  EXPECT_EQ(edge.Chi2(), 4 * 0.25 + 2 * 1 * 0.75 + 2 * 2.25);
+  EXPECT_EQ(edge.RobustChi2(), edge.Chi2());
+  edge.SetLossFunction(std::make_shared<CauchyLoss>(1.0));
+  EXPECT_NEAR(edge.RobustChi2(), std::log(8.0), 1e-15);
+}
+
+}  // namespace
+}  // namespace ch5

@@ -1,0 +1,156 @@
+/// Robust losses: published numbers, derivatives, and what they make of an edge's gradient and Hessian.
+#include "ch5_backend/graph/loss.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "ch5_backend/graph/graph.h"
+#include "ch5_backend/graph/sized_edge.h"
+#include "ch5_backend/types/vertices.h"
+
+namespace ch5 {
+namespace {
+
+std::vector<std::shared_ptr<LossFunction>> AllLosses(double delta) {
+  return {std::make_shared<TrivialLoss>(), std::make_shared<HuberLoss>(delta), std::make_shared<CauchyLoss>(delta),
+          std::make_shared<TukeyLoss>(delta)};
+}
+
+TEST(Loss, DerivativesEqualCentralDifferences) {
+  for (const double delta : {0.07, 0.7, 1.3, 5.0}) {
+    for (const auto& loss : AllLosses(delta)) {
+      for (const double fraction : {0.01, 0.5, 0.98, 1.02, 2.25, 100.0}) {  // on both sides of s = δ²
+        const double s = fraction * delta * delta, h = 1e-5 * s;
+        const Rho rho = loss->Evaluate(s), left = loss->Evaluate(s - h), right = loss->Evaluate(s + h);
+        EXPECT_NEAR(rho[1], (right[0] - left[0]) / (2.0 * h), 1e-8);
+        EXPECT_NEAR(rho[2] * s, (right[1] - left[1]) / (2.0 * h) * s, 1e-8);
+      }
+    }
+  }
+}
+
+TEST(Loss, EqualsTheSquareForSmallResiduals) {
+  for (const auto& loss : AllLosses(2.0)) {
+    const Rho zero = loss->Evaluate(0.0);
+    EXPECT_EQ(zero[0], 0.0);
+    EXPECT_EQ(zero[1], 1.0);
+    EXPECT_NEAR(loss->Evaluate(1e-9)[0], 1e-9, 1e-18);
+  }
+}
+
+// Ceres' loss_function_test.
+TEST(Loss, SecondDerivativeAtZeroIsCeres) {
+  EXPECT_DOUBLE_EQ(CauchyLoss(0.7).Evaluate(0.0)[2], -1.0 / 0.49);
+  EXPECT_DOUBLE_EQ(TukeyLoss(0.7).Evaluate(0.0)[2], -2.0 / 0.49);
+}
+
+// GTSAM's testNoiseModel: k = 5, residual 10. Its weight is ρ', its loss ½ρ.
+TEST(Loss, NumbersOfGtsamsNoiseModels) {
+  EXPECT_DOUBLE_EQ(HuberLoss(5.0).Evaluate(100.0)[1], 0.5);
+  EXPECT_DOUBLE_EQ(0.5 * HuberLoss(5.0).Evaluate(100.0)[0], 37.5);
+  EXPECT_DOUBLE_EQ(CauchyLoss(5.0).Evaluate(100.0)[1], 0.2);
+  EXPECT_NEAR(0.5 * CauchyLoss(5.0).Evaluate(100.0)[0], 20.117973905, 5e-10);
+  EXPECT_EQ(TukeyLoss(5.0).Evaluate(100.0)[1], 0.0);
+  EXPECT_NEAR(0.5 * TukeyLoss(5.0).Evaluate(100.0)[0], 4.1666667, 5e-8);
+}
+
+// Ceres' corrector_test, r = √3, J = 10, ρ = (3, 0.1, −0.01): there both r and J are scaled by √0.1, which is our IRLS
+// weight; with the second derivative, JᵀW_ρJ = J²(ρ' + 2ρ''s) = 100 (0.1 − 0.06).
+TEST(Loss, CorrectionOfCeresExample) {
+  const Rho rho = {3.0, 0.1, -0.01};
+  const RobustWeight irls = CorrectLoss(rho, 3.0, LossCorrection::kIrls);
+  EXPECT_NEAR(irls.weight, std::sqrt(0.1) * std::sqrt(0.1), 1e-15);
+  EXPECT_EQ(irls.rank_one, 0.0);
+  const RobustWeight triggs = CorrectLoss(rho, 3.0, LossCorrection::kTriggs);
+  EXPECT_EQ(triggs.weight, 0.1);
+  EXPECT_NEAR(100.0 * (triggs.weight + triggs.rank_one * 3.0), 4.0, 1e-13);
+}
+
+// Cauchy(1): ρ' + 2ρ''s = (1 − s)/(1 + s)².
+TEST(Loss, RankOneTermOnlyWhereItKeepsTheHessianPositive) {
+  const CauchyLoss cauchy(1.0);
+  for (const double s : {0.0, 0.5, 0.999, 1.001, 2.0, 1e6}) {
+    const RobustWeight robust = CorrectLoss(cauchy.Evaluate(s), s, LossCorrection::kTriggs);
+    EXPECT_EQ(robust.rank_one != 0.0, s < 1.0) << s;
+    EXPECT_GT(robust.weight + robust.rank_one * s, 0.0) << s;
+  }
+}
+
+// Huber's ρ' + 2ρ''s is zero for every s > δ²; no rounding may switch the term on.
+TEST(Loss, HuberNeverHasARankOneTerm) {
+  for (const double delta : {0.1, 0.7, 1.0, 3.3}) {
+    const HuberLoss huber(delta);
+    for (double s = 1e-3; s < 1e6; s *= 1.0173) {
+      ASSERT_EQ(CorrectLoss(huber.Evaluate(s), s, LossCorrection::kTriggs).rank_one, 0.0) << delta << " " << s;
+    }
+  }
+}
+
+TEST(Loss, RefusesThresholdsThatAreNotPositive) {
+  for (const double delta :
+       {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(HuberLoss{delta}, std::invalid_argument);
+    EXPECT_THROW(CauchyLoss{delta}, std::invalid_argument);
+    EXPECT_THROW(TukeyLoss{delta}, std::invalid_argument);
+  }
+}
+
+// r = A x − c: with a linear residual, JᵀW_ρJ is the exact Hessian of ½ρ wherever the rank-one term is kept.
+class LinearEdge : public SizedEdge<2, VertexVector<3>> {
+ public:
+  explicit LinearEdge(std::shared_ptr<VertexVector<3>> x) : SizedEdge(std::move(x)) {}
+  void ComputeResidual() override { r_ = A() * GetVertex<0>().GetEstimate() - Vec2(0.3, -0.2); }
+  void ComputeJacobians() override { J<0>() = A(); }
+  std::string TypeInfo() const override { return "LinearEdge"; }
+  static Mat23 A() { return (Mat23() << 1, 2, -1, 0.5, -1, 2).finished(); }
+};
+
+TEST(Loss, RobustGradientAndHessianAreThoseOfHalfRho) {
+  const auto x = std::make_shared<VertexVector<3>>(Vec3(0.1, 0.2, -0.15));
+  LinearEdge edge(x);
+  edge.SetInformation((Mat22() << 2.0, 0.5, 0.5, 1.0).finished());
+  const auto gradient = [&]() -> Vec3 {  // ρ' JᵀWr, what b holds negated
+    edge.ComputeResidual();
+    edge.ComputeJacobians();
+    return edge.GetRobustWeight().weight * edge.Jacobian(0).transpose() * edge.Information() * edge.Residual();
+  };
+  for (const double delta : {0.3, 2.0}) {  // far out, and near the middle
+    for (const auto& loss : AllLosses(delta)) {
+      edge.SetLossFunction(loss);
+      const Vec3 g = gradient();
+      double drho;
+      MatXX W_rho;
+      edge.RobustInfo(&drho, &W_rho);
+      const Mat33 H = LinearEdge::A().transpose() * W_rho * LinearEdge::A();
+      Vec3 numeric_gradient;
+      Mat33 numeric_hessian;
+      constexpr double kStep = 1e-5;
+      const Vec3 x0 = x->GetEstimate();
+      for (int k = 0; k < 3; ++k) {
+        const auto at = [&](double step, Vec3* derivative) {
+          x->SetEstimate(x0 + step * Vec3::Unit(k));
+          *derivative = gradient();
+          x->SetEstimate(x0);
+          return 0.5 * edge.RobustChi2();
+        };
+        Vec3 left, right;
+        const double cost_left = at(-kStep, &left), cost_right = at(kStep, &right);
+        numeric_gradient[k] = (cost_right - cost_left) / (2.0 * kStep);
+        numeric_hessian.col(k) = (right - left) / (2.0 * kStep);
+      }
+      EXPECT_LT((g - numeric_gradient).norm(), 1e-8);
+      gradient();
+      const bool keeps_curvature = edge.GetRobustWeight().rank_one != 0.0;
+      if (keeps_curvature || loss->Evaluate(edge.Chi2())[2] == 0.0) {
+        EXPECT_LT((H - numeric_hessian).norm(), 1e-7) << delta;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ch5
