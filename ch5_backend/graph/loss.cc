@@ -47,6 +47,71 @@ Rho TukeyLoss::Evaluate(double s) const {
   return {s * (1.0 - u + u * u / 3.0), v * v, -2.0 * v / square_};
 }
 
+PseudoHuberLoss::PseudoHuberLoss(double delta, LossCorrection correction)
+    : LossFunction(correction), square_(Square(RequirePositive(delta, "PseudoHuberLoss"))) {}
+
+Rho PseudoHuberLoss::Evaluate(double s) const {
+  const double t = 1.0 + s / square_, root = std::sqrt(t);
+  // √t − 1 = (t − 1)/(√t + 1) does not cancel for small s.
+  return {2.0 * s / (root + 1.0), 1.0 / root, -0.5 / (square_ * root * t)};
+}
+
+GemanMcClureLoss::GemanMcClureLoss(double phi, LossCorrection correction)
+    : LossFunction(correction), phi_(RequirePositive(phi, "GemanMcClureLoss")) {}
+
+Rho GemanMcClureLoss::Evaluate(double s) const {
+  const double c = phi_ / (phi_ + s);
+  return {c * s, c * c, -2.0 * c * c / (phi_ + s)};
+}
+
+WelschLoss::WelschLoss(double delta, LossCorrection correction)
+    : LossFunction(correction), square_(Square(RequirePositive(delta, "WelschLoss"))) {}
+
+Rho WelschLoss::Evaluate(double s) const {
+  const double slope = std::exp(-s / square_);
+  return {-square_ * std::expm1(-s / square_), slope, -slope / square_};
+}
+
+FairLoss::FairLoss(double delta, LossCorrection correction)
+    : LossFunction(correction), delta_(RequirePositive(delta, "FairLoss")) {}
+
+Rho FairLoss::Evaluate(double s) const {
+  const double x = std::sqrt(s) / delta_, slope = 1.0 / (1.0 + x);
+  // x − log(1 + x) = x²/2 − x³/3 + x⁴/4 − …, which cancels for small x.
+  const double gap = x < 1e-3 ? x * x * (0.5 - x * (1.0 / 3.0 - x * (0.25 - 0.2 * x))) : x - std::log1p(x);
+  const double curvature = s > 0.0 ? -0.5 * slope * slope / (delta_ * std::sqrt(s)) : 0.0;
+  return {2.0 * delta_ * delta_ * gap, slope, curvature};
+}
+
+SaturatedLoss::SaturatedLoss(double delta, LossCorrection correction)
+    : LossFunction(correction), square_(Square(RequirePositive(delta, "SaturatedLoss"))) {}
+
+Rho SaturatedLoss::Evaluate(double s) const {
+  if (s > square_) return {square_, 0.0, 0.0};
+  return {s, 1.0, 0.0};
+}
+
+DcsLoss::DcsLoss(double phi, LossCorrection correction)
+    : LossFunction(correction), phi_(RequirePositive(phi, "DcsLoss")) {}
+
+Rho DcsLoss::Evaluate(double s) const {
+  if (s <= phi_) return {s, 1.0, 0.0};
+  const double c = 2.0 * phi_ / (phi_ + s);
+  return {phi_ * (3.0 * s - phi_) / (s + phi_), c * c, -2.0 * c * c / (phi_ + s)};
+}
+
+ScaleDeltaLoss::ScaleDeltaLoss(std::shared_ptr<const LossFunction> kappa, double delta)
+    : LossFunction(kappa ? kappa->Correction() : LossCorrection::kTriggs),
+      kappa_(std::move(kappa)),
+      square_(Square(RequirePositive(delta, "ScaleDeltaLoss"))) {
+  if (!kappa_) throw std::invalid_argument("ScaleDeltaLoss: there is no loss to scale (null)");
+}
+
+Rho ScaleDeltaLoss::Evaluate(double s) const {
+  const Rho kappa = kappa_->Evaluate(s / square_);
+  return {square_ * kappa[0], kappa[1], kappa[2] / square_};
+}
+
 RobustWeight CorrectLoss(const Rho& rho, double s, LossCorrection correction) {
   // Huber's ρ' + 2ρ''s is zero; the margin keeps its rounding from switching the term on and off.
   constexpr double kMargin = 1e-12;

@@ -5,6 +5,7 @@
 /// Synthesis", 2000, §4.3; Ceres' conventions for δ.
 
 #include <array>
+#include <memory>
 
 #include "ch5_backend/math/eigen_types.h"
 
@@ -62,6 +63,80 @@ class TukeyLoss : public LossFunction {
   Rho Evaluate(double s) const override;
 
  private:
+  double square_;
+};
+
+/// ρ(s) = 2δ² (√(1 + s/δ²) − 1): Huber without a corner.
+class PseudoHuberLoss : public LossFunction {
+ public:
+  explicit PseudoHuberLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
+  Rho Evaluate(double s) const override;
+
+ private:
+  double square_;
+};
+
+/// ρ(s) = φs/(φ + s), which never exceeds φ. Mind that φ is a threshold on s, not on √s, as in g2o.
+class GemanMcClureLoss : public LossFunction {
+ public:
+  explicit GemanMcClureLoss(double phi, LossCorrection correction = LossCorrection::kTriggs);
+  Rho Evaluate(double s) const override;
+
+ private:
+  double phi_;
+};
+
+/// ρ(s) = δ² (1 − exp(−s/δ²)).
+class WelschLoss : public LossFunction {
+ public:
+  explicit WelschLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
+  Rho Evaluate(double s) const override;
+
+ private:
+  double square_;
+};
+
+/// ρ(s) = 2δ² (√s/δ − log(1 + √s/δ)).  ρ'' has a pole at s = 0, where only ρ''s = 0 matters: it is given as 0 there.
+class FairLoss : public LossFunction {
+ public:
+  explicit FairLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
+  Rho Evaluate(double s) const override;
+
+ private:
+  double delta_;
+};
+
+/// ρ(s) = min(s, δ²): truncated least squares.
+class SaturatedLoss : public LossFunction {
+ public:
+  explicit SaturatedLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
+  Rho Evaluate(double s) const override;
+
+ private:
+  double square_;
+};
+
+/// Dynamic covariance scaling (Agarwal et al., ICRA 2013): an edge's W is scaled by c², c = min(1, 2φ/(φ + s)); φ is a
+/// threshold on s. The loss whose slope is c²: ρ(s) = s for s ≤ φ, else φ(3s − φ)/(s + φ). (g2o reports c²s for ρ,
+/// of which c² is not the derivative; a gain ratio needs the integral.)
+class DcsLoss : public LossFunction {
+ public:
+  explicit DcsLoss(double phi, LossCorrection correction = LossCorrection::kTriggs);
+  Rho Evaluate(double s) const override;
+
+ private:
+  double phi_;
+};
+
+/// ρ(s) = δ² κ(s/δ²): the loss κ, stretched to another threshold.
+class ScaleDeltaLoss : public LossFunction {
+ public:
+  /// @throws std::invalid_argument unless δ > 0 and there is a κ; the correction is κ's
+  ScaleDeltaLoss(std::shared_ptr<const LossFunction> kappa, double delta);
+  Rho Evaluate(double s) const override;
+
+ private:
+  std::shared_ptr<const LossFunction> kappa_;
   double square_;
 };
 
