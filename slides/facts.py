@@ -1,0 +1,135 @@
+"""Every number of the decks, by name. Each comes from a table of ./course run, or is exact arithmetic that is held
+against one; a deck writes {{name}} and never a digit of a result."""
+
+import re
+from fractions import Fraction
+from math import floor, gcd, lcm, log10
+from pathlib import Path
+
+from blocks import chain, decimal
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def scientific(value, digits=3):
+    """6.7 × 10⁻⁵ in TeX; plain digits where they are short."""
+    if value == 0:
+        return "0"
+    exponent = floor(log10(abs(value)))
+    if -3 <= exponent <= 3:
+        return f"{value:.{max(0, digits - 1 - exponent)}f}"
+    mantissa = f"{value / 10 ** exponent:.{digits - 1}f}"
+    return f"10^{{{exponent}}}" if float(mantissa) == 1 else rf"{mantissa}\times 10^{{{exponent}}}"
+
+
+def tex(value):
+    """A fraction in TeX."""
+    if value.denominator == 1:
+        return str(value)
+    sign = "-" if value < 0 else ""
+    return rf"{sign}\tfrac{{{abs(value.numerator)}}}{{{value.denominator}}}"
+
+
+def bracketed(value):
+    return rf"\left({tex(value)}\right)"
+
+
+def matrix(rows, cell):
+    return r"\begin{bmatrix}" + r" \\ ".join(" & ".join(cell(v) for v in row) for row in rows) + r"\end{bmatrix}"
+
+
+def blanks():
+    """The BLANK part of every TODO in solutions/, what a student sees in its place: {"code.1.1a": lines}."""
+    found = {}
+    for path in sorted((ROOT / "solutions").glob("*.cc")):
+        text = path.read_text(encoding="utf-8")
+        for todo, hidden in re.findall(r"// BEGIN SOLUTION (\S+).*?// BLANK\n(.*?)\s*// END SOLUTION", text, re.S):
+            lines = [re.sub(r"^\s*// ?", "", line) for line in hidden.splitlines() if line.strip()]
+            found[f"code.{todo}"] = "\n".join(lines)
+    return found
+
+
+def chain_facts(tables):
+    """The 3×3 example in exact fractions, held against what the solver wrote."""
+    H, prior = chain()
+    for name, exact in (("before", H), ("after", prior)):
+        solver = tables.matrix("marginalize_chain", stage=name)
+        for i, row in enumerate(exact):
+            for j, value in enumerate(row):
+                if abs(solver.get((i, j), 0.0) - float(value)) > 1e-9 * 200:
+                    raise ValueError(f"marginalize_chain.csv, {name} ({i}, {j}): {solver.get((i, j))}, not {value}")
+    plain = lambda v: decimal(v).replace("−", "-")  # noqa: E731
+    steps = [rf"{tex(H[i][j])} - {bracketed(H[i][1])}\cdot{bracketed(H[1][j])}\,/\,{tex(H[1][1])} &= "
+             rf"{tex(prior[i // 2][j // 2])} = {plain(prior[i // 2][j // 2])}" for i, j in ((0, 0), (0, 2), (2, 2))]
+    return {"chain.H": matrix(H, tex), "chain.H_decimal": matrix(H, plain), "chain.prior": matrix(prior, plain),
+            "chain.step00": steps[0], "chain.step02": steps[1], "chain.step22": steps[2],
+            "chain.fraction": common_factor(prior)}
+
+
+def common_factor(rows):
+    """A matrix of fractions as one fraction times whole numbers, in TeX."""
+    entries = [v for row in rows for v in row]
+    factor = Fraction(gcd(*(v.numerator for v in entries)), lcm(*(v.denominator for v in entries)))
+    return tex(factor) + matrix([[v / factor for v in row] for row in rows], tex)
+
+
+def bundle_facts(tables):
+    facts = {}
+    for name in ("course", "large"):
+        row = tables.row("mono_ba_summary", scene=name)
+        for column in ("frames", "points", "unknowns", "edges", "iterations"):
+            facts[f"{name}.{column}"] = f"{row[column]:.0f}"
+        facts[f"{name}.initial_cost"] = scientific(row["initial_cost"])
+        facts[f"{name}.final_cost"] = scientific(row["final_cost"])
+        facts[f"{name}.rmse_before_mm"] = f"{1e3 * row['initial_rmse_landmark_m']:.0f}"
+        facts[f"{name}.rmse_after_mm"] = f"{1e3 * row['final_rmse_landmark_m']:.1f}"
+    facts["course.poses_dim"] = str(1 + max(r for r, _ in tables.matrix("hessian", scene="course", matrix="S")))
+    facts["course.size"] = str(1 + max(r for r, _ in tables.matrix("hessian", scene="course", matrix="H")))
+    return facts
+
+
+def gauge_facts(tables):
+    """The gap in the spectrum of the free problem: zeros, then the smallest true eigenvalue."""
+    sizes = sorted(abs(v) for v in tables.column("spectrum", "eigenvalue", gauge="free"))
+    gaps = [b / max(a, 1e-300) for a, b in zip(sizes, sizes[1:])]
+    zeros = 1 + gaps.index(max(gaps))
+    return {"gauge.zeros": str(zeros), "gauge.largest_zero": scientific(sizes[zeros - 1], 1),
+            "gauge.smallest": scientific(sizes[zeros], 1),
+            "gauge.null_dimension": f"{tables.rows('marginalize_fill')[0]['null_dimension']:.0f}",
+            "gauge.null_dimension_after": f"{tables.rows('marginalize_fill')[-1]['null_dimension']:.0f}"}
+
+
+def prior_facts(tables):
+    def mean(variant):
+        return {r["weight"]: r["mean_iterations"] for r in tables.rows("prior_trials", variant=variant)}
+
+    peak_weight, peak = max(mean("perturbed").items(), key=lambda item: item[1])
+    course, heaviest = mean("course"), max(mean("course"))
+    damping = {name: {r["weight"]: r for r in tables.rows("prior_damping", damping=name)}
+               for name in ("identity", "diagonal")}
+    full = tables.rows("prior_sweep", variant="perturbed")
+    minimal = tables.column("prior_sweep", "reprojection_cost", variant="minimal")
+    costs, rmse = [r["reprojection_cost"] for r in full], [1e3 * r["rmse_position"] for r in full]
+    return {
+        "prior.trials": f"{tables.rows('prior_trials')[0]['trials']:.0f}",
+        "prior.peak_weight": scientific(peak_weight, 1), "prior.peak": f"{peak:.1f}",
+        "prior.free": f"{mean('perturbed')[0.0]:.1f}", "prior.plateau": f"{mean('perturbed')[1e5]:.1f}",
+        "prior.course_unit": f"{course[1.0]:.1f}", "prior.course_heaviest": f"{course[heaviest]:.1f}",
+        "prior.heaviest": scientific(heaviest, 1),
+        "prior.identity_heaviest": f"{damping['identity'][heaviest]['iterations']:.0f}",
+        "prior.diagonal_heaviest": f"{damping['diagonal'][heaviest]['iterations']:.0f}",
+        "prior.lambda0_light": scientific(damping["identity"][0.0]["lambda0"], 2),
+        "prior.lambda0_heavy": scientific(damping["identity"][heaviest]["lambda0"], 2),
+        "prior.cost_light": f"{costs[0]:.2f}", "prior.cost_heavy": f"{costs[-1]:.2f}",
+        "prior.minimal_spread": scientific((max(minimal) - min(minimal)) / min(minimal), 1),
+        "prior.rmse_light": f"{rmse[0]:.1f}", "prior.rmse_heavy": f"{rmse[-1]:.1f}",
+        "prior.drift_free_mm": f"{1e3 * full[0]['drift_position']:.0f}",
+        "prior.drift_heavy": scientific(full[-1]["drift_position"], 1),
+    }
+
+
+def all_facts(tables):
+    facts = blanks()
+    for part in (bundle_facts, chain_facts, gauge_facts, prior_facts):
+        facts.update(part(tables))
+    return facts
