@@ -110,15 +110,17 @@ def main(argv: list) -> int:
     except KeyboardInterrupt:
         return fail("stopped", 130, as_json)
     except OSError as error:
-        if error.filename is None:  # standard output itself is full or closed: nothing more can be said there
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return fail(f"{error.filename or 'standard output'}: {error.strerror}", 2, as_json)
 
 
 def fail(message: str, exit_code: int, as_json: bool) -> int:
     print(f"course: {message}", file=sys.stderr)
-    if as_json:
-        jsonout.emit({"error": message})
+    try:
+        if as_json:
+            jsonout.emit({"error": message})
+        sys.stdout.flush()
+    except OSError:  # standard output itself is full or closed: nothing more can be said there
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return exit_code
 
 

@@ -1,0 +1,144 @@
+"""./course as its users see it: help, refusals, JSON, and silence where nobody looks."""
+
+import json
+import os
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+from house import ROOT
+
+COMMANDS = ("run", "test", "check", "status", "slides")
+TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
+
+
+def course(*words, **options):
+    return subprocess.run([str(ROOT / "course"), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True,
+                          text=True, timeout=120, **options)
+
+
+class CommandLine(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name: str, content=b"") -> Path:
+        path = Path(self.folder.name, name)
+        path.write_bytes(content)
+        return path
+
+    def refuses(self, *words, naming=(), **options):
+        """Exit 2, one clear message on standard error with the words in `naming`, nothing on standard output."""
+        done = course(*words, **options)
+        self.assertEqual(done.returncode, 2, done)
+        self.assertEqual(done.stdout, "")
+        self.assertTrue(done.stderr.startswith("course: "), done.stderr)
+        self.assertNotIn("Traceback", done.stderr)
+        for word in naming:
+            self.assertIn(str(word), done.stderr)
+
+    def test_help_names_every_command(self):
+        for words in ([], ["help"], ["--help"], ["-h"]):
+            done = course(*words)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            for command in COMMANDS:
+                self.assertIn(f"./course {command}", done.stdout)
+
+    def test_every_command_has_help(self):
+        for command in COMMANDS:
+            done = course(command, "--help")
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn(f"usage: ./course {command}", done.stdout)
+
+    def test_help_documents_the_json_fields(self):
+        text = " ".join(course("run", "--help").stdout.split())
+        for field in ("problem", "initial_cost", "final_cost", "iterations", "seconds", "termination"):
+            self.assertIn(field, text)
+        for command in ("check", "status"):
+            self.assertIn("{id, state, hint}", " ".join(course(command, "--help").stdout.split()))
+
+    def test_unknown_words_are_refused(self):
+        self.refuses("frobnicate", naming=["frobnicate"])
+        self.refuses("", naming=["unknown command"])
+        self.refuses("check", "9.9", naming=["9.9"])
+        self.refuses("status", "1.1", naming=["1.1"])
+        for command in COMMANDS:
+            self.refuses(command, "--frobnicate", naming=["--frobnicate", f"./course {command} --help"])
+
+    def test_options_are_not_guessed_from_their_beginning(self):
+        self.refuses("run", "--iter", "5", naming=["--iter"])
+
+    def test_absurd_numbers_are_refused(self):
+        bal = self.path("tiny.txt", TINY_BAL.encode())
+        for option in ("--iterations", "--threads"):
+            for value in ("0", "-1", "1.5", "many", ""):
+                self.refuses("run", bal, f"{option}={value}", naming=[option, f"'{value}'"])
+        for value in ("0", "-1", "nan", "inf", "1e999", "wide"):
+            self.refuses("run", bal, f"--huber={value}", naming=["--huber", f"'{value}'"])
+
+    def test_solver_options_need_data(self):
+        self.refuses("run", "--iterations", "5", naming=["--iterations", "DATA"])
+
+    def test_data_that_cannot_be_read_is_named(self):
+        out = Path(self.folder.name, "out")
+        binary = bytes(range(256)) * 16
+        cases = [self.path("empty.txt"), self.path("blank.txt", b"\n \n"), self.path("binary.txt", binary),
+                 self.path("prose.txt", b"once upon a time\n"), self.path("packed.bz2", b"BZh91AY&SY"),
+                 Path(self.folder.name, "missing.txt"), Path(self.folder.name), Path("/dev/null"),
+                 self.path("pose.g2o", b"VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n"), self.path("w.txt", b"VIOWIN 1\n")]
+        for path in cases:
+            self.refuses("run", path, "--out", out, naming=[path])
+        self.assertFalse(out.exists(), "bad input must leave no trace")
+
+    def test_one_bad_file_stops_all_before_anything_is_written(self):
+        good, bad = self.path("good.txt", TINY_BAL.encode()), self.path("bad.txt")
+        out = Path(self.folder.name, "out")
+        self.refuses("run", good, bad, "--out", out, naming=[bad])
+        self.assertFalse(out.exists())
+
+    def test_two_files_of_one_name_are_refused(self):
+        Path(self.folder.name, "other").mkdir()
+        one, two = self.path("a.txt", TINY_BAL.encode()), self.path("other/a.txt", TINY_BAL.encode())
+        self.refuses("run", one, two, naming=[one, two, "--out"])
+
+    def test_an_unwritable_out_is_refused(self):
+        bal = self.path("tiny.txt", TINY_BAL.encode())
+        occupied = self.path("occupied", b"keep me")
+        for out in (occupied, occupied / "below", "/proc/nowhere", "/dev/full"):
+            self.refuses("run", bal, "--out", out, naming=[out])
+            self.refuses("run", "--out", out, naming=[out])
+        self.assertEqual(occupied.read_bytes(), b"keep me")
+
+    def test_json_is_one_object_whatever_happens(self):
+        for words in (["run", "/nowhere/a.txt"], ["run", "--threads", "0"], ["run", "--frobnicate"],
+                      ["run", self.path("empty.txt")], ["check", "9.9"], ["status", "1.1"]):
+            done = course(*words, "--json")
+            self.assertEqual(done.returncode, 2, done)
+            self.assertEqual(list(json.loads(done.stdout)), ["error"])
+            self.assertEqual(done.stdout.count("\n"), 1)
+            self.assertNotEqual(done.stderr, "")
+
+    def test_a_full_disk_under_standard_output_is_an_error(self):
+        if not os.path.exists("/dev/full"):
+            self.skipTest("this system has no /dev/full")
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            done = subprocess.run([ROOT / "course", "status", "1.1", "--json"], stdout=full, stderr=subprocess.PIPE,
+                                  text=True)
+        self.assertEqual(done.returncode, 2)
+        self.assertNotIn("Traceback", done.stderr)
+
+    def test_it_works_from_any_folder(self):
+        self.assertEqual(course("run", "--help", cwd=self.folder.name).returncode, 0)
+        self.refuses("run", "missing.txt", naming=["missing.txt"], cwd=self.folder.name)
+
+    def test_saying_no_is_quick(self):
+        start = time.monotonic()
+        for _ in range(3):
+            course("run", "/nowhere/a.txt")
+        self.assertLess((time.monotonic() - start) / 3, 1.0, "0.1 s alone; the bound leaves room for a busy machine")
+
+
+if __name__ == "__main__":
+    unittest.main()
