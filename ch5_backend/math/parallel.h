@@ -32,7 +32,8 @@ class ThreadPool {
       for (int i = 0; i < tasks; ++i) task(i);
       return;
     }
-    RunOnAll(tasks, [](void* context, int i) { (*static_cast<std::remove_reference_t<Task>*>(context))(i); }, &task);
+    RunOnAll(
+        tasks, [](void* context, int i) { (*static_cast<std::remove_reference_t<Task>*>(context))(i); }, &task);
   }
 
  private:
@@ -49,7 +50,7 @@ class ThreadPool {
   Function function_ = nullptr;
   void* context_ = nullptr;
   int tasks_ = 0;
-  int busy_ = 0;        // workers that have not ended this loop
+  int busy_ = 0;         // workers that have not ended this loop
   long generation_ = 0;  // counts the loops, so that a worker joins each once
   bool stop_ = false;
   std::exception_ptr error_;

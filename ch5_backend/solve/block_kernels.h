@@ -75,8 +75,7 @@ inline void AddProduct(const double* W, const double* x, int p_size, int l_size,
 
 /// y (l) += sign · Wᵀx;  W is p×l.
 template <int P, int L>
-inline void AddTransposed(const double* W, const double* x, int p_size, int l_size, double sign,
-                          double* __restrict y) {
+inline void AddTransposed(const double* W, const double* x, int p_size, int l_size, double sign, double* __restrict y) {
   const int p = Pick<P>(p_size), l = Pick<L>(l_size);
   for (int m = 0; m < l; ++m) {
     double sum = 0.0;

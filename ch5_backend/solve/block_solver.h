@@ -58,12 +58,12 @@ class BlockSolverBase : public NormalEquations {
   std::unique_ptr<ReducedSolver> reduced_solver_;
   bool linearize_in_parallel_ = true;
 
-  std::vector<double> linear_;        // the edges' linear parts
+  std::vector<double> linear_;  // the edges' linear parts
   SymmetricBlockMatrix H_pp_, S_;
-  std::vector<double> H_pm_;          // a block per slot
+  std::vector<double> H_pm_;  // a block per slot
   std::vector<double> H_mm_, H_mm_inverse_, H_mm_factor_;
   VecX b_, b_schur_, pose_scale_, delta_poses_;
-  VecX H_mm_inverse_b_;               // rows of the landmarks only
+  VecX H_mm_inverse_b_;  // rows of the landmarks only
 
  private:
   void CheckDimensions() const;

@@ -191,7 +191,8 @@ class Builder {
 
   void ListProducts() {
     std::vector<int> column_begin{0};
-    for (const auto& rows : s_.H_pp_pattern) column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
+    for (const auto& rows : s_.H_pp_pattern)
+      column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
     const auto block = [&](const EdgeTerm& a, const EdgeTerm& b) {
       const std::vector<int>& rows = s_.H_pp_pattern[b.block];
       return column_begin[b.block] + (std::lower_bound(rows.begin(), rows.end(), a.block) - rows.begin());

@@ -23,10 +23,10 @@ struct EdgeTerm {
 
 struct EdgeRecord {
   Edge* edge;
-  int rows;            ///< residual dimension
-  int residual;        ///< where the residual begins in the linear parts
+  int rows;                    ///< residual dimension
+  int residual;                ///< where the residual begins in the linear parts
   int terms_begin, terms_end;  ///< its free poses
-  EdgeTerm landmark;   ///< block = −1 without a free landmark
+  EdgeTerm landmark;           ///< block = −1 without a free landmark
 };
 
 /// J_aᵀJ_b of one edge, a and b ≤ a two of its free poses.
@@ -48,7 +48,7 @@ struct BlockStructure {
   std::vector<int> landmark_edges;  ///< landmark l owns edges [landmark_edges[l], landmark_edges[l + 1])
   std::vector<int> landmark_slots;  ///< and slots [landmark_slots[l], landmark_slots[l + 1]), by ascending pose
   std::vector<int> slot_pose, slot_landmark;
-  std::vector<int> slot_block;      ///< where the slot's block begins among those of H_pm: Stride(d_p)×d_m
+  std::vector<int> slot_block;  ///< where the slot's block begins among those of H_pm: Stride(d_p)×d_m
   std::vector<int> pose_slots_begin, pose_slots;  ///< the slots of each pose, by ascending landmark
 
   int num_linear_values = 0;  ///< length of the array of linear parts

@@ -63,7 +63,8 @@ class BlockPcg : public ReducedSolver {
   bool Factorize(const SymmetricBlockMatrix& S) {
     for (int j = 0; j < S.NumColumns(); ++j) {
       using Block = Eigen::Map<const MatXX, 0, Eigen::OuterStride<>>;
-      factors_[j].compute(Block(S.Values(S.ColumnBegin(j)), S.Dim(j), S.Dim(j), Eigen::OuterStride<>(Stride(S.Dim(j)))));
+      factors_[j].compute(
+          Block(S.Values(S.ColumnBegin(j)), S.Dim(j), S.Dim(j), Eigen::OuterStride<>(Stride(S.Dim(j)))));
       if (factors_[j].info() != Eigen::Success) return false;
     }
     return true;
