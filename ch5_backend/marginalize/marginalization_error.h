@@ -1,0 +1,84 @@
+#pragma once
+/// OKVIS's MarginalizationError: normal equations that grow by residuals and shrink by Schur complements.
+///
+///          dense part      landmarks (the tail)
+///        ┌───────────┬─────────────┐
+///    H = │    H_00   │    H_01     │     H δχ = b₀ − H Δχ,   Δχ = x ⊟ x₀
+///        ├───────────┼─────────────┤     H = JᵀJ,   e = e₀ + J Δχ,   e₀ = −(Jᵀ)⁺ b₀
+///        │   H_01ᵀ   │    H_11     │
+///        └───────────┴─────────────┘
+///
+/// A block's linearisation point x₀ is where it stood when it was first connected; residuals that come later are
+/// linearised there too (first-estimate Jacobians).  Source: Leutenegger et al., IJRR 2015, §4.3.
+///
+/// Four functions are homework stage 5 and live in solutions/marginalization_error.cc; the rest is core.
+
+#include <memory>
+#include <vector>
+
+#include "ch5_backend/marginalize/edge_prior.h"
+
+namespace ch5 {
+
+class MarginalizationError {
+ public:
+  /// Adds an edge's part of H and b₀. New vertices are connected where they stand now; a fixed one has no columns.
+  /// The caller takes the edge out of its graph.
+  /// @throws std::invalid_argument if two landmarks share the edge
+  void AddResidualBlock(const std::shared_ptr<Edge>& edge);
+
+  /// Stage 5.1. Opens rows and columns for a new block of `dim`: a landmark's at the tail of H, any other's at the end
+  /// of the dense part. @return its first row
+  int InsertBlock(int dim, bool is_landmark);
+
+  /// Marginalises vertices: landmarks one small block at a time, then the others in one dense block.
+  /// @throws std::invalid_argument if a vertex is not connected
+  void MarginalizeOut(const std::vector<std::shared_ptr<Vertex>>& vertices);
+
+  /// Stage 5.2.  U ← U − W V⁺ Wᵀ,  b_a ← b_a − W V⁺ b_b  for one block of variables.
+  /// @param V  m×m, what goes;  @param W  n×m;  @param U, b_a  what stays, changed in place;  @param b_b  m×1
+  static void SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a);
+
+  /// Stage 5.3.  J and e₀ from H and b₀; call it after adding and marginalising, before use.
+  void UpdateErrorComputation();
+
+  /// Stage 5.4.  e = e₀ + J Δχ for a given Δχ (n×1).
+  VecX Residual(const VecX& delta_chi) const;
+
+  /// x ⊟ x₀ of all blocks at their present states.
+  VecX ComputeDeltaChi() const;
+
+  /// The result as a prior on the vertices that remain.
+  Prior GetPrior() const;
+
+  const MatXX& H() const { return H_; }
+  const VecX& b0() const { return b0_; }
+  const MatXX& J() const { return J_; }
+  const VecX& e0() const { return e0_; }
+  int DenseSize() const { return dense_size_; }
+  bool IsConnected(const Vertex& vertex) const { return Find(vertex) >= 0; }
+  /// First row of a connected vertex in H, −1 otherwise.
+  int OrderingIdx(const Vertex& vertex) const;
+
+ private:
+  struct Block {
+    std::shared_ptr<Vertex> vertex;
+    int ordering_idx;
+    int dim;
+    bool is_landmark;
+    VecX x0;
+  };
+
+  int Find(const Vertex& vertex) const;
+  void Connect(const std::shared_ptr<Vertex>& vertex);
+  void RemoveRows(const std::vector<bool>& gone);
+
+  std::vector<Block> blocks_;
+  int dense_size_ = 0;
+  MatXX H_;
+  VecX b0_;
+  MatXX J_;
+  VecX e0_;
+};
+
+}  // namespace ch5

@@ -1,0 +1,42 @@
+#pragma once
+/// From normal equations back to a residual:  H = JᵀJ,  b = −Jᵀr₀.
+
+#include "ch5_backend/math/eigen_types.h"
+
+namespace ch5 {
+
+/// Which eigenvalues of H count as zero. A relative cut does not depend on the units of the states, an absolute one
+/// does; both systems of the course are here.
+struct EigenCut {
+  double relative = 0.0;  ///< times n·λ_max
+  double absolute = 0.0;
+  bool scaled = false;  ///< decompose P⁻¹HP⁻¹, P = √diag(H), instead of H
+
+  static EigenCut Okvis();  ///< relative ε, scaled (MarginalizationError)
+  static EigenCut Vins();   ///< absolute 1e-8 (MarginalizationInfo)
+};
+
+struct SquareRootForm {
+  MatXX J;   ///< rank×n
+  VecX r0;   ///< rank×1
+};
+
+/// J = (P U S^½)ᵀ and r₀ = −S^-½ Uᵀ P⁻¹ b over the eigenvalues S of P⁻¹HP⁻¹ = U S Uᵀ that are not cut.
+/// @param H  n×n symmetric positive semi-definite;  @param b  n×1
+SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenCut& cut);
+
+/// p_i = √H_ii where H_ii > 1e-9, else 1e-3 (OKVIS): what makes the diagonal of P⁻¹HP⁻¹ one.
+VecX ScalingOf(const MatXX& H);
+
+/// P⁻¹HP⁻¹ = U S Uᵀ with OKVIS's cut: eigenvalues ≤ ε·n·λ_max are zero in S_sqrt and in S_pinv_sqrt.
+struct ScaledEigen {
+  MatXX U;           ///< n×n
+  VecX S_sqrt;       ///< n×1
+  VecX S_pinv_sqrt;  ///< n×1
+};
+ScaledEigen DecomposeScaled(const MatXX& H, const VecX& p_inverse);
+
+/// M with M Mᵀ = A⁺, the pseudo-inverse's square root; eigenvalues ≤ n·ε·λ_max count as zero.
+MatXX PseudoInverseSquareRoot(const MatXX& A);
+
+}  // namespace ch5
