@@ -29,7 +29,8 @@ class AtLinearisationPoints {
 }  // namespace
 
 int MarginalizationError::Find(const Vertex& vertex) const {
-  const auto it = std::find_if(blocks_.begin(), blocks_.end(), [&](const Block& b) { return b.vertex.get() == &vertex; });
+  const auto it =
+      std::find_if(blocks_.begin(), blocks_.end(), [&](const Block& b) { return b.vertex.get() == &vertex; });
   return it == blocks_.end() ? -1 : static_cast<int>(it - blocks_.begin());
 }
 
@@ -154,7 +155,8 @@ VecX MarginalizationError::ComputeDeltaChi() const {
 
 Prior MarginalizationError::GetPrior() const {
   std::vector<Block> blocks = blocks_;
-  std::sort(blocks.begin(), blocks.end(), [](const Block& a, const Block& b) { return a.ordering_idx < b.ordering_idx; });
+  std::sort(blocks.begin(), blocks.end(),
+            [](const Block& a, const Block& b) { return a.ordering_idx < b.ordering_idx; });
   Prior prior;
   for (const Block& block : blocks) {
     prior.vertices.push_back(block.vertex);

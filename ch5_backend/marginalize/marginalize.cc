@@ -14,8 +14,8 @@ namespace {
 struct Layout {
   std::vector<std::shared_ptr<Vertex>> kept, dropped;  // dense columns, in this order
   std::vector<std::shared_ptr<Vertex>> landmarks;
-  std::unordered_map<const Vertex*, int> column;             // of the dense part
-  std::unordered_map<const Vertex*, int> landmark;           // number of a dropped landmark
+  std::unordered_map<const Vertex*, int> column;    // of the dense part
+  std::unordered_map<const Vertex*, int> landmark;  // number of a dropped landmark
   std::vector<std::vector<Edge*>> landmark_edges;
   std::vector<Edge*> dense_edges;
   int kept_size = 0, size = 0;

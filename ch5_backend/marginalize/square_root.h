@@ -17,8 +17,8 @@ struct EigenCut {
 };
 
 struct SquareRootForm {
-  MatXX J;   ///< rank×n
-  VecX r0;   ///< rank×1
+  MatXX J;  ///< rank×n
+  VecX r0;  ///< rank×1
 };
 
 /// J = (P U S^½)ᵀ and r₀ = −S^-½ Uᵀ P⁻¹ b over the eigenvalues S of P⁻¹HP⁻¹ = U S Uᵀ that are not cut.

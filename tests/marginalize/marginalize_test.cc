@@ -1,0 +1,165 @@
+#include "ch5_backend/marginalize/marginalize.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "tests/marginalize/scenes.h"
+
+namespace ch5 {
+namespace {
+
+MatXX Schur(const MatXX& H, Eigen::Index n) {
+  const Eigen::Index m = H.rows() - n;
+  return H.topLeftCorner(n, n) -
+         H.topRightCorner(n, m) * H.bottomRightCorner(m, m).inverse() * H.bottomLeftCorner(m, n);
+}
+VecX SchurB(const MatXX& H, const VecX& b, Eigen::Index n) {
+  const Eigen::Index m = H.rows() - n;
+  return b.head(n) - H.topRightCorner(n, m) * H.bottomRightCorner(m, m).inverse() * b.tail(m);
+}
+
+double RelativeError(const MatXX& A, const MatXX& B) { return (A - B).norm() / (1e-300 + B.norm()); }
+
+TEST(Marginalize, EqualsADenseSchurComplement) {
+  for (const uint64_t seed : {1u, 2u, 3u}) {
+    const SmallWindow window(seed);
+    const auto drop = window.Oldest();
+    const auto edges = window.EdgesAt(drop);
+    const MarginalSystem system = EliminateVertices(edges, drop);
+    std::vector<std::shared_ptr<Vertex>> order = system.kept;
+    order.insert(order.end(), drop.begin(), drop.end());
+    MatXX H;
+    VecX b;
+    DenseNormalEquations(edges, order, &H, &b);
+    // Five orders of magnitude lie between a bias' information and a depth's: 1e-9 of the norm is rounding.
+    EXPECT_LT(RelativeError(system.H, Schur(H, system.H.rows())), 1e-9);
+    EXPECT_LT(RelativeError(system.b, SchurB(H, b, system.H.rows())), 1e-9);
+  }
+}
+
+TEST(Marginalize, PriorReproducesTheNormalEquations) {
+  const SmallWindow window;
+  const auto drop = window.Oldest();
+  const MarginalSystem system = EliminateVertices(window.EdgesAt(drop), drop);
+  for (const EigenCut& cut : {EigenCut::Okvis(), EigenCut::Vins()}) {
+    const SquareRootForm form = FactorNormalEquations(system.H, system.b, cut);
+    EXPECT_LT(RelativeError(form.J.transpose() * form.J, system.H), 1e-9);
+    // b lies in the range of H up to what the cut removed.
+    EXPECT_LT((form.J.transpose() * form.r0 + system.b).norm(), 1e-6 * system.b.norm());
+  }
+}
+
+// On a linear problem nothing is lost: the kept variables' optimum with the prior is that of the whole batch.
+TEST(Marginalize, LinearSmootherEqualsTheBatch) {
+  Random random(7);
+  const auto matrix = [&](int rows, int cols) {
+    MatXX A(rows, cols);
+    for (int j = 0; j < cols; ++j) {
+      for (int i = 0; i < rows; ++i) A(i, j) = random.Normal();
+    }
+    return A;
+  };
+  constexpr int kStates = 30, kLag = 7;  // as in gtsam's testBatchFixedLagSmoother
+  std::vector<std::shared_ptr<Vertex>> x;
+  std::vector<std::shared_ptr<Edge>> all;
+  for (int k = 0; k < kStates; ++k) x.push_back(std::make_shared<VertexVector<3>>(Vec3::Zero()));
+  all.push_back(std::make_shared<LinearEdge>(std::vector{x[0]}, std::vector{matrix(3, 3)}, matrix(3, 1)));
+  for (int k = 1; k < kStates; ++k) {
+    all.push_back(std::make_shared<LinearEdge>(std::vector{x[k - 1], x[k]}, std::vector{matrix(4, 3), matrix(4, 3)},
+                                               matrix(4, 1)));
+  }
+  MatXX H;
+  VecX b;
+  DenseNormalEquations(all, x, &H, &b);
+  const VecX batch = H.partialPivLu().solve(b);
+
+  // The window holds kLag states; the oldest one is marginalised into the prior, which is marginalised in turn.
+  std::vector<std::shared_ptr<Edge>> window{all[0]};
+  for (int k = 1; k < kStates; ++k) {
+    window.push_back(all[k]);
+    if (k < kLag) continue;
+    const std::shared_ptr<Vertex> oldest = x[k - kLag];
+    std::vector<std::shared_ptr<Edge>> at, rest;
+    for (const auto& edge : window) {
+      const auto& v = edge->Vertices();
+      (std::find(v.begin(), v.end(), oldest) == v.end() ? rest : at).push_back(edge);
+    }
+    rest.push_back(std::make_shared<EdgePrior>(Marginalize(at, {oldest})));
+    window = rest;
+  }
+  const std::vector<std::shared_ptr<Vertex>> kept(x.end() - kLag, x.end());
+  DenseNormalEquations(window, kept, &H, &b);
+  const VecX smoothed = H.partialPivLu().solve(b);
+  EXPECT_LT((smoothed - batch.tail(3 * kLag)).norm(), 1e-9 * batch.norm());
+}
+
+// On a nonlinear problem it is so at the linearisation point: one Gauss-Newton step is that of the batch.
+TEST(Marginalize, GaussNewtonStepEqualsTheBatchAtTheLinearisationPoint) {
+  SmallWindow window;
+  window.poses[0]->SetFixed(false);
+  window.extrinsic->SetFixed();
+  const auto drop = window.Oldest();
+  const auto edges = window.EdgesAt(drop);
+  Problem batch(&window.graph);
+  batch.MakeHessian();
+  VecX step;
+  ASSERT_TRUE(batch.SolveLinearSystem(0.0, &step));
+  std::map<const Vertex*, VecX> expected;
+  for (const auto& v : window.graph.Vertices()) {
+    if (v->OrderingId() >= 0) expected[v.get()] = step.segment(v->OrderingId(), v->LocalDimension());
+  }
+
+  auto prior = std::make_shared<EdgePrior>(Marginalize(edges, drop));
+  for (const auto& edge : edges) window.graph.RemoveEdge(edge);
+  for (const auto& v : drop) window.graph.RemoveVertex(v);
+  window.graph.AddEdge(prior);
+  Problem smoother(&window.graph);
+  smoother.MakeHessian();
+  ASSERT_TRUE(smoother.SolveLinearSystem(0.0, &step));
+  for (const auto& v : window.graph.Vertices()) {
+    if (v->OrderingId() < 0) continue;
+    const VecX ours = step.segment(v->OrderingId(), v->LocalDimension());
+    // H's condition number is about 1e10: 1e-6 of the step is what two ways to solve can differ by.
+    EXPECT_LT((ours - expected[v.get()]).norm(), 1e-6 * (0.1 + expected[v.get()].norm())) << v->TypeInfo() << v->Id();
+  }
+}
+
+TEST(Marginalize, DoesNotDependOnTheOrderOfEdges) {
+  const SmallWindow window;
+  const auto drop = window.Oldest();
+  auto edges = window.EdgesAt(drop);
+  const MarginalSystem first = EliminateVertices(edges, drop);
+  std::reverse(edges.begin(), edges.end());
+  const MarginalSystem second = EliminateVertices(edges, drop);
+  EXPECT_EQ(first.kept, second.kept);
+  EXPECT_LT(RelativeError(second.H, first.H), 1e-13);
+}
+
+TEST(Marginalize, RepeatsToTheBit) {
+  const SmallWindow a, b;  // other addresses, same ids
+  const Prior first = Marginalize(a.EdgesAt(a.Oldest()), a.Oldest());
+  const Prior second = Marginalize(b.EdgesAt(b.Oldest()), b.Oldest());
+  EXPECT_EQ(first.J, second.J);
+  EXPECT_EQ(first.r0, second.r0);
+}
+
+// A landmark seen from one place only leaves its depth unobserved: the pseudo-inverse drops it and nothing is NaN.
+TEST(Marginalize, SurvivesAnUnobservedLandmark) {
+  auto host = std::make_shared<VertexPose>(), target = std::make_shared<VertexPose>();
+  auto landmark = std::make_shared<VertexInverseDepth>(0.2);
+  auto edge = std::make_shared<EdgeReprojection>(landmark, host, target, Vec2(0.1, 0.2), Vec2(0.1, 0.2));
+  const Prior prior = Marginalize({edge}, {landmark});
+  EXPECT_TRUE(prior.J.allFinite());
+  EXPECT_TRUE(prior.r0.allFinite());
+  EXPECT_EQ(prior.vertices.size(), 2u);
+}
+
+TEST(Marginalize, RefusesAnEdgeBetweenTwoDroppedLandmarks) {
+  std::vector<std::shared_ptr<Vertex>> points{std::make_shared<VertexPointXYZ>(Vec3::Zero()),
+                                              std::make_shared<VertexPointXYZ>(Vec3::Ones())};
+  auto edge = std::make_shared<LinearEdge>(points, std::vector<MatXX>(2, MatXX::Identity(3, 3)), VecX::Zero(3));
+  EXPECT_THROW(EliminateVertices({edge}, points), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace ch5
