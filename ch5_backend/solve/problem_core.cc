@@ -29,7 +29,7 @@ bool Problem::SolvePoses(VecX* delta_x_pp) const { return SolveDense(H_pp_schur_
 
 bool Problem::SolveDense(const MatXX& A, const VecX& b, VecX* x) const {
   if (linear_solver_ == LinearSolver::kLdlt) return SolveLdlt(A, b, x);
-  return SolvePcg(A, b, /*max_iterations=*/2 * static_cast<int>(A.rows()), /*tolerance=*/1e-14, x);
+  return SolvePcg(A, b, /*max_iterations=*/10 * static_cast<int>(A.rows()) + 100, /*tolerance=*/1e-14, x);
 }
 
 void Problem::UpdateStates(const VecX& delta_x) {

@@ -33,7 +33,7 @@ BlockSolverBase& SparseOptimizer::GetSolver() {
     pose_dim_ = pose_dim;
     landmark_dim_ = landmark_dim;
   }
-  const int max_iterations = 2 * ordering.dim_poses + 10;
+  const int max_iterations = 10 * ordering.dim_poses + 100;
   solver_->SetReducedSolver(reduced_solver_ == ReducedSolverType::kPcg ? MakeBlockPcg(max_iterations, 1e-14)
                                                                        : MakeDenseCholesky());
   solver_->SetDamping(damping_);

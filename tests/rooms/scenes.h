@@ -1,0 +1,20 @@
+#pragma once
+// Small scenes that between them hold every kind of structure a solver meets.
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/graph/graph.h"
+
+namespace ch5::test {
+
+struct Scene {
+  std::string name;
+  bool has_gauge_freedom;  // or nearly so: H is singular, and steps need damping
+  std::function<void(Graph*)> build;
+};
+
+const std::vector<Scene>& AllScenes();
+
+}  // namespace ch5::test
