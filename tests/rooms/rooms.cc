@@ -121,7 +121,8 @@ TEST_P(Rooms, AgreeOnSchurComplementAndStep) {
         room.system->SetDamping(damping);
         VecX step;
         ASSERT_TRUE(room.system->SolveLinearSystem(lambda, &step));
-        EXPECT_LT(RelativeError(d.cwiseInverse().asDiagonal() * step, d.cwiseInverse().asDiagonal() * expected), tolerance);
+        EXPECT_LT(RelativeError(d.cwiseInverse().asDiagonal() * step, d.cwiseInverse().asDiagonal() * expected),
+                  tolerance);
         EXPECT_NEAR(room.system->PredictedDecrease(step), oracle.PredictedDecrease(expected),
                     tolerance * oracle.PredictedDecrease(expected));
         if (room.block && oracle.GetOrdering().dim_landmarks > 0) {
@@ -137,7 +138,7 @@ TEST_P(Rooms, AgreeOnWholeRuns) {
     if (GetParam().has_gauge_freedom && algorithm != Algorithm::kLevenbergMarquardt) continue;
     SolveOptions options;
     options.algorithm = algorithm;
-    options.max_iterations = 8;  // a slow descent magnifies rounding from step to step
+    options.max_iterations = 8;                            // a slow descent magnifies rounding from step to step
     if (GetParam().has_gauge_freedom) options.tau = 1e-2;  // a gauge held by λ₀ alone would magnify rounding by 1/τ
     Summary expected;
     for (Room& room : rooms_) {

@@ -144,7 +144,8 @@ void AddPoseOnly(Graph* graph) {
     graph->AddEdge(prior);
     for (int k = 0; k < 8; ++k) {
       const Vec3 p_W(random.Uniform(-2, 2), random.Uniform(-2, 2), random.Uniform(4, 8));
-      graph->AddEdge(std::make_shared<EdgeReprojectionPoseOnly>(pose, p_W, p_W.head<2>() / p_W.z() + NormalVector<2>(&random, 1e-2)));
+      graph->AddEdge(std::make_shared<EdgeReprojectionPoseOnly>(
+          pose, p_W, p_W.head<2>() / p_W.z() + NormalVector<2>(&random, 1e-2)));
     }
   }
 }
@@ -156,7 +157,8 @@ void AddMixed(Graph* graph) {
   Random random(15);
   std::vector<std::shared_ptr<VertexPose>> poses;
   for (int i = 0; i < 3; ++i) {
-    poses.push_back(std::make_shared<VertexPose>(ExpSO3(NormalVector<3>(&random, 0.05)), NormalVector<3>(&random, 0.3)));
+    poses.push_back(
+        std::make_shared<VertexPose>(ExpSO3(NormalVector<3>(&random, 0.05)), NormalVector<3>(&random, 0.3)));
     graph->AddVertex(poses.back());
     graph->AddEdge(std::make_shared<EdgeSE3Prior>(poses.back(), Qd::Identity(), Vec3::Zero()));
   }
@@ -242,7 +244,8 @@ const std::vector<Scene>& AllScenes() {
       {"CauchyLoss", false,
        [](Graph* g) {
          AddPoints(g, true);
-         SetLosses(g, {std::make_shared<CauchyLoss>(2.0), std::make_shared<CauchyLoss>(1.0, LossCorrection::kIrls)}, 1e4, 1e5);
+         SetLosses(g, {std::make_shared<CauchyLoss>(2.0), std::make_shared<CauchyLoss>(1.0, LossCorrection::kIrls)},
+                   1e4, 1e5);
        }},
       {"TukeyAndTrivialLoss", false,
        [](Graph* g) {
