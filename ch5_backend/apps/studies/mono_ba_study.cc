@@ -54,7 +54,7 @@ void RunCase(const MonoBaCase& study, Tables* tables) {
   AppendReconstruction(study.name, "truth", truth, tables);
   AppendReconstruction(study.name, "initial", initial, tables);
   AppendReconstruction(study.name, "final", final_state, tables);
-  AppendSummary(study, summary, problem.Size(), ba.graph.Edges().size(), Compare(AlignToTruth(initial, truth), truth),
+  AppendSummary(study, summary, problem.Size(), ba.graph.Edges().size(), Compare(initial, truth),
                 Compare(final_state, truth), tables);
   const HessianPair hessian = FreeHessian(scene, study.pixel_information, ba);
   AppendNonZeros(hessian.H, &tables->hessian, study.name, "H");

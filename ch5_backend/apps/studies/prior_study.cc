@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <utility>
 
 #include "ch5_backend/world/csv.h"
@@ -66,7 +67,9 @@ PriorRun RunPrior(const PriorVariant& variant, const MonoBaScene& scene, double 
   BuildMonoBa(scene, variant.gauge, variant.pixel_information, weight, &ba);
   Problem problem(&ba.graph);
   problem.SetDamping(variant.damping);
+  const std::clock_t start = std::clock();
   run.summary = problem.Solve(options);
+  run.milliseconds = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   SplitCost(ba.graph, &run);
 
   const Reconstruction truth = TruthOf(scene), estimate = EstimateOf(scene, ba);
@@ -74,20 +77,6 @@ PriorRun RunPrior(const PriorVariant& variant, const MonoBaScene& scene, double 
   run.drift_rotation = LogSO3(truth.frames[0].q.conjugate() * estimate.frames[0].q).norm();
   run.rmse = Compare(AlignToTruth(estimate, truth), truth);
   return run;
-}
-
-double MedianMilliseconds(const PriorVariant& variant, const MonoBaScene& scene, double weight) {
-  constexpr int kRepeats = 9, kFewest = 3;
-  constexpr double kEnough = 60.0;  // a long run repeats itself well enough
-  std::vector<double> milliseconds;
-  double total = 0.0;
-  for (int repeat = 0; repeat < kRepeats && (repeat < kFewest || total < kEnough); ++repeat) {
-    milliseconds.push_back(1e3 * RunPrior(variant, scene, weight, TightOptions()).summary.seconds);
-    total += milliseconds.back();
-  }
-  const auto middle = milliseconds.begin() + static_cast<long>(milliseconds.size() / 2);
-  std::nth_element(milliseconds.begin(), middle, milliseconds.end());
-  return *middle;
 }
 
 namespace {
@@ -103,15 +92,42 @@ struct Tables {
   CsvTable damping{"damping,weight,iterations,cost_evaluations,lambda0"};
 };
 
-// One scene, every weight: what a student's own sweep shows.
-void SweepOneScene(const PriorVariant& variant, double weight, Tables* tables) {
-  const MonoBaScene scene = SimulateMonoBa(variant.scene);
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Median time of a solve [ms] per variant and weight. Each round goes through all of them, so that a moment's
+// disturbance touches one round of a few, and no median.
+std::vector<std::vector<double>> MedianTimes(const std::vector<PriorVariant>& variants,
+                                             const std::vector<double>& weights) {
+  constexpr int kRounds = 7;
+  std::vector<std::vector<std::vector<double>>> times(variants.size(),
+                                                      std::vector<std::vector<double>>(weights.size()));
+  for (int round = 0; round < kRounds; ++round) {
+    for (size_t v = 0; v < variants.size(); ++v) {
+      const MonoBaScene scene = SimulateMonoBa(variants[v].scene);
+      for (size_t i = 0; i < weights.size(); ++i) {
+        times[v][i].push_back(RunPrior(variants[v], scene, weights[i], TightOptions()).milliseconds);
+      }
+    }
+  }
+  std::vector<std::vector<double>> medians(variants.size());
+  for (size_t v = 0; v < variants.size(); ++v) {
+    for (const auto& rounds : times[v]) medians[v].push_back(Median(rounds));
+  }
+  return medians;
+}
+
+// One scene at one weight: what a student's own sweep shows.
+void AppendRun(const PriorVariant& variant, const MonoBaScene& scene, double weight, double milliseconds,
+               Tables* tables) {
   const PriorRun run = RunPrior(variant, scene, weight, TightOptions());
   const Summary& summary = run.summary;
-  tables->sweep.Row(variant.name, weight, summary.iterations, summary.cost_evaluations,
-                    MedianMilliseconds(variant, scene, weight), run.reprojection_cost, run.prior_cost,
-                    run.drift_position, run.drift_rotation, run.rmse.position, run.rmse.rotation, run.rmse.point,
-                    ToString(summary.termination));
+  tables->sweep.Row(variant.name, weight, summary.iterations, summary.cost_evaluations, milliseconds,
+                    run.reprojection_cost, run.prior_cost, run.drift_position, run.drift_rotation, run.rmse.position,
+                    run.rmse.rotation, run.rmse.point, ToString(summary.termination));
   for (const IterationInfo& info : summary.trace) {
     tables->trace.Row(variant.name, weight, info.iteration, info.cost, info.lambda);
   }
@@ -152,11 +168,14 @@ void RunPriorStudy(const std::filesystem::path& csv, const std::function<void(do
   Tables tables;
   const auto variants = PriorVariants();
   const auto weights = PriorWeights();
+  progress(0.0);
+  const auto milliseconds = MedianTimes(variants, weights);
   double done = 0.0;
-  for (const PriorVariant& variant : variants) {
-    for (const double weight : weights) {
-      SweepOneScene(variant, weight, &tables);
-      AverageScenes(variant, weight, &tables);
+  for (size_t v = 0; v < variants.size(); ++v) {
+    const MonoBaScene scene = SimulateMonoBa(variants[v].scene);
+    for (size_t i = 0; i < weights.size(); ++i) {
+      AppendRun(variants[v], scene, weights[i], milliseconds[v][i], &tables);
+      AverageScenes(variants[v], weights[i], &tables);
       progress(++done / static_cast<double>(variants.size() * weights.size()));
     }
   }

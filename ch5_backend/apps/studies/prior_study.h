@@ -26,6 +26,7 @@ struct PriorVariant {
 /// One solve at one weight.
 struct PriorRun {
   Summary summary;
+  double milliseconds = 0.0;       ///< processor time of the solve, which waits for no other program
   double reprojection_cost = 0.0;  ///< ½ Σ rᵀWr of the observations at the end …
   double prior_cost = 0.0;         ///< … and of the priors
   double drift_position = 0.0;     ///< of frame 0 from its prior [m]
@@ -47,9 +48,6 @@ SolveOptions TightOptions();
 SolveOptions UsualOptions();
 
 PriorRun RunPrior(const PriorVariant& variant, const MonoBaScene& scene, double weight, const SolveOptions& options);
-
-/// Median over repeated solves from the same start.
-double MedianMilliseconds(const PriorVariant& variant, const MonoBaScene& scene, double weight);
 
 /// Writes
 ///   prior_sweep.csv, prior_trace.csv  one scene under tight rules, as a student sees it;

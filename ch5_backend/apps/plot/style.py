@@ -1,0 +1,173 @@
+"""What all figures share: the look, the reading of tables, and files that are the same to the byte when drawn again."""
+import csv
+import sys
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+# Okabe and Ito's colours: told apart by colour-blind eyes, and by their lightness in grey.
+BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
+ORANGE, SKY, PINK = "#E69F00", "#56B4E9", "#CC79A7"
+INK, GREY, PALE = "#222222", "#8a8a8a", "#d9d9d9"
+
+WIDE = (10.0, 5.0)  # inches: fills a slide below its title
+
+plt.rcParams.update({
+    "figure.dpi": 100,
+    "savefig.dpi": 160,
+    "font.family": "DejaVu Sans",
+    "font.size": 12,
+    "axes.titlesize": 13,
+    "axes.titlelocation": "left",
+    "axes.titlepad": 9,
+    "axes.edgecolor": GREY,
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#ececec",
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "text.color": INK,
+    "lines.linewidth": 2.0,
+    "lines.markersize": 5,
+    "legend.frameon": False,
+    "image.cmap": "viridis",
+    "svg.hashsalt": "ch5",  # element names in an SVG are drawn from this, not from chance
+    "svg.fonttype": "path",
+})
+
+
+class TableError(Exception):
+    """A table that cannot be read; the message names the file, and the line where there is one."""
+
+
+class Table:
+    """The columns of a CSV file as arrays: of floats where all cells are numbers, else of words."""
+
+    def __init__(self, columns):
+        self.columns = columns
+
+    def __getitem__(self, name):
+        return self.columns[name]
+
+    def __len__(self):
+        return len(next(iter(self.columns.values())))
+
+    def where(self, **conditions):
+        """The rows in which every named column has the given value."""
+        keep = np.ones(len(self), dtype=bool)
+        for name, value in conditions.items():
+            keep &= self.columns[name] == value
+        return Table({name: column[keep] for name, column in self.columns.items()})
+
+    def row(self, **conditions):
+        """The only such row, as a dictionary."""
+        rows = self.where(**conditions)
+        if len(rows) != 1:
+            raise TableError(f"{len(rows)} rows have {conditions}, expected one")
+        return {name: column[0] for name, column in rows.columns.items()}
+
+
+def _numbers_or_words(cells):
+    try:
+        return np.array([float(cell) for cell in cells])
+    except ValueError:
+        return np.array(cells)
+
+
+def read(directory, name):
+    """DIR/csv/NAME.csv as a Table; TableError if it is missing, ragged or without rows."""
+    path = Path(directory) / "csv" / f"{name}.csv"
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise TableError(f"cannot read {path}: {error}") from error
+    if len(rows) < 2:
+        raise TableError(f"{path}: no rows")
+    for line, row in enumerate(rows, start=1):
+        if len(row) != len(rows[0]):
+            raise TableError(f"{path}, line {line}: {len(row)} cells under a header of {len(rows[0])}")
+    return Table({head: _numbers_or_words(column) for head, column in zip(rows[0], zip(*rows[1:]))})
+
+
+def dense(table, rows, columns):
+    """The matrix that a table of row, column, value holds."""
+    matrix = np.zeros((rows, columns))
+    matrix[table["row"].astype(int), table["column"].astype(int)] = table["value"]
+    return matrix
+
+
+def save(figure, directory, name):
+    """DIR/figures/NAME.png and NAME.svg, without dates: the same table gives the same bytes."""
+    folder = Path(directory) / "figures"
+    folder.mkdir(parents=True, exist_ok=True)
+    for suffix, metadata in ((".png", {"Software": None}), (".svg", {"Date": None, "Creator": None})):
+        partial = folder / f"{name}.partial{suffix}"
+        figure.savefig(partial, metadata=metadata)
+        partial.replace(folder / f"{name}{suffix}")
+        figure.set_layout_engine("none")  # the second picture keeps the first one's layout, and saves half the time
+    plt.close(figure)
+
+
+def power_of_ten(exponent):
+    """10⁻³ as plain letters, which are set ten times faster than a formula."""
+    return "10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def log_axis(axis):
+    """A logarithmic axis with at most nine labelled powers of ten."""
+    (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
+    axis.set_major_locator(plt.matplotlib.ticker.LogLocator(numticks=9))
+    axis.set_major_formatter(lambda value, _: power_of_ten(round(np.log10(value))))
+    axis.set_minor_locator(plt.NullLocator())
+
+
+def plain_log(axis, ticks):
+    """A logarithmic axis whose ticks read 5, 10, 20 …"""
+    log_axis(axis)
+    axis.set_major_locator(plt.FixedLocator(ticks))
+    axis.set_major_formatter(plt.FormatStrFormatter("%g"))
+
+
+def weight_axis(axes, weights):
+    """A logarithmic axis of prior weights with a place for w = 0; returns where each weight is drawn."""
+    positive = weights[weights > 0]
+    zero_at = positive.min() / 30
+    if axes.get_xscale() != "log":
+        log_axis(axes.xaxis)
+        axes.set_xlim(zero_at / 3, positive.max() * 3)
+        exponents = np.arange(0, np.log10(positive.max()) + 0.5, 3)
+        axes.set_xticks([zero_at, *10.0**exponents], ["0", *map(power_of_ten, exponents)])
+        axes.set_xlabel("prior weight w")
+    return np.where(weights > 0, weights, zero_at)
+
+
+def legend_above(figure, axes):
+    """One legend for all panels, above them."""
+    figure.get_layout_engine().set(rect=(0, 0, 1, 0.91))
+    figure.legend(*axes.get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.005, 1.0), ncol=3,
+                  fontsize=12, columnspacing=1.8, handlelength=1.8)
+
+
+def main(draw):
+    """Command line of a plot script: DIR, out/ unless given."""
+    arguments = sys.argv[1:]
+    script = Path(sys.argv[0]).name
+    if arguments in (["-h"], ["--help"]):
+        print(f"usage: {script} [DIR]\nReads DIR/csv and writes DIR/figures; DIR is out/ unless given.")
+        return
+    if len(arguments) > 1 or (arguments and arguments[0].startswith("-")):
+        print(f"{script}: expected one directory, got {' '.join(arguments)}", file=sys.stderr)
+        sys.exit(2)
+    try:
+        draw(Path(arguments[0] if arguments else "out"))
+    except (TableError, OSError) as error:
+        print(f"{script}: {error}", file=sys.stderr)
+        sys.exit(2)
