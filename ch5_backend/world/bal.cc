@@ -1,9 +1,11 @@
 #include "ch5_backend/world/bal.h"
 
 #include <limits>
+#include <utility>
 
 #include "ch5_backend/types/edge_bal.h"
 #include "ch5_backend/world/ply.h"
+#include "ch5_backend/world/text_reader.h"
 #include "ch5_backend/world/text_writer.h"
 
 namespace ch5 {
@@ -20,41 +22,27 @@ void RequireRoomFor(int cameras, int points, int observations, const TextReader&
   }
 }
 
-// Finds the first observation of a camera and a point that were paired before. Observations are put in order of
-// points by counting, then each camera remembers the last point that saw it: linear time.
-class RepetitionFinder {
- public:
-  explicit RepetitionFinder(size_t observations) { lines_.reserve(observations); }
-  void Add(int line) { lines_.push_back(line); }
+// Throws if a camera sees a point twice. Observations are put in order of points by counting, and each camera
+// remembers its last observation in that order: linear time.
+void RefuseRepetitions(const BalProblem& problem, const std::vector<int>& lines, const std::string& path) {
+  const std::vector<BalObservation>& observations = problem.observations;
+  std::vector<size_t> next(problem.points.size() + 1, 0);  // place of the point's next observation
+  for (const auto& observation : observations) ++next[static_cast<size_t>(observation.point) + 1];
+  for (size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
+  std::vector<size_t> order(observations.size());
+  for (size_t i = 0; i < order.size(); ++i) order[next[static_cast<size_t>(observations[i].point)]++] = i;
 
-  void Check(const BalProblem& problem, const std::string& path) const {
-    std::vector<int> begin(problem.points.size() + 1, 0);
-    for (const auto& observation : problem.observations) ++begin[static_cast<size_t>(observation.point) + 1];
-    for (size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
-    std::vector<int> order(problem.observations.size());
-    for (size_t i = 0; i < order.size(); ++i) {
-      order[static_cast<size_t>(begin[static_cast<size_t>(problem.observations[i].point)]++)] = static_cast<int>(i);
-    }
-    std::vector<int> last(problem.cameras.size(), -1);  // the camera's last observation in this order
-    for (const int i : order) {
-      const BalObservation& observation = problem.observations[static_cast<size_t>(i)];
-      int& previous = last[static_cast<size_t>(observation.camera)];
-      if (previous >= 0 && problem.observations[static_cast<size_t>(previous)].point == observation.point) {
-        Fail(path, observation, i, previous);
-      }
-      previous = i;
-    }
+  constexpr size_t kNone = std::numeric_limits<size_t>::max();
+  std::vector<size_t> last(problem.cameras.size(), kNone);
+  for (const size_t i : order) {
+    const auto [camera, point, pixel] = observations[i];
+    const size_t previous = std::exchange(last[static_cast<size_t>(camera)], i);
+    if (previous == kNone || observations[previous].point != point) continue;
+    throw FileError(path + ":" + std::to_string(lines[i]) + ": observation " + std::to_string(i) +
+                    " is repeated: camera " + std::to_string(camera) + " saw point " + std::to_string(point) +
+                    " in line " + std::to_string(lines[previous]) + " already");
   }
-
- private:
-  [[noreturn]] void Fail(const std::string& path, const BalObservation& observation, int i, int previous) const {
-    throw FileError(path + ":" + std::to_string(lines_[static_cast<size_t>(i)]) + ": observation " + std::to_string(i) +
-                    " is a repetition: camera " + std::to_string(observation.camera) + " saw point " +
-                    std::to_string(observation.point) + " in line " +
-                    std::to_string(lines_[static_cast<size_t>(previous)]) + " already");
-  }
-  std::vector<int> lines_;
-};
+}
 
 Qd Rotation(const Vec9& camera) { return ExpSO3(camera.head<3>()); }
 
@@ -72,12 +60,13 @@ BalProblem ReadBal(const std::string& path) {
   problem.observations.resize(static_cast<size_t>(observations));
   problem.cameras.resize(static_cast<size_t>(cameras));
   problem.points.resize(static_cast<size_t>(points));
-  RepetitionFinder repetitions(problem.observations.size());
+  std::vector<int> lines;  // of the observations
+  lines.reserve(problem.observations.size());
   for (int i = 0; i < observations; ++i) {
     BalObservation& observation = problem.observations[static_cast<size_t>(i)];
     reader.BeginRecord("observation", i);
     observation.camera = reader.ReadInt("camera", 0, cameras - 1);
-    repetitions.Add(reader.Line());
+    lines.push_back(reader.Line());
     observation.point = reader.ReadInt("point", 0, points - 1);
     observation.pixel.x() = reader.ReadDouble("x");
     observation.pixel.y() = reader.ReadDouble("y");
@@ -93,7 +82,7 @@ BalProblem ReadBal(const std::string& path) {
     for (int k = 0; k < 3; ++k) problem.points[static_cast<size_t>(i)][k] = reader.ReadDouble(kCoordinates[k]);
   }
   reader.ExpectEnd();
-  repetitions.Check(problem, path);
+  RefuseRepetitions(problem, lines, path);
   return problem;
 }
 
@@ -118,7 +107,7 @@ std::string FormatBal(const BalProblem& problem) {
   return text;
 }
 
-void WriteBal(const BalProblem& problem, const std::string& path) { WriteFile(path, FormatBal(problem)); }
+void WriteBal(const BalProblem& problem, const std::string& path) { WriteFileAtomically(path, FormatBal(problem)); }
 
 std::string FormatBalPly(const BalProblem& problem) {
   std::vector<ColouredPoint> points;
@@ -127,10 +116,17 @@ std::string FormatBalPly(const BalProblem& problem) {
   return FormatPly(points);
 }
 
-void WriteBalPly(const BalProblem& problem, const std::string& path) { WriteFile(path, FormatBalPly(problem)); }
+void WriteBalPly(const BalProblem& problem, const std::string& path) {
+  WriteFileAtomically(path, FormatBalPly(problem));
+}
 
 Vec3 CameraCentre(const Vec9& camera) { return Rotation(camera).conjugate() * -camera.segment<3>(3); }
-Vec3 CameraDirection(const Vec9& camera) { return Rotation(camera).conjugate() * -Vec3::UnitZ(); }
+
+Mat33 CameraAxes(const Vec9& camera) {
+  Mat33 axes = Rotation(camera).conjugate().toRotationMatrix();
+  axes.col(2) *= -1.0;
+  return axes;
+}
 
 void BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalGraph* bal) {
   std::vector<std::shared_ptr<VertexCameraBAL>> cameras;

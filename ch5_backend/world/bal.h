@@ -32,16 +32,17 @@ BalProblem ReadBal(const std::string& path);
 
 /// The file's text; every number reads back as the same double.
 std::string FormatBal(const BalProblem& problem);
-/// @throws FileError if it cannot be written; `path` is then as it was
+/// @throws WriteError; an older file of that name is then as it was
 void WriteBal(const BalProblem& problem, const std::string& path);
 
 /// Points grey, camera centres orange, as PLY text.
 std::string FormatBalPly(const BalProblem& problem);
 void WriteBalPly(const BalProblem& problem, const std::string& path);
 
-/// c = −Rᵀt, and −Rᵀe_z, the direction that a BAL camera looks in.
+/// c = −Rᵀt.
 Vec3 CameraCentre(const Vec9& camera);
-Vec3 CameraDirection(const Vec9& camera);
+/// Columns: to the right, up, and into the picture, in the world's frame; a BAL camera looks along its −z.
+Mat33 CameraAxes(const Vec9& camera);
 
 /// The problem as a graph: cameras are poses, points are landmarks, one EdgeBAL per observation, W = I [1/px²].
 struct BalGraph {

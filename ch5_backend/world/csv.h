@@ -2,23 +2,13 @@
 /// Tables of numbers as comma-separated files.
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <vector>
+
+#include "ch5_backend/world/text_writer.h"
 
 namespace ch5 {
-
-/// A file that cannot be written; the message names it and says why.
-class WriteError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-/// Writes `text` to `path`, whole or not at all: into `path`.partial first, which then takes the name.
-/// @throws WriteError, after which an older file of that name is untouched and the partial one is gone
-void WriteFileAtomically(const std::filesystem::path& path, std::string_view text);
 
 /// A table in memory; rows have as many cells as the header. Numbers are written with the fewest digits that read
 /// back to the same bits; `nan` and `inf` stand for themselves.

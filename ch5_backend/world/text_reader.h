@@ -7,7 +7,7 @@
 
 namespace ch5 {
 
-/// A file that cannot be read, understood or written. what() reads "file:line: what is wrong, got value".
+/// A file that cannot be read or understood. what() reads "file:line: what is wrong, got value".
 class FileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -1,63 +1,69 @@
 #include "ch5_backend/world/text_writer.h"
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
 #include <cstring>
+#include <memory>
 
 namespace ch5 {
 namespace {
 
-[[noreturn]] void FailToWrite(const std::string& path, const std::string& why) {
-  throw FileError(path + ": cannot be written: " + why);
+namespace fs = std::filesystem;
+
+void Check(const fs::path& path, int error) {
+  if (error != 0) throw WriteError("cannot write " + path.string() + ": " + std::strerror(error));
 }
 
-// Empty on success; a full disk may show only when the file is closed.
-std::string Write(const std::string& path, std::string_view text) {
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  if (!file) return std::strerror(errno);
-  std::string why;
-  if (std::fwrite(text.data(), 1, text.size(), file) != text.size()) why = std::strerror(errno);
-  if (std::fclose(file) != 0 && why.empty()) why = std::strerror(errno);
-  return why;
+struct Closer {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
+// 0, or the errno of what failed. A full disk may show only when the last buffer is flushed.
+int WriteAll(const fs::path& path, std::string_view text) {
+  std::unique_ptr<std::FILE, Closer> file(std::fopen(path.c_str(), "wb"));
+  if (!file) return errno;
+  if (std::fwrite(text.data(), 1, text.size(), file.get()) != text.size()) return errno;
+  if (std::fflush(file.get()) != 0) return errno;
+  return std::fclose(file.release()) == 0 ? 0 : errno;
 }
 
 template <typename T>
 void Append(T value, char end, std::string* text) {
   char digits[32];
-  *text += std::string_view(digits, std::to_chars(digits, digits + sizeof digits, value).ptr - digits);
-  *text += end;
+  char* stop = std::to_chars(digits, digits + sizeof digits - 1, value).ptr;
+  *stop++ = end;
+  text->append(digits, stop);
 }
 
 }  // namespace
 
 FileBatch::~FileBatch() {
-  for (const File& file : files_) unlink(file.temporary.c_str());
+  std::error_code ignored;
+  for (const File& file : files_) fs::remove(file.partial, ignored);
 }
 
-void FileBatch::Add(const std::string& path, std::string_view text) {
-  struct stat status;
-  const bool exists = stat(path.c_str(), &status) == 0;
-  if (exists && S_ISDIR(status.st_mode)) FailToWrite(path, "it is a directory");
-  if (exists && !S_ISREG(status.st_mode)) {  // a device must not be replaced by a file
-    if (const std::string why = Write(path, text); !why.empty()) FailToWrite(path, why);
-    return;
-  }
-  files_.push_back({path + ".tmp" + std::to_string(getpid()), path});
-  if (const std::string why = Write(files_.back().temporary, text); !why.empty()) FailToWrite(path, why);
+void FileBatch::Add(const fs::path& path, std::string_view text) {
+  std::error_code error;
+  if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
+  if (error) Check(path.parent_path(), error.value());
+  const fs::file_status status = fs::status(path, error);
+  if (fs::is_directory(status)) Check(path, EISDIR);
+  if (fs::exists(status) && !fs::is_regular_file(status)) return Check(path, WriteAll(path, text));
+  files_.push_back({path.string() + ".partial", path});
+  Check(path, WriteAll(files_.back().partial, text));
 }
 
 void FileBatch::Commit() {
+  std::error_code error;
   for (const File& file : files_) {
-    if (std::rename(file.temporary.c_str(), file.path.c_str()) != 0) FailToWrite(file.path, std::strerror(errno));
+    fs::rename(file.partial, file.path, error);
+    Check(file.path, error.value());
   }
   files_.clear();
 }
 
-void WriteFile(const std::string& path, std::string_view text) {
+void WriteFileAtomically(const fs::path& path, std::string_view text) {
   FileBatch batch;
   batch.Add(path, text);
   batch.Commit();

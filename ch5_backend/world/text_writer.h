@@ -1,41 +1,47 @@
 #pragma once
 /// Files that appear together or not at all, so that a full disk or a crash never spoils an older result.
 
+#include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "ch5_backend/world/text_reader.h"
-
 namespace ch5 {
+
+/// A file that cannot be written; the message names it and says why.
+class WriteError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 class FileBatch {
  public:
   FileBatch() = default;
   FileBatch(const FileBatch&) = delete;
   FileBatch& operator=(const FileBatch&) = delete;
-  /// Without a Commit, leaves no trace.
+  /// Without a Commit, leaves no file behind.
   ~FileBatch();
 
-  /// Writes `text` to a temporary file beside `path`. A device or a pipe is written at once.
-  /// @throws FileError if the folder is missing, the disk is full, …; no file of the batch has then changed
-  void Add(const std::string& path, std::string_view text);
+  /// Writes `text` into `path`.partial; missing folders are made. A device or a pipe is written at once.
+  /// @throws WriteError if the disk is full, …; no file of the batch has then changed
+  void Add(const std::filesystem::path& path, std::string_view text);
 
-  /// Puts all the files in their places.
-  /// @throws FileError if a name cannot be taken, for example by a folder of that name
+  /// Gives all the files their names.
+  /// @throws WriteError if a name cannot be taken
   void Commit();
 
  private:
   struct File {
-    std::string temporary, path;
+    std::filesystem::path partial, path;
   };
   std::vector<File> files_;
 };
 
-/// A batch of one.
-void WriteFile(const std::string& path, std::string_view text);
+/// A batch of one: `text` becomes `path`, whole or not at all.
+void WriteFileAtomically(const std::filesystem::path& path, std::string_view text);
 
-/// Appends the shortest digits that read back as the same double, or an integer, and then `end`.
+/// Appends the fewest digits that read back as the same number, and then `end`.
 void AppendNumber(double value, char end, std::string* text);
 void AppendNumber(int value, char end, std::string* text);
 
