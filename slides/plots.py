@@ -231,7 +231,7 @@ def prior_answer(tables, lang):
 
 def side_view(svg, box, tables, state, colour):
     """The course's scene from the side, x to the right and z up: truth in grey, `state` in colour."""
-    axes = Axes(svg, box, (-9, 7), (-2, 11))
+    axes = Axes(svg, box, (-5.5, 5.5), (-1.2, 9.8))
     for which, shade, radius in (("truth", mix(INK, 0.25), 6), (state, LANDMARK, 3.6)):
         for row in tables.rows("mono_ba_points", scene="course", state=which):
             svg.circle(axes.x(row["x_m"]), axes.y(row["z_m"]), radius, shade)
@@ -247,13 +247,13 @@ def overview(tables, lang):
     svg.rect(0, 0, 1180, 330, "#ffffff", radius=10)
     H, S = (tables.matrix("hessian", scene="course", matrix=name) for name in "HS")
     sizes = [1 + max(row for row, _ in matrix) for matrix in (H, S)]
-    side_view(svg, (25, 30, 230, 230), tables, "initial", PRIOR)
+    side_view(svg, (20, 25, 250, 250), tables, "initial", PRIOR)
     cells(svg, 330, 40, 220, H, sizes[0])
     cells(svg, 645, 40 + (220 - 200) / 2, 200, S, sizes[1])
-    side_view(svg, (930, 30, 230, 230), tables, "final", POSE)
+    side_view(svg, (915, 25, 250, 250), tables, "final", POSE)
     for x in (275, 578, 873):
         svg.line(x, 150, x + 36, 150, arrow=True)
-    for x, name in ((140, words["before"]), (440, "H = Σ JᵀWJ"), (745, "Hₚₚ − Hₚₘ Hₘₘ⁻¹ Hₘₚ"), (1045, words["after"])):
+    for x, name in ((145, words["before"]), (440, "H = Σ JᵀWJ"), (745, "Hₚₚ − Hₚₘ Hₘₘ⁻¹ Hₘₚ"), (1040, words["after"])):
         svg.text(x, 305, name, 18)
     return svg.render()
 
