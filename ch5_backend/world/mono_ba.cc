@@ -18,14 +18,6 @@ void RequireSigma(double sigma, const char* name) {
   Require(std::isfinite(sigma) && sigma >= 0.0, std::string(name) + " must be finite and not negative");
 }
 
-// Three draws in a stated order: the order of evaluation of a constructor's arguments is not specified by C++.
-Vec3 NormalVector(Random* random, double sigma) {
-  const double x = random->Normal();
-  const double y = random->Normal();
-  const double z = random->Normal();
-  return {sigma * x, sigma * y, sigma * z};
-}
-
 Transform FrameOnCircle(int n, int frames) {
   const double theta = 2.0 * M_PI * n / (4.0 * frames);
   const double radius = 8.0;

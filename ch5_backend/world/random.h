@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "ch5_backend/math/eigen_types.h"
+
 namespace ch5 {
 
 class Random {
@@ -46,5 +48,22 @@ class Random {
  private:
   uint64_t state_;
 };
+
+/// Three independent normals of deviation `sigma`: x, then y, then z. (As arguments of a constructor they would be drawn
+/// in an order that C++ leaves open.)
+inline Vec3 NormalVector(Random* random, double sigma) {
+  const double x = random->Normal();
+  const double y = random->Normal();
+  const double z = random->Normal();
+  return {sigma * x, sigma * y, sigma * z};
+}
+
+/// A point of the box between two corners, each coordinate uniform: x, then y, then z.
+inline Vec3 UniformVector(Random* random, const Vec3& low, const Vec3& high) {
+  const double x = random->Uniform(low.x(), high.x());
+  const double y = random->Uniform(low.y(), high.y());
+  const double z = random->Uniform(low.z(), high.z());
+  return {x, y, z};
+}
 
 }  // namespace ch5
