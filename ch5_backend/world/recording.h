@@ -50,6 +50,9 @@ struct Calibration {
   double gravity = 9.81;  ///< along −z of W [m/s²]
 
   Vec3 GravityInWorld() const { return {0.0, 0.0, -gravity}; }
+  /// From the normalised plane to pixels and back.
+  Vec2 Pixel(const Vec2& x) const { return {fx * x.x() + cx, fy * x.y() + cy}; }
+  Vec2 Normalised(const Vec2& pixel) const { return {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy}; }
 };
 
 struct Recording {
@@ -60,9 +63,7 @@ struct Recording {
   std::vector<StampedState> truth;  ///< likewise; empty where nobody knows
 };
 
-inline double SecondsAt(int64_t stamp_ns, int64_t origin_ns) {
-  return static_cast<double>(stamp_ns - origin_ns) / 1e9;
-}
+inline double SecondsAt(int64_t stamp_ns, int64_t origin_ns) { return static_cast<double>(stamp_ns - origin_ns) / 1e9; }
 inline int64_t NanosecondsAt(double t, int64_t origin_ns) { return origin_ns + std::llround(1e9 * t); }
 
 /// The same time as a recorder with whole nanoseconds would stamp it.
