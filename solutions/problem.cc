@@ -24,23 +24,24 @@ void Problem::MakeHessian() {
     double drho;               // ρ' of the loss function, 1 without one
     MatXX robust_information;  // W_ρ of the loss function, W without one
     edge->RobustInfo(&drho, &robust_information);
+    const VecX Wr = drho * (edge->Information() * edge->Residual());
 
     const auto& vertices = edge->Vertices();
     for (size_t i = 0; i < vertices.size(); ++i) {
       const auto& v_i = vertices[i];
-      if (v_i->IsFixed()) continue;  // a fixed vertex has no columns in H
-      const auto jacobian_i = edge->Jacobian(i);
       const int index_i = v_i->OrderingId();    // its first row in H and b
       const int dim_i = v_i->LocalDimension();  // how many rows it has
+      if (index_i < 0) continue;                // a fixed vertex has no rows and columns in H
+      const auto jacobian_i = edge->Jacobian(i);
       const MatXX JtW = jacobian_i.transpose() * robust_information;
 
       for (size_t j = i; j < vertices.size(); ++j) {
         const auto& v_j = vertices[j];
-        if (v_j->IsFixed()) continue;
-        const auto jacobian_j = edge->Jacobian(j);
         const int index_j = v_j->OrderingId();
         const int dim_j = v_j->LocalDimension();
-        const MatXX hessian = JtW * jacobian_j;  // dim_i × dim_j
+        if (index_j < 0) continue;
+        MatXX hessian(dim_i, dim_j);
+        hessian.noalias() = JtW * edge->Jacobian(j);
 
         // TODO:: home work 1.1a. Add `hessian` to the block of H that belongs to the pair (v_i, v_j).
         // BEGIN SOLUTION 1.1a MakeHessian, the block (v_i, v_j)
@@ -57,7 +58,7 @@ void Problem::MakeHessian() {
           // END SOLUTION
         }
       }
-      b.segment(index_i, dim_i) -= drho * jacobian_i.transpose() * edge->Information() * edge->Residual();
+      b.segment(index_i, dim_i).noalias() -= jacobian_i.transpose() * Wr;
     }
   }
 }
@@ -114,7 +115,7 @@ bool Problem::SolveLinearSystem(double lambda, VecX* delta_x) {
   VecX delta_x_ll(marg_size);
   // TODO:: home work 1.2c. Solve for the landmarks.
   // BEGIN SOLUTION 1.2c SolveLinearSystem, the landmarks
-  delta_x_ll = Hmm_inv * VecX(bmm - Hmp * delta_x_pp);
+  delta_x_ll = Hmm_inv * (bmm - Hmp * delta_x_pp);
   // BLANK
   // delta_x_ll = ???;
   // END SOLUTION

@@ -1,6 +1,7 @@
 #pragma once
 /// H_mm⁻¹: the inverse of a block-diagonal matrix, one small block a landmark, made from the blocks' inverses.
 
+#include <cassert>
 #include <vector>
 
 #include "ch5_backend/math/eigen_types.h"
@@ -33,8 +34,17 @@ class BlockDiagonal {
   std::vector<Block> blocks_;
 };
 
-inline MatXX operator*(const MatXX& A, const BlockDiagonal& D) { return D.LeftMultiply(A); }
-inline MatXX operator*(const BlockDiagonal& D, const MatXX& A) { return D.RightMultiply(A); }
-inline VecX operator*(const BlockDiagonal& D, const VecX& v) { return D.RightMultiply(v); }
+/// A·D, D·A and D·v for any Eigen expression. The sizes are asserted here, in the caller's file, which may have
+/// assertions on where the library has not.
+template <typename Expression>
+MatXX operator*(const Eigen::MatrixBase<Expression>& A, const BlockDiagonal& D) {
+  assert(A.cols() == D.Size() && "A·D: A must have as many columns as D has rows");
+  return D.LeftMultiply(A);
+}
+template <typename Expression>
+typename Expression::PlainObject operator*(const BlockDiagonal& D, const Eigen::MatrixBase<Expression>& A) {
+  assert(A.rows() == D.Size() && "D·A: A must have as many rows as D has columns");
+  return D.RightMultiply(A);
+}
 
 }  // namespace ch5

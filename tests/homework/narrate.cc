@@ -1,0 +1,147 @@
+#include "tests/homework/narrate.h"
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+namespace ch5::homework {
+namespace {
+
+constexpr int kSmall = 3;               // matrices up to this size are shown whole
+constexpr double kMistakeMatch = 1e-6;  // how near to a mistake's answer counts as that mistake
+
+// Adds one line "  label  text" to a story; a text of several lines is indented below.
+void Tell(std::ostringstream* story, const std::string& label, const std::string& text) {
+  *story << "\n  " << label << std::string(label.size() < 10 ? 10 - label.size() : 1, ' ');
+  for (const char c : text) *story << (c == '\n' ? std::string("\n            ") : std::string(1, c));
+}
+
+void TellWhereToRead(std::ostringstream* story, const std::string& stage, const std::string& todo) {
+  Tell(story, "read", "ch5_homework/README.md, Stage " + stage + (todo.empty() ? "" : ", TODO " + todo));
+}
+
+std::string Number(double x) {
+  std::ostringstream out;
+  out << x;
+  return out.str();
+}
+
+std::string Size(const MatXX& A) { return std::to_string(A.rows()) + "×" + std::to_string(A.cols()); }
+
+std::string Whole(const MatXX& A) {
+  std::ostringstream out;
+  out << A.format(Eigen::IOFormat(6, 0, "  ", "\n", "[ ", " ]"));
+  return out.str();
+}
+
+double LargestEntry(const MatXX& A) { return A.size() == 0 ? 0.0 : A.cwiseAbs().maxCoeff(); }
+
+// |got − expected|, with infinity where `got` is not finite.
+MatXX Deviation(const Claim& claim) {
+  return (claim.got - claim.expected).unaryExpr([](double x) {
+    return std::isfinite(x) ? std::abs(x) : std::numeric_limits<double>::infinity();
+  });
+}
+
+const Mistake* FindMistake(const Claim& claim) {
+  for (const Mistake& mistake : claim.mistakes) {
+    const MatXX answer = mistake.answer();
+    if (Equal(claim.got, answer, kMistakeMatch) && !Equal(answer, claim.expected, 10 * kMistakeMatch)) return &mistake;
+  }
+  return nullptr;
+}
+
+// What can be said of a wrong matrix that no typical mistake explains.
+std::string Symptom(const Claim& claim) {
+  if (!claim.got.allFinite()) return "some entries are not finite: something was divided by zero or never set";
+  const MatXX& A = claim.got;
+  if (A.rows() == A.cols() && A.rows() > 1 && !Equal(A, A.transpose(), 1e-9)) {
+    return "none of the typical mistakes, but the matrix is not symmetric: compare the entry with its mirror";
+  }
+  return "none of the typical mistakes gives these numbers; begin with the entry above";
+}
+
+void TellEntry(std::ostringstream* story, const Claim& claim) {
+  const MatXX deviation = Deviation(claim);
+  int row = 0, column = 0;
+  deviation.maxCoeff(&row, &column);
+  const double threshold = claim.tolerance * LargestEntry(claim.expected);
+  const auto wrong = (deviation.array() > threshold).count();
+  const bool is_vector = claim.got.cols() == 1;
+  const std::string place =
+      is_vector ? "entry " + std::to_string(row) : "(" + std::to_string(row) + ", " + std::to_string(column) + ")";
+  Tell(story, "expected", place + " = " + Number(claim.expected(row, column)));
+  Tell(story, "got",
+       place + " = " + Number(claim.got(row, column)) + "   the worst of " + std::to_string(wrong) +
+           " wrong entries, " + std::to_string(deviation.size()) + " in all");
+  if (row < static_cast<int>(claim.names.size())) Tell(story, "row " + std::to_string(row), claim.names[row]);
+  if (!is_vector && column < static_cast<int>(claim.names.size())) {
+    Tell(story, "column " + std::to_string(column), claim.names[column]);
+  }
+}
+
+// "δp.y" of a pose, "" of a scalar.
+std::string Component(const Vertex& vertex, int k) {
+  static const char* const kPose[] = {"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z"};
+  static const char* const kPoint[] = {"x", "y", "z"};
+  if (vertex.LocalDimension() == 1) return "";
+  if (vertex.TypeInfo() == "VertexPose") return std::string(", ") + kPose[k];
+  if (vertex.TypeInfo() == "VertexPointXYZ") return std::string(", ") + kPoint[k];
+  return ", component " + std::to_string(k);
+}
+
+}  // namespace
+
+bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
+  if (got.rows() != expected.rows() || got.cols() != expected.cols()) return false;
+  if (got.size() == 0) return true;
+  return got.allFinite() && LargestEntry(got - expected) <= tolerance * LargestEntry(expected);
+}
+
+std::string Story(const Claim& claim) {
+  if (Equal(claim.got, claim.expected, claim.tolerance)) return "";
+  std::ostringstream story;
+  story << "Stage " << claim.stage << ": " << claim.what;
+  if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) {
+    Tell(&story, "expected", "a matrix of size " + Size(claim.expected));
+    Tell(&story, "got", "one of size " + Size(claim.got));
+    Tell(&story, "cause", "the number of rows or columns in a block(…) or segment(…) is not that of the block meant");
+    TellWhereToRead(&story, claim.stage, "");
+    return story.str();
+  }
+  if (claim.got.rows() <= kSmall && claim.got.cols() <= kSmall) {
+    Tell(&story, "expected", Whole(claim.expected));
+    Tell(&story, "got", Whole(claim.got));
+  } else {
+    TellEntry(&story, claim);
+  }
+  const Mistake* mistake = FindMistake(claim);
+  Tell(&story, "cause", mistake == nullptr ? Symptom(claim) : mistake->cause);
+  TellWhereToRead(&story, claim.stage, mistake == nullptr ? "" : mistake->todo);
+  return story.str();
+}
+
+std::string Story(const std::string& stage, const std::string& what, const std::string& expected,
+                  const std::string& got, const std::string& cause, const std::string& todo) {
+  std::ostringstream story;
+  story << "Stage " << stage << ": " << what;
+  Tell(&story, "expected", expected);
+  Tell(&story, "got", got);
+  Tell(&story, "cause", cause);
+  TellWhereToRead(&story, stage, todo);
+  return story.str();
+}
+
+Names RowNames(const Ordering& ordering) {
+  Names names;
+  for (const auto* vertices : {&ordering.poses, &ordering.landmarks}) {
+    for (const auto& vertex : *vertices) {
+      for (int k = 0; k < vertex->LocalDimension(); ++k) {
+        names.push_back(vertex->TypeInfo() + " " + std::to_string(vertex->Id()) + Component(*vertex, k));
+      }
+    }
+  }
+  return names;
+}
+
+}  // namespace ch5::homework

@@ -1,0 +1,60 @@
+"""Solutions with their graded regions marked, and the stage table.
+
+A region of solutions/NAME.cc reads
+
+    // BEGIN SOLUTION <todo> <place>
+    the solution
+    // BLANK
+    // the hints that stand in the skeleton instead
+    // END SOLUTION
+"""
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+STAGES = json.loads((ROOT / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
+FILES = sorted({stage["file"] for stage in STAGES})
+
+
+@dataclass(frozen=True)
+class Region:
+    todo: str      # "1.1a"
+    place: str     # "MakeHessian, the block (v_i, v_j)"
+    indent: str
+    solution: str  # lines, each with its newline
+    hints: str     # likewise
+
+    def blank(self) -> str:
+        """What a student finds here."""
+        return f'{self.hints}{self.indent}throw HomeworkMissing("{self.todo} {self.place}");\n'
+
+
+_REGION = re.compile(
+    r"^(?P<indent> *)// BEGIN SOLUTION (?P<todo>\S+) (?P<place>[^\n]+)\n"
+    r"(?P<solution>.*?)^ *// BLANK\n(?P<hints>.*?)^ *// END SOLUTION\n", re.MULTILINE | re.DOTALL)
+
+
+def solution_text(name: str) -> str:
+    return (ROOT / "solutions" / name).read_text(encoding="utf-8")
+
+
+def regions(text: str) -> list:
+    """The regions of a solution, in order. Raises ValueError where a marker has lost its partners."""
+    found = [Region(**match.groupdict()) for match in _REGION.finditer(text)]
+    for marker in ("// BEGIN SOLUTION", "// BLANK", "// END SOLUTION"):
+        if text.count(marker) != len(found):
+            raise ValueError(f"{text.count(marker)} × '{marker}', but {len(found)} whole regions")
+    return found
+
+
+def fill(text: str, content) -> str:
+    """The solution with each region replaced by content(region)."""
+    return _REGION.sub(lambda match: content(Region(**match.groupdict())), text)
+
+
+def stage_of(todo: str) -> dict:
+    """The stage that a TODO belongs to."""
+    return next(stage for stage in STAGES if todo in stage["todos"])

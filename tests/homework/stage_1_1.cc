@@ -1,0 +1,258 @@
+/// Stage 1.1: H and b equal a dense −JᵀWr and JᵀWJ that is built in another way.
+/// From simple to hard; the first failure ends the check (--gtest_fail_fast).
+
+#include <gtest/gtest.h>
+
+#include "ch5_backend/types/edge_reprojection.h"
+#include "tests/homework/narrate.h"
+#include "tests/homework/scenes.h"
+#include "tests/homework/submission.h"
+
+namespace ch5::homework {
+namespace {
+
+/// One turn of MakeHessian's inner loop: the block J_iᵀWJ_j and where v_i and v_j begin.
+struct Turn {
+  MatXX block;
+  int i, j;
+  bool diagonal;  // v_i is v_j
+};
+
+/// How a student may put the block into H.
+using Placement = std::function<void(MatXX* H, const Turn& turn)>;
+
+// Blocks that would not fit (there, Eigen's assertion ends the student's run) are left out.
+void Add(MatXX* H, int row, int column, const MatXX& block) {
+  if (row + block.rows() > H->rows() || column + block.cols() > H->cols()) return;
+  H->block(row, column, block.rows(), block.cols()) += block;
+}
+void Set(MatXX* H, int row, int column, const MatXX& block) {
+  if (row + block.rows() > H->rows() || column + block.cols() > H->cols()) return;
+  H->block(row, column, block.rows(), block.cols()) = block;
+}
+
+MatXX Assemble(const Graph& graph, int size, const Placement& place) {
+  MatXX H = MatXX::Zero(size, size);
+  for (const auto& edge : graph.Edges()) {
+    double drho;
+    MatXX W;
+    edge->RobustInfo(&drho, &W);
+    const auto& vertices = edge->Vertices();
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      for (size_t j = i; j < vertices.size(); ++j) {
+        if (vertices[i]->IsFixed() || vertices[j]->IsFixed()) continue;
+        const MatXX block = edge->Jacobian(i).transpose() * W * edge->Jacobian(j);
+        place(&H, {block, vertices[i]->OrderingId(), vertices[j]->OrderingId(), i == j});
+      }
+    }
+  }
+  return H;
+}
+
+struct PlacementMistake {
+  const char* todo;
+  const char* cause;
+  Placement place;
+};
+
+const std::vector<PlacementMistake>& PlacementMistakes() {
+  static const std::vector<PlacementMistake> mistakes{
+      {"1.1b", "the mirrored block is missing: H must get J_iᵀWJ_j at (v_i, v_j) and its transpose at (v_j, v_i)",
+       [](MatXX* H, const Turn& t) { Add(H, t.i, t.j, t.block); }},
+      {"1.1b", "the mirrored block is not transposed: at (v_j, v_i) stands J_iᵀWJ_j itself",
+       [](MatXX* H, const Turn& t) {
+         Add(H, t.i, t.j, t.block);
+         if (!t.diagonal) Add(H, t.j, t.i, t.block);
+       }},
+      {"1.1a", "= where += is meant, in both blocks: each edge overwrites what the edges before it have added",
+       [](MatXX* H, const Turn& t) {
+         Set(H, t.i, t.j, t.block);
+         if (!t.diagonal) Set(H, t.j, t.i, t.block.transpose());
+       }},
+      {"1.1a", "= where += is meant in the block (v_i, v_j): each edge overwrites what the edges before it have added",
+       [](MatXX* H, const Turn& t) {
+         Set(H, t.i, t.j, t.block);
+         if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
+       }},
+      {"1.1b", "= where += is meant in the mirrored block: each edge overwrites what the edges before it have added",
+       [](MatXX* H, const Turn& t) {
+         Add(H, t.i, t.j, t.block);
+         if (!t.diagonal) Set(H, t.j, t.i, t.block.transpose());
+       }},
+      {"1.1a", "the places are exchanged: J_iᵀWJ_j went to (v_j, v_i) and its transpose to (v_i, v_j)",
+       [](MatXX* H, const Turn& t) {
+         Add(H, t.j, t.i, t.block);
+         if (!t.diagonal) Add(H, t.i, t.j, t.block.transpose());
+       }},
+      {"1.1a", "row and column are exchanged: both blocks went to (v_j, v_i)",
+       [](MatXX* H, const Turn& t) {
+         Add(H, t.j, t.i, t.block);
+         if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
+       }},
+      {"1.1b", "the mirrored block went to the same place (v_i, v_j) as the first",
+       [](MatXX* H, const Turn& t) {
+         Add(H, t.i, t.j, t.block);
+         if (!t.diagonal) Add(H, t.i, t.j, t.block.transpose());
+       }},
+      {"1.1b", "the diagonal blocks are added twice: the mirror belongs to j ≠ i only",
+       [](MatXX* H, const Turn& t) {
+         Add(H, t.i, t.j, t.block);
+         Add(H, t.j, t.i, t.block.transpose());
+       }},
+      {"1.1a", "the blocks are subtracted: it is b that has the minus sign, H = +JᵀWJ",
+       [](MatXX* H, const Turn& t) {
+         Add(H, t.i, t.j, -t.block);
+         if (!t.diagonal) Add(H, t.j, t.i, -t.block.transpose());
+       }},
+      {"1.1a", "the block (v_i, v_j) is missing: only the mirrored one is added",
+       [](MatXX* H, const Turn& t) {
+         if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
+       }},
+      {"1.1a", "only the diagonal blocks arrive: those of two different vertices are missing",
+       [](MatXX* H, const Turn& t) {
+         if (t.diagonal) Add(H, t.i, t.j, t.block);
+       }},
+  };
+  return mistakes;
+}
+
+// Compares H and b of a problem whose MakeHessian has been called.
+void CheckSystem(const Graph& graph, const Problem& problem, const std::string& scene) {
+  const System right = StackedNormalEquations(graph, problem.Size());
+  const Names names = RowNames(problem.GetOrdering());
+  std::vector<Mistake> mistakes;
+  for (const PlacementMistake& mistake : PlacementMistakes()) {
+    const Placement& place = mistake.place;
+    mistakes.push_back({mistake.todo, mistake.cause, [&] { return Assemble(graph, problem.Size(), place); }});
+  }
+  mistakes.push_back({"1.1a", "H is twice too large: it is not set to zero before the edges are added",
+                      [&] { return MatXX(2.0 * right.H); }});
+  ASSERT_NO_STORY({"1.1", "H of " + scene, right.H, problem.Hessian(), names, mistakes});
+
+  const std::vector<Mistake> mistakes_b{
+      {"", "the sign of b: b = −JᵀWr, as the line that you found there has it", [&] { return MatXX(-right.b); }},
+      {"", "b is twice too large: it is not set to zero before the edges are added",
+       [&] { return MatXX(2 * right.b); }}};
+  ASSERT_NO_STORY({"1.1", "b of " + scene, right.b, problem.RightHandSide(), names, mistakes_b});
+}
+
+void CheckMakeHessian(Graph* graph, const std::string& scene) {
+  const auto problem = Chosen().make_problem(graph);
+  problem->MakeHessian();
+  CheckSystem(*graph, *problem, scene);
+}
+
+TEST(Stage11, TheSlidesChainOfThreeScalars) {
+  // H = [100 −100 0; −100 136.111 −11.1111; 0 −11.1111 11.1111], the matrix that stage 2 begins with.
+  class Difference : public SizedEdge<1, VertexScalar, VertexScalar> {
+   public:
+    Difference(std::shared_ptr<VertexScalar> a, std::shared_ptr<VertexScalar> b, double sigma)
+        : SizedEdge(std::move(a), std::move(b)) {
+      SetInformation(MatXX::Constant(1, 1, 1.0 / (sigma * sigma)));
+    }
+    void ComputeResidual() override {
+      r_ = GetVertex<1>().GetEstimate() - GetVertex<0>().GetEstimate();
+      r_[0] -= 1.0;
+    }
+    void ComputeJacobians() override {
+      J<0>()(0) = -1.0;
+      J<1>()(0) = 1.0;
+    }
+    std::string TypeInfo() const override { return "Difference"; }
+  };
+  Graph graph;
+  const auto x =
+      AddVertices<VertexScalar>(&graph, 4, [] { return std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0)); });
+  x[3]->SetFixed();  // the origin, from which x_1 is measured with σ = 0.2
+  graph.AddEdge(std::make_shared<Difference>(x[0], x[1], 0.1));
+  graph.AddEdge(std::make_shared<Difference>(x[3], x[1], 0.2));
+  graph.AddEdge(std::make_shared<Difference>(x[1], x[2], 0.3));
+  CheckMakeHessian(&graph, "the slides' chain of three scalars, σ = 0.1, 0.2, 0.3");
+}
+
+TEST(Stage11, OneEdgeBetweenTwoPoses) {
+  Random random(11);
+  Graph graph;
+  const auto poses = AddPoses(&graph, 2);
+  AddRandomEdge<4>(&graph, &random, poses[0], poses[1]);
+  CheckMakeHessian(&graph, "one edge between two poses");
+}
+
+TEST(Stage11, EdgesOnTheSamePairAddUp) {
+  Random random(12);
+  Graph graph;
+  const auto poses = AddPoses(&graph, 3);
+  for (int k = 0; k < 3; ++k) AddRandomEdge<4>(&graph, &random, poses[0], poses[2]);
+  AddRandomEdge<6>(&graph, &random, poses[2], poses[0]);  // the vertices in the other order
+  AddRandomEdge<6>(&graph, &random, poses[1]);
+  CheckMakeHessian(&graph, "five edges between three poses, four of them on one pair and in both orders");
+}
+
+TEST(Stage11, LandmarksOfDimensionOne) {
+  Random random(13);
+  MonoBaOptions options;
+  options.points = 5;
+  MonoBa ba;
+  BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, 1.0, 0.0, &ba);
+  for (const auto& edge : ba.graph.Edges()) edge->SetInformation(RandomPositiveDefinite(2, &random));
+  CheckMakeHessian(&ba.graph, "3 poses and 5 inverse depths, W ≠ I");
+}
+
+TEST(Stage11, LandmarksOfDimensionThree) {
+  Random random(14);
+  Graph graph;
+  const auto points = AddPoints(&graph, 2);  // smaller ids than the poses, later rows
+  const auto poses = AddPoses(&graph, 3);
+  const auto depths = AddInverseDepths(&graph, 1);
+  for (const auto& point : points) {
+    for (const auto& pose : poses) AddRandomEdge<2>(&graph, &random, point, pose);
+  }
+  AddRandomEdge<2>(&graph, &random, poses[1], points[1]);
+  AddRandomEdge<2>(&graph, &random, depths[0], poses[0], poses[2]);
+  CheckMakeHessian(&graph, "3 poses, 2 points of dimension 3 and an inverse depth");
+}
+
+TEST(Stage11, FixedVerticesHaveNoRows) {
+  Random random(15);
+  Graph graph;
+  const auto poses = AddPoses(&graph, 4);
+  const auto points = AddPoints(&graph, 3);
+  poses[0]->SetFixed();
+  poses[2]->SetFixed();
+  points[1]->SetFixed();
+  for (const auto& point : points) {
+    for (const auto& pose : poses) AddRandomEdge<2>(&graph, &random, point, pose);
+  }
+  AddRandomEdge<6>(&graph, &random, poses[3], poses[0], poses[1]);
+  CheckMakeHessian(&graph, "4 poses and 3 points, of which poses 0 and 2 and point 1 are fixed");
+}
+
+TEST(Stage11, RobustLossWeighsTheEdges) {
+  Random random(16);
+  Graph graph;
+  const auto poses = AddPoses(&graph, 2);
+  const auto points = AddPoints(&graph, 2);
+  for (const auto& point : points) {
+    for (const auto& pose : poses) {
+      AddRandomEdge<2>(&graph, &random, point, pose);
+      graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(1.0));
+    }
+  }
+  CheckMakeHessian(&graph, "2 poses and 2 points under a Cauchy loss (H takes robust_information, b takes ρ')");
+}
+
+TEST(Stage11, SecondCallStartsAfresh) {
+  MonoBaOptions options;
+  options.frames = 4;
+  options.points = 7;
+  MonoBa ba;
+  BuildMonoBa(SimulateMonoBa(options), Gauge::kFixTwoFrames, 1.0, 0.0, &ba);
+  const auto problem = Chosen().make_problem(&ba.graph);
+  problem->MakeHessian();
+  problem->UpdateStates(VecX::Constant(problem->Size(), 1e-3));
+  problem->MakeHessian();
+  CheckSystem(ba.graph, *problem, "4 poses and 7 inverse depths, MakeHessian called again at another state");
+}
+
+}  // namespace
+}  // namespace ch5::homework
