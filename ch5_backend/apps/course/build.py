@@ -12,7 +12,7 @@ from .errors import CourseError
 from .progress import Progress
 
 ROOT = Path(__file__).resolve().parents[3]
-BUILD = ROOT / "build" / "release"
+BUILD = Path(os.environ.get("CH5_BUILD_DIR", ROOT / "build" / "release"))
 BIN = BUILD / "bin"
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -28,7 +28,7 @@ def configure() -> None:
     if _cached().get("CMAKE_HOME_DIRECTORY", str(ROOT)) != str(ROOT):
         shutil.rmtree(BUILD)  # the project was moved; CMake refuses a folder made for another place
     with Progress("configure") as progress, _lock():
-        command = ["cmake", "--preset", "release", *(f"-D{key}={value}" for key, value in wanted.items())]
+        command = ["cmake", "--preset", "release", "-B", str(BUILD), *(f"-D{key}={value}" for key, value in wanted.items())]
         done = run_logged(command, "configure.log", progress.step)
     if done.returncode:
         raise _failure("CMake could not configure the project", done.stdout, r"CMake Error|[Ee]rror", "configure.log")
@@ -79,9 +79,11 @@ def _failure(what: str, output: str, pattern: str, log_name: str) -> CourseError
 
 
 def _cache_entries() -> dict:
-    """What the environment asks CMake for; without it CMake's own default holds."""
-    data = os.environ.get("CH5_DATA_DIR")
-    return {"CH5_DATA_DIR": os.path.abspath(data)} if data else {}
+    """What the environment asks CMake for; without it CMake's own default holds, and the homework of this folder."""
+    entries = {"CH5_HOMEWORK_DIR": os.path.abspath(os.environ.get("CH5_HOMEWORK_DIR", ROOT / "ch5_homework"))}
+    if data := os.environ.get("CH5_DATA_DIR"):
+        entries["CH5_DATA_DIR"] = os.path.abspath(data)
+    return entries
 
 
 def _cached() -> dict:
