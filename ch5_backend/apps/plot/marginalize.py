@@ -69,7 +69,8 @@ def scene(directory):
         axes = fig.add_axes(place)
         M = style.dense(table.where(stage=stage), size, size)
         image = magnitudes(axes, M, [6 * i for i in range(1, frames + (points > 0))], (high - 8, high))
-        axes.set_title(f"{title}\n{size} × {size}, {percent(row['density'])} filled", fontsize=11.5, loc="center", pad=6)
+        filled = percent(row["density"])
+        axes.set_title(f"{title}\n{size} × {size}, {filled} filled", fontsize=11.5, loc="center", pad=6)
         if points:
             bracket(axes, 0, 6 * frames, "poses")
             bracket(axes, 6 * frames, size, "landmarks")

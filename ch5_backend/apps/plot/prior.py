@@ -44,7 +44,8 @@ def costs(directory, table):
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
     per_free = lambda rows, values: values / rows["reprojection_cost"][0]  # of w = 0, the first row
     lines(panels[0], table, "reprojection_cost", scale=per_free)
-    lines(panels[1], table, "prior_cost", scale=lambda rows, values: np.where(values > 0, per_free(rows, values), np.nan))
+    positive = lambda rows, values: np.where(values > 0, per_free(rows, values), np.nan)
+    lines(panels[1], table, "prior_cost", scale=positive)
     lines(panels[2], table, "drift_position")
     for axes, title in zip(panels, ("reprojection cost", "prior cost", "drift of frame 0 [m]")):
         axes.set_title(title)
@@ -72,7 +73,7 @@ def traces(directory):
             axes.plot(k[keep] + 1, excess[keep], color=shade, linewidth=1.5, linestyle=":" if weight == 0 else "-",
                       label="w = 0" if weight == 0 else None)
         axes.set_title(label, color=colour, fontsize=11)
-        style.plain_log(axes.xaxis, (1, 2, 5, 10, 20, 50, 100, 200))
+        style.plain_log(axes.xaxis, (1, 3, 10, 30, 100))
         style.log_axis(axes.yaxis)
         axes.set_xlabel("iteration + 1")
     panels[0].set_ylabel("(cost − final cost) / first cost")

@@ -13,7 +13,8 @@ def rotate(q, v):
 
 def camera(axes, position, q, size, **line):
     """A pyramid that opens along the camera's z axis."""
-    corners = [position + size * rotate(q, np.array([x, y, 1.4])) for x, y in ((-1, -0.7), (1, -0.7), (1, 0.7), (-1, 0.7))]
+    image = ((-1, -0.7), (1, -0.7), (1, 0.7), (-1, 0.7))
+    corners = [position + size * rotate(q, np.array([x, y, 1.4])) for x, y in image]
     ring = np.array([*corners, corners[0]])
     axes.plot(*ring.T, **line)
     for corner in corners:
@@ -59,7 +60,7 @@ def decorate(axes, limits):
 
 
 def length(metres):
-    return "0" if metres == 0 else f"{1e3 * metres:.2g} mm" if metres < 0.1 else f"{metres:.2f} m"
+    return "0 m" if metres == 0 else f"{1e3 * metres:.2g} mm" if metres < 0.1 else f"{metres:.2f} m"
 
 
 def figure(directory, scene, frames, points, summary):
