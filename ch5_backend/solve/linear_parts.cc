@@ -17,29 +17,6 @@ double IsotropicInformation(const double* W, int n) {
   return W[0];
 }
 
-// The matrix M of J̃ = M J in full (n×n, row-major), and r̃.
-void WhitenFully(const Edge& edge, const RobustWeight& robust, double* M, double* r_tilde) {
-  const int n = edge.ResidualDimension();
-  FactorPsd(edge.Information().data(), n, M);
-  const double* r = edge.Residual().data();
-  double s = 0.0;
-  for (int k = 0; k < n; ++k) {
-    r_tilde[k] = 0.0;
-    for (int c = 0; c < n; ++c) r_tilde[k] += M[k * n + c] * r[c];
-    s += r_tilde[k] * r_tilde[k];
-  }
-  const double root = std::sqrt(robust.weight);
-  const bool bends = robust.rank_one != 0.0 && s > 0.0;
-  const double shrink = bends ? std::sqrt(1.0 + robust.rank_one * s / robust.weight) : 1.0;  // 1 − α
-  for (int c = 0; c < n && bends; ++c) {
-    double g = 0.0;  // of (Fr)ᵀF
-    for (int k = 0; k < n; ++k) g += r_tilde[k] * M[k * n + c];
-    for (int k = 0; k < n; ++k) M[k * n + c] -= (1.0 - shrink) / s * r_tilde[k] * g;
-  }
-  for (int i = 0; i < n * n; ++i) M[i] *= root;
-  for (int k = 0; k < n; ++k) r_tilde[k] *= root / shrink;
-}
-
 // A (rows×dim, each row padded to Stride(dim)) = M J,  J column-major.
 void MultiplyJacobian(const double* M, const double* J, int rows, int dim, double* A) {
   for (int r = 0; r < rows; ++r, A += Stride(dim)) {
@@ -80,6 +57,28 @@ void FactorPsd(const double* W, int n, double* F) {
     }
     for (int i = 0; i < n; ++i) rest[pivot * n + i] = rest[i * n + pivot] = 0.0;
   }
+}
+
+void WhitenFully(const Edge& edge, const RobustWeight& robust, double* M, double* r_tilde) {
+  const int n = edge.ResidualDimension();
+  FactorPsd(edge.Information().data(), n, M);
+  const double* r = edge.Residual().data();
+  double s = 0.0;
+  for (int k = 0; k < n; ++k) {
+    r_tilde[k] = 0.0;
+    for (int c = 0; c < n; ++c) r_tilde[k] += M[k * n + c] * r[c];
+    s += r_tilde[k] * r_tilde[k];
+  }
+  const double root = std::sqrt(robust.weight);
+  const bool bends = robust.rank_one != 0.0 && s > 0.0;
+  const double shrink = bends ? std::sqrt(1.0 + robust.rank_one * s / robust.weight) : 1.0;  // 1 − α
+  for (int c = 0; c < n && bends; ++c) {
+    double g = 0.0;  // of (Fr)ᵀF
+    for (int k = 0; k < n; ++k) g += r_tilde[k] * M[k * n + c];
+    for (int k = 0; k < n; ++k) M[k * n + c] -= (1.0 - shrink) / s * r_tilde[k] * g;
+  }
+  for (int i = 0; i < n * n; ++i) M[i] *= root;
+  for (int k = 0; k < n; ++k) r_tilde[k] *= root / shrink;
 }
 
 void WriteLinearParts(const BlockStructure& structure, const EdgeRecord& record, double* linear) {

@@ -13,6 +13,9 @@ namespace ch5 {
 /// (see BlockStructure). Padding is left alone. Safe to call for different edges at once.
 void WriteLinearParts(const BlockStructure& structure, const EdgeRecord& record, double* linear);
 
+/// M (n×n, row-major) with J̃ = M J, and r̃ (n×1), at the edge's last residual.
+void WhitenFully(const Edge& edge, const RobustWeight& robust, double* M, double* r_tilde);
+
 /// F (n×n, row-major) with W = FᵀF for a symmetric positive semi-definite W: Cholesky with diagonal pivoting, which
 /// ends where the rest is rounding; F's last rows are zero then. Golub & Van Loan, "Matrix Computations", §4.2.8.
 void FactorPsd(const double* W, int n, double* F);

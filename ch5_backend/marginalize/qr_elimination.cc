@@ -1,0 +1,113 @@
+#include "ch5_backend/marginalize/qr_elimination.h"
+
+#include <Eigen/QR>
+#include <limits>
+
+#include "ch5_backend/marginalize/layout.h"
+#include "ch5_backend/solve/linear_parts.h"
+
+namespace ch5 {
+namespace {
+
+// Rows [J | r] of one edge over `columns` of the unknowns, whitened:  J̃ = M J,  J̃ᵀr̃ = ρ'JᵀWr (solve/linear_parts.h).
+template <typename Column>
+void WriteRows(Edge* edge, const Column& column, Eigen::Ref<MatXX> rows) {
+  edge->Linearize();
+  const int n = edge->ResidualDimension();
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(n, n);
+  VecX r(n);
+  WhitenFully(*edge, edge->GetRobustWeight(), M.data(), r.data());
+  rows.setZero();
+  for (size_t i = 0; i < edge->Vertices().size(); ++i) {
+    const Vertex& vertex = *edge->Vertices()[i];
+    if (vertex.IsFixed()) continue;
+    rows.middleCols(column(vertex), vertex.LocalDimension()).noalias() = M * edge->Jacobian(i);
+  }
+  rows.rightCols<1>() = r;
+}
+
+int TotalRows(const std::vector<Edge*>& edges) {
+  int rows = 0;
+  for (const Edge* edge : edges) rows += edge->ResidualDimension();
+  return rows;
+}
+
+// A ← Qᵀ A for the Q that makes the first `columns` columns upper triangular; returns the rows below them.
+template <typename Scalar>
+Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> RowsBelow(
+    const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>& A, int columns) {
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+  const Eigen::Index drop = std::min<Eigen::Index>(columns, A.rows());
+  // Columns of unit norm, whatever their units: the span, and so Q, stays the same.
+  const auto norms = A.leftCols(columns).colwise().norm().array().max(std::numeric_limits<Scalar>::min());
+  const Matrix head = A.leftCols(columns).array().rowwise() / norms.eval();
+  Matrix tail = A.rightCols(A.cols() - columns);
+  // Pivoting puts what cannot be observed last: such columns are zero, and their rows are not to be dropped.
+  const Eigen::ColPivHouseholderQR<Matrix> qr(head);
+  tail.applyOnTheLeft(qr.householderQ().adjoint());
+  const Eigen::Index rank = std::min(drop, qr.rank());
+  return tail.bottomRows(A.rows() - rank);
+}
+
+}  // namespace
+
+template <typename Scalar>
+Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop) {
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+  const Layout layout = MakeLayout(edges, drop);
+  const int kept = layout.kept_size, dropped = layout.size - kept;
+  std::vector<Matrix> pieces;  // rows over [dropped | kept | r]
+  const auto dense_column = [&](const Vertex& vertex) {
+    const int column = layout.column.at(&vertex);
+    return column < kept ? dropped + column : column - kept;
+  };
+
+  MatXX rows(TotalRows(layout.dense_edges), layout.size + 1);
+  int next = 0;
+  for (Edge* edge : layout.dense_edges) {
+    WriteRows(edge, dense_column, rows.middleRows(next, edge->ResidualDimension()));
+    next += edge->ResidualDimension();
+  }
+  pieces.push_back(rows.cast<Scalar>());
+
+  for (size_t l = 0; l < layout.landmarks.size(); ++l) {
+    const Vertex* landmark = layout.landmarks[l].get();
+    const int dim = landmark->LocalDimension();
+    const auto column = [&](const Vertex& v) { return &v == landmark ? 0 : dim + dense_column(v); };
+    rows.resize(TotalRows(layout.landmark_edges[l]), dim + layout.size + 1);
+    next = 0;
+    for (Edge* edge : layout.landmark_edges[l]) {
+      WriteRows(edge, column, rows.middleRows(next, edge->ResidualDimension()));
+      next += edge->ResidualDimension();
+    }
+    pieces.push_back(RowsBelow<Scalar>(rows.cast<Scalar>(), dim));
+  }
+
+  Eigen::Index total = 0;
+  for (const Matrix& piece : pieces) total += piece.rows();
+  Matrix stack(total, layout.size + 1);
+  total = 0;
+  for (const Matrix& piece : pieces) {
+    stack.middleRows(total, piece.rows()) = piece;
+    total += piece.rows();
+  }
+  if (dropped > 0) stack = RowsBelow<Scalar>(stack, dropped);
+
+  // One more QR turns the tall rest into a triangle; r's part below it is a constant of the cost.
+  const Eigen::HouseholderQR<Matrix> qr(stack);
+  const Eigen::Index n = std::min<Eigen::Index>(kept, stack.rows());
+  const Matrix R = qr.matrixQR().topRows(n).template triangularView<Eigen::Upper>();
+  Prior prior;
+  prior.vertices = layout.kept;
+  for (const auto& vertex : layout.kept) prior.x0.emplace_back(vertex->Parameters());
+  prior.J = R.leftCols(kept).template cast<double>();
+  prior.r0 = R.col(kept).template cast<double>();
+  return prior;
+}
+
+template Prior MarginalizeQr<double>(const std::vector<std::shared_ptr<Edge>>&,
+                                     const std::vector<std::shared_ptr<Vertex>>&);
+template Prior MarginalizeQr<float>(const std::vector<std::shared_ptr<Edge>>&,
+                                    const std::vector<std::shared_ptr<Vertex>>&);
+
+}  // namespace ch5
