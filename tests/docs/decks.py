@@ -1,0 +1,123 @@
+"""The decks: both languages show the same, every number comes from a table, every figure from a script."""
+
+import json
+import os
+import re
+import unittest
+from pathlib import Path
+
+from markdown import DECKS, ROOT, fences, formulas, prose, read, slides
+
+import blocks
+import build
+import facts
+import plots
+from tables import Tables
+
+TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")) / "csv")
+PLACEHOLDER, FIGURE = r"\{\{([\w.]+)\}\}", r"!\[([^\]]*)\]\(figures/(\w+)\.svg\)"
+
+
+def pairs():
+    """(id, English page, Chinese page) of every slide."""
+    for english in DECKS:
+        pages = slides(read(english)), slides(read(str(english).replace(".en.", ".zh.")))
+        yield from ((one[0], one, other) for one, other in zip(*pages))
+
+
+def numbers(svg):
+    """A figure as words and numbers, so that rounding in the last place does not count."""
+    return [float(token) if re.fullmatch(r"-?\d+(\.\d+)?", token) else token
+            for token in re.findall(r"-?\d+\.\d+|-?\d+|[^\d\s-]+|-", svg)]
+
+
+class Decks(unittest.TestCase):
+    def need_tables(self):
+        if not TABLES.folder.exists():
+            self.skipTest(f"{TABLES.folder} is missing; ./course run writes it")
+
+    def test_both_languages_have_the_same_pages(self):
+        self.assertTrue(DECKS)
+        for english in DECKS:
+            ids = [[(name, result) for name, result, _ in slides(read(path))]
+                   for path in (english, str(english).replace(".en.", ".zh."))]
+            self.assertEqual(*ids)
+            names = [name for name, _ in ids[0]]
+            self.assertNotIn(None, names, "a page without <!-- slide: … -->")
+            self.assertEqual(len(set(names)), len(names), "two pages of one name")
+
+    def test_both_languages_show_the_same(self):
+        for name, one, other in pairs():
+            one, other = one[2], other[2]
+            self.assertEqual(sorted(formulas(one)), sorted(formulas(other)), f"{name}: formulas")
+            self.assertEqual(re.findall(FIGURE, one), re.findall(FIGURE, other), f"{name}: figures")
+            self.assertEqual(fences(one), fences(other), f"{name}: code")
+            self.assertEqual(sorted(re.findall(PLACEHOLDER, one)), sorted(re.findall(PLACEHOLDER, other)), name)
+            self.assertEqual(re.findall(r"_class: .*", one), re.findall(r"_class: .*", other), name)
+            self.assertEqual(len(re.findall(r"^\|", one, re.M)), len(re.findall(r"^\|", other, re.M)), f"{name}: table")
+
+    def test_every_figure_has_a_script_and_a_page(self):
+        shown = {figure for _, page, _ in pairs() for _, figure in re.findall(FIGURE, page[2])} | {"overview"}
+        self.assertEqual(shown, set(blocks.ALL) | set(plots.ALL))
+
+    def test_result_pages_have_no_typed_number(self):
+        results = [(name, page[2]) for name, one, other in pairs() if one[1] for page in (one, other)]
+        self.assertGreater(len(results), 10)
+        for name, page in results:
+            rest = re.sub(rf"<!--.*?-->|{PLACEHOLDER}|{FIGURE}", "", prose(page), flags=re.S)
+            rest = re.sub(r"_\{?\w+\}?|\^\{?\w+\}?", "", rest)  # indices and exponents of formulas
+            self.assertEqual(re.findall(r".{0,20}\d.{0,20}", rest), [], f"{name}: let slides/facts.py say it")
+        used = {name for name, page in results if re.search(PLACEHOLDER, page) or re.search(FIGURE, page)}
+        self.assertEqual(used, {name for name, _ in results}, "a result page without a result")
+
+    def test_every_placeholder_resolves(self):
+        self.need_tables()
+        values = facts.all_facts(TABLES)
+        for deck in build.decks():
+            text, figures = build.prepare(deck, TABLES, values)
+            self.assertNotIn("{{", text)
+            self.assertNotIn("<!-- slide:", text)
+            self.assertGreater(len(figures), 10)
+            for name, svg in figures.items():
+                self.assertTrue(svg.startswith("<svg ") and "nan" not in svg and "inf" not in svg, name)
+
+    def test_an_unknown_placeholder_is_an_error(self):
+        with self.assertRaisesRegex(build.BuildError, r"deck.md:2: .*no\.such"):
+            build.fill("one\n{{no.such}}", {}, "deck.md")
+
+    def test_figures_are_the_same_every_time(self):
+        self.need_tables()
+        for lang in build.LANGUAGES:
+            names = [*blocks.ALL, *plots.ALL]
+            self.assertEqual(build.draw(names, lang, TABLES), build.draw(names, lang, Tables(TABLES.folder)))
+
+    def test_overview_is_current(self):
+        self.need_tables()
+        for lang in build.LANGUAGES:
+            committed = numbers(read(ROOT / f"slides/figures/overview.{lang}.svg"))
+            drawn = numbers(plots.overview(TABLES, lang))
+            self.assertEqual(len(committed), len(drawn), "redraw it: slides/build.py --overview")
+            for a, b in zip(committed, drawn):
+                if isinstance(a, float) and isinstance(b, float):
+                    self.assertAlmostEqual(a, b, delta=0.05, msg="redraw it: slides/build.py --overview")
+                else:
+                    self.assertEqual(a, b, "redraw it: slides/build.py --overview")
+
+    def test_chain_is_exact(self):
+        H, prior = blocks.chain()
+        self.assertEqual([[blocks.decimal(v) for v in row] for row in prior],
+                         [["26.5306", "−8.16327"], ["−8.16327", "10.2041"]])
+        self.assertEqual([blocks.decimal(v) for v in H[1]], ["−100", "136.111", "−11.1111"])
+
+    def test_marp_is_pinned_to_a_public_release(self):
+        package = json.loads(read(ROOT / "slides/package.json"))
+        lock = json.loads(read(ROOT / "slides/package-lock.json"))
+        for name, version in package["dependencies"].items():
+            self.assertEqual(lock["packages"][f"node_modules/{name}"]["version"], version)
+        for name, entry in lock["packages"].items():
+            self.assertTrue(not name or entry.get("integrity"), f"{name} is not pinned by its hash")
+            self.assertTrue(entry.get("resolved", "https://registry.npmjs.org/").startswith("https://registry.npmjs.org/"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,115 @@
+"""The READMEs and the handouts: both languages say the same, and what they say is so."""
+
+import re
+import subprocess
+import unittest
+from collections import Counter
+
+from markdown import DECKS, HANDOUTS, READMES, ROOT, anchor, fences, headings, links, prose, read, sections, spans
+
+PAIRS = (READMES, HANDOUTS)
+ALL = [path for pair in PAIRS for path in pair]
+
+
+def solutions():
+    return {path.name: re.findall(r"// BEGIN SOLUTION (\S+)", read(path)) for path in (ROOT / "solutions").glob("*.cc")}
+
+
+class Documents(unittest.TestCase):
+    def test_both_languages_have_the_same_sections(self):
+        for english, chinese in PAIRS:
+            levels = [[level for level, _ in headings(read(path))] for path in (english, chinese)]
+            self.assertEqual(*levels, f"{english.name} and {chinese.name}")
+            stages = [re.findall(r"^## (Stage [\d.]+) ·", read(path), re.M) for path in (english, chinese)]
+            self.assertEqual(*stages)
+
+    def test_both_languages_have_the_same_code_and_pictures(self):
+        for english, chinese in PAIRS:
+            self.assertEqual(fences(read(english)), fences(read(chinese)), chinese)
+
+    def test_both_languages_name_the_same_things(self):
+        for english, chinese in PAIRS:
+            for (title, one), (_, other) in zip(sections(read(english)), sections(read(chinese))):
+                named = [Counter(span.replace(".zh", "") for span in spans(body)) for body in (one, other)]
+                self.assertEqual(set(named[0]), set(named[1]), f"{chinese}: {title}")
+                for pattern in (r"<details>", r"^\|.*\|$", r"^[-*] |^\d\. ", r"!\["):
+                    counts = [len(re.findall(pattern, prose(body), re.M)) for body in (one, other)]
+                    self.assertEqual(*counts, f"{chinese}: {title}: {pattern}")
+
+    def test_local_links_lead_somewhere(self):
+        count = 0
+        for path in ALL:
+            for link in links(read(path)):
+                if link.startswith("http"):
+                    continue
+                count += 1
+                file, _, fragment = link.partition("#")
+                target = (path.parent / file).resolve() if file else path
+                self.assertTrue(target.exists(), f"{path}: {link}")
+                if fragment:
+                    self.assertIn(fragment, [anchor(words) for _, words in headings(read(target))], f"{path}: {link}")
+        self.assertGreater(count, 10)
+
+    def test_files_that_are_named_exist(self):
+        planned = {row.split("|")[3].strip(" `") for row in re.findall(r"^\|.*\| planned \|$", read(READMES[0]), re.M)}
+        count = 0
+        for path in [*ALL, *DECKS]:
+            for name in re.findall(r"`((?:\w+/)*\w+(?:\.\w+)?\.(?:h|cc|py|md|txt|html))`", read(path)):
+                if name in planned or name.startswith("out/"):
+                    continue
+                count += 1
+                places = [ROOT / folder / name for folder in ("", "ch5_backend", "ch5_homework", "solutions")]
+                self.assertTrue(any(place.exists() for place in places), f"{path}: {name}")
+        self.assertGreater(count, 20)
+
+    def test_commands_that_are_named_exist(self):
+        named = {word for path in [*ALL, *DECKS] for word in re.findall(r"\./course (\w+)", read(path))}
+        self.assertLessEqual({"run", "test", "check", "status", "slides"}, named)
+        for word in sorted(named):
+            done = subprocess.run([ROOT / "course", word, "--help"], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, f"./course {word} --help: {done.stderr}")
+
+    def test_stage_table_tells_what_is_there(self):
+        treated = [title.split()[1] for title, _ in sections(read(HANDOUTS[0])) if title.startswith("Stage")]
+        rows = re.findall(r"^\| ([\d.]+) \|.*`(\w+\.cc)` \| (\w+) \|$", read(READMES[0]), re.M)
+        self.assertEqual([stage for stage, _, _ in rows], ["1.1", "1.2", "2", "3", "4", "5", "6", "7"])
+        for stage, file, state in rows:
+            self.assertEqual(state, "ready" if stage in treated else "planned", f"stage {stage}, {file}")
+
+    def test_handout_treats_every_todo(self):
+        for path in HANDOUTS:
+            table = re.findall(r"^\| \[[\d.]+\]\S* \| ([^|]+) \| `(\w+\.cc)` \|", read(path), re.M)
+            listed = {}
+            for todos, file in table:
+                listed.setdefault(file, []).extend(todo.strip() for todo in todos.split(","))
+            self.assertEqual(listed, {file: solutions()[file] for file in listed}, path)
+            rows = re.findall(r"^\| (\d[\d.]*[a-z]?) \| .*\|$", read(path), re.M)
+            self.assertEqual(rows, [todo for todos in listed.values() for todo in todos], path)
+
+    def test_handout_has_three_hints_a_stage_and_no_answer(self):
+        for path in HANDOUTS:
+            for title, body in sections(read(path)):
+                if title.startswith("Stage"):
+                    self.assertEqual(body.count("<details>"), 3, f"{path}: {title}")
+            # The answers are the lines between BEGIN SOLUTION and BLANK.
+            for file in (ROOT / "solutions").glob("*.cc"):
+                for answer in re.findall(r"BEGIN SOLUTION.*?\n(.*?)// BLANK", read(file), re.S):
+                    for line in filter(None, map(str.strip, answer.splitlines())):
+                        if len(line) > 12:
+                            self.assertNotIn(line, read(path), f"{path} gives an answer away")
+
+    def test_map_shows_every_floor(self):
+        for path in READMES:
+            listed = re.findall(r"^\| [\d–] \| `(\w+)/` \|", read(path), re.M)
+            there = sorted(folder.name for folder in (ROOT / "ch5_backend").iterdir() if folder.is_dir())
+            self.assertEqual(sorted(listed), there, path)
+
+    def test_chinese_text_has_chinese_punctuation(self):
+        for path in [pair[1] for pair in PAIRS] + [str(deck).replace(".en.", ".zh.") for deck in DECKS]:
+            text = re.sub(r"`[^`\n]*`|\$[^$]*\$|\]\([^)]*\)|\{\{.*?\}\}|^\w+: ", "·", prose(read(path)), flags=re.M)
+            faults = re.findall(r".{0,12}[\u4e00-\u9fff][,:;?!()].{0,6}|.{0,6}[,;?!()][\u4e00-\u9fff].{0,12}", text)
+            self.assertEqual(faults, [], f"{path}: half-width punctuation in Chinese text")
+
+
+if __name__ == "__main__":
+    unittest.main()

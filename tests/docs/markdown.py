@@ -1,0 +1,69 @@
+"""Markdown taken apart, for the tests of the documents."""
+
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "slides"))
+
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.S | re.M)
+READMES = (ROOT / "README.md", ROOT / "README.zh.md")
+HANDOUTS = (ROOT / "ch5_homework/README.md", ROOT / "ch5_homework/README.zh.md")
+DECKS = sorted((ROOT / "slides").glob("[0-9]-*.en.md"))
+
+
+def read(path):
+    return Path(path).read_text(encoding="utf-8")
+
+
+def fences(text):
+    """Code blocks: [(language, code)]."""
+    return FENCE.findall(text)
+
+
+def prose(text):
+    """The text without code blocks."""
+    return FENCE.sub("", text)
+
+
+def headings(text):
+    """[(level, words)] of the headings outside of code."""
+    return [(len(marks), words) for marks, words in re.findall(r"^(#+) (.*)$", prose(text), re.M)]
+
+
+def anchor(words):
+    """What GitHub makes of a heading."""
+    return re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")
+
+
+def spans(text):
+    """Inline code that is code, not a sentence in code's dress."""
+    return [span for span in re.findall(r"`([^`\n]+)`", prose(text)) if not re.search(r"[\u3000-\u9fff]|\w \w+ \w", span)]
+
+
+def links(text):
+    return re.findall(r"\]\(([^)\s]+)\)", prose(text))
+
+
+def sections(text, level=2):
+    """[(heading, body)] at one level; what stands before the first heading comes first, with an empty heading."""
+    parts = re.split(rf"^{'#' * level} (.*)$", FENCE.sub(lambda m: m[0].replace("\n#", "\n\x00"), text), flags=re.M)
+    parts = [part.replace("\x00", "#") for part in parts]
+    return [("", parts[0])] + list(zip(parts[1::2], parts[2::2]))
+
+
+def slides(text):
+    """[(id, is a result page, body)] of a deck."""
+    pages = re.split(r"^---$", text, flags=re.M)[2:]
+    found = []
+    for page in pages:
+        mark = re.search(r"^<!-- slide: ([\w-]+)( result)? -->$", page, re.M)
+        found.append((mark[1] if mark else None, bool(mark and mark[2]), page))
+    return found
+
+
+def formulas(text):
+    """TeX of a page without the words in \\text{…}."""
+    found = re.findall(r"\$\$(.*?)\$\$|\$([^$]+)\$", prose(text), re.S)
+    return [re.sub(r"\\text\{[^}]*\}", r"\\text{}", display or inline).split() for display, inline in found]
