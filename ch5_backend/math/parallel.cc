@@ -15,7 +15,7 @@ ThreadPool::~ThreadPool() {
   for (std::thread& worker : workers_) worker.join();
 }
 
-void ThreadPool::RunOnAll(int tasks, Function function, void* context) {
+void ThreadPool::RunOnAll(int tasks, Function function, const void* context) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     function_ = function;

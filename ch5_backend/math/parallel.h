@@ -27,19 +27,19 @@ class ThreadPool {
   /// Calls task(i) once for each i in [0, tasks), in any order and on any thread; returns when all are done.
   /// The first exception that a task throws is thrown again here, after the others have ended. Not to be nested.
   template <typename Task>
-  void Run(int tasks, Task&& task) {
+  void Run(int tasks, const Task& task) {
     if (workers_.empty() || tasks < 2) {
       for (int i = 0; i < tasks; ++i) task(i);
       return;
     }
     RunOnAll(
-        tasks, [](void* context, int i) { (*static_cast<std::remove_reference_t<Task>*>(context))(i); }, &task);
+        tasks, [](const void* context, int i) { (*static_cast<const Task*>(context))(i); }, &task);
   }
 
  private:
-  using Function = void (*)(void* context, int task);  // a std::function would allocate
+  using Function = void (*)(const void* context, int task);  // a std::function would allocate
 
-  void RunOnAll(int tasks, Function function, void* context);
+  void RunOnAll(int tasks, Function function, const void* context);
   void Work();
   void TakeTasks();
 
@@ -48,7 +48,7 @@ class ThreadPool {
   std::condition_variable begin_, end_;
   std::atomic<int> next_task_{0};
   Function function_ = nullptr;
-  void* context_ = nullptr;
+  const void* context_ = nullptr;
   int tasks_ = 0;
   int busy_ = 0;         // workers that have not ended this loop
   long generation_ = 0;  // counts the loops, so that a worker joins each once
@@ -61,13 +61,13 @@ inline int NumChunks(int count, int size) { return (count + size - 1) / size; }
 
 /// Calls range(begin, end) for consecutive pieces of `size` items that cover [0, count).
 template <typename Range>
-void ParallelFor(ThreadPool* pool, int count, int size, Range&& range) {
+void ParallelFor(ThreadPool* pool, int count, int size, const Range& range) {
   pool->Run(NumChunks(count, size), [&](int i) { range(i * size, i * size + size < count ? i * size + size : count); });
 }
 
 /// Σ range(begin, end) over the same pieces, added in order. `parts` keeps its memory between calls.
 template <typename Range>
-double ParallelSum(ThreadPool* pool, int count, int size, std::vector<double>* parts, Range&& range) {
+double ParallelSum(ThreadPool* pool, int count, int size, std::vector<double>* parts, const Range& range) {
   parts->assign(static_cast<size_t>(NumChunks(count, size)), 0.0);
   ParallelFor(pool, count, size, [&](int begin, int end) { (*parts)[begin / size] = range(begin, end); });
   double sum = 0.0;

@@ -43,6 +43,9 @@ class Run {
  private:
   void Iterate() {
     for (int iteration = 0; !stopped_; ++iteration) {
+      if (iteration > 0 && iteration >= options_.max_iterations) {  // before a Hessian that nobody would use
+        return Stop(Termination::kMaxIterations, "after ", iteration, " iterations");
+      }
       system_->MakeHessian();
       info_.gradient_max = system_->RightHandSide().cwiseAbs().maxCoeff();
       if (iteration == 0) {
@@ -56,9 +59,7 @@ class Run {
       if (info_.gradient_max <= options_.gradient_tolerance * first_gradient_max_) {
         return Stop(Termination::kGradientConverged, "max|b| = ", info_.gradient_max, " from ", first_gradient_max_);
       }
-      if (iteration >= options_.max_iterations) {
-        return Stop(Termination::kMaxIterations, "after ", iteration, " iterations");
-      }
+      if (options_.max_iterations <= 0) return Stop(Termination::kMaxIterations, "none was allowed");
       strategy_->Begin(system_);
       ++summary_.iterations;
       TrySteps();
@@ -69,16 +70,15 @@ class Run {
   // Proposes until a step lowers the cost, or a rule ends the run. Textbook Gauss-Newton takes what it gets.
   void TrySteps() {
     const bool takes_all = options_.algorithm == Algorithm::kGaussNewton;
-    VecX delta_x;
+    const double yardstick = options_.step_tolerance * (system_->StateNorm() + options_.step_tolerance);
     bool solved = false;
     for (info_.trials = 1; info_.trials <= options_.max_trials; ++info_.trials) {
       info_.lambda = strategy_->Parameter();
-      if (strategy_->Propose(system_, &delta_x) && delta_x.allFinite()) {
+      if (strategy_->Propose(system_, &delta_x_) && delta_x_.allFinite()) {
         solved = true;
-        info_.step_norm = delta_x.norm();
-        const double yardstick = options_.step_tolerance * (system_->StateNorm() + options_.step_tolerance);
-        const double predicted = system_->PredictedDecrease(delta_x);
-        system_->UpdateStates(delta_x);
+        info_.step_norm = delta_x_.norm();
+        const double predicted = system_->PredictedDecrease(delta_x_);
+        system_->UpdateStates(delta_x_);
         const double new_cost = system_->ComputeChi();
         ++summary_.cost_evaluations;
         info_.gain_ratio = (cost_ - new_cost) / predicted;
@@ -142,6 +142,7 @@ class Run {
   Clock::time_point start_ = Clock::now();
   Summary summary_;
   IterationInfo info_;
+  VecX delta_x_;
   double cost_ = 0.0;
   double first_gradient_max_ = 0.0;
   bool stopped_ = false;

@@ -32,13 +32,13 @@ bool IsConverged(Termination termination);
 /// One line of the convergence table. Line 0 describes the start.
 struct IterationInfo {
   int iteration = 0;
-  double cost = 0.0;        ///< ½ Σ ρ(rᵀWr) after the iteration
-  double lambda = 0.0;      ///< damping, or Dogleg's radius; 0 for Gauss-Newton
-  double gain_ratio = 0.0;  ///< actual / predicted decrease of the last trial
-  double step_norm = 0.0;   ///< ‖Δx‖ of the last trial
-  double gradient_max = 0.0;
-  int trials = 0;        ///< steps tried in this iteration, the rejected ones included
-  double seconds = 0.0;  ///< since the start
+  double cost = 0.0;          ///< ½ Σ ρ(rᵀWr) after the iteration
+  double lambda = 0.0;        ///< damping, or Dogleg's radius; 0 for Gauss-Newton
+  double gain_ratio = 0.0;    ///< actual / predicted decrease of the last trial
+  double step_norm = 0.0;     ///< ‖Δx‖ of the last trial
+  double gradient_max = 0.0;  ///< max|b| where the iteration was linearised
+  int trials = 0;             ///< steps tried in this iteration, the rejected ones included
+  double seconds = 0.0;       ///< since the start
 };
 
 struct SolveOptions {
@@ -64,7 +64,8 @@ struct Summary {
   std::vector<IterationInfo> trace;
 };
 
-/// Minimises the cost behind the door; on return the states are the best that were found.
+/// Minimises the cost behind the door. Levenberg-Marquardt and Dogleg go downhill only, so that the states on return
+/// are the best that were found; Gauss-Newton takes each finite step, and returns the last.
 Summary Minimize(NormalEquations* system, const SolveOptions& options = {});
 
 }  // namespace ch5
