@@ -68,7 +68,8 @@ def the_hessian(n):
         "hessian_course": "Poses first, landmarks last: no residual ties two landmarks, so their corner is diagonal "
         "and cheap to invert. The Schur complement leaves a small system of the poses alone, and fills it.",
         "hessian_large": f"The same with {large['frames']:.0f} × {large['points']:.0f}: most rows are landmarks, and "
-        "most of H is empty. Frame 0 hosts every landmark, hence the arrow among the poses that the Schur complement fills.",
+        "most of H is empty. Frame 0 hosts every landmark, hence the arrow among the poses that the Schur complement "
+        "fills.",
         "spectrum": "A monocular reconstruction may be moved, turned and scaled at no cost: the free H has "
         f"{n.null_dimension('free')} zero eigenvalues, three for position, three for rotation, one for scale. A "
         f"minimal prior leaves {n.null_dimension('minimal prior')}, and so do the stronger gauges.",
@@ -108,9 +109,9 @@ def the_priors_weight(n):
         f"w = {number(weight, 1)}, between {number(trials0)} without a prior and {number(trials1)} with a strong one. "
         "Left of the peak it is the rule that gives up: the frame has not arrived.",
         "prior_damping": "The same problem from the same start, only the damping differs: λ₀ = τ max diag(H) grows "
-        f"with the weight, and every factor of three costs one more iteration, from {identity0:.0f} to {identity1:.0f} "
-        f"at the end. With damping in proportion to the diagonal it is {diagonal0:.0f} and {diagonal1:.0f}: the usual "
-        "rising curve is an artefact.",
+        "once the weight outgrows H, and from there every factor of three costs one more iteration, from "
+        f"{identity0:.0f} to {identity1:.0f} at the end. With damping in proportion to the diagonal it is "
+        f"{diagonal0:.0f} and {diagonal1:.0f}: the usual rising curve is an artefact.",
     }
 
 
