@@ -42,7 +42,9 @@ std::vector<PriorVariant> PriorVariants();
 /// 0, then 1 and 3 times each power of ten from 1e-3, up to 1e10.
 std::vector<double> PriorWeights();
 
-/// Tight relative rules, so that what is left of a difference is not where the iteration happened to stop.
+/// Tight relative rules, so that what is left of a difference is not where the iteration happened to stop. Weights so
+/// small that the prior's cost drowns in the rounding of the observations' (below 0.1 with W = 1/σ²) still end by luck
+/// or at max_iterations: their counts differ between machines.
 SolveOptions TightOptions();
 /// The usual rules (cost to 1e-6 of itself), with iterations enough.
 SolveOptions UsualOptions();
