@@ -53,22 +53,6 @@ std::string ReadAll(const std::string& path) {
 
 bool IsSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
-// A token as a message shows it: short, printable, in quotes.
-std::string Quote(std::string_view token) {
-  constexpr size_t kLongest = 32;
-  std::string quoted = "\"";
-  for (const char c : token.substr(0, kLongest)) {
-    if (c > ' ' && c <= '~') {
-      quoted += c;
-    } else {
-      constexpr char kHex[] = "0123456789abcdef";
-      const auto byte = static_cast<unsigned char>(c);
-      quoted += {'\\', 'x', kHex[byte >> 4], kHex[byte & 15]};
-    }
-  }
-  return quoted + (token.size() > kLongest ? "…\"" : "\"");
-}
-
 // One leading '+', which from_chars does not take.
 std::string_view WithoutPlus(std::string_view token) {
   const bool has_plus = token.size() > 1 && token[0] == '+' && token[1] != '-';
@@ -76,6 +60,21 @@ std::string_view WithoutPlus(std::string_view token) {
 }
 
 }  // namespace
+
+std::string_view Trim(std::string_view text) {
+  const size_t begin = text.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+}
+
+std::vector<std::string_view> SplitAtCommas(std::string_view text) {
+  std::vector<std::string_view> pieces;
+  for (size_t comma; (comma = text.find(',')) != std::string_view::npos; text.remove_prefix(comma + 1)) {
+    pieces.push_back(Trim(text.substr(0, comma)));
+  }
+  pieces.push_back(Trim(text));
+  return pieces;
+}
 
 TextReader::TextReader(const std::string& path) : path_(path), text_(ReadAll(path)) {
   next_ = text_.data();
@@ -85,17 +84,17 @@ TextReader::TextReader(const std::string& path) : path_(path), text_(ReadAll(pat
   }
 }
 
-std::string_view TextReader::NextToken(const char* what) {
+std::string_view TextReader::NextToken(const char* what, const char* kind) {
   for (; next_ != end_ && IsSpace(*next_); ++next_) line_ += *next_ == '\n';
-  if (next_ == end_) Fail(std::string(what) + ": the file ends where a number is expected");
+  if (next_ == end_) Fail(std::string(what) + ": the file ends where " + kind + " is expected");
   const char* begin = next_;
   while (next_ != end_ && !IsSpace(*next_)) ++next_;
   return {begin, static_cast<size_t>(next_ - begin)};
 }
 
-int TextReader::ReadInt(const char* what, int low, int high) {
-  const std::string_view token = NextToken(what), digits = WithoutPlus(token);
-  int value = 0;
+int64_t TextReader::ToInteger(std::string_view token, const char* what, int64_t low, int64_t high) const {
+  const std::string_view digits = WithoutPlus(token);
+  int64_t value = 0;
   const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   const bool is_whole = stop == digits.data() + digits.size() && error != std::errc::invalid_argument;
   if (!is_whole) Fail(std::string(what) + ": not a whole number, got " + Quote(token));
@@ -106,8 +105,8 @@ int TextReader::ReadInt(const char* what, int low, int high) {
   return value;
 }
 
-double TextReader::ReadDouble(const char* what) {
-  const std::string_view token = NextToken(what), digits = WithoutPlus(token);
+double TextReader::ToDouble(std::string_view token, const char* what) const {
+  const std::string_view digits = WithoutPlus(token);
   double value = 0.0;
   const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (stop != digits.data() + digits.size() || error == std::errc::invalid_argument) {
@@ -120,11 +119,44 @@ double TextReader::ReadDouble(const char* what) {
   return value;
 }
 
+std::optional<std::string_view> TextReader::ReadLine() {
+  if (in_line_ && next_ != end_) {  // over the end of the line before
+    ++next_;
+    ++line_;
+  }
+  if (next_ == end_) return std::nullopt;
+  in_line_ = true;
+  const char* begin = next_;
+  while (next_ != end_ && *next_ != '\n') ++next_;
+  const bool has_return = next_ != begin && next_[-1] == '\r';
+  return std::string_view(begin, static_cast<size_t>(next_ - begin) - (has_return ? 1 : 0));
+}
+
+void TextReader::ExpectWord(const char* word) {
+  const std::string_view token = ReadWord(word);
+  if (token != word) Fail("expected " + Quote(word) + ", got " + Quote(token));
+}
+
 void TextReader::ExpectEnd() {
   for (; next_ != end_ && IsSpace(*next_); ++next_) line_ += *next_ == '\n';
   if (next_ == end_) return;
   record_ = nullptr;
-  Fail("text after the end of the data, got " + Quote(NextToken("")));
+  Fail("text after the end of the data, got " + Quote(ReadWord("")));
+}
+
+std::string TextReader::Quote(std::string_view token) {
+  constexpr size_t kLongest = 32;
+  std::string quoted = "\"";
+  for (const char c : token.substr(0, kLongest)) {
+    if (c >= ' ' && c <= '~') {
+      quoted += c;
+    } else {
+      constexpr char kHex[] = "0123456789abcdef";
+      const auto byte = static_cast<unsigned char>(c);
+      quoted += {'\\', 'x', kHex[byte >> 4], kHex[byte & 15]};
+    }
+  }
+  return quoted + (token.size() > kLongest ? "…\"" : "\"");
 }
 
 void TextReader::Fail(const std::string& message) const {

@@ -1,11 +1,20 @@
 #pragma once
-/// A text file as a stream of numbers, read with suspicion: every error names the file, the line and the value.
+/// A text file as a stream of numbers, or of lines, read with suspicion: every error names the file, the line and the
+/// value.
 
+#include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace ch5 {
+
+/// `text` without spaces and tabs at its ends.
+std::string_view Trim(std::string_view text);
+/// The pieces between the commas of `text`, trimmed; at least one.
+std::vector<std::string_view> SplitAtCommas(std::string_view text);
 
 /// A file that cannot be read or understood. what() reads "file:line: what is wrong, got value".
 class FileError : public std::runtime_error {
@@ -27,30 +36,46 @@ class TextReader {
 
   /// The next number, `what` in words.
   /// @throws FileError at the end of the file, or unless it is a whole number in [low, high]
-  int ReadInt(const char* what, int low, int high);
+  int ReadInt(const char* what, int low, int high) {
+    return static_cast<int>(ToInteger(NextToken(what, "a number"), what, low, high));
+  }
   /// @throws FileError at the end of the file, or unless it is a finite number with |x| ≤ kLargest
-  double ReadDouble(const char* what);
+  double ReadDouble(const char* what) { return ToDouble(NextToken(what, "a number"), what); }
+  /// The next word, `what` in words.  @throws FileError at the end of the file
+  std::string_view ReadWord(const char* what) { return NextToken(what, "a word"); }
+  /// @throws FileError unless the next word is `word`
+  void ExpectWord(const char* word);
   /// @throws FileError if anything but white space follows
   void ExpectEnd();
 
+  /// The next line without its end (\n or \r\n); nullopt at the end of the file. For files that are read by lines only.
+  std::optional<std::string_view> ReadLine();
+
+  /// A piece of the current line as a number; the same errors as ReadInt and ReadDouble.
+  int64_t ToInteger(std::string_view token, const char* what, int64_t low, int64_t high) const;
+  double ToDouble(std::string_view token, const char* what) const;
+
   /// "file:line: record: message", the line being that of the last number.
   [[noreturn]] void Fail(const std::string& message) const;
+  /// A piece of the text as messages show it: short, printable, in quotes.
+  static std::string Quote(std::string_view token);
 
   size_t BytesLeft() const { return static_cast<size_t>(end_ - next_); }
-  /// Line of the last number, from 1.
+  /// Line of the last number, or the line read last, from 1.
   int Line() const { return line_; }
 
   /// Nothing that is measured or estimated here is larger; squares and products of such numbers stay finite.
   static constexpr double kLargest = 1e15;
 
  private:
-  std::string_view NextToken(const char* what);
+  std::string_view NextToken(const char* what, const char* kind);
 
   std::string path_;
   std::string text_;
   const char* next_ = nullptr;
   const char* end_ = nullptr;
   int line_ = 1;
+  bool in_line_ = false;  // ReadLine stopped before a line's end
   const char* record_ = nullptr;
   int index_ = 0;
 };
