@@ -59,7 +59,7 @@ def schur_pattern():
     """The blocks of the reduced matrix: H_pp's own, and one for each pair of poses that shares a landmark."""
     counts = {pair: n for pair, n in pattern().items() if pair[0][0] == pair[1][0] == "p"}
     for k in range(LANDMARKS):
-        seen = {v for edge in EDGES if edge[0] == k for v in vertices(edge)[1:]}
+        seen = sorted({v for edge in EDGES if edge[0] == k for v in vertices(edge)[1:]})
         for a in seen:
             for b in seen:
                 counts[a, b] = counts.get((a, b), 0) + 1

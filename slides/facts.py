@@ -11,12 +11,12 @@ from blocks import chain, decimal
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def scientific(value, digits=3):
+def scientific(value, digits=3, shortest=True):
     """6.7 × 10⁻⁵ in TeX; plain digits where they are short."""
     if value == 0:
         return "0"
     exponent = floor(log10(abs(value)))
-    if -3 <= exponent <= 3:
+    if shortest and -3 <= exponent <= 3:
         return f"{value:.{max(0, digits - 1 - exponent)}f}"
     mantissa = f"{value / 10 ** exponent:.{digits - 1}f}"
     return f"10^{{{exponent}}}" if float(mantissa) == 1 else rf"{mantissa}\times 10^{{{exponent}}}"
@@ -128,8 +128,18 @@ def prior_facts(tables):
     }
 
 
+def study_facts(tables):
+    """How the experiment is set up: the starts from its source, the weights from its table."""
+    source = (ROOT / "ch5_backend/apps/studies/prior_study.cc").read_text(encoding="utf-8")
+    position = re.search(r"options\.position_sigma = ([\d.]+);", source)
+    rotation = re.search(r"options\.rotation_sigma = ([\d.]+) \* M_PI / 180\.0;", source)
+    weights = [w for w in tables.column("prior_sweep", "weight", variant="course") if w > 0]
+    return {"study.position_cm": f"{100 * float(position[1]):g}", "study.rotation_deg": f"{float(rotation[1]):g}",
+            "study.lightest": scientific(min(weights), 1, shortest=False), "study.heaviest": scientific(max(weights), 1)}
+
+
 def all_facts(tables):
     facts = blanks()
-    for part in (bundle_facts, chain_facts, gauge_facts, prior_facts):
+    for part in (bundle_facts, chain_facts, gauge_facts, prior_facts, study_facts):
         facts.update(part(tables))
     return facts
