@@ -44,7 +44,7 @@ class BlockSolverBase : public NormalEquations {
   MatXX SchurComplement() const { return S_.Dense(); }
   const BlockStructure& Structure() const { return structure_; }
 
-  /// Dense Cholesky unless set; takes effect at the next SetOrdering.
+  /// Chosen by MakeCholesky's rule unless set; takes effect at the next SetOrdering.
   void SetReducedSolver(std::unique_ptr<ReducedSolver> solver) { reduced_solver_ = std::move(solver); }
 
  protected:

@@ -12,7 +12,7 @@ constexpr int kChunk = 256;  // edges or vertices a task
 }  // namespace
 
 BlockSolverBase::BlockSolverBase(Graph* graph, int threads)
-    : graph_(graph), pool_(threads), reduced_solver_(MakeDenseCholesky()) {}
+    : graph_(graph), pool_(threads), reduced_solver_(MakeCholesky(threads)) {}
 
 void BlockSolverBase::SetOrdering() {
   structure_ = BuildBlockStructure(*graph_);

@@ -3,28 +3,88 @@
 #include <Eigen/Cholesky>
 #include <limits>
 
+#include "ch5_backend/math/dense_kernels.h"
+#include "ch5_backend/solve/sparse_cholesky.h"
+
 namespace ch5 {
 namespace {
 
+// A pivot is the sum of a diagonal entry and of products of its size; what is left below their rounding is zero.
+void MinPivots(const VecX& scale, VecX* min_pivot) {
+  *min_pivot = 8.0 * static_cast<double>(scale.size()) * std::numeric_limits<double>::epsilon() * scale;
+}
+
 class DenseCholesky : public ReducedSolver {
  public:
-  void Prepare(const SymmetricBlockMatrix& S) override { A_.resize(S.Size(), S.Size()); }
+  void Prepare(const SymmetricBlockMatrix& S) override {
+    A_.resize(S.Size(), S.Size() + NumChunks(kernels::kOverread, std::max(1, S.Size())));
+    min_pivot_.resize(S.Size());
+  }
 
   bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) override {
     S.CopyLower(&A_);
-    const Eigen::LLT<Eigen::Ref<MatXX>> llt(A_);  // in place
-    if (llt.info() != Eigen::Success) return false;
-    const double rounding = 8.0 * static_cast<double>(A_.rows()) * std::numeric_limits<double>::epsilon();
-    for (int i = 0; i < A_.rows(); ++i) {
-      if (!(A_(i, i) * A_(i, i) > rounding * scale[i])) return false;
-    }
+    MinPivots(scale, &min_pivot_);
+    if (!kernels::Factor(S.Size(), A_.data(), S.Size(), min_pivot_.data())) return false;
     *x = b;
-    llt.solveInPlace(*x);
+    const auto L = A_.leftCols(S.Size()).triangularView<Eigen::Lower>();
+    L.solveInPlace(*x);
+    L.transpose().solveInPlace(*x);
     return x->allFinite();
   }
 
  private:
-  MatXX A_;
+  MatXX A_;  // and some room behind
+  VecX min_pivot_;
+};
+
+class SparseCholeskySolver : public ReducedSolver {
+ public:
+  explicit SparseCholeskySolver(int threads) : cholesky_(threads) {}
+
+  void Prepare(const SymmetricBlockMatrix& S) override { Prepare(S, PlanElimination(S)); }
+  void Prepare(const SymmetricBlockMatrix& S, EliminationPlan plan) {
+    cholesky_.Analyze(S, std::move(plan));
+    min_pivot_.resize(S.Size());
+  }
+
+  bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) override {
+    MinPivots(scale, &min_pivot_);
+    if (!cholesky_.Factorize(S, min_pivot_)) return false;
+    cholesky_.Solve(b, x);
+    return x->allFinite();
+  }
+
+ private:
+  SparseCholesky cholesky_;
+  VecX min_pivot_;
+};
+
+class AutomaticCholesky : public ReducedSolver {
+ public:
+  explicit AutomaticCholesky(int threads) : threads_(threads) {}
+
+  void Prepare(const SymmetricBlockMatrix& S) override {
+    constexpr double kSmall = 300.0;
+    const double n = S.Size();
+    EliminationPlan plan;
+    if (n > kSmall) plan = PlanElimination(S);
+    if (n <= kSmall || plan.multiplications > 0.5 * n * n * n / 6.0) {
+      chosen_ = MakeDenseCholesky();
+      chosen_->Prepare(S);
+    } else {
+      auto sparse = std::make_unique<SparseCholeskySolver>(threads_);
+      sparse->Prepare(S, std::move(plan));
+      chosen_ = std::move(sparse);
+    }
+  }
+
+  bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) override {
+    return chosen_->Solve(S, b, scale, x);
+  }
+
+ private:
+  int threads_;
+  std::unique_ptr<ReducedSolver> chosen_;
 };
 
 class BlockPcg : public ReducedSolver {
@@ -86,6 +146,20 @@ class BlockPcg : public ReducedSolver {
 
 }  // namespace
 
+std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type, int size, int threads) {
+  switch (type) {
+    case ReducedSolverType::kDenseCholesky: return MakeDenseCholesky();
+    case ReducedSolverType::kSparseCholesky: return MakeSparseCholesky(threads);
+    case ReducedSolverType::kPcg: return MakeBlockPcg(10 * size + 100, 1e-14);
+    case ReducedSolverType::kAutomatic: break;
+  }
+  return MakeCholesky(threads);
+}
+
+std::unique_ptr<ReducedSolver> MakeSparseCholesky(int threads) {
+  return std::make_unique<SparseCholeskySolver>(threads);
+}
+std::unique_ptr<ReducedSolver> MakeCholesky(int threads) { return std::make_unique<AutomaticCholesky>(threads); }
 std::unique_ptr<ReducedSolver> MakeDenseCholesky() { return std::make_unique<DenseCholesky>(); }
 std::unique_ptr<ReducedSolver> MakeBlockPcg(int max_iterations, double tolerance) {
   return std::make_unique<BlockPcg>(max_iterations, tolerance);

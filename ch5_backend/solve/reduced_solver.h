@@ -7,7 +7,9 @@
 
 namespace ch5 {
 
-enum class ReducedSolverType { kDenseCholesky, kPcg };
+/// kAutomatic is dense for up to 300 numbers, and beyond where a sparse factorisation would take more than half of the
+/// dense one's multiplications; otherwise it is sparse.
+enum class ReducedSolverType { kAutomatic, kDenseCholesky, kSparseCholesky, kPcg };
 
 class ReducedSolver {
  public:
@@ -20,8 +22,17 @@ class ReducedSolver {
   virtual bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) = 0;
 };
 
-/// Dense Cholesky, n³/3: best up to a few hundred poses.
+/// The one that `type` names, for `size` unknowns; PCG to 1e-14.
+std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type, int size, int threads);
+
+/// Dense Cholesky, n³/6 multiplications: best where nearly all poses share landmarks.
 std::unique_ptr<ReducedSolver> MakeDenseCholesky();
+
+/// Sparse Cholesky, see sparse_cholesky.h: best where a pose has few neighbours, as in a pose graph.
+std::unique_ptr<ReducedSolver> MakeSparseCholesky(int threads);
+
+/// Dense or sparse, by the rule of ReducedSolverType::kAutomatic.
+std::unique_ptr<ReducedSolver> MakeCholesky(int threads);
 
 /// Conjugate gradients, preconditioned by the inverses of S's diagonal blocks (Schur-Jacobi).
 /// @param tolerance  stops at ‖r‖ ≤ tolerance·‖b‖, or after `max_iterations`

@@ -33,9 +33,7 @@ BlockSolverBase& SparseOptimizer::GetSolver() {
     pose_dim_ = pose_dim;
     landmark_dim_ = landmark_dim;
   }
-  const int max_iterations = 10 * ordering.dim_poses + 100;
-  solver_->SetReducedSolver(reduced_solver_ == ReducedSolverType::kPcg ? MakeBlockPcg(max_iterations, 1e-14)
-                                                                       : MakeDenseCholesky());
+  solver_->SetReducedSolver(MakeReducedSolver(reduced_solver_, ordering.dim_poses, threads_));
   solver_->SetDamping(damping_);
   solver_->SetOrdering();
   return *solver_;

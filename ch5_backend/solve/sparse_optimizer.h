@@ -18,6 +18,7 @@ class SparseOptimizer {
   explicit SparseOptimizer(Graph* graph, int threads = 1) : graph_(graph), threads_(threads) {}
 
   void SetDamping(Damping damping) { damping_ = damping; }
+  /// Automatic unless set.
   void SetReducedSolver(ReducedSolverType type) { reduced_solver_ = type; }
 
   /// Minimises with Levenberg-Marquardt unless the options say otherwise.
@@ -32,7 +33,7 @@ class SparseOptimizer {
   Graph* graph_;
   int threads_;
   Damping damping_ = Damping::kIdentity;
-  ReducedSolverType reduced_solver_ = ReducedSolverType::kDenseCholesky;
+  ReducedSolverType reduced_solver_ = ReducedSolverType::kAutomatic;
   std::unique_ptr<BlockSolverBase> solver_;
   int pose_dim_ = 0, landmark_dim_ = 0;  // of solver_
 };

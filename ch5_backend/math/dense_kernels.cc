@@ -1,0 +1,277 @@
+#include "ch5_backend/math/dense_kernels.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+
+namespace ch5::kernels {
+namespace {
+
+// Six columns at a time: a pose has six degrees of freedom, so that most strips are full.
+constexpr int kStrip = 6;
+// Columns of A that are walked before the next tile of rows: as many pages as the processor can address quickly.
+constexpr int kDepth = 64;
+constexpr int kRows = 192;
+// Triangles up to this size are factored in one piece; a multiple of kStrip.
+constexpr int kTriangle = 96;
+
+#define CH5_INLINE inline __attribute__((always_inline))
+#define CH5_UNROLL _Pragma("GCC unroll 8")  // -O2 alone would keep the registers of a tile in memory
+
+// W numbers in one register, of any alignment.
+template <int W>
+struct Pack {
+  typedef double Type __attribute__((vector_size(8 * W), aligned(8), may_alias));
+};
+
+// C −= A Bᵀ for R·W rows, of which the first `rows` are stored, and kStrip columns, of which `columns` are stored.
+template <int W, int R>
+CH5_INLINE void Tile(int rows, int columns, int k, const double* A, int lda, const double* B, int ldb, double* C,
+                     int ldc) {
+  using V = typename Pack<W>::Type;
+  V sum[R][kStrip] = {};
+  for (int p = 0; p < k; ++p, A += lda, B += ldb) {
+    V a[R];
+    CH5_UNROLL
+    for (int r = 0; r < R; ++r) a[r] = *reinterpret_cast<const V*>(A + r * W);
+    CH5_UNROLL
+    for (int j = 0; j < kStrip; ++j) {
+      CH5_UNROLL
+      for (int r = 0; r < R; ++r) sum[r][j] += a[r] * B[j];
+    }
+  }
+  CH5_UNROLL
+  for (int j = 0; j < kStrip; ++j) {
+    if (j == columns) return;
+    CH5_UNROLL
+    for (int r = 0; r < R; ++r) {
+      double* c = C + r * W + static_cast<long>(j) * ldc;
+      if ((r + 1) * W <= rows) {
+        *reinterpret_cast<V*>(c) -= sum[r][j];
+      } else {
+        for (int i = 0; i < rows - r * W; ++i) c[i] -= sum[r][j][i];
+      }
+    }
+  }
+}
+
+// One strip of at most kStrip columns.
+template <int W, int R>
+CH5_INLINE void Strip(int m, int columns, int k, const double* A, int lda, const double* B, int ldb, double* C,
+                      int ldc) {
+  for (int first = 0; first < k; first += kDepth) {
+    const int depth = std::min(kDepth, k - first);
+    const double* A_part = A + static_cast<long>(first) * lda;
+    const double* B_part = B + static_cast<long>(first) * ldb;
+    int i = 0;
+    for (; i + (R - 1) * W < m; i += R * W) {
+      Tile<W, R>(std::min(m - i, R * W), columns, depth, A_part + i, lda, B_part, ldb, C + i, ldc);
+    }
+    if constexpr (R > 2) {
+      if (i + W < m) {
+        Tile<W, 2>(m - i, columns, depth, A_part + i, lda, B_part, ldb, C + i, ldc);
+        i = m;
+      }
+    }
+    if (i < m) Tile<W, 1>(m - i, columns, depth, A_part + i, lda, B_part, ldb, C + i, ldc);
+  }
+}
+
+// Rows go in blocks that stay in the second-level cache, with all strips of B passing by.
+template <int W, int R>
+CH5_INLINE void ProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C,
+                           int ldc) {
+  for (int i = 0; i < m; i += kRows) {
+    for (int j = 0; j < n; j += kStrip) {
+      Strip<W, R>(std::min(kRows, m - i), std::min(kStrip, n - j), k, A + i, lda, B + j, ldb,
+                  C + i + static_cast<long>(j) * ldc, ldc);
+    }
+  }
+}
+
+template <int W, int R>
+CH5_INLINE void ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc) {
+  for (int i = 0; i < n; i += kRows) {
+    const int end = std::min(n, i + kRows);
+    for (int j = 0; j < end; j += kStrip) {
+      const int begin = std::max(i, j);
+      Strip<W, R>(end - begin, std::min(kStrip, end - j), k, A + begin, lda, A + j, lda,
+                  C + begin + static_cast<long>(j) * ldc, ldc);
+    }
+  }
+}
+
+// L of a small block.
+CH5_INLINE bool FactorBlock(int n, double* A, int lda, const double* min_pivot) {
+  for (int j = 0; j < n; ++j) {
+    double* column = A + static_cast<long>(j) * lda;
+    for (int p = 0; p < j; ++p) {
+      const double factor = A[j + static_cast<long>(p) * lda];
+      for (int i = j; i < n; ++i) column[i] -= A[i + static_cast<long>(p) * lda] * factor;
+    }
+    if (!(column[j] > min_pivot[j]) || !std::isfinite(column[j])) return false;
+    column[j] = std::sqrt(column[j]);
+    const double inverse = 1.0 / column[j];
+    for (int i = j + 1; i < n; ++i) column[i] *= inverse;
+  }
+  return true;
+}
+
+// X ← X L⁻ᵀ for W rows of X with N columns, all in registers.
+template <int W, int N>
+CH5_INLINE void SolveTile(const double* L, int ldl, const double* inverse, double* X, int ldx) {
+  using V = typename Pack<W>::Type;
+  V x[N];
+  CH5_UNROLL
+  for (int j = 0; j < N; ++j) {
+    x[j] = *reinterpret_cast<const V*>(X + static_cast<long>(j) * ldx);
+    CH5_UNROLL
+    for (int p = 0; p < j; ++p) x[j] -= x[p] * L[j + static_cast<long>(p) * ldl];
+    x[j] *= inverse[j];
+  }
+  CH5_UNROLL
+  for (int j = 0; j < N; ++j) *reinterpret_cast<V*>(X + static_cast<long>(j) * ldx) = x[j];
+}
+
+// The same for m rows and n ≤ kStrip columns.
+template <int W>
+CH5_INLINE void SolveStrip(int m, int n, const double* L, int ldl, double* X, int ldx) {
+  double inverse[kStrip];
+  for (int j = 0; j < n; ++j) inverse[j] = 1.0 / L[j + static_cast<long>(j) * ldl];
+  int i = 0;
+  if (n == kStrip) {
+    for (; i + W <= m; i += W) SolveTile<W, kStrip>(L, ldl, inverse, X + i, ldx);
+  }
+  for (int j = 0; j < n; ++j) {
+    double* x = X + static_cast<long>(j) * ldx;
+    for (int p = 0; p < j; ++p) {
+      const double* y = X + static_cast<long>(p) * ldx;
+      const double factor = L[j + static_cast<long>(p) * ldl];
+      for (int r = i; r < m; ++r) x[r] -= y[r] * factor;
+    }
+    for (int r = i; r < m; ++r) x[r] *= inverse[j];
+  }
+}
+
+// Left-looking: a strip takes what all columns before it have to say, then becomes L.
+template <int W, int R>
+CH5_INLINE void Solve(int m, int k, const double* L, int ldl, double* X, int ldx) {
+  for (int j = 0; j < k; j += kStrip) {
+    const int n = std::min(kStrip, k - j);
+    double* strip = X + static_cast<long>(j) * ldx;
+    Strip<W, R>(m, n, j, X, ldx, L + j, ldl, strip, ldx);
+    SolveStrip<W>(m, n, L + j + static_cast<long>(j) * ldl, ldl, strip, ldx);
+  }
+}
+
+template <int W, int R>
+CH5_INLINE bool FactorSquare(int k, double* A, int lda, const double* min_pivot) {
+  for (int j = 0; j < k; j += kStrip) {
+    const int n = std::min(kStrip, k - j);
+    double* block = A + j + static_cast<long>(j) * lda;
+    Strip<W, R>(k - j, n, j, A + j, lda, A + j, lda, block, lda);
+    if (!FactorBlock(n, block, lda, min_pivot + j)) return false;
+    SolveStrip<W>(k - j - n, n, block, lda, block + n, lda);
+  }
+  return true;
+}
+
+struct Kernels {
+  const char* name;
+  void (*product_abt)(int, int, int, const double*, int, const double*, int, double*, int);
+  void (*product_aat)(int, int, const double*, int, double*, int);
+  bool (*factor)(int, double*, int, const double*);
+  void (*solve_rows)(int, int, const double*, int, double*, int);
+};
+
+// The same templates, compiled for one instruction set: W numbers a register, R registers of rows a tile.
+#define CH5_KERNELS(NAME, TEXT, TARGET, W, R)                                                                      \
+  TARGET void NAME##ProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, \
+                               int ldc) {                                                                          \
+    ProductABt<W, R>(m, n, k, A, lda, B, ldb, C, ldc);                                                             \
+  }                                                                                                                \
+  TARGET void NAME##ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc) {                       \
+    ProductAAt<W, R>(n, k, A, lda, C, ldc);                                                                        \
+  }                                                                                                                \
+  TARGET bool NAME##Factor(int k, double* A, int lda, const double* min_pivot) {                                   \
+    return FactorSquare<W, R>(k, A, lda, min_pivot);                                                               \
+  }                                                                                                                \
+  TARGET void NAME##SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx) {                        \
+    Solve<W, R>(m, k, L, ldl, X, ldx);                                                                             \
+  }                                                                                                                \
+  constexpr Kernels k##NAME{TEXT, NAME##ProductABt, NAME##ProductAAt, NAME##Factor, NAME##SolveRows};
+
+CH5_KERNELS(Portable, "portable", , 2, 2)
+#if defined(__x86_64__)
+CH5_KERNELS(Avx2, "AVX2", __attribute__((target("avx2,fma"))), 4, 2)
+CH5_KERNELS(Avx512, "AVX-512", __attribute__((target("avx512f,avx512dq,avx512vl,fma"))), 8, 3)
+#endif
+
+// The best first; nullptr ends the list.
+const Kernels* const* Available() {
+  static const auto list = [] {
+    std::array<const Kernels*, 4> kernels{};
+    size_t n = 0;
+#if defined(__x86_64__)
+    const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    const bool has_avx512 = has_avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                            __builtin_cpu_supports("avx512vl");
+    if (has_avx512) kernels[n++] = &kAvx512;
+    if (has_avx2) kernels[n++] = &kAvx2;
+#endif
+    kernels[n] = &kPortable;
+    return kernels;
+  }();
+  return list.data();
+}
+
+std::atomic<const Kernels*> chosen{nullptr};
+
+const Kernels& Best() {
+  const Kernels* kernels = chosen.load(std::memory_order_relaxed);
+  if (!kernels) chosen = kernels = Available()[0];
+  return *kernels;
+}
+
+}  // namespace
+
+void SubtractProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc) {
+  Best().product_abt(m, n, k, A, lda, B, ldb, C, ldc);
+}
+void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc) {
+  Best().product_aat(n, k, A, lda, C, ldc);
+}
+bool Factor(int k, double* A, int lda, const double* min_pivot) {
+  if (k <= kTriangle) return Best().factor(k, A, lda, min_pivot);
+  const int k_1 = k / 2 / kStrip * kStrip, k_2 = k - k_1;
+  double *A_21 = A + k_1, *A_22 = A_21 + static_cast<long>(k_1) * lda;
+  if (!Factor(k_1, A, lda, min_pivot)) return false;
+  SolveRows(k_2, k_1, A, lda, A_21, lda);
+  SubtractProductAAt(k_2, k_1, A_21, lda, A_22, lda);
+  return Factor(k_2, A_22, lda, min_pivot + k_1);
+}
+
+void SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx) {
+  if (k <= kTriangle) return Best().solve_rows(m, k, L, ldl, X, ldx);
+  const int k_1 = k / 2 / kStrip * kStrip, k_2 = k - k_1;
+  const double* L_21 = L + k_1;
+  double* X_2 = X + static_cast<long>(k_1) * ldx;
+  SolveRows(m, k_1, L, ldl, X, ldx);
+  SubtractProductABt(m, k_2, k_1, X, ldx, L_21, ldl, X_2, ldx);
+  SolveRows(m, k_2, L_21 + static_cast<long>(k_1) * ldl, ldl, X_2, ldx);
+}
+
+const char* InstructionSet() { return Best().name; }
+
+bool SetInstructionSet(const char* name) {
+  for (const Kernels* const* kernels = Available(); *kernels; ++kernels) {
+    if (std::strcmp((*kernels)->name, name) != 0) continue;
+    chosen = *kernels;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace ch5::kernels

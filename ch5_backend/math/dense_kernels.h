@@ -1,0 +1,32 @@
+#pragma once
+/// The inner loops of a dense Cholesky factorisation, at the speed of the processor at hand: AVX-512, AVX2 with
+/// FMA, or portable code, chosen when the program starts. The choice changes the last bits of a result, the number of
+/// threads never does.
+///
+/// All matrices are column-major, element (i, j) of A at A[i + j·lda]. Rows are read in whole vectors, so kOverread
+/// numbers behind the last element must be readable; their values do not matter.
+
+namespace ch5::kernels {
+
+constexpr int kOverread = 24;
+
+/// C −= A Bᵀ with A m×k, B n×k, C m×n. C may lie in A's or B's matrix if it shares no column with them.
+void SubtractProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc);
+
+/// Lower half of C −= A Aᵀ with A n×k, C n×n. What lies above C's diagonal is overwritten without meaning.
+void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc);
+
+/// A = L Lᵀ in place, A k×k; reads and writes the lower half.
+/// @param min_pivot  k numbers: the square of each diagonal entry of L must exceed its own
+/// @return false if one does not (or is not finite); A is then half done
+bool Factor(int k, double* A, int lda, const double* min_pivot);
+
+/// X ← X L⁻ᵀ with X m×k and L k×k, lower triangular.
+void SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx);
+
+/// Which of these is at work: "AVX-512", "AVX2" or "portable".
+const char* InstructionSet();
+/// For tests and benchmarks: another one from now on. @return false if the processor does not have it
+bool SetInstructionSet(const char* name);
+
+}  // namespace ch5::kernels
