@@ -16,7 +16,7 @@ import facts
 import plots
 from tables import Tables
 
-TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")) / "csv")
+TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
 PLACEHOLDER, FIGURE = r"\{\{([\w.]+)\}\}", r"!\[([^\]]*)\]\(figures/(\w+)\.svg\)"
 
 
