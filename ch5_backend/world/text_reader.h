@@ -33,6 +33,8 @@ class TextReader {
     record_ = name;
     index_ = index;
   }
+  /// What is read next belongs to no record.
+  void EndRecord() { record_ = nullptr; }
 
   /// The next number, `what` in words.
   /// @throws FileError at the end of the file, or unless it is a whole number in [low, high]
