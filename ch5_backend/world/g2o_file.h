@@ -1,0 +1,43 @@
+#pragma once
+/// Pose graphs in g2o's text format, one record a line:
+///
+///   VERTEX_SE2 id  x y θ                       EDGE_SE2 i j  x y θ  and 6 numbers of W
+///   VERTEX_SE3:QUAT id  x y z qx qy qz qw      EDGE_SE3:QUAT i j  x y z qx qy qz qw  and 21 numbers of W
+///   FIX id …                                   # a comment
+///
+/// W is symmetric; its upper half is given row by row, translation before rotation. What the numbers weigh is told in
+/// types/edge_between.h. Records with other tags are kept as they are, and reported.
+
+#include <string>
+#include <vector>
+
+#include "ch5_backend/graph/graph.h"
+
+namespace ch5 {
+
+/// A file as read: the graph, and the order of its lines, so that it can be written again.
+struct G2oFile {
+  enum class Kind { kVertex, kEdge, kOther };
+  struct Line {
+    Kind kind;
+    int index;         ///< of the vertex or edge in the graph's lists
+    int number;        ///< in the file, from 1
+    std::string text;  ///< kOther: the line itself, such as FIX, a comment or an unknown tag
+  };
+
+  Graph graph;
+  std::vector<int> ids;  ///< the file's name of each of graph.Vertices()
+  std::vector<Line> lines;
+  std::vector<Line> unknown;  ///< those of `lines` that were not understood
+};
+
+/// Reads a pose graph. Quaternions within 1e-3 of unit length are normalised.
+/// @throws FileError naming file, line and value: a number that is missing, superfluous, not finite or not a number;
+///         an id that is repeated or unknown; an edge from a vertex to itself or to one of another type; W not
+///         positive semi-definite; a quaternion far from unit length; a line that does not begin with a tag; no vertex
+G2oFile ReadG2o(const std::string& path);
+
+/// The file with the present states, its lines in the order in which they were read.
+std::string FormatG2o(const G2oFile& file);
+
+}  // namespace ch5
