@@ -17,6 +17,12 @@ VecX ScalingOf(const MatXX& H) {
   return (H.diagonal().array() > 1e-9).select(H.diagonal().array().max(0.0).sqrt(), 1e-3);
 }
 
+EigenPairs DecomposeSymmetric(const MatXX& A) {
+  if (A.rows() == 0) return {MatXX(0, 0), VecX(0)};
+  const Eigen::SelfAdjointEigenSolver<MatXX> eigen(A);
+  return {eigen.eigenvectors(), eigen.eigenvalues()};
+}
+
 ScaledEigen DecomposeScaled(const MatXX& H, const VecX& p_inverse) {
   if (H.rows() == 0) return {MatXX(0, 0), VecX(0), VecX(0)};
   const Eigen::SelfAdjointEigenSolver<MatXX> eigen(p_inverse.asDiagonal() * H * p_inverse.asDiagonal());

@@ -25,6 +25,13 @@ struct SquareRootForm {
 /// @param H  n×n symmetric positive semi-definite;  @param b  n×1
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenCut& cut);
 
+/// A = V S Vᵀ of a symmetric matrix (the lower half is read), S ascending; kept here for compile time.
+struct EigenPairs {
+  MatXX V;
+  VecX S;
+};
+EigenPairs DecomposeSymmetric(const MatXX& A);
+
 /// p_i = √H_ii where H_ii > 1e-9, else 1e-3 (OKVIS): what makes the diagonal of P⁻¹HP⁻¹ one.
 VecX ScalingOf(const MatXX& H);
 
