@@ -1,0 +1,25 @@
+#pragma once
+/// A window of states as a graph: poses, speeds and biases, landmarks, and the edges that tie them.
+
+#include <memory>
+#include <vector>
+
+#include "ch5_backend/graph/graph.h"
+#include "ch5_backend/types/vertices.h"
+#include "ch5_backend/world/window_dump.h"
+
+namespace ch5 {
+
+struct WindowGraph {
+  Graph graph;
+  std::vector<std::shared_ptr<VertexPose>> poses;              ///< T_W_B, one a frame
+  std::vector<std::shared_ptr<VertexSpeedBias>> speed_biases;  ///< one a frame; empty without an IMU
+  std::vector<std::shared_ptr<VertexInverseDepth>> landmarks;  ///< in the order of the dump
+  std::shared_ptr<VertexPose> extrinsic;                       ///< T_B_C
+};
+
+/// The dump's problem at its initial estimates, with its IMU pieces integrated, its losses and its prior.
+/// @throws std::invalid_argument if an IMU piece has no samples
+WindowGraph BuildWindowGraph(const WindowDump& dump);
+
+}  // namespace ch5

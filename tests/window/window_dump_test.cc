@@ -1,0 +1,72 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "ch5_backend/apps/studies/window_graph.h"
+#include "ch5_backend/solve/problem.h"
+#include "ch5_backend/solve/sparse_optimizer.h"
+
+namespace ch5 {
+namespace {
+
+// Reference costs by Ceres 2.1 with analytic Jacobians (½ Σ ρ): at the start, after 8 Dogleg iterations, converged.
+struct Reference {
+  const char* name;
+  double initial, after_8, converged;
+};
+
+class WindowDumps : public testing::TestWithParam<Reference> {
+ protected:
+  void SetUp() override {
+    path_ = std::filesystem::path(CH5_DATA_DIR) / "windows" / (std::string(GetParam().name) + ".txt");
+    if (!std::filesystem::exists(path_)) GTEST_SKIP() << "no " << path_ << "; set CH5_DATA_DIR";
+  }
+  std::filesystem::path path_;
+};
+
+// The same cost at the start proves the conventions of IMU, prior and loss.
+TEST_P(WindowDumps, InitialCostIsTheReference) {
+  WindowGraph window = BuildWindowGraph(ReadWindowDump(path_));
+  EXPECT_NEAR(ComputeCost(window.graph) / GetParam().initial, 1.0, 1e-6);
+}
+
+TEST_P(WindowDumps, BothRoomsAgreeOnTheFirstStep) {
+  WindowGraph window = BuildWindowGraph(ReadWindowDump(path_));
+  Problem dense(&window.graph);
+  SparseOptimizer sparse(&window.graph);
+  NormalEquations& fast = sparse.GetSolver();
+  dense.MakeHessian();
+  fast.MakeHessian();
+  EXPECT_LT((dense.RightHandSide() - fast.RightHandSide()).norm(), 1e-10 * dense.RightHandSide().norm());
+  const VecX v = VecX::LinSpaced(dense.Size(), -1.0, 1.0);
+  EXPECT_LT((dense.MultiplyHessian(v) - fast.MultiplyHessian(v)).norm(), 1e-10 * dense.MultiplyHessian(v).norm());
+}
+
+TEST_P(WindowDumps, ConvergesToTheReference) {
+  if (GetParam().converged == 0.0) GTEST_SKIP() << "the reference itself has not converged";
+  WindowGraph window = BuildWindowGraph(ReadWindowDump(path_));
+  SparseOptimizer optimizer(&window.graph);
+  optimizer.SetDamping(Damping::kDiagonal);
+  SolveOptions options;
+  options.max_iterations = 200;
+  options.cost_tolerance = 1e-9;
+  const Summary summary = optimizer.Solve(options);
+  EXPECT_LE(summary.final_cost, GetParam().converged * (1.0 + 1e-4)) << summary.message;
+  RecordProperty("iterations", summary.iterations);
+  RecordProperty("milliseconds", std::to_string(1e3 * summary.seconds));
+}
+
+INSTANTIATE_TEST_SUITE_P(, WindowDumps,
+                         testing::Values(Reference{"vio_S", 3.394001e+02, 2.800099524e+02, 2.799642868e+02},
+                                         Reference{"vio_M", 6.118261e+02, 4.761200317e+02, 4.760831319e+02},
+                                         Reference{"vio_L", 1.051793e+03, 8.180401294e+02, 8.178433323e+02},
+                                         Reference{"vio_Md", 6.114825e+02, 4.757768796e+02, 4.757463687e+02},
+                                         Reference{"real_euroc_sub2", 1.572934e+08, 2.271352557e+02, 2.259314504e+02},
+                                         Reference{"real_tango_100", 1.587520e+10, 0.0, 4.573231082e+02},
+                                         Reference{"mono_3_20", 5.698152e+03, 0.0, 1.868353921e+01},
+                                         Reference{"mono_10_500", 3.935362e+05, 0.0, 1.745162987e+03},
+                                         Reference{"mono_20_1500", 2.440128e+06, 0.0, 9.778462418e+03}),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+}  // namespace
+}  // namespace ch5
