@@ -81,9 +81,9 @@ def _numbers_or_words(cells):
         return np.array(cells)
 
 
-def read(directory, name):
-    """DIR/csv/NAME.csv as a Table; TableError if it is missing, ragged or without rows."""
-    path = Path(directory) / "csv" / f"{name}.csv"
+def read(directory, name, folder="csv"):
+    """DIR/FOLDER/NAME.csv as a Table; TableError if it is missing, ragged or without rows."""
+    path = Path(directory) / folder / f"{name}.csv"
     try:
         with open(path, newline="", encoding="utf-8") as file:
             rows = list(csv.reader(file))
