@@ -4,11 +4,13 @@ import csv
 import os
 import resource
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
 
 APP = os.environ["CH5_BAL"]
+PLOT = Path(__file__).resolve().parents[2] / "ch5_backend" / "apps" / "plot" / "bal.py"
 
 # Two cameras see three points; line 1 the counts, 2-7 observations, then cameras and points.
 GOOD = """2 3 6
@@ -86,6 +88,20 @@ class BalApp(unittest.TestCase):
             self.assertEqual(app(self.good, "--out", self.folder / str(threads), "--threads", threads).returncode, 0)
         results = {(self.folder / str(threads) / "good-result.txt").read_bytes() for threads in (1, 2, 3)}
         self.assertEqual(len(results), 1)
+
+    def test_picture_is_drawn_and_the_same_twice(self):
+        self.assertEqual(app(self.good, "--out", self.out).returncode, 0)
+
+        def draw():
+            done = subprocess.run([sys.executable, PLOT, self.out], capture_output=True, text=True, timeout=120)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            return {path.name: path.read_bytes() for path in (self.out / "figures").iterdir()}
+        first = draw()
+        self.assertEqual(set(first), {"before_after.png", "before_after.svg"})
+        self.assertEqual(draw(), first)
+        (self.out / "points.csv").write_text("x_before\n")
+        done = subprocess.run([sys.executable, PLOT, self.out], capture_output=True, text=True, timeout=120)
+        self.assertEqual((done.returncode, done.stderr), (2, f"bal.py: {self.out}/points.csv: no rows\n"))
 
     def test_help(self):
         done = app("--help")
