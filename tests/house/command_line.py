@@ -1,14 +1,17 @@
 """./course as its users see it: help, refusals, JSON, and silence where nobody looks."""
 
+import fcntl
 import json
 import os
+import random
 import resource
+import signal
 import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 
-from house import ROOT
+from house import BUILD, ROOT
 
 COMMANDS = ("run", "test", "check", "status", "slides")
 TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
@@ -17,6 +20,18 @@ TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
 def course(*words, **options):
     return subprocess.run([str(ROOT / "course"), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True,
                           text=True, timeout=120, **options)
+
+
+def small_bal() -> str:
+    """Three cameras and twenty points without noise, the points started 5 cm off; BAL's camera looks down −z."""
+    draw = random.Random(5).uniform
+    points = [(draw(-2, 2), draw(-2, 2), draw(-9, -6)) for _ in range(20)]
+    cameras = [(0, 0, 0, 0.4 * i, 0, 0, 500, 0, 0) for i in range(3)]
+    seen = [f"{i} {k} {-500 * (x + 0.4 * i) / z!r} {-500 * y / z!r}" for i in range(3)
+            for k, (x, y, z) in enumerate(points)]
+    states = [value for camera in cameras for value in camera]
+    states += [value + draw(-0.05, 0.05) for point in points for value in point]
+    return "\n".join(["3 20 60", *seen, *map(repr, states), ""])
 
 
 class CommandLine(unittest.TestCase):
@@ -131,6 +146,54 @@ class CommandLine(unittest.TestCase):
     def test_it_works_from_any_folder(self):
         self.assertEqual(course("run", "--help", cwd=self.folder.name).returncode, 0)
         self.refuses("run", "missing.txt", naming=["missing.txt"], cwd=self.folder.name)
+
+    def test_ctrl_c_ends_with_130(self):
+        self.needs_release_build()
+        bal = self.path("tiny.txt", TINY_BAL.encode())
+        with open(BUILD / ".lock", "w", encoding="utf-8") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # now ./course must wait for us, at a place that we know
+            process = subprocess.Popen([ROOT / "course", "run", bal, "--out", self.folder.name], text=True,
+                                       stderr=subprocess.PIPE)
+            self.assertIn("waiting", process.stderr.readline())
+            process.send_signal(signal.SIGINT)
+            rest = process.communicate(timeout=60)[1]
+        self.assertEqual((process.returncode, rest), (130, "course: stopped\n"))
+
+    def needs_release_build(self):
+        if BUILD.resolve() != ROOT / "build" / "release":
+            self.skipTest("./course builds in build/release, and these tests run in another folder")
+
+    def test_a_bal_file_is_solved(self):
+        self.needs_release_build()
+        bal, out = self.path("street.txt", small_bal().encode()), Path(self.folder.name, "out")
+        done = course("run", bal, "--out", out, "--iterations", "30", "--threads", "2", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout.count("\n"), 1, "one object and nothing else")
+        result = json.loads(done.stdout)
+        self.assertEqual(result["problem"], "street")
+        self.assertIsInstance(result["iterations"], int)
+        self.assertIsInstance(result["seconds"], float)
+        self.assertIn("converged", result["termination"])
+        self.assertGreater(result["initial_cost"], 1.0)
+        self.assertLess(result["final_cost"], 1e-6 * result["initial_cost"], "exact data: the truth costs nothing")
+        self.assertEqual(result["out"], str(out / "street"))
+        for suffix in (".csv", ".ply", ".txt", ".png"):
+            self.assertTrue(list((out / "street").rglob("*" + suffix)), f"no {suffix} among the results")
+        for sign in ("\r", "\033"):
+            self.assertNotIn(sign, done.stderr, "no living lines in a pipe")
+
+    def test_a_file_that_breaks_off_is_refused_and_nothing_is_overwritten(self):
+        self.needs_release_build()
+        out = Path(self.folder.name, "out")
+        whole = small_bal()
+        bal = self.path("street.txt", whole.encode())
+        self.assertEqual(course("run", bal, "--out", out).returncode, 0)
+        before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+        bal.write_text(whole[:len(whole) // 2])
+        done = course("run", bal, "--out", out, "--json")
+        self.assertEqual(done.returncode, 2, done)
+        self.assertIn(str(bal), json.loads(done.stdout)["error"])
+        self.assertEqual(before, {path: path.read_bytes() for path in out.rglob("*") if path.is_file()})
 
     def test_saying_no_is_quick(self):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -55,7 +55,8 @@ def solve_bal(path: str, out: Path, arguments) -> dict:
                for word in (f"--{name}", str(getattr(arguments, name)))]
     try:
         make_writable(out)
-        app([BIN / "ch5_bal", path, "--out", out, *options], arguments.json)
+        file = f"./{path}" if path.startswith("-") else path  # a name is not an option
+        app([BIN / "ch5_bal", file, "--out", out, *options], arguments.json)
         app([sys.executable, PLOT / "bal.py", out], arguments.json)
     except CourseError as error:
         print(f"course: {error}", file=sys.stderr)
@@ -84,19 +85,29 @@ def make_writable(out: Path) -> None:
         raise CourseError(f"cannot write into {out}: {error.strerror}") from error
 
 
-def app(command, quiet_stdout: bool) -> None:
-    """Runs a program of the house; its standard output becomes ours, or standard error if that must stay clean.
+def app(command, as_json: bool) -> None:
+    """Runs a program of the house. With --json its standard output goes to standard error, which must stay readable.
 
-    Raises CourseError with the program's exit code.
+    Raises CourseError with the program's exit code and, with --json, its last message.
     """
     command = [str(word) for word in command]
-    environment = {**os.environ, "MPLBACKEND": "Agg"}
     sys.stdout.flush()
-    code = subprocess.run(command, stdout=sys.stderr if quiet_stdout else None, env=environment).returncode
+    process = subprocess.Popen(command, env={**os.environ, "MPLBACKEND": "Agg"}, text=True, errors="replace",
+                               stdout=sys.stderr if as_json else None, stderr=subprocess.PIPE if as_json else None)
+    message = "its message is above"
+    try:
+        for line in process.stderr or ():
+            sys.stderr.write(line)
+            message = line.strip() or message
+        code = process.wait()
+    except BaseException:
+        process.terminate()
+        process.wait()
+        raise
     if code == -signal.SIGINT:
         raise KeyboardInterrupt
     if code < 0:
         raise CourseError(f"{Path(command[0]).name} was killed by {signal.Signals(-code).name}", 128 - code)
     if code:
         name = next(Path(word).name for word in command if word != sys.executable)
-        raise CourseError(f"{name} failed with exit code {code}; its message is above", code)
+        raise CourseError(f"{name} failed with exit code {code}; {message}", code)
