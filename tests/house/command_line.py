@@ -77,6 +77,7 @@ class CommandLine(unittest.TestCase):
     def test_unknown_words_are_refused(self):
         self.refuses("frobnicate", naming=["frobnicate"])
         self.refuses("", naming=["unknown command"])
+        self.refuses("check", "9.9", naming=["9.9"])
         self.refuses("status", "1.1", naming=["1.1"])
         for command in COMMANDS:
             self.refuses(command, "--frobnicate", naming=["--frobnicate", f"./course {command} --help"])
@@ -127,7 +128,7 @@ class CommandLine(unittest.TestCase):
 
     def test_json_is_one_object_whatever_happens(self):
         for words in (["run", "/nowhere/a.txt"], ["run", "--threads", "0"], ["run", "--frobnicate"],
-                      ["run", self.path("empty.txt")], ["status", "1.1"]):
+                      ["run", self.path("empty.txt")], ["check", "9.9"], ["status", "1.1"]):
             done = course(*words, "--json")
             self.assertEqual(done.returncode, 2, done)
             self.assertEqual(list(json.loads(done.stdout)), ["error"])
