@@ -1,4 +1,4 @@
-"""Progress on standard error: a living line on a terminal, one plain line per phase in a pipe."""
+"""Progress on standard error: a living line on a terminal, one plain line per longer phase in a pipe."""
 
 import shutil
 import sys
@@ -27,6 +27,7 @@ class Progress:
     def __exit__(self, kind, value, trace):
         if self.alive:
             sys.stderr.write("\r\033[K")
-        if kind is None:
-            print(f"{self.phase}: {time.monotonic() - self.start:.1f} s", file=sys.stderr)
+        seconds = time.monotonic() - self.start
+        if kind is None and seconds >= 1.0:
+            print(f"{self.phase}: {seconds:.1f} s", file=sys.stderr)
         sys.stderr.flush()
