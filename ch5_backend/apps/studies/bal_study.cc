@@ -1,10 +1,9 @@
 #include "ch5_backend/apps/studies/bal_study.h"
 
-#include <algorithm>
 #include <stdexcept>
 
+#include "ch5_backend/apps/studies/solve_tables.h"
 #include "ch5_backend/solve/sparse_optimizer.h"
-#include "ch5_backend/world/csv.h"
 
 namespace ch5 {
 namespace {
@@ -21,12 +20,10 @@ void RequireFiniteResiduals(const BalProblem& problem, const Graph& graph) {
   }
 }
 
-CsvTable SummaryTable(const BalStudy& study, const BalStudyOptions& options, std::string name) {
+CsvTable SummaryTable(const BalStudy& study, const BalStudyOptions& options, const std::string& name) {
   const Summary& summary = study.summary;
-  std::replace_if(
-      name.begin(), name.end(), [](char c) { return c == ',' || c == '"' || c == '\n'; }, '_');
   CsvTable table("key,value");
-  table.Row("problem", name);
+  table.Row("problem", CsvWord(name));
   table.Row("cameras", study.after.cameras.size());
   table.Row("points", study.after.points.size());
   table.Row("observations", study.after.observations.size());
@@ -40,17 +37,6 @@ CsvTable SummaryTable(const BalStudy& study, const BalStudyOptions& options, std
   table.Row("mean_error_after_px", study.mean_error_after);
   table.Row("threads", options.threads);
   table.Row("huber_px", options.huber);
-  return table;
-}
-
-CsvTable TraceTable(const Summary& summary) {
-  CsvTable table("iteration,cost,change,gradient_max,step_norm,gain_ratio,lambda,trials,seconds");
-  double previous = summary.initial_cost;
-  for (const IterationInfo& info : summary.trace) {
-    table.Row(info.iteration, info.cost, info.cost - previous, info.gradient_max, info.step_norm, info.gain_ratio,
-              info.lambda, info.trials, info.seconds);
-    previous = info.cost;
-  }
   return table;
 }
 
