@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 
 #include "ch5_backend/apps/studies/file_command.h"
@@ -30,6 +31,7 @@ void PrintUnknown(const ch5::G2oFile& graph, const std::string& file) {
 void Run(const ch5::FileCommand& command) {
   const std::string name = std::filesystem::path(command.file).stem().string();
   ch5::G2oFile graph = ch5::ReadG2o(command.file);
+  if (graph.graph.Edges().empty()) throw std::invalid_argument("no edge of a known type, so nothing to optimise");
   std::filesystem::create_directories(command.out);
   PrintUnknown(graph, command.file);
   std::printf("%s: %zu poses, %zu edges\n\n", name.c_str(), graph.ids.size(), graph.graph.Edges().size());

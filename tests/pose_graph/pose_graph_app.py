@@ -77,11 +77,12 @@ class PoseGraphApp(unittest.TestCase):
             self.assertEqual((done.returncode, done.stderr), (2, f"ch5_pose_graph: {path}:{message}\n"))
             self.assertFalse(self.out.exists())
 
-    def test_graph_without_edges_stays_as_it_is(self):
-        done = app(self.write("good.g2o", "VERTEX_SE2 0 1 2 3\n"), "--out", self.out)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
-        self.assertIn("nothing to optimise", done.stdout)
-        self.assertEqual((self.out / "good-result.g2o").read_text(), "VERTEX_SE2 0 1 2 3\n")
+    def test_graph_without_edges_is_refused(self):
+        path = self.write("lonely.g2o", "VERTEX_SE2 0 1 2 3\n")
+        done = app(path, "--out", self.out)
+        self.assertEqual((done.returncode, done.stderr),
+                         (2, f"ch5_pose_graph: {path}: no edge of a known type, so nothing to optimise\n"))
+        self.assertFalse(self.out.exists())
 
 
 if __name__ == "__main__":

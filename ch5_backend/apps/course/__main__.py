@@ -10,8 +10,8 @@ from .errors import CourseError
 
 DESCRIPTIONS = {
     "run": "Without DATA: runs the whole chapter in under a minute and writes its tables, figures and a report that "
-           "explains them. With DATA: solves each bundle adjustment and writes the result as BAL and PLY, its "
-           "iterations as CSV, and a picture of before and after.",
+           "explains them. With DATA: solves each bundle adjustment or pose graph and writes the result in the "
+           "format that it was read in, its iterations as CSV, and a picture of before and after.",
     "test": "Builds everything and runs the tests. What follows -- goes to CTest: ./course test -- --rerun-failed",
     "check": "Compiles your files in ch5_homework/, runs the tests of each stage, and explains what is not right. "
              "A stage is not-started, does-not-compile, crashes, times-out, wrong or right; exit code 0 if all that "
@@ -56,12 +56,14 @@ def make_parser(command: str) -> Parser:
     """One sub-command's grammar. Options are never abbreviated: a typing error must not run something else."""
     parser = Parser(prog=f"./course {command}", description=DESCRIPTIONS[command], allow_abbrev=False)
     if command == "run":
-        parser.add_argument("data", nargs="*", metavar="DATA", help="a bundle adjustment in BAL's text format")
+        parser.add_argument("data", nargs="*", metavar="DATA", help="a bundle adjustment in BAL's text "
+                            "format, or a pose graph in g2o's")
         parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FILE.txt gets a "
                             "folder DIR/FILE")
         parser.add_argument("--iterations", type=positive_int, metavar="N", help="at most N iterations")
         parser.add_argument("--threads", type=positive_int, metavar="N", help="how many threads the solver may use")
-        parser.add_argument("--huber", type=positive_number, metavar="D", help="Huber loss that begins at D pixels")
+        parser.add_argument("--huber", type=positive_number, metavar="D", help="Huber loss that begins at D pixels, or "
+                            "in a pose graph at D standard deviations")
     elif command == "test":
         parser.add_argument("names", nargs="*", metavar="NAME", help="only tests whose name matches this expression")
         parser.add_argument("--quick", action="store_true", help="leave out the tests labelled slow")

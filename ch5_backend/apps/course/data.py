@@ -4,11 +4,12 @@ from pathlib import Path
 
 from .errors import CourseError
 
-KNOWN = "a BAL file begins with its counts of cameras, points and observations"
+KNOWN = ("a BAL file begins with its counts of cameras, points and observations, a pose graph (.g2o) with a tag such as "
+         "VERTEX_SE3:QUAT")
 
 
 def kind_of(path: str) -> str:
-    """Returns "bal", the one kind so far.
+    """Returns "bal" or "pose_graph".
 
     Raises CourseError, naming the file and what is wrong: missing, a folder, empty, binary, or of another kind.
     """
@@ -36,10 +37,11 @@ def _kind_of_head(path: str, head: bytes) -> str:
         raise CourseError(f"{path}: a compressed file; unpack it first")
     if any(byte < 32 and byte not in b"\t\n\r\f\v" for byte in head):
         raise CourseError(f"{path}, line 1: a binary file; {KNOWN}")
-    number, line = next((i, text) for i, text in enumerate(head.splitlines(), 1) if text.strip())
+    lines = [(i, text) for i, text in enumerate(head.splitlines(), 1) if text.strip()]
+    number, line = next(((i, text) for i, text in lines if not text.lstrip().startswith(b"#")), lines[0])
     words = line.decode("utf-8", "replace").split()
-    if words[0].startswith(("VERTEX_", "EDGE_")):
-        raise CourseError(f"{path}: a pose graph (.g2o); './course run' does not read these yet")
+    if words[0].startswith(("VERTEX_", "EDGE_", "PARAMS_")) or words[0] == "FIX":
+        return "pose_graph"
     if words[0] == "VIOWIN":
         raise CourseError(f"{path}: a window of a VIO estimator; './course run' does not read these yet")
     if len(words) == 3 and all(map(_is_number, words)):

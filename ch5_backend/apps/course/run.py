@@ -22,11 +22,10 @@ def run(arguments) -> int:
     if not arguments.data:
         return run_chapter(out, arguments)
     places = result_places(arguments.data, out)
-    for path in arguments.data:
-        kind_of(path)
+    kinds = {path: kind_of(path) for path in arguments.data}
     make_writable(out)
-    build_or_fail(["ch5_bal"])
-    results = [solve_bal(path, place, arguments) for path, place in places.items()]
+    build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))])
+    results = [solve(path, kinds[path], place, arguments) for path, place in places.items()]
     if arguments.json:
         jsonout.emit(results[0] if len(results) == 1 else {"results": results})
     return next((r["exit_code"] for r in results if "exit_code" in r), 0)
@@ -49,15 +48,18 @@ def run_chapter(out: Path, arguments) -> int:
     return 0
 
 
-def solve_bal(path: str, out: Path, arguments) -> dict:
-    """Solves one file; a failure is part of the answer, so that the files after it are still solved."""
+def solve(path: str, kind: str, out: Path, arguments) -> dict:
+    """Solves one file with the program ch5_KIND and draws it with plot/KIND.py.
+
+    A failure is part of the answer, so that the files after it are still solved.
+    """
     options = [word for name in ("iterations", "threads", "huber") if getattr(arguments, name) is not None
                for word in (f"--{name}", str(getattr(arguments, name)))]
     try:
         make_writable(out)
         file = f"./{path}" if path.startswith("-") else path  # a name is not an option
-        app([BIN / "ch5_bal", file, "--out", out, *options], arguments.json)
-        app([sys.executable, PLOT / "bal.py", out], arguments.json)
+        app([BIN / f"ch5_{kind}", file, "--out", out, *options], arguments.json)
+        app([sys.executable, PLOT / f"{kind}.py", out], arguments.json)
     except CourseError as error:
         print(f"course: {error}", file=sys.stderr)
         return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
