@@ -185,7 +185,7 @@ class CommandLine(unittest.TestCase):
 
     def test_a_pose_graph_is_solved(self):
         self.needs_release_build()
-        poses = "".join(f"VERTEX_SE2 {i} {i} 0 0\n" for i in range(5))
+        poses = "".join(f"VERTEX_SE2 {i} {i} 0 {i}\n" for i in range(5))
         edges = "".join(f"EDGE_SE2 {i} {(i + 1) % 5} 1 0 1.2566 1 0 0 1 0 1\n" for i in range(5))  # a pentagon
         graph, out = self.path("ring.g2o", ("# by hand\n" + poses + edges).encode()), Path(self.folder.name, "out")
         done = course("run", graph, "--out", out, "--json")
