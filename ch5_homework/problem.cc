@@ -24,6 +24,7 @@ void Problem::MakeHessian() {
     double drho;               // ρ' of the loss function, 1 without one
     MatXX robust_information;  // W_ρ of the loss function, W without one
     edge->RobustInfo(&drho, &robust_information);
+    const VecX Wr = drho * (edge->Information() * edge->Residual());
 
     const auto& vertices = edge->Vertices();
     for (size_t i = 0; i < vertices.size(); ++i) {
@@ -51,7 +52,7 @@ void Problem::MakeHessian() {
           throw HomeworkMissing("1.1b MakeHessian, the mirrored block (v_j, v_i)");
         }
       }
-      b.segment(index_i, dim_i) -= drho * jacobian_i.transpose() * edge->Information() * edge->Residual();
+      b.segment(index_i, dim_i).noalias() -= jacobian_i.transpose() * Wr;
     }
   }
 }

@@ -142,6 +142,24 @@ void CheckMakeHessian(Graph* graph, const std::string& scene) {
   CheckSystem(*graph, *problem, scene);
 }
 
+TEST(Stage11, OneEdgeBetweenTwoPoses) {
+  Random random(11);
+  Graph graph;
+  const auto poses = AddPoses(&graph, 2);
+  AddRandomEdge<4>(&graph, &random, poses[0], poses[1]);
+  CheckMakeHessian(&graph, "one edge between two poses");
+}
+
+TEST(Stage11, EdgesOnTheSamePairAddUp) {
+  Random random(12);
+  Graph graph;
+  const auto poses = AddPoses(&graph, 3);
+  for (int k = 0; k < 3; ++k) AddRandomEdge<4>(&graph, &random, poses[0], poses[2]);
+  AddRandomEdge<6>(&graph, &random, poses[2], poses[0]);  // the vertices in the other order
+  AddRandomEdge<6>(&graph, &random, poses[1]);
+  CheckMakeHessian(&graph, "five edges between three poses, four of them on one pair and in both orders");
+}
+
 TEST(Stage11, TheSlidesChainOfThreeScalars) {
   // H = [100 −100 0; −100 136.111 −11.1111; 0 −11.1111 11.1111], the matrix that stage 2 begins with.
   class Difference : public SizedEdge<1, VertexScalar, VertexScalar> {
@@ -168,24 +186,6 @@ TEST(Stage11, TheSlidesChainOfThreeScalars) {
   graph.AddEdge(std::make_shared<Difference>(x[3], x[1], 0.2));
   graph.AddEdge(std::make_shared<Difference>(x[1], x[2], 0.3));
   CheckMakeHessian(&graph, "the slides' chain of three scalars, σ = 0.1, 0.2, 0.3");
-}
-
-TEST(Stage11, OneEdgeBetweenTwoPoses) {
-  Random random(11);
-  Graph graph;
-  const auto poses = AddPoses(&graph, 2);
-  AddRandomEdge<4>(&graph, &random, poses[0], poses[1]);
-  CheckMakeHessian(&graph, "one edge between two poses");
-}
-
-TEST(Stage11, EdgesOnTheSamePairAddUp) {
-  Random random(12);
-  Graph graph;
-  const auto poses = AddPoses(&graph, 3);
-  for (int k = 0; k < 3; ++k) AddRandomEdge<4>(&graph, &random, poses[0], poses[2]);
-  AddRandomEdge<6>(&graph, &random, poses[2], poses[0]);  // the vertices in the other order
-  AddRandomEdge<6>(&graph, &random, poses[1]);
-  CheckMakeHessian(&graph, "five edges between three poses, four of them on one pair and in both orders");
 }
 
 TEST(Stage11, LandmarksOfDimensionOne) {

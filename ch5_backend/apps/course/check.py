@@ -114,13 +114,13 @@ def compile_files(files: list) -> dict:
 
 def does_not_compile(file: str, output: str) -> Verdict:
     lines = output.splitlines()
-    patterns = [rf"{re.escape(file)}:\d+:(\d+:)? (fatal )?error: ", r"error: ", r"multiple definition|undefined reference",
-                r"FAILED|ninja: "]
+    patterns = [rf"{re.escape(file)}:\d+:(\d+:)? (fatal )?error: ", "multiple definition|undefined reference", "error: ",
+                "FAILED|ninja: "]
     first = next((i for pattern in patterns for i, line in enumerate(lines) if re.search(pattern, line)), 0)
     hint = shorten(lines[first]) if lines else "the compiler said nothing"
     if "multiple definition of `main'" in hint:
         hint = f"{file} has a main of its own; remove it, the check brings one."
-    elif "missing and no known rule" in hint:
+    elif "missing and no known rule" in hint or f"{file}: No such file" in hint:
         hint = f"{file} is missing; tests/homework/make_skeleton.py writes it anew."
     story = "\n".join(shorten(line) for line in lines[first:first + SHOWN_LINES])
     return Verdict("does-not-compile", hint, story)
@@ -178,8 +178,8 @@ def read_report(tests: list, exit_code: int, words: str) -> Verdict:
     """The verdict of a complete report: that of the first failure, if there is one."""
     for test in tests:
         for failure in test.get("failures", []):
-            text = failure["failure"].partition("\n")[2] or failure["failure"]
-            text = text.removeprefix("Failed\n").strip()
+            text = mend_utf8(failure["failure"])
+            text = (text.partition("\n")[2] or text).removeprefix("Failed\n").strip()
             missing = re.search(r'"(TODO .+ is not started)"', text)
             thrown = re.search(r'C\+\+ exception with description "(.*)" thrown', text, re.DOTALL)
             if missing:
@@ -190,6 +190,14 @@ def read_report(tests: list, exit_code: int, words: str) -> Verdict:
     if exit_code or not tests or any(test.get("result") != "COMPLETED" for test in tests):
         return Verdict("crashes", f"The tests were not all run (exit code {exit_code}).", "", words)
     return Verdict("right", "", "", words)
+
+
+def mend_utf8(text: str) -> str:
+    """GoogleTest up to 1.12 writes each byte of a UTF-8 letter as a letter of its own."""
+    try:
+        return text.encode("latin-1").decode("utf-8")
+    except UnicodeError:
+        return text
 
 
 def cause(story: str) -> str:
@@ -218,7 +226,8 @@ def ended_early(executable: Path, stage: dict, words: str, in_time: bool, exit_c
 
 def locate(executable: Path, file: str, trace: str) -> str:
     """The first line of the student's file in a trace of return addresses: "problem.cc:71", or "" if unknown."""
-    addresses = [hex(int(offset, 16) - 1) for offset in re.findall(r"\(\+0x([0-9a-f]+)\)", trace)]
+    offsets = re.findall(rf"{re.escape(executable.name)}\(\+0x([0-9a-f]+)\)", trace)
+    addresses = [hex(int(offset, 16) - 1) for offset in offsets]  # of the calls, not of where they return to
     try:
         answer = subprocess.run(["addr2line", "-i", "-e", str(executable), *addresses], text=True, timeout=20,
                                 capture_output=True, check=False).stdout if addresses else ""
@@ -254,24 +263,24 @@ def tell(stage: dict, verdict: Verdict, out) -> None:
               file=out)
         print("\n".join("  │ " + line for line in printed[-SHOWN_LINES:]), file=out)
     print("\n" + indent(verdict.story or verdict.hint) + "\n" if verdict.state != "right" else "", file=out, end="")
-    print(f"  {next_step(stage, verdict.state)}\n", file=out)
+    print(f"  {next_step(stage, verdict)}\n", file=out)
 
 
 def indent(text: str) -> str:
     return "\n".join("  " + line for line in text.splitlines())
 
 
-def next_step(stage: dict, state: str) -> str:
+def next_step(stage: dict, verdict: Verdict) -> str:
     again, file = f"./course check {stage['id']}", stage["file"]
-    if state == "right":
+    if verdict.state == "right":
         ids = [row["id"] for row in stage_table()]
         following = ids[ids.index(stage["id"]) + 1:]
         return "Well done. " + (f"Next: ./course check {following[0]}" if following else "That was the last stage.")
     return {
-        "not-started": f"Begin with {file}, search for home work {stage['todos'][0]}; handout: ch5_homework/README.md, "
-                       f"Stage {stage['id']}. Then: {again}",
+        "not-started": f"Search {file} for “home work {verdict.hint.split()[1]}”; the "  # "TODO 1.1a …"
+                       f"handout is ch5_homework/README.md, Stage {stage['id']}. Then: {again}",
         "does-not-compile": f"Mend the first error; the others may follow from it. Then: {again}",
         "wrong": f"Mend {file}. Then: {again}",
         "crashes": f"Mend {file}: compare the four numbers of each block with the handout's picture. Then: {again}",
         "times-out": f"Look for the loop in {file}. Then: {again}",
-    }[state]
+    }[verdict.state]

@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""Runs ./course check and status as a student does, on a folder of homework of its own: end_to_end.py FOLDER."""
+
+import json
+import shutil
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+from make_skeleton import skeleton
+from regions import FILES, ROOT, solution_text
+
+FOLDER = Path(sys.argv.pop())
+
+
+def course(*words: str) -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, "-m", "course", *words], cwd=ROOT / "ch5_backend" / "apps",
+                          capture_output=True, text=True, check=False)
+
+
+def states(done: subprocess.CompletedProcess) -> dict:
+    """Stage → state; standard output must hold one JSON object and nothing else."""
+    return {stage["id"]: stage["state"] for stage in json.loads(done.stdout)["stages"]}
+
+
+def hints(done: subprocess.CompletedProcess) -> dict:
+    return {stage["id"]: stage["hint"] for stage in json.loads(done.stdout)["stages"]}
+
+
+class EndToEnd(unittest.TestCase):
+    def hand_in(self, **texts) -> None:
+        """Fills the folder: the solutions, but for the texts given by the files' stems."""
+        shutil.rmtree(FOLDER, ignore_errors=True)
+        FOLDER.mkdir(parents=True)
+        for name in FILES:
+            (FOLDER / name).write_text(texts.get(Path(name).stem, solution_text(name)), encoding="utf-8")
+
+    def test_the_skeleton_is_not_started(self):
+        self.hand_in(**{Path(name).stem: skeleton(name) for name in FILES})
+        done = course("check", "--json")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertEqual(set(states(done).values()), {"not-started"})
+        self.assertIn("TODO 1.2a", hints(done)["1.2"])
+        status = course("status", "--json")
+        self.assertEqual((status.returncode, status.stdout), (0, done.stdout))
+
+    def test_the_solution_is_right(self):
+        self.hand_in()
+        done = course("check", "--json")
+        self.assertEqual((done.returncode, set(states(done).values())), (0, {"right"}), done.stdout + done.stderr)
+        words = course("check", "3")
+        self.assertEqual(words.returncode, 0)
+        self.assertIn("Well done", words.stdout)
+
+    def test_a_file_that_does_not_compile_hides_no_other(self):
+        broken = solution_text("problem.cc").replace("b_pp_schur_ = bpp", "b_pp_schur_ = bqq")
+        line = broken[:broken.index("bqq")].count("\n") + 1
+        self.hand_in(problem=broken)
+        done = course("check", "--json")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(states(done), {"1.1": "does-not-compile", "1.2": "does-not-compile",
+                                        "2": "does-not-compile", "3": "right"})
+        self.assertIn(f"problem.cc:{line}", hints(done)["1.1"])
+
+    def test_a_crash_names_the_line_and_hides_no_other_stage(self):
+        crashing = solution_text("problem.cc").replace("H.block(index_i, index_j, dim_i, dim_j)",
+                                                       "H.block(index_i, index_j + 99, dim_i, dim_j)")
+        line = crashing[:crashing.index("+ 99")].count("\n") + 1
+        with_main = solution_text("gauge_prior.cc") + "int main() {}\n"
+        self.hand_in(problem=crashing, gauge_prior=with_main)
+        done = course("check", "--json")
+        self.assertEqual(states(done), {"1.1": "crashes", "1.2": "right", "2": "right", "3": "does-not-compile"},
+                         done.stdout)
+        self.assertIn(f"reaches outside its matrix at problem.cc:{line}", hints(done)["1.1"])
+        self.assertIn("main of its own", hints(done)["3"])
+
+    def test_a_missing_file_and_an_unknown_stage_are_named(self):
+        self.hand_in()
+        (FOLDER / "gauge_prior.cc").unlink()
+        done = course("check", "3", "--json")
+        self.assertEqual(states(done), {"3": "does-not-compile"})
+        self.assertIn("gauge_prior.cc is missing", hints(done)["3"])
+        unknown = course("check", "9")
+        self.assertEqual(unknown.returncode, 2)
+        self.assertIn("unknown stage '9'", unknown.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+"""The shelf of fills: right and wrong ways to do the homework, each with the verdict that it must get.
+
+fills/*.fills hold them, told apart by these lines:
+
+    // FILL name
+    // EXPECT 1.1 wrong mirrored block is missing     a stage, its state, words of its hint; unnamed stages: right
+    // REGION 1.1b                                    the code below stands in this TODO's region
+    // STAGE 1.2                                      or in place of the stage's whole function
+
+Every single blank TODO is a fill too. `fills.py OUTPUT.cc FILE.fills…` writes them all as C++: each fill in a namespace
+of its own holds only the functions that it changes, in a class derived from the reference Problem; so a hundred fills
+share one translation unit and one executable.
+"""
+
+import re
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from regions import FILES, STAGES, fill, regions, solution_text, stage_of
+
+# How the class of a fill announces the function that a stage replaces.
+DECLARATIONS = {
+    "1.1": "void MakeHessian() override;",
+    "1.2": "bool SolveLinearSystem(double lambda, VecX* delta_x) override;",
+    "2": "static MarginalizeResult TestMarginalize(MatXX H_marg, VecX b_marg, int idx, int dim);",
+}
+
+
+@dataclass
+class Fill:
+    name: str
+    expected: dict = field(default_factory=dict)  # stage id → (state, words of the hint)
+    code: dict = field(default_factory=dict)      # "REGION 1.1b" or "STAGE 1.2" → text
+
+    def verdict(self, stage: str) -> tuple:
+        return self.expected.get(stage, ("right", ""))
+
+
+def read_fills(path: Path) -> list:
+    """The fills of a file; raises ValueError with the line that cannot be read."""
+    fills, lines = [], None
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(keepends=True), 1):
+        marker = re.match(r"// (FILL|EXPECT|REGION|STAGE) (\S+) ?(\S*) ?(.*)$", line)
+        if not marker:
+            if lines is not None:
+                lines.append(line)
+            elif line.strip() and not line.startswith("//"):
+                raise ValueError(f"{path}:{number}: code outside of a region")
+        elif marker[1] == "FILL":
+            fills.append(Fill(marker[2]))
+            lines = None
+        elif marker[1] == "EXPECT":
+            fills[-1].expected[marker[2]] = (marker[3], marker[4])
+        else:
+            lines = fills[-1].code.setdefault(f"{marker[1]} {marker[2]}", [])
+    return fills
+
+
+def blank_fills() -> list:
+    """One fill for each TODO that is left blank."""
+    blanks = []
+    for region in (region for name in FILES for region in regions(solution_text(name))):
+        code = region.blank().splitlines(keepends=True)
+        expected = {stage_of(region.todo)["id"]: ("not-started", f"TODO {region.todo} ")}
+        blanks.append(Fill("blank_" + region.todo.replace(".", "_"), expected, {f"REGION {region.todo}": code}))
+    return blanks
+
+
+def sections(text: str) -> list:
+    """The functions of a solution: what stands in its namespace, parted at the lines `// ---- …`."""
+    body = re.search(r"^namespace ch5 \{\n(.*)^\}  // namespace ch5$", text, re.MULTILINE | re.DOTALL)[1]
+    return [part for part in re.split(r"^(?=// ---- )", body, flags=re.MULTILINE) if regions(part)]
+
+
+def code_of(one: Fill) -> tuple:
+    """The text of the changed functions, and the stages that they belong to."""
+    text, stages, unused = "", [], set(one.code)
+    for section in (section for name in FILES for section in sections(solution_text(name))):
+        stage = stage_of(regions(section)[0].todo)
+        keys = {f"STAGE {stage['id']}", *(f"REGION {todo}" for todo in stage["todos"])} & unused
+        if not keys:
+            continue
+        unused -= keys
+        stages.append(stage["id"])
+        whole = one.code.get(f"STAGE {stage['id']}")
+        text += "".join(whole) if whole else fill(
+            section, lambda region: "".join(one.code.get(f"REGION {region.todo}", region.solution)))
+    if unused:
+        raise ValueError(f"fill {one.name}: no such region: {', '.join(sorted(unused))}")
+    return text, stages
+
+
+def translation_unit(fills: list) -> str:
+    includes = sorted({line for name in FILES for line in re.findall(r"^#include .*$", solution_text(name), re.MULTILINE)})
+    parts = ["// Written by tests/homework/fills.py.", *includes, '#include "tests/homework/submission.h"']
+    for one in fills:
+        text, stages = code_of(one)
+        declarations = "\n  ".join(DECLARATIONS[stage] for stage in stages if stage in DECLARATIONS)
+        parts.append(f"""
+namespace ch5::fill_{one.name} {{
+class Problem : public ch5::Problem {{
+ public:
+  using ch5::Problem::Problem;
+  {declarations}
+}};
+{text}
+[[maybe_unused]] const bool registered = homework::Register(
+    "{one.name}", {{&homework::Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges}});
+}}  // namespace ch5::fill_{one.name}""")
+    return "\n".join(parts) + "\n"
+
+
+def main(output: str, paths: list) -> None:
+    fills = [one for path in paths for one in read_fills(Path(path))] + blank_fills()
+    names = [one.name for one in fills]
+    if len(set(names)) < len(names):
+        raise ValueError("two fills of one name: " + ", ".join(sorted({name for name in names if names.count(name) > 1})))
+    if unknown := {stage for one in fills for stage in one.expected} - {stage["id"] for stage in STAGES}:
+        raise ValueError(f"unknown stages: {unknown}")
+    Path(output).write_text(translation_unit(fills), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2:])
