@@ -47,8 +47,8 @@ class Problem : public NormalEquations {
   static MarginalizeResult TestMarginalize(MatXX H_marg, VecX b_marg, int idx, int dim);
 
   const VecX& RightHandSide() const override { return b_; }
-  VecX HessianDiagonal() const override { return Hessian_.diagonal(); }
-  VecX MultiplyHessian(const VecX& v) const override { return Hessian_ * v; }
+  VecX HessianDiagonal() const override;
+  VecX MultiplyHessian(const VecX& v) const override;
   void UpdateStates(const VecX& delta_x) override;
   void RollbackStates() override;
   double StateNorm() const override;

@@ -19,6 +19,10 @@ void Problem::SetOrdering() {
   b_ = VecX::Zero(Size());
 }
 
+VecX Problem::HessianDiagonal() const { return Hessian_.diagonal(); }
+
+VecX Problem::MultiplyHessian(const VecX& v) const { return Hessian_ * v; }
+
 MatXX Problem::DampedHessian(double lambda) const {
   MatXX H = Hessian_;
   for (int i = 0; i < H.rows(); ++i) H(i, i) += lambda * DampingEntry(H(i, i));

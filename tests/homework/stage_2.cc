@@ -64,24 +64,44 @@ struct Parts {
   }
 };
 
+// A move whose second block lands at idx + dim in place of idx + tail: right for N = 3 and the middle only.
+MatXX MoveRowsAsForThree(const MatXX& A, int idx, int dim) {
+  const int tail = static_cast<int>(A.rows()) - idx - dim;
+  MatXX moved = A;
+  moved.middleRows(idx, tail) = A.bottomRows(tail);
+  if (tail >= dim) moved.middleRows(idx + dim, dim) = A.middleRows(idx, dim);  // else it would not fit
+  return moved;
+}
+MatXX MoveColumnsAsForThree(const MatXX& A, int idx, int dim) {
+  return MoveRowsAsForThree(A.transpose(), idx, dim).transpose();
+}
+
+// The variable changes places with its neighbour only.
+Order WithItsNeighbour(int n, int idx, int dim) {
+  Order order(n);
+  std::iota(order.begin(), order.end(), 0);
+  const auto begin = order.begin() + idx;
+  std::rotate(begin, begin + dim, begin + dim + std::min(dim, n - idx - dim));
+  return order;
+}
+
 std::vector<Mistake> MoveMistakes(const MatXX& H, const Order& order, int idx, int dim) {
-  const int n = static_cast<int>(H.rows());
   Order front = order;  // the marginalised variable first
   std::rotate(front.begin(), front.end() - dim, front.end());
-  Order neighbour(n);  // the variable has changed places with its neighbour only: right for N = 3, middle
-  std::iota(neighbour.begin(), neighbour.end(), 0);
-  const int next = std::min(dim, n - idx - dim);
-  std::rotate(neighbour.begin() + idx, neighbour.begin() + idx + dim, neighbour.begin() + idx + dim + next);
+  const Order neighbour = WithItsNeighbour(static_cast<int>(H.rows()), idx, dim);
+  const std::string too_near = " lands at idx + dim instead of idx + tail_size: right for N = 3 only";
   return {{"2a", "nothing has moved: neither the rows nor the columns", [=] { return H; }},
           {"2a", "the columns have moved, the rows have not", [=] { return MoveColumns(H, order); }},
           {"2b", "the rows have moved, the columns have not", [=] { return MoveRows(H, order); }},
           {"2a", "the variable has moved to the front; it belongs behind all others", [=] { return Move(H, front); }},
-          {"2a", "the variable has only changed places with its neighbour: the blocks behind it are tail_size long",
+          {"2a", "the variable has only changed places with its neighbour: what stands behind it is tail_size long",
            [=] { return Move(H, neighbour); }},
-          {"2b", "the columns have only changed places with their neighbours: those behind are tail_size wide",
-           [=] { return MoveColumns(MoveRows(H, order), neighbour); }},
-          {"2a", "the rows have only changed places with their neighbours: those behind are tail_size high",
-           [=] { return MoveColumns(MoveRows(H, neighbour), order); }}};
+          {"2a", "the variable's own part" + too_near,
+           [=] { return MoveColumnsAsForThree(MoveRowsAsForThree(H, idx, dim), idx, dim); }},
+          {"2a", "the block of the variable's rows" + too_near,
+           [=] { return MoveColumns(MoveRowsAsForThree(H, idx, dim), order); }},
+          {"2b", "the block of the variable's columns" + too_near,
+           [=] { return MoveColumnsAsForThree(MoveRows(H, order), idx, dim); }}};
 }
 
 std::vector<Mistake> PriorMistakes(const Parts& r) {

@@ -103,7 +103,8 @@ std::string CauseOfInformation(const MatXX& W, double weight, double pixel_infor
 
 TEST(Stage3, InformationIsTheWeight) {
   const double weight = 100.0, pixel_information = 7.0;
-  for (const auto& priors : Built(PerturbedScene(), pixel_information, weight).Priors()) {
+  const Built built(PerturbedScene(), pixel_information, weight);
+  for (const auto& priors : built.Priors()) {
     for (const auto& prior : priors) {
       const MatXX W = prior->Information();
       if (Equal(W, weight * MatXX::Identity(6, 6), 1e-12)) continue;
@@ -145,7 +146,8 @@ TEST(Stage3, PriorAsksForTheTruePose) {
 }
 
 TEST(Stage3, NoneAtWeightZero) {
-  for (const auto& priors : Built(PerturbedScene(), 1.0, 0.0).Priors()) {
+  const Built built(PerturbedScene(), 1.0, 0.0);
+  for (const auto& priors : built.Priors()) {
     for (const auto& prior : priors) {
       if (prior->Information().isZero(0.0)) continue;
       FAIL() << Story("3", "the prior at weight 0", "none, or one with zero information", "one with information",

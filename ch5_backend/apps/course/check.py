@@ -281,6 +281,6 @@ def next_step(stage: dict, verdict: Verdict) -> str:
                        f"handout is ch5_homework/README.md, Stage {stage['id']}. Then: {again}",
         "does-not-compile": f"Mend the first error; the others may follow from it. Then: {again}",
         "wrong": f"Mend {file}. Then: {again}",
-        "crashes": f"Mend {file}: compare the four numbers of each block with the handout's picture. Then: {again}",
+        "crashes": f"Look at your lines in {file}, at places and sizes first. Then: {again}",
         "times-out": f"Look for the loop in {file}. Then: {again}",
     }[verdict.state]
