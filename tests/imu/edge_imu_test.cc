@@ -4,39 +4,10 @@
 
 #include "ch5_backend/marginalize/edge_prior.h"
 #include "ch5_backend/world/random.h"
+#include "tests/derivatives.h"
 
 namespace ch5 {
 namespace {
-
-Vec3 RandomVector(Random* random, double scale) {
-  const double x = random->Normal(), y = random->Normal(), z = random->Normal();
-  return scale * Vec3(x, y, z);
-}
-
-// Central differences through the vertices' own ⊞; relative to the Jacobian's size.
-void ExpectJacobiansAgree(Edge* edge, double tolerance) {
-  edge->ComputeResidual();
-  edge->ComputeJacobians();
-  for (size_t i = 0; i < edge->Vertices().size(); ++i) {
-    Vertex& vertex = *edge->Vertices()[i];
-    const MatXX J = edge->Jacobian(i);
-    const VecX x0 = vertex.Parameters();
-    for (int k = 0; k < vertex.LocalDimension(); ++k) {
-      const double step = 1e-6;
-      VecX residuals[2];
-      for (const int side : {0, 1}) {
-        VecX delta = VecX::Zero(vertex.LocalDimension());
-        delta[k] = side == 0 ? -step : step;
-        vertex.Plus(delta.data());
-        edge->ComputeResidual();
-        residuals[side] = edge->Residual();
-        vertex.Parameters() = x0;
-      }
-      const VecX numeric = (residuals[1] - residuals[0]) / (2 * step);
-      EXPECT_LT((numeric - J.col(k)).norm(), tolerance * (1.0 + J.col(k).norm())) << "vertex " << i << " column " << k;
-    }
-  }
-}
 
 std::shared_ptr<Preintegration> SomeImu(double turn) {
   auto imu = std::make_shared<Preintegration>(ImuSample{0.0, Vec3(0.5, 0.2, 9.7), Vec3(0.1, turn, -0.2)},
@@ -52,17 +23,17 @@ TEST(EdgeImu, JacobiansAgreeWithCentralDifferences) {
   for (const double scale : {0.0, 1e-9, 1e-3, 0.3, 1.5}) {  // identity, tiny, small, ordinary, large residual
     for (const double turn : {0.0, 1.0}) {
       const auto pose = [&] {
-        return std::make_shared<VertexPose>(ExpSO3(RandomVector(&random, scale)), RandomVector(&random, scale));
+        return std::make_shared<VertexPose>(ExpSO3(NormalVector(&random, scale)), NormalVector(&random, scale));
       };
       const auto speed_bias = [&] {
         Vec9 x;
-        x << RandomVector(&random, scale), 0.1 * RandomVector(&random, scale), 0.02 * RandomVector(&random, scale);
+        x << NormalVector(&random, scale), 0.1 * NormalVector(&random, scale), 0.02 * NormalVector(&random, scale);
         return std::make_shared<VertexSpeedBias>(x);
       };
       auto pose_i = pose(), pose_j = pose();
       auto sb_i = speed_bias(), sb_j = speed_bias();
       EdgeImu edge(pose_i, sb_i, pose_j, sb_j, SomeImu(turn));
-      ExpectJacobiansAgree(&edge, 1e-7);
+      ExpectJacobiansAreDerivatives(&edge);
     }
   }
 }
@@ -115,13 +86,13 @@ TEST(EdgeImu, InformationIsTheInverseOfTheCovariance) {
 TEST(EdgePrior, JacobiansAgreeWithCentralDifferences) {
   Random random(5);
   for (const double scale : {0.0, 1e-6, 0.5}) {
-    auto pose = std::make_shared<VertexPose>(ExpSO3(RandomVector(&random, 1.0)), RandomVector(&random, 1.0));
+    auto pose = std::make_shared<VertexPose>(ExpSO3(NormalVector(&random, 1.0)), NormalVector(&random, 1.0));
     auto sb = std::make_shared<VertexSpeedBias>(Vec9::Constant(0.1));
     Prior prior{{pose, sb}, {pose->Parameters(), sb->Parameters()}, MatXX::Random(7, 15), VecX::Random(7)};
     const VecX delta = scale * VecX::Random(6);
     pose->Plus(delta.data());
     EdgePrior edge(prior);
-    ExpectJacobiansAgree(&edge, 1e-8);
+    ExpectJacobiansAreDerivatives(&edge);
   }
 }
 

@@ -7,11 +7,6 @@
 namespace ch5 {
 namespace {
 
-Vec3 RandomVector(Random* random, double scale) {
-  const double x = random->Normal(), y = random->Normal(), z = random->Normal();
-  return scale * Vec3(x, y, z);
-}
-
 // A lively piece of motion: 40 samples at 200 Hz.
 std::vector<ImuSample> Samples(double rate = 200.0, double seconds = 0.2) {
   std::vector<ImuSample> samples;
@@ -103,10 +98,10 @@ TEST(Preintegration, CovarianceAgreesWithMonteCarlo) {
     Qd q = Qd::Identity();
     for (size_t k = 1; k < samples.size(); ++k) {
       ImuSample s0 = samples[k - 1], s1 = samples[k];
-      s0.acceleration += RandomVector(&random, noise.accelerometer);
-      s0.gyroscope += RandomVector(&random, noise.gyroscope);
-      s1.acceleration += RandomVector(&random, noise.accelerometer);
-      s1.gyroscope += RandomVector(&random, noise.gyroscope);
+      s0.acceleration += NormalVector(&random, noise.accelerometer);
+      s0.gyroscope += NormalVector(&random, noise.gyroscope);
+      s1.acceleration += NormalVector(&random, noise.accelerometer);
+      s1.gyroscope += NormalVector(&random, noise.gyroscope);
       Preintegration step(s0, Vec3::Zero(), Vec3::Zero(), noise);
       step.Add(s1);
       p += v * s1.dt + q * step.Alpha();

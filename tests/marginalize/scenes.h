@@ -12,11 +12,6 @@
 
 namespace ch5 {
 
-inline Vec3 RandomVector(Random* random, double scale) {
-  const double x = random->Normal(), y = random->Normal(), z = random->Normal();
-  return scale * Vec3(x, y, z);
-}
-
 /// r = Σ A_i x_i − z, for problems whose batch solution is known exactly.
 class LinearEdge : public Edge {
  public:
@@ -56,10 +51,10 @@ struct SmallWindow {
     // A bias walk so slow that its information swamps everything would only test the cancellation of large numbers.
     const ImuNoise noise{0.08, 0.004, 0.02, 0.002, false};
     for (int k = 0; k < frames; ++k) {
-      poses.push_back(std::make_shared<VertexPose>(ExpSO3(RandomVector(&random, 0.1)),
-                                                   Vec3(0.3 * k, 0, 0) + RandomVector(&random, 0.02)));
+      poses.push_back(std::make_shared<VertexPose>(ExpSO3(NormalVector(&random, 0.1)),
+                                                   Vec3(0.3 * k, 0, 0) + NormalVector(&random, 0.02)));
       Vec9 sb;
-      sb << Vec3(1.5, 0, 0) + RandomVector(&random, 0.05), RandomVector(&random, 0.05), RandomVector(&random, 0.01);
+      sb << Vec3(1.5, 0, 0) + NormalVector(&random, 0.05), NormalVector(&random, 0.05), NormalVector(&random, 0.01);
       speed_biases.push_back(std::make_shared<VertexSpeedBias>(sb));
       graph.AddVertex(poses.back());
       graph.AddVertex(speed_biases.back());
@@ -81,10 +76,10 @@ struct SmallWindow {
       const size_t host = l % 2;
       landmarks.push_back(std::make_shared<VertexInverseDepth>(random.Uniform(0.1, 0.5)));
       graph.AddVertex(landmarks.back());
-      const Vec2 u_host = RandomVector(&random, 0.3).head<2>();
+      const Vec2 u_host = NormalVector(&random, 0.3).head<2>();
       for (size_t k = host + 1; k < poses.size(); ++k) {
         auto edge = std::make_shared<EdgeReprojectionExtrinsic>(landmarks[l], poses[host], poses[k], extrinsic, u_host,
-                                                                u_host + RandomVector(&random, 0.05).head<2>());
+                                                                u_host + NormalVector(&random, 0.05).head<2>());
         edge->SetInformation(300.0 * Mat22::Identity());
         edge->SetLossFunction(cauchy);
         graph.AddEdge(edge);

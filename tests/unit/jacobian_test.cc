@@ -10,6 +10,7 @@
 #include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/world/random.h"
+#include "tests/derivatives.h"
 
 namespace ch5 {
 namespace {
@@ -26,36 +27,6 @@ Vec3 RandomVec3(Random* random, double sigma = 1.0) {
 
 std::shared_ptr<VertexPose> RandomPose(double angle, Random* random) {
   return std::make_shared<VertexPose>(ExpSO3(angle * RandomVec3(random).normalized()), RandomVec3(random, 0.3));
-}
-
-// f' ≈ (8 (f(h) − f(−h)) − (f(2h) − f(−2h))) / 12h: error O(h⁴), and ε/h = 2e-12 from rounding.
-void ExpectJacobiansAreDerivatives(Edge* edge, const std::string& where) {
-  edge->ComputeResidual();
-  edge->ComputeJacobians();
-  for (size_t i = 0; i < edge->Vertices().size(); ++i) {
-    Vertex& vertex = *edge->Vertices()[i];
-    const MatXX analytic = edge->Jacobian(i);
-    MatXX numeric(analytic.rows(), analytic.cols());
-    const VecX x0 = vertex.Parameters();
-    for (int k = 0; k < vertex.LocalDimension(); ++k) {
-      const double h = 1e-4;
-      const auto at = [&](double step) -> VecX {
-        const VecX delta = step * VecX::Unit(vertex.LocalDimension(), k);
-        vertex.Plus(delta.data());
-        edge->ComputeResidual();
-        vertex.Parameters() = x0;
-        return edge->Residual();
-      };
-      numeric.col(k) = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
-    }
-    // Rounding of a residual of size ‖r‖ gives ε‖r‖/h, some 2e-12 of it.
-    const double scale = std::max({1.0, analytic.cwiseAbs().maxCoeff(), edge->Residual().norm()});
-    EXPECT_LT((analytic - numeric).cwiseAbs().maxCoeff(), 2e-9 * scale)
-        << edge->TypeInfo() << ", vertex " << i << " at " << where << "\nanalytic\n"
-        << analytic << "\nnumeric\n"
-        << numeric;
-  }
-  edge->ComputeResidual();
 }
 
 std::string Where(double angle, const Vec2& offset) {
