@@ -29,7 +29,7 @@ struct Pack {
 // C −= A Bᵀ for R·W rows, of which the first `rows` are stored, and kStrip columns, of which `columns` are stored.
 template <int W, int R>
 CH5_INLINE void Tile(int rows, int columns, int k, const double* A, int lda, const double* B, int ldb, double* C,
-                     int ldc) {
+                     int ldc, bool forget) {
   using V = typename Pack<W>::Type;
   V sum[R][kStrip] = {};
   for (int p = 0; p < k; ++p, A += lda, B += ldb) {
@@ -49,9 +49,10 @@ CH5_INLINE void Tile(int rows, int columns, int k, const double* A, int lda, con
     for (int r = 0; r < R; ++r) {
       double* c = C + r * W + static_cast<long>(j) * ldc;
       if ((r + 1) * W <= rows) {
-        *reinterpret_cast<V*>(c) -= sum[r][j];
+        V& stored = *reinterpret_cast<V*>(c);
+        stored = forget ? -sum[r][j] : stored - sum[r][j];
       } else {
-        for (int i = 0; i < rows - r * W; ++i) c[i] -= sum[r][j][i];
+        for (int i = 0; i < rows - r * W; ++i) c[i] = (forget ? 0.0 : c[i]) - sum[r][j][i];
       }
     }
   }
@@ -59,46 +60,47 @@ CH5_INLINE void Tile(int rows, int columns, int k, const double* A, int lda, con
 
 // One strip of at most kStrip columns.
 template <int W, int R>
-CH5_INLINE void Strip(int m, int columns, int k, const double* A, int lda, const double* B, int ldb, double* C,
-                      int ldc) {
+CH5_INLINE void Strip(int m, int columns, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc,
+                      bool forget) {
   for (int first = 0; first < k; first += kDepth) {
     const int depth = std::min(kDepth, k - first);
     const double* A_part = A + static_cast<long>(first) * lda;
     const double* B_part = B + static_cast<long>(first) * ldb;
     int i = 0;
     for (; i + (R - 1) * W < m; i += R * W) {
-      Tile<W, R>(std::min(m - i, R * W), columns, depth, A_part + i, lda, B_part, ldb, C + i, ldc);
+      Tile<W, R>(std::min(m - i, R * W), columns, depth, A_part + i, lda, B_part, ldb, C + i, ldc,
+                 forget && first == 0);
     }
     if constexpr (R > 2) {
       if (i + W < m) {
-        Tile<W, 2>(m - i, columns, depth, A_part + i, lda, B_part, ldb, C + i, ldc);
+        Tile<W, 2>(m - i, columns, depth, A_part + i, lda, B_part, ldb, C + i, ldc, forget && first == 0);
         i = m;
       }
     }
-    if (i < m) Tile<W, 1>(m - i, columns, depth, A_part + i, lda, B_part, ldb, C + i, ldc);
+    if (i < m) Tile<W, 1>(m - i, columns, depth, A_part + i, lda, B_part, ldb, C + i, ldc, forget && first == 0);
   }
 }
 
 // Rows go in blocks that stay in the second-level cache, with all strips of B passing by.
 template <int W, int R>
-CH5_INLINE void ProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C,
-                           int ldc) {
+CH5_INLINE void ProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc,
+                           bool forget) {
   for (int i = 0; i < m; i += kRows) {
     for (int j = 0; j < n; j += kStrip) {
       Strip<W, R>(std::min(kRows, m - i), std::min(kStrip, n - j), k, A + i, lda, B + j, ldb,
-                  C + i + static_cast<long>(j) * ldc, ldc);
+                  C + i + static_cast<long>(j) * ldc, ldc, forget);
     }
   }
 }
 
 template <int W, int R>
-CH5_INLINE void ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc) {
+CH5_INLINE void ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, bool forget) {
   for (int i = 0; i < n; i += kRows) {
     const int end = std::min(n, i + kRows);
     for (int j = 0; j < end; j += kStrip) {
       const int begin = std::max(i, j);
       Strip<W, R>(end - begin, std::min(kStrip, end - j), k, A + begin, lda, A + j, lda,
-                  C + begin + static_cast<long>(j) * ldc, ldc);
+                  C + begin + static_cast<long>(j) * ldc, ldc, forget);
     }
   }
 }
@@ -161,7 +163,7 @@ CH5_INLINE void Solve(int m, int k, const double* L, int ldl, double* X, int ldx
   for (int j = 0; j < k; j += kStrip) {
     const int n = std::min(kStrip, k - j);
     double* strip = X + static_cast<long>(j) * ldx;
-    Strip<W, R>(m, n, j, X, ldx, L + j, ldl, strip, ldx);
+    Strip<W, R>(m, n, j, X, ldx, L + j, ldl, strip, ldx, false);
     SolveStrip<W>(m, n, L + j + static_cast<long>(j) * ldl, ldl, strip, ldx);
   }
 }
@@ -171,7 +173,7 @@ CH5_INLINE bool FactorSquare(int k, double* A, int lda, const double* min_pivot)
   for (int j = 0; j < k; j += kStrip) {
     const int n = std::min(kStrip, k - j);
     double* block = A + j + static_cast<long>(j) * lda;
-    Strip<W, R>(k - j, n, j, A + j, lda, A + j, lda, block, lda);
+    Strip<W, R>(k - j, n, j, A + j, lda, A + j, lda, block, lda, false);
     if (!FactorBlock(n, block, lda, min_pivot + j)) return false;
     SolveStrip<W>(k - j - n, n, block, lda, block + n, lda);
   }
@@ -180,8 +182,8 @@ CH5_INLINE bool FactorSquare(int k, double* A, int lda, const double* min_pivot)
 
 struct Kernels {
   const char* name;
-  void (*product_abt)(int, int, int, const double*, int, const double*, int, double*, int);
-  void (*product_aat)(int, int, const double*, int, double*, int);
+  void (*product_abt)(int, int, int, const double*, int, const double*, int, double*, int, bool);
+  void (*product_aat)(int, int, const double*, int, double*, int, bool);
   bool (*factor)(int, double*, int, const double*);
   void (*solve_rows)(int, int, const double*, int, double*, int);
 };
@@ -189,11 +191,11 @@ struct Kernels {
 // The same templates, compiled for one instruction set: W numbers a register, R registers of rows a tile.
 #define CH5_KERNELS(NAME, TEXT, TARGET, W, R)                                                                      \
   TARGET void NAME##ProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, \
-                               int ldc) {                                                                          \
-    ProductABt<W, R>(m, n, k, A, lda, B, ldb, C, ldc);                                                             \
+                               int ldc, bool forget) {                                                             \
+    ProductABt<W, R>(m, n, k, A, lda, B, ldb, C, ldc, forget);                                                     \
   }                                                                                                                \
-  TARGET void NAME##ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc) {                       \
-    ProductAAt<W, R>(n, k, A, lda, C, ldc);                                                                        \
+  TARGET void NAME##ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, bool forget) {          \
+    ProductAAt<W, R>(n, k, A, lda, C, ldc, forget);                                                                \
   }                                                                                                                \
   TARGET bool NAME##Factor(int k, double* A, int lda, const double* min_pivot) {                                   \
     return FactorSquare<W, R>(k, A, lda, min_pivot);                                                               \
@@ -237,11 +239,12 @@ const Kernels& Best() {
 
 }  // namespace
 
-void SubtractProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc) {
-  Best().product_abt(m, n, k, A, lda, B, ldb, C, ldc);
+void SubtractProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc,
+                        Old old) {
+  Best().product_abt(m, n, k, A, lda, B, ldb, C, ldc, old == Old::kForget);
 }
-void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc) {
-  Best().product_aat(n, k, A, lda, C, ldc);
+void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Old old) {
+  Best().product_aat(n, k, A, lda, C, ldc, old == Old::kForget);
 }
 bool Factor(int k, double* A, int lda, const double* min_pivot) {
   if (k <= kTriangle) return Best().factor(k, A, lda, min_pivot);

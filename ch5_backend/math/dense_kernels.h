@@ -10,11 +10,17 @@ namespace ch5::kernels {
 
 constexpr int kOverread = 24;
 
-/// C −= A Bᵀ with A m×k, B n×k, C m×n. C may lie in A's or B's matrix if it shares no column with them.
-void SubtractProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc);
+/// What becomes of C's old values.
+enum class Old { kKeep, kForget };
 
-/// Lower half of C −= A Aᵀ with A n×k, C n×n. What lies above C's diagonal is overwritten without meaning.
-void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc);
+/// C −= A Bᵀ, or C = −A Bᵀ; A m×k, B n×k, C m×n, k > 0 if the old C is forgotten. C may lie in A's or B's matrix if it
+/// shares no column with them.
+void SubtractProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc,
+                        Old old = Old::kKeep);
+
+/// The lower half of C −= A Aᵀ, or of C = −A Aᵀ; A n×k, C n×n. What lies above C's diagonal is overwritten without
+/// meaning.
+void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Old old = Old::kKeep);
 
 /// A = L Lᵀ in place, A k×k; reads and writes the lower half.
 /// @param min_pivot  k numbers: the square of each diagonal entry of L must exceed its own

@@ -59,11 +59,26 @@ class SparseCholeskySolver : public ReducedSolver {
   VecX min_pivot_;
 };
 
+// Everything that a plan depends on: two matrices of equal patterns have the same plan.
+std::vector<int> PatternOf(const SymmetricBlockMatrix& S) {
+  std::vector<int> pattern;
+  pattern.reserve(static_cast<size_t>(2 * S.NumColumns() + S.NumBlocks()));
+  for (int j = 0; j < S.NumColumns(); ++j) {
+    pattern.push_back(S.Dim(j));
+    pattern.push_back(S.ColumnBegin(j + 1));
+    for (int block = S.ColumnBegin(j); block < S.ColumnBegin(j + 1); ++block) pattern.push_back(S.Row(block));
+  }
+  return pattern;
+}
+
 class AutomaticCholesky : public ReducedSolver {
  public:
   explicit AutomaticCholesky(int threads) : threads_(threads) {}
 
   void Prepare(const SymmetricBlockMatrix& S) override {
+    std::vector<int> pattern = PatternOf(S);
+    if (chosen_ && pattern == pattern_) return;
+    pattern_ = std::move(pattern);
     constexpr double kSmall = 300.0;
     const double n = S.Size();
     EliminationPlan plan;
@@ -84,6 +99,7 @@ class AutomaticCholesky : public ReducedSolver {
 
  private:
   int threads_;
+  std::vector<int> pattern_;
   std::unique_ptr<ReducedSolver> chosen_;
 };
 

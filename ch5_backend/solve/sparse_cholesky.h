@@ -2,9 +2,9 @@
 /// Sparse Cholesky A = L Lᵀ of a symmetric block matrix, by dense fronts (the multifrontal method).
 ///
 ///   for each front, children first:
-///     gather      its columns of A, and the U of each child
-///     factor      pivots:  L_11, L_21              (dense, see math/dense_kernels.h)
-///     pass on     U −= L_21 L_21ᵀ                   to the parent
+///     gather      its columns of A and of the children's U
+///     factor      its pivots:  L_11, L_21          (dense, see math/dense_kernels.h)
+///     pass on     U = −L_21 L_21ᵀ + the rest of the children's U
 ///
 /// See elimination_plan.h for the picture. Analyze once per pattern; Factorize and Solve take no memory.
 
@@ -50,7 +50,8 @@ class SparseCholesky {
   /// Where a front's numbers are. Its pivot columns have pivots + rows_below rows, U is rows_below square.
   struct Place {
     ptrdiff_t columns, update;
-    int copies_begin, copies_end, runs_begin, runs_end;
+    int copies_begin, copies_end;
+    int runs_begin, runs_below, runs_end;  // from runs_below on they are below the parent's pivots
     std::vector<int> children;
   };
   /// Fronts that one thread works through, children first.
@@ -64,7 +65,10 @@ class SparseCholesky {
   void PlanTasks();
   void PlaceUpdates();
   bool FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPool* pool);
-  void AddUpdate(int child, int parent);
+  void CopyBlocks(const SymmetricBlockMatrix& A, const Place& place, ptrdiff_t m);
+  void AddToColumns(int child, int parent);
+  void AddToUpdate(int child, int parent);
+  void AddRuns(int child, int begin, int end, double* target, ptrdiff_t ld, ptrdiff_t first);
 
   ThreadPool pool_;
   EliminationPlan plan_;

@@ -32,8 +32,13 @@ BlockSolverBase& SparseOptimizer::GetSolver() {
     solver_ = MakeSolver(graph_, pose_dim, landmark_dim, threads_);
     pose_dim_ = pose_dim;
     landmark_dim_ = landmark_dim;
+    prepared_ = ReducedSolverType::kAutomatic;  // what a BlockSolver begins with
   }
-  solver_->SetReducedSolver(MakeReducedSolver(reduced_solver_, ordering.dim_poses, threads_));
+  // One that is kept knows its last pattern, and need not plan anew for the same one.
+  if (prepared_ != reduced_solver_ || reduced_solver_ == ReducedSolverType::kPcg) {
+    solver_->SetReducedSolver(MakeReducedSolver(reduced_solver_, ordering.dim_poses, threads_));
+    prepared_ = reduced_solver_;
+  }
   solver_->SetDamping(damping_);
   solver_->SetOrdering();
   return *solver_;

@@ -35,7 +35,8 @@ class SparseOptimizer {
   Damping damping_ = Damping::kIdentity;
   ReducedSolverType reduced_solver_ = ReducedSolverType::kAutomatic;
   std::unique_ptr<BlockSolverBase> solver_;
-  int pose_dim_ = 0, landmark_dim_ = 0;  // of solver_
+  ReducedSolverType prepared_ = ReducedSolverType::kAutomatic;  // of solver_
+  int pose_dim_ = 0, landmark_dim_ = 0;                         // of solver_
 };
 
 }  // namespace ch5
