@@ -110,6 +110,7 @@ class BlockPcg : public ReducedSolver {
   void Prepare(const SymmetricBlockMatrix& S) override {
     for (VecX* v : {&r_, &z_, &p_, &Ap_}) v->resize(S.Size());
     factors_.clear();
+    factors_.reserve(static_cast<size_t>(S.NumColumns()));  // not to be copied before they are computed
     for (int j = 0; j < S.NumColumns(); ++j) factors_.emplace_back(S.Dim(j));
   }
 
