@@ -16,11 +16,22 @@ void Edge::SetInformation(const MatXX& information) {
   const std::string fault = WhyNotPositiveSemiDefinite(information);
   if (!fault.empty()) throw std::invalid_argument(TypeInfo() + ": the information matrix " + fault);
   Eigen::Map<MatXX>(information_, residual_dimension_, residual_dimension_) = information;
+  NoteInformation();
+}
+
+void Edge::NoteInformation() {
+  const auto W = Information();
+  const double w = W.size() > 0 ? W(0, 0) : 1.0;
+  isotropic_information_ = W == w * MatXX::Identity(W.rows(), W.cols()) ? w : -1.0;
 }
 
 double Edge::Chi2() const {
   // Written out: a product of dynamic views would allocate, and this is called for every residual.
   double s = 0.0;
+  if (isotropic_information_ >= 0.0) {
+    for (int i = 0; i < residual_dimension_; ++i) s += residual_[i] * residual_[i];
+    return isotropic_information_ * s;
+  }
   for (int j = 0; j < residual_dimension_; ++j) {
     double column = 0.0;
     for (int i = 0; i < residual_dimension_; ++i) column += information_[j * residual_dimension_ + i] * residual_[i];

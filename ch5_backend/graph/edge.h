@@ -47,6 +47,8 @@ class Edge {
 
   /// W, symmetric positive semi-definite; the identity unless set.
   Eigen::Map<const MatXX> Information() const { return {information_, residual_dimension_, residual_dimension_}; }
+  /// w of W = w I, or −1 if W is another matrix.
+  double IsotropicInformation() const { return isotropic_information_; }
   /// @throws std::invalid_argument if W has the wrong size, a number that is not finite, or is not symmetric
   ///         positive semi-definite (relative tolerance 1e-9).
   void SetInformation(const MatXX& information);
@@ -78,7 +80,10 @@ class Edge {
   void SetMemory(double* residual, double* information) {
     residual_ = residual;
     information_ = information;
+    NoteInformation();
   }
+  /// To be called when W has been changed in its memory.
+  void NoteInformation();
 
   /// Central differences, δ = 1e-6 (error O(δ²) + ε/δ ≈ 1e-10 relative).
   void ComputeJacobiansNumerically();
@@ -95,6 +100,7 @@ class Edge {
   std::shared_ptr<const LossFunction> loss_;
   int id_ = -1;
   bool numeric_jacobians_ = false;
+  double isotropic_information_ = 1.0;
 };
 
 }  // namespace ch5

@@ -23,8 +23,7 @@ class SizedEdge : public Edge {
   /// The `I`-th vertex in its own type.
   template <size_t I>
   const auto& GetVertex() const {
-    using Type = std::tuple_element_t<I, std::tuple<V...>>;
-    return static_cast<const Type&>(*vertices_[I]);
+    return *std::get<I>(typed_vertices_);
   }
 
   const ResidualVector& GetResidual() const { return r_; }
@@ -37,7 +36,8 @@ class SizedEdge : public Edge {
  protected:
   /// A null vertex is reported by Graph::AddEdge.
   explicit SizedEdge(std::shared_ptr<V>... vertices)
-      : Edge(R, {std::move(vertices)...}, r_.data(), W_.data()),
+      : Edge(R, {vertices...}, r_.data(), W_.data()),
+        typed_vertices_(vertices.get()...),
         r_(ResidualVector::Zero()),
         W_(InformationMatrix::Identity()) {
     MapJacobians(std::index_sequence_for<V...>{});
@@ -48,8 +48,15 @@ class SizedEdge : public Edge {
     return std::get<I>(J_);
   }
   /// For an edge that computes its own W, known to be positive definite.
-  void SetW(const InformationMatrix& W) { W_ = W; }
+  void SetW(const InformationMatrix& W) {
+    W_ = W;
+    NoteInformation();
+  }
 
+ private:
+  std::tuple<const V*...> typed_vertices_;  // beside the residual: one walk through memory less
+
+ protected:
   ResidualVector r_;
 
  private:

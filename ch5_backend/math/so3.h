@@ -15,6 +15,15 @@ inline Mat33 Hat(const Vec3& a) {
   return A;
 }
 
+/// A [b] for a 2×3 matrix A: each row aᵀ[b] = (a × b)ᵀ, at a third of the products' cost.
+inline Mat23 RowsCross(const Mat23& A, const Vec3& b) {
+  Mat23 C;
+  C.col(0) = A.col(1) * b.z() - A.col(2) * b.y();
+  C.col(1) = A.col(2) * b.x() - A.col(0) * b.z();
+  C.col(2) = A.col(0) * b.y() - A.col(1) * b.x();
+  return C;
+}
+
 /// Exp: rotation vector θ (3×1, rad) → unit quaternion. Exact for any angle.
 Qd ExpSO3(const Vec3& theta);
 

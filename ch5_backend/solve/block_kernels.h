@@ -1,81 +1,171 @@
 #pragma once
-/// The inner loops of the fast room, on raw blocks. Sizes known at compile time unroll and vectorise; Dynamic ones
-/// are read at run time. Every block has Stride(rows) numbers a column (see block_matrix.h), Jacobians Stride(columns)
-/// numbers a row.
+/// The inner loops of the fast room, on raw blocks. Sizes known at compile time unroll; Dynamic ones are read at run
+/// time. Every block has Stride(rows) numbers a column (see block_matrix.h), Jacobians Stride(columns) numbers a row;
+/// their padding is zero, so whole SIMD registers are computed.
 
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
 
+#include "ch5_backend/math/simd.h"
 #include "ch5_backend/solve/block_matrix.h"
 
 namespace ch5::kernels {
 
 /// A size that is a constant where it is known at compile time.
 template <int N>
-constexpr int Pick(int size) {
+CH5_INLINE constexpr int Pick(int size) {
   return N == Eigen::Dynamic ? size : N;
 }
 
+CH5_INLINE Lanes* AsLanes(double* x) { return reinterpret_cast<Lanes*>(x); }
+CH5_INLINE const Lanes* AsLanes(const double* x) { return reinterpret_cast<const Lanes*>(x); }
+
+/// The R rows of a Jacobian with P columns, in registers; the padding is zero.
+template <int R, int P>
+struct Rows {
+  static constexpr int kLanesPerRow = Stride(P) / kLanes;
+  Lanes row[R][kLanesPerRow];
+
+  /// scale J, which lies column after column. Numbers are fetched one by one: they have just been written so, and a
+  /// wide read of narrow writes would wait for the cache.
+  CH5_INLINE void Load(double scale, const double* J) {
+    CH5_UNROLL
+    for (int r = 0; r < R; ++r) {
+      CH5_UNROLL
+      for (int k = 0; k < kLanesPerRow; ++k) {
+        const auto at = [&](int c) { return c < P ? J[c * R + r] : 0.0; };
+        const Lanes four = {at(4 * k), at(4 * k + 1), at(4 * k + 2), at(4 * k + 3)};
+        row[r][k] = four * scale;
+      }
+    }
+  }
+  CH5_INLINE void Store(double* A) const {
+    CH5_UNROLL
+    for (int r = 0; r < R; ++r) {
+      CH5_UNROLL
+      for (int k = 0; k < kLanesPerRow; ++k) AsLanes(A)[r * kLanesPerRow + k] = row[r][k];
+    }
+  }
+  CH5_INLINE void LoadStored(const double* A) {
+    CH5_UNROLL
+    for (int r = 0; r < R; ++r) {
+      CH5_UNROLL
+      for (int k = 0; k < kLanesPerRow; ++k) row[r][k] = AsLanes(A)[r * kLanesPerRow + k];
+    }
+  }
+
+  /// C (P×Q) += AᵀB;  row r of B begins at B + r·b_row, its columns are b_column apart.
+  template <int Q>
+  CH5_INLINE void AddTransposeProduct(const double* B, int b_row, int b_column, double scale, double* C) const {
+    CH5_UNROLL
+    for (int c = 0; c < Q; ++c) {
+      CH5_UNROLL
+      for (int k = 0; k < kLanesPerRow; ++k) {
+        Lanes sum = AsLanes(C)[c * kLanesPerRow + k];
+        CH5_UNROLL
+        for (int r = 0; r < R; ++r) sum += row[r][k] * (scale * B[r * b_row + c * b_column]);
+        AsLanes(C)[c * kLanesPerRow + k] = sum;
+      }
+    }
+  }
+
+  /// y (P, padded) −= scale Aᵀ r
+  CH5_INLINE void SubtractTransposeVector(const double* r, double scale, double* y) const {
+    CH5_UNROLL
+    for (int k = 0; k < kLanesPerRow; ++k) {
+      Lanes sum = AsLanes(y)[k];
+      CH5_UNROLL
+      for (int i = 0; i < R; ++i) sum -= row[i][k] * (scale * r[i]);
+      AsLanes(y)[k] = sum;
+    }
+  }
+};
+
 /// C (p×q) += AᵀB;  A is rows×p, B rows×q.
 template <int P, int Q>
-inline void AddTransposeProduct(const double* A, const double* B, int rows, int p_size, int q_size,
-                                double* __restrict C) {
-  const int p = Stride(Pick<P>(p_size)), q = Pick<Q>(q_size), B_stride = Stride(q);
-  for (int r = 0; r < rows; ++r, A += p, B += B_stride) {
-    for (int c = 0; c < q; ++c) {
-      for (int k = 0; k < p; ++k) C[c * p + k] += A[k] * B[c];
+CH5_INLINE void AddTransposeProduct(const double* A, const double* B, int rows, int p_size, int q_size, double* C) {
+  const int p = Stride(Pick<P>(p_size)) / kLanes, q = Pick<Q>(q_size), B_stride = Stride(q);
+  for (int c = 0; c < q; ++c) {
+    for (int k = 0; k < p; ++k) {
+      Lanes sum = AsLanes(C)[c * p + k];
+      for (int r = 0; r < rows; ++r) sum += AsLanes(A)[r * p + k] * B[r * B_stride + c];
+      AsLanes(C)[c * p + k] = sum;
     }
   }
 }
 
-/// y (p) += sign · Aᵀr;  A is rows×p.
+/// y (p, padded) −= Aᵀr;  A is rows×p.
 template <int P>
-inline void AddTransposeVector(const double* A, const double* r, int rows, int p_size, double sign,
-                               double* __restrict y) {
-  const int p = Pick<P>(p_size);
-  for (int k = 0; k < rows; ++k, A += Stride(p)) {
-    for (int i = 0; i < p; ++i) y[i] += sign * r[k] * A[i];
+CH5_INLINE void SubtractTransposeVector(const double* A, const double* r, int rows, int p_size, double* y) {
+  const int p = Stride(Pick<P>(p_size)) / kLanes;
+  for (int k = 0; k < p; ++k) {
+    Lanes sum = AsLanes(y)[k];
+    for (int i = 0; i < rows; ++i) sum -= AsLanes(A)[i * p + k] * r[i];
+    AsLanes(y)[k] = sum;
   }
 }
 
 /// C (p×q) −= A Bᵀ;  A is p×l, B is q×l.
 template <int P, int Q, int L>
-inline void SubtractProduct(const double* A, const double* B, int p_size, int q_size, int l_size,
-                            double* __restrict C) {
-  const int p = Stride(Pick<P>(p_size)), q = Pick<Q>(q_size), B_stride = Stride(q), l = Pick<L>(l_size);
-  for (int c = 0; c < q; ++c, C += p) {
-    for (int m = 0; m < l; ++m) {
-      const double b = B[m * B_stride + c];
-      for (int k = 0; k < p; ++k) C[k] -= A[m * p + k] * b;
+CH5_INLINE void SubtractProduct(const double* A, const double* B, int p_size, int q_size, int l_size, double* C) {
+  const int p = Stride(Pick<P>(p_size)) / kLanes, q = Pick<Q>(q_size), B_stride = Stride(q), l = Pick<L>(l_size);
+  if constexpr (P != Eigen::Dynamic && Q != Eigen::Dynamic && L != Eigen::Dynamic) {
+    constexpr int kP = Stride(P) / kLanes;
+    Lanes a[L][kP];  // all of A stays in registers: 9 of them for a camera and a point
+    CH5_UNROLL
+    for (int m = 0; m < L; ++m) {
+      CH5_UNROLL
+      for (int k = 0; k < kP; ++k) a[m][k] = AsLanes(A)[m * kP + k];
+    }
+    CH5_UNROLL
+    for (int c = 0; c < Q; ++c) {
+      CH5_UNROLL
+      for (int k = 0; k < kP; ++k) {
+        Lanes sum = AsLanes(C)[c * kP + k];
+        CH5_UNROLL
+        for (int m = 0; m < L; ++m) sum -= a[m][k] * B[m * B_stride + c];
+        AsLanes(C)[c * kP + k] = sum;
+      }
+    }
+  } else {
+    for (int c = 0; c < q; ++c) {
+      for (int k = 0; k < p; ++k) {
+        Lanes sum = AsLanes(C)[c * p + k];
+        for (int m = 0; m < l; ++m) sum -= AsLanes(A)[m * p + k] * B[m * B_stride + c];
+        AsLanes(C)[c * p + k] = sum;
+      }
     }
   }
 }
 
 /// Y (p×l) = W V;  W is p×l, V l×l without padding, symmetric.
 template <int P, int L>
-inline void Multiply(const double* W, const double* V, int p_size, int l_size, double* __restrict Y) {
-  const int p = Stride(Pick<P>(p_size)), l = Pick<L>(l_size);
+CH5_INLINE void Multiply(const double* W, const double* V, int p_size, int l_size, double* Y) {
+  const int p = Stride(Pick<P>(p_size)) / kLanes, l = Pick<L>(l_size);
   for (int c = 0; c < l; ++c) {
-    for (int k = 0; k < p; ++k) Y[c * p + k] = W[k] * V[c * l];
-    for (int m = 1; m < l; ++m) {
-      for (int k = 0; k < p; ++k) Y[c * p + k] += W[m * p + k] * V[c * l + m];
+    for (int k = 0; k < p; ++k) {
+      Lanes sum = AsLanes(W)[k] * V[c * l];
+      for (int m = 1; m < l; ++m) sum += AsLanes(W)[m * p + k] * V[c * l + m];
+      AsLanes(Y)[c * p + k] = sum;
     }
   }
 }
 
-/// y (p) += sign · W x;  W is p×l.
+/// y (p, padded) −= W x;  W is p×l.
 template <int P, int L>
-inline void AddProduct(const double* W, const double* x, int p_size, int l_size, double sign, double* __restrict y) {
-  const int p = Pick<P>(p_size), l = Pick<L>(l_size);
-  for (int m = 0; m < l; ++m) {
-    for (int k = 0; k < p; ++k) y[k] += sign * W[m * Stride(p) + k] * x[m];
+CH5_INLINE void SubtractProductVector(const double* W, const double* x, int p_size, int l_size, double* y) {
+  const int p = Stride(Pick<P>(p_size)) / kLanes, l = Pick<L>(l_size);
+  for (int k = 0; k < p; ++k) {
+    Lanes sum = AsLanes(y)[k];
+    for (int m = 0; m < l; ++m) sum -= AsLanes(W)[m * p + k] * x[m];
+    AsLanes(y)[k] = sum;
   }
 }
 
 /// y (l) += sign · Wᵀx;  W is p×l.
 template <int P, int L>
-inline void AddTransposed(const double* W, const double* x, int p_size, int l_size, double sign, double* __restrict y) {
+CH5_INLINE void AddTransposed(const double* W, const double* x, int p_size, int l_size, double sign, double* y) {
   const int p = Pick<P>(p_size), l = Pick<L>(l_size);
   for (int m = 0; m < l; ++m) {
     double sum = 0.0;
@@ -86,7 +176,7 @@ inline void AddTransposed(const double* W, const double* x, int p_size, int l_si
 
 /// y (l) += V x;  V is l×l without padding, symmetric.
 template <int L>
-inline void AddSymmetric(const double* V, const double* x, int l_size, double* __restrict y) {
+CH5_INLINE void AddSymmetric(const double* V, const double* x, int l_size, double* y) {
   const int l = Pick<L>(l_size);
   for (int c = 0; c < l; ++c) {
     for (int k = 0; k < l; ++k) y[k] += V[c * l + k] * x[c];
@@ -96,7 +186,7 @@ inline void AddSymmetric(const double* V, const double* x, int l_size, double* _
 /// V = A⁻¹ by Cholesky, both l×l without padding; A is overwritten by its factor.
 /// @return false unless every pivot exceeds 8·l·ε of its diagonal entry, whatever the units: below is rounding
 template <int L>
-inline bool InvertSymmetric(double* A, int l_size, double* __restrict V) {
+CH5_INLINE bool InvertSymmetric(double* A, int l_size, double* V) {
   const int l = Pick<L>(l_size);
   const double rounding = 8.0 * l * std::numeric_limits<double>::epsilon();
   for (int j = 0; j < l; ++j) {  // A = G Gᵀ, G in the lower half

@@ -7,17 +7,21 @@
 ///      │ 20 │    │ 22 │
 ///      └────┴────┴────┘
 ///
-/// Each block is column-major with its own leading dimension, the number of rows rounded up to an even number: the
-/// inner loops then need no remainder, whatever the size. The padding rows are zero or hold nothing of meaning.
+/// Each block is column-major with its own leading dimension, the number of rows rounded up to whole SIMD registers:
+/// the inner loops then need no remainder, whatever the size. The padding rows are zero.
 
 #include <vector>
 
 #include "ch5_backend/math/eigen_types.h"
+#include "ch5_backend/math/simd.h"
 
 namespace ch5 {
 
-/// Rows of a stored block with `dim` rows.
-constexpr int Stride(int dim) { return (dim + 1) & ~1; }
+/// Leading dimension of a stored block with `dim` rows.
+constexpr int Stride(int dim) { return Padded(dim); }
+
+/// Numbers that begin at a multiple of 32 bytes.
+using AlignedVector = std::vector<double, Eigen::aligned_allocator<double>>;
 
 class SymmetricBlockMatrix {
  public:
@@ -36,10 +40,11 @@ class SymmetricBlockMatrix {
   int Row(int block) const { return rows_[block]; }
   double* Values(int block) { return values_.data() + value_begin_[block]; }
   const double* Values(int block) const { return values_.data() + value_begin_[block]; }
+  /// The end of the numbers of column j, whose blocks lie one behind the other.
+  double* ColumnEnd(int j) {
+    return j + 1 < NumColumns() ? Values(ColumnBegin(j + 1)) : values_.data() + values_.size();
+  }
   int NumBlocks() const { return static_cast<int>(rows_.size()); }
-  /// Numbers in all blocks, padding included.
-  int NumValues() const { return static_cast<int>(values_.size()); }
-  double* Data() { return values_.data(); }
 
   /// The number of block (i, j), i ≥ j, or −1 if it is not stored.
   int Find(int i, int j) const;
@@ -57,7 +62,7 @@ class SymmetricBlockMatrix {
   std::vector<int> column_begin_{0};
   std::vector<int> rows_;
   std::vector<int> value_begin_;
-  std::vector<double> values_;
+  AlignedVector values_;
 };
 
 }  // namespace ch5

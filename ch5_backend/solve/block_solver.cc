@@ -1,228 +1,212 @@
 #include "ch5_backend/solve/block_solver.h"
 
-#include <algorithm>
 #include <atomic>
+#include <set>
+#include <string>
+#include <typeindex>
 
-#include "ch5_backend/solve/block_kernels.h"
 #include "ch5_backend/solve/linear_parts.h"
 
 namespace ch5 {
 namespace {
 
 constexpr int kLandmarks = 64;  // a task
-constexpr int kEdges = 64;
-
-using kernels::Pick;
+constexpr int kEdges = 256;
+constexpr int kVertices = 512;
 
 }  // namespace
 
+BlockSolverBase::BlockSolverBase(Graph* graph, int pose_dim, int landmark_dim, int threads)
+    : graph_(graph),
+      pose_dim_(pose_dim),
+      landmark_dim_(landmark_dim),
+      passes_(PassesFor(pose_dim, landmark_dim)),
+      pool_(threads),
+      reduced_solver_(MakeCholesky(threads)) {}
+
+// ---- structure -------------------------------------------------------------------------------------------------
+
+void BlockSolverBase::SetOrdering() {
+  system_.structure = BuildBlockStructure(*graph_);
+  CheckDimensions();
+  FindNumericJacobians();
+  const BlockStructure& s = system_.structure;
+  const auto size = [](int n) { return static_cast<size_t>(n); };
+  system_.linear.assign(size(s.num_linear_values), 0.0);
+  system_.H_pm.assign(size(s.num_H_pm_values), 0.0);
+  system_.H_mm.assign(size(s.num_H_mm_values), 0.0);
+  system_.H_mm_inverse.assign(size(s.num_H_mm_values), 0.0);
+  system_.H_pp.SetPattern(s.pose_dim, s.H_pp_pattern);
+  system_.S.SetPattern(s.pose_dim, s.schur_pattern);
+  system_.b.setZero(s.Size());
+  system_.H_mm_inverse_b.setZero(s.ordering.dim_landmarks);
+  for (VecX* v : {&system_.b_schur, &system_.scale, &delta_poses_, &H_delta_poses_}) v->setZero(s.ordering.dim_poses);
+  solution_.resize(0);
+  reduced_solver_->Prepare(system_.S);
+}
+
+void BlockSolverBase::CheckDimensions() const {
+  const auto check = [](const std::vector<Vertex*>& vertices, int dimension, const char* role) {
+    for (const Vertex* vertex : vertices) {
+      if (dimension == Eigen::Dynamic || vertex->LocalDimension() == dimension) continue;
+      throw GraphError("BlockSolver: " + vertex->TypeInfo() + " " + std::to_string(vertex->Id()) + " has " +
+                       std::to_string(vertex->LocalDimension()) + " degrees of freedom, but this solver is made for " +
+                       role + " with " + std::to_string(dimension));
+    }
+  };
+  check(system_.structure.poses, pose_dim_, "poses");
+  check(system_.structure.landmarks, landmark_dim_, "landmarks");
+}
+
+// One edge of each type tells whether the type brings its own Jacobians.
+void BlockSolverBase::FindNumericJacobians() {
+  linearizing_pool_ = &pool_;
+  if (pool_.Threads() == 1) return;
+  std::set<std::type_index> seen;
+  for (int e = 0; e < system_.structure.num_active_edges; ++e) {
+    Edge& edge = *system_.structure.edges[e].edge;
+    if (!seen.insert(typeid(edge)).second) continue;
+    edge.Linearize();
+    if (edge.HasNumericJacobians()) linearizing_pool_ = &one_thread_;
+  }
+}
+
 // ---- H and b: landmark by landmark, then the poses' blocks column by column ------------------------------------
 
-template <int P, int L>
-void BlockSolver<P, L>::MakeHessian() {
-  const BlockStructure& s = structure_;
-  ThreadPool one_thread;
-  ThreadPool* pool = linearize_in_parallel_ ? &pool_ : &one_thread;
-  ParallelFor(pool, static_cast<int>(s.landmarks.size()), kLandmarks, [&](int begin, int end) {
-    for (int l = begin; l < end; ++l) LinearizeLandmark(l);
+void BlockSolverBase::MakeHessian() {
+  const BlockStructure& s = system_.structure;
+  solution_.resize(0);
+  ParallelFor(linearizing_pool_, NumLandmarks(), kLandmarks, [&](int begin, int end) {
+    for (int l = begin; l < end; ++l) passes_.linearize_landmark(&system_, l);
   });
-  ParallelFor(pool, s.num_active_edges - s.num_landmark_edges, kEdges, [&](int begin, int end) {
-    for (int e = begin; e < end; ++e) WriteLinearParts(s, s.edges[s.num_landmark_edges + e], linear_.data());
+  ParallelFor(linearizing_pool_, s.num_active_edges - s.num_landmark_edges, kEdges, [&](int begin, int end) {
+    for (int e = begin; e < end; ++e) {
+      const EdgeRecord& record = s.edges[s.num_landmark_edges + e];
+      record.edge->Linearize();
+      WriteLinearParts(s, record, system_.linear.data());
+    }
   });
-  pool_.Run(static_cast<int>(s.poses.size()), [&](int j) { SumColumn(j); });
-}
-
-// H_ll = Σ J̃_lᵀJ̃_l,  H_pl = Σ J̃_pᵀJ̃_l,  b_l = −Σ J̃_lᵀr̃  over the landmark's edges.
-template <int P, int L>
-void BlockSolver<P, L>::LinearizeLandmark(int l) {
-  const BlockStructure& s = structure_;
-  const int dim = Pick<L>(s.landmark_dim[l]);
-  double* b_l = b_.data() + s.landmark_offset[l];
-  std::fill_n(b_l, dim, 0.0);
-  const int slots_begin = s.landmark_slots[l], slots_end = s.landmark_slots[l + 1];
-  for (int slot = slots_begin; slot < slots_end; ++slot) {
-    std::fill_n(H_pm_.data() + s.slot_block[slot], Stride(Pick<P>(s.pose_dim[s.slot_pose[slot]])) * dim, 0.0);
-  }
-
-  std::array<double, L == Eigen::Dynamic ? 1 : Stride(L) * L> fixed_size{};
-  thread_local std::vector<double> any_size;
-  double* H_ll = fixed_size.data();  // with padding, unlike its final place
-  if constexpr (L == Eigen::Dynamic) {
-    any_size.assign(static_cast<size_t>(Stride(dim) * dim), 0.0);
-    H_ll = any_size.data();
-  }
-
-  for (int e = s.landmark_edges[l]; e < s.landmark_edges[l + 1]; ++e) {
-    const EdgeRecord& record = s.edges[e];
-    WriteLinearParts(s, record, linear_.data());
-    const double* J_l = linear_.data() + record.landmark.jacobian;
-    kernels::AddTransposeProduct<L, L>(J_l, J_l, record.rows, dim, dim, H_ll);
-    kernels::AddTransposeVector<L>(J_l, linear_.data() + record.residual, record.rows, dim, -1.0, b_l);
-    for (int t = record.terms_begin; t < record.terms_end; ++t) {
-      const EdgeTerm& term = s.terms[t];
-      kernels::AddTransposeProduct<P, L>(linear_.data() + term.jacobian, J_l, record.rows, s.pose_dim[term.block], dim,
-                                         H_pm_.data() + s.slot_block[term.slot]);
-    }
-  }
-  for (int c = 0; c < dim; ++c) std::copy_n(H_ll + c * Stride(dim), dim, H_mm_.data() + s.landmark_block[l] + c * dim);
-}
-
-// H_ij = Σ J̃_iᵀJ̃_j for all i ≥ j,  b_j = −Σ J̃_jᵀr̃.
-template <int P, int L>
-void BlockSolver<P, L>::SumColumn(int j) {
-  const BlockStructure& s = structure_;
-  const int dim = Pick<P>(s.pose_dim[j]);
-  double* b_j = b_.data() + s.pose_offset[j];
-  std::fill_n(b_j, dim, 0.0);
-  for (int block = H_pp_.ColumnBegin(j); block < H_pp_.ColumnBegin(j + 1); ++block) {
-    const int rows = Pick<P>(s.pose_dim[H_pp_.Row(block)]);
-    double* H_ij = H_pp_.Values(block);
-    std::fill_n(H_ij, Stride(rows) * dim, 0.0);
-    for (int k = s.products_begin[block]; k < s.products_begin[block + 1]; ++k) {
-      const Product& product = s.products[k];
-      const double *A = linear_.data() + product.jacobian_a, *B = linear_.data() + product.jacobian_b;
-      kernels::AddTransposeProduct<P, P>(A, B, product.rows, rows, dim, H_ij);
-      if (block == H_pp_.ColumnBegin(j)) {
-        kernels::AddTransposeVector<P>(A, linear_.data() + product.residual, product.rows, dim, -1.0, b_j);
-      }
-    }
-  }
+  pool_.Run(NumPoses(), [&](int j) { passes_.sum_column(&system_, j); });
 }
 
 // ---- (H + λD) Δx = b -------------------------------------------------------------------------------------------
 
-template <int P, int L>
-bool BlockSolver<P, L>::SolveLinearSystem(double lambda, VecX* delta_x) {
-  const BlockStructure& s = structure_;
-  if (!InvertLandmarks(lambda)) return false;
-  pool_.Run(static_cast<int>(s.poses.size()), [&](int j) { SchurColumn(j, lambda); });
-  if (!s.poses.empty() && !reduced_solver_->Solve(S_, b_schur_, pose_scale_, &delta_poses_)) return false;
+bool BlockSolverBase::SolveLinearSystem(double lambda, VecX* delta_x) {
+  const BlockStructure& s = system_.structure;
+  const DampingRule rule{lambda, GetDamping()};
+  solution_.resize(0);
+
+  // Step 1: H_ll⁻¹, damped before it is inverted.
+  std::atomic<bool> ok{true};
+  ParallelFor(&pool_, NumLandmarks(), kLandmarks, [&](int begin, int end) {
+    for (int l = begin; l < end && ok; ++l) {
+      if (!passes_.invert_landmark(&system_, l, rule)) ok = false;
+    }
+  });
+  if (!ok) return false;
+
+  // Step 2: the Schur complement, a system of the poses alone.
+  pool_.Run(NumPoses(), [&](int j) { passes_.schur_column(&system_, j, rule); });
+  if (NumPoses() > 0 && !reduced_solver_->Solve(system_.S, system_.b_schur, system_.scale, &delta_poses_)) return false;
+
+  // Step 3: back to the landmarks; their parts of the model's decrease come along.
   delta_x->resize(s.Size());
   delta_x->head(s.ordering.dim_poses) = delta_poses_;
-  ParallelFor(&pool_, static_cast<int>(s.landmarks.size()), kLandmarks, [&](int begin, int end) {
-    for (int l = begin; l < end; ++l) SolveLandmark(l, delta_x);
+  system_.H_pp.Multiply(delta_poses_.data(), H_delta_poses_.data());
+  const double of_poses = delta_poses_.dot(system_.b.head(s.ordering.dim_poses) - 0.5 * H_delta_poses_);
+  const double of_landmarks = ParallelSum(&pool_, NumLandmarks(), kLandmarks, &parts_, [&](int begin, int end) {
+    double sum = 0.0;
+    for (int l = begin; l < end; ++l) sum += passes_.solve_landmark(system_, l, delta_x->data());
+    return sum;
   });
-  return delta_x->allFinite();
+  solution_ = *delta_x;
+  solution_decrease_ = of_poses + of_landmarks;
+  return std::isfinite(solution_decrease_) && delta_x->allFinite();
 }
 
-// (H_ll + λD)⁻¹ and its product with b_l: the damping comes before the inverse.
-template <int P, int L>
-bool BlockSolver<P, L>::InvertLandmarks(double lambda) {
-  const BlockStructure& s = structure_;
-  std::atomic<bool> ok{true};
-  ParallelFor(&pool_, static_cast<int>(s.landmarks.size()), kLandmarks, [&](int begin, int end) {
-    for (int l = begin; l < end; ++l) {
-      const int dim = Pick<L>(s.landmark_dim[l]), first = s.landmark_offset[l];
-      double* damped = H_mm_factor_.data() + s.landmark_block[l];
-      double* inverse = H_mm_inverse_.data() + s.landmark_block[l];
-      std::copy_n(H_mm_.data() + s.landmark_block[l], dim * dim, damped);
-      for (int i = 0; i < dim; ++i) damped[i * dim + i] += lambda * DampingEntry(damped[i * dim + i]);
-      if (!kernels::InvertSymmetric<L>(damped, dim, inverse)) ok = false;
-      double* product = H_mm_inverse_b_.data() + first - s.ordering.dim_poses;
-      std::fill_n(product, dim, 0.0);
-      kernels::AddSymmetric<L>(inverse, b_.data() + first, dim, product);
-    }
-  });
-  return ok;
+double BlockSolverBase::PredictedDecrease(const VecX& delta_x) const {
+  const bool is_solution = delta_x.size() == solution_.size() && delta_x == solution_;
+  return is_solution ? solution_decrease_ : NormalEquations::PredictedDecrease(delta_x);
 }
 
-// Column j of  S = H_pp + λD − Σ_l H_pl H_ll⁻¹ H_plᵀ  and rows j of  b_p − Σ_l H_pl H_ll⁻¹ b_l.
-template <int P, int L>
-void BlockSolver<P, L>::SchurColumn(int j, double lambda) {
-  const BlockStructure& s = structure_;
-  const int dim = Pick<P>(s.pose_dim[j]), offset = s.pose_offset[j];
-  thread_local std::vector<int> block_of_row;  // the number of S's block (i, j)
-  block_of_row.resize(s.poses.size());
-  for (int block = S_.ColumnBegin(j); block < S_.ColumnBegin(j + 1); ++block) block_of_row[S_.Row(block)] = block;
-  double* column = S_.Values(S_.ColumnBegin(j));
-  double* column_end = j + 1 < S_.NumColumns() ? S_.Values(S_.ColumnBegin(j + 1)) : S_.Data() + S_.NumValues();
-  std::fill(column, column_end, 0.0);
-  for (int block = H_pp_.ColumnBegin(j); block < H_pp_.ColumnBegin(j + 1); ++block) {
-    const int i = H_pp_.Row(block);
-    std::copy_n(H_pp_.Values(block), Stride(Pick<P>(s.pose_dim[i])) * dim, S_.Values(block_of_row[i]));
-  }
-  for (int c = 0; c < dim; ++c) {
-    double& diagonal = column[c * Stride(dim) + c];
-    diagonal += lambda * DampingEntry(diagonal);
-    pose_scale_[offset + c] = diagonal;
-    b_schur_[offset + c] = b_[offset + c];
-  }
-
-  std::array<double, P == Eigen::Dynamic || L == Eigen::Dynamic ? 1 : Stride(P) * L> fixed_size;
-  thread_local std::vector<double> any_size;
-  for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
-    const int slot = s.pose_slots[k], l = s.slot_landmark[slot], landmark_dim = Pick<L>(s.landmark_dim[l]);
-    double* Y = fixed_size.data();  // H_jl H_ll⁻¹
-    if constexpr (P == Eigen::Dynamic || L == Eigen::Dynamic) {
-      any_size.resize(static_cast<size_t>(Stride(dim) * landmark_dim));
-      Y = any_size.data();
-    }
-    const double* W_j = H_pm_.data() + s.slot_block[slot];
-    kernels::Multiply<P, L>(W_j, H_mm_inverse_.data() + s.landmark_block[l], dim, landmark_dim, Y);
-    kernels::AddProduct<P, L>(W_j, H_mm_inverse_b_.data() + s.landmark_offset[l] - s.ordering.dim_poses, dim,
-                              landmark_dim, -1.0, b_schur_.data() + offset);
-    for (int other = slot; other < s.landmark_slots[l + 1]; ++other) {
-      const int i = s.slot_pose[other];
-      kernels::SubtractProduct<P, P, L>(H_pm_.data() + s.slot_block[other], Y, s.pose_dim[i], dim, landmark_dim,
-                                        S_.Values(block_of_row[i]));
-    }
-  }
-}
-
-// Δx_l = H_ll⁻¹ (b_l − Σ_p H_plᵀ Δx_p)
-template <int P, int L>
-void BlockSolver<P, L>::SolveLandmark(int l, VecX* delta_x) const {
-  const BlockStructure& s = structure_;
-  const int dim = Pick<L>(s.landmark_dim[l]), first = s.landmark_offset[l];
-  std::array<double, L == Eigen::Dynamic ? 1 : L> fixed_size;
-  thread_local std::vector<double> any_size;
-  double* rest = fixed_size.data();
-  if constexpr (L == Eigen::Dynamic) {
-    any_size.resize(static_cast<size_t>(dim));
-    rest = any_size.data();
-  }
-  std::copy_n(b_.data() + first, dim, rest);
-  for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
-    const int pose = s.slot_pose[slot];
-    kernels::AddTransposed<P, L>(H_pm_.data() + s.slot_block[slot], delta_x->data() + s.pose_offset[pose],
-                                 s.pose_dim[pose], dim, -1.0, rest);
-  }
-  std::fill_n(delta_x->data() + first, dim, 0.0);
-  kernels::AddSymmetric<L>(H_mm_inverse_.data() + s.landmark_block[l], rest, dim, delta_x->data() + first);
-}
-
-// ---- H v -------------------------------------------------------------------------------------------------------
-
-template <int P, int L>
-VecX BlockSolver<P, L>::MultiplyHessian(const VecX& v) const {
-  const BlockStructure& s = structure_;
-  VecX y = VecX::Zero(s.Size());
-  H_pp_.Multiply(v.data(), y.data());
-  pool_.Run(static_cast<int>(s.poses.size()), [&](int j) {
-    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
-      const int slot = s.pose_slots[k], l = s.slot_landmark[slot];
-      kernels::AddProduct<P, L>(H_pm_.data() + s.slot_block[slot], v.data() + s.landmark_offset[l], s.pose_dim[j],
-                                s.landmark_dim[l], 1.0, y.data() + s.pose_offset[j]);
-    }
-  });
-  ParallelFor(&pool_, static_cast<int>(s.landmarks.size()), kLandmarks, [&](int begin, int end) {
-    for (int l = begin; l < end; ++l) {
-      double* y_l = y.data() + s.landmark_offset[l];
-      kernels::AddSymmetric<L>(H_mm_.data() + s.landmark_block[l], v.data() + s.landmark_offset[l], s.landmark_dim[l],
-                               y_l);
-      for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
-        const int pose = s.slot_pose[slot];
-        kernels::AddTransposed<P, L>(H_pm_.data() + s.slot_block[slot], v.data() + s.pose_offset[pose],
-                                     s.pose_dim[pose], s.landmark_dim[l], 1.0, y_l);
-      }
-    }
+VecX BlockSolverBase::MultiplyHessian(const VecX& v) const {
+  VecX y = VecX::Zero(Size());
+  system_.H_pp.Multiply(v.data(), y.data());
+  pool_.Run(NumPoses(), [&](int j) { passes_.multiply_pose(system_, j, v.data(), y.data()); });
+  ParallelFor(&pool_, NumLandmarks(), kLandmarks, [&](int begin, int end) {
+    for (int l = begin; l < end; ++l) passes_.multiply_landmark(system_, l, v.data(), y.data());
   });
   return y;
 }
 
-template class BlockSolver<6, 1>;
-template class BlockSolver<6, 3>;
-template class BlockSolver<9, 3>;
-template class BlockSolver<Eigen::Dynamic, Eigen::Dynamic>;
+// ---- states ----------------------------------------------------------------------------------------------------
+
+double BlockSolverBase::ComputeChi() {
+  const std::vector<EdgeRecord>& edges = system_.structure.edges;
+  return 0.5 * ParallelSum(&pool_, static_cast<int>(edges.size()), kEdges, &parts_, [&](int begin, int end) {
+           double sum = 0.0;
+           for (int e = begin; e < end; ++e) {
+             edges[e].edge->ComputeResidual();
+             sum += edges[e].edge->RobustChi2();
+           }
+           return sum;
+         });
+}
+
+void BlockSolverBase::UpdateStates(const VecX& delta_x) {
+  for (const auto* vertices : {&system_.structure.poses, &system_.structure.landmarks}) {
+    ParallelFor(&pool_, static_cast<int>(vertices->size()), kVertices, [&](int begin, int end) {
+      for (int i = begin; i < end; ++i) {
+        Vertex& vertex = *(*vertices)[i];
+        vertex.BackUpParameters();
+        vertex.Plus(delta_x.data() + vertex.OrderingId());
+      }
+    });
+  }
+}
+
+void BlockSolverBase::RollbackStates() {
+  for (Vertex* vertex : system_.structure.poses) vertex->RollBackParameters();
+  for (Vertex* vertex : system_.structure.landmarks) vertex->RollBackParameters();
+}
+
+double BlockSolverBase::StateNorm() const {
+  double sum = 0.0;
+  for (const Vertex* vertex : system_.structure.poses) sum += vertex->Parameters().squaredNorm();
+  for (const Vertex* vertex : system_.structure.landmarks) sum += vertex->Parameters().squaredNorm();
+  return std::sqrt(sum);
+}
+
+// ---- H as a whole ----------------------------------------------------------------------------------------------
+
+VecX BlockSolverBase::HessianDiagonal() const {
+  const BlockStructure& s = system_.structure;
+  VecX diagonal(s.Size());
+  diagonal.head(s.ordering.dim_poses) = system_.H_pp.Diagonal();
+  for (int l = 0; l < NumLandmarks(); ++l) {
+    const int dim = s.landmark_dim[l];
+    const double* H_ll = &system_.H_mm[s.landmark_block[l]];
+    for (int i = 0; i < dim; ++i) diagonal[s.landmark_offset[l] + i] = H_ll[i * dim + i];
+  }
+  return diagonal;
+}
+
+MatXX BlockSolverBase::DenseHessian() const {
+  const BlockStructure& s = system_.structure;
+  MatXX H = MatXX::Zero(s.Size(), s.Size());
+  H.topLeftCorner(s.ordering.dim_poses, s.ordering.dim_poses) = system_.H_pp.Dense();
+  for (int l = 0; l < NumLandmarks(); ++l) {
+    const int dim = s.landmark_dim[l], row = s.landmark_offset[l];
+    H.block(row, row, dim, dim) = Eigen::Map<const MatXX>(&system_.H_mm[s.landmark_block[l]], dim, dim);
+    for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
+      const int pose = s.slot_pose[slot], pose_dim = s.pose_dim[pose];
+      using Block = Eigen::Map<const MatXX, 0, Eigen::OuterStride<>>;
+      const Block W(&system_.H_pm[s.slot_block[slot]], pose_dim, dim, Eigen::OuterStride<>(Stride(pose_dim)));
+      H.block(s.pose_offset[pose], row, pose_dim, dim) = W;
+      H.block(row, s.pose_offset[pose], dim, pose_dim) = W.transpose();
+    }
+  }
+  return H;
+}
 
 }  // namespace ch5

@@ -14,88 +14,73 @@
 #include <memory>
 
 #include "ch5_backend/math/parallel.h"
-#include "ch5_backend/solve/block_structure.h"
+#include "ch5_backend/solve/block_passes.h"
 #include "ch5_backend/solve/normal_equations.h"
 #include "ch5_backend/solve/reduced_solver.h"
 
 namespace ch5 {
 
-/// What does not depend on the blocks' sizes: states, costs, threads.
 class BlockSolverBase : public NormalEquations {
  public:
-  /// The graph must outlive the solver.
-  BlockSolverBase(Graph* graph, int threads);
+  /// The graph must outlive the solver. Nothing else may be asked before SetOrdering, which Minimize calls.
+  /// @param pose_dim, landmark_dim  the vertices' local dimensions (a pose: 6), or Eigen::Dynamic: any, also mixed
+  BlockSolverBase(Graph* graph, int pose_dim, int landmark_dim, int threads);
 
   /// g2o's buildStructure: numbers the unknowns, sorts the edges by landmark, finds the patterns and takes all memory.
   /// @throws GraphError if an edge ties two free landmarks, or a vertex does not have the solver's dimension
   void SetOrdering() override;
-  int Size() const override { return structure_.Size(); }
+  int Size() const override { return system_.structure.Size(); }
   double ComputeChi() override;
+  /// g2o's buildSystem.
+  void MakeHessian() override;
+  bool SolveLinearSystem(double lambda, VecX* delta_x) override;
   void UpdateStates(const VecX& delta_x) override;
   void RollbackStates() override;
   double StateNorm() const override;
 
-  const VecX& RightHandSide() const override { return b_; }
+  const VecX& RightHandSide() const override { return system_.b; }
   VecX HessianDiagonal() const override;
+  VecX MultiplyHessian(const VecX& v) const override;
+  /// Costs nothing for the last solution of SolveLinearSystem, and a MultiplyHessian for another step.
+  double PredictedDecrease(const VecX& delta_x) const override;
 
   /// H with all its zeros: for tests and small problems.
   MatXX DenseHessian() const;
   /// The reduced system of the last SolveLinearSystem.
-  MatXX SchurComplement() const { return S_.Dense(); }
-  const BlockStructure& Structure() const { return structure_; }
+  MatXX SchurComplement() const { return system_.S.Dense(); }
+  const BlockStructure& Structure() const { return system_.structure; }
 
   /// Chosen by MakeCholesky's rule unless set; takes effect at the next SetOrdering.
   void SetReducedSolver(std::unique_ptr<ReducedSolver> solver) { reduced_solver_ = std::move(solver); }
 
- protected:
-  virtual int PoseDimension() const = 0;
-  virtual int LandmarkDimension() const = 0;
-
-  Graph* graph_;
-  mutable ThreadPool pool_;
-  mutable std::vector<double> parts_;  // of sums
-  BlockStructure structure_;
-  std::unique_ptr<ReducedSolver> reduced_solver_;
-  bool linearize_in_parallel_ = true;
-
-  std::vector<double> linear_;  // the edges' linear parts
-  SymmetricBlockMatrix H_pp_, S_;
-  std::vector<double> H_pm_;  // a block per slot
-  std::vector<double> H_mm_, H_mm_inverse_, H_mm_factor_;
-  VecX b_, b_schur_, pose_scale_, delta_poses_;
-  VecX H_mm_inverse_b_;  // rows of the landmarks only
-
  private:
   void CheckDimensions() const;
   void FindNumericJacobians();
+  int NumLandmarks() const { return static_cast<int>(system_.structure.landmarks.size()); }
+  int NumPoses() const { return static_cast<int>(system_.structure.poses.size()); }
+
+  Graph* graph_;
+  int pose_dim_, landmark_dim_;
+  const BlockPasses& passes_;
+  mutable ThreadPool pool_;
+  mutable std::vector<double> parts_;  // of sums
+  ThreadPool one_thread_;
+  ThreadPool* linearizing_pool_ = &pool_;
+  std::unique_ptr<ReducedSolver> reduced_solver_;
+  BlockSystem system_;
+  VecX delta_poses_, H_delta_poses_;
+  VecX solution_;                   // the last Δx of this Hessian, or empty
+  double solution_decrease_ = 0.0;  // what the model promises for it
 };
 
-/// @tparam PoseDim, LandmarkDim  the vertices' local dimensions (a pose: 6), or Eigen::Dynamic: any, also mixed
+/// The solver for poses and landmarks of these local dimensions. 6/1, 6/3 and 9/3 have code of their own; all others
+/// share one for any sizes.
 template <int PoseDim, int LandmarkDim>
 class BlockSolver : public BlockSolverBase {
  public:
-  explicit BlockSolver(Graph* graph, int threads = 1) : BlockSolverBase(graph, threads) { this->SetOrdering(); }
-
-  /// g2o's buildSystem.
-  void MakeHessian() override;
-  bool SolveLinearSystem(double lambda, VecX* delta_x) override;
-  VecX MultiplyHessian(const VecX& v) const override;
-
- protected:
-  int PoseDimension() const override { return PoseDim; }
-  int LandmarkDimension() const override { return LandmarkDim; }
-
- private:
-  void LinearizeLandmark(int l);
-  void SumColumn(int j);
-  bool InvertLandmarks(double lambda);
-  void SchurColumn(int j, double lambda);
-  void SolveLandmark(int l, VecX* delta_x) const;
+  explicit BlockSolver(Graph* graph, int threads = 1) : BlockSolverBase(graph, PoseDim, LandmarkDim, threads) {
+    this->SetOrdering();
+  }
 };
-
-extern template class BlockSolver<6, 1>;
-extern template class BlockSolver<6, 3>;
-extern template class BlockSolver<9, 3>;
-extern template class BlockSolver<Eigen::Dynamic, Eigen::Dynamic>;
 
 }  // namespace ch5

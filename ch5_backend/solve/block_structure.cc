@@ -106,6 +106,7 @@ class Builder {
       }
       s_.landmark_slots.push_back(static_cast<int>(s_.slot_pose.size()));
     }
+    s_.slot_block.push_back(s_.num_H_pm_values);
 
     s_.pose_slots_begin.assign(s_.poses.size() + 1, 0);
     for (const int pose : s_.slot_pose) ++s_.pose_slots_begin[pose + 1];

@@ -48,7 +48,8 @@ struct BlockStructure {
   std::vector<int> landmark_edges;  ///< landmark l owns edges [landmark_edges[l], landmark_edges[l + 1])
   std::vector<int> landmark_slots;  ///< and slots [landmark_slots[l], landmark_slots[l + 1]), by ascending pose
   std::vector<int> slot_pose, slot_landmark;
-  std::vector<int> slot_block;  ///< where the slot's block begins among those of H_pm: Stride(d_p)×d_m
+  /// Where the slot's block, Stride(d_p)×d_m, begins among those of H_pm; and the end of all.
+  std::vector<int> slot_block;
   std::vector<int> pose_slots_begin, pose_slots;  ///< the slots of each pose, by ascending landmark
 
   int num_linear_values = 0;  ///< length of the array of linear parts

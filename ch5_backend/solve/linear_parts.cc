@@ -1,21 +1,10 @@
 #include "ch5_backend/solve/linear_parts.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace ch5 {
 namespace {
-
-// W = w I with its w ≥ 0, or −1 if W is another matrix.
-double IsotropicInformation(const double* W, int n) {
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < n; ++i) {
-      if (W[j * n + i] != (i == j ? W[0] : 0.0)) return -1.0;
-    }
-  }
-  return W[0];
-}
 
 // A (rows×dim, each row padded to Stride(dim)) = M J,  J column-major.
 void MultiplyJacobian(const double* M, const double* J, int rows, int dim, double* A) {
@@ -28,6 +17,7 @@ void MultiplyJacobian(const double* M, const double* J, int rows, int dim, doubl
   }
 }
 
+// The same for M = scale·I.
 void ScaleJacobian(double scale, const double* J, int rows, int dim, double* A) {
   for (int r = 0; r < rows; ++r, A += Stride(dim)) {
     for (int c = 0; c < dim; ++c) A[c] = scale * J[c * rows + r];
@@ -82,30 +72,21 @@ void WhitenFully(const Edge& edge, const RobustWeight& robust, double* M, double
 }
 
 void WriteLinearParts(const BlockStructure& structure, const EdgeRecord& record, double* linear) {
-  Edge& edge = *record.edge;
-  edge.Linearize();
+  const Edge& edge = *record.edge;
   const int rows = record.rows;
-  const RobustWeight robust = edge.GetRobustWeight();
-  const double w = IsotropicInformation(edge.Information().data(), rows);
-  const bool is_scalar = w >= 0.0 && robust.rank_one == 0.0;
-  const double scale = is_scalar ? std::sqrt(w * robust.weight) : 0.0;
+  const double scale = ScalarWhitening(edge);
   thread_local std::vector<double> M;
-  double* r_tilde = linear + record.residual;
-  if (is_scalar) {
-    for (int k = 0; k < rows; ++k) r_tilde[k] = scale * edge.Residual()[k];
+  if (scale >= 0.0) {
+    for (int k = 0; k < rows; ++k) linear[record.residual + k] = scale * edge.Residual()[k];
   } else {
     M.resize(static_cast<size_t>(rows * rows));
-    WhitenFully(edge, robust, M.data(), r_tilde);
+    WhitenFully(edge, edge.GetRobustWeight(), M.data(), linear + record.residual);
   }
-
   const auto write = [&](const EdgeTerm& term) {
     const auto J = edge.Jacobian(static_cast<size_t>(term.position));
     const int dim = static_cast<int>(J.cols());
-    if (is_scalar) {
-      ScaleJacobian(scale, J.data(), rows, dim, linear + term.jacobian);
-    } else {
-      MultiplyJacobian(M.data(), J.data(), rows, dim, linear + term.jacobian);
-    }
+    double* A = linear + term.jacobian;
+    scale >= 0.0 ? ScaleJacobian(scale, J.data(), rows, dim, A) : MultiplyJacobian(M.data(), J.data(), rows, dim, A);
   };
   for (int t = record.terms_begin; t < record.terms_end; ++t) write(structure.terms[t]);
   if (record.landmark.block >= 0) write(record.landmark);

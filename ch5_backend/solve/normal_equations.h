@@ -14,6 +14,11 @@ namespace ch5 {
 /// D in H + λD. Identity is Levenberg's and the course's; diagonal is Marquardt's, indifferent to the units of x.
 enum class Damping { kIdentity, kDiagonal };
 
+/// One entry of D: 1, or H_ii kept within [1e-6, 1e32] so that a flat direction is damped too.
+inline double DampingEntry(Damping damping, double H_ii) {
+  return damping == Damping::kIdentity ? 1.0 : std::clamp(H_ii, 1e-6, 1e32);
+}
+
 class NormalEquations {
  public:
   virtual ~NormalEquations() = default;
@@ -44,15 +49,14 @@ class NormalEquations {
 
   /// What the quadratic model promises, m(0) − m(Δx) = bᵀΔx − ½ ΔxᵀHΔx: true for any Δx, so that LM's damped step
   /// and Dogleg's bent one are judged alike.
-  double PredictedDecrease(const VecX& delta_x) const {
+  virtual double PredictedDecrease(const VecX& delta_x) const {
     return RightHandSide().dot(delta_x) - 0.5 * delta_x.dot(MultiplyHessian(delta_x));
   }
 
   Damping GetDamping() const { return damping_; }
   void SetDamping(Damping damping) { damping_ = damping; }
 
-  /// One entry of D: 1, or H_ii kept within [1e-6, 1e32] so that a flat direction is damped too.
-  double DampingEntry(double H_ii) const { return damping_ == Damping::kIdentity ? 1.0 : std::clamp(H_ii, 1e-6, 1e32); }
+  double DampingEntry(double H_ii) const { return ch5::DampingEntry(damping_, H_ii); }
 
  private:
   Damping damping_ = Damping::kIdentity;

@@ -3,43 +3,47 @@
 namespace ch5 {
 namespace {
 
-// The dimension that all have, `otherwise` if there are none, or Dynamic.
-int CommonDimension(const std::vector<std::shared_ptr<Vertex>>& vertices, int otherwise) {
-  if (vertices.empty()) return otherwise;
-  const int dim = vertices.front()->LocalDimension();
-  for (const auto& vertex : vertices) {
-    if (vertex->LocalDimension() != dim) return Eigen::Dynamic;
+// The dimension that all free vertices of a role have, `otherwise` if there are none, or Dynamic.
+int CommonDimension(const Graph& graph, Role role, int otherwise) {
+  int dim = 0;
+  for (const auto& vertex : graph.Vertices()) {
+    if (vertex->IsFixed() || vertex->GetRole() != role) continue;
+    if (dim != 0 && dim != vertex->LocalDimension()) return Eigen::Dynamic;
+    dim = vertex->LocalDimension();
   }
-  return dim;
-}
-
-std::unique_ptr<BlockSolverBase> MakeSolver(Graph* graph, int pose_dim, int landmark_dim, int threads) {
-  if (pose_dim == 6 && landmark_dim == 1) return std::make_unique<BlockSolver<6, 1>>(graph, threads);
-  if (pose_dim == 6 && landmark_dim == 3) return std::make_unique<BlockSolver<6, 3>>(graph, threads);
-  if (pose_dim == 9 && landmark_dim == 3) return std::make_unique<BlockSolver<9, 3>>(graph, threads);
-  return std::make_unique<BlockSolver<Eigen::Dynamic, Eigen::Dynamic>>(graph, threads);
+  return dim == 0 ? otherwise : dim;
 }
 
 }  // namespace
 
-Summary SparseOptimizer::Solve(const SolveOptions& options) { return Minimize(&GetSolver(), options); }
-
-BlockSolverBase& SparseOptimizer::GetSolver() {
-  const Ordering ordering = MakeOrdering(*graph_);
-  const int landmark_dim = CommonDimension(ordering.landmarks, 3);
-  const int pose_dim = CommonDimension(ordering.poses, landmark_dim == 1 ? 6 : 9);
+void SparseOptimizer::ChooseSolver() {
+  const int landmark_dim = CommonDimension(*graph_, Role::kLandmark, 3);
+  const int pose_dim = CommonDimension(*graph_, Role::kPose, landmark_dim == 1 ? 6 : 9);
   if (!solver_ || pose_dim != pose_dim_ || landmark_dim != landmark_dim_) {
-    solver_ = MakeSolver(graph_, pose_dim, landmark_dim, threads_);
+    solver_ = std::make_unique<BlockSolverBase>(graph_, pose_dim, landmark_dim, threads_);
     pose_dim_ = pose_dim;
     landmark_dim_ = landmark_dim;
     prepared_ = ReducedSolverType::kAutomatic;  // what a BlockSolver begins with
   }
   // One that is kept knows its last pattern, and need not plan anew for the same one.
   if (prepared_ != reduced_solver_ || reduced_solver_ == ReducedSolverType::kPcg) {
-    solver_->SetReducedSolver(MakeReducedSolver(reduced_solver_, ordering.dim_poses, threads_));
+    int dim_poses = 0;
+    for (const auto& vertex : graph_->Vertices()) {
+      if (!vertex->IsFixed() && vertex->GetRole() == Role::kPose) dim_poses += vertex->LocalDimension();
+    }
+    solver_->SetReducedSolver(MakeReducedSolver(reduced_solver_, dim_poses, threads_));
     prepared_ = reduced_solver_;
   }
   solver_->SetDamping(damping_);
+}
+
+Summary SparseOptimizer::Solve(const SolveOptions& options) {
+  ChooseSolver();
+  return Minimize(solver_.get(), options);
+}
+
+BlockSolverBase& SparseOptimizer::GetSolver() {
+  ChooseSolver();
   solver_->SetOrdering();
   return *solver_;
 }

@@ -25,11 +25,13 @@ class SparseOptimizer {
   /// @throws GraphError if an edge ties two free landmarks
   Summary Solve(const SolveOptions& options = {});
 
-  /// The system behind the door, fit for the graph as it is now: 6/1 and 6/3 (poses with inverse depths or points),
+  /// The system behind the door, ordered and fit for the graph as it is now: 6/1 and 6/3 (poses with inverse depths or points),
   /// 9/3 (BAL), or any other sizes, also mixed.
   BlockSolverBase& GetSolver();
 
  private:
+  void ChooseSolver();
+
   Graph* graph_;
   int threads_;
   Damping damping_ = Damping::kIdentity;

@@ -12,7 +12,8 @@ class EdgeBAL : public SizedEdge<2, VertexCameraBAL, VertexPointXYZ> {
   EdgeBAL(std::shared_ptr<VertexCameraBAL> camera, std::shared_ptr<VertexPointXYZ> p_W, const Vec2& pixel)
       : SizedEdge(std::move(camera), std::move(p_W)), pixel_(pixel) {}
   void ComputeResidual() override;
-  void ComputeJacobians() override;
+  void ComputeJacobians() override { Linearize(); }
+  void Linearize() override;
   std::string TypeInfo() const override { return "EdgeBAL"; }
 
  private:

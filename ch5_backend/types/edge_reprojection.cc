@@ -22,7 +22,7 @@ Vec3 WorldToCamera(const VertexPose& T_W_B, const Mat33& R_B_C, const Vec3& p_B_
 // The chain of an inverse-depth landmark from host to target, each point in the frame of its name.
 struct Chain {
   Mat33 R_W_Bi, R_W_Bj;
-  Vec3 p_Ci, p_Bi, p_Bj, p_Cj;
+  Vec3 p_Ci, p_Ci_in_B, p_Bi, p_Bj, p_Cj;  // p_Ci_in_B = R_B_C p_Ci
 };
 
 Chain Transfer(double inverse_depth, const Vec3& f_host, const VertexPose& T_W_Bi, const VertexPose& T_W_Bj,
@@ -31,7 +31,8 @@ Chain Transfer(double inverse_depth, const Vec3& f_host, const VertexPose& T_W_B
   c.R_W_Bi = T_W_Bi.R();
   c.R_W_Bj = T_W_Bj.R();
   c.p_Ci = f_host / inverse_depth;
-  c.p_Bi = R_B_C * c.p_Ci + p_B_C;
+  c.p_Ci_in_B = R_B_C * c.p_Ci;
+  c.p_Bi = c.p_Ci_in_B + p_B_C;
   const Vec3 p_W = c.R_W_Bi * c.p_Bi + T_W_Bi.p();
   c.p_Bj = c.R_W_Bj.transpose() * (p_W - T_W_Bj.p());
   c.p_Cj = R_B_C.transpose() * (c.p_Bj - p_B_C);
@@ -44,7 +45,6 @@ struct ChainJacobians {
   Eigen::Matrix<double, 2, 1> inverse_depth;
   Mat26 pose_i, pose_j;
   Mat23 dr_dp_Bj;
-  Mat33 R_Bj_Bi;
 };
 
 ChainJacobians Differentiate(const Chain& c, double inverse_depth, const Mat33& R_B_C) {
@@ -52,10 +52,9 @@ ChainJacobians Differentiate(const Chain& c, double inverse_depth, const Mat33& 
   d.dr_dp_Bj.noalias() = ProjectionJacobian(c.p_Cj) * R_B_C.transpose();
   const Mat23 dr_dp_W = d.dr_dp_Bj * c.R_W_Bj.transpose();
   const Mat23 dr_dp_Bi = dr_dp_W * c.R_W_Bi;
-  d.inverse_depth.noalias() = dr_dp_Bi * (R_B_C * (c.p_Ci / -inverse_depth));
-  d.pose_i << dr_dp_W, -dr_dp_Bi * Hat(c.p_Bi);
-  d.pose_j << -dr_dp_W, d.dr_dp_Bj * Hat(c.p_Bj);
-  d.R_Bj_Bi.noalias() = c.R_W_Bj.transpose() * c.R_W_Bi;
+  d.inverse_depth.noalias() = dr_dp_Bi * (c.p_Ci_in_B / -inverse_depth);
+  d.pose_i << dr_dp_W, -RowsCross(dr_dp_Bi, c.p_Bi);
+  d.pose_j << -dr_dp_W, RowsCross(d.dr_dp_Bj, c.p_Bj);
   return d;
 }
 
@@ -77,9 +76,10 @@ void EdgeReprojection::ComputeResidual() {
   r_ = Project(Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), R_B_C_, p_B_C_).p_Cj) - u_target_;
 }
 
-void EdgeReprojection::ComputeJacobians() {
+void EdgeReprojection::Linearize() {
   const double inverse_depth = GetVertex<0>().InverseDepth();
   const Chain chain = Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), R_B_C_, p_B_C_);
+  r_ = Project(chain.p_Cj) - u_target_;
   const ChainJacobians d = Differentiate(chain, inverse_depth, R_B_C_);
   J<0>() = d.inverse_depth;
   J<1>() = d.pose_i;
@@ -113,9 +113,10 @@ void EdgeReprojectionExtrinsic::ComputeJacobians() {
   J<2>() = d.pose_j;
   // The extrinsic acts twice: p_Bi = R_B_C p_Ci + p_B_C on the way out, p_Cj = R_B_Cᵀ(p_Bj − p_B_C) on the way in.
   //   ∂p_Bj/∂p_B_C = R_Bj_Bi − I;   ∂p_Cj/∂θ_B_C = −R_B_Cᵀ R_Bj_Bi R_B_C [p_Ci] + [p_Cj]
+  const Mat33 R_Bj_Bi = chain.R_W_Bj.transpose() * chain.R_W_Bi;
   const Mat23 dr_dp_Cj = ProjectionJacobian(chain.p_Cj);
-  J<3>() << d.dr_dp_Bj * (d.R_Bj_Bi - Mat33::Identity()),
-      -d.dr_dp_Bj * d.R_Bj_Bi * R_B_C * Hat(chain.p_Ci) + dr_dp_Cj * Hat(chain.p_Cj);
+  J<3>() << d.dr_dp_Bj * (R_Bj_Bi - Mat33::Identity()),
+      -RowsCross(d.dr_dp_Bj * R_Bj_Bi * R_B_C, chain.p_Ci) + RowsCross(dr_dp_Cj, chain.p_Cj);
 }
 
 // ---- 3-D point -------------------------------------------------------------------------------------------------
@@ -128,15 +129,16 @@ void EdgeReprojectionXYZ::ComputeResidual() {
   r_ = Project(WorldToCamera(GetVertex<1>(), R_B_C_, p_B_C_, GetVertex<0>().GetEstimate())) - u_;
 }
 
-void EdgeReprojectionXYZ::ComputeJacobians() {
+void EdgeReprojectionXYZ::Linearize() {
   const VertexPose& T_W_B = GetVertex<1>();
   const Mat33 R_W_B = T_W_B.R();
   const Vec3 p_B = R_W_B.transpose() * (GetVertex<0>().GetEstimate() - T_W_B.p());
   const Vec3 p_C = R_B_C_.transpose() * (p_B - p_B_C_);
+  r_ = Project(p_C) - u_;
   const Mat23 dr_dp_B = ProjectionJacobian(p_C) * R_B_C_.transpose();
   const Mat23 dr_dp_W = dr_dp_B * R_W_B.transpose();
   J<0>() = dr_dp_W;
-  J<1>() << -dr_dp_W, dr_dp_B * Hat(p_B);
+  J<1>() << -dr_dp_W, RowsCross(dr_dp_B, p_B);
 }
 
 // ---- pose only -------------------------------------------------------------------------------------------------
@@ -154,7 +156,7 @@ void EdgeReprojectionPoseOnly::ComputeJacobians() {
   const Mat33 R_W_B = T_W_B.R();
   const Vec3 p_B = R_W_B.transpose() * (p_W_ - T_W_B.p());
   const Mat23 dr_dp_B = ProjectionJacobian(R_B_C_.transpose() * (p_B - p_B_C_)) * R_B_C_.transpose();
-  J<0>() << -dr_dp_B * R_W_B.transpose(), dr_dp_B * Hat(p_B);
+  J<0>() << -dr_dp_B * R_W_B.transpose(), RowsCross(dr_dp_B, p_B);
 }
 
 }  // namespace ch5

@@ -26,7 +26,8 @@ class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, Ver
                    std::shared_ptr<VertexPose> T_W_Bj, const Vec2& u_host, const Vec2& u_target,
                    const Transform& T_B_C = {});
   void ComputeResidual() override;
-  void ComputeJacobians() override;
+  void ComputeJacobians() override { Linearize(); }
+  void Linearize() override;
   std::string TypeInfo() const override { return "EdgeReprojection"; }
 
  private:
@@ -57,7 +58,8 @@ class EdgeReprojectionXYZ : public SizedEdge<2, VertexPointXYZ, VertexPose> {
   EdgeReprojectionXYZ(std::shared_ptr<VertexPointXYZ> p_W, std::shared_ptr<VertexPose> T_W_B, const Vec2& u,
                       const Transform& T_B_C = {});
   void ComputeResidual() override;
-  void ComputeJacobians() override;
+  void ComputeJacobians() override { Linearize(); }
+  void Linearize() override;
   std::string TypeInfo() const override { return "EdgeReprojectionXYZ"; }
 
  private:

@@ -95,8 +95,33 @@ using VertexScalar = VertexVector<1>;
 /// radial distortion k1, k2. The nine numbers add, as in Ceres' example.
 class VertexCameraBAL : public SizedVertex<9, 9> {
  public:
-  explicit VertexCameraBAL(const Vec9& camera) : SizedVertex(camera, Role::kPose) {}
+  /// What every observation needs of ω.
+  struct Rotation {
+    Vec3 omega;
+    Mat33 R;    ///< Exp(ω)
+    Mat33 J_l;  ///< left Jacobian of ω
+  };
+
+  explicit VertexCameraBAL(const Vec9& camera)
+      : SizedVertex(camera, Role::kPose), rotation_(Rotate(camera.head<3>())) {}
+
+  void Plus(const double* delta) override {
+    x_ += Eigen::Map<const Vec9>(delta);
+    rotation_ = Rotate(x_.head<3>());
+  }
+  /// Worked out once a step for all observations; `other` holds the answer where ω has been changed by other means.
+  const Rotation& GetRotation(Rotation* other) const {
+    if (rotation_.omega == x_.head<3>()) return rotation_;
+    *other = Rotate(x_.head<3>());
+    return *other;
+  }
   std::string TypeInfo() const override { return "VertexCameraBAL"; }
+
+ private:
+  static Rotation Rotate(const Vec3& omega) {
+    return {omega, ExpSO3(omega).toRotationMatrix(), LeftJacobianSO3(omega)};
+  }
+  Rotation rotation_;
 };
 
 }  // namespace ch5

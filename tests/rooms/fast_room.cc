@@ -180,14 +180,14 @@ TEST(ReducedSolvers, AgreeAndRefuseIndefiniteSystems) {
   EXPECT_LT((product - A * b).norm(), 1e-13);
   EXPECT_EQ(S.Find(2, 1), 3);
   EXPECT_EQ(S.Find(1, 0), -1);
-  for (auto& solver : {MakeDenseCholesky(), MakeBlockPcg(100, 1e-15)}) {
+  for (auto& solver : {MakeDenseCholesky(), MakeSparseCholesky(1), MakeBlockPcg(100, 1e-15)}) {
     solver->Prepare(S);
     VecX x;
     ASSERT_TRUE(solver->Solve(S, b, scale, &x));
     EXPECT_LT((x - expected).norm(), 1e-13);
   }
   S.Values(0)[0] = -1.0;
-  for (auto& solver : {MakeDenseCholesky(), MakeBlockPcg(100, 1e-15)}) {
+  for (auto& solver : {MakeDenseCholesky(), MakeSparseCholesky(1), MakeBlockPcg(100, 1e-15)}) {
     solver->Prepare(S);
     VecX x;
     EXPECT_FALSE(solver->Solve(S, b, scale, &x));

@@ -1,0 +1,41 @@
+#pragma once
+/// Four doubles at a time, and functions that exist twice: for any processor and for those with AVX2 and FMA.
+///
+/// A kernel is an inline function marked CH5_INLINE; CH5_WITH_AVX2 marks the copy that may use the wider registers:
+///   CH5_INLINE void AddBody(…) { … }
+///   void Add(…) { AddBody(…); }
+///   CH5_WITH_AVX2 void AddAvx2(…) { AddBody(…); }
+/// and HasAvx2() chooses once, at run time. The two differ by rounding (FMA), so results are the same to the bit on
+/// one machine, not between machines.
+
+#include <cstddef>
+
+#define CH5_INLINE inline __attribute__((always_inline))
+#define CH5_UNROLL _Pragma("GCC unroll 16")  // without it, -O2 keeps the registers of a block in memory
+
+#if defined(__x86_64__)
+#define CH5_WITH_AVX2 __attribute__((target("avx2,fma")))
+#else
+#define CH5_WITH_AVX2
+#endif
+
+namespace ch5 {
+
+inline bool HasAvx2() {
+#if defined(__x86_64__)
+  static const bool has = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  return has;
+#else
+  return false;
+#endif
+}
+
+constexpr int kLanes = 4;
+
+/// Four doubles anywhere in memory; compilers split it where registers are shorter.
+typedef double Lanes __attribute__((vector_size(32), aligned(8), may_alias));
+
+/// `size` rounded up to whole Lanes.
+constexpr int Padded(int size) { return (size + kLanes - 1) / kLanes * kLanes; }
+
+}  // namespace ch5
