@@ -1,6 +1,7 @@
 """Where things are, for the tests of the house."""
 
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -10,13 +11,19 @@ CXX = os.environ.get("CH5_CXX", "g++")
 
 
 def tracked_files(*suffixes) -> list:
-    """Paths relative to ROOT that belong to the project: git's list, or without git all but what git would ignore."""
+    """Paths relative to ROOT that belong to the project: git's list, or else all but what the build makes."""
+    paths = git_files()
+    if paths is None:
+        made = {"out", "node_modules", "__pycache__", ".cache", ".git"}
+        paths = [path.relative_to(ROOT) for path in ROOT.rglob("*")]
+        paths = [path for path in paths if not made & set(path.parts) and not path.parts[0].startswith("build")]
+    return sorted(path for path in paths if (ROOT / path).is_file() and (not suffixes or path.suffix in suffixes))
+
+
+def git_files():
+    """None in an unpacked archive, without git, and where git refuses the folder, which may be another user's."""
+    if not (ROOT / ".git").exists() or not shutil.which("git"):
+        return None
     listing = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT,
                              capture_output=True, text=True)
-    if listing.returncode == 0:
-        paths = [Path(line) for line in listing.stdout.splitlines()]
-    else:
-        made = ("build", "out", "node_modules", "__pycache__", ".cache", ".git")
-        paths = [path.relative_to(ROOT) for path in ROOT.rglob("*")]
-        paths = [path for path in paths if not any(part.startswith(made) for part in path.parts)]
-    return sorted(path for path in paths if (ROOT / path).is_file() and (not suffixes or path.suffix in suffixes))
+    return [Path(line) for line in listing.stdout.splitlines()] if listing.returncode == 0 else None
