@@ -19,8 +19,7 @@ void Problem::MakeHessian() {
   b.setZero(size);
 
   for (const auto& edge : graph_->Edges()) {
-    edge->ComputeResidual();
-    edge->ComputeJacobians();
+    edge->Linearize();         // its residual and its Jacobians
     double drho;               // ρ' of the loss function, 1 without one
     MatXX robust_information;  // W_ρ of the loss function, W without one
     edge->RobustInfo(&drho, &robust_information);
@@ -60,7 +59,7 @@ void Problem::MakeHessian() {
 // ---- Stage 1.2:  (H + λD) Δx = b  by the Schur complement of the landmarks --------------------------------------
 
 bool Problem::SolveLinearSystem(double lambda, VecX* delta_x) {
-  const MatXX H = DampedHessian(lambda);      // every diagonal entry is damped, the landmarks' too
+  const MatXX& H = DampedHessian(lambda);     // every diagonal entry is damped, the landmarks' too
   const int reserve_size = ordering_poses_;   // p: the poses' rows come first
   const int marg_size = ordering_landmarks_;  // m: the landmarks' rows come last
   if (marg_size == 0) return SolveDense(H, b_, delta_x);

@@ -61,7 +61,7 @@ class Problem : public NormalEquations {
 
  protected:
   /// H + λD, ready for the Schur complement: the landmarks' block is damped before it is inverted.
-  MatXX DampedHessian(double lambda) const;
+  const MatXX& DampedHessian(double lambda);
   /// H_pp_schur_ Δx_p = b_pp_schur_ by the solver chosen at construction.
   bool SolvePoses(VecX* delta_x_pp) const;
   /// A x = b of a symmetric dense system by the same solver.
@@ -77,6 +77,7 @@ class Problem : public NormalEquations {
   int ordering_landmarks_ = 0;  // dimension of all free landmarks, the last rows of H
   // Free landmarks by vertex id.
   std::map<int, std::shared_ptr<Vertex>> idx_landmark_vertices_;
+  MatXX H_damped_;  // of DampedHessian, kept so that no call takes new memory
   MatXX H_pp_schur_;
   VecX b_pp_schur_;
 };

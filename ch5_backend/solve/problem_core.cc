@@ -23,10 +23,10 @@ VecX Problem::HessianDiagonal() const { return Hessian_.diagonal(); }
 
 VecX Problem::MultiplyHessian(const VecX& v) const { return Hessian_ * v; }
 
-MatXX Problem::DampedHessian(double lambda) const {
-  MatXX H = Hessian_;
-  for (int i = 0; i < H.rows(); ++i) H(i, i) += lambda * DampingEntry(H(i, i));
-  return H;
+const MatXX& Problem::DampedHessian(double lambda) {
+  H_damped_ = Hessian_;
+  for (int i = 0; i < Size(); ++i) H_damped_(i, i) += lambda * DampingEntry(Hessian_(i, i));
+  return H_damped_;
 }
 
 bool Problem::SolvePoses(VecX* delta_x_pp) const { return SolveDense(H_pp_schur_, b_pp_schur_, delta_x_pp); }
