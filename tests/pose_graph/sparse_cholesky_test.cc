@@ -211,7 +211,7 @@ TEST(SparseCholesky, IndefiniteMatricesAreRefused) {
     for (int j = 0; j < 100; j += 9) {
       for (const double bad : {-1.0, 0.0, std::numeric_limits<double>::quiet_NaN()}) {
         SymmetricBlockMatrix A = good;
-        A.Values(A.ColumnBegin(j))[(j % 6) * 7] = bad;
+        A.Values(A.ColumnBegin(j))[(j % 6) * (Stride(6) + 1)] = bad;
         EXPECT_FALSE(cholesky.Factorize(A, none)) << "block " << j << ", entry " << bad;
       }
     }
