@@ -12,6 +12,10 @@ from pathlib import Path
 from .errors import CourseError
 from .progress import Progress
 
+for name in ("CH5_BUILD_DIR", "CH5_DATA_DIR", "CH5_HOMEWORK_DIR"):
+    if os.environ.get(name):  # meant from where the user stands; ctest and what it starts stand elsewhere
+        os.environ[name] = os.path.abspath(os.environ[name])
+
 ROOT = Path(__file__).resolve().parents[3]
 BUILD = Path(os.environ.get("CH5_BUILD_DIR", ROOT / "build" / "release"))
 BIN = BUILD / "bin"
@@ -81,9 +85,9 @@ def _failure(what: str, output: str, pattern: str, log_name: str) -> CourseError
 
 def _cache_entries() -> dict:
     """What the environment asks CMake for; without it CMake's own default holds, and the homework of this folder."""
-    entries = {"CH5_HOMEWORK_DIR": os.path.abspath(os.environ.get("CH5_HOMEWORK_DIR", ROOT / "ch5_homework"))}
+    entries = {"CH5_HOMEWORK_DIR": os.environ.get("CH5_HOMEWORK_DIR") or str(ROOT / "ch5_homework")}
     if data := os.environ.get("CH5_DATA_DIR"):
-        entries["CH5_DATA_DIR"] = os.path.abspath(data)
+        entries["CH5_DATA_DIR"] = data
     return entries
 
 
