@@ -9,37 +9,9 @@
 #include <optional>
 #include <vector>
 
-#include "ch5_backend/types/edge_reprojection.h"
-#include "ch5_backend/types/preintegration.h"
+#include "ch5_backend/types/measurements.h"
 
 namespace ch5 {
-
-/// One measurement of the IMU, in B.
-struct ImuReading {
-  double t = 0.0;
-  Vec3 acceleration = Vec3::Zero();  ///< specific force: +9.81 upwards at rest [m/s²]
-  Vec3 gyroscope = Vec3::Zero();     ///< rate [rad/s]
-};
-
-/// A point followed through the images under one `id`, on the normalised plane z = 1 of an ideal camera.
-struct TrackedPoint {
-  int id = 0;
-  Vec2 x = Vec2::Zero();
-};
-
-struct CameraFrame {
-  double t = 0.0;                    ///< the camera's own stamp; its clock may be off against the IMU's
-  std::vector<TrackedPoint> tracks;  ///< each id at most once; may be empty
-};
-
-/// Pose, speed and biases at one time: the ground truth's row, and an estimator's answer.
-struct StampedState {
-  double t = 0.0;
-  Transform T_W_B;
-  Vec3 v_W = Vec3::Zero();  ///< [m/s]
-  Vec3 b_a = Vec3::Zero();  ///< accelerometer bias [m/s²]
-  Vec3 b_g = Vec3::Zero();  ///< gyroscope bias [rad/s]
-};
 
 struct Calibration {
   Transform T_B_C;                                    ///< camera coordinates into body coordinates
@@ -68,11 +40,6 @@ inline int64_t NanosecondsAt(double t, int64_t origin_ns) { return origin_ns + s
 
 /// The same time as a recorder with whole nanoseconds would stamp it.
 inline double RoundToNanosecond(double t) { return SecondsAt(NanosecondsAt(t, 0), 0); }
-
-/// What the IMU felt from `t0` to `t1`: the readings in between, and one interpolated linearly at each end.
-/// @param imu  strictly increasing in time
-/// @return     samples for a Preintegration; empty if t0 ≥ t1 or the readings do not span [t0, t1]
-std::vector<ImuSample> SamplesBetween(const std::vector<ImuReading>& imu, double t0, double t1);
 
 /// The state at time `t`, interpolated between its neighbours: rotations along the shortest arc, the rest linearly.
 /// @param states  strictly increasing in time

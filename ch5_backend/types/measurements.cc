@@ -1,0 +1,31 @@
+#include "ch5_backend/types/measurements.h"
+
+#include <algorithm>
+
+namespace ch5 {
+
+std::vector<ImuSample> SamplesBetween(const std::vector<ImuReading>& imu, double t0, double t1) {
+  if (!(t0 < t1) || imu.empty() || t0 < imu.front().t || t1 > imu.back().t) return {};
+  std::vector<ImuSample> samples;
+  double last = t0;
+  const auto add = [&](double t, const Vec3& acceleration, const Vec3& gyroscope) {
+    samples.push_back({t - last, acceleration, gyroscope});
+    last = t;
+  };
+  const auto add_interpolated = [&](double t, auto after) {
+    if (after->t == t) return add(t, after->acceleration, after->gyroscope);
+    const auto before = std::prev(after);
+    const double weight = (t - before->t) / (after->t - before->t);
+    add(t, before->acceleration + weight * (after->acceleration - before->acceleration),
+        before->gyroscope + weight * (after->gyroscope - before->gyroscope));
+  };
+  auto next =
+      std::lower_bound(imu.begin(), imu.end(), t0, [](const ImuReading& reading, double t) { return reading.t < t; });
+  add_interpolated(t0, next);
+  if (next->t == t0) ++next;
+  for (; next->t < t1; ++next) add(next->t, next->acceleration, next->gyroscope);
+  add_interpolated(t1, next);
+  return samples;
+}
+
+}  // namespace ch5
