@@ -18,7 +18,7 @@ void Problem::MakeHessian() {
   H.setZero(size, size);
   b.setZero(size);
 
-  for (const auto& edge : graph_->Edges()) {
+  for (const auto& edge : ordering_.edges) {
     edge->Linearize();         // its residual and its Jacobians
     double drho;               // ρ' of the loss function, 1 without one
     MatXX robust_information;  // W_ρ of the loss function, W without one

@@ -25,6 +25,12 @@ void Edge::NoteInformation() {
   isotropic_information_ = W == w * MatXX::Identity(W.rows(), W.cols()) ? w : -1.0;
 }
 
+void Edge::SetLevel(int level) {
+  if (level < 0)
+    throw std::invalid_argument(TypeInfo() + ": the level must not be negative, got " + std::to_string(level));
+  level_ = level;
+}
+
 double Edge::Chi2() const {
   // Written out: a product of dynamic views would allocate, and this is called for every residual.
   double s = 0.0;

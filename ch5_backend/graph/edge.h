@@ -68,6 +68,12 @@ class Edge {
 
   int Id() const { return id_; }
 
+  /// Optimisations take the edges of one level only, 0 unless told otherwise: another level puts an edge aside, an
+  /// outlier for example, and it stays in the graph.
+  int Level() const { return level_; }
+  /// @throws std::invalid_argument if `level` is negative
+  void SetLevel(int level);
+
  protected:
   Edge(int residual_dimension, std::vector<std::shared_ptr<Vertex>> vertices, double* residual, double* information)
       : residual_dimension_(residual_dimension),
@@ -99,6 +105,7 @@ class Edge {
   double* information_;
   std::shared_ptr<const LossFunction> loss_;
   int id_ = -1;
+  int level_ = 0;
   bool numeric_jacobians_ = false;
   double isotropic_information_ = 1.0;
 };

@@ -1,17 +1,26 @@
 #include "ch5_backend/graph/graph.h"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 
 namespace ch5 {
 namespace {
 
+template <typename T>
+using Iterator = typename std::vector<std::shared_ptr<T>>::const_iterator;
+
 // Ids ascend with position, so a member is found by bisection.
 template <typename T>
-typename std::vector<std::shared_ptr<T>>::const_iterator Find(const std::vector<std::shared_ptr<T>>& items,
-                                                              const T& item) {
-  const auto it = std::lower_bound(items.begin(), items.end(), item.Id(),
-                                   [](const std::shared_ptr<T>& member, int id) { return member->Id() < id; });
+Iterator<T> LowerBound(const std::vector<std::shared_ptr<T>>& items, int id) {
+  if (items.empty() || items.back()->Id() < id) return items.end();
+  return std::lower_bound(items.begin(), items.end(), id,
+                          [](const std::shared_ptr<T>& member, int wanted) { return member->Id() < wanted; });
+}
+
+template <typename T>
+Iterator<T> Find(const std::vector<std::shared_ptr<T>>& items, const T& item) {
+  const auto it = LowerBound(items, item.Id());
   return it != items.end() && it->get() == &item ? it : items.end();
 }
 
@@ -22,9 +31,15 @@ std::string Name(const T& item) {
 
 }  // namespace
 
-Graph::~Graph() {
+Graph::~Graph() { Clear(); }
+
+void Graph::Clear() {
   for (const auto& edge : edges_) edge->id_ = -1;
   for (const auto& vertex : vertices_) vertex->id_ = vertex->ordering_id_ = -1;
+  edges_.clear();
+  vertices_.clear();
+  stack_.clear();
+  next_vertex_id_ = next_edge_id_ = 0;
 }
 
 void Graph::Swap(Graph* other) noexcept {
@@ -32,20 +47,35 @@ void Graph::Swap(Graph* other) noexcept {
   edges_.swap(other->edges_);
   std::swap(next_vertex_id_, other->next_vertex_id_);
   std::swap(next_edge_id_, other->next_edge_id_);
+  stack_.swap(other->stack_);
 }
 
-int Graph::AddVertex(std::shared_ptr<Vertex> vertex) {
+// Puts the item where its id belongs: mostly at the end.
+template <typename T>
+int Graph::Insert(std::shared_ptr<T> item, int id, const char* function, std::vector<std::shared_ptr<T>>* items,
+                  int* next_id) {
+  const auto fail = [&](const std::string& fault) {
+    throw GraphError(function + (": " + item->TypeInfo()) + " cannot have the id " + std::to_string(id) + ": " + fault);
+  };
+  if (id < 0 || id == std::numeric_limits<int>::max()) fail("ids are 0 to 2147483646");
+  const auto it = LowerBound(*items, id);
+  if (it != items->end() && (*it)->Id() == id) fail((*it)->TypeInfo() + " has it");
+  item->id_ = id;
+  items->insert(it, std::move(item));
+  *next_id = std::max(*next_id, id + 1);
+  return id;
+}
+
+int Graph::AddVertex(std::shared_ptr<Vertex> vertex, int id) {
   if (!vertex) throw GraphError("AddVertex: the vertex is null");
   if (vertex->Id() >= 0) throw GraphError("AddVertex: " + Name(*vertex) + " is already in a graph");
   if (!vertex->Parameters().allFinite()) {
     throw GraphError("AddVertex: " + Name(*vertex) + " holds a number that is not finite");
   }
-  vertex->id_ = next_vertex_id_++;
-  vertices_.push_back(std::move(vertex));
-  return vertices_.back()->Id();
+  return Insert(std::move(vertex), id, "AddVertex", &vertices_, &next_vertex_id_);
 }
 
-int Graph::AddEdge(std::shared_ptr<Edge> edge) {
+int Graph::AddEdge(std::shared_ptr<Edge> edge, int id) {
   if (!edge) throw GraphError("AddEdge: the edge is null");
   if (edge->Id() >= 0) throw GraphError("AddEdge: " + Name(*edge) + " is already in a graph");
   const auto& vertices = edge->Vertices();
@@ -59,9 +89,7 @@ int Graph::AddEdge(std::shared_ptr<Edge> edge) {
       if (vertices[k] == vertices[i]) fail(Name(*vertices[i]) + " is repeated");
     }
   }
-  edge->id_ = next_edge_id_++;
-  edges_.push_back(std::move(edge));
-  return edges_.back()->Id();
+  return Insert(std::move(edge), id, "AddEdge", &edges_, &next_edge_id_);
 }
 
 void Graph::RemoveEdge(const std::shared_ptr<Edge>& edge) {
@@ -93,9 +121,27 @@ std::vector<std::shared_ptr<Edge>> Graph::EdgesOf(const Vertex& vertex) const {
 bool Graph::Contains(const Vertex& vertex) const { return Find(vertices_, vertex) != vertices_.end(); }
 bool Graph::Contains(const Edge& edge) const { return Find(edges_, edge) != edges_.end(); }
 
-double ComputeCost(const Graph& graph) {
+void Graph::Push() {
+  stack_.emplace_back();
+  for (const auto& vertex : vertices_) stack_.back().push_back({vertex, vertex->Parameters()});
+}
+
+void Graph::Pop() {
+  if (stack_.empty()) throw GraphError("Pop: no state is on the stack");
+  for (const State& state : stack_.back()) {
+    if (Contains(*state.vertex)) state.vertex->Parameters() = state.parameters;
+  }
+  stack_.pop_back();
+}
+
+void Graph::DiscardTop() {
+  if (stack_.empty()) throw GraphError("DiscardTop: no state is on the stack");
+  stack_.pop_back();
+}
+
+double ComputeCost(const std::vector<std::shared_ptr<Edge>>& edges) {
   double sum = 0.0;
-  for (const auto& edge : graph.Edges()) {
+  for (const auto& edge : edges) {
     edge->ComputeResidual();
     sum += edge->RobustChi2();
   }

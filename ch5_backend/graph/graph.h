@@ -29,40 +29,66 @@ class Graph {
     return *this;
   }
 
+  /// @param id  its number; without one, the next after the largest so far. All that is summed is summed in the order
+  ///            of ids: members that bring their own may come in any order, and give the same bits
   /// @return the vertex' id
-  /// @throws GraphError if it is null, already in a graph, or holds a number that is not finite
-  int AddVertex(std::shared_ptr<Vertex> vertex);
+  /// @throws GraphError if it is null, already in a graph, or holds a number that is not finite; or if the id is taken
+  ///         or negative
+  int AddVertex(std::shared_ptr<Vertex> vertex) { return AddVertex(std::move(vertex), next_vertex_id_); }
+  int AddVertex(std::shared_ptr<Vertex> vertex, int id);
 
   /// @return the edge's id
   /// @throws GraphError if it is null, already in a graph, or one of its vertices is missing, repeated, or not in
-  ///         this graph
-  int AddEdge(std::shared_ptr<Edge> edge);
+  ///         this graph; or if the id is taken or negative
+  int AddEdge(std::shared_ptr<Edge> edge) { return AddEdge(std::move(edge), next_edge_id_); }
+  int AddEdge(std::shared_ptr<Edge> edge, int id);
 
   /// Removes an edge, or a vertex with all its edges. The other ids stay.
   /// @throws GraphError if it is not in this graph
   void RemoveEdge(const std::shared_ptr<Edge>& edge);
   void RemoveVertex(const std::shared_ptr<Vertex>& vertex);
+  /// Removes all, and forgets all that was pushed; ids begin at 0 again.
+  void Clear();
 
-  /// In order of insertion; ids ascend.
+  /// A stack of states: Push remembers the parameters of all vertices, Pop puts the last remembered ones back, to the
+  /// bit, and DiscardTop forgets them. A vertex that came later, or has left, is not touched.
+  /// @throws GraphError if nothing is on the stack
+  void Push();
+  void Pop();
+  void DiscardTop();
+  size_t StackSize() const { return stack_.size(); }
+
+  /// In order of id.
   const std::vector<std::shared_ptr<Vertex>>& Vertices() const { return vertices_; }
   const std::vector<std::shared_ptr<Edge>>& Edges() const { return edges_; }
 
-  /// The edges at a vertex, in order of insertion. Walks all edges.
+  /// The edges at a vertex, in order of id. Walks all edges.
   std::vector<std::shared_ptr<Edge>> EdgesOf(const Vertex& vertex) const;
 
   bool Contains(const Vertex& vertex) const;
   bool Contains(const Edge& edge) const;
 
  private:
+  /// What Push remembers of a vertex.
+  struct State {
+    std::shared_ptr<Vertex> vertex;
+    VecX parameters;
+  };
+
   void Swap(Graph* other) noexcept;
+  template <typename T>
+  static int Insert(std::shared_ptr<T> item, int id, const char* function, std::vector<std::shared_ptr<T>>* items,
+                    int* next_id);
 
   std::vector<std::shared_ptr<Vertex>> vertices_;
   std::vector<std::shared_ptr<Edge>> edges_;
   int next_vertex_id_ = 0;
   int next_edge_id_ = 0;
+  std::vector<std::vector<State>> stack_;
 };
 
-/// ½ Σ ρ(rᵀWr) over all edges at the present state; residuals are left computed.
-double ComputeCost(const Graph& graph);
+/// ½ Σ ρ(rᵀWr) over the edges, or over all of the graph's, at the present state; residuals are left computed.
+double ComputeCost(const std::vector<std::shared_ptr<Edge>>& edges);
+inline double ComputeCost(const Graph& graph) { return ComputeCost(graph.Edges()); }
 
 }  // namespace ch5

@@ -1,15 +1,36 @@
 #include "ch5_backend/graph/ordering.h"
 
-namespace ch5 {
+#include <algorithm>
+#include <unordered_set>
 
-Ordering MakeOrdering(const Graph& graph) {
+namespace ch5 {
+namespace {
+
+std::vector<std::shared_ptr<Edge>> SelectedEdges(const Graph& graph, const Selection& selection) {
+  std::unordered_set<const Vertex*> chosen;
+  for (const auto& vertex : selection.vertices) chosen.insert(vertex.get());
+  const auto is_chosen = [&](const std::shared_ptr<Vertex>& vertex) { return chosen.count(vertex.get()) > 0; };
+  std::vector<std::shared_ptr<Edge>> edges;
+  edges.reserve(graph.Edges().size());
+  for (const auto& edge : graph.Edges()) {
+    if (selection.level >= 0 && edge->Level() != selection.level) continue;
+    const auto& vertices = edge->Vertices();
+    if (selection.all_vertices || std::all_of(vertices.begin(), vertices.end(), is_chosen)) edges.push_back(edge);
+  }
+  return edges;
+}
+
+}  // namespace
+
+Ordering MakeOrdering(const Graph& graph, const Selection& selection) {
+  Ordering ordering;
+  ordering.edges = SelectedEdges(graph, selection);
   constexpr int kSeen = 0, kUnseen = -1;
   for (const auto& vertex : graph.Vertices()) vertex->SetOrderingId(kUnseen);
-  for (const auto& edge : graph.Edges()) {
+  for (const auto& edge : ordering.edges) {
     for (const auto& vertex : edge->Vertices()) vertex->SetOrderingId(vertex->IsFixed() ? kUnseen : kSeen);
   }
 
-  Ordering ordering;
   for (const auto& vertex : graph.Vertices()) {
     if (vertex->OrderingId() == kUnseen) continue;
     const bool is_pose = vertex->GetRole() == Role::kPose;

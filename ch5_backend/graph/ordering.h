@@ -15,16 +15,26 @@
 
 namespace ch5 {
 
+/// Which part of a graph takes part (g2o's initializeOptimization).
+struct Selection {
+  int level = 0;                                  ///< edges of this level, or of all levels if it is negative
+  bool all_vertices = true;                       ///< or only those below
+  std::vector<std::shared_ptr<Vertex>> vertices;  ///< an edge takes part only if all its vertices are among them
+};
+
 struct Ordering {
   int dim_poses = 0;
   int dim_landmarks = 0;
   std::vector<std::shared_ptr<Vertex>> poses;      ///< free vertices in the order of their rows
   std::vector<std::shared_ptr<Vertex>> landmarks;  ///< likewise; rows begin at dim_poses
+  /// The selected edges, in order of id. One whose vertices are all fixed is a constant of the cost: not active, it
+  /// has no part in H and b.
+  std::vector<std::shared_ptr<Edge>> edges;
   int Size() const { return dim_poses + dim_landmarks; }
 };
 
-/// Gives every free vertex that has an edge its OrderingId, in order of id within each role; the others get −1: a
-/// fixed vertex has no columns, and a vertex without edges would leave H with a zero row.
-Ordering MakeOrdering(const Graph& graph);
+/// Gives every free vertex that has a selected edge its OrderingId, in order of id within each role; the others get −1:
+/// a fixed vertex has no columns, and a vertex without edges would leave H with a zero row.
+Ordering MakeOrdering(const Graph& graph, const Selection& selection = {});
 
 }  // namespace ch5

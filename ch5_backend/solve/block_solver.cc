@@ -27,7 +27,7 @@ BlockSolverBase::BlockSolverBase(Graph* graph, int pose_dim, int landmark_dim, i
 // ---- structure -------------------------------------------------------------------------------------------------
 
 void BlockSolverBase::SetOrdering() {
-  system_.structure = BuildBlockStructure(*graph_);
+  system_.structure = BuildBlockStructure(*graph_, selection_);
   CheckDimensions();
   FindNumericJacobians();
   const BlockStructure& s = system_.structure;

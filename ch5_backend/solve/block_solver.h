@@ -29,6 +29,8 @@ class BlockSolverBase : public NormalEquations {
   /// g2o's buildStructure: numbers the unknowns, sorts the edges by landmark, finds the patterns and takes all memory.
   /// @throws GraphError if an edge ties two free landmarks, or a vertex does not have the solver's dimension
   void SetOrdering() override;
+  /// The part of the graph that takes part, from the next SetOrdering on.
+  void Select(Selection selection) { selection_ = std::move(selection); }
   int Size() const override { return system_.structure.Size(); }
   double ComputeChi() override;
   /// g2o's buildSystem.
@@ -49,6 +51,8 @@ class BlockSolverBase : public NormalEquations {
   /// The reduced system of the last SolveLinearSystem.
   MatXX SchurComplement() const { return system_.S.Dense(); }
   const BlockStructure& Structure() const { return system_.structure; }
+  /// All numbers of the last MakeHessian and SolveLinearSystem.
+  const BlockSystem& System() const { return system_; }
 
   /// Chosen by MakeCholesky's rule unless set; takes effect at the next SetOrdering.
   void SetReducedSolver(std::unique_ptr<ReducedSolver> solver) { reduced_solver_ = std::move(solver); }
@@ -60,6 +64,7 @@ class BlockSolverBase : public NormalEquations {
   int NumPoses() const { return static_cast<int>(system_.structure.poses.size()); }
 
   Graph* graph_;
+  Selection selection_;
   int pose_dim_, landmark_dim_;
   const BlockPasses& passes_;
   mutable ThreadPool pool_;

@@ -13,10 +13,8 @@ std::string Name(const Vertex& vertex) { return vertex.TypeInfo() + " " + std::t
 // Fills a BlockStructure step by step, in the order in which Build calls them.
 class Builder {
  public:
-  explicit Builder(const Graph& graph) : graph_(graph) {}
-
-  BlockStructure Build() {
-    s_.ordering = MakeOrdering(graph_);
+  BlockStructure Build(const Graph& graph, const Selection& selection) {
+    s_.ordering = MakeOrdering(graph, selection);
     NumberVertices();
     SortEdges();
     FindSlots();
@@ -67,7 +65,7 @@ class Builder {
   void SortEdges() {
     const size_t num_landmarks = s_.landmarks.size();
     std::vector<std::vector<EdgeRecord>> groups(num_landmarks + 2);  // landmarks, then poses only, then constant
-    for (const auto& edge : graph_.Edges()) {
+    for (const auto& edge : s_.ordering.edges) {
       EdgeRecord record{edge.get(), edge->ResidualDimension(), 0, 0, 0, {kNone, kNone, kNone, 0}};
       record.landmark.position = LandmarkPosition(*edge);
       const bool is_free = std::any_of(edge->Vertices().begin(), edge->Vertices().end(),
@@ -77,7 +75,7 @@ class Builder {
                                                              : num_landmarks + (is_free ? 0 : 1);
       groups[group].push_back(record);
     }
-    s_.edges.reserve(graph_.Edges().size());
+    s_.edges.reserve(s_.ordering.edges.size());
     for (size_t group = 0; group < groups.size(); ++group) {
       if (group <= num_landmarks) s_.landmark_edges.push_back(static_cast<int>(s_.edges.size()));
       s_.edges.insert(s_.edges.end(), groups[group].begin(), groups[group].end());
@@ -208,13 +206,14 @@ class Builder {
     });
   }
 
-  const Graph& graph_;
   BlockStructure s_;
   std::vector<int> block_of_row_;
 };
 
 }  // namespace
 
-BlockStructure BuildBlockStructure(const Graph& graph) { return Builder(graph).Build(); }
+BlockStructure BuildBlockStructure(const Graph& graph, const Selection& selection) {
+  return Builder().Build(graph, selection);
+}
 
 }  // namespace ch5

@@ -62,8 +62,8 @@ struct BlockStructure {
   int Size() const { return ordering.Size(); }
 };
 
-/// Numbers the graph's vertices (MakeOrdering) and finds the structure above.
+/// Numbers the selected vertices of the graph (MakeOrdering) and finds the structure above.
 /// @throws GraphError if an edge ties two free landmarks; both are named
-BlockStructure BuildBlockStructure(const Graph& graph);
+BlockStructure BuildBlockStructure(const Graph& graph, const Selection& selection = {});
 
 }  // namespace ch5

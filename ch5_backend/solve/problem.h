@@ -33,7 +33,7 @@ class Problem : public NormalEquations {
 
   void SetOrdering() override;
   int Size() const override { return ordering_.Size(); }
-  double ComputeChi() override { return ComputeCost(*graph_); }
+  double ComputeChi() override { return ComputeCost(ordering_.edges); }
 
   /// Stage 1.1.  H = Σ JᵀW_ρJ,  b = −Σ ρ'JᵀWr  over all edges; fixed vertices have no columns.
   void MakeHessian() override;
