@@ -1,0 +1,85 @@
+#include <cmath>
+
+#include "ch5_backend/math/so3.h"
+#include "tests/bench/ceres_solve.h"
+
+namespace ch5::peer {
+namespace {
+
+template <int R, int C>
+using RowMajor = Eigen::Matrix<double, R, C, Eigen::RowMajor>;
+
+// The residual of types/edge_bal.h, its rotation by Rodrigues' formula, its derivatives worked out by hand.
+class Observation : public ceres::SizedCostFunction<2, 9, 3> {
+ public:
+  explicit Observation(const Vec2& pixel) : pixel_(pixel) {}
+
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    const Eigen::Map<const Vec9> camera(x[0]);
+    const Eigen::Map<const Vec3> X(x[1]);
+    const Vec3 omega = camera.head<3>();
+    // R = I + a[ω] + b[ω]²,  J_l = I + b[ω] + c[ω]²
+    const double square = omega.squaredNorm(), angle = std::sqrt(square);
+    const bool tiny = angle < 1e-6;
+    const double sine = std::sin(angle), a = tiny ? 1.0 : sine / angle;
+    const double b = tiny ? 0.5 : (1.0 - std::cos(angle)) / square;
+    const Vec3 wX = omega.cross(X), wwX = omega.cross(wX);
+    const Vec3 RX = X + a * wX + b * wwX;
+    const Vec3 P = RX + camera.segment<3>(3);
+    const double z_inverse = -1.0 / P.z(), f = camera[6], k1 = camera[7], k2 = camera[8];
+    const Vec2 p = P.head<2>() * z_inverse;
+    const double n = p.squaredNorm(), d = 1.0 + n * (k1 + n * k2);
+    Eigen::Map<Vec2>{residuals} = f * d * p - pixel_;
+    if (!jacobians) return true;
+
+    const double e = 2.0 * f * (k1 + 2.0 * k2 * n);
+    Mat23 du_dP;
+    du_dP << f * d + e * p.x() * p.x(), e * p.x() * p.y(), 0.0, e * p.x() * p.y(), f * d + e * p.y() * p.y(), 0.0;
+    du_dP.col(2) = du_dP.leftCols<2>() * p;
+    du_dP *= z_inverse;
+    // A (I + b[ω] + c[ω]²) by cross products of A's rows.
+    const auto times = [&](const Mat23& A, double b1, double b2) -> Mat23 {
+      const Mat23 A_w = RowsCross(A, omega);
+      return A + b1 * A_w + b2 * RowsCross(A_w, omega);
+    };
+    if (jacobians[0]) {
+      const double c = tiny ? 1.0 / 6.0 : (1.0 - a) / square;
+      Eigen::Map<RowMajor<2, 9>> J(jacobians[0]);
+      J.leftCols<3>() = times(RowsCross(du_dP, -RX), b, c);
+      J.middleCols<3>(3) = du_dP;
+      J.col(6) = d * p;
+      J.col(7) = f * n * p;
+      J.col(8) = f * n * n * p;
+    }
+    if (jacobians[1]) Eigen::Map<RowMajor<2, 3>>{jacobians[1]} = times(du_dP, a, b);
+    return true;
+  }
+
+ private:
+  Vec2 pixel_;
+};
+
+}  // namespace
+
+PeerResult SolveBalWithCeres(const BalProblem& start, const PeerOptions& options) {
+  BalProblem states = start;
+  ceres::Problem::Options problem_options;
+  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(problem_options);
+  ceres::HuberLoss huber(options.huber > 0.0 ? options.huber : 1.0);
+  for (const BalObservation& seen : start.observations) {
+    problem.AddResidualBlock(new Observation(seen.pixel), options.huber > 0.0 ? &huber : nullptr,
+                             states.cameras[static_cast<size_t>(seen.camera)].data(),
+                             states.points[static_cast<size_t>(seen.point)].data());
+  }
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (Vec3& point : states.points) {
+    if (problem.HasParameterBlock(point.data())) ordering->AddElementToGroup(point.data(), 0);
+  }
+  for (Vec9& camera : states.cameras) {
+    if (problem.HasParameterBlock(camera.data())) ordering->AddElementToGroup(camera.data(), 1);
+  }
+  return SolveWithCeres(options, ordering, &problem);
+}
+
+}  // namespace ch5::peer

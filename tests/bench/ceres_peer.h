@@ -1,0 +1,41 @@
+#pragma once
+/// The peer in our races: the same problems solved by Ceres, with analytic Jacobians, from the same start.
+
+#include <vector>
+
+#include "ch5_backend/world/bal.h"
+#include "ch5_backend/world/window_dump.h"
+
+namespace ch5::peer {
+
+enum class LinearSolver { kDenseSchur, kSparseSchur, kIterativeSchur };
+
+struct PeerOptions {
+  LinearSolver linear_solver = LinearSolver::kDenseSchur;
+  int iterations = 20;
+  int threads = 1;
+  double huber = 0.0;      ///< BAL: threshold [px], 0 for plain least squares
+  bool dogleg = false;     ///< instead of Levenberg-Marquardt
+  double tolerance = 0.0;  ///< of the cost's relative change; 0 runs all iterations
+};
+
+struct PeerPoint {
+  double seconds, cost;  ///< since the start, the preprocessor included; ½ Σρ
+};
+
+struct PeerResult {
+  double initial_cost = 0.0, final_cost = 0.0, seconds = 0.0;
+  int iterations = 0;  ///< linear systems solved, those of rejected steps included
+  std::vector<PeerPoint> trace;
+
+  /// Time until the cost was at most `cost`, or −1.
+  double SecondsTo(double cost) const;
+};
+
+/// A BAL problem; Ceres' damping is λ diag(H), as our Damping::kDiagonal with tau = 1e-4.
+PeerResult SolveBalWithCeres(const BalProblem& problem, const PeerOptions& options);
+
+/// A window as VINS-Mono solves it; the preintegration and what it needs is made before the clock starts, as for us.
+PeerResult SolveWindowWithCeres(const WindowDump& dump, const PeerOptions& options);
+
+}  // namespace ch5::peer

@@ -1,0 +1,50 @@
+#include "tests/bench/ceres_solve.h"
+
+namespace ch5::peer {
+namespace {
+
+ceres::LinearSolverType Type(LinearSolver solver) {
+  switch (solver) {
+    case LinearSolver::kSparseSchur: return ceres::SPARSE_SCHUR;
+    case LinearSolver::kIterativeSchur: return ceres::ITERATIVE_SCHUR;
+    case LinearSolver::kDenseSchur: break;
+  }
+  return ceres::DENSE_SCHUR;
+}
+
+}  // namespace
+
+double PeerResult::SecondsTo(double cost) const {
+  for (const PeerPoint& point : trace) {
+    if (point.cost <= cost) return point.seconds;
+  }
+  return -1.0;
+}
+
+PeerResult SolveWithCeres(const PeerOptions& options, std::shared_ptr<ceres::ParameterBlockOrdering> ordering,
+                          ceres::Problem* problem) {
+  ceres::Solver::Options ceres_options;
+  ceres_options.linear_solver_type = Type(options.linear_solver);
+  ceres_options.linear_solver_ordering = std::move(ordering);
+  ceres_options.preconditioner_type = ceres::SCHUR_JACOBI;
+  ceres_options.dense_linear_algebra_library_type = ceres::LAPACK;
+  ceres_options.trust_region_strategy_type = options.dogleg ? ceres::DOGLEG : ceres::LEVENBERG_MARQUARDT;
+  ceres_options.num_threads = options.threads;
+  ceres_options.max_num_iterations = options.iterations;
+  ceres_options.function_tolerance = options.tolerance;
+  ceres_options.gradient_tolerance = ceres_options.parameter_tolerance = 0.0;
+  ceres_options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(ceres_options, problem, &summary);
+  PeerResult result{summary.initial_cost,
+                    summary.final_cost,
+                    summary.total_time_in_seconds,
+                    static_cast<int>(summary.iterations.size()) - 1,
+                    {}};
+  for (const auto& it : summary.iterations) {
+    result.trace.push_back({it.cumulative_time_in_seconds + summary.preprocessor_time_in_seconds, it.cost});
+  }
+  return result;
+}
+
+}  // namespace ch5::peer
