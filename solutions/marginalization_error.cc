@@ -42,7 +42,7 @@ int MarginalizationError::InsertBlock(int dim, bool is_landmark) {
 // ---- Stage 5.2:  the Schur complement ------------------------------------------------------------------------------
 
 void MarginalizationError::SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a) {
-  const MatXX V_inv_sqrt = PseudoInverseSquareRoot(V);  // V_inv_sqrt V_inv_sqrtᵀ = V⁺
+  const MatXX V_inv_sqrt = PseudoInverseSquareRoot(V);  // V_inv_sqrt V_inv_sqrtᵀ stands for V⁻¹
   // TODO:: home work 5.2. With M = W V_inv_sqrt:  U ← U − M Mᵀ,  b_a ← b_a − M V_inv_sqrtᵀ b_b.
   // BEGIN SOLUTION 5.2 SchurComplement
   const MatXX M = W * V_inv_sqrt;

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
 
 #include "ch5_backend/marginalize/marginalization_error.h"

@@ -3,17 +3,6 @@
 #include "ch5_backend/marginalize/square_root.h"
 
 namespace ch5 {
-namespace {
-
-// The pseudo-inverse of VINS: eigenvalues ≤ eps count as zero. V S⁺ Vᵀ = (S^½Vᵀ)⁺ ((S^½Vᵀ)⁺)ᵀ
-MatXX PseudoInverse(const MatXX& A, double eps) {
-  const EigenPairs eigen = DecomposeSymmetric(A);
-  const VecX S_inverse = (eigen.S.array() > eps).select(eigen.S.array().inverse(), 0.0);
-  return eigen.V * S_inverse.asDiagonal() * eigen.V.transpose();
-}
-
-}  // namespace
-
 void MarginalizationInfo::Marginalize() {
   // A = Σ JᵀW_ρJ,  b = Σ ρ'JᵀWr
   A_ = MatXX::Zero(m_ + n_, m_ + n_);
@@ -40,18 +29,16 @@ void MarginalizationInfo::Marginalize() {
 
   // A_r = A_rr − A_rm A_mm⁺ A_mr,  b_r = b_r − A_rm A_mm⁺ b_m
   const MatXX A_mm = 0.5 * (A_.topLeftCorner(m_, m_) + A_.topLeftCorner(m_, m_).transpose());
-  const MatXX A_mm_inv = PseudoInverse(A_mm, kEps);
+  const MatXX A_mm_inv_sqrt = PseudoInverseSquareRoot(A_mm, EigenCut::Vins());
+  const MatXX A_mm_inv = A_mm_inv_sqrt * A_mm_inv_sqrt.transpose();
   const MatXX A_rm_A_mm_inv = A_.bottomLeftCorner(n_, m_) * A_mm_inv;
   const MatXX A_r = A_.bottomRightCorner(n_, n_) - A_rm_A_mm_inv * A_.topRightCorner(m_, n_);
   const VecX b_r = b_.tail(n_) - A_rm_A_mm_inv * b_.head(m_);
 
-  // A_r = V S Vᵀ,  J = S^½ Vᵀ,  r₀ = S^-½ Vᵀ b_r
-  const EigenPairs eigen = DecomposeSymmetric(A_r);
-  const auto kept = eigen.S.array() > kEps;
-  const VecX S_sqrt = kept.select(eigen.S.array().max(0.0).sqrt(), 0.0);
-  const VecX S_inv_sqrt = kept.select(eigen.S.array().max(kEps).rsqrt(), 0.0);
-  linearized_jacobians_ = S_sqrt.asDiagonal() * eigen.V.transpose();
-  linearized_residuals_ = S_inv_sqrt.asDiagonal() * (eigen.V.transpose() * b_r);
+  // A_r = V S Vᵀ,  J = S^½ Vᵀ,  r₀ = S^-½ Vᵀ b_r;  VINS' b is −b.
+  SquareRootForm form = FactorNormalEquations(A_r, -b_r, EigenCut::Vins());
+  linearized_jacobians_ = std::move(form.J);
+  linearized_residuals_ = std::move(form.r0);
 }
 
 }  // namespace ch5

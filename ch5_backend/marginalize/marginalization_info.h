@@ -28,8 +28,6 @@ struct ResidualBlockInfo {
 
 class MarginalizationInfo {
  public:
-  static constexpr double kEps = 1e-8;
-
   /// @throws std::invalid_argument if a position lies outside of the edge's vertices
   void AddResidualBlockInfo(const ResidualBlockInfo& info);
 

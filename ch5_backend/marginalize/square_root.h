@@ -22,15 +22,12 @@ struct SquareRootForm {
 };
 
 /// J = (P U S^½)ᵀ and r₀ = −S^-½ Uᵀ P⁻¹ b over the eigenvalues S of P⁻¹HP⁻¹ = U S Uᵀ that are not cut.
-/// @param H  n×n symmetric positive semi-definite;  @param b  n×1
+/// @param H  n×n symmetric positive semi-definite;  @param b  n×1, in the range of H
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenCut& cut);
 
-/// A = V S Vᵀ of a symmetric matrix (the lower half is read), S ascending; kept here for compile time.
-struct EigenPairs {
-  MatXX V;
-  VecX S;
-};
-EigenPairs DecomposeSymmetric(const MatXX& A);
+/// The same H and b from another J, a permuted triangle: Cholesky of P⁻¹HP⁻¹ with diagonal pivoting, which ends where
+/// the rest is rounding. A tenth of an eigen-decomposition's time.  Golub & Van Loan, "Matrix Computations", §4.2.8.
+SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b);
 
 /// p_i = √H_ii where H_ii > 1e-9, else 1e-3 (OKVIS): what makes the diagonal of P⁻¹HP⁻¹ one.
 VecX ScalingOf(const MatXX& H);
@@ -43,7 +40,9 @@ struct ScaledEigen {
 };
 ScaledEigen DecomposeScaled(const MatXX& H, const VecX& p_inverse);
 
-/// M with M Mᵀ = A⁺, the pseudo-inverse's square root; eigenvalues ≤ n·ε·λ_max count as zero.
-MatXX PseudoInverseSquareRoot(const MatXX& A);
+/// M with A M Mᵀ A = A, so that W M MᵀWᵀ is what a Schur complement takes away; M Mᵀ = A⁻¹ where A has full rank, and
+/// A⁺ where the cut does not scale.
+/// @param A  n×n symmetric positive semi-definite
+MatXX PseudoInverseSquareRoot(const MatXX& A, const EigenCut& cut = EigenCut::Okvis());
 
 }  // namespace ch5

@@ -19,8 +19,6 @@ VecX SchurB(const MatXX& H, const VecX& b, Eigen::Index n) {
   return b.head(n) - H.topRightCorner(n, m) * H.bottomRightCorner(m, m).inverse() * b.tail(m);
 }
 
-double RelativeError(const MatXX& A, const MatXX& B) { return (A - B).norm() / (1e-300 + B.norm()); }
-
 TEST(Marginalize, EqualsADenseSchurComplement) {
   for (const uint64_t seed : {1u, 2u, 3u}) {
     const SmallWindow window(seed);
@@ -42,12 +40,33 @@ TEST(Marginalize, PriorReproducesTheNormalEquations) {
   const SmallWindow window;
   const auto drop = window.Oldest();
   const MarginalSystem system = EliminateVertices(window.EdgesAt(drop), drop);
-  for (const EigenCut& cut : {EigenCut::Okvis(), EigenCut::Vins()}) {
-    const SquareRootForm form = FactorNormalEquations(system.H, system.b, cut);
+  for (const SquareRootForm& form :
+       {FactorNormalEquations(system.H, system.b), FactorNormalEquations(system.H, system.b, EigenCut::Okvis()),
+        FactorNormalEquations(system.H, system.b, EigenCut::Vins())}) {
     EXPECT_LT(RelativeError(form.J.transpose() * form.J, system.H), 1e-9);
     // b lies in the range of H up to what the cut removed.
     EXPECT_LT((form.J.transpose() * form.r0 + system.b).norm(), 1e-6 * system.b.norm());
   }
+}
+
+// H of rank 3 in states whose units differ by 1e6: as many rows, and b, which lies in H's range, is kept.
+TEST(Marginalize, BothFactorisationsFindTheRank) {
+  Random random(11);
+  MatXX B(3, 5);
+  for (int k = 0; k < B.size(); ++k) B.data()[k] = random.Normal() * std::pow(10.0, k / 3 * 3 - 6);
+  const MatXX H = B.transpose() * B;
+  const VecX b = B.transpose() * Vec3(1.0, -2.0, 0.5);
+  const SquareRootForm triangle = FactorNormalEquations(H, b);
+  const SquareRootForm eigen = FactorNormalEquations(H, b, EigenCut::Okvis());
+  EXPECT_EQ(triangle.J.rows(), 3);
+  EXPECT_EQ(eigen.J.rows(), 3);
+  for (const SquareRootForm& form : {triangle, eigen}) {
+    EXPECT_LT(RelativeError(form.J.transpose() * form.J, H), 1e-13);
+    EXPECT_LT(RelativeError(form.J.transpose() * form.r0, -b), 1e-9);
+    EXPECT_NEAR(form.r0.norm(), Vec3(1.0, -2.0, 0.5).norm(), 1e-6);
+  }
+  EXPECT_EQ(FactorNormalEquations(MatXX(0, 0), VecX(0)).J.size(), 0);
+  EXPECT_EQ(FactorNormalEquations(MatXX::Zero(2, 2), VecX::Zero(2)).J.rows(), 0);
 }
 
 // basalt's test_linearization: QR and Schur give the same H and b.
@@ -175,8 +194,8 @@ TEST(Marginalize, GaussNewtonStepEqualsTheBatchAtTheLinearisationPoint) {
   for (const auto& v : window.graph.Vertices()) {
     if (v->OrderingId() < 0) continue;
     const VecX ours = step.segment(v->OrderingId(), v->LocalDimension());
-    // H's condition number is about 1e10: 1e-6 of the step is what two ways to solve can differ by.
-    EXPECT_LT((ours - expected[v.get()]).norm(), 1e-6 * (0.1 + expected[v.get()].norm())) << v->TypeInfo() << v->Id();
+    // H's condition number is about 1e10: what two ways to solve can differ by (a prior by QR is as far off).
+    EXPECT_LT((ours - expected[v.get()]).norm(), 1e-5 * (0.1 + expected[v.get()].norm())) << v->TypeInfo() << v->Id();
   }
 }
 

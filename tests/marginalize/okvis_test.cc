@@ -5,8 +5,6 @@
 namespace ch5 {
 namespace {
 
-double RelativeError(const MatXX& A, const MatXX& B) { return (A - B).norm() / (1e-300 + B.norm()); }
-
 MarginalizationError Accumulate(const SmallWindow& window, bool reversed = false) {
   auto edges = window.EdgesAt(window.Oldest());
   if (reversed) std::reverse(edges.begin(), edges.end());

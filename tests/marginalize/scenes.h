@@ -12,6 +12,8 @@
 
 namespace ch5 {
 
+inline double RelativeError(const MatXX& A, const MatXX& B) { return (A - B).norm() / (1e-300 + B.norm()); }
+
 /// r = Σ A_i x_i − z, for problems whose batch solution is known exactly.
 class LinearEdge : public Edge {
  public:

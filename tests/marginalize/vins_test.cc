@@ -5,8 +5,6 @@
 namespace ch5 {
 namespace {
 
-double RelativeError(const MatXX& A, const MatXX& B) { return (A - B).norm() / (1e-300 + B.norm()); }
-
 // MARGIN_OLD in miniature: each residual names the positions of frame 0, its speed-bias, and its landmarks.
 MarginalizationInfo MarginOld(const SmallWindow& window) {
   const auto drop = window.Oldest();
