@@ -7,9 +7,11 @@
 ///       │ H_dk │ H_dd │      │   │
 ///       └──────┴──────┘      └───┘
 ///
-/// 1. each landmark by itself:  H ← H − w V⁺ wᵀ    (cost: the square of what it touches, not of the whole)
+/// 1. the landmarks, whose V are small and by themselves:  H ← H − Σ w V⁺ wᵀ
 /// 2. the dropped poses, one small dense block:  H_kk − H_kd H_dd⁺ H_dk
-/// 3. H = JᵀJ, b = −Jᵀr₀ by an eigen-decomposition of what remains only
+/// 3. H = JᵀJ, b = −Jᵀr₀ of what remains
+
+#include <optional>
 
 #include "ch5_backend/marginalize/edge_prior.h"
 #include "ch5_backend/marginalize/square_root.h"
@@ -30,8 +32,9 @@ struct MarginalSystem {
 MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges,
                                  const std::vector<std::shared_ptr<Vertex>>& drop);
 
-/// EliminateVertices, then FactorNormalEquations; x0 are the present states.
+/// EliminateVertices, then FactorNormalEquations, by Cholesky or by the eigenvalues that a cut leaves; x0 are the present
+/// states.
 Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
-                  const EigenCut& cut = EigenCut::Okvis());
+                  const std::optional<EigenCut>& cut = std::nullopt);
 
 }  // namespace ch5

@@ -2,11 +2,10 @@
 
 #include <benchmark/benchmark.h>
 
-#include "ch5_backend/apps/studies/window_graph.h"
-#include "ch5_backend/marginalize/marginalization_info.h"
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/marginalize/qr_elimination.h"
 #include "ch5_backend/solve/sparse_optimizer.h"
+#include "tests/window/oldest.h"
 
 namespace ch5 {
 namespace {
@@ -14,25 +13,6 @@ namespace {
 WindowDump Read(const std::string& name) {
   return ReadWindowDump(std::string(CH5_DATA_DIR) + "/windows/" + name + ".txt");
 }
-
-// MARGIN_OLD: frame 0, its speed and biases, the landmarks it hosts, and every edge at them.
-struct Oldest {
-  std::vector<std::shared_ptr<Vertex>> drop;
-  std::vector<std::shared_ptr<Edge>> edges;
-  explicit Oldest(const WindowDump& dump, const WindowGraph& window) {
-    drop = {window.poses[0], window.speed_biases[0]};
-    for (size_t l = 0; l < dump.landmarks.size(); ++l) {
-      if (dump.landmarks[l].host == 0) drop.push_back(window.landmarks[l]);
-    }
-    for (const auto& edge : window.graph.Edges()) {
-      const auto& v = edge->Vertices();
-      const bool at = std::any_of(v.begin(), v.end(), [&](const auto& vertex) {
-        return std::find(drop.begin(), drop.end(), vertex) != drop.end();
-      });
-      if (at) edges.push_back(edge);
-    }
-  }
-};
 
 void SolveEightIterations(benchmark::State& state, const std::string& name) {
   const WindowDump dump = Read(name);
@@ -63,21 +43,7 @@ void MarginalizeLikeVins(benchmark::State& state, const std::string& name) {
   const WindowDump dump = Read(name);
   const WindowGraph window = BuildWindowGraph(dump);
   const Oldest oldest(dump, window);
-  for (auto _ : state) {
-    MarginalizationInfo info;
-    for (const auto& edge : oldest.edges) {
-      ResidualBlockInfo block{edge, {}};
-      for (size_t i = 0; i < edge->Vertices().size(); ++i) {
-        if (std::find(oldest.drop.begin(), oldest.drop.end(), edge->Vertices()[i]) != oldest.drop.end()) {
-          block.drop_set.push_back(static_cast<int>(i));
-        }
-      }
-      info.AddResidualBlockInfo(block);
-    }
-    info.PreMarginalize();
-    info.Marginalize();
-    benchmark::DoNotOptimize(info.GetParameterBlocks());
-  }
+  for (auto _ : state) benchmark::DoNotOptimize(oldest.MarginalizeLikeVins());
 }
 
 void MarginalizeByQr(benchmark::State& state, const std::string& name) {

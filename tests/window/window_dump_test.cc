@@ -2,9 +2,11 @@
 
 #include <filesystem>
 
-#include "ch5_backend/apps/studies/window_graph.h"
+#include "ch5_backend/marginalize/marginalize.h"
+#include "ch5_backend/marginalize/qr_elimination.h"
 #include "ch5_backend/solve/problem.h"
 #include "ch5_backend/solve/sparse_optimizer.h"
+#include "tests/window/oldest.h"
 
 namespace ch5 {
 namespace {
@@ -54,6 +56,23 @@ TEST_P(WindowDumps, ConvergesToTheReference) {
   EXPECT_LE(summary.final_cost, GetParam().converged * (1.0 + 1e-4)) << summary.message;
   RecordProperty("iterations", summary.iterations);
   RecordProperty("milliseconds", std::to_string(1e3 * summary.seconds));
+}
+
+// The oldest frame marginalised in three ways is one prior: the same H and b on the same vertices.
+TEST_P(WindowDumps, MarginalizingTheOldestFrameEqualsVins) {
+  const WindowDump dump = ReadWindowDump(path_);
+  const WindowGraph window = BuildWindowGraph(dump);
+  if (dump.imu.empty()) GTEST_SKIP() << "a window without IMU";
+  const Oldest oldest(dump, window);
+  const Prior vins = oldest.MarginalizeLikeVins();
+  const MatXX H = vins.J.transpose() * vins.J;
+  const VecX b = vins.J.transpose() * vins.r0;
+  for (const Prior& prior :
+       {Marginalize(oldest.edges, oldest.drop), MarginalizeQr<double>(oldest.edges, oldest.drop)}) {
+    ASSERT_EQ(prior.vertices, vins.vertices);
+    EXPECT_LT((prior.J.transpose() * prior.J - H).norm(), 1e-6 * H.norm());
+    EXPECT_LT((prior.J.transpose() * prior.r0 - b).norm(), 1e-6 * b.norm());
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(, WindowDumps,
