@@ -1,0 +1,98 @@
+#pragma once
+/// A visual-inertial odometry: measurements in, one state per image out.
+///
+///   AddImu ─► readings ─┐
+///                       ├─► new frame, predicted ─► [not started: stand still, or align] ─► solve ─► slide
+///   AddFrame ─► tracks ─┘
+///
+/// It starts from standing still (gravity and gyroscope bias are the readings' mean), or while moving by aligning
+/// vision with the IMU; it starts again when its estimate cannot be true.
+
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "ch5_backend/solve/sparse_optimizer.h"
+#include "ch5_backend/window/policy.h"
+#include "ch5_backend/window/still.h"
+#include "ch5_backend/window/vins_window.h"
+
+namespace ch5 {
+
+/// A measurement that cannot be used: its time is not after the last one's, or a number is not finite. The estimator
+/// is as before.
+class MeasurementError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+struct EstimatorOptions {
+  Transform T_B_C;
+  ImuNoise imu_noise;
+  WindowWeights weights;
+  double time_offset = 0.0;  ///< first guess of what the camera's clock is late by [s]
+  bool estimate_time_offset = false;
+  bool estimate_extrinsic = false;
+  double max_outlier_pixels = 5.0;      ///< a landmark with more mean reprojection error is dropped [px]
+  double reintegrate_gyroscope = 1e-4;  ///< integrate again if ‖δb_g‖ Δt exceeds this [rad]
+  StillOptions still;
+  double start_pixels = 8.0;  ///< so much motion in the image after standing still starts the estimate
+  // What a start from standing still is sure of, σ
+  double start_speed = 0.1;               ///< [m/s]
+  double start_bias_accelerometer = 0.1;  ///< [m/s²]
+  double start_bias_gyroscope = 0.005;    ///< [rad/s]
+};
+
+/// What became of one image.
+struct FrameReport {
+  enum class Status { kStarting, kTracking, kRestarted };
+  Status status = Status::kStarting;
+  std::optional<StampedState> state;  ///< of this image, if tracking
+  Failure failure = Failure::kNone;   ///< why it restarted
+  Summary solve;
+  int landmarks = 0;  ///< used in the solve
+};
+
+class Estimator {
+ public:
+  Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy);
+
+  /// @throws MeasurementError
+  void AddImu(const ImuReading& reading);
+  /// The readings must reach beyond the image's time (plus the time offset): what is missing counts as a gap.
+  /// @throws MeasurementError
+  FrameReport AddFrame(const CameraFrame& frame);
+
+  const Window& GetWindow() const { return window_; }
+  const WindowPolicy& Policy() const { return *policy_; }
+  bool Started() const { return started_; }
+  int Restarts() const { return restarts_; }
+  double TimeOffset() const { return window_.time_offset->GetEstimate()[0]; }
+
+ private:
+  void Check(const CameraFrame& frame) const;
+  void AppendFrame(const CameraFrame& frame);
+  void AppendTracks(const CameraFrame& frame);
+  std::shared_ptr<Preintegration> Integrate(const WindowFrame& from, double t1) const;
+  void Start();
+  void StandStill(const StillState& still);
+  FrameReport Track();
+  void Reintegrate();
+  void Forget();
+
+  EstimatorOptions options_;
+  std::unique_ptr<WindowPolicy> policy_;
+  Window window_;
+  SparseOptimizer optimizer_;
+  StillDetector still_;
+  std::vector<ImuReading> imu_;  // since a little before the newest frame
+  CameraFrame last_image_;
+  int next_frame_ = 0;
+  int still_frame_ = -1;  // id of the last frame that stood still; −1: none yet
+  bool started_ = false;
+  int restarts_ = 0;
+  Vec3 last_p_ = Vec3::Zero();
+};
+
+}  // namespace ch5

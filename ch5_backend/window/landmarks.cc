@@ -1,0 +1,132 @@
+#include "ch5_backend/window/landmarks.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+namespace ch5 {
+namespace {
+
+// T_W_C of a frame.
+Transform CameraOf(const Window& window, int frame) {
+  const VertexPose& pose = *window.frames[static_cast<size_t>(window.IndexOf(frame))].pose;
+  const Transform T_B_C = window.T_B_C();
+  return {pose.q() * T_B_C.q, pose.q() * T_B_C.p + pose.p()};
+}
+
+Vec3 ToCamera(const Transform& T_W_C, const Vec3& p_W) { return T_W_C.q.conjugate() * (p_W - T_W_C.p); }
+
+double MeanReprojectionError(const Window& window, const WindowLandmark& landmark) {
+  const Vec3 p_W = LandmarkInWorld(window, landmark);
+  double sum = 0.0;
+  for (const WindowObservation& seen : landmark.seen) {
+    sum += (ToCamera(CameraOf(window, seen.frame), p_W).hnormalized() - seen.x).norm();
+  }
+  return sum / static_cast<double>(landmark.seen.size() - 1);  // the host's is zero
+}
+
+// The graph forgets them too.
+template <typename Predicate>
+int EraseIf(Window* window, const Predicate& predicate) {
+  const size_t before = window->landmarks.size();
+  for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
+    if (!predicate(it->second)) {
+      ++it;
+      continue;
+    }
+    const auto& vertex = it->second.inverse_depth;
+    if (vertex && window->graph.Contains(*vertex)) window->graph.RemoveVertex(vertex);
+    it = window->landmarks.erase(it);
+  }
+  return static_cast<int>(before - window->landmarks.size());
+}
+
+// Makes the second observation the host's. The point stays where it is in the world, as far as it lies in front.
+void ChangeHost(const Window& window, WindowLandmark* landmark) {
+  if (landmark->inverse_depth) {
+    const Vec3 p_C = ToCamera(CameraOf(window, landmark->seen[1].frame), LandmarkInWorld(window, *landmark));
+    const double depth = p_C.z() > 0.0 && std::isfinite(p_C.z()) ? p_C.z() : kInitialDepth;
+    landmark->inverse_depth = std::make_shared<VertexInverseDepth>(1.0 / depth);
+  }
+  landmark->seen.erase(landmark->seen.begin());
+}
+
+}  // namespace
+
+// Each view says  x × (R_C_C0 p + t_C_C0) = 0,  two rows in the homogeneous point of the host's camera C0.
+double TriangulateDepth(const Window& window, const WindowLandmark& landmark) {
+  const Transform T_W_C0 = CameraOf(window, landmark.Host());
+  Eigen::Matrix4d AtA = Eigen::Matrix4d::Zero();
+  for (const WindowObservation& seen : landmark.seen) {
+    const Transform T_W_C = CameraOf(window, seen.frame);
+    Eigen::Matrix<double, 3, 4> P;
+    P << (T_W_C.q.conjugate() * T_W_C0.q).toRotationMatrix(), T_W_C.q.conjugate() * (T_W_C0.p - T_W_C.p);
+    const Vec3 ray = seen.x.homogeneous().normalized();
+    for (int row = 0; row < 2; ++row) {
+      const Eigen::Matrix<double, 1, 4> a = ray[row] * P.row(2) - ray[2] * P.row(row);
+      AtA += a.transpose() * a;
+    }
+  }
+  const Eigen::Vector4d p = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(AtA).eigenvectors().col(0);
+  const double depth = p.z() / p.w();
+  return std::isfinite(depth) && depth >= kLeastDepth ? depth : kInitialDepth;
+}
+
+void TriangulateLandmarks(Window* window) {
+  for (auto& [id, landmark] : window->landmarks) {
+    if (landmark.inverse_depth || landmark.seen.size() < 2) continue;
+    landmark.inverse_depth = std::make_shared<VertexInverseDepth>(1.0 / TriangulateDepth(*window, landmark));
+  }
+}
+
+Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark) {
+  const Transform T_W_C = CameraOf(window, landmark.Host());
+  const Vec3 p_C = landmark.seen.front().x.homogeneous() / landmark.inverse_depth->InverseDepth();
+  return T_W_C.q * p_C + T_W_C.p;
+}
+
+void ForgetObservations(int frame, Window* window) {
+  EraseIf(window, [&](WindowLandmark& landmark) {
+    const auto seen = std::find_if(landmark.seen.begin(), landmark.seen.end(),
+                                   [&](const WindowObservation& observation) { return observation.frame == frame; });
+    if (seen == landmark.seen.end()) return false;
+    if (seen != landmark.seen.begin()) {
+      landmark.seen.erase(seen);
+      return false;
+    }
+    const size_t left = landmark.seen.size() - 1;
+    if (left == 0 || (left == 1 && landmark.inverse_depth)) return true;
+    ChangeHost(*window, &landmark);
+    return false;
+  });
+}
+
+int RemoveFailures(Window* window) {
+  return EraseIf(window, [](const WindowLandmark& landmark) {
+    return landmark.inverse_depth && !(landmark.inverse_depth->InverseDepth() > 0.0);
+  });
+}
+
+int RemoveOutliers(double max_error, Window* window) {
+  return EraseIf(window, [&](const WindowLandmark& landmark) {
+    return landmark.inverse_depth && landmark.seen.size() > 1 &&
+           !(MeanReprojectionError(*window, landmark) < max_error);
+  });
+}
+
+Parallax ParallaxBetween(const Window& window, int frame_a, int frame_b) {
+  Parallax parallax;
+  const auto find = [](const WindowLandmark& landmark, int frame) {
+    return std::find_if(landmark.seen.begin(), landmark.seen.end(),
+                        [&](const WindowObservation& seen) { return seen.frame == frame; });
+  };
+  for (const auto& [id, landmark] : window.landmarks) {
+    const auto a = find(landmark, frame_a), b = find(landmark, frame_b);
+    if (a == landmark.seen.end() || b == landmark.seen.end()) continue;
+    ++parallax.common;
+    parallax.mean += (a->x - b->x).norm();
+  }
+  if (parallax.common > 0) parallax.mean /= parallax.common;
+  return parallax;
+}
+
+}  // namespace ch5

@@ -1,0 +1,44 @@
+#pragma once
+/// What distinguishes one sliding-window estimator from another: which images are keyframes, which landmarks are used,
+/// how long a solve may take, and what leaves the window.
+
+#include <memory>
+#include <string>
+
+#include "ch5_backend/solve/minimizer.h"
+#include "ch5_backend/window/window.h"
+
+namespace ch5 {
+
+class WindowPolicy {
+ public:
+  virtual ~WindowPolicy() = default;
+  virtual std::string Name() const = 0;
+
+  /// Called when a new frame stands at the end of the window, before the solve.
+  virtual void NoteNewFrame(Window* window) = 0;
+  /// Whether a landmark with a depth takes part in the solve.
+  virtual bool Uses(const Window& window, const WindowLandmark& landmark) const = 0;
+  virtual SolveOptions Options() const = 0;
+  /// Called once the solve is over, to set right what it leaves free.
+  virtual void AfterSolve(Window* /*window*/) {}
+  /// Lets go what has to, so that the window has room for another frame.
+  virtual void Slide(Window* window) = 0;
+  /// Before there is an estimate: keeps the window within its size, without a prior.
+  virtual void SlideWithoutEstimate(Window* window) = 0;
+  /// Forgets everything about the run so far.
+  virtual void Reset() {}
+};
+
+/// The window of VINS-Mono.
+struct VinsOptions {
+  int window_size = 10;           ///< frames beside the newest one
+  int least_tracked = 20;         ///< fewer landmarks followed into the newest image make a keyframe
+  double parallax_pixels = 10.0;  ///< as much between the second and third newest frame makes a keyframe [px]
+  double focal_length = 460.0;    ///< [px]
+  int max_iterations = 8;
+  double max_solve_seconds = 0.04;  ///< 4/5 of it before the oldest frame leaves
+};
+std::unique_ptr<WindowPolicy> MakeVinsPolicy(const VinsOptions& options = {});
+
+}  // namespace ch5

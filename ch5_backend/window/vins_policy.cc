@@ -1,0 +1,96 @@
+#include <Eigen/Core>
+#include <cmath>
+
+#include "ch5_backend/marginalize/marginalize.h"
+#include "ch5_backend/window/landmarks.h"
+#include "ch5_backend/window/policy.h"
+#include "ch5_backend/window/vins_window.h"
+
+namespace ch5 {
+namespace {
+
+// The part about gravity of the rotation Q: the turn about z that comes nearest to it. Unlike a difference of yaw
+// angles it is defined at every attitude, also where the pitch is ±90°.
+Qd TwistAboutGravity(const Qd& Q) { return Qd(Q.w(), 0.0, 0.0, Q.z()).normalized(); }
+
+class VinsPolicy : public WindowPolicy {
+ public:
+  explicit VinsPolicy(const VinsOptions& options) : options_(options) {}
+
+  std::string Name() const override { return "vins"; }
+
+  void NoteNewFrame(Window* window) override {
+    flag_ = SecondNewestIsKeyframe(*window) ? MarginalizationFlag::kOld : MarginalizationFlag::kSecondNew;
+    const WindowFrame& oldest = window->frames.front();
+    q0_ = oldest.pose->q();
+    p0_ = oldest.pose->p();
+  }
+
+  // Seen twice, and first before the last two frames, of which one may leave again.
+  bool Uses(const Window& window, const WindowLandmark& landmark) const override {
+    const int newest = static_cast<int>(window.frames.size()) - 1;
+    return landmark.seen.size() >= 2 && window.IndexOf(landmark.Host()) < newest - 2;
+  }
+
+  SolveOptions Options() const override {
+    SolveOptions options;
+    options.algorithm = Algorithm::kDogleg;
+    options.max_iterations = options_.max_iterations;
+    const double budget = options_.max_solve_seconds * (flag_ == MarginalizationFlag::kOld ? 0.8 : 1.0);
+    options.callback = [budget](const IterationInfo& info) { return info.seconds < budget; };
+    return options;
+  }
+
+  // The solve may shift and turn all frames together, as no measurement tells position and yaw: the oldest frame
+  // gets its own back, and the others follow.
+  void AfterSolve(Window* window) override {
+    const WindowFrame& oldest = window->frames.front();
+    const Vec3 p0_solved = oldest.pose->p();
+    const Qd turn = TwistAboutGravity(q0_ * oldest.pose->q().conjugate());
+    for (const WindowFrame& frame : window->frames) {
+      frame.pose->SetPose(turn * frame.pose->q(), turn * (frame.pose->p() - p0_solved) + p0_);
+      Vec9 v_ba_bg = frame.speed_bias->GetEstimate();
+      v_ba_bg.head<3>() = turn * frame.speed_bias->v();
+      frame.speed_bias->SetEstimate(v_ba_bg);
+    }
+  }
+
+  void Slide(Window* window) override {
+    if (!Full(*window)) return;
+    const DropSet drop =
+        flag_ == MarginalizationFlag::kOld ? DropSetOfMarginOld(*window) : DropSetOfMarginSecondNew(*window);
+    if (!drop.edges.empty()) {
+      window->prior = std::make_shared<EdgePrior>(Marginalize(drop.edges, drop.vertices, EigenCut::Vins()));
+    }
+    SlideWindow(flag_, window);
+  }
+
+  void SlideWithoutEstimate(Window* window) override {
+    if (Full(*window)) SlideWindow(flag_, window);
+  }
+
+ private:
+  bool Full(const Window& window) const { return static_cast<int>(window.frames.size()) > options_.window_size; }
+
+  bool SecondNewestIsKeyframe(const Window& window) const {
+    const size_t n = window.frames.size();
+    if (n < 3) return true;
+    const int newest = window.frames[n - 1].id, second = window.frames[n - 2].id, third = window.frames[n - 3].id;
+    if (ParallaxBetween(window, second, newest).common < options_.least_tracked) return true;
+    const Parallax parallax = ParallaxBetween(window, third, second);
+    return parallax.common == 0 || parallax.mean >= options_.parallax_pixels / options_.focal_length;
+  }
+
+  VinsOptions options_;
+  MarginalizationFlag flag_ = MarginalizationFlag::kOld;
+  Qd q0_ = Qd::Identity();
+  Vec3 p0_ = Vec3::Zero();
+};
+
+}  // namespace
+
+std::unique_ptr<WindowPolicy> MakeVinsPolicy(const VinsOptions& options) {
+  return std::make_unique<VinsPolicy>(options);
+}
+
+}  // namespace ch5

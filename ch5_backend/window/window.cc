@@ -1,0 +1,126 @@
+#include "ch5_backend/window/window.h"
+
+#include <algorithm>
+
+#include "ch5_backend/types/edge_reprojection_calibration.h"
+
+namespace ch5 {
+
+int Window::IndexOf(int id) const {
+  const auto it = std::lower_bound(frames.begin(), frames.end(), id,
+                                   [](const WindowFrame& frame, int wanted) { return frame.id < wanted; });
+  return it != frames.end() && it->id == id ? static_cast<int>(it - frames.begin()) : -1;
+}
+
+StampedState Window::StateOf(const WindowFrame& frame) const {
+  StampedState state;
+  state.t = frame.t;
+  state.T_W_B = {frame.pose->q(), frame.pose->p()};
+  if (frame.speed_bias) {
+    state.v_W = frame.speed_bias->v();
+    state.b_a = frame.speed_bias->b_a();
+    state.b_g = frame.speed_bias->b_g();
+  }
+  return state;
+}
+
+namespace {
+
+// One BuildGraph.
+class Builder {
+ public:
+  Builder(const WindowWeights& weights, Window* window)
+      : weights_(weights),
+        window_(*window),
+        graph_(window->graph),
+        calibrating_(!window->extrinsic->IsFixed() || !window->time_offset->IsFixed()),
+        T_B_C_(window->T_B_C()),
+        loss_(std::make_shared<CauchyLoss>(weights.cauchy)) {}
+
+  void AddStates() {
+    for (const WindowFrame& frame : window_.frames) {
+      graph_.AddVertex(frame.pose);
+      if (frame.speed_bias) graph_.AddVertex(frame.speed_bias);
+    }
+    graph_.AddVertex(window_.extrinsic);
+    graph_.AddVertex(window_.time_offset);
+  }
+
+  void AddImu() {
+    for (size_t k = 1; k < window_.frames.size(); ++k) {
+      const WindowFrame &i = window_.frames[k - 1], &j = window_.frames[k];
+      if (!i.speed_bias || !j.speed_bias || !j.imu || j.imu->SumDt() > weights_.max_imu_seconds) continue;
+      graph_.AddEdge(
+          std::make_shared<EdgeImu>(i.pose, i.speed_bias, j.pose, j.speed_bias, j.imu, Vec3(0, 0, weights_.gravity)));
+    }
+  }
+
+  void AddLandmark(const WindowLandmark& landmark) {
+    graph_.AddVertex(landmark.inverse_depth);
+    const double sqrt_information = weights_.focal_length / weights_.pixel_sigma;
+    const Mat22 W = sqrt_information * sqrt_information * Mat22::Identity();
+    const WindowObservation& host = landmark.seen.front();
+    const WindowFrame& host_frame = FrameOf(host);
+    for (size_t k = 1; k < landmark.seen.size(); ++k) {
+      const WindowObservation& seen = landmark.seen[k];
+      const WindowFrame& frame = FrameOf(seen);
+      std::shared_ptr<Edge> edge;
+      if (calibrating_) {
+        edge = std::make_shared<EdgeReprojectionCalibration>(
+            landmark.inverse_depth, host_frame.pose, frame.pose, window_.extrinsic, window_.time_offset,
+            MovingPoint{host.x, host.velocity, host_frame.clock_offset},
+            MovingPoint{seen.x, seen.velocity, frame.clock_offset});
+      } else {
+        edge = std::make_shared<EdgeReprojection>(landmark.inverse_depth, host_frame.pose, frame.pose, host.x, seen.x,
+                                                  T_B_C_);
+      }
+      edge->SetInformation(W);
+      edge->SetLossFunction(loss_);
+      graph_.AddEdge(edge);
+    }
+  }
+
+  void AddPriors() {
+    if (window_.prior) graph_.AddEdge(window_.prior);
+    if (window_.gauge) graph_.AddEdge(window_.gauge);
+  }
+
+ private:
+  const WindowFrame& FrameOf(const WindowObservation& observation) const {
+    return window_.frames[static_cast<size_t>(window_.IndexOf(observation.frame))];
+  }
+
+  const WindowWeights& weights_;
+  const Window& window_;
+  Graph& graph_;
+  bool calibrating_;
+  Transform T_B_C_;
+  std::shared_ptr<const LossFunction> loss_;
+};
+
+}  // namespace
+
+void BuildGraph(const WindowWeights& weights, const std::function<bool(const Window&, const WindowLandmark&)>& uses,
+                Window* window) {
+  window->graph = Graph();  // sets the old one's vertices and edges free
+  Builder builder(weights, window);
+  builder.AddStates();
+  builder.AddImu();
+  for (const auto& [id, landmark] : window->landmarks) {
+    if (landmark.inverse_depth && uses(*window, landmark)) builder.AddLandmark(landmark);
+  }
+  builder.AddPriors();
+}
+
+std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices) {
+  std::vector<std::shared_ptr<Edge>> edges;
+  for (const auto& edge : graph.Edges()) {
+    const bool at = std::any_of(edge->Vertices().begin(), edge->Vertices().end(), [&](const auto& vertex) {
+      return std::find(vertices.begin(), vertices.end(), vertex) != vertices.end();
+    });
+    if (at) edges.push_back(edge);
+  }
+  return edges;
+}
+
+}  // namespace ch5

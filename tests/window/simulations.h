@@ -1,0 +1,30 @@
+#pragma once
+/// Recordings for the estimators: a hand-held camera in a room.
+
+#include "ch5_backend/apps/studies/odometry.h"
+#include "ch5_backend/world/paths.h"
+#include "ch5_backend/world/scene_points.h"
+#include "ch5_backend/world/simulation.h"
+
+namespace ch5 {
+
+struct RoomOptions {
+  double duration = 20.0;
+  double still_seconds = 2.0;
+  int max_tracks = 60;
+  SimulationOptions simulation;
+  uint64_t seed = 1;
+};
+
+inline Recording SimulateRoom(RoomOptions options = {}) {
+  HandheldOptions path;
+  path.duration = options.duration;
+  path.still_seconds = options.still_seconds;
+  path.seed = options.seed;
+  Random random(options.seed);
+  options.simulation.camera.max_tracks = options.max_tracks;
+  const std::vector<Vec3> points = PointsOnPlanes(RoomWalls(Vec3(-5, -5, -2), Vec3(5, 5, 3)), 1500, &random);
+  return SimulateRecording(Handheld(path), points, options.simulation);
+}
+
+}  // namespace ch5
