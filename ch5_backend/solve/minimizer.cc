@@ -76,6 +76,7 @@ class Run {
       info_.lambda = strategy_->Parameter();
       if (strategy_->Propose(system_, &delta_x_) && delta_x_.allFinite()) {
         solved = true;
+        info_.step_type = strategy_->Type();
         info_.step_norm = delta_x_.norm();
         const double predicted = system_->PredictedDecrease(delta_x_);
         system_->UpdateStates(delta_x_);
@@ -89,6 +90,9 @@ class Run {
         // No step that is still visible in x helps, or the model itself promises nothing that rounding can show.
         if (info_.step_norm <= yardstick) {
           return Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm, " does not lower the cost any more");
+        }
+        if (new_cost == cost_) {  // ρ = 0
+          return Stop(Termination::kCostConverged, "a step of |dx| = ", info_.step_norm, " leaves the cost as it is");
         }
         if (std::abs(predicted) <= 1e-13 * cost_) {
           return Stop(Termination::kCostConverged, "the model promises only ", predicted, " of ", cost_);

@@ -29,16 +29,20 @@ std::string ToString(Termination termination);
 /// True for the three rules that mean an optimum.
 bool IsConverged(Termination termination);
 
+/// What a trial was; Dogleg bends between the other two.
+enum class StepType { kNone, kGaussNewton, kDamped, kSteepestDescent, kDogleg };
+
 /// One line of the convergence table. Line 0 describes the start.
 struct IterationInfo {
   int iteration = 0;
-  double cost = 0.0;          ///< ½ Σ ρ(rᵀWr) after the iteration
-  double lambda = 0.0;        ///< damping, or Dogleg's radius; 0 for Gauss-Newton
-  double gain_ratio = 0.0;    ///< actual / predicted decrease of the last trial
-  double step_norm = 0.0;     ///< ‖Δx‖ of the last trial
-  double gradient_max = 0.0;  ///< max|b| where the iteration was linearised
-  int trials = 0;             ///< steps tried in this iteration, the rejected ones included
-  double seconds = 0.0;       ///< since the start
+  double cost = 0.0;                     ///< ½ Σ ρ(rᵀWr) after the iteration
+  double lambda = 0.0;                   ///< damping, or Dogleg's radius; 0 for Gauss-Newton
+  double gain_ratio = 0.0;               ///< actual / predicted decrease of the last trial
+  double step_norm = 0.0;                ///< ‖Δx‖ of the last trial
+  double gradient_max = 0.0;             ///< max|b| where the iteration was linearised
+  int trials = 0;                        ///< steps tried in this iteration, the rejected ones included
+  StepType step_type = StepType::kNone;  ///< of the last trial
+  double seconds = 0.0;                  ///< since the start
 };
 
 struct SolveOptions {
@@ -62,6 +66,20 @@ struct Summary {
   int cost_evaluations = 0;  ///< trials, the rejected ones included
   double seconds = 0.0;
   std::vector<IterationInfo> trace;
+};
+
+/// g2o's terminate action, as a callback: stops once 0 ≤ (χ²_last − χ²)/χ² < `gain_threshold`.
+class TerminateAction {
+ public:
+  explicit TerminateAction(double gain_threshold = 1e-6) : gain_threshold_(gain_threshold) {}
+  bool operator()(const IterationInfo& info) {
+    const double gain = (last_cost_ - info.cost) / info.cost;
+    last_cost_ = info.cost;
+    return info.iteration == 0 || !(gain >= 0.0 && gain < gain_threshold_);
+  }
+
+ private:
+  double gain_threshold_, last_cost_ = 0.0;
 };
 
 /// Minimises the cost behind the door. Levenberg-Marquardt and Dogleg go downhill only, so that the states on return

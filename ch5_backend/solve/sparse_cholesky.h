@@ -33,6 +33,11 @@ class SparseCholesky {
   void Solve(const VecX& b, VecX* x);
 
   const EliminationPlan& Plan() const { return plan_; }
+  /// [L_11; L_21] of front f in the last factorisation; what stands above the diagonal of L_11 has no meaning.
+  Eigen::Map<const MatXX, 0, Eigen::OuterStride<>> Columns(int f) const {
+    const int pivots = plan_.fronts[f].pivots, rows = pivots + plan_.fronts[f].rows_below;
+    return {L_.data() + places_[f].columns, rows, pivots, Eigen::OuterStride<>(rows)};
+  }
   /// Bytes of L and of the fronts in work.
   size_t MemoryBytes() const { return sizeof(double) * (L_.size() + updates_.size()); }
 

@@ -1,5 +1,7 @@
 #include "ch5_backend/solve/sparse_optimizer.h"
 
+#include <algorithm>
+
 namespace ch5 {
 namespace {
 
@@ -35,11 +37,75 @@ void SparseOptimizer::ChooseSolver() {
     prepared_ = reduced_solver_;
   }
   solver_->SetDamping(damping_);
+  solver_->Select(selection_);
 }
 
 Summary SparseOptimizer::Solve(const SolveOptions& options) {
   ChooseSolver();
   return Minimize(solver_.get(), options);
+}
+
+bool SparseOptimizer::Initialize(Selection selection) {
+  selection_ = std::move(selection);
+  const Ordering ordering = MakeOrdering(*graph_, selection_);
+  index_mapping_ = ordering.poses;
+  index_mapping_.insert(index_mapping_.end(), ordering.landmarks.begin(), ordering.landmarks.end());
+  active_edges_.clear();
+  const auto is_free = [](const std::shared_ptr<Vertex>& vertex) { return vertex->OrderingId() >= 0; };
+  for (const auto& edge : ordering.edges) {
+    const auto& vertices = edge->Vertices();
+    if (std::any_of(vertices.begin(), vertices.end(), is_free)) active_edges_.push_back(edge);
+  }
+  return !active_edges_.empty();
+}
+
+double SparseOptimizer::ActiveChi2() const {
+  double sum = 0.0;
+  for (const auto& edge : active_edges_) {
+    edge->ComputeResidual();
+    sum += edge->Chi2();
+  }
+  return sum;
+}
+
+int SparseOptimizer::Optimize(int iterations) {
+  if (active_edges_.empty()) return -1;
+  SolveOptions options;
+  options.algorithm = algorithm_;
+  options.max_iterations = iterations;
+  options.cost_tolerance = options.gradient_tolerance = options.step_tolerance = 0.0;
+  options.callback = terminate_action_;
+  summary_ = Solve(options);
+  switch (summary_.termination) {
+    case Termination::kNothingToOptimize: return -1;
+    case Termination::kLinearSolverFailed:
+    case Termination::kNotFinite: return 0;
+    default: return std::max(summary_.iterations, IsConverged(summary_.termination) ? 1 : 0);
+  }
+}
+
+std::shared_ptr<Vertex> SparseOptimizer::FindGauge() const {
+  std::shared_ptr<Vertex> gauge;
+  for (const auto& vertex : graph_->Vertices()) {
+    if (!gauge || vertex->LocalDimension() > gauge->LocalDimension()) gauge = vertex;
+  }
+  return gauge;
+}
+
+bool SparseOptimizer::GaugeFreedom() const {
+  const std::shared_ptr<Vertex> gauge = FindGauge();
+  if (!gauge) return false;
+  const int largest = gauge->LocalDimension();
+  const auto holds = [&](const std::shared_ptr<Vertex>& vertex) {
+    return vertex->IsFixed() && vertex->LocalDimension() == largest;
+  };
+  const auto is_prior = [&](const std::shared_ptr<Edge>& edge) {
+    return edge->Vertices().size() == 1 && edge->Vertices()[0]->LocalDimension() == largest &&
+           edge->ResidualDimension() == largest;
+  };
+  const auto& vertices = graph_->Vertices();
+  const auto& edges = graph_->Edges();
+  return std::none_of(vertices.begin(), vertices.end(), holds) && std::none_of(edges.begin(), edges.end(), is_prior);
 }
 
 BlockSolverBase& SparseOptimizer::GetSolver() {

@@ -11,6 +11,7 @@ class GaussNewton : public StepStrategy {
   bool Propose(NormalEquations* system, VecX* delta_x) override { return system->SolveLinearSystem(0.0, delta_x); }
   void Accepted(double) override {}
   bool Rejected() override { return false; }
+  StepType Type() const override { return StepType::kGaussNewton; }
   double Parameter() const override { return 0.0; }
 };
 
@@ -34,6 +35,7 @@ class LevenbergMarquardt : public StepStrategy {
     nu_ *= 2.0;
     return std::isfinite(lambda_);
   }
+  StepType Type() const override { return StepType::kDamped; }
   double Parameter() const override { return lambda_; }
 
  private:
@@ -61,10 +63,13 @@ class Dogleg : public StepStrategy {
     if (!has_gn_ || !h_sd_.allFinite()) return false;
     const double gn_norm = h_gn_.norm(), sd_norm = h_sd_.norm();
     if (gn_norm <= radius_) {
+      type_ = StepType::kGaussNewton;
       *delta_x = h_gn_;
     } else if (sd_norm >= radius_) {
+      type_ = StepType::kSteepestDescent;
       *delta_x = (radius_ / sd_norm) * h_sd_;
     } else {
+      type_ = StepType::kDogleg;
       // ‖h_sd + β d‖ = Δ with d = h_gn − h_sd:  β = (−c + √(c² + ‖d‖² e)) / ‖d‖², in the form that does not cancel.
       const VecX d = h_gn_ - h_sd_;
       const double c = h_sd_.dot(d), e = radius_ * radius_ - sd_norm * sd_norm, d2 = d.squaredNorm();
@@ -84,10 +89,12 @@ class Dogleg : public StepStrategy {
     radius_ = 0.5 * std::min(radius_, has_gn_ ? step_norm_ : radius_);
     return has_gn_ && radius_ > 1e-300;
   }
+  StepType Type() const override { return type_; }
   double Parameter() const override { return radius_; }
 
  private:
   double radius_;
+  StepType type_ = StepType::kNone;
   bool has_gn_ = false;
   double step_norm_ = 0.0;
   VecX h_sd_, h_gn_;

@@ -18,6 +18,8 @@ class StepStrategy {
   virtual void Accepted(double gain_ratio) = 0;
   /// The cost rose, was not finite, or there was no step. @return false if another trial is pointless
   virtual bool Rejected() = 0;
+  /// What the last proposal was.
+  virtual StepType Type() const = 0;
   /// λ, or the radius.
   virtual double Parameter() const = 0;
 };

@@ -15,6 +15,10 @@ class PointDifference : public SizedEdge<3, VertexPointXYZ, VertexPointXYZ> {
   PointDifference(std::shared_ptr<VertexPointXYZ> a, std::shared_ptr<VertexPointXYZ> b, const Vec3& d)
       : SizedEdge(std::move(a), std::move(b)), d_(d) {}
   void ComputeResidual() override { r_ = GetVertex<1>().GetEstimate() - GetVertex<0>().GetEstimate() - d_; }
+  void ComputeJacobians() override {
+    J<0>() = -Mat33::Identity();
+    J<1>() = Mat33::Identity();
+  }
   std::string TypeInfo() const override { return "PointDifference"; }
 
  private:
@@ -42,7 +46,7 @@ struct PointChain {
 
   explicit PointChain(int num_points) {
     for (int i = 0; i < num_points; ++i) {
-      points.push_back(std::make_shared<VertexPointXYZ>(Vec3(1.1 * i, 0.3, -0.2)));
+      points.push_back(std::make_shared<VertexPointXYZ>(i == 0 ? Vec3(0, 0, 0) : Vec3(1.1 * i, 0.3, -0.2)));
       points.back()->SetRole(Role::kPose);
       graph.AddVertex(points.back());
       if (i == 0) continue;

@@ -1,0 +1,144 @@
+// G11: true marginal covariances of poses and landmarks, by selected inversion, against the dense inverse.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "ch5_backend/solve/sparse_optimizer.h"
+#include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/world/mono_ba.h"
+#include "tests/g2o/bundle.h"
+#include "tests/g2o/point_chain.h"
+
+namespace ch5::test {
+namespace {
+
+constexpr CovarianceFactor kFactors[] = {CovarianceFactor::kSparse, CovarianceFactor::kDense};
+
+// All blocks, pose with pose, pose with landmark and landmark with landmark, against H⁻¹.
+void ExpectInverse(Graph* graph) {
+  BlockSolver<Eigen::Dynamic, Eigen::Dynamic> solver(graph);
+  solver.MakeHessian();
+  const MatXX inverse = solver.DenseHessian().inverse();
+  for (const CovarianceFactor factor : kFactors) {
+    Covariance covariance(graph, {}, factor);
+    for (const auto& a : graph->Vertices()) {
+      for (const auto& b : graph->Vertices()) {
+        if (a->OrderingId() < 0 || b->OrderingId() < 0) continue;
+        const MatXX expected =
+            inverse.block(a->OrderingId(), b->OrderingId(), a->LocalDimension(), b->LocalDimension());
+        ASSERT_LT((covariance.Block(*a, *b) - expected).norm(), 1e-8 * inverse.norm())
+            << a->TypeInfo() << " " << a->Id() << ", " << b->TypeInfo() << " " << b->Id();
+      }
+    }
+  }
+}
+
+TEST(G2o, G11_MarginalsOfPosesAndPointsEqualTheDenseInverse) {
+  Bundle bundle(10, 60);  // poses far apart share no landmark: S is sparse, and such blocks need a solve
+  ExpectInverse(&bundle.graph);
+}
+
+TEST(G2o, G11_MarginalsOfInverseDepthsEqualTheDenseInverse) {
+  MonoBa scene;
+  BuildMonoBa(SimulateMonoBa({}), Gauge::kPriorTwoFrames, 1e4, 1e4, &scene);
+  ExpectInverse(&scene.graph);
+}
+
+TEST(G2o, G11_MarginalsOfAChainAddUpAlongIt) {
+  PointChain chain(30);
+  chain.points[0]->SetFixed();
+  ExpectInverse(&chain.graph);
+  Covariance covariance(&chain.graph);
+  for (int i = 1; i < 30; ++i) {  // a random walk with unit steps
+    EXPECT_LT((covariance.Block(*chain.points[i], *chain.points[i]) - i * Mat33::Identity()).norm(), 1e-9 * i);
+    EXPECT_LT((covariance.Block(*chain.points[i], *chain.points[29]) - i * Mat33::Identity()).norm(), 1e-9 * i);
+  }
+}
+
+// A x − c, linear, over blocks of 2, 3 and 1 numbers.
+class LinearEdge : public SizedEdge<8, VertexVector<2>, VertexVector<3>, VertexVector<1>> {
+ public:
+  using SizedEdge::SizedEdge;
+  LinearEdge(std::shared_ptr<VertexVector<2>> x, std::shared_ptr<VertexVector<3>> y, std::shared_ptr<VertexVector<1>> z)
+      : SizedEdge(std::move(x), std::move(y), std::move(z)) {}
+  void ComputeResidual() override {
+    Eigen::Matrix<double, 8, 6> A = Eigen::Matrix<double, 8, 6>::Zero();
+    A.topRows<6>().diagonal() << 1, 1, 2, 2, 2, 5;
+    A.row(6) << -5, -6, 1, 2, 3, 0;
+    A.row(7) << 3, -2, 0, 0, 0, 2;
+    Vec6 x;
+    x << GetVertex<0>().GetEstimate(), GetVertex<1>().GetEstimate(), GetVertex<2>().GetEstimate();
+    r_ = A * x;
+  }
+  std::string TypeInfo() const override { return "LinearEdge"; }
+};
+
+TEST(G2o, G11_NumbersOfAPublishedExample) {
+  for (const Role role : {Role::kPose, Role::kLandmark}) {
+    Graph graph;
+    const auto x = std::make_shared<VertexVector<2>>(Vec2::Zero());
+    const auto y = std::make_shared<VertexVector<3>>(Vec3::Zero());
+    const auto z = std::make_shared<VertexVector<1>>(Eigen::Matrix<double, 1, 1>::Zero());
+    y->SetRole(role);
+    for (const std::shared_ptr<Vertex>& vertex : std::vector<std::shared_ptr<Vertex>>{x, y, z}) graph.AddVertex(vertex);
+    graph.AddEdge(std::make_shared<LinearEdge>(x, y, z));
+    for (const CovarianceFactor factor : kFactors) {
+      Covariance covariance(&graph, {}, factor);
+      EXPECT_NEAR(covariance.Block(*x, *x)(0, 0), 7.0747e-2, 1e-5);
+      EXPECT_NEAR(covariance.Block(*z, *z)(0, 0), 3.9544e-2, 1e-5);
+      EXPECT_LT((covariance.Block(*x, *y) - covariance.Block(*y, *x).transpose()).norm(), 1e-14);
+    }
+  }
+}
+
+TEST(G2o, G11_TheMarginalIsWiderThanTheConditional) {
+  Bundle bundle(6, 60);
+  BlockSolver<6, 3> solver(&bundle.graph);
+  solver.MakeHessian();
+  const MatXX H_pp = solver.DenseHessian().topLeftCorner(24, 24);
+  const MatXX conditional = H_pp.inverse().block(6, 6, 6, 6);  // as if the landmarks were known
+  const MatXX marginal = SparseOptimizer(&bundle.graph).ComputeMarginals({{bundle.poses[3], bundle.poses[3]}})[0];
+  for (int i = 0; i < 6; ++i) EXPECT_GT(marginal(i, i), 1.5 * conditional(i, i));
+}
+
+template <typename Action>
+void ExpectCovarianceError(const Action& action, const std::string& words) {
+  try {
+    action();
+    FAIL() << "no error; expected: " << words;
+  } catch (const CovarianceError& error) {
+    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+  }
+}
+
+TEST(G2o, G11_ASingularSystemIsANamedError) {
+  Bundle bundle(6, 40);
+  const auto lonely = std::make_shared<VertexPointXYZ>(Vec3(0.3, 0.2, 5.0));
+  bundle.graph.AddVertex(lonely);
+  const auto sight = std::make_shared<EdgeReprojectionXYZ>(lonely, bundle.poses[3], Vec2(0.01, 0.02));
+  bundle.graph.AddEdge(sight);
+  for (const CovarianceFactor factor : kFactors) {
+    ExpectCovarianceError([&] { Covariance(&bundle.graph, {}, factor); }, "do not determine VertexPointXYZ 46");
+  }
+  bundle.graph.RemoveEdge(sight);
+  Covariance covariance(&bundle.graph);
+  ExpectCovarianceError([&] { covariance.Block(*lonely, *bundle.poses[3]); }, "VertexPointXYZ 46 takes no part");
+  ExpectCovarianceError([&] { covariance.Block(*bundle.poses[3], *bundle.poses[0]); }, "VertexPose 0 is fixed");
+  ExpectCovarianceError([&] { covariance.Blocks({{bundle.poses[3], nullptr}}); }, "missing (null)");
+
+  PointChain chain(5);  // nothing holds its place
+  for (const CovarianceFactor factor : kFactors) {
+    ExpectCovarianceError([&] { Covariance(&chain.graph, {}, factor); }, "is a gauge free?");
+  }
+}
+
+TEST(G2o, G11_ThreadsGiveTheSameBits) {
+  Bundle bundle(10, 60);
+  Covariance one(&bundle.graph), two(&bundle.graph, {}, CovarianceFactor::kSparse, 2);
+  for (const auto& point : bundle.points) {
+    EXPECT_EQ(one.Block(*point, *bundle.poses[5]), two.Block(*point, *bundle.poses[5]));
+  }
+}
+
+}  // namespace
+}  // namespace ch5::test

@@ -1,0 +1,46 @@
+#pragma once
+// What an algorithm does, shown by a system that follows a script.
+#include <algorithm>
+#include <vector>
+
+#include "ch5_backend/solve/normal_equations.h"
+
+namespace ch5::test {
+
+// A system whose H and b are constants and whose costs follow a script: what an algorithm does is then plain.
+class ScriptedSystem : public NormalEquations {
+ public:
+  ScriptedSystem(MatXX H, VecX b, std::vector<double> costs)
+      : H_(std::move(H)), b_(std::move(b)), x_(VecX::Zero(b_.size())), costs_(std::move(costs)) {}
+
+  void SetOrdering() override {}
+  int Size() const override { return static_cast<int>(b_.size()); }
+  double ComputeChi() override { return costs_[std::min(next_++, costs_.size() - 1)]; }
+  void MakeHessian() override { ++hessians_; }
+  bool SolveLinearSystem(double lambda, VecX* delta_x) override {
+    if (lambda < solvable_from_) return false;
+    *delta_x = (H_ + lambda * MatXX::Identity(Size(), Size())).inverse() * b_;
+    return true;
+  }
+  const VecX& RightHandSide() const override { return b_; }
+  VecX HessianDiagonal() const override { return H_.diagonal(); }
+  VecX MultiplyHessian(const VecX& v) const override { return H_ * v; }
+  void UpdateStates(const VecX& delta_x) override { x_ += delta_x, last_ = delta_x; }
+  void RollbackStates() override { x_ -= last_; }
+  double StateNorm() const override { return 1.0; }
+
+  double solvable_from_ = 0.0;
+  int hessians_ = 0;
+
+ private:
+  MatXX H_;
+  VecX b_, x_, last_;
+  std::vector<double> costs_;
+  size_t next_ = 0;
+};
+
+inline ScriptedSystem OneUnknown(double H, double b, std::vector<double> costs) {
+  return {MatXX::Constant(1, 1, H), VecX::Constant(1, b), std::move(costs)};
+}
+
+}  // namespace ch5::test
