@@ -10,12 +10,14 @@
 namespace {
 
 constexpr char kUsage[] =
-    "usage: ch5_bal FILE --out DIR [--iterations N] [--threads N] [--huber PIXELS]\n"
+    "usage: ch5_bal FILE --out DIR [--iterations N] [--threads N] [--huber PIXELS] [--solver NAME]\n"
     "Solves the bundle adjustment in FILE (BAL text) and writes into DIR: the result as BAL and PLY, the table of\n"
     "iterations, a summary, and what plot/bal.py draws.\n"
     "  --iterations N   at most N iterations (50)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
-    "  --huber PIXELS   Huber's loss with this threshold, for data with outliers (none)\n";
+    "  --huber PIXELS   Huber's loss with this threshold, for data with outliers (none)\n"
+    "  --solver NAME    of the cameras' system: dense, sparse or pcg form it, implicit-pcg and power-series do not;\n"
+    "                   automatic (the default) is implicit-pcg for more than 400 cameras\n";
 
 void Run(const ch5::FileCommand& command) {
   const std::string name = std::filesystem::path(command.file).stem().string();
@@ -23,7 +25,7 @@ void Run(const ch5::FileCommand& command) {
   std::filesystem::create_directories(command.out);
   std::printf("%s: %zu cameras, %zu points, %zu observations\n\n", name.c_str(), problem.cameras.size(),
               problem.points.size(), problem.observations.size());
-  const ch5::BalStudyOptions options{command.iterations, command.threads, command.huber};
+  const ch5::BalStudyOptions options{command.iterations, command.threads, command.huber, command.solver};
   ch5::IterationTable table;
   const ch5::BalStudy study =
       ch5::SolveBal(problem, options, [&](const ch5::IterationInfo& info) { table.Print(info); });

@@ -11,13 +11,14 @@
 namespace {
 
 constexpr char kUsage[] =
-    "usage: ch5_pose_graph FILE --out DIR [--iterations N] [--threads N] [--huber X]\n"
+    "usage: ch5_pose_graph FILE --out DIR [--iterations N] [--threads N] [--huber X] [--solver NAME]\n"
     "Optimises the pose graph in FILE (g2o's text format, SE2 and SE3) and writes into DIR: the result as .g2o, the\n"
     "table of iterations, a summary, and what plot/pose_graph.py draws. The first pose is held if the file fixes "
     "none.\n"
     "  --iterations N   at most N iterations (50)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
-    "  --huber X        Huber's loss on each edge's normalised error with this threshold (none)\n";
+    "  --huber X        Huber's loss on each edge's normalised error with this threshold (none)\n"
+    "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n";
 
 void PrintUnknown(const ch5::G2oFile& graph, const std::string& file) {
   constexpr size_t kMost = 5;
@@ -36,7 +37,7 @@ void Run(const ch5::FileCommand& command) {
   PrintUnknown(graph, command.file);
   std::printf("%s: %zu poses, %zu edges\n\n", name.c_str(), graph.ids.size(), graph.graph.Edges().size());
 
-  const ch5::PoseGraphOptions options{command.iterations, command.threads, command.huber};
+  const ch5::PoseGraphOptions options{command.iterations, command.threads, command.huber, command.solver};
   ch5::IterationTable table;
   const ch5::PoseGraphStudy study =
       ch5::SolvePoseGraph(options, &graph, [&](const ch5::IterationInfo& info) { table.Print(info); });

@@ -21,8 +21,7 @@ BlockSolverBase::BlockSolverBase(Graph* graph, int pose_dim, int landmark_dim, i
       pose_dim_(pose_dim),
       landmark_dim_(landmark_dim),
       passes_(PassesFor(pose_dim, landmark_dim)),
-      pool_(threads),
-      reduced_solver_(MakeCholesky(threads)) {}
+      pool_(threads) {}
 
 // ---- structure -------------------------------------------------------------------------------------------------
 
@@ -37,12 +36,36 @@ void BlockSolverBase::SetOrdering() {
   system_.H_mm.assign(size(s.num_H_mm_values), 0.0);
   system_.H_mm_inverse.assign(size(s.num_H_mm_values), 0.0);
   system_.H_pp.SetPattern(s.pose_dim, s.H_pp_pattern);
-  system_.S.SetPattern(s.pose_dim, s.schur_pattern);
   system_.b.setZero(s.Size());
   system_.H_mm_inverse_b.setZero(s.ordering.dim_landmarks);
   for (VecX* v : {&system_.b_schur, &system_.scale, &delta_poses_, &H_delta_poses_}) v->setZero(s.ordering.dim_poses);
   solution_.resize(0);
-  reduced_solver_->Prepare(system_.S);
+  PrepareReducedSolver();
+}
+
+void BlockSolverBase::SetReducedSolver(ReducedSolverType type, const IterativeOptions& options) {
+  reduced_type_ = type;
+  iterative_ = options;
+  reduced_solver_.reset();
+  implicit_.reset();
+}
+
+// One that is kept knows its last pattern, and need not plan anew for the same one.
+void BlockSolverBase::PrepareReducedSolver() {
+  const BlockStructure& s = system_.structure;
+  const int num_poses = NumPoses();
+  const ReducedSolverType type = ChooseReducedSolver(reduced_type_, num_poses, system_.H_pp.NumBlocks() == num_poses);
+  if (type == ReducedSolverType::kImplicitPcg || type == ReducedSolverType::kPowerSeries) {
+    reduced_solver_.reset();
+    system_.S = SymmetricBlockMatrix();
+    if (!implicit_) implicit_ = MakeImplicitSolver(type, iterative_, pose_dim_, landmark_dim_);
+    implicit_->Prepare(&system_, &pool_);
+  } else {
+    implicit_.reset();
+    system_.S.SetPattern(s.pose_dim, SchurPattern(s));
+    if (!reduced_solver_) reduced_solver_ = MakeReducedSolver(type, pool_.Threads());
+    reduced_solver_->Prepare(system_.S);
+  }
 }
 
 void BlockSolverBase::CheckDimensions() const {
@@ -87,6 +110,7 @@ void BlockSolverBase::MakeHessian() {
     }
   });
   pool_.Run(NumPoses(), [&](int j) { passes_.sum_column(&system_, j); });
+  if (implicit_) implicit_->Load();
 }
 
 // ---- (H + λD) Δx = b -------------------------------------------------------------------------------------------
@@ -106,8 +130,7 @@ bool BlockSolverBase::SolveLinearSystem(double lambda, VecX* delta_x) {
   if (!ok) return false;
 
   // Step 2: the Schur complement, a system of the poses alone.
-  pool_.Run(NumPoses(), [&](int j) { passes_.schur_column(&system_, j, rule); });
-  if (NumPoses() > 0 && !reduced_solver_->Solve(system_.S, system_.b_schur, system_.scale, &delta_poses_)) return false;
+  if (NumPoses() > 0 && !SolveReduced(rule)) return false;
 
   // Step 3: back to the landmarks; their parts of the model's decrease come along.
   delta_x->resize(s.Size());
@@ -122,6 +145,12 @@ bool BlockSolverBase::SolveLinearSystem(double lambda, VecX* delta_x) {
   solution_ = *delta_x;
   solution_decrease_ = of_poses + of_landmarks;
   return std::isfinite(solution_decrease_) && delta_x->allFinite();
+}
+
+bool BlockSolverBase::SolveReduced(const DampingRule& rule) {
+  if (implicit_) return implicit_->Solve(&system_, rule, &delta_poses_);
+  pool_.Run(NumPoses(), [&](int j) { passes_.schur_column(&system_, j, rule); });
+  return reduced_solver_->Solve(system_.S, system_.b_schur, system_.scale, &delta_poses_);
 }
 
 double BlockSolverBase::PredictedDecrease(const VecX& delta_x) const {

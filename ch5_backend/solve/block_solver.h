@@ -15,6 +15,7 @@
 
 #include "ch5_backend/math/parallel.h"
 #include "ch5_backend/solve/block_passes.h"
+#include "ch5_backend/solve/implicit_solver.h"
 #include "ch5_backend/solve/normal_equations.h"
 #include "ch5_backend/solve/reduced_solver.h"
 
@@ -48,17 +49,25 @@ class BlockSolverBase : public NormalEquations {
 
   /// H with all its zeros: for tests and small problems.
   MatXX DenseHessian() const;
-  /// The reduced system of the last SolveLinearSystem.
+  /// The reduced system of the last SolveLinearSystem; empty if the reduced solver is implicit.
   MatXX SchurComplement() const { return system_.S.Dense(); }
   const BlockStructure& Structure() const { return system_.structure; }
   /// All numbers of the last MakeHessian and SolveLinearSystem.
   const BlockSystem& System() const { return system_; }
 
-  /// Chosen by MakeCholesky's rule unless set; takes effect at the next SetOrdering.
-  void SetReducedSolver(std::unique_ptr<ReducedSolver> solver) { reduced_solver_ = std::move(solver); }
+  /// Automatic unless set; takes effect at the next SetOrdering. The options are for the implicit solvers.
+  void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
+  /// What the rule chose, or the caller set.
+  bool IsImplicit() const { return implicit_ != nullptr; }
+  /// Products with S in the last SolveLinearSystem, if it is implicit.
+  int ReducedProducts() const { return implicit_ ? implicit_->Products() : 0; }
+  /// All numbers of the last MakeHessian and SolveLinearSystem.
+  const BlockSystem& System() const { return system_; }
 
  private:
   void CheckDimensions() const;
+  void PrepareReducedSolver();
+  bool SolveReduced(const DampingRule& rule);
   void FindNumericJacobians();
   int NumLandmarks() const { return static_cast<int>(system_.structure.landmarks.size()); }
   int NumPoses() const { return static_cast<int>(system_.structure.poses.size()); }
@@ -71,7 +80,10 @@ class BlockSolverBase : public NormalEquations {
   mutable std::vector<double> parts_;  // of sums
   ThreadPool one_thread_;
   ThreadPool* linearizing_pool_ = &pool_;
-  std::unique_ptr<ReducedSolver> reduced_solver_;
+  ReducedSolverType reduced_type_ = ReducedSolverType::kAutomatic;
+  IterativeOptions iterative_;
+  std::unique_ptr<ReducedSolver> reduced_solver_;  // this one, or
+  std::unique_ptr<ImplicitSolver> implicit_;       // that one
   BlockSystem system_;
   VecX delta_poses_, H_delta_poses_;
   VecX solution_;                   // the last Δx of this Hessian, or empty

@@ -168,24 +168,6 @@ class Builder {
       const auto it = std::lower_bound(rows.begin(), rows.end(), a.block);
       if (it == rows.end() || *it != a.block) rows.insert(it, a.block);
     });
-
-    // The Schur complement ties all poses that see one landmark.
-    s_.schur_pattern = s_.H_pp_pattern;
-    std::vector<int> seen_by(static_cast<size_t>(num_poses), kNone);
-    for (int j = 0; j < num_poses; ++j) {
-      std::vector<int>& rows = s_.schur_pattern[j];
-      for (const int i : rows) seen_by[i] = j;
-      for (int k = s_.pose_slots_begin[j]; k < s_.pose_slots_begin[j + 1]; ++k) {
-        const int slot = s_.pose_slots[k];
-        for (int other = slot + 1; other < s_.landmark_slots[s_.slot_landmark[slot] + 1]; ++other) {
-          const int i = s_.slot_pose[other];
-          if (seen_by[i] == j) continue;
-          seen_by[i] = j;
-          rows.push_back(i);
-        }
-      }
-      std::sort(rows.begin(), rows.end());
-    }
   }
 
   void ListProducts() {
@@ -214,6 +196,26 @@ class Builder {
 
 BlockStructure BuildBlockStructure(const Graph& graph, const Selection& selection) {
   return Builder().Build(graph, selection);
+}
+
+std::vector<std::vector<int>> SchurPattern(const BlockStructure& s) {
+  std::vector<std::vector<int>> pattern = s.H_pp_pattern;
+  std::vector<int> seen_by(s.poses.size(), kNone);
+  for (int j = 0; j < static_cast<int>(s.poses.size()); ++j) {
+    std::vector<int>& rows = pattern[j];
+    for (const int i : rows) seen_by[i] = j;
+    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
+      const int slot = s.pose_slots[k];
+      for (int other = slot + 1; other < s.landmark_slots[s.slot_landmark[slot] + 1]; ++other) {
+        const int i = s.slot_pose[other];
+        if (seen_by[i] == j) continue;
+        seen_by[i] = j;
+        rows.push_back(i);
+      }
+    }
+    std::sort(rows.begin(), rows.end());
+  }
+  return pattern;
 }
 
 }  // namespace ch5

@@ -55,7 +55,7 @@ struct BlockStructure {
   int num_linear_values = 0;  ///< length of the array of linear parts
   int num_H_mm_values = 0, num_H_pm_values = 0;
 
-  std::vector<std::vector<int>> H_pp_pattern, schur_pattern;  ///< rows i ≥ j of each column
+  std::vector<std::vector<int>> H_pp_pattern;  ///< rows i ≥ j of each column
   std::vector<Product> products;
   std::vector<int> products_begin;  ///< block k of H_pp is the sum of products [products_begin[k], …[k + 1])
 
@@ -65,5 +65,8 @@ struct BlockStructure {
 /// Numbers the selected vertices of the graph (MakeOrdering) and finds the structure above.
 /// @throws GraphError if an edge ties two free landmarks; both are named
 BlockStructure BuildBlockStructure(const Graph& graph, const Selection& selection = {});
+
+/// Rows i ≥ j of each column of the Schur complement, which ties all poses that see one landmark.
+std::vector<std::vector<int>> SchurPattern(const BlockStructure& structure);
 
 }  // namespace ch5

@@ -108,6 +108,7 @@ class BlockPcg : public ReducedSolver {
   BlockPcg(int max_iterations, double tolerance) : max_iterations_(max_iterations), tolerance_(tolerance) {}
 
   void Prepare(const SymmetricBlockMatrix& S) override {
+    limit_ = max_iterations_ > 0 ? max_iterations_ : 10 * S.Size() + 100;
     for (VecX* v : {&r_, &z_, &p_, &Ap_}) v->resize(S.Size());
     factors_.clear();
     factors_.reserve(static_cast<size_t>(S.NumColumns()));  // not to be copied before they are computed
@@ -122,7 +123,7 @@ class BlockPcg : public ReducedSolver {
     p_ = z_;
     double rz = r_.dot(z_);
     const double goal = tolerance_ * b.norm();
-    for (int i = 0; i < max_iterations_ && r_.norm() > goal; ++i) {
+    for (int i = 0; i < limit_ && r_.norm() > goal; ++i) {
       S.Multiply(p_.data(), Ap_.data());
       const double curvature = p_.dot(Ap_);
       if (!(curvature > 0.0)) return false;
@@ -155,7 +156,7 @@ class BlockPcg : public ReducedSolver {
     }
   }
 
-  int max_iterations_;
+  int max_iterations_, limit_ = 0;
   double tolerance_;
   std::vector<Eigen::LLT<MatXX>> factors_;
   VecX r_, z_, p_, Ap_;
@@ -163,11 +164,24 @@ class BlockPcg : public ReducedSolver {
 
 }  // namespace
 
-std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type, int size, int threads) {
+const std::vector<std::pair<std::string, ReducedSolverType>> kReducedSolverNames = {
+    {"automatic", ReducedSolverType::kAutomatic},      {"dense", ReducedSolverType::kDenseCholesky},
+    {"sparse", ReducedSolverType::kSparseCholesky},    {"pcg", ReducedSolverType::kPcg},
+    {"implicit-pcg", ReducedSolverType::kImplicitPcg}, {"power-series", ReducedSolverType::kPowerSeries}};
+
+ReducedSolverType ChooseReducedSolver(ReducedSolverType type, int num_poses, bool tied_by_landmarks_alone) {
+  constexpr int kManyPoses = 400;
+  const bool is_implicit = type == ReducedSolverType::kAutomatic && tied_by_landmarks_alone && num_poses > kManyPoses;
+  return is_implicit ? ReducedSolverType::kImplicitPcg : type;
+}
+
+std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type, int threads) {
   switch (type) {
     case ReducedSolverType::kDenseCholesky: return MakeDenseCholesky();
     case ReducedSolverType::kSparseCholesky: return MakeSparseCholesky(threads);
-    case ReducedSolverType::kPcg: return MakeBlockPcg(10 * size + 100, 1e-14);
+    case ReducedSolverType::kPcg: return MakeBlockPcg(0, 1e-14);
+    case ReducedSolverType::kImplicitPcg:
+    case ReducedSolverType::kPowerSeries:
     case ReducedSolverType::kAutomatic: break;
   }
   return MakeCholesky(threads);

@@ -2,14 +2,37 @@
 /// Solvers for the reduced (camera) system  S Δx_p = b_s  of the fast room.
 
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "ch5_backend/solve/block_matrix.h"
 
 namespace ch5 {
 
-/// kAutomatic is dense for up to 300 numbers, and beyond where a sparse factorisation would take more than half of the
-/// dense one's multiplications; otherwise it is sparse.
-enum class ReducedSolverType { kAutomatic, kDenseCholesky, kSparseCholesky, kPcg };
+/// kAutomatic, in three steps: implicit PCG for more than 400 poses that landmarks alone tie; otherwise dense for up
+/// to 300 numbers; beyond, sparse unless that would take more than half of the dense one's multiplications.
+/// The last two types never form S, see implicit_solver.h.
+enum class ReducedSolverType { kAutomatic, kDenseCholesky, kSparseCholesky, kPcg, kImplicitPcg, kPowerSeries };
+
+/// The types by name, in the order above: "automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series".
+extern const std::vector<std::pair<std::string, ReducedSolverType>> kReducedSolverNames;
+
+/// M, block diagonal, so that M⁻¹S is nearer to the identity: the diagonal blocks of H_pp + λD (block-Jacobi) cost
+/// nothing, those of S (Schur-Jacobi) a small product a slot, and about halve the iterations.
+enum class Preconditioner { kBlockJacobi, kSchurJacobi };
+
+/// How accurately kImplicitPcg and kPowerSeries solve. The defaults are those of an inexact Newton method: what is
+/// left of the model's decrease is not worth its price. IterativeOptions::Exact() is for all that needs S⁻¹ itself.
+struct IterativeOptions {
+  double tolerance = 0.0;  ///< enough if √(rᵀM⁻¹r) ≤ tolerance·√(bᵀM⁻¹b)
+  double model_tolerance = 0.1;  ///< or if i (Q_i − Q_{i−1}) < model_tolerance·Q_i, Q = bᵀx − ½xᵀSx (Nash & Sofer 1990)
+  int max_iterations = 500;
+  Preconditioner preconditioner = Preconditioner::kSchurJacobi;  ///< of PCG; the power series has B's blocks
+  bool single_precision = true;  ///< products with S in float, where the dimensions have code of their own
+
+  static IterativeOptions Exact() { return {1e-15, 0.0, 10000, Preconditioner::kSchurJacobi, false}; }
+};
 
 class ReducedSolver {
  public:
@@ -22,8 +45,12 @@ class ReducedSolver {
   virtual bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) = 0;
 };
 
-/// The one that `type` names, for `size` unknowns; PCG to 1e-14.
-std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type, int size, int threads);
+/// The first step of kAutomatic: an implicit type, or kAutomatic where S is to be formed. Others stay as they are.
+/// @param tied_by_landmarks_alone  no edge has two free poses
+ReducedSolverType ChooseReducedSolver(ReducedSolverType type, int num_poses, bool tied_by_landmarks_alone);
+
+/// The one that `type` names, which must not be implicit; PCG to 1e-14.
+std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type, int threads);
 
 /// Dense Cholesky, n³/6 multiplications: best where nearly all poses share landmarks.
 std::unique_ptr<ReducedSolver> MakeDenseCholesky();
@@ -35,7 +62,7 @@ std::unique_ptr<ReducedSolver> MakeSparseCholesky(int threads);
 std::unique_ptr<ReducedSolver> MakeCholesky(int threads);
 
 /// Conjugate gradients, preconditioned by the inverses of S's diagonal blocks (Schur-Jacobi).
-/// @param tolerance  stops at ‖r‖ ≤ tolerance·‖b‖, or after `max_iterations`
+/// @param tolerance  stops at ‖r‖ ≤ tolerance·‖b‖, or after `max_iterations`; 0 means 10 n + 100
 std::unique_ptr<ReducedSolver> MakeBlockPcg(int max_iterations, double tolerance);
 
 }  // namespace ch5

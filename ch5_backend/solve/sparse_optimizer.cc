@@ -18,6 +18,12 @@ int CommonDimension(const Graph& graph, Role role, int otherwise) {
 
 }  // namespace
 
+void SparseOptimizer::SetReducedSolver(ReducedSolverType type, const IterativeOptions& options) {
+  reduced_solver_ = type;
+  iterative_ = options;
+  if (solver_) solver_->SetReducedSolver(type, options);
+}
+
 void SparseOptimizer::ChooseSolver() {
   const int landmark_dim = CommonDimension(*graph_, Role::kLandmark, 3);
   const int pose_dim = CommonDimension(*graph_, Role::kPose, landmark_dim == 1 ? 6 : 9);
@@ -25,16 +31,7 @@ void SparseOptimizer::ChooseSolver() {
     solver_ = std::make_unique<BlockSolverBase>(graph_, pose_dim, landmark_dim, threads_);
     pose_dim_ = pose_dim;
     landmark_dim_ = landmark_dim;
-    prepared_ = ReducedSolverType::kAutomatic;  // what a BlockSolver begins with
-  }
-  // One that is kept knows its last pattern, and need not plan anew for the same one.
-  if (prepared_ != reduced_solver_ || reduced_solver_ == ReducedSolverType::kPcg) {
-    int dim_poses = 0;
-    for (const auto& vertex : graph_->Vertices()) {
-      if (!vertex->IsFixed() && vertex->GetRole() == Role::kPose) dim_poses += vertex->LocalDimension();
-    }
-    solver_->SetReducedSolver(MakeReducedSolver(reduced_solver_, dim_poses, threads_));
-    prepared_ = reduced_solver_;
+    solver_->SetReducedSolver(reduced_solver_, iterative_);
   }
   solver_->SetDamping(damping_);
   solver_->Select(selection_);

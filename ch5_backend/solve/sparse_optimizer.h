@@ -32,8 +32,8 @@ class SparseOptimizer {
   explicit SparseOptimizer(Graph* graph, int threads = 1) : graph_(graph), threads_(threads) {}
 
   void SetDamping(Damping damping) { damping_ = damping; }
-  /// Automatic unless set.
-  void SetReducedSolver(ReducedSolverType type) { reduced_solver_ = type; }
+  /// Automatic unless set, and inexact where it is implicit; see reduced_solver.h.
+  void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
 
   /// Minimises with Levenberg-Marquardt unless the options say otherwise: over the edges of level 0, or what
   /// InitializeOptimization chose.
@@ -93,9 +93,9 @@ class SparseOptimizer {
   Summary summary_;
   Damping damping_ = Damping::kIdentity;
   ReducedSolverType reduced_solver_ = ReducedSolverType::kAutomatic;
+  IterativeOptions iterative_;
   std::unique_ptr<BlockSolverBase> solver_;
-  ReducedSolverType prepared_ = ReducedSolverType::kAutomatic;  // of solver_
-  int pose_dim_ = 0, landmark_dim_ = 0;                         // of solver_
+  int pose_dim_ = 0, landmark_dim_ = 0;  // of solver_
 };
 
 }  // namespace ch5

@@ -106,7 +106,7 @@ class BalApp(unittest.TestCase):
     def test_help(self):
         done = app("--help")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        for option in ("--out", "--iterations", "--threads", "--huber"):
+        for option in ("--out", "--iterations", "--threads", "--huber", "--solver"):
             self.assertIn(option, done.stdout)
 
     def test_arguments_that_make_no_sense(self):
@@ -127,7 +127,18 @@ class BalApp(unittest.TestCase):
         for word in ("0", "-2", "nan", "inf", "1e300", "1px"):
             refuses(self.good, "--out", self.out, "--huber", word,
                     message=f"--huber must be a number from 0.000001 to 1000000.000000, got '{word}'")
+        refuses(self.good, "--out", self.out, "--solver", "magic", message="--solver must be one of automatic, dense, "
+                "sparse, pcg, implicit-pcg, power-series, got 'magic'")
         self.assertFalse(self.out.exists())
+
+    def test_every_solver_finds_the_same_optimum(self):
+        costs = []
+        for solver in ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series"):
+            done = app(self.good, "--out", self.folder / solver, "--solver", solver, "--iterations", 100)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            with open(self.folder / solver / "summary.csv", newline="") as file:
+                costs.append(float(dict(csv.reader(file))["final_cost"]))
+        self.assertLess(max(costs) - min(costs), 1e-3, costs)
 
     def test_faulty_files_are_named_with_line_and_value(self):
         def refuses(text, message):

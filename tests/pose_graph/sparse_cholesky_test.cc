@@ -148,7 +148,7 @@ TEST(SparseCholesky, EveryReducedSolverGivesTheSameAnswer) {
     const VecX b = RandomVector(A.Size(), 21), expected = SolveDense(A, b);
     for (const auto type : {ReducedSolverType::kAutomatic, ReducedSolverType::kDenseCholesky,
                             ReducedSolverType::kSparseCholesky, ReducedSolverType::kPcg}) {
-      const auto solver = MakeReducedSolver(type, A.Size(), 1);
+      const auto solver = MakeReducedSolver(type, 1);
       solver->Prepare(A);
       VecX x;
       ASSERT_TRUE(solver->Solve(A, b, A.Diagonal(), &x));
@@ -233,7 +233,7 @@ TEST(SparseCholesky, RoundingIsNotAPivot) {
     if (j < 399) A.Values(A.ColumnBegin(j) + 1)[0] = -0.1;
   }
   for (const auto type : {ReducedSolverType::kAutomatic, ReducedSolverType::kSparseCholesky}) {
-    const auto solver = MakeReducedSolver(type, A.Size(), 1);
+    const auto solver = MakeReducedSolver(type, 1);
     solver->Prepare(A);
     VecX x;
     EXPECT_FALSE(solver->Solve(A, VecX::Ones(400), A.Diagonal(), &x));

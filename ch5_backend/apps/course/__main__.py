@@ -25,6 +25,7 @@ JSON_FIELDS = {
     "check": "stages, a list of {id, state, hint}",
     "status": "stages, a list of {id, state, hint}",
 }
+SOLVERS = ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series")
 
 
 def positive_int(text: str) -> int:
@@ -64,6 +65,8 @@ def make_parser(command: str) -> Parser:
         parser.add_argument("--threads", type=positive_int, metavar="N", help="how many threads the solver may use")
         parser.add_argument("--huber", type=positive_number, metavar="D", help="Huber loss that begins at D pixels, or "
                             "in a pose graph at D standard deviations")
+        parser.add_argument("--solver", choices=SOLVERS, help="of the cameras' or poses' system; default: automatic, "
+                            "by the size and shape of the problem")
     elif command == "test":
         parser.add_argument("names", nargs="*", metavar="NAME", help="only tests whose name matches this expression")
         parser.add_argument("--quick", action="store_true", help="leave out the tests labelled slow")

@@ -14,6 +14,7 @@ from .data import kind_of
 from .errors import CourseError
 
 PLOT = ROOT / "ch5_backend" / "apps" / "plot"
+SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
 
 
 def run(arguments) -> int:
@@ -33,7 +34,7 @@ def run(arguments) -> int:
 
 def run_chapter(out: Path, arguments) -> int:
     """Every study of the chapter on the course's own scenes, then the report."""
-    for option in ("iterations", "threads", "huber"):
+    for option in SOLVER_OPTIONS:
         if getattr(arguments, option) is not None:
             raise CourseError(f"--{option} needs DATA: the chapter's own studies choose their settings")
     make_writable(out)
@@ -53,7 +54,7 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
 
     A failure is part of the answer, so that the files after it are still solved.
     """
-    options = [word for name in ("iterations", "threads", "huber") if getattr(arguments, name) is not None
+    options = [word for name in SOLVER_OPTIONS if getattr(arguments, name) is not None
                for word in (f"--{name}", str(getattr(arguments, name)))]
     try:
         make_writable(out)

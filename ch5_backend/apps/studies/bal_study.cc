@@ -77,6 +77,7 @@ BalStudy SolveBal(const BalProblem& problem, const BalStudyOptions& options,
 
   SparseOptimizer optimizer(&bal.graph, options.threads);
   optimizer.SetDamping(Damping::kDiagonal);  // focal lengths, distortions and angles have no unit in common
+  optimizer.SetReducedSolver(options.solver);
   SolveOptions solve;
   solve.max_iterations = options.iterations;
   solve.callback = [&](const IterationInfo& info) {

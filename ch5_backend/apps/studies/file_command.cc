@@ -33,6 +33,15 @@ T ParseNumber(const std::string& option, const std::string& word, T low, T high)
   return value;
 }
 
+ReducedSolverType ParseSolver(const std::string& word) {
+  std::string known;
+  for (const auto& [name, type] : kReducedSolverNames) {
+    if (word == name) return type;
+    known += (known.empty() ? "" : ", ") + name;
+  }
+  throw UsageError("--solver must be one of " + known + ", got '" + word + "'");
+}
+
 FileCommand Parse(int argc, char** argv) {
   FileCommand command;
   command.threads = static_cast<int>(std::max(1u, std::min(64u, std::thread::hardware_concurrency())));
@@ -50,6 +59,8 @@ FileCommand Parse(int argc, char** argv) {
       command.threads = ParseNumber(word, value(), 1, 256);
     } else if (word == "--huber") {
       command.huber = ParseNumber(word, value(), 1e-6, 1e6);
+    } else if (word == "--solver") {
+      command.solver = ParseSolver(value());
     } else if (word.size() > 1 && word[0] == '-') {
       throw UsageError("unknown option '" + word + "'");
     } else if (!command.file.empty()) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "ch5_backend/solve/minimizer.h"
+#include "ch5_backend/solve/reduced_solver.h"
 
 namespace ch5 {
 
@@ -13,9 +14,10 @@ struct FileCommand {
   int iterations = 50;  ///< at most
   int threads = 0;      ///< as many as the machine has, unless given
   double huber = 0.0;   ///< threshold of Huber's loss; 0 for plain least squares
+  ReducedSolverType solver = ReducedSolverType::kAutomatic;
 };
 
-/// The whole of main(): reads FILE --out DIR [--iterations N] [--threads N] [--huber X], calls `run`, and turns every
+/// The whole of main(): reads FILE --out DIR [--iterations N] [--threads N] [--huber X] [--solver NAME], calls `run`, and turns every
 /// error into one line on standard error, "program: what is wrong".
 /// @param usage  printed for --help
 /// @return exit code: 0, or 2 after an error

@@ -116,6 +116,7 @@ PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file,
   }
 
   SparseOptimizer optimizer(&file->graph, options.threads);
+  optimizer.SetReducedSolver(options.solver);
   optimizer.SetDamping(Damping::kDiagonal);  // metres and radians
   SolveOptions solve;
   solve.max_iterations = options.iterations;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "ch5_backend/solve/minimizer.h"
+#include "ch5_backend/solve/reduced_solver.h"
 #include "ch5_backend/world/g2o_file.h"
 
 namespace ch5 {
@@ -14,6 +15,7 @@ struct PoseGraphOptions {
   int iterations = 50;  ///< at most
   int threads = 1;
   double huber = 0.0;  ///< threshold of Huber's loss on √(rᵀWr); 0 for plain least squares
+  ReducedSolverType solver = ReducedSolverType::kAutomatic;
 };
 
 struct PoseGraphStudy {
