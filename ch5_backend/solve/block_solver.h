@@ -61,8 +61,6 @@ class BlockSolverBase : public NormalEquations {
   bool IsImplicit() const { return implicit_ != nullptr; }
   /// Products with S in the last SolveLinearSystem, if it is implicit.
   int ReducedProducts() const { return implicit_ ? implicit_->Products() : 0; }
-  /// All numbers of the last MakeHessian and SolveLinearSystem.
-  const BlockSystem& System() const { return system_; }
 
  private:
   void CheckDimensions() const;
