@@ -50,6 +50,11 @@ void BlockSolverBase::SetReducedSolver(ReducedSolverType type, const IterativeOp
   implicit_.reset();
 }
 
+void BlockSolverBase::SetReducedSolver(std::unique_ptr<ReducedSolver> solver) {
+  SetReducedSolver(ReducedSolverType::kDenseCholesky);  // any type that forms S
+  reduced_solver_ = std::move(solver);
+}
+
 // One that is kept knows its last pattern, and need not plan anew for the same one.
 void BlockSolverBase::PrepareReducedSolver() {
   const BlockStructure& s = system_.structure;

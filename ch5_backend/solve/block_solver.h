@@ -57,6 +57,8 @@ class BlockSolverBase : public NormalEquations {
 
   /// Automatic unless set; takes effect at the next SetOrdering. The options are for the implicit solvers.
   void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
+  /// One of the caller's own; S is formed for it.
+  void SetReducedSolver(std::unique_ptr<ReducedSolver> solver);
   /// What the rule chose, or the caller set.
   bool IsImplicit() const { return implicit_ != nullptr; }
   /// Products with S in the last SolveLinearSystem, if it is implicit.

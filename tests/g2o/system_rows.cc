@@ -208,9 +208,10 @@ TEST(G2o, G13_AllLinearSolversGiveTheSameX) {
   ASSERT_TRUE(pcg.SolveLinearSystem(0.0, &x));
   EXPECT_LT((x - expected).norm(), 1e-6 * expected.norm()) << "dense, PCG";
   for (const ReducedSolverType type : {ReducedSolverType::kAutomatic, ReducedSolverType::kDenseCholesky,
-                                       ReducedSolverType::kSparseCholesky, ReducedSolverType::kPcg}) {
+                                       ReducedSolverType::kSparseCholesky, ReducedSolverType::kPcg,
+                                       ReducedSolverType::kImplicitPcg, ReducedSolverType::kPowerSeries}) {
     SparseOptimizer optimizer(&bundle.graph);
-    optimizer.SetReducedSolver(type);
+    optimizer.SetReducedSolver(type, IterativeOptions::Exact());
     BlockSolverBase& solver = optimizer.GetSolver();
     solver.MakeHessian();
     for (int twice = 0; twice < 2; ++twice) {
