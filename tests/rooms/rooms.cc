@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "ch5_backend/solve/plain_block_solver.h"
 #include "ch5_backend/solve/problem.h"
 #include "ch5_backend/solve/sparse_optimizer.h"
 #include "ch5_backend/world/random.h"
@@ -36,6 +37,7 @@ class Rooms : public testing::TestWithParam<Scene> {
     NormalEquations* system = nullptr;
     BlockSolverBase* block = nullptr;
     Problem* dense = nullptr;
+    PlainBlockSolver* plain = nullptr;
   };
 
   Room& Add(const std::string& name) {
@@ -50,6 +52,14 @@ class Rooms : public testing::TestWithParam<Scene> {
     room.dense = problem.get();
     room.system = problem.get();
     room.own = std::move(problem);
+  }
+  void AddPlain(const std::string& name) {
+    Room& room = Add(name);
+    auto solver = std::make_unique<PlainBlockSolver>(room.graph.get());
+    solver->SetOrdering();
+    room.plain = solver.get();
+    room.system = solver.get();
+    room.own = std::move(solver);
   }
   void AddChosen(const std::string& name, int threads, ReducedSolverType type, const IterativeOptions& options = {}) {
     Room& room = Add(name);
@@ -75,6 +85,7 @@ class Rooms : public testing::TestWithParam<Scene> {
     AddChosen("block, PCG", 1, ReducedSolverType::kPcg);
     AddChosen("block, implicit PCG", 2, ReducedSolverType::kImplicitPcg, IterativeOptions::Exact());
     AddChosen("block, power series", 1, ReducedSolverType::kPowerSeries, IterativeOptions::Exact());
+    AddPlain("plain blocks");
     AddDynamic("dynamic block, 1 thread", 1);
     AddDynamic("dynamic block, 3 threads", 3);
   }
@@ -97,6 +108,9 @@ TEST_P(Rooms, AgreeOnHessianAndGradient) {
     EXPECT_NEAR(room.system->StateNorm(), oracle.StateNorm(), 1e-12 * oracle.StateNorm());
     if (room.block) {
       EXPECT_LT(RelativeError(room.block->DenseHessian(), oracle.Hessian()), 1e-12);
+    }
+    if (room.plain) {
+      EXPECT_LT(RelativeError(room.plain->DenseHessian(), oracle.Hessian()), 1e-12);
     }
   }
 }
