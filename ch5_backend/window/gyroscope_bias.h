@@ -1,0 +1,33 @@
+#pragma once
+/// The gyroscope's bias from what the images see, whatever the translation:
+///
+///   tᵀ(f_i × R_ij(b_g) f_j) = 0,   R_ij = γ_ij Exp(J_ij δb_g)
+///
+/// for every pair of images (i, j) and every point that both see: one bias for all pairs, one direction t for each.
+/// No structure, no scale, and planes are no special case.
+/// Source: Kneip & Lynen, "Direct optimization of frame-to-frame rotation", ICCV 2013; He et al., "A
+/// rotation-translation-decoupled solution for robust and efficient visual-inertial initialization", CVPR 2023.
+
+#include <vector>
+
+#include "ch5_backend/types/measurements.h"
+
+namespace ch5 {
+
+/// One point in the images of a window.
+struct FeatureTrack {
+  struct View {
+    int frame = 0;  ///< 0, 1, …
+    Vec2 x = Vec2::Zero();
+  };
+  std::vector<View> views;  ///< in order of frames
+};
+
+/// @param R_B_C   the camera's rotation;  @param sigma  of an observation on the normalised plane
+/// @param tracks  lose the views that fit no motion; may be left with one or none
+/// @param imu     imu[k] leads from frame k to frame k + 1; on return it is integrated at the bias that is returned
+/// @return b_g [rad/s]
+Vec3 EstimateGyroscopeBias(const Qd& R_B_C, double sigma, std::vector<FeatureTrack>* tracks,
+                           std::vector<Preintegration>* imu);
+
+}  // namespace ch5
