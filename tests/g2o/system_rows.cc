@@ -207,9 +207,9 @@ TEST(G2o, G13_AllLinearSolversGiveTheSameX) {
   pcg.MakeHessian();
   ASSERT_TRUE(pcg.SolveLinearSystem(0.0, &x));
   EXPECT_LT((x - expected).norm(), 1e-6 * expected.norm()) << "dense, PCG";
-  for (const ReducedSolverType type : {ReducedSolverType::kAutomatic, ReducedSolverType::kDenseCholesky,
-                                       ReducedSolverType::kSparseCholesky, ReducedSolverType::kPcg,
-                                       ReducedSolverType::kImplicitPcg, ReducedSolverType::kPowerSeries}) {
+  for (const ReducedSolverType type :
+       {ReducedSolverType::kAutomatic, ReducedSolverType::kDenseCholesky, ReducedSolverType::kSparseCholesky,
+        ReducedSolverType::kPcg, ReducedSolverType::kImplicitPcg, ReducedSolverType::kPowerSeries}) {
     SparseOptimizer optimizer(&bundle.graph);
     optimizer.SetReducedSolver(type, IterativeOptions::Exact());
     BlockSolverBase& solver = optimizer.GetSolver();

@@ -9,8 +9,8 @@ fills/*.fills hold them, told apart by these lines:
     // STAGE 1.2                                      or in place of the stage's whole function
 
 Every single blank TODO is a fill too. `fills.py OUTPUT.cc FILE.fills…` writes them all as C++: each fill in a namespace
-of its own holds only the functions that it changes, in a class derived from the reference Problem; so a hundred fills
-share one translation unit and one executable.
+of its own holds only the functions that it changes, in classes derived from the reference's; so a hundred fills share
+one translation unit and one executable.
 """
 
 import re
@@ -25,7 +25,11 @@ DECLARATIONS = {
     "1.1": "void MakeHessian() override;",
     "1.2": "bool SolveLinearSystem(double lambda, VecX* delta_x) override;",
     "2": "static MarginalizeResult TestMarginalize(MatXX H_marg, VecX b_marg, int idx, int dim);",
+    "7": "void BuildStructure() override; void BuildSystem() override; bool Solve(double lambda, VecX* delta_x) override;",
 }
+
+# The classes that they are members of.
+CLASSES = {"Problem": ["1.1", "1.2", "2"], "PlainBlockSolver": ["7"]}
 
 
 @dataclass
@@ -92,22 +96,26 @@ def code_of(one: Fill) -> tuple:
     return text, stages
 
 
+def derived_class(name: str, stages: list) -> str:
+    """A class of the same name as the reference's, with the functions of these stages its own."""
+    members = "\n  ".join([f"using ch5::{name}::{name};", *(DECLARATIONS[stage] for stage in stages)])
+    return f"class {name} : public ch5::{name} {{\n public:\n  {members}\n}};"
+
+
 def translation_unit(fills: list) -> str:
     includes = sorted({line for name in FILES for line in re.findall(r"^#include .*$", solution_text(name), re.MULTILINE)})
     parts = ["// Written by tests/homework/fills.py.", *includes, '#include "tests/homework/submission.h"']
     for one in fills:
         text, stages = code_of(one)
-        declarations = "\n  ".join(DECLARATIONS[stage] for stage in stages if stage in DECLARATIONS)
+        classes = "\n".join(derived_class(name, [stage for stage in own if stage in stages])
+                            for name, own in CLASSES.items())
         parts.append(f"""
 namespace ch5::fill_{one.name} {{
-class Problem : public ch5::Problem {{
- public:
-  using ch5::Problem::Problem;
-  {declarations}
-}};
+{classes}
 {text}
 [[maybe_unused]] const bool registered = homework::Register(
-    "{one.name}", {{&homework::Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges}});
+    "{one.name}", {{&homework::Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges,
+                   &homework::MakeBlockSolver<PlainBlockSolver>}});
 }}  // namespace ch5::fill_{one.name}""")
     return "\n".join(parts) + "\n"
 

@@ -7,7 +7,7 @@ namespace {
 
 std::map<std::string, Submission>& Shelf() {
   static std::map<std::string, Submission> shelf{
-      {"linked", {&Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges}}};
+      {"linked", {&Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges, &MakeBlockSolver<PlainBlockSolver>}}};
   return shelf;
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "ch5_backend/solve/plain_block_solver.h"
 #include "ch5_backend/solve/problem.h"
 #include "ch5_backend/world/mono_ba.h"
 
@@ -15,11 +16,16 @@ struct Submission {
   MarginalizeResult (*test_marginalize)(MatXX H, VecX b, int idx, int dim);      // stage 2
   void (*add_mono_ba_edges)(const MonoBaScene& scene, double pixel_information,  // stage 3
                             double prior_weight, MonoBa* problem);
+  std::unique_ptr<PlainBlockSolver> (*make_block_solver)(Graph* graph);  // stage 7
 };
 
-/// For make_problem: `P` is Problem or a class derived from it.
+/// For make_problem and make_block_solver: `P` is what they return, or a class derived from it.
 template <typename P>
 std::unique_ptr<Problem> Make(Graph* graph) {
+  return std::make_unique<P>(graph);
+}
+template <typename P>
+std::unique_ptr<PlainBlockSolver> MakeBlockSolver(Graph* graph) {
   return std::make_unique<P>(graph);
 }
 
