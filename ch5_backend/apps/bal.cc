@@ -17,7 +17,7 @@ constexpr char kUsage[] =
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
     "  --huber PIXELS   Huber's loss with this threshold, for data with outliers (none)\n"
     "  --solver NAME    of the cameras' system: dense, sparse or pcg form it, implicit-pcg and power-series do not;\n"
-    "                   automatic (the default) is implicit-pcg for more than 400 cameras\n";
+    "                   automatic (the default) is power-series for more than 400 cameras\n";
 
 void Run(const ch5::FileCommand& command) {
   const std::string name = std::filesystem::path(command.file).stem().string();

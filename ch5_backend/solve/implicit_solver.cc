@@ -18,10 +18,6 @@ class StopRule {
   bool IsEnough(double error, double Q, double Q_before, int i) const {
     return error <= goal_ || (options_.model_tolerance > 0.0 && i * (Q - Q_before) < options_.model_tolerance * Q);
   }
-  /// How many more terms bring the error down to the tolerance, if each is `ratio` times the one before.
-  double TermsToGo(double error, double ratio) const {
-    return goal_ > 0.0 ? 0.5 * std::log(goal_ / error) / std::log(ratio) : 0.0;
-  }
 
  private:
   const IterativeOptions& options_;
@@ -42,64 +38,58 @@ class IterativeSolver : public ImplicitSolver {
   void Load() override { S_.Load(); }
 
   bool Solve(BlockSystem* system, const DampingRule& rule, VecX* x) override {
-    products_ = 0;
     x->setZero(system->structure.ordering.dim_poses);
     if (!S_.Damp(rule, is_series_ ? Preconditioner::kBlockJacobi : options_.preconditioner)) return false;
     r_ = system->b_schur;
     S_.Precondition(r_, &z_);
     const StopRule stop(options_, r_.dot(z_));
-    if (is_series_) {
-      if (SumSeries(system->b_schur, stop, x)) return x->allFinite();
-      x->setZero();
-      r_ = system->b_schur;
-      S_.Precondition(r_, &z_);
-    }
+    Q_ = 0.0;
+    iterates_ = 0;
+    if (is_series_ && SumSeries(system->b_schur, stop, x)) return x->allFinite();
     return ConjugateGradients(stop, x) && x->allFinite();
   }
 
-  int Products() const override { return products_; }
+  int Products() const override { return iterates_; }
 
  private:
-  // x += t,  r −= S t,  t = M⁻¹r: the sum of the power series. @return false if it will not come near enough
+  // x += t,  r −= S t,  t = M⁻¹r: the sum of the power series. @return false if it is not near enough
   bool SumSeries(const VecX& b, const StopRule& stop, VecX* x) {
-    double Q = 0.0, rMr = r_.dot(z_);
-    for (int i = 1; i <= options_.max_iterations; ++i) {
+    double rMr = r_.dot(z_);
+    while (iterates_ < options_.max_terms) {
       S_.Multiply(z_, &Sp_);
-      ++products_;
       *x += z_;
       r_ -= Sp_;
       S_.Precondition(r_, &z_);
-      const double rMr_before = rMr, Q_before = Q;
+      const double rMr_before = rMr, Q_before = Q_;
       rMr = r_.dot(z_);
-      Q = 0.5 * x->dot(b + r_);
-      // What is missing is a geometric series with the slowest term's ratio, which the terms' sizes approach from below.
+      Q_ = 0.5 * x->dot(b + r_);
+      ++iterates_;
+      // What is missing is a geometric series with the slowest term's ratio, which the terms' sizes approach from
+      // below.
       const double ratio = std::sqrt(rMr / rMr_before);
       if (!(ratio < 1.0)) return false;  // it would be, had B⁻¹W no eigenvalue beyond 1
-      const double error = rMr / ((1.0 - ratio) * (1.0 - ratio));
-      if (stop.IsEnough(error, Q, Q_before, i)) return true;
-      if (stop.TermsToGo(error, ratio) > options_.max_iterations - i) return false;
+      if (stop.IsEnough(rMr / ((1.0 - ratio) * (1.0 - ratio)), Q_, Q_before, iterates_)) return true;
     }
     return false;
   }
 
   // Golub & Van Loan, "Matrix Computations", alg. 11.5.1, from x with r = b − Sx and z = M⁻¹r.
   bool ConjugateGradients(const StopRule& stop, VecX* x) {
-    double Q = 0.0, rMr = r_.dot(z_);
+    double rMr = r_.dot(z_);
     p_ = z_;
-    if (rMr == 0.0) return true;
-    for (int i = 1; i <= options_.max_iterations; ++i) {
+    while (rMr > 0.0 && iterates_ < options_.max_iterations) {
       S_.Multiply(p_, &Sp_);
-      ++products_;
       const double curvature = p_.dot(Sp_);
       if (!(curvature > 0.0)) return false;
       const double alpha = rMr / curvature;
       *x += alpha * p_;
       r_ -= alpha * Sp_;
       S_.Precondition(r_, &z_);
-      const double rMr_before = rMr, Q_before = Q;
+      const double rMr_before = rMr, Q_before = Q_;
       rMr = r_.dot(z_);
-      Q += 0.5 * alpha * rMr_before;
-      if (stop.IsEnough(rMr, Q, Q_before, i)) return true;
+      Q_ += 0.5 * alpha * rMr_before;
+      ++iterates_;
+      if (stop.IsEnough(rMr, Q_, Q_before, iterates_)) return true;
       p_ = z_ + (rMr / rMr_before) * p_;
     }
     return true;
@@ -109,7 +99,8 @@ class IterativeSolver : public ImplicitSolver {
   IterativeOptions options_;
   ImplicitSchur S_;
   VecX r_, z_, p_, Sp_;
-  int products_ = 0;
+  int iterates_ = 0;  // of the last Solve; a product each
+  double Q_ = 0.0;    // the model's decrease by the present one
 };
 
 }  // namespace

@@ -38,7 +38,7 @@ class ImplicitSolver {
 ///   S⁻¹ = Σ_i (B⁻¹W)^i B⁻¹,   for S and B positive definite the eigenvalues of B⁻¹W lie in [0, 1)
 /// whose terms are t_0 = B⁻¹b, t_{i+1} = B⁻¹(b − S Σ_{k≤i} t_k): the residual comes for free, and tells when enough
 /// terms are summed. B⁻¹ is that of the diagonal blocks. Should poses be tied by edges so that the series diverges, or
-/// should it need more terms than the maximum, conjugate gradients solve the system instead.
+/// should it need more terms than the maximum, conjugate gradients go on from its sum.
 std::unique_ptr<ImplicitSolver> MakeImplicitSolver(ReducedSolverType type, const IterativeOptions& options,
                                                    int pose_dim, int landmark_dim);
 

@@ -172,7 +172,7 @@ const std::vector<std::pair<std::string, ReducedSolverType>> kReducedSolverNames
 ReducedSolverType ChooseReducedSolver(ReducedSolverType type, int num_poses, bool tied_by_landmarks_alone) {
   constexpr int kManyPoses = 400;
   const bool is_implicit = type == ReducedSolverType::kAutomatic && tied_by_landmarks_alone && num_poses > kManyPoses;
-  return is_implicit ? ReducedSolverType::kImplicitPcg : type;
+  return is_implicit ? ReducedSolverType::kPowerSeries : type;
 }
 
 std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type, int threads) {

@@ -63,7 +63,7 @@ TEST_P(ImplicitSolvers, AnInexactStepHasMostOfTheDecrease) {
   for (const auto type : {ReducedSolverType::kImplicitPcg, ReducedSolverType::kPowerSeries}) {
     System inexact(GetParam(), type, {});
     const double decrease = inexact.solver->PredictedDecrease(inexact.Step(1e-2));
-    EXPECT_GT(decrease, 0.7 * best);
+    EXPECT_GT(decrease, 0.5 * best);
   }
 }
 
@@ -111,6 +111,7 @@ TEST(PowerSeries, SumsAsManyTermsAsTheAccuracyNeeds) {
   for (const double tolerance : {1e-2, 1e-4, 1e-8}) {
     IterativeOptions options = IterativeOptions::Exact();
     options.tolerance = tolerance;
+    options.max_terms = options.max_iterations;
     System system(scene, ReducedSolverType::kPowerSeries, options);
     const VecX step = system.Step(1.0);
     const double error = (step - expected).norm() / expected.norm();
@@ -120,20 +121,20 @@ TEST(PowerSeries, SumsAsManyTermsAsTheAccuracyNeeds) {
   }
 }
 
-TEST(PowerSeries, HandsOverWhereItWouldTakeTooManyTerms) {
+TEST(PowerSeries, ConjugateGradientsGoOnFromItsSum) {
   const Scene& scene = SceneNamed("Bal");  // its gauge is free: without damping the series hardly converges
   const VecX expected = System(scene, ReducedSolverType::kDenseCholesky, {}).Step(1e-5);
   IterativeOptions options = IterativeOptions::Exact();
-  options.max_iterations = 2000;
+  options.max_terms = 20;
   System system(scene, ReducedSolverType::kPowerSeries, options);
   EXPECT_LT((system.Step(1e-5) - expected).norm(), 1e-6 * expected.norm());
-  EXPECT_LT(system.solver->ReducedProducts(), 2000) << "that it will not do is foreseen";
+  EXPECT_GT(system.solver->ReducedProducts(), 20);
 }
 
 TEST(ReducedSolverRule, IsImplicitForManyPosesTiedByLandmarksAlone) {
   using Type = ReducedSolverType;
   EXPECT_EQ(ChooseReducedSolver(Type::kAutomatic, 400, true), Type::kAutomatic);
-  EXPECT_EQ(ChooseReducedSolver(Type::kAutomatic, 401, true), Type::kImplicitPcg);
+  EXPECT_EQ(ChooseReducedSolver(Type::kAutomatic, 401, true), Type::kPowerSeries);
   EXPECT_EQ(ChooseReducedSolver(Type::kAutomatic, 5000, false), Type::kAutomatic);
   for (const Type chosen : {Type::kDenseCholesky, Type::kSparseCholesky, Type::kPcg, Type::kImplicitPcg}) {
     EXPECT_EQ(ChooseReducedSolver(chosen, 5000, true), chosen) << "the caller's word holds";
