@@ -7,6 +7,7 @@
 
 #include "ch5_backend/apps/studies/marginalize_study.h"
 #include "ch5_backend/apps/studies/mono_ba_study.h"
+#include "ch5_backend/apps/studies/odometry_study.h"
 #include "ch5_backend/apps/studies/prior_study.h"
 #include "ch5_backend/apps/studies/progress.h"
 
@@ -14,8 +15,8 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_chapter [--out DIR]\n"
-    "Runs bundle adjustment on simulated scenes, the marginalisation example and the prior-weight experiment,\n"
-    "and writes their tables to DIR/csv (DIR is out/ unless given).\n";
+    "Runs bundle adjustment on simulated scenes, the marginalisation example, the prior-weight experiment and\n"
+    "odometry on a simulated recording, and writes their tables to DIR/csv (DIR is out/ unless given).\n";
 
 void RunStudies(const std::filesystem::path& csv, const ch5::Progress& progress) {
   using Show = std::function<void(double)>;
@@ -25,6 +26,8 @@ void RunStudies(const std::filesystem::path& csv, const ch5::Progress& progress)
   ch5::RunMonoBaStudy(csv, show("bundle adjustment"));
   ch5::RunMarginalizeStudy(csv, show("marginalisation"));
   ch5::RunPriorStudy(csv, show("prior weights"));
+  const auto show_policy = [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); };
+  ch5::WriteOdometryTables(ch5::RunOdometryStudy(ch5::SimulatedOdometryRecording(), show_policy), csv);
 }
 
 int Fail(const std::string& what) {

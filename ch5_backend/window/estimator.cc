@@ -8,6 +8,8 @@
 namespace ch5 {
 namespace {
 
+constexpr size_t kFramesToStart = 4;
+
 std::string At(double t) { return " at t = " + std::to_string(t) + " s"; }
 
 // σ of what a start knows, as a prior on the oldest frame's speed and biases.
@@ -40,7 +42,7 @@ void Estimator::Forget() {
   window_.time_offset->SetFixed(!options_.estimate_time_offset);
   policy_->Reset();
   still_.Reset();
-  still_frame_ = -1;
+  still_image_id_ = -1;
   started_ = false;
 }
 
@@ -73,7 +75,7 @@ FrameReport Estimator::AddFrame(const CameraFrame& frame) {
   Check(frame);
   AppendFrame(frame);
   FrameReport report;
-  if (!started_) Start();
+  if (!started_) Start(frame);
   if (started_) report = Track();
   last_image_ = frame;
   return report;
@@ -131,19 +133,12 @@ std::shared_ptr<Preintegration> Estimator::Integrate(const WindowFrame& from, do
   return result;
 }
 
-void Estimator::Start() {
-  const CameraFrame image = [&] {
-    CameraFrame frame{window_.frames.back().t, {}};
-    for (const auto& [id, landmark] : window_.landmarks) {
-      if (landmark.seen.back().frame == window_.frames.back().id) frame.tracks.push_back({id, landmark.seen.back().x});
-    }
-    return frame;
-  }();
-  if (const auto still = still_.AddFrame(image)) return StandStill(*still);
+void Estimator::Start(const CameraFrame& image) {
+  if (const auto still = still_.AddFrame(image)) return StandStill(*still, image);
   const WindowFrame& oldest = window_.frames.front();
-  if (oldest.id == still_frame_) {
-    const Parallax parallax = ParallaxBetween(window_, oldest.id, window_.frames.back().id);
-    if (window_.frames.size() >= 4 && parallax.mean * options_.weights.focal_length > options_.start_pixels) {
+  if (oldest.id == still_image_id_ && window_.frames.size() >= kFramesToStart) {
+    const auto motion = MedianMotion(still_image_, image);
+    if (motion && *motion * options_.weights.focal_length > options_.start_pixels) {
       window_.prior = PriorOn(oldest.speed_bias, options_);
       started_ = true;
       last_p_ = window_.frames.back().pose->p();
@@ -155,14 +150,15 @@ void Estimator::Start() {
 }
 
 // While it stands, the window is its newest frame alone.
-void Estimator::StandStill(const StillState& still) {
+void Estimator::StandStill(const StillState& still, const CameraFrame& image) {
   while (window_.frames.size() > 1) SlideWindow(MarginalizationFlag::kOld, &window_);
   const WindowFrame& frame = window_.frames.front();
   frame.pose->SetPose(still.q_W_B, Vec3::Zero());
   Vec9 v_ba_bg;
   v_ba_bg << Vec3::Zero(), still.b_a, still.b_g;
   frame.speed_bias->SetEstimate(v_ba_bg);
-  still_frame_ = frame.id;
+  still_image_ = image;
+  still_image_id_ = frame.id;
 }
 
 FrameReport Estimator::Track() {

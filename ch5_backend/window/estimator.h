@@ -75,8 +75,8 @@ class Estimator {
   void AppendFrame(const CameraFrame& frame);
   void AppendTracks(const CameraFrame& frame);
   std::shared_ptr<Preintegration> Integrate(const WindowFrame& from, double t1) const;
-  void Start();
-  void StandStill(const StillState& still);
+  void Start(const CameraFrame& image);
+  void StandStill(const StillState& still, const CameraFrame& image);
   FrameReport Track();
   void Reintegrate();
   void Forget();
@@ -89,7 +89,8 @@ class Estimator {
   std::vector<ImuReading> imu_;  // since a little before the newest frame
   CameraFrame last_image_;
   int next_frame_ = 0;
-  int still_frame_ = -1;  // id of the last frame that stood still; −1: none yet
+  CameraFrame still_image_;  // the last one that stood still …
+  int still_image_id_ = -1;  // … and its frame; −1: none yet
   bool started_ = false;
   int restarts_ = 0;
   Vec3 last_p_ = Vec3::Zero();

@@ -37,6 +37,7 @@ struct VinsOptions {
   double parallax_pixels = 10.0;  ///< as much between the second and third newest frame makes a keyframe [px]
   double focal_length = 460.0;    ///< [px]
   int max_iterations = 8;
+  double cost_tolerance = 1e-3;     ///< a window is solved again a moment later
   double max_solve_seconds = 0.04;  ///< 4/5 of it before the oldest frame leaves
 };
 std::unique_ptr<WindowPolicy> MakeVinsPolicy(const VinsOptions& options = {});

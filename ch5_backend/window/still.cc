@@ -12,7 +12,7 @@ std::optional<StillState> StillDetector::AddFrame(const CameraFrame& frame) {
   while (!imu_.empty() && imu_.front().t < images_.front().t) imu_.pop_front();
   if (images_.front().t > frame.t - options_.seconds || imu_.empty()) return std::nullopt;
 
-  const std::optional<double> motion = MeanMotion(images_.front(), frame);
+  const std::optional<double> motion = MedianMotion(images_.front(), frame);
   if (!motion || *motion * options_.focal_length > options_.pixels) return std::nullopt;
   StillState still;
   Vec3 force = Vec3::Zero();
@@ -31,19 +31,18 @@ void StillDetector::Reset() {
   images_.clear();
 }
 
-std::optional<double> MeanMotion(const CameraFrame& a, const CameraFrame& b) {
+std::optional<double> MedianMotion(const CameraFrame& a, const CameraFrame& b) {
   std::map<int, Vec2> points;
   for (const TrackedPoint& point : a.tracks) points[point.id] = point.x;
-  double sum = 0.0;
-  int common = 0;
+  std::vector<double> distances;
   for (const TrackedPoint& point : b.tracks) {
     const auto it = points.find(point.id);
-    if (it == points.end()) continue;
-    sum += (point.x - it->second).norm();
-    ++common;
+    if (it != points.end()) distances.push_back((point.x - it->second).norm());
   }
-  if (common < 5) return std::nullopt;
-  return sum / common;
+  if (distances.size() < 5) return std::nullopt;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
 }
 
 }  // namespace ch5

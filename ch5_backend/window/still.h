@@ -12,7 +12,7 @@ namespace ch5 {
 
 struct StillOptions {
   double seconds = 1.0;         ///< for at least so long …
-  double pixels = 3.0;          ///< … the points in the image moved less than this on average [px] …
+  double pixels = 3.0;          ///< … the points in the image moved less than this, as their median [px] …
   double acceleration = 0.3;    ///< … and the mean specific force is gravity up to this [m/s²]
   double focal_length = 460.0;  ///< [px]
   double gravity = 9.81;        ///< [m/s²]
@@ -40,8 +40,8 @@ class StillDetector {
   std::deque<CameraFrame> images_;  // likewise
 };
 
-/// By how much the points that both images see have moved on average, on the normalised plane; nullopt with fewer than
-/// five of them.
-std::optional<double> MeanMotion(const CameraFrame& a, const CameraFrame& b);
+/// The median of how far the points that both images see have moved, on the normalised plane; nullopt with fewer than
+/// five of them. Outliers do not move a median.
+std::optional<double> MedianMotion(const CameraFrame& a, const CameraFrame& b);
 
 }  // namespace ch5

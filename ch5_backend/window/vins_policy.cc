@@ -36,6 +36,7 @@ class VinsPolicy : public WindowPolicy {
     SolveOptions options;
     options.algorithm = Algorithm::kDogleg;
     options.max_iterations = options_.max_iterations;
+    options.cost_tolerance = options_.cost_tolerance;
     const double budget = options_.max_solve_seconds * (flag_ == MarginalizationFlag::kOld ? 0.8 : 1.0);
     options.callback = [budget](const IterationInfo& info) { return info.seconds < budget; };
     return options;

@@ -102,7 +102,7 @@ class CommandLine(unittest.TestCase):
         cases = [self.path("empty.txt"), self.path("blank.txt", b"\n \n"), self.path("binary.txt", binary),
                  self.path("prose.txt", b"once upon a time\n"), self.path("packed.bz2", b"BZh91AY&SY"),
                  Path(self.folder.name, "missing.txt"), Path(self.folder.name), Path("/dev/null"),
-                 self.path("w.txt", b"VIOWIN 1\n")]
+                 self.path("w.txt", b"VIOWIN 9\n")]
         for path in cases:
             self.refuses("run", path, "--out", out, naming=[path])
         self.assertFalse(out.exists(), "bad input must leave no trace")

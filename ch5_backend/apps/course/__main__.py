@@ -10,8 +10,9 @@ from .errors import CourseError
 
 DESCRIPTIONS = {
     "run": "Without DATA: runs the whole chapter in under a minute and writes its tables, figures and a report that "
-           "explains them. With DATA: solves each bundle adjustment or pose graph and writes the result in the "
-           "format that it was read in, its iterations as CSV, and a picture of before and after.",
+           "explains them. With DATA: solves each bundle adjustment, pose graph or window and writes the result in the "
+           "format that it was read in or as a trajectory, its iterations as CSV, and a picture of before and after; "
+           "follows each recording with both window policies and writes trajectories and a report.",
     "test": "Builds everything and runs the tests. What follows -- goes to CTest: ./course test -- --rerun-failed",
     "check": "Compiles your files in ch5_homework/, runs the tests of each stage, and explains what is not right. "
              "A stage is not-started, does-not-compile, crashes, times-out, wrong or right; exit code 0 if all that "
@@ -21,7 +22,7 @@ DESCRIPTIONS = {
 }
 JSON_FIELDS = {
     "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
-           "out and more; with several FILEs results, a list of these",
+           "out and more; with a recording problem, policies, out, report; with several DATA results, a list of these",
     "check": "stages, a list of {id, state, hint}",
     "status": "stages, a list of {id, state, hint}",
 }
@@ -58,7 +59,7 @@ def make_parser(command: str) -> Parser:
     parser = Parser(prog=f"./course {command}", description=DESCRIPTIONS[command], allow_abbrev=False)
     if command == "run":
         parser.add_argument("data", nargs="*", metavar="DATA", help="a bundle adjustment in BAL's text "
-                            "format, or a pose graph in g2o's")
+                            "format, a pose graph in g2o's, a window (VIOWIN), or a recording's folder")
         parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FILE.txt gets a "
                             "folder DIR/FILE")
         parser.add_argument("--iterations", type=positive_int, metavar="N", help="at most N iterations")

@@ -5,19 +5,19 @@ from pathlib import Path
 from .errors import CourseError
 
 KNOWN = ("a BAL file begins with its counts of cameras, points and observations, a pose graph (.g2o) with a tag such as "
-         "VERTEX_SE3:QUAT")
+         "VERTEX_SE3:QUAT, a window with VIOWIN 1, and a recording is a folder with imu.csv")
 
 
 def kind_of(path: str) -> str:
-    """Returns "bal" or "pose_graph".
+    """Returns "bal", "pose_graph", "window" or "recording".
 
     Raises CourseError, naming the file and what is wrong: missing, a folder, empty, binary, or of another kind.
     """
     place = Path(path)
     if place.is_dir():
         if (place / "imu.csv").exists():
-            raise CourseError(f"{path}: a recording of camera and IMU; './course run' does not read these yet")
-        raise CourseError(f"{path}: a folder; give a data file")
+            return "recording"
+        raise CourseError(f"{path}: a folder without imu.csv, so no recording; give that or a data file")
     if not place.exists():
         raise CourseError(f"{path}: there is no such file")
     if not place.is_file():
@@ -43,7 +43,9 @@ def _kind_of_head(path: str, head: bytes) -> str:
     if words[0].startswith(("VERTEX_", "EDGE_", "PARAMS_")) or words[0] == "FIX":
         return "pose_graph"
     if words[0] == "VIOWIN":
-        raise CourseError(f"{path}: a window of a VIO estimator; './course run' does not read these yet")
+        if words != ["VIOWIN", "1"]:
+            raise CourseError(f"{path}, line {number}: only version 1 of VIOWIN is known")
+        return "window"
     if len(words) == 3 and all(map(_is_number, words)):
         return "bal"
     raise CourseError(f"{path}, line {number}: '{' '.join(words)[:60]}' is no known kind of data; {KNOWN}")

@@ -18,6 +18,12 @@ def read_summary(path: Path) -> dict:
     return {key: _value(text) for key, text in rows if (key, text) != ("key", "value")}
 
 
+def read_rows(path: Path) -> list:
+    """Reads a table: one dictionary a row."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return [{key: _value(text) for key, text in row.items()} for row in csv.DictReader(file)]
+
+
 def _value(text: str):
     for kind in (int, float):
         try:

@@ -13,6 +13,7 @@ from .build import BIN, ROOT, build_or_fail
 from .data import kind_of
 from .errors import CourseError
 
+WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
 PLOT = ROOT / "ch5_backend" / "apps" / "plot"
 SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
 
@@ -24,6 +25,10 @@ def run(arguments) -> int:
         return run_chapter(out, arguments)
     places = result_places(arguments.data, out)
     kinds = {path: kind_of(path) for path in arguments.data}
+    for option in given_options(arguments):
+        for path, kind in kinds.items():
+            if kind == "recording" or (kind, option) == ("window", "huber"):
+                raise CourseError(f"--{option} does not apply to {path}: {WHY_NOT[kind]}")
     make_writable(out)
     build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))])
     results = [solve(path, kinds[path], place, arguments) for path, place in places.items()]
@@ -50,7 +55,7 @@ def run_chapter(out: Path, arguments) -> int:
 
 
 def solve(path: str, kind: str, out: Path, arguments) -> dict:
-    """Solves one file with the program ch5_KIND and draws it with plot/KIND.py.
+    """Solves one file or recording with the program ch5_KIND and draws it with plot/KIND.py.
 
     A failure is part of the answer, so that the files after it are still solved.
     """
@@ -65,7 +70,14 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
         print(f"course: {error}", file=sys.stderr)
         return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
     print(f"The results: {out}", file=sys.stderr if arguments.json else sys.stdout)
+    if kind == "recording":
+        policies = jsonout.read_rows(out / "csv" / "odometry_policies.csv")
+        return {"problem": out.name, "policies": policies, "out": str(out), "report": str(out / "report.html")}
     return {**jsonout.read_summary(out / "summary.csv"), "out": str(out)}
+
+
+def given_options(arguments) -> list:
+    return [name for name in ("iterations", "threads", "huber") if getattr(arguments, name) is not None]
 
 
 def result_places(paths, out: Path) -> dict:

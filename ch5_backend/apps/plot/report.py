@@ -17,6 +17,11 @@ Tables, DIR/csv (one row of names, then numbers; metres, radians; costs are ½ �
   prior_trace.csv        variant,weight,iteration,cost,lambda
   prior_trials.csv       variant,weight,… means over many scenes, usual stop rules
   prior_damping.csv      damping,weight,… the course's variant, identity against diagonal damping
+  odometry_policies.csv  policy,ate_m,scale_error,yaw_error_deg,… one row a window policy, simulated recording
+  odometry_path.csv      policy,t_s,x_m,y_m,z_m,error_m  laid upon the truth, itself a "policy"
+  odometry_windows.csv   policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost
+  odometry_matrices.csv  policy,picture,t_s,stage,size,pose_rows,row,column,value  stage: window (H), prior (JᵀJ)
+  odometry_spectrum.csv  policy,t_s,index,eigenvalue   of the prior
 
 Figures, DIR/figures/NAME.png and NAME.svg:
   scene_course, scene_large        cameras and points in 3-D, before and after
@@ -30,9 +35,9 @@ Figures, DIR/figures/NAME.png and NAME.svg:
   prior_traces                     cost against iteration, one line a weight
   prior_trials                     mean iterations and drift over many scenes under the usual stop rules
   prior_damping                    identity against diagonal damping: where the usual curve comes from
+  odometry_path, _timing, _spectrum, _film_POLICY   see odometry.py
 """
 
-import base64
 import html
 import os
 import sys
@@ -43,36 +48,14 @@ import captions
 import convergence
 import hessian
 import marginalize
+import odometry
+import page
 import prior
 import scene
 import style
 
 # The longest first, so that two processes finish together.
-SCRIPTS = (prior, scene, hessian, convergence, marginalize)
-
-CSS = """
-:root { color-scheme: light dark; --ink: #222; --paper: #fff; --pale: #f4f4f2; --line: #d9d9d9; --accent: #0072b2; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e6e6e6; --paper: #17191c; --pale: #22252a; --line: #3a3e44; --accent: #56b4e9; }
-}
-* { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 62rem; padding: 2rem 1.2rem 4rem; background: var(--paper); color: var(--ink);
-       font: 1rem/1.6 system-ui, sans-serif; }
-h1 { font-size: 1.9rem; line-height: 1.2; margin: 0 0 .4rem; }
-h2 { font-size: 1.3rem; margin: 3rem 0 .5rem; padding-top: .8rem; border-top: 1px solid var(--line); }
-a { color: var(--accent); }
-figure { margin: 1.4rem 0 2rem; }
-figure img { width: 100%; background: #fff; border: 1px solid var(--line); border-radius: .5rem; padding: .6rem; }
-figcaption { margin-top: .5rem; }
-.scroll { overflow-x: auto; }
-table { margin-top: 1.2rem; border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-th, td { padding: .3rem .55rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
-th { background: var(--pale); font-weight: 600; }
-th:first-child, td:first-child { text-align: left; }
-nav { columns: 2; }
-nav a { display: block; }
-code { background: var(--pale); padding: .1em .3em; border-radius: .2em; }
-"""
+SCRIPTS = (odometry, prior, scene, hessian, convergence, marginalize)
 
 
 def solves_table(n):
@@ -85,16 +68,14 @@ def solves_table(n):
         rows.append((row["scene"], f"{row['frames']:.0f} × {row['points']:.0f}", f"{row['unknowns']:.0f}",
                      f"{row['edges']:.0f}", captions.number(row["initial_cost"]), captions.number(row["final_cost"], 4),
                      f"{row['iterations']:.0f}", captions.number(row["milliseconds"], 2), row["termination"]))
-    cells = lambda tag, row: "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in row) + "</tr>"
-    return ('<div class="scroll"><table>\n' + cells("th", head) + "\n" + "\n".join(cells("td", row) for row in rows) +
-            "\n</table></div>\n"
+    return (page.table(head, rows) +
             "<p>Cost: ½ Σ rᵀWr. The small scene has W = I as in the course, the large one W = 1/σ².</p>")
 
 
-def page(directory):
-    """The whole page as text, pictures embedded."""
+def body_of(directory):
+    """The page's pieces."""
     n = captions.Numbers(directory)
-    sections = captions.sections(n)
+    sections = {**captions.sections(n), "Odometry": odometry.captions(directory)}
     anchor = lambda title: title.lower().replace("'", "").replace(" ", "-")
     body = ["<h1>Chapter 5: a hand-written back end at work</h1>",
             "<p>Simulated scenes, solved by the code of this repository; every number below is read from the tables "
@@ -103,18 +84,8 @@ def page(directory):
             '<a href="#tables">Tables</a></nav>', solves_table(n)]
     for title, figures in sections.items():
         body.append(f'<h2 id="{anchor(title)}">{html.escape(title)}</h2>')
-        for name, caption in figures.items():
-            data = base64.b64encode((Path(directory) / "figures" / f"{name}.png").read_bytes()).decode()
-            text = html.escape(caption, quote=False)
-            body.append(f'<figure><img alt="{name.replace("_", " ")}" src="data:image/png;base64,{data}">'
-                        f'<figcaption>{text} <a href="figures/{name}.svg">SVG</a></figcaption></figure>')
-    tables = sorted(path.name for path in (Path(directory) / "csv").glob("*.csv"))
-    links = "".join(f'<li><a href="csv/{name}">{name}</a></li>' for name in tables)
-    body.append(f'<h2 id="tables">Tables</h2>\n<ul>{links}</ul>')
-    return ('<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-            '<meta name="viewport" content="width=device-width, initial-scale=1">'
-            f"<title>Chapter 5 report</title><style>{CSS}</style></head>\n<body>\n" + "\n".join(body) +
-            "\n</body></html>\n")
+        body += [page.figure(directory, name, caption) for name, caption in figures.items()]
+    return [*body, page.links_to_tables(directory)]
 
 
 def draw_one(index, directory):
@@ -127,9 +98,7 @@ def draw(directory):
         for done, _ in enumerate(pool.map(draw_one, range(len(SCRIPTS)), [directory] * len(SCRIPTS)), start=1):
             if sys.stderr.isatty():
                 print(f"\r\033[Kfigures {done} of {len(SCRIPTS)}", end="", file=sys.stderr, flush=True)
-    partial = Path(directory) / "report.html.partial"
-    partial.write_text(page(directory), encoding="utf-8")
-    partial.replace(Path(directory) / "report.html")
+    page.write(Path(directory) / "report.html", "Chapter 5 report", body_of(directory))
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr)
 

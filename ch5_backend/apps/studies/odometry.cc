@@ -38,6 +38,14 @@ EstimatorOptions OptionsFor(const Calibration& calibration) {
   return options;
 }
 
+std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(const Calibration& calibration) {
+  VinsOptions vins;
+  vins.focal_length = 0.5 * (calibration.fx + calibration.fy);
+  std::vector<std::unique_ptr<WindowPolicy>> policies;
+  policies.push_back(MakeVinsPolicy(vins));
+  return policies;
+}
+
 OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& options,
                         std::unique_ptr<WindowPolicy> policy,
                         const std::function<void(const Estimator&, const WindowRow&)>& watch) {

@@ -15,6 +15,9 @@ namespace ch5 {
 /// The estimator's settings for a recording's camera and IMU.
 EstimatorOptions OptionsFor(const Calibration& calibration);
 
+/// One of each kind, set up for this camera.
+std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(const Calibration& calibration);
+
 /// What one image cost and gave.
 struct WindowRow {
   double t = 0.0;

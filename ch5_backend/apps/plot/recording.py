@@ -1,0 +1,39 @@
+#!/usr/bin/python3
+"""Draws the figures of a recording's odometry and writes them into one page: DIR/figures, DIR/report.html.
+
+usage: recording.py DIR        the folder that ch5_recording FOLDER --out DIR has filled
+"""
+from pathlib import Path
+
+import odometry
+import page
+import style
+
+
+def summary_table(directory):
+    summary = style.read(directory, "odometry_policies")
+    head = ("policy", "ATE [m]", "scale error [%]", "yaw error [deg]", "times real time", "p99 [ms]", "images",
+            "restarts")
+    rows = []
+    for name in odometry.policies(summary):
+        row = summary.row(policy=name)
+        rows.append((odometry.NAMES[name], f"{row['ate_m']:.4f}", f"{100 * row['scale_error']:.2f}",
+                     f"{row['yaw_error_deg']:.3f}", f"{row['realtime_factor']:.1f}", f"{row['p99_window_ms']:.2f}",
+                     f"{row['frames']:.0f}", f"{row['restarts']:.0f}"))
+    return page.table(head, rows)
+
+
+def draw(directory):
+    odometry.draw(directory)
+    body = [f"<h1>Visual-inertial odometry: {Path(directory).resolve().name}</h1>",
+            "<p>Two sliding-window estimators on the same recording; errors are after an alignment of position and "
+            "yaw.</p>", summary_table(directory)]
+    body += [page.figure(directory, name, words) for name, words in odometry.captions(directory).items()]
+    trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
+    links = ", ".join(f'<a href="{name}">{name}</a>' for name in trajectories)
+    body += [f"<p>Trajectories for other tools: {links}.</p>", page.links_to_tables(directory)]
+    page.write(Path(directory) / "report.html", "Visual-inertial odometry", body)
+
+
+if __name__ == "__main__":
+    style.main(draw)

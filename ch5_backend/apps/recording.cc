@@ -1,0 +1,47 @@
+/// Visual-inertial odometry on a recording: ch5_recording FOLDER --out DIR.
+
+#include <cstdio>
+#include <filesystem>
+#include <stdexcept>
+
+#include "ch5_backend/apps/studies/file_command.h"
+#include "ch5_backend/apps/studies/odometry_study.h"
+#include "ch5_backend/apps/studies/progress.h"
+#include "ch5_backend/world/recording_file.h"
+
+namespace {
+
+constexpr char kUsage[] =
+    "usage: ch5_recording FOLDER --out DIR\n"
+    "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
+    "groundtruth.csv) with each window policy, and writes into DIR: trajectories in TUM's and EuRoC's format, and\n"
+    "tables in DIR/csv, which plot/recording.py draws.\n";
+
+void Run(const ch5::FileCommand& command) {
+  const ch5::Recording recording = ch5::ReadRecording(command.file);
+  std::filesystem::create_directories(command.out);
+  std::printf("%zu images, %zu IMU readings, %.1f s\n\n", recording.frames.size(), recording.imu.size(),
+              recording.frames.back().t - recording.frames.front().t);
+  std::fflush(stdout);
+  const ch5::Progress progress;
+  const ch5::OdometryStudy study = ch5::RunOdometryStudy(
+      recording, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); });
+  progress.Clear();
+  ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
+  ch5::WriteOdometryTrajectories(study, command.out);
+
+  std::printf("policy    ATE [m]   scale  yaw [deg]  times real time  p99 [ms]  images  restarts\n");
+  for (const ch5::OdometryRun& run : study.runs) {
+    if (run.error) {
+      std::printf("%-8s  %7.4f  %6.4f  %9.3f  ", run.policy.c_str(), run.error->position_rmse, run.error->scale,
+                  run.error->yaw_rmse * 180.0 / M_PI);
+    } else {
+      std::printf("%-8s  %7s  %6s  %9s  ", run.policy.c_str(), "-", "-", "-");
+    }
+    std::printf("%15.1f  %8.2f  %6zu  %8d\n", run.realtime_factor, run.p99_window_ms, run.states.size(), run.restarts);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return ch5::RunFileCommand("ch5_recording", kUsage, argc, argv, Run); }

@@ -1,0 +1,172 @@
+#include "ch5_backend/apps/studies/odometry_study.h"
+
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "ch5_backend/apps/studies/matrix_rows.h"
+#include "ch5_backend/apps/studies/spectrum.h"
+#include "ch5_backend/world/paths.h"
+#include "ch5_backend/world/scene_points.h"
+#include "ch5_backend/world/simulation.h"
+#include "ch5_backend/world/trajectory_file.h"
+
+namespace ch5 {
+namespace {
+
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+constexpr int kPictures = 4;  // a policy
+
+// H = Σ JᵀW_ρJ over the graph's free vertices, in the graph's order, which has the landmarks last.
+MatXX DenseHessian(const Graph& graph, int* pose_rows) {
+  std::unordered_map<const Vertex*, int> row;
+  int size = 0;
+  *pose_rows = 0;
+  for (const auto& vertex : graph.Vertices()) {
+    if (vertex->IsFixed()) continue;
+    row[vertex.get()] = size;
+    size += vertex->LocalDimension();
+    if (vertex->GetRole() == Role::kPose) *pose_rows = size;
+  }
+  MatXX H = MatXX::Zero(size, size);
+  for (const auto& edge : graph.Edges()) {
+    edge->Linearize();
+    double drho;
+    MatXX W;
+    edge->RobustInfo(&drho, &W);
+    const auto& vertices = edge->Vertices();
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      for (size_t j = 0; j < vertices.size(); ++j) {
+        if (vertices[i]->IsFixed() || vertices[j]->IsFixed()) continue;
+        H.block(row.at(vertices[i].get()), row.at(vertices[j].get()), vertices[i]->LocalDimension(),
+                vertices[j]->LocalDimension()) += edge->Jacobian(i).transpose() * W * edge->Jacobian(j);
+      }
+    }
+  }
+  return H;
+}
+
+WindowPicture TakePicture(const Window& window, double t) {
+  WindowPicture picture;
+  picture.t = t;
+  picture.H = DenseHessian(window.graph, &picture.pose_rows);
+  const MatXX& J = window.prior->GetPrior().J;
+  picture.H_prior = J.transpose() * J;
+  return picture;
+}
+
+CsvTable PolicyTable(const OdometryStudy& study) {
+  CsvTable table(
+      "policy,ate_m,scale_error,yaw_error_deg,rotation_error_deg,realtime_factor,p99_window_ms,frames,restarts");
+  for (const OdometryRun& run : study.runs) {
+    const auto degrees = [](double radians) { return radians * 180.0 / M_PI; };
+    table.Row(run.policy, run.error ? run.error->position_rmse : kNoNumber,
+              run.error ? run.error->scale - 1.0 : kNoNumber, run.error ? degrees(run.error->yaw_rmse) : kNoNumber,
+              run.error ? degrees(run.error->rotation_rmse) : kNoNumber, run.realtime_factor, run.p99_window_ms,
+              run.states.size(), run.restarts);
+  }
+  return table;
+}
+
+// Estimates are laid upon the truth.
+CsvTable PathTable(const OdometryStudy& study) {
+  CsvTable table("policy,t_s,x_m,y_m,z_m,error_m");
+  for (const StampedState& state : study.recording.truth) {
+    const Vec3& p = state.T_W_B.p;
+    table.Row("truth", state.t, p.x(), p.y(), p.z(), 0.0);
+  }
+  for (const OdometryRun& run : study.runs) {
+    const YawTransform to_truth = run.error ? run.error->alignment : YawTransform{};
+    for (const StampedState& state : run.states) {
+      const Vec3 p = to_truth * state.T_W_B.p;
+      const auto truth = StateAt(study.recording.truth, state.t);
+      table.Row(run.policy, state.t, p.x(), p.y(), p.z(), truth ? (p - truth->T_W_B.p).norm() : kNoNumber);
+    }
+  }
+  return table;
+}
+
+CsvTable WindowTable(const OdometryStudy& study) {
+  CsvTable table("policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost");
+  for (const OdometryRun& run : study.runs) {
+    for (const WindowRow& row : run.rows) {
+      const char* names[] = {"starting", "tracking", "restarted"};
+      const FrameReport& report = row.report;
+      table.Row(run.policy, row.t, 1e3 * row.seconds, names[static_cast<int>(report.status)], report.landmarks,
+                report.solve.iterations, report.solve.initial_cost, report.solve.final_cost);
+    }
+  }
+  return table;
+}
+
+}  // namespace
+
+Recording SimulatedOdometryRecording() {
+  HandheldOptions path;
+  path.duration = 20.0;
+  path.still_seconds = 2.0;
+  SimulationOptions options;
+  options.camera.max_tracks = 40;
+  options.camera.outlier_fraction = 0.02;
+  Random random(1);
+  return SimulateRecording(Handheld(path), PointsOnPlanes(RoomWalls(Vec3(-5, -5, -2), Vec3(5, 5, 3)), 1000, &random),
+                           options);
+}
+
+OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(const std::string&, double)>& progress) {
+  OdometryStudy study;
+  study.recording = std::move(recording);
+  const auto& frames = study.recording.frames;
+  for (auto&& policy : AllPolicies(study.recording.calibration)) {
+    std::vector<WindowPicture> pictures;
+    const std::string name = policy->Name();
+    size_t image = 0;
+    const auto watch = [&](const Estimator& estimator, const WindowRow& row) {
+      ++image;
+      if (progress) progress(name, static_cast<double>(image) / static_cast<double>(frames.size()));
+      // Pictures are spread over the second half, the last one at the end.
+      const size_t due = frames.size() / 2 + (pictures.size() + 1) * frames.size() / (2 * kPictures);
+      if (pictures.size() < kPictures && row.report.state && estimator.GetWindow().prior && image + 1 >= due) {
+        pictures.push_back(TakePicture(estimator.GetWindow(), row.t));
+      }
+    };
+    study.runs.push_back(
+        RunOdometry(study.recording, OptionsFor(study.recording.calibration), std::move(policy), watch));
+    study.pictures.push_back(std::move(pictures));
+  }
+  return study;
+}
+
+void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv) {
+  CsvTable matrices("policy,picture,t_s,stage,size,pose_rows,row,column,value");
+  CsvTable spectrum("policy,t_s,index,eigenvalue");
+  for (size_t r = 0; r < study.runs.size(); ++r) {
+    const std::string& policy = study.runs[r].policy;
+    for (size_t k = 0; k < study.pictures[r].size(); ++k) {
+      const WindowPicture& picture = study.pictures[r][k];
+      AppendNonZeros(picture.H, &matrices, policy, k, picture.t, "window", picture.H.rows(), picture.pose_rows);
+      AppendNonZeros(picture.H_prior, &matrices, policy, k, picture.t, "prior", picture.H_prior.rows(),
+                     picture.H_prior.rows());
+      const VecX eigenvalues = Eigenvalues(picture.H_prior);
+      for (int i = 0; i < eigenvalues.size(); ++i) spectrum.Row(policy, picture.t, i, eigenvalues[i]);
+    }
+  }
+  FileBatch files;
+  files.Add(csv / "odometry_policies.csv", PolicyTable(study).Text());
+  files.Add(csv / "odometry_path.csv", PathTable(study).Text());
+  files.Add(csv / "odometry_windows.csv", WindowTable(study).Text());
+  files.Add(csv / "odometry_matrices.csv", matrices.Text());
+  files.Add(csv / "odometry_spectrum.csv", spectrum.Text());
+  files.Commit();
+}
+
+void WriteOdometryTrajectories(const OdometryStudy& study, const std::filesystem::path& out) {
+  FileBatch files;
+  for (const OdometryRun& run : study.runs) {
+    files.Add(out / (run.policy + ".tum"), FormatTum(run.states, study.recording.origin_ns));
+    files.Add(out / (run.policy + ".csv"), FormatEuroc(run.states, study.recording.origin_ns));
+  }
+  files.Commit();
+}
+
+}  // namespace ch5

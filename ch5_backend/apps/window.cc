@@ -1,0 +1,104 @@
+/// Solves a sliding window stored as text: ch5_window FILE --out DIR.
+
+#include <cstdio>
+#include <filesystem>
+#include <stdexcept>
+
+#include "ch5_backend/apps/studies/file_command.h"
+#include "ch5_backend/apps/studies/solve_tables.h"
+#include "ch5_backend/apps/studies/window_graph.h"
+#include "ch5_backend/solve/sparse_optimizer.h"
+#include "ch5_backend/world/trajectory_error.h"
+#include "ch5_backend/world/trajectory_file.h"
+
+namespace {
+
+using namespace ch5;
+
+constexpr char kUsage[] =
+    "usage: ch5_window FILE --out DIR [--iterations N] [--threads N]\n"
+    "Solves the window of a visual-inertial estimator in FILE (VIOWIN text) and writes into DIR: its frames before "
+    "and\n"
+    "after, the table of iterations, a summary, and what plot/window.py draws.\n"
+    "  --iterations N   at most N iterations (50)\n"
+    "  --threads N      (as many as the machine has); the result does not depend on it\n";
+
+std::vector<StampedState> StatesOf(const WindowDump& dump, const WindowGraph& window) {
+  std::vector<StampedState> states = dump.frames;
+  for (size_t k = 0; k < states.size(); ++k) {
+    states[k].T_W_B = {window.poses[k]->q(), window.poses[k]->p()};
+    if (window.speed_biases.empty()) continue;
+    states[k].v_W = window.speed_biases[k]->v();
+    states[k].b_a = window.speed_biases[k]->b_a();
+    states[k].b_g = window.speed_biases[k]->b_g();
+  }
+  return states;
+}
+
+CsvTable FrameTable(const WindowDump& dump, const std::vector<StampedState>& after) {
+  CsvTable table("state,frame,t_s,x_m,y_m,z_m");
+  const auto append = [&](const char* name, const std::vector<StampedState>& states) {
+    for (size_t k = 0; k < states.size(); ++k) {
+      const Vec3& p = states[k].T_W_B.p;
+      table.Row(name, k, states[k].t, p.x(), p.y(), p.z());
+    }
+  };
+  append("before", dump.frames);
+  append("after", after);
+  append("truth", dump.truth);
+  return table;
+}
+
+CsvTable SummaryTable(const Summary& summary, const WindowDump& dump, const FileCommand& command,
+                      const std::string& name) {
+  CsvTable table("key,value");
+  table.Row("problem", CsvWord(name));
+  table.Row("frames", dump.frames.size());
+  table.Row("landmarks", dump.landmarks.size());
+  table.Row("prior_rows", dump.prior_r.size());
+  table.Row("initial_cost", summary.initial_cost);
+  table.Row("final_cost", summary.final_cost);
+  table.Row("iterations", summary.iterations);
+  table.Row("cost_evaluations", summary.cost_evaluations);
+  table.Row("seconds", summary.seconds);
+  table.Row("termination", ToString(summary.termination));
+  table.Row("threads", command.threads);
+  return table;
+}
+
+void Run(const FileCommand& command) {
+  if (command.huber > 0.0) throw std::invalid_argument("--huber: the file names its own loss");
+  const std::filesystem::path out = command.out;
+  const std::string name = std::filesystem::path(command.file).stem().string();
+  const WindowDump dump = ReadWindowDump(command.file);
+  WindowGraph window = BuildWindowGraph(dump);
+  std::filesystem::create_directories(out);
+  std::printf("%s: %zu frames, %zu landmarks, a prior of %td rows\n\n", name.c_str(), dump.frames.size(),
+              dump.landmarks.size(), dump.prior_r.size());
+  SparseOptimizer optimizer(&window.graph, command.threads);
+  optimizer.SetDamping(Damping::kDiagonal);
+  SolveOptions options;
+  options.max_iterations = command.iterations;
+  options.cost_tolerance = 1e-9;
+  options.algorithm = Algorithm::kDogleg;
+  IterationTable table;
+  options.callback = [&](const IterationInfo& info) {
+    table.Print(info);
+    return true;
+  };
+  const Summary summary = optimizer.Solve(options);
+
+  const std::vector<StampedState> after = StatesOf(dump, window);
+  FileBatch files;
+  files.Add(out / "frames.csv", FrameTable(dump, after).Text());
+  files.Add(out / (name + "-result.tum"), FormatTum(after, 0));
+  files.Add(out / "trace.csv", TraceTable(summary).Text());
+  files.Add(out / "summary.csv", SummaryTable(summary, dump, command, name).Text());
+  files.Commit();
+  std::printf("\ncost %.6e -> %.6e, %d iterations, %.3f s; %s\n", summary.initial_cost, summary.final_cost,
+              summary.iterations, summary.seconds, summary.message.c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return RunFileCommand("ch5_window", kUsage, argc, argv, Run); }
