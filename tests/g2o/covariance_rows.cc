@@ -55,6 +55,28 @@ TEST(G2o, G11_MarginalsOfAChainAddUpAlongIt) {
   }
 }
 
+TEST(G2o, G11_MarginalsOfAGridOfManyFrontsEqualTheDenseInverse) {
+  constexpr int kSide = 9;
+  Graph graph;
+  std::vector<std::shared_ptr<VertexPointXYZ>> points;
+  Random random(24);
+  for (int i = 0; i < kSide * kSide; ++i) {
+    points.push_back(std::make_shared<VertexPointXYZ>(Vec3(i % kSide, i / kSide, 0)));
+    points.back()->SetRole(Role::kPose);
+    graph.AddVertex(points.back());
+    for (const int neighbour : {i % kSide > 0 ? i - 1 : -1, i - kSide}) {
+      if (neighbour < 0) continue;
+      auto edge = std::make_shared<PointDifference>(points[neighbour], points[i], Vec3(1, 0, 0));
+      edge->SetInformation(random.Uniform(0.5, 2.0) * MatXX::Identity(3, 3));
+      graph.AddEdge(edge);
+    }
+  }
+  points[40]->SetFixed();
+  Covariance covariance(&graph);
+  EXPECT_GT(PlanElimination(BlockSolver<3, 3>(&graph).System().S).fronts.size(), 5u) << "or it shows little";
+  ExpectInverse(&graph);
+}
+
 // A x − c, linear, over blocks of 2, 3 and 1 numbers.
 class LinearEdge : public SizedEdge<8, VertexVector<2>, VertexVector<3>, VertexVector<1>> {
  public:

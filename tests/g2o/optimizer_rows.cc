@@ -20,6 +20,8 @@
 
 #include <fstream>
 
+#include "ch5_backend/solve/plain_block_solver.h"
+#include "ch5_backend/solve/problem.h"
 #include "ch5_backend/solve/sparse_optimizer.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/world/g2o_file.h"
@@ -44,6 +46,21 @@ TEST(G2o, G2_OnlyActiveEdgesAreOptimised) {
   ASSERT_TRUE(optimizer.InitializeOptimization({chain.points[3], chain.points[2]}, /*level=*/-1));
   EXPECT_EQ(optimizer.ActiveEdges(), std::vector<std::shared_ptr<Edge>>{chain.edges[2]});
   EXPECT_FALSE(optimizer.InitializeOptimization(/*level=*/7));
+}
+
+TEST(G2o, G2_EveryRoomLeavesOtherLevelsOut) {
+  PointChain chain(4);
+  chain.points[0]->SetFixed();
+  chain.edges[2]->SetLevel(1);
+  Problem dense(&chain.graph);
+  PlainBlockSolver plain(&chain.graph);
+  for (NormalEquations* system : {static_cast<NormalEquations*>(&dense), static_cast<NormalEquations*>(&plain)}) {
+    system->SetOrdering();
+    system->MakeHessian();
+    EXPECT_EQ(system->Size(), 6);
+    EXPECT_NEAR(system->ComputeChi(), 0.5 * (0.01 + 0.09 + 0.04 + 0.01), 1e-12);
+    EXPECT_LT((system->HessianDiagonal() - (VecX(6) << 2, 2, 2, 1, 1, 1).finished()).norm(), 1e-12);
+  }
 }
 
 TEST(G2o, G2_AnEdgeWhoseVerticesAreAllFixedIsNotActive) {
