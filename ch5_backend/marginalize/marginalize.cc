@@ -131,7 +131,7 @@ class Elimination {
     const MatXX N = PseudoInverseSquareRoot(H_.bottomRightCorner(m, m));
     const MatXX M = H_.bottomLeftCorner(m, n).transpose() * N;
     MatXX H = H_.topLeftCorner(n, n);
-    H.selfadjointView<Eigen::Lower>().rankUpdate(M, -1.0);
+    if (m > 0) H.selfadjointView<Eigen::Lower>().rankUpdate(M, -1.0);  // Eigen divides by m
     H.triangularView<Eigen::StrictlyUpper>() = H.transpose();
     return {layout_.kept, H, b_.head(n) - M * (N.transpose() * b_.tail(m))};
   }

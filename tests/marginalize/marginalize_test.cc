@@ -36,6 +36,21 @@ TEST(Marginalize, EqualsADenseSchurComplement) {
   }
 }
 
+// Landmarks alone, or nothing at all: the dense block that goes is empty.
+TEST(Marginalize, DropsLandmarksAloneOrNothing) {
+  const SmallWindow window;
+  const std::vector<std::shared_ptr<Vertex>> nothing, landmarks(window.landmarks.begin(), window.landmarks.end());
+  for (const auto& drop : {nothing, landmarks}) {
+    const MarginalSystem system = EliminateVertices(window.graph.Edges(), drop);
+    std::vector<std::shared_ptr<Vertex>> order = system.kept;
+    order.insert(order.end(), drop.begin(), drop.end());
+    MatXX H;
+    VecX b;
+    DenseNormalEquations(window.graph.Edges(), order, &H, &b);
+    EXPECT_LT(RelativeError(system.H, drop.empty() ? H : Schur(H, system.H.rows())), 1e-9);
+  }
+}
+
 TEST(Marginalize, PriorReproducesTheNormalEquations) {
   const SmallWindow window;
   const auto drop = window.Oldest();
