@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "ch5_backend/marginalize/first_estimates.h"
 #include "ch5_backend/marginalize/marginalization_error.h"
 #include "ch5_backend/marginalize/square_root.h"
 
@@ -8,22 +9,6 @@ namespace ch5 {
 namespace {
 
 std::string Name(const Vertex& vertex) { return vertex.TypeInfo() + " " + std::to_string(vertex.Id()); }
-
-// Puts vertices where they stood at their linearisation points, and back again at the end of the scope.
-class AtLinearisationPoints {
- public:
-  explicit AtLinearisationPoints(const Edge& edge) {
-    for (const auto& vertex : edge.Vertices()) now_.emplace_back(vertex.get(), vertex->Parameters());
-  }
-  ~AtLinearisationPoints() {
-    for (auto& [vertex, x] : now_) vertex->Parameters() = x;
-  }
-  AtLinearisationPoints(const AtLinearisationPoints&) = delete;
-  AtLinearisationPoints& operator=(const AtLinearisationPoints&) = delete;
-
- private:
-  std::vector<std::pair<Vertex*, VecX>> now_;
-};
 
 }  // namespace
 
@@ -58,9 +43,9 @@ void MarginalizationError::AddResidualBlock(const std::shared_ptr<Edge>& edge) {
   }
   for (const auto& vertex : vertices) Connect(vertex);
 
-  const AtLinearisationPoints restore_at_the_end(*edge);
+  MovedVertices at_linearisation;
   for (const auto& vertex : vertices) {
-    if (!vertex->IsFixed()) vertex->Parameters() = blocks_[static_cast<size_t>(Find(*vertex))].x0;
+    if (!vertex->IsFixed()) at_linearisation.Move(vertex.get(), blocks_[static_cast<size_t>(Find(*vertex))].x0);
   }
   edge->ComputeResidual();
   edge->ComputeJacobians();
