@@ -1,6 +1,7 @@
 #pragma once
 /// The peer in our races: the same problems solved by Ceres, with analytic Jacobians, from the same start.
 
+#include <string>
 #include <vector>
 
 #include "ch5_backend/world/bal.h"
@@ -8,7 +9,7 @@
 
 namespace ch5::peer {
 
-enum class LinearSolver { kDenseSchur, kSparseSchur, kIterativeSchur };
+enum class LinearSolver { kDenseSchur, kSparseSchur, kIterativeSchur, kSparseNormal };
 
 struct PeerOptions {
   LinearSolver linear_solver = LinearSolver::kDenseSchur;
@@ -37,5 +38,9 @@ PeerResult SolveBalWithCeres(const BalProblem& problem, const PeerOptions& optio
 
 /// A window as VINS-Mono solves it; the preintegration and what it needs is made before the clock starts, as for us.
 PeerResult SolveWindowWithCeres(const WindowDump& dump, const PeerOptions& options);
+
+/// A pose graph in three dimensions, by SPARSE_NORMAL_CHOLESKY whatever the options say.
+/// @throws FileError as ReadG2o
+PeerResult SolvePoseGraphWithCeres(const std::string& path, const PeerOptions& options);
 
 }  // namespace ch5::peer

@@ -7,6 +7,7 @@ ceres::LinearSolverType Type(LinearSolver solver) {
   switch (solver) {
     case LinearSolver::kSparseSchur: return ceres::SPARSE_SCHUR;
     case LinearSolver::kIterativeSchur: return ceres::ITERATIVE_SCHUR;
+    case LinearSolver::kSparseNormal: return ceres::SPARSE_NORMAL_CHOLESKY;
     case LinearSolver::kDenseSchur: break;
   }
   return ceres::DENSE_SCHUR;

@@ -138,7 +138,7 @@ TEST(PoseGraph, ResultDoesNotDependOnThreads) {
 }
 
 // The optima that Ceres 2.1 reaches from the same start with the same residuals: ½χ² = 363.5749 and 0.619483 (it stops
-// there; the latter valley is flat and goes on to 0.619345). See ceres_pose_graph.cc.
+// there; the latter valley is flat and goes on to 0.619345). See tests/bench.
 class RealGraph : public testing::TestWithParam<std::pair<const char*, double>> {};
 
 TEST_P(RealGraph, ReachesCeresOptimum) {

@@ -1,0 +1,86 @@
+#include <Eigen/Cholesky>
+#include <memory>
+
+#include "ch5_backend/apps/studies/pose_graph_study.h"
+#include "ch5_backend/types/edge_between.h"
+#include "tests/bench/ceres_solve.h"
+
+namespace ch5::peer {
+namespace {
+
+// [p, q] with the increment [δp, δθ]; the cost functions give derivatives by the increment, in the first six columns.
+class PoseManifold : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return 7; }
+  int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    const Qd q = Qd(x[6], x[3], x[4], x[5]) * ExpSO3(Eigen::Map<const Vec3>(delta + 3));
+    Eigen::Map<Vec3>{x_plus_delta} = Eigen::Map<const Vec3>(x) + Eigen::Map<const Vec3>(delta);
+    Eigen::Map<Eigen::Vector4d>(x_plus_delta + 3) = q.normalized().coeffs();
+    return true;
+  }
+  bool PlusJacobian(const double*, double* J) const override {
+    Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>>{J}.setIdentity();
+    return true;
+  }
+  bool Minus(const double*, const double*, double*) const override { return false; }
+  bool MinusJacobian(const double*, double*) const override { return false; }
+};
+
+// The residual of EdgeSE3Between, whitened by a factor of W that is worked out once.
+class Between : public ceres::SizedCostFunction<6, 7, 7> {
+ public:
+  explicit Between(const EdgeSE3Between& edge)
+      : root_(Mat66(edge.W()).llt().matrixU()),
+        i_(std::make_shared<VertexPose>()),
+        j_(std::make_shared<VertexPose>()),
+        edge_(i_, j_, edge.q_z(), edge.p_z()) {}
+
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    i_->SetEstimate(Eigen::Map<const Vec7>(x[0]));
+    j_->SetEstimate(Eigen::Map<const Vec7>(x[1]));
+    edge_.ComputeResidual();
+    Eigen::Map<Vec6>{residuals}.noalias() = root_ * edge_.GetResidual();
+    if (!jacobians) return true;
+    edge_.ComputeJacobians();
+    if (jacobians[0]) Fill(std::as_const(edge_).J<0>(), jacobians[0]);
+    if (jacobians[1]) Fill(std::as_const(edge_).J<1>(), jacobians[1]);
+    return true;
+  }
+
+ private:
+  void Fill(const Mat66& J, double* out) const {
+    Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> target(out);
+    target.leftCols<6>().noalias() = root_ * J;
+    target.col(6).setZero();
+  }
+
+  Mat66 root_;
+  std::shared_ptr<VertexPose> i_, j_;
+  mutable EdgeSE3Between edge_;  // each block of a problem is evaluated by one thread at a time
+};
+
+}  // namespace
+
+PeerResult SolvePoseGraphWithCeres(const std::string& path, const PeerOptions& options) {
+  G2oFile file = ReadG2o(path);
+  FixFreeParts(file.graph);
+  std::vector<Vec7> states;
+  for (const auto& vertex : file.graph.Vertices()) states.push_back(vertex->Parameters());
+  ceres::Problem problem;
+  auto* manifold = new PoseManifold;
+  for (const auto& edge : file.graph.Edges()) {
+    const int i = edge->Vertices()[0]->Id(), j = edge->Vertices()[1]->Id();
+    for (const int k : {i, j}) problem.AddParameterBlock(states[static_cast<size_t>(k)].data(), 7, manifold);
+    problem.AddResidualBlock(new Between(dynamic_cast<const EdgeSE3Between&>(*edge)), nullptr,
+                             states[static_cast<size_t>(i)].data(), states[static_cast<size_t>(j)].data());
+  }
+  for (const auto& vertex : file.graph.Vertices()) {
+    if (vertex->IsFixed()) problem.SetParameterBlockConstant(states[static_cast<size_t>(vertex->Id())].data());
+  }
+  PeerOptions sparse = options;
+  sparse.linear_solver = LinearSolver::kSparseNormal;
+  return SolveWithCeres(sparse, nullptr, &problem);
+}
+
+}  // namespace ch5::peer

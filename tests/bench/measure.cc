@@ -1,0 +1,119 @@
+// measure PROBLEM [--threads N] [--repeat N]: one line of JSON for each run, see measure.h.
+
+#include "tests/bench/measure.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+
+#include "ch5_backend/world/mono_ba.h"
+
+namespace ch5::bench {
+namespace {
+
+// The course's scene as a window: camera frames, hosted by the first, the first two held.
+WindowDump SceneWindow(const std::string& size) {
+  MonoBaOptions options;
+  if (std::sscanf(size.c_str(), "%dx%d", &options.frames, &options.points) != 2) {
+    throw std::invalid_argument("a scene is FRAMESxPOINTS, got '" + size + "'");
+  }
+  const MonoBaScene scene = SimulateMonoBa(options);
+  WindowDump window;
+  window.T_B_C = {Qd::Identity(), Vec3::Zero()};
+  for (const Transform& frame : scene.initial_frames) {
+    window.frames.emplace_back();
+    window.frames.back().T_W_B = frame;
+  }
+  for (size_t k = 0; k < scene.points.size(); ++k) {
+    WindowDump::Landmark landmark;
+    landmark.id = static_cast<int>(k);
+    landmark.inverse_depth = scene.initial_inverse_depths[k];
+    landmark.x_host = scene.pixels[0][k];
+    for (int i = 1; i < options.frames; ++i)
+      landmark.observations.push_back({i, scene.pixels[static_cast<size_t>(i)][k]});
+    window.landmarks.push_back(landmark);
+  }
+  window.fixed_frames = {0, 1};
+  return window;
+}
+
+long PeakKilobytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+void Print(const peer::PeerResult& result) {
+  std::printf(
+      "{\"initial_cost\": %.17g, \"final_cost\": %.17g, \"seconds\": %.9g, \"steps\": %d, \"peak_mb\": %.3f, "
+      "\"trace\": [",
+      result.initial_cost, result.final_cost, result.seconds, result.iterations,
+      static_cast<double>(PeakKilobytes()) / 1024.0);
+  const char* comma = "";
+  for (const peer::PeerPoint& point : result.trace) {
+    std::printf("%s[%.9g, %.17g]", comma, point.seconds, point.cost);
+    comma = ", ";
+  }
+  std::printf("]}\n");
+}
+
+}  // namespace
+
+Problem ReadProblem(const std::string& name) {
+  Problem problem;
+  std::string word;
+  const bool is_scene = name.rfind("scene:", 0) == 0;
+  if (!is_scene) std::ifstream(name) >> word;
+  if (is_scene || word == "VIOWIN") {
+    problem.kind = Problem::Kind::kWindow;
+    problem.window = is_scene ? SceneWindow(name.substr(6)) : ReadWindowDump(name);
+    const bool has_imu = !problem.window.imu.empty();
+    problem.options.dogleg = has_imu;  // VINS-Mono's settings
+    problem.options.iterations = has_imu ? 8 : 20;
+    problem.options.tolerance = has_imu ? 0.0 : 1e-6;
+  } else if (name.size() > 4 && name.substr(name.size() - 4) == ".g2o") {
+    problem.kind = Problem::Kind::kPoseGraph;
+    problem.pose_graph = name;
+    problem.options.iterations = 50;
+    problem.options.tolerance = 1e-6;
+  } else {
+    problem.bal = ReadBal(name);
+    // Of Ceres' solvers each is the fastest on its side of this.
+    if (problem.bal.cameras.size() > 400) problem.options.linear_solver = peer::LinearSolver::kIterativeSchur;
+  }
+  return problem;
+}
+
+}  // namespace ch5::bench
+
+int main(int argc, char** argv) {
+  // BLAS under Ceres is fastest with one thread on matrices this small, and reads this when it is loaded.
+  if (!std::getenv("OPENBLAS_NUM_THREADS")) {
+    setenv("OPENBLAS_NUM_THREADS", "1", 1);
+    execv("/proc/self/exe", argv);
+  }
+  try {
+    int threads = 1, repeat = 1;
+    std::string name;
+    for (int i = 1; i < argc; ++i) {
+      const bool has_value = i + 1 < argc;
+      if (!std::strcmp(argv[i], "--threads") && has_value) {
+        threads = std::atoi(argv[++i]);
+      } else if (!std::strcmp(argv[i], "--repeat") && has_value) {
+        repeat = std::atoi(argv[++i]);
+      } else {
+        name = argv[i];
+      }
+    }
+    ch5::bench::Problem problem = ch5::bench::ReadProblem(name);
+    problem.options.threads = threads;
+    for (int k = 0; k < repeat; ++k) ch5::bench::Print(ch5::bench::Solve(problem));
+  } catch (const std::exception& error) {
+    return std::fprintf(stderr, "measure: %s\n", error.what()), 2;
+  }
+}
