@@ -18,11 +18,16 @@ DESCRIPTIONS = {
              "A stage is not-started, does-not-compile, crashes, times-out, wrong or right; exit code 0 if all that "
              "were asked for are right.",
     "status": "Shows the state of every stage at a glance.",
+    "bench": "Measures our solvers and, where it is installed, Ceres on the same problems: same start, same loss, "
+             "analytic Jacobians, one process for each measurement, taking turns; medians. Prints a table, and writes "
+             "CSV and plots into out/bench. NAME picks the problems whose name contains it, such as bal/ or vio_M.",
     "slides": "Builds the decks in slides/ to self-contained HTML. What follows -- goes to the builder.",
 }
 JSON_FIELDS = {
     "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
            "out and more; with a recording problem, policies, out, report; with several DATA results, a list of these",
+    "bench": "rows, a list of {problem, threads, ours_ms, peer, peer_ms, ratio, ours_cost, peer_cost, ours_peak_mb, "
+             "peer_peak_mb}; ratio is peer_ms / ours_ms, null where a side did not get there",
     "check": "stages, a list of {id, state, hint}",
     "status": "stages, a list of {id, state, hint}",
 }
@@ -71,6 +76,10 @@ def make_parser(command: str) -> Parser:
     elif command == "test":
         parser.add_argument("names", nargs="*", metavar="NAME", help="only tests whose name matches this expression")
         parser.add_argument("--quick", action="store_true", help="leave out the tests labelled slow")
+    elif command == "bench":
+        parser.add_argument("names", nargs="*", metavar="NAME", help="part of a problem's name; default: all")
+        parser.add_argument("--quick", action="store_true", help="fewer repetitions, under two minutes in all")
+        parser.add_argument("--out", metavar="DIR", help="where the folder bench is made, default: out")
     elif command == "check":
         parser.add_argument("stages", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
     if command in JSON_FIELDS:
@@ -89,6 +98,10 @@ def dispatch(command: str, words: list, extra: list) -> int:
     if command == "test":
         from .test import test
         return test(arguments.names, arguments.quick, extra)
+    if command == "bench":
+        from .bench import bench
+        arguments.names += extra
+        return bench(arguments)
     if command == "slides":
         from .slides import slides
         return slides(extra)

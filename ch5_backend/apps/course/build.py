@@ -56,6 +56,11 @@ def build_or_fail(targets=()) -> None:
         raise _failure("the build failed", done.stdout, r"error:|^FAILED|ninja: error", "build.log")
 
 
+def data_folder() -> Path:
+    """Where the recordings and large problems are, as the configured build knows it."""
+    return Path(_cached().get("CH5_DATA_DIR") or ROOT.parent / "shared" / "data")
+
+
 def run_logged(command, log_name: str, step) -> subprocess.CompletedProcess:
     """Runs a command in ROOT, keeps its output (both streams) in BUILD/log_name, hands each line to `step`."""
     BUILD.mkdir(parents=True, exist_ok=True)
