@@ -16,12 +16,13 @@ namespace {
 using namespace ch5;
 
 constexpr char kUsage[] =
-    "usage: ch5_window FILE --out DIR [--iterations N] [--threads N]\n"
+    "usage: ch5_window FILE --out DIR [--iterations N] [--threads N] [--solver NAME]\n"
     "Solves the window of a visual-inertial estimator in FILE (VIOWIN text) and writes into DIR: its frames before "
     "and\n"
     "after, the table of iterations, a summary, and what plot/window.py draws.\n"
     "  --iterations N   at most N iterations (50)\n"
-    "  --threads N      (as many as the machine has); the result does not depend on it\n";
+    "  --threads N      (as many as the machine has); the result does not depend on it\n"
+    "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n";
 
 std::vector<StampedState> StatesOf(const WindowDump& dump, const WindowGraph& window) {
   std::vector<StampedState> states = dump.frames;
@@ -76,6 +77,7 @@ void Run(const FileCommand& command) {
   std::printf("%s: %zu frames, %zu landmarks, a prior of %td rows\n\n", name.c_str(), dump.frames.size(),
               dump.landmarks.size(), dump.prior_r.size());
   SparseOptimizer optimizer(&window.graph, command.threads);
+  optimizer.SetReducedSolver(command.solver);
   optimizer.SetDamping(Damping::kDiagonal);
   SolveOptions options;
   options.max_iterations = command.iterations;

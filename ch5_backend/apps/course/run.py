@@ -39,9 +39,8 @@ def run(arguments) -> int:
 
 def run_chapter(out: Path, arguments) -> int:
     """Every study of the chapter on the course's own scenes, then the report."""
-    for option in SOLVER_OPTIONS:
-        if getattr(arguments, option) is not None:
-            raise CourseError(f"--{option} needs DATA: the chapter's own studies choose their settings")
+    for option in given_options(arguments):
+        raise CourseError(f"--{option} needs DATA: the chapter's own studies choose their settings")
     make_writable(out)
     build_or_fail(["ch5_chapter"])
     start = time.monotonic()
@@ -59,8 +58,7 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
 
     A failure is part of the answer, so that the files after it are still solved.
     """
-    options = [word for name in SOLVER_OPTIONS if getattr(arguments, name) is not None
-               for word in (f"--{name}", str(getattr(arguments, name)))]
+    options = [word for name in given_options(arguments) for word in (f"--{name}", str(getattr(arguments, name)))]
     try:
         make_writable(out)
         file = f"./{path}" if path.startswith("-") else path  # a name is not an option
@@ -77,7 +75,7 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
 
 
 def given_options(arguments) -> list:
-    return [name for name in ("iterations", "threads", "huber") if getattr(arguments, name) is not None]
+    return [name for name in SOLVER_OPTIONS if getattr(arguments, name) is not None]
 
 
 def result_places(paths, out: Path) -> dict:
