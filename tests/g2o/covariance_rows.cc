@@ -154,6 +154,17 @@ TEST(G2o, G11_ASingularSystemIsANamedError) {
   }
 }
 
+TEST(G2o, G11_LandmarksAloneNeedNoS) {
+  Bundle bundle(5, 20);
+  for (const auto& pose : bundle.poses) pose->SetFixed();
+  ExpectInverse(&bundle.graph);
+  for (const auto& point : bundle.points) point->SetFixed();
+  for (const CovarianceFactor factor : kFactors) {
+    Covariance nothing(&bundle.graph, {}, factor);
+    ExpectCovarianceError([&] { nothing.Block(*bundle.points[0], *bundle.points[0]); }, "VertexPointXYZ 5 is fixed");
+  }
+}
+
 TEST(G2o, G11_ThreadsGiveTheSameBits) {
   Bundle bundle(10, 60);
   Covariance one(&bundle.graph), two(&bundle.graph, {}, CovarianceFactor::kSparse, 2);
