@@ -26,6 +26,12 @@ void SelectedInverse::InvertFront(size_t f, const SparseCholesky& cholesky) {
   const int k = front.pivots, r = front.rows_below;
   const auto columns = cholesky.Columns(static_cast<int>(f));
   const auto L_11 = columns.topRows(k).triangularView<Eigen::Lower>();
+  const MatXX L_11_inverse = L_11.solve(MatXX::Identity(k, k));
+  MatXX& Z = Z_[f];
+  Z.resize(k + r, k);
+  Z.topRows(k).noalias() = L_11_inverse.transpose() * L_11_inverse;
+  if (r == 0) return;  // a root
+
   MatXX Z_bb(r, r);
   for (size_t a = 0; a < front.below.size(); ++a) {
     for (size_t b = 0; b <= a; ++b) {
@@ -37,11 +43,7 @@ void SelectedInverse::InvertFront(size_t f, const SparseCholesky& cholesky) {
     }
   }
   const MatXX Y = L_11.transpose().solve(columns.bottomRows(r).transpose()).transpose();
-  const MatXX L_11_inverse = L_11.solve(MatXX::Identity(k, k));
-  MatXX& Z = Z_[f];
-  Z.resize(k + r, k);
   Z.bottomRows(r).noalias() = -Z_bb * Y;
-  Z.topRows(k).noalias() = L_11_inverse.transpose() * L_11_inverse;
   Z.topRows(k).noalias() -= Y.transpose() * Z.bottomRows(r);
 }
 
