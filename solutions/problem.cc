@@ -6,24 +6,21 @@
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_backend/solve/block_diagonal.h"
+#include "ch5_backend/solve/edge_products.h"
 
 namespace ch5 {
 
 // ---- Stage 1.1:  H = Σ JᵀW_ρJ,  b = −Σ ρ'JᵀWr ------------------------------------------------------------------
 
 void Problem::MakeHessian() {
-  const int size = ordering_poses_ + ordering_landmarks_;
-  MatXX& H = Hessian_;
+  QuickMatrix& H = Hessian_;
   VecX& b = b_;
-  H.setZero(size, size);
-  b.setZero(size);
+  SetZero(&H, &b);
 
+  EdgeProducts products;  // J_iᵀ W_ρ J_j and ρ' J_iᵀ W r of one edge; W_ρ is W without a loss function
   for (const auto& edge : ordering_.edges) {
-    edge->Linearize();         // its residual and its Jacobians
-    double drho;               // ρ' of the loss function, 1 without one
-    MatXX robust_information;  // W_ρ of the loss function, W without one
-    edge->RobustInfo(&drho, &robust_information);
-    const VecX Wr = drho * (edge->Information() * edge->Residual());
+    edge->Linearize();  // r, J_0, J_1, …
+    products.Compute(*edge);
 
     const auto& vertices = edge->Vertices();
     for (size_t i = 0; i < vertices.size(); ++i) {
@@ -31,16 +28,13 @@ void Problem::MakeHessian() {
       const int index_i = v_i->OrderingId();    // its first row in H and b
       const int dim_i = v_i->LocalDimension();  // how many rows it has
       if (index_i < 0) continue;                // a fixed vertex has no rows and columns in H
-      const auto jacobian_i = edge->Jacobian(i);
-      const MatXX JtW = jacobian_i.transpose() * robust_information;
 
       for (size_t j = i; j < vertices.size(); ++j) {
         const auto& v_j = vertices[j];
         const int index_j = v_j->OrderingId();
-        const int dim_j = v_j->LocalDimension();
+        [[maybe_unused]] const int dim_j = v_j->LocalDimension();
         if (index_j < 0) continue;
-        MatXX hessian(dim_i, dim_j);
-        hessian.noalias() = JtW * edge->Jacobian(j);
+        [[maybe_unused]] const MatXX& hessian = products.JtWJ(i, j);  // J_iᵀ W_ρ J_j, dim_i × dim_j
 
         // TODO:: home work 1.1a. Add `hessian` to the block of H that belongs to the pair (v_i, v_j).
         // BEGIN SOLUTION 1.1a MakeHessian, the block (v_i, v_j)
@@ -57,7 +51,7 @@ void Problem::MakeHessian() {
           // END SOLUTION
         }
       }
-      b.segment(index_i, dim_i).noalias() -= jacobian_i.transpose() * Wr;
+      b.segment(index_i, dim_i) -= products.JtWr(i);
     }
   }
 }
@@ -71,7 +65,7 @@ bool Problem::SolveLinearSystem(double lambda, VecX* delta_x) {
   if (marg_size == 0) return SolveDense(H, b_, delta_x);
 
   // Step 1: take the system apart,  [H_pp H_pm; H_mp H_mm] [Δx_p; Δx_m] = [b_p; b_m].
-  MatXX Hmm, Hpm, Hmp;
+  MatrixView Hmm, Hpm, Hmp;  // they look at H's blocks without a copy
   VecX bpp, bmm;
   // TODO:: home work 1.2a. Take the blocks of H and the segments of b_.
   // BEGIN SOLUTION 1.2a SolveLinearSystem, the blocks
@@ -97,7 +91,7 @@ bool Problem::SolveLinearSystem(double lambda, VecX* delta_x) {
   }
 
   // Step 2: the Schur complement, a system of the poses alone.
-  const MatXX tempH = Hpm * Hmm_inv;
+  const QuickMatrix tempH = Hpm * Hmm_inv;
   // TODO:: home work 1.2b. H_pp − H_pm H_mm⁻¹ H_mp and b_p − H_pm H_mm⁻¹ b_m.
   // BEGIN SOLUTION 1.2b SolveLinearSystem, the Schur complement
   H_pp_schur_ = H.block(0, 0, reserve_size, reserve_size) - tempH * Hmp;

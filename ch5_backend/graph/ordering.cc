@@ -1,6 +1,7 @@
 #include "ch5_backend/graph/ordering.h"
 
 #include <algorithm>
+#include <string>
 #include <unordered_set>
 
 namespace ch5 {
@@ -45,6 +46,21 @@ Ordering MakeOrdering(const Graph& graph, const Selection& selection) {
     ordering.dim_landmarks += vertex->LocalDimension();
   }
   return ordering;
+}
+
+int FreeLandmarkOf(const Edge& edge) {
+  const auto& vertices = edge.Vertices();
+  int found = -1;
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    if (vertices[i]->OrderingId() < 0 || vertices[i]->GetRole() != Role::kLandmark) continue;
+    if (found >= 0) {
+      const auto name = [](const Vertex& vertex) { return vertex.TypeInfo() + " " + std::to_string(vertex.Id()); };
+      throw GraphError(edge.TypeInfo() + " " + std::to_string(edge.Id()) + " ties two free landmarks, " +
+                       name(*vertices[found]) + " and " + name(*vertices[i]) + "; give one of them the role of a pose");
+    }
+    found = static_cast<int>(i);
+  }
+  return found;
 }
 
 }  // namespace ch5

@@ -37,4 +37,9 @@ struct Ordering {
 /// a fixed vertex has no columns, and a vertex without edges would leave H with a zero row.
 Ordering MakeOrdering(const Graph& graph, const Selection& selection = {});
 
+/// The position among the edge's vertices of its free landmark, or −1 if it has none; needs an ordering.
+/// @throws GraphError if there are two: eliminating one landmark would then tie others, and H_mm would be more than
+///         block diagonal. Both are named.
+int FreeLandmarkOf(const Edge& edge);
+
 }  // namespace ch5

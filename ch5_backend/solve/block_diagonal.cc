@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <cassert>
+#include <limits>
 
 namespace ch5 {
 
@@ -14,6 +15,10 @@ bool BlockDiagonal::SetInverse(int index, const Eigen::Ref<const MatXX>& block) 
   }
   const Eigen::LLT<MatXX> llt(block);
   if (llt.info() != Eigen::Success) return false;
+  // A pivot that is rounding alone, as of a point seen once, would make its inverse a matrix of random numbers.
+  const double rounding = 10.0 * static_cast<double>(block.rows()) * std::numeric_limits<double>::epsilon();
+  const VecX pivots = llt.matrixLLT().diagonal().cwiseAbs2();
+  if ((pivots.array() <= rounding * block.diagonal().array()).any()) return false;
   blocks_.push_back({index, llt.solve(MatXX::Identity(block.rows(), block.cols()))});
   return true;
 }
@@ -24,9 +29,10 @@ MatXX BlockDiagonal::Dense() const {
   return D;
 }
 
-MatXX BlockDiagonal::LeftMultiply(const MatXX& A) const {
+QuickMatrix BlockDiagonal::LeftMultiply(const Eigen::Ref<const MatXX>& A) const {
   assert(A.cols() == size_ && "A·D: A must have as many columns as D has rows");
-  MatXX AD = MatXX::Zero(A.rows(), size_);
+  QuickMatrix AD(A.rows(), size_);
+  AD.setZero();
   for (const auto& [index, inverse] : blocks_) {
     if (inverse.rows() == 1) {
       AD.col(index) = A.col(index) * inverse(0, 0);
@@ -37,7 +43,7 @@ MatXX BlockDiagonal::LeftMultiply(const MatXX& A) const {
   return AD;
 }
 
-MatXX BlockDiagonal::RightMultiply(const MatXX& A) const {
+MatXX BlockDiagonal::RightMultiply(const Eigen::Ref<const MatXX>& A) const {
   assert(A.rows() == size_ && "D·A: A must have as many rows as D has columns");
   MatXX DA = MatXX::Zero(size_, A.cols());
   for (const auto& [index, inverse] : blocks_) {

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <vector>
 
-#include "ch5_backend/math/eigen_types.h"
+#include "ch5_backend/math/quick_matrix.h"
 
 namespace ch5 {
 
@@ -22,8 +22,8 @@ class BlockDiagonal {
   int Size() const { return size_; }
 
   /// A·D and D·A at the cost of the blocks alone; A is m×n or n×m.
-  MatXX LeftMultiply(const MatXX& A) const;   ///< A·D
-  MatXX RightMultiply(const MatXX& A) const;  ///< D·A
+  QuickMatrix LeftMultiply(const Eigen::Ref<const MatXX>& A) const;  ///< A·D
+  MatXX RightMultiply(const Eigen::Ref<const MatXX>& A) const;       ///< D·A
 
  private:
   struct Block {
@@ -37,14 +37,14 @@ class BlockDiagonal {
 /// A·D, D·A and D·v for any Eigen expression. The sizes are asserted here, in the caller's file, which may have
 /// assertions on where the library has not.
 template <typename Expression>
-MatXX operator*(const Eigen::MatrixBase<Expression>& A, const BlockDiagonal& D) {
+QuickMatrix operator*(const Eigen::MatrixBase<Expression>& A, const BlockDiagonal& D) {
   assert(A.cols() == D.Size() && "A·D: A must have as many columns as D has rows");
-  return D.LeftMultiply(A);
+  return D.LeftMultiply(A.derived());
 }
 template <typename Expression>
 typename Expression::PlainObject operator*(const BlockDiagonal& D, const Eigen::MatrixBase<Expression>& A) {
   assert(A.rows() == D.Size() && "D·A: A must have as many rows as D has columns");
-  return D.RightMultiply(A);
+  return D.RightMultiply(A.derived());
 }
 
 }  // namespace ch5

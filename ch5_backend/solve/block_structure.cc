@@ -1,14 +1,11 @@
 #include "ch5_backend/solve/block_structure.h"
 
 #include <algorithm>
-#include <string>
 
 namespace ch5 {
 namespace {
 
 constexpr int kNone = -1;
-
-std::string Name(const Vertex& vertex) { return vertex.TypeInfo() + " " + std::to_string(vertex.Id()); }
 
 // Fills a BlockStructure step by step, in the order in which Build calls them.
 class Builder {
@@ -46,28 +43,12 @@ class Builder {
   static bool IsFree(const Vertex& vertex) { return vertex.OrderingId() >= 0; }
   int Block(const Vertex& vertex) const { return block_of_row_[vertex.OrderingId()]; }
 
-  // The position of the edge's free landmark, or kNone. Two would make H_mm more than block diagonal.
-  static int LandmarkPosition(const Edge& edge) {
-    int found = kNone;
-    for (size_t i = 0; i < edge.Vertices().size(); ++i) {
-      const Vertex& vertex = *edge.Vertices()[i];
-      if (!IsFree(vertex) || vertex.GetRole() != Role::kLandmark) continue;
-      if (found != kNone) {
-        throw GraphError("BuildStructure: " + edge.TypeInfo() + " " + std::to_string(edge.Id()) +
-                         " ties two landmarks, " + Name(*edge.Vertices()[found]) + " and " + Name(vertex) +
-                         "; give one of them the role of a pose");
-      }
-      found = static_cast<int>(i);
-    }
-    return found;
-  }
-
   void SortEdges() {
     const size_t num_landmarks = s_.landmarks.size();
     std::vector<std::vector<EdgeRecord>> groups(num_landmarks + 2);  // landmarks, then poses only, then constant
     for (const auto& edge : s_.ordering.edges) {
       EdgeRecord record{edge.get(), edge->ResidualDimension(), 0, 0, 0, {kNone, kNone, kNone, 0}};
-      record.landmark.position = LandmarkPosition(*edge);
+      record.landmark.position = FreeLandmarkOf(*edge);
       const bool is_free = std::any_of(edge->Vertices().begin(), edge->Vertices().end(),
                                        [](const auto& vertex) { return IsFree(*vertex); });
       if (record.landmark.position != kNone) record.landmark.block = Block(*edge->Vertices()[record.landmark.position]);

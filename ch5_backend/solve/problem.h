@@ -7,6 +7,7 @@
 #include <map>
 
 #include "ch5_backend/graph/ordering.h"
+#include "ch5_backend/math/quick_matrix.h"
 #include "ch5_backend/solve/minimizer.h"
 #include "ch5_backend/solve/normal_equations.h"
 
@@ -31,6 +32,7 @@ class Problem : public NormalEquations {
   /// Minimises with Levenberg-Marquardt unless the options say otherwise.
   Summary Solve(const SolveOptions& options = {}) { return Minimize(this, options); }
 
+  /// @throws GraphError if an edge ties two free landmarks: H_mm would not be block diagonal
   void SetOrdering() override;
   int Size() const override { return ordering_.Size(); }
   double ComputeChi() override { return ComputeCost(ordering_.edges); }
@@ -60,6 +62,8 @@ class Problem : public NormalEquations {
   const Ordering& GetOrdering() const { return ordering_; }
 
  protected:
+  /// H = 0 and b = 0; of H_mm only the landmarks' blocks, for the rest is never written.
+  void SetZero(QuickMatrix* H, VecX* b) const;
   /// H + λD, ready for the Schur complement: the landmarks' block is damped before it is inverted.
   const MatXX& DampedHessian(double lambda);
   /// H_pp_schur_ Δx_p = b_pp_schur_ by the solver chosen at construction.
@@ -71,13 +75,14 @@ class Problem : public NormalEquations {
   LinearSolver linear_solver_;
   Ordering ordering_;
 
-  MatXX Hessian_;               // n×n, n = ordering_poses_ + ordering_landmarks_
+  QuickMatrix Hessian_;         // n×n, n = ordering_poses_ + ordering_landmarks_
   VecX b_;                      // n×1
   int ordering_poses_ = 0;      // dimension of all free poses, the first rows of H
   int ordering_landmarks_ = 0;  // dimension of all free landmarks, the last rows of H
   // Free landmarks by vertex id.
   std::map<int, std::shared_ptr<Vertex>> idx_landmark_vertices_;
-  MatXX H_damped_;  // of DampedHessian, kept so that no call takes new memory
+  std::vector<int> landmark_dims_;  // of the blocks of H_mm; what lies between them is zero
+  MatXX H_damped_;                  // of DampedHessian; the zeros of H_mm are written once
   MatXX H_pp_schur_;
   VecX b_pp_schur_;
 };

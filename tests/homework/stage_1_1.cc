@@ -238,7 +238,7 @@ TEST(Stage11, RobustLossWeighsTheEdges) {
       graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(1.0));
     }
   }
-  CheckMakeHessian(&graph, "2 poses and 2 points under a Cauchy loss (H takes robust_information, b takes ρ')");
+  CheckMakeHessian(&graph, "2 poses and 2 points under a Cauchy loss (H takes W_ρ, b takes ρ')");
 }
 
 TEST(Stage11, SecondCallStartsAfresh) {

@@ -5,4 +5,5 @@
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_backend/solve/block_diagonal.h"
+#include "ch5_backend/solve/edge_products.h"
 #include "ch5_backend/solve/problem.h"
