@@ -14,7 +14,7 @@ namespace {
 constexpr char kUsage[] =
     "usage: ch5_recording FOLDER --out DIR\n"
     "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
-    "groundtruth.csv) with each window policy, and writes into DIR: trajectories in TUM's and EuRoC's format, and\n"
+    "groundtruth.csv) with both window policies, and writes into DIR: trajectories in TUM's and EuRoC's format, and\n"
     "tables in DIR/csv, which plot/recording.py draws.\n";
 
 void Run(const ch5::FileCommand& command) {

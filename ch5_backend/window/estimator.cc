@@ -3,20 +3,22 @@
 #include <algorithm>
 #include <map>
 
+#include "ch5_backend/window/initialization.h"
 #include "ch5_backend/window/landmarks.h"
 
 namespace ch5 {
 namespace {
 
-constexpr size_t kFramesToStart = 4;
+// Images between standing still and the first solve; images to start from while moving.
+constexpr size_t kFramesToStart = 4, kFramesToStartMoving = 8;
 
 std::string At(double t) { return " at t = " + std::to_string(t) + " s"; }
 
 // σ of what a start knows, as a prior on the oldest frame's speed and biases.
-std::shared_ptr<EdgePrior> PriorOn(const std::shared_ptr<VertexSpeedBias>& speed_bias,
+std::shared_ptr<EdgePrior> PriorOn(const std::shared_ptr<VertexSpeedBias>& speed_bias, double speed,
                                    const EstimatorOptions& options) {
   Vec9 sigma;
-  sigma << Vec3::Constant(options.start_speed), Vec3::Constant(options.start_bias_accelerometer),
+  sigma << Vec3::Constant(speed), Vec3::Constant(options.start_bias_accelerometer),
       Vec3::Constant(options.start_bias_gyroscope);
   Prior prior;
   prior.vertices = {speed_bias};
@@ -135,18 +137,53 @@ std::shared_ptr<Preintegration> Estimator::Integrate(const WindowFrame& from, do
 
 void Estimator::Start(const CameraFrame& image) {
   if (const auto still = still_.AddFrame(image)) return StandStill(*still, image);
-  const WindowFrame& oldest = window_.frames.front();
-  if (oldest.id == still_image_id_ && window_.frames.size() >= kFramesToStart) {
-    const auto motion = MedianMotion(still_image_, image);
-    if (motion && *motion * options_.weights.focal_length > options_.start_pixels) {
-      window_.prior = PriorOn(oldest.speed_bias, options_);
-      started_ = true;
-      last_p_ = window_.frames.back().pose->p();
-      return;
+  if (MovedSinceStill(image)) {
+    BeginTracking(options_.start_speed);
+  } else if (window_.frames.size() >= kFramesToStartMoving && AlignWhileMoving()) {
+    BeginTracking(options_.moving_start_speed);
+  } else {
+    policy_->NoteNewFrame(&window_);
+    policy_->SlideWithoutEstimate(&window_);
+  }
+}
+
+// The oldest frame still stands still, and the others have moved enough to see depth.
+bool Estimator::MovedSinceStill(const CameraFrame& image) const {
+  if (window_.frames.front().id != still_image_id_ || window_.frames.size() < kFramesToStart) return false;
+  const auto motion = MedianMotion(still_image_, image);
+  return motion && *motion * options_.weights.focal_length > options_.start_pixels;
+}
+
+void Estimator::BeginTracking(double speed_sigma) {
+  window_.prior = PriorOn(window_.frames.front().speed_bias, speed_sigma, options_);
+  last_p_ = window_.frames.back().pose->p();
+  started_ = true;
+}
+
+bool Estimator::AlignWhileMoving() {
+  std::vector<MovingFrame> frames;
+  for (const WindowFrame& frame : window_.frames) frames.push_back({frame.t, {}, frame.imu});
+  for (const auto& [id, landmark] : window_.landmarks) {
+    for (const WindowObservation& seen : landmark.seen) {
+      frames[static_cast<size_t>(window_.IndexOf(seen.frame))].tracks.push_back({id, seen.x});
     }
   }
-  policy_->NoteNewFrame(&window_);
-  policy_->SlideWithoutEstimate(&window_);
+  MovingStartOptions options;
+  options.T_B_C = window_.T_B_C();
+  options.focal_length = options_.weights.focal_length;
+  options.pixel_sigma = options_.weights.pixel_sigma;
+  options.gravity = options_.weights.gravity;
+  options.b_a_sigma = options_.start_bias_accelerometer;
+  const MovingStart start = StartMoving(frames, options);
+  if (start.failure != StartFailure::kNone) return false;
+  for (size_t k = 0; k < start.states.size(); ++k) {
+    const StampedState& state = start.states[k];
+    window_.frames[k].pose->SetPose(state.T_W_B.q, state.T_W_B.p);
+    Vec9 v_ba_bg;
+    v_ba_bg << state.v_W, state.b_a, state.b_g;
+    window_.frames[k].speed_bias->SetEstimate(v_ba_bg);
+  }
+  return true;
 }
 
 // While it stands, the window is its newest frame alone.
@@ -177,7 +214,9 @@ FrameReport Estimator::Track() {
     report.status = FrameReport::Status::kRestarted;
     return report;
   }
-  report.landmarks = static_cast<int>(window_.graph.Vertices().size() - 2 * window_.frames.size() - 2);
+  const auto& vertices = window_.graph.Vertices();
+  report.landmarks = static_cast<int>(std::count_if(
+      vertices.begin(), vertices.end(), [](const auto& vertex) { return vertex->GetRole() == Role::kLandmark; }));
   RemoveFailures(&window_);
   RemoveOutliers(options_.max_outlier_pixels / options_.weights.focal_length, &window_);
   last_p_ = window_.frames.back().pose->p();

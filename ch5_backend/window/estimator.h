@@ -34,12 +34,13 @@ struct EstimatorOptions {
   double time_offset = 0.0;  ///< first guess of what the camera's clock is late by [s]
   bool estimate_time_offset = false;
   bool estimate_extrinsic = false;
-  double max_outlier_pixels = 5.0;      ///< a landmark with more mean reprojection error is dropped [px]
+  double max_outlier_pixels = 3.0;      ///< a landmark with more mean reprojection error is dropped [px]
   double reintegrate_gyroscope = 1e-4;  ///< integrate again if ‖δb_g‖ Δt exceeds this [rad]
   StillOptions still;
   double start_pixels = 8.0;  ///< so much motion in the image after standing still starts the estimate
   // What a start from standing still is sure of, σ
   double start_speed = 0.1;               ///< [m/s]
+  double moving_start_speed = 1.0;        ///< the same for a start while moving
   double start_bias_accelerometer = 0.1;  ///< [m/s²]
   double start_bias_gyroscope = 0.005;    ///< [rad/s]
 };
@@ -76,6 +77,9 @@ class Estimator {
   void AppendTracks(const CameraFrame& frame);
   std::shared_ptr<Preintegration> Integrate(const WindowFrame& from, double t1) const;
   void Start(const CameraFrame& image);
+  bool MovedSinceStill(const CameraFrame& image) const;
+  bool AlignWhileMoving();
+  void BeginTracking(double speed_sigma);
   void StandStill(const StillState& still, const CameraFrame& image);
   FrameReport Track();
   void Reintegrate();

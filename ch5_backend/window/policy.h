@@ -42,4 +42,17 @@ struct VinsOptions {
 };
 std::unique_ptr<WindowPolicy> MakeVinsPolicy(const VinsOptions& options = {});
 
+/// The window of OKVIS.
+struct OkvisOptions {
+  int keyframes = 5;                      ///< K
+  int temporal_frames = 3;                ///< S, the newest
+  double hull_overlap = 0.6;              ///< an image is no keyframe if both its overlap with the last one …
+  double match_ratio = 0.2;               ///< … and its share of known points are greater
+  double gauge_information = 1e8;         ///< on position and yaw of the first frame [1/m², 1/rad²] …
+  double later_gauge_information = 1e14;  ///< … and of the oldest one once the first has left
+  int max_iterations = 10;
+  double cost_tolerance = 1e-3;  ///< a window is solved again a moment later
+};
+std::unique_ptr<WindowPolicy> MakeOkvisPolicy(const OkvisOptions& options = {});
+
 }  // namespace ch5

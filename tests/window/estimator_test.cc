@@ -1,6 +1,9 @@
 /// The estimators on simulated recordings, against the truth.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
+#include "ch5_backend/world/recording_file.h"
 #include "tests/window/simulations.h"
 
 namespace ch5 {
@@ -20,6 +23,42 @@ TEST(Estimator, VinsFollowsAHandHeldCamera) {
   const OdometryRun run = RunOdometry(recording, OptionsFor(recording.calibration), MakeVinsPolicy());
   ExpectSmallErrors(recording, run, 0.05);
   RecordProperty("ate_mm", static_cast<int>(1e3 * run.error->position_rmse));
+}
+
+TEST(Estimator, OkvisFollowsAHandHeldCamera) {
+  const Recording recording = SimulateRoom();
+  OkvisOptions options;
+  options.temporal_frames = 5;
+  const OdometryRun run = RunOdometry(recording, OptionsFor(recording.calibration), MakeOkvisPolicy(options));
+  ExpectSmallErrors(recording, run, 0.10);
+}
+
+// The numbers that the recording must give: ATE over everything after the start, both policies, nothing tuned to it.
+TEST(Estimator, BothPoliciesFollowARealDrone) {
+  const std::filesystem::path folder = std::filesystem::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder << "; set CH5_DATA_DIR";
+  const Recording recording = ReadRecording(folder);
+  for (auto&& policy : AllPolicies(recording.calibration)) {
+    const OdometryRun run = RunOdometry(recording, OptionsFor(recording.calibration), std::move(policy));
+    SCOPED_TRACE(run.policy);
+    ASSERT_TRUE(run.error);
+    EXPECT_LT(run.error->position_rmse, 0.10);
+    EXPECT_GT(run.states.size(), 480u);
+    EXPECT_EQ(run.restarts, 0);
+  }
+}
+
+TEST(Estimator, RefusesTimesThatDoNotIncrease) {
+  Estimator estimator(EstimatorOptions{}, MakeVinsPolicy());
+  estimator.AddImu({1.0, Vec3(0, 0, 9.81), Vec3::Zero()});
+  EXPECT_THROW(estimator.AddImu({1.0, Vec3(0, 0, 9.81), Vec3::Zero()}), MeasurementError);
+  EXPECT_THROW(estimator.AddImu({0.5, Vec3(0, 0, 9.81), Vec3::Zero()}), MeasurementError);
+  EXPECT_THROW(estimator.AddImu({2.0, Vec3(0, 0, NAN), Vec3::Zero()}), MeasurementError);
+  estimator.AddFrame({1.0, {}});
+  EXPECT_THROW(estimator.AddFrame({1.0, {}}), MeasurementError);
+  EXPECT_THROW(estimator.AddFrame({0.9, {}}), MeasurementError);
+  estimator.AddImu({1.1, Vec3(0, 0, 9.81), Vec3::Zero()});
+  EXPECT_NO_THROW(estimator.AddFrame({1.05, {}}));
 }
 
 }  // namespace

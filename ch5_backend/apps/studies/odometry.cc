@@ -43,6 +43,9 @@ std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(const Calibration& calibr
   vins.focal_length = 0.5 * (calibration.fx + calibration.fy);
   std::vector<std::unique_ptr<WindowPolicy>> policies;
   policies.push_back(MakeVinsPolicy(vins));
+  OkvisOptions okvis;
+  okvis.temporal_frames = 5;  // one camera needs a longer base line than the stereo pair that OKVIS's 3 are meant for
+  policies.push_back(MakeOkvisPolicy(okvis));
   return policies;
 }
 

@@ -1,0 +1,48 @@
+#include "ch5_backend/window/overlap.h"
+
+#include <algorithm>
+
+namespace ch5 {
+
+// Andrew's monotone chain: the lower hull from left to right, then the upper one back; the area by Gauss's formula.
+double HullArea(std::vector<Vec2> points) {
+  if (points.size() < 3) return 0.0;
+  std::sort(points.begin(), points.end(),
+            [](const Vec2& a, const Vec2& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
+  const auto cross = [](const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); };
+  std::vector<Vec2> hull;
+  for (int side = 0; side < 2; ++side) {
+    const size_t begin = hull.size();
+    for (const Vec2& p : points) {
+      while (hull.size() >= begin + 2 && cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0.0) {
+        hull.pop_back();
+      }
+      hull.push_back(p);
+    }
+    hull.pop_back();  // the other side begins with it
+    std::reverse(points.begin(), points.end());
+  }
+  double twice = 0.0;
+  for (size_t i = 0; i < hull.size(); ++i) twice += cross(hull[i], hull[(i + 1) % hull.size()]);
+  return 0.5 * twice;
+}
+
+Overlap OverlapOf(const Window& window, int older, int newer) {
+  std::vector<Vec2> all, matched;
+  for (const auto& [id, landmark] : window.landmarks) {
+    const auto find = [&](int frame) {
+      return std::find_if(landmark.seen.begin(), landmark.seen.end(),
+                          [&](const WindowObservation& seen) { return seen.frame == frame; });
+    };
+    const auto now = find(newer);
+    if (now == landmark.seen.end()) continue;
+    all.push_back(now->x);
+    if (find(older) != landmark.seen.end()) matched.push_back(now->x);
+  }
+  if (all.empty()) return {};
+  const double area = HullArea(all);
+  return {area > 0.0 ? HullArea(matched) / area : 0.0,
+          static_cast<double>(matched.size()) / static_cast<double>(all.size())};
+}
+
+}  // namespace ch5

@@ -1,0 +1,199 @@
+/// The rules of the two policies, one by one: thresholds from both sides, what leaves the window and what stays.
+#include <gtest/gtest.h>
+
+#include "ch5_backend/window/landmarks.h"
+#include "ch5_backend/window/overlap.h"
+#include "ch5_backend/window/vins_window.h"
+#include "tests/window/simulations.h"
+
+namespace ch5 {
+namespace {
+
+// `n` frames at rest, one metre apart along x, with half a second of IMU between them, all looking along +z.
+Window Straight(int n) {
+  Window window;
+  for (int k = 0; k < n; ++k) {
+    WindowFrame frame;
+    frame.id = 10 + k;
+    frame.t = 0.5 * k;
+    frame.pose = std::make_shared<VertexPose>(Qd::Identity(), Vec3(k, 0, 0));
+    frame.speed_bias = std::make_shared<VertexSpeedBias>();
+    if (k > 0) {
+      const ImuSample sample{0.25, Vec3(0, 0, 9.81), Vec3::Zero()};
+      frame.imu = std::make_shared<Preintegration>(sample, Vec3::Zero(), Vec3::Zero(), ImuNoise());
+      frame.imu->Add(sample);
+      frame.imu->Add(sample);
+    }
+    window.frames.push_back(frame);
+  }
+  window.extrinsic->SetFixed();
+  window.time_offset->SetFixed();
+  return window;
+}
+
+// Lets the frames first … last see a point of the world.
+void See(int track, const Vec3& p_W, int first, int last, Window* window) {
+  for (int k = first; k <= last; ++k) {
+    const WindowFrame& frame = window->frames[static_cast<size_t>(k)];
+    window->landmarks[track].seen.push_back({frame.id, Vec3(p_W - frame.pose->p()).hnormalized(), Vec2::Zero()});
+  }
+}
+
+bool UseAll(const Window&, const WindowLandmark& landmark) { return landmark.seen.size() >= 2; }
+
+TEST(Landmark, TriangulatesToTheTrueDepth) {
+  Window window = Straight(4);
+  See(1, Vec3(1, 2, 8), 0, 3, &window);
+  See(2, Vec3(1, 2, -8), 0, 3, &window);  // behind the cameras, as an outlier may claim
+  EXPECT_NEAR(TriangulateDepth(window, window.landmarks[1]), 8.0, 1e-9);
+  EXPECT_EQ(TriangulateDepth(window, window.landmarks[2]), kInitialDepth);
+}
+
+TEST(Landmark, KeepsItsPlaceWhenItsHostLeaves) {
+  Window window = Straight(4);
+  See(1, Vec3(1, 2, 8), 0, 3, &window);
+  See(2, Vec3(0, 1, 5), 0, 1, &window);
+  TriangulateLandmarks(&window);
+  const Vec3 before = LandmarkInWorld(window, window.landmarks[1]);
+  ForgetObservations(window.frames[0].id, &window);
+  EXPECT_EQ(window.landmarks[1].Host(), window.frames[1].id);
+  EXPECT_LT((LandmarkInWorld(window, window.landmarks[1]) - before).norm(), 1e-9);
+  EXPECT_EQ(window.landmarks.count(2), 0u) << "one observation holds no depth";
+}
+
+TEST(Landmark, WithANegativeDepthIsAFailure) {
+  Window window = Straight(2);
+  See(1, Vec3(0, 0, 5), 0, 1, &window);
+  See(2, Vec3(0, 1, 5), 0, 1, &window);
+  TriangulateLandmarks(&window);
+  window.landmarks[1].inverse_depth->SetEstimate(VertexInverseDepth::Estimate(-0.2));
+  EXPECT_EQ(RemoveFailures(&window), 1);
+  EXPECT_EQ(window.landmarks.count(1), 0u);
+}
+
+TEST(Vins, UsesLandmarksHostedBeforeTheLastThreeFrames) {
+  Window window = Straight(11);
+  const auto policy = MakeVinsPolicy();
+  See(7, Vec3(0, 0, 9), 7, 10, &window);
+  See(8, Vec3(0, 0, 9), 8, 10, &window);
+  See(1, Vec3(0, 0, 9), 1, 1, &window);
+  EXPECT_TRUE(policy->Uses(window, window.landmarks[7]));
+  EXPECT_FALSE(policy->Uses(window, window.landmarks[8]));
+  EXPECT_FALSE(policy->Uses(window, window.landmarks[1])) << "seen once";
+}
+
+TEST(Vins, MarginOldDropsFrameZeroAndWhatItHosts) {
+  Window window = Straight(11);
+  See(1, Vec3(0, 1, 9), 0, 5, &window);
+  See(2, Vec3(0, -1, 9), 1, 5, &window);
+  TriangulateLandmarks(&window);
+  BuildGraph({}, UseAll, &window);
+  const DropSet drop = DropSetOfMarginOld(window);
+  EXPECT_EQ(drop.vertices.size(), 3u);    // pose, speed and biases, one depth
+  EXPECT_EQ(drop.edges.size(), 1u + 5u);  // IMU(0,1) and landmark 1 in frames 1 … 5
+}
+
+TEST(Vins, MarginSecondNewActsOnlyIfThePriorHoldsThatPose) {
+  Window window = Straight(11);
+  EXPECT_TRUE(DropSetOfMarginSecondNew(window).edges.empty());
+  const auto prior_on = [&](int k) {
+    const auto& pose = window.frames[static_cast<size_t>(k)].pose;
+    return std::make_shared<EdgePrior>(Prior{{pose}, {pose->GetEstimate()}, MatXX::Identity(6, 6), VecX::Zero(6)});
+  };
+  window.prior = prior_on(8);
+  EXPECT_TRUE(DropSetOfMarginSecondNew(window).edges.empty());
+  window.prior = prior_on(9);
+  const DropSet drop = DropSetOfMarginSecondNew(window);
+  ASSERT_EQ(drop.edges.size(), 1u);
+  ASSERT_EQ(drop.vertices.size(), 1u);
+  EXPECT_EQ(drop.vertices[0], window.frames[9].pose);
+}
+
+TEST(Vins, SecondNewestLeavesItsImuToTheNewest) {
+  Window window = Straight(11);
+  See(1, Vec3(0, 1, 9), 0, 10, &window);
+  const int newest = window.frames.back().id;
+  SlideWindow(MarginalizationFlag::kSecondNew, &window);
+  ASSERT_EQ(window.frames.size(), 10u);
+  EXPECT_EQ(window.frames.back().id, newest);
+  EXPECT_NEAR(window.frames.back().imu->SumDt(), 1.0, 1e-12);
+  EXPECT_EQ(window.landmarks[1].seen.size(), 10u);
+  SlideWindow(MarginalizationFlag::kOld, &window);
+  EXPECT_EQ(window.frames.size(), 9u);
+  EXPECT_EQ(window.frames.front().imu, nullptr);
+}
+
+TEST(Vins, FailureThresholdsFromBothSides) {
+  Window window = Straight(3);
+  WindowFrame& newest = window.frames.back();
+  const Vec3 p = newest.pose->p();
+  const auto biases = [&](double b_a, double b_g) {
+    Vec9 x = Vec9::Zero();
+    x[4] = b_a;
+    x[7] = b_g;
+    newest.speed_bias->SetEstimate(x);
+  };
+  const std::vector<std::pair<double, Failure>> accelerometer = {{2.49, Failure::kNone},
+                                                                 {2.51, Failure::kAccelerometerBias}};
+  for (const auto& [b_a, failure] : accelerometer) {
+    biases(b_a, 0.0);
+    EXPECT_EQ(DetectFailure(window, p), failure);
+  }
+  biases(0.0, 0.99);
+  EXPECT_EQ(DetectFailure(window, p), Failure::kNone);
+  biases(0.0, 1.01);
+  EXPECT_EQ(DetectFailure(window, p), Failure::kGyroscopeBias);
+  biases(0.0, 0.0);
+  EXPECT_EQ(DetectFailure(window, p + Vec3(4.99, 0, 0)), Failure::kNone);
+  EXPECT_EQ(DetectFailure(window, p + Vec3(5.01, 0, 0)), Failure::kPositionJump);
+  EXPECT_EQ(DetectFailure(window, p + Vec3(0, 0, 0.99)), Failure::kNone);
+  EXPECT_EQ(DetectFailure(window, p - Vec3(0, 0, 1.01)), Failure::kHeightJump);
+  newest.pose->SetPose(ExpSO3(Vec3(0, 0, 1.5)), p);  // a fast turn and no tracks: no failure
+  EXPECT_EQ(DetectFailure(window, p), Failure::kNone);
+}
+
+TEST(Vins, RestoresPositionAndYawOfTheOldestFrame) {
+  Window window = Straight(4);
+  const auto policy = MakeVinsPolicy();
+  const Qd upright = ExpSO3(Vec3(0, -M_PI / 2, 0));  // pitch −90°, where yaw angles are not defined
+  window.frames[0].pose->SetPose(upright, Vec3(1, 2, 3));
+  policy->NoteNewFrame(&window);
+  const Qd relative = window.frames[0].pose->q().conjugate() * window.frames[3].pose->q();
+  const Qd turn = ExpSO3(Vec3(0, 0, 0.7));
+  for (const WindowFrame& frame : window.frames) {
+    frame.pose->SetPose(turn * frame.pose->q(), turn * frame.pose->p() + Vec3(5, 5, 5));
+  }
+  policy->AfterSolve(&window);
+  EXPECT_LT((window.frames[0].pose->p() - Vec3(1, 2, 3)).norm(), 1e-12);
+  EXPECT_LT(window.frames[0].pose->q().angularDistance(upright), 1e-7);
+  EXPECT_LT((window.frames[0].pose->q().conjugate() * window.frames[3].pose->q()).angularDistance(relative), 1e-7);
+}
+
+TEST(Window, LeavesOutImuPiecesOverTenSeconds) {
+  Window window = Straight(2);
+  for (const double seconds : {9.4, 9.6}) {  // 0.5 s are there already
+    const ImuSample sample{seconds, Vec3(0, 0, 9.81), Vec3::Zero()};
+    auto imu = std::make_shared<Preintegration>(*window.frames[1].imu);
+    imu->Add(sample);
+    Window longer = Straight(2);
+    longer.frames[1].imu = imu;
+    BuildGraph({}, UseAll, &longer);
+    EXPECT_EQ(longer.graph.Edges().size(), seconds < 9.5 ? 1u : 0u);
+  }
+}
+
+// By hand: the unit square with a point inside; without its corner (1, 1), a triangle of half the area.
+TEST(Okvis, HullAreasAndOverlap) {
+  EXPECT_NEAR(HullArea({{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.5, 0.5}}), 1.0, 1e-15);
+  EXPECT_EQ(HullArea({{0, 0}, {1, 1}}), 0.0);
+  Window window = Straight(2);
+  int track = 0;
+  for (const Vec3& p : {Vec3(1, 0, 1), Vec3(2, 0, 1), Vec3(1, 1, 1)}) See(track++, p, 0, 1, &window);
+  See(track++, Vec3(2, 1, 1), 1, 1, &window);
+  const Overlap overlap = OverlapOf(window, window.frames[0].id, window.frames[1].id);
+  EXPECT_NEAR(overlap.hull, 0.5, 1e-12);
+  EXPECT_NEAR(overlap.matches, 0.75, 1e-12);
+}
+
+}  // namespace
+}  // namespace ch5
