@@ -19,7 +19,8 @@ def cost_figure(directory, traces):
         for side, color in SIDES.items():
             run = here.where(side=side)
             if len(run):
-                excess = np.maximum(run["cost"] / best - 1.0, 1e-9)
+                # Ceres also lists the costs of steps that it took back.
+                excess = np.maximum(np.minimum.accumulate(run["cost"]) / best - 1.0, 1e-9)
                 axes.plot(1e3 * run["seconds"], excess, color=color, marker="o", markersize=3, label=side)
         style.log_axis(axes.xaxis)
         style.log_axis(axes.yaxis)
