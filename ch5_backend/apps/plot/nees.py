@@ -1,16 +1,19 @@
-"""Is the window as certain as it has a right to be? NEES of pose and yaw with their 95 % bands, and the yaw it claims."""
+"""Is the window as certain as it may be? NEES of pose and yaw with their 95 % bands, and the yaw it claims.
+
+"used twice": observations of a landmark whose host left are used again; FEJ: first-estimate Jacobians.
+"""
 import style
 from style import BLUE, GREEN, ORANGE, PALE, VERMILION, plt
 
-POLICIES = {"vins": ("observations used twice", VERMILION, "-"), "none": ("no first estimates", ORANGE, "-"),
-            "prior_only": ("first estimates in the prior", BLUE, "--"), "full": ("first estimates everywhere", GREEN, "-")}
+POLICIES = {"vins": ("used twice", VERMILION, "-"), "none": ("no FEJ", ORANGE, "-"),
+            "prior_only": ("FEJ in the prior", BLUE, "--"), "full": ("FEJ everywhere", GREEN, "-")}
 
 
 def draw(directory):
     table = style.read(directory, "consistency")
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
     columns = (("nees_pose", "pose", "NEES of the pose (6)"), ("nees_yaw", "yaw", "NEES of yaw (1)"),
-               ("yaw_information", None, "claimed of yaw [rad⁻²]"))
+               ("yaw_information", None, "information on yaw [rad⁻²]"))
     for axes, (column, band, title) in zip(panels, columns):
         if band:
             axes.axhspan(table[f"{band}_low"][0], table[f"{band}_high"][0], color=PALE, zorder=0)
@@ -20,7 +23,7 @@ def draw(directory):
         axes.set_title(title)
         axes.set_xlabel("time [s]")
         axes.set_ylim(bottom=0.0)
-    style.legend_above(fig, panels[0])
+    panels[0].legend(loc="lower right")
     style.save(fig, directory, "consistency")
 
 
