@@ -8,6 +8,7 @@
 #include "ch5_backend/types/edge_bal.h"
 #include "ch5_backend/types/edge_curve_fitting.h"
 #include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/edge_reprojection_calibration.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/world/random.h"
 #include "tests/derivatives.h"
@@ -67,6 +68,21 @@ TEST(Jacobian, ReprojectionOfAnInverseDepth) {
     }
   }
   EXPECT_GE(seen, 70);  // of 78
+}
+
+// The camera being calibrated: extrinsic and time offset, with points that move in both images.
+TEST(Jacobian, ReprojectionWithACalibration) {
+  Random random(7);
+  int seen = 0;
+  for (const double angle : kAngles) {
+    const Sight sight(&random);
+    const MovingPoint host{sight.u_host, Vec2(0.4, -0.3), 0.01}, target{Vec2(0.1, 0.2), Vec2(-0.6, 0.5), -0.02};
+    EdgeReprojectionCalibration edge(sight.inverse_depth, RandomPose(angle, &random), RandomPose(0.3 * angle, &random),
+                                     RandomPose(angle, &random),
+                                     std::make_shared<VertexScalar>(VertexScalar::Estimate(0.03)), host, target);
+    seen += CheckIfSeen(&edge, Where(angle, target.x));
+  }
+  EXPECT_GE(seen, 10);  // of 13
 }
 
 TEST(Jacobian, ReprojectionAtTheIdentity) {
