@@ -20,6 +20,7 @@ void Edge::SetInformation(const MatXX& information) {
 }
 
 void Edge::NoteInformation() {
+  ++information_version_;
   const auto W = Information();
   const double w = W.size() > 0 ? W(0, 0) : 1.0;
   isotropic_information_ = W == w * MatXX::Identity(W.rows(), W.cols()) ? w : -1.0;

@@ -33,6 +33,9 @@ class Edge {
     ComputeResidual();
     ComputeJacobians();
   }
+  /// The same into memory of the caller, r and each J_i whose address is not null (column-major), the edge left as it
+  /// is: for solvers that keep the numbers elsewhere. @return false if the type does not offer it
+  virtual bool LinearizeInto(double* /*r*/, double* const* /*J*/) const { return false; }
   /// True once the Jacobians have been differentiated numerically. That moves the vertices for a moment, so such
   /// edges cannot be linearised by several threads at once.
   bool HasNumericJacobians() const { return numeric_jacobians_; }
@@ -49,6 +52,8 @@ class Edge {
   Eigen::Map<const MatXX> Information() const { return {information_, residual_dimension_, residual_dimension_}; }
   /// w of W = w I, or −1 if W is another matrix.
   double IsotropicInformation() const { return isotropic_information_; }
+  /// Counts the changes of W, for who keeps something that was made of it.
+  int InformationVersion() const { return information_version_; }
   /// @throws std::invalid_argument if W has the wrong size, a number that is not finite, or is not symmetric
   ///         positive semi-definite (relative tolerance 1e-9).
   void SetInformation(const MatXX& information);
@@ -106,6 +111,7 @@ class Edge {
   std::shared_ptr<const LossFunction> loss_;
   int id_ = -1;
   int level_ = 0;
+  int information_version_ = 0;
   bool numeric_jacobians_ = false;
   double isotropic_information_ = 1.0;
 };

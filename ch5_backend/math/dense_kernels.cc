@@ -94,12 +94,13 @@ CH5_INLINE void ProductABt(int m, int n, int k, const double* A, int lda, const 
 }
 
 template <int W, int R>
-CH5_INLINE void ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, bool forget) {
+CH5_INLINE void ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, bool forget, int room) {
   for (int i = 0; i < n; i += kRows) {
     const int end = std::min(n, i + kRows);
     for (int j = 0; j < end; j += kStrip) {
-      const int begin = std::max(i, j);
-      Strip<W, R>(end - begin, std::min(kStrip, end - j), k, A + begin, lda, A + j, lda,
+      const int begin = std::max(i, j), rows = end - begin;
+      const int whole = end == n && room >= W - 1 ? (rows + W - 1) / W * W : rows;
+      Strip<W, R>(whole, std::min(kStrip, end - j), k, A + begin, lda, A + j, lda,
                   C + begin + static_cast<long>(j) * ldc, ldc, forget);
     }
   }
@@ -183,26 +184,26 @@ CH5_INLINE bool FactorSquare(int k, double* A, int lda, const double* min_pivot)
 struct Kernels {
   const char* name;
   void (*product_abt)(int, int, int, const double*, int, const double*, int, double*, int, bool);
-  void (*product_aat)(int, int, const double*, int, double*, int, bool);
+  void (*product_aat)(int, int, const double*, int, double*, int, bool, int);
   bool (*factor)(int, double*, int, const double*);
   void (*solve_rows)(int, int, const double*, int, double*, int);
 };
 
 // The same templates, compiled for one instruction set: W numbers a register, R registers of rows a tile.
-#define CH5_KERNELS(NAME, TEXT, TARGET, W, R)                                                                      \
-  TARGET void NAME##ProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, \
-                               int ldc, bool forget) {                                                             \
-    ProductABt<W, R>(m, n, k, A, lda, B, ldb, C, ldc, forget);                                                     \
-  }                                                                                                                \
-  TARGET void NAME##ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, bool forget) {          \
-    ProductAAt<W, R>(n, k, A, lda, C, ldc, forget);                                                                \
-  }                                                                                                                \
-  TARGET bool NAME##Factor(int k, double* A, int lda, const double* min_pivot) {                                   \
-    return FactorSquare<W, R>(k, A, lda, min_pivot);                                                               \
-  }                                                                                                                \
-  TARGET void NAME##SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx) {                        \
-    Solve<W, R>(m, k, L, ldl, X, ldx);                                                                             \
-  }                                                                                                                \
+#define CH5_KERNELS(NAME, TEXT, TARGET, W, R)                                                                       \
+  TARGET void NAME##ProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C,  \
+                               int ldc, bool forget) {                                                              \
+    ProductABt<W, R>(m, n, k, A, lda, B, ldb, C, ldc, forget);                                                      \
+  }                                                                                                                 \
+  TARGET void NAME##ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, bool forget, int room) { \
+    ProductAAt<W, R>(n, k, A, lda, C, ldc, forget, room);                                                           \
+  }                                                                                                                 \
+  TARGET bool NAME##Factor(int k, double* A, int lda, const double* min_pivot) {                                    \
+    return FactorSquare<W, R>(k, A, lda, min_pivot);                                                                \
+  }                                                                                                                 \
+  TARGET void NAME##SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx) {                         \
+    Solve<W, R>(m, k, L, ldl, X, ldx);                                                                              \
+  }                                                                                                                 \
   constexpr Kernels k##NAME{TEXT, NAME##ProductABt, NAME##ProductAAt, NAME##Factor, NAME##SolveRows};
 
 CH5_KERNELS(Portable, "portable", , 2, 2)
@@ -243,8 +244,8 @@ void SubtractProductABt(int m, int n, int k, const double* A, int lda, const dou
                         Old old) {
   Best().product_abt(m, n, k, A, lda, B, ldb, C, ldc, old == Old::kForget);
 }
-void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Old old) {
-  Best().product_aat(n, k, A, lda, C, ldc, old == Old::kForget);
+void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Old old, int room) {
+  Best().product_aat(n, k, A, lda, C, ldc, old == Old::kForget, room);
 }
 bool Factor(int k, double* A, int lda, const double* min_pivot) {
   if (k <= kTriangle) return Best().factor(k, A, lda, min_pivot);

@@ -20,7 +20,8 @@ void SubtractProductABt(int m, int n, int k, const double* A, int lda, const dou
 
 /// The lower half of C −= A Aᵀ, or of C = −A Aᵀ; A n×k, C n×n. What lies above C's diagonal is overwritten without
 /// meaning.
-void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Old old = Old::kKeep);
+/// @param room  so many numbers behind each column of C may be overwritten; with 7, only whole vectors are written
+void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Old old = Old::kKeep, int room = 0);
 
 /// A = L Lᵀ in place, A k×k; reads and writes the lower half.
 /// @param min_pivot  k numbers: the square of each diagonal entry of L must exceed its own

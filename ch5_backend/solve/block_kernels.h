@@ -27,17 +27,17 @@ struct Rows {
   static constexpr int kLanesPerRow = Stride(P) / kLanes;
   Lanes row[R][kLanesPerRow];
 
-  /// scale J, which lies column after column. Numbers are fetched one by one: they have just been written so, and a
+  /// M J for R = 2; J lies column after column. Numbers are fetched one by one: they have just been written so, and a
   /// wide read of narrow writes would wait for the cache.
-  CH5_INLINE void Load(double scale, const double* J) {
+  CH5_INLINE void Load(const double (&M)[2][2], const double* J) {
+    static_assert(R == 2);
     CH5_UNROLL
-    for (int r = 0; r < R; ++r) {
-      CH5_UNROLL
-      for (int k = 0; k < kLanesPerRow; ++k) {
-        const auto at = [&](int c) { return c < P ? J[c * R + r] : 0.0; };
-        const Lanes four = {at(4 * k), at(4 * k + 1), at(4 * k + 2), at(4 * k + 3)};
-        row[r][k] = four * scale;
-      }
+    for (int k = 0; k < kLanesPerRow; ++k) {
+      const auto at = [&](int r, int c) { return c < P ? J[c * R + r] : 0.0; };
+      const Lanes upper = {at(0, 4 * k), at(0, 4 * k + 1), at(0, 4 * k + 2), at(0, 4 * k + 3)};
+      const Lanes lower = {at(1, 4 * k), at(1, 4 * k + 1), at(1, 4 * k + 2), at(1, 4 * k + 3)};
+      row[0][k] = upper * M[0][0] + lower * M[0][1];
+      row[1][k] = upper * M[1][0] + lower * M[1][1];
     }
   }
   CH5_INLINE void Store(double* A) const {
@@ -47,64 +47,33 @@ struct Rows {
       for (int k = 0; k < kLanesPerRow; ++k) AsLanes(A)[r * kLanesPerRow + k] = row[r][k];
     }
   }
-  CH5_INLINE void LoadStored(const double* A) {
-    CH5_UNROLL
-    for (int r = 0; r < R; ++r) {
-      CH5_UNROLL
-      for (int k = 0; k < kLanesPerRow; ++k) row[r][k] = AsLanes(A)[r * kLanesPerRow + k];
-    }
-  }
 
-  /// C (P×Q) += AᵀB;  row r of B begins at B + r·b_row, its columns are b_column apart.
+  /// C (P×Q) += AᵀB; B is stored as A by Store, with Q columns.
   template <int Q>
-  CH5_INLINE void AddTransposeProduct(const double* B, int b_row, int b_column, double scale, double* C) const {
+  CH5_INLINE void AddTransposeProduct(const double* B, double* C) const {
     CH5_UNROLL
     for (int c = 0; c < Q; ++c) {
       CH5_UNROLL
       for (int k = 0; k < kLanesPerRow; ++k) {
         Lanes sum = AsLanes(C)[c * kLanesPerRow + k];
         CH5_UNROLL
-        for (int r = 0; r < R; ++r) sum += row[r][k] * (scale * B[r * b_row + c * b_column]);
+        for (int r = 0; r < R; ++r) sum += row[r][k] * B[r * Stride(Q) + c];
         AsLanes(C)[c * kLanesPerRow + k] = sum;
       }
     }
   }
 
-  /// y (P, padded) −= scale Aᵀ r
-  CH5_INLINE void SubtractTransposeVector(const double* r, double scale, double* y) const {
+  /// y (P, padded) −= Aᵀ r
+  CH5_INLINE void SubtractTransposeVector(const double* r, double* y) const {
     CH5_UNROLL
     for (int k = 0; k < kLanesPerRow; ++k) {
       Lanes sum = AsLanes(y)[k];
       CH5_UNROLL
-      for (int i = 0; i < R; ++i) sum -= row[i][k] * (scale * r[i]);
+      for (int i = 0; i < R; ++i) sum -= row[i][k] * r[i];
       AsLanes(y)[k] = sum;
     }
   }
 };
-
-/// C (p×q) += AᵀB;  A is rows×p, B rows×q.
-template <int P, int Q>
-CH5_INLINE void AddTransposeProduct(const double* A, const double* B, int rows, int p_size, int q_size, double* C) {
-  const int p = Stride(Pick<P>(p_size)) / kLanes, q = Pick<Q>(q_size), B_stride = Stride(q);
-  for (int c = 0; c < q; ++c) {
-    for (int k = 0; k < p; ++k) {
-      Lanes sum = AsLanes(C)[c * p + k];
-      for (int r = 0; r < rows; ++r) sum += AsLanes(A)[r * p + k] * B[r * B_stride + c];
-      AsLanes(C)[c * p + k] = sum;
-    }
-  }
-}
-
-/// y (p, padded) −= Aᵀr;  A is rows×p.
-template <int P>
-CH5_INLINE void SubtractTransposeVector(const double* A, const double* r, int rows, int p_size, double* y) {
-  const int p = Stride(Pick<P>(p_size)) / kLanes;
-  for (int k = 0; k < p; ++k) {
-    Lanes sum = AsLanes(y)[k];
-    for (int i = 0; i < rows; ++i) sum -= AsLanes(A)[i * p + k] * r[i];
-    AsLanes(y)[k] = sum;
-  }
-}
 
 /// C (p×q) −= A Bᵀ;  A is p×l, B is q×l.
 template <int P, int Q, int L>
@@ -166,10 +135,13 @@ CH5_INLINE void SubtractProductVector(const double* W, const double* x, int p_si
 /// y (l) += sign · Wᵀx;  W is p×l.
 template <int P, int L>
 CH5_INLINE void AddTransposed(const double* W, const double* x, int p_size, int l_size, double sign, double* y) {
-  const int p = Pick<P>(p_size), l = Pick<L>(l_size);
+  const int p = Pick<P>(p_size), l = Pick<L>(l_size), whole = p / kLanes;
   for (int m = 0; m < l; ++m) {
-    double sum = 0.0;
-    for (int k = 0; k < p; ++k) sum += W[m * Stride(p) + k] * x[k];
+    const double* column = W + m * Stride(p);
+    Lanes sums = {};
+    for (int k = 0; k < whole; ++k) sums += AsLanes(column)[k] * AsLanes(x)[k];
+    double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    for (int k = whole * kLanes; k < p; ++k) sum += column[k] * x[k];
     y[m] += sign * sum;
   }
 }

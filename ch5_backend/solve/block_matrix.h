@@ -40,6 +40,10 @@ class SymmetricBlockMatrix {
   int Row(int block) const { return rows_[block]; }
   double* Values(int block) { return values_.data() + value_begin_[block]; }
   const double* Values(int block) const { return values_.data() + value_begin_[block]; }
+  /// Where a block's numbers begin among those of all.
+  int ValueBegin(int block) const { return value_begin_[block]; }
+  int NumValues() const { return static_cast<int>(values_.size()); }
+  double* AllValues() { return values_.data(); }
   /// The end of the numbers of column j, whose blocks lie one behind the other.
   double* ColumnEnd(int j) {
     return j + 1 < NumColumns() ? Values(ColumnBegin(j + 1)) : values_.data() + values_.size();

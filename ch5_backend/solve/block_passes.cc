@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "ch5_backend/solve/block_kernels.h"
-#include "ch5_backend/solve/linear_parts.h"
 
 namespace ch5 {
 namespace {
@@ -32,116 +31,163 @@ constexpr int ScratchSize(int rows, int columns) {
   return rows == Eigen::Dynamic || columns == Eigen::Dynamic ? Eigen::Dynamic : Stride(rows) * columns;
 }
 
+// What a landmark sums before it is put away.
+struct LandmarkSums {
+  double *H_ll, *b_l;  // H_ll with Stride(dim) numbers a column
+};
+
 // The bodies, each compiled for any processor and for AVX2 below.
 template <int P, int L>
 struct Body {
-  static CH5_INLINE void LinearizeLandmark(BlockSystem* system, int l) {
+  static constexpr bool kFixed = P != Eigen::Dynamic && L != Eigen::Dynamic;
+
+  static CH5_INLINE void LinearizeChunk(BlockSystem* system, int c) {
+    BlockSystem& y = *system;
+    std::fill(y.sums[c].H_pp.begin(), y.sums[c].H_pp.end(), 0.0);
+    std::fill(y.sums[c].b.begin(), y.sums[c].b.end(), 0.0);
+    for (int l = y.structure.chunk_begin[c]; l < y.structure.chunk_begin[c + 1]; ++l) {
+      LinearizeLandmark(system, l, &y.sums[c]);
+    }
+  }
+
+  static CH5_INLINE void LinearizeLandmark(BlockSystem* system, int l, PoseSums* poses) {
     BlockSystem& y = *system;
     const BlockStructure& s = y.structure;
     const int dim = Pick<L>(s.landmark_dim[l]);
+    if (l + kAhead < static_cast<int>(s.landmarks.size())) PrefetchObject(s.landmarks[l + kAhead], 2);
     double* H_pm = y.H_pm.data();
     std::fill(H_pm + s.slot_block[s.landmark_slots[l]], H_pm + s.slot_block[s.landmark_slots[l + 1]], 0.0);
     Scratch<ScratchSize(L, L)> H_scratch;
     Scratch<ScratchSize(L, 1), 1> b_scratch;
-    double* H_ll = H_scratch.Zeros(Stride(dim) * dim);
-    double* b_l = b_scratch.Zeros(Stride(dim));
+    const LandmarkSums sums{H_scratch.Zeros(Stride(dim) * dim), b_scratch.Zeros(Stride(dim))};
     for (int e = s.landmark_edges[l]; e < s.landmark_edges[l + 1]; ++e) {
-      const EdgeRecord& record = s.edges[e];
-      record.edge->Linearize();
-      const double scale = ScalarWhitening(*record.edge);
-      if (P != Eigen::Dynamic && L != Eigen::Dynamic && record.rows == 2 && scale >= 0.0) {
-        AddPlainEdge(system, record, scale, H_ll, b_l);
-      } else {
-        WriteLinearParts(s, record, y.linear.data());
-        AddEdge(system, record, dim, H_ll, b_l);
-      }
+      PrefetchEdge(s.edges, e + kAhead);
+      if (!AddPlainEdge(system, e, sums, poses)) AddAnyEdge(system, e, dim, sums, poses);
     }
-    for (int c = 0; c < dim; ++c) std::copy_n(H_ll + c * Stride(dim), dim, &y.H_mm[s.landmark_block[l] + c * dim]);
-    std::copy_n(b_l, dim, y.b.data() + s.landmark_offset[l]);
+    for (int c = 0; c < dim; ++c) std::copy_n(sums.H_ll + c * Stride(dim), dim, &y.H_mm[s.landmark_block[l] + c * dim]);
+    std::copy_n(sums.b_l, dim, y.b.data() + s.landmark_offset[l]);
   }
 
-  static CH5_INLINE void AddEdge(BlockSystem* system, const EdgeRecord& record, int dim, double* H_ll, double* b_l) {
-    const BlockStructure& s = system->structure;
-    const double* linear = system->linear.data();
-    const double* J_l = linear + record.landmark.jacobian;
-    kernels::AddTransposeProduct<L, L>(J_l, J_l, record.rows, dim, dim, H_ll);
-    kernels::SubtractTransposeVector<L>(J_l, linear + record.residual, record.rows, dim, b_l);
-    for (int t = record.terms_begin; t < record.terms_end; ++t) {
-      const EdgeTerm& term = s.terms[t];
-      kernels::AddTransposeProduct<P, L>(linear + term.jacobian, J_l, record.rows, s.pose_dim[term.block], dim,
-                                         &system->H_pm[s.slot_block[term.slot]]);
-    }
-  }
+  static constexpr int kAhead = 6;  // edges, and landmarks
 
-  // WriteLinearParts and AddEdge in one for the most frequent kind of edge: two rows, J̃ = scale·J, sizes known.
-  static CH5_INLINE void AddPlainEdge(BlockSystem* system, const EdgeRecord& record, double scale, double* H_ll,
-                                      double* b_l) {
-    if constexpr (P != Eigen::Dynamic && L != Eigen::Dynamic) {
-      constexpr int R = 2;
+  // The most frequent kind of edge: two rows, W = w I, sizes known. @return false if it is another
+  static CH5_INLINE bool AddPlainEdge(BlockSystem* system, int e, const LandmarkSums& sums, PoseSums* poses) {
+    if constexpr (kFixed) {
+      constexpr int kR = 2, kMostTerms = 3, kMostVertices = 5;
       const BlockStructure& s = system->structure;
-      double* linear = system->linear.data();
-      const Edge& edge = *record.edge;
-      const double *r = edge.Residual().data(),
-                   *J_l = edge.Jacobian(static_cast<size_t>(record.landmark.position)).data();
-      for (int k = 0; k < R; ++k) linear[record.residual + k] = scale * r[k];
-      kernels::Rows<R, L> A_l;
-      A_l.Load(scale, J_l);
-      A_l.Store(linear + record.landmark.jacobian);
-      A_l.template AddTransposeProduct<L>(J_l, 1, R, scale, H_ll);
-      A_l.SubtractTransposeVector(r, scale, b_l);
-      for (int t = record.terms_begin; t < record.terms_end; ++t) {
-        const EdgeTerm& term = s.terms[t];
-        kernels::Rows<R, P> A;
-        A.Load(scale, edge.Jacobian(static_cast<size_t>(term.position)).data());
-        A.Store(linear + term.jacobian);
-        A.template AddTransposeProduct<L>(J_l, 1, R, scale, &system->H_pm[s.slot_block[term.slot]]);
+      const EdgeRecord& record = s.edges[e];
+      Edge& edge = *record.edge;
+      const int num_terms = record.terms_end - record.terms_begin;
+      const double w = edge.IsotropicInformation();
+      if (record.rows != kR || w < 0.0 || num_terms > kMostTerms || edge.Vertices().size() > kMostVertices)
+        return false;
+
+      const EdgeTerm* terms = s.terms.data() + record.terms_begin;
+      double residual[kR], J_memory[kMostTerms][kR * P], J_l_memory[kR * L];
+      double* J[kMostVertices] = {};
+      for (int t = 0; t < num_terms; ++t) J[terms[t].position] = J_memory[t];
+      J[record.landmark.position] = J_l_memory;
+      const double* r = residual;
+      const double* J_l = J_l_memory;
+      const bool into = edge.LinearizeInto(residual, J);
+      if (!into) {
+        edge.Linearize();
+        r = edge.Residual().data();
+        J_l = edge.Jacobian(static_cast<size_t>(record.landmark.position)).data();
       }
+
+      const WhiteRows white(w, edge.GetLossFunction(), r);
+      kernels::Rows<kR, L> A_l;
+      alignas(32) double A_l_stored[kR * Stride(L)], A_stored[kMostTerms][kR * Stride(P)];
+      A_l.Load(white.M, J_l);
+      A_l.Store(A_l_stored);
+      A_l.template AddTransposeProduct<L>(A_l_stored, sums.H_ll);
+      A_l.SubtractTransposeVector(white.r, sums.b_l);
+      const int* pair = s.pairs.data() + record.pairs;
+      for (int i = 0; i < num_terms; ++i) {
+        const EdgeTerm& term = terms[i];
+        kernels::Rows<kR, P> A;
+        A.Load(white.M, into ? J_memory[i] : edge.Jacobian(static_cast<size_t>(term.position)).data());
+        A.Store(A_stored[i]);
+        A.template AddTransposeProduct<L>(A_l_stored, &system->H_pm[s.slot_block[term.slot]]);
+        A.SubtractTransposeVector(white.r, &poses->b[term.block * system->pose_stride]);
+        for (int j = 0; j <= i; ++j) {
+          A.template AddTransposeProduct<P>(A_stored[j], &poses->H_pp[system->H_pp.ValueBegin(*pair++)]);
+        }
+      }
+      return true;
+    }
+    return false;
+  }
+
+  // Any other: its normal equations, block by block.
+  static CH5_INLINE void AddAnyEdge(BlockSystem* system, int e, int dim, const LandmarkSums& sums, PoseSums* poses) {
+    const BlockStructure& s = system->structure;
+    const EdgeRecord& record = s.edges[e];
+    record.edge->Linearize();
+    thread_local AlignedVector memory;
+    const int stride = record.width + 1;
+    if (static_cast<int>(memory.size()) < (s.max_width + 1) * (s.max_width + 1)) {
+      memory.resize(static_cast<size_t>((s.max_width + 1) * (s.max_width + 1)));
+    }
+    double* C = memory.data();
+    EdgeProducts(s, e, &system->factors, C);
+    const int row_l = record.landmark.column;
+    for (int c = 0; c < dim; ++c) {
+      const double* column = C + (row_l + c) * stride;
+      for (int r = c; r < dim; ++r) sums.H_ll[c * Stride(dim) + r] -= column[row_l + r];
+      for (int r = c + 1; r < dim; ++r) sums.H_ll[r * Stride(dim) + c] -= column[row_l + r];
+      sums.b_l[c] += column[record.width];
+    }
+    const int* pair = s.pairs.data() + record.pairs;
+    for (int i = record.terms_begin; i < record.terms_end; ++i) {
+      const EdgeTerm& a = s.terms[i];
+      double *H_pl = &system->H_pm[s.slot_block[a.slot]], *b_p = &poses->b[a.block * system->pose_stride];
+      for (int c = 0; c < a.dim; ++c) {
+        const double* column = C + (a.column + c) * stride;
+        for (int m = 0; m < dim; ++m) H_pl[m * Stride(a.dim) + c] -= column[row_l + m];
+        b_p[c] += column[record.width];
+      }
+      for (int j = record.terms_begin; j <= i; ++j) {
+        const EdgeTerm& b = s.terms[j];
+        double* H_ab = &poses->H_pp[system->H_pp.ValueBegin(*pair++)];
+        SubtractBlock(C + b.column * stride + a.column, stride, a.dim, b.dim, i == j, H_ab);
+      }
+    }
+  }
+
+  // H −= C, rows×columns; of a diagonal block C holds the lower half, H is full.
+  static CH5_INLINE void SubtractBlock(const double* C, int stride, int rows, int columns, bool diagonal, double* H) {
+    for (int c = 0; c < columns; ++c, C += stride) {
+      for (int r = diagonal ? c : 0; r < rows; ++r) H[c * Stride(rows) + r] -= C[r];
+      for (int r = c + 1; r < rows && diagonal; ++r) H[r * Stride(rows) + c] -= C[r];
     }
   }
 
   static CH5_INLINE void SumColumn(BlockSystem* system, int j) {
     BlockSystem& y = *system;
     const BlockStructure& s = y.structure;
-    const int dim = Pick<P>(s.pose_dim[j]);
-    Scratch<ScratchSize(P, 1)> scratch;
-    double* b_j = scratch.Zeros(Stride(dim));
+    const int dim = s.pose_dim[j];
+    double* b_j = y.b.data() + s.pose_offset[j];
+    const ptrdiff_t begin = y.H_pp.ValueBegin(y.H_pp.ColumnBegin(j)), first = static_cast<ptrdiff_t>(j) * y.pose_stride;
+    double *column = y.H_pp.AllValues() + begin, *end = y.H_pp.ColumnEnd(j);
+    std::fill(column, end, 0.0);
+    std::fill_n(b_j, dim, 0.0);
+    for (const PoseSums& sums : y.sums) {
+      const double *H = sums.H_pp.data() + begin, *b = sums.b.data() + first;
+      for (ptrdiff_t k = 0; k < end - column; ++k) column[k] += H[k];
+      for (int r = 0; r < dim; ++r) b_j[r] += b[r];
+    }
     for (int block = y.H_pp.ColumnBegin(j); block < y.H_pp.ColumnBegin(j + 1); ++block) {
-      const int rows = Pick<P>(s.pose_dim[y.H_pp.Row(block)]);
+      const int i = y.H_pp.Row(block);
       double* H_ij = y.H_pp.Values(block);
-      std::fill_n(H_ij, Stride(rows) * dim, 0.0);
-      const Product* begin = s.products.data() + s.products_begin[block];
-      const Product* end = s.products.data() + s.products_begin[block + 1];
-      double* b = block == y.H_pp.ColumnBegin(j) ? b_j : nullptr;
-      for (const Product* product = begin; product != end; ++product) {
-        if (end - product > kAhead) Prefetch(y, product[kAhead], rows);
-        AddProduct(y, *product, rows, dim, H_ij, b);
+      for (int k = s.products_begin[block]; k < s.products_begin[block + 1]; ++k) {
+        const Product& product = s.products[k];
+        SubtractBlock(&y.products[product.values], product.stride, s.pose_dim[i], dim, i == j, H_ij);
+        if (i != j) continue;
+        for (int r = 0; r < dim; ++r) b_j[r] += y.products[product.rhs + r * product.stride];
       }
     }
-    std::copy_n(b_j, dim, y.b.data() + s.pose_offset[j]);
-  }
-
-  // The linear parts of one pose are scattered over memory, where no processor guesses them.
-  static constexpr int kAhead = 6;
-  static CH5_INLINE void Prefetch(const BlockSystem& y, const Product& product, int rows) {
-    const double* A = y.linear.data() + product.jacobian_a;
-    for (int i = 0; i < 2 * Stride(rows); i += 8) __builtin_prefetch(A + i);
-  }
-
-  static CH5_INLINE void AddProduct(const BlockSystem& y, const Product& product, int rows, int dim, double* H_ij,
-                                    double* b_j) {
-    const double *A = &y.linear[product.jacobian_a], *B = &y.linear[product.jacobian_b];
-    const double* r = &y.linear[product.residual];
-    if constexpr (P != Eigen::Dynamic) {
-      if (product.rows == 2) {
-        kernels::Rows<2, P> A_rows;
-        A_rows.LoadStored(A);
-        A_rows.template AddTransposeProduct<P>(B, Stride(P), 1, 1.0, H_ij);
-        if (b_j) A_rows.SubtractTransposeVector(r, 1.0, b_j);
-        return;
-      }
-    }
-    kernels::AddTransposeProduct<P, P>(A, B, product.rows, rows, dim, H_ij);
-    if (b_j) kernels::SubtractTransposeVector<P>(A, r, product.rows, dim, b_j);
   }
 
   static CH5_INLINE bool InvertLandmark(BlockSystem* system, int l, const DampingRule& rule) {
@@ -154,60 +200,11 @@ struct Body {
     std::copy_n(&y.H_mm[s.landmark_block[l]], dim * dim, damped);
     for (int i = 0; i < dim; ++i) damped[i * dim + i] += rule.lambda * DampingEntry(rule.damping, damped[i * dim + i]);
     if (!kernels::InvertSymmetric<L>(damped, dim, inverse)) return false;
+    std::copy_n(damped, dim * dim, &y.H_mm_root[s.landmark_block[l]]);
     double* product = y.H_mm_inverse_b.data() + first - s.ordering.dim_poses;
     std::fill_n(product, dim, 0.0);
     kernels::AddSymmetric<L>(inverse, y.b.data() + first, dim, product);
     return true;
-  }
-
-  static CH5_INLINE void SchurColumn(BlockSystem* system, int j, const DampingRule& rule) {
-    BlockSystem& y = *system;
-    const BlockStructure& s = y.structure;
-    const int dim = Pick<P>(s.pose_dim[j]), offset = s.pose_offset[j];
-    thread_local std::vector<double*> block_of_row;  // S's block (i, j)
-    BeginSchurColumn(system, j, rule, &block_of_row);
-
-    Scratch<ScratchSize(P, 1)> b_scratch;
-    Scratch<ScratchSize(P, L), 1> Y_scratch;
-    double* b_j = b_scratch.Zeros(Stride(dim));
-    std::copy_n(y.b.data() + offset, dim, b_j);
-    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
-      const int slot = s.pose_slots[k], l = s.slot_landmark[slot], landmark_dim = Pick<L>(s.landmark_dim[l]);
-      const double* W_j = &y.H_pm[s.slot_block[slot]];
-      double* Y = Y_scratch.Zeros(Stride(dim) * landmark_dim);  // H_jl H_ll⁻¹
-      kernels::Multiply<P, L>(W_j, &y.H_mm_inverse[s.landmark_block[l]], dim, landmark_dim, Y);
-      kernels::SubtractProductVector<P, L>(W_j, y.H_mm_inverse_b.data() + s.landmark_offset[l] - s.ordering.dim_poses,
-                                           dim, landmark_dim, b_j);
-      for (int other = slot; other < s.landmark_slots[l + 1]; ++other) {
-        const int i = s.slot_pose[other];
-        kernels::SubtractProduct<P, P, L>(&y.H_pm[s.slot_block[other]], Y, s.pose_dim[i], dim, landmark_dim,
-                                          block_of_row[i]);
-      }
-    }
-    std::copy_n(b_j, dim, y.b_schur.data() + offset);
-  }
-
-  // Column j of H_pp + λD, and where its blocks are.
-  static CH5_INLINE void BeginSchurColumn(BlockSystem* system, int j, const DampingRule& rule,
-                                          std::vector<double*>* block_of_row) {
-    BlockSystem& y = *system;
-    const BlockStructure& s = y.structure;
-    const int dim = Pick<P>(s.pose_dim[j]);
-    if (block_of_row->size() < s.poses.size()) block_of_row->resize(s.poses.size());
-    for (int block = y.S.ColumnBegin(j); block < y.S.ColumnBegin(j + 1); ++block) {
-      (*block_of_row)[y.S.Row(block)] = y.S.Values(block);
-    }
-    double* column = y.S.Values(y.S.ColumnBegin(j));
-    std::fill(column, y.S.ColumnEnd(j), 0.0);
-    for (int block = y.H_pp.ColumnBegin(j); block < y.H_pp.ColumnBegin(j + 1); ++block) {
-      const int i = y.H_pp.Row(block);
-      std::copy_n(y.H_pp.Values(block), Stride(Pick<P>(s.pose_dim[i])) * dim, (*block_of_row)[i]);
-    }
-    for (int c = 0; c < dim; ++c) {
-      double& diagonal = column[c * Stride(dim) + c];
-      diagonal += rule.lambda * DampingEntry(rule.damping, diagonal);
-      y.scale[s.pose_offset[j] + c] = diagonal;
-    }
   }
 
   static CH5_INLINE double SolveLandmark(const BlockSystem& y, int l, double* delta_x) {
@@ -259,10 +256,9 @@ struct Body {
 template <int P, int L>
 struct Portable {
   using B = Body<P, L>;
-  static void Linearize(BlockSystem* y, int l) { B::LinearizeLandmark(y, l); }
+  static void Linearize(BlockSystem* y, int c) { B::LinearizeChunk(y, c); }
   static void Sum(BlockSystem* y, int j) { B::SumColumn(y, j); }
   static bool Invert(BlockSystem* y, int l, const DampingRule& rule) { return B::InvertLandmark(y, l, rule); }
-  static void Schur(BlockSystem* y, int j, const DampingRule& rule) { B::SchurColumn(y, j, rule); }
   static double Solve(const BlockSystem& y, int l, double* x) { return B::SolveLandmark(y, l, x); }
   static void TimesPose(const BlockSystem& y, int j, const double* v, double* x) { B::MultiplyPose(y, j, v, x); }
   static void TimesLandmark(const BlockSystem& y, int l, const double* v, double* x) {
@@ -273,12 +269,11 @@ struct Portable {
 template <int P, int L>
 struct Avx2 {
   using B = Body<P, L>;
-  CH5_WITH_AVX2 static void Linearize(BlockSystem* y, int l) { B::LinearizeLandmark(y, l); }
+  CH5_WITH_AVX2 static void Linearize(BlockSystem* y, int c) { B::LinearizeChunk(y, c); }
   CH5_WITH_AVX2 static void Sum(BlockSystem* y, int j) { B::SumColumn(y, j); }
   CH5_WITH_AVX2 static bool Invert(BlockSystem* y, int l, const DampingRule& rule) {
     return B::InvertLandmark(y, l, rule);
   }
-  CH5_WITH_AVX2 static void Schur(BlockSystem* y, int j, const DampingRule& rule) { B::SchurColumn(y, j, rule); }
   CH5_WITH_AVX2 static double Solve(const BlockSystem& y, int l, double* x) { return B::SolveLandmark(y, l, x); }
   CH5_WITH_AVX2 static void TimesPose(const BlockSystem& y, int j, const double* v, double* x) {
     B::MultiplyPose(y, j, v, x);
@@ -290,7 +285,7 @@ struct Avx2 {
 
 template <typename Set>
 constexpr BlockPasses Table() {
-  return {Set::Linearize, Set::Sum, Set::Invert, Set::Schur, Set::Solve, Set::TimesPose, Set::TimesLandmark};
+  return {Set::Linearize, Set::Sum, Set::Invert, Set::Solve, Set::TimesPose, Set::TimesLandmark};
 }
 
 template <int P, int L>

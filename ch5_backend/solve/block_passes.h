@@ -1,24 +1,33 @@
 #pragma once
 /// What the fast room does with each landmark and each pose; BlockSolver runs these passes over all of them.
 ///
-/// A pass writes only what belongs to its landmark or its column, in the order of the graph: any number of threads
-/// gives the same bits. P and L are the poses' and landmarks' dimensions, or Eigen::Dynamic.
+/// A pass writes only what belongs to its chunk, its landmark or its column, in the order of the structure: any number of
+/// threads gives the same bits. P and L are the poses' and landmarks' dimensions, or Eigen::Dynamic.
 
-#include "ch5_backend/solve/block_structure.h"
+#include "ch5_backend/solve/linear_parts.h"
 #include "ch5_backend/solve/normal_equations.h"
 
 namespace ch5 {
 
+/// What the landmarks' edges add to the poses' rows: numbers laid out as those of H_pp and b_p.
+struct PoseSums {
+  AlignedVector H_pp, b;
+};
+
 /// The numbers behind BlockSolver; where what lies is said in block_structure.h.
 struct BlockSystem {
   BlockStructure structure;
-  AlignedVector linear;  ///< the edges' whitened residuals and Jacobians
+  InformationFactors factors;
+  std::vector<PoseSums> sums;  ///< of each chunk of landmarks
+  AlignedVector products;      ///< the normal equations of each edge between poses, negative
   SymmetricBlockMatrix H_pp, S;
   AlignedVector H_pm;
   std::vector<double> H_mm, H_mm_inverse;
-  VecX b;               ///< all rows
-  VecX H_mm_inverse_b;  ///< the landmarks' rows
-  VecX b_schur, scale;  ///< the poses' rows; scale is the damped diagonal of H_pp
+  std::vector<double> H_mm_root;  ///< the lower triangles G⁻¹ of  H_ll⁻¹ = G⁻ᵀG⁻¹
+  VecX b;                         ///< all rows
+  VecX H_mm_inverse_b;            ///< the landmarks' rows
+  VecX b_schur, scale;            ///< the poses' rows; scale is the damped diagonal of H_pp
+  int pose_stride = 0;            ///< of the poses' parts of PoseSums::b
 };
 
 /// λ, and the entries of D.
@@ -29,14 +38,13 @@ struct DampingRule {
 
 /// The passes for one pair of dimensions and one kind of processor.
 struct BlockPasses {
-  /// H_ll = Σ J̃_lᵀJ̃_l,  H_pl = Σ J̃_pᵀJ̃_l,  b_l = −Σ J̃_lᵀr̃  over the edges of landmark l, which are linearised.
-  void (*linearize_landmark)(BlockSystem*, int l);
-  /// H_ij = Σ J̃_iᵀJ̃_j for all i ≥ j,  b_j = −Σ J̃_jᵀr̃.
+  /// H_ll = Σ J̃_lᵀJ̃_l,  H_pl = Σ J̃_pᵀJ̃_l,  b_l = −Σ J̃_lᵀr̃  over the edges of each landmark of chunk c, which are
+  /// linearised, and the chunk's parts of H_pp and b_p.
+  void (*linearize_chunk)(BlockSystem*, int c);
+  /// H_ij for all i ≥ j, and b_j: the chunks' sums, and the edges between poses.
   void (*sum_column)(BlockSystem*, int j);
   /// (H_ll + λD)⁻¹ and its product with b_l. @return false if it is not positive definite
   bool (*invert_landmark)(BlockSystem*, int l, const DampingRule&);
-  /// Column j of  S = H_pp + λD − Σ_l H_pl H_ll⁻¹ H_plᵀ  and rows j of  b_p − Σ_l H_pl H_ll⁻¹ b_l.
-  void (*schur_column)(BlockSystem*, int j, const DampingRule&);
   /// Δx_l = H_ll⁻¹ (b_l − w),  w = Σ_p H_plᵀ Δx_p.  @return  Δx_lᵀ(b_l − w) − ½ Δx_lᵀH_llΔx_l, the landmark's part of
   /// the model's decrease
   double (*solve_landmark)(const BlockSystem&, int l, double* delta_x);

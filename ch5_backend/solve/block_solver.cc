@@ -1,51 +1,63 @@
 #include "ch5_backend/solve/block_solver.h"
 
+#include <algorithm>
 #include <atomic>
+#include <numeric>
 #include <set>
 #include <string>
 #include <typeindex>
-
-#include "ch5_backend/solve/linear_parts.h"
 
 namespace ch5 {
 namespace {
 
 constexpr int kLandmarks = 64;  // a task
 constexpr int kEdges = 256;
+constexpr int kPoses = 8;
+constexpr int kAhead = 8;  // edges
 constexpr int kVertices = 512;
+
+// Then all blocks are where they were: an edge never changes its vertices.
+bool IsSame(const Ordering& a, const Ordering& b) {
+  return a.poses == b.poses && a.landmarks == b.landmarks && a.edges == b.edges;
+}
 
 }  // namespace
 
 BlockSolverBase::BlockSolverBase(Graph* graph, int pose_dim, int landmark_dim, int threads)
-    : graph_(graph),
-      pose_dim_(pose_dim),
-      landmark_dim_(landmark_dim),
-      passes_(PassesFor(pose_dim, landmark_dim)),
-      pool_(threads) {}
+    : graph_(graph), pose_dim_(pose_dim), landmark_dim_(landmark_dim), pool_(threads) {}
 
 // ---- structure -------------------------------------------------------------------------------------------------
 
 void BlockSolverBase::SetOrdering() {
-  system_.structure = BuildBlockStructure(*graph_, selection_);
+  solution_.resize(0);
+  Ordering ordering = MakeOrdering(*graph_, selection_);
+  if (ordered_ && IsSame(ordering, system_.structure.ordering)) return;
+  ordered_ = false;
+  system_.structure = BuildBlockStructure(std::move(ordering));
   CheckDimensions();
+  passes_ = &ChoosePasses(system_.structure);
   FindNumericJacobians();
   const BlockStructure& s = system_.structure;
   const auto size = [](int n) { return static_cast<size_t>(n); };
-  system_.linear.assign(size(s.num_linear_values), 0.0);
+  system_.factors.Prepare(s);
+  system_.products.assign(size(s.num_product_values), 0.0);
   system_.H_pm.assign(size(s.num_H_pm_values), 0.0);
   system_.H_mm.assign(size(s.num_H_mm_values), 0.0);
   system_.H_mm_inverse.assign(size(s.num_H_mm_values), 0.0);
+  system_.H_mm_root.assign(size(s.num_H_mm_values), 0.0);
   system_.H_pp.SetPattern(s.pose_dim, s.H_pp_pattern);
   system_.b.setZero(s.Size());
   system_.H_mm_inverse_b.setZero(s.ordering.dim_landmarks);
   for (VecX* v : {&system_.b_schur, &system_.scale, &delta_poses_, &H_delta_poses_}) v->setZero(s.ordering.dim_poses);
-  solution_.resize(0);
+  TakeSums();
   PrepareReducedSolver();
+  ordered_ = true;
 }
 
 void BlockSolverBase::SetReducedSolver(ReducedSolverType type, const IterativeOptions& options) {
   reduced_type_ = type;
   iterative_ = options;
+  ordered_ = false;
   reduced_solver_.reset();
   implicit_.reset();
 }
@@ -70,7 +82,34 @@ void BlockSolverBase::PrepareReducedSolver() {
     system_.S.SetPattern(s.pose_dim, SchurPattern(s));
     if (!reduced_solver_) reduced_solver_ = MakeReducedSolver(type, pool_.Threads());
     reduced_solver_->Prepare(system_.S);
+    schur_.Prepare(s, system_.S, pool_.Threads());
   }
+}
+
+void BlockSolverBase::TakeSums() {
+  const BlockStructure& s = system_.structure;
+  const int largest = s.pose_dim.empty() ? 0 : *std::max_element(s.pose_dim.begin(), s.pose_dim.end());
+  system_.pose_stride = Stride(largest);
+  system_.sums.resize(s.chunk_begin.empty() ? 0 : s.chunk_begin.size() - 1);
+  for (PoseSums& sums : system_.sums) {
+    sums.H_pp.assign(static_cast<size_t>(system_.H_pp.NumValues()), 0.0);
+    sums.b.assign(s.poses.size() * static_cast<size_t>(system_.pose_stride), 0.0);
+  }
+}
+
+// The dimension of all blocks that landmarks meet, or Dynamic: speeds and biases have no part in a landmark's edges.
+const BlockPasses& BlockSolverBase::ChoosePasses(const BlockStructure& s) {
+  const auto common = [](const auto& items, const std::vector<int>& dim) {
+    int found = 0;
+    for (const int item : items) {
+      if (found != 0 && found != dim[item]) return Eigen::Dynamic;
+      found = dim[item];
+    }
+    return found;
+  };
+  std::vector<int> landmarks(s.landmarks.size());
+  std::iota(landmarks.begin(), landmarks.end(), 0);
+  return PassesFor(common(s.slot_pose, s.pose_dim), common(landmarks, s.landmark_dim));
 }
 
 void BlockSolverBase::CheckDimensions() const {
@@ -104,17 +143,16 @@ void BlockSolverBase::FindNumericJacobians() {
 void BlockSolverBase::MakeHessian() {
   const BlockStructure& s = system_.structure;
   solution_.resize(0);
-  ParallelFor(linearizing_pool_, NumLandmarks(), kLandmarks, [&](int begin, int end) {
-    for (int l = begin; l < end; ++l) passes_.linearize_landmark(&system_, l);
-  });
+  linearizing_pool_->Run(static_cast<int>(system_.sums.size()), [&](int c) { passes_->linearize_chunk(&system_, c); });
   ParallelFor(linearizing_pool_, s.num_active_edges - s.num_landmark_edges, kEdges, [&](int begin, int end) {
-    for (int e = begin; e < end; ++e) {
-      const EdgeRecord& record = s.edges[s.num_landmark_edges + e];
-      record.edge->Linearize();
-      WriteLinearParts(s, record, system_.linear.data());
+    for (int e = s.num_landmark_edges + begin; e < s.num_landmark_edges + end; ++e) {
+      s.edges[e].edge->Linearize();
+      EdgeProducts(s, e, &system_.factors, &system_.products[s.edges[e].products]);
     }
   });
-  pool_.Run(NumPoses(), [&](int j) { passes_.sum_column(&system_, j); });
+  ParallelFor(&pool_, NumPoses(), kPoses, [&](int begin, int end) {
+    for (int j = begin; j < end; ++j) passes_->sum_column(&system_, j);
+  });
   if (implicit_) implicit_->Load();
 }
 
@@ -129,7 +167,7 @@ bool BlockSolverBase::SolveLinearSystem(double lambda, VecX* delta_x) {
   std::atomic<bool> ok{true};
   ParallelFor(&pool_, NumLandmarks(), kLandmarks, [&](int begin, int end) {
     for (int l = begin; l < end && ok; ++l) {
-      if (!passes_.invert_landmark(&system_, l, rule)) ok = false;
+      if (!passes_->invert_landmark(&system_, l, rule)) ok = false;
     }
   });
   if (!ok) return false;
@@ -144,7 +182,7 @@ bool BlockSolverBase::SolveLinearSystem(double lambda, VecX* delta_x) {
   const double of_poses = delta_poses_.dot(system_.b.head(s.ordering.dim_poses) - 0.5 * H_delta_poses_);
   const double of_landmarks = ParallelSum(&pool_, NumLandmarks(), kLandmarks, &parts_, [&](int begin, int end) {
     double sum = 0.0;
-    for (int l = begin; l < end; ++l) sum += passes_.solve_landmark(system_, l, delta_x->data());
+    for (int l = begin; l < end; ++l) sum += passes_->solve_landmark(system_, l, delta_x->data());
     return sum;
   });
   solution_ = *delta_x;
@@ -154,7 +192,7 @@ bool BlockSolverBase::SolveLinearSystem(double lambda, VecX* delta_x) {
 
 bool BlockSolverBase::SolveReduced(const DampingRule& rule) {
   if (implicit_) return implicit_->Solve(&system_, rule, &delta_poses_);
-  pool_.Run(NumPoses(), [&](int j) { passes_.schur_column(&system_, j, rule); });
+  schur_.Compute(&system_, rule, &pool_);
   return reduced_solver_->Solve(system_.S, system_.b_schur, system_.scale, &delta_poses_);
 }
 
@@ -166,9 +204,9 @@ double BlockSolverBase::PredictedDecrease(const VecX& delta_x) const {
 VecX BlockSolverBase::MultiplyHessian(const VecX& v) const {
   VecX y = VecX::Zero(Size());
   system_.H_pp.Multiply(v.data(), y.data());
-  pool_.Run(NumPoses(), [&](int j) { passes_.multiply_pose(system_, j, v.data(), y.data()); });
+  pool_.Run(NumPoses(), [&](int j) { passes_->multiply_pose(system_, j, v.data(), y.data()); });
   ParallelFor(&pool_, NumLandmarks(), kLandmarks, [&](int begin, int end) {
-    for (int l = begin; l < end; ++l) passes_.multiply_landmark(system_, l, v.data(), y.data());
+    for (int l = begin; l < end; ++l) passes_->multiply_landmark(system_, l, v.data(), y.data());
   });
   return y;
 }
@@ -180,6 +218,7 @@ double BlockSolverBase::ComputeChi() {
   return 0.5 * ParallelSum(&pool_, static_cast<int>(edges.size()), kEdges, &parts_, [&](int begin, int end) {
            double sum = 0.0;
            for (int e = begin; e < end; ++e) {
+             PrefetchEdge(edges, e + kAhead);
              edges[e].edge->ComputeResidual();
              sum += edges[e].edge->RobustChi2();
            }

@@ -18,6 +18,7 @@
 #include "ch5_backend/solve/implicit_solver.h"
 #include "ch5_backend/solve/normal_equations.h"
 #include "ch5_backend/solve/reduced_solver.h"
+#include "ch5_backend/solve/schur_eliminator.h"
 
 namespace ch5 {
 
@@ -28,6 +29,7 @@ class BlockSolverBase : public NormalEquations {
   BlockSolverBase(Graph* graph, int pose_dim, int landmark_dim, int threads);
 
   /// g2o's buildStructure: numbers the unknowns, sorts the edges by landmark, finds the patterns and takes all memory.
+  /// Does nothing but number the unknowns where vertices, edges and selection are those of the last time.
   /// @throws GraphError if an edge ties two free landmarks, or a vertex does not have the solver's dimension
   void SetOrdering() override;
   /// The part of the graph that takes part, from the next SetOrdering on.
@@ -68,6 +70,8 @@ class BlockSolverBase : public NormalEquations {
   void CheckDimensions() const;
   void PrepareReducedSolver();
   bool SolveReduced(const DampingRule& rule);
+  void TakeSums();
+  static const BlockPasses& ChoosePasses(const BlockStructure& structure);
   void FindNumericJacobians();
   int NumLandmarks() const { return static_cast<int>(system_.structure.landmarks.size()); }
   int NumPoses() const { return static_cast<int>(system_.structure.poses.size()); }
@@ -75,7 +79,8 @@ class BlockSolverBase : public NormalEquations {
   Graph* graph_;
   Selection selection_;
   int pose_dim_, landmark_dim_;
-  const BlockPasses& passes_;
+  const BlockPasses* passes_ = nullptr;
+  SchurEliminator schur_;
   mutable ThreadPool pool_;
   mutable std::vector<double> parts_;  // of sums
   ThreadPool one_thread_;
@@ -85,6 +90,7 @@ class BlockSolverBase : public NormalEquations {
   std::unique_ptr<ReducedSolver> reduced_solver_;  // this one, or
   std::unique_ptr<ImplicitSolver> implicit_;       // that one
   BlockSystem system_;
+  bool ordered_ = false;  // system_ fits its ordering
   VecX delta_poses_, H_delta_poses_;
   VecX solution_;                   // the last Δx of this Hessian, or empty
   double solution_decrease_ = 0.0;  // what the model promises for it

@@ -1,12 +1,19 @@
 #pragma once
 /// Which block of H each edge touches: worked out once for a graph, so that an iteration only computes.
 ///
-///   edges     those of landmark 0, of landmark 1, …, then those between poses, then those without free vertices
-///   slots     one for each pair (landmark, free pose that shares an edge with it): a block of H_pm
-///   products  one for each pair of free poses (or pose with itself) in an edge: J_iᵀJ_j is a part of block (i, j)
+///   landmarks  sorted by the poses that see them: neighbours in memory then share the blocks of S that they change
+///   edges      those of landmark 0, of landmark 1, …, then those between poses, then those without free vertices
+///   slots      one for each pair (landmark, free pose that shares an edge with it): a block of H_pm
+///   chunks     of landmarks of about equal work: each sums its edges' parts of H_pp and b_p in memory of its own
 ///
-/// All linear parts of the edges live in one array: per edge its whitened residual, then a whitened Jacobian for each
-/// free vertex, row after row, each row padded to Stride(dimension).
+/// An edge's own normal equations,  [J̃ r̃]ᵀ[J̃ r̃]  with the columns of its free poses by ascending block, then of its
+/// landmark, then the residual, are a small square matrix:
+///
+///      ┌───────────────┐
+///      │ J̃_pᵀJ̃_p       │      what is below the diagonal is what H and b want
+///      │ J̃_lᵀJ̃_p  J̃_lᵀJ̃_l │
+///      │ r̃ᵀJ̃_p   r̃ᵀJ̃_l  · │
+///      └───────────────┘
 
 #include "ch5_backend/graph/ordering.h"
 #include "ch5_backend/solve/block_matrix.h"
@@ -18,21 +25,34 @@ struct EdgeTerm {
   int position;  ///< in Edge::Vertices()
   int block;     ///< number of the pose, or of the landmark
   int slot;      ///< of a pose in an edge with a landmark, else −1
-  int jacobian;  ///< where its Jacobian begins in the linear parts
+  int dim;
+  int column;  ///< its first column in the edge's normal equations
 };
 
 struct EdgeRecord {
   Edge* edge;
   int rows;                    ///< residual dimension
-  int residual;                ///< where the residual begins in the linear parts
-  int terms_begin, terms_end;  ///< its free poses
+  int width;                   ///< columns of all free vertices together
+  int terms_begin, terms_end;  ///< its free poses, by ascending block
   EdgeTerm landmark;           ///< block = −1 without a free landmark
+  int pairs;     ///< where the blocks of H_pp begin, in BlockStructure::pairs, that its poses i and j ≤ i share
+  int products;  ///< of an edge between poses: where its normal equations are kept
 };
 
-/// J_aᵀJ_b of one edge, a and b ≤ a two of its free poses.
+/// A part of block (i, j) of H_pp: a block of the normal equations of an edge between poses.
 struct Product {
-  int rows, jacobian_a, jacobian_b, residual;
+  int values;  ///< where it begins
+  int stride;  ///< from column to column
+  int rhs;     ///< of a diagonal block: where r̃ᵀJ̃_j begins, in steps of `stride`; else −1
 };
+
+/// Edges and vertices are scattered over memory, where no processor guesses them: asks for one that is needed soon.
+inline void PrefetchObject(const void* object, int lines) {
+  for (int line = 0; line < lines; ++line) __builtin_prefetch(static_cast<const char*>(object) + 64 * line);
+}
+inline void PrefetchEdge(const std::vector<EdgeRecord>& edges, int e) {
+  if (e < static_cast<int>(edges.size())) PrefetchObject(edges[e].edge, 7);
+}
 
 struct BlockStructure {
   Ordering ordering;
@@ -52,19 +72,24 @@ struct BlockStructure {
   std::vector<int> slot_block;
   std::vector<int> pose_slots_begin, pose_slots;  ///< the slots of each pose, by ascending landmark
 
-  int num_linear_values = 0;  ///< length of the array of linear parts
+  std::vector<int> chunk_begin;  ///< chunk c owns landmarks [chunk_begin[c], chunk_begin[c + 1])
+
+  int num_product_values = 0;  ///< length of the array of kept normal equations
+  int max_width = 0;           ///< of an edge's free columns
+  int max_rows = 0;            ///< of a residual
   int num_H_mm_values = 0, num_H_pm_values = 0;
 
   std::vector<std::vector<int>> H_pp_pattern;  ///< rows i ≥ j of each column
+  std::vector<int> pairs;                      ///< blocks of H_pp, see EdgeRecord
   std::vector<Product> products;
   std::vector<int> products_begin;  ///< block k of H_pp is the sum of products [products_begin[k], …[k + 1])
 
   int Size() const { return ordering.Size(); }
 };
 
-/// Numbers the selected vertices of the graph (MakeOrdering) and finds the structure above.
+/// Finds the structure above for an ordering that MakeOrdering has just made.
 /// @throws GraphError if an edge ties two free landmarks; both are named
-BlockStructure BuildBlockStructure(const Graph& graph, const Selection& selection = {});
+BlockStructure BuildBlockStructure(Ordering ordering);
 
 /// Rows i ≥ j of each column of the Schur complement, which ties all poses that see one landmark.
 std::vector<std::vector<int>> SchurPattern(const BlockStructure& structure);

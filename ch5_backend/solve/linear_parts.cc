@@ -3,28 +3,9 @@
 #include <algorithm>
 #include <limits>
 
+#include "ch5_backend/math/dense_kernels.h"
+
 namespace ch5 {
-namespace {
-
-// A (rows×dim, each row padded to Stride(dim)) = M J,  J column-major.
-void MultiplyJacobian(const double* M, const double* J, int rows, int dim, double* A) {
-  for (int r = 0; r < rows; ++r, A += Stride(dim)) {
-    for (int c = 0; c < dim; ++c) {
-      double sum = 0.0;
-      for (int k = 0; k < rows; ++k) sum += M[r * rows + k] * J[c * rows + k];
-      A[c] = sum;
-    }
-  }
-}
-
-// The same for M = scale·I.
-void ScaleJacobian(double scale, const double* J, int rows, int dim, double* A) {
-  for (int r = 0; r < rows; ++r, A += Stride(dim)) {
-    for (int c = 0; c < dim; ++c) A[c] = scale * J[c * rows + r];
-  }
-}
-
-}  // namespace
 
 void FactorPsd(const double* W, int n, double* F) {
   thread_local std::vector<double> rest;
@@ -49,47 +30,114 @@ void FactorPsd(const double* W, int n, double* F) {
   }
 }
 
-void WhitenFully(const Edge& edge, const RobustWeight& robust, double* M, double* r_tilde) {
-  const int n = edge.ResidualDimension();
-  FactorPsd(edge.Information().data(), n, M);
-  const double* r = edge.Residual().data();
+namespace {
+
+void Whiten(const double* F, int n, const RobustWeight& robust, const double* r, double* M, double* r_tilde) {
   double s = 0.0;
   for (int k = 0; k < n; ++k) {
     r_tilde[k] = 0.0;
-    for (int c = 0; c < n; ++c) r_tilde[k] += M[k * n + c] * r[c];
+    for (int c = 0; c < n; ++c) r_tilde[k] += F[k * n + c] * r[c];
     s += r_tilde[k] * r_tilde[k];
   }
-  const double root = std::sqrt(robust.weight);
-  const bool bends = robust.rank_one != 0.0 && s > 0.0;
-  const double shrink = bends ? std::sqrt(1.0 + robust.rank_one * s / robust.weight) : 1.0;  // 1 − α
-  for (int c = 0; c < n && bends; ++c) {
+  const double root = std::sqrt(robust.weight), shrink = Shrink(robust, s);
+  for (int c = 0; c < n; ++c) {
     double g = 0.0;  // of (Fr)ᵀF
-    for (int k = 0; k < n; ++k) g += r_tilde[k] * M[k * n + c];
-    for (int k = 0; k < n; ++k) M[k * n + c] -= (1.0 - shrink) / s * r_tilde[k] * g;
+    for (int k = 0; k < n && shrink != 1.0; ++k) g += r_tilde[k] * F[k * n + c];
+    const double bend = shrink == 1.0 ? 0.0 : (1.0 - shrink) / s * g;
+    for (int k = 0; k < n; ++k) M[k * n + c] = root * (F[k * n + c] - bend * r_tilde[k]);
   }
-  for (int i = 0; i < n * n; ++i) M[i] *= root;
   for (int k = 0; k < n; ++k) r_tilde[k] *= root / shrink;
 }
 
-void WriteLinearParts(const BlockStructure& structure, const EdgeRecord& record, double* linear) {
-  const Edge& edge = *record.edge;
-  const int rows = record.rows;
-  const double scale = ScalarWhitening(edge);
-  thread_local std::vector<double> M;
-  if (scale >= 0.0) {
-    for (int k = 0; k < rows; ++k) linear[record.residual + k] = scale * edge.Residual()[k];
-  } else {
-    M.resize(static_cast<size_t>(rows * rows));
-    WhitenFully(edge, edge.GetRobustWeight(), M.data(), linear + record.residual);
+}  // namespace
+
+void WhitenFully(const Edge& edge, const double* F, double* M, double* r_tilde) {
+  Whiten(F, edge.ResidualDimension(), edge.GetRobustWeight(), edge.Residual().data(), M, r_tilde);
+}
+
+void WhitenFully(const Edge& edge, const RobustWeight& robust, double* M, double* r_tilde) {
+  const int n = edge.ResidualDimension();
+  thread_local std::vector<double> F;
+  F.resize(static_cast<size_t>(n * n));
+  FactorPsd(edge.Information().data(), n, F.data());
+  Whiten(F.data(), n, robust, edge.Residual().data(), M, r_tilde);
+}
+
+void InformationFactors::Prepare(const BlockStructure& structure) {
+  entries_.assign(static_cast<size_t>(structure.num_active_edges), {});
+  size_t size = 0;
+  for (int e = 0; e < structure.num_active_edges; ++e) {
+    const EdgeRecord& record = structure.edges[e];
+    if (record.edge->IsotropicInformation() >= 0.0) continue;
+    entries_[e].begin = static_cast<int>(size);
+    size += static_cast<size_t>(record.rows * record.rows);
   }
-  const auto write = [&](const EdgeTerm& term) {
-    const auto J = edge.Jacobian(static_cast<size_t>(term.position));
-    const int dim = static_cast<int>(J.cols());
-    double* A = linear + term.jacobian;
-    scale >= 0.0 ? ScaleJacobian(scale, J.data(), rows, dim, A) : MultiplyJacobian(M.data(), J.data(), rows, dim, A);
+  values_.resize(size);
+}
+
+const double* InformationFactors::Of(const BlockStructure& structure, int e) {
+  const Edge& edge = *structure.edges[e].edge;
+  Entry& entry = entries_[e];
+  const int n = edge.ResidualDimension();
+  if (entry.begin < 0) {  // W was a multiple of the identity when the memory was taken
+    thread_local std::vector<double> F;
+    F.resize(static_cast<size_t>(n * n));
+    FactorPsd(edge.Information().data(), n, F.data());
+    return F.data();
+  }
+  double* F = values_.data() + entry.begin;
+  if (entry.version != edge.InformationVersion()) FactorPsd(edge.Information().data(), n, F);
+  entry.version = edge.InformationVersion();
+  return F;
+}
+
+namespace {
+
+// X = [J r]ᵀ (width + 1 rows, a column for each residual).
+void Gather(const BlockStructure& structure, const EdgeRecord& record, double* X) {
+  const int stride = record.width + 1, rows = record.rows;
+  const auto copy = [&](const EdgeTerm& term) {
+    const double* J = record.edge->Jacobian(static_cast<size_t>(term.position)).data();
+    for (int c = 0; c < term.dim; ++c) {
+      for (int k = 0; k < rows; ++k) X[term.column + c + k * stride] = J[c * rows + k];
+    }
   };
-  for (int t = record.terms_begin; t < record.terms_end; ++t) write(structure.terms[t]);
-  if (record.landmark.block >= 0) write(record.landmark);
+  for (int t = record.terms_begin; t < record.terms_end; ++t) copy(structure.terms[t]);
+  if (record.landmark.block >= 0) copy(record.landmark);
+  for (int k = 0; k < rows; ++k) X[record.width + k * stride] = record.edge->Residual()[k];
+}
+
+// Memory that each thread keeps, with room for what the dense kernels read behind it.
+double* Scratch(size_t size) {
+  thread_local AlignedVector memory;
+  if (memory.size() < size + kernels::kOverread) memory.resize(size + kernels::kOverread);
+  return memory.data();
+}
+
+}  // namespace
+
+void EdgeProducts(const BlockStructure& structure, int e, InformationFactors* factors, double* C) {
+  const EdgeRecord& record = structure.edges[e];
+  const Edge& edge = *record.edge;
+  const int stride = record.width + 1, rows = record.rows;
+  if (rows == 0) return void(std::fill_n(C, stride * stride, 0.0));
+  const auto most = [&](int n) { return static_cast<size_t>(n) * static_cast<size_t>(structure.max_rows); };
+  double* X = Scratch(2 * most(structure.max_width + 1) + most(structure.max_rows + 1));
+  double* A = X + most(structure.max_width + 1);
+  double* M = A + most(structure.max_width + 1);
+  double* r_tilde = M + most(structure.max_rows);
+  Gather(structure, record, X);
+  const double scale = ScalarWhitening(edge);
+  if (scale >= 0.0) {
+    A = X;
+    for (int i = 0; i < stride * rows && scale != 1.0; ++i) A[i] *= scale;
+  } else {
+    WhitenFully(edge, factors->Of(structure, e), M, r_tilde);
+    Eigen::Map<MatXX>(M, rows, rows).transposeInPlace();
+    kernels::SubtractProductABt(stride, rows, rows, X, stride, M, rows, A, stride, kernels::Old::kForget);  // −X Mᵀ
+    for (int k = 0; k < rows; ++k) A[record.width + k * stride] = -r_tilde[k];
+  }
+  kernels::SubtractProductAAt(stride, rows, A, stride, C, stride, kernels::Old::kForget);
 }
 
 }  // namespace ch5

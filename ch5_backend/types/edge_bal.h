@@ -14,6 +14,7 @@ class EdgeBAL : public SizedEdge<2, VertexCameraBAL, VertexPointXYZ> {
   void ComputeResidual() override;
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override;
+  bool LinearizeInto(double* r, double* const* J) const override;
   std::string TypeInfo() const override { return "EdgeBAL"; }
 
  private:

@@ -76,14 +76,17 @@ void EdgeReprojection::ComputeResidual() {
   r_ = Project(Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), R_B_C_, p_B_C_).p_Cj) - u_target_;
 }
 
-void EdgeReprojection::Linearize() {
+void EdgeReprojection::Linearize() { LinearizeInto(r_.data(), jacobians_.data()); }
+
+bool EdgeReprojection::LinearizeInto(double* r, double* const* J) const {
   const double inverse_depth = GetVertex<0>().InverseDepth();
   const Chain chain = Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), R_B_C_, p_B_C_);
-  r_ = Project(chain.p_Cj) - u_target_;
+  Eigen::Map<Vec2>{r} = Project(chain.p_Cj) - u_target_;
   const ChainJacobians d = Differentiate(chain, inverse_depth, R_B_C_);
-  J<0>() = d.inverse_depth;
-  J<1>() = d.pose_i;
-  J<2>() = d.pose_j;
+  if (J[0]) Eigen::Map<Vec2>{J[0]} = d.inverse_depth;
+  if (J[1]) Eigen::Map<Mat26>{J[1]} = d.pose_i;
+  if (J[2]) Eigen::Map<Mat26>{J[2]} = d.pose_j;
+  return true;
 }
 
 // ---- inverse depth, extrinsic estimated ------------------------------------------------------------------------
@@ -129,16 +132,19 @@ void EdgeReprojectionXYZ::ComputeResidual() {
   r_ = Project(WorldToCamera(GetVertex<1>(), R_B_C_, p_B_C_, GetVertex<0>().GetEstimate())) - u_;
 }
 
-void EdgeReprojectionXYZ::Linearize() {
+void EdgeReprojectionXYZ::Linearize() { LinearizeInto(r_.data(), jacobians_.data()); }
+
+bool EdgeReprojectionXYZ::LinearizeInto(double* r, double* const* J) const {
   const VertexPose& T_W_B = GetVertex<1>();
   const Mat33 R_W_B = T_W_B.R();
   const Vec3 p_B = R_W_B.transpose() * (GetVertex<0>().GetEstimate() - T_W_B.p());
   const Vec3 p_C = R_B_C_.transpose() * (p_B - p_B_C_);
-  r_ = Project(p_C) - u_;
+  Eigen::Map<Vec2>{r} = Project(p_C) - u_;
   const Mat23 dr_dp_B = ProjectionJacobian(p_C) * R_B_C_.transpose();
   const Mat23 dr_dp_W = dr_dp_B * R_W_B.transpose();
-  J<0>() = dr_dp_W;
-  J<1>() << -dr_dp_W, RowsCross(dr_dp_B, p_B);
+  if (J[0]) Eigen::Map<Mat23>{J[0]} = dr_dp_W;
+  if (J[1]) Eigen::Map<Mat26>{J[1]} << -dr_dp_W, RowsCross(dr_dp_B, p_B);
+  return true;
 }
 
 // ---- pose only -------------------------------------------------------------------------------------------------

@@ -28,6 +28,7 @@ class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, Ver
   void ComputeResidual() override;
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override;
+  bool LinearizeInto(double* r, double* const* J) const override;
   std::string TypeInfo() const override { return "EdgeReprojection"; }
 
  private:
@@ -60,6 +61,7 @@ class EdgeReprojectionXYZ : public SizedEdge<2, VertexPointXYZ, VertexPose> {
   void ComputeResidual() override;
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override;
+  bool LinearizeInto(double* r, double* const* J) const override;
   std::string TypeInfo() const override { return "EdgeReprojectionXYZ"; }
 
  private:

@@ -103,15 +103,18 @@ class VertexCameraBAL : public SizedVertex<9, 9> {
   };
 
   explicit VertexCameraBAL(const Vec9& camera)
-      : SizedVertex(camera, Role::kPose), rotation_(Rotate(camera.head<3>())) {}
+      : SizedVertex(camera, Role::kPose), rotation_(Rotate(camera.head<3>())), before_(rotation_) {}
 
   void Plus(const double* delta) override {
+    if (rotation_.omega == x_.head<3>()) before_ = rotation_;
     x_ += Eigen::Map<const Vec9>(delta);
     rotation_ = Rotate(x_.head<3>());
   }
-  /// Worked out once a step for all observations; `other` holds the answer where ω has been changed by other means.
+  /// Worked out once a step for all observations, and kept for the step's undoing; `other` holds the answer where ω has
+  /// been changed by other means.
   const Rotation& GetRotation(Rotation* other) const {
     if (rotation_.omega == x_.head<3>()) return rotation_;
+    if (before_.omega == x_.head<3>()) return before_;
     *other = Rotate(x_.head<3>());
     return *other;
   }
@@ -121,7 +124,7 @@ class VertexCameraBAL : public SizedVertex<9, 9> {
   static Rotation Rotate(const Vec3& omega) {
     return {omega, ExpSO3(omega).toRotationMatrix(), LeftJacobianSO3(omega)};
   }
-  Rotation rotation_;
+  Rotation rotation_, before_;  // of the present ω, of that before the last step
 };
 
 }  // namespace ch5
