@@ -45,6 +45,7 @@ class Edge {
   Eigen::Map<const VecX> Residual() const { return {residual_, residual_dimension_}; }
   /// J_i, ResidualDimension()×LocalDimension() of vertex i, of the last ComputeJacobians.
   Eigen::Map<const MatXX> Jacobian(size_t i) const {
+    if (!jacobians_[i]) TakeJacobians();
     return {jacobians_[i], residual_dimension_, vertices_[i]->LocalDimension()};
   }
 
@@ -96,12 +97,16 @@ class Edge {
   /// To be called when W has been changed in its memory.
   void NoteInformation();
 
+  /// Takes the Jacobians' memory and fills in jacobians_. A solver that linearises into its own memory never needs it,
+  /// and the rest of an edge then fits into a few lines of cache.
+  virtual void TakeJacobians() const {}
+
   /// Central differences, δ = 1e-6 (error O(δ²) + ε/δ ≈ 1e-10 relative).
   void ComputeJacobiansNumerically();
 
   int residual_dimension_;
   std::vector<std::shared_ptr<Vertex>> vertices_;
-  std::vector<double*> jacobians_;  // column-major; the memory belongs to SizedEdge
+  mutable std::vector<double*> jacobians_;  // column-major; null until they are needed; the memory is SizedEdge's
 
  private:
   friend class Graph;  // numbers its edges

@@ -33,8 +33,13 @@ CauchyLoss::CauchyLoss(double delta, LossCorrection correction)
     : LossFunction(correction), square_(Square(RequirePositive(delta, "CauchyLoss"))) {}
 
 Rho CauchyLoss::Evaluate(double s) const {
+  const Rho slopes = EvaluateSlopes(s);
+  return {square_ * std::log1p(s / square_), slopes[1], slopes[2]};
+}
+
+Rho CauchyLoss::EvaluateSlopes(double s) const {
   const double slope = 1.0 / (1.0 + s / square_);
-  return {square_ * std::log1p(s / square_), slope, -slope * slope / square_};
+  return {s, slope, -slope * slope / square_};
 }
 
 TukeyLoss::TukeyLoss(double delta, LossCorrection correction)

@@ -23,6 +23,8 @@ class LossFunction {
   virtual ~LossFunction() = default;
   /// @param s  rᵀWr ≥ 0, dimensionless
   virtual Rho Evaluate(double s) const = 0;
+  /// The same where ρ itself is not asked for: what costs a logarithm may be left out.
+  virtual Rho EvaluateSlopes(double s) const { return Evaluate(s); }
   LossCorrection Correction() const { return correction_; }
 
  private:
@@ -51,6 +53,7 @@ class CauchyLoss : public LossFunction {
  public:
   explicit CauchyLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
   Rho Evaluate(double s) const override;
+  Rho EvaluateSlopes(double s) const override;
 
  private:
   double square_;

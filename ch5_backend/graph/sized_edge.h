@@ -29,7 +29,7 @@ class SizedEdge : public Edge {
   const ResidualVector& GetResidual() const { return r_; }
   template <size_t I>
   const auto& J() const {
-    return std::get<I>(J_);
+    return std::get<I>(Jacobians());
   }
   const InformationMatrix& W() const { return W_; }
 
@@ -39,14 +39,20 @@ class SizedEdge : public Edge {
       : Edge(R, {vertices...}, r_.data(), W_.data()),
         typed_vertices_(vertices.get()...),
         r_(ResidualVector::Zero()),
-        W_(InformationMatrix::Identity()) {
-    MapJacobians(std::index_sequence_for<V...>{});
-  }
+        W_(InformationMatrix::Identity()) {}
 
   template <size_t I>
   auto& J() {
-    return std::get<I>(J_);
+    return std::get<I>(Jacobians());
   }
+  /// r and the addresses of all J, for Linearize to be LinearizeInto the edge's own memory.
+  double* OwnResidual() { return r_.data(); }
+  double* const* OwnJacobians() {
+    Jacobians();
+    return jacobians_.data();
+  }
+  void TakeJacobians() const override { Jacobians(); }
+
   /// For an edge that computes its own W, known to be positive definite.
   void SetW(const InformationMatrix& W) {
     W_ = W;
@@ -60,14 +66,23 @@ class SizedEdge : public Edge {
   ResidualVector r_;
 
  private:
+  using JacobianTuple = std::tuple<JacobianBlock<R, V::kLocalDimension>...>;
+
+  JacobianTuple& Jacobians() const {
+    if (!J_) {
+      J_ = std::make_unique<JacobianTuple>();
+      MapJacobians(std::index_sequence_for<V...>{});
+    }
+    return *J_;
+  }
   template <size_t... I>
-  void MapJacobians(std::index_sequence<I...>) {
-    (std::get<I>(J_).setZero(), ...);
-    ((jacobians_[I] = std::get<I>(J_).data()), ...);
+  void MapJacobians(std::index_sequence<I...>) const {
+    (std::get<I>(*J_).setZero(), ...);
+    ((jacobians_[I] = std::get<I>(*J_).data()), ...);
   }
 
+  mutable std::unique_ptr<JacobianTuple> J_;
   InformationMatrix W_;
-  std::tuple<JacobianBlock<R, V::kLocalDimension>...> J_;
 };
 
 }  // namespace ch5

@@ -11,7 +11,8 @@
 #include <cstddef>
 
 #define CH5_INLINE inline __attribute__((always_inline))
-#define CH5_UNROLL _Pragma("GCC unroll 16")  // without it, -O2 keeps the registers of a block in memory
+#define CH5_FLATTEN __attribute__((flatten))  // everything called within is put in place: small matrices want it
+#define CH5_UNROLL _Pragma("GCC unroll 16")   // without it, -O2 keeps the registers of a block in memory
 
 #if defined(__x86_64__)
 #define CH5_WITH_AVX2 __attribute__((target("avx2,fma")))

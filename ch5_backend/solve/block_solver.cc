@@ -29,7 +29,7 @@ BlockSolverBase::BlockSolverBase(Graph* graph, int pose_dim, int landmark_dim, i
 // ---- structure -------------------------------------------------------------------------------------------------
 
 void BlockSolverBase::SetOrdering() {
-  solution_.resize(0);
+  has_solution_ = false;
   Ordering ordering = MakeOrdering(*graph_, selection_);
   if (ordered_ && IsSame(ordering, system_.structure.ordering)) return;
   ordered_ = false;
@@ -142,7 +142,7 @@ void BlockSolverBase::FindNumericJacobians() {
 
 void BlockSolverBase::MakeHessian() {
   const BlockStructure& s = system_.structure;
-  solution_.resize(0);
+  has_solution_ = false;
   linearizing_pool_->Run(static_cast<int>(system_.sums.size()), [&](int c) { passes_->linearize_chunk(&system_, c); });
   ParallelFor(linearizing_pool_, s.num_active_edges - s.num_landmark_edges, kEdges, [&](int begin, int end) {
     for (int e = s.num_landmark_edges + begin; e < s.num_landmark_edges + end; ++e) {
@@ -161,7 +161,7 @@ void BlockSolverBase::MakeHessian() {
 bool BlockSolverBase::SolveLinearSystem(double lambda, VecX* delta_x) {
   const BlockStructure& s = system_.structure;
   const DampingRule rule{lambda, GetDamping()};
-  solution_.resize(0);
+  has_solution_ = false;
 
   // Step 1: H_ll⁻¹, damped before it is inverted.
   std::atomic<bool> ok{true};
@@ -186,6 +186,7 @@ bool BlockSolverBase::SolveLinearSystem(double lambda, VecX* delta_x) {
     return sum;
   });
   solution_ = *delta_x;
+  has_solution_ = true;
   solution_decrease_ = of_poses + of_landmarks;
   return std::isfinite(solution_decrease_) && delta_x->allFinite();
 }
@@ -197,7 +198,7 @@ bool BlockSolverBase::SolveReduced(const DampingRule& rule) {
 }
 
 double BlockSolverBase::PredictedDecrease(const VecX& delta_x) const {
-  const bool is_solution = delta_x.size() == solution_.size() && delta_x == solution_;
+  const bool is_solution = has_solution_ && delta_x.size() == solution_.size() && delta_x == solution_;
   return is_solution ? solution_decrease_ : NormalEquations::PredictedDecrease(delta_x);
 }
 

@@ -92,7 +92,8 @@ class BlockSolverBase : public NormalEquations {
   BlockSystem system_;
   bool ordered_ = false;  // system_ fits its ordering
   VecX delta_poses_, H_delta_poses_;
-  VecX solution_;                   // the last Δx of this Hessian, or empty
+  VecX solution_;  // the last Δx of this Hessian
+  bool has_solution_ = false;
   double solution_decrease_ = 0.0;  // what the model promises for it
 };
 

@@ -51,7 +51,7 @@ inline void PrefetchObject(const void* object, int lines) {
   for (int line = 0; line < lines; ++line) __builtin_prefetch(static_cast<const char*>(object) + 64 * line);
 }
 inline void PrefetchEdge(const std::vector<EdgeRecord>& edges, int e) {
-  if (e < static_cast<int>(edges.size())) PrefetchObject(edges[e].edge, 7);
+  if (e < static_cast<int>(edges.size())) PrefetchObject(edges[e].edge, 4);
 }
 
 struct BlockStructure {

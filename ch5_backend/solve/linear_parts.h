@@ -29,7 +29,7 @@ class InformationFactors {
 
 /// ρ' and ρ'' of a loss (or none) at s, as in graph/loss.h.
 inline RobustWeight WeightAt(const LossFunction* loss, double s) {
-  return loss ? CorrectLoss(loss->Evaluate(s), s, loss->Correction()) : RobustWeight{1.0, 0.0};
+  return loss ? CorrectLoss(loss->EvaluateSlopes(s), s, loss->Correction()) : RobustWeight{1.0, 0.0};
 }
 
 /// 1 − α.

@@ -1,8 +1,10 @@
 #include "ch5_backend/types/edge_bal.h"
 
+#include "ch5_backend/math/simd.h"
+
 namespace ch5 {
 
-void EdgeBAL::ComputeResidual() {
+CH5_FLATTEN void EdgeBAL::ComputeResidual() {
   const Vec9& camera = GetVertex<0>().GetEstimate();
   VertexCameraBAL::Rotation other;
   const Vec3 P = GetVertex<0>().GetRotation(&other).R * GetVertex<1>().GetEstimate() + camera.segment<3>(3);
@@ -11,9 +13,9 @@ void EdgeBAL::ComputeResidual() {
   r_ = camera[6] * (1.0 + n * (camera[7] + n * camera[8])) * p - pixel_;
 }
 
-void EdgeBAL::Linearize() { LinearizeInto(r_.data(), jacobians_.data()); }
+void EdgeBAL::Linearize() { LinearizeInto(OwnResidual(), OwnJacobians()); }
 
-bool EdgeBAL::LinearizeInto(double* r, double* const* J) const {
+CH5_FLATTEN bool EdgeBAL::LinearizeInto(double* r, double* const* J) const {
   const Vec9& camera = GetVertex<0>().GetEstimate();
   const double f = camera[6], k1 = camera[7], k2 = camera[8];
   VertexCameraBAL::Rotation other;

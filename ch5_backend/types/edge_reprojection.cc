@@ -1,5 +1,7 @@
 #include "ch5_backend/types/edge_reprojection.h"
 
+#include "ch5_backend/math/simd.h"
+
 namespace ch5 {
 namespace {
 
@@ -71,14 +73,14 @@ EdgeReprojection::EdgeReprojection(std::shared_ptr<VertexInverseDepth> inverse_d
       R_B_C_(T_B_C.q.toRotationMatrix()),
       p_B_C_(T_B_C.p) {}
 
-void EdgeReprojection::ComputeResidual() {
+CH5_FLATTEN void EdgeReprojection::ComputeResidual() {
   const double inverse_depth = GetVertex<0>().InverseDepth();
   r_ = Project(Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), R_B_C_, p_B_C_).p_Cj) - u_target_;
 }
 
-void EdgeReprojection::Linearize() { LinearizeInto(r_.data(), jacobians_.data()); }
+void EdgeReprojection::Linearize() { LinearizeInto(OwnResidual(), OwnJacobians()); }
 
-bool EdgeReprojection::LinearizeInto(double* r, double* const* J) const {
+CH5_FLATTEN bool EdgeReprojection::LinearizeInto(double* r, double* const* J) const {
   const double inverse_depth = GetVertex<0>().InverseDepth();
   const Chain chain = Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), R_B_C_, p_B_C_);
   Eigen::Map<Vec2>{r} = Project(chain.p_Cj) - u_target_;
@@ -128,13 +130,13 @@ EdgeReprojectionXYZ::EdgeReprojectionXYZ(std::shared_ptr<VertexPointXYZ> p_W, st
                                          const Vec2& u, const Transform& T_B_C)
     : SizedEdge(std::move(p_W), std::move(T_W_B)), u_(u), R_B_C_(T_B_C.q.toRotationMatrix()), p_B_C_(T_B_C.p) {}
 
-void EdgeReprojectionXYZ::ComputeResidual() {
+CH5_FLATTEN void EdgeReprojectionXYZ::ComputeResidual() {
   r_ = Project(WorldToCamera(GetVertex<1>(), R_B_C_, p_B_C_, GetVertex<0>().GetEstimate())) - u_;
 }
 
-void EdgeReprojectionXYZ::Linearize() { LinearizeInto(r_.data(), jacobians_.data()); }
+void EdgeReprojectionXYZ::Linearize() { LinearizeInto(OwnResidual(), OwnJacobians()); }
 
-bool EdgeReprojectionXYZ::LinearizeInto(double* r, double* const* J) const {
+CH5_FLATTEN bool EdgeReprojectionXYZ::LinearizeInto(double* r, double* const* J) const {
   const VertexPose& T_W_B = GetVertex<1>();
   const Mat33 R_W_B = T_W_B.R();
   const Vec3 p_B = R_W_B.transpose() * (GetVertex<0>().GetEstimate() - T_W_B.p());

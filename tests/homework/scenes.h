@@ -23,6 +23,7 @@ class RandomEdge : public SizedEdge<R, V...> {
   RandomEdge(Random* random, std::shared_ptr<V>... vertices) : SizedEdge<R, V...>(std::move(vertices)...) {
     this->r_ = RandomMatrix(R, 1, random);
     this->SetInformation(RandomPositiveDefinite(R, random));
+    this->TakeJacobians();
     for (size_t i = 0; i < sizeof...(V); ++i) {
       Eigen::Map<MatXX> J(this->jacobians_[i], R, this->vertices_[i]->LocalDimension());
       J = RandomMatrix(R, static_cast<int>(J.cols()), random);
