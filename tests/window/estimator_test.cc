@@ -33,7 +33,7 @@ TEST(Estimator, OkvisFollowsAHandHeldCamera) {
   ExpectSmallErrors(recording, run, 0.10);
 }
 
-// The numbers that the recording must give: ATE over everything after the start, both policies, nothing tuned to it.
+// The numbers that the recording must give: ATE over everything after the start, both policies.
 TEST(Estimator, BothPoliciesFollowARealDrone) {
   const std::filesystem::path folder = std::filesystem::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder << "; set CH5_DATA_DIR";
