@@ -32,9 +32,9 @@ void Problem::MakeHessian() {
       for (size_t j = i; j < vertices.size(); ++j) {
         const auto& v_j = vertices[j];
         const int index_j = v_j->OrderingId();
-        [[maybe_unused]] const int dim_j = v_j->LocalDimension();
+        const int dim_j = v_j->LocalDimension();
         if (index_j < 0) continue;
-        [[maybe_unused]] const MatXX& hessian = products.JtWJ(i, j);  // J_iᵀ W_ρ J_j, dim_i × dim_j
+        const MatXX& hessian = products.JtWJ(i, j);  // J_iᵀ W_ρ J_j, dim_i × dim_j
 
         // TODO:: home work 1.1a. Add `hessian` to the block of H that belongs to the pair (v_i, v_j).
         // H.block(?, ?, ?, ?).noalias() += hessian;

@@ -6,7 +6,9 @@
 
 namespace ch5 {
 
-// ---- Stage 5.1:  room for a new block ----------------------------------------------------------------------------
+// ---- Stage 5:  H δχ = b₀ − H Δχ,  which grows, shrinks and becomes a residual ------------------------------------
+
+// Stage 5.1: room for a new block
 //
 //   pose:      | H_00   0   H_01 |          landmark:   | H_00  H_01   0  |
 //              |  0    new   0   |                      | H_01ᵀ H_11   0  |
@@ -39,7 +41,7 @@ int MarginalizationError::InsertBlock(int dim, bool is_landmark) {
   return idx;
 }
 
-// ---- Stage 5.2:  the Schur complement ------------------------------------------------------------------------------
+// Stage 5.2: the Schur complement
 
 void MarginalizationError::SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a) {
   const MatXX V_inv_sqrt = PseudoInverseSquareRoot(V);  // V_inv_sqrt V_inv_sqrtᵀ stands for V⁻¹
@@ -55,15 +57,14 @@ void MarginalizationError::SchurComplement(const MatXX& V, const MatXX& W, const
   // END SOLUTION
 }
 
-// ---- Stage 5.3:  H = JᵀJ, e₀ = −(Jᵀ)⁺ b₀ --------------------------------------------------------------------------
+// Stage 5.3: H = JᵀJ, e₀ = −(Jᵀ)⁺ b₀
 
 void MarginalizationError::UpdateErrorComputation() {
   const VecX p = ScalingOf(H_), p_inverse = p.cwiseInverse();
   // P⁻¹ H P⁻¹ = U S Uᵀ; the eigenvalues that are zero to rounding are zero in S_sqrt and in its pseudo-inverse.
   const ScaledEigen eigen = DecomposeScaled(H_, p_inverse);
   const MatXX& U = eigen.U;
-  const VecX& S_sqrt = eigen.S_sqrt;
-  const VecX& S_pinv_sqrt = eigen.S_pinv_sqrt;
+  const VecX &S_sqrt = eigen.S_sqrt, &S_pinv_sqrt = eigen.S_pinv_sqrt;
   // TODO:: home work 5.3. J = (P U S^½)ᵀ,  (Jᵀ)⁺ = S^-½ Uᵀ P⁻¹,  e₀ = −(Jᵀ)⁺ b₀.
   // BEGIN SOLUTION 5.3 UpdateErrorComputation
   J_ = (p.asDiagonal() * U * S_sqrt.asDiagonal()).transpose();
@@ -76,7 +77,7 @@ void MarginalizationError::UpdateErrorComputation() {
   // END SOLUTION
 }
 
-// ---- Stage 5.4:  the residual moves with the states ----------------------------------------------------------------
+// Stage 5.4: the residual moves with the states
 
 VecX MarginalizationError::Residual(const VecX& delta_chi) const {
   VecX e;

@@ -60,6 +60,13 @@ class MarginalizationError {
   /// First row of a connected vertex in H, −1 otherwise.
   int OrderingIdx(const Vertex& vertex) const;
 
+ protected:
+  int dense_size_ = 0;
+  MatXX H_;
+  VecX b0_;
+  MatXX J_;
+  VecX e0_;
+
  private:
   struct Block {
     std::shared_ptr<Vertex> vertex;
@@ -74,11 +81,6 @@ class MarginalizationError {
   void RemoveRows(const std::vector<bool>& gone);
 
   std::vector<Block> blocks_;
-  int dense_size_ = 0;
-  MatXX H_;
-  VecX b0_;
-  MatXX J_;
-  VecX e0_;
 };
 
 }  // namespace ch5

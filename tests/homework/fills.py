@@ -25,11 +25,13 @@ DECLARATIONS = {
     "1.1": "void MakeHessian() override;",
     "1.2": "bool SolveLinearSystem(double lambda, VecX* delta_x) override;",
     "2": "static MarginalizeResult TestMarginalize(MatXX H_marg, VecX b_marg, int idx, int dim);",
+    "5": "int InsertBlock(int dim, bool is_landmark); static void SchurComplement(const MatXX& V, const MatXX& W, "
+         "const VecX& b_b, MatXX* U, VecX* b_a); void UpdateErrorComputation(); VecX Residual(const VecX& delta_chi) const;",
     "7": "void BuildStructure() override; void BuildSystem() override; bool Solve(double lambda, VecX* delta_x) override;",
 }
 
 # The classes that they are members of.
-CLASSES = {"Problem": ["1.1", "1.2", "2"], "PlainBlockSolver": ["7"]}
+CLASSES = {"Problem": ["1.1", "1.2", "2"], "MarginalizationError": ["5"], "PlainBlockSolver": ["7"]}
 
 
 @dataclass
@@ -115,7 +117,7 @@ namespace ch5::fill_{one.name} {{
 {text}
 [[maybe_unused]] const bool registered = homework::Register(
     "{one.name}", {{&homework::Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges,
-                   &homework::MakeBlockSolver<PlainBlockSolver>}});
+                   &homework::MakeOkvisTerm<MarginalizationError>, &homework::MakeBlockSolver<PlainBlockSolver>}});
 }}  // namespace ch5::fill_{one.name}""")
     return "\n".join(parts) + "\n"
 

@@ -7,7 +7,9 @@ namespace {
 
 std::map<std::string, Submission>& Shelf() {
   static std::map<std::string, Submission> shelf{
-      {"linked", {&Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges, &MakeBlockSolver<PlainBlockSolver>}}};
+      {"linked",
+       {&Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges, &MakeOkvisTerm<MarginalizationError>,
+        &MakeBlockSolver<PlainBlockSolver>}}};
   return shelf;
 }
 
