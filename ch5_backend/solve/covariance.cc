@@ -1,10 +1,18 @@
 #include "ch5_backend/solve/covariance.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <limits>
 
 namespace ch5 {
+namespace {
+
+std::unordered_map<const Vertex*, int> NumbersOf(const std::vector<Vertex*>& vertices) {
+  std::unordered_map<const Vertex*, int> numbers;
+  for (const Vertex* vertex : vertices) numbers.emplace(vertex, static_cast<int>(numbers.size()));
+  return numbers;
+}
+
+}  // namespace
 
 // Keeps the factor of S that the solver would throw away.
 class Covariance::Factorization : public ReducedSolver {
@@ -37,6 +45,8 @@ Covariance::Covariance(Graph* graph, const Selection& selection, CovarianceFacto
   solver_.SetReducedSolver(std::move(factorization));
   solver_.Select(selection);
   solver_.SetOrdering();
+  pose_numbers_ = NumbersOf(solver_.Structure().poses);
+  landmark_numbers_ = NumbersOf(solver_.Structure().landmarks);
   solver_.MakeHessian();
   VecX delta_x;
   if (!solver_.SolveLinearSystem(0.0, &delta_x)) ThrowSingular();
@@ -61,23 +71,16 @@ void Covariance::ThrowSingular() const {
 std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex, int* landmark) const {
   const BlockSystem& system = solver_.System();
   const BlockStructure& s = system.structure;
-  const auto number = [&](const std::vector<int>& offsets) {
-    return std::lower_bound(offsets.begin(), offsets.end(), vertex.OrderingId()) - offsets.begin();
-  };
-  const auto holds = [&](const std::vector<Vertex*>& vertices, ptrdiff_t i) {
-    return i < static_cast<ptrdiff_t>(vertices.size()) && vertices[static_cast<size_t>(i)] == &vertex;
-  };
   *landmark = -1;
-  const auto pose = number(s.pose_offset);
-  if (holds(s.poses, pose)) {
-    return {{static_cast<int>(pose), MatXX::Identity(vertex.LocalDimension(), vertex.LocalDimension())}};
+  if (const auto pose = pose_numbers_.find(&vertex); pose != pose_numbers_.end()) {
+    return {{pose->second, MatXX::Identity(vertex.LocalDimension(), vertex.LocalDimension())}};
   }
-  const auto l = number(s.landmark_offset);
-  if (!holds(s.landmarks, l)) {
+  const auto found = landmark_numbers_.find(&vertex);
+  if (found == landmark_numbers_.end()) {
     throw CovarianceError("Covariance: " + vertex.TypeInfo() + " " + std::to_string(vertex.Id()) +
                           (vertex.IsFixed() ? " is fixed" : " takes no part"));
   }
-  *landmark = static_cast<int>(l);
+  const int l = *landmark = found->second;
   const int dim = s.landmark_dim[l];
   const Eigen::Map<const MatXX> H_ll_inverse(&system.H_mm_inverse[s.landmark_block[l]], dim, dim);
   std::vector<Influence> influences;

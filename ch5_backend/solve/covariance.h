@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <stdexcept>
+#include <unordered_map>
 #include <utility>
 
 #include "ch5_backend/solve/block_solver.h"
@@ -57,7 +58,8 @@ class Covariance {
   MatXX PoseBlock(int i, int j);
 
   BlockSolverBase solver_;
-  Factorization* factorization_;  // belongs to solver_
+  Factorization* factorization_;                                            // belongs to solver_
+  std::unordered_map<const Vertex*, int> pose_numbers_, landmark_numbers_;  // in the solver's structure
   std::unique_ptr<SelectedInverse> inverse_;
   std::map<int, MatXX> columns_;  // of S⁻¹, where the selected inverse did not do
 };

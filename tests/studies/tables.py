@@ -113,7 +113,7 @@ class Tables(unittest.TestCase):
         for name in names:
             if not (figures / f"{name}.png").exists():
                 (figures / f"{name}.png").write_bytes(b"stand-in")
-        page = report.page(self.out)
+        page = "".join(report.body_of(self.out))
         self.assertIn("−8.16327", page)
         self.assertIn("has 7 zero eigenvalues", page)
         self.assertNotIn("nan", re.sub(r'src="[^"]*"', "", page))
