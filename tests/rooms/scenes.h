@@ -2,6 +2,7 @@
 // Small scenes that between them hold every kind of structure a solver meets.
 #include <functional>
 #include <memory>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct Scene {
   bool has_gauge_freedom;  // or nearly so: H is singular, and steps need damping
   std::function<void(Graph*)> build;
 };
+inline void PrintTo(const Scene& scene, std::ostream* out) { *out << scene.name; }
 
 const std::vector<Scene>& AllScenes();
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <ostream>
 
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/marginalize/qr_elimination.h"
@@ -16,6 +17,7 @@ struct Reference {
   const char* name;
   double initial, after_8, converged;
 };
+void PrintTo(const Reference& reference, std::ostream* out) { *out << reference.name; }
 
 class WindowDumps : public testing::TestWithParam<Reference> {
  protected:
