@@ -10,14 +10,6 @@
 namespace ch5::test {
 namespace {
 
-SolveOptions WithoutStopRules(Algorithm algorithm, int max_iterations) {
-  SolveOptions options;
-  options.algorithm = algorithm;
-  options.max_iterations = max_iterations;
-  options.cost_tolerance = options.gradient_tolerance = options.step_tolerance = 0.0;
-  return options;
-}
-
 // ---- G7: Levenberg-Marquardt -------------------------------------------------------------------------------------
 
 TEST(G2o, G7_LambdaFollowsItsTrace) {

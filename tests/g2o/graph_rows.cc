@@ -7,6 +7,7 @@
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/types/vertices.h"
 #include "tests/g2o/point_chain.h"
+#include "tests/graph_error.h"
 
 namespace ch5::test {
 namespace {
@@ -21,16 +22,6 @@ Selection AtLevel(int level) {
   Selection selection;
   selection.level = level;
   return selection;
-}
-
-template <typename Action>
-void ExpectGraphError(const Action& action, const std::string& words) {
-  try {
-    action();
-    FAIL() << "no error; expected: " << words;
-  } catch (const GraphError& error) {
-    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
-  }
 }
 
 // ---- G2: which edges and vertices take part ----------------------------------------------------------------------

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "ch5_backend/solve/normal_equations.h"
+#include "ch5_backend/solve/minimizer.h"
 
 namespace ch5::test {
 
@@ -41,6 +41,15 @@ class ScriptedSystem : public NormalEquations {
 
 inline ScriptedSystem OneUnknown(double H, double b, std::vector<double> costs) {
   return {MatXX::Constant(1, 1, H), VecX::Constant(1, b), std::move(costs)};
+}
+
+/// So that a run follows its script to the end.
+inline SolveOptions WithoutStopRules(Algorithm algorithm, int max_iterations) {
+  SolveOptions options;
+  options.algorithm = algorithm;
+  options.max_iterations = max_iterations;
+  options.cost_tolerance = options.gradient_tolerance = options.step_tolerance = 0.0;
+  return options;
 }
 
 }  // namespace ch5::test

@@ -8,9 +8,12 @@
 #include "ch5_backend/graph/ordering.h"
 #include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
+#include "tests/graph_error.h"
 
 namespace ch5 {
 namespace {
+
+using test::ExpectGraphError;
 
 std::shared_ptr<VertexPose> NewPose() { return std::make_shared<VertexPose>(); }
 std::shared_ptr<VertexInverseDepth> NewDepth() { return std::make_shared<VertexInverseDepth>(0.25); }
@@ -23,16 +26,6 @@ std::shared_ptr<EdgeReprojection> NewReprojection(const std::shared_ptr<VertexIn
                                                   const std::shared_ptr<VertexPose>& host,
                                                   const std::shared_ptr<VertexPose>& target) {
   return std::make_shared<EdgeReprojection>(depth, host, target, Vec2(0, 0), Vec2(0, 0));
-}
-
-template <typename Action>
-void ExpectGraphError(const Action& action, const std::string& words) {
-  try {
-    action();
-    FAIL() << "no error; expected: " << words;
-  } catch (const GraphError& error) {
-    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
-  }
 }
 
 TEST(Graph, NumbersVerticesAndEdgesInOrderOfInsertion) {
