@@ -30,7 +30,7 @@ double HullArea(std::vector<Vec2> points) {
 Overlap OverlapOf(const Window& window, int older, int newer) {
   std::vector<Vec2> all, matched;
   for (const auto& [id, landmark] : window.landmarks) {
-    const auto find = [&](int frame) {
+    const auto find = [&landmark = landmark](int frame) {  // a lambda may not capture a structured binding itself
       return std::find_if(landmark.seen.begin(), landmark.seen.end(),
                           [&](const WindowObservation& seen) { return seen.frame == frame; });
     };

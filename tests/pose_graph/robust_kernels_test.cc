@@ -75,7 +75,7 @@ template <typename Loss>
 class Threshold : public testing::Test {};
 using WithThreshold = testing::Types<HuberLoss, PseudoHuberLoss, CauchyLoss, GemanMcClureLoss, WelschLoss, FairLoss,
                                      TukeyLoss, SaturatedLoss, DcsLoss>;
-TYPED_TEST_SUITE(Threshold, WithThreshold);
+TYPED_TEST_SUITE(Threshold, WithThreshold, );  // Clang wants a variadic argument, be it empty
 
 TYPED_TEST(Threshold, MustBePositiveAndFinite) {
   for (const double bad : {0.0, -1.0, std::nan(""), static_cast<double>(INFINITY)}) {
