@@ -1,8 +1,12 @@
 """What ./course bench makes of its runs: numbers worked by hand."""
 
+import contextlib
+import io
+import subprocess
 import sys
 import unittest
 from pathlib import Path
+from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "ch5_backend" / "apps"))
 from course import bench
@@ -65,6 +69,53 @@ class Rows(unittest.TestCase):
         self.assertEqual(bench.chosen([]), list(bench.PROBLEMS))
         with self.assertRaisesRegex(CourseError, "no problem is called 'nothing'"):
             bench.chosen(["vio_M", "nothing"])
+
+
+class Rounds(unittest.TestCase):
+    def rounds(self, cases, run_side, quick):
+        """What is measured when each process answers with `run_side`, the calls, and what is said."""
+        calls, said = [], io.StringIO()
+
+        def side(side, case, threads, seconds):
+            calls.append((side, case.name, threads))
+            return run_side(side, case, threads, seconds)
+        with mock.patch.object(bench, "run_side", side), contextlib.redirect_stderr(said):
+            return bench.run_rounds(cases, "Ceres", quick), calls, said.getvalue()
+
+    def test_each_round_goes_through_all_cases(self):
+        cases = [bench.Case(name, "", 1, peer_threads=(1,)) for name in ("a", "b")]
+        measured, calls, said = self.rounds(cases, lambda *_: [FAST], quick=False)
+        self.assertEqual(calls, [(side, name, 1) for name in ("a", "b") for side in ("ours", "ceres")] * bench.ROUNDS)
+        self.assertEqual([len(case.ours) for case in measured], [bench.ROUNDS] * 2)
+        self.assertEqual(said, "")
+
+    def test_the_peer_keeps_the_number_of_threads_that_serves_it(self):
+        for better in (1, 2):
+            case = bench.Case("a", "", 2, peer_threads=(1, 2))
+            _, calls, _ = self.rounds([case], lambda side, _, n, __: [FAST if n == better else SLOW], quick=False)
+            tried = [threads for side, _, threads in calls if side == "ceres"]
+            self.assertEqual(tried, [1, 2] + [better] * (bench.ROUNDS - 1))
+            self.assertEqual(case.theirs, [[FAST]] * bench.ROUNDS)
+
+    def test_quick_leaves_out_what_there_is_no_time_for(self):
+        def run_side(side, case, threads, seconds):
+            self.assertLessEqual(seconds, bench.QUICK_SECONDS)
+            if case.name == "slow" and side == "ceres":
+                raise subprocess.TimeoutExpired("measure_ceres", seconds)
+            return [FAST]
+        cases = [bench.Case(name, "", 1, peer_threads=(1,)) for name in ("slow", "fast")]
+        measured, calls, said = self.rounds(cases, run_side, quick=True)
+        self.assertEqual([(case.name, len(case.ours)) for case in measured], [("fast", bench.QUICK_ROUNDS)])
+        self.assertEqual(calls.count(("ours", "slow", 1)), 1, "once is enough to know")
+        self.assertIn("left out, for want of time: slow", said)
+
+    def test_problems_without_a_file_are_named(self):
+        said = io.StringIO()
+        with mock.patch.object(bench, "data_folder", lambda: Path("/nowhere")), contextlib.redirect_stderr(said):
+            self.assertEqual([case.name for case in bench.cases_of(["bal/49-7776", "scene/3x20"], True)], ["scene/3x20"])
+            self.assertIn("left out, for want of their files in /nowhere: bal/49-7776", said.getvalue())
+            with self.assertRaisesRegex(CourseError, "nothing to measure: bal/49-7776 .* set CH5_DATA_DIR"):
+                bench.cases_of(["bal/49-7776"], False)
 
 
 if __name__ == "__main__":

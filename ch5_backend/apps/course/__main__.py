@@ -19,8 +19,9 @@ DESCRIPTIONS = {
              "were asked for are right.",
     "status": "Shows the state of every stage at a glance.",
     "bench": "Measures our solvers and, where it is installed, Ceres on the same problems: same start, same loss, "
-             "analytic Jacobians, one process for each measurement, taking turns; medians. Prints a table, and writes "
-             "CSV and plots into out/bench. NAME picks the problems whose name contains it, such as bal/ or vio_M.",
+             "analytic Jacobians, one process for each measurement, taking turns; medians of five rounds, which take "
+             "about ten minutes. Prints a table, and writes CSV and plots into out/bench. NAME picks the problems whose "
+             "name contains it, such as bal/ or vio_M.",
     "slides": "Builds the decks in slides/ to self-contained HTML. What follows -- goes to the builder.",
 }
 JSON_FIELDS = {
@@ -78,7 +79,8 @@ def make_parser(command: str) -> Parser:
         parser.add_argument("--quick", action="store_true", help="leave out the tests labelled slow")
     elif command == "bench":
         parser.add_argument("names", nargs="*", metavar="NAME", help="part of a problem's name; default: all")
-        parser.add_argument("--quick", action="store_true", help="fewer repetitions, under two minutes in all")
+        parser.add_argument("--quick", action="store_true", help="three rounds and one thread at most, as far as 85 "
+                            "seconds reach")
         parser.add_argument("--out", metavar="DIR", help="where the folder bench is made, default: out")
     elif command == "check":
         parser.add_argument("stages", nargs="*", metavar="STAGE", help="such as 1.1; default: all")

@@ -7,6 +7,7 @@ import statistics
 import subprocess
 import sys
 import time
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from . import jsonout
@@ -18,7 +19,8 @@ from .run import PLOT, app, make_writable
 # name: what the programs read ("scene:" or a file below the data folder), and runs inside of one process: a short one
 # needs several, of which the first warms up.
 PROBLEMS = {
-    **{f"scene/{size}": (f"scene:{size}", 6) for size in ("3x20", "10x200", "30x200", "30x1000", "30x4000")},
+    **{f"scene/{size}": (f"scene:{size}", repeat) for size, repeat in
+       (("3x20", 6), ("10x200", 6), ("30x200", 4), ("30x1000", 2), ("30x4000", 2))},
     **{f"window/{name}": (f"windows/{name}.txt", 6)
        for name in ("vio_S", "vio_M", "vio_L", "vio_Md", "real_euroc_sub2", "mono_10_500", "mono_20_1500")},
     **{f"pose_graph/{name}": (f"posegraph/{name}.g2o", 1) for name in ("parking-garage", "sphere2500")},
@@ -26,37 +28,37 @@ PROBLEMS = {
     "bal/16-22106": ("bal/problem-16-22106-pre.txt", 1),
     "bal/maplab-969-22767": ("bal/maplab-969-22767.txt", 1),
 }
-TWO_THREADS = ("bal/",)  # also measured with two threads, ours against Ceres' better one
-QUICK_SECONDS = 55.0     # then each problem is measured once more at most
+TWO_THREADS = ("scene/30x1000", "scene/30x4000", "bal/")  # also measured with two threads, ours against Ceres with the number that serves it better
+ROUNDS, QUICK_ROUNDS = 5, 3
+QUICK_SECONDS = 85.0     # what would end later is not begun, or stopped; the plots want some too
 FIELDS = ("problem", "threads", "ours_ms", "peer", "peer_ms", "ratio", "ours_cost", "peer_cost", "ours_peak_mb",
           "peer_peak_mb")
 
 
+@dataclass
+class Case:
+    """One problem with one number of threads. A turn, the runs of one process, is a list; each side has one a round."""
+    name: str
+    source: str
+    threads: int
+    ours: list = field(default_factory=list)
+    theirs: list = field(default_factory=list)
+    peer_threads: tuple = ()  # those yet to be tried; then the faster one
+    seconds: float = 0.0      # that the last round took
+
+
 def bench(arguments) -> int:
     """Returns the exit code; raises CourseError for a name that no problem has, or a program that failed."""
-    cases = [(name, threads) for name in chosen(arguments.names) for threads in (1, 2)
-             if threads == 1 or (name.startswith(TWO_THREADS) and not arguments.quick)]
+    names = chosen(arguments.names)
     out = Path(arguments.out or "out") / "bench"
     make_writable(out)
     build_or_fail(["bench_programs"])
     peer = "Ceres" if (BIN / "measure_ceres").exists() else None
     if peer is None:
         say("Ceres is not installed (Debian: libceres-dev): our times stand alone")
-    repetitions = 3 if arguments.quick else 5
-    deadline = time.monotonic() + QUICK_SECONDS if arguments.quick else None
-    rows, traces = [], []
-    with Progress("bench") as progress:
-        for name, threads in cases:
-            place = source(name)
-            if place is None:
-                say(f"{name} is left out: there is no {data_folder() / PROBLEMS[name][0]}")
-                continue
-            progress.step(f"{name}, {threads} thread{'s' if threads > 1 else ''}")
-            ours, theirs = measure(name, place, threads, peer, repetitions, deadline)
-            rows += rows_of(name, threads, ours, peer, theirs)
-            traces += traces_of(name, threads, ours, theirs)
-    if not rows:
-        raise CourseError(f"nothing to measure: no data in {data_folder()}; set CH5_DATA_DIR")
+    measured = run_rounds(cases_of(names, arguments.quick), peer, arguments.quick)
+    rows = [row for case in measured for row in rows_of(case.name, case.threads, case.ours, peer, case.theirs)]
+    traces = [row for case in measured for row in traces_of(case)]
     write(out / "rows.csv", FIELDS, [[row[field] for field in FIELDS] for row in rows])
     write(out / "traces.csv", ("problem", "threads", "side", "seconds", "cost"), traces)
     app([sys.executable, PLOT / "bench.py", out], arguments.json)
@@ -79,32 +81,80 @@ def chosen(names) -> list:
     return [problem for problem in PROBLEMS if not names or any(name in problem for name in names)]
 
 
+def cases_of(names: list, quick: bool) -> list:
+    """What can be measured; says which problems have no file, and raises CourseError if none has."""
+    sources = {name: source(name) for name in names}
+    missing = [name for name in names if sources[name] is None]
+    if len(missing) == len(names):
+        raise CourseError(f"nothing to measure: {', '.join(names)} are read from {data_folder()}, where no such file is; "
+                          "set CH5_DATA_DIR")
+    if missing:
+        say(f"left out, for want of their files in {data_folder()}: {', '.join(missing)}")
+    return [Case(name, sources[name], threads, peer_threads=tuple(range(1, threads + 1)))
+            for name in names if sources[name] for threads in (1, 2)
+            if threads == 1 or (name.startswith(TWO_THREADS) and not quick)]
+
+
 def source(name: str):
     """What the programs read, or None if the file is not there."""
     where = PROBLEMS[name][0]
     if where.startswith("scene:"):
         return where
-    return data_folder() / where if (data_folder() / where).exists() else None
+    return str(data_folder() / where) if (data_folder() / where).exists() else None
 
 
-def measure(name: str, place, threads: int, peer, repetitions: int, deadline) -> tuple:
-    """Lists of runs of both sides, taking turns; each turn is a process of its own, of which a list of runs comes."""
-    ours, theirs = [], []
-    for turn in range(repetitions):
-        if turn and deadline and time.monotonic() > deadline:
-            break
-        ours.append(run_side("ours", name, place, threads))
-        if peer:  # which is faster with one thread on all of these
-            theirs.append(run_side("ceres", name, place, 1))
-    return ours, theirs
+def run_rounds(cases: list, peer, quick: bool) -> list:
+    """The cases that were measured. Each round goes through all of them, so that a slow quarter of an hour of the
+    machine falls on all alike."""
+    start, rounds = time.monotonic(), QUICK_ROUNDS if quick else ROUNDS
+    with Progress("bench") as progress:
+        for turn in range(1, rounds + 1):
+            for case in cases:
+                left = QUICK_SECONDS - (time.monotonic() - start) if quick else None
+                if quick and case.seconds > left:
+                    continue
+                progress.step(f"round {turn} of {rounds}: {case.name}, {case.threads} thread{'s' * (case.threads > 1)}")
+                try:
+                    run_turn(case, peer, left)
+                except subprocess.TimeoutExpired:
+                    case.seconds = float("inf")
+    measured = [case for case in cases if case.ours]
+    late = [case.name for case in cases if not case.ours]
+    if late:
+        say(f"left out, for want of time: {', '.join(late)}; without --quick there is enough")
+    if not measured:
+        raise CourseError("nothing was measured", 1)
+    return measured
 
 
-def run_side(side: str, name: str, place, threads: int) -> list:
-    repeat = PROBLEMS[name][1]
-    done = subprocess.run([BIN / f"measure_{side}", str(place), "--threads", str(threads), "--repeat", str(repeat)],
-                          capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+def run_turn(case: Case, peer, seconds) -> None:
+    """One process of each side, or of Ceres one for each number of threads that is yet to be tried.
+
+    Raises subprocess.TimeoutExpired after `seconds`, with nothing kept.
+    """
+    start = time.monotonic()
+
+    def run(side: str, threads: int) -> list:
+        return run_side(side, case, threads, seconds and max(0.1, seconds - (time.monotonic() - start)))
+
+    ours = run("ours", case.threads)
+    if peer:
+        tried = {threads: run("ceres", threads) for threads in case.peer_threads}
+        fastest = min(tried, key=lambda threads: statistics.median(one["seconds"] for one in tried[threads]))
+        case.peer_threads = (fastest,)
+        case.theirs.append(tried[fastest])
+    case.ours.append(ours)
+    case.seconds = time.monotonic() - start
+
+
+def run_side(side: str, case: Case, threads: int, seconds) -> list:
+    """The runs of one process; without the first, which warms up, if there are several."""
+    repeat = PROBLEMS[case.name][1]
+    command = [BIN / f"measure_{side}", case.source, "--threads", str(threads), "--repeat", str(repeat)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=seconds,
+                          env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
     if done.returncode:
-        raise CourseError(f"measuring {name} failed: {done.stderr.strip()}", 1)
+        raise CourseError(f"measuring {case.name} failed: {done.stderr.strip()}", 1)
     return [json.loads(line) for line in done.stdout.splitlines()][-max(1, repeat - 1):]
 
 
@@ -145,10 +195,10 @@ def median(turns: list, key: str):
     return statistics.median(run[key] for turn in turns for run in turn) if turns else None
 
 
-def traces_of(name: str, threads: int, ours: list, theirs: list) -> list:
+def traces_of(case: Case) -> list:
     """The iterations of each side's last run."""
-    return [[name, threads, side, seconds, cost] for side, turns in (("ours", ours), ("Ceres", theirs)) if turns
-            for seconds, cost in turns[-1][-1]["trace"]]
+    return [[case.name, case.threads, side, seconds, cost] for side, turns in (("ours", case.ours), ("Ceres", case.theirs))
+            if turns for seconds, cost in turns[-1][-1]["trace"]]
 
 
 def write(path: Path, head, rows) -> None:
@@ -159,12 +209,13 @@ def write(path: Path, head, rows) -> None:
 
 
 def table(rows: list) -> str:
-    def cell(value, form):
-        return "–" if value is None else format(value, form)
+    def cell(value, width, form):
+        return format("–" if value is None else format(value, form), f">{width}")
     lines = [f"{'problem':<42} threads {'ours ms':>10} {'Ceres ms':>10} {'ratio':>7} {'ours cost':>14} {'Ceres cost':>14}"
              f" {'ours MB':>8} {'Ceres MB':>8}"]
     for row in rows:
-        lines.append(f"{row['problem']:<42} {row['threads']:>7} {row['ours_ms'] and format(row['ours_ms'], '.3f') or '–':>10}"
-                     f" {cell(row['peer_ms'], '.3f'):>10} {cell(row['ratio'], '.2f'):>7} {row['ours_cost']:>14.7g}"
-                     f" {cell(row['peer_cost'], '.7g'):>14} {row['ours_peak_mb']:>8.1f} {cell(row['peer_peak_mb'], '.1f'):>8}")
+        cells = [cell(row[key], width, form) for key, width, form in (
+            ("threads", 7, "d"), ("ours_ms", 10, ".3f"), ("peer_ms", 10, ".3f"), ("ratio", 7, ".2f"),
+            ("ours_cost", 14, ".7g"), ("peer_cost", 14, ".7g"), ("ours_peak_mb", 8, ".1f"), ("peer_peak_mb", 8, ".1f"))]
+        lines.append(" ".join([f"{row['problem']:<42}", *cells]))
     return "\n".join(lines)

@@ -23,6 +23,9 @@ def cost_figure(directory, traces):
                 excess = np.maximum(np.minimum.accumulate(run["cost"]) / best - 1.0, 1e-9)
                 axes.plot(1e3 * run["seconds"], excess, color=color, marker="o", markersize=3, label=side)
         style.log_axis(axes.xaxis)
+        axes.xaxis.set_major_locator(plt.matplotlib.ticker.LogLocator(subs=(1, 2, 5)))
+        axes.xaxis.set_major_formatter(plt.FormatStrFormatter("%g"))
+        axes.tick_params(axis="x", labelsize=10)
         style.log_axis(axes.yaxis)
         axes.axhline(1e-3, color=style.GREY, linewidth=0.8, linestyle=":")
         axes.set_title(name)
@@ -36,6 +39,7 @@ def cost_figure(directory, traces):
 
 def size_figure(directory, rows):
     """Time per iteration against the observations of the course's scenes, with the exponents of a fit."""
+    rows = rows.where(threads=1.0)
     words = [name.split() for name in rows["problem"]]
     scenes = [(i, [int(n) for n in word[0][len("scene/"):].split("x")]) for i, word in enumerate(words)
               if word[0].startswith("scene/") and word[1:] == ["iteration"]]
