@@ -1,7 +1,6 @@
 #include "ch5_backend/window/estimator.h"
 
 #include <algorithm>
-#include <map>
 
 #include "ch5_backend/window/initialization.h"
 #include "ch5_backend/window/landmarks.h"
@@ -11,20 +10,29 @@ namespace {
 
 // Images between standing still and the first solve; images to start from while moving.
 constexpr size_t kFramesToStart = 4, kFramesToStartMoving = 8;
+constexpr int kFewLandmarks = 10;
+constexpr size_t kPlentyOfTracks = 20, kLastingImages = 4;
 
 std::string At(double t) { return " at t = " + std::to_string(t) + " s"; }
 
-// σ of what a start knows, as a prior on the oldest frame's speed and biases.
-std::shared_ptr<EdgePrior> PriorOn(const std::shared_ptr<VertexSpeedBias>& speed_bias, double speed,
-                                   const EstimatorOptions& options) {
-  Vec9 sigma;
-  sigma << Vec3::Constant(speed), Vec3::Constant(options.start_bias_accelerometer),
-      Vec3::Constant(options.start_bias_gyroscope);
+// What a start knows, as one prior: speed and biases of the oldest frame, and the calibration as far as it is
+// estimated. Without the latter the first windows, which have moved little, would throw the camera about.
+std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const EstimatorOptions& options) {
   Prior prior;
-  prior.vertices = {speed_bias};
-  prior.x0 = {speed_bias->GetEstimate()};
-  prior.J = sigma.cwiseInverse().asDiagonal();
-  prior.r0 = VecX::Zero(9);
+  std::vector<double> sigmas;
+  const auto know = [&](const std::shared_ptr<Vertex>& vertex, std::initializer_list<double> sigmas_of_threes) {
+    if (vertex->IsFixed()) return;
+    prior.vertices.push_back(vertex);
+    prior.x0.push_back(vertex->Parameters());
+    for (const double sigma : sigmas_of_threes) {
+      for (int k = 0; k < std::min(3, vertex->LocalDimension()); ++k) sigmas.push_back(sigma);
+    }
+  };
+  know(window.frames.front().speed_bias, {speed, options.start_bias_accelerometer, options.start_bias_gyroscope});
+  know(window.extrinsic, {options.start_extrinsic_position, options.start_extrinsic_rotation});
+  know(window.time_offset, {options.start_time_offset});
+  prior.J = Eigen::Map<VecX>(sigmas.data(), static_cast<Eigen::Index>(sigmas.size())).cwiseInverse().asDiagonal();
+  prior.r0 = VecX::Zero(prior.J.rows());
   return std::make_shared<EdgePrior>(std::move(prior));
 }
 
@@ -62,24 +70,57 @@ void Estimator::AddImu(const ImuReading& reading) {
 
 void Estimator::Check(const CameraFrame& frame) const {
   if (!std::isfinite(frame.t)) throw MeasurementError("the image's time is not finite");
-  if (next_frame_ > 0 && frame.t <= last_image_.t) {
-    throw MeasurementError("the image" + At(frame.t) + (frame.t == last_image_.t ? " repeats" : " is before") +
-                           " the one" + At(last_image_.t));
+  if (frame.t <= last_image_time_) {
+    throw MeasurementError("the image" + At(frame.t) + (frame.t == last_image_time_ ? " repeats" : " is before") +
+                           " the one" + At(last_image_time_));
   }
+  std::vector<int> ids;
   for (const TrackedPoint& point : frame.tracks) {
     if (!point.x.allFinite()) {
       throw MeasurementError("track " + std::to_string(point.id) + " of the image" + At(frame.t) + " is not finite");
     }
+    ids.push_back(point.id);
   }
+  std::sort(ids.begin(), ids.end());
+  const auto repeated = std::adjacent_find(ids.begin(), ids.end());
+  if (repeated != ids.end()) {
+    throw MeasurementError("track " + std::to_string(*repeated) + " stands twice in the image" + At(frame.t));
+  }
+}
+
+// What keeps the IMU from tying this image to the newest frame.
+Failure Estimator::GapBefore(const CameraFrame& image) const {
+  if (window_.frames.empty()) return Failure::kNone;
+  const double t0 = window_.frames.back().t, t1 = image.t + TimeOffset();
+  if (t1 - t0 > options_.weights.max_imu_seconds) return Failure::kImageGap;
+  if (imu_.empty()) return Failure::kImuGap;
+  double last = std::min(t0, imu_.front().t);
+  for (auto reading = imu_.begin(); reading != imu_.end() && last < t1; ++reading) {
+    if (reading->t - last > options_.max_imu_gap) return Failure::kImuGap;
+    last = reading->t;
+  }
+  return t1 - last > options_.max_imu_gap ? Failure::kImuGap : Failure::kNone;
+}
+
+FrameReport Estimator::Restart(Failure failure) {
+  FrameReport report;
+  if (started_) {
+    ++restarts_;
+    report.status = FrameReport::Status::kRestarted;
+    report.failure = failure;
+  }
+  Forget();
+  return report;
 }
 
 FrameReport Estimator::AddFrame(const CameraFrame& frame) {
   Check(frame);
+  const Failure gap = GapBefore(frame);
+  FrameReport report = gap == Failure::kNone ? FrameReport() : Restart(gap);
   AppendFrame(frame);
-  FrameReport report;
   if (!started_) Start(frame);
-  if (started_) report = Track();
-  last_image_ = frame;
+  if (started_) report = Track(frame);
+  last_image_time_ = frame.t;
   return report;
 }
 
@@ -89,6 +130,10 @@ void Estimator::AppendFrame(const CameraFrame& image) {
   WindowFrame frame;
   frame.id = next_frame_++;
   frame.clock_offset = TimeOffset();
+  if (!window_.frames.empty()) {  // time goes on, even if the offset has jumped back by more than an image's length
+    const double least = window_.frames.back().clock_offset - 0.5 * (image.t - last_image_time_);
+    frame.clock_offset = std::max(frame.clock_offset, least);
+  }
   frame.t = image.t + frame.clock_offset;
   frame.pose = std::make_shared<VertexPose>();
   frame.speed_bias = std::make_shared<VertexSpeedBias>();
@@ -112,23 +157,24 @@ void Estimator::AppendFrame(const CameraFrame& image) {
 }
 
 void Estimator::AppendTracks(const CameraFrame& image) {
-  std::map<int, Vec2> before;
-  for (const TrackedPoint& point : last_image_.tracks) before[point.id] = point.x;
+  const int frame = window_.frames.back().id;
   for (const TrackedPoint& point : image.tracks) {
-    WindowObservation seen{window_.frames.back().id, point.x, Vec2::Zero()};
-    const auto last = before.find(point.id);
-    if (last != before.end()) seen.velocity = (point.x - last->second) / (image.t - last_image_.t);
-    window_.landmarks[point.id].seen.push_back(seen);
+    AppendToTrack({frame, image.t, point.x}, &window_.landmarks[point.id]);
   }
 }
 
 std::shared_ptr<Preintegration> Estimator::Integrate(const WindowFrame& from, double t1) const {
   std::vector<ImuReading> imu = imu_;
-  if (imu.empty()) throw MeasurementError("no IMU reading yet for the image" + At(t1));
-  // Where readings are missing, the nearest one holds on.
+  // Before the first and beyond the last reading, that one holds on.
   if (imu.front().t > from.t) imu.insert(imu.begin(), {from.t, imu.front().acceleration, imu.front().gyroscope});
   if (imu.back().t < t1) imu.push_back({t1, imu.back().acceleration, imu.back().gyroscope});
-  const std::vector<ImuSample> samples = SamplesBetween(imu, from.t, t1);
+  std::vector<ImuSample> samples = SamplesBetween(imu, from.t, t1);
+  if (samples.size() == 2) {  // one step would give position and speed the same noise, and a singular covariance
+    const double half = 0.5 * samples[1].dt;
+    samples.insert(samples.begin() + 1, {half, 0.5 * (samples[0].acceleration + samples[1].acceleration),
+                                         0.5 * (samples[0].gyroscope + samples[1].gyroscope)});
+    samples[2].dt = half;
+  }
   auto result = std::make_shared<Preintegration>(samples.at(0), from.speed_bias->b_a(), from.speed_bias->b_g(),
                                                  options_.imu_noise);
   for (size_t k = 1; k < samples.size(); ++k) result->Add(samples[k]);
@@ -155,8 +201,9 @@ bool Estimator::MovedSinceStill(const CameraFrame& image) const {
 }
 
 void Estimator::BeginTracking(double speed_sigma) {
-  window_.prior = PriorOn(window_.frames.front().speed_bias, speed_sigma, options_);
+  window_.prior = StartPrior(window_, speed_sigma, options_);
   last_p_ = window_.frames.back().pose->p();
+  last_sight_ = window_.frames.back().t;
   started_ = true;
 }
 
@@ -198,7 +245,7 @@ void Estimator::StandStill(const StillState& still, const CameraFrame& image) {
   still_image_id_ = frame.id;
 }
 
-FrameReport Estimator::Track() {
+FrameReport Estimator::Track(const CameraFrame& image) {
   FrameReport report;
   Reintegrate();
   policy_->NoteNewFrame(&window_);
@@ -207,23 +254,29 @@ FrameReport Estimator::Track() {
       options_.weights, [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); }, &window_);
   report.solve = optimizer_.Solve(policy_->Options());
   policy_->AfterSolve(&window_);
-  report.failure = DetectFailure(window_, last_p_);
-  if (report.failure != Failure::kNone) {
-    ++restarts_;
-    Forget();
-    report.status = FrameReport::Status::kRestarted;
-    return report;
-  }
   const auto& vertices = window_.graph.Vertices();
   report.landmarks = static_cast<int>(std::count_if(
       vertices.begin(), vertices.end(), [](const auto& vertex) { return vertex->GetRole() == Role::kLandmark; }));
+  const Failure failure = DetectFailure(window_, last_p_);
+  if (failure != Failure::kNone) return Restart(failure);
   RemoveFailures(&window_);
   RemoveOutliers(options_.max_outlier_pixels / options_.weights.focal_length, &window_);
+  if (RejectsImages(image)) return Restart(Failure::kImagesRejected);
   last_p_ = window_.frames.back().pose->p();
   report.status = FrameReport::Status::kTracking;
   report.state = window_.StateOf(window_.frames.back());
   policy_->Slide(&window_);
   return report;
+}
+
+// When images and IMU contradict each other, the outliers' removal takes all that the images say, and nothing would ever
+// end the dead reckoning: landmarks come and go, but none lasts.
+bool Estimator::RejectsImages(const CameraFrame& image) {
+  const auto lasting = std::count_if(window_.landmarks.begin(), window_.landmarks.end(), [](const auto& entry) {
+    return entry.second.inverse_depth && entry.second.seen.size() >= kLastingImages;
+  });
+  if (lasting >= kFewLandmarks || image.tracks.size() < kPlentyOfTracks) last_sight_ = image.t;
+  return image.t - last_sight_ > options_.max_rejecting;
 }
 
 // A preintegration follows the gyroscope's bias to first order only.

@@ -6,8 +6,9 @@
 ///   AddFrame ─► tracks ─┘
 ///
 /// It starts from standing still (gravity and gyroscope bias are the readings' mean), or while moving by aligning
-/// vision with the IMU; it starts again when its estimate cannot be true.
+/// vision with the IMU; it starts again when its estimate cannot be true, or when nothing ties two images together.
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -20,8 +21,8 @@
 
 namespace ch5 {
 
-/// A measurement that cannot be used: its time is not after the last one's, or a number is not finite. The estimator
-/// is as before.
+/// A measurement that cannot be used: its time is not after the last one's, a number is not finite, or a track stands
+/// twice in an image. The estimator is as before.
 class MeasurementError : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
@@ -34,7 +35,9 @@ struct EstimatorOptions {
   double time_offset = 0.0;  ///< first guess of what the camera's clock is late by [s]
   bool estimate_time_offset = false;
   bool estimate_extrinsic = false;
-  double max_outlier_pixels = 3.0;      ///< a landmark with more mean reprojection error is dropped [px]
+  double max_outlier_pixels = 3.0;  ///< a landmark with more mean reprojection error is dropped [px]
+  double max_imu_gap = 0.1;         ///< longer without a reading, and the estimate starts afresh [s]
+  double max_rejecting = 1.0;       ///< longer with plenty of tracks and hardly a landmark, and it starts afresh [s]
   double reintegrate_gyroscope = 1e-4;  ///< integrate again if ‖δb_g‖ Δt exceeds this [rad]
   StillOptions still;
   double start_pixels = 8.0;  ///< so much motion in the image after standing still starts the estimate
@@ -43,6 +46,10 @@ struct EstimatorOptions {
   double moving_start_speed = 1.0;        ///< the same for a start while moving
   double start_bias_accelerometer = 0.1;  ///< [m/s²]
   double start_bias_gyroscope = 0.005;    ///< [rad/s]
+  // How good the given calibration is, σ of what is estimated of it
+  double start_extrinsic_position = 0.05;  ///< [m]
+  double start_extrinsic_rotation = 0.05;  ///< [rad]
+  double start_time_offset = 0.02;         ///< [s]
 };
 
 /// What became of one image.
@@ -73,6 +80,8 @@ class Estimator {
 
  private:
   void Check(const CameraFrame& frame) const;
+  Failure GapBefore(const CameraFrame& image) const;
+  FrameReport Restart(Failure failure);
   void AppendFrame(const CameraFrame& frame);
   void AppendTracks(const CameraFrame& frame);
   std::shared_ptr<Preintegration> Integrate(const WindowFrame& from, double t1) const;
@@ -81,7 +90,8 @@ class Estimator {
   bool AlignWhileMoving();
   void BeginTracking(double speed_sigma);
   void StandStill(const StillState& still, const CameraFrame& image);
-  FrameReport Track();
+  FrameReport Track(const CameraFrame& image);
+  bool RejectsImages(const CameraFrame& image);
   void Reintegrate();
   void Forget();
 
@@ -91,13 +101,14 @@ class Estimator {
   SparseOptimizer optimizer_;
   StillDetector still_;
   std::vector<ImuReading> imu_;  // since a little before the newest frame
-  CameraFrame last_image_;
+  double last_image_time_ = -std::numeric_limits<double>::infinity();
   int next_frame_ = 0;
   CameraFrame still_image_;  // the last one that stood still …
   int still_image_id_ = -1;  // … and its frame; −1: none yet
   bool started_ = false;
   int restarts_ = 0;
   Vec3 last_p_ = Vec3::Zero();
+  double last_sight_ = 0.0;  // when landmarks last lasted, or the images offered none
 };
 
 }  // namespace ch5

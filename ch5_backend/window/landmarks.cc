@@ -19,7 +19,7 @@ double MeanReprojectionError(const Window& window, const WindowLandmark& landmar
   const Vec3 p_W = LandmarkInWorld(window, landmark);
   double sum = 0.0;
   for (const WindowObservation& seen : landmark.seen) {
-    sum += (ToCamera(CameraOf(window, seen.frame), p_W).hnormalized() - seen.x).norm();
+    sum += (ToCamera(CameraOf(window, seen.frame), p_W).hnormalized() - window.PointOf(seen)).norm();
   }
   return sum / static_cast<double>(landmark.seen.size() - 1);  // the host's is zero
 }
@@ -60,7 +60,7 @@ double TriangulateDepth(const Window& window, const WindowLandmark& landmark) {
     const Transform T_W_C = CameraOf(window, seen.frame);
     Eigen::Matrix<double, 3, 4> P;
     P << (T_W_C.q.conjugate() * T_W_C0.q).toRotationMatrix(), T_W_C.q.conjugate() * (T_W_C0.p - T_W_C.p);
-    const Vec3 ray = seen.x.homogeneous().normalized();
+    const Vec3 ray = window.PointOf(seen).homogeneous().normalized();
     for (int row = 0; row < 2; ++row) {
       const Eigen::Matrix<double, 1, 4> a = ray[row] * P.row(2) - ray[2] * P.row(row);
       AtA += a.transpose() * a;
@@ -69,6 +69,28 @@ double TriangulateDepth(const Window& window, const WindowLandmark& landmark) {
   const Eigen::Vector4d p = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(AtA).eigenvectors().col(0);
   const double depth = p.z() / p.w();
   return std::isfinite(depth) && depth >= kLeastDepth ? depth : kInitialDepth;
+}
+
+void AppendToTrack(const RecentPoint& point, WindowLandmark* landmark) {
+  std::vector<RecentPoint>& last = landmark->recent;
+  if (last.size() == 3) last.erase(last.begin());
+  last.push_back(point);
+  ++landmark->images;
+  landmark->seen.push_back({point.frame, point.x, Vec2::Zero()});
+  const auto slope = [&](size_t a, size_t b) -> Vec2 { return (last[b].x - last[a].x) / (last[b].t - last[a].t); };
+  const auto set = [&](int frame, const Vec2& velocity) {
+    for (auto seen = landmark->seen.rbegin(); seen != landmark->seen.rend() && seen->frame >= frame; ++seen) {
+      if (seen->frame == frame) seen->velocity = velocity;
+    }
+  };
+  if (last.size() == 2) {
+    set(last[0].frame, slope(0, 1));
+    set(last[1].frame, slope(0, 1));
+  } else if (last.size() == 3) {
+    if (landmark->images == 3) set(last[0].frame, slope(1, 2));  // the track's first image
+    set(last[1].frame, slope(0, 2));
+    set(last[2].frame, slope(0, 1));
+  }
 }
 
 void TriangulateLandmarks(Window* window) {
@@ -80,8 +102,23 @@ void TriangulateLandmarks(Window* window) {
 
 Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark) {
   const Transform T_W_C = CameraOf(window, landmark.Host());
-  const Vec3 p_C = landmark.seen.front().x.homogeneous() / landmark.inverse_depth->InverseDepth();
+  const Vec3 p_C = window.PointOf(landmark.seen.front()).homogeneous() / landmark.inverse_depth->InverseDepth();
   return T_W_C.q * p_C + T_W_C.p;
+}
+
+double LandmarkQuality(const Window& window, const WindowLandmark& landmark, double sqrt_information) {
+  const Vec3 p_W = LandmarkInWorld(window, landmark);
+  Mat33 H = Mat33::Zero();
+  for (const WindowObservation& seen : landmark.seen) {
+    const Transform T_W_C = CameraOf(window, seen.frame);
+    const Vec3 p_C = ToCamera(T_W_C, p_W);
+    Mat23 dr_dp_C;
+    dr_dp_C << Mat22::Identity(), -p_C.hnormalized();
+    const Mat23 J = (sqrt_information / p_C.z()) * dr_dp_C * T_W_C.q.conjugate().toRotationMatrix();
+    H += J.transpose() * J;
+  }
+  const Vec3 lambda = Eigen::SelfAdjointEigenSolver<Mat33>(H).eigenvalues();
+  return lambda[0] < 1e-12 ? 0.0 : std::sqrt(lambda[0] / lambda[2]);
 }
 
 void ForgetObservations(int frame, Window* window) {

@@ -13,11 +13,23 @@ constexpr double kLeastDepth = 0.1;
 /// @return metres; kInitialDepth if less than kLeastDepth comes out, or nothing finite
 double TriangulateDepth(const Window& window, const WindowLandmark& landmark);
 
+/// Appends an image to a landmark's track, and says how fast the track moves in the image. Where the track has three
+/// images or more, no observation's velocity is made from the observation itself: with its own noise in it, n/Δt, the
+/// product r·ẋ that moves the time offset would have the mean σ²/Δt in place of zero, and drive the offset away.
+///
+///   inside   ẋ_k = (x_{k+1} − x_{k−1}) / (t_{k+1} − t_{k−1}),     at an end   the slope between the next two
+void AppendToTrack(const RecentPoint& point, WindowLandmark* landmark);
+
 /// Gives a depth to every landmark that has none and is seen at least twice.
 void TriangulateLandmarks(Window* window);
 
 /// The landmark in the world, at its present depth.
 Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark);
+
+/// How firmly its observations hold a landmark in space, from 0 (not at all) to 1: √(λ_min/λ_max) of its 3×3
+/// information, 0 if λ_min < 1e-12 (OKVIS).
+/// @param sqrt_information  of an observation on the normalised plane
+double LandmarkQuality(const Window& window, const WindowLandmark& landmark, double sqrt_information);
 
 /// Takes the observations of a frame out of every landmark. One that is hosted there moves to its next frame: its
 /// depth is expressed in that camera (kInitialDepth if it lies behind), or it is erased if that was its last but one.

@@ -9,6 +9,8 @@
 ///
 /// Source: Qin, Li, Shen, "VINS-Mono", TRO 2018, §VI-C.
 
+#include <string>
+
 #include "ch5_backend/window/window.h"
 
 namespace ch5 {
@@ -34,7 +36,19 @@ DropSet DropSetOfMarginSecondNew(const Window& window);
 void SlideWindow(MarginalizationFlag flag, Window* window);
 
 /// Why an estimate cannot be true any more.
-enum class Failure { kNone, kAccelerometerBias, kGyroscopeBias, kPositionJump, kHeightJump };
+enum class Failure {
+  kNone,
+  kAccelerometerBias,
+  kGyroscopeBias,
+  kPositionJump,
+  kHeightJump,
+  kImuGap,         ///< no reading of the IMU for too long
+  kImageGap,       ///< no image for so long that the IMU ties it to nothing
+  kImagesRejected  ///< plenty of tracks, but hardly one that fits, for too long
+};
+
+/// "no IMU for too long", …
+std::string ToString(Failure failure);
 
 /// Looks at the newest frame after a solve: ‖b_a‖ > 2.5 m/s², ‖b_g‖ > 1 rad/s, a step of more than 5 m, or of more
 /// than 1 m in height. Lost tracks and fast turns are no failure.

@@ -24,6 +24,11 @@ StampedState Window::StateOf(const WindowFrame& frame) const {
   return state;
 }
 
+Vec2 Window::PointOf(const WindowObservation& seen) const {
+  const double clock_offset = frames[static_cast<size_t>(IndexOf(seen.frame))].clock_offset;
+  return MovingPoint{seen.x, seen.velocity, clock_offset}.At(time_offset->GetEstimate()[0]);
+}
+
 namespace {
 
 // One BuildGraph.

@@ -32,12 +32,21 @@ struct WindowFrame {
 struct WindowObservation {
   int frame = 0;                 ///< id
   Vec2 x = Vec2::Zero();         ///< normalised plane
-  Vec2 velocity = Vec2::Zero();  ///< dx/dt against the image before [1/s]
+  Vec2 velocity = Vec2::Zero();  ///< dx/dt, see UpdateVelocities [1/s]
+};
+
+/// Where a track was in one of the last images.
+struct RecentPoint {
+  int frame = 0;   ///< id
+  double t = 0.0;  ///< the camera's stamp [s]
+  Vec2 x = Vec2::Zero();
 };
 
 struct WindowLandmark {
   std::vector<WindowObservation> seen;                ///< in order of time; the first is the host's
   std::shared_ptr<VertexInverseDepth> inverse_depth;  ///< in the host's camera; null until triangulated
+  std::vector<RecentPoint> recent;                    ///< the last three images of the track, whatever left the window
+  int images = 0;                                     ///< of the track so far
   int Host() const { return seen.front().frame; }
 };
 
@@ -54,6 +63,8 @@ struct Window {
   /// Position in `frames` of the frame `id`, or −1.
   int IndexOf(int id) const;
   Transform T_B_C() const { return {extrinsic->q(), extrinsic->p()}; }
+  /// Where the point was at the time of the frame's pose:  x − (td − td_k) ẋ.
+  Vec2 PointOf(const WindowObservation& seen) const;
   StampedState StateOf(const WindowFrame& frame) const;
 };
 

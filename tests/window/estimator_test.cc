@@ -48,22 +48,6 @@ TEST(Estimator, BothPoliciesFollowARealDrone) {
   }
 }
 
-TEST(Estimator, FindsTheCamerasRotation) {
-  RoomOptions room;
-  room.duration = 20.0;
-  room.still_seconds = 0.0;
-  const Recording recording = SimulateRoom(room);
-  EstimatorOptions options = OptionsFor(recording.calibration);
-  const Qd truth = options.T_B_C.q;
-  const double degree = M_PI / 180.0;
-  options.T_B_C.q = truth * ExpSO3(2.0 * degree * Vec3(1, -1, 1).normalized());
-  options.estimate_extrinsic = true;
-  Qd found = options.T_B_C.q;
-  RunOdometry(recording, options, MakeVinsPolicy(),
-              [&](const Estimator& estimator, const WindowRow&) { found = estimator.GetWindow().T_B_C().q; });
-  EXPECT_LT(found.angularDistance(truth), 0.3 * degree);
-}
-
 TEST(Estimator, RefusesTimesThatDoNotIncrease) {
   Estimator estimator(EstimatorOptions{}, MakeVinsPolicy());
   estimator.AddImu({1.0, Vec3(0, 0, 9.81), Vec3::Zero()});

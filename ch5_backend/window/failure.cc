@@ -1,0 +1,19 @@
+#include "ch5_backend/window/vins_window.h"
+
+namespace ch5 {
+
+std::string ToString(Failure failure) {
+  switch (failure) {
+    case Failure::kNone: return "no failure";
+    case Failure::kAccelerometerBias: return "an impossible accelerometer bias";
+    case Failure::kGyroscopeBias: return "an impossible gyroscope bias";
+    case Failure::kPositionJump: return "a jump";
+    case Failure::kHeightJump: return "a jump in height";
+    case Failure::kImuGap: return "no IMU for too long";
+    case Failure::kImageGap: return "no image for too long";
+    case Failure::kImagesRejected: return "images and IMU disagree";
+  }
+  return "unknown";
+}
+
+}  // namespace ch5
