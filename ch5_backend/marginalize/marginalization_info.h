@@ -11,6 +11,8 @@
 /// Blocks are kept by vertex id, never by address, so that a run repeats to the bit. For speed the estimators call
 /// Marginalize (marginalize.h), which is equal; this is the plain form.
 /// Source: Qin, Li, Shen, "VINS-Mono", TRO 2018, §V-D.
+///
+/// Five functions are homework stage 6 and live in solutions/vins_window.cc; the rest is core.
 
 #include <map>
 #include <memory>
@@ -28,18 +30,20 @@ struct ResidualBlockInfo {
 
 class MarginalizationInfo {
  public:
+  static constexpr double kEps = 1e-8;  ///< eigenvalues up to it count as zero
+
   /// @throws std::invalid_argument if a position lies outside of the edge's vertices
   void AddResidualBlockInfo(const ResidualBlockInfo& info);
 
-  /// Evaluates every residual at the present states, remembers the states, and numbers the blocks: those that any
-  /// residual drops first, the others after them, each in order of id. Fixed vertices have no columns.
+  /// Stage 6a, 6b. Evaluates every residual at the present states, remembers the states, and numbers the blocks: those
+  /// that any residual drops first, the others after them, each in order of id. Fixed vertices have no columns.
   void PreMarginalize();
 
   /// A and b, their Schur complement, and back to a residual; after PreMarginalize.
   void Marginalize();
 
-  /// The prior on the kept blocks. A window that slides hands its states on: `shift` maps the id of a kept vertex to
-  /// the vertex that takes its place (VINS' addr_shift); a vertex that is not in it stays itself.
+  /// Stage 6f. The prior on the kept blocks. A window that slides hands its states on: `shift` maps the id of a kept
+  /// vertex to the vertex that takes its place (VINS' addr_shift); a vertex that is not in it stays itself.
   Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift = {}) const;
 
   int m() const { return m_; }  ///< rows of the dropped blocks
@@ -47,12 +51,23 @@ class MarginalizationInfo {
   const MatXX& A() const { return A_; }
   const VecX& b() const { return b_; }
 
- private:
+ protected:
   struct Block {
     std::shared_ptr<Vertex> vertex;
-    VecX x0;
-    int idx;
+    VecX x0;  // its parameters in PreMarginalize
+    int idx;  // its first row in A
   };
+  struct KeptSystem {  // n×n and n×1
+    MatXX A;
+    VecX b;
+  };
+
+  /// Stage 6c. A_ and b_, (m + n)×(m + n) and (m + n)×1.
+  void ConstructA();
+  /// Stage 6d. A_r and b_r.
+  KeptSystem SchurComplement() const;
+  /// Stage 6e. linearized_jacobians_ and linearized_residuals_ from A_r and b_r.
+  void Factor(const KeptSystem& kept);
 
   std::vector<ResidualBlockInfo> factors_;
   std::map<int, Block> blocks_;  // by vertex id

@@ -34,6 +34,12 @@ ScaledEigen DecomposeScaled(const MatXX& H, const VecX& p_inverse) {
   return Decompose(H, p_inverse, EigenCut::Okvis());
 }
 
+SymmetricEigen DecomposeSymmetric(const MatXX& A) {
+  if (A.rows() == 0) return {MatXX(0, 0), VecX(0)};
+  const Eigen::SelfAdjointEigenSolver<MatXX> eigen(0.5 * (A + A.transpose()));
+  return {eigen.eigenvectors(), eigen.eigenvalues()};
+}
+
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenCut& cut) {
   const VecX p = ScalingFor(cut, H), p_inverse = p.cwiseInverse();
   const ScaledEigen eigen = Decompose(H, p_inverse, cut);

@@ -40,6 +40,13 @@ struct ScaledEigen {
 };
 ScaledEigen DecomposeScaled(const MatXX& H, const VecX& p_inverse);
 
+/// A = V S Vᵀ, S ascending.  @param A  n×n symmetric; of a rounding's difference to its transpose, the mean counts
+struct SymmetricEigen {
+  MatXX V;  ///< n×n
+  VecX S;   ///< n×1
+};
+SymmetricEigen DecomposeSymmetric(const MatXX& A);
+
 /// M with A M Mᵀ A = A, so that W M MᵀWᵀ is what a Schur complement takes away; M Mᵀ = A⁻¹ where A has full rank, and
 /// A⁺ where the cut does not scale.
 /// @param A  n×n symmetric positive semi-definite

@@ -8,7 +8,7 @@ namespace {
 
 // T_W_C of a frame.
 Transform CameraOf(const Window& window, int frame) {
-  const VertexPose& pose = *window.frames[static_cast<size_t>(window.IndexOf(frame))].pose;
+  const VertexPose& pose = *window.frames.at(static_cast<size_t>(window.IndexOf(frame))).pose;
   const Transform T_B_C = window.T_B_C();
   return {pose.q() * T_B_C.q, pose.q() * T_B_C.p + pose.p()};
 }

@@ -60,7 +60,8 @@ class EndToEnd(unittest.TestCase):
         done = course("check", "--json")
         self.assertEqual(done.returncode, 1)
         self.assertEqual(states(done), {"1.1": "does-not-compile", "1.2": "does-not-compile",
-                                        "2": "does-not-compile", "3": "right", "5": "right", "7": "right"})
+                                        "2": "does-not-compile", "3": "right", "5": "right", "6": "right",
+                                        "7": "right"})
         self.assertIn(f"problem.cc:{line}", hints(done)["1.1"])
 
     def test_a_crash_names_the_line_and_hides_no_other_stage(self):
@@ -71,16 +72,24 @@ class EndToEnd(unittest.TestCase):
         self.hand_in(problem=crashing, gauge_prior=with_main)
         done = course("check", "--json")
         self.assertEqual(states(done), {"1.1": "crashes", "1.2": "right", "2": "right", "3": "does-not-compile",
-                                        "5": "right", "7": "right"}, done.stdout)
+                                        "5": "right", "6": "right", "7": "right"}, done.stdout)
         self.assertIn(f"reaches outside its matrix at problem.cc:{line}", hints(done)["1.1"])
         self.assertIn("main of its own", hints(done)["3"])
+
+    def test_one_file_is_begun_anew_and_the_others_stay(self):
+        self.hand_in()
+        subprocess.run([sys.executable, "make_skeleton.py", "gauge_prior.cc", "--output", FOLDER], check=True,
+                       cwd=Path(__file__).parent)
+        for name in FILES:
+            wanted = skeleton(name) if name == "gauge_prior.cc" else solution_text(name)
+            self.assertEqual((FOLDER / name).read_text(encoding="utf-8"), wanted)
 
     def test_a_missing_file_and_an_unknown_stage_are_named(self):
         self.hand_in()
         (FOLDER / "gauge_prior.cc").unlink()
         done = course("check", "3", "--json")
         self.assertEqual(states(done), {"3": "does-not-compile"})
-        self.assertIn("gauge_prior.cc is missing", hints(done)["3"])
+        self.assertIn("gauge_prior.cc is missing; tests/homework/make_skeleton.py gauge_prior.cc", hints(done)["3"])
         unknown = course("check", "9")
         self.assertEqual(unknown.returncode, 2)
         self.assertIn("unknown stage '9'", unknown.stderr)

@@ -27,11 +27,14 @@ DECLARATIONS = {
     "2": "static MarginalizeResult TestMarginalize(MatXX H_marg, VecX b_marg, int idx, int dim);",
     "5": "int InsertBlock(int dim, bool is_landmark); static void SchurComplement(const MatXX& V, const MatXX& W, "
          "const VecX& b_b, MatXX* U, VecX* b_a); void UpdateErrorComputation(); VecX Residual(const VecX& delta_chi) const;",
+    "6": "void PreMarginalize(); void ConstructA(); KeptSystem SchurComplement() const; void Factor(const KeptSystem& kept); "
+         "Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift = {}) const;",
     "7": "void BuildStructure() override; void BuildSystem() override; bool Solve(double lambda, VecX* delta_x) override;",
 }
 
 # The classes that they are members of.
-CLASSES = {"Problem": ["1.1", "1.2", "2"], "MarginalizationError": ["5"], "PlainBlockSolver": ["7"]}
+CLASSES = {"Problem": ["1.1", "1.2", "2"], "MarginalizationError": ["5"], "MarginalizationInfo": ["6"],
+           "PlainBlockSolver": ["7"]}
 
 
 @dataclass
@@ -85,7 +88,7 @@ def code_of(one: Fill) -> tuple:
     text, stages, unused = "", [], set(one.code)
     for section in (section for name in FILES for section in sections(solution_text(name))):
         stage = stage_of(regions(section)[0].todo)
-        keys = {f"STAGE {stage['id']}", *(f"REGION {todo}" for todo in stage["todos"])} & unused
+        keys = {f"STAGE {stage['id']}", *(f"REGION {region.todo}" for region in regions(section))} & unused
         if not keys:
             continue
         unused -= keys
@@ -109,7 +112,7 @@ def translation_unit(fills: list) -> str:
     parts = ["// Written by tests/homework/fills.py.", *includes, '#include "tests/homework/submission.h"']
     for one in fills:
         text, stages = code_of(one)
-        classes = "\n".join(derived_class(name, [stage for stage in own if stage in stages])
+        classes = "\n".join(derived_class(name, [stage for stage in own if stage in stages and f"{name}::" in text])
                             for name, own in CLASSES.items())
         parts.append(f"""
 namespace ch5::fill_{one.name} {{
@@ -117,7 +120,9 @@ namespace ch5::fill_{one.name} {{
 {text}
 [[maybe_unused]] const bool registered = homework::Register(
     "{one.name}", {{&homework::Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges,
-                   &homework::MakeOkvisTerm<MarginalizationError>, &homework::MakeBlockSolver<PlainBlockSolver>}});
+                   &homework::MakeOkvisTerm<MarginalizationError>, &homework::MakeVinsTerm<MarginalizationInfo>,
+                   {{&DropSetOfMarginOld, &DropSetOfMarginSecondNew, &SlideWindow, &DetectFailure}},
+                   &homework::MakeBlockSolver<PlainBlockSolver>}});
 }}  // namespace ch5::fill_{one.name}""")
     return "\n".join(parts) + "\n"
 

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Makes ch5_homework/*.cc from solutions/*.cc: each graded region becomes its hints and a throw.
 
-  make_skeleton.py                 writes ch5_homework/
+  make_skeleton.py                 writes ch5_homework/, all of it
+  make_skeleton.py problem.cc      writes this file anew, and leaves the others alone
   make_skeleton.py --check         compares instead: 0 current, 1 not, 77 a student is at work (not in CI)
   make_skeleton.py --output DIR    writes elsewhere
   make_skeleton.py --blank 1.1a    blanks this region only, repeatable; the others hold the solution
@@ -50,6 +51,7 @@ def table_is_true() -> bool:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="*", metavar="FILE")
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--output", type=Path, default=ROOT / "ch5_homework", metavar="DIR")
     parser.add_argument("--blank", action="append", metavar="TODO")
@@ -58,8 +60,10 @@ def main() -> int:
         return 1
     if options.check:
         return check(options.output)
+    if unknown := set(options.files) - set(FILES):
+        parser.error(f"no homework is in {', '.join(sorted(unknown))}; there are {', '.join(FILES)}")
     options.output.mkdir(parents=True, exist_ok=True)
-    for name in FILES:
+    for name in options.files or FILES:
         (options.output / name).write_text(skeleton(name, options.blank), encoding="utf-8")
     return 0
 

@@ -8,7 +8,12 @@ namespace {
 std::map<std::string, Submission>& Shelf() {
   static std::map<std::string, Submission> shelf{
       {"linked",
-       {&Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges, &MakeOkvisTerm<MarginalizationError>,
+       {&Make<Problem>,
+        &Problem::TestMarginalize,
+        &AddMonoBaEdges,
+        &MakeOkvisTerm<MarginalizationError>,
+        &MakeVinsTerm<MarginalizationInfo>,
+        {&DropSetOfMarginOld, &DropSetOfMarginSecondNew, &SlideWindow, &DetectFailure},
         &MakeBlockSolver<PlainBlockSolver>}}};
   return shelf;
 }

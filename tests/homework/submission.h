@@ -2,12 +2,16 @@
 /// Whose homework is under test. The stage tests call the graded functions through a Submission, so that the same
 /// tests judge the student's file, the reference, and a whole shelf of right and wrong fills in one executable.
 
+#include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "ch5_backend/marginalize/marginalization_error.h"
+#include "ch5_backend/marginalize/marginalization_info.h"
 #include "ch5_backend/solve/plain_block_solver.h"
 #include "ch5_backend/solve/problem.h"
+#include "ch5_backend/window/vins_window.h"
 #include "ch5_backend/world/mono_ba.h"
 
 namespace ch5::homework {
@@ -29,12 +33,52 @@ class OkvisTerm {
   virtual VecX Residual(const VecX& delta_chi) = 0;
 };
 
+/// A MarginalizationInfo whose five graded functions are called one by one, on numbers that the test puts there.
+class VinsTerm {
+ public:
+  struct Block {
+    std::shared_ptr<Vertex> vertex;
+    VecX x0;
+    int idx;
+  };
+  struct KeptSystem {
+    MatXX A;
+    VecX b;
+  };
+  struct Members {
+    MatXX *A, *J;
+    VecX *b, *r0;
+    int *m, *n;
+    std::vector<int>* keep;
+  };
+
+  virtual ~VinsTerm() = default;
+  virtual Members Inside() = 0;
+  virtual std::map<int, Block> Blocks() const = 0;
+  virtual void AddResidualBlockInfo(const ResidualBlockInfo& info) = 0;
+  virtual void PreMarginalize() = 0;
+  virtual void ConstructA() = 0;
+  virtual KeptSystem SchurComplement() const = 0;
+  virtual void Factor(const KeptSystem& kept) = 0;
+  virtual Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift) const = 0;
+};
+
+/// The free functions of stage 6.
+struct VinsWindow {
+  DropSet (*margin_old)(const Window& window);
+  DropSet (*margin_second_new)(const Window& window);
+  void (*slide)(MarginalizationFlag flag, Window* window);
+  Failure (*detect_failure)(const Window& window, const Vec3& last_p);
+};
+
 struct Submission {
   std::unique_ptr<Problem> (*make_problem)(Graph* graph);                        // stages 1.1 and 1.2
   MarginalizeResult (*test_marginalize)(MatXX H, VecX b, int idx, int dim);      // stage 2
   void (*add_mono_ba_edges)(const MonoBaScene& scene, double pixel_information,  // stage 3
                             double prior_weight, MonoBa* problem);
-  std::unique_ptr<OkvisTerm> (*make_okvis_term)();                       // stage 5
+  std::unique_ptr<OkvisTerm> (*make_okvis_term)();  // stage 5
+  std::unique_ptr<VinsTerm> (*make_vins_term)();    // stage 6
+  VinsWindow vins_window;
   std::unique_ptr<PlainBlockSolver> (*make_block_solver)(Graph* graph);  // stage 7
 };
 
@@ -63,6 +107,36 @@ class OkvisTermOf : public OkvisTerm, private M {
 template <typename M>
 std::unique_ptr<OkvisTerm> MakeOkvisTerm() {
   return std::make_unique<OkvisTermOf<M>>();
+}
+
+/// For make_vins_term: `M` is MarginalizationInfo or a class derived from it.
+template <typename M>
+class VinsTermOf : public VinsTerm, private M {
+ public:
+  Members Inside() override {
+    return {&this->A_,   &this->linearized_jacobians_, &this->b_, &this->linearized_residuals_, &this->m_, &this->n_,
+            &this->keep_};
+  }
+  std::map<int, Block> Blocks() const override {
+    std::map<int, Block> blocks;
+    for (const auto& [id, block] : this->blocks_) blocks[id] = {block.vertex, block.x0, block.idx};
+    return blocks;
+  }
+  void AddResidualBlockInfo(const ResidualBlockInfo& info) override { M::AddResidualBlockInfo(info); }
+  void PreMarginalize() override { M::PreMarginalize(); }
+  void ConstructA() override { M::ConstructA(); }
+  KeptSystem SchurComplement() const override {
+    const auto kept = M::SchurComplement();
+    return {kept.A, kept.b};
+  }
+  void Factor(const KeptSystem& kept) override { M::Factor({kept.A, kept.b}); }
+  Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift) const override {
+    return M::GetParameterBlocks(shift);
+  }
+};
+template <typename M>
+std::unique_ptr<VinsTerm> MakeVinsTerm() {
+  return std::make_unique<VinsTermOf<M>>();
 }
 
 /// The one under test: the functions that are linked in, unless Choose has named another.

@@ -34,7 +34,16 @@ ASSERTIONS = [
     (r"rows\(\) == \w+\.rows\(\)|resize", "the two sides of = or += have different sizes"),
     (r"A·D|D·A", "the sizes of a product with Hmm_inv do not fit"),
     (r"__n < this->size\(\)", "an index lies outside its std::vector"),
+    (r"get\(\) != (nullptr|pointer\(\))", "a null pointer was used"),
     (r"index >= 0|row >= 0", "an index lies outside its matrix"),
+]
+
+# The standard library's exceptions, likewise.
+EXCEPTIONS = [
+    (r"std::bad_alloc|length_error|vector::_M_\w*append|_M_realloc_insert",
+     "it asks for more memory than 2 GB; a size is wrong, or a loop does not end"),
+    (r"map::at", "an id is not in the map that was asked for it"),
+    (r"vector::_M_range_check", "an index lies outside its std::vector"),
 ]
 
 
@@ -121,7 +130,7 @@ def does_not_compile(file: str, output: str) -> Verdict:
     if "multiple definition of `main'" in hint:
         hint = f"{file} has a main of its own; remove it, the check brings one."
     elif "missing and no known rule" in hint or f"{file}: No such file" in hint:
-        hint = f"{file} is missing; tests/homework/make_skeleton.py writes it anew."
+        hint = f"{file} is missing; tests/homework/make_skeleton.py {file} writes it anew."
     story = "\n".join(shorten(line) for line in lines[first:first + SHOWN_LINES])
     return Verdict("does-not-compile", hint, story)
 
@@ -185,11 +194,16 @@ def read_report(tests: list, exit_code: int, words: str) -> Verdict:
             if missing:
                 return Verdict("not-started", missing[1] + ".", "", words)
             if thrown:
-                return Verdict("crashes", f"An exception ended the test {test['name']}: {thrown[1]}", "", words)
+                plain = in_plain_words(thrown[1], EXCEPTIONS)
+                return Verdict("crashes", f"An exception ended the test {test['name']}: {plain}.", "", words)
             return Verdict("wrong", cause(text), "\n".join(text.splitlines()[:SHOWN_LINES]), words)
     if exit_code or not tests or any(test.get("result") != "COMPLETED" for test in tests):
         return Verdict("crashes", f"The tests were not all run (exit code {exit_code}).", "", words)
     return Verdict("right", "", "", words)
+
+
+def in_plain_words(message: str, table: list) -> str:
+    return next((text for pattern, text in table if re.search(pattern, message)), message)
 
 
 def mend_utf8(text: str) -> str:
@@ -217,7 +231,7 @@ def ended_early(executable: Path, stage: dict, words: str, in_time: bool, exit_c
         return Verdict("times-out", f"Still running after {time_limit:g} s{where}: a loop does not end.", "", student)
     assertion = re.search(r"Assertion [`'](.*)' failed", student, re.DOTALL)
     if assertion:
-        plain = next((text for pattern, text in ASSERTIONS if re.search(pattern, assertion[1])), assertion[1])
+        plain = in_plain_words(assertion[1], ASSERTIONS)
         student = student[:student.rfind("\n", 0, assertion.start()) + 1]
         return Verdict("crashes", f"An assertion stopped the program: {plain}{where}.", "", student)
     what = f"Crash ({name})" if crash else f"The program ended by itself (exit code {exit_code})"
