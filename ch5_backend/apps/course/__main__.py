@@ -26,7 +26,9 @@ DESCRIPTIONS = {
 }
 JSON_FIELDS = {
     "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
-           "out and more; with a recording problem, policies, out, report; with several DATA results, a list of these",
+           "out and more; with a recording problem, out, report and policies, a list of {policy, ate_m, scale_error, "
+           "yaw_error_deg, realtime_factor, p99_window_ms, frames, restarts}, null where there is no truth to compare "
+           "with; with several DATA results, a list of these",
     "bench": "rows, a list of {problem, threads, ours_ms, peer, peer_ms, ratio, ours_cost, peer_cost, ours_peak_mb, "
              "peer_peak_mb}; ratio is peer_ms / ours_ms, null where a side did not get there",
     "check": "stages, a list of {id, state, hint}",

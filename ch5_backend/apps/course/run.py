@@ -16,6 +16,7 @@ from .errors import CourseError
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
 PLOT = ROOT / "ch5_backend" / "apps" / "plot"
 SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
+POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts")
 
 
 def run(arguments) -> int:
@@ -69,7 +70,8 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
         return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
     print(f"The results: {out}", file=sys.stderr if arguments.json else sys.stdout)
     if kind == "recording":
-        policies = jsonout.read_rows(out / "csv" / "odometry_policies.csv")
+        rows = jsonout.read_rows(out / "csv" / "odometry_policies.csv")
+        policies = [{field: row[field] for field in POLICY_FIELDS} for row in rows]
         return {"problem": out.name, "policies": policies, "out": str(out), "report": str(out / "report.html")}
     return {**jsonout.read_summary(out / "summary.csv"), "out": str(out)}
 
