@@ -6,6 +6,10 @@
 namespace ch5 {
 namespace {
 
+// So many times the error that a landmark may have on average makes an observation a false match. With 3 px that is
+// 90 px: less may as well be a poor depth, and then the landmark has to go.
+constexpr double kFalseMatch = 30.0;
+
 // T_W_C of a frame.
 Transform CameraOf(const Window& window, int frame) {
   const VertexPose& pose = *window.frames.at(static_cast<size_t>(window.IndexOf(frame))).pose;
@@ -15,13 +19,31 @@ Transform CameraOf(const Window& window, int frame) {
 
 Vec3 ToCamera(const Transform& T_W_C, const Vec3& p_W) { return T_W_C.q.conjugate() * (p_W - T_W_C.p); }
 
+double ReprojectionError(const Window& window, const Vec3& p_W, const WindowObservation& seen) {
+  return (ToCamera(CameraOf(window, seen.frame), p_W).hnormalized() - window.PointOf(seen)).norm();
+}
+
+// The host's is zero.
 double MeanReprojectionError(const Window& window, const WindowLandmark& landmark) {
   const Vec3 p_W = LandmarkInWorld(window, landmark);
   double sum = 0.0;
-  for (const WindowObservation& seen : landmark.seen) {
-    sum += (ToCamera(CameraOf(window, seen.frame), p_W).hnormalized() - window.PointOf(seen)).norm();
+  for (const WindowObservation& seen : landmark.seen) sum += ReprojectionError(window, p_W, seen);
+  return sum / static_cast<double>(landmark.seen.size() - 1);
+}
+
+// Takes the newest observation away if it alone is a false match. Where the one before was another, the track has
+// jumped to a point of its own, and stays.
+void RemoveFalseMatch(double false_match, Window* window, WindowLandmark* landmark) {
+  const auto& recent = landmark->recent;
+  auto& seen = landmark->seen;
+  if (seen.size() < 3 || recent.size() < 2 || seen.back().frame != recent.back().frame) return;
+  if (seen[seen.size() - 2].frame != recent[recent.size() - 2].frame) return;
+  if (ReprojectionError(*window, LandmarkInWorld(*window, *landmark), seen.back()) < false_match) return;
+  const auto pose = window->frames[static_cast<size_t>(window->IndexOf(seen.back().frame))].pose;
+  for (const auto& edge : EdgesAt(window->graph, {landmark->inverse_depth})) {
+    if (edge->Vertices()[2] == pose) window->graph.RemoveEdge(edge);
   }
-  return sum / static_cast<double>(landmark.seen.size() - 1);  // the host's is zero
+  seen.pop_back();
 }
 
 // The graph forgets them too.
@@ -144,9 +166,10 @@ int RemoveFailures(Window* window) {
 }
 
 int RemoveOutliers(double max_error, Window* window) {
-  return EraseIf(window, [&](const WindowLandmark& landmark) {
-    return landmark.inverse_depth && landmark.seen.size() > 1 &&
-           !(MeanReprojectionError(*window, landmark) < max_error);
+  return EraseIf(window, [&](WindowLandmark& landmark) {
+    if (!landmark.inverse_depth || landmark.seen.size() < 2) return false;
+    RemoveFalseMatch(kFalseMatch * max_error, window, &landmark);
+    return !(MeanReprojectionError(*window, landmark) < max_error);
   });
 }
 

@@ -41,6 +41,7 @@ void ForgetObservations(int frame, Window* window);
 int RemoveFailures(Window* window);
 
 /// Erases landmarks whose reprojections are off by more than `max_error` on average, all of one track.
+/// Before that, a newest observation that alone is off by 30 times as much is taken away as a false match.
 /// @param max_error  on the normalised plane;  @return how many
 int RemoveOutliers(double max_error, Window* window);
 
