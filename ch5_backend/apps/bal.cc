@@ -20,20 +20,18 @@ constexpr char kUsage[] =
     "                   automatic (the default) is power-series for more than 400 cameras\n";
 
 void Run(const ch5::FileCommand& command) {
-  const std::string name = std::filesystem::path(command.file).stem().string();
+  const std::string name = command.Name();
   const ch5::BalProblem problem = ch5::ReadBal(command.file);
   std::filesystem::create_directories(command.out);
   std::printf("%s: %zu cameras, %zu points, %zu observations\n\n", name.c_str(), problem.cameras.size(),
               problem.points.size(), problem.observations.size());
-  const ch5::BalStudyOptions options{command.iterations, command.threads, command.huber, command.solver};
   ch5::IterationTable table;
   const ch5::BalStudy study =
-      ch5::SolveBal(problem, options, [&](const ch5::IterationInfo& info) { table.Print(info); });
-  ch5::WriteBalStudy(study, options, name, command.out);
-  const ch5::Summary& summary = study.summary;
-  std::printf("\ncost %.6e -> %.6e, mean error %.3f -> %.3f px, %d iterations, %.3f s; %s\n", summary.initial_cost,
-              summary.final_cost, study.mean_error_before, study.mean_error_after, summary.iterations, summary.seconds,
-              summary.message.c_str());
+      ch5::SolveBal(problem, command.options, [&](const ch5::IterationInfo& info) { table.Print(info); });
+  ch5::WriteBalStudy(study, command.options, name, command.out);
+  char error[80];
+  std::snprintf(error, sizeof error, ", mean error %.3f -> %.3f px", study.mean_error_before, study.mean_error_after);
+  ch5::PrintSummary(study.summary, error);
 }
 
 }  // namespace

@@ -30,22 +30,19 @@ void PrintUnknown(const ch5::G2oFile& graph, const std::string& file) {
 }
 
 void Run(const ch5::FileCommand& command) {
-  const std::string name = std::filesystem::path(command.file).stem().string();
+  const std::string name = command.Name();
   ch5::G2oFile graph = ch5::ReadG2o(command.file);
   if (graph.graph.Edges().empty()) throw std::invalid_argument("no edge of a known type, so nothing to optimise");
   std::filesystem::create_directories(command.out);
   PrintUnknown(graph, command.file);
   std::printf("%s: %zu poses, %zu edges\n\n", name.c_str(), graph.ids.size(), graph.graph.Edges().size());
 
-  const ch5::PoseGraphOptions options{command.iterations, command.threads, command.huber, command.solver};
   ch5::IterationTable table;
   const ch5::PoseGraphStudy study =
-      ch5::SolvePoseGraph(options, &graph, [&](const ch5::IterationInfo& info) { table.Print(info); });
-  ch5::WritePoseGraphStudy(study, graph, options, name, command.out);
+      ch5::SolvePoseGraph(command.options, &graph, [&](const ch5::IterationInfo& info) { table.Print(info); });
+  ch5::WritePoseGraphStudy(study, graph, command.options, name, command.out);
   for (const int id : study.fixed_ids) std::printf("pose %d was held: the file fixes none of its part\n", id);
-  const ch5::Summary& summary = study.summary;
-  std::printf("\ncost %.6e -> %.6e, %d iterations, %.3f s; %s\n", summary.initial_cost, summary.final_cost,
-              summary.iterations, summary.seconds, summary.message.c_str());
+  ch5::PrintSummary(study.summary);
 }
 
 }  // namespace

@@ -5,9 +5,7 @@
 #include <stdexcept>
 
 #include "ch5_backend/apps/studies/file_command.h"
-#include "ch5_backend/apps/studies/solve_tables.h"
 #include "ch5_backend/apps/studies/window_graph.h"
-#include "ch5_backend/solve/sparse_optimizer.h"
 #include "ch5_backend/world/trajectory_error.h"
 #include "ch5_backend/world/trajectory_file.h"
 
@@ -50,55 +48,38 @@ CsvTable FrameTable(const WindowDump& dump, const std::vector<StampedState>& aft
   return table;
 }
 
-CsvTable SummaryTable(const Summary& summary, const WindowDump& dump, const FileCommand& command,
-                      const std::string& name) {
-  CsvTable table("key,value");
-  table.Row("problem", CsvWord(name));
+CsvTable SummaryOf(const Summary& summary, const WindowDump& dump, const FileCommand& command) {
+  CsvTable table = SummaryTable(command.Name(), summary, command.options);
   table.Row("frames", dump.frames.size());
   table.Row("landmarks", dump.landmarks.size());
   table.Row("prior_rows", dump.prior_r.size());
-  table.Row("initial_cost", summary.initial_cost);
-  table.Row("final_cost", summary.final_cost);
-  table.Row("iterations", summary.iterations);
-  table.Row("cost_evaluations", summary.cost_evaluations);
-  table.Row("seconds", summary.seconds);
-  table.Row("termination", ToString(summary.termination));
-  table.Row("threads", command.threads);
   return table;
 }
 
 void Run(const FileCommand& command) {
-  if (command.huber > 0.0) throw std::invalid_argument("--huber: the file names its own loss");
+  if (command.options.huber > 0.0) throw std::invalid_argument("--huber: the file names its own loss");
   const std::filesystem::path out = command.out;
-  const std::string name = std::filesystem::path(command.file).stem().string();
+  const std::string name = command.Name();
   const WindowDump dump = ReadWindowDump(command.file);
   WindowGraph window = BuildWindowGraph(dump);
   std::filesystem::create_directories(out);
   std::printf("%s: %zu frames, %zu landmarks, a prior of %td rows\n\n", name.c_str(), dump.frames.size(),
               dump.landmarks.size(), dump.prior_r.size());
-  SparseOptimizer optimizer(&window.graph, command.threads);
-  optimizer.SetReducedSolver(command.solver);
-  optimizer.SetDamping(Damping::kDiagonal);
-  SolveOptions options;
-  options.max_iterations = command.iterations;
-  options.cost_tolerance = 1e-9;
-  options.algorithm = Algorithm::kDogleg;
+  SolveOptions solve;
+  solve.cost_tolerance = 1e-9;
+  solve.algorithm = Algorithm::kDogleg;
   IterationTable table;
-  options.callback = [&](const IterationInfo& info) {
-    table.Print(info);
-    return true;
-  };
-  const Summary summary = optimizer.Solve(options);
+  const Summary summary = SolveGraph(
+      &window.graph, command.options, [&](const IterationInfo& info) { table.Print(info); }, solve);
 
   const std::vector<StampedState> after = StatesOf(dump, window);
   FileBatch files;
   files.Add(out / "frames.csv", FrameTable(dump, after).Text());
   files.Add(out / (name + "-result.tum"), FormatTum(after, 0));
   files.Add(out / "trace.csv", TraceTable(summary).Text());
-  files.Add(out / "summary.csv", SummaryTable(summary, dump, command, name).Text());
+  files.Add(out / "summary.csv", SummaryOf(summary, dump, command).Text());
   files.Commit();
-  std::printf("\ncost %.6e -> %.6e, %d iterations, %.3f s; %s\n", summary.initial_cost, summary.final_cost,
-              summary.iterations, summary.seconds, summary.message.c_str());
+  PrintSummary(summary);
 }
 
 }  // namespace

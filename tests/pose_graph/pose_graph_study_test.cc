@@ -72,7 +72,7 @@ TEST(PoseGraph, OneBadClosureDoesNotBendTheRestUnderHuber) {
     walk.file.graph.AddEdge(std::make_shared<EdgeSE3Between>(std::static_pointer_cast<VertexPose>(vertices[20]),
                                                              std::static_pointer_cast<VertexPose>(vertices[24]),
                                                              Qd::Identity(), Vec3::Zero()));
-    PoseGraphOptions options;
+    FileSolveOptions options;
     options.huber = huber ? 0.01 : 0.0;
     SolvePoseGraph(options, &walk.file);
     worst[huber] = 0.0;
@@ -128,7 +128,7 @@ TEST(PoseGraph, ResultDoesNotDependOnThreads) {
   std::string results[2];
   for (const int threads : {1, 3}) {
     Walk walk = MakeWalk(400, 0.1, 43);
-    PoseGraphOptions options;
+    FileSolveOptions options;
     options.threads = threads;
     SolvePoseGraph(options, &walk.file);
     for (int i = 0; i < 400; ++i) walk.file.lines.push_back({G2oFile::Kind::kVertex, i, 0, ""});
@@ -146,7 +146,7 @@ TEST_P(RealGraph, ReachesCeresOptimum) {
   const std::filesystem::path path = std::filesystem::path(CH5_DATA_DIR) / "posegraph" / name;
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   G2oFile file = ReadG2o(path.string());
-  PoseGraphOptions options;
+  FileSolveOptions options;
   options.threads = 2;
   const PoseGraphStudy study = SolvePoseGraph(options, &file);
   EXPECT_TRUE(IsConverged(study.summary.termination)) << study.summary.message;

@@ -197,7 +197,7 @@ TEST(Bal, PerturbedProblemReturnsToItsPerfectFit) {
 TEST(Bal, HuberKeepsTheFitInSpiteOfAnOutlier) {
   BalProblem problem = SmallProblem();
   problem.observations[5].pixel.x() += 1000.0;
-  BalStudyOptions options;
+  FileSolveOptions options;
   const auto median_error = [&] {
     const BalStudy study = SolveBal(problem, options);
     BalGraph bal;
@@ -232,7 +232,7 @@ TEST(Bal, PointInACamerasPlaneIsNamed) {
 TEST(Bal, ZeroIterationsChangeNothing) {
   BalProblem problem = SmallProblem();
   problem.points[0].x() += 0.1;
-  BalStudyOptions options;
+  FileSolveOptions options;
   options.iterations = 0;
   const BalStudy study = SolveBal(problem, options);
   EXPECT_EQ(study.summary.termination, Termination::kMaxIterations);

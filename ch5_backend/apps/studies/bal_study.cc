@@ -2,9 +2,6 @@
 
 #include <stdexcept>
 
-#include "ch5_backend/apps/studies/solve_tables.h"
-#include "ch5_backend/solve/sparse_optimizer.h"
-
 namespace ch5 {
 namespace {
 
@@ -20,22 +17,13 @@ void RequireFiniteResiduals(const BalProblem& problem, const Graph& graph) {
   }
 }
 
-CsvTable SummaryTable(const BalStudy& study, const BalStudyOptions& options, const std::string& name) {
-  const Summary& summary = study.summary;
-  CsvTable table("key,value");
-  table.Row("problem", CsvWord(name));
+CsvTable SummaryOf(const BalStudy& study, const FileSolveOptions& options, const std::string& name) {
+  CsvTable table = SummaryTable(name, study.summary, options);
   table.Row("cameras", study.after.cameras.size());
   table.Row("points", study.after.points.size());
   table.Row("observations", study.after.observations.size());
-  table.Row("initial_cost", summary.initial_cost);
-  table.Row("final_cost", summary.final_cost);
-  table.Row("iterations", summary.iterations);
-  table.Row("cost_evaluations", summary.cost_evaluations);
-  table.Row("seconds", summary.seconds);
-  table.Row("termination", ToString(summary.termination));
   table.Row("mean_error_before_px", study.mean_error_before);
   table.Row("mean_error_after_px", study.mean_error_after);
-  table.Row("threads", options.threads);
   table.Row("huber_px", options.huber);
   return table;
 }
@@ -66,8 +54,7 @@ CsvTable CameraTable(const BalStudy& study) {
 
 }  // namespace
 
-BalStudy SolveBal(const BalProblem& problem, const BalStudyOptions& options,
-                  const std::function<void(const IterationInfo&)>& callback) {
+BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, const Listener& listener) {
   BalStudy study;
   study.before = study.after = problem;
   BalGraph bal;
@@ -75,22 +62,13 @@ BalStudy SolveBal(const BalProblem& problem, const BalStudyOptions& options,
   RequireFiniteResiduals(problem, bal.graph);
   study.mean_error_before = MeanReprojectionError(bal.graph);
 
-  SparseOptimizer optimizer(&bal.graph, options.threads);
-  optimizer.SetDamping(Damping::kDiagonal);  // focal lengths, distortions and angles have no unit in common
-  optimizer.SetReducedSolver(options.solver);
-  SolveOptions solve;
-  solve.max_iterations = options.iterations;
-  solve.callback = [&](const IterationInfo& info) {
-    if (callback) callback(info);
-    return true;
-  };
-  study.summary = optimizer.Solve(solve);
+  study.summary = SolveGraph(&bal.graph, options, listener);
   study.mean_error_after = MeanReprojectionError(bal.graph);
   ReadBack(bal, &study.after);
   return study;
 }
 
-void WriteBalStudy(const BalStudy& study, const BalStudyOptions& options, const std::string& name,
+void WriteBalStudy(const BalStudy& study, const FileSolveOptions& options, const std::string& name,
                    const std::filesystem::path& out) {
   FileBatch files;
   files.Add(out / (name + "-result.txt"), FormatBal(study.after));
@@ -99,7 +77,7 @@ void WriteBalStudy(const BalStudy& study, const BalStudyOptions& options, const 
   files.Add(out / "points.csv", PointTable(study).Text());
   files.Add(out / "cameras.csv", CameraTable(study).Text());
   files.Add(out / "trace.csv", TraceTable(study.summary).Text());
-  files.Add(out / "summary.csv", SummaryTable(study, options, name).Text());
+  files.Add(out / "summary.csv", SummaryOf(study, options, name).Text());
   files.Commit();
 }
 

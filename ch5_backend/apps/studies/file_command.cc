@@ -44,7 +44,7 @@ ReducedSolverType ParseSolver(const std::string& word) {
 
 FileCommand Parse(int argc, char** argv) {
   FileCommand command;
-  command.threads = static_cast<int>(std::max(1u, std::min(64u, std::thread::hardware_concurrency())));
+  command.options.threads = static_cast<int>(std::max(1u, std::min(64u, std::thread::hardware_concurrency())));
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     const auto value = [&]() -> std::string {
@@ -54,13 +54,13 @@ FileCommand Parse(int argc, char** argv) {
     if (word == "--out") {
       command.out = value();
     } else if (word == "--iterations") {
-      command.iterations = ParseNumber(word, value(), 0, 1000000);
+      command.options.iterations = ParseNumber(word, value(), 0, 1000000);
     } else if (word == "--threads") {
-      command.threads = ParseNumber(word, value(), 1, 256);
+      command.options.threads = ParseNumber(word, value(), 1, 256);
     } else if (word == "--huber") {
-      command.huber = ParseNumber(word, value(), 1e-6, 1e6);
+      command.options.huber = ParseNumber(word, value(), 1e-6, 1e6);
     } else if (word == "--solver") {
-      command.solver = ParseSolver(value());
+      command.options.solver = ParseSolver(value());
     } else if (word.size() > 1 && word[0] == '-') {
       throw UsageError("unknown option '" + word + "'");
     } else if (!command.file.empty()) {
@@ -75,6 +75,8 @@ FileCommand Parse(int argc, char** argv) {
 }
 
 }  // namespace
+
+std::string FileCommand::Name() const { return std::filesystem::path(file).stem().string(); }
 
 int RunFileCommand(const char* program, const char* usage, int argc, char** argv,
                    const std::function<void(const FileCommand&)>& run) {
@@ -117,6 +119,11 @@ void IterationTable::Print(const IterationInfo& info) {
   std::printf("%4d  %13.6e  %10.2e  %10.2e  %10.2e  %7.3f  %8.1e  %6d  %7.3f\n", info.iteration, info.cost, change,
               info.gradient_max, info.step_norm, info.gain_ratio, info.lambda, info.trials, info.seconds);
   std::fflush(stdout);
+}
+
+void PrintSummary(const Summary& summary, const std::string& more) {
+  std::printf("\ncost %.6e -> %.6e%s, %d iterations, %.3f s; %s\n", summary.initial_cost, summary.final_cost,
+              more.c_str(), summary.iterations, summary.seconds, summary.message.c_str());
 }
 
 }  // namespace ch5

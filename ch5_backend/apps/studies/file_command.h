@@ -1,20 +1,18 @@
 #pragma once
-/// What the programs that solve one file have in common: their command line, their errors, their table of iterations.
+/// What the programs that solve one file have in common: their command line, their errors, how they tell of the run.
 
 #include <functional>
 #include <string>
 
-#include "ch5_backend/solve/minimizer.h"
-#include "ch5_backend/solve/reduced_solver.h"
+#include "ch5_backend/apps/studies/file_solve.h"
 
 namespace ch5 {
 
 struct FileCommand {
   std::string file, out;
-  int iterations = 50;  ///< at most
-  int threads = 0;      ///< as many as the machine has, unless given
-  double huber = 0.0;   ///< threshold of Huber's loss; 0 for plain least squares
-  ReducedSolverType solver = ReducedSolverType::kAutomatic;
+  FileSolveOptions options;  ///< as many threads as the machine has, unless given
+
+  std::string Name() const;  ///< the file's, without folders and extension
 };
 
 /// The whole of main(): reads FILE --out DIR [--iterations N] [--threads N] [--huber X] [--solver NAME], calls `run`, and turns every
@@ -33,5 +31,9 @@ class IterationTable {
  private:
   double previous_cost_ = 0.0;
 };
+
+/// The line below that table.
+/// @param more  what the format adds, such as ", mean error 2.1 px"
+void PrintSummary(const Summary& summary, const std::string& more = "");
 
 }  // namespace ch5

@@ -4,9 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "ch5_backend/apps/studies/solve_tables.h"
-#include "ch5_backend/solve/sparse_optimizer.h"
-
 namespace ch5 {
 namespace {
 
@@ -21,23 +18,14 @@ std::vector<double> Chi2OfEdges(const Graph& graph) {
 
 double Sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-CsvTable SummaryTable(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options,
-                      const std::string& name) {
-  const Summary& summary = study.summary;
-  CsvTable table("key,value");
-  table.Row("problem", CsvWord(name));
+CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const FileSolveOptions& options,
+                   const std::string& name) {
+  CsvTable table = SummaryTable(name, study.summary, options);
   table.Row("vertices", file.graph.Vertices().size());
   table.Row("edges", file.graph.Edges().size());
-  table.Row("initial_cost", summary.initial_cost);
-  table.Row("final_cost", summary.final_cost);
   table.Row("chi2_before", Sum(study.chi2_before));
   table.Row("chi2", Sum(Chi2OfEdges(file.graph)));
-  table.Row("iterations", summary.iterations);
-  table.Row("cost_evaluations", summary.cost_evaluations);
-  table.Row("seconds", summary.seconds);
-  table.Row("termination", ToString(summary.termination));
   table.Row("unknown_lines", file.unknown.size());
-  table.Row("threads", options.threads);
   table.Row("huber", options.huber);
   return table;
 }
@@ -104,8 +92,7 @@ std::vector<int> FixFreeParts(const Graph& graph) {
   return fixed;
 }
 
-PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file,
-                              const std::function<void(const IterationInfo&)>& callback) {
+PoseGraphStudy SolvePoseGraph(const FileSolveOptions& options, G2oFile* file, const Listener& listener) {
   PoseGraphStudy study;
   for (const int index : FixFreeParts(file->graph)) study.fixed_ids.push_back(file->ids[index]);
   for (const auto& vertex : file->graph.Vertices()) study.poses_before.push_back(vertex->Parameters());
@@ -114,28 +101,18 @@ PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file,
     const auto loss = std::make_shared<HuberLoss>(options.huber);
     for (const auto& edge : file->graph.Edges()) edge->SetLossFunction(loss);
   }
-
-  SparseOptimizer optimizer(&file->graph, options.threads);
-  optimizer.SetReducedSolver(options.solver);
-  optimizer.SetDamping(Damping::kDiagonal);  // metres and radians
-  SolveOptions solve;
-  solve.max_iterations = options.iterations;
-  solve.callback = [&](const IterationInfo& info) {
-    if (callback) callback(info);
-    return true;
-  };
-  study.summary = optimizer.Solve(solve);
+  study.summary = SolveGraph(&file->graph, options, listener);
   return study;
 }
 
-void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options,
+void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const FileSolveOptions& options,
                          const std::string& name, const std::filesystem::path& out) {
   FileBatch files;
   files.Add(out / (name + "-result.g2o"), FormatG2o(file));
   files.Add(out / "poses.csv", PoseTable(study, file).Text());
   files.Add(out / "edges.csv", EdgeTable(study, file).Text());
   files.Add(out / "trace.csv", TraceTable(study.summary).Text());
-  files.Add(out / "summary.csv", SummaryTable(study, file, options, name).Text());
+  files.Add(out / "summary.csv", SummaryOf(study, file, options, name).Text());
   files.Commit();
 }
 

@@ -2,21 +2,12 @@
 /// Solves a pose graph and writes down how it went.
 
 #include <filesystem>
-#include <functional>
 #include <string>
 
-#include "ch5_backend/solve/minimizer.h"
-#include "ch5_backend/solve/reduced_solver.h"
+#include "ch5_backend/apps/studies/file_solve.h"
 #include "ch5_backend/world/g2o_file.h"
 
 namespace ch5 {
-
-struct PoseGraphOptions {
-  int iterations = 50;  ///< at most
-  int threads = 1;
-  double huber = 0.0;  ///< threshold of Huber's loss on √(rᵀWr); 0 for plain least squares
-  ReducedSolverType solver = ReducedSolverType::kAutomatic;
-};
 
 struct PoseGraphStudy {
   Summary summary;
@@ -29,15 +20,13 @@ struct PoseGraphStudy {
 /// @return indices of these poses; a pose without edges is no part
 std::vector<int> FixFreeParts(const Graph& graph);
 
-/// Levenberg-Marquardt with diagonal damping in the fast room; `file` then holds the result.
-/// @param callback  hears of each iteration
-PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file,
-                              const std::function<void(const IterationInfo&)>& callback = {});
+/// Levenberg-Marquardt, as SolveGraph; `file` then holds the result.
+PoseGraphStudy SolvePoseGraph(const FileSolveOptions& options, G2oFile* file, const Listener& listener = {});
 
 /// Writes, all or none, into `out`: NAME-result.g2o, summary.csv (key, value), trace.csv, and for the picture
 /// poses.csv and edges.csv.
 /// @throws WriteError
-void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options,
+void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const FileSolveOptions& options,
                          const std::string& name, const std::filesystem::path& out);
 
 }  // namespace ch5

@@ -1,0 +1,34 @@
+#pragma once
+/// What solving one file is in every format: the user's options, the run in the fast room, the tables it leaves.
+
+#include <functional>
+#include <string>
+
+#include "ch5_backend/graph/graph.h"
+#include "ch5_backend/solve/minimizer.h"
+#include "ch5_backend/solve/reduced_solver.h"
+#include "ch5_backend/world/csv.h"
+
+namespace ch5 {
+
+struct FileSolveOptions {
+  int iterations = 50;  ///< at most
+  int threads = 1;
+  double huber = 0.0;  ///< threshold of Huber's loss on √(rᵀWr), which is [px] in BAL; 0 for plain least squares
+  ReducedSolverType solver = ReducedSolverType::kAutomatic;
+};
+
+/// Hears of each iteration.
+using Listener = std::function<void(const IterationInfo&)>;
+
+/// Solves in the fast room, with diagonal damping: in no format have all unknowns one unit.
+/// @param solve  the format's own settings; the iterations follow `options`
+Summary SolveGraph(Graph* graph, const FileSolveOptions& options, const Listener& listener, SolveOptions solve = {});
+
+/// key,value: the rows of every summary, to which a format adds its own.
+CsvTable SummaryTable(const std::string& name, const Summary& summary, const FileSolveOptions& options);
+
+/// A row for each line of the convergence table, the start included.
+CsvTable TraceTable(const Summary& summary);
+
+}  // namespace ch5
