@@ -1,13 +1,9 @@
 #include <cmath>
 
-#include "ch5_backend/math/so3.h"
 #include "tests/bench/ceres_solve.h"
 
 namespace ch5::peer {
 namespace {
-
-template <int R, int C>
-using RowMajor = Eigen::Matrix<double, R, C, Eigen::RowMajor>;
 
 // The residual of types/edge_bal.h, its rotation by Rodrigues' formula, its derivatives worked out by hand.
 class Observation : public ceres::SizedCostFunction<2, 9, 3> {
@@ -63,12 +59,9 @@ class Observation : public ceres::SizedCostFunction<2, 9, 3> {
 
 PeerResult SolveBalWithCeres(const BalProblem& start, const PeerOptions& options) {
   BalProblem states = start;
-  ceres::Problem::Options problem_options;
-  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(problem_options);
-  ceres::HuberLoss huber(options.huber > 0.0 ? options.huber : 1.0);
+  ceres::Problem problem;
   for (const BalObservation& seen : start.observations) {
-    problem.AddResidualBlock(new Observation(seen.pixel), options.huber > 0.0 ? &huber : nullptr,
+    problem.AddResidualBlock(new Observation(seen.pixel), nullptr,
                              states.cameras[static_cast<size_t>(seen.camera)].data(),
                              states.points[static_cast<size_t>(seen.point)].data());
   }

@@ -9,13 +9,12 @@
 
 namespace ch5::peer {
 
-enum class LinearSolver { kDenseSchur, kSparseSchur, kIterativeSchur, kSparseNormal };
+enum class LinearSolver { kDenseSchur, kIterativeSchur, kSparseNormal };
 
 struct PeerOptions {
   LinearSolver linear_solver = LinearSolver::kDenseSchur;
   int iterations = 20;
   int threads = 1;
-  double huber = 0.0;      ///< BAL: threshold [px], 0 for plain least squares
   bool dogleg = false;     ///< instead of Levenberg-Marquardt
   double tolerance = 0.0;  ///< of the cost's relative change; 0 runs all iterations
 };
@@ -28,9 +27,6 @@ struct PeerResult {
   double initial_cost = 0.0, final_cost = 0.0, seconds = 0.0;
   int iterations = 0;  ///< linear systems solved, those of rejected steps included
   std::vector<PeerPoint> trace;
-
-  /// Time until the cost was at most `cost`, or −1.
-  double SecondsTo(double cost) const;
 };
 
 /// A BAL problem; Ceres' damping is λ diag(H), as our Damping::kDiagonal with tau = 1e-4.

@@ -8,25 +8,6 @@
 namespace ch5::peer {
 namespace {
 
-// [p, q] with the increment [δp, δθ]; the cost functions give derivatives by the increment, in the first six columns.
-class PoseManifold : public ceres::Manifold {
- public:
-  int AmbientSize() const override { return 7; }
-  int TangentSize() const override { return 6; }
-  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
-    const Qd q = Qd(x[6], x[3], x[4], x[5]) * ExpSO3(Eigen::Map<const Vec3>(delta + 3));
-    Eigen::Map<Vec3>{x_plus_delta} = Eigen::Map<const Vec3>(x) + Eigen::Map<const Vec3>(delta);
-    Eigen::Map<Eigen::Vector4d>(x_plus_delta + 3) = q.normalized().coeffs();
-    return true;
-  }
-  bool PlusJacobian(const double*, double* J) const override {
-    Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>>{J}.setIdentity();
-    return true;
-  }
-  bool Minus(const double*, const double*, double*) const override { return false; }
-  bool MinusJacobian(const double*, double*) const override { return false; }
-};
-
 // The residual of EdgeSE3Between, whitened by a factor of W that is worked out once.
 class Between : public ceres::SizedCostFunction<6, 7, 7> {
  public:
@@ -50,7 +31,7 @@ class Between : public ceres::SizedCostFunction<6, 7, 7> {
 
  private:
   void Fill(const Mat66& J, double* out) const {
-    Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> target(out);
+    Eigen::Map<RowMajor<6, 7>> target(out);
     target.leftCols<6>().noalias() = root_ * J;
     target.col(6).setZero();
   }

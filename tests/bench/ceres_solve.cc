@@ -5,7 +5,6 @@ namespace {
 
 ceres::LinearSolverType Type(LinearSolver solver) {
   switch (solver) {
-    case LinearSolver::kSparseSchur: return ceres::SPARSE_SCHUR;
     case LinearSolver::kIterativeSchur: return ceres::ITERATIVE_SCHUR;
     case LinearSolver::kSparseNormal: return ceres::SPARSE_NORMAL_CHOLESKY;
     case LinearSolver::kDenseSchur: break;
@@ -14,13 +13,6 @@ ceres::LinearSolverType Type(LinearSolver solver) {
 }
 
 }  // namespace
-
-double PeerResult::SecondsTo(double cost) const {
-  for (const PeerPoint& point : trace) {
-    if (point.cost <= cost) return point.seconds;
-  }
-  return -1.0;
-}
 
 PeerResult SolveWithCeres(const PeerOptions& options, std::shared_ptr<ceres::ParameterBlockOrdering> ordering,
                           ceres::Problem* problem) {

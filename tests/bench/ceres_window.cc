@@ -6,28 +6,6 @@
 namespace ch5::peer {
 namespace {
 
-template <int R, int C>
-using RowMajor = Eigen::Matrix<double, R, C, (C == 1 ? Eigen::ColMajor : Eigen::RowMajor)>;
-
-// [p, q] with the increment [δp, δθ]; the cost functions give derivatives by the increment, in the first six columns.
-class PoseManifold : public ceres::Manifold {
- public:
-  int AmbientSize() const override { return 7; }
-  int TangentSize() const override { return 6; }
-  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
-    const Qd q = Qd(x[6], x[3], x[4], x[5]) * ExpSO3(Eigen::Map<const Vec3>(delta + 3));
-    Eigen::Map<Vec3>{x_plus_delta} = Eigen::Map<const Vec3>(x) + Eigen::Map<const Vec3>(delta);
-    Eigen::Map<Eigen::Vector4d>(x_plus_delta + 3) = q.normalized().coeffs();
-    return true;
-  }
-  bool PlusJacobian(const double*, double* J) const override {
-    Eigen::Map<RowMajor<7, 6>>{J}.setIdentity();
-    return true;
-  }
-  bool Minus(const double*, const double*, double*) const override { return false; }
-  bool MinusJacobian(const double*, double*) const override { return false; }
-};
-
 Qd Rotation(const double* pose) { return Qd(pose[6], pose[3], pose[4], pose[5]); }
 
 // The landmark's residual of types/edge_reprojection.h, as VINS-Mono writes it: host, target, extrinsic, 1/depth.
