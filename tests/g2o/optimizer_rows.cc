@@ -75,6 +75,22 @@ TEST(G2o, G2_AnEdgeWhoseVerticesAreAllFixedIsNotActive) {
   EXPECT_FALSE(optimizer.InitializeOptimization());
 }
 
+// Unlike ActiveChi2, and like Ceres' costs with their fixed part: twice the cost is the χ² of the whole selection.
+TEST(G2o, G2_CostsCountTheEdgesThatAreFixed) {
+  PointChain chain(3);
+  chain.points[0]->SetFixed();
+  chain.points[1]->SetFixed();
+  Problem dense(&chain.graph);
+  SparseOptimizer fast(&chain.graph);
+  for (NormalEquations* system :
+       {static_cast<NormalEquations*>(&dense), static_cast<NormalEquations*>(&fast.GetSolver())}) {
+    chain.points[2]->SetEstimate({2.2, 0.3, -0.2});
+    const Summary summary = Minimize(system);
+    EXPECT_NEAR(summary.initial_cost, 0.07 + 0.005, 1e-14);  // ½(0.1² + 0.3² + 0.2²) + ½·0.1²
+    EXPECT_NEAR(summary.final_cost, 0.07, 1e-14);
+  }
+}
+
 TEST(G2o, G2_RoundsThatPutOutliersOnLevelOneRecoverTheTruth) {
   Bundle bundle(6, 60, /*noise=*/0.0);
   // Every eleventh pixel is wrong by 50 σ and more: beyond what a robust loss alone forgives.
