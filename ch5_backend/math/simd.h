@@ -1,11 +1,12 @@
 #pragma once
-/// Four doubles at a time, and functions that exist twice: for any processor and for those with AVX2 and FMA.
+/// Four or eight doubles at a time, and functions that exist twice or thrice: for any processor, for those with AVX2 and
+/// FMA, and for those with AVX-512.
 ///
 /// A kernel is an inline function marked CH5_INLINE; CH5_WITH_AVX2 marks the copy that may use the wider registers:
 ///   CH5_INLINE void AddBody(…) { … }
 ///   void Add(…) { AddBody(…); }
 ///   CH5_WITH_AVX2 void AddAvx2(…) { AddBody(…); }
-/// and HasAvx2() chooses once, at run time. The two differ by rounding (FMA), so results are the same to the bit on
+/// and HasAvx2() chooses once, at run time; likewise with AVX-512. They differ by rounding (FMA), so results are the same to the bit on
 /// one machine, not between machines.
 
 #include <cstddef>
@@ -16,8 +17,10 @@
 
 #if defined(__x86_64__)
 #define CH5_WITH_AVX2 __attribute__((target("avx2,fma")))
+#define CH5_WITH_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma")))
 #else
 #define CH5_WITH_AVX2
+#define CH5_WITH_AVX512
 #endif
 
 namespace ch5 {
@@ -31,10 +34,22 @@ inline bool HasAvx2() {
 #endif
 }
 
+inline bool HasAvx512() {
+#if defined(__x86_64__)
+  static const bool has = HasAvx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                          __builtin_cpu_supports("avx512vl");
+  return has;
+#else
+  return false;
+#endif
+}
+
 constexpr int kLanes = 4;
 
 /// Four doubles anywhere in memory; compilers split it where registers are shorter.
 typedef double Lanes __attribute__((vector_size(32), aligned(8), may_alias));
+/// Eight of them.
+typedef double WideLanes __attribute__((vector_size(64), aligned(8), may_alias));
 
 /// `size` rounded up to whole Lanes.
 constexpr int Padded(int size) { return (size + kLanes - 1) / kLanes * kLanes; }

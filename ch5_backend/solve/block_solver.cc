@@ -35,7 +35,7 @@ void BlockSolverBase::SetOrdering() {
   ordered_ = false;
   system_.structure = BuildBlockStructure(std::move(ordering));
   CheckDimensions();
-  passes_ = &ChoosePasses(system_.structure);
+  ChoosePasses();
   FindNumericJacobians();
   const BlockStructure& s = system_.structure;
   const auto size = [](int n) { return static_cast<size_t>(n); };
@@ -82,7 +82,7 @@ void BlockSolverBase::PrepareReducedSolver() {
     system_.S.SetPattern(s.pose_dim, SchurPattern(s));
     if (!reduced_solver_) reduced_solver_ = MakeReducedSolver(type, pool_.Threads());
     reduced_solver_->Prepare(system_.S);
-    schur_.Prepare(s, system_.S, pool_.Threads());
+    schur_.Prepare(s, system_.S, pool_.Threads(), take_group_);
   }
 }
 
@@ -97,8 +97,9 @@ void BlockSolverBase::TakeSums() {
   }
 }
 
-// The dimension of all blocks that landmarks meet, or Dynamic: speeds and biases have no part in a landmark's edges.
-const BlockPasses& BlockSolverBase::ChoosePasses(const BlockStructure& s) {
+// The dimensions of all blocks that landmarks meet, or Dynamic: speeds and biases have no part in a landmark's edges.
+void BlockSolverBase::ChoosePasses() {
+  const BlockStructure& s = system_.structure;
   const auto common = [](const auto& items, const std::vector<int>& dim) {
     int found = 0;
     for (const int item : items) {
@@ -109,7 +110,9 @@ const BlockPasses& BlockSolverBase::ChoosePasses(const BlockStructure& s) {
   };
   std::vector<int> landmarks(s.landmarks.size());
   std::iota(landmarks.begin(), landmarks.end(), 0);
-  return PassesFor(common(s.slot_pose, s.pose_dim), common(landmarks, s.landmark_dim));
+  const int p = common(s.slot_pose, s.pose_dim), l = common(landmarks, s.landmark_dim);
+  passes_ = &PassesFor(p, l);
+  take_group_ = SchurGroupFor(p, l);
 }
 
 void BlockSolverBase::CheckDimensions() const {

@@ -71,7 +71,7 @@ class BlockSolverBase : public NormalEquations {
   void PrepareReducedSolver();
   bool SolveReduced(const DampingRule& rule);
   void TakeSums();
-  static const BlockPasses& ChoosePasses(const BlockStructure& structure);
+  void ChoosePasses();
   void FindNumericJacobians();
   int NumLandmarks() const { return static_cast<int>(system_.structure.landmarks.size()); }
   int NumPoses() const { return static_cast<int>(system_.structure.poses.size()); }
@@ -80,6 +80,7 @@ class BlockSolverBase : public NormalEquations {
   Selection selection_;
   int pose_dim_, landmark_dim_;
   const BlockPasses* passes_ = nullptr;
+  TakeSchurGroup take_group_ = nullptr;
   SchurEliminator schur_;
   mutable ThreadPool pool_;
   mutable std::vector<double> parts_;  // of sums

@@ -9,16 +9,14 @@ namespace ch5 {
 namespace {
 
 using kernels::AsLanes;
-using kernels::Pick;
 
 constexpr int kRoom = 2 * kLanes;  // behind the columns of A and C, for whole vectors
 constexpr int kColumns = 60;       // of A at a time: they stay in the first-level cache
 
 // A's part for one pose and one landmark:  A (p×l) = H_pl G⁻ᵀ. Whole registers are written; what is too much lies where
 // the next pose will write.
-template <int P, int L>
-CH5_INLINE void Scale(const double* H_pl, const double* root, int p_size, int l_size, double* A, int lda) {
-  const int lanes = Stride(Pick<P>(p_size)) / kLanes, l = Pick<L>(l_size);
+void Scale(const double* H_pl, const double* root, int p, int l, double* A, int lda) {
+  const int lanes = Stride(p) / kLanes;
   for (int c = 0; c < l; ++c) {
     for (int k = 0; k < lanes; ++k) {
       Lanes sum = AsLanes(H_pl)[k] * root[c];
@@ -29,46 +27,10 @@ CH5_INLINE void Scale(const double* H_pl, const double* root, int p_size, int l_
 }
 
 // S (rows×columns, padded) += C
-template <int P>
-CH5_INLINE void AddBlock(const double* C, int ldc, int p_size, int columns, double* S) {
-  const int rows = Pick<P>(p_size), whole = rows / kLanes;
+void AddBlock(const double* C, int ldc, int rows, int columns, double* S) {
   for (int c = 0; c < columns; ++c, C += ldc, S += Stride(rows)) {
-    for (int k = 0; k < whole; ++k) AsLanes(S)[k] += AsLanes(C)[k];
-    for (int r = whole * kLanes; r < rows; ++r) S[r] += C[r];
+    for (int r = 0; r < rows; ++r) S[r] += C[r];
   }
-}
-
-CH5_INLINE void ScaleBody(const double* H_pl, const double* root, int p, int l, double* A, int lda) {
-  if (p == 9 && l == 3) return Scale<9, 3>(H_pl, root, p, l, A, lda);
-  if (p == 6 && l == 1) return Scale<6, 1>(H_pl, root, p, l, A, lda);
-  if (p == 6 && l == 3) return Scale<6, 3>(H_pl, root, p, l, A, lda);
-  Scale<Eigen::Dynamic, Eigen::Dynamic>(H_pl, root, p, l, A, lda);
-}
-CH5_INLINE void AddBlockBody(const double* C, int ldc, int rows, int columns, double* S) {
-  if (rows == 9) return AddBlock<9>(C, ldc, rows, columns, S);
-  if (rows == 6) return AddBlock<6>(C, ldc, rows, columns, S);
-  AddBlock<Eigen::Dynamic>(C, ldc, rows, columns, S);
-}
-
-struct Kernels {
-  void (*scale)(const double*, const double*, int, int, double*, int);
-  void (*add_block)(const double*, int, int, int, double*);
-};
-void ScalePortable(const double* H_pl, const double* root, int p, int l, double* A, int lda) {
-  ScaleBody(H_pl, root, p, l, A, lda);
-}
-void AddBlockPortable(const double* C, int ldc, int rows, int columns, double* S) {
-  AddBlockBody(C, ldc, rows, columns, S);
-}
-CH5_WITH_AVX2 void ScaleAvx2(const double* H_pl, const double* root, int p, int l, double* A, int lda) {
-  ScaleBody(H_pl, root, p, l, A, lda);
-}
-CH5_WITH_AVX2 void AddBlockAvx2(const double* C, int ldc, int rows, int columns, double* S) {
-  AddBlockBody(C, ldc, rows, columns, S);
-}
-const Kernels& Best() {
-  static constexpr Kernels portable{ScalePortable, AddBlockPortable}, avx2{ScaleAvx2, AddBlockAvx2};
-  return HasAvx2() ? avx2 : portable;
 }
 
 // The last row of A:  G⁻¹b.
@@ -109,7 +71,9 @@ void Mirror(int dim, double* block) {
 
 }  // namespace
 
-void SchurEliminator::Prepare(const BlockStructure& structure, const SymmetricBlockMatrix& S, int threads) {
+void SchurEliminator::Prepare(const BlockStructure& structure, const SymmetricBlockMatrix& S, int threads,
+                              TakeSchurGroup take_group) {
+  take_group_ = take_group;
   FindGroups(structure, S);
   CutShares(structure, threads);
 }
@@ -141,9 +105,10 @@ void SchurEliminator::FindGroups(const BlockStructure& s, const SymmetricBlockMa
 void SchurEliminator::CutShares(const BlockStructure& s, int threads) {
   std::vector<double> work(s.poses.size(), 1.0);
   double total = static_cast<double>(s.poses.size());
-  int rows = 0;
+  int rows = 0, seats = 0;
   for (const Group& group : groups_) {
     rows = std::max(rows, group.rows);
+    seats = std::max(seats, group.seats_end - group.seats_begin);
     for (int k = group.seats_begin; k < group.seats_end; ++k) {
       const Seat& seat = seats_[k];
       const double columns = 20.0 + s.landmark_dim[group.first] * (group.last - group.first);
@@ -159,8 +124,9 @@ void SchurEliminator::CutShares(const BlockStructure& s, int threads) {
     const bool full = done >= total / threads * static_cast<double>(shares_.size() + 1);
     if (!full && j + 1 < static_cast<int>(s.poses.size())) continue;
     const auto lda = static_cast<size_t>(Padded(rows + 1) + kRoom);
-    shares_.push_back({begin, j + 1, AlignedVector(lda * (kColumns + 8) + kernels::kOverread),
-                       AlignedVector(lda * lda + kernels::kOverread)});
+    shares_.push_back({begin, j + 1, {}, {}});
+    shares_.back().A.resize(take_group_ ? SchurGroupRoom(seats) : lda * (kColumns + 8) + kernels::kOverread);
+    shares_.back().C.resize(take_group_ ? 0 : lda * lda + kernels::kOverread);
     begin = j + 1;
   }
 }
@@ -178,13 +144,18 @@ void SchurEliminator::Compute(BlockSystem* system, const DampingRule& rule, Thre
 void SchurEliminator::TakeGroup(BlockSystem* system, const Group& group, Share* share) const {
   BlockSystem& y = *system;
   const BlockStructure& s = y.structure;
-  const Kernels& kernel = Best();
   const Seat *seats = seats_.data() + group.seats_begin, *seats_end = seats_.data() + group.seats_end;
   const auto seat_of = [&](int pose) {
     return std::lower_bound(seats, seats_end, pose, [](const Seat& seat, int p) { return seat.pose < p; });
   };
   const Seat *first = seat_of(share->begin), *end = seat_of(share->end);
   if (first == end) return;
+  if (take_group_) {
+    const auto seat = [&](const Seat* s) { return static_cast<int>(s - seats); };
+    const int* blocks = blocks_.data() + group.blocks;
+    const SchurGroup part{group.first, group.last, seat(seats_end), seat(first), seat(end), blocks};
+    return take_group_(system, part, share->A.data());
+  }
 
   // Rows of A from the first pose of this share on; C's columns up to its last one.
   const int top = first->row, rows = group.rows - top, lda = Padded(rows + 1) + kRoom;
@@ -198,7 +169,7 @@ void SchurEliminator::TakeGroup(BlockSystem* system, const Group& group, Share* 
       const double* root = &y.H_mm_root[s.landmark_block[l + k]];
       const int* block = &s.slot_block[s.landmark_slots[l + k]];
       for (const Seat* seat = first; seat != seats_end; ++seat) {
-        kernel.scale(&y.H_pm[block[seat - seats]], root, seat->dim, dim, A_l + seat->row - top, lda);
+        Scale(&y.H_pm[block[seat - seats]], root, seat->dim, dim, A_l + seat->row - top, lda);
       }
       ScaleRightHandSide(root, y.b.data() + s.landmark_offset[l + k], dim, A_l + rows, lda);
     }
@@ -214,7 +185,7 @@ void SchurEliminator::TakeGroup(BlockSystem* system, const Group& group, Share* 
     const int* block = blocks_.data() + group.blocks + k * n - k * (k - 1) / 2;
     const double* column = C + static_cast<ptrdiff_t>(b->row - top) * lda;
     for (const Seat* a = b; a != seats_end; ++a) {
-      kernel.add_block(column + a->row - top, lda, a->dim, b->dim, y.S.Values(*block++));
+      AddBlock(column + a->row - top, lda, a->dim, b->dim, y.S.Values(*block++));
     }
     double* b_schur = y.b_schur.data() + s.pose_offset[b->pose];
     for (int c = 0; c < b->dim; ++c) b_schur[c] += column[c * lda + rows];

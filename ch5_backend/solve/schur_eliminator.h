@@ -7,11 +7,13 @@
 ///      A = │ H_2l G_l⁻ᵀ │ H_2m G_m⁻ᵀ │ … │    and the right-hand side as the last row:
 ///          └ (G_l⁻¹b_l)ᵀ│ (G_m⁻¹b_m)ᵀ│ … ┘    C = A Aᵀ, of which the lower half is needed
 ///
-/// that a dense kernel computes in registers; then C's blocks are taken from S. Each thread owns a range of S's columns
-/// and walks all groups, so every block is summed in the same order for any number of threads, in one copy of S.
+/// that a dense kernel computes; then C's blocks are taken from S. Where the blocks' sizes are known at compile time,
+/// C is not formed at all, see schur_group.h.
+/// Each thread owns a range of S's columns and walks all groups, so every block is summed in the same order for any
+/// number of threads, in one copy of S.
 
 #include "ch5_backend/math/parallel.h"
-#include "ch5_backend/solve/block_passes.h"
+#include "ch5_backend/solve/schur_group.h"
 
 namespace ch5 {
 
@@ -19,7 +21,8 @@ class SchurEliminator {
  public:
   /// Finds the groups, S's blocks that they change, and the threads' shares; takes all memory.
   /// @param S  has its pattern
-  void Prepare(const BlockStructure& structure, const SymmetricBlockMatrix& S, int threads);
+  /// @param take_group  for the dimensions of all blocks that landmarks meet, or null
+  void Prepare(const BlockStructure& structure, const SymmetricBlockMatrix& S, int threads, TakeSchurGroup take_group);
 
   /// Fills S, b_schur and scale from H_pp, H_pm, H_mm_root and b.
   void Compute(BlockSystem* system, const DampingRule& rule, ThreadPool* pool);
@@ -43,6 +46,7 @@ class SchurEliminator {
   void CutShares(const BlockStructure& structure, int threads);
   void TakeGroup(BlockSystem* system, const Group& group, Share* share) const;
 
+  TakeSchurGroup take_group_ = nullptr;
   std::vector<Group> groups_;
   std::vector<Seat> seats_;
   std::vector<int> blocks_;

@@ -1,0 +1,125 @@
+#include "ch5_backend/solve/schur_group.h"
+
+#include <algorithm>
+
+#include "ch5_backend/solve/block_kernels.h"
+
+namespace ch5 {
+namespace {
+
+using kernels::AsLanes;
+
+constexpr int kColumns = 24;  // of A at a time: A then stays in the first-level cache
+constexpr int kMostRows = Stride(9);
+
+CH5_INLINE WideLanes* AsWide(double* x) { return reinterpret_cast<WideLanes*>(x); }
+CH5_INLINE const WideLanes* AsWide(const double* x) { return reinterpret_cast<const WideLanes*>(x); }
+
+// S (P×P) −= A Bᵀ over k columns; `Tile` columns of S at a time, as many as there are registers for.
+template <int P, int Tile, int First = 0>
+CH5_INLINE void SubtractPair(const double* A, const double* B, int k, double* S) {
+  constexpr int kRows = Stride(P), kTile = std::min(Tile, P - First);
+  constexpr bool kWide = kRows >= 8, kNarrow = kRows % 8 != 0;
+  WideLanes wide[kTile] = {};
+  Lanes narrow[kTile] = {};
+  const double *a = A, *b = B + First;
+  for (int p = 0; p < k; ++p, a += kRows, b += kRows) {
+    CH5_UNROLL
+    for (int c = 0; c < kTile; ++c) {
+      if constexpr (kWide) wide[c] += *AsWide(a) * b[c];
+      if constexpr (kNarrow) narrow[c] += *AsLanes(a + kRows - kLanes) * b[c];
+    }
+  }
+  CH5_UNROLL
+  for (int c = 0; c < kTile; ++c) {
+    double* column = S + (First + c) * kRows;
+    if constexpr (kWide) *AsWide(column) -= wide[c];
+    if constexpr (kNarrow) *AsLanes(column + kRows - kLanes) -= narrow[c];
+  }
+  if constexpr (First + kTile < P) SubtractPair<P, Tile, First + kTile>(A, B, k, S);
+}
+
+// b (P, without padding) −= A x over k columns.
+template <int P>
+CH5_INLINE void SubtractVector(const double* A, const double* x, int k, double* b) {
+  constexpr int kPerColumn = Stride(P) / kLanes;
+  Lanes sum[kPerColumn] = {};
+  for (int p = 0; p < k; ++p, A += Stride(P)) {
+    CH5_UNROLL
+    for (int i = 0; i < kPerColumn; ++i) sum[i] += AsLanes(A)[i] * x[p];
+  }
+  CH5_UNROLL
+  for (int i = 0; i < P; ++i) b[i] -= sum[i / kLanes][i % kLanes];
+}
+
+// A (P×L) = H_pl G⁻ᵀ, written in the registers' widths in which it will be read: a wide read of narrow writes would wait.
+template <int P, int L>
+CH5_INLINE void Scale(const double* H_pl, const double* root, double* A) {
+  constexpr int kRows = Stride(P);
+  constexpr bool kWide = kRows >= 8, kNarrow = kRows % 8 != 0;
+  CH5_UNROLL
+  for (int c = 0; c < L; ++c) {
+    if constexpr (kWide) {
+      WideLanes sum = *AsWide(H_pl) * root[c];
+      CH5_UNROLL
+      for (int m = 1; m <= c; ++m) sum += *AsWide(H_pl + m * kRows) * root[m * L + c];
+      *AsWide(A + c * kRows) = sum;
+    }
+    if constexpr (kNarrow) {
+      Lanes sum = *AsLanes(H_pl + kRows - kLanes) * root[c];
+      CH5_UNROLL
+      for (int m = 1; m <= c; ++m) sum += *AsLanes(H_pl + (m + 1) * kRows - kLanes) * root[m * L + c];
+      *AsLanes(A + (c + 1) * kRows - kLanes) = sum;
+    }
+  }
+}
+
+template <int P, int L, int Tile>
+CH5_INLINE void Take(BlockSystem* system, const SchurGroup& group, double* A) {
+  constexpr int kBlock = Stride(P) * L, kBatch = kColumns / L;
+  constexpr int kSeat = kBatch * kBlock;  // from A_i to A_i+1
+  BlockSystem& y = *system;
+  const BlockStructure& s = y.structure;
+  const int *pose = &s.slot_pose[s.landmark_slots[group.first]], n = group.seats;
+  for (int l = group.first; l < group.last; l += kBatch) {
+    const int count = std::min(kBatch, group.last - l);
+    const double *H_pm = &y.H_pm[s.slot_block[s.landmark_slots[l]]], *root = &y.H_mm_root[s.landmark_block[l]];
+    double rhs[kColumns];  // G⁻¹b
+    for (int k = 0; k < count; ++k, root += L * L) {
+      const double* b = y.b.data() + s.landmark_offset[l + k];
+      for (int c = 0; c < L; ++c) {
+        rhs[k * L + c] = root[c] * b[0];
+        for (int m = 1; m <= c; ++m) rhs[k * L + c] += root[m * L + c] * b[m];
+      }
+      for (int i = group.first_seat; i < n; ++i)
+        Scale<P, L>(H_pm + (k * n + i) * kBlock, root, A + i * kSeat + k * kBlock);
+    }
+    for (int j = group.first_seat; j < group.end_seat; ++j) {
+      const double* A_j = A + j * kSeat;
+      const int* block = group.blocks + j * n - j * (j - 1) / 2;
+      for (int i = j; i < n; ++i) SubtractPair<P, Tile>(A + i * kSeat, A_j, count * L, y.S.Values(*block++));
+      SubtractVector<P>(A_j, rhs, count * L, y.b_schur.data() + s.pose_offset[pose[j]]);
+    }
+  }
+}
+
+template <int P, int L>
+struct Taker {
+  static void Portable(BlockSystem* y, const SchurGroup& group, double* A) { Take<P, L, 4>(y, group, A); }
+  CH5_WITH_AVX2 static void Avx2(BlockSystem* y, const SchurGroup& group, double* A) { Take<P, L, 4>(y, group, A); }
+  CH5_WITH_AVX512 static void Avx512(BlockSystem* y, const SchurGroup& group, double* A) { Take<P, L, 9>(y, group, A); }
+  static TakeSchurGroup Choose() { return HasAvx512() ? Avx512 : HasAvx2() ? Avx2 : Portable; }
+};
+
+}  // namespace
+
+TakeSchurGroup SchurGroupFor(int pose_dim, int landmark_dim) {
+  if (pose_dim == 6 && landmark_dim == 1) return Taker<6, 1>::Choose();
+  if (pose_dim == 6 && landmark_dim == 3) return Taker<6, 3>::Choose();
+  if (pose_dim == 9 && landmark_dim == 3) return Taker<9, 3>::Choose();
+  return nullptr;
+}
+
+size_t SchurGroupRoom(int seats) { return static_cast<size_t>(seats) * kColumns * kMostRows; }
+
+}  // namespace ch5
