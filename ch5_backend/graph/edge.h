@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/graph/edge_batch.h"
 #include "ch5_backend/graph/loss.h"
 #include "ch5_backend/graph/vertex.h"
 #include "ch5_backend/math/eigen_types.h"
@@ -36,6 +37,8 @@ class Edge {
   /// The same into memory of the caller, r and each J_i whose address is not null (column-major), the edge left as it
   /// is: for solvers that keep the numbers elsewhere. @return false if the type does not offer it
   virtual bool LinearizeInto(double* /*r*/, double* const* /*J*/) const { return false; }
+  /// An empty batch for edges of this type (see edge_batch.h), or null if there is none.
+  virtual std::unique_ptr<EdgeBatch> MakeBatch() const { return nullptr; }
   /// True once the Jacobians have been differentiated numerically. That moves the vertices for a moment, so such
   /// edges cannot be linearised by several threads at once.
   bool HasNumericJacobians() const { return numeric_jacobians_; }

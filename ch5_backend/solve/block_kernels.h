@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "ch5_backend/math/simd.h"
+#include "ch5_backend/graph/edge_batch.h"
 #include "ch5_backend/solve/block_matrix.h"
 
 namespace ch5::kernels {
@@ -40,6 +40,17 @@ struct Rows {
       row[1][k] = upper * M[1][0] + lower * M[1][1];
     }
   }
+  /// The same of lane k of a pack, J's numbers as in graph/edge_batch.h.
+  CH5_INLINE void LoadLane(const double* J, int lane) {
+    CH5_UNROLL
+    for (int k = 0; k < kLanesPerRow; ++k) {
+      CH5_UNROLL
+      for (int r = 0; r < R; ++r) {
+        const auto at = [&](int c) { return c < P ? J[(c * R + r) * kPack + lane] : 0.0; };
+        row[r][k] = Lanes{at(4 * k), at(4 * k + 1), at(4 * k + 2), at(4 * k + 3)};
+      }
+    }
+  }
   CH5_INLINE void Store(double* A) const {
     CH5_UNROLL
     for (int r = 0; r < R; ++r) {
@@ -48,13 +59,13 @@ struct Rows {
     }
   }
 
-  /// C (P×Q) += AᵀB; B is stored as A by Store, with Q columns.
-  template <int Q>
+  /// C (P×Q) += AᵀB; B is stored as A by Store, with Q columns. Of the rows above C's diagonal, not all if `kLower`.
+  template <int Q, bool kLower = false>
   CH5_INLINE void AddTransposeProduct(const double* B, double* C) const {
     CH5_UNROLL
     for (int c = 0; c < Q; ++c) {
       CH5_UNROLL
-      for (int k = 0; k < kLanesPerRow; ++k) {
+      for (int k = kLower ? c / kLanes : 0; k < kLanesPerRow; ++k) {
         Lanes sum = AsLanes(C)[c * kLanesPerRow + k];
         CH5_UNROLL
         for (int r = 0; r < R; ++r) sum += row[r][k] * B[r * Stride(Q) + c];

@@ -43,81 +43,100 @@ struct Body {
 
   static CH5_INLINE void LinearizeChunk(BlockSystem* system, int c) {
     BlockSystem& y = *system;
+    const BlockStructure& s = y.structure;
     std::fill(y.sums[c].H_pp.begin(), y.sums[c].H_pp.end(), 0.0);
     std::fill(y.sums[c].b.begin(), y.sums[c].b.end(), 0.0);
-    for (int l = y.structure.chunk_begin[c]; l < y.structure.chunk_begin[c + 1]; ++l) {
-      LinearizeLandmark(system, l, &y.sums[c]);
-    }
+    Pack pack;
+    pack.next = s.landmark_edges[s.chunk_begin[c]];
+    pack.end = s.landmark_edges[s.chunk_begin[c + 1]];
+    for (int l = s.chunk_begin[c]; l < s.chunk_begin[c + 1]; ++l) LinearizeLandmark(system, l, &pack, &y.sums[c]);
   }
 
-  static CH5_INLINE void LinearizeLandmark(BlockSystem* system, int l, PoseSums* poses) {
+  // The edges of a chunk come eight at a time, whatever their landmarks.
+  struct Pack {
+    alignas(64) double r[PackedEdges::kRows * kPack];
+    alignas(64) double J[PackedEdges::kRows * PackedEdges::kMostColumns * kPack];
+    int first, next, end;  // edges
+  };
+
+  static CH5_INLINE void LinearizeLandmark(BlockSystem* system, int l, Pack* pack, PoseSums* poses) {
     BlockSystem& y = *system;
     const BlockStructure& s = y.structure;
     const int dim = Pick<L>(s.landmark_dim[l]);
-    if (l + kAhead < static_cast<int>(s.landmarks.size())) PrefetchObject(s.landmarks[l + kAhead], 2);
     double* H_pm = y.H_pm.data();
     std::fill(H_pm + s.slot_block[s.landmark_slots[l]], H_pm + s.slot_block[s.landmark_slots[l + 1]], 0.0);
     Scratch<ScratchSize(L, L)> H_scratch;
     Scratch<ScratchSize(L, 1), 1> b_scratch;
     const LandmarkSums sums{H_scratch.Zeros(Stride(dim) * dim), b_scratch.Zeros(Stride(dim))};
     for (int e = s.landmark_edges[l]; e < s.landmark_edges[l + 1]; ++e) {
+      if constexpr (kFixed) {
+        if (y.packed.Active()) {
+          if (e == pack->next) LinearizePack(y.packed, pack);
+          AddPackedEdge(system, e, *pack, sums, poses);
+          continue;
+        }
+      }
       PrefetchEdge(s.edges, e + kAhead);
-      if (!AddPlainEdge(system, e, sums, poses)) AddAnyEdge(system, e, dim, sums, poses);
+      AddAnyEdge(system, e, dim, sums, poses);
     }
     for (int c = 0; c < dim; ++c) std::copy_n(sums.H_ll + c * Stride(dim), dim, &y.H_mm[s.landmark_block[l] + c * dim]);
     std::copy_n(sums.b_l, dim, y.b.data() + s.landmark_offset[l]);
   }
 
-  static constexpr int kAhead = 6;  // edges, and landmarks
+  static constexpr int kAhead = 6;  // edges
 
-  // The most frequent kind of edge: two rows, W = w I, sizes known. @return false if it is another
-  static CH5_INLINE bool AddPlainEdge(BlockSystem* system, int e, const LandmarkSums& sums, PoseSums* poses) {
-    if constexpr (kFixed) {
-      constexpr int kR = 2, kMostTerms = 3, kMostVertices = 5;
-      const BlockStructure& s = system->structure;
-      const EdgeRecord& record = s.edges[e];
-      Edge& edge = *record.edge;
-      const int num_terms = record.terms_end - record.terms_begin;
-      const double w = edge.IsotropicInformation();
-      if (record.rows != kR || w < 0.0 || num_terms > kMostTerms || edge.Vertices().size() > kMostVertices)
-        return false;
-
-      const EdgeTerm* terms = s.terms.data() + record.terms_begin;
-      double residual[kR], J_memory[kMostTerms][kR * P], J_l_memory[kR * L];
-      double* J[kMostVertices] = {};
-      for (int t = 0; t < num_terms; ++t) J[terms[t].position] = J_memory[t];
-      J[record.landmark.position] = J_l_memory;
-      const double* r = residual;
-      const double* J_l = J_l_memory;
-      const bool into = edge.LinearizeInto(residual, J);
-      if (!into) {
-        edge.Linearize();
-        r = edge.Residual().data();
-        J_l = edge.Jacobian(static_cast<size_t>(record.landmark.position)).data();
-      }
-
-      const WhiteRows white(w, edge.GetLossFunction(), r);
-      kernels::Rows<kR, L> A_l;
-      alignas(32) double A_l_stored[kR * Stride(L)], A_stored[kMostTerms][kR * Stride(P)];
-      A_l.Load(white.M, J_l);
-      A_l.Store(A_l_stored);
-      A_l.template AddTransposeProduct<L>(A_l_stored, sums.H_ll);
-      A_l.SubtractTransposeVector(white.r, sums.b_l);
-      const int* pair = s.pairs.data() + record.pairs;
-      for (int i = 0; i < num_terms; ++i) {
-        const EdgeTerm& term = terms[i];
-        kernels::Rows<kR, P> A;
-        A.Load(white.M, into ? J_memory[i] : edge.Jacobian(static_cast<size_t>(term.position)).data());
-        A.Store(A_stored[i]);
-        A.template AddTransposeProduct<L>(A_l_stored, &system->H_pm[s.slot_block[term.slot]]);
-        A.SubtractTransposeVector(white.r, &poses->b[term.block * system->pose_stride]);
-        for (int j = 0; j <= i; ++j) {
-          A.template AddTransposeProduct<P>(A_stored[j], &poses->H_pp[system->H_pp.ValueBegin(*pair++)]);
-        }
-      }
-      return true;
+  // r̃ and J̃ of the next edges.
+  static CH5_INLINE void LinearizePack(const PackedEdges& edges, Pack* pack) {
+    const int count = std::min(kPack, pack->end - pack->next);
+    pack->first = pack->next;
+    pack->next += count;
+    edges.Linearize(pack->first, count, pack->r, pack->J);
+    if (edges.Unweighted()) return;
+    alignas(64) double M[3][kPack] = {};  // M_00, M_01 = M_10, M_11
+    for (int k = 0; k < count; ++k) {
+      double r[2] = {pack->r[k], pack->r[kPack + k]};
+      const WhiteRows white(edges.Information(pack->first + k), edges.Loss(pack->first + k), r);
+      for (int i = 0; i < 2; ++i) pack->r[i * kPack + k] = white.r[i];
+      for (int i = 0; i < 3; ++i) M[i][k] = white.M[i / 2][(i + 1) / 2];
     }
-    return false;
+    const auto* m = reinterpret_cast<const WideLanes*>(M);
+    auto* J = reinterpret_cast<WideLanes*>(pack->J);
+    for (int i = 0; i < edges.NumJacobians(); i += 2) {
+      const WideLanes upper = J[i], lower = J[i + 1];
+      J[i] = m[0] * upper + m[1] * lower;
+      J[i + 1] = m[1] * upper + m[2] * lower;
+    }
+  }
+
+  static CH5_INLINE void AddPackedEdge(BlockSystem* system, int e, const Pack& pack, const LandmarkSums& sums,
+                                       PoseSums* poses) {
+    constexpr int kR = PackedEdges::kRows, kMostTerms = PackedEdges::kMostColumns / P;
+    const BlockStructure& s = system->structure;
+    const EdgeRecord& record = s.edges[e];
+    const int lane = e - pack.first, num_terms = record.terms_end - record.terms_begin;
+    const EdgeTerm* terms = s.terms.data() + record.terms_begin;
+    const auto jacobian = [&](int position) { return pack.J + system->packed.JacobianBegin(position) * kPack; };
+
+    const double r[kR] = {pack.r[lane], pack.r[kPack + lane]};
+    kernels::Rows<kR, L> A_l;
+    alignas(32) double A_l_stored[kR * Stride(L)], A_stored[kMostTerms][kR * Stride(P)];
+    A_l.LoadLane(jacobian(record.landmark.position), lane);
+    A_l.Store(A_l_stored);
+    A_l.template AddTransposeProduct<L>(A_l_stored, sums.H_ll);
+    A_l.SubtractTransposeVector(r, sums.b_l);
+    const int* pair = s.pairs.data() + record.pairs;
+    for (int i = 0; i < num_terms; ++i) {
+      const EdgeTerm& term = terms[i];
+      kernels::Rows<kR, P> A;
+      A.LoadLane(jacobian(term.position), lane);
+      A.Store(A_stored[i]);
+      A.template AddTransposeProduct<L>(A_l_stored, &system->H_pm[s.slot_block[term.slot]]);
+      A.SubtractTransposeVector(r, &poses->b[term.block * system->pose_stride]);
+      for (int j = 0; j < i; ++j) {
+        A.template AddTransposeProduct<P>(A_stored[j], &poses->H_pp[system->H_pp.ValueBegin(*pair++)]);
+      }
+      A.template AddTransposeProduct<P, true>(A_stored[i], &poses->H_pp[system->H_pp.ValueBegin(*pair++)]);
+    }
   }
 
   // Any other: its normal equations, block by block.
@@ -177,6 +196,9 @@ struct Body {
       const double *H = sums.H_pp.data() + begin, *b = sums.b.data() + first;
       for (ptrdiff_t k = 0; k < end - column; ++k) column[k] += H[k];
       for (int r = 0; r < dim; ++r) b_j[r] += b[r];
+    }
+    for (int c = 0; c < dim; ++c) {  // of the diagonal block only the lower half has been summed
+      for (int r = c + 1; r < dim; ++r) column[r * Stride(dim) + c] = column[c * Stride(dim) + r];
     }
     for (int block = y.H_pp.ColumnBegin(j); block < y.H_pp.ColumnBegin(j + 1); ++block) {
       const int i = y.H_pp.Row(block);
@@ -285,7 +307,7 @@ struct Avx2 {
 
 template <typename Set>
 constexpr BlockPasses Table() {
-  return {Set::Linearize, Set::Sum, Set::Invert, Set::Solve, Set::TimesPose, Set::TimesLandmark};
+  return {Set::B::kFixed, Set::Linearize, Set::Sum, Set::Invert, Set::Solve, Set::TimesPose, Set::TimesLandmark};
 }
 
 template <int P, int L>

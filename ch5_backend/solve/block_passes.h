@@ -6,6 +6,7 @@
 
 #include "ch5_backend/solve/linear_parts.h"
 #include "ch5_backend/solve/normal_equations.h"
+#include "ch5_backend/solve/packed_edges.h"
 
 namespace ch5 {
 
@@ -18,6 +19,7 @@ struct PoseSums {
 struct BlockSystem {
   BlockStructure structure;
   InformationFactors factors;
+  PackedEdges packed;          ///< the landmarks' edges, where they can be packed
   std::vector<PoseSums> sums;  ///< of each chunk of landmarks
   AlignedVector products;      ///< the normal equations of each edge between poses, negative
   SymmetricBlockMatrix H_pp, S;
@@ -38,6 +40,7 @@ struct DampingRule {
 
 /// The passes for one pair of dimensions and one kind of processor.
 struct BlockPasses {
+  bool fixed_size;  ///< made for these dimensions, and so for PackedEdges
   /// H_ll = Σ J̃_lᵀJ̃_l,  H_pl = Σ J̃_pᵀJ̃_l,  b_l = −Σ J̃_lᵀr̃  over the edges of each landmark of chunk c, which are
   /// linearised, and the chunk's parts of H_pp and b_p.
   void (*linearize_chunk)(BlockSystem*, int c);

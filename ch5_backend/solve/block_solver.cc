@@ -31,11 +31,12 @@ BlockSolverBase::BlockSolverBase(Graph* graph, int pose_dim, int landmark_dim, i
 void BlockSolverBase::SetOrdering() {
   has_solution_ = false;
   Ordering ordering = MakeOrdering(*graph_, selection_);
-  if (ordered_ && IsSame(ordering, system_.structure.ordering)) return;
+  if (ordered_ && IsSame(ordering, system_.structure.ordering)) return PackEdges();  // a loss may be another one
   ordered_ = false;
   system_.structure = BuildBlockStructure(std::move(ordering));
   CheckDimensions();
   ChoosePasses();
+  PackEdges();
   FindNumericJacobians();
   const BlockStructure& s = system_.structure;
   const auto size = [](int n) { return static_cast<size_t>(n); };
@@ -115,6 +116,10 @@ void BlockSolverBase::ChoosePasses() {
   take_group_ = SchurGroupFor(p, l);
 }
 
+void BlockSolverBase::PackEdges() {
+  passes_->fixed_size ? system_.packed.Assign(system_.structure) : system_.packed.Clear();
+}
+
 void BlockSolverBase::CheckDimensions() const {
   const auto check = [](const std::vector<Vertex*>& vertices, int dimension, const char* role) {
     for (const Vertex* vertex : vertices) {
@@ -146,6 +151,7 @@ void BlockSolverBase::FindNumericJacobians() {
 void BlockSolverBase::MakeHessian() {
   const BlockStructure& s = system_.structure;
   has_solution_ = false;
+  if (system_.packed.Active()) system_.packed.LoadPoses();
   linearizing_pool_->Run(static_cast<int>(system_.sums.size()), [&](int c) { passes_->linearize_chunk(&system_, c); });
   ParallelFor(linearizing_pool_, s.num_active_edges - s.num_landmark_edges, kEdges, [&](int begin, int end) {
     for (int e = s.num_landmark_edges + begin; e < s.num_landmark_edges + end; ++e) {
@@ -219,9 +225,12 @@ VecX BlockSolverBase::MultiplyHessian(const VecX& v) const {
 
 double BlockSolverBase::ComputeChi() {
   const std::vector<EdgeRecord>& edges = system_.structure.edges;
+  PackedEdges& packed = system_.packed;
+  const int num_packed = packed.Active() ? system_.structure.num_landmark_edges : 0;
+  if (num_packed > 0) packed.LoadPoses();
   return 0.5 * ParallelSum(&pool_, static_cast<int>(edges.size()), kEdges, &parts_, [&](int begin, int end) {
-           double sum = 0.0;
-           for (int e = begin; e < end; ++e) {
+           double sum = begin < num_packed ? packed.RobustChi2(begin, std::min(end, num_packed)) : 0.0;
+           for (int e = std::max(begin, num_packed); e < end; ++e) {
              PrefetchEdge(edges, e + kAhead);
              edges[e].edge->ComputeResidual();
              sum += edges[e].edge->RobustChi2();

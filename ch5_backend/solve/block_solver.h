@@ -72,6 +72,7 @@ class BlockSolverBase : public NormalEquations {
   bool SolveReduced(const DampingRule& rule);
   void TakeSums();
   void ChoosePasses();
+  void PackEdges();
   void FindNumericJacobians();
   int NumLandmarks() const { return static_cast<int>(system_.structure.landmarks.size()); }
   int NumPoses() const { return static_cast<int>(system_.structure.poses.size()); }

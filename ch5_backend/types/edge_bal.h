@@ -15,6 +15,8 @@ class EdgeBAL : public SizedEdge<2, VertexCameraBAL, VertexPointXYZ> {
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override;
   bool LinearizeInto(double* r, double* const* J) const override;
+  std::unique_ptr<EdgeBatch> MakeBatch() const override;
+  const Vec2& Pixel() const { return pixel_; }
   std::string TypeInfo() const override { return "EdgeBAL"; }
 
  private:

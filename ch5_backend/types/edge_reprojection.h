@@ -29,9 +29,11 @@ class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, Ver
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override;
   bool LinearizeInto(double* r, double* const* J) const override;
+  std::unique_ptr<EdgeBatch> MakeBatch() const override;
   std::string TypeInfo() const override { return "EdgeReprojection"; }
 
  private:
+  friend class EdgeReprojectionBatch;
   Vec3 f_host_;  // [u, v, 1]
   Vec2 u_target_;
   Mat33 R_B_C_;

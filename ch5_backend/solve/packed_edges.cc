@@ -1,0 +1,53 @@
+#include "ch5_backend/solve/packed_edges.h"
+
+#include <algorithm>
+#include <typeinfo>
+
+namespace ch5 {
+
+void PackedEdges::Assign(const BlockStructure& s) {
+  active_ = false;
+  if (s.num_landmark_edges == 0) return;
+  const Edge& first = *s.edges[0].edge;
+  if (!type_ || *type_ != typeid(first)) batch_ = first.MakeBatch();
+  type_ = &typeid(first);
+  if (!batch_) return;
+
+  jacobian_begin_.assign(1, 0);
+  for (const auto& vertex : first.Vertices()) {
+    jacobian_begin_.push_back(jacobian_begin_.back() + kRows * vertex->LocalDimension());
+  }
+  if (first.ResidualDimension() != kRows || NumJacobians() > kRows * kMostColumns) return;
+
+  batch_->Clear();
+  weights_.clear();
+  unweighted_ = true;
+  constexpr int kAhead = 12;
+  for (int e = 0; e < s.num_landmark_edges; ++e) {
+    PrefetchEdge(s.edges, e + kAhead);
+    const Edge& edge = *s.edges[e].edge;
+    const Weight weight{edge.IsotropicInformation(), edge.GetLossFunction()};
+    if (typeid(edge) != *type_ || weight.information < 0.0) return;
+    batch_->Add(edge);
+    weights_.push_back(weight);
+    if (weight.information != 1.0 || weight.loss) unweighted_ = false;
+  }
+  active_ = true;
+}
+
+double PackedEdges::RobustChi2(int begin, int end) const {
+  alignas(64) double r[kRows * kPack];
+  double sum = 0.0;
+  for (int first = begin; first < end; first += kPack) {
+    const int count = std::min(kPack, end - first);
+    batch_->ComputeResiduals(first, count, r);
+    for (int k = 0; k < count; ++k) {
+      const double s = weights_[first + k].information * (r[k] * r[k] + r[kPack + k] * r[kPack + k]);
+      const LossFunction* loss = weights_[first + k].loss;
+      sum += loss ? loss->Evaluate(s)[0] : s;
+    }
+  }
+  return sum;
+}
+
+}  // namespace ch5
