@@ -41,6 +41,10 @@ void EdgePrior::ComputeResidual() {
 }
 
 void EdgePrior::ComputeJacobians() {
+  if (keep_jacobian_) {
+    J_ = prior_.J;
+    return;
+  }
   Eigen::Index column = 0;
   for (size_t i = 0; i < prior_.vertices.size(); ++i) {
     const Vertex& vertex = *prior_.vertices[i];

@@ -16,6 +16,9 @@ struct Prior {
   std::vector<VecX> x0;                           ///< their parameters at the linearisation point
   MatXX J;                                        ///< m×n, n = Σ LocalDimension
   VecX r0;                                        ///< m×1
+  std::vector<VecX> first = {};                   ///< where the vertices were when a prior first knew them; empty: x0
+
+  const VecX& FirstEstimate(std::ptrdiff_t i) const { return (first.empty() ? x0 : first)[static_cast<size_t>(i)]; }
 };
 
 class EdgePrior : public Edge {
@@ -26,6 +29,9 @@ class EdgePrior : public Edge {
   void ComputeJacobians() override;
   std::string TypeInfo() const override { return "EdgePrior"; }
 
+  /// As first estimates want it: J stays that of x₀, the change of ⊟ with x left out. Off unless told.
+  void KeepJacobian(bool keep) { keep_jacobian_ = keep; }
+
   const Prior& GetPrior() const { return prior_; }
 
  private:
@@ -33,6 +39,7 @@ class EdgePrior : public Edge {
   VecX r_;
   MatXX W_;
   MatXX J_;  // the vertices' blocks side by side
+  bool keep_jacobian_ = false;
 };
 
 }  // namespace ch5

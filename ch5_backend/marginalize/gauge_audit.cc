@@ -116,19 +116,35 @@ MatXX GaugeDirections(const std::vector<std::shared_ptr<Vertex>>& vertices, cons
   return N;
 }
 
-std::vector<GaugeLeak> AuditGauge(const std::vector<std::shared_ptr<Edge>>& edges, const GaugeAuditOptions& options) {
-  const MarginalSystem system = EliminateVertices(edges, {});
-  const MatXX N = GaugeDirections(system.kept, options);
-  const VecX p = ScalingOf(system.H);
-  const std::vector<Direction> directions = DirectionsOf(options.group);
+namespace {
+
+std::vector<GaugeLeak> Leaks(const MatXX& H, const VecX& b, const MatXX& N, GaugeGroup group) {
+  const VecX p = ScalingOf(H);
+  const std::vector<Direction> directions = DirectionsOf(group);
   std::vector<GaugeLeak> leaks;
   for (size_t k = 0; k < directions.size(); ++k) {
-    const VecX n = N.col(static_cast<Eigen::Index>(k)), Hn = system.H * n;
+    const VecX n = N.col(static_cast<Eigen::Index>(k)), Hn = H * n;
     const double size = (p.asDiagonal() * n).norm();
-    leaks.push_back({directions[k].name, n.dot(Hn), size > 0.0 ? (Hn.array() / p.array()).matrix().norm() / size : 0.0,
-                     n.dot(system.b)});
+    leaks.push_back(
+        {directions[k].name, n.dot(Hn), size > 0.0 ? (Hn.array() / p.array()).matrix().norm() / size : 0.0, n.dot(b)});
   }
   return leaks;
+}
+
+}  // namespace
+
+std::vector<GaugeLeak> AuditGauge(const std::vector<std::shared_ptr<Edge>>& edges, const GaugeAuditOptions& options) {
+  const MarginalSystem system = EliminateVertices(edges, {});
+  return Leaks(system.H, system.b, GaugeDirections(system.kept, options), options.group);
+}
+
+std::vector<GaugeLeak> AuditPrior(const Prior& prior, const GaugeAuditOptions& options) {
+  MovedVertices at_first_estimates;
+  for (size_t i = 0; i < prior.vertices.size(); ++i) {
+    at_first_estimates.Move(prior.vertices[i].get(), prior.FirstEstimate(static_cast<std::ptrdiff_t>(i)));
+  }
+  return Leaks(prior.J.transpose() * prior.J, -prior.J.transpose() * prior.r0, GaugeDirections(prior.vertices, options),
+               options.group);
 }
 
 }  // namespace ch5

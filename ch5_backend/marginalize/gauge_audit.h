@@ -38,6 +38,9 @@ struct GaugeAuditOptions {
 std::vector<GaugeLeak> AuditGauge(const std::vector<std::shared_ptr<Edge>>& edges,
                                   const GaugeAuditOptions& options = {});
 
+/// The same for a prior alone, at its first estimates: what has leaked into it in its life so far.
+std::vector<GaugeLeak> AuditPrior(const Prior& prior, const GaugeAuditOptions& options = {});
+
 /// The directions n as columns, over the vertices in the given order.
 MatXX GaugeDirections(const std::vector<std::shared_ptr<Vertex>>& vertices, const GaugeAuditOptions& options);
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 
+#include "ch5_backend/marginalize/gauge_audit.h"
 #include "ch5_backend/window/initialization.h"
 #include "ch5_backend/window/landmarks.h"
+#include "ch5_backend/window/place.h"
 
 namespace ch5 {
 namespace {
@@ -46,6 +48,7 @@ Estimator::Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPoli
 
 void Estimator::Forget() {
   window_ = Window();
+  window_.first_estimates = options_.first_estimates;
   window_.extrinsic->SetPose(options_.T_B_C.q, options_.T_B_C.p);
   window_.extrinsic->SetFixed(!options_.estimate_extrinsic);
   window_.time_offset->SetEstimate(VertexScalar::Estimate(options_.time_offset));
@@ -181,7 +184,32 @@ std::shared_ptr<Preintegration> Estimator::Integrate(const WindowFrame& from, do
   return result;
 }
 
+void Estimator::StartFrom(const StampedState& state, const MatXX& J) {
+  if (J.cols() != 15) throw std::invalid_argument("Estimator::StartFrom: J must have 15 columns");
+  Forget();
+  given_ = {state, J};
+}
+
+// The window is the new frame alone.
+void Estimator::BeginGiven() {
+  const auto& [state, J] = *given_;
+  const WindowFrame& frame = window_.frames.front();
+  frame.pose->SetPose(state.T_W_B.q, state.T_W_B.p);
+  Vec9 v_ba_bg;
+  v_ba_bg << state.v_W, state.b_a, state.b_g;
+  frame.speed_bias->SetEstimate(v_ba_bg);
+  Prior prior{{frame.pose, frame.speed_bias}, {frame.pose->Parameters(), frame.speed_bias->Parameters()}, J, {}};
+  prior.r0 = VecX::Zero(J.rows());
+  window_.knows_place = (J * GaugeDirections(prior.vertices, {})).norm() > 0.0;
+  window_.prior = std::make_shared<EdgePrior>(std::move(prior));
+  last_p_ = frame.pose->p();
+  last_sight_ = frame.t;
+  given_.reset();
+  started_ = true;
+}
+
 void Estimator::Start(const CameraFrame& image) {
+  if (given_) return BeginGiven();
   if (const auto still = still_.AddFrame(image)) return StandStill(*still, image);
   if (MovedSinceStill(image)) {
     BeginTracking(options_.start_speed);
@@ -245,20 +273,46 @@ void Estimator::StandStill(const StillState& still, const CameraFrame& image) {
   still_image_id_ = frame.id;
 }
 
+// First estimates in full: the minimum is found as ever, since constrained Jacobians J' need not go downhill from afar;
+// then two steps with them lead to where their own gradient vanishes, Σ J'ᵀ W r = 0, which lies nearby and in which no
+// information on the gauge takes part. They are Gauss-Newton's, and so need somebody to hold the gauge.
+Summary Estimator::Solve() {
+  const auto uses = [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); };
+  const bool full = options_.first_estimates == FirstEstimates::kFull;
+  if (full) window_.first_estimates = FirstEstimates::kPriorOnly;
+  BuildGraph(options_.weights, uses, &window_);
+  Summary summary = optimizer_.Solve(policy_->Options());
+  if (!full) return summary;
+
+  RemoveFailures(&window_);
+  window_.first_estimates = FirstEstimates::kFull;
+  BuildGraph(options_.weights, uses, &window_);
+  std::shared_ptr<Edge> gauge;
+  if (!window_.knows_place && !window_.gauge) {
+    gauge = HoldGauge(window_.frames.front().pose, 1e8);
+    window_.graph.AddEdge(gauge);
+  }
+  SolveOptions options;
+  options.algorithm = Algorithm::kGaussNewton;
+  options.max_iterations = 2;
+  optimizer_.Solve(options);
+  if (gauge) window_.graph.RemoveEdge(gauge);
+  return summary;
+}
+
 FrameReport Estimator::Track(const CameraFrame& image) {
   FrameReport report;
   Reintegrate();
   policy_->NoteNewFrame(&window_);
   TriangulateLandmarks(&window_);
-  BuildGraph(
-      options_.weights, [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); }, &window_);
-  report.solve = optimizer_.Solve(policy_->Options());
+  report.solve = Solve();
   policy_->AfterSolve(&window_);
   const auto& vertices = window_.graph.Vertices();
   report.landmarks = static_cast<int>(std::count_if(
       vertices.begin(), vertices.end(), [](const auto& vertex) { return vertex->GetRole() == Role::kLandmark; }));
   const Failure failure = DetectFailure(window_, last_p_);
   if (failure != Failure::kNone) return Restart(failure);
+  if (options_.report_covariance) report.pose_covariance = PoseCovariance(window_, window_.frames.back());
   RemoveFailures(&window_);
   RemoveOutliers(options_.max_outlier_pixels / options_.weights.focal_length, &window_);
   if (RejectsImages(image)) return Restart(Failure::kImagesRejected);

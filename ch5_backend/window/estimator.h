@@ -50,6 +50,8 @@ struct EstimatorOptions {
   double start_extrinsic_position = 0.05;  ///< [m]
   double start_extrinsic_rotation = 0.05;  ///< [rad]
   double start_time_offset = 0.02;         ///< [s]
+  FirstEstimates first_estimates = FirstEstimates::kNone;
+  bool report_covariance = false;  ///< costs as much as a marginalisation
 };
 
 /// What became of one image.
@@ -59,7 +61,8 @@ struct FrameReport {
   std::optional<StampedState> state;  ///< of this image, if tracking
   Failure failure = Failure::kNone;   ///< why it restarted
   Summary solve;
-  int landmarks = 0;  ///< used in the solve
+  int landmarks = 0;                     ///< used in the solve
+  std::optional<Mat66> pose_covariance;  ///< of `state`, see window/place.h; if options ask for it
 };
 
 class Estimator {
@@ -71,6 +74,12 @@ class Estimator {
   /// The readings must reach beyond the image's time (plus the time offset): what is missing counts as a gap.
   /// @throws MeasurementError
   FrameReport AddFrame(const CameraFrame& frame);
+
+  /// Instead of a start of its own: the next image is taken in this state.
+  /// @param state  its time does not matter
+  /// @param J      square root of its information over [δp, δθ, v, b_a, b_g], any number of rows × 15. Where it tells
+  ///               position or yaw, the window remembers them (Window::knows_place), else it holds the gauge as it likes
+  void StartFrom(const StampedState& state, const MatXX& J);
 
   const Window& GetWindow() const { return window_; }
   const WindowPolicy& Policy() const { return *policy_; }
@@ -89,9 +98,11 @@ class Estimator {
   bool MovedSinceStill(const CameraFrame& image) const;
   bool AlignWhileMoving();
   void BeginTracking(double speed_sigma);
+  void BeginGiven();
   void StandStill(const StillState& still, const CameraFrame& image);
   FrameReport Track(const CameraFrame& image);
   bool RejectsImages(const CameraFrame& image);
+  Summary Solve();
   void Reintegrate();
   void Forget();
 
@@ -103,8 +114,9 @@ class Estimator {
   std::vector<ImuReading> imu_;  // since a little before the newest frame
   double last_image_time_ = -std::numeric_limits<double>::infinity();
   int next_frame_ = 0;
-  CameraFrame still_image_;  // the last one that stood still …
-  int still_image_id_ = -1;  // … and its frame; −1: none yet
+  std::optional<std::pair<StampedState, MatXX>> given_;  // until the next image
+  CameraFrame still_image_;                              // the last one that stood still …
+  int still_image_id_ = -1;                              // … and its frame; −1: none yet
   bool started_ = false;
   int restarts_ = 0;
   Vec3 last_p_ = Vec3::Zero();

@@ -8,28 +8,14 @@
 #include <algorithm>
 #include <set>
 
-#include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/overlap.h"
+#include "ch5_backend/window/place.h"
 #include "ch5_backend/window/policy.h"
 #include "ch5_backend/window/vins_window.h"
 
 namespace ch5 {
 namespace {
-
-// Holds position and yaw of a frame where they are, each direction with this information; pitch and roll stay free,
-// as gravity tells them. The yaw's axis is gravity's, seen from the body: δθ is a right perturbation.
-std::shared_ptr<Edge> HoldGauge(const std::shared_ptr<VertexPose>& pose, double information) {
-  Prior prior;
-  prior.vertices = {pose};
-  prior.x0 = {pose->GetEstimate()};
-  prior.J = MatXX::Zero(4, 6);
-  prior.J.topLeftCorner<3, 3>().setIdentity();
-  prior.J.bottomRightCorner<1, 3>() = pose->R().row(2);
-  prior.J *= std::sqrt(information);
-  prior.r0 = VecX::Zero(4);
-  return std::make_shared<EdgePrior>(std::move(prior));
-}
 
 class OkvisPolicy : public WindowPolicy {
  public:
@@ -40,7 +26,8 @@ class OkvisPolicy : public WindowPolicy {
   void NoteNewFrame(Window* window) override {
     WindowFrame& newest = window->frames.back();
     newest.is_keyframe = IsKeyframe(*window);
-    if (!window->gauge) window->gauge = HoldGauge(window->frames.front().pose, options_.gauge_information);
+    if (!window->gauge && !window->knows_place)
+      window->gauge = HoldGauge(window->frames.front().pose, options_.gauge_information);
   }
 
   bool Uses(const Window&, const WindowLandmark& landmark) const override { return landmark.seen.size() >= 2; }
@@ -128,7 +115,7 @@ class OkvisPolicy : public WindowPolicy {
     if (window->prior && std::find(edges.begin(), edges.end(), window->prior) == edges.end()) {
       edges.push_back(window->prior);
     }
-    window->prior = std::make_shared<EdgePrior>(Marginalize(edges, plan.drop, EigenCut::Okvis()));
+    ReplacePrior(edges, plan.drop, EigenCut::Okvis(), window);
   }
 
   // A keyframe unless the image still shows most of what the last keyframe saw.

@@ -39,6 +39,9 @@ struct VinsOptions {
   int max_iterations = 8;
   double cost_tolerance = 1e-3;     ///< a window is solved again a moment later
   double max_solve_seconds = 0.04;  ///< 4/5 of it before the oldest frame leaves
+  /// A landmark that outlives its host keeps its other observations, though the prior has them already: VINS-Mono's
+  /// way, which counts them twice.
+  bool reuse_observations = true;
 };
 std::unique_ptr<WindowPolicy> MakeVinsPolicy(const VinsOptions& options = {});
 

@@ -1,7 +1,8 @@
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
+#include <set>
 
-#include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/policy.h"
 #include "ch5_backend/window/vins_window.h"
@@ -45,6 +46,7 @@ class VinsPolicy : public WindowPolicy {
   // The solve may shift and turn all frames together, as no measurement tells position and yaw: the oldest frame
   // gets its own back, and the others follow.
   void AfterSolve(Window* window) override {
+    if (window->knows_place) return;
     const WindowFrame& oldest = window->frames.front();
     const Vec3 p0_solved = oldest.pose->p();
     const Qd turn = TwistAboutGravity(q0_ * oldest.pose->q().conjugate());
@@ -58,11 +60,9 @@ class VinsPolicy : public WindowPolicy {
 
   void Slide(Window* window) override {
     if (!Full(*window)) return;
-    const DropSet drop =
-        flag_ == MarginalizationFlag::kOld ? DropSetOfMarginOld(*window) : DropSetOfMarginSecondNew(*window);
-    if (!drop.edges.empty()) {
-      window->prior = std::make_shared<EdgePrior>(Marginalize(drop.edges, drop.vertices, EigenCut::Vins()));
-    }
+    DropSet drop = flag_ == MarginalizationFlag::kOld ? DropSetOfMarginOld(*window) : DropSetOfMarginSecondNew(*window);
+    if (!options_.reuse_observations && flag_ == MarginalizationFlag::kOld) CountOnce(window, &drop);
+    if (!drop.edges.empty()) ReplacePrior(drop.edges, drop.vertices, EigenCut::Vins(), window);
     SlideWindow(flag_, window);
   }
 
@@ -71,6 +71,28 @@ class VinsPolicy : public WindowPolicy {
   }
 
  private:
+  // Each observation once: landmarks that the newest frame still sees stay out of the prior with their edges, and the
+  // others go into it with all that was seen of them.
+  static void CountOnce(Window* window, DropSet* drop) {
+    std::set<const Vertex*> living;
+    for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
+      const WindowLandmark& landmark = it->second;
+      const bool lives = landmark.seen.back().frame == window->frames.back().id;
+      const bool goes = landmark.inverse_depth && landmark.Host() == window->frames.front().id && !lives;
+      if (lives) living.insert(landmark.inverse_depth.get());
+      it = goes ? window->landmarks.erase(it) : std::next(it);
+    }
+    const auto lives = [&](const auto& vertex) { return living.count(vertex.get()) > 0; };
+    auto& vertices = drop->vertices;
+    vertices.erase(std::remove_if(vertices.begin(), vertices.end(), lives), vertices.end());
+    auto& edges = drop->edges;
+    edges.erase(std::remove_if(edges.begin(), edges.end(),
+                               [&](const auto& edge) {
+                                 return std::any_of(edge->Vertices().begin(), edge->Vertices().end(), lives);
+                               }),
+                edges.end());
+  }
+
   bool Full(const Window& window) const { return static_cast<int>(window.frames.size()) > options_.window_size; }
 
   bool SecondNewestIsKeyframe(const Window& window) const {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/types/edge_reprojection_calibration.h"
+#include "ch5_backend/types/edge_track.h"
 
 namespace ch5 {
 
@@ -40,7 +42,7 @@ class Builder {
         graph_(window->graph),
         calibrating_(!window->extrinsic->IsFixed() || !window->time_offset->IsFixed()),
         T_B_C_(window->T_B_C()),
-        loss_(std::make_shared<CauchyLoss>(weights.cauchy)) {}
+        loss_(weights.cauchy > 0.0 ? std::make_shared<CauchyLoss>(weights.cauchy) : nullptr) {}
 
   void AddStates() {
     for (const WindowFrame& frame : window_.frames) {
@@ -55,13 +57,13 @@ class Builder {
     for (size_t k = 1; k < window_.frames.size(); ++k) {
       const WindowFrame &i = window_.frames[k - 1], &j = window_.frames[k];
       if (!i.speed_bias || !j.speed_bias || !j.imu || j.imu->SumDt() > weights_.max_imu_seconds) continue;
-      graph_.AddEdge(
-          std::make_shared<EdgeImu>(i.pose, i.speed_bias, j.pose, j.speed_bias, j.imu, Vec3(0, 0, weights_.gravity)));
+      Add(std::make_shared<EdgeImu>(i.pose, i.speed_bias, j.pose, j.speed_bias, j.imu, Vec3(0, 0, weights_.gravity)));
     }
   }
 
   void AddLandmark(const WindowLandmark& landmark) {
     graph_.AddVertex(landmark.inverse_depth);
+    if (weights_.noisy_hosts) return AddTrack(landmark);
     const double sqrt_information = weights_.focal_length / weights_.pixel_sigma;
     const Mat22 W = sqrt_information * sqrt_information * Mat22::Identity();
     const WindowObservation& host = landmark.seen.front();
@@ -81,16 +83,32 @@ class Builder {
       }
       edge->SetInformation(W);
       edge->SetLossFunction(loss_);
-      graph_.AddEdge(edge);
+      Add(edge);
     }
   }
 
   void AddPriors() {
-    if (window_.prior) graph_.AddEdge(window_.prior);
+    if (window_.prior) {
+      window_.prior->KeepJacobian(window_.first_estimates == FirstEstimates::kFull);
+      graph_.AddEdge(window_.prior);
+    }
     if (window_.gauge) graph_.AddEdge(window_.gauge);
   }
 
  private:
+  void AddTrack(const WindowLandmark& landmark) {
+    std::vector<EdgeTrack::View> views;
+    for (const WindowObservation& seen : landmark.seen) views.push_back({FrameOf(seen).pose, seen.x});
+    Add(std::make_shared<EdgeTrack>(landmark.inverse_depth, views, T_B_C_,
+                                    weights_.pixel_sigma / weights_.focal_length));
+  }
+
+  void Add(std::shared_ptr<Edge> edge) {
+    const bool first = window_.first_estimates == FirstEstimates::kFull && window_.prior;
+    graph_.AddEdge(first ? ConstrainObservability(std::move(edge), window_.prior->GetPrior(), window_.extrinsic.get())
+                         : std::move(edge));
+  }
+
   const WindowFrame& FrameOf(const WindowObservation& observation) const {
     return window_.frames[static_cast<size_t>(window_.IndexOf(observation.frame))];
   }
@@ -115,6 +133,29 @@ void BuildGraph(const WindowWeights& weights, const std::function<bool(const Win
     if (landmark.inverse_depth && uses(*window, landmark)) builder.AddLandmark(landmark);
   }
   builder.AddPriors();
+}
+
+void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
+                  const EigenCut& cut, Window* window) {
+  const std::shared_ptr<EdgePrior> old = window->prior;
+  if (window->first_estimates == FirstEstimates::kNone || !old) {
+    window->prior = std::make_shared<EdgePrior>(Marginalize(edges, drop, cut));
+    return;
+  }
+  old->KeepJacobian(true);
+  std::vector<std::shared_ptr<Edge>> constrained = edges;
+  for (auto& edge : constrained) {
+    if (edge == old || window->first_estimates == FirstEstimates::kFull) continue;  // it is, or the graph's already are
+    edge = ConstrainObservability(edge, old->GetPrior(), window->extrinsic.get());
+  }
+  Prior next = Marginalize(constrained, drop, cut);
+  next.first = next.x0;
+  for (size_t i = 0; i < next.vertices.size(); ++i) {
+    const auto& known = old->GetPrior().vertices;
+    const auto at = std::find(known.begin(), known.end(), next.vertices[i]);
+    if (at != known.end()) next.first[i] = old->GetPrior().FirstEstimate(at - known.begin());
+  }
+  window->prior = std::make_shared<EdgePrior>(std::move(next));
 }
 
 std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices) {

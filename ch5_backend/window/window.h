@@ -13,7 +13,8 @@
 #include <vector>
 
 #include "ch5_backend/graph/graph.h"
-#include "ch5_backend/marginalize/edge_prior.h"
+#include "ch5_backend/marginalize/observability.h"
+#include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/types/edge_imu.h"
 #include "ch5_backend/types/measurements.h"
 
@@ -58,6 +59,10 @@ struct Window {
   std::shared_ptr<VertexPose> extrinsic = std::make_shared<VertexPose>();  ///< T_B_C
   std::shared_ptr<VertexScalar> time_offset =                              ///< camera's clock is late by [s]
       std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
+  /// Which edges are to leave position and yaw alone, as they were at first (marginalize/observability.h).
+  FirstEstimates first_estimates = FirstEstimates::kNone;
+  /// The prior tells position and yaw, as the start was told them: nobody else has to hold the gauge.
+  bool knows_place = false;
   Graph graph;  ///< of the last BuildGraph
 
   /// Position in `frames` of the frame `id`, or −1.
@@ -72,7 +77,8 @@ struct Window {
 struct WindowWeights {
   double focal_length = 460.0;  ///< turns pixels into the normalised plane [px]
   double pixel_sigma = 1.5;     ///< of an observation [px]; VINS: √information = 460/1.5
-  double cauchy = 1.0;          ///< scale of the loss on observations, in sigmas
+  double cauchy = 1.0;          ///< scale of the loss on observations, in sigmas; 0: no loss
+  bool noisy_hosts = false;     ///< the host's point is no more exact than the others (edge_track.h); without a loss
   double gravity = 9.81;        ///< [m/s²]
   double max_imu_seconds = 10;  ///< a longer preintegration is not used (VINS)
 };
@@ -82,6 +88,10 @@ struct WindowWeights {
 /// is estimated (both fixed), they are constants of the edges.
 void BuildGraph(const WindowWeights& weights, const std::function<bool(const Window&, const WindowLandmark&)>& uses,
                 Window* window);
+
+/// Marginalize as window->first_estimates says; the result is the window's prior.
+void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
+                  const EigenCut& cut, Window* window);
 
 /// The edges of the graph at one of these vertices, in the order of the graph.
 std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices);
