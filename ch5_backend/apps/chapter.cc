@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "ch5_backend/apps/studies/consistency_study.h"
 #include "ch5_backend/apps/studies/marginalize_study.h"
 #include "ch5_backend/apps/studies/mono_ba_study.h"
 #include "ch5_backend/apps/studies/odometry_study.h"
@@ -15,8 +16,9 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_chapter [--out DIR]\n"
-    "Runs bundle adjustment on simulated scenes, the marginalisation example, the prior-weight experiment and\n"
-    "odometry on a simulated recording, and writes their tables to DIR/csv (DIR is out/ unless given).\n";
+    "Runs bundle adjustment on simulated scenes, the marginalisation example, the prior-weight experiment,\n"
+    "odometry on a simulated recording and its consistency, and writes their tables to DIR/csv (DIR is out/ unless "
+    "given).\n";
 
 void RunStudies(const std::filesystem::path& csv, const ch5::Progress& progress) {
   using Show = std::function<void(double)>;
@@ -28,6 +30,10 @@ void RunStudies(const std::filesystem::path& csv, const ch5::Progress& progress)
   ch5::RunPriorStudy(csv, show("prior weights"));
   const auto show_policy = [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); };
   ch5::WriteOdometryTables(ch5::RunOdometryStudy(ch5::SimulatedOdometryRecording(), show_policy), csv);
+  ch5::ConsistencyOptions consistency;  // the short form; ch5_nees runs it in full
+  consistency.runs = 4;
+  consistency.seconds = 6.0;
+  ch5::WriteConsistencyTables(ch5::RunConsistencyStudy(consistency, show("consistency")), csv);
 }
 
 int Fail(const std::string& what) {

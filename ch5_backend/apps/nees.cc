@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
   const ch5::Progress progress;
   try {
     const auto rows = ch5::RunConsistencyStudy(options, [&](double f) { progress.Show("consistency", f); });
-    ch5::WriteConsistencyTables(rows, options, out / "csv");
+    ch5::WriteConsistencyTables(rows, out / "csv");
   } catch (const std::exception& error) {
     progress.Clear();
     return Fail(error.what());

@@ -22,6 +22,9 @@ Tables, DIR/csv (one row of names, then numbers; metres, radians; costs are ½ �
   odometry_windows.csv   policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost
   odometry_matrices.csv  policy,picture,t_s,stage,size,pose_rows,row,column,value  stage: window (H), prior (JᵀJ)
   odometry_spectrum.csv  policy,t_s,index,eigenvalue   of the prior
+  odometry_gauge.csv     policy,t_s,direction,information,relative   the auditor's: what the prior knows of the gauge
+  consistency.csv        policy,mode,t_s,runs,nees_pose,… means over simulated runs, with the 95 % bands
+  consistency_summary.csv  one row a policy and mode of first estimates
 
 Figures, DIR/figures/NAME.png and NAME.svg:
   scene_course, scene_large        cameras and points in 3-D, before and after
@@ -35,7 +38,8 @@ Figures, DIR/figures/NAME.png and NAME.svg:
   prior_traces                     cost against iteration, one line a weight
   prior_trials                     mean iterations and drift over many scenes under the usual stop rules
   prior_damping                    identity against diagonal damping: where the usual curve comes from
-  odometry_path, _timing, _spectrum, _film_POLICY   see odometry.py
+  odometry_path, _timing, _spectrum, _gauge, _film_POLICY   see odometry.py
+  consistency                      NEES of pose and yaw, and the yaw that is claimed, by mode of first estimates
 """
 
 import html
@@ -48,6 +52,7 @@ import captions
 import convergence
 import hessian
 import marginalize
+import nees
 import odometry
 import page
 import prior
@@ -55,7 +60,7 @@ import scene
 import style
 
 # The longest first, so that two processes finish together.
-SCRIPTS = (odometry, prior, scene, hessian, convergence, marginalize)
+SCRIPTS = (odometry, nees, prior, scene, hessian, convergence, marginalize)
 
 
 def solves_table(n):
@@ -75,7 +80,8 @@ def solves_table(n):
 def body_of(directory):
     """The page's pieces."""
     n = captions.Numbers(directory)
-    sections = {**captions.sections(n), "Odometry": odometry.captions(directory)}
+    sections = {**captions.sections(n), "Odometry": odometry.captions(directory),
+                "Consistency": nees.captions(directory)}
     anchor = lambda title: title.lower().replace("'", "").replace(" ", "-")
     body = ["<h1>Chapter 5: a hand-written back end at work</h1>",
             "<p>Simulated scenes, solved by the code of this repository; every number below is read from the tables "

@@ -49,27 +49,32 @@ std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(const Calibration& calibr
   return policies;
 }
 
-OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& options,
-                        std::unique_ptr<WindowPolicy> policy,
-                        const std::function<void(const Estimator&, const WindowRow&)>& watch) {
+void FeedRecording(const Recording& recording, Estimator* estimator, const WatchOdometry& watch) {
   using Clock = std::chrono::steady_clock;
-  Estimator estimator(options, std::move(policy));
-  OdometryRun run;
-  run.policy = estimator.Policy().Name();
   auto reading = recording.imu.begin();
   for (const CameraFrame& frame : recording.frames) {
     const Clock::time_point start = Clock::now();
     // One reading beyond the image, so that the IMU can be interpolated at its time.
-    const double until = frame.t + estimator.TimeOffset();
+    const double until = frame.t + estimator->TimeOffset();
     while (reading != recording.imu.end() && (reading == recording.imu.begin() || std::prev(reading)->t < until)) {
-      estimator.AddImu(*reading++);
+      estimator->AddImu(*reading++);
     }
-    WindowRow row{frame.t, 0.0, estimator.AddFrame(frame)};
+    WindowRow row{frame.t, 0.0, estimator->AddFrame(frame)};
     row.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    if (row.report.state) run.states.push_back(*row.report.state);
-    if (watch) watch(estimator, row);
-    run.rows.push_back(std::move(row));
+    watch(*estimator, row);
   }
+}
+
+OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& options,
+                        std::unique_ptr<WindowPolicy> policy, const WatchOdometry& watch) {
+  Estimator estimator(options, std::move(policy));
+  OdometryRun run;
+  run.policy = estimator.Policy().Name();
+  FeedRecording(recording, &estimator, [&](const Estimator& now, const WindowRow& row) {
+    if (row.report.state) run.states.push_back(*row.report.state);
+    if (watch) watch(now, row);
+    run.rows.push_back(row);
+  });
   run.restarts = estimator.Restarts();
   Summarise(recording, &run);
   return run;

@@ -35,10 +35,14 @@ struct OdometryRun {
   double p99_window_ms = 0.0;    ///< of the images that were answered
 };
 
+using WatchOdometry = std::function<void(const Estimator&, const WindowRow&)>;
+
 /// Feeds the recording in order of time.
 /// @param watch  called after each image
+void FeedRecording(const Recording& recording, Estimator* estimator, const WatchOdometry& watch);
+
+/// The same with an estimator of its own, its answers compared with the truth.
 OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& options,
-                        std::unique_ptr<WindowPolicy> policy,
-                        const std::function<void(const Estimator&, const WindowRow&)>& watch = nullptr);
+                        std::unique_ptr<WindowPolicy> policy, const WatchOdometry& watch = nullptr);
 
 }  // namespace ch5

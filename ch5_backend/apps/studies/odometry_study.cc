@@ -99,6 +99,18 @@ CsvTable WindowTable(const OdometryStudy& study) {
   return table;
 }
 
+CsvTable GaugeTable(const OdometryStudy& study) {
+  CsvTable table("policy,t_s,direction,information,relative");
+  for (size_t r = 0; r < study.runs.size(); ++r) {
+    for (const PriorAudit& audit : study.audits[r]) {
+      for (const GaugeLeak& leak : audit.leaks) {
+        table.Row(study.runs[r].policy, audit.t, leak.direction, leak.information, leak.relative);
+      }
+    }
+  }
+  return table;
+}
+
 }  // namespace
 
 Recording SimulatedOdometryRecording() {
@@ -119,20 +131,28 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
   const auto& frames = study.recording.frames;
   for (auto&& policy : AllPolicies(study.recording.calibration)) {
     std::vector<WindowPicture> pictures;
+    std::vector<PriorAudit> audits;
     const std::string name = policy->Name();
     size_t image = 0;
     const auto watch = [&](const Estimator& estimator, const WindowRow& row) {
       ++image;
       if (progress) progress(name, static_cast<double>(image) / static_cast<double>(frames.size()));
+      const Window& window = estimator.GetWindow();
+      if (row.report.state && window.prior) {
+        GaugeAuditOptions options;
+        options.bystanders = {window.extrinsic.get()};
+        audits.push_back({row.t, AuditPrior(window.prior->GetPrior(), options)});
+      }
       // Pictures are spread over the second half, the last one at the end.
       const size_t due = frames.size() / 2 + (pictures.size() + 1) * frames.size() / (2 * kPictures);
-      if (pictures.size() < kPictures && row.report.state && estimator.GetWindow().prior && image + 1 >= due) {
-        pictures.push_back(TakePicture(estimator.GetWindow(), row.t));
+      if (pictures.size() < kPictures && row.report.state && window.prior && image + 1 >= due) {
+        pictures.push_back(TakePicture(window, row.t));
       }
     };
     study.runs.push_back(
         RunOdometry(study.recording, OptionsFor(study.recording.calibration), std::move(policy), watch));
     study.pictures.push_back(std::move(pictures));
+    study.audits.push_back(std::move(audits));
   }
   return study;
 }
@@ -157,6 +177,7 @@ void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path
   files.Add(csv / "odometry_windows.csv", WindowTable(study).Text());
   files.Add(csv / "odometry_matrices.csv", matrices.Text());
   files.Add(csv / "odometry_spectrum.csv", spectrum.Text());
+  files.Add(csv / "odometry_gauge.csv", GaugeTable(study).Text());
   files.Commit();
 }
 

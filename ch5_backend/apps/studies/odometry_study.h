@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ch5_backend/apps/studies/odometry.h"
+#include "ch5_backend/marginalize/gauge_audit.h"
 
 namespace ch5 {
 
@@ -18,10 +19,17 @@ struct WindowPicture {
   MatXX H_prior;      ///< JᵀJ in the order of the prior's vertices
 };
 
+/// What the prior of the window claims to know of position and yaw, which nothing measures.
+struct PriorAudit {
+  double t = 0.0;
+  std::vector<GaugeLeak> leaks;
+};
+
 struct OdometryStudy {
   Recording recording;
   std::vector<OdometryRun> runs;                     ///< one a policy
   std::vector<std::vector<WindowPicture>> pictures;  ///< likewise
+  std::vector<std::vector<PriorAudit>> audits;       ///< likewise; after every image, outside of the time measured
 };
 
 /// A hand-held camera in a room, standing still before it moves, with noise and 2 % of outliers.
@@ -31,8 +39,8 @@ Recording SimulatedOdometryRecording();
 OdometryStudy RunOdometryStudy(Recording recording,
                                const std::function<void(const std::string&, double)>& progress = nullptr);
 
-/// Into `csv`: odometry_policies.csv, odometry_path.csv, odometry_windows.csv, odometry_matrices.csv and
-/// odometry_spectrum.csv; all or none.
+/// Into `csv`: odometry_policies.csv, odometry_path.csv, odometry_windows.csv, odometry_matrices.csv,
+/// odometry_spectrum.csv and odometry_gauge.csv; all or none.
 /// @throws WriteError
 void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv);
 
