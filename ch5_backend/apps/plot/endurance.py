@@ -1,0 +1,24 @@
+"""Thousands of images through each estimator: memory of the process, error against the way, time an image."""
+import style
+from odometry import COLOURS, NAMES, policies
+from style import plt
+
+
+def draw(directory):
+    table = style.read(directory, "endurance")
+    fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
+    for name in policies(table):
+        rows = table.where(policy=name)
+        for axes, (x, y) in zip(panels, (("frame", "resident_mb"), ("distance_m", "error_m"),
+                                         ("frame", "milliseconds"))):
+            axes.plot(rows[x], rows[y], color=COLOURS[name], linewidth=1.3, label=NAMES[name])
+    for axes, (x, title) in zip(panels, (("images", "resident memory [MB]"), ("way [m]", "distance from the truth [m]"),
+                                         ("images", "time an image [ms]"))):
+        axes.set(xlabel=x, title=title)
+        axes.set_ylim(bottom=0)
+    panels[0].legend(loc="lower right")
+    style.save(fig, directory, "endurance")
+
+
+if __name__ == "__main__":
+    style.main(draw)

@@ -1,0 +1,38 @@
+#pragma once
+/// Ten thousand images: does an estimator's memory stay flat, and its error in proportion to the way?
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace ch5 {
+
+struct EnduranceOptions {
+  int frames = 10000;     ///< images, 10 a second
+  int sample_every = 50;  ///< images from row to row
+  int max_tracks = 30;
+};
+
+/// A policy after so many images.
+struct EnduranceRow {
+  std::string policy;
+  int frame = 0;
+  double t = 0.0;
+  double distance = 0.0;      ///< way so far [m]
+  double error = 0.0;         ///< of the position, laid upon the truth over the first minute [m]
+  double resident_mb = 0.0;   ///< memory of the process; 0 where the system does not tell
+  double milliseconds = 0.0;  ///< an image, mean since the last row
+  int restarts = 0;
+};
+
+/// Both policies, one after the other, on a hand-held camera in a room. The recording is made before the first row.
+/// @throws std::runtime_error if an answer is not finite, naming policy and time
+std::vector<EnduranceRow> RunEnduranceStudy(const EnduranceOptions& options,
+                                            const std::function<void(const std::string&, double)>& progress = nullptr);
+
+/// endurance.csv, one row each, and endurance_summary.csv: memory after 1,000 images (or a tenth) and at the end, drift.
+/// @throws WriteError
+void WriteEnduranceTables(const std::vector<EnduranceRow>& rows, const std::filesystem::path& csv);
+
+}  // namespace ch5
