@@ -1,7 +1,8 @@
 #pragma once
 /// The inner loops of the fast room, on raw blocks. Sizes known at compile time unroll; Dynamic ones are read at run
 /// time. Every block has Stride(rows) numbers a column (see block_matrix.h), Jacobians Stride(columns) numbers a row;
-/// their padding is zero, so whole SIMD registers are computed.
+/// their padding is zero, so whole SIMD registers are computed. Blocks W of H_pm have no padding: who reads one in whole
+/// registers reads on into the next block, and what it makes of that lies in the padding of its result.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -74,6 +75,27 @@ struct Rows {
     }
   }
 
+  /// The same for a C without padding: nothing behind it is written, which may be another thread's.
+  template <int Q>
+  CH5_INLINE void AddTransposeProductTight(const double* B, double* C) const {
+    constexpr int kWhole = P / kLanes;
+    CH5_UNROLL
+    for (int c = 0; c < Q; ++c, C += P) {
+      CH5_UNROLL
+      for (int k = 0; k < kWhole; ++k) {
+        Lanes sum = AsLanes(C)[k];
+        CH5_UNROLL
+        for (int r = 0; r < R; ++r) sum += row[r][k] * B[r * Stride(Q) + c];
+        AsLanes(C)[k] = sum;
+      }
+      CH5_UNROLL
+      for (int i = 0; i < P % kLanes; ++i) {
+        CH5_UNROLL
+        for (int r = 0; r < R; ++r) C[kWhole * kLanes + i] += row[r][kWhole][i] * B[r * Stride(Q) + c];
+      }
+    }
+  }
+
   /// y (P, padded) −= Aᵀ r
   CH5_INLINE void SubtractTransposeVector(const double* r, double* y) const {
     CH5_UNROLL
@@ -86,17 +108,17 @@ struct Rows {
   }
 };
 
-/// C (p×q) −= A Bᵀ;  A is p×l, B is q×l.
+/// C (p×q) −= W Bᵀ;  W is p×l, B is q×l.
 template <int P, int Q, int L>
-CH5_INLINE void SubtractProduct(const double* A, const double* B, int p_size, int q_size, int l_size, double* C) {
-  const int p = Stride(Pick<P>(p_size)) / kLanes, q = Pick<Q>(q_size), B_stride = Stride(q), l = Pick<L>(l_size);
+CH5_INLINE void SubtractProduct(const double* W, const double* B, int p_size, int q_size, int l_size, double* C) {
+  const int rows = Pick<P>(p_size), q = Pick<Q>(q_size), B_stride = Stride(q), l = Pick<L>(l_size);
   if constexpr (P != Eigen::Dynamic && Q != Eigen::Dynamic && L != Eigen::Dynamic) {
     constexpr int kP = Stride(P) / kLanes;
-    Lanes a[L][kP];  // all of A stays in registers: 9 of them for a camera and a point
+    Lanes a[L][kP];  // all of W stays in registers: 9 of them for a camera and a point
     CH5_UNROLL
     for (int m = 0; m < L; ++m) {
       CH5_UNROLL
-      for (int k = 0; k < kP; ++k) a[m][k] = AsLanes(A)[m * kP + k];
+      for (int k = 0; k < kP; ++k) a[m][k] = AsLanes(W + m * rows)[k];
     }
     CH5_UNROLL
     for (int c = 0; c < Q; ++c) {
@@ -109,10 +131,11 @@ CH5_INLINE void SubtractProduct(const double* A, const double* B, int p_size, in
       }
     }
   } else {
+    const int p = Stride(rows) / kLanes;
     for (int c = 0; c < q; ++c) {
       for (int k = 0; k < p; ++k) {
         Lanes sum = AsLanes(C)[c * p + k];
-        for (int m = 0; m < l; ++m) sum -= AsLanes(A)[m * p + k] * B[m * B_stride + c];
+        for (int m = 0; m < l; ++m) sum -= AsLanes(W + m * rows)[k] * B[m * B_stride + c];
         AsLanes(C)[c * p + k] = sum;
       }
     }
@@ -122,11 +145,11 @@ CH5_INLINE void SubtractProduct(const double* A, const double* B, int p_size, in
 /// Y (p×l) = W V;  W is p×l, V l×l without padding, symmetric.
 template <int P, int L>
 CH5_INLINE void Multiply(const double* W, const double* V, int p_size, int l_size, double* Y) {
-  const int p = Stride(Pick<P>(p_size)) / kLanes, l = Pick<L>(l_size);
+  const int rows = Pick<P>(p_size), p = Stride(rows) / kLanes, l = Pick<L>(l_size);
   for (int c = 0; c < l; ++c) {
     for (int k = 0; k < p; ++k) {
       Lanes sum = AsLanes(W)[k] * V[c * l];
-      for (int m = 1; m < l; ++m) sum += AsLanes(W)[m * p + k] * V[c * l + m];
+      for (int m = 1; m < l; ++m) sum += AsLanes(W + m * rows)[k] * V[c * l + m];
       AsLanes(Y)[c * p + k] = sum;
     }
   }
@@ -135,10 +158,10 @@ CH5_INLINE void Multiply(const double* W, const double* V, int p_size, int l_siz
 /// y (p, padded) −= W x;  W is p×l.
 template <int P, int L>
 CH5_INLINE void SubtractProductVector(const double* W, const double* x, int p_size, int l_size, double* y) {
-  const int p = Stride(Pick<P>(p_size)) / kLanes, l = Pick<L>(l_size);
+  const int rows = Pick<P>(p_size), p = Stride(rows) / kLanes, l = Pick<L>(l_size);
   for (int k = 0; k < p; ++k) {
     Lanes sum = AsLanes(y)[k];
-    for (int m = 0; m < l; ++m) sum -= AsLanes(W)[m * p + k] * x[m];
+    for (int m = 0; m < l; ++m) sum -= AsLanes(W + m * rows)[k] * x[m];
     AsLanes(y)[k] = sum;
   }
 }
@@ -148,7 +171,7 @@ template <int P, int L>
 CH5_INLINE void AddTransposed(const double* W, const double* x, int p_size, int l_size, double sign, double* y) {
   const int p = Pick<P>(p_size), l = Pick<L>(l_size), whole = p / kLanes;
   for (int m = 0; m < l; ++m) {
-    const double* column = W + m * Stride(p);
+    const double* column = W + m * p;
     Lanes sums = {};
     for (int k = 0; k < whole; ++k) sums += AsLanes(column)[k] * AsLanes(x)[k];
     double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);

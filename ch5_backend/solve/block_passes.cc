@@ -130,7 +130,7 @@ struct Body {
       kernels::Rows<kR, P> A;
       A.LoadLane(jacobian(term.position), lane);
       A.Store(A_stored[i]);
-      A.template AddTransposeProduct<L>(A_l_stored, &system->H_pm[s.slot_block[term.slot]]);
+      A.template AddTransposeProductTight<L>(A_l_stored, &system->H_pm[s.slot_block[term.slot]]);
       A.SubtractTransposeVector(r, &poses->b[term.block * system->pose_stride]);
       for (int j = 0; j < i; ++j) {
         A.template AddTransposeProduct<P>(A_stored[j], &poses->H_pp[system->H_pp.ValueBegin(*pair++)]);
@@ -164,7 +164,7 @@ struct Body {
       double *H_pl = &system->H_pm[s.slot_block[a.slot]], *b_p = &poses->b[a.block * system->pose_stride];
       for (int c = 0; c < a.dim; ++c) {
         const double* column = C + (a.column + c) * stride;
-        for (int m = 0; m < dim; ++m) H_pl[m * Stride(a.dim) + c] -= column[row_l + m];
+        for (int m = 0; m < dim; ++m) H_pl[m * a.dim + c] -= column[row_l + m];
         b_p[c] += column[record.width];
       }
       for (int j = record.terms_begin; j <= i; ++j) {
@@ -256,7 +256,7 @@ struct Body {
     for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
       const int slot = s.pose_slots[k], l = s.slot_landmark[slot];
       const double* W = &y.H_pm[s.slot_block[slot]];
-      for (int m = 0; m < Pick<L>(s.landmark_dim[l]); ++m, W += Stride(dim)) {
+      for (int m = 0; m < Pick<L>(s.landmark_dim[l]); ++m, W += dim) {
         for (int i = 0; i < dim; ++i) product[s.pose_offset[j] + i] += W[i] * v[s.landmark_offset[l] + m];
       }
     }

@@ -42,7 +42,7 @@ void BlockSolverBase::SetOrdering() {
   const auto size = [](int n) { return static_cast<size_t>(n); };
   system_.factors.Prepare(s);
   system_.products.assign(size(s.num_product_values), 0.0);
-  system_.H_pm.assign(size(s.num_H_pm_values), 0.0);
+  system_.H_pm.assign(size(s.num_H_pm_values + kLanes), 0.0);  // the last block is read in whole registers too
   system_.H_mm.assign(size(s.num_H_mm_values), 0.0);
   system_.H_mm_inverse.assign(size(s.num_H_mm_values), 0.0);
   system_.H_mm_root.assign(size(s.num_H_mm_values), 0.0);
@@ -286,8 +286,7 @@ MatXX BlockSolverBase::DenseHessian() const {
     H.block(row, row, dim, dim) = Eigen::Map<const MatXX>(&system_.H_mm[s.landmark_block[l]], dim, dim);
     for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
       const int pose = s.slot_pose[slot], pose_dim = s.pose_dim[pose];
-      using Block = Eigen::Map<const MatXX, 0, Eigen::OuterStride<>>;
-      const Block W(&system_.H_pm[s.slot_block[slot]], pose_dim, dim, Eigen::OuterStride<>(Stride(pose_dim)));
+      const Eigen::Map<const MatXX> W(&system_.H_pm[s.slot_block[slot]], pose_dim, dim);
       H.block(s.pose_offset[pose], row, pose_dim, dim) = W;
       H.block(row, s.pose_offset[pose], dim, pose_dim) = W.transpose();
     }

@@ -71,7 +71,9 @@ class Builder {
       if (landmark == kNone) continue;
       std::vector<int>& poses = seen_by_[Block(*edge->Vertices()[landmark])];
       for (const auto& vertex : edge->Vertices()) {
-        if (IsFree(*vertex) && vertex->GetRole() == Role::kPose) poses.push_back(Block(*vertex));
+        if (!IsFree(*vertex) || vertex->GetRole() != Role::kPose) continue;
+        poses.push_back(Block(*vertex));
+        ++num_landmark_terms_;
       }
     }
     for (std::vector<int>& poses : seen_by_) {
@@ -110,13 +112,16 @@ class Builder {
   }
 
   void FindSlots() {
+    size_t num_slots = 0;
+    for (const auto& poses : seen_by_) num_slots += poses.size();
+    for (std::vector<int>* list : {&s_.slot_pose, &s_.slot_landmark, &s_.slot_block}) list->reserve(num_slots + 1);
     s_.landmark_slots.push_back(0);
     for (int l = 0; l < static_cast<int>(s_.landmarks.size()); ++l) {
       for (const int pose : seen_by_[l]) {
         s_.slot_pose.push_back(pose);
         s_.slot_landmark.push_back(l);
         s_.slot_block.push_back(s_.num_H_pm_values);
-        s_.num_H_pm_values += Stride(s_.pose_dim[pose]) * s_.landmark_dim[l];
+        s_.num_H_pm_values += s_.pose_dim[pose] * s_.landmark_dim[l];
       }
       s_.landmark_slots.push_back(static_cast<int>(s_.slot_pose.size()));
     }
@@ -139,6 +144,7 @@ class Builder {
   }
 
   void ListTerms() {
+    s_.terms.reserve(num_landmark_terms_);
     for (int e = 0; e < s_.num_active_edges; ++e) {
       EdgeRecord& record = s_.edges[e];
       const auto& vertices = record.edge->Vertices();
@@ -194,6 +200,9 @@ class Builder {
       for (const int i : rows) num_H_pp_values_ += Stride(s_.pose_dim[i]) * s_.pose_dim[rows.front()];
     }
     num_H_pp_blocks_ = column_begin.back();
+    size_t num_pairs = 0;
+    ForEachPair(0, [&](const EdgeRecord&, const EdgeTerm&, const EdgeTerm&) { ++num_pairs; });
+    s_.pairs.reserve(num_pairs);
     ForEachPair(0, [&](EdgeRecord& record, const EdgeTerm& a, const EdgeTerm& b) {
       const std::vector<int>& rows = s_.H_pp_pattern[b.block];
       const auto row = std::lower_bound(rows.begin(), rows.end(), a.block) - rows.begin();
@@ -247,6 +256,7 @@ class Builder {
   std::vector<std::vector<int>> seen_by_;  // the poses of each landmark
   std::vector<int> dimension_;             // of each landmark, in the ordering's order
   int num_H_pp_values_ = 0, num_H_pp_blocks_ = 0;
+  size_t num_landmark_terms_ = 0;
 };
 
 }  // namespace

@@ -68,7 +68,7 @@ struct BlockStructure {
   std::vector<int> landmark_edges;  ///< landmark l owns edges [landmark_edges[l], landmark_edges[l + 1])
   std::vector<int> landmark_slots;  ///< and slots [landmark_slots[l], landmark_slots[l + 1]), by ascending pose
   std::vector<int> slot_pose, slot_landmark;
-  /// Where the slot's block, Stride(d_p)×d_m, begins among those of H_pm; and the end of all.
+  /// Where the slot's block, d_p×d_m without padding, begins among those of H_pm; and the end of all.
   std::vector<int> slot_block;
   std::vector<int> pose_slots_begin, pose_slots;  ///< the slots of each pose, by ascending landmark
 

@@ -85,9 +85,8 @@ std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex
   const Eigen::Map<const MatXX> H_ll_inverse(&system.H_mm_inverse[s.landmark_block[l]], dim, dim);
   std::vector<Influence> influences;
   for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
-    const int p = s.slot_pose[slot], stride = Stride(s.pose_dim[p]);
-    const Eigen::Map<const MatXX, 0, Eigen::OuterStride<>> H_pl(&system.H_pm[s.slot_block[slot]], s.pose_dim[p], dim,
-                                                                Eigen::OuterStride<>(stride));
+    const int p = s.slot_pose[slot];
+    const Eigen::Map<const MatXX> H_pl(&system.H_pm[s.slot_block[slot]], s.pose_dim[p], dim);
     influences.push_back({p, -H_pl * H_ll_inverse});
   }
   return influences;

@@ -43,7 +43,7 @@ struct ImplicitSchur::Reduce {
   // One pose's blocks are scattered over memory, where no processor guesses them.
   static constexpr int kAhead = 4;
   static CH5_INLINE void Prefetch(const double* E) {
-    for (int i = 0; i < (P > 0 && L > 0 ? Stride(P) * L : 0); i += 8) __builtin_prefetch(E + i);
+    for (int i = 0; i < (P > 0 && L > 0 ? P * L : 0); i += 8) __builtin_prefetch(E + i);
   }
   static void Portable(const PoseTask& task, double* block) { Body(task, block); }
   CH5_WITH_AVX2 static void Avx2(const PoseTask& task, double* block) { Body(task, block); }

@@ -29,8 +29,12 @@ void PackedEdges::Assign(const BlockStructure& s) {
     const Weight weight{edge.IsotropicInformation(), edge.GetLossFunction()};
     if (typeid(edge) != *type_ || weight.information < 0.0) return;
     batch_->Add(edge);
-    weights_.push_back(weight);
-    if (weight.information != 1.0 || weight.loss) unweighted_ = false;
+    if (unweighted_ && (weight.information != 1.0 || weight.loss)) {
+      unweighted_ = false;
+      weights_.reserve(static_cast<size_t>(s.num_landmark_edges));
+      weights_.assign(static_cast<size_t>(e), {1.0, nullptr});
+    }
+    if (!unweighted_) weights_.push_back(weight);
   }
   active_ = true;
 }
@@ -42,7 +46,12 @@ double PackedEdges::RobustChi2(int begin, int end) const {
     const int count = std::min(kPack, end - first);
     batch_->ComputeResiduals(first, count, r);
     for (int k = 0; k < count; ++k) {
-      const double s = weights_[first + k].information * (r[k] * r[k] + r[kPack + k] * r[kPack + k]);
+      const double square = r[k] * r[k] + r[kPack + k] * r[kPack + k];
+      if (unweighted_) {
+        sum += square;
+        continue;
+      }
+      const double s = weights_[first + k].information * square;
       const LossFunction* loss = weights_[first + k].loss;
       sum += loss ? loss->Evaluate(s)[0] : s;
     }

@@ -1,5 +1,6 @@
 #pragma once
-/// The landmarks' edges of a structure as one batch (graph/edge_batch.h), whitened as in linear_parts.h.
+/// The landmarks' edges of a structure as one batch (graph/edge_batch.h), whitened as in linear_parts.h. Measurements,
+/// losses and W are those at Assign, which BlockSolver calls in SetOrdering.
 
 #include "ch5_backend/solve/linear_parts.h"
 
@@ -25,7 +26,7 @@ class PackedEdges {
   int JacobianBegin(int position) const { return jacobian_begin_[position]; }
   int NumJacobians() const { return jacobian_begin_.back(); }  ///< numbers in all J_i of an edge
 
-  /// w, and the loss or null, of edge e.
+  /// w, and the loss or null, of edge e, unless Unweighted().
   double Information(int e) const { return weights_[e].information; }
   const LossFunction* Loss(int e) const { return weights_[e].loss; }
   /// True if W = I and there is no loss, for all edges.
@@ -39,7 +40,7 @@ class PackedEdges {
 
   std::shared_ptr<EdgeBatch> batch_;      // a copy of this shares it
   const std::type_info* type_ = nullptr;  // of the batch's edges
-  std::vector<Weight> weights_;
+  std::vector<Weight> weights_;           // none if unweighted_
   std::vector<int> jacobian_begin_;
   bool active_ = false, unweighted_ = false;
 };

@@ -136,7 +136,7 @@ class PackedCoupling : public SchurCoupling {
       for (int slot = begin; slot < end; ++slot) {
         const double* E = &system.H_pm[s.slot_block[slot]];
         Scalar* block = blocks_.data() + static_cast<ptrdiff_t>(slot) * Shape::kBlock;
-        for (int m = 0; m < L; ++m, E += Stride(P)) {
+        for (int m = 0; m < L; ++m, E += P) {
           for (int i = 0; i < Shape::kHead; ++i) block[8 * m + i] = static_cast<Scalar>(E[i]);
           if (Shape::kHasTail) block[8 * L + m] = static_cast<Scalar>(E[8]);
         }

@@ -20,7 +20,7 @@ void Scale(const double* H_pl, const double* root, int p, int l, double* A, int 
   for (int c = 0; c < l; ++c) {
     for (int k = 0; k < lanes; ++k) {
       Lanes sum = AsLanes(H_pl)[k] * root[c];
-      for (int m = 1; m <= c; ++m) sum += AsLanes(H_pl)[m * lanes + k] * root[m * l + c];
+      for (int m = 1; m <= c; ++m) sum += AsLanes(H_pl + m * p)[k] * root[m * l + c];
       AsLanes(A + c * lda)[k] = sum;
     }
   }

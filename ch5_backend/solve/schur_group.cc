@@ -52,6 +52,14 @@ CH5_INLINE void SubtractVector(const double* A, const double* x, int k, double* 
   for (int i = 0; i < P; ++i) b[i] -= sum[i / kLanes][i % kLanes];
 }
 
+// The last rows of a column that has no padding; zeros take its place.
+template <int P>
+CH5_INLINE void LoadLastRows(const double* column, Lanes* rows) {
+  constexpr int kFirst = Stride(P) - kLanes;
+  const auto at = [&](int i) { return kFirst + i < P ? column[kFirst + i] : 0.0; };
+  *rows = Lanes{at(0), at(1), at(2), at(3)};
+}
+
 // A (P×L) = H_pl G⁻ᵀ, written in the registers' widths in which it will be read: a wide read of narrow writes would wait.
 template <int P, int L>
 CH5_INLINE void Scale(const double* H_pl, const double* root, double* A) {
@@ -62,13 +70,18 @@ CH5_INLINE void Scale(const double* H_pl, const double* root, double* A) {
     if constexpr (kWide) {
       WideLanes sum = *AsWide(H_pl) * root[c];
       CH5_UNROLL
-      for (int m = 1; m <= c; ++m) sum += *AsWide(H_pl + m * kRows) * root[m * L + c];
+      for (int m = 1; m <= c; ++m) sum += *AsWide(H_pl + m * P) * root[m * L + c];
       *AsWide(A + c * kRows) = sum;
     }
     if constexpr (kNarrow) {
-      Lanes sum = *AsLanes(H_pl + kRows - kLanes) * root[c];
+      Lanes rows, sum;
+      LoadLastRows<P>(H_pl, &rows);
+      sum = rows * root[c];
       CH5_UNROLL
-      for (int m = 1; m <= c; ++m) sum += *AsLanes(H_pl + (m + 1) * kRows - kLanes) * root[m * L + c];
+      for (int m = 1; m <= c; ++m) {
+        LoadLastRows<P>(H_pl + m * P, &rows);
+        sum += rows * root[m * L + c];
+      }
       *AsLanes(A + (c + 1) * kRows - kLanes) = sum;
     }
   }
@@ -92,7 +105,7 @@ CH5_INLINE void Take(BlockSystem* system, const SchurGroup& group, double* A) {
         for (int m = 1; m <= c; ++m) rhs[k * L + c] += root[m * L + c] * b[m];
       }
       for (int i = group.first_seat; i < n; ++i)
-        Scale<P, L>(H_pm + (k * n + i) * kBlock, root, A + i * kSeat + k * kBlock);
+        Scale<P, L>(H_pm + (k * n + i) * P * L, root, A + i * kSeat + k * kBlock);
     }
     for (int j = group.first_seat; j < group.end_seat; ++j) {
       const double* A_j = A + j * kSeat;
