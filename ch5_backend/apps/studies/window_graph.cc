@@ -7,10 +7,13 @@
 namespace ch5 {
 namespace {
 
+// Without Triggs' second-order term, as Ceres has these two: Cauchy's leaves no curvature along r where s = 1, and
+// the Gauss-Newton step of a depth that two images see is then far too long.
 std::shared_ptr<const LossFunction> MakeLoss(const WindowDump& dump) {
+  constexpr auto kIrls = LossCorrection::kIrls;
   switch (dump.loss) {
-    case WindowDump::Loss::kHuber: return std::make_shared<HuberLoss>(dump.loss_parameter);
-    case WindowDump::Loss::kCauchy: return std::make_shared<CauchyLoss>(dump.loss_parameter);
+    case WindowDump::Loss::kHuber: return std::make_shared<HuberLoss>(dump.loss_parameter, kIrls);
+    case WindowDump::Loss::kCauchy: return std::make_shared<CauchyLoss>(dump.loss_parameter, kIrls);
     case WindowDump::Loss::kNone: break;
   }
   return nullptr;
