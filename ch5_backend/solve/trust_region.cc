@@ -48,10 +48,10 @@ class Dogleg : public StepStrategy {
  public:
   explicit Dogleg(double radius) : radius_(radius) {}
 
-  // Two points mark the path: the minimum along the gradient,  h_sd = (bᵀb / bᵀHb) b,  and Gauss-Newton's h_gn.
+  // Two points mark the path: Gauss-Newton's step h_gn, and the minimum along the gradient, which is computed once
+  // h_gn reaches beyond the radius.
   void Begin(NormalEquations* system) override {
-    const VecX& b = system->RightHandSide();
-    h_sd_ = b * (b.squaredNorm() / b.dot(system->MultiplyHessian(b)));
+    has_sd_ = false;
     // A singular H gets just enough damping to be solved: 0, then 1e-12 … 1e3 (g2o's ladder).
     has_gn_ = system->SolveLinearSystem(0.0, &h_gn_);
     for (double lambda = 1e-12; !has_gn_ && lambda < 1e4; lambda *= 10.0) {
@@ -59,20 +59,21 @@ class Dogleg : public StepStrategy {
     }
   }
 
-  bool Propose(NormalEquations*, VecX* delta_x) override {
-    if (!has_gn_ || !h_sd_.allFinite()) return false;
-    const double gn_norm = h_gn_.norm(), sd_norm = h_sd_.norm();
-    if (gn_norm <= radius_) {
+  bool Propose(NormalEquations* system, VecX* delta_x) override {
+    if (!has_gn_) return false;
+    if (h_gn_.norm() <= radius_) {
       type_ = StepType::kGaussNewton;
       *delta_x = h_gn_;
-    } else if (sd_norm >= radius_) {
+    } else if (!FindSteepestDescent(system)) {
+      return false;
+    } else if (h_sd_.norm() >= radius_) {
       type_ = StepType::kSteepestDescent;
-      *delta_x = (radius_ / sd_norm) * h_sd_;
+      *delta_x = (radius_ / h_sd_.norm()) * h_sd_;
     } else {
       type_ = StepType::kDogleg;
       // ‖h_sd + β d‖ = Δ with d = h_gn − h_sd:  β = (−c + √(c² + ‖d‖² e)) / ‖d‖², in the form that does not cancel.
       const VecX d = h_gn_ - h_sd_;
-      const double c = h_sd_.dot(d), e = radius_ * radius_ - sd_norm * sd_norm, d2 = d.squaredNorm();
+      const double c = h_sd_.dot(d), e = radius_ * radius_ - h_sd_.squaredNorm(), d2 = d.squaredNorm();
       const double root = std::sqrt(c * c + d2 * e);
       *delta_x = h_sd_ + (c <= 0.0 ? (root - c) / d2 : e / (c + root)) * d;
     }
@@ -93,9 +94,17 @@ class Dogleg : public StepStrategy {
   double Parameter() const override { return radius_; }
 
  private:
+  // h_sd = (bᵀb / bᵀHb) b
+  bool FindSteepestDescent(NormalEquations* system) {
+    const VecX& b = system->RightHandSide();
+    if (!has_sd_) h_sd_ = b * (b.squaredNorm() / b.dot(system->MultiplyHessian(b)));
+    has_sd_ = true;
+    return h_sd_.allFinite();
+  }
+
   double radius_;
   StepType type_ = StepType::kNone;
-  bool has_gn_ = false;
+  bool has_gn_ = false, has_sd_ = false;
   double step_norm_ = 0.0;
   VecX h_sd_, h_gn_;
 };
