@@ -9,44 +9,35 @@ namespace ch5 {
 
 std::string WhyNotPositiveSemiDefinite(const MatXX& A) {
   constexpr double kRelativeTolerance = 1e-9;
-  std::ostringstream why;
-  if (A.rows() != A.cols()) {
-    why << "is not square: " << A.rows() << "x" << A.cols();
+  // Many matrices are sound and few are not: a stream, which costs more than the checks, is made for these alone.
+  const auto say = [](const auto&... words) {
+    std::ostringstream why;
+    (why << ... << words);
     return why.str();
-  }
+  };
+  const auto entry = [&](const char* fault, int i, int j) { return say(fault, ": (", i, ", ", j, ") = ", A(i, j)); };
+  if (A.rows() != A.cols()) return say("is not square: ", A.rows(), "x", A.cols());
   for (int i = 0; i < A.rows(); ++i) {
     for (int j = 0; j < A.cols(); ++j) {
-      if (!std::isfinite(A(i, j))) {
-        why << "has an entry that is not finite: (" << i << ", " << j << ") = " << A(i, j);
-        return why.str();
-      }
+      if (!std::isfinite(A(i, j))) return entry("has an entry that is not finite", i, j);
     }
   }
   const double scale = A.size() == 0 ? 0.0 : A.cwiseAbs().maxCoeff();
   for (int i = 0; i < A.rows(); ++i) {
     for (int j = 0; j < i; ++j) {
-      if (std::abs(A(i, j) - A(j, i)) > kRelativeTolerance * scale) {
-        why << "is not symmetric: (" << i << ", " << j << ") = " << A(i, j) << " but (" << j << ", " << i
-            << ") = " << A(j, i);
-        return why.str();
-      }
+      if (std::abs(A(i, j) - A(j, i)) <= kRelativeTolerance * scale) continue;
+      return say("is not symmetric: (", i, ", ", j, ") = ", A(i, j), " but (", j, ", ", i, ") = ", A(j, i));
     }
   }
   if (A.isDiagonal(0.0)) {
     for (int i = 0; i < A.rows(); ++i) {
-      if (A(i, i) < 0.0) {
-        why << "is not positive semi-definite: (" << i << ", " << i << ") = " << A(i, i);
-        return why.str();
-      }
+      if (A(i, i) < 0.0) return entry("is not positive semi-definite", i, i);
     }
     return "";
   }
   const double smallest = Eigen::SelfAdjointEigenSolver<MatXX>(A, Eigen::EigenvaluesOnly).eigenvalues()[0];
-  if (smallest < -kRelativeTolerance * scale) {
-    why << "is not positive semi-definite: its smallest eigenvalue is " << smallest;
-    return why.str();
-  }
-  return "";
+  if (smallest >= -kRelativeTolerance * scale) return "";
+  return say("is not positive semi-definite: its smallest eigenvalue is ", smallest);
 }
 
 MatXX PseudoInversePsd(const MatXX& A) {
