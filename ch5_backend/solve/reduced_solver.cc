@@ -79,11 +79,12 @@ class AutomaticCholesky : public ReducedSolver {
     std::vector<int> pattern = PatternOf(S);
     if (chosen_ && pattern == pattern_) return;
     pattern_ = std::move(pattern);
-    constexpr double kSmall = 300.0;
-    const double n = S.Size();
+    constexpr double kSmall = 100.0;
+    const double n = S.Size(), columns = S.NumColumns();
+    const bool dense = n <= kSmall || S.NumBlocks() > 0.7 * columns * (columns + 1.0) / 2.0;
     EliminationPlan plan;
-    if (n > kSmall) plan = PlanElimination(S);
-    if (n <= kSmall || plan.multiplications > 0.5 * n * n * n / 6.0) {
+    if (!dense) plan = PlanElimination(S);
+    if (dense || plan.multiplications > 0.5 * n * n * n / 6.0) {
       chosen_ = MakeDenseCholesky();
       chosen_->Prepare(S);
     } else {

@@ -11,7 +11,8 @@
 namespace ch5 {
 
 /// kAutomatic, in three steps: a power series for more than 400 poses that landmarks alone tie; otherwise dense for up
-/// to 300 numbers; beyond, sparse unless that would take more than half of the dense one's multiplications.
+/// to 100 numbers, or where 70 % of S's blocks are there; otherwise sparse unless that would take more than half of the
+/// dense one's multiplications. (A window's speeds and biases are a chain: with them half of S is empty.)
 /// The last two types never form S, see implicit_solver.h.
 enum class ReducedSolverType { kAutomatic, kDenseCholesky, kSparseCholesky, kPcg, kImplicitPcg, kPowerSeries };
 
