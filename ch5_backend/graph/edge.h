@@ -39,6 +39,10 @@ class Edge {
   virtual bool LinearizeInto(double* /*r*/, double* const* /*J*/) const { return false; }
   /// An empty batch for edges of this type (see edge_batch.h), or null if there is none.
   virtual std::unique_ptr<EdgeBatch> MakeBatch() const { return nullptr; }
+  /// For an edge that gets JᵀJ more cheaply than from J: the lower half of C = [J r]ᵀ[J r] at the present state, over the
+  /// columns of all its vertices in their order, (n + 1)×(n + 1), column-major; r is left computed, J is not.
+  /// @return false if the type does not offer it, or if W or a loss would make it another matrix
+  virtual bool ProductsInto(double* /*C*/) { return false; }
   /// True once the Jacobians have been differentiated numerically. That moves the vertices for a moment, so such
   /// edges cannot be linearised by several threads at once.
   bool HasNumericJacobians() const { return numeric_jacobians_; }

@@ -2,7 +2,19 @@
 
 #include <stdexcept>
 
+#include "ch5_backend/math/quick_matrix.h"
+
 namespace ch5 {
+namespace {
+
+// How many of the first rows and columns are the identity's: of a pose only the rotation's are not.
+Eigen::Index LeadingIdentity(const MatXX& B) {
+  Eigen::Index k = 0;
+  while (k < B.rows() && B(k, k) == 1.0 && B.row(k).squaredNorm() == 1.0 && B.col(k).squaredNorm() == 1.0) ++k;
+  return k;
+}
+
+}  // namespace
 
 EdgePrior::EdgePrior(Prior prior)
     : Edge(static_cast<int>(prior.r0.size()), prior.vertices, nullptr, nullptr), prior_(std::move(prior)) {
@@ -21,12 +33,15 @@ EdgePrior::EdgePrior(Prior prior)
   }
   r_ = prior_.r0;
   W_ = MatXX::Identity(rows, rows);
-  J_ = prior_.J;
   SetMemory(r_.data(), W_.data());
+}
+
+void EdgePrior::TakeJacobians() const {
+  J_ = prior_.J;
   double* column = J_.data();
   for (size_t i = 0; i < prior_.vertices.size(); ++i) {
     jacobians_[i] = column;
-    column += rows * prior_.vertices[i]->LocalDimension();
+    column += prior_.J.rows() * prior_.vertices[i]->LocalDimension();
   }
 }
 
@@ -41,6 +56,7 @@ void EdgePrior::ComputeResidual() {
 }
 
 void EdgePrior::ComputeJacobians() {
+  if (J_.size() != prior_.J.size()) TakeJacobians();
   if (keep_jacobian_) {
     J_ = prior_.J;
     return;
@@ -52,6 +68,32 @@ void EdgePrior::ComputeJacobians() {
     J_.middleCols(column, vertex.LocalDimension()).noalias() = J_i * vertex.MinusJacobian(prior_.x0[i]);
     column += vertex.LocalDimension();
   }
+}
+
+bool EdgePrior::ProductsInto(double* products) {
+  if (GetLossFunction() || IsotropicInformation() != 1.0) return false;
+  ComputeResidual();
+  const Eigen::Index n = prior_.J.cols();
+  if (JtJ_.size() == 0) JtJ_ = Multiply(prior_.J.transpose(), prior_.J);
+  Eigen::Map<MatXX> C(products, n + 1, n + 1);
+  C.topLeftCorner(n, n) = JtJ_;
+  C.row(n).head(n).noalias() = (prior_.J.transpose() * r_).transpose();
+  C(n, n) = r_.squaredNorm();
+  if (keep_jacobian_) return true;
+  Eigen::Index begin = 0;
+  for (size_t i = 0; i < prior_.vertices.size(); ++i) {
+    const MatXX B = prior_.vertices[i]->MinusJacobian(prior_.x0[i]);
+    const Eigen::Index same = LeadingIdentity(B), rest = B.rows() - same, first = begin + same;
+    if (rest > 0) {
+      const auto B_rest = B.bottomRightCorner(rest, rest);
+      auto columns = C.block(begin, first, n + 1 - begin, rest);
+      columns = columns.lazyProduct(B_rest).eval();
+      auto rows = C.block(first, 0, rest, begin + B.rows());
+      rows = B_rest.transpose().lazyProduct(rows).eval();
+    }
+    begin += B.rows();
+  }
+  return true;
 }
 
 }  // namespace ch5

@@ -1,7 +1,8 @@
 #pragma once
 /// A prior is just another edge:  r = r₀ + J (x ⊟ x₀),  W = I,  on the vertices that a marginalisation kept.
 ///
-/// H = JᵀJ and b = −Jᵀr₀ at x₀. J stays as it was at x₀ (the prior's first estimate); only ⊟ moves with x.
+/// H = JᵀJ and b = −Jᵀr₀ at x₀. J stays as it was at x₀ (the prior's first estimate); only ⊟ moves with x. With B the
+/// small blocks of ∂(x ⊟ x₀)/∂δ, the Hessian elsewhere is  Bᵀ(JᵀJ)B,  of which the product in brackets is computed once.
 
 #include <memory>
 #include <vector>
@@ -27,6 +28,7 @@ class EdgePrior : public Edge {
   explicit EdgePrior(Prior prior);
   void ComputeResidual() override;
   void ComputeJacobians() override;
+  bool ProductsInto(double* C) override;
   std::string TypeInfo() const override { return "EdgePrior"; }
 
   /// As first estimates want it: J stays that of x₀, the change of ⊟ with x left out. Off unless told.
@@ -35,10 +37,13 @@ class EdgePrior : public Edge {
   const Prior& GetPrior() const { return prior_; }
 
  private:
+  void TakeJacobians() const override;
+
   Prior prior_;
   VecX r_;
   MatXX W_;
-  MatXX J_;  // the vertices' blocks side by side
+  mutable MatXX J_;  // the vertices' blocks side by side
+  MatXX JtJ_;        // at x₀; empty until it is asked for
   bool keep_jacobian_ = false;
 };
 

@@ -155,8 +155,7 @@ void BlockSolverBase::MakeHessian() {
   linearizing_pool_->Run(static_cast<int>(system_.sums.size()), [&](int c) { passes_->linearize_chunk(&system_, c); });
   ParallelFor(linearizing_pool_, s.num_active_edges - s.num_landmark_edges, kEdges, [&](int begin, int end) {
     for (int e = s.num_landmark_edges + begin; e < s.num_landmark_edges + end; ++e) {
-      s.edges[e].edge->Linearize();
-      EdgeProducts(s, e, &system_.factors, &system_.products[s.edges[e].products]);
+      LinearizedProducts(s, e, &system_.factors, &system_.products[s.edges[e].products]);
     }
   });
   ParallelFor(&pool_, NumPoses(), kPoses, [&](int begin, int end) {

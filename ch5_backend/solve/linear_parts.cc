@@ -116,6 +116,38 @@ double* Scratch(size_t size) {
 
 }  // namespace
 
+bool TakeProducts(Edge* edge, const std::vector<int>& columns, double* C) {
+  size_t n = 1;
+  for (const auto& vertex : edge->Vertices()) n += static_cast<size_t>(vertex->LocalDimension());
+  double* own = Scratch(n * n);
+  if (!edge->ProductsInto(own)) return false;
+  const auto size = columns.size();
+  for (size_t c = 0; c < size; ++c) {
+    for (size_t r = c; r < size; ++r) {
+      const auto [j, i] = std::minmax(columns[c], columns[r]);
+      C[c * size + r] = -own[static_cast<size_t>(j) * n + static_cast<size_t>(i)];
+    }
+  }
+  return true;
+}
+
+void LinearizedProducts(const BlockStructure& structure, int e, InformationFactors* factors, double* C) {
+  const EdgeRecord& record = structure.edges[e];
+  thread_local std::vector<int> columns, begin;
+  begin.assign(1, 0);
+  for (const auto& vertex : record.edge->Vertices()) begin.push_back(begin.back() + vertex->LocalDimension());
+  columns.clear();
+  const auto list = [&](const EdgeTerm& term) {
+    for (int c = 0; c < term.dim; ++c) columns.push_back(begin[term.position] + c);
+  };
+  for (int t = record.terms_begin; t < record.terms_end; ++t) list(structure.terms[t]);
+  if (record.landmark.block >= 0) list(record.landmark);
+  columns.push_back(begin.back());
+  if (TakeProducts(record.edge, columns, C)) return;
+  record.edge->Linearize();
+  EdgeProducts(structure, e, factors, C);
+}
+
 void EdgeProducts(const BlockStructure& structure, int e, InformationFactors* factors, double* C) {
   const EdgeRecord& record = structure.edges[e];
   const Edge& edge = *record.edge;
@@ -132,10 +164,16 @@ void EdgeProducts(const BlockStructure& structure, int e, InformationFactors* fa
     A = X;
     for (int i = 0; i < stride * rows && scale != 1.0; ++i) A[i] *= scale;
   } else {
-    WhitenFully(edge, factors->Of(structure, e), M, r_tilde);
-    Eigen::Map<MatXX>(M, rows, rows).transposeInPlace();
+    const double* F = factors->Of(structure, e);
+    Eigen::Map<MatXX> M_columns(M, rows, rows);
+    if (edge.GetLossFunction()) {
+      WhitenFully(edge, F, M, r_tilde);
+      M_columns.transposeInPlace();
+    } else {  // M = F, also for the residual
+      M_columns = Eigen::Map<const MatXX>(F, rows, rows).transpose();
+    }
     kernels::SubtractProductABt(stride, rows, rows, X, stride, M, rows, A, stride, kernels::Old::kForget);  // −X Mᵀ
-    for (int k = 0; k < rows; ++k) A[record.width + k * stride] = -r_tilde[k];
+    for (int k = 0; k < rows && edge.GetLossFunction(); ++k) A[record.width + k * stride] = -r_tilde[k];
   }
   kernels::SubtractProductAAt(stride, rows, A, stride, C, stride, kernels::Old::kForget);
 }

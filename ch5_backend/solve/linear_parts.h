@@ -67,6 +67,12 @@ struct WhiteRows {
 /// which the lower half is meant, column-major without padding.
 void EdgeProducts(const BlockStructure& structure, int e, InformationFactors* factors, double* C);
 
+/// Linearises edge e first, or asks it for its products where it has them (Edge::ProductsInto).
+void LinearizedProducts(const BlockStructure& structure, int e, InformationFactors* factors, double* C);
+/// The same of one edge: C's columns are these of the edge's own products, the residual's among them.
+/// @return false if the edge has none
+bool TakeProducts(Edge* edge, const std::vector<int>& columns, double* C);
+
 /// M (n×n, row-major) with J̃ = M J, and r̃ (n×1), at the edge's last residual; F is the factor of its W.
 void WhitenFully(const Edge& edge, const double* F, double* M, double* r_tilde);
 /// The same, with W factored for this once.
