@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <limits>
 
+#include "ch5_backend/math/dense_kernels.h"
+
 namespace ch5 {
 namespace {
 
@@ -52,20 +54,28 @@ SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenC
 }
 
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b) {
-  const Eigen::Index n = H.rows();
+  constexpr int kPanel = 12;  // columns of Jᵀ before what remains of H is computed anew
+  const int n = static_cast<int>(H.rows());
   const VecX p = ScalingOf(H), p_inverse = p.cwiseInverse();
-  MatXX H_rest = p_inverse.asDiagonal() * H * p_inverse.asDiagonal();
-  VecX b_rest = p_inverse.asDiagonal() * b;
-  MatXX Jt(n, n);
-  VecX r0(n);
-  Eigen::Index rank = 0, pivot = 0;
-  for (; rank < n && H_rest.diagonal().maxCoeff(&pivot) > static_cast<double>(n) * kEpsilon; ++rank) {
-    const double root = std::sqrt(H_rest(pivot, pivot));
-    auto J_k = Jt.col(rank);
-    J_k = H_rest.col(pivot) / root;
-    r0[rank] = -b_rest[pivot] / root;
-    H_rest.noalias() -= J_k * J_k.transpose();
-    b_rest += J_k * r0[rank];
+  VecX memory = VecX::Zero(2 * n * n + 2 * kernels::kOverread);
+  Eigen::Map<MatXX> rest(memory.data(), n, n), Jt(memory.data() + n * n + kernels::kOverread, n, n);
+  rest = p_inverse.asDiagonal() * H * p_inverse.asDiagonal();
+  VecX b_rest = p_inverse.asDiagonal() * b, diagonal = rest.diagonal(), r0(n);
+  int rank = 0, pivot = 0;
+  const auto next = [&] { return rank < n && diagonal.maxCoeff(&pivot) > n * kEpsilon; };
+  for (int first = 0; next(); first = rank) {
+    for (; rank < first + kPanel && next(); ++rank) {
+      auto J_k = Jt.col(rank);
+      J_k.head(pivot) = rest.row(pivot).head(pivot).transpose();  // only the lower half has a meaning
+      J_k.tail(n - pivot) = rest.col(pivot).tail(n - pivot);
+      for (int k = first; k < rank; ++k) J_k -= Jt(pivot, k) * Jt.col(k);
+      J_k /= std::sqrt(diagonal[pivot]);
+      r0[rank] = -b_rest[pivot] / std::sqrt(diagonal[pivot]);
+      b_rest += J_k * r0[rank];
+      diagonal -= J_k.cwiseAbs2();
+      diagonal[pivot] = 0.0;
+    }
+    kernels::SubtractProductAAt(n, rank - first, Jt.col(first).data(), n, rest.data(), n);
   }
   return {Jt.leftCols(rank).transpose() * p.asDiagonal(), r0.head(rank)};
 }

@@ -115,7 +115,7 @@ class OkvisPolicy : public WindowPolicy {
     if (window->prior && std::find(edges.begin(), edges.end(), window->prior) == edges.end()) {
       edges.push_back(window->prior);
     }
-    ReplacePrior(edges, plan.drop, EigenCut::Okvis(), window);
+    ReplacePrior(edges, plan.drop, window);
   }
 
   // A keyframe unless the image still shows most of what the last keyframe saw.

@@ -62,7 +62,7 @@ class VinsPolicy : public WindowPolicy {
     if (!Full(*window)) return;
     DropSet drop = flag_ == MarginalizationFlag::kOld ? DropSetOfMarginOld(*window) : DropSetOfMarginSecondNew(*window);
     if (!options_.reuse_observations && flag_ == MarginalizationFlag::kOld) CountOnce(window, &drop);
-    if (!drop.edges.empty()) ReplacePrior(drop.edges, drop.vertices, EigenCut::Vins(), window);
+    if (!drop.edges.empty()) ReplacePrior(drop.edges, drop.vertices, window);
     SlideWindow(flag_, window);
   }
 

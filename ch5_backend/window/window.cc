@@ -136,10 +136,10 @@ void BuildGraph(const WindowWeights& weights, const std::function<bool(const Win
 }
 
 void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
-                  const EigenCut& cut, Window* window) {
+                  Window* window) {
   const std::shared_ptr<EdgePrior> old = window->prior;
   if (window->first_estimates == FirstEstimates::kNone || !old) {
-    window->prior = std::make_shared<EdgePrior>(Marginalize(edges, drop, cut));
+    window->prior = std::make_shared<EdgePrior>(Marginalize(edges, drop));
     return;
   }
   old->KeepJacobian(true);
@@ -148,7 +148,7 @@ void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::ve
     if (edge == old || window->first_estimates == FirstEstimates::kFull) continue;  // it is, or the graph's already are
     edge = ConstrainObservability(edge, old->GetPrior(), window->extrinsic.get());
   }
-  Prior next = Marginalize(constrained, drop, cut);
+  Prior next = Marginalize(constrained, drop);
   next.first = next.x0;
   for (size_t i = 0; i < next.vertices.size(); ++i) {
     const auto& known = old->GetPrior().vertices;

@@ -91,7 +91,7 @@ void BuildGraph(const WindowWeights& weights, const std::function<bool(const Win
 
 /// Marginalize as window->first_estimates says; the result is the window's prior.
 void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
-                  const EigenCut& cut, Window* window);
+                  Window* window);
 
 /// The edges of the graph at one of these vertices, in the order of the graph.
 std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices);
