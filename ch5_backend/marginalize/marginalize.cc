@@ -18,7 +18,7 @@ class Elimination {
       : layout_(layout), n_(layout.size), H_memory_(Zeros(n_ * n_)), H_(H_memory_.data(), n_, n_), b_(VecX::Zero(n_)) {}
 
   MarginalSystem Run() {
-    for (Edge* edge : layout_.dense_edges) AddEdge(edge, nullptr);
+    for (const Layout::Row& row : layout_.dense_edges) AddEdge(row, nullptr);
     EliminateLandmarks();
     return EliminateDense();
   }
@@ -26,7 +26,6 @@ class Elimination {
  private:
   // What the edges of one landmark leave behind: V, b_l, and its columns w of the dense part, n×dim.
   struct Landmark {
-    const Vertex* vertex;
     MatXX V;
     VecX b;
     double* w;
@@ -35,51 +34,107 @@ class Elimination {
   // The rows of one vertex in J̃ᵀ.
   struct Part {
     size_t vertex;  // position in the edge
-    int column;     // of the dense part; −1: the landmark
+    int column;     // of the dense part, or Layout::kLandmark
     int dim;
     int row;
   };
 
   // H += J̃ᵀJ̃ (lower half), b −= J̃ᵀr̃ (solve/linear_parts.h), with the landmark's columns apart.
-  void AddEdge(Edge* edge, Landmark* landmark) {
-    edge->Linearize();
-    FindParts(*edge, landmark ? landmark->vertex : nullptr);
-    const int rows = WhitenTransposed(*edge);
-    P_.resize(rows * rows + kernels::kOverread);
-    kernels::SubtractProductAAt(rows, edge->ResidualDimension(), A_.data(), rows, P_.data(), rows,
-                                kernels::Old::kForget);
+  void AddEdge(const Layout::Row& row, Landmark* landmark) {
+    FindParts(row);
+    if (AddPlainEdge(*row.edge, landmark)) return;
+    const int rows = Columns() + 1;
+    P_.resize(rows * rows + kernels::kOverread);  // −[J̃ r̃]ᵀ[J̃ r̃]
+    if (!TakeProducts(row.edge, ColumnsInEdge(*row.edge), P_.data())) {
+      row.edge->Linearize();
+      WhitenTransposed(*row.edge);
+      kernels::SubtractProductAAt(rows, row.edge->ResidualDimension(), A_.data(), rows, P_.data(), rows,
+                                  kernels::Old::kForget);
+    }
     for (const Part& j : parts_) {
       for (int c = 0; c < j.dim; ++c) {
-        const double* P = P_.data() + (j.row + c) * rows;  // −(J̃ᵀ[J̃ r̃]), a column
-        (j.column < 0 ? landmark->b[c] : b_[j.column + c]) += P[rows - 1];
+        const double* P = P_.data() + (j.row + c) * rows;
+        Gradient(j, c, landmark) += P[rows - 1];
         for (const Part& i : parts_) {
           if (i.row < j.row) continue;
-          double* H = i.column < 0   ? landmark->V.data() + c * j.dim
-                      : j.column < 0 ? landmark->w + c * n_ + i.column
-                                     : &H_(i.column, j.column + c);
+          double* H = BlockColumn(i, j, c, landmark);
           for (int r = i.row == j.row ? c : 0; r < i.dim; ++r) H[r] -= P[i.row + r];
         }
       }
     }
   }
 
-  // The free vertices of an edge in the order of their columns, so that P's lower half is that of H.
-  void FindParts(const Edge& edge, const Vertex* landmark) {
+  // The most frequent kind of edge: two rows, W = w I.  @return false if it is another
+  bool AddPlainEdge(const Edge& edge, Landmark* landmark) {
+    constexpr int kMostVertices = 5, kMostColumns = 32;
+    const double w = edge.IsotropicInformation();
+    if (edge.ResidualDimension() != 2 || w < 0.0 || Columns() > kMostColumns || edge.Vertices().size() > kMostVertices)
+      return false;
+    double r[2], J[2 * kMostColumns], row_0[kMostColumns], row_1[kMostColumns];
+    double* J_of[kMostVertices] = {};
+    for (const Part& part : parts_) J_of[part.vertex] = J + 2 * part.row;
+    if (!edge.LinearizeInto(r, J_of)) return false;
+    const WhiteRows white(w, edge.GetLossFunction(), r);
+    for (int c = 0; c < Columns(); ++c) {
+      row_0[c] = white.M[0][0] * J[2 * c] + white.M[0][1] * J[2 * c + 1];
+      row_1[c] = white.M[1][0] * J[2 * c] + white.M[1][1] * J[2 * c + 1];
+    }
+    for (const Part& j : parts_) {
+      const double *x = row_0 + j.row, *y = row_1 + j.row;
+      for (int c = 0; c < j.dim; ++c) Gradient(j, c, landmark) -= x[c] * white.r[0] + y[c] * white.r[1];
+      for (const Part& i : parts_) {
+        if (i.row < j.row) continue;
+        const double *a = row_0 + i.row, *b = row_1 + i.row;
+        for (int c = 0; c < j.dim; ++c) {
+          double* H = BlockColumn(i, j, c, landmark);
+          if (i.dim == 6) {  // a pose; of its own block the upper half is written without a meaning
+            Eigen::Map<Vec6>{H} += x[c] * Eigen::Map<const Vec6>(a) + y[c] * Eigen::Map<const Vec6>(b);
+          } else {
+            for (int k = 0; k < i.dim; ++k) H[k] += x[c] * a[k] + y[c] * b[k];
+          }
+        }
+      }
+    }
+    return true;
+  }
+
+  double& Gradient(const Part& j, int c, Landmark* landmark) {
+    return j.column < 0 ? landmark->b[c] : b_[j.column + c];
+  }
+  // Column c of block (i, j): of the dense part, of w, or of V.
+  double* BlockColumn(const Part& i, const Part& j, int c, Landmark* landmark) {
+    if (i.column < 0) return landmark->V.data() + c * j.dim;
+    return j.column < 0 ? landmark->w + c * n_ + i.column : &H_(i.column, j.column + c);
+  }
+
+  // The free vertices of an edge in the order of their columns, so that the lower half of its products is that of H.
+  void FindParts(const Layout::Row& row) {
     parts_.clear();
-    for (size_t i = 0; i < edge.Vertices().size(); ++i) {
-      const Vertex* vertex = edge.Vertices()[i].get();
-      if (vertex->IsFixed()) continue;
-      const int column = vertex == landmark ? -1 : layout_.column.at(vertex);
-      parts_.push_back({i, column, vertex->LocalDimension(), 0});
+    const auto& vertices = row.edge->Vertices();
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      const int column = layout_.ColumnsOf(row)[i];
+      if (column != Layout::kFixed) parts_.push_back({i, column, vertices[i]->LocalDimension(), 0});
     }
     std::sort(parts_.begin(), parts_.end(), [](const Part& a, const Part& b) { return a.column < b.column; });
     for (size_t i = 1; i < parts_.size(); ++i) parts_[i].row = parts_[i - 1].row + parts_[i - 1].dim;
   }
+  int Columns() const { return parts_.empty() ? 0 : parts_.back().row + parts_.back().dim; }
 
-  // A = [J̃ r̃]ᵀ in the order of the parts.  @return its rows
-  int WhitenTransposed(const Edge& edge) {
-    const int R = edge.ResidualDimension();
-    const int rows = parts_.empty() ? 1 : parts_.back().row + parts_.back().dim + 1;
+  // Those of the parts among the columns of all of the edge's vertices, and the residual's.
+  const std::vector<int>& ColumnsInEdge(const Edge& edge) {
+    std::vector<int> begin{0};
+    for (const auto& vertex : edge.Vertices()) begin.push_back(begin.back() + vertex->LocalDimension());
+    columns_.clear();
+    for (const Part& part : parts_) {
+      for (int c = 0; c < part.dim; ++c) columns_.push_back(begin[part.vertex] + c);
+    }
+    columns_.push_back(begin.back());
+    return columns_;
+  }
+
+  // A = [J̃ r̃]ᵀ in the order of the parts.
+  void WhitenTransposed(const Edge& edge) {
+    const int R = edge.ResidualDimension(), rows = Columns() + 1;
     A_.resize(rows * R + kernels::kOverread);
     Eigen::Map<MatXX> A(A_.data(), rows, R);
     const double scale = ScalarWhitening(edge);
@@ -101,7 +156,6 @@ class Elimination {
         for (int c = 0; c < part.dim; ++c) A(part.row + c, k) = scale * J(k, c);
       }
     }
-    return rows;
   }
 
   // All landmarks at once:  H ← H − M Mᵀ,  b ← b − M N ᵀb_l,  the columns of M being w N with N Nᵀ = V⁺.
@@ -110,16 +164,22 @@ class Elimination {
     for (const auto& landmark : layout_.landmarks) columns += landmark->LocalDimension();
     if (columns == 0) return;
     VecX M = Zeros(n_ * columns);
-    double* w = M.data();
+    Landmark landmark{{}, {}, M.data()};
     for (size_t l = 0; l < layout_.landmarks.size(); ++l) {
       const int dim = layout_.landmarks[l]->LocalDimension();
-      Landmark landmark{layout_.landmarks[l].get(), MatXX::Zero(dim, dim), VecX::Zero(dim), w};
-      for (Edge* edge : layout_.landmark_edges[l]) AddEdge(edge, &landmark);
+      landmark.V.setZero(dim, dim);
+      landmark.b.setZero(dim);
+      for (const Layout::Row& row : layout_.landmark_edges[l]) AddEdge(row, &landmark);
       const MatXX N = PseudoInverseSquareRoot(landmark.V);
-      Eigen::Map<MatXX> M_l(w, n_, dim);
-      M_l = (M_l * N).eval();
-      b_.noalias() -= M_l * (N.transpose() * landmark.b);
-      w += n_ * dim;
+      Eigen::Map<MatXX> M_l(landmark.w, n_, dim);
+      if (dim == 1) {  // an inverse depth, without what products of any size cost
+        M_l *= N(0, 0);
+        b_ -= M_l * (N(0, 0) * landmark.b[0]);
+      } else {
+        M_l = (M_l * N).eval();
+        b_.noalias() -= M_l * (N.transpose() * landmark.b);
+      }
+      landmark.w += n_ * dim;
     }
     const int n = static_cast<int>(n_);
     kernels::SubtractProductAAt(n, columns, M.data(), n, H_.data(), n);
@@ -143,6 +203,7 @@ class Elimination {
   VecX b_;
   // Of the edge at hand.
   std::vector<Part> parts_;
+  std::vector<int> columns_;
   VecX A_, P_, M_, r_;
 };
 

@@ -11,7 +11,8 @@ namespace {
 
 // Rows [J | r] of one edge over `columns` of the unknowns, whitened:  J̃ = M J,  J̃ᵀr̃ = ρ'JᵀWr (solve/linear_parts.h).
 template <typename Column>
-void WriteRows(Edge* edge, const Column& column, Eigen::Ref<MatXX> rows) {
+void WriteRows(const Layout& layout, const Layout::Row& row, const Column& column, Eigen::Ref<MatXX> rows) {
+  Edge* edge = row.edge;
   edge->Linearize();
   const int n = edge->ResidualDimension();
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(n, n);
@@ -19,16 +20,16 @@ void WriteRows(Edge* edge, const Column& column, Eigen::Ref<MatXX> rows) {
   WhitenFully(*edge, edge->GetRobustWeight(), M.data(), r.data());
   rows.setZero();
   for (size_t i = 0; i < edge->Vertices().size(); ++i) {
-    const Vertex& vertex = *edge->Vertices()[i];
-    if (vertex.IsFixed()) continue;
-    rows.middleCols(column(vertex), vertex.LocalDimension()).noalias() = M * edge->Jacobian(i);
+    const int first = layout.ColumnsOf(row)[i];
+    if (first == Layout::kFixed) continue;
+    rows.middleCols(column(first), edge->Vertices()[i]->LocalDimension()).noalias() = M * edge->Jacobian(i);
   }
   rows.rightCols<1>() = r;
 }
 
-int TotalRows(const std::vector<Edge*>& edges) {
+int TotalRows(const std::vector<Layout::Row>& edges) {
   int rows = 0;
-  for (const Edge* edge : edges) rows += edge->ResidualDimension();
+  for (const Layout::Row& row : edges) rows += row.edge->ResidualDimension();
   return rows;
 }
 
@@ -57,28 +58,24 @@ Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::
   const Layout layout = MakeLayout(edges, drop);
   const int kept = layout.kept_size, dropped = layout.size - kept;
   std::vector<Matrix> pieces;  // rows over [dropped | kept | r]
-  const auto dense_column = [&](const Vertex& vertex) {
-    const int column = layout.column.at(&vertex);
-    return column < kept ? dropped + column : column - kept;
-  };
+  const auto dense_column = [&](int column) { return column < kept ? dropped + column : column - kept; };
 
   MatXX rows(TotalRows(layout.dense_edges), layout.size + 1);
   int next = 0;
-  for (Edge* edge : layout.dense_edges) {
-    WriteRows(edge, dense_column, rows.middleRows(next, edge->ResidualDimension()));
-    next += edge->ResidualDimension();
+  for (const Layout::Row& row : layout.dense_edges) {
+    WriteRows(layout, row, dense_column, rows.middleRows(next, row.edge->ResidualDimension()));
+    next += row.edge->ResidualDimension();
   }
   pieces.push_back(rows.cast<Scalar>());
 
   for (size_t l = 0; l < layout.landmarks.size(); ++l) {
-    const Vertex* landmark = layout.landmarks[l].get();
-    const int dim = landmark->LocalDimension();
-    const auto column = [&](const Vertex& v) { return &v == landmark ? 0 : dim + dense_column(v); };
+    const int dim = layout.landmarks[l]->LocalDimension();
+    const auto column = [&](int c) { return c == Layout::kLandmark ? 0 : dim + dense_column(c); };
     rows.resize(TotalRows(layout.landmark_edges[l]), dim + layout.size + 1);
     next = 0;
-    for (Edge* edge : layout.landmark_edges[l]) {
-      WriteRows(edge, column, rows.middleRows(next, edge->ResidualDimension()));
-      next += edge->ResidualDimension();
+    for (const Layout::Row& row : layout.landmark_edges[l]) {
+      WriteRows(layout, row, column, rows.middleRows(next, row.edge->ResidualDimension()));
+      next += row.edge->ResidualDimension();
     }
     pieces.push_back(RowsBelow<Scalar>(rows.cast<Scalar>(), dim));
   }

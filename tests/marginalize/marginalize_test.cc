@@ -84,6 +84,18 @@ TEST(Marginalize, BothFactorisationsFindTheRank) {
   EXPECT_EQ(FactorNormalEquations(MatXX::Zero(2, 2), VecX::Zero(2)).J.rows(), 0);
 }
 
+// The factor is computed panel by panel; pivots and rank take no notice.
+TEST(Marginalize, ARankOfSeveralPanelsIsFound) {
+  Random random(5);
+  MatXX B(30, 40);
+  for (int k = 0; k < B.size(); ++k) B.data()[k] = random.Normal();
+  const VecX r0 = VecX::LinSpaced(30, -1.0, 1.0);
+  const SquareRootForm form = FactorNormalEquations(B.transpose() * B, -B.transpose() * r0);
+  EXPECT_EQ(form.J.rows(), 30);
+  EXPECT_LT(RelativeError(form.J.transpose() * form.J, B.transpose() * B), 1e-13);
+  EXPECT_LT((form.J.transpose() * form.r0 - B.transpose() * r0).norm(), 1e-11);
+}
+
 // basalt's test_linearization: QR and Schur give the same H and b.
 TEST(Marginalize, QrEqualsSchur) {
   for (const uint64_t seed : {1u, 2u, 3u}) {
@@ -212,6 +224,34 @@ TEST(Marginalize, GaussNewtonStepEqualsTheBatchAtTheLinearisationPoint) {
     // H's condition number is about 1e10: what two ways to solve can differ by (a prior by QR is as far off).
     EXPECT_LT((ours - expected[v.get()]).norm(), 1e-5 * (0.1 + expected[v.get()].norm())) << v->TypeInfo() << v->Id();
   }
+}
+
+// Bᵀ(JᵀJ)B from one product and (JB)ᵀ(JB) from the Jacobians are the same, wherever the states have gone.
+TEST(EdgePrior, ProductsAreThoseOfItsJacobians) {
+  SmallWindow window;
+  const auto drop = window.Oldest();
+  EdgePrior prior(Marginalize(window.EdgesAt(drop), drop));
+  for (const double step : {0.0, 0.03, 0.3}) {
+    int size = 1;
+    for (const auto& vertex : prior.Vertices()) {
+      vertex->Plus(VecX::LinSpaced(vertex->LocalDimension(), -step, step).eval().data());
+      size += vertex->LocalDimension();
+    }
+    MatXX C(size, size), rows(prior.ResidualDimension(), size);
+    ASSERT_TRUE(prior.ProductsInto(C.data()));
+    prior.Linearize();
+    size = 0;
+    for (size_t i = 0; i < prior.Vertices().size(); ++i) {
+      const auto J = prior.Jacobian(i);
+      rows.middleCols(size, J.cols()) = J;
+      size += static_cast<int>(J.cols());
+    }
+    rows.rightCols<1>() = prior.Residual();
+    const MatXX expected = rows.transpose() * rows;
+    EXPECT_LT(RelativeError(MatXX(C.selfadjointView<Eigen::Lower>()), expected), 1e-14) << step;
+  }
+  prior.SetLossFunction(std::make_shared<HuberLoss>(1.0));
+  EXPECT_FALSE(prior.ProductsInto(nullptr));
 }
 
 TEST(Marginalize, DoesNotDependOnTheOrderOfEdges) {
