@@ -8,9 +8,9 @@ fills/*.fills hold them, told apart by these lines:
     // REGION 1.1b                                    the code below stands in this TODO's region
     // STAGE 1.2                                      or in place of the stage's whole function
 
-Every single blank TODO is a fill too. `fills.py OUTPUT.cc FILE.fills…` writes them all as C++: each fill in a namespace
-of its own holds only the functions that it changes, in classes derived from the reference's; so a hundred fills share
-one translation unit and one executable.
+Every single blank TODO is a fill too. `fills.py FOLDER FILE.fills…` writes them as C++, a translation unit for each
+file and one for the blanks: each fill in a namespace of its own holds only the functions that it changes, in classes
+derived from the reference's; so hundreds of fills share one executable.
 """
 
 import re
@@ -127,14 +127,19 @@ namespace ch5::fill_{one.name} {{
     return "\n".join(parts) + "\n"
 
 
-def main(output: str, paths: list) -> None:
-    fills = [one for path in paths for one in read_fills(Path(path))] + blank_fills()
+def main(folder: str, paths: list) -> None:
+    shelf = {Path(path).stem: read_fills(Path(path)) for path in paths}
+    shelf["blanks"] = blank_fills()
+    fills = [one for part in shelf.values() for one in part]
     names = [one.name for one in fills]
     if len(set(names)) < len(names):
         raise ValueError("two fills of one name: " + ", ".join(sorted({name for name in names if names.count(name) > 1})))
     if unknown := {stage for one in fills for stage in one.expected} - {stage["id"] for stage in STAGES}:
         raise ValueError(f"unknown stages: {unknown}")
-    Path(output).write_text(translation_unit(fills), encoding="utf-8")
+    for name, part in shelf.items():
+        output, text = Path(folder, f"fills_{name}.cc"), translation_unit(part)
+        if not output.exists() or output.read_text(encoding="utf-8") != text:  # what is unchanged need not be compiled
+            output.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
