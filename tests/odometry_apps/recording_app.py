@@ -5,7 +5,7 @@ import unittest
 from apps import BUILD, DATA, ROOT, AppTest, contents, needs, run, table
 
 KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts"]
-TABLES = {f"odometry_{name}.csv" for name in ("policies", "path", "windows", "matrices", "spectrum")}
+TABLES = {f"odometry_{name}.csv" for name in ("policies", "path", "windows", "matrices", "spectrum", "gauge")}
 TRAJECTORIES = {"vins.tum", "vins.csv", "okvis.tum", "okvis.csv"}
 
 

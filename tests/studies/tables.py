@@ -14,6 +14,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(PLOT))
 import captions  # noqa: E402
 import marginalize  # noqa: E402
+import nees  # noqa: E402
 import odometry  # noqa: E402
 import report  # noqa: E402
 import style  # noqa: E402
@@ -111,7 +112,7 @@ class Tables(unittest.TestCase):
         listed = report.__doc__.split("Figures, ")[1]
         self.assertEqual(sorted(names), sorted(re.findall(
             r"\b(?:(?:scene|mono|hessian|marginalize|prior)_\w+|spectrum)", listed)))
-        for name in [*names, *odometry.captions(self.out)]:
+        for name in [*names, *odometry.captions(self.out), *nees.captions(self.out)]:
             if not (figures / f"{name}.png").exists():
                 (figures / f"{name}.png").write_bytes(b"stand-in")
         page = "".join(report.body_of(self.out))
