@@ -1,5 +1,5 @@
 #pragma once
-/// For tests of what a graph refuses.
+/// For tests of what is refused.
 
 #include <gtest/gtest.h>
 
@@ -9,15 +9,20 @@
 
 namespace ch5::test {
 
-/// Fails unless `action` throws a GraphError whose text holds `words`.
-template <typename Action>
-void ExpectGraphError(const Action& action, const std::string& words) {
+/// Fails unless `action` throws an Error whose text holds `words`.
+template <typename Error, typename Action>
+void ExpectError(const Action& action, const std::string& words) {
   try {
     action();
     FAIL() << "no error; expected: " << words;
-  } catch (const GraphError& error) {
+  } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
   }
+}
+
+template <typename Action>
+void ExpectGraphError(const Action& action, const std::string& words) {
+  ExpectError<GraphError>(action, words);
 }
 
 }  // namespace ch5::test

@@ -31,22 +31,36 @@ class MovedVertices {
   std::vector<std::pair<Vertex*, VecX>> before_;
 };
 
-/// An edge whose residual is that of the present states, but whose Jacobians are those at the linearisation points of a
-/// prior, for the vertices that the prior knows. The vertices move for a moment: one thread only.
-class EdgeFirstEstimate : public Edge {
+/// Another edge's residual, information and loss with Jacobians of one's own.
+class EdgeOtherJacobians : public Edge {
  public:
-  /// @param edge   not in any graph;  @param prior  must outlive this edge
-  EdgeFirstEstimate(std::shared_ptr<Edge> edge, const Prior* prior);
   void ComputeResidual() override;
-  void ComputeJacobians() override;
   std::string TypeInfo() const override { return edge_->TypeInfo(); }
+
+ protected:
+  /// @param edge   not in any graph
+  explicit EdgeOtherJacobians(std::shared_ptr<Edge> edge);
+  /// J := the other edge's Jacobians at the present states.
+  void CopyJacobians();
+
+  MatXX J_;  // the vertices' blocks side by side
 
  private:
   std::shared_ptr<Edge> edge_;
-  std::vector<std::pair<Vertex*, const VecX*>> points_;
   VecX r_;
   MatXX W_;
-  std::vector<MatXX> J_;
+};
+
+/// An edge whose residual is that of the present states, but whose Jacobians are those at the linearisation points of a
+/// prior, for the vertices that the prior knows. The vertices move for a moment: one thread only.
+class EdgeFirstEstimate : public EdgeOtherJacobians {
+ public:
+  /// @param edge   not in any graph;  @param prior  must outlive this edge
+  EdgeFirstEstimate(std::shared_ptr<Edge> edge, const Prior* prior);
+  void ComputeJacobians() override;
+
+ private:
+  std::vector<std::pair<Vertex*, const VecX*>> points_;
 };
 
 }  // namespace ch5

@@ -18,43 +18,16 @@ const double* FirstOf(const Prior& prior, const std::shared_ptr<Vertex>& vertex)
 
 EdgeObservabilityConstrained::EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior* prior,
                                                            const Vertex* bystander)
-    : Edge(edge->ResidualDimension(), edge->Vertices(), nullptr, nullptr),
-      edge_(std::move(edge)),
-      bystander_(bystander),
-      r_(VecX::Zero(ResidualDimension())),
-      W_(edge_->Information()) {
-  int columns = 0;
+    : EdgeOtherJacobians(std::move(edge)), bystander_(bystander) {
   for (const auto& vertex : Vertices()) {
     const double* first = FirstOf(*prior, vertex);
     now_.push_back(vertex->Parameters().data());
     first_.push_back(first ? first : now_.back());
-    columns += vertex->LocalDimension();
   }
-  J_ = MatXX::Zero(ResidualDimension(), columns);
-  double* column = J_.data();
-  for (size_t i = 0; i < Vertices().size(); ++i) {
-    jacobians_[i] = column;
-    column += ResidualDimension() * Vertices()[i]->LocalDimension();
-  }
-  SetMemory(r_.data(), W_.data());
-  if (edge_->GetLossFunction()) {
-    SetLossFunction(std::shared_ptr<const LossFunction>(edge_, edge_->GetLossFunction()));  // lives as long as the edge
-  }
-}
-
-void EdgeObservabilityConstrained::ComputeResidual() {
-  edge_->ComputeResidual();
-  r_ = edge_->Residual();
 }
 
 void EdgeObservabilityConstrained::ComputeJacobians() {
-  edge_->Linearize();
-  Eigen::Index column = 0;
-  for (size_t i = 0; i < Vertices().size(); ++i) {
-    const auto J_i = edge_->Jacobian(i);
-    J_.middleCols(column, J_i.cols()) = J_i;
-    column += J_i.cols();
-  }
+  CopyJacobians();
   Vec3 center = Vec3::Zero();  // any will do; near the poses, N₀ᵀN₀ is well conditioned
   for (size_t i = 0; i < Vertices().size(); ++i) {
     if (dynamic_cast<const VertexPose*>(Vertices()[i].get())) center = Eigen::Map<const Vec3>(first_[i]);

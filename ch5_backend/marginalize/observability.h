@@ -15,24 +15,19 @@
 namespace ch5 {
 
 /// An edge of poses, speeds and what does not live in W, with J' in place of J.
-class EdgeObservabilityConstrained : public Edge {
+class EdgeObservabilityConstrained : public EdgeOtherJacobians {
  public:
   /// @param edge       not in any graph;  @param prior  must outlive this edge
   /// @param bystander  a pose that does not live in W, such as an extrinsic; null: none
   EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior* prior, const Vertex* bystander);
-  void ComputeResidual() override;
   void ComputeJacobians() override;
-  std::string TypeInfo() const override { return edge_->TypeInfo(); }
 
  private:
   using Directions = Eigen::Matrix<double, Eigen::Dynamic, 4>;
   Directions DirectionsAt(const std::vector<const double*>& x, const Vec3& center) const;
 
-  std::shared_ptr<Edge> edge_;
   const Vertex* bystander_;
   std::vector<const double*> now_, first_;  // parameters of each vertex
-  VecX r_;
-  MatXX W_, J_;  // J': the vertices' blocks side by side
 };
 
 /// The edge so constrained; itself if the prior knows none of its vertices.
