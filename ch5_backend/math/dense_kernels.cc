@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "ch5_backend/math/simd.h"
+
 namespace ch5::kernels {
 namespace {
 
@@ -16,9 +18,6 @@ constexpr int kDepth = 64;
 constexpr int kRows = 192;
 // Triangles up to this size are factored in one piece; a multiple of kStrip.
 constexpr int kTriangle = 96;
-
-#define CH5_INLINE inline __attribute__((always_inline))
-#define CH5_UNROLL _Pragma("GCC unroll 8")  // -O2 alone would keep the registers of a tile in memory
 
 // W numbers in one register, of any alignment.
 template <int W>
@@ -208,8 +207,8 @@ struct Kernels {
 
 CH5_KERNELS(Portable, "portable", , 2, 2)
 #if defined(__x86_64__)
-CH5_KERNELS(Avx2, "AVX2", __attribute__((target("avx2,fma"))), 4, 2)
-CH5_KERNELS(Avx512, "AVX-512", __attribute__((target("avx512f,avx512dq,avx512vl,fma"))), 8, 3)
+CH5_KERNELS(Avx2, "AVX2", CH5_WITH_AVX2, 4, 2)
+CH5_KERNELS(Avx512, "AVX-512", CH5_WITH_AVX512, 8, 3)
 #endif
 
 // The best first; nullptr ends the list.
@@ -218,11 +217,8 @@ const Kernels* const* Available() {
     std::array<const Kernels*, 4> kernels{};
     size_t n = 0;
 #if defined(__x86_64__)
-    const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-    const bool has_avx512 = has_avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                            __builtin_cpu_supports("avx512vl");
-    if (has_avx512) kernels[n++] = &kAvx512;
-    if (has_avx2) kernels[n++] = &kAvx2;
+    if (HasAvx512()) kernels[n++] = &kAvx512;
+    if (HasAvx2()) kernels[n++] = &kAvx2;
 #endif
     kernels[n] = &kPortable;
     return kernels;

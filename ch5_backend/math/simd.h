@@ -6,8 +6,8 @@
 ///   CH5_INLINE void AddBody(…) { … }
 ///   void Add(…) { AddBody(…); }
 ///   CH5_WITH_AVX2 void AddAvx2(…) { AddBody(…); }
-/// and HasAvx2() chooses once, at run time; likewise with AVX-512. They differ by rounding (FMA), so results are the same to the bit on
-/// one machine, not between machines.
+/// and HasAvx2() chooses once, at run time; likewise with AVX-512. They differ by rounding (FMA), so results are the same
+/// to the bit on one machine, not between machines.
 
 #include <cstddef>
 
@@ -25,24 +25,15 @@
 
 namespace ch5 {
 
-inline bool HasAvx2() {
-#if defined(__x86_64__)
-  static const bool has = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-  return has;
-#else
-  return false;
-#endif
-}
+enum class SimdLevel { kPortable, kAvx2, kAvx512 };
 
-inline bool HasAvx512() {
-#if defined(__x86_64__)
-  static const bool has = HasAvx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                          __builtin_cpu_supports("avx512vl");
-  return has;
-#else
-  return false;
-#endif
-}
+/// The widest registers that kernels may use: the processor's, or narrower ones if the environment variable CH5_SIMD
+/// says so (portable, avx2 or avx512).
+/// @throws std::invalid_argument if CH5_SIMD is another word, or more than the processor has
+SimdLevel GetSimdLevel();
+
+inline bool HasAvx2() { return GetSimdLevel() >= SimdLevel::kAvx2; }
+inline bool HasAvx512() { return GetSimdLevel() >= SimdLevel::kAvx512; }
 
 constexpr int kLanes = 4;
 

@@ -58,7 +58,8 @@ TEST(Marginalize, PriorReproducesTheNormalEquations) {
   for (const SquareRootForm& form :
        {FactorNormalEquations(system.H, system.b), FactorNormalEquations(system.H, system.b, EigenCut::Okvis()),
         FactorNormalEquations(system.H, system.b, EigenCut::Vins())}) {
-    EXPECT_LT(RelativeError(form.J.transpose() * form.J, system.H), 1e-9);
+    // Directions that rounding decides about, kept or cut, are as large as this.
+    EXPECT_LT(RelativeError(form.J.transpose() * form.J, system.H), 1e-8);
     // b lies in the range of H up to what the cut removed.
     EXPECT_LT((form.J.transpose() * form.r0 + system.b).norm(), 1e-6 * system.b.norm());
   }
