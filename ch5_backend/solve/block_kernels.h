@@ -22,51 +22,39 @@ CH5_INLINE constexpr int Pick(int size) {
 CH5_INLINE Lanes* AsLanes(double* x) { return reinterpret_cast<Lanes*>(x); }
 CH5_INLINE const Lanes* AsLanes(const double* x) { return reinterpret_cast<const Lanes*>(x); }
 
-/// The R rows of a Jacobian with P columns, in registers; the padding is zero.
+/// Four by four numbers, in place.
+CH5_INLINE void Transpose(Lanes (&x)[4]) {
+  const Lanes ab_even = __builtin_shufflevector(x[0], x[1], 0, 4, 2, 6);
+  const Lanes ab_odd = __builtin_shufflevector(x[0], x[1], 1, 5, 3, 7);
+  const Lanes cd_even = __builtin_shufflevector(x[2], x[3], 0, 4, 2, 6);
+  const Lanes cd_odd = __builtin_shufflevector(x[2], x[3], 1, 5, 3, 7);
+  x[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+  x[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+  x[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+  x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/// A Jacobian with R rows and P columns, in registers; A is row-major with Stride(P) numbers a row, the padding zero.
 template <int R, int P>
 struct Rows {
   static constexpr int kLanesPerRow = Stride(P) / kLanes;
   Lanes row[R][kLanesPerRow];
 
-  /// M J for R = 2; J lies column after column. Numbers are fetched one by one: they have just been written so, and a
-  /// wide read of narrow writes would wait for the cache.
-  CH5_INLINE void Load(const double (&M)[2][2], const double* J) {
-    static_assert(R == 2);
-    CH5_UNROLL
-    for (int k = 0; k < kLanesPerRow; ++k) {
-      const auto at = [&](int r, int c) { return c < P ? J[c * R + r] : 0.0; };
-      const Lanes upper = {at(0, 4 * k), at(0, 4 * k + 1), at(0, 4 * k + 2), at(0, 4 * k + 3)};
-      const Lanes lower = {at(1, 4 * k), at(1, 4 * k + 1), at(1, 4 * k + 2), at(1, 4 * k + 3)};
-      row[0][k] = upper * M[0][0] + lower * M[0][1];
-      row[1][k] = upper * M[1][0] + lower * M[1][1];
-    }
-  }
-  /// The same of lane k of a pack, J's numbers as in graph/edge_batch.h.
-  CH5_INLINE void LoadLane(const double* J, int lane) {
-    CH5_UNROLL
-    for (int k = 0; k < kLanesPerRow; ++k) {
-      CH5_UNROLL
-      for (int r = 0; r < R; ++r) {
-        const auto at = [&](int c) { return c < P ? J[(c * R + r) * kPack + lane] : 0.0; };
-        row[r][k] = Lanes{at(4 * k), at(4 * k + 1), at(4 * k + 2), at(4 * k + 3)};
-      }
-    }
-  }
-  CH5_INLINE void Store(double* A) const {
+  explicit CH5_INLINE Rows(const double* A) {
     CH5_UNROLL
     for (int r = 0; r < R; ++r) {
       CH5_UNROLL
-      for (int k = 0; k < kLanesPerRow; ++k) AsLanes(A)[r * kLanesPerRow + k] = row[r][k];
+      for (int k = 0; k < kLanesPerRow; ++k) row[r][k] = AsLanes(A)[r * kLanesPerRow + k];
     }
   }
 
-  /// C (P×Q) += AᵀB; B is stored as A by Store, with Q columns. Of the rows above C's diagonal, not all if `kLower`.
-  template <int Q, bool kLower = false>
+  /// C (P×Q) += AᵀB; B has R rows like A. Of the rows below C's diagonal, not all if `kUpper`.
+  template <int Q, bool kUpper = false>
   CH5_INLINE void AddTransposeProduct(const double* B, double* C) const {
     CH5_UNROLL
     for (int c = 0; c < Q; ++c) {
       CH5_UNROLL
-      for (int k = kLower ? c / kLanes : 0; k < kLanesPerRow; ++k) {
+      for (int k = 0; k < (kUpper ? c / kLanes + 1 : kLanesPerRow); ++k) {
         Lanes sum = AsLanes(C)[c * kLanesPerRow + k];
         CH5_UNROLL
         for (int r = 0; r < R; ++r) sum += row[r][k] * B[r * Stride(Q) + c];
@@ -166,6 +154,27 @@ CH5_INLINE void SubtractProductVector(const double* W, const double* x, int p_si
   }
 }
 
+/// Σ Wᵀx over blocks W (P×L) of one landmark, summed across lanes only once.
+template <int P, int L>
+class TransposedSum {
+ public:
+  CH5_INLINE void Add(const double* W, const double* x) {
+    CH5_UNROLL
+    for (int m = 0; m < L; ++m, W += P) {
+      CH5_UNROLL
+      for (int k = 0; k < kWhole; ++k) sums_[m] += AsLanes(W)[k] * AsLanes(x)[k];
+      CH5_UNROLL
+      for (int k = kWhole * kLanes; k < P; ++k) rest_[m] += W[k] * x[k];
+    }
+  }
+  CH5_INLINE double At(int m) const { return rest_[m] + ((sums_[m][0] + sums_[m][1]) + (sums_[m][2] + sums_[m][3])); }
+
+ private:
+  static constexpr int kWhole = P / kLanes;
+  Lanes sums_[L] = {};
+  double rest_[L] = {};
+};
+
 /// y (l) += sign · Wᵀx;  W is p×l.
 template <int P, int L>
 CH5_INLINE void AddTransposed(const double* W, const double* x, int p_size, int l_size, double sign, double* y) {
@@ -189,19 +198,33 @@ CH5_INLINE void AddSymmetric(const double* V, const double* x, int l_size, doubl
   }
 }
 
-/// V = A⁻¹ by Cholesky, both l×l without padding; A is overwritten by its factor.
-/// @return false unless every pivot exceeds 8·l·ε of its diagonal entry, whatever the units: below is rounding
-template <int L>
-CH5_INLINE bool InvertSymmetric(double* A, int l_size, double* V) {
+CH5_INLINE bool AllTrue(bool good) { return good; }
+template <typename Mask>
+CH5_INLINE bool AllTrue(const Mask& good) {
+  bool all = true;
+  for (int k = 0; k < kPack; ++k) all = all && good[k];
+  return all;
+}
+CH5_INLINE void SquareRoot(const double& x, double* root) { *root = std::sqrt(x); }
+CH5_INLINE void SquareRoot(const WideLanes& x, WideLanes* root) {
+  for (int k = 0; k < kPack; ++k) (*root)[k] = std::sqrt(x[k]);
+}
+
+/// V = A⁻¹ by Cholesky, both l×l without padding; A is overwritten by its factor. T is a number, or one for each lane.
+/// @return  false unless every pivot exceeds 8·l·ε of its diagonal entry, whatever the units: below is rounding
+template <int L, typename T>
+CH5_INLINE bool InvertSymmetric(T* A, int l_size, T* V) {
   const int l = Pick<L>(l_size);
-  const double rounding = 8.0 * l * std::numeric_limits<double>::epsilon();
+  const double rounding = 8.0 * l * std::numeric_limits<double>::epsilon(), most = std::numeric_limits<double>::max();
+  auto good = A[0] == A[0];
   for (int j = 0; j < l; ++j) {  // A = G Gᵀ, G in the lower half
-    double pivot = A[j * l + j];
+    T pivot = A[j * l + j], root;
     for (int k = 0; k < j; ++k) pivot -= A[k * l + j] * A[k * l + j];
-    if (!(pivot > rounding * A[j * l + j]) || !std::isfinite(pivot)) return false;
-    const double root = 1.0 / std::sqrt(pivot);
+    good = good & (pivot > rounding * A[j * l + j]) & (pivot <= most);
+    SquareRoot(pivot, &root);
+    root = 1.0 / root;
     for (int i = j + 1; i < l; ++i) {
-      double sum = A[j * l + i];
+      T sum = A[j * l + i];
       for (int k = 0; k < j; ++k) sum -= A[k * l + i] * A[k * l + j];
       A[j * l + i] = sum * root;
     }
@@ -209,19 +232,19 @@ CH5_INLINE bool InvertSymmetric(double* A, int l_size, double* V) {
   }
   for (int c = 0; c < l; ++c) {  // G⁻¹ in place, column by column
     for (int i = c + 1; i < l; ++i) {
-      double sum = 0.0;
+      T sum = {};
       for (int k = c; k < i; ++k) sum -= A[k * l + i] * A[c * l + k];
       A[c * l + i] = sum * A[i * l + i];
     }
   }
   for (int c = 0; c < l; ++c) {  // V = G⁻ᵀG⁻¹
     for (int r = c; r < l; ++r) {
-      double sum = 0.0;
-      for (int k = r; k < l; ++k) sum += A[r * l + k] * A[c * l + k];
+      T sum = A[r * l + r] * A[c * l + r];
+      for (int k = r + 1; k < l; ++k) sum += A[r * l + k] * A[c * l + k];
       V[c * l + r] = V[r * l + c] = sum;
     }
   }
-  return true;
+  return AllTrue(good);
 }
 
 }  // namespace ch5::kernels

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "ch5_backend/solve/block_kernels.h"
+#include "ch5_backend/solve/edge_pack.h"
 
 namespace ch5 {
 namespace {
@@ -46,20 +46,11 @@ struct Body {
     const BlockStructure& s = y.structure;
     std::fill(y.sums[c].H_pp.begin(), y.sums[c].H_pp.end(), 0.0);
     std::fill(y.sums[c].b.begin(), y.sums[c].b.end(), 0.0);
-    Pack pack;
-    pack.next = s.landmark_edges[s.chunk_begin[c]];
-    pack.end = s.landmark_edges[s.chunk_begin[c + 1]];
+    kernels::EdgePack pack(s.landmark_edges[s.chunk_begin[c]], s.landmark_edges[s.chunk_begin[c + 1]]);
     for (int l = s.chunk_begin[c]; l < s.chunk_begin[c + 1]; ++l) LinearizeLandmark(system, l, &pack, &y.sums[c]);
   }
 
-  // The edges of a chunk come eight at a time, whatever their landmarks.
-  struct Pack {
-    alignas(64) double r[PackedEdges::kRows * kPack];
-    alignas(64) double J[PackedEdges::kRows * PackedEdges::kMostColumns * kPack];
-    int first, next, end;  // edges
-  };
-
-  static CH5_INLINE void LinearizeLandmark(BlockSystem* system, int l, Pack* pack, PoseSums* poses) {
+  static CH5_INLINE void LinearizeLandmark(BlockSystem* system, int l, kernels::EdgePack* pack, PoseSums* poses) {
     BlockSystem& y = *system;
     const BlockStructure& s = y.structure;
     const int dim = Pick<L>(s.landmark_dim[l]);
@@ -71,8 +62,7 @@ struct Body {
     for (int e = s.landmark_edges[l]; e < s.landmark_edges[l + 1]; ++e) {
       if constexpr (kFixed) {
         if (y.packed.Active()) {
-          if (e == pack->next) LinearizePack(y.packed, pack);
-          AddPackedEdge(system, e, *pack, sums, poses);
+          AddPackedEdge(system, e, pack, sums, poses);
           continue;
         }
       }
@@ -85,57 +75,31 @@ struct Body {
 
   static constexpr int kAhead = 6;  // edges
 
-  // r̃ and J̃ of the next edges.
-  static CH5_INLINE void LinearizePack(const PackedEdges& edges, Pack* pack) {
-    const int count = std::min(kPack, pack->end - pack->next);
-    pack->first = pack->next;
-    pack->next += count;
-    edges.Linearize(pack->first, count, pack->r, pack->J);
-    if (edges.Unweighted()) return;
-    alignas(64) double M[3][kPack] = {};  // M_00, M_01 = M_10, M_11
-    for (int k = 0; k < count; ++k) {
-      double r[2] = {pack->r[k], pack->r[kPack + k]};
-      const WhiteRows white(edges.Information(pack->first + k), edges.Loss(pack->first + k), r);
-      for (int i = 0; i < 2; ++i) pack->r[i * kPack + k] = white.r[i];
-      for (int i = 0; i < 3; ++i) M[i][k] = white.M[i / 2][(i + 1) / 2];
-    }
-    const auto* m = reinterpret_cast<const WideLanes*>(M);
-    auto* J = reinterpret_cast<WideLanes*>(pack->J);
-    for (int i = 0; i < edges.NumJacobians(); i += 2) {
-      const WideLanes upper = J[i], lower = J[i + 1];
-      J[i] = m[0] * upper + m[1] * lower;
-      J[i + 1] = m[1] * upper + m[2] * lower;
-    }
-  }
-
-  static CH5_INLINE void AddPackedEdge(BlockSystem* system, int e, const Pack& pack, const LandmarkSums& sums,
+  static CH5_INLINE void AddPackedEdge(BlockSystem* system, int e, kernels::EdgePack* pack, const LandmarkSums& sums,
                                        PoseSums* poses) {
-    constexpr int kR = PackedEdges::kRows, kMostTerms = PackedEdges::kMostColumns / P;
+    constexpr int kR = PackedEdges::kRows;
     const BlockStructure& s = system->structure;
     const EdgeRecord& record = s.edges[e];
-    const int lane = e - pack.first, num_terms = record.terms_end - record.terms_begin;
+    const int lane = pack->LaneOf(system->packed, e), num_terms = record.terms_end - record.terms_begin;
     const EdgeTerm* terms = s.terms.data() + record.terms_begin;
-    const auto jacobian = [&](int position) { return pack.J + system->packed.JacobianBegin(position) * kPack; };
+    const auto jacobian = [&](int position) { return pack->Jacobian(system->packed, lane, position); };
 
-    const double r[kR] = {pack.r[lane], pack.r[kPack + lane]};
-    kernels::Rows<kR, L> A_l;
-    alignas(32) double A_l_stored[kR * Stride(L)], A_stored[kMostTerms][kR * Stride(P)];
-    A_l.LoadLane(jacobian(record.landmark.position), lane);
-    A_l.Store(A_l_stored);
-    A_l.template AddTransposeProduct<L>(A_l_stored, sums.H_ll);
-    A_l.SubtractTransposeVector(r, sums.b_l);
+    const double r[kR] = {pack->Residual(lane, 0), pack->Residual(lane, 1)};
+    const double* A_l = jacobian(record.landmark.position);
+    const kernels::Rows<kR, L> rows_l(A_l);
+    rows_l.template AddTransposeProduct<L>(A_l, sums.H_ll);
+    rows_l.SubtractTransposeVector(r, sums.b_l);
     const int* pair = s.pairs.data() + record.pairs;
     for (int i = 0; i < num_terms; ++i) {
-      const EdgeTerm& term = terms[i];
-      kernels::Rows<kR, P> A;
-      A.LoadLane(jacobian(term.position), lane);
-      A.Store(A_stored[i]);
-      A.template AddTransposeProductTight<L>(A_l_stored, &system->H_pm[s.slot_block[term.slot]]);
-      A.SubtractTransposeVector(r, &poses->b[term.block * system->pose_stride]);
+      const double* A = jacobian(terms[i].position);
+      const kernels::Rows<kR, P> rows(A);
+      rows.template AddTransposeProductTight<L>(A_l, &system->H_pm[s.slot_block[terms[i].slot]]);
+      rows.SubtractTransposeVector(r, &poses->b[terms[i].block * system->pose_stride]);
       for (int j = 0; j < i; ++j) {
-        A.template AddTransposeProduct<P>(A_stored[j], &poses->H_pp[system->H_pp.ValueBegin(*pair++)]);
+        rows.template AddTransposeProduct<P>(jacobian(terms[j].position),
+                                             &poses->H_pp[system->H_pp.ValueBegin(*pair++)]);
       }
-      A.template AddTransposeProduct<P, true>(A_stored[i], &poses->H_pp[system->H_pp.ValueBegin(*pair++)]);
+      rows.template AddTransposeProduct<P, true>(A, &poses->H_pp[system->H_pp.ValueBegin(*pair++)]);
     }
   }
 
@@ -197,8 +161,8 @@ struct Body {
       for (ptrdiff_t k = 0; k < end - column; ++k) column[k] += H[k];
       for (int r = 0; r < dim; ++r) b_j[r] += b[r];
     }
-    for (int c = 0; c < dim; ++c) {  // of the diagonal block only the lower half has been summed
-      for (int r = c + 1; r < dim; ++r) column[r * Stride(dim) + c] = column[c * Stride(dim) + r];
+    for (int c = 0; c < dim; ++c) {  // of the diagonal block only the upper half has been summed
+      for (int r = c + 1; r < dim; ++r) column[c * Stride(dim) + r] = column[r * Stride(dim) + c];
     }
     for (int block = y.H_pp.ColumnBegin(j); block < y.H_pp.ColumnBegin(j + 1); ++block) {
       const int i = y.H_pp.Row(block);
@@ -212,21 +176,84 @@ struct Body {
     }
   }
 
-  static CH5_INLINE bool InvertLandmark(BlockSystem* system, int l, const DampingRule& rule) {
+  static CH5_INLINE bool InvertLandmarks(BlockSystem* system, int begin, int end, const DampingRule& rule) {
+    if constexpr (kFixed) {
+      bool good = true;
+      for (int l = begin; l < end; l += kPack) good &= InvertPack(system, l, std::min(kPack, end - l), rule);
+      return good;
+    } else {
+      for (int l = begin; l < end; ++l) {
+        if (!InvertLandmark(system, l, rule)) return false;
+      }
+      return true;
+    }
+  }
+
+  static CH5_INLINE void Damp(const BlockSystem& y, int l, int dim, const DampingRule& rule, double* damped) {
+    std::copy_n(&y.H_mm[y.structure.landmark_block[l]], dim * dim, damped);
+    for (int i = 0; i < dim; ++i) damped[i * dim + i] += rule.lambda * DampingEntry(rule.damping, damped[i * dim + i]);
+  }
+
+  // Landmarks [first, first + count), one in each lane; lanes without one hold copies of the last.
+  static CH5_INLINE bool InvertPack(BlockSystem* system, int first, int count, const DampingRule& rule) {
+    BlockSystem& y = *system;
+    double damped[kPack][L * L];
+    const double *A_of[kPack], *b_of[kPack];
+    for (int k = 0; k < kPack; ++k) {
+      const int l = std::min(k, count - 1);
+      if (l == k) Damp(y, first + l, L, rule, damped[l]);
+      A_of[k] = damped[l];
+      b_of[k] = y.b.data() + y.structure.landmark_offset[first + l];
+    }
+    WideLanes A[L * L], V[L * L], b[L], product[L];
+    GatherLanes<L * L>(A_of, A);
+    GatherLanes<L>(b_of, b);
+    if (!kernels::InvertSymmetric<L>(A, L, V)) return false;
+    for (int r = 0; r < L; ++r) {
+      product[r] = V[r] * b[0];
+      for (int c = 1; c < L; ++c) product[r] += V[c * L + r] * b[c];
+    }
+    for (int k = 0; k < count; ++k) {
+      const int block = y.structure.landmark_block[first + k], row = y.structure.landmark_offset[first + k];
+      for (int i = 0; i < L * L; ++i) y.H_mm_inverse[block + i] = V[i][k];
+      for (int i = 0; i < L * L; ++i) y.H_mm_root[block + i] = A[i][k];
+      for (int i = 0; i < L; ++i) y.H_mm_inverse_b[row - y.structure.ordering.dim_poses + i] = product[i][k];
+    }
+    return true;
+  }
+
+  static bool InvertLandmark(BlockSystem* system, int l, const DampingRule& rule) {
     BlockSystem& y = *system;
     const BlockStructure& s = y.structure;
-    const int dim = Pick<L>(s.landmark_dim[l]), first = s.landmark_offset[l];
-    Scratch<L == Eigen::Dynamic ? L : L * L> scratch;
-    double* damped = scratch.Zeros(dim * dim);
-    double* inverse = &y.H_mm_inverse[s.landmark_block[l]];
-    std::copy_n(&y.H_mm[s.landmark_block[l]], dim * dim, damped);
-    for (int i = 0; i < dim; ++i) damped[i * dim + i] += rule.lambda * DampingEntry(rule.damping, damped[i * dim + i]);
-    if (!kernels::InvertSymmetric<L>(damped, dim, inverse)) return false;
-    std::copy_n(damped, dim * dim, &y.H_mm_root[s.landmark_block[l]]);
+    const int dim = s.landmark_dim[l], first = s.landmark_offset[l];
+    double *root = &y.H_mm_root[s.landmark_block[l]], *inverse = &y.H_mm_inverse[s.landmark_block[l]];
+    Damp(y, l, dim, rule, root);
+    if (!kernels::InvertSymmetric<L>(root, dim, inverse)) return false;
     double* product = y.H_mm_inverse_b.data() + first - s.ordering.dim_poses;
     std::fill_n(product, dim, 0.0);
     kernels::AddSymmetric<L>(inverse, y.b.data() + first, dim, product);
     return true;
+  }
+
+  // w += Σ_p H_plᵀ v_p
+  static CH5_INLINE void SumOverPoses(const BlockSystem& y, int l, const double* v, double* w) {
+    const BlockStructure& s = y.structure;
+    const auto for_each_block = [&](const auto& take) {
+      for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
+        const int pose = s.slot_pose[slot];
+        take(&y.H_pm[s.slot_block[slot]], v + s.pose_offset[pose], s.pose_dim[pose]);
+      }
+    };
+    if constexpr (kFixed) {
+      kernels::TransposedSum<P, L> sum;
+      for_each_block([&](const double* W, const double* v_p, int) { sum.Add(W, v_p); });
+      for (int m = 0; m < L; ++m) w[m] += sum.At(m);
+    } else {
+      const int dim = s.landmark_dim[l];
+      for_each_block([&](const double* W, const double* v_p, int pose_dim) {
+        kernels::AddTransposed<P, L>(W, v_p, pose_dim, dim, 1.0, w);
+      });
+    }
   }
 
   static CH5_INLINE double SolveLandmark(const BlockSystem& y, int l, double* delta_x) {
@@ -235,12 +262,8 @@ struct Body {
     Scratch<L == Eigen::Dynamic ? L : 2 * L> scratch;
     double* rest = scratch.Zeros(2 * dim);  // b_l − w
     double* H_delta = rest + dim;
-    std::copy_n(y.b.data() + first, dim, rest);
-    for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
-      const int pose = s.slot_pose[slot];
-      kernels::AddTransposed<P, L>(&y.H_pm[s.slot_block[slot]], delta_x + s.pose_offset[pose], s.pose_dim[pose], dim,
-                                   -1.0, rest);
-    }
+    SumOverPoses(y, l, delta_x, rest);
+    for (int i = 0; i < dim; ++i) rest[i] = y.b[first + i] - rest[i];
     double* delta_l = delta_x + first;
     std::fill_n(delta_l, dim, 0.0);
     kernels::AddSymmetric<L>(&y.H_mm_inverse[s.landmark_block[l]], rest, dim, delta_l);
@@ -267,11 +290,7 @@ struct Body {
     const int dim = Pick<L>(s.landmark_dim[l]);
     double* product_l = product + s.landmark_offset[l];
     kernels::AddSymmetric<L>(&y.H_mm[s.landmark_block[l]], v + s.landmark_offset[l], dim, product_l);
-    for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
-      const int pose = s.slot_pose[slot];
-      kernels::AddTransposed<P, L>(&y.H_pm[s.slot_block[slot]], v + s.pose_offset[pose], s.pose_dim[pose], dim, 1.0,
-                                   product_l);
-    }
+    SumOverPoses(y, l, v, product_l);
   }
 };
 
@@ -280,7 +299,9 @@ struct Portable {
   using B = Body<P, L>;
   static void Linearize(BlockSystem* y, int c) { B::LinearizeChunk(y, c); }
   static void Sum(BlockSystem* y, int j) { B::SumColumn(y, j); }
-  static bool Invert(BlockSystem* y, int l, const DampingRule& rule) { return B::InvertLandmark(y, l, rule); }
+  static bool Invert(BlockSystem* y, int begin, int end, const DampingRule& rule) {
+    return B::InvertLandmarks(y, begin, end, rule);
+  }
   static double Solve(const BlockSystem& y, int l, double* x) { return B::SolveLandmark(y, l, x); }
   static void TimesPose(const BlockSystem& y, int j, const double* v, double* x) { B::MultiplyPose(y, j, v, x); }
   static void TimesLandmark(const BlockSystem& y, int l, const double* v, double* x) {
@@ -293,8 +314,8 @@ struct Avx2 {
   using B = Body<P, L>;
   CH5_WITH_AVX2 static void Linearize(BlockSystem* y, int c) { B::LinearizeChunk(y, c); }
   CH5_WITH_AVX2 static void Sum(BlockSystem* y, int j) { B::SumColumn(y, j); }
-  CH5_WITH_AVX2 static bool Invert(BlockSystem* y, int l, const DampingRule& rule) {
-    return B::InvertLandmark(y, l, rule);
+  CH5_WITH_AVX2 static bool Invert(BlockSystem* y, int begin, int end, const DampingRule& rule) {
+    return B::InvertLandmarks(y, begin, end, rule);
   }
   CH5_WITH_AVX2 static double Solve(const BlockSystem& y, int l, double* x) { return B::SolveLandmark(y, l, x); }
   CH5_WITH_AVX2 static void TimesPose(const BlockSystem& y, int j, const double* v, double* x) {

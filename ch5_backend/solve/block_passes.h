@@ -46,8 +46,8 @@ struct BlockPasses {
   void (*linearize_chunk)(BlockSystem*, int c);
   /// H_ij for all i ≥ j, and b_j: the chunks' sums, and the edges between poses.
   void (*sum_column)(BlockSystem*, int j);
-  /// (H_ll + λD)⁻¹ and its product with b_l. @return false if it is not positive definite
-  bool (*invert_landmark)(BlockSystem*, int l, const DampingRule&);
+  /// (H_ll + λD)⁻¹ and its product with b_l, for l in [begin, end). @return false if one is not positive definite
+  bool (*invert_landmarks)(BlockSystem*, int begin, int end, const DampingRule&);
   /// Δx_l = H_ll⁻¹ (b_l − w),  w = Σ_p H_plᵀ Δx_p.  @return  Δx_lᵀ(b_l − w) − ½ Δx_lᵀH_llΔx_l, the landmark's part of
   /// the model's decrease
   double (*solve_landmark)(const BlockSystem&, int l, double* delta_x);

@@ -174,9 +174,7 @@ bool BlockSolverBase::SolveLinearSystem(double lambda, VecX* delta_x) {
   // Step 1: H_ll⁻¹, damped before it is inverted.
   std::atomic<bool> ok{true};
   ParallelFor(&pool_, NumLandmarks(), kLandmarks, [&](int begin, int end) {
-    for (int l = begin; l < end && ok; ++l) {
-      if (!passes_->invert_landmark(&system_, l, rule)) ok = false;
-    }
+    if (!passes_->invert_landmarks(&system_, begin, end, rule)) ok = false;
   });
   if (!ok) return false;
 

@@ -14,8 +14,10 @@ void PackedEdges::Assign(const BlockStructure& s) {
   if (!batch_) return;
 
   jacobian_begin_.assign(1, 0);
+  block_begin_.assign(1, 0);
   for (const auto& vertex : first.Vertices()) {
     jacobian_begin_.push_back(jacobian_begin_.back() + kRows * vertex->LocalDimension());
+    block_begin_.push_back(block_begin_.back() + kRows * Stride(vertex->LocalDimension()));
   }
   if (first.ResidualDimension() != kRows || NumJacobians() > kRows * kMostColumns) return;
 

@@ -25,6 +25,11 @@ class PackedEdges {
   void Linearize(int first, int count, double* r, double* J) const { batch_->Linearize(first, count, r, J); }
   int JacobianBegin(int position) const { return jacobian_begin_[position]; }
   int NumJacobians() const { return jacobian_begin_.back(); }  ///< numbers in all J_i of an edge
+  int NumPositions() const { return static_cast<int>(jacobian_begin_.size()) - 1; }
+  int Dimension(int position) const { return (jacobian_begin_[position + 1] - jacobian_begin_[position]) / kRows; }
+  /// Where J_i begins, and the length of all, if each has Stride(dim) numbers a row.
+  int BlockBegin(int position) const { return block_begin_[position]; }
+  int BlocksSize() const { return block_begin_.back(); }
 
   /// w, and the loss or null, of edge e, unless Unweighted().
   double Information(int e) const { return weights_[e].information; }
@@ -41,7 +46,7 @@ class PackedEdges {
   std::shared_ptr<EdgeBatch> batch_;      // a copy of this shares it
   const std::type_info* type_ = nullptr;  // of the batch's edges
   std::vector<Weight> weights_;           // none if unweighted_
-  std::vector<int> jacobian_begin_;
+  std::vector<int> jacobian_begin_, block_begin_;
   bool active_ = false, unweighted_ = false;
 };
 
