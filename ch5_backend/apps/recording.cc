@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <stdexcept>
 
 #include "ch5_backend/apps/studies/file_command.h"
 #include "ch5_backend/apps/studies/odometry_study.h"

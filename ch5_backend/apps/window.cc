@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <stdexcept>
 
 #include "ch5_backend/apps/studies/file_command.h"
 #include "ch5_backend/apps/studies/window_graph.h"
@@ -57,7 +56,6 @@ CsvTable SummaryOf(const Summary& summary, const WindowDump& dump, const FileCom
 }
 
 void Run(const FileCommand& command) {
-  if (command.options.huber > 0.0) throw std::invalid_argument("--huber: the file names its own loss");
   const std::filesystem::path out = command.out;
   const std::string name = command.Name();
   const WindowDump dump = ReadWindowDump(command.file);

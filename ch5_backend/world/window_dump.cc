@@ -1,5 +1,6 @@
 #include "ch5_backend/world/window_dump.h"
 
+#include <cmath>
 #include <limits>
 #include <set>
 
@@ -166,6 +167,7 @@ class WindowDumpReader {
       landmark.host = Frame("host");
       const int observations = Count("number of observations", 3);
       landmark.inverse_depth = Number("inverse depth");
+      if (!std::isfinite(1.0 / landmark.inverse_depth)) reader_.Fail("inverse depth: must not be 0");
       landmark.true_inverse_depth = Number("true inverse depth");
       landmark.x_host = Vector2("host's observation");
       std::set<int> seen = {landmark.host};

@@ -113,7 +113,7 @@ class BalApp(unittest.TestCase):
         def refuses(*words, message):
             self.refuses(*words, message=message + "; see --help")
         refuses(message="which FILE?")
-        refuses(self.good, message="--out DIR is missing")
+        refuses(self.good, message="--out is missing")
         refuses(self.good, "--out", message="--out needs a value")
         refuses(self.good, self.good, "--out", self.out,
                 message=f"one FILE at a time, got '{self.good}' and '{self.good}'")
@@ -126,7 +126,7 @@ class BalApp(unittest.TestCase):
                 message="--threads must be a whole number from 1 to 256, got '0'")
         for word in ("0", "-2", "nan", "inf", "1e300", "1px"):
             refuses(self.good, "--out", self.out, "--huber", word,
-                    message=f"--huber must be a number from 0.000001 to 1000000.000000, got '{word}'")
+                    message=f"--huber must be a number from 1e-06 to 1e+06, got '{word}'")
         refuses(self.good, "--out", self.out, "--solver", "magic", message="--solver must be one of automatic, dense, "
                 "sparse, pcg, implicit-pcg, power-series, got 'magic'")
         self.assertFalse(self.out.exists())

@@ -1,4 +1,4 @@
-// measure PROBLEM [--threads N] [--repeat N]: one line of JSON for each run, see measure.h.
+/// One side of ./course bench: measure PROBLEM [--threads N] [--repeat N], see measure.h.
 
 #include "tests/bench/measure.h"
 
@@ -7,21 +7,27 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <stdexcept>
 
+#include "ch5_backend/apps/studies/command_line.h"
 #include "ch5_backend/world/mono_ba.h"
 
 namespace ch5::bench {
 namespace {
 
+constexpr char kUsage[] =
+    "usage: measure PROBLEM [--threads N] [--repeat N]\n"
+    "Solves PROBLEM (a BAL file, a window, a .g2o file, or scene:FRAMESxPOINTS) N times, and prints a line of JSON "
+    "for\n"
+    "each run.\n";
+
 // The course's scene as a window: camera frames, hosted by the first, the first two held.
 WindowDump SceneWindow(const std::string& size) {
   MonoBaOptions options;
-  if (std::sscanf(size.c_str(), "%dx%d", &options.frames, &options.points) != 2) {
-    throw std::invalid_argument("a scene is FRAMESxPOINTS, got '" + size + "'");
-  }
+  char rest;
+  const int read = std::sscanf(size.c_str(), "%dx%d%c", &options.frames, &options.points, &rest);
+  if (read != 2) throw std::invalid_argument("a scene is FRAMESxPOINTS, got '" + size + "'");
   const MonoBaScene scene = SimulateMonoBa(options);
   WindowDump window;
   window.T_B_C = {Qd::Identity(), Vec3::Zero()};
@@ -102,23 +108,15 @@ int main(int argc, char** argv) {
     setenv("OPENBLAS_NUM_THREADS", "1", 1);
     execv("/proc/self/exe", argv);
   }
-  try {
-    int threads = 1, repeat = 1;
-    std::string name;
-    for (int i = 1; i < argc; ++i) {
-      const bool has_value = i + 1 < argc;
-      if (!std::strcmp(argv[i], "--threads") && has_value) {
-        threads = std::atoi(argv[++i]);
-      } else if (!std::strcmp(argv[i], "--repeat") && has_value) {
-        repeat = std::atoi(argv[++i]);
-      } else {
-        name = argv[i];
-      }
-    }
+  std::string name;
+  int threads = 1, repeat = 1;
+  ch5::CommandLine line("measure", ch5::bench::kUsage);
+  line.Argument("PROBLEM", &name);
+  line.Number("--threads", 1, 256, &threads);
+  line.Number("--repeat", 1, 1000, &repeat);
+  return line.Run(argc, argv, [&] {
     ch5::bench::Problem problem = ch5::bench::ReadProblem(name);
     problem.options.threads = threads;
     for (int k = 0; k < repeat; ++k) ch5::bench::Print(ch5::bench::Solve(problem));
-  } catch (const std::exception& error) {
-    return std::fprintf(stderr, "measure: %s\n", error.what()), 2;
-  }
+  });
 }

@@ -65,10 +65,21 @@ class WindowApp(AppTest):
         lines = corner().splitlines()
         for line, words, value in ((5, "LOSS quadratic 1", "quadratic"), (4, "SQRTINFO -3", "-3"),
                                    (10, lines[9].replace("0.5", "half"), "half"), (12, lines[11].replace("1.05", "nan"), "nan"),
-                                   (16, lines[15].replace("L 0 0", "L 0 7"), "7")):
+                                   (16, lines[15].replace("L 0 0", "L 0 7"), "7"),
+                                   (16, "L 0 0 2 1e-310 0.2 0.3 0.4", "inverse depth: must not be 0")):
             spoilt = [*lines[:line - 1], words, *lines[line:]]
             self.refuses_line(self.write("\n".join(spoilt) + "\n"), line, value)
         self.refuses_line(self.write("\n".join(lines[:20]) + "\n"), None, "")  # breaks off
+
+    def test_a_point_in_a_cameras_plane_has_no_cost(self):
+        lines = corner().splitlines()
+        lines[9] = "F 1 0.1 0 0 1 0 0 0 1" + 9 * " 0"    # 1 m ahead,
+        lines[15] = "L 0 0 2 1 0.2 0.3 0.4"              # where the first landmark is, 1 m from the first camera
+        path = self.write("\n".join(lines) + "\n")
+        done = self.program(path, "--out", self.out)
+        self.assertEqual((done.returncode, done.stderr),
+                         (2, f"ch5_window: {path}: residual 0 (EdgeReprojection) is not finite at the start\n"))
+        self.assertEqual(list(self.out.iterdir()), [])
 
     def refuses_line(self, path, line, value):
         before = {file.name: file.read_bytes() for file in self.out.iterdir()}
@@ -83,7 +94,7 @@ class WindowApp(AppTest):
         path = self.write(corner())
         done = self.program(path, "--out", self.out, "--huber", "1")
         self.assertEqual((done.returncode, done.stderr),
-                         (2, f"ch5_window: {path}: --huber: the file names its own loss\n"))
+                         (2, "ch5_window: unknown option '--huber'; see --help\n"))
         done = run(ROOT / "course", "run", path, "--huber", "1", "--out", self.out)
         self.assertEqual(done.returncode, 2)
         self.assertIn("--huber does not apply", done.stderr)

@@ -134,6 +134,7 @@ TEST_F(WindowDumpFile, ErrorsNameTheLineTheRecordAndTheValue) {
   EXPECT_EQ(Spoilt("0.1 7 8", "-0.1 7 8"), ":15: IMU piece 0, dt: must be positive, got -0.100000");
   EXPECT_EQ(Spoilt("0 1 2 3 4 5 6\n", "0.1 1 2 3 4 5 6\n"),
             ":14: IMU piece 0, dt: must be 0 in the first sample, got 0.100000");
+  EXPECT_EQ(Spoilt("1 1 0.25 0.5", "1 1 0 0.5"), ":17: landmark 0, inverse depth: must not be 0");
   EXPECT_EQ(Spoilt("\n0 0.3 0.4", "\n1 0.3 0.4"), ":18: landmark 0, frame: seen twice from it, got 1");
   EXPECT_EQ(Spoilt("B S 1", "B Q 1"), ":20: prior block 0, kind: must be P, S or E, got \"Q\"");
   EXPECT_EQ(Spoilt("B S 1 9", "B S 1 7"), ":20: prior block 0, size: must lie in [9, 9], got \"7\"");

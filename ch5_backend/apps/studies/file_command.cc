@@ -1,37 +1,16 @@
 #include "ch5_backend/apps/studies/file_command.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <new>
 #include <stdexcept>
 #include <thread>
 
-#include "ch5_backend/world/text_reader.h"
-#include "ch5_backend/world/text_writer.h"
+#include "ch5_backend/apps/studies/command_line.h"
 
 namespace ch5 {
 namespace {
-
-// What the command line cannot mean.
-class UsageError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-template <typename T>
-T ParseNumber(const std::string& option, const std::string& word, T low, T high) {
-  T value{};
-  const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  const bool is_number = error == std::errc() && stop == word.data() + word.size();
-  if (!is_number || !(value >= low && value <= high)) {
-    throw UsageError(option + " must be a " + (std::is_integral_v<T> ? "whole " : "") + "number from " +
-                     std::to_string(low) + " to " + std::to_string(high) + ", got '" + word + "'");
-  }
-  return value;
-}
 
 ReducedSolverType ParseSolver(const std::string& word) {
   std::string known;
@@ -39,39 +18,7 @@ ReducedSolverType ParseSolver(const std::string& word) {
     if (word == name) return type;
     known += (known.empty() ? "" : ", ") + name;
   }
-  throw UsageError("--solver must be one of " + known + ", got '" + word + "'");
-}
-
-FileCommand Parse(int argc, char** argv) {
-  FileCommand command;
-  command.options.threads = static_cast<int>(std::max(1u, std::min(64u, std::thread::hardware_concurrency())));
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    const auto value = [&]() -> std::string {
-      if (i + 1 == argc) throw UsageError(word + " needs a value");
-      return argv[++i];
-    };
-    if (word == "--out") {
-      command.out = value();
-    } else if (word == "--iterations") {
-      command.options.iterations = ParseNumber(word, value(), 0, 1000000);
-    } else if (word == "--threads") {
-      command.options.threads = ParseNumber(word, value(), 1, 256);
-    } else if (word == "--huber") {
-      command.options.huber = ParseNumber(word, value(), 1e-6, 1e6);
-    } else if (word == "--solver") {
-      command.options.solver = ParseSolver(value());
-    } else if (word.size() > 1 && word[0] == '-') {
-      throw UsageError("unknown option '" + word + "'");
-    } else if (!command.file.empty()) {
-      throw UsageError("one FILE at a time, got '" + command.file + "' and '" + word + "'");
-    } else {
-      command.file = word;
-    }
-  }
-  if (command.file.empty()) throw UsageError("which FILE?");
-  if (command.out.empty()) throw UsageError("--out DIR is missing");
-  return command;
+  throw std::invalid_argument("--solver must be one of " + known + ", got '" + word + "'");
 }
 
 }  // namespace
@@ -80,33 +27,19 @@ std::string FileCommand::Name() const { return std::filesystem::path(file).stem(
 
 int RunFileCommand(const char* program, const char* usage, int argc, char** argv,
                    const std::function<void(const FileCommand&)>& run) {
-  for (int i = 1; i < argc; ++i) {
-    if (!std::strcmp(argv[i], "--help") || !std::strcmp(argv[i], "-h")) return std::fputs(usage, stdout) < 0 ? 2 : 0;
-  }
-  const auto fail = [&](const std::string& what) {
-    std::fflush(stdout);
-    std::fprintf(stderr, "%s: %s\n", program, what.c_str());
-    return 2;
-  };
   FileCommand command;
-  try {
-    command = Parse(argc, argv);
-    run(command);
-    if (std::fflush(stdout) != 0 || std::ferror(stdout)) return fail("cannot write to standard output");
-  } catch (const UsageError& error) {
-    return fail(std::string(error.what()) + "; see --help");
-  } catch (const FileError& error) {  // names its file
-    return fail(error.what());
-  } catch (const WriteError& error) {
-    return fail(error.what());
-  } catch (const std::filesystem::filesystem_error& error) {
-    return fail("cannot write " + command.out + ": " + error.code().message());
-  } catch (const std::invalid_argument& error) {
-    return fail(command.file + ": " + error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(command.file + ": not enough memory");
-  }
-  return 0;
+  FileSolveOptions& options = command.options;
+  options.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+  CommandLine line(program, usage);
+  line.Argument("FILE", &command.file);
+  line.Text("--out", &command.out);
+  // Its usage tells what a program takes; the rest is refused.
+  const auto is_named = [&](const char* option) { return std::strstr(usage, option) != nullptr; };
+  if (is_named("--iterations")) line.Number("--iterations", 0, 1000000, &options.iterations);
+  if (is_named("--threads")) line.Number("--threads", 1, 256, &options.threads);
+  if (is_named("--huber")) line.Number("--huber", 1e-6, 1e6, &options.huber);
+  if (is_named("--solver")) line.Option("--solver", [&](const auto& word) { options.solver = ParseSolver(word); });
+  return line.Run(argc, argv, [&] { run(command); });
 }
 
 IterationTable::IterationTable() {

@@ -15,10 +15,8 @@ struct FileCommand {
   std::string Name() const;  ///< the file's, without folders and extension
 };
 
-/// The whole of main(): reads FILE --out DIR [--iterations N] [--threads N] [--huber X] [--solver NAME], calls `run`, and turns every
-/// error into one line on standard error, "program: what is wrong".
-/// @param usage  printed for --help
-/// @return exit code: 0, or 2 after an error
+/// The whole of main(), see CommandLine: FILE --out DIR, and those of --iterations N, --threads N, --huber X and
+/// --solver NAME that `usage` names.
 int RunFileCommand(const char* program, const char* usage, int argc, char** argv,
                    const std::function<void(const FileCommand&)>& run);
 

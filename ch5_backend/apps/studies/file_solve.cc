@@ -1,6 +1,7 @@
 #include "ch5_backend/apps/studies/file_solve.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "ch5_backend/solve/sparse_optimizer.h"
 
@@ -14,9 +15,20 @@ std::string CsvWord(std::string text) {
   return text;
 }
 
+// A point in a camera's plane projects to infinity, for example; no cost can be told then.
+void RequireFiniteResiduals(const Graph& graph) {
+  for (size_t k = 0; k < graph.Edges().size(); ++k) {
+    graph.Edges()[k]->ComputeResidual();
+    if (graph.Edges()[k]->Residual().allFinite()) continue;
+    throw std::invalid_argument("residual " + std::to_string(k) + " (" + graph.Edges()[k]->TypeInfo() +
+                                ") is not finite at the start");
+  }
+}
+
 }  // namespace
 
 Summary SolveGraph(Graph* graph, const FileSolveOptions& options, const Listener& listener, SolveOptions solve) {
+  RequireFiniteResiduals(*graph);
   SparseOptimizer optimizer(graph, options.threads);
   optimizer.SetDamping(Damping::kDiagonal);
   optimizer.SetReducedSolver(options.solver);

@@ -23,6 +23,7 @@ using Listener = std::function<void(const IterationInfo&)>;
 
 /// Solves in the fast room, with diagonal damping: in no format have all unknowns one unit.
 /// @param solve  the format's own settings; the iterations follow `options`
+/// @throws std::invalid_argument if a residual is not finite at the start; names it
 Summary SolveGraph(Graph* graph, const FileSolveOptions& options, const Listener& listener, SolveOptions solve = {});
 
 /// key,value: the rows of every summary, to which a format adds its own.

@@ -1,0 +1,41 @@
+#pragma once
+/// The main() of every program: options that take a value, --help, and each error as one line on standard error.
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ch5 {
+
+/// Declare what the program takes, then Run. What was not declared is refused.
+class CommandLine {
+ public:
+  /// @param usage  printed for --help
+  CommandLine(std::string program, std::string usage);
+
+  /// The one word that is no option; it must be given.
+  void Argument(const std::string& name, std::string* value);
+  /// `option` TEXT, not empty; it must be given unless `value` holds a default.
+  void Text(const std::string& option, std::string* value);
+  /// `option` NUMBER in [low, high], whole if T is.
+  template <typename T>  // int or double
+  void Number(const std::string& option, T low, T high, T* value);
+  /// `option` WORD, which `take` reads; it throws std::invalid_argument where it cannot.
+  void Option(const std::string& option, std::function<void(const std::string& word)> take);
+
+  /// Reads the words, then calls `run`. What either throws is told as "program: what is wrong".
+  /// @return exit code: 0, or 2 after an error
+  int Run(int argc, char** argv, const std::function<void()>& run);
+
+ private:
+  void Parse(int argc, char** argv);
+  int Fail(const std::string& what) const;
+
+  std::string program_, usage_, argument_name_;
+  std::string* argument_ = nullptr;
+  std::vector<std::pair<std::string, std::string*>> texts_;
+  std::vector<std::pair<std::string, std::function<void(const std::string&)>>> options_;
+};
+
+}  // namespace ch5
