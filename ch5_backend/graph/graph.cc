@@ -10,11 +10,13 @@ namespace {
 template <typename T>
 using Iterator = typename std::vector<std::shared_ptr<T>>::const_iterator;
 
-// Ids ascend with position, so a member is found by bisection.
+// Ids ascend with position, so a member is found by bisection. It is never behind the position `id`, and mostly there.
 template <typename T>
 Iterator<T> LowerBound(const std::vector<std::shared_ptr<T>>& items, int id) {
   if (items.empty() || items.back()->Id() < id) return items.end();
-  return std::lower_bound(items.begin(), items.end(), id,
+  const auto last = items.begin() + std::clamp(id, 0, static_cast<int>(items.size()) - 1);
+  if ((*last)->Id() == id) return last;
+  return std::lower_bound(items.begin(), last, id,
                           [](const std::shared_ptr<T>& member, int wanted) { return member->Id() < wanted; });
 }
 
