@@ -7,60 +7,92 @@
 namespace ch5 {
 namespace {
 
-std::vector<std::shared_ptr<Edge>> SelectedEdges(const Graph& graph, const Selection& selection) {
-  std::unordered_set<const Vertex*> chosen;
-  for (const auto& vertex : selection.vertices) chosen.insert(vertex.get());
-  const auto is_chosen = [&](const std::shared_ptr<Vertex>& vertex) { return chosen.count(vertex.get()) > 0; };
-  std::vector<std::shared_ptr<Edge>> edges;
-  edges.reserve(graph.Edges().size());
-  for (const auto& edge : graph.Edges()) {
-    if (selection.level >= 0 && edge->Level() != selection.level) continue;
-    const auto& vertices = edge->Vertices();
-    if (selection.all_vertices || std::all_of(vertices.begin(), vertices.end(), is_chosen)) edges.push_back(edge);
+constexpr int kNone = -1;
+
+class Selected {
+ public:
+  explicit Selected(const Selection& selection) : selection_(selection) {
+    for (const auto& vertex : selection.vertices) chosen_.insert(vertex.get());
   }
-  return edges;
+  bool operator()(const Edge& edge) const {
+    if (selection_.level >= 0 && edge.Level() != selection_.level) return false;
+    const auto& vertices = edge.Vertices();
+    return selection_.all_vertices || std::all_of(vertices.begin(), vertices.end(),
+                                                  [&](const auto& vertex) { return chosen_.count(vertex.get()) > 0; });
+  }
+
+ private:
+  const Selection& selection_;
+  std::unordered_set<const Vertex*> chosen_;
+};
+
+// The one walk through the edges. Their vertices' OrderingIds, and the numbers of the entries, are places in the graph.
+void ListEdges(const Graph& graph, const Selection& selection, Ordering* ordering) {
+  Incidence& incidence = ordering->incidence;
+  ordering->edges.reserve(graph.Edges().size());
+  incidence.begin.reserve(graph.Edges().size() + 1);
+  const Selected is_selected(selection);
+  for (const auto& edge : graph.Edges()) {
+    if (!is_selected(*edge)) continue;
+    ordering->edges.push_back(edge);
+    incidence.max_residual_dimension = std::max(incidence.max_residual_dimension, edge->ResidualDimension());
+    const auto& vertices = edge->Vertices();
+    for (int i = 0; i < static_cast<int>(vertices.size()); ++i) {
+      const int place = vertices[i]->OrderingId();
+      if (place != kNone) incidence.entries.push_back({i, place});
+    }
+    incidence.begin.push_back(static_cast<int>(incidence.entries.size()));
+  }
 }
 
 }  // namespace
 
 Ordering MakeOrdering(const Graph& graph, const Selection& selection) {
   Ordering ordering;
-  ordering.edges = SelectedEdges(graph, selection);
-  constexpr int kSeen = 0, kUnseen = -1;
-  for (const auto& vertex : graph.Vertices()) vertex->SetOrderingId(kUnseen);
-  for (const auto& edge : ordering.edges) {
-    for (const auto& vertex : edge->Vertices()) vertex->SetOrderingId(vertex->IsFixed() ? kUnseen : kSeen);
+  const auto& vertices = graph.Vertices();
+  for (size_t k = 0; k < vertices.size(); ++k) {
+    vertices[k]->SetOrderingId(vertices[k]->IsFixed() ? kNone : static_cast<int>(k));
   }
+  ListEdges(graph, selection, &ordering);
 
-  for (const auto& vertex : graph.Vertices()) {
-    if (vertex->OrderingId() == kUnseen) continue;
-    const bool is_pose = vertex->GetRole() == Role::kPose;
-    (is_pose ? ordering.poses : ordering.landmarks).push_back(vertex);
+  constexpr int kSeen = 0;
+  std::vector<int> number(vertices.size(), kNone);  // of the vertex at each place
+  for (const auto& entry : ordering.incidence.entries) number[entry.number] = kSeen;
+  int next = 0;
+  for (const Role role : {Role::kPose, Role::kLandmark}) {
+    const bool is_pose = role == Role::kPose;
+    for (size_t k = 0; k < vertices.size(); ++k) {
+      Vertex& vertex = *vertices[k];
+      if (vertex.GetRole() != role) continue;
+      vertex.SetOrderingId(number[k] == kNone ? kNone : ordering.Size());
+      if (number[k] == kNone) continue;
+      number[k] = next++;
+      (is_pose ? ordering.poses : ordering.landmarks).push_back(vertices[k]);
+      (is_pose ? ordering.dim_poses : ordering.dim_landmarks) += vertex.LocalDimension();
+    }
   }
-  for (const auto& vertex : ordering.poses) {
-    vertex->SetOrderingId(ordering.dim_poses);
-    ordering.dim_poses += vertex->LocalDimension();
-  }
-  for (const auto& vertex : ordering.landmarks) {
-    vertex->SetOrderingId(ordering.dim_poses + ordering.dim_landmarks);
-    ordering.dim_landmarks += vertex->LocalDimension();
-  }
+  for (auto& entry : ordering.incidence.entries) entry.number = number[entry.number];
   return ordering;
 }
 
-int FreeLandmarkOf(const Edge& edge) {
-  const auto& vertices = edge.Vertices();
-  int found = -1;
-  for (size_t i = 0; i < vertices.size(); ++i) {
-    if (vertices[i]->OrderingId() < 0 || vertices[i]->GetRole() != Role::kLandmark) continue;
-    if (found >= 0) {
-      const auto name = [](const Vertex& vertex) { return vertex.TypeInfo() + " " + std::to_string(vertex.Id()); };
-      throw GraphError(edge.TypeInfo() + " " + std::to_string(edge.Id()) + " ties two free landmarks, " +
-                       name(*vertices[found]) + " and " + name(*vertices[i]) + "; give one of them the role of a pose");
+std::vector<int> LandmarkOfEachEdge(const Ordering& ordering) {
+  const Incidence& incidence = ordering.incidence;
+  const int num_poses = static_cast<int>(ordering.poses.size());
+  std::vector<int> landmarks(ordering.edges.size(), kNone);
+  for (size_t e = 0; e < landmarks.size(); ++e) {
+    for (int k = incidence.begin[e]; k < incidence.begin[e + 1]; ++k) {
+      const int landmark = incidence.entries[k].number - num_poses;
+      if (landmark < 0) continue;
+      if (landmarks[e] != kNone) {
+        const auto name = [](const auto& item) { return item->TypeInfo() + " " + std::to_string(item->Id()); };
+        throw GraphError(name(ordering.edges[e]) + " ties two free landmarks, " +
+                         name(ordering.landmarks[landmarks[e]]) + " and " + name(ordering.landmarks[landmark]) +
+                         "; give one of them the role of a pose");
+      }
+      landmarks[e] = landmark;
     }
-    found = static_cast<int>(i);
   }
-  return found;
+  return landmarks;
 }
 
 }  // namespace ch5

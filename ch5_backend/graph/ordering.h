@@ -22,6 +22,17 @@ struct Selection {
   std::vector<std::shared_ptr<Vertex>> vertices;  ///< an edge takes part only if all its vertices are among them
 };
 
+/// The free vertices of the edges, in flat numbers: who asks the edges themselves walks all over memory.
+struct Incidence {
+  struct Entry {
+    int position;  ///< in Edge::Vertices()
+    int number;    ///< of the pose; those of the landmarks go on behind the poses'
+  };
+  std::vector<int> begin{0};  ///< edge e of the ordering has entries [begin[e], begin[e + 1])
+  std::vector<Entry> entries;
+  int max_residual_dimension = 0;
+};
+
 struct Ordering {
   int dim_poses = 0;
   int dim_landmarks = 0;
@@ -30,6 +41,7 @@ struct Ordering {
   /// The selected edges, in order of id. One whose vertices are all fixed is a constant of the cost: not active, it
   /// has no part in H and b.
   std::vector<std::shared_ptr<Edge>> edges;
+  Incidence incidence;
   int Size() const { return dim_poses + dim_landmarks; }
 };
 
@@ -37,9 +49,9 @@ struct Ordering {
 /// a fixed vertex has no columns, and a vertex without edges would leave H with a zero row.
 Ordering MakeOrdering(const Graph& graph, const Selection& selection = {});
 
-/// The position among the edge's vertices of its free landmark, or −1 if it has none; needs an ordering.
-/// @throws GraphError if there are two: eliminating one landmark would then tie others, and H_mm would be more than
+/// The number of the free landmark of each edge, or −1 if it has none.
+/// @throws GraphError if an edge has two: eliminating one landmark would then tie others, and H_mm would be more than
 ///         block diagonal. Both are named.
-int FreeLandmarkOf(const Edge& edge);
+std::vector<int> LandmarkOfEachEdge(const Ordering& ordering);
 
 }  // namespace ch5

@@ -85,7 +85,7 @@ struct Body {
     const auto jacobian = [&](int position) { return pack->Jacobian(system->packed, lane, position); };
 
     const double r[kR] = {pack->Residual(lane, 0), pack->Residual(lane, 1)};
-    const double* A_l = jacobian(record.landmark.position);
+    const double* A_l = jacobian(record.landmark_position);
     const kernels::Rows<kR, L> rows_l(A_l);
     rows_l.template AddTransposeProduct<L>(A_l, sums.H_ll);
     rows_l.SubtractTransposeVector(r, sums.b_l);
@@ -115,7 +115,7 @@ struct Body {
     }
     double* C = memory.data();
     EdgeProducts(s, e, &system->factors, C);
-    const int row_l = record.landmark.column;
+    const int row_l = record.width - dim;
     for (int c = 0; c < dim; ++c) {
       const double* column = C + (row_l + c) * stride;
       for (int r = c; r < dim; ++r) sums.H_ll[c * Stride(dim) + r] -= column[row_l + r];
@@ -125,16 +125,17 @@ struct Body {
     const int* pair = s.pairs.data() + record.pairs;
     for (int i = record.terms_begin; i < record.terms_end; ++i) {
       const EdgeTerm& a = s.terms[i];
+      const int dim_a = s.pose_dim[a.block];
       double *H_pl = &system->H_pm[s.slot_block[a.slot]], *b_p = &poses->b[a.block * system->pose_stride];
-      for (int c = 0; c < a.dim; ++c) {
+      for (int c = 0; c < dim_a; ++c) {
         const double* column = C + (a.column + c) * stride;
-        for (int m = 0; m < dim; ++m) H_pl[m * a.dim + c] -= column[row_l + m];
+        for (int m = 0; m < dim; ++m) H_pl[m * dim_a + c] -= column[row_l + m];
         b_p[c] += column[record.width];
       }
       for (int j = record.terms_begin; j <= i; ++j) {
         const EdgeTerm& b = s.terms[j];
         double* H_ab = &poses->H_pp[system->H_pp.ValueBegin(*pair++)];
-        SubtractBlock(C + b.column * stride + a.column, stride, a.dim, b.dim, i == j, H_ab);
+        SubtractBlock(C + b.column * stride + a.column, stride, dim_a, s.pose_dim[b.block], i == j, H_ab);
       }
     }
   }

@@ -2,172 +2,180 @@
 
 #include <algorithm>
 #include <numeric>
-#include <tuple>
 
 namespace ch5 {
 namespace {
 
 constexpr int kNone = -1;
 
-// Fills a BlockStructure step by step, in the order in which Build calls them.
+// Sorts items [begin, end) by key(item) in [0, num_keys), equal ones in their order.
+// @return where the items of each key begin, and where the last ones end, counted from `begin`
+template <typename Iterator, typename Key>
+std::vector<int> SortByKey(Iterator begin, Iterator end, int num_keys, const Key& key) {
+  std::vector<int> begins(static_cast<size_t>(num_keys) + 2, 0);
+  for (auto item = begin; item != end; ++item) ++begins[key(*item) + 2];
+  for (int k = 2; k <= num_keys; ++k) begins[k] += begins[k - 1];
+  const std::vector<int> items(begin, end);
+  for (const int item : items) begin[begins[key(item) + 1]++] = item;
+  begins.pop_back();
+  return begins;
+}
+
+std::vector<int> Numbers(size_t count) {
+  std::vector<int> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return numbers;
+}
+
+// Fills a BlockStructure step by step, in the order in which Build calls them. Edges and vertices are asked no more
+// here: all is in the flat numbers of the incidence.
 class Builder {
  public:
   BlockStructure Build(Ordering ordering) {
     s_.ordering = std::move(ordering);
     NumberPoses();
+    GroupEdges();
+    ListPosesOfLandmarks();
+    SortLandmarks();
     NumberLandmarks();
-    SortEdges();
     FindSlots();
-    ListTerms();
+    ListEdges();
     FindPatterns();
     ListPairs();
     ListProducts();
     CutChunks();
+    incidence_ = {};
     return std::move(s_);
   }
 
  private:
   void NumberPoses() {
-    block_of_row_.assign(static_cast<size_t>(s_.Size()), kNone);
     for (const auto& vertex : s_.ordering.poses) {
-      block_of_row_[vertex->OrderingId()] = static_cast<int>(s_.poses.size());
       s_.poses.push_back(vertex.get());
       s_.pose_dim.push_back(vertex->LocalDimension());
       s_.pose_offset.push_back(vertex->OrderingId());
     }
   }
 
-  void NumberLandmarks() {
-    seen_by_.resize(s_.ordering.landmarks.size());
-    for (size_t k = 0; k < seen_by_.size(); ++k) {
-      block_of_row_[s_.ordering.landmarks[k]->OrderingId()] = static_cast<int>(k);
+  // By landmark as the ordering numbers them, then those between poses, then the constant ones.
+  void GroupEdges() {
+    const std::vector<int> landmark_of = LandmarkOfEachEdge(s_.ordering);
+    const int num_landmarks = static_cast<int>(s_.ordering.landmarks.size());
+    edges_ = Numbers(s_.ordering.edges.size());
+    edges_begin_ = SortByKey(edges_.begin(), edges_.end(), num_landmarks + 2, [&](int e) {
+      if (landmark_of[e] != kNone) return landmark_of[e];
+      return incidence_.begin[e] < incidence_.begin[e + 1] ? num_landmarks : num_landmarks + 1;
+    });
+    s_.num_landmark_edges = edges_begin_[num_landmarks];
+    s_.num_active_edges = edges_begin_[num_landmarks + 1];
+  }
+
+  // The free poses that share an edge with each landmark, by ascending block.
+  void ListPosesOfLandmarks() {
+    std::vector<int> last_seen_by(s_.poses.size(), kNone);
+    const int num_poses = static_cast<int>(s_.poses.size());
+    for (int l = 0; l < static_cast<int>(s_.ordering.landmarks.size()); ++l) {
+      for (int k = edges_begin_[l]; k < edges_begin_[l + 1]; ++k) {
+        for (int i = incidence_.begin[edges_[k]]; i < incidence_.begin[edges_[k] + 1]; ++i) {
+          const int number = incidence_.entries[i].number;
+          if (number >= num_poses || last_seen_by[number] == l) continue;
+          last_seen_by[number] = l;
+          seen_by_.push_back(number);
+        }
+      }
+      std::sort(seen_by_.begin() + seen_by_begin_.back(), seen_by_.end());
+      seen_by_begin_.push_back(static_cast<int>(seen_by_.size()));
     }
-    ListPosesOfLandmarks();
-    std::vector<int> order(seen_by_.size());
-    std::iota(order.begin(), order.end(), 0);
-    const auto key = [&](int k) { return std::tie(seen_by_[k], dimension_[k]); };
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
-    std::vector<std::vector<int>> sorted;
-    for (const int k : order) {
-      Vertex* vertex = s_.ordering.landmarks[k].get();
+  }
+
+  // By these lists as words are sorted in a lexicon, equal ones by dimension: a radix sort from the last place to the
+  // first, which each list joins at its own end (Aho, Hopcroft & Ullman 1974, §3.2).
+  void SortLandmarks() {
+    const auto& landmarks = s_.ordering.landmarks;
+    order_ = Numbers(landmarks.size());
+    int largest = 0, longest = 0;
+    for (const int l : order_) {
+      largest = std::max(largest, landmarks[l]->LocalDimension());
+      longest = std::max(longest, Length(l));
+    }
+    SortByKey(order_.begin(), order_.end(), largest + 1, [&](int l) { return landmarks[l]->LocalDimension(); });
+    const auto begin = SortByKey(order_.begin(), order_.end(), longest + 1, [&](int l) { return Length(l); });
+    for (int place = longest - 1; place >= 0; --place) {
+      SortByKey(order_.begin() + begin[place + 1], order_.end(), static_cast<int>(s_.poses.size()),
+                [&](int l) { return seen_by_[seen_by_begin_[l] + place]; });
+    }
+  }
+  int Length(int l) const { return seen_by_begin_[l + 1] - seen_by_begin_[l]; }
+
+  void NumberLandmarks() {
+    for (const int l : order_) {
+      Vertex* vertex = s_.ordering.landmarks[l].get();
       const int dim = vertex->LocalDimension();
-      block_of_row_[vertex->OrderingId()] = static_cast<int>(s_.landmarks.size());
       s_.landmarks.push_back(vertex);
       s_.landmark_dim.push_back(dim);
       s_.landmark_offset.push_back(vertex->OrderingId());
       s_.landmark_block.push_back(s_.num_H_mm_values);
       s_.num_H_mm_values += dim * dim;
-      sorted.push_back(std::move(seen_by_[k]));
-    }
-    seen_by_ = std::move(sorted);
-  }
-
-  // The free poses that share an edge with each landmark, by ascending block.
-  void ListPosesOfLandmarks() {
-    for (const auto& vertex : s_.ordering.landmarks) dimension_.push_back(vertex->LocalDimension());
-    for (const auto& edge : s_.ordering.edges) {
-      const int landmark = FreeLandmarkOf(*edge);
-      landmark_position_.push_back(landmark);
-      if (landmark == kNone) continue;
-      std::vector<int>& poses = seen_by_[Block(*edge->Vertices()[landmark])];
-      for (const auto& vertex : edge->Vertices()) {
-        if (!IsFree(*vertex) || vertex->GetRole() != Role::kPose) continue;
-        poses.push_back(Block(*vertex));
-        ++num_landmark_terms_;
-      }
-    }
-    for (std::vector<int>& poses : seen_by_) {
-      std::sort(poses.begin(), poses.end());
-      poses.erase(std::unique(poses.begin(), poses.end()), poses.end());
-    }
-  }
-
-  static bool IsFree(const Vertex& vertex) { return vertex.OrderingId() >= 0; }
-  int Block(const Vertex& vertex) const { return block_of_row_[vertex.OrderingId()]; }
-
-  // By landmark, then those between poses, then the constant ones, each kind in the order of the graph.
-  void SortEdges() {
-    const size_t num_edges = s_.ordering.edges.size(), num_landmarks = s_.landmarks.size();
-    std::vector<int> begin(num_landmarks + 3, 0);
-    std::vector<size_t> kind(num_edges);
-    for (size_t e = 0; e < num_edges; ++e) {
-      const auto& vertices = s_.ordering.edges[e]->Vertices();
-      const int landmark = landmark_position_[e];
-      const bool is_free = landmark != kNone || std::any_of(vertices.begin(), vertices.end(),
-                                                            [](const auto& vertex) { return IsFree(*vertex); });
-      kind[e] = landmark != kNone ? static_cast<size_t>(Block(*vertices[landmark])) : num_landmarks + (is_free ? 0 : 1);
-      ++begin[kind[e] + 1];
-    }
-    for (size_t k = 1; k < begin.size(); ++k) begin[k] += begin[k - 1];
-    s_.landmark_edges.assign(begin.begin(), begin.begin() + static_cast<ptrdiff_t>(num_landmarks) + 1);
-    s_.num_landmark_edges = begin[num_landmarks];
-    s_.num_active_edges = begin[num_landmarks + 1];
-    s_.edges.resize(num_edges);
-    for (size_t e = 0; e < num_edges; ++e) {
-      EdgeRecord& record = s_.edges[begin[kind[e]]++];
-      record = {s_.ordering.edges[e].get(), 0, 0, 0, 0, {landmark_position_[e], kNone, kNone, 0, 0}, 0, 0};
-      record.rows = record.edge->ResidualDimension();
-      if (landmark_position_[e] != kNone) record.landmark.block = static_cast<int>(kind[e]);
     }
   }
 
   void FindSlots() {
-    size_t num_slots = 0;
-    for (const auto& poses : seen_by_) num_slots += poses.size();
-    for (std::vector<int>* list : {&s_.slot_pose, &s_.slot_landmark, &s_.slot_block}) list->reserve(num_slots + 1);
+    for (std::vector<int>* list : {&s_.slot_pose, &s_.slot_landmark, &s_.slot_block})
+      list->reserve(seen_by_.size() + 1);
     s_.landmark_slots.push_back(0);
-    for (int l = 0; l < static_cast<int>(s_.landmarks.size()); ++l) {
-      for (const int pose : seen_by_[l]) {
-        s_.slot_pose.push_back(pose);
+    for (int l = 0; l < static_cast<int>(order_.size()); ++l) {
+      for (int k = seen_by_begin_[order_[l]]; k < seen_by_begin_[order_[l] + 1]; ++k) {
+        s_.slot_pose.push_back(seen_by_[k]);
         s_.slot_landmark.push_back(l);
         s_.slot_block.push_back(s_.num_H_pm_values);
-        s_.num_H_pm_values += s_.pose_dim[pose] * s_.landmark_dim[l];
+        s_.num_H_pm_values += s_.pose_dim[seen_by_[k]] * s_.landmark_dim[l];
       }
       s_.landmark_slots.push_back(static_cast<int>(s_.slot_pose.size()));
     }
     s_.slot_block.push_back(s_.num_H_pm_values);
-
-    s_.pose_slots_begin.assign(s_.poses.size() + 1, 0);
-    for (const int pose : s_.slot_pose) ++s_.pose_slots_begin[pose + 1];
-    for (size_t i = 0; i < s_.poses.size(); ++i) s_.pose_slots_begin[i + 1] += s_.pose_slots_begin[i];
-    std::vector<int> next(s_.pose_slots_begin.begin(), s_.pose_slots_begin.end() - 1);
-    s_.pose_slots.resize(s_.slot_pose.size());
-    for (int slot = 0; slot < static_cast<int>(s_.slot_pose.size()); ++slot) {
-      s_.pose_slots[next[s_.slot_pose[slot]]++] = slot;
-    }
+    s_.pose_slots = Numbers(s_.slot_pose.size());
+    s_.pose_slots_begin = SortByKey(s_.pose_slots.begin(), s_.pose_slots.end(), static_cast<int>(s_.poses.size()),
+                                    [&](int slot) { return s_.slot_pose[slot]; });
   }
 
-  int SlotOf(int landmark, int pose) const {
-    const auto begin = s_.slot_pose.begin() + s_.landmark_slots[landmark];
-    const auto end = s_.slot_pose.begin() + s_.landmark_slots[landmark + 1];
-    return static_cast<int>(std::lower_bound(begin, end, pose) - s_.slot_pose.begin());
+  void ListEdges() {
+    s_.edges.reserve(edges_.size());
+    s_.terms.reserve(incidence_.entries.size() - static_cast<size_t>(s_.num_landmark_edges));
+    std::vector<int> slot_of_pose(s_.poses.size(), kNone);
+    for (int l = 0; l < static_cast<int>(order_.size()); ++l) {
+      s_.landmark_edges.push_back(static_cast<int>(s_.edges.size()));
+      for (int k = s_.landmark_slots[l]; k < s_.landmark_slots[l + 1]; ++k) slot_of_pose[s_.slot_pose[k]] = k;
+      for (int k = edges_begin_[order_[l]]; k < edges_begin_[order_[l] + 1]; ++k) {
+        ListEdge(edges_[k], s_.landmark_dim[l], slot_of_pose);
+      }
+    }
+    s_.landmark_edges.push_back(s_.num_landmark_edges);
+    slot_of_pose.assign(s_.poses.size(), kNone);
+    for (size_t k = s_.edges.size(); k < edges_.size(); ++k) ListEdge(edges_[k], 0, slot_of_pose);
+    s_.max_rows = incidence_.max_residual_dimension;
   }
 
-  void ListTerms() {
-    s_.terms.reserve(num_landmark_terms_);
-    for (int e = 0; e < s_.num_active_edges; ++e) {
-      EdgeRecord& record = s_.edges[e];
-      const auto& vertices = record.edge->Vertices();
-      record.terms_begin = static_cast<int>(s_.terms.size());
-      for (int i = 0; i < static_cast<int>(vertices.size()); ++i) {
-        if (!IsFree(*vertices[i])) continue;
-        const EdgeTerm term{i, Block(*vertices[i]), kNone, vertices[i]->LocalDimension(), 0};
-        i == record.landmark.position ? void(record.landmark = term) : s_.terms.push_back(term);
+  void ListEdge(int e, int landmark_dim, const std::vector<int>& slot_of_pose) {
+    const int num_poses = static_cast<int>(s_.poses.size()), begin = static_cast<int>(s_.terms.size());
+    EdgeRecord record{s_.ordering.edges[e].get(), begin, begin, kNone, 0, 0, 0};
+    for (int k = incidence_.begin[e]; k < incidence_.begin[e + 1]; ++k) {
+      const auto [position, number] = incidence_.entries[k];
+      if (number < num_poses) {
+        s_.terms.push_back({position, number, slot_of_pose[number], 0});
+      } else {
+        record.landmark_position = position;
       }
-      record.terms_end = static_cast<int>(s_.terms.size());
-      std::sort(s_.terms.begin() + record.terms_begin, s_.terms.end(),
-                [](const EdgeTerm& a, const EdgeTerm& b) { return a.block < b.block; });
-      for (int t = record.terms_begin; t < record.terms_end; ++t) {
-        EdgeTerm& term = s_.terms[t];
-        term.column = record.width;
-        record.width += term.dim;
-        if (record.landmark.block != kNone) term.slot = SlotOf(record.landmark.block, term.block);
-      }
-      record.landmark.column = record.width;
-      record.width += record.landmark.dim;
-      s_.max_width = std::max(s_.max_width, record.width);
-      s_.max_rows = std::max(s_.max_rows, record.rows);
     }
+    record.terms_end = static_cast<int>(s_.terms.size());
+    std::sort(s_.terms.begin() + begin, s_.terms.end(),
+              [](const EdgeTerm& a, const EdgeTerm& b) { return a.block < b.block; });
+    for (int t = begin; t < record.terms_end; ++t) {
+      s_.terms[t].column = record.width;
+      record.width += s_.pose_dim[s_.terms[t].block];
+    }
+    record.width += landmark_dim;
+    s_.max_width = std::max(s_.max_width, record.width);
+    s_.edges.push_back(record);
   }
 
   // Calls pair(record, a, b) for each two free poses of the edges from `first` on, and each with itself; block of a ≥
@@ -187,6 +195,8 @@ class Builder {
     s_.H_pp_pattern.resize(static_cast<size_t>(num_poses));
     for (int j = 0; j < num_poses; ++j) s_.H_pp_pattern[j] = {j};
     ForEachPair(0, [&](const EdgeRecord&, const EdgeTerm& a, const EdgeTerm& b) {
+      ++num_pairs_;
+      if (a.block == b.block) return;
       std::vector<int>& rows = s_.H_pp_pattern[b.block];
       const auto it = std::lower_bound(rows.begin(), rows.end(), a.block);
       if (it == rows.end() || *it != a.block) rows.insert(it, a.block);
@@ -200,13 +210,11 @@ class Builder {
       for (const int i : rows) num_H_pp_values_ += Stride(s_.pose_dim[i]) * s_.pose_dim[rows.front()];
     }
     num_H_pp_blocks_ = column_begin.back();
-    size_t num_pairs = 0;
-    ForEachPair(0, [&](const EdgeRecord&, const EdgeTerm&, const EdgeTerm&) { ++num_pairs; });
-    s_.pairs.reserve(num_pairs);
+    s_.pairs.reserve(num_pairs_);
     ForEachPair(0, [&](EdgeRecord& record, const EdgeTerm& a, const EdgeTerm& b) {
+      if (a.column == 0) record.pairs = static_cast<int>(s_.pairs.size());
       const std::vector<int>& rows = s_.H_pp_pattern[b.block];
-      const auto row = std::lower_bound(rows.begin(), rows.end(), a.block) - rows.begin();
-      if (&a == &b && a.column == 0) record.pairs = static_cast<int>(s_.pairs.size());
+      const auto row = a.block == b.block ? 0 : std::lower_bound(rows.begin(), rows.end(), a.block) - rows.begin();
       s_.pairs.push_back(column_begin[b.block] + static_cast<int>(row));
     });
   }
@@ -251,12 +259,12 @@ class Builder {
   }
 
   BlockStructure s_;
-  std::vector<int> block_of_row_;
-  std::vector<int> landmark_position_;     // in each edge
-  std::vector<std::vector<int>> seen_by_;  // the poses of each landmark
-  std::vector<int> dimension_;             // of each landmark, in the ordering's order
+  Incidence& incidence_ = s_.ordering.incidence;
+  std::vector<int> edges_, edges_begin_;  // edges of landmark l, as the ordering numbers them: from edges_begin_[l] on
+  std::vector<int> seen_by_, seen_by_begin_{0};  // poses of landmark l, likewise
+  std::vector<int> order_;                       // these landmarks in the order of the structure
   int num_H_pp_values_ = 0, num_H_pp_blocks_ = 0;
-  size_t num_landmark_terms_ = 0;
+  size_t num_pairs_ = 0;
 };
 
 }  // namespace

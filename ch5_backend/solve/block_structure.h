@@ -20,21 +20,19 @@
 
 namespace ch5 {
 
-/// A free vertex of an edge.
+/// A free pose of an edge.
 struct EdgeTerm {
   int position;  ///< in Edge::Vertices()
-  int block;     ///< number of the pose, or of the landmark
-  int slot;      ///< of a pose in an edge with a landmark, else −1
-  int dim;
-  int column;  ///< its first column in the edge's normal equations
+  int block;     ///< number of the pose
+  int slot;      ///< if the edge has a landmark, else −1
+  int column;    ///< its first column in the edge's normal equations
 };
 
 struct EdgeRecord {
   Edge* edge;
-  int rows;                    ///< residual dimension
-  int width;                   ///< columns of all free vertices together
   int terms_begin, terms_end;  ///< its free poses, by ascending block
-  EdgeTerm landmark;           ///< block = −1 without a free landmark
+  int landmark_position;       ///< in Edge::Vertices(), or −1 without a free landmark
+  int width;                   ///< columns of all free vertices together; the landmark's are the last
   int pairs;     ///< where the blocks of H_pp begin, in BlockStructure::pairs, that its poses i and j ≤ i share
   int products;  ///< of an edge between poses: where its normal equations are kept
 };
@@ -55,7 +53,7 @@ inline void PrefetchEdge(const std::vector<EdgeRecord>& edges, int e) {
 }
 
 struct BlockStructure {
-  Ordering ordering;
+  Ordering ordering;  ///< its incidence has been used up
   std::vector<Vertex*> poses, landmarks;
   std::vector<int> pose_dim, pose_offset;          ///< scalar rows in H_pp
   std::vector<int> landmark_dim, landmark_offset;  ///< scalar rows in H

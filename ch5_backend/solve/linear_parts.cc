@@ -70,7 +70,8 @@ void InformationFactors::Prepare(const BlockStructure& structure) {
     const EdgeRecord& record = structure.edges[e];
     if (record.edge->IsotropicInformation() >= 0.0) continue;
     entries_[e].begin = static_cast<int>(size);
-    size += static_cast<size_t>(record.rows * record.rows);
+    const auto rows = static_cast<size_t>(record.edge->ResidualDimension());
+    size += rows * rows;
   }
   values_.resize(size);
 }
@@ -95,15 +96,16 @@ namespace {
 
 // X = [J r]ᵀ (width + 1 rows, a column for each residual).
 void Gather(const BlockStructure& structure, const EdgeRecord& record, double* X) {
-  const int stride = record.width + 1, rows = record.rows;
-  const auto copy = [&](const EdgeTerm& term) {
-    const double* J = record.edge->Jacobian(static_cast<size_t>(term.position)).data();
-    for (int c = 0; c < term.dim; ++c) {
-      for (int k = 0; k < rows; ++k) X[term.column + c + k * stride] = J[c * rows + k];
+  const int stride = record.width + 1, rows = record.edge->ResidualDimension();
+  int column = 0;
+  const auto append = [&](int position) {
+    const Eigen::Map<const MatXX> J = record.edge->Jacobian(static_cast<size_t>(position));
+    for (Eigen::Index c = 0; c < J.cols(); ++c, ++column) {
+      for (int k = 0; k < rows; ++k) X[column + k * stride] = J(k, c);
     }
   };
-  for (int t = record.terms_begin; t < record.terms_end; ++t) copy(structure.terms[t]);
-  if (record.landmark.block >= 0) copy(record.landmark);
+  for (int t = record.terms_begin; t < record.terms_end; ++t) append(structure.terms[t].position);
+  if (record.landmark_position >= 0) append(record.landmark_position);
   for (int k = 0; k < rows; ++k) X[record.width + k * stride] = record.edge->Residual()[k];
 }
 
@@ -137,11 +139,11 @@ void LinearizedProducts(const BlockStructure& structure, int e, InformationFacto
   begin.assign(1, 0);
   for (const auto& vertex : record.edge->Vertices()) begin.push_back(begin.back() + vertex->LocalDimension());
   columns.clear();
-  const auto list = [&](const EdgeTerm& term) {
-    for (int c = 0; c < term.dim; ++c) columns.push_back(begin[term.position] + c);
+  const auto list = [&](int position) {
+    for (int c = begin[position]; c < begin[position + 1]; ++c) columns.push_back(c);
   };
-  for (int t = record.terms_begin; t < record.terms_end; ++t) list(structure.terms[t]);
-  if (record.landmark.block >= 0) list(record.landmark);
+  for (int t = record.terms_begin; t < record.terms_end; ++t) list(structure.terms[t].position);
+  if (record.landmark_position >= 0) list(record.landmark_position);
   columns.push_back(begin.back());
   if (TakeProducts(record.edge, columns, C)) return;
   record.edge->Linearize();
@@ -151,7 +153,7 @@ void LinearizedProducts(const BlockStructure& structure, int e, InformationFacto
 void EdgeProducts(const BlockStructure& structure, int e, InformationFactors* factors, double* C) {
   const EdgeRecord& record = structure.edges[e];
   const Edge& edge = *record.edge;
-  const int stride = record.width + 1, rows = record.rows;
+  const int stride = record.width + 1, rows = edge.ResidualDimension();
   if (rows == 0) return void(std::fill_n(C, stride * stride, 0.0));
   const auto most = [&](int n) { return static_cast<size_t>(n) * static_cast<size_t>(structure.max_rows); };
   double* X = Scratch(2 * most(structure.max_width + 1) + most(structure.max_rows + 1));

@@ -15,7 +15,7 @@ void Problem::SetOrdering() {
   ordering_landmarks_ = ordering_.dim_landmarks;
   idx_landmark_vertices_.clear();
   for (const auto& landmark : ordering_.landmarks) idx_landmark_vertices_.emplace(landmark->Id(), landmark);
-  for (const auto& edge : ordering_.edges) FreeLandmarkOf(*edge);
+  LandmarkOfEachEdge(ordering_);  // one at most
   std::vector<int> landmark_dims;
   for (const auto& landmark : ordering_.landmarks) landmark_dims.push_back(landmark->LocalDimension());
   if (Hessian_.rows() != Size() || landmark_dims != landmark_dims_) {  // else the zeros of H_mm stand already
