@@ -25,6 +25,9 @@ class LossFunction {
   virtual Rho Evaluate(double s) const = 0;
   /// The same where ρ itself is not asked for: what costs a logarithm may be left out.
   virtual Rho EvaluateSlopes(double s) const { return Evaluate(s); }
+  /// Many at once, for losses that save work so: Σ ρ(s_k), and CorrectLoss of each s_k.
+  virtual double Sum(const double* s, int n) const;
+  virtual void Weigh(const double* s, int n, double* weight, double* rank_one) const;
   LossCorrection Correction() const { return correction_; }
 
  private:
@@ -54,6 +57,8 @@ class CauchyLoss : public LossFunction {
   explicit CauchyLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
   Rho Evaluate(double s) const override;
   Rho EvaluateSlopes(double s) const override;
+  double Sum(const double* s, int n) const override;
+  void Weigh(const double* s, int n, double* weight, double* rank_one) const override;
 
  private:
   double square_;

@@ -34,26 +34,9 @@ class EdgePack {
     first_ = next_;
     next_ += count;
     edges.Linearize(first_, count, r_, J_);
-    if (!edges.Unweighted()) Whiten(edges, count);
+    edges.Whiten(first_, count, r_, J_);
     for (int i = 0; i < edges.NumPositions(); ++i) {
       Turn(J_ + edges.JacobianBegin(i) * kPack, edges.Dimension(i), edges.BlocksSize(), blocks_ + edges.BlockBegin(i));
-    }
-  }
-
-  CH5_INLINE void Whiten(const PackedEdges& edges, int count) {
-    alignas(64) double M[3][kPack] = {};  // M_00, M_01 = M_10, M_11
-    for (int k = 0; k < count; ++k) {
-      double r[2] = {r_[k], r_[kPack + k]};
-      const WhiteRows white(edges.Information(first_ + k), edges.Loss(first_ + k), r);
-      for (int i = 0; i < 2; ++i) r_[i * kPack + k] = white.r[i];
-      for (int i = 0; i < 3; ++i) M[i][k] = white.M[i / 2][(i + 1) / 2];
-    }
-    const auto* m = reinterpret_cast<const WideLanes*>(M);
-    auto* J = reinterpret_cast<WideLanes*>(J_);
-    for (int i = 0; i < edges.NumJacobians(); i += 2) {
-      const WideLanes upper = J[i], lower = J[i + 1];
-      J[i] = m[0] * upper + m[1] * lower;
-      J[i + 1] = m[1] * upper + m[2] * lower;
     }
   }
 

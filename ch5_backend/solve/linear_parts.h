@@ -51,9 +51,10 @@ struct WhiteRows {
   double r[2];
   double M[2][2];  ///< symmetric
 
-  WhiteRows(double w, const LossFunction* loss, const double* residual) {
+  WhiteRows(double w, const LossFunction* loss, const double* residual)
+      : WhiteRows(w, WeightAt(loss, w * (residual[0] * residual[0] + residual[1] * residual[1])), residual) {}
+  WhiteRows(double w, const RobustWeight& robust, const double* residual) {
     const double square = residual[0] * residual[0] + residual[1] * residual[1];
-    const RobustWeight robust = WeightAt(loss, w * square);
     const double root = std::sqrt(w * robust.weight), shrink = Shrink(robust, w * square);
     const double bend = shrink == 1.0 ? 0.0 : root * (1.0 - shrink) / square;
     for (int i = 0; i < 2; ++i) {

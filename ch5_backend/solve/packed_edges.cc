@@ -24,6 +24,7 @@ void PackedEdges::Assign(const BlockStructure& s) {
   batch_->Clear();
   weights_.clear();
   unweighted_ = true;
+  common_loss_ = first.GetLossFunction();
   constexpr int kAhead = 12;
   for (int e = 0; e < s.num_landmark_edges; ++e) {
     PrefetchEdge(s.edges, e + kAhead);
@@ -31,6 +32,7 @@ void PackedEdges::Assign(const BlockStructure& s) {
     const Weight weight{edge.IsotropicInformation(), edge.GetLossFunction()};
     if (typeid(edge) != *type_ || weight.information < 0.0) return;
     batch_->Add(edge);
+    if (weight.loss != common_loss_) common_loss_ = nullptr;
     if (unweighted_ && (weight.information != 1.0 || weight.loss)) {
       unweighted_ = false;
       weights_.reserve(static_cast<size_t>(s.num_landmark_edges));
@@ -42,23 +44,38 @@ void PackedEdges::Assign(const BlockStructure& s) {
 }
 
 double PackedEdges::RobustChi2(int begin, int end) const {
-  alignas(64) double r[kRows * kPack];
+  constexpr int kAtOnce = 8 * kPack;
+  alignas(64) double r[kRows * kPack], s[kAtOnce];
   double sum = 0.0;
-  for (int first = begin; first < end; first += kPack) {
-    const int count = std::min(kPack, end - first);
-    batch_->ComputeResiduals(first, count, r);
-    for (int k = 0; k < count; ++k) {
-      const double square = r[k] * r[k] + r[kPack + k] * r[kPack + k];
-      if (unweighted_) {
-        sum += square;
-        continue;
-      }
-      const double s = weights_[first + k].information * square;
-      const LossFunction* loss = weights_[first + k].loss;
-      sum += loss ? loss->Evaluate(s)[0] : s;
+  for (int start = begin; start < end; start += kAtOnce) {
+    const int num = std::min(kAtOnce, end - start);
+    for (int k = 0; k < num; k += kPack) {
+      const int count = std::min(kPack, num - k);
+      batch_->ComputeResiduals(start + k, count, r);
+      SquareNorms(start + k, count, r, s + k);
     }
+    sum += SumLosses(start, s, num);
   }
   return sum;
+}
+
+double PackedEdges::SumLosses(int first, const double* s, int count) const {
+  if (common_loss_) return common_loss_->Sum(s, count);
+  double sum = 0.0;
+  for (int k = 0; k < count; ++k) {
+    const LossFunction* loss = unweighted_ ? nullptr : weights_[first + k].loss;
+    sum += loss ? loss->Evaluate(s[k])[0] : s[k];
+  }
+  return sum;
+}
+
+void PackedEdges::WeighLosses(int first, const double* s, int count, double* weight, double* rank_one) const {
+  if (common_loss_) return common_loss_->Weigh(s, count, weight, rank_one);
+  for (int k = 0; k < count; ++k) {
+    const RobustWeight robust = WeightAt(weights_[first + k].loss, s[k]);
+    weight[k] = robust.weight;
+    rank_one[k] = robust.rank_one;
+  }
 }
 
 }  // namespace ch5

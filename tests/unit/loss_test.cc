@@ -90,6 +90,30 @@ TEST(Loss, HuberNeverHasARankOneTerm) {
   }
 }
 
+// Tiny, usual, and so far out that a product of them overflows.
+TEST(Loss, ManyAtOnceAreTheSumAndTheWeightsOfEach) {
+  for (const double scale : {1e-18, 1e-6, 1.0, 1e4, 1e300}) {
+    std::vector<double> s;
+    for (int k = 0; k < 157; ++k) s.push_back(scale * (0.01 + std::abs(std::sin(7.0 * k))));
+    const int n = static_cast<int>(s.size());
+    auto losses = AllLosses(0.7);
+    losses.push_back(std::make_shared<CauchyLoss>(0.7, LossCorrection::kIrls));
+    for (size_t i = 0; i < losses.size(); ++i) {
+      const LossFunction& loss = *losses[i];
+      std::vector<double> weight(s.size()), rank_one(s.size());
+      loss.Weigh(s.data(), n, weight.data(), rank_one.data());
+      double sum = 0.0;
+      for (size_t k = 0; k < s.size(); ++k) {
+        sum += loss.Evaluate(s[k])[0];
+        const RobustWeight robust = CorrectLoss(loss.Evaluate(s[k]), s[k], loss.Correction());
+        EXPECT_DOUBLE_EQ(weight[k], robust.weight) << i << " " << s[k];
+        EXPECT_DOUBLE_EQ(rank_one[k], robust.rank_one) << i << " " << s[k];
+      }
+      EXPECT_NEAR(loss.Sum(s.data(), n) / sum, 1.0, 3e-14) << i << " " << scale;
+    }
+  }
+}
+
 TEST(Loss, RefusesThresholdsThatAreNotPositive) {
   for (const double delta :
        {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
