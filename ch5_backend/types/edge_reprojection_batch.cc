@@ -1,6 +1,11 @@
 // The equations of edge_reprojection.h, inverse depth with a constant extrinsic, for eight observations at a time.
+//
+// Edges with the same host, target and camera share T_Cj_Ci = T_W_Cj⁻¹ T_W_Ci, which is worked out once a pair. Scaled
+// by λ, no distance is left to divide by: with f = [u_i, v_i, 1]
+//   q = λ p_Cj = R_Cj_Ci f + λ p_Cj_Ci,   [x, y] = [q_x, q_y]/q_z,   ∂r/∂p_Cj = λ/q_z G,   G = [1 0 −x; 0 1 −y]
 
 #include <algorithm>
+#include <unordered_map>
 
 #include "ch5_backend/types/edge_reprojection.h"
 
@@ -9,38 +14,31 @@ namespace ch5 {
 // A rotation (row-major) and a position.
 struct RigidNumbers {
   double R[9], p[3];
-  static constexpr int kNumbers = 12;
 
   bool operator==(const RigidNumbers& other) const {
     return std::equal(R, R + 9, other.R) && std::equal(p, p + 3, other.p);
   }
 };
-static_assert(sizeof(RigidNumbers) == RigidNumbers::kNumbers * sizeof(double));
+static_assert(sizeof(RigidNumbers) == 12 * sizeof(double));
+
+// The same of host and target, and what turns W into the target's camera.
+struct PairNumbers {
+  RigidNumbers T_Cj_Ci;
+  double R_Cj_W[9];
+};
+static_assert(sizeof(PairNumbers) == 21 * sizeof(double));
 
 struct Reprojections {
-  std::vector<RigidNumbers> T_B_C, poses;
+  std::vector<RigidNumbers> T_B_C;
+  std::vector<PairNumbers> pairs;
   std::vector<const VertexInverseDepth*> inverse_depth;
-  std::vector<int> host, target, extrinsic;
+  std::vector<int> pair, extrinsic;
   std::vector<double> u_i, v_i, u_j, v_j;
 };
 
 namespace {
 
-// y = R x + p, and y = Rᵀ (x − p).
-CH5_INLINE void Map(const WideLanes* T, const WideLanes* x, WideLanes* y) {
-  CH5_UNROLL
-  for (int i = 0; i < 3; ++i) y[i] = T[3 * i] * x[0] + T[3 * i + 1] * x[1] + T[3 * i + 2] * x[2] + T[9 + i];
-}
-CH5_INLINE void MapBack(const WideLanes* T, const WideLanes* x, WideLanes* y) {
-  const WideLanes d[3] = {x[0] - T[9], x[1] - T[10], x[2] - T[11]};
-  CH5_UNROLL
-  for (int i = 0; i < 3; ++i) y[i] = T[i] * d[0] + T[3 + i] * d[1] + T[6 + i] * d[2];
-}
-// b = a R and b = a Rᵀ for a row a.
-CH5_INLINE void RowTimes(const WideLanes* a, const WideLanes* R, WideLanes* b) {
-  CH5_UNROLL
-  for (int i = 0; i < 3; ++i) b[i] = a[0] * R[i] + a[1] * R[3 + i] + a[2] * R[6 + i];
-}
+// b = a Rᵀ for a row a.
 CH5_INLINE void RowTimesTransposed(const WideLanes* a, const WideLanes* R, WideLanes* b) {
   CH5_UNROLL
   for (int i = 0; i < 3; ++i) b[i] = a[0] * R[3 * i] + a[1] * R[3 * i + 1] + a[2] * R[3 * i + 2];
@@ -52,75 +50,97 @@ CH5_INLINE void Cross(const WideLanes* a, const WideLanes* b, WideLanes* c) {
   c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-// The chain from the host's camera to the target's, each point in the frame of its name.
-struct Chain {
-  WideLanes T_W_Bi[12], T_W_Bj[12], T_B_C[12];
-  WideLanes depth, p_Ci[3], p_Bi[3], p_Bj[3], p_Cj[3], z_inverse, r[2];
+CH5_INLINE void Load(const std::vector<double>& numbers, int first, int count, WideLanes* v) {
+  if (count == kPack) {
+    *v = *reinterpret_cast<const WideLanes*>(numbers.data() + first);
+  } else {
+    for (int k = 0; k < kPack; ++k) (*v)[k] = numbers[static_cast<size_t>(first + std::min(k, count - 1))];
+  }
+}
 
+struct Projection {
+  WideLanes pair[21];  // PairNumbers
+  WideLanes lambda, f[3], q[3], z_inverse, xy[2], r[2];
+
+  // N numbers of each pair are wanted.
+  template <int N>
   CH5_INLINE void Compute(const Reprojections& seen, int first, int count) {
-    const double *host[kPack], *target[kPack], *extrinsic[kPack], *inverse_depth[kPack], *pixel[4][kPack];
+    const double *numbers[kPack], *inverse_depth[kPack];
     for (int k = 0; k < kPack; ++k) {
       const auto e = static_cast<size_t>(first + std::min(k, count - 1));
-      host[k] = seen.poses[static_cast<size_t>(seen.host[e])].R;
-      target[k] = seen.poses[static_cast<size_t>(seen.target[e])].R;
-      extrinsic[k] = seen.T_B_C[static_cast<size_t>(seen.extrinsic[e])].R;
+      numbers[k] = seen.pairs[static_cast<size_t>(seen.pair[e])].T_Cj_Ci.R;
       inverse_depth[k] = seen.inverse_depth[e]->GetEstimate().data();
-      pixel[0][k] = &seen.u_i[e];
-      pixel[1][k] = &seen.v_i[e];
-      pixel[2][k] = &seen.u_j[e];
-      pixel[3][k] = &seen.v_j[e];
     }
-    WideLanes lambda, u[4], p_W[3];
-    GatherLanes<12>(host, T_W_Bi);
-    GatherLanes<12>(target, T_W_Bj);
-    GatherLanes<12>(extrinsic, T_B_C);
+    GatherLanes<N>(numbers, pair);
     GatherLanes<1>(inverse_depth, &lambda);
+    WideLanes u_j[2];
+    Load(seen.u_i, first, count, f);
+    Load(seen.v_i, first, count, f + 1);
+    Load(seen.u_j, first, count, u_j);
+    Load(seen.v_j, first, count, u_j + 1);
+    f[2] = WideLanes{} + 1.0;
     CH5_UNROLL
-    for (int i = 0; i < 4; ++i) GatherLanes<1>(pixel[i], u + i);
-    depth = 1.0 / lambda;
-    p_Ci[0] = u[0] * depth;
-    p_Ci[1] = u[1] * depth;
-    p_Ci[2] = depth;
-    Map(T_B_C, p_Ci, p_Bi);
-    Map(T_W_Bi, p_Bi, p_W);
-    MapBack(T_W_Bj, p_W, p_Bj);
-    MapBack(T_B_C, p_Bj, p_Cj);
-    z_inverse = 1.0 / p_Cj[2];
-    r[0] = p_Cj[0] * z_inverse - u[2];
-    r[1] = p_Cj[1] * z_inverse - u[3];
+    for (int i = 0; i < 3; ++i) {
+      q[i] = pair[3 * i] * f[0] + pair[3 * i + 1] * f[1] + pair[3 * i + 2] + lambda * pair[9 + i];
+    }
+    z_inverse = 1.0 / q[2];
+    CH5_UNROLL
+    for (int i = 0; i < 2; ++i) {
+      xy[i] = q[i] * z_inverse;
+      r[i] = xy[i] - u_j[i];
+    }
   }
 };
 
 CH5_INLINE void ResidualsBody(const Reprojections& seen, int first, int count, double* r) {
-  Chain c;
-  c.Compute(seen, first, count);
+  Projection c;
+  c.Compute<12>(seen, first, count);
   auto* out = reinterpret_cast<WideLanes*>(r);
   out[0] = c.r[0];
   out[1] = c.r[1];
 }
 
-// Right perturbations R Exp(δθ):  ∂p_W/∂θ_i = −R_W_Bi [p_Bi],  ∂p_Bj/∂θ_j = [p_Bj],  ∂p_Ci/∂λ = −p_Ci/λ;
-// a row aᵀ[b] is (a × b)ᵀ.
+CH5_INLINE void LoadExtrinsics(const Reprojections& seen, int first, int count, WideLanes* T_B_C) {
+  const double* numbers[kPack];
+  for (int k = 0; k < kPack; ++k) {
+    const auto e = static_cast<size_t>(first + std::min(k, count - 1));
+    numbers[k] = seen.T_B_C[static_cast<size_t>(seen.extrinsic[e])].R;
+  }
+  if (seen.T_B_C.size() > 1) return GatherLanes<12>(numbers, T_B_C);
+  CH5_UNROLL
+  for (int i = 0; i < 12; ++i) T_B_C[i] = WideLanes{} + numbers[0][i];
+}
+
+// Right perturbations R Exp(δθ):  ∂p_W/∂θ_i = −R_W_Bi [p_Bi],  ∂p_Bj/∂θ_j = [p_Bj];  a row aᵀ[b] is (a × b)ᵀ.
 CH5_INLINE void LinearizeBody(const Reprojections& seen, int first, int count, double* r, double* J) {
-  Chain c;
-  c.Compute(seen, first, count);
+  Projection c;
+  c.Compute<21>(seen, first, count);
+  const WideLanes *R_Cj_Ci = c.pair, *p_Cj_Ci = c.pair + 9, *R_Cj_W = c.pair + 12, s = c.z_inverse;
+  WideLanes T_B_C[12], p_Bi[3], p_Bj[3];  // these two times λ/q_z
+  LoadExtrinsics(seen, first, count, T_B_C);
+  RowTimesTransposed(c.f, T_B_C, p_Bi);
+  RowTimesTransposed(c.q, T_B_C, p_Bj);
+  CH5_UNROLL
+  for (int k = 0; k < 3; ++k) {
+    p_Bi[k] = s * (p_Bi[k] + c.lambda * T_B_C[9 + k]);
+    p_Bj[k] = s * (p_Bj[k] + c.lambda * T_B_C[9 + k]);
+  }
   auto *r_out = reinterpret_cast<WideLanes*>(r), *J_lambda = reinterpret_cast<WideLanes*>(J);
   WideLanes *J_i = J_lambda + 2, *J_j = J_i + 12;
-  const WideLanes zero = {};
   CH5_UNROLL
   for (int i = 0; i < 2; ++i) {
     r_out[i] = c.r[i];
-    // A row of ∂(x/z, y/z)/∂p_C.
-    const WideLanes dr_dp_C[3] = {i == 0 ? c.z_inverse : zero, i == 0 ? zero : c.z_inverse,
-                                  -c.p_Cj[i] * c.z_inverse * c.z_inverse};
-    WideLanes dr_dp_Bj[3], dr_dp_W[3], dr_dp_Bi[3], dr_dp_Ci[3], turn_i[3], turn_j[3];
-    RowTimesTransposed(dr_dp_C, c.T_B_C, dr_dp_Bj);
-    RowTimesTransposed(dr_dp_Bj, c.T_W_Bj, dr_dp_W);
-    RowTimes(dr_dp_W, c.T_W_Bi, dr_dp_Bi);
-    RowTimes(dr_dp_Bi, c.T_B_C, dr_dp_Ci);
-    Cross(c.p_Bi, dr_dp_Bi, turn_i);
-    Cross(dr_dp_Bj, c.p_Bj, turn_j);
-    J_lambda[i] = -c.depth * (dr_dp_Ci[0] * c.p_Ci[0] + dr_dp_Ci[1] * c.p_Ci[1] + dr_dp_Ci[2] * c.p_Ci[2]);
+    WideLanes dr_dp_W[3], G_R_Cj_Ci[3], G_R_Cj_Bi[3], G_R_Cj_Bj[3], turn_i[3], turn_j[3];
+    CH5_UNROLL
+    for (int k = 0; k < 3; ++k) {
+      dr_dp_W[k] = c.lambda * s * (R_Cj_W[3 * i + k] - c.xy[i] * R_Cj_W[6 + k]);
+      G_R_Cj_Ci[k] = R_Cj_Ci[3 * i + k] - c.xy[i] * R_Cj_Ci[6 + k];
+      G_R_Cj_Bj[k] = T_B_C[3 * k + i] - c.xy[i] * T_B_C[3 * k + 2];
+    }
+    RowTimesTransposed(G_R_Cj_Ci, T_B_C, G_R_Cj_Bi);
+    Cross(p_Bi, G_R_Cj_Bi, turn_i);
+    Cross(G_R_Cj_Bj, p_Bj, turn_j);
+    J_lambda[i] = s * (p_Cj_Ci[i] - c.xy[i] * p_Cj_Ci[2]);
     CH5_UNROLL
     for (int k = 0; k < 3; ++k) {
       J_i[2 * k + i] = dr_dp_W[k];
@@ -156,24 +176,55 @@ RigidNumbers Numbers(const Mat33& R, const Vec3& p) {
   return T;
 }
 
+PairNumbers Numbers(const RigidNumbers& T_W_Ci, const RigidNumbers& T_W_Cj) {
+  PairNumbers pair;
+  for (int r = 0; r < 3; ++r) {
+    double p = 0.0;
+    for (int c = 0; c < 3; ++c) {
+      double product = 0.0;
+      for (int k = 0; k < 3; ++k) product += T_W_Cj.R[3 * k + r] * T_W_Ci.R[3 * k + c];
+      pair.T_Cj_Ci.R[3 * r + c] = product;
+      pair.R_Cj_W[3 * r + c] = T_W_Cj.R[3 * c + r];
+      p += T_W_Cj.R[3 * c + r] * (T_W_Ci.p[c] - T_W_Cj.p[c]);
+    }
+    pair.T_Cj_Ci.p[r] = p;
+  }
+  return pair;
+}
+
+struct PairKey {
+  const VertexPose *host, *target;
+  size_t extrinsic;
+  bool operator==(const PairKey& other) const {
+    return host == other.host && target == other.target && extrinsic == other.extrinsic;
+  }
+};
+struct PairHash {
+  size_t operator()(const PairKey& key) const {
+    const std::hash<const void*> hash;
+    return (hash(key.host) * 31 + hash(key.target)) * 31 + key.extrinsic;
+  }
+};
+
 }  // namespace
 
 class EdgeReprojectionBatch : public EdgeBatch {
  public:
   void Clear() override {
     poses_.Clear();
+    pair_number_.clear();
+    pairs_.clear();
     seen_ = {};
   }
   void Add(const Edge& base) override {
     const auto& edge = static_cast<const EdgeReprojection&>(base);
+    const size_t extrinsic = ExtrinsicOf(edge);
+    const PairKey key{&edge.GetVertex<1>(), &edge.GetVertex<2>(), extrinsic};
+    const auto [it, is_new] = pair_number_.try_emplace(key, static_cast<int>(pairs_.size()));
+    if (is_new) pairs_.push_back({poses_.Of(*key.host), poses_.Of(*key.target), extrinsic});
+    seen_.pair.push_back(it->second);
+    seen_.extrinsic.push_back(static_cast<int>(extrinsic));
     seen_.inverse_depth.push_back(&edge.GetVertex<0>());
-    seen_.host.push_back(poses_.Of(edge.GetVertex<1>()));
-    seen_.target.push_back(poses_.Of(edge.GetVertex<2>()));
-    const RigidNumbers T_B_C = Numbers(edge.R_B_C_, edge.p_B_C_);  // one, or one for each camera
-    size_t known = 0;
-    while (known < seen_.T_B_C.size() && !(seen_.T_B_C[known] == T_B_C)) ++known;
-    if (known == seen_.T_B_C.size()) seen_.T_B_C.push_back(T_B_C);
-    seen_.extrinsic.push_back(static_cast<int>(known));
     seen_.u_i.push_back(edge.f_host_.x());
     seen_.v_i.push_back(edge.f_host_.y());
     seen_.u_j.push_back(edge.u_target_.x());
@@ -181,9 +232,20 @@ class EdgeReprojectionBatch : public EdgeBatch {
   }
 
   void LoadPoses() override {
-    seen_.poses.resize(poses_.Vertices().size());
-    for (size_t i = 0; i < seen_.poses.size(); ++i) {
-      seen_.poses[i] = Numbers(poses_.Vertices()[i]->R(), poses_.Vertices()[i]->p());
+    const size_t num_poses = poses_.Vertices().size();
+    T_W_C_.resize(num_poses * seen_.T_B_C.size());
+    for (size_t i = 0; i < num_poses; ++i) {
+      const Mat33 R_W_B = poses_.Vertices()[i]->R();
+      for (size_t c = 0; c < seen_.T_B_C.size(); ++c) {
+        const Mat33 R_B_C = Eigen::Map<const Mat33>(seen_.T_B_C[c].R).transpose();
+        const Vec3 p_W_C = poses_.Vertices()[i]->p() + R_W_B * Eigen::Map<const Vec3>(seen_.T_B_C[c].p);
+        T_W_C_[c * num_poses + i] = Numbers(R_W_B * R_B_C, p_W_C);
+      }
+    }
+    seen_.pairs.resize(pairs_.size());
+    for (size_t k = 0; k < pairs_.size(); ++k) {
+      const RigidNumbers* T_W_C = T_W_C_.data() + pairs_[k].extrinsic * num_poses;
+      seen_.pairs[k] = Numbers(T_W_C[pairs_[k].host], T_W_C[pairs_[k].target]);
     }
   }
   void ComputeResiduals(int first, int count, double* r) const override { kernels_.residuals(seen_, first, count, r); }
@@ -192,8 +254,25 @@ class EdgeReprojectionBatch : public EdgeBatch {
   }
 
  private:
+  struct Pair {
+    int host, target;  // in poses_
+    size_t extrinsic;
+  };
+
+  // One, or one for each camera.
+  size_t ExtrinsicOf(const EdgeReprojection& edge) {
+    const RigidNumbers T_B_C = Numbers(edge.R_B_C_, edge.p_B_C_);
+    size_t known = 0;
+    while (known < seen_.T_B_C.size() && !(seen_.T_B_C[known] == T_B_C)) ++known;
+    if (known == seen_.T_B_C.size()) seen_.T_B_C.push_back(T_B_C);
+    return known;
+  }
+
   const Kernels& kernels_ = HasAvx512() ? kAvx512 : HasAvx2() ? kAvx2 : kPortable;
   VertexNumbers<VertexPose> poses_;
+  std::unordered_map<PairKey, int, PairHash> pair_number_;
+  std::vector<Pair> pairs_;
+  std::vector<RigidNumbers> T_W_C_;  // [extrinsic][pose]
   Reprojections seen_;
 };
 
