@@ -1,7 +1,9 @@
 /// Visual-inertial odometry on a recording: ch5_recording FOLDER --out DIR.
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <stdexcept>
 
 #include "ch5_backend/apps/studies/file_command.h"
 #include "ch5_backend/apps/studies/odometry_study.h"
@@ -26,6 +28,11 @@ void Run(const ch5::FileCommand& command) {
   const ch5::OdometryStudy study = ch5::RunOdometryStudy(
       recording, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); });
   progress.Clear();
+  const auto is_silent = [](const ch5::OdometryRun& run) { return run.states.empty(); };
+  if (std::all_of(study.runs.begin(), study.runs.end(), is_silent)) {
+    throw std::invalid_argument("no image was answered: in these " + std::to_string(recording.frames.size()) +
+                                " images no policy found a start");
+  }
   ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
   ch5::WriteOdometryTrajectories(study, command.out);
 

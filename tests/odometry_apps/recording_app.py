@@ -99,6 +99,12 @@ class RecordingApp(AppTest):
             self.assertEqual(done.stderr.count("\n"), 1, "one message")
             self.assertEqual(contents(self.folder), before)
             path.write_text(whole, encoding="utf-8")
+        tracks.write_text("".join(tracks.read_text().splitlines(keepends=True)[:200]))  # a fraction of a second
+        before = contents(self.folder)
+        done = self.program(recording, "--out", self.out)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("no image was answered", done.stderr)
+        self.assertEqual(contents(self.folder), before)
         tracks.unlink()
         done = self.program(recording, "--out", self.out)
         self.assertEqual(done.returncode, 2)

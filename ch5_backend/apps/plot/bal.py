@@ -112,7 +112,7 @@ def cost_panel(axes, trace, summary):
     axes.set_xlabel("iteration")
     axes.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
     axes.set_title("cost ½ Σ ρ(‖r‖²) [px²]" if float(summary["huber_px"]) > 0 else "cost ½ Σ ‖r‖² [px²]")
-    axes.text(0.97, 0.95, f"{cost[0]:.4g} → {cost[-1]:.4g}\n{float(summary['seconds']):.2f} s", ha="right", va="top",
+    axes.text(0.97, 0.95, f"{style.number(cost[0], 4)} → {style.number(cost[-1], 4)}\n{float(summary['seconds']):.2f} s", ha="right", va="top",
               transform=axes.transAxes, fontsize=11)
 
 

@@ -22,9 +22,7 @@ def cost_figure(directory, traces):
                 # Ceres also lists the costs of steps that it took back.
                 excess = np.maximum(np.minimum.accumulate(run["cost"]) / best - 1.0, 1e-9)
                 axes.plot(1e3 * run["seconds"], excess, color=color, marker="o", markersize=3, label=side)
-        style.log_axis(axes.xaxis)
-        axes.xaxis.set_major_locator(plt.matplotlib.ticker.LogLocator(subs=(1, 2, 5)))
-        axes.xaxis.set_major_formatter(plt.FormatStrFormatter("%g"))
+        style.plain_log(axes.xaxis)
         axes.tick_params(axis="x", labelsize=10)
         style.log_axis(axes.yaxis)
         axes.axhline(1e-3, color=style.GREY, linewidth=0.8, linestyle=":")
@@ -32,7 +30,9 @@ def cost_figure(directory, traces):
         axes.set_xlabel("time [ms]")
     for axes in panels.flat[len(problems):]:
         axes.set_visible(False)
-    panels[0, 0].set_ylabel("cost / best − 1")
+    for axes in panels[:, 0]:
+        axes.set_ylabel("cost / best − 1")
+    panels[0, 0].text(0.02, 1.3e-3, "0.1 %", color=style.GREY, fontsize=10, transform=panels[0, 0].get_yaxis_transform())
     style.legend_above(fig, panels[0, 0])
     style.save(fig, directory, "bench_cost")
 

@@ -1,16 +1,6 @@
 """The words of the report: two sentences a figure, with every measured number taken from the tables."""
 import style
-
-
-def number(value, digits=3):
-    """A number for reading: 0.0132, 4620, 2.17 × 10⁹."""
-    if value == 0:
-        return "0"
-    if 1e-3 <= abs(value) < 1e5:
-        return f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}"
-    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    power = style.power_of_ten(int(exponent))
-    return power if float(mantissa) == 1 else f"{mantissa} × {power}"
+from style import number
 
 
 class Numbers:
@@ -51,7 +41,8 @@ def bundle_adjustment(n):
     small, large = n.solve("course"), n.solve("large")
     return {
         "scene_course": f"The course's scene: {small['frames']:.0f} cameras start at the truth, two of them fixed, and "
-        f"{small['points']:.0f} points start at depths that are wrong by about a metre. {small['iterations']:.0f} "
+        f"{small['points']:.0f} points start at wrong depths, {number(small['initial_rmse_landmark_m'])} m from the truth. "
+        f"{small['iterations']:.0f} "
         f"iterations bring the points to {number(1e3 * small['final_rmse_landmark_m'])} mm of the truth.",
         "scene_large": f"{large['frames']:.0f} cameras and {large['points']:.0f} points, the cameras perturbed too. "
         f"The points end {number(1e3 * large['final_rmse_landmark_m'])} mm and the cameras "

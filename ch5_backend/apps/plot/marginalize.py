@@ -11,7 +11,7 @@ def numbers(axes, matrix, names, limit):
     axes.imshow(matrix, cmap="RdBu_r", vmin=-limit, vmax=limit)
     for (i, j), value in np.ndenumerate(matrix):
         dark = abs(value) > 0.6 * limit
-        axes.text(j, i, f"{value:.6g}".replace("-", "−"), ha="center", va="center", fontsize=11.5,
+        axes.text(j, i, f"{value:.6g}".replace("-", "−"), ha="center", va="center", fontsize=10.5,
                   color="white" if dark else INK)
     axes.set_xticks(range(len(names)))
     axes.set_yticks(range(len(names)))

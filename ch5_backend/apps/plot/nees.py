@@ -28,12 +28,14 @@ def draw(directory):
                 if band:
                     axes.fill_between(rows["t_s"], rows[f"{band}_low"], rows[f"{band}_high"], color=PALE, zorder=0)
             axes.set_title(f"{name}: {title}" if axes is line[0] else title, fontsize=11)
-            axes.set_yscale("symlog", linthresh=1e-6) if column == "yaw_leak" else axes.set_yscale("log")
             if column == "yaw_leak":
+                axes.set_yscale("symlog", linthresh=1e-6)
                 axes.set_yticks([0, 1e-3, 1, 1e3])
-        line[0].legend(loc="best", fontsize=9)
+            else:
+                style.plain_log(axes.yaxis)
     for axes in panels[1]:
         axes.set_xlabel("time [s]")
+    style.legend_above(fig, panels[0, 0], columns=4)
     style.save(fig, directory, "consistency")
 
 
@@ -45,7 +47,7 @@ def captions(directory):
     inside = lambda mode: each(mode, lambda row: f"{100 * row['pose_inside']:.0f} %")
     nees = lambda mode: each(mode, lambda row: f"{row['nees_pose']:.1f}")
     gain = lambda mode: each(mode, lambda row: f"{row['yaw_information_gain']:.2f}")
-    leak = lambda mode: each(mode, lambda row: f"{abs(row['yaw_leak']):.2g}")
+    leak = lambda mode: each(mode, lambda row: style.number(abs(row["yaw_leak"]), 2))
     twice = summary.row(policy="vins twice")
     return {
         "consistency": f"{summary['runs'][0]:.0f} simulated runs, errors and covariances in the W of the first frame; "
@@ -55,7 +57,7 @@ def captions(directory):
         f"NEES is {nees('none')}, inside {inside('none')}, gain {gain('none')}: the prior has leaked {leak('none')} rad⁻² "
         f"at the end. In the prior only the leak is {leak('prior_only')}, but each solve claims yaw against it: "
         f"NEES {nees('prior_only')}, gain {gain('prior_only')}. Observations used twice, as VINS-Mono does, give NEES "
-        f"{twice['nees_pose']:.0f} and {twice['yaw_leak']:.2g} rad⁻²."}
+        f"{twice['nees_pose']:.0f} and {style.number(twice['yaw_leak'], 2)} rad⁻²."}
 
 
 if __name__ == "__main__":

@@ -72,11 +72,12 @@ def spectrum(directory):
             values = rows.where(t_s=t)["eigenvalue"]
             shade = plt.get_cmap("viridis")(0.85 * k / max(1, len(times) - 1))
             axes.plot(np.arange(1, len(values) + 1), np.maximum(values, 1e-10), "o-", color=shade, markersize=3,
-                      linewidth=0.8, label=f"{t:.0f} s")
+                      linewidth=0.8, label=f"{t:.1f} s")
         style.log_axis(axes.yaxis)
         axes.axvspan(0.5, 4.5, color=style.PALE, zorder=0)
-        axes.set(xlabel="eigenvalue, ascending", title=f"{NAMES[name]}: the prior's spectrum")
+        axes.set(xlabel="number, ascending", title=f"{NAMES[name]}: the prior's spectrum")
         axes.legend(loc="lower right", fontsize=10)
+    panels[0, 0].set_ylabel("eigenvalue")
     style.save(fig, directory, "odometry_spectrum")
 
 
@@ -85,13 +86,13 @@ def zeros(directory, policy):
     rows = style.read(directory, "odometry_spectrum").where(policy=policy)
     values = np.sort(rows.where(t_s=rows["t_s"].max())["eigenvalue"])
     count = int((values <= 1e-12 * values[-1]).sum())
-    return f"{count}, the next is {values[count]:.2g}"
+    return f"{count}, the next is {style.number(values[count], 2)}"
 
 
 def leak(directory, policy):
     """What the priors claim of yaw."""
     values = style.read(directory, "odometry_gauge").where(policy=policy, direction="yaw")["information"]
-    return f"{max(values):.2g} and {values[-1]:.2g} rad⁻²"
+    return f"{style.number(max(values), 2)} and {style.number(values[-1], 2)} rad⁻²"
 
 
 def gauge(directory):
@@ -104,7 +105,7 @@ def gauge(directory):
         for axes, values in zip(panels, (yaw["information"], position)):
             axes.plot(yaw["t_s"], np.maximum(np.abs(values), 1e-12), color=COLOURS[name], linewidth=1.2,
                       label=NAMES[name])
-    for axes, title in zip(panels, ("the prior's leak of yaw [rad⁻²]", "of position [m⁻²]")):
+    for axes, title in zip(panels, ("the prior's leak of yaw [rad⁻²]", "its leak of position [m⁻²]")):
         style.log_axis(axes.yaxis)
         axes.set(xlabel="time [s]", title=title)
         axes.legend(loc="best", fontsize=11)
@@ -156,7 +157,7 @@ def captions(directory):
         "odometry_gauge": "The gauge auditor, after every image: nᵀHn of the prior for a shift by a metre and a turn by "
         "a radian, which no measurement tells. Of yaw the priors claim at most, and at the end: " + named(
             lambda row: leak(directory, row["policy"])) + ". It leaks in where edges are linearised at states that have "
-        "moved on since the prior's were frozen; first estimates keep it out (see Consistency).",
+        "moved on since the prior's were frozen; first estimates keep it out.",
     }
     for row in rows:
         words[f"odometry_film_{row['policy']}"] = (

@@ -50,7 +50,7 @@ def panel(axes, lines, on_path, title, chi2):
     axes.set(xticks=[], yticks=[])
     axes.set_aspect("equal", adjustable="datalim")
     axes.spines[:].set_visible(False)
-    axes.set_title(f"{title}: χ² = {chi2:.4g}", weight="bold")
+    axes.set_title(f"{title}: χ² = {style.number(chi2, 4)}", weight="bold")
 
 
 def cost_panel(axes, trace, summary):
@@ -59,7 +59,8 @@ def cost_panel(axes, trace, summary):
     axes.set_xlabel("iteration")
     axes.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
     axes.set_title("cost ½ Σ ρ(rᵀWr)" if float(summary["huber"]) > 0 else "cost ½ Σ rᵀWr")
-    axes.text(0.97, 0.95, f"{trace['cost'][0]:.4g} → {trace['cost'][-1]:.6g}\n{float(summary['seconds']):.2f} s",
+    axes.text(0.97, 0.95, f"{style.number(trace['cost'][0], 4)} → {style.number(trace['cost'][-1], 4)}\n"
+              f"{float(summary['seconds']):.2f} s",
               ha="right", va="top", transform=axes.transAxes, fontsize=11)
 
 

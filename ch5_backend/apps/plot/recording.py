@@ -5,6 +5,8 @@ usage: recording.py DIR        the folder that ch5_recording FOLDER --out DIR ha
 """
 from pathlib import Path
 
+import numpy as np
+
 import odometry
 import page
 import style
@@ -17,8 +19,9 @@ def summary_table(directory):
     rows = []
     for name in odometry.policies(summary):
         row = summary.row(policy=name)
-        rows.append((odometry.NAMES[name], f"{row['ate_m']:.4f}", f"{100 * row['scale_error']:.2f}",
-                     f"{row['yaw_error_deg']:.3f}", f"{row['realtime_factor']:.1f}", f"{row['p99_window_ms']:.2f}",
+        errors = row["ate_m"], 100 * row["scale_error"], row["yaw_error_deg"]  # nan where there is no truth
+        rows.append((odometry.NAMES[name], *("–" if np.isnan(error) else f"{error:.3f}" for error in errors),
+                     f"{row['realtime_factor']:.1f}", f"{row['p99_window_ms']:.2f}",
                      f"{row['frames']:.0f}", f"{row['restarts']:.0f}"))
     return page.table(head, rows)
 

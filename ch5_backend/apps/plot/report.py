@@ -71,8 +71,8 @@ def solves_table(n):
     for i in range(len(n.summary)):
         row = {name: column[i] for name, column in n.summary.columns.items()}
         rows.append((row["scene"], f"{row['frames']:.0f} × {row['points']:.0f}", f"{row['unknowns']:.0f}",
-                     f"{row['edges']:.0f}", captions.number(row["initial_cost"]), captions.number(row["final_cost"], 4),
-                     f"{row['iterations']:.0f}", captions.number(row["milliseconds"], 2), row["termination"]))
+                     f"{row['edges']:.0f}", style.number(row["initial_cost"]), style.number(row["final_cost"], 4),
+                     f"{row['iterations']:.0f}", style.number(row["milliseconds"], 2), row["termination"]))
     return (page.table(head, rows) +
             "<p>Cost: ½ Σ rᵀWr. The small scene has W = I as in the course, the large one W = 1/σ².</p>")
 

@@ -121,6 +121,17 @@ def power_of_ten(exponent):
     return "10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
+def number(value, digits=3):
+    """A number for reading: 0.0132, 4620, 2.17 × 10⁹."""
+    if value == 0:
+        return "0"
+    if 1e-3 <= abs(value) < 1e5:
+        return f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    power = power_of_ten(int(exponent))
+    return power if float(mantissa) == 1 else f"{mantissa} × {power}"
+
+
 def log_axis(axis):
     """A logarithmic axis with at most nine labelled powers of ten."""
     (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
@@ -129,10 +140,10 @@ def log_axis(axis):
     axis.set_minor_locator(plt.NullLocator())
 
 
-def plain_log(axis, ticks):
-    """A logarithmic axis whose ticks read 5, 10, 20 …"""
+def plain_log(axis, ticks=None):
+    """A logarithmic axis whose ticks read 5, 10, 20 …; by default those of 1, 2 and 5 times a power of ten."""
     log_axis(axis)
-    axis.set_major_locator(plt.FixedLocator(ticks))
+    axis.set_major_locator(plt.FixedLocator(ticks) if ticks else plt.matplotlib.ticker.LogLocator(subs=(1, 2, 5)))
     axis.set_major_formatter(plt.FormatStrFormatter("%g"))
 
 
@@ -149,10 +160,10 @@ def weight_axis(axes, weights):
     return np.where(weights > 0, weights, zero_at)
 
 
-def legend_above(figure, axes):
+def legend_above(figure, axes, columns=3):
     """One legend for all panels, above them."""
     figure.get_layout_engine().set(rect=(0, 0, 1, 0.91))
-    figure.legend(*axes.get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.005, 1.0), ncol=3,
+    figure.legend(*axes.get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.005, 1.0), ncol=columns,
                   fontsize=12, columnspacing=1.8, handlelength=1.8)
 
 

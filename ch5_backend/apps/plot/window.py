@@ -33,7 +33,8 @@ def draw(directory):
         style.log_axis(cost.yaxis)
     cost.set(xlabel="iteration", title="cost ½ Σ ρ(rᵀWr)")
     cost.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
-    cost.text(0.97, 0.95, f"{trace['cost'][0]:.5g} → {trace['cost'][-1]:.6g}\n{1e3 * float(summary['seconds']):.1f} ms",
+    cost.text(0.97, 0.95, f"{style.number(trace['cost'][0], 4)} → {style.number(trace['cost'][-1], 4)}\n"
+              f"{1e3 * float(summary['seconds']):.1f} ms",
               ha="right", va="top", transform=cost.transAxes, fontsize=11, color=INK)
     style.save(fig, directory, "window")
 
