@@ -18,6 +18,7 @@ for name in ("CH5_BUILD_DIR", "CH5_DATA_DIR", "CH5_HOMEWORK_DIR"):
 
 ROOT = Path(__file__).resolve().parents[3]
 BUILD = Path(os.environ.get("CH5_BUILD_DIR", ROOT / "build" / "release"))
+HOMEWORK = Path(os.environ.get("CH5_HOMEWORK_DIR") or ROOT / "ch5_homework")  # the student's files
 BIN = BUILD / "bin"
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -65,7 +66,7 @@ def run_logged(command, log_name: str, step) -> subprocess.CompletedProcess:
     """Runs a command in ROOT, keeps its output (both streams) in BUILD/log_name, hands each line to `step`."""
     BUILD.mkdir(parents=True, exist_ok=True)
     lines = []
-    with open(BUILD / log_name, "w", encoding="utf-8") as log:
+    with open(BUILD / log_name, "w", encoding="utf-8", buffering=1) as log:
         process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                    stderr=subprocess.STDOUT, text=True, errors="replace", bufsize=1)
         try:
@@ -90,7 +91,7 @@ def _failure(what: str, output: str, pattern: str, log_name: str) -> CourseError
 
 def _cache_entries() -> dict:
     """What the environment asks CMake for; without it CMake's own default holds, and the homework of this folder."""
-    entries = {"CH5_HOMEWORK_DIR": os.environ.get("CH5_HOMEWORK_DIR") or str(ROOT / "ch5_homework")}
+    entries = {"CH5_HOMEWORK_DIR": str(HOMEWORK)}
     if data := os.environ.get("CH5_DATA_DIR"):
         entries["CH5_DATA_DIR"] = data
     return entries

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from . import jsonout
-from .build import BIN, ROOT, build
+from .build import BIN, HOMEWORK, ROOT, build
 from .errors import CourseError
 
 TABLE = ROOT / "ch5_homework" / "stages.json"
@@ -280,6 +280,17 @@ def tell(stage: dict, verdict: Verdict, out) -> None:
     print(f"  {next_step(stage, verdict)}\n", file=out)
 
 
+def keeps_throw(path: Path, todo: str) -> bool:
+    """Whether code stands in this gap, and below it still the throw that says it is empty."""
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return False
+    name = re.escape(todo)
+    gap = re.search(rf'TODO:: home work {name}\.(.*?)throw HomeworkMissing\("{name} ', text, re.DOTALL)
+    return bool(gap) and any(line.strip() and not line.strip().startswith("//") for line in gap[1].splitlines()[1:])
+
+
 def indent(text: str) -> str:
     return "\n".join("  " + line for line in text.splitlines())
 
@@ -290,9 +301,12 @@ def next_step(stage: dict, verdict: Verdict) -> str:
         ids = [row["id"] for row in stage_table()]
         following = ids[ids.index(stage["id"]) + 1:]
         return "Well done. " + (f"Next: ./course check {following[0]}" if following else "That was the last stage.")
+    todo = verdict.hint.split()[1] if verdict.state == "not-started" else ""  # "TODO 1.1a …"
+    if todo and keeps_throw(HOMEWORK / file, todo):
+        return f"Your lines for {todo} are there, but so is the throw below them: delete it. Then: {again}"
     return {
-        "not-started": f"Search {file} for “home work {verdict.hint.split()[1]}”; the "  # "TODO 1.1a …"
-                       f"handout is ch5_homework/README.md, Stage {stage['id']}. Then: {again}",
+        "not-started": f"Search {file} for “home work {todo}”; the handout is ch5_homework/README.md, Stage "
+                       f"{stage['id']}. Then: {again}",
         "does-not-compile": f"Mend the first error; the others may follow from it. Then: {again}",
         "wrong": f"Mend {file}. Then: {again}",
         "crashes": f"Look at your lines in {file}, at places and sizes first. Then: {again}",

@@ -1,0 +1,42 @@
+"""A student who has filled a gap and left its throw is told so: "not started" alone would be a riddle."""
+
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from make_skeleton import skeleton
+from regions import FILES, ROOT, STAGES, fill, solution_text
+
+sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
+from course import check  # noqa: E402
+
+
+class ThrowLeft(unittest.TestCase):
+    def keeps_throw(self, text: str, todo: str) -> bool:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "file.cc"
+            path.write_text(text, encoding="utf-8")
+            return check.keeps_throw(path, todo)
+
+    def test_lines_above_the_throw_are_seen(self):
+        for name in FILES:
+            left = fill(solution_text(name), lambda region: region.solution + region.blank())
+            for todo in (todo for stage in STAGES if stage["file"] == name for todo in stage["todos"]):
+                self.assertTrue(self.keeps_throw(left, todo), todo)
+                self.assertFalse(self.keeps_throw(skeleton(name), todo), todo)
+                self.assertFalse(self.keeps_throw(solution_text(name), todo), todo)
+
+    def test_the_next_step_says_delete_it(self):
+        stage, verdict = STAGES[0], check.Verdict("not-started", "TODO 1.1a MakeHessian is not started.")
+        self.assertIn("Search problem.cc", check.next_step(stage, verdict))
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "problem.cc").write_text(fill(solution_text("problem.cc"), lambda r: r.solution + r.blank()),
+                                                  encoding="utf-8")
+            self.addCleanup(setattr, check, "HOMEWORK", check.HOMEWORK)
+            check.HOMEWORK = Path(folder)
+            self.assertIn("throw below them: delete it", check.next_step(stage, verdict))
+
+
+if __name__ == "__main__":
+    unittest.main()
