@@ -161,7 +161,6 @@ void BlockSolverBase::MakeHessian() {
   ParallelFor(&pool_, NumPoses(), kPoses, [&](int begin, int end) {
     for (int j = begin; j < end; ++j) passes_->sum_column(&system_, j);
   });
-  if (implicit_) implicit_->Load();
 }
 
 // ---- (H + λD) Δx = b -------------------------------------------------------------------------------------------

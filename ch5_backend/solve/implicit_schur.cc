@@ -57,14 +57,13 @@ ImplicitSchur::ReducePose ImplicitSchur::ReduceFor(int pose_dim, int landmark_di
   return Reduce<Eigen::Dynamic, Eigen::Dynamic>::Choose();
 }
 
-ImplicitSchur::ImplicitSchur(int pose_dim, int landmark_dim, bool single_precision)
-    : coupling_(MakeSchurCoupling(pose_dim, landmark_dim, single_precision)),
-      reduce_(ReduceFor(pose_dim, landmark_dim)) {}
+ImplicitSchur::ImplicitSchur(int pose_dim, int landmark_dim)
+    : coupling_(pose_dim, landmark_dim), reduce_(ReduceFor(pose_dim, landmark_dim)) {}
 
 void ImplicitSchur::Prepare(BlockSystem* system, ThreadPool* pool) {
   system_ = system;
   pool_ = pool;
-  coupling_->Prepare(*system);
+  coupling_.Prepare(*system);
   const BlockStructure& s = system->structure;
   block_begin_.assign(1, 0);
   for (const int dim : s.pose_dim) block_begin_.push_back(block_begin_.back() + dim * dim);
@@ -107,7 +106,7 @@ bool ImplicitSchur::Damp(const DampingRule& rule, Preconditioner preconditioner)
 
 void ImplicitSchur::Multiply(const VecX& x, VecX* y) {
   system_->H_pp.Multiply(x.data(), y->data());
-  coupling_->Multiply(*system_, x.data(), Wx_.data(), pool_);
+  coupling_.Multiply(*system_, x.data(), Wx_.data(), pool_);
   for (Eigen::Index i = 0; i < x.size(); ++i) (*y)[i] += damping_[i] * x[i] - Wx_[static_cast<size_t>(i)];
 }
 

@@ -10,13 +10,11 @@ namespace ch5 {
 
 class ImplicitSchur {
  public:
-  /// The dimensions are BlockSolver's; precision is that of the products with S.
-  ImplicitSchur(int pose_dim, int landmark_dim, bool single_precision);
+  /// The dimensions are BlockSolver's.
+  ImplicitSchur(int pose_dim, int landmark_dim);
 
   /// Takes the memory for a new structure. `system` and `pool` must outlive all other calls.
   void Prepare(BlockSystem* system, ThreadPool* pool);
-  /// A new Hessian.
-  void Load() { coupling_->Load(*system_, pool_); }
   /// Damps B, whose diagonal goes to the system's `scale`; makes b_s, in the system's `b_schur`, and M⁻¹.
   /// H_mm_inverse and H_mm_inverse_b must be damped by the same rule already.
   /// @return false if a block of M is not positive definite: S is not then
@@ -33,7 +31,7 @@ class ImplicitSchur {
   struct Reduce;
   static ReducePose ReduceFor(int pose_dim, int landmark_dim);
 
-  std::unique_ptr<SchurCoupling> coupling_;
+  SchurCoupling coupling_;
   ReducePose reduce_;
   BlockSystem* system_ = nullptr;
   ThreadPool* pool_ = nullptr;

@@ -27,15 +27,12 @@ class StopRule {
 class IterativeSolver : public ImplicitSolver {
  public:
   IterativeSolver(ReducedSolverType type, const IterativeOptions& options, int pose_dim, int landmark_dim)
-      : is_series_(type == ReducedSolverType::kPowerSeries),
-        options_(options),
-        S_(pose_dim, landmark_dim, options.single_precision) {}
+      : is_series_(type == ReducedSolverType::kPowerSeries), options_(options), S_(pose_dim, landmark_dim) {}
 
   void Prepare(BlockSystem* system, ThreadPool* pool) override {
     S_.Prepare(system, pool);
     for (VecX* v : {&r_, &z_, &p_, &Sp_}) v->setZero(system->structure.ordering.dim_poses);
   }
-  void Load() override { S_.Load(); }
 
   bool Solve(BlockSystem* system, const DampingRule& rule, VecX* x) override {
     x->setZero(system->structure.ordering.dim_poses);

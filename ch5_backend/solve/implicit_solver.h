@@ -19,8 +19,6 @@ class ImplicitSolver {
   virtual ~ImplicitSolver() = default;
   /// A new structure: memory may be taken here, and nowhere else. `system` and `pool` must outlive the other calls.
   virtual void Prepare(BlockSystem* system, ThreadPool* pool) = 0;
-  /// A new Hessian.
-  virtual void Load() = 0;
   /// Solves with the system's present H_mm_inverse and H_mm_inverse_b, which must be damped by `rule`; leaves b_s and
   /// B's diagonal in the system.
   /// @return false if S is seen not to be positive definite; otherwise the iterate, as accurate as was asked or after

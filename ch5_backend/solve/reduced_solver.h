@@ -33,9 +33,8 @@ struct IterativeOptions {
   int max_iterations = 500;
   int max_terms = 100;  ///< of the power series; if they are not enough, conjugate gradients go on from their sum
   Preconditioner preconditioner = Preconditioner::kSchurJacobi;  ///< of PCG; the power series has B's blocks
-  bool single_precision = true;  ///< products with S in float, where the dimensions have code of their own
 
-  static IterativeOptions Exact() { return {1e-15, 0.0, 10000, 100, Preconditioner::kSchurJacobi, false}; }
+  static IterativeOptions Exact() { return {1e-15, 0.0, 10000, 100, Preconditioner::kSchurJacobi}; }
 };
 
 class ReducedSolver {

@@ -86,21 +86,18 @@ TEST(ImplicitSchur, MultipliesByTheSchurComplement) {
     const MatXX S = formed.solver->SchurComplement();
     const VecX x = RandomVector(static_cast<int>(S.rows())), expected = S * x;
     const double bound = (S.cwiseAbs() * x.cwiseAbs()).norm();
-    for (const bool single_precision : {false, true}) {
-      BlockSystem system = formed.solver->System();
-      ThreadPool pool(2);
-      const auto common = [](const std::vector<int>& dims) {
-        return std::count(dims.begin(), dims.end(), dims[0]) == static_cast<ptrdiff_t>(dims.size()) ? dims[0] : -1;
-      };
-      ImplicitSchur schur(common(system.structure.pose_dim), common(system.structure.landmark_dim), single_precision);
-      schur.Prepare(&system, &pool);
-      schur.Load();
-      ASSERT_TRUE(schur.Damp({1e-2, Damping::kDiagonal}, Preconditioner::kSchurJacobi));
-      VecX y(x.size());
-      schur.Multiply(x, &y);
-      // E C⁻¹ Eᵀ may be larger than S, of which it takes away the most.
-      EXPECT_LT((y - expected).norm(), (single_precision ? 1e-3 : 1e-11) * bound);
-    }
+    BlockSystem system = formed.solver->System();
+    ThreadPool pool(2);
+    const auto common = [](const std::vector<int>& dims) {
+      return std::count(dims.begin(), dims.end(), dims[0]) == static_cast<ptrdiff_t>(dims.size()) ? dims[0] : -1;
+    };
+    ImplicitSchur schur(common(system.structure.pose_dim), common(system.structure.landmark_dim));
+    schur.Prepare(&system, &pool);
+    ASSERT_TRUE(schur.Damp({1e-2, Damping::kDiagonal}, Preconditioner::kSchurJacobi));
+    VecX y(x.size());
+    schur.Multiply(x, &y);
+    // E C⁻¹ Eᵀ may be larger than S, of which it takes away the most.
+    EXPECT_LT((y - expected).norm(), 1e-11 * bound);
   }
 }
 
