@@ -20,7 +20,7 @@ DESCRIPTIONS = {
     "status": "Shows the state of every stage at a glance.",
     "bench": "Measures our solvers and, where it is installed, Ceres on the same problems: same start, same loss, "
              "analytic Jacobians, one process for each measurement, taking turns; medians of five rounds, which take "
-             "about ten minutes. Prints a table, and writes CSV and plots into out/bench. NAME picks the problems whose "
+             "about five minutes. Prints a table, and writes CSV and plots into out/bench. NAME picks the problems whose "
              "name contains it, such as bal/ or vio_M.",
     "slides": "Builds the decks in slides/ to self-contained HTML. What follows -- goes to the builder.",
 }

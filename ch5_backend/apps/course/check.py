@@ -122,7 +122,7 @@ def compile_files(files: list) -> dict:
 
 
 def does_not_compile(file: str, output: str) -> Verdict:
-    lines = output.splitlines()
+    lines = [line for line in output.splitlines() if not line.startswith("ninja: build stopped")]
     patterns = [rf"{re.escape(file)}:\d+:(\d+:)? (fatal )?error: ", "multiple definition|undefined reference", "error: ",
                 "FAILED|ninja: "]
     first = next((i for pattern in patterns for i, line in enumerate(lines) if re.search(pattern, line)), 0)
