@@ -22,6 +22,24 @@ CH5_INLINE constexpr int Pick(int size) {
 CH5_INLINE Lanes* AsLanes(double* x) { return reinterpret_cast<Lanes*>(x); }
 CH5_INLINE const Lanes* AsLanes(const double* x) { return reinterpret_cast<const Lanes*>(x); }
 
+CH5_INLINE WideLanes* AsWide(double* x) { return reinterpret_cast<WideLanes*>(x); }
+CH5_INLINE const WideLanes* AsWide(const double* x) { return reinterpret_cast<const WideLanes*>(x); }
+
+typedef float Floats __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float WideFloats __attribute__((vector_size(32), aligned(4), may_alias));
+CH5_INLINE Floats* AsFloats(float* x) { return reinterpret_cast<Floats*>(x); }
+CH5_INLINE const Floats* AsFloats(const float* x) { return reinterpret_cast<const Floats*>(x); }
+
+/// Four numbers, or eight, widened where they are stored in single precision.
+CH5_INLINE void LoadLanes(const double* x, Lanes* v) { *v = *AsLanes(x); }
+CH5_INLINE void LoadLanes(const float* x, Lanes* v) { *v = __builtin_convertvector(*AsFloats(x), Lanes); }
+/// x = v, or x += v.
+CH5_INLINE void PutLanes(const Lanes& v, bool forget, double* x) { *AsLanes(x) = forget ? v : *AsLanes(x) + v; }
+CH5_INLINE void PutLanes(const Lanes& v, bool forget, float* x) {
+  const Floats narrow = __builtin_convertvector(v, Floats);
+  *AsFloats(x) = forget ? narrow : *AsFloats(x) + narrow;
+}
+
 /// Four by four numbers, in place.
 CH5_INLINE void Transpose(Lanes (&x)[4]) {
   const Lanes ab_even = __builtin_shufflevector(x[0], x[1], 0, 4, 2, 6);
@@ -34,17 +52,21 @@ CH5_INLINE void Transpose(Lanes (&x)[4]) {
   x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
 }
 
-/// A Jacobian with R rows and P columns, in registers; A is row-major with Stride(P) numbers a row, the padding zero.
-template <int R, int P>
-struct Rows {
-  static constexpr int kLanesPerRow = Stride(P) / kLanes;
-  Lanes row[R][kLanesPerRow];
+/// A Jacobian with R rows and P columns, in registers of eight where `Wide`, the rest of a row in registers of four; A is
+/// row-major with Stride(P) numbers a row, the padding zero.
+template <int R, int P, bool Wide>
+class Rows {
+  static constexpr int kWide = Wide ? Stride(P) / kPack : 0, kFirst = kWide * kPack;  // the first of the rest
+  static constexpr int kNarrow = (Stride(P) - kFirst) / kLanes;
 
+ public:
   explicit CH5_INLINE Rows(const double* A) {
     CH5_UNROLL
-    for (int r = 0; r < R; ++r) {
+    for (int r = 0; r < R; ++r, A += Stride(P)) {
       CH5_UNROLL
-      for (int k = 0; k < kLanesPerRow; ++k) row[r][k] = AsLanes(A)[r * kLanesPerRow + k];
+      for (int k = 0; k < kWide; ++k) wide_[r][k] = AsWide(A)[k];
+      CH5_UNROLL
+      for (int k = 0; k < kNarrow; ++k) narrow_[r][k] = AsLanes(A + kFirst)[k];
     }
   }
 
@@ -52,48 +74,58 @@ struct Rows {
   template <int Q, bool kUpper = false>
   CH5_INLINE void AddTransposeProduct(const double* B, double* C) const {
     CH5_UNROLL
-    for (int c = 0; c < Q; ++c) {
-      CH5_UNROLL
-      for (int k = 0; k < (kUpper ? c / kLanes + 1 : kLanesPerRow); ++k) {
-        Lanes sum = AsLanes(C)[c * kLanesPerRow + k];
-        CH5_UNROLL
-        for (int r = 0; r < R; ++r) sum += row[r][k] * B[r * Stride(Q) + c];
-        AsLanes(C)[c * kLanesPerRow + k] = sum;
-      }
+    for (int c = 0; c < Q; ++c, C += Stride(P)) {
+      const int end = kUpper ? c : P - 1;  // the last row
+      AddColumn<Stride(Q)>(B + c, end / kPack, (end - kFirst) / kLanes, end >= kFirst, C);
     }
   }
 
-  /// The same for a C without padding: nothing behind it is written, which may be another thread's.
-  template <int Q>
-  CH5_INLINE void AddTransposeProductTight(const double* B, double* C) const {
-    constexpr int kWhole = P / kLanes;
+  /// The same for a C without padding, whose old values may be forgotten: nothing behind it is written, which may be
+  /// another thread's.
+  template <int Q, typename Scalar>
+  CH5_INLINE void AddTransposeProductTight(const double* B, bool forget, Scalar* C) const {
     CH5_UNROLL
     for (int c = 0; c < Q; ++c, C += P) {
+      alignas(64) double sum[Stride(P)] = {};
+      AddColumn<Stride(Q)>(B + c, kWide - 1, kNarrow - 1, true, sum);
       CH5_UNROLL
-      for (int k = 0; k < kWhole; ++k) {
-        Lanes sum = AsLanes(C)[k];
-        CH5_UNROLL
-        for (int r = 0; r < R; ++r) sum += row[r][k] * B[r * Stride(Q) + c];
-        AsLanes(C)[k] = sum;
-      }
+      for (int k = 0; k < P / kLanes; ++k) PutLanes(AsLanes(sum)[k], forget, C + k * kLanes);
       CH5_UNROLL
-      for (int i = 0; i < P % kLanes; ++i) {
-        CH5_UNROLL
-        for (int r = 0; r < R; ++r) C[kWhole * kLanes + i] += row[r][kWhole][i] * B[r * Stride(Q) + c];
-      }
+      for (int i = P / kLanes * kLanes; i < P; ++i) C[i] = static_cast<Scalar>(forget ? sum[i] : C[i] + sum[i]);
     }
   }
 
   /// y (P, padded) −= Aᵀ r
   CH5_INLINE void SubtractTransposeVector(const double* r, double* y) const {
+    const double minus[2] = {-r[0], -r[1]};
+    static_assert(R == 2);
+    AddColumn<1>(minus, kWide - 1, kNarrow - 1, true, y);
+  }
+
+ private:
+  // y += Aᵀb for rows up to these registers; b's numbers lie Step apart.
+  template <int Step>
+  CH5_INLINE void AddColumn(const double* b, int last_wide, int last_narrow, bool any_narrow, double* y) const {
     CH5_UNROLL
-    for (int k = 0; k < kLanesPerRow; ++k) {
-      Lanes sum = AsLanes(y)[k];
+    for (int k = 0; k < kWide; ++k) {
+      if (k > last_wide) continue;
+      WideLanes sum = AsWide(y)[k];
       CH5_UNROLL
-      for (int i = 0; i < R; ++i) sum -= row[i][k] * r[i];
-      AsLanes(y)[k] = sum;
+      for (int r = 0; r < R; ++r) sum += wide_[r][k] * b[r * Step];
+      AsWide(y)[k] = sum;
+    }
+    CH5_UNROLL
+    for (int k = 0; k < kNarrow; ++k) {
+      if (!any_narrow || k > last_narrow) continue;
+      Lanes sum = AsLanes(y + kFirst)[k];
+      CH5_UNROLL
+      for (int r = 0; r < R; ++r) sum += narrow_[r][k] * b[r * Step];
+      AsLanes(y + kFirst)[k] = sum;
     }
   }
+
+  WideLanes wide_[R][kWide > 0 ? kWide : 1];
+  Lanes narrow_[R][kNarrow > 0 ? kNarrow : 1];
 };
 
 /// C (p×q) −= W Bᵀ;  W is p×l, B is q×l.
@@ -158,11 +190,16 @@ CH5_INLINE void SubtractProductVector(const double* W, const double* x, int p_si
 template <int P, int L>
 class TransposedSum {
  public:
-  CH5_INLINE void Add(const double* W, const double* x) {
+  template <typename Scalar>
+  CH5_INLINE void Add(const Scalar* W, const double* x) {
     CH5_UNROLL
     for (int m = 0; m < L; ++m, W += P) {
       CH5_UNROLL
-      for (int k = 0; k < kWhole; ++k) sums_[m] += AsLanes(W)[k] * AsLanes(x)[k];
+      for (int k = 0; k < kWhole; ++k) {
+        Lanes w;
+        LoadLanes(W + k * kLanes, &w);
+        sums_[m] += w * AsLanes(x)[k];
+      }
       CH5_UNROLL
       for (int k = kWhole * kLanes; k < P; ++k) rest_[m] += W[k] * x[k];
     }
@@ -176,13 +213,16 @@ class TransposedSum {
 };
 
 /// y (l) += sign · Wᵀx;  W is p×l.
-template <int P, int L>
-CH5_INLINE void AddTransposed(const double* W, const double* x, int p_size, int l_size, double sign, double* y) {
+template <int P, int L, typename Scalar>
+CH5_INLINE void AddTransposed(const Scalar* W, const double* x, int p_size, int l_size, double sign, double* y) {
   const int p = Pick<P>(p_size), l = Pick<L>(l_size), whole = p / kLanes;
   for (int m = 0; m < l; ++m) {
-    const double* column = W + m * p;
-    Lanes sums = {};
-    for (int k = 0; k < whole; ++k) sums += AsLanes(column)[k] * AsLanes(x)[k];
+    const Scalar* column = W + m * p;
+    Lanes sums = {}, w;
+    for (int k = 0; k < whole; ++k) {
+      LoadLanes(column + k * kLanes, &w);
+      sums += w * AsLanes(x)[k];
+    }
     double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
     for (int k = whole * kLanes; k < p; ++k) sum += column[k] * x[k];
     y[m] += sign * sum;

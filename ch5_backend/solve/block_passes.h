@@ -4,6 +4,7 @@
 /// A pass writes only what belongs to its chunk, its landmark or its column, in the order of the structure: any number of
 /// threads gives the same bits. P and L are the poses' and landmarks' dimensions, or Eigen::Dynamic.
 
+#include "ch5_backend/solve/coupling_blocks.h"
 #include "ch5_backend/solve/linear_parts.h"
 #include "ch5_backend/solve/normal_equations.h"
 #include "ch5_backend/solve/packed_edges.h"
@@ -23,7 +24,7 @@ struct BlockSystem {
   std::vector<PoseSums> sums;  ///< of each chunk of landmarks
   AlignedVector products;      ///< the normal equations of each edge between poses, negative
   SymmetricBlockMatrix H_pp, S;
-  AlignedVector H_pm;
+  CouplingBlocks H_pm;
   std::vector<double> H_mm, H_mm_inverse;
   std::vector<double> H_mm_root;  ///< the lower triangles G⁻¹ of  H_ll⁻¹ = G⁻ᵀG⁻¹
   VecX b;                         ///< all rows
@@ -56,7 +57,7 @@ struct BlockPasses {
   void (*multiply_landmark)(const BlockSystem&, int l, const double* v, double* y);
 };
 
-/// The passes made for these dimensions and this processor; any pair of sizes is served.
-const BlockPasses& PassesFor(int pose_dim, int landmark_dim);
+/// The passes made for these dimensions, H_pm's precision and this processor; any pair of sizes is served.
+const BlockPasses& PassesFor(int pose_dim, int landmark_dim, bool single_precision);
 
 }  // namespace ch5

@@ -21,6 +21,10 @@ bool IsSame(const Ordering& a, const Ordering& b) {
   return a.poses == b.poses && a.landmarks == b.landmarks && a.edges == b.edges;
 }
 
+bool FormsNoS(ReducedSolverType type) {
+  return type == ReducedSolverType::kImplicitPcg || type == ReducedSolverType::kPowerSeries;
+}
+
 }  // namespace
 
 BlockSolverBase::BlockSolverBase(Graph* graph, int pose_dim, int landmark_dim, int threads)
@@ -35,6 +39,7 @@ void BlockSolverBase::SetOrdering() {
   ordered_ = false;
   system_.structure = BuildBlockStructure(std::move(ordering));
   CheckDimensions();
+  system_.H_pp.SetPattern(system_.structure.pose_dim, system_.structure.H_pp_pattern);
   ChoosePasses();
   PackEdges();
   FindNumericJacobians();
@@ -42,11 +47,10 @@ void BlockSolverBase::SetOrdering() {
   const auto size = [](int n) { return static_cast<size_t>(n); };
   system_.factors.Prepare(s);
   system_.products.assign(size(s.num_product_values), 0.0);
-  system_.H_pm.assign(size(s.num_H_pm_values + kLanes), 0.0);  // the last block is read in whole registers too
+  system_.H_pm.Take(s.num_H_pm_values);
   system_.H_mm.assign(size(s.num_H_mm_values), 0.0);
   system_.H_mm_inverse.assign(size(s.num_H_mm_values), 0.0);
   system_.H_mm_root.assign(size(s.num_H_mm_values), 0.0);
-  system_.H_pp.SetPattern(s.pose_dim, s.H_pp_pattern);
   system_.b.setZero(s.Size());
   system_.H_mm_inverse_b.setZero(s.ordering.dim_landmarks);
   for (VecX* v : {&system_.b_schur, &system_.scale, &delta_poses_, &H_delta_poses_}) v->setZero(s.ordering.dim_poses);
@@ -63,17 +67,25 @@ void BlockSolverBase::SetReducedSolver(ReducedSolverType type, const IterativeOp
   implicit_.reset();
 }
 
+void BlockSolverBase::SetSinglePrecision(bool single_precision) {
+  if (single_precision != single_precision_) ordered_ = false;
+  single_precision_ = single_precision;
+}
+
 void BlockSolverBase::SetReducedSolver(std::unique_ptr<ReducedSolver> solver) {
   SetReducedSolver(ReducedSolverType::kDenseCholesky);  // any type that forms S
   reduced_solver_ = std::move(solver);
 }
 
+ReducedSolverType BlockSolverBase::ReducedType() const {
+  return ChooseReducedSolver(reduced_type_, NumPoses(), system_.H_pp.NumBlocks() == NumPoses());
+}
+
 // One that is kept knows its last pattern, and need not plan anew for the same one.
 void BlockSolverBase::PrepareReducedSolver() {
   const BlockStructure& s = system_.structure;
-  const int num_poses = NumPoses();
-  const ReducedSolverType type = ChooseReducedSolver(reduced_type_, num_poses, system_.H_pp.NumBlocks() == num_poses);
-  if (type == ReducedSolverType::kImplicitPcg || type == ReducedSolverType::kPowerSeries) {
+  const ReducedSolverType type = ReducedType();
+  if (FormsNoS(type)) {
     reduced_solver_.reset();
     system_.S = SymmetricBlockMatrix();
     if (!implicit_) implicit_ = MakeImplicitSolver(type, iterative_, pose_dim_, landmark_dim_);
@@ -112,8 +124,11 @@ void BlockSolverBase::ChoosePasses() {
   std::vector<int> landmarks(s.landmarks.size());
   std::iota(landmarks.begin(), landmarks.end(), 0);
   const int p = common(s.slot_pose, s.pose_dim), l = common(landmarks, s.landmark_dim);
-  passes_ = &PassesFor(p, l);
-  take_group_ = SchurGroupFor(p, l);
+  const bool fixed_size = PassesFor(p, l, false).fixed_size;
+  const bool single = single_precision_ && fixed_size && !FormsNoS(ReducedType());
+  system_.H_pm.single_precision = single;
+  passes_ = &PassesFor(p, l, single);
+  take_group_ = SchurGroupFor(p, l, single);
 }
 
 void BlockSolverBase::PackEdges() {
@@ -282,7 +297,7 @@ MatXX BlockSolverBase::DenseHessian() const {
     H.block(row, row, dim, dim) = Eigen::Map<const MatXX>(&system_.H_mm[s.landmark_block[l]], dim, dim);
     for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
       const int pose = s.slot_pose[slot], pose_dim = s.pose_dim[pose];
-      const Eigen::Map<const MatXX> W(&system_.H_pm[s.slot_block[slot]], pose_dim, dim);
+      const MatXX W = system_.H_pm.Block(s.slot_block[slot], pose_dim, dim);
       H.block(s.pose_offset[pose], row, pose_dim, dim) = W;
       H.block(row, s.pose_offset[pose], dim, pose_dim) = W.transpose();
     }

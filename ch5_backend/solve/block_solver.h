@@ -61,6 +61,9 @@ class BlockSolverBase : public NormalEquations {
   void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
   /// One of the caller's own; S is formed for it.
   void SetReducedSolver(std::unique_ptr<ReducedSolver> solver);
+  /// H_pm in float, the largest part of the memory, where all blocks have sizes with code of their own and S is formed;
+  /// all else, b among it, stays in double, and so does the optimum. Takes effect at the next SetOrdering.
+  void SetSinglePrecision(bool single_precision);
   /// What the rule chose, or the caller set.
   bool IsImplicit() const { return implicit_ != nullptr; }
   /// Products with S in the last SolveLinearSystem, if it is implicit.
@@ -68,6 +71,7 @@ class BlockSolverBase : public NormalEquations {
 
  private:
   void CheckDimensions() const;
+  ReducedSolverType ReducedType() const;
   void PrepareReducedSolver();
   bool SolveReduced(const DampingRule& rule);
   void TakeSums();
@@ -89,6 +93,7 @@ class BlockSolverBase : public NormalEquations {
   ThreadPool* linearizing_pool_ = &pool_;
   ReducedSolverType reduced_type_ = ReducedSolverType::kAutomatic;
   IterativeOptions iterative_;
+  bool single_precision_ = false;                  // wanted
   std::unique_ptr<ReducedSolver> reduced_solver_;  // this one, or
   std::unique_ptr<ImplicitSolver> implicit_;       // that one
   BlockSystem system_;

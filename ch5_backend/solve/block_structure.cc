@@ -150,6 +150,7 @@ class Builder {
       }
     }
     s_.landmark_edges.push_back(s_.num_landmark_edges);
+    s_.num_landmark_terms = static_cast<int>(s_.terms.size());
     slot_of_pose.assign(s_.poses.size(), kNone);
     for (size_t k = s_.edges.size(); k < edges_.size(); ++k) ListEdge(edges_[k], 0, slot_of_pose);
     s_.max_rows = incidence_.max_residual_dimension;

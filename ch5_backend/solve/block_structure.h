@@ -61,6 +61,7 @@ struct BlockStructure {
 
   std::vector<EdgeRecord> edges;  ///< in the order of the drawing above
   int num_active_edges = 0;       ///< those with a free vertex; they come first
+  int num_landmark_terms = 0;     ///< of edges with a free landmark
   int num_landmark_edges = 0;     ///< those with a free landmark; they come first of all
   std::vector<EdgeTerm> terms;
   std::vector<int> landmark_edges;  ///< landmark l owns edges [landmark_edges[l], landmark_edges[l + 1])
@@ -83,6 +84,8 @@ struct BlockStructure {
   std::vector<int> products_begin;  ///< block k of H_pp is the sum of products [products_begin[k], …[k + 1])
 
   int Size() const { return ordering.Size(); }
+  /// No landmark shares two edges with the same pose, as in plain bundle adjustment: an edge then is all of its slots.
+  bool OneEdgePerSlot() const { return num_landmark_terms == static_cast<int>(slot_pose.size()); }
 };
 
 /// Finds the structure above for an ordering that MakeOrdering has just made.

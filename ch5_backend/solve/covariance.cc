@@ -86,8 +86,7 @@ std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex
   std::vector<Influence> influences;
   for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
     const int p = s.slot_pose[slot];
-    const Eigen::Map<const MatXX> H_pl(&system.H_pm[s.slot_block[slot]], s.pose_dim[p], dim);
-    influences.push_back({p, -H_pl * H_ll_inverse});
+    influences.push_back({p, -system.H_pm.Block(s.slot_block[slot], s.pose_dim[p], dim) * H_ll_inverse});
   }
   return influences;
 }

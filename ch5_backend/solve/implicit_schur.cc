@@ -29,9 +29,9 @@ struct ImplicitSchur::Reduce {
     double *b_j = scratch.data(), *Y = b_j + stride;  // Y = E_jl C_l⁻¹
     std::copy_n(y.b.data() + s.pose_offset[j], dim, b_j);
     for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
-      if (k + kAhead < s.pose_slots_begin[j + 1]) Prefetch(&y.H_pm[s.slot_block[s.pose_slots[k + kAhead]]]);
+      if (k + kAhead < s.pose_slots_begin[j + 1]) Prefetch(&y.H_pm.doubles[s.slot_block[s.pose_slots[k + kAhead]]]);
       const int slot = s.pose_slots[k], l = s.slot_landmark[slot], landmark_dim = kernels::Pick<L>(s.landmark_dim[l]);
-      const double* E = &y.H_pm[s.slot_block[slot]];
+      const double* E = &y.H_pm.doubles[s.slot_block[slot]];
       kernels::SubtractProductVector<P, L>(E, y.H_mm_inverse_b.data() + s.landmark_offset[l] - s.ordering.dim_poses,
                                            dim, landmark_dim, b_j);
       if (!task.subtract_coupling) continue;

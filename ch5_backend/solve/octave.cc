@@ -35,7 +35,8 @@ std::vector<Entry> EntriesOf(const BlockSystem& system) {
     add(&system.H_mm[s.landmark_block[l]], dim, column, dim, column, dim);
     for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
       const int p = s.slot_pose[slot];
-      add(&system.H_pm[s.slot_block[slot]], s.pose_dim[p], s.pose_offset[p], s.pose_dim[p], column, dim);
+      const MatXX H_pl = system.H_pm.Block(s.slot_block[slot], s.pose_dim[p], dim);
+      add(H_pl.data(), s.pose_dim[p], s.pose_offset[p], s.pose_dim[p], column, dim);
     }
   }
   std::sort(entries.begin(), entries.end());

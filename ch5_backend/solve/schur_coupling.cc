@@ -22,7 +22,7 @@ struct Loop {
       kernels::AddSymmetric<L>(&y.H_mm_inverse[s.landmark_block[l]], w, dim, v);
       for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
         const int p = s.slot_pose[slot];
-        kernels::SubtractProductVector<P, L>(&y.H_pm[s.slot_block[slot]], v, s.pose_dim[p], dim,
+        kernels::SubtractProductVector<P, L>(&y.H_pm.doubles[s.slot_block[slot]], v, s.pose_dim[p], dim,
                                              task.sums + task.padded_offset[p]);
       }
     }
@@ -33,13 +33,13 @@ struct Loop {
     if constexpr (P != Eigen::Dynamic) {
       kernels::TransposedSum<P, L> sum;
       for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
-        sum.Add(&y.H_pm[s.slot_block[slot]], x + s.pose_offset[s.slot_pose[slot]]);
+        sum.Add(&y.H_pm.doubles[s.slot_block[slot]], x + s.pose_offset[s.slot_pose[slot]]);
       }
       for (int m = 0; m < L; ++m) w[m] -= sum.At(m);
     } else {
       for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
         const int p = s.slot_pose[slot];
-        kernels::AddTransposed<P, L>(&y.H_pm[s.slot_block[slot]], x + s.pose_offset[p], s.pose_dim[p], dim, -1.0, w);
+        kernels::AddTransposed<P, L>(&y.H_pm.doubles[s.slot_block[slot]], x + s.pose_offset[p], s.pose_dim[p], dim, -1.0, w);
       }
     }
   }

@@ -169,7 +169,7 @@ void SchurEliminator::TakeGroup(BlockSystem* system, const Group& group, Share* 
       const double* root = &y.H_mm_root[s.landmark_block[l + k]];
       const int* block = &s.slot_block[s.landmark_slots[l + k]];
       for (const Seat* seat = first; seat != seats_end; ++seat) {
-        Scale(&y.H_pm[block[seat - seats]], root, seat->dim, dim, A_l + seat->row - top, lda);
+        Scale(&y.H_pm.doubles[block[seat - seats]], root, seat->dim, dim, A_l + seat->row - top, lda);
       }
       ScaleRightHandSide(root, y.b.data() + s.landmark_offset[l + k], dim, A_l + rows, lda);
     }

@@ -22,8 +22,8 @@ struct SchurGroup {
 /// Takes a group from S and b_schur; `A` is memory for SchurGroupRoom(seats) numbers.
 using TakeSchurGroup = void (*)(BlockSystem*, const SchurGroup&, double* A);
 
-/// For these dimensions and this processor; null unless the dimensions have code of their own.
-TakeSchurGroup SchurGroupFor(int pose_dim, int landmark_dim);
+/// For these dimensions, H_pm's precision and this processor; null unless the dimensions have code of their own.
+TakeSchurGroup SchurGroupFor(int pose_dim, int landmark_dim, bool single_precision);
 size_t SchurGroupRoom(int seats);
 
 }  // namespace ch5

@@ -34,6 +34,7 @@ void SparseOptimizer::ChooseSolver() {
     solver_->SetReducedSolver(reduced_solver_, iterative_);
   }
   solver_->SetDamping(damping_);
+  solver_->SetSinglePrecision(single_precision_);
   solver_->Select(selection_);
 }
 

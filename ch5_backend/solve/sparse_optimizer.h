@@ -34,6 +34,8 @@ class SparseOptimizer {
   void SetDamping(Damping damping) { damping_ = damping; }
   /// Automatic unless set, and inexact where it is implicit; see reduced_solver.h.
   void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
+  /// The coupling of poses and landmarks in float; see BlockSolverBase::SetSinglePrecision.
+  void SetSinglePrecision(bool single_precision) { single_precision_ = single_precision; }
 
   /// Minimises with Levenberg-Marquardt unless the options say otherwise: over the edges of level 0, or what
   /// InitializeOptimization chose.
@@ -94,6 +96,7 @@ class SparseOptimizer {
   Damping damping_ = Damping::kIdentity;
   ReducedSolverType reduced_solver_ = ReducedSolverType::kAutomatic;
   IterativeOptions iterative_;
+  bool single_precision_ = false;
   std::unique_ptr<BlockSolverBase> solver_;
   int pose_dim_ = 0, landmark_dim_ = 0;  // of solver_
 };

@@ -6,8 +6,10 @@
 namespace ch5::bench {
 namespace {
 
-peer::PeerResult Run(Graph* graph, const peer::PeerOptions& options) {
+peer::PeerResult Run(Graph* graph, const Problem& problem) {
+  const peer::PeerOptions& options = problem.options;
   SparseOptimizer optimizer(graph, options.threads);
+  optimizer.SetSinglePrecision(problem.single_precision);
   SolveOptions solve;
   solve.max_iterations = options.iterations;
   solve.cost_tolerance = options.tolerance;
@@ -29,16 +31,16 @@ peer::PeerResult Run(Graph* graph, const peer::PeerOptions& options) {
 peer::PeerResult Solve(const Problem& problem) {
   if (problem.kind == Problem::Kind::kWindow) {
     WindowGraph window = BuildWindowGraph(problem.window);
-    return Run(&window.graph, problem.options);
+    return Run(&window.graph, problem);
   }
   if (problem.kind == Problem::Kind::kPoseGraph) {
     G2oFile file = ReadG2o(problem.pose_graph);
     FixFreeParts(file.graph);
-    return Run(&file.graph, problem.options);
+    return Run(&file.graph, problem);
   }
   BalGraph bal;
   BuildBal(problem.bal, nullptr, &bal);
-  return Run(&bal.graph, problem.options);
+  return Run(&bal.graph, problem);
 }
 
 }  // namespace ch5::bench
