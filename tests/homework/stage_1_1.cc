@@ -64,6 +64,11 @@ const std::vector<PlacementMistake>& PlacementMistakes() {
          Add(H, t.i, t.j, t.block);
          if (!t.diagonal) Add(H, t.j, t.i, t.block);
        }},
+      {"1.1a", "hessian is transposed at (v_i, v_j): it belongs there as it is, its transpose to (v_j, v_i)",
+       [](MatXX* H, const Turn& t) {
+         Add(H, t.i, t.j, t.block.transpose());
+         if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
+       }},
       {"1.1a", "= where += is meant, in both blocks: each edge overwrites what the edges before it have added",
        [](MatXX* H, const Turn& t) {
          Set(H, t.i, t.j, t.block);

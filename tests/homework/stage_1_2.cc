@@ -140,6 +140,14 @@ struct Case {
         {"1.2c", "H_mm⁻¹ is applied to b_m only: the brackets around b_m − H_mp Δx_p are missing",
          step(r.H_mm_inverse * r.b_m - H_mp_x)},
         {"1.2c", "the landmarks do not move: delta_x_ll is zero", step(VecX::Zero(r.b_m.size()))}};
+    if (r.b_p.size() == r.b_m.size()) {  // here Eigen does not see it
+      mistakes.push_back({"1.2c", "H_pm stands where H_mp is meant: H_mp has the landmarks' rows",
+                          step(r.H_mm_inverse * (r.b_m - r.H_pm * x_p))});
+      mistakes.push_back(
+          {"1.2c", "the poses' b_p stands where the landmarks' b_m is meant", step(r.H_mm_inverse * (r.b_p - H_mp_x))});
+      mistakes.push_back({"1.2c", "the poses' reduced b stands where the landmarks' b_m is meant",
+                          step(r.H_mm_inverse * (r.Reduced() - H_mp_x))});
+    }
     for (const DampingMistake& damping_mistake : DampingMistakes()) {
       const VecX wrong = Solve(damping_mistake.H, system.b);
       mistakes.push_back({"1.2a", damping_mistake.cause, [=] { return wrong; }});
