@@ -52,6 +52,14 @@ CH5_INLINE void Transpose(Lanes (&x)[4]) {
   x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
 }
 
+/// So many numbers of H_pm ahead, a page, passes ask for what they will read: processors do not guess across pages.
+template <int Size, typename Scalar>
+CH5_INLINE void PrefetchPageAhead(const Scalar* x) {
+  constexpr int kLine = 64 / static_cast<int>(sizeof(Scalar)), kPage = 4096 / static_cast<int>(sizeof(Scalar));
+  CH5_UNROLL
+  for (int i = 0; i < Size; i += kLine) __builtin_prefetch(x + kPage + i);
+}
+
 /// A Jacobian with R rows and P columns, in registers of eight where `Wide`, the rest of a row in registers of four; A is
 /// row-major with Stride(P) numbers a row, the padding zero.
 template <int R, int P, bool Wide>
@@ -84,6 +92,7 @@ class Rows {
   /// another thread's.
   template <int Q, typename Scalar>
   CH5_INLINE void AddTransposeProductTight(const double* B, bool forget, Scalar* C) const {
+    PrefetchPageAhead<P * Q>(C);
     CH5_UNROLL
     for (int c = 0; c < Q; ++c, C += P) {
       alignas(64) double sum[Stride(P)] = {};
@@ -192,6 +201,7 @@ class TransposedSum {
  public:
   template <typename Scalar>
   CH5_INLINE void Add(const Scalar* W, const double* x) {
+    PrefetchPageAhead<P * L>(W);
     CH5_UNROLL
     for (int m = 0; m < L; ++m, W += P) {
       CH5_UNROLL
@@ -204,7 +214,9 @@ class TransposedSum {
       for (int k = kWhole * kLanes; k < P; ++k) rest_[m] += W[k] * x[k];
     }
   }
-  CH5_INLINE double At(int m) const { return rest_[m] + ((sums_[m][0] + sums_[m][1]) + (sums_[m][2] + sums_[m][3])); }
+  CH5_INLINE double At(int m) const {
+    return rest_[m] + ((sums_[m][0] + sums_[m][1]) + (sums_[m][2] + sums_[m][3]));
+  }
 
  private:
   static constexpr int kWhole = P / kLanes;

@@ -70,7 +70,8 @@ class Run {
   // Proposes until a step lowers the cost, or a rule ends the run. Textbook Gauss-Newton takes what it gets.
   void TrySteps() {
     const bool takes_all = options_.algorithm == Algorithm::kGaussNewton;
-    const double yardstick = options_.step_tolerance * (system_->StateNorm() + options_.step_tolerance);
+    const double tolerance = options_.step_tolerance;
+    const double yardstick = tolerance > 0.0 ? tolerance * (system_->StateNorm() + tolerance) : 0.0;
     bool solved = false;
     for (info_.trials = 1; info_.trials <= options_.max_trials; ++info_.trials) {
       info_.lambda = strategy_->Parameter();

@@ -136,8 +136,11 @@ CH5_INLINE void Take(BlockSystem* system, const SchurGroup& group, double* A) {
         rhs[k * L + c] = root[c] * b[0];
         for (int m = 1; m <= c; ++m) rhs[k * L + c] += root[m * L + c] * b[m];
       }
-      for (int i = group.first_seat; i < n; ++i)
-        Scale<P, L>(H_pm + (k * n + i) * P * L, root, A + i * kSeat + k * kBlock);
+      for (int i = group.first_seat; i < n; ++i) {
+        const Scalar* H_pl = H_pm + (k * n + i) * P * L;
+        kernels::PrefetchPageAhead<P * L>(H_pl);
+        Scale<P, L>(H_pl, root, A + i * kSeat + k * kBlock);
+      }
     }
     for (int j = group.first_seat; j < group.end_seat; ++j) {
       const double* A_j = A + j * kSeat;
