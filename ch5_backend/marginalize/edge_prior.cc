@@ -1,5 +1,6 @@
 #include "ch5_backend/marginalize/edge_prior.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "ch5_backend/math/quick_matrix.h"
@@ -76,7 +77,11 @@ bool EdgePrior::ProductsInto(double* products) {
   const Eigen::Index n = prior_.J.cols();
   if (JtJ_.size() == 0) JtJ_ = Multiply(prior_.J.transpose(), prior_.J);
   Eigen::Map<MatXX> C(products, n + 1, n + 1);
-  C.topLeftCorner(n, n) = JtJ_;
+  Eigen::Index column = 0;
+  for (const auto& vertex : prior_.vertices) {  // the lower half, and all of the blocks on the diagonal
+    const Eigen::Index begin = column, end = begin + vertex->LocalDimension();
+    for (; column < end; ++column) std::copy_n(&JtJ_(begin, column), n - begin, &C(begin, column));
+  }
   C.row(n).head(n).noalias() = (prior_.J.transpose() * r_).transpose();
   C(n, n) = r_.squaredNorm();
   if (keep_jacobian_) return true;

@@ -123,11 +123,19 @@ bool TakeProducts(Edge* edge, const std::vector<int>& columns, double* C) {
   for (const auto& vertex : edge->Vertices()) n += static_cast<size_t>(vertex->LocalDimension());
   double* own = Scratch(n * n);
   if (!edge->ProductsInto(own)) return false;
+  // A run of successive numbers (a vertex) does not hold j again: it lies below own's diagonal, or above it.
   const auto size = columns.size();
   for (size_t c = 0; c < size; ++c) {
-    for (size_t r = c; r < size; ++r) {
-      const auto [j, i] = std::minmax(columns[c], columns[r]);
-      C[c * size + r] = -own[static_cast<size_t>(j) * n + static_cast<size_t>(i)];
+    const auto j = static_cast<size_t>(columns[c]);
+    for (size_t r = c; r < size;) {
+      const auto i = static_cast<size_t>(columns[r]);
+      const size_t step = i >= j ? 1 : n;
+      const double* from = own + (i >= j ? j * n + i : i * n + j);
+      double* to = C + c * size;
+      do {
+        to[r++] = -*from;
+        from += step;
+      } while (r < size && columns[r] == columns[r - 1] + 1);
     }
   }
   return true;

@@ -76,7 +76,11 @@ void SparseCholesky::CopyBlocks(const SymmetricBlockMatrix& A, const Place& plac
     const double* block = A.Values(copy.block);
     double* target = L_.data() + copy.target;
     for (int j = 0; j < copy.dim_j; ++j, block += Stride(copy.dim_i)) {
-      for (int i = 0; i < copy.dim_i; ++i) target[copy.transposed ? j + i * m : i + j * m] = block[i];
+      if (copy.transposed) {
+        for (int i = 0; i < copy.dim_i; ++i) target[j + i * m] = block[i];
+      } else {
+        for (int i = 0; i < copy.dim_i; ++i) target[i + j * m] = block[i];
+      }
     }
   }
 }
