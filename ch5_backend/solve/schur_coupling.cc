@@ -39,7 +39,8 @@ struct Loop {
     } else {
       for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
         const int p = s.slot_pose[slot];
-        kernels::AddTransposed<P, L>(&y.H_pm.doubles[s.slot_block[slot]], x + s.pose_offset[p], s.pose_dim[p], dim, -1.0, w);
+        kernels::AddTransposed<P, L>(&y.H_pm.doubles[s.slot_block[slot]], x + s.pose_offset[p], s.pose_dim[p], dim,
+                                     -1.0, w);
       }
     }
   }
