@@ -25,9 +25,9 @@ void PackedEdges::Assign(const BlockStructure& s) {
   weights_.clear();
   unweighted_ = true;
   common_loss_ = first.GetLossFunction();
-  constexpr int kAhead = 12;
+  constexpr int kAhead = 12, kLines = 6;  // whole edges, with what their batch copies
   for (int e = 0; e < s.num_landmark_edges; ++e) {
-    PrefetchEdge(s.edges, e + kAhead);
+    if (e + kAhead < s.num_landmark_edges) PrefetchObject(s.edges[e + kAhead].edge, kLines);
     const Edge& edge = *s.edges[e].edge;
     const Weight weight{edge.IsotropicInformation(), edge.GetLossFunction()};
     if (typeid(edge) != *type_ || weight.information < 0.0) return;
