@@ -214,9 +214,7 @@ class TransposedSum {
       for (int k = kWhole * kLanes; k < P; ++k) rest_[m] += W[k] * x[k];
     }
   }
-  CH5_INLINE double At(int m) const {
-    return rest_[m] + ((sums_[m][0] + sums_[m][1]) + (sums_[m][2] + sums_[m][3]));
-  }
+  CH5_INLINE double At(int m) const { return rest_[m] + ((sums_[m][0] + sums_[m][1]) + (sums_[m][2] + sums_[m][3])); }
 
  private:
   static constexpr int kWhole = P / kLanes;
