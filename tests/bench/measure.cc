@@ -115,11 +115,7 @@ int main(int argc, char** argv) {
   line.Number("--threads", 1, 256, &threads);
   line.Number("--repeat", 1, 1000, &repeat);
   bool single_precision = false;
-  line.Option("--precision", [&](const std::string& word) {
-    if (word != "double" && word != "single")
-      throw std::invalid_argument("'" + word + "' is neither double nor single");
-    single_precision = word == "single";
-  });
+  line.Precision("--precision", &single_precision);
   return line.Run(argc, argv, [&] {
     ch5::bench::Problem problem = ch5::bench::ReadProblem(name);
     problem.options.threads = threads;

@@ -76,6 +76,8 @@ def make_parser(command: str) -> Parser:
                             "in a pose graph at D standard deviations")
         parser.add_argument("--solver", choices=SOLVERS, help="of the cameras' or poses' system; default: automatic, "
                             "by the size and shape of the problem")
+        parser.add_argument("--precision", choices=("double", "single"), help="of the numbers that tie poses to "
+                            "landmarks; single takes less memory")
     elif command == "test":
         parser.add_argument("names", nargs="*", metavar="NAME", help="only tests whose name matches this expression")
         parser.add_argument("--quick", action="store_true", help="leave out the tests labelled slow")

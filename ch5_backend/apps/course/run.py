@@ -13,9 +13,10 @@ from .build import BIN, ROOT, build_or_fail
 from .data import kind_of
 from .errors import CourseError
 
-WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
+WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss",
+           "pose_graph": "it has no landmarks"}
 PLOT = ROOT / "ch5_backend" / "apps" / "plot"
-SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
+SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver", "precision")
 POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts")
 
 
@@ -28,7 +29,7 @@ def run(arguments) -> int:
     kinds = {path: kind_of(path) for path in arguments.data}
     for option in given_options(arguments):
         for path, kind in kinds.items():
-            if kind == "recording" or (kind, option) == ("window", "huber"):
+            if kind == "recording" or (kind, option) in (("window", "huber"), ("pose_graph", "precision")):
                 raise CourseError(f"--{option} does not apply to {path}: {WHY_NOT[kind]}")
     make_writable(out)
     build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))])
