@@ -56,7 +56,7 @@ def timing(directory):
     left.set_ylim(0, 1.3 * max(summary["p99_window_ms"]))
     right.set(xlabel="[ms]", ylabel="images done within [%]", title="its distribution")
     right.set_xlim(0, 1.3 * max(summary["p99_window_ms"]))
-    right.legend(loc="lower right", fontsize=11)
+    right.legend(loc="center right", fontsize=11)
     style.save(fig, directory, "odometry_timing")
 
 
