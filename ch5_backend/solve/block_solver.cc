@@ -45,7 +45,6 @@ void BlockSolverBase::SetOrdering() {
   FindNumericJacobians();
   const BlockStructure& s = system_.structure;
   const auto size = [](int n) { return static_cast<size_t>(n); };
-  system_.factors.Prepare(s);
   system_.products.assign(size(s.num_product_values), 0.0);
   system_.H_pm.Take(s.num_H_pm_values);
   system_.H_mm.assign(size(s.num_H_mm_values), 0.0);
@@ -131,8 +130,13 @@ void BlockSolverBase::ChoosePasses() {
   take_group_ = SchurGroupFor(p, l, single);
 }
 
+// Also where nothing else is new: a loss or a W may be another one. Those that are not packed need factors of their W.
 void BlockSolverBase::PackEdges() {
+  const bool were_packed = system_.packed.Active();
   passes_->fixed_size ? system_.packed.Assign(system_.structure) : system_.packed.Clear();
+  const bool are_packed = system_.packed.Active();
+  if (ordered_ && are_packed == were_packed) return;
+  system_.factors.Prepare(system_.structure, are_packed ? system_.structure.num_landmark_edges : 0);
 }
 
 void BlockSolverBase::CheckDimensions() const {

@@ -63,13 +63,14 @@ void WhitenFully(const Edge& edge, const RobustWeight& robust, double* M, double
   Whiten(F.data(), n, robust, edge.Residual().data(), M, r_tilde);
 }
 
-void InformationFactors::Prepare(const BlockStructure& structure) {
-  entries_.assign(static_cast<size_t>(structure.num_active_edges), {});
+void InformationFactors::Prepare(const BlockStructure& structure, int first_edge) {
+  first_edge_ = first_edge;
+  entries_.assign(static_cast<size_t>(structure.num_active_edges - first_edge), {});
   size_t size = 0;
-  for (int e = 0; e < structure.num_active_edges; ++e) {
+  for (int e = first_edge; e < structure.num_active_edges; ++e) {
     const EdgeRecord& record = structure.edges[e];
     if (record.edge->IsotropicInformation() >= 0.0) continue;
-    entries_[e].begin = static_cast<int>(size);
+    entries_[e - first_edge].begin = static_cast<int>(size);
     const auto rows = static_cast<size_t>(record.edge->ResidualDimension());
     size += rows * rows;
   }
@@ -78,7 +79,7 @@ void InformationFactors::Prepare(const BlockStructure& structure) {
 
 const double* InformationFactors::Of(const BlockStructure& structure, int e) {
   const Edge& edge = *structure.edges[e].edge;
-  Entry& entry = entries_[e];
+  Entry& entry = entries_[e - first_edge_];
   const int n = edge.ResidualDimension();
   if (entry.begin < 0) {  // W was a multiple of the identity when the memory was taken
     thread_local std::vector<double> F;

@@ -14,8 +14,8 @@ namespace ch5 {
 /// The factor F of the edges' W, made anew only where W has changed.
 class InformationFactors {
  public:
-  /// Takes memory for the edges whose W is not a multiple of the identity.
-  void Prepare(const BlockStructure& structure);
+  /// Takes memory for the edges from `first_edge` on whose W is not a multiple of the identity.
+  void Prepare(const BlockStructure& structure, int first_edge);
   /// F (n×n, row-major) of edge e. Safe to call for different edges at once.
   const double* Of(const BlockStructure& structure, int e);
 
@@ -23,6 +23,7 @@ class InformationFactors {
   struct Entry {
     int begin = -1, version = -1;
   };
+  int first_edge_ = 0;
   std::vector<Entry> entries_;
   std::vector<double> values_;
 };
