@@ -30,7 +30,7 @@ typedef float WideFloats __attribute__((vector_size(32), aligned(4), may_alias))
 CH5_INLINE Floats* AsFloats(float* x) { return reinterpret_cast<Floats*>(x); }
 CH5_INLINE const Floats* AsFloats(const float* x) { return reinterpret_cast<const Floats*>(x); }
 
-/// Four numbers, or eight, widened where they are stored in single precision.
+/// Four numbers, widened where they are stored in single precision.
 CH5_INLINE void LoadLanes(const double* x, Lanes* v) { *v = *AsLanes(x); }
 CH5_INLINE void LoadLanes(const float* x, Lanes* v) { *v = __builtin_convertvector(*AsFloats(x), Lanes); }
 /// x = v, or x += v.
@@ -82,10 +82,7 @@ class Rows {
   template <int Q, bool kUpper = false>
   CH5_INLINE void AddTransposeProduct(const double* B, double* C) const {
     CH5_UNROLL
-    for (int c = 0; c < Q; ++c, C += Stride(P)) {
-      const int end = kUpper ? c : P - 1;  // the last row
-      AddColumn<Stride(Q)>(B + c, end / kPack, (end - kFirst) / kLanes, end >= kFirst, C);
-    }
+    for (int c = 0; c < Q; ++c, C += Stride(P)) AddColumn<Stride(Q)>(B + c, kUpper ? c : P - 1, C);
   }
 
   /// The same for a C without padding, whose old values may be forgotten: nothing behind it is written, which may be
@@ -96,7 +93,7 @@ class Rows {
     CH5_UNROLL
     for (int c = 0; c < Q; ++c, C += P) {
       alignas(64) double sum[Stride(P)] = {};
-      AddColumn<Stride(Q)>(B + c, kWide - 1, kNarrow - 1, true, sum);
+      AddColumn<Stride(Q)>(B + c, P - 1, sum);
       CH5_UNROLL
       for (int k = 0; k < P / kLanes; ++k) PutLanes(AsLanes(sum)[k], forget, C + k * kLanes);
       CH5_UNROLL
@@ -108,16 +105,16 @@ class Rows {
   CH5_INLINE void SubtractTransposeVector(const double* r, double* y) const {
     const double minus[2] = {-r[0], -r[1]};
     static_assert(R == 2);
-    AddColumn<1>(minus, kWide - 1, kNarrow - 1, true, y);
+    AddColumn<1>(minus, P - 1, y);
   }
 
  private:
-  // y += Aᵀb for rows up to these registers; b's numbers lie Step apart.
+  // y += Aᵀb for the registers that begin at `last_row` or above; b's numbers lie Step apart.
   template <int Step>
-  CH5_INLINE void AddColumn(const double* b, int last_wide, int last_narrow, bool any_narrow, double* y) const {
+  CH5_INLINE void AddColumn(const double* b, int last_row, double* y) const {
     CH5_UNROLL
     for (int k = 0; k < kWide; ++k) {
-      if (k > last_wide) continue;
+      if (k * kPack > last_row) continue;
       WideLanes sum = AsWide(y)[k];
       CH5_UNROLL
       for (int r = 0; r < R; ++r) sum += wide_[r][k] * b[r * Step];
@@ -125,7 +122,7 @@ class Rows {
     }
     CH5_UNROLL
     for (int k = 0; k < kNarrow; ++k) {
-      if (!any_narrow || k > last_narrow) continue;
+      if (kFirst + k * kLanes > last_row) continue;
       Lanes sum = AsLanes(y + kFirst)[k];
       CH5_UNROLL
       for (int r = 0; r < R; ++r) sum += narrow_[r][k] * b[r * Step];
