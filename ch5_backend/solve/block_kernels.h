@@ -219,9 +219,9 @@ class TransposedSum {
   double rest_[L] = {};
 };
 
-/// y (l) += sign · Wᵀx;  W is p×l.
+/// y (l) += Wᵀx;  W is p×l.
 template <int P, int L, typename Scalar>
-CH5_INLINE void AddTransposed(const Scalar* W, const double* x, int p_size, int l_size, double sign, double* y) {
+CH5_INLINE void AddTransposed(const Scalar* W, const double* x, int p_size, int l_size, double* y) {
   const int p = Pick<P>(p_size), l = Pick<L>(l_size), whole = p / kLanes;
   for (int m = 0; m < l; ++m) {
     const Scalar* column = W + m * p;
@@ -232,7 +232,7 @@ CH5_INLINE void AddTransposed(const Scalar* W, const double* x, int p_size, int 
     }
     double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
     for (int k = whole * kLanes; k < p; ++k) sum += column[k] * x[k];
-    y[m] += sign * sum;
+    y[m] += sum;
   }
 }
 

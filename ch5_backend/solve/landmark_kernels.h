@@ -106,9 +106,8 @@ struct LandmarkKernels {
       for (int m = 0; m < L; ++m) w[m] += sum.At(m);
     } else {
       const int dim = s.landmark_dim[l];
-      for_each_block([&](const Scalar* W, const double* v_p, int pose_dim) {
-        AddTransposed<P, L>(W, v_p, pose_dim, dim, 1.0, w);
-      });
+      for_each_block(
+          [&](const Scalar* W, const double* v_p, int pose_dim) { AddTransposed<P, L>(W, v_p, pose_dim, dim, w); });
     }
   }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "ch5_backend/solve/block_kernels.h"
+#include "ch5_backend/solve/landmark_kernels.h"
 
 namespace ch5 {
 namespace {
@@ -18,29 +18,13 @@ struct Loop {
       const int dim = kernels::Pick<L>(s.landmark_dim[l]);
       scratch.assign(static_cast<size_t>(2 * dim), 0.0);
       double *w = scratch.data(), *v = w + dim;  // −Σ Eᵀx and C⁻¹ times it
-      SubtractTransposed(y, l, dim, task.x, w);
+      kernels::LandmarkKernels<P, L, double>::SumOverPoses(y, l, task.x, w);
+      for (int m = 0; m < dim; ++m) w[m] = -w[m];
       kernels::AddSymmetric<L>(&y.H_mm_inverse[s.landmark_block[l]], w, dim, v);
       for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
         const int p = s.slot_pose[slot];
         kernels::SubtractProductVector<P, L>(&y.H_pm.doubles[s.slot_block[slot]], v, s.pose_dim[p], dim,
                                              task.sums + task.padded_offset[p]);
-      }
-    }
-  }
-
-  static CH5_INLINE void SubtractTransposed(const BlockSystem& y, int l, int dim, const double* x, double* w) {
-    const BlockStructure& s = y.structure;
-    if constexpr (P != Eigen::Dynamic) {
-      kernels::TransposedSum<P, L> sum;
-      for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
-        sum.Add(&y.H_pm.doubles[s.slot_block[slot]], x + s.pose_offset[s.slot_pose[slot]]);
-      }
-      for (int m = 0; m < L; ++m) w[m] -= sum.At(m);
-    } else {
-      for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
-        const int p = s.slot_pose[slot];
-        kernels::AddTransposed<P, L>(&y.H_pm.doubles[s.slot_block[slot]], x + s.pose_offset[p], s.pose_dim[p], dim,
-                                     -1.0, w);
       }
     }
   }
