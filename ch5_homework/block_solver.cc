@@ -2,7 +2,7 @@
 #include <Eigen/Dense>
 
 #include "ch5_backend/homework_missing.h"
-#include "ch5_backend/solve/plain_block_solver.h"
+#include "ch5_backend/dense/plain_block_solver.h"
 
 namespace ch5 {
 

@@ -1,12 +1,12 @@
 // Homework of chapter 5, stages 1.1, 1.2 and 2.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
-#include "ch5_backend/solve/problem.h"
+#include "ch5_backend/dense/problem.h"
 
 #include <Eigen/Dense>
 
+#include "ch5_backend/dense/block_diagonal.h"
+#include "ch5_backend/dense/edge_products.h"
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/math/psd.h"
-#include "ch5_backend/solve/block_diagonal.h"
-#include "ch5_backend/solve/edge_products.h"
 
 namespace ch5 {
 

@@ -8,7 +8,7 @@
 #include "ch5_backend/apps/studies/file_command.h"
 #include "ch5_backend/apps/studies/odometry_study.h"
 #include "ch5_backend/apps/studies/progress.h"
-#include "ch5_backend/world/recording_file.h"
+#include "ch5_backend/world/files/recording_file.h"
 
 namespace {
 

@@ -5,8 +5,8 @@
 
 #include "ch5_backend/apps/studies/file_command.h"
 #include "ch5_backend/apps/studies/window_graph.h"
-#include "ch5_backend/world/trajectory_error.h"
-#include "ch5_backend/world/trajectory_file.h"
+#include "ch5_backend/world/evaluate/trajectory_error.h"
+#include "ch5_backend/world/files/trajectory_file.h"
 
 namespace {
 

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "ch5_backend/marginalize/first_estimates.h"
 #include "ch5_backend/marginalize/marginalization_error.h"
+#include "ch5_backend/marginalize/moved_vertices.h"
 #include "ch5_backend/marginalize/square_root.h"
 
 namespace ch5 {

@@ -4,7 +4,7 @@
 
 #include "ch5_backend/marginalize/layout.h"
 #include "ch5_backend/math/dense_kernels.h"
-#include "ch5_backend/solve/linear_parts.h"
+#include "ch5_backend/sparse/linear_parts.h"
 
 namespace ch5 {
 namespace {
@@ -39,7 +39,7 @@ class Elimination {
     int row;
   };
 
-  // H += J̃ᵀJ̃ (lower half), b −= J̃ᵀr̃ (solve/linear_parts.h), with the landmark's columns apart.
+  // H += J̃ᵀJ̃ (lower half), b −= J̃ᵀr̃ (sparse/linear_parts.h), with the landmark's columns apart.
   void AddEdge(const Layout::Row& row, Landmark* landmark) {
     FindParts(row);
     if (AddPlainEdge(*row.edge, landmark)) return;

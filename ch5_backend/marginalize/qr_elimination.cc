@@ -4,12 +4,12 @@
 #include <limits>
 
 #include "ch5_backend/marginalize/layout.h"
-#include "ch5_backend/solve/linear_parts.h"
+#include "ch5_backend/sparse/linear_parts.h"
 
 namespace ch5 {
 namespace {
 
-// Rows [J | r] of one edge over `columns` of the unknowns, whitened:  J̃ = M J,  J̃ᵀr̃ = ρ'JᵀWr (solve/linear_parts.h).
+// Rows [J | r] of one edge over `columns` of the unknowns, whitened:  J̃ = M J,  J̃ᵀr̃ = ρ'JᵀWr (sparse/linear_parts.h).
 template <typename Column>
 void WriteRows(const Layout& layout, const Layout::Row& row, const Column& column, Eigen::Ref<MatXX> rows) {
   Edge* edge = row.edge;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "ch5_backend/solve/trust_region.h"
+#include "ch5_backend/solve/step_strategy.h"
 
 namespace ch5 {
 namespace {

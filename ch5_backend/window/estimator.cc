@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "ch5_backend/marginalize/gauge_audit.h"
-#include "ch5_backend/window/initialization.h"
+#include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/place.h"
+#include "ch5_backend/window/start/initialization.h"
 
 namespace ch5 {
 namespace {

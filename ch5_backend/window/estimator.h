@@ -14,9 +14,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "ch5_backend/solve/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/window/policy.h"
-#include "ch5_backend/window/still.h"
+#include "ch5_backend/window/start/still.h"
 #include "ch5_backend/window/vins_window.h"
 
 namespace ch5 {

@@ -12,8 +12,8 @@
 #include <memory>
 #include <vector>
 
+#include "ch5_backend/consistency/observability.h"
 #include "ch5_backend/graph/graph.h"
-#include "ch5_backend/marginalize/observability.h"
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/types/edge_imu.h"
 #include "ch5_backend/types/measurements.h"
@@ -59,7 +59,7 @@ struct Window {
   std::shared_ptr<VertexPose> extrinsic = std::make_shared<VertexPose>();  ///< T_B_C
   std::shared_ptr<VertexScalar> time_offset =                              ///< camera's clock is late by [s]
       std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
-  /// Which edges are to leave position and yaw alone, as they were at first (marginalize/observability.h).
+  /// Which edges are to leave position and yaw alone, as they were at first (consistency/observability.h).
   FirstEstimates first_estimates = FirstEstimates::kNone;
   /// The prior tells position and yaw, as the start was told them: nobody else has to hold the gauge.
   bool knows_place = false;

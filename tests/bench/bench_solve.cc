@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <fstream>
 
-#include "ch5_backend/solve/problem.h"
-#include "ch5_backend/solve/sparse_optimizer.h"
-#include "ch5_backend/world/bal.h"
-#include "ch5_backend/world/mono_ba.h"
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/world/files/bal.h"
+#include "ch5_backend/world/simulate/mono_ba.h"
 
 namespace ch5 {
 namespace {

@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "ch5_backend/apps/studies/command_line.h"
-#include "ch5_backend/world/mono_ba.h"
+#include "ch5_backend/world/simulate/mono_ba.h"
 
 namespace ch5::bench {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "ch5_backend/world/bal.h"
-#include "ch5_backend/world/window_dump.h"
+#include "ch5_backend/world/files/bal.h"
+#include "ch5_backend/world/files/window_dump.h"
 #include "tests/bench/ceres_peer.h"
 
 namespace ch5::bench {

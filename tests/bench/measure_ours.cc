@@ -1,6 +1,6 @@
 #include "ch5_backend/apps/studies/pose_graph_study.h"
 #include "ch5_backend/apps/studies/window_graph.h"
-#include "ch5_backend/solve/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
 #include "tests/bench/measure.h"
 
 namespace ch5::bench {

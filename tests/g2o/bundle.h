@@ -6,7 +6,7 @@
 
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/types/edge_reprojection.h"
-#include "ch5_backend/world/random.h"
+#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5::test {
 

@@ -3,28 +3,28 @@
 //   G1   H Δx = b with b = −JᵀΩe                  solve/normal_equations.h     system_rows.cc
 //   G2   initializeOptimization, levels           graph/ordering.h             graph_rows.cc, optimizer_rows.cc
 //   G3   the index mapping, in order of ids       graph/ordering.h             graph_rows.cc, system_rows.cc
-//   G4   no edge between landmarks                solve/block_structure.h      system_rows.cc
+//   G4   no edge between landmarks                sparse/block_structure.h      system_rows.cc
 //   G5   numeric Jacobians                        graph/edge.h                 system_rows.cc
 //   G6   robust kernels                           graph/loss.h                 system_rows.cc, ../pose_graph
-//   G7   Levenberg–Marquardt                      solve/trust_region.h         algorithm_rows.cc, system_rows.cc
-//   G8   Dogleg                                   solve/trust_region.h         algorithm_rows.cc
+//   G7   Levenberg–Marquardt                      solve/step_strategy.h         algorithm_rows.cc, system_rows.cc
+//   G8   Dogleg                                   solve/step_strategy.h         algorithm_rows.cc
 //   G9   the terminate action                     solve/minimizer.h            optimizer_rows.cc
-//   G10  what optimize returns                    solve/sparse_optimizer.h     optimizer_rows.cc
-//   G11  computeMarginals, the true ones          solve/covariance.h           covariance_rows.cc
+//   G10  what optimize returns                    sparse/sparse_optimizer.h     optimizer_rows.cc
+//   G11  computeMarginals, the true ones          sparse/covariance.h           covariance_rows.cc
 //   G12  push, pop, clear, gauge …                graph/graph.h                graph_rows.cc, optimizer_rows.cc
-//   G13  all linear solvers give the same x       solve/reduced_solver.h       system_rows.cc
+//   G13  all linear solvers give the same x       linear/reduced_solver.h       system_rows.cc
 //   G14  what a graph refuses                     graph/graph.h                graph_rows.cc
-//   G15  .g2o files, the choice in three steps    world/g2o_file.h             optimizer_rows.cc, ../pose_graph
-//        buildStructure, setLambda, saveHessian   solve/block_solver.h, octave.h                system_rows.cc
+//   G15  .g2o files, the choice in three steps    world/files/g2o_file.h             optimizer_rows.cc, ../pose_graph
+//        buildStructure, setLambda, saveHessian   sparse/block_solver.h, octave.h                system_rows.cc
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "ch5_backend/solve/plain_block_solver.h"
-#include "ch5_backend/solve/problem.h"
-#include "ch5_backend/solve/sparse_optimizer.h"
+#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/world/g2o_file.h"
+#include "ch5_backend/world/files/g2o_file.h"
 #include "tests/g2o/bundle.h"
 #include "tests/g2o/point_chain.h"
 

@@ -5,9 +5,9 @@
 #include <map>
 #include <sstream>
 
-#include "ch5_backend/solve/octave.h"
-#include "ch5_backend/solve/problem.h"
-#include "ch5_backend/solve/sparse_optimizer.h"
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/sparse/save_hessian.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/edge_between.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "tests/g2o/bundle.h"

@@ -1,6 +1,6 @@
 #include "tests/homework/scenes.h"
 
-#include "ch5_backend/solve/block_diagonal.h"
+#include "ch5_backend/dense/block_diagonal.h"
 
 namespace ch5::homework {
 namespace {

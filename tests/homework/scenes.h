@@ -3,11 +3,11 @@
 
 #include <memory>
 
+#include "ch5_backend/dense/problem.h"
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/graph/sized_edge.h"
-#include "ch5_backend/solve/problem.h"
 #include "ch5_backend/types/vertices.h"
-#include "ch5_backend/world/random.h"
+#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5::homework {
 

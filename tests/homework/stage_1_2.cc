@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "ch5_backend/linear/dense_solvers.h"
 #include "ch5_backend/math/psd.h"
-#include "ch5_backend/solve/linear_solvers.h"
 #include "tests/homework/narrate.h"
 #include "tests/homework/scenes.h"
 #include "tests/homework/submission.h"

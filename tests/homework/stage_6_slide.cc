@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/marginalize/marginalize.h"
-#include "ch5_backend/world/random.h"
+#include "ch5_backend/world/simulate/random.h"
 #include "tests/homework/narrate.h"
 #include "tests/homework/stage_6_window.h"
 

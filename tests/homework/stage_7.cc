@@ -5,9 +5,9 @@
 
 #include <sstream>
 
+#include "ch5_backend/linear/dense_solvers.h"
 #include "ch5_backend/math/psd.h"
-#include "ch5_backend/solve/linear_solvers.h"
-#include "ch5_backend/world/mono_ba.h"
+#include "ch5_backend/world/simulate/mono_ba.h"
 #include "tests/homework/narrate.h"
 #include "tests/homework/stage_7_scene.h"
 

@@ -2,8 +2,8 @@
 /// What a student's file needs most, parsed once. No more: each inline function here is compiled with every file.
 #include <Eigen/Dense>
 
+#include "ch5_backend/dense/block_diagonal.h"
+#include "ch5_backend/dense/edge_products.h"
+#include "ch5_backend/dense/problem.h"
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/math/psd.h"
-#include "ch5_backend/solve/block_diagonal.h"
-#include "ch5_backend/solve/edge_products.h"
-#include "ch5_backend/solve/problem.h"

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/problem.h"
 #include "ch5_backend/marginalize/marginalization_error.h"
 #include "ch5_backend/marginalize/marginalization_info.h"
-#include "ch5_backend/solve/plain_block_solver.h"
-#include "ch5_backend/solve/problem.h"
 #include "ch5_backend/window/vins_window.h"
-#include "ch5_backend/world/mono_ba.h"
+#include "ch5_backend/world/simulate/mono_ba.h"
 
 namespace ch5::homework {
 

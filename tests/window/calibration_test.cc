@@ -1,7 +1,7 @@
 /// What an estimator finds of its camera: the offset of its clock (VN19) and its rotation in the body.
 #include <gtest/gtest.h>
 
-#include "ch5_backend/solve/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/window/landmarks.h"
 #include "tests/window/simulations.h"
 

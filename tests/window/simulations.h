@@ -2,9 +2,9 @@
 /// Recordings for the estimators: a hand-held camera in a room.
 
 #include "ch5_backend/apps/studies/odometry.h"
-#include "ch5_backend/world/paths.h"
-#include "ch5_backend/world/scene_points.h"
-#include "ch5_backend/world/simulation.h"
+#include "ch5_backend/world/simulate/paths.h"
+#include "ch5_backend/world/simulate/scene_points.h"
+#include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {
 

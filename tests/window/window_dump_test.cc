@@ -3,10 +3,10 @@
 #include <filesystem>
 #include <ostream>
 
+#include "ch5_backend/dense/problem.h"
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/marginalize/qr_elimination.h"
-#include "ch5_backend/solve/problem.h"
-#include "ch5_backend/solve/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
 #include "tests/window/oldest.h"
 
 namespace ch5 {

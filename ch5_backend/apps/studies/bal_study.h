@@ -5,7 +5,7 @@
 #include <string>
 
 #include "ch5_backend/apps/studies/file_solve.h"
-#include "ch5_backend/world/bal.h"
+#include "ch5_backend/world/files/bal.h"
 
 namespace ch5 {
 

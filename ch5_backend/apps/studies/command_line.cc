@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "ch5_backend/math/simd.h"
-#include "ch5_backend/world/text_reader.h"
-#include "ch5_backend/world/text_writer.h"
+#include "ch5_backend/world/files/text_reader.h"
+#include "ch5_backend/world/files/text_writer.h"
 
 namespace ch5 {
 namespace {

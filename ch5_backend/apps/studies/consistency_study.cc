@@ -7,12 +7,12 @@
 #include <thread>
 
 #include "ch5_backend/apps/studies/odometry.h"
-#include "ch5_backend/marginalize/gauge_audit.h"
+#include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/math/parallel.h"
-#include "ch5_backend/world/csv.h"
-#include "ch5_backend/world/random.h"
-#include "ch5_backend/world/scene_points.h"
-#include "ch5_backend/world/simulation.h"
+#include "ch5_backend/world/files/csv.h"
+#include "ch5_backend/world/simulate/random.h"
+#include "ch5_backend/world/simulate/scene_points.h"
+#include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {
 namespace {

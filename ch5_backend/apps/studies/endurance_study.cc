@@ -7,11 +7,11 @@
 #include <stdexcept>
 
 #include "ch5_backend/apps/studies/odometry.h"
-#include "ch5_backend/world/align.h"
-#include "ch5_backend/world/csv.h"
-#include "ch5_backend/world/paths.h"
-#include "ch5_backend/world/scene_points.h"
-#include "ch5_backend/world/simulation.h"
+#include "ch5_backend/world/evaluate/align.h"
+#include "ch5_backend/world/files/csv.h"
+#include "ch5_backend/world/simulate/paths.h"
+#include "ch5_backend/world/simulate/scene_points.h"
+#include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "ch5_backend/solve/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
 
 namespace ch5 {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 
 #include "ch5_backend/graph/graph.h"
+#include "ch5_backend/linear/reduced_solver.h"
 #include "ch5_backend/solve/minimizer.h"
-#include "ch5_backend/solve/reduced_solver.h"
-#include "ch5_backend/world/csv.h"
+#include "ch5_backend/world/files/csv.h"
 
 namespace ch5 {
 

@@ -5,8 +5,8 @@
 
 #include "ch5_backend/apps/studies/matrix_rows.h"
 #include "ch5_backend/apps/studies/spectrum.h"
-#include "ch5_backend/solve/problem.h"
-#include "ch5_backend/world/mono_ba.h"
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/world/simulate/mono_ba.h"
 
 namespace ch5 {
 namespace {

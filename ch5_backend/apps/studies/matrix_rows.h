@@ -4,7 +4,7 @@
 #include <string>
 
 #include "ch5_backend/math/eigen_types.h"
-#include "ch5_backend/world/csv.h"
+#include "ch5_backend/world/files/csv.h"
 
 namespace ch5 {
 

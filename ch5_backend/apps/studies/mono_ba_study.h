@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "ch5_backend/solve/problem.h"
-#include "ch5_backend/world/reconstruction.h"
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/world/evaluate/reconstruction.h"
 
 namespace ch5 {
 

@@ -6,10 +6,10 @@
 
 #include "ch5_backend/apps/studies/matrix_rows.h"
 #include "ch5_backend/apps/studies/spectrum.h"
-#include "ch5_backend/world/paths.h"
-#include "ch5_backend/world/scene_points.h"
-#include "ch5_backend/world/simulation.h"
-#include "ch5_backend/world/trajectory_file.h"
+#include "ch5_backend/world/files/trajectory_file.h"
+#include "ch5_backend/world/simulate/paths.h"
+#include "ch5_backend/world/simulate/scene_points.h"
+#include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "ch5_backend/apps/studies/odometry.h"
-#include "ch5_backend/marginalize/gauge_audit.h"
+#include "ch5_backend/consistency/gauge_audit.h"
 
 namespace ch5 {
 

@@ -6,7 +6,7 @@
 
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/types/vertices.h"
-#include "ch5_backend/world/window_dump.h"
+#include "ch5_backend/world/files/window_dump.h"
 
 namespace ch5 {
 

@@ -1,8 +1,8 @@
 // Another project uses the installed package: the course's scene, solved with its gauge fixed.
 #include <cstdio>
 
-#include "ch5_backend/solve/problem.h"
-#include "ch5_backend/world/mono_ba.h"
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/world/simulate/mono_ba.h"
 
 int main() {
   ch5::MonoBa ba;

@@ -1,0 +1,93 @@
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/linear/dense_solvers.h"
+
+namespace ch5 {
+
+Problem::Problem(Graph* graph, LinearSolver linear_solver) : graph_(graph), linear_solver_(linear_solver) {
+  SetOrdering();
+}
+
+Problem::~Problem() = default;
+
+void Problem::SetOrdering() {
+  ordering_ = MakeOrdering(*graph_);
+  ordering_poses_ = ordering_.dim_poses;
+  ordering_landmarks_ = ordering_.dim_landmarks;
+  idx_landmark_vertices_.clear();
+  for (const auto& landmark : ordering_.landmarks) idx_landmark_vertices_.emplace(landmark->Id(), landmark);
+  LandmarkOfEachEdge(ordering_);  // one at most
+  std::vector<int> landmark_dims;
+  for (const auto& landmark : ordering_.landmarks) landmark_dims.push_back(landmark->LocalDimension());
+  if (Hessian_.rows() != Size() || landmark_dims != landmark_dims_) {  // else the zeros of H_mm stand already
+    Hessian_.setZero(Size(), Size());
+    H_damped_.setZero(Size(), Size());
+    landmark_dims_ = std::move(landmark_dims);
+  }
+  SetZero(&Hessian_, &b_);
+}
+
+VecX Problem::HessianDiagonal() const { return Hessian_.diagonal(); }
+
+VecX Problem::MultiplyHessian(const VecX& v) const {
+  const int p = ordering_poses_, m = ordering_landmarks_;
+  VecX Hv = Hessian_.leftCols(p) * v.head(p);
+  Hv.head(p).noalias() += Hessian_.topRightCorner(p, m) * v.tail(m);
+  for (const auto& landmark : ordering_.landmarks) {
+    const int index = landmark->OrderingId(), dim = landmark->LocalDimension();
+    Hv.segment(index, dim) += Hessian_.block(index, index, dim, dim).lazyProduct(v.segment(index, dim));
+  }
+  return Hv;
+}
+
+void Problem::SetZero(QuickMatrix* H, VecX* b) const {
+  const int p = ordering_poses_, m = ordering_landmarks_;
+  H->leftCols(p).setZero();
+  H->topRightCorner(p, m).setZero();
+  for (const auto& landmark : ordering_.landmarks) {
+    const int index = landmark->OrderingId(), dim = landmark->LocalDimension();
+    H->block(index, index, dim, dim).setZero();
+  }
+  b->setZero(Size());
+}
+
+const MatXX& Problem::DampedHessian(double lambda) {
+  const int p = ordering_poses_, m = ordering_landmarks_;
+  H_damped_.leftCols(p) = Hessian_.leftCols(p);
+  H_damped_.topRightCorner(p, m) = Hessian_.topRightCorner(p, m);
+  for (const auto& landmark : ordering_.landmarks) {
+    const int index = landmark->OrderingId(), dim = landmark->LocalDimension();
+    H_damped_.block(index, index, dim, dim) = Hessian_.block(index, index, dim, dim);
+  }
+  for (int i = 0; i < p + m; ++i) H_damped_(i, i) += lambda * DampingEntry(Hessian_(i, i));
+  return H_damped_;
+}
+
+bool Problem::SolvePoses(VecX* delta_x_pp) const { return SolveDense(H_pp_schur_, b_pp_schur_, delta_x_pp); }
+
+bool Problem::SolveDense(const MatXX& A, const VecX& b, VecX* x) const {
+  if (linear_solver_ == LinearSolver::kLdlt) return SolveLdlt(A, b, x);
+  return SolvePcg(A, b, /*max_iterations=*/10 * static_cast<int>(A.rows()) + 100, /*tolerance=*/1e-14, x);
+}
+
+void Problem::UpdateStates(const VecX& delta_x) {
+  for (const auto* vertices : {&ordering_.poses, &ordering_.landmarks}) {
+    for (const auto& vertex : *vertices) {
+      vertex->BackUpParameters();
+      vertex->Plus(delta_x.data() + vertex->OrderingId());
+    }
+  }
+}
+
+void Problem::RollbackStates() {
+  for (const auto& vertex : ordering_.poses) vertex->RollBackParameters();
+  for (const auto& vertex : ordering_.landmarks) vertex->RollBackParameters();
+}
+
+double Problem::StateNorm() const {
+  double sum = 0.0;
+  for (const auto& vertex : ordering_.poses) sum += vertex->Parameters().squaredNorm();
+  for (const auto& vertex : ordering_.landmarks) sum += vertex->Parameters().squaredNorm();
+  return std::sqrt(sum);
+}
+
+}  // namespace ch5

@@ -1,0 +1,214 @@
+#include "ch5_backend/linear/elimination_plan.h"
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+#include <algorithm>
+
+namespace ch5 {
+namespace {
+
+using Lists = std::vector<std::vector<int>>;
+
+// All neighbours of each block, on both sides of the diagonal, itself left out.
+Lists Neighbours(const SymmetricBlockMatrix& A) {
+  Lists neighbours(static_cast<size_t>(A.NumColumns()));
+  for (int j = 0; j < A.NumColumns(); ++j) {
+    for (int block = A.ColumnBegin(j); block < A.ColumnBegin(j + 1); ++block) {
+      const int i = A.Row(block);
+      if (i == j) continue;
+      neighbours[i].push_back(j);
+      neighbours[j].push_back(i);
+    }
+  }
+  return neighbours;
+}
+
+std::vector<int> Invert(const std::vector<int>& order) {
+  std::vector<int> position(order.size());
+  for (size_t k = 0; k < order.size(); ++k) position[order[k]] = static_cast<int>(k);
+  return position;
+}
+
+// Blocks by their distance from the first one, the farthest first; another part of the graph begins anew.
+std::vector<int> FarthestFirst(const Lists& neighbours) {
+  std::vector<int> order;
+  std::vector<bool> seen(neighbours.size(), false);
+  for (int start = 0; start < static_cast<int>(neighbours.size()); ++start) {
+    if (seen[start]) continue;
+    seen[start] = true;
+    size_t next = order.size();
+    for (order.push_back(start); next < order.size(); ++next) {
+      for (const int i : neighbours[order[next]]) {
+        if (!seen[i]) order.push_back(i);
+        seen[i] = true;
+      }
+    }
+  }
+  std::reverse(order.begin(), order.end());
+  return order;
+}
+
+// Approximate minimum degree. Among equals it takes the first that it is given, and on meshes nearly all are equal:
+// given farthest first, sphere2500 needs half the multiplications of the natural order, and fewer than METIS finds.
+std::vector<int> MinimumDegreeOrder(const Lists& neighbours) {
+  const int n = static_cast<int>(neighbours.size());
+  const std::vector<int> names = FarthestFirst(neighbours), new_name = Invert(names);
+  Eigen::SparseMatrix<double> pattern(n, n);
+  pattern.reserve(Eigen::VectorXi::NullaryExpr(n, [&](Eigen::Index k) { return 1 + neighbours[names[k]].size(); }));
+  for (int k = 0; k < n; ++k) {
+    pattern.insert(k, k) = 1.0;
+    for (const int i : neighbours[names[k]]) pattern.insert(new_name[i], k) = 1.0;
+  }
+  pattern.makeCompressed();
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
+  Eigen::AMDOrdering<int>()(pattern, permutation);
+  std::vector<int> order;
+  for (int k = 0; k < n; ++k) order.push_back(names[permutation.indices()[k]]);
+  return order;
+}
+
+// parent[k] = the first block after k that the elimination of k ties to it (Liu's algorithm, with path compression).
+std::vector<int> EliminationTree(const Lists& neighbours, const std::vector<int>& order) {
+  const std::vector<int> position = Invert(order);
+  std::vector<int> parent(order.size(), -1), ancestor(order.size(), -1);
+  for (int k = 0; k < static_cast<int>(order.size()); ++k) {
+    for (const int neighbour : neighbours[order[k]]) {
+      int i = position[neighbour];
+      while (i != -1 && i < k) {
+        const int next = ancestor[i];
+        ancestor[i] = k;
+        if (next == -1) parent[i] = k;
+        i = next;
+      }
+    }
+  }
+  return parent;
+}
+
+// Children before parents, and each subtree in one piece. The largest child comes last: a front can be merged with
+// the child that it follows.
+std::vector<int> Postorder(const std::vector<int>& parent) {
+  const int n = static_cast<int>(parent.size());
+  std::vector<int> size(parent.size(), 1), roots, postorder, stack;
+  Lists children(parent.size());
+  for (int k = 0; k < n; ++k) {
+    if (parent[k] >= 0) size[parent[k]] += size[k];
+    (parent[k] >= 0 ? children[parent[k]] : roots).push_back(k);
+  }
+  for (auto& list : children) {
+    std::stable_sort(list.begin(), list.end(), [&](int a, int b) { return size[a] < size[b]; });
+  }
+  // Reversed, a preorder that visits the last child first is a postorder.
+  for (const int root : roots) {
+    const size_t begin = postorder.size();
+    stack.assign(1, root);
+    while (!stack.empty()) {
+      const int k = stack.back();
+      stack.pop_back();
+      postorder.push_back(k);
+      stack.insert(stack.end(), children[k].begin(), children[k].end());
+    }
+    std::reverse(postorder.begin() + static_cast<long>(begin), postorder.end());
+  }
+  return postorder;
+}
+
+// The fronts of blocks that have exactly the same ties, each by itself if it has no neighbour like that.
+std::vector<Front> ExactFronts(const Lists& neighbours, const EliminationPlan& plan, const std::vector<int>& parent) {
+  const int n = static_cast<int>(plan.order.size());
+  Lists below(plan.order.size()), children(plan.order.size());
+  std::vector<int> seen_by(plan.order.size(), -1);
+  std::vector<Front> fronts;
+  for (int k = 0; k < n; ++k) {
+    const auto add = [&](int i) {
+      if (i <= k || seen_by[i] == k) return;
+      seen_by[i] = k;
+      below[k].push_back(i);
+    };
+    for (const int neighbour : neighbours[plan.order[k]]) add(plan.position[neighbour]);
+    for (const int child : children[k]) {
+      for (const int i : below[child]) add(i);
+    }
+    std::sort(below[k].begin(), below[k].end());
+    if (parent[k] >= 0) children[parent[k]].push_back(k);
+
+    const bool like_last = k > 0 && parent[k - 1] == k && below[k - 1].size() == below[k].size() + 1;
+    if (!like_last) fronts.push_back({k, k, {}});
+    fronts.back().last = k + 1;
+    fronts.back().below = below[k];
+    // From here on only the last block of a front is asked for what is below it.
+    for (const int child : children[k]) below[child] = {};
+  }
+  return fronts;
+}
+
+int SumOfDims(const EliminationPlan& plan, int first, int last) { return plan.offset[last] - plan.offset[first]; }
+
+void SetSizes(const EliminationPlan& plan, Front* front) {
+  front->pivots = SumOfDims(plan, front->first, front->last);
+  front->rows_below = 0;
+  for (const int block : front->below) front->rows_below += SumOfDims(plan, block, block + 1);
+}
+
+double Multiplications(double k, double r) { return k * (k * k / 6.0 + 0.5 * k * r + 0.5 * r * r); }
+
+// What a front costs, in multiplications: small ones are bound by moving numbers and by looking after themselves.
+double Cost(double k, double r) {
+  constexpr double kMovedNumber = 12.0, kFront = 3000.0;
+  return Multiplications(k, r) + kMovedNumber * (0.5 * r * r + k * (0.5 * k + r)) + kFront;
+}
+
+// Merges a front with the child just before it wherever the zeros that this stores cost less than they save.
+std::vector<Front> MergeFronts(const std::vector<Front>& exact) {
+  std::vector<Front> merged;  // backwards
+  for (auto front = exact.rbegin(); front != exact.rend(); ++front) {
+    if (!merged.empty() && !front->below.empty()) {
+      Front& next = merged.back();
+      const bool is_child = front->below[0] >= next.first && front->below[0] < next.last;
+      const double k = next.pivots, r = next.rows_below, k_child = front->pivots, r_child = front->rows_below;
+      if (is_child && Cost(k + k_child, r) < Cost(k, r) + Cost(k_child, r_child)) {
+        next.first = front->first;
+        next.pivots += front->pivots;
+        continue;
+      }
+    }
+    merged.push_back(*front);
+  }
+  std::reverse(merged.begin(), merged.end());
+  return merged;
+}
+
+void FindParents(std::vector<Front>* fronts, int num_blocks) {
+  std::vector<int> front_of(static_cast<size_t>(num_blocks));
+  for (size_t f = 0; f < fronts->size(); ++f) {
+    const Front& front = (*fronts)[f];
+    std::fill(front_of.begin() + front.first, front_of.begin() + front.last, static_cast<int>(f));
+  }
+  for (Front& front : *fronts) front.parent = front.below.empty() ? -1 : front_of[front.below[0]];
+}
+
+}  // namespace
+
+EliminationPlan PlanElimination(const SymmetricBlockMatrix& A) {
+  EliminationPlan plan;
+  if (A.NumColumns() == 0) return plan;
+  const Lists neighbours = Neighbours(A);
+  const std::vector<int> order = MinimumDegreeOrder(neighbours);
+  for (const int k : Postorder(EliminationTree(neighbours, order))) plan.order.push_back(order[k]);
+  plan.position = Invert(plan.order);
+  plan.offset.assign(1, 0);
+  for (const int block : plan.order) plan.offset.push_back(plan.offset.back() + A.Dim(block));
+
+  // A postorder of the tree is as good as the order that made the tree, and the tree is the same but for its names.
+  std::vector<Front> exact = ExactFronts(neighbours, plan, EliminationTree(neighbours, plan.order));
+  for (Front& front : exact) SetSizes(plan, &front);
+  plan.fronts = MergeFronts(exact);
+  FindParents(&plan.fronts, A.NumColumns());
+  for (const Front& front : plan.fronts) {
+    plan.num_factor_values += front.pivots * (0.5 * (front.pivots + 1.0) + front.rows_below);
+    plan.multiplications += Multiplications(front.pivots, front.rows_below);
+  }
+  return plan;
+}
+
+}  // namespace ch5

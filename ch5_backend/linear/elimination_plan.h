@@ -1,0 +1,45 @@
+#pragma once
+/// In which order a sparse symmetric matrix is eliminated, and which dense pieces ("fronts") that makes.
+///
+/// Eliminating a variable ties together all that it was tied to (fill-in). A good order keeps that small: approximate
+/// minimum degree. The eliminated variables form a tree: a variable's parent is the first one, later in the order,
+/// that it is tied to. Neighbours in the order with (nearly) the same ties are eliminated together, as one front:
+///
+///            pivots  below            pivots   the variables that this front eliminates
+///          ┌────────┬───────┐         below    those that they are tied to: all belong to ancestors
+///   pivots │  L_11  │       │
+///          ├────────┼───────┤         U goes to the parent's front, which holds all of its rows:
+///   below  │  L_21  │   U   │         eliminating is marginalising, and U is the message of a subtree.
+///          └────────┴───────┘
+///
+/// Sources: Davis, "Direct Methods for Sparse Linear Systems", ch. 4 and 6; Duff & Reid, "The multifrontal solution of
+/// indefinite sparse symmetric linear equations", 1983; Liu, "The multifrontal method", 1992.
+
+#include <vector>
+
+#include "ch5_backend/linear/block_matrix.h"
+
+namespace ch5 {
+
+/// One dense piece. Blocks are counted in elimination order.
+struct Front {
+  int first, last;         ///< eliminates blocks [first, last)
+  std::vector<int> below;  ///< ascending blocks ≥ last
+  int parent = -1;         ///< the front that eliminates below[0]; −1 for a root
+  int pivots = 0;          ///< the sizes of both in numbers
+  int rows_below = 0;
+};
+
+struct EliminationPlan {
+  std::vector<int> order;          ///< block `order[k]` of the matrix is the k-th to be eliminated
+  std::vector<int> position;       ///< its inverse
+  std::vector<int> offset;         ///< first number of the k-th block in elimination order
+  std::vector<Front> fronts;       ///< children before parents
+  double num_factor_values = 0.0;  ///< numbers in L, the zeros that a front stores included
+  double multiplications = 0.0;    ///< of the factorisation; a dense one takes n³/6
+};
+
+/// Plans for the pattern of A; its values do not matter.
+EliminationPlan PlanElimination(const SymmetricBlockMatrix& A);
+
+}  // namespace ch5

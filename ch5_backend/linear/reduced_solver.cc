@@ -1,0 +1,200 @@
+#include "ch5_backend/linear/reduced_solver.h"
+
+#include <Eigen/Cholesky>
+#include <limits>
+
+#include "ch5_backend/linear/sparse_cholesky.h"
+#include "ch5_backend/math/dense_kernels.h"
+
+namespace ch5 {
+namespace {
+
+// A pivot is the sum of a diagonal entry and of products of its size; what is left below their rounding is zero.
+void MinPivots(const VecX& scale, VecX* min_pivot) {
+  *min_pivot = 8.0 * static_cast<double>(scale.size()) * std::numeric_limits<double>::epsilon() * scale;
+}
+
+class DenseCholesky : public ReducedSolver {
+ public:
+  void Prepare(const SymmetricBlockMatrix& S) override {
+    A_.resize(S.Size(), S.Size() + NumChunks(kernels::kOverread, std::max(1, S.Size())));
+    min_pivot_.resize(S.Size());
+  }
+
+  bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) override {
+    S.CopyLower(&A_);
+    MinPivots(scale, &min_pivot_);
+    if (!kernels::Factor(S.Size(), A_.data(), S.Size(), min_pivot_.data())) return false;
+    *x = b;
+    const auto L = A_.leftCols(S.Size()).triangularView<Eigen::Lower>();
+    L.solveInPlace(*x);
+    L.transpose().solveInPlace(*x);
+    return x->allFinite();
+  }
+
+ private:
+  MatXX A_;  // and some room behind
+  VecX min_pivot_;
+};
+
+class SparseCholeskySolver : public ReducedSolver {
+ public:
+  explicit SparseCholeskySolver(int threads) : cholesky_(threads) {}
+
+  void Prepare(const SymmetricBlockMatrix& S) override { Prepare(S, PlanElimination(S)); }
+  void Prepare(const SymmetricBlockMatrix& S, EliminationPlan plan) {
+    cholesky_.Analyze(S, std::move(plan));
+    min_pivot_.resize(S.Size());
+  }
+
+  bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) override {
+    MinPivots(scale, &min_pivot_);
+    if (!cholesky_.Factorize(S, min_pivot_)) return false;
+    cholesky_.Solve(b, x);
+    return x->allFinite();
+  }
+
+ private:
+  SparseCholesky cholesky_;
+  VecX min_pivot_;
+};
+
+// Everything that a plan depends on: two matrices of equal patterns have the same plan.
+std::vector<int> PatternOf(const SymmetricBlockMatrix& S) {
+  std::vector<int> pattern;
+  pattern.reserve(static_cast<size_t>(2 * S.NumColumns() + S.NumBlocks()));
+  for (int j = 0; j < S.NumColumns(); ++j) {
+    pattern.push_back(S.Dim(j));
+    pattern.push_back(S.ColumnBegin(j + 1));
+    for (int block = S.ColumnBegin(j); block < S.ColumnBegin(j + 1); ++block) pattern.push_back(S.Row(block));
+  }
+  return pattern;
+}
+
+class AutomaticCholesky : public ReducedSolver {
+ public:
+  explicit AutomaticCholesky(int threads) : threads_(threads) {}
+
+  void Prepare(const SymmetricBlockMatrix& S) override {
+    std::vector<int> pattern = PatternOf(S);
+    if (chosen_ && pattern == pattern_) return;
+    pattern_ = std::move(pattern);
+    constexpr double kSmall = 100.0;
+    const double n = S.Size(), columns = S.NumColumns();
+    const bool dense = n <= kSmall || S.NumBlocks() > 0.7 * columns * (columns + 1.0) / 2.0;
+    EliminationPlan plan;
+    if (!dense) plan = PlanElimination(S);
+    if (dense || plan.multiplications > 0.5 * n * n * n / 6.0) {
+      chosen_ = MakeDenseCholesky();
+      chosen_->Prepare(S);
+    } else {
+      auto sparse = std::make_unique<SparseCholeskySolver>(threads_);
+      sparse->Prepare(S, std::move(plan));
+      chosen_ = std::move(sparse);
+    }
+  }
+
+  bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) override {
+    return chosen_->Solve(S, b, scale, x);
+  }
+
+ private:
+  int threads_;
+  std::vector<int> pattern_;
+  std::unique_ptr<ReducedSolver> chosen_;
+};
+
+class BlockPcg : public ReducedSolver {
+ public:
+  BlockPcg(int max_iterations, double tolerance) : max_iterations_(max_iterations), tolerance_(tolerance) {}
+
+  void Prepare(const SymmetricBlockMatrix& S) override {
+    limit_ = max_iterations_ > 0 ? max_iterations_ : 10 * S.Size() + 100;
+    for (VecX* v : {&r_, &z_, &p_, &Ap_}) v->resize(S.Size());
+    factors_.clear();
+    factors_.reserve(static_cast<size_t>(S.NumColumns()));  // not to be copied before they are computed
+    for (int j = 0; j < S.NumColumns(); ++j) factors_.emplace_back(S.Dim(j));
+  }
+
+  bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX&, VecX* x) override {
+    if (!Factorize(S)) return false;
+    x->setZero(b.size());
+    r_ = b;
+    Precondition(S);
+    p_ = z_;
+    double rz = r_.dot(z_);
+    const double goal = tolerance_ * b.norm();
+    for (int i = 0; i < limit_ && r_.norm() > goal; ++i) {
+      S.Multiply(p_.data(), Ap_.data());
+      const double curvature = p_.dot(Ap_);
+      if (!(curvature > 0.0)) return false;
+      *x += (rz / curvature) * p_;
+      r_ -= (rz / curvature) * Ap_;
+      Precondition(S);
+      const double rz_new = r_.dot(z_);
+      p_ = z_ + (rz_new / rz) * p_;
+      rz = rz_new;
+    }
+    return x->allFinite();
+  }
+
+ private:
+  bool Factorize(const SymmetricBlockMatrix& S) {
+    for (int j = 0; j < S.NumColumns(); ++j) {
+      using Block = Eigen::Map<const MatXX, 0, Eigen::OuterStride<>>;
+      factors_[j].compute(
+          Block(S.Values(S.ColumnBegin(j)), S.Dim(j), S.Dim(j), Eigen::OuterStride<>(Stride(S.Dim(j)))));
+      if (factors_[j].info() != Eigen::Success) return false;
+    }
+    return true;
+  }
+
+  void Precondition(const SymmetricBlockMatrix& S) {
+    z_ = r_;
+    for (int j = 0; j < S.NumColumns(); ++j) {
+      auto z_j = z_.segment(S.Offset(j), S.Dim(j));
+      factors_[j].solveInPlace(z_j);
+    }
+  }
+
+  int max_iterations_, limit_ = 0;
+  double tolerance_;
+  std::vector<Eigen::LLT<MatXX>> factors_;
+  VecX r_, z_, p_, Ap_;
+};
+
+}  // namespace
+
+const std::vector<std::pair<std::string, ReducedSolverType>> kReducedSolverNames = {
+    {"automatic", ReducedSolverType::kAutomatic},      {"dense", ReducedSolverType::kDenseCholesky},
+    {"sparse", ReducedSolverType::kSparseCholesky},    {"pcg", ReducedSolverType::kPcg},
+    {"implicit-pcg", ReducedSolverType::kImplicitPcg}, {"power-series", ReducedSolverType::kPowerSeries}};
+
+ReducedSolverType ChooseReducedSolver(ReducedSolverType type, int num_poses, bool tied_by_landmarks_alone) {
+  constexpr int kManyPoses = 400;
+  const bool is_implicit = type == ReducedSolverType::kAutomatic && tied_by_landmarks_alone && num_poses > kManyPoses;
+  return is_implicit ? ReducedSolverType::kPowerSeries : type;
+}
+
+std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type, int threads) {
+  switch (type) {
+    case ReducedSolverType::kDenseCholesky: return MakeDenseCholesky();
+    case ReducedSolverType::kSparseCholesky: return MakeSparseCholesky(threads);
+    case ReducedSolverType::kPcg: return MakeBlockPcg(0, 1e-14);
+    case ReducedSolverType::kImplicitPcg:
+    case ReducedSolverType::kPowerSeries:
+    case ReducedSolverType::kAutomatic: break;
+  }
+  return MakeCholesky(threads);
+}
+
+std::unique_ptr<ReducedSolver> MakeSparseCholesky(int threads) {
+  return std::make_unique<SparseCholeskySolver>(threads);
+}
+std::unique_ptr<ReducedSolver> MakeCholesky(int threads) { return std::make_unique<AutomaticCholesky>(threads); }
+std::unique_ptr<ReducedSolver> MakeDenseCholesky() { return std::make_unique<DenseCholesky>(); }
+std::unique_ptr<ReducedSolver> MakeBlockPcg(int max_iterations, double tolerance) {
+  return std::make_unique<BlockPcg>(max_iterations, tolerance);
+}
+
+}  // namespace ch5

@@ -1,0 +1,160 @@
+#include "ch5_backend/linear/sparse_cholesky.h"
+
+#include <algorithm>
+#include <atomic>
+
+#include "ch5_backend/math/dense_kernels.h"
+
+namespace ch5 {
+namespace {
+
+// Columns or rows of a front that are one task of a loop.
+constexpr int kChunk = 96;
+
+// target += source. Runs are a few blocks long: too short for a library's loop, long enough for two at a time.
+inline void Add(const double* source, int length, double* target) {
+  typedef double Two __attribute__((vector_size(16), aligned(8), may_alias));
+  int i = 0;
+  for (; i + 2 <= length; i += 2) {
+    *reinterpret_cast<Two*>(target + i) += *reinterpret_cast<const Two*>(source + i);
+  }
+  if (i < length) target[i] += source[i];
+}
+
+}  // namespace
+
+// ---- Factorize -------------------------------------------------------------------------------------------------
+
+bool SparseCholesky::Factorize(const SymmetricBlockMatrix& A, const VecX& min_pivot) {
+  for (size_t i = 0; i < permutation_.size(); ++i) min_pivot_[static_cast<long>(i)] = min_pivot[permutation_[i]];
+  std::atomic<bool> ok{true};
+  pool_.Run(static_cast<int>(tasks_.size()) - 1, [&](int t) {
+    for (const int f : tasks_[t].fronts) {
+      if (!ok.load(std::memory_order_relaxed)) return;
+      if (!FactorFront(A, f, nullptr)) ok = false;
+    }
+  });
+  for (const int f : tasks_.back().fronts) {
+    if (!ok) return false;
+    if (!FactorFront(A, f, &pool_)) ok = false;
+  }
+  return ok;
+}
+
+bool SparseCholesky::FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPool* pool) {
+  const Front& front = plan_.fronts[f];
+  const Place& place = places_[f];
+  const int k = front.pivots, r = front.rows_below, m = k + r;
+  double* columns = L_.data() + place.columns;
+  double* L_21 = columns + k;
+  double* U = updates_.data() + place.update;
+
+  std::fill_n(columns, static_cast<ptrdiff_t>(m) * k, 0.0);
+  CopyBlocks(A, place, m);
+  for (const int child : place.children) AddToColumns(child, f);
+  if (!kernels::Factor(k, columns, m, min_pivot_.data() + plan_.offset[front.first])) return false;
+
+  const auto solve_rows = [&](int begin, int end) { kernels::SolveRows(end - begin, k, columns, m, L_21 + begin, m); };
+  const auto multiply_columns = [&](int begin, int end) {
+    constexpr auto kForget = kernels::Old::kForget;
+    double* diagonal = U + begin + static_cast<ptrdiff_t>(begin) * r;
+    kernels::SubtractProductAAt(end - begin, k, L_21 + begin, m, diagonal, r, kForget);
+    kernels::SubtractProductABt(r - end, end - begin, k, L_21 + end, m, L_21 + begin, m, diagonal + end - begin, r,
+                                kForget);
+  };
+  ThreadPool alone;
+  ParallelFor(pool ? pool : &alone, r, kChunk, solve_rows);
+  ParallelFor(pool ? pool : &alone, r, kChunk, multiply_columns);
+  for (const int child : place.children) AddToUpdate(child, f);
+  return true;
+}
+
+// The front's blocks of A into its columns of L, m numbers each.
+void SparseCholesky::CopyBlocks(const SymmetricBlockMatrix& A, const Place& place, ptrdiff_t m) {
+  for (int c = place.copies_begin; c < place.copies_end; ++c) {
+    const Copy& copy = copies_[c];
+    const double* block = A.Values(copy.block);
+    double* target = L_.data() + copy.target;
+    for (int j = 0; j < copy.dim_j; ++j, block += Stride(copy.dim_i)) {
+      if (copy.transposed) {
+        for (int i = 0; i < copy.dim_i; ++i) target[j + i * m] = block[i];
+      } else {
+        for (int i = 0; i < copy.dim_i; ++i) target[i + j * m] = block[i];
+      }
+    }
+  }
+}
+
+// Adds those columns of the child's U that are pivots here.
+void SparseCholesky::AddToColumns(int child, int parent) {
+  const Front& front = plan_.fronts[parent];
+  const ptrdiff_t m = front.pivots + front.rows_below;
+  double* columns = L_.data() + places_[parent].columns;
+  AddRuns(child, places_[child].runs_begin, places_[child].runs_below, columns, m, 0);
+}
+
+// Adds the others to this front's own U, whose first row is that of pivot number k.
+void SparseCholesky::AddToUpdate(int child, int parent) {
+  const ptrdiff_t k = plan_.fronts[parent].pivots, r = plan_.fronts[parent].rows_below;
+  double* U = updates_.data() + places_[parent].update;
+  AddRuns(child, places_[child].runs_below, places_[child].runs_end, U, r, k);
+}
+
+// Columns [begin, end) of the runs, with all rows from the diagonal on; (first, first) goes to target[0].
+void SparseCholesky::AddRuns(int child, int begin, int end, double* target, ptrdiff_t ld, ptrdiff_t first) {
+  const ptrdiff_t r = plan_.fronts[child].rows_below;
+  const double* U = updates_.data() + places_[child].update;
+  const Run* last = runs_.data() + places_[child].runs_end;
+  for (const Run* run = runs_.data() + begin; run != runs_.data() + end; ++run) {
+    for (int c = 0; c < run->length; ++c) {
+      const double* from = U + (run->from + c) * r;
+      double* to = target + (run->to + c - first) * ld;
+      Add(from + run->from + c, run->length - c, to + run->to + c - first);
+      for (const Run* other = run + 1; other != last; ++other) {
+        Add(from + other->from, other->length, to + other->to - first);
+      }
+    }
+  }
+}
+
+// ---- Solve -----------------------------------------------------------------------------------------------------
+
+void SparseCholesky::Solve(const VecX& b, VecX* x) {
+  using Columns = Eigen::Map<const MatXX, 0, Eigen::OuterStride<>>;
+  const int n = static_cast<int>(permutation_.size());
+  for (int i = 0; i < n; ++i) x_[i] = b[permutation_[i]];
+
+  // Calls use(number in x_, number in gathered_, length) for each block below a front.
+  const auto for_rows_below = [&](const Front& front, auto use) {
+    int row = 0;
+    for (const int block : front.below) {
+      const int length = plan_.offset[block + 1] - plan_.offset[block];
+      use(plan_.offset[block], row, length);
+      row += length;
+    }
+  };
+  for (size_t f = 0; f < places_.size(); ++f) {  // L y = b
+    const Front& front = plan_.fronts[f];
+    const int k = front.pivots, r = front.rows_below;
+    const Columns L_11(L_.data() + places_[f].columns, k, k, Eigen::OuterStride<>(k + r));
+    const Columns L_21(L_.data() + places_[f].columns + k, r, k, Eigen::OuterStride<>(k + r));
+    auto x_k = x_.segment(plan_.offset[front.first], k);
+    L_11.triangularView<Eigen::Lower>().solveInPlace(x_k);
+    gathered_.head(r).noalias() = L_21 * x_k;
+    for_rows_below(front, [&](int i, int row, int length) { x_.segment(i, length) -= gathered_.segment(row, length); });
+  }
+  for (int f = static_cast<int>(places_.size()) - 1; f >= 0; --f) {  // Lᵀ x = y
+    const Front& front = plan_.fronts[f];
+    const int k = front.pivots, r = front.rows_below;
+    const Columns L_11(L_.data() + places_[f].columns, k, k, Eigen::OuterStride<>(k + r));
+    const Columns L_21(L_.data() + places_[f].columns + k, r, k, Eigen::OuterStride<>(k + r));
+    auto x_k = x_.segment(plan_.offset[front.first], k);
+    for_rows_below(front, [&](int i, int row, int length) { gathered_.segment(row, length) = x_.segment(i, length); });
+    x_k.noalias() -= L_21.transpose() * gathered_.head(r);
+    L_11.triangularView<Eigen::Lower>().transpose().solveInPlace(x_k);
+  }
+  x->resize(n);
+  for (int i = 0; i < n; ++i) (*x)[permutation_[i]] = x_[i];
+}
+
+}  // namespace ch5

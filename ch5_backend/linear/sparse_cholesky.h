@@ -1,0 +1,89 @@
+#pragma once
+/// Sparse Cholesky A = L Lᵀ of a symmetric block matrix, by dense fronts (the multifrontal method).
+///
+///   for each front, children first:
+///     gather      its columns of A and of the children's U
+///     factor      its pivots:  L_11, L_21          (dense, see math/dense_kernels.h)
+///     pass on     U = −L_21 L_21ᵀ + the rest of the children's U
+///
+/// See elimination_plan.h for the picture. Analyze once per pattern; Factorize and Solve take no memory.
+
+#include <vector>
+
+#include "ch5_backend/linear/elimination_plan.h"
+#include "ch5_backend/math/parallel.h"
+
+namespace ch5 {
+
+class SparseCholesky {
+ public:
+  /// @param threads  the calling one included; any number gives the same bits
+  explicit SparseCholesky(int threads = 1) : pool_(threads) {}
+
+  /// Takes the pattern of A and the plan for it, and all the memory that the rest needs.
+  void Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan);
+  void Analyze(const SymmetricBlockMatrix& A) { Analyze(A, PlanElimination(A)); }
+
+  /// @param A  the pattern is that of Analyze
+  /// @param min_pivot  Size() numbers, in A's order: the square of a diagonal entry of L must exceed its own
+  /// @return false if A is not positive definite by that measure; there is then no L
+  bool Factorize(const SymmetricBlockMatrix& A, const VecX& min_pivot);
+
+  /// x = A⁻¹ b with the last factorisation, which must have succeeded.
+  void Solve(const VecX& b, VecX* x);
+
+  const EliminationPlan& Plan() const { return plan_; }
+  /// [L_11; L_21] of front f in the last factorisation; what stands above the diagonal of L_11 has no meaning.
+  Eigen::Map<const MatXX, 0, Eigen::OuterStride<>> Columns(int f) const {
+    const int pivots = plan_.fronts[f].pivots, rows = pivots + plan_.fronts[f].rows_below;
+    return {L_.data() + places_[f].columns, rows, pivots, Eigen::OuterStride<>(rows)};
+  }
+  /// Bytes of L and of the fronts in work.
+  size_t MemoryBytes() const { return sizeof(double) * (L_.size() + updates_.size()); }
+
+ private:
+  /// A block of A and its place in a front's columns of L.
+  struct Copy {
+    int block, dim_i, dim_j;  // of A: dim_i×dim_j
+    ptrdiff_t target;
+    bool transposed;
+  };
+  /// Consecutive rows of a front's U that are consecutive in the parent's front too.
+  struct Run {
+    int from, to, length;
+  };
+  /// Where a front's numbers are. Its pivot columns have pivots + rows_below rows, U is rows_below square.
+  struct Place {
+    ptrdiff_t columns, update;
+    int copies_begin, copies_end;
+    int runs_begin, runs_below, runs_end;  // from runs_below on they are below the parent's pivots
+    std::vector<int> children;
+  };
+  /// Fronts that one thread works through, children first.
+  struct Task {
+    std::vector<int> fronts;
+  };
+
+  void PlaceColumns();
+  void PlanGathering(const SymmetricBlockMatrix& A);
+  void PlanRuns(int child, int parent_pivots, const std::vector<int>& row_of);
+  void PlanTasks();
+  void PlaceUpdates();
+  bool FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPool* pool);
+  void CopyBlocks(const SymmetricBlockMatrix& A, const Place& place, ptrdiff_t m);
+  void AddToColumns(int child, int parent);
+  void AddToUpdate(int child, int parent);
+  void AddRuns(int child, int begin, int end, double* target, ptrdiff_t ld, ptrdiff_t first);
+
+  ThreadPool pool_;
+  EliminationPlan plan_;
+  std::vector<Place> places_;
+  std::vector<Copy> copies_;
+  std::vector<Run> runs_;
+  std::vector<Task> tasks_;  // the last one waits for all others
+  std::vector<double> L_, updates_;
+  std::vector<int> permutation_;   // number i in elimination order is number permutation_[i] of A
+  VecX min_pivot_, x_, gathered_;  // the first two in elimination order; the rows below a front
+};
+
+}  // namespace ch5

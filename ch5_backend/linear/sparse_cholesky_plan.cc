@@ -1,0 +1,176 @@
+// Everything that depends on the pattern alone: where numbers lie, what is copied and added where, who does what.
+
+#include <algorithm>
+
+#include "ch5_backend/linear/sparse_cholesky.h"
+#include "ch5_backend/math/dense_kernels.h"
+
+namespace ch5 {
+
+void SparseCholesky::Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan) {
+  plan_ = std::move(plan);
+  places_.assign(plan_.fronts.size(), {});
+  for (size_t f = 0; f < plan_.fronts.size(); ++f) {
+    const int parent = plan_.fronts[f].parent;
+    if (parent >= 0) places_[parent].children.push_back(static_cast<int>(f));
+  }
+  PlaceColumns();
+  PlanGathering(A);
+  PlanTasks();
+  PlaceUpdates();
+
+  permutation_.clear();
+  for (const int block : plan_.order) {
+    for (int i = 0; i < A.Dim(block); ++i) permutation_.push_back(A.Offset(block) + i);
+  }
+  min_pivot_.resize(A.Size());
+  x_.resize(A.Size());
+  int most_below = 0;
+  for (const Front& front : plan_.fronts) most_below = std::max(most_below, front.rows_below);
+  gathered_.resize(most_below);
+}
+
+void SparseCholesky::PlaceColumns() {
+  ptrdiff_t size = 0;
+  for (size_t f = 0; f < places_.size(); ++f) {
+    const Front& front = plan_.fronts[f];
+    places_[f].columns = size;
+    size += static_cast<ptrdiff_t>(front.pivots + front.rows_below) * front.pivots + kernels::kOverread;
+  }
+  L_.assign(static_cast<size_t>(size), 0.0);
+}
+
+// A block (i, j) of A goes to the front that eliminates the earlier of the two; a child's U goes to its parent.
+void SparseCholesky::PlanGathering(const SymmetricBlockMatrix& A) {
+  struct Pair {
+    int block, i, j;
+  };
+  std::vector<int> front_of(plan_.order.size());
+  for (size_t f = 0; f < places_.size(); ++f) {
+    const Front& front = plan_.fronts[f];
+    std::fill(front_of.begin() + front.first, front_of.begin() + front.last, static_cast<int>(f));
+  }
+  std::vector<std::vector<Pair>> pairs(places_.size());
+  for (int j = 0; j < A.NumColumns(); ++j) {
+    for (int block = A.ColumnBegin(j); block < A.ColumnBegin(j + 1); ++block) {
+      const int i = A.Row(block);
+      pairs[front_of[std::min(plan_.position[i], plan_.position[j])]].push_back({block, i, j});
+    }
+  }
+
+  copies_.clear();
+  runs_.clear();
+  std::vector<int> row_of(plan_.order.size());  // of a block (in elimination order) in the front at hand
+  for (size_t f = 0; f < places_.size(); ++f) {
+    const Front& front = plan_.fronts[f];
+    int row = 0;
+    const auto next_row = [&](int block) {
+      row_of[block] = row;
+      row += plan_.offset[block + 1] - plan_.offset[block];
+    };
+    for (int block = front.first; block < front.last; ++block) next_row(block);
+    for (const int block : front.below) next_row(block);
+
+    places_[f].copies_begin = static_cast<int>(copies_.size());
+    for (const auto& [block, i, j] : pairs[f]) {
+      const int row_i = row_of[plan_.position[i]], row_j = row_of[plan_.position[j]];
+      const ptrdiff_t column = std::min(row_i, row_j);
+      const ptrdiff_t target = places_[f].columns + std::max(row_i, row_j) + column * row;
+      copies_.push_back({block, A.Dim(i), A.Dim(j), target, row_i < row_j});
+    }
+    places_[f].copies_end = static_cast<int>(copies_.size());
+    for (const int child : places_[f].children) PlanRuns(child, front.pivots, row_of);
+  }
+}
+
+void SparseCholesky::PlanRuns(int child, int parent_pivots, const std::vector<int>& row_of) {
+  const int begin = static_cast<int>(runs_.size());
+  int from = 0;
+  for (const int block : plan_.fronts[child].below) {
+    const int to = row_of[block], length = plan_.offset[block + 1] - plan_.offset[block];
+    // A run does not cross from the parent's pivots to the rows below: the two are stored apart.
+    const bool continues =
+        static_cast<int>(runs_.size()) > begin && to != parent_pivots && runs_.back().to + runs_.back().length == to;
+    if (continues) {
+      runs_.back().length += length;
+    } else {
+      runs_.push_back({from, to, length});
+    }
+    from += length;
+  }
+  const auto is_below = [&](const Run& run) { return run.to >= parent_pivots; };
+  places_[child].runs_begin = begin;
+  places_[child].runs_below =
+      static_cast<int>(std::find_if(runs_.begin() + begin, runs_.end(), is_below) - runs_.begin());
+  places_[child].runs_end = static_cast<int>(runs_.size());
+}
+
+// Whole subtrees, each a small part of the work, go to any thread; what joins them comes last.
+void SparseCholesky::PlanTasks() {
+  const int n = static_cast<int>(places_.size());
+  std::vector<double> work(places_.size(), 1.0);
+  for (int f = 0; f < n; ++f) {
+    const double k = plan_.fronts[f].pivots, m = k + plan_.fronts[f].rows_below;
+    work[f] += k * m * m;
+    for (const int child : places_[f].children) work[f] += work[child];
+  }
+  double total = 0.0;
+  for (int f = 0; f < n; ++f) total += plan_.fronts[f].parent < 0 ? work[f] : 0.0;
+  const double small = pool_.Threads() == 1 ? total : total / (6.0 * pool_.Threads());
+
+  std::vector<int> task_of(places_.size(), -1), heads;
+  for (int f = n - 1; f >= 0; --f) {
+    const int parent = plan_.fronts[f].parent;
+    if (parent >= 0 && task_of[parent] >= 0) {
+      task_of[f] = task_of[parent];
+    } else if (work[f] <= small) {
+      task_of[f] = static_cast<int>(heads.size());
+      heads.push_back(f);
+    }
+  }
+  std::vector<int> by_work(heads.size());
+  for (size_t t = 0; t < heads.size(); ++t) by_work[t] = static_cast<int>(t);
+  std::stable_sort(by_work.begin(), by_work.end(), [&](int a, int b) { return work[heads[a]] > work[heads[b]]; });
+  const std::vector<int> rank = [&] {
+    std::vector<int> r(heads.size());
+    for (size_t t = 0; t < heads.size(); ++t) r[by_work[t]] = static_cast<int>(t);
+    return r;
+  }();
+  tasks_.assign(heads.size() + 1, {});
+  for (int f = 0; f < n; ++f) (task_of[f] < 0 ? tasks_.back() : tasks_[rank[task_of[f]]]).fronts.push_back(f);
+}
+
+// A U lives from its front to its parent. In a postorder these lives nest, but for a front whose U is made while its
+// children's are still needed. So each task has two stacks, for the even and the odd generations of the tree.
+void SparseCholesky::PlaceUpdates() {
+  const int n = static_cast<int>(places_.size());
+  std::vector<int> generation(places_.size(), 0), task_of(places_.size(), 0);
+  for (int f = n - 1; f >= 0; --f) {
+    if (plan_.fronts[f].parent >= 0) generation[f] = 1 - generation[plan_.fronts[f].parent];
+  }
+  for (size_t t = 0; t < tasks_.size(); ++t) {
+    for (const int f : tasks_[t].fronts) task_of[f] = static_cast<int>(t);
+  }
+  const auto size = [&](int f) {
+    const ptrdiff_t r = plan_.fronts[f].rows_below;
+    return r * r + kernels::kOverread;
+  };
+  ptrdiff_t base = 0;
+  for (const Task& task : tasks_) {
+    ptrdiff_t top[2] = {0, 0}, peak[2] = {0, 0};
+    for (const int f : task.fronts) {
+      const int g = generation[f];
+      places_[f].update = top[g];  // within its stack
+      top[g] += size(f);
+      peak[g] = std::max(peak[g], top[g]);
+      for (const int child : places_[f].children) {
+        if (task_of[child] == task_of[f]) top[1 - g] -= size(child);
+      }
+    }
+    for (const int f : task.fronts) places_[f].update += base + (generation[f] == 0 ? 0 : peak[0]);
+    base += peak[0] + peak[1];
+  }
+  updates_.assign(static_cast<size_t>(base), 0.0);
+}
+
+}  // namespace ch5

@@ -1,0 +1,297 @@
+#pragma once
+/// The inner loops of the fast room, on raw blocks. Sizes known at compile time unroll; Dynamic ones are read at run
+/// time. Every block has Stride(rows) numbers a column (see block_matrix.h), Jacobians Stride(columns) numbers a row;
+/// their padding is zero, so whole SIMD registers are computed. Blocks W of H_pm have no padding: who reads one in whole
+/// registers reads on into the next block, and what it makes of that lies in the padding of its result.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <limits>
+
+#include "ch5_backend/graph/edge_batch.h"
+#include "ch5_backend/linear/block_matrix.h"
+
+namespace ch5::kernels {
+
+/// A size that is a constant where it is known at compile time.
+template <int N>
+CH5_INLINE constexpr int Pick(int size) {
+  return N == Eigen::Dynamic ? size : N;
+}
+
+CH5_INLINE Lanes* AsLanes(double* x) { return reinterpret_cast<Lanes*>(x); }
+CH5_INLINE const Lanes* AsLanes(const double* x) { return reinterpret_cast<const Lanes*>(x); }
+
+CH5_INLINE WideLanes* AsWide(double* x) { return reinterpret_cast<WideLanes*>(x); }
+CH5_INLINE const WideLanes* AsWide(const double* x) { return reinterpret_cast<const WideLanes*>(x); }
+
+typedef float Floats __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float WideFloats __attribute__((vector_size(32), aligned(4), may_alias));
+CH5_INLINE Floats* AsFloats(float* x) { return reinterpret_cast<Floats*>(x); }
+CH5_INLINE const Floats* AsFloats(const float* x) { return reinterpret_cast<const Floats*>(x); }
+
+/// Four numbers, widened where they are stored in single precision.
+CH5_INLINE void LoadLanes(const double* x, Lanes* v) { *v = *AsLanes(x); }
+CH5_INLINE void LoadLanes(const float* x, Lanes* v) { *v = __builtin_convertvector(*AsFloats(x), Lanes); }
+/// x = v, or x += v.
+CH5_INLINE void PutLanes(const Lanes& v, bool forget, double* x) { *AsLanes(x) = forget ? v : *AsLanes(x) + v; }
+CH5_INLINE void PutLanes(const Lanes& v, bool forget, float* x) {
+  const Floats narrow = __builtin_convertvector(v, Floats);
+  *AsFloats(x) = forget ? narrow : *AsFloats(x) + narrow;
+}
+
+/// Four by four numbers, in place.
+CH5_INLINE void Transpose(Lanes (&x)[4]) {
+  const Lanes ab_even = __builtin_shufflevector(x[0], x[1], 0, 4, 2, 6);
+  const Lanes ab_odd = __builtin_shufflevector(x[0], x[1], 1, 5, 3, 7);
+  const Lanes cd_even = __builtin_shufflevector(x[2], x[3], 0, 4, 2, 6);
+  const Lanes cd_odd = __builtin_shufflevector(x[2], x[3], 1, 5, 3, 7);
+  x[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+  x[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+  x[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+  x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/// So many numbers of H_pm ahead, a page, passes ask for what they will read: processors do not guess across pages.
+template <int Size, typename Scalar>
+CH5_INLINE void PrefetchPageAhead(const Scalar* x) {
+  constexpr int kLine = 64 / static_cast<int>(sizeof(Scalar)), kPage = 4096 / static_cast<int>(sizeof(Scalar));
+  CH5_UNROLL
+  for (int i = 0; i < Size; i += kLine) __builtin_prefetch(x + kPage + i);
+}
+
+/// A Jacobian with R rows and P columns, in registers of eight where `Wide`, the rest of a row in registers of four; A is
+/// row-major with Stride(P) numbers a row, the padding zero.
+template <int R, int P, bool Wide>
+class Rows {
+  static constexpr int kWide = Wide ? Stride(P) / kPack : 0, kFirst = kWide * kPack;  // the first of the rest
+  static constexpr int kNarrow = (Stride(P) - kFirst) / kLanes;
+
+ public:
+  explicit CH5_INLINE Rows(const double* A) {
+    CH5_UNROLL
+    for (int r = 0; r < R; ++r, A += Stride(P)) {
+      CH5_UNROLL
+      for (int k = 0; k < kWide; ++k) wide_[r][k] = AsWide(A)[k];
+      CH5_UNROLL
+      for (int k = 0; k < kNarrow; ++k) narrow_[r][k] = AsLanes(A + kFirst)[k];
+    }
+  }
+
+  /// C (P×Q) += AᵀB; B has R rows like A. Of the rows below C's diagonal, not all if `kUpper`.
+  template <int Q, bool kUpper = false>
+  CH5_INLINE void AddTransposeProduct(const double* B, double* C) const {
+    CH5_UNROLL
+    for (int c = 0; c < Q; ++c, C += Stride(P)) AddColumn<Stride(Q)>(B + c, kUpper ? c : P - 1, C);
+  }
+
+  /// The same for a C without padding, whose old values may be forgotten: nothing behind it is written, which may be
+  /// another thread's.
+  template <int Q, typename Scalar>
+  CH5_INLINE void AddTransposeProductTight(const double* B, bool forget, Scalar* C) const {
+    PrefetchPageAhead<P * Q>(C);
+    CH5_UNROLL
+    for (int c = 0; c < Q; ++c, C += P) {
+      alignas(64) double sum[Stride(P)] = {};
+      AddColumn<Stride(Q)>(B + c, P - 1, sum);
+      CH5_UNROLL
+      for (int k = 0; k < P / kLanes; ++k) PutLanes(AsLanes(sum)[k], forget, C + k * kLanes);
+      CH5_UNROLL
+      for (int i = P / kLanes * kLanes; i < P; ++i) C[i] = static_cast<Scalar>(forget ? sum[i] : C[i] + sum[i]);
+    }
+  }
+
+  /// y (P, padded) −= Aᵀ r
+  CH5_INLINE void SubtractTransposeVector(const double* r, double* y) const {
+    const double minus[2] = {-r[0], -r[1]};
+    static_assert(R == 2);
+    AddColumn<1>(minus, P - 1, y);
+  }
+
+ private:
+  // y += Aᵀb for the registers that begin at `last_row` or above; b's numbers lie Step apart.
+  template <int Step>
+  CH5_INLINE void AddColumn(const double* b, int last_row, double* y) const {
+    CH5_UNROLL
+    for (int k = 0; k < kWide; ++k) {
+      if (k * kPack > last_row) continue;
+      WideLanes sum = AsWide(y)[k];
+      CH5_UNROLL
+      for (int r = 0; r < R; ++r) sum += wide_[r][k] * b[r * Step];
+      AsWide(y)[k] = sum;
+    }
+    CH5_UNROLL
+    for (int k = 0; k < kNarrow; ++k) {
+      if (kFirst + k * kLanes > last_row) continue;
+      Lanes sum = AsLanes(y + kFirst)[k];
+      CH5_UNROLL
+      for (int r = 0; r < R; ++r) sum += narrow_[r][k] * b[r * Step];
+      AsLanes(y + kFirst)[k] = sum;
+    }
+  }
+
+  WideLanes wide_[R][kWide > 0 ? kWide : 1];
+  Lanes narrow_[R][kNarrow > 0 ? kNarrow : 1];
+};
+
+/// C (p×q) −= W Bᵀ;  W is p×l, B is q×l.
+template <int P, int Q, int L>
+CH5_INLINE void SubtractProduct(const double* W, const double* B, int p_size, int q_size, int l_size, double* C) {
+  const int rows = Pick<P>(p_size), q = Pick<Q>(q_size), B_stride = Stride(q), l = Pick<L>(l_size);
+  if constexpr (P != Eigen::Dynamic && Q != Eigen::Dynamic && L != Eigen::Dynamic) {
+    constexpr int kP = Stride(P) / kLanes;
+    Lanes a[L][kP];  // all of W stays in registers: 9 of them for a camera and a point
+    CH5_UNROLL
+    for (int m = 0; m < L; ++m) {
+      CH5_UNROLL
+      for (int k = 0; k < kP; ++k) a[m][k] = AsLanes(W + m * rows)[k];
+    }
+    CH5_UNROLL
+    for (int c = 0; c < Q; ++c) {
+      CH5_UNROLL
+      for (int k = 0; k < kP; ++k) {
+        Lanes sum = AsLanes(C)[c * kP + k];
+        CH5_UNROLL
+        for (int m = 0; m < L; ++m) sum -= a[m][k] * B[m * B_stride + c];
+        AsLanes(C)[c * kP + k] = sum;
+      }
+    }
+  } else {
+    const int p = Stride(rows) / kLanes;
+    for (int c = 0; c < q; ++c) {
+      for (int k = 0; k < p; ++k) {
+        Lanes sum = AsLanes(C)[c * p + k];
+        for (int m = 0; m < l; ++m) sum -= AsLanes(W + m * rows)[k] * B[m * B_stride + c];
+        AsLanes(C)[c * p + k] = sum;
+      }
+    }
+  }
+}
+
+/// Y (p×l) = W V;  W is p×l, V l×l without padding, symmetric.
+template <int P, int L>
+CH5_INLINE void Multiply(const double* W, const double* V, int p_size, int l_size, double* Y) {
+  const int rows = Pick<P>(p_size), p = Stride(rows) / kLanes, l = Pick<L>(l_size);
+  for (int c = 0; c < l; ++c) {
+    for (int k = 0; k < p; ++k) {
+      Lanes sum = AsLanes(W)[k] * V[c * l];
+      for (int m = 1; m < l; ++m) sum += AsLanes(W + m * rows)[k] * V[c * l + m];
+      AsLanes(Y)[c * p + k] = sum;
+    }
+  }
+}
+
+/// y (p, padded) −= W x;  W is p×l.
+template <int P, int L>
+CH5_INLINE void SubtractProductVector(const double* W, const double* x, int p_size, int l_size, double* y) {
+  const int rows = Pick<P>(p_size), p = Stride(rows) / kLanes, l = Pick<L>(l_size);
+  for (int k = 0; k < p; ++k) {
+    Lanes sum = AsLanes(y)[k];
+    for (int m = 0; m < l; ++m) sum -= AsLanes(W + m * rows)[k] * x[m];
+    AsLanes(y)[k] = sum;
+  }
+}
+
+/// Σ Wᵀx over blocks W (P×L) of one landmark, summed across lanes only once.
+template <int P, int L>
+class TransposedSum {
+ public:
+  template <typename Scalar>
+  CH5_INLINE void Add(const Scalar* W, const double* x) {
+    PrefetchPageAhead<P * L>(W);
+    CH5_UNROLL
+    for (int m = 0; m < L; ++m, W += P) {
+      CH5_UNROLL
+      for (int k = 0; k < kWhole; ++k) {
+        Lanes w;
+        LoadLanes(W + k * kLanes, &w);
+        sums_[m] += w * AsLanes(x)[k];
+      }
+      CH5_UNROLL
+      for (int k = kWhole * kLanes; k < P; ++k) rest_[m] += W[k] * x[k];
+    }
+  }
+  CH5_INLINE double At(int m) const { return rest_[m] + ((sums_[m][0] + sums_[m][1]) + (sums_[m][2] + sums_[m][3])); }
+
+ private:
+  static constexpr int kWhole = P / kLanes;
+  Lanes sums_[L] = {};
+  double rest_[L] = {};
+};
+
+/// y (l) += Wᵀx;  W is p×l.
+template <int P, int L, typename Scalar>
+CH5_INLINE void AddTransposed(const Scalar* W, const double* x, int p_size, int l_size, double* y) {
+  const int p = Pick<P>(p_size), l = Pick<L>(l_size), whole = p / kLanes;
+  for (int m = 0; m < l; ++m) {
+    const Scalar* column = W + m * p;
+    Lanes sums = {}, w;
+    for (int k = 0; k < whole; ++k) {
+      LoadLanes(column + k * kLanes, &w);
+      sums += w * AsLanes(x)[k];
+    }
+    double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    for (int k = whole * kLanes; k < p; ++k) sum += column[k] * x[k];
+    y[m] += sum;
+  }
+}
+
+/// y (l) += V x;  V is l×l without padding, symmetric.
+template <int L>
+CH5_INLINE void AddSymmetric(const double* V, const double* x, int l_size, double* y) {
+  const int l = Pick<L>(l_size);
+  for (int c = 0; c < l; ++c) {
+    for (int k = 0; k < l; ++k) y[k] += V[c * l + k] * x[c];
+  }
+}
+
+CH5_INLINE bool AllTrue(bool good) { return good; }
+template <typename Mask>
+CH5_INLINE bool AllTrue(const Mask& good) {
+  bool all = true;
+  for (int k = 0; k < kPack; ++k) all = all && good[k];
+  return all;
+}
+CH5_INLINE void SquareRoot(const double& x, double* root) { *root = std::sqrt(x); }
+CH5_INLINE void SquareRoot(const WideLanes& x, WideLanes* root) {
+  for (int k = 0; k < kPack; ++k) (*root)[k] = std::sqrt(x[k]);
+}
+
+/// V = A⁻¹ by Cholesky, both l×l without padding; A is overwritten by its factor. T is a number, or one for each lane.
+/// @return  false unless every pivot exceeds 8·l·ε of its diagonal entry, whatever the units: below is rounding
+template <int L, typename T>
+CH5_INLINE bool InvertSymmetric(T* A, int l_size, T* V) {
+  const int l = Pick<L>(l_size);
+  const double rounding = 8.0 * l * std::numeric_limits<double>::epsilon(), most = std::numeric_limits<double>::max();
+  auto good = A[0] == A[0];
+  for (int j = 0; j < l; ++j) {  // A = G Gᵀ, G in the lower half
+    T pivot = A[j * l + j], root;
+    for (int k = 0; k < j; ++k) pivot -= A[k * l + j] * A[k * l + j];
+    good = good & (pivot > rounding * A[j * l + j]) & (pivot <= most);
+    SquareRoot(pivot, &root);
+    root = 1.0 / root;
+    for (int i = j + 1; i < l; ++i) {
+      T sum = A[j * l + i];
+      for (int k = 0; k < j; ++k) sum -= A[k * l + i] * A[k * l + j];
+      A[j * l + i] = sum * root;
+    }
+    A[j * l + j] = root;  // the reciprocal of G_jj
+  }
+  for (int c = 0; c < l; ++c) {  // G⁻¹ in place, column by column
+    for (int i = c + 1; i < l; ++i) {
+      T sum = {};
+      for (int k = c; k < i; ++k) sum -= A[k * l + i] * A[c * l + k];
+      A[c * l + i] = sum * A[i * l + i];
+    }
+  }
+  for (int c = 0; c < l; ++c) {  // V = G⁻ᵀG⁻¹
+    for (int r = c; r < l; ++r) {
+      T sum = A[r * l + r] * A[c * l + r];
+      for (int k = r + 1; k < l; ++k) sum += A[r * l + k] * A[c * l + k];
+      V[c * l + r] = V[r * l + c] = sum;
+    }
+  }
+  return AllTrue(good);
+}
+
+}  // namespace ch5::kernels

@@ -1,0 +1,295 @@
+#include "ch5_backend/sparse/block_structure.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace ch5 {
+namespace {
+
+constexpr int kNone = -1;
+
+// Sorts items [begin, end) by key(item) in [0, num_keys), equal ones in their order.
+// @return where the items of each key begin, and where the last ones end, counted from `begin`
+template <typename Iterator, typename Key>
+std::vector<int> SortByKey(Iterator begin, Iterator end, int num_keys, const Key& key) {
+  std::vector<int> begins(static_cast<size_t>(num_keys) + 2, 0);
+  for (auto item = begin; item != end; ++item) ++begins[key(*item) + 2];
+  for (int k = 2; k <= num_keys; ++k) begins[k] += begins[k - 1];
+  const std::vector<int> items(begin, end);
+  for (const int item : items) begin[begins[key(item) + 1]++] = item;
+  begins.pop_back();
+  return begins;
+}
+
+std::vector<int> Numbers(size_t count) {
+  std::vector<int> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return numbers;
+}
+
+// Fills a BlockStructure step by step, in the order in which Build calls them. Edges and vertices are asked no more
+// here: all is in the flat numbers of the incidence.
+class Builder {
+ public:
+  BlockStructure Build(Ordering ordering) {
+    s_.ordering = std::move(ordering);
+    NumberPoses();
+    GroupEdges();
+    ListPosesOfLandmarks();
+    SortLandmarks();
+    NumberLandmarks();
+    FindSlots();
+    ListEdges();
+    FindPatterns();
+    ListPairs();
+    ListProducts();
+    CutChunks();
+    incidence_ = {};
+    return std::move(s_);
+  }
+
+ private:
+  void NumberPoses() {
+    for (const auto& vertex : s_.ordering.poses) {
+      s_.poses.push_back(vertex.get());
+      s_.pose_dim.push_back(vertex->LocalDimension());
+      s_.pose_offset.push_back(vertex->OrderingId());
+    }
+  }
+
+  // By landmark as the ordering numbers them, then those between poses, then the constant ones.
+  void GroupEdges() {
+    const std::vector<int> landmark_of = LandmarkOfEachEdge(s_.ordering);
+    const int num_landmarks = static_cast<int>(s_.ordering.landmarks.size());
+    edges_ = Numbers(s_.ordering.edges.size());
+    edges_begin_ = SortByKey(edges_.begin(), edges_.end(), num_landmarks + 2, [&](int e) {
+      if (landmark_of[e] != kNone) return landmark_of[e];
+      return incidence_.begin[e] < incidence_.begin[e + 1] ? num_landmarks : num_landmarks + 1;
+    });
+    s_.num_landmark_edges = edges_begin_[num_landmarks];
+    s_.num_active_edges = edges_begin_[num_landmarks + 1];
+  }
+
+  // The free poses that share an edge with each landmark, by ascending block.
+  void ListPosesOfLandmarks() {
+    std::vector<int> last_seen_by(s_.poses.size(), kNone);
+    const int num_poses = static_cast<int>(s_.poses.size());
+    for (int l = 0; l < static_cast<int>(s_.ordering.landmarks.size()); ++l) {
+      for (int k = edges_begin_[l]; k < edges_begin_[l + 1]; ++k) {
+        for (int i = incidence_.begin[edges_[k]]; i < incidence_.begin[edges_[k] + 1]; ++i) {
+          const int number = incidence_.entries[i].number;
+          if (number >= num_poses || last_seen_by[number] == l) continue;
+          last_seen_by[number] = l;
+          seen_by_.push_back(number);
+        }
+      }
+      std::sort(seen_by_.begin() + seen_by_begin_.back(), seen_by_.end());
+      seen_by_begin_.push_back(static_cast<int>(seen_by_.size()));
+    }
+  }
+
+  // By these lists as words are sorted in a lexicon, equal ones by dimension: a radix sort from the last place to the
+  // first, which each list joins at its own end (Aho, Hopcroft & Ullman 1974, §3.2).
+  void SortLandmarks() {
+    const auto& landmarks = s_.ordering.landmarks;
+    order_ = Numbers(landmarks.size());
+    int largest = 0, longest = 0;
+    for (const int l : order_) {
+      largest = std::max(largest, landmarks[l]->LocalDimension());
+      longest = std::max(longest, Length(l));
+    }
+    SortByKey(order_.begin(), order_.end(), largest + 1, [&](int l) { return landmarks[l]->LocalDimension(); });
+    const auto begin = SortByKey(order_.begin(), order_.end(), longest + 1, [&](int l) { return Length(l); });
+    for (int place = longest - 1; place >= 0; --place) {
+      SortByKey(order_.begin() + begin[place + 1], order_.end(), static_cast<int>(s_.poses.size()),
+                [&](int l) { return seen_by_[seen_by_begin_[l] + place]; });
+    }
+  }
+  int Length(int l) const { return seen_by_begin_[l + 1] - seen_by_begin_[l]; }
+
+  void NumberLandmarks() {
+    for (const int l : order_) {
+      Vertex* vertex = s_.ordering.landmarks[l].get();
+      const int dim = vertex->LocalDimension();
+      s_.landmarks.push_back(vertex);
+      s_.landmark_dim.push_back(dim);
+      s_.landmark_offset.push_back(vertex->OrderingId());
+      s_.landmark_block.push_back(s_.num_H_mm_values);
+      s_.num_H_mm_values += dim * dim;
+    }
+  }
+
+  void FindSlots() {
+    for (std::vector<int>* list : {&s_.slot_pose, &s_.slot_landmark, &s_.slot_block})
+      list->reserve(seen_by_.size() + 1);
+    s_.landmark_slots.push_back(0);
+    for (int l = 0; l < static_cast<int>(order_.size()); ++l) {
+      for (int k = seen_by_begin_[order_[l]]; k < seen_by_begin_[order_[l] + 1]; ++k) {
+        s_.slot_pose.push_back(seen_by_[k]);
+        s_.slot_landmark.push_back(l);
+        s_.slot_block.push_back(s_.num_H_pm_values);
+        s_.num_H_pm_values += s_.pose_dim[seen_by_[k]] * s_.landmark_dim[l];
+      }
+      s_.landmark_slots.push_back(static_cast<int>(s_.slot_pose.size()));
+    }
+    s_.slot_block.push_back(s_.num_H_pm_values);
+    s_.pose_slots = Numbers(s_.slot_pose.size());
+    s_.pose_slots_begin = SortByKey(s_.pose_slots.begin(), s_.pose_slots.end(), static_cast<int>(s_.poses.size()),
+                                    [&](int slot) { return s_.slot_pose[slot]; });
+  }
+
+  void ListEdges() {
+    s_.edges.reserve(edges_.size());
+    s_.terms.reserve(incidence_.entries.size() - static_cast<size_t>(s_.num_landmark_edges));
+    std::vector<int> slot_of_pose(s_.poses.size(), kNone);
+    for (int l = 0; l < static_cast<int>(order_.size()); ++l) {
+      s_.landmark_edges.push_back(static_cast<int>(s_.edges.size()));
+      for (int k = s_.landmark_slots[l]; k < s_.landmark_slots[l + 1]; ++k) slot_of_pose[s_.slot_pose[k]] = k;
+      for (int k = edges_begin_[order_[l]]; k < edges_begin_[order_[l] + 1]; ++k) {
+        ListEdge(edges_[k], s_.landmark_dim[l], slot_of_pose);
+      }
+    }
+    s_.landmark_edges.push_back(s_.num_landmark_edges);
+    s_.num_landmark_terms = static_cast<int>(s_.terms.size());
+    slot_of_pose.assign(s_.poses.size(), kNone);
+    for (size_t k = s_.edges.size(); k < edges_.size(); ++k) ListEdge(edges_[k], 0, slot_of_pose);
+    s_.max_rows = incidence_.max_residual_dimension;
+  }
+
+  void ListEdge(int e, int landmark_dim, const std::vector<int>& slot_of_pose) {
+    const int num_poses = static_cast<int>(s_.poses.size()), begin = static_cast<int>(s_.terms.size());
+    EdgeRecord record{s_.ordering.edges[e].get(), begin, begin, kNone, 0, 0, 0};
+    for (int k = incidence_.begin[e]; k < incidence_.begin[e + 1]; ++k) {
+      const auto [position, number] = incidence_.entries[k];
+      if (number < num_poses) {
+        s_.terms.push_back({position, number, slot_of_pose[number], 0});
+      } else {
+        record.landmark_position = position;
+      }
+    }
+    record.terms_end = static_cast<int>(s_.terms.size());
+    std::sort(s_.terms.begin() + begin, s_.terms.end(),
+              [](const EdgeTerm& a, const EdgeTerm& b) { return a.block < b.block; });
+    for (int t = begin; t < record.terms_end; ++t) {
+      s_.terms[t].column = record.width;
+      record.width += s_.pose_dim[s_.terms[t].block];
+    }
+    record.width += landmark_dim;
+    s_.max_width = std::max(s_.max_width, record.width);
+    s_.edges.push_back(record);
+  }
+
+  // Calls pair(record, a, b) for each two free poses of the edges from `first` on, and each with itself; block of a ≥
+  // block of b.
+  template <typename Pair>
+  void ForEachPair(int first, const Pair& pair) {
+    for (int e = first; e < s_.num_active_edges; ++e) {
+      EdgeRecord& record = s_.edges[e];
+      for (int i = record.terms_begin; i < record.terms_end; ++i) {
+        for (int j = record.terms_begin; j <= i; ++j) pair(record, s_.terms[i], s_.terms[j]);
+      }
+    }
+  }
+
+  void FindPatterns() {
+    const int num_poses = static_cast<int>(s_.poses.size());
+    s_.H_pp_pattern.resize(static_cast<size_t>(num_poses));
+    for (int j = 0; j < num_poses; ++j) s_.H_pp_pattern[j] = {j};
+    ForEachPair(0, [&](const EdgeRecord&, const EdgeTerm& a, const EdgeTerm& b) {
+      ++num_pairs_;
+      if (a.block == b.block) return;
+      std::vector<int>& rows = s_.H_pp_pattern[b.block];
+      const auto it = std::lower_bound(rows.begin(), rows.end(), a.block);
+      if (it == rows.end() || *it != a.block) rows.insert(it, a.block);
+    });
+  }
+
+  void ListPairs() {
+    std::vector<int> column_begin{0};
+    for (const auto& rows : s_.H_pp_pattern) {
+      column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
+      for (const int i : rows) num_H_pp_values_ += Stride(s_.pose_dim[i]) * s_.pose_dim[rows.front()];
+    }
+    num_H_pp_blocks_ = column_begin.back();
+    s_.pairs.reserve(num_pairs_);
+    ForEachPair(0, [&](EdgeRecord& record, const EdgeTerm& a, const EdgeTerm& b) {
+      if (a.column == 0) record.pairs = static_cast<int>(s_.pairs.size());
+      const std::vector<int>& rows = s_.H_pp_pattern[b.block];
+      const auto row = a.block == b.block ? 0 : std::lower_bound(rows.begin(), rows.end(), a.block) - rows.begin();
+      s_.pairs.push_back(column_begin[b.block] + static_cast<int>(row));
+    });
+  }
+
+  void ListProducts() {
+    const int first = s_.num_landmark_edges;
+    for (int e = first; e < s_.num_active_edges; ++e) {
+      s_.edges[e].products = s_.num_product_values;
+      s_.num_product_values += (s_.edges[e].width + 1) * (s_.edges[e].width + 1);
+    }
+    const auto block = [&](const EdgeRecord& record, const EdgeTerm& a, const EdgeTerm& b) {
+      const auto i = &a - &s_.terms[record.terms_begin], j = &b - &s_.terms[record.terms_begin];
+      return s_.pairs[record.pairs + i * (i + 1) / 2 + j];
+    };
+    s_.products_begin.assign(static_cast<size_t>(num_H_pp_blocks_) + 1, 0);
+    ForEachPair(first, [&](const EdgeRecord& record, const EdgeTerm& a, const EdgeTerm& b) {
+      ++s_.products_begin[block(record, a, b) + 1];
+    });
+    for (size_t k = 1; k < s_.products_begin.size(); ++k) s_.products_begin[k] += s_.products_begin[k - 1];
+    std::vector<int> next(s_.products_begin.begin(), s_.products_begin.end() - 1);
+    s_.products.resize(static_cast<size_t>(s_.products_begin.back()));
+    ForEachPair(first, [&](const EdgeRecord& record, const EdgeTerm& a, const EdgeTerm& b) {
+      const int stride = record.width + 1, column = record.products + b.column * stride;
+      s_.products[next[block(record, a, b)]++] = {column + a.column, stride, &a == &b ? column + record.width : kNone};
+    });
+  }
+
+  // As many as make the work of a chunk clearly more than that of clearing and adding its sums; the number of threads
+  // has no say, so that it does not change the sums.
+  void CutChunks() {
+    constexpr int kMost = 16, kEdges = 64;
+    const int edges = s_.num_landmark_edges;
+    if (edges == 0) return;
+    const int chunks = std::clamp(static_cast<int>(4.0 * edges / std::max(1, num_H_pp_values_)), 1,
+                                  std::clamp(edges / kEdges, 1, kMost));
+    s_.chunk_begin.push_back(0);
+    for (int l = 0; l < static_cast<int>(s_.landmarks.size()); ++l) {
+      const auto done = static_cast<double>(s_.landmark_edges[l]), share = static_cast<double>(edges) / chunks;
+      if (done >= share * static_cast<double>(s_.chunk_begin.size())) s_.chunk_begin.push_back(l);
+    }
+    s_.chunk_begin.push_back(static_cast<int>(s_.landmarks.size()));
+  }
+
+  BlockStructure s_;
+  Incidence& incidence_ = s_.ordering.incidence;
+  std::vector<int> edges_, edges_begin_;  // edges of landmark l, as the ordering numbers them: from edges_begin_[l] on
+  std::vector<int> seen_by_, seen_by_begin_{0};  // poses of landmark l, likewise
+  std::vector<int> order_;                       // these landmarks in the order of the structure
+  int num_H_pp_values_ = 0, num_H_pp_blocks_ = 0;
+  size_t num_pairs_ = 0;
+};
+
+}  // namespace
+
+BlockStructure BuildBlockStructure(Ordering ordering) { return Builder().Build(std::move(ordering)); }
+
+std::vector<std::vector<int>> SchurPattern(const BlockStructure& s) {
+  std::vector<std::vector<int>> pattern = s.H_pp_pattern;
+  std::vector<int> seen_by(s.poses.size(), kNone);
+  for (int j = 0; j < static_cast<int>(s.poses.size()); ++j) {
+    std::vector<int>& rows = pattern[j];
+    for (const int i : rows) seen_by[i] = j;
+    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
+      const int slot = s.pose_slots[k];
+      for (int other = slot + 1; other < s.landmark_slots[s.slot_landmark[slot] + 1]; ++other) {
+        const int i = s.slot_pose[other];
+        if (seen_by[i] == j) continue;
+        seen_by[i] = j;
+        rows.push_back(i);
+      }
+    }
+    std::sort(rows.begin(), rows.end());
+  }
+  return pattern;
+}
+
+}  // namespace ch5

@@ -1,0 +1,133 @@
+#include "ch5_backend/sparse/covariance.h"
+
+#include <Eigen/Cholesky>
+#include <limits>
+
+namespace ch5 {
+namespace {
+
+std::unordered_map<const Vertex*, int> NumbersOf(const std::vector<Vertex*>& vertices) {
+  std::unordered_map<const Vertex*, int> numbers;
+  for (const Vertex* vertex : vertices) numbers.emplace(vertex, static_cast<int>(numbers.size()));
+  return numbers;
+}
+
+}  // namespace
+
+// Keeps the factor of S that the solver would throw away.
+class Covariance::Factorization : public ReducedSolver {
+ public:
+  Factorization(CovarianceFactor factor, int threads) : factor_(factor), cholesky_(threads) {}
+
+  void Prepare(const SymmetricBlockMatrix& S) override {
+    cholesky_.Analyze(S, factor_ == CovarianceFactor::kDense ? PlanOneFront(S) : PlanElimination(S));
+  }
+  bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) override {
+    const double rounding = 8.0 * static_cast<double>(S.Size()) * std::numeric_limits<double>::epsilon();
+    refused_ = !cholesky_.Factorize(S, rounding * scale);
+    if (!refused_) cholesky_.Solve(b, x);
+    return !refused_;
+  }
+
+  SparseCholesky& Cholesky() { return cholesky_; }
+  bool Refused() const { return refused_; }
+
+ private:
+  CovarianceFactor factor_;
+  SparseCholesky cholesky_;
+  bool refused_ = false;
+};
+
+Covariance::Covariance(Graph* graph, const Selection& selection, CovarianceFactor factor, int threads)
+    : solver_(graph, Eigen::Dynamic, Eigen::Dynamic, threads) {
+  auto factorization = std::make_unique<Factorization>(factor, threads);
+  factorization_ = factorization.get();
+  solver_.SetReducedSolver(std::move(factorization));
+  solver_.Select(selection);
+  solver_.SetOrdering();
+  pose_numbers_ = NumbersOf(solver_.Structure().poses);
+  landmark_numbers_ = NumbersOf(solver_.Structure().landmarks);
+  solver_.MakeHessian();
+  VecX delta_x;
+  if (!solver_.SolveLinearSystem(0.0, &delta_x)) ThrowSingular();
+  inverse_ = std::make_unique<SelectedInverse>(factorization_->Cholesky());
+}
+
+Covariance::~Covariance() = default;
+
+void Covariance::ThrowSingular() const {
+  const BlockStructure& s = solver_.Structure();
+  for (size_t l = 0; l < s.landmarks.size() && !factorization_->Refused(); ++l) {
+    const int dim = s.landmark_dim[l];
+    const Eigen::LDLT<MatXX> ldlt(Eigen::Map<const MatXX>(&solver_.System().H_mm[s.landmark_block[l]], dim, dim));
+    const double rounding = dim * std::numeric_limits<double>::epsilon() * ldlt.vectorD().maxCoeff();
+    if (ldlt.vectorD().minCoeff() > rounding) continue;
+    throw CovarianceError("Covariance: H is singular, as its edges do not determine " + s.landmarks[l]->TypeInfo() +
+                          " " + std::to_string(s.landmarks[l]->Id()));
+  }
+  throw CovarianceError("Covariance: H is singular; is a gauge free?");
+}
+
+std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex, int* landmark) const {
+  const BlockSystem& system = solver_.System();
+  const BlockStructure& s = system.structure;
+  *landmark = -1;
+  if (const auto pose = pose_numbers_.find(&vertex); pose != pose_numbers_.end()) {
+    return {{pose->second, MatXX::Identity(vertex.LocalDimension(), vertex.LocalDimension())}};
+  }
+  const auto found = landmark_numbers_.find(&vertex);
+  if (found == landmark_numbers_.end()) {
+    throw CovarianceError("Covariance: " + vertex.TypeInfo() + " " + std::to_string(vertex.Id()) +
+                          (vertex.IsFixed() ? " is fixed" : " takes no part"));
+  }
+  const int l = *landmark = found->second;
+  const int dim = s.landmark_dim[l];
+  const Eigen::Map<const MatXX> H_ll_inverse(&system.H_mm_inverse[s.landmark_block[l]], dim, dim);
+  std::vector<Influence> influences;
+  for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
+    const int p = s.slot_pose[slot];
+    influences.push_back({p, -system.H_pm.Block(s.slot_block[slot], s.pose_dim[p], dim) * H_ll_inverse});
+  }
+  return influences;
+}
+
+MatXX Covariance::PoseBlock(int i, int j) {
+  if (const auto block = inverse_->Block(i, j)) return *block;
+  const SymmetricBlockMatrix& S = solver_.System().S;
+  MatXX& columns = columns_[j];
+  if (columns.size() == 0) {
+    columns.resize(S.Size(), S.Dim(j));
+    VecX x;
+    for (int c = 0; c < S.Dim(j); ++c) {
+      factorization_->Cholesky().Solve(VecX::Unit(S.Size(), S.Offset(j) + c), &x);
+      columns.col(c) = x;
+    }
+  }
+  return columns.middleRows(S.Offset(i), S.Dim(i));
+}
+
+MatXX Covariance::Block(const Vertex& a, const Vertex& b) {
+  const BlockSystem& system = solver_.System();
+  int landmark_a, landmark_b;
+  const std::vector<Influence> on_a = InfluencesOn(a, &landmark_a), on_b = InfluencesOn(b, &landmark_b);
+  MatXX block = MatXX::Zero(a.LocalDimension(), b.LocalDimension());
+  if (&a == &b && landmark_a >= 0) {
+    const double* H_ll_inverse = &system.H_mm_inverse[system.structure.landmark_block[landmark_a]];
+    block = Eigen::Map<const MatXX>(H_ll_inverse, block.rows(), block.cols());
+  }
+  for (const Influence& i : on_a) {
+    for (const Influence& j : on_b) block += i.coefficient.transpose() * PoseBlock(i.pose, j.pose) * j.coefficient;
+  }
+  return block;
+}
+
+std::vector<MatXX> Covariance::Blocks(const std::vector<VertexPair>& pairs) {
+  std::vector<MatXX> blocks;
+  for (const auto& [a, b] : pairs) {
+    if (!a || !b) throw CovarianceError("Covariance: a vertex is missing (null)");
+    blocks.push_back(Block(*a, *b));
+  }
+  return blocks;
+}
+
+}  // namespace ch5

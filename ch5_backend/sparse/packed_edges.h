@@ -1,0 +1,92 @@
+#pragma once
+/// The landmarks' edges of a structure as one batch (graph/edge_batch.h), whitened as in linear_parts.h. Measurements,
+/// losses and W are those at Assign, which BlockSolver calls in SetOrdering.
+
+#include <algorithm>
+
+#include "ch5_backend/sparse/linear_parts.h"
+
+namespace ch5 {
+
+class PackedEdges {
+ public:
+  static constexpr int kRows = 2;
+  static constexpr int kMostColumns = 16;  ///< of all vertices of an edge together
+
+  /// Copies the structure's edges with a landmark, in its order. Packs them only if all are of one type that has
+  /// batches, with two rows and W = w I; otherwise Active() is false.
+  void Assign(const BlockStructure& structure);
+  void Clear() { active_ = false; }
+  bool Active() const { return active_; }
+
+  /// Once before the two below, whenever the states have changed.
+  void LoadPoses() { batch_->LoadPoses(); }
+  /// Σ ρ(rᵀWr) over edges [begin, end).
+  double RobustChi2(int begin, int end) const;
+  /// r and J of edges [first, first + count), count ≤ kPack, as packs; J_i begins at number JacobianBegin(i).
+  void Linearize(int first, int count, double* r, double* J) const { batch_->Linearize(first, count, r, J); }
+  /// r̃ and J̃ of what Linearize has given, in its place.
+  CH5_INLINE void Whiten(int first, int count, double* r, double* J) const;
+  int JacobianBegin(int position) const { return jacobian_begin_[position]; }
+  int NumJacobians() const { return jacobian_begin_.back(); }  ///< numbers in all J_i of an edge
+  int NumPositions() const { return static_cast<int>(jacobian_begin_.size()) - 1; }
+  int Dimension(int position) const { return (jacobian_begin_[position + 1] - jacobian_begin_[position]) / kRows; }
+  /// Where J_i begins, and the length of all, if each has Stride(dim) numbers a row.
+  int BlockBegin(int position) const { return block_begin_[position]; }
+  int BlocksSize() const { return block_begin_.back(); }
+
+ private:
+  struct Weight {
+    double information;
+    const LossFunction* loss;
+  };
+
+  // s = rᵀWr of edges [first, first + count), eight in any case.
+  CH5_INLINE void SquareNorms(int first, int count, const double* r, double* s) const {
+    const auto* lanes = reinterpret_cast<const WideLanes*>(r);
+    alignas(64) double w[kPack];
+    for (int k = 0; k < kPack; ++k) w[k] = unweighted_ ? 1.0 : weights_[first + std::min(k, count - 1)].information;
+    *reinterpret_cast<WideLanes*>(s) =
+        *reinterpret_cast<const WideLanes*>(w) * (lanes[0] * lanes[0] + lanes[1] * lanes[1]);
+  }
+  // Σ ρ(s_k) and CorrectLoss(s_k) of the edges from `first` on.
+  double SumLosses(int first, const double* s, int count) const;
+  void WeighLosses(int first, const double* s, int count, double* weight, double* rank_one) const;
+
+  std::shared_ptr<EdgeBatch> batch_;      // a copy of this shares it
+  const std::type_info* type_ = nullptr;  // of the batch's edges
+  std::vector<Weight> weights_;           // none if unweighted_
+  std::vector<int> jacobian_begin_, block_begin_;
+  bool active_ = false, unweighted_ = false;
+  const LossFunction* common_loss_ = nullptr;  // of all edges, or null
+};
+
+CH5_INLINE void PackedEdges::Whiten(int first, int count, double* r, double* J) const {
+  if (unweighted_) return;
+  alignas(64) double s[kPack], weight[kPack], rank_one[kPack], M[3][kPack] = {};  // M_00, M_01 = M_10, M_11
+  SquareNorms(first, count, r, s);
+  WeighLosses(first, s, count, weight, rank_one);
+  bool is_scalar = true;  // M = √(wρ') I
+  for (int k = 0; k < count; ++k) is_scalar = is_scalar && rank_one[k] == 0.0;
+  auto *r_lanes = reinterpret_cast<WideLanes*>(r), *J_lanes = reinterpret_cast<WideLanes*>(J);
+  const auto* m = reinterpret_cast<const WideLanes*>(M);
+  if (is_scalar) {
+    for (int k = 0; k < count; ++k) M[0][k] = std::sqrt(weights_[first + k].information * weight[k]);
+    for (int i = 0; i < kRows; ++i) r_lanes[i] *= m[0];
+    for (int i = 0; i < NumJacobians(); ++i) J_lanes[i] *= m[0];
+    return;
+  }
+  for (int k = 0; k < count; ++k) {
+    const double r_k[kRows] = {r[k], r[kPack + k]};
+    const WhiteRows white(weights_[first + k].information, RobustWeight{weight[k], rank_one[k]}, r_k);
+    for (int i = 0; i < kRows; ++i) r[i * kPack + k] = white.r[i];
+    for (int i = 0; i < 3; ++i) M[i][k] = white.M[i / 2][(i + 1) / 2];
+  }
+  for (int i = 0; i < NumJacobians(); i += 2) {
+    const WideLanes upper = J_lanes[i], lower = J_lanes[i + 1];
+    J_lanes[i] = m[0] * upper + m[1] * lower;
+    J_lanes[i + 1] = m[1] * upper + m[2] * lower;
+  }
+}
+
+}  // namespace ch5

@@ -1,0 +1,206 @@
+#include "ch5_backend/window/start/closed_form.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <limits>
+
+namespace ch5 {
+namespace {
+
+using Mat99 = Eigen::Matrix<double, 9, 9>;
+using Mat39 = Eigen::Matrix<double, 3, 9>;
+
+// A body's motion seen from B₀: p = P x + a, v = V x + u.
+struct LinearMotion {
+  Mat33 R = Mat33::Identity();
+  Mat39 P = Mat39::Zero(), V = Mat39::Zero();
+  Vec3 a = Vec3::Zero(), u = Vec3::Zero();
+};
+
+std::vector<LinearMotion> DeadReckon(const std::vector<Preintegration>& imu) {
+  LinearMotion m;
+  m.V.leftCols<3>().setIdentity();
+  std::vector<LinearMotion> motion{m};
+  for (const Preintegration& piece : imu) {
+    const double t = piece.SumDt();
+    const auto J = piece.BiasJacobian();
+    m.a += t * m.u + m.R * piece.Alpha();
+    m.u += m.R * piece.Beta();
+    m.P += t * m.V;
+    m.P.middleCols<3>(3).diagonal().array() -= 0.5 * t * t;
+    m.P.rightCols<3>() += m.R * J.block<3, 3>(0, 0);
+    m.V.middleCols<3>(3).diagonal().array() -= t;
+    m.V.rightCols<3>() += m.R * J.block<3, 3>(6, 0);
+    m.R = m.R * piece.Gamma().toRotationMatrix();
+    motion.push_back(m);
+  }
+  return motion;
+}
+
+// The point of a track in the camera of one of its views:  y = y_d d + Y x + y_0.
+struct ViewEquation {
+  Vec2 x_image;
+  Vec3 y_d, y_0;
+  Mat39 Y;
+  double weight;
+
+  Vec3 At(double d, const Vec9& x) const { return y_d * d + Y * x + y_0; }
+  // The rows that are zero where the point is seen at x_image.
+  Mat23 S() const {
+    Mat23 S;
+    S << 1, 0, -x_image.x(), 0, 1, -x_image.y();
+    return S;
+  }
+};
+
+using TrackEquations = std::vector<ViewEquation>;
+
+TrackEquations MakeEquations(const FeatureTrack& track, const std::vector<LinearMotion>& motion, const Transform& T_B_C,
+                             double weight) {
+  TrackEquations equations;
+  const LinearMotion& i = motion[static_cast<size_t>(track.views.front().frame)];
+  const Vec3 f_Bi = T_B_C.q * track.views.front().x.homogeneous();
+  for (size_t v = 1; v < track.views.size(); ++v) {
+    const LinearMotion& j = motion[static_cast<size_t>(track.views[v].frame)];
+    const Mat33 R_Cj_B0 = (j.R * T_B_C.q.toRotationMatrix()).transpose();
+    ViewEquation e;
+    e.x_image = track.views[v].x;
+    e.y_d = R_Cj_B0 * i.R * f_Bi;
+    e.Y = R_Cj_B0 * (i.P - j.P);
+    e.y_0 = R_Cj_B0 * (i.a + i.R * T_B_C.p - j.a - j.R * T_B_C.p);
+    e.weight = weight;
+    equations.push_back(e);
+  }
+  return equations;
+}
+
+// One track's part of the normal equations: its depth d, and how it hangs on x.
+struct TrackSystem {
+  double H_dd = 0.0, b_d = 0.0;
+  Vec9 h = Vec9::Zero();
+  double Depth(const Vec9& x) const { return (b_d - h.dot(x)) / H_dd; }
+};
+
+// H, b of x with the track's depth eliminated:  H ← H − h hᵀ/H_dd,  b ← b − h b_d/H_dd.
+TrackSystem AddTrack(const TrackEquations& equations, Mat99* H, Vec9* b) {
+  TrackSystem s;
+  for (const ViewEquation& e : equations) {
+    const Vec2 A_d = e.S() * e.y_d, c = e.S() * e.y_0;
+    const Eigen::Matrix<double, 2, 9> A_x = e.S() * e.Y;
+    s.H_dd += e.weight * A_d.squaredNorm();
+    s.b_d -= e.weight * A_d.dot(c);
+    s.h += e.weight * A_x.transpose() * A_d;
+    *H += e.weight * A_x.transpose() * A_x;
+    *b -= e.weight * A_x.transpose() * c;
+  }
+  s.H_dd = std::max(s.H_dd, 1e-12);
+  *H -= s.h * s.h.transpose() / s.H_dd;
+  *b -= s.h * (s.b_d / s.H_dd);
+  return s;
+}
+
+// σ of the largest displacement and of gravity's direction, from the normal equations at the solution.
+void JudgeCertainty(const Mat99& H, const Vec9& x, const std::vector<LinearMotion>& motion, ClosedForm* result) {
+  const Vec3 up = x.segment<3>(3).normalized();
+  Mat99 H_on_sphere = H;  // ‖G‖ is known to 1 mm/s²
+  H_on_sphere.block<3, 3>(3, 3) += 1e6 * up * up.transpose();
+  const Eigen::LLT<Mat99> llt(H_on_sphere);
+  result->scale_sigma = result->gravity_sigma = std::numeric_limits<double>::infinity();
+  if (llt.info() != Eigen::Success) return;
+  const Mat99 covariance = llt.solve(Mat99::Identity());
+  const LinearMotion* farthest = &motion.front();
+  const auto displacement = [&](const LinearMotion& m) -> Vec3 { return m.P * x + m.a; };
+  for (const LinearMotion& m : motion) {
+    if (displacement(m).norm() > displacement(*farthest).norm()) farthest = &m;
+  }
+  const double distance = displacement(*farthest).norm();
+  if (!(distance > 0.0)) return;
+  const Vec9 J = farthest->P.transpose() * displacement(*farthest) / distance;
+  result->scale_sigma = std::sqrt(J.dot(covariance * J)) / distance;
+  const Mat33 covariance_G = covariance.block<3, 3>(3, 3);
+  result->gravity_sigma = std::sqrt(covariance_G.trace()) / x.segment<3>(3).norm();
+}
+
+}  // namespace
+
+// With x_r the other six:  S = H_GG − H_Gr H_rr⁻¹ H_rG,  c = b_G − H_Gr H_rr⁻¹ b_r,  x_r = H_rr⁻¹ (b_r − H_rG G).
+Vec9 MinimizeWithGravity(const Mat99& H, const Vec9& b, double g) {
+  const std::array<int, 6> r{0, 1, 2, 6, 7, 8};
+  const std::array<int, 3> G{3, 4, 5};
+  const Eigen::LDLT<Mat66> H_rr(Mat66(H(r, r)));
+  const Eigen::Matrix<double, 6, 3> H_rG = H(r, G);
+  const Vec6 b_r = b(r);
+  const Mat33 S = Mat33(H(G, G)) - H_rG.transpose() * H_rr.solve(H_rG);
+  const Vec3 c = Vec3(b(G)) - H_rG.transpose() * H_rr.solve(b_r);
+
+  const Eigen::SelfAdjointEigenSolver<Mat33> eigen(S);
+  const Vec3 lambda = eigen.eigenvalues(), c_Q = eigen.eigenvectors().transpose() * c;
+  const auto gravity = [&](double mu) -> Vec3 { return c_Q.array() / (lambda.array() + mu); };
+  // ‖G(μ)‖ falls from ∞ at −λ_min to less than g at ‖c‖/g − λ_min.
+  double low = -lambda[0], high = c.norm() / g - lambda[0];
+  for (int k = 0; k < 200 && low < high; ++k) {
+    const double middle = 0.5 * (low + high);
+    if (middle <= low || middle >= high) break;
+    (gravity(middle).norm() > g ? low : high) = middle;
+  }
+  const Vec3 best = eigen.eigenvectors() * gravity(high).normalized() * g;
+  const Vec6 rest = H_rr.solve(b_r - H_rG * best);
+  Vec9 x;
+  x << rest.head<3>(), best, rest.tail<3>();
+  return x;
+}
+
+ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
+                           const ClosedFormOptions& options) {
+  constexpr int kIterations = 12;
+  // While scale is sought the accelerometer's bias is held: free, it would rather explain the whole acceleration than
+  // let the points be as far away, and as noisy, as they are.
+  constexpr double kHeldBias = 0.01;
+  constexpr double kFirstDepth = 3.0;  // [m], for the weights of the first iteration only
+  const auto square = [](double value) { return value * value; };
+  const std::vector<LinearMotion> motion = DeadReckon(imu);
+  std::vector<TrackEquations> equations;
+  for (const FeatureTrack& track : tracks) {
+    equations.push_back(MakeEquations(track, motion, options.T_B_C, 1.0 / square(options.sigma * kFirstDepth)));
+  }
+
+  ClosedForm result;
+  result.depths.resize(tracks.size());
+  Mat99 H;
+  Vec9 x;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    H.setZero();
+    H.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 / square(kHeldBias));
+    Vec9 b = Vec9::Zero();
+    std::vector<TrackSystem> systems;
+    for (const TrackEquations& track : equations) systems.push_back(AddTrack(track, &H, &b));
+    x = MinimizeWithGravity(H, b, options.gravity);
+    // Cauchy's loss on the reprojection, at first so wide that a bad start loses no one.
+    const double width = options.sigma * std::max(2.0, 40.0 * std::pow(0.5, iteration));
+    for (size_t k = 0; k < tracks.size(); ++k) {
+      result.depths[k] = systems[k].Depth(x);
+      for (ViewEquation& e : equations[k]) {
+        const Vec3 y = e.At(result.depths[k], x);
+        const double depth = std::max(std::abs(y.z()), 0.1);
+        const double error = (e.S() * y).norm() / depth;
+        e.weight = 1.0 / (square(options.sigma * depth) * (1.0 + square(error / width)));
+      }
+    }
+  }
+  H.bottomRightCorner<3, 3>().diagonal().array() += 1.0 / square(options.b_a_sigma) - 1.0 / square(kHeldBias);
+  JudgeCertainty(H, x, motion, &result);
+
+  const Qd q_W_B0 = Qd::FromTwoVectors(x.segment<3>(3), Vec3::UnitZ());
+  for (const LinearMotion& m : motion) {
+    StampedState state;
+    state.T_W_B = {(q_W_B0 * Qd(m.R)).normalized(), q_W_B0 * (m.P * x + m.a)};
+    state.v_W = q_W_B0 * (m.V * x + m.u);
+    state.b_a = x.tail<3>();
+    state.b_g = imu.front().BiasGyroscope();
+    result.states.push_back(state);
+  }
+  return result;
+}
+
+}  // namespace ch5

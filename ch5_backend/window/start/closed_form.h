@@ -1,0 +1,43 @@
+#pragma once
+/// Velocity, gravity and scale at once, once the rotations are known: a linear problem with one constraint.
+///
+/// Seen from the first body frame B₀, with the IMU integrated at b_a = 0 and x = [v₀, G, b_a]:
+///
+///   p_k = t_k v₀ − ½t_k² G + B_k b_a + a_k,   v_k = v₀ − t_k G + U_k b_a + u_k
+///
+/// and a point at depth d on the ray f of its first image i is seen in image j where
+///
+///   [1 0 −u; 0 1 −v] R_Cjᵀ (p_Ci + d R_Ci f − p_Cj) = 0,   linear in d and x.
+///
+/// The depths leave by their Schur complements. What remains, 9×9, is minimised under ‖G‖ = g: with S and c of G alone,
+/// (S + μI)G = c has one μ > −λ_min(S) with ‖G‖ = g, and that is the global minimum. Weights 1/depth² and Cauchy's
+/// follow by iteration.
+/// Source: Martinelli, "Closed-form solution of visual-inertial structure from motion", IJCV 2014; Gander, Golub, von
+/// Matt, "A constrained eigenvalue problem", 1989, for μ.
+
+#include "ch5_backend/window/start/gyroscope_bias.h"
+
+namespace ch5 {
+
+struct ClosedFormOptions {
+  Transform T_B_C;
+  double sigma = 1.5 / 460.0;  ///< of an observation on the normalised plane
+  double gravity = 9.81;       ///< [m/s²]
+  double b_a_sigma = 0.1;      ///< what the accelerometer's bias is known to be near zero by [m/s²]
+};
+
+struct ClosedForm {
+  std::vector<StampedState> states;  ///< in a frame whose z axis is up and whose origin is the first body; t unset
+  std::vector<double> depths;        ///< of the tracks, in the camera of their first view [m]; negative: not usable
+  double scale_sigma = 0.0;          ///< relative σ of the largest displacement
+  double gravity_sigma = 0.0;        ///< of its direction [rad]
+};
+
+/// @param imu  imu[k] leads from frame k to frame k + 1, integrated at b_a = 0 and at the gyroscope's true bias
+ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
+                           const ClosedFormOptions& options);
+
+/// argmin ½xᵀHx − bᵀx under ‖x_G‖ = g, where x_G are the entries 3, 4, 5 of nine.
+Vec9 MinimizeWithGravity(const Eigen::Matrix<double, 9, 9>& H, const Vec9& b, double g);
+
+}  // namespace ch5

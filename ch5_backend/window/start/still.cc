@@ -1,0 +1,48 @@
+#include "ch5_backend/window/start/still.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace ch5 {
+
+std::optional<StillState> StillDetector::AddFrame(const CameraFrame& frame) {
+  images_.push_back(frame);
+  while (images_.size() > 1 && images_[1].t <= frame.t - options_.seconds) images_.pop_front();
+  while (!imu_.empty() && imu_.front().t < images_.front().t) imu_.pop_front();
+  if (images_.front().t > frame.t - options_.seconds || imu_.empty()) return std::nullopt;
+
+  const std::optional<double> motion = MedianMotion(images_.front(), frame);
+  if (!motion || *motion * options_.focal_length > options_.pixels) return std::nullopt;
+  StillState still;
+  Vec3 force = Vec3::Zero();
+  for (const ImuReading& reading : imu_) {
+    force += reading.acceleration / static_cast<double>(imu_.size());
+    still.b_g += reading.gyroscope / static_cast<double>(imu_.size());
+  }
+  if (std::abs(force.norm() - options_.gravity) > options_.acceleration) return std::nullopt;
+  still.q_W_B = Qd::FromTwoVectors(force, Vec3::UnitZ());
+  still.b_a = force - options_.gravity * force.normalized();
+  return still;
+}
+
+void StillDetector::Reset() {
+  imu_.clear();
+  images_.clear();
+}
+
+std::optional<double> MedianMotion(const CameraFrame& a, const CameraFrame& b) {
+  std::map<int, Vec2> points;
+  for (const TrackedPoint& point : a.tracks) points[point.id] = point.x;
+  std::vector<double> distances;
+  for (const TrackedPoint& point : b.tracks) {
+    const auto it = points.find(point.id);
+    if (it != points.end()) distances.push_back((point.x - it->second).norm());
+  }
+  if (distances.size() < 5) return std::nullopt;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
+}
+
+}  // namespace ch5

@@ -1,0 +1,34 @@
+#pragma once
+/// What a bundle adjustment finds, and how far it is from the truth once the gauge is taken out.
+
+#include "ch5_backend/world/evaluate/align.h"
+#include "ch5_backend/world/simulate/mono_ba.h"
+
+namespace ch5 {
+
+/// Camera poses T_W_C and points p_W [m].
+struct Reconstruction {
+  std::vector<Transform> frames;
+  std::vector<Vec3> points;
+};
+
+/// √(mean ‖error‖²) of positions [m], rotations [rad] and points [m].
+struct Rmse {
+  double position = 0.0;
+  double rotation = 0.0;
+  double point = 0.0;
+};
+
+Reconstruction TruthOf(const MonoBaScene& scene);
+/// The present states of the vertices; a point is p_W = R_0 [u, v, 1]/λ + p_0, seen from its host, frame 0.
+Reconstruction EstimateOf(const MonoBaScene& scene, const MonoBa& problem);
+
+/// The estimate, moved onto the truth by the similarity of all its camera centres and points together.
+/// @throws std::invalid_argument if the sizes differ or the alignment is not determined
+Reconstruction AlignToTruth(const Reconstruction& estimate, const Reconstruction& truth);
+
+/// Errors as they stand: align first if the gauge shall not count.
+/// @throws std::invalid_argument if the sizes differ
+Rmse Compare(const Reconstruction& estimate, const Reconstruction& truth);
+
+}  // namespace ch5

@@ -1,0 +1,75 @@
+#include "ch5_backend/world/files/text_writer.h"
+
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+namespace ch5 {
+namespace {
+
+namespace fs = std::filesystem;
+
+void Check(const fs::path& path, int error) {
+  if (error != 0) throw WriteError("cannot write " + path.string() + ": " + std::strerror(error));
+}
+
+struct Closer {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
+// 0, or the errno of what failed. A full disk may show only when the last buffer is flushed.
+int WriteAll(const fs::path& path, std::string_view text) {
+  std::unique_ptr<std::FILE, Closer> file(std::fopen(path.c_str(), "wb"));
+  if (!file) return errno;
+  if (std::fwrite(text.data(), 1, text.size(), file.get()) != text.size()) return errno;
+  if (std::fflush(file.get()) != 0) return errno;
+  return std::fclose(file.release()) == 0 ? 0 : errno;
+}
+
+template <typename T>
+void Append(T value, char end, std::string* text) {
+  char digits[32];
+  char* stop = std::to_chars(digits, digits + sizeof digits - 1, value).ptr;
+  *stop++ = end;
+  text->append(digits, stop);
+}
+
+}  // namespace
+
+FileBatch::~FileBatch() {
+  std::error_code ignored;
+  for (const File& file : files_) fs::remove(file.partial, ignored);
+}
+
+void FileBatch::Add(const fs::path& path, std::string_view text) {
+  std::error_code error;
+  if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
+  if (error) Check(path.parent_path(), error.value());
+  const fs::file_status status = fs::status(path, error);
+  if (fs::is_directory(status)) Check(path, EISDIR);
+  if (fs::exists(status) && !fs::is_regular_file(status)) return Check(path, WriteAll(path, text));
+  files_.push_back({path.string() + ".partial", path});
+  Check(path, WriteAll(files_.back().partial, text));
+}
+
+void FileBatch::Commit() {
+  std::error_code error;
+  for (const File& file : files_) {
+    fs::rename(file.partial, file.path, error);
+    Check(file.path, error.value());
+  }
+  files_.clear();
+}
+
+void WriteFileAtomically(const fs::path& path, std::string_view text) {
+  FileBatch batch;
+  batch.Add(path, text);
+  batch.Commit();
+}
+
+void AppendNumber(double value, char end, std::string* text) { Append(value, end, text); }
+void AppendNumber(int value, char end, std::string* text) { Append(value, end, text); }
+
+}  // namespace ch5

@@ -1,0 +1,269 @@
+/// The dense room against first principles: H and b, the Schur complement, marginalisation, convergence.
+#include "ch5_backend/dense/problem.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "ch5_backend/linear/dense_solvers.h"
+#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/world/simulate/mono_ba.h"
+#include "ch5_backend/world/simulate/random.h"
+
+namespace ch5 {
+namespace {
+
+Mat22 Information2() { return (Mat22() << 4, 1, 1, 2).finished(); }
+
+// Three poses, the middle one fixed; landmarks of dimensions 1 and 3, one of each fixed; W ≠ I; a Cauchy loss.
+struct MixedScene {
+  Graph graph;
+  std::vector<std::shared_ptr<VertexPose>> poses;
+
+  explicit MixedScene(bool with_loss = true) {
+    Random random(7);
+    const auto small = [&] { return 0.1 * random.Normal(); };
+    const auto vec3 = [&] {
+      Vec3 v;
+      for (double& x : v) x = small();
+      return v;
+    };
+    for (int i = 0; i < 3; ++i) poses.push_back(std::make_shared<VertexPose>(ExpSO3(vec3()), vec3()));
+    for (const auto& pose : poses) graph.AddVertex(pose);
+    poses[1]->SetFixed();
+    const auto loss = with_loss ? std::make_shared<CauchyLoss>(0.2) : nullptr;
+    const auto add = [&](std::shared_ptr<Edge> edge) {
+      edge->SetInformation(Information2());
+      edge->SetLossFunction(loss);
+      graph.AddEdge(std::move(edge));
+    };
+    for (int k = 0; k < 8; ++k) {
+      const auto depth = std::make_shared<VertexInverseDepth>(random.Uniform(0.2, 0.5));
+      const auto point = std::make_shared<VertexPointXYZ>(vec3() + Vec3(0, 0, 4));
+      depth->SetFixed(k == 3);
+      point->SetFixed(k == 5);
+      graph.AddVertex(depth);
+      graph.AddVertex(point);
+      for (size_t j = 0; j < 3; ++j) {
+        const Vec2 u(small(), small());
+        if (j > 0) add(std::make_shared<EdgeReprojection>(depth, poses[0], poses[j], Vec2(small(), small()), u));
+        add(std::make_shared<EdgeReprojectionXYZ>(point, poses[j], u));
+      }
+    }
+    const auto prior = std::make_shared<EdgeSE3Prior>(poses[0], Qd::Identity(), Vec3::Zero());
+    graph.AddEdge(prior);
+  }
+};
+
+// H and b by their definition: each edge's Jacobian spread over all columns.
+void DenseNormalEquations(const Graph& graph, int n, MatXX* H, VecX* b) {
+  *H = MatXX::Zero(n, n);
+  *b = VecX::Zero(n);
+  for (const auto& edge : graph.Edges()) {
+    edge->ComputeResidual();
+    edge->ComputeJacobians();
+    MatXX J = MatXX::Zero(edge->ResidualDimension(), n);
+    for (size_t i = 0; i < edge->Vertices().size(); ++i) {
+      const Vertex& vertex = *edge->Vertices()[i];
+      if (!vertex.IsFixed()) J.middleCols(vertex.OrderingId(), vertex.LocalDimension()) = edge->Jacobian(i);
+    }
+    const VecX r = edge->Residual();
+    const MatXX W = edge->Information();
+    const double s = r.dot(W * r);
+    const Rho rho = edge->GetLossFunction() ? edge->GetLossFunction()->Evaluate(s) : Rho{s, 1.0, 0.0};
+    MatXX W_rho = rho[1] * W;
+    if (rho[1] + 2.0 * rho[2] * s > 0.0) W_rho += 2.0 * rho[2] * (W * r) * (W * r).transpose();
+    *H += J.transpose() * W_rho * J;
+    *b -= rho[1] * J.transpose() * W * r;
+  }
+}
+
+TEST(Problem, HessianIsTheDenseOne) {
+  for (const bool with_loss : {false, true}) {
+    MixedScene scene(with_loss);
+    Problem problem(&scene.graph);
+    ASSERT_EQ(problem.Size(), 2 * 6 + 7 * 1 + 7 * 3);
+    problem.MakeHessian();
+    MatXX H;
+    VecX b;
+    DenseNormalEquations(scene.graph, problem.Size(), &H, &b);
+    EXPECT_LT((problem.Hessian() - H).cwiseAbs().maxCoeff(), 1e-12 * H.cwiseAbs().maxCoeff());
+    EXPECT_LT((problem.RightHandSide() - b).cwiseAbs().maxCoeff(), 1e-12 * b.cwiseAbs().maxCoeff());
+    EXPECT_LT((problem.Hessian() - problem.Hessian().transpose()).cwiseAbs().maxCoeff(), 1e-14 * H.norm());
+  }
+}
+
+TEST(Problem, OrderOfEdgesIsIrrelevant) {
+  MixedScene scene;
+  Problem problem(&scene.graph);
+  problem.MakeHessian();
+  const MatXX H = problem.Hessian();
+  const auto edges = scene.graph.Edges();
+  for (const auto& edge : edges) scene.graph.RemoveEdge(edge);
+  for (auto it = edges.rbegin(); it != edges.rend(); ++it) scene.graph.AddEdge(*it);
+  problem.SetOrdering();
+  problem.MakeHessian();
+  EXPECT_LT((problem.Hessian() - H).cwiseAbs().maxCoeff(), 1e-13 * H.cwiseAbs().maxCoeff());
+}
+
+TEST(Problem, RightHandSideIsTheNegativeGradientOfTheCost) {
+  MixedScene scene;
+  Problem problem(&scene.graph);
+  problem.MakeHessian();
+  const VecX b = problem.RightHandSide();
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < problem.Size(); ++i) {
+    const auto cost_at = [&](double step) {
+      problem.UpdateStates(step * VecX::Unit(problem.Size(), i));
+      const double cost = problem.ComputeChi();
+      problem.RollbackStates();
+      return cost;
+    };
+    EXPECT_NEAR(b[i], -(cost_at(kStep) - cost_at(-kStep)) / (2.0 * kStep), 1e-7) << i;
+  }
+}
+
+TEST(Problem, SchurStepIsTheFullDampedStep) {
+  for (const auto solver : {LinearSolver::kLdlt, LinearSolver::kPcg}) {
+    for (const auto damping : {Damping::kIdentity, Damping::kDiagonal}) {
+      for (const double lambda : {1e-3, 1.0, 1e3}) {
+        MixedScene scene;
+        Problem problem(&scene.graph, solver);
+        problem.SetDamping(damping);
+        problem.MakeHessian();
+        MatXX H = problem.Hessian();
+        for (int i = 0; i < H.rows(); ++i) H(i, i) += lambda * (damping == Damping::kIdentity ? 1.0 : H(i, i));
+        const VecX expected = H.llt().solve(problem.RightHandSide());
+        VecX delta_x;
+        ASSERT_TRUE(problem.SolveLinearSystem(lambda, &delta_x));
+        // The condition of H, some 1e4, times rounding.
+        EXPECT_LT((delta_x - expected).norm(), 1e-11 * expected.norm()) << lambda;
+      }
+    }
+  }
+}
+
+TEST(Problem, RollbackRestoresTheStatesToTheBit) {
+  MixedScene scene;
+  Problem problem(&scene.graph);
+  const auto states = [&] {
+    std::vector<VecX> all;
+    for (const auto& vertex : scene.graph.Vertices()) all.push_back(vertex->Parameters());
+    return all;
+  };
+  const auto before = states();
+  problem.UpdateStates(VecX::Constant(problem.Size(), 0.1));
+  EXPECT_NE(states(), before);
+  problem.RollbackStates();
+  EXPECT_EQ(states(), before);
+}
+
+TEST(Problem, MonoBaWithAFreeGaugeHasSevenNullDirections) {
+  MonoBaOptions options;
+  options.pixel_sigma = 0.0;  // H's null space is exact only at the truth
+  options.depth_sigma = 0.0;
+  MonoBa ba;
+  BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, 1.0, 0.0, &ba);
+  Problem problem(&ba.graph);
+  problem.MakeHessian();
+  const VecX S = Eigen::SelfAdjointEigenSolver<MatXX>(problem.Hessian()).eigenvalues();
+  EXPECT_LT(S[6], 1e-12 * S[S.size() - 1]);
+  EXPECT_GT(S[7], 1e-6 * S[S.size() - 1]);
+}
+
+TEST(Problem, MonoBaReachesTheSameMinimumFromEveryStart) {
+  std::vector<double> costs;
+  for (const double sigma : {0.0, 0.02, 0.05}) {
+    MonoBaOptions options;
+    options.frames = 5;
+    options.points = 60;
+    options.position_sigma = sigma;
+    options.rotation_sigma = 0.2 * sigma;
+    const MonoBaScene scene = SimulateMonoBa(options);
+    MonoBa ba;
+    BuildMonoBa(scene, Gauge::kPriorMinimal, 1e6, 1e8, &ba);
+    SolveOptions solve;
+    solve.max_iterations = 100;
+    solve.cost_tolerance = 1e-13;
+    const Summary summary = Problem(&ba.graph).Solve(solve);
+    EXPECT_TRUE(IsConverged(summary.termination)) << summary.message;
+    costs.push_back(summary.final_cost);
+  }
+  EXPECT_NEAR(costs[1], costs[0], 1e-8 * costs[0]);
+  EXPECT_NEAR(costs[2], costs[0], 1e-8 * costs[0]);
+  // 2·60·4 numbers minus 60 depths and 24 − 1 free directions leave 397; the host's noise, which is not modelled,
+  // adds up to as much again. Half of that, generously bounded.
+  EXPECT_GT(costs[0], 0.5 * 397 * 0.8);
+  EXPECT_LT(costs[0], 0.5 * 397 * 2.5);
+}
+
+TEST(Problem, WithoutNoiseMonoBaFindsTheTruth) {
+  MonoBaOptions options;
+  options.pixel_sigma = 0.0;
+  const MonoBaScene scene = SimulateMonoBa(options);
+  MonoBa ba;
+  BuildMonoBa(scene, Gauge::kFixTwoFrames, 1.0, 0.0, &ba);
+  SolveOptions solve;
+  solve.max_iterations = 50;
+  const Summary summary = Problem(&ba.graph).Solve(solve);
+  EXPECT_LT(summary.final_cost, 1e-20) << summary.message;
+  EXPECT_LT((ba.poses[2]->p() - scene.frames[2].p).norm(), 1e-9);
+  for (size_t k = 0; k < scene.points.size(); ++k) {
+    const Vec3 p_C = ba.poses[0]->q().conjugate() * (scene.points[k] - ba.poses[0]->p());
+    EXPECT_NEAR(1.0 / ba.landmarks[k]->InverseDepth(), p_C.z(), 1e-8);
+  }
+}
+
+// The slides' chain of three scalars, σ = 0.1, 0.2, 0.3; the middle one goes.
+TEST(Marginalization, SlidesExample) {
+  MatXX H(3, 3);
+  H << 100, -100, 0, -100, 100 + 100 / 9.0 + 25, -100 / 9.0, 0, -100 / 9.0, 100 / 9.0;
+  const MarginalizeResult result = Problem::TestMarginalize(H, VecX::Zero(3), 1, 1);
+  EXPECT_NEAR(result.H_prior(0, 0), 26.5306, 1e-4);
+  EXPECT_NEAR(result.H_prior(0, 1), -8.16327, 1e-5);
+  EXPECT_NEAR(result.H_prior(1, 0), -8.16327, 1e-5);
+  EXPECT_NEAR(result.H_prior(1, 1), 10.2041, 1e-4);
+}
+
+TEST(Marginalization, WhatRemainsHasTheSameSolution) {
+  Random random(3);
+  const int n = 9;
+  MatXX A(n + 3, n);
+  for (int i = 0; i < A.size(); ++i) A.data()[i] = random.Normal();
+  VecX b(n);
+  for (double& x : b) x = random.Normal();
+  const MatXX H = A.transpose() * A;
+  const VecX x = H.llt().solve(b);
+  for (const int dim : {1, 2, 4}) {
+    for (int idx = 0; idx + dim <= n; ++idx) {
+      const MarginalizeResult result = Problem::TestMarginalize(H, b, idx, dim);
+      VecX remaining(n - dim);
+      remaining << x.head(idx), x.tail(n - idx - dim);
+      EXPECT_LT((result.H_prior.llt().solve(result.b_prior) - remaining).norm(), 1e-10 * x.norm()) << idx << " " << dim;
+    }
+  }
+}
+
+TEST(LinearSolvers, AgreeOnDefiniteSystemsAndRefuseOthers) {
+  Random random(9);
+  MatXX B(12, 8);
+  for (int i = 0; i < B.size(); ++i) B.data()[i] = random.Normal();
+  MatXX A = B.transpose() * B;
+  const VecX b = VecX::LinSpaced(8, -1.0, 2.0);
+  VecX by_ldlt, by_pcg;
+  ASSERT_TRUE(SolveLdlt(A, b, &by_ldlt));
+  ASSERT_TRUE(SolvePcg(A, b, 100, 1e-14, &by_pcg));
+  EXPECT_LT((A * by_ldlt - b).norm(), 1e-12);
+  EXPECT_LT((A * by_pcg - b).norm(), 1e-12);
+  ASSERT_TRUE(SolvePcg(A, b, 1, 0.0, &by_pcg));  // the original lost its first step
+  EXPECT_LT((A * by_pcg - b).norm(), b.norm());
+  A(0, 0) = -1.0;
+  EXPECT_FALSE(SolveLdlt(A, b, &by_ldlt));
+  EXPECT_FALSE(SolvePcg(A, b, 100, 1e-14, &by_pcg));
+  EXPECT_FALSE(SolveLdlt(MatXX::Ones(3, 3), VecX::Ones(3), &by_ldlt));
+}
+
+}  // namespace
+}  // namespace ch5

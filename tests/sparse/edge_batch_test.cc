@@ -1,0 +1,118 @@
+// Batches of edges: eight at a time give what each edge gives alone.
+#include <gtest/gtest.h>
+
+#include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/types/edge_bal.h"
+#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/world/simulate/random.h"
+
+namespace ch5::test {
+namespace {
+
+Vec3 RandomVec3(Random* random, double sigma) {
+  return sigma * Vec3(random->Normal(), random->Normal(), random->Normal());
+}
+
+std::vector<std::shared_ptr<Edge>> BalEdges(int count, Random* random) {
+  std::vector<std::shared_ptr<VertexCameraBAL>> cameras;
+  for (int i = 0; i < 3; ++i) {
+    Vec9 x;
+    x << RandomVec3(random, i == 0 ? 1e-9 : 0.8), RandomVec3(random, 0.2), 500.0 + 10.0 * i, -0.05, 0.01;
+    cameras.push_back(std::make_shared<VertexCameraBAL>(x));
+  }
+  std::vector<std::shared_ptr<Edge>> edges;
+  for (int k = 0; k < count; ++k) {
+    const Vec3 p_W = RandomVec3(random, 1.0) - Vec3(0, 0, 6);
+    edges.push_back(std::make_shared<EdgeBAL>(cameras[static_cast<size_t>(k % 3)],
+                                              std::make_shared<VertexPointXYZ>(p_W), Vec2(10.0 * k, -5.0)));
+  }
+  return edges;
+}
+
+std::vector<std::shared_ptr<Edge>> ReprojectionEdges(int count, Random* random) {
+  std::vector<std::shared_ptr<VertexPose>> poses;
+  for (int i = 0; i < 3; ++i) {
+    poses.push_back(std::make_shared<VertexPose>(ExpSO3(RandomVec3(random, 0.2)), RandomVec3(random, 0.3)));
+  }
+  const Transform left{ExpSO3(RandomVec3(random, 0.1)), RandomVec3(random, 0.1)};
+  const Transform right{ExpSO3(RandomVec3(random, 0.1)), RandomVec3(random, 0.1)};
+  std::vector<std::shared_ptr<Edge>> edges;
+  for (int k = 0; k < count; ++k) {
+    edges.push_back(std::make_shared<EdgeReprojection>(
+        std::make_shared<VertexInverseDepth>(0.1 + 0.02 * k), poses[static_cast<size_t>(k % 3)],
+        poses[static_cast<size_t>((k + 1 + k / 3 % 2) % 3)], Vec2(0.1 * random->Normal(), 0.1), Vec2(0.0, 0.2),
+        k % 4 == 3 ? right : left));
+  }
+  return edges;
+}
+
+void ExpectBatchEqualsEdges(const std::vector<std::shared_ptr<Edge>>& edges) {
+  const std::unique_ptr<EdgeBatch> batch = edges[0]->MakeBatch();
+  ASSERT_TRUE(batch);
+  for (const auto& edge : edges) batch->Add(*edge);
+  batch->LoadPoses();
+  const int total = static_cast<int>(edges.size());
+  for (int first = 1; first < total; first += kPack) {  // packs need not begin at a multiple of their size
+    const int count = std::min(kPack, total - first);
+    alignas(64) double r[2 * kPack], r_alone[2 * kPack], J[64 * kPack];
+    batch->Linearize(first, count, r, J);
+    batch->ComputeResiduals(first, count, r_alone);
+    for (int k = 0; k < count; ++k) {
+      Edge& edge = *edges[static_cast<size_t>(first + k)];
+      edge.Linearize();
+      const double* next = J + k;
+      for (int i = 0; i < 2; ++i) {
+        EXPECT_NEAR(r[i * kPack + k], edge.Residual()[i], 1e-12 * (1.0 + edge.Residual().norm()));
+        EXPECT_NEAR(r_alone[i * kPack + k], edge.Residual()[i], 1e-12 * (1.0 + edge.Residual().norm()));
+      }
+      for (size_t v = 0; v < edge.Vertices().size(); ++v) {
+        const auto expected = edge.Jacobian(v);
+        for (int j = 0; j < expected.size(); ++j, next += kPack) {
+          EXPECT_NEAR(*next, expected.data()[j], 1e-12 * (1.0 + expected.norm())) << edge.TypeInfo() << " J_" << v;
+        }
+      }
+    }
+  }
+}
+
+TEST(EdgeBatches, AreTheEdgesEightAtATime) {
+  Random random(5);
+  ExpectBatchEqualsEdges(BalEdges(21, &random));
+  ExpectBatchEqualsEdges(ReprojectionEdges(21, &random));
+}
+
+TEST(EdgeBatches, FollowTheStatesAndTheWeights) {
+  Random random(6);
+  Graph graph;
+  for (const auto& edge : BalEdges(40, &random)) {
+    for (const auto& vertex : edge->Vertices()) {
+      if (vertex->Id() < 0) graph.AddVertex(vertex);
+    }
+    graph.AddEdge(edge);
+  }
+  BlockSolver<9, 3> solver(&graph);
+  const auto chi_by_edges = [&] { return ComputeCost(graph); };
+  EXPECT_TRUE(solver.System().packed.Active());
+  EXPECT_NEAR(solver.ComputeChi(), chi_by_edges(), 1e-12 * chi_by_edges());
+  graph.Vertices()[1]->Plus(Vec3(0.1, 0.2, 0.3).data());
+  EXPECT_NEAR(solver.ComputeChi(), chi_by_edges(), 1e-12 * chi_by_edges());
+  for (size_t i = 0; i < graph.Edges().size(); i += 3) {
+    graph.Edges()[i]->SetInformation(0.5 * Mat22::Identity());
+    graph.Edges()[i]->SetLossFunction(std::make_shared<CauchyLoss>(3.0));
+  }
+  solver.SetOrdering();
+  EXPECT_NEAR(solver.ComputeChi(), chi_by_edges(), 1e-12 * chi_by_edges());
+  // One edge that cannot be packed, and all go one by one.
+  solver.MakeHessian();
+  const MatXX H = solver.DenseHessian();
+  const VecX b = solver.RightHandSide();
+  graph.Edges()[5]->SetInformation(Vec2(1.0, 1.0 + 1e-15).asDiagonal());
+  solver.SetOrdering();
+  EXPECT_FALSE(solver.System().packed.Active());
+  solver.MakeHessian();
+  EXPECT_LT((solver.DenseHessian() - H).norm(), 1e-13 * H.norm());
+  EXPECT_LT((solver.RightHandSide() - b).norm(), 1e-13 * b.norm());
+}
+
+}  // namespace
+}  // namespace ch5::test

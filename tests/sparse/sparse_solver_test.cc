@@ -1,0 +1,296 @@
+// What is the fast room's own: its errors, its degenerate cases, its threads, its reduced solvers.
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <atomic>
+#include <stdexcept>
+
+#include "ch5_backend/sparse/linear_parts.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/world/simulate/mono_ba.h"
+#include "ch5_backend/world/simulate/random.h"
+#include "tests/scenes.h"
+
+namespace ch5::test {
+namespace {
+
+class LandmarkDistance : public SizedEdge<3, VertexPointXYZ, VertexPointXYZ> {
+ public:
+  LandmarkDistance(std::shared_ptr<VertexPointXYZ> a, std::shared_ptr<VertexPointXYZ> b)
+      : SizedEdge(std::move(a), std::move(b)) {}
+  void ComputeResidual() override { r_ = GetVertex<0>().GetEstimate() - GetVertex<1>().GetEstimate(); }
+  std::string TypeInfo() const override { return "LandmarkDistance"; }
+};
+
+// Two poses, the first fixed, and points in front of them.
+struct TwoViews {
+  Graph graph;
+  std::shared_ptr<VertexPose> poses[2];
+  std::vector<std::shared_ptr<VertexPointXYZ>> points;
+
+  explicit TwoViews(int num_points) {
+    Random random(8);
+    for (int i = 0; i < 2; ++i) {
+      poses[i] = std::make_shared<VertexPose>(Qd::Identity(), Vec3(i, 0, 0));
+      graph.AddVertex(poses[i]);
+    }
+    poses[0]->SetFixed();
+    for (int k = 0; k < num_points; ++k) {
+      const Vec3 p_W(random.Uniform(-2, 2), random.Uniform(-2, 2), random.Uniform(4, 8));
+      points.push_back(std::make_shared<VertexPointXYZ>(p_W));
+      graph.AddVertex(points.back());
+      for (int i = 0; i < 2; ++i) {
+        const Vec3 p_C = p_W - poses[i]->p();
+        graph.AddEdge(std::make_shared<EdgeReprojectionXYZ>(
+            points[k], poses[i], p_C.head<2>() / p_C.z() + Vec2(1e-3 * random.Normal(), 1e-3)));
+      }
+    }
+    graph.AddEdge(std::make_shared<EdgeSE3Prior>(poses[1], Qd::Identity(), Vec3(1, 0, 0)));
+  }
+};
+
+TEST(FastRoom, AnEdgeBetweenLandmarksIsANamedError) {
+  TwoViews scene(2);
+  scene.graph.AddEdge(std::make_shared<LandmarkDistance>(scene.points[0], scene.points[1]));
+  SparseOptimizer optimizer(&scene.graph);
+  try {
+    optimizer.Solve();
+    FAIL() << "no error";
+  } catch (const GraphError& error) {
+    const std::string what = error.what();
+    EXPECT_NE(what.find("LandmarkDistance"), std::string::npos) << what;
+    EXPECT_NE(what.find("VertexPointXYZ 2"), std::string::npos) << what;
+    EXPECT_NE(what.find("VertexPointXYZ 3"), std::string::npos) << what;
+  }
+  scene.points[1]->SetFixed();  // then it ties one free landmark only
+  EXPECT_TRUE(IsConverged(optimizer.Solve().termination));
+  scene.points[1]->SetFixed(false);
+  scene.points[1]->SetRole(Role::kPose);  // or the landmark is not eliminated
+  EXPECT_TRUE(IsConverged(optimizer.Solve().termination));
+}
+
+TEST(FastRoom, AVertexOfAnotherDimensionIsANamedError) {
+  TwoViews scene(2);
+  try {
+    BlockSolver<6, 1> solver(&scene.graph);
+    FAIL() << "no error";
+  } catch (const GraphError& error) {
+    EXPECT_NE(std::string(error.what()).find("VertexPointXYZ 2 has 3"), std::string::npos) << error.what();
+  }
+  EXPECT_THROW((BlockSolver<9, 3>(&scene.graph)), GraphError);
+  EXPECT_NO_THROW((BlockSolver<6, 3>(&scene.graph)));
+}
+
+TEST(FastRoom, EmptyAndFixedProblemsHaveNothingToOptimise) {
+  Graph empty;
+  EXPECT_EQ(SparseOptimizer(&empty).Solve().termination, Termination::kNothingToOptimize);
+  TwoViews scene(3);
+  for (const auto& vertex : scene.graph.Vertices()) vertex->SetFixed();
+  const Summary summary = SparseOptimizer(&scene.graph, 2).Solve();
+  EXPECT_EQ(summary.termination, Termination::kNothingToOptimize);
+  EXPECT_DOUBLE_EQ(summary.final_cost, ComputeCost(scene.graph));
+  EXPECT_GT(summary.final_cost, 0.0);
+}
+
+TEST(FastRoom, ALandmarkSeenOnceIsSingularUntilItIsDamped) {
+  TwoViews scene(6);
+  auto lonely = std::make_shared<VertexPointXYZ>(Vec3(0.3, 0.2, 5.0));
+  scene.graph.AddVertex(lonely);
+  scene.graph.AddEdge(std::make_shared<EdgeReprojectionXYZ>(lonely, scene.poses[1], Vec2(0.01, 0.02)));
+  SparseOptimizer optimizer(&scene.graph);
+  BlockSolverBase& solver = optimizer.GetSolver();
+  solver.MakeHessian();
+  VecX step;
+  EXPECT_FALSE(solver.SolveLinearSystem(0.0, &step));
+  EXPECT_TRUE(solver.SolveLinearSystem(1e-3, &step));
+  EXPECT_TRUE(step.allFinite());
+  SolveOptions options;
+  options.algorithm = Algorithm::kGaussNewton;
+  EXPECT_EQ(optimizer.Solve(options).termination, Termination::kLinearSolverFailed);
+  for (const Algorithm algorithm : {Algorithm::kLevenbergMarquardt, Algorithm::kDogleg}) {
+    options.algorithm = algorithm;
+    const Summary summary = optimizer.Solve(options);
+    EXPECT_TRUE(IsConverged(summary.termination)) << summary.message;
+    for (const auto& vertex : scene.graph.Vertices()) EXPECT_TRUE(vertex->Parameters().allFinite());
+  }
+}
+
+TEST(FastRoom, AFreeGaugeIsSingularUntilItIsDamped) {
+  MonoBaOptions options;
+  options.pixel_sigma = options.depth_sigma = 0.0;  // the null space is exact at the truth
+  MonoBa scene;
+  BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, 1.0, 0.0, &scene);
+  BlockSolver<6, 1> solver(&scene.graph);
+  solver.MakeHessian();
+  VecX step;
+  EXPECT_FALSE(solver.SolveLinearSystem(0.0, &step));
+  EXPECT_TRUE(solver.SolveLinearSystem(1e-3, &step));
+}
+
+TEST(FastRoom, FollowsChangesOfTheGraph) {
+  TwoViews scene(6);
+  SparseOptimizer optimizer(&scene.graph);
+  EXPECT_EQ(optimizer.GetSolver().Size(), 6 + 18);
+  scene.points[0]->SetFixed();
+  EXPECT_EQ(optimizer.GetSolver().Size(), 6 + 15);
+  scene.graph.RemoveVertex(scene.points[1]);
+  EXPECT_EQ(optimizer.GetSolver().Size(), 6 + 12);
+  auto landmark = std::make_shared<VertexInverseDepth>(0.2);  // another dimension: another solver
+  scene.graph.AddVertex(landmark);
+  scene.graph.AddEdge(
+      std::make_shared<EdgeReprojection>(landmark, scene.poses[0], scene.poses[1], Vec2(0, 0), Vec2(-0.2, 0)));
+  EXPECT_EQ(optimizer.GetSolver().Size(), 6 + 12 + 1);
+  EXPECT_TRUE(IsConverged(optimizer.Solve().termination));
+}
+
+TEST(FastRoom, TheOrderOfInsertionOfEdgesDoesNotMatter) {
+  TwoViews a(10), b(10);
+  const auto edges = b.graph.Edges();
+  for (const auto& edge : edges) b.graph.RemoveEdge(edge);
+  for (auto it = edges.rbegin(); it != edges.rend(); ++it) b.graph.AddEdge(*it);
+  BlockSolver<6, 3> solver_a(&a.graph), solver_b(&b.graph);
+  solver_a.MakeHessian();
+  solver_b.MakeHessian();
+  EXPECT_LT((solver_a.DenseHessian() - solver_b.DenseHessian()).norm(), 1e-13 * solver_a.DenseHessian().norm());
+}
+
+// Only H_pm is rounded: the steps differ a little, the optimum, where b = 0, does not.
+TEST(FastRoom, SinglePrecisionFindsTheSameOptimum) {
+  for (const Scene& scene : AllScenes()) {
+    double cost[2];
+    for (const bool single_precision : {false, true}) {
+      Graph graph;
+      scene.build(&graph);
+      SparseOptimizer optimizer(&graph);
+      optimizer.SetSinglePrecision(single_precision);
+      SolveOptions options;
+      options.max_iterations = 100;
+      options.cost_tolerance = 1e-14;
+      cost[single_precision] = optimizer.Solve(options).final_cost;
+      const CouplingBlocks& H_pm = optimizer.GetSolver().System().H_pm;
+      EXPECT_EQ(H_pm.single_precision, !H_pm.floats.empty()) << scene.name;
+      EXPECT_NE(H_pm.doubles.empty(), H_pm.floats.empty()) << scene.name;
+      EXPECT_LE(H_pm.single_precision, single_precision) << scene.name;
+    }
+    EXPECT_NEAR(cost[1], cost[0], 1e-6 * cost[0] + 1e-12) << scene.name;
+  }
+}
+
+TEST(FastRoom, SinglePrecisionRoundsOnlyH_pm) {
+  MonoBa scene;
+  BuildMonoBa(SimulateMonoBa({}), Gauge::kFree, 1.0, 0.0, &scene);
+  BlockSolver<6, 1> solver(&scene.graph);
+  solver.MakeHessian();
+  const MatXX H = solver.DenseHessian();
+  solver.SetSinglePrecision(true);
+  solver.SetOrdering();
+  solver.MakeHessian();
+  const MatXX rounded = solver.DenseHessian();
+  const int poses = solver.Structure().ordering.dim_poses, landmarks = solver.Structure().ordering.dim_landmarks;
+  EXPECT_TRUE(solver.System().H_pm.single_precision);
+  EXPECT_EQ(rounded.topLeftCorner(poses, poses), H.topLeftCorner(poses, poses));
+  EXPECT_EQ(rounded.bottomRightCorner(landmarks, landmarks), H.bottomRightCorner(landmarks, landmarks));
+  const auto H_pm = H.topRightCorner(poses, landmarks), rounded_pm = rounded.topRightCorner(poses, landmarks);
+  EXPECT_NE(rounded_pm, H_pm);
+  EXPECT_LT((rounded_pm - H_pm).cwiseAbs().maxCoeff(), 1e-6 * H_pm.cwiseAbs().maxCoeff());
+}
+
+TEST(ReducedSolvers, AgreeAndRefuseIndefiniteSystems) {
+  SymmetricBlockMatrix S;
+  S.SetPattern({3, 2, 4}, {{0, 2}, {1, 2}, {2}});
+  Random random(6);
+  for (int block = 0; block < S.NumBlocks(); ++block) {
+    const int dim = S.Dim(S.Row(block)), stride = Stride(dim);
+    const int column = block < 2 ? 0 : block < 4 ? 1 : 2;
+    for (int c = 0; c < S.Dim(column); ++c) {
+      for (int r = 0; r < dim; ++r) {
+        const bool diagonal = S.Row(block) == column;
+        double* values = S.Values(block);
+        values[c * stride + r] =
+            diagonal && r < c ? values[r * stride + c] : random.Normal() + (diagonal && r == c ? 8 : 0);
+        if (diagonal && r < c) values[c * stride + r] = values[r * stride + c];
+      }
+    }
+  }
+  const MatXX A = S.Dense();
+  const VecX b = VecX::LinSpaced(9, -1, 1), expected = A.llt().solve(b), scale = A.diagonal();
+  EXPECT_LT((A - A.transpose()).norm(), 1e-15);
+  VecX product(9);
+  S.Multiply(b.data(), product.data());
+  EXPECT_LT((product - A * b).norm(), 1e-13);
+  EXPECT_EQ(S.Find(2, 1), 3);
+  EXPECT_EQ(S.Find(1, 0), -1);
+  for (auto& solver : {MakeDenseCholesky(), MakeSparseCholesky(1), MakeBlockPcg(100, 1e-15)}) {
+    solver->Prepare(S);
+    VecX x;
+    ASSERT_TRUE(solver->Solve(S, b, scale, &x));
+    EXPECT_LT((x - expected).norm(), 1e-13);
+  }
+  S.Values(0)[0] = -1.0;
+  for (auto& solver : {MakeDenseCholesky(), MakeSparseCholesky(1), MakeBlockPcg(100, 1e-15)}) {
+    solver->Prepare(S);
+    VecX x;
+    EXPECT_FALSE(solver->Solve(S, b, scale, &x));
+  }
+}
+
+TEST(FactorPsd, RebuildsFullAndDeficientMatrices) {
+  Random random(2);
+  for (const int rank : {6, 4, 1, 0}) {
+    MatXX B(6, 6);
+    for (int i = 0; i < 36; ++i) B.data()[i] = random.Normal();
+    B.rightCols(6 - rank).setZero();
+    if (rank == 1) B(0, 0) = 1e-9;  // a first pivot that is tiny, though its row is not
+    const MatXX W = B * B.transpose();
+    Eigen::Matrix<double, 6, 6, Eigen::RowMajor> F;
+    FactorPsd(W.data(), 6, F.data());
+    EXPECT_LT((F.transpose() * F - W).norm(), 1e-14 * (W.norm() + 1e-300)) << rank;
+    EXPECT_EQ(F.bottomRows(6 - rank).norm(), 0.0) << rank;
+  }
+}
+
+TEST(ThreadPool, RunsEachTaskOnce) {
+  for (const int threads : {1, 2, 4}) {
+    ThreadPool pool(threads);
+    EXPECT_EQ(pool.Threads(), threads);
+    for (int round = 0; round < 200; ++round) {  // the same threads again and again
+      std::vector<std::atomic<int>> calls(static_cast<size_t>(round));
+      pool.Run(round, [&](int i) { ++calls[i]; });
+      for (const auto& count : calls) EXPECT_EQ(count, 1);
+    }
+  }
+}
+
+TEST(ThreadPool, HandsOnAnExceptionAndLivesOn) {
+  for (const int threads : {1, 3}) {
+    ThreadPool pool(threads);
+    const auto throws = [](int i) {
+      if (i == 5) throw std::runtime_error("task 5");
+    };
+    EXPECT_THROW(pool.Run(10, throws), std::runtime_error);
+    std::atomic<int> sum{0};
+    pool.Run(10, [&](int i) { sum += i; });
+    EXPECT_EQ(sum, 45);
+  }
+}
+
+TEST(ThreadPool, SumsAreTheSameToTheBit) {
+  Random random(1);
+  std::vector<double> values(10001), parts;
+  for (double& value : values) value = random.Normal() * std::exp(10.0 * random.Normal());
+  const auto sum_with = [&](int threads) {
+    ThreadPool pool(threads);
+    return ParallelSum(&pool, static_cast<int>(values.size()), 64, &parts, [&](int begin, int end) {
+      double sum = 0.0;
+      for (int i = begin; i < end; ++i) sum += values[i];
+      return sum;
+    });
+  };
+  EXPECT_EQ(sum_with(1), sum_with(2));
+  EXPECT_EQ(sum_with(1), sum_with(5));
+}
+
+}  // namespace
+}  // namespace ch5::test

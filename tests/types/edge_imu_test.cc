@@ -1,0 +1,114 @@
+#include "ch5_backend/types/edge_imu.h"
+
+#include <gtest/gtest.h>
+
+#include "ch5_backend/marginalize/edge_prior.h"
+#include "ch5_backend/world/simulate/random.h"
+#include "tests/derivatives.h"
+
+namespace ch5 {
+namespace {
+
+std::shared_ptr<Preintegration> SomeImu(double turn) {
+  auto imu = std::make_shared<Preintegration>(ImuSample{0.0, Vec3(0.5, 0.2, 9.7), Vec3(0.1, turn, -0.2)},
+                                              Vec3(0.05, 0.02, -0.01), Vec3(0.01, -0.02, 0.005), ImuNoise{});
+  for (int k = 1; k <= 20; ++k) {
+    imu->Add({0.005, Vec3(0.5 + 0.02 * k, 0.2, 9.7 - 0.01 * k), Vec3(0.1, turn + 0.01 * k, -0.2)});
+  }
+  return imu;
+}
+
+TEST(EdgeImu, JacobiansAgreeWithCentralDifferences) {
+  Random random(11);
+  for (const double scale : {0.0, 1e-9, 1e-3, 0.3, 1.5}) {  // identity, tiny, small, ordinary, large residual
+    for (const double turn : {0.0, 1.0}) {
+      const auto pose = [&] {
+        return std::make_shared<VertexPose>(ExpSO3(NormalVector(&random, scale)), NormalVector(&random, scale));
+      };
+      const auto speed_bias = [&] {
+        Vec9 x;
+        x << NormalVector(&random, scale), 0.1 * NormalVector(&random, scale), 0.02 * NormalVector(&random, scale);
+        return std::make_shared<VertexSpeedBias>(x);
+      };
+      auto pose_i = pose(), pose_j = pose();
+      auto sb_i = speed_bias(), sb_j = speed_bias();
+      EdgeImu edge(pose_i, sb_i, pose_j, sb_j, SomeImu(turn));
+      ExpectJacobiansAreDerivatives(&edge);
+    }
+  }
+}
+
+// A resting IMU: what it measures is G, and the residual of a state at rest is zero.
+TEST(EdgeImu, RestGivesZeroResidual) {
+  auto imu = std::make_shared<Preintegration>(ImuSample{0.0, Vec3(0, 0, 9.81), Vec3::Zero()}, Vec3::Zero(),
+                                              Vec3::Zero(), ImuNoise{});
+  for (int k = 0; k < 100; ++k) imu->Add({0.005, Vec3(0, 0, 9.81), Vec3::Zero()});
+  auto pose_i = std::make_shared<VertexPose>(), pose_j = std::make_shared<VertexPose>();
+  auto sb_i = std::make_shared<VertexSpeedBias>(), sb_j = std::make_shared<VertexSpeedBias>();
+  EdgeImu edge(pose_i, sb_i, pose_j, sb_j, imu);
+  edge.ComputeResidual();
+  EXPECT_LT(edge.Residual().norm(), 1e-12);
+}
+
+// x, y, z and yaw cannot be seen by an IMU (basalt's test_vio: ≤ 1e-8, yaw ≤ 1e-6): moving both frames leaves r alone.
+TEST(EdgeImu, ResidualIsInvariantUnderTranslationAndYaw) {
+  auto pose_i = std::make_shared<VertexPose>(ExpSO3({0.1, 0.2, 0.3}), Vec3(1, 2, 3));
+  auto pose_j = std::make_shared<VertexPose>(ExpSO3({0.2, 0.1, 0.5}), Vec3(1.1, 2.2, 3));
+  Vec9 v_i, v_j;
+  v_i << 1, 2, 0.5, 0.05, 0, 0, 0, 0.01, 0;
+  v_j << 1.1, 2.1, 0.4, 0.05, 0, 0, 0, 0.01, 0;
+  auto sb_i = std::make_shared<VertexSpeedBias>(v_i), sb_j = std::make_shared<VertexSpeedBias>(v_j);
+  EdgeImu edge(pose_i, sb_i, pose_j, sb_j, SomeImu(0.4));
+  edge.ComputeResidual();
+  const VecX before = edge.Residual();
+  const Qd yaw = ExpSO3({0, 0, 0.7});
+  for (auto& pose : {pose_i, pose_j}) pose->SetPose(yaw * pose->q(), yaw * pose->p() + Vec3(3, -4, 5));
+  for (auto& sb : {sb_i, sb_j}) {
+    Vec9 x = sb->GetEstimate();
+    x.head<3>() = yaw * Vec3(x.head<3>());
+    sb->SetEstimate(x);
+  }
+  edge.ComputeResidual();
+  EXPECT_LT((edge.Residual() - before).norm(), 1e-12);
+}
+
+TEST(EdgeImu, InformationIsTheInverseOfTheCovariance) {
+  const auto imu = SomeImu(0.4);
+  auto pose_i = std::make_shared<VertexPose>(), pose_j = std::make_shared<VertexPose>();
+  auto sb_i = std::make_shared<VertexSpeedBias>(), sb_j = std::make_shared<VertexSpeedBias>();
+  EdgeImu edge(pose_i, sb_i, pose_j, sb_j, imu);
+  const MatXX product = edge.Information() * imu->Covariance();
+  EXPECT_LT((product - MatXX::Identity(15, 15)).cwiseAbs().maxCoeff(), 1e-8);
+  const auto empty = std::make_shared<Preintegration>(ImuSample{}, Vec3::Zero(), Vec3::Zero(), ImuNoise{});
+  EXPECT_THROW(EdgeImu(pose_i, sb_i, pose_j, sb_j, empty), std::invalid_argument);
+}
+
+TEST(EdgePrior, JacobiansAgreeWithCentralDifferences) {
+  Random random(5);
+  for (const double scale : {0.0, 1e-6, 0.5}) {
+    auto pose = std::make_shared<VertexPose>(ExpSO3(NormalVector(&random, 1.0)), NormalVector(&random, 1.0));
+    auto sb = std::make_shared<VertexSpeedBias>(Vec9::Constant(0.1));
+    Prior prior{{pose, sb}, {pose->Parameters(), sb->Parameters()}, MatXX::Random(7, 15), VecX::Random(7)};
+    const VecX delta = scale * VecX::Random(6);
+    pose->Plus(delta.data());
+    EdgePrior edge(prior);
+    ExpectJacobiansAreDerivatives(&edge);
+  }
+}
+
+// q and −q are one rotation: the prior must not tell them apart (OK9).
+TEST(EdgePrior, DoesNotSeeTheSignOfAQuaternion) {
+  auto pose = std::make_shared<VertexPose>(ExpSO3({0.3, -0.2, 0.1}), Vec3(1, 2, 3));
+  Vec7 x0;
+  x0 << 0.9, 2.1, 3.0, ExpSO3({0.25, -0.2, 0.12}).coeffs();
+  Vec7 negated = x0;
+  negated.tail<4>() *= -1.0;
+  const MatXX J = MatXX::Identity(6, 6);
+  EdgePrior plain({{pose}, {x0}, J, VecX::Zero(6)}), other({{pose}, {negated}, J, VecX::Zero(6)});
+  plain.ComputeResidual();
+  other.ComputeResidual();
+  EXPECT_EQ(plain.Residual(), other.Residual());
+}
+
+}  // namespace
+}  // namespace ch5

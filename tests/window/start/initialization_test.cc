@@ -1,0 +1,231 @@
+#include "ch5_backend/window/start/initialization.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "ch5_backend/window/start/closed_form.h"
+#include "ch5_backend/world/files/recording_file.h"
+#include "ch5_backend/world/simulate/paths.h"
+#include "ch5_backend/world/simulate/scene_points.h"
+#include "ch5_backend/world/simulate/simulation.h"
+
+namespace ch5 {
+namespace {
+
+// Every `stride`-th image from the one at index `first` on, with the IMU in between integrated at no bias.
+std::vector<MovingFrame> Cut(const Recording& recording, size_t first, size_t count, size_t stride) {
+  std::vector<MovingFrame> frames;
+  for (size_t k = first; k < recording.frames.size() && frames.size() < count; k += stride) {
+    MovingFrame frame{recording.frames[k].t, recording.frames[k].tracks, nullptr};
+    if (!frames.empty()) {
+      const auto samples = SamplesBetween(recording.imu, frames.back().t, frame.t);
+      auto imu =
+          std::make_shared<Preintegration>(samples.at(0), Vec3::Zero(), Vec3::Zero(), recording.calibration.noise);
+      for (size_t s = 1; s < samples.size(); ++s) imu->Add(samples[s]);
+      frame.imu = imu;
+    }
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+MovingStartOptions OptionsFor(const Recording& recording) {
+  MovingStartOptions options;
+  options.T_B_C = recording.calibration.T_B_C;
+  options.focal_length = recording.calibration.fx;
+  options.gravity = recording.calibration.gravity;
+  return options;
+}
+
+struct Errors {
+  double gravity = 0.0;   // angle [rad]
+  double scale = 0.0;     // relative
+  double b_g = 0.0;       // [rad/s]
+  double velocity = 0.0;  // of the last state, in its body [m/s]
+};
+
+Errors Compare(const MovingStart& start, const Recording& recording) {
+  Errors errors;
+  double length = 0.0, true_length = 0.0;
+  const StampedState first = *StateAt(recording.truth, start.states.front().t);
+  for (const StampedState& state : start.states) {
+    const StampedState truth = *StateAt(recording.truth, state.t);
+    const Vec3 up = state.T_W_B.q.conjugate() * Vec3::UnitZ(), true_up = truth.T_W_B.q.conjugate() * Vec3::UnitZ();
+    errors.gravity = std::max(errors.gravity, std::acos(std::min(1.0, up.dot(true_up))));
+    errors.b_g = std::max(errors.b_g, (state.b_g - truth.b_g).norm());
+    length += state.T_W_B.p.norm();
+    true_length += (truth.T_W_B.p - first.T_W_B.p).norm();
+    errors.velocity = (state.T_W_B.q.conjugate() * state.v_W - truth.T_W_B.q.conjugate() * truth.v_W).norm();
+  }
+  errors.scale = std::abs(length / true_length - 1.0);
+  return errors;
+}
+
+Recording Fly(uint64_t seed, const CameraOptions& camera) {
+  HandheldOptions handheld;
+  handheld.seed = seed;
+  handheld.duration = 12.0;
+  Random random(seed);
+  SimulationOptions options;
+  options.camera = camera;
+  return SimulateRecording(Handheld(handheld), PointsOnPlanes(RoomWalls({-6, -6, -3}, {6, 6, 3}), 600, &random),
+                           options);
+}
+
+// Eleven images in two seconds, as a window of VINS holds them.
+constexpr size_t kImages = 11, kStride = 4;
+
+TEST(StartMoving, FindsGravityScaleAndBias) {
+  CameraOptions camera;
+  camera.pixel_sigma = 0.5;
+  for (const uint64_t seed : {1u, 2u, 3u}) {
+    const Recording recording = Fly(seed, camera);
+    for (size_t first = 10; first < 190; first += 20) {
+      const MovingStart start = StartMoving(Cut(recording, first, kImages, kStride), OptionsFor(recording));
+      const std::string where = "seed " + std::to_string(seed) + ", image " + std::to_string(first);
+      ASSERT_EQ(start.failure, StartFailure::kNone) << where << ": " << start.message;
+      const Errors errors = Compare(start, recording);
+      EXPECT_LT(errors.gravity, 1.0 / 57.3) << where;
+      EXPECT_LT(errors.scale, 0.05) << where;
+      EXPECT_LT(errors.b_g, 5e-3) << where;
+      EXPECT_LT(errors.velocity, 0.05) << where;
+    }
+  }
+}
+
+TEST(StartMoving, BearsOutliers) {
+  CameraOptions camera;
+  camera.pixel_sigma = 0.5;
+  camera.outlier_fraction = 0.1;
+  const Recording recording = Fly(4, camera);
+  for (size_t first = 20; first < 180; first += 40) {
+    const MovingStart start = StartMoving(Cut(recording, first, kImages, kStride), OptionsFor(recording));
+    ASSERT_EQ(start.failure, StartFailure::kNone) << first << ": " << start.message;
+    const Errors errors = Compare(start, recording);
+    EXPECT_LT(errors.gravity, 2.0 / 57.3) << first;
+    EXPECT_LT(errors.scale, 0.05) << first;
+    EXPECT_LT(errors.b_g, 5e-3) << first;
+  }
+}
+
+// The flying part of the real recording, cut at every second: none starts wrong, most start.
+TEST(StartMoving, StartsInTheMiddleOfARealFlight) {
+  const auto folder = std::filesystem::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder << "; set CH5_DATA_DIR";
+  const Recording recording = ReadRecording(folder);
+  int cuts = 0, started = 0;
+  std::vector<double> scales;
+  for (size_t first = 200; first + kImages * kStride < recording.frames.size(); first += 20) {
+    const MovingStart start = StartMoving(Cut(recording, first, kImages, kStride), OptionsFor(recording));
+    ++cuts;
+    if (start.failure != StartFailure::kNone) continue;
+    ++started;
+    const Errors errors = Compare(start, recording);
+    EXPECT_LT(errors.gravity, 2.0 / 57.3) << "image " << first;
+    EXPECT_LT(errors.scale, 0.1) << "image " << first;
+    EXPECT_LT(errors.b_g, 0.01) << "image " << first;
+    scales.push_back(errors.scale);
+  }
+  EXPECT_GE(started, 0.75 * cuts);
+  std::nth_element(scales.begin(), scales.begin() + scales.size() / 2, scales.end());
+  EXPECT_LT(scales[scales.size() / 2], 0.05);
+  RecordProperty("started", std::to_string(started) + " of " + std::to_string(cuts));
+}
+
+// ---- what cannot start says why --------------------------------------------------------------------------------
+
+MovingStart StartOn(const Trajectory::Formula& formula) {
+  Random random(5);
+  const Recording recording =
+      SimulateRecording(Trajectory(formula, 3.0), PointsOnPlanes(RoomWalls({-6, -6, -3}, {6, 6, 3}), 600, &random));
+  return StartMoving(Cut(recording, 5, kImages, kStride), OptionsFor(recording));
+}
+
+TEST(StartMoving, StandingHasNoParallax) {
+  const MovingStart start = StartOn([](const Jet&) { return Coordinates{}; });
+  EXPECT_EQ(start.failure, StartFailure::kTooLittleParallax) << start.message;
+  EXPECT_TRUE(start.states.empty());
+  EXPECT_NE(start.message.find("px"), std::string::npos);
+}
+
+TEST(StartMoving, TurningHasNoParallax) {
+  const MovingStart start = StartOn([](const Jet& t) { return Coordinates{{0.0, 0.0, 0.0}, 0.4 * t, 0.0, 0.0}; });
+  EXPECT_EQ(start.failure, StartFailure::kTooLittleParallax) << start.message;
+}
+
+TEST(StartMoving, ConstantVelocityHasNoScale) {
+  const MovingStart start = StartOn([](const Jet& t) { return Coordinates{{0.0, 0.8 * t, 0.0}, 0.0, 0.0, 0.0}; });
+  EXPECT_EQ(start.failure, StartFailure::kTooLittleExcitation) << start.message;
+}
+
+TEST(StartMoving, AWrongExtrinsicIsNoticed) {
+  const Recording recording = Fly(1, {});
+  MovingStartOptions options = OptionsFor(recording);
+  options.T_B_C.q = options.T_B_C.q * ExpSO3(Vec3(0, 0, 1.5));
+  EXPECT_NE(StartMoving(Cut(recording, 50, kImages, kStride), options).failure, StartFailure::kNone);
+}
+
+TEST(StartMoving, TooFewImagesOrTracks) {
+  Recording recording = Fly(1, {});
+  EXPECT_EQ(StartMoving(Cut(recording, 50, 3, kStride), OptionsFor(recording)).failure, StartFailure::kTooFewFrames);
+  EXPECT_EQ(StartMoving({}, OptionsFor(recording)).failure, StartFailure::kTooFewFrames);
+  auto frames = Cut(recording, 50, kImages, kStride);
+  for (MovingFrame& frame : frames) frame.tracks.resize(std::min<size_t>(frame.tracks.size(), 5));
+  const MovingStart start = StartMoving(frames, OptionsFor(recording));
+  EXPECT_EQ(start.failure, StartFailure::kTooFewTracks) << start.message;
+  frames[2].imu = nullptr;
+  EXPECT_THROW(StartMoving(frames, OptionsFor(recording)), std::invalid_argument);
+}
+
+// ---- the two steps ---------------------------------------------------------------------------------------------
+
+// All points on one plane, where eight-point algorithms fail: the bias is found all the same.
+TEST(GyroscopeBias, IsFoundBeforeAPlane) {
+  HandheldOptions handheld;
+  handheld.duration = 4.0;
+  Random random(6);
+  SimulationOptions options;
+  options.camera.pixel_sigma = 0.0;
+  options.imu.noise_scale = 0.0;
+  const Recording recording =
+      SimulateRecording(Handheld(handheld),
+                        PointsOnPlanes({{Vec3(6, -20, -10), Vec3(0, 40, 0), Vec3(0, 0, 20)}}, 3000, &random), options);
+  const auto frames = Cut(recording, 10, kImages, kStride);
+  std::vector<FeatureTrack> tracks(4000);
+  for (size_t k = 0; k < frames.size(); ++k) {
+    for (const auto& point : frames[k].tracks) {
+      tracks.at(static_cast<size_t>(point.id)).views.push_back({static_cast<int>(k), point.x});
+    }
+  }
+  std::vector<Preintegration> imu;
+  for (size_t k = 1; k < frames.size(); ++k) imu.push_back(*frames[k].imu);
+  const Vec3 b_g = EstimateGyroscopeBias(recording.calibration.T_B_C.q, 1.0 / 460.0, &tracks, &imu);
+  EXPECT_LT((b_g - recording.truth[0].b_g).norm(), 1e-4);
+  EXPECT_EQ(imu.front().BiasGyroscope(), b_g);
+}
+
+// On the sphere ‖G‖ = g the gradient has no part along it but μG, and no point nearby is lower.
+TEST(ClosedFormGravity, IsTheMinimumOnTheSphere) {
+  Random random(8);
+  for (int trial = 0; trial < 20; ++trial) {
+    Eigen::Matrix<double, 9, 9> A;
+    Vec9 b;
+    for (int k = 0; k < 81; ++k) A.data()[k] = random.Normal();
+    for (int k = 0; k < 9; ++k) b[k] = 10.0 * random.Normal();
+    const Eigen::Matrix<double, 9, 9> H = A.transpose() * A;
+    const auto cost = [&](const Vec9& x) { return 0.5 * x.dot(H * x) - b.dot(x); };
+    const Vec9 x = MinimizeWithGravity(H, b, 9.81);
+    EXPECT_NEAR(x.segment<3>(3).norm(), 9.81, 1e-9);
+    for (int other = 0; other < 200; ++other) {
+      Vec9 y = x;
+      for (int k = 0; k < 9; ++k) y[k] += (other % 2 ? 0.01 : 3.0) * random.Normal();
+      y.segment<3>(3) *= 9.81 / y.segment<3>(3).norm();
+      EXPECT_GE(cost(y), cost(x));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ch5
