@@ -2,7 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <cassert>
-#include <limits>
+
+#include "ch5_backend/linear/pivot_rule.h"
 
 namespace ch5 {
 
@@ -16,7 +17,7 @@ bool BlockDiagonal::SetInverse(int index, const Eigen::Ref<const MatXX>& block) 
   const Eigen::LLT<MatXX> llt(block);
   if (llt.info() != Eigen::Success) return false;
   // A pivot that is rounding alone, as of a point seen once, would make its inverse a matrix of random numbers.
-  const double rounding = 10.0 * static_cast<double>(block.rows()) * std::numeric_limits<double>::epsilon();
+  const double rounding = PivotRounding(static_cast<int>(block.rows()));
   const VecX pivots = llt.matrixLLT().diagonal().cwiseAbs2();
   if ((pivots.array() <= rounding * block.diagonal().array()).any()) return false;
   blocks_.push_back({index, llt.solve(MatXX::Identity(block.rows(), block.cols()))});

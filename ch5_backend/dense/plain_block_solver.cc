@@ -2,9 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 
+#include "ch5_backend/linear/pivot_rule.h"
 #include "ch5_backend/linear/reduced_solver.h"
 
 namespace ch5 {
@@ -87,7 +87,7 @@ bool PlainBlockSolver::InvertLandmarks(double lambda) {
     MatXX damped = H_ll_(l, l);
     for (int i = 0; i < damped.rows(); ++i) damped(i, i) += lambda * DampingEntry(damped(i, i));
     const Eigen::LLT<MatXX> llt(damped);
-    const double rounding = 8.0 * static_cast<double>(damped.rows()) * std::numeric_limits<double>::epsilon();
+    const double rounding = PivotRounding(static_cast<int>(damped.rows()));
     for (int i = 0; i < damped.rows(); ++i) {
       const double root = llt.matrixLLT()(i, i);
       if (llt.info() != Eigen::Success || !(root * root > rounding * damped(i, i))) return false;

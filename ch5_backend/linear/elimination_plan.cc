@@ -3,6 +3,7 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <numeric>
 
 namespace ch5 {
 namespace {
@@ -208,6 +209,20 @@ EliminationPlan PlanElimination(const SymmetricBlockMatrix& A) {
     plan.num_factor_values += front.pivots * (0.5 * (front.pivots + 1.0) + front.rows_below);
     plan.multiplications += Multiplications(front.pivots, front.rows_below);
   }
+  return plan;
+}
+
+EliminationPlan PlanOneFront(const SymmetricBlockMatrix& A) {
+  const int n = A.NumColumns();
+  EliminationPlan plan;
+  plan.order.resize(static_cast<size_t>(n));
+  std::iota(plan.order.begin(), plan.order.end(), 0);
+  plan.position = plan.order;
+  for (int i = 0; i <= n; ++i) plan.offset.push_back(A.Offset(i));
+  const double size = A.Size();
+  plan.num_factor_values = size * size;
+  plan.multiplications = size * size * size / 6.0;
+  if (n > 0) plan.fronts.push_back({0, n, {}, -1, A.Size(), 0});
   return plan;
 }
 

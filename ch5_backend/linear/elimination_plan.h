@@ -42,4 +42,7 @@ struct EliminationPlan {
 /// Plans for the pattern of A; its values do not matter.
 EliminationPlan PlanElimination(const SymmetricBlockMatrix& A);
 
+/// The plan that treats A as a dense matrix: one front of all blocks.
+EliminationPlan PlanOneFront(const SymmetricBlockMatrix& A);
+
 }  // namespace ch5

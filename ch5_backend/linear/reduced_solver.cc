@@ -1,17 +1,17 @@
 #include "ch5_backend/linear/reduced_solver.h"
 
 #include <Eigen/Cholesky>
-#include <limits>
 
+#include "ch5_backend/linear/conjugate_gradients.h"
+#include "ch5_backend/linear/pivot_rule.h"
 #include "ch5_backend/linear/sparse_cholesky.h"
 #include "ch5_backend/math/dense_kernels.h"
 
 namespace ch5 {
 namespace {
 
-// A pivot is the sum of a diagonal entry and of products of its size; what is left below their rounding is zero.
 void MinPivots(const VecX& scale, VecX* min_pivot) {
-  *min_pivot = 8.0 * static_cast<double>(scale.size()) * std::numeric_limits<double>::epsilon() * scale;
+  *min_pivot = PivotRounding(static_cast<int>(scale.size())) * scale;
 }
 
 class DenseCholesky : public ReducedSolver {
@@ -110,7 +110,7 @@ class BlockPcg : public ReducedSolver {
 
   void Prepare(const SymmetricBlockMatrix& S) override {
     limit_ = max_iterations_ > 0 ? max_iterations_ : 10 * S.Size() + 100;
-    for (VecX* v : {&r_, &z_, &p_, &Ap_}) v->resize(S.Size());
+    iterate_.Resize(S.Size());
     factors_.clear();
     factors_.reserve(static_cast<size_t>(S.NumColumns()));  // not to be copied before they are computed
     for (int j = 0; j < S.NumColumns(); ++j) factors_.emplace_back(S.Dim(j));
@@ -118,24 +118,13 @@ class BlockPcg : public ReducedSolver {
 
   bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX&, VecX* x) override {
     if (!Factorize(S)) return false;
-    x->setZero(b.size());
-    r_ = b;
-    Precondition(S);
-    p_ = z_;
-    double rz = r_.dot(z_);
+    const auto multiply = [&](const VecX& v, VecX* Sv) { S.Multiply(v.data(), Sv->data()); };
+    const auto precondition = [&](const VecX& r, VecX* z) { Precondition(S, r, z); };
     const double goal = tolerance_ * b.norm();
-    for (int i = 0; i < limit_ && r_.norm() > goal; ++i) {
-      S.Multiply(p_.data(), Ap_.data());
-      const double curvature = p_.dot(Ap_);
-      if (!(curvature > 0.0)) return false;
-      *x += (rz / curvature) * p_;
-      r_ -= (rz / curvature) * Ap_;
-      Precondition(S);
-      const double rz_new = r_.dot(z_);
-      p_ = z_ + (rz_new / rz) * p_;
-      rz = rz_new;
-    }
-    return x->allFinite();
+    const auto is_enough = [&](const LinearIterate& iterate) { return iterate.r.norm() <= goal; };
+    x->setZero(b.size());
+    iterate_.StartAtZero(b, precondition);
+    return ConjugateGradients(multiply, precondition, is_enough, limit_, &iterate_, x) && x->allFinite();
   }
 
  private:
@@ -149,10 +138,11 @@ class BlockPcg : public ReducedSolver {
     return true;
   }
 
-  void Precondition(const SymmetricBlockMatrix& S) {
-    z_ = r_;
+  // z = M⁻¹ r
+  void Precondition(const SymmetricBlockMatrix& S, const VecX& r, VecX* z) const {
+    *z = r;
     for (int j = 0; j < S.NumColumns(); ++j) {
-      auto z_j = z_.segment(S.Offset(j), S.Dim(j));
+      auto z_j = z->segment(S.Offset(j), S.Dim(j));
       factors_[j].solveInPlace(z_j);
     }
   }
@@ -160,7 +150,7 @@ class BlockPcg : public ReducedSolver {
   int max_iterations_, limit_ = 0;
   double tolerance_;
   std::vector<Eigen::LLT<MatXX>> factors_;
-  VecX r_, z_, p_, Ap_;
+  LinearIterate iterate_;
 };
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "ch5_backend/linear/selected_inverse.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace ch5 {
 
@@ -67,20 +66,6 @@ std::optional<MatXX> SelectedInverse::Block(int i, int j) const {
   const auto found = Find(std::max(a, b), std::min(a, b));
   if (!found) return std::nullopt;
   return a >= b ? MatXX(*found) : MatXX(found->transpose());
-}
-
-EliminationPlan PlanOneFront(const SymmetricBlockMatrix& A) {
-  const int n = A.NumColumns();
-  EliminationPlan plan;
-  plan.order.resize(static_cast<size_t>(n));
-  std::iota(plan.order.begin(), plan.order.end(), 0);
-  plan.position = plan.order;
-  for (int i = 0; i <= n; ++i) plan.offset.push_back(A.Offset(i));
-  const double size = A.Size();
-  plan.num_factor_values = size * size;
-  plan.multiplications = size * size * size / 6.0;
-  if (n > 0) plan.fronts.push_back({0, n, {}, -1, A.Size(), 0});
-  return plan;
 }
 
 }  // namespace ch5

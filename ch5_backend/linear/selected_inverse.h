@@ -37,7 +37,4 @@ class SelectedInverse {
   std::vector<MatXX> Z_;                      // of each front: [Z_pp; Z_bp]
 };
 
-/// The plan that treats A as a dense matrix: one front of all blocks.
-EliminationPlan PlanOneFront(const SymmetricBlockMatrix& A);
-
 }  // namespace ch5

@@ -6,7 +6,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "ch5_backend/linear/dense_solvers.h"
 #include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/world/simulate/mono_ba.h"
@@ -244,25 +243,6 @@ TEST(Marginalization, WhatRemainsHasTheSameSolution) {
       EXPECT_LT((result.H_prior.llt().solve(result.b_prior) - remaining).norm(), 1e-10 * x.norm()) << idx << " " << dim;
     }
   }
-}
-
-TEST(LinearSolvers, AgreeOnDefiniteSystemsAndRefuseOthers) {
-  Random random(9);
-  MatXX B(12, 8);
-  for (int i = 0; i < B.size(); ++i) B.data()[i] = random.Normal();
-  MatXX A = B.transpose() * B;
-  const VecX b = VecX::LinSpaced(8, -1.0, 2.0);
-  VecX by_ldlt, by_pcg;
-  ASSERT_TRUE(SolveLdlt(A, b, &by_ldlt));
-  ASSERT_TRUE(SolvePcg(A, b, 100, 1e-14, &by_pcg));
-  EXPECT_LT((A * by_ldlt - b).norm(), 1e-12);
-  EXPECT_LT((A * by_pcg - b).norm(), 1e-12);
-  ASSERT_TRUE(SolvePcg(A, b, 1, 0.0, &by_pcg));  // the original lost its first step
-  EXPECT_LT((A * by_pcg - b).norm(), b.norm());
-  A(0, 0) = -1.0;
-  EXPECT_FALSE(SolveLdlt(A, b, &by_ldlt));
-  EXPECT_FALSE(SolvePcg(A, b, 100, 1e-14, &by_pcg));
-  EXPECT_FALSE(SolveLdlt(MatXX::Ones(3, 3), VecX::Ones(3), &by_ldlt));
 }
 
 }  // namespace

@@ -1,0 +1,111 @@
+#include "ch5_backend/linear/reduced_solver.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <vector>
+
+#include "tests/linear/block_matrices.h"
+
+namespace ch5::test {
+namespace {
+
+constexpr ReducedSolverType kExplicit[] = {ReducedSolverType::kAutomatic, ReducedSolverType::kDenseCholesky,
+                                           ReducedSolverType::kSparseCholesky, ReducedSolverType::kPcg};
+
+TEST(ReducedSolver, EveryOneGivesTheSameAnswer) {
+  for (const SymmetricBlockMatrix& A : Matrices()) {
+    const VecX b = RandomVector(A.Size(), 21), expected = SolveByEigen(A, b);
+    for (const auto type : kExplicit) {
+      const auto solver = MakeReducedSolver(type, 1);
+      solver->Prepare(A);
+      VecX x;
+      ASSERT_TRUE(solver->Solve(A, b, A.Diagonal(), &x));
+      EXPECT_LT((x - expected).norm(), 1e-12 * expected.norm()) << static_cast<int>(type);
+    }
+  }
+}
+
+// A chain whose ends are free is singular: the last pivot is rounding, and the solver's measure must see it.
+TEST(ReducedSolver, RoundingIsNotAPivot) {
+  std::vector<std::vector<int>> rows;
+  for (int j = 0; j < 400; ++j) rows.push_back(j + 1 < 400 ? std::vector<int>{j, j + 1} : std::vector<int>{j});
+  SymmetricBlockMatrix A;
+  A.SetPattern(std::vector<int>(400, 1), rows);
+  for (int j = 0; j < 400; ++j) {
+    A.Values(A.ColumnBegin(j))[0] = j == 0 || j == 399 ? 0.1 : 0.2;
+    if (j < 399) A.Values(A.ColumnBegin(j) + 1)[0] = -0.1;
+  }
+  for (const auto type :
+       {ReducedSolverType::kAutomatic, ReducedSolverType::kDenseCholesky, ReducedSolverType::kSparseCholesky}) {
+    const auto solver = MakeReducedSolver(type, 1);
+    solver->Prepare(A);
+    VecX x;
+    EXPECT_FALSE(solver->Solve(A, VecX::Ones(400), A.Diagonal(), &x));
+  }
+}
+
+TEST(ReducedSolver, IndefiniteSystemsAreRefusedAndLeaveNothingBehind) {
+  const SymmetricBlockMatrix good = MakeMatrix(MixedDims(30), Chain(30), 33);
+  const VecX b = RandomVector(good.Size(), 34), expected = SolveByEigen(good, b);
+  for (const auto type : kExplicit) {
+    const auto solver = MakeReducedSolver(type, 1);
+    solver->Prepare(good);
+    VecX x;
+    for (const double bad : {-5.0, std::numeric_limits<double>::quiet_NaN()}) {
+      SymmetricBlockMatrix A = good;
+      A.Values(A.ColumnBegin(20))[0] = bad;
+      EXPECT_FALSE(solver->Solve(A, b, good.Diagonal(), &x)) << static_cast<int>(type) << ", " << bad;
+    }
+    ASSERT_TRUE(solver->Solve(good, b, good.Diagonal(), &x));
+    EXPECT_LT((x - expected).norm(), 1e-12 * expected.norm()) << static_cast<int>(type);
+  }
+}
+
+TEST(ReducedSolver, TakesOnePatternAfterAnother) {
+  for (const auto type : kExplicit) {
+    const auto solver = MakeReducedSolver(type, 1);
+    for (const Ties& ties : {Chain(49), Everything(49), Grid(7)}) {
+      const SymmetricBlockMatrix A = MakeMatrix(std::vector<int>(49, 6), ties, 35);
+      const VecX b = RandomVector(A.Size(), 36), expected = SolveByEigen(A, b);
+      solver->Prepare(A);
+      VecX x;
+      ASSERT_TRUE(solver->Solve(A, b, A.Diagonal(), &x));
+      EXPECT_LT((x - expected).norm(), 1e-12 * expected.norm()) << static_cast<int>(type);
+    }
+  }
+}
+
+TEST(ReducedSolver, PcgIsAsAccurateAsItIsAsked) {
+  const SymmetricBlockMatrix A = MakeMatrix(std::vector<int>(144, 6), Grid(12), 37);
+  const VecX b = RandomVector(A.Size(), 38);
+  const auto residual = [&](int max_iterations, double tolerance) {
+    const auto solver = MakeBlockPcg(max_iterations, tolerance);
+    solver->Prepare(A);
+    VecX x, Ax(A.Size());
+    EXPECT_TRUE(solver->Solve(A, b, A.Diagonal(), &x));
+    A.Multiply(x.data(), Ax.data());
+    return (b - Ax).norm() / b.norm();
+  };
+  EXPECT_LT(residual(0, 1e-2), 1e-2);
+  EXPECT_GT(residual(0, 1e-2), 1e-8) << "it stops there";
+  EXPECT_LT(residual(0, 1e-8), 1.001e-8);
+  EXPECT_GT(residual(1, 1e-8), 1e-3) << "one iteration, as asked";
+}
+
+TEST(ReducedSolver, ManyPosesTiedByLandmarksAloneAreSolvedImplicitly) {
+  using Type = ReducedSolverType;
+  EXPECT_EQ(ChooseReducedSolver(Type::kAutomatic, 401, true), Type::kPowerSeries);
+  EXPECT_EQ(ChooseReducedSolver(Type::kAutomatic, 400, true), Type::kAutomatic);
+  EXPECT_EQ(ChooseReducedSolver(Type::kAutomatic, 401, false), Type::kAutomatic);
+  EXPECT_EQ(ChooseReducedSolver(Type::kSparseCholesky, 401, true), Type::kSparseCholesky);
+}
+
+TEST(ReducedSolver, EveryTypeHasItsName) {
+  ASSERT_EQ(kReducedSolverNames.size(), 6u);
+  for (size_t k = 0; k < 6; ++k) EXPECT_EQ(static_cast<size_t>(kReducedSolverNames[k].second), k);
+  EXPECT_EQ(kReducedSolverNames[4].first, "implicit-pcg");
+}
+
+}  // namespace
+}  // namespace ch5::test

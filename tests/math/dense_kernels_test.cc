@@ -1,0 +1,102 @@
+// The dense loops, in each of their versions.
+#include "ch5_backend/math/dense_kernels.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <limits>
+
+#include "ch5_backend/world/simulate/random.h"
+
+namespace ch5 {
+namespace {
+
+class DenseKernels : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    if (!kernels::SetInstructionSet(GetParam())) GTEST_SKIP() << "this processor has no " << GetParam();
+  }
+  void TearDown() override { kernels::SetInstructionSet(best_.c_str()); }
+
+  // A matrix inside a larger one; what lies around must not change.
+  static MatXX RandomMatrix(int rows, int cols, Random* random) {
+    return MatXX::NullaryExpr(rows, cols, [&] { return random->Uniform(-1.0, 1.0); });
+  }
+
+ private:
+  std::string best_ = kernels::InstructionSet();
+};
+
+TEST_P(DenseKernels, ProductsAgreeWithEigen) {
+  Random random(26);
+  for (const int m : {1, 5, 8, 17, 24, 50, 205}) {
+    for (const int n : {1, 3, 6, 13, 30}) {
+      for (const int k : {0, 1, 6, 65, 130}) {
+        const MatXX A = RandomMatrix(m + 4, k + 9, &random), B = RandomMatrix(n + 3, k + 9, &random);
+        MatXX C = RandomMatrix(m + 2, n + 1, &random), expected = C;
+        expected.topLeftCorner(m, n) -= A.topLeftCorner(m, k) * B.topLeftCorner(n, k).transpose();
+        kernels::SubtractProductABt(m, n, k, A.data(), m + 4, B.data(), n + 3, C.data(), m + 2);
+        // k products of numbers below 1.
+        EXPECT_LT((C - expected).cwiseAbs().maxCoeff(), 1e-15 * (k + 4)) << m << ' ' << n << ' ' << k;
+        if (k == 0) continue;
+        C.topLeftCorner(m, n).setConstant(std::numeric_limits<double>::quiet_NaN());
+        expected.topLeftCorner(m, n) = -A.topLeftCorner(m, k) * B.topLeftCorner(n, k).transpose();
+        kernels::SubtractProductABt(m, n, k, A.data(), m + 4, B.data(), n + 3, C.data(), m + 2, kernels::Old::kForget);
+        EXPECT_LT((C - expected).cwiseAbs().maxCoeff(), 1e-15 * (k + 4)) << m << ' ' << n << ' ' << k;
+      }
+    }
+  }
+}
+
+TEST_P(DenseKernels, SymmetricProductsAgreeWithEigen) {
+  Random random(27);
+  for (const int n : {1, 5, 6, 8, 23, 48, 200}) {
+    for (const int k : {0, 1, 6, 65}) {
+      const MatXX A = RandomMatrix(n + 4, k + 9, &random);
+      MatXX C = RandomMatrix(n + 3, n + 3, &random), expected = C;
+      expected.topLeftCorner(n, n) -= A.topLeftCorner(n, k) * A.topLeftCorner(n, k).transpose();
+      kernels::SubtractProductAAt(n, k, A.data(), n + 4, C.data(), n + 3);
+      const MatXX wrong = C - expected;
+      EXPECT_LT(MatXX(wrong.topLeftCorner(n, n).triangularView<Eigen::Lower>()).cwiseAbs().maxCoeff(), 1e-15 * (k + 4));
+      EXPECT_EQ(wrong.rightCols(3).cwiseAbs().maxCoeff(), 0.0);
+      EXPECT_EQ(wrong.bottomRows(3).cwiseAbs().maxCoeff(), 0.0);
+    }
+  }
+}
+
+TEST_P(DenseKernels, FactorAndSolveAgreeWithEigen) {
+  Random random(28);
+  for (const int k : {1, 2, 6, 7, 12, 30, 96, 97, 250}) {
+    const MatXX root = RandomMatrix(k, k, &random);
+    const MatXX A = root * root.transpose() + k * MatXX::Identity(k, k);
+    MatXX L = MatXX::Zero(k + 2, k + 25);
+    L.topLeftCorner(k, k) = A.triangularView<Eigen::Lower>();
+    ASSERT_TRUE(kernels::Factor(k, L.data(), k + 2, VecX(VecX::Zero(k)).data()));
+    L = MatXX(L.topLeftCorner(k, k).triangularView<Eigen::Lower>());
+    EXPECT_LT((L * L.transpose() - A).cwiseAbs().maxCoeff(), 1e-14 * A.maxCoeff()) << k;
+
+    for (const int m : {1, 7, 8, 33}) {
+      const MatXX X = RandomMatrix(m, k, &random);
+      MatXX Y = MatXX::Zero(m + 1, k + 25);
+      Y.topLeftCorner(m, k) = X;
+      kernels::SolveRows(m, k, L.data(), k, Y.data(), m + 1);
+      EXPECT_LT((Y.topLeftCorner(m, k) * L.transpose() - X).cwiseAbs().maxCoeff(), 1e-13) << m << ' ' << k;
+      EXPECT_EQ(Y.bottomRows(1).cwiseAbs().maxCoeff(), 0.0);
+    }
+
+    MatXX indefinite = MatXX::Zero(k, k + 25);
+    indefinite.leftCols(k) = A;
+    indefinite(k - 1, k - 1) = -1.0;
+    EXPECT_FALSE(kernels::Factor(k, indefinite.data(), k, VecX(VecX::Zero(k)).data()));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, DenseKernels, testing::Values("AVX-512", "AVX2", "portable"), [](const auto& info) {
+  std::string name = info.param;
+  name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
+  return name;
+});
+
+}  // namespace
+}  // namespace ch5
