@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "ch5_backend/graph/edge_batch.h"
 #include "ch5_backend/graph/loss.h"
 #include "ch5_backend/graph/vertex.h"
 #include "ch5_backend/math/eigen_types.h"
@@ -29,20 +28,11 @@ class Edge {
   /// Fills J_0, J_1, … at the present state. The default differentiates ComputeResidual numerically; the residual
   /// on return is that of the present state.
   virtual void ComputeJacobians() { ComputeJacobiansNumerically(); }
-  /// Both at once: an edge whose residual and Jacobians share their work overrides this for speed.
+  /// Both, as a solver asks for them. An edge whose residual and Jacobians share their work computes them together here.
   virtual void Linearize() {
     ComputeResidual();
     ComputeJacobians();
   }
-  /// The same into memory of the caller, r and each J_i whose address is not null (column-major), the edge left as it
-  /// is: for solvers that keep the numbers elsewhere. @return false if the type does not offer it
-  virtual bool LinearizeInto(double* /*r*/, double* const* /*J*/) const { return false; }
-  /// An empty batch for edges of this type (see edge_batch.h), or null if there is none.
-  virtual std::unique_ptr<EdgeBatch> MakeBatch() const { return nullptr; }
-  /// For an edge that gets JᵀJ more cheaply than from J: the lower half of C = [J r]ᵀ[J r] at the present state, over the
-  /// columns of all its vertices in their order, (n + 1)×(n + 1), column-major; r is left computed, J is not.
-  /// @return false if the type does not offer it, or if W or a loss would make it another matrix
-  virtual bool ProductsInto(double* /*C*/) { return false; }
   /// True once the Jacobians have been differentiated numerically. That moves the vertices for a moment, so such
   /// edges cannot be linearised by several threads at once.
   bool HasNumericJacobians() const { return numeric_jacobians_; }
@@ -60,7 +50,7 @@ class Edge {
   Eigen::Map<const MatXX> Information() const { return {information_, residual_dimension_, residual_dimension_}; }
   /// w of W = w I, or −1 if W is another matrix.
   double IsotropicInformation() const { return isotropic_information_; }
-  /// Counts the changes of W, for who keeps something that was made of it.
+  /// Counts the changes of W: whatever was computed from W is out of date when this has grown.
   int InformationVersion() const { return information_version_; }
   /// @throws std::invalid_argument if W has the wrong size, a number that is not finite, or is not symmetric
   ///         positive semi-definite (relative tolerance 1e-9).
@@ -104,8 +94,7 @@ class Edge {
   /// To be called when W has been changed in its memory.
   void NoteInformation();
 
-  /// Takes the Jacobians' memory and fills in jacobians_. A solver that linearises into its own memory never needs it,
-  /// and the rest of an edge then fits into a few lines of cache.
+  /// Takes the Jacobians' memory and fills in jacobians_, when they are first asked for.
   virtual void TakeJacobians() const {}
 
   /// Central differences, δ = 1e-6 (error O(δ²) + ε/δ ≈ 1e-10 relative).

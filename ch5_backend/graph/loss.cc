@@ -75,7 +75,7 @@ double CauchyLoss::Sum(const double* s, int n) const {
     WideLanes products = {};
     int k = first;
     for (; k + kWide <= end; k += kWide) {
-      const WideLanes x = *reinterpret_cast<const WideLanes*>(s + k) / square_;
+      const WideLanes x = *AsWide(s + k) / square_;
       products += x + products * x;
     }
     double q = 0.0;

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "ch5_backend/graph/edge.h"
+#include "ch5_backend/types/fast_edge.h"
 
 namespace ch5 {
 
@@ -22,7 +22,7 @@ struct Prior {
   const VecX& FirstEstimate(std::ptrdiff_t i) const { return (first.empty() ? x0 : first)[static_cast<size_t>(i)]; }
 };
 
-class EdgePrior : public Edge {
+class EdgePrior : public Edge, public FastEdge {
  public:
   /// @throws std::invalid_argument if J, r0, x0 and the vertices do not fit together
   explicit EdgePrior(Prior prior);

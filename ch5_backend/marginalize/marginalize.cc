@@ -2,9 +2,10 @@
 
 #include <algorithm>
 
+#include "ch5_backend/graph/whitening.h"
 #include "ch5_backend/marginalize/layout.h"
 #include "ch5_backend/math/dense_kernels.h"
-#include "ch5_backend/sparse/linear_parts.h"
+#include "ch5_backend/types/fast_edge.h"
 
 namespace ch5 {
 namespace {
@@ -39,13 +40,13 @@ class Elimination {
     int row;
   };
 
-  // H += J̃ᵀJ̃ (lower half), b −= J̃ᵀr̃ (sparse/linear_parts.h), with the landmark's columns apart.
+  // H += J̃ᵀJ̃ (lower half), b −= J̃ᵀr̃ (graph/whitening.h), with the landmark's columns apart.
   void AddEdge(const Layout::Row& row, Landmark* landmark) {
     FindParts(row);
     if (AddPlainEdge(*row.edge, landmark)) return;
     const int rows = Columns() + 1;
     P_.resize(rows * rows + kernels::kOverread);  // −[J̃ r̃]ᵀ[J̃ r̃]
-    if (!TakeProducts(row.edge, ColumnsInEdge(*row.edge), P_.data())) {
+    if (!NegativeProducts(row.edge, ColumnsInEdge(*row.edge), P_.data())) {
       row.edge->Linearize();
       WhitenTransposed(*row.edge);
       kernels::SubtractProductAAt(rows, row.edge->ResidualDimension(), A_.data(), rows, P_.data(), rows,
@@ -73,8 +74,9 @@ class Elimination {
     double r[2], J[2 * kMostColumns], row_0[kMostColumns], row_1[kMostColumns];
     double* J_of[kMostVertices] = {};
     for (const Part& part : parts_) J_of[part.vertex] = J + 2 * part.row;
-    if (!edge.LinearizeInto(r, J_of)) return false;
-    const WhiteRows white(w, edge.GetLossFunction(), r);
+    const FastEdge* fast = AsFast(edge);
+    if (!fast || !fast->LinearizeInto(r, J_of)) return false;
+    const TwoRowWhitening white(w, edge.GetLossFunction(), r);
     for (int c = 0; c < Columns(); ++c) {
       row_0[c] = white.M[0][0] * J[2 * c] + white.M[0][1] * J[2 * c + 1];
       row_1[c] = white.M[1][0] * J[2 * c] + white.M[1][1] * J[2 * c + 1];
@@ -141,7 +143,7 @@ class Elimination {
     if (scale < 0.0) {
       M_.resize(R * R);
       r_.resize(R);
-      WhitenFully(edge, edge.GetRobustWeight(), M_.data(), r_.data());  // row-major: Mᵀ to Eigen
+      Whiten(edge, edge.GetRobustWeight(), M_.data(), r_.data());  // row-major: Mᵀ to Eigen
       A.bottomRows<1>() = r_.transpose();
     } else {
       for (int k = 0; k < R; ++k) A(rows - 1, k) = scale * edge.Residual()[k];

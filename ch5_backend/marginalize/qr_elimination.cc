@@ -3,13 +3,13 @@
 #include <Eigen/QR>
 #include <limits>
 
+#include "ch5_backend/graph/whitening.h"
 #include "ch5_backend/marginalize/layout.h"
-#include "ch5_backend/sparse/linear_parts.h"
 
 namespace ch5 {
 namespace {
 
-// Rows [J | r] of one edge over `columns` of the unknowns, whitened:  J̃ = M J,  J̃ᵀr̃ = ρ'JᵀWr (sparse/linear_parts.h).
+// Rows [J | r] of one edge over `columns` of the unknowns, whitened:  J̃ = M J,  J̃ᵀr̃ = ρ'JᵀWr (graph/whitening.h).
 template <typename Column>
 void WriteRows(const Layout& layout, const Layout::Row& row, const Column& column, Eigen::Ref<MatXX> rows) {
   Edge* edge = row.edge;
@@ -17,7 +17,7 @@ void WriteRows(const Layout& layout, const Layout::Row& row, const Column& colum
   const int n = edge->ResidualDimension();
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(n, n);
   VecX r(n);
-  WhitenFully(*edge, edge->GetRobustWeight(), M.data(), r.data());
+  Whiten(*edge, edge->GetRobustWeight(), M.data(), r.data());
   rows.setZero();
   for (size_t i = 0; i < edge->Vertices().size(); ++i) {
     const int first = layout.ColumnsOf(row)[i];

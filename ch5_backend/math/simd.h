@@ -37,10 +37,41 @@ inline bool HasAvx512() { return GetSimdLevel() >= SimdLevel::kAvx512; }
 
 constexpr int kLanes = 4;
 
-/// Four doubles anywhere in memory; compilers split it where registers are shorter.
-typedef double Lanes __attribute__((vector_size(32), aligned(8), may_alias));
-/// Eight of them.
-typedef double WideLanes __attribute__((vector_size(64), aligned(8), may_alias));
+/// Four or eight doubles in registers; compilers split them where registers are shorter.
+typedef double Lanes __attribute__((vector_size(32)));
+typedef double WideLanes __attribute__((vector_size(64)));
+/// The same anywhere in memory. Only these are ever read or written through a pointer into an array of numbers:
+/// a compiler may take a Lanes* for aligned to 32 bytes.
+typedef double LanesInMemory __attribute__((vector_size(32), aligned(8), may_alias));
+typedef double WideLanesInMemory __attribute__((vector_size(64), aligned(8), may_alias));
+
+CH5_INLINE LanesInMemory* AsLanes(double* x) { return reinterpret_cast<LanesInMemory*>(x); }
+CH5_INLINE const LanesInMemory* AsLanes(const double* x) { return reinterpret_cast<const LanesInMemory*>(x); }
+CH5_INLINE WideLanesInMemory* AsWide(double* x) { return reinterpret_cast<WideLanesInMemory*>(x); }
+CH5_INLINE const WideLanesInMemory* AsWide(const double* x) { return reinterpret_cast<const WideLanesInMemory*>(x); }
+
+/// A pack: eight items side by side, item k in lane k of WideLanes.
+constexpr int kPack = 8;
+
+/// Lane k of v[i] = from[k][i].
+template <int N>
+CH5_INLINE void GatherLanes(const double* const* from, WideLanes* v) {
+  CH5_UNROLL
+  for (int i = 0; i < N; ++i) {
+    v[i] = WideLanes{from[0][i], from[1][i], from[2][i], from[3][i], from[4][i], from[5][i], from[6][i], from[7][i]};
+  }
+}
+
+/// out = numbers I… of a and b, counted on from a's to b's.
+template <int... I>
+CH5_INLINE void Shuffle(const Lanes& a, const Lanes& b, Lanes* out) {
+#if defined(__clang__) || __GNUC__ >= 12
+  *out = __builtin_shufflevector(a, b, I...);
+#else
+  typedef long long Indices __attribute__((vector_size(32)));
+  *out = __builtin_shuffle(a, b, Indices{I...});
+#endif
+}
 
 /// `size` rounded up to whole Lanes.
 constexpr int Padded(int size) { return (size + kLanes - 1) / kLanes * kLanes; }

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "ch5_backend/graph/edge_batch.h"
 #include "ch5_backend/linear/block_matrix.h"
+#include "ch5_backend/math/simd.h"
 
 namespace ch5::kernels {
 
@@ -18,12 +18,6 @@ template <int N>
 CH5_INLINE constexpr int Pick(int size) {
   return N == Eigen::Dynamic ? size : N;
 }
-
-CH5_INLINE Lanes* AsLanes(double* x) { return reinterpret_cast<Lanes*>(x); }
-CH5_INLINE const Lanes* AsLanes(const double* x) { return reinterpret_cast<const Lanes*>(x); }
-
-CH5_INLINE WideLanes* AsWide(double* x) { return reinterpret_cast<WideLanes*>(x); }
-CH5_INLINE const WideLanes* AsWide(const double* x) { return reinterpret_cast<const WideLanes*>(x); }
 
 typedef float Floats __attribute__((vector_size(16), aligned(4), may_alias));
 typedef float WideFloats __attribute__((vector_size(32), aligned(4), may_alias));
@@ -42,14 +36,15 @@ CH5_INLINE void PutLanes(const Lanes& v, bool forget, float* x) {
 
 /// Four by four numbers, in place.
 CH5_INLINE void Transpose(Lanes (&x)[4]) {
-  const Lanes ab_even = __builtin_shufflevector(x[0], x[1], 0, 4, 2, 6);
-  const Lanes ab_odd = __builtin_shufflevector(x[0], x[1], 1, 5, 3, 7);
-  const Lanes cd_even = __builtin_shufflevector(x[2], x[3], 0, 4, 2, 6);
-  const Lanes cd_odd = __builtin_shufflevector(x[2], x[3], 1, 5, 3, 7);
-  x[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
-  x[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
-  x[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
-  x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+  Lanes ab_even, ab_odd, cd_even, cd_odd;
+  Shuffle<0, 4, 2, 6>(x[0], x[1], &ab_even);
+  Shuffle<1, 5, 3, 7>(x[0], x[1], &ab_odd);
+  Shuffle<0, 4, 2, 6>(x[2], x[3], &cd_even);
+  Shuffle<1, 5, 3, 7>(x[2], x[3], &cd_odd);
+  Shuffle<0, 1, 4, 5>(ab_even, cd_even, &x[0]);
+  Shuffle<0, 1, 4, 5>(ab_odd, cd_odd, &x[1]);
+  Shuffle<2, 3, 6, 7>(ab_even, cd_even, &x[2]);
+  Shuffle<2, 3, 6, 7>(ab_odd, cd_odd, &x[3]);
 }
 
 /// So many numbers of H_pm ahead, a page, passes ask for what they will read: processors do not guess across pages.

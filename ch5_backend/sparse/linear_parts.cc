@@ -1,67 +1,11 @@
 #include "ch5_backend/sparse/linear_parts.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "ch5_backend/math/dense_kernels.h"
+#include "ch5_backend/types/fast_edge.h"
 
 namespace ch5 {
-
-void FactorPsd(const double* W, int n, double* F) {
-  thread_local std::vector<double> rest;
-  rest.assign(W, W + n * n);
-  std::fill_n(F, n * n, 0.0);
-  double largest = 0.0;
-  for (int i = 0; i < n; ++i) largest = std::max(largest, W[i * n + i]);
-  const double rounding = n * std::numeric_limits<double>::epsilon() * largest;
-  for (int k = 0; k < n; ++k) {
-    int pivot = 0;
-    for (int i = 1; i < n; ++i) {
-      if (rest[i * n + i] > rest[pivot * n + pivot]) pivot = i;
-    }
-    if (!(rest[pivot * n + pivot] > rounding)) return;
-    double* row = F + k * n;
-    const double root = std::sqrt(rest[pivot * n + pivot]);
-    for (int i = 0; i < n; ++i) row[i] = rest[pivot * n + i] / root;
-    for (int j = 0; j < n; ++j) {
-      for (int i = 0; i < n; ++i) rest[j * n + i] -= row[i] * row[j];
-    }
-    for (int i = 0; i < n; ++i) rest[pivot * n + i] = rest[i * n + pivot] = 0.0;
-  }
-}
-
-namespace {
-
-void Whiten(const double* F, int n, const RobustWeight& robust, const double* r, double* M, double* r_tilde) {
-  double s = 0.0;
-  for (int k = 0; k < n; ++k) {
-    r_tilde[k] = 0.0;
-    for (int c = 0; c < n; ++c) r_tilde[k] += F[k * n + c] * r[c];
-    s += r_tilde[k] * r_tilde[k];
-  }
-  const double root = std::sqrt(robust.weight), shrink = Shrink(robust, s);
-  for (int c = 0; c < n; ++c) {
-    double g = 0.0;  // of (Fr)ᵀF
-    for (int k = 0; k < n && shrink != 1.0; ++k) g += r_tilde[k] * F[k * n + c];
-    const double bend = shrink == 1.0 ? 0.0 : (1.0 - shrink) / s * g;
-    for (int k = 0; k < n; ++k) M[k * n + c] = root * (F[k * n + c] - bend * r_tilde[k]);
-  }
-  for (int k = 0; k < n; ++k) r_tilde[k] *= root / shrink;
-}
-
-}  // namespace
-
-void WhitenFully(const Edge& edge, const double* F, double* M, double* r_tilde) {
-  Whiten(F, edge.ResidualDimension(), edge.GetRobustWeight(), edge.Residual().data(), M, r_tilde);
-}
-
-void WhitenFully(const Edge& edge, const RobustWeight& robust, double* M, double* r_tilde) {
-  const int n = edge.ResidualDimension();
-  thread_local std::vector<double> F;
-  F.resize(static_cast<size_t>(n * n));
-  FactorPsd(edge.Information().data(), n, F.data());
-  Whiten(F.data(), n, robust, edge.Residual().data(), M, r_tilde);
-}
 
 void InformationFactors::Prepare(const BlockStructure& structure, int first_edge) {
   first_edge_ = first_edge;
@@ -119,29 +63,6 @@ double* Scratch(size_t size) {
 
 }  // namespace
 
-bool TakeProducts(Edge* edge, const std::vector<int>& columns, double* C) {
-  size_t n = 1;
-  for (const auto& vertex : edge->Vertices()) n += static_cast<size_t>(vertex->LocalDimension());
-  double* own = Scratch(n * n);
-  if (!edge->ProductsInto(own)) return false;
-  // A run of successive numbers (a vertex) does not hold j again: it lies below own's diagonal, or above it.
-  const auto size = columns.size();
-  for (size_t c = 0; c < size; ++c) {
-    const auto j = static_cast<size_t>(columns[c]);
-    for (size_t r = c; r < size;) {
-      const auto i = static_cast<size_t>(columns[r]);
-      const size_t step = i >= j ? 1 : n;
-      const double* from = own + (i >= j ? j * n + i : i * n + j);
-      double* to = C + c * size;
-      do {
-        to[r++] = -*from;
-        from += step;
-      } while (r < size && columns[r] == columns[r - 1] + 1);
-    }
-  }
-  return true;
-}
-
 void LinearizedProducts(const BlockStructure& structure, int e, InformationFactors* factors, double* C) {
   const EdgeRecord& record = structure.edges[e];
   thread_local std::vector<int> columns, begin;
@@ -154,7 +75,7 @@ void LinearizedProducts(const BlockStructure& structure, int e, InformationFacto
   for (int t = record.terms_begin; t < record.terms_end; ++t) list(structure.terms[t].position);
   if (record.landmark_position >= 0) list(record.landmark_position);
   columns.push_back(begin.back());
-  if (TakeProducts(record.edge, columns, C)) return;
+  if (NegativeProducts(record.edge, columns, C)) return;
   record.edge->Linearize();
   EdgeProducts(structure, e, factors, C);
 }
@@ -178,7 +99,7 @@ void EdgeProducts(const BlockStructure& structure, int e, InformationFactors* fa
     const double* F = factors->Of(structure, e);
     Eigen::Map<MatXX> M_columns(M, rows, rows);
     if (edge.GetLossFunction()) {
-      WhitenFully(edge, F, M, r_tilde);
+      Whiten(edge, F, M, r_tilde);
       M_columns.transposeInPlace();
     } else {  // M = F, also for the residual
       M_columns = Eigen::Map<const MatXX>(F, rows, rows).transpose();

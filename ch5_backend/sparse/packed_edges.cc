@@ -9,7 +9,7 @@ void PackedEdges::Assign(const BlockStructure& s) {
   active_ = false;
   if (s.num_landmark_edges == 0) return;
   const Edge& first = *s.edges[0].edge;
-  if (!type_ || *type_ != typeid(first)) batch_ = first.MakeBatch();
+  if (!type_ || *type_ != typeid(first)) batch_ = AsFast(first) ? AsFast(first)->MakeBatch() : nullptr;
   type_ = &typeid(first);
   if (!batch_) return;
 

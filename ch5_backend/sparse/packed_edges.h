@@ -1,10 +1,11 @@
 #pragma once
-/// The landmarks' edges of a structure as one batch (graph/edge_batch.h), whitened as in linear_parts.h. Measurements,
+/// The landmarks' edges of a structure as one batch (types/edge_batch.h), whitened as in graph/whitening.h. Measurements,
 /// losses and W are those at Assign, which BlockSolver calls in SetOrdering.
 
 #include <algorithm>
 
 #include "ch5_backend/sparse/linear_parts.h"
+#include "ch5_backend/types/fast_edge.h"
 
 namespace ch5 {
 
@@ -43,11 +44,10 @@ class PackedEdges {
 
   // s = rᵀWr of edges [first, first + count), eight in any case.
   CH5_INLINE void SquareNorms(int first, int count, const double* r, double* s) const {
-    const auto* lanes = reinterpret_cast<const WideLanes*>(r);
+    const auto* lanes = AsWide(r);
     alignas(64) double w[kPack];
     for (int k = 0; k < kPack; ++k) w[k] = unweighted_ ? 1.0 : weights_[first + std::min(k, count - 1)].information;
-    *reinterpret_cast<WideLanes*>(s) =
-        *reinterpret_cast<const WideLanes*>(w) * (lanes[0] * lanes[0] + lanes[1] * lanes[1]);
+    *AsWide(s) = *AsWide(w) * (lanes[0] * lanes[0] + lanes[1] * lanes[1]);
   }
   // Σ ρ(s_k) and CorrectLoss(s_k) of the edges from `first` on.
   double SumLosses(int first, const double* s, int count) const;
@@ -68,8 +68,8 @@ CH5_INLINE void PackedEdges::Whiten(int first, int count, double* r, double* J) 
   WeighLosses(first, s, count, weight, rank_one);
   bool is_scalar = true;  // M = √(wρ') I
   for (int k = 0; k < count; ++k) is_scalar = is_scalar && rank_one[k] == 0.0;
-  auto *r_lanes = reinterpret_cast<WideLanes*>(r), *J_lanes = reinterpret_cast<WideLanes*>(J);
-  const auto* m = reinterpret_cast<const WideLanes*>(M);
+  auto *r_lanes = AsWide(r), *J_lanes = AsWide(J);
+  const auto* m = AsWide(M[0]);
   if (is_scalar) {
     for (int k = 0; k < count; ++k) M[0][k] = std::sqrt(weights_[first + k].information * weight[k]);
     for (int i = 0; i < kRows; ++i) r_lanes[i] *= m[0];
@@ -78,7 +78,7 @@ CH5_INLINE void PackedEdges::Whiten(int first, int count, double* r, double* J) 
   }
   for (int k = 0; k < count; ++k) {
     const double r_k[kRows] = {r[k], r[kPack + k]};
-    const WhiteRows white(weights_[first + k].information, RobustWeight{weight[k], rank_one[k]}, r_k);
+    const TwoRowWhitening white(weights_[first + k].information, RobustWeight{weight[k], rank_one[k]}, r_k);
     for (int i = 0; i < kRows; ++i) r[i * kPack + k] = white.r[i];
     for (int i = 0; i < 3; ++i) M[i][k] = white.M[i / 2][(i + 1) / 2];
   }

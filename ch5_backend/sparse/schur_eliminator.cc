@@ -8,8 +8,6 @@
 namespace ch5 {
 namespace {
 
-using kernels::AsLanes;
-
 constexpr int kRoom = 2 * kLanes;  // behind the columns of A and C, for whole vectors
 constexpr int kColumns = 60;       // of A at a time: they stay in the first-level cache
 

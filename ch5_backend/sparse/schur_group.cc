@@ -7,9 +7,6 @@
 namespace ch5 {
 namespace {
 
-using kernels::AsLanes;
-using kernels::AsWide;
-
 constexpr int kColumns = 24;  // of A at a time: A then stays in the first-level cache
 constexpr int kMostRows = Stride(9);
 

@@ -3,11 +3,12 @@
 ///   P = Exp(ω) X + t,   p = −[P.x, P.y]/P.z,   u = f (1 + k1‖p‖² + k2‖p‖⁴) p,   r = u − measurement.
 
 #include "ch5_backend/graph/sized_edge.h"
+#include "ch5_backend/types/fast_edge.h"
 #include "ch5_backend/types/vertices.h"
 
 namespace ch5 {
 
-class EdgeBAL : public SizedEdge<2, VertexCameraBAL, VertexPointXYZ> {
+class EdgeBAL : public SizedEdge<2, VertexCameraBAL, VertexPointXYZ>, public FastEdge {
  public:
   EdgeBAL(std::shared_ptr<VertexCameraBAL> camera, std::shared_ptr<VertexPointXYZ> p_W, const Vec2& pixel)
       : SizedEdge(std::move(camera), std::move(p_W)), pixel_(pixel) {}

@@ -56,7 +56,7 @@ CH5_INLINE void ResidualsBody(const std::vector<Camera>& cameras, const Observat
                               double* r) {
   Projection projection;
   projection.Compute(cameras, seen, first, count);
-  auto* out = reinterpret_cast<WideLanes*>(r);
+  auto* out = AsWide(r);
   out[0] = projection.r[0];
   out[1] = projection.r[1];
 }
@@ -65,7 +65,7 @@ CH5_INLINE void LinearizeBody(const std::vector<Camera>& cameras, const Observat
                               double* r, double* J) {
   Projection x;
   x.Compute(cameras, seen, first, count);
-  auto *r_out = reinterpret_cast<WideLanes*>(r), *out = reinterpret_cast<WideLanes*>(J);
+  auto *r_out = AsWide(r), *out = AsWide(J);
   r_out[0] = x.r[0];
   r_out[1] = x.r[1];
   // ∂u/∂p = f (d I + 2 (k1 + 2 k2 n) p pᵀ),  ∂p/∂P = −1/P.z [I | p]

@@ -8,6 +8,7 @@
 /// A point in the camera's plane (p_Cj.z = 0) gives a residual that is not finite; algorithms reject such a step.
 
 #include "ch5_backend/graph/sized_edge.h"
+#include "ch5_backend/types/fast_edge.h"
 #include "ch5_backend/types/vertices.h"
 
 namespace ch5 {
@@ -19,7 +20,7 @@ struct Transform {
 };
 
 /// Inverse-depth landmark, host pose i, target pose j; the extrinsic T_B_C is a constant.
-class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose> {
+class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose>, public FastEdge {
  public:
   /// @param u_host, u_target  observations [x, y] on the normalised plane of the host and the target
   EdgeReprojection(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_W_Bi,
@@ -56,7 +57,7 @@ class EdgeReprojectionExtrinsic : public SizedEdge<2, VertexInverseDepth, Vertex
 };
 
 /// A 3-D point seen from a pose; the extrinsic is a constant.
-class EdgeReprojectionXYZ : public SizedEdge<2, VertexPointXYZ, VertexPose> {
+class EdgeReprojectionXYZ : public SizedEdge<2, VertexPointXYZ, VertexPose>, public FastEdge {
  public:
   EdgeReprojectionXYZ(std::shared_ptr<VertexPointXYZ> p_W, std::shared_ptr<VertexPose> T_W_B, const Vec2& u,
                       const Transform& T_B_C = {});

@@ -52,7 +52,7 @@ CH5_INLINE void Cross(const WideLanes* a, const WideLanes* b, WideLanes* c) {
 
 CH5_INLINE void Load(const std::vector<double>& numbers, int first, int count, WideLanes* v) {
   if (count == kPack) {
-    *v = *reinterpret_cast<const WideLanes*>(numbers.data() + first);
+    *v = *AsWide(numbers.data() + first);
   } else {
     for (int k = 0; k < kPack; ++k) (*v)[k] = numbers[static_cast<size_t>(first + std::min(k, count - 1))];
   }
@@ -95,7 +95,7 @@ struct Projection {
 CH5_INLINE void ResidualsBody(const Reprojections& seen, int first, int count, double* r) {
   Projection c;
   c.Compute<12>(seen, first, count);
-  auto* out = reinterpret_cast<WideLanes*>(r);
+  auto* out = AsWide(r);
   out[0] = c.r[0];
   out[1] = c.r[1];
 }
@@ -125,8 +125,8 @@ CH5_INLINE void LinearizeBody(const Reprojections& seen, int first, int count, d
     p_Bi[k] = s * (p_Bi[k] + c.lambda * T_B_C[9 + k]);
     p_Bj[k] = s * (p_Bj[k] + c.lambda * T_B_C[9 + k]);
   }
-  auto *r_out = reinterpret_cast<WideLanes*>(r), *J_lambda = reinterpret_cast<WideLanes*>(J);
-  WideLanes *J_i = J_lambda + 2, *J_j = J_i + 12;
+  auto *r_out = AsWide(r), *J_lambda = AsWide(J);
+  WideLanesInMemory *J_i = J_lambda + 2, *J_j = J_i + 12;
   CH5_UNROLL
   for (int i = 0; i < 2; ++i) {
     r_out[i] = c.r[i];

@@ -47,7 +47,7 @@ std::vector<std::shared_ptr<Edge>> ReprojectionEdges(int count, Random* random) 
 }
 
 void ExpectBatchEqualsEdges(const std::vector<std::shared_ptr<Edge>>& edges) {
-  const std::unique_ptr<EdgeBatch> batch = edges[0]->MakeBatch();
+  const std::unique_ptr<EdgeBatch> batch = AsFast(*edges[0])->MakeBatch();
   ASSERT_TRUE(batch);
   for (const auto& edge : edges) batch->Add(*edge);
   batch->LoadPoses();

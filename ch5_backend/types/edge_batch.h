@@ -13,8 +13,6 @@ namespace ch5 {
 
 class Edge;
 
-constexpr int kPack = 8;
-
 class EdgeBatch {
  public:
   virtual ~EdgeBatch() = default;
@@ -27,7 +25,7 @@ class EdgeBatch {
   virtual void LoadPoses() = 0;
   /// r of edges [first, first + count), count ≤ kPack, as one pack; lanes without an edge hold copies of the last one.
   virtual void ComputeResiduals(int first, int count, double* r) const = 0;
-  /// r, and J_0, J_1, … behind each other, each column-major: Edge::LinearizeInto for all edges of the pack.
+  /// r, and J_0, J_1, … behind each other, each column-major: FastEdge::LinearizeInto for all edges of the pack.
   virtual void Linearize(int first, int count, double* r, double* J) const = 0;
 };
 
@@ -50,14 +48,5 @@ class VertexNumbers {
   std::vector<const V*> vertices_;
   std::unordered_map<const V*, int> number_;
 };
-
-/// Lanes k of v = numbers from[k][0], from[k][1], …
-template <int N>
-CH5_INLINE void GatherLanes(const double* const* from, WideLanes* v) {
-  CH5_UNROLL
-  for (int i = 0; i < N; ++i) {
-    v[i] = WideLanes{from[0][i], from[1][i], from[2][i], from[3][i], from[4][i], from[5][i], from[6][i], from[7][i]};
-  }
-}
 
 }  // namespace ch5
