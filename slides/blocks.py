@@ -1,19 +1,14 @@
 """Block pictures of the chapter, computed from a toy graph: three poses, six landmarks, one edge per view.
 
 Nothing is placed by hand that the algebra decides: which blocks of H are filled, where an edge writes, what the Schur
-complement fills in, how rows and columns move, all follow from the list of edges below.
+complement fills in, how rows and columns move, all follow from the list of edges in toy.py.
 """
 
 import re
-from fractions import Fraction
 from math import cos, pi as PI, sin
 
 from svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
-
-POSES, LANDMARKS = 3, 6
-POSE_WIDTH, LANDMARK_WIDTH = 3, 1  # cells; in the code 6 and 1
-# (landmark, host pose, target pose), in the order of the edge's own list of vertices
-EDGES = [(0, 0, 1), (0, 0, 2), (1, 0, 1), (2, 0, 1), (2, 0, 2), (3, 0, 2), (4, 0, 1), (4, 0, 2), (5, 0, 2)]
+from toy import (EDGES, LANDMARKS, POSES, POSE_WIDTH, chain, decimal, ordering, pattern, schur_pattern, vertices, width)
 
 WORDS = {
     "en": {"poses": "poses", "landmarks": "landmarks", "graph": "graph", "ordering": "ordering", "what": "what",
@@ -27,43 +22,6 @@ WORDS = {
            "before": "移动之前", "rows": "移行", "columns": "移列", "remain": "留下的部分",
            "first": "1.1a 写入", "mirror": "1.1b 写入", "edge": "一条边", "zero": "0"},
 }
-
-
-def vertices(edge):
-    landmark, host, target = edge
-    return [("l", landmark), ("p", host), ("p", target)]
-
-
-def ordering():
-    """First cell of every vertex: poses first, landmarks last."""
-    place = {("p", n): n * POSE_WIDTH for n in range(POSES)}
-    place.update({("l", k): POSES * POSE_WIDTH + k * LANDMARK_WIDTH for k in range(LANDMARKS)})
-    return place
-
-
-def width(vertex):
-    return POSE_WIDTH if vertex[0] == "p" else LANDMARK_WIDTH
-
-
-def pattern(edges=EDGES):
-    """{(row vertex, column vertex): number of edges that add to the block}."""
-    counts = {}
-    for edge in edges:
-        for a in vertices(edge):
-            for b in vertices(edge):
-                counts[a, b] = counts.get((a, b), 0) + 1
-    return counts
-
-
-def schur_pattern():
-    """The blocks of the reduced matrix: H_pp's own, and one for each pair of poses that shares a landmark."""
-    counts = {pair: n for pair, n in pattern().items() if pair[0][0] == pair[1][0] == "p"}
-    for k in range(LANDMARKS):
-        seen = sorted({v for edge in EDGES if edge[0] == k for v in vertices(edge)[1:]})
-        for a in seen:
-            for b in seen:
-                counts[a, b] = counts.get((a, b), 0) + 1
-    return counts
 
 
 def colour(a, b):
@@ -183,18 +141,6 @@ def subscript(svg, x, y, words, size):
                 out += f'<tspan font-size="{small}" dy="{shift}">{mark}</tspan><tspan dy="{-shift}">\u200b</tspan>'
     svg.add("text", text=out, x=x, y=y, font_size=size, fill=INK, text_anchor="middle", stroke="#ffffff",
             stroke_width=5, paint_order="stroke", stroke_linejoin="round")
-
-
-def chain():
-    """The course's chain: H of three scalars with σ = 0.1, 0.2, 0.3, in exact fractions, and what remains."""
-    w01, w1, w12 = (1 / Fraction(s, 10) ** 2 for s in (1, 2, 3))
-    H = [[w01, -w01, Fraction(0)], [-w01, w01 + w1 + w12, -w12], [Fraction(0), -w12, w12]]
-    prior = [[H[i][j] - H[i][1] / H[1][1] * H[1][j] for j in (0, 2)] for i in (0, 2)]
-    return H, prior
-
-
-def decimal(value):
-    return f"{float(value):.6g}".replace("-", "−")
 
 
 def heat(svg, x, y, cell, rows, names):

@@ -6,7 +6,7 @@ from fractions import Fraction
 from math import floor, gcd, lcm, log10
 from pathlib import Path
 
-from blocks import chain, decimal
+from toy import chain, decimal
 
 ROOT = Path(__file__).resolve().parents[1]
 

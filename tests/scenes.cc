@@ -199,10 +199,9 @@ void FixEvery(Graph* graph, Role role, size_t n) {
   }
 }
 
-}  // namespace
-
-const std::vector<Scene>& AllScenes() {
-  static const std::vector<Scene> scenes = {
+// What edges and vertices there are.
+std::vector<Scene> ScenesOfEachKind() {
+  return {
       {"Mono3x20Fixed", false, [](Graph* g) { AddMonoBa(g, 3, 20, Gauge::kFixTwoFrames, 1.0, 0.0); }},
       {"Mono3x20Free", true, [](Graph* g) { AddMonoBa(g, 3, 20, Gauge::kFree, 1.0, 0.0); }},
       {"Mono3x20Priors", false, [](Graph* g) { AddMonoBa(g, 3, 20, Gauge::kPriorTwoFrames, 1e6, 1e4); }},
@@ -216,6 +215,12 @@ const std::vector<Scene>& AllScenes() {
       {"ExtrinsicEstimated", false, AddExtrinsic},
       {"PosesOnly", false, AddPoseOnly},
       {"MixedDimensions", true, AddMixed},
+  };
+}
+
+// What is fixed, and what hangs together.
+std::vector<Scene> ScenesWithFixedParts() {
+  return {
       {"FixedLandmarks", false,
        [](Graph* g) {
          AddPoints(g, true);
@@ -236,6 +241,12 @@ const std::vector<Scene>& AllScenes() {
          AddPoints(g, false);
          AddPoseOnly(g);
        }},
+  };
+}
+
+// What the residuals are weighted by.
+std::vector<Scene> ScenesWithLosses() {
+  return {
       {"HuberLoss", false,
        [](Graph* g) {
          AddPoints(g, true);
@@ -258,6 +269,17 @@ const std::vector<Scene>& AllScenes() {
          SetLosses(g, {std::make_shared<CauchyLoss>(3.0)}, 1.0, 10.0);
        }},
   };
+}
+
+}  // namespace
+
+const std::vector<Scene>& AllScenes() {
+  static const std::vector<Scene> scenes = [] {
+    std::vector<Scene> all = ScenesOfEachKind();
+    for (const auto& more : {ScenesWithFixedParts(), ScenesWithLosses()})
+      all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }();
   return scenes;
 }
 

@@ -14,6 +14,7 @@ import blocks
 import build
 import facts
 import plots
+import toy
 from tables import Tables
 
 TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
@@ -110,10 +111,10 @@ class Decks(unittest.TestCase):
                     self.assertEqual(a, b, "redraw it: slides/build.py --overview")
 
     def test_chain_is_exact(self):
-        H, prior = blocks.chain()
-        self.assertEqual([[blocks.decimal(v) for v in row] for row in prior],
+        H, prior = toy.chain()
+        self.assertEqual([[toy.decimal(v) for v in row] for row in prior],
                          [["26.5306", "−8.16327"], ["−8.16327", "10.2041"]])
-        self.assertEqual([blocks.decimal(v) for v in H[1]], ["−100", "136.111", "−11.1111"])
+        self.assertEqual([toy.decimal(v) for v in H[1]], ["−100", "136.111", "−11.1111"])
 
     def test_marp_is_pinned_to_a_public_release(self):
         package = json.loads(read(ROOT / "slides/package.json"))

@@ -19,7 +19,7 @@ struct Turn {
 };
 
 /// How a student may put the block into H.
-using Placement = std::function<void(MatXX* H, const Turn& turn)>;
+using Placement = void (*)(MatXX* H, const Turn& turn);
 
 // Blocks that would not fit (there, Eigen's assertion ends the student's run) are left out.
 void Add(MatXX* H, int row, int column, const MatXX& block) {
@@ -31,7 +31,7 @@ void Set(MatXX* H, int row, int column, const MatXX& block) {
   H->block(row, column, block.rows(), block.cols()) = block;
 }
 
-MatXX Assemble(const Graph& graph, int size, const Placement& place) {
+MatXX Assemble(const Graph& graph, int size, Placement place) {
   MatXX H = MatXX::Zero(size, size);
   for (const auto& edge : graph.Edges()) {
     double drho;
@@ -55,79 +55,76 @@ struct PlacementMistake {
   Placement place;
 };
 
-const std::vector<PlacementMistake>& PlacementMistakes() {
-  static const std::vector<PlacementMistake> mistakes{
-      {"1.1b", "the mirrored block is missing: H must get J_iᵀWJ_j at (v_i, v_j) and its transpose at (v_j, v_i)",
-       [](MatXX* H, const Turn& t) { Add(H, t.i, t.j, t.block); }},
-      {"1.1b", "the mirrored block is not transposed: at (v_j, v_i) stands J_iᵀWJ_j itself",
-       [](MatXX* H, const Turn& t) {
-         Add(H, t.i, t.j, t.block);
-         if (!t.diagonal) Add(H, t.j, t.i, t.block);
-       }},
-      {"1.1a", "hessian is transposed at (v_i, v_j): it belongs there as it is, its transpose to (v_j, v_i)",
-       [](MatXX* H, const Turn& t) {
-         Add(H, t.i, t.j, t.block.transpose());
-         if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
-       }},
-      {"1.1a", "= where += is meant, in both blocks: each edge overwrites what the edges before it have added",
-       [](MatXX* H, const Turn& t) {
-         Set(H, t.i, t.j, t.block);
-         if (!t.diagonal) Set(H, t.j, t.i, t.block.transpose());
-       }},
-      {"1.1a", "= where += is meant in the block (v_i, v_j): each edge overwrites what the edges before it have added",
-       [](MatXX* H, const Turn& t) {
-         Set(H, t.i, t.j, t.block);
-         if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
-       }},
-      {"1.1b", "= where += is meant in the mirrored block: each edge overwrites what the edges before it have added",
-       [](MatXX* H, const Turn& t) {
-         Add(H, t.i, t.j, t.block);
-         if (!t.diagonal) Set(H, t.j, t.i, t.block.transpose());
-       }},
-      {"1.1a", "the places are exchanged: J_iᵀWJ_j went to (v_j, v_i) and its transpose to (v_i, v_j)",
-       [](MatXX* H, const Turn& t) {
-         Add(H, t.j, t.i, t.block);
-         if (!t.diagonal) Add(H, t.i, t.j, t.block.transpose());
-       }},
-      {"1.1a", "row and column are exchanged: both blocks went to (v_j, v_i)",
-       [](MatXX* H, const Turn& t) {
-         Add(H, t.j, t.i, t.block);
-         if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
-       }},
-      {"1.1b", "the mirrored block went to the same place (v_i, v_j) as the first",
-       [](MatXX* H, const Turn& t) {
-         Add(H, t.i, t.j, t.block);
-         if (!t.diagonal) Add(H, t.i, t.j, t.block.transpose());
-       }},
-      {"1.1b", "the diagonal blocks are added twice: the mirror belongs to j ≠ i only",
-       [](MatXX* H, const Turn& t) {
-         Add(H, t.i, t.j, t.block);
-         Add(H, t.j, t.i, t.block.transpose());
-       }},
-      {"1.1a", "the blocks are subtracted: it is b that has the minus sign, H = +JᵀWJ",
-       [](MatXX* H, const Turn& t) {
-         Add(H, t.i, t.j, -t.block);
-         if (!t.diagonal) Add(H, t.j, t.i, -t.block.transpose());
-       }},
-      {"1.1a", "the block (v_i, v_j) is missing: only the mirrored one is added",
-       [](MatXX* H, const Turn& t) {
-         if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
-       }},
-      {"1.1a", "only the diagonal blocks arrive: those of two different vertices are missing",
-       [](MatXX* H, const Turn& t) {
-         if (t.diagonal) Add(H, t.i, t.j, t.block);
-       }},
-  };
-  return mistakes;
-}
+const PlacementMistake kPlacementMistakes[] = {
+    {"1.1b", "the mirrored block is missing: H must get J_iᵀWJ_j at (v_i, v_j) and its transpose at (v_j, v_i)",
+     [](MatXX* H, const Turn& t) { Add(H, t.i, t.j, t.block); }},
+    {"1.1b", "the mirrored block is not transposed: at (v_j, v_i) stands J_iᵀWJ_j itself",
+     [](MatXX* H, const Turn& t) {
+       Add(H, t.i, t.j, t.block);
+       if (!t.diagonal) Add(H, t.j, t.i, t.block);
+     }},
+    {"1.1a", "hessian is transposed at (v_i, v_j): it belongs there as it is, its transpose to (v_j, v_i)",
+     [](MatXX* H, const Turn& t) {
+       Add(H, t.i, t.j, t.block.transpose());
+       if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
+     }},
+    {"1.1a", "= where += is meant, in both blocks: each edge overwrites what the edges before it have added",
+     [](MatXX* H, const Turn& t) {
+       Set(H, t.i, t.j, t.block);
+       if (!t.diagonal) Set(H, t.j, t.i, t.block.transpose());
+     }},
+    {"1.1a", "= where += is meant in the block (v_i, v_j): each edge overwrites what the edges before it have added",
+     [](MatXX* H, const Turn& t) {
+       Set(H, t.i, t.j, t.block);
+       if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
+     }},
+    {"1.1b", "= where += is meant in the mirrored block: each edge overwrites what the edges before it have added",
+     [](MatXX* H, const Turn& t) {
+       Add(H, t.i, t.j, t.block);
+       if (!t.diagonal) Set(H, t.j, t.i, t.block.transpose());
+     }},
+    {"1.1a", "the places are exchanged: J_iᵀWJ_j went to (v_j, v_i) and its transpose to (v_i, v_j)",
+     [](MatXX* H, const Turn& t) {
+       Add(H, t.j, t.i, t.block);
+       if (!t.diagonal) Add(H, t.i, t.j, t.block.transpose());
+     }},
+    {"1.1a", "row and column are exchanged: both blocks went to (v_j, v_i)",
+     [](MatXX* H, const Turn& t) {
+       Add(H, t.j, t.i, t.block);
+       if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
+     }},
+    {"1.1b", "the mirrored block went to the same place (v_i, v_j) as the first",
+     [](MatXX* H, const Turn& t) {
+       Add(H, t.i, t.j, t.block);
+       if (!t.diagonal) Add(H, t.i, t.j, t.block.transpose());
+     }},
+    {"1.1b", "the diagonal blocks are added twice: the mirror belongs to j ≠ i only",
+     [](MatXX* H, const Turn& t) {
+       Add(H, t.i, t.j, t.block);
+       Add(H, t.j, t.i, t.block.transpose());
+     }},
+    {"1.1a", "the blocks are subtracted: it is b that has the minus sign, H = +JᵀWJ",
+     [](MatXX* H, const Turn& t) {
+       Add(H, t.i, t.j, -t.block);
+       if (!t.diagonal) Add(H, t.j, t.i, -t.block.transpose());
+     }},
+    {"1.1a", "the block (v_i, v_j) is missing: only the mirrored one is added",
+     [](MatXX* H, const Turn& t) {
+       if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
+     }},
+    {"1.1a", "only the diagonal blocks arrive: those of two different vertices are missing",
+     [](MatXX* H, const Turn& t) {
+       if (t.diagonal) Add(H, t.i, t.j, t.block);
+     }},
+};
 
 // Compares H and b of a problem whose MakeHessian has been called.
 void CheckSystem(const Graph& graph, const Problem& problem, const std::string& scene) {
   const System right = StackedNormalEquations(graph, problem.Size());
   const Names names = RowNames(problem.GetOrdering());
   std::vector<Mistake> mistakes;
-  for (const PlacementMistake& mistake : PlacementMistakes()) {
-    const Placement& place = mistake.place;
+  for (const PlacementMistake& mistake : kPlacementMistakes) {
+    const Placement place = mistake.place;
     mistakes.push_back({mistake.todo, mistake.cause, [&] { return Assemble(graph, problem.Size(), place); }});
   }
   mistakes.push_back({"1.1a", "H is twice too large: it is not set to zero before the edges are added",
