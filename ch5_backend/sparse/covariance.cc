@@ -1,7 +1,8 @@
 #include "ch5_backend/sparse/covariance.h"
 
 #include <Eigen/Cholesky>
-#include <limits>
+
+#include "ch5_backend/linear/pivot_rule.h"
 
 namespace ch5 {
 namespace {
@@ -23,8 +24,7 @@ class Covariance::Factorization : public ReducedSolver {
     cholesky_.Analyze(S, factor_ == CovarianceFactor::kDense ? PlanOneFront(S) : PlanElimination(S));
   }
   bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) override {
-    const double rounding = 8.0 * static_cast<double>(S.Size()) * std::numeric_limits<double>::epsilon();
-    refused_ = !cholesky_.Factorize(S, rounding * scale);
+    refused_ = !cholesky_.Factorize(S, PivotRounding(S.Size()) * scale);
     if (!refused_) cholesky_.Solve(b, x);
     return !refused_;
   }
@@ -39,14 +39,14 @@ class Covariance::Factorization : public ReducedSolver {
 };
 
 Covariance::Covariance(Graph* graph, const Selection& selection, CovarianceFactor factor, int threads)
-    : solver_(graph, Eigen::Dynamic, Eigen::Dynamic, threads) {
+    : solver_(graph, threads) {
   auto factorization = std::make_unique<Factorization>(factor, threads);
   factorization_ = factorization.get();
   solver_.SetReducedSolver(std::move(factorization));
   solver_.Select(selection);
   solver_.SetOrdering();
-  pose_numbers_ = NumbersOf(solver_.Structure().poses);
-  landmark_numbers_ = NumbersOf(solver_.Structure().landmarks);
+  pose_numbers_ = NumbersOf(solver_.GetStructure().poses);
+  landmark_numbers_ = NumbersOf(solver_.GetStructure().landmarks);
   solver_.MakeHessian();
   VecX delta_x;
   if (!solver_.SolveLinearSystem(0.0, &delta_x)) ThrowSingular();
@@ -56,11 +56,12 @@ Covariance::Covariance(Graph* graph, const Selection& selection, CovarianceFacto
 Covariance::~Covariance() = default;
 
 void Covariance::ThrowSingular() const {
-  const BlockStructure& s = solver_.Structure();
+  const Structure& s = solver_.GetStructure();
   for (size_t l = 0; l < s.landmarks.size() && !factorization_->Refused(); ++l) {
     const int dim = s.landmark_dim[l];
-    const Eigen::LDLT<MatXX> ldlt(Eigen::Map<const MatXX>(&solver_.System().H_mm[s.landmark_block[l]], dim, dim));
-    const double rounding = dim * std::numeric_limits<double>::epsilon() * ldlt.vectorD().maxCoeff();
+    const Eigen::LDLT<MatXX> ldlt(
+        Eigen::Map<const MatXX>(&solver_.GetLinearized().H_ll[s.landmark_block[l]], dim, dim));
+    const double rounding = PivotRounding(dim) * ldlt.vectorD().maxCoeff();
     if (ldlt.vectorD().minCoeff() > rounding) continue;
     throw CovarianceError("Covariance: H is singular, as its edges do not determine " + s.landmarks[l]->TypeInfo() +
                           " " + std::to_string(s.landmarks[l]->Id()));
@@ -69,8 +70,7 @@ void Covariance::ThrowSingular() const {
 }
 
 std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex, int* landmark) const {
-  const BlockSystem& system = solver_.System();
-  const BlockStructure& s = system.structure;
+  const Structure& s = solver_.GetStructure();
   *landmark = -1;
   if (const auto pose = pose_numbers_.find(&vertex); pose != pose_numbers_.end()) {
     return {{pose->second, MatXX::Identity(vertex.LocalDimension(), vertex.LocalDimension())}};
@@ -82,18 +82,19 @@ std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex
   }
   const int l = *landmark = found->second;
   const int dim = s.landmark_dim[l];
-  const Eigen::Map<const MatXX> H_ll_inverse(&system.H_mm_inverse[s.landmark_block[l]], dim, dim);
+  const Eigen::Map<const MatXX> H_ll_inverse(&solver_.GetEliminated().H_ll_inverse[s.landmark_block[l]], dim, dim);
   std::vector<Influence> influences;
   for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
     const int p = s.slot_pose[slot];
-    influences.push_back({p, -system.H_pm.Block(s.slot_block[slot], s.pose_dim[p], dim) * H_ll_inverse});
+    influences.push_back(
+        {p, -solver_.GetLinearized().H_pl.Block(s.slot_block[slot], s.pose_dim[p], dim) * H_ll_inverse});
   }
   return influences;
 }
 
 MatXX Covariance::PoseBlock(int i, int j) {
   if (const auto block = inverse_->Block(i, j)) return *block;
-  const SymmetricBlockMatrix& S = solver_.System().S;
+  const SymmetricBlockMatrix& S = solver_.GetEliminated().S;
   MatXX& columns = columns_[j];
   if (columns.size() == 0) {
     columns.resize(S.Size(), S.Dim(j));
@@ -107,12 +108,12 @@ MatXX Covariance::PoseBlock(int i, int j) {
 }
 
 MatXX Covariance::Block(const Vertex& a, const Vertex& b) {
-  const BlockSystem& system = solver_.System();
   int landmark_a, landmark_b;
   const std::vector<Influence> on_a = InfluencesOn(a, &landmark_a), on_b = InfluencesOn(b, &landmark_b);
   MatXX block = MatXX::Zero(a.LocalDimension(), b.LocalDimension());
   if (&a == &b && landmark_a >= 0) {
-    const double* H_ll_inverse = &system.H_mm_inverse[system.structure.landmark_block[landmark_a]];
+    const double* H_ll_inverse =
+        &solver_.GetEliminated().H_ll_inverse[solver_.GetStructure().landmark_block[landmark_a]];
     block = Eigen::Map<const MatXX>(H_ll_inverse, block.rows(), block.cols());
   }
   for (const Influence& i : on_a) {

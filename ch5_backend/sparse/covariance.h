@@ -17,7 +17,7 @@
 #include <utility>
 
 #include "ch5_backend/linear/selected_inverse.h"
-#include "ch5_backend/sparse/block_solver.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 
 namespace ch5 {
 
@@ -57,7 +57,7 @@ class Covariance {
   std::vector<Influence> InfluencesOn(const Vertex& vertex, int* landmark) const;
   MatXX PoseBlock(int i, int j);
 
-  BlockSolverBase solver_;
+  SparseSolver solver_;
   Factorization* factorization_;                                            // belongs to solver_
   std::unordered_map<const Vertex*, int> pose_numbers_, landmark_numbers_;  // in the solver's structure
   std::unique_ptr<SelectedInverse> inverse_;

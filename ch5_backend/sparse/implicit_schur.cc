@@ -2,116 +2,179 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <limits>
 
-#include "ch5_backend/sparse/block_kernels.h"
+#include "ch5_backend/linear/pivot_rule.h"
+#include "ch5_backend/sparse/kernels/landmark.h"
 
 namespace ch5 {
+namespace {
 
-struct ImplicitSchur::PoseTask {
-  BlockSystem* system;
-  int pose;
-  bool subtract_coupling;
-  int max_landmark_dim;
+// sums += C x over the landmarks [begin, end).
+template <int P, int L, typename Scalar>
+struct MultiplyCouplingRange {
+  using Signature = void(const Structure&, const Linearized&, const Eliminated&, int begin, int end, const double* x,
+                         const int* padded_offset, double* sums);
+  template <SimdLevel>
+  static CH5_INLINE void Run(const Structure& s, const Linearized& y, const Eliminated& eliminated, int begin, int end,
+                             const double* x, const int* padded_offset, double* sums) {
+    thread_local std::vector<double> scratch;
+    for (int l = begin; l < end; ++l) {
+      const int dim = kernels::Pick<L>(s.landmark_dim[l]);
+      scratch.assign(static_cast<size_t>(2 * dim), 0.0);
+      double *w = scratch.data(), *v = w + dim;  // −Σ H_plᵀx_p, and (H_ll + λD)⁻¹ times it
+      kernels::LandmarkKernels<P, L, Scalar>::SumOverPoses(s, y.H_pl, l, x, w);
+      for (int m = 0; m < dim; ++m) w[m] = -w[m];
+      kernels::AddSymmetric<L>(&eliminated.H_ll_inverse[s.landmark_block[l]], w, dim, v);
+      for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
+        const int p = s.slot_pose[slot];
+        const double* H_pl = &y.H_pl.doubles[s.slot_block[slot]];
+        kernels::SubtractProductVector<P, L>(H_pl, v, s.pose_dim[p], dim, sums + padded_offset[p]);
+      }
+    }
+  }
 };
 
-// block (with padding), which holds B_jj, becomes S_jj = B_jj − Σ_l E_jl C_l⁻¹ E_jlᵀ if that is asked for;
-// b_s,j = b_j − Σ_l E_jl C_l⁻¹ b_l.  P and L as in block_passes.h.
-template <int P, int L>
-struct ImplicitSchur::Reduce {
-  static CH5_INLINE void Body(const PoseTask& task, double* block) {
-    BlockSystem& y = *task.system;
-    const BlockStructure& s = y.structure;
-    const int j = task.pose, dim = kernels::Pick<P>(s.pose_dim[j]), stride = Stride(dim);
+// block (with padding), which holds B_jj, becomes S_jj = B_jj − C_jj if that is asked for;  b_S,j = b_j − Σ_l H_jl H_ll⁻¹ b_l.
+template <int P, int L, typename Scalar>
+struct ReducePose {
+  using Signature = void(const Structure&, const Linearized&, int j, bool subtract_coupling, int max_landmark_dim,
+                         Eliminated*, double* block);
+  static constexpr int kAhead = 4;  // slots: one pose's blocks are scattered over memory
+
+  template <SimdLevel>
+  static CH5_INLINE void Run(const Structure& s, const Linearized& y, int j, bool subtract_coupling,
+                             int max_landmark_dim, Eliminated* eliminated, double* block) {
+    const int dim = kernels::Pick<P>(s.pose_dim[j]), stride = Stride(dim), end = s.pose_slots_begin[j + 1];
     thread_local AlignedVector scratch;
-    scratch.assign(static_cast<size_t>(stride * (1 + kernels::Pick<L>(task.max_landmark_dim))), 0.0);
-    double *b_j = scratch.data(), *Y = b_j + stride;  // Y = E_jl C_l⁻¹
+    scratch.assign(static_cast<size_t>(stride * (1 + kernels::Pick<L>(max_landmark_dim))), 0.0);
+    double *b_j = scratch.data(), *Y = b_j + stride;  // Y = H_jl (H_ll + λD)⁻¹
     std::copy_n(y.b.data() + s.pose_offset[j], dim, b_j);
-    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
-      if (k + kAhead < s.pose_slots_begin[j + 1]) Prefetch(&y.H_pm.doubles[s.slot_block[s.pose_slots[k + kAhead]]]);
+    for (int k = s.pose_slots_begin[j]; k < end; ++k) {
+      if (k + kAhead < end) Prefetch(&y.H_pl.doubles[s.slot_block[s.pose_slots[k + kAhead]]]);
       const int slot = s.pose_slots[k], l = s.slot_landmark[slot], landmark_dim = kernels::Pick<L>(s.landmark_dim[l]);
-      const double* E = &y.H_pm.doubles[s.slot_block[slot]];
-      kernels::SubtractProductVector<P, L>(E, y.H_mm_inverse_b.data() + s.landmark_offset[l] - s.ordering.dim_poses,
-                                           dim, landmark_dim, b_j);
-      if (!task.subtract_coupling) continue;
-      kernels::Multiply<P, L>(E, &y.H_mm_inverse[s.landmark_block[l]], dim, landmark_dim, Y);
-      kernels::SubtractProduct<P, P, L>(E, Y, dim, dim, landmark_dim, block);
+      const double* H_jl = &y.H_pl.doubles[s.slot_block[slot]];
+      const double* H_ll_inverse_b = eliminated->H_ll_inverse_b.data() + s.landmark_offset[l] - s.ordering.dim_poses;
+      kernels::SubtractProductVector<P, L>(H_jl, H_ll_inverse_b, dim, landmark_dim, b_j);
+      if (!subtract_coupling) continue;
+      kernels::Multiply<P, L>(H_jl, &eliminated->H_ll_inverse[s.landmark_block[l]], dim, landmark_dim, Y);
+      kernels::SubtractProduct<P, P, L>(H_jl, Y, dim, dim, landmark_dim, block);
     }
-    std::copy_n(b_j, dim, y.b_schur.data() + s.pose_offset[j]);
+    std::copy_n(b_j, dim, eliminated->b_S.data() + s.pose_offset[j]);
   }
-  // One pose's blocks are scattered over memory, where no processor guesses them.
-  static constexpr int kAhead = 4;
-  static CH5_INLINE void Prefetch(const double* E) {
-    for (int i = 0; i < (P > 0 && L > 0 ? P * L : 0); i += 8) __builtin_prefetch(E + i);
+
+  static CH5_INLINE void Prefetch(const double* H_jl) {
+    for (int i = 0; i < (P > 0 && L > 0 ? P * L : 0); i += 8) __builtin_prefetch(H_jl + i);
   }
-  static void Portable(const PoseTask& task, double* block) { Body(task, block); }
-  CH5_WITH_AVX2 static void Avx2(const PoseTask& task, double* block) { Body(task, block); }
-  static ReducePose Choose() { return HasAvx2() ? Avx2 : Portable; }
 };
 
-ImplicitSchur::ReducePose ImplicitSchur::ReduceFor(int pose_dim, int landmark_dim) {
-  if (pose_dim == 6 && landmark_dim == 1) return Reduce<6, 1>::Choose();
-  if (pose_dim == 6 && landmark_dim == 3) return Reduce<6, 3>::Choose();
-  if (pose_dim == 9 && landmark_dim == 3) return Reduce<9, 3>::Choose();
-  return Reduce<Eigen::Dynamic, Eigen::Dynamic>::Choose();
+int CommonDimension(const std::vector<int>& dims) {
+  return !dims.empty() && std::equal(dims.begin() + 1, dims.end(), dims.begin()) ? dims[0] : Eigen::Dynamic;
 }
 
-ImplicitSchur::ImplicitSchur(int pose_dim, int landmark_dim)
-    : coupling_(pose_dim, landmark_dim), reduce_(ReduceFor(pose_dim, landmark_dim)) {}
+}  // namespace
 
-void ImplicitSchur::Prepare(BlockSystem* system, ThreadPool* pool) {
-  system_ = system;
+void ImplicitSchur::Prepare(const Structure& s, ThreadPool* pool) {
+  structure_ = &s;
   pool_ = pool;
-  coupling_.Prepare(*system);
-  const BlockStructure& s = system->structure;
+  sizes_ = {CommonDimension(s.pose_dim), CommonDimension(s.landmark_dim), false};
+  max_landmark_dim_ = s.landmark_dim.empty() ? 0 : *std::max_element(s.landmark_dim.begin(), s.landmark_dim.end());
+  CutChunks();
+  padded_offset_.assign(1, 0);
   block_begin_.assign(1, 0);
-  for (const int dim : s.pose_dim) block_begin_.push_back(block_begin_.back() + dim * dim);
+  for (const int dim : s.pose_dim) {
+    padded_offset_.push_back(padded_offset_.back() + Stride(dim));
+    block_begin_.push_back(block_begin_.back() + dim * dim);
+  }
+  chunk_sums_.assign((chunk_begin_.size() - 1) * static_cast<size_t>(padded_offset_.back()), 0.0);
   inverses_.assign(static_cast<size_t>(block_begin_.back()), 0.0);
-  Wx_.assign(static_cast<size_t>(s.ordering.dim_poses), 0.0);
+  Cx_.assign(static_cast<size_t>(s.ordering.dim_poses), 0.0);
   damping_.setZero(s.ordering.dim_poses);
-  max_landmark_dim_ = 0;
-  for (const int dim : s.landmark_dim) max_landmark_dim_ = std::max(max_landmark_dim_, dim);
 }
 
-bool ImplicitSchur::Damp(const DampingRule& rule, Preconditioner preconditioner) {
-  BlockSystem& y = *system_;
-  const BlockStructure& s = y.structure;
+// Of about equal work, cut by the structure alone.
+void ImplicitSchur::CutChunks() {
+  constexpr int kSlots = 8192, kMost = 64;
+  const int slots = static_cast<int>(structure_->slot_pose.size());
+  const auto count = static_cast<size_t>(std::clamp(slots / kSlots, 1, kMost));
+  chunk_begin_.assign(1, 0);
+  for (int l = 0; l < structure_->NumLandmarks(); ++l) {
+    const double goal =
+        static_cast<double>(slots) * static_cast<double>(chunk_begin_.size()) / static_cast<double>(count);
+    if (chunk_begin_.size() < count && structure_->landmark_slots[l] >= goal) chunk_begin_.push_back(l);
+  }
+  chunk_begin_.push_back(structure_->NumLandmarks());
+}
+
+bool ImplicitSchur::Damp(const Linearized& system, const DampingRule& rule, Preconditioner preconditioner,
+                         Eliminated* eliminated) {
+  system_ = &system;
+  eliminated_ = eliminated;
   std::atomic<bool> ok{true};
-  pool_->Run(static_cast<int>(s.poses.size()), [&](int j) {
-    const int dim = s.pose_dim[j], stride = Stride(dim), offset = s.pose_offset[j];
-    thread_local AlignedVector block;
-    const double* H_jj = y.H_pp.Values(y.H_pp.ColumnBegin(j));
-    block.assign(H_jj, H_jj + stride * dim);
-    for (int c = 0; c < dim; ++c) {
-      double& diagonal = block[static_cast<size_t>(c * stride + c)];
-      damping_[offset + c] = rule.lambda * DampingEntry(rule.damping, diagonal);
-      diagonal += damping_[offset + c];
-      y.scale[offset + c] = diagonal;
-    }
-    reduce_({system_, j, preconditioner == Preconditioner::kSchurJacobi, max_landmark_dim_}, block.data());
-    // What is left below the rounding of B is zero, as for a pivot in reduced_solver.h.
-    const double rounding = 8.0 * static_cast<double>(damping_.size()) * std::numeric_limits<double>::epsilon();
-    double* inverse = &inverses_[static_cast<size_t>(block_begin_[j])];
-    thread_local std::vector<double> dense;
-    dense.resize(static_cast<size_t>(dim * dim));
-    for (int c = 0; c < dim; ++c) {
-      if (!(block[static_cast<size_t>(c * stride + c)] > rounding * y.scale[offset + c])) ok = false;
-      std::copy_n(&block[static_cast<size_t>(c * stride)], dim, &dense[static_cast<size_t>(c * dim)]);
-    }
-    if (!kernels::InvertSymmetric<Eigen::Dynamic>(dense.data(), dim, inverse)) ok = false;
+  pool_->Run(structure_->NumPoses(), [&](int j) {
+    if (!InvertDiagonalBlock(j, rule, preconditioner, eliminated)) ok = false;
   });
   return ok;
 }
 
+bool ImplicitSchur::InvertDiagonalBlock(int j, const DampingRule& rule, Preconditioner preconditioner,
+                                        Eliminated* eliminated) {
+  const Structure& s = *structure_;
+  const int dim = s.pose_dim[j], stride = Stride(dim), offset = s.pose_offset[j];
+  thread_local AlignedVector block;
+  const double* H_jj = system_->H_pp.Values(system_->H_pp.ColumnBegin(j));
+  block.assign(H_jj, H_jj + stride * dim);
+  for (int c = 0; c < dim; ++c) {
+    double& diagonal = block[static_cast<size_t>(c * stride + c)];
+    damping_[offset + c] = rule.lambda * DampingEntry(rule.damping, diagonal);
+    diagonal += damping_[offset + c];
+    eliminated->damped_diagonal[offset + c] = diagonal;
+  }
+  const bool subtract_coupling = preconditioner == Preconditioner::kSchurJacobi;
+  Dispatch<ReducePose>(sizes_)(s, *system_, j, subtract_coupling, max_landmark_dim_, eliminated, block.data());
+  // What is left below the rounding of B is zero.
+  const double rounding = PivotRounding(static_cast<int>(damping_.size()));
+  bool good = true;
+  thread_local std::vector<double> dense;
+  dense.resize(static_cast<size_t>(dim * dim));
+  for (int c = 0; c < dim; ++c) {
+    good = good && block[static_cast<size_t>(c * stride + c)] > rounding * eliminated->damped_diagonal[offset + c];
+    std::copy_n(&block[static_cast<size_t>(c * stride)], dim, &dense[static_cast<size_t>(c * dim)]);
+  }
+  double* inverse = &inverses_[static_cast<size_t>(block_begin_[j])];
+  return kernels::InvertSymmetric<Eigen::Dynamic>(dense.data(), dim, inverse) && good;
+}
+
 void ImplicitSchur::Multiply(const VecX& x, VecX* y) {
   system_->H_pp.Multiply(x.data(), y->data());
-  coupling_.Multiply(*system_, x.data(), Wx_.data(), pool_);
-  for (Eigen::Index i = 0; i < x.size(); ++i) (*y)[i] += damping_[i] * x[i] - Wx_[static_cast<size_t>(i)];
+  MultiplyCoupling(x.data(), Cx_.data());
+  for (Eigen::Index i = 0; i < x.size(); ++i) (*y)[i] += damping_[i] * x[i] - Cx_[static_cast<size_t>(i)];
+}
+
+void ImplicitSchur::MultiplyCoupling(const double* x, double* y) {
+  const Structure& s = *structure_;
+  const auto multiply_range = Dispatch<MultiplyCouplingRange>(sizes_);
+  const int chunks = static_cast<int>(chunk_begin_.size()) - 1;
+  const ptrdiff_t size = padded_offset_.back();
+  pool_->Run(chunks, [&](int chunk) {
+    double* sums = chunk_sums_.data() + chunk * size;
+    std::fill_n(sums, size, 0.0);
+    multiply_range(s, *system_, *eliminated_, chunk_begin_[chunk], chunk_begin_[chunk + 1], x, padded_offset_.data(),
+                   sums);
+  });
+  ParallelFor(pool_, s.NumPoses(), 256, [&](int begin, int end) {
+    for (int j = begin; j < end; ++j) {
+      double* y_j = y + s.pose_offset[j];
+      std::fill_n(y_j, s.pose_dim[j], 0.0);
+      for (int chunk = 0; chunk < chunks; ++chunk) {
+        const double* sum = chunk_sums_.data() + chunk * size + padded_offset_[j];
+        for (int i = 0; i < s.pose_dim[j]; ++i) y_j[i] += sum[i];
+      }
+    }
+  });
 }
 
 void ImplicitSchur::Precondition(const VecX& r, VecX* z) const {
-  const BlockStructure& s = system_->structure;
+  const Structure& s = *structure_;
   z->setZero();
   for (size_t j = 0; j < s.poses.size(); ++j) {
     kernels::AddSymmetric<Eigen::Dynamic>(&inverses_[static_cast<size_t>(block_begin_[j])], r.data() + s.pose_offset[j],

@@ -1,43 +1,47 @@
 #pragma once
-/// The reduced system  S Δx_p = b_s  without S: a product with it, its right-hand side, and a block preconditioner.
+/// The reduced system  S Δx_p = b_S  without S: a product with it, its right-hand side, and a block preconditioner.
 ///
-///   S = B − W,   B = H_pp + λD,   W = E C⁻¹ Eᵀ (see schur_coupling.h),   b_s = b_p − E C⁻¹ b_m
+///   S = B − C,   B = H_pp + λD,   C = Σ_l H_pl (H_ll + λD)⁻¹ H_plᵀ,   b_S = b_p − Σ_l H_pl (H_ll + λD)⁻¹ b_l
+///
+/// C x, landmark by landmark:   v = (H_ll + λD)⁻¹ Σ_p H_plᵀ x_p,   (C x)_p += H_pl v  while its blocks are still cached.
+/// That is two small products a slot, where S would have a block for each pair of poses of each landmark. It is bound by
+/// the memory that H_pl fills. Each chunk of landmarks has sums of its own, added in order; chunks are cut by the
+/// structure alone, so the result is the same to the bit for any number of threads.
+/// Source: Agarwal et al., "Bundle adjustment in the large", ECCV 2010.
 
 #include "ch5_backend/linear/reduced_solver.h"
-#include "ch5_backend/sparse/schur_coupling.h"
+#include "ch5_backend/sparse/eliminate.h"
 
 namespace ch5 {
 
 class ImplicitSchur {
  public:
-  /// The dimensions are BlockSolver's.
-  ImplicitSchur(int pose_dim, int landmark_dim);
-
-  /// Takes the memory for a new structure. `system` and `pool` must outlive all other calls.
-  void Prepare(BlockSystem* system, ThreadPool* pool);
-  /// Damps B, whose diagonal goes to the system's `scale`; makes b_s, in the system's `b_schur`, and M⁻¹.
-  /// H_mm_inverse and H_mm_inverse_b must be damped by the same rule already.
+  /// Takes the memory for a new structure. `structure` and `pool` must outlive all other calls.
+  void Prepare(const Structure& structure, ThreadPool* pool);
+  /// Damps B, whose diagonal goes to `damped_diagonal`; makes b_S, and M⁻¹. The landmarks must have been inverted with the
+  /// same rule. `system` and `eliminated` must stay as they are until the last product.
   /// @return false if a block of M is not positive definite: S is not then
-  bool Damp(const DampingRule& rule, Preconditioner preconditioner);
+  bool Damp(const Linearized& system, const DampingRule& rule, Preconditioner preconditioner, Eliminated* eliminated);
 
   /// y = S x and z = M⁻¹ r.
   void Multiply(const VecX& x, VecX* y);
   void Precondition(const VecX& r, VecX* z) const;
 
  private:
-  struct PoseTask;  // what one pose contributes to Damp
-  using ReducePose = void (*)(const PoseTask&, double* block);
-  template <int P, int L>
-  struct Reduce;
-  static ReducePose ReduceFor(int pose_dim, int landmark_dim);
+  void CutChunks();
+  void MultiplyCoupling(const double* x, double* y);
+  bool InvertDiagonalBlock(int j, const DampingRule& rule, Preconditioner preconditioner, Eliminated* eliminated);
 
-  SchurCoupling coupling_;
-  ReducePose reduce_;
-  BlockSystem* system_ = nullptr;
+  const Structure* structure_ = nullptr;
+  const Linearized* system_ = nullptr;
+  const Eliminated* eliminated_ = nullptr;
   ThreadPool* pool_ = nullptr;
+  BlockSizes sizes_;  // of all poses and landmarks
   int max_landmark_dim_ = 0;
+  std::vector<int> chunk_begin_, padded_offset_;  // of landmarks; of a pose in a chunk's sums
+  AlignedVector chunk_sums_;
   std::vector<int> block_begin_;       // of each pose's block of M⁻¹
-  std::vector<double> inverses_, Wx_;  // without padding
+  std::vector<double> inverses_, Cx_;  // without padding
   VecX damping_;                       // λD
 };
 

@@ -9,8 +9,7 @@ namespace {
 
 using Entry = std::tuple<int, int, double>;  // column, row, value
 
-std::vector<Entry> EntriesOf(const BlockSystem& system) {
-  const BlockStructure& s = system.structure;
+std::vector<Entry> EntriesOf(const Structure& s, const Linearized& system) {
   std::vector<Entry> entries;
   // A block of `values` with `stride` numbers from column to column, and its mirror image if it is off the diagonal.
   const auto add = [&](const double* values, int stride, int row, int rows, int column, int columns) {
@@ -32,10 +31,10 @@ std::vector<Entry> EntriesOf(const BlockSystem& system) {
   }
   for (size_t l = 0; l < s.landmarks.size(); ++l) {
     const int dim = s.landmark_dim[l], column = s.landmark_offset[l];
-    add(&system.H_mm[s.landmark_block[l]], dim, column, dim, column, dim);
+    add(&system.H_ll[s.landmark_block[l]], dim, column, dim, column, dim);
     for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
       const int p = s.slot_pose[slot];
-      const MatXX H_pl = system.H_pm.Block(s.slot_block[slot], s.pose_dim[p], dim);
+      const MatXX H_pl = system.H_pl.Block(s.slot_block[slot], s.pose_dim[p], dim);
       add(H_pl.data(), s.pose_dim[p], s.pose_offset[p], s.pose_dim[p], column, dim);
     }
   }
@@ -45,8 +44,8 @@ std::vector<Entry> EntriesOf(const BlockSystem& system) {
 
 }  // namespace
 
-void WriteOctave(const BlockSolverBase& solver, const std::string& name, std::ostream* out) {
-  const std::vector<Entry> entries = EntriesOf(solver.System());
+void SaveHessian(const SparseSolver& solver, const std::string& name, std::ostream* out) {
+  const std::vector<Entry> entries = EntriesOf(solver.GetStructure(), solver.GetLinearized());
   *out << "# name: " << name << "\n# type: sparse matrix\n# nnz: " << entries.size() << "\n# rows: " << solver.Size()
        << "\n# columns: " << solver.Size() << "\n";
   char line[64];

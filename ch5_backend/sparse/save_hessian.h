@@ -4,7 +4,7 @@
 #include <ostream>
 #include <string>
 
-#include "ch5_backend/sparse/block_solver.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 
 namespace ch5 {
 
@@ -16,6 +16,6 @@ namespace ch5 {
 ///   1 1 4.5             row, column (from 1), value; column by column
 ///
 /// Zeros within the blocks are left out; numbers read back to the same bits. Check the stream for failures.
-void WriteOctave(const BlockSolverBase& solver, const std::string& name, std::ostream* out);
+void SaveHessian(const SparseSolver& solver, const std::string& name, std::ostream* out);
 
 }  // namespace ch5

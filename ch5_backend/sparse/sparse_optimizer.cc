@@ -3,48 +3,9 @@
 #include <algorithm>
 
 namespace ch5 {
-namespace {
-
-// The dimension that all free vertices of a role have, `otherwise` if there are none, or Dynamic.
-int CommonDimension(const Graph& graph, Role role, int otherwise) {
-  int dim = 0;
-  for (const auto& vertex : graph.Vertices()) {
-    if (vertex->IsFixed() || vertex->GetRole() != role) continue;
-    if (dim != 0 && dim != vertex->LocalDimension()) return Eigen::Dynamic;
-    dim = vertex->LocalDimension();
-  }
-  return dim == 0 ? otherwise : dim;
-}
-
-}  // namespace
-
-void SparseOptimizer::SetReducedSolver(ReducedSolverType type, const IterativeOptions& options) {
-  reduced_solver_ = type;
-  iterative_ = options;
-  if (solver_) solver_->SetReducedSolver(type, options);
-}
-
-void SparseOptimizer::ChooseSolver() {
-  const int landmark_dim = CommonDimension(*graph_, Role::kLandmark, 3);
-  const int pose_dim = CommonDimension(*graph_, Role::kPose, landmark_dim == 1 ? 6 : 9);
-  if (!solver_ || pose_dim != pose_dim_ || landmark_dim != landmark_dim_) {
-    solver_ = std::make_unique<BlockSolverBase>(graph_, pose_dim, landmark_dim, threads_);
-    pose_dim_ = pose_dim;
-    landmark_dim_ = landmark_dim;
-    solver_->SetReducedSolver(reduced_solver_, iterative_);
-  }
-  solver_->SetDamping(damping_);
-  solver_->SetSinglePrecision(single_precision_);
-  solver_->Select(selection_);
-}
-
-Summary SparseOptimizer::Solve(const SolveOptions& options) {
-  ChooseSolver();
-  return Minimize(solver_.get(), options);
-}
-
 bool SparseOptimizer::Initialize(Selection selection) {
   selection_ = std::move(selection);
+  solver_.Select(selection_);
   const Ordering ordering = MakeOrdering(*graph_, selection_);
   index_mapping_ = ordering.poses;
   index_mapping_.insert(index_mapping_.end(), ordering.landmarks.begin(), ordering.landmarks.end());
@@ -106,10 +67,9 @@ bool SparseOptimizer::GaugeFreedom() const {
   return std::none_of(vertices.begin(), vertices.end(), holds) && std::none_of(edges.begin(), edges.end(), is_prior);
 }
 
-BlockSolverBase& SparseOptimizer::GetSolver() {
-  ChooseSolver();
-  solver_->SetOrdering();
-  return *solver_;
+SparseSolver& SparseOptimizer::GetSolver() {
+  solver_.SetOrdering();
+  return solver_;
 }
 
 }  // namespace ch5

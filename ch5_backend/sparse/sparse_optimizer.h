@@ -1,14 +1,14 @@
 #pragma once
-/// The fast room's front: looks at a graph and takes the BlockSolver that is made for its blocks.
+/// The sparse solver for a whole optimisation: what to solve with, which part of the graph, and the algorithm.
 ///
 ///   SparseOptimizer optimizer(&graph, /*threads=*/2);
 ///   optimizer.SetDamping(Damping::kDiagonal);
 ///   const Summary summary = optimizer.Solve(options);
 ///
-/// or in g2o's words, here a round that puts the outliers of the first one aside:
+/// or in g2o's words, here with a second round without the outliers of the first:
 ///
-///   optimizer.SetReducedSolver(ReducedSolverType::kSparseCholesky);  // step 1, the linear solver
-///   optimizer.SetAlgorithm(Algorithm::kDogleg);                      // step 3; step 2, BlockSolver<p, l>, is ours
+///   optimizer.SetReducedSolver(ReducedSolverType::kSparseCholesky);  // g2o's linear solver
+///   optimizer.SetAlgorithm(Algorithm::kDogleg);                      // g2o's BlockSolver<p, l> is found from the graph
 ///   optimizer.InitializeOptimization();
 ///   optimizer.Optimize(10);
 ///   for (const auto& edge : graph.Edges()) {
@@ -21,26 +21,28 @@
 #include <memory>
 
 #include "ch5_backend/solve/minimizer.h"
-#include "ch5_backend/sparse/block_solver.h"
 #include "ch5_backend/sparse/covariance.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 
 namespace ch5 {
 
 class SparseOptimizer {
  public:
   /// The graph must outlive the optimiser; it may change between calls of Solve.
-  explicit SparseOptimizer(Graph* graph, int threads = 1) : graph_(graph), threads_(threads) {}
+  explicit SparseOptimizer(Graph* graph, int threads = 1) : graph_(graph), threads_(threads), solver_(graph, threads) {}
 
-  void SetDamping(Damping damping) { damping_ = damping; }
+  void SetDamping(Damping damping) { solver_.SetDamping(damping); }
   /// Automatic unless set, and inexact where it is implicit; see reduced_solver.h.
-  void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
-  /// The coupling of poses and landmarks in float; see BlockSolverBase::SetSinglePrecision.
-  void SetSinglePrecision(bool single_precision) { single_precision_ = single_precision; }
+  void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {}) {
+    solver_.SetReducedSolver(type, options);
+  }
+  /// The coupling of poses and landmarks in float; see SparseSolver::SetSinglePrecision.
+  void SetSinglePrecision(bool single_precision) { solver_.SetSinglePrecision(single_precision); }
 
   /// Minimises with Levenberg-Marquardt unless the options say otherwise: over the edges of level 0, or what
   /// InitializeOptimization chose.
   /// @throws GraphError if an edge ties two free landmarks
-  Summary Solve(const SolveOptions& options = {});
+  Summary Solve(const SolveOptions& options = {}) { return Minimize(&solver_, options); }
 
   /// Chooses the edges of a level (all, if it is negative) whose vertices are all in the set, and numbers the vertices.
   /// An edge is active if it is chosen and has a free vertex; a vertex without active edges has no part.
@@ -77,28 +79,21 @@ class SparseOptimizer {
     return Covariance(graph_, selection_, CovarianceFactor::kSparse, threads_).Blocks(pairs);
   }
 
-  /// The system behind the door, ordered and fit for the graph as it is now: 6/1 and 6/3 (poses with inverse depths or
-  /// points), 9/3 (BAL), or any other sizes, also mixed.
-  BlockSolverBase& GetSolver();
+  /// The system that is solved, ordered and fit for the graph as it is now.
+  SparseSolver& GetSolver();
 
  private:
   bool Initialize(Selection selection);
-  void ChooseSolver();
 
   Graph* graph_;
   int threads_;
+  SparseSolver solver_;
   Selection selection_;
   std::vector<std::shared_ptr<Edge>> active_edges_;
   std::vector<std::shared_ptr<Vertex>> index_mapping_;
   Algorithm algorithm_ = Algorithm::kLevenbergMarquardt;
   std::function<bool(const IterationInfo&)> terminate_action_;
   Summary summary_;
-  Damping damping_ = Damping::kIdentity;
-  ReducedSolverType reduced_solver_ = ReducedSolverType::kAutomatic;
-  IterativeOptions iterative_;
-  bool single_precision_ = false;
-  std::unique_ptr<BlockSolverBase> solver_;
-  int pose_dim_ = 0, landmark_dim_ = 0;  // of solver_
 };
 
 }  // namespace ch5

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "ch5_backend/math/dispatch.h"
 #include "ch5_backend/types/edge_bal.h"
 
 namespace ch5 {
@@ -52,69 +53,57 @@ struct Projection {
   }
 };
 
-CH5_INLINE void ResidualsBody(const std::vector<Camera>& cameras, const Observations& seen, int first, int count,
-                              double* r) {
-  Projection projection;
-  projection.Compute(cameras, seen, first, count);
-  auto* out = AsWide(r);
-  out[0] = projection.r[0];
-  out[1] = projection.r[1];
-}
-
-CH5_INLINE void LinearizeBody(const std::vector<Camera>& cameras, const Observations& seen, int first, int count,
-                              double* r, double* J) {
-  Projection x;
-  x.Compute(cameras, seen, first, count);
-  auto *r_out = AsWide(r), *out = AsWide(J);
-  r_out[0] = x.r[0];
-  r_out[1] = x.r[1];
-  // ∂u/∂p = f (d I + 2 (k1 + 2 k2 n) p pᵀ),  ∂p/∂P = −1/P.z [I | p]
-  const WideLanes f = x.camera[21];
-  const WideLanes a = f * x.z_inverse * x.distortion;
-  const WideLanes e = 2.0 * f * x.z_inverse * (x.camera[22] + 2.0 * x.n * x.camera[23]);
-  WideLanes du_dP[2][3];
-  du_dP[0][0] = a + e * x.p[0] * x.p[0];
-  du_dP[0][1] = du_dP[1][0] = e * x.p[0] * x.p[1];
-  du_dP[1][1] = a + e * x.p[1] * x.p[1];
-  const WideLanes *R = x.camera, *J_l = x.camera + 9;
-  CH5_UNROLL
-  for (int i = 0; i < 2; ++i) {
-    WideLanes* d = du_dP[i];
-    d[2] = d[0] * x.p[0] + d[1] * x.p[1];
-    // ∂(Exp(ω)X)/∂ω = −[RX] J_l(ω), and a row aᵀ(−[b]) = (b × a)ᵀ
-    const WideLanes c[3] = {x.RX[1] * d[2] - x.RX[2] * d[1], x.RX[2] * d[0] - x.RX[0] * d[2],
-                            x.RX[0] * d[1] - x.RX[1] * d[0]};
-    CH5_UNROLL
-    for (int k = 0; k < 3; ++k) {
-      out[2 * k + i] = c[0] * J_l[k] + c[1] * J_l[3 + k] + c[2] * J_l[6 + k];
-      out[6 + 2 * k + i] = d[k];
-      out[18 + 2 * k + i] = d[0] * R[k] + d[1] * R[3 + k] + d[2] * R[6 + k];
-    }
-    out[12 + i] = x.distortion * x.p[i];
-    out[14 + i] = f * x.n * x.p[i];
-    out[16 + i] = f * x.n * x.n * x.p[i];
+struct Residuals {
+  using Signature = void(const std::vector<Camera>&, const Observations&, int first, int count, double* r);
+  template <SimdLevel>
+  static CH5_INLINE void Run(const std::vector<Camera>& cameras, const Observations& seen, int first, int count,
+                             double* r) {
+    Projection projection;
+    projection.Compute(cameras, seen, first, count);
+    auto* out = AsWide(r);
+    out[0] = projection.r[0];
+    out[1] = projection.r[1];
   }
-}
-
-struct Kernels {
-  void (*residuals)(const std::vector<Camera>&, const Observations&, int, int, double*);
-  void (*linearize)(const std::vector<Camera>&, const Observations&, int, int, double*, double*);
 };
 
-#define CH5_KERNELS(NAME, TARGET)                                                                                 \
-  TARGET void NAME##Residuals(const std::vector<Camera>& cameras, const Observations& seen, int first, int count, \
-                              double* r) {                                                                        \
-    ResidualsBody(cameras, seen, first, count, r);                                                                \
-  }                                                                                                               \
-  TARGET void NAME##Linearize(const std::vector<Camera>& cameras, const Observations& seen, int first, int count, \
-                              double* r, double* J) {                                                             \
-    LinearizeBody(cameras, seen, first, count, r, J);                                                             \
-  }                                                                                                               \
-  constexpr Kernels k##NAME{NAME##Residuals, NAME##Linearize};
-
-CH5_KERNELS(Portable, )
-CH5_KERNELS(Avx2, CH5_WITH_AVX2)
-CH5_KERNELS(Avx512, CH5_WITH_AVX512)
+struct ResidualsAndJacobians {
+  using Signature = void(const std::vector<Camera>&, const Observations&, int first, int count, double* r, double* J);
+  template <SimdLevel>
+  static CH5_INLINE void Run(const std::vector<Camera>& cameras, const Observations& seen, int first, int count,
+                             double* r, double* J) {
+    Projection x;
+    x.Compute(cameras, seen, first, count);
+    auto *r_out = AsWide(r), *out = AsWide(J);
+    r_out[0] = x.r[0];
+    r_out[1] = x.r[1];
+    // ∂u/∂p = f (d I + 2 (k1 + 2 k2 n) p pᵀ),  ∂p/∂P = −1/P.z [I | p]
+    const WideLanes f = x.camera[21];
+    const WideLanes a = f * x.z_inverse * x.distortion;
+    const WideLanes e = 2.0 * f * x.z_inverse * (x.camera[22] + 2.0 * x.n * x.camera[23]);
+    WideLanes du_dP[2][3];
+    du_dP[0][0] = a + e * x.p[0] * x.p[0];
+    du_dP[0][1] = du_dP[1][0] = e * x.p[0] * x.p[1];
+    du_dP[1][1] = a + e * x.p[1] * x.p[1];
+    const WideLanes *R = x.camera, *J_l = x.camera + 9;
+    CH5_UNROLL
+    for (int i = 0; i < 2; ++i) {
+      WideLanes* d = du_dP[i];
+      d[2] = d[0] * x.p[0] + d[1] * x.p[1];
+      // ∂(Exp(ω)X)/∂ω = −[RX] J_l(ω), and a row aᵀ(−[b]) = (b × a)ᵀ
+      const WideLanes c[3] = {x.RX[1] * d[2] - x.RX[2] * d[1], x.RX[2] * d[0] - x.RX[0] * d[2],
+                              x.RX[0] * d[1] - x.RX[1] * d[0]};
+      CH5_UNROLL
+      for (int k = 0; k < 3; ++k) {
+        out[2 * k + i] = c[0] * J_l[k] + c[1] * J_l[3 + k] + c[2] * J_l[6 + k];
+        out[6 + 2 * k + i] = d[k];
+        out[18 + 2 * k + i] = d[0] * R[k] + d[1] * R[3 + k] + d[2] * R[6 + k];
+      }
+      out[12 + i] = x.distortion * x.p[i];
+      out[14 + i] = f * x.n * x.p[i];
+      out[16 + i] = f * x.n * x.n * x.p[i];
+    }
+  }
+};
 
 class EdgeBALBatch : public EdgeBatch {
  public:
@@ -144,14 +133,13 @@ class EdgeBALBatch : public EdgeBatch {
     }
   }
   void ComputeResiduals(int first, int count, double* r) const override {
-    kernels_.residuals(states_, seen_, first, count, r);
+    Dispatch<Residuals>()(states_, seen_, first, count, r);
   }
   void Linearize(int first, int count, double* r, double* J) const override {
-    kernels_.linearize(states_, seen_, first, count, r, J);
+    Dispatch<ResidualsAndJacobians>()(states_, seen_, first, count, r, J);
   }
 
  private:
-  const Kernels& kernels_ = HasAvx512() ? kAvx512 : HasAvx2() ? kAvx2 : kPortable;
   VertexNumbers<VertexCameraBAL> cameras_;
   Observations seen_;
   std::vector<Camera> states_;

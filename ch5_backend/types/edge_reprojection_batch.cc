@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "ch5_backend/math/dispatch.h"
 #include "ch5_backend/types/edge_reprojection.h"
 
 namespace ch5 {
@@ -92,13 +93,17 @@ struct Projection {
   }
 };
 
-CH5_INLINE void ResidualsBody(const Reprojections& seen, int first, int count, double* r) {
-  Projection c;
-  c.Compute<12>(seen, first, count);
-  auto* out = AsWide(r);
-  out[0] = c.r[0];
-  out[1] = c.r[1];
-}
+struct Residuals {
+  using Signature = void(const Reprojections&, int first, int count, double* r);
+  template <SimdLevel>
+  static CH5_INLINE void Run(const Reprojections& seen, int first, int count, double* r) {
+    Projection c;
+    c.Compute<12>(seen, first, count);
+    auto* out = AsWide(r);
+    out[0] = c.r[0];
+    out[1] = c.r[1];
+  }
+};
 
 CH5_INLINE void LoadExtrinsics(const Reprojections& seen, int first, int count, WideLanes* T_B_C) {
   const double* numbers[kPack];
@@ -112,62 +117,48 @@ CH5_INLINE void LoadExtrinsics(const Reprojections& seen, int first, int count, 
 }
 
 // Right perturbations R Exp(δθ):  ∂p_W/∂θ_i = −R_W_Bi [p_Bi],  ∂p_Bj/∂θ_j = [p_Bj];  a row aᵀ[b] is (a × b)ᵀ.
-CH5_INLINE void LinearizeBody(const Reprojections& seen, int first, int count, double* r, double* J) {
-  Projection c;
-  c.Compute<21>(seen, first, count);
-  const WideLanes *R_Cj_Ci = c.pair, *p_Cj_Ci = c.pair + 9, *R_Cj_W = c.pair + 12, s = c.z_inverse;
-  WideLanes T_B_C[12], p_Bi[3], p_Bj[3];  // these two times λ/q_z
-  LoadExtrinsics(seen, first, count, T_B_C);
-  RowTimesTransposed(c.f, T_B_C, p_Bi);
-  RowTimesTransposed(c.q, T_B_C, p_Bj);
-  CH5_UNROLL
-  for (int k = 0; k < 3; ++k) {
-    p_Bi[k] = s * (p_Bi[k] + c.lambda * T_B_C[9 + k]);
-    p_Bj[k] = s * (p_Bj[k] + c.lambda * T_B_C[9 + k]);
-  }
-  auto *r_out = AsWide(r), *J_lambda = AsWide(J);
-  WideLanesInMemory *J_i = J_lambda + 2, *J_j = J_i + 12;
-  CH5_UNROLL
-  for (int i = 0; i < 2; ++i) {
-    r_out[i] = c.r[i];
-    WideLanes dr_dp_W[3], G_R_Cj_Ci[3], G_R_Cj_Bi[3], G_R_Cj_Bj[3], turn_i[3], turn_j[3];
+struct ResidualsAndJacobians {
+  using Signature = void(const Reprojections&, int first, int count, double* r, double* J);
+  template <SimdLevel>
+  static CH5_INLINE void Run(const Reprojections& seen, int first, int count, double* r, double* J) {
+    Projection c;
+    c.Compute<21>(seen, first, count);
+    const WideLanes *R_Cj_Ci = c.pair, *p_Cj_Ci = c.pair + 9, *R_Cj_W = c.pair + 12, s = c.z_inverse;
+    WideLanes T_B_C[12], p_Bi[3], p_Bj[3];  // these two times λ/q_z
+    LoadExtrinsics(seen, first, count, T_B_C);
+    RowTimesTransposed(c.f, T_B_C, p_Bi);
+    RowTimesTransposed(c.q, T_B_C, p_Bj);
     CH5_UNROLL
     for (int k = 0; k < 3; ++k) {
-      dr_dp_W[k] = c.lambda * s * (R_Cj_W[3 * i + k] - c.xy[i] * R_Cj_W[6 + k]);
-      G_R_Cj_Ci[k] = R_Cj_Ci[3 * i + k] - c.xy[i] * R_Cj_Ci[6 + k];
-      G_R_Cj_Bj[k] = T_B_C[3 * k + i] - c.xy[i] * T_B_C[3 * k + 2];
+      p_Bi[k] = s * (p_Bi[k] + c.lambda * T_B_C[9 + k]);
+      p_Bj[k] = s * (p_Bj[k] + c.lambda * T_B_C[9 + k]);
     }
-    RowTimesTransposed(G_R_Cj_Ci, T_B_C, G_R_Cj_Bi);
-    Cross(p_Bi, G_R_Cj_Bi, turn_i);
-    Cross(G_R_Cj_Bj, p_Bj, turn_j);
-    J_lambda[i] = s * (p_Cj_Ci[i] - c.xy[i] * p_Cj_Ci[2]);
+    auto *r_out = AsWide(r), *J_lambda = AsWide(J);
+    WideLanesInMemory *J_i = J_lambda + 2, *J_j = J_i + 12;
     CH5_UNROLL
-    for (int k = 0; k < 3; ++k) {
-      J_i[2 * k + i] = dr_dp_W[k];
-      J_i[6 + 2 * k + i] = turn_i[k];
-      J_j[2 * k + i] = -dr_dp_W[k];
-      J_j[6 + 2 * k + i] = turn_j[k];
+    for (int i = 0; i < 2; ++i) {
+      r_out[i] = c.r[i];
+      WideLanes dr_dp_W[3], G_R_Cj_Ci[3], G_R_Cj_Bi[3], G_R_Cj_Bj[3], turn_i[3], turn_j[3];
+      CH5_UNROLL
+      for (int k = 0; k < 3; ++k) {
+        dr_dp_W[k] = c.lambda * s * (R_Cj_W[3 * i + k] - c.xy[i] * R_Cj_W[6 + k]);
+        G_R_Cj_Ci[k] = R_Cj_Ci[3 * i + k] - c.xy[i] * R_Cj_Ci[6 + k];
+        G_R_Cj_Bj[k] = T_B_C[3 * k + i] - c.xy[i] * T_B_C[3 * k + 2];
+      }
+      RowTimesTransposed(G_R_Cj_Ci, T_B_C, G_R_Cj_Bi);
+      Cross(p_Bi, G_R_Cj_Bi, turn_i);
+      Cross(G_R_Cj_Bj, p_Bj, turn_j);
+      J_lambda[i] = s * (p_Cj_Ci[i] - c.xy[i] * p_Cj_Ci[2]);
+      CH5_UNROLL
+      for (int k = 0; k < 3; ++k) {
+        J_i[2 * k + i] = dr_dp_W[k];
+        J_i[6 + 2 * k + i] = turn_i[k];
+        J_j[2 * k + i] = -dr_dp_W[k];
+        J_j[6 + 2 * k + i] = turn_j[k];
+      }
     }
   }
-}
-
-struct Kernels {
-  void (*residuals)(const Reprojections&, int, int, double*);
-  void (*linearize)(const Reprojections&, int, int, double*, double*);
 };
-
-#define CH5_KERNELS(NAME, TARGET)                                                                      \
-  TARGET void NAME##Residuals(const Reprojections& seen, int first, int count, double* r) {            \
-    ResidualsBody(seen, first, count, r);                                                              \
-  }                                                                                                    \
-  TARGET void NAME##Linearize(const Reprojections& seen, int first, int count, double* r, double* J) { \
-    LinearizeBody(seen, first, count, r, J);                                                           \
-  }                                                                                                    \
-  constexpr Kernels k##NAME{NAME##Residuals, NAME##Linearize};
-
-CH5_KERNELS(Portable, )
-CH5_KERNELS(Avx2, CH5_WITH_AVX2)
-CH5_KERNELS(Avx512, CH5_WITH_AVX512)
 
 RigidNumbers Numbers(const Mat33& R, const Vec3& p) {
   RigidNumbers T;
@@ -248,9 +239,11 @@ class EdgeReprojectionBatch : public EdgeBatch {
       seen_.pairs[k] = Numbers(T_W_C[pairs_[k].host], T_W_C[pairs_[k].target]);
     }
   }
-  void ComputeResiduals(int first, int count, double* r) const override { kernels_.residuals(seen_, first, count, r); }
+  void ComputeResiduals(int first, int count, double* r) const override {
+    Dispatch<Residuals>()(seen_, first, count, r);
+  }
   void Linearize(int first, int count, double* r, double* J) const override {
-    kernels_.linearize(seen_, first, count, r, J);
+    Dispatch<ResidualsAndJacobians>()(seen_, first, count, r, J);
   }
 
  private:
@@ -268,7 +261,6 @@ class EdgeReprojectionBatch : public EdgeBatch {
     return known;
   }
 
-  const Kernels& kernels_ = HasAvx512() ? kAvx512 : HasAvx2() ? kAvx2 : kPortable;
   VertexNumbers<VertexPose> poses_;
   std::unordered_map<PairKey, int, PairHash> pair_number_;
   std::vector<Pair> pairs_;

@@ -17,7 +17,8 @@ constexpr CovarianceFactor kFactors[] = {CovarianceFactor::kSparse, CovarianceFa
 
 // All blocks, pose with pose, pose with landmark and landmark with landmark, against H⁻¹.
 void ExpectInverse(Graph* graph) {
-  BlockSolver<Eigen::Dynamic, Eigen::Dynamic> solver(graph);
+  SparseSolver solver(graph);
+  solver.SetOrdering();
   solver.MakeHessian();
   const MatXX inverse = solver.DenseHessian().inverse();
   for (const CovarianceFactor factor : kFactors) {
@@ -74,7 +75,9 @@ TEST(G2o, G11_MarginalsOfAGridOfManyFrontsEqualTheDenseInverse) {
   }
   points[40]->SetFixed();
   Covariance covariance(&graph);
-  EXPECT_GT(PlanElimination(BlockSolver<3, 3>(&graph).System().S).fronts.size(), 5u) << "or it shows little";
+  SparseSolver solver(&graph);
+  solver.SetOrdering();
+  EXPECT_GT(PlanElimination(solver.GetEliminated().S).fronts.size(), 5u) << "or it shows little";
   ExpectInverse(&graph);
 }
 
@@ -116,7 +119,8 @@ TEST(G2o, G11_NumbersOfAPublishedExample) {
 
 TEST(G2o, G11_TheMarginalIsWiderThanTheConditional) {
   Bundle bundle(6, 60);
-  BlockSolver<6, 3> solver(&bundle.graph);
+  SparseSolver solver(&bundle.graph);
+  solver.SetOrdering();
   solver.MakeHessian();
   const MatXX H_pp = solver.DenseHessian().topLeftCorner(24, 24);
   const MatXX conditional = H_pp.inverse().block(6, 6, 6, 6);  // as if the landmarks were known

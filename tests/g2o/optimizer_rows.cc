@@ -3,7 +3,7 @@
 //   G1   H Δx = b with b = −JᵀΩe                  solve/normal_equations.h     system_rows.cc
 //   G2   initializeOptimization, levels           graph/ordering.h             graph_rows.cc, optimizer_rows.cc
 //   G3   the index mapping, in order of ids       graph/ordering.h             graph_rows.cc, system_rows.cc
-//   G4   no edge between landmarks                sparse/block_structure.h      system_rows.cc
+//   G4   no edge between landmarks                sparse/structure.h      system_rows.cc
 //   G5   numeric Jacobians                        graph/edge.h                 system_rows.cc
 //   G6   robust kernels                           graph/loss.h                 system_rows.cc, ../pose_graph
 //   G7   Levenberg–Marquardt                      solve/step_strategy.h         algorithm_rows.cc, system_rows.cc
@@ -15,7 +15,7 @@
 //   G13  all linear solvers give the same x       linear/reduced_solver.h       system_rows.cc
 //   G14  what a graph refuses                     graph/graph.h                graph_rows.cc
 //   G15  .g2o files, the choice in three steps    world/files/g2o_file.h             optimizer_rows.cc, ../pose_graph
-//        buildStructure, setLambda, saveHessian   sparse/block_solver.h, octave.h                system_rows.cc
+//        buildStructure, setLambda, saveHessian   sparse/sparse_solver.h, octave.h                system_rows.cc
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -210,7 +210,7 @@ TEST(G2o, G15_AG2oFileIsOptimisedInThreeSteps) {
       EXPECT_EQ(file.ids, (std::vector<int>{0, 7, 3}));
       SparseOptimizer optimizer(&file.graph);
       optimizer.SetReducedSolver(linear);
-      EXPECT_NE(dynamic_cast<BlockSolverBase*>(&optimizer.GetSolver()), nullptr);
+      EXPECT_NE(dynamic_cast<SparseSolver*>(&optimizer.GetSolver()), nullptr);
       optimizer.SetAlgorithm(algorithm);
       ASSERT_TRUE(optimizer.InitializeOptimization());
       EXPECT_GT(optimizer.Optimize(20), 0);

@@ -1,4 +1,4 @@
-// What g2o promises of BlockSolver: H and b, their structure, damping, the file of H. optimizer_rows.cc lists all rows.
+// What g2o promises of its BlockSolver: H and b, their structure, damping, the file of H. optimizer_rows.cc lists all rows.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -31,7 +31,8 @@ TEST(G2o, G1_SolvesHxEqualsBWithMinusJtWe) {
     ASSERT_TRUE(system->SolveLinearSystem(0.0, &delta_x));
     EXPECT_LT((delta_x - expected).norm(), 1e-9);
   }
-  BlockSolver<3, 3> minimal(&chain.graph);  // both dimensions are those of the increments: a pose would be 6, not 7
+  SparseSolver minimal(&chain.graph);
+  minimal.SetOrdering();  // dimensions are those of the increments: a pose would be 6, not 7
   EXPECT_EQ(minimal.Size(), 3);
 }
 
@@ -124,7 +125,8 @@ TEST(G2o, G6_EveryKernelWeighsHAndBWithItsSlope) {
       chain.points[1]->SetEstimate(Vec3(1, length, 0));
       chain.edges[0]->SetLossFunction(kernel);
       const double slope = kernel->Evaluate(length * length)[1];
-      BlockSolver<3, 3> solver(&chain.graph);
+      SparseSolver solver(&chain.graph);
+      solver.SetOrdering();
       solver.MakeHessian();
       EXPECT_LT((solver.DenseHessian() - slope * MatXX::Identity(3, 3)).norm(), 1e-8) << name << " at " << length;
       EXPECT_NEAR(solver.RightHandSide()[1], -slope * length, 1e-8) << name << " at " << length;
@@ -134,11 +136,12 @@ TEST(G2o, G6_EveryKernelWeighsHAndBWithItsSlope) {
 
 TEST(G2o, BuildStructure_TheSchurPatternIsWhichPosesShareALandmark) {
   Bundle bundle(9, 70);  // pose i shares landmarks with i ± 1 and i ± 2, no other
-  BlockSolver<6, 3> solver(&bundle.graph);
+  SparseSolver solver(&bundle.graph);
+  solver.SetOrdering();
   solver.MakeHessian();
   VecX delta_x;
   ASSERT_TRUE(solver.SolveLinearSystem(0.0, &delta_x));
-  const SymmetricBlockMatrix& S = solver.System().S;
+  const SymmetricBlockMatrix& S = solver.GetEliminated().S;
   ASSERT_EQ(S.NumColumns(), 7);
   for (int j = 0; j < 7; ++j) {
     for (int i = j; i < 7; ++i) EXPECT_EQ(S.Find(i, j) >= 0, i - j <= 2) << i << ", " << j;
@@ -152,7 +155,7 @@ TEST(G2o, BuildStructure_TheSchurPatternIsWhichPosesShareALandmark) {
 TEST(G2o, SetLambda_DampsEveryDiagonalEntryAndLeavesHAsItWas) {
   Bundle bundle(6, 40);
   SparseOptimizer optimizer(&bundle.graph);
-  BlockSolverBase& solver = optimizer.GetSolver();
+  SparseSolver& solver = optimizer.GetSolver();
   solver.MakeHessian();
   const MatXX H = solver.DenseHessian();
   const VecX b = solver.RightHandSide(), v = VecX::LinSpaced(solver.Size(), -1.0, 2.0);
@@ -172,10 +175,11 @@ TEST(G2o, SetLambda_DampsEveryDiagonalEntryAndLeavesHAsItWas) {
 
 TEST(G2o, SaveHessian_ReadsBackToTheSameBits) {
   Bundle bundle(4, 12);
-  BlockSolver<6, 3> solver(&bundle.graph);
+  SparseSolver solver(&bundle.graph);
+  solver.SetOrdering();
   solver.MakeHessian();
   std::stringstream file;
-  WriteOctave(solver, "H", &file);
+  SaveHessian(solver, "H", &file);
   std::string word, line;
   std::getline(file, line);
   EXPECT_EQ(line, "# name: H");
@@ -212,7 +216,7 @@ TEST(G2o, G13_AllLinearSolversGiveTheSameX) {
         ReducedSolverType::kPcg, ReducedSolverType::kImplicitPcg, ReducedSolverType::kPowerSeries}) {
     SparseOptimizer optimizer(&bundle.graph);
     optimizer.SetReducedSolver(type, IterativeOptions::Exact());
-    BlockSolverBase& solver = optimizer.GetSolver();
+    SparseSolver& solver = optimizer.GetSolver();
     solver.MakeHessian();
     for (int twice = 0; twice < 2; ++twice) {
       ASSERT_TRUE(solver.SolveLinearSystem(0.0, &x));

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ch5_backend/sparse/block_solver.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/scenes.h"
 
 namespace ch5::test {
@@ -16,7 +16,8 @@ TEST_P(Cholmod, FindsTheStepOfTheDenseSolver) {
   VecX steps[2];
   for (int k = 0; k < 2; ++k) {
     GetParam().build(&graphs[k]);
-    BlockSolver<Eigen::Dynamic, Eigen::Dynamic> solver(&graphs[k]);
+    SparseSolver solver(&graphs[k]);
+    solver.SetOrdering();
     if (k == 0) {
       solver.SetReducedSolver(ReducedSolverType::kDenseCholesky);
     } else {

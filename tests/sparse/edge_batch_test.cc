@@ -90,9 +90,10 @@ TEST(EdgeBatches, FollowTheStatesAndTheWeights) {
     }
     graph.AddEdge(edge);
   }
-  BlockSolver<9, 3> solver(&graph);
+  SparseSolver solver(&graph);
+  solver.SetOrdering();
   const auto chi_by_edges = [&] { return ComputeCost(graph); };
-  EXPECT_TRUE(solver.System().packed.Active());
+  EXPECT_TRUE(solver.UsesBatch());
   EXPECT_NEAR(solver.ComputeChi(), chi_by_edges(), 1e-12 * chi_by_edges());
   graph.Vertices()[1]->Plus(Vec3(0.1, 0.2, 0.3).data());
   EXPECT_NEAR(solver.ComputeChi(), chi_by_edges(), 1e-12 * chi_by_edges());
@@ -108,7 +109,7 @@ TEST(EdgeBatches, FollowTheStatesAndTheWeights) {
   const VecX b = solver.RightHandSide();
   graph.Edges()[5]->SetInformation(Vec2(1.0, 1.0 + 1e-15).asDiagonal());
   solver.SetOrdering();
-  EXPECT_FALSE(solver.System().packed.Active());
+  EXPECT_FALSE(solver.UsesBatch());
   solver.MakeHessian();
   EXPECT_LT((solver.DenseHessian() - H).norm(), 1e-13 * H.norm());
   EXPECT_LT((solver.RightHandSide() - b).norm(), 1e-13 * b.norm());

@@ -1,4 +1,4 @@
-// The solvers that never form the Schur complement; that they find the same steps as all others is in rooms.cc.
+// The solvers that never form the Schur complement; that they find the same steps as all others is in equality_test.cc.
 #include <gtest/gtest.h>
 
 #include "ch5_backend/sparse/implicit_schur.h"
@@ -20,7 +20,7 @@ VecX RandomVector(int size) {
 struct System {
   Graph graph;
   std::unique_ptr<SparseOptimizer> optimizer;
-  BlockSolverBase* solver;
+  SparseSolver* solver;
 
   System(const Scene& scene, ReducedSolverType type, const IterativeOptions& options, int threads = 1) {
     scene.build(&graph);
@@ -86,17 +86,15 @@ TEST(ImplicitSchur, MultipliesByTheSchurComplement) {
     const MatXX S = formed.solver->SchurComplement();
     const VecX x = RandomVector(static_cast<int>(S.rows())), expected = S * x;
     const double bound = (S.cwiseAbs() * x.cwiseAbs()).norm();
-    BlockSystem system = formed.solver->System();
+    Eliminated eliminated = formed.solver->GetEliminated();
     ThreadPool pool(2);
-    const auto common = [](const std::vector<int>& dims) {
-      return std::count(dims.begin(), dims.end(), dims[0]) == static_cast<ptrdiff_t>(dims.size()) ? dims[0] : -1;
-    };
-    ImplicitSchur schur(common(system.structure.pose_dim), common(system.structure.landmark_dim));
-    schur.Prepare(&system, &pool);
-    ASSERT_TRUE(schur.Damp({1e-2, Damping::kDiagonal}, Preconditioner::kSchurJacobi));
+    ImplicitSchur schur;
+    schur.Prepare(formed.solver->GetStructure(), &pool);
+    ASSERT_TRUE(schur.Damp(formed.solver->GetLinearized(), {1e-2, Damping::kDiagonal}, Preconditioner::kSchurJacobi,
+                           &eliminated));
     VecX y(x.size());
     schur.Multiply(x, &y);
-    // E C⁻¹ Eᵀ may be larger than S, of which it takes away the most.
+    // H_pl H_ll⁻¹ H_plᵀ may be larger than S, of which it takes away the most.
     EXPECT_LT((y - expected).norm(), 1e-11 * bound);
   }
 }

@@ -1,4 +1,4 @@
-// An iteration of the fast room takes no memory: every way to it is counted, Eigen's malloc included.
+// An iteration of the sparse solver takes no memory: every way to it is counted, Eigen's malloc included.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ TEST_P(NoAllocation, AfterTheFirstIteration) {
   Graph graph;
   GetParam().build(&graph);
   SparseOptimizer optimizer(&graph);
-  BlockSolverBase& solver = optimizer.GetSolver();
+  SparseSolver& solver = optimizer.GetSolver();
   solver.SetDamping(Damping::kDiagonal);
   VecX delta_x;
   for (int iteration = 0; iteration < 3; ++iteration) {

@@ -4,32 +4,32 @@
 
 #include <algorithm>
 
-#include "ch5_backend/sparse/block_kernels.h"
-#include "ch5_backend/sparse/packed_edges.h"
+#include "ch5_backend/sparse/kernels/blocks.h"
+#include "ch5_backend/sparse/weighted_edge_batch.h"
 
 namespace ch5::kernels {
 
 class EdgePack {
  public:
-  static constexpr int kRows = PackedEdges::kRows;
+  static constexpr int kRows = WeightedEdgeBatch::kRows;
 
   /// Of the edges [begin, end) it will hold eight after eight.
   EdgePack(int begin, int end) : next_(begin), end_(end) {}
 
   /// Edge e's place; e goes from begin to end, one by one.
-  CH5_INLINE int LaneOf(const PackedEdges& edges, int e) {
+  CH5_INLINE int LaneOf(const WeightedEdgeBatch& edges, int e) {
     if (e == next_) Fill(edges);
     return e - first_;
   }
   /// r̃_i of the edge in a lane.
   CH5_INLINE double Residual(int lane, int i) const { return r_[i * kPack + lane]; }
   /// J̃ (kRows×dim, Stride(dim) numbers a row) of the edge in a lane for a vertex's position.
-  CH5_INLINE const double* Jacobian(const PackedEdges& edges, int lane, int position) const {
+  CH5_INLINE const double* Jacobian(const WeightedEdgeBatch& edges, int lane, int position) const {
     return blocks_ + lane * edges.BlocksSize() + edges.BlockBegin(position);
   }
 
  private:
-  CH5_INLINE void Fill(const PackedEdges& edges) {
+  CH5_INLINE void Fill(const WeightedEdgeBatch& edges) {
     const int count = std::min(kPack, end_ - next_);
     first_ = next_;
     next_ += count;
@@ -67,8 +67,8 @@ class EdgePack {
   }
 
   alignas(64) double r_[kRows * kPack];
-  alignas(64) double J_[kRows * PackedEdges::kMostColumns * kPack];
-  alignas(64) double blocks_[kRows * PackedEdges::kMostColumns * kLanes * kPack];
+  alignas(64) double J_[kRows * WeightedEdgeBatch::kMostColumns * kPack];
+  alignas(64) double blocks_[kRows * WeightedEdgeBatch::kMostColumns * kLanes * kPack];
   int first_ = 0, next_, end_;  // edges
 };
 

@@ -1,11 +1,11 @@
-#include "ch5_backend/sparse/packed_edges.h"
+#include "ch5_backend/sparse/weighted_edge_batch.h"
 
 #include <algorithm>
 #include <typeinfo>
 
 namespace ch5 {
 
-void PackedEdges::Assign(const BlockStructure& s) {
+void WeightedEdgeBatch::Assign(const Structure& s) {
   active_ = false;
   if (s.num_landmark_edges == 0) return;
   const Edge& first = *s.edges[0].edge;
@@ -43,7 +43,7 @@ void PackedEdges::Assign(const BlockStructure& s) {
   active_ = true;
 }
 
-double PackedEdges::RobustChi2(int begin, int end) const {
+double WeightedEdgeBatch::RobustChi2(int begin, int end) const {
   constexpr int kAtOnce = 8 * kPack;
   alignas(64) double r[kRows * kPack], s[kAtOnce];
   double sum = 0.0;
@@ -59,7 +59,7 @@ double PackedEdges::RobustChi2(int begin, int end) const {
   return sum;
 }
 
-double PackedEdges::SumLosses(int first, const double* s, int count) const {
+double WeightedEdgeBatch::SumLosses(int first, const double* s, int count) const {
   if (common_loss_) return common_loss_->Sum(s, count);
   double sum = 0.0;
   for (int k = 0; k < count; ++k) {
@@ -69,7 +69,7 @@ double PackedEdges::SumLosses(int first, const double* s, int count) const {
   return sum;
 }
 
-void PackedEdges::WeighLosses(int first, const double* s, int count, double* weight, double* rank_one) const {
+void WeightedEdgeBatch::WeighLosses(int first, const double* s, int count, double* weight, double* rank_one) const {
   if (common_loss_) return common_loss_->Weigh(s, count, weight, rank_one);
   for (int k = 0; k < count; ++k) {
     const RobustWeight robust = WeightAt(weights_[first + k].loss, s[k]);

@@ -1,4 +1,4 @@
-#include "ch5_backend/sparse/block_structure.h"
+#include "ch5_backend/sparse/structure.h"
 
 #include <algorithm>
 #include <numeric>
@@ -27,11 +27,11 @@ std::vector<int> Numbers(size_t count) {
   return numbers;
 }
 
-// Fills a BlockStructure step by step, in the order in which Build calls them. Edges and vertices are asked no more
+// Fills a Structure step by step, in the order in which Build calls them. Edges and vertices are asked no more
 // here: all is in the flat numbers of the incidence.
 class Builder {
  public:
-  BlockStructure Build(Ordering ordering) {
+  Structure Build(Ordering ordering) {
     s_.ordering = std::move(ordering);
     NumberPoses();
     GroupEdges();
@@ -41,9 +41,10 @@ class Builder {
     FindSlots();
     ListEdges();
     FindPatterns();
-    ListPairs();
-    ListProducts();
+    ListHessianBlocks();
+    ListPoseEdgeBlocks();
     CutChunks();
+    FindBlockSizes();
     incidence_ = {};
     return std::move(s_);
   }
@@ -114,8 +115,8 @@ class Builder {
       s_.landmarks.push_back(vertex);
       s_.landmark_dim.push_back(dim);
       s_.landmark_offset.push_back(vertex->OrderingId());
-      s_.landmark_block.push_back(s_.num_H_mm_values);
-      s_.num_H_mm_values += dim * dim;
+      s_.landmark_block.push_back(s_.num_H_ll_values);
+      s_.num_H_ll_values += dim * dim;
     }
   }
 
@@ -127,12 +128,12 @@ class Builder {
       for (int k = seen_by_begin_[order_[l]]; k < seen_by_begin_[order_[l] + 1]; ++k) {
         s_.slot_pose.push_back(seen_by_[k]);
         s_.slot_landmark.push_back(l);
-        s_.slot_block.push_back(s_.num_H_pm_values);
-        s_.num_H_pm_values += s_.pose_dim[seen_by_[k]] * s_.landmark_dim[l];
+        s_.slot_block.push_back(s_.num_H_pl_values);
+        s_.num_H_pl_values += s_.pose_dim[seen_by_[k]] * s_.landmark_dim[l];
       }
       s_.landmark_slots.push_back(static_cast<int>(s_.slot_pose.size()));
     }
-    s_.slot_block.push_back(s_.num_H_pm_values);
+    s_.slot_block.push_back(s_.num_H_pl_values);
     s_.pose_slots = Numbers(s_.slot_pose.size());
     s_.pose_slots_begin = SortByKey(s_.pose_slots.begin(), s_.pose_slots.end(), static_cast<int>(s_.poses.size()),
                                     [&](int slot) { return s_.slot_pose[slot]; });
@@ -140,7 +141,7 @@ class Builder {
 
   void ListEdges() {
     s_.edges.reserve(edges_.size());
-    s_.terms.reserve(incidence_.entries.size() - static_cast<size_t>(s_.num_landmark_edges));
+    s_.edge_poses.reserve(incidence_.entries.size() - static_cast<size_t>(s_.num_landmark_edges));
     std::vector<int> slot_of_pose(s_.poses.size(), kNone);
     for (int l = 0; l < static_cast<int>(order_.size()); ++l) {
       s_.landmark_edges.push_back(static_cast<int>(s_.edges.size()));
@@ -150,29 +151,29 @@ class Builder {
       }
     }
     s_.landmark_edges.push_back(s_.num_landmark_edges);
-    s_.num_landmark_terms = static_cast<int>(s_.terms.size());
+    s_.num_landmark_edge_poses = static_cast<int>(s_.edge_poses.size());
     slot_of_pose.assign(s_.poses.size(), kNone);
     for (size_t k = s_.edges.size(); k < edges_.size(); ++k) ListEdge(edges_[k], 0, slot_of_pose);
     s_.max_rows = incidence_.max_residual_dimension;
   }
 
   void ListEdge(int e, int landmark_dim, const std::vector<int>& slot_of_pose) {
-    const int num_poses = static_cast<int>(s_.poses.size()), begin = static_cast<int>(s_.terms.size());
+    const int num_poses = static_cast<int>(s_.poses.size()), begin = static_cast<int>(s_.edge_poses.size());
     EdgeRecord record{s_.ordering.edges[e].get(), begin, begin, kNone, 0, 0, 0};
     for (int k = incidence_.begin[e]; k < incidence_.begin[e + 1]; ++k) {
       const auto [position, number] = incidence_.entries[k];
       if (number < num_poses) {
-        s_.terms.push_back({position, number, slot_of_pose[number], 0});
+        s_.edge_poses.push_back({position, number, slot_of_pose[number], 0});
       } else {
         record.landmark_position = position;
       }
     }
-    record.terms_end = static_cast<int>(s_.terms.size());
-    std::sort(s_.terms.begin() + begin, s_.terms.end(),
-              [](const EdgeTerm& a, const EdgeTerm& b) { return a.block < b.block; });
-    for (int t = begin; t < record.terms_end; ++t) {
-      s_.terms[t].column = record.width;
-      record.width += s_.pose_dim[s_.terms[t].block];
+    record.poses_end = static_cast<int>(s_.edge_poses.size());
+    std::sort(s_.edge_poses.begin() + begin, s_.edge_poses.end(),
+              [](const EdgePose& a, const EdgePose& b) { return a.pose < b.pose; });
+    for (int t = begin; t < record.poses_end; ++t) {
+      s_.edge_poses[t].column = record.width;
+      record.width += s_.pose_dim[s_.edge_poses[t].pose];
     }
     record.width += landmark_dim;
     s_.max_width = std::max(s_.max_width, record.width);
@@ -185,8 +186,8 @@ class Builder {
   void ForEachPair(int first, const Pair& pair) {
     for (int e = first; e < s_.num_active_edges; ++e) {
       EdgeRecord& record = s_.edges[e];
-      for (int i = record.terms_begin; i < record.terms_end; ++i) {
-        for (int j = record.terms_begin; j <= i; ++j) pair(record, s_.terms[i], s_.terms[j]);
+      for (int i = record.poses_begin; i < record.poses_end; ++i) {
+        for (int j = record.poses_begin; j <= i; ++j) pair(record, s_.edge_poses[i], s_.edge_poses[j]);
       }
     }
   }
@@ -195,51 +196,53 @@ class Builder {
     const int num_poses = static_cast<int>(s_.poses.size());
     s_.H_pp_pattern.resize(static_cast<size_t>(num_poses));
     for (int j = 0; j < num_poses; ++j) s_.H_pp_pattern[j] = {j};
-    ForEachPair(0, [&](const EdgeRecord&, const EdgeTerm& a, const EdgeTerm& b) {
-      ++num_pairs_;
-      if (a.block == b.block) return;
-      std::vector<int>& rows = s_.H_pp_pattern[b.block];
-      const auto it = std::lower_bound(rows.begin(), rows.end(), a.block);
-      if (it == rows.end() || *it != a.block) rows.insert(it, a.block);
+    ForEachPair(0, [&](const EdgeRecord&, const EdgePose& a, const EdgePose& b) {
+      ++num_edge_blocks_;
+      if (a.pose == b.pose) return;
+      std::vector<int>& rows = s_.H_pp_pattern[b.pose];
+      const auto it = std::lower_bound(rows.begin(), rows.end(), a.pose);
+      if (it == rows.end() || *it != a.pose) rows.insert(it, a.pose);
     });
   }
 
-  void ListPairs() {
+  void ListHessianBlocks() {
     std::vector<int> column_begin{0};
     for (const auto& rows : s_.H_pp_pattern) {
       column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
       for (const int i : rows) num_H_pp_values_ += Stride(s_.pose_dim[i]) * s_.pose_dim[rows.front()];
     }
     num_H_pp_blocks_ = column_begin.back();
-    s_.pairs.reserve(num_pairs_);
-    ForEachPair(0, [&](EdgeRecord& record, const EdgeTerm& a, const EdgeTerm& b) {
-      if (a.column == 0) record.pairs = static_cast<int>(s_.pairs.size());
-      const std::vector<int>& rows = s_.H_pp_pattern[b.block];
-      const auto row = a.block == b.block ? 0 : std::lower_bound(rows.begin(), rows.end(), a.block) - rows.begin();
-      s_.pairs.push_back(column_begin[b.block] + static_cast<int>(row));
+    s_.edge_blocks.reserve(num_edge_blocks_);
+    ForEachPair(0, [&](EdgeRecord& record, const EdgePose& a, const EdgePose& b) {
+      if (a.column == 0) record.blocks_begin = static_cast<int>(s_.edge_blocks.size());
+      const std::vector<int>& rows = s_.H_pp_pattern[b.pose];
+      const auto row = a.pose == b.pose ? 0 : std::lower_bound(rows.begin(), rows.end(), a.pose) - rows.begin();
+      s_.edge_blocks.push_back(column_begin[b.pose] + static_cast<int>(row));
     });
   }
 
-  void ListProducts() {
+  void ListPoseEdgeBlocks() {
     const int first = s_.num_landmark_edges;
     for (int e = first; e < s_.num_active_edges; ++e) {
-      s_.edges[e].products = s_.num_product_values;
-      s_.num_product_values += (s_.edges[e].width + 1) * (s_.edges[e].width + 1);
+      s_.edges[e].normal_equations = s_.num_normal_equation_values;
+      s_.num_normal_equation_values += (s_.edges[e].width + 1) * (s_.edges[e].width + 1);
     }
-    const auto block = [&](const EdgeRecord& record, const EdgeTerm& a, const EdgeTerm& b) {
-      const auto i = &a - &s_.terms[record.terms_begin], j = &b - &s_.terms[record.terms_begin];
-      return s_.pairs[record.pairs + i * (i + 1) / 2 + j];
+    const auto block = [&](const EdgeRecord& record, const EdgePose& a, const EdgePose& b) {
+      const auto i = &a - &s_.edge_poses[record.poses_begin], j = &b - &s_.edge_poses[record.poses_begin];
+      return s_.edge_blocks[record.blocks_begin + i * (i + 1) / 2 + j];
     };
-    s_.products_begin.assign(static_cast<size_t>(num_H_pp_blocks_) + 1, 0);
-    ForEachPair(first, [&](const EdgeRecord& record, const EdgeTerm& a, const EdgeTerm& b) {
-      ++s_.products_begin[block(record, a, b) + 1];
+    s_.pose_edge_blocks_begin.assign(static_cast<size_t>(num_H_pp_blocks_) + 1, 0);
+    ForEachPair(first, [&](const EdgeRecord& record, const EdgePose& a, const EdgePose& b) {
+      ++s_.pose_edge_blocks_begin[block(record, a, b) + 1];
     });
-    for (size_t k = 1; k < s_.products_begin.size(); ++k) s_.products_begin[k] += s_.products_begin[k - 1];
-    std::vector<int> next(s_.products_begin.begin(), s_.products_begin.end() - 1);
-    s_.products.resize(static_cast<size_t>(s_.products_begin.back()));
-    ForEachPair(first, [&](const EdgeRecord& record, const EdgeTerm& a, const EdgeTerm& b) {
-      const int stride = record.width + 1, column = record.products + b.column * stride;
-      s_.products[next[block(record, a, b)]++] = {column + a.column, stride, &a == &b ? column + record.width : kNone};
+    for (size_t k = 1; k < s_.pose_edge_blocks_begin.size(); ++k)
+      s_.pose_edge_blocks_begin[k] += s_.pose_edge_blocks_begin[k - 1];
+    std::vector<int> next(s_.pose_edge_blocks_begin.begin(), s_.pose_edge_blocks_begin.end() - 1);
+    s_.pose_edge_blocks.resize(static_cast<size_t>(s_.pose_edge_blocks_begin.back()));
+    ForEachPair(first, [&](const EdgeRecord& record, const EdgePose& a, const EdgePose& b) {
+      const int stride = record.width + 1, column = record.normal_equations + b.column * stride;
+      s_.pose_edge_blocks[next[block(record, a, b)]++] = {column + a.column, stride,
+                                                          &a == &b ? column + record.width : kNone};
     });
   }
 
@@ -259,37 +262,30 @@ class Builder {
     s_.chunk_begin.push_back(static_cast<int>(s_.landmarks.size()));
   }
 
-  BlockStructure s_;
+  // Speeds and biases have no part in a landmark's edges, so their sizes do not count.
+  void FindBlockSizes() {
+    const auto common = [](const std::vector<int>& items, const std::vector<int>& dim) {
+      int found = 0;
+      for (const int item : items) {
+        if (found != 0 && found != dim[item]) return Eigen::Dynamic;
+        found = dim[item];
+      }
+      return found;
+    };
+    s_.sizes = {common(s_.slot_pose, s_.pose_dim), common(Numbers(s_.landmarks.size()), s_.landmark_dim), false};
+  }
+
+  Structure s_;
   Incidence& incidence_ = s_.ordering.incidence;
   std::vector<int> edges_, edges_begin_;  // edges of landmark l, as the ordering numbers them: from edges_begin_[l] on
   std::vector<int> seen_by_, seen_by_begin_{0};  // poses of landmark l, likewise
   std::vector<int> order_;                       // these landmarks in the order of the structure
   int num_H_pp_values_ = 0, num_H_pp_blocks_ = 0;
-  size_t num_pairs_ = 0;
+  size_t num_edge_blocks_ = 0;
 };
 
 }  // namespace
 
-BlockStructure BuildBlockStructure(Ordering ordering) { return Builder().Build(std::move(ordering)); }
-
-std::vector<std::vector<int>> SchurPattern(const BlockStructure& s) {
-  std::vector<std::vector<int>> pattern = s.H_pp_pattern;
-  std::vector<int> seen_by(s.poses.size(), kNone);
-  for (int j = 0; j < static_cast<int>(s.poses.size()); ++j) {
-    std::vector<int>& rows = pattern[j];
-    for (const int i : rows) seen_by[i] = j;
-    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
-      const int slot = s.pose_slots[k];
-      for (int other = slot + 1; other < s.landmark_slots[s.slot_landmark[slot] + 1]; ++other) {
-        const int i = s.slot_pose[other];
-        if (seen_by[i] == j) continue;
-        seen_by[i] = j;
-        rows.push_back(i);
-      }
-    }
-    std::sort(rows.begin(), rows.end());
-  }
-  return pattern;
-}
+Structure BuildStructure(Ordering ordering) { return Builder().Build(std::move(ordering)); }
 
 }  // namespace ch5

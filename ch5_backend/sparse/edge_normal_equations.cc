@@ -1,4 +1,4 @@
-#include "ch5_backend/sparse/linear_parts.h"
+#include "ch5_backend/sparse/edge_normal_equations.h"
 
 #include <algorithm>
 
@@ -7,7 +7,7 @@
 
 namespace ch5 {
 
-void InformationFactors::Prepare(const BlockStructure& structure, int first_edge) {
+void InformationFactors::Prepare(const Structure& structure, int first_edge) {
   first_edge_ = first_edge;
   entries_.assign(static_cast<size_t>(structure.num_active_edges - first_edge), {});
   size_t size = 0;
@@ -21,7 +21,7 @@ void InformationFactors::Prepare(const BlockStructure& structure, int first_edge
   values_.resize(size);
 }
 
-const double* InformationFactors::Of(const BlockStructure& structure, int e) {
+const double* InformationFactors::Of(const Structure& structure, int e) {
   const Edge& edge = *structure.edges[e].edge;
   Entry& entry = entries_[e - first_edge_];
   const int n = edge.ResidualDimension();
@@ -40,7 +40,7 @@ const double* InformationFactors::Of(const BlockStructure& structure, int e) {
 namespace {
 
 // X = [J r]ᵀ (width + 1 rows, a column for each residual).
-void Gather(const BlockStructure& structure, const EdgeRecord& record, double* X) {
+void Gather(const Structure& structure, const EdgeRecord& record, double* X) {
   const int stride = record.width + 1, rows = record.edge->ResidualDimension();
   int column = 0;
   const auto append = [&](int position) {
@@ -49,7 +49,7 @@ void Gather(const BlockStructure& structure, const EdgeRecord& record, double* X
       for (int k = 0; k < rows; ++k) X[column + k * stride] = J(k, c);
     }
   };
-  for (int t = record.terms_begin; t < record.terms_end; ++t) append(structure.terms[t].position);
+  for (int t = record.poses_begin; t < record.poses_end; ++t) append(structure.edge_poses[t].position);
   if (record.landmark_position >= 0) append(record.landmark_position);
   for (int k = 0; k < rows; ++k) X[record.width + k * stride] = record.edge->Residual()[k];
 }
@@ -63,7 +63,7 @@ double* Scratch(size_t size) {
 
 }  // namespace
 
-void LinearizedProducts(const BlockStructure& structure, int e, InformationFactors* factors, double* C) {
+void LinearizeAndMultiplyOut(const Structure& structure, int e, InformationFactors* factors, double* C) {
   const EdgeRecord& record = structure.edges[e];
   thread_local std::vector<int> columns, begin;
   begin.assign(1, 0);
@@ -72,15 +72,15 @@ void LinearizedProducts(const BlockStructure& structure, int e, InformationFacto
   const auto list = [&](int position) {
     for (int c = begin[position]; c < begin[position + 1]; ++c) columns.push_back(c);
   };
-  for (int t = record.terms_begin; t < record.terms_end; ++t) list(structure.terms[t].position);
+  for (int t = record.poses_begin; t < record.poses_end; ++t) list(structure.edge_poses[t].position);
   if (record.landmark_position >= 0) list(record.landmark_position);
   columns.push_back(begin.back());
   if (NegativeProducts(record.edge, columns, C)) return;
   record.edge->Linearize();
-  EdgeProducts(structure, e, factors, C);
+  MultiplyOut(structure, e, factors, C);
 }
 
-void EdgeProducts(const BlockStructure& structure, int e, InformationFactors* factors, double* C) {
+void MultiplyOut(const Structure& structure, int e, InformationFactors* factors, double* C) {
   const EdgeRecord& record = structure.edges[e];
   const Edge& edge = *record.edge;
   const int stride = record.width + 1, rows = edge.ResidualDimension();

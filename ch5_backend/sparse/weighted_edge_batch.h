@@ -1,22 +1,23 @@
 #pragma once
 /// The landmarks' edges of a structure as one batch (types/edge_batch.h), whitened as in graph/whitening.h. Measurements,
-/// losses and W are those at Assign, which BlockSolver calls in SetOrdering.
+/// losses and W are those at Assign, which SparseSolver calls in SetOrdering.
 
 #include <algorithm>
 
-#include "ch5_backend/sparse/linear_parts.h"
+#include "ch5_backend/graph/whitening.h"
+#include "ch5_backend/sparse/structure.h"
 #include "ch5_backend/types/fast_edge.h"
 
 namespace ch5 {
 
-class PackedEdges {
+class WeightedEdgeBatch {
  public:
   static constexpr int kRows = 2;
   static constexpr int kMostColumns = 16;  ///< of all vertices of an edge together
 
   /// Copies the structure's edges with a landmark, in its order. Packs them only if all are of one type that has
   /// batches, with two rows and W = w I; otherwise Active() is false.
-  void Assign(const BlockStructure& structure);
+  void Assign(const Structure& structure);
   void Clear() { active_ = false; }
   bool Active() const { return active_; }
 
@@ -61,7 +62,7 @@ class PackedEdges {
   const LossFunction* common_loss_ = nullptr;  // of all edges, or null
 };
 
-CH5_INLINE void PackedEdges::Whiten(int first, int count, double* r, double* J) const {
+CH5_INLINE void WeightedEdgeBatch::Whiten(int first, int count, double* r, double* J) const {
   if (unweighted_) return;
   alignas(64) double s[kPack], weight[kPack], rank_one[kPack], M[3][kPack] = {};  // M_00, M_01 = M_10, M_11
   SquareNorms(first, count, r, s);

@@ -1,10 +1,10 @@
-#include "ch5_backend/sparse/schur_group.h"
+#include "ch5_backend/sparse/kernels/schur_group.h"
 
 #include <algorithm>
 
-#include "ch5_backend/sparse/block_kernels.h"
+#include "ch5_backend/sparse/kernels/blocks.h"
 
-namespace ch5 {
+namespace ch5::kernels {
 namespace {
 
 constexpr int kColumns = 24;  // of A at a time: A then stays in the first-level cache
@@ -12,7 +12,7 @@ constexpr int kMostRows = Stride(9);
 
 CH5_INLINE void LoadWide(const double* x, WideLanes* v) { *v = *AsWide(x); }
 CH5_INLINE void LoadWide(const float* x, WideLanes* v) {
-  *v = __builtin_convertvector(*reinterpret_cast<const kernels::WideFloats*>(x), WideLanes);
+  *v = __builtin_convertvector(*reinterpret_cast<const WideFloats*>(x), WideLanes);
 }
 
 // S (P×P) −= A Bᵀ over k columns; `Tile` columns of S at a time, as many as there are registers for.
@@ -115,74 +115,79 @@ CH5_INLINE void Scale(const Scalar* H_pl, const double* root, double* A) {
   }
 }
 
-template <int P, int L, typename Scalar, int Tile>
-CH5_INLINE void Take(BlockSystem* system, const SchurGroup& group, double* A) {
-  constexpr int kBlock = Stride(P) * L, kBatch = kColumns / L;
-  constexpr int kSeat = kBatch * kBlock;  // from A_i to A_i+1
-  BlockSystem& y = *system;
-  const BlockStructure& s = y.structure;
-  const int *pose = &s.slot_pose[s.landmark_slots[group.first]], n = group.seats;
-  for (int l = group.first; l < group.last; l += kBatch) {
-    const int count = std::min(kBatch, group.last - l);
-    const Scalar* H_pm = BlocksOf<Scalar>(y.H_pm) + s.slot_block[s.landmark_slots[l]];
-    const double* root = &y.H_mm_root[s.landmark_block[l]];
-    double rhs[kColumns];  // G⁻¹b
-    for (int k = 0; k < count; ++k, root += L * L) {
-      const double* b = y.b.data() + s.landmark_offset[l + k];
-      for (int c = 0; c < L; ++c) {
-        rhs[k * L + c] = root[c] * b[0];
-        for (int m = 1; m <= c; ++m) rhs[k * L + c] += root[m * L + c] * b[m];
-      }
-      for (int i = group.first_seat; i < n; ++i) {
-        const Scalar* H_pl = H_pm + (k * n + i) * P * L;
-        kernels::PrefetchPageAhead<P * L>(H_pl);
-        Scale<P, L>(H_pl, root, A + i * kSeat + k * kBlock);
-      }
-    }
-    for (int j = group.first_seat; j < group.end_seat; ++j) {
-      const double* A_j = A + j * kSeat;
-      const int* block = group.blocks + j * n - j * (j - 1) / 2;
-      for (int i = j; i < n; ++i) {
-        const double* A_i = A + i * kSeat;
-        double* S_ij = y.S.Values(*block++);
-        if constexpr (P == 9 && Tile == P) {
-          count == 1 ? SubtractPairAndRow<P, L>(A_i, A_j, L, S_ij)
-                     : SubtractPairAndRow<P, 0>(A_i, A_j, count * L, S_ij);
-        } else {
-          SubtractPair<P, Tile>(A_i, A_j, count * L, S_ij);
-        }
-      }
-      SubtractVector<P>(A_j, rhs, count * L, y.b_schur.data() + s.pose_offset[pose[j]]);
-    }
-  }
-}
-
 template <int P, int L, typename Scalar>
-struct Taker {
-  static void Portable(BlockSystem* y, const SchurGroup& group, double* A) { Take<P, L, Scalar, 4>(y, group, A); }
-  CH5_WITH_AVX2 static void Avx2(BlockSystem* y, const SchurGroup& group, double* A) {
-    Take<P, L, Scalar, 4>(y, group, A);
+struct SubtractGroup {
+  using Signature = void(const Structure&, const Linearized&, const SchurGroups&, const SchurGroup&, const PoseRange&,
+                         double* A, Eliminated*);
+  static constexpr int kBlock = Stride(P) * L, kBatch = kColumns / L;
+  static constexpr int kPoseSize = kBatch * kBlock;  // from A_i to A_i+1
+
+  template <SimdLevel kSimd>
+  static CH5_INLINE void Run(const Structure& s, const Linearized& y, const SchurGroups& groups,
+                             const SchurGroup& group, const PoseRange& range, double* A, Eliminated* out) {
+    const GroupPose* poses = groups.poses.data() + group.poses_begin;
+    const int n = group.poses_end - group.poses_begin;
+    const int begin = static_cast<int>(range.begin - poses), end = static_cast<int>(range.end - poses);
+    for (int l = group.first; l < group.last; l += kBatch) {
+      const int count = std::min(kBatch, group.last - l);
+      double rhs[kColumns];  // G⁻¹b
+      FillColumns(s, y, *out, l, count, begin, n, A, rhs);
+      for (int j = begin; j < end; ++j) {
+        const double* A_j = A + j * kPoseSize;
+        const int* block = groups.blocks.data() + group.blocks_begin + j * n - j * (j - 1) / 2;
+        for (int i = j; i < n; ++i) SubtractFromBlock<kSimd>(A + i * kPoseSize, A_j, count, out->S.Values(*block++));
+        SubtractVector<P>(A_j, rhs, count * L, out->b_S.data() + s.pose_offset[poses[j].pose]);
+      }
+    }
   }
-  CH5_WITH_AVX512 static void Avx512(BlockSystem* y, const SchurGroup& group, double* A) {
-    Take<P, L, Scalar, 9>(y, group, A);
+
+ private:
+  // A_i = [H_il G_l⁻ᵀ …] for the poses i ≥ begin, and G⁻¹b, of landmarks [first, first + count).
+  static CH5_INLINE void FillColumns(const Structure& s, const Linearized& y, const Eliminated& eliminated, int first,
+                                     int count, int begin, int n, double* A, double* rhs) {
+    const Scalar* H_pl = y.H_pl.Numbers<Scalar>() + s.slot_block[s.landmark_slots[first]];
+    const double* G_inverse = &eliminated.G_inverse[s.landmark_block[first]];
+    for (int k = 0; k < count; ++k, G_inverse += L * L) {
+      const double* b = y.b.data() + s.landmark_offset[first + k];
+      for (int c = 0; c < L; ++c) {
+        rhs[k * L + c] = G_inverse[c] * b[0];
+        for (int m = 1; m <= c; ++m) rhs[k * L + c] += G_inverse[m * L + c] * b[m];
+      }
+      for (int i = begin; i < n; ++i) {
+        const Scalar* H_il = H_pl + (k * n + i) * P * L;
+        PrefetchPageAhead<P * L>(H_il);
+        Scale<P, L>(H_il, G_inverse, A + i * kPoseSize + k * kBlock);
+      }
+    }
   }
-  static TakeSchurGroup Choose() { return HasAvx512() ? Avx512 : HasAvx2() ? Avx2 : Portable; }
+
+  // S_ij −= A_i A_jᵀ over the columns of `count` landmarks.
+  template <SimdLevel kSimd>
+  static CH5_INLINE void SubtractFromBlock(const double* A_i, const double* A_j, int count, double* S_ij) {
+    if constexpr (P == 9 && kSimd == SimdLevel::kAvx512) {
+      count == 1 ? SubtractPairAndRow<P, L>(A_i, A_j, L, S_ij) : SubtractPairAndRow<P, 0>(A_i, A_j, count * L, S_ij);
+    } else {
+      SubtractPair<P, kSimd == SimdLevel::kAvx512 ? 9 : 4>(A_i, A_j, count * L, S_ij);
+    }
+  }
 };
 
+// The general variant is in eliminate.cc.
 template <typename Scalar>
-TakeSchurGroup Choose(int pose_dim, int landmark_dim) {
-  if (pose_dim == 6 && landmark_dim == 1) return Taker<6, 1, Scalar>::Choose();
-  if (pose_dim == 6 && landmark_dim == 3) return Taker<6, 3, Scalar>::Choose();
-  if (pose_dim == 9 && landmark_dim == 3) return Taker<9, 3, Scalar>::Choose();
-  return nullptr;
-}
+struct SubtractGroup<Eigen::Dynamic, Eigen::Dynamic, Scalar> {
+  using Signature = void(const Structure&, const Linearized&, const SchurGroups&, const SchurGroup&, const PoseRange&,
+                         double* A, Eliminated*);
+  template <SimdLevel>
+  static CH5_INLINE void Run(const Structure&, const Linearized&, const SchurGroups&, const SchurGroup&,
+                             const PoseRange&, double*, Eliminated*) {}
+};
 
 }  // namespace
 
-TakeSchurGroup SchurGroupFor(int pose_dim, int landmark_dim, bool single_precision) {
-  return single_precision ? Choose<float>(pose_dim, landmark_dim) : Choose<double>(pose_dim, landmark_dim);
+SubtractGroupFunction SubtractGroupFor(const BlockSizes& sizes) {
+  return sizes.AreFixed() ? Dispatch<SubtractGroup>(sizes) : nullptr;
 }
 
-size_t SchurGroupRoom(int seats) { return static_cast<size_t>(seats) * kColumns * kMostRows; }
+GroupMemory FixedSizeMemory(int poses, int /*rows*/) { return {static_cast<size_t>(poses) * kColumns * kMostRows, 0}; }
 
-}  // namespace ch5
+}  // namespace ch5::kernels

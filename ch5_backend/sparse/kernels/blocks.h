@@ -1,12 +1,11 @@
 #pragma once
-/// The inner loops of the fast room, on raw blocks. Sizes known at compile time unroll; Dynamic ones are read at run
-/// time. Every block has Stride(rows) numbers a column (see block_matrix.h), Jacobians Stride(columns) numbers a row;
-/// their padding is zero, so whole SIMD registers are computed. Blocks W of H_pm have no padding: who reads one in whole
-/// registers reads on into the next block, and what it makes of that lies in the padding of its result.
+/// The innermost loops, on raw blocks. Sizes known at compile time unroll; Dynamic ones are read at run
+/// time. Every block has Stride(rows) numbers a column (see linear/block_matrix.h), Jacobians Stride(columns) numbers a row;
+/// their padding is zero, so whole SIMD registers are computed. Blocks of H_pl have no padding: a
+/// read in whole registers runs on into the next block, and what is computed from that lies in the padding of the result.
 
 #include <Eigen/Core>
-#include <cmath>
-#include <limits>
+#include <algorithm>
 
 #include "ch5_backend/linear/block_matrix.h"
 #include "ch5_backend/math/simd.h"
@@ -18,6 +17,29 @@ template <int N>
 CH5_INLINE constexpr int Pick(int size) {
   return N == Eigen::Dynamic ? size : N;
 }
+
+constexpr int ScratchSize(int rows, int columns) {
+  return rows == Eigen::Dynamic || columns == Eigen::Dynamic ? Eigen::Dynamic : Stride(rows) * columns;
+}
+
+/// Zeroed memory for one landmark, aligned: on the stack where the size is known, else memory that each thread keeps,
+/// apart for each `Index`.
+template <int Size, int Index = 0>
+struct Scratch {
+  CH5_INLINE double* Zeros(int) {
+    std::fill_n(values, Size, 0.0);
+    return values;
+  }
+  alignas(32) double values[Size];
+};
+template <int Index>
+struct Scratch<Eigen::Dynamic, Index> {
+  static double* Zeros(int size) {
+    thread_local AlignedVector values;
+    values.assign(static_cast<size_t>(size), 0.0);
+    return values.data();
+  }
+};
 
 typedef float Floats __attribute__((vector_size(16), aligned(4), may_alias));
 typedef float WideFloats __attribute__((vector_size(32), aligned(4), may_alias));
@@ -47,7 +69,7 @@ CH5_INLINE void Transpose(Lanes (&x)[4]) {
   Shuffle<2, 3, 6, 7>(ab_odd, cd_odd, &x[3]);
 }
 
-/// So many numbers of H_pm ahead, a page, passes ask for what they will read: processors do not guess across pages.
+/// Asks for a block of H_pl one page ahead of the present one: processors do not foresee across pages.
 template <int Size, typename Scalar>
 CH5_INLINE void PrefetchPageAhead(const Scalar* x) {
   constexpr int kLine = 64 / static_cast<int>(sizeof(Scalar)), kPage = 4096 / static_cast<int>(sizeof(Scalar));
@@ -129,17 +151,17 @@ class Rows {
   Lanes narrow_[R][kNarrow > 0 ? kNarrow : 1];
 };
 
-/// C (p×q) −= W Bᵀ;  W is p×l, B is q×l.
+/// C (p×q) −= H Bᵀ;  H is p×l, B is q×l.
 template <int P, int Q, int L>
-CH5_INLINE void SubtractProduct(const double* W, const double* B, int p_size, int q_size, int l_size, double* C) {
+CH5_INLINE void SubtractProduct(const double* H, const double* B, int p_size, int q_size, int l_size, double* C) {
   const int rows = Pick<P>(p_size), q = Pick<Q>(q_size), B_stride = Stride(q), l = Pick<L>(l_size);
   if constexpr (P != Eigen::Dynamic && Q != Eigen::Dynamic && L != Eigen::Dynamic) {
     constexpr int kP = Stride(P) / kLanes;
-    Lanes a[L][kP];  // all of W stays in registers: 9 of them for a camera and a point
+    Lanes a[L][kP];  // all of H stays in registers: 9 of them for a camera and a point
     CH5_UNROLL
     for (int m = 0; m < L; ++m) {
       CH5_UNROLL
-      for (int k = 0; k < kP; ++k) a[m][k] = AsLanes(W + m * rows)[k];
+      for (int k = 0; k < kP; ++k) a[m][k] = AsLanes(H + m * rows)[k];
     }
     CH5_UNROLL
     for (int c = 0; c < Q; ++c) {
@@ -156,54 +178,54 @@ CH5_INLINE void SubtractProduct(const double* W, const double* B, int p_size, in
     for (int c = 0; c < q; ++c) {
       for (int k = 0; k < p; ++k) {
         Lanes sum = AsLanes(C)[c * p + k];
-        for (int m = 0; m < l; ++m) sum -= AsLanes(W + m * rows)[k] * B[m * B_stride + c];
+        for (int m = 0; m < l; ++m) sum -= AsLanes(H + m * rows)[k] * B[m * B_stride + c];
         AsLanes(C)[c * p + k] = sum;
       }
     }
   }
 }
 
-/// Y (p×l) = W V;  W is p×l, V l×l without padding, symmetric.
+/// Y (p×l) = H V;  H is p×l, V l×l without padding, symmetric.
 template <int P, int L>
-CH5_INLINE void Multiply(const double* W, const double* V, int p_size, int l_size, double* Y) {
+CH5_INLINE void Multiply(const double* H, const double* V, int p_size, int l_size, double* Y) {
   const int rows = Pick<P>(p_size), p = Stride(rows) / kLanes, l = Pick<L>(l_size);
   for (int c = 0; c < l; ++c) {
     for (int k = 0; k < p; ++k) {
-      Lanes sum = AsLanes(W)[k] * V[c * l];
-      for (int m = 1; m < l; ++m) sum += AsLanes(W + m * rows)[k] * V[c * l + m];
+      Lanes sum = AsLanes(H)[k] * V[c * l];
+      for (int m = 1; m < l; ++m) sum += AsLanes(H + m * rows)[k] * V[c * l + m];
       AsLanes(Y)[c * p + k] = sum;
     }
   }
 }
 
-/// y (p, padded) −= W x;  W is p×l.
+/// y (p, padded) −= H x;  H is p×l.
 template <int P, int L>
-CH5_INLINE void SubtractProductVector(const double* W, const double* x, int p_size, int l_size, double* y) {
+CH5_INLINE void SubtractProductVector(const double* H, const double* x, int p_size, int l_size, double* y) {
   const int rows = Pick<P>(p_size), p = Stride(rows) / kLanes, l = Pick<L>(l_size);
   for (int k = 0; k < p; ++k) {
     Lanes sum = AsLanes(y)[k];
-    for (int m = 0; m < l; ++m) sum -= AsLanes(W + m * rows)[k] * x[m];
+    for (int m = 0; m < l; ++m) sum -= AsLanes(H + m * rows)[k] * x[m];
     AsLanes(y)[k] = sum;
   }
 }
 
-/// Σ Wᵀx over blocks W (P×L) of one landmark, summed across lanes only once.
+/// Σ Wᵀx over blocks H (P×L) of one landmark, summed across lanes only once.
 template <int P, int L>
 class TransposedSum {
  public:
   template <typename Scalar>
-  CH5_INLINE void Add(const Scalar* W, const double* x) {
-    PrefetchPageAhead<P * L>(W);
+  CH5_INLINE void Add(const Scalar* H, const double* x) {
+    PrefetchPageAhead<P * L>(H);
     CH5_UNROLL
-    for (int m = 0; m < L; ++m, W += P) {
+    for (int m = 0; m < L; ++m, H += P) {
       CH5_UNROLL
       for (int k = 0; k < kWhole; ++k) {
         Lanes w;
-        LoadLanes(W + k * kLanes, &w);
+        LoadLanes(H + k * kLanes, &w);
         sums_[m] += w * AsLanes(x)[k];
       }
       CH5_UNROLL
-      for (int k = kWhole * kLanes; k < P; ++k) rest_[m] += W[k] * x[k];
+      for (int k = kWhole * kLanes; k < P; ++k) rest_[m] += H[k] * x[k];
     }
   }
   CH5_INLINE double At(int m) const { return rest_[m] + ((sums_[m][0] + sums_[m][1]) + (sums_[m][2] + sums_[m][3])); }
@@ -214,12 +236,12 @@ class TransposedSum {
   double rest_[L] = {};
 };
 
-/// y (l) += Wᵀx;  W is p×l.
+/// y (l) += Wᵀx;  H is p×l.
 template <int P, int L, typename Scalar>
-CH5_INLINE void AddTransposed(const Scalar* W, const double* x, int p_size, int l_size, double* y) {
+CH5_INLINE void AddTransposed(const Scalar* H, const double* x, int p_size, int l_size, double* y) {
   const int p = Pick<P>(p_size), l = Pick<L>(l_size), whole = p / kLanes;
   for (int m = 0; m < l; ++m) {
-    const Scalar* column = W + m * p;
+    const Scalar* column = H + m * p;
     Lanes sums = {}, w;
     for (int k = 0; k < whole; ++k) {
       LoadLanes(column + k * kLanes, &w);
@@ -238,55 +260,6 @@ CH5_INLINE void AddSymmetric(const double* V, const double* x, int l_size, doubl
   for (int c = 0; c < l; ++c) {
     for (int k = 0; k < l; ++k) y[k] += V[c * l + k] * x[c];
   }
-}
-
-CH5_INLINE bool AllTrue(bool good) { return good; }
-template <typename Mask>
-CH5_INLINE bool AllTrue(const Mask& good) {
-  bool all = true;
-  for (int k = 0; k < kPack; ++k) all = all && good[k];
-  return all;
-}
-CH5_INLINE void SquareRoot(const double& x, double* root) { *root = std::sqrt(x); }
-CH5_INLINE void SquareRoot(const WideLanes& x, WideLanes* root) {
-  for (int k = 0; k < kPack; ++k) (*root)[k] = std::sqrt(x[k]);
-}
-
-/// V = A⁻¹ by Cholesky, both l×l without padding; A is overwritten by its factor. T is a number, or one for each lane.
-/// @return  false unless every pivot exceeds 8·l·ε of its diagonal entry, whatever the units: below is rounding
-template <int L, typename T>
-CH5_INLINE bool InvertSymmetric(T* A, int l_size, T* V) {
-  const int l = Pick<L>(l_size);
-  const double rounding = 8.0 * l * std::numeric_limits<double>::epsilon(), most = std::numeric_limits<double>::max();
-  auto good = A[0] == A[0];
-  for (int j = 0; j < l; ++j) {  // A = G Gᵀ, G in the lower half
-    T pivot = A[j * l + j], root;
-    for (int k = 0; k < j; ++k) pivot -= A[k * l + j] * A[k * l + j];
-    good = good & (pivot > rounding * A[j * l + j]) & (pivot <= most);
-    SquareRoot(pivot, &root);
-    root = 1.0 / root;
-    for (int i = j + 1; i < l; ++i) {
-      T sum = A[j * l + i];
-      for (int k = 0; k < j; ++k) sum -= A[k * l + i] * A[k * l + j];
-      A[j * l + i] = sum * root;
-    }
-    A[j * l + j] = root;  // the reciprocal of G_jj
-  }
-  for (int c = 0; c < l; ++c) {  // G⁻¹ in place, column by column
-    for (int i = c + 1; i < l; ++i) {
-      T sum = {};
-      for (int k = c; k < i; ++k) sum -= A[k * l + i] * A[c * l + k];
-      A[c * l + i] = sum * A[i * l + i];
-    }
-  }
-  for (int c = 0; c < l; ++c) {  // V = G⁻ᵀG⁻¹
-    for (int r = c; r < l; ++r) {
-      T sum = A[r * l + r] * A[c * l + r];
-      for (int k = r + 1; k < l; ++k) sum += A[r * l + k] * A[c * l + k];
-      V[c * l + r] = V[r * l + c] = sum;
-    }
-  }
-  return AllTrue(good);
 }
 
 }  // namespace ch5::kernels

@@ -1,0 +1,72 @@
+#pragma once
+/// Which copy of a kernel runs: one for each kind of processor, and one for each pair of block sizes worth code of its
+/// own. All choices of the project are made here, and in dense_kernels.cc.
+///
+/// A kernel is a struct with its signature and one body:
+///
+///   template <int P, int L, typename Scalar>     // sizes of a block, or Eigen::Dynamic: read at run time
+///   struct Scale {
+///     using Signature = void(const double* block, double* out);
+///     template <SimdLevel kSimd>
+///     static CH5_INLINE void Run(const double* block, double* out) { … }
+///   };
+///   Dispatch<Scale>(sizes)(block, out);
+///
+/// The body is compiled for any processor, for those with AVX2 and for those with AVX-512 (simd.h). The copies differ by
+/// rounding (FMA), so results are the same to the bit on one machine, not between machines.
+
+#include <Eigen/Core>
+
+#include "ch5_backend/math/simd.h"
+
+namespace ch5 {
+
+/// Which sizes a kernel is wanted for: P×L, the numbers stored as double or as float.
+struct BlockSizes {
+  int rows = Eigen::Dynamic, columns = Eigen::Dynamic;
+  bool single_precision = false;
+
+  /// Whether there is code for just these.
+  constexpr bool AreFixed() const {
+    return (rows == 6 && (columns == 1 || columns == 3)) || (rows == 9 && columns == 3);
+  }
+};
+
+template <typename Kernel, typename Signature>
+struct KernelCopies;
+
+template <typename Kernel, typename Result, typename... Arguments>
+struct KernelCopies<Kernel, Result(Arguments...)> {
+  using Function = Result (*)(Arguments...);
+
+  static Result Portable(Arguments... arguments) { return Kernel::template Run<SimdLevel::kPortable>(arguments...); }
+  CH5_WITH_AVX2 static Result Avx2(Arguments... arguments) {
+    return Kernel::template Run<SimdLevel::kAvx2>(arguments...);
+  }
+  CH5_WITH_AVX512 static Result Avx512(Arguments... arguments) {
+    return Kernel::template Run<SimdLevel::kAvx512>(arguments...);
+  }
+  static Function ForThisProcessor() { return HasAvx512() ? Avx512 : HasAvx2() ? Avx2 : Portable; }
+};
+
+/// The copy for this processor of a kernel without sizes.
+template <typename Kernel>
+auto Dispatch() {
+  return KernelCopies<Kernel, typename Kernel::Signature>::ForThisProcessor();
+}
+
+/// The copy for these sizes and this processor; any sizes are served, other than the fixed ones by Eigen::Dynamic and in
+/// double precision.
+template <template <int P, int L, typename Scalar> class Kernel>
+auto Dispatch(const BlockSizes& sizes) {
+  const bool is_float = sizes.single_precision;
+  if (sizes.rows == 6 && sizes.columns == 1)
+    return is_float ? Dispatch<Kernel<6, 1, float>>() : Dispatch<Kernel<6, 1, double>>();
+  if (sizes.rows == 6 && sizes.columns == 3)
+    return is_float ? Dispatch<Kernel<6, 3, float>>() : Dispatch<Kernel<6, 3, double>>();
+  if (sizes.rows == 9 && sizes.columns == 3)
+    return is_float ? Dispatch<Kernel<9, 3, float>>() : Dispatch<Kernel<9, 3, double>>();
+  return Dispatch<Kernel<Eigen::Dynamic, Eigen::Dynamic, double>>();
+}
+
+}  // namespace ch5

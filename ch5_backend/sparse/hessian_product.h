@@ -1,0 +1,16 @@
+#pragma once
+/// H as a whole: products with it, its diagonal, and all of it for small problems.
+
+#include "ch5_backend/sparse/linearize.h"
+
+namespace ch5 {
+
+/// H v; v and the result have all rows, poses first.
+VecX MultiplyHessian(const Structure& structure, const Linearized& system, const VecX& v, ThreadPool* pool);
+
+VecX HessianDiagonal(const Structure& structure, const Linearized& system);
+
+/// H with all its zeros.
+MatXX DenseHessian(const Structure& structure, const Linearized& system);
+
+}  // namespace ch5

@@ -1,0 +1,239 @@
+#include "ch5_backend/sparse/linearize.h"
+
+#include <algorithm>
+
+#include "ch5_backend/math/large_pages.h"
+#include "ch5_backend/sparse/kernels/edge_pack.h"
+
+namespace ch5 {
+namespace {
+
+constexpr int kEdges = 256, kPoses = 8;  // a task's
+constexpr int kAhead = 6;                // edges that are asked for ahead
+
+// H −= C, rows×columns; of a diagonal block C holds the lower half, H is full.
+CH5_INLINE void SubtractBlock(const double* C, int stride, int rows, int columns, bool diagonal, double* H) {
+  for (int c = 0; c < columns; ++c, C += stride) {
+    for (int r = diagonal ? c : 0; r < rows; ++r) H[c * Stride(rows) + r] -= C[r];
+    for (int r = c + 1; r < rows && diagonal; ++r) H[r * Stride(rows) + c] -= C[r];
+  }
+}
+
+// The landmarks of one chunk, edge by edge. P×L are the sizes of H_pl's blocks; kWide: registers of eight numbers.
+template <int P, int L, typename Scalar, bool kWide>
+class ChunkLinearizer {
+  static constexpr bool kFixed = P != Eigen::Dynamic && L != Eigen::Dynamic;
+
+ public:
+  CH5_INLINE ChunkLinearizer(const Structure& structure, const WeightedEdgeBatch& batch, int chunk, Linearized* system)
+      : s_(structure), batch_(batch), system_(*system), sums_(system->chunk_sums[chunk]), chunk_(chunk) {}
+
+  CH5_INLINE void Run() {
+    std::fill(sums_.H_pp.begin(), sums_.H_pp.end(), 0.0);
+    std::fill(sums_.b.begin(), sums_.b.end(), 0.0);
+    const int first = s_.chunk_begin[chunk_], last = s_.chunk_begin[chunk_ + 1];
+    kernels::EdgePack pack(s_.landmark_edges[first], s_.landmark_edges[last]);
+    for (int l = first; l < last; ++l) LinearizeLandmark(l, &pack);
+  }
+
+ private:
+  // What a landmark sums before it is stored; H_ll has Stride(dim) numbers a column.
+  struct LandmarkSums {
+    double *H_ll, *b_l;
+  };
+
+  CH5_INLINE void LinearizeLandmark(int l, kernels::EdgePack* pack) {
+    const int dim = kernels::Pick<L>(s_.landmark_dim[l]);
+    const bool packed = kFixed && batch_.Active();
+    if (!packed || !s_.OneEdgePerSlot()) {
+      Scalar* H_pl = system_.H_pl.Numbers<Scalar>();
+      std::fill(H_pl + s_.slot_block[s_.landmark_slots[l]], H_pl + s_.slot_block[s_.landmark_slots[l + 1]], Scalar(0));
+    }
+    kernels::Scratch<kernels::ScratchSize(L, L)> H_scratch;
+    kernels::Scratch<kernels::ScratchSize(L, 1), 1> b_scratch;
+    const LandmarkSums sums{H_scratch.Zeros(Stride(dim) * dim), b_scratch.Zeros(Stride(dim))};
+    for (int e = s_.landmark_edges[l]; e < s_.landmark_edges[l + 1]; ++e) {
+      if constexpr (kFixed) {
+        if (packed) {
+          AddPackedEdge(e, pack, sums);
+          continue;
+        }
+      }
+      PrefetchEdge(s_.edges, e + kAhead);
+      AddAnyEdge(e, dim, sums);
+    }
+    for (int c = 0; c < dim; ++c) {
+      std::copy_n(sums.H_ll + c * Stride(dim), dim, &system_.H_ll[s_.landmark_block[l] + c * dim]);
+    }
+    std::copy_n(sums.b_l, dim, system_.b.data() + s_.landmark_offset[l]);
+  }
+
+  // An edge of the batch, whose J̃ and r̃ stand in the pack.
+  CH5_INLINE void AddPackedEdge(int e, kernels::EdgePack* pack, const LandmarkSums& sums) {
+    constexpr int kR = WeightedEdgeBatch::kRows;
+    const EdgeRecord& record = s_.edges[e];
+    const int lane = pack->LaneOf(batch_, e), num_poses = record.poses_end - record.poses_begin;
+    const EdgePose* poses = s_.edge_poses.data() + record.poses_begin;
+    const auto jacobian = [&](int position) { return pack->Jacobian(batch_, lane, position); };
+
+    const double r[kR] = {pack->Residual(lane, 0), pack->Residual(lane, 1)};
+    const double* J_l = jacobian(record.landmark_position);
+    const kernels::Rows<kR, L, kWide> rows_l(J_l);
+    rows_l.template AddTransposeProduct<L>(J_l, sums.H_ll);
+    rows_l.SubtractTransposeVector(r, sums.b_l);
+    const int* block = s_.edge_blocks.data() + record.blocks_begin;
+    for (int i = 0; i < num_poses; ++i) {
+      const double* J_i = jacobian(poses[i].position);
+      const kernels::Rows<kR, P, kWide> rows_i(J_i);
+      Scalar* H_il = system_.H_pl.Numbers<Scalar>() + s_.slot_block[poses[i].slot];
+      rows_i.template AddTransposeProductTight<L>(J_l, s_.OneEdgePerSlot(), H_il);
+      rows_i.SubtractTransposeVector(r, &sums_.b[poses[i].pose * system_.b_stride]);
+      for (int j = 0; j < i; ++j) {
+        rows_i.template AddTransposeProduct<P>(jacobian(poses[j].position), BlockOfSums(*block++));
+      }
+      rows_i.template AddTransposeProduct<P, true>(J_i, BlockOfSums(*block++));
+    }
+  }
+
+  // Any other edge: its normal equations, block by block.
+  CH5_INLINE void AddAnyEdge(int e, int dim, const LandmarkSums& sums) {
+    const EdgeRecord& record = s_.edges[e];
+    const int stride = record.width + 1, row_l = record.width - dim;
+    const double* C = NegativeNormalEquations(e);
+    for (int c = 0; c < dim; ++c) {
+      const double* column = C + (row_l + c) * stride;
+      for (int r = c; r < dim; ++r) sums.H_ll[c * Stride(dim) + r] -= column[row_l + r];
+      for (int r = c + 1; r < dim; ++r) sums.H_ll[r * Stride(dim) + c] -= column[row_l + r];
+      sums.b_l[c] += column[record.width];
+    }
+    const int* block = s_.edge_blocks.data() + record.blocks_begin;
+    for (int i = record.poses_begin; i < record.poses_end; ++i) {
+      const EdgePose& a = s_.edge_poses[i];
+      const int dim_a = s_.pose_dim[a.pose];
+      Scalar* H_al = system_.H_pl.Numbers<Scalar>() + s_.slot_block[a.slot];
+      double* b_a = &sums_.b[a.pose * system_.b_stride];
+      for (int c = 0; c < dim_a; ++c) {
+        const double* column = C + (a.column + c) * stride;
+        for (int m = 0; m < dim; ++m) H_al[m * dim_a + c] -= static_cast<Scalar>(column[row_l + m]);
+        b_a[c] += column[record.width];
+      }
+      for (int j = record.poses_begin; j <= i; ++j) {
+        const EdgePose& b = s_.edge_poses[j];
+        SubtractBlock(C + b.column * stride + a.column, stride, dim_a, s_.pose_dim[b.pose], i == j,
+                      BlockOfSums(*block++));
+      }
+    }
+  }
+
+  const double* NegativeNormalEquations(int e) {
+    s_.edges[e].edge->Linearize();
+    thread_local AlignedVector memory;
+    const auto most = static_cast<size_t>((s_.max_width + 1) * (s_.max_width + 1));
+    if (memory.size() < most) memory.resize(most);
+    MultiplyOut(s_, e, &system_.factors, memory.data());
+    return memory.data();
+  }
+
+  CH5_INLINE double* BlockOfSums(int block) { return &sums_.H_pp[system_.H_pp.ValueBegin(block)]; }
+
+  const Structure& s_;
+  const WeightedEdgeBatch& batch_;
+  Linearized& system_;
+  Linearized::PoseSums& sums_;
+  int chunk_;
+};
+
+template <int P, int L, typename Scalar>
+struct LinearizeChunk {
+  using Signature = void(const Structure&, const WeightedEdgeBatch&, int chunk, Linearized*);
+  template <SimdLevel kSimd>
+  static CH5_INLINE void Run(const Structure& s, const WeightedEdgeBatch& batch, int chunk, Linearized* system) {
+    ChunkLinearizer<P, L, Scalar, kSimd == SimdLevel::kAvx512>(s, batch, chunk, system).Run();
+  }
+};
+
+// H_ij for all i ≥ j, and b_j: the chunks' sums, and the edges between poses.
+struct SumColumn {
+  using Signature = void(const Structure&, int j, Linearized*);
+  template <SimdLevel>
+  static CH5_INLINE void Run(const Structure& s, int j, Linearized* system) {
+    SymmetricBlockMatrix& H_pp = system->H_pp;
+    const int dim = s.pose_dim[j];
+    double* b_j = system->b.data() + s.pose_offset[j];
+    const ptrdiff_t begin = H_pp.ValueBegin(H_pp.ColumnBegin(j)), first = static_cast<ptrdiff_t>(j) * system->b_stride;
+    double *column = H_pp.AllValues() + begin, *end = H_pp.ColumnEnd(j);
+    std::fill(column, end, 0.0);
+    std::fill_n(b_j, dim, 0.0);
+    for (const Linearized::PoseSums& sums : system->chunk_sums) {
+      const double *H = sums.H_pp.data() + begin, *b = sums.b.data() + first;
+      for (ptrdiff_t k = 0; k < end - column; ++k) column[k] += H[k];
+      for (int r = 0; r < dim; ++r) b_j[r] += b[r];
+    }
+    for (int c = 0; c < dim; ++c) {  // of the diagonal block only the upper half has been summed
+      for (int r = c + 1; r < dim; ++r) column[c * Stride(dim) + r] = column[r * Stride(dim) + c];
+    }
+    for (int block = H_pp.ColumnBegin(j); block < H_pp.ColumnBegin(j + 1); ++block) {
+      const int i = H_pp.Row(block);
+      for (int k = s.pose_edge_blocks_begin[block]; k < s.pose_edge_blocks_begin[block + 1]; ++k) {
+        const PoseEdgeBlock& part = s.pose_edge_blocks[k];
+        const double* C = system->normal_equations.data();
+        SubtractBlock(C + part.values, part.stride, s.pose_dim[i], dim, i == j, H_pp.Values(block));
+        if (i != j) continue;
+        for (int r = 0; r < dim; ++r) b_j[r] += C[part.rhs + r * part.stride];
+      }
+    }
+  }
+};
+
+template <typename Numbers>
+void TakeZeros(size_t n, Numbers* numbers) {
+  numbers->clear();
+  numbers->reserve(n);
+  AskForLargePages(numbers->data(), n * sizeof(numbers->front()));
+  numbers->resize(n);
+}
+
+}  // namespace
+
+void CouplingBlocks::Resize(int size) {
+  const auto n = static_cast<size_t>(size + kLanes);  // the last block is read in whole registers too
+  TakeZeros(single_precision ? 0 : n, &doubles);
+  TakeZeros(single_precision ? n : 0, &floats);
+}
+
+MatXX CouplingBlocks::Block(int begin, int rows, int columns) const {
+  if (single_precision) return Eigen::Map<const Eigen::MatrixXf>(&floats[begin], rows, columns).cast<double>();
+  return Eigen::Map<const MatXX>(&doubles[begin], rows, columns);
+}
+
+void Linearized::Resize(const Structure& s) {
+  H_pp.SetPattern(s.pose_dim, s.H_pp_pattern);
+  normal_equations.assign(static_cast<size_t>(s.num_normal_equation_values), 0.0);
+  H_pl.Resize(s.num_H_pl_values);
+  H_ll.assign(static_cast<size_t>(s.num_H_ll_values), 0.0);
+  b.setZero(s.Size());
+  b_stride = s.pose_dim.empty() ? 0 : Stride(*std::max_element(s.pose_dim.begin(), s.pose_dim.end()));
+  chunk_sums.resize(static_cast<size_t>(s.NumChunks()));
+  for (PoseSums& sums : chunk_sums) {
+    sums.H_pp.assign(static_cast<size_t>(H_pp.NumValues()), 0.0);
+    sums.b.assign(s.poses.size() * static_cast<size_t>(b_stride), 0.0);
+  }
+}
+
+void Linearize(const Structure& s, const WeightedEdgeBatch& batch, ThreadPool* pool, Linearized* system) {
+  const auto linearize_chunk = Dispatch<LinearizeChunk>({s.sizes.rows, s.sizes.columns, system->H_pl.single_precision});
+  pool->Run(s.NumChunks(), [&](int chunk) { linearize_chunk(s, batch, chunk, system); });
+
+  ParallelFor(pool, s.num_active_edges - s.num_landmark_edges, kEdges, [&](int begin, int end) {
+    for (int e = s.num_landmark_edges + begin; e < s.num_landmark_edges + end; ++e) {
+      LinearizeAndMultiplyOut(s, e, &system->factors, &system->normal_equations[s.edges[e].normal_equations]);
+    }
+  });
+
+  const auto sum_column = Dispatch<SumColumn>();
+  ParallelFor(pool, s.NumPoses(), kPoses, [&](int begin, int end) {
+    for (int j = begin; j < end; ++j) sum_column(s, j, system);
+  });
+}
+
+}  // namespace ch5

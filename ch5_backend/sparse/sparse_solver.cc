@@ -1,0 +1,189 @@
+#include "ch5_backend/sparse/sparse_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <typeindex>
+
+#include "ch5_backend/sparse/hessian_product.h"
+
+namespace ch5 {
+namespace {
+
+constexpr int kEdges = 256, kVertices = 512;  // a task's
+constexpr int kAhead = 8;                     // edges that are asked for ahead
+
+// Then all blocks are where they were: an edge never changes its vertices.
+bool IsSame(const Ordering& a, const Ordering& b) {
+  return a.poses == b.poses && a.landmarks == b.landmarks && a.edges == b.edges;
+}
+
+bool NeverForms(ReducedSolverType type) {
+  return type == ReducedSolverType::kImplicitPcg || type == ReducedSolverType::kPowerSeries;
+}
+
+}  // namespace
+
+// ---- Structure --------------------------------------------------------------------------------------------------
+
+void SparseSolver::SetOrdering() {
+  has_step_ = false;
+  Ordering ordering = MakeOrdering(*graph_, selection_);
+  if (is_ordered_ && IsSame(ordering, structure_.ordering)) return AssignBatch();  // a loss or W may be another one
+  is_ordered_ = false;
+  structure_ = BuildStructure(std::move(ordering));
+  const bool tied_by_landmarks_alone = std::all_of(structure_.H_pp_pattern.begin(), structure_.H_pp_pattern.end(),
+                                                   [](const std::vector<int>& rows) { return rows.size() == 1; });
+  const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
+  linearized_.H_pl.single_precision = wants_single_precision_ && structure_.sizes.AreFixed() && !NeverForms(type);
+  AssignBatch();
+  FindNumericJacobians();
+  linearized_.Resize(structure_);
+  eliminated_.Resize(structure_);
+  delta_poses_.setZero(structure_.ordering.dim_poses);
+  step_.H_pp_delta.setZero(structure_.ordering.dim_poses);
+  PrepareReducedSolver(type);
+  is_ordered_ = true;
+}
+
+// Also where nothing else is new: a loss or a W may be another one. The edges outside of a batch need factors of their W.
+void SparseSolver::AssignBatch() {
+  const bool was_active = batch_.Active();
+  structure_.sizes.AreFixed() ? batch_.Assign(structure_) : batch_.Clear();
+  if (is_ordered_ && batch_.Active() == was_active) return;
+  linearized_.factors.Prepare(structure_, batch_.Active() ? structure_.num_landmark_edges : 0);
+}
+
+// One edge of each type tells whether the type brings its own Jacobians.
+void SparseSolver::FindNumericJacobians() {
+  has_numeric_jacobians_ = false;
+  if (pool_.Threads() == 1) return;
+  std::set<std::type_index> seen;
+  for (int e = 0; e < structure_.num_active_edges; ++e) {
+    Edge& edge = *structure_.edges[e].edge;
+    if (!seen.insert(typeid(edge)).second) continue;
+    edge.Linearize();
+    has_numeric_jacobians_ = has_numeric_jacobians_ || edge.HasNumericJacobians();
+  }
+}
+
+// A solver that is kept knows its last pattern, and need not plan anew for the same one.
+void SparseSolver::PrepareReducedSolver(ReducedSolverType type) {
+  if (NeverForms(type)) {
+    reduced_solver_.reset();
+    eliminated_.S = SymmetricBlockMatrix();
+    if (!implicit_) implicit_ = MakeImplicitSolver(type, iterative_);
+    implicit_->Prepare(structure_, &pool_);
+  } else {
+    implicit_.reset();
+    eliminated_.S.SetPattern(structure_.pose_dim, SchurPattern(structure_));
+    if (!reduced_solver_) reduced_solver_ = MakeReducedSolver(type, pool_.Threads());
+    reduced_solver_->Prepare(eliminated_.S);
+    groups_ = PrepareSchurGroups(structure_, eliminated_.S, pool_.Threads());
+  }
+}
+
+void SparseSolver::SetReducedSolver(ReducedSolverType type, const IterativeOptions& options) {
+  reduced_type_ = type;
+  iterative_ = options;
+  is_ordered_ = false;
+  reduced_solver_.reset();
+  implicit_.reset();
+}
+
+void SparseSolver::SetReducedSolver(std::unique_ptr<ReducedSolver> solver) {
+  SetReducedSolver(ReducedSolverType::kDenseCholesky);  // any type that forms S
+  reduced_solver_ = std::move(solver);
+}
+
+void SparseSolver::SetSinglePrecision(bool single_precision) {
+  if (single_precision != wants_single_precision_) is_ordered_ = false;
+  wants_single_precision_ = single_precision;
+}
+
+// ---- Linearized -------------------------------------------------------------------------------------------------
+
+void SparseSolver::MakeHessian() {
+  has_step_ = false;
+  if (batch_.Active()) batch_.LoadPoses();
+  Linearize(structure_, batch_, has_numeric_jacobians_ ? &one_thread_ : &pool_, &linearized_);
+}
+
+double SparseSolver::ComputeChi() {
+  const std::vector<EdgeRecord>& edges = structure_.edges;
+  const int in_batch = batch_.Active() ? structure_.num_landmark_edges : 0;
+  if (in_batch > 0) batch_.LoadPoses();
+  return 0.5 * ParallelSum(&pool_, static_cast<int>(edges.size()), kEdges, &partial_sums_, [&](int begin, int end) {
+           double sum = begin < in_batch ? batch_.RobustChi2(begin, std::min(end, in_batch)) : 0.0;
+           for (int e = std::max(begin, in_batch); e < end; ++e) {
+             PrefetchEdge(edges, e + kAhead);
+             edges[e].edge->ComputeResidual();
+             sum += edges[e].edge->RobustChi2();
+           }
+           return sum;
+         });
+}
+
+VecX SparseSolver::HessianDiagonal() const { return ch5::HessianDiagonal(structure_, linearized_); }
+
+MatXX SparseSolver::DenseHessian() const { return ch5::DenseHessian(structure_, linearized_); }
+
+VecX SparseSolver::MultiplyHessian(const VecX& v) const {
+  return ch5::MultiplyHessian(structure_, linearized_, v, &pool_);
+}
+
+// ---- Eliminated, Step -------------------------------------------------------------------------------------------
+
+bool SparseSolver::SolveLinearSystem(double lambda, VecX* delta_x) {
+  const DampingRule rule{lambda, GetDamping()};
+  has_step_ = false;
+  if (!InvertLandmarks(structure_, linearized_, rule, &pool_, &eliminated_)) return false;
+  if (structure_.NumPoses() > 0 && !SolvePoses(rule, &delta_poses_)) return false;
+
+  step_.delta_x.resize(structure_.Size());
+  step_.delta_x.head(structure_.ordering.dim_poses) = delta_poses_;
+  BackSubstitute(structure_, linearized_, eliminated_, &pool_, &step_);
+  *delta_x = step_.delta_x;
+  has_step_ = true;
+  return std::isfinite(step_.promised_decrease) && delta_x->allFinite();
+}
+
+// S Δx_p = b_S
+bool SparseSolver::SolvePoses(const DampingRule& rule, VecX* delta_poses) {
+  if (implicit_) return implicit_->Solve(linearized_, rule, &eliminated_, delta_poses);
+  FormSchurComplement(structure_, linearized_, rule, &groups_, &pool_, &eliminated_);
+  return reduced_solver_->Solve(eliminated_.S, eliminated_.b_S, eliminated_.damped_diagonal, delta_poses);
+}
+
+double SparseSolver::PredictedDecrease(const VecX& delta_x) const {
+  const bool is_solution = has_step_ && delta_x.size() == step_.delta_x.size() && delta_x == step_.delta_x;
+  return is_solution ? step_.promised_decrease : NormalEquations::PredictedDecrease(delta_x);
+}
+
+// ---- states -----------------------------------------------------------------------------------------------------
+
+void SparseSolver::UpdateStates(const VecX& delta_x) {
+  for (const auto* vertices : {&structure_.poses, &structure_.landmarks}) {
+    ParallelFor(&pool_, static_cast<int>(vertices->size()), kVertices, [&](int begin, int end) {
+      for (int i = begin; i < end; ++i) {
+        Vertex& vertex = *(*vertices)[i];
+        vertex.BackUpParameters();
+        vertex.Plus(delta_x.data() + vertex.OrderingId());
+      }
+    });
+  }
+}
+
+void SparseSolver::RollbackStates() {
+  for (Vertex* vertex : structure_.poses) vertex->RollBackParameters();
+  for (Vertex* vertex : structure_.landmarks) vertex->RollBackParameters();
+}
+
+double SparseSolver::StateNorm() const {
+  double sum = 0.0;
+  for (const Vertex* vertex : structure_.poses) sum += vertex->Parameters().squaredNorm();
+  for (const Vertex* vertex : structure_.landmarks) sum += vertex->Parameters().squaredNorm();
+  return std::sqrt(sum);
+}
+
+}  // namespace ch5

@@ -1,0 +1,101 @@
+#pragma once
+/// The sparse solver: the normal equations in small blocks, landmarks eliminated one by one (g2o's BlockSolver).
+///
+///   Structure  ─►  Linearized            ─►  Eliminated     ─►  Step
+///   what lies      H_pp, H_pl, H_ll, b       H_ll⁻¹, S, b_S     Δx, promised decrease
+///   where; once    linearize.h               eliminate.h        back_substitute.h
+///
+/// Each arrow is one file with its formula on top. Same meaning as the dense solver (dense/problem.h) in everything: λ,
+/// damping, robust weights, order of the unknowns. The structure is found once per ordering; an iteration takes no memory.
+/// Each task writes what is its own, and sums are added in the order of the structure, so the result is the same to the
+/// bit for any number of threads.
+
+#include <memory>
+
+#include "ch5_backend/linear/reduced_solver.h"
+#include "ch5_backend/math/parallel.h"
+#include "ch5_backend/solve/normal_equations.h"
+#include "ch5_backend/sparse/back_substitute.h"
+#include "ch5_backend/sparse/implicit_solver.h"
+
+namespace ch5 {
+
+class SparseSolver : public NormalEquations {
+ public:
+  /// The graph must outlive the solver. Nothing else may be asked before SetOrdering, which Minimize calls.
+  explicit SparseSolver(Graph* graph, int threads = 1) : graph_(graph), pool_(threads) {}
+
+  /// g2o's buildStructure: numbers the unknowns, sorts the edges by landmark, finds the patterns and takes all memory.
+  /// Only numbers the unknowns where vertices, edges and selection are those of the last time.
+  /// @throws GraphError if an edge ties two free landmarks
+  void SetOrdering() override;
+  /// The part of the graph that takes part, from the next SetOrdering on.
+  void Select(Selection selection) { selection_ = std::move(selection); }
+  int Size() const override { return structure_.Size(); }
+  double ComputeChi() override;
+  /// g2o's buildSystem.
+  void MakeHessian() override;
+  bool SolveLinearSystem(double lambda, VecX* delta_x) override;
+  void UpdateStates(const VecX& delta_x) override;
+  void RollbackStates() override;
+  double StateNorm() const override;
+
+  const VecX& RightHandSide() const override { return linearized_.b; }
+  VecX HessianDiagonal() const override;
+  VecX MultiplyHessian(const VecX& v) const override;
+  /// Costs nothing for the last solution of SolveLinearSystem, and a MultiplyHessian for another step.
+  double PredictedDecrease(const VecX& delta_x) const override;
+
+  /// What the last SetOrdering, MakeHessian and SolveLinearSystem have found.
+  const Structure& GetStructure() const { return structure_; }
+  const Linearized& GetLinearized() const { return linearized_; }
+  const Eliminated& GetEliminated() const { return eliminated_; }
+  /// H with all its zeros, and S of the last SolveLinearSystem (empty if it is implicit): for tests and small problems.
+  MatXX DenseHessian() const;
+  MatXX SchurComplement() const { return eliminated_.S.Dense(); }
+  /// Whether the landmarks' edges are linearised eight at a time.
+  bool UsesBatch() const { return batch_.Active(); }
+
+  /// Automatic unless set; takes effect at the next SetOrdering. The options are for the implicit solvers.
+  void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
+  /// One of the caller's own; S is formed for it.
+  void SetReducedSolver(std::unique_ptr<ReducedSolver> solver);
+  /// H_pl in float, the largest part of the memory, where all blocks have one of the fixed sizes and S is formed; all
+  /// else, b among it, stays in double, and so does the optimum. Takes effect at the next SetOrdering.
+  void SetSinglePrecision(bool single_precision);
+  /// Whether S is never formed: what the rule chose, or the caller set.
+  bool IsImplicit() const { return implicit_ != nullptr; }
+  /// Products with S in the last SolveLinearSystem, if it is implicit.
+  int ReducedProducts() const { return implicit_ ? implicit_->Products() : 0; }
+
+ private:
+  void AssignBatch();
+  void FindNumericJacobians();
+  void PrepareReducedSolver(ReducedSolverType type);
+  bool SolvePoses(const DampingRule& rule, VecX* delta_poses);
+
+  Graph* graph_;
+  Selection selection_;
+  mutable ThreadPool pool_;
+  ThreadPool one_thread_;  // for edges whose Jacobians are numeric
+  bool has_numeric_jacobians_ = false;
+
+  ReducedSolverType reduced_type_ = ReducedSolverType::kAutomatic;
+  IterativeOptions iterative_;
+  bool wants_single_precision_ = false;
+  std::unique_ptr<ReducedSolver> reduced_solver_;  // this one, or
+  std::unique_ptr<ImplicitSolver> implicit_;       // that one
+
+  bool is_ordered_ = false;  // all below fits the structure's ordering
+  Structure structure_;
+  WeightedEdgeBatch batch_;
+  Linearized linearized_;
+  SchurGroups groups_;
+  Eliminated eliminated_;
+  VecX delta_poses_;
+  Step step_;              // the last solution
+  bool has_step_ = false;  // of this Hessian
+  std::vector<double> partial_sums_;
+};
+
+}  // namespace ch5

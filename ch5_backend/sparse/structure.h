@@ -1,0 +1,101 @@
+#pragma once
+/// What lies where: which block of H each edge touches, found once for a graph, so that an iteration only computes.
+///
+///   landmarks  sorted by the poses that see them: neighbours in memory then change the same blocks of S
+///   edges      those of landmark 0, of landmark 1, …, then those between poses, then those without free vertices
+///   slots      one for each landmark and free pose that sees it: a block of H_pl
+///   chunks     of landmarks, of about equal work, each the work of one task
+///
+/// An edge's own normal equations  [J̃ r̃]ᵀ[J̃ r̃]  are a small square matrix. Its columns are those of the free poses by
+/// ascending number, then of the landmark, then the residual:
+///
+///      ┌───────────────┐
+///      │ J̃_pᵀJ̃_p       │      H and b take what is on and below the diagonal
+///      │ J̃_lᵀJ̃_p  J̃_lᵀJ̃_l │
+///      │ r̃ᵀJ̃_p   r̃ᵀJ̃_l  · │
+///      └───────────────┘
+
+#include "ch5_backend/graph/ordering.h"
+#include "ch5_backend/linear/block_matrix.h"
+#include "ch5_backend/math/dispatch.h"
+
+namespace ch5 {
+
+/// A free pose of an edge.
+struct EdgePose {
+  int position;  ///< in Edge::Vertices()
+  int pose;      ///< its number
+  int slot;      ///< if the edge has a free landmark, else −1
+  int column;    ///< its first column in the edge's normal equations
+};
+
+struct EdgeRecord {
+  Edge* edge;
+  int poses_begin, poses_end;  ///< its free poses in Structure::edge_poses, by ascending number
+  int landmark_position;       ///< in Edge::Vertices(), or −1 without a free landmark
+  int width;                   ///< columns of all free vertices together
+  int blocks_begin;            ///< its blocks of H_pp in Structure::edge_blocks: (0, 0), (1, 0), (1, 1), (2, 0), …
+  int normal_equations;        ///< of an edge between poses: where its normal equations are stored
+};
+
+/// What an edge between poses adds to a block of H_pp: a block of its normal equations.
+struct PoseEdgeBlock {
+  int values;  ///< where it begins
+  int stride;  ///< from column to column
+  int rhs;     ///< of a diagonal block: where r̃ᵀJ̃_j begins, in steps of `stride`; else −1
+};
+
+struct Structure {
+  Ordering ordering;  ///< its incidence has been used up
+  BlockSizes sizes;   ///< of the blocks of H_pl, where all have the same
+
+  std::vector<Vertex*> poses, landmarks;
+  std::vector<int> pose_dim, pose_offset;          ///< scalar rows in H_pp
+  std::vector<int> landmark_dim, landmark_offset;  ///< scalar rows in H
+  std::vector<int> landmark_block;                 ///< where the landmark's dim×dim block begins among those of H_ll
+
+  std::vector<EdgeRecord> edges;  ///< in the order above
+  int num_landmark_edges = 0;     ///< those with a free landmark; they come first
+  int num_active_edges = 0;       ///< those with any free vertex; they come before the others
+  std::vector<EdgePose> edge_poses;
+  int num_landmark_edge_poses = 0;  ///< of the edges with a free landmark
+  std::vector<int> landmark_edges;  ///< landmark l has edges [landmark_edges[l], landmark_edges[l + 1])
+  std::vector<int> landmark_slots;  ///< and slots [landmark_slots[l], landmark_slots[l + 1]), by ascending pose
+  std::vector<int> slot_pose, slot_landmark;
+  /// Where the slot's block, d_p×d_l without padding, begins among those of H_pl; and the end of all.
+  std::vector<int> slot_block;
+  std::vector<int> pose_slots_begin, pose_slots;  ///< the slots of each pose, by ascending landmark
+  std::vector<int> chunk_begin;                   ///< chunk c has landmarks [chunk_begin[c], chunk_begin[c + 1])
+
+  std::vector<std::vector<int>> H_pp_pattern;  ///< rows i ≥ j of each column
+  std::vector<int> edge_blocks;                ///< numbers of blocks of H_pp, see EdgeRecord
+  std::vector<PoseEdgeBlock> pose_edge_blocks;
+  /// Block k of H_pp sums the pose_edge_blocks [pose_edge_blocks_begin[k], pose_edge_blocks_begin[k + 1]).
+  std::vector<int> pose_edge_blocks_begin;
+
+  int max_width = 0;  ///< of an edge's free columns
+  int max_rows = 0;   ///< of a residual
+  int num_H_ll_values = 0, num_H_pl_values = 0, num_normal_equation_values = 0;
+
+  int Size() const { return ordering.Size(); }
+  int NumPoses() const { return static_cast<int>(poses.size()); }
+  int NumLandmarks() const { return static_cast<int>(landmarks.size()); }
+  int NumChunks() const { return chunk_begin.empty() ? 0 : static_cast<int>(chunk_begin.size()) - 1; }
+  /// No landmark has two edges with the same pose, as in plain bundle adjustment: each slot is then one edge's work.
+  bool OneEdgePerSlot() const { return num_landmark_edge_poses == static_cast<int>(slot_pose.size()); }
+};
+
+/// Finds the structure above for an ordering that MakeOrdering has just made.
+/// @throws GraphError if an edge ties two free landmarks; both are named
+Structure BuildStructure(Ordering ordering);
+
+/// Asks the memory for an object, or for edge e, that is needed soon: edges and vertices lie scattered, where no processor
+/// foresees them.
+inline void PrefetchObject(const void* object, int lines) {
+  for (int line = 0; line < lines; ++line) __builtin_prefetch(static_cast<const char*>(object) + 64 * line);
+}
+inline void PrefetchEdge(const std::vector<EdgeRecord>& edges, int e) {
+  if (e < static_cast<int>(edges.size())) PrefetchObject(edges[e].edge, 4);
+}
+
+}  // namespace ch5
