@@ -143,6 +143,8 @@ std::unique_ptr<VinsTerm> MakeVinsTerm() {
 const Submission& Chosen();
 /// @return false if no submission has this name
 bool Choose(const std::string& name);
+/// The linked functions, to which each linked_NAME.cc adds those of NAME.cc before main; a check links only its own.
+Submission* Linked();
 /// Before main.
 bool Register(const std::string& name, const Submission& submission);
 

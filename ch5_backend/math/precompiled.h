@@ -1,0 +1,29 @@
+#pragma once
+/// The precompiled header of this project's own files; no file includes it. Eigen's large functions are compiled once, in
+/// precompiled.cc, in place of in each file that factors or multiplies a dynamic matrix: 2 to 7 s a file.
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "ch5_backend/math/eigen_types.h"
+
+// Their declarations are Eigen 3.4's; and the student's files are compiled without -march=native.
+#if EIGEN_VERSION_AT_LEAST(3, 4, 0) && !EIGEN_VERSION_AT_LEAST(3, 4, 90) && !defined(CH5_NATIVE)
+#define CH5_COMPILED_ONCE(extern)                                                                                     \
+  extern template void tridiagonalization_inplace(MatrixXd&, VectorXd&, VectorXd&, VectorXd&, bool);                  \
+  extern template ComputationInfo computeFromTridiagonal_impl(VectorXd&, VectorXd&, Index, bool, MatrixXd&);          \
+  extern template Index llt_inplace<double, Lower>::blocked(MatrixXd&);                                               \
+  extern template bool ldlt_inplace<Lower>::unblocked(MatrixXd&, Transpositions<Dynamic>&, VectorXd&, SignMatrix&);   \
+  extern template void partial_lu_inplace(MatrixXd&, Transpositions<Dynamic>&, Transpositions<Dynamic>::StorageIndex&); \
+  extern template struct gebp_kernel<double, double, Index, blas_data_mapper<double, Index, ColMajor, Unaligned, 1>,  \
+                                     gebp_traits<double, double>::mr, gebp_traits<double, double>::nr, false, false>; \
+  extern template struct general_matrix_matrix_product<Index, double, ColMajor, false, double, ColMajor, false,       \
+                                                       ColMajor, 1>;                                                  \
+  extern template struct general_matrix_matrix_product<Index, double, RowMajor, false, double, ColMajor, false,       \
+                                                       ColMajor, 1>;
+
+namespace Eigen::internal {
+CH5_COMPILED_ONCE(extern)
+}  // namespace Eigen::internal
+#endif
