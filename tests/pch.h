@@ -1,4 +1,4 @@
 #pragma once
 #include <gtest/gtest.h>
 
-#include "ch5_backend/math/eigen_types.h"
+#include "ch5_backend/math/precompiled.h"

@@ -15,7 +15,8 @@
   extern template ComputationInfo computeFromTridiagonal_impl(VectorXd&, VectorXd&, Index, bool, MatrixXd&);          \
   extern template Index llt_inplace<double, Lower>::blocked(MatrixXd&);                                               \
   extern template bool ldlt_inplace<Lower>::unblocked(MatrixXd&, Transpositions<Dynamic>&, VectorXd&, SignMatrix&);   \
-  extern template void partial_lu_inplace(MatrixXd&, Transpositions<Dynamic>&, Transpositions<Dynamic>::StorageIndex&); \
+  extern template void partial_lu_inplace(MatrixXd&, Transpositions<Dynamic>&,                                        \
+                                          Transpositions<Dynamic>::StorageIndex&);                                    \
   extern template struct gebp_kernel<double, double, Index, blas_data_mapper<double, Index, ColMajor, Unaligned, 1>,  \
                                      gebp_traits<double, double>::mr, gebp_traits<double, double>::nr, false, false>; \
   extern template struct general_matrix_matrix_product<Index, double, ColMajor, false, double, ColMajor, false,       \

@@ -6,4 +6,5 @@
 #include "ch5_backend/dense/edge_products.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/homework_missing.h"
+#include "ch5_backend/math/precompiled.h"
 #include "ch5_backend/math/psd.h"

@@ -38,8 +38,8 @@ class FreshMachine(unittest.TestCase):
     def user(self, number: int) -> None:
         self.tool("id", f"echo {number}")
 
-    def course(self, *words):
-        return subprocess.run([ROOT / "course", *words], env={"PATH": str(self.bin), "TMPDIR": self.bin.parent},
+    def course(self, *words, **variables):
+        return subprocess.run([ROOT / "course", *words], env={"PATH": str(self.bin), "TMPDIR": self.bin.parent, **variables},
                               stdin=subprocess.DEVNULL, capture_output=True, text=True)
 
     def calls(self) -> str:
@@ -59,6 +59,11 @@ class FreshMachine(unittest.TestCase):
 
     def test_without_apt_it_names_the_packages(self):
         self.refuses("no apt-get", MISSING)
+
+    def test_the_compiler_that_cxx_names_is_installed(self):
+        for compiler, package in (("clang++-14", "clang-14"), ("clang++", "clang"), ("g++-11", "g++-11"),
+                                  ("/opt/g++-13 -m64", "g++-13")):
+            self.assertIn(f"Debian calls {package} cmake", self.course("run", "a.txt", CXX=compiler).stderr)
 
     def test_without_root_and_sudo_it_says_what_to_run_as_root(self):
         self.user(1000)

@@ -17,27 +17,49 @@ for name in ("CH5_BUILD_DIR", "CH5_DATA_DIR", "CH5_HOMEWORK_DIR"):
         os.environ[name] = os.path.abspath(os.environ[name])
 
 ROOT = Path(__file__).resolve().parents[3]
-BUILD = Path(os.environ.get("CH5_BUILD_DIR", ROOT / "build" / "release"))
+CXX = os.environ.get("CXX", "").split()  # the compiler that the user asks for, perhaps with a launcher or flags
+
+
+def build_folder() -> Path:
+    """Each compiler that CXX names has a folder of its own, so that no folder holds objects of two compilers."""
+    suffix = "".join("-" + re.sub(r"[^\w.+-]", "_", Path(word).name) for word in CXX)
+    return Path(os.environ.get("CH5_BUILD_DIR") or ROOT / "build" / f"release{suffix}")
+
+
+BUILD = build_folder()
 HOMEWORK = Path(os.environ.get("CH5_HOMEWORK_DIR") or ROOT / "ch5_homework")  # the student's files
 BIN = BUILD / "bin"
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def configure() -> None:
-    """Runs CMake if the build folder is new, was made elsewhere, or should read data from another place.
+    """Runs CMake if the build folder is new, was made elsewhere or by another compiler, or should read other data.
 
     Raises CourseError with CMake's first error and the log's name.
     """
-    wanted = _cache_entries()
-    if (BUILD / "build.ninja").exists() and wanted.items() <= _cached().items():
+    wanted, cached = _cache_entries(), _cached()
+    if _is_foreign(cached):
+        shutil.rmtree(BUILD)
+    elif (BUILD / "build.ninja").exists() and wanted.items() <= cached.items() and not _lacks_tests(cached):
         return
-    if _cached().get("CMAKE_HOME_DIRECTORY", str(ROOT)) != str(ROOT):
-        shutil.rmtree(BUILD)  # the project was moved; CMake refuses a folder made for another place
     with Progress("configure") as progress, _lock():
         command = ["cmake", "--preset", "release", "-B", str(BUILD), *(f"-D{key}={value}" for key, value in wanted.items())]
         done = run_logged(command, "configure.log", progress.step)
     if done.returncode:
         raise _failure("CMake could not configure the project", done.stdout, r"CMake Error|[Ee]rror", "configure.log")
+
+
+def _is_foreign(cached: dict) -> bool:
+    """Whether CMake would refuse this folder, or go on with another compiler than the one asked for."""
+    if cached.get("CMAKE_HOME_DIRECTORY", str(ROOT)) != str(ROOT):
+        return True  # the project was moved
+    compiler = cached.get("CMAKE_CXX_COMPILER")
+    return bool(CXX and compiler) and shutil.which(CXX[0]) != shutil.which(compiler)
+
+
+def _lacks_tests(cached: dict) -> bool:
+    """Whether GoogleTest has been installed since CMake did not find it."""
+    return cached.get("GTest_DIR", "").endswith("-NOTFOUND") and Path("/usr/include/gtest/gtest.h").exists()
 
 
 def build(targets=()) -> subprocess.CompletedProcess:
@@ -47,7 +69,7 @@ def build(targets=()) -> subprocess.CompletedProcess:
     """
     configure()
     with Progress("build") as progress, _lock():
-        return run_logged(["ninja", "-C", str(BUILD), "-j", str(CORES), *targets], "build.log", progress.step)
+        return run_logged(["ninja", "-C", str(BUILD), "-j", str(CORES), *targets], "build.log", progress.ninja_step)
 
 
 def build_or_fail(targets=()) -> None:
@@ -90,7 +112,10 @@ def _failure(what: str, output: str, pattern: str, log_name: str) -> CourseError
 
 
 def _cache_entries() -> dict:
-    """What the environment asks CMake for; without it CMake's own default holds, and the homework of this folder."""
+    """What the environment asks CMake for; without it CMake's own default holds, and the homework of this folder.
+
+    CMake itself reads CXX, in a new folder.
+    """
     entries = {"CH5_HOMEWORK_DIR": str(HOMEWORK)}
     if data := os.environ.get("CH5_DATA_DIR"):
         entries["CH5_DATA_DIR"] = data

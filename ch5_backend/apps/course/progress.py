@@ -1,33 +1,60 @@
-"""Progress on standard error: a living line on a terminal, one plain line per longer phase in a pipe."""
+"""Progress on standard error: a living line on a terminal; in a pipe or a log file a line every ten seconds at most."""
 
+import re
 import shutil
 import sys
 import time
+
+QUIET_SECONDS = 10.0   # between two lines in a pipe
+LIGHT_STEP = 0.1       # of a link or a copy, in units of a file that is compiled
+FIRST_GUESS = 3.0      # seconds of compiling before the first guess of the time left
 
 
 class Progress:
     """One phase of work, such as "build". Use as a context; call step() as often as you like."""
 
-    def __init__(self, phase: str):
-        self.phase = phase
-        self.start = time.monotonic()
-        self.alive = sys.stderr.isatty()
+    def __init__(self, phase: str, out=None, clock=time.monotonic):
+        self.phase, self.out, self.clock = phase, out or sys.stderr, clock
+        self.start = self.told = clock()
+        self.alive = self.out.isatty()
+        self.done = 0.0  # work so far, in units of a compiled file
 
     def __enter__(self):
         self.step("…")
         return self
 
-    def step(self, text: str) -> None:
-        """Replaces the living line; says nothing in a pipe."""
+    def step(self, text: str, in_pipes: bool = False) -> None:
+        """Replaces the living line. In a pipe it says nothing, or at most a line every ten seconds."""
         if self.alive:
             width = shutil.get_terminal_size().columns - 1
-            sys.stderr.write("\r\033[K" + f"{self.phase}: {text}"[:width])
-            sys.stderr.flush()
+            self.out.write("\r\033[K" + f"{self.phase}: {text}"[:width])
+            self.out.flush()
+        elif in_pipes and self.clock() - self.told >= QUIET_SECONDS:
+            self.told = self.clock()
+            print(f"{self.phase}: {text}", file=self.out, flush=True)
+
+    def ninja_step(self, line: str) -> None:
+        """A line of ninja's, "[done/all] what": adds how long the rest may take, from the rate until now."""
+        counted = re.match(r"\[(\d+)/(\d+)\] (.*)", line)
+        if not counted:
+            return self.step(line)
+        number, total, what = int(counted[1]), int(counted[2]), counted[3]
+        self.done += 1.0 if what.startswith("Building") else LIGHT_STEP
+        left = (total - number) * self.done / number  # the files to come are taken to be like those done
+        seconds = self.clock() - self.start
+        guess = f", about {duration(seconds / self.done * left)} left" if seconds > FIRST_GUESS and left else ""
+        name = re.sub(r"^.*CMakeFiles/|\.o$", "", what.split()[-1]) if what.startswith("Building") else what
+        self.step(f"{number} of {total}{guess}: {name}", in_pipes=True)
 
     def __exit__(self, kind, value, trace):
         if self.alive:
-            sys.stderr.write("\r\033[K")
-        seconds = time.monotonic() - self.start
+            self.out.write("\r\033[K")
+        seconds = self.clock() - self.start
         if kind is None and seconds >= 1.0:
-            print(f"{self.phase}: {seconds:.1f} s", file=sys.stderr)
-        sys.stderr.flush()
+            print(f"{self.phase}: {seconds:.1f} s", file=self.out)
+        self.out.flush()
+
+
+def duration(seconds: float) -> str:
+    """"40 s", "3 min"."""
+    return f"{max(1, round(seconds / 10)) * 10} s" if seconds < 95 else f"{round(seconds / 60)} min"

@@ -53,7 +53,7 @@ def pair(directory, scene, table, summary):
     left.set_title(f"$H$: {size} × {size}, {filled(H)}")
     right.set_title(f"$H_{{pp}} - H_{{pm}} H_{{mm}}^{{-1}} H_{{mp}}$: {poses} × {poses}, {filled(S)}")
     fig.colorbar(image, ax=[left, right], label="log₁₀ |entry|", shrink=0.85, pad=0.02)
-    fig.get_layout_engine().set(wspace=0.04)
+    style.space(fig, wspace=0.04)
     style.save(fig, directory, f"hessian_{scene}")
 
 

@@ -44,7 +44,8 @@ def timing(directory):
     windows = style.read(directory, "odometry_windows")
     summary = style.read(directory, "odometry_policies")
     tracking = windows.where(status="tracking")
-    fig, (left, right) = plt.subplots(1, 2, figsize=(10.0, 3.8), layout="constrained", width_ratios=(1.6, 1.0))
+    fig, (left, right) = plt.subplots(1, 2, figsize=(10.0, 3.8), layout="constrained",
+                                      gridspec_kw={"width_ratios": (1.6, 1.0)})
     for name in policies(windows):
         rows, p99 = tracking.where(policy=name), summary.row(policy=name)["p99_window_ms"]
         left.plot(rows["t_s"], rows["milliseconds"], ".", color=COLOURS[name], markersize=2.5)
@@ -119,7 +120,7 @@ def film(directory):
         rows = table.where(policy=name)
         shots = np.unique(rows["picture"])
         fig, panels = plt.subplots(2, len(shots), figsize=(10.0, 5.4), layout="constrained", squeeze=False,
-                                   height_ratios=(1.25, 1.0))
+                                   gridspec_kw={"height_ratios": (1.25, 1.0)})
         high = np.log10(np.abs(rows["value"]).max())
         for column, shot in enumerate(shots):
             for axes, stage in zip(panels[:, column], ("window", "prior")):

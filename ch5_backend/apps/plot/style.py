@@ -112,8 +112,26 @@ def save(figure, directory, name):
         partial = folder / f"{name}.partial{suffix}"
         figure.savefig(partial, metadata=metadata)
         partial.replace(folder / f"{name}{suffix}")
-        figure.set_layout_engine("none")  # the second picture keeps the first one's layout, and saves half the time
+        freeze(figure)  # the second picture keeps the first one's layout, and saves half the time
     plt.close(figure)
+
+
+def space(figure, **settings):
+    """Sets `wspace` or `rect` of the constrained layout."""
+    if hasattr(figure, "get_layout_engine"):
+        figure.get_layout_engine().set(**settings)
+    elif "rect" in settings:  # Matplotlib 3.5 has neither; an empty title keeps the space above
+        figure.suptitle(" ", fontsize=24)
+    else:
+        figure.set_constrained_layout_pads(**settings)
+
+
+def freeze(figure):
+    """The layout stays as it is."""
+    if hasattr(figure, "set_layout_engine"):
+        figure.set_layout_engine("none")
+    else:
+        figure.set_constrained_layout(False)
 
 
 def power_of_ten(exponent):
@@ -162,7 +180,7 @@ def weight_axis(axes, weights):
 
 def legend_above(figure, axes, columns=3):
     """One legend for all panels, above them."""
-    figure.get_layout_engine().set(rect=(0, 0, 1, 0.91))
+    space(figure, rect=(0, 0, 1, 0.91))
     figure.legend(*axes.get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.005, 1.0), ncol=columns,
                   fontsize=12, columnspacing=1.8, handlelength=1.8)
 
