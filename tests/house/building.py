@@ -83,7 +83,7 @@ class Targets(unittest.TestCase):
         commands = self.commands(BUILD, "check_problem")
         for layer in ("math", "graph", "linear", "solve", "types", "dense"):
             self.assertIn(f"/ch5_backend/{layer}/", commands)
-        for layer in ("sparse", "marginalize", "window", "world", "apps"):
+        for layer in ("sparse", "marginalize", "window", "world/files", "apps"):
             self.assertNotIn(f"/ch5_backend/{layer}/", commands)
 
     def test_without_googletest_there_are_the_library_and_the_programs(self):
