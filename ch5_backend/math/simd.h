@@ -11,11 +11,17 @@
 
 #include <cstddef>
 
+#define CH5_UNROLL _Pragma("GCC unroll 16")  // without it, -O2 keeps the registers of a block in memory
+
+#if defined(CH5_PLAIN_KERNELS)  // for sanitizers, which would need minutes for one file: the bodies exist once
+#define CH5_INLINE inline
+#define CH5_FLATTEN
+#else
 #define CH5_INLINE inline __attribute__((always_inline))
 #define CH5_FLATTEN __attribute__((flatten))  // everything called within is put in place: small matrices want it
-#define CH5_UNROLL _Pragma("GCC unroll 16")   // without it, -O2 keeps the registers of a block in memory
+#endif
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(CH5_PLAIN_KERNELS)
 #define CH5_WITH_AVX2 __attribute__((target("avx2,fma")))
 #define CH5_WITH_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma")))
 #else
