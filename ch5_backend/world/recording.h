@@ -1,8 +1,13 @@
 #pragma once
-/// A visual-inertial recording as plain values: what the camera and the IMU on a body B delivered, real or simulated.
+/// A visual-inertial recording as plain values: the measurements of a camera and an IMU on a body B, real or simulated.
 ///
 /// Times `t` are seconds since `Recording::origin_ns`, each the nearest double of a whole number of nanoseconds, so
-/// that NanosecondsAt gives back the recorded stamp exactly (for some ten days).
+/// that NanosecondsAt returns the recorded time stamp exactly (up to kLongestRecordingNs from the origin).
+///
+/// This folder, `world/`, is everything outside of the solvers and estimators: `simulate/` makes scenes and recordings,
+/// `files/` reads and writes them, `evaluate/` compares estimates with the truth. In: options, files, estimates. Out:
+/// plain values and errors. Reading order: this file, simulate/simulation.h, files/recording_file.h,
+/// evaluate/trajectory_error.h.
 
 #include <cmath>
 #include <cstdint>
@@ -28,17 +33,20 @@ struct Calibration {
 };
 
 struct Recording {
-  int64_t origin_ns = 0;  ///< the recorder's clock at t = 0
+  int64_t origin_ns = 0;  ///< the recorder's time stamp at t = 0
   Calibration calibration;
   std::vector<ImuReading> imu;      ///< strictly increasing in time
   std::vector<CameraFrame> frames;  ///< likewise
-  std::vector<StampedState> truth;  ///< likewise; empty where nobody knows
+  std::vector<StampedState> truth;  ///< likewise; empty if unknown
 };
+
+/// Ten days: so far from the origin, doubles in seconds still resolve nanoseconds (10 d · 2⁻⁵³ < ½ ns).
+inline constexpr int64_t kLongestRecordingNs = 864'000'000'000'000;
 
 inline double SecondsAt(int64_t stamp_ns, int64_t origin_ns) { return static_cast<double>(stamp_ns - origin_ns) / 1e9; }
 inline int64_t NanosecondsAt(double t, int64_t origin_ns) { return origin_ns + std::llround(1e9 * t); }
 
-/// The same time as a recorder with whole nanoseconds would stamp it.
+/// The time rounded as a recorder with time stamps in whole nanoseconds does.
 inline double RoundToNanosecond(double t) { return SecondsAt(NanosecondsAt(t, 0), 0); }
 
 /// The state at time `t`, interpolated between its neighbours: rotations along the shortest arc, the rest linearly.

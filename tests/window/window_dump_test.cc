@@ -34,7 +34,7 @@ TEST_P(WindowDumps, InitialCostIsTheReference) {
   EXPECT_NEAR(ComputeCost(window.graph) / GetParam().initial, 1.0, 1e-6);
 }
 
-TEST_P(WindowDumps, BothRoomsAgreeOnTheFirstStep) {
+TEST_P(WindowDumps, DenseAndSparseSolverAgreeOnTheFirstStep) {
   WindowGraph window = BuildWindowGraph(ReadWindowDump(path_));
   Problem dense(&window.graph);
   SparseOptimizer sparse(&window.graph);
@@ -74,6 +74,21 @@ TEST_P(WindowDumps, MarginalizingTheOldestFrameEqualsVins) {
     ASSERT_EQ(prior.vertices, vins.vertices);
     EXPECT_LT((prior.J.transpose() * prior.J - H).norm(), 1e-6 * H.norm());
     EXPECT_LT((prior.J.transpose() * prior.r0 - b).norm(), 1e-6 * b.norm());
+  }
+}
+
+// Values that no file holds: the reader refuses them (world/files/window_dump.h).
+TEST(WindowGraph, RefusesAPriorOnSpeedsWithoutImu) {
+  WindowDump dump;
+  dump.frames.resize(1);
+  dump.prior_blocks.push_back({WindowDump::BlockKind::kSpeedBias, 0, VecX::Zero(9)});
+  dump.prior_r = VecX::Zero(1);
+  dump.prior_J = MatXX::Zero(1, 9);
+  try {
+    BuildWindowGraph(dump);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "the prior holds speed and biases of frame 0, but the window has no IMU");
   }
 }
 

@@ -1,5 +1,7 @@
 #include "ch5_backend/apps/studies/window_graph.h"
 
+#include <stdexcept>
+
 #include "ch5_backend/marginalize/edge_prior.h"
 #include "ch5_backend/types/edge_imu.h"
 #include "ch5_backend/types/edge_reprojection.h"
@@ -76,7 +78,13 @@ void AddPrior(const WindowDump& dump, WindowGraph* window) {
     const auto frame = static_cast<size_t>(block.frame);
     switch (block.kind) {
       case WindowDump::BlockKind::kPose: prior.vertices.push_back(window->poses[frame]); break;
-      case WindowDump::BlockKind::kSpeedBias: prior.vertices.push_back(window->speed_biases.at(frame)); break;
+      case WindowDump::BlockKind::kSpeedBias:
+        if (frame >= window->speed_biases.size()) {
+          throw std::invalid_argument("the prior holds speed and biases of frame " + std::to_string(frame) +
+                                      ", but the window has no IMU");
+        }
+        prior.vertices.push_back(window->speed_biases[frame]);
+        break;
       case WindowDump::BlockKind::kExtrinsic: prior.vertices.push_back(window->extrinsic); break;
     }
     prior.x0.push_back(block.x0);

@@ -1,5 +1,5 @@
 #pragma once
-/// A window of states as a graph: poses, speeds and biases, landmarks, and the edges that tie them.
+/// A window dump as a graph: poses, speeds and biases, landmarks, and their edges.
 
 #include <memory>
 #include <vector>
@@ -12,14 +12,15 @@ namespace ch5 {
 
 struct WindowGraph {
   Graph graph;
-  std::vector<std::shared_ptr<VertexPose>> poses;              ///< T_W_B, one a frame
-  std::vector<std::shared_ptr<VertexSpeedBias>> speed_biases;  ///< one a frame; empty without an IMU
+  std::vector<std::shared_ptr<VertexPose>> poses;              ///< T_W_B, one per frame
+  std::vector<std::shared_ptr<VertexSpeedBias>> speed_biases;  ///< one per frame; empty without an IMU
   std::vector<std::shared_ptr<VertexInverseDepth>> landmarks;  ///< in the order of the dump
   std::shared_ptr<VertexPose> extrinsic;                       ///< T_B_C
 };
 
 /// The dump's problem at its initial estimates, with its IMU pieces integrated, its losses and its prior.
-/// @throws std::invalid_argument if an IMU piece has no samples
+/// @throws std::invalid_argument if an IMU piece has no samples, or the prior holds speeds and biases of a window without
+///         an IMU
 WindowGraph BuildWindowGraph(const WindowDump& dump);
 
 }  // namespace ch5

@@ -1,5 +1,5 @@
 #pragma once
-/// The similarity that lays one set of points upon another: it takes the gauge out of an estimate.
+/// The similarity that aligns one set of points with another: it removes the gauge from an estimate.
 
 #include <optional>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace ch5 {
 
-/// x ↦ s R x + p: the seven freedoms of a monocular reconstruction.
+/// x ↦ s R x + p: the seven unobservable directions of a monocular reconstruction.
 struct Similarity {
   double scale = 1.0;
   Qd q = Qd::Identity();

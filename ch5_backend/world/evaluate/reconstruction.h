@@ -1,5 +1,5 @@
 #pragma once
-/// What a bundle adjustment finds, and how far it is from the truth once the gauge is taken out.
+/// The result of a bundle adjustment, and its error after alignment with the truth.
 
 #include "ch5_backend/world/evaluate/align.h"
 #include "ch5_backend/world/simulate/mono_ba.h"
@@ -27,7 +27,7 @@ Reconstruction EstimateOf(const MonoBaScene& scene, const MonoBa& problem);
 /// @throws std::invalid_argument if the sizes differ or the alignment is not determined
 Reconstruction AlignToTruth(const Reconstruction& estimate, const Reconstruction& truth);
 
-/// Errors as they stand: align first if the gauge shall not count.
+/// Errors without alignment: call AlignToTruth first to exclude the gauge.
 /// @throws std::invalid_argument if the sizes differ
 Rmse Compare(const Reconstruction& estimate, const Reconstruction& truth);
 

@@ -1,6 +1,6 @@
 #pragma once
-/// How far an estimated trajectory is from the truth, once the four freedoms of a visual-inertial estimate are taken
-/// out of it: position, and the yaw about gravity.
+/// The error of an estimated trajectory after alignment in the four unobservable directions of a visual-inertial
+/// estimate: position and yaw.
 ///
 /// Source: Zhang & Scaramuzza, "A Tutorial on Quantitative Trajectory Evaluation for Visual(-Inertial) Odometry",
 /// IROS 2018, §IV.
@@ -48,7 +48,7 @@ struct TrajectoryError {
 /// Compares each estimate with the truth interpolated at its time; estimates before or after the truth are left out.
 /// @param truth  strictly increasing in time
 /// @param alignment  nullopt: AlignYaw over all compared positions
-/// @return nullopt if nothing can be compared, or no alignment be found
+/// @return nullopt if no state can be compared, or the alignment is not determined
 std::optional<TrajectoryError> CompareTrajectories(const std::vector<StampedState>& estimate,
                                                    const std::vector<StampedState>& truth,
                                                    const std::optional<YawTransform>& alignment = std::nullopt);

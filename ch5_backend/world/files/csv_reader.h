@@ -1,5 +1,5 @@
 #pragma once
-/// Comma-separated numbers, read with suspicion: every error names the file, the line and the value.
+/// Comma-separated numbers, strictly checked: every error names the file, the line and the value.
 
 #include <string>
 #include <vector>

@@ -5,7 +5,7 @@
 ///   VERTEX_SE3:QUAT id  x y z qx qy qz qw      EDGE_SE3:QUAT i j  x y z qx qy qz qw  and 21 numbers of W
 ///   FIX id …                                   # a comment
 ///
-/// W is symmetric; its upper half is given row by row, translation before rotation. What the numbers weigh is told in
+/// W is symmetric; its upper half is given row by row, translation before rotation. The residual that it weighs is in
 /// types/edge_between.h. Records with other tags are kept as they are, and reported.
 
 #include <string>

@@ -1,6 +1,8 @@
 // The reading half of recording_file.h.
 
+#include <cstdlib>
 #include <limits>
+#include <optional>
 #include <set>
 
 #include "ch5_backend/world/files/csv_reader.h"
@@ -10,12 +12,17 @@
 namespace ch5 {
 namespace {
 
-// Stamps of a file must increase.
-class Stamps {
+// The time stamps of a file, which must increase and be near the origin.
+class TimeStamps {
  public:
-  // The stamp of the current row. A repetition is told apart from a step backwards.
-  int64_t Read(const CsvReader& csv, bool may_repeat) {
+  // The time stamp of the current row [ns].
+  // @param origin  nullopt: this one is the origin
+  int64_t Read(const CsvReader& csv, bool may_repeat, std::optional<int64_t> origin) {
     const int64_t stamp = csv.Integer(0, 0, std::numeric_limits<int64_t>::max());
+    if (origin && std::abs(stamp - *origin) > kLongestRecordingNs) {
+      csv.Fail("the timestamp is more than ten days from the first IMU reading, got " + std::to_string(stamp) +
+               " against " + std::to_string(*origin));
+    }
     const std::string got = ", got " + std::to_string(stamp) + " after " + std::to_string(last_);
     if (stamp < last_) csv.Fail("the timestamp goes backwards" + got);
     if (stamp == last_ && !may_repeat) csv.Fail("the timestamp is repeated" + got);
@@ -31,7 +38,7 @@ Vec3 ReadVector(const CsvReader& csv, size_t column) {
   return {csv.Double(column), csv.Double(column + 1), csv.Double(column + 2)};
 }
 
-// Empty if ‖q‖ = 1: six printed digits leave it within 1e-5; further off, it is another column.
+// Empty if ‖q‖ = 1 within 1e-3. Six printed digits give 1e-5; a larger error means another column.
 std::string WhyNotUnit(const Qd& q) {
   if (std::abs(q.norm() - 1.0) < 1e-3) return "";
   return "the quaternion must be of length 1, got " + std::to_string(q.norm());
@@ -39,10 +46,11 @@ std::string WhyNotUnit(const Qd& q) {
 
 void ReadImu(const std::string& path, Recording* recording) {
   CsvReader csv(path, {"#timestamp [ns]", "w_x", "w_y", "w_z", "a_x", "a_y", "a_z"});
-  Stamps stamps;
+  TimeStamps stamps;
   while (csv.NextRow()) {
-    const int64_t stamp = stamps.Read(csv, false);
-    if (recording->imu.empty()) recording->origin_ns = stamp;
+    const bool is_first = recording->imu.empty();
+    const int64_t stamp = stamps.Read(csv, false, is_first ? std::nullopt : std::optional(recording->origin_ns));
+    if (is_first) recording->origin_ns = stamp;
     recording->imu.push_back({SecondsAt(stamp, recording->origin_ns), ReadVector(csv, 4), ReadVector(csv, 1)});
   }
   if (recording->imu.size() < 2) csv.Fail("at least two IMU readings are needed");
@@ -50,10 +58,10 @@ void ReadImu(const std::string& path, Recording* recording) {
 
 void ReadTracks(const std::string& path, Recording* recording) {
   CsvReader csv(path, {"#timestamp [ns]", "track_id", "x", "y"});
-  Stamps stamps;
+  TimeStamps stamps;
   std::set<int> ids;  // of the current image
   while (csv.NextRow()) {
-    const double t = SecondsAt(stamps.Read(csv, true), recording->origin_ns);
+    const double t = SecondsAt(stamps.Read(csv, true, recording->origin_ns), recording->origin_ns);
     if (recording->frames.empty() || recording->frames.back().t != t) {
       recording->frames.push_back({t, {}});
       ids.clear();
@@ -74,10 +82,10 @@ void ReadTracks(const std::string& path, Recording* recording) {
 void ReadTruth(const std::string& path, Recording* recording) {
   CsvReader csv(path, {"#timestamp [ns]", "p_x", "p_y", "p_z", "q_w", "q_x", "q_y", "q_z", "v_x", "v_y", "v_z", "bg_x",
                        "bg_y", "bg_z", "ba_x", "ba_y", "ba_z"});
-  Stamps stamps;
+  TimeStamps stamps;
   while (csv.NextRow()) {
     StampedState state;
-    state.t = SecondsAt(stamps.Read(csv, false), recording->origin_ns);
+    state.t = SecondsAt(stamps.Read(csv, false, recording->origin_ns), recording->origin_ns);
     const Qd q(csv.Double(4), csv.Double(5), csv.Double(6), csv.Double(7));
     if (const std::string why = WhyNotUnit(q); !why.empty()) csv.Fail(why);
     state.T_W_B = {q.normalized(), ReadVector(csv, 1)};

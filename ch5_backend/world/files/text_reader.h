@@ -1,6 +1,6 @@
 #pragma once
-/// A text file as a stream of numbers, or of lines, read with suspicion: every error names the file, the line and the
-/// value.
+/// A text file as a stream of numbers, or of lines, strictly checked: every error names the file, the line and
+/// the value.
 
 #include <cstdint>
 #include <optional>

@@ -9,7 +9,7 @@ namespace {
 
 using Block = WindowDump::BlockKind;
 
-// Reads the records in their order; each Read… leaves off where the next begins.
+// Reads the records in their order; each Read… stops where the next begins.
 class WindowDumpReader {
  public:
   explicit WindowDumpReader(const std::string& path) : reader_(path) {}
@@ -50,7 +50,7 @@ class WindowDumpReader {
   }
   int Frame(const char* what) { return reader_.ReadInt(what, 0, static_cast<int>(dump_.frames.size()) - 1); }
 
-  // Each of the numbers takes a digit and a space at least: promises that the file cannot keep are refused at once.
+  // Each number takes at least a digit and a space: counts that the file cannot hold are refused at once.
   void RequireRoomFor(int64_t numbers, const char* what) {
     if (2 * numbers <= static_cast<int64_t>(reader_.BytesLeft()) + 1) return;
     reader_.Fail(std::string(what) + ": " + std::to_string(numbers) + " numbers cannot be in the " +
@@ -62,6 +62,13 @@ class WindowDumpReader {
     const int count = reader_.ReadInt(what, 0, kMost);
     RequireRoomFor(static_cast<int64_t>(count) * numbers, what);
     return count;
+  }
+
+  // In seconds, such that nanoseconds fit into 64 bits.
+  double Time() {
+    const double t = Number("time");
+    if (std::abs(t) > 9.2e9) reader_.Fail("time: must lie within ±9.2e9 s, got " + std::to_string(t));
+    return t;
   }
 
   Transform Pose() {
@@ -120,7 +127,7 @@ class WindowDumpReader {
       reader_.BeginRecord("frame", i);
       reader_.ExpectWord("F");
       reader_.ReadInt("index", i, i);
-      dump_.frames.push_back(State(Number("time")));
+      dump_.frames.push_back(State(Time()));
       reader_.ExpectWord("T");
       reader_.ReadInt("index", i, i);
       dump_.truth.push_back(State(dump_.frames.back().t));
@@ -216,6 +223,9 @@ class WindowDumpReader {
       reader_.Fail("kind: must be P, S or E, got " + TextReader::Quote(kind));
     }
     block.kind = kind == "P" ? Block::kPose : kind == "S" ? Block::kSpeedBias : Block::kExtrinsic;
+    if (block.kind == Block::kSpeedBias && dump_.imu.empty()) {
+      reader_.Fail("kind: speed and biases need an IMU, and this window has none, got " + TextReader::Quote(kind));
+    }
     block.frame = block.kind == Block::kExtrinsic ? reader_.ReadInt("index", 0, 0) : Frame("frame");
     const int size = block.kind == Block::kSpeedBias ? 9 : 7;
     reader_.ReadInt("size", size, size);

@@ -1,6 +1,6 @@
 #pragma once
 /// The numbers of a small YAML file, by their paths: sections by indentation, `key: 1.5`, `key: [1, 2]` and
-/// `key: {a: 1, b: 2}` on one line, comments. Anything else is an error: a calibration must not be half understood.
+/// `key: {a: 1, b: 2}` on one line, comments. Anything else is an error: a calibration must not be read in part.
 
 #include <map>
 #include <string>
@@ -17,7 +17,7 @@ class YamlNumbers {
   /// Takes the number at a path such as "camera.intrinsics.fx" or "camera.resolution[1]".
   /// @throws FileError if there is none, or it lies outside [low, high]
   double Take(const std::string& key, double low, double high);
-  /// @throws FileError naming a number that nobody took: a misspelt key
+  /// @throws FileError naming a number that was not taken: a misspelt key
   void ExpectAllTaken() const;
 
  private:

@@ -4,13 +4,11 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <fstream>
-#include <map>
-#include <set>
+#include <limits>
+#include <sstream>
 
 #include "ch5_backend/world/files/text_writer.h"
-#include "ch5_backend/world/files/trajectory_file.h"
 #include "ch5_backend/world/simulate/paths.h"
 #include "ch5_backend/world/simulate/scene_points.h"
 #include "ch5_backend/world/simulate/simulation.h"
@@ -222,111 +220,23 @@ TEST_F(RecordingFile, AFailedWriteLeavesTheOlderRecording) {
   for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_NE(entry.path().extension(), ".partial");
 }
 
-// 90° about z at 1.5 s: by hand.
-TEST(TrajectoryFile, TumAndEurocRowsAreInTheirToolsOrder) {
-  StampedState state;
-  state.t = 1.5;
-  state.T_W_B = {Qd(0.5, 0.5, -0.5, 0.5), Vec3(1, 2, 3)};
-  state.v_W = Vec3(4, 5, 6);
-  state.b_a = Vec3(7, 8, 9);
-  state.b_g = Vec3(10, 11, 12);
-  EXPECT_EQ(FormatTum({state}, 1403715273262143232), "1403715274.762143232 1 2 3 0.5 -0.5 0.5 0.5\n");
-  EXPECT_EQ(FormatTum({state}, 0), "1.500000000 1 2 3 0.5 -0.5 0.5 0.5\n");
-  EXPECT_EQ(FormatTum({state}, -1500000001), "-0.000000001 1 2 3 0.5 -0.5 0.5 0.5\n");
-  const std::string euroc = FormatEuroc({state}, 1403715273262143232);
-  EXPECT_EQ(euroc.substr(euroc.find('\n') + 1), "1403715274762143232,1,2,3,0.5,0.5,-0.5,0.5,4,5,6,10,11,12,7,8,9\n");
-}
-
-// What the data's own description says of it.
-TEST(RealRecording, IsReadWhole) {
-  const fs::path folder = fs::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
-  if (!fs::exists(folder)) GTEST_SKIP() << "the recording euroc_v1_01_easy is not there: " << folder;
-  const Recording recording = ReadRecording(folder);
-  EXPECT_EQ(recording.imu.size(), 6001u);
-  EXPECT_EQ(recording.frames.size(), 601u);
-  EXPECT_EQ(recording.origin_ns, 1403715273262143232);
-  EXPECT_NEAR(recording.imu.back().t, 30.0, 1e-3);
-  std::set<int> ids;
-  for (const CameraFrame& frame : recording.frames) {
-    for (const TrackedPoint& track : frame.tracks) ids.insert(track.id);
+// In nanoseconds, so far from the origin, doubles in seconds no longer tell the readings apart, or even overflow.
+TEST_F(RecordingFile, TimestampsFarFromTheFirstReadingAreRefused) {
+  const int64_t origin = recording_.origin_ns, farthest = origin + kLongestRecordingNs;
+  const int last = 1 + static_cast<int>(recording_.imu.size());
+  const auto row = [](int64_t stamp) { return std::to_string(stamp) + ",0,0,0,0,0,9.8"; };
+  for (const int64_t stamp : {farthest + 1, std::numeric_limits<int64_t>::max()}) {
+    ReplaceLine("imu.csv", last, row(stamp));
+    EXPECT_EQ(Message(), "imu.csv:" + std::to_string(last) +
+                             ": the timestamp is more than ten days from the first IMU reading, got " +
+                             std::to_string(stamp) + " against " + std::to_string(origin));
   }
-  EXPECT_EQ(ids.size(), 307u);
-  EXPECT_EQ(recording.calibration.fx, 458.654);
-  EXPECT_EQ(recording.calibration.width, 752);
-  EXPECT_EQ(recording.calibration.noise.gyroscope, 1.6968e-4);
-  EXPECT_NEAR(recording.imu.front().acceleration.norm(), 9.81, 0.1);  // it stands still
-  double length = 0.0;
-  for (size_t k = 1; k < recording.truth.size(); ++k) {
-    length += (recording.truth[k].T_W_B.p - recording.truth[k - 1].T_W_B.p).norm();
-  }
-  EXPECT_NEAR(length, 8.2, 0.3);
-}
-
-// The frames' conventions, all at once: over half a second, the recorded IMU carries the true state on to the next.
-TEST(RealRecording, ImuAgreesWithItsGroundTruth) {
-  const fs::path folder = fs::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
-  if (!fs::exists(folder)) GTEST_SKIP() << "the recording euroc_v1_01_easy is not there: " << folder;
-  const Recording recording = ReadRecording(folder);
-  const Vec3 g = recording.calibration.GravityInWorld();
-  double worst_p = 0.0, worst_angle = 0.0, worst_v = 0.0;
-  for (size_t k = 100; k + 10 < recording.truth.size(); k += 10) {
-    const StampedState &i = recording.truth[k], &j = recording.truth[k + 10];
-    const std::vector<ImuSample> samples = SamplesBetween(recording.imu, i.t, j.t);
-    ASSERT_FALSE(samples.empty());
-    Preintegration imu(samples.front(), i.b_a, i.b_g, recording.calibration.noise);
-    for (size_t m = 1; m < samples.size(); ++m) imu.Add(samples[m]);
-    const double dt = imu.SumDt();
-    const Vec3 p = i.T_W_B.p + i.v_W * dt + 0.5 * dt * dt * g + i.T_W_B.q * imu.Alpha();
-    const Vec3 v = i.v_W + dt * g + i.T_W_B.q * imu.Beta();
-    worst_p = std::max(worst_p, (p - j.T_W_B.p).norm());
-    worst_v = std::max(worst_v, (v - j.v_W).norm());
-    worst_angle = std::max(worst_angle, LogSO3((i.T_W_B.q * imu.Gamma()).conjugate() * j.T_W_B.q).norm());
-  }
-  // Measured: 1.2 cm, 0.05 m/s, 0.16°. A wrong frame, sign or unit is off by metres or radians.
-  EXPECT_LT(worst_p, 0.03);
-  EXPECT_LT(worst_v, 0.1);
-  EXPECT_LT(worst_angle, 0.01);
-}
-
-// And the camera's: each track meets in one point when its rays are drawn from the true poses.
-TEST(RealRecording, TracksMeetInPointsAtTheTruePoses) {
-  const fs::path folder = fs::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
-  if (!fs::exists(folder)) GTEST_SKIP() << "the recording euroc_v1_01_easy is not there: " << folder;
-  const Recording recording = ReadRecording(folder);
-  const Transform& T_B_C = recording.calibration.T_B_C;
-  struct Ray {
-    Qd q_W_C;
-    Vec3 p_W_C;
-    Vec2 x;
-  };
-  std::map<int, std::vector<Ray>> tracks;
-  for (const CameraFrame& frame : recording.frames) {
-    const std::optional<StampedState> state = StateAt(recording.truth, frame.t);
-    if (!state) continue;
-    const auto& [q, p] = state->T_W_B;
-    for (const TrackedPoint& track : frame.tracks) tracks[track.id].push_back({q * T_B_C.q, q * T_B_C.p + p, track.x});
-  }
-  std::vector<double> errors;  // [px]
-  for (const auto& [id, rays] : tracks) {
-    // The point nearest to all rays:  Σ (I − ffᵀ)(X − p) = 0.
-    Mat33 A = Mat33::Zero();
-    Vec3 b = Vec3::Zero();
-    for (const Ray& ray : rays) {
-      const Vec3 f = (ray.q_W_C * ray.x.homogeneous()).normalized();
-      const Mat33 across = Mat33::Identity() - f * f.transpose();
-      A += across;
-      b += across * ray.p_W_C;
-    }
-    const Vec3 X = A.inverse() * b;
-    for (const Ray& ray : rays) {
-      const Vec3 p_C = ray.q_W_C.conjugate() * (X - ray.p_W_C);
-      errors.push_back(recording.calibration.fx * (p_C.hnormalized() - ray.x).norm());
-    }
-  }
-  ASSERT_GT(errors.size(), 10000u);
-  std::nth_element(errors.begin(), errors.begin() + errors.size() / 2, errors.end());
-  // Measured: 1.3 px; 0.8 px if the pixels' errors are minimised rather than the rays' distances.
-  EXPECT_LT(errors[errors.size() / 2], 1.5);
+  ReplaceLine("imu.csv", last, row(farthest));
+  const Recording read = ReadRecording(folder_);
+  EXPECT_EQ(NanosecondsAt(read.imu.back().t, read.origin_ns), farthest);
+  ReplaceLine("tracks.csv", 2, "0,1,0,0");  // images, and the truth, before the first reading as well
+  EXPECT_EQ(Message(), "tracks.csv:2: the timestamp is more than ten days from the first IMU reading, got 0 against " +
+                           std::to_string(origin));
 }
 
 }  // namespace

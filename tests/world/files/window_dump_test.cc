@@ -68,7 +68,7 @@ class WindowDumpFile : public testing::Test {
   fs::path path_;
 };
 
-TEST_F(WindowDumpFile, EveryNumberGoesToItsPlace) {
+TEST_F(WindowDumpFile, EveryNumberOfModelAndFramesGoesToItsPlace) {
   const WindowDump dump = Read(kGood);
   EXPECT_EQ(dump.reaction, Vec3(0, 0, 9.81));
   EXPECT_EQ(dump.noise.accelerometer, 0.08);
@@ -93,7 +93,10 @@ TEST_F(WindowDumpFile, EveryNumberGoesToItsPlace) {
   EXPECT_EQ(dump.frames[1].v_W, Vec3(4, 5, 6));
   EXPECT_EQ(dump.frames[1].b_a, Vec3(7, 8, 9));
   EXPECT_EQ(dump.frames[1].b_g, Vec3(10, 11, 12));
+}
 
+TEST_F(WindowDumpFile, EveryNumberOfImuLandmarksAndPriorGoesToItsPlace) {
+  const WindowDump dump = Read(kGood);
   ASSERT_EQ(dump.imu.size(), 1u);
   EXPECT_TRUE(dump.imu[0].i == 0 && dump.imu[0].j == 1);
   EXPECT_EQ(dump.imu[0].b_a, Vec3(0.1, 0.2, 0.3));
@@ -149,6 +152,19 @@ TEST_F(WindowDumpFile, CountsBeyondTheFileAreRefusedBeforeMemoryIsTaken) {
             0u);
   EXPECT_EQ(Spoilt("I 0 1 2", "I 0 1 200000000").find(":13: IMU piece 0, number of samples: "), 0u);
   EXPECT_EQ(Spoilt("PRIOR 1", "PRIOR 1000000").find(":19: rows of the prior: "), 0u);
+}
+
+// Speeds and biases are states of windows with an IMU only.
+TEST_F(WindowDumpFile, APriorOnSpeedsWithoutImuIsRefused) {
+  std::string text = kGood;
+  const size_t begin = text.find("IMUS 1"), end = text.find("LANDMARKS");
+  EXPECT_EQ(Message(text.replace(begin, end - begin, "IMUS 0\n")),
+            ":17: prior block 0, kind: speed and biases need an IMU, and this window has none, got \"S\"");
+}
+
+TEST_F(WindowDumpFile, TimesBeyondSixtyFourBitsOfNanosecondsAreRefused) {
+  EXPECT_EQ(Spoilt("F 1 1.6", "F 1 1e10"), ":10: frame 1, time: must lie within ±9.2e9 s, got 10000000000.000000");
+  EXPECT_EQ(Spoilt("F 1 1.6", "F 1 -9.1e9"), "");
 }
 
 // A file cut at any place is refused, never read as a smaller one.
