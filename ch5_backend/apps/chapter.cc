@@ -10,7 +10,6 @@
 #include "ch5_backend/apps/studies/mono_ba_study.h"
 #include "ch5_backend/apps/studies/odometry_study.h"
 #include "ch5_backend/apps/studies/prior_study.h"
-#include "ch5_backend/apps/studies/progress.h"
 
 namespace {
 

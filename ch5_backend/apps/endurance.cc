@@ -5,7 +5,6 @@
 
 #include "ch5_backend/apps/studies/command_line.h"
 #include "ch5_backend/apps/studies/endurance_study.h"
-#include "ch5_backend/apps/studies/progress.h"
 
 namespace {
 

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "ch5_backend/apps/studies/command_line.h"
 #include "ch5_backend/apps/studies/file_command.h"
 #include "ch5_backend/apps/studies/odometry_study.h"
-#include "ch5_backend/apps/studies/progress.h"
 #include "ch5_backend/world/files/recording_file.h"
 
 namespace {

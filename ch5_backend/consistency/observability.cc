@@ -8,19 +8,43 @@
 namespace ch5 {
 namespace {
 
-// The vertex's first estimate, null if the prior does not know it.
-const double* FirstOf(const Prior& prior, const std::shared_ptr<Vertex>& vertex) {
+// Null if the prior does not hold the vertex.
+const double* FirstEstimateOf(const Prior& prior, const std::shared_ptr<Vertex>& vertex) {
   const auto known = std::find(prior.vertices.begin(), prior.vertices.end(), vertex);
   return known == prior.vertices.end() ? nullptr : prior.FirstEstimate(known - prior.vertices.begin()).data();
 }
 
 }  // namespace
 
+// ∂(g(ε)·x ⊟ x)/∂ε of g(ε): p ↦ c + R_z(ε)(p − c):  δp = e_z × (p − c),  δθ = Rᵀe_z,  δv = e_z × v
+Eigen::Matrix<double, Eigen::Dynamic, 4> PositionYawDirections(const std::vector<std::shared_ptr<Vertex>>& vertices,
+                                                               const std::vector<const double*>& x,
+                                                               const Vertex* local_pose, const Vec3& center) {
+  Eigen::Index rows = 0;
+  for (const auto& vertex : vertices) rows += vertex->LocalDimension();
+  Eigen::Matrix<double, Eigen::Dynamic, 4> N = Eigen::Matrix<double, Eigen::Dynamic, 4>::Zero(rows, 4);
+  Eigen::Index row = 0;
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    const Vertex* vertex = vertices[i].get();
+    if (vertex != local_pose && dynamic_cast<const VertexPose*>(vertex)) {
+      const Vec3 p = Eigen::Map<const Vec3>(x[i]);
+      const Qd q(x[i][6], x[i][3], x[i][4], x[i][5]);
+      N.block<3, 3>(row, 0).setIdentity();
+      N.block<3, 1>(row, 3) = Vec3::UnitZ().cross(p - center);
+      N.block<3, 1>(row + 3, 3) = q.conjugate() * Vec3::UnitZ();
+    } else if (dynamic_cast<const VertexSpeedBias*>(vertex)) {
+      N.block<3, 1>(row, 3) = Vec3::UnitZ().cross(Vec3(Eigen::Map<const Vec3>(x[i])));
+    }
+    row += vertex->LocalDimension();
+  }
+  return N;
+}
+
 EdgeObservabilityConstrained::EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior* prior,
-                                                           const Vertex* bystander)
-    : EdgeOtherJacobians(std::move(edge)), bystander_(bystander) {
+                                                           const Vertex* local_pose)
+    : EdgeWithModifiedJacobians(std::move(edge)), local_pose_(local_pose) {
   for (const auto& vertex : Vertices()) {
-    const double* first = FirstOf(*prior, vertex);
+    const double* first = FirstEstimateOf(*prior, vertex);
     now_.push_back(vertex->Parameters().data());
     first_.push_back(first ? first : now_.back());
   }
@@ -28,43 +52,24 @@ EdgeObservabilityConstrained::EdgeObservabilityConstrained(std::shared_ptr<Edge>
 
 void EdgeObservabilityConstrained::ComputeJacobians() {
   CopyJacobians();
-  Vec3 center = Vec3::Zero();  // any will do; near the poses, N₀ᵀN₀ is well conditioned
+  Vec3 center = Vec3::Zero();  // any point spans the same space; near the poses, N₀ᵀN₀ is well conditioned
   for (size_t i = 0; i < Vertices().size(); ++i) {
     if (dynamic_cast<const VertexPose*>(Vertices()[i].get())) center = Eigen::Map<const Vec3>(first_[i]);
   }
-  const Directions N0 = DirectionsAt(first_, center), N = DirectionsAt(now_, center);
+  const auto N0 = PositionYawDirections(Vertices(), first_, local_pose_, center);
+  const auto N = PositionYawDirections(Vertices(), now_, local_pose_, center);
   const Eigen::Matrix4d normal = N0.transpose() * N0;
-  const MatXX told = J_ * (N0 - N);
-  J_.noalias() -= told * normal.ldlt().solve(N0.transpose());
+  const MatXX J_dN = J_ * (N0 - N);
+  J_.noalias() -= J_dN * normal.ldlt().solve(N0.transpose());
 }
 
-// ∂(g(ε)·x ⊟ x)/∂ε for x, y, z and yaw about the center, written out (gauge_audit.h).
-EdgeObservabilityConstrained::Directions EdgeObservabilityConstrained::DirectionsAt(const std::vector<const double*>& x,
-                                                                                    const Vec3& center) const {
-  Directions N = Directions::Zero(J_.cols(), 4);
-  Eigen::Index row = 0;
-  for (size_t i = 0; i < Vertices().size(); ++i) {
-    const Vertex* vertex = Vertices()[i].get();
-    const Vec3 head = vertex->Dimension() >= 3 ? Vec3(Eigen::Map<const Vec3>(x[i])) : Vec3::Zero();
-    if (vertex != bystander_ && dynamic_cast<const VertexPose*>(vertex)) {
-      const Qd q(x[i][6], x[i][3], x[i][4], x[i][5]);
-      N.block<3, 3>(row, 0).setIdentity();
-      N.block<3, 1>(row, 3) = Vec3::UnitZ().cross(head - center);
-      N.block<3, 1>(row + 3, 3) = q.conjugate() * Vec3::UnitZ();
-    } else if (dynamic_cast<const VertexSpeedBias*>(vertex)) {
-      N.block<3, 1>(row, 3) = Vec3::UnitZ().cross(head);
-    }
-    row += vertex->LocalDimension();
-  }
-  return N;
-}
-
-std::shared_ptr<Edge> ConstrainObservability(std::shared_ptr<Edge> edge, const Prior& prior, const Vertex* bystander) {
+std::shared_ptr<Edge> ConstrainObservability(std::shared_ptr<Edge> edge, const Prior& prior, const Vertex* local_pose) {
   const auto& vertices = edge->Vertices();
-  if (std::none_of(vertices.begin(), vertices.end(), [&](const auto& v) { return FirstOf(prior, v) != nullptr; })) {
+  if (std::none_of(vertices.begin(), vertices.end(),
+                   [&](const auto& v) { return FirstEstimateOf(prior, v) != nullptr; })) {
     return edge;
   }
-  return std::make_shared<EdgeObservabilityConstrained>(std::move(edge), &prior, bystander);
+  return std::make_shared<EdgeObservabilityConstrained>(std::move(edge), &prior, local_pose);
 }
 
 }  // namespace ch5

@@ -1,36 +1,52 @@
 #pragma once
-/// The constraint of observability: however far the states have moved since a prior was made, every edge takes the same
-/// directions n for those that nothing measures, position and yaw, and none of them tells anything of n.
+/// Observability constraints: however far the states have moved since the prior was made, all edges share the same four
+/// unobservable directions, position and yaw, and none of them brings information along these.
 ///
 ///   J' = J − J (N₀ − N) (N₀ᵀN₀)⁻¹ N₀ᵀ,     so that J'N₀ = J N, which is zero, and ‖J' − J‖ is least
 ///
-/// N are the gauge's directions at the present states and N₀ those at the first estimates of the states that the prior
-/// knows. First-estimate Jacobians (first_estimates.h) reach the same null space by linearising there altogether. They
-/// also take over all that was not known well at first, such as scale; here only the null space is old.
+/// N holds the gauge's directions at the present states, N₀ those at the first estimates of the states in the prior.
+/// First-estimate Jacobians (first_estimates.h) reach the same null space by linearising at the first estimates
+/// altogether, and so also keep what was poorly known at first, such as scale; here only the null space is old.
 /// Source: Hesch, Kottas, Bowman, Roumeliotis, "Consistency analysis and improvement of vision-aided inertial
 /// navigation", TRO 2014, eq. 60.
 
-#include "ch5_backend/consistency/first_estimates.h"
+#include <memory>
+#include <vector>
+
+#include "ch5_backend/consistency/modified_jacobians.h"
+#include "ch5_backend/marginalize/edge_prior.h"
 
 namespace ch5 {
 
-/// An edge of poses, speeds and what does not live in W, with J' in place of J.
-class EdgeObservabilityConstrained : public EdgeOtherJacobians {
+/// Which edges of a sliding window get observability constraints.
+enum class ObservabilityConstraints {
+  kNone,               ///< none: every edge is linearised at the present states (VINS-Mono)
+  kMarginalizedEdges,  ///< those that are marginalised into the prior
+  kAllEdges            ///< and those of the solve too
+};
+
+/// The directions x, y, z and yaw about `center` in closed form, for states other than the present ones: the same as
+/// GaugeDirections by differences (gauge_directions.h).
+/// @param x           the parameters of each vertex
+/// @param local_pose  a pose that is not expressed in W, such as an extrinsic; null: none
+/// @return Σ LocalDimension × 4. Rows of poses and of speeds; all others are zero
+Eigen::Matrix<double, Eigen::Dynamic, 4> PositionYawDirections(const std::vector<std::shared_ptr<Vertex>>& vertices,
+                                                               const std::vector<const double*>& x,
+                                                               const Vertex* local_pose, const Vec3& center);
+
+/// An edge on poses, speeds and biases, and vertices that are not expressed in W, with J' in place of J.
+class EdgeObservabilityConstrained : public EdgeWithModifiedJacobians {
  public:
-  /// @param edge       not in any graph;  @param prior  must outlive this edge
-  /// @param bystander  a pose that does not live in W, such as an extrinsic; null: none
-  EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior* prior, const Vertex* bystander);
+  /// @param edge  must not be in any graph;  @param prior  must outlive this edge;  @param local_pose  as above
+  EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior* prior, const Vertex* local_pose);
   void ComputeJacobians() override;
 
  private:
-  using Directions = Eigen::Matrix<double, Eigen::Dynamic, 4>;
-  Directions DirectionsAt(const std::vector<const double*>& x, const Vec3& center) const;
-
-  const Vertex* bystander_;
+  const Vertex* local_pose_;
   std::vector<const double*> now_, first_;  // parameters of each vertex
 };
 
-/// The edge so constrained; itself if the prior knows none of its vertices.
-std::shared_ptr<Edge> ConstrainObservability(std::shared_ptr<Edge> edge, const Prior& prior, const Vertex* bystander);
+/// The edge with the constraint; the edge itself if the prior holds none of its vertices.
+std::shared_ptr<Edge> ConstrainObservability(std::shared_ptr<Edge> edge, const Prior& prior, const Vertex* local_pose);
 
 }  // namespace ch5

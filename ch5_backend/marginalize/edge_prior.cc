@@ -8,7 +8,7 @@
 namespace ch5 {
 namespace {
 
-// How many of the first rows and columns are the identity's: of a pose only the rotation's are not.
+// How many leading rows and columns are those of the identity; in a pose's block only the rotation's differ.
 Eigen::Index LeadingIdentity(const MatXX& B) {
   Eigen::Index k = 0;
   while (k < B.rows() && B(k, k) == 1.0 && B.row(k).squaredNorm() == 1.0 && B.col(k).squaredNorm() == 1.0) ++k;
@@ -21,7 +21,7 @@ EdgePrior::EdgePrior(Prior prior)
     : Edge(static_cast<int>(prior.r0.size()), prior.vertices, nullptr, nullptr), prior_(std::move(prior)) {
   const auto rows = prior_.r0.size();
   Eigen::Index columns = 0;
-  if (prior_.x0.size() != prior_.vertices.size()) throw std::invalid_argument("EdgePrior: one x0 a vertex is needed");
+  if (prior_.x0.size() != prior_.vertices.size()) throw std::invalid_argument("EdgePrior: one x0 per vertex is needed");
   for (size_t i = 0; i < prior_.vertices.size(); ++i) {
     if (!prior_.vertices[i] || prior_.x0[i].size() != prior_.vertices[i]->Dimension()) {
       throw std::invalid_argument("EdgePrior: x0 " + std::to_string(i) + " does not fit its vertex");

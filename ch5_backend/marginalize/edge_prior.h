@@ -1,8 +1,8 @@
 #pragma once
 /// A prior is just another edge:  r = r₀ + J (x ⊟ x₀),  W = I,  on the vertices that a marginalisation kept.
 ///
-/// H = JᵀJ and b = −Jᵀr₀ at x₀. J stays as it was at x₀ (the prior's first estimate); only ⊟ moves with x. With B the
-/// small blocks of ∂(x ⊟ x₀)/∂δ, the Hessian elsewhere is  Bᵀ(JᵀJ)B,  of which the product in brackets is computed once.
+/// H = JᵀJ and b = −Jᵀr₀ at x₀. J stays as it was at x₀ (the prior's first estimate); only x ⊟ x₀ changes with x. With B
+/// the small blocks of ∂(x ⊟ x₀)/∂δ, the Hessian elsewhere is  Bᵀ(JᵀJ)B,  whose product in brackets is computed once.
 
 #include <memory>
 #include <vector>
@@ -11,15 +11,17 @@
 
 namespace ch5 {
 
-/// What a marginalisation leaves behind, as plain values.
+/// The result of a marginalisation, as plain values.
 struct Prior {
   std::vector<std::shared_ptr<Vertex>> vertices;  ///< in the order of J's columns
   std::vector<VecX> x0;                           ///< their parameters at the linearisation point
   MatXX J;                                        ///< m×n, n = Σ LocalDimension
   VecX r0;                                        ///< m×1
-  std::vector<VecX> first = {};                   ///< where the vertices were when a prior first knew them; empty: x0
+  std::vector<VecX> first_estimates = {};         ///< the vertices' states when they first entered a prior; empty: x0
 
-  const VecX& FirstEstimate(std::ptrdiff_t i) const { return (first.empty() ? x0 : first)[static_cast<size_t>(i)]; }
+  const VecX& FirstEstimate(std::ptrdiff_t i) const {
+    return (first_estimates.empty() ? x0 : first_estimates)[static_cast<size_t>(i)];
+  }
 };
 
 class EdgePrior : public Edge, public FastEdge {
@@ -31,7 +33,7 @@ class EdgePrior : public Edge, public FastEdge {
   bool ProductsInto(double* C) override;
   std::string TypeInfo() const override { return "EdgePrior"; }
 
-  /// As first estimates want it: J stays that of x₀, the change of ⊟ with x left out. Off unless told.
+  /// First-estimate Jacobians: J stays that of x₀, without the factor B. Off by default.
   void KeepJacobian(bool keep) { keep_jacobian_ = keep; }
 
   const Prior& GetPrior() const { return prior_; }

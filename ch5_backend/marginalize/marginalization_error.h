@@ -8,8 +8,8 @@
 ///        │   H_01ᵀ   │    H_11     │
 ///        └───────────┴─────────────┘
 ///
-/// A block's linearisation point x₀ is where it stood when it was first connected; residuals that come later are
-/// linearised there too (first-estimate Jacobians).  Source: Leutenegger et al., IJRR 2015, §4.3.
+/// A block's linearisation point x₀ is its state when it was first connected; later residuals are linearised there too
+/// (first-estimate Jacobians). U, V, W are OKVIS's letters for three blocks of H; W is not an information matrix here.  Source: Leutenegger et al., IJRR 2015, §4.3.
 ///
 /// Four functions are homework stage 5 and live in solutions/marginalization_error.cc; the rest is core.
 
@@ -22,9 +22,9 @@ namespace ch5 {
 
 class MarginalizationError {
  public:
-  /// Adds an edge's part of H and b₀. New vertices are connected where they stand now; a fixed one has no columns.
-  /// The caller takes the edge out of its graph.
-  /// @throws std::invalid_argument if two landmarks share the edge
+  /// Adds an edge's part of H and b₀. New vertices are connected at their present states; a fixed one has no columns.
+  /// The caller removes the edge from its graph.
+  /// @throws std::invalid_argument if the edge connects two landmarks
   void AddResidualBlock(const std::shared_ptr<Edge>& edge);
 
   /// Stage 5.1. Opens rows and columns for a new block of `dim`: a landmark's at the tail of H, any other's at the end
@@ -36,7 +36,7 @@ class MarginalizationError {
   void MarginalizeOut(const std::vector<std::shared_ptr<Vertex>>& vertices);
 
   /// Stage 5.2.  U ← U − W V⁺ Wᵀ,  b_a ← b_a − W V⁺ b_b  for one block of variables.
-  /// @param V  m×m, what goes;  @param W  n×m;  @param U, b_a  what stays, changed in place;  @param b_b  m×1
+  /// @param V  m×m, of the dropped block;  @param W  n×m;  @param U, b_a  of the rest, changed in place;  @param b_b  m×1
   static void SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a);
 
   /// Stage 5.3.  J and e₀ from H and b₀; call it after adding and marginalising, before use.
@@ -78,7 +78,9 @@ class MarginalizationError {
 
   int Find(const Vertex& vertex) const;
   void Connect(const std::shared_ptr<Vertex>& vertex);
-  void RemoveRows(const std::vector<bool>& gone);
+  void EliminateLandmarks(const std::vector<const Block*>& landmarks, const std::vector<int>& rows);
+  void EliminateDense(const std::vector<int>& rows, const std::vector<bool>& is_dropped);
+  void RemoveRows(const std::vector<bool>& is_dropped);
 
   std::vector<Block> blocks_;
 };

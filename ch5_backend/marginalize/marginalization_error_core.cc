@@ -2,13 +2,21 @@
 #include <stdexcept>
 
 #include "ch5_backend/marginalize/marginalization_error.h"
-#include "ch5_backend/marginalize/moved_vertices.h"
+#include "ch5_backend/marginalize/scoped_linearization_point.h"
 #include "ch5_backend/marginalize/square_root.h"
 
 namespace ch5 {
 namespace {
 
 std::string Name(const Vertex& vertex) { return vertex.TypeInfo() + " " + std::to_string(vertex.Id()); }
+
+std::vector<int> RowsWithout(const std::vector<bool>& is_left_out) {
+  std::vector<int> rows;
+  for (size_t row = 0; row < is_left_out.size(); ++row) {
+    if (!is_left_out[row]) rows.push_back(static_cast<int>(row));
+  }
+  return rows;
+}
 
 }  // namespace
 
@@ -28,7 +36,7 @@ void MarginalizationError::Connect(const std::shared_ptr<Vertex>& vertex) {
   const bool is_landmark = vertex->GetRole() == Role::kLandmark;
   const int dim = vertex->LocalDimension();
   const int idx = InsertBlock(dim, is_landmark);
-  if (!is_landmark) {  // the landmarks behind it have moved on
+  if (!is_landmark) {  // the landmarks behind it move back
     for (Block& block : blocks_) block.ordering_idx += block.is_landmark ? dim : 0;
     dense_size_ += dim;
   }
@@ -39,11 +47,11 @@ void MarginalizationError::AddResidualBlock(const std::shared_ptr<Edge>& edge) {
   const auto& vertices = edge->Vertices();
   const auto is_free_landmark = [](const auto& v) { return v->GetRole() == Role::kLandmark && !v->IsFixed(); };
   if (std::count_if(vertices.begin(), vertices.end(), is_free_landmark) > 1) {
-    throw std::invalid_argument("MarginalizationError: " + edge->TypeInfo() + " ties two landmarks");
+    throw std::invalid_argument("MarginalizationError: " + edge->TypeInfo() + " connects two landmarks");
   }
   for (const auto& vertex : vertices) Connect(vertex);
 
-  MovedVertices at_linearisation;
+  ScopedLinearizationPoint at_linearisation;
   for (const auto& vertex : vertices) {
     if (!vertex->IsFixed()) at_linearisation.Move(vertex.get(), blocks_[static_cast<size_t>(Find(*vertex))].x0);
   }
@@ -66,64 +74,67 @@ void MarginalizationError::AddResidualBlock(const std::shared_ptr<Edge>& edge) {
 }
 
 void MarginalizationError::MarginalizeOut(const std::vector<std::shared_ptr<Vertex>>& vertices) {
-  std::vector<bool> gone(static_cast<size_t>(H_.rows()), false);
-  std::vector<int> dense;
-  std::vector<size_t> landmarks;
+  std::vector<bool> is_dropped(static_cast<size_t>(H_.rows()), false);
+  std::vector<bool> is_dropped_landmark = is_dropped;
+  std::vector<const Block*> landmarks;
   for (const auto& vertex : vertices) {
     const int i = vertex ? Find(*vertex) : -1;
     if (i < 0) {
       throw std::invalid_argument("MarginalizeOut: " + (vertex ? Name(*vertex) : "null") + " is not connected");
     }
     const Block& block = blocks_[static_cast<size_t>(i)];
-    if (block.is_landmark) landmarks.push_back(static_cast<size_t>(i));
-    for (int k = 0; k < block.dim; ++k) {
-      gone[static_cast<size_t>(block.ordering_idx + k)] = true;
-      if (!block.is_landmark) dense.push_back(block.ordering_idx + k);
-    }
+    std::fill_n(is_dropped.begin() + block.ordering_idx, block.dim, true);
+    if (!block.is_landmark) continue;
+    std::fill_n(is_dropped_landmark.begin() + block.ordering_idx, block.dim, true);
+    landmarks.push_back(&block);
   }
-
-  // Scaled to a unit diagonal, so that the pseudo-inverses compare like with like.
+  // Scaled to a unit diagonal, so that the cutoff of the pseudo-inverses does not depend on units.
   const VecX p = ScalingOf(H_), p_inverse = p.cwiseInverse();
   H_ = p_inverse.asDiagonal() * H_ * p_inverse.asDiagonal();
   b0_ = p_inverse.asDiagonal() * b0_;
+  const std::vector<int> dense_rows = RowsWithout(is_dropped_landmark);
+  EliminateLandmarks(landmarks, dense_rows);
+  EliminateDense(dense_rows, is_dropped);
 
-  // What a step works on: everything but the landmarks that go, whose blocks do not touch each other.
-  std::vector<int> rest;
-  const auto is_dense = [&](int row) { return std::find(dense.begin(), dense.end(), row) != dense.end(); };
-  for (int row = 0; row < H_.rows(); ++row) {
-    if (!gone[static_cast<size_t>(row)] || is_dense(row)) rest.push_back(row);
-  }
-  MatXX U = H_(rest, rest);
-  VecX b_a = b0_(rest);
-  for (const size_t i : landmarks) {
-    const Block& block = blocks_[i];
-    const MatXX V = H_.block(block.ordering_idx, block.ordering_idx, block.dim, block.dim);
-    SchurComplement(V, H_(rest, Eigen::seqN(block.ordering_idx, block.dim)), b0_.segment(block.ordering_idx, block.dim),
-                    &U, &b_a);
-  }
-
-  std::vector<int> stay, go, stay_rows;  // positions in `rest`, and rows of H
-  for (int k = 0; k < static_cast<int>(rest.size()); ++k) {
-    const bool goes = gone[static_cast<size_t>(rest[static_cast<size_t>(k)])];
-    (goes ? go : stay).push_back(k);
-    if (!goes) stay_rows.push_back(rest[static_cast<size_t>(k)]);
-  }
-  H_ = U(stay, stay);
-  b0_ = b_a(stay);
-  if (!go.empty()) SchurComplement(U(go, go), U(stay, go), b_a(go), &H_, &b0_);
-
-  VecX p_stay = p(stay_rows);
-  H_ = p_stay.asDiagonal() * H_ * p_stay.asDiagonal();
-  b0_ = p_stay.asDiagonal() * b0_;
-  RemoveRows(gone);
+  const VecX p_kept = p(RowsWithout(is_dropped));
+  H_ = p_kept.asDiagonal() * H_ * p_kept.asDiagonal();
+  b0_ = p_kept.asDiagonal() * b0_;
+  RemoveRows(is_dropped);
 }
 
-// Forgets the blocks whose rows are gone and closes the gaps; after a Schur complement the rest is dense.
-void MarginalizationError::RemoveRows(const std::vector<bool>& gone) {
-  std::vector<int> new_row(gone.size(), 0);
-  for (size_t row = 1; row < gone.size(); ++row) new_row[row] = new_row[row - 1] + (gone[row - 1] ? 0 : 1);
-  const auto is_gone = [&](const Block& block) { return gone[static_cast<size_t>(block.ordering_idx)]; };
-  blocks_.erase(std::remove_if(blocks_.begin(), blocks_.end(), is_gone), blocks_.end());
+// One small block at a time, as no two landmarks share an edge. H_ and b0_ keep the given rows, which
+// are those of all other blocks.
+void MarginalizationError::EliminateLandmarks(const std::vector<const Block*>& landmarks,
+                                              const std::vector<int>& rows) {
+  MatXX U = H_(rows, rows);
+  VecX b_a = b0_(rows);
+  for (const Block* block : landmarks) {
+    const int idx = block->ordering_idx, dim = block->dim;
+    SchurComplement(H_.block(idx, idx, dim, dim), H_(rows, Eigen::seqN(idx, dim)), b0_.segment(idx, dim), &U, &b_a);
+  }
+  H_ = std::move(U);
+  b0_ = std::move(b_a);
+}
+
+// @param rows  to which rows of the full H those of H_ belong;  @param is_dropped  by row of the full H
+void MarginalizationError::EliminateDense(const std::vector<int>& rows, const std::vector<bool>& is_dropped) {
+  std::vector<int> kept, dropped;  // rows of H_
+  for (size_t k = 0; k < rows.size(); ++k) {
+    (is_dropped[static_cast<size_t>(rows[k])] ? dropped : kept).push_back(static_cast<int>(k));
+  }
+  const MatXX H = H_;
+  const VecX b0 = b0_;
+  H_ = H(kept, kept);
+  b0_ = b0(kept);
+  if (!dropped.empty()) SchurComplement(H(dropped, dropped), H(kept, dropped), b0(dropped), &H_, &b0_);
+}
+
+// Removes the dropped blocks and renumbers the others, which are all connected after the Schur complement.
+void MarginalizationError::RemoveRows(const std::vector<bool>& is_dropped) {
+  std::vector<int> new_row(is_dropped.size(), 0);
+  for (size_t row = 1; row < is_dropped.size(); ++row) new_row[row] = new_row[row - 1] + (is_dropped[row - 1] ? 0 : 1);
+  const auto dropped = [&](const Block& block) { return is_dropped[static_cast<size_t>(block.ordering_idx)]; };
+  blocks_.erase(std::remove_if(blocks_.begin(), blocks_.end(), dropped), blocks_.end());
   dense_size_ = 0;
   for (Block& block : blocks_) {
     block.ordering_idx = new_row[static_cast<size_t>(block.ordering_idx)];

@@ -9,7 +9,7 @@
 ///       └───────────┴──────────┘     eigenvalues ≤ 1e-8 count as zero, in A_mm and in A_r
 ///
 /// Blocks are kept by vertex id, never by address, so that a run repeats to the bit. For speed the estimators call
-/// Marginalize (marginalize.h), which is equal; this is the plain form.
+/// Marginalize (marginalize.h), which gives the same prior; this is the plain form.
 /// Source: Qin, Li, Shen, "VINS-Mono", TRO 2018, §V-D.
 ///
 /// Five functions are homework stage 6 and live in solutions/vins_window.cc; the rest is core.
@@ -22,7 +22,7 @@
 
 namespace ch5 {
 
-/// One residual that a marginalisation swallows. `drop_set` holds positions in edge->Vertices().
+/// One residual to be marginalised. `drop_set` holds positions in edge->Vertices().
 struct ResidualBlockInfo {
   std::shared_ptr<Edge> edge;
   std::vector<int> drop_set;
@@ -43,7 +43,7 @@ class MarginalizationInfo {
   void Marginalize();
 
   /// Stage 6f. The prior on the kept blocks. A window that slides hands its states on: `shift` maps the id of a kept
-  /// vertex to the vertex that takes its place (VINS' addr_shift); a vertex that is not in it stays itself.
+  /// vertex to the vertex that takes over its state (VINS' addr_shift); all others stay.
   Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift = {}) const;
 
   int m() const { return m_; }  ///< rows of the dropped blocks

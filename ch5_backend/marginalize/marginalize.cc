@@ -10,7 +10,7 @@
 namespace ch5 {
 namespace {
 
-// Column-major memory behind which the kernels may read.
+// Memory for a column-major matrix; the kernels may read a little beyond it.
 VecX Zeros(Eigen::Index size) { return VecX::Zero(size + kernels::kOverread); }
 
 class Elimination {
@@ -19,44 +19,44 @@ class Elimination {
       : layout_(layout), n_(layout.size), H_memory_(Zeros(n_ * n_)), H_(H_memory_.data(), n_, n_), b_(VecX::Zero(n_)) {}
 
   MarginalSystem Run() {
-    for (const Layout::Row& row : layout_.dense_edges) AddEdge(row, nullptr);
+    for (const Layout::EdgeColumns& entry : layout_.dense_edges) AddEdge(entry, nullptr);
     EliminateLandmarks();
     return EliminateDense();
   }
 
  private:
-  // What the edges of one landmark leave behind: V, b_l, and its columns w of the dense part, n×dim.
+  // One landmark's blocks of the normal equations; H_pl is n×dim, column-major.
   struct Landmark {
-    MatXX V;
-    VecX b;
-    double* w;
+    MatXX H_ll;
+    VecX b_l;
+    double* H_pl;
   };
 
-  // The rows of one vertex in J̃ᵀ.
-  struct Part {
+  // One free vertex of an edge.
+  struct Block {
     size_t vertex;  // position in the edge
-    int column;     // of the dense part, or Layout::kLandmark
+    int column;     // its first column in the dense part, or Layout::kLandmark
     int dim;
-    int row;
+    int row;  // its first row in J̃ᵀ
   };
 
-  // H += J̃ᵀJ̃ (lower half), b −= J̃ᵀr̃ (graph/whitening.h), with the landmark's columns apart.
-  void AddEdge(const Layout::Row& row, Landmark* landmark) {
-    FindParts(row);
-    if (AddPlainEdge(*row.edge, landmark)) return;
+  // H += J̃ᵀJ̃ (lower half), b −= J̃ᵀr̃ (graph/whitening.h), the landmark's columns into its own blocks.
+  void AddEdge(const Layout::EdgeColumns& entry, Landmark* landmark) {
+    FindBlocks(entry);
+    if (AddPlainEdge(*entry.edge, landmark)) return;
     const int rows = Columns() + 1;
     P_.resize(rows * rows + kernels::kOverread);  // −[J̃ r̃]ᵀ[J̃ r̃]
-    if (!NegativeProducts(row.edge, ColumnsInEdge(*row.edge), P_.data())) {
-      row.edge->Linearize();
-      WhitenTransposed(*row.edge);
-      kernels::SubtractProductAAt(rows, row.edge->ResidualDimension(), A_.data(), rows, P_.data(), rows,
+    if (!NegativeProducts(entry.edge, ColumnsInEdge(*entry.edge), P_.data())) {
+      entry.edge->Linearize();
+      WhitenTransposed(*entry.edge);
+      kernels::SubtractProductAAt(rows, entry.edge->ResidualDimension(), A_.data(), rows, P_.data(), rows,
                                   kernels::Old::kForget);
     }
-    for (const Part& j : parts_) {
+    for (const Block& j : blocks_) {
       for (int c = 0; c < j.dim; ++c) {
         const double* P = P_.data() + (j.row + c) * rows;
         Gradient(j, c, landmark) += P[rows - 1];
-        for (const Part& i : parts_) {
+        for (const Block& i : blocks_) {
           if (i.row < j.row) continue;
           double* H = BlockColumn(i, j, c, landmark);
           for (int r = i.row == j.row ? c : 0; r < i.dim; ++r) H[r] -= P[i.row + r];
@@ -65,7 +65,7 @@ class Elimination {
     }
   }
 
-  // The most frequent kind of edge: two rows, W = w I.  @return false if it is another
+  // The most frequent kind of edge: two rows, W = w I.  @return false if the edge is of another kind
   bool AddPlainEdge(const Edge& edge, Landmark* landmark) {
     constexpr int kMostVertices = 5, kMostColumns = 32;
     const double w = edge.IsotropicInformation();
@@ -73,7 +73,7 @@ class Elimination {
       return false;
     double r[2], J[2 * kMostColumns], row_0[kMostColumns], row_1[kMostColumns];
     double* J_of[kMostVertices] = {};
-    for (const Part& part : parts_) J_of[part.vertex] = J + 2 * part.row;
+    for (const Block& block : blocks_) J_of[block.vertex] = J + 2 * block.row;
     const FastEdge* fast = AsFast(edge);
     if (!fast || !fast->LinearizeInto(r, J_of)) return false;
     const TwoRowWhitening white(w, edge.GetLossFunction(), r);
@@ -81,15 +81,15 @@ class Elimination {
       row_0[c] = white.M[0][0] * J[2 * c] + white.M[0][1] * J[2 * c + 1];
       row_1[c] = white.M[1][0] * J[2 * c] + white.M[1][1] * J[2 * c + 1];
     }
-    for (const Part& j : parts_) {
+    for (const Block& j : blocks_) {
       const double *x = row_0 + j.row, *y = row_1 + j.row;
       for (int c = 0; c < j.dim; ++c) Gradient(j, c, landmark) -= x[c] * white.r[0] + y[c] * white.r[1];
-      for (const Part& i : parts_) {
+      for (const Block& i : blocks_) {
         if (i.row < j.row) continue;
         const double *a = row_0 + i.row, *b = row_1 + i.row;
         for (int c = 0; c < j.dim; ++c) {
           double* H = BlockColumn(i, j, c, landmark);
-          if (i.dim == 6) {  // a pose; of its own block the upper half is written without a meaning
+          if (i.dim == 6) {  // a pose; the upper half of its own block is written but never read
             Eigen::Map<Vec6>{H} += x[c] * Eigen::Map<const Vec6>(a) + y[c] * Eigen::Map<const Vec6>(b);
           } else {
             for (int k = 0; k < i.dim; ++k) H[k] += x[c] * a[k] + y[c] * b[k];
@@ -100,41 +100,41 @@ class Elimination {
     return true;
   }
 
-  double& Gradient(const Part& j, int c, Landmark* landmark) {
-    return j.column < 0 ? landmark->b[c] : b_[j.column + c];
+  double& Gradient(const Block& j, int c, Landmark* landmark) {
+    return j.column < 0 ? landmark->b_l[c] : b_[j.column + c];
   }
-  // Column c of block (i, j): of the dense part, of w, or of V.
-  double* BlockColumn(const Part& i, const Part& j, int c, Landmark* landmark) {
-    if (i.column < 0) return landmark->V.data() + c * j.dim;
-    return j.column < 0 ? landmark->w + c * n_ + i.column : &H_(i.column, j.column + c);
+  // Column c of block (i, j): of the dense part, of H_pl, or of H_ll.
+  double* BlockColumn(const Block& i, const Block& j, int c, Landmark* landmark) {
+    if (i.column < 0) return landmark->H_ll.data() + c * j.dim;
+    return j.column < 0 ? landmark->H_pl + c * n_ + i.column : &H_(i.column, j.column + c);
   }
 
   // The free vertices of an edge in the order of their columns, so that the lower half of its products is that of H.
-  void FindParts(const Layout::Row& row) {
-    parts_.clear();
-    const auto& vertices = row.edge->Vertices();
+  void FindBlocks(const Layout::EdgeColumns& entry) {
+    blocks_.clear();
+    const auto& vertices = entry.edge->Vertices();
     for (size_t i = 0; i < vertices.size(); ++i) {
-      const int column = layout_.ColumnsOf(row)[i];
-      if (column != Layout::kFixed) parts_.push_back({i, column, vertices[i]->LocalDimension(), 0});
+      const int column = layout_.ColumnsOf(entry)[i];
+      if (column != Layout::kFixed) blocks_.push_back({i, column, vertices[i]->LocalDimension(), 0});
     }
-    std::sort(parts_.begin(), parts_.end(), [](const Part& a, const Part& b) { return a.column < b.column; });
-    for (size_t i = 1; i < parts_.size(); ++i) parts_[i].row = parts_[i - 1].row + parts_[i - 1].dim;
+    std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) { return a.column < b.column; });
+    for (size_t i = 1; i < blocks_.size(); ++i) blocks_[i].row = blocks_[i - 1].row + blocks_[i - 1].dim;
   }
-  int Columns() const { return parts_.empty() ? 0 : parts_.back().row + parts_.back().dim; }
+  int Columns() const { return blocks_.empty() ? 0 : blocks_.back().row + blocks_.back().dim; }
 
-  // Those of the parts among the columns of all of the edge's vertices, and the residual's.
+  // The columns of the blocks among those of all vertices of the edge, then the residual's.
   const std::vector<int>& ColumnsInEdge(const Edge& edge) {
     std::vector<int> begin{0};
     for (const auto& vertex : edge.Vertices()) begin.push_back(begin.back() + vertex->LocalDimension());
     columns_.clear();
-    for (const Part& part : parts_) {
-      for (int c = 0; c < part.dim; ++c) columns_.push_back(begin[part.vertex] + c);
+    for (const Block& block : blocks_) {
+      for (int c = 0; c < block.dim; ++c) columns_.push_back(begin[block.vertex] + c);
     }
     columns_.push_back(begin.back());
     return columns_;
   }
 
-  // A = [J̃ r̃]ᵀ in the order of the parts.
+  // A = [J̃ r̃]ᵀ in the order of the blocks.
   void WhitenTransposed(const Edge& edge) {
     const int R = edge.ResidualDimension(), rows = Columns() + 1;
     A_.resize(rows * R + kernels::kOverread);
@@ -148,19 +148,19 @@ class Elimination {
     } else {
       for (int k = 0; k < R; ++k) A(rows - 1, k) = scale * edge.Residual()[k];
     }
-    for (const Part& part : parts_) {
-      const auto J = edge.Jacobian(part.vertex);
+    for (const Block& block : blocks_) {
+      const auto J = edge.Jacobian(block.vertex);
       if (scale < 0.0) {
-        A.middleRows(part.row, part.dim).noalias() = J.transpose() * Eigen::Map<const MatXX>(M_.data(), R, R);
+        A.middleRows(block.row, block.dim).noalias() = J.transpose() * Eigen::Map<const MatXX>(M_.data(), R, R);
         continue;
       }
       for (int k = 0; k < R; ++k) {
-        for (int c = 0; c < part.dim; ++c) A(part.row + c, k) = scale * J(k, c);
+        for (int c = 0; c < block.dim; ++c) A(block.row + c, k) = scale * J(k, c);
       }
     }
   }
 
-  // All landmarks at once:  H ← H − M Mᵀ,  b ← b − M N ᵀb_l,  the columns of M being w N with N Nᵀ = V⁺.
+  // All landmarks at once:  H ← H − M Mᵀ,  b ← b − M Nᵀb_l,  where M has the columns H_pl N, N Nᵀ = H_ll⁺.
   void EliminateLandmarks() {
     int columns = 0;
     for (const auto& landmark : layout_.landmarks) columns += landmark->LocalDimension();
@@ -169,25 +169,25 @@ class Elimination {
     Landmark landmark{{}, {}, M.data()};
     for (size_t l = 0; l < layout_.landmarks.size(); ++l) {
       const int dim = layout_.landmarks[l]->LocalDimension();
-      landmark.V.setZero(dim, dim);
-      landmark.b.setZero(dim);
-      for (const Layout::Row& row : layout_.landmark_edges[l]) AddEdge(row, &landmark);
-      const MatXX N = PseudoInverseSquareRoot(landmark.V);
-      Eigen::Map<MatXX> M_l(landmark.w, n_, dim);
-      if (dim == 1) {  // an inverse depth, without what products of any size cost
+      landmark.H_ll.setZero(dim, dim);
+      landmark.b_l.setZero(dim);
+      for (const Layout::EdgeColumns& entry : layout_.landmark_edges[l]) AddEdge(entry, &landmark);
+      const MatXX N = PseudoInverseSquareRoot(landmark.H_ll);
+      Eigen::Map<MatXX> M_l(landmark.H_pl, n_, dim);
+      if (dim == 1) {  // an inverse depth: no matrix products
         M_l *= N(0, 0);
-        b_ -= M_l * (N(0, 0) * landmark.b[0]);
+        b_ -= M_l * (N(0, 0) * landmark.b_l[0]);
       } else {
         M_l = (M_l * N).eval();
-        b_.noalias() -= M_l * (N.transpose() * landmark.b);
+        b_.noalias() -= M_l * (N.transpose() * landmark.b_l);
       }
-      landmark.w += n_ * dim;
+      landmark.H_pl += n_ * dim;
     }
     const int n = static_cast<int>(n_);
     kernels::SubtractProductAAt(n, columns, M.data(), n, H_.data(), n);
   }
 
-  // The same for what is dropped of the dense part:  M = H_kd N,  N Nᵀ = H_dd⁺.
+  // The same for the dropped vertices of the dense part:  M = H_kd N,  N Nᵀ = H_dd⁺.
   MarginalSystem EliminateDense() const {
     const int n = layout_.kept_size, m = layout_.size - n;
     const MatXX N = PseudoInverseSquareRoot(H_.bottomRightCorner(m, m));
@@ -201,10 +201,10 @@ class Elimination {
   const Layout& layout_;
   Eigen::Index n_;
   VecX H_memory_;
-  Eigen::Map<MatXX> H_;  // only the lower half has a meaning
+  Eigen::Map<MatXX> H_;  // only the lower half is used
   VecX b_;
-  // Of the edge at hand.
-  std::vector<Part> parts_;
+  // Scratch memory, of the current edge.
+  std::vector<Block> blocks_;
   std::vector<int> columns_;
   VecX A_, P_, M_, r_;
 };
@@ -218,10 +218,10 @@ MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges
 }
 
 Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
-                  const std::optional<EigenCut>& cut) {
+                  const std::optional<EigenvalueCutoff>& cutoff) {
   MarginalSystem system = EliminateVertices(edges, drop);
   SquareRootForm form =
-      cut ? FactorNormalEquations(system.H, system.b, *cut) : FactorNormalEquations(system.H, system.b);
+      cutoff ? FactorNormalEquations(system.H, system.b, *cutoff) : FactorNormalEquations(system.H, system.b);
   Prior prior;
   for (const auto& vertex : system.kept) prior.x0.emplace_back(vertex->Parameters());
   prior.vertices = std::move(system.kept);

@@ -1,15 +1,23 @@
 #pragma once
 /// Marginalisation as a function:  edges + vertices to drop → a prior on the rest.
 ///
-///         kept  dropped        landmarks that are dropped
-///       ┌──────┬──────┐      ┌───┐
-///   H = │ H_kk │ H_kd │  W = │ w │ one thin column block each,   V = small blocks on a diagonal
-///       │ H_dk │ H_dd │      │   │
-///       └──────┴──────┘      └───┘
+///         kept   dropped  dropped landmarks l
+///       ┌──────┬──────┬──────┐
+///       │ H_kk │ H_kd │      │
+///   H = ├──────┼──────┤ H_pl │     p = kept and dropped together: the dense part
+///       │ H_dk │ H_dd │      │     H_ll = one small block per landmark, on the diagonal
+///       ├──────┴──────┼──────┤
+///       │    H_lp     │ H_ll │
+///       └─────────────┴──────┘
 ///
-/// 1. the landmarks, whose V are small and by themselves:  H ← H − Σ w V⁺ wᵀ
-/// 2. the dropped poses, one small dense block:  H_kk − H_kd H_dd⁺ H_dk
-/// 3. H = JᵀJ, b = −Jᵀr₀ of what remains
+/// 1. landmarks, one small block at a time:  H_pp ← H_pp − Σ_l H_pl H_ll⁺ H_lp
+/// 2. dropped poses, speeds and biases, one dense block:  H_kk − H_kd H_dd⁺ H_dk
+/// 3. back to a residual:  H = JᵀJ, b = −Jᵀr₀
+///
+/// This folder, `marginalize/`, turns edges that leave a problem into a prior. In: edges and the vertices to drop. Out: a
+/// Prior, which EdgePrior makes an edge of. The estimators call Marginalize; marginalization_error.h (OKVIS) and
+/// marginalization_info.h (VINS-Mono) are the graded forms and give the same prior; qr_elimination.h never forms H.
+/// Reading order: edge_prior.h, this file, square_root.h, layout.h.
 
 #include <optional>
 
@@ -18,23 +26,23 @@
 
 namespace ch5 {
 
-/// What remains after the Schur complement, before it is factored:  H Δx = b on the kept vertices.
+/// The normal equations after the Schur complement, before they are factored:  H Δx = b on the kept vertices.
 struct MarginalSystem {
   std::vector<std::shared_ptr<Vertex>> kept;  ///< in order of id
   MatXX H;                                    ///< n×n, n = Σ LocalDimension
   VecX b;                                     ///< n×1
 };
 
-/// Linearises the edges at the present states and eliminates `drop`. Fixed vertices have no columns. The edges are
-/// left as they are: who calls takes them, and the dropped vertices, out of the graph.
+/// Linearises the edges at the present states and eliminates `drop`. Fixed vertices have no columns. The edges do
+/// not change; the caller removes them and the dropped vertices from the graph.
 /// @param edges  at least one;  @param drop  free vertices; those without an edge are ignored
-/// @throws std::invalid_argument if an edge ties two dropped landmarks
+/// @throws std::invalid_argument if an edge connects two dropped landmarks
 MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges,
                                  const std::vector<std::shared_ptr<Vertex>>& drop);
 
-/// EliminateVertices, then FactorNormalEquations, by Cholesky or by the eigenvalues that a cut leaves; x0 are the present
-/// states.
+/// EliminateVertices, then FactorNormalEquations: by pivoted Cholesky, or, given a cutoff, by eigenvalues. x0 are the
+/// present states.
 Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
-                  const std::optional<EigenCut>& cut = std::nullopt);
+                  const std::optional<EigenvalueCutoff>& cutoff = std::nullopt);
 
 }  // namespace ch5

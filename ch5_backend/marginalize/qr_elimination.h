@@ -1,12 +1,12 @@
 #pragma once
-/// Marginalisation without ever forming H: orthogonal transformations of the whitened Jacobians.
+/// Marginalisation without forming H: orthogonal transformations of the whitened Jacobians.
 ///
 ///   rows of one landmark          all rows that are left              what remains
 ///   [ J_l │ J_p │ r ]   ──QR──►   [ J_d │ J_k │ r ]   ──QR──►   [ R_k │ r₀ ],   H = R_kᵀR_k,  b = −R_kᵀr₀
-///   the first rows, which hold the landmark, are dropped; the null space of J_lᵀ is kept
+///   the first rows, which hold the landmark, are dropped; the rows in the null space of J_lᵀ are kept
 ///
-/// The condition number is that of J and not its square, so that single precision is enough where Schur's needs
-/// double.  Source: Demmel et al., ICCV 2021 (arXiv 2109.02182); Golub & Van Loan, §5.2.
+/// The condition number is that of J and not its square, so that single precision suffices where the Schur complement
+/// needs double.  Source: Demmel et al., ICCV 2021 (arXiv 2109.02182); Golub & Van Loan, §5.2.
 
 #include "ch5_backend/marginalize/edge_prior.h"
 
@@ -14,7 +14,7 @@ namespace ch5 {
 
 /// The same prior as Marginalize, by QR in the given precision; J is upper triangular, n×n.
 /// @tparam Scalar  double or float: all arithmetic after the linearisation
-/// @throws std::invalid_argument if an edge ties two dropped landmarks
+/// @throws std::invalid_argument if an edge connects two dropped landmarks
 template <typename Scalar>
 Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop);
 

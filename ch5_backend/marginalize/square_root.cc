@@ -10,30 +10,32 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// P⁻¹HP⁻¹ = U S Uᵀ, S ascending; what the cut counts as zero is zero in S_sqrt and in S_pinv_sqrt.
-ScaledEigen Decompose(const MatXX& H, const VecX& p_inverse, const EigenCut& cut) {
+// P⁻¹HP⁻¹ = U S Uᵀ, S ascending; eigenvalues below the cutoff are zero in S_sqrt and in S_pinv_sqrt.
+ScaledEigen Decompose(const MatXX& H, const VecX& p_inverse, const EigenvalueCutoff& cutoff) {
   if (H.rows() == 0) return {MatXX(0, 0), VecX(0), VecX(0)};
   const Eigen::SelfAdjointEigenSolver<MatXX> eigen(p_inverse.asDiagonal() * H * p_inverse.asDiagonal());
   const VecX& S = eigen.eigenvalues();
-  const double zero = std::max({0.0, cut.absolute, cut.relative * static_cast<double>(S.size()) * S.maxCoeff()});
+  const double zero = std::max({0.0, cutoff.absolute, cutoff.relative * static_cast<double>(S.size()) * S.maxCoeff()});
   const auto kept = S.array() > zero;
   const VecX root = S.cwiseMax(zero).cwiseSqrt();
   return {eigen.eigenvectors(), kept.select(root, 0.0), kept.select(root.cwiseInverse(), 0.0)};
 }
 
-VecX ScalingFor(const EigenCut& cut, const MatXX& H) { return cut.scaled ? ScalingOf(H) : VecX::Ones(H.rows()); }
+VecX ScalingFor(const EigenvalueCutoff& cutoff, const MatXX& H) {
+  return cutoff.scaled ? ScalingOf(H) : VecX::Ones(H.rows());
+}
 
 }  // namespace
 
-EigenCut EigenCut::Okvis() { return {kEpsilon, 0.0, true}; }
-EigenCut EigenCut::Vins() { return {0.0, 1e-8, false}; }
+EigenvalueCutoff EigenvalueCutoff::Okvis() { return {kEpsilon, 0.0, true}; }
+EigenvalueCutoff EigenvalueCutoff::Vins() { return {0.0, 1e-8, false}; }
 
 VecX ScalingOf(const MatXX& H) {
   return (H.diagonal().array() > 1e-9).select(H.diagonal().array().max(0.0).sqrt(), 1e-3);
 }
 
 ScaledEigen DecomposeScaled(const MatXX& H, const VecX& p_inverse) {
-  return Decompose(H, p_inverse, EigenCut::Okvis());
+  return Decompose(H, p_inverse, EigenvalueCutoff::Okvis());
 }
 
 SymmetricEigen DecomposeSymmetric(const MatXX& A) {
@@ -42,9 +44,9 @@ SymmetricEigen DecomposeSymmetric(const MatXX& A) {
   return {eigen.eigenvectors(), eigen.eigenvalues()};
 }
 
-SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenCut& cut) {
-  const VecX p = ScalingFor(cut, H), p_inverse = p.cwiseInverse();
-  const ScaledEigen eigen = Decompose(H, p_inverse, cut);
+SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenvalueCutoff& cutoff) {
+  const VecX p = ScalingFor(cutoff, H), p_inverse = p.cwiseInverse();
+  const ScaledEigen eigen = Decompose(H, p_inverse, cutoff);
   const Eigen::Index rank = (eigen.S_sqrt.array() > 0.0).count();
   const auto U = eigen.U.rightCols(rank);
   SquareRootForm form;
@@ -80,12 +82,12 @@ SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b) {
   return {Jt.leftCols(rank).transpose() * p.asDiagonal(), r0.head(rank)};
 }
 
-MatXX PseudoInverseSquareRoot(const MatXX& A, const EigenCut& cut) {
+MatXX PseudoInverseSquareRoot(const MatXX& A, const EigenvalueCutoff& cutoff) {
   if (A.rows() == 1) {  // an inverse depth
-    return MatXX::Constant(1, 1, A(0, 0) > cut.absolute ? 1.0 / std::sqrt(A(0, 0)) : 0.0);
+    return MatXX::Constant(1, 1, A(0, 0) > cutoff.absolute ? 1.0 / std::sqrt(A(0, 0)) : 0.0);
   }
-  const VecX p_inverse = ScalingFor(cut, A).cwiseInverse();
-  const ScaledEigen eigen = Decompose(A, p_inverse, cut);
+  const VecX p_inverse = ScalingFor(cutoff, A).cwiseInverse();
+  const ScaledEigen eigen = Decompose(A, p_inverse, cutoff);
   return p_inverse.asDiagonal() * eigen.U * eigen.S_pinv_sqrt.asDiagonal();
 }
 

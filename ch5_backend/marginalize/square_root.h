@@ -5,15 +5,15 @@
 
 namespace ch5 {
 
-/// Which eigenvalues of H count as zero. A relative cut does not depend on the units of the states, an absolute one
-/// does; both systems of the course are here.
-struct EigenCut {
+/// Which eigenvalues of H count as zero. A relative cutoff does not depend on the units of the states, an absolute one
+/// does; the cutoffs of both systems of the course are given.
+struct EigenvalueCutoff {
   double relative = 0.0;  ///< times n·λ_max
   double absolute = 0.0;
   bool scaled = false;  ///< decompose P⁻¹HP⁻¹, P = √diag(H), instead of H
 
-  static EigenCut Okvis();  ///< relative ε, scaled (MarginalizationError)
-  static EigenCut Vins();   ///< absolute 1e-8 (MarginalizationInfo)
+  static EigenvalueCutoff Okvis();  ///< relative ε, scaled (MarginalizationError)
+  static EigenvalueCutoff Vins();   ///< absolute 1e-8 (MarginalizationInfo)
 };
 
 struct SquareRootForm {
@@ -21,18 +21,18 @@ struct SquareRootForm {
   VecX r0;  ///< rank×1
 };
 
-/// J = (P U S^½)ᵀ and r₀ = −S^-½ Uᵀ P⁻¹ b over the eigenvalues S of P⁻¹HP⁻¹ = U S Uᵀ that are not cut.
+/// J = (P U S^½)ᵀ and r₀ = −S^-½ Uᵀ P⁻¹ b over the eigenvalues S of P⁻¹HP⁻¹ = U S Uᵀ above the cutoff.
 /// @param H  n×n symmetric positive semi-definite;  @param b  n×1, in the range of H
-SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenCut& cut);
+SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenvalueCutoff& cutoff);
 
-/// The same H and b from another J, a permuted triangle: Cholesky of P⁻¹HP⁻¹ with diagonal pivoting, which ends where
-/// the rest is rounding. A tenth of an eigen-decomposition's time.  Golub & Van Loan, "Matrix Computations", §4.2.8.
+/// The same H and b from another J, a permuted triangle: Cholesky of P⁻¹HP⁻¹ with diagonal pivoting, which stops where
+/// only rounding errors remain. It takes a tenth of the time of an eigendecomposition.  Golub & Van Loan, "Matrix Computations", §4.2.8.
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b);
 
 /// p_i = √H_ii where H_ii > 1e-9, else 1e-3 (OKVIS): what makes the diagonal of P⁻¹HP⁻¹ one.
 VecX ScalingOf(const MatXX& H);
 
-/// P⁻¹HP⁻¹ = U S Uᵀ with OKVIS's cut: eigenvalues ≤ ε·n·λ_max are zero in S_sqrt and in S_pinv_sqrt.
+/// P⁻¹HP⁻¹ = U S Uᵀ with OKVIS's cutoff: eigenvalues ≤ ε·n·λ_max are zero in S_sqrt and in S_pinv_sqrt.
 struct ScaledEigen {
   MatXX U;           ///< n×n
   VecX S_sqrt;       ///< n×1
@@ -40,16 +40,16 @@ struct ScaledEigen {
 };
 ScaledEigen DecomposeScaled(const MatXX& H, const VecX& p_inverse);
 
-/// A = V S Vᵀ, S ascending.  @param A  n×n symmetric; of a rounding's difference to its transpose, the mean counts
+/// A = V S Vᵀ, S ascending.  @param A  n×n symmetric up to rounding; ½(A + Aᵀ) is decomposed
 struct SymmetricEigen {
   MatXX V;  ///< n×n
   VecX S;   ///< n×1
 };
 SymmetricEigen DecomposeSymmetric(const MatXX& A);
 
-/// M with A M Mᵀ A = A, so that W M MᵀWᵀ is what a Schur complement takes away; M Mᵀ = A⁻¹ where A has full rank, and
-/// A⁺ where the cut does not scale.
+/// M with A M Mᵀ A = A, so that H_km M (H_km M)ᵀ is what a Schur complement subtracts. M Mᵀ = A⁻¹ where A has full rank,
+/// and A⁺ for a cutoff without scaling.
 /// @param A  n×n symmetric positive semi-definite
-MatXX PseudoInverseSquareRoot(const MatXX& A, const EigenCut& cut = EigenCut::Okvis());
+MatXX PseudoInverseSquareRoot(const MatXX& A, const EigenvalueCutoff& cutoff = EigenvalueCutoff::Okvis());
 
 }  // namespace ch5

@@ -1,68 +1,67 @@
 #pragma once
-/// A visual-inertial odometry: measurements in, one state per image out.
+/// Visual-inertial odometry: measurements in, one state per image out.
 ///
 ///   AddImu ─► readings ─┐
-///                       ├─► new frame, predicted ─► [not started: stand still, or align] ─► solve ─► slide
+///                       ├─► new frame, predicted ─► [not initialised: static or dynamic] ─► solve ─► slide
 ///   AddFrame ─► tracks ─┘
 ///
-/// It starts from standing still (gravity and gyroscope bias are the readings' mean), or while moving by aligning
-/// vision with the IMU; it starts again when its estimate cannot be true, or when nothing ties two images together.
+/// Initialisation is static (at rest, gravity and gyroscope bias are the readings' mean) or dynamic (in motion, vision is
+/// aligned with the IMU). The estimator restarts when its estimate can no longer be true, or when a gap in the
+/// measurements leaves nothing between two images.
+///
+/// This folder, `window/`, holds the sliding-window estimators. In: IMU readings and feature tracks. Out: a state per
+/// image. Reading order: window.h (the values), this file, estimator.cc (one image, step by step), policy.h (what VINS-Mono
+/// and OKVIS do differently), start/dynamic_initialization.h.
 
 #include <limits>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/window/failure.h"
+#include "ch5_backend/window/measurement_checks.h"
 #include "ch5_backend/window/policy.h"
-#include "ch5_backend/window/start/still.h"
-#include "ch5_backend/window/vins_window.h"
+#include "ch5_backend/window/start/standstill.h"
 
 namespace ch5 {
-
-/// A measurement that cannot be used: its time is not after the last one's, a number is not finite, or a track stands
-/// twice in an image. The estimator is as before.
-class MeasurementError : public std::invalid_argument {
- public:
-  using std::invalid_argument::invalid_argument;
-};
 
 struct EstimatorOptions {
   Transform T_B_C;
   ImuNoise imu_noise;
   WindowWeights weights;
-  double time_offset = 0.0;  ///< first guess of what the camera's clock is late by [s]
+  double time_offset = 0.0;  ///< initial guess of the delay of the camera's clock [s]
   bool estimate_time_offset = false;
   bool estimate_extrinsic = false;
-  double max_outlier_pixels = 3.0;  ///< a landmark with more mean reprojection error is dropped [px]
-  double max_imu_gap = 0.1;         ///< longer without a reading, and the estimate starts afresh [s]
-  double max_rejecting = 1.0;       ///< longer with plenty of tracks and hardly a landmark, and it starts afresh [s]
-  double reintegrate_gyroscope = 1e-4;  ///< integrate again if ‖δb_g‖ Δt exceeds this [rad]
-  StillOptions still;
-  double start_pixels = 8.0;  ///< so much motion in the image after standing still starts the estimate
-  // What a start from standing still is sure of, σ
+  double max_outlier_pixels = 3.0;      ///< a landmark with a larger mean reprojection error is dropped [px]
+  double max_imu_gap = 0.1;             ///< after a longer time without IMU reading the estimator restarts [s]
+  double max_rejecting = 1.0;           ///< so does it if plenty of tracks give hardly a landmark for longer [s]
+  double reintegrate_gyroscope = 1e-4;  ///< preintegrate again if ‖δb_g‖ Δt exceeds this [rad]
+  StandstillOptions standstill;
+  double start_pixels = 8.0;  ///< the image motion after a standstill that is enough to start [px]
+  // Standard deviations of the initial state.
   double start_speed = 0.1;               ///< [m/s]
-  double moving_start_speed = 1.0;        ///< the same for a start while moving
+  double moving_start_speed = 1.0;        ///< the same for a dynamic initialisation [m/s]
   double start_bias_accelerometer = 0.1;  ///< [m/s²]
   double start_bias_gyroscope = 0.005;    ///< [rad/s]
-  // How good the given calibration is, σ of what is estimated of it
+  // Standard deviations of the given calibration, as far as it is estimated.
   double start_extrinsic_position = 0.05;  ///< [m]
   double start_extrinsic_rotation = 0.05;  ///< [rad]
   double start_time_offset = 0.02;         ///< [s]
-  FirstEstimates first_estimates = FirstEstimates::kNone;
+  ObservabilityConstraints observability_constraints = ObservabilityConstraints::kNone;
   bool report_covariance = false;  ///< costs as much as a marginalisation
 };
 
-/// What became of one image.
+/// The result for one image.
 struct FrameReport {
   enum class Status { kStarting, kTracking, kRestarted };
   Status status = Status::kStarting;
   std::optional<StampedState> state;  ///< of this image, if tracking
-  Failure failure = Failure::kNone;   ///< why it restarted
+  Failure failure = Failure::kNone;   ///< the reason for a restart
   Summary solve;
   int landmarks = 0;                     ///< used in the solve
-  std::optional<Mat66> pose_covariance;  ///< of `state`, see window/place.h; if options ask for it
+  std::optional<Mat66> pose_covariance;  ///< of `state`, see window/pose_covariance.h; if options ask for it
 };
 
 class Estimator {
@@ -75,52 +74,58 @@ class Estimator {
   /// @throws MeasurementError
   FrameReport AddFrame(const CameraFrame& frame);
 
-  /// Instead of a start of its own: the next image is taken in this state.
-  /// @param state  its time does not matter
-  /// @param J      square root of its information over [δp, δθ, v, b_a, b_g], any number of rows × 15. Where it tells
-  ///               position or yaw, the window remembers them (Window::knows_place), else it holds the gauge as it likes
+  /// Replaces the initialisation: the next image is taken in this state.
+  /// @param state  its time is ignored
+  /// @param J      square root of its information over [δp, δθ, v, b_a, b_g], any number of rows × 15. If it contains
+  ///               position or yaw, no gauge prior is used (Window::prior_fixes_gauge)
   void StartFrom(const StampedState& state, const MatXX& J);
 
   const Window& GetWindow() const { return window_; }
   const WindowPolicy& Policy() const { return *policy_; }
-  bool Started() const { return started_; }
   int Restarts() const { return restarts_; }
   double TimeOffset() const { return window_.time_offset->GetEstimate()[0]; }
 
  private:
-  void Check(const CameraFrame& frame) const;
+  void Reset();
   Failure GapBefore(const CameraFrame& image) const;
   FrameReport Restart(Failure failure);
-  void AppendFrame(const CameraFrame& frame);
-  void AppendTracks(const CameraFrame& frame);
+
+  // A new frame (estimator.cc).
+  void AppendFrame(const CameraFrame& image);
+  void Predict(WindowFrame* frame) const;
   std::shared_ptr<Preintegration> Integrate(const WindowFrame& from, double t1) const;
-  void Start(const CameraFrame& image);
-  bool MovedSinceStill(const CameraFrame& image) const;
-  bool AlignWhileMoving();
-  void BeginTracking(double speed_sigma);
-  void BeginGiven();
-  void StandStill(const StillState& still, const CameraFrame& image);
+  void DropUsedReadings();
+
+  // Initialisation (estimator_start.cc).
+  void TryToStart(const CameraFrame& image);
+  void StartFromGivenState();
+  void RestAt(const StandstillState& standstill, const CameraFrame& image);
+  bool HasMovedSinceStandstill(const CameraFrame& image) const;
+  bool InitializeInMotion();
+  void BeginTracking();
+
+  // Tracking (estimator.cc).
   FrameReport Track(const CameraFrame& image);
-  bool RejectsImages(const CameraFrame& image);
-  Summary Solve();
   void Reintegrate();
-  void Forget();
+  Summary Solve();
+  void RefineWithObservabilityConstraints();
+  bool RejectsImages(const CameraFrame& image);
 
   EstimatorOptions options_;
   std::unique_ptr<WindowPolicy> policy_;
   Window window_;
   SparseOptimizer optimizer_;
-  StillDetector still_;
-  std::vector<ImuReading> imu_;  // since a little before the newest frame
+  StandstillDetector standstill_detector_;
+  std::vector<ImuReading> imu_;  // from shortly before the newest frame on
   double last_image_time_ = -std::numeric_limits<double>::infinity();
   int next_frame_ = 0;
-  std::optional<std::pair<StampedState, MatXX>> given_;  // until the next image
-  CameraFrame still_image_;                              // the last one that stood still …
-  int still_image_id_ = -1;                              // … and its frame; −1: none yet
+  std::optional<std::pair<StampedState, MatXX>> given_start_;  // of StartFrom, until the next image
+  CameraFrame standstill_image_;                               // the last image at rest …
+  int standstill_frame_ = -1;                                  // … and the id of its frame; −1: none yet
   bool started_ = false;
   int restarts_ = 0;
-  Vec3 last_p_ = Vec3::Zero();
-  double last_sight_ = 0.0;  // when landmarks last lasted, or the images offered none
+  Vec3 last_p_ = Vec3::Zero();             // of the newest frame after the previous solve
+  double last_time_with_landmarks_ = 0.0;  // or with too few tracks in the image to expect any
 };
 
 }  // namespace ch5

@@ -1,4 +1,4 @@
-#include "ch5_backend/window/vins_window.h"
+#include "ch5_backend/window/failure.h"
 
 namespace ch5 {
 

@@ -6,8 +6,8 @@
 namespace ch5 {
 namespace {
 
-// So many times the error that a landmark may have on average makes an observation a false match. With 3 px that is
-// 90 px: less may as well be a poor depth, and then the landmark has to go.
+// An observation is a false match if its error is this many times the largest mean error of a landmark. With 3 px that
+// is 90 px: a smaller error may as well come from a poor depth, and then the landmark is removed.
 constexpr double kFalseMatch = 30.0;
 
 // T_W_C of a frame.
@@ -23,7 +23,7 @@ double ReprojectionError(const Window& window, const Vec3& p_W, const WindowObse
   return (ToCamera(CameraOf(window, seen.frame), p_W).hnormalized() - window.PointOf(seen)).norm();
 }
 
-// The host's is zero.
+// Over all observations but the host's, whose error is zero.
 double MeanReprojectionError(const Window& window, const WindowLandmark& landmark) {
   const Vec3 p_W = LandmarkInWorld(window, landmark);
   double sum = 0.0;
@@ -31,8 +31,8 @@ double MeanReprojectionError(const Window& window, const WindowLandmark& landmar
   return sum / static_cast<double>(landmark.seen.size() - 1);
 }
 
-// Takes the newest observation away if it alone is a false match. Where the one before was another, the track has
-// jumped to a point of its own, and stays.
+// Removes the newest observation if it alone is a false match. If the previous one was removed too, the track has jumped to
+// another point, and is kept.
 void RemoveFalseMatch(double false_match, Window* window, WindowLandmark* landmark) {
   const auto& recent = landmark->recent;
   auto& seen = landmark->seen;
@@ -46,7 +46,7 @@ void RemoveFalseMatch(double false_match, Window* window, WindowLandmark* landma
   seen.pop_back();
 }
 
-// The graph forgets them too.
+// They are removed from the graph too.
 template <typename Predicate>
 int EraseIf(Window* window, const Predicate& predicate) {
   const size_t before = window->landmarks.size();
@@ -62,7 +62,7 @@ int EraseIf(Window* window, const Predicate& predicate) {
   return static_cast<int>(before - window->landmarks.size());
 }
 
-// Makes the second observation the host's. The point stays where it is in the world, as far as it lies in front.
+// Makes the second observation the host's. The point keeps its position in the world if it lies in front.
 void ChangeHost(const Window& window, WindowLandmark* landmark) {
   if (landmark->inverse_depth) {
     const Vec3 p_C = ToCamera(CameraOf(window, landmark->seen[1].frame), LandmarkInWorld(window, *landmark));
@@ -74,7 +74,7 @@ void ChangeHost(const Window& window, WindowLandmark* landmark) {
 
 }  // namespace
 
-// Each view says  x × (R_C_C0 p + t_C_C0) = 0,  two rows in the homogeneous point of the host's camera C0.
+// Each view gives  x × (R_C_C0 p + t_C_C0) = 0,  two rows in the homogeneous point of the host's camera C0.
 double TriangulateDepth(const Window& window, const WindowLandmark& landmark) {
   const Transform T_W_C0 = CameraOf(window, landmark.Host());
   Eigen::Matrix4d AtA = Eigen::Matrix4d::Zero();

@@ -1,11 +1,11 @@
 #pragma once
-/// What happens to the landmarks of a window: triangulated, given another host, forgotten.
+/// The landmarks of a window: triangulation, change of host, removal.
 
 #include "ch5_backend/window/window.h"
 
 namespace ch5 {
 
-/// The depth that a landmark gets where none can be measured [m], and the least that counts as one (VINS-Mono).
+/// The depth of a landmark that cannot be triangulated [m], and the least depth that is accepted (VINS-Mono).
 constexpr double kInitialDepth = 5.0;
 constexpr double kLeastDepth = 0.1;
 
@@ -13,9 +13,9 @@ constexpr double kLeastDepth = 0.1;
 /// @return metres; kInitialDepth if less than kLeastDepth comes out, or nothing finite
 double TriangulateDepth(const Window& window, const WindowLandmark& landmark);
 
-/// Appends an image to a landmark's track, and says how fast the track moves in the image. Where the track has three
-/// images or more, no observation's velocity is made from the observation itself: with its own noise in it, n/Δt, the
-/// product r·ẋ that moves the time offset would have the mean σ²/Δt in place of zero, and drive the offset away.
+/// Appends an image to a landmark's track and updates the track's image velocities. With three images or more, the
+/// velocity of an observation is not computed from that observation itself: with its noise n/Δt in ẋ, the product r·ẋ,
+/// which drives the time offset, would have the mean σ²/Δt instead of zero, and the offset would drift.
 ///
 ///   inside   ẋ_k = (x_{k+1} − x_{k−1}) / (t_{k+1} − t_{k−1}),     at an end   the slope between the next two
 void AppendToTrack(const RecentPoint& point, WindowLandmark* landmark);
@@ -26,22 +26,22 @@ void TriangulateLandmarks(Window* window);
 /// The landmark in the world, at its present depth.
 Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark);
 
-/// How firmly its observations hold a landmark in space, from 0 (not at all) to 1: √(λ_min/λ_max) of its 3×3
+/// How well its observations determine a landmark in space, from 0 (not at all) to 1: √(λ_min/λ_max) of its 3×3
 /// information, 0 if λ_min < 1e-12 (OKVIS).
 /// @param sqrt_information  of an observation on the normalised plane
 double LandmarkQuality(const Window& window, const WindowLandmark& landmark, double sqrt_information);
 
-/// Takes the observations of a frame out of every landmark. One that is hosted there moves to its next frame: its
-/// depth is expressed in that camera (kInitialDepth if it lies behind), or it is erased if that was its last but one.
-/// A track without a depth yet lives on while anything is left of it.
+/// Removes the observations of a frame from every landmark. A landmark hosted there gets its next frame as host, with the
+/// depth in that camera (kInitialDepth if it lies behind); it is erased if only one observation is left. A track without
+/// a depth is kept while it has any observation.
 void ForgetObservations(int frame, Window* window);
 
-/// Erases landmarks with a negative depth: the solve has failed on them (VINS-Mono's removeFailures).
+/// Erases landmarks with a negative depth, on which the solve has failed (VINS-Mono's removeFailures).
 /// @return how many
 int RemoveFailures(Window* window);
 
-/// Erases landmarks whose reprojections are off by more than `max_error` on average, all of one track.
-/// Before that, a newest observation that alone is off by 30 times as much is taken away as a false match.
+/// Erases landmarks whose mean reprojection error exceeds `max_error`. Before that, if only the newest observation of a
+/// landmark has an error, of 30 times as much, that observation is removed as a false match.
 /// @param max_error  on the normalised plane;  @return how many
 int RemoveOutliers(double max_error, Window* window);
 

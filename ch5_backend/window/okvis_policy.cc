@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <set>
 
+#include "ch5_backend/window/image_overlap.h"
 #include "ch5_backend/window/landmarks.h"
-#include "ch5_backend/window/overlap.h"
-#include "ch5_backend/window/place.h"
 #include "ch5_backend/window/policy.h"
+#include "ch5_backend/window/position_yaw_prior.h"
 #include "ch5_backend/window/vins_window.h"
 
 namespace ch5 {
@@ -26,8 +26,9 @@ class OkvisPolicy : public WindowPolicy {
   void NoteNewFrame(Window* window) override {
     WindowFrame& newest = window->frames.back();
     newest.is_keyframe = IsKeyframe(*window);
-    if (!window->gauge && !window->knows_place)
-      window->gauge = HoldGauge(window->frames.front().pose, options_.gauge_information);
+    if (!window->gauge_prior && !window->prior_fixes_gauge) {
+      window->gauge_prior = MakePositionYawPrior(window->frames.front().pose, options_.gauge_information);
+    }
   }
 
   bool Uses(const Window&, const WindowLandmark& landmark) const override { return landmark.seen.size() >= 2; }
@@ -45,18 +46,19 @@ class OkvisPolicy : public WindowPolicy {
     if (walked <= 0) return;
     const Plan plan = MakePlan(walked, *window);
     Marginalise(plan, window);
-    for (const int track : plan.landmarks_gone) window->landmarks.erase(track);
-    for (const int frame : plan.frames_gone) ForgetObservations(frame, window);
+    for (const int track : plan.dropped_landmarks) window->landmarks.erase(track);
+    for (const int frame : plan.dropped_frames) ForgetObservations(frame, window);
     for (int k = 0; k < walked; ++k) window->frames[static_cast<size_t>(k)].speed_bias = nullptr;
     auto& frames = window->frames;
     frames.erase(std::remove_if(frames.begin(), frames.end(),
-                                [&](const WindowFrame& frame) { return plan.frames_gone.count(frame.id) > 0; }),
+                                [&](const WindowFrame& frame) { return plan.dropped_frames.count(frame.id) > 0; }),
                  frames.end());
-    if (plan.gauge_gone) window->gauge = HoldGauge(frames.front().pose, options_.later_gauge_information);
+    if (plan.renew_gauge_prior)
+      window->gauge_prior = MakePositionYawPrior(frames.front().pose, options_.later_gauge_information);
   }
 
   void SlideWithoutEstimate(Window* window) override {
-    window->gauge = nullptr;
+    window->gauge_prior = nullptr;
     const auto& frames = window->frames;
     if (static_cast<int>(frames.size()) <= options_.keyframes + options_.temporal_frames) return;
     const bool keep = frames[frames.size() - 2].is_keyframe;
@@ -64,12 +66,12 @@ class OkvisPolicy : public WindowPolicy {
   }
 
  private:
-  // Who leaves, by the rules of the strategy.
+  // What leaves the window.
   struct Plan {
-    std::vector<std::shared_ptr<Vertex>> drop;
-    std::set<int> frames_gone;
-    std::vector<int> landmarks_gone;  // track ids: marginalised, or dropped for being seen once
-    bool gauge_gone = false;
+    std::vector<std::shared_ptr<Vertex>> drop;  // marginalised
+    std::set<int> dropped_frames;               // ids
+    std::vector<int> dropped_landmarks;         // track ids: marginalised, or discarded because seen once
+    bool renew_gauge_prior = false;
   };
 
   // Walks from the newest frame that is not among the S newest to the oldest.
@@ -84,28 +86,28 @@ class OkvisPolicy : public WindowPolicy {
         continue;
       }
       plan.drop.push_back(frame.pose);
-      plan.frames_gone.insert(frame.id);
-      if (window.gauge && window.gauge->Vertices().front() == frame.pose) plan.gauge_gone = true;
+      plan.dropped_frames.insert(frame.id);
+      if (window.gauge_prior && window.gauge_prior->Vertices().front() == frame.pose) plan.renew_gauge_prior = true;
     }
     const int c = window.frames[static_cast<size_t>(walked - 1)].id;
     for (const auto& [id, landmark] : window.landmarks) {
       const bool touched = std::any_of(landmark.seen.begin(), landmark.seen.end(), [&](const WindowObservation& seen) {
-        return plan.frames_gone.count(seen.frame) > 0;
+        return plan.dropped_frames.count(seen.frame) > 0;
       });
       if (!touched || landmark.seen.back().frame >= c) continue;
-      plan.landmarks_gone.push_back(id);
+      plan.dropped_landmarks.push_back(id);
       if (landmark.inverse_depth && landmark.seen.size() >= 2) plan.drop.push_back(landmark.inverse_depth);
     }
     return plan;
   }
 
-  // The edges at what leaves, without the gauge's, which is made anew, and without the observations of landmarks that
-  // stay: those observations are lost, so that none is counted twice.
+  // With the edges at the dropped vertices, except the gauge prior, which is renewed, and the observations of landmarks
+  // that stay: those observations are lost, so that none is used twice.
   static void Marginalise(const Plan& plan, Window* window) {
     const std::set<std::shared_ptr<Vertex>> drop(plan.drop.begin(), plan.drop.end());
     std::vector<std::shared_ptr<Edge>> edges = EdgesAt(window->graph, plan.drop);
     const auto is_left_out = [&](const std::shared_ptr<Edge>& edge) {
-      return edge == window->gauge ||
+      return edge == window->gauge_prior ||
              std::any_of(edge->Vertices().begin(), edge->Vertices().end(), [&](const auto& vertex) {
                return vertex->GetRole() == Role::kLandmark && drop.count(vertex) == 0;
              });
@@ -118,14 +120,14 @@ class OkvisPolicy : public WindowPolicy {
     ReplacePrior(edges, plan.drop, window);
   }
 
-  // A keyframe unless the image still shows most of what the last keyframe saw.
+  // A keyframe unless the image still sees most of what the last keyframe saw.
   bool IsKeyframe(const Window& window) const {
     const auto& frames = window.frames;
     const auto last =
         std::find_if(frames.rbegin() + 1, frames.rend(), [](const auto& frame) { return frame.is_keyframe; });
     if (last == frames.rend()) return true;
-    const Overlap overlap = OverlapOf(window, last->id, frames.back().id);
-    return !(overlap.hull > options_.hull_overlap && overlap.matches > options_.match_ratio);
+    const ImageOverlap overlap = ImageOverlapOf(window, last->id, frames.back().id);
+    return !(overlap.hull_ratio > options_.hull_ratio && overlap.match_ratio > options_.match_ratio);
   }
 
   OkvisOptions options_;

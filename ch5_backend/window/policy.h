@@ -20,13 +20,13 @@ class WindowPolicy {
   /// Whether a landmark with a depth takes part in the solve.
   virtual bool Uses(const Window& window, const WindowLandmark& landmark) const = 0;
   virtual SolveOptions Options() const = 0;
-  /// Called once the solve is over, to set right what it leaves free.
+  /// Called after the solve, to restore what it left free (the gauge).
   virtual void AfterSolve(Window* /*window*/) {}
-  /// Lets go what has to, so that the window has room for another frame.
+  /// Marginalises or drops frames and landmarks, so that the window has room for another frame.
   virtual void Slide(Window* window) = 0;
-  /// Before there is an estimate: keeps the window within its size, without a prior.
+  /// Before initialisation: keeps the window within its size, without a prior.
   virtual void SlideWithoutEstimate(Window* window) = 0;
-  /// Forgets everything about the run so far.
+  /// Discards all state of the run so far.
   virtual void Reset() {}
 };
 
@@ -34,27 +34,27 @@ class WindowPolicy {
 struct VinsOptions {
   int window_size = 10;           ///< frames beside the newest one
   int least_tracked = 20;         ///< fewer landmarks followed into the newest image make a keyframe
-  double parallax_pixels = 10.0;  ///< as much between the second and third newest frame makes a keyframe [px]
+  double parallax_pixels = 10.0;  ///< more between the second and third newest frame makes a keyframe [px]
   double focal_length = 460.0;    ///< [px]
   int max_iterations = 8;
-  double cost_tolerance = 1e-3;     ///< a window is solved again a moment later
+  double cost_tolerance = 1e-3;     ///< loose: the next image solves the window again
   double max_solve_seconds = 0.04;  ///< 4/5 of it before the oldest frame leaves
-  /// A landmark that outlives its host keeps its other observations, though the prior has them already: VINS-Mono's
-  /// way, which counts them twice.
+  /// A landmark whose host leaves keeps its other observations, though the prior contains them already. So does
+  /// VINS-Mono, which uses them twice.
   bool reuse_observations = true;
 };
 std::unique_ptr<WindowPolicy> MakeVinsPolicy(const VinsOptions& options = {});
 
 /// The window of OKVIS.
 struct OkvisOptions {
-  int keyframes = 5;                      ///< K
-  int temporal_frames = 3;                ///< S, the newest
-  double hull_overlap = 0.6;              ///< an image is no keyframe if both its overlap with the last one …
-  double match_ratio = 0.2;               ///< … and its share of known points are greater
-  double gauge_information = 1e8;         ///< on position and yaw of the first frame [1/m², 1/rad²] …
-  double later_gauge_information = 1e14;  ///< … and of the oldest one once the first has left
+  int keyframes = 5;               ///< K
+  int temporal_frames = 3;         ///< S, the newest
+  double hull_ratio = 0.6;         ///< an image is no keyframe if both its ImageOverlap with the last keyframe …
+  double match_ratio = 0.2;        ///< … in hull area and in matches is greater
+  double gauge_information = 1e8;  ///< on position and yaw of the first frame [1/m², 1/rad²] …
+  double later_gauge_information = 1e14;  ///< … and of the oldest frame once the first has left
   int max_iterations = 10;
-  double cost_tolerance = 1e-3;  ///< a window is solved again a moment later
+  double cost_tolerance = 1e-3;  ///< loose: the next image solves the window again
 };
 std::unique_ptr<WindowPolicy> MakeOkvisPolicy(const OkvisOptions& options = {});
 

@@ -10,8 +10,8 @@
 namespace ch5 {
 namespace {
 
-// The part about gravity of the rotation Q: the turn about z that comes nearest to it. Unlike a difference of yaw
-// angles it is defined at every attitude, also where the pitch is ±90°.
+// The twist of the rotation Q about z (gravity): the nearest rotation about that axis. Unlike a difference of yaw angles
+// it is defined at every attitude, also at a pitch of ±90°.
 Qd TwistAboutGravity(const Qd& Q) { return Qd(Q.w(), 0.0, 0.0, Q.z()).normalized(); }
 
 class VinsPolicy : public WindowPolicy {
@@ -27,7 +27,7 @@ class VinsPolicy : public WindowPolicy {
     p0_ = oldest.pose->p();
   }
 
-  // Seen twice, and first before the last two frames, of which one may leave again.
+  // Seen twice, and hosted before the last three frames.
   bool Uses(const Window& window, const WindowLandmark& landmark) const override {
     const int newest = static_cast<int>(window.frames.size()) - 1;
     return landmark.seen.size() >= 2 && window.IndexOf(landmark.Host()) < newest - 2;
@@ -43,10 +43,10 @@ class VinsPolicy : public WindowPolicy {
     return options;
   }
 
-  // The solve may shift and turn all frames together, as no measurement tells position and yaw: the oldest frame
-  // gets its own back, and the others follow.
+  // The solve may move all frames together, since no measurement observes position and yaw: the oldest frame gets its
+  // former ones back, and the others move along.
   void AfterSolve(Window* window) override {
-    if (window->knows_place) return;
+    if (window->prior_fixes_gauge) return;
     const WindowFrame& oldest = window->frames.front();
     const Vec3 p0_solved = oldest.pose->p();
     const Qd turn = TwistAboutGravity(q0_ * oldest.pose->q().conjugate());
@@ -61,7 +61,7 @@ class VinsPolicy : public WindowPolicy {
   void Slide(Window* window) override {
     if (!Full(*window)) return;
     DropSet drop = flag_ == MarginalizationFlag::kOld ? DropSetOfMarginOld(*window) : DropSetOfMarginSecondNew(*window);
-    if (!options_.reuse_observations && flag_ == MarginalizationFlag::kOld) CountOnce(window, &drop);
+    if (!options_.reuse_observations && flag_ == MarginalizationFlag::kOld) UseObservationsOnce(window, &drop);
     if (!drop.edges.empty()) ReplacePrior(drop.edges, drop.vertices, window);
     SlideWindow(flag_, window);
   }
@@ -71,24 +71,24 @@ class VinsPolicy : public WindowPolicy {
   }
 
  private:
-  // Each observation once: landmarks that the newest frame still sees stay out of the prior with their edges, and the
-  // others go into it with all that was seen of them.
-  static void CountOnce(Window* window, DropSet* drop) {
-    std::set<const Vertex*> living;
+  // Uses each observation once: landmarks that the newest frame still sees stay out of the prior with all their edges;
+  // the others are marginalised with all their observations.
+  static void UseObservationsOnce(Window* window, DropSet* drop) {
+    std::set<const Vertex*> active;
     for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
       const WindowLandmark& landmark = it->second;
-      const bool lives = landmark.seen.back().frame == window->frames.back().id;
-      const bool goes = landmark.inverse_depth && landmark.Host() == window->frames.front().id && !lives;
-      if (lives) living.insert(landmark.inverse_depth.get());
-      it = goes ? window->landmarks.erase(it) : std::next(it);
+      const bool is_active = landmark.seen.back().frame == window->frames.back().id;
+      const bool is_dropped = landmark.inverse_depth && landmark.Host() == window->frames.front().id && !is_active;
+      if (is_active) active.insert(landmark.inverse_depth.get());
+      it = is_dropped ? window->landmarks.erase(it) : std::next(it);
     }
-    const auto lives = [&](const auto& vertex) { return living.count(vertex.get()) > 0; };
+    const auto is_active = [&](const auto& vertex) { return active.count(vertex.get()) > 0; };
     auto& vertices = drop->vertices;
-    vertices.erase(std::remove_if(vertices.begin(), vertices.end(), lives), vertices.end());
+    vertices.erase(std::remove_if(vertices.begin(), vertices.end(), is_active), vertices.end());
     auto& edges = drop->edges;
     edges.erase(std::remove_if(edges.begin(), edges.end(),
                                [&](const auto& edge) {
-                                 return std::any_of(edge->Vertices().begin(), edge->Vertices().end(), lives);
+                                 return std::any_of(edge->Vertices().begin(), edge->Vertices().end(), is_active);
                                }),
                 edges.end());
   }

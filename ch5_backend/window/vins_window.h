@@ -1,23 +1,22 @@
 #pragma once
-/// How VINS-Mono's window slides. The functions here are graded (solutions/vins_window.cc).
+/// How VINS-Mono's window slides. Its functions are homework stage 6 (solutions/vins_window.cc).
 ///
-///   kOld         the second newest frame is a keyframe: the oldest frame leaves, what it knew becomes the prior
-///   kSecondNew   it is not: that frame leaves, its vision is lost, its IMU samples go to the newest frame
+///   kOld         the second newest frame is a keyframe: the oldest frame is marginalised into the prior
+///   kSecondNew   it is not: that frame leaves, its observations are lost, its IMU samples go to the newest frame
 ///
 ///   0  1  2  …  n−2  n−1  n                0  1  2  …  n−2  n−1  n
 ///   ×                                                        ×
 ///
 /// Source: Qin, Li, Shen, "VINS-Mono", TRO 2018, §VI-C.
 
-#include <string>
-
+#include "ch5_backend/window/failure.h"
 #include "ch5_backend/window/window.h"
 
 namespace ch5 {
 
 enum class MarginalizationFlag { kOld, kSecondNew };
 
-/// What a marginalisation swallows: these edges, and the vertices among theirs that go.
+/// What a marginalisation takes: these edges, and those of their vertices that are dropped.
 struct DropSet {
   std::vector<std::shared_ptr<Edge>> edges;
   std::vector<std::shared_ptr<Vertex>> vertices;
@@ -35,24 +34,9 @@ DropSet DropSetOfMarginSecondNew(const Window& window);
 /// the second newest leaves, the newest frame's preintegration becomes that frame's followed by its own.
 void SlideWindow(MarginalizationFlag flag, Window* window);
 
-/// Why an estimate cannot be true any more.
-enum class Failure {
-  kNone,
-  kAccelerometerBias,
-  kGyroscopeBias,
-  kPositionJump,
-  kHeightJump,
-  kImuGap,         ///< no reading of the IMU for too long
-  kImageGap,       ///< no image for so long that the IMU ties it to nothing
-  kImagesRejected  ///< plenty of tracks, but hardly one that fits, for too long
-};
-
-/// "no IMU for too long", …
-std::string ToString(Failure failure);
-
-/// Looks at the newest frame after a solve: ‖b_a‖ > 2.5 m/s², ‖b_g‖ > 1 rad/s, a step of more than 5 m, or of more
+/// Checks the newest frame after a solve: ‖b_a‖ > 2.5 m/s², ‖b_g‖ > 1 rad/s, a step of more than 5 m, or of more
 /// than 1 m in height. Lost tracks and fast turns are no failure.
-/// @param last_p  position of the newest frame after the solve before [m]
+/// @param last_p  position of the newest frame after the previous solve [m]
 Failure DetectFailure(const Window& window, const Vec3& last_p);
 
 }  // namespace ch5

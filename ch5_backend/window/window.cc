@@ -26,6 +26,13 @@ StampedState Window::StateOf(const WindowFrame& frame) const {
   return state;
 }
 
+void Window::SetState(const StampedState& state, const WindowFrame& frame) {
+  frame.pose->SetPose(state.T_W_B.q, state.T_W_B.p);
+  Vec9 v_ba_bg;
+  v_ba_bg << state.v_W, state.b_a, state.b_g;
+  frame.speed_bias->SetEstimate(v_ba_bg);
+}
+
 Vec2 Window::PointOf(const WindowObservation& seen) const {
   const double clock_offset = frames[static_cast<size_t>(IndexOf(seen.frame))].clock_offset;
   return MovingPoint{seen.x, seen.velocity, clock_offset}.At(time_offset->GetEstimate()[0]);
@@ -33,10 +40,10 @@ Vec2 Window::PointOf(const WindowObservation& seen) const {
 
 namespace {
 
-// One BuildGraph.
-class Builder {
+// The parts of BuildGraph.
+class GraphBuilder {
  public:
-  Builder(const WindowWeights& weights, Window* window)
+  GraphBuilder(const WindowWeights& weights, Window* window)
       : weights_(weights),
         window_(*window),
         graph_(window->graph),
@@ -89,10 +96,10 @@ class Builder {
 
   void AddPriors() {
     if (window_.prior) {
-      window_.prior->KeepJacobian(window_.first_estimates == FirstEstimates::kFull);
+      window_.prior->KeepJacobian(window_.observability_constraints == ObservabilityConstraints::kAllEdges);
       graph_.AddEdge(window_.prior);
     }
-    if (window_.gauge) graph_.AddEdge(window_.gauge);
+    if (window_.gauge_prior) graph_.AddEdge(window_.gauge_prior);
   }
 
  private:
@@ -104,9 +111,10 @@ class Builder {
   }
 
   void Add(std::shared_ptr<Edge> edge) {
-    const bool first = window_.first_estimates == FirstEstimates::kFull && window_.prior;
-    graph_.AddEdge(first ? ConstrainObservability(std::move(edge), window_.prior->GetPrior(), window_.extrinsic.get())
-                         : std::move(edge));
+    if (window_.prior && window_.observability_constraints == ObservabilityConstraints::kAllEdges) {
+      edge = ConstrainObservability(std::move(edge), window_.prior->GetPrior(), window_.extrinsic.get());
+    }
+    graph_.AddEdge(std::move(edge));
   }
 
   const WindowFrame& FrameOf(const WindowObservation& observation) const {
@@ -125,8 +133,8 @@ class Builder {
 
 void BuildGraph(const WindowWeights& weights, const std::function<bool(const Window&, const WindowLandmark&)>& uses,
                 Window* window) {
-  window->graph = Graph();  // sets the old one's vertices and edges free
-  Builder builder(weights, window);
+  window->graph = Graph();  // releases the vertices and edges of the old graph
+  GraphBuilder builder(weights, window);
   builder.AddStates();
   builder.AddImu();
   for (const auto& [id, landmark] : window->landmarks) {
@@ -135,26 +143,39 @@ void BuildGraph(const WindowWeights& weights, const std::function<bool(const Win
   builder.AddPriors();
 }
 
+namespace {
+
+// The edges with observability constraints, where the graph's are not constrained already.
+std::vector<std::shared_ptr<Edge>> Constrained(std::vector<std::shared_ptr<Edge>> edges, const Window& window) {
+  if (window.observability_constraints == ObservabilityConstraints::kAllEdges) return edges;
+  for (auto& edge : edges) {
+    if (edge == window.prior) continue;
+    edge = ConstrainObservability(edge, window.prior->GetPrior(), window.extrinsic.get());
+  }
+  return edges;
+}
+
+// The next prior's vertices keep the first estimates of the old one.
+void KeepFirstEstimates(const Prior& old, Prior* next) {
+  next->first_estimates = next->x0;
+  for (size_t i = 0; i < next->vertices.size(); ++i) {
+    const auto at = std::find(old.vertices.begin(), old.vertices.end(), next->vertices[i]);
+    if (at != old.vertices.end()) next->first_estimates[i] = old.FirstEstimate(at - old.vertices.begin());
+  }
+}
+
+}  // namespace
+
 void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
                   Window* window) {
   const std::shared_ptr<EdgePrior> old = window->prior;
-  if (window->first_estimates == FirstEstimates::kNone || !old) {
+  if (window->observability_constraints == ObservabilityConstraints::kNone || !old) {
     window->prior = std::make_shared<EdgePrior>(Marginalize(edges, drop));
     return;
   }
   old->KeepJacobian(true);
-  std::vector<std::shared_ptr<Edge>> constrained = edges;
-  for (auto& edge : constrained) {
-    if (edge == old || window->first_estimates == FirstEstimates::kFull) continue;  // it is, or the graph's already are
-    edge = ConstrainObservability(edge, old->GetPrior(), window->extrinsic.get());
-  }
-  Prior next = Marginalize(constrained, drop);
-  next.first = next.x0;
-  for (size_t i = 0; i < next.vertices.size(); ++i) {
-    const auto& known = old->GetPrior().vertices;
-    const auto at = std::find(known.begin(), known.end(), next.vertices[i]);
-    if (at != known.end()) next.first[i] = old->GetPrior().FirstEstimate(at - known.begin());
-  }
+  Prior next = Marginalize(Constrained(edges, *window), drop);
+  KeepFirstEstimates(old->GetPrior(), &next);
   window->prior = std::make_shared<EdgePrior>(std::move(next));
 }
 

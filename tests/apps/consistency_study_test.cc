@@ -7,14 +7,6 @@
 namespace ch5 {
 namespace {
 
-// Tables of the χ² distribution: dof 10 and 100, at 2.5 % and 97.5 %; the approximation is good to 1 % at 10.
-TEST(Consistency, BandIsThatOfTheTables) {
-  EXPECT_NEAR(ChiSquaredBand(1, 10).low, 0.3247, 5e-3);
-  EXPECT_NEAR(ChiSquaredBand(1, 10).high, 2.0483, 5e-3);
-  EXPECT_NEAR(10.0 * ChiSquaredBand(10, 10).low, 74.222, 1e-2);
-  EXPECT_NEAR(10.0 * ChiSquaredBand(10, 10).high, 129.561, 1e-2);
-}
-
 class ConsistencyOfPolicies : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -41,7 +33,7 @@ class ConsistencyOfPolicies : public testing::Test {
 std::vector<ConsistencyRow> ConsistencyOfPolicies::rows_;
 
 // Six runs: the band is 3.6 to 9.1 at one time, and the times are far from independent.
-TEST_F(ConsistencyOfPolicies, FullFirstEstimatesAreNotOverconfident) {
+TEST_F(ConsistencyOfPolicies, ConstrainingAllEdgesIsNotOverconfident) {
   for (const char* policy : {"vins", "okvis"}) {
     EXPECT_LT(Mean(policy, "full", &ConsistencyRow::nees_pose), 9.1) << policy;
     EXPECT_GT(Mean(policy, "full", &ConsistencyRow::nees_pose), 3.6) << policy;
@@ -50,13 +42,13 @@ TEST_F(ConsistencyOfPolicies, FullFirstEstimatesAreNotOverconfident) {
   }
 }
 
-// VN10: what is used twice counts twice.
+// VN10: observations used twice count twice.
 TEST_F(ConsistencyOfPolicies, ObservationsUsedTwiceAreOverconfident) {
   EXPECT_GT(Mean("vins twice", "none", &ConsistencyRow::nees_pose), 15.0);
 }
 
-// Nothing measures yaw: only the start's speed tells of it, a sixth of what was given.
-TEST_F(ConsistencyOfPolicies, FullFirstEstimatesGainNoYaw) {
+// Nothing measures yaw; only the start's speed has information on it, a sixth of the prior's.
+TEST_F(ConsistencyOfPolicies, ConstrainingAllEdgesGainsNoYaw) {
   for (const char* policy : {"vins", "okvis"}) {
     const auto rows = Rows(policy, "full");
     for (const ConsistencyRow& row : rows) {
@@ -68,8 +60,8 @@ TEST_F(ConsistencyOfPolicies, FullFirstEstimatesGainNoYaw) {
   }
 }
 
-// What the auditor reads off the prior itself, in a run that was told neither position nor yaw.
-TEST_F(ConsistencyOfPolicies, OnlyTheModeWithoutFirstEstimatesLeaks) {
+// What the auditor finds in the prior of a run without initial position and yaw.
+TEST_F(ConsistencyOfPolicies, OnlyTheModeWithoutConstraintsLeaks) {
   for (const char* policy : {"vins", "okvis"}) {
     for (const char* mode : {"prior_only", "full"}) {
       for (const ConsistencyRow& row : Rows(policy, mode)) {

@@ -3,7 +3,7 @@
 
 #include "ch5_backend/apps/studies/marginalize_study.h"
 #include "ch5_backend/apps/studies/mono_ba_study.h"
-#include "ch5_backend/apps/studies/spectrum.h"
+#include "ch5_backend/apps/studies/matrices.h"
 
 namespace ch5 {
 namespace {

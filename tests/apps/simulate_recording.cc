@@ -9,7 +9,7 @@ int main(int argc, char** argv) {
   if (argc != 2) return std::fputs("usage: simulate_recording FOLDER\n", stderr), 2;
   ch5::RoomOptions options;
   options.duration = 8.0;
-  options.still_seconds = 1.5;
+  options.standstill_seconds = 1.5;
   options.max_tracks = 40;
   ch5::WriteRecording(ch5::SimulateRoom(options), argv[1]);
 }

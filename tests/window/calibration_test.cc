@@ -51,7 +51,7 @@ TEST(TimeOffset, IsTheMinimumOfAWindowAtTheTruth) {
   for (const double late : {0.01, -0.01}) {
     RoomOptions room;
     room.duration = 4.0;
-    room.still_seconds = 0.0;
+    room.standstill_seconds = 0.0;
     room.simulation.camera.pixel_sigma = 0.0;
     room.simulation.camera.time_offset = late;
     const Recording recording = SimulateRoom(room);
@@ -113,9 +113,9 @@ TEST(TimeOffset, OfTenMillisecondsIsFoundToOne) {
 }
 
 TEST(Extrinsic, TwoDegreesAreFoundToThreeTenths) {
-  for (const double still_seconds : {0.0, 2.0}) {
+  for (const double standstill_seconds : {0.0, 2.0}) {
     RoomOptions room;
-    room.still_seconds = still_seconds;
+    room.standstill_seconds = standstill_seconds;
     const Recording recording = SimulateRoom(room);
     EstimatorOptions options = OptionsFor(recording.calibration);
     const Qd truth = options.T_B_C.q;
@@ -124,7 +124,7 @@ TEST(Extrinsic, TwoDegreesAreFoundToThreeTenths) {
     for (auto&& policy : AllPolicies(recording.calibration)) {
       const std::string name = policy->Name();
       const Found found = Calibrate(recording, options, std::move(policy));
-      EXPECT_LT(found.R_B_C.angularDistance(truth), 0.3 * kDegree) << name << ", stood " << still_seconds << " s";
+      EXPECT_LT(found.R_B_C.angularDistance(truth), 0.3 * kDegree) << name << ", stood " << standstill_seconds << " s";
     }
   }
 }

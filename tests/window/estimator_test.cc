@@ -61,5 +61,28 @@ TEST(Estimator, RefusesTimesThatDoNotIncrease) {
   EXPECT_NO_THROW(estimator.AddFrame({1.05, {}}));
 }
 
+TEST(MeasurementChecks, GapsBeforeBetweenAndAfterReadingsCount) {
+  const auto at = [](std::initializer_list<double> times) {
+    std::vector<ImuReading> imu;
+    for (const double t : times) imu.push_back({t, Vec3(0, 0, 9.81), Vec3::Zero()});
+    return imu;
+  };
+  EXPECT_TRUE(HasImuGap({}, 0.0, 0.05, 0.1));
+  EXPECT_FALSE(HasImuGap(at({0.0, 0.1, 0.2}), 0.0, 0.25, 0.11));
+  EXPECT_TRUE(HasImuGap(at({0.15, 0.2}), 0.0, 0.2, 0.11)) << "before";
+  EXPECT_TRUE(HasImuGap(at({0.0, 0.2}), 0.0, 0.2, 0.11)) << "between";
+  EXPECT_TRUE(HasImuGap(at({0.0, 0.1}), 0.0, 0.25, 0.11)) << "after";
+  EXPECT_TRUE(HasImuGap(at({0.0, 0.1, 0.5}), 0.0, 0.15, 0.11)) << "around the end";
+}
+
+TEST(MeasurementChecks, ARepeatedTrackIsNamed) {
+  try {
+    CheckImage({1.0, {{3, Vec2(0, 0)}, {7, Vec2(0, 0)}, {3, Vec2(0.1, 0)}}}, 0.5);
+    FAIL();
+  } catch (const MeasurementError& error) {
+    EXPECT_STREQ(error.what(), "track 3 stands twice in the image at t = 1.000000 s");
+  }
+}
+
 }  // namespace
 }  // namespace ch5

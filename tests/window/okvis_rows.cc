@@ -1,16 +1,20 @@
-/// OKVIS's published behaviour, row by row.
+/// OKVIS's published behaviour, row by row, and the file that tests it:
 ///
-///   OK1, OK2, OK4 – OK6, OK8, OK10   ../marginalize/okvis_test.cc      OK12 landmarks' quality, loss      here
-///   OK3  relative eigenvalue cut     here                              OK13 who leaves; 10 s at 1 m/s     here
-///   OK7  loss correction             ../unit/loss_test.cc              OK14 keyframes                     here
-///   OK9  sign of a quaternion        ../imu/edge_imu_test.cc           OK15 where the seed is wrong       here
-///   OK11 the gauge held              here, ../marginalize/gauge_audit_test.cc
+///   OK1, OK2, OK4 – OK6, OK8, OK10         ../marginalize/marginalization_error_test.cc
+///   OK3  relative eigenvalue cutoff        here
+///   OK7  loss correction                   ../graph/loss_test.cc
+///   OK9  sign of a quaternion              ../types/edge_imu_test.cc
+///   OK11 the gauge prior                   here, ../consistency/gauge_audit_test.cc
+///   OK12 landmarks' quality, loss          here
+///   OK13 what leaves; 10 s at 1 m/s        here
+///   OK14 keyframes                         here
+///   OK15 a wrong initial depth             here
 #include <gtest/gtest.h>
 
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/window/image_overlap.h"
 #include "ch5_backend/window/landmarks.h"
-#include "ch5_backend/window/overlap.h"
 #include "ch5_backend/window/policy.h"
 #include "ch5_backend/world/simulate/scene_points.h"
 #include "ch5_backend/world/simulate/simulation.h"
@@ -24,20 +28,20 @@ MatXX NearlySingular(double unit, double ratio) { return unit * (Mat22() << 1.0,
 
 // At one ratio of eigenvalues OKVIS decides the same whatever the unit; VINS's absolute 1e-8 does not.
 TEST(OkvisRow3, EigenvaluesAreCutRelativeToTheLargest) {
-  const auto rank = [](const MatXX& H, const EigenCut& cut) {
+  const auto rank = [](const MatXX& H, const EigenvalueCutoff& cut) {
     return FactorNormalEquations(H, VecX::Zero(2), cut).J.rows();
   };
   for (const double unit : {1e-6, 1.0, 1e6}) {
-    EXPECT_EQ(rank(NearlySingular(unit, 1e-6), EigenCut::Okvis()), 2) << unit;
-    EXPECT_EQ(rank(NearlySingular(unit, 1e-16), EigenCut::Okvis()), 1) << unit;
+    EXPECT_EQ(rank(NearlySingular(unit, 1e-6), EigenvalueCutoff::Okvis()), 2) << unit;
+    EXPECT_EQ(rank(NearlySingular(unit, 1e-16), EigenvalueCutoff::Okvis()), 1) << unit;
   }
-  EXPECT_EQ(rank(NearlySingular(1.0, 1e-6), EigenCut::Vins()), 2);
-  EXPECT_EQ(rank(NearlySingular(1e-3, 1e-6), EigenCut::Vins()), 1);
+  EXPECT_EQ(rank(NearlySingular(1.0, 1e-6), EigenvalueCutoff::Vins()), 2);
+  EXPECT_EQ(rank(NearlySingular(1e-3, 1e-6), EigenvalueCutoff::Vins()), 1);
 }
 
 // Information on the directions x, y, z, yaw, pitch, roll of a level frame.
 Vec6 HeldInformation(const Window& window) {
-  const auto& prior = dynamic_cast<const EdgePrior&>(*window.gauge).GetPrior();
+  const auto& prior = dynamic_cast<const EdgePrior&>(*window.gauge_prior).GetPrior();
   const Mat66 H = prior.J.transpose() * prior.J;
   Vec6 held;
   held << H(0, 0), H(1, 1), H(2, 2), H(5, 5), H(4, 4), H(3, 3);
@@ -50,7 +54,7 @@ TEST(OkvisRow11, HoldsPositionAndYawOfTheFirstFrameAndLaterOfTheOldest) {
   const auto policy = MakeOkvisPolicy(options);
   policy->NoteNewFrame(&window);
   const auto expect = [&](int frame, double information) {
-    EXPECT_EQ(window.gauge->Vertices()[0], window.frames[static_cast<size_t>(window.IndexOf(frame))].pose);
+    EXPECT_EQ(window.gauge_prior->Vertices()[0], window.frames[static_cast<size_t>(window.IndexOf(frame))].pose);
     const Vec6 held = HeldInformation(window);
     for (int k = 0; k < 4; ++k) EXPECT_NEAR(held[k] / information, 1.0, 1e-12) << k;
     EXPECT_EQ(held[4], 0.0);

@@ -1,8 +1,8 @@
 /// The rules of the two policies, one by one: thresholds from both sides, what leaves the window and what stays.
 #include <gtest/gtest.h>
 
+#include "ch5_backend/window/image_overlap.h"
 #include "ch5_backend/window/landmarks.h"
-#include "ch5_backend/window/overlap.h"
 #include "ch5_backend/window/policy.h"
 #include "ch5_backend/window/vins_window.h"
 #include "tests/window/straight.h"
@@ -159,9 +159,9 @@ TEST(Okvis, HullAreasAndOverlap) {
   int track = 0;
   for (const Vec3& p : {Vec3(1, 0, 1), Vec3(2, 0, 1), Vec3(1, 1, 1)}) See(track++, p, 0, 1, &window);
   See(track++, Vec3(2, 1, 1), 1, 1, &window);
-  const Overlap overlap = OverlapOf(window, window.frames[0].id, window.frames[1].id);
-  EXPECT_NEAR(overlap.hull, 0.5, 1e-12);
-  EXPECT_NEAR(overlap.matches, 0.75, 1e-12);
+  const ImageOverlap overlap = ImageOverlapOf(window, window.frames[0].id, window.frames[1].id);
+  EXPECT_NEAR(overlap.hull_ratio, 0.5, 1e-12);
+  EXPECT_NEAR(overlap.match_ratio, 0.75, 1e-12);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace ch5 {
 
 struct RoomOptions {
   double duration = 20.0;
-  double still_seconds = 2.0;
+  double standstill_seconds = 2.0;
   int max_tracks = 60;
   SimulationOptions simulation;
   uint64_t seed = 1;
@@ -19,7 +19,7 @@ struct RoomOptions {
 inline Recording SimulateRoom(RoomOptions options = {}) {
   HandheldOptions path;
   path.duration = options.duration;
-  path.still_seconds = options.still_seconds;
+  path.standstill_seconds = options.standstill_seconds;
   path.seed = options.seed;
   Random random(options.seed);
   options.simulation.camera.max_tracks = options.max_tracks;

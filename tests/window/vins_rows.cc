@@ -1,15 +1,24 @@
-/// VINS-Mono's published behaviour, row by row.
+/// VINS-Mono's published behaviour, row by row, and the file that tests it:
 ///
-///   VN1  sizes                             here                  VN11 gauge restored       policies_test.cc
-///   VN2  depths are parameters             here                  VN12 failure thresholds   policies_test.cc
-///   VN3  which landmarks are used          policies_test.cc      VN13 bias alone fails     here
-///   VN4  options of the solve              here                  VN14 restart              robustness_test.cc
-///   VN5  long IMU pieces                   policies_test.cc      VN15 negative depths      policies_test.cc
-///   VN6  MARGIN_OLD                        policies_test.cc,     VN16 ids, no addresses    ../marginalize/vins_test.cc
-///   VN7  MARGIN_SECOND_NEW                 ../marginalize/       VN17 keyframes            here
-///   VN8  eigenvalue cut                    vins_test.cc          VN18 the host leaves      here, policies_test.cc
-///   VN9  no first estimates                ../marginalize/gauge_audit_test.cc
-///   VN10 observations used twice           ../consistency/       VN19 time offset          calibration_test.cc
+///   VN1  sizes                             here
+///   VN2  depths are parameters             here
+///   VN3  which landmarks are used          policies_test.cc
+///   VN4  options of the solve              here
+///   VN5  long preintegrations              policies_test.cc
+///   VN6  MARGIN_OLD                        policies_test.cc, ../marginalize/marginalization_info_test.cc
+///   VN7  MARGIN_SECOND_NEW                 ../marginalize/marginalization_info_test.cc
+///   VN8  eigenvalue cutoff                 ../marginalize/marginalization_info_test.cc
+///   VN9  no first estimates                ../consistency/first_estimates_test.cc
+///   VN10 observations used twice           ../apps/consistency_study_test.cc
+///   VN11 gauge restored                    policies_test.cc
+///   VN12 failure thresholds                policies_test.cc
+///   VN13 bias alone fails                  here
+///   VN14 restart                           robustness_test.cc
+///   VN15 negative depths                   policies_test.cc
+///   VN16 ids, no addresses                 ../marginalize/marginalization_info_test.cc
+///   VN17 keyframes                         here
+///   VN18 the host leaves                   here, policies_test.cc
+///   VN19 time offset                       calibration_test.cc
 #include <gtest/gtest.h>
 
 #include "ch5_backend/graph/ordering.h"

@@ -5,7 +5,7 @@
 namespace ch5 {
 namespace {
 
-// A point in a camera's plane projects to infinity; no cost can be told then.
+// A point in a camera's plane projects to infinity, and the cost is not finite.
 void RequireFiniteResiduals(const BalProblem& problem, const Graph& graph) {
   for (size_t i = 0; i < graph.Edges().size(); ++i) {
     graph.Edges()[i]->ComputeResidual();
@@ -54,7 +54,7 @@ CsvTable CameraTable(const BalStudy& study) {
 
 }  // namespace
 
-BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, const Listener& listener) {
+BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, const IterationCallback& listener) {
   BalStudy study;
   study.before = study.after = problem;
   BalGraph bal;

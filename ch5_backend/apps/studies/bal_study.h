@@ -1,5 +1,5 @@
 #pragma once
-/// Solves a "Bundle Adjustment in the Large" problem and writes down how it went.
+/// Solves a "Bundle Adjustment in the Large" problem and writes its results.
 
 #include <filesystem>
 #include <string>
@@ -18,7 +18,7 @@ struct BalStudy {
 
 /// Levenberg-Marquardt, as SolveGraph.
 /// @throws std::invalid_argument if an observation's residual is not finite at the start; names it
-BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, const Listener& listener = {});
+BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, const IterationCallback& listener = {});
 
 /// Writes, all or none, into `out`: NAME-result.txt (BAL), NAME-before.ply, NAME-after.ply, summary.csv (key, value),
 /// trace.csv, and for the picture points.csv and cameras.csv.

@@ -96,7 +96,7 @@ void CommandLine::Precision(const std::string& option, bool* single) {
 int CommandLine::Run(int argc, char** argv, const std::function<void()>& run) {
   const auto asks_for_help = [](const std::string& word) { return word == "--help" || word == "-h"; };
   if (std::any_of(argv + 1, argv + argc, asks_for_help)) return std::fputs(usage_.c_str(), stdout) < 0 ? 2 : 0;
-  // A fault of the data lies in the file that was read.
+  // An error in the data is an error in the file that was read.
   const auto of_file = [&](const std::string& what) { return argument_ ? *argument_ + ": " + what : what; };
   try {
     Parse(argc, argv);
@@ -104,7 +104,7 @@ int CommandLine::Run(int argc, char** argv, const std::function<void()>& run) {
     return Fail(std::string(error.what()) + "; see --help");
   }
   try {
-    GetSimdLevel();  // speaks here if CH5_SIMD is wrong, before any work is begun
+    GetSimdLevel();  // throws if CH5_SIMD is wrong, before any work is done
   } catch (const std::invalid_argument& error) {
     return Fail(error.what());
   }

@@ -1,6 +1,10 @@
 #pragma once
-/// The main() of every program: options that take a value, --help, and each error as one line on standard error.
+/// The main() of every program: options that take a value, --help, each error as one line on standard error, and a line
+/// of progress.
 
+#include <unistd.h>
+
+#include <cstdio>
 #include <functional>
 #include <string>
 #include <utility>
@@ -8,13 +12,13 @@
 
 namespace ch5 {
 
-/// Declare what the program takes, then Run. What was not declared is refused.
+/// Declare what the program accepts, then call Run, which refuses everything else.
 class CommandLine {
  public:
   /// @param usage  printed for --help
   CommandLine(std::string program, std::string usage);
 
-  /// The one word that is no option; it must be given.
+  /// The one word that is not an option; it must be given.
   void Argument(const std::string& name, std::string* value);
   /// `option` TEXT, not empty; it must be given unless `value` holds a default.
   void Text(const std::string& option, std::string* value);
@@ -27,7 +31,7 @@ class CommandLine {
   /// `option` double or single.
   void Precision(const std::string& option, bool* single);
 
-  /// Reads the words, then calls `run`. What either throws is told as "program: what is wrong".
+  /// Reads the words, then calls `run`. An exception is printed as "program: what is wrong".
   /// @return exit code: 0, or 2 after an error
   int Run(int argc, char** argv, const std::function<void()>& run);
 
@@ -39,6 +43,27 @@ class CommandLine {
   std::string* argument_ = nullptr;
   std::vector<std::pair<std::string, std::string*>> texts_;
   std::vector<std::pair<std::string, std::function<void(const std::string&)>>> options_;
+};
+
+/// A line of progress on standard error, if that is a terminal; silence otherwise.
+class Progress {
+ public:
+  Progress() : terminal_(isatty(STDERR_FILENO) == 1) {}
+  ~Progress() { Clear(); }
+
+  /// @param fraction  of this study, 0 … 1
+  void Show(const std::string& study, double fraction) const {
+    if (!terminal_) return;
+    std::fprintf(stderr, "\r\033[K%s %3.0f %%", study.c_str(), 100.0 * fraction);
+    std::fflush(stderr);
+  }
+  /// Erases the line.
+  void Clear() const {
+    if (terminal_) std::fputs("\r\033[K", stderr);
+  }
+
+ private:
+  bool terminal_;
 };
 
 }  // namespace ch5

@@ -1,13 +1,13 @@
 #include "ch5_backend/apps/studies/consistency_study.h"
 
-#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
-#include <map>
 #include <mutex>
 #include <thread>
 
 #include "ch5_backend/apps/studies/odometry.h"
 #include "ch5_backend/consistency/gauge_audit.h"
+#include "ch5_backend/consistency/nees.h"
 #include "ch5_backend/math/parallel.h"
 #include "ch5_backend/world/files/csv.h"
 #include "ch5_backend/world/simulate/random.h"
@@ -20,19 +20,20 @@ namespace {
 struct Case {
   const char* policy;
   const char* mode;
-  FirstEstimates first_estimates;
+  ObservabilityConstraints constraints;
   bool okvis, reuse;
 };
-constexpr Case kCases[] = {{"vins twice", "none", FirstEstimates::kNone, false, true},
-                           {"vins", "none", FirstEstimates::kNone, false, false},
-                           {"vins", "prior_only", FirstEstimates::kPriorOnly, false, false},
-                           {"vins", "full", FirstEstimates::kFull, false, false},
-                           {"okvis", "none", FirstEstimates::kNone, true, false},
-                           {"okvis", "prior_only", FirstEstimates::kPriorOnly, true, false},
-                           {"okvis", "full", FirstEstimates::kFull, true, false}};
+constexpr Case kCases[] = {{"vins twice", "none", ObservabilityConstraints::kNone, false, true},
+                           {"vins", "none", ObservabilityConstraints::kNone, false, false},
+                           {"vins", "prior_only", ObservabilityConstraints::kMarginalizedEdges, false, false},
+                           {"vins", "full", ObservabilityConstraints::kAllEdges, false, false},
+                           {"okvis", "none", ObservabilityConstraints::kNone, true, false},
+                           {"okvis", "prior_only", ObservabilityConstraints::kMarginalizedEdges, true, false},
+                           {"okvis", "full", ObservabilityConstraints::kAllEdges, true, false}};
 constexpr int kNumCases = static_cast<int>(std::size(kCases));
 
-// σ of the first state, for the prior and for who draws it. The speed is known so little since in W it tells yaw.
+// σ of the first state, both for the draw and in the prior. The σ of the speed is large since its direction in W would
+// reveal yaw.
 struct StartSigma {
   double position = 0.01;  // [m]
   double yaw = 0.05;       // [rad]
@@ -42,14 +43,14 @@ struct StartSigma {
   double b_g = 0.002;      // [rad/s]
 };
 
-// Square root of the first state's information, over [δp, δθ, v, b_a, b_g]: yaw is about W's z axis. A start without
-// place knows neither position nor yaw, nor which way it goes.
-MatXX StartInformation(const StartSigma& sigma, const Qd& q_W_B, bool with_place) {
+// Square root of the first state's information, over [δp, δθ, v, b_a, b_g]: yaw is about W's z axis. Without
+// position and yaw the direction of the speed is unknown too.
+MatXX StartInformation(const StartSigma& sigma, const Qd& q_W_B, bool with_position_and_yaw) {
   MatXX J = MatXX::Zero(15, 15);
-  if (with_place) J.diagonal().head<3>().setConstant(1.0 / sigma.position);
-  const Vec3 rotation(1.0 / sigma.tilt, 1.0 / sigma.tilt, with_place ? 1.0 / sigma.yaw : 0.0);
+  if (with_position_and_yaw) J.diagonal().head<3>().setConstant(1.0 / sigma.position);
+  const Vec3 rotation(1.0 / sigma.tilt, 1.0 / sigma.tilt, with_position_and_yaw ? 1.0 / sigma.yaw : 0.0);
   J.block<3, 3>(3, 3) = rotation.asDiagonal() * q_W_B.toRotationMatrix();
-  if (with_place) J.diagonal().segment<3>(6).setConstant(1.0 / sigma.speed);
+  if (with_position_and_yaw) J.diagonal().segment<3>(6).setConstant(1.0 / sigma.speed);
   J.diagonal().segment<3>(9).setConstant(1.0 / sigma.b_a);
   J.diagonal().segment<3>(12).setConstant(1.0 / sigma.b_g);
   return J;
@@ -66,7 +67,7 @@ StampedState DrawStart(StampedState state, const StartSigma& sigma, Random* rand
   return state;
 }
 
-// Round and round a room, looking ahead: 3 m wide, 12 s a lap, up and down and swaying a little.
+// Circles of 3 m radius in a room, 12 s a lap, looking ahead, going up and down and swaying a little.
 Trajectory Circle(double duration) {
   const auto formula = [](const Jet& t) {
     const Jet angle = (2.0 * M_PI / 12.0) * t;
@@ -98,9 +99,9 @@ Estimator MakeEstimator(const Case& c, const Calibration& calibration, const Con
   options.weights.pixel_sigma = study.pixel_sigma;
   options.weights.cauchy = 0.0;
   options.weights.noisy_hosts = !c.reuse;
-  options.max_outlier_pixels = 5.0 * study.pixel_sigma;  // there are none but depths gone wrong
-  options.max_rejecting = 1e9;                           // nor do so few landmarks mean anything
-  options.first_estimates = c.first_estimates;
+  options.max_outlier_pixels = 5.0 * study.pixel_sigma;  // the simulated tracks have no outliers, only depths diverge
+  options.max_rejecting = 1e9;                           // few landmarks are normal here
+  options.observability_constraints = c.constraints;
   options.report_covariance = true;
   VinsOptions vins;
   vins.window_size = 6;
@@ -108,98 +109,78 @@ Estimator MakeEstimator(const Case& c, const Calibration& calibration, const Con
   OkvisOptions okvis;
   okvis.keyframes = 3;
   okvis.temporal_frames = 4;
-  for (double* tolerance : {&vins.cost_tolerance, &okvis.cost_tolerance}) *tolerance = 1e-6;
+  vins.cost_tolerance = okvis.cost_tolerance = 1e-6;
   vins.max_iterations = okvis.max_iterations = 20;
   vins.max_solve_seconds = 1e3;  // a result must not depend on the machine
   return Estimator(options, c.okvis ? MakeOkvisPolicy(okvis) : MakeVinsPolicy(vins));
 }
 
-// The error of one answer, and what was claimed of it.
-ConsistencyRow Judge(const StampedState& state, const Mat66& covariance, const StampedState& truth) {
-  const Transform& T = state.T_W_B;
-  Vec6 e;
-  e << T.p - truth.T_W_B.p, LogSO3(truth.T_W_B.q.conjugate() * T.q);
-  const Vec3 up = T.q.conjugate() * Vec3::UnitZ();
-  const double yaw = up.dot(e.tail<3>()), yaw_variance = up.dot(covariance.bottomRightCorner<3, 3>() * up);
-  ConsistencyRow row;
-  row.t = state.t;
-  row.nees_pose = e.dot(Eigen::LDLT<Mat66>(covariance).solve(e));
-  row.nees_yaw = yaw * yaw / yaw_variance;
-  row.yaw_information = 1.0 / yaw_variance;
-  row.yaw_rmse = yaw * yaw;  // squares, until they are averaged
-  row.position_rmse = e.head<3>().squaredNorm();
-  return row;
-}
+// One image of one run.
+struct Sample {
+  double t = 0.0;
+  PoseConsistency pose;
+  double yaw_leak = 0.0, position_leak = 0.0;  // of the repetition without position and yaw
+};
+using Run = std::vector<Sample>;
 
-using RunRows = std::vector<ConsistencyRow>;
-
-// @return  as many rows as images were answered before the estimator lost its way, if it did
-RunRows RunOnce(const Recording& recording, const Case& c, const ConsistencyOptions& options, int run) {
+// @return  a sample per image until the estimator restarts, if it does
+Run RunOnce(const Recording& recording, const Case& c, const ConsistencyOptions& options, int run) {
   const StartSigma sigma;
   Random random(3000 + static_cast<uint64_t>(run));
   const StampedState first = DrawStart(recording.truth.front(), sigma, &random);
-  Estimator with_place = MakeEstimator(c, recording.calibration, options);
-  with_place.StartFrom(first, StartInformation(sigma, first.T_W_B.q, true));
-  RunRows rows;
-  FeedRecording(recording, &with_place, [&](const Estimator& estimator, const WindowRow& row) {
-    if (estimator.Restarts() > 0) return;
-    rows.push_back(Judge(*row.report.state, *row.report.pose_covariance, *StateAt(recording.truth, row.t)));
-    rows.back().runs = 1;
+  Estimator estimator = MakeEstimator(c, recording.calibration, options);
+  estimator.StartFrom(first, StartInformation(sigma, first.T_W_B.q, true));
+  Run samples;
+  FeedRecording(recording, &estimator, [&](const Estimator& now, const WindowRow& row) {
+    if (now.Restarts() > 0) return;
+    const StampedState truth = *StateAt(recording.truth, row.t);
+    samples.push_back(
+        {row.t, ComparePose(row.report.state->T_W_B, *row.report.pose_covariance, truth.T_W_B), 0.0, 0.0});
   });
-  if (run >= options.audited_runs) return rows;
+  if (run >= options.audited_runs) return samples;
 
-  Estimator without_place = MakeEstimator(c, recording.calibration, options);
-  without_place.StartFrom(first, StartInformation(sigma, first.T_W_B.q, false));
+  Estimator free = MakeEstimator(c, recording.calibration, options);
+  free.StartFrom(first, StartInformation(sigma, first.T_W_B.q, false));
   size_t k = 0;
-  FeedRecording(recording, &without_place, [&](const Estimator& estimator, const WindowRow&) {
-    if (estimator.Restarts() > 0 || k == rows.size()) return;
-    for (const GaugeLeak& leak : AuditPrior(estimator.GetWindow().prior->GetPrior())) {
-      (leak.direction == "yaw" ? rows[k].yaw_leak : rows[k].position_leak) += leak.information;
+  FeedRecording(recording, &free, [&](const Estimator& now, const WindowRow&) {
+    if (now.Restarts() > 0 || k == samples.size()) return;
+    for (const GaugeLeak& leak : AuditPrior(now.GetWindow().prior->GetPrior())) {
+      (leak.direction == "yaw" ? samples[k].yaw_leak : samples[k].position_leak) += leak.information;
     }
     ++k;
   });
-  return rows;
+  return samples;
 }
 
-// One row a time.
-RunRows MeanOver(const std::vector<RunRows>& runs, const Case& c, int audited_runs) {
-  RunRows means;
-  for (size_t k = 0; k < runs.front().size(); ++k) {
-    ConsistencyRow mean;
-    mean.policy = c.policy;
-    mean.mode = c.mode;
-    mean.t = runs.front()[k].t;
-    for (const RunRows& run : runs) mean.runs += k < run.size();
-    for (double ConsistencyRow::*value :
-         {&ConsistencyRow::nees_pose, &ConsistencyRow::nees_yaw, &ConsistencyRow::yaw_information,
-          &ConsistencyRow::yaw_rmse, &ConsistencyRow::position_rmse}) {
-      for (const RunRows& run : runs) {
-        if (k < run.size()) mean.*value += run[k].*value / mean.runs;
-      }
-    }
-    for (const RunRows& run : runs) {
-      if (k >= run.size()) continue;
-      mean.yaw_leak += run[k].yaw_leak / audited_runs;
-      mean.position_leak += run[k].position_leak / audited_runs;
-    }
-    mean.yaw_rmse = std::sqrt(mean.yaw_rmse);
-    mean.position_rmse = std::sqrt(mean.position_rmse);
-    means.push_back(mean);
+// Over the runs that reached image k.
+ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs, const Case& c, int audited_runs) {
+  ConsistencyRow row;
+  row.policy = c.policy;
+  row.mode = c.mode;
+  row.t = runs.front()[k].t;
+  for (const Run& run : runs) row.runs += k < run.size();
+  double squared_yaw_error = 0.0, squared_position_error = 0.0;  // means
+  for (const Run& run : runs) {
+    if (k >= run.size()) continue;
+    const PoseConsistency& pose = run[k].pose;
+    row.nees_pose += pose.nees / row.runs;
+    row.nees_yaw += pose.YawNees() / row.runs;
+    row.yaw_information += 1.0 / pose.yaw_variance / row.runs;
+    squared_yaw_error += pose.yaw_error * pose.yaw_error / row.runs;
+    squared_position_error += pose.error.head<3>().squaredNorm() / row.runs;
+    row.yaw_leak += run[k].yaw_leak / audited_runs;
+    row.position_leak += run[k].position_leak / audited_runs;
   }
-  return means;
+  row.yaw_rmse = std::sqrt(squared_yaw_error);
+  row.position_rmse = std::sqrt(squared_position_error);
+  return row;
 }
 
 }  // namespace
 
-Band ChiSquaredBand(int dof, int runs, double normal_quantile) {
-  const double k = static_cast<double>(dof) * runs, s = 2.0 / (9.0 * k);
-  const auto quantile = [&](double z) { return k * std::pow(1.0 - s + z * std::sqrt(s), 3) / runs; };
-  return {quantile(-normal_quantile), quantile(normal_quantile)};
-}
-
 std::vector<ConsistencyRow> RunConsistencyStudy(const ConsistencyOptions& options,
                                                 const std::function<void(double)>& progress) {
-  std::vector<std::vector<RunRows>> results(kNumCases, std::vector<RunRows>(static_cast<size_t>(options.runs)));
+  std::vector<std::vector<Run>> results(kNumCases, std::vector<Run>(static_cast<size_t>(options.runs)));
   std::mutex mutex;
   int done = 0;
   ThreadPool pool(options.threads > 0 ? options.threads : static_cast<int>(std::thread::hardware_concurrency()));
@@ -213,46 +194,66 @@ std::vector<ConsistencyRow> RunConsistencyStudy(const ConsistencyOptions& option
   });
   std::vector<ConsistencyRow> rows;
   for (size_t c = 0; c < kNumCases; ++c) {
-    const RunRows means = MeanOver(results[c], kCases[c], std::min(options.audited_runs, options.runs));
-    rows.insert(rows.end(), means.begin(), means.end());
+    for (size_t k = 0; k < results[c].front().size(); ++k) {
+      rows.push_back(MeanAt(k, results[c], kCases[c], std::min(options.audited_runs, options.runs)));
+    }
   }
   return rows;
 }
+
+namespace {
+
+// What consistency_summary.csv says of one policy and mode, over its rows.
+class CaseSummary {
+ public:
+  void Add(const ConsistencyRow& row, const ConfidenceBand& pose, const ConfidenceBand& yaw) {
+    if (count_++ == 0) first_information_ = row.yaw_information;
+    pose_inside_ += pose.Contains(row.nees_pose);
+    pose_above_ += row.nees_pose > pose.high;
+    yaw_inside_ += yaw.Contains(row.nees_yaw);
+    yaw_above_ += row.nees_yaw > yaw.high;
+    nees_pose_ += row.nees_pose;
+    nees_yaw_ += row.nees_yaw;
+    largest_information_ = std::max(largest_information_, row.yaw_information);
+    last_ = row;
+  }
+  void AppendTo(CsvTable* table) const {
+    if (count_ == 0) return;
+    const double n = count_;
+    table->Row(last_.policy, last_.mode, last_.runs, nees_pose_ / n, nees_yaw_ / n, pose_inside_ / n, pose_above_ / n,
+               yaw_inside_ / n, yaw_above_ / n, largest_information_ / first_information_, last_.yaw_leak,
+               last_.position_leak, last_.yaw_rmse, last_.position_rmse);
+  }
+
+ private:
+  int count_ = 0, pose_inside_ = 0, pose_above_ = 0, yaw_inside_ = 0, yaw_above_ = 0;
+  double nees_pose_ = 0.0, nees_yaw_ = 0.0;  // sums
+  double first_information_ = 0.0, largest_information_ = 0.0;
+  ConsistencyRow last_;
+};
+
+}  // namespace
 
 void WriteConsistencyTables(const std::vector<ConsistencyRow>& rows, const std::filesystem::path& csv) {
   CsvTable table(
       "policy,mode,t_s,runs,nees_pose,pose_low,pose_high,nees_yaw,yaw_low,yaw_high,yaw_information,yaw_rmse_rad,"
       "position_rmse_m,yaw_leak,position_leak");
-  CsvTable summary(
+  CsvTable summaries(
       "policy,mode,runs,nees_pose,nees_yaw,pose_inside,pose_above,yaw_inside,yaw_above,yaw_information_gain,yaw_leak,"
       "position_leak,yaw_rmse_rad,position_rmse_m");
   for (const Case& c : kCases) {
-    int count = 0, pose_inside = 0, pose_above = 0, yaw_inside = 0, yaw_above = 0;
-    double nees_pose = 0.0, nees_yaw = 0.0, first = 0.0, largest = 0.0;
-    const ConsistencyRow* last = nullptr;
+    CaseSummary summary;
     for (const ConsistencyRow& row : rows) {
       if (row.policy != c.policy || row.mode != c.mode) continue;
-      const Band pose = ChiSquaredBand(6, row.runs), yaw = ChiSquaredBand(1, row.runs);
+      const ConfidenceBand pose = ChiSquaredBand(6, row.runs), yaw = ChiSquaredBand(1, row.runs);
       table.Row(row.policy, row.mode, row.t, row.runs, row.nees_pose, pose.low, pose.high, row.nees_yaw, yaw.low,
                 yaw.high, row.yaw_information, row.yaw_rmse, row.position_rmse, row.yaw_leak, row.position_leak);
-      if (count++ == 0) first = row.yaw_information;
-      pose_inside += row.nees_pose >= pose.low && row.nees_pose <= pose.high;
-      pose_above += row.nees_pose > pose.high;
-      yaw_inside += row.nees_yaw >= yaw.low && row.nees_yaw <= yaw.high;
-      yaw_above += row.nees_yaw > yaw.high;
-      nees_pose += row.nees_pose;
-      nees_yaw += row.nees_yaw;
-      largest = std::max(largest, row.yaw_information);
-      last = &row;
+      summary.Add(row, pose, yaw);
     }
-    if (!last) continue;
-    const double n = count;
-    summary.Row(c.policy, c.mode, last->runs, nees_pose / n, nees_yaw / n, pose_inside / n, pose_above / n,
-                yaw_inside / n, yaw_above / n, largest / first, last->yaw_leak, last->position_leak, last->yaw_rmse,
-                last->position_rmse);
+    summary.AppendTo(&summaries);
   }
   table.Write(csv / "consistency.csv");
-  summary.Write(csv / "consistency_summary.csv");
+  summaries.Write(csv / "consistency_summary.csv");
 }
 
 }  // namespace ch5

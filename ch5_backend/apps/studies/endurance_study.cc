@@ -21,7 +21,7 @@ constexpr double kImageRate = 10.0, kAlignSeconds = 60.0;
 Recording Simulate(const EnduranceOptions& options) {
   HandheldOptions path;
   path.duration = options.frames / kImageRate;
-  path.still_seconds = 2.0;
+  path.standstill_seconds = 2.0;
   SimulationOptions simulation;
   simulation.calibration.camera_rate = kImageRate;
   simulation.calibration.imu_rate = 100.0;
@@ -43,12 +43,12 @@ void RequireFinite(const StampedState& state, const std::string& policy) {
   const double sum =
       state.T_W_B.p.sum() + state.T_W_B.q.coeffs().sum() + state.v_W.sum() + state.b_a.sum() + state.b_g.sum();
   if (!std::isfinite(sum)) {
-    throw std::runtime_error("the answer of " + policy + " at t = " + std::to_string(state.t) + " s is not finite");
+    throw std::runtime_error("the estimate of " + policy + " at t = " + std::to_string(state.t) + " s is not finite");
   }
 }
 
-// Way of the truth from image to image.
-class Way {
+// Length of the true path up to an image.
+class PathLength {
  public:
   double Add(const Vec3& p) {
     if (length_ > 0.0 || started_) length_ += (p - last_).norm();
@@ -70,14 +70,14 @@ void RunPolicy(const Recording& recording, const EnduranceOptions& options, std:
   std::vector<StampedState> first_minute;
   YawTransform to_truth;
   bool aligned = false;
-  Way way;
+  PathLength path;
   int frame = 0;
   double seconds = 0.0;
   FeedRecording(recording, &estimator, [&](const Estimator&, const WindowRow& row) {
     ++frame;
     seconds += row.seconds;
     const StampedState truth = *StateAt(recording.truth, row.t);
-    const double distance = way.Add(truth.T_W_B.p);
+    const double distance = path.Add(truth.T_W_B.p);
     if (row.report.state) RequireFinite(*row.report.state, name);
     if (row.report.state && !aligned) first_minute.push_back(*row.report.state);
     if (!aligned && row.t >= kAlignSeconds) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Ten thousand images: does an estimator's memory stay flat, and its error in proportion to the way?
+/// Ten thousand images: does an estimator's memory stay constant, and its error in proportion to the path's length?
 
 #include <filesystem>
 #include <functional>
@@ -10,24 +10,24 @@ namespace ch5 {
 
 struct EnduranceOptions {
   int frames = 10000;     ///< images, 10 a second
-  int sample_every = 50;  ///< images from row to row
+  int sample_every = 50;  ///< images per row
   int max_tracks = 30;
 };
 
-/// A policy after so many images.
+/// One policy after `frame` images.
 struct EnduranceRow {
   std::string policy;
   int frame = 0;
   double t = 0.0;
-  double distance = 0.0;      ///< way so far [m]
-  double error = 0.0;         ///< of the position, laid upon the truth over the first minute [m]
-  double resident_mb = 0.0;   ///< memory of the process; 0 where the system does not tell
-  double milliseconds = 0.0;  ///< an image, mean since the last row
+  double distance = 0.0;      ///< length of the path so far [m]
+  double error = 0.0;         ///< of the position, aligned with the truth over the first minute [m]
+  double resident_mb = 0.0;   ///< memory of the process; 0 where unknown
+  double milliseconds = 0.0;  ///< per image, mean since the previous row
   int restarts = 0;
 };
 
 /// Both policies, one after the other, on a hand-held camera in a room. The recording is made before the first row.
-/// @throws std::runtime_error if an answer is not finite, naming policy and time
+/// @throws std::runtime_error if an estimate is not finite, naming policy and time
 std::vector<EnduranceRow> RunEnduranceStudy(const EnduranceOptions& options,
                                             const std::function<void(const std::string&, double)>& progress = nullptr);
 

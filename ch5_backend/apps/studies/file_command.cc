@@ -33,7 +33,7 @@ int RunFileCommand(const char* program, const char* usage, int argc, char** argv
   CommandLine line(program, usage);
   line.Argument("FILE", &command.file);
   line.Text("--out", &command.out);
-  // Its usage tells what a program takes; the rest is refused.
+  // A program accepts the options in its usage and no others.
   const auto is_named = [&](const char* option) { return std::strstr(usage, option) != nullptr; };
   if (is_named("--iterations")) line.Number("--iterations", 0, 1000000, &options.iterations);
   if (is_named("--threads")) line.Number("--threads", 1, 256, &options.threads);

@@ -1,5 +1,5 @@
 #pragma once
-/// What the programs that solve one file have in common: their command line, their errors, how they tell of the run.
+/// What the programs that solve one file have in common: their command line, their errors, how they report the run.
 
 #include <functional>
 #include <string>

@@ -15,7 +15,7 @@ std::string CsvWord(std::string text) {
   return text;
 }
 
-// A point in a camera's plane projects to infinity, for example; no cost can be told then.
+// A point in a camera's plane projects to infinity, for example, and the cost is not finite.
 void RequireFiniteResiduals(const Graph& graph) {
   for (size_t k = 0; k < graph.Edges().size(); ++k) {
     graph.Edges()[k]->ComputeResidual();
@@ -27,7 +27,8 @@ void RequireFiniteResiduals(const Graph& graph) {
 
 }  // namespace
 
-Summary SolveGraph(Graph* graph, const FileSolveOptions& options, const Listener& listener, SolveOptions solve) {
+Summary SolveGraph(Graph* graph, const FileSolveOptions& options, const IterationCallback& listener,
+                   SolveOptions solve) {
   RequireFiniteResiduals(*graph);
   SparseOptimizer optimizer(graph, options.threads);
   optimizer.SetDamping(Damping::kDiagonal);

@@ -1,5 +1,5 @@
 #pragma once
-/// What solving one file is in every format: the user's options, the run in the fast room, the tables it leaves.
+/// Solving one file of any format: the user's options, the run of the sparse solver, the tables of results.
 
 #include <functional>
 #include <string>
@@ -19,13 +19,14 @@ struct FileSolveOptions {
   bool single_precision = false;  ///< of what ties poses to landmarks, see SparseSolver::SetSinglePrecision
 };
 
-/// Hears of each iteration.
-using Listener = std::function<void(const IterationInfo&)>;
+/// Called after each iteration.
+using IterationCallback = std::function<void(const IterationInfo&)>;
 
-/// Solves in the fast room, with diagonal damping: in no format have all unknowns one unit.
+/// Solves by the sparse solver with diagonal damping: in no format do all unknowns have the same unit.
 /// @param solve  the format's own settings; the iterations follow `options`
 /// @throws std::invalid_argument if a residual is not finite at the start; names it
-Summary SolveGraph(Graph* graph, const FileSolveOptions& options, const Listener& listener, SolveOptions solve = {});
+Summary SolveGraph(Graph* graph, const FileSolveOptions& options, const IterationCallback& listener,
+                   SolveOptions solve = {});
 
 /// key,value: the rows of every summary, to which a format adds its own.
 CsvTable SummaryTable(const std::string& name, const Summary& summary, const FileSolveOptions& options);

@@ -3,8 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "ch5_backend/apps/studies/matrix_rows.h"
-#include "ch5_backend/apps/studies/spectrum.h"
+#include "ch5_backend/apps/studies/matrices.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/world/simulate/mono_ba.h"
 

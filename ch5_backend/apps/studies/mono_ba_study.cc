@@ -2,8 +2,7 @@
 
 #include <cmath>
 
-#include "ch5_backend/apps/studies/matrix_rows.h"
-#include "ch5_backend/apps/studies/spectrum.h"
+#include "ch5_backend/apps/studies/matrices.h"
 
 namespace ch5 {
 namespace {

@@ -27,12 +27,12 @@ std::vector<MonoBaCase> MonoBaCases();
 /// H of the scene with a free gauge at the given states, and its Schur complement on the poses.
 struct HessianPair {
   MatXX H;  ///< n×n, n = 6·frames + points
-  MatXX S;  ///< (6·frames)²:  H_pp − H_pm H_mm⁻¹ H_mp
+  MatXX S;  ///< (6·frames)²:  H_pp − H_pl H_ll⁻¹ H_lp
 };
 HessianPair FreeHessian(const MonoBaScene& scene, double pixel_information, const MonoBa& states);
 
 /// Writes mono_ba_summary.csv, mono_ba_trace.csv, mono_ba_frames.csv, mono_ba_points.csv, hessian.csv, spectrum.csv.
-/// @param progress  hears of the fraction that is done;  @throws WriteError
+/// @param progress  called with the fraction done;  @throws WriteError
 void RunMonoBaStudy(const std::filesystem::path& csv, const std::function<void(double)>& progress);
 
 }  // namespace ch5

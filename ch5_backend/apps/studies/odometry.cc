@@ -15,12 +15,12 @@ double Percentile(std::vector<double> values, double fraction) {
 
 void Summarise(const Recording& recording, OdometryRun* run) {
   double total = 0.0;
-  std::vector<double> answered;
+  std::vector<double> milliseconds;
   for (const WindowRow& row : run->rows) {
     total += row.seconds;
-    if (row.report.state) answered.push_back(1e3 * row.seconds);
+    if (row.report.state) milliseconds.push_back(1e3 * row.seconds);
   }
-  run->p99_window_ms = Percentile(answered, 0.99);
+  run->p99_window_ms = Percentile(milliseconds, 0.99);
   run->realtime_factor = (run->rows.back().t - run->rows.front().t) / std::max(total, 1e-9);
   run->error = CompareTrajectories(run->states, recording.truth);
 }
@@ -33,8 +33,8 @@ EstimatorOptions OptionsFor(const Calibration& calibration) {
   options.imu_noise = calibration.noise;
   options.weights.focal_length = 0.5 * (calibration.fx + calibration.fy);
   options.weights.gravity = calibration.gravity;
-  options.still.focal_length = options.weights.focal_length;
-  options.still.gravity = calibration.gravity;
+  options.standstill.focal_length = options.weights.focal_length;
+  options.standstill.gravity = calibration.gravity;
   return options;
 }
 
@@ -49,7 +49,7 @@ std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(const Calibration& calibr
   return policies;
 }
 
-void FeedRecording(const Recording& recording, Estimator* estimator, const WatchOdometry& watch) {
+void FeedRecording(const Recording& recording, Estimator* estimator, const OdometryCallback& watch) {
   using Clock = std::chrono::steady_clock;
   auto reading = recording.imu.begin();
   for (const CameraFrame& frame : recording.frames) {
@@ -66,7 +66,7 @@ void FeedRecording(const Recording& recording, Estimator* estimator, const Watch
 }
 
 OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& options,
-                        std::unique_ptr<WindowPolicy> policy, const WatchOdometry& watch) {
+                        std::unique_ptr<WindowPolicy> policy, const OdometryCallback& watch) {
   Estimator estimator(options, std::move(policy));
   OdometryRun run;
   run.policy = estimator.Policy().Name();

@@ -4,8 +4,7 @@
 #include <limits>
 #include <unordered_map>
 
-#include "ch5_backend/apps/studies/matrix_rows.h"
-#include "ch5_backend/apps/studies/spectrum.h"
+#include "ch5_backend/apps/studies/matrices.h"
 #include "ch5_backend/world/files/trajectory_file.h"
 #include "ch5_backend/world/simulate/paths.h"
 #include "ch5_backend/world/simulate/scene_points.h"
@@ -15,7 +14,7 @@ namespace ch5 {
 namespace {
 
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
-constexpr int kPictures = 4;  // a policy
+constexpr int kSnapshots = 4;  // per policy
 
 // H = Σ JᵀW_ρJ over the graph's free vertices, in the graph's order, which has the landmarks last.
 MatXX DenseHessian(const Graph& graph, int* pose_rows) {
@@ -46,13 +45,13 @@ MatXX DenseHessian(const Graph& graph, int* pose_rows) {
   return H;
 }
 
-WindowPicture TakePicture(const Window& window, double t) {
-  WindowPicture picture;
-  picture.t = t;
-  picture.H = DenseHessian(window.graph, &picture.pose_rows);
+WindowSnapshot TakeSnapshot(const Window& window, double t) {
+  WindowSnapshot snapshot;
+  snapshot.t = t;
+  snapshot.H = DenseHessian(window.graph, &snapshot.pose_rows);
   const MatXX& J = window.prior->GetPrior().J;
-  picture.H_prior = J.transpose() * J;
-  return picture;
+  snapshot.H_prior = J.transpose() * J;
+  return snapshot;
 }
 
 CsvTable PolicyTable(const OdometryStudy& study) {
@@ -68,7 +67,7 @@ CsvTable PolicyTable(const OdometryStudy& study) {
   return table;
 }
 
-// Estimates are laid upon the truth.
+// Estimates are aligned with the truth.
 CsvTable PathTable(const OdometryStudy& study) {
   CsvTable table("policy,t_s,x_m,y_m,z_m,error_m");
   for (const StampedState& state : study.recording.truth) {
@@ -116,7 +115,7 @@ CsvTable GaugeTable(const OdometryStudy& study) {
 Recording SimulatedOdometryRecording() {
   HandheldOptions path;
   path.duration = 20.0;
-  path.still_seconds = 2.0;
+  path.standstill_seconds = 2.0;
   SimulationOptions options;
   options.camera.max_tracks = 40;
   options.camera.outlier_fraction = 0.02;
@@ -130,7 +129,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
   study.recording = std::move(recording);
   const auto& frames = study.recording.frames;
   for (auto&& policy : AllPolicies(study.recording.calibration)) {
-    std::vector<WindowPicture> pictures;
+    std::vector<WindowSnapshot> snapshots;
     std::vector<PriorAudit> audits;
     const std::string name = policy->Name();
     size_t image = 0;
@@ -139,19 +138,19 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
       if (progress) progress(name, static_cast<double>(image) / static_cast<double>(frames.size()));
       const Window& window = estimator.GetWindow();
       if (row.report.state && window.prior) {
-        GaugeAuditOptions options;
-        options.bystanders = {window.extrinsic.get()};
+        GaugeOptions options;
+        options.local_poses = {window.extrinsic.get()};
         audits.push_back({row.t, AuditPrior(window.prior->GetPrior(), options)});
       }
-      // Pictures are spread over the second half, the last one at the end.
-      const size_t due = frames.size() / 2 + (pictures.size() + 1) * frames.size() / (2 * kPictures);
-      if (pictures.size() < kPictures && row.report.state && window.prior && image + 1 >= due) {
-        pictures.push_back(TakePicture(window, row.t));
+      // Snapshots are spread over the second half, the last one at the end.
+      const size_t due = frames.size() / 2 + (snapshots.size() + 1) * frames.size() / (2 * kSnapshots);
+      if (snapshots.size() < kSnapshots && row.report.state && window.prior && image + 1 >= due) {
+        snapshots.push_back(TakeSnapshot(window, row.t));
       }
     };
     study.runs.push_back(
         RunOdometry(study.recording, OptionsFor(study.recording.calibration), std::move(policy), watch));
-    study.pictures.push_back(std::move(pictures));
+    study.snapshots.push_back(std::move(snapshots));
     study.audits.push_back(std::move(audits));
   }
   return study;
@@ -162,13 +161,13 @@ void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path
   CsvTable spectrum("policy,t_s,index,eigenvalue");
   for (size_t r = 0; r < study.runs.size(); ++r) {
     const std::string& policy = study.runs[r].policy;
-    for (size_t k = 0; k < study.pictures[r].size(); ++k) {
-      const WindowPicture& picture = study.pictures[r][k];
-      AppendNonZeros(picture.H, &matrices, policy, k, picture.t, "window", picture.H.rows(), picture.pose_rows);
-      AppendNonZeros(picture.H_prior, &matrices, policy, k, picture.t, "prior", picture.H_prior.rows(),
-                     picture.H_prior.rows());
-      const VecX eigenvalues = Eigenvalues(picture.H_prior);
-      for (int i = 0; i < eigenvalues.size(); ++i) spectrum.Row(policy, picture.t, i, eigenvalues[i]);
+    for (size_t k = 0; k < study.snapshots[r].size(); ++k) {
+      const WindowSnapshot& snapshot = study.snapshots[r][k];
+      AppendNonZeros(snapshot.H, &matrices, policy, k, snapshot.t, "window", snapshot.H.rows(), snapshot.pose_rows);
+      AppendNonZeros(snapshot.H_prior, &matrices, policy, k, snapshot.t, "prior", snapshot.H_prior.rows(),
+                     snapshot.H_prior.rows());
+      const VecX eigenvalues = Eigenvalues(snapshot.H_prior);
+      for (int i = 0; i < eigenvalues.size(); ++i) spectrum.Row(policy, snapshot.t, i, eigenvalues[i]);
     }
   }
   FileBatch files;

@@ -11,15 +11,15 @@
 
 namespace ch5 {
 
-/// The window at one image: H of its graph, and the prior that its slide left behind.
-struct WindowPicture {
+/// The window at one image: H of its graph, and H of the prior after its slide.
+struct WindowSnapshot {
   double t = 0.0;
   MatXX H;            ///< frame by frame (pose, then speed and biases), landmarks last
   int pose_rows = 0;  ///< rows above the landmarks
   MatXX H_prior;      ///< JᵀJ in the order of the prior's vertices
 };
 
-/// What the prior of the window claims to know of position and yaw, which nothing measures.
+/// The information on position and yaw in the window's prior, which is spurious: nothing measures them.
 struct PriorAudit {
   double t = 0.0;
   std::vector<GaugeLeak> leaks;
@@ -27,15 +27,15 @@ struct PriorAudit {
 
 struct OdometryStudy {
   Recording recording;
-  std::vector<OdometryRun> runs;                     ///< one a policy
-  std::vector<std::vector<WindowPicture>> pictures;  ///< likewise
-  std::vector<std::vector<PriorAudit>> audits;       ///< likewise; after every image, outside of the time measured
+  std::vector<OdometryRun> runs;                       ///< one per policy
+  std::vector<std::vector<WindowSnapshot>> snapshots;  ///< likewise
+  std::vector<std::vector<PriorAudit>> audits;  ///< likewise; after every image, not included in the measured time
 };
 
 /// A hand-held camera in a room, standing still before it moves, with noise and 2 % of outliers.
 Recording SimulatedOdometryRecording();
 
-/// @param progress  which policy is at work, and how far it is, 0 … 1
+/// @param progress  called with the present policy and the fraction done, 0 … 1
 OdometryStudy RunOdometryStudy(Recording recording,
                                const std::function<void(const std::string&, double)>& progress = nullptr);
 

@@ -92,7 +92,7 @@ std::vector<int> FixFreeParts(const Graph& graph) {
   return fixed;
 }
 
-PoseGraphStudy SolvePoseGraph(const FileSolveOptions& options, G2oFile* file, const Listener& listener) {
+PoseGraphStudy SolvePoseGraph(const FileSolveOptions& options, G2oFile* file, const IterationCallback& listener) {
   PoseGraphStudy study;
   for (const int index : FixFreeParts(file->graph)) study.fixed_ids.push_back(file->ids[index]);
   for (const auto& vertex : file->graph.Vertices()) study.poses_before.push_back(vertex->Parameters());

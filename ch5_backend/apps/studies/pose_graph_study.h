@@ -1,5 +1,5 @@
 #pragma once
-/// Solves a pose graph and writes down how it went.
+/// Solves a pose graph and writes its results.
 
 #include <filesystem>
 #include <string>
@@ -13,15 +13,15 @@ struct PoseGraphStudy {
   Summary summary;
   std::vector<VecX> poses_before;   ///< the parameters of each vertex at the start
   std::vector<double> chi2_before;  ///< rᵀWr of each edge at the start
-  std::vector<int> fixed_ids;       ///< the poses that were fixed because the file left their part of the graph free
+  std::vector<int> fixed_ids;       ///< the poses that were fixed because the file fixed none of their component
 };
 
-/// Fixes the first pose of every connected part that has no fixed one, so that each part has a place.
-/// @return indices of these poses; a pose without edges is no part
+/// Fixes the first pose of every connected component without a fixed one, so that no gauge is left free.
+/// @return indices of these poses; poses without edges stay free
 std::vector<int> FixFreeParts(const Graph& graph);
 
 /// Levenberg-Marquardt, as SolveGraph; `file` then holds the result.
-PoseGraphStudy SolvePoseGraph(const FileSolveOptions& options, G2oFile* file, const Listener& listener = {});
+PoseGraphStudy SolvePoseGraph(const FileSolveOptions& options, G2oFile* file, const IterationCallback& listener = {});
 
 /// Writes, all or none, into `out`: NAME-result.g2o, summary.csv (key, value), trace.csv, and for the picture
 /// poses.csv and edges.csv.

@@ -55,7 +55,7 @@ PriorRun RunPrior(const PriorVariant& variant, const MonoBaScene& scene, double 
 ///   prior_sweep.csv, prior_trace.csv  one scene under tight rules, as a student sees it;
 ///   prior_trials.csv   means over many scenes under the usual rules: one scene's whole numbers are an anecdote;
 ///   prior_damping.csv  the course's variant with either damping: λ₀ = τ max diag(H) grows with the weight.
-/// @param progress  hears of the fraction that is done
+/// @param progress  called with the fraction done
 /// @throws WriteError
 void RunPriorStudy(const std::filesystem::path& csv, const std::function<void(double)>& progress);
 

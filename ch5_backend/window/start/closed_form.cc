@@ -22,17 +22,17 @@ std::vector<LinearMotion> DeadReckon(const std::vector<Preintegration>& imu) {
   LinearMotion m;
   m.V.leftCols<3>().setIdentity();
   std::vector<LinearMotion> motion{m};
-  for (const Preintegration& piece : imu) {
-    const double t = piece.SumDt();
-    const auto J = piece.BiasJacobian();
-    m.a += t * m.u + m.R * piece.Alpha();
-    m.u += m.R * piece.Beta();
+  for (const Preintegration& step : imu) {
+    const double t = step.SumDt();
+    const auto J = step.BiasJacobian();
+    m.a += t * m.u + m.R * step.Alpha();
+    m.u += m.R * step.Beta();
     m.P += t * m.V;
     m.P.middleCols<3>(3).diagonal().array() -= 0.5 * t * t;
     m.P.rightCols<3>() += m.R * J.block<3, 3>(0, 0);
     m.V.middleCols<3>(3).diagonal().array() -= t;
     m.V.rightCols<3>() += m.R * J.block<3, 3>(6, 0);
-    m.R = m.R * piece.Gamma().toRotationMatrix();
+    m.R = m.R * step.Gamma().toRotationMatrix();
     motion.push_back(m);
   }
   return motion;
@@ -75,7 +75,7 @@ TrackEquations MakeEquations(const FeatureTrack& track, const std::vector<Linear
   return equations;
 }
 
-// One track's part of the normal equations: its depth d, and how it hangs on x.
+// One track's part of the normal equations, in its depth d and x.
 struct TrackSystem {
   double H_dd = 0.0, b_d = 0.0;
   Vec9 h = Vec9::Zero();
@@ -100,8 +100,8 @@ TrackSystem AddTrack(const TrackEquations& equations, Mat99* H, Vec9* b) {
   return s;
 }
 
-// σ of the largest displacement and of gravity's direction, from the normal equations at the solution.
-void JudgeCertainty(const Mat99& H, const Vec9& x, const std::vector<LinearMotion>& motion, ClosedForm* result) {
+// σ of the largest displacement and of gravity's direction, by the inverse of the normal equations.
+void ComputeUncertainty(const Mat99& H, const Vec9& x, const std::vector<LinearMotion>& motion, ClosedForm* result) {
   const Vec3 up = x.segment<3>(3).normalized();
   Mat99 H_on_sphere = H;  // ‖G‖ is known to 1 mm/s²
   H_on_sphere.block<3, 3>(3, 3) += 1e6 * up * up.transpose();
@@ -151,18 +151,49 @@ Vec9 MinimizeWithGravity(const Mat99& H, const Vec9& b, double g) {
   return x;
 }
 
+namespace {
+
+// While the scale is unknown the accelerometer's bias is held: free, it would rather explain the whole acceleration than
+// let the points be as distant, and as noisy, as they are.
+constexpr double kHeldBias = 0.01;
+
+double Square(double value) { return value * value; }
+
+// The weights of the next iteration at the present solution: 1/(σ depth)² and Cauchy's loss of the given width.
+void UpdateWeights(double sigma, double width, double track_depth, const Vec9& x, TrackEquations* equations) {
+  for (ViewEquation& e : *equations) {
+    const Vec3 y = e.At(track_depth, x);
+    const double depth = std::max(std::abs(y.z()), 0.1);
+    const double error = (e.S() * y).norm() / depth;
+    e.weight = 1.0 / (Square(sigma * depth) * (1.0 + Square(error / width)));
+  }
+}
+
+// The states in a frame whose z axis is up.
+std::vector<StampedState> StatesOf(const std::vector<LinearMotion>& motion, const Vec9& x, const Vec3& b_g) {
+  std::vector<StampedState> states;
+  const Qd q_W_B0 = Qd::FromTwoVectors(x.segment<3>(3), Vec3::UnitZ());
+  for (const LinearMotion& m : motion) {
+    StampedState state;
+    state.T_W_B = {(q_W_B0 * Qd(m.R)).normalized(), q_W_B0 * (m.P * x + m.a)};
+    state.v_W = q_W_B0 * (m.V * x + m.u);
+    state.b_a = x.tail<3>();
+    state.b_g = b_g;
+    states.push_back(state);
+  }
+  return states;
+}
+
+}  // namespace
+
 ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
                            const ClosedFormOptions& options) {
   constexpr int kIterations = 12;
-  // While scale is sought the accelerometer's bias is held: free, it would rather explain the whole acceleration than
-  // let the points be as far away, and as noisy, as they are.
-  constexpr double kHeldBias = 0.01;
   constexpr double kFirstDepth = 3.0;  // [m], for the weights of the first iteration only
-  const auto square = [](double value) { return value * value; };
   const std::vector<LinearMotion> motion = DeadReckon(imu);
   std::vector<TrackEquations> equations;
   for (const FeatureTrack& track : tracks) {
-    equations.push_back(MakeEquations(track, motion, options.T_B_C, 1.0 / square(options.sigma * kFirstDepth)));
+    equations.push_back(MakeEquations(track, motion, options.T_B_C, 1.0 / Square(options.sigma * kFirstDepth)));
   }
 
   ClosedForm result;
@@ -171,35 +202,21 @@ ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::v
   Vec9 x;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     H.setZero();
-    H.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 / square(kHeldBias));
+    H.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 / Square(kHeldBias));
     Vec9 b = Vec9::Zero();
     std::vector<TrackSystem> systems;
     for (const TrackEquations& track : equations) systems.push_back(AddTrack(track, &H, &b));
     x = MinimizeWithGravity(H, b, options.gravity);
-    // Cauchy's loss on the reprojection, at first so wide that a bad start loses no one.
+    // At first so wide that a bad start rejects no observation.
     const double width = options.sigma * std::max(2.0, 40.0 * std::pow(0.5, iteration));
     for (size_t k = 0; k < tracks.size(); ++k) {
       result.depths[k] = systems[k].Depth(x);
-      for (ViewEquation& e : equations[k]) {
-        const Vec3 y = e.At(result.depths[k], x);
-        const double depth = std::max(std::abs(y.z()), 0.1);
-        const double error = (e.S() * y).norm() / depth;
-        e.weight = 1.0 / (square(options.sigma * depth) * (1.0 + square(error / width)));
-      }
+      UpdateWeights(options.sigma, width, result.depths[k], x, &equations[k]);
     }
   }
-  H.bottomRightCorner<3, 3>().diagonal().array() += 1.0 / square(options.b_a_sigma) - 1.0 / square(kHeldBias);
-  JudgeCertainty(H, x, motion, &result);
-
-  const Qd q_W_B0 = Qd::FromTwoVectors(x.segment<3>(3), Vec3::UnitZ());
-  for (const LinearMotion& m : motion) {
-    StampedState state;
-    state.T_W_B = {(q_W_B0 * Qd(m.R)).normalized(), q_W_B0 * (m.P * x + m.a)};
-    state.v_W = q_W_B0 * (m.V * x + m.u);
-    state.b_a = x.tail<3>();
-    state.b_g = imu.front().BiasGyroscope();
-    result.states.push_back(state);
-  }
+  H.bottomRightCorner<3, 3>().diagonal().array() += 1.0 / Square(options.b_a_sigma) - 1.0 / Square(kHeldBias);
+  ComputeUncertainty(H, x, motion, &result);
+  result.states = StatesOf(motion, x, imu.front().BiasGyroscope());
   return result;
 }
 

@@ -9,9 +9,9 @@
 ///
 ///   [1 0 −u; 0 1 −v] R_Cjᵀ (p_Ci + d R_Ci f − p_Cj) = 0,   linear in d and x.
 ///
-/// The depths leave by their Schur complements. What remains, 9×9, is minimised under ‖G‖ = g: with S and c of G alone,
-/// (S + μI)G = c has one μ > −λ_min(S) with ‖G‖ = g, and that is the global minimum. Weights 1/depth² and Cauchy's
-/// follow by iteration.
+/// The depths are eliminated by Schur complements. The remaining 9×9 system is minimised under ‖G‖ = g: with the reduced
+/// S and c of G, (S + μI)G = c has one solution μ > −λ_min(S) with ‖G‖ = g, the global minimum. The weights, 1/depth² and
+/// Cauchy's, are found iteratively.
 /// Source: Martinelli, "Closed-form solution of visual-inertial structure from motion", IJCV 2014; Gander, Golub, von
 /// Matt, "A constrained eigenvalue problem", 1989, for μ.
 
@@ -23,12 +23,12 @@ struct ClosedFormOptions {
   Transform T_B_C;
   double sigma = 1.5 / 460.0;  ///< of an observation on the normalised plane
   double gravity = 9.81;       ///< [m/s²]
-  double b_a_sigma = 0.1;      ///< what the accelerometer's bias is known to be near zero by [m/s²]
+  double b_a_sigma = 0.1;      ///< of the accelerometer's bias about zero [m/s²]
 };
 
 struct ClosedForm {
   std::vector<StampedState> states;  ///< in a frame whose z axis is up and whose origin is the first body; t unset
-  std::vector<double> depths;        ///< of the tracks, in the camera of their first view [m]; negative: not usable
+  std::vector<double> depths;        ///< of the tracks, in the camera of their first view [m]; not usable if negative
   double scale_sigma = 0.0;          ///< relative σ of the largest displacement
   double gravity_sigma = 0.0;        ///< of its direction [rad]
 };

@@ -23,34 +23,34 @@ class VertexDirection : public SizedVertex<3, 2> {
   std::string TypeInfo() const override { return "VertexDirection"; }
 };
 
-// What the gyroscope says of the rotation between two frames, and how the bias changes it.
-struct Turn {
+// The rotation between two frames by the gyroscope, and its derivative by the bias.
+struct RelativeRotation {
   Qd gamma = Qd::Identity();
   Mat33 J = Mat33::Zero();
 };
 
 // γ_ij = Π γ_k,  J_ij = Σ γ_{k+1…j}ᵀ J_k.
-Turn TurnBetween(const std::vector<Preintegration>& imu, size_t i, size_t j) {
-  Turn turn;
+RelativeRotation RelativeRotationBetween(const std::vector<Preintegration>& imu, size_t i, size_t j) {
+  RelativeRotation rotation;
   for (size_t k = i; k < j; ++k) {
-    turn.gamma = turn.gamma * imu[k].Gamma();
-    turn.J = imu[k].Gamma().toRotationMatrix().transpose() * turn.J + imu[k].BiasJacobian().block<3, 3>(3, 3);
+    rotation.gamma = rotation.gamma * imu[k].Gamma();
+    rotation.J = imu[k].Gamma().toRotationMatrix().transpose() * rotation.J + imu[k].BiasJacobian().block<3, 3>(3, 3);
   }
-  return turn;
+  return rotation;
 }
 
 // r = nᵀ R m_j,  n = c/√(‖c‖² + ε²),  c = t × m_i: the sine of the angle between a ray and its epipolar plane. Without
-// the normalisation, noise would count less where t comes near the rays, and every motion would look like one ahead.
+// the normalisation, noise would count less where t is close to the rays, and every motion would seem to go straight ahead.
 class EdgeEpipolar : public SizedEdge<1, VertexVector<3>, VertexDirection> {
  public:
-  EdgeEpipolar(std::shared_ptr<VertexVector<3>> bias, std::shared_ptr<VertexDirection> direction, const Turn& turn,
-               const Vec3& m_i, const Vec3& m_j)
-      : SizedEdge(std::move(bias), std::move(direction)), turn_(turn), m_i_(m_i), m_j_(m_j) {}
+  EdgeEpipolar(std::shared_ptr<VertexVector<3>> bias, std::shared_ptr<VertexDirection> direction,
+               const RelativeRotation& rotation, const Vec3& m_i, const Vec3& m_j)
+      : SizedEdge(std::move(bias), std::move(direction)), rotation_(rotation), m_i_(m_i), m_j_(m_j) {}
   void ComputeResidual() override { r_[0] = c().dot(R() * m_j_) / Length(); }
   void ComputeJacobians() override {
-    const Vec3 Rm_j = R() * m_j_, phi = turn_.J * GetVertex<0>().GetEstimate();
+    const Vec3 Rm_j = R() * m_j_, phi = rotation_.J * GetVertex<0>().GetEstimate();
     const double s = Length();
-    J<0>() = -(c().transpose() / s) * R() * Hat(m_j_) * RightJacobianSO3(phi) * turn_.J;
+    J<0>() = -(c().transpose() / s) * R() * Hat(m_j_) * RightJacobianSO3(phi) * rotation_.J;
     const Vec3 dr_dc = Rm_j / s - c().dot(Rm_j) / (s * s * s) * c();
     J<1>() = -dr_dc.transpose() * Hat(m_i_) * GetVertex<1>().Basis();
   }
@@ -59,13 +59,13 @@ class EdgeEpipolar : public SizedEdge<1, VertexVector<3>, VertexDirection> {
  private:
   Vec3 c() const { return GetVertex<1>().GetEstimate().cross(m_i_); }
   double Length() const { return std::sqrt(c().squaredNorm() + 1e-4); }  // ε = 0.01: at the epipole there is no plane
-  Mat33 R() const { return (turn_.gamma * ExpSO3(turn_.J * GetVertex<0>().GetEstimate())).toRotationMatrix(); }
+  Mat33 R() const { return (rotation_.gamma * ExpSO3(rotation_.J * GetVertex<0>().GetEstimate())).toRotationMatrix(); }
 
-  Turn turn_;
+  RelativeRotation rotation_;
   Vec3 m_i_, m_j_;
 };
 
-// A point that two images see, as unit rays in their body frames.
+// A point common to two images, as unit rays in their body frames.
 struct Match {
   const FeatureTrack::View *i, *j;
   Vec3 m_i, m_j;
@@ -85,10 +85,10 @@ std::vector<Match> MatchesOf(const std::vector<FeatureTrack>& tracks, const Qd& 
   return matches;
 }
 
-// The direction that is orthogonal to the most of n = m_i × R m_j. Two of them make a candidate: RANSAC, the same draw
-// every time.
+// The direction that is orthogonal to most of n = m_i × R m_j, by RANSAC: two of them give a candidate. The draws repeat
+// from call to call.
 Vec3 FindDirection(const std::vector<Match>& matches, const Qd& R, double tolerance) {
-  constexpr int kDraws = 30;  // a pair without outliers among them, were 60 % outliers
+  constexpr int kDraws = 30;  // with 60 % outliers, one of them is very likely without any
   std::vector<Vec3> n;
   for (const Match& match : matches) n.push_back(match.m_i.cross(R * match.m_j));
   std::minstd_rand random;
@@ -116,20 +116,20 @@ struct EpipolarGraph {
 
 EpipolarGraph MakeGraph(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
                         const Qd& R_B_C, double sigma, double width) {
-  constexpr size_t kLeastMatches = 6;  // a direction has two freedoms; the rest speaks of the bias
+  constexpr size_t kLeastMatches = 6;  // a direction has two degrees of freedom; the other matches determine the bias
   const size_t frames = imu.size() + 1;
   const auto loss = std::make_shared<CauchyLoss>(width);
   EpipolarGraph g;
   g.graph.AddVertex(g.delta_b);
   for (size_t i = 0; i < frames; ++i) {
-    for (size_t step = 1; i + step < frames; step *= 2) {  // near and far ones; all would be many times as many
+    for (size_t step = 1; i + step < frames; step *= 2) {  // short and long base lines; all pairs would be many more
       const auto matches = MatchesOf(tracks, R_B_C, static_cast<int>(i), static_cast<int>(i + step));
       if (matches.size() < kLeastMatches) continue;
-      const Turn turn = TurnBetween(imu, i, i + step);
-      auto direction = std::make_shared<VertexDirection>(FindDirection(matches, turn.gamma, width * sigma));
+      const RelativeRotation rotation = RelativeRotationBetween(imu, i, i + step);
+      auto direction = std::make_shared<VertexDirection>(FindDirection(matches, rotation.gamma, width * sigma));
       g.graph.AddVertex(direction);
       for (const Match& match : matches) {
-        auto edge = std::make_shared<EdgeEpipolar>(g.delta_b, direction, turn, match.m_i, match.m_j);
+        auto edge = std::make_shared<EdgeEpipolar>(g.delta_b, direction, rotation, match.m_i, match.m_j);
         edge->SetInformation(Eigen::Matrix<double, 1, 1>(1.0 / (sigma * sigma)));
         edge->SetLossFunction(loss);
         g.graph.AddEdge(edge);
@@ -140,7 +140,7 @@ EpipolarGraph MakeGraph(const std::vector<FeatureTrack>& tracks, const std::vect
   return g;
 }
 
-// Drops the views that lie off the epipolar plane (3 σ) in half of their pairs or more.
+// Drops the views that are outliers (off the epipolar plane by more than 3 σ) in at least half of their pairs.
 void RemoveOutliers(const EpipolarGraph& g, std::vector<FeatureTrack>* tracks) {
   std::unordered_map<const FeatureTrack::View*, int> votes;
   for (const auto& [match, edge] : g.edges) {
@@ -164,7 +164,7 @@ Vec3 EstimateGyroscopeBias(const Qd& R_B_C, double sigma, std::vector<FeatureTra
                            std::vector<Preintegration>* imu) {
   Vec3 b_g = imu->front().BiasGyroscope();
   EpipolarGraph g;
-  // First with a loss wide enough for a bias of 0.1 rad/s, then with one that knows outliers.
+  // First with a loss wide enough for a bias of 0.1 rad/s, then with one that suppresses outliers.
   for (const double width : {15.0, 3.0, 3.0}) {
     g = MakeGraph(*tracks, *imu, R_B_C, sigma, width);
     SparseOptimizer(&g.graph).Solve();

@@ -1,10 +1,10 @@
 #pragma once
-/// The gyroscope's bias from what the images see, whatever the translation:
+/// The gyroscope's bias from the epipolar constraint of image pairs, whatever the translation:
 ///
 ///   tᵀ(f_i × R_ij(b_g) f_j) = 0,   R_ij = γ_ij Exp(J_ij δb_g)
 ///
-/// for every pair of images (i, j) and every point that both see: one bias for all pairs, one direction t for each.
-/// No structure, no scale, and planes are no special case.
+/// for every pair of images (i, j) and every point common to both: one bias for all pairs, one direction t per pair. It
+/// needs no structure and no scale, and planes are no special case.
 /// Source: Kneip & Lynen, "Direct optimization of frame-to-frame rotation", ICCV 2013; He et al., "A
 /// rotation-translation-decoupled solution for robust and efficient visual-inertial initialization", CVPR 2023.
 
@@ -24,7 +24,7 @@ struct FeatureTrack {
 };
 
 /// @param R_B_C   the camera's rotation;  @param sigma  of an observation on the normalised plane
-/// @param tracks  lose the views that fit no motion; may be left with one or none
+/// @param tracks  outlier views are removed; a track may be left with one or none
 /// @param imu     imu[k] leads from frame k to frame k + 1; on return it is integrated at the bias that is returned
 /// @return b_g [rad/s]
 Vec3 EstimateGyroscopeBias(const Qd& R_B_C, double sigma, std::vector<FeatureTrack>* tracks,

@@ -4,7 +4,7 @@
 ///
 /// An image stamped t is taken at t + time_offset: the camera's clock is late by so much (VINS-Mono's td).
 /// A point keeps its id while it is followed. It is lost when it leaves the image or the range of depths, by chance,
-/// or when its track is as long as allowed; found again, it is a new track with a new id, as in life.
+/// or when its track is as long as allowed; found again, it is a new track with a new id, as in a real front end.
 
 #include <limits>
 

@@ -22,7 +22,7 @@ struct MonoBaOptions {
   uint64_t seed = 5;
 };
 
-/// Values only: what a simulator knows. Draws in a fixed order (points, observations, depths, poses), so that the
+/// The simulated scene as plain values. Draws in a fixed order (points, observations, depths, poses), so that the
 /// same seed gives the same points whatever the noise.
 struct MonoBaScene {
   std::vector<Transform> frames;          ///< truth, T_W_C

@@ -80,21 +80,21 @@ Trajectory Handheld(const HandheldOptions& o) {
   };
   require(o.duration > 0.0 && o.duration < 1e6, "duration must be positive and below 1e6 s");
   require(o.knot_spacing > 0.0, "knot_spacing must be positive");
-  require(o.still_seconds >= 0.0, "still_seconds must not be negative");
+  require(o.standstill_seconds >= 0.0, "standstill_seconds must not be negative");
   require(o.position_sigma >= 0.0 && o.yaw_step >= 0.0 && o.tilt_sigma >= 0.0, "a spread must not be negative");
 
   // Piece i ends at control point i + 5, so the first moving one is 5 after the last still piece. Two pieces before 0
   // and after the end leave room for a camera whose clock is off.
   constexpr int kMargin = 2;
   const double start = -kMargin * o.knot_spacing;
-  const int still = static_cast<int>(std::ceil((o.still_seconds - start) / o.knot_spacing)) + Spline::kDegree;
+  const int still = static_cast<int>(std::ceil((o.standstill_seconds - start) / o.knot_spacing)) + Spline::kDegree;
   const int count = static_cast<int>(std::ceil(o.duration / o.knot_spacing)) + 2 * kMargin + Spline::kDegree;
 
   std::array<std::vector<double>, 6> control;  // x, y, z, yaw, pitch, roll
   Random random(o.seed);
   std::array<double, 6> c{};
   for (int k = 0; k < count; ++k) {
-    if (k == 0 || k >= still || o.still_seconds == 0.0) {
+    if (k == 0 || k >= still || o.standstill_seconds == 0.0) {
       c[0] = o.position_sigma * random.TruncatedNormal(3.0);
       c[1] = o.position_sigma * random.TruncatedNormal(3.0);
       c[2] = 0.5 * o.position_sigma * random.TruncatedNormal(3.0);

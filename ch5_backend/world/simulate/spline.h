@@ -1,6 +1,6 @@
 #pragma once
 /// A uniform quintic B-spline: four continuous derivatives, and each piece depends on six control points only, so that
-/// equal control points give a curve that stands exactly still.
+/// equal control points give a curve exactly at rest.
 ///
 /// Evaluated by de Boor's algorithm in Jet arithmetic, so that derivatives come with the value.
 /// Source: de Boor, "A Practical Guide to Splines", ch. X.

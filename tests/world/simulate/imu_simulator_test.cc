@@ -52,7 +52,7 @@ TEST(ImuSimulator, PreintegrationReproducesTheTrajectoryToSecondOrder) {
 // By hand: at rest, the accelerometer feels +9.81 upwards.
 TEST(ImuSimulator, AtRestItFeelsTheReactionToGravityAndItsBiases) {
   HandheldOptions handheld;
-  handheld.still_seconds = handheld.duration = 2.0;
+  handheld.standstill_seconds = handheld.duration = 2.0;
   handheld.tilt_sigma = 0.0;
   ImuOptions options = Perfect();
   options.b_a = Vec3(0.1, -0.2, 0.3);

@@ -121,7 +121,7 @@ TEST(Trajectory, RectangleIsAClosedLap) {
 TEST(Trajectory, HandheldStandsStillFirstAndThenSetsOffSmoothly) {
   HandheldOptions options;
   options.duration = 10.0;
-  options.still_seconds = 4.0;
+  options.standstill_seconds = 4.0;
   const Trajectory trajectory = Handheld(options);
   for (const double t : {0.0, 1.3, 3.99}) {
     EXPECT_LT((trajectory.At(t).T_W_B.p - trajectory.At(0.0).T_W_B.p).norm(), 1e-14);

@@ -1,4 +1,4 @@
-#include "ch5_backend/window/start/initialization.h"
+#include "ch5_backend/window/start/dynamic_initialization.h"
 
 #include <gtest/gtest.h>
 
@@ -15,10 +15,10 @@ namespace ch5 {
 namespace {
 
 // Every `stride`-th image from the one at index `first` on, with the IMU in between integrated at no bias.
-std::vector<MovingFrame> Cut(const Recording& recording, size_t first, size_t count, size_t stride) {
-  std::vector<MovingFrame> frames;
+std::vector<InitializationFrame> Cut(const Recording& recording, size_t first, size_t count, size_t stride) {
+  std::vector<InitializationFrame> frames;
   for (size_t k = first; k < recording.frames.size() && frames.size() < count; k += stride) {
-    MovingFrame frame{recording.frames[k].t, recording.frames[k].tracks, nullptr};
+    InitializationFrame frame{recording.frames[k].t, recording.frames[k].tracks, nullptr};
     if (!frames.empty()) {
       const auto samples = SamplesBetween(recording.imu, frames.back().t, frame.t);
       auto imu =
@@ -31,8 +31,8 @@ std::vector<MovingFrame> Cut(const Recording& recording, size_t first, size_t co
   return frames;
 }
 
-MovingStartOptions OptionsFor(const Recording& recording) {
-  MovingStartOptions options;
+DynamicInitializationOptions OptionsFor(const Recording& recording) {
+  DynamicInitializationOptions options;
   options.T_B_C = recording.calibration.T_B_C;
   options.focal_length = recording.calibration.fx;
   options.gravity = recording.calibration.gravity;
@@ -46,7 +46,7 @@ struct Errors {
   double velocity = 0.0;  // of the last state, in its body [m/s]
 };
 
-Errors Compare(const MovingStart& start, const Recording& recording) {
+Errors Compare(const DynamicInitialization& start, const Recording& recording) {
   Errors errors;
   double length = 0.0, true_length = 0.0;
   const StampedState first = *StateAt(recording.truth, start.states.front().t);
@@ -77,15 +77,15 @@ Recording Fly(uint64_t seed, const CameraOptions& camera) {
 // Eleven images in two seconds, as a window of VINS holds them.
 constexpr size_t kImages = 11, kStride = 4;
 
-TEST(StartMoving, FindsGravityScaleAndBias) {
+TEST(DynamicInitialization, FindsGravityScaleAndBias) {
   CameraOptions camera;
   camera.pixel_sigma = 0.5;
   for (const uint64_t seed : {1u, 2u, 3u}) {
     const Recording recording = Fly(seed, camera);
     for (size_t first = 10; first < 190; first += 20) {
-      const MovingStart start = StartMoving(Cut(recording, first, kImages, kStride), OptionsFor(recording));
+      const DynamicInitialization start = InitializeDynamically(Cut(recording, first, kImages, kStride), OptionsFor(recording));
       const std::string where = "seed " + std::to_string(seed) + ", image " + std::to_string(first);
-      ASSERT_EQ(start.failure, StartFailure::kNone) << where << ": " << start.message;
+      ASSERT_EQ(start.failure, InitializationFailure::kNone) << where << ": " << start.message;
       const Errors errors = Compare(start, recording);
       EXPECT_LT(errors.gravity, 1.0 / 57.3) << where;
       EXPECT_LT(errors.scale, 0.05) << where;
@@ -95,14 +95,14 @@ TEST(StartMoving, FindsGravityScaleAndBias) {
   }
 }
 
-TEST(StartMoving, BearsOutliers) {
+TEST(DynamicInitialization, BearsOutliers) {
   CameraOptions camera;
   camera.pixel_sigma = 0.5;
   camera.outlier_fraction = 0.1;
   const Recording recording = Fly(4, camera);
   for (size_t first = 20; first < 180; first += 40) {
-    const MovingStart start = StartMoving(Cut(recording, first, kImages, kStride), OptionsFor(recording));
-    ASSERT_EQ(start.failure, StartFailure::kNone) << first << ": " << start.message;
+    const DynamicInitialization start = InitializeDynamically(Cut(recording, first, kImages, kStride), OptionsFor(recording));
+    ASSERT_EQ(start.failure, InitializationFailure::kNone) << first << ": " << start.message;
     const Errors errors = Compare(start, recording);
     EXPECT_LT(errors.gravity, 2.0 / 57.3) << first;
     EXPECT_LT(errors.scale, 0.05) << first;
@@ -111,16 +111,16 @@ TEST(StartMoving, BearsOutliers) {
 }
 
 // The flying part of the real recording, cut at every second: none starts wrong, most start.
-TEST(StartMoving, StartsInTheMiddleOfARealFlight) {
+TEST(DynamicInitialization, StartsInTheMiddleOfARealFlight) {
   const auto folder = std::filesystem::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder << "; set CH5_DATA_DIR";
   const Recording recording = ReadRecording(folder);
   int cuts = 0, started = 0;
   std::vector<double> scales;
   for (size_t first = 200; first + kImages * kStride < recording.frames.size(); first += 20) {
-    const MovingStart start = StartMoving(Cut(recording, first, kImages, kStride), OptionsFor(recording));
+    const DynamicInitialization start = InitializeDynamically(Cut(recording, first, kImages, kStride), OptionsFor(recording));
     ++cuts;
-    if (start.failure != StartFailure::kNone) continue;
+    if (start.failure != InitializationFailure::kNone) continue;
     ++started;
     const Errors errors = Compare(start, recording);
     EXPECT_LT(errors.gravity, 2.0 / 57.3) << "image " << first;
@@ -136,47 +136,47 @@ TEST(StartMoving, StartsInTheMiddleOfARealFlight) {
 
 // ---- what cannot start says why --------------------------------------------------------------------------------
 
-MovingStart StartOn(const Trajectory::Formula& formula) {
+DynamicInitialization StartOn(const Trajectory::Formula& formula) {
   Random random(5);
   const Recording recording =
       SimulateRecording(Trajectory(formula, 3.0), PointsOnPlanes(RoomWalls({-6, -6, -3}, {6, 6, 3}), 600, &random));
-  return StartMoving(Cut(recording, 5, kImages, kStride), OptionsFor(recording));
+  return InitializeDynamically(Cut(recording, 5, kImages, kStride), OptionsFor(recording));
 }
 
-TEST(StartMoving, StandingHasNoParallax) {
-  const MovingStart start = StartOn([](const Jet&) { return Coordinates{}; });
-  EXPECT_EQ(start.failure, StartFailure::kTooLittleParallax) << start.message;
+TEST(DynamicInitialization, StandingHasNoParallax) {
+  const DynamicInitialization start = StartOn([](const Jet&) { return Coordinates{}; });
+  EXPECT_EQ(start.failure, InitializationFailure::kTooLittleParallax) << start.message;
   EXPECT_TRUE(start.states.empty());
   EXPECT_NE(start.message.find("px"), std::string::npos);
 }
 
-TEST(StartMoving, TurningHasNoParallax) {
-  const MovingStart start = StartOn([](const Jet& t) { return Coordinates{{0.0, 0.0, 0.0}, 0.4 * t, 0.0, 0.0}; });
-  EXPECT_EQ(start.failure, StartFailure::kTooLittleParallax) << start.message;
+TEST(DynamicInitialization, TurningHasNoParallax) {
+  const DynamicInitialization start = StartOn([](const Jet& t) { return Coordinates{{0.0, 0.0, 0.0}, 0.4 * t, 0.0, 0.0}; });
+  EXPECT_EQ(start.failure, InitializationFailure::kTooLittleParallax) << start.message;
 }
 
-TEST(StartMoving, ConstantVelocityHasNoScale) {
-  const MovingStart start = StartOn([](const Jet& t) { return Coordinates{{0.0, 0.8 * t, 0.0}, 0.0, 0.0, 0.0}; });
-  EXPECT_EQ(start.failure, StartFailure::kTooLittleExcitation) << start.message;
+TEST(DynamicInitialization, ConstantVelocityHasNoScale) {
+  const DynamicInitialization start = StartOn([](const Jet& t) { return Coordinates{{0.0, 0.8 * t, 0.0}, 0.0, 0.0, 0.0}; });
+  EXPECT_EQ(start.failure, InitializationFailure::kTooLittleExcitation) << start.message;
 }
 
-TEST(StartMoving, AWrongExtrinsicIsNoticed) {
+TEST(DynamicInitialization, AWrongExtrinsicIsNoticed) {
   const Recording recording = Fly(1, {});
-  MovingStartOptions options = OptionsFor(recording);
+  DynamicInitializationOptions options = OptionsFor(recording);
   options.T_B_C.q = options.T_B_C.q * ExpSO3(Vec3(0, 0, 1.5));
-  EXPECT_NE(StartMoving(Cut(recording, 50, kImages, kStride), options).failure, StartFailure::kNone);
+  EXPECT_NE(InitializeDynamically(Cut(recording, 50, kImages, kStride), options).failure, InitializationFailure::kNone);
 }
 
-TEST(StartMoving, TooFewImagesOrTracks) {
+TEST(DynamicInitialization, TooFewImagesOrTracks) {
   Recording recording = Fly(1, {});
-  EXPECT_EQ(StartMoving(Cut(recording, 50, 3, kStride), OptionsFor(recording)).failure, StartFailure::kTooFewFrames);
-  EXPECT_EQ(StartMoving({}, OptionsFor(recording)).failure, StartFailure::kTooFewFrames);
+  EXPECT_EQ(InitializeDynamically(Cut(recording, 50, 3, kStride), OptionsFor(recording)).failure, InitializationFailure::kTooFewFrames);
+  EXPECT_EQ(InitializeDynamically({}, OptionsFor(recording)).failure, InitializationFailure::kTooFewFrames);
   auto frames = Cut(recording, 50, kImages, kStride);
-  for (MovingFrame& frame : frames) frame.tracks.resize(std::min<size_t>(frame.tracks.size(), 5));
-  const MovingStart start = StartMoving(frames, OptionsFor(recording));
-  EXPECT_EQ(start.failure, StartFailure::kTooFewTracks) << start.message;
+  for (InitializationFrame& frame : frames) frame.tracks.resize(std::min<size_t>(frame.tracks.size(), 5));
+  const DynamicInitialization start = InitializeDynamically(frames, OptionsFor(recording));
+  EXPECT_EQ(start.failure, InitializationFailure::kTooFewTracks) << start.message;
   frames[2].imu = nullptr;
-  EXPECT_THROW(StartMoving(frames, OptionsFor(recording)), std::invalid_argument);
+  EXPECT_THROW(InitializeDynamically(frames, OptionsFor(recording)), std::invalid_argument);
 }
 
 // ---- the two steps ---------------------------------------------------------------------------------------------

@@ -1,10 +1,10 @@
-#include "ch5_backend/window/overlap.h"
+#include "ch5_backend/window/image_overlap.h"
 
 #include <algorithm>
 
 namespace ch5 {
 
-// Andrew's monotone chain: the lower hull from left to right, then the upper one back; the area by Gauss's formula.
+// Andrew's monotone chain: the lower hull from left to right, then the upper one back; the area by the shoelace formula.
 double HullArea(std::vector<Vec2> points) {
   if (points.size() < 3) return 0.0;
   std::sort(points.begin(), points.end(),
@@ -19,7 +19,7 @@ double HullArea(std::vector<Vec2> points) {
       }
       hull.push_back(p);
     }
-    hull.pop_back();  // the other side begins with it
+    hull.pop_back();  // the other side begins with this point
     std::reverse(points.begin(), points.end());
   }
   double twice = 0.0;
@@ -27,7 +27,7 @@ double HullArea(std::vector<Vec2> points) {
   return 0.5 * twice;
 }
 
-Overlap OverlapOf(const Window& window, int older, int newer) {
+ImageOverlap ImageOverlapOf(const Window& window, int older, int newer) {
   std::vector<Vec2> all, matched;
   for (const auto& [id, landmark] : window.landmarks) {
     const auto find = [&landmark = landmark](int frame) {  // a lambda may not capture a structured binding itself

@@ -1,4 +1,4 @@
-#include "ch5_backend/apps/studies/spectrum.h"
+#include "ch5_backend/apps/studies/matrices.h"
 
 #include <Eigen/Eigenvalues>
 

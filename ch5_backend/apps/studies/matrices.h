@@ -1,12 +1,18 @@
 #pragma once
-/// A matrix as rows of a table: labels, row, column, value.
-
-#include <string>
+/// What the studies show of a matrix: its eigenvalues, how many of them a free gauge makes zero, and its entries as rows
+/// of a table.
 
 #include "ch5_backend/math/eigen_types.h"
 #include "ch5_backend/world/files/csv.h"
 
 namespace ch5 {
+
+/// Ascending eigenvalues of a symmetric H (n×n).
+VecX Eigenvalues(const MatXX& H);
+
+/// How many eigenvalues are zero next to the largest one: ≤ `relative`·λ_max. H is scaled to a unit diagonal first,
+/// so that metres, radians and inverse metres can be compared; scaling keeps the rank.
+int NullDimension(const MatXX& H, double relative = 1e-10);
 
 /// Appends the entries of M that are not zero, `labels…,row,column,value`.
 template <typename... Labels>

@@ -1,4 +1,4 @@
-#include "ch5_backend/window/start/still.h"
+#include "ch5_backend/window/start/standstill.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 namespace ch5 {
 
-std::optional<StillState> StillDetector::AddFrame(const CameraFrame& frame) {
+std::optional<StandstillState> StandstillDetector::AddFrame(const CameraFrame& frame) {
   images_.push_back(frame);
   while (images_.size() > 1 && images_[1].t <= frame.t - options_.seconds) images_.pop_front();
   while (!imu_.empty() && imu_.front().t < images_.front().t) imu_.pop_front();
@@ -14,19 +14,19 @@ std::optional<StillState> StillDetector::AddFrame(const CameraFrame& frame) {
 
   const std::optional<double> motion = MedianMotion(images_.front(), frame);
   if (!motion || *motion * options_.focal_length > options_.pixels) return std::nullopt;
-  StillState still;
+  StandstillState state;
   Vec3 force = Vec3::Zero();
   for (const ImuReading& reading : imu_) {
     force += reading.acceleration / static_cast<double>(imu_.size());
-    still.b_g += reading.gyroscope / static_cast<double>(imu_.size());
+    state.b_g += reading.gyroscope / static_cast<double>(imu_.size());
   }
   if (std::abs(force.norm() - options_.gravity) > options_.acceleration) return std::nullopt;
-  still.q_W_B = Qd::FromTwoVectors(force, Vec3::UnitZ());
-  still.b_a = force - options_.gravity * force.normalized();
-  return still;
+  state.q_W_B = Qd::FromTwoVectors(force, Vec3::UnitZ());
+  state.b_a = force - options_.gravity * force.normalized();
+  return state;
 }
 
-void StillDetector::Reset() {
+void StandstillDetector::Reset() {
   imu_.clear();
   images_.clear();
 }

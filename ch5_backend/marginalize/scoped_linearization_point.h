@@ -1,0 +1,27 @@
+#pragma once
+/// Linearises away from the present estimates: vertices take other states for the duration of a scope.
+
+#include <utility>
+#include <vector>
+
+#include "ch5_backend/marginalize/edge_prior.h"
+
+namespace ch5 {
+
+/// Moves vertices; at the end of its scope they have their former states again, to the bit. Not thread-safe.
+class ScopedLinearizationPoint {
+ public:
+  ScopedLinearizationPoint() = default;
+  /// Moves the prior's vertices to its x₀; null: none.
+  explicit ScopedLinearizationPoint(const Prior* prior);
+  ~ScopedLinearizationPoint();
+  ScopedLinearizationPoint(const ScopedLinearizationPoint&) = delete;
+  ScopedLinearizationPoint& operator=(const ScopedLinearizationPoint&) = delete;
+
+  void Move(Vertex* vertex, const VecX& x);
+
+ private:
+  std::vector<std::pair<Vertex*, VecX>> former_;
+};
+
+}  // namespace ch5

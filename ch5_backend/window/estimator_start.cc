@@ -1,0 +1,119 @@
+/// The initialisation of the estimator: static, dynamic, or from a given state.
+
+#include <algorithm>
+
+#include "ch5_backend/consistency/gauge_directions.h"
+#include "ch5_backend/window/estimator.h"
+#include "ch5_backend/window/start/dynamic_initialization.h"
+#include "ch5_backend/window/vins_window.h"
+
+namespace ch5 {
+namespace {
+
+// Images from a standstill to the first solve, and images of a dynamic initialisation.
+constexpr size_t kFramesToStart = 4, kFramesToStartMoving = 8;
+
+// The knowledge at the start as one prior: speed and biases of the oldest frame, and the estimated part of the
+// calibration. Without the latter the first windows, with little motion, would let the extrinsic diverge.
+std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const EstimatorOptions& options) {
+  Prior prior;
+  std::vector<double> sigmas;
+  const auto add = [&](const std::shared_ptr<Vertex>& vertex, std::initializer_list<double> sigma_of_three) {
+    if (vertex->IsFixed()) return;
+    prior.vertices.push_back(vertex);
+    prior.x0.push_back(vertex->Parameters());
+    for (const double sigma : sigma_of_three) {
+      for (int k = 0; k < std::min(3, vertex->LocalDimension()); ++k) sigmas.push_back(sigma);
+    }
+  };
+  add(window.frames.front().speed_bias, {speed, options.start_bias_accelerometer, options.start_bias_gyroscope});
+  add(window.extrinsic, {options.start_extrinsic_position, options.start_extrinsic_rotation});
+  add(window.time_offset, {options.start_time_offset});
+  prior.J = Eigen::Map<VecX>(sigmas.data(), static_cast<Eigen::Index>(sigmas.size())).cwiseInverse().asDiagonal();
+  prior.r0 = VecX::Zero(prior.J.rows());
+  return std::make_shared<EdgePrior>(std::move(prior));
+}
+
+}  // namespace
+
+void Estimator::TryToStart(const CameraFrame& image) {
+  if (given_start_) return StartFromGivenState();
+  if (const auto standstill = standstill_detector_.AddFrame(image)) return RestAt(*standstill, image);
+  if (HasMovedSinceStandstill(image)) {
+    window_.prior = StartPrior(window_, options_.start_speed, options_);
+    BeginTracking();
+  } else if (window_.frames.size() >= kFramesToStartMoving && InitializeInMotion()) {
+    window_.prior = StartPrior(window_, options_.moving_start_speed, options_);
+    BeginTracking();
+  } else {
+    policy_->NoteNewFrame(&window_);
+    policy_->SlideWithoutEstimate(&window_);
+  }
+}
+
+void Estimator::StartFrom(const StampedState& state, const MatXX& J) {
+  if (J.cols() != 15) throw std::invalid_argument("Estimator::StartFrom: J must have 15 columns");
+  Reset();
+  given_start_ = {state, J};
+}
+
+// The window consists of the new frame only.
+void Estimator::StartFromGivenState() {
+  const auto& [state, J] = *given_start_;
+  const WindowFrame& frame = window_.frames.front();
+  Window::SetState(state, frame);
+  Prior prior{{frame.pose, frame.speed_bias}, {frame.pose->Parameters(), frame.speed_bias->Parameters()}, J, {}};
+  prior.r0 = VecX::Zero(J.rows());
+  window_.prior_fixes_gauge = (J * GaugeDirections(prior.vertices, {})).norm() > 0.0;
+  window_.prior = std::make_shared<EdgePrior>(std::move(prior));
+  given_start_.reset();
+  BeginTracking();
+}
+
+// At rest the window consists of its newest frame only.
+void Estimator::RestAt(const StandstillState& standstill, const CameraFrame& image) {
+  while (window_.frames.size() > 1) SlideWindow(MarginalizationFlag::kOld, &window_);
+  const WindowFrame& frame = window_.frames.front();
+  StampedState state;
+  state.T_W_B.q = standstill.q_W_B;
+  state.b_a = standstill.b_a;
+  state.b_g = standstill.b_g;
+  Window::SetState(state, frame);
+  standstill_image_ = image;
+  standstill_frame_ = frame.id;
+}
+
+// The oldest frame is still at rest, and the others have moved enough to triangulate.
+bool Estimator::HasMovedSinceStandstill(const CameraFrame& image) const {
+  if (window_.frames.front().id != standstill_frame_ || window_.frames.size() < kFramesToStart) return false;
+  const auto motion = MedianMotion(standstill_image_, image);
+  return motion && *motion * options_.weights.focal_length > options_.start_pixels;
+}
+
+bool Estimator::InitializeInMotion() {
+  std::vector<InitializationFrame> frames;
+  for (const WindowFrame& frame : window_.frames) frames.push_back({frame.t, {}, frame.imu});
+  for (const auto& [id, landmark] : window_.landmarks) {
+    for (const WindowObservation& seen : landmark.seen) {
+      frames[static_cast<size_t>(window_.IndexOf(seen.frame))].tracks.push_back({id, seen.x});
+    }
+  }
+  DynamicInitializationOptions options;
+  options.T_B_C = window_.T_B_C();
+  options.focal_length = options_.weights.focal_length;
+  options.pixel_sigma = options_.weights.pixel_sigma;
+  options.gravity = options_.weights.gravity;
+  options.b_a_sigma = options_.start_bias_accelerometer;
+  const DynamicInitialization start = InitializeDynamically(frames, options);
+  if (start.failure != InitializationFailure::kNone) return false;
+  for (size_t k = 0; k < start.states.size(); ++k) Window::SetState(start.states[k], window_.frames[k]);
+  return true;
+}
+
+void Estimator::BeginTracking() {
+  last_p_ = window_.frames.back().pose->p();
+  last_time_with_landmarks_ = window_.frames.back().t;
+  started_ = true;
+}
+
+}  // namespace ch5

@@ -1,0 +1,22 @@
+#pragma once
+/// How much of an older image's landmarks a new image still sees: OKVIS's criterion for keyframes.
+
+#include <vector>
+
+#include "ch5_backend/window/window.h"
+
+namespace ch5 {
+
+/// Area of the convex hull; 0 with fewer than three points.
+double HullArea(std::vector<Vec2> points);
+
+/// Of the points in the newer image, those that the older image saw too.
+struct ImageOverlap {
+  double hull_ratio = 0.0;   ///< area of their convex hull / that of all points
+  double match_ratio = 0.0;  ///< their number / that of all points
+};
+
+/// @param older, newer  ids of frames of the window
+ImageOverlap ImageOverlapOf(const Window& window, int older, int newer);
+
+}  // namespace ch5

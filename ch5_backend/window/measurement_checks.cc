@@ -1,0 +1,56 @@
+#include "ch5_backend/window/measurement_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace ch5 {
+namespace {
+
+std::string At(double t) { return " at t = " + std::to_string(t) + " s"; }
+
+std::string RepeatsOrPrecedes(double t, double last) {
+  return (t == last ? " repeats the one" : " is before the one") + At(last);
+}
+
+}  // namespace
+
+void CheckReading(const ImuReading& reading, const std::vector<ImuReading>& earlier) {
+  if (!std::isfinite(reading.t) || !reading.acceleration.allFinite() || !reading.gyroscope.allFinite()) {
+    throw MeasurementError("the IMU reading" + At(reading.t) + " holds a number that is not finite");
+  }
+  if (!earlier.empty() && reading.t <= earlier.back().t) {
+    throw MeasurementError("the IMU reading" + At(reading.t) + RepeatsOrPrecedes(reading.t, earlier.back().t));
+  }
+}
+
+void CheckImage(const CameraFrame& image, double last_time) {
+  if (!std::isfinite(image.t)) throw MeasurementError("the image's time is not finite");
+  if (image.t <= last_time) {
+    throw MeasurementError("the image" + At(image.t) + RepeatsOrPrecedes(image.t, last_time));
+  }
+  std::vector<int> ids;
+  for (const TrackedPoint& point : image.tracks) {
+    if (!point.x.allFinite()) {
+      throw MeasurementError("track " + std::to_string(point.id) + " of the image" + At(image.t) + " is not finite");
+    }
+    ids.push_back(point.id);
+  }
+  std::sort(ids.begin(), ids.end());
+  const auto repeated = std::adjacent_find(ids.begin(), ids.end());
+  if (repeated != ids.end()) {
+    throw MeasurementError("track " + std::to_string(*repeated) + " stands twice in the image" + At(image.t));
+  }
+}
+
+bool HasImuGap(const std::vector<ImuReading>& imu, double t0, double t1, double max_gap) {
+  if (imu.empty()) return true;
+  double last = std::min(t0, imu.front().t);
+  for (auto reading = imu.begin(); reading != imu.end() && last < t1; ++reading) {
+    if (reading->t - last > max_gap) return true;
+    last = reading->t;
+  }
+  return t1 - last > max_gap;
+}
+
+}  // namespace ch5

@@ -1,0 +1,28 @@
+#pragma once
+/// Which measurements an estimator accepts.
+
+#include <stdexcept>
+#include <vector>
+
+#include "ch5_backend/types/measurements.h"
+
+namespace ch5 {
+
+/// A measurement that cannot be used: its time is not after that of the previous one, a number is not finite, or a track
+/// id is repeated in an image. The estimator is unchanged.
+class MeasurementError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// @param earlier  the readings so far;  @throws MeasurementError
+void CheckReading(const ImuReading& reading, const std::vector<ImuReading>& earlier);
+
+/// @param last_time  of the previous image, −∞ for the first;  @throws MeasurementError
+void CheckImage(const CameraFrame& image, double last_time);
+
+/// Whether two consecutive readings around a part of [t0, t1], or an end of it and the nearest reading, are more than
+/// `max_gap` apart [s].
+bool HasImuGap(const std::vector<ImuReading>& imu, double t0, double t1, double max_gap);
+
+}  // namespace ch5

@@ -1,0 +1,235 @@
+#include "ch5_backend/window/start/dynamic_initialization.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <stdexcept>
+
+#include "ch5_backend/marginalize/edge_prior.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/types/edge_imu.h"
+#include "ch5_backend/window/start/closed_form.h"
+
+namespace ch5 {
+namespace {
+
+std::vector<FeatureTrack> CollectTracks(const std::vector<InitializationFrame>& frames) {
+  std::map<int, FeatureTrack> by_id;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    for (const TrackedPoint& point : frames[k].tracks) by_id[point.id].views.push_back({static_cast<int>(k), point.x});
+  }
+  std::vector<FeatureTrack> tracks;
+  for (auto& [id, track] : by_id) tracks.push_back(std::move(track));
+  return tracks;
+}
+
+// Two views determine a depth; only a third one constrains the scale of the motion.
+void RemoveShortTracks(std::vector<FeatureTrack>* tracks) {
+  const auto is_short = [](const FeatureTrack& track) { return track.views.size() < 3; };
+  tracks->erase(std::remove_if(tracks->begin(), tracks->end(), is_short), tracks->end());
+}
+
+// The largest angle between a track's first ray and another, rotation compensated; the median over the tracks.
+double MedianParallax(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
+                      const Qd& R_B_C) {
+  std::vector<Qd> R{Qd::Identity()};
+  for (const Preintegration& step : imu) R.push_back(R.back() * step.Gamma());
+  std::vector<double> angles;
+  for (const FeatureTrack& track : tracks) {
+    const auto ray = [&](const FeatureTrack::View& view) -> Vec3 {
+      return (R[static_cast<size_t>(view.frame)] * (R_B_C * view.x.homogeneous())).normalized();
+    };
+    double largest = 0.0;
+    for (const auto& view : track.views) largest = std::max(largest, ray(view).cross(ray(track.views[0])).norm());
+    angles.push_back(largest);
+  }
+  std::nth_element(angles.begin(), angles.begin() + angles.size() / 2, angles.end());
+  return angles[angles.size() / 2];
+}
+
+// The window as a graph, at the closed form's states.
+struct StartGraph {
+  Graph graph;
+  std::vector<std::shared_ptr<VertexPose>> poses;
+  std::vector<std::shared_ptr<VertexSpeedBias>> speed_biases;
+  std::vector<std::shared_ptr<Edge>> observations;
+};
+
+void AddBody(const ClosedForm& start, const std::vector<Preintegration>& imu,
+             const DynamicInitializationOptions& options, StartGraph* g) {
+  for (const StampedState& state : start.states) {
+    Vec9 v_ba_bg;
+    v_ba_bg << state.v_W, state.b_a, state.b_g;
+    g->poses.push_back(std::make_shared<VertexPose>(state.T_W_B.q, state.T_W_B.p));
+    g->speed_biases.push_back(std::make_shared<VertexSpeedBias>(v_ba_bg));
+    g->graph.AddVertex(g->poses.back());
+    g->graph.AddVertex(g->speed_biases.back());
+  }
+  for (size_t k = 0; k < imu.size(); ++k) {
+    g->graph.AddEdge(std::make_shared<EdgeImu>(g->poses[k], g->speed_biases[k], g->poses[k + 1], g->speed_biases[k + 1],
+                                               std::make_shared<Preintegration>(imu[k]), Vec3(0, 0, options.gravity)));
+  }
+  Prior zero_b_a{{g->speed_biases[0]}, {VecX::Zero(9)}, MatXX::Zero(3, 9), VecX::Zero(3)};
+  zero_b_a.J.middleCols<3>(3).diagonal().setConstant(1.0 / options.b_a_sigma);
+  g->graph.AddEdge(std::make_shared<EdgePrior>(zero_b_a));
+}
+
+void AddTracks(const ClosedForm& start, const std::vector<FeatureTrack>& tracks,
+               const DynamicInitializationOptions& options, StartGraph* g) {
+  const Mat22 W = std::pow(options.focal_length / options.pixel_sigma, 2) * Mat22::Identity();
+  const auto loss = std::make_shared<CauchyLoss>(1.0);
+  for (size_t k = 0; k < tracks.size(); ++k) {
+    if (!(start.depths[k] > 0.1)) continue;
+    auto inverse_depth = std::make_shared<VertexInverseDepth>(1.0 / start.depths[k]);
+    g->graph.AddVertex(inverse_depth);
+    const auto& host = tracks[k].views.front();
+    for (size_t v = 1; v < tracks[k].views.size(); ++v) {
+      const auto& view = tracks[k].views[v];
+      auto edge =
+          std::make_shared<EdgeReprojection>(inverse_depth, g->poses[static_cast<size_t>(host.frame)],
+                                             g->poses[static_cast<size_t>(view.frame)], host.x, view.x, options.T_B_C);
+      edge->SetInformation(W);
+      edge->SetLossFunction(loss);
+      g->graph.AddEdge(edge);
+      g->observations.push_back(edge);
+    }
+  }
+}
+
+// All states jointly by the solver; the gauge is free, the damping copes with it.
+void Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
+            const DynamicInitializationOptions& options, ClosedForm* start, double* inliers) {
+  StartGraph g;
+  AddBody(*start, imu, options, &g);
+  AddTracks(*start, tracks, options, &g);
+  SparseOptimizer optimizer(&g.graph);
+  optimizer.SetDamping(Damping::kDiagonal);
+  SolveOptions solve;
+  solve.max_iterations = 50;
+  optimizer.Solve(solve);
+  size_t total = 0, good = 0;
+  for (const FeatureTrack& track : tracks) total += track.views.size() - 1;
+  for (const auto& edge : g.observations) {
+    edge->ComputeResidual();
+    if (edge->Chi2() < 9.0) ++good;
+  }
+  *inliers = static_cast<double>(good) / static_cast<double>(total);
+  const Vec3 origin = g.poses[0]->p();
+  for (size_t k = 0; k < g.poses.size(); ++k) {
+    StampedState& state = start->states[k];
+    state.T_W_B = {g.poses[k]->q(), g.poses[k]->p() - origin};
+    state.v_W = g.speed_biases[k]->v();
+    state.b_a = g.speed_biases[k]->b_a();
+    state.b_g = g.speed_biases[k]->b_g();
+  }
+}
+
+// Copies, integrated without accelerometer bias.
+std::vector<Preintegration> CopyImu(const std::vector<InitializationFrame>& frames) {
+  std::vector<Preintegration> imu;
+  for (size_t k = 1; k < frames.size(); ++k) {
+    if (!frames[k].imu)
+      throw std::invalid_argument("InitializeDynamically: image " + std::to_string(k) + " has no IMU");
+    imu.push_back(*frames[k].imu);
+    imu.back().Reintegrate(Vec3::Zero(), imu.back().BiasGyroscope());
+  }
+  return imu;
+}
+
+}  // namespace
+
+std::string ToString(InitializationFailure failure) {
+  switch (failure) {
+    case InitializationFailure::kNone: return "started";
+    case InitializationFailure::kTooFewFrames: return "too few frames";
+    case InitializationFailure::kTooFewTracks: return "too few tracks";
+    case InitializationFailure::kTooLittleParallax: return "too little parallax";
+    case InitializationFailure::kTooLittleExcitation: return "too little excitation";
+    case InitializationFailure::kInconsistent: return "images and IMU disagree";
+  }
+  return "unknown";
+}
+
+namespace {
+
+// Each step fills its part of the result; where it fails it says so and returns false.
+class DynamicInitializer {
+ public:
+  explicit DynamicInitializer(const DynamicInitializationOptions& options) : options_(options) {}
+
+  DynamicInitialization Run(const std::vector<InitializationFrame>& frames) {
+    if (!EstimateRotations(frames) || !MeasureParallax() || !SolveLinearProblem() || !RefineAll()) return result_;
+    for (size_t k = 0; k < frames.size(); ++k) start_.states[k].t = frames[k].t;
+    result_.states = std::move(start_.states);
+    result_.message = ToString(InitializationFailure::kNone);
+    return result_;
+  }
+
+ private:
+  bool Fail(InitializationFailure failure, const char* format, double value, double limit) {
+    char text[120];
+    std::snprintf(text, sizeof(text), format, value, limit);
+    result_.failure = failure;
+    result_.message = ToString(failure) + ": " + text;
+    return false;
+  }
+
+  bool EstimateRotations(const std::vector<InitializationFrame>& frames) {
+    constexpr size_t kLeastFrames = 4;
+    if (frames.size() < kLeastFrames) {
+      return Fail(InitializationFailure::kTooFewFrames, "%g, at least %g are needed",
+                  static_cast<double>(frames.size()), kLeastFrames);
+    }
+    imu_ = CopyImu(frames);
+    tracks_ = CollectTracks(frames);
+    EstimateGyroscopeBias(options_.T_B_C.q, Sigma(), &tracks_, &imu_);
+    RemoveShortTracks(&tracks_);
+    const auto count = static_cast<double>(tracks_.size());
+    return count >= options_.least_tracks || Fail(InitializationFailure::kTooFewTracks,
+                                                  "%g seen three times, %g are needed", count, options_.least_tracks);
+  }
+
+  bool MeasureParallax() {
+    result_.parallax = options_.focal_length * MedianParallax(tracks_, imu_, options_.T_B_C.q);
+    return result_.parallax >= options_.least_parallax ||
+           Fail(InitializationFailure::kTooLittleParallax, "a median of %.1f px, %g px are needed", result_.parallax,
+                options_.least_parallax);
+  }
+
+  bool SolveLinearProblem() {
+    start_ = SolveClosedForm(tracks_, imu_, {options_.T_B_C, Sigma(), options_.gravity, options_.b_a_sigma});
+    result_.scale_sigma = start_.scale_sigma;
+    result_.gravity_sigma = start_.gravity_sigma;
+    if (!(start_.scale_sigma <= options_.largest_scale_sigma)) {
+      return Fail(InitializationFailure::kTooLittleExcitation, "the scale is known to %.3g, %g is needed",
+                  start_.scale_sigma, options_.largest_scale_sigma);
+    }
+    return start_.gravity_sigma <= options_.largest_gravity_sigma ||
+           Fail(InitializationFailure::kTooLittleExcitation, "gravity's direction is known to %.3g rad, %g is needed",
+                start_.gravity_sigma, options_.largest_gravity_sigma);
+  }
+
+  bool RefineAll() {
+    Refine(tracks_, imu_, options_, &start_, &result_.inliers);
+    return result_.inliers >= options_.least_inliers ||
+           Fail(InitializationFailure::kInconsistent, "%.2f of the observations fit, %g are needed", result_.inliers,
+                options_.least_inliers);
+  }
+
+  double Sigma() const { return options_.pixel_sigma / options_.focal_length; }
+
+  const DynamicInitializationOptions& options_;
+  std::vector<Preintegration> imu_;
+  std::vector<FeatureTrack> tracks_;
+  ClosedForm start_;
+  DynamicInitialization result_;
+};
+
+}  // namespace
+
+DynamicInitialization InitializeDynamically(const std::vector<InitializationFrame>& frames,
+                                            const DynamicInitializationOptions& options) {
+  return DynamicInitializer(options).Run(frames);
+}
+
+}  // namespace ch5

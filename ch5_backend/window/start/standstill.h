@@ -1,0 +1,47 @@
+#pragma once
+/// Static initialisation: at rest the images do not move and the accelerometer measures gravity alone. The readings then
+/// give roll, pitch and the gyroscope's bias.
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "ch5_backend/types/measurements.h"
+
+namespace ch5 {
+
+struct StandstillOptions {
+  double seconds = 1.0;         ///< at rest if for this time [s] …
+  double pixels = 3.0;          ///< … the median motion of the points in the image is less than this [px] …
+  double acceleration = 0.3;    ///< … and the mean specific force differs from gravity by less than this [m/s²]
+  double focal_length = 460.0;  ///< [px]
+  double gravity = 9.81;        ///< [m/s²]
+};
+
+/// The state at rest. Position, yaw and speed are zero.
+struct StandstillState {
+  Qd q_W_B = Qd::Identity();  ///< rotates the mean specific force to +z
+  Vec3 b_a = Vec3::Zero();    ///< its component along gravity, the only observable one [m/s²]
+  Vec3 b_g = Vec3::Zero();    ///< the mean rate [rad/s]
+};
+
+class StandstillDetector {
+ public:
+  explicit StandstillDetector(const StandstillOptions& options) : options_(options) {}
+
+  void AddImu(const ImuReading& reading) { imu_.push_back(reading); }
+  /// @return the state at this image, if the body has been at rest until then
+  std::optional<StandstillState> AddFrame(const CameraFrame& frame);
+  void Reset();
+
+ private:
+  StandstillOptions options_;
+  std::deque<ImuReading> imu_;      // of the last `seconds`
+  std::deque<CameraFrame> images_;  // likewise
+};
+
+/// The median motion of the points common to both images, on the normalised plane; nullopt with fewer than five of
+/// them. A median, since it is robust to outliers.
+std::optional<double> MedianMotion(const CameraFrame& a, const CameraFrame& b);
+
+}  // namespace ch5

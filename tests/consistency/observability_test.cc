@@ -1,0 +1,95 @@
+#include "ch5_backend/consistency/observability.h"
+
+#include <Eigen/LU>
+
+#include "tests/consistency/scenes.h"
+
+namespace ch5 {
+namespace {
+
+// Differences with step 1e-5 leave about 1e-10.
+constexpr double kDifferences = 1e-8;
+
+// The closed form and the finite differences are written independently: they agree on a window at a random state.
+TEST(Observability, ClosedFormDirectionsAreThoseByDifferences) {
+  const FreeWindow window;
+  std::vector<std::shared_ptr<Vertex>> vertices(window.poses.begin(), window.poses.end());
+  vertices.insert(vertices.end(), window.speed_biases.begin(), window.speed_biases.end());
+  vertices.insert(vertices.end(), {window.extrinsic, window.landmarks[0]});
+  std::vector<const double*> x;
+  for (const auto& vertex : vertices) x.push_back(vertex->Parameters().data());
+  Vec3 center = Vec3::Zero();
+  for (const auto& pose : window.poses) center += pose->p() / 4.0;
+  const MatXX closed_form = PositionYawDirections(vertices, x, window.extrinsic.get(), center);
+  const MatXX differences = GaugeDirections(vertices, window.options);
+  ASSERT_EQ(closed_form.rows(), differences.rows());
+  EXPECT_LT((closed_form - differences).cwiseAbs().maxCoeff(), kDifferences);
+  EXPECT_GT(closed_form.col(3).norm(), 1.0);
+}
+
+// A window whose states have moved since the prior was made.
+struct MovedWindow : FreeWindow {
+  MovedWindow() {
+    const auto drop = Oldest();
+    prior = Marginalize(EdgesAt(drop), drop);
+    for (const auto& pose : poses) {
+      const Vec6 delta = 0.05 * (Vec6() << 1, -2, 1, 2, 1, -1).finished();
+      pose->Plus(delta.data());
+    }
+  }
+  // Of the graph's IMU edge between frames 1 and 2, of which the prior holds the first.
+  std::shared_ptr<Edge> ImuEdge() const { return graph.Edges()[1]; }
+  // N₀: the directions at the first estimates.
+  MatXX FirstDirections(const Edge& edge) const {
+    GaugeOptions at_first = options;
+    at_first.linearization_points = &prior;
+    return GaugeDirections(edge.Vertices(), at_first);
+  }
+  Prior prior;
+};
+
+MatXX JacobianOf(Edge* edge) {
+  edge->Linearize();
+  MatXX J(edge->ResidualDimension(), 0);
+  for (size_t i = 0; i < edge->Vertices().size(); ++i) {
+    MatXX wider(J.rows(), J.cols() + edge->Jacobian(i).cols());
+    wider << J, edge->Jacobian(i);
+    J = wider;
+  }
+  return J;
+}
+
+// J'N₀ = 0, while J N₀ is not: an edge linearised elsewhere has information on the prior's yaw.
+TEST(Observability, ConstrainedJacobiansKeepTheFirstNullSpace) {
+  const MovedWindow window;
+  for (const auto& edge : {window.ImuEdge(), window.graph.Edges().back()}) {
+    const auto constrained = ConstrainObservability(edge, window.prior, window.extrinsic.get());
+    ASSERT_NE(constrained, edge);
+    const MatXX N0 = window.FirstDirections(*edge), J = JacobianOf(edge.get()), J_new = JacobianOf(constrained.get());
+    EXPECT_GT((J * N0).norm(), 1e-4 * J.norm()) << edge->TypeInfo();
+    EXPECT_LT((J_new * N0).norm(), kDifferences * J.norm()) << edge->TypeInfo();
+    EXPECT_LT((J_new - J).norm(), 0.2 * J.norm()) << edge->TypeInfo();
+    EXPECT_EQ(VecX(constrained->Residual()), VecX(edge->Residual()));
+  }
+}
+
+// The least change: any other J + X with (J + X)N₀ = 0 differs from J by more.
+TEST(Observability, TheCorrectionIsTheLeastOne) {
+  const MovedWindow window;
+  const auto edge = window.ImuEdge();
+  const auto constrained = ConstrainObservability(edge, window.prior, window.extrinsic.get());
+  const MatXX N0 = window.FirstDirections(*edge);
+  const MatXX correction = JacobianOf(constrained.get()) - JacobianOf(edge.get());
+  // Its rows lie in the span of N₀, which is orthogonal to all changes that keep J'N₀.
+  const MatXX projector = N0 * (N0.transpose() * N0).inverse() * N0.transpose();
+  EXPECT_LT((correction - correction * projector).norm(), 1e-6 * correction.norm());
+}
+
+TEST(Observability, AnEdgeWithoutStatesOfThePriorStaysItself) {
+  const MovedWindow window;
+  Prior elsewhere;
+  EXPECT_EQ(ConstrainObservability(window.ImuEdge(), elsewhere, nullptr), window.ImuEdge());
+}
+
+}  // namespace
+}  // namespace ch5
