@@ -63,8 +63,8 @@ std::vector<int> MinimumDegreeOrder(const Lists& neighbours) {
   pattern.makeCompressed();
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
   Eigen::AMDOrdering<int>()(pattern, permutation);
-  std::vector<int> order;
-  for (int k = 0; k < n; ++k) order.push_back(names[permutation.indices()[k]]);
+  std::vector<int> order(n);
+  for (int k = 0; k < n; ++k) order[k] = names[permutation.indices()[k]];
   return order;
 }
 

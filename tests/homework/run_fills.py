@@ -12,7 +12,7 @@ from fills import Fill, blank_fills, read_fills
 from regions import ROOT, STAGES
 
 sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
-from course import check  # noqa: E402  (the folder must be known first)
+from course import judge as course_judge  # noqa: E402  (the folder must be known first)
 
 TIME_LIMIT = 3.0  # for a fill that is expected not to end; the others have the student's limit
 
@@ -20,8 +20,8 @@ TIME_LIMIT = 3.0  # for a fill that is expected not to end; the others have the 
 def judge(executable: Path, one: Fill, stage: dict) -> str:
     """Empty if the verdict is the expected one, otherwise a line about the difference."""
     state, words = one.verdict(stage["id"])
-    limit = TIME_LIMIT if state == "times-out" else check.TIME_LIMIT
-    verdict = check.judge(executable, stage, limit, [f"--submission={one.name}"])
+    limit = TIME_LIMIT if state == "times-out" else course_judge.TIME_LIMIT
+    verdict = course_judge.judge(executable, stage, limit, [f"--submission={one.name}"])
     if verdict.state == state and words in verdict.hint:
         return ""
     return f"{one.name}, stage {stage['id']}: expected {state} “{words}”, got {verdict.state} “{verdict.hint}”"

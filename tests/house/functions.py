@@ -40,7 +40,7 @@ def _only_code(text: str) -> str:
 def cpp_functions(text: str) -> list:
     """The functions that are defined at namespace or class level. Raises ValueError where the braces do not match."""
     lines = _only_code(text).split("\n")
-    return [Function(_name(part.head), part.first, sum(1 for line in lines[part.first - 1:part.last] if line.strip(" #\t")))
+    return [Function(function_name(part.head), part.first, sum(1 for line in lines[part.first - 1:part.last] if line.strip(" #\t")))
             for part in declarations(text) if part.kind == "function"]
 
 
@@ -119,7 +119,7 @@ def _without_templates(head: str) -> str:
     return head
 
 
-def _name(head: str) -> str:
+def function_name(head: str) -> str:
     """The word before the first parenthesis; TEST(Suite, Claim) by its claim."""
     head = _without_templates(re.sub(r"#+", " ", head))
     if match := re.search(r"\b(?:TYPED_)?TEST(?:_F|_P)?\(([^)]*)\)", head):
