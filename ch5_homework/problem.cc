@@ -3,24 +3,26 @@
 
 #include <Eigen/Dense>
 
+#include "ch5_backend/dense/block_diagonal.h"
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/math/psd.h"
-#include "ch5_backend/dense/block_diagonal.h"
-#include "ch5_backend/dense/edge_products.h"
 
 namespace ch5 {
 
 // ---- Stage 1.1:  H = Σ JᵀW_ρJ,  b = −Σ ρ'JᵀWr ------------------------------------------------------------------
 
 void Problem::MakeHessian() {
-  QuickMatrix& H = Hessian_;
+  MatXX& H = Hessian_;
   VecX& b = b_;
-  SetZero(&H, &b);
+  H.setZero(Size(), Size());
+  b.setZero(Size());
 
-  EdgeProducts products;  // J_iᵀ W_ρ J_j and ρ' J_iᵀ W r of one edge; W_ρ is W without a loss function
+  double drho;  // of one edge: ρ' of its loss function, 1 without one
+  MatXX W_rho;  // W_ρ of its loss function, W without one
   for (const auto& edge : ordering_.edges) {
     edge->Linearize();  // r, J_0, J_1, …
-    products.Compute(*edge);
+    edge->RobustInfo(&drho, &W_rho);
+    const VecX Wr = drho * (edge->Information() * edge->Residual());
 
     const auto& vertices = edge->Vertices();
     for (size_t i = 0; i < vertices.size(); ++i) {
@@ -28,13 +30,14 @@ void Problem::MakeHessian() {
       const int index_i = v_i->OrderingId();    // its first row in H and b
       const int dim_i = v_i->LocalDimension();  // how many rows it has
       if (index_i < 0) continue;                // a fixed vertex has no rows and columns in H
+      const MatXX JtW = edge->Jacobian(i).transpose() * W_rho;
 
       for (size_t j = i; j < vertices.size(); ++j) {
         const auto& v_j = vertices[j];
         const int index_j = v_j->OrderingId();
         const int dim_j = v_j->LocalDimension();
         if (index_j < 0) continue;
-        const MatXX& hessian = products.JtWJ(i, j);  // J_iᵀ W_ρ J_j, dim_i × dim_j
+        const MatXX hessian = JtW * edge->Jacobian(j);  // J_iᵀ W_ρ J_j, dim_i × dim_j
 
         // TODO:: home work 1.1a. Add `hessian` to the block of H that belongs to the pair (v_i, v_j).
         // H.block(?, ?, ?, ?).noalias() += hessian;
@@ -45,7 +48,7 @@ void Problem::MakeHessian() {
           throw HomeworkMissing("1.1b MakeHessian, the mirrored block (v_j, v_i)");
         }
       }
-      b.segment(index_i, dim_i) -= products.JtWr(i);
+      b.segment(index_i, dim_i) -= edge->Jacobian(i).transpose() * Wr;
     }
   }
 }
@@ -59,7 +62,7 @@ bool Problem::SolveLinearSystem(double lambda, VecX* delta_x) {
   if (marg_size == 0) return SolveDense(H, b_, delta_x);
 
   // Step 1: take the system apart,  [H_pp H_pm; H_mp H_mm] [Δx_p; Δx_m] = [b_p; b_m].
-  MatrixView Hmm, Hpm, Hmp;  // they look at H's blocks without a copy
+  MatXX Hmm, Hpm, Hmp;
   VecX bpp, bmm;
   // TODO:: home work 1.2a. Take the blocks of H and the segments of b_.
   // Hmm = H.block(?, ?, ?, ?);
@@ -78,7 +81,7 @@ bool Problem::SolveLinearSystem(double lambda, VecX* delta_x) {
   }
 
   // Step 2: the Schur complement, a system of the poses alone.
-  const QuickMatrix tempH = Hpm * Hmm_inv;
+  const MatXX tempH = Hpm * Hmm_inv;
   // TODO:: home work 1.2b. H_pp − H_pm H_mm⁻¹ H_mp and b_p − H_pm H_mm⁻¹ b_m.
   // H_pp_schur_ = H.block(?, ?, ?, ?) - tempH * Hmp;
   // b_pp_schur_ = bpp - ? * ?;

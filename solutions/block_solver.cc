@@ -44,8 +44,8 @@ void PlainBlockSolver::BuildSystem() {
 
     const auto& vertices = edge->Vertices();
     for (size_t i = 0; i < vertices.size(); ++i) {
-      if (vertices[i]->OrderingId() < 0) continue;  // a fixed vertex has no rows and columns in H
-      const Place a = PlaceOf(*vertices[i]);        // a.is_landmark, a.number
+      if (vertices[i]->OrderingId() < 0) continue;      // a fixed vertex has no rows and columns in H
+      const BlockIndex a = BlockIndexOf(*vertices[i]);  // a.is_landmark, a.number
       const MatXX J_a = edge->Jacobian(i);
       const MatXX JtW = J_a.transpose() * robust_information;
       // TODO:: home work 7b. Subtract J_aᵀ W r from the rows of b that belong to the vertex.
@@ -57,7 +57,7 @@ void PlainBlockSolver::BuildSystem() {
 
       for (size_t k = 0; k < vertices.size(); ++k) {
         if (vertices[k]->OrderingId() < 0) continue;
-        const Place c = PlaceOf(*vertices[k]);
+        const BlockIndex c = BlockIndexOf(*vertices[k]);
         if (a.is_landmark && !c.is_landmark) continue;  // the mirror image of a block of H_pl is not stored
         const MatXX block = JtW * edge->Jacobian(k);
         // TODO:: home work 7c. Add `block` to H_pp_, H_pl_ or H_ll_. Of H_pp_ only the blocks (i, j), i ≥ j, exist.

@@ -16,7 +16,7 @@ bool BlockDiagonal::SetInverse(int index, const Eigen::Ref<const MatXX>& block) 
   }
   const Eigen::LLT<MatXX> llt(block);
   if (llt.info() != Eigen::Success) return false;
-  // A pivot that is rounding alone, as of a point seen once, would make its inverse a matrix of random numbers.
+  // The depth of a point that is seen once has a pivot of rounding errors alone: its inverse would be random.
   const double rounding = PivotRounding(static_cast<int>(block.rows()));
   const VecX pivots = llt.matrixLLT().diagonal().cwiseAbs2();
   if ((pivots.array() <= rounding * block.diagonal().array()).any()) return false;
@@ -30,16 +30,11 @@ MatXX BlockDiagonal::Dense() const {
   return D;
 }
 
-QuickMatrix BlockDiagonal::LeftMultiply(const Eigen::Ref<const MatXX>& A) const {
+MatXX BlockDiagonal::LeftMultiply(const Eigen::Ref<const MatXX>& A) const {
   assert(A.cols() == size_ && "A·D: A must have as many columns as D has rows");
-  QuickMatrix AD(A.rows(), size_);
-  AD.setZero();
+  MatXX AD = MatXX::Zero(A.rows(), size_);
   for (const auto& [index, inverse] : blocks_) {
-    if (inverse.rows() == 1) {
-      AD.col(index) = A.col(index) * inverse(0, 0);
-    } else {
-      AD.middleCols(index, inverse.rows()).noalias() = A.middleCols(index, inverse.rows()) * inverse;
-    }
+    AD.middleCols(index, inverse.rows()).noalias() = A.middleCols(index, inverse.rows()) * inverse;
   }
   return AD;
 }

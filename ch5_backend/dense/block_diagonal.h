@@ -1,10 +1,10 @@
 #pragma once
-/// H_mm⁻¹: the inverse of a block-diagonal matrix, one small block a landmark, made from the blocks' inverses.
+/// H_mm⁻¹: the inverse of a block-diagonal matrix with one small block per landmark is block diagonal, too.
 
 #include <cassert>
 #include <vector>
 
-#include "ch5_backend/math/quick_matrix.h"
+#include "ch5_backend/math/eigen_types.h"
 
 namespace ch5 {
 
@@ -14,7 +14,8 @@ class BlockDiagonal {
   explicit BlockDiagonal(int size) : size_(size) {}
 
   /// Puts `block`⁻¹ on the diagonal at row and column `index`.
-  /// @return false if the block (k×k, symmetric) is not positive definite; nothing is put then
+  /// @param block  k×k, symmetric
+  /// @return false if the block is not positive definite by the measure of linear/pivot_rule.h; nothing is put then
   bool SetInverse(int index, const Eigen::Ref<const MatXX>& block);
 
   /// The whole matrix with its zeros.
@@ -22,8 +23,8 @@ class BlockDiagonal {
   int Size() const { return size_; }
 
   /// A·D and D·A at the cost of the blocks alone; A is m×n or n×m.
-  QuickMatrix LeftMultiply(const Eigen::Ref<const MatXX>& A) const;  ///< A·D
-  MatXX RightMultiply(const Eigen::Ref<const MatXX>& A) const;       ///< D·A
+  MatXX LeftMultiply(const Eigen::Ref<const MatXX>& A) const;   ///< A·D
+  MatXX RightMultiply(const Eigen::Ref<const MatXX>& A) const;  ///< D·A
 
  private:
   struct Block {
@@ -37,7 +38,7 @@ class BlockDiagonal {
 /// A·D, D·A and D·v for any Eigen expression. The sizes are asserted here, in the caller's file, which may have
 /// assertions on where the library has not.
 template <typename Expression>
-QuickMatrix operator*(const Eigen::MatrixBase<Expression>& A, const BlockDiagonal& D) {
+MatXX operator*(const Eigen::MatrixBase<Expression>& A, const BlockDiagonal& D) {
   assert(A.cols() == D.Size() && "A·D: A must have as many columns as D has rows");
   return D.LeftMultiply(A.derived());
 }

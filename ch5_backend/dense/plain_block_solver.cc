@@ -27,11 +27,11 @@ PlainBlockSolver::~PlainBlockSolver() = default;
 
 void PlainBlockSolver::SetOrdering() {
   ordering_ = MakeOrdering(*graph_);
-  place_of_row_.assign(static_cast<size_t>(Size()), Place{});
+  block_of_row_.assign(static_cast<size_t>(Size()), BlockIndex{});
   for (const bool is_landmark : {false, true}) {
     int number = 0;
     for (const auto& vertex : is_landmark ? ordering_.landmarks : ordering_.poses) {
-      place_of_row_[static_cast<size_t>(vertex->OrderingId())] = {is_landmark, number++};
+      block_of_row_[static_cast<size_t>(vertex->OrderingId())] = {is_landmark, number++};
     }
   }
   b_.setZero(Size());
@@ -45,7 +45,7 @@ void PlainBlockSolver::MakeHessianBlocks() {
     for (const auto& v : edge->Vertices()) {
       for (const auto& w : edge->Vertices()) {
         if (v->OrderingId() < 0 || w->OrderingId() < 0) continue;
-        const Place a = PlaceOf(*v), c = PlaceOf(*w);
+        const BlockIndex a = BlockIndexOf(*v), c = BlockIndexOf(*w);
         if (a.is_landmark && c.is_landmark && a.number != c.number) {
           throw GraphError("BuildStructure: " + edge->TypeInfo() + " " + std::to_string(edge->Id()) +
                            " ties two landmarks, " + v->TypeInfo() + " " + std::to_string(v->Id()) + " and " +

@@ -1,5 +1,5 @@
 #pragma once
-/// The block room in plain words: g2o's BlockSolver with one Eigen matrix a block, one thread, any sizes.
+/// The block solver in plain words: g2o's BlockSolver with one Eigen matrix per block, one thread, any sizes.
 ///
 ///      ┌───────┬──────┐        H_pp(i, j)  of poses that share an edge; only i ≥ j are stored
 ///      │ H_pp  │ H_pl │        H_pl(i, l)  of a pose and a landmark that it sees
@@ -9,7 +9,7 @@
 ///                              a landmark;  H_ll is damped by λD before it is inverted
 ///
 /// Three functions are the homework (stage 7) and live in solutions/block_solver.cc or ch5_homework/block_solver.cc;
-/// all else is in plain_block_solver.cc. BlockSolver (block_solver.h) does the same fast.
+/// all else is in plain_block_solver.cc. sparse/ computes the same, fast.
 
 #include <map>
 #include <memory>
@@ -82,12 +82,14 @@ class PlainBlockSolver : public NormalEquations {
   const Ordering& GetOrdering() const { return ordering_; }
 
  protected:
-  /// Which blocks belong to a free vertex: those of pose `number` or of landmark `number`.
-  struct Place {
+  /// Which block row and column of H a free vertex has: those of pose `number` or of landmark `number`.
+  struct BlockIndex {
     bool is_landmark;
     int number;
   };
-  Place PlaceOf(const Vertex& vertex) const { return place_of_row_[static_cast<size_t>(vertex.OrderingId())]; }
+  BlockIndex BlockIndexOf(const Vertex& vertex) const {
+    return block_of_row_[static_cast<size_t>(vertex.OrderingId())];
+  }
   int PoseDimension(int pose) const { return ordering_.poses[static_cast<size_t>(pose)]->LocalDimension(); }
   int PoseRow(int pose) const { return ordering_.poses[static_cast<size_t>(pose)]->OrderingId(); }
   int NumLandmarks() const { return static_cast<int>(ordering_.landmarks.size()); }
@@ -110,7 +112,7 @@ class PlainBlockSolver : public NormalEquations {
 
   Graph* graph_;
   Ordering ordering_;
-  std::vector<Place> place_of_row_;
+  std::vector<BlockIndex> block_of_row_;  // by the first row of each block
   std::vector<std::vector<int>> seen_by_;
   SparseBlocks H_pp_{"H_pp"}, H_pl_{"H_pl"}, H_ll_{"H_ll"}, H_ll_inverse_{"H_ll_inverse"}, S_{"S"};
   VecX b_, b_schur_;

@@ -1,5 +1,6 @@
 #pragma once
-/// The dense room: the course's solver with the course's names. Small, plain, and the oracle of the fast room.
+/// The dense solver: the course's `Problem` with the course's names, on ordinary Eigen matrices. Small and plain, it is
+/// what the sparse solver's results are compared with.
 ///
 /// Three functions are the homework (chapter 5, stages 1.1, 1.2 and 2) and live in solutions/problem.cc or
 /// ch5_homework/problem.cc; all else is in problem_core.cc.
@@ -7,7 +8,6 @@
 #include <map>
 
 #include "ch5_backend/graph/ordering.h"
-#include "ch5_backend/math/quick_matrix.h"
 #include "ch5_backend/solve/minimizer.h"
 #include "ch5_backend/solve/normal_equations.h"
 
@@ -55,15 +55,13 @@ class Problem : public NormalEquations {
   void RollbackStates() override;
   double StateNorm() const override;
 
-  /// H and b of the last MakeHessian.
+  /// H of the last MakeHessian; its b is RightHandSide().
   const MatXX& Hessian() const { return Hessian_; }
-  /// The reduced system of the last SolveLinearSystem: H_pp − H_pm H_mm⁻¹ H_mp and b_p − H_pm H_mm⁻¹ b_m.
+  /// H_pp − H_pm H_mm⁻¹ H_mp of the last SolveLinearSystem, damped.
   const MatXX& SchurComplement() const { return H_pp_schur_; }
   const Ordering& GetOrdering() const { return ordering_; }
 
  protected:
-  /// H = 0 and b = 0; of H_mm only the landmarks' blocks, for the rest is never written.
-  void SetZero(QuickMatrix* H, VecX* b) const;
   /// H + λD, ready for the Schur complement: the landmarks' block is damped before it is inverted.
   const MatXX& DampedHessian(double lambda);
   /// H_pp_schur_ Δx_p = b_pp_schur_ by the solver chosen at construction.
@@ -75,14 +73,13 @@ class Problem : public NormalEquations {
   LinearSolver linear_solver_;
   Ordering ordering_;
 
-  QuickMatrix Hessian_;         // n×n, n = ordering_poses_ + ordering_landmarks_
+  MatXX Hessian_;               // n×n, n = ordering_poses_ + ordering_landmarks_
   VecX b_;                      // n×1
   int ordering_poses_ = 0;      // dimension of all free poses, the first rows of H
   int ordering_landmarks_ = 0;  // dimension of all free landmarks, the last rows of H
   // Free landmarks by vertex id.
   std::map<int, std::shared_ptr<Vertex>> idx_landmark_vertices_;
-  std::vector<int> landmark_dims_;  // of the blocks of H_mm; what lies between them is zero
-  MatXX H_damped_;                  // of DampedHessian; the zeros of H_mm are written once
+  MatXX H_damped_;  // of DampedHessian, a member so that its memory is taken once
   MatXX H_pp_schur_;
   VecX b_pp_schur_;
 };

@@ -15,50 +15,18 @@ void Problem::SetOrdering() {
   ordering_landmarks_ = ordering_.dim_landmarks;
   idx_landmark_vertices_.clear();
   for (const auto& landmark : ordering_.landmarks) idx_landmark_vertices_.emplace(landmark->Id(), landmark);
-  LandmarkOfEachEdge(ordering_);  // one at most
-  std::vector<int> landmark_dims;
-  for (const auto& landmark : ordering_.landmarks) landmark_dims.push_back(landmark->LocalDimension());
-  if (Hessian_.rows() != Size() || landmark_dims != landmark_dims_) {  // else the zeros of H_mm stand already
-    Hessian_.setZero(Size(), Size());
-    H_damped_.setZero(Size(), Size());
-    landmark_dims_ = std::move(landmark_dims);
-  }
-  SetZero(&Hessian_, &b_);
+  LandmarkOfEachEdge(ordering_);  // throws if an edge has two
+  Hessian_.setZero(Size(), Size());
+  b_.setZero(Size());
 }
 
 VecX Problem::HessianDiagonal() const { return Hessian_.diagonal(); }
 
-VecX Problem::MultiplyHessian(const VecX& v) const {
-  const int p = ordering_poses_, m = ordering_landmarks_;
-  VecX Hv = Hessian_.leftCols(p) * v.head(p);
-  Hv.head(p).noalias() += Hessian_.topRightCorner(p, m) * v.tail(m);
-  for (const auto& landmark : ordering_.landmarks) {
-    const int index = landmark->OrderingId(), dim = landmark->LocalDimension();
-    Hv.segment(index, dim) += Hessian_.block(index, index, dim, dim).lazyProduct(v.segment(index, dim));
-  }
-  return Hv;
-}
-
-void Problem::SetZero(QuickMatrix* H, VecX* b) const {
-  const int p = ordering_poses_, m = ordering_landmarks_;
-  H->leftCols(p).setZero();
-  H->topRightCorner(p, m).setZero();
-  for (const auto& landmark : ordering_.landmarks) {
-    const int index = landmark->OrderingId(), dim = landmark->LocalDimension();
-    H->block(index, index, dim, dim).setZero();
-  }
-  b->setZero(Size());
-}
+VecX Problem::MultiplyHessian(const VecX& v) const { return Hessian_ * v; }
 
 const MatXX& Problem::DampedHessian(double lambda) {
-  const int p = ordering_poses_, m = ordering_landmarks_;
-  H_damped_.leftCols(p) = Hessian_.leftCols(p);
-  H_damped_.topRightCorner(p, m) = Hessian_.topRightCorner(p, m);
-  for (const auto& landmark : ordering_.landmarks) {
-    const int index = landmark->OrderingId(), dim = landmark->LocalDimension();
-    H_damped_.block(index, index, dim, dim) = Hessian_.block(index, index, dim, dim);
-  }
-  for (int i = 0; i < p + m; ++i) H_damped_(i, i) += lambda * DampingEntry(Hessian_(i, i));
+  H_damped_ = Hessian_;
+  for (int i = 0; i < H_damped_.rows(); ++i) H_damped_(i, i) += lambda * DampingEntry(Hessian_(i, i));
   return H_damped_;
 }
 

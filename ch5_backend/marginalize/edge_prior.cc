@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "ch5_backend/math/quick_matrix.h"
+#include "ch5_backend/math/dense_kernels.h"
 
 namespace ch5 {
 namespace {
@@ -13,6 +13,16 @@ Eigen::Index LeadingIdentity(const MatXX& B) {
   Eigen::Index k = 0;
   while (k < B.rows() && B(k, k) == 1.0 && B.row(k).squaredNorm() == 1.0 && B.col(k).squaredNorm() == 1.0) ++k;
   return k;
+}
+
+// JᵀJ. By the kernels, as each image makes a new prior and Eigen takes many times as long without AVX.
+MatXX Gram(const MatXX& J) {
+  const int rows = static_cast<int>(J.rows()), n = static_cast<int>(J.cols());
+  VecX Jt(J.size() + kernels::kOverread);
+  Eigen::Map<MatXX>(Jt.data(), n, rows) = J.transpose();
+  MatXX minus_JtJ = MatXX::Zero(n, n);
+  kernels::SubtractProductAAt(n, rows, Jt.data(), n, minus_JtJ.data(), n);
+  return (MatXX::Zero(n, n) - minus_JtJ).selfadjointView<Eigen::Lower>();
 }
 
 }  // namespace
@@ -75,7 +85,7 @@ bool EdgePrior::ProductsInto(double* products) {
   if (GetLossFunction() || IsotropicInformation() != 1.0) return false;
   ComputeResidual();
   const Eigen::Index n = prior_.J.cols();
-  if (JtJ_.size() == 0) JtJ_ = Multiply(prior_.J.transpose(), prior_.J);
+  if (JtJ_.size() == 0) JtJ_ = Gram(prior_.J);
   Eigen::Map<MatXX> C(products, n + 1, n + 1);
   Eigen::Index column = 0;
   for (const auto& vertex : prior_.vertices) {  // the lower half, and all of the blocks on the diagonal

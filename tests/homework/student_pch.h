@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 
 #include "ch5_backend/dense/block_diagonal.h"
-#include "ch5_backend/dense/edge_products.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/math/precompiled.h"
