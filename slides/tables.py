@@ -1,6 +1,7 @@
 """Reads the tables that ./course run writes."""
 
 import csv
+import math
 from pathlib import Path
 
 
@@ -47,6 +48,6 @@ class Tables:
 
 def _cell(text):
     try:
-        return float(text)
+        return float(text) if text else math.nan
     except (TypeError, ValueError):
         return text

@@ -44,7 +44,13 @@ void Run(const ch5::FileCommand& command) {
     } else {
       std::printf("%-8s  %7s  %6s  %9s  ", run.policy.c_str(), "-", "-", "-");
     }
-    std::printf("%15.1f  %8.2f  %6zu  %8d\n", run.realtime_factor, run.p99_window_ms, run.states.size(), run.restarts);
+    std::printf("%15.1f  ", run.realtime_factor);
+    if (run.states.empty()) {
+      std::printf("%8s", "-");
+    } else {
+      std::printf("%8.2f", run.p99_window_ms);
+    }
+    std::printf("  %6zu  %8d\n", run.states.size(), run.restarts);
     for (const ch5::WindowRow& row : run.rows) {
       if (row.report.status != ch5::FrameReport::Status::kRestarted) continue;
       std::printf("          started afresh at %.2f s: %s\n", row.t, ch5::ToString(row.report.failure).c_str());

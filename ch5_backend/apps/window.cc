@@ -72,7 +72,7 @@ void Run(const FileCommand& command) {
       &window.graph, command.options, [&](const IterationInfo& info) { table.Print(info); }, solve);
 
   const std::vector<StampedState> after = StatesOf(dump, window);
-  FileBatch files;
+  FileBatch files(command.options.input);
   files.Add(out / "frames.csv", FrameTable(dump, after).Text());
   files.Add(out / (name + "-result.tum"), FormatTum(after, 0));
   files.Add(out / "trace.csv", TraceTable(summary).Text());

@@ -30,6 +30,7 @@ class Run {
     summary_.initial_cost = cost_;
     if (system_->Size() == 0) {
       Stop(Termination::kNothingToOptimize, "no free vertex has an edge");
+      Report(0);  // the start is all there is to tell
     } else if (!std::isfinite(cost_)) {
       Stop(Termination::kNotFinite, "the cost of the initial states is not finite");
     } else {

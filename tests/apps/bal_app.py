@@ -168,6 +168,25 @@ class BalApp(unittest.TestCase):
         missing = self.folder / "missing.txt"
         self.refuses(missing, "--out", self.out, message=f"{missing}: cannot be read: No such file or directory")
 
+    def test_a_pipe_that_nobody_writes_into_is_refused(self):
+        pipe = self.folder / "pipe.txt"
+        os.mkfifo(pipe)
+        done = app(pipe, "--out", self.out)
+        self.assertEqual((done.returncode, done.stderr),
+                         (2, f"ch5_bal: {pipe}: cannot be read: it is not a regular file\n"))
+
+    def test_a_cost_of_zero_is_drawn_without_a_warning(self):
+        self.assertEqual(app(self.good, "--out", self.out).returncode, 0)
+        trace = self.out / "trace.csv"
+        head, *rows = trace.read_text().splitlines()
+        for zeros in (1, len(rows)):  # the last one, or all
+            cells = [row.split(",") for row in rows]
+            for row in cells[-zeros:]:
+                row[1] = "0"
+            trace.write_text("\n".join([head, *map(",".join, cells), ""]))
+            done = subprocess.run([sys.executable, PLOT, self.out], capture_output=True, text=True, timeout=120)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+
     def test_point_in_a_cameras_plane(self):
         path = self.write("plane.txt", GOOD.replace("0.25 0.5 0\n", "0.25 0.5 5\n", 1))
         self.refuses(path, "--out", self.out, message=f"{path}: observation 0: point 0 cannot be projected into "
@@ -184,6 +203,13 @@ class BalApp(unittest.TestCase):
         (self.out / "summary.csv").symlink_to("/dev/full")
         self.refuses_to_write("summary.csv: No space left on device")
         self.assertTrue(Path("/dev/full").is_char_device())
+
+    def test_the_input_is_not_overwritten(self):
+        for name in ("points.csv", "summary.csv"):
+            path = self.write(name, GOOD)
+            self.refuses(path, "--out", self.folder,
+                         message=f"cannot write {path}: it is the input; choose another folder for the results")
+            path.unlink()
 
     def test_file_size_limit_touches_no_old_result(self):
         self.assertEqual(app(self.good, "--out", self.out, "--iterations", 1).returncode, 0)

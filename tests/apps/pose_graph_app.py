@@ -3,11 +3,13 @@
 import csv
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
 
 APP = os.environ["CH5_POSE_GRAPH"]
+PLOT = Path(__file__).resolve().parents[2] / "ch5_backend" / "apps" / "plot" / "pose_graph.py"
 
 UNIT = "1 0 0 1 0 1"
 # A triangle that does not quite close, and a line that nobody here knows.
@@ -76,6 +78,30 @@ class PoseGraphApp(unittest.TestCase):
             done = app(path, "--out", self.out)
             self.assertEqual((done.returncode, done.stderr), (2, f"ch5_pose_graph: {path}:{message}\n"))
             self.assertFalse(self.out.exists())
+
+    def test_a_graph_whose_poses_are_all_fixed_keeps_its_cost_and_is_drawn(self):
+        ring = GOOD.replace("SENSOR_CHEESE 1 2 3", "FIX 5 6 7")
+        straight = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nFIX 0 1\n" + f"EDGE_SE2 0 1 1 0 0 {UNIT}\n"  # costs nothing
+        for name, text in (("ring", ring), ("straight", straight)):
+            out = self.folder / name
+            done = app(self.write(f"{name}.g2o", text), "--out", out)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn("nothing to optimise", done.stdout)
+            summary = {row["key"]: row["value"] for row in table(out / "summary.csv")}
+            self.assertEqual([row["cost"] for row in table(out / "trace.csv")], [summary["initial_cost"]])
+            self.assertEqual(summary["final_cost"], summary["initial_cost"])
+            self.assertEqual(float(summary["initial_cost"]) == 0.0, name == "straight")
+            done = subprocess.run([sys.executable, PLOT, out], capture_output=True, text=True, timeout=120)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertTrue((out / "figures" / "pose_graph.png").exists())
+
+    def test_the_input_is_not_overwritten(self):
+        path = self.write("edges.csv", GOOD)
+        done = app(path, "--out", self.folder)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn(f"cannot write {path}: it is the input", done.stderr)
+        self.assertEqual([file.name for file in self.folder.iterdir()], ["edges.csv"])
+        self.assertEqual(path.read_text(encoding="utf-8"), GOOD)
 
     def test_graph_without_edges_is_refused(self):
         path = self.write("lonely.g2o", "VERTEX_SE2 0 1 2 3\n")

@@ -1,5 +1,7 @@
 """ch5_recording, and ./course run FOLDER: what they print, write and refuse."""
 
+import re
+import sys
 import unittest
 
 from apps import BUILD, DATA, ROOT, AppTest, contents, needs, run, table
@@ -15,7 +17,7 @@ class RecordingApp(AppTest):
     def simulate(self):
         """A folder with eight seconds of a hand-held camera in a room."""
         recording = self.folder / "room"
-        done = run(BUILD / "tests" / "odometry_apps" / "simulate_recording", recording)
+        done = run(BUILD / "tests" / "apps" / "simulate_recording", recording)
         self.assertEqual(done.returncode, 0, done.stderr)
         return recording
 
@@ -70,11 +72,52 @@ class RecordingApp(AppTest):
         self.assertNotIn('src="http', page)
         self.assertIn("vins.tum", page)
 
-        # Without the truth there is no error: null, not a number that looks like one.
+        # Without the truth there is no error: an empty cell and null, not a number that looks like one.
         (recording / "groundtruth.csv").unlink()
         for row in self.course_run(recording)["policies"]:
             self.assertEqual([row[key] for key in ("ate_m", "scale_error", "yaw_error_deg")], [None] * 3)
             self.assertGreater(row["frames"], 80)
+        for row in table(out / "csv" / "odometry_policies.csv"):
+            self.assertEqual([row[key] for key in ("ate_m", "scale_error", "yaw_error_deg")], [""] * 3)
+
+    def draw(self) -> str:
+        """Draws the results; returns the page without its pictures."""
+        plot = ROOT / "ch5_backend" / "apps" / "plot" / "recording.py"
+        done = run(sys.executable, plot, self.out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return re.sub(r'src="[^"]*"', "", (self.out / "report.html").read_text(encoding="utf-8"))
+
+    def silence(self, policy):
+        """Makes of the tables what a run leaves in which this policy has found no start."""
+        for path in (self.out / "csv").iterdir():
+            head, *rows = (line.split(",") for line in path.read_text().splitlines())
+            if path.stem == "odometry_policies":
+                rows = [[row[0], *4 * [""], row[5], "", "0", "0"] if row[0] == policy else row for row in rows]
+            elif path.stem == "odometry_windows":
+                rows = [[*row[:3], "starting", *row[4:]] if row[0] == policy else row for row in rows]
+            else:
+                rows = [row for row in rows if row[0] != policy]
+            path.write_text("".join(",".join(row) + "\n" for row in [head, *rows]))
+        (self.out / f"{policy}.tum").write_text("")
+
+    def test_a_policy_that_never_starts_is_drawn_as_such(self):
+        self.assertEqual(self.program(self.simulate(), "--out", self.out).returncode, 0)
+        films = {name: self.out / "figures" / f"odometry_film_{name}.png" for name in ("vins", "okvis")}
+        self.assertNotIn("found no start", self.draw())
+        self.assertTrue(films["vins"].exists() and films["okvis"].exists())
+        self.silence("okvis")
+        page = self.draw()
+        self.assertIn("OKVIS found no start in this recording", page)
+        self.assertIn("VINS is", page)
+        self.assertNotIn("nan", page)
+        self.assertTrue(films["vins"].exists())
+        self.assertFalse(films["okvis"].exists(), "no picture of an earlier run is left")
+        # The other one has started, but too late for a prior.
+        for name in ("spectrum", "gauge", "matrices"):
+            path = self.out / "csv" / f"odometry_{name}.csv"
+            path.write_text(path.read_text().splitlines()[0] + "\n")
+        self.assertNotIn("prior should", self.draw())
+        self.assertFalse(films["vins"].exists())
 
     def test_faulty_recordings_are_named_and_nothing_is_lost(self):
         recording = self.simulate()

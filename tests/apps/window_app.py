@@ -59,6 +59,26 @@ class WindowApp(AppTest):
         for suffix in (".csv", ".tum", ".png"):
             self.assertTrue(list((self.out / "corner").rglob("*" + suffix)), f"no {suffix} among the results")
 
+    def test_a_bare_frame_costs_nothing_and_is_drawn(self):
+        head = corner().splitlines()[:6]
+        state = "0 0 0 0 0 0 1" + 9 * " 0"
+        lines = [*head, "FRAMES 1", f"F 0 0 {state}", f"T 0 {state}", "IMUS 0", "LANDMARKS 0", "PRIOR 0 0", "FIXED 0",
+                 "END", ""]
+        path = self.write("\n".join(lines), "bare.txt")
+        done = run(ROOT / "course", "run", path, "--out", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("Warning", done.stderr)
+        self.assertIn("nothing to optimise", done.stdout)
+        self.assertEqual([row["cost"] for row in table(self.out / "bare" / "trace.csv")], ["0"])
+        self.assertTrue((self.out / "bare" / "figures" / "window.png").exists())
+
+    def test_the_input_is_not_overwritten(self):
+        path = self.write(corner(), "frames.csv")
+        done = self.program(path, "--out", self.folder)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn(f"cannot write {path}: it is the input", done.stderr)
+        self.assertEqual([file.name for file in self.folder.iterdir()], ["frames.csv"])
+
     def test_faulty_windows_are_named_and_nothing_is_lost(self):
         path = self.write(corner())
         self.assertEqual(self.program(path, "--out", self.out).returncode, 0)

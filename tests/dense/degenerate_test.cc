@@ -41,6 +41,8 @@ TEST(Degenerate, EmptyProblemHasNothingToOptimise) {
     EXPECT_EQ(summary.termination, Termination::kNothingToOptimize);
     EXPECT_EQ(summary.final_cost, 0.0);
     EXPECT_EQ(summary.iterations, 0);
+    ASSERT_EQ(summary.trace.size(), 1u) << "the start, so that who draws the costs has one";
+    EXPECT_EQ(summary.trace[0].cost, 0.0);
   }
   graph.AddVertex(std::make_shared<VertexPose>());  // a vertex without an edge changes nothing
   EXPECT_EQ(problem.Solve().termination, Termination::kNothingToOptimize);

@@ -108,7 +108,7 @@ def panel(axes, view, points, cameras, title, error):
 def cost_panel(axes, trace, summary):
     cost = trace["cost"]
     axes.plot(trace["iteration"], cost, color=style.BLUE, marker="o", markersize=3.5)
-    style.log_axis(axes.yaxis)
+    style.cost_axis(axes, cost)
     axes.set_xlabel("iteration")
     axes.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
     axes.set_title("cost ½ Σ ρ(‖r‖²) [px²]" if float(summary["huber_px"]) > 0 else "cost ½ Σ ‖r‖² [px²]")

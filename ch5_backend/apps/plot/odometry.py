@@ -10,7 +10,13 @@ NAMES = {"vins": "VINS", "okvis": "OKVIS"}
 
 
 def policies(table):
+    """Those that the table tells of, which may be none: not every policy finds a start in every recording."""
     return [name for name in COLOURS if np.any(table["policy"] == name)]
+
+
+def read_estimates(directory, name):
+    """A table that has rows only of policies that have started, and only once a prior is there."""
+    return style.read(directory, name, may_be_empty=True)
 
 
 def paths(directory):
@@ -41,12 +47,11 @@ def paths(directory):
 
 def timing(directory):
     """Milliseconds for each image, and how they are spread."""
-    windows = style.read(directory, "odometry_windows")
+    tracking = style.read(directory, "odometry_windows").where(status="tracking")
     summary = style.read(directory, "odometry_policies")
-    tracking = windows.where(status="tracking")
     fig, (left, right) = plt.subplots(1, 2, figsize=(10.0, 3.8), layout="constrained",
                                       gridspec_kw={"width_ratios": (1.6, 1.0)})
-    for name in policies(windows):
+    for name in policies(tracking):
         rows, p99 = tracking.where(policy=name), summary.row(policy=name)["p99_window_ms"]
         left.plot(rows["t_s"], rows["milliseconds"], ".", color=COLOURS[name], markersize=2.5)
         left.axhline(p99, color=COLOURS[name], linewidth=1.0, linestyle=(0, (4, 3)))
@@ -54,17 +59,20 @@ def timing(directory):
         right.plot(ordered, 100 * (np.arange(len(ordered)) + 1) / len(ordered), color=COLOURS[name],
                    label=f"{NAMES[name]}: 99 % in {p99:.2g} ms")
     left.set(xlabel="time [s]", ylabel="[ms]", title="time spent on each image")
-    left.set_ylim(0, 1.3 * max(summary["p99_window_ms"]))
+    longest = 1.3 * np.nanmax(summary["p99_window_ms"])
+    left.set_ylim(0, longest)
     right.set(xlabel="[ms]", ylabel="images done within [%]", title="its distribution")
-    right.set_xlim(0, 1.3 * max(summary["p99_window_ms"]))
+    right.set_xlim(0, longest)
     right.legend(loc="center right", fontsize=11)
     style.save(fig, directory, "odometry_timing")
 
 
 def spectrum(directory):
     """The eigenvalues of the prior at a few times: position and yaw are free, so four of them should be small."""
-    table = style.read(directory, "odometry_spectrum")
+    table = read_estimates(directory, "odometry_spectrum")
     names = policies(table)
+    if not names:
+        return style.discard(directory, "odometry_spectrum")
     fig, panels = plt.subplots(1, len(names), figsize=(10.0, 3.8), layout="constrained", sharey=True, squeeze=False)
     for axes, name in zip(panels[0], names):
         rows = table.where(policy=name)
@@ -79,26 +87,30 @@ def spectrum(directory):
         axes.set(xlabel="number, ascending", title=f"{NAMES[name]}: the prior's spectrum")
         axes.legend(loc="lower right", fontsize=10)
     panels[0, 0].set_ylabel("eigenvalue")
-    style.save(fig, directory, "odometry_spectrum")
+    return style.save(fig, directory, "odometry_spectrum")
 
 
 def zeros(directory, policy):
     """How many eigenvalues of the last prior are zero in the arithmetic, and the next one."""
-    rows = style.read(directory, "odometry_spectrum").where(policy=policy)
+    rows = read_estimates(directory, "odometry_spectrum").where(policy=policy)
     values = np.sort(rows.where(t_s=rows["t_s"].max())["eigenvalue"])
     count = int((values <= 1e-12 * values[-1]).sum())
+    if count == len(values):
+        return "all"
     return f"{count}, the next is {style.number(values[count], 2)}"
 
 
 def leak(directory, policy):
     """What the priors claim of yaw."""
-    values = style.read(directory, "odometry_gauge").where(policy=policy, direction="yaw")["information"]
+    values = read_estimates(directory, "odometry_gauge").where(policy=policy, direction="yaw")["information"]
     return f"{style.number(max(values), 2)} and {style.number(values[-1], 2)} rad⁻²"
 
 
 def gauge(directory):
     """What the prior knows of position and yaw, over time."""
-    table = style.read(directory, "odometry_gauge")
+    table = read_estimates(directory, "odometry_gauge")
+    if not policies(table):
+        return style.discard(directory, "odometry_gauge")
     fig, panels = plt.subplots(1, 2, figsize=(10.0, 3.8), layout="constrained")
     for name in policies(table):
         yaw = table.where(policy=name, direction="yaw")
@@ -110,13 +122,16 @@ def gauge(directory):
         style.log_axis(axes.yaxis)
         axes.set(xlabel="time [s]", title=title)
         axes.legend(loc="best", fontsize=11)
-    style.save(fig, directory, "odometry_gauge")
+    return style.save(fig, directory, "odometry_gauge")
 
 
 def film(directory):
     """H of the window before the slide, and below it the prior that the slide left."""
-    table = style.read(directory, "odometry_matrices")
-    for name in policies(table):
+    table = read_estimates(directory, "odometry_matrices")
+    for name in COLOURS:
+        if name not in policies(table):
+            style.discard(directory, f"odometry_film_{name}")
+            continue
         rows = table.where(policy=name)
         shots = np.unique(rows["picture"])
         fig, panels = plt.subplots(2, len(shots), figsize=(10.0, 5.4), layout="constrained", squeeze=False,
@@ -138,31 +153,43 @@ def film(directory):
         style.save(fig, directory, f"odometry_film_{name}")
 
 
+def each(names, text):
+    """VINS …; OKVIS …"""
+    return "; ".join(f"{NAMES[name]} {text(name)}" for name in names)
+
+
 def captions(directory):
-    """{figure: its words}, with every number taken from the tables."""
+    """{figure: its words}, with every number taken from the tables; only of the figures that are drawn."""
     summary, windows = style.read(directory, "odometry_policies"), style.read(directory, "odometry_windows")
-    rows = [summary.row(policy=name) for name in policies(summary)]
-    named = lambda text: "; ".join(f"{NAMES[row['policy']]} {text(row)}" for row in rows)
-    compared = all(np.isfinite(row["ate_m"]) for row in rows)
-    errors = named(lambda row: f"{100 * row['ate_m']:.1f} cm, scale off by {100 * row['scale_error']:+.1f} %".replace(
-        "-", "−"))
+    rows = {name: summary.row(policy=name) for name in policies(summary)}
+    answered = {name: len(windows.where(status="tracking", policy=name)) for name in rows}
+    started = [name for name in rows if answered[name]]
+    silent = "".join(f" {NAMES[name]} found no start in this recording." for name in rows if not answered[name])
+    compared = all(np.isfinite(rows[name]["ate_m"]) for name in started)
+    errors = each(started, lambda name: f"{100 * rows[name]['ate_m']:.1f} cm, scale off by "
+                  f"{100 * rows[name]['scale_error']:+.1f} %".replace("-", "−"))
+    speed = each(started, lambda name: f"is {rows[name]['realtime_factor']:.0f} times faster than the recording")
     words = {
-        "odometry_path": "The estimate of each newest image, as it came, laid upon the truth by a shift and a turn "
-        f"about gravity. Root mean square of the distance: {errors}." if compared else
-        "The estimate of each newest image, as it came. There is no truth to compare it with.",
+        "odometry_path": "The estimate of each newest image, as it came" +
+        (", laid upon the truth by a shift and a turn "
+         f"about gravity. Root mean square of the distance: {errors}." if compared else
+         ". There is no truth to compare it with.") + silent,
         "odometry_timing": "What an image costs on one core, from its IMU readings to the prior that the window's "
-        "slide leaves behind: " + named(lambda row: f"is {row['realtime_factor']:.0f} times faster than the recording")
-        + f". {len(windows.where(status='tracking', policy=rows[0]['policy'])['t_s'])} images were answered.",
-        "odometry_spectrum": "Nothing measures position and yaw, so a prior should have four zero eigenvalues. At the "
-        "last of these times, below 10⁻¹² of the largest: " + named(lambda row: zeros(directory, row["policy"])) + ".",
-        "odometry_gauge": "The gauge auditor, after every image: nᵀHn of the prior for a shift by a metre and a turn by "
-        "a radian, which no measurement tells. Of yaw the priors claim at most, and at the end: " + named(
-            lambda row: leak(directory, row["policy"])) + ". It leaks in where edges are linearised at states that have "
-        "moved on since the prior's were frozen; first estimates keep it out.",
+        f"slide leaves behind: {speed}. {max(answered.values())} images were answered.",
     }
-    for row in rows:
-        words[f"odometry_film_{row['policy']}"] = (
-            f"{NAMES[row['policy']]}: above, H of the window at four times, states first and landmarks last; below, the "
+    if names := policies(read_estimates(directory, "odometry_spectrum")):
+        words["odometry_spectrum"] = (
+            "Nothing measures position and yaw, so a prior should have four zero eigenvalues. At the last of these "
+            f"times, below 10⁻¹² of the largest: {each(names, lambda name: zeros(directory, name))}.")
+    if names := policies(read_estimates(directory, "odometry_gauge")):
+        words["odometry_gauge"] = (
+            "The gauge auditor, after every image: nᵀHn of the prior for a shift by a metre and a turn by a radian, "
+            "which no measurement tells. Of yaw the priors claim at most, and at the end: "
+            f"{each(names, lambda name: leak(directory, name))}. It leaks in where edges are linearised at states that "
+            "have moved on since the prior's were frozen; first estimates keep it out.")
+    for name in policies(read_estimates(directory, "odometry_matrices")):
+        words[f"odometry_film_{name}"] = (
+            f"{NAMES[name]}: above, H of the window at four times, states first and landmarks last; below, the "
             "prior that remained when it had slid: everything that was tied to what left is now tied to each other.")
     return words
 

@@ -4,6 +4,8 @@ import base64
 import html
 from pathlib import Path
 
+from whole_file import whole
+
 CSS = """
 :root { color-scheme: light dark; --ink: #222; --paper: #fff; --pale: #f4f4f2; --line: #d9d9d9; --accent: #0072b2; }
 @media (prefers-color-scheme: dark) {
@@ -56,6 +58,5 @@ def write(path, title, body):
             '<meta name="viewport" content="width=device-width, initial-scale=1">'
             f"<title>{html.escape(title)}</title><style>{CSS}</style></head>\n<body>\n" + "\n".join(body) +
             "\n</body></html>\n")
-    partial = Path(path).with_suffix(".html.partial")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(path)
+    with whole(path) as partial:
+        partial.write_text(text, encoding="utf-8", errors="replace")

@@ -55,7 +55,7 @@ def panel(axes, lines, on_path, title, chi2):
 
 def cost_panel(axes, trace, summary):
     axes.plot(trace["iteration"], trace["cost"], color=style.BLUE, marker="o", markersize=3.5)
-    style.log_axis(axes.yaxis)
+    style.cost_axis(axes, trace["cost"])
     axes.set_xlabel("iteration")
     axes.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
     axes.set_title("cost ½ Σ ρ(rᵀWr)" if float(summary["huber"]) > 0 else "cost ½ Σ rᵀWr")

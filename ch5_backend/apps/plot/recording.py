@@ -19,9 +19,10 @@ def summary_table(directory):
     rows = []
     for name in odometry.policies(summary):
         row = summary.row(policy=name)
-        errors = row["ate_m"], 100 * row["scale_error"], row["yaw_error_deg"]  # nan where there is no truth
-        rows.append((odometry.NAMES[name], *("–" if np.isnan(error) else f"{error:.3f}" for error in errors),
-                     f"{row['realtime_factor']:.1f}", f"{row['p99_window_ms']:.2f}",
+        errors = row["ate_m"], 100 * row["scale_error"], row["yaw_error_deg"]  # NaN where there is no truth
+        known = lambda value, digits: "–" if np.isnan(value) else f"{value:.{digits}f}"
+        rows.append((odometry.NAMES[name], *(known(error, 3) for error in errors),
+                     f"{row['realtime_factor']:.1f}", known(row["p99_window_ms"], 2),
                      f"{row['frames']:.0f}", f"{row['restarts']:.0f}"))
     return page.table(head, rows)
 

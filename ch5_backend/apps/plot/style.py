@@ -9,6 +9,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from whole_file import whole
+
 # Okabe and Ito's colours: told apart by colour-blind eyes, and by their lightness in grey.
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
 ORANGE, SKY, PINK = "#E69F00", "#56B4E9", "#CC79A7"
@@ -48,7 +50,7 @@ class TableError(Exception):
 
 
 class Table:
-    """The columns of a CSV file as arrays: of floats where all cells are numbers, else of words."""
+    """The columns of a CSV file as arrays: of floats where all cells are numbers or empty (NaN), else of words."""
 
     def __init__(self, columns):
         self.columns = columns
@@ -75,26 +77,29 @@ class Table:
 
 
 def _numbers_or_words(cells):
+    if not cells:
+        return np.empty(0, dtype=object)  # of any kind: it can be compared with numbers and words
     try:
-        return np.array([float(cell) for cell in cells])
+        return np.array([float(cell) if cell else np.nan for cell in cells])
     except ValueError:
         return np.array(cells)
 
 
-def read(directory, name, folder="csv"):
-    """DIR/FOLDER/NAME.csv as a Table; TableError if it is missing, ragged or without rows."""
+def read(directory, name, folder="csv", may_be_empty=False):
+    """DIR/FOLDER/NAME.csv as a Table; TableError if it is missing, ragged or, unless it may be empty, without rows."""
     path = Path(directory) / folder / f"{name}.csv"
     try:
         with open(path, newline="", encoding="utf-8") as file:
             rows = list(csv.reader(file))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise TableError(f"cannot read {path}: {error}") from error
-    if len(rows) < 2:
+    if len(rows) < (1 if may_be_empty else 2):
         raise TableError(f"{path}: no rows")
     for line, row in enumerate(rows, start=1):
         if len(row) != len(rows[0]):
             raise TableError(f"{path}, line {line}: {len(row)} cells under a header of {len(rows[0])}")
-    return Table({head: _numbers_or_words(column) for head, column in zip(rows[0], zip(*rows[1:]))})
+    columns = zip(*rows[1:]) if len(rows) > 1 else [()] * len(rows[0])
+    return Table({head: _numbers_or_words(column) for head, column in zip(rows[0], columns)})
 
 
 def dense(table, rows, columns):
@@ -109,11 +114,16 @@ def save(figure, directory, name):
     folder = Path(directory) / "figures"
     folder.mkdir(parents=True, exist_ok=True)
     for suffix, metadata in ((".png", {"Software": None}), (".svg", {"Date": None, "Creator": None})):
-        partial = folder / f"{name}.partial{suffix}"
-        figure.savefig(partial, metadata=metadata)
-        partial.replace(folder / f"{name}{suffix}")
+        with whole(folder / f"{name}{suffix}") as partial:
+            figure.savefig(partial, metadata=metadata)
         freeze(figure)  # the second picture keeps the first one's layout, and saves half the time
     plt.close(figure)
+
+
+def discard(directory, name):
+    """Removes what an earlier run has drawn, where this one has nothing to draw."""
+    for suffix in (".png", ".svg"):
+        (Path(directory) / "figures" / f"{name}{suffix}").unlink(missing_ok=True)
 
 
 def space(figure, **settings):
@@ -156,6 +166,15 @@ def log_axis(axis):
     axis.set_major_locator(plt.matplotlib.ticker.LogLocator(numticks=9))
     axis.set_major_formatter(lambda value, _: power_of_ten(round(np.log10(value))))
     axis.set_minor_locator(plt.NullLocator())
+
+
+def cost_axis(axes, costs):
+    """A logarithmic axis for costs, unless all are 0; a single 0, where the data fit exactly, is not drawn there."""
+    if np.any(costs > 0):
+        log_axis(axes.yaxis)
+    else:
+        axes.set_ylim(-1, 1)
+        axes.set_yticks([0])
 
 
 def plain_log(axis, ticks=None):

@@ -29,8 +29,8 @@ def draw(directory):
     apart.set(xlabel="frame", ylabel="[cm]", title="distance from the truth, not aligned")
     apart.set_ylim(bottom=0)
     cost.plot(trace["iteration"], trace["cost"], color=BLUE, marker="o", markersize=3.5)
-    if trace["cost"][0] > 30 * trace["cost"][-1]:
-        style.log_axis(cost.yaxis)
+    if trace["cost"][0] > 30 * trace["cost"][-1] or not np.any(trace["cost"]):
+        style.cost_axis(cost, trace["cost"])
     cost.set(xlabel="iteration", title="cost ½ Σ ρ(rᵀWr)")
     cost.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
     cost.text(0.97, 0.95, f"{style.number(trace['cost'][0], 4)} → {style.number(trace['cost'][-1], 4)}\n"

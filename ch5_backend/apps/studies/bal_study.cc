@@ -70,7 +70,7 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, co
 
 void WriteBalStudy(const BalStudy& study, const FileSolveOptions& options, const std::string& name,
                    const std::filesystem::path& out) {
-  FileBatch files;
+  FileBatch files(options.input);
   files.Add(out / (name + "-result.txt"), FormatBal(study.after));
   files.Add(out / (name + "-before.ply"), FormatBalPly(study.before));
   files.Add(out / (name + "-after.ply"), FormatBalPly(study.after));

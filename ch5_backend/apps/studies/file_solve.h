@@ -12,6 +12,7 @@
 namespace ch5 {
 
 struct FileSolveOptions {
+  std::string input;    ///< the file that is solved; no result may overwrite it
   int iterations = 50;  ///< at most
   int threads = 1;
   double huber = 0.0;  ///< threshold of Huber's loss on √(rᵀWr), which is [px] in BAL; 0 for plain least squares

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 namespace ch5 {
 namespace {
 
 double Percentile(std::vector<double> values, double fraction) {
-  if (values.empty()) return 0.0;
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto at = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + at, values.end());
   return values[static_cast<size_t>(at)];

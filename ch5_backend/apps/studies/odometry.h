@@ -32,7 +32,7 @@ struct OdometryRun {
   std::optional<TrajectoryError> error;
   int restarts = 0;
   double realtime_factor = 0.0;  ///< duration of the recording / time spent
-  double p99_window_ms = 0.0;    ///< of the images with an estimate
+  double p99_window_ms = 0.0;    ///< of the images with an estimate; NaN if there is none
 };
 
 using OdometryCallback = std::function<void(const Estimator&, const WindowRow&)>;

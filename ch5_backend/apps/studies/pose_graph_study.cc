@@ -107,7 +107,7 @@ PoseGraphStudy SolvePoseGraph(const FileSolveOptions& options, G2oFile* file, co
 
 void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const FileSolveOptions& options,
                          const std::string& name, const std::filesystem::path& out) {
-  FileBatch files;
+  FileBatch files(options.input);
   files.Add(out / (name + "-result.g2o"), FormatG2o(file));
   files.Add(out / "poses.csv", PoseTable(study, file).Text());
   files.Add(out / "edges.csv", EdgeTable(study, file).Text());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <charconv>
+#include <cmath>
 #include <stdexcept>
 
 namespace ch5 {
@@ -25,6 +26,7 @@ void CsvTable::AppendWord(std::string_view word) {
 }
 
 void CsvTable::AppendNumber(double number) {
+  if (std::isnan(number)) return AppendWord("");
   char buffer[32];
   AppendWord({buffer, static_cast<size_t>(std::to_chars(buffer, buffer + sizeof buffer, number).ptr - buffer)});
 }

@@ -11,7 +11,7 @@
 namespace ch5 {
 
 /// A table in memory; rows have as many cells as the header. Numbers are written with the fewest digits that read
-/// back to the same bits; `nan` and `inf` stand for themselves.
+/// back to the same bits; NaN leaves its cell empty: there is no such number.
 class CsvTable {
  public:
   /// @param header  the columns' names, comma-separated, units included: "time_s,height_m"

@@ -22,7 +22,7 @@ int Open(const std::string& path, size_t* size) {
   struct stat status;
   if (stat(path.c_str(), &status) != 0) FailToOpen(path, std::strerror(errno));
   if (S_ISDIR(status.st_mode)) FailToOpen(path, "it is a directory");
-  if (!S_ISREG(status.st_mode) && !S_ISFIFO(status.st_mode)) FailToOpen(path, "it is not a file");
+  if (!S_ISREG(status.st_mode)) FailToOpen(path, "it is not a regular file");
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) FailToOpen(path, std::strerror(errno));
   *size = static_cast<size_t>(status.st_size);

@@ -24,8 +24,9 @@ class FileError : public std::runtime_error {
 
 class TextReader {
  public:
-  /// Reads the whole file (a regular file or a pipe) into memory.
-  /// @throws FileError if it cannot be opened or read
+  /// Reads the whole file into memory.
+  /// @throws FileError if it cannot be opened or read, or is no regular file: a pipe that nobody writes into would
+  ///         never end
   explicit TextReader(const std::string& path);
 
   /// Names what is read next, such as ("observation", 12), for messages. `name` must outlive the reader.

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace ch5 {
@@ -17,14 +18,16 @@ class WriteError : public std::runtime_error {
 
 class FileBatch {
  public:
-  FileBatch() = default;
+  /// @param input  a file that must not be written, since the results were made of it; "" if there is none
+  explicit FileBatch(std::filesystem::path input = {}) : input_(std::move(input)) {}
   FileBatch(const FileBatch&) = delete;
   FileBatch& operator=(const FileBatch&) = delete;
   /// Without a Commit, leaves no file behind.
   ~FileBatch();
 
-  /// Writes `text` into `path`.partial; missing folders are made. A device or a pipe is written at once.
-  /// @throws WriteError if the disk is full, …; no file of the batch has then changed
+  /// Writes `text` into a file beside `path` whose name no other process uses; missing folders are made. A device or a
+  /// pipe is written at once.
+  /// @throws WriteError if `path` is the input, the disk is full, …; no file of the batch has then changed
   void Add(const std::filesystem::path& path, std::string_view text);
 
   /// Gives all the files their names.
@@ -35,6 +38,7 @@ class FileBatch {
   struct File {
     std::filesystem::path partial, path;
   };
+  std::filesystem::path input_;
   std::vector<File> files_;
 };
 

@@ -1,6 +1,7 @@
 /// Faulty BAL files: each is refused in words that name the file, the line and the value; none crashes the reader.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -76,7 +77,9 @@ TEST_F(BadBal, MissingFilesAndFoldersAndDevices) {
   };
   expect("/no/such/file.txt", "/no/such/file.txt: cannot be read: No such file or directory");
   expect("/tmp", "/tmp: cannot be read: it is a directory");
-  expect("/dev/zero", "/dev/zero: cannot be read: it is not a file");
+  expect("/dev/zero", "/dev/zero: cannot be read: it is not a regular file");
+  ASSERT_EQ(mkfifo(path_.c_str(), 0600), 0);  // nobody writes into it: to read it would never end
+  expect(path_, path_ + ": cannot be read: it is not a regular file");
   expect("", ": cannot be read: No such file or directory");
 }
 

@@ -217,7 +217,9 @@ TEST_F(RecordingFile, AFailedWriteLeavesTheOlderRecording) {
   other.imu.pop_back();
   EXPECT_THROW(WriteRecording(other, folder_), WriteError);
   EXPECT_EQ(Read("imu.csv"), before);
-  for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_NE(entry.path().extension(), ".partial");
+  for (const auto& entry : fs::directory_iterator(folder_)) {
+    EXPECT_NE(entry.path().extension(), ".partial") << entry.path();
+  }
 }
 
 // In nanoseconds, so far from the origin, doubles in seconds no longer tell the readings apart, or even overflow.
