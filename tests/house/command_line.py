@@ -87,11 +87,32 @@ class CommandLine(unittest.TestCase):
 
     def test_absurd_numbers_are_refused(self):
         bal = self.path("tiny.txt", TINY_BAL.encode())
-        for option in ("--iterations", "--threads"):
-            for value in ("0", "-1", "1.5", "many", ""):
-                self.refuses("run", bal, f"{option}={value}", naming=[option, f"'{value}'"])
-        for value in ("0", "-1", "nan", "inf", "1e999", "wide"):
+        for value in ("-1", "1.5", "many", "", "1000001", "9" * 5000, "1_0", "٣"):
+            self.refuses("run", bal, f"--iterations={value}", naming=["--iterations", f"'{value}'"])
+        for value in ("0", "257", "1000000", "-1"):
+            self.refuses("run", bal, f"--threads={value}", naming=["--threads", f"'{value}'"])
+        for value in ("0", "-1", "nan", "inf", "1e999", "wide", "1e-7", "1e7"):
             self.refuses("run", bal, f"--huber={value}", naming=["--huber", f"'{value}'"])
+
+    def test_options_are_judged_as_the_programs_judge_them(self):
+        program = BUILD / "bin" / "ch5_bal"
+        if not program.exists():
+            self.skipTest(f"{program} is not built")
+        missing = Path(self.folder.name, "missing.txt")  # what comes after the options is refused by both
+        for option, values in (("--iterations", ("0", "1000000", "1000001", "-1", "5.0", "007", "+5", " 5", "")),
+                               ("--threads", ("0", "1", "256", "257", "1000000")),
+                               ("--huber", ("1e-6", "1e-7", ".5", "5.", "1E6", "2e6", "nan", "0x10", "-1", "1e")),
+                               ("--solver", ("pcg", "magic", "")), ("--precision", ("single", "half"))):
+            for value in values:
+                ours = course("run", missing, f"{option}={value}")
+                theirs = subprocess.run([program, missing, "--out", self.folder.name, option, value],
+                                        capture_output=True, text=True)
+                self.assertEqual((ours.returncode, theirs.returncode), (2, 2))
+                words = theirs.stderr.removeprefix("ch5_bal: ").removesuffix("; see --help\n")
+                if "missing.txt" in words:
+                    self.assertIn("missing.txt: there is no such file", ours.stderr, (option, value))
+                else:
+                    self.assertEqual(ours.stderr, f"course: {words}; see ./course run --help\n")
 
     def test_solver_options_need_data(self):
         self.refuses("run", "--iterations", "5", naming=["--iterations", "DATA"])
@@ -106,6 +127,27 @@ class CommandLine(unittest.TestCase):
         for path in cases:
             self.refuses("run", path, "--out", out, naming=[path])
         self.assertFalse(out.exists(), "bad input must leave no trace")
+
+    def test_a_pipe_that_nobody_writes_into_is_refused(self):
+        pipe = Path(self.folder.name, "pipe.txt")
+        os.mkfifo(pipe)
+        self.refuses("run", pipe, naming=[pipe, "not a regular file"])
+
+    def test_results_that_would_overwrite_an_input_are_refused(self):
+        folder = Path(self.folder.name, "out", "street")
+        folder.mkdir(parents=True)
+        inside = folder / "street.txt"
+        inside.write_text(TINY_BAL)
+        other = self.path("street.txt", TINY_BAL.encode())
+        link = Path(self.folder.name, "link")
+        link.symlink_to(folder.parent)
+        for words in ([inside], [link / "street" / "street.txt"]):
+            self.refuses("run", *words, "--out", folder.parent, naming=[folder, words[0], "overwrite", "--out"])
+        points = folder / "points.csv"
+        points.write_text(TINY_BAL)
+        self.refuses("run", points, other, "--out", folder.parent, naming=[other, folder, points])
+        self.assertEqual((inside.read_text(), points.read_text()), (TINY_BAL, TINY_BAL))
+        self.assertEqual(sorted(folder.parent.iterdir()), [folder])
 
     def test_one_bad_file_stops_all_before_anything_is_written(self):
         good, bad = self.path("good.txt", TINY_BAL.encode()), self.path("bad.txt")
@@ -135,6 +177,17 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(done.stdout.count("\n"), 1)
             self.assertNotEqual(done.stderr, "")
 
+    def test_json_holds_every_letter_whatever_the_locale(self):
+        ascii_only = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+        for extra in ({}, {"PYTHONIOENCODING": "ascii"}, {"PYTHONIOENCODING": "latin-1:strict"}):
+            done = subprocess.run([ROOT / "course", "run", "/nowhere/straße Łódź.txt".encode(), "--json"], timeout=120,
+                                  capture_output=True, env={**os.environ, **ascii_only, **extra})
+            self.assertEqual(done.returncode, 2, done)
+            encoding = extra.get("PYTHONIOENCODING", "utf-8").partition(":")[0]
+            error = json.loads(done.stdout.decode(encoding))["error"]
+            self.assertEqual(error, "/nowhere/straße Łódź.txt: there is no such file")
+            self.assertNotIn(b"Traceback", done.stderr)
+
     def test_a_full_disk_under_standard_output_is_an_error(self):
         if not os.path.exists("/dev/full"):
             self.skipTest("this system has no /dev/full")
@@ -147,6 +200,18 @@ class CommandLine(unittest.TestCase):
     def test_it_works_from_any_folder(self):
         self.assertEqual(course("run", "--help", cwd=self.folder.name).returncode, 0)
         self.refuses("run", "missing.txt", naming=["missing.txt"], cwd=self.folder.name)
+
+    def test_it_works_through_symbolic_links(self):
+        folder = Path(self.folder.name)
+        (folder / "bin").mkdir()
+        (folder / "absolute").symlink_to(ROOT / "course")
+        (folder / "bin" / "relative").symlink_to("../absolute")
+        for words in (["help"], ["run", "--help"]):
+            wanted = course(*words).stdout
+            for command in (folder / "absolute", folder / "bin" / "relative", "relative"):
+                done = subprocess.run([command, *words], capture_output=True, text=True, cwd=folder,
+                                      env={**os.environ, "PATH": f"{folder / 'bin'}:{os.environ['PATH']}"})
+                self.assertEqual((done.returncode, done.stdout, done.stderr), (0, wanted, ""), command)
 
     def test_ctrl_c_ends_with_130(self):
         self.needs_release_build()

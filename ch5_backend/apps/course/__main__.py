@@ -1,11 +1,11 @@
 """The command line of ./course: what each sub-command takes, and the exit code that it returns."""
 
 import argparse
-import math
 import os
+import re
 import sys
 
-from . import jsonout
+from . import children, jsonout
 from .errors import CourseError
 
 DESCRIPTIONS = {
@@ -37,22 +37,28 @@ JSON_FIELDS = {
 SOLVERS = ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series")
 
 
-def positive_int(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise ValueError
-    return value
+def number_option(option: str, low, high):
+    """A reader for an option's number: the programs' rule and words, see apps/studies/command_line.h."""
+    whole = isinstance(low, int)
+    limits = f"{low} to {high}" if whole else f"{low:g} to {high:g}"
+    form = r"-?\d{1,18}" if whole else r"-?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
+
+    def read(text: str):
+        value = (int if whole else float)(text) if re.fullmatch(form, text, re.ASCII) else None
+        if value is None or not low <= value <= high:
+            raise CourseError(f"{option} must be a {'whole ' * whole}number from {limits}, got '{text}'; see "
+                              "./course run --help")
+        return value
+    return read
 
 
-def positive_number(text: str) -> float:
-    value = float(text)
-    if not (value > 0 and math.isfinite(value)):
-        raise ValueError
-    return value
-
-
-positive_int.__name__ = "whole number from 1, given"  # argparse says "invalid NAME value: 'text'"
-positive_number.__name__ = "number above 0, given"
+def word_option(option: str, words: tuple, phrase: str):
+    """Likewise for one of a few words."""
+    def read(text: str) -> str:
+        if text not in words:
+            raise CourseError(f"{option} must be {phrase}, got '{text}'; see ./course run --help")
+        return text
+    return read
 
 
 class Parser(argparse.ArgumentParser):
@@ -70,14 +76,18 @@ def make_parser(command: str) -> Parser:
                             "format, a pose graph in g2o's, a window (VIOWIN), or a recording's folder")
         parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FILE.txt gets a "
                             "folder DIR/FILE")
-        parser.add_argument("--iterations", type=positive_int, metavar="N", help="at most N iterations")
-        parser.add_argument("--threads", type=positive_int, metavar="N", help="how many threads the solver may use")
-        parser.add_argument("--huber", type=positive_number, metavar="D", help="Huber loss that begins at D pixels, or "
-                            "in a pose graph at D standard deviations")
-        parser.add_argument("--solver", choices=SOLVERS, help="of the cameras' or poses' system; default: automatic, "
-                            "by the size and shape of the problem")
-        parser.add_argument("--precision", choices=("double", "single"), help="of the numbers that tie poses to "
-                            "landmarks; single takes less memory")
+        parser.add_argument("--iterations", type=number_option("--iterations", 0, 1000000), metavar="N",
+                            help="at most N iterations")
+        parser.add_argument("--threads", type=number_option("--threads", 1, 256), metavar="N",
+                            help="how many threads the solver may use")
+        parser.add_argument("--huber", type=number_option("--huber", 1e-6, 1e6), metavar="D",
+                            help="Huber loss that begins at D pixels, or in a pose graph at D standard deviations")
+        parser.add_argument("--solver", type=word_option("--solver", SOLVERS, f"one of {', '.join(SOLVERS)}"),
+                            metavar="NAME", help=f"of the cameras' or poses' system: {', '.join(SOLVERS)}; default: "
+                            "automatic, by the size and shape of the problem")
+        parser.add_argument("--precision", type=word_option("--precision", ("double", "single"), "double or single"),
+                            metavar="WORD", help="of the numbers that tie poses to landmarks: double or single, which "
+                            "takes less memory")
     elif command == "test":
         parser.add_argument("names", nargs="*", metavar="NAME", help="only tests whose name matches this expression")
         parser.add_argument("--quick", action="store_true", help="leave out the tests labelled slow")
@@ -124,7 +134,10 @@ def main(argv: list) -> int:
         split = words.index("--")
         words, extra = words[:split], words[split + 1:]
     as_json = "--json" in words
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="backslashreplace")  # a letter that the terminal cannot show is no failure
     try:
+        children.listen()
         if command not in DESCRIPTIONS:
             raise CourseError(f"unknown command '{command}'; there are {', '.join(DESCRIPTIONS)} and help")
         code = dispatch(command, words, extra)
@@ -132,8 +145,9 @@ def main(argv: list) -> int:
         return code
     except CourseError as error:
         return fail(str(error), error.exit_code, as_json)
-    except KeyboardInterrupt:
-        return fail("stopped", 130, as_json)
+    except KeyboardInterrupt as stop:
+        children.end_all()
+        return fail("stopped", getattr(stop, "exit_code", 130), as_json)
     except OSError as error:
         return fail(f"{error.filename or 'standard output'}: {error.strerror}", 2, as_json)
 

@@ -12,9 +12,11 @@ from pathlib import Path
 
 from . import jsonout
 from .build import BIN, build_or_fail, data_folder
+from .children import running
 from .errors import CourseError
 from .progress import Progress
-from .run import PLOT, app, make_writable
+from .place import alone_in, make_writable
+from .run import PLOT, app
 
 # name: what the programs read ("scene:" or a file below the data folder), and runs inside of one process: a short one
 # needs several, of which the first warms up.
@@ -59,9 +61,10 @@ def bench(arguments) -> int:
     measured = run_rounds(cases_of(names, arguments.quick), peer, arguments.quick)
     rows = [row for case in measured for row in rows_of(case.name, case.threads, case.ours, peer, case.theirs)]
     traces = [row for case in measured for row in traces_of(case)]
-    write(out / "rows.csv", FIELDS, [[row[field] for field in FIELDS] for row in rows])
-    write(out / "traces.csv", ("problem", "threads", "side", "seconds", "cost"), traces)
-    app([sys.executable, PLOT / "bench.py", out], arguments.json)
+    with alone_in(out):
+        write(out / "rows.csv", FIELDS, [[row[field] for field in FIELDS] for row in rows])
+        write(out / "traces.csv", ("problem", "threads", "side", "seconds", "cost"), traces)
+        app([sys.executable, PLOT / "bench.py", out], arguments.json)
     if arguments.json:
         jsonout.emit({"rows": rows})
     else:
@@ -151,11 +154,12 @@ def run_side(side: str, case: Case, threads: int, seconds) -> list:
     """The runs of one process; without the first, which warms up, if there are several."""
     repeat = PROBLEMS[case.name][1]
     command = [BIN / f"measure_{side}", case.source, "--threads", str(threads), "--repeat", str(repeat)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=seconds,
-                          env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
-    if done.returncode:
-        raise CourseError(f"measuring {case.name} failed: {done.stderr.strip()}", 1)
-    return [json.loads(line) for line in done.stdout.splitlines()][-max(1, repeat - 1):]
+    with running(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1"}) as process:
+        output, errors = process.communicate(timeout=seconds)
+    if process.returncode:
+        raise CourseError(f"measuring {case.name} failed: {errors.strip()}", 1)
+    return [json.loads(line) for line in output.splitlines()][-max(1, repeat - 1):]
 
 
 def seconds_to(run: dict, cost: float):
@@ -205,7 +209,7 @@ def write(path: Path, head, rows) -> None:
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head)
-        writer.writerows([["nan" if cell is None else cell for cell in row] for row in rows])
+        writer.writerows(rows)  # None is an empty cell
 
 
 def table(rows: list) -> str:

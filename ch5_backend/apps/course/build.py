@@ -9,6 +9,7 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+from .children import running
 from .errors import CourseError
 from .progress import Progress
 
@@ -89,18 +90,13 @@ def run_logged(command, log_name: str, step) -> subprocess.CompletedProcess:
     BUILD.mkdir(parents=True, exist_ok=True)
     lines = []
     with open(BUILD / log_name, "w", encoding="utf-8", buffering=1) as log:
-        process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                   stderr=subprocess.STDOUT, text=True, errors="replace", bufsize=1)
-        try:
+        with running(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                     text=True, errors="replace", bufsize=1) as process:
             for line in process.stdout:
                 lines.append(line)
                 log.write(line)
                 if line.strip():
                     step(line.strip())
-        except BaseException:
-            process.terminate()  # Ctrl-C or a full disk: no orphan goes on compiling
-            process.wait()
-            raise
     return subprocess.CompletedProcess(command, process.wait(), "".join(lines))
 
 

@@ -3,16 +3,23 @@
 import csv
 import json
 import math
+import sys
 from pathlib import Path
 
 
 def emit(fields: dict) -> None:
-    """Prints the object on a line of its own."""
-    print(json.dumps(fields, ensure_ascii=False, allow_nan=False), flush=True)
+    """Prints the object on a line of its own; letters that standard output cannot take become JSON's escapes."""
+    text = json.dumps(fields, ensure_ascii=False, allow_nan=False)
+    try:
+        text.encode(sys.stdout.encoding)
+    except UnicodeEncodeError:
+        text = json.dumps(fields, allow_nan=False)
+    print(text, flush=True)
 
 
 def read_summary(path: Path) -> dict:
-    """Reads a summary.csv of key,value rows; numbers become numbers, and those JSON cannot hold become null."""
+    """Reads a summary.csv of key,value rows; numbers become numbers; empty cells, and numbers that
+    JSON cannot hold, become null."""
     with open(path, newline="", encoding="utf-8") as file:
         rows = [row for row in csv.reader(file) if len(row) == 2]
     return {key: _value(text) for key, text in rows if (key, text) != ("key", "value")}
@@ -25,6 +32,8 @@ def read_rows(path: Path) -> list:
 
 
 def _value(text: str):
+    if text == "":
+        return None
     for kind in (int, float):
         try:
             number = kind(text)

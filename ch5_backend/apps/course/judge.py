@@ -12,6 +12,8 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+from .children import running
+
 TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
 SHOWN_LINES = 15   # of a story, of the compiler's words, of what the student's file prints
 
@@ -50,9 +52,9 @@ def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options
         command = [str(executable), "--quiet", "--gtest_fail_fast", f"--gtest_filter={stage['tests']}",
                    f"--gtest_output=json:{report_path}", *options]
         with open(printed_path, "wb") as printed:
-            process = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=printed,
-                                       stderr=subprocess.STDOUT, start_new_session=True)
-            in_time = wait(process, time_limit)
+            with running(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=printed,
+                         stderr=subprocess.STDOUT) as process:
+                in_time = wait(process, time_limit)
         with open(printed_path, encoding="utf-8", errors="replace") as printed:
             words = printed.read(1 << 20)
         try:

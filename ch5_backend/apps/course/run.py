@@ -4,14 +4,15 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
 from . import jsonout
 from .build import BIN, ROOT, build_or_fail
+from .children import running
 from .data import kind_of
 from .errors import CourseError
+from .place import alone_in, make_writable, result_places
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss",
            "pose_graph": "it has no landmarks"}
@@ -46,8 +47,9 @@ def run_chapter(out: Path, arguments) -> int:
     make_writable(out)
     build_or_fail(["ch5_chapter"])
     start = time.monotonic()
-    app([BIN / "ch5_chapter", "--out", out], arguments.json)
-    app([sys.executable, PLOT / "report.py", out], arguments.json)
+    with alone_in(out):
+        app([BIN / "ch5_chapter", "--out", out], arguments.json)
+        app([sys.executable, PLOT / "report.py", out], arguments.json)
     report = out / "report.html"
     print(f"The report: {report}", file=sys.stderr if arguments.json else sys.stdout)
     if arguments.json:
@@ -62,14 +64,20 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
     """
     options = [word for name in given_options(arguments) for word in (f"--{name}", str(getattr(arguments, name)))]
     try:
-        make_writable(out)
-        file = f"./{path}" if path.startswith("-") else path  # a name is not an option
-        app([BIN / f"ch5_{kind}", file, "--out", out, *options], arguments.json)
-        app([sys.executable, PLOT / f"{kind}.py", out], arguments.json)
+        with alone_in(out):
+            file = f"./{path}" if path.startswith("-") else path  # a name is not an option
+            app([BIN / f"ch5_{kind}", file, "--out", out, *options], arguments.json)
+            app([sys.executable, PLOT / f"{kind}.py", out], arguments.json)
+            result = read_result(kind, out)
     except CourseError as error:
         print(f"course: {error}", file=sys.stderr)
         return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
     print(f"The results: {out}", file=sys.stderr if arguments.json else sys.stdout)
+    return result
+
+
+def read_result(kind: str, out: Path) -> dict:
+    """What --json tells of one of the data."""
     if kind == "recording":
         rows = jsonout.read_rows(out / "csv" / "odometry_policies.csv")
         policies = [{field: row[field] for field in POLICY_FIELDS} for row in rows]
@@ -81,26 +89,6 @@ def given_options(arguments) -> list:
     return [name for name in SOLVER_OPTIONS if getattr(arguments, name) is not None]
 
 
-def result_places(paths, out: Path) -> dict:
-    """{path: folder of its results}; each file needs a folder of its own."""
-    places = {path: out / Path(path).stem for path in paths}
-    for path, place in places.items():
-        others = [other for other in places if other != path and places[other] == place]
-        if others:
-            raise CourseError(f"{path} and {others[0]} would both write into {place}; run them with another --out")
-    return places
-
-
-def make_writable(out: Path) -> None:
-    """Makes the folder and proves that a file can be written in it."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=out) as probe:
-            probe.write(b"probe")
-    except OSError as error:
-        raise CourseError(f"cannot write into {out}: {error.strerror}") from error
-
-
 def app(command, as_json: bool) -> None:
     """Runs a program of the house. With --json its standard output goes to standard error, which must stay readable.
 
@@ -108,18 +96,13 @@ def app(command, as_json: bool) -> None:
     """
     command = [str(word) for word in command]
     sys.stdout.flush()
-    process = subprocess.Popen(command, env={**os.environ, "MPLBACKEND": "Agg"}, text=True, errors="replace",
-                               stdout=sys.stderr if as_json else None, stderr=subprocess.PIPE if as_json else None)
     message = "its message is above"
-    try:
+    with running(command, env={**os.environ, "MPLBACKEND": "Agg", "PYTHONUTF8": "1"}, text=True, errors="replace",
+                 stdout=sys.stderr if as_json else None, stderr=subprocess.PIPE if as_json else None) as process:
         for line in process.stderr or ():
             sys.stderr.write(line)
             message = line.strip() or message
         code = process.wait()
-    except BaseException:
-        process.terminate()
-        process.wait()
-        raise
     if code == -signal.SIGINT:
         raise KeyboardInterrupt
     if code < 0:

@@ -1,9 +1,9 @@
 """./course slides: hands over to the builder of the decks."""
 
-import subprocess
 import sys
 
 from .build import ROOT
+from .children import running
 from .errors import CourseError
 
 
@@ -12,4 +12,5 @@ def slides(extra: list) -> int:
     builder = ROOT / "slides" / "build.py"
     if not builder.exists():
         raise CourseError("there are no slides yet: slides/build.py is missing")
-    return subprocess.run([sys.executable, str(builder), *extra]).returncode
+    with running([sys.executable, str(builder), *extra]) as process:
+        return process.wait()

@@ -1,0 +1,98 @@
+"""The programs that ./course starts: none outlives it, whichever signal ends it."""
+
+import os
+import signal
+import subprocess
+from contextlib import contextmanager
+
+GRACE = 5.0  # seconds for a program to end by itself once it is asked to
+
+_running = []      # the programs that have been started and not yet waited for
+_starting = False  # a program that is just being started must be known before it can be ended
+_stopped_by = None
+
+
+class Stopped(KeyboardInterrupt):
+    """Raised by the first of Ctrl-C, a kill and a closed terminal. `exit_code` is the one that shells expect."""
+
+    def __init__(self, number: int):
+        super().__init__()
+        self.exit_code = 128 + number
+
+
+def listen() -> None:
+    """From now on, the signals that end or pause ./course do so with its programs."""
+    # ./course runs this in the background, where Ctrl-C is ignored. The programs must not inherit that.
+    signal.signal(signal.SIGINT, _on_stop)
+    for number, handler in ((signal.SIGTERM, _on_stop), (signal.SIGHUP, _on_stop), (signal.SIGTSTP, _on_pause)):
+        if signal.getsignal(number) != signal.SIG_IGN:  # as nohup wants it
+            signal.signal(number, handler)
+
+
+@contextmanager
+def running(command, **options):
+    """Starts a program, with Popen's options, in a session of its own; gives the Popen.
+
+    If an exception leaves the block, the program is ended first, with all that it has started.
+    """
+    global _starting
+    _starting = True
+    try:
+        process = subprocess.Popen(command, start_new_session=True, **options)
+        _running.append(process)
+    finally:
+        _starting = False
+    try:
+        if _stopped_by is not None:
+            raise Stopped(_stopped_by)
+        yield process
+    except BaseException:
+        end(process)
+        raise
+    if process in _running:
+        _running.remove(process)
+
+
+def end(process: subprocess.Popen) -> None:
+    """Ends a program that running() has started, by force if it has not followed after GRACE seconds."""
+    try:
+        if process.poll() is None:
+            _signal(process, signal.SIGTERM)
+            process.wait(GRACE)
+    except subprocess.TimeoutExpired:
+        pass
+    _signal(process, signal.SIGKILL)  # also what a program has left behind
+    process.wait()
+    if process in _running:
+        _running.remove(process)
+
+
+def end_all() -> None:
+    while _running:
+        end(_running[-1])
+
+
+def _signal(process: subprocess.Popen, number: int) -> None:
+    try:
+        os.killpg(process.pid, number)
+    except (ProcessLookupError, PermissionError):  # macOS answers with the latter
+        pass
+
+
+def _on_stop(number, _frame) -> None:
+    """The first signal counts: the next ones must not disturb the cleaning up."""
+    global _stopped_by
+    for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(each, signal.SIG_IGN)
+    _stopped_by = number
+    if not _starting:
+        raise Stopped(number)
+
+
+def _on_pause(_number, _frame) -> None:
+    """Ctrl-Z: the programs rest too, until the shell's fg or bg."""
+    for process in _running:
+        _signal(process, signal.SIGSTOP)
+    os.kill(os.getpid(), signal.SIGSTOP)
+    for process in _running:
+        _signal(process, signal.SIGCONT)

@@ -1,0 +1,52 @@
+"""The folder that takes the results."""
+
+import fcntl
+import os
+import sys
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+
+from .errors import CourseError
+
+
+def result_places(paths, out: Path) -> dict:
+    """{path: folder of its results}; each of the data needs a folder of its own, in which no input lies."""
+    places = {path: out / Path(path).stem for path in paths}
+    for path, place in places.items():
+        others = [other for other in places if other != path and places[other] == place]
+        if others:
+            raise CourseError(f"{path} and {others[0]} would both write into {place}; run them with another --out")
+        inside = [data for data in places if place.resolve() in Path(data).resolve().parents]
+        if inside:
+            raise CourseError(f"the results of {path} would be written into {place}, where they could overwrite the "
+                              f"input {inside[0]}; run with another --out")
+    return places
+
+
+def make_writable(out: Path) -> None:
+    """Makes the folder and proves that a file can be written in it."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out) as probe:
+            probe.write(b"probe")
+    except OSError as error:
+        raise CourseError(f"cannot write into {out}: {error.strerror}") from error
+
+
+@contextmanager
+def alone_in(out: Path):
+    """Makes the folder ours while the block runs: two ./course at once would mix their results, so the second waits."""
+    make_writable(out)
+    folder = os.open(out, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            print(f"waiting for another ./course that writes into {out} …", file=sys.stderr, flush=True)
+            fcntl.flock(folder, fcntl.LOCK_EX)
+        except OSError:  # a file system without locks: then only the names of temporary files keep two runs apart
+            pass
+        yield
+    finally:
+        os.close(folder)
