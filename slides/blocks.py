@@ -207,7 +207,7 @@ def moves(lang):
 
 
 def river(lang):
-    """The chapter's flow of values, one box a room."""
+    """The chapter's flow of values, one box a step."""
     words = WORDS[lang]
     svg = Svg(1130, 270, "From graph to step")
     boxes = [("Graph", words["what"]), ("Ordering", words["where"]), ("MakeHessian", "H, b"),

@@ -22,6 +22,7 @@ std::vector<GaugeLeak> LeaksAlong(const MatXX& N, const MatXX& H, const VecX& b,
 
 }  // namespace
 
+// H n = 0 and nᵀb = 0, or what is known of n has leaked in.  Huang (2010)
 std::vector<GaugeLeak> AuditGauge(const std::vector<std::shared_ptr<Edge>>& edges, const GaugeOptions& options) {
   const MarginalSystem system = EliminateVertices(edges, {});
   return LeaksAlong(GaugeDirections(system.kept, options), system.H, system.b, options.group);

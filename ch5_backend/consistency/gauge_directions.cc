@@ -93,6 +93,7 @@ std::vector<std::string> GaugeDirectionNames(GaugeGroup group) {
   return names;
 }
 
+// n = ∂(g(ε)·x ⊟ x)/∂ε for each direction.  Zhang (2018), §III
 MatXX GaugeDirections(const std::vector<std::shared_ptr<Vertex>>& vertices, const GaugeOptions& options) {
   const ScopedLinearizationPoint at_linearization_points(options.linearization_points);
   const std::vector<Direction> directions = DirectionsOf(options.group);

@@ -25,6 +25,7 @@ inline void Add(const double* source, int length, double* target) {
 
 // ---- Factorize -------------------------------------------------------------------------------------------------
 
+// A = L Lᵀ, front by front, children first.  Liu (1992)
 bool SparseCholesky::Factorize(const SymmetricBlockMatrix& A, const VecX& min_pivot) {
   for (size_t i = 0; i < permutation_.size(); ++i) min_pivot_[static_cast<long>(i)] = min_pivot[permutation_[i]];
   std::atomic<bool> ok{true};

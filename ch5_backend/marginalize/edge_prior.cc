@@ -56,6 +56,7 @@ void EdgePrior::TakeJacobians() const {
   }
 }
 
+// r = r₀ + J (x ⊟ x₀).  Leutenegger (2015), §4.3
 void EdgePrior::ComputeResidual() {
   r_ = prior_.r0;
   Eigen::Index column = 0;

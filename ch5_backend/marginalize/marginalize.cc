@@ -217,6 +217,7 @@ MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges
   return Elimination(layout).Run();
 }
 
+// H_rr − H_rm H_mm⁻¹ H_mr, then its root.  Leutenegger (2015), §4.3
 Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
                   const std::optional<EigenvalueCutoff>& cutoff) {
   MarginalSystem system = EliminateVertices(edges, drop);

@@ -44,6 +44,7 @@ SymmetricEigen DecomposeSymmetric(const MatXX& A) {
   return {eigen.eigenvectors(), eigen.eigenvalues()};
 }
 
+// J = √Λ Uᵀ P, r₀ = −√Λ⁺ Uᵀ P⁻¹ b.  Leutenegger (2015), §4.3
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenvalueCutoff& cutoff) {
   const VecX p = ScalingFor(cutoff, H), p_inverse = p.cwiseInverse();
   const ScaledEigen eigen = Decompose(H, p_inverse, cutoff);

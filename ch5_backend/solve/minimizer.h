@@ -1,5 +1,5 @@
 #pragma once
-/// Gauss-Newton, Levenberg-Marquardt (Nielsen) and Dogleg, over the door.
+/// Gauss-Newton, Levenberg-Marquardt (Nielsen) and Dogleg, over the interface NormalEquations.
 
 #include <functional>
 #include <string>
@@ -82,7 +82,7 @@ class TerminateAction {
   double gain_threshold_, last_cost_ = 0.0;
 };
 
-/// Minimises the cost behind the door. Levenberg-Marquardt and Dogleg go downhill only, so that the states on return
+/// Minimises the cost of a system. Levenberg-Marquardt and Dogleg go downhill only, so that the states on return
 /// are the best that were found; Gauss-Newton takes each finite step, and returns the last.
 Summary Minimize(NormalEquations* system, const SolveOptions& options = {});
 

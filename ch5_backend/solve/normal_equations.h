@@ -1,9 +1,10 @@
 #pragma once
-/// The door between the algorithms (Gauss-Newton, Levenberg-Marquardt, Dogleg) and the systems they solve.
+/// The interface between the algorithms (Gauss-Newton, Levenberg-Marquardt, Dogleg) and the systems they solve.
 ///
 ///   min ½ Σ ρ(rᵀWr),   H = Σ JᵀW_ρJ,   b = −Σ ρ'JᵀWr,   (H + λD) Δx = b,   x ← x ⊞ Δx
 ///
-/// Two rooms lie behind it: Problem (dense, the homework, the oracle) and BlockSolver (fixed-size blocks, Schur).
+/// Behind it: Problem (dense, the homework, the oracle), SparseSolver (small blocks, landmarks eliminated one by one) and
+/// PlainBlockSolver (the homework of stage 7).
 
 #include <algorithm>
 

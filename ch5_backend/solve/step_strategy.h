@@ -10,7 +10,7 @@ namespace ch5 {
 class StepStrategy {
  public:
   virtual ~StepStrategy() = default;
-  /// A new Hessian stands behind the door.
+  /// The system has a new Hessian.
   virtual void Begin(NormalEquations* system) = 0;
   /// The step to try; false if the linear solver gave none at this damping.
   virtual bool Propose(NormalEquations* system, VecX* delta_x) = 0;

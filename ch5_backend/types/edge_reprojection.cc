@@ -73,6 +73,7 @@ EdgeReprojection::EdgeReprojection(std::shared_ptr<VertexInverseDepth> inverse_d
       R_B_C_(T_B_C.q.toRotationMatrix()),
       p_B_C_(T_B_C.p) {}
 
+// r = π(T_C_B T_Bj_W T_W_Bi T_B_C f/λ) − u.  Qin (2018), on the plane z = 1
 CH5_FLATTEN void EdgeReprojection::ComputeResidual() {
   const double inverse_depth = GetVertex<0>().InverseDepth();
   r_ = Project(Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), R_B_C_, p_B_C_).p_Cj) - u_target_;

@@ -1,4 +1,4 @@
-"""Every program of the house, called wrongly: exit 2, one line that names option and value, and no file touched."""
+"""Every program, called wrongly: exit 2, one line that names option and value, and no file touched."""
 
 import os
 import subprocess

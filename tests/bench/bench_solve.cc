@@ -1,6 +1,6 @@
-// Time of both rooms on the course's scene, and of the fast room on problems of "Bundle Adjustment in the Large".
+// Time of the dense and the sparse solver on the course's scene, and of the sparse one on problems of "Bundle Adjustment in the Large".
 // The course's original takes 533 ms for 30 frames × 1000 points (LM, two poses fixed, at most 5 iterations); the
-// dense solver, on plain Eigen, is to take at most a third of it, 178 ms: tests/bench/bench_solve --benchmark_filter=DenseRoom.
+// dense solver, on plain Eigen, is to take at most a third of it, 178 ms: tests/bench/bench_solve --benchmark_filter=DenseSolver.
 #include <benchmark/benchmark.h>
 
 #include <cstdio>
@@ -60,13 +60,13 @@ SolveOptions FiveIterations() {
   return options;
 }
 
-void DenseRoom(benchmark::State& state) {
+void DenseSolver(benchmark::State& state) {
   MonoBa scene;
   MakeCourseScene(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), &scene);
   Problem problem(&scene.graph);
   Repeat(state, &scene.graph, [&] { return problem.Solve(FiveIterations()); });
 }
-BENCHMARK(DenseRoom)
+BENCHMARK(DenseSolver)
     ->ArgNames({"frames", "points"})
     ->Args({3, 20})
     ->Args({10, 200})
@@ -75,13 +75,13 @@ BENCHMARK(DenseRoom)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-void FastRoom(benchmark::State& state) {
+void SparseSolver(benchmark::State& state) {
   MonoBa scene;
   MakeCourseScene(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), &scene);
   SparseOptimizer optimizer(&scene.graph, static_cast<int>(state.range(2)));
   Repeat(state, &scene.graph, [&] { return optimizer.Solve(FiveIterations()); });
 }
-BENCHMARK(FastRoom)
+BENCHMARK(SparseSolver)
     ->ArgNames({"frames", "points", "threads"})
     ->ArgsProduct({{3}, {20}, {1}})
     ->ArgsProduct({{10}, {200}, {1, 2}})
