@@ -15,10 +15,11 @@ class BlockDiagonal {
 
   /// Puts `block`⁻¹ on the diagonal at row and column `index`.
   /// @param block  k×k, symmetric
-  /// @return false if the block is not positive definite by the measure of linear/pivot_rule.h; nothing is put then
+  /// @return false if the block is not positive definite by the measure of linear/pivot_rule.h,
+  ///         and changes nothing then
   bool SetInverse(int index, const Eigen::Ref<const MatXX>& block);
 
-  /// The whole matrix with its zeros.
+  /// The whole matrix, zeros included.
   MatXX Dense() const;
   int Size() const { return size_; }
 
@@ -35,8 +36,8 @@ class BlockDiagonal {
   std::vector<Block> blocks_;
 };
 
-/// A·D, D·A and D·v for any Eigen expression. The sizes are asserted here, in the caller's file, which may have
-/// assertions on where the library has not.
+/// A·D, D·A and D·v for any Eigen expression. The sizes are asserted here, in the caller's file, which may be
+/// compiled with assertions where the library is not.
 template <typename Expression>
 MatXX operator*(const Eigen::MatrixBase<Expression>& A, const BlockDiagonal& D) {
   assert(A.cols() == D.Size() && "A·D: A must have as many columns as D has rows");

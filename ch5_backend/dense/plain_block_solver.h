@@ -9,7 +9,7 @@
 ///                              a landmark;  H_ll is damped by λD before it is inverted
 ///
 /// Three functions are the homework (stage 7) and live in solutions/block_solver.cc or ch5_homework/block_solver.cc;
-/// all else is in plain_block_solver.cc. sparse/ computes the same, fast.
+/// all else is in plain_block_solver.cc. SparseSolver (sparse/sparse_solver.h) computes the same fast.
 
 #include <map>
 #include <memory>
@@ -31,7 +31,7 @@ class SparseBlocks {
   explicit SparseBlocks(std::string name) : name_(std::move(name)) {}
 
   void Clear() { blocks_.clear(); }
-  /// Makes a block of zeros, unless it is there.
+  /// Adds a block of zeros, unless it exists.
   void Add(int i, int j, int rows, int columns) { blocks_.try_emplace({i, j}, MatXX::Zero(rows, columns)); }
   void SetZero();
 
@@ -48,7 +48,7 @@ class SparseBlocks {
 
 class PlainBlockSolver : public NormalEquations {
  public:
-  /// The graph must outlive the solver. Nothing else may be asked before SetOrdering, which Minimize calls.
+  /// The graph must outlive the solver. SetOrdering, which Minimize calls, must come first.
   explicit PlainBlockSolver(Graph* graph);
   ~PlainBlockSolver() override;
 
@@ -56,7 +56,7 @@ class PlainBlockSolver : public NormalEquations {
   virtual void BuildStructure();
   /// Stages 7b, 7c.  H = Σ JᵀW_ρJ,  b = −Σ ρ'JᵀWr  over all edges.
   virtual void BuildSystem();
-  /// Stages 7d, 7e.  Solves (H + λD) Δx = b: landmark by landmark to S, the poses, landmark by landmark back.
+  /// Stages 7d, 7e.  Solves (H + λD) Δx = b: eliminates landmark by landmark, solves for the poses, substitutes back.
   virtual bool Solve(double lambda, VecX* delta_x);
 
   /// @throws GraphError if an edge ties two free landmarks
@@ -72,7 +72,7 @@ class PlainBlockSolver : public NormalEquations {
   void RollbackStates() override;
   double StateNorm() const override;
 
-  /// H with all its zeros.
+  /// H as a dense matrix.
   MatXX DenseHessian() const;
   /// S and b_p − Σ_l H_pl H_ll⁻¹ b_l of the last Solve.
   MatXX SchurComplement() const;

@@ -52,7 +52,7 @@ void Graph::Swap(Graph* other) noexcept {
   stack_.swap(other->stack_);
 }
 
-// Puts the item where its id belongs: mostly at the end.
+// Inserts the item in the order of ids: mostly at the end.
 template <typename T>
 int Graph::Insert(std::shared_ptr<T> item, int id, const char* function, std::vector<std::shared_ptr<T>>* items,
                   int* next_id) {

@@ -1,5 +1,5 @@
 #pragma once
-/// The graph: which unknowns there are and which residuals tie them together. No ordering, no matrices.
+/// The graph: which unknowns there are and which residuals connect them. No ordering, no matrices.
 
 #include <memory>
 #include <stdexcept>
@@ -16,7 +16,7 @@ class GraphError : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// A vertex or edge belongs to one graph at a time, and is free again when it is removed or the graph is gone.
+/// A vertex or edge belongs to one graph at a time, until it is removed or the graph is destroyed.
 class Graph {
  public:
   Graph() = default;
@@ -29,8 +29,8 @@ class Graph {
     return *this;
   }
 
-  /// @param id  its number; without one, the next after the largest so far. All that is summed is summed in the order
-  ///            of ids: members that bring their own may come in any order, and give the same bits
+  /// @param id  its number; without one, the next after the largest so far. All sums are taken in the order of
+  ///            ids, so vertices and edges with given ids may be added in any order and give the same bits
   /// @return the vertex' id
   /// @throws GraphError if it is null, already in a graph, or holds a number that is not finite; or if the id is taken
   ///         or negative
@@ -47,11 +47,11 @@ class Graph {
   /// @throws GraphError if it is not in this graph
   void RemoveEdge(const std::shared_ptr<Edge>& edge);
   void RemoveVertex(const std::shared_ptr<Vertex>& vertex);
-  /// Removes all, and forgets all that was pushed; ids begin at 0 again.
+  /// Removes everything, the pushed states too; ids begin at 0 again.
   void Clear();
 
-  /// A stack of states: Push remembers the parameters of all vertices, Pop puts the last remembered ones back, to the
-  /// bit, and DiscardTop forgets them. A vertex that came later, or has left, is not touched.
+  /// A stack of states: Push saves the parameters of all vertices, Pop restores those saved last, to the bit, and
+  /// DiscardTop drops them. Vertices that were added or removed since are not touched.
   /// @throws GraphError if nothing is on the stack
   void Push();
   void Pop();
@@ -69,7 +69,7 @@ class Graph {
   bool Contains(const Edge& edge) const;
 
  private:
-  /// What Push remembers of a vertex.
+  /// What Push saves of a vertex.
   struct State {
     std::shared_ptr<Vertex> vertex;
     VecX parameters;
@@ -87,7 +87,7 @@ class Graph {
   std::vector<std::vector<State>> stack_;
 };
 
-/// ½ Σ ρ(rᵀWr) over the edges, or over all of the graph's, at the present state; residuals are left computed.
+/// ½ Σ ρ(rᵀWr) over the edges, or over all of the graph's, at the present state; the residuals are computed on the way.
 double ComputeCost(const std::vector<std::shared_ptr<Edge>>& edges);
 inline double ComputeCost(const Graph& graph) { return ComputeCost(graph.Edges()); }
 

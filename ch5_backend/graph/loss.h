@@ -23,9 +23,9 @@ class LossFunction {
   virtual ~LossFunction() = default;
   /// @param s  rᵀWr ≥ 0, dimensionless
   virtual Rho Evaluate(double s) const = 0;
-  /// The same where ρ itself is not asked for: what costs a logarithm may be left out.
+  /// The same where ρ itself is not needed: this can save a logarithm.
   virtual Rho EvaluateSlopes(double s) const { return Evaluate(s); }
-  /// Many at once, for losses that save work so: Σ ρ(s_k), and CorrectLoss of each s_k.
+  /// Many at once, which is cheaper for some losses: Σ ρ(s_k), and CorrectLoss of each s_k.
   virtual double Sum(const double* s, int n) const;
   virtual void Weigh(const double* s, int n, double* weight, double* rank_one) const;
   LossCorrection Correction() const { return correction_; }

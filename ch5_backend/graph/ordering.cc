@@ -26,7 +26,7 @@ class Selected {
   std::unordered_set<const Vertex*> chosen_;
 };
 
-// Asks for edges that are needed soon, and for the vertices of those that are needed sooner: they lie anywhere in memory.
+// Prefetches edges that are needed soon, and the vertices of those needed sooner: they are scattered in memory.
 void Prefetch(const std::vector<std::shared_ptr<Edge>>& edges, size_t e) {
   constexpr size_t kSoon = 16, kSooner = 8;
   if (e + kSoon < edges.size()) __builtin_prefetch(edges[e + kSoon].get());
@@ -34,7 +34,7 @@ void Prefetch(const std::vector<std::shared_ptr<Edge>>& edges, size_t e) {
   for (const auto& vertex : edges[e + kSooner]->Vertices()) __builtin_prefetch(vertex.get());
 }
 
-// The one walk through the edges. Their vertices' OrderingIds, and the numbers of the entries, are places in the graph.
+// The only loop over the edges. Until MakeOrdering replaces them, OrderingIds and numbers are positions in the graph.
 void ListEdges(const Graph& graph, const Selection& selection, Ordering* ordering) {
   Incidence& incidence = ordering->incidence;
   ordering->edges.reserve(graph.Edges().size());
@@ -66,7 +66,7 @@ Ordering MakeOrdering(const Graph& graph, const Selection& selection) {
   ListEdges(graph, selection, &ordering);
 
   constexpr int kSeen = 0;
-  std::vector<int> number(vertices.size(), kNone);  // of the vertex at each place
+  std::vector<int> number(vertices.size(), kNone);  // of the vertex at each position
   for (const auto& entry : ordering.incidence.entries) number[entry.number] = kSeen;
   int next = 0;
   for (const Role role : {Role::kPose, Role::kLandmark}) {

@@ -1,11 +1,11 @@
 #pragma once
-/// Where each vertex lives in H and b: poses first, landmarks last.
+/// Which rows each vertex has in H and b: poses first, landmarks last.
 ///
 ///        poses   landmarks
 ///      ┌───────┬─────────┐
-///      │ H_pp  │  H_pm   │  dim_poses
+///      │ H_pp  │  H_pl   │  dim_poses
 ///      ├───────┼─────────┤
-///      │ H_mp  │  H_mm   │  dim_landmarks   (block diagonal)
+///      │ H_plᵀ │  H_ll   │  dim_landmarks   (block diagonal)
 ///      └───────┴─────────┘
 
 #include <memory>
@@ -15,18 +15,18 @@
 
 namespace ch5 {
 
-/// Which part of a graph takes part (g2o's initializeOptimization).
+/// Which part of a graph is optimised (g2o's initializeOptimization).
 struct Selection {
   int level = 0;                                  ///< edges of this level, or of all levels if it is negative
   bool all_vertices = true;                       ///< or only those below
-  std::vector<std::shared_ptr<Vertex>> vertices;  ///< an edge takes part only if all its vertices are among them
+  std::vector<std::shared_ptr<Vertex>> vertices;  ///< an edge is selected only if all its vertices are among them
 };
 
-/// The free vertices of the edges, in flat numbers: who asks the edges themselves walks all over memory.
+/// The free vertices of each edge as one array of numbers: asking every edge would read scattered memory.
 struct Incidence {
   struct Entry {
     int position;  ///< in Edge::Vertices()
-    int number;    ///< of the pose; those of the landmarks go on behind the poses'
+    int number;    ///< of the pose; the landmarks are numbered after the poses
   };
   std::vector<int> begin{0};  ///< edge e of the ordering has entries [begin[e], begin[e + 1])
   std::vector<Entry> entries;
@@ -38,8 +38,8 @@ struct Ordering {
   int dim_landmarks = 0;
   std::vector<std::shared_ptr<Vertex>> poses;      ///< free vertices in the order of their rows
   std::vector<std::shared_ptr<Vertex>> landmarks;  ///< likewise; rows begin at dim_poses
-  /// The selected edges, in order of id. One whose vertices are all fixed is a constant of the cost: not active, it
-  /// has no part in H and b.
+  /// The selected edges, in order of id. One whose vertices are all fixed adds a constant to the cost and nothing to H
+  /// and b: it is not active.
   std::vector<std::shared_ptr<Edge>> edges;
   Incidence incidence;
   int Size() const { return dim_poses + dim_landmarks; }
@@ -50,8 +50,8 @@ struct Ordering {
 Ordering MakeOrdering(const Graph& graph, const Selection& selection = {});
 
 /// The number of the free landmark of each edge, or −1 if it has none.
-/// @throws GraphError if an edge has two: eliminating one landmark would then tie others, and H_mm would be more than
-///         block diagonal. Both are named.
+/// @throws GraphError if an edge has two: H_ll would then not be block diagonal, as eliminating a landmark must not
+///         affect another. Both are named.
 std::vector<int> LandmarkOfEachEdge(const Ordering& ordering);
 
 }  // namespace ch5

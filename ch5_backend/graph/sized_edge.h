@@ -34,7 +34,7 @@ class SizedEdge : public Edge {
   const InformationMatrix& W() const { return W_; }
 
  protected:
-  /// A null vertex is reported by Graph::AddEdge.
+  /// Graph::AddEdge reports a null vertex.
   explicit SizedEdge(std::shared_ptr<V>... vertices)
       : Edge(R, {vertices...}, r_.data(), W_.data()),
         typed_vertices_(vertices.get()...),
@@ -60,7 +60,7 @@ class SizedEdge : public Edge {
   }
 
  private:
-  std::tuple<const V*...> typed_vertices_;  // beside the residual: one walk through memory less
+  std::tuple<const V*...> typed_vertices_;  // beside the residual: one cache miss less
 
  protected:
   ResidualVector r_;

@@ -8,7 +8,7 @@
 
 namespace ch5 {
 
-/// Where the ordering puts a vertex: poses first, landmarks last; only landmarks are eliminated by Schur.
+/// Where the ordering puts a vertex: poses first, landmarks last; only landmarks are eliminated.
 enum class Role { kPose, kLandmark };
 
 class Vertex {
@@ -37,11 +37,11 @@ class Vertex {
   /// The type's name, as it appears in messages.
   virtual std::string TypeInfo() const = 0;
 
-  /// Remembers x, so that a rejected step can be undone to the last bit.
+  /// Saves x, so that a rejected step can be undone to the last bit.
   void BackUpParameters() { std::copy_n(parameters_, dimension_, backup_); }
   void RollBackParameters() { std::copy_n(backup_, dimension_, parameters_); }
 
-  /// A fixed vertex takes part in residuals but has no columns in H.
+  /// Residuals depend on a fixed vertex, but it has no rows and columns in H.
   bool IsFixed() const { return fixed_; }
   void SetFixed(bool fixed = true) { fixed_ = fixed; }
 

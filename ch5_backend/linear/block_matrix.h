@@ -40,11 +40,11 @@ class SymmetricBlockMatrix {
   int Row(int block) const { return rows_[block]; }
   double* Values(int block) { return values_.data() + value_begin_[block]; }
   const double* Values(int block) const { return values_.data() + value_begin_[block]; }
-  /// Where a block's numbers begin among those of all.
+  /// Where a block's numbers begin in AllValues().
   int ValueBegin(int block) const { return value_begin_[block]; }
   int NumValues() const { return static_cast<int>(values_.size()); }
   double* AllValues() { return values_.data(); }
-  /// The end of the numbers of column j, whose blocks lie one behind the other.
+  /// The end of the numbers of column j, whose blocks are stored consecutively.
   double* ColumnEnd(int j) {
     return j + 1 < NumColumns() ? Values(ColumnBegin(j + 1)) : values_.data() + values_.size();
   }
@@ -56,7 +56,7 @@ class SymmetricBlockMatrix {
   /// y = A x.
   void Multiply(const double* x, double* y) const;
   VecX Diagonal() const;
-  /// Fills the lower half of `A`, which must have Size() rows and columns; the upper half is left alone.
+  /// Fills the lower half of `A`, which must have Size() rows and columns; the upper half is not written.
   void CopyLower(MatXX* A) const;
   MatXX Dense() const;
 

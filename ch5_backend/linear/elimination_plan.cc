@@ -30,7 +30,7 @@ std::vector<int> Invert(const std::vector<int>& order) {
   return position;
 }
 
-// Blocks by their distance from the first one, the farthest first; another part of the graph begins anew.
+// Blocks by their distance from the first one, the farthest first; each component of the graph for itself.
 std::vector<int> FarthestFirst(const Lists& neighbours) {
   std::vector<int> order;
   std::vector<bool> seen(neighbours.size(), false);
@@ -68,7 +68,7 @@ std::vector<int> MinimumDegreeOrder(const Lists& neighbours) {
   return order;
 }
 
-// parent[k] = the first block after k that the elimination of k ties to it (Liu's algorithm, with path compression).
+// parent[k] = the first later neighbour of block k, fill-in included (Liu's algorithm, with path compression).
 std::vector<int> EliminationTree(const Lists& neighbours, const std::vector<int>& order) {
   const std::vector<int> position = Invert(order);
   std::vector<int> parent(order.size(), -1), ancestor(order.size(), -1);
@@ -86,8 +86,8 @@ std::vector<int> EliminationTree(const Lists& neighbours, const std::vector<int>
   return parent;
 }
 
-// Children before parents, and each subtree in one piece. The largest child comes last: a front can be merged with
-// the child that it follows.
+// Children before parents, and each subtree without gaps. The largest child comes last: a front can be merged with
+// the child just before it.
 std::vector<int> Postorder(const std::vector<int>& parent) {
   const int n = static_cast<int>(parent.size());
   std::vector<int> size(parent.size(), 1), roots, postorder, stack;
@@ -114,7 +114,7 @@ std::vector<int> Postorder(const std::vector<int>& parent) {
   return postorder;
 }
 
-// The fronts of blocks that have exactly the same ties, each by itself if it has no neighbour like that.
+// Fronts of consecutive blocks with exactly the same later neighbours; a block without such a partner is one alone.
 std::vector<Front> ExactFronts(const Lists& neighbours, const EliminationPlan& plan, const std::vector<int>& parent) {
   const int n = static_cast<int>(plan.order.size());
   Lists below(plan.order.size()), children(plan.order.size());
@@ -137,7 +137,7 @@ std::vector<Front> ExactFronts(const Lists& neighbours, const EliminationPlan& p
     if (!like_last) fronts.push_back({k, k, {}});
     fronts.back().last = k + 1;
     fronts.back().below = below[k];
-    // From here on only the last block of a front is asked for what is below it.
+    // From here on only the list of the last block of a front is used.
     for (const int child : children[k]) below[child] = {};
   }
   return fronts;
@@ -153,13 +153,13 @@ void SetSizes(const EliminationPlan& plan, Front* front) {
 
 double Multiplications(double k, double r) { return k * (k * k / 6.0 + 0.5 * k * r + 0.5 * r * r); }
 
-// What a front costs, in multiplications: small ones are bound by moving numbers and by looking after themselves.
+// What a front costs, in multiplications: small ones are dominated by copying and bookkeeping.
 double Cost(double k, double r) {
   constexpr double kMovedNumber = 12.0, kFront = 3000.0;
   return Multiplications(k, r) + kMovedNumber * (0.5 * r * r + k * (0.5 * k + r)) + kFront;
 }
 
-// Merges a front with the child just before it wherever the zeros that this stores cost less than they save.
+// Merges a front with the child just before it wherever the stored zeros cost less than the merging saves.
 std::vector<Front> MergeFronts(const std::vector<Front>& exact) {
   std::vector<Front> merged;  // backwards
   for (auto front = exact.rbegin(); front != exact.rend(); ++front) {
@@ -200,7 +200,7 @@ EliminationPlan PlanElimination(const SymmetricBlockMatrix& A) {
   plan.offset.assign(1, 0);
   for (const int block : plan.order) plan.offset.push_back(plan.offset.back() + A.Dim(block));
 
-  // A postorder of the tree is as good as the order that made the tree, and the tree is the same but for its names.
+  // A postorder of the tree has the same fill-in as the order that gave the tree, and the same tree, renumbered.
   std::vector<Front> exact = ExactFronts(neighbours, plan, EliminationTree(neighbours, plan.order));
   for (Front& front : exact) SetSizes(plan, &front);
   plan.fronts = MergeFronts(exact);

@@ -1,12 +1,12 @@
 #pragma once
-/// In which order a sparse symmetric matrix is eliminated, and which dense pieces ("fronts") that makes.
+/// The order in which a sparse symmetric matrix is eliminated, and the dense submatrices ("fronts") that result.
 ///
-/// Eliminating a variable ties together all that it was tied to (fill-in). A good order keeps that small: approximate
-/// minimum degree. The eliminated variables form a tree: a variable's parent is the first one, later in the order,
-/// that it is tied to. Neighbours in the order with (nearly) the same ties are eliminated together, as one front:
+/// Eliminating a variable connects all its neighbours with each other (fill-in). A good order keeps that small:
+/// approximate minimum degree. The elimination tree: a variable's parent is the first of its neighbours that is later
+/// in the order. Consecutive variables with (nearly) the same later neighbours are eliminated together, as one front:
 ///
 ///            pivots  below            pivots   the variables that this front eliminates
-///          ┌────────┬───────┐         below    those that they are tied to: all belong to ancestors
+///          ┌────────┬───────┐         below    their later neighbours: all belong to ancestors
 ///   pivots │  L_11  │       │
 ///          ├────────┼───────┤         U goes to the parent's front, which holds all of its rows:
 ///   below  │  L_21  │   U   │         eliminating is marginalising, and U is the message of a subtree.
@@ -21,7 +21,7 @@
 
 namespace ch5 {
 
-/// One dense piece. Blocks are counted in elimination order.
+/// One dense submatrix. Blocks are counted in elimination order.
 struct Front {
   int first, last;         ///< eliminates blocks [first, last)
   std::vector<int> below;  ///< ascending blocks ≥ last

@@ -33,7 +33,7 @@ class DenseCholesky : public ReducedSolver {
   }
 
  private:
-  MatXX A_;  // and some room behind
+  MatXX A_;  // with kOverread numbers more, see dense_kernels.h
   VecX min_pivot_;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Solvers for the reduced (camera) system  S Δx_p = b_s  of the fast room.
+/// Solvers for the reduced (camera) system  S Δx_p = b_S  of the sparse solver.
 
 #include <memory>
 #include <string>
@@ -10,28 +10,28 @@
 
 namespace ch5 {
 
-/// kAutomatic, in three steps: a power series for more than 400 poses that landmarks alone tie; otherwise dense for up
-/// to 100 numbers, or where 70 % of S's blocks are there; otherwise sparse unless that would take more than half of the
-/// dense one's multiplications. (A window's speeds and biases are a chain: with them half of S is empty.)
-/// The last two types never form S, see implicit_solver.h.
+/// kAutomatic, in three steps: a power series for more than 400 poses that only landmarks connect; otherwise dense for
+/// up to 100 unknowns, or where S has more than 70 % of its blocks; otherwise sparse, unless that takes more than half
+/// of the dense one's multiplications. (A window's speeds and biases are a chain: with them half of S is empty.)
+/// The last two types never form S, see sparse/implicit_solver.h.
 enum class ReducedSolverType { kAutomatic, kDenseCholesky, kSparseCholesky, kPcg, kImplicitPcg, kPowerSeries };
 
 /// The types by name, in the order above: "automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series".
 extern const std::vector<std::pair<std::string, ReducedSolverType>> kReducedSolverNames;
 
 /// M, block diagonal, so that M⁻¹S is nearer to the identity: the diagonal blocks of H_pp + λD (block-Jacobi) cost
-/// nothing, those of S (Schur-Jacobi) a small product a slot, and about halve the iterations.
+/// nothing; those of S (Schur-Jacobi) cost a small product per slot and about halve the iterations.
 enum class Preconditioner { kBlockJacobi, kSchurJacobi };
 
-/// How accurately kImplicitPcg and kPowerSeries solve. The defaults are those of an inexact Newton method, and loose on
-/// purpose: what is left of the model's decrease lies in directions that the scene hardly determines, where the model
-/// does not hold far. (The 969 cameras of tests/bench: 20 iterations at 0.7 cost a third of those at 0.1, and end lower.)
-/// IterativeOptions::Exact() is for all that needs S⁻¹ itself.
+/// How accurately kImplicitPcg and kPowerSeries solve. The defaults are those of an inexact Newton method, loose on
+/// purpose: the rest of the model's decrease lies in directions that the scene hardly determines, where the model is
+/// not valid far. (The 969 cameras of tests/bench: 20 iterations at 0.7 cost a third of those at 0.1, and end lower.)
+/// IterativeOptions::Exact() is for callers that need S⁻¹ itself.
 struct IterativeOptions {
-  double tolerance = 0.0;  ///< enough if √(rᵀM⁻¹r) ≤ tolerance·√(bᵀM⁻¹b)
+  double tolerance = 0.0;  ///< stops if √(rᵀM⁻¹r) ≤ tolerance·√(bᵀM⁻¹b)
   double model_tolerance = 0.7;  ///< or if i (Q_i − Q_{i−1}) < model_tolerance·Q_i, Q = bᵀx − ½xᵀSx (Nash & Sofer 1990)
   int max_iterations = 500;
-  int max_terms = 100;  ///< of the power series; if they are not enough, conjugate gradients go on from their sum
+  int max_terms = 100;  ///< of the power series; if they do not suffice, conjugate gradients continue from their sum
   Preconditioner preconditioner = Preconditioner::kSchurJacobi;  ///< of PCG; the power series has B's blocks
 
   static IterativeOptions Exact() { return {1e-15, 0.0, 10000, 100, Preconditioner::kSchurJacobi}; }
@@ -40,15 +40,15 @@ struct IterativeOptions {
 class ReducedSolver {
  public:
   virtual ~ReducedSolver() = default;
-  /// A new pattern: memory may be taken here, and nowhere else.
+  /// A new pattern. Memory is allocated here and nowhere else.
   virtual void Prepare(const SymmetricBlockMatrix& S) = 0;
   /// @param scale  the damped diagonal of H_pp before the Schur complement: a pivot of n·ε times its entry is
-  ///               rounding, and counts as zero
+  ///               rounding and counts as zero, see pivot_rule.h
   /// @return false if S is not positive definite; `x` is then not to be used
   virtual bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) = 0;
 };
 
-/// The first step of kAutomatic: an implicit type, or kAutomatic where S is to be formed. Others stay as they are.
+/// The first step of kAutomatic: an implicit type, or kAutomatic where S is to be formed. Others are returned as is.
 /// @param tied_by_landmarks_alone  no edge has two free poses
 ReducedSolverType ChooseReducedSolver(ReducedSolverType type, int num_poses, bool tied_by_landmarks_alone);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Blocks of A⁻¹ out of the Cholesky factor of a sparse A, at about the cost of the factorisation.
+/// Blocks of A⁻¹ from the Cholesky factor of a sparse A, at about the cost of the factorisation.
 ///
 /// Where L has a number, A⁻¹ = Z needs no other numbers of Z than those where L has one. With p the pivots of a front
 /// and b its rows below (elimination_plan.h), parents first:

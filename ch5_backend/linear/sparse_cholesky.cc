@@ -8,10 +8,10 @@
 namespace ch5 {
 namespace {
 
-// Columns or rows of a front that are one task of a loop.
+// How many columns or rows of a front are one task of a loop.
 constexpr int kChunk = 96;
 
-// target += source. Runs are a few blocks long: too short for a library's loop, long enough for two at a time.
+// target += source. Runs are a few blocks long: too short for a library call, long enough for two numbers at a time.
 inline void Add(const double* source, int length, double* target) {
   typedef double Two __attribute__((vector_size(16), aligned(8), may_alias));
   int i = 0;
@@ -44,7 +44,7 @@ bool SparseCholesky::Factorize(const SymmetricBlockMatrix& A, const VecX& min_pi
 
 bool SparseCholesky::FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPool* pool) {
   const Front& front = plan_.fronts[f];
-  const Place& place = places_[f];
+  const FrontMemory& place = places_[f];
   const int k = front.pivots, r = front.rows_below, m = k + r;
   double* columns = L_.data() + place.columns;
   double* L_21 = columns + k;
@@ -70,8 +70,8 @@ bool SparseCholesky::FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPoo
   return true;
 }
 
-// The front's blocks of A into its columns of L, m numbers each.
-void SparseCholesky::CopyBlocks(const SymmetricBlockMatrix& A, const Place& place, ptrdiff_t m) {
+// Copies the front's blocks of A into its columns of L, m numbers each.
+void SparseCholesky::CopyBlocks(const SymmetricBlockMatrix& A, const FrontMemory& place, ptrdiff_t m) {
   for (int c = place.copies_begin; c < place.copies_end; ++c) {
     const Copy& copy = copies_[c];
     const double* block = A.Values(copy.block);
@@ -94,7 +94,7 @@ void SparseCholesky::AddToColumns(int child, int parent) {
   AddRuns(child, places_[child].runs_begin, places_[child].runs_below, columns, m, 0);
 }
 
-// Adds the others to this front's own U, whose first row is that of pivot number k.
+// Adds the other columns to this front's own U, whose first row is row k of the front.
 void SparseCholesky::AddToUpdate(int child, int parent) {
   const ptrdiff_t k = plan_.fronts[parent].pivots, r = plan_.fronts[parent].rows_below;
   double* U = updates_.data() + places_[parent].update;

@@ -4,9 +4,9 @@
 ///   for each front, children first:
 ///     gather      its columns of A and of the children's U
 ///     factor      its pivots:  L_11, L_21          (dense, see math/dense_kernels.h)
-///     pass on     U = −L_21 L_21ᵀ + the rest of the children's U
+///     update      U = −L_21 L_21ᵀ + the rest of the children's U
 ///
-/// See elimination_plan.h for the picture. Analyze once per pattern; Factorize and Solve take no memory.
+/// See elimination_plan.h for the picture. Analyze once per pattern; Factorize and Solve allocate no memory.
 
 #include <vector>
 
@@ -20,7 +20,7 @@ class SparseCholesky {
   /// @param threads  the calling one included; any number gives the same bits
   explicit SparseCholesky(int threads = 1) : pool_(threads) {}
 
-  /// Takes the pattern of A and the plan for it, and all the memory that the rest needs.
+  /// Takes the pattern of A and the plan for it, and allocates all memory that the rest needs.
   void Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan);
   void Analyze(const SymmetricBlockMatrix& A) { Analyze(A, PlanElimination(A)); }
 
@@ -33,16 +33,16 @@ class SparseCholesky {
   void Solve(const VecX& b, VecX* x);
 
   const EliminationPlan& Plan() const { return plan_; }
-  /// [L_11; L_21] of front f in the last factorisation; what stands above the diagonal of L_11 has no meaning.
+  /// [L_11; L_21] of front f in the last factorisation; the numbers above the diagonal of L_11 have no meaning.
   Eigen::Map<const MatXX, 0, Eigen::OuterStride<>> Columns(int f) const {
     const int pivots = plan_.fronts[f].pivots, rows = pivots + plan_.fronts[f].rows_below;
     return {L_.data() + places_[f].columns, rows, pivots, Eigen::OuterStride<>(rows)};
   }
-  /// Bytes of L and of the fronts in work.
+  /// Bytes of L and of the U of all fronts at work.
   size_t MemoryBytes() const { return sizeof(double) * (L_.size() + updates_.size()); }
 
  private:
-  /// A block of A and its place in a front's columns of L.
+  /// A block of A and where it goes in a front's columns of L.
   struct Copy {
     int block, dim_i, dim_j;  // of A: dim_i×dim_j
     ptrdiff_t target;
@@ -52,8 +52,8 @@ class SparseCholesky {
   struct Run {
     int from, to, length;
   };
-  /// Where a front's numbers are. Its pivot columns have pivots + rows_below rows, U is rows_below square.
-  struct Place {
+  /// Where a front is stored. Its pivot columns have pivots + rows_below rows, U is rows_below square.
+  struct FrontMemory {
     ptrdiff_t columns, update;
     int copies_begin, copies_end;
     int runs_begin, runs_below, runs_end;  // from runs_below on they are below the parent's pivots
@@ -70,14 +70,14 @@ class SparseCholesky {
   void PlanTasks();
   void PlaceUpdates();
   bool FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPool* pool);
-  void CopyBlocks(const SymmetricBlockMatrix& A, const Place& place, ptrdiff_t m);
+  void CopyBlocks(const SymmetricBlockMatrix& A, const FrontMemory& place, ptrdiff_t m);
   void AddToColumns(int child, int parent);
   void AddToUpdate(int child, int parent);
   void AddRuns(int child, int begin, int end, double* target, ptrdiff_t ld, ptrdiff_t first);
 
   ThreadPool pool_;
   EliminationPlan plan_;
-  std::vector<Place> places_;
+  std::vector<FrontMemory> places_;
   std::vector<Copy> copies_;
   std::vector<Run> runs_;
   std::vector<Task> tasks_;  // the last one waits for all others

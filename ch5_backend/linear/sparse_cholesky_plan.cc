@@ -1,4 +1,5 @@
-// Everything that depends on the pattern alone: where numbers lie, what is copied and added where, who does what.
+// Everything that depends on the pattern alone: where the fronts are stored, what is copied and added where, and which
+// thread does what.
 
 #include <algorithm>
 
@@ -105,7 +106,7 @@ void SparseCholesky::PlanRuns(int child, int parent_pivots, const std::vector<in
   places_[child].runs_end = static_cast<int>(runs_.size());
 }
 
-// Whole subtrees, each a small part of the work, go to any thread; what joins them comes last.
+// Whole subtrees, each a small part of the work, are tasks for any thread; the fronts above them are the last task.
 void SparseCholesky::PlanTasks() {
   const int n = static_cast<int>(places_.size());
   std::vector<double> work(places_.size(), 1.0);
@@ -140,8 +141,8 @@ void SparseCholesky::PlanTasks() {
   for (int f = 0; f < n; ++f) (task_of[f] < 0 ? tasks_.back() : tasks_[rank[task_of[f]]]).fronts.push_back(f);
 }
 
-// A U lives from its front to its parent. In a postorder these lives nest, but for a front whose U is made while its
-// children's are still needed. So each task has two stacks, for the even and the odd generations of the tree.
+// U is needed from its front until its parent. In a postorder a stack would do, but a front's U is computed while those
+// of its children are still needed. So each task has two stacks, for the even and the odd levels of the tree.
 void SparseCholesky::PlaceUpdates() {
   const int n = static_cast<int>(places_.size());
   std::vector<int> generation(places_.size(), 0), task_of(places_.size(), 0);

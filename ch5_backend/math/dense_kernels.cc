@@ -13,10 +13,10 @@ namespace {
 
 // Six columns at a time: a pose has six degrees of freedom, so that most strips are full.
 constexpr int kStrip = 6;
-// Columns of A that are walked before the next tile of rows: as many pages as the processor can address quickly.
+// Columns of A that are read before the next tile of rows: about as many pages as the TLB holds.
 constexpr int kDepth = 64;
 constexpr int kRows = 192;
-// Triangles up to this size are factored in one piece; a multiple of kStrip.
+// Triangles up to this size are factored without recursion; a multiple of kStrip.
 constexpr int kTriangle = 96;
 
 // W numbers in one register, of any alignment.
@@ -80,7 +80,7 @@ CH5_INLINE void Strip(int m, int columns, int k, const double* A, int lda, const
   }
 }
 
-// Rows go in blocks that stay in the second-level cache, with all strips of B passing by.
+// In blocks of rows that stay in the second-level cache while all strips of B are read.
 template <int W, int R>
 CH5_INLINE void ProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc,
                            bool forget) {
@@ -157,7 +157,7 @@ CH5_INLINE void SolveStrip(int m, int n, const double* L, int ldl, double* X, in
   }
 }
 
-// Left-looking: a strip takes what all columns before it have to say, then becomes L.
+// Left-looking: a strip is updated by all columns before it, then solved.
 template <int W, int R>
 CH5_INLINE void Solve(int m, int k, const double* L, int ldl, double* X, int ldx) {
   for (int j = 0; j < k; j += kStrip) {

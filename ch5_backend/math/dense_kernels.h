@@ -1,7 +1,7 @@
 #pragma once
 /// The inner loops of a dense Cholesky factorisation, at the speed of the processor at hand: AVX-512, AVX2 with
-/// FMA, or portable code, chosen when the program starts. The choice changes the last bits of a result, the number of
-/// threads never does.
+/// FMA, or portable code, chosen when the program starts. The choice changes the last bits of a result; the number of
+/// threads does not.
 ///
 /// All matrices are column-major, element (i, j) of A at A[i + j·lda]. Rows are read in whole vectors, so kOverread
 /// numbers behind the last element must be readable; their values do not matter.
@@ -10,7 +10,7 @@ namespace ch5::kernels {
 
 constexpr int kOverread = 24;
 
-/// What becomes of C's old values.
+/// What happens to C's old values.
 enum class Old { kKeep, kForget };
 
 /// C −= A Bᵀ, or C = −A Bᵀ; A m×k, B n×k, C m×n, k > 0 if the old C is forgotten. C may lie in A's or B's matrix if it
@@ -18,22 +18,22 @@ enum class Old { kKeep, kForget };
 void SubtractProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc,
                         Old old = Old::kKeep);
 
-/// The lower half of C −= A Aᵀ, or of C = −A Aᵀ; A n×k, C n×n. What lies above C's diagonal is overwritten without
-/// meaning.
-/// @param room  so many numbers behind each column of C may be overwritten; with 7, only whole vectors are written
+/// The lower half of C −= A Aᵀ, or of C = −A Aᵀ; A n×k, C n×n. What lies above C's diagonal is overwritten with
+/// meaningless values.
+/// @param room  how many numbers behind each column of C may be overwritten; with 7, only whole vectors are written
 void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Old old = Old::kKeep, int room = 0);
 
 /// A = L Lᵀ in place, A k×k; reads and writes the lower half.
 /// @param min_pivot  k numbers: the square of each diagonal entry of L must exceed its own
-/// @return false if one does not (or is not finite); A is then half done
+/// @return false if one does not (or is not finite); A is then partly overwritten
 bool Factor(int k, double* A, int lda, const double* min_pivot);
 
 /// X ← X L⁻ᵀ with X m×k and L k×k, lower triangular.
 void SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx);
 
-/// Which of these is at work: "AVX-512", "AVX2" or "portable".
+/// The one in use: "AVX-512", "AVX2" or "portable".
 const char* InstructionSet();
-/// For tests and benchmarks: another one from now on. @return false if the processor does not have it
+/// For tests and benchmarks: uses another one from now on. @return false if the processor does not have it
 bool SetInstructionSet(const char* name);
 
 }  // namespace ch5::kernels

@@ -1,9 +1,9 @@
 #pragma once
 /// A small pool of threads that is made once and used for every loop.
 ///
-/// A loop is cut into tasks by its caller, by sizes that do not depend on the number of threads; a task writes only
-/// what belongs to it. Sums are made of one part a task, added in the tasks' order. So every result is the same to
-/// the bit with one thread and with many.
+/// The caller divides a loop into tasks whose sizes do not depend on the number of threads; a task writes only what
+/// belongs to it. Sums have one term per task, added in the order of the tasks. So every result is the same to the
+/// bit with one thread and with many.
 
 #include <atomic>
 #include <condition_variable>
@@ -50,22 +50,22 @@ class ThreadPool {
   Function function_ = nullptr;
   const void* context_ = nullptr;
   int tasks_ = 0;
-  int busy_ = 0;         // workers that have not ended this loop
+  int busy_ = 0;         // workers that have not finished this loop
   long generation_ = 0;  // counts the loops, so that a worker joins each once
   bool stop_ = false;
   std::exception_ptr error_;
 };
 
-/// Number of pieces of `size` items that cover `count` items.
+/// Number of chunks of `size` items that cover `count` items.
 inline int NumChunks(int count, int size) { return (count + size - 1) / size; }
 
-/// Calls range(begin, end) for consecutive pieces of `size` items that cover [0, count).
+/// Calls range(begin, end) for consecutive chunks of `size` items that cover [0, count).
 template <typename Range>
 void ParallelFor(ThreadPool* pool, int count, int size, const Range& range) {
   pool->Run(NumChunks(count, size), [&](int i) { range(i * size, i * size + size < count ? i * size + size : count); });
 }
 
-/// Σ range(begin, end) over the same pieces, added in order. `parts` keeps its memory between calls.
+/// Σ range(begin, end) over the same chunks, added in order. `parts` keeps its memory between calls.
 template <typename Range>
 double ParallelSum(ThreadPool* pool, int count, int size, std::vector<double>* parts, const Range& range) {
   parts->assign(static_cast<size_t>(NumChunks(count, size)), 0.0);

@@ -9,7 +9,7 @@ namespace ch5 {
 
 std::string WhyNotPositiveSemiDefinite(const MatXX& A) {
   constexpr double kRelativeTolerance = 1e-9;
-  // Many matrices are sound and few are not: a stream, which costs more than the checks, is made for these alone.
+  // Most matrices are valid: the stream, which costs more than the checks, is made only for those that are not.
   const auto say = [](const auto&... words) {
     std::ostringstream why;
     (why << ... << words);

@@ -1,5 +1,5 @@
 #pragma once
-/// Symmetric positive semi-definite matrices: tests and factors that live with rank deficiency.
+/// Symmetric positive semi-definite matrices: a test, and an inverse that allows for rank deficiency.
 
 #include <string>
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Four or eight doubles at a time, and functions that exist twice or thrice: for any processor, for those with AVX2 and
+/// Four or eight doubles at a time, and functions in two or three versions: for any processor, for those with AVX2 and
 /// FMA, and for those with AVX-512.
 ///
 /// A kernel is an inline function marked CH5_INLINE; CH5_WITH_AVX2 marks the copy that may use the wider registers:
@@ -18,7 +18,7 @@
 #define CH5_FLATTEN
 #else
 #define CH5_INLINE inline __attribute__((always_inline))
-#define CH5_FLATTEN __attribute__((flatten))  // everything called within is put in place: small matrices want it
+#define CH5_FLATTEN __attribute__((flatten))  // inlines everything called within: small matrices need it
 #endif
 
 #if defined(__x86_64__) && !defined(CH5_PLAIN_KERNELS)

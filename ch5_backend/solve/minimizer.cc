@@ -44,7 +44,7 @@ class Run {
  private:
   void Iterate() {
     for (int iteration = 0; !stopped_; ++iteration) {
-      if (iteration > 0 && iteration >= options_.max_iterations) {  // before a Hessian that nobody would use
+      if (iteration > 0 && iteration >= options_.max_iterations) {  // before computing a Hessian that would not be used
         return Stop(Termination::kMaxIterations, "after ", iteration, " iterations");
       }
       system_->MakeHessian();
@@ -68,7 +68,7 @@ class Run {
     }
   }
 
-  // Proposes until a step lowers the cost, or a rule ends the run. Textbook Gauss-Newton takes what it gets.
+  // Tries steps until one lowers the cost, or a rule ends the run. Textbook Gauss-Newton accepts every step.
   void TrySteps() {
     const bool takes_all = options_.algorithm == Algorithm::kGaussNewton;
     const double tolerance = options_.step_tolerance;
@@ -89,7 +89,7 @@ class Run {
           return Accept(new_cost, yardstick);
         }
         system_->RollbackStates();
-        // No step that is still visible in x helps, or the model itself promises nothing that rounding can show.
+        // No step large enough to change x helps, or the predicted decrease is below the rounding of the cost.
         if (info_.step_norm <= yardstick) {
           return Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm, " does not lower the cost any more");
         }
@@ -110,7 +110,7 @@ class Run {
   void Accept(double new_cost, double yardstick) {
     const double decrease = cost_ - new_cost;
     strategy_->Accepted(info_.gain_ratio);
-    // Cost first: a zero cost has nothing left to gain, and tiny against the first one is zero in this arithmetic.
+    // Cost first: a zero cost cannot fall further, and a tiny fraction of the first cost counts as zero.
     if (std::abs(decrease) <= options_.cost_tolerance * cost_ || new_cost <= 1e-28 * summary_.initial_cost) {
       Stop(Termination::kCostConverged, "the cost fell by ", decrease, " of ", cost_);
     } else if (info_.step_norm <= yardstick) {

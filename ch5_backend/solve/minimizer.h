@@ -11,7 +11,7 @@ namespace ch5 {
 
 enum class Algorithm { kGaussNewton, kLevenbergMarquardt, kDogleg };
 
-/// Why the iteration ended. All rules are relative, so that units and weights do not matter.
+/// Why the iteration ended. All rules are relative, so they do not depend on units or weights.
 enum class Termination {
   kCostConverged,       ///< the cost fell by less than cost_tolerance of itself
   kGradientConverged,   ///< max|b| fell below gradient_tolerance of its first value
@@ -26,10 +26,10 @@ enum class Termination {
 
 /// "cost converged", … for tables and JSON.
 std::string ToString(Termination termination);
-/// True for the three rules that mean an optimum.
+/// True for the three rules that indicate an optimum.
 bool IsConverged(Termination termination);
 
-/// What a trial was; Dogleg bends between the other two.
+/// What kind of step a trial was; Dogleg's lies between the other two.
 enum class StepType { kNone, kGaussNewton, kDamped, kSteepestDescent, kDogleg };
 
 /// One line of the convergence table. Line 0 describes the start.
@@ -83,7 +83,7 @@ class TerminateAction {
 };
 
 /// Minimises the cost of a system. Levenberg-Marquardt and Dogleg go downhill only, so that the states on return
-/// are the best that were found; Gauss-Newton takes each finite step, and returns the last.
+/// are the best ones found; Gauss-Newton accepts every finite step and returns the last states.
 Summary Minimize(NormalEquations* system, const SolveOptions& options = {});
 
 }  // namespace ch5

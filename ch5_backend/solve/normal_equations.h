@@ -12,7 +12,7 @@
 
 namespace ch5 {
 
-/// D in H + λD. Identity is Levenberg's and the course's; diagonal is Marquardt's, indifferent to the units of x.
+/// D in H + λD. Identity is Levenberg's and the course's; diagonal is Marquardt's, independent of the units of x.
 enum class Damping { kIdentity, kDiagonal };
 
 /// One entry of D: 1, or H_ii kept within [1e-6, 1e32] so that a flat direction is damped too.
@@ -24,16 +24,16 @@ class NormalEquations {
  public:
   virtual ~NormalEquations() = default;
 
-  /// Numbers the unknowns afresh; call it after the graph or a fixed flag has changed.
+  /// Numbers the unknowns; call it again after the graph or a fixed flag has changed.
   virtual void SetOrdering() = 0;
   /// Number of unknowns n, the size of Δx and b.
   virtual int Size() const = 0;
 
-  /// ½ Σ ρ(rᵀWr) at the current states; may be infinite or NaN far from sense.
+  /// ½ Σ ρ(rᵀWr) at the current states; may be infinite or NaN at states that make no sense.
   virtual double ComputeChi() = 0;
-  /// Linearises at the current states: once per accepted step.
+  /// Linearises at the current states; called once per accepted step.
   virtual void MakeHessian() = 0;
-  /// Solves (H + λD) Δx = b; many λ per Hessian.
+  /// Solves (H + λD) Δx = b; called for several λ with the same H.
   /// @return false if the damped system is not positive definite; `delta_x` is then not to be used
   virtual bool SolveLinearSystem(double lambda, VecX* delta_x) = 0;
 
@@ -45,11 +45,11 @@ class NormalEquations {
   /// x ← x ⊞ Δx, remembering x; RollbackStates undoes the last update to the bit.
   virtual void UpdateStates(const VecX& delta_x) = 0;
   virtual void RollbackStates() = 0;
-  /// ‖x‖ over the free vertices, the yardstick of a step.
+  /// ‖x‖ over the free vertices, which a step is measured against.
   virtual double StateNorm() const = 0;
 
-  /// What the quadratic model promises, m(0) − m(Δx) = bᵀΔx − ½ ΔxᵀHΔx: true for any Δx, so that LM's damped step
-  /// and Dogleg's bent one are judged alike.
+  /// The decrease that the quadratic model predicts, m(0) − m(Δx) = bᵀΔx − ½ ΔxᵀHΔx: valid for any Δx, so LM's damped
+  /// steps and Dogleg's are judged by the same measure.
   virtual double PredictedDecrease(const VecX& delta_x) const {
     return RightHandSide().dot(delta_x) - 0.5 * delta_x.dot(MultiplyHessian(delta_x));
   }

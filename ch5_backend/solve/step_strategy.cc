@@ -20,7 +20,7 @@ class LevenbergMarquardt : public StepStrategy {
   explicit LevenbergMarquardt(double tau) : tau_(tau) {}
 
   void Begin(NormalEquations* system) override {
-    if (lambda_ >= 0.0) return;  // λ is carried on from one Hessian to the next
+    if (lambda_ >= 0.0) return;  // λ is kept from one Hessian to the next
     const bool identity = system->GetDamping() == Damping::kIdentity;
     lambda_ = tau_ * (identity ? system->HessianDiagonal().maxCoeff() : 1.0);
   }
@@ -52,7 +52,7 @@ class Dogleg : public StepStrategy {
   // h_gn reaches beyond the radius.
   void Begin(NormalEquations* system) override {
     has_sd_ = false;
-    // A singular H gets just enough damping to be solved: 0, then 1e-12 … 1e3 (g2o's ladder).
+    // A singular H gets just enough damping to be solved: 0, then 1e-12 … 1e3 (g2o's sequence).
     has_gn_ = system->SolveLinearSystem(0.0, &h_gn_);
     for (double lambda = 1e-12; !has_gn_ && lambda < 1e4; lambda *= 10.0) {
       has_gn_ = system->SolveLinearSystem(lambda, &h_gn_);
@@ -86,7 +86,7 @@ class Dogleg : public StepStrategy {
     if (gain_ratio < 0.25) radius_ *= 0.5;
   }
   bool Rejected() override {
-    // Steps beyond the trust region's reach cannot differ: begin to shrink at the step that was tried.
+    // A radius beyond the step's length does not limit it: shrink from the length of the step that was tried.
     radius_ = 0.5 * std::min(radius_, has_gn_ ? step_norm_ : radius_);
     return has_gn_ && radius_ > 1e-300;
   }

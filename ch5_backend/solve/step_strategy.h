@@ -1,5 +1,5 @@
 #pragma once
-/// What an algorithm does between two linearisations: propose a step, hear how it went.
+/// What an algorithm does between two linearisations: it proposes steps and learns how they went.
 
 #include <memory>
 
@@ -12,19 +12,19 @@ class StepStrategy {
   virtual ~StepStrategy() = default;
   /// The system has a new Hessian.
   virtual void Begin(NormalEquations* system) = 0;
-  /// The step to try; false if the linear solver gave none at this damping.
+  /// The step to try; false if the linear solver failed at this damping.
   virtual bool Propose(NormalEquations* system, VecX* delta_x) = 0;
   /// @param gain_ratio  actual / predicted decrease of an accepted (> 0) step
   virtual void Accepted(double gain_ratio) = 0;
-  /// The cost rose, was not finite, or there was no step. @return false if another trial is pointless
+  /// The cost rose, was not finite, or there was no step. @return false if another trial cannot help
   virtual bool Rejected() = 0;
-  /// What the last proposal was.
+  /// What kind of step the last proposal was.
   virtual StepType Type() const = 0;
   /// λ, or the radius.
   virtual double Parameter() const = 0;
 };
 
-/// λ = 0 and every finite step is taken, downhill or not: the textbook's Gauss-Newton.
+/// λ = 0, and every finite step is accepted whether or not it lowers the cost: textbook Gauss-Newton.
 std::unique_ptr<StepStrategy> MakeGaussNewton();
 
 /// Nielsen 1999:  λ₀ = τ max diag(H);  success: λ ×= max(1/3, min(2/3, 1 − (2ρ−1)³)), ν = 2;  failure: λ ×= ν, ν ×= 2.

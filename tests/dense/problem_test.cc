@@ -1,4 +1,4 @@
-/// The dense room against first principles: H and b, the Schur complement, marginalisation, convergence.
+/// The dense solver against first principles: H and b, the Schur complement, marginalisation, convergence.
 #include "ch5_backend/dense/problem.h"
 
 #include <gtest/gtest.h>
