@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/apps/studies/marginalize_study.h"
-#include "ch5_backend/apps/studies/mono_ba_study.h"
 #include "ch5_backend/apps/studies/matrices.h"
+#include "ch5_backend/apps/studies/mono_ba_study.h"
 
 namespace ch5 {
 namespace {

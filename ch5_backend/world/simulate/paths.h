@@ -20,12 +20,12 @@ enum class GaugePath { kSine, kArc, kRectangle };
 Trajectory GaugePaperPath(GaugePath path);
 
 struct HandheldOptions {
-  double duration = 30.0;       ///< [s]
-  double standstill_seconds = 0.0;   ///< exactly at rest for this time, then a smooth start [s]
-  double knot_spacing = 0.8;    ///< time between control points: shorter is livelier [s]
-  double position_sigma = 0.9;  ///< spread of the control points' position about the origin, per axis [m]
-  double yaw_step = 0.5;        ///< step of the yaw's random walk between control points, σ [rad]
-  double tilt_sigma = 0.25;     ///< spread of pitch and roll [rad]
+  double duration = 30.0;           ///< [s]
+  double standstill_seconds = 0.0;  ///< exactly at rest for this time, then a smooth start [s]
+  double knot_spacing = 0.8;        ///< time between control points: shorter is livelier [s]
+  double position_sigma = 0.9;      ///< spread of the control points' position about the origin, per axis [m]
+  double yaw_step = 0.5;            ///< step of the yaw's random walk between control points, σ [rad]
+  double tilt_sigma = 0.25;         ///< spread of pitch and roll [rad]
   uint64_t seed = 1;
 };
 

@@ -83,7 +83,8 @@ TEST(DynamicInitialization, FindsGravityScaleAndBias) {
   for (const uint64_t seed : {1u, 2u, 3u}) {
     const Recording recording = Fly(seed, camera);
     for (size_t first = 10; first < 190; first += 20) {
-      const DynamicInitialization start = InitializeDynamically(Cut(recording, first, kImages, kStride), OptionsFor(recording));
+      const DynamicInitialization start =
+          InitializeDynamically(Cut(recording, first, kImages, kStride), OptionsFor(recording));
       const std::string where = "seed " + std::to_string(seed) + ", image " + std::to_string(first);
       ASSERT_EQ(start.failure, InitializationFailure::kNone) << where << ": " << start.message;
       const Errors errors = Compare(start, recording);
@@ -101,7 +102,8 @@ TEST(DynamicInitialization, BearsOutliers) {
   camera.outlier_fraction = 0.1;
   const Recording recording = Fly(4, camera);
   for (size_t first = 20; first < 180; first += 40) {
-    const DynamicInitialization start = InitializeDynamically(Cut(recording, first, kImages, kStride), OptionsFor(recording));
+    const DynamicInitialization start =
+        InitializeDynamically(Cut(recording, first, kImages, kStride), OptionsFor(recording));
     ASSERT_EQ(start.failure, InitializationFailure::kNone) << first << ": " << start.message;
     const Errors errors = Compare(start, recording);
     EXPECT_LT(errors.gravity, 2.0 / 57.3) << first;
@@ -118,7 +120,8 @@ TEST(DynamicInitialization, StartsInTheMiddleOfARealFlight) {
   int cuts = 0, started = 0;
   std::vector<double> scales;
   for (size_t first = 200; first + kImages * kStride < recording.frames.size(); first += 20) {
-    const DynamicInitialization start = InitializeDynamically(Cut(recording, first, kImages, kStride), OptionsFor(recording));
+    const DynamicInitialization start =
+        InitializeDynamically(Cut(recording, first, kImages, kStride), OptionsFor(recording));
     ++cuts;
     if (start.failure != InitializationFailure::kNone) continue;
     ++started;
@@ -151,12 +154,16 @@ TEST(DynamicInitialization, StandingHasNoParallax) {
 }
 
 TEST(DynamicInitialization, TurningHasNoParallax) {
-  const DynamicInitialization start = StartOn([](const Jet& t) { return Coordinates{{0.0, 0.0, 0.0}, 0.4 * t, 0.0, 0.0}; });
+  const DynamicInitialization start = StartOn([](const Jet& t) {
+    return Coordinates{{0.0, 0.0, 0.0}, 0.4 * t, 0.0, 0.0};
+  });
   EXPECT_EQ(start.failure, InitializationFailure::kTooLittleParallax) << start.message;
 }
 
 TEST(DynamicInitialization, ConstantVelocityHasNoScale) {
-  const DynamicInitialization start = StartOn([](const Jet& t) { return Coordinates{{0.0, 0.8 * t, 0.0}, 0.0, 0.0, 0.0}; });
+  const DynamicInitialization start = StartOn([](const Jet& t) {
+    return Coordinates{{0.0, 0.8 * t, 0.0}, 0.0, 0.0, 0.0};
+  });
   EXPECT_EQ(start.failure, InitializationFailure::kTooLittleExcitation) << start.message;
 }
 
@@ -169,7 +176,8 @@ TEST(DynamicInitialization, AWrongExtrinsicIsNoticed) {
 
 TEST(DynamicInitialization, TooFewImagesOrTracks) {
   Recording recording = Fly(1, {});
-  EXPECT_EQ(InitializeDynamically(Cut(recording, 50, 3, kStride), OptionsFor(recording)).failure, InitializationFailure::kTooFewFrames);
+  EXPECT_EQ(InitializeDynamically(Cut(recording, 50, 3, kStride), OptionsFor(recording)).failure,
+            InitializationFailure::kTooFewFrames);
   EXPECT_EQ(InitializeDynamically({}, OptionsFor(recording)).failure, InitializationFailure::kTooFewFrames);
   auto frames = Cut(recording, 50, kImages, kStride);
   for (InitializationFrame& frame : frames) frame.tracks.resize(std::min<size_t>(frame.tracks.size(), 5));
