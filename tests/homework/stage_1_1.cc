@@ -125,7 +125,7 @@ void CheckSystem(const Graph& graph, const Problem& problem, const std::string& 
   std::vector<Mistake> mistakes;
   for (const PlacementMistake& mistake : kPlacementMistakes) {
     const Placement place = mistake.place;
-    mistakes.push_back({mistake.todo, mistake.cause, [&] { return Assemble(graph, problem.Size(), place); }});
+    mistakes.push_back({mistake.todo, mistake.cause, [&, place] { return Assemble(graph, problem.Size(), place); }});
   }
   mistakes.push_back({"1.1a", "H is twice too large: it is not set to zero before the edges are added",
                       [&] { return MatXX(2.0 * right.H); }});

@@ -47,6 +47,11 @@ class BuildProgress(unittest.TestCase):
     def test_a_terminal_shows_each_file(self):
         self.assertEqual("".join(self.watch(Terminal())).count("\033[K"), 200)
 
+    def test_a_look_for_new_files_counts_nothing(self):
+        phase = progress.Progress("build", io.StringIO(), Clock())
+        phase.ninja_step("[0/1] Re-checking globbed directories...")
+        self.assertEqual(phase.done, 0.0)
+
     def test_a_link_counts_little(self):
         phase = progress.Progress("build", io.StringIO(), Clock())
         phase.ninja_step("[1/9] Linking CXX static library libch5_backend.a")
