@@ -1,4 +1,4 @@
-"""clang-tidy, with .clang-tidy's rules: with the environment variable CI over all sources, otherwise over changed ones.
+"""clang-tidy, with .clang-tidy's rules: with the environment variable CH5_TIDY_ALL over all sources, otherwise over changed ones.
 
 Most of its time goes into Eigen and the standard library, so sources are handed over in groups that include them once.
 What passed is not looked at again: build/…/tidy/ remembers sources by their content and that of all they include.
@@ -114,7 +114,7 @@ class Tidy(unittest.TestCase):
             self.skipTest("clang-tidy is not installed")
         known = {}
         sources = [str(path) for path in tracked_files(".cc") if not ELSEWHERE.search(str(path))]
-        if not os.environ.get("CI"):
+        if not os.environ.get("CH5_TIDY_ALL"):
             sources = changed(sources, known)
         version = subprocess.run(["clang-tidy", "--version"], capture_output=True, text=True).stdout
         marks = {path: BUILD / "tidy" / fingerprint(closure(path, known), version)
