@@ -35,8 +35,8 @@ MatXX Gram(int n, double part, Random* random) {
 
 TEST(PivotRule, TellsSingularMatricesFromDefiniteOnesInAnyUnits) {
   Random random(1);
-  for (const int n : {2, 3, 6, 15, 60, 200}) {
-    for (int repeat = 0; repeat < 5; ++repeat) {
+  for (const int n : {2, 3, 6, 15, 60, 100}) {
+    for (int repeat = 0; repeat < 3; ++repeat) {
       EXPECT_LE(LastPivot(Gram(n, 0.0, &random)), PivotRounding(n)) << n << ": a column is a sum of others";
       // The column's part is known to half of the digits.
       EXPECT_GT(LastPivot(Gram(n, 1e-4, &random)), PivotRounding(n)) << n << ": no column is a sum of others";
