@@ -68,4 +68,9 @@ std::unique_ptr<ReducedSolver> MakeCholesky(int threads);
 /// @param tolerance  stops at ‖r‖ ≤ tolerance·‖b‖, or after `max_iterations`; 0 means 10 n + 100
 std::unique_ptr<ReducedSolver> MakeBlockPcg(int max_iterations, double tolerance);
 
+/// x = S⁺b by the eigenvectors of S: a free gauge solved without damping, for up to a few hundred unknowns. The step has
+/// the smallest norm of all that solve the system, counting the poses; the landmarks follow.
+/// @param nullity  how many of S's smallest eigenvalues are those of the gauge, 4 or 7; they count as zero
+std::unique_ptr<ReducedSolver> MakePseudoInverse(int nullity);
+
 }  // namespace ch5

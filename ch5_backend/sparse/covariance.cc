@@ -38,15 +38,21 @@ class Covariance::Factorization : public ReducedSolver {
   bool refused_ = false;
 };
 
-Covariance::Covariance(Graph* graph, const Selection& selection, CovarianceFactor factor, int threads)
+Covariance::Covariance(Graph* graph, const Selection& selection, CovarianceFactor factor, int threads,
+                       const std::vector<HeldDirections>& held)
     : solver_(graph, threads) {
   auto factorization = std::make_unique<Factorization>(factor, threads);
   factorization_ = factorization.get();
   solver_.SetReducedSolver(std::move(factorization));
   solver_.Select(selection);
+  solver_.Hold(held);
   solver_.SetOrdering();
   pose_numbers_ = NumbersOf(solver_.GetStructure().poses);
   landmark_numbers_ = NumbersOf(solver_.GetStructure().landmarks);
+  for (const HeldDirections& h : held) {
+    const auto pose = pose_numbers_.find(h.vertex.get());
+    if (pose != pose_numbers_.end()) projections_[pose->second] = ProjectionBesides(h.rows());
+  }
   solver_.MakeHessian();
   VecX delta_x;
   if (!solver_.SolveLinearSystem(0.0, &delta_x)) ThrowSingular();
@@ -92,8 +98,19 @@ std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex
   return influences;
 }
 
+// Takes out what HoldDirections has put into H⁻¹ in place of the held directions.
+void Covariance::Project(int pose, Eigen::Ref<MatXX> rows) const {
+  const auto held = projections_.find(pose);
+  if (held != projections_.end()) rows = (held->second * rows).eval();
+}
+
 MatXX Covariance::PoseBlock(int i, int j) {
-  if (const auto block = inverse_->Block(i, j)) return *block;
+  if (auto block = inverse_->Block(i, j)) {
+    Project(i, *block);
+    MatXX transposed = block->transpose();
+    Project(j, transposed);
+    return transposed.transpose();
+  }
   const SymmetricBlockMatrix& S = solver_.GetEliminated().S;
   MatXX& columns = columns_[j];
   if (columns.size() == 0) {
@@ -103,6 +120,10 @@ MatXX Covariance::PoseBlock(int i, int j) {
       factorization_->Cholesky().Solve(VecX::Unit(S.Size(), S.Offset(j) + c), &x);
       columns.col(c) = x;
     }
+    for (int k = 0; k < S.NumColumns(); ++k) Project(k, columns.middleRows(S.Offset(k), S.Dim(k)));
+    MatXX transposed = columns.transpose();
+    Project(j, transposed);
+    columns = transposed.transpose();
   }
   return columns.middleRows(S.Offset(i), S.Dim(i));
 }
@@ -120,6 +141,37 @@ MatXX Covariance::Block(const Vertex& a, const Vertex& b) {
     for (const Influence& j : on_b) block += i.coefficient.transpose() * PoseBlock(i.pose, j.pose) * j.coefficient;
   }
   return block;
+}
+
+// x_p = S⁻¹ (a_p − Σ K_pl a_l),  x_l = H_ll⁻¹ a_l − Σ K_plᵀ x_p
+MatXX Covariance::Multiply(const MatXX& A) {
+  const Structure& s = solver_.GetStructure();
+  const SymmetricBlockMatrix& S = solver_.GetEliminated().S;
+  MatXX a_p = A.topRows(S.Size()), X(A.rows(), A.cols());
+  std::vector<std::vector<Influence>> influences;
+  for (int l = 0; l < s.NumLandmarks(); ++l) {
+    int landmark;
+    influences.push_back(InfluencesOn(*s.landmarks[l], &landmark));
+    for (const Influence& i : influences.back()) {
+      a_p.middleRows(S.Offset(i.pose), S.Dim(i.pose)) +=
+          i.coefficient * A.middleRows(s.landmark_offset[l], s.landmark_dim[l]);
+    }
+  }
+  for (int k = 0; k < S.NumColumns(); ++k) Project(k, a_p.middleRows(S.Offset(k), S.Dim(k)));
+  VecX x;
+  for (int c = 0; c < static_cast<int>(A.cols()); ++c) {
+    factorization_->Cholesky().Solve(a_p.col(c), &x);
+    X.col(c).head(S.Size()) = x;
+  }
+  for (int l = 0; l < s.NumLandmarks(); ++l) {
+    const int row = s.landmark_offset[l], dim = s.landmark_dim[l];
+    const Eigen::Map<const MatXX> H_ll_inverse(&solver_.GetEliminated().H_ll_inverse[s.landmark_block[l]], dim, dim);
+    X.middleRows(row, dim) = H_ll_inverse * A.middleRows(row, dim);
+    for (const Influence& i : influences[l]) {
+      X.middleRows(row, dim) += i.coefficient.transpose() * X.middleRows(S.Offset(i.pose), S.Dim(i.pose));
+    }
+  }
+  return X;
 }
 
 std::vector<MatXX> Covariance::Blocks(const std::vector<VertexPair>& pairs) {

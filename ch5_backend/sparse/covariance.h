@@ -35,15 +35,20 @@ enum class CovarianceFactor { kSparse, kDense };
 class Covariance {
  public:
   /// Linearises the selected part of the graph at the present states, and factorises; g2o's computeMarginals.
+  /// @param held  directions in which vertices are held: their variance is zero
   /// @throws CovarianceError if H is singular: a gauge is free, or a landmark is seen too little
   explicit Covariance(Graph* graph, const Selection& selection = {},
-                      CovarianceFactor factor = CovarianceFactor::kSparse, int threads = 1);
+                      CovarianceFactor factor = CovarianceFactor::kSparse, int threads = 1,
+                      const std::vector<HeldDirections>& held = {});
   ~Covariance();
 
   /// E[δa δbᵀ], LocalDimension() of a × LocalDimension() of b.
   /// @throws CovarianceError if a vertex is fixed, or takes no part
   MatXX Block(const Vertex& a, const Vertex& b);
   std::vector<MatXX> Blocks(const std::vector<VertexPair>& pairs);
+  /// Σ A over all free vertices, with rows as OrderingId says.
+  /// @param A  as many rows as there are unknowns
+  MatXX Multiply(const MatXX& A);
 
  private:
   class Factorization;
@@ -56,10 +61,12 @@ class Covariance {
   [[noreturn]] void ThrowSingular() const;
   std::vector<Influence> InfluencesOn(const Vertex& vertex, int* landmark) const;
   MatXX PoseBlock(int i, int j);
+  void Project(int pose, Eigen::Ref<MatXX> rows) const;
 
   SparseSolver solver_;
   Factorization* factorization_;                                            // belongs to solver_
   std::unordered_map<const Vertex*, int> pose_numbers_, landmark_numbers_;  // in the solver's structure
+  std::unordered_map<int, MatXX> projections_;                              // Π of held poses, see HoldDirections
   std::unique_ptr<SelectedInverse> inverse_;
   std::map<int, MatXX> columns_;  // of S⁻¹, where the selected inverse did not do
 };

@@ -13,6 +13,8 @@
 /// part of H_pp and b_p goes to sums of the chunk's own. The edges between poses follow. Then each column of H_pp adds up
 /// what belongs to it, in the order of the structure: the result is the same to the bit for any number of threads.
 
+#include <functional>
+
 #include "ch5_backend/math/parallel.h"
 #include "ch5_backend/sparse/edge_normal_equations.h"
 #include "ch5_backend/sparse/weighted_edge_batch.h"
@@ -64,5 +66,20 @@ struct Linearized {
 /// @param batch  the landmarks' edges where they fit into one, its poses just loaded; otherwise it is not active
 /// @param pool   of one thread if an edge has numeric Jacobians, which move the vertices
 void Linearize(const Structure& structure, const WeightedEdgeBatch& batch, ThreadPool* pool, Linearized* system);
+
+/// Directions in which a vertex is held, C δ = 0: a part of a vertex fixed, such as position and yaw of a pose, or biases.
+struct HeldDirections {
+  std::shared_ptr<Vertex> vertex;  ///< not a landmark
+  std::function<MatXX()> rows;     ///< C at the present states, k×LocalDimension(), of rank k ≥ 1
+};
+
+/// With Π = I − C⁺C for the held vertices and the identity for the others,  H ← Π H Π + (I − Π) h,  b ← Π b: what remains
+/// is a system without the held directions, in which no step goes; h > 0 keeps it regular. A fixed vertex, or one
+/// without part in the structure, is held already.
+/// @throws std::invalid_argument if C has another number of columns, or a landmark is to be held
+void HoldDirections(const Structure& structure, const std::vector<HeldDirections>& held, Linearized* system);
+
+/// Π of one vertex.
+MatXX ProjectionBesides(const MatXX& C);
 
 }  // namespace ch5

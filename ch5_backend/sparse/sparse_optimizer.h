@@ -39,6 +39,14 @@ class SparseOptimizer {
   /// The coupling of poses and landmarks in float; see SparseSolver::SetSinglePrecision.
   void SetSinglePrecision(bool single_precision) { solver_.SetSinglePrecision(single_precision); }
 
+  /// Parts of vertices that stay as they are; see sparse/linearize.h.
+  void Hold(std::vector<HeldDirections> held) {
+    held_ = std::move(held);
+    solver_.Hold(held_);
+  }
+  /// One of the caller's own for the poses' system, such as MakePseudoInverse.
+  void SetReducedSolver(std::unique_ptr<ReducedSolver> solver) { solver_.SetReducedSolver(std::move(solver)); }
+
   /// Minimises with Levenberg-Marquardt unless the options say otherwise: over the edges of level 0, or what
   /// InitializeOptimization chose.
   /// @throws GraphError if an edge ties two free landmarks
@@ -76,7 +84,7 @@ class SparseOptimizer {
 
   /// Σ blocks of the chosen part of the graph at the present states, see sparse/covariance.h (g2o's computeMarginals).
   std::vector<MatXX> ComputeMarginals(const std::vector<VertexPair>& pairs) const {
-    return Covariance(graph_, selection_, CovarianceFactor::kSparse, threads_).Blocks(pairs);
+    return Covariance(graph_, selection_, CovarianceFactor::kSparse, threads_, held_).Blocks(pairs);
   }
 
   /// The system that is solved, ordered and fit for the graph as it is now.
@@ -89,6 +97,7 @@ class SparseOptimizer {
   int threads_;
   SparseSolver solver_;
   Selection selection_;
+  std::vector<HeldDirections> held_;
   std::vector<std::shared_ptr<Edge>> active_edges_;
   std::vector<std::shared_ptr<Vertex>> index_mapping_;
   Algorithm algorithm_ = Algorithm::kLevenbergMarquardt;

@@ -107,6 +107,7 @@ void SparseSolver::MakeHessian() {
   has_step_ = false;
   if (batch_.Active()) batch_.LoadPoses();
   Linearize(structure_, batch_, has_numeric_jacobians_ ? &one_thread_ : &pool_, &linearized_);
+  HoldDirections(structure_, held_, &linearized_);
 }
 
 double SparseSolver::ComputeChi() {

@@ -31,6 +31,8 @@ class SparseSolver : public NormalEquations {
   void SetOrdering() override;
   /// The part of the graph that takes part, from the next SetOrdering on.
   void Select(Selection selection) { selection_ = std::move(selection); }
+  /// Parts of vertices that stay as they are, at most one entry for a vertex; from the next MakeHessian on.
+  void Hold(std::vector<HeldDirections> held) { held_ = std::move(held); }
   int Size() const override { return structure_.Size(); }
   double ComputeChi() override;
   /// g2o's buildSystem.
@@ -76,6 +78,7 @@ class SparseSolver : public NormalEquations {
 
   Graph* graph_;
   Selection selection_;
+  std::vector<HeldDirections> held_;
   mutable ThreadPool pool_;
   ThreadPool one_thread_;  // for edges whose Jacobians are numeric
   bool has_numeric_jacobians_ = false;

@@ -43,18 +43,49 @@ class VertexPose : public SizedVertex<7, 6> {
   }
   std::string TypeInfo() const override { return "VertexPose"; }
 
- private:
-  Qd Difference(const VecX& x0) const {
-    Qd dq = Qd(x0[6], x0[3], x0[4], x0[5]).conjugate() * q();
-    if (dq.w() < 0.0) dq.coeffs() = -dq.coeffs();
-    return dq;
-  }
+ protected:
   static Vec7 Pack(const Qd& q, const Vec3& p) {
     if (q.squaredNorm() == 0.0) throw std::invalid_argument("VertexPose: the quaternion is zero");
     Vec7 x;
     x << p, q.normalized().coeffs();
     return x;
   }
+
+ private:
+  Qd Difference(const VecX& x0) const {
+    Qd dq = Qd(x0[6], x0[3], x0[4], x0[5]).conjugate() * q();
+    if (dq.w() < 0.0) dq.coeffs() = -dq.coeffs();
+    return dq;
+  }
+};
+
+/// The pose that holds a gauge, the first one as a rule. Its rotation is always updated from its initial value R⁰:
+///
+///   R = Exp(Δφ) R⁰,   Δφ ← Δφ + J_l⁻¹(Δφ) R δθ
+///
+/// To first order this is R Exp(δθ), so the Jacobians are those of VertexPose. But steps with e_zᵀ J_l⁻¹(Δφ) R δθ = 0
+/// keep the yaw e_zᵀΔφ exactly; a product of many Exp(δθ) does so to first order only, and the yaw drifts.
+/// Source: Zhang, Gallego, Scaramuzza, RA-L 2018, §IV.
+class VertexReferencePose : public VertexPose {
+ public:
+  /// As VertexPose; `q` and `p` are the initial values.
+  VertexReferencePose(const Qd& q, const Vec3& p) : VertexPose(q, p), q0_(q.normalized()), p0_(p) {}
+
+  const Vec3& InitialPosition() const { return p0_; }
+  /// Δφ = Log(R R⁰ᵀ) [rad], along W's axes; ‖Δφ‖ < π.
+  Vec3 DeltaPhi() const { return LogSO3(q() * q0_.conjugate()); }
+  /// ∂Δφ/∂δθ = J_l⁻¹(Δφ) R.
+  Mat33 DeltaPhiJacobian() const { return RightJacobianInverseSO3(-DeltaPhi()) * R(); }
+
+  void Plus(const double* delta) override {
+    const Vec3 phi = DeltaPhi() + DeltaPhiJacobian() * Eigen::Map<const Vec3>(delta + 3);
+    x_ = Pack(ExpSO3(phi) * q0_, p() + Eigen::Map<const Vec3>(delta));
+  }
+  std::string TypeInfo() const override { return "VertexReferencePose"; }
+
+ private:
+  Qd q0_;
+  Vec3 p0_;
 };
 
 /// Velocity of B in W [m/s], accelerometer bias [m/s²] and gyroscope bias [rad/s], stored [v, b_a, b_g].
