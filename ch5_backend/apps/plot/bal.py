@@ -93,7 +93,7 @@ def panel(axes, view, points, cameras, title, error):
     axes.set_facecolor(NIGHT)
     axes.scatter(*view.flat(shown).T, c=shown @ view.up, s=np.clip(30000.0 / max(len(shown), 1), 0.7, 12.0),
                  linewidths=0, cmap=HEIGHTS, vmin=view.heights[0], vmax=view.heights[1], rasterized=True)
-    draw_cameras(axes, view, cameras, 0.014 * view.size.max())
+    draw_cameras(axes, view, cameras, 0.014 * view.size.max() * min(1.0, (100 / len(cameras))**0.5))
     axes.set_xlim(view.low[0], view.high[0])
     axes.set_ylim(view.low[1], view.high[1])
     axes.grid(False)

@@ -49,7 +49,7 @@ def timing(directory):
     """Milliseconds for each image, and how they are spread."""
     tracking = style.read(directory, "odometry_windows").where(status="tracking")
     summary = style.read(directory, "odometry_policies")
-    fig, (left, right) = plt.subplots(1, 2, figsize=(10.0, 3.8), layout="constrained",
+    fig, (left, right) = plt.subplots(1, 2, figsize=(10.0, 4.2), layout="constrained",
                                       gridspec_kw={"width_ratios": (1.6, 1.0)})
     for name in policies(tracking):
         rows, p99 = tracking.where(policy=name), summary.row(policy=name)["p99_window_ms"]
@@ -63,7 +63,7 @@ def timing(directory):
     left.set_ylim(0, longest)
     right.set(xlabel="[ms]", ylabel="images done within [%]", title="its distribution")
     right.set_xlim(0, longest)
-    right.legend(loc="center right", fontsize=11)
+    style.legend_above(fig, right)
     style.save(fig, directory, "odometry_timing")
 
 

@@ -2,7 +2,7 @@
 import numpy as np
 
 import style
-from style import BLUE, GREEN, GREY, INK, VERMILION, plt
+from style import BLUE, GREEN, GREY, INK, ORANGE, PINK, SKY, VERMILION, plt
 
 VARIANTS = {  # name: (label, colour, marker)
     "course": ("course: starts at the truth, W = I", VERMILION, "o"),
@@ -10,34 +10,54 @@ VARIANTS = {  # name: (label, colour, marker)
     "minimal": ("the same, minimal gauge", GREEN, "^"),
 }
 
+OTHERS = ((ORANGE, "D"), (SKY, "v"), (PINK, "P"))
+CAPPED = "maximum of iterations"
+TICKS = [digit * 10.0**exponent for exponent in range(-4, 8) for digit in (1, 2, 5)]
+
+
+def curves(table):
+    """(rows, label, colour, marker) of each variant; those that are not the chapter's go by their own name."""
+    if "variant" not in table.columns:
+        return [(table, None, BLUE, "o")]
+    names = list(dict.fromkeys(table["variant"]))
+    known = [name for name in VARIANTS if name in names]
+    others = [name for name in names if name not in VARIANTS]
+    return [(table.where(variant=name), *VARIANTS[name]) for name in known] + [
+        (table.where(variant=name), str(name), *OTHERS[i % len(OTHERS)]) for i, name in enumerate(others)]
+
 
 def lines(axes, table, column, scale=lambda rows, values: values):
     """One line a variant against the weight; w = 0 stands apart, and open marks did not converge."""
-    for variant, (label, colour, marker) in VARIANTS.items():
-        rows = table.where(variant=variant)
-        x, y = style.weight_axis(axes, rows["weight"]), scale(rows, rows[column])
-        axes.plot(x[1:], y[1:], color=colour, marker=marker, label=label)
-        axes.plot(x[:1], y[:1], color=colour, marker=marker)
+    table = style.Table({**table.columns, "x": style.weight_axis(axes, table["weight"])})
+    for rows, label, colour, marker in curves(table):
+        x, y, free = rows["x"], scale(rows, rows[column]), rows["weight"] == 0
+        axes.plot(x[~free], y[~free], color=colour, marker=marker, label=label)
+        axes.plot(x[free], y[free], color=colour, marker=marker)
         if "termination" in rows.columns:
-            capped = rows["termination"] == "maximum of iterations"
+            capped = rows["termination"] == CAPPED
             axes.plot(x[capped], y[capped], linestyle="none", marker=marker, color=colour, markerfacecolor="white")
 
 
-def sweep(directory, table):
+def sweep_figure(table):
+    """Iterations, time and RMSE of the positions against the weight."""
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
     lines(panels[0], table, "iterations")
     lines(panels[1], table, "milliseconds")
     lines(panels[2], table, "rmse_position", scale=lambda rows, values: 1e3 * values)
-    style.plain_log(panels[0].yaxis, (5, 10, 20, 50, 100, 200))
-    style.plain_log(panels[1].yaxis, (0.2, 0.5, 1, 2, 5, 10, 20, 50, 100))
+    style.plain_log(panels[0].yaxis, TICKS)
+    style.plain_log(panels[1].yaxis, TICKS)
     panels[2].set_ylim(bottom=0)
-    if (table["termination"] == "maximum of iterations").any():
+    if "termination" in table.columns and (table["termination"] == CAPPED).any():
         panels[0].text(0.98, 0.97, "open: stopped there,\nnot converged", transform=panels[0].transAxes, ha="right",
                        va="top", fontsize=10.5, color=GREY)
     for axes, title in zip(panels, ("iterations", "time [ms]", "RMSE of positions [mm]")):
         axes.set_title(title)
     style.legend_above(fig, panels[0])
-    style.save(fig, directory, "prior_sweep")
+    return fig
+
+
+def sweep(directory, table):
+    style.save(sweep_figure(table), directory, "prior_sweep")
 
 
 def costs(directory, table):

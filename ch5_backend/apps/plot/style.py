@@ -86,8 +86,13 @@ def _numbers_or_words(cells):
 
 
 def read(directory, name, folder="csv", may_be_empty=False):
-    """DIR/FOLDER/NAME.csv as a Table; TableError if it is missing, ragged or, unless it may be empty, without rows."""
-    path = Path(directory) / folder / f"{name}.csv"
+    """DIR/FOLDER/NAME.csv, see read_table()."""
+    return read_table(Path(directory) / folder / f"{name}.csv", may_be_empty)
+
+
+def read_table(path, may_be_empty=False, numbers=()):
+    """A CSV file as a Table; TableError if it is missing, ragged or, unless it may be empty, without rows, or if one of
+    the columns `numbers` is missing or holds anything but finite numbers."""
     try:
         with open(path, newline="", encoding="utf-8") as file:
             rows = list(csv.reader(file))
@@ -98,8 +103,23 @@ def read(directory, name, folder="csv", may_be_empty=False):
     for line, row in enumerate(rows, start=1):
         if len(row) != len(rows[0]):
             raise TableError(f"{path}, line {line}: {len(row)} cells under a header of {len(rows[0])}")
+    for name in numbers:
+        _check_numbers(path, rows, name)
     columns = zip(*rows[1:]) if len(rows) > 1 else [()] * len(rows[0])
     return Table({head: _numbers_or_words(column) for head, column in zip(rows[0], columns)})
+
+
+def _check_numbers(path, rows, name):
+    if name not in rows[0]:
+        raise TableError(f"{path}, line 1: there is no column '{name}' among {', '.join(rows[0])}")
+    for line, row in enumerate(rows[1:], start=2):
+        cell = row[rows[0].index(name)]
+        try:
+            known = np.isfinite(float(cell))
+        except ValueError:
+            known = False
+        if not known:
+            raise TableError(f"{path}, line {line}: {name} is '{cell}', expected a number")
 
 
 def dense(table, rows, columns):
@@ -109,15 +129,24 @@ def dense(table, rows, columns):
     return matrix
 
 
+METADATA = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None},
+            ".pdf": {"CreationDate": None, "Creator": None, "Producer": None}}  # without dates and versions
+
+
 def save(figure, directory, name):
-    """DIR/figures/NAME.png and NAME.svg, without dates: the same table gives the same bytes."""
+    """DIR/figures/NAME.png and NAME.svg: the same table gives the same bytes."""
     folder = Path(directory) / "figures"
     folder.mkdir(parents=True, exist_ok=True)
-    for suffix, metadata in ((".png", {"Software": None}), (".svg", {"Date": None, "Creator": None})):
-        with whole(folder / f"{name}{suffix}") as partial:
-            figure.savefig(partial, metadata=metadata)
+    for suffix in (".png", ".svg"):
+        save_as(figure, folder / f"{name}{suffix}")
         freeze(figure)  # the second picture keeps the first one's layout, and saves half the time
     plt.close(figure)
+
+
+def save_as(figure, path):
+    """One file, of the kind that its ending tells."""
+    with whole(path) as partial:
+        figure.savefig(partial, metadata=METADATA[Path(path).suffix])
 
 
 def discard(directory, name):
@@ -170,18 +199,21 @@ def log_axis(axis):
 
 def cost_axis(axes, costs):
     """A logarithmic axis for costs, unless all are 0; a single 0, where the data fit exactly, is not drawn there."""
-    if np.any(costs > 0):
-        log_axis(axes.yaxis)
-    else:
+    positive = costs[costs > 0]
+    if not len(positive):
         axes.set_ylim(-1, 1)
         axes.set_yticks([0])
+    elif positive.max() < 100 * positive.min():  # powers of ten alone would be too few
+        plain_log(axes.yaxis)
+    else:
+        log_axis(axes.yaxis)
 
 
 def plain_log(axis, ticks=None):
     """A logarithmic axis whose ticks read 5, 10, 20 …; by default those of 1, 2 and 5 times a power of ten."""
     log_axis(axis)
     axis.set_major_locator(plt.FixedLocator(ticks) if ticks else plt.matplotlib.ticker.LogLocator(subs=(1, 2, 5)))
-    axis.set_major_formatter(plt.FormatStrFormatter("%g"))
+    axis.set_major_formatter(lambda value, _: number(value, 1))
 
 
 def weight_axis(axes, weights):
@@ -191,17 +223,20 @@ def weight_axis(axes, weights):
     if axes.get_xscale() != "log":
         log_axis(axes.xaxis)
         axes.set_xlim(zero_at / 3, positive.max() * 3)
-        exponents = np.arange(0, np.log10(positive.max()) + 0.5, 3)
+        first, last = np.floor(np.log10(positive.min())), np.log10(positive.max()) + 0.5
+        exponents = np.arange(0, last, 3) if last > 6 else np.arange(first, last)
         axes.set_xticks([zero_at, *10.0**exponents], ["0", *map(power_of_ten, exponents)])
         axes.set_xlabel("prior weight w")
     return np.where(weights > 0, weights, zero_at)
 
 
 def legend_above(figure, axes, columns=3):
-    """One legend for all panels, above them."""
-    space(figure, rect=(0, 0, 1, 0.91))
-    figure.legend(*axes.get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.005, 1.0), ncol=columns,
-                  fontsize=12, columnspacing=1.8, handlelength=1.8)
+    """One legend for all panels, above them; none where nothing is labelled."""
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        space(figure, rect=(0, 0, 1, 1 - 0.45 / figure.get_figheight()))
+        figure.legend(handles, labels, loc="upper left", bbox_to_anchor=(0.005, 1.0), ncol=columns, fontsize=12,
+                      columnspacing=1.8, handlelength=1.8)
 
 
 def main(draw):
