@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 """Builds the decks to self-contained HTML in out/slides/: fills in the numbers, draws the figures, calls Marp.
 
-usage: build.py [--csv DIR] [--out DIR] [--images] [--overview]
+usage: build.py [--csv DIR] [--out DIR] [--images] [--overview] [--figures]
 
   --csv DIR    tables of ./course run, default out/csv
   --out DIR    where the HTML goes, default out/slides
   --images     also one PNG a page, to look at; needs Chromium
   --overview   only redraw the READMEs' picture, slides/figures/overview.*.svg
+  --figures    only draw the figures, into the folder figures of --out; needs no Node.js
 """
 
 import argparse
@@ -148,12 +149,18 @@ def main(argv):
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "slides", help="where the HTML goes")
     parser.add_argument("--images", action="store_true", help="also one PNG a page; needs Chromium")
     parser.add_argument("--overview", action="store_true", help="only redraw the READMEs' picture")
+    parser.add_argument("--figures", action="store_true", help="only draw the figures, into the folder figures of --out")
     arguments = parser.parse_args(argv)
     tables = Tables(arguments.csv)
     try:
         if arguments.overview:
             for lang in LANGUAGES:
                 write(HERE / "figures" / f"overview.{lang}.svg", plots.overview(tables, lang))
+            return 0
+        if arguments.figures:
+            for lang in LANGUAGES:
+                for name, svg in draw([*blocks.ALL, *plots.ALL], lang, tables).items():
+                    write(arguments.out / "figures" / f"{name}.{lang}.svg", svg)
             return 0
         values = facts.all_facts(tables)
         for deck in decks():

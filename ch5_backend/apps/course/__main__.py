@@ -22,6 +22,9 @@ DESCRIPTIONS = {
              "analytic Jacobians, one process for each measurement, taking turns; medians of five rounds, which take "
              "about five minutes. Prints a table, and writes CSV and plots into out/bench. NAME picks the problems whose "
              "name contains it, such as bal/ or vio_M.",
+    "plots": "Draws all figures of the project, or those of the sets whose name contains a NAME, from the tables in DIR; "
+             "runs what makes the tables where they are missing. Everything takes about ten minutes on two cores, --quick "
+             "less than two. Stopped, it goes on where it was, trial by trial; the same tables give the same bytes.",
     "slides": "Builds the decks in slides/ to self-contained HTML. What follows -- goes to the builder.",
 }
 JSON_FIELDS = {
@@ -61,6 +64,15 @@ def word_option(option: str, words: tuple, phrase: str):
     return read
 
 
+def shard_option(text: str) -> tuple:
+    """"2/4" as (2, 4)."""
+    numbers = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text, re.ASCII)
+    share = tuple(map(int, numbers.groups())) if numbers else (0, 0)
+    if not 1 <= share[0] <= share[1]:
+        raise CourseError(f"--shard must be I/N with I from 1 to N, got '{text}'; see ./course plots --help")
+    return share
+
+
 class Parser(argparse.ArgumentParser):
     """An error becomes a CourseError, so that --json holds for it too."""
 
@@ -68,26 +80,41 @@ class Parser(argparse.ArgumentParser):
         raise CourseError(f"{message}; see {self.prog} --help")
 
 
+def add_run_options(parser: Parser) -> None:
+    parser.add_argument("data", nargs="*", metavar="DATA", help="a bundle adjustment in BAL's text "
+                        "format, a pose graph in g2o's, a window (VIOWIN), or a recording's folder")
+    parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FILE.txt gets a "
+                        "folder DIR/FILE")
+    parser.add_argument("--iterations", type=number_option("--iterations", 0, 1000000), metavar="N",
+                        help="at most N iterations")
+    parser.add_argument("--threads", type=number_option("--threads", 1, 256), metavar="N",
+                        help="how many threads the solver may use")
+    parser.add_argument("--huber", type=number_option("--huber", 1e-6, 1e6), metavar="D",
+                        help="Huber loss that begins at D pixels, or in a pose graph at D standard deviations")
+    parser.add_argument("--solver", type=word_option("--solver", SOLVERS, f"one of {', '.join(SOLVERS)}"),
+                        metavar="NAME", help=f"of the cameras' or poses' system: {', '.join(SOLVERS)}; default: "
+                        "automatic, by the size and shape of the problem")
+    parser.add_argument("--precision", type=word_option("--precision", ("double", "single"), "double or single"),
+                        metavar="WORD", help="of the numbers that tie poses to landmarks: double or single, which "
+                        "takes less memory")
+
+
+def add_plots_options(parser: Parser) -> None:
+    parser.add_argument("names", nargs="*", metavar="NAME", help="part of a set's name; default: all")
+    parser.add_argument("--list", action="store_true", help="only list the sets: how long their tables and figures "
+                        "take, and what is there")
+    parser.add_argument("--rerun", action="store_true", help="make the tables anew")
+    parser.add_argument("--quick", action="store_true", help="with fewer trials, in DIR/quick")
+    parser.add_argument("--shard", type=shard_option, metavar="I/N", help="only run the I-th of N shares of what "
+                        "makes the tables, and draw nothing")
+    parser.add_argument("--out", metavar="DIR", help="where tables and figures are, default: out")
+
+
 def make_parser(command: str) -> Parser:
     """One sub-command's grammar. Options are never abbreviated: a typing error must not run something else."""
     parser = Parser(prog=f"./course {command}", description=DESCRIPTIONS[command], allow_abbrev=False)
     if command == "run":
-        parser.add_argument("data", nargs="*", metavar="DATA", help="a bundle adjustment in BAL's text "
-                            "format, a pose graph in g2o's, a window (VIOWIN), or a recording's folder")
-        parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FILE.txt gets a "
-                            "folder DIR/FILE")
-        parser.add_argument("--iterations", type=number_option("--iterations", 0, 1000000), metavar="N",
-                            help="at most N iterations")
-        parser.add_argument("--threads", type=number_option("--threads", 1, 256), metavar="N",
-                            help="how many threads the solver may use")
-        parser.add_argument("--huber", type=number_option("--huber", 1e-6, 1e6), metavar="D",
-                            help="Huber loss that begins at D pixels, or in a pose graph at D standard deviations")
-        parser.add_argument("--solver", type=word_option("--solver", SOLVERS, f"one of {', '.join(SOLVERS)}"),
-                            metavar="NAME", help=f"of the cameras' or poses' system: {', '.join(SOLVERS)}; default: "
-                            "automatic, by the size and shape of the problem")
-        parser.add_argument("--precision", type=word_option("--precision", ("double", "single"), "double or single"),
-                            metavar="WORD", help="of the numbers that tie poses to landmarks: double or single, which "
-                            "takes less memory")
+        add_run_options(parser)
     elif command == "test":
         parser.add_argument("names", nargs="*", metavar="NAME", help="only tests whose name matches this expression")
         parser.add_argument("--quick", action="store_true", help="leave out the tests labelled slow")
@@ -96,6 +123,8 @@ def make_parser(command: str) -> Parser:
         parser.add_argument("--quick", action="store_true", help="three rounds and one thread at most, as far as 85 "
                             "seconds reach")
         parser.add_argument("--out", metavar="DIR", help="where the folder bench is made, default: out")
+    elif command == "plots":
+        add_plots_options(parser)
     elif command == "check":
         parser.add_argument("stages", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
     if command in JSON_FIELDS:
@@ -118,6 +147,10 @@ def dispatch(command: str, words: list, extra: list) -> int:
         from .bench import bench
         arguments.names += extra
         return bench(arguments)
+    if command == "plots":
+        from .plots import plots
+        arguments.names += extra
+        return plots(arguments)
     if command == "slides":
         from .slides import slides
         return slides(extra)

@@ -81,8 +81,8 @@ def build_or_fail(targets=()) -> None:
 
 
 def data_folder() -> Path:
-    """Where the recordings and large problems are, as the configured build knows it."""
-    return Path(_cached().get("CH5_DATA_DIR") or ROOT.parent / "shared" / "data")
+    """Where the recordings and large problems are: as the environment says, or as the configured build knows it."""
+    return Path(os.environ.get("CH5_DATA_DIR") or _cached().get("CH5_DATA_DIR") or ROOT.parent / "shared" / "data")
 
 
 def run_logged(command, log_name: str, step) -> subprocess.CompletedProcess:

@@ -29,12 +29,8 @@ def listen() -> None:
             signal.signal(number, handler)
 
 
-@contextmanager
-def running(command, **options):
-    """Starts a program, with Popen's options, in a session of its own; gives the Popen.
-
-    If an exception leaves the block, the program is ended first, with all that it has started.
-    """
+def start(command, **options) -> subprocess.Popen:
+    """Starts a program, with Popen's options, in a session of its own; to be followed by forget() or end()."""
     global _starting
     _starting = True
     try:
@@ -42,15 +38,31 @@ def running(command, **options):
         _running.append(process)
     finally:
         _starting = False
+    if _stopped_by is not None:
+        end(process)
+        raise Stopped(_stopped_by)
+    return process
+
+
+def forget(process: subprocess.Popen) -> None:
+    """To be called once a program has ended by itself."""
+    if process in _running:
+        _running.remove(process)
+
+
+@contextmanager
+def running(command, **options):
+    """Starts a program, as start() does; gives the Popen.
+
+    If an exception leaves the block, the program is ended first, with all that it has started.
+    """
+    process = start(command, **options)
     try:
-        if _stopped_by is not None:
-            raise Stopped(_stopped_by)
         yield process
     except BaseException:
         end(process)
         raise
-    if process in _running:
-        _running.remove(process)
+    forget(process)
 
 
 def end(process: subprocess.Popen) -> None:
@@ -63,8 +75,7 @@ def end(process: subprocess.Popen) -> None:
         pass
     _signal(process, signal.SIGKILL)  # also what a program has left behind
     process.wait()
-    if process in _running:
-        _running.remove(process)
+    forget(process)
 
 
 def end_all() -> None:

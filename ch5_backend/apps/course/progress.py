@@ -17,7 +17,8 @@ class Progress:
         self.phase, self.out, self.clock = phase, out or sys.stderr, clock
         self.start = self.told = clock()
         self.alive = self.out.isatty()
-        self.done = 0.0  # work so far, in units of a compiled file
+        self.done = 0.0  # work so far, in units of a compiled file, or in guessed seconds
+        self.pace = 1.0  # seconds that a guessed second takes
 
     def __enter__(self):
         self.step("…")
@@ -45,6 +46,13 @@ class Progress:
         guess = f", about {duration(seconds / self.done * left)} left" if seconds > FIRST_GUESS and left else ""
         name = re.sub(r"^.*CMakeFiles/|\.o$", "", what.split()[-1]) if what.startswith("Building") else what
         self.step(f"{number} of {total}{guess}: {name}", in_pipes=True)
+
+    def guessed_step(self, text: str, done: float, total: float) -> None:
+        """Adds how long the rest may take: `done` of `total` seconds, as guessed beforehand, are behind us."""
+        seconds = self.clock() - self.start
+        if done != self.done:
+            self.done, self.pace = done, seconds / done
+        self.step(f"about {duration(self.pace * total - seconds)} left: {text}", in_pipes=True)
 
     def __exit__(self, kind, value, trace):
         if self.alive:

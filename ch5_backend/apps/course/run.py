@@ -103,6 +103,11 @@ def app(command, as_json: bool) -> None:
             sys.stderr.write(line)
             message = line.strip() or message
         code = process.wait()
+    check_exit(command, code, message)
+
+
+def check_exit(command: list, code: int, message: str) -> None:
+    """Raises CourseError with the program's exit code, and KeyboardInterrupt if it was stopped by Ctrl-C."""
     if code == -signal.SIGINT:
         raise KeyboardInterrupt
     if code < 0:

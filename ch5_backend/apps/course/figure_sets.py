@@ -1,0 +1,98 @@
+"""The table of all figures: what makes their tables, what draws them, and how long it takes. Nothing else knows."""
+
+import os
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from .build import BIN, ROOT, data_folder
+
+
+@dataclass(frozen=True)
+class FigureSet:
+    """Figures that are drawn together.
+
+    In `made_by` and `drawn_by`, {out} is what --out names, {folder} the set's own, {data} the data folder. With `trials`,
+    each of so many runs of `made_by STUDY --trial K --out FILE` writes the rows of one trial, K = 0, 1, …, and merging
+    them gives csv/STUDY.csv.
+    """
+    name: str
+    folder: str                # of its tables and figures, below --out
+    tables: tuple              # CSV files in it
+    figures: tuple             # names in its folder figures/
+    made_by: str               # a program of build/release/bin or, ending in .py, one of Python's; and its words
+    drawn_by: str              # a script of the project, and its words
+    seconds: tuple             # about how long the two take, with two cores
+    quick: tuple = ()          # further words of made_by for --quick, and its seconds; None: the set is left out
+    needs: str = ""            # what it reads from the data folder
+    trials: dict = field(default_factory=dict)  # {study: (trials, with --quick)}
+    endings: tuple = (".png", ".svg")
+
+    def lacks(self, out: Path) -> list:
+        """The tables that are not there."""
+        return [name for name in self.tables if not Path(os.path.normpath(out / self.folder / name)).exists()]
+
+    def files(self, out: Path) -> list:
+        return [out / self.folder / "figures" / (name + ending) for name in self.figures for ending in self.endings]
+
+    def has_data(self) -> bool:
+        return not self.needs or (data_folder() / self.needs).exists()
+
+    def command(self, template: str, out: Path) -> tuple:
+        """The words of `made_by` or `drawn_by`: each may hold spaces once it is filled in."""
+        program, *words = (word.format(out=out, folder=out / self.folder, data=data_folder())
+                           for word in template.split())
+        if program == "course":
+            return str(ROOT / "course"), *words
+        return (sys.executable, str(ROOT / program), *words) if program.endswith(".py") else (str(BIN / program), *words)
+
+
+def csv(names: str) -> tuple:
+    return tuple(f"csv/{name}.csv" for name in names.split())
+
+
+def of_file(kind: str, path: str, script: str, tables: str, figures: str, seconds: tuple, **more) -> FigureSet:
+    """What ./course run FILE solves and draws."""
+    stem = Path(path).stem
+    tables = tuple(name + ".csv" for name in tables.split())
+    return FigureSet(f"{kind}/{stem}", stem, tables, tuple(figures.split()), f"ch5_{kind} {{data}}/{path} --out {{folder}}",
+                     f"{PLOT}/{script}.py {{folder}}", seconds, needs=path, **more)
+
+
+PLOT = "ch5_backend/apps/plot"
+ODOMETRY = "odometry_path odometry_timing odometry_spectrum odometry_gauge odometry_film_vins odometry_film_okvis"
+ODOMETRY_TABLES = "policies path windows matrices spectrum gauge"
+SLIDES_TABLES = csv("mono_ba_summary mono_ba_trace mono_ba_frames mono_ba_points hessian spectrum prior_sweep "
+                    "prior_trials prior_damping")
+
+SETS = (
+    FigureSet("chapter", "", SLIDES_TABLES + csv(
+        "marginalize_chain marginalize_scene marginalize_fill prior_trace odometry_policies odometry_path "
+        "odometry_windows odometry_matrices odometry_spectrum odometry_gauge consistency consistency_summary"),
+        tuple(("scene_course scene_large mono_ba_convergence hessian_course hessian_large spectrum marginalize_chain "
+               "marginalize_scene prior_sweep prior_costs prior_traces prior_trials prior_damping consistency "
+               + ODOMETRY).split()),
+        "ch5_chapter --out {out}", f"{PLOT}/report.py {{out}}", (10, 12)),
+    FigureSet("slides", "slides", tuple(f"../{name}" for name in SLIDES_TABLES),
+              tuple("overview scene sparsity convergence spectrum prior_iterations prior_damping prior_answer graph "
+                    "one_edge schur chain moves river valley".split()),
+              "ch5_chapter --out {out}", "slides/build.py --figures --csv {out}/csv --out {folder}", (10, 1),
+              endings=(".en.svg", ".zh.svg")),
+    FigureSet("nees", "nees", csv("consistency consistency_summary"), ("consistency",), "ch5_nees --out {folder}",
+              f"{PLOT}/nees.py {{folder}}", (60, 3), quick=("--runs 4 --seconds 6", 2)),
+    FigureSet("endurance", "endurance", csv("endurance"), ("endurance",), "ch5_endurance --out {folder}",
+              f"{PLOT}/endurance.py {{folder}}", (40, 2), quick=("--frames 1000", 4)),
+    FigureSet("bench", "bench", ("rows.csv", "traces.csv"), ("bench_cost", "bench_size"), "course bench --out {out}",
+              f"{PLOT}/bench.py {{folder}}", (300, 4), quick=("--quick scene/3x20 scene/10x200 scene/30x200", 10)),
+    *(of_file("bal", f"bal/{name}.txt", "bal", "points cameras trace summary", "before_after", seconds)
+      for name, seconds in (("problem-49-7776-pre", (1, 2)), ("problem-16-22106-pre", (1, 3)),
+                            ("maplab-969-22767", (6, 4)))),
+    *(of_file("pose_graph", f"posegraph/{name}.g2o", "pose_graph", "poses edges trace summary", "pose_graph", (1, 2))
+      for name in ("intel", "MIT", "parking-garage", "sphere2500")),
+    *(of_file("window", f"windows/{name}.txt", "window", "frames trace summary", "window", (1, 2))
+      for name in ("mono_10_500", "mono_20_1500", "vio_S", "vio_M", "vio_L", "vio_Md", "real_euroc_sub2",
+                   "real_tango_100")),
+    *(of_file("recording", name, "recording", " ".join(f"csv/odometry_{table}" for table in ODOMETRY_TABLES.split()),
+              ODOMETRY, seconds, quick=quick)
+      for name, seconds, quick in (("euroc_v1_01_easy", (3, 9), ()), ("tango_walk", (40, 9), None))),
+)
