@@ -10,7 +10,7 @@ from course import __main__, figure_sets  # noqa: E402
 
 figure_sets.SETS = (figure_sets.FigureSet(
     "fake", "fake", figure_sets.csv("squares cubes"), ("fake",), os.environ.get("FAKE_PROGRAM", f"{HERE}/fake_trials.py"),
-    f"{HERE}/fake_trials.py draw {{folder}}", (1, 1), trials={"squares": (20, 3), "cubes": (5, 2)}, endings=(".png",)),)
+    f"{HERE}/fake_trials.py draw {{folder}}", (1, 1), trials={"squares": (10, 3), "cubes": (4, 2)}, endings=(".png",)),)
 
 if __name__ == "__main__":
     sys.exit(__main__.main(sys.argv[1:]))

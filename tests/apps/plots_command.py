@@ -20,7 +20,7 @@ from course import figure_sets, jobs  # noqa: E402
 from course.errors import CourseError  # noqa: E402
 
 FAKE = [sys.executable, "-B", str(HERE / "fake_course.py"), "plots"]
-TRIALS = 25  # of the fake set
+TRIALS = 14  # of the fake set
 
 
 class PlotsTest(unittest.TestCase):
@@ -126,7 +126,7 @@ class Trials(PlotsTest):
     def test_a_table_has_the_rows_of_its_trials_in_their_order(self):
         self.succeed()
         lines = (self.out / "fake/csv/squares.csv").read_text(encoding="utf-8").splitlines()
-        self.assertEqual(lines, ["study,trial,square"] + [f"squares,{k},{k * k + i}" for k in range(20) for i in range(2)])
+        self.assertEqual(lines, ["study,trial,square"] + [f"squares,{k},{k * k + i}" for k in range(10) for i in range(2)])
         self.assertEqual(self.runs(), TRIALS)
         self.assertFalse((self.out / "jobs").exists(), "the tables hold all that they held")
 
@@ -177,7 +177,7 @@ class Trials(PlotsTest):
         done = self.fake("--out", self.out, FAKE_FAILS="7")
         self.assertEqual(done.returncode, 1)
         self.assertIn("trial 7 fails, as it was told to", done.stderr)
-        self.assertIn("fake, squares 8 of 20", done.stderr)
+        self.assertIn("fake, squares 8 of 10", done.stderr)
         begun = self.runs()
         self.assertFalse((self.out / "fake").exists())
         self.succeed()
