@@ -94,6 +94,8 @@ class TableOfFigures(PlotsTest):
             script = one.drawn_by.split()[0]
             self.assertTrue((ROOT / script).exists(), script)
             program = one.made_by.split()[0]
+            if one.trials:
+                self.assertEqual(one.tables, figure_sets.csv(" ".join(one.trials)))
             self.assertTrue(program == "course" or (ROOT / f"ch5_backend/apps/{program[len('ch5_'):]}.cc").exists())
 
     def test_the_chapter_drawn_twice_is_the_same_to_the_byte(self):

@@ -57,6 +57,17 @@ class BuildProgress(unittest.TestCase):
         phase.ninja_step("[1/9] Linking CXX static library libch5_backend.a")
         self.assertEqual(phase.done, progress.LIGHT_STEP)
 
+    def test_expected_work_goes_on_at_its_pace(self):
+        out, clock = Terminal(), Clock()
+        phase = progress.Progress("plots", out, clock, expected=200.0)
+        phase.expected_step("first")
+        clock.now += 20.0
+        phase.finished(50.0)
+        clock.now += 10.0
+        phase.expected_step("second")
+        self.assertTrue(out.getvalue().endswith("plots: about 50 s left: second"), "0.4 · 200 s − 30 s")
+        self.assertIn("plots: about 3 min left: first", out.getvalue())
+
 
 class BuildFolder(unittest.TestCase):
     def folder(self, **variables) -> str:

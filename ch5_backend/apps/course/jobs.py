@@ -18,6 +18,7 @@ from pathlib import Path
 
 from . import children
 from .errors import CourseError
+from .progress import Progress
 from .run import check_exit
 
 SECONDS_TOLD = 1.0  # between two looks at the time left
@@ -31,8 +32,8 @@ class Job:
     name: str
     result: Path = None
 
-    def is_done(self) -> bool:
-        return self.result is not None and self.result.exists()
+    def study(self) -> str:
+        return self.result.parent.name.rpartition("-")[0]
 
 
 def trial_jobs(command: tuple, name: str, studies: dict, folder: Path, seconds: float) -> list:
@@ -55,26 +56,25 @@ def key_of(words: tuple) -> str:
     return digest.hexdigest()[:16]
 
 
-def run_jobs(jobs: list, width: int, step) -> None:
-    """Runs all, `width` at a time; step(job, done) tells the job begun last and the guessed seconds of those done.
+def run_jobs(jobs: list, width: int, progress: Progress) -> None:
+    """Runs all, `width` at a time.
 
     Raises CourseError if one fails. Then, and after Ctrl-C, the running ones are ended, and the done ones stay.
     """
-    waiting, active, done, told, last = deque(jobs), [], 0.0, 0.0, None
+    waiting, active, told = deque(jobs), [], 0.0
     try:
         while waiting or active:
-            changed = False
             while waiting and len(active) < width:
-                last, changed = waiting.popleft(), True
-                active.append(_Run(last))
+                active.append(_Run(waiting.popleft()))
+                told = 0.0
+            if time.monotonic() - told > SECONDS_TOLD:
+                told = time.monotonic()
+                progress.expected_step(active[-1].job.name)
+            time.sleep(0.01)
             for run in [run for run in active if run.process.poll() is not None]:
                 active.remove(run)
                 run.finish()
-                done, changed = done + run.job.seconds, True
-            if last and (changed or time.monotonic() - told > SECONDS_TOLD):
-                told = time.monotonic()
-                step(last, done)
-            time.sleep(0.01)
+                progress.finished(run.job.seconds)
     finally:
         for run in active:
             run.abandon()

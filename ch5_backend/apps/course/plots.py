@@ -28,15 +28,14 @@ def plots(arguments) -> int:
         build_or_fail(targets)
     if arguments.shard:
         return run_share(sets, sets_to_make, out, arguments)
-    with alone_in(out), Progress("plots") as progress:
+    with alone_in(out):
         make = jobs_of(sets_to_make, out, arguments.quick)
         draw = [Job(one.command(one.drawn_by, out), one.seconds[1] / CORES, one.name) for one in sets]
-        total = sum(job.seconds for job in make + draw)
-        step = lambda done_before: lambda job, done: progress.guessed_step(job.name, done_before + done, total)
-        make_tables(make, step(0.0))
-        for one in sets_to_make:
-            merge_trials(one, out, arguments.quick)
-        run_jobs(draw, CORES, step(total - sum(job.seconds for job in draw)))
+        with Progress("plots", expected=sum(job.seconds for job in unfinished(make) + draw)) as progress:
+            make_tables(make, progress)
+            for one in sets_to_make:
+                merge_trials(one, out, arguments.quick)
+            run_jobs(draw, CORES, progress)
     print(f"The figures: {out}")
     return 0
 
@@ -79,29 +78,30 @@ def jobs_of(sets: list, out: Path, quick: bool) -> list:
         command += tuple(words.split())
         if one.trials:
             studies = {study: counts[quick] for study, counts in one.trials.items()}
-            found = trial_jobs(command, one.name, studies, jobs_folder(one, out), seconds)
+            share = sum(studies.values()) / sum(counts[0] for counts in one.trials.values())
+            found = trial_jobs(command, one.name, studies, jobs_folder(one, out), seconds * share)
         else:
             found = [Job(command, seconds, one.name)]
         jobs.update((job.command, job) for job in found if job.command not in jobs)
     return list(jobs.values())
 
 
-def make_tables(jobs: list, step) -> None:
+def unfinished(jobs: list) -> list:
+    return [job for job in jobs if not (job.result and job.result.exists())]
+
+
+def make_tables(jobs: list, progress: Progress) -> None:
     """Trials share the cores; other programs, some of which use them all or measure time, run one by one."""
-    left = [job for job in jobs if not job.is_done()]
-    before = sum(job.seconds for job in jobs if job.is_done())
-    alone = [job for job in left if job.result is None]
-    run_jobs(alone, 1, lambda job, done: step(job, before + done))
-    before += sum(job.seconds for job in alone)
-    run_jobs([job for job in left if job.result], CORES, lambda job, done: step(job, before + done))
+    left = unfinished(jobs)
+    run_jobs([job for job in left if not job.result], 1, progress)
+    run_jobs([job for job in left if job.result], CORES, progress)
 
 
 def merge_trials(one, out: Path, quick: bool) -> None:
     """The tables of a set of trials; then their files have served."""
     jobs = jobs_of([one], out, quick) if one.trials else []
     for study in one.trials:
-        merge([job for job in jobs if job.result.parent.name.startswith(f"{study}-")],
-              out / one.folder / "csv" / f"{study}.csv")
+        merge([job for job in jobs if job.study() == study], out / one.folder / "csv" / f"{study}.csv")
     clear(jobs_folder(one, out))
 
 
@@ -111,9 +111,8 @@ def run_share(sets: list, due: list, out: Path, arguments) -> int:
     share = jobs_of(sets, out, arguments.quick)[number - 1::count]
     wanted = {job.command for job in jobs_of(due, out, arguments.quick)}
     mine = [job for job in share if job.command in wanted]
-    total = sum(job.seconds for job in mine)
-    with Progress(f"share {number} of {count}") as progress:
-        make_tables(mine, lambda job, done: progress.guessed_step(job.name, done, total))
+    with Progress(f"share {number} of {count}", expected=sum(job.seconds for job in unfinished(mine))) as progress:
+        make_tables(mine, progress)
     print(f"Share {number} of {count} is done: {len(mine)} runs. After all shares, the same command without --shard "
           "draws the figures.")
     return 0

@@ -11,14 +11,17 @@ FIRST_GUESS = 3.0      # seconds of compiling before the first guess of the time
 
 
 class Progress:
-    """One phase of work, such as "build". Use as a context; call step() as often as you like."""
+    """One phase of work, such as "build". Use as a context; call step() as often as you like.
 
-    def __init__(self, phase: str, out=None, clock=time.monotonic):
+    `expected` is how many seconds the work may take, where that is known.
+    """
+
+    def __init__(self, phase: str, out=None, clock=time.monotonic, expected=0.0):
         self.phase, self.out, self.clock = phase, out or sys.stderr, clock
         self.start = self.told = clock()
         self.alive = self.out.isatty()
-        self.done = 0.0  # work so far, in units of a compiled file, or in guessed seconds
-        self.pace = 1.0  # seconds that a guessed second takes
+        self.done = 0.0  # work so far, in units of a compiled file, or in expected seconds
+        self.expected, self.pace = expected, 1.0  # the pace: true seconds to an expected one
 
     def __enter__(self):
         self.step("…")
@@ -47,12 +50,15 @@ class Progress:
         name = re.sub(r"^.*CMakeFiles/|\.o$", "", what.split()[-1]) if what.startswith("Building") else what
         self.step(f"{number} of {total}{guess}: {name}", in_pipes=True)
 
-    def guessed_step(self, text: str, done: float, total: float) -> None:
-        """Adds how long the rest may take: `done` of `total` seconds, as guessed beforehand, are behind us."""
-        seconds = self.clock() - self.start
-        if done != self.done:
-            self.done, self.pace = done, seconds / done
-        self.step(f"about {duration(self.pace * total - seconds)} left: {text}", in_pipes=True)
+    def expected_step(self, text: str) -> None:
+        """Adds how long the rest of `expected` may take, at the pace until now."""
+        left = self.pace * self.expected - (self.clock() - self.start)
+        self.step(f"about {duration(left)} left: {text}", in_pipes=True)
+
+    def finished(self, seconds: float) -> None:
+        """Work that was expected to take so long is done."""
+        self.done += seconds
+        self.pace = (self.clock() - self.start) / self.done
 
     def __exit__(self, kind, value, trace):
         if self.alive:

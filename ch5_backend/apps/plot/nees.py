@@ -9,7 +9,8 @@ import style
 from style import BLUE, GREEN, ORANGE, PALE, VERMILION, plt
 
 POLICIES = {"vins": "VINS", "okvis": "OKVIS"}
-MODES = {"none": ("none", ORANGE, "-"), "prior_only": ("prior only", BLUE, "--"), "full": ("full", GREEN, "-")}
+MODES = {"none": ("no first estimates", ORANGE, "-"), "prior_only": ("in the prior only", BLUE, "--"),
+         "full": ("full first estimates", GREEN, "-")}
 
 
 def draw(directory):
@@ -21,7 +22,7 @@ def draw(directory):
         curves = {label: (table.where(policy=policy, mode=mode), colour, dashes)
                   for mode, (label, colour, dashes) in MODES.items()}
         if policy == "vins":
-            curves = {"twice": (table.where(policy="vins twice"), VERMILION, ":"), **curves}
+            curves = {"observations used twice": (table.where(policy="vins twice"), VERMILION, ":"), **curves}
         for axes, (column, band, title) in zip(line, columns):
             for label, (rows, colour, dashes) in curves.items():
                 axes.plot(rows["t_s"], np.abs(rows[column]), dashes, color=colour, linewidth=1.5, label=label)
