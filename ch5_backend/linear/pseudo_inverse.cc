@@ -1,25 +1,24 @@
-#include <Eigen/Eigenvalues>
+#include <stdexcept>
 
 #include "ch5_backend/linear/reduced_solver.h"
+#include "ch5_backend/math/psd.h"
 
 namespace ch5 {
+
 namespace {
 
-class PseudoInverse : public ReducedSolver {
+class PseudoInverseSolver : public ReducedSolver {
  public:
-  explicit PseudoInverse(int nullity) : nullity_(nullity) {}
+  explicit PseudoInverseSolver(int nullity) : nullity_(nullity) {}
 
   void Prepare(const SymmetricBlockMatrix& S) override { A_.resize(S.Size(), S.Size()); }
-
-  // x = Σ v_k v_kᵀb/λ_k over all but the `nullity` smallest λ_k.
   bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& /*scale*/, VecX* x) override {
     S.CopyLower(&A_);
-    const Eigen::SelfAdjointEigenSolver<MatXX> eigen(A_);  // reads the lower half; eigenvalues ascend
-    const Eigen::Index rank = A_.rows() - nullity_;
-    if (eigen.info() != Eigen::Success || rank < 0 || !(eigen.eigenvalues().tail(rank).array() > 0.0).all())
+    try {
+      *x = PseudoInversePsd(A_.selfadjointView<Eigen::Lower>(), nullity_) * b;
+    } catch (const std::invalid_argument&) {
       return false;
-    const auto vectors = eigen.eigenvectors().rightCols(rank);
-    *x = vectors * (vectors.transpose() * b).cwiseQuotient(eigen.eigenvalues().tail(rank));
+    }
     return x->allFinite();
   }
 
@@ -30,6 +29,6 @@ class PseudoInverse : public ReducedSolver {
 
 }  // namespace
 
-std::unique_ptr<ReducedSolver> MakePseudoInverse(int nullity) { return std::make_unique<PseudoInverse>(nullity); }
+std::unique_ptr<ReducedSolver> MakePseudoInverse(int nullity) { return std::make_unique<PseudoInverseSolver>(nullity); }
 
 }  // namespace ch5

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <stdexcept>
 
 namespace ch5 {
 
@@ -47,6 +48,17 @@ MatXX PseudoInversePsd(const MatXX& A) {
   const double cut = static_cast<double>(A.rows()) * std::numeric_limits<double>::epsilon() * S.maxCoeff();
   const VecX S_inverse = (S.array() > cut).select(S.array().inverse(), 0.0);
   return eigen.eigenvectors() * S_inverse.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+MatXX PseudoInversePsd(const MatXX& A, int nullity) {
+  const Eigen::SelfAdjointEigenSolver<MatXX> eigen(A);  // eigenvalues ascend
+  const Eigen::Index rank = A.rows() - nullity;
+  if (eigen.info() != Eigen::Success || rank < 0 || !(eigen.eigenvalues().tail(rank).array() > 0.0).all()) {
+    throw std::invalid_argument("PseudoInversePsd: the matrix has more than " + std::to_string(nullity) +
+                                " eigenvalues that are not positive");
+  }
+  const MatXX vectors = eigen.eigenvectors().rightCols(rank);
+  return vectors * eigen.eigenvalues().tail(rank).cwiseInverse().asDiagonal() * vectors.transpose();
 }
 
 }  // namespace ch5

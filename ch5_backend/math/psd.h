@@ -14,4 +14,8 @@ std::string WhyNotPositiveSemiDefinite(const MatXX& A);
 /// Moore-Penrose inverse of a symmetric positive semi-definite `A` (n×n): eigenvalues ≤ n·ε·λ_max count as zero.
 MatXX PseudoInversePsd(const MatXX& A);
 
+/// The same where the rank is known, as with a free gauge: the `nullity` smallest eigenvalues count as zero.
+/// @throws std::invalid_argument if another eigenvalue is not positive
+MatXX PseudoInversePsd(const MatXX& A, int nullity);
+
 }  // namespace ch5

@@ -49,11 +49,8 @@ Covariance::Covariance(Graph* graph, const Selection& selection, CovarianceFacto
   solver_.SetOrdering();
   pose_numbers_ = NumbersOf(solver_.GetStructure().poses);
   landmark_numbers_ = NumbersOf(solver_.GetStructure().landmarks);
-  for (const HeldDirections& h : held) {
-    const auto pose = pose_numbers_.find(h.vertex.get());
-    if (pose != pose_numbers_.end()) projections_[pose->second] = ProjectionBesides(h.rows());
-  }
   solver_.MakeHessian();
+  for (const auto& [pose, projection] : solver_.HeldPoses()) projections_[pose] = projection;
   VecX delta_x;
   if (!solver_.SolveLinearSystem(0.0, &delta_x)) ThrowSingular();
   inverse_ = std::make_unique<SelectedInverse>(factorization_->Cholesky());
@@ -98,7 +95,7 @@ std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex
   return influences;
 }
 
-// Takes out what HoldDirections has put into H⁻¹ in place of the held directions.
+// Takes out what HoldPoses has put into H⁻¹ in place of the held directions.
 void Covariance::Project(int pose, Eigen::Ref<MatXX> rows) const {
   const auto held = projections_.find(pose);
   if (held != projections_.end()) rows = (held->second * rows).eval();

@@ -46,6 +46,8 @@ class Covariance {
   /// @throws CovarianceError if a vertex is fixed, or takes no part
   MatXX Block(const Vertex& a, const Vertex& b);
   std::vector<MatXX> Blocks(const std::vector<VertexPair>& pairs);
+  /// The free vertices, as their rows are ordered.
+  const Ordering& GetOrdering() const { return solver_.GetStructure().ordering; }
   /// Σ A over all free vertices, with rows as OrderingId says.
   /// @param A  as many rows as there are unknowns
   MatXX Multiply(const MatXX& A);
@@ -66,7 +68,7 @@ class Covariance {
   SparseSolver solver_;
   Factorization* factorization_;                                            // belongs to solver_
   std::unordered_map<const Vertex*, int> pose_numbers_, landmark_numbers_;  // in the solver's structure
-  std::unordered_map<int, MatXX> projections_;                              // Π of held poses, see HoldDirections
+  std::unordered_map<int, MatXX> projections_;                              // Π of held poses, see HoldPoses
   std::unique_ptr<SelectedInverse> inverse_;
   std::map<int, MatXX> columns_;  // of S⁻¹, where the selected inverse did not do
 };

@@ -73,13 +73,17 @@ struct HeldDirections {
   std::function<MatXX()> rows;     ///< C at the present states, k×LocalDimension(), of rank k ≥ 1
 };
 
-/// With Π = I − C⁺C for the held vertices and the identity for the others,  H ← Π H Π + (I − Π) h,  b ← Π b: what remains
-/// is a system without the held directions, in which no step goes; h > 0 keeps it regular. A fixed vertex, or one
-/// without part in the structure, is held already.
-/// @throws std::invalid_argument if C has another number of columns, or a landmark is to be held
-void HoldDirections(const Structure& structure, const std::vector<HeldDirections>& held, Linearized* system);
+/// Π = I − C⁺C of a vertex, which takes the held directions out of δ.
+struct HeldPose {
+  int pose;
+  MatXX projection;
+};
 
-/// Π of one vertex.
-MatXX ProjectionBesides(const MatXX& C);
+/// Π at the present states of each held vertex; one that is fixed, or without part in the structure, is held already.
+/// @throws std::invalid_argument if C has another number of columns, or a landmark is to be held
+std::vector<HeldPose> FindHeldPoses(const Structure& structure, const std::vector<HeldDirections>& held);
+
+/// H ← Π H Π + (I − Π) h,  b ← Π b: what remains is a system without the held directions; h > 0 keeps it regular.
+void HoldPoses(const Structure& structure, const std::vector<HeldPose>& held, Linearized* system);
 
 }  // namespace ch5

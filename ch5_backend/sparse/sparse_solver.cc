@@ -107,7 +107,8 @@ void SparseSolver::MakeHessian() {
   has_step_ = false;
   if (batch_.Active()) batch_.LoadPoses();
   Linearize(structure_, batch_, has_numeric_jacobians_ ? &one_thread_ : &pool_, &linearized_);
-  HoldDirections(structure_, held_, &linearized_);
+  held_poses_ = FindHeldPoses(structure_, held_);
+  HoldPoses(structure_, held_poses_, &linearized_);
 }
 
 double SparseSolver::ComputeChi() {
@@ -140,6 +141,10 @@ bool SparseSolver::SolveLinearSystem(double lambda, VecX* delta_x) {
   has_step_ = false;
   if (!InvertLandmarks(structure_, linearized_, rule, &pool_, &eliminated_)) return false;
   if (structure_.NumPoses() > 0 && !SolvePoses(rule, &delta_poses_)) return false;
+  for (const auto& [pose, projection] : held_poses_) {  // what rounding has left along the held directions
+    auto delta = delta_poses_.segment(structure_.pose_offset[pose], structure_.pose_dim[pose]);
+    delta = (projection * delta).eval();
+  }
 
   step_.delta_x.resize(structure_.Size());
   step_.delta_x.head(structure_.ordering.dim_poses) = delta_poses_;

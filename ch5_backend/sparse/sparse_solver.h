@@ -52,6 +52,8 @@ class SparseSolver : public NormalEquations {
   const Structure& GetStructure() const { return structure_; }
   const Linearized& GetLinearized() const { return linearized_; }
   const Eliminated& GetEliminated() const { return eliminated_; }
+  /// What the last MakeHessian has held.
+  const std::vector<HeldPose>& HeldPoses() const { return held_poses_; }
   /// H with all its zeros, and S of the last SolveLinearSystem (empty if it is implicit): for tests and small problems.
   MatXX DenseHessian() const;
   MatXX SchurComplement() const { return eliminated_.S.Dense(); }
@@ -79,6 +81,7 @@ class SparseSolver : public NormalEquations {
   Graph* graph_;
   Selection selection_;
   std::vector<HeldDirections> held_;
+  std::vector<HeldPose> held_poses_;  // of this Hessian
   mutable ThreadPool pool_;
   ThreadPool one_thread_;  // for edges whose Jacobians are numeric
   bool has_numeric_jacobians_ = false;

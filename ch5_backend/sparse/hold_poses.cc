@@ -9,12 +9,6 @@ namespace {
 
 using Block = Eigen::Map<MatXX, 0, Eigen::OuterStride<>>;
 
-// The vertex's number among the poses, or −1 if it has no rows.
-int PoseNumber(const Structure& s, const Vertex& vertex) {
-  const auto found = std::find(s.poses.begin(), s.poses.end(), &vertex);
-  return found == s.poses.end() ? -1 : static_cast<int>(found - s.poses.begin());
-}
-
 Block BlockOf(const Structure& s, int row, int column, int number, SymmetricBlockMatrix* H_pp) {
   const int rows = s.pose_dim[row];
   return Block(H_pp->Values(number), rows, s.pose_dim[column], Eigen::OuterStride<>(Stride(rows)));
@@ -46,28 +40,33 @@ void ProjectCoupling(const Structure& s, int i, const MatXX& projection, Scalar*
 
 }  // namespace
 
-MatXX ProjectionBesides(const MatXX& C) {
-  const Eigen::CompleteOrthogonalDecomposition<MatXX> decomposition(C);
-  return MatXX::Identity(C.cols(), C.cols()) - decomposition.pseudoInverse() * C;
-}
-
-// The normal equations of the constraints C δ = 0, by their null space.  Nocedal & Wright (2006), §15.3
-void HoldDirections(const Structure& s, const std::vector<HeldDirections>& held, Linearized* system) {
+std::vector<HeldPose> FindHeldPoses(const Structure& s, const std::vector<HeldDirections>& held) {
+  std::vector<HeldPose> poses;
   for (const HeldDirections& h : held) {
     const MatXX C = h.rows();
-    if (C.cols() != h.vertex->LocalDimension() || h.vertex->GetRole() == Role::kLandmark) {
-      throw std::invalid_argument("HoldDirections: " + h.vertex->TypeInfo() + " cannot be held in directions of " +
-                                  std::to_string(C.cols()) + " numbers: it is a landmark, or has " +
-                                  std::to_string(h.vertex->LocalDimension()) + " degrees of freedom");
+    const int dim = h.vertex->LocalDimension();
+    if (C.cols() != dim || h.vertex->GetRole() == Role::kLandmark) {
+      throw std::invalid_argument("HeldDirections: " + h.vertex->TypeInfo() + " cannot be held along " +
+                                  std::to_string(C.cols()) + " coordinates: it is a landmark, or has " +
+                                  std::to_string(dim) + " degrees of freedom");
     }
-    const int i = PoseNumber(s, *h.vertex);
-    if (i < 0) continue;
-    const MatXX projection = ProjectionBesides(C);
+    const auto found = std::find(s.poses.begin(), s.poses.end(), h.vertex.get());
+    if (found == s.poses.end()) continue;
+    const Eigen::CompleteOrthogonalDecomposition<MatXX> decomposition(C);
+    poses.push_back(
+        {static_cast<int>(found - s.poses.begin()), MatXX::Identity(dim, dim) - decomposition.pseudoInverse() * C});
+  }
+  return poses;
+}
+
+// The normal equations under the constraints C δ = 0, by their null space.  Nocedal & Wright (2006), §15.3
+void HoldPoses(const Structure& s, const std::vector<HeldPose>& held, Linearized* system) {
+  for (const auto& [i, projection] : held) {
     ProjectPoseBlocks(s, i, projection, &system->H_pp);
     if (system->H_pl.single_precision) ProjectCoupling(s, i, projection, system->H_pl.Numbers<float>());
     if (!system->H_pl.single_precision) ProjectCoupling(s, i, projection, system->H_pl.Numbers<double>());
     auto b = system->b.segment(s.pose_offset[i], s.pose_dim[i]);
-    b = projection * b;
+    b = (projection * b).eval();
   }
 }
 
