@@ -60,14 +60,6 @@ void AddPoints(const Trajectory& path, const VisualInertialOptions& o, Random* r
   }
 }
 
-std::shared_ptr<const Preintegration> Integrate(const std::vector<ImuReading>& readings, const StampedState& from,
-                                                double t1, const ImuNoise& noise) {
-  const std::vector<ImuSample> samples = SamplesBetween(readings, from.t, t1);
-  auto imu = std::make_shared<Preintegration>(samples.front(), from.b_a, from.b_g, noise);
-  for (size_t k = 1; k < samples.size(); ++k) imu->Add(samples[k]);
-  return imu;
-}
-
 }  // namespace
 
 Calibration GaugeCamera() {
@@ -101,12 +93,24 @@ VisualInertialScene SimulateVisualInertial(const VisualInertialOptions& o) {
     scene.truth.push_back({t, motion.T_W_B, motion.v_W, Vec3::Zero(), Vec3::Zero()});
   }
   for (int i = 0; i + 1 < o.keyframes; ++i) {
-    scene.imu.push_back(Integrate(imu.readings, scene.truth[i], scene.truth[i + 1].t, scene.calibration.noise));
+    scene.imu.push_back(IntegrateBetween(imu.readings, scene.truth[i], scene.truth[i + 1].t, scene.calibration.noise));
   }
   Random random(3 * o.seed + 1);
   AddPoints(path, o, &random, &scene);
   PerturbStart(o.start, 3 * o.seed + 2, &scene);
   return scene;
+}
+
+std::shared_ptr<const Preintegration> IntegrateBetween(const std::vector<ImuReading>& imu, const StampedState& from,
+                                                       double t1, const ImuNoise& noise) {
+  const std::vector<ImuSample> samples = SamplesBetween(imu, from.t, t1);
+  if (samples.empty()) {
+    throw std::invalid_argument("IntegrateBetween: the IMU has no readings from " + std::to_string(from.t) + " to " +
+                                std::to_string(t1) + " s");
+  }
+  auto preintegration = std::make_shared<Preintegration>(samples.front(), from.b_a, from.b_g, noise);
+  for (size_t k = 1; k < samples.size(); ++k) preintegration->Add(samples[k]);
+  return preintegration;
 }
 
 void PerturbStart(const Perturbation& start, uint64_t seed, VisualInertialScene* scene) {

@@ -1,0 +1,52 @@
+#pragma once
+/// The experiments of the gauge paper and beyond it, trial by trial: ch5_gauge STUDY --trial K writes the rows of one
+/// trial, and plot/gauge.py draws what many trials say.
+///
+/// Source: Zhang, Gallego, Scaramuzza, RA-L 2018, §V–VI.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/world/files/csv.h"
+#include "ch5_backend/world/simulate/visual_inertial_ba.h"
+
+namespace ch5 {
+
+struct GaugeStudy {
+  std::string name;
+  /// @param trial  0, 1, …: another scene
+  /// @param data   the folder of real recordings, for those that read one
+  CsvTable (*run)(int trial, const std::filesystem::path& data);
+};
+
+const std::vector<GaugeStudy>& GaugeStudies();
+
+/// Table II and Fig. 7: iterations, time and errors of each way to handle the gauge, in six scenes; errors where the
+/// iteration stops by the usual rules, and at convergence.
+CsvTable GaugeMethodsTable(int trial, const std::filesystem::path&);
+/// Figs. 4, 5: the prior's weight from 0 to 1e8.
+CsvTable GaugeSweepTable(int trial, const std::filesystem::path&);
+/// Fig. 6: reprojection error and prior error after each iteration.
+CsvTable GaugeConvergenceTable(int trial, const std::filesystem::path&);
+/// All eigenvalues of H, with the IMU and without.
+CsvTable GaugeSpectrumTable(int trial, const std::filesystem::path&);
+/// How far the free covariance is from the fixed one, before and after its transformation.
+CsvTable GaugeCovarianceTable(int trial, const std::filesystem::path&);
+/// Fig. 9: standard deviations of each keyframe in each gauge.
+CsvTable GaugeDeviationsTable(int trial, const std::filesystem::path&);
+/// Figs. 8, 10: the covariance matrices of the keyframes themselves.
+CsvTable GaugeMatricesTable(int trial, const std::filesystem::path&);
+/// What the curve over the weight owes to damping, stop rules, start and the place of the prior.
+CsvTable PriorChoiceTable(int trial, const std::filesystem::path&);
+/// Table III: thirty keyframes of real recordings.
+CsvTable GaugeRecordingsTable(int trial, const std::filesystem::path& data);
+
+/// The paper's scenes: {"sine", "arc", "rec"} × {"planes", "random"}.
+struct GaugeConfiguration {
+  std::string path, points;
+  VisualInertialOptions options;
+};
+std::vector<GaugeConfiguration> GaugeConfigurations(int trial);
+
+}  // namespace ch5
