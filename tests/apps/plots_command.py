@@ -238,8 +238,9 @@ class Schedulers(PlotsTest):
         self.assertEqual((self.runs(), self.results()), (2 * TRIALS, self.whole))
 
     def test_gnu_parallel_runs_the_shares(self):
-        if not shutil.which("parallel"):
-            self.skipTest("GNU parallel is not installed (Debian: parallel)")
+        found = shutil.which("parallel")
+        if not found or b"GNU" not in subprocess.run([found, "--version"], capture_output=True).stdout:
+            self.skipTest("GNU parallel is not installed (Debian: parallel; that of moreutils is another)")
         self.check_shares(self.shell(f"seq 4 | parallel {self.share} {{}}/4", self.environment()))
 
     def test_a_slurm_array_runs_the_shares(self):
