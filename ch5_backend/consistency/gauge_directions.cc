@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "ch5_backend/marginalize/scoped_linearization_point.h"
 #include "ch5_backend/types/vertices.h"
 
 namespace ch5 {
@@ -38,7 +37,6 @@ std::vector<std::string> GaugeDirectionNames(GaugeGroup group) {
 }
 
 MatXX GaugeDirections(const Vertices& vertices, const GaugeOptions& options) {
-  const ScopedLinearizationPoint at_linearization_points(options.linearization_points);
   const auto is_local = [&](const std::shared_ptr<Vertex>& vertex) {
     return std::find(options.local_poses.begin(), options.local_poses.end(), vertex.get()) != options.local_poses.end();
   };

@@ -1,21 +1,18 @@
 #pragma once
 /// The directions of the gauge: the motions of the whole world that no measurement can observe.
 ///
-/// Their formulas are in gauge_freedom.h; here they get names, may be taken at the linearisation points of a prior, and turn
-/// about the middle of the poses, so that a leak along one of them has a meaning.
+/// Their formulas are in gauge_freedom.h; here they get names and turn about the middle of the poses, so that a leak along one of them has a meaning.
 
 #include <string>
 #include <vector>
 
 #include "ch5_backend/consistency/gauge_freedom.h"
-#include "ch5_backend/marginalize/edge_prior.h"
 
 namespace ch5 {
 
 struct GaugeOptions {
   GaugeGroup group = GaugeGroup::kVisualInertial;
-  std::vector<const Vertex*> local_poses;       ///< poses that are not expressed in W, such as an extrinsic
-  const Prior* linearization_points = nullptr;  ///< take n at this prior's x₀, as EdgeFirstEstimate does; null: at x
+  std::vector<const Vertex*> local_poses;  ///< poses that are not expressed in W, such as an extrinsic
 };
 
 /// Names of the directions, in the order of the columns of GaugeDirections.

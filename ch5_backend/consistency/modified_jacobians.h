@@ -1,6 +1,6 @@
 #pragma once
 /// An edge that takes over another edge's residual, information and loss, but has Jacobians of its own: the base of
-/// first-estimate Jacobians (first_estimates.h) and of the observability constraints (observability.h).
+/// the observability constraints (observability.h), and of first-estimate Jacobians.
 
 #include "ch5_backend/graph/edge.h"
 

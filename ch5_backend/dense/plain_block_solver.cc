@@ -179,25 +179,10 @@ MatXX PlainBlockSolver::SchurComplement() const {
 
 // ---- states ----------------------------------------------------------------------------------------------------
 
-void PlainBlockSolver::UpdateStates(const VecX& delta_x) {
-  for (const auto* vertices : {&ordering_.poses, &ordering_.landmarks}) {
-    for (const auto& vertex : *vertices) {
-      vertex->BackUpParameters();
-      vertex->Plus(delta_x.data() + vertex->OrderingId());
-    }
-  }
-}
+void PlainBlockSolver::UpdateStates(const VecX& delta_x) { Update(ordering_, delta_x); }
 
-void PlainBlockSolver::RollbackStates() {
-  for (const auto& vertex : ordering_.poses) vertex->RollBackParameters();
-  for (const auto& vertex : ordering_.landmarks) vertex->RollBackParameters();
-}
+void PlainBlockSolver::RollbackStates() { RollBack(ordering_); }
 
-double PlainBlockSolver::StateNorm() const {
-  double sum = 0.0;
-  for (const auto& vertex : ordering_.poses) sum += vertex->Parameters().squaredNorm();
-  for (const auto& vertex : ordering_.landmarks) sum += vertex->Parameters().squaredNorm();
-  return std::sqrt(sum);
-}
+double PlainBlockSolver::StateNorm() const { return ch5::StateNorm(ordering_); }
 
 }  // namespace ch5

@@ -37,25 +37,10 @@ bool Problem::SolveDense(const MatXX& A, const VecX& b, VecX* x) const {
   return SolvePcg(A, b, /*max_iterations=*/10 * static_cast<int>(A.rows()) + 100, /*tolerance=*/1e-14, x);
 }
 
-void Problem::UpdateStates(const VecX& delta_x) {
-  for (const auto* vertices : {&ordering_.poses, &ordering_.landmarks}) {
-    for (const auto& vertex : *vertices) {
-      vertex->BackUpParameters();
-      vertex->Plus(delta_x.data() + vertex->OrderingId());
-    }
-  }
-}
+void Problem::UpdateStates(const VecX& delta_x) { Update(ordering_, delta_x); }
 
-void Problem::RollbackStates() {
-  for (const auto& vertex : ordering_.poses) vertex->RollBackParameters();
-  for (const auto& vertex : ordering_.landmarks) vertex->RollBackParameters();
-}
+void Problem::RollbackStates() { RollBack(ordering_); }
 
-double Problem::StateNorm() const {
-  double sum = 0.0;
-  for (const auto& vertex : ordering_.poses) sum += vertex->Parameters().squaredNorm();
-  for (const auto& vertex : ordering_.landmarks) sum += vertex->Parameters().squaredNorm();
-  return std::sqrt(sum);
-}
+double Problem::StateNorm() const { return ch5::StateNorm(ordering_); }
 
 }  // namespace ch5

@@ -1,5 +1,7 @@
 #include "ch5_backend/graph/ordering.h"
 
+#include <cmath>
+
 #include <algorithm>
 #include <string>
 #include <unordered_set>
@@ -103,6 +105,27 @@ std::vector<int> LandmarkOfEachEdge(const Ordering& ordering) {
     }
   }
   return landmarks;
+}
+
+void Update(const Ordering& ordering, const VecX& delta_x) {
+  for (const auto* vertices : {&ordering.poses, &ordering.landmarks}) {
+    for (const auto& vertex : *vertices) {
+      vertex->BackUpParameters();
+      vertex->Plus(delta_x.data() + vertex->OrderingId());
+    }
+  }
+}
+
+void RollBack(const Ordering& ordering) {
+  for (const auto& vertex : ordering.poses) vertex->RollBackParameters();
+  for (const auto& vertex : ordering.landmarks) vertex->RollBackParameters();
+}
+
+double StateNorm(const Ordering& ordering) {
+  double sum = 0.0;
+  for (const auto& vertex : ordering.poses) sum += vertex->Parameters().squaredNorm();
+  for (const auto& vertex : ordering.landmarks) sum += vertex->Parameters().squaredNorm();
+  return std::sqrt(sum);
 }
 
 }  // namespace ch5

@@ -49,6 +49,12 @@ struct Ordering {
 /// a fixed vertex has no columns, and a vertex without edges would leave H with a zero row.
 Ordering MakeOrdering(const Graph& graph, const Selection& selection = {});
 
+/// x ← x ⊞ δ of all free vertices, which remember x; RollBack undoes the last Update to the bit.
+void Update(const Ordering& ordering, const VecX& delta_x);
+void RollBack(const Ordering& ordering);
+/// ‖x‖ over the free vertices.
+double StateNorm(const Ordering& ordering);
+
 /// The number of the free landmark of each edge, or −1 if it has none.
 /// @throws GraphError if an edge has two: H_ll would then not be block diagonal, as eliminating a landmark must not
 ///         affect another. Both are named.

@@ -30,7 +30,7 @@ void BackSubstitute(const Structure& s, const Linearized& y, const Eliminated& e
   y.H_pp.Multiply(delta_x.data(), step->H_pp_delta.data());
   const double of_poses = delta_poses.dot(y.b.head(s.ordering.dim_poses) - 0.5 * step->H_pp_delta);
 
-  const auto range = Dispatch<BackSubstituteRange>({s.sizes.rows, s.sizes.columns, y.H_pl.single_precision});
+  const auto range = Dispatch<BackSubstituteRange>(y.SizesFor(s));
   const double of_landmarks =
       ParallelSum(pool, s.NumLandmarks(), kLandmarks, &step->partial_sums,
                   [&](int begin, int end) { return range(s, y, eliminated, begin, end, delta_x.data()); });

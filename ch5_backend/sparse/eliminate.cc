@@ -176,7 +176,7 @@ void Eliminated::Resize(const Structure& s) {
 
 bool InvertLandmarks(const Structure& s, const Linearized& y, const DampingRule& rule, ThreadPool* pool,
                      Eliminated* eliminated) {
-  const auto invert = Dispatch<InvertRange>({s.sizes.rows, s.sizes.columns, y.H_pl.single_precision});
+  const auto invert = Dispatch<InvertRange>(y.SizesFor(s));
   std::atomic<bool> ok{true};
   ParallelFor(pool, s.NumLandmarks(), kLandmarks, [&](int begin, int end) {
     if (!invert(s, y, begin, end, rule, eliminated)) ok = false;
@@ -191,7 +191,7 @@ SchurGroups PrepareSchurGroups(const Structure& s, const SymmetricBlockMatrix& S
 void FormSchurComplement(const Structure& s, const Linearized& y, const DampingRule& rule, SchurGroups* groups,
                          ThreadPool* pool, Eliminated* eliminated) {
   const bool fixed = s.sizes.AreFixed();
-  const auto subtract_group = kernels::SubtractGroupFor({s.sizes.rows, s.sizes.columns, y.H_pl.single_precision});
+  const auto subtract_group = kernels::SubtractGroupFor(y.SizesFor(s));
   SymmetricBlockMatrix& S = eliminated->S;
   pool->Run(static_cast<int>(groups->ranges.size()), [&](int k) {
     SchurGroups::ColumnRange& range = groups->ranges[k];

@@ -28,9 +28,8 @@ struct LandmarkRow {
 }  // namespace
 
 VecX MultiplyHessian(const Structure& s, const Linearized& y, const VecX& v, ThreadPool* pool) {
-  const BlockSizes sizes{s.sizes.rows, s.sizes.columns, y.H_pl.single_precision};
-  const auto pose_row = Dispatch<PoseRow>(sizes);
-  const auto landmark_row = Dispatch<LandmarkRow>(sizes);
+  const auto pose_row = Dispatch<PoseRow>(y.SizesFor(s));
+  const auto landmark_row = Dispatch<LandmarkRow>(y.SizesFor(s));
   VecX product = VecX::Zero(s.Size());
   y.H_pp.Multiply(v.data(), product.data());
   pool->Run(s.NumPoses(), [&](int j) { pose_row(s, y, j, v.data(), product.data()); });

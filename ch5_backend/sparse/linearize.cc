@@ -221,7 +221,7 @@ void Linearized::Resize(const Structure& s) {
 }
 
 void Linearize(const Structure& s, const WeightedEdgeBatch& batch, ThreadPool* pool, Linearized* system) {
-  const auto linearize_chunk = Dispatch<LinearizeChunk>({s.sizes.rows, s.sizes.columns, system->H_pl.single_precision});
+  const auto linearize_chunk = Dispatch<LinearizeChunk>(system->SizesFor(s));
   pool->Run(s.NumChunks(), [&](int chunk) { linearize_chunk(s, batch, chunk, system); });
 
   ParallelFor(pool, s.num_active_edges - s.num_landmark_edges, kEdges, [&](int begin, int end) {

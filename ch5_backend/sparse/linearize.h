@@ -58,6 +58,8 @@ struct Linearized {
   AlignedVector normal_equations;  ///< of each edge between poses, negative
   InformationFactors factors;
 
+  /// The sizes by which its kernels are dispatched.
+  BlockSizes SizesFor(const Structure& s) const { return {s.sizes.rows, s.sizes.columns, H_pl.single_precision}; }
   /// Takes all memory for this structure; H_pl's precision must have been chosen.
   void Resize(const Structure& structure);
 };

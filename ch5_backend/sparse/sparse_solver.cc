@@ -180,16 +180,8 @@ void SparseSolver::UpdateStates(const VecX& delta_x) {
   }
 }
 
-void SparseSolver::RollbackStates() {
-  for (Vertex* vertex : structure_.poses) vertex->RollBackParameters();
-  for (Vertex* vertex : structure_.landmarks) vertex->RollBackParameters();
-}
+void SparseSolver::RollbackStates() { RollBack(structure_.ordering); }
 
-double SparseSolver::StateNorm() const {
-  double sum = 0.0;
-  for (const Vertex* vertex : structure_.poses) sum += vertex->Parameters().squaredNorm();
-  for (const Vertex* vertex : structure_.landmarks) sum += vertex->Parameters().squaredNorm();
-  return std::sqrt(sum);
-}
+double SparseSolver::StateNorm() const { return ch5::StateNorm(structure_.ordering); }
 
 }  // namespace ch5

@@ -1,4 +1,6 @@
-#include "ch5_backend/consistency/first_estimates.h"
+#include "tests/consistency/first_estimates.h"
+
+#include <gtest/gtest.h>
 
 #include "tests/consistency/scenes.h"
 
@@ -70,10 +72,12 @@ struct SlidingWindow {
   // H of a solve: the graph's edges and the prior, linearised as the mode says.
   GaugeLeak Yaw() {
     std::vector<std::shared_ptr<Edge>> edges = window.graph.Edges();
-    window.options.linearization_points = Points(FirstEstimates::kAllEdges);
-    if (window.options.linearization_points) {
-      for (auto& edge : edges) edge = std::make_shared<EdgeFirstEstimate>(edge, window.options.linearization_points);
+    const Prior* points = Points(FirstEstimates::kAllEdges);
+    for (auto& edge : edges) {
+      if (points) edge = std::make_shared<EdgeFirstEstimate>(edge, points);
     }
+    // The Jacobians are taken where the prior's were, and so are the directions.
+    const ScopedLinearizationPoint at_first_estimates(points);
     return LeakAlong("yaw", AuditGauge(edges, window.options));
   }
 };

@@ -39,18 +39,6 @@ TEST(GaugeDirections, LocalPosesDoNotMove) {
   EXPECT_LT(N.col(3).head<3>().norm(), 1e-9);  // the centre is the mean of the other poses
 }
 
-// Vertices of the prior are taken at its x₀, and are back afterwards.
-TEST(GaugeDirections, AreTakenAtTheLinearizationPointsOfAPrior) {
-  auto pose = std::make_shared<VertexPose>();
-  const VecX there = VertexPose(ExpSO3({0.4, 0.0, 0.0}), Vec3::Zero()).Parameters(), now = pose->Parameters();
-  const Prior prior{{pose}, {there}, MatXX::Zero(1, 6), VecX::Zero(1)};
-  GaugeOptions options;
-  options.linearization_points = &prior;
-  const MatXX N = GaugeDirections({pose}, options);
-  EXPECT_LT((N.col(3).tail<3>() - ExpSO3({-0.4, 0.0, 0.0}) * Vec3::UnitZ()).norm(), 1e-9);
-  EXPECT_EQ(pose->Parameters(), now);
-}
-
 TEST(GaugeDirections, NamesAreThoseOfTheColumns) {
   EXPECT_EQ(GaugeDirectionNames(GaugeGroup::kVisualInertial), (std::vector<std::string>{"x", "y", "z", "yaw"}));
   EXPECT_EQ(GaugeDirectionNames(GaugeGroup::kMonocular).size(), 7u);

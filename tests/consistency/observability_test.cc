@@ -41,9 +41,8 @@ struct MovedWindow : FreeWindow {
   std::shared_ptr<Edge> ImuEdge() const { return graph.Edges()[1]; }
   // N₀: the directions at the first estimates.
   MatXX FirstDirections(const Edge& edge) const {
-    GaugeOptions at_first = options;
-    at_first.linearization_points = &prior;
-    return GaugeDirections(edge.Vertices(), at_first);
+    const ScopedLinearizationPoint at_first(&prior);
+    return GaugeDirections(edge.Vertices(), options);
   }
   Prior prior;
 };

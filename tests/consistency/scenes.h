@@ -1,7 +1,6 @@
 #pragma once
 /// Windows whose gauge nothing fixes, at rest and sliding.
 
-#include "ch5_backend/consistency/first_estimates.h"
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/marginalize/scoped_linearization_point.h"

@@ -3,15 +3,12 @@
 #include <Eigen/SVD>
 
 namespace ch5 {
-namespace {
 
 Vec3 Mean(const std::vector<Vec3>& points) {
   Vec3 sum = Vec3::Zero();
   for (const Vec3& x : points) sum += x;
   return sum / static_cast<double>(points.size());
 }
-
-}  // namespace
 
 std::optional<Similarity> AlignUmeyama(const std::vector<Vec3>& from, const std::vector<Vec3>& to) {
   if (from.size() != to.size() || from.size() < 3) return std::nullopt;

@@ -19,6 +19,9 @@ struct Similarity {
   Transform operator*(const Transform& T) const { return {q * T.q, *this * T.p}; }
 };
 
+/// @param points  at least one
+Vec3 Mean(const std::vector<Vec3>& points);
+
 /// argmin Σ ‖to_i − (s R from_i + p)‖², in closed form.
 /// @param from, to  as many points each [m]
 /// @return nullopt with fewer than three points, a number that is not finite, or points on one line: the rotation is

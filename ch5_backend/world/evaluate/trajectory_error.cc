@@ -7,12 +7,6 @@
 namespace ch5 {
 namespace {
 
-Vec3 Mean(const std::vector<Vec3>& points) {
-  Vec3 sum = Vec3::Zero();
-  for (const Vec3& x : points) sum += x;
-  return sum / static_cast<double>(points.size());
-}
-
 double Square(double x) { return x * x; }
 
 }  // namespace
