@@ -7,16 +7,6 @@
 namespace ch5 {
 namespace {
 
-MatXX Schur(const MatXX& H, Eigen::Index n) {
-  const Eigen::Index m = H.rows() - n;
-  return H.topLeftCorner(n, n) -
-         H.topRightCorner(n, m) * H.bottomRightCorner(m, m).inverse() * H.bottomLeftCorner(m, n);
-}
-VecX SchurB(const MatXX& H, const VecX& b, Eigen::Index n) {
-  const Eigen::Index m = H.rows() - n;
-  return b.head(n) - H.topRightCorner(n, m) * H.bottomRightCorner(m, m).inverse() * b.tail(m);
-}
-
 TEST(Marginalize, EqualsADenseSchurComplement) {
   for (const uint64_t seed : {1u, 2u, 3u}) {
     const SmallWindow window(seed);
