@@ -38,6 +38,19 @@ Qd ExpSO3(const Vec3& theta) {
   return Qd(std::cos(0.5 * angle), k * theta.x(), k * theta.y(), k * theta.z());
 }
 
+// q = [1 + cos θ, â × b̂] / √(2 (1 + cos θ))
+Qd RotationBetween(const Vec3& a, const Vec3& b) {
+  const Vec3 a_unit = a.normalized(), b_unit = b.normalized();
+  const double cos_angle = b_unit.dot(a_unit);
+  if (cos_angle < -1.0 + 1e-12) {
+    const Vec3 axis = a_unit.unitOrthogonal();
+    return Qd(0.0, axis.x(), axis.y(), axis.z());
+  }
+  const double s = std::sqrt((1.0 + cos_angle) * 2.0);
+  const Vec3 v = a_unit.cross(b_unit) * (1.0 / s);
+  return Qd(s * 0.5, v.x(), v.y(), v.z());
+}
+
 Vec3 LogSO3(const Qd& q) {
   const double sign = q.w() < 0.0 ? -1.0 : 1.0;  // the shorter way round
   const double w = sign * q.w();

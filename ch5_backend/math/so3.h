@@ -30,6 +30,10 @@ Qd ExpSO3(const Vec3& theta);
 /// Log: unit quaternion → rotation vector with ‖θ‖ ≤ π; q and −q give the same θ.
 Vec3 LogSO3(const Qd& q);
 
+/// The shortest rotation R that makes a point where b does:  R a ∥ b.  a, b 3×1, not zero; half a turn about some axis
+/// across a if they are opposite.
+Qd RotationBetween(const Vec3& a, const Vec3& b);
+
 /// J_l(θ) = I + (1−cos θ)/θ² [θ] + (θ−sin θ)/θ³ [θ]²:  Exp(θ+δ) ≈ Exp(J_l δ) Exp(θ).
 Mat33 LeftJacobianSO3(const Vec3& theta);
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "ch5_backend/math/so3.h"
+
 namespace ch5 {
 namespace {
 
@@ -172,7 +174,7 @@ void UpdateWeights(double sigma, double width, double track_depth, const Vec9& x
 // The states in a frame whose z axis is up.
 std::vector<StampedState> StatesOf(const std::vector<LinearMotion>& motion, const Vec9& x, const Vec3& b_g) {
   std::vector<StampedState> states;
-  const Qd q_W_B0 = Qd::FromTwoVectors(x.segment<3>(3), Vec3::UnitZ());
+  const Qd q_W_B0 = RotationBetween(x.segment<3>(3), Vec3::UnitZ());
   for (const LinearMotion& m : motion) {
     StampedState state;
     state.T_W_B = {(q_W_B0 * Qd(m.R)).normalized(), q_W_B0 * (m.P * x + m.a)};

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "ch5_backend/math/so3.h"
+
 namespace ch5 {
 
 std::optional<StandstillState> StandstillDetector::AddFrame(const CameraFrame& frame) {
@@ -21,7 +23,7 @@ std::optional<StandstillState> StandstillDetector::AddFrame(const CameraFrame& f
     state.b_g += reading.gyroscope / static_cast<double>(imu_.size());
   }
   if (std::abs(force.norm() - options_.gravity) > options_.acceleration) return std::nullopt;
-  state.q_W_B = Qd::FromTwoVectors(force, Vec3::UnitZ());
+  state.q_W_B = RotationBetween(force, Vec3::UnitZ());
   state.b_a = force - options_.gravity * force.normalized();
   return state;
 }
