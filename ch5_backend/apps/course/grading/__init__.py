@@ -1,0 +1,1 @@
+"""./course grade: marks for submissions that nobody trusts."""

@@ -1,0 +1,120 @@
+"""A program in the sandbox sees nothing of the machine, takes no more than it may, and leaves nothing behind."""
+
+import os
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+from unittest import mock
+
+import grading  # noqa: F401
+from course.errors import CourseError
+from course.grading import sandbox
+from course.grading.sandbox import MIB, Limits, Sandbox
+
+try:
+    sandbox.preflight()
+    WHY_NOT = ""
+except CourseError as error:
+    WHY_NOT = str(error)
+
+
+def shell(script: str, **limits):
+    return Sandbox(limits=Limits(**limits)).run(["sh", "-c", script])
+
+
+@unittest.skipIf(WHY_NOT, WHY_NOT)
+class Inside(unittest.TestCase):
+    def test_words_and_exit_code_come_out(self):
+        outcome = shell("echo $((6 * 7)); exit 3")
+        self.assertEqual((outcome.exit_code, outcome.output, outcome.in_time), (3, "42\n", True))
+
+    def test_only_the_system_and_what_is_bound_are_seen(self):
+        with tempfile.TemporaryDirectory() as folder:
+            os.chmod(folder, 0o755)
+            (Path(folder) / "given").write_text("read me")
+            box = Sandbox(read_only={"/in": folder})
+            outcome = box.run(["sh", "-c", f"cat /in/given; ls /; ls {grading.ROOT} /etc /home /root; echo x > /in/given"])
+            self.assertEqual((Path(folder) / "given").read_text(), "read me")
+        self.assertTrue(outcome.output.startswith("read mebin\ndev\nin\nlib"), outcome.output)
+        self.assertEqual(outcome.output.count("No such file"), 4, outcome.output)
+        self.assertIn("Read-only file system", outcome.output)
+
+    def test_it_is_nobody_without_rights(self):
+        outcome = shell("id -u; grep -E 'CapEff|NoNewPrivs|Seccomp:' /proc/self/status")
+        self.assertRegex(outcome.output, r"CapEff:\s+0{16}\nNoNewPrivs:\s+1\nSeccomp:\s+2")
+        self.assertNotEqual(outcome.output.split()[0], "0")
+
+    def test_no_network_and_no_new_namespace(self):
+        outcome = shell("python3 -c 'import socket; socket.socket()'; unshare -U true")
+        self.assertEqual(outcome.output.count("Operation not permitted"), 2, outcome.output)
+
+    def test_other_processes_are_not_there(self):
+        with subprocess.Popen(["sleep", "60"]) as other:
+            outcome = shell(f"ls -d /proc/[0-9]* | wc -l; kill -9 {other.pid}")
+            self.assertIsNone(other.poll())
+            other.kill()
+        self.assertLess(int(outcome.output.split()[0]), 8)
+
+    def test_what_the_parent_has_open_is_not_inherited(self):
+        with tempfile.TemporaryFile() as secret:
+            os.set_inheritable(secret.fileno(), True)
+            command = Sandbox().wrap(["ls", "/proc/self/fd"])
+            found = subprocess.run(command, pass_fds=(secret.fileno(),), capture_output=True, text=True, check=False).stdout
+        self.assertEqual(found.split(), ["0", "1", "2", "3"])  # 3 is the folder that ls reads
+
+    def test_an_endless_loop_ends_by_its_processor_time(self):
+        outcome = shell("while :; do :; done", seconds=1)
+        self.assertFalse(outcome.in_time)
+        self.assertLess(outcome.cpu_seconds, 3.0)
+
+    def test_a_sleeper_ends_by_the_wall_clock_even_if_it_ignores_signals(self):
+        begin = time.monotonic()
+        outcome = shell("trap '' TERM INT HUP XCPU; while :; do sleep 1; done", wall_seconds=1.0)
+        self.assertFalse(outcome.in_time)
+        self.assertLess(time.monotonic() - begin, 5.0)
+
+    def test_a_fork_bomb_finds_its_limit(self):
+        outcome = shell("f() { f | f & }; f; sleep 1; echo survived", processes=12, wall_seconds=10.0)
+        self.assertIn("Cannot fork", outcome.output)
+
+    def test_nothing_outlives_it(self):
+        mark = f"4{os.getpid()}.5"  # seconds that nobody else sleeps
+        shell(f"sleep {mark} & setsid sleep {mark} & (setsid sleep {mark} &) & exit 0")
+        left = subprocess.run(["pgrep", "-f", f"sleep {mark}"], capture_output=True, text=True, check=False).stdout
+        self.assertEqual(left, "")
+
+    def test_memory_files_and_words_have_limits(self):
+        self.assertIn("MemoryError", shell("python3 -c 'x = bytearray(3 << 30)'").output)
+        flood = shell("yes", file_size=8 * MIB, output=1000)
+        self.assertEqual((len(flood.output), flood.exit_code < 0), (1000, True))
+        full = shell("head -c 100M /dev/zero > /tmp/a; head -c 100M /dev/zero > /tmp/b; ls -s /tmp", file_size=16 * MIB)
+        self.assertLess(sum(int(word) for word in full.output.split() if word.isdigit()), 70_000)
+
+    def test_a_hundred_runs_leave_no_process_and_no_descriptor(self):
+        def count():
+            return len(os.listdir("/proc/self/fd"))
+        shell("true")
+        before = count()
+        for _ in range(100):
+            self.assertEqual(shell("echo x").output, "x\n")
+        self.assertEqual(count(), before)
+        self.assertEqual(subprocess.run(["pgrep", "-P", str(os.getpid())], capture_output=True, check=False).stdout, b"")
+
+
+class Preflight(unittest.TestCase):
+    def test_without_bubblewrap_it_says_so_and_runs_nothing(self):
+        with mock.patch.object(sandbox.shutil, "which", return_value=None):
+            with self.assertRaisesRegex(CourseError, "bwrap is missing .*Nothing was run"):
+                sandbox.preflight()
+
+    @unittest.skipIf(WHY_NOT, WHY_NOT)
+    def test_where_it_does_not_hold_it_says_so(self):
+        with mock.patch.object(Sandbox, "wrap", lambda self, command: command):
+            with self.assertRaisesRegex(CourseError, "cannot make one here"):
+                sandbox.preflight()
+
+
+if __name__ == "__main__":
+    unittest.main()

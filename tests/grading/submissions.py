@@ -1,0 +1,117 @@
+"""Only the homework's own files are taken from a submission, as bytes; whatever else it holds is not touched."""
+
+import io
+import os
+import tarfile
+import tempfile
+import unittest
+import zipfile
+from pathlib import Path
+
+import grading  # noqa: F401
+from course.errors import CourseError
+from course.grading.submission import LARGEST, collect
+
+CODE = b"// mine\n"
+
+
+class Submissions(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def zip(self, *members, name="anna.zip"):
+        path = self.folder / name
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            for member, content in members:
+                archive.writestr(member, content)
+        return collect(path)
+
+    def tar(self, *members):
+        path = self.folder / "anna.tar.gz"
+        with tarfile.open(path, "w:gz") as archive:
+            for member, content in members:
+                info = member if isinstance(member, tarfile.TarInfo) else tarfile.TarInfo(member)
+                info.size = len(content)
+                archive.addfile(info, io.BytesIO(content))
+        return collect(path)
+
+    def test_a_file_a_folder_a_zip_and_a_tar_give_the_same(self):
+        work = self.folder / "work" / "deep"
+        work.mkdir(parents=True)
+        (work / "problem.cc").write_bytes(CODE)
+        found = [collect(work / "problem.cc"), collect(work.parent), self.zip(("hw/problem.cc", CODE)),
+                 self.tar(("hw/problem.cc", CODE))]
+        self.assertEqual([one.files for one in found], [{"problem.cc": CODE}] * 4)
+        self.assertEqual([one.faults for one in found], [[]] * 4)
+        self.assertEqual(len({one.key() for one in found}), 1)
+
+    def test_a_downloaded_copy_counts_by_the_name_it_begins_with(self):
+        path = self.folder / "problem (2).cc"
+        path.write_bytes(CODE)
+        self.assertEqual(collect(path).files, {"problem.cc": CODE})
+        path.rename(self.folder / "my_problem.cc")
+        found = collect(self.folder / "my_problem.cc")
+        self.assertEqual((found.files, len(found.faults)), ({}, 1))
+
+    def test_no_other_names_are_taken(self):
+        found = self.zip(("CMakeLists.txt", b"x"), ("stages.json", b"{}"), ("problem.cc\n", CODE), ("problem.h", b"x"),
+                         ("__MACOSX/problem.cc", CODE), ("../../problem.cc.sh", b"x"))
+        self.assertEqual(found.files, {})
+        self.assertEqual(len(found.faults), 1)
+
+    def test_nothing_is_written_outside_whatever_the_members_are_called(self):
+        before = sorted(os.listdir(self.folder.parent))
+        found = self.zip(("../../../../problem.cc", CODE), ("/tmp/gauge_prior.cc", CODE))
+        self.assertEqual(set(found.files), {"problem.cc", "gauge_prior.cc"})
+        self.assertEqual(sorted(os.listdir(self.folder.parent)), before)
+        self.assertEqual(os.listdir(self.folder), ["anna.zip"])
+
+    def test_of_two_with_one_name_the_one_nearer_to_the_top_counts(self):
+        found = self.zip(("old/backup/problem.cc", b"old"), ("problem.cc", CODE), ("x/problem.cc", b"other"))
+        self.assertEqual(found.files, {"problem.cc": CODE})
+        self.assertIn("more than once", found.faults[0])
+
+    def test_a_bomb_is_not_unpacked(self):
+        found = self.zip(("problem.cc", bytes(200 << 20)), ("gauge_prior.cc", CODE))
+        self.assertEqual(found.files, {"gauge_prior.cc": CODE})
+        self.assertIn("256 KB", found.faults[0])
+
+    def test_a_size_that_lies_is_not_believed(self):
+        path = self.folder / "liar.zip"
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("problem.cc", bytes(4 * LARGEST))
+        true_size, small = (4 * LARGEST).to_bytes(4, "little"), (8).to_bytes(4, "little")
+        path.write_bytes(path.read_bytes().replace(true_size, small))
+        found = collect(path)
+        self.assertLessEqual(len(found.files.get("problem.cc", b"")), LARGEST)
+
+    def test_links_and_devices_are_not_followed(self):
+        secret = self.folder / "secret"
+        secret.write_bytes(b"secret")
+        work = self.folder / "work"
+        work.mkdir()
+        (work / "problem.cc").symlink_to(secret)
+        os.mkfifo(work / "gauge_prior.cc")
+        self.assertEqual(collect(work).files, {})
+        link = tarfile.TarInfo("problem.cc")
+        link.type, link.linkname = tarfile.SYMTYPE, str(secret)
+        self.assertEqual(self.tar((link, b"")).files, {})
+
+    def test_a_broken_archive_is_a_fault_with_words(self):
+        for name, content in (("a.zip", b"PK\x03\x04" + b"x" * 50), ("b.tar.gz", b"\x1f\x8b\x08" + b"x" * 50),
+                              ("c.txt", b"hello"), ("d.zip", b"")):
+            path = self.folder / name
+            path.write_bytes(content)
+            found = collect(path)
+            self.assertEqual(found.files, {}, name)
+            self.assertEqual(len(found.faults), 1, name)
+
+    def test_what_is_not_there_is_an_error(self):
+        with self.assertRaisesRegex(CourseError, "nobody.zip: there is no such submission"):
+            collect(self.folder / "nobody.zip")
+
+
+if __name__ == "__main__":
+    unittest.main()
