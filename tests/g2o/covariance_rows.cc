@@ -63,10 +63,11 @@ TEST(G2o, G11_MarginalsOfAGridOfManyFrontsEqualTheDenseInverse) {
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
   Random random(24);
   for (int i = 0; i < kSide * kSide; ++i) {
-    points.push_back(std::make_shared<VertexPointXYZ>(Vec3(i % kSide, i / kSide, 0)));
+    const int row = i / kSide, column = i % kSide;
+    points.push_back(std::make_shared<VertexPointXYZ>(Vec3(column, row, 0)));
     points.back()->SetRole(Role::kPose);
     graph.AddVertex(points.back());
-    for (const int neighbour : {i % kSide > 0 ? i - 1 : -1, i - kSide}) {
+    for (const int neighbour : {column > 0 ? i - 1 : -1, i - kSide}) {
       if (neighbour < 0) continue;
       auto edge = std::make_shared<PointDifference>(points[neighbour], points[i], Vec3(1, 0, 0));
       edge->SetInformation(random.Uniform(0.5, 2.0) * MatXX::Identity(3, 3));
