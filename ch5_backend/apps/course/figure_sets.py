@@ -24,7 +24,7 @@ class FigureSet:
     drawn_by: str              # a script of the project, and its words
     seconds: tuple             # about how long the two take, with two cores
     quick: tuple = ()          # further words of made_by for --quick, and its seconds; None: the set is left out
-    needs: str = ""            # what it reads from the data folder
+    needs: str = ""            # what it reads from the data folder, one or several
     trials: dict = field(default_factory=dict)  # {study: (trials, with --quick)}
     endings: tuple = (".png", ".svg")
 
@@ -36,7 +36,7 @@ class FigureSet:
         return [out / self.folder / "figures" / (name + ending) for name in self.figures for ending in self.endings]
 
     def has_data(self) -> bool:
-        return not self.needs or (data_folder() / self.needs).exists()
+        return all((data_folder() / name).exists() for name in self.needs.split())
 
     def command(self, template: str, out: Path) -> tuple:
         """The words of `made_by` or `drawn_by`: each may hold spaces once it is filled in."""
@@ -64,6 +64,14 @@ ODOMETRY = "odometry_path odometry_timing odometry_spectrum odometry_gauge odome
 ODOMETRY_TABLES = "policies path windows matrices spectrum gauge"
 SLIDES_TABLES = csv("mono_ba_summary mono_ba_trace mono_ba_frames mono_ba_points hessian spectrum prior_sweep "
                     "prior_trials prior_damping")
+
+
+
+def of_gauge(part: str, needs: str, seconds: tuple, figures: str, **trials) -> FigureSet:
+    """Part of the gauge paper's experiments; all parts share a folder and a page, which shows those that are there."""
+    return FigureSet(f"gauge_{part}", "gauge", csv(" ".join(trials)), tuple(figures.split()), "ch5_gauge --data {data}",
+                     f"{PLOT}/gauge_report.py {{folder}}", seconds, needs=needs, trials=trials)
+
 
 SETS = (
     FigureSet("chapter", "", SLIDES_TABLES + csv(
@@ -95,4 +103,9 @@ SETS = (
     *(of_file("recording", name, "recording", " ".join(f"csv/odometry_{table}" for table in ODOMETRY_TABLES.split()),
               ODOMETRY, seconds, quick=quick)
       for name, seconds, quick in (("euroc_v1_01_easy", (3, 9), ()), ("tango_walk", (40, 9), None))),
+    of_gauge("paper", "", (40, 10), "gauge_methods gauge_errors gauge_sweep gauge_convergence gauge_spectrum "
+             "gauge_matrices gauge_deviations", methods=(50, 5), sweep=(50, 3), convergence=(10, 2), spectrum=(1, 1),
+             covariance=(10, 2), deviations=(1, 1), matrices=(1, 1)),
+    of_gauge("prior_choice", "", (20, 10), "gauge_prior_choice", prior_choice=(20, 2)),
+    of_gauge("recordings", "euroc_v1_01_easy tango_walk", (15, 10), "gauge_recordings", recordings=(50, 2)),
 )

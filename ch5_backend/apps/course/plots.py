@@ -30,7 +30,7 @@ def plots(arguments) -> int:
         return run_share(sets, sets_to_make, out, arguments)
     with alone_in(out):
         make = jobs_of(sets_to_make, out, arguments.quick)
-        draw = [Job(one.command(one.drawn_by, out), one.seconds[1] / CORES, one.name) for one in sets]
+        draw = draw_jobs(sets, out)
         with Progress("plots", expected=sum(job.seconds for job in unfinished(make) + draw)) as progress:
             make_tables(make, progress)
             for one in sets_to_make:
@@ -84,6 +84,12 @@ def jobs_of(sets: list, out: Path, quick: bool) -> list:
             found = [Job(command, seconds, one.name)]
         jobs.update((job.command, job) for job in found if job.command not in jobs)
     return list(jobs.values())
+
+
+def draw_jobs(sets: list, out: Path) -> list:
+    """The scripts to run; one that draws several sets is listed once."""
+    jobs = [Job(one.command(one.drawn_by, out), one.seconds[1] / CORES, one.name) for one in sets]
+    return list({job.command: job for job in jobs}.values())
 
 
 def unfinished(jobs: list) -> list:
