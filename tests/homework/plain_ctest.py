@@ -1,0 +1,57 @@
+"""The preset homework: what a grader without ./course sees of the skeleton, the solutions, and a file that is broken."""
+
+import os
+import subprocess
+import unittest
+import xml.etree.ElementTree as xml
+from pathlib import Path
+
+from make_skeleton import skeleton
+from regions import FILES, STAGES, solution_text
+
+
+BUILD = Path(os.environ["CH5_BUILD"])
+FOLDER = BUILD / "tests" / "homework" / "trial"
+
+
+class PlainCTest(unittest.TestCase):
+    def hand_in(self, text_of):
+        """What stays the same is not built again."""
+        for name in FILES:
+            if not (FOLDER / name).exists() or (FOLDER / name).read_text(encoding="utf-8") != text_of(name):
+                (FOLDER / name).write_text(text_of(name), encoding="utf-8")
+
+    def verdicts(self):
+        """{name: (status, output)} of all tests, and CTest's exit code."""
+        report = BUILD / "trial_ctest" / "marks.xml"
+        done = subprocess.run(["ctest", "--test-dir", str(BUILD / "trial_ctest"), "-L", "homework", "-j2", "--output-junit", str(report)],
+                              capture_output=True, text=True, check=False)
+        cases = xml.parse(report).getroot().iter("testcase")
+        return {case.get("name"): (case.get("status"), case.findtext("system-out") or "") for case in cases}, done.returncode
+
+    def test_skeleton_solutions_and_a_broken_file(self):
+        self.hand_in(skeleton)
+        found, code = self.verdicts()
+        checks = {name: words for name, (_, words) in found.items() if not name.endswith(".compiles")}
+        self.assertNotEqual(code, 0)
+        self.assertGreater(len(checks), 50)
+        for stage in STAGES:
+            self.assertTrue(any(name.startswith(f"stage_{stage['id']}.{stage['name']}.") for name in checks), stage["id"])
+        for name, words in checks.items():
+            self.assertEqual(found[name][0], "fail", name)
+            self.assertIn("not-started", words, name)
+
+        self.hand_in(solution_text)
+        found, code = self.verdicts()
+        self.assertEqual((code, {status for status, _ in found.values()}), (0, {"run"}))
+
+        (FOLDER / "gauge_prior.cc").write_text("nonsense\n", encoding="utf-8")
+        found, code = self.verdicts()
+        self.assertNotEqual(code, 0)
+        failed = {name for name, (status, _) in found.items() if status != "run"}
+        self.assertEqual(failed, {name for name in found if name.startswith("stage_3.")})
+        self.assertIn("gauge_prior.cc:1", found["stage_3.PriorWeight.compiles"][1])
+
+
+if __name__ == "__main__":
+    unittest.main()
