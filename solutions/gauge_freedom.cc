@@ -10,7 +10,7 @@
 namespace ch5 {
 namespace {
 
-// Roll, pitch and yaw turn about the columns of `axes`: e_z, or e_z, e_x, e_y.
+// The world turns about the columns of `axes`: e_z, or e_z, e_x, e_y.
 using Axes = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
 // The columns of U: [x y z | turns about the axes | scale].
@@ -42,9 +42,11 @@ MatXX VelocityRows(const Vec3& v, const Axes& axes) {
   return U;
 }
 
+// X' = Exp(ω) X + t.
 MatXX PointRows(const Vec3& X, const Axes& axes) {
   MatXX U(3, 3 + axes.cols());
-  U << Mat33::Identity(), -Hat(X) * axes;
+  U.leftCols<3>().setIdentity();
+  for (Eigen::Index k = 0; k < axes.cols(); ++k) U.col(3 + k) = axes.col(k).cross(X);
   return U;
 }
 

@@ -120,6 +120,7 @@ namespace ch5::fill_{one.name} {{
 {text}
 [[maybe_unused]] const bool registered = homework::Register(
     "{one.name}", {{&homework::Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges,
+                   {{&GaugeNullSpace, &GaugeProjection, &GaugeMotionJacobian, &TransformCovariance}},
                    &homework::MakeOkvisTerm<MarginalizationError>, &homework::MakeVinsTerm<MarginalizationInfo>,
                    {{&DropSetOfMarginOld, &DropSetOfMarginSecondNew, &SlideWindow, &DetectFailure}},
                    &homework::MakeBlockSolver<PlainBlockSolver>}});

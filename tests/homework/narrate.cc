@@ -75,8 +75,9 @@ void TellEntry(std::ostringstream* story, const Claim& claim) {
        place + " = " + Number(claim.got(row, column)) + "   the worst of " + std::to_string(wrong) +
            " wrong entries, " + std::to_string(deviation.size()) + " in all");
   if (row < static_cast<int>(claim.names.size())) Tell(story, "row " + std::to_string(row), claim.names[row]);
-  if (!is_vector && column < static_cast<int>(claim.names.size())) {
-    Tell(story, "column " + std::to_string(column), claim.names[column]);
+  const Names& columns = claim.columns.empty() ? claim.names : claim.columns;
+  if (!is_vector && column < static_cast<int>(columns.size())) {
+    Tell(story, "column " + std::to_string(column), columns[column]);
   }
 }
 

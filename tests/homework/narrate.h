@@ -29,6 +29,7 @@ struct Claim {
   Names names;                    ///< of the rows, and of the columns of a square matrix; may be empty
   std::vector<Mistake> mistakes;  ///< the likelier ones first
   double tolerance = 1e-10;       ///< of the largest expected entry
+  Names columns = {};             ///< of a matrix whose columns have other names than its rows
 };
 
 /// Empty if the claim holds, otherwise the story of its failure, at most 15 lines.

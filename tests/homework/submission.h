@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/consistency/gauge_freedom.h"
 #include "ch5_backend/dense/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/marginalize/marginalization_error.h"
@@ -63,6 +64,14 @@ class VinsTerm {
   virtual Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift) const = 0;
 };
 
+/// The functions of stage 4.
+struct GaugeFreedom {
+  MatXX (*null_space)(const Vertices& vertices, GaugeGroup group);
+  MatXX (*projection)(const MatXX& U, const MatXX& V);
+  MatXX (*motion_jacobian)(const Vertices& vertices, double yaw);
+  MatXX (*transform_covariance)(const MatXX& covariance, const MatXX& Q, const MatXX& motion);
+};
+
 /// The free functions of stage 6.
 struct VinsWindow {
   DropSet (*margin_old)(const Window& window);
@@ -76,6 +85,7 @@ struct Submission {
   MarginalizeResult (*test_marginalize)(MatXX H, VecX b, int idx, int dim);      // stage 2
   void (*add_mono_ba_edges)(const MonoBaScene& scene, double pixel_information,  // stage 3
                             double prior_weight, MonoBa* problem);
+  GaugeFreedom gauge_freedom;                       // stage 4
   std::unique_ptr<OkvisTerm> (*make_okvis_term)();  // stage 5
   std::unique_ptr<VinsTerm> (*make_vins_term)();    // stage 6
   VinsWindow vins_window;

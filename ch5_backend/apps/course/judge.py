@@ -23,6 +23,7 @@ ASSERTIONS = [
     (r"invalid matrix product|lhs\.cols\(\) == a?_?rhs\.rows\(\)", "the sizes of a matrix product do not fit"),
     (r"aLhs\.rows\(\) == aRhs\.rows\(\)", "the two terms of a sum or difference have different sizes"),
     (r"rows\(\) == \w+\.rows\(\)|resize", "the two sides of = or += have different sizes"),
+    (r"SolverBase::solve", "the sizes in a solve(…) do not fit"),
     (r"A·D|D·A", "the sizes of a product with Hmm_inv do not fit"),
     (r"__n < this->size\(\)", "an index lies outside its std::vector"),
     (r"get\(\) != (nullptr|pointer\(\))", "a null pointer was used"),
