@@ -133,9 +133,8 @@ def make_parser(command: str) -> Parser:
     return parser
 
 
-def dispatch(command: str, words: list, extra: list) -> int:
-    """Parses and runs; a command's module is imported only here, so that ./course is quick to say no."""
-    arguments = make_parser(command).parse_intermixed_args(words)
+def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
+    """A command's module is imported only here, so that ./course is quick to say no."""
     if command == "run":
         from .run import run
         arguments.data += extra
@@ -170,19 +169,23 @@ def main(argv: list) -> int:
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # a letter that the terminal cannot show is no failure
     try:
-        children.listen()
         if command not in DESCRIPTIONS:
             raise CourseError(f"unknown command '{command}'; there are {', '.join(DESCRIPTIONS)} and help")
-        code = dispatch(command, words, extra)
+        arguments = make_parser(command).parse_intermixed_args(words)
+        children.listen()
+        code = dispatch(command, arguments, extra)
         sys.stdout.flush()
-        return code
-    except CourseError as error:
-        return fail(str(error), error.exit_code, as_json)
-    except KeyboardInterrupt as stop:
         children.end_all()
-        return fail("stopped", getattr(stop, "exit_code", 130), as_json)
-    except OSError as error:
-        return fail(f"{error.filename or 'standard output'}: {error.strerror}", 2, as_json)
+        return code
+    except BaseException as error:  # library code may turn a stop into an error of its own
+        children.end_all()
+        if children.stopped_by():
+            return fail("stopped", 128 + children.stopped_by(), as_json)
+        if isinstance(error, CourseError):
+            return fail(str(error), error.exit_code, as_json)
+        if isinstance(error, OSError):
+            return fail(f"{error.filename or 'standard output'}: {error.strerror}", 2, as_json)
+        raise
 
 
 def fail(message: str, exit_code: int, as_json: bool) -> int:

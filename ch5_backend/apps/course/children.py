@@ -7,17 +7,14 @@ from contextlib import contextmanager
 
 GRACE = 5.0  # seconds for a program to end by itself once it is asked to
 
-_running = []      # the programs that have been started and not yet waited for
-_starting = False  # a program that is just being started must be known before it can be ended
-_stopped_by = None
+_running = []        # the programs that have been started and not yet waited for
+_starting = False    # a program that is just being started must be known before it can be ended
+_stopped_by = None  # the first signal's number
+_ending = False      # the programs are being ended: no further signal may disturb that
 
 
 class Stopped(KeyboardInterrupt):
-    """Raised by the first of Ctrl-C, a kill and a closed terminal. `exit_code` is the one that shells expect."""
-
-    def __init__(self, number: int):
-        super().__init__()
-        self.exit_code = 128 + number
+    """Raised by Ctrl-C, a kill and a closed terminal."""
 
 
 def listen() -> None:
@@ -40,7 +37,7 @@ def start(command, **options) -> subprocess.Popen:
         _starting = False
     if _stopped_by is not None:
         end(process)
-        raise Stopped(_stopped_by)
+        raise Stopped
     return process
 
 
@@ -67,6 +64,8 @@ def running(command, **options):
 
 def end(process: subprocess.Popen) -> None:
     """Ends a program that running() has started, by force if it has not followed after GRACE seconds."""
+    global _ending
+    _ending = _ending or _stopped_by is not None
     try:
         if process.poll() is None:
             _signal(process, signal.SIGTERM)
@@ -78,7 +77,15 @@ def end(process: subprocess.Popen) -> None:
     forget(process)
 
 
+def stopped_by():
+    """The number of the signal that has stopped ./course; None as long as none has."""
+    return _stopped_by
+
+
 def end_all() -> None:
+    """Ends what is running; from now on, signals are ignored."""
+    global _ending
+    _ending = True
     while _running:
         end(_running[-1])
 
@@ -91,13 +98,11 @@ def _signal(process: subprocess.Popen, number: int) -> None:
 
 
 def _on_stop(number, _frame) -> None:
-    """The first signal counts: the next ones must not disturb the cleaning up."""
+    """The first signal counts. The next ones only help where an exception is lost, as in Python's own callbacks."""
     global _stopped_by
-    for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(each, signal.SIG_IGN)
-    _stopped_by = number
-    if not _starting:
-        raise Stopped(number)
+    _stopped_by = _stopped_by or number
+    if not _starting and not _ending:
+        raise Stopped
 
 
 def _on_pause(_number, _frame) -> None:
