@@ -1,9 +1,6 @@
 // Homework of chapter 5, stage 4.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
 #include "ch5_backend/consistency/gauge_freedom.h"
 
-#include <Eigen/LU>
-#include <stdexcept>
-
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/types/vertices.h"
 
@@ -83,10 +80,9 @@ MatXX GaugeNullSpace(const Vertices& vertices, GaugeGroup group) {
 // Q, eq. 14 of Zhang (2018).
 MatXX GaugeProjection(const MatXX& U, const MatXX& V) {
   const Eigen::Index n = U.rows();
-  const Eigen::FullPivLU<MatXX> VtU(V.transpose() * U);
-  if (!VtU.isInvertible()) throw std::invalid_argument("GaugeProjection: V does not hold the gauge, VᵀU is singular");
+  const MatXX VtU_inverse = InverseOfVtU(U, V);
   MatXX Q = MatXX::Identity(n, n);
-  // TODO:: home work 4c. Q = I − U (VᵀU)⁻¹ Vᵀ;  VtU.solve(A) is (VᵀU)⁻¹ A.
+  // TODO:: home work 4c. Q = I − U (VᵀU)⁻¹ Vᵀ.
   // Q -= ?;
   throw HomeworkMissing("4c GaugeProjection, Q");
   return Q;

@@ -36,9 +36,13 @@ int TotalLocalDimension(const Vertices& vertices);
 /// @return TotalLocalDimension × 4 or 7; rows of biases and of unknown types are zero
 MatXX GaugeNullSpace(const Vertices& vertices, GaugeGroup group);
 
+/// (VᵀU)⁻¹, 4×4 or 7×7.
+/// @throws std::invalid_argument if VᵀU is singular: V does not hold the gauge
+MatXX InverseOfVtU(const MatXX& U, const MatXX& V);
+
 /// Q, the projection along U onto Vᵀδ = 0.
 /// @param V  n×4 or n×7; V = U gives the δ of smallest norm, hence the pseudo-inverse's (free) gauge
-/// @throws std::invalid_argument if VᵀU is singular: V does not hold the gauge
+/// @throws std::invalid_argument as InverseOfVtU
 MatXX GaugeProjection(const MatXX& U, const MatXX& V);
 
 /// ∂θ_C/∂θ of the motion θ_C = R_z(yaw) θ + t: R_z for positions, velocities and points; the identity for the rest, as
