@@ -1,17 +1,32 @@
 #!/usr/bin/python3
-"""Builds the decks to self-contained HTML in out/slides/: fills in the numbers, draws the figures, calls Marp.
+"""Builds the decks to HTML and PDF in out/slides/: fills in the numbers, draws the figures, calls Marp and Chromium.
 
-usage: build.py [--csv DIR] [--out DIR] [--images] [--overview] [--figures]
+usage: build.py [--csv DIR] [--out DIR] [--html] [--images] [--check] [--figures [--deck N]] [--overview] [DECK…]
 
   --csv DIR    tables of ./course run, default out/csv
-  --out DIR    where the HTML goes, default out/slides
-  --images     also one PNG a page, to look at; needs Chromium
+  --out DIR    where the decks go, default out/slides
+  --html       no PDF; needs no Chromium
+  --images     also one PNG a page, in build/slides/pages, and sheets of twelve pages, to look at
+  --check      builds nothing: says which numbers, figures and words of the built decks are no longer those of the tables
+  --figures    only draw the figures, into the folder figures of --out; needs no Node.js; --deck N: only deck N's
   --overview   only redraw the READMEs' picture, slides/figures/overview.*.svg
-  --figures    only draw the figures, into the folder figures of --out; needs no Node.js
+  DECK         only these, such as 2-solvers.en
+
+A deck is N-name.en.md and N-name.zh.md beside this file; what it shows comes from the package deckN:
+
+  FIGURES         {name: draw(tables, lang) -> SVG text}; the deck shows figures/name.svg; no two decks share a name
+  facts(tables)   {name: text} for {{name}}; {{code.1.1a}} is the blank part of a TODO and known to every deck
+  *.csv           tables that are kept in deckN/ because making them measures time; they hide those of --csv
+
+The tables of --csv that a deck needs, and the program that writes them, are FigureSet("slides/N", …) in
+ch5_backend/apps/course/figure_sets.py. Shared: svg.py (canvas, colours), chart.py (axes), tex.py, tables.py.
 """
 
 import argparse
 import base64
+import hashlib
+import importlib
+import json
 import os
 import re
 import shutil
@@ -19,9 +34,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-import blocks
-import facts
-import plots
+import browser
+from browser import BuildError
 from tables import MissingTable, Tables
 
 HERE = Path(__file__).resolve().parent
@@ -30,14 +44,7 @@ WORK = ROOT / "build" / "slides"
 LANGUAGES = ("en", "zh")
 PLACEHOLDER = re.compile(r"\{\{([A-Za-z0-9_.]+)\}\}")
 SLIDE_ID = re.compile(r"^<!-- slide: [^>]*-->\n", re.M)
-
-
-class BuildError(Exception):
-    """A message for the user and an exit code: 2 for something missing, 1 for a step that failed."""
-
-    def __init__(self, message, code=2):
-        super().__init__(message)
-        self.code = code
+FIGURE = re.compile(r"\(figures/(\w+)\.svg\)")
 
 
 def decks():
@@ -46,6 +53,26 @@ def decks():
 
 def language(deck):
     return deck.name.split(".")[-2]
+
+
+def package(deck):
+    """The module deckN of N-name.en.md."""
+    return importlib.import_module(f"deck{deck.name.split('-')[0]}")
+
+
+def tables_of(deck, csv):
+    return Tables(csv, kept=HERE / f"deck{deck.name.split('-')[0]}")
+
+
+def blanks():
+    """The BLANK part of every TODO in solutions/, what a student sees in its place: {"code.1.1a": lines}."""
+    found = {}
+    for path in sorted((ROOT / "solutions").glob("*.cc")):
+        text = path.read_text(encoding="utf-8")
+        for todo, hidden in re.findall(r"// BEGIN SOLUTION (\S+).*?// BLANK\n(.*?)\s*// END SOLUTION", text, re.S):
+            lines = [re.sub(r"^\s*// ?", "", line) for line in hidden.splitlines() if line.strip()]
+            found[f"code.{todo}"] = "\n".join(lines)
+    return found
 
 
 def fill(text, values, where):
@@ -58,42 +85,47 @@ def fill(text, values, where):
     return PLACEHOLDER.sub(value, text)
 
 
-def draw(names, lang, tables):
-    """{name: SVG text} of the figures that a deck asks for."""
-    drawn = {}
-    for name in names:
-        if name in blocks.ALL:
-            drawn[name] = blocks.ALL[name](lang)
-        elif name in plots.ALL:
-            drawn[name] = plots.ALL[name](tables, lang)
-        else:
-            raise BuildError(f"no script draws figures/{name}.svg", code=1)
-    return drawn
+class Prepared:
+    """A deck before Marp: its words with their numbers, and its figures."""
+
+    def __init__(self, deck, csv):
+        tables, module, source = tables_of(deck, csv), package(deck), deck.read_text(encoding="utf-8")
+        self.name, self.lang, self.source = deck.stem, language(deck), source
+        values = {**blanks(), **module.facts(tables)}
+        self.numbers = {name: values[name] for name in sorted(set(PLACEHOLDER.findall(source))) if name in values}
+        self.figures = {}
+        for name in sorted(set(FIGURE.findall(source))):
+            if name not in module.FIGURES:
+                raise BuildError(f"{deck}: no script draws figures/{name}.svg", code=1)
+            self.figures[name] = module.FIGURES[name](tables, self.lang)
+        self.text = SLIDE_ID.sub("", fill(source, values, deck))
+
+    def record(self):
+        """What the deck was made of, for --check."""
+        return {"words": digest(self.source), "numbers": self.numbers,
+                "figures": {name: digest(svg) for name, svg in self.figures.items()}}
 
 
-def prepare(deck, tables, values):
-    """The deck with its numbers, and its figures."""
-    text = fill(deck.read_text(encoding="utf-8"), values, deck)
-    names = sorted(set(re.findall(r"\(figures/(\w+)\.svg\)", text)))
-    return SLIDE_ID.sub("", text), draw(names, language(deck), tables)
+def digest(text):
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def inline(html, figures):
+def inline(html, figures, lang):
     """Puts every figure into the page itself."""
     for name, svg in figures.items():
         data = "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
-        html = html.replace(f"figures/{name}.svg", data)
+        html = html.replace(f"figures/{name}.{lang}.svg", data)
     outside = re.findall(r'(?:src="|url\(&quot;|url\("?|href="[^"]*\.css)(?!data:|#|&quot;data:)[^")]{3,60}', html)
     if outside:
         raise BuildError(f"the page would load {outside[0]!r} from outside", code=1)
     return html
 
 
-def marp():
-    """The command that runs Marp; installed from the lock file into build/slides when that changes."""
-    node, npm = shutil.which("node"), shutil.which("npm")
-    if not node or not npm:
-        raise BuildError("Marp needs Node.js 18 or newer and npm; Debian: apt-get install nodejs npm")
+def marp(prepared, out):
+    """All decks to HTML in one call of Marp, which is installed from the lock file when that changes."""
+    node, npm = browser.node(), shutil.which("npm")
+    if not npm:
+        raise BuildError("Marp is installed with npm, which is missing; Debian: apt-get install npm")
     lock = (HERE / "package-lock.json").read_text(encoding="utf-8")
     stamp, script = WORK / "installed.lock", WORK / "node_modules/@marp-team/marp-cli/marp-cli.js"
     if not (script.exists() and stamp.exists() and stamp.read_text(encoding="utf-8") == lock):
@@ -101,77 +133,127 @@ def marp():
         for name in ("package.json", "package-lock.json"):
             shutil.copy(HERE / name, WORK / name)
         say("installing Marp into build/slides …")
-        run([npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund"], "npm could not install Marp")
+        browser.run([npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund"], "npm could not install Marp", cwd=WORK)
         stamp.write_text(lock, encoding="utf-8")
-    return [node, str(script), "--no-stdin", "--no-config-file", "--theme-set", str(HERE / "theme.css"), "--html"]
-
-
-def run(command, failure):
-    """Runs a command in WORK; its output is shown only if it fails."""
-    done = subprocess.run(command, cwd=WORK, stdin=subprocess.DEVNULL, capture_output=True, text=True)
-    if done.returncode:
-        raise BuildError(f"{failure}:\n{(done.stdout + done.stderr).strip()[-2000:]}", code=1)
+    folder = WORK / "decks"
+    shutil.rmtree(folder, ignore_errors=True)
+    for deck in prepared:
+        write(folder / f"{deck.name}.md", FIGURE.sub(rf"(figures/\1.{deck.lang}.svg)", deck.text))
+        for name, svg in deck.figures.items():
+            write(folder / "figures" / f"{name}.{deck.lang}.svg", svg)
+    browser.run([node, str(script), "--no-stdin", "--no-config-file", "--theme-set", str(HERE / "theme.css"), "--html",
+                 "--input-dir", str(folder), "-o", str(folder)], "Marp could not build the decks", cwd=WORK)
+    for deck in prepared:
+        html = (folder / f"{deck.name}.html").read_text(encoding="utf-8")
+        write(out / f"{deck.name}.html", inline(html, deck.figures, deck.lang))
 
 
 def say(words):
-    if sys.stderr.isatty():
-        print(f"slides: {words}", file=sys.stderr)
+    print(f"slides: {words}", file=sys.stderr)
 
 
 def write(path, text):
     """Whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(path.name + ".partial")
+    partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
     partial.write_text(text, encoding="utf-8")
     os.replace(partial, path)
 
 
-def build(deck, tables, values, out, images):
-    """One deck to OUT/NAME.html, and with `images` its pages to WORK/pages/NAME.001.png …"""
-    text, figures = prepare(deck, tables, values)
-    folder = WORK / deck.stem
-    write(folder / deck.name, text)
-    for name, svg in figures.items():
-        write(folder / "figures" / f"{name}.svg", svg)
-    page = folder / f"{deck.stem}.html"
-    run([*marp(), str(folder / deck.name), "-o", str(page)], f"Marp could not build {deck.name}")
-    write(out / page.name, inline(page.read_text(encoding="utf-8"), figures))
-    if images:
-        (WORK / "pages").mkdir(exist_ok=True)
-        run([*marp(), "--images", "png", "--allow-local-files", str(folder / deck.name), "-o",
-             str(WORK / "pages" / f"{deck.stem}.png")], f"no images of {deck.name}")
-    return out / page.name
+def build(chosen, arguments):
+    """The chosen decks, and the record of what they were made of."""
+    out = arguments.out
+    if not arguments.html:
+        browser.chromium()  # if it is missing, before the work
+    prepared = [Prepared(deck, arguments.csv) for deck in chosen]
+    marp(prepared, out)
+    record = read_record(out)
+    for deck in prepared:
+        page = out / f"{deck.name}.html"
+        print(page)
+        if not arguments.html:
+            browser.pdf(page, page.with_suffix(".pdf"))
+            print(page.with_suffix(".pdf"))
+        if arguments.images:
+            browser.images(page.with_suffix(".pdf"), WORK / "pages")
+        record[deck.name] = {**deck.record(), "html": digest(page.read_text(encoding="utf-8"))}
+    write(out / "made_of.json", json.dumps(record, indent=1, sort_keys=True, ensure_ascii=False) + "\n")
+
+
+def read_record(out):
+    path = out / "made_of.json"
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+
+def check(chosen, arguments):
+    """What of the built decks is out of date, a line each; the exit code."""
+    record, stale = read_record(arguments.out), []
+    for deck in chosen:
+        page, old = arguments.out / f"{deck.stem}.html", record.get(deck.stem)
+        if not old or not page.exists():
+            stale.append(f"{deck.stem}: not built yet")
+            continue
+        new = Prepared(deck, arguments.csv).record()
+        if old["html"] != digest(page.read_text(encoding="utf-8")):
+            stale.append(f"{deck.stem}: {page} is not as it was built")
+        if old["words"] != new["words"]:
+            stale.append(f"{deck.stem}: {deck} has changed")
+        for kind in ("numbers", "figures"):
+            for name in sorted({*old[kind], *new[kind]}):
+                was, now = (one[kind].get(name, "nothing") for one in (old, new))
+                if was != now:
+                    change = f": {was} on the slide, {now} in the tables" if kind == "numbers" else ""
+                    stale.append(f"{deck.stem}: {kind[:-1]} {name} is out of date{change}")
+    for line in stale:
+        say(line)
+    return 1 if stale else 0
+
+
+def draw_figures(arguments):
+    for deck in decks():
+        if arguments.deck in (None, int(deck.name.split("-")[0])):
+            for name, draw in package(deck).FIGURES.items():
+                svg = draw(tables_of(deck, arguments.csv), language(deck))
+                write(arguments.out / "figures" / f"{name}.{language(deck)}.svg", svg)
+
+
+def choose(names):
+    found = {deck.stem: deck for deck in decks()}
+    for name in names:
+        if name not in found:
+            raise BuildError(f"there is no deck {name}; there are {', '.join(found)}")
+    return [found[name] for name in names or found]
 
 
 def main(argv):
     parser = argparse.ArgumentParser(prog="build.py", description=__doc__.split("\n\n")[0], allow_abbrev=False)
     parser.add_argument("--csv", type=Path, default=ROOT / "out" / "csv", help="tables of ./course run")
-    parser.add_argument("--out", type=Path, default=ROOT / "out" / "slides", help="where the HTML goes")
-    parser.add_argument("--images", action="store_true", help="also one PNG a page; needs Chromium")
-    parser.add_argument("--overview", action="store_true", help="only redraw the READMEs' picture")
+    parser.add_argument("--out", type=Path, default=ROOT / "out" / "slides", help="where the decks go")
+    parser.add_argument("--html", action="store_true", help="no PDF")
+    parser.add_argument("--images", action="store_true", help="also one PNG a page")
+    parser.add_argument("--check", action="store_true", help="only say what is out of date")
     parser.add_argument("--figures", action="store_true", help="only draw the figures, into the folder figures of --out")
+    parser.add_argument("--deck", type=int, help="with --figures: of this deck")
+    parser.add_argument("--overview", action="store_true", help="only redraw the READMEs' picture")
+    parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers.en; default: all")
     arguments = parser.parse_args(argv)
-    tables = Tables(arguments.csv)
     try:
         if arguments.overview:
+            from deck1.plots import overview
             for lang in LANGUAGES:
-                write(HERE / "figures" / f"overview.{lang}.svg", plots.overview(tables, lang))
-            return 0
-        if arguments.figures:
-            for lang in LANGUAGES:
-                for name, svg in draw([*blocks.ALL, *plots.ALL], lang, tables).items():
-                    write(arguments.out / "figures" / f"{name}.{lang}.svg", svg)
-            return 0
-        values = facts.all_facts(tables)
-        for deck in decks():
-            say(deck.name)
-            print(build(deck, tables, values, arguments.out, arguments.images))
+                write(HERE / "figures" / f"overview.{lang}.svg", overview(Tables(arguments.csv), lang))
+        elif arguments.figures:
+            draw_figures(arguments)
+        elif arguments.check:
+            return check(choose(arguments.names), arguments)
+        else:
+            build(choose(arguments.names), arguments)
         return 0
     except MissingTable as missing:
-        print(f"slides: {missing}", file=sys.stderr)
+        say(missing)
         return 2
     except BuildError as error:
-        print(f"slides: {error}", file=sys.stderr)
+        say(error)
         return error.code
 
 

@@ -10,15 +10,21 @@ class MissingTable(Exception):
 
 
 class Tables:
-    """The CSV files of one folder, read once each; a cell is a number where it can be one."""
+    """The CSV files of one folder, read once each; a cell is a number where it can be one.
 
-    def __init__(self, folder):
-        self.folder, self._cache = Path(folder), {}
+    A table that is in the folder `kept` is taken from there.
+    """
+
+    def __init__(self, folder, kept=None):
+        self.folder, self.kept, self._cache = Path(folder), kept, {}
 
     def rows(self, name, **where):
         """All rows of NAME.csv, as dictionaries, whose columns equal `where`."""
         if name not in self._cache:
-            self._cache[name] = self._read(self.folder / f"{name}.csv")
+            path = self.folder / f"{name}.csv"
+            if self.kept and (self.kept / path.name).exists():
+                path = self.kept / path.name
+            self._cache[name] = self._read(path)
         found = [row for row in self._cache[name] if all(row[key] == value for key, value in where.items())]
         if not found:
             raise MissingTable(f"{self.folder / name}.csv has no row with {where}")

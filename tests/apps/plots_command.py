@@ -103,7 +103,7 @@ class TableOfFigures(PlotsTest):
         shutil.copytree(tables / "csv", self.out / "csv")
         drawn = []
         for _ in range(2):
-            done = run(ROOT / "course", "plots", "chapter", "slides", "--out", self.out)
+            done = run(ROOT / "course", "plots", "chapter", "slides/1", "--out", self.out)
             self.assertEqual((done.returncode, done.stdout), (0, f"The figures: {self.out}\n"), done.stderr)
             self.assertNotRegex(done.stderr, "[\r\033]|missing", "quiet in a pipe, and nothing is made anew")
             drawn.append(self.results())

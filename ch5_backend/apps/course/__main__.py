@@ -25,7 +25,8 @@ DESCRIPTIONS = {
     "plots": "Draws all figures of the project, or those of the sets whose name contains a NAME, from the tables in DIR; "
              "runs what makes the tables where they are missing. Everything takes about ten minutes on two cores, --quick "
              "less than two. Stopped, it goes on where it was, trial by trial; the same tables give the same bytes.",
-    "slides": "Builds the decks in slides/ to self-contained HTML. What follows -- goes to the builder.",
+    "slides": "Builds the decks in slides/, or those that are named, such as 2-solvers.en, to self-contained HTML and "
+              "PDF in out/slides; tables that are missing are made first. What follows -- goes to the builder.",
 }
 JSON_FIELDS = {
     "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
@@ -125,6 +126,11 @@ def make_parser(command: str) -> Parser:
         parser.add_argument("--out", metavar="DIR", help="where the folder bench is made, default: out")
     elif command == "plots":
         add_plots_options(parser)
+    elif command == "slides":
+        parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers.en; default: all")
+        parser.add_argument("--html", action="store_true", help="no PDF, which needs Chromium")
+        parser.add_argument("--check", action="store_true", help="build nothing; say which numbers and figures of the "
+                            "built decks are out of date, and fail if any is")
     elif command == "check":
         parser.add_argument("stages", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
     if command in JSON_FIELDS:
@@ -152,7 +158,7 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         return plots(arguments)
     if command == "slides":
         from .slides import slides
-        return slides(extra)
+        return slides(arguments, extra)
     from . import check
     if command == "check":
         return check.run_check(arguments.stages + extra, arguments.json)

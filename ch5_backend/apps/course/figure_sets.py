@@ -81,10 +81,10 @@ SETS = (
                "marginalize_scene prior_sweep prior_costs prior_traces prior_trials prior_damping consistency "
                + ODOMETRY).split()),
         "ch5_chapter --out {out}", f"{PLOT}/report.py {{out}}", (10, 12)),
-    FigureSet("slides", "slides", tuple(f"../{name}" for name in SLIDES_TABLES),
+    FigureSet("slides/1", "slides", tuple(f"../{name}" for name in SLIDES_TABLES),
               tuple("overview scene sparsity convergence spectrum prior_iterations prior_damping prior_answer graph "
                     "one_edge schur chain moves river valley".split()),
-              "ch5_chapter --out {out}", "slides/build.py --figures --csv {out}/csv --out {folder}", (10, 1),
+              "ch5_chapter --out {out}", "slides/build.py --figures --deck 1 --csv {out}/csv --out {folder}", (10, 1),
               endings=(".en.svg", ".zh.svg")),
     FigureSet("nees", "nees", csv("consistency consistency_summary"), ("consistency",), "ch5_nees --out {folder}",
               f"{PLOT}/nees.py {{folder}}", (60, 3), quick=("--runs 4 --seconds 6", 2)),

@@ -40,6 +40,20 @@ def plots(arguments) -> int:
     return 0
 
 
+def make_missing(sets: list, out: Path) -> None:
+    """Makes the tables that these sets lack, and says so."""
+    lacking = [one for one in sets if one.lacks(out)]
+    if not lacking:
+        return
+    say(f"tables are missing in {out}, and are made first: {', '.join(one.name for one in lacking)}")
+    build_or_fail(sorted({Path(one.command(one.made_by, out)[0]).name for one in lacking}))
+    jobs = jobs_of(lacking, out, quick=False)
+    with alone_in(out), Progress("tables", expected=sum(job.seconds for job in unfinished(jobs))) as progress:
+        make_tables(jobs, progress)
+        for one in lacking:
+            merge_trials(one, out, quick=False)
+
+
 def say(text: str) -> None:
     print(f"course: {text}", file=sys.stderr)
 

@@ -1,16 +1,20 @@
-"""./course slides: hands over to the builder of the decks."""
+"""./course slides: makes the tables that are missing, and hands over to the builder of the decks."""
 
 import sys
 
 from .build import ROOT
 from .children import running
-from .errors import CourseError
+from .figure_sets import SETS
+from .place import make_writable
+from .plots import make_missing
 
 
-def slides(extra: list) -> int:
-    """Runs slides/build.py and returns its exit code."""
-    builder = ROOT / "slides" / "build.py"
-    if not builder.exists():
-        raise CourseError("there are no slides yet: slides/build.py is missing")
-    with running([sys.executable, str(builder), *extra]) as process:
+def slides(arguments, extra: list) -> int:
+    """Runs slides/build.py and returns its exit code. With --csv in `extra`, only the tables there are used."""
+    if "--csv" not in extra:
+        out = ROOT / "out"
+        make_writable(out)
+        make_missing([one for one in SETS if one.name.startswith("slides/")], out)
+    words = [f"--{option}" for option in ("html", "check") if getattr(arguments, option)] + arguments.names + extra
+    with running([sys.executable, "-B", str(ROOT / "slides" / "build.py"), *words]) as process:
         return process.wait()

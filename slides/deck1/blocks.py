@@ -8,7 +8,7 @@ import re
 from math import cos, pi as PI, sin
 
 from svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
-from toy import (EDGES, LANDMARKS, POSES, POSE_WIDTH, chain, decimal, ordering, pattern, schur_pattern, vertices, width)
+from .toy import (EDGES, LANDMARKS, POSES, POSE_WIDTH, chain, decimal, ordering, pattern, schur_pattern, vertices, width)
 
 WORDS = {
     "en": {"poses": "poses", "landmarks": "landmarks", "graph": "graph", "ordering": "ordering", "what": "what",

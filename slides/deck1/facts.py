@@ -1,52 +1,16 @@
-"""Every number of the decks, by name. Each comes from a table of ./course run, or is exact arithmetic that is held
-against one; a deck writes {{name}} and never a digit of a result."""
+"""Every number of the deck, by name. Each comes from a table of ./course run, or is exact arithmetic that is held
+against one; the deck writes {{name}} and never a digit of a result."""
 
 import re
 from fractions import Fraction
-from math import floor, gcd, lcm, log10
+from math import gcd, lcm
 from pathlib import Path
 
-from toy import chain, decimal
+from tex import bracketed, matrix, scientific, tex
 
-ROOT = Path(__file__).resolve().parents[1]
+from .toy import chain, decimal
 
-
-def scientific(value, digits=3, shortest=True):
-    """6.7 × 10⁻⁵ in TeX; plain digits where they are short."""
-    if value == 0:
-        return "0"
-    exponent = floor(log10(abs(value)))
-    if shortest and -3 <= exponent <= 3:
-        return f"{value:.{max(0, digits - 1 - exponent)}f}"
-    mantissa = f"{value / 10 ** exponent:.{digits - 1}f}"
-    return f"10^{{{exponent}}}" if float(mantissa) == 1 else rf"{mantissa}\times 10^{{{exponent}}}"
-
-
-def tex(value):
-    """A fraction in TeX."""
-    if value.denominator == 1:
-        return str(value)
-    sign = "-" if value < 0 else ""
-    return rf"{sign}\tfrac{{{abs(value.numerator)}}}{{{value.denominator}}}"
-
-
-def bracketed(value):
-    return rf"\left({tex(value)}\right)"
-
-
-def matrix(rows, cell):
-    return r"\begin{bmatrix}" + r" \\ ".join(" & ".join(cell(v) for v in row) for row in rows) + r"\end{bmatrix}"
-
-
-def blanks():
-    """The BLANK part of every TODO in solutions/, what a student sees in its place: {"code.1.1a": lines}."""
-    found = {}
-    for path in sorted((ROOT / "solutions").glob("*.cc")):
-        text = path.read_text(encoding="utf-8")
-        for todo, hidden in re.findall(r"// BEGIN SOLUTION (\S+).*?// BLANK\n(.*?)\s*// END SOLUTION", text, re.S):
-            lines = [re.sub(r"^\s*// ?", "", line) for line in hidden.splitlines() if line.strip()]
-            found[f"code.{todo}"] = "\n".join(lines)
-    return found
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def chain_facts(tables):
@@ -139,7 +103,7 @@ def study_facts(tables):
 
 
 def all_facts(tables):
-    facts = blanks()
+    facts = {}
     for part in (bundle_facts, chain_facts, gauge_facts, prior_facts, study_facts):
         facts.update(part(tables))
     return facts

@@ -1,0 +1,89 @@
+"""Node.js and Chromium: finding them, printing a deck, looking at it, and measuring that nothing leaves its page."""
+
+import json
+import re
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+NODE_AT_LEAST = 18
+
+
+class BuildError(Exception):
+    """A message for the user and an exit code: 2 for something missing, 1 for a step that failed."""
+
+    def __init__(self, message, code=2):
+        super().__init__(message)
+        self.code = code
+
+
+def run(command, failure, cwd=None):
+    """Runs a command and returns its output, which is shown only if it fails."""
+    done = subprocess.run(command, cwd=cwd, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    if done.returncode:
+        raise BuildError(f"{failure}:\n{(done.stdout + done.stderr).strip()[-2000:]}", code=1)
+    return done.stdout
+
+
+def node():
+    """The first Node.js that is new enough; on Ubuntu 22.04 the system's is version 12."""
+    old = []
+    for name in ("node", "/usr/bin/node", "nodejs", "/usr/local/bin/node"):
+        path = shutil.which(name)
+        version = path and run([path, "--version"], f"{path} does not run").strip()
+        if version and int(re.match(r"v?(\d+)", version)[1]) >= NODE_AT_LEAST:
+            return path
+        if version:
+            old.append(f"{path} is {version}")
+    found = f", but {old[0]}" if old else ", which is missing"
+    raise BuildError(f"the slides need Node.js {NODE_AT_LEAST} or newer{found}; Debian 12 and Ubuntu 24.04 have it "
+                     "(apt-get install nodejs npm), for older systems see nodejs.org")
+
+
+def chromium():
+    """The path of Chromium or Chrome."""
+    for name in ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"):
+        if path := shutil.which(name):
+            return path
+    raise BuildError("a PDF needs Chromium; Debian: apt-get install chromium; with --html there is none")
+
+
+def headless(*words):
+    """Runs Chromium with a profile of its own, which is deleted again."""
+    with tempfile.TemporaryDirectory(prefix="ch5-chromium-") as profile:
+        return run([chromium(), "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+                    "--hide-scrollbars", "--force-color-profile=srgb", f"--user-data-dir={profile}", *words],
+                   "Chromium failed")
+
+
+def pdf(page, target):
+    target.unlink(missing_ok=True)
+    headless("--no-pdf-header-footer", f"--print-to-pdf={target}", page.resolve().as_uri())
+    if not target.exists():
+        raise BuildError(f"Chromium did not print {target}", code=1)
+
+
+def images(source, folder):
+    """Pages of a PDF as FOLDER/NAME-01.png …, with Debian's poppler-utils."""
+    if not shutil.which("pdftoppm"):
+        raise BuildError("images need pdftoppm; Debian: apt-get install poppler-utils")
+    folder.mkdir(parents=True, exist_ok=True)
+    run(["pdftoppm", "-r", "72", "-png", str(source), str(folder / source.stem)], f"no images of {source}")
+
+
+def overflow(page):
+    """What reaches out of its place in a built deck, as sentences; see overflow.js."""
+    html = page.read_text(encoding="utf-8")
+    html = re.sub(r"<script\b.*?</script>", "", html, flags=re.S)  # all pages at once, not one after the other
+    probe = (HERE / "overflow.js").read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory(prefix="ch5-overflow-") as folder:
+        copy = Path(folder) / "deck.html"
+        copy.write_text(html.replace("</body>", f"<script>{probe}</script></body>"), encoding="utf-8")
+        dom = headless("--window-size=1400,900", "--virtual-time-budget=20000", "--dump-dom", copy.as_uri())
+    found = re.search(r'<pre id="overflow">(.*?)</pre>', dom, re.S)
+    if not found:
+        raise BuildError(f"{page} could not be measured", code=1)
+    report = json.loads(re.sub(r"&(lt|gt|amp);", lambda m: {"lt": "<", "gt": ">", "amp": "&"}[m[1]], found[1]))
+    return report["pages"], report["found"]
