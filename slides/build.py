@@ -12,7 +12,9 @@ usage: build.py [--csv DIR] [--out DIR] [--html] [--images] [--check] [--figures
   --overview   only redraw the READMEs' picture, slides/figures/overview.*.svg
   DECK         only these, such as 2-solvers.en
 
-A deck is N-name.en.md and N-name.zh.md beside this file; what it shows comes from the package deckN:
+A deck is N-name.en.md and N-name.zh.md beside this file. Each page begins with <!-- slide: id -->, or with
+<!-- slide: id result --> where no digit may be typed, and ends with its speaker note, <!-- (2 min) what to say -->, the
+same minutes in both languages, 60 to 90 a deck. What a deck shows comes from the package deckN:
 
   FIGURES         {name: draw(tables, lang) -> SVG text}; the deck shows figures/name.svg; no two decks share a name
   facts(tables)   {name: text} for {{name}}; {{code.1.1a}} is the blank part of a TODO and known to every deck
