@@ -40,7 +40,7 @@ def stage_table() -> list:
 
 
 def select(asked: list) -> list:
-    """The rows of the table that are asked for; "1" means 1.1 and 1.2."""
+    """The rows of the table that are asked for; "1" means 1.1 and 1.2, and a stage's sections in the handout mean it."""
     table = stage_table()
     for name in asked:
         if not any(covers(name, stage) for stage in table):
@@ -49,7 +49,12 @@ def select(asked: list) -> list:
 
 
 def covers(name: str, stage: dict) -> bool:
-    return stage["id"] == name or stage["id"].startswith(name + ".")
+    return stage["id"].startswith(name + ".") or name in [stage["id"], *sections_of(stage)]
+
+
+def sections_of(stage: dict) -> list:
+    """The handout's sections on a stage: one, unless the table says otherwise."""
+    return stage.get("sections", [stage["id"]])
 
 
 def judge_stages(stages: list) -> list:
