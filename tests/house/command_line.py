@@ -13,7 +13,7 @@ from pathlib import Path
 
 from house import BUILD, ROOT
 
-COMMANDS = ("run", "test", "check", "status", "bench", "plots", "slides")
+COMMANDS = ("run", "test", "check", "hint", "status", "bench", "plots", "slides")
 TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
 
 
@@ -79,6 +79,10 @@ class CommandLine(unittest.TestCase):
         self.refuses("", naming=["unknown command"])
         self.refuses("check", "9.9", naming=["9.9"])
         self.refuses("status", "1.1", naming=["1.1"])
+        self.refuses("hint", naming=["needs a stage", "6A"])
+        self.refuses("hint", "9.9", "1", naming=["9.9", "1.2, 2"])
+        self.refuses("hint", "1.2", "4", naming=["1.2", "1, 2, 3", "'4'"])
+        self.refuses("hint", "1.2", "1", "--language", "fr", naming=["fr"])
         for command in COMMANDS:
             self.refuses(command, "--frobnicate", naming=["--frobnicate", f"./course {command} --help"])
 

@@ -17,6 +17,8 @@ DESCRIPTIONS = {
     "check": "Compiles your files in ch5_homework/, runs the tests of each stage, and explains what is not right. "
              "A stage is not-started, does-not-compile, crashes, times-out, wrong or right; exit code 0 if all that "
              "were asked for are right.",
+    "hint": "Prints one of the three hints on a stage of the handout, such as ./course hint 1.2 1. Try again before you ask "
+            "for the next.",
     "status": "Shows the state of every stage at a glance.",
     "bench": "Measures our solvers and, where it is installed, Ceres on the same problems: same start, same loss, "
              "analytic Jacobians, one process for each measurement, taking turns; medians of five rounds, which take "
@@ -133,6 +135,10 @@ def make_parser(command: str) -> Parser:
                             "built decks are out of date, and fail if any is")
     elif command == "check":
         parser.add_argument("stages", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
+    elif command == "hint":
+        parser.add_argument("stage", metavar="STAGE", nargs="?", default="", help="such as 1.2, or one of its TODOs, such as 1.2b")
+        parser.add_argument("number", metavar="N", nargs="?", default="1", help="1 to 3, each says more; default: 1")
+        parser.add_argument("--language", metavar="WORD", default="", help="en or zh; default: the terminal's")
     if command in JSON_FIELDS:
         parser.add_argument("--json", action="store_true", help="print one JSON object on standard output and all "
                             f"else on standard error; fields: {JSON_FIELDS[command]}; after a failure: error")
@@ -159,6 +165,9 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
     if command == "slides":
         from .slides import slides
         return slides(arguments, extra)
+    if command == "hint":
+        from .hint import show
+        return show(arguments.stage, arguments.number, arguments.language)
     from . import check
     if command == "check":
         return check.run_check(arguments.stages + extra, arguments.json)

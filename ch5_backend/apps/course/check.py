@@ -6,7 +6,7 @@ import re
 import sys
 from pathlib import Path
 
-from . import jsonout
+from . import causes, jsonout
 from .build import BIN, HOMEWORK, ROOT, build
 from .errors import CourseError
 from .judge import SHOWN_LINES, Verdict, judge
@@ -24,15 +24,22 @@ def run_check(asked: list, as_json: bool) -> int:
     """Judges the stages asked for, all by default; 0 if every one is right, 1 if not. Raises CourseError(2)."""
     stages = select(asked)
     verdicts = judge_stages(stages)
-    report(stages, verdicts, as_json, tell)
+    report(stages, verdicts if as_json else held_back(stages, verdicts), as_json, tell)
     return 0 if all(verdict.state == "right" for verdict in verdicts) else 1
 
 
 def run_status(as_json: bool) -> int:
     """Judges every stage and shows a line for each; 0."""
     stages = select([])
-    report(stages, judge_stages(stages), as_json, tell_line)
+    verdicts = judge_stages(stages)
+    report(stages, verdicts if as_json else held_back(stages, verdicts, counts=False), as_json, tell_line)
     return 0
+
+
+def held_back(stages: list, verdicts: list, counts: bool = True) -> list:
+    """The verdicts for a student's eyes, who is to look for the cause of a failure once before it is named."""
+    threshold = json.loads(TABLE.read_text(encoding="utf-8"))["name_cause_at_failure"]
+    return [causes.hold_back(stage, verdict, threshold, counts) for stage, verdict in zip(stages, verdicts)]
 
 
 def stage_table() -> list:

@@ -1,0 +1,118 @@
+"""Hints come out of the handout, and a cause is named only when a failure comes again."""
+
+import contextlib
+import io
+import os
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+from unittest import mock
+
+from regions import ROOT, STAGES
+
+sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
+from course import causes, hint  # noqa: E402
+from course.errors import CourseError  # noqa: E402
+from course.judge import Verdict  # noqa: E402
+
+STORY = """Stage 1.1: H of one edge
+  expected  (0, 6) = 2
+  got       (0, 6) = 0
+  cause     the mirrored block is missing:
+            H is not symmetric
+  read      ch5_homework/README.md, Stage 1.1, TODO 1.1b"""
+RIGHT = Verdict("right", "")
+
+
+def said(*words):
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        hint.show(*words)
+    return out.getvalue()
+
+
+class Hints(unittest.TestCase):
+    def test_every_section_has_three_in_both_languages(self):
+        for language, handout in hint.HANDOUTS.items():
+            text = (ROOT / "ch5_homework" / handout).read_text(encoding="utf-8")
+            sections = hint.handout(language)
+            self.assertEqual(list(sections), [name for stage in STAGES for name in stage.get("sections", [stage["id"]])])
+            for section in sections:
+                for number in "123":
+                    body = said(section, number, language).split("\n\n")[1]
+                    self.assertGreater(len(body), 40)
+                    self.assertIn(body, text)
+
+    def test_a_todo_leads_to_its_section(self):
+        self.assertEqual(said("1.2b", "2"), said("1.2", "2"))
+        self.assertEqual(said("6g", "1"), said("6B", "1"))
+
+    def test_the_terminals_language_is_spoken(self):
+        with mock.patch.dict(os.environ, {"LC_ALL": "zh_CN.UTF-8"}):
+            self.assertIn("提示 1", said("2", "1"))
+        with mock.patch.dict(os.environ, {"LC_ALL": "C"}):
+            self.assertIn("Hint 1", said("2", "1"))
+
+    def test_what_is_not_there_is_named(self):
+        for words in (("6", "1"), ("1", "1"), ("1.2", "4"), ("1.2", "0"), ("1.2", "one"), ("", "1")):
+            with self.assertRaises(CourseError, msg=words):
+                hint.show(*words, "en")
+
+
+class Causes(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        patch = mock.patch.object(causes, "BUILD", Path(folder.name))
+        patch.start()
+        self.addCleanup(patch.stop)
+
+    def shown(self, verdict, threshold=2, counts=True):
+        """Whether the cause is there, in the story and in the line of ./course status."""
+        told = causes.hold_back(STAGES[0], verdict, threshold, counts)
+        named = ["mirrored" in told.story and "not symmetric" in told.story, "mirrored" in told.hint]
+        self.assertEqual(len(set(named)), 1, told)
+        self.assertIn("TODO 1.1b", told.story)
+        return named[0]
+
+    def wrong(self, story=STORY):
+        return Verdict("wrong", story.partition("\n")[0] + ": the mirrored block is missing:.", story)
+
+    def test_the_second_failure_names_it(self):
+        self.assertEqual([self.shown(self.wrong()) for _ in range(3)], [False, True, True])
+        self.assertIn("./course hint 1.1 1", causes.hold_back(STAGES[0], self.wrong(), 9).story)
+
+    def test_a_setting_names_it_at_once_or_later(self):
+        self.assertTrue(self.shown(self.wrong(), threshold=1))
+        self.assertEqual([self.shown(self.wrong(), threshold=4) for _ in range(3)], [False, False, True])
+
+    def test_another_failure_and_a_right_stage_begin_anew(self):
+        other = self.wrong(STORY.replace("one edge", "two edges"))
+        self.assertEqual([self.shown(each) for each in (self.wrong(), other, self.wrong())], [False, False, False])
+        causes.hold_back(STAGES[0], RIGHT, 2)
+        self.assertFalse(self.shown(self.wrong()))
+
+    def test_looking_does_not_count(self):
+        self.shown(self.wrong())
+        self.assertEqual([self.shown(self.wrong(), counts=False) for _ in range(3)], [False, False, False])
+        self.assertTrue(self.shown(self.wrong()))
+        self.assertTrue(self.shown(self.wrong(), counts=False))
+
+    def test_what_gives_nothing_away_is_told_at_once(self):
+        for verdict in (RIGHT, Verdict("crashes", "Crash at problem.cc:3."),
+                        Verdict("wrong", "s", "s\n  cause     none of the typical mistakes gives these numbers")):
+            self.assertEqual(causes.hold_back(STAGES[0], verdict, 2), verdict)
+
+    def test_without_a_place_to_count_causes_are_named(self):
+        with mock.patch.object(causes, "BUILD", Path("/dev/null/nowhere")):
+            self.assertTrue(self.shown(self.wrong()))
+
+    def test_a_stage_of_two_sections_names_the_right_one(self):
+        stage = next(stage for stage in STAGES if stage["id"] == "6")
+        for todo, section in (("6a", "6A"), ("6j", "6B")):
+            self.assertEqual(causes.section_of(stage, f"…\n  read      ch5_homework/README.md, Stage 6, TODO {todo}"), section)
+
+
+if __name__ == "__main__":
+    unittest.main()
