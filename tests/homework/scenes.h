@@ -8,6 +8,7 @@
 #include "ch5_backend/graph/sized_edge.h"
 #include "ch5_backend/types/vertices.h"
 #include "ch5_backend/world/simulate/random.h"
+#include "tests/homework/seed.h"
 
 namespace ch5::homework {
 

@@ -145,7 +145,7 @@ void CheckMakeHessian(Graph* graph, const std::string& scene) {
 }
 
 TEST(Stage11, OneEdgeBetweenTwoPoses) {
-  Random random(11);
+  Random random(Seed(11));
   Graph graph;
   const auto poses = AddPoses(&graph, 2);
   AddRandomEdge<4>(&graph, &random, poses[0], poses[1]);
@@ -153,7 +153,7 @@ TEST(Stage11, OneEdgeBetweenTwoPoses) {
 }
 
 TEST(Stage11, EdgesOnTheSamePairAddUp) {
-  Random random(12);
+  Random random(Seed(12));
   Graph graph;
   const auto poses = AddPoses(&graph, 3);
   for (int k = 0; k < 3; ++k) AddRandomEdge<4>(&graph, &random, poses[0], poses[2]);
@@ -191,17 +191,18 @@ TEST(Stage11, TheSlidesChainOfThreeScalars) {
 }
 
 TEST(Stage11, LandmarksOfDimensionOne) {
-  Random random(13);
+  Random random(Seed(13));
   MonoBaOptions options;
-  options.points = 5;
+  options.seed = Seed(options.seed);
+  options.points = Vary(5, 9, 17);
   MonoBa ba;
   BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, 1.0, 0.0, &ba);
   for (const auto& edge : ba.graph.Edges()) edge->SetInformation(RandomPositiveDefinite(2, &random));
-  CheckMakeHessian(&ba.graph, "3 poses and 5 inverse depths, W ≠ I");
+  CheckMakeHessian(&ba.graph, "3 poses and " + std::to_string(options.points) + " inverse depths, W ≠ I");
 }
 
 TEST(Stage11, LandmarksOfDimensionThree) {
-  Random random(14);
+  Random random(Seed(14));
   Graph graph;
   const auto points = AddPoints(&graph, 2);  // smaller ids than the poses, later rows
   const auto poses = AddPoses(&graph, 3);
@@ -215,7 +216,7 @@ TEST(Stage11, LandmarksOfDimensionThree) {
 }
 
 TEST(Stage11, FixedVerticesHaveNoRows) {
-  Random random(15);
+  Random random(Seed(15));
   Graph graph;
   const auto poses = AddPoses(&graph, 4);
   const auto points = AddPoints(&graph, 3);
@@ -230,7 +231,7 @@ TEST(Stage11, FixedVerticesHaveNoRows) {
 }
 
 TEST(Stage11, RobustLossWeighsTheEdges) {
-  Random random(16);
+  Random random(Seed(16));
   Graph graph;
   const auto poses = AddPoses(&graph, 2);
   const auto points = AddPoints(&graph, 2);
@@ -245,15 +246,18 @@ TEST(Stage11, RobustLossWeighsTheEdges) {
 
 TEST(Stage11, SecondCallStartsAfresh) {
   MonoBaOptions options;
+  options.seed = Seed(options.seed);
   options.frames = 4;
-  options.points = 7;
+  options.points = Vary(7, 12, 18);
   MonoBa ba;
   BuildMonoBa(SimulateMonoBa(options), Gauge::kFixTwoFrames, 1.0, 0.0, &ba);
   const auto problem = Chosen().make_problem(&ba.graph);
   problem->MakeHessian();
   problem->UpdateStates(VecX::Constant(problem->Size(), 1e-3));
   problem->MakeHessian();
-  CheckSystem(ba.graph, *problem, "4 poses and 7 inverse depths, MakeHessian called again at another state");
+  CheckSystem(
+      ba.graph, *problem,
+      "4 poses and " + std::to_string(options.points) + " inverse depths, MakeHessian called again at another state");
 }
 
 }  // namespace

@@ -187,7 +187,7 @@ void CheckCall(Problem* problem, const Case& c, const std::string& scene) {
 
 /// A problem over a graph whose vertices all have an edge, with a random system in place of MakeHessian's.
 void CheckRandom(Graph* graph, double lambda, Damping damping, const std::string& scene) {
-  Random random(21);
+  Random random(Seed(21));
   for (const auto& vertex : graph->Vertices()) {
     if (auto pose = std::dynamic_pointer_cast<VertexPose>(vertex)) AddRandomEdge<1>(graph, &random, pose);
     if (auto depth = std::dynamic_pointer_cast<VertexInverseDepth>(vertex)) AddRandomEdge<1>(graph, &random, depth);
@@ -209,8 +209,10 @@ TEST(Stage12, AsManyPoseRowsAsLandmarkRows) {  // first: here no assertion betra
 TEST(Stage12, LandmarksOfDimensionOne) {
   Graph graph;
   AddPoses(&graph, 2);
-  AddInverseDepths(&graph, 5);
-  CheckRandom(&graph, 0.0, Damping::kIdentity, "a random system, 2 poses and 5 inverse depths");
+  const int depths = Vary(5, 9, 22);
+  AddInverseDepths(&graph, depths);
+  CheckRandom(&graph, 0.0, Damping::kIdentity,
+              "a random system, 2 poses and " + std::to_string(depths) + " inverse depths");
 }
 
 TEST(Stage12, LandmarksOfDimensionThree) {
@@ -222,10 +224,15 @@ TEST(Stage12, LandmarksOfDimensionThree) {
   CheckRandom(&graph, 0.0, Damping::kIdentity, "a random system, 2 poses, 3 points of dimension 3, an inverse depth");
 }
 
-TEST(Stage12, WithoutLandmarks) {
-  Graph graph;
-  AddPoses(&graph, 2);
-  CheckRandom(&graph, 0.5, Damping::kIdentity, "a random system, 2 poses and no landmarks");
+TEST(Stage12, WithOneLandmarkAndWithNone) {
+  for (const int landmarks : {1, 0}) {
+    Graph graph;
+    AddPoses(&graph, 2);
+    AddInverseDepths(&graph, landmarks);
+    CheckRandom(&graph, 0.5, Damping::kIdentity,
+                "a random system, 2 poses and " + std::string(landmarks ? "one landmark" : "no landmarks"));
+    if (HasFatalFailure()) return;
+  }
 }
 
 TEST(Stage12, LambdaOnEveryDiagonalEntry) {
@@ -242,12 +249,15 @@ TEST(Stage12, LambdaOnEveryDiagonalEntry) {
 TEST(Stage12, LambdaTimesTheDiagonal) {
   Graph graph;
   AddPoses(&graph, 2);
-  AddInverseDepths(&graph, 7);
-  CheckRandom(&graph, 0.3, Damping::kDiagonal, "a random system, 2 poses and 7 inverse depths");
+  const int depths = Vary(7, 11, 23);
+  AddInverseDepths(&graph, depths);
+  CheckRandom(&graph, 0.3, Damping::kDiagonal,
+              "a random system, 2 poses and " + std::to_string(depths) + " inverse depths");
 }
 
 TEST(Stage12, BundleAdjustmentWithManyLambdas) {
   MonoBaOptions options;
+  options.seed = Seed(options.seed);
   options.frames = 4;
   MonoBa ba;
   BuildMonoBa(SimulateMonoBa(options), Gauge::kFixTwoFrames, 1.0, 0.0, &ba);

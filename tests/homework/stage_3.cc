@@ -6,6 +6,7 @@
 
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "tests/homework/narrate.h"
+#include "tests/homework/seed.h"
 #include "tests/homework/submission.h"
 
 namespace ch5::homework {
@@ -15,6 +16,7 @@ constexpr int kFrames = 4, kPoints = 6;
 
 MonoBaScene PerturbedScene() {
   MonoBaOptions options;
+  options.seed = Seed(options.seed);
   options.frames = kFrames;
   options.points = kPoints;
   options.position_sigma = 0.1;  // so that the start is not the truth
@@ -146,6 +148,8 @@ TEST(Stage3, PriorAsksForTheTruePose) {
 }
 
 TEST(Stage3, NoneAtWeightZero) {
+  const Built with_priors(PerturbedScene(), 1.0, 100.0);  // otherwise nothing is shown
+  ASSERT_FALSE(with_priors.Priors()[0].empty()) << "Stage 3: no prior at weight 100";
   const Built built(PerturbedScene(), 1.0, 0.0);
   for (const auto& priors : built.Priors()) {
     for (const auto& prior : priors) {
@@ -192,7 +196,8 @@ TEST(Stage3, DriftOfTheFirstFrameGoesToZero) {
     options.max_iterations = 50;
     problem.Solve(options);
     const double drift = (built.ba.poses[0]->p() - scene.frames[0].p).norm();
-    EXPECT_LT(drift, last_drift) << "Stage 3: the position of frame 0 after solving with weight " << weight;
+    // While the pixels outweigh the priors, it need not fall.
+    EXPECT_LT(drift, 2.0 * last_drift) << "Stage 3: the position of frame 0 after solving with weight " << weight;
     last_drift = drift;
   }
   EXPECT_LT(last_drift, 1e-6) << "Stage 3: the drift of frame 0 [m] must vanish as the weight grows";

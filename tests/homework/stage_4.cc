@@ -100,7 +100,7 @@ TEST(Stage4, APoseOnPaper) {
 
 TEST(Stage4, APoseMovesWithTheWorld) {
   for (const GaugeGroup group : kGroups) {
-    Random random(83);
+    Random random(Seed(83));
     for (int trial = 0; trial < 5; ++trial) {
       const auto pose = RandomPose(&random);
       CheckPose(*pose, Chosen().gauge_freedom.null_space({pose}, group), NumericNullSpace({pose}, group), group);
@@ -113,7 +113,7 @@ TEST(Stage4, APoseMovesWithTheWorld) {
 
 TEST(Stage4, AVelocityTurnsAndIsNotShifted) {
   for (const GaugeGroup group : kGroups) {
-    Random random(89);
+    Random random(Seed(89));
     for (int trial = 0; trial < 5; ++trial) {
       const auto speed = RandomSpeedBias(&random);
       const Eigen::Index columns = 3 + AxesOf(group).cols();
@@ -145,7 +145,7 @@ TEST(Stage4, AVelocityTurnsAndIsNotShifted) {
 TEST(Stage4, TheNullSpaceIsTheDerivativeOfTheWorldsMotion) {
   for (const GaugeGroup group : kGroups) {
     for (const int count : {4, 9, 17}) {
-      Random random(97 + static_cast<uint64_t>(count));
+      Random random(Seed(97 + static_cast<uint64_t>(count)));
       const Vertices vertices = RandomVertices(count, &random);
       ASSERT_NO_STORY({"4",
                        "U of " + std::to_string(count) + " vertices of " + NameOf(group),
@@ -199,7 +199,7 @@ TEST(Stage4, TheProjectionOnPaper) { CheckProjection(Vec2(1, 1), Vec2(1, 0), {"x
 
 TEST(Stage4, TheProjectionEndsInTheGaugeWhateverUAndVAre) {
   for (const int columns : {1, 2, 4, 7}) {
-    Random random(101 + static_cast<uint64_t>(columns));
+    Random random(Seed(101 + static_cast<uint64_t>(columns)));
     const int n = 2 * columns + 5;
     const MatXX U = RandomMatrix(n, columns, &random), V = U + RandomMatrix(n, columns, &random);
     CheckProjection(U, V, {}, " of random U and V, " + std::to_string(n) + "×" + std::to_string(columns));
@@ -260,7 +260,7 @@ void CheckMotion(const Vertices& vertices, double yaw, const std::string& scene)
 }
 
 TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {
-  Random random(107);
+  Random random(Seed(107));
   const double yaw = random.Uniform(0.5, 2.0);
   CheckMotion({RandomPose(&random)}, yaw, "a pose");
   if (HasFatalFailure()) return;

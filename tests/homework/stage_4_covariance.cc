@@ -9,11 +9,13 @@
 namespace ch5::homework {
 namespace {
 
+constexpr double kSmallestEigenvalue = 5e-9;  // of the largest one
+
 // ---- 4e, the product ------------------------------------------------------------------------------------------------
 
 TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
   for (const int n : {3, 6, 10}) {
-    Random random(109 + static_cast<uint64_t>(n));
+    Random random(Seed(109 + static_cast<uint64_t>(n)));
     const MatXX Q = RandomMatrix(n, n, &random), M = RandomMatrix(n, n, &random),
                 C = RandomPositiveDefinite(n, &random);
     const MatXX T = Q * M, Tt = T.transpose(), MQ = M * Q;
@@ -65,9 +67,20 @@ TEST(Stage4, TheExampleOfTheHandout) {
 
 // ---- all together ---------------------------------------------------------------------------------------------------
 
+// A scene whose covariances can be compared to 1e-7: none of its directions is nearly as free as the gauge.
+std::unique_ptr<FreeScene> WellConditioned(GaugeGroup group, int frames, int points, uint64_t seed) {
+  const int nullity = group == GaugeGroup::kVisualInertial ? 4 : 7;
+  for (;; seed += 1000) {
+    auto scene = std::make_unique<FreeScene>(group, frames, points, seed);
+    const VecX eigenvalues = scene->Hessian().selfadjointView<Eigen::Lower>().eigenvalues();
+    if (eigenvalues(nullity) > kSmallestEigenvalue * eigenvalues(eigenvalues.size() - 1)) return scene;
+  }
+}
+
 // The free estimate is moved by g, so that it holds the gauge of the first frame; and back.
 void CheckGauges(GaugeGroup group, int frames, int points, uint64_t seed) {
-  FreeScene scene(group, frames, points, seed);
+  const auto drawn = WellConditioned(group, frames, points, seed);
+  FreeScene& scene = *drawn;
   const GaugeFreedom& functions = Chosen().gauge_freedom;
   const Names names = RowNames(scene.vertices);
   const std::string graph = ", " + NameOf(group) + ", " + std::to_string(frames) + " frames";
@@ -87,7 +100,7 @@ void CheckGauges(GaugeGroup group, int frames, int points, uint64_t seed) {
   const MatXX V = scene.FirstFrame(group), fixed = FixedCovariance(scene.Hessian(), V);
   const MatXX Q = functions.projection(functions.null_space(scene.vertices, group), V);
   const MatXX motion = functions.motion_jacobian(scene.vertices, yaw);
-  ASSERT_GT((free - fixed).norm(), 0.5 * fixed.norm()) << "the scene is too easy: both gauges have one covariance";
+  ASSERT_GT((free - fixed).norm(), 0.1 * fixed.norm()) << "the scene is too easy: both gauges have one covariance";
   ASSERT_NO_STORY({"4",
                    "the free covariance, in the gauge of the first frame" + graph,
                    fixed,

@@ -150,7 +150,7 @@ Vertices RandomVertices(int count, Random* random) {
 }
 
 FreeScene::FreeScene(GaugeGroup group, int frames, int points, uint64_t seed) {
-  Random random(seed);
+  Random random(Seed(seed));
   const Qd look = RandomRotation(&random, 1.5);  // where the cameras look to
   std::vector<std::shared_ptr<VertexPose>> poses;
   for (int i = 0; i < frames; ++i) {

@@ -69,7 +69,7 @@ Names NamesOfPoses(int count) {
 }
 
 void CheckSchur(int poses, int goes) {
-  Random random(37);
+  Random random(Seed(37));
   const SchurCase c(6 * poses, goes, &random);
   const std::string scene = " after SchurComplement, " + std::to_string(poses) + " poses stay, " +
                             std::to_string(goes) + (goes == 1 ? " row goes" : " rows go");
@@ -82,11 +82,11 @@ void CheckSchur(int poses, int goes) {
 }
 
 TEST(Stage5, EliminatesADenseBlock) { CheckSchur(1, 6); }  // sizes that hide an exchange
-TEST(Stage5, EliminatesAPoint) { CheckSchur(2, 3); }
-TEST(Stage5, EliminatesAnInverseDepth) { CheckSchur(2, 1); }
+TEST(Stage5, EliminatesAPoint) { CheckSchur(Vary(2, 4, 38), 3); }
+TEST(Stage5, EliminatesAnInverseDepth) { CheckSchur(Vary(2, 4, 39), 1); }
 
 TEST(Stage5, EliminatesASingularBlock) {  // a landmark seen once: its depth is unknown
-  Random random(41);
+  Random random(Seed(41));
   const MatXX A = RandomMatrix(2, 3, &random), B = RandomMatrix(2, 6, &random), V = A.transpose() * A;
   const VecX r = RandomMatrix(2, 1, &random);
   MatXX U = B.transpose() * B + MatXX::Identity(6, 6);
@@ -182,20 +182,20 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const std::
 }
 
 TEST(Stage5, TakesTheRootOfARegularH) {
-  Random random(43);
+  Random random(Seed(43));
   CheckUpdate(RandomPositiveDefinite(12, &random), RandomMatrix(12, 1, &random), NamesOfPoses(2),
               " of two poses, H regular");
 }
 
 TEST(Stage5, TakesTheRootOfASingularH) {  // as after every marginalisation without an absolute measurement
-  Random random(47);
+  Random random(Seed(47));
   const MatXX A = RandomMatrix(7, 12, &random);
   CheckUpdate(A.transpose() * A, -A.transpose() * RandomMatrix(7, 1, &random), NamesOfPoses(2),
               " of two poses, H of rank 7");
 }
 
 TEST(Stage5, TakesTheRootInAwkwardUnits) {
-  Random random(53);
+  Random random(Seed(53));
   const VecX units = (VecX(6) << 1e3, 1.0, 1e-3, 1.0, 1e2, 1e-2).finished();
   CheckUpdate(units.asDiagonal() * RandomPositiveDefinite(6, &random) * units.asDiagonal(),
               units.asDiagonal() * RandomMatrix(6, 1, &random), NamesOfPoses(1), " of a pose in awkward units");
@@ -204,7 +204,7 @@ TEST(Stage5, TakesTheRootInAwkwardUnits) {
 // ---- 5.4 Residual ---------------------------------------------------------------------------------------------------
 
 TEST(Stage5, TheResidualMovesWithTheStates) {
-  Random random(59);
+  Random random(Seed(59));
   const auto term = Chosen().make_okvis_term();
   const OkvisTerm::Members inside = term->Inside();
   const MatXX J = RandomMatrix(6, 6, &random);
@@ -230,7 +230,7 @@ TEST(Stage5, TheResidualMovesWithTheStates) {
 
 TEST(Stage5, TheWholeTermIsTheDenseSchurComplement) {
   Graph graph;
-  Random random(61);
+  Random random(Seed(61));
   const auto poses = AddPoses(&graph, 3);
   const auto points = AddPoints(&graph, 2);
   const auto depths = AddInverseDepths(&graph, 2);
@@ -239,27 +239,21 @@ TEST(Stage5, TheWholeTermIsTheDenseSchurComplement) {
   }
   for (const auto& depth : depths) AddRandomEdge<2>(&graph, &random, depth, poses[0], poses[2]);
   AddRandomEdge<6>(&graph, &random, poses[0], poses[1]);
-  MarginalizationError term;
-  for (const auto& edge : graph.Edges()) term.AddResidualBlock(edge);
-  term.MarginalizeOut({points[0], poses[0], points[1], depths[1], depths[0]});
-  term.UpdateErrorComputation();
+  const OkvisTerm::Remainder rest = Chosen().make_okvis_term()->Marginalize(
+      graph.Edges(), {points[0], poses[0], points[1], depths[1], depths[0]}, {poses[1], poses[2]});
 
   const Ordering ordering = MakeOrdering(graph);
   const System all = StackedNormalEquations(graph, ordering.Size());
-  std::vector<int> stay, go, rows;  // of the whole system, and of the term's, which may have another order
+  std::vector<int> stay, go;
   for (int k = 0; k < ordering.Size(); ++k) (6 <= k && k < 18 ? stay : go).push_back(k);
-  for (const auto& pose : {poses[1], poses[2]}) {
-    for (int k = 0; k < 6; ++k) rows.push_back(term.OrderingIdx(*pose) + k);
-  }
   const MatXX H_rm = all.H(stay, go), H_mm_inverse = PseudoInversePsd(all.H(go, go));
   const MatXX H = all.H(stay, stay) - H_rm * H_mm_inverse * H_rm.transpose();
   const VecX b = all.b(stay) - H_rm * (H_mm_inverse * all.b(go));
   Names names = RowNames(ordering);
   names = {names.begin() + 6, names.begin() + 18};
-  ASSERT_NO_STORY({"5", "H after pose 0 and all landmarks have gone", H, term.H()(rows, rows), names, {}, 1e-8});
-  ASSERT_NO_STORY({"5", "b0 after pose 0 and all landmarks have gone", b, term.b0()(rows), names, {}, 1e-8});
-  const MatXX J = term.GetPrior().J(Eigen::all, rows);
-  ASSERT_NO_STORY({"5", "JᵀJ of the prior that remains", H, J.transpose() * J, names, {}, 1e-8});
+  ASSERT_NO_STORY({"5", "H after pose 0 and all landmarks have gone", H, rest.H, names, {}, 1e-8});
+  ASSERT_NO_STORY({"5", "b0 after pose 0 and all landmarks have gone", b, rest.b0, names, {}, 1e-8});
+  ASSERT_NO_STORY({"5", "JᵀJ of the prior that remains", H, rest.J.transpose() * rest.J, names, {}, 1e-8});
 }
 
 }  // namespace

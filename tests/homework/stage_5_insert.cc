@@ -107,7 +107,7 @@ void CheckInsertion(const std::vector<std::shared_ptr<Vertex>>& dense,
     for (const auto& vertex : *vertices) graph.AddVertex(vertex);
   }
 
-  Random random(31);
+  Random random(Seed(31));
   int dense_size = 0;
   for (const auto& vertex : dense) dense_size += vertex->LocalDimension();
   const int size = static_cast<int>(RowNames(before).size());

@@ -115,9 +115,11 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
   for (int again = 0; again < 2; ++again) {  // the second time finds the numbers of the first
     term->PreMarginalize();
     const Layout layout{scene};
+    const auto blocks = term->Blocks();
+    ASSERT_EQ(blocks.size(), scene.free.size()) << "Stage 6: the number of blocks after PreMarginalize";
     VecX rows(layout.Of({}).size());
     int k = 0;
-    for (const auto& [id, block] : term->Blocks()) rows[k++] = block.idx;
+    for (const auto& [id, block] : blocks) rows[k++] = block.idx;
     rows.tail<2>() << *term->Inside().m, *term->Inside().n;
     ASSERT_NO_STORY({"6", "the first rows of the blocks, and m_ and n_, after PreMarginalize",
                      layout.Of(scene.Dropped()), rows, layout.RowNames(), layout.Mistakes(), 1e-12});

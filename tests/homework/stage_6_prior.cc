@@ -91,8 +91,9 @@ void CheckSchur(const SchurCase& c, const std::string& what) {
 }
 
 TEST(Stage6, SchurComplementOfTheDroppedRows) {
-  Random random(61);
-  for (const auto& [m, n] : {std::pair{6, 6}, std::pair{9, 6}, std::pair{1, 6}, std::pair{21, 12}}) {
+  Random random(Seed(61));
+  for (const auto& [m, n] :
+       {std::pair{6, 6}, std::pair{Vary(9, 15, 65), 6}, std::pair{1, 6}, std::pair{21, Vary(12, 18, 66)}}) {
     const SchurCase c(RandomPositiveDefinite(m + n, &random), RandomMatrix(m + n, 1, &random), m);
     CheckSchur(c, "where " + std::to_string(m) + " rows go and " + std::to_string(n) + " stay");
     if (HasFatalFailure()) return;
@@ -101,7 +102,7 @@ TEST(Stage6, SchurComplementOfTheDroppedRows) {
 
 // Depths without information: one of exactly none, one of 1e-10, which is what is left of a few roundings.
 TEST(Stage6, SchurComplementWithUnknownDepths) {
-  Random random(62);
+  Random random(Seed(62));
   const int m = 8, n = 6;
   MatXX J = RandomMatrix(20, m + n, &random);
   J.col(0).setZero();
@@ -186,12 +187,12 @@ void CheckFactor(const FactorCase& c, const std::string& what) {
 }
 
 TEST(Stage6, FactorsARegularSystem) {
-  Random random(63);
+  Random random(Seed(63));
   CheckFactor({RandomPositiveDefinite(6, &random), RandomMatrix(6, 1, &random)}, "of 6 rows");
 }
 
 TEST(Stage6, FactorsASystemWithFreeDirections) {  // position and yaw: four eigenvalues are zero
-  Random random(64);
+  Random random(Seed(64));
   const MatXX B = RandomMatrix(8, 12, &random);
   CheckFactor({B.transpose() * B, B.transpose() * RandomMatrix(8, 1, &random)}, "of 12 rows and rank 8");
   if (HasFatalFailure()) return;

@@ -64,7 +64,7 @@ class FactorScene {
   std::vector<ResidualBlockInfo> factors;
 
   explicit FactorScene(Kind kind = kRobust) {
-    Random random(67);
+    Random random(Seed(67));
     Graph* graph = &graph_;
     const auto poses = AddPoses(graph, 4);
     const auto speed_bias = AddVertices<VertexSpeedBias>(graph, 1, [] { return std::make_shared<VertexSpeedBias>(); });

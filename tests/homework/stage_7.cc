@@ -112,7 +112,7 @@ TEST(Stage7, RightHandSideAndHessian) {
 }
 
 TEST(Stage7, HessianOfMixedLandmarksAndLosses) {
-  Random random(73);
+  Random random(Seed(73));
   Graph graph;
   const Poses poses = AddPoses(&graph, 3);
   const auto depths = AddInverseDepths(&graph, 3);
@@ -264,7 +264,9 @@ TEST(Stage7, LandmarksOrPosesAlone) {
 
 TEST(Stage7, BundleAdjustmentOfTheCourse) {
   MonoBaOptions options;
+  options.seed = Seed(options.seed);
   options.frames = 4;
+  options.points = Vary(20, 30, 74);
   MonoBa ba;
   BuildMonoBa(SimulateMonoBa(options), Gauge::kFixTwoFrames, 1.0, 0.0, &ba);
   const auto solver = MakeSolver(&ba.graph);

@@ -113,7 +113,7 @@ TEST(Stage7, TheBlocksOfS) {
 }
 
 TEST(Stage7, TheBlocksOfSWithoutLandmarks) {
-  Random random(72);
+  Random random(Seed(72));
   Graph graph;
   const Poses poses = AddPoses(&graph, 3);
   for (const auto& pose : poses) AddRandomEdge<6>(&graph, &random, pose);

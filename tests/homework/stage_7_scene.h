@@ -27,7 +27,7 @@ struct Row {
   Points points;
 
   explicit Row(bool fix_one = false) {
-    Random random(71);
+    Random random(Seed(71));
     points = AddPoints(&graph, 5);  // smaller ids than the poses, later rows
     poses = AddPoses(&graph, 5);
     poses[1]->SetFixed(fix_one);

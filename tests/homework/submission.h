@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,11 @@ class OkvisTerm {
     VecX *b0, *e0;
     int* dense_size;
   };
+  struct Remainder {
+    MatXX H;
+    VecX b0;
+    MatXX J;
+  };
 
   virtual ~OkvisTerm() = default;
   virtual Members Inside() = 0;
@@ -32,6 +38,11 @@ class OkvisTerm {
   virtual void SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a) = 0;
   virtual void UpdateErrorComputation() = 0;
   virtual VecX Residual(const VecX& delta_chi) = 0;
+  /// All of it: takes the edges, marginalises the vertices `drop`.
+  /// @return what is left, its rows and columns in the order of `keep`
+  virtual Remainder Marginalize(const std::vector<std::shared_ptr<Edge>>& edges,
+                                const std::vector<std::shared_ptr<Vertex>>& drop,
+                                const std::vector<std::shared_ptr<Vertex>>& keep) = 0;
 };
 
 /// A MarginalizationInfo whose five graded functions are called one by one, on numbers that the test puts there.
@@ -102,6 +113,20 @@ std::unique_ptr<PlainBlockSolver> MakeBlockSolver(Graph* graph) {
   return std::make_unique<P>(graph);
 }
 
+/// What is left in a term, in the order of these vertices.
+inline OkvisTerm::Remainder RemainderOf(const MarginalizationError& term,
+                                        const std::vector<std::shared_ptr<Vertex>>& vertices) {
+  std::vector<int> rows;
+  for (const auto& vertex : vertices) {
+    for (int k = 0; k < vertex->LocalDimension(); ++k) rows.push_back(term.OrderingIdx(*vertex) + k);
+  }
+  if (term.H().rows() != static_cast<int>(rows.size())) {
+    throw std::logic_error("MarginalizeOut leaves " + std::to_string(term.H().rows()) + " rows, not " +
+                           std::to_string(rows.size()));
+  }
+  return {term.H()(rows, rows), term.b0()(rows), term.GetPrior().J(Eigen::all, rows)};
+}
+
 /// For make_okvis_term: `M` is MarginalizationError or a class derived from it.
 template <typename M>
 class OkvisTermOf : public OkvisTerm, private M {
@@ -113,6 +138,14 @@ class OkvisTermOf : public OkvisTerm, private M {
   }
   void UpdateErrorComputation() override { M::UpdateErrorComputation(); }
   VecX Residual(const VecX& delta_chi) override { return M::Residual(delta_chi); }
+  Remainder Marginalize(const std::vector<std::shared_ptr<Edge>>& edges,
+                        const std::vector<std::shared_ptr<Vertex>>& drop,
+                        const std::vector<std::shared_ptr<Vertex>>& keep) override {
+    for (const auto& edge : edges) M::AddResidualBlock(edge);
+    M::MarginalizeOut(drop);
+    M::UpdateErrorComputation();
+    return RemainderOf(*this, keep);
+  }
 };
 template <typename M>
 std::unique_ptr<OkvisTerm> MakeOkvisTerm() {

@@ -135,6 +135,8 @@ def make_parser(command: str) -> Parser:
                             "built decks are out of date, and fail if any is")
     elif command == "check":
         parser.add_argument("stages", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
+        parser.add_argument("--seed", type=number_option("--seed", 0, 10**18 - 1), metavar="S", help="other random numbers "
+                            "and sizes than the usual ones: the case that a grader has met under this number")
     elif command == "hint":
         parser.add_argument("stage", metavar="STAGE", nargs="?", default="", help="such as 1.2, or one of its TODOs, such as 1.2b")
         parser.add_argument("number", metavar="N", nargs="?", default="1", help="1 to 3, each says more; default: 1")
@@ -170,7 +172,7 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         return show(arguments.stage, arguments.number, arguments.language)
     from . import check
     if command == "check":
-        return check.run_check(arguments.stages + extra, arguments.json)
+        return check.run_check(arguments.stages + extra, arguments.json, arguments.seed)
     return check.run_status(arguments.json)
 
 

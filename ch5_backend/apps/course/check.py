@@ -20,10 +20,10 @@ MARKS = {"right": "✓", "not-started": "·"}
 
 # ---- The two commands -----------------------------------------------------------------------------------------------
 
-def run_check(asked: list, as_json: bool) -> int:
+def run_check(asked: list, as_json: bool, seed=None) -> int:
     """Judges the stages asked for, all by default; 0 if every one is right, 1 if not. Raises CourseError(2)."""
     stages = select(asked)
-    verdicts = judge_stages(stages)
+    verdicts = judge_stages(stages, [] if seed is None else [f"--seed={seed}"])
     report(stages, verdicts if as_json else held_back(stages, verdicts), as_json, tell)
     return 0 if all(verdict.state == "right" for verdict in verdicts) else 1
 
@@ -64,10 +64,11 @@ def sections_of(stage: dict) -> list:
     return stage.get("sections", [stage["id"]])
 
 
-def judge_stages(stages: list) -> list:
+def judge_stages(stages: list, options=()) -> list:
     """The verdicts, in the order of the stages."""
     broken = compile_files(sorted({stage["file"] for stage in stages}))
-    return [broken.get(stage["file"]) or judge(BIN / target(stage["file"]), stage) for stage in stages]
+    return [broken.get(stage["file"]) or judge(BIN / target(stage["file"]), stage, options=options)
+            for stage in stages]
 
 
 def report(stages: list, verdicts: list, as_json: bool, tell_one) -> None:

@@ -46,12 +46,12 @@ class Verdict(NamedTuple):
     printed: str = ""  # what the student's own code has printed
 
 
-def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options=()) -> Verdict:
-    """Runs one stage's tests, up to the first that fails."""
+def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options=(), worker=()) -> Verdict:
+    """Runs one stage's tests, up to the first that fails. `worker` is the command for homework_judge to start."""
     with tempfile.TemporaryDirectory() as folder:
         report_path, printed_path = Path(folder) / "report.json", Path(folder) / "printed"
         command = [str(executable), "--quiet", "--gtest_fail_fast", f"--gtest_filter={stage['tests']}",
-                   f"--gtest_output=json:{report_path}", *options]
+                   f"--gtest_output=json:{report_path}", *options, *(["--", *worker] if worker else [])]
         with open(printed_path, "wb") as printed:
             with running(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=printed,
                          stderr=subprocess.STDOUT) as process:
@@ -64,7 +64,11 @@ def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options
             tests = []
     if not in_time or not tests:
         return ended_early(executable, stage, words, in_time, process.returncode, time_limit)
-    return read_report([test for suite in tests for test in suite["testsuite"]], process.returncode, words)
+    tests = [test for suite in tests for test in suite["testsuite"]]
+    failure = worker_failure(tests) if worker else None
+    if failure:
+        return ended_early(Path(worker[0]), stage, words, failure[0] != "TIMEOUT", failure[1], time_limit)
+    return read_report(tests, process.returncode, words)
 
 
 def wait(process: subprocess.Popen, time_limit: float) -> bool:
@@ -104,6 +108,14 @@ def read_report(tests: list, exit_code: int, words: str) -> Verdict:
     if exit_code or not tests or any(test.get("result") != "COMPLETED" for test in tests):
         return Verdict("crashes", f"The tests were not all run (exit code {exit_code}).", "", words)
     return Verdict("right", "", "", words)
+
+
+def worker_failure(tests: list):
+    """How the worker has failed to answer: ("EXIT", 0), or None. See WorkerFailure in tests/homework/remote/process.h."""
+    for failure in (failure for test in tests for failure in test.get("failures", [])):
+        found = re.search(r'with description "(?:START: )?(CRASH|EXIT|TIMEOUT|GARBAGE)\b ?(\d*)', mend_utf8(failure["failure"]))
+        return (found[1], int(found[2] or 0)) if found else None
+    return None
 
 
 def in_plain_words(message: str, table: list) -> str:
