@@ -32,8 +32,8 @@ import json
 import os
 import re
 import shutil
-import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import browser
@@ -137,17 +137,15 @@ def marp(prepared, out):
         say("installing Marp into build/slides …")
         browser.run([npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund"], "npm could not install Marp", cwd=WORK)
         stamp.write_text(lock, encoding="utf-8")
-    folder = WORK / "decks"
-    shutil.rmtree(folder, ignore_errors=True)
-    for deck in prepared:
-        write(folder / f"{deck.name}.md", FIGURE.sub(rf"(figures/\1.{deck.lang}.svg)", deck.text))
-        for name, svg in deck.figures.items():
-            write(folder / "figures" / f"{name}.{deck.lang}.svg", svg)
-    browser.run([node, str(script), "--no-stdin", "--no-config-file", "--theme-set", str(HERE / "theme.css"), "--html",
-                 "--input-dir", str(folder), "-o", str(folder)], "Marp could not build the decks", cwd=WORK)
-    for deck in prepared:
-        html = (folder / f"{deck.name}.html").read_text(encoding="utf-8")
-        write(out / f"{deck.name}.html", inline(html, deck.figures, deck.lang))
+    with tempfile.TemporaryDirectory(dir=WORK) as folder:
+        folder = Path(folder)
+        for deck in prepared:
+            write(folder / f"{deck.name}.md", FIGURE.sub(rf"(figures/\1.{deck.lang}.svg)", deck.text))
+        browser.run([node, str(script), "--no-stdin", "--no-config-file", "--theme-set", str(HERE / "theme.css"),
+                     "--html", "--input-dir", str(folder), "-o", str(folder)], "Marp could not build the decks", cwd=WORK)
+        for deck in prepared:
+            html = (folder / f"{deck.name}.html").read_text(encoding="utf-8")
+            write(out / f"{deck.name}.html", inline(html, deck.figures, deck.lang))
 
 
 def say(words):

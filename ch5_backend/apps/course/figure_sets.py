@@ -86,6 +86,13 @@ SETS = (
                     "one_edge schur chain moves river valley".split()),
               "ch5_chapter --out {out}", "slides/build.py --figures --deck 1 --csv {out}/csv --out {folder}", (10, 1),
               endings=(".en.svg", ".zh.svg")),
+    FigureSet("slides/2", "slides", tuple(f"../{name}" for name in csv(
+        "solver_pcg solver_spectrum solver_rules solver_half_damped solver_stop solver_paths solver_dogleg solver_losses "
+        "solver_outliers solver_corrections")),
+              tuple("questions order trust pcg conditioning first_step factors rules half_damped dogleg paths losses "
+                    "curvature outliers".split()),
+              "ch5_solvers --out {out}", "slides/build.py --figures --deck 2 --csv {out}/csv --out {folder}", (2, 1),
+              endings=(".en.svg", ".zh.svg")),
     FigureSet("nees", "nees", csv("consistency consistency_summary"), ("consistency",), "ch5_nees --out {folder}",
               f"{PLOT}/nees.py {{folder}}", (60, 3), quick=("--runs 4 --seconds 6", 2)),
     FigureSet("endurance", "endurance", csv("endurance"), ("endurance",), "ch5_endurance --out {folder}",

@@ -1,0 +1,103 @@
+"""The decks as they are shown: built, measured in Chromium, compared with their tables."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from markdown import ROOT, read, slides
+
+import browser
+import build
+
+TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv"
+BUILT = Path(os.environ.get("CH5_DECKS", ROOT / "out/slides")).resolve()
+
+
+def run(*words, seed="1"):
+    return subprocess.run([sys.executable, "-B", str(ROOT / "slides/build.py"), *map(str, words)], text=True,
+                          capture_output=True, env={**os.environ, "PYTHONHASHSEED": seed})
+
+
+class BuiltDecks(unittest.TestCase):
+    def setUp(self):
+        for needed in (browser.node, browser.chromium):
+            try:
+                needed()
+            except browser.BuildError as missing:
+                self.skipTest(str(missing))
+        self.pages = [BUILT / f"{deck.stem}.html" for deck in build.decks()]
+        self.assertEqual([page for page in self.pages if not page.exists()], [])
+        self.folder = Path(tempfile.mkdtemp(prefix="ch5-decks-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def test_nothing_reaches_out_of_its_page_or_figure(self):
+        for deck, page in zip(build.decks(), self.pages):
+            pages, found = browser.overflow(page)
+            self.assertEqual(pages, len(slides(read(deck))))
+            self.assertEqual(found, [], page.name)
+
+    def test_what_does_reach_out_is_found(self):
+        html = read(self.pages[0])
+        wide = self.folder / "wide.html"
+        figure = "data:image/svg+xml;base64," + build.base64.b64encode(
+            b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 50 20" width="50" height="20"><title>narrow</title>'
+            b'<text x="20" y="15">far too many words</text></svg>').decode()
+        wide.write_text(html.replace("</head>", "<style>section { font-size: 40px !important; }</style></head>")
+                        .replace("</section>", f'<img src="{figure}"></section>', 1), encoding="utf-8")
+        _, found = browser.overflow(wide)
+        self.assertTrue(any("below the footer's top" in line for line in found))
+        self.assertTrue(any("figure “narrow”" in line for line in found))
+
+    def test_built_again_they_are_the_same_to_the_byte(self):
+        done = run("--html", "--csv", TABLES, "--out", self.folder, seed="7")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for page in self.pages:
+            self.assertEqual(page.read_bytes(), (self.folder / page.name).read_bytes(), page.name)
+
+    def test_every_page_brings_its_speaker_note(self):
+        for deck, page in zip(build.decks(), self.pages):
+            notes = re.findall(r"<!-- \(\d+ min\) ", read(deck))
+            self.assertEqual(len(re.findall(r'<div class="bespoke-marp-note"', read(page))), len(notes), page.name)
+
+    def test_a_pdf_has_a_page_for_every_slide(self):
+        name = build.decks()[0].stem
+        done = run("--csv", TABLES, "--out", self.folder, name)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        pdf = (self.folder / f"{name}.pdf").read_bytes()
+        self.assertEqual(len(re.findall(rb"/Type\s*/Page\b", pdf)), len(slides(read(build.decks()[0]))))
+
+    def test_a_changed_table_makes_the_check_fail_and_building_mends_it(self):
+        tables, out = self.folder / "csv", self.folder / "slides"
+        shutil.copytree(TABLES, tables)
+        words = "--csv", tables, "--out", out, "2-solvers.en"
+        self.assertEqual(run("--check", *words).returncode, 1)
+        self.assertEqual(run("--html", *words).returncode, 0)
+        self.assertEqual(run("--check", *words).returncode, 0)
+        table = tables / "solver_paths.csv"
+        table.write_text(read(table).replace("-1.2,1,12.0", "-1.2,1,13.0"), encoding="utf-8")
+        stale = run("--check", *words)
+        self.assertEqual(stale.returncode, 1)
+        self.assertRegex(stale.stderr, r"number paths\.start is out of date: 12\.1 on the slide, 13\.1 in the tables")
+        table = tables / "solver_losses.csv"
+        table.write_text(read(table).replace("huber,1,0.5", "huber,1,0.9"), encoding="utf-8")
+        self.assertRegex(run("--check", *words).stderr, r"figure losses is out of date")
+        self.assertEqual(run("--html", *words).returncode, 0)
+        self.assertEqual(run("--check", *words).returncode, 0)
+
+    def test_an_old_node_is_named(self):
+        old = self.folder / "node"
+        old.write_text("#!/bin/sh\necho v12.22.9\n", encoding="utf-8")
+        old.chmod(0o755)
+        script = ("import browser, shutil; shutil.which = lambda name: %r if name == 'node' else None\n"
+                  "try: browser.node()\nexcept browser.BuildError as e: print(e.code, e)" % str(old))
+        done = subprocess.run([sys.executable, "-B", "-c", script], cwd=ROOT / "slides", text=True, capture_output=True)
+        self.assertRegex(done.stdout, r"^2 the slides need Node\.js 18 or newer, but \S+node is v12\.22\.9; ")
+
+
+if __name__ == "__main__":
+    unittest.main()
