@@ -10,14 +10,15 @@
 #include "ch5_backend/apps/studies/mono_ba_study.h"
 #include "ch5_backend/apps/studies/odometry_study.h"
 #include "ch5_backend/apps/studies/prior_study.h"
+#include "ch5_backend/apps/studies/window/slide_study.h"
 
 namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_chapter [--out DIR]\n"
     "Runs bundle adjustment on simulated scenes, the marginalisation example, the prior-weight experiment,\n"
-    "odometry on a simulated recording and its consistency, and writes their tables to DIR/csv (DIR is out/ unless "
-    "given).\n";
+    "odometry on a simulated recording, what slides out of a window, and consistency; writes their tables to DIR/csv\n"
+    "(DIR is out/ unless given).\n";
 
 void RunStudies(const std::filesystem::path& csv) {
   const ch5::Progress progress;
@@ -30,6 +31,7 @@ void RunStudies(const std::filesystem::path& csv) {
   ch5::RunPriorStudy(csv, show("prior weights"));
   const auto show_policy = [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); };
   ch5::WriteOdometryTables(ch5::RunOdometryStudy(ch5::SimulatedOdometryRecording(), show_policy), csv);
+  ch5::RunSlideStudy(csv);
   ch5::ConsistencyOptions consistency;  // the short form; ch5_nees runs it in full
   consistency.runs = 4;
   consistency.seconds = 6.0;

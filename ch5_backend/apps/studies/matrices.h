@@ -2,7 +2,9 @@
 /// What the studies show of a matrix: its eigenvalues, how many of them a free gauge makes zero, and its entries as rows
 /// of a table.
 
-#include "ch5_backend/math/eigen_types.h"
+#include <unordered_map>
+
+#include "ch5_backend/graph/graph.h"
 #include "ch5_backend/world/files/csv.h"
 
 namespace ch5 {
@@ -13,6 +15,14 @@ VecX Eigenvalues(const MatXX& H);
 /// How many eigenvalues are zero next to the largest one: ≤ `relative`·λ_max. H is scaled to a unit diagonal first,
 /// so that metres, radians and inverse metres can be compared; scaling keeps the rank.
 int NullDimension(const MatXX& H, double relative = 1e-10);
+
+/// The first row of each free vertex, in the graph's order, which has the landmarks last.
+using FirstRows = std::unordered_map<const Vertex*, int>;
+FirstRows FirstRowsOf(const Graph& graph);
+
+/// H = Σ JᵀW_ρJ over the graph's free vertices, in that order.
+/// @param pose_rows  is set to the number of rows above the landmarks
+MatXX DenseHessian(const Graph& graph, int* pose_rows);
 
 /// Appends the entries of M that are not zero, `labels…,row,column,value`.
 template <typename... Labels>

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <unordered_map>
 
 #include "ch5_backend/apps/studies/matrices.h"
 #include "ch5_backend/world/files/trajectory_file.h"
@@ -15,35 +14,6 @@ namespace {
 
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr int kSnapshots = 4;  // per policy
-
-// H = Σ JᵀW_ρJ over the graph's free vertices, in the graph's order, which has the landmarks last.
-MatXX DenseHessian(const Graph& graph, int* pose_rows) {
-  std::unordered_map<const Vertex*, int> row;
-  int size = 0;
-  *pose_rows = 0;
-  for (const auto& vertex : graph.Vertices()) {
-    if (vertex->IsFixed()) continue;
-    row[vertex.get()] = size;
-    size += vertex->LocalDimension();
-    if (vertex->GetRole() == Role::kPose) *pose_rows = size;
-  }
-  MatXX H = MatXX::Zero(size, size);
-  for (const auto& edge : graph.Edges()) {
-    edge->Linearize();
-    double drho;
-    MatXX W;
-    edge->RobustInfo(&drho, &W);
-    const auto& vertices = edge->Vertices();
-    for (size_t i = 0; i < vertices.size(); ++i) {
-      for (size_t j = 0; j < vertices.size(); ++j) {
-        if (vertices[i]->IsFixed() || vertices[j]->IsFixed()) continue;
-        H.block(row.at(vertices[i].get()), row.at(vertices[j].get()), vertices[i]->LocalDimension(),
-                vertices[j]->LocalDimension()) += edge->Jacobian(i).transpose() * W * edge->Jacobian(j);
-      }
-    }
-  }
-  return H;
-}
 
 WindowSnapshot TakeSnapshot(const Window& window, double t) {
   WindowSnapshot snapshot;
