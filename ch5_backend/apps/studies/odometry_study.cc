@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "ch5_backend/apps/studies/matrices.h"
+#include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/world/files/trajectory_file.h"
 #include "ch5_backend/world/simulate/paths.h"
 #include "ch5_backend/world/simulate/scene_points.h"
@@ -128,7 +129,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
 
 void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv) {
   CsvTable matrices("policy,picture,t_s,stage,size,pose_rows,row,column,value");
-  CsvTable spectrum("policy,t_s,index,eigenvalue");
+  CsvTable spectrum("policy,t_s,index,eigenvalue,scaled");
   for (size_t r = 0; r < study.runs.size(); ++r) {
     const std::string& policy = study.runs[r].policy;
     for (size_t k = 0; k < study.snapshots[r].size(); ++k) {
@@ -136,8 +137,10 @@ void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path
       AppendNonZeros(snapshot.H, &matrices, policy, k, snapshot.t, "window", snapshot.H.rows(), snapshot.pose_rows);
       AppendNonZeros(snapshot.H_prior, &matrices, policy, k, snapshot.t, "prior", snapshot.H_prior.rows(),
                      snapshot.H_prior.rows());
+      const VecX p_inverse = ScalingOf(snapshot.H_prior).cwiseInverse();
       const VecX eigenvalues = Eigenvalues(snapshot.H_prior);
-      for (int i = 0; i < eigenvalues.size(); ++i) spectrum.Row(policy, snapshot.t, i, eigenvalues[i]);
+      const VecX scaled = Eigenvalues(p_inverse.asDiagonal() * snapshot.H_prior * p_inverse.asDiagonal());
+      for (int i = 0; i < eigenvalues.size(); ++i) spectrum.Row(policy, snapshot.t, i, eigenvalues[i], scaled[i]);
     }
   }
   FileBatch files;

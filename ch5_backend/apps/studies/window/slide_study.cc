@@ -21,12 +21,12 @@ constexpr size_t kFrames = 8;  // of the window that both policies get
 constexpr size_t kImages = 30;
 
 // Few tracks, so that a picture can show each of them.
-Recording Flight() {
+Recording Flight(double camera_rate) {
   HandheldOptions path;
   path.duration = 8.0;
   path.seed = 2;
   SimulationOptions options;
-  options.calibration.camera_rate = 5.0;
+  options.calibration.camera_rate = camera_rate;
   options.camera.max_tracks = 12;
   options.camera.drop_probability = 0.15;
   Random random(1);
@@ -202,12 +202,12 @@ void AppendFrames(const Recording& recording, const std::string& name, Tables* t
 }  // namespace
 
 void RunSlideStudy(const std::filesystem::path& csv) {
-  const Recording recording = Flight();
+  const Recording wide = Flight(5.0), dense = Flight(15.0);  // [Hz]; in the latter not every image is a keyframe
   Tables tables;
   for (const char* name : {"vins", "okvis"}) {
-    Fly(recording, kFrames, std::make_unique<SlideOnce>(MakePolicy(name, recording.calibration), &tables),
+    Fly(wide, kFrames, std::make_unique<SlideOnce>(MakePolicy(name, wide.calibration), &tables),
         [](const Estimator&, const WindowRow&) {});
-    AppendFrames(recording, name, &tables);
+    AppendFrames(dense, name, &tables);
   }
   FileBatch files;
   files.Add(csv / "slide_vertices.csv", tables.vertices.Text());
