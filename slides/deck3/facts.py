@@ -48,9 +48,9 @@ def hand_facts(tables):
     return {
         "twin.H": "H = " + matrix(H, tex), "twin.marginal": tex(marginal), "twin.conditional": tex(conditional),
         "rank1.H": matrix(H1, tex), "rank1.b": column(b), "rank1.S": tex(square),
-        "rank1.u": rf"$\tfrac{{1}}{{\sqrt{{{tex(square)}}}}}{column(u)}$", "rank1.J": row(u), "rank1.e0": tex(e0),
-        "rank1.back": column([-value * e0 for value in u]), "rank1.knows": f"${tex(u[0])}x - y$",
-        "rank1.null": f"${column([-u[1], u[0]])}$", "rank1.wrong_e0": f"+{tex(-e0)}",
+        "rank1.u": rf"\tfrac{{1}}{{\sqrt{{{tex(square)}}}}}{column(u)}", "rank1.J": row(u), "rank1.e0": tex(e0),
+        "rank1.back": column([-value * e0 for value in u]), "rank1.knows": f"{tex(u[0])}x - y",
+        "rank1.null": column([-u[1], u[0]]), "rank1.wrong_e0": f"+{tex(-e0)}",
         "rank1.wrong_back": column([value * e0 for value in u]),
         "product.value": str(toy.PRODUCT), "product.p1": point(toy.POINTS[0]), "product.p2": point(toy.POINTS[1]),
         "product.J1": matrix(J1, tex), "product.J2": matrix(J2, tex), "product.same": matrix(same, tex),

@@ -93,7 +93,9 @@ class TableOfFigures(PlotsTest):
         for one in figure_sets.SETS:
             script = one.drawn_by.split()[0]
             self.assertTrue((ROOT / script).exists(), script)
-            program = one.made_by.split()[0]
+            self.assertLessEqual(set(one.beside.split()), set(names))
+            self.assertTrue(one.made_by or one.beside, one.name)
+            program = (one.made_by or "course").split()[0]
             if one.trials:
                 self.assertEqual(one.tables, figure_sets.csv(" ".join(one.trials)))
             self.assertTrue(program == "course" or (ROOT / f"ch5_backend/apps/{program[len('ch5_'):]}.cc").exists())

@@ -20,13 +20,14 @@ class FigureSet:
     folder: str                # of its tables and figures, below --out
     tables: tuple              # CSV files in it
     figures: tuple             # names in its folder figures/
-    made_by: str               # a program of build/release/bin or, ending in .py, one of Python's; and its words
+    made_by: str               # a program of build/release/bin or, ending in .py, one of Python's; and its words; or ""
     drawn_by: str              # a script of the project, and its words
     seconds: tuple             # about how long the two take, with two cores
     quick: tuple = ()          # further words of made_by for --quick, and its seconds; None: the set is left out
     needs: str = ""            # what it reads from the data folder, one or several
     trials: dict = field(default_factory=dict)  # {study: (trials, with --quick)}
     endings: tuple = (".png", ".svg")
+    beside: str = ""           # other sets, whose tables it draws too
 
     def lacks(self, out: Path) -> list:
         """The tables that are not there."""
@@ -59,12 +60,21 @@ def of_file(kind: str, path: str, script: str, tables: str, figures: str, second
                      f"{PLOT}/{script}.py {{folder}}", seconds, needs=path, **more)
 
 
+def of_deck(number: int, tables: tuple, figures: str, made_by: str = "", beside: str = "") -> FigureSet:
+    """The figures of a deck of slides, in both languages."""
+    return FigureSet(f"slides/{number}", "slides", tables, tuple(figures.split()), made_by,
+                     f"slides/build.py --figures --deck {number} --csv {{out}}/csv --out {{folder}}",
+                     (10 if made_by else 0, 1), beside=beside, endings=(".en.svg", ".zh.svg"))
+
+
 PLOT = "ch5_backend/apps/plot"
 ODOMETRY = "odometry_path odometry_timing odometry_spectrum odometry_gauge odometry_film_vins odometry_film_okvis"
 ODOMETRY_TABLES = "policies path windows matrices spectrum gauge"
 SLIDES_TABLES = csv("mono_ba_summary mono_ba_trace mono_ba_frames mono_ba_points hessian spectrum prior_sweep "
                     "prior_trials prior_damping")
-
+WINDOW_TABLES = csv("marginalize_chain marginalize_scene marginalize_fill odometry_policies odometry_path odometry_spectrum "
+                    "odometry_gauge slide_vertices slide_observations slide_matrices slide_priors slide_frames")
+NEES_TABLES = csv("consistency consistency_summary")
 
 
 def of_gauge(part: str, needs: str, seconds: tuple, figures: str, **trials) -> FigureSet:
@@ -74,26 +84,24 @@ def of_gauge(part: str, needs: str, seconds: tuple, figures: str, **trials) -> F
 
 
 SETS = (
-    FigureSet("chapter", "", SLIDES_TABLES + csv(
-        "marginalize_chain marginalize_scene marginalize_fill prior_trace odometry_policies odometry_path "
-        "odometry_windows odometry_matrices odometry_spectrum odometry_gauge consistency consistency_summary"),
+    FigureSet("chapter", "", SLIDES_TABLES + WINDOW_TABLES + NEES_TABLES + csv(
+        "prior_trace odometry_windows odometry_matrices"),
         tuple(("scene_course scene_large mono_ba_convergence hessian_course hessian_large spectrum marginalize_chain "
                "marginalize_scene prior_sweep prior_costs prior_traces prior_trials prior_damping consistency "
                + ODOMETRY).split()),
         "ch5_chapter --out {out}", f"{PLOT}/report.py {{out}}", (10, 12)),
-    FigureSet("slides/1", "slides", tuple(f"../{name}" for name in SLIDES_TABLES),
-              tuple("overview scene sparsity convergence spectrum prior_iterations prior_damping prior_answer graph "
-                    "one_edge schur chain moves river valley".split()),
-              "ch5_chapter --out {out}", "slides/build.py --figures --deck 1 --csv {out}/csv --out {folder}", (10, 1),
-              endings=(".en.svg", ".zh.svg")),
-    FigureSet("slides/2", "slides", tuple(f"../{name}" for name in csv(
+    of_deck(1, tuple(f"../{name}" for name in SLIDES_TABLES),
+            "overview scene sparsity convergence spectrum prior_iterations prior_damping prior_answer graph one_edge schur "
+            "chain moves river valley", "ch5_chapter --out {out}"),
+    of_deck(2, tuple(f"../{name}" for name in csv(
         "solver_pcg solver_spectrum solver_rules solver_half_damped solver_stop solver_paths solver_dogleg solver_losses "
         "solver_outliers solver_corrections")),
-              tuple("questions order trust pcg conditioning first_step factors rules half_damped dogleg paths losses "
-                    "curvature outliers".split()),
-              "ch5_solvers --out {out}", "slides/build.py --figures --deck 2 --csv {out}/csv --out {folder}", (2, 1),
-              endings=(".en.svg", ".zh.svg")),
-    FigureSet("nees", "nees", csv("consistency consistency_summary"), ("consistency",), "ch5_nees --out {folder}",
+            "questions order trust pcg conditioning first_step factors rules half_damped dogleg paths losses curvature "
+            "outliers", "ch5_solvers --out {out}"),
+    of_deck(3, tuple(f"../{name}" for name in WINDOW_TABLES) + tuple(f"../nees/{name}" for name in NEES_TABLES),
+            "clique chain_graph windows product fill prior_spectrum slide_tracks slide_fates slide_priors slide_film "
+            "odometry_error nees_twice nees_modes yaw_information yaw_leak", "ch5_chapter --out {out}", beside="nees"),
+    FigureSet("nees", "nees", NEES_TABLES, ("consistency",), "ch5_nees --out {folder}",
               f"{PLOT}/nees.py {{folder}}", (60, 3), quick=("--runs 4 --seconds 6", 2)),
     FigureSet("endurance", "endurance", csv("endurance"), ("endurance",), "ch5_endurance --out {folder}",
               f"{PLOT}/endurance.py {{folder}}", (40, 2), quick=("--frames 1000", 4)),

@@ -20,14 +20,15 @@ def plots(arguments) -> int:
         return 0
     sets = possible(sets, out, arguments)
     make_writable(out)
-    sets_to_make = [one for one in sets if arguments.rerun or one.lacks(out) or jobs_folder(one, out).exists()]
+    makers = makers_for(sets)
+    sets_to_make = [one for one in makers if arguments.rerun or one.lacks(out) or jobs_folder(one, out).exists()]
     if missing := [one.name for one in sets_to_make if one.lacks(out) and not arguments.rerun]:
         say(f"tables are missing in {out}, and are made first: {', '.join(missing)}")
     programs = {Path(one.command(one.made_by, out)[0]) for one in sets_to_make}
     if targets := sorted(path.name for path in programs if path.parent == BIN):
         build_or_fail(targets)
     if arguments.shard:
-        return run_share(sets, sets_to_make, out, arguments)
+        return run_share(makers, sets_to_make, out, arguments)
     with alone_in(out):
         make = jobs_of(sets_to_make, out, arguments.quick)
         draw = draw_jobs(sets, out)
@@ -42,7 +43,7 @@ def plots(arguments) -> int:
 
 def make_missing(sets: list, out: Path) -> None:
     """Makes the tables that these sets lack, and says so."""
-    lacking = [one for one in sets if one.lacks(out)]
+    lacking = [one for one in makers_for(sets) if one.lacks(out)]
     if not lacking:
         return
     say(f"tables are missing in {out}, and are made first: {', '.join(one.name for one in lacking)}")
@@ -52,6 +53,13 @@ def make_missing(sets: list, out: Path) -> None:
         make_tables(jobs, progress)
         for one in lacking:
             merge_trials(one, out, quick=False)
+
+
+def makers_for(sets: list) -> list:
+    """Those of the sets that make tables, and the sets whose tables they draw besides."""
+    found = [one for one in sets if one.made_by]
+    beside = {name for one in sets for name in one.beside.split()}
+    return found + [one for one in SETS if one.name in beside and one not in found]
 
 
 def say(text: str) -> None:
