@@ -90,6 +90,7 @@ def slide_facts(tables):
             f"slide.{policy}_depths": str(count(gone, "landmark")), f"slide.{policy}_speeds": str(count(gone, "speed")),
             f"slide.{policy}_poses": str(count(held, "pose")), f"slide.{policy}_m": f"{sum(one['rows'] for one in gone):.0f}",
             f"slide.{policy}_n": f"{prior['columns']:.0f}", f"slide.{policy}_rank": f"{prior['rank']:.0f}",
+            f"slide.{policy}_missing": f"{prior['columns'] - prior['rank']:.0f}",
             f"slide.{policy}_rehosted": str(len({one["landmark"] for one in observations if one["fate"] == "again"}))})
         for fate in ("prior", "again", "lost", "stays"):
             facts[f"fate.{policy}_{fate}"] = str(sum(one["fate"] == fate for one in observations))

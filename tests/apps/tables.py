@@ -95,6 +95,37 @@ class Tables(unittest.TestCase):
         self.assertLess(fill["density"][0], 0.7)
         self.assertEqual(set(fill["density"][1:]), {1.0})
 
+    def test_both_policies_slide_the_same_window_and_only_vins_uses_observations_twice(self):
+        table = style.read(self.out, "slide_observations")
+        seen = {policy: sorted(zip(rows["landmark"], rows["frame"])) for policy in ("vins", "okvis")
+                for rows in [table.where(policy=policy)]}
+        self.assertEqual(seen["vins"], seen["okvis"])
+        self.assertEqual(len(set(seen["vins"])), len(seen["vins"]), "an observation with two fates")
+        again = {policy: len(table.where(policy=policy, fate="again")) for policy in seen}
+        self.assertGreater(again["vins"], 10)
+        self.assertEqual(again["okvis"], 0)
+        for policy in seen:
+            for fate in ("prior", "lost", "stays"):
+                self.assertGreater(len(table.where(policy=policy, fate=fate)), 0, (policy, fate))
+
+    def test_a_slide_marginalises_what_its_policy_says(self):
+        table, priors = style.read(self.out, "slide_vertices"), style.read(self.out, "slide_priors")
+        for policy, speeds in (("vins", [0]), ("okvis", [0, 1, 2, 3])):
+            gone = table.where(policy=policy, fate="marginalised")
+            self.assertEqual(list(gone.where(vertex="pose")["number"]), [0], policy)
+            self.assertEqual(list(gone.where(vertex="speed")["number"]), speeds, policy)
+            held, after = table.where(policy=policy, fate="in the prior"), priors.row(policy=policy, stage="after")
+            self.assertEqual(after["columns"], held["rows"].sum(), policy)
+            self.assertLessEqual(after["rank"], after["columns"] - 3, "position is free")
+            self.assertEqual(priors.row(policy=policy, stage="before")["null_dimension"], 4)
+
+    def test_windows_keep_seven_frames_and_okvis_speeds_of_four(self):
+        table = style.read(self.out, "slide_frames")
+        last = table.where(image=table["image"].max())
+        for policy, speeds in (("vins", 7), ("okvis", 4)):
+            rows = last.where(policy=policy)
+            self.assertEqual((len(rows), rows["speed"].sum()), (7, speeds), policy)
+
     def test_figures_are_the_same_to_the_byte_when_drawn_again(self):
         def drawn():
             marginalize.chain(self.out)

@@ -98,7 +98,7 @@ SETS = (
         "solver_outliers solver_corrections")),
             "questions order trust pcg conditioning first_step factors rules half_damped dogleg paths losses curvature "
             "outliers", "ch5_solvers --out {out}"),
-    of_deck(3, tuple(f"../{name}" for name in WINDOW_TABLES) + tuple(f"../nees/{name}" for name in NEES_TABLES),
+    of_deck(3, tuple(f"../{name}" for name in WINDOW_TABLES),
             "clique chain_graph windows product fill prior_spectrum slide_tracks slide_fates slide_priors slide_film "
             "odometry_error nees_twice nees_modes yaw_information yaw_leak", "ch5_chapter --out {out}", beside="nees"),
     FigureSet("nees", "nees", NEES_TABLES, ("consistency",), "ch5_nees --out {folder}",

@@ -21,8 +21,13 @@ Tables, DIR/csv (one row of names, then numbers; metres, radians; costs are ½ �
   odometry_path.csv      policy,t_s,x_m,y_m,z_m,error_m  laid upon the truth, itself a "policy"
   odometry_windows.csv   policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost
   odometry_matrices.csv  policy,picture,t_s,stage,size,pose_rows,row,column,value  stage: window (H), prior (JᵀJ)
-  odometry_spectrum.csv  policy,t_s,index,eigenvalue   of the prior
+  odometry_spectrum.csv  policy,t_s,index,eigenvalue,scaled   of the prior, and of it with a unit diagonal
   odometry_gauge.csv     policy,t_s,direction,information,relative   the auditor's: what the prior knows of the gauge
+  slide_vertices.csv     policy,vertex,number,row,rows,fate   what a slide of one window marginalises; of the slides
+  slide_observations.csv  policy,landmark,frame,host,fate     prior, again (there, and used again), lost, stays
+  slide_matrices.csv     policy,stage,size,pose_rows,row,column,value   stage: window (H), before, after (priors)
+  slide_priors.csv       policy,stage,columns,rank,null_dimension,largest_gauge_information
+  slide_frames.csv       policy,image,frame,keyframe,speed,in_prior,prior_columns   the policy's window image by image
   consistency.csv        policy,mode,t_s,runs,nees_pose,… means over simulated runs, with the 95 % bands
   consistency_summary.csv  one row a policy and mode of first estimates
 
