@@ -15,28 +15,46 @@ CH5_INLINE void LoadWide(const float* x, WideLanes* v) {
   *v = __builtin_convertvector(*reinterpret_cast<const WideFloats*>(x), WideLanes);
 }
 
-// S (P×P) −= A Bᵀ over k columns; `Tile` columns of S at a time, as many as there are registers for.
-template <int P, int Tile, int First = 0>
+// What any 64-bit processor has.
+typedef double Pair __attribute__((vector_size(16)));
+typedef double PairInMemory __attribute__((vector_size(16), aligned(8)));
+
+CH5_INLINE void Load(const double* x, Pair* v) { *v = *reinterpret_cast<const PairInMemory*>(x); }
+CH5_INLINE void Subtract(const Pair& v, double* x) { *reinterpret_cast<PairInMemory*>(x) -= v; }
+CH5_INLINE void Load(const double* x, Lanes* v) { *v = *AsLanes(x); }
+CH5_INLINE void Load(const double* x, WideLanes* v) { *v = *AsWide(x); }
+CH5_INLINE void Subtract(const Lanes& v, double* x) { *AsLanes(x) -= v; }
+CH5_INLINE void Subtract(const WideLanes& v, double* x) { *AsWide(x) -= v; }
+
+// S (P×P) −= A Bᵀ over k columns; `Tile` columns of S at a time, as many as there are registers for. `Vector` is never
+// wider than the processor's registers: GCC 12 takes longer ones apart through memory, which costs six times as much.
+template <int P, typename Vector, int Tile, int First = 0>
 CH5_INLINE void SubtractPair(const double* A, const double* B, int k, double* S) {
   constexpr int kRows = Stride(P), kTile = std::min(Tile, P - First);
-  constexpr bool kWide = kRows >= 8, kNarrow = kRows % 8 != 0;
-  WideLanes wide[kTile] = {};
-  Lanes narrow[kTile] = {};
+  constexpr int kWidth = static_cast<int>(sizeof(Vector) / sizeof(double)), kWhole = kRows / kWidth;
+  constexpr bool kRest = kRows % kWidth != 0;  // four rows
+  Vector whole[kTile][kWhole] = {};
+  Lanes rest[kTile] = {};
   const double *a = A, *b = B + First;
   for (int p = 0; p < k; ++p, a += kRows, b += kRows) {
+    Vector rows[kWhole];
+    CH5_UNROLL
+    for (int r = 0; r < kWhole; ++r) Load(a + r * kWidth, &rows[r]);
     CH5_UNROLL
     for (int c = 0; c < kTile; ++c) {
-      if constexpr (kWide) wide[c] += *AsWide(a) * b[c];
-      if constexpr (kNarrow) narrow[c] += *AsLanes(a + kRows - kLanes) * b[c];
+      CH5_UNROLL
+      for (int r = 0; r < kWhole; ++r) whole[c][r] += rows[r] * b[c];
+      if constexpr (kRest) rest[c] += *AsLanes(a + kRows - kLanes) * b[c];
     }
   }
   CH5_UNROLL
   for (int c = 0; c < kTile; ++c) {
     double* column = S + (First + c) * kRows;
-    if constexpr (kWide) *AsWide(column) -= wide[c];
-    if constexpr (kNarrow) *AsLanes(column + kRows - kLanes) -= narrow[c];
+    CH5_UNROLL
+    for (int r = 0; r < kWhole; ++r) Subtract(whole[c][r], column + r * kWidth);
+    if constexpr (kRest) *AsLanes(column + kRows - kLanes) -= rest[c];
   }
-  if constexpr (First + kTile < P) SubtractPair<P, Tile, First + kTile>(A, B, k, S);
+  if constexpr (First + kTile < P) SubtractPair<P, Vector, Tile, First + kTile>(A, B, k, S);
 }
 
 // The same for one row more than a whole register: its products with B's rows go along B. For 32 registers. K columns
@@ -166,8 +184,12 @@ struct SubtractGroup {
   static CH5_INLINE void SubtractFromBlock(const double* A_i, const double* A_j, int count, double* S_ij) {
     if constexpr (P == 9 && kSimd == SimdLevel::kAvx512) {
       count == 1 ? SubtractPairAndRow<P, L>(A_i, A_j, L, S_ij) : SubtractPairAndRow<P, 0>(A_i, A_j, count * L, S_ij);
+    } else if constexpr (kSimd == SimdLevel::kAvx512) {
+      SubtractPair<P, WideLanes, 9>(A_i, A_j, count * L, S_ij);
+    } else if constexpr (kSimd == SimdLevel::kAvx2) {
+      SubtractPair<P, Lanes, 4>(A_i, A_j, count * L, S_ij);
     } else {
-      SubtractPair<P, kSimd == SimdLevel::kAvx512 ? 9 : 4>(A_i, A_j, count * L, S_ij);
+      SubtractPair<P, Pair, 2>(A_i, A_j, count * L, S_ij);
     }
   }
 };
