@@ -2,6 +2,7 @@
 
 import csv
 import math
+import os
 from pathlib import Path
 
 
@@ -21,7 +22,7 @@ class Tables:
     def rows(self, name, **where):
         """All rows of NAME.csv, as dictionaries, whose columns equal `where`."""
         if name not in self._cache:
-            path = self.folder / f"{name}.csv"
+            path = Path(os.path.normpath(self.folder / f"{name}.csv"))  # "../nees/csv/consistency" without a csv
             if self.kept and (self.kept / path.name).exists():
                 path = self.kept / path.name
             self._cache[name] = self._read(path)
