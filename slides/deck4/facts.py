@@ -132,7 +132,7 @@ def recording_facts(tables):
     """Out of the model answer, which holds them with their source: the recording is not part of the repository."""
     answer = (ROOT / "solutions/gauge_freedom.md").read_text(encoding="utf-8")
     cited = dict(re.findall(r"<!-- recordings; euroc_v1_01_easy([^>]*?); [.\w%]+ -->([^<]+)<!-- -->", answer))
-    facts = {"real.trials": cited["; trials"], "real.paper_fixation": f"{gauge_paper.EUROC['fixation'][0]:.4f}",
+    facts = {"real.recording": "EuRoC V1_01", "real.trials": cited["; trials"], "real.paper_fixation": f"{gauge_paper.EUROC['fixation'][0]:.4f}",
              "real.paper_free": f"{gauge_paper.EUROC['free'][0]:.4f}"}
     for method in ("fixation", "free"):
         facts[f"real.{method}_position"] = cited[f" {method}; median position_m"]

@@ -9,7 +9,8 @@ from pathlib import Path
 from markdown import ROOT
 
 import deck4  # makes gauge_paper known
-from deck4 import facts, plots, toy
+from deck4 import plots, toy
+from deck4.facts import difference
 from tables import Tables
 
 import gauge_numbers  # noqa: E402
@@ -82,8 +83,8 @@ class GaugeClaims(unittest.TestCase):
 
     def test_accuracy_is_the_same_and_a_middling_prior_slow(self):
         for scene in gauge_paper.SCENES:
-            self.assertLess(facts.difference(TABLES, scene, "prior", "position_m"), 1e-5)
-            self.assertLess(facts.difference(TABLES, scene, "free", "position_m"), 1e-2)
+            self.assertLess(difference(TABLES, scene, "prior", "position_m"), 1e-5)
+            self.assertLess(difference(TABLES, scene, "free", "position_m"), 1e-2)
             weights, found = plots.over_weight(TABLES, "sweep", "iterations", path=scene[0], points=scene[1])
             at = found.index(max(found))
             self.assertTrue(1 < weights[at] < 1e3, weights[at])
