@@ -39,7 +39,10 @@ class Tables:
         return found[0]
 
     def column(self, name, column, **where):
-        return [row[column] for row in self.rows(name, **where)]
+        rows = self.rows(name, **where)
+        if column not in rows[0]:
+            raise MissingTable(f"{name}.csv has no column {column}: it is of an older version; run ./course run again")
+        return [row[column] for row in rows]
 
     def matrix(self, name, **where):
         """A table of row, column, value as a dictionary {(row, column): value}."""

@@ -103,6 +103,7 @@ SETS = (
             "odometry_error nees_twice nees_modes yaw_information yaw_leak", "ch5_chapter --out {out}", beside="nees"),
     of_deck(4, (), "three_ways gauge_zeros gauge_iterations gauge_weights gauge_arrival choice_damping choice_place "
             "gauge_sigma gauge_covariances", beside="gauge_paper gauge_prior_choice"),
+    of_deck(5, (), "g2o mapping flow lanes groups shares rungs lanes_gain roofline peers reduced"),
     FigureSet("nees", "nees", NEES_TABLES, ("consistency",), "ch5_nees --out {folder}",
               f"{PLOT}/nees.py {{folder}}", (60, 3), quick=("--runs 4 --seconds 6", 2)),
     FigureSet("endurance", "endurance", csv("endurance"), ("endurance",), "ch5_endurance --out {folder}",

@@ -1,0 +1,64 @@
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+
+#include "ch5_backend/world/simulate/mono_ba.h"
+#include "tests/bench/measure.h"
+
+namespace ch5::bench {
+namespace {
+
+// The course's scene as a window: camera frames, hosted by the first, the first two held.
+WindowDump SceneWindow(const std::string& size) {
+  MonoBaOptions options;
+  char rest;
+  const int read = std::sscanf(size.c_str(), "%dx%d%c", &options.frames, &options.points, &rest);
+  if (read != 2) throw std::invalid_argument("a scene is FRAMESxPOINTS, got '" + size + "'");
+  const MonoBaScene scene = SimulateMonoBa(options);
+  WindowDump window;
+  window.T_B_C = {Qd::Identity(), Vec3::Zero()};
+  for (const Transform& frame : scene.initial_frames) {
+    window.frames.emplace_back();
+    window.frames.back().T_W_B = frame;
+  }
+  for (size_t k = 0; k < scene.points.size(); ++k) {
+    WindowDump::Landmark landmark;
+    landmark.id = static_cast<int>(k);
+    landmark.inverse_depth = scene.initial_inverse_depths[k];
+    landmark.x_host = scene.pixels[0][k];
+    for (int i = 1; i < options.frames; ++i)
+      landmark.observations.push_back({i, scene.pixels[static_cast<size_t>(i)][k]});
+    window.landmarks.push_back(landmark);
+  }
+  window.fixed_frames = {0, 1};
+  return window;
+}
+
+}  // namespace
+
+Problem ReadProblem(const std::string& name) {
+  Problem problem;
+  std::string word;
+  const bool is_scene = name.rfind("scene:", 0) == 0;
+  if (!is_scene) std::ifstream(name) >> word;
+  if (is_scene || word == "VIOWIN") {
+    problem.kind = Problem::Kind::kWindow;
+    problem.window = is_scene ? SceneWindow(name.substr(6)) : ReadWindowDump(name);
+    const bool has_imu = !problem.window.imu.empty();
+    problem.options.dogleg = has_imu;  // VINS-Mono's settings
+    problem.options.iterations = has_imu ? 8 : 20;
+    problem.options.tolerance = has_imu ? 0.0 : 1e-6;
+  } else if (name.size() > 4 && name.substr(name.size() - 4) == ".g2o") {
+    problem.kind = Problem::Kind::kPoseGraph;
+    problem.pose_graph = name;
+    problem.options.iterations = 50;
+    problem.options.tolerance = 1e-6;
+  } else {
+    problem.bal = ReadBal(name);
+    // Of Ceres' solvers each is the fastest on its side of this.
+    if (problem.bal.cameras.size() > 400) problem.options.linear_solver = peer::LinearSolver::kIterativeSchur;
+  }
+  return problem;
+}
+
+}  // namespace ch5::bench
