@@ -1,5 +1,8 @@
 #include "tests/homework/narrate.h"
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -91,6 +94,34 @@ std::string Component(const Vertex& vertex, int k) {
   return ", component " + std::to_string(k);
 }
 
+// For graders: the largest deviation so far in this test, in tolerances.
+void RecordMargin(const Claim& claim) {
+  static const testing::TestInfo* test = nullptr;
+  static double largest = 0.0;
+  const testing::TestInfo* now = testing::UnitTest::GetInstance()->current_test_info();
+  if (now != test) largest = 0.0;
+  test = now;
+  if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) return;
+  const double allowed = std::max(claim.tolerance * LargestEntry(claim.expected), std::numeric_limits<double>::min());
+  largest = std::max(largest, LargestEntry(Deviation(claim)) / allowed);
+  if (std::isfinite(largest)) testing::Test::RecordProperty("margin", Number(largest));
+}
+
+// For a grader's picture: rows of '.', 'o' or 'x' for an entry that is zero, not zero, or wrong; "" if it is too large.
+std::string Picture(const Claim& claim) {
+  constexpr Eigen::Index kMost = 90;
+  const MatXX& E = claim.expected;
+  if (claim.got.rows() != E.rows() || claim.got.cols() != E.cols() || E.rows() > kMost || E.cols() > kMost) return "";
+  const MatXX deviation = Deviation(claim);
+  const double allowed = claim.tolerance * LargestEntry(E);
+  std::string rows;
+  for (Eigen::Index i = 0; i < E.rows(); ++i) {
+    if (i > 0) rows += '/';
+    for (Eigen::Index j = 0; j < E.cols(); ++j) rows += deviation(i, j) > allowed ? 'x' : E(i, j) == 0.0 ? '.' : 'o';
+  }
+  return rows;
+}
+
 }  // namespace
 
 bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
@@ -100,7 +131,9 @@ bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
 }
 
 std::string Story(const Claim& claim) {
+  RecordMargin(claim);
   if (Equal(claim.got, claim.expected, claim.tolerance)) return "";
+  testing::Test::RecordProperty("picture", Picture(claim));
   std::ostringstream story;
   story << "Stage " << claim.stage << ": " << claim.what;
   if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) {

@@ -17,6 +17,10 @@ DESCRIPTIONS = {
     "check": "Compiles your files in ch5_homework/, runs the tests of each stage, and explains what is not right. "
              "A stage is not-started, does-not-compile, crashes, times-out, wrong or right; exit code 0 if all that "
              "were asked for are right.",
+    "grade": "Grades submissions that nobody trusts: each a homework file, a folder, a zip or a tar. Their code is compiled and "
+             "run in a sandbox, and only its numbers are believed. Writes for each feedback.html, results.json "
+             "(Gradescope), junit.xml and autolab.json; for the class grades.csv and summary.html. Stopped, it goes on "
+             "where it was; what has a record is not graded again.",
     "hint": "Prints one of the three hints on a stage of the handout, such as ./course hint 1.2 1. Try again before you ask "
             "for the next.",
     "status": "Shows the state of every stage at a glance.",
@@ -38,6 +42,7 @@ JSON_FIELDS = {
     "bench": "rows, a list of {problem, threads, ours_ms, peer, peer_ms, ratio, ours_cost, peer_cost, ours_peak_mb, "
              "peer_peak_mb}; ratio is peer_ms / ours_ms, null where a side did not get there",
     "check": "stages, a list of {id, state, hint}",
+    "grade": "out, records, a list of {name, status, score, points}",
     "status": "stages, a list of {id, state, hint}",
 }
 SOLVERS = ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series")
@@ -113,6 +118,20 @@ def add_plots_options(parser: Parser) -> None:
     parser.add_argument("--out", metavar="DIR", help="where tables and figures are, default: out")
 
 
+def add_grade_options(parser: Parser) -> None:
+    parser.add_argument("submissions", nargs="*", metavar="SUBMISSION", help="a .cc file, a folder, a zip or a tar")
+    parser.add_argument("--out", metavar="DIR", help="where the grades go, default: out/grades")
+    parser.add_argument("--jobs", type=number_option("--jobs", 1, 256), metavar="N", help="so many submissions at a time; "
+                        "default: one for each processor")
+    parser.add_argument("--stages", type=lambda text: text.split(","), default=[], metavar="LIST",
+                        help="only these, such as 1.1,3; default: all")
+    parser.add_argument("--seed", type=number_option("--seed", 0, 10**18 - 1), metavar="S", help="of the random problems; "
+                        "default: one by chance, which the records name")
+    parser.add_argument("--shard", type=shard_option, metavar="I/N", help="only the I-th of N shares; all may have the same "
+                        "DIR, in which a last run without this option makes the class's tables")
+    parser.add_argument("--trust", action="store_true", help="without the sandbox: for your own code only")
+
+
 def make_parser(command: str) -> Parser:
     """One sub-command's grammar. Options are never abbreviated: a typing error must not run something else."""
     parser = Parser(prog=f"./course {command}", description=DESCRIPTIONS[command], allow_abbrev=False)
@@ -126,6 +145,8 @@ def make_parser(command: str) -> Parser:
         parser.add_argument("--quick", action="store_true", help="three rounds and one thread at most, as far as 85 "
                             "seconds reach")
         parser.add_argument("--out", metavar="DIR", help="where the folder bench is made, default: out")
+    elif command == "grade":
+        add_grade_options(parser)
     elif command == "plots":
         add_plots_options(parser)
     elif command == "slides":
@@ -164,6 +185,10 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         from .plots import plots
         arguments.names += extra
         return plots(arguments)
+    if command == "grade":
+        from .grading.grade import run_grade
+        arguments.submissions += extra
+        return run_grade(arguments)
     if command == "slides":
         from .slides import slides
         return slides(arguments, extra)

@@ -44,14 +44,20 @@ class Verdict(NamedTuple):
     hint: str          # one or two sentences
     story: str = ""    # the whole of it, for a human
     printed: str = ""  # what the student's own code has printed
+    tests: tuple = ()  # what GoogleTest reports of each test that was run
 
 
-def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options=(), worker=()) -> Verdict:
-    """Runs one stage's tests, up to the first that fails. `worker` is the command for homework_judge to start."""
+def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options=(), worker=(),
+          program: Path = None, fail_fast: bool = True) -> Verdict:
+    """Runs one stage's tests, up to the first that fails or all; the verdict is that of the first failure.
+
+    `worker` is the command for homework_judge to start, and `program` the student's program among its words.
+    """
     with tempfile.TemporaryDirectory() as folder:
         report_path, printed_path = Path(folder) / "report.json", Path(folder) / "printed"
-        command = [str(executable), "--quiet", "--gtest_fail_fast", f"--gtest_filter={stage['tests']}",
-                   f"--gtest_output=json:{report_path}", *options, *(["--", *worker] if worker else [])]
+        command = [str(executable), "--quiet", f"--gtest_filter={stage['tests']}",
+                   f"--gtest_output=json:{report_path}", *(["--gtest_fail_fast"] if fail_fast else []), *options,
+                   *(["--", *worker] if worker else [])]
         with open(printed_path, "wb") as printed:
             with running(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=printed,
                          stderr=subprocess.STDOUT) as process:
@@ -67,8 +73,10 @@ def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options
     tests = [test for suite in tests for test in suite["testsuite"]]
     failure = worker_failure(tests) if worker else None
     if failure:
-        return ended_early(Path(worker[0]), stage, words, failure[0] != "TIMEOUT", failure[1], time_limit)
-    return read_report(tests, process.returncode, words)
+        verdict = ended_early(program or Path(worker[0]), stage, words, failure[0] != "TIMEOUT", failure[1], time_limit)
+    else:
+        verdict = read_report(tests, process.returncode, words)
+    return verdict._replace(tests=tuple(tests))
 
 
 def wait(process: subprocess.Popen, time_limit: float) -> bool:

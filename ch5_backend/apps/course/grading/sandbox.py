@@ -105,6 +105,23 @@ class Sandbox:
         resource.setrlimit(resource.RLIMIT_FSIZE, (self.limits.file_size, self.limits.file_size))
 
 
+class Unguarded(Sandbox):
+    """No sandbox: for code that one trusts as one's own. Only the limits hold."""
+
+    def wrap(self, command: list) -> list:
+        some, places = self.limits, {**self.read_only, **self.writable}
+        limits = ["prlimit", f"--cpu={some.seconds}:{some.seconds + 1}", f"--as={some.memory}",
+                  f"--fsize={some.file_size}", "--core=0", "--"]
+        return [*limits, *(self._outside(str(word), places) for word in command)]
+
+    @staticmethod
+    def _outside(word: str, places: dict) -> str:
+        for inside, outside in places.items():
+            if word == inside or word.startswith(inside + "/"):
+                return str(outside) + word[len(inside):]
+        return word
+
+
 def kill(process: subprocess.Popen) -> None:
     """Ends the program with all that it has started: with the first process of its namespace the others go."""
     try:
