@@ -15,7 +15,7 @@ import browser
 import build
 
 TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv"
-BUILT = Path(os.environ.get("CH5_DECKS", ROOT / "out/slides")).resolve()
+BUILT = TABLES.parent / "slides"
 
 
 def run(*words, seed="1"):
