@@ -36,7 +36,8 @@ int MarginalizationError::InsertBlock(int dim, bool is_landmark) {
 // Stage 5.2: the Schur complement
 
 void MarginalizationError::SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a) {
-  const MatXX V_inv_sqrt = PseudoInverseSquareRoot(V);  // V_inv_sqrt V_inv_sqrtᵀ stands for V⁻¹
+  MatXX V_inv_sqrt;  // V_inv_sqrt V_inv_sqrtᵀ stands for V⁻¹
+  V_inv_sqrt = PseudoInverseSquareRoot(V);
   // TODO:: home work 5.2. With M = W V_inv_sqrt:  U ← U − M Mᵀ,  b_a ← b_a − M V_inv_sqrtᵀ b_b.
   // const MatXX M = ?;
   // *U -= ?;
@@ -47,11 +48,15 @@ void MarginalizationError::SchurComplement(const MatXX& V, const MatXX& W, const
 // Stage 5.3: H = JᵀJ, e₀ = −(Jᵀ)⁺ b₀
 
 void MarginalizationError::UpdateErrorComputation() {
-  const VecX p = ScalingOf(H_), p_inverse = p.cwiseInverse();
+  VecX p;  // P = diag(p)
+  p = ScalingOf(H_);
+  const VecX p_inverse = p.cwiseInverse();
   // P⁻¹ H P⁻¹ = U S Uᵀ; the eigenvalues that are zero to rounding are zero in S_sqrt and in its pseudo-inverse.
   const ScaledEigen eigen = DecomposeScaled(H_, p_inverse);
   const MatXX& U = eigen.U;
-  const VecX &S_sqrt = eigen.S_sqrt, &S_pinv_sqrt = eigen.S_pinv_sqrt;
+  const VecX& S_sqrt = eigen.S_sqrt;
+  VecX S_pinv_sqrt;
+  S_pinv_sqrt = eigen.S_pinv_sqrt;
   // TODO:: home work 5.3. J = (P U S^½)ᵀ,  (Jᵀ)⁺ = S^-½ Uᵀ P⁻¹,  e₀ = −(Jᵀ)⁺ b₀.
   // J_ = ?;
   // const MatXX J_pinv_T = ?;

@@ -30,14 +30,14 @@ void Problem::MakeHessian() {
       const int index_i = v_i->OrderingId();    // its first row in H and b
       const int dim_i = v_i->LocalDimension();  // how many rows it has
       if (index_i < 0) continue;                // a fixed vertex has no rows and columns in H
-      const MatXX JtW = edge->Jacobian(i).transpose() * W_rho;
 
       for (size_t j = i; j < vertices.size(); ++j) {
         const auto& v_j = vertices[j];
         const int index_j = v_j->OrderingId();
         const int dim_j = v_j->LocalDimension();
         if (index_j < 0) continue;
-        const MatXX hessian = JtW * edge->Jacobian(j);  // J_iᵀ W_ρ J_j, dim_i × dim_j
+        MatXX hessian;  // what the pair adds, dim_i × dim_j
+        hessian = edge->Jacobian(i).transpose() * W_rho * edge->Jacobian(j);  // J_iᵀ W_ρ J_j
 
         // TODO:: home work 1.1a. Add `hessian` to the block of H that belongs to the pair (v_i, v_j).
         // H.block(?, ?, ?, ?).noalias() += hessian;
@@ -81,7 +81,8 @@ bool Problem::SolveLinearSystem(double lambda, VecX* delta_x) {
   }
 
   // Step 2: the Schur complement, a system of the poses alone.
-  const MatXX tempH = Hpm * Hmm_inv;
+  MatXX tempH;  // p × m
+  tempH = Hpm * Hmm_inv;  // H_pm H_mm⁻¹
   // TODO:: home work 1.2b. H_pp − H_pm H_mm⁻¹ H_mp and b_p − H_pm H_mm⁻¹ b_m.
   // H_pp_schur_ = H.block(?, ?, ?, ?) - tempH * Hmp;
   // b_pp_schur_ = bpp - ? * ?;
@@ -130,7 +131,8 @@ MarginalizeResult Problem::TestMarginalize(MatXX H_marg, VecX b_marg, int idx, i
   // Step 2: the Schur complement.  r = what remains, the first n2 rows;  m = what goes, the last m2 rows.
   const int m2 = dim;
   const int n2 = reserve_size - dim;
-  const MatXX Amm_inv = PseudoInversePsd(H_marg.block(n2, n2, m2, m2));
+  MatXX Amm_inv;
+  Amm_inv = PseudoInversePsd(H_marg.block(n2, n2, m2, m2));
   MatXX Arm, Amr, Arr;
   // TODO:: home work 2c. Take the three blocks of H_marg.
   // Arm = H_marg.block(?, ?, ?, ?);

@@ -153,10 +153,14 @@ DropSet DropSetOfMarginSecondNew(const Window& window) {
 
 void SlideWindow(MarginalizationFlag flag, Window* window) {
   auto& frames = window->frames;
+  // A landmark whose host leaves needs its depth in its next host: p_W is the landmark, T_W_C that camera.
+  const auto moved_depth = [](const Transform& T_W_C, const Vec3& p_W) -> double {
+    return (T_W_C.q.conjugate() * (p_W - T_W_C.p)).z();
+  };
   // TODO:: home work 6i. Which frame leaves; its observations; the IMU of the frame behind it; and out.
   // const auto leaving = flag == MarginalizationFlag::kOld ? ? : ?;
   // const auto next = leaving + 1;
-  // ForgetObservations(?, window);
+  // ForgetObservations(?, moved_depth, window);
   // if (flag == MarginalizationFlag::kOld) {
   //   next->imu = ?;
   // } else {

@@ -44,7 +44,12 @@ int MarginalizationError::InsertBlock(int dim, bool is_landmark) {
 // Stage 5.2: the Schur complement
 
 void MarginalizationError::SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a) {
-  const MatXX V_inv_sqrt = PseudoInverseSquareRoot(V);  // V_inv_sqrt V_inv_sqrtᵀ stands for V⁻¹
+  MatXX V_inv_sqrt;  // V_inv_sqrt V_inv_sqrtᵀ stands for V⁻¹
+  // BEGIN DEEP 5.5 SchurComplement, a root of the pseudo-inverse
+  V_inv_sqrt = PseudoInverseSquareRoot(V);
+  // BLANK
+  // TODO:: home work 5.5. From V = E S Eᵀ (DecomposeSymmetric); what is zero to rounding, S ≤ ε·m·S_max, stays zero.
+  // END DEEP
   // TODO:: home work 5.2. With M = W V_inv_sqrt:  U ← U − M Mᵀ,  b_a ← b_a − M V_inv_sqrtᵀ b_b.
   // BEGIN SOLUTION 5.2 SchurComplement
   const MatXX M = W * V_inv_sqrt;
@@ -60,11 +65,23 @@ void MarginalizationError::SchurComplement(const MatXX& V, const MatXX& W, const
 // Stage 5.3: H = JᵀJ, e₀ = −(Jᵀ)⁺ b₀
 
 void MarginalizationError::UpdateErrorComputation() {
-  const VecX p = ScalingOf(H_), p_inverse = p.cwiseInverse();
+  VecX p;  // P = diag(p)
+  // BEGIN DEEP 5.6 UpdateErrorComputation, the scaling
+  p = ScalingOf(H_);
+  // BLANK
+  // TODO:: home work 5.6. What makes the diagonal of P⁻¹ H P⁻¹ one; 1e-3 where H_ii ≤ 1e-9.
+  // END DEEP
+  const VecX p_inverse = p.cwiseInverse();
   // P⁻¹ H P⁻¹ = U S Uᵀ; the eigenvalues that are zero to rounding are zero in S_sqrt and in its pseudo-inverse.
   const ScaledEigen eigen = DecomposeScaled(H_, p_inverse);
   const MatXX& U = eigen.U;
-  const VecX &S_sqrt = eigen.S_sqrt, &S_pinv_sqrt = eigen.S_pinv_sqrt;
+  const VecX& S_sqrt = eigen.S_sqrt;
+  VecX S_pinv_sqrt;
+  // BEGIN DEEP 5.7 UpdateErrorComputation, the pseudo-inverse of S^½
+  S_pinv_sqrt = eigen.S_pinv_sqrt;
+  // BLANK
+  // TODO:: home work 5.7. From S_sqrt alone: 1/S^½, and 0 where S^½ is 0.
+  // END DEEP
   // TODO:: home work 5.3. J = (P U S^½)ᵀ,  (Jᵀ)⁺ = S^-½ Uᵀ P⁻¹,  e₀ = −(Jᵀ)⁺ b₀.
   // BEGIN SOLUTION 5.3 UpdateErrorComputation
   J_ = (p.asDiagonal() * U * S_sqrt.asDiagonal()).transpose();

@@ -30,14 +30,18 @@ void Problem::MakeHessian() {
       const int index_i = v_i->OrderingId();    // its first row in H and b
       const int dim_i = v_i->LocalDimension();  // how many rows it has
       if (index_i < 0) continue;                // a fixed vertex has no rows and columns in H
-      const MatXX JtW = edge->Jacobian(i).transpose() * W_rho;
 
       for (size_t j = i; j < vertices.size(); ++j) {
         const auto& v_j = vertices[j];
         const int index_j = v_j->OrderingId();
         const int dim_j = v_j->LocalDimension();
         if (index_j < 0) continue;
-        const MatXX hessian = JtW * edge->Jacobian(j);  // J_iᵀ W_ρ J_j, dim_i × dim_j
+        MatXX hessian;  // what the pair adds, dim_i × dim_j
+        // BEGIN DEEP 1.1c MakeHessian, what a pair of vertices adds
+        hessian = edge->Jacobian(i).transpose() * W_rho * edge->Jacobian(j);  // J_iᵀ W_ρ J_j
+        // BLANK
+        // TODO:: home work 1.1c. The share of the pair (v_i, v_j) in H, with the W of the edge's loss function.
+        // END DEEP
 
         // TODO:: home work 1.1a. Add `hessian` to the block of H that belongs to the pair (v_i, v_j).
         // BEGIN SOLUTION 1.1a MakeHessian, the block (v_i, v_j)
@@ -54,7 +58,11 @@ void Problem::MakeHessian() {
           // END SOLUTION
         }
       }
+      // BEGIN DEEP 1.1d MakeHessian, the rows of b
       b.segment(index_i, dim_i) -= edge->Jacobian(i).transpose() * Wr;
+      // BLANK
+      // TODO:: home work 1.1d. The share of v_i in b.
+      // END DEEP
     }
   }
 }
@@ -94,7 +102,12 @@ bool Problem::SolveLinearSystem(double lambda, VecX* delta_x) {
   }
 
   // Step 2: the Schur complement, a system of the poses alone.
-  const MatXX tempH = Hpm * Hmm_inv;
+  MatXX tempH;  // p × m
+  // BEGIN DEEP 1.2d SolveLinearSystem, what the second row is multiplied by
+  tempH = Hpm * Hmm_inv;  // H_pm H_mm⁻¹
+  // BLANK
+  // TODO:: home work 1.2d. By what is the second row multiplied, so that its subtraction from the first removes H_pm?
+  // END DEEP
   // TODO:: home work 1.2b. H_pp − H_pm H_mm⁻¹ H_mp and b_p − H_pm H_mm⁻¹ b_m.
   // BEGIN SOLUTION 1.2b SolveLinearSystem, the Schur complement
   H_pp_schur_ = H.block(0, 0, reserve_size, reserve_size) - tempH * Hmp;
@@ -160,7 +173,12 @@ MarginalizeResult Problem::TestMarginalize(MatXX H_marg, VecX b_marg, int idx, i
   // Step 2: the Schur complement.  r = what remains, the first n2 rows;  m = what goes, the last m2 rows.
   const int m2 = dim;
   const int n2 = reserve_size - dim;
-  const MatXX Amm_inv = PseudoInversePsd(H_marg.block(n2, n2, m2, m2));
+  MatXX Amm_inv;
+  // BEGIN DEEP 2e TestMarginalize, the inverse of what goes
+  Amm_inv = PseudoInversePsd(H_marg.block(n2, n2, m2, m2));
+  // BLANK
+  // TODO:: home work 2e. The inverse of A_mm, and the pseudo-inverse where A_mm is singular.
+  // END DEEP
   MatXX Arm, Amr, Arr;
   // TODO:: home work 2c. Take the three blocks of H_marg.
   // BEGIN SOLUTION 2c TestMarginalize, the blocks

@@ -216,11 +216,19 @@ DropSet DropSetOfMarginSecondNew(const Window& window) {
 
 void SlideWindow(MarginalizationFlag flag, Window* window) {
   auto& frames = window->frames;
+  // A landmark whose host leaves needs its depth in its next host: p_W is the landmark, T_W_C that camera.
+  const auto moved_depth = [](const Transform& T_W_C, const Vec3& p_W) -> double {
+    // BEGIN DEEP 6k SlideWindow, the depth in the next host
+    return (T_W_C.q.conjugate() * (p_W - T_W_C.p)).z();
+    // BLANK
+    // TODO:: home work 6k. The point in that camera; its depth is one of the three coordinates there.
+    // END DEEP
+  };
   // TODO:: home work 6i. Which frame leaves; its observations; the IMU of the frame behind it; and out.
   // BEGIN SOLUTION 6i SlideWindow
   const auto leaving = flag == MarginalizationFlag::kOld ? frames.begin() : frames.end() - 2;
   const auto next = leaving + 1;
-  ForgetObservations(leaving->id, window);
+  ForgetObservations(leaving->id, moved_depth, window);
   if (flag == MarginalizationFlag::kOld) {
     next->imu = nullptr;
   } else {
@@ -231,7 +239,7 @@ void SlideWindow(MarginalizationFlag flag, Window* window) {
   // BLANK
   // const auto leaving = flag == MarginalizationFlag::kOld ? ? : ?;
   // const auto next = leaving + 1;
-  // ForgetObservations(?, window);
+  // ForgetObservations(?, moved_depth, window);
   // if (flag == MarginalizationFlag::kOld) {
   //   next->imu = ?;
   // } else {

@@ -63,11 +63,12 @@ int EraseIf(Window* window, const Predicate& predicate) {
 }
 
 // Makes the second observation the host's. The point keeps its position in the world if it lies in front.
-void ChangeHost(const Window& window, WindowLandmark* landmark) {
+void ChangeHost(const std::function<double(const Transform&, const Vec3&)>& depth_in, const Window& window,
+                WindowLandmark* landmark) {
   if (landmark->inverse_depth) {
-    const Vec3 p_C = ToCamera(CameraOf(window, landmark->seen[1].frame), LandmarkInWorld(window, *landmark));
-    const double depth = p_C.z() > 0.0 && std::isfinite(p_C.z()) ? p_C.z() : kInitialDepth;
-    landmark->inverse_depth = std::make_shared<VertexInverseDepth>(1.0 / depth);
+    const double depth = depth_in(CameraOf(window, landmark->seen[1].frame), LandmarkInWorld(window, *landmark));
+    landmark->inverse_depth =
+        std::make_shared<VertexInverseDepth>(1.0 / (depth > 0.0 && std::isfinite(depth) ? depth : kInitialDepth));
   }
   landmark->seen.erase(landmark->seen.begin());
 }
@@ -143,7 +144,8 @@ double LandmarkQuality(const Window& window, const WindowLandmark& landmark, dou
   return lambda[0] < 1e-12 ? 0.0 : std::sqrt(lambda[0] / lambda[2]);
 }
 
-void ForgetObservations(int frame, Window* window) {
+void ForgetObservations(int frame, const std::function<double(const Transform& T_W_C, const Vec3& p_W)>& depth_in,
+                        Window* window) {
   EraseIf(window, [&](WindowLandmark& landmark) {
     const auto seen = std::find_if(landmark.seen.begin(), landmark.seen.end(),
                                    [&](const WindowObservation& observation) { return observation.frame == frame; });
@@ -154,7 +156,7 @@ void ForgetObservations(int frame, Window* window) {
     }
     const size_t left = landmark.seen.size() - 1;
     if (left == 0 || (left == 1 && landmark.inverse_depth)) return true;
-    ChangeHost(*window, &landmark);
+    ChangeHost(depth_in, *window, &landmark);
     return false;
   });
 }

@@ -1,6 +1,8 @@
 #pragma once
 /// The landmarks of a window: triangulation, change of host, removal.
 
+#include <functional>
+
 #include "ch5_backend/window/window.h"
 
 namespace ch5 {
@@ -31,10 +33,17 @@ Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark);
 /// @param sqrt_information  of an observation on the normalised plane
 double LandmarkQuality(const Window& window, const WindowLandmark& landmark, double sqrt_information);
 
+/// Depth of the point `p_W` in the camera `T_W_C` [m], negative behind it.
+inline double DepthInCamera(const Transform& T_W_C, const Vec3& p_W) {
+  return (T_W_C.q.conjugate() * (p_W - T_W_C.p)).z();
+}
+
 /// Removes the observations of a frame from every landmark. A landmark hosted there gets its next frame as host, with the
 /// depth in that camera (kInitialDepth if it lies behind); it is erased if only one observation is left. A track without
 /// a depth is kept while it has any observation.
-void ForgetObservations(int frame, Window* window);
+/// @param depth_in  as DepthInCamera
+void ForgetObservations(int frame, const std::function<double(const Transform& T_W_C, const Vec3& p_W)>& depth_in,
+                        Window* window);
 
 /// Erases landmarks with a negative depth, on which the solve has failed (VINS-Mono's removeFailures).
 /// @return how many

@@ -47,7 +47,7 @@ class OkvisPolicy : public WindowPolicy {
     const Plan plan = MakePlan(walked, *window);
     Marginalise(plan, window);
     for (const int track : plan.dropped_landmarks) window->landmarks.erase(track);
-    for (const int frame : plan.dropped_frames) ForgetObservations(frame, window);
+    for (const int frame : plan.dropped_frames) ForgetObservations(frame, DepthInCamera, window);
     for (int k = 0; k < walked; ++k) window->frames[static_cast<size_t>(k)].speed_bias = nullptr;
     auto& frames = window->frames;
     frames.erase(std::remove_if(frames.begin(), frames.end(),

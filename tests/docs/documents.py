@@ -6,9 +6,9 @@ import subprocess
 import unittest
 from collections import Counter
 
-from markdown import DECKS, HANDOUTS, READMES, ROOT, anchor, fences, headings, links, prose, read, sections, spans
+from markdown import DECKS, GUIDES, HANDOUTS, READMES, ROOT, anchor, fences, headings, links, prose, read, sections, slides, spans
 
-PAIRS = (READMES, HANDOUTS)
+PAIRS = (READMES, HANDOUTS, GUIDES)
 ALL = [path for pair in PAIRS for path in pair]
 
 
@@ -90,6 +90,23 @@ class Documents(unittest.TestCase):
             self.assertEqual(listed, {file: solutions()[file] for file in listed}, path)
             rows = re.findall(r"^\| (\d[\d.]*[a-z]?) \| .*\|$", read(path), re.M)
             self.assertEqual(rows, [todo for todos in listed.values() for todo in todos], path)
+
+    def test_the_second_depth_has_the_gaps_of_the_table(self):
+        stages = json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]
+        wanted = [todo for stage in stages for todo in stage.get("deep", [])]
+        for path in HANDOUTS:
+            self.assertEqual(re.findall(r"^\| \*\*(\S+)\*\* \|", read(path), re.M), wanted, path)
+
+    def test_instructors_guide_shows_every_page_of_the_first_deck(self):
+        pages = [name for name, _, _ in slides(read(DECKS[0]))]
+        for path in GUIDES:
+            rows = re.findall(r"^\| \d+ \| (`[^|]+) \|", read(path), re.M)
+            self.assertEqual([name for row in rows for name in re.findall(r"`([\w-]+)`", row)], pages, path)
+
+    def test_instructors_guide_gives_a_hundred_points(self):
+        for path in GUIDES:
+            points = re.findall(r"^\| [^|]+ \| (\d+(?:[,、] ?\d+)*) \| (?:the checks|you|检查|老师)", read(path), re.M)
+            self.assertEqual(sum(int(number) for row in points for number in re.findall(r"\d+", row)), 100, path)
 
     def test_names_that_a_stage_needs_are_in_their_header(self):
         for path in HANDOUTS:

@@ -10,6 +10,7 @@ sys.path.insert(0, str(ROOT / "slides"))
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.S | re.M)
 READMES = (ROOT / "README.md", ROOT / "README.zh.md")
 HANDOUTS = (ROOT / "ch5_homework/README.md", ROOT / "ch5_homework/README.zh.md")
+GUIDES = (ROOT / "ch5_homework/INSTRUCTORS.md", ROOT / "ch5_homework/INSTRUCTORS.zh.md")
 DECKS = sorted((ROOT / "slides").glob("[0-9]-*.en.md"))
 
 

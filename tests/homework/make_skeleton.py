@@ -6,6 +6,8 @@
   make_skeleton.py --check         compares instead: 0 current, 1 not, 77 a student is at work (not in CI)
   make_skeleton.py --output DIR    writes elsewhere
   make_skeleton.py --blank 1.1a    blanks this region only, repeatable; the others hold the solution
+  make_skeleton.py --deep          the second depth: more gaps, and no lines to fill in; see ./course deep
+  make_skeleton.py --keep          leaves alone what is not the skeleton of either depth, and says so
 """
 
 import argparse
@@ -18,10 +20,11 @@ from regions import FILES, ROOT, STAGES, fill, regions, solution_text
 STUDENT_AT_WORK = 77  # CTest's SKIP_RETURN_CODE
 
 
-def skeleton(name: str, blanks=None) -> str:
-    """The student's file; `blanks` are the TODOs to blank, all of them by default."""
+def skeleton(name: str, blanks=None, deep: bool = False) -> str:
+    """The student's file; `blanks` are the TODOs to blank, by default all of this depth."""
     def content(region):
-        return region.blank() if blanks is None or region.todo in blanks else region.solution
+        blank = region.todo in blanks if blanks is not None else deep or region.kind == "SOLUTION"
+        return region.blank(deep) if blank else region.solution
     return fill(solution_text(name), content)
 
 
@@ -31,8 +34,9 @@ def check(folder: Path) -> int:
         wanted, found = skeleton(name), (folder / name).read_text(encoding="utf-8")
         if found == wanted:
             continue
-        if found.count("throw HomeworkMissing") < wanted.count("throw HomeworkMissing") and not os.environ.get("CI"):
-            print(f"{name}: some TODOs are filled, so there is nothing to compare")
+        fewer = found.count("throw HomeworkMissing") < wanted.count("throw HomeworkMissing")
+        if (fewer or found == skeleton(name, deep=True)) and not os.environ.get("CI"):
+            print(f"{name}: some TODOs are filled, or it is the second depth, so there is nothing to compare")
             verdict = verdict or STUDENT_AT_WORK
         else:
             print(f"{name}: not what solutions/{name} gives; run tests/homework/make_skeleton.py")
@@ -42,11 +46,24 @@ def check(folder: Path) -> int:
 
 def table_is_true() -> bool:
     """The stage table and the markers name the same TODOs."""
-    marked = [(name, region.todo) for name in FILES for region in regions(solution_text(name))]
-    listed = [(stage["file"], todo) for stage in STAGES for todo in stage["todos"]]
+    marked = [(name, region.todo, region.kind) for name in FILES for region in regions(solution_text(name))]
+    listed = [(stage["file"], todo, kind) for stage in STAGES
+              for kind, todos in (("SOLUTION", stage["todos"]), ("DEEP", stage.get("deep", []))) for todo in todos]
     if sorted(marked) != sorted(listed):
         print("ch5_homework/stages.json and solutions/ differ:", sorted(set(marked) ^ set(listed)))
     return sorted(marked) == sorted(listed)
+
+
+def write(name: str, folder: Path, options) -> bool:
+    """Whether the file now is the skeleton that was asked for; with --keep another's work stays as it is."""
+    path, text = folder / name, skeleton(name, options.blank, options.deep)
+    found = path.read_text(encoding="utf-8", errors="replace") if path.exists() else text
+    if options.keep and found not in (text, skeleton(name, deep=not options.deep)):
+        print(f"{name}: it holds work of yours and stays as it is; to begin it anew: "
+              f"python3 tests/homework/make_skeleton.py {'--deep ' * options.deep}{name}")
+        return False
+    path.write_text(text, encoding="utf-8")
+    return True
 
 
 def main() -> int:
@@ -55,6 +72,8 @@ def main() -> int:
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--output", type=Path, default=ROOT / "ch5_homework", metavar="DIR")
     parser.add_argument("--blank", action="append", metavar="TODO")
+    parser.add_argument("--deep", action="store_true")
+    parser.add_argument("--keep", action="store_true")
     options = parser.parse_args()
     if not table_is_true():
         return 1
@@ -63,9 +82,8 @@ def main() -> int:
     if unknown := set(options.files) - set(FILES):
         parser.error(f"no homework is in {', '.join(sorted(unknown))}; there are {', '.join(FILES)}")
     options.output.mkdir(parents=True, exist_ok=True)
-    for name in options.files or FILES:
-        (options.output / name).write_text(skeleton(name, options.blank), encoding="utf-8")
-    return 0
+    written = [write(name, options.output, options) for name in options.files or FILES]
+    return 0 if all(written) else 1
 
 
 if __name__ == "__main__":

@@ -7,6 +7,9 @@ A region of solutions/NAME.cc reads
     // BLANK
     // the hints that stand in the skeleton instead
     // END SOLUTION
+
+At the second depth, deep, a region becomes its throw alone; and regions between // BEGIN DEEP and // END DEEP, whose
+solution everybody else is given, become blank too.
 """
 
 import json
@@ -21,20 +24,22 @@ FILES = sorted({stage["file"] for stage in STAGES})
 
 @dataclass(frozen=True)
 class Region:
+    kind: str      # "SOLUTION" or "DEEP"
     todo: str      # "1.1a"
     place: str     # "MakeHessian, the block (v_i, v_j)"
     indent: str
     solution: str  # lines, each with its newline
     hints: str     # likewise
 
-    def blank(self) -> str:
+    def blank(self, deep: bool = False) -> str:
         """What a student finds here."""
-        return f'{self.hints}{self.indent}throw HomeworkMissing("{self.todo} {self.place}");\n'
+        hints = "" if deep and self.kind == "SOLUTION" else self.hints
+        return f'{hints}{self.indent}throw HomeworkMissing("{self.todo} {self.place}");\n'
 
 
 _REGION = re.compile(
-    r"^(?P<indent> *)// BEGIN SOLUTION (?P<todo>\S+) (?P<place>[^\n]+)\n"
-    r"(?P<solution>.*?)^ *// BLANK\n(?P<hints>.*?)^ *// END SOLUTION\n", re.MULTILINE | re.DOTALL)
+    r"^(?P<indent> *)// BEGIN (?P<kind>SOLUTION|DEEP) (?P<todo>\S+) (?P<place>[^\n]+)\n"
+    r"(?P<solution>.*?)^ *// BLANK\n(?P<hints>.*?)^ *// END (?P=kind)\n", re.MULTILINE | re.DOTALL)
 
 
 def solution_text(name: str) -> str:
@@ -44,7 +49,7 @@ def solution_text(name: str) -> str:
 def regions(text: str) -> list:
     """The regions of a solution, in order. Raises ValueError where a marker has lost its partners."""
     found = [Region(**match.groupdict()) for match in _REGION.finditer(text)]
-    for marker in ("// BEGIN SOLUTION", "// BLANK", "// END SOLUTION"):
+    for marker in ("// BEGIN ", "// BLANK", "// END "):
         if text.count(marker) != len(found):
             raise ValueError(f"{text.count(marker)} × '{marker}', but {len(found)} whole regions")
     return found
@@ -57,4 +62,4 @@ def fill(text: str, content) -> str:
 
 def stage_of(todo: str) -> dict:
     """The stage that a TODO belongs to."""
-    return next(stage for stage in STAGES if todo in stage["todos"])
+    return next(stage for stage in STAGES if todo in stage["todos"] + stage.get("deep", []))

@@ -102,6 +102,19 @@ TEST(Stage5, EliminatesASingularBlock) {  // a landmark seen once: its depth is 
                   "V has no inverse here: only V_inv_sqrt, the root of its pseudo-inverse, will do", "5.2");
 }
 
+TEST(Stage5, EliminatesABlockThatNothingObserves) {
+  Random random(Seed(42));
+  const MatXX U = RandomPositiveDefinite(6, &random);
+  const VecX b_a = RandomMatrix(6, 1, &random);
+  MatXX got_U = U;
+  VecX got_b = b_a;
+  Chosen().make_okvis_term()->SchurComplement(MatXX::Zero(1, 1), MatXX::Zero(6, 1), VecX::Zero(1), &got_U, &got_b);
+  if (Equal(got_U, U, 1e-12) && Equal(got_b, b_a, 1e-12)) return;
+  FAIL() << Story("5", "SchurComplement with V = 0, W = 0 and b_b = 0", "U and b_a stay as they are",
+                  "U(0, 0) = " + std::to_string(got_U(0, 0)), "where V is 0, its pseudo-inverse is 0 too, not infinite",
+                  "5.2");
+}
+
 // ---- 5.3 UpdateErrorComputation -------------------------------------------------------------------------------------
 
 /// What follows from H and b₀, with OKVIS's letters: P⁻¹HP⁻¹ = U S Uᵀ.
@@ -196,7 +209,8 @@ TEST(Stage5, TakesTheRootOfASingularH) {  // as after every marginalisation with
 
 TEST(Stage5, TakesTheRootInAwkwardUnits) {
   Random random(Seed(53));
-  const VecX units = (VecX(6) << 1e3, 1.0, 1e-3, 1.0, 1e2, 1e-2).finished();
+  // So far apart that without P an eigenvalue would count as zero.
+  const VecX units = (VecX(6) << 1e6, 1.0, 1e-3, 1.0, 1e2, 1e-2).finished();
   CheckUpdate(units.asDiagonal() * RandomPositiveDefinite(6, &random) * units.asDiagonal(),
               units.asDiagonal() * RandomMatrix(6, 1, &random), NamesOfPoses(1), " of a pose in awkward units");
 }

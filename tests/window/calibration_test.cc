@@ -68,8 +68,8 @@ TEST(TimeOffset, IsTheMinimumOfAWindowAtTheTruth) {
       frame.pose->SetFixed();
       window.frames.push_back(frame);
     }
-    ForgetObservations(0, &window);
-    ForgetObservations(kImages - 1, &window);
+    ForgetObservations(0, DepthInCamera, &window);
+    ForgetObservations(kImages - 1, DepthInCamera, &window);
     TriangulateLandmarks(&window);
     BuildGraph(
         {}, [](const Window&, const WindowLandmark& l) { return l.images == kImages; }, &window);

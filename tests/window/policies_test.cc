@@ -24,7 +24,7 @@ TEST(Landmark, KeepsItsPlaceWhenItsHostLeaves) {
   See(2, Vec3(0, 1, 5), 0, 1, &window);
   TriangulateLandmarks(&window);
   const Vec3 before = LandmarkInWorld(window, window.landmarks[1]);
-  ForgetObservations(window.frames[0].id, &window);
+  ForgetObservations(window.frames[0].id, DepthInCamera, &window);
   EXPECT_EQ(window.landmarks[1].Host(), window.frames[1].id);
   EXPECT_LT((LandmarkInWorld(window, window.landmarks[1]) - before).norm(), 1e-9);
   EXPECT_EQ(window.landmarks.count(2), 0u) << "one observation holds no depth";

@@ -168,7 +168,7 @@ TEST(VinsRow18, ALandmarkBehindItsNewHostGetsFiveMetres) {
   See(1, Vec3(1, 2, 8), 0, 3, &window);
   TriangulateLandmarks(&window);
   window.frames[1].pose->SetPose(Qd::Identity(), Vec3(0, 0, 20));
-  ForgetObservations(window.frames[0].id, &window);
+  ForgetObservations(window.frames[0].id, DepthInCamera, &window);
   EXPECT_NEAR(1.0 / window.landmarks[1].inverse_depth->InverseDepth(), 5.0, 1e-12);
 }
 

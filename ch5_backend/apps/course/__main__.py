@@ -23,6 +23,8 @@ DESCRIPTIONS = {
              "where it was; what has a record is not graded again.",
     "hint": "Prints one of the three hints on a stage of the handout, such as ./course hint 1.2 1. Try again before you ask "
             "for the next.",
+    "deep": "Turns your files in ch5_homework/ to the second depth: more gaps, and no lines with question marks to fill in. "
+            "A file that you have begun stays as it is.",
     "status": "Shows the state of every stage at a glance.",
     "bench": "Measures our solvers and, where it is installed, Ceres on the same problems: same start, same loss, "
              "analytic Jacobians, one process for each measurement, taking turns; medians of five rounds, which take "
@@ -162,6 +164,8 @@ def make_parser(command: str) -> Parser:
         parser.add_argument("stage", metavar="STAGE", nargs="?", default="", help="such as 1.2, or one of its TODOs, such as 1.2b")
         parser.add_argument("number", metavar="N", nargs="?", default="1", help="1 to 3, each says more; default: 1")
         parser.add_argument("--language", metavar="WORD", default="", help="en or zh; default: the terminal's")
+    elif command == "deep":
+        parser.add_argument("--off", action="store_true", help="back to the first depth")
     if command in JSON_FIELDS:
         parser.add_argument("--json", action="store_true", help="print one JSON object on standard output and all "
                             f"else on standard error; fields: {JSON_FIELDS[command]}; after a failure: error")
@@ -195,6 +199,9 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
     if command == "hint":
         from .hint import show
         return show(arguments.stage, arguments.number, arguments.language)
+    if command == "deep":
+        from .deep import deepen
+        return deepen(not arguments.off)
     from . import check
     if command == "check":
         return check.run_check(arguments.stages + extra, arguments.json, arguments.seed)

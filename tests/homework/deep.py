@@ -1,0 +1,70 @@
+"""The second depth: more gaps, no lines to fill in, and never over a student's work."""
+
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from make_skeleton import skeleton
+from regions import FILES, ROOT, STAGES, regions, solution_text
+
+
+class Deep(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def course_deep(self, *words):
+        return subprocess.run([str(ROOT / "course"), "deep", *words], capture_output=True, text=True, check=False,
+                              env={"PATH": "/usr/bin:/bin", "CH5_HOMEWORK_DIR": str(self.folder)})
+
+    def texts(self):
+        return {name: (self.folder / name).read_text(encoding="utf-8") for name in FILES}
+
+    def test_deep_gaps_are_blank_and_no_line_is_given(self):
+        for name in FILES:
+            first, deep = skeleton(name), skeleton(name, deep=True)
+            for region in regions(solution_text(name)):
+                throw = f'throw HomeworkMissing("{region.todo} '
+                self.assertIn(throw, deep)
+                self.assertEqual(throw in first, region.kind == "SOLUTION", region.todo)
+                self.assertEqual(region.solution in first, region.kind == "DEEP", region.todo)
+                self.assertNotIn(region.solution, deep)
+                if region.kind == "SOLUTION":
+                    self.assertNotIn(region.hints, deep)
+                self.assertIn(f"TODO:: home work {region.todo}.", deep)
+
+    def test_the_mathematics_is_among_the_gaps(self):
+        gaps = [todo for stage in STAGES for todo in stage.get("deep", [])]
+        self.assertLessEqual({"1.1c", "1.1d", "1.2d", "5.5", "5.7", "6k"}, set(gaps))
+        self.assertIn("- tempH * Hmp", skeleton("problem.cc"))
+        self.assertNotIn("- tempH * Hmp", skeleton("problem.cc", deep=True))
+
+    def test_there_and_back(self):
+        self.assertEqual(self.course_deep().returncode, 0)
+        self.assertEqual(self.texts(), {name: skeleton(name, deep=True) for name in FILES})
+        self.assertEqual(self.course_deep("--off").returncode, 0)
+        self.assertEqual(self.texts(), {name: skeleton(name) for name in FILES})
+
+    def test_work_is_never_overwritten(self):
+        self.course_deep("--off")
+        begun = skeleton("problem.cc").replace("???", "Hmm_inv * bmm")
+        (self.folder / "problem.cc").write_text(begun, encoding="utf-8")
+        for words in ([], ["--off"]):
+            done = self.course_deep(*words)
+            self.assertEqual(done.returncode, 1, done)
+            self.assertIn("problem.cc: it holds work of yours and stays as it is", done.stdout)
+            wanted = {name: skeleton(name, deep=not words) for name in FILES} | {"problem.cc": begun}
+            self.assertEqual(self.texts(), wanted)
+
+    def test_a_deep_file_is_a_student_at_work(self):
+        self.course_deep()
+        done = subprocess.run([sys.executable, "make_skeleton.py", "--check", "--output", str(self.folder)], check=False,
+                              cwd=Path(__file__).parent, capture_output=True, text=True, env={"PATH": "/usr/bin:/bin"})
+        self.assertEqual(done.returncode, 77, done)
+
+
+if __name__ == "__main__":
+    unittest.main()
