@@ -15,6 +15,7 @@ from deck1 import plots, toy
 from tables import MissingTable, Tables
 
 TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
+STAGES = {stage["id"] for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]}
 PLACEHOLDER, FIGURE = r"\{\{([\w.]+)\}\}", r"!\[([^\]]*)\]\(figures/(\w+)\.svg\)"
 
 
@@ -85,6 +86,28 @@ class Decks(unittest.TestCase):
             for name, svg in made.figures.items():
                 self.assertTrue(svg.startswith("<svg "), name)
                 self.assertNotRegex(svg, r"\b(nan|inf)\b", name)
+
+    def test_every_page_ends_with_its_speaker_note_and_a_deck_takes_60_to_90_minutes(self):
+        note = r"\n\n<!-- \((\d+) min\) (?:(?!-->).){10,} -->\s*\Z"
+        for english in DECKS:
+            times = [[(name, re.search(note, page)) for name, _, page in slides(read(path))]
+                     for path in (english, str(english).replace(".en.", ".zh."))]
+            self.assertEqual([name for pages in times for name, found in pages if not found], [], english.name)
+            minutes = [[int(found[1]) for _, found in pages] for pages in times]
+            self.assertEqual(*minutes)
+            self.assertTrue(60 <= sum(minutes[0]) <= 90, f"{english.name}: {sum(minutes[0])} minutes")
+
+    def test_what_a_deck_refers_to_exists(self):
+        tables = [path.stem for path in (ROOT / "slides").glob("deck*/*.csv")]
+        self.assertIn("speed_steps", tables)
+        for deck in build.decks():
+            text = read(deck)
+            for path in re.findall(r"`((?:\w[\w.-]*/)+[\w.-]*)`", prose(text)):
+                self.assertTrue((ROOT / path).exists() or (ROOT / "ch5_backend" / path).exists(), f"{deck.name}: {path}")
+            for target in re.findall(r"(?<!!)\[[^\]]*\]\(([^)\s]+)\)", prose(text)):
+                self.assertRegex(target, r"^(https://|\.\./(lab|report)\.html)", f"{deck.name}: out/slides/ has no {target}")
+            for stage in re.findall(r"\./course (?:check|hint) ([\d.]+)", text):
+                self.assertIn(stage, STAGES, deck.name)
 
     def test_an_unknown_placeholder_is_an_error(self):
         with self.assertRaisesRegex(build.BuildError, r"deck.md:2: .*no\.such"):
