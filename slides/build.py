@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 """Builds the decks to HTML and PDF in out/slides/: fills in the numbers, draws the figures, calls Marp and Chromium.
 
-usage: build.py [--csv DIR] [--out DIR] [--html] [--images] [--check] [--figures [--deck N]] [--overview] [DECK…]
+usage: build.py [--csv DIR] [--out DIR] [--html] [--images] [--tools] [--check] [--figures [--deck N]] [--overview] [DECK…]
 
   --csv DIR    tables of ./course run, default out/csv
   --out DIR    where the decks go, default out/slides
   --html       no PDF; needs no Chromium
   --images     also one PNG a page, in build/slides/pages, and sheets of twelve pages, to look at
+  --tools      builds nothing: fails with words if Node.js or, without --html, Chromium is missing or too old
   --check      builds nothing: says which numbers, figures and words of the built decks are no longer those of the tables
   --figures    only draw the figures, into the folder figures of --out; needs no Node.js; --deck N: only deck N's
   --overview   only redraw the READMEs' picture, slides/figures/overview.*.svg
@@ -160,11 +161,16 @@ def write(path, text):
     os.replace(partial, path)
 
 
+def find_tools(arguments):
+    browser.node()
+    if not arguments.html:
+        browser.chromium()
+
+
 def build(chosen, arguments):
     """The chosen decks, and the record of what they were made of."""
     out = arguments.out
-    if not arguments.html:
-        browser.chromium()  # if it is missing, before the work
+    find_tools(arguments)  # before the work
     prepared = [Prepared(deck, arguments.csv) for deck in chosen]
     marp(prepared, out)
     record = read_record(out)
@@ -231,6 +237,7 @@ def main(argv):
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "slides", help="where the decks go")
     parser.add_argument("--html", action="store_true", help="no PDF")
     parser.add_argument("--images", action="store_true", help="also one PNG a page")
+    parser.add_argument("--tools", action="store_true", help="only see that what is needed is there")
     parser.add_argument("--check", action="store_true", help="only say what is out of date")
     parser.add_argument("--figures", action="store_true", help="only draw the figures, into the folder figures of --out")
     parser.add_argument("--deck", type=int, help="with --figures: of this deck")
@@ -244,6 +251,8 @@ def main(argv):
                 write(HERE / "figures" / f"overview.{lang}.svg", overview(Tables(arguments.csv), lang))
         elif arguments.figures:
             draw_figures(arguments)
+        elif arguments.tools:
+            find_tools(arguments)
         elif arguments.check:
             return check(choose(arguments.names), arguments)
         else:
