@@ -21,6 +21,8 @@ DESCRIPTIONS = {
              "run in a sandbox, and only its numbers are believed. Writes for each feedback.html, results.json "
              "(Gradescope), junit.xml and autolab.json; for the class grades.csv and summary.html. Stopped, it goes on "
              "where it was; what has a record is not graded again.",
+    "pack": "Packs the grader for another platform: gradescope, the zip of an autograder; classroom, a workflow for GitHub "
+            "Classroom.",
     "hint": "Prints one of the three hints on a stage of the handout, such as ./course hint 1.2 1. Try again before you ask "
             "for the next.",
     "deep": "Turns your files in ch5_homework/ to the second depth: more gaps, and no lines with question marks to fill in. "
@@ -131,6 +133,7 @@ def add_grade_options(parser: Parser) -> None:
                         "default: one by chance, which the records name")
     parser.add_argument("--shard", type=shard_option, metavar="I/N", help="only the I-th of N shares; all may have the same "
                         "DIR, in which a last run without this option makes the class's tables")
+    parser.add_argument("--prepare", action="store_true", help="only build what grading needs, and try the sandbox")
     parser.add_argument("--trust", action="store_true", help="without the sandbox: for your own code only")
 
 
@@ -149,6 +152,9 @@ def make_parser(command: str) -> Parser:
         parser.add_argument("--out", metavar="DIR", help="where the folder bench is made, default: out")
     elif command == "grade":
         add_grade_options(parser)
+    elif command == "pack":
+        parser.add_argument("what", metavar="WHAT", help="gradescope or classroom")
+        parser.add_argument("--out", metavar="FILE", help="default: gradescope.zip or classroom.yml")
     elif command == "plots":
         add_plots_options(parser)
     elif command == "slides":
@@ -193,6 +199,9 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         from .grading.grade import run_grade
         arguments.submissions += extra
         return run_grade(arguments)
+    if command == "pack":
+        from .grading.pack import pack
+        return pack(arguments.what, arguments.out)
     if command == "slides":
         from .slides import slides
         return slides(arguments, extra)

@@ -27,6 +27,7 @@ th { background: var(--pale); font-weight: 600; }
 th:first-child, td:first-child { text-align: left; }
 nav { columns: 2; }
 nav a { display: block; }
+pre { background: var(--pale); padding: .6rem .8rem; border-radius: .4rem; white-space: pre-wrap; }
 code { background: var(--pale); padding: .1em .3em; border-radius: .2em; }
 """
 

@@ -8,13 +8,14 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import nullcontext
 from pathlib import Path
 
 from .. import children, jsonout
 from ..build import CORES
-from ..check import select, stage_table
+from ..check import select
 from ..errors import CourseError
-from ..place import alone_in
+from ..place import alone_in, make_writable
 from ..progress import Progress, duration
 from . import outputs, pages
 from .job import grade
@@ -26,7 +27,7 @@ from .toolchain import Infrastructure, Toolchain
 
 def run_grade(arguments) -> int:
     """Grades what has no record yet, then writes the class's tables from all records; 0, or 1 if a fault of ours is left."""
-    if not arguments.submissions:
+    if not arguments.submissions and not arguments.prepare:
         raise CourseError("which submissions? Name files, folders, zips or tars; see ./course grade --help")
     stages, rubric = select(arguments.stages), read_rubric()
     lacking = [stage["id"] for stage in stages if stage["id"] not in rubric]
@@ -37,22 +38,31 @@ def run_grade(arguments) -> int:
         print("course: --trust: NO SANDBOX. The submissions' code runs as you, with all that you may do.", file=sys.stderr)
     else:
         preflight()
+    toolchain = ready_toolchain(Unguarded if arguments.trust else Sandbox)
+    if arguments.prepare:
+        print("ready: the sandbox holds, and the compilers work in it")
+        return 0
     out = Path(arguments.out or "out/grades")
-    with alone_in(out):
-        seed = the_seed(out, arguments.seed)
-        toolchain = Toolchain(Unguarded if arguments.trust else Sandbox)
-        try:
-            toolchain.prepare()
-        except Infrastructure as error:
-            raise CourseError(f"nothing was graded: {error}", exit_code=1) from error
-        session = Session(out, toolchain, stages, rubric, seed)
+    make_writable(out)
+    with nullcontext() if arguments.shard else alone_in(out):  # shards may work side by side
+        session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed))
         session.grade_all(share(submissions, arguments.shard), arguments.jobs or CORES)
         records = read_records(out)
-        outputs.write_class(out, records, [stage["id"] for stage in stage_table() if stage in stages])
-        pages.write_summary(out, records)
-    failed = [record for record in records if record["status"] != "graded"]
+        if not arguments.shard:
+            outputs.write_class(out, records, [stage["id"] for stage in stages])
+            pages.write_summary(out, records)
+    failed = [record for record in records if "error" in record]
     tell(out, records, failed, arguments.json)
     return 1 if failed else 0
+
+
+def ready_toolchain(box) -> Toolchain:
+    toolchain = Toolchain(box)
+    try:
+        toolchain.prepare()
+    except Infrastructure as error:
+        raise CourseError(f"nothing was graded: {error}", exit_code=1) from error
+    return toolchain
 
 
 def named(paths: list) -> dict:
@@ -83,10 +93,17 @@ def share(submissions: dict, shard) -> dict:
 def the_seed(out: Path, asked) -> int:
     """The seed asked for, or that of the records that are there, or a new one that nobody can guess."""
     path = out / "session.json"
-    known = json.loads(path.read_text(encoding="utf-8"))["seed"] if path.exists() else None
-    seed = next(seed for seed in (asked, known, random.SystemRandom().randrange(10**9)) if seed is not None)
-    write_whole(path, json.dumps({"seed": seed}))
-    return seed
+    if asked is not None:
+        write_whole(path, json.dumps({"seed": asked}))
+        return asked
+    chosen = path.with_name(f".session.json.{os.getpid()}")
+    chosen.write_text(json.dumps({"seed": random.SystemRandom().randrange(10**9)}), encoding="utf-8")
+    try:
+        os.link(chosen, path)  # of two shards that begin at once, one gives the seed to both
+    except FileExistsError:
+        pass
+    chosen.unlink()
+    return json.loads(path.read_text(encoding="utf-8"))["seed"]
 
 
 class Session:

@@ -15,8 +15,8 @@ from . import outputs
 sys.path.insert(0, str(ROOT / "ch5_backend" / "apps" / "plot"))
 import page  # noqa: E402  (the folder must be known first)
 
-NEAR = 10.0   # times its tolerance: so near a wrong number may be rounding
-CELL = 6      # pixels of an entry of H
+NEAR = 10.0    # times its tolerance: so near a wrong number may be rounding
+PICTURE = 320  # pixels, of a picture of H
 COLOURS = {".": "var(--pale)", "o": "#999", "x": "#d55e00"}
 CAUSE = re.compile(r"^  cause +(.*)$", re.MULTILINE)
 
@@ -74,9 +74,10 @@ def section_of(row: dict) -> str:
 def picture(pattern: str) -> str:
     """A matrix, entry by entry: zero, not zero, or wrong. See Picture in tests/homework/narrate.cc."""
     rows = pattern.split("/")
-    cells = "".join(f'<rect x="{CELL * j}" y="{CELL * i}" width="{CELL - 1}" height="{CELL - 1}" fill="{COLOURS[entry]}"/>'
+    cell = min(16, max(4, PICTURE // max(len(rows), *map(len, rows))))
+    cells = "".join(f'<rect x="{cell * j}" y="{cell * i}" width="{cell - 1}" height="{cell - 1}" fill="{COLOURS[entry]}"/>'
                     for i, row in enumerate(rows) for j, entry in enumerate(row) if entry in COLOURS)
-    width, height = CELL * max(map(len, rows)), CELL * len(rows)
+    width, height = cell * max(map(len, rows)), cell * len(rows)
     return (f'<figure><svg role="img" aria-label="The matrix; wrong entries are orange" width="{width}" height="{height}" '
             f'viewBox="0 0 {width} {height}">{cells}</svg><figcaption>The matrix that this is about: grey entries are not '
             "zero, orange ones are wrong.</figcaption></figure>")

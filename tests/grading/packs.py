@@ -1,0 +1,119 @@
+"""The grader elsewhere: as Gradescope's zip in that platform's folders, and as shares of GNU parallel or a Slurm array."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+import zipfile
+from pathlib import Path
+
+from grade import BIN, GRADER, environment, grade, records
+from grading import ROOT
+
+sys.path.insert(0, str(ROOT / "tests" / "apps"))
+import slurm  # noqa: E402  (the folder must be known first)
+
+
+class Packs(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def pack(self, what: str, name: str) -> Path:
+        subprocess.run([ROOT / "course", "pack", what, "--out", self.folder / name], check=True, capture_output=True)
+        return self.folder / name
+
+    def test_the_same_files_give_the_same_bytes(self):
+        one, other = self.pack("gradescope", "one.zip"), self.pack("gradescope", "other.zip")
+        self.assertEqual(one.read_bytes(), other.read_bytes())
+        with zipfile.ZipFile(one) as archive:
+            names = archive.namelist()
+            self.assertTrue({"setup.sh", "run_autograder", "course", "CMakeLists.txt", "solutions/problem.cc"} <= set(names))
+            self.assertEqual([name for name in names if name.startswith(("build", "out/", ".git/"))], [])
+            self.assertTrue(archive.getinfo("run_autograder").external_attr >> 16 & 0o111)
+
+    def test_the_workflow_is_yaml_that_runs_the_grader(self):
+        text = self.pack("classroom", "classroom.yml").read_text(encoding="utf-8")
+        self.assertIn("./course/course grade submission --out grades", text)
+        self.assertNotIn("\t", text)
+
+    @unittest.skipUnless(GRADER.exists(), "no Clang: without ./course grade")
+    def test_gradescope_s_entry_point_in_gradescope_s_folders(self):
+        platform = self.folder / "autograder"
+        for name in ("source", "submission", "results"):
+            (platform / name).mkdir(parents=True)
+        subprocess.run(["unzip", "-q", self.pack("gradescope", "g.zip"), "-d", platform / "source"], check=True)
+        shutil.copy(platform / "source" / "run_autograder", platform)
+        shutil.copy(ROOT / "solutions" / "gauge_prior.cc", platform / "submission")
+        self.folder.chmod(0o755)
+        clean = {key: value for key, value in os.environ.items() if not key.startswith("CH5_")}
+        clean["AUTOGRADER"] = str(platform)
+        for program in (platform / "source" / "setup.sh", platform / "run_autograder"):
+            done = subprocess.run([program], env=clean, capture_output=True, text=True, check=False, timeout=900,
+                                  stdin=subprocess.DEVNULL)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        results = json.loads((platform / "results" / "results.json").read_text(encoding="utf-8"))
+        earned = [test for test in results["tests"] if test["number"] == "3"]
+        self.assertEqual(results["score"], sum(test["max_score"] for test in earned), results)
+
+
+@unittest.skipUnless(GRADER.exists(), "no Clang: without ./course grade")
+class Shares(unittest.TestCase):
+    """Forty submissions of five texts, of which two are right."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.folder.chmod(0o755)
+        text = (ROOT / "solutions" / "gauge_prior.cc").read_text(encoding="utf-8")
+        texts = [text, text + "// mine\n", text.replace("i < 2", "i < 1"), text.replace("i < 2", "i < 3"), text + "int x = ;"]
+        self.paths = []
+        for k in range(40):
+            self.paths.append(self.folder / f"student{k:02}")
+            self.paths[-1].mkdir()
+            (self.paths[-1] / "gauge_prior.cc").write_text(texts[k % 5], encoding="utf-8")
+        self.words = [*self.paths, "--stages", "3", "--seed", "11"]
+
+    def marks(self, out: Path) -> dict:
+        return {name: (record["key"], record["score"], record["stages"][0]["state"]) for name, record in sorted(records(out).items())}
+
+    def one_run(self) -> dict:
+        done = grade(self.folder / "one", *self.words)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        marks = self.marks(self.folder / "one")
+        self.assertEqual([state for _, _, state in marks.values()],
+                         ["right", "right", "wrong", "wrong", "does-not-compile"] * 8)
+        return marks
+
+    def command(self, share: str) -> str:
+        words = [str(ROOT / "course"), "grade", *map(str, self.words), "--out", str(self.folder / "many")]
+        return " ".join(words) + f" --shard {share}"
+
+    def test_shares_of_gnu_parallel_are_one_run(self):
+        if not shutil.which("parallel"):
+            self.skipTest("GNU parallel is not installed")
+        done = subprocess.run(["parallel", "-j2", self.command("{}/4"), ":::", "1", "2", "3", "4"], env=environment(),
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.marks(self.folder / "many"), self.one_run())
+
+    def test_a_slurm_array_is_one_run(self):
+        if slurm.why_not():
+            self.skipTest(slurm.why_not())
+        with slurm.cluster(self.folder / "slurm") as cluster:
+            if cluster is None:
+                self.skipTest("Slurm did not start here: " + (self.folder / "slurm" / "log").read_text(encoding="utf-8")[-300:])
+            done = subprocess.run(["sbatch", "--wait", "--array=1-4", "-o", self.folder / "%a.log", "--wrap",
+                                   self.command("$SLURM_ARRAY_TASK_ID/4")], capture_output=True, text=True, check=False,
+                                  env={**cluster, "CH5_BUILD_DIR": str(BIN.parent)})
+            self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.marks(self.folder / "many"), self.one_run())
+
+
+if __name__ == "__main__":
+    unittest.main()
