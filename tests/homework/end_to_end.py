@@ -2,13 +2,14 @@
 """Runs ./course check and status as a student does, on a folder of homework of its own: end_to_end.py FOLDER."""
 
 import json
+import re
 import subprocess
 import sys
 import unittest
 from pathlib import Path
 
 from make_skeleton import skeleton
-from regions import FILES, ROOT, solution_text
+from regions import FILES, ROOT, fill, solution_text
 
 FOLDER = Path(sys.argv.pop())
 
@@ -75,6 +76,19 @@ class EndToEnd(unittest.TestCase):
                                         "4": "right", "5": "right", "6": "right", "7": "right"}, done.stdout)
         self.assertIn(f"reaches outside its matrix at problem.cc:{line}", hints(done)["1.1"])
         self.assertIn("main of its own", hints(done)["3"])
+
+    def test_what_is_empty_or_missing_is_named(self):
+        empty = fill(solution_text("problem.cc"), lambda region: region.hints if region.todo == "1.2a" else region.solution)
+        exchanged = solution_text("gauge_prior.cc").replace("scene.frames[i].q, scene.frames[i].p",
+                                                            "scene.frames[i].p, scene.frames[i].q")
+        line = exchanged[:exchanged.index("[i].p, ")].count("\n") + 1
+        deleted = re.sub(r"^VecX MarginalizationError::Residual.*?^}\n", "", solution_text("marginalization_error.cc"),
+                         flags=re.MULTILINE | re.DOTALL)
+        self.hand_in(problem=empty, gauge_prior=exchanged, marginalization_error=deleted)
+        told = hints(course("check", "1.2", "3", "5", "--json"))
+        self.assertIn("Hmm is still empty: nothing was assigned to it in TODO 1.2a", told["1.2"])
+        self.assertRegex(told["3"], rf"gauge_prior.cc:{line}:\d+: no matching function for call to .*EdgeSE3Prior")
+        self.assertIn("the function MarginalizationError::Residual is missing in marginalization_error.cc", told["5"])
 
     def test_one_file_is_begun_anew_and_the_others_stay(self):
         self.hand_in()

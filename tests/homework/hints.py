@@ -101,7 +101,8 @@ class Causes(unittest.TestCase):
 
     def test_what_gives_nothing_away_is_told_at_once(self):
         for verdict in (RIGHT, Verdict("crashes", "Crash at problem.cc:3."),
-                        Verdict("wrong", "s", "s\n  cause     none of the typical mistakes gives these numbers")):
+                        Verdict("wrong", "s", "s\n  cause     none of the typical mistakes gives these numbers"),
+                        Verdict("wrong", "s", "s\n  cause     still empty: nothing was assigned to H_prior")):
             self.assertEqual(causes.hold_back(STAGES[0], verdict, 2), verdict)
 
     def test_without_a_place_to_count_causes_are_named(self):

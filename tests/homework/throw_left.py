@@ -9,7 +9,7 @@ from make_skeleton import skeleton
 from regions import FILES, ROOT, STAGES, fill, solution_text
 
 sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
-from course import check  # noqa: E402
+from course import check, gaps  # noqa: E402
 
 
 class ThrowLeft(unittest.TestCase):
@@ -17,7 +17,7 @@ class ThrowLeft(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "file.cc"
             path.write_text(text, encoding="utf-8")
-            return check.keeps_throw(path, todo)
+            return gaps.keeps_throw(path, todo)
 
     def test_lines_above_the_throw_are_seen(self):
         for name in FILES:

@@ -10,7 +10,8 @@ from . import hint
 from .build import BUILD, HOMEWORK
 from .judge import Verdict
 
-CAUSE = re.compile(r"^  cause +(?!none of the typical mistakes)\S.*(?:\n {12}.*)*", re.MULTILINE)
+# What gives no answer away is told at once.
+CAUSE = re.compile(r"^  cause +(?!none of the typical mistakes|still empty|still zero|nothing was assigned)\S.*(?:\n {12}.*)*", re.MULTILINE)
 
 
 def hold_back(stage: dict, verdict: Verdict, threshold: int, counts: bool = True) -> Verdict:

@@ -2,12 +2,12 @@
 
 import json
 import os
-import re
 import sys
 from pathlib import Path
 
-from . import causes, jsonout
+from . import causes, gaps, jsonout
 from .build import BIN, HOMEWORK, ROOT, build
+from .compiler import does_not_compile, shown
 from .errors import CourseError
 from .judge import SHOWN_LINES, Verdict, judge
 
@@ -67,8 +67,12 @@ def sections_of(stage: dict) -> list:
 def judge_stages(stages: list, options=()) -> list:
     """The verdicts, in the order of the stages."""
     broken = compile_files(sorted({stage["file"] for stage in stages}))
-    return [broken.get(stage["file"]) or judge(BIN / target(stage["file"]), stage, options=options)
-            for stage in stages]
+    return [broken.get(stage["file"]) or judge_stage(stage, options) for stage in stages]
+
+
+def judge_stage(stage: dict, options) -> Verdict:
+    verdict = judge(BIN / target(stage["file"]), stage, options=options)
+    return gaps.explain(verdict, stage["file"], gaps.content_of(HOMEWORK / stage["file"]))
 
 
 def report(stages: list, verdicts: list, as_json: bool, tell_one) -> None:
@@ -94,27 +98,8 @@ def compile_files(files: list) -> dict:
     if done.returncode == 0:
         return {}
     if len(files) == 1:
-        return {files[0]: does_not_compile(files[0], done.stdout)}
+        return {files[0]: does_not_compile(files[0], done.stdout, gaps.content_of(HOMEWORK / files[0]))}
     return {file: verdict for each in files for file, verdict in compile_files([each]).items()}
-
-
-def does_not_compile(file: str, output: str) -> Verdict:
-    lines = [line for line in output.splitlines() if not line.startswith("ninja: build stopped")]
-    patterns = [rf"{re.escape(file)}:\d+:(\d+:)? (fatal )?error: ", "multiple definition|undefined reference", "error: ",
-                "FAILED|ninja: "]
-    first = next((i for pattern in patterns for i, line in enumerate(lines) if re.search(pattern, line)), 0)
-    hint = shorten(lines[first]) if lines else "the compiler said nothing"
-    if "multiple definition of `main'" in hint:
-        hint = f"{file} has a main of its own; remove it, the check brings one."
-    elif "missing and no known rule" in hint or f"{file}: No such file" in hint:
-        hint = f"{file} is missing; tests/homework/make_skeleton.py {file} writes it anew."
-    story = "\n".join(shorten(line) for line in lines[first:first + SHOWN_LINES])
-    return Verdict("does-not-compile", hint, story)
-
-
-def shorten(line: str) -> str:
-    """Without the project's folder, in which everything lies."""
-    return line.replace(str(ROOT) + os.sep, "").strip("\n")
 
 
 # ---- Telling --------------------------------------------------------------------------------------------------------
@@ -146,29 +131,19 @@ def tell(stage: dict, verdict: Verdict, out) -> None:
     print(f"  {next_step(stage, verdict)}\n", file=out)
 
 
-def keeps_throw(path: Path, todo: str) -> bool:
-    """Whether code stands in this gap, and below it still the throw that says it is empty."""
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return False
-    name = re.escape(todo)
-    gap = re.search(rf'TODO:: home work {name}\.(.*?)throw HomeworkMissing\("{name} ', text, re.DOTALL)
-    return bool(gap) and any(line.strip() and not line.strip().startswith("//") for line in gap[1].splitlines()[1:])
-
-
 def indent(text: str) -> str:
     return "\n".join("  " + line for line in text.splitlines())
 
 
 def next_step(stage: dict, verdict: Verdict) -> str:
-    again, file = f"./course check {stage['id']}", stage["file"]
+    again = f"./course check {stage['id']}"
+    file = stage["file"] if HOMEWORK == ROOT / "ch5_homework" else shown(HOMEWORK / stage["file"])
     if verdict.state == "right":
         ids = [row["id"] for row in stage_table()]
         following = ids[ids.index(stage["id"]) + 1:]
         return "Well done. " + (f"Next: ./course check {following[0]}" if following else "That was the last stage.")
     todo = verdict.hint.split()[1] if verdict.state == "not-started" else ""  # "TODO 1.1a …"
-    if todo and keeps_throw(HOMEWORK / file, todo):
+    if todo and gaps.keeps_throw(HOMEWORK / stage["file"], todo):
         return f"Your lines for {todo} are there, but so is the throw below them: delete it. Then: {again}"
     return {
         "not-started": f"Search {file} for “home work {todo}”; the handout is ch5_homework/README.md, Stage "

@@ -5,6 +5,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from ..gaps import explain
 from ..judge import Verdict, judge
 from .rubric import marks
 from .sandbox import Limits, Sandbox, preflight
@@ -24,7 +25,7 @@ def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, ru
         rows = []
         for stage in stages:
             begin = time.monotonic()
-            verdict = built.verdict or run_stage(toolchain, built.worker, stage, seed)
+            verdict = built.verdict or explain(run_stage(toolchain, built.worker, stage, seed), file, content)
             rows.append(stage_row(stage, verdict, rubric[stage["id"]], time.monotonic() - begin))
         return {"stages": rows, "cpu_seconds": round(built.cpu_seconds, 2), "peak_mib": round(built.peak_mib)}
     finally:

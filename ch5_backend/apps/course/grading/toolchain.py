@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..build import BUILD, build_or_fail
-from ..check import does_not_compile
+from ..compiler import does_not_compile
 from ..judge import Verdict
 from .sandbox import MIB, Limits, Sandbox
 
@@ -90,16 +90,16 @@ class Toolchain:
                 return Built(folder / "out" / "worker", None, cpu, peak)
             if not outcome.in_time:  # a second compiler would take as long
                 break
-        return Built(None, self._verdict(file, outcome), cpu, peak)
+        return Built(None, self._verdict(file, outcome, content), cpu, peak)
 
-    def _verdict(self, file: str, outcome) -> Verdict:
+    def _verdict(self, file: str, outcome, content: bytes) -> Verdict:
         words = outcome.output.replace("/submission/", "").replace(str(self.include) + "/", "")
         if not outcome.in_time:
             return Verdict("does-not-compile", f"The compiler was still at work after {COMPILING.seconds} s of processor "
                            "time.", "", "")
         if not BLAMES_THE_FILE.search(words):
             raise Infrastructure(f"the compiler ended with code {outcome.exit_code}: {words.strip()[-500:]}")
-        return does_not_compile(file, words)
+        return does_not_compile(file, words, content)
 
     def _run(self, command: list, file: str, content: bytes, folder: Path, more: tuple):
         """One run of a compiler, which sees this file, the headers and `more`, and writes into folder/out."""

@@ -1,0 +1,50 @@
+"""The gaps of a student's file, as text: what stands in them, and what does not."""
+
+import re
+from pathlib import Path
+
+from .judge import Verdict
+
+
+def content_of(path: Path):
+    """The bytes of a file, or None."""
+    try:
+        return path.read_bytes()
+    except OSError:
+        return None
+
+
+def keeps_throw(path: Path, todo: str) -> bool:
+    """Whether code stands in this gap, and below it still the throw that says it is empty."""
+    name, text = re.escape(todo), (content_of(path) or b"").decode("utf-8", "replace")
+    gap = re.search(rf'TODO:: home work {name}\.(.*?)throw HomeworkMissing\("{name} ', text, re.DOTALL)
+    return bool(gap) and any(line.strip() and not line.strip().startswith("//") for line in gap[1].splitlines()[1:])
+
+
+def still_empty(text: str, number: int):
+    """(variable, TODO) of a matrix in line `number` to which nothing was assigned since it was declared, or None."""
+    code = [line.partition("//")[0] for line in text.splitlines()]
+    if not 0 < number <= len(code):
+        return None
+    for name in re.findall(r"\b[A-Za-z_]\w*\b", code[number - 1]):
+        declared = next((i for i in range(number - 2, -1, -1)
+                         if re.match(rf"\s*(MatXX|VecX)\s+(\w+, *)*{name}\b[\w, ]*;", code[i])), None)
+        if declared is None or re.search(rf"\b{name} *=(?!=)", code[number - 1]):
+            continue
+        between = range(declared + 1, number - 1)
+        if any(re.search(rf"\b{name}\b", code[i]) for i in between):
+            continue
+        todos = [found[1] for i in between if (found := re.search(r"TODO:: home work (\S+)\.", text.splitlines()[i]))]
+        if todos:
+            return name, todos[0]
+    return None
+
+
+def explain(verdict: Verdict, file: str, content) -> Verdict:
+    """A crash in lines that the student did not write is told as what it is: a gap left empty."""
+    place = re.search(rf"{re.escape(file)}:(\d+)", verdict.hint) if verdict.state == "crashes" else None
+    found = still_empty(content.decode("utf-8", "replace"), int(place[1])) if place and content else None
+    if not found:
+        return verdict
+    name, todo = found
+    return verdict._replace(hint=f"{name} is still empty: nothing was assigned to it in TODO {todo}. {verdict.hint}")
