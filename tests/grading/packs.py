@@ -43,18 +43,20 @@ class Packs(unittest.TestCase):
 
     @unittest.skipUnless(GRADER.exists(), "no Clang: without ./course grade")
     def test_gradescope_s_entry_point_in_gradescope_s_folders(self):
-        platform = self.folder / "autograder"
-        for name in ("source", "submission", "results"):
+        """With CH5_LONG, built from the zip alone, in ten minutes; otherwise with this project in the zip's place."""
+        platform, whole = self.folder / "autograder", "CH5_LONG" in os.environ
+        for name in ("submission", "results", "unpacked"):
             (platform / name).mkdir(parents=True)
-        subprocess.run(["unzip", "-q", self.pack("gradescope", "g.zip"), "-d", platform / "source"], check=True)
-        shutil.copy(platform / "source" / "run_autograder", platform)
+        unpacked = platform / "unpacked"
+        subprocess.run(["unzip", "-q", self.pack("gradescope", "g.zip"), "-d", unpacked], check=True)
+        (platform / "source").symlink_to(unpacked if whole else ROOT)
+        shutil.copy(unpacked / "run_autograder", platform)
         shutil.copy(ROOT / "solutions" / "gauge_prior.cc", platform / "submission")
         self.folder.chmod(0o755)
-        clean = {key: value for key, value in os.environ.items() if not key.startswith("CH5_")}
-        clean["AUTOGRADER"] = str(platform)
-        for program in (platform / "source" / "setup.sh", platform / "run_autograder"):
-            done = subprocess.run([program], env=clean, capture_output=True, text=True, check=False, timeout=900,
-                                  stdin=subprocess.DEVNULL)
+        used = {key: value for key, value in os.environ.items() if not key.startswith("CH5_")} if whole else environment()
+        used["AUTOGRADER"] = str(platform)
+        for program in (unpacked / "setup.sh", platform / "run_autograder"):
+            done = subprocess.run([program], env=used, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         results = json.loads((platform / "results" / "results.json").read_text(encoding="utf-8"))
         earned = [test for test in results["tests"] if test["number"] == "3"]
