@@ -97,7 +97,7 @@ TEST(Stage5, EliminatesASingularBlock) {  // a landmark seen once: its depth is 
   const MatXX right_U = U - W * V_pinv * W.transpose(), right_b = b_a - W * (V_pinv * b_b);
   Chosen().make_okvis_term()->SchurComplement(V, W, b_b, &U, &b_a);
   if (Equal(U, right_U, 1e-7) && Equal(b_a, right_b, 1e-7)) return;
-  FAIL() << Story("5", "SchurComplement with a V of 3 rows and rank 2, a point whose depth nobody knows",
+  FAIL() << Story("5", "SchurComplement with a V of 3 rows and rank 2, a point of unknown depth",
                   "U(0, 0) = " + std::to_string(right_U(0, 0)), "U(0, 0) = " + std::to_string(U(0, 0)),
                   "V has no inverse here: only V_inv_sqrt, the root of its pseudo-inverse, will do", "5.2");
 }

@@ -109,7 +109,7 @@ TEST(Stage6, SchurComplementWithUnknownDepths) {
   J.col(1).setZero();
   J(0, 1) = 1e-5;
   const MatXX A = J.transpose() * J;
-  CheckSchur(SchurCase(A, J.transpose() * RandomMatrix(20, 1, &random), m), "with two depths that nobody knows");
+  CheckSchur(SchurCase(A, J.transpose() * RandomMatrix(20, 1, &random), m), "with two unknown depths");
 }
 
 // ---- 6e Factor ----------------------------------------------------------------------------------------------------
