@@ -170,6 +170,14 @@ class Names(unittest.TestCase):
                 path.touch()
             self.assertEqual(list(named(paths)), ["homework.zip", "bob-homework.zip", "a_b.zip"])
 
+    def test_none_is_called_as_a_table_of_the_class_or_too_long(self):
+        with tempfile.TemporaryDirectory() as folder:
+            paths = [Path(folder) / "a" / "summary.html", Path(folder) / "a" / "grades.csv", Path(folder) / "a" / (250 * "b"),
+                     Path(folder) / ".cache"]
+            for path in paths:
+                path.mkdir(parents=True)
+            self.assertEqual(list(named(paths)), ["a-summary.html", "a-grades.csv", 200 * "b", "cache"])
+
     def test_shares_are_all_of_it(self):
         names = {str(k): k for k in range(7)}
         parts = [share(names, (i, 3)) for i in (1, 2, 3)]

@@ -91,6 +91,8 @@ class Inside(unittest.TestCase):
         self.assertEqual((len(flood.output), flood.exit_code < 0), (1000, True))
         full = shell("head -c 100M /dev/zero > /tmp/a; head -c 100M /dev/zero > /tmp/b; ls -s /tmp", file_size=16 * MIB)
         self.assertLess(sum(int(word) for word in full.output.split() if word.isdigit()), 70_000)
+        elsewhere = shell("for place in / /dev /dev/shm /out; do head -c 1M /dev/zero > $place/x && echo written; done")
+        self.assertNotIn("written", elsewhere.output)
 
     def test_a_hundred_runs_leave_no_process_and_no_descriptor(self):
         def count():

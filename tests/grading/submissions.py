@@ -1,16 +1,18 @@
 """Only the homework's own files are taken from a submission, as bytes; whatever else it holds is not touched."""
 
+import gzip
 import io
 import os
 import tarfile
 import tempfile
+import tracemalloc
 import unittest
 import zipfile
 from pathlib import Path
 
 import grading  # noqa: F401
 from course.errors import CourseError
-from course.grading.submission import LARGEST, collect
+from course.grading.submission import LARGEST, LARGEST_ARCHIVE, collect
 
 CODE = b"// mine\n"
 
@@ -99,7 +101,41 @@ class Submissions(unittest.TestCase):
         link.type, link.linkname = tarfile.SYMTYPE, str(secret)
         self.assertEqual(self.tar((link, b"")).files, {})
 
+    def test_a_link_or_a_pipe_is_no_submission(self):
+        secret = self.folder / "secret.cc"
+        secret.write_bytes(CODE)
+        (self.folder / "problem.cc").symlink_to(secret)
+        (self.folder / "work").symlink_to(grading.ROOT / "solutions")
+        (self.folder / "gone.zip").symlink_to("/nowhere")
+        os.mkfifo(self.folder / "gauge_prior.cc")
+        for name in ("problem.cc", "work", "gone.zip", "gauge_prior.cc"):
+            found = collect(self.folder / name)
+            self.assertEqual((found.files, len(found.faults)), ({}, 1), name)
+
+    def test_a_tar_that_unpacks_without_end_costs_neither_time_nor_memory(self):
+        for kind in (tarfile.REGTYPE, tarfile.GNUTYPE_LONGNAME, tarfile.XHDTYPE):
+            info = tarfile.TarInfo("large.bin")
+            info.size, info.type = 1 << 40, kind
+            path = self.folder / "bomb.tar.gz"
+            with gzip.open(path, "wb", 1) as file:
+                file.write(info.tobuf(tarfile.GNU_FORMAT))
+                for _ in range(100):
+                    file.write(bytes(1 << 20))
+            tracemalloc.start()
+            found = collect(path)
+            peak = tracemalloc.get_traced_memory()[1]
+            tracemalloc.stop()
+            self.assertEqual((found.files, len(found.faults)), ({}, 1), kind)
+            self.assertLess(peak, 3 * LARGEST_ARCHIVE)
+
     def test_a_broken_archive_is_a_fault_with_words(self):
+        path = self.folder / "damaged.zip"
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("problem.cc", CODE * 999)
+        content = bytearray(path.read_bytes())
+        content[45:60] = bytes(15)
+        path.write_bytes(content)
+        self.assertEqual((collect(path).files, len(collect(path).faults)), ({}, 1))
         for name, content in (("a.zip", b"PK\x03\x04" + b"x" * 50), ("b.tar.gz", b"\x1f\x8b\x08" + b"x" * 50),
                               ("c.txt", b"hello"), ("d.zip", b"")):
             path = self.folder / name

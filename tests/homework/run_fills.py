@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Judges the reference and every fill of a file, stage by stage: run_fills.py [options] EXECUTABLE FILE…
 
-FILE is a .fills file, or "blanks" for every single blank TODO. Exit code 0 if each verdict is the expected one.
+FILE is a .fills file, or "blanks" for every single blank TODO. Exit code 0 if each verdict is the expected one, and no
+right fill comes within ten times a tolerance.
 EXECUTABLE is homework_fills, which judges as ./course check does; or, with --worker worker_fills, homework_judge.
 """
 
@@ -11,19 +12,20 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from fills import Fill, blank_fills, read_fills
-from regions import ROOT, STAGES
+from regions import ROOT, STAGES, stage_of
 
 sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
 from course import judge as course_judge  # noqa: E402  (the folder must be known first)
 
 TIME_LIMIT = 3.0  # for a fill that is expected not to end; the others have the student's limit
+MARGIN = 0.1      # of a tolerance: what a right fill may use of it
 
 
-def judge(asked, one: Fill, stage: dict) -> str:
+def judge(asked, one: Fill, stage: dict, seed) -> str:
     """Empty if the verdict is the expected one, otherwise a line about the difference."""
     state, words = one.verdict(stage["id"])
     limit = TIME_LIMIT if state == "times-out" else course_judge.TIME_LIMIT
-    options, worker, name = [f"--seed={asked.seed}"] if asked.seed else [], [], f"--submission={one.name}"
+    options, worker, name = [f"--seed={seed}"] if seed else [], [], f"--submission={one.name}"
     if asked.worker:
         worker = [str(asked.worker.resolve()), name]
         options += [f"--time-limit={limit}"]
@@ -31,9 +33,19 @@ def judge(asked, one: Fill, stage: dict) -> str:
     else:
         options += [name]
     verdict = course_judge.judge(asked.executable.resolve(), stage, limit, options, worker)
-    if verdict.state == state and words in verdict.hint:
-        return ""
-    return f"{one.name}, stage {stage['id']}: expected {state} “{words}”, got {verdict.state} “{verdict.hint}”"
+    where = f"{one.name}, stage {stage['id']}, seed {seed}"
+    if verdict.state != state or words not in verdict.hint:
+        return f"{where}: expected {state} “{words}”, got {verdict.state} “{verdict.hint}”"
+    near = [f"{where}: {test['name']} uses {float(test['margin']):.2g} of its tolerance" for test in verdict.tests
+            if state == "right" and float(test.get("margin", 0)) > MARGIN]
+    return "\n".join(near)
+
+
+def stages_of(one: Fill, own: bool) -> list:
+    """The stages in which it is judged: all, or those whose verdict or code is its own."""
+    places = {word.split()[1] for word in one.code}
+    held = {stage["id"] for stage in STAGES if places.intersection([stage["id"], *stage["todos"]])}
+    return [stage for stage in STAGES if not own or one.name == "linked" or stage["id"] in (one.expected or held)]
 
 
 def main() -> int:
@@ -41,19 +53,20 @@ def main() -> int:
     parser.add_argument("executable", type=Path)
     parser.add_argument("files", nargs="+")
     parser.add_argument("--worker", type=Path)
-    parser.add_argument("--seed", type=int)
-    parser.add_argument("--own", action="store_true", help="only the stages whose verdict is not “right”, and the reference")
+    parser.add_argument("--seed", type=int, action="append", help="may be repeated: right fills are judged with each")
+    parser.add_argument("--own", action="store_true", help="only the stages whose verdict or code is the fill's")
     asked = parser.parse_args()
     fills = [Fill("linked")]
     for file in asked.files:
         fills += blank_fills() if file == "blanks" else read_fills(Path(file))
-    pairs = [(one, stage) for one in fills for stage in STAGES
-             if not asked.own or one.name == "linked" or stage["id"] in one.expected]
+    seeds = asked.seed or [None]
+    cases = [(one, stage, seed) for one in fills for stage in stages_of(one, asked.own)
+             for seed in (seeds[:1] if one.expected else seeds)]
     with ThreadPoolExecutor(2) as pool:
-        differences = list(filter(None, pool.map(lambda pair: judge(asked, *pair), pairs)))
+        differences = list(filter(None, pool.map(lambda case: judge(asked, *case), cases)))
     print("\n".join(differences))
     right = sum(not one.expected for one in fills)
-    print(f"{right} right and {len(fills) - right} wrong fills, {len(pairs)} verdicts, {len(differences)} unexpected")
+    print(f"{right} right and {len(fills) - right} wrong fills, {len(cases)} verdicts, {len(differences)} unexpected")
     return 1 if differences else 0
 
 

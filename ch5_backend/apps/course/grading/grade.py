@@ -24,6 +24,9 @@ from .sandbox import Sandbox, Unguarded, preflight
 from .submission import collect
 from .toolchain import Infrastructure, Toolchain
 
+OWN_FILES = ("grades.csv", "summary.html", "session.json")  # beside the submissions' folders
+LONGEST_NAME = 200
+
 
 def run_grade(arguments) -> int:
     """Grades what has no record yet, then writes the class's tables from all records; 0, or 1 if a fault of ours is left."""
@@ -72,11 +75,11 @@ def named(paths: list) -> dict:
         path = path.absolute()
         parts = [part for part in path.parts if part != path.anchor]
         name, depth = None, 0
-        while name is None or name in names:
+        while name is None or name in names or name in OWN_FILES:
             depth += 1
             if depth > len(parts):
                 raise CourseError(f"{path}: this submission is named twice")
-            name = re.sub(r"[^\w.@ +-]", "_", "-".join(parts[-depth:]), flags=re.ASCII).strip(". ") or "_"
+            name = re.sub(r"[^\w.@ +-]", "_", "-".join(parts[-depth:]), flags=re.ASCII)[-LONGEST_NAME:].strip(". ") or "_"
         names[name] = path
     for path in names.values():
         if not path.exists():

@@ -64,7 +64,9 @@ class Sandbox:
                   "--setenv", "PATH", "/usr/bin", "--setenv", "LC_ALL", "C.UTF-8", "--setenv", "HOME", "/tmp",
                   "--ro-bind", "/usr", "/usr", "--symlink", "usr/bin", "/bin", "--symlink", "usr/lib", "/lib",
                   "--symlink", "usr/lib64", "/lib64", "--proc", "/proc", "--dev", "/dev",
-                  "--size", str(64 * MIB), "--tmpfs", "/tmp", *binds, "--chdir", "/tmp", "--hostname", "sandbox",
+                  "--size", str(64 * MIB), "--tmpfs", "/tmp", *binds,
+                  "--remount-ro", "/dev", "--remount-ro", "/",  # they have no limit of size
+                  "--chdir", "/tmp", "--hostname", "sandbox",
                   "--as-pid-1", "--seccomp", "9"]
         some = self.limits
         # nproc counts per user, so it is set inside, where the user is a new one. The shell waits, so that times add up.

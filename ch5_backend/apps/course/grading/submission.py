@@ -1,7 +1,10 @@
 """What is taken from a submission: the homework's own files, by name, as bytes, and nothing else."""
 
+import bz2
+import gzip
 import hashlib
 import json
+import lzma
 import stat
 import tarfile
 import zipfile
@@ -10,9 +13,12 @@ from pathlib import Path, PurePosixPath
 
 from ..build import ROOT
 from ..errors import CourseError
+from .outputs import plain
 
 LARGEST = 256 << 10       # bytes of a file; the largest solution has 20,000
+LARGEST_ARCHIVE = 64 << 20  # bytes, and of what a tar unpacks to
 MOST_MEMBERS = 10_000     # of an archive or folder that are looked at
+COMPRESSIONS = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ": lzma.open}  # of a tar, by its first bytes
 
 
 def homework_files() -> tuple:
@@ -58,22 +64,25 @@ def collect(path: Path) -> Submission:
 
     Raises CourseError if there is no such path; a submission without files of the homework is one with a fault.
     """
-    if not path.exists():
+    if not path.exists() and not path.is_symlink():
         raise CourseError(f"{path}: there is no such submission")
     submission = Submission(path.name if path.is_dir() or path.suffix == ".cc" else path.stem)
     try:
-        if path.is_dir():
+        kind = path.lstat()
+        if stat.S_ISDIR(kind.st_mode):
             collect_folder(path, submission)
-        elif zipfile.is_zipfile(path):
-            collect_zip(path, submission)
-        elif tarfile.is_tarfile(path):
-            collect_tar(path, submission)
+        elif not stat.S_ISREG(kind.st_mode):  # a link may lead anywhere, a pipe may never end
+            submission.faults.append("this is a link or a device, and is not opened")
         elif path.suffix == ".cc":
             collect_file(path, submission)
+        elif kind.st_size > LARGEST_ARCHIVE:
+            submission.faults.append(f"it has more than {LARGEST_ARCHIVE >> 20} MB and is not opened")
+        elif zipfile.is_zipfile(path):
+            collect_zip(path, submission)
         else:
-            submission.faults.append("this is no .cc file, folder, zip or tar")
-    except (zipfile.BadZipFile, tarfile.TarError, EOFError, OSError, RuntimeError, NotImplementedError, ValueError) as error:
-        submission.faults.append(f"it cannot be read: {error}")
+            collect_tar(path, submission)
+    except Exception as error:  # whatever an archive holds that Python's modules do not expect
+        submission.faults.append(plain(f"it cannot be read as a .cc file, folder, zip or tar: {error}"))
     if not submission.files and not submission.faults:
         submission.faults.append(f"it holds none of {', '.join(homework_files())}")
     return submission
@@ -110,7 +119,7 @@ def collect_zip(path: Path, submission: Submission) -> None:
                 submission.faults.append(f"only its first {MOST_MEMBERS} members were looked at")
                 return
             kind = stat.S_IFMT(member.external_attr >> 16)
-            if kind not in (0, stat.S_IFREG):
+            if kind not in (0, stat.S_IFREG) or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
                 continue
 
             def read(member=member):
@@ -121,11 +130,29 @@ def collect_zip(path: Path, submission: Submission) -> None:
 
 def collect_tar(path: Path, submission: Submission) -> None:
     places = {}
-    with tarfile.open(path, "r|*") as archive:  # as a stream: nothing is sought, and little is held
+    with open(path, "rb") as file:
+        first = file.read(6)
+    unpack = next((unpack for magic, unpack in COMPRESSIONS.items() if first.startswith(magic)), open)
+    # As a stream: nothing is sought, and little is held.
+    with unpack(path, "rb") as file, tarfile.open(fileobj=Bounded(file), mode="r|") as archive:
         for count, member in enumerate(archive):
-            if count >= MOST_MEMBERS or archive.offset > 64 * LARGEST * len(homework_files()):
-                submission.faults.append("only its beginning was looked at; the archive is too large")
+            if count >= MOST_MEMBERS:
+                submission.faults.append(f"only its first {MOST_MEMBERS} members were looked at")
                 return
             if member.isreg():
                 submission.take(member.name, member.size,
                                 lambda member=member: archive.extractfile(member).read(LARGEST + 1), places)
+
+
+class Bounded:
+    """A stream that refuses to unpack to more than an archive may hold: also a member's name or padding can be a bomb."""
+
+    def __init__(self, file):
+        self.file, self.left = file, LARGEST_ARCHIVE
+
+    def read(self, size: int) -> bytes:
+        piece = self.file.read(size)
+        self.left -= len(piece)
+        if self.left < 0:
+            raise ValueError(f"it unpacks to more than {LARGEST_ARCHIVE >> 20} MB")
+        return piece

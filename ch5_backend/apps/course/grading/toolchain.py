@@ -17,7 +17,7 @@ from .sandbox import MIB, Limits, Sandbox
 # A compiler needs two seconds and half a gigabyte for the solutions.
 COMPILING = Limits(seconds=30, wall_seconds=120.0, memory=3072 * MIB, processes=16, file_size=128 * MIB)
 # The compiler's or the linker's own words about the file that it was given.
-BLAMES_THE_FILE = re.compile(r"error: |undefined reference|multiple definition|terminated by signal|out of memory|"
+BLAMES_THE_FILE = re.compile(r"[Ee]rror: |undefined reference|multiple definition|terminated by signal|out of memory|"
                              r"virtual memory exhausted|File size limit|PLEASE submit a (full )?bug report")
 
 
@@ -86,8 +86,9 @@ class Toolchain:
             words = [*compiler, f"/submission/{file}", *(rest if number == 0 else rest[1:])]
             outcome = self._run(words, file, content, folder, (self.object, *archives))
             cpu, peak = cpu + outcome.cpu_seconds, max(peak, outcome.peak_mib)
-            if outcome.exit_code == 0 and (folder / "out" / "worker").exists():
-                return Built(folder / "out" / "worker", None, cpu, peak)
+            worker = folder / "out" / "worker"
+            if outcome.exit_code == 0 and worker.is_file() and not worker.is_symlink():
+                return Built(worker, None, cpu, peak)
             if not outcome.in_time:  # a second compiler would take as long
                 break
         return Built(None, self._verdict(file, outcome, content), cpu, peak)
@@ -112,10 +113,6 @@ class Toolchain:
         bound = [self.include, self.header, *more]
         box = self.box({"/submission": given, **{str(path): self._seen(path) for path in bound}}, {"/out": out}, COMPILING)
         return box.run(command)
-
-    def worker_command(self, worker: Path, limits: Limits) -> list:
-        """What starts a worker inside."""
-        return self.box(read_only={"/worker": worker}, limits=limits).wrap(["/worker"])
 
 
 def everyone_reaches(path: Path) -> bool:

@@ -1,0 +1,224 @@
+"""Hostile submissions through ./course grade: none scores, leaves a process or a file, learns a secret, writes into a page
+of the class, or harms an honest submission that is graded beside it.
+
+attacks/*.attacks hold them: wrong homework of stage 3, each with what stands behind its line "// ATTACK name" in front
+of the graded function, which begins with ACT if the attack defines it.
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+from grading import ROOT
+from course.grading.rubric import read_rubric
+
+BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
+FOLDER = Path(__file__).with_name("attacks")
+MARK = f"atk{os.getpid()}"  # the name of processes and files that should not be there, and of what must not be found out
+POINTS = sum(read_rubric()["3"].values())
+LIMITS = """
+import sys
+from course import __main__ as entry
+from course.grading import job, toolchain
+job.SECONDS_A_TEST = 3.0  # so that attacks on time take less of ours
+job.RUNNING = job.RUNNING._replace(seconds=3, wall_seconds=6.0)
+toolchain.COMPILING = toolchain.COMPILING._replace(seconds=5)
+if sys.argv.pop() == "one-compiler":  # the second needs five times as long for what the first refuses
+    made = toolchain.Toolchain.__init__
+    def with_one(self, box):
+        made(self, box)
+        del self.compilers[1:]
+    toolchain.Toolchain.__init__ = with_one
+sys.exit(entry.main(sys.argv[1:]))
+"""
+
+HEAD = """#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/ipc.h>
+#include <sys/mman.h>
+#include <sys/mount.h>
+#include <sys/prctl.h>
+#include <sys/ptrace.h>
+#include <sys/resource.h>
+#include <sys/shm.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
+#include <unistd.h>
+#include <cassert>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <typeinfo>
+#include "ch5_backend/homework_missing.h"
+#include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/world/simulate/mono_ba.h"
+inline void Say(int to, const std::string& text) { if (write(to, text.data(), text.size()) < 0) return; }
+inline void Outlive() {
+  for (int k = 1; k < 32; ++k) signal(k, SIG_IGN);
+  setsid();
+  prctl(PR_SET_NAME, "@MARK@");
+  sleep(600);
+  _exit(0);
+}
+inline void Fill(const std::string& folder) {
+  static const std::string mebibyte(1 << 20, 'x');
+  for (int file = 0; file < 40; ++file) {
+    const int to = open((folder + "/@MARK@" + std::to_string(file)).c_str(), O_WRONLY | O_CREAT, 0600);
+    for (int k = 0; k < 60 && to >= 0 && write(to, mebibyte.data(), mebibyte.size()) > 0; ++k) {}
+    if (file * 60 > 200 && to >= 0 && lseek(to, 0, SEEK_END) >= 60 << 20) Say(2, "@MARK@");
+    if (to >= 0) close(to);
+  }
+}
+"""
+TAIL = """
+#ifndef ACT
+#define ACT
+#endif
+namespace ch5 {
+void AddMonoBaEdges(const MonoBaScene& scene, double, double weight, MonoBa* problem) {
+  ACT;
+  problem->poses[0]->SetFixed();
+  problem->graph.AddEdge(std::make_shared<EdgeSE3Prior>(problem->poses[2], scene.frames[1].q, scene.frames[1].p));
+}
+}  // namespace ch5
+"""
+
+
+def read_attacks(path: Path) -> dict:
+    """{name: what stands in front of the graded function}"""
+    pieces = re.split(r"^// ATTACK (\w+)\n", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return dict(zip(pieces[1::2], pieces[2::2]))
+
+
+def awkward_bytes() -> dict:
+    """Files that are no proper text."""
+    plain = (HEAD + TAIL).replace("@MARK@", MARK)
+    solution = (ROOT / "solutions" / "gauge_prior.cc").read_text(encoding="utf-8")
+    return {"nul_bytes": b"\0" * 1000 + plain.encode().replace(b"\n", b"\0\n"), "utf_16": solution.encode("utf-16"),
+            "utf_32": solution.encode("utf-32"), "no_text": bytes(range(256)) * 500, "empty": b"",
+            "one_long_line": b"int x = 0" + b" + 1" * 60_000 + b";", "an_archive": b"PK\x03\x04" + b"x" * 1000,
+            "deep_brackets": b"int x = " + b"(" * 100_000 + b"1" + b")" * 100_000 + b";"}
+
+
+@unittest.skipUnless((BUILD / "grader" / "toolchain.json").exists(), "no Clang: without ./course grade")
+class Attacks(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = Path(folder.name)
+        cls.folder.chmod(0o755)
+        cls.secret = cls.folder / "secret.h"
+        cls.secret.write_text(f"int secret_{MARK}_of_the_host;\n")
+
+    def grade(self, texts: dict, compilers: str) -> dict:
+        """The records of these submissions, {name: bytes}, with honest ones in between."""
+        subs, temporary, out = (self.folder / f"{self.id()}.{name}" for name in ("submitted", "tmp", "out"))
+        temporary.mkdir(mode=0o755)
+        solution = (ROOT / "solutions" / "gauge_prior.cc").read_bytes()
+        step = len(texts) // 2 + 1
+        for k, (name, text) in enumerate(texts.items()):
+            (subs / f"{k:02}{name}").mkdir(parents=True)
+            (subs / f"{k:02}{name}" / "gauge_prior.cc").write_bytes(text)
+            if k % step == step - 1 or k == len(texts) - 1:
+                (subs / f"{k:02}{name}_then_honest").mkdir()
+                (subs / f"{k:02}{name}_then_honest" / "gauge_prior.cc").write_bytes(solution + b"// %d" % k)
+        done = subprocess.run([sys.executable, "-X", "utf8", "-c", LIMITS, "grade", *sorted(subs.iterdir()), "--stages", "3", "--jobs", "2",
+                               "--out", out, compilers], text=True, timeout=1500, stdin=subprocess.DEVNULL, capture_output=True,
+                              check=False, env={**os.environ, "CH5_BUILD_DIR": str(BUILD), "TMPDIR": str(temporary),
+                                                "PYTHONPATH": str(ROOT / "ch5_backend" / "apps")})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(list(temporary.iterdir()), [], "files of the grader are left")
+        self.out = out
+        return {path.parent.name: json.loads(path.read_text(encoding="utf-8")) for path in out.glob("*/record.json")}
+
+    def none_scores(self, texts: dict, compilers: str = "one-compiler") -> None:
+        found = self.grade(texts, compilers)
+        self.assertGreaterEqual(len(found), len(texts) + 2)
+        for name, record in sorted(found.items()):
+            with self.subTest(attack=name):
+                row = record["stages"][0] if record["stages"] else {"state": record.get("error")}
+                if os.environ.get("CH5_VERBOSE"):
+                    print(f"{name:45} {record['score']:g} {record['cpu_seconds']:5} {record['seconds']:5} {row['state']:18} {row.get('hint', '')[:90]}")
+                self.assertEqual(record["status"], "graded")
+                self.assertEqual(record["score"], POINTS if name.endswith("honest") else 0, row)
+                self.assertEqual(record["points"], POINTS)
+        self.nothing_is_left()
+        self.nothing_has_leaked(texts)
+
+    def nothing_is_left(self) -> None:
+        places = [ROOT, ROOT / "solutions", Path("/tmp"), Path("/var/tmp"), Path("/dev/shm"), Path("/root"), Path("/home"),
+                  Path("/"), self.folder]
+        self.assertEqual([place for place in places if any(entry.startswith(MARK) for entry in listed(place))], [])
+        self.assertTrue((ROOT / "solutions" / "gauge_prior.cc").exists())
+        time.sleep(0.2)
+        names = [text for text in map(name_of_process, Path("/proc").glob("[0-9]*")) if text == MARK]
+        self.assertEqual(names, [], "processes are left")
+
+    def nothing_has_leaked(self, texts: dict) -> None:
+        """The attacks print the mark where they have had success; a page holds no tag of theirs."""
+        for path in sorted(self.out.glob("*/*")):
+            text = path.read_text(encoding="utf-8")
+            with self.subTest(page=path.relative_to(self.out)):
+                self.assertNotIn(f"secret_{MARK}_of_the_host", text)
+                self.assertNotIn("root:x:0:", text)
+                self.assertNotIn("prior_weight * Mat66::Identity()", text)
+                self.assertNotIn(f"<script>{MARK}", text if path.suffix in (".html", ".xml") else "")
+                if path.name == "record.json" and "script" not in path.parent.name and "traces" not in path.parent.name:
+                    printed = "".join(row["printed"] + row["story"] for row in json.loads(text)["stages"])
+                    self.assertNotIn(MARK, printed.replace(str(self.folder), ""))
+        self.assertNotIn("<script>" + MARK, (self.out / "summary.html").read_text(encoding="utf-8"))
+
+    def texts_of(self, name: str) -> dict:
+        words = {"@ROOT@": str(ROOT), "@MARK@": MARK, "@SECRET@": str(self.secret), "@TMP@": str(self.folder)}
+        attacks = read_attacks(FOLDER / f"{name}.attacks")
+        # What the compiler should not survive comes first: it then has nothing else to do.
+        whole = {attack: (text + HEAD + TAIL if name == "compiling" else HEAD + text + TAIL) for attack, text in attacks.items()}
+        return {attack: re.sub("@[A-Z]+@", lambda found: words[found[0]], text).encode() for attack, text in whole.items()}
+
+    def test_none_that_acts_before_main_scores(self):
+        self.none_scores(self.texts_of("start"))
+
+    def test_none_that_acts_in_a_graded_function_scores(self):
+        self.none_scores(self.texts_of("running"))
+
+    def test_none_that_attacks_the_compiler_scores(self):
+        self.none_scores(self.texts_of("compiling"))
+
+    def test_what_the_first_compiler_refuses_does_not_score_with_the_second(self):
+        texts = {**self.texts_of("start"), **self.texts_of("compiling")}
+        self.none_scores({name: texts[name] for name in ("the_librarys_function_again", "large_zeros", "compiler_crash")},
+                         "both-compilers")
+
+    def test_none_that_is_no_proper_text_scores(self):
+        self.none_scores(awkward_bytes())
+
+
+def listed(folder: Path) -> list:
+    try:
+        return os.listdir(folder)
+    except OSError:
+        return []
+
+
+def name_of_process(folder: Path) -> str:
+    try:
+        return (folder / "comm").read_text().strip()
+    except OSError:
+        return ""
+
+
+if __name__ == "__main__":
+    unittest.main()
