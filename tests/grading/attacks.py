@@ -124,7 +124,7 @@ class Attacks(unittest.TestCase):
         cls.secret.write_text(f"int secret_{MARK}_of_the_host;\n")
 
     def grade(self, texts: dict, compilers: str) -> dict:
-        """The records of these submissions, {name: bytes}, with honest ones in between."""
+        """The records of these submissions, {name: bytes}, with one or two honest ones in between."""
         subs, temporary, out = (self.folder / f"{self.id()}.{name}" for name in ("submitted", "tmp", "out"))
         temporary.mkdir(mode=0o755)
         solution = (ROOT / "solutions" / "gauge_prior.cc").read_bytes()
@@ -146,7 +146,7 @@ class Attacks(unittest.TestCase):
 
     def none_scores(self, texts: dict, compilers: str = "one-compiler") -> None:
         found = self.grade(texts, compilers)
-        self.assertGreaterEqual(len(found), len(texts) + 2)
+        self.assertGreater(len(found), len(texts))  # one or two honest ones
         for name, record in sorted(found.items()):
             with self.subTest(attack=name):
                 row = record["stages"][0] if record["stages"] else {"state": record.get("error")}
