@@ -153,7 +153,7 @@ def make_parser(command: str) -> Parser:
     elif command == "grade":
         add_grade_options(parser)
     elif command == "pack":
-        parser.add_argument("what", metavar="WHAT", help="gradescope or classroom")
+        parser.add_argument("what", metavar="WHAT", nargs="?", default="", help="gradescope or classroom")
         parser.add_argument("--out", metavar="FILE", help="default: gradescope.zip or classroom.yml")
     elif command == "plots":
         add_plots_options(parser)
