@@ -7,6 +7,8 @@
 #include <limits>
 #include <sstream>
 
+#include "tests/homework/poison.h"
+
 namespace ch5::homework {
 namespace {
 
@@ -21,12 +23,6 @@ void Tell(std::ostringstream* story, const std::string& label, const std::string
 
 void TellWhereToRead(std::ostringstream* story, const std::string& stage, const std::string& todo) {
   Tell(story, "read", "ch5_homework/README.md, Stage " + stage + (todo.empty() ? "" : ", TODO " + todo));
-}
-
-std::string Number(double x) {
-  std::ostringstream out;
-  out << x;
-  return out.str();
 }
 
 std::string Size(const MatXX& A) { return std::to_string(A.rows()) + "×" + std::to_string(A.cols()); }
@@ -54,11 +50,66 @@ const Mistake* FindMistake(const Claim& claim) {
   return nullptr;
 }
 
+std::string Called(const Claim& claim) { return claim.variable.empty() ? "it" : claim.variable; }
+
+bool Any(const MatXX& A, bool (*is)(double)) { return std::any_of(A.data(), A.data() + A.size(), is); }
+
+// What numbers that are none say: memory that was never written to, or is no more, has a mark of its own.
+std::string SymptomOfNaN(const Claim& claim) {
+  if (Any(claim.got, &IsFreed)) {
+    return "memory is read that is no more: `auto x = …` keeps a recipe with references to matrices that have gone by "
+           "the next line; write MatXX or VecX instead of auto";
+  }
+  if (Any(claim.got, &IsFresh)) {
+    const bool all = std::all_of(claim.got.data(), claim.got.data() + claim.got.size(), &IsFresh);
+    return all ? "nothing was assigned to " + Called(claim) + ", or += and -= began on a matrix that was never set"
+               : "some entries were never set: += or -= begins on a matrix without numbers, or an assignment is too "
+                 "small";
+  }
+  return "some entries are not finite: something was divided by zero";
+}
+
+// k if got = k · expected, otherwise NaN.
+double Ratio(const MatXX& got, const MatXX& expected) {
+  const double k = got.cwiseProduct(expected).sum() / expected.squaredNorm();
+  const bool is = std::abs(k) > 1e-9 && Equal(got, k * expected, kMistakeMatch * std::min(1.0, std::abs(k)));
+  return is ? k : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool SameNumbersElsewhere(MatXX got, MatXX expected, double tolerance) {
+  std::sort(got.data(), got.data() + got.size());
+  std::sort(expected.data(), expected.data() + expected.size());
+  return Equal(got, expected, tolerance);
+}
+
+bool IsSymmetric(const MatXX& A) { return A.rows() == A.cols() && A.rows() > 1 && Equal(A, A.transpose(), 1e-9); }
+
+// Which simple change of the whole matrix explains it; "" if none does.
+std::string SymptomOfTheWhole(const Claim& claim) {
+  const MatXX &got = claim.got, &expected = claim.expected;
+  if (got.isZero(0.0)) return "still zero: nothing was written to " + Called(claim);
+  if (expected.isZero(0.0)) return "";
+  const double k = Ratio(got, expected);
+  if (std::abs(k + 1.0) < 1e-6) return "the sign: everything is right but for a minus";
+  if (std::isfinite(k)) return "everything is " + Number(k) + " times too large: a factor, or added so often";
+  const bool square = got.rows() == got.cols() && got.rows() > 1;
+  if (square && Equal(got, expected.transpose(), kMistakeMatch)) return "this is the transpose of what is meant";
+  if (square && IsSymmetric(expected)) {
+    const MatXX upper = expected.triangularView<Eigen::Upper>(), lower = expected.triangularView<Eigen::Lower>();
+    if (Equal(got, upper, kMistakeMatch)) return "only the upper triangle is filled: its mirror image is missing";
+    if (Equal(got, lower, kMistakeMatch)) return "only the lower triangle is filled: its mirror image is missing";
+  }
+  if (SameNumbersElsewhere(got, expected, kMistakeMatch)) return "the right numbers stand in wrong places";
+  const auto wrong = ((got - expected).array().abs() > claim.tolerance * LargestEntry(expected)).eval();
+  if (wrong.select(got, 0.0).isZero(0.0)) return "what is wrong is zero: to these entries nothing was added";
+  return "";
+}
+
 // What can be said of a wrong matrix that no typical mistake explains.
 std::string Symptom(const Claim& claim) {
-  if (!claim.got.allFinite()) return "some entries are not finite: something was divided by zero or never set";
-  const MatXX& A = claim.got;
-  if (A.rows() == A.cols() && A.rows() > 1 && !Equal(A, A.transpose(), 1e-9)) {
+  if (!claim.got.allFinite()) return SymptomOfNaN(claim);
+  if (const std::string whole = SymptomOfTheWhole(claim); !whole.empty()) return whole;
+  if (IsSymmetric(claim.expected) && !IsSymmetric(claim.got)) {
     return "none of the typical mistakes, but the matrix is not symmetric: compare the entry with its mirror";
   }
   return "none of the typical mistakes gives these numbers; begin with the entry above";
@@ -124,6 +175,14 @@ std::string Picture(const Claim& claim) {
 
 }  // namespace
 
+std::string Number(double x) {
+  std::ostringstream out;
+  out << x;
+  return out.str();
+}
+
+bool HoldsUnset(const MatXX& A) { return Any(A, &IsFresh) || Any(A, &IsFreed); }
+
 bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
   if (got.rows() != expected.rows() || got.cols() != expected.cols()) return false;
   if (got.size() == 0) return true;
@@ -139,8 +198,11 @@ std::string Story(const Claim& claim) {
   if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) {
     Tell(&story, "expected", "a matrix of size " + Size(claim.expected));
     Tell(&story, "got", "one of size " + Size(claim.got));
-    Tell(&story, "cause", "the number of rows or columns in a block(…) or segment(…) is not that of the block meant");
-    TellWhereToRead(&story, claim.stage, "");
+    Tell(&story, "cause",
+         claim.got.size() == 0
+             ? "still empty: nothing was assigned to " + Called(claim)
+             : "the number of rows or columns in a block(…) or segment(…) is not that of the block meant");
+    TellWhereToRead(&story, claim.stage, claim.todo);
     return story.str();
   }
   if (claim.got.rows() <= kSmall && claim.got.cols() <= kSmall) {
@@ -151,7 +213,7 @@ std::string Story(const Claim& claim) {
   }
   const Mistake* mistake = FindMistake(claim);
   Tell(&story, "cause", mistake == nullptr ? Symptom(claim) : mistake->cause);
-  TellWhereToRead(&story, claim.stage, mistake == nullptr ? "" : mistake->todo);
+  TellWhereToRead(&story, claim.stage, mistake == nullptr || mistake->todo.empty() ? claim.todo : mistake->todo);
   return story.str();
 }
 
@@ -166,13 +228,15 @@ std::string Story(const std::string& stage, const std::string& what, const std::
   return story.str();
 }
 
-Names RowNames(const Ordering& ordering) {
+Names RowNames(const Ordering& ordering, bool numbered) {
   Names names;
   for (const auto* vertices : {&ordering.poses, &ordering.landmarks}) {
-    for (const auto& vertex : *vertices) {
-      for (int k = 0; k < vertex->LocalDimension(); ++k) {
-        names.push_back(vertex->TypeInfo() + " " + std::to_string(vertex->Id()) + Component(*vertex, k));
-      }
+    const std::string role = vertices == &ordering.poses ? "pose " : "landmark ";
+    for (size_t i = 0; i < vertices->size(); ++i) {
+      const Vertex& vertex = *(*vertices)[i];
+      const std::string name =
+          numbered ? role + std::to_string(i) : vertex.TypeInfo() + " " + std::to_string(vertex.Id());
+      for (int k = 0; k < vertex.LocalDimension(); ++k) names.push_back(name + Component(vertex, k));
     }
   }
   return names;

@@ -30,6 +30,8 @@ struct Claim {
   std::vector<Mistake> mistakes;  ///< the likelier ones first
   double tolerance = 1e-10;       ///< of the largest expected entry
   Names columns = {};             ///< of a matrix whose columns have other names than its rows
+  std::string todo = {};          ///< where to look if no typical mistake explains it
+  std::string variable = {};      ///< what the student's code calls it: "H_prior"
 };
 
 /// Empty if the claim holds, otherwise the story of its failure, at most 15 lines.
@@ -39,8 +41,14 @@ std::string Story(const Claim& claim);
 std::string Story(const std::string& stage, const std::string& what, const std::string& expected,
                   const std::string& got, const std::string& cause, const std::string& todo);
 
-/// The names of the rows of H.
-Names RowNames(const Ordering& ordering);
+/// The names of the rows of H: by type and graph id, "VertexPose 4, δp.x"; or numbered as stage 7 does, "pose 0, δp.x".
+Names RowNames(const Ordering& ordering, bool numbered = false);
+
+/// Whether it holds numbers from memory that was never written to, or that is no more (poison.h).
+bool HoldsUnset(const MatXX& A);
+
+/// As few digits as tell it from others: "100", "0.25".
+std::string Number(double x);
 
 /// Whether the matrices have one size and differ by at most `tolerance` of the largest entry of `expected`.
 bool Equal(const MatXX& got, const MatXX& expected, double tolerance);

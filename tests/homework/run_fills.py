@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Judges the reference and every fill of a file, stage by stage: run_fills.py [options] EXECUTABLE FILE…
 
-FILE is a .fills file, or "blanks" for every single blank TODO. Exit code 0 if each verdict is the expected one, and no
-right fill comes within ten times a tolerance.
+FILE is a .fills file, or "blanks" for every single blank TODO. Exit code 0 if each verdict is the expected one, no
+right fill comes within ten times a tolerance, and NAMED of the wrong ones say what the mistake is, not only where it shows.
 EXECUTABLE is homework_fills, which judges as ./course check does; or, with --worker worker_fills, homework_judge.
 """
 
@@ -17,12 +17,20 @@ from regions import ROOT, STAGES, stage_of
 sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
 from course import judge as course_judge  # noqa: E402  (the folder must be known first)
 
+NAMED = 0.95
+UNNAMED = ("none of the typical mistakes", "Crash (", "The program ended by itself", "The tests were not all run")
 TIME_LIMIT = 3.0  # for a fill that is expected not to end; the others have the student's limit
 MARGIN = 0.1      # of a tolerance: what a right fill may use of it
 
 
-def judge(asked, one: Fill, stage: dict, seed) -> str:
-    """Empty if the verdict is the expected one, otherwise a line about the difference."""
+def is_named(verdict) -> bool:
+    """Whether a verdict on a wrong fill names its cause."""
+    told = verdict.state != "wrong" or "\n  cause " in verdict.story
+    return told and not any(words in verdict.hint for words in UNNAMED)
+
+
+def judge(asked, one: Fill, stage: dict, seed) -> tuple:
+    """Empty if the verdict is the expected one, otherwise a line about the difference; and whether it names its cause."""
     state, words = one.verdict(stage["id"])
     limit = TIME_LIMIT if state == "times-out" else course_judge.TIME_LIMIT
     options, worker, name = [f"--seed={seed}"] if seed else [], [], f"--submission={one.name}"
@@ -35,10 +43,10 @@ def judge(asked, one: Fill, stage: dict, seed) -> str:
     verdict = course_judge.judge(asked.executable.resolve(), stage, limit, options, worker)
     where = f"{one.name}, stage {stage['id']}, seed {seed}"
     if verdict.state != state or words not in verdict.hint:
-        return f"{where}: expected {state} “{words}”, got {verdict.state} “{verdict.hint}”"
+        return f"{where}: expected {state} “{words}”, got {verdict.state} “{verdict.hint}”", False
     near = [f"{where}: {test['name']} uses {float(test['margin']):.2g} of its tolerance" for test in verdict.tests
             if state == "right" and float(test.get("margin", 0)) > MARGIN]
-    return "\n".join(near)
+    return "\n".join(near), is_named(verdict)
 
 
 def stages_of(one: Fill, own: bool) -> list:
@@ -63,11 +71,14 @@ def main() -> int:
     cases = [(one, stage, seed) for one in fills for stage in stages_of(one, asked.own)
              for seed in (seeds[:1] if one.expected else seeds)]
     with ThreadPoolExecutor(2) as pool:
-        differences = list(filter(None, pool.map(lambda case: judge(asked, *case), cases)))
+        verdicts = list(pool.map(lambda case: judge(asked, *case), cases))
+    differences = [difference for difference, _ in verdicts if difference]
+    named = [told for (one, stage, _), (_, told) in zip(cases, verdicts) if stage["id"] in one.expected]
     print("\n".join(differences))
     right = sum(not one.expected for one in fills)
-    print(f"{right} right and {len(fills) - right} wrong fills, {len(cases)} verdicts, {len(differences)} unexpected")
-    return 1 if differences else 0
+    print(f"{right} right and {len(fills) - right} wrong fills, {len(cases)} verdicts, {len(differences)} unexpected, "
+          f"named {sum(named)} of {len(named)}")
+    return 1 if differences or sum(named) < NAMED * len(named) else 0
 
 
 if __name__ == "__main__":

@@ -4,138 +4,39 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/types/edge_reprojection.h"
-#include "tests/homework/narrate.h"
+#include "tests/homework/mistakes/stage_1_1.h"
 #include "tests/homework/scenes.h"
 #include "tests/homework/submission.h"
 
 namespace ch5::homework {
 namespace {
 
-/// One turn of MakeHessian's inner loop: the block J_iᵀWJ_j and where v_i and v_j begin.
-struct Turn {
-  MatXX block;
-  int i, j;
-  bool diagonal;  // v_i is v_j
-};
-
-/// How a student may put the block into H.
-using Placement = void (*)(MatXX* H, const Turn& turn);
-
-// Blocks that would not fit (there, Eigen's assertion ends the student's run) are left out.
-void Add(MatXX* H, int row, int column, const MatXX& block) {
-  if (row + block.rows() > H->rows() || column + block.cols() > H->cols()) return;
-  H->block(row, column, block.rows(), block.cols()) += block;
-}
-void Set(MatXX* H, int row, int column, const MatXX& block) {
-  if (row + block.rows() > H->rows() || column + block.cols() > H->cols()) return;
-  H->block(row, column, block.rows(), block.cols()) = block;
-}
-
-MatXX Assemble(const Graph& graph, int size, Placement place) {
-  MatXX H = MatXX::Zero(size, size);
-  for (const auto& edge : graph.Edges()) {
-    double drho;
-    MatXX W;
-    edge->RobustInfo(&drho, &W);
-    const auto& vertices = edge->Vertices();
-    for (size_t i = 0; i < vertices.size(); ++i) {
-      for (size_t j = i; j < vertices.size(); ++j) {
-        if (vertices[i]->IsFixed() || vertices[j]->IsFixed()) continue;
-        const MatXX block = edge->Jacobian(i).transpose() * W * edge->Jacobian(j);
-        place(&H, {block, vertices[i]->OrderingId(), vertices[j]->OrderingId(), i == j});
-      }
-    }
-  }
-  return H;
-}
-
-struct PlacementMistake {
-  const char* todo;
-  const char* cause;
-  Placement place;
-};
-
-const PlacementMistake kPlacementMistakes[] = {
-    {"1.1b", "the mirrored block is missing: H must get J_iᵀWJ_j at (v_i, v_j) and its transpose at (v_j, v_i)",
-     [](MatXX* H, const Turn& t) { Add(H, t.i, t.j, t.block); }},
-    {"1.1b", "the mirrored block is not transposed: at (v_j, v_i) stands J_iᵀWJ_j itself",
-     [](MatXX* H, const Turn& t) {
-       Add(H, t.i, t.j, t.block);
-       if (!t.diagonal) Add(H, t.j, t.i, t.block);
-     }},
-    {"1.1a", "hessian is transposed at (v_i, v_j): it belongs there as it is, its transpose to (v_j, v_i)",
-     [](MatXX* H, const Turn& t) {
-       Add(H, t.i, t.j, t.block.transpose());
-       if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
-     }},
-    {"1.1a", "= where += is meant, in both blocks: each edge overwrites what the edges before it have added",
-     [](MatXX* H, const Turn& t) {
-       Set(H, t.i, t.j, t.block);
-       if (!t.diagonal) Set(H, t.j, t.i, t.block.transpose());
-     }},
-    {"1.1a", "= where += is meant in the block (v_i, v_j): each edge overwrites what the edges before it have added",
-     [](MatXX* H, const Turn& t) {
-       Set(H, t.i, t.j, t.block);
-       if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
-     }},
-    {"1.1b", "= where += is meant in the mirrored block: each edge overwrites what the edges before it have added",
-     [](MatXX* H, const Turn& t) {
-       Add(H, t.i, t.j, t.block);
-       if (!t.diagonal) Set(H, t.j, t.i, t.block.transpose());
-     }},
-    {"1.1a", "the places are exchanged: J_iᵀWJ_j went to (v_j, v_i) and its transpose to (v_i, v_j)",
-     [](MatXX* H, const Turn& t) {
-       Add(H, t.j, t.i, t.block);
-       if (!t.diagonal) Add(H, t.i, t.j, t.block.transpose());
-     }},
-    {"1.1a", "row and column are exchanged: both blocks went to (v_j, v_i)",
-     [](MatXX* H, const Turn& t) {
-       Add(H, t.j, t.i, t.block);
-       if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
-     }},
-    {"1.1b", "the mirrored block went to the same place (v_i, v_j) as the first",
-     [](MatXX* H, const Turn& t) {
-       Add(H, t.i, t.j, t.block);
-       if (!t.diagonal) Add(H, t.i, t.j, t.block.transpose());
-     }},
-    {"1.1b", "the diagonal blocks are added twice: the mirror belongs to j ≠ i only",
-     [](MatXX* H, const Turn& t) {
-       Add(H, t.i, t.j, t.block);
-       Add(H, t.j, t.i, t.block.transpose());
-     }},
-    {"1.1a", "the blocks are subtracted: it is b that has the minus sign, H = +JᵀWJ",
-     [](MatXX* H, const Turn& t) {
-       Add(H, t.i, t.j, -t.block);
-       if (!t.diagonal) Add(H, t.j, t.i, -t.block.transpose());
-     }},
-    {"1.1a", "the block (v_i, v_j) is missing: only the mirrored one is added",
-     [](MatXX* H, const Turn& t) {
-       if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
-     }},
-    {"1.1a", "only the diagonal blocks arrive: those of two different vertices are missing",
-     [](MatXX* H, const Turn& t) {
-       if (t.diagonal) Add(H, t.i, t.j, t.block);
-     }},
-};
+using namespace stage_1_1;
 
 // Compares H and b of a problem whose MakeHessian has been called.
 void CheckSystem(const Graph& graph, const Problem& problem, const std::string& scene) {
   const System right = StackedNormalEquations(graph, problem.Size());
   const Names names = RowNames(problem.GetOrdering());
-  std::vector<Mistake> mistakes;
-  for (const PlacementMistake& mistake : kPlacementMistakes) {
-    const Placement place = mistake.place;
-    mistakes.push_back({mistake.todo, mistake.cause, [&, place] { return Assemble(graph, problem.Size(), place); }});
-  }
-  mistakes.push_back({"1.1a", "H is twice too large: it is not set to zero before the edges are added",
-                      [&] { return MatXX(2.0 * right.H); }});
-  ASSERT_NO_STORY({"1.1", "H of " + scene, right.H, problem.Hessian(), names, mistakes});
-
-  const std::vector<Mistake> mistakes_b{
-      {"", "the sign of b: b = −JᵀWr, as the line that you found there has it", [&] { return MatXX(-right.b); }},
-      {"", "b is twice too large: it is not set to zero before the edges are added",
-       [&] { return MatXX(2 * right.b); }}};
-  ASSERT_NO_STORY({"1.1", "b of " + scene, right.b, problem.RightHandSide(), names, mistakes_b});
+  ASSERT_NO_STORY({"1.1",
+                   "H of " + scene,
+                   right.H,
+                   problem.Hessian(),
+                   names,
+                   MistakesInH(graph, problem.Size()),
+                   1e-10,
+                   {},
+                   "1.1a",
+                   "H"});
+  ASSERT_NO_STORY({"1.1",
+                   "b of " + scene,
+                   right.b,
+                   problem.RightHandSide(),
+                   names,
+                   MistakesInB(graph, problem.Size()),
+                   1e-10,
+                   {},
+                   "1.1b",
+                   "b"});
 }
 
 void CheckMakeHessian(Graph* graph, const std::string& scene) {

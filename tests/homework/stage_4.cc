@@ -254,9 +254,24 @@ void CheckMotion(const Vertices& vertices, double yaw, const std::string& scene)
     mistakes.push_back({"4d", second, blocks(R_z, R_z)});
     mistakes.push_back({"4d", second + "; and δp is left out", blocks(I, R_z)});
     mistakes.push_back({"4d", "R_z acts from both sides", blocks(R_z * R_z, I)});
+    mistakes.push_back({"4d", "the sign: it is R_z itself", blocks(-R_z, I)});
+    mistakes.push_back(
+        {"4d", "R_z stands in the second three rows; it is the first three that belong to W", blocks(I, R_z)});
+  } else {
+    mistakes.push_back({"4d", "only the first vertex turns: the block starts at `row`, which moves on with each vertex",
+                        blocks(R_z, I)});
+    mistakes.push_back({"4d", "only the first vertex turns: the block starts at `row`, which moves on with each vertex",
+                        blocks(R_z, R_z)});
   }
-  ASSERT_NO_STORY({"4", "∂θ_C/∂θ of " + scene + ", yaw " + std::to_string(yaw), NumericMotionJacobian(vertices, g),
-                   Chosen().gauge_freedom.motion_jacobian(vertices, yaw), RowNames(vertices), mistakes, kTolerance});
+  ASSERT_NO_STORY({"4",
+                   "∂θ_C/∂θ of " + scene + ", yaw " + Number(yaw),
+                   NumericMotionJacobian(vertices, g),
+                   Chosen().gauge_freedom.motion_jacobian(vertices, yaw),
+                   RowNames(vertices),
+                   mistakes,
+                   kTolerance,
+                   {},
+                   "4d"});
 }
 
 TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {

@@ -3,12 +3,13 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/homework/narrate.h"
-#include "tests/homework/stage_6_scene.h"
+#include "tests/homework/mistakes/stage_6.h"
 #include "tests/homework/submission.h"
 
 namespace ch5::homework {
 namespace {
+
+using namespace stage_6;
 
 // ---- 6a, 6b PreMarginalize ----------------------------------------------------------------------------------------
 
@@ -89,7 +90,24 @@ struct Layout {
       if (std::find(dropped.begin(), dropped.end(), scene.free[k]) == dropped.end()) from_zero[k] -= scene.DimDropped();
     }
     swapped.tail<2>().reverseInPlace();
-    return {{"6b", "no rows were given", is(VecX::Zero(right.size()))},
+    VecX alike = right, alone = right, counted = right, all_again = right;
+    double row = 0.0, number = 0.0, m = right[right.size() - 2];
+    for (size_t k = 0; k < scene.free.size(); ++k) {
+      const bool drops = std::find(dropped.begin(), dropped.end(), scene.free[k]) != dropped.end();
+      alike[k] = row;
+      all_again[k] = m + row;
+      counted[k] = number++;
+      if (!drops) alone[k] = m;
+      row += scene.free[k]->LocalDimension();
+    }
+    all_again[right.size() - 1] = row;
+    const std::string one_loop =
+        "one loop numbers dropped and kept blocks alike: first all the dropped ones, then the others";
+    return {{"6b", one_loop, is(alike)},
+            {"6b", "the second loop numbers the dropped blocks again: it is for the others", is(all_again)},
+            {"6b", "every kept block begins at m_: it is m_ + n_, and n_ grows with each", is(alone)},
+            {"6b", "a block is counted as one row: it has LocalDimension() rows", is(counted)},
+            {"6b", "no rows were given", is(VecX::Zero(right.size()))},
             {"6b", "Parameters().size() counts 7 for a pose; a row of A belongs to an increment: LocalDimension()",
              is(Of(scene.Dropped(), true))},
             {"6b", "the kept blocks stand first; it is the dropped ones that do", is(swapped)},
@@ -121,8 +139,15 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
     int k = 0;
     for (const auto& [id, block] : blocks) rows[k++] = block.idx;
     rows.tail<2>() << *term->Inside().m, *term->Inside().n;
-    ASSERT_NO_STORY({"6", "the first rows of the blocks, and m_ and n_, after PreMarginalize",
-                     layout.Of(scene.Dropped()), rows, layout.RowNames(), layout.Mistakes(), 1e-12});
+    ASSERT_NO_STORY({"6",
+                     "the first rows of the blocks, and m_ and n_, after PreMarginalize",
+                     layout.Of(scene.Dropped()),
+                     rows,
+                     layout.RowNames(),
+                     layout.Mistakes(),
+                     1e-12,
+                     {},
+                     "6b"});
     std::vector<int> right;
     for (const auto& vertex : scene.Kept()) right.push_back(vertex->Id());
     const std::vector<int>& got = *term->Inside().keep;
@@ -130,7 +155,11 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
       FAIL() << Story("6", "keep_ after PreMarginalize",
                       std::to_string(right.size()) + " ids, in the order of their rows",
                       std::to_string(got.size()) + " ids",
-                      got.empty() ? "keep_.push_back(id) is missing" : "keep_ holds each kept block's id, once", "6b");
+                      got.empty()                       ? "keep_.push_back(id) is missing"
+                      : got.size() == scene.free.size() ? "keep_ holds the dropped blocks' ids too"
+                      : got.size() < right.size()       ? "keep_ holds the dropped blocks' ids, or not all kept ones"
+                                                        : "keep_ holds each kept block's id, once",
+                      "6b");
     }
   }
 }
@@ -143,8 +172,8 @@ void CheckA(const FactorScene& scene, const std::string& what) {
   term->ConstructA();
   const VinsTerm::Members got = term->Inside();
   const Names names = scene.RowNames();
-  ASSERT_NO_STORY({"6", "b of " + what, scene.VectorB({}), *got.b, names, scene.MistakesInB()});
-  ASSERT_NO_STORY({"6", "A of " + what, scene.MatrixA({}), *got.A, names, scene.MistakesInA()});
+  ASSERT_NO_STORY({"6", "b of " + what, scene.VectorB({}), *got.b, names, MistakesInB(scene), 1e-10, {}, "6c", "b_"});
+  ASSERT_NO_STORY({"6", "A of " + what, scene.MatrixA({}), *got.A, names, MistakesInA(scene), 1e-10, {}, "6c", "A_"});
 }
 
 TEST(Stage6, AOfOneResidual) { CheckA(FactorScene(FactorScene::kOneEdge), "one residual between two poses"); }

@@ -97,78 +97,41 @@ class FactorScene {
   std::vector<std::shared_ptr<Vertex>> Kept() const { return Select(false); }
   int DimDropped() const { return SizeOf(Dropped()); }
 
-  /// How A and b may be put together wrongly.
+  /// How A and b may be put together, wrongly or (by default) rightly.
   struct Way {
-    bool robust_A = true, second_order = true, drho_in_A_again = false;
-    bool drho_in_b = true, drho_in_b_again = false, robust_b = false;
-    bool last_only = false, mirror = true, transpose = true, doubled = false;
+    double diagonal = 1.0, first = 1.0, mirror = 1.0;  ///< how often a block (i, i), (i, j) and its mirror are added
+    bool last_only = false;                            ///< = for +=
+    bool transpose = true;                             ///< of the mirror
+    bool exchanged = false;                            ///< (i, j) at (j, i), its mirror at (i, j)
+    double with_each_j = 0.0;                          ///< b's share once more for each j ≥ i
+    MatXX (*weight_A)(const Edge& edge, double drho, const MatXX& W_rho) = nullptr;
+    MatXX (*weight_b)(const Edge& edge, double drho, const MatXX& W_rho) = nullptr;
   };
   MatXX MatrixA(const Way& way) const {
-    const int size = SizeOf(free);
-    MatXX A = MatXX::Zero(size, size);
-    for (const auto& factor : factors) {
-      const Edge& edge = *factor.edge;
-      double drho;
-      MatXX W;
-      RightRobustInfo(factor.edge.get(), &drho, &W);
-      if (!way.second_order) W = drho * edge.Information();
-      if (!way.robust_A) W = edge.Information();
-      if (way.drho_in_A_again) W *= drho;
+    MatXX A = MatXX::Zero(SizeOf(free), SizeOf(free));
+    ForEach([&](const Edge& edge, double drho, const MatXX& W_rho) {
+      const MatXX W = way.weight_A ? way.weight_A(edge, drho, W_rho) : W_rho;
       for (size_t i = 0; i < edge.Vertices().size(); ++i) {
         for (size_t j = i; j < edge.Vertices().size(); ++j) AddPair(edge, i, j, W, way, &A);
       }
-    }
+    });
     return A;
   }
   VecX VectorB(const Way& way) const {
     VecX b = VecX::Zero(SizeOf(free));
-    for (const auto& factor : factors) {
-      const Edge& edge = *factor.edge;
-      double drho;
-      MatXX W;
-      RightRobustInfo(factor.edge.get(), &drho, &W);
-      for (size_t i = 0; i < edge.Vertices().size(); ++i) {
+    ForEach([&](const Edge& edge, double drho, const MatXX& W_rho) {
+      const MatXX W = way.weight_b ? way.weight_b(edge, drho, W_rho) : MatXX(drho * edge.Information());
+      double times = 1.0;
+      for (size_t i = edge.Vertices().size(); i-- > 0;) {  // from the last, to count the free ones from i on
         const Vertex& v = *edge.Vertices()[i];
         if (v.IsFixed()) continue;
-        VecX share = edge.Jacobian(i).transpose() * edge.Information() * edge.Residual();
-        if (way.robust_b) share = edge.Jacobian(i).transpose() * W * edge.Residual();
-        if (way.drho_in_b && !way.robust_b) share *= drho;
-        if (way.drho_in_b_again) share *= drho;
+        times += way.with_each_j;
         auto rows = b.segment(RowOf(v), v.LocalDimension());
+        const VecX share = times * edge.Jacobian(i).transpose() * W * edge.Residual();
         rows = way.last_only ? share : VecX(rows + share);
       }
-    }
+    });
     return b;
-  }
-
-  std::vector<Mistake> MistakesInA() const {
-    const auto is = [this](const Way& way) { return std::function<MatXX()>([=] { return MatrixA(way); }); };
-    Way no_loss, first_order, twice, last, one_side, untransposed, doubled;
-    no_loss.robust_A = first_order.second_order = false;
-    twice.drho_in_A_again = last.last_only = doubled.doubled = true;
-    one_side.mirror = untransposed.transpose = false;
-    const int size = SizeOf(free);
-    return {{"6c", "nothing is written to A_", [=] { return MatXX::Zero(size, size); }},
-            {"6c", "the loss is forgotten: W_rho, not edge.Information()", is(no_loss)},
-            {"6c", "ρ'W stands where W_ρ is meant: W_rho holds the second derivative too", is(first_order)},
-            {"6c", "the loss acts twice: W_rho has ρ' in it already", is(twice)},
-            {"6c", "= stands where += is meant: only the last residual's share is left", is(last)},
-            {"6c", "the mirrored block is missing", is(one_side)},
-            {"6c", "the mirrored block is not transposed", is(untransposed)},
-            {"6c", "the diagonal blocks are doubled: the mirror is for j ≠ i only", is(doubled)},
-            {"6c", "the sign: A = +Σ JᵀW_ρJ", [this] { return MatXX(-MatrixA({})); }}};
-  }
-  std::vector<Mistake> MistakesInB() const {
-    const auto is = [this](const Way& way) { return std::function<MatXX()>([=] { return VectorB(way); }); };
-    Way no_loss, twice, robust, last;
-    no_loss.drho_in_b = false;
-    twice.drho_in_b_again = robust.robust_b = last.last_only = true;
-    return {{"6c", "the sign: VINS' b is +Σ ρ'JᵀWr, that of A Δx = −b", [this] { return VecX(-VectorB({})); }},
-            {"6c", "nothing is written to b_", [this] { return VecX::Zero(SizeOf(free)); }},
-            {"6c", "the loss is forgotten: ρ' is missing", is(no_loss)},
-            {"6c", "the loss acts twice", is(twice)},
-            {"6c", "W_ρ is for A; b takes ρ'W", is(robust)},
-            {"6c", "= stands where += is meant: only the last residual's share is left", is(last)}};
   }
 
   /// What each row of A belongs to: the dropped blocks first.
@@ -214,20 +177,28 @@ class FactorScene {
     }
     return -1;
   }
-  static void RightRobustInfo(Edge* edge, double* drho, MatXX* W) {
-    edge->Linearize();
-    edge->RobustInfo(drho, W);
+  template <typename Do>
+  void ForEach(const Do& with) const {
+    for (const auto& factor : factors) {
+      double drho;
+      MatXX W_rho;
+      factor.edge->Linearize();
+      factor.edge->RobustInfo(&drho, &W_rho);
+      with(*factor.edge, drho, W_rho);
+    }
   }
   void AddPair(const Edge& edge, size_t i, size_t j, const MatXX& W, const Way& way, MatXX* A) const {
-    const Vertex &v = *edge.Vertices()[i], &w = *edge.Vertices()[j];
-    if (v.IsFixed() || w.IsFixed()) return;
+    const Vertex *v = edge.Vertices()[i].get(), *w = edge.Vertices()[j].get();
+    if (v->IsFixed() || w->IsFixed()) return;
     const MatXX share = edge.Jacobian(i).transpose() * W * edge.Jacobian(j);
-    auto block = A->block(RowOf(v), RowOf(w), v.LocalDimension(), w.LocalDimension());
-    block = way.last_only ? share : MatXX(block + share);
-    if (i == j && way.doubled) block += share.transpose();
-    if (i == j || !way.mirror) return;
-    auto mirror = A->block(RowOf(w), RowOf(v), w.LocalDimension(), v.LocalDimension());
-    const MatXX mirrored = way.transpose || share.rows() != share.cols() ? MatXX(share.transpose()) : share;
+    if (way.exchanged && share.rows() == share.cols()) std::swap(v, w);
+    auto block = A->block(RowOf(*v), RowOf(*w), v->LocalDimension(), w->LocalDimension());
+    const MatXX first = (i == j ? way.diagonal : way.first) * share;
+    block = way.last_only ? first : MatXX(block + first);
+    if (i == j) return;
+    auto mirror = A->block(RowOf(*w), RowOf(*v), w->LocalDimension(), v->LocalDimension());
+    const MatXX mirrored =
+        way.mirror * (way.transpose || share.rows() != share.cols() ? MatXX(share.transpose()) : share);
     mirror = way.last_only ? mirrored : MatXX(mirror + mirrored);
   }
 

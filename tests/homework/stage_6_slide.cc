@@ -77,7 +77,7 @@ void CheckLandmarks(const Window& before, const Window& after, size_t gone, cons
     const double depth = DepthSeenBy(before, landmark, found->second.Host());
     const double got_depth = 1.0 / found->second.inverse_depth->InverseDepth();
     if (std::abs(got_depth - depth) < 1e-9 * depth) continue;
-    FAIL() << Story("6", "the depth of " + name, std::to_string(depth) + " m", std::to_string(got_depth) + " m",
+    FAIL() << Story("6", "the depth of " + name, Number(depth) + " m", Number(got_depth) + " m",
                     "a depth stands in its host's camera: a new host needs a new one, which ForgetObservations "
                     "computes while both frames are there",
                     "6i");
@@ -121,7 +121,7 @@ void CheckImu(const Window& before, const Window& after, size_t gone, const std:
       cause = "MARGIN_OLD merges nothing: the piece between frames 0 and 1 is in the prior";
     }
     FAIL() << Story("6", "the IMU before frame " + std::to_string(k) + " after SlideWindow, " + what,
-                    std::to_string(right.seconds) + " s", std::to_string(got.seconds) + " s", cause, "6i");
+                    Number(right.seconds) + " s", Number(got.seconds) + " s", cause, "6i");
   }
 }
 

@@ -54,6 +54,15 @@ Pattern PairsOf(const std::vector<std::vector<int>>& groups, const Keep& keep) {
 
 bool IsLower(int i, int j) { return i >= j; }
 
+// Whether the blocks are just those of some landmarks, though not of all.
+bool LandmarksLeftOut(const Pattern& got, const Groups& groups, Pattern pattern) {
+  for (const auto& group : groups.of_landmarks) {
+    const Pattern own = PairsOf({group}, IsLower);
+    if (std::includes(got.begin(), got.end(), own.begin(), own.end())) pattern.insert(own.begin(), own.end());
+  }
+  return got == pattern;
+}
+
 std::string CauseOf(const Pattern& got, const Groups& groups, int poses) {
   const Pattern H_pp = PairsOf(groups.of_edges, IsLower);
   const auto is_H_pp_and = [&](Pattern pattern) {
@@ -71,6 +80,22 @@ std::string CauseOf(const Pattern& got, const Groups& groups, int poses) {
   }
   if (is_H_pp_and(PairsOf(groups.of_landmarks, [](int, int) { return true; }))) {
     return "both halves are stored: without the condition on i and j each block comes with its mirror image";
+  }
+  const auto chain = [&](const auto& keep) {
+    std::vector<std::vector<int>> pairs;
+    for (const auto& group : groups.of_landmarks) {
+      for (size_t k = 1; k < group.size(); ++k) pairs.push_back({group[k], keep(group, k)});
+    }
+    return PairsOf(pairs, IsLower);
+  };
+  if (is_H_pp_and(chain([](const auto& group, size_t k) { return group[k - 1]; }))) {
+    return "only poses that follow one another in a landmark's list are tied; all that see it are, each with each";
+  }
+  if (is_H_pp_and(chain([](const auto& group, size_t) { return group[0]; }))) {
+    return "each pose is tied to the landmark's first pose only; all that see it are tied, each with each";
+  }
+  if (LandmarksLeftOut(got, groups, H_pp)) {
+    return "the blocks of whole landmarks are missing: the outer loop does not run over all NumLandmarks()";
   }
   for (const auto& block : got) {
     if (block.first < block.second) return "a block above the diagonal is stored; only those with i ≥ j are";
@@ -90,13 +115,9 @@ std::string PatternStory(const PlainBlockSolver& solver, const Graph& graph, con
   std::set_difference(expected.begin(), expected.end(), got.begin(), got.end(), std::back_inserter(missing));
   std::set_difference(got.begin(), got.end(), expected.begin(), expected.end(), std::back_inserter(superfluous));
   const auto& worst = missing.empty() ? superfluous[0] : missing[0];
-  const auto name = [&](int i) {
-    const Vertex& pose = *ordering.poses.at(static_cast<size_t>(i));
-    return pose.TypeInfo() + " " + std::to_string(pose.Id());
-  };
   std::ostringstream difference;
   difference << got.size() << " blocks; " << (missing.empty() ? "too many: (" : "missing: (") << worst.first << ", "
-             << worst.second << "), of " << name(worst.first) << " and " << name(worst.second);
+             << worst.second << "), of poses " << worst.first << " and " << worst.second;
   return Story("7", "which blocks S has, " + scene, std::to_string(expected.size()) + " blocks (i, j), i ≥ j",
                difference.str(), CauseOf(got, groups, static_cast<int>(ordering.poses.size())), "7a");
 }

@@ -1,0 +1,22 @@
+#pragma once
+/// Where a student's code runs, memory holds NaN before it is written to and after it is given back (poison.cc): what is
+/// read too early or too late is wrong in every run, not by luck, and the two NaN tell which of both it was.
+
+#include <cstdint>
+#include <cstring>
+
+namespace ch5::homework {
+
+constexpr uint64_t kFresh = 0x7FF800000000F5E5, kFreed = 0x7FF800000000F4EE;  // NaN; arithmetic keeps their low bits
+
+inline bool HasBits(double x, uint64_t bits) {
+  uint64_t own;
+  std::memcpy(&own, &x, sizeof own);
+  return (own & 0x7FFFFFFFFFFFFFFF) == bits;
+}
+/// Comes from memory that was never written to.
+inline bool IsFresh(double x) { return HasBits(x, kFresh); }
+/// Comes from memory that had been given back.
+inline bool IsFreed(double x) { return HasBits(x, kFreed); }
+
+}  // namespace ch5::homework
