@@ -169,13 +169,10 @@ std::string CauseOfPose(const MonoBaScene& scene, size_t i, VertexPose* pose, Ed
   if (asks_for(start.q, start.p)) return "the prior asks for the pose" + starts;
   if (asks_for(start.q, T.p)) return "the prior asks for the rotation" + starts;
   if (asks_for(T.q, start.p)) return "the prior asks for the position" + starts;
+  const std::string index = ": the index of scene.frames must be the vertex' own";
   for (size_t k = 0; k < scene.frames.size(); ++k) {
-    if (k == i) continue;
-    const std::string other =
-        " of the other frame " + std::to_string(k) + ": the index of scene.frames must be the vertex' own";
-    if (asks_for(scene.frames[k].q, scene.frames[k].p)) return "the prior asks for the pose" + other;
-    if (asks_for(scene.frames[k].q, T.p)) return "the prior asks for the rotation" + other;
-    if (asks_for(T.q, scene.frames[k].p)) return "the prior asks for the position" + other;
+    if (k == i || !asks_for(scene.frames[k].q, scene.frames[k].p)) continue;
+    return "the prior asks for the pose of the other frame " + std::to_string(k) + index;
   }
   const Qd inverse = T.q.conjugate(), identity = Qd::Identity();
   if (asks_for(inverse, T.p))
@@ -185,6 +182,11 @@ std::string CauseOfPose(const MonoBaScene& scene, size_t i, VertexPose* pose, Ed
   if (asks_for(T.q, Vec3::Zero())) return "the prior asks for the origin; it is scene.frames[i].p";
   if (asks_for(identity, Vec3::Zero())) return "the prior asks for the identity; it is scene.frames[i]";
   if (asks_for(T.q, -T.p)) return "the sign of the position; it is scene.frames[i].p";
+  for (size_t k = 0; k < scene.frames.size(); ++k) {
+    const std::string other = " of the other frame " + std::to_string(k) + index;
+    if (k != i && asks_for(scene.frames[k].q, T.p)) return "the prior asks for the rotation" + other;
+    if (k != i && asks_for(T.q, scene.frames[k].p)) return "the prior asks for the position" + other;
+  }
   return "the prior's rotation and position are those of scene.frames[i]";
 }
 

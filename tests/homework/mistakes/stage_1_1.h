@@ -14,6 +14,8 @@ namespace ch5::homework::stage_1_1 {
 /// One turn of MakeHessian's inner loop.
 struct Turn {
   MatXX block, without_loss, first_order;  ///< J_iᵀW_ρJ_j, J_iᵀWJ_j, ρ'J_iᵀWJ_j
+  MatXX without_weight;                    ///< J_iᵀJ_j
+  double drho;                             ///< ρ'
   int i, j;                                ///< where v_i and v_j begin
   bool diagonal;                           ///< v_i is v_j
   int at_i, at_j;                          ///< their numbers in the edge's list
@@ -56,8 +58,8 @@ inline MatXX Assemble(const Graph& graph, int size, Placement place) {
   MatXX H = MatXX::Zero(size, size);
   ForEachTurn(graph, [&](const Edge& edge, double drho, const MatXX& W, size_t i, size_t j) {
     const MatXX Jt = edge.Jacobian(i).transpose(), J = edge.Jacobian(j), plain = Jt * edge.Information() * J;
-    place(&H, {Jt * W * J, plain, drho * plain, edge.Vertices()[i]->OrderingId(), edge.Vertices()[j]->OrderingId(),
-               i == j, static_cast<int>(i), static_cast<int>(j)});
+    place(&H, {Jt * W * J, plain, drho * plain, Jt * J, drho, edge.Vertices()[i]->OrderingId(),
+               edge.Vertices()[j]->OrderingId(), i == j, static_cast<int>(i), static_cast<int>(j)});
   });
   return H;
 }
@@ -198,6 +200,9 @@ inline const PlacementMistake kPlacementMistakes[] = {
      [](MatXX* H, const Turn& t) {
        if (t.block.rows() == t.block.cols()) Add(H, t.i, t.j, t.block + t.block.transpose());
      }},
+    {"1.1a", "the weight is missing: JᵀW_ρJ, not JᵀJ",
+     [](MatXX* H, const Turn& t) { AddBoth(H, t, t.without_weight); }},
+    {"1.1a", "ρ' acts twice: W_ρ has it already", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.drho * t.block); }},
     {"1.1a", "nothing was added to H", [](MatXX*, const Turn&) {}},
 };
 
@@ -252,6 +257,29 @@ inline std::vector<Mistake> MistakesInB(const Graph& graph, int size) {
              *of_i = diagonal;
              *of_j = 1.0;
            })},
+          {"", "the weight is missing in b: JᵀWr, not Jᵀr",
+           [&graph, size] {
+             VecX b = VecX::Zero(size);
+             ForEachTurn(graph, [&](const Edge& edge, double drho, const MatXX&, size_t i, size_t j) {
+               const Vertex& v = *edge.Vertices()[i];
+               if (i == j) {
+                 b.segment(v.OrderingId(), v.LocalDimension()) -= drho * edge.Jacobian(i).transpose() * edge.Residual();
+               }
+             });
+             return b;
+           }},
+          {"", "= stands where −= is meant in b: only the last edge's share is left",
+           [&graph, size] {
+             VecX b = VecX::Zero(size);
+             ForEachTurn(graph, [&](const Edge& edge, double drho, const MatXX&, size_t i, size_t j) {
+               const Vertex& v = *edge.Vertices()[i];
+               if (i == j) {
+                 b.segment(v.OrderingId(), v.LocalDimension()) =
+                     -drho * edge.Jacobian(i).transpose() * edge.Information() * edge.Residual();
+               }
+             });
+             return b;
+           }},
           {"", "the loss is forgotten in b: Wr has ρ' in it", is(right, false)},
           {"", "W_ρ is for H; b takes ρ'W", is(right, true, true)}};
 }

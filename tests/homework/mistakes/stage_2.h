@@ -192,6 +192,11 @@ inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx) {
     mistakes.push_back({"2c", "A_rr is the corner of what goes, at the bottom right; it is at the top left",
                         [=] { return MatXX(r.A_mm - r.A_rm * r.A_mm_inverse * r.A_mr); }});
   }
+  mistakes.push_back(
+      {"2d", "the inverse is that of the wrong corner: after the move A_mm is the bottom right one", [=] {
+         const auto m = r.A_mm.rows();
+         return MatXX(r.A_rr - r.A_rm * PseudoInversePsd(r.H.topLeftCorner(m, m)) * r.A_mr);
+       }});
   for (const Mistake& mistake : CornerMistakes(r, idx)) mistakes.push_back(mistake);
   return mistakes;
 }

@@ -1,6 +1,7 @@
 #pragma once
 /// What typical mistakes in PlainBlockSolver::Solve make of S and of the reduced right-hand side (7d), and of Δx (7e).
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
@@ -189,18 +190,35 @@ inline std::vector<Mistake> SchurMistakes(const Case& c) {
            }}};
 }
 
+// Which poses that see a landmark are taken.
+enum class Which { kAll, kFirst, kLast };
+
 // Σ_i H_ilᵀ Δx_i with another choice of rows of Δx, or of poses.
-inline VecX SumOverPoses(const Case& c, const VecX& x, bool by_number, bool last_only) {
+inline VecX SumOverPoses(const Case& c, const VecX& x, bool by_number, Which which) {
   VecX sum = VecX::Zero(c.b_l.size());
   for (int l = 0; l < static_cast<int>(c.l_dims.size()); ++l) {
     const std::vector<int> seeing = c.Seeing(l);
     for (const int i : seeing) {
-      if (last_only && i != seeing.back()) continue;
-      const int row = by_number ? i : c.rows[i];
-      sum.segment(c.l_at[l], c.l_dims[l]) += c.Pl(i, l).transpose() * x.segment(row, c.dims[i]);
+      if (which == Which::kFirst && i != seeing.front()) continue;
+      if (which == Which::kLast && i != seeing.back()) continue;
+      sum.segment(c.l_at[l], c.l_dims[l]) += c.Pl(i, l).transpose() * x.segment(by_number ? i : c.rows[i], c.dims[i]);
     }
   }
   return sum;
+}
+
+// H_ll⁻¹ applied once for each pose, in one of two orders.
+inline VecX InvertedInTheLoop(const Case& c, const VecX& x, bool backwards) {
+  VecX rest = c.b_l;
+  for (int l = 0; l < static_cast<int>(c.l_dims.size()); ++l) {
+    auto own = rest.segment(c.l_at[l], c.l_dims[l]);
+    std::vector<int> seeing = c.Seeing(l);
+    if (backwards) std::reverse(seeing.begin(), seeing.end());
+    for (const int i : seeing) {
+      own = (c.Inverse(l) * (own - c.Pl(i, l).transpose() * x.segment(c.rows[i], c.dims[i]))).eval();
+    }
+  }
+  return rest;
 }
 
 inline std::vector<Mistake> StepMistakes(const Case& c) {
@@ -211,6 +229,7 @@ inline std::vector<Mistake> StepMistakes(const Case& c) {
   };
   const MatXX& inverse = c.H_ll_inverse;
   const std::string one = "only one pose is taken from `rest`: every pose that sees the landmark has its share";
+  const std::string in_loop = "H_ll⁻¹ acts once for each pose: it stands in the loop, and belongs behind it";
   std::vector<Mistake> mistakes{
       {"7e", "the landmarks do not hear of the poses: H_ilᵀ Δx_i is not subtracted", step(inverse * c.b_l)},
       {"7e", "the sign: it is b_l − Σ_i H_ilᵀ Δx_i, not +", step(inverse * c.Rest(+1.0))},
@@ -225,23 +244,16 @@ inline std::vector<Mistake> StepMistakes(const Case& c) {
       {"7e", "the sum is subtracted twice", step(inverse * (2.0 * c.Rest(-1.0) - c.b_l))},
       {"7e", "H_ll⁻¹ acts on b_l only: first the whole difference, then the inverse",
        step(inverse * c.b_l + c.Rest(-1.0) - c.b_l)},
-      {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, true)))},
+      {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kFirst)))},
+      {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kLast)))},
       {"7e", "b_p stands where the poses' step Δx_i is meant", step(inverse * (c.b_l - c.H_pl.transpose() * c.b_p))},
-      {"7e", "H_ll⁻¹ acts once for each pose: it stands in the loop, and belongs behind it", step([&] {
-         VecX rest = c.b_l;
-         for (int l = 0; l < static_cast<int>(c.l_dims.size()); ++l) {
-           auto own = rest.segment(c.l_at[l], c.l_dims[l]);
-           for (const int i : c.Seeing(l)) {
-             own = (c.Inverse(l) * (own - c.Pl(i, l).transpose() * x_p.segment(c.rows[i], c.dims[i]))).eval();
-           }
-         }
-         return rest;
-       }())}};
+      {"7e", in_loop, step(InvertedInTheLoop(c, x_p, false))},
+      {"7e", in_loop, step(InvertedInTheLoop(c, x_p, true))}};
   bool fits = true;
   for (size_t i = 0; i < c.dims.size(); ++i) fits = fits && static_cast<int>(i) + c.dims[i] <= c.p;
   if (fits) {
     mistakes.push_back({"7e", "the pose's number stands where its first row is meant: PoseRow(i)",
-                        step(inverse * (c.b_l - SumOverPoses(c, x_p, true, false)))});
+                        step(inverse * (c.b_l - SumOverPoses(c, x_p, true, Which::kAll)))});
   }
   return mistakes;
 }
