@@ -6,10 +6,8 @@
 #if defined(__GLIBC__) && !defined(CH5_SANITIZED)  // sanitizers have a malloc of their own
 #include <malloc.h>
 
-extern "C" {
-void* __libc_malloc(size_t size);
-void __libc_free(void* memory);
-}
+extern "C" void* __libc_malloc(size_t size);
+extern "C" void __libc_free(void* memory);
 
 namespace {
 

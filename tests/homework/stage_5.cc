@@ -74,8 +74,7 @@ TEST(Stage5, EliminatesABlockThatNothingObserves) {
   Chosen().make_okvis_term()->SchurComplement(MatXX::Zero(1, 1), MatXX::Zero(6, 1), VecX::Zero(1), &got_U, &got_b);
   if (Equal(got_U, U, 1e-12) && Equal(got_b, b_a, 1e-12)) return;
   FAIL() << Story("5", "SchurComplement with V = 0, W = 0 and b_b = 0", "U and b_a stay as they are",
-                  "U(0, 0) = " + Number(got_U(0, 0)), "where V is 0, its pseudo-inverse is 0 too, not infinite",
-                  "5.2");
+                  "U(0, 0) = " + Number(got_U(0, 0)), "where V is 0, its pseudo-inverse is 0 too, not infinite", "5.2");
 }
 
 // ---- 5.3 UpdateErrorComputation -------------------------------------------------------------------------------------
