@@ -75,8 +75,9 @@ def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options
     tests = [test for suite in tests for test in suite["testsuite"]]
     failure = worker_failure(tests) if worker else None
     if failure:
-        verdict = ended_early(program or Path(worker[0]), stage, words, failure[0] != "TIMEOUT", failure[1], time_limit,
-                              words_of)
+        of_a_test = [float(option.partition("=")[2]) for option in options if option.startswith("--time-limit=")]
+        verdict = ended_early(program or Path(worker[0]), stage, words, failure[0] != "TIMEOUT", failure[1],
+                              *(of_a_test or [time_limit]), words_of)
     else:
         verdict = read_report(tests, process.returncode, words)
     return verdict._replace(tests=tuple(tests))
