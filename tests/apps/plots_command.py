@@ -102,7 +102,9 @@ class TableOfFigures(PlotsTest):
 
     def test_the_chapter_drawn_twice_is_the_same_to_the_byte(self):
         tables = Path(os.environ["CH5_TABLES"])
-        shutil.copytree(tables / "csv", self.out / "csv")
+        (self.out / "csv").mkdir(parents=True)
+        for name in figure_sets.SETS[0].tables:
+            shutil.copy(tables / name, self.out / name)
         drawn = []
         for _ in range(2):
             done = run(ROOT / "course", "plots", "chapter", "slides/1", "--out", self.out)

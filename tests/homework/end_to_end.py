@@ -2,6 +2,7 @@
 """Runs ./course check and status as a student does, on a folder of homework of its own: end_to_end.py FOLDER."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from make_skeleton import skeleton
 from regions import FILES, ROOT, fill, solution_text
 
 FOLDER = Path(sys.argv.pop())
+os.environ["CH5_CHECK_FOLDER"] = str(FOLDER)
 
 
 def course(*words: str) -> subprocess.CompletedProcess:

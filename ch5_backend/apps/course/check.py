@@ -72,7 +72,7 @@ def judge_stages(stages: list, options=()) -> list:
 
 def judge_stage(stage: dict, options) -> Verdict:
     verdict = judge(BIN / target(stage["file"]), stage, options=options)
-    return gaps.explain(verdict, stage["file"], gaps.content_of(HOMEWORK / stage["file"]))
+    return gaps.explain(verdict, stage["file"], gaps.content_of(folder() / stage["file"]))
 
 
 def report(stages: list, verdicts: list, as_json: bool, tell_one) -> None:
@@ -87,8 +87,13 @@ def report(stages: list, verdicts: list, as_json: bool, tell_one) -> None:
 
 # ---- Compiling ------------------------------------------------------------------------------------------------------
 
+def folder() -> Path:
+    """The student's files. The end-to-end test has a folder and executables of its own, the latter told by a prefix."""
+    return Path(os.environ.get("CH5_CHECK_FOLDER") or HOMEWORK)
+
+
 def target(file: str) -> str:
-    """The executable that judges this file. The end-to-end test has a set of its own, told apart by a prefix."""
+    """The executable that judges this file."""
     return os.environ.get("CH5_CHECK_PREFIX", "") + "check_" + Path(file).stem
 
 
@@ -98,7 +103,7 @@ def compile_files(files: list) -> dict:
     if done.returncode == 0:
         return {}
     if len(files) == 1:
-        return {files[0]: does_not_compile(files[0], done.stdout, gaps.content_of(HOMEWORK / files[0]))}
+        return {files[0]: does_not_compile(files[0], done.stdout, gaps.content_of(folder() / files[0]))}
     return {file: verdict for each in files for file, verdict in compile_files([each]).items()}
 
 
@@ -143,7 +148,7 @@ def next_step(stage: dict, verdict: Verdict) -> str:
         following = ids[ids.index(stage["id"]) + 1:]
         return "Well done. " + (f"Next: ./course check {following[0]}" if following else "That was the last stage.")
     todo = verdict.hint.split()[1] if verdict.state == "not-started" else ""  # "TODO 1.1a …"
-    if todo and gaps.keeps_throw(HOMEWORK / stage["file"], todo):
+    if todo and gaps.keeps_throw(folder() / stage["file"], todo):
         return f"Your lines for {todo} are there, but so is the throw below them: delete it. Then: {again}"
     return {
         "not-started": f"Search {file} for “home work {todo}”; the handout is ch5_homework/README.md, Stage "

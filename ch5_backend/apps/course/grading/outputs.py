@@ -78,8 +78,8 @@ def write_class(out: Path, records: list, stages: list) -> None:
         for record in records:
             rows = {row["id"]: row for row in record["stages"]}
             graded = record["status"] == "graded"
-            writer.writerow([harmless(record["name"]), record["status"], record["score"] if graded else "", record["points"],
-                             *(rows[stage]["score"] if stage in rows else "" for stage in stages),
+            writer.writerow([harmless(record["name"]), record["status"], f"{record['score']:g}" if graded else "",
+                             f"{record['points']:g}", *(f"{rows[stage]['score']:g}" if stage in rows else "" for stage in stages),
                              *(rows[stage]["state"] if stage in rows else "" for stage in stages), record["seed"],
                              record["cpu_seconds"], record["peak_mib"], record["key"]])
     os.replace(partial, out / "grades.csv")
