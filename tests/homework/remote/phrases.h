@@ -34,9 +34,7 @@ template <typename Expression, typename Whole, typename Part>
 void Assign(const Expression& expression, Whole& whole, Part part) {
   const Whole copy = expression;
   whole = expression;
-  whole += expression;
   whole -= expression;
-  part = expression;
   part += expression;
   part -= expression;
   part.noalias() += expression;
@@ -51,11 +49,9 @@ void Multiply(const Left& left, MatXX& M, VecX& v) {
   Assign(left * C, M, B);
   Assign(left * C.transpose(), M, B);
   Assign(left * C.block(0, 0, 1, 1), M, B);
-  Assign(left * B, M, B);
   Assign(left * MatMap(C.data(), 1, 1), M, B);
   Assign(left * c, v, s);
   Assign(left * c.segment(0, 1), v, s);
-  Assign(left * s, v, s);
   Assign(left * VecMap(c.data(), 1), v, s);
 }
 
@@ -102,17 +98,11 @@ inline void PairsAndSums(MatXX& M, VecX& v) {
   const MatMap J(C.data(), 1, 1);
   Multiply(C, M, v);
   Multiply(C.transpose(), M, v);
-  Multiply(C.block(0, 0, 1, 1), M, v);
-  Multiply(B, M, v);
-  Multiply(J, M, v);
   Multiply(J.transpose(), M, v);
   Combine(C, C * C, M, B);
-  Combine(C.transpose(), C * C, M, B);
   Combine(C.block(0, 0, 1, 1), C * C, M, B);
-  Combine(B, C * C, M, B);
   Combine(c, C * c, v, s);
   Combine(c.segment(0, 1), C * c, v, s);
-  Combine(s, C * c, v, s);
 }
 
 inline void LongProducts(MatXX& M, VecX& v) {
