@@ -11,6 +11,8 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import nullcontext
 from pathlib import Path
 
+from whole_file import whole
+
 from .. import children, jsonout
 from ..build import CORES
 from ..check import select
@@ -186,9 +188,8 @@ def read_records(out: Path) -> list:
 
 def write_whole(path: Path, text: str) -> None:
     """The file appears whole or not at all."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}")
-    partial.write_text(text, encoding="utf-8", errors="surrogateescape")
-    os.replace(partial, path)
+    with whole(path) as partial:
+        partial.write_text(text, encoding="utf-8", errors="surrogateescape")
 
 
 def tell(out: Path, records: list, failed: list, as_json: bool) -> None:

@@ -3,10 +3,11 @@
 import csv
 import hashlib
 import json
-import os
 import re
 from pathlib import Path
 from xml.etree import ElementTree
+
+from whole_file import whole
 
 CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")  # what neither XML nor a terminal takes
 
@@ -70,8 +71,7 @@ def junit(record: dict) -> ElementTree.ElementTree:
 
 def write_class(out: Path, records: list, stages: list) -> None:
     """grades.csv: a row for each submission."""
-    partial = out / ".grades.csv"
-    with open(partial, "w", newline="", encoding="utf-8") as file:
+    with whole(out / "grades.csv") as partial, open(partial, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["name", "status", "score", "points", *(f"stage {stage}" for stage in stages),
                          *(f"state {stage}" for stage in stages), "seed", "cpu_seconds", "peak_mib", "key"])
@@ -82,7 +82,6 @@ def write_class(out: Path, records: list, stages: list) -> None:
                              f"{record['points']:g}", *(f"{rows[stage]['score']:g}" if stage in rows else "" for stage in stages),
                              *(rows[stage]["state"] if stage in rows else "" for stage in stages), record["seed"],
                              record["cpu_seconds"], record["peak_mib"], record["key"]])
-    os.replace(partial, out / "grades.csv")
 
 
 def harmless(name: str) -> str:

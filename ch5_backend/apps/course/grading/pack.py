@@ -5,6 +5,8 @@ import subprocess
 import zipfile
 from pathlib import Path
 
+from whole_file import whole
+
 from ..build import ROOT
 from ..errors import CourseError
 
@@ -64,9 +66,8 @@ def pack(what: str, out: str) -> int:
         write_zip(path, {**project_files(), "setup.sh": SETUP.encode(), "run_autograder": RUN.encode()})
     elif what == "classroom":
         path = Path(out or "classroom.yml")
-        partial = path.with_name(f".{path.name}.{os.getpid()}")
-        partial.write_text(CLASSROOM, encoding="utf-8")
-        os.replace(partial, path)
+        with whole(path) as partial:
+            partial.write_text(CLASSROOM, encoding="utf-8")
     else:
         raise CourseError(f"./course pack makes gradescope or classroom, not '{what}'")
     print(f"{path}: {path.stat().st_size >> 10} KB")
@@ -85,11 +86,9 @@ def project_files() -> dict:
 
 
 def write_zip(path: Path, files: dict) -> None:
-    partial = path.with_name(f".{path.name}.{os.getpid()}")
-    with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+    with whole(path) as partial, zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files):
             info = zipfile.ZipInfo(name, LONG_AGO)
             program = files[name].startswith(b"#!") or os.access(ROOT / name, os.X_OK)
             info.external_attr, info.compress_type = (0o100755 if program else 0o100644) << 16, zipfile.ZIP_DEFLATED
             archive.writestr(info, files[name])
-    os.replace(partial, path)

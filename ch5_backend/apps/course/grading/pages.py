@@ -3,17 +3,15 @@
 import html
 import re
 import statistics
-import sys
 from collections import Counter
 from pathlib import Path
+
+import page
 
 from .. import hint
 from ..build import ROOT
 from ..check import MARKS
 from . import outputs
-
-sys.path.insert(0, str(ROOT / "ch5_backend" / "apps" / "plot"))
-import page  # noqa: E402  (the folder must be known first)
 
 NEAR = 10.0    # times its tolerance: so near a wrong number may be rounding
 PICTURE = 320  # pixels, of a picture of H
@@ -56,17 +54,17 @@ def feedback_on(row: dict) -> list:
     failed = [check["name"] for check in row["checks"] if not check["passed"]]
     body.append(f"<p>Not passed: {escape(', '.join(failed))}.</p>")
     sections = hint.handout("en")
-    section = sections.get(section_of(row), "")
+    section = sections.get(section_of(row, sections), "")
     body += [f"<details><summary>{escape(title)}</summary><p>{escape(text)}</p></details>"
              for title, text in hint.hints_of(section).values()]
     return body
 
 
-def section_of(row: dict) -> str:
+def section_of(row: dict, sections: dict) -> str:
     """The handout's section: by the TODO that the story names, or by the stage."""
     todo = re.search(r"TODO (\S+)$", row["story"], re.MULTILINE)
     try:
-        return hint.find(todo[1] if todo else row["id"], hint.handout("en"))
+        return hint.find(todo[1] if todo else row["id"], sections)
     except hint.CourseError:
         return row["id"]
 
