@@ -11,6 +11,7 @@ from pathlib import Path
 
 from make_skeleton import skeleton
 from regions import FILES, ROOT, fill, solution_text
+from untranslated import english_in
 
 FOLDER = Path(sys.argv.pop())
 os.environ["CH5_CHECK_FOLDER"] = str(FOLDER)
@@ -99,6 +100,29 @@ class EndToEnd(unittest.TestCase):
         for name in FILES:
             wanted = skeleton(name) if name == "gauge_prior.cc" else solution_text(name)
             self.assertEqual((FOLDER / name).read_text(encoding="utf-8"), wanted)
+
+    def test_a_student_reads_chinese(self):
+        wrong = {"problem": ("H.block(index_j, index_i, dim_j, dim_i).noalias() += hessian.transpose()", "(void)hessian"),
+                 "gauge_prior": ("i < 2", "i < 1"), "gauge_freedom": ("-Hat(p)", "Hat(p)"),
+                 "marginalization_error": ("e0_ + J_ * delta_chi", "e0_"), "vins_window": ("norm() > 2.5", "norm() > 0.05"),
+                 "block_solver": ("S_(i, j) -=", "S_(i, j) +=")}
+        self.hand_in(**{name: self.replaced(f"{name}.cc", *change) for name, change in wrong.items()})
+        causes = {"1.1": "缺少镜像块", "3": "只有第 0 帧有先验", "4": "符号：ω × p", "5": "漏了 J Δχ", "6": "有一个比较写反了",
+                  "7": "加上去了，应当减去"}
+        for stages in (causes, causes):  # the second time causes are named
+            told = course("check", *stages, "--language", "zh").stdout
+        self.assertEqual(english_in(told), "", told)
+        for stage, words in causes.items():
+            self.assertRegex(told, rf"✗ {stage} 错误[^✗]*原因 +[^✗]*{words}", told)
+        status = course("status", "--language", "zh").stdout
+        self.assertEqual(english_in(status), "", status)
+        for words in (*causes.values(), "1.2  ✓ 正确"):
+            self.assertIn(words, status)
+
+    def replaced(self, name: str, old: str, new: str) -> str:
+        text = solution_text(name)
+        self.assertIn(old, text, name)
+        return text.replace(old, new, 1)
 
     def test_a_missing_file_and_an_unknown_stage_are_named(self):
         self.hand_in()

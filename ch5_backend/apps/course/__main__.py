@@ -5,7 +5,7 @@ import os
 import re
 import sys
 
-from . import children, jsonout
+from . import children, jsonout, language
 from .errors import CourseError
 
 DESCRIPTIONS = {
@@ -49,6 +49,7 @@ JSON_FIELDS = {
     "grade": "out, records, a list of {name, status, score, points}",
     "status": "stages, a list of {id, state, hint}",
 }
+SPEAKING = ("check", "status", "grade", "hint")  # to students, hence in their language
 SOLVERS = ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series")
 
 
@@ -169,9 +170,11 @@ def make_parser(command: str) -> Parser:
     elif command == "hint":
         parser.add_argument("stage", metavar="STAGE", nargs="?", default="", help="such as 1.2, or one of its TODOs, such as 1.2b")
         parser.add_argument("number", metavar="N", nargs="?", default="1", help="1 to 3, each says more; default: 1")
-        parser.add_argument("--language", metavar="WORD", default="", help="en or zh; default: the terminal's")
     elif command == "deep":
         parser.add_argument("--off", action="store_true", help="back to the first depth")
+    if command in SPEAKING:
+        parser.add_argument("--language", type=language.chosen, default="", metavar="WORD", help="en or zh; default: the "
+                            "terminal's")
     if command in JSON_FIELDS:
         parser.add_argument("--json", action="store_true", help="print one JSON object on standard output and all "
                             f"else on standard error; fields: {JSON_FIELDS[command]}; after a failure: error")
@@ -213,8 +216,8 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         return deepen(not arguments.off)
     from . import check
     if command == "check":
-        return check.run_check(arguments.stages + extra, arguments.json, arguments.seed)
-    return check.run_status(arguments.json)
+        return check.run_check(arguments.stages + extra, arguments.json, arguments.seed, arguments.language)
+    return check.run_status(arguments.json, arguments.language)
 
 
 def main(argv: list) -> int:
@@ -223,13 +226,14 @@ def main(argv: list) -> int:
     if "--" in words:
         split = words.index("--")
         words, extra = words[:split], words[split + 1:]
-    as_json = "--json" in words
+    as_json, say = "--json" in words, language.speaker(language.spoken())
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # a letter that the terminal cannot show is no failure
     try:
         if command not in DESCRIPTIONS:
             raise CourseError(f"unknown command '{command}'; there are {', '.join(DESCRIPTIONS)} and help")
         arguments = make_parser(command).parse_intermixed_args(words)
+        say = language.speaker(getattr(arguments, "language", language.spoken()))
         children.listen()
         code = dispatch(command, arguments, extra)
         sys.stdout.flush()
@@ -240,7 +244,7 @@ def main(argv: list) -> int:
         if children.stopped_by():
             return fail("stopped", 128 + children.stopped_by(), as_json)
         if isinstance(error, CourseError):
-            return fail(str(error), error.exit_code, as_json)
+            return fail(say(str(error)), error.exit_code, as_json)
         if isinstance(error, OSError):
             return fail(f"{error.filename or 'standard output'}: {error.strerror}", 2, as_json)
         raise

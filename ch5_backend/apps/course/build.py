@@ -90,7 +90,8 @@ def run_logged(command, log_name: str, step) -> subprocess.CompletedProcess:
     BUILD.mkdir(parents=True, exist_ok=True)
     lines = []
     with open(BUILD / log_name, "w", encoding="utf-8", buffering=1) as log:
-        with running(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        english = {**os.environ, "LC_ALL": "C.UTF-8"}  # compiler.py knows a compiler's words in this language
+        with running(command, cwd=ROOT, env=english, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                      text=True, errors="replace", bufsize=1) as process:
             for line in process.stdout:
                 lines.append(line)

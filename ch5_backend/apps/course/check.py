@@ -9,30 +9,33 @@ from . import causes, gaps, jsonout
 from .build import BIN, HOMEWORK, ROOT, build
 from .compiler import does_not_compile, shown
 from .errors import CourseError
-from .judge import SHOWN_LINES, Verdict, judge
+from .judge import SHOWN_LINES, Verdict, in_full, judge
+from .language import Speaker, pad, speaker
 
 TABLE = ROOT / "ch5_homework" / "stages.json"
 
 COLOURS = {"right": "32", "wrong": "31", "crashes": "31", "times-out": "31", "does-not-compile": "31",
            "not-started": "33"}
 MARKS = {"right": "✓", "not-started": "·"}
+STATE_WIDTH = 16  # columns
 
 
 # ---- The two commands -----------------------------------------------------------------------------------------------
 
-def run_check(asked: list, as_json: bool, seed=None) -> int:
+def run_check(asked: list, as_json: bool, seed, language: str) -> int:
     """Judges the stages asked for, all by default; 0 if every one is right, 1 if not. Raises CourseError(2)."""
     stages = select(asked)
     verdicts = judge_stages(stages, [] if seed is None else [f"--seed={seed}"])
-    report(stages, verdicts if as_json else held_back(stages, verdicts), as_json, tell)
+    report(stages, verdicts if as_json else held_back(stages, verdicts), as_json, tell, speaker(language))
     return 0 if all(verdict.state == "right" for verdict in verdicts) else 1
 
 
-def run_status(as_json: bool) -> int:
+def run_status(as_json: bool, language: str) -> int:
     """Judges every stage and shows a line for each; 0."""
     stages = select([])
     verdicts = judge_stages(stages)
-    report(stages, verdicts if as_json else held_back(stages, verdicts, counts=False), as_json, tell_line)
+    report(stages, verdicts if as_json else held_back(stages, verdicts, counts=False), as_json, tell_line,
+           speaker(language))
     return 0
 
 
@@ -75,13 +78,13 @@ def judge_stage(stage: dict, options) -> Verdict:
     return gaps.explain(verdict, stage["file"], gaps.content_of(folder() / stage["file"]))
 
 
-def report(stages: list, verdicts: list, as_json: bool, tell_one) -> None:
+def report(stages: list, verdicts: list, as_json: bool, tell_one, say: Speaker) -> None:
     """One JSON object on standard output, the words then on standard error; or the words on standard output."""
     out = sys.stderr if as_json else sys.stdout
     for stage, verdict in zip(stages, verdicts):
-        tell_one(stage, verdict, out)
+        tell_one(stage, verdict, out, say)
     if as_json:
-        jsonout.emit({"stages": [{"id": stage["id"], "state": verdict.state, "hint": verdict.hint}
+        jsonout.emit({"stages": [{"id": stage["id"], "state": verdict.state, "hint": say.hint(verdict.hint, verdict.story)}
                                  for stage, verdict in zip(stages, verdicts)]})
 
 
@@ -115,25 +118,26 @@ def paint(text: str, state: str, out) -> str:
     return f"\033[1;{COLOURS[state]}m{text}\033[0m"
 
 
-def tell_line(stage: dict, verdict: Verdict, out) -> None:
+def tell_line(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     """One line of ./course status, and one for the hint."""
-    state = paint(f"{MARKS.get(verdict.state, '✗')} {verdict.state:<16}", verdict.state, out)
-    print(f"{stage['id']:<4} {state}  {stage['title']}  ({stage['file']})", file=out)
+    state = paint(f"{MARKS.get(verdict.state, '✗')} {pad(say(verdict.state), STATE_WIDTH)}", verdict.state, out)
+    print(f"{stage['id']:<4} {state}  {say(stage['title'])}  ({stage['file']})", file=out)
     if verdict.hint:
-        print(f"       {verdict.hint}", file=out)
+        print(f"       {say.hint(verdict.hint, verdict.story)}", file=out)
 
 
-def tell(stage: dict, verdict: Verdict, out) -> None:
+def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     """The verdict of ./course check, its story, and what to do next."""
-    head = f"{MARKS.get(verdict.state, '✗')} {stage['id']} {verdict.state}"
-    print(f"{paint(head, verdict.state, out)}   {stage['title']}", file=out)
+    head = f"{MARKS.get(verdict.state, '✗')} {stage['id']} {say(verdict.state)}"
+    print(f"{paint(head, verdict.state, out)}   {say(stage['title'])}", file=out)
     printed = verdict.printed.strip("\n").splitlines()
     if printed:
-        print("\n  Your code printed" + (f" (the last {SHOWN_LINES} lines)" if len(printed) > SHOWN_LINES else "") + ":",
-              file=out)
+        print("\n  " + say("Your code printed" + (f" (the last {SHOWN_LINES} lines)" if len(printed) > SHOWN_LINES else "") +
+                           ":"), file=out)
         print("\n".join("  │ " + line for line in printed[-SHOWN_LINES:]), file=out)
-    print("\n" + indent(verdict.story or verdict.hint) + "\n" if verdict.state != "right" else "", file=out, end="")
-    print(f"  {next_step(stage, verdict)}\n", file=out)
+    words = in_full(verdict.hint, verdict.story, say)
+    print("\n" + indent(words) + "\n" if verdict.state != "right" else "", file=out, end="")
+    print(f"  {say(next_step(stage, verdict))}\n", file=out)
 
 
 def indent(text: str) -> str:

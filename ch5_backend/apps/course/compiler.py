@@ -46,7 +46,6 @@ def does_not_compile(file: str, output: str, content) -> Verdict:
         calling = where_called(file, lines[:first]) if not re.search(patterns[0], lines[first]) else ""
         hint = (f"{calling}: " + re.sub(r"^.*?error: ", "", lines[first]) if calling else
                 of_braces(file, lines) or lines[first])
-        told = [calling + ": here"] * bool(calling) + told
     story = "\n".join(shorten(line) for line in told)
     return Verdict("does-not-compile", shorten(hint or "the compiler said nothing"), story)
 

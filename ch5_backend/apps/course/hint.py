@@ -1,10 +1,10 @@
 """./course hint: the handout's folded hints, one at a time, so that a terminal hides them as a browser does."""
 
-import os
 import re
 
 from .build import ROOT
 from .errors import CourseError
+from .language import spoken
 
 HANDOUTS = {"en": "README.md", "zh": "README.zh.md"}
 
@@ -17,22 +17,14 @@ def show(name: str, number: str, language: str = "") -> int:
     if number not in hints:
         raise CourseError(f"stage {section} has hints {', '.join(hints)}, not '{number}'; such as ./course hint {section} 1")
     title, text = hints[number]
-    print(f"Stage {section}, {title}\n\n{text}\n")
+    print(f"Stage {section} · {title}\n\n{text}\n")
     following = str(int(number) + 1)
     print(f"./course check {section}" + (f"   ./course hint {section} {following}" if following in hints else ""))
     return 0
 
 
-def spoken() -> str:
-    """The language of the terminal."""
-    locale = next((os.environ[name] for name in ("LC_ALL", "LC_MESSAGES", "LANG") if os.environ.get(name)), "")
-    return "zh" if locale.startswith("zh") else "en"
-
-
 def handout(language: str) -> dict:
     """{"1.1": its section of the handout}, in order."""
-    if language not in HANDOUTS:
-        raise CourseError(f"--language must be {' or '.join(HANDOUTS)}, got '{language}'")
     text = (ROOT / "ch5_homework" / HANDOUTS[language]).read_text(encoding="utf-8")
     parts = re.split(r"^## Stage (\S+) ·.*$", text, flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2]))

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .children import running
+from .language import Speaker
 
 TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
 SHOWN_LINES = 15   # of a story, of the compiler's words, of what the student's file prints
@@ -116,6 +117,8 @@ def read_report(tests: list, exit_code: int, words: str) -> Verdict:
             if thrown:
                 plain = in_plain_words(thrown[1], EXCEPTIONS)
                 return Verdict("crashes", f"An exception ended the test {test['name']}: {plain}.", "", words)
+            told = re.search(r"^Stage \S+: .*", text, re.MULTILINE | re.DOTALL)  # behind the expression of an ASSERT_TRUE
+            text = told[0] if told else text
             return Verdict("wrong", cause(text), "\n".join(text.splitlines()[:SHOWN_LINES]), words)
     if exit_code or not tests or any(test.get("result") != "COMPLETED" for test in tests):
         return Verdict("crashes", f"The tests were not all run (exit code {exit_code}).", "", words)
@@ -140,6 +143,12 @@ def mend_utf8(text: str) -> str:
         return text.encode("latin-1").decode("utf-8")
     except UnicodeError:
         return text
+
+
+def in_full(hint: str, story: str, say: Speaker) -> str:
+    """All that a verdict says, in a language; above a compiler's own words stands what they mean."""
+    told, sentence = say.story(story), say.hint(hint, story)
+    return told if story.startswith("Stage ") or sentence and told.startswith(sentence) else f"{sentence}\n\n{told}".strip()
 
 
 def cause(story: str) -> str:

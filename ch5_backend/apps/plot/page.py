@@ -53,9 +53,9 @@ def links_to_tables(directory):
     return f'<h2 id="tables">Tables</h2>\n<ul>{links}</ul>'
 
 
-def write(path, title, body):
+def write(path, title, body, language="en"):
     """The page at once or not at all; `body` is a list of pieces of HTML."""
-    text = ('<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+    text = (f'<!doctype html>\n<html lang="{language}"><head><meta charset="utf-8">'
             '<meta name="viewport" content="width=device-width, initial-scale=1">'
             f"<title>{html.escape(title)}</title><style>{CSS}</style></head>\n<body>\n" + "\n".join(body) +
             "\n</body></html>\n")

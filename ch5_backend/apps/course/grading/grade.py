@@ -17,6 +17,7 @@ from .. import children, jsonout
 from ..build import CORES
 from ..check import select
 from ..errors import CourseError
+from ..language import Speaker, speaker
 from ..place import alone_in, make_writable
 from ..progress import Progress, duration
 from . import outputs, pages
@@ -50,14 +51,15 @@ def run_grade(arguments) -> int:
     out = Path(arguments.out or "out/grades")
     make_writable(out)
     with nullcontext() if arguments.shard else alone_in(out):  # shards may work side by side
-        session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed))
+        say = speaker(arguments.language)
+        session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed), say)
         session.grade_all(share(submissions, arguments.shard), arguments.jobs or CORES)
         records = read_records(out)
         if not arguments.shard:
             outputs.write_class(out, records, [stage["id"] for stage in stages])
-            pages.write_summary(out, records)
+            pages.write_summary(out, records, say)
     failed = [record for record in records if "error" in record]
-    tell(out, records, failed, arguments.json)
+    tell(out, records, failed, arguments.json, say)
     return 1 if failed else 0
 
 
@@ -114,8 +116,9 @@ def the_seed(out: Path, asked) -> int:
 class Session:
     """What all submissions of a run share."""
 
-    def __init__(self, out: Path, toolchain: Toolchain, stages: list, rubric: dict, seed: int):
+    def __init__(self, out: Path, toolchain: Toolchain, stages: list, rubric: dict, seed: int, say: Speaker):
         self.out, self.toolchain, self.stages, self.rubric, self.seed = out, toolchain, stages, rubric, seed
+        self.say = say
         points = {stage["id"]: rubric[stage["id"]] for stage in stages}
         self.key = f"{toolchain.digest} {seed} {json.dumps(points, sort_keys=True)}"
         self.locks, self.guard = {}, threading.Lock()
@@ -142,6 +145,7 @@ class Session:
         folder = self.out / name
         known = read_record(folder)
         if known and known["key"] == key and known["status"] == "graded":
+            self.tell(folder, known)  # perhaps in another language
             return False
         record = {"name": name, "path": str(path), "key": key, "content": submission.key(), "seed": self.seed,
                   **grade(submission, self.toolchain, self.stages, self.rubric, self.seed, self.cached)}
@@ -151,10 +155,14 @@ class Session:
             record = {**known, "error": record["error"]}  # a fault of ours never replaces a mark
         record["fingerprint"] = outputs.fingerprint(submission.files)
         folder.mkdir(exist_ok=True)
-        outputs.write_one(folder, record)
-        pages.write_feedback(folder, record)
+        self.tell(folder, record)
         write_whole(folder / "record.json", json.dumps(record, ensure_ascii=False, indent=1))  # last: now it is done
         return True
+
+    def tell(self, folder: Path, record: dict) -> None:
+        """What is read of a record, which itself belongs to no language."""
+        outputs.write_one(folder, record, self.say)
+        pages.write_feedback(folder, record, self.say)
 
     def cached(self, file: str, content: bytes, make):
         """The same content is compiled and judged once, also if two submissions bring it at the same time."""
@@ -192,7 +200,7 @@ def write_whole(path: Path, text: str) -> None:
         partial.write_text(text, encoding="utf-8", errors="surrogateescape")
 
 
-def tell(out: Path, records: list, failed: list, as_json: bool) -> None:
+def tell(out: Path, records: list, failed: list, as_json: bool, say: Speaker) -> None:
     for record in failed:
         print(f"course: {record['name']}: not graded: {record['error']}", file=sys.stderr)
     if as_json:
@@ -200,6 +208,6 @@ def tell(out: Path, records: list, failed: list, as_json: bool) -> None:
                                                    for record in records]})
         return
     for record in records if len(records) <= 20 else []:
-        states = "  ".join(f"{row['id']} {row['state']}" for row in record["stages"])
-        print(f"{record['name']}: {record['score']:g} of {record['points']:g}   {states}")
-    print(f"{len(records)} submissions in {out / 'summary.html'} and grades.csv")
+        states = "  ".join(f"{row['id']} {say(row['state'])}" for row in record["stages"])
+        print(f"{record['name']}: {say(pages.points_of(record))}   {states}")
+    print(say(f"{len(records)} submissions in {out / 'summary.html'} and grades.csv"))

@@ -9,6 +9,9 @@ from xml.etree import ElementTree
 
 from whole_file import whole
 
+from ..judge import in_full
+from ..language import Speaker, speaker
+
 CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")  # what neither XML nor a terminal takes
 
 
@@ -21,31 +24,33 @@ def plain(text: str) -> str:
     return CONTROL.sub("�", text)
 
 
-def words_on(row: dict) -> str:
+def words_on(row: dict, say: Speaker) -> str:
     """A stage's verdict for a human."""
-    return plain(row["story"] or row["hint"])
+    return plain(in_full(row["hint"], row["story"], say))
 
 
-def write_one(folder: Path, record: dict) -> None:
-    (folder / "results.json").write_text(json.dumps(gradescope(record), ensure_ascii=False, indent=1), encoding="utf-8")
+def write_one(folder: Path, record: dict, say: Speaker) -> None:
+    (folder / "results.json").write_text(json.dumps(gradescope(record, say), ensure_ascii=False, indent=1), encoding="utf-8")
     (folder / "autolab.json").write_text(autolab(record) + "\n", encoding="utf-8")
-    junit(record).write(folder / "junit.xml", encoding="utf-8", xml_declaration=True)
+    junit(record, say).write(folder / "junit.xml", encoding="utf-8", xml_declaration=True)
 
 
-def gradescope(record: dict) -> dict:
+def gradescope(record: dict, say: Speaker = speaker("en")) -> dict:
     """results.json; without "score" where a fault of ours prevented a mark, so that Gradescope asks for a rerun."""
     extra = {"key": record["key"], "seed": record["seed"], "status": record["status"]}
     if record["status"] != "graded":
-        return {"output": "The grader itself has failed; this is not about the submission. Please tell your instructor.",
+        return {"output": say("The grader itself has failed; this is not about the submission. Please tell your instructor."),
                 "extra_data": extra, "tests": []}
     tests = [{"name": f"{row['id']} {row['name']}: {check['name']}", "number": row["id"], "score": check["score"],
               "max_score": check["points"], "status": "passed" if check["passed"] else "failed",
               "visibility": "visible", "output_format": "text",
-              "output": "" if check["passed"] or any(not other["passed"] for other in row["checks"][:k]) else words_on(row)}
+              "output": "" if check["passed"] or any(not other["passed"] for other in row["checks"][:k]) else
+                        words_on(row, say)}
              for row in record["stages"] for k, check in enumerate(row["checks"])]
     return {"score": record["score"], "execution_time": record["seconds"], "visibility": "visible",
             "stdout_visibility": "hidden", "extra_data": extra, "tests": tests,
-            "output": "\n".join([*record["faults"], f"./course check --seed {record['seed']} shows the same cases."])}
+            "output": "\n".join([*map(say, record["faults"]),
+                                 say(f"./course check --seed {record['seed']} shows the same cases.")])}
 
 
 def autolab(record: dict) -> str:
@@ -53,7 +58,7 @@ def autolab(record: dict) -> str:
     return json.dumps({"scores": {row["name"]: row["score"] for row in record["stages"]}})
 
 
-def junit(record: dict) -> ElementTree.ElementTree:
+def junit(record: dict, say: Speaker) -> ElementTree.ElementTree:
     suites = ElementTree.Element("testsuites", name=record["name"])
     for row in record["stages"]:
         failures = sum(not check["passed"] for check in row["checks"])
@@ -64,8 +69,9 @@ def junit(record: dict) -> ElementTree.ElementTree:
             case = ElementTree.SubElement(suite, "testcase", classname=f"stage_{row['id']}.{row['name']}",
                                           name=check["name"])
             if not check["passed"]:
-                failure = ElementTree.SubElement(case, "failure", message=plain(row["hint"]), type=row["state"])
-                failure.text, told = ("" if told else words_on(row)), True
+                failure = ElementTree.SubElement(case, "failure", message=plain(say.hint(row["hint"], row["story"])),
+                                                 type=row["state"])
+                failure.text, told = ("" if told else words_on(row, say)), True
     return ElementTree.ElementTree(suites)
 
 

@@ -1,0 +1,106 @@
+"""What ./course grade writes for students and instructors is in the language asked for, and that is no part of a grade."""
+
+import html
+import json
+import re
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
+
+from grading import ROOT
+from course.grading import grade as grading
+from course.grading import outputs, pages
+from course.language import speaker
+
+sys.path.insert(0, str(ROOT / "tests" / "homework"))
+from untranslated import english_in  # noqa: E402  (the folder must be known first)
+
+STORY = """Stage 1.1: H of one edge between two poses
+  expected  (0, 6) = 2.5
+  got       (0, 6) = 0   the worst of 36 wrong entries, 144 in all
+  row 0     VertexPose 0, δp.x
+  cause     the mirrored block is missing: H must get J_iᵀWJ_j at (v_i, v_j) and its transpose at (v_j, v_i)
+  read      ch5_homework/README.md, Stage 1.1, TODO 1.1b"""
+CHINESE, ENGLISH = speaker("zh"), speaker("en")
+STAGES = json.loads((ROOT / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
+
+
+def row(stage: dict, state: str, hint: str = "", story: str = "", picture: str = "") -> dict:
+    checks = [{"name": "OneEdgeBetweenTwoPoses", "points": 2, "score": 2 * (state == "right"), "passed": state == "right"}]
+    return {**{key: stage[key] for key in ("id", "name", "title", "file")}, "state": state, "hint": hint, "story": story,
+            "printed": "", "score": 2 * (state == "right"), "points": 2, "checks": checks, "picture": picture,
+            "margins": {"OneEdgeBetweenTwoPoses": 0.5}, "seconds": 1.0}
+
+
+def record(name: str = "s1") -> dict:
+    """One of every state."""
+    verdicts = [("wrong", STORY.splitlines()[0] + ": the mirrored block is missing: …", STORY, "ox/xo"), ("right",),
+                ("not-started", "TODO 2a TestMarginalize, moving the rows is not started."),
+                ("missing", "gauge_prior.cc is not in the submission."),
+                ("crashes", "Crash (Segmentation fault) at gauge_freedom.cc:3, before the tests were through."),
+                ("times-out", "Still running after 10 s, in the test Stage5.A: a loop does not end."),
+                ("does-not-compile", "vins_window.cc is saved as UTF-16, which compilers do not read; save it as UTF-8.")]
+    return {"name": name, "key": "k", "content": "same", "seed": 7, "status": "graded", "score": 2, "points": 14,
+            "faults": ["problem.cc is there more than once; the one nearest to the top counts"], "seconds": 3.0,
+            "cpu_seconds": 2.0, "peak_mib": 300, "fingerprint": {},
+            "stages": [row(stage, *verdict) for stage, verdict in zip(STAGES, verdicts)]}
+
+
+def words_of(path: Path) -> str:
+    text = re.sub(r"<style>.*?</style>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    return html.unescape(re.sub(r"<[^>]*>", "\n", text))
+
+
+class Pages(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def test_a_students_page_is_chinese(self):
+        pages.write_feedback(self.folder, record(), CHINESE)
+        text, words = (self.folder / "feedback.html").read_text(encoding="utf-8"), words_of(self.folder / "feedback.html")
+        self.assertIn('<html lang="zh">', text)
+        self.assertEqual(english_in(words), "")
+        for part in ("2 分（满分 14 分）", "(0, 6) = 2.5", "缺少镜像块", "橙色的元素不对", "提示 3：只差一步", "段错误", "./course check --seed 7",
+                     "problem.cc 不止一个；以最靠外的那个为准。"):
+            self.assertIn(part, words)
+
+    def test_a_class_reads_chinese(self):
+        pages.write_summary(self.folder, [record("s1"), record("s2"), {**record("s3"), "status": "infrastructure-error"}],
+                            CHINESE)
+        words = words_of(self.folder / "summary.html")
+        self.assertEqual(english_in(words), "")
+        for part in ("已评 2 份提交", "1.1: 缺少镜像块", "2 错误", "s1, s2", "s3"):
+            self.assertIn(part, words)
+
+    def test_other_platforms_are_told_in_chinese(self):
+        outputs.write_one(self.folder, record(), CHINESE)
+        results = json.loads((self.folder / "results.json").read_text(encoding="utf-8"))
+        told = "\n".join([results["output"], *(test["output"] for test in results["tests"])])
+        self.assertEqual(english_in(told), "")
+        self.assertIn("缺少镜像块", told)
+        self.assertIn("缺少镜像块", (self.folder / "junit.xml").read_text(encoding="utf-8"))
+        broken = {**record(), "status": "infrastructure-error"}
+        self.assertEqual(english_in(outputs.gradescope(broken, CHINESE)["output"]), "")
+
+    def test_another_language_regrades_nothing(self):
+        file = self.folder / "gauge_prior.cc"
+        file.write_text("// mine\n")
+        session = lambda say: grading.Session(self.folder, SimpleNamespace(digest="d"), STAGES[:1], {"1.1": {}}, 7, say)
+        graded = {key: value for key, value in record().items() if key not in ("name", "key")}
+        with mock.patch.object(grading, "grade", return_value=graded):
+            self.assertTrue(session(ENGLISH).grade_one("s1", file))
+        before = (self.folder / "s1" / "record.json").read_bytes()
+        self.assertIn("the mirrored block is missing", (self.folder / "s1" / "feedback.html").read_text(encoding="utf-8"))
+        with mock.patch.object(grading, "grade", side_effect=AssertionError("graded again")):
+            self.assertFalse(session(CHINESE).grade_one("s1", file))
+        self.assertEqual((self.folder / "s1" / "record.json").read_bytes(), before)
+        self.assertEqual(english_in(words_of(self.folder / "s1" / "feedback.html")), "")
+
+
+if __name__ == "__main__":
+    unittest.main()

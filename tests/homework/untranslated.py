@@ -1,0 +1,24 @@
+"""What is left of the English where Chinese was asked for."""
+
+import re
+import sys
+
+from regions import ROOT
+
+sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
+from course import language  # noqa: E402  (the folder must be known first)
+from course.judge import Verdict, in_full  # noqa: E402
+
+CHINESE = language.speaker("zh")
+QUOTED = re.compile(r"`[^`]*`|“[^”]*”")
+SENTENCE = re.compile(r"(?<![\w./])[A-Z]?[a-z']+[,;:]? [a-z']{2,}(?![\w(./])")  # two plain words, which is no code
+
+
+def english_in(text: str) -> str:
+    """The first line that holds a piece of an English sentence, or ""."""
+    return next((line.strip() for line in text.splitlines() if SENTENCE.search(QUOTED.sub("", line))), "")
+
+
+def untranslated(verdict: Verdict) -> str:
+    """Likewise of what a student would read of a verdict."""
+    return english_in(CHINESE.hint(verdict.hint, verdict.story) + "\n" + in_full(verdict.hint, verdict.story, CHINESE))
