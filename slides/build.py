@@ -32,18 +32,18 @@ import importlib
 import json
 import os
 import re
-import shutil
 import sys
 import tempfile
 from pathlib import Path
 
 import browser
+import modules
 from browser import BuildError
+from modules import WORK
 from tables import MissingTable, Tables
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
-WORK = ROOT / "build" / "slides"
 LANGUAGES = ("en", "zh")
 PLACEHOLDER = re.compile(r"\{\{([A-Za-z0-9_.]+)\}\}")
 SLIDE_ID = re.compile(r"^<!-- slide: [^>]*-->\n", re.M)
@@ -126,18 +126,7 @@ def inline(html, figures, lang):
 
 def marp(prepared, out):
     """All decks to HTML in one call of Marp, which is installed from the lock file when that changes."""
-    node, npm = browser.node(), shutil.which("npm")
-    if not npm:
-        raise BuildError("Marp is installed with npm, which is missing; Debian: apt-get install npm")
-    lock = (HERE / "package-lock.json").read_text(encoding="utf-8")
-    stamp, script = WORK / "installed.lock", WORK / "node_modules/@marp-team/marp-cli/marp-cli.js"
-    if not (script.exists() and stamp.exists() and stamp.read_text(encoding="utf-8") == lock):
-        WORK.mkdir(parents=True, exist_ok=True)
-        for name in ("package.json", "package-lock.json"):
-            shutil.copy(HERE / name, WORK / name)
-        say("installing Marp into build/slides …")
-        browser.run([npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund"], "npm could not install Marp", cwd=WORK)
-        stamp.write_text(lock, encoding="utf-8")
+    node, script = browser.node(), modules.installed() / "@marp-team/marp-cli/marp-cli.js"
     with tempfile.TemporaryDirectory(dir=WORK) as folder:
         folder = Path(folder)
         for deck in prepared:
