@@ -46,7 +46,8 @@ TEST(Gauge, FreeHessianHasTheSevenKnownNullDirectionsAndNoOther) {
     EXPECT_EQ(NullDimension(H), 7);
     // Rounding: a sum of up to 80 residuals' products, each exact to 1e-16 of the greatest entry.
     EXPECT_LT((H * GaugeDirections(ba)).cwiseAbs().maxCoeff(), 1e-12 * H.cwiseAbs().maxCoeff());
-    const HessianPair pair = FreeHessian(scene, 1.0, ba);
+    MonoBa free = FreeMonoBa(scene, 1.0, ba);
+    const HessianPair pair = FreeHessian(&free);
     EXPECT_EQ(pair.H, H);
     EXPECT_EQ(NullDimension(pair.S), 7) << "eliminating the landmarks keeps the gauge";
   }

@@ -88,6 +88,19 @@ class Tables(unittest.TestCase):
         self.assertEqual((corner != 0).sum(), 20)
         self.assertTrue((abs(H - H.T) <= 1e-12 * abs(H).max()).all())
 
+    def test_blocks_of_the_hessian_are_those_that_edges_and_landmarks_made(self):
+        names = ("hessian", "hessian_vertices", "hessian_blocks")
+        for scene, edges in (("course", 40), ("large", 2700)):
+            entries, vertices, blocks = (style.read(self.out, name).where(scene=scene) for name in names)
+            vertex_of = {first + k: vertex for vertex, first, rows in
+                         zip(*(vertices[name] for name in ("vertex", "first_row", "rows"))) for k in range(int(rows))}
+            for matrix in ("H", "S"):
+                of, made = entries.where(matrix=matrix), blocks.where(matrix=matrix)
+                filled = {(vertex_of[row], vertex_of[column]) for row, column in zip(of["row"], of["column"])}
+                self.assertEqual({(i, j) for i, j in filled if i >= j}, set(zip(made["row_vertex"], made["column_vertex"])))
+            corner = blocks.where(matrix="H", row_vertex=0, column_vertex=0)
+            self.assertEqual(len(set(corner["number"])), edges, "frame 0 hosts every landmark")
+
     def test_marginalisation_keeps_the_seven_free_directions(self):
         fill = style.read(self.out, "marginalize_fill")
         self.assertEqual(list(fill["size"]), [42, 30, 24, 36])

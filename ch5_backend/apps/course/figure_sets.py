@@ -85,7 +85,7 @@ def of_gauge(part: str, needs: str, seconds: tuple, figures: str, **trials) -> F
 
 SETS = (
     FigureSet("chapter", "", SLIDES_TABLES + WINDOW_TABLES + NEES_TABLES + csv(
-        "prior_trace odometry_windows odometry_matrices"),
+        "mono_ba_iterations hessian_vertices hessian_edges hessian_blocks prior_trace odometry_windows odometry_matrices"),
         tuple(("scene_course scene_large mono_ba_convergence hessian_course hessian_large spectrum marginalize_chain "
                "marginalize_scene prior_sweep prior_costs prior_traces prior_trials prior_damping consistency "
                + ODOMETRY).split()),

@@ -8,7 +8,11 @@ Tables, DIR/csv (one row of names, then numbers; metres, radians; costs are ½ �
   mono_ba_trace.csv      scene,iteration,cost,lambda,gain_ratio,step_norm,gradient_max,trials,seconds
   mono_ba_frames.csv     scene,state,frame,x_m…qw       state: truth, initial, final (aligned by a similarity)
   mono_ba_points.csv     scene,state,point,x_m,y_m,z_m
+  mono_ba_iterations.csv scene,iteration,point,x_m,y_m,z_m   aligned by a similarity
   hessian.csv            scene,matrix,row,column,value  matrix: H (poses, then landmarks; gauge free), S (Schur)
+  hessian_vertices.csv   scene,vertex,type,number,first_row,rows   whose rows they are
+  hessian_edges.csv      scene,edge,type,vertex         one row a vertex of an edge
+  hessian_blocks.csv     scene,matrix,row_vertex,column_vertex,by,number   what added to a block: edge or landmark
   spectrum.csv           gauge,index,eigenvalue         of H, 3×20 scene, W = 1/σ²
   marginalize_chain.csv  stage,row,column,value         stage: before, moved, after; the slides' 3×3
   marginalize_scene.csv  stage,row,column,value         non-zeros of a 5×12 scene's H as it loses variables
@@ -53,6 +57,7 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
+import blocks
 import captions
 import convergence
 import hessian
@@ -62,24 +67,37 @@ import odometry
 import page
 import prior
 import scene
+import sliders
 import style
 
 # The longest first, so that two processes finish together.
 SCRIPTS = (odometry, nees, prior, scene, hessian, convergence, marginalize)
+EXPLORERS = {"Bundle adjustment": sliders.iterations, "Odometry": sliders.windows, "The prior's weight": sliders.weights,
+             "The Hessian": lambda directory: blocks.explorer(directory, "course")}
 
 
 def solves_table(n):
-    """The table of the solves."""
-    head = ("scene", "frames × points", "unknowns", "edges", "first cost", "last cost", "iterations",
-            "time [ms]", "stopped by")
-    rows = []
-    for i in range(len(n.summary)):
-        row = {name: column[i] for name, column in n.summary.columns.items()}
-        rows.append((row["scene"], f"{row['frames']:.0f} × {row['points']:.0f}", f"{row['unknowns']:.0f}",
-                     f"{row['edges']:.0f}", style.number(row["initial_cost"]), style.number(row["final_cost"], 4),
-                     f"{row['iterations']:.0f}", style.number(row["milliseconds"], 2), row["termination"]))
-    return (page.table(head, rows) +
+    """The table of the solves, a column a scene."""
+    scenes = [n.solve(name) for name in n.summary["scene"]]
+    rows = (("frames × points", lambda row: f"{row['frames']:.0f} × {row['points']:.0f}"),
+            ("unknowns", lambda row: f"{row['unknowns']:.0f}"), ("edges", lambda row: f"{row['edges']:.0f}"),
+            ("first cost", lambda row: style.number(row["initial_cost"])),
+            ("last cost", lambda row: style.number(row["final_cost"], 4)),
+            ("iterations", lambda row: f"{row['iterations']:.0f}"),
+            ("time [ms]", lambda row: style.number(row["milliseconds"], 2)),
+            ("stopped by", lambda row: row["termination"]))
+    return (page.table(("scene", *(row["scene"] for row in scenes)),
+                       [(title, *map(cell, scenes)) for title, cell in rows], "words") +
             "<p>Cost: ½ Σ rᵀWr. The small scene has W = I as in the course, the large one W = 1/σ².</p>")
+
+
+def contents(titles):
+    links = "".join(f'<a href="#{anchor(title)}">{html.escape(title)}</a>' for title in titles)
+    return f'<nav aria-label="Contents">{links}<a href="#tables">Tables</a></nav>'
+
+
+def anchor(title):
+    return title.lower().replace("'", "").replace(" ", "-")
 
 
 def body_of(directory):
@@ -87,15 +105,15 @@ def body_of(directory):
     n = captions.Numbers(directory)
     sections = {**captions.sections(n), "Odometry": odometry.captions(directory),
                 "Consistency": nees.captions(directory)}
-    anchor = lambda title: title.lower().replace("'", "").replace(" ", "-")
     body = ["<h1>Chapter 5: a hand-written back end at work</h1>",
             "<p>Simulated scenes, solved by the code of this repository; every number below is read from the tables "
-            "beside this page.</p>",
-            "<nav>" + "".join(f'<a href="#{anchor(title)}">{html.escape(title)}</a>' for title in sections) +
-            '<a href="#tables">Tables</a></nav>', solves_table(n)]
+            "beside this page.</p>", contents(sections), solves_table(n)]
     for title, figures in sections.items():
-        body.append(f'<h2 id="{anchor(title)}">{html.escape(title)}</h2>')
+        body.append(f'<section aria-labelledby="{anchor(title)}"><h2 id="{anchor(title)}">{html.escape(title)}</h2>')
+        if title in EXPLORERS:
+            body.append(EXPLORERS[title](directory))
         body += [page.figure(directory, name, caption) for name, caption in figures.items()]
+        body.append("</section>")
     return [*body, page.links_to_tables(directory)]
 
 

@@ -1,5 +1,8 @@
 #include "ch5_backend/apps/studies/matrices.h"
 
+#include <map>
+#include <set>
+
 #include <Eigen/Eigenvalues>
 
 namespace ch5 {
@@ -50,6 +53,51 @@ MatXX DenseHessian(const Graph& graph, int* pose_rows) {
     }
   }
   return H;
+}
+
+namespace {
+
+bool IsLandmark(const Vertex& vertex) { return vertex.GetRole() == Role::kLandmark; }
+
+void AppendVertices(const Graph& graph, const std::string& scene, CsvTable* table) {
+  const FirstRows first_rows = FirstRowsOf(graph);
+  std::map<std::string, int> count;
+  for (const auto& vertex : graph.Vertices()) {
+    const int number = count[vertex->TypeInfo()]++;
+    if (vertex->IsFixed()) continue;
+    table->Row(scene, vertex->Id(), vertex->TypeInfo(), number, first_rows.at(vertex.get()), vertex->LocalDimension());
+  }
+}
+
+// Calls add(i, j) for the ids of all pairs of free vertices, i ≥ j.
+template <typename Vertices, typename Function>
+void ForEachPair(const Vertices& vertices, const Function& add) {
+  for (const auto& i : vertices) {
+    for (const auto& j : vertices) {
+      if (!i->IsFixed() && !j->IsFixed() && i->Id() >= j->Id()) add(*i, *j);
+    }
+  }
+}
+
+}  // namespace
+
+void AppendHessianBlocks(const Graph& graph, const std::string& scene, HessianBlockTables* tables) {
+  AppendVertices(graph, scene, &tables->vertices);
+  std::map<int, std::set<const Vertex*>> poses_of;  // of each landmark, by its id
+  for (const auto& edge : graph.Edges()) {
+    for (const auto& vertex : edge->Vertices()) tables->edges.Row(scene, edge->Id(), edge->TypeInfo(), vertex->Id());
+    ForEachPair(edge->Vertices(), [&](const Vertex& i, const Vertex& j) {
+      tables->blocks.Row(scene, "H", i.Id(), j.Id(), "edge", edge->Id());
+      if (!IsLandmark(i) && !IsLandmark(j)) tables->blocks.Row(scene, "S", i.Id(), j.Id(), "edge", edge->Id());
+      if (IsLandmark(i) && !IsLandmark(j)) poses_of[i.Id()].insert(&j);
+      if (IsLandmark(j) && !IsLandmark(i)) poses_of[j.Id()].insert(&i);
+    });
+  }
+  for (const auto& [landmark, poses] : poses_of) {
+    ForEachPair(poses, [&, number = landmark](const Vertex& i, const Vertex& j) {
+      tables->blocks.Row(scene, "S", i.Id(), j.Id(), "landmark", number);
+    });
+  }
 }
 
 }  // namespace ch5

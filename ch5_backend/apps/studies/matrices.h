@@ -1,7 +1,8 @@
 #pragma once
 /// What the studies show of a matrix: its eigenvalues, how many of them a free gauge makes zero, and its entries as rows
-/// of a table.
+/// of a table; which vertices and edges made which block of H and of its Schur complement.
 
+#include <string>
 #include <unordered_map>
 
 #include "ch5_backend/graph/graph.h"
@@ -33,5 +34,19 @@ void AppendNonZeros(const MatXX& M, CsvTable* table, const Labels&... labels) {
     }
   }
 }
+
+struct HessianBlockTables {
+  CsvTable vertices{"scene,vertex,type,number,first_row,rows"};  ///< `number` counts the vertices of a type
+  CsvTable edges{"scene,edge,type,vertex"};                      ///< a row for each vertex of an edge, in its order
+  CsvTable blocks{"scene,matrix,row_vertex,column_vertex,by,number"};  ///< lower half; a row for each that added to it
+};
+
+/// Appends the free vertices, the edges, and what each adds to:
+///
+///   H_ij += J_iᵀ W J_j               each edge, to the blocks of all pairs of its vertices     by = edge
+///   S_ij −= H_il H_ll⁻¹ H_lj         each landmark, to those of all pairs of poses that see it  by = landmark
+///
+/// S has the edges between poses too. Vertices and edges go by their ids.
+void AppendHessianBlocks(const Graph& graph, const std::string& scene, HessianBlockTables* tables);
 
 }  // namespace ch5

@@ -15,7 +15,9 @@ struct Tables {
   CsvTable trace{"scene,iteration,cost,lambda,gain_ratio,step_norm,gradient_max,trials,seconds"};
   CsvTable frames{"scene,state,frame,x_m,y_m,z_m,qx,qy,qz,qw"};
   CsvTable points{"scene,state,point,x_m,y_m,z_m"};
+  CsvTable iterations{"scene,iteration,point,x_m,y_m,z_m"};
   CsvTable hessian{"scene,matrix,row,column,value"};
+  HessianBlockTables hessian_blocks;
   CsvTable spectrum{"gauge,index,eigenvalue"};
 };
 
@@ -47,7 +49,15 @@ void RunCase(const MonoBaCase& study, Tables* tables) {
   const Reconstruction truth = TruthOf(scene), initial = EstimateOf(scene, ba);
   Problem problem(&ba.graph);
   problem.SetDamping(study.damping);
-  const Summary summary = problem.Solve();
+  SolveOptions options;
+  options.callback = [&](const IterationInfo& info) {
+    int k = 0;
+    for (const Vec3& p : AlignToTruth(EstimateOf(scene, ba), truth).points) {
+      tables->iterations.Row(study.name, info.iteration, k++, p.x(), p.y(), p.z());
+    }
+    return true;
+  };
+  const Summary summary = problem.Solve(options);
   const Reconstruction final_state = AlignToTruth(EstimateOf(scene, ba), truth);
 
   AppendReconstruction(study.name, "truth", truth, tables);
@@ -55,9 +65,11 @@ void RunCase(const MonoBaCase& study, Tables* tables) {
   AppendReconstruction(study.name, "final", final_state, tables);
   AppendSummary(study, summary, problem.Size(), ba.graph.Edges().size(), Compare(initial, truth),
                 Compare(final_state, truth), tables);
-  const HessianPair hessian = FreeHessian(scene, study.pixel_information, ba);
+  MonoBa free = FreeMonoBa(scene, study.pixel_information, ba);
+  const HessianPair hessian = FreeHessian(&free);
   AppendNonZeros(hessian.H, &tables->hessian, study.name, "H");
   AppendNonZeros(hessian.S, &tables->hessian, study.name, "S");
+  AppendHessianBlocks(free.graph, study.name, &tables->hessian_blocks);
 }
 
 // The eigenvalues of H at the optimum of the small scene under each gauge: seven zeros, or none.
@@ -93,14 +105,18 @@ std::vector<MonoBaCase> MonoBaCases() {
           {"large", large, Gauge::kPriorMinimal, information, information, Damping::kDiagonal}};
 }
 
-HessianPair FreeHessian(const MonoBaScene& scene, double pixel_information, const MonoBa& states) {
+MonoBa FreeMonoBa(const MonoBaScene& scene, double pixel_information, const MonoBa& states) {
   MonoBa free;
   BuildMonoBa(scene, Gauge::kFree, pixel_information, /*prior_weight=*/0.0, &free);
   for (size_t i = 0; i < free.poses.size(); ++i) free.poses[i]->SetEstimate(states.poses[i]->GetEstimate());
   for (size_t k = 0; k < free.landmarks.size(); ++k) {
     free.landmarks[k]->SetEstimate(states.landmarks[k]->GetEstimate());
   }
-  Problem problem(&free.graph);
+  return free;
+}
+
+HessianPair FreeHessian(MonoBa* free) {
+  Problem problem(&free->graph);
   problem.MakeHessian();
   VecX none;  // without damping the free system has no solution, but the Schur complement is made on the way
   problem.SolveLinearSystem(/*lambda=*/0.0, &none);
@@ -119,7 +135,11 @@ void RunMonoBaStudy(const std::filesystem::path& csv, const std::function<void(d
   tables.trace.Write(csv / "mono_ba_trace.csv");
   tables.frames.Write(csv / "mono_ba_frames.csv");
   tables.points.Write(csv / "mono_ba_points.csv");
+  tables.iterations.Write(csv / "mono_ba_iterations.csv");
   tables.hessian.Write(csv / "hessian.csv");
+  tables.hessian_blocks.vertices.Write(csv / "hessian_vertices.csv");
+  tables.hessian_blocks.edges.Write(csv / "hessian_edges.csv");
+  tables.hessian_blocks.blocks.Write(csv / "hessian_blocks.csv");
   tables.spectrum.Write(csv / "spectrum.csv");
   progress(1.0);
 }

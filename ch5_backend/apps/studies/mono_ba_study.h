@@ -24,14 +24,18 @@ struct MonoBaCase {
 /// "large": 10 × 300, poses start 20 cm and 3° (one σ, each axis) beside the truth, W = 1/σ², minimal gauge.
 std::vector<MonoBaCase> MonoBaCases();
 
-/// H of the scene with a free gauge at the given states, and its Schur complement on the poses.
+/// The scene with a free gauge at the given states.
+MonoBa FreeMonoBa(const MonoBaScene& scene, double pixel_information, const MonoBa& states);
+
+/// H of a graph with a free gauge, and its Schur complement on the poses.
 struct HessianPair {
   MatXX H;  ///< n×n, n = 6·frames + points
   MatXX S;  ///< (6·frames)²:  H_pp − H_pl H_ll⁻¹ H_lp
 };
-HessianPair FreeHessian(const MonoBaScene& scene, double pixel_information, const MonoBa& states);
+HessianPair FreeHessian(MonoBa* free);
 
-/// Writes mono_ba_summary.csv, mono_ba_trace.csv, mono_ba_frames.csv, mono_ba_points.csv, hessian.csv, spectrum.csv.
+/// Writes mono_ba_….csv (summary, trace, frames, points, iterations), hessian.csv, spectrum.csv, and hessian_….csv
+/// (vertices, edges, blocks).
 /// @param progress  called with the fraction done;  @throws WriteError
 void RunMonoBaStudy(const std::filesystem::path& csv, const std::function<void(double)>& progress);
 
