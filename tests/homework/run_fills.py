@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Judges the reference and every fill of a file, stage by stage: run_fills.py [options] EXECUTABLE FILE…
 
-FILE is a .fills file, or "blanks" for every single blank TODO. Exit code 0 if each verdict is the expected one, no
-right fill comes within ten times a tolerance, and NAMED of the wrong ones say what the mistake is, not only where it shows.
+FILE is a .fills file, or "blanks" for every single blank TODO. Exit code 0 if each verdict is the expected one and can be
+told in Chinese, no right fill comes within ten times a tolerance, and NAMED of the wrong ones say what the mistake is, not
+only where it shows.
 EXECUTABLE is homework_fills, which judges as ./course check does; or, with --worker worker_fills, homework_judge.
 """
 
@@ -16,6 +17,7 @@ from regions import ROOT, STAGES, stage_of
 
 sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
 from course import judge as course_judge  # noqa: E402  (the folder must be known first)
+from untranslated import untranslated  # noqa: E402
 
 NAMED = 0.95
 UNNAMED = ("none of the typical mistakes", "Crash (", "The program ended by itself", "The tests were not all run")
@@ -44,6 +46,8 @@ def judge(asked, one: Fill, stage: dict, seed) -> tuple:
     where = f"{one.name}, stage {stage['id']}, seed {seed}"
     if verdict.state != state or words not in verdict.hint:
         return f"{where}: expected {state} “{words}”, got {verdict.state} “{verdict.hint}”", False
+    if left := untranslated(verdict):
+        return f"{where}: not in Chinese: “{left}”; see ch5_backend/apps/course/language/zh", False
     near = [f"{where}: {test['name']} uses {float(test['margin']):.2g} of its tolerance" for test in verdict.tests
             if state == "right" and float(test.get("margin", 0)) > MARGIN]
     return "\n".join(near), is_named(verdict)

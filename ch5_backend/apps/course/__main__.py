@@ -49,7 +49,7 @@ JSON_FIELDS = {
     "grade": "out, records, a list of {name, status, score, points}",
     "status": "stages, a list of {id, state, hint}",
 }
-SPEAKING = ("check", "status", "grade", "hint")  # to students, hence in their language
+SPEAKING = ("check", "status", "grade", "hint", "deep")  # to students, hence in their language
 SOLVERS = ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series")
 
 
@@ -213,7 +213,7 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         return show(arguments.stage, arguments.number, arguments.language)
     if command == "deep":
         from .deep import deepen
-        return deepen(not arguments.off)
+        return deepen(not arguments.off, arguments.language)
     from . import check
     if command == "check":
         return check.run_check(arguments.stages + extra, arguments.json, arguments.seed, arguments.language)

@@ -4,12 +4,16 @@ import subprocess
 import sys
 
 from .build import HOMEWORK, ROOT
+from .language import speaker
 
 
-def deepen(on: bool) -> int:
+def deepen(on: bool, language: str) -> int:
     """Writes each file of the homework at the depth asked for, unless a student has begun it; 1 if there is such a file."""
     command = [sys.executable, str(ROOT / "tests" / "homework" / "make_skeleton.py"), "--keep", "--output", str(HOMEWORK)]
-    done = subprocess.run(command + ["--deep"] * on, check=False)
+    say = speaker(language)
+    done = subprocess.run(command + ["--deep"] * on, stdout=subprocess.PIPE, text=True, check=False)
+    for line in done.stdout.splitlines():
+        print(say(line))
     if done.returncode == 0:
-        print("All files are at the " + ("second depth; back: ./course deep --off" if on else "first depth."))
+        print(say("All files are at the " + ("second depth; back: ./course deep --off" if on else "first depth.")))
     return done.returncode

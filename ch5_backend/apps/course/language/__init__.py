@@ -18,6 +18,7 @@ PLACEHOLDER = re.compile(r"\{(\w+)\}")
 NUMBER = r"-?(?:\d[\d.e+-]*|inf|nan)"
 LABELLED = re.compile(r"  (expected|got|cause|read|row \d+|column \d+) +(.*)")  # a line of a story: tests/homework/narrate.cc
 LABEL_WIDTH = 10
+SUBJECT = re.compile(r"Stage (\S+): (.*)")  # its first line
 OURS = ("Stage ", "Value of: ", "Expected")  # how stories begin, GoogleTest's too; others are a compiler's words
 
 
@@ -69,6 +70,8 @@ class Speaker:
         return "\n".join(map(self.line, story.splitlines())) if self.entries and story.startswith(OURS) else story
 
     def line(self, line: str) -> str:
+        if found := SUBJECT.fullmatch(line):
+            return self.entries["Stage {id}: {what}"].format(id=found[1], what=self(found[2]))
         if found := LABELLED.fullmatch(line):
             return "  " + pad(self(found[1]), LABEL_WIDTH) + self(found[2])
         words = line.lstrip()
@@ -81,7 +84,7 @@ class Speaker:
             return self(hint)
         cause = hint[len(what):].removeprefix(": ").removesuffix(".")
         template = "{what}: {cause}." if cause else "{what}."
-        return self.entries.get(template, template).format(what=self(what), cause=self(cause))
+        return self.entries.get(template, template).format(what=self.story(what), cause=self(cause))
 
 
 def pattern_of(template: str) -> re.Pattern:
