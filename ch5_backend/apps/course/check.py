@@ -141,7 +141,7 @@ def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
 
 
 def indent(text: str) -> str:
-    return "\n".join("  " + line for line in text.splitlines())
+    return "\n".join(("  " + line).rstrip() for line in text.splitlines())
 
 
 def next_step(stage: dict, verdict: Verdict) -> str:
