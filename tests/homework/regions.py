@@ -10,6 +10,8 @@ A region of solutions/NAME.cc reads
 
 At the second depth, deep, a region becomes its throw alone; and regions between // BEGIN DEEP and // END DEEP, whose
 solution everybody else is given, become blank too.
+
+The students' archive has solutions/NAME.cc.blank instead: the same text without what the first depth asks for.
 """
 
 import json
@@ -43,7 +45,8 @@ _REGION = re.compile(
 
 
 def solution_text(name: str) -> str:
-    return (ROOT / "solutions" / name).read_text(encoding="utf-8")
+    path = ROOT / "solutions" / name
+    return (path if path.exists() else path.with_name(name + ".blank")).read_text(encoding="utf-8")
 
 
 def regions(text: str) -> list:
@@ -58,6 +61,11 @@ def regions(text: str) -> list:
 def fill(text: str, content) -> str:
     """The solution with each region replaced by content(region)."""
     return _REGION.sub(lambda match: content(Region(**match.groupdict())), text)
+
+
+def blanked(text: str) -> str:
+    """The text with its markers, whose skeletons are the same at both depths, and without the solutions of the first."""
+    return re.sub(r"(// BEGIN SOLUTION [^\n]+\n).*?(^ *// BLANK\n)", r"\1\2", text, flags=re.MULTILINE | re.DOTALL)
 
 
 def stage_of(todo: str) -> dict:

@@ -21,8 +21,8 @@ DESCRIPTIONS = {
              "run in a sandbox, and only its numbers are believed. Writes for each feedback.html, results.json "
              "(Gradescope), junit.xml and autolab.json; for the class grades.csv and summary.html. Stopped, it goes on "
              "where it was; what has a record is not graded again.",
-    "pack": "Packs the grader for another platform: gradescope, the zip of an autograder; classroom, a workflow for GitHub "
-            "Classroom.",
+    "pack": "Packs the project without its solutions: student, the students' archive. Packs the grader for another platform: "
+            "gradescope, the zip of an autograder; classroom, a workflow for GitHub Classroom.",
     "hint": "Prints one of the three hints on a stage of the handout, such as ./course hint 1.2 1. Try again before you ask "
             "for the next.",
     "deep": "Turns your files in ch5_homework/ to the second depth: more gaps, and no lines with question marks to fill in. "
@@ -154,8 +154,8 @@ def make_parser(command: str) -> Parser:
     elif command == "grade":
         add_grade_options(parser)
     elif command == "pack":
-        parser.add_argument("what", metavar="WHAT", nargs="?", default="", help="gradescope or classroom")
-        parser.add_argument("--out", metavar="FILE", help="default: gradescope.zip or classroom.yml")
+        parser.add_argument("what", metavar="WHAT", nargs="?", default="", help="student, gradescope or classroom")
+        parser.add_argument("--out", metavar="FILE", help="default: chapter5.tar.gz, gradescope.zip or classroom.yml")
     elif command == "plots":
         add_plots_options(parser)
     elif command == "slides":

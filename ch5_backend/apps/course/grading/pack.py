@@ -1,4 +1,4 @@
-"""./course pack: what other platforms grade with."""
+"""./course pack: what students get, and what other platforms grade with."""
 
 import os
 import subprocess
@@ -9,6 +9,7 @@ from whole_file import whole
 
 from ..build import ROOT
 from ..errors import CourseError
+from .student import pack_student
 
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same files give the same bytes
 
@@ -68,8 +69,11 @@ def pack(what: str, out: str) -> int:
         path = Path(out or "classroom.yml")
         with whole(path) as partial:
             partial.write_text(CLASSROOM, encoding="utf-8")
+    elif what == "student":
+        path = Path(out or "chapter5.tar.gz")
+        pack_student(path)
     else:
-        raise CourseError(f"./course pack makes gradescope or classroom, not '{what}'")
+        raise CourseError(f"./course pack makes student, gradescope or classroom, not '{what}'")
     print(f"{path}: {path.stat().st_size >> 10} KB")
     return 0
 

@@ -1,0 +1,149 @@
+"""The students' archive: the same bytes from every clone, no line of a solution, and all that a student does works from it."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from grading import ROOT
+
+os.environ.setdefault("CH5_BUILD_DIR", os.environ.get("CH5_BUILD", ""))  # before it is read
+from course.build import BUILD  # noqa: E402
+from course.grading import student  # noqa: E402
+sys.path.insert(0, str(ROOT / "tests" / "homework"))
+from regions import FILES, STAGES, regions, solution_text  # noqa: E402
+
+NO_CLONE = "only a clone knows which files are the project's"
+# Lines of a solution that the library needs elsewhere, too.
+ALLOWED = {
+    "prior.x0.push_back(block.x0);": "each prior of the library keeps its linearisation points so",
+    "auto edge = std::make_shared<EdgeSE3Prior>(problem->poses[i], scene.frames[i].q, scene.frames[i].p);":
+        "the priors that fix no more than the gauge are made of the same edge",
+    "for (size_t i = 0; i < 2; ++i) {": "any loop over two",
+}
+# In a name: Eigen's types for a sum, a product, a block.
+FORMULA = re.compile(r"_Z\w*5Eigen\w*(?:13CwiseBinaryOp|7Product|5Block|9Transpose)\w*")
+
+
+def bare(text: str) -> str:
+    return re.sub(r"\s+", "", text)
+
+
+def secret_lines() -> dict:
+    """{line of a solution, without its comment: TODO}, of those that say something and that no student is given."""
+    given = bare("".join(path.read_text(encoding="utf-8") for pattern in ("*.cc", "README*.md")
+                         for path in (ROOT / "ch5_homework").glob(pattern)))
+    lines = {line.partition("//")[0].strip(): region.todo for name in FILES for region in regions(solution_text(name))
+             if region.kind == "SOLUTION" for line in region.solution.splitlines()}
+    return {line: todo for line, todo in lines.items() if len(line) > 20 and bare(line) not in given and line not in ALLOWED}
+
+
+class InAFolder(unittest.TestCase):
+    def folder(self) -> Path:
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        return Path(folder.name)
+
+
+def put(files: dict, folder: Path) -> None:
+    for name, content in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+
+
+@unittest.skipUnless((ROOT / ".git").exists(), NO_CLONE)
+class Archive(InAFolder):
+    @classmethod
+    def setUpClass(cls):
+        cls.compiled = student.compiled_solutions()
+        cls.files = student.student_files(student.tracked_files(), cls.compiled)
+
+    def test_no_line_of_a_solution_is_in_it(self):
+        secrets = secret_lines()
+        self.assertGreater(len(secrets), 50)
+        self.assertEqual({todo[0] for todo in secrets.values()}, {stage["id"][0] for stage in STAGES})
+        texts = {name: bare(content.decode("utf-8", "replace")) for name, content in self.files.items()}
+        found = [(name, todo, line) for name, text in texts.items() for line, todo in secrets.items() if bare(line) in text]
+        self.assertEqual(found, [])
+        for line in ALLOWED:
+            self.assertTrue(any(bare(line) in text for text in texts.values()), f"allowed for nothing: {line}")
+
+    def test_no_name_in_the_assembly_spells_a_formula_out(self):
+        for name in FILES:
+            self.assertRegex(self.compiled[name], FORMULA)
+            self.assertNotRegex(self.files[f"solutions/{name}.s"].decode(), FORMULA)
+            self.assertNotIn(str(ROOT), self.files[f"solutions/{name}.s"].decode())
+
+    def test_what_gives_solutions_away_is_left_out(self):
+        for name in self.files:
+            self.assertNotRegex(name, r"^solutions/.*(\.cc|\.md)$|\.fills$|\.attacks$|INSTRUCTORS|GRADING|^slides/.*\.md$|^\.git/")
+        self.assertLessEqual({"course", "README.md", "solutions/problem.cc.s", "ch5_homework/problem.cc",
+                              "slides/figures/overview.en.svg", "tests/homework/stage_1_1.cc"}, set(self.files))
+
+    def test_its_pages_link_to_nothing_that_is_missing(self):
+        for name, content in self.files.items():
+            for target in re.findall(r"\]\((?!https?:|#)([^)#\s]+)", content.decode()) if name.endswith(".md") else ():
+                self.assertIn(os.path.normpath(os.path.join(os.path.dirname(name), target)), self.files, name)
+        self.assertNotIn("instructors", self.files["README.md"].decode().lower())
+
+    def test_the_skeletons_come_out_of_it(self):
+        folder = self.folder()
+        put(self.files, folder)
+        for words in ((), ("--deep",)):
+            for root, out in ((folder, "theirs"), (ROOT, "ours")):
+                subprocess.run([sys.executable, root / "tests/homework/make_skeleton.py", *words, "--output", folder / out],
+                               check=True)
+            for name in FILES:
+                self.assertEqual((folder / "theirs" / name).read_text(), (folder / "ours" / name).read_text(), (name, words))
+
+
+@unittest.skipUnless((ROOT / ".git").exists(), NO_CLONE)
+class Bytes(InAFolder):
+    def test_another_clone_gives_the_same_ones(self):
+        one, other = self.folder(), self.folder()
+        student.pack_student(one / "a.tar.gz")
+        student.pack_student(one / "b.tar.gz")
+        self.assertEqual((one / "a.tar.gz").read_bytes(), (one / "b.tar.gz").read_bytes())
+        put(student.tracked_files(), other)
+        build = other / "elsewhere"
+        assembly = "solutions/gauge_prior.cc.s"  # the quickest
+        for command in (["cmake", "--preset", "release", "-B", build, "-DBUILD_TESTING=OFF", "-DCH5_BENCHMARKS=OFF",
+                         f"-DCMAKE_CXX_COMPILER={os.environ.get('CH5_CXX', 'c++')}"], ["ninja", "-C", build, assembly]):
+            subprocess.run(command, cwd=other, check=True, capture_output=True)
+        self.assertEqual((build / assembly).read_bytes(), (BUILD / assembly).read_bytes())
+
+
+@unittest.skipUnless("CH5_LONG" in os.environ, "takes a quarter of an hour: set CH5_LONG")
+class Unpacked(InAFolder):
+    """What a student does, with nothing but the archive."""
+
+    def course(self, *words) -> subprocess.CompletedProcess:
+        own = {key: value for key, value in os.environ.items() if not key.startswith("CH5_")}
+        return subprocess.run([self.place / "course", *words], cwd=self.place, env=own, text=True, capture_output=True, check=False)
+
+    def states(self, *words) -> set:
+        done = self.course("check", *words, "--json")
+        return {stage["state"] for stage in json.loads(done.stdout)["stages"]}
+
+    def test_its_commands_work(self):
+        folder = self.folder()
+        student.pack_student(folder / "a.tar.gz")
+        subprocess.run(["tar", "xzf", folder / "a.tar.gz", "-C", folder], check=True)
+        self.place = folder / student.TOP
+        self.assertEqual(self.states(), {"not-started"})
+        for name in FILES:
+            shutil.copy(ROOT / "solutions" / name, self.place / "ch5_homework")
+        self.assertEqual(self.states(), {"right"})
+        for words in (["run"], ["hint", "1.1", "1"], ["status"], ["test"]):
+            done = self.course(*words)
+            self.assertEqual(done.returncode, 0, done.stdout[-3000:] + done.stderr[-3000:])
+        self.assertIn("students' archive, without 'grade'", self.course("grade", "ch5_homework").stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
