@@ -14,6 +14,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from grading import ROOT
+from course.errors import CourseError
 from course.grading.grade import named, share
 from course.grading.outputs import alike, fingerprint, gradescope
 from course.grading.rubric import read_rubric
@@ -24,7 +25,7 @@ GRADER = BIN.parent / "grader" / "toolchain.json"
 
 def grade(out: Path, *words, **options) -> subprocess.CompletedProcess:
     return subprocess.run([str(ROOT / "course"), "grade", *map(str, words), "--out", str(out)], text=True, timeout=1200,
-                          stdin=subprocess.DEVNULL, capture_output=True, check=False, env=environment(), **options)
+                          stdin=subprocess.DEVNULL, capture_output=True, check=False, **{"env": environment(), **options})
 
 
 def environment() -> dict:
@@ -95,11 +96,17 @@ class Grades(unittest.TestCase):
         wrong = self.submission("wrong", change=lambda text: text.replace("i < 2", "i < 1"))
         broken = self.submission("broken", change=lambda text: text + "\nint x = ;\n")
         crash = self.submission("crash", change=lambda text: text.replace("i < 2; ++i) {", "i < 2; ++i) { *(volatile int*)0 = 0;"))
-        done = grade(self.out, wrong, broken, crash, "--stages", "3,4")
+        call = "  AddMonoBaEdges(scene, pixel_information, prior_weight, problem);\n"
+        endless = self.submission("endless", change=lambda text: text.replace("  for (", call + "  for (", 1))
+        killed = self.submission("killed", change=lambda text: "#include <csignal>\n" + text.replace("  for (", "raise(SIGKILL); for (", 1))
+        done = grade(self.out, wrong, broken, crash, endless, killed, "--stages", "3,4")
         self.assertEqual(done.returncode, 0, done.stderr)
         found, points = records(self.out), sum(read_rubric()["3"].values())
         self.assertEqual({name: (record["stages"][0]["state"], record["stages"][0]["points"]) for name, record in found.items()},
-                         {"wrong": ("wrong", points), "broken": ("does-not-compile", points), "crash": ("crashes", points)})
+                         {"wrong": ("wrong", points), "broken": ("does-not-compile", points), "crash": ("crashes", points),
+                          "endless": ("crashes", points), "killed": ("crashes", points)})
+        for name, words in (("endless", r"The stack is full at gauge_prior\.cc:\d+"), ("killed", r"Crash \(Killed\)")):
+            self.assertRegex(found[name]["stages"][0]["hint"], words)
         self.assertTrue(0 < found["wrong"]["score"] < points and found["broken"]["score"] == 0)
         self.assertIn("broken", (self.out / "summary.html").read_text(encoding="utf-8"))
         self.assertRegex(found["broken"]["stages"][0]["hint"], r"gauge_prior\.cc:\d+:\d+: error: expected expression|error:")
@@ -107,9 +114,13 @@ class Grades(unittest.TestCase):
 
     def test_killed_in_the_middle_it_goes_on_and_grades_nothing_twice(self):
         paths = [self.submission(f"s{k}", change=lambda text, k=k: text + f"\n// {k}\n") for k in range(4)]
+        temporary = self.folder / "tmp"
+        temporary.mkdir()
+        self.folder.chmod(0o755)  # the sandbox's user comes in
+        own = {**environment(), "TMPDIR": str(temporary)}
         process = subprocess.Popen([ROOT / "course", "grade", *paths, "--stages", "3", "--jobs", "1", "--out", self.out],
                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                                   env=environment(), start_new_session=True)
+                                   env=own, start_new_session=True)
         for _ in range(6000):
             if records(self.out):
                 break
@@ -118,8 +129,10 @@ class Grades(unittest.TestCase):
         process.wait()
         before = {name: (self.out / name / "record.json").stat().st_mtime_ns for name in records(self.out)}
         self.assertTrue(0 < len(before) < 4, before)
-        done = grade(self.out, *paths, "--stages", "3")
+        self.assertNotEqual(list(temporary.iterdir()), [])
+        done = grade(self.out, *paths, "--stages", "3", env=own)
         self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(list(temporary.iterdir()), [], "what the killed one has left")
         found = records(self.out)
         self.assertEqual([record["score"] for record in found.values()], [sum(read_rubric()["3"].values())] * 4)
         self.assertEqual(before, {name: (self.out / name / "record.json").stat().st_mtime_ns for name in before})
@@ -177,6 +190,21 @@ class Names(unittest.TestCase):
             for path in paths:
                 path.mkdir(parents=True)
             self.assertEqual(list(named(paths)), ["a-summary.html", "a-grades.csv", 200 * "b", "cache"])
+
+    def test_names_keep_the_letters_of_any_language_and_differ(self):
+        with tempfile.TemporaryDirectory() as folder:
+            raw = [os.fsdecode(os.fsencode(folder) + b"/a/" + name) for name in (b"m\xfcller.zip", b"m\xf6ller.zip")]
+            paths = [Path(folder) / "a" / name for name in ("张三.zip", "李四.zip", "a?.zip", "a*.zip", 70 * "王")] + [*map(Path, raw)]
+            for path in paths:
+                path.parent.mkdir(exist_ok=True)
+                path.touch()
+            self.assertEqual(list(named(paths)), ["张三.zip", "李四.zip", "a_.zip", "a-a_.zip", 66 * "王", "m_FCller.zip",
+                                                  "m_F6ller.zip"])
+            with self.assertRaisesRegex(CourseError, "named twice"):
+                named(2 * paths[:1])
+            both = [Path("/same?"), Path("/same*")]  # no folder tells them apart
+            with self.assertRaisesRegex(CourseError, "no such submission"):
+                named(both)
 
     def test_shares_are_all_of_it(self):
         names = {str(k): k for k in range(7)}

@@ -5,8 +5,10 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <initializer_list>
 
 namespace ch5::homework {
 
@@ -18,19 +20,46 @@ inline Where& WhereNow() {
   return where;
 }
 
+/// An address near the beginning of the stack, which grows downwards.
+inline std::uintptr_t& StackBegin() {
+  static std::uintptr_t address = 0;
+  return address;
+}
+
+// No access within the stack's own addresses fails before the stack has reached its limit, or a frame has leapt over it.
+inline bool IsStackOverflow(int signal_number, const void* fault) {
+  constexpr std::uintptr_t kLeap = 1 << 20;
+  const auto address = reinterpret_cast<std::uintptr_t>(fault);
+  rlimit size{};
+  getrlimit(RLIMIT_STACK, &size);
+  return signal_number == SIGSEGV && size.rlim_cur != RLIM_INFINITY && address < StackBegin() &&
+         StackBegin() - address < size.rlim_cur + kLeap;
+}
+
 // A crash ends the process; before, it says in which test, and where (as offsets, for addr2line).
-inline void TellCrash(int signal_number) {
+inline void TellCrash(int signal_number, siginfo_t* info, void*) {
   std::signal(signal_number, SIG_DFL);
-  std::fprintf(stderr, "\nCRASH %s in %s\n", strsignal(signal_number), WhereNow()());
+  const bool overflow = IsStackOverflow(signal_number, info->si_addr);
+  std::fprintf(stderr, "\nCRASH %s in %s\n", overflow ? "Stack overflow" : strsignal(signal_number), WhereNow()());
   void* frames[64];
   const int depth = backtrace(frames, 64);
   backtrace_symbols_fd(frames, depth, /*stderr=*/2);
   std::raise(signal_number);
 }
 
+/// To be called by main.
 inline void TellCrashes(Where where) {
+  static char spare[1 << 16];  // a stack for the one who tells that the stack is full
   WhereNow() = where;
-  for (const int signal_number : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) std::signal(signal_number, &TellCrash);
+  StackBegin() = reinterpret_cast<std::uintptr_t>(&where);
+  stack_t stack{};
+  stack.ss_sp = spare;
+  stack.ss_size = sizeof(spare);
+  sigaltstack(&stack, nullptr);
+  struct sigaction action {};
+  action.sa_sigaction = &TellCrash;
+  action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+  for (const int signal_number : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) sigaction(signal_number, &action, nullptr);
 }
 
 /// Memory without bound ends in std::bad_alloc, which a test reports, and not in a machine that stands still.

@@ -71,13 +71,16 @@ class EndToEnd(unittest.TestCase):
     def test_a_crash_names_the_line_and_hides_no_other_stage(self):
         crashing = solution_text("problem.cc").replace("H.block(index_i, index_j, dim_i, dim_j)",
                                                        "H.block(index_i, index_j + 99, dim_i, dim_j)")
+        begin = "  const int reserve_size = static_cast<int>(H_marg.rows());\n"
+        crashing = crashing.replace(begin, begin + "  if (dim >= 0) return TestMarginalize(H_marg, b_marg, idx, dim);\n")
         line = crashing[:crashing.index("+ 99")].count("\n") + 1
         with_main = solution_text("gauge_prior.cc") + "int main() {}\n"
         self.hand_in(problem=crashing, gauge_prior=with_main)
         done = course("check", "--json")
-        self.assertEqual(states(done), {"1.1": "crashes", "1.2": "right", "2": "right", "3": "does-not-compile",
+        self.assertEqual(states(done), {"1.1": "crashes", "1.2": "right", "2": "crashes", "3": "does-not-compile",
                                         "4": "right", "5": "right", "6": "right", "7": "right"}, done.stdout)
         self.assertIn(f"reaches outside its matrix at problem.cc:{line}", hints(done)["1.1"])
+        self.assertRegex(hints(done)["2"], r"stack is full at problem\.cc:\d+")
         self.assertIn("main of its own", hints(done)["3"])
 
     def test_what_is_empty_or_missing_is_named(self):

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from .children import running
 from .language import Speaker
+from .scratch import scratch
 
 TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
 SHOWN_LINES = 15   # of a story, of the compiler's words, of what the student's file prints
@@ -56,7 +57,7 @@ def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options
     `words_of(command)` runs a tool that reads this program, which nobody trusts, and returns what it prints.
     """
     words_of = words_of or output_of
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(dir=scratch()) as folder:
         report_path, printed_path = Path(folder) / "report.json", Path(folder) / "printed"
         command = [str(executable), "--quiet", f"--gtest_filter={stage['tests']}",
                    f"--gtest_output=json:{report_path}", *(["--gtest_fail_fast"] if fail_fast else []), *options,
@@ -126,10 +127,13 @@ def read_report(tests: list, exit_code: int, words: str) -> Verdict:
 
 
 def worker_failure(tests: list):
-    """How the worker has failed to answer: ("EXIT", 0), or None. See WorkerFailure in tests/homework/remote/process.h."""
+    """How the worker has failed to answer: ("EXIT", 0), ("CRASH", minus the signal), or None. See WorkerFailure in
+    tests/homework/remote/process.h."""
     for failure in (failure for test in tests for failure in test.get("failures", [])):
-        found = re.search(r'with description "(?:START: )?(CRASH|EXIT|TIMEOUT|GARBAGE)\b ?(\d*)', mend_utf8(failure["failure"]))
-        return (found[1], int(found[2] or 0)) if found else None
+        found = re.search(r'with description "(?:START: )?(CRASH|EXIT|TIMEOUT|GARBAGE)\b ?(\d*)(.*)', mend_utf8(failure["failure"]))
+        name = found[3].partition(" in ")[0] if found else ""
+        by = [-number for number in signal.valid_signals() if name == signal.strsignal(number)]
+        return (found[1], by[0] if by else int(found[2] or 0)) if found else None
     return None
 
 
@@ -172,7 +176,13 @@ def ended_early(executable: Path, stage: dict, words: str, in_time: bool, exit_c
         plain = in_plain_words(assertion[1], ASSERTIONS)
         student = student[:student.rfind("\n", 0, assertion.start()) + 1]
         return Verdict("crashes", f"An assertion stopped the program: {plain}{where}.", "", student)
-    what = f"Crash ({name})" if crash else f"The program ended by itself (exit code {exit_code})"
+    if name == "Stack overflow":
+        return Verdict("crashes", f"The stack is full{where}: a function calls itself without end, or a local array is too "
+                       "large.", "", student)
+    if crash or exit_code < 0:
+        what = f"Crash ({name or signal.strsignal(-exit_code)})"
+    else:
+        what = f"The program ended by itself (exit code {exit_code})"
     return Verdict("crashes", f"{what}{where}, before the tests were through.", "", student)
 
 

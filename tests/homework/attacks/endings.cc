@@ -41,6 +41,8 @@ void LeaveManyChildren() {
   }
 }
 
+int CallItself(volatile int depth) { return forever ? CallItself(depth + 1) + depth : 0; }
+
 void EatMemory() {
   for (size_t size = 1 << 20;; size *= 2) {
     if (std::calloc(size, 1) == nullptr) throw std::bad_alloc();
@@ -57,7 +59,7 @@ const When kStart = When::kAtStart, kFunction = When::kInFunction;
     Add("crash", kFunction, [] { *reinterpret_cast<volatile int*>(8) = 1; }) && Add("loop", kFunction, &Loop) &&
     Add("stop", kFunction, [] { raise(SIGSTOP); }) && Add("daemon", kFunction, &LeaveDaemon) &&
     Add("children", kFunction, &LeaveManyChildren) && Add("memory", kFunction, &EatMemory) &&
-    Add("throw_number", kFunction, [] { throw 1; }) &&
+    Add("recursion", kFunction, [] { CallItself(0); }) && Add("throw_number", kFunction, [] { throw 1; }) &&
     Add("throw_not_started", kFunction, [] { throw std::logic_error("TODO 1.1a is not started"); });
 
 }  // namespace

@@ -14,7 +14,7 @@ A_FEW = "Stage11.OneEdge*:Stage12.AsMany*:Stage2.TheSlides*"  # of problem.cc
 
 ATTACKS = {
     "endings": "exit_in_constructor throw_in_constructor exit_at_exit exit quick_exit abort kill_group crash throw_number "
-               "throw_not_started memory",
+               "throw_not_started memory recursion",
     "loops": "loop_in_constructor loop stop",
     "leftovers": "daemon children",
     "descriptors": "nan garbage_in_constructor reply_in_constructor garbage two_replies nan_reply empty_reply huge_reply "

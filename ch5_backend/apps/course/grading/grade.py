@@ -28,7 +28,7 @@ from .submission import collect
 from .toolchain import Infrastructure, Toolchain
 
 OWN_FILES = ("grades.csv", "summary.html", "session.json")  # beside the submissions' folders
-LONGEST_NAME = 200
+LONGEST_NAME = 200  # bytes
 
 
 def run_grade(arguments) -> int:
@@ -77,18 +77,23 @@ def named(paths: list) -> dict:
     names = {}
     for path in paths:
         path = path.absolute()
+        if path in names.values():
+            raise CourseError(f"{path}: this submission is named twice")
         parts = [part for part in path.parts if part != path.anchor]
-        name, depth = None, 0
-        while name is None or name in names or name in OWN_FILES:
-            depth += 1
-            if depth > len(parts):
-                raise CourseError(f"{path}: this submission is named twice")
-            name = re.sub(r"[^\w.@ +-]", "_", "-".join(parts[-depth:]), flags=re.ASCII)[-LONGEST_NAME:].strip(". ") or "_"
-        names[name] = path
+        tries = ["-".join(parts[-depth:]) for depth in range(1, len(parts) + 1)]
+        tries.append(f"{tries[0]}-{outputs.short_hash(str(path))}")  # where the letters that differ are none of a name
+        names[next(name for name in map(folder_name, tries) if name not in names and name not in OWN_FILES)] = path
     for path in names.values():
         if not path.exists():
             raise CourseError(f"{path}: there is no such submission")
     return names
+
+
+def folder_name(text: str) -> str:
+    """With the letters of any language, and of what is not UTF-8 the bytes."""
+    text = re.sub("[\udc80-\udcff]", lambda byte: f"_{ord(byte[0]) - 0xdc00:X}", text)
+    name = re.sub(r"[^\w.@ +-]", "_", text).encode()[-LONGEST_NAME:].decode("utf-8", "ignore")
+    return name.strip(". ") or "_"
 
 
 def share(submissions: dict, shard) -> dict:
@@ -147,7 +152,7 @@ class Session:
         if known and known["key"] == key and known["status"] == "graded":
             self.tell(folder, known)  # perhaps in another language
             return False
-        record = {"name": name, "path": str(path), "key": key, "content": submission.key(), "seed": self.seed,
+        record = {"name": name, "path": os.fsencode(path).decode("utf-8", "backslashreplace"), "key": key, "content": submission.key(), "seed": self.seed,
                   **grade(submission, self.toolchain, self.stages, self.rubric, self.seed, self.cached)}
         if children.stopped_by() is not None:
             return False  # its programs were ended: this is no verdict
@@ -197,7 +202,7 @@ def read_records(out: Path) -> list:
 def write_whole(path: Path, text: str) -> None:
     """The file appears whole or not at all."""
     with whole(path) as partial:
-        partial.write_text(text, encoding="utf-8", errors="surrogateescape")
+        partial.write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
 def tell(out: Path, records: list, failed: list, as_json: bool, say: Speaker) -> None:

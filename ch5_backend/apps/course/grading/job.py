@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..gaps import explain
 from ..judge import Verdict, judge
+from ..scratch import scratch
 from .rubric import marks
 from .sandbox import Limits, Sandbox, preflight
 from .submission import Submission
@@ -19,7 +20,7 @@ RUNNING = Limits(seconds=10, wall_seconds=SECONDS_A_TEST + 5.0, processes=4)
 
 def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, rubric: dict, seed: int) -> dict:
     """{"stages": a row for each, "cpu_seconds", "peak_mib"}, the last two of the compiler. Raises Infrastructure."""
-    folder = Path(tempfile.mkdtemp(prefix="course-grade."))
+    folder = Path(tempfile.mkdtemp(dir=scratch()))
     try:
         built = toolchain.compile(file, content, folder)
         rows = []

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from ..children import forget, start
 from ..errors import CourseError
+from ..scratch import scratch
 
 NOBODY = 65534
 MIB = 1 << 20
@@ -149,11 +150,10 @@ def call_filter() -> Path:
         rules.add_rule(seccomp.ERRNO(errno.EPERM), "clone",
                        seccomp.Arg(0, seccomp.MASKED_EQ, NEW_USER_NAMESPACE, NEW_USER_NAMESPACE))
         rules.add_rule(seccomp.ERRNO(errno.ENOSYS), "clone3")  # its flags cannot be seen; libc then takes clone
-        file = tempfile.NamedTemporaryFile(prefix="course-calls.", suffix=".bpf")  # goes with this process
-        rules.export_bpf(file)
-        file.flush()
-        _filter = file
-    return Path(_filter.name)
+        _filter = scratch() / "calls.bpf"
+        with open(_filter, "wb") as file:
+            rules.export_bpf(file)
+    return _filter
 
 
 def preflight() -> None:
@@ -161,7 +161,7 @@ def preflight() -> None:
     for tool, package in (("bwrap", "bubblewrap"), ("setpriv", "util-linux"), ("prlimit", "util-linux")):
         if shutil.which(tool) is None:
             raise CourseError(f"there is no sandbox: {tool} is missing (Debian's package {package}). Nothing was run.")
-    with tempfile.NamedTemporaryFile(prefix="course-outside.") as outside:
+    with tempfile.NamedTemporaryFile(dir=scratch()) as outside:
         question = f"test ! -e {outside.name} && test ! -e /etc && test ! -e /home && echo inside"
         outcome = Sandbox(limits=Limits(seconds=5, wall_seconds=10)).run(["sh", "-c", question])
     if outcome.exit_code != 0 or outcome.output != "inside\n":

@@ -31,7 +31,8 @@ LEFT_OUT = (
     # what fills the gaps, rightly or wrongly
     "tests/homework/fills", "tests/homework/run_fills.py", "tests/homework/reference.cmake",
     "tests/homework/plain_ctest", "tests/homework/one_check.py", "tests/homework/end_to_end.py",
-    "tests/homework/throw_left.py", "tests/homework/first_words.py", "tests/homework/languages.py", "tests/homework/untranslated.py")
+    "tests/homework/throw_left.py", "tests/homework/first_words.py", "tests/homework/languages.py",
+    "tests/homework/untranslated.py")
 KEPT = "slides/figures/"  # the picture of the front page
 FOR_GRADERS = re.compile(r"^## (?:For graders and instructors|助教与讲师)\n.*?(?=^## )", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\((?!https?:)([^)#\s]+)(#[^)\s]*)?\)")

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from ..build import BUILD, build_or_fail
 from ..compiler import does_not_compile
 from ..judge import Verdict
+from ..scratch import scratch
 from .sandbox import MIB, Limits, Sandbox
 
 # A compiler needs two seconds and half a gigabyte for the solutions.
@@ -44,7 +45,7 @@ class Toolchain:
         self.include, self.archives = Path(table["include"]), Path(table["archives"])
         self.header, self.object = map(Path, table["phrases"])
         self.digest = self._digest()
-        self._copies = None if everyone_reaches(self.include) else tempfile.TemporaryDirectory(prefix="course-grader.")
+        self._copies = None if everyone_reaches(self.include) else tempfile.TemporaryDirectory(dir=scratch())
 
     def _digest(self) -> str:
         """Changes with whatever a verdict may depend on."""
@@ -67,7 +68,7 @@ class Toolchain:
 
     def prepare(self) -> None:
         """Compiles an empty file, so that a fault of ours is found before any submission is blamed."""
-        with tempfile.TemporaryDirectory(prefix="course-grade.") as folder:
+        with tempfile.TemporaryDirectory(dir=scratch()) as folder:
             for compiler in self.compilers:
                 outcome = self._run([*compiler, "-c", "/submission/empty.cc", "-o", "/out/empty.o"], "empty.cc", b"",
                                     Path(folder), ())
