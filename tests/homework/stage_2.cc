@@ -13,60 +13,75 @@ namespace {
 
 using namespace stage_2;
 
-void CheckMarginalize(const MatXX& H, const VecX& b, int idx, int dim) {
-  const int n = static_cast<int>(H.rows());
-  const MarginalizeResult result = Chosen().test_marginalize(H, b, idx, dim);
-  const std::string where = ", marginalising " +
-                            (dim == 1 ? "variable " + std::to_string(idx)
-                                      : "variables " + std::to_string(idx) + " to " + std::to_string(idx + dim - 1)) +
-                            " of " + std::to_string(n);
+/// Variables idx … idx + dim − 1 leave H x = b.
+struct Marginalization {
+  MatXX H;
+  VecX b;
+  int idx, dim;
 
-  Order order = KeepingOrder(n, idx, dim);
-  const Order exchanged = Exchanging(n, idx, dim);
-  if (Equal(result.H_moved, Move(H, exchanged), 1e-12)) order = exchanged;
-  const Names names = VariableNames(order);
+  std::string Words() const {
+    const std::string first = std::to_string(idx), last = std::to_string(idx + dim - 1);
+    return ", marginalising " + (dim == 1 ? "variable " + first : "variables " + first + " to " + last) + " of " +
+           std::to_string(H.rows());
+  }
+};
+
+void CheckMove(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
+  ASSERT_NO_STORY(
+      {"2",
+       "H_marg after the move (the others keep their order; exchanging with the last is fine too)" + c.Words(),
+       Move(c.H, order),
+       result.H_moved,
+       VariableNames(order),
+       MoveMistakes(c.H, order, c.idx, c.dim),
+       1e-12,
+       {},
+       "2a",
+       "H_marg"});
   ASSERT_NO_STORY({"2",
-                   "H_marg after the move (the others keep their order; exchanging with the last is fine too)" + where,
-                   Move(H, order),
-                   result.H_moved,
-                   names,
-                   MoveMistakes(H, order, idx, dim),
-                   1e-12,
-                   {},
-                   "2a",
-                   "H_marg"});
-  ASSERT_NO_STORY({"2",
-                   "b_marg after the move" + where,
-                   MoveRows(b, order),
+                   "b_marg after the move" + c.Words(),
+                   MoveRows(c.b, order),
                    result.b_moved,
-                   names,
-                   MoveMistakesInB(b, order, idx, dim),
+                   VariableNames(order),
+                   MoveMistakesInB(c.b, order, c.idx, c.dim),
                    1e-12,
                    {},
                    "2a",
                    "b_marg"});
+}
 
-  const Parts right(Move(H, order), MoveRows(b, order), dim);
+void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
+  const Parts right(Move(c.H, order), MoveRows(c.b, order), c.dim);
   ASSERT_NO_STORY({"2",
-                   "H_prior = A_rr − A_rm A_mm⁻¹ A_mr" + where,
+                   "H_prior = A_rr − A_rm A_mm⁻¹ A_mr" + c.Words(),
                    right.A_rr - right.A_rm * right.A_mm_inverse * right.A_mr,
                    result.H_prior,
-                   names,
-                   PriorMistakes(right, idx),
+                   VariableNames(order),
+                   PriorMistakes(right, c.idx),
                    1e-9,
                    {},
                    "2d",
                    "H_prior"});
   ASSERT_NO_STORY({"2",
-                   "b_prior = b_r − A_rm A_mm⁻¹ b_m" + where,
+                   "b_prior = b_r − A_rm A_mm⁻¹ b_m" + c.Words(),
                    right.b_r - right.A_rm * right.A_mm_inverse * right.b_m,
                    result.b_prior,
-                   names,
-                   RightHandSideMistakes(right, b, idx),
+                   VariableNames(order),
+                   RightHandSideMistakes(right, c.b, c.idx),
                    1e-9,
                    {},
                    "2d",
                    "b_prior"});
+}
+
+void CheckMarginalize(const MatXX& H, const VecX& b, int idx, int dim) {
+  const Marginalization c{H, b, idx, dim};
+  const MarginalizeResult result = Chosen().test_marginalize(H, b, idx, dim);
+  const int n = static_cast<int>(H.rows());
+  const Order exchanged = Exchanging(n, idx, dim);
+  const Order order = Equal(result.H_moved, Move(H, exchanged), 1e-12) ? exchanged : KeepingOrder(n, idx, dim);
+  CheckMove(c, order, result);
+  if (!::testing::Test::HasFatalFailure()) CheckPrior(c, order, result);
 }
 
 void CheckRandom(int n, int idx, int dim) {

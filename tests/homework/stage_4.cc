@@ -232,10 +232,8 @@ TEST(Stage4, TheProjectionRemovesTheGaugesMotionsAndNothingElse) {
 
 // ---- 4d, the Jacobian of the motion ---------------------------------------------------------------------------------
 
-void CheckMotion(const Vertices& vertices, double yaw, const std::string& scene) {
-  const Motion g{1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(1, -2, 3)};  // t must not matter
-  const MatXX R_z = g.R.toRotationMatrix();
-  const int n = TotalLocalDimension(vertices);
+/// Of a vertex with n rows, or of several vertices with n rows in all.
+std::vector<Mistake> MotionMistakes(const MatXX& R_z, int n, bool single) {
   const auto blocks = [n](const MatXX& first, const MatXX& second) {  // of one vertex alone
     MatXX J = MatXX::Identity(n, n);
     J.topLeftCorner(3, 3) = first;
@@ -244,7 +242,7 @@ void CheckMotion(const Vertices& vertices, double yaw, const std::string& scene)
   };
   const MatXX I = MatXX::Identity(3, 3), O = MatXX::Zero(3, 3);
   std::vector<Mistake> mistakes = {{"4d", "the motion is still the identity", Is(MatXX::Identity(n, n))}};
-  if (vertices.size() == 1) {
+  if (single) {
     mistakes.push_back({"4d", "the motion's block is zero", blocks(O, I)});
     mistakes.push_back({"4d", "R_zᵀ stands where R_z is meant: this turns back", blocks(R_z.transpose(), I)});
     const bool is_pose = n == 6;
@@ -263,12 +261,17 @@ void CheckMotion(const Vertices& vertices, double yaw, const std::string& scene)
     mistakes.push_back({"4d", "only the first vertex turns: the block starts at `row`, which moves on with each vertex",
                         blocks(R_z, R_z)});
   }
+  return mistakes;
+}
+
+void CheckMotion(const Vertices& vertices, double yaw, const std::string& scene) {
+  const Motion g{1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(1, -2, 3)};  // t must not matter
   ASSERT_NO_STORY({"4",
                    "∂θ_C/∂θ of " + scene + ", yaw " + Number(yaw),
                    NumericMotionJacobian(vertices, g),
                    Chosen().gauge_freedom.motion_jacobian(vertices, yaw),
                    RowNames(vertices),
-                   mistakes,
+                   MotionMistakes(g.R.toRotationMatrix(), TotalLocalDimension(vertices), vertices.size() == 1),
                    kTolerance,
                    {},
                    "4d"});

@@ -79,14 +79,7 @@ TEST(Stage5, EliminatesABlockThatNothingObserves) {
 
 // ---- 5.3 UpdateErrorComputation -------------------------------------------------------------------------------------
 
-void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const std::string& scene) {
-  const auto term = Chosen().make_okvis_term();
-  const OkvisTerm::Members inside = term->Inside();
-  *inside.H = H;
-  *inside.b0 = b0;
-  term->UpdateErrorComputation();
-  const MatXX& J = *inside.J;
-  const VecX& e0 = *inside.e0;
+void CheckSizesAndNumbers(const MatXX& J, const VecX& e0, const MatXX& H, const VecX& b0, const std::string& scene) {
   if (J.cols() != H.cols() || e0.size() != J.rows()) {
     const auto size = [](const MatXX& A) { return std::to_string(A.rows()) + "×" + std::to_string(A.cols()); };
     FAIL() << Story("5", "the sizes of J and e0" + scene, size(H) + " and " + size(b0), size(J) + " and " + size(e0),
@@ -95,12 +88,24 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const std::
                                      : "J must have a column for each row of H, and e0 a row for each row of J",
                     "5.3");
   }
-  const Factored right(H, b0);
   const bool finite = J.allFinite() && e0.allFinite();
   if (!finite && !HoldsUnset(J) && !HoldsUnset(e0)) {
     FAIL() << Story("5", "J and e0" + scene, "finite numbers", "infinity or NaN",
                     "an eigenvalue of zero was divided by: take S_pinv_sqrt, where it stays zero", "5.3");
   }
+}
+
+void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const std::string& scene) {
+  const auto term = Chosen().make_okvis_term();
+  const OkvisTerm::Members inside = term->Inside();
+  *inside.H = H;
+  *inside.b0 = b0;
+  term->UpdateErrorComputation();
+  const MatXX& J = *inside.J;
+  const VecX& e0 = *inside.e0;
+  CheckSizesAndNumbers(J, e0, H, b0, scene);
+  if (::testing::Test::HasFatalFailure()) return;
+  const Factored right(H, b0);
   // Awkward units must not hide small entries: everything is compared in units of the diagonal.
   const auto scaled = [&](const MatXX& A) { return MatXX(right.P_inverse * A * right.P_inverse); };
   std::vector<Mistake> mistakes, mistakes_in_e0;

@@ -105,25 +105,36 @@ struct Insertion {
   }
 };
 
+int Rows(const std::vector<std::shared_ptr<Vertex>>& vertices) {
+  int rows = 0;
+  for (const auto& vertex : vertices) rows += vertex->LocalDimension();
+  return rows;
+}
+
+void CheckOpened(const Insertion& c, const OkvisTerm::Members& inside, const Names& names, const std::string& scene) {
+  ASSERT_NO_STORY(
+      {"5", "H after InsertBlock: " + scene, c.Opened(), *inside.H, names, c.Mistakes(), 1e-10, {}, "5.1", "H"});
+  ASSERT_NO_STORY(
+      {"5", "b0 after InsertBlock: " + scene, c.OpenedB(), *inside.b0, names, c.MistakesInB(), 1e-10, {}, "5.1", "b0"});
+}
+
 /// A term over poses and landmarks with random numbers, and one more vertex to come.
 void CheckInsertion(const std::vector<std::shared_ptr<Vertex>>& dense,
                     const std::vector<std::shared_ptr<Vertex>>& landmarks, const std::shared_ptr<Vertex>& coming,
                     const std::string& scene) {
   Graph graph;
-  Ordering before, after;  // only for the names of rows
-  for (const auto& vertex : dense) before.poses.push_back(vertex);
-  for (const auto& vertex : landmarks) before.landmarks.push_back(vertex);
-  after = before;
-  const bool is_landmark = coming->GetRole() == Role::kLandmark;
-  (is_landmark ? after.landmarks : after.poses).push_back(coming);
-  for (const auto* vertices : {&after.poses, &after.landmarks}) {
+  for (const auto* vertices : {&dense, &landmarks}) {
     for (const auto& vertex : *vertices) graph.AddVertex(vertex);
   }
+  graph.AddVertex(coming);
+  const bool is_landmark = coming->GetRole() == Role::kLandmark;
+  Ordering after;  // only for the names of rows
+  after.poses = dense;
+  after.landmarks = landmarks;
+  (is_landmark ? after.landmarks : after.poses).push_back(coming);
 
   Random random(Seed(31));
-  int dense_size = 0;
-  for (const auto& vertex : dense) dense_size += vertex->LocalDimension();
-  const int size = static_cast<int>(RowNames(before).size());
+  const int dense_size = Rows(dense), size = dense_size + Rows(landmarks);
   const Insertion c{RandomPositiveDefinite(size, &random), RandomMatrix(size, 1, &random),
                     is_landmark ? size : dense_size, coming->LocalDimension()};
   const auto term = Chosen().make_okvis_term();
@@ -133,26 +144,8 @@ void CheckInsertion(const std::vector<std::shared_ptr<Vertex>>& dense,
   *inside.dense_size = dense_size;
   const int row = term->InsertBlock(c.dim, is_landmark);
 
-  ASSERT_NO_STORY({"5",
-                   "H after InsertBlock: " + scene,
-                   c.Opened(),
-                   *inside.H,
-                   RowNames(after),
-                   c.Mistakes(),
-                   1e-10,
-                   {},
-                   "5.1",
-                   "H"});
-  ASSERT_NO_STORY({"5",
-                   "b0 after InsertBlock: " + scene,
-                   c.OpenedB(),
-                   *inside.b0,
-                   RowNames(after),
-                   c.MistakesInB(),
-                   1e-10,
-                   {},
-                   "5.1",
-                   "b0"});
+  CheckOpened(c, inside, RowNames(after), scene);
+  if (::testing::Test::HasFatalFailure()) return;
   if (*inside.dense_size != dense_size) {
     FAIL() << Story("5", "dense_size_ after InsertBlock: " + scene, std::to_string(dense_size) + ", as before",
                     std::to_string(*inside.dense_size),

@@ -72,10 +72,38 @@ struct Layout {
     rows.tail<2>() << m, n;
     return rows;
   }
-  std::vector<Mistake> Mistakes() const {
+  static std::function<MatXX()> Is(const VecX& x) {
+    return [x] { return x; };
+  }
+  std::vector<Mistake> CountingMistakes() const {
     const VecX right = Of(scene.Dropped());
-    const auto is = [](const VecX& x) { return std::function<MatXX()>([x] { return x; }); };
-    VecX late = right, from_zero = right, swapped = Of(scene.Kept());
+    VecX alike = right, alone = right, counted = right, all_again = right, late = right, from_zero = right;
+    const auto dropped = scene.Dropped();
+    double row = 0.0, number = 0.0, m = right[right.size() - 2];
+    for (size_t k = 0; k < scene.free.size(); ++k) {
+      const bool drops = std::find(dropped.begin(), dropped.end(), scene.free[k]) != dropped.end();
+      const int size = scene.free[k]->LocalDimension();
+      alike[k] = row;
+      all_again[k] = m + row;
+      counted[k] = number++;
+      if (!drops) alone[k] = m;
+      if (!drops) from_zero[k] -= m;
+      late[k] += size;
+      row += size;
+    }
+    all_again[right.size() - 1] = row;
+    return {{"6b", "one loop numbers dropped and kept blocks alike: first all the dropped ones, then the others",
+             Is(alike)},
+            {"6b", "the second loop numbers the dropped blocks again: it is for the others", Is(all_again)},
+            {"6b", "every kept block begins at m_: it is m_ + n_, and n_ grows with each", Is(alone)},
+            {"6b", "a block is counted as one row: it has LocalDimension() rows", Is(counted)},
+            {"6b", "no rows were given", Is(VecX::Zero(right.size()))},
+            {"6b", "idx is set after the count has moved on; a block begins where the last one ended", Is(late)},
+            {"6b", "the kept blocks begin at row 0; the dropped ones stand there: m_ + n_", Is(from_zero)}};
+  }
+  std::vector<Mistake> Mistakes() const {
+    VecX swapped = Of(scene.Kept());
+    swapped.tail<2>().reverseInPlace();
     std::vector<std::shared_ptr<Vertex>> at_positions;  // ids that happen to be positions
     for (const auto& factor : scene.factors) {
       for (const int position : factor.drop_set) {
@@ -84,39 +112,17 @@ struct Layout {
         }
       }
     }
-    const auto dropped = scene.Dropped();
-    for (size_t k = 0; k < scene.free.size(); ++k) {
-      late[k] += scene.free[k]->LocalDimension();
-      if (std::find(dropped.begin(), dropped.end(), scene.free[k]) == dropped.end()) from_zero[k] -= scene.DimDropped();
-    }
-    swapped.tail<2>().reverseInPlace();
-    VecX alike = right, alone = right, counted = right, all_again = right;
-    double row = 0.0, number = 0.0, m = right[right.size() - 2];
-    for (size_t k = 0; k < scene.free.size(); ++k) {
-      const bool drops = std::find(dropped.begin(), dropped.end(), scene.free[k]) != dropped.end();
-      alike[k] = row;
-      all_again[k] = m + row;
-      counted[k] = number++;
-      if (!drops) alone[k] = m;
-      row += scene.free[k]->LocalDimension();
-    }
-    all_again[right.size() - 1] = row;
-    const std::string one_loop =
-        "one loop numbers dropped and kept blocks alike: first all the dropped ones, then the others";
-    return {{"6b", one_loop, is(alike)},
-            {"6b", "the second loop numbers the dropped blocks again: it is for the others", is(all_again)},
-            {"6b", "every kept block begins at m_: it is m_ + n_, and n_ grows with each", is(alone)},
-            {"6b", "a block is counted as one row: it has LocalDimension() rows", is(counted)},
-            {"6b", "no rows were given", is(VecX::Zero(right.size()))},
-            {"6b", "Parameters().size() counts 7 for a pose; a row of A belongs to an increment: LocalDimension()",
-             is(Of(scene.Dropped(), true))},
-            {"6b", "the kept blocks stand first; it is the dropped ones that do", is(swapped)},
-            {"6b", "the kept blocks stand first, and m_ and n_ are exchanged", is(Of(scene.Kept()))},
-            {"6b", "idx is set after the count has moved on; a block begins where the last one ended", is(late)},
-            {"6b", "the kept blocks begin at row 0; the dropped ones stand there: m_ + n_", is(from_zero)},
-            {"6a", "no block is dropped: the ids were not noted", is(Of({}))},
-            {"6a", "a position in drop_set was taken for an id: it is vertices[position]->Id()", is(Of(at_positions))},
-            {"6a", "every block is dropped, not only those in drop_set", is(Of(scene.free))}};
+    std::vector<Mistake> mistakes = CountingMistakes();
+    const std::vector<Mistake> mistaken_blocks{
+        {"6b", "Parameters().size() counts 7 for a pose; a row of A belongs to an increment: LocalDimension()",
+         Is(Of(scene.Dropped(), true))},
+        {"6b", "the kept blocks stand first; it is the dropped ones that do", Is(swapped)},
+        {"6b", "the kept blocks stand first, and m_ and n_ are exchanged", Is(Of(scene.Kept()))},
+        {"6a", "no block is dropped: the ids were not noted", Is(Of({}))},
+        {"6a", "a position in drop_set was taken for an id: it is vertices[position]->Id()", Is(Of(at_positions))},
+        {"6a", "every block is dropped, not only those in drop_set", Is(Of(scene.free))}};
+    mistakes.insert(mistakes.end(), mistaken_blocks.begin(), mistaken_blocks.end());
+    return mistakes;
   }
   Names RowNames() const {
     Names names;

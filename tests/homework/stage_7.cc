@@ -74,6 +74,30 @@ TEST(Stage7, HessianOfMixedLandmarksAndLosses) {
 
 // ---- 7d, 7e: S and Δx --------------------------------------------------------------------------------------------
 
+void CheckReducedSystem(const Case& c, const PlainBlockSolver& solver, const std::string& where) {
+  const Names names = RowNames(solver.GetOrdering(), true);
+  ASSERT_NO_STORY({"7",
+                   "b_p − Σ_l H_pl H_ll⁻¹ b_l" + where,
+                   c.Reduced(),
+                   solver.ReducedRightHandSide(),
+                   names,
+                   ReducedMistakes(c),
+                   1e-9,
+                   {},
+                   "7d",
+                   "b_schur_"});
+  ASSERT_NO_STORY({"7",
+                   "S = H_pp − Σ_l H_pl H_ll⁻¹ H_plᵀ" + where,
+                   c.Schur(),
+                   solver.SchurComplement(),
+                   names,
+                   SchurMistakes(c),
+                   1e-9,
+                   {},
+                   "7d",
+                   "S_"});
+}
+
 void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Damping damping,
                 const std::string& scene) {
   const System system = StackedNormalEquations(graph, solver->Size());
@@ -84,27 +108,9 @@ void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Dam
   const bool solved = solver->Solve(lambda, &delta_x);
   std::ostringstream where;
   where << " of " << scene << ", λ = " << lambda << (damping == Damping::kIdentity ? "" : ", D = diag(H)");
+  CheckReducedSystem(c, *solver, where.str());
+  if (::testing::Test::HasFatalFailure()) return;
   const Names names = RowNames(solver->GetOrdering(), true);
-  ASSERT_NO_STORY({"7",
-                   "b_p − Σ_l H_pl H_ll⁻¹ b_l" + where.str(),
-                   c.Reduced(),
-                   solver->ReducedRightHandSide(),
-                   names,
-                   ReducedMistakes(c),
-                   1e-9,
-                   {},
-                   "7d",
-                   "b_schur_"});
-  ASSERT_NO_STORY({"7",
-                   "S = H_pp − Σ_l H_pl H_ll⁻¹ H_plᵀ" + where.str(),
-                   c.Schur(),
-                   solver->SchurComplement(),
-                   names,
-                   SchurMistakes(c),
-                   1e-9,
-                   {},
-                   "7d",
-                   "S_"});
   if (!solved) {
     FAIL() << Story("7", "Δx" + where.str(), "Solve returns true, the system is positive definite", "false",
                     "the function gave up: S is not positive definite, or Δx is not finite", "7d");

@@ -13,7 +13,6 @@ from house import ROOT, tracked_files
 
 MAX_FILE_LINES = 300
 MAX_FUNCTION_LINES = 40  # of code: functions.py says what counts. The skeletons' blanks are comments in solutions/
-MAX_TABLE_LINES = 60
 MAX_HEADERS = 14
 
 
@@ -35,14 +34,9 @@ def long_files() -> list:
             if (lines := len(text_of(path).splitlines())) > MAX_FILE_LINES]
 
 
-def most_lines(path) -> int:
-    """In the homework's tests a function is mostly a table: a line for each mistake, or for each word of a claim."""
-    return MAX_TABLE_LINES if str(path).startswith("tests/homework/") else MAX_FUNCTION_LINES
-
-
 def long_functions() -> list:
     return [f"{path}:{function.line}: {function.name}: {function.code_lines} lines of code" for path in sources()
-            for function in functions_of(path.suffix, text_of(path)) if function.code_lines > most_lines(path)]
+            for function in functions_of(path.suffix, text_of(path)) if function.code_lines > MAX_FUNCTION_LINES]
 
 
 def large_folders() -> list:

@@ -235,6 +235,19 @@ inline VecX AssembleB(const Graph& graph, int size, Takes takes, bool with_loss 
   return b;
 }
 
+/// b of code that writes to the rows of vertex i once for each edge, when j is i; `write` may add or assign.
+template <class Write>
+std::function<MatXX()> WrittenOnTheDiagonal(const Graph& graph, int size, const Write& write) {
+  return [=, &graph] {
+    VecX b = VecX::Zero(size);
+    ForEachTurn(graph, [&](const Edge& edge, double drho, const MatXX&, size_t i, size_t j) {
+      const Vertex& v = *edge.Vertices()[i];
+      if (i == j) write(b.segment(v.OrderingId(), v.LocalDimension()), edge, drho, edge.Jacobian(i));
+    });
+    return MatXX(b);
+  };
+}
+
 inline std::vector<Mistake> MistakesInB(const Graph& graph, int size) {
   const auto is = [&graph, size](Takes takes, bool with_loss = true, bool with_W_rho = false) {
     return [=, &graph] { return MatXX(AssembleB(graph, size, takes, with_loss, with_W_rho)); };
@@ -258,28 +271,15 @@ inline std::vector<Mistake> MistakesInB(const Graph& graph, int size) {
              *of_j = 1.0;
            })},
           {"", "the weight is missing in b: JᵀWr, not Jᵀr",
-           [&graph, size] {
-             VecX b = VecX::Zero(size);
-             ForEachTurn(graph, [&](const Edge& edge, double drho, const MatXX&, size_t i, size_t j) {
-               const Vertex& v = *edge.Vertices()[i];
-               if (i == j) {
-                 b.segment(v.OrderingId(), v.LocalDimension()) -= drho * edge.Jacobian(i).transpose() * edge.Residual();
-               }
-             });
-             return b;
-           }},
+           WrittenOnTheDiagonal(graph, size,
+                                [](auto rows, const Edge& edge, double drho, const MatXX& J_i) {
+                                  rows -= drho * J_i.transpose() * edge.Residual();
+                                })},
           {"", "= stands where −= is meant in b: only the last edge's share is left",
-           [&graph, size] {
-             VecX b = VecX::Zero(size);
-             ForEachTurn(graph, [&](const Edge& edge, double drho, const MatXX&, size_t i, size_t j) {
-               const Vertex& v = *edge.Vertices()[i];
-               if (i == j) {
-                 b.segment(v.OrderingId(), v.LocalDimension()) =
-                     -drho * edge.Jacobian(i).transpose() * edge.Information() * edge.Residual();
-               }
-             });
-             return b;
-           }},
+           WrittenOnTheDiagonal(graph, size,
+                                [](auto rows, const Edge& edge, double drho, const MatXX& J_i) {
+                                  rows = -drho * J_i.transpose() * edge.Information() * edge.Residual();
+                                })},
           {"", "the loss is forgotten in b: Wr has ρ' in it", is(right, false)},
           {"", "W_ρ is for H; b takes ρ'W", is(right, true, true)}};
 }

@@ -94,11 +94,21 @@ struct Case {
          [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * r.H_mm_inverse * r.H_pm.transpose()); }},
         {"1.2b", "H_pp is missing: this is −H_pm H_mm⁻¹ H_mp alone", [=] { return MatXX(r.Schur() - r.H_pp); }},
         {"1.2b", "H_pp is missing: this is H_pm H_mm⁻¹ H_mp alone", [=] { return MatXX(r.H_pp - r.Schur()); }},
-        {"1.2b", "of H_mm only the diagonal is inverted: its blocks are larger where landmarks are points",
-         [=] {
+        {"1.2b", "of H_mm only the diagonal is inverted: its blocks are larger where landmarks are points", [=] {
            const MatXX inverse = r.H_mm.diagonal().cwiseInverse().asDiagonal();
            return MatXX(r.H_pp - r.H_pm * inverse * r.H_pm.transpose());
-         }},
+         }}};
+    for (const Mistake& mistake : CornerMistakes(r)) mistakes.push_back(mistake);
+    for (const DampingMistake& damping_mistake : DampingMistakes()) {
+      const MatXX wrong = Parts(damping_mistake.H, system.b, p).Schur();
+      mistakes.push_back({"1.2a", damping_mistake.cause, [=] { return wrong; }});
+    }
+    return mistakes;
+  }
+
+  /// One corner of H stands where another is meant.
+  static std::vector<Mistake> CornerMistakes(const Parts& r) {
+    std::vector<Mistake> mistakes{
         {"1.2a", "Hpm (or Hmp) starts at the wrong row or column: it is read from the poses' own corner of H",
          [=] {
            const MatXX corner = r.H_pp.leftCols(std::min(r.H_pp.cols(), r.H_pm.cols()));
@@ -120,10 +130,6 @@ struct Case {
                           [=] { return MatXX(r.H_pp - Q * r.H_mm_inverse * Q); }});
       mistakes.push_back({"1.2b", "the corner of the landmarks, H_mm, stands where the poses' H_pp is meant",
                           [=] { return MatXX(r.H_mm - r.H_pm * r.H_mm_inverse * Q); }});
-    }
-    for (const DampingMistake& damping_mistake : DampingMistakes()) {
-      const MatXX wrong = Parts(damping_mistake.H, system.b, p).Schur();
-      mistakes.push_back({"1.2a", damping_mistake.cause, [=] { return wrong; }});
     }
     return mistakes;
   }
@@ -160,15 +166,30 @@ struct Case {
     return mistakes;
   }
 
+  static std::function<MatXX()> Step(const VecX& x_p, const VecX& x_m) {
+    VecX x(x_p.size() + x_m.size());
+    x << x_p, x_m;
+    return [x] { return x; };
+  }
+
   std::vector<Mistake> StepMistakes() const {
     const Parts r = Right();
     const VecX x_p = Solve(r.Schur(), r.Reduced());
+    std::vector<Mistake> mistakes = LandmarkMistakes(r, x_p);
+    for (const DampingMistake& damping_mistake : DampingMistakes()) {
+      const VecX wrong = Solve(damping_mistake.H, system.b);
+      mistakes.push_back({"1.2a", damping_mistake.cause, [=] { return wrong; }});
+      const MatXX H_mm_inverse = Parts(damping_mistake.H, system.b, p).H_mm_inverse;
+      mistakes.push_back({"1.2c", "the poses are right; for the landmarks " + std::string(damping_mistake.cause),
+                          Step(x_p, H_mm_inverse * (r.b_m - r.H_pm.transpose() * x_p))});
+    }
+    return mistakes;
+  }
+
+  /// Where the poses' step is right.
+  std::vector<Mistake> LandmarkMistakes(const Parts& r, const VecX& x_p) const {
     const VecX H_mp_x = r.H_pm.transpose() * x_p;
-    const auto step = [x_p](const VecX& x_m) {
-      VecX x(x_p.size() + x_m.size());
-      x << x_p, x_m;
-      return std::function<MatXX()>([x] { return x; });
-    };
+    const auto step = [x_p](const VecX& x_m) { return Step(x_p, x_m); };
     std::vector<Mistake> mistakes{
         {"1.2c", "the landmarks do not hear of the poses: − H_mp Δx_p is missing before H_mm⁻¹ is applied",
          step(r.H_mm_inverse * r.b_m)},
@@ -203,13 +224,6 @@ struct Case {
           {"1.2c", "the poses' b_p stands where the landmarks' b_m is meant", step(r.H_mm_inverse * (r.b_p - H_mp_x))});
       mistakes.push_back({"1.2c", "the poses' reduced b stands where the landmarks' b_m is meant",
                           step(r.H_mm_inverse * (r.Reduced() - H_mp_x))});
-    }
-    for (const DampingMistake& damping_mistake : DampingMistakes()) {
-      const VecX wrong = Solve(damping_mistake.H, system.b);
-      mistakes.push_back({"1.2a", damping_mistake.cause, [=] { return wrong; }});
-      const MatXX H_mm_inverse = Parts(damping_mistake.H, system.b, p).H_mm_inverse;
-      mistakes.push_back({"1.2c", "the poses are right; for the landmarks " + std::string(damping_mistake.cause),
-                          step(H_mm_inverse * (r.b_m - H_mp_x))});
     }
     return mistakes;
   }

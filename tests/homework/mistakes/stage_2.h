@@ -159,6 +159,19 @@ inline std::vector<Mistake> CornerMistakes(const Parts& r, int idx) {
   return mistakes;
 }
 
+/// Corners of one size, which Eigen lets exchange.
+inline std::vector<Mistake> ExchangeMistakes(const Parts& r) {
+  if (r.A_rm.rows() != r.A_rm.cols()) return {};
+  return {{"2c", "A_rm and A_mr are exchanged: A_rm is at the top right, rows of what remains",
+           [=] { return MatXX(r.A_rr - r.A_mr * r.A_mm_inverse * r.A_rm); }},
+          {"2c", "A_mr holds A_rm: it is at the bottom left, rows of what goes",
+           [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm_inverse * r.A_rm); }},
+          {"2c", "A_rm holds A_mr: it is at the top right, rows of what remains",
+           [=] { return MatXX(r.A_rr - r.A_mr * r.A_mm_inverse * r.A_mr); }},
+          {"2c", "A_rr is the corner of what goes, at the bottom right; it is at the top left",
+           [=] { return MatXX(r.A_mm - r.A_rm * r.A_mm_inverse * r.A_mr); }}};
+}
+
 inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx) {
   std::vector<Mistake> mistakes{
       {"2d", "the sign: A_rm A_mm⁻¹ A_mr is added. What is marginalised takes information along, it brings none",
@@ -182,16 +195,7 @@ inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx) {
                       [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm.diagonal().cwiseInverse().asDiagonal() * r.A_mr); }});
   mistakes.push_back({"2d", "A_mm⁻¹ acts twice: tempB already holds A_rm A_mm⁻¹",
                       [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm_inverse * r.A_mm_inverse * r.A_mr); }});
-  if (r.A_rm.rows() == r.A_rm.cols()) {
-    mistakes.push_back({"2c", "A_rm and A_mr are exchanged: A_rm is at the top right, rows of what remains",
-                        [=] { return MatXX(r.A_rr - r.A_mr * r.A_mm_inverse * r.A_rm); }});
-    mistakes.push_back({"2c", "A_mr holds A_rm: it is at the bottom left, rows of what goes",
-                        [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm_inverse * r.A_rm); }});
-    mistakes.push_back({"2c", "A_rm holds A_mr: it is at the top right, rows of what remains",
-                        [=] { return MatXX(r.A_rr - r.A_mr * r.A_mm_inverse * r.A_mr); }});
-    mistakes.push_back({"2c", "A_rr is the corner of what goes, at the bottom right; it is at the top left",
-                        [=] { return MatXX(r.A_mm - r.A_rm * r.A_mm_inverse * r.A_mr); }});
-  }
+  for (const Mistake& mistake : ExchangeMistakes(r)) mistakes.push_back(mistake);
   mistakes.push_back(
       {"2d", "the inverse is that of the wrong corner: after the move A_mm is the bottom right one", [=] {
          const auto m = r.A_mm.rows();

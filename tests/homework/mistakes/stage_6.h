@@ -18,26 +18,24 @@ struct WayMistake {
   FactorScene::Way way;
 };
 
-inline std::vector<Mistake> MistakesInA(const FactorScene& scene) {
+template <class Set>
+FactorScene::Way Changed(const Set& set) {
+  FactorScene::Way way;
+  set(&way);
+  return way;
+}
+
+inline std::vector<WayMistake> WrongWaysToA() {
   using Way = FactorScene::Way;
-  const auto change = [](auto set) {
-    Way way;
-    set(&way);
-    return way;
-  };
   const auto times = [](double diagonal, double first, double mirror) {
-    Way way;
-    way.diagonal = diagonal;
-    way.first = first;
-    way.mirror = mirror;
-    return way;
+    return Changed([=](Way* way) {
+      way->diagonal = diagonal;
+      way->first = first;
+      way->mirror = mirror;
+    });
   };
-  const auto weight = [](auto of) {
-    Way way;
-    way.weight_A = of;
-    return way;
-  };
-  const std::vector<WayMistake> all{
+  const auto weight = [](auto of) { return Changed([=](Way* way) { way->weight_A = of; }); };
+  return {
       {"nothing is written to A_", times(0, 0, 0)},
       {"the loss is forgotten: W_rho, not edge.Information()",
        weight([](const Edge& edge, double, const MatXX&) { return MatXX(edge.Information()); })},
@@ -49,13 +47,13 @@ inline std::vector<Mistake> MistakesInA(const FactorScene& scene) {
          return MatXX(MatXX::Identity(W_rho.rows(), W_rho.cols()));
        })},
       {"= stands where += is meant: only the last residual's share is left",
-       change([](Way* way) { way->last_only = true; })},
+       Changed([](Way* way) { way->last_only = true; })},
       {"the mirrored block is missing", times(1, 1, 0)},
       {"the block (i, j) is missing, only its mirror is there", times(1, 0, 1)},
       {"only the diagonal blocks arrive: each pair i < j has a block too", times(1, 0, 0)},
-      {"the mirrored block is not transposed", change([](Way* way) { way->transpose = false; })},
+      {"the mirrored block is not transposed", Changed([](Way* way) { way->transpose = false; })},
       {"the places are exchanged: the block goes to rows idx_i and columns idx_j, its transpose to the mirror place",
-       change([](Way* way) { way->exchanged = true; })},
+       Changed([](Way* way) { way->exchanged = true; })},
       {"the diagonal blocks are doubled: the mirror is for j ≠ i only", times(2, 1, 1)},
       {"the blocks of two different vertices are added twice: j begins at i, not at 0", times(1, 2, 2)},
       {"the diagonal blocks are missing: j begins at i, not behind it", times(0, 1, 1)},
@@ -63,21 +61,23 @@ inline std::vector<Mistake> MistakesInA(const FactorScene& scene) {
       {"the mirrored block is added twice", times(1, 1, 2)},
       {"the block (i, j) is added twice, its mirror once", times(1, 2, 1)},
       {"the sign: A = +Σ JᵀW_ρJ", times(-1, -1, -1)}};
+}
+
+inline std::vector<Mistake> MistakesInA(const FactorScene& scene) {
   std::vector<Mistake> mistakes;
-  for (const auto& one : all) {
+  for (const auto& one : WrongWaysToA()) {
     mistakes.push_back({"6c", one.cause, [&scene, one] { return scene.MatrixA(one.way); }});
   }
   return mistakes;
 }
 
-inline std::vector<Mistake> MistakesInB(const FactorScene& scene) {
-  using Way = FactorScene::Way;
-  using Weight = decltype(Way::weight_b);
-  struct WeightMistake {
-    std::string cause;
-    Weight of;
-  };
-  const std::vector<WeightMistake> weights{
+struct WeightMistake {
+  std::string cause;  // "" if it is right
+  decltype(FactorScene::Way::weight_b) of;
+};
+
+inline std::vector<WeightMistake> WeightsInB() {
+  return {
       {"", nullptr},
       {"the loss is forgotten: ρ' is missing",
        [](const Edge& edge, double, const MatXX&) { return MatXX(edge.Information()); }},
@@ -87,10 +87,14 @@ inline std::vector<Mistake> MistakesInB(const FactorScene& scene) {
       {"W_ρ is for A; b takes ρ'W", [](const Edge&, double drho, const MatXX& W_rho) { return MatXX(drho * W_rho); }},
       {"W is missing: b takes ρ'Wr",
        [](const Edge&, double drho, const MatXX& W) { return MatXX(drho * MatXX::Identity(W.rows(), W.cols())); }}};
+}
+
+inline std::vector<Mistake> MistakesInB(const FactorScene& scene) {
+  using Way = FactorScene::Way;
   std::vector<Mistake> mistakes{
       {"6c", "nothing is written to b_", [&scene] { return MatXX(0.0 * scene.VectorB({})); }}};
   for (const double sign : {1.0, -1.0}) {
-    for (const auto& weight : weights) {
+    for (const auto& weight : WeightsInB()) {
       for (const bool last_only : {false, true}) {
         for (const double inner : {0.0, 1.0}) {
           std::string cause = weight.cause;
@@ -142,7 +146,12 @@ struct SchurCase {
     return b.tail(n()) + sign * A.bottomLeftCorner(n(), m) * (middle * b.head(m));
   }
   std::vector<Mistake> Mistakes() const {
-    const MatXX A_mm = A.topLeftCorner(m, m), A_rm = A.bottomLeftCorner(n(), m);
+    std::vector<Mistake> mistakes = FormulaMistakes();
+    for (const Mistake& mistake : CornerMistakes()) mistakes.push_back(mistake);
+    return mistakes;
+  }
+  std::vector<Mistake> FormulaMistakes() const {
+    const MatXX A_mm = A.topLeftCorner(m, m);
     return {
         {"6d", "nothing is subtracted: this is A_rr", [this] { return MatXX(A.bottomRightCorner(n(), n())); }},
         {"6d", "the sign: A_rm A_mm⁺ A_mr is added, not subtracted", [this] { return Schur(mm_pinv, 1.0); }},
@@ -161,22 +170,6 @@ struct SchurCase {
         {"6d", "A_mm⁺ acts twice", [this] { return Schur(mm_pinv * mm_pinv); }},
         {"6d", "only the diagonal of A_mm is inverted",
          [=] { return Schur(A_mm.diagonal().cwiseInverse().asDiagonal()); }},
-        {"6d", "A_rr is the wrong corner: the dropped rows stand first, A_rr is the lower right corner, n_ × n_",
-         [this] { return n() <= A.rows() ? MatXX(A.topLeftCorner(n(), n()) - A_rr() + Schur(mm_pinv)) : A; }},
-        {"6d", "A_rm is the wrong corner: it is the lower left one, n_ rows and m_ columns",
-         [this] { return WithCorners(A.topLeftCorner(n(), m), A.topRightCorner(m, n())); }},
-        {"6d", "A_rm is the wrong corner: it is the lower left one, n_ rows and m_ columns",
-         [this] { return WithCorners(A.topRightCorner(n(), m), A.topRightCorner(m, n())); }},
-        {"6d", "A_rm and A_mr are the wrong corners: the lower left and the upper right one",
-         [this] { return WithCorners(A.topRightCorner(n(), m), A.bottomLeftCorner(m, n())); }},
-        {"6d", "A_rm is the wrong corner: it is the lower left one, n_ rows and m_ columns",
-         [this] { return WithCorners(A.bottomRightCorner(n(), m), A.topRightCorner(m, n())); }},
-        {"6d", "A_mr is the wrong corner: it is the upper right one, m_ rows and n_ columns",
-         [this] { return WithCorners(A.bottomLeftCorner(n(), m), A.topLeftCorner(m, n())); }},
-        {"6d", "A_mr is the wrong corner: it is the upper right one, m_ rows and n_ columns",
-         [this] { return WithCorners(A.bottomLeftCorner(n(), m), A.bottomLeftCorner(m, n())); }},
-        {"6d", "A_mr is the wrong corner: it is the upper right one, m_ rows and n_ columns",
-         [this] { return WithCorners(A.bottomLeftCorner(n(), m), A.bottomRightCorner(m, n())); }},
         {"6d", "the eigenvalues above kEps were set to 0, not those up to it",
          [=] { return Schur(Pinv(1e-300) - mm_pinv); }},
         {"6d", "the roots of 1/S stand in A_mm⁺: there S⁺ is 1/S itself",
@@ -185,18 +178,36 @@ struct SchurCase {
            const VecX root = (mm.S.array() > 1e-8).select(mm.S.cwiseInverse().cwiseAbs().cwiseSqrt(), 0.0);
            return Schur(mm.V * root.asDiagonal() * mm.V.transpose());
          }},
-        {"6d", "Vᵀ S⁺ V instead of V S⁺ Vᵀ",
-         [this] {
+        {"6d", "Vᵀ S⁺ V instead of V S⁺ Vᵀ", [this] {
            const SymmetricEigen mm = DecomposeSymmetric(A.topLeftCorner(m, m));
            const VecX S = (mm.S.array() > 1e-8).select(mm.S.cwiseInverse(), 0.0);
            return Schur(mm.V.transpose() * S.asDiagonal() * mm.V);
-         }},
-        {"6d", "the corners are exchanged: the dropped rows stand first, A_rr is the lower right corner", [this] {
-           if (n() != m) return MatXX(MatXX::Zero(n(), n()));
-           return MatXX(A.topLeftCorner(n(), n()) - A.topRightCorner(n(), n()) *
-                                                        A.bottomRightCorner(n(), n()).inverse() *
-                                                        A.bottomLeftCorner(n(), n()));
          }}};
+  }
+  /// One corner of A stands where another is meant.
+  std::vector<Mistake> CornerMistakes() const {
+    return {{"6d", "A_rr is the wrong corner: the dropped rows stand first, A_rr is the lower right corner, n_ × n_",
+             [this] { return n() <= A.rows() ? MatXX(A.topLeftCorner(n(), n()) - A_rr() + Schur(mm_pinv)) : A; }},
+            {"6d", "A_rm is the wrong corner: it is the lower left one, n_ rows and m_ columns",
+             [this] { return WithCorners(A.topLeftCorner(n(), m), A.topRightCorner(m, n())); }},
+            {"6d", "A_rm is the wrong corner: it is the lower left one, n_ rows and m_ columns",
+             [this] { return WithCorners(A.topRightCorner(n(), m), A.topRightCorner(m, n())); }},
+            {"6d", "A_rm and A_mr are the wrong corners: the lower left and the upper right one",
+             [this] { return WithCorners(A.topRightCorner(n(), m), A.bottomLeftCorner(m, n())); }},
+            {"6d", "A_rm is the wrong corner: it is the lower left one, n_ rows and m_ columns",
+             [this] { return WithCorners(A.bottomRightCorner(n(), m), A.topRightCorner(m, n())); }},
+            {"6d", "A_mr is the wrong corner: it is the upper right one, m_ rows and n_ columns",
+             [this] { return WithCorners(A.bottomLeftCorner(n(), m), A.topLeftCorner(m, n())); }},
+            {"6d", "A_mr is the wrong corner: it is the upper right one, m_ rows and n_ columns",
+             [this] { return WithCorners(A.bottomLeftCorner(n(), m), A.bottomLeftCorner(m, n())); }},
+            {"6d", "A_mr is the wrong corner: it is the upper right one, m_ rows and n_ columns",
+             [this] { return WithCorners(A.bottomLeftCorner(n(), m), A.bottomRightCorner(m, n())); }},
+            {"6d", "the corners are exchanged: the dropped rows stand first, A_rr is the lower right corner", [this] {
+               if (n() != m) return MatXX(MatXX::Zero(n(), n()));
+               return MatXX(A.topLeftCorner(n(), n()) - A.topRightCorner(n(), n()) *
+                                                            A.bottomRightCorner(n(), n()).inverse() *
+                                                            A.bottomLeftCorner(n(), n()));
+             }}};
   }
   std::vector<Mistake> MistakesInB() const {
     return {

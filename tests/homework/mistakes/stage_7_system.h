@@ -66,13 +66,13 @@ inline VecX WeightedResidual(const Edge& edge, int times_drho, bool robust) {
   return Wr;
 }
 
-inline std::vector<Mistake> MistakesInB(const Graph& graph, const Ordering& ordering) {
+inline std::vector<Rows> RowsInB(const Ordering& ordering) {
   const auto number = [ordering](const Vertex& v) { return NumberOf(v, ordering); };
   const auto pose_row = [ordering, number](const Vertex& v, int) {
     const auto k = static_cast<size_t>(number(v));
     return k < ordering.poses.size() ? ordering.poses[k]->OrderingId() : -1;
   };
-  const std::vector<Rows> rows{
+  return {
       {"", [](const Vertex& v, int) { return v.OrderingId(); }},
       {"a.number stands where the vertex's first row is meant: that is OrderingId()",
        [=](const Vertex& v, int) { return number(v); }},
@@ -84,6 +84,10 @@ inline std::vector<Mistake> MistakesInB(const Graph& graph, const Ordering& orde
       {"only the poses' rows of b are written", [](const Vertex& v, int) { return IsPose(v) ? v.OrderingId() : -1; }},
       {"only the landmarks' rows of b are written",
        [](const Vertex& v, int) { return IsPose(v) ? -1 : v.OrderingId(); }}};
+}
+
+inline std::vector<Mistake> MistakesInB(const Graph& graph, const Ordering& ordering) {
+  const std::vector<Rows> rows = RowsInB(ordering);
   const std::vector<Weight> weights{
       {"", [](const Edge& edge) { return WeightedResidual(edge, 1, false); }},
       {"ρ' acts twice: Wr has it already", [](const Edge& edge) { return WeightedResidual(edge, 2, false); }},
