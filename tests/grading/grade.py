@@ -139,7 +139,8 @@ class Grades(unittest.TestCase):
         self.assertEqual(len({record["seed"] for record in found.values()}), 1)
 
     def test_two_shards_and_a_last_run_are_one_run(self):
-        paths = [self.submission(f"s{k}", change=lambda text, k=k: text + f"\n// {k % 2}\n") for k in range(3)]
+        paths = [self.submission(name, change=lambda text, k=k: text + f"\n// {k % 2}\n")
+                 for k, name in enumerate(("s0", os.fsdecode(b"m\xfcller"), "s2"))]
         for part in ("1/2", "2/2"):
             self.assertEqual(grade(self.out, *paths, "--stages", "3", "--seed", "5", "--shard", part).returncode, 0)
         whole = self.folder / "whole"
@@ -147,6 +148,8 @@ class Grades(unittest.TestCase):
         strip = lambda out: {name: (record["score"], record["key"], record["stages"][0]["checks"])
                              for name, record in records(out).items()}
         self.assertEqual(strip(self.out), strip(whole))
+        self.assertEqual(set(strip(whole)), {"s0", "m_FCller", "s2"})  # read as UTF-8, as the table
+        self.assertIn("m_FCller", (whole / "grades.csv").read_text(encoding="utf-8"))
         self.assertIn("equal", (whole / "summary.html").read_text(encoding="utf-8"), "s0 and s2 are one text")
 
     def test_a_fault_of_ours_is_no_mark_and_replaces_none(self):

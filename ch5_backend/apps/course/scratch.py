@@ -18,8 +18,8 @@ def scratch() -> Path:
     global _folder, _held
     while _folder is None:
         folder = Path(tempfile.mkdtemp(prefix=PREFIX))
-        held = lock(folder)
-        if held is not None and folder.exists():  # or somebody has taken it for a dead one's
+        held = lock(folder, 0)
+        if folder.exists():  # or another run has taken it for a dead one's
             os.chmod(folder, 0o711)
             _folder, _held = folder, held
             atexit.register(shutil.rmtree, folder, ignore_errors=True)
@@ -27,14 +27,14 @@ def scratch() -> Path:
     return _folder
 
 
-def lock(folder: Path):
-    """A descriptor that holds the folder, or None if a living process does."""
+def lock(folder: Path, mode: int):
+    """A descriptor that holds the folder, or None: it is gone, held elsewhere, or its file system has no locks."""
     try:
         held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     except OSError:
         return None
     try:
-        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(held, fcntl.LOCK_EX | mode)
         return held
     except OSError:
         os.close(held)
@@ -48,7 +48,7 @@ def remove_dead() -> None:
             ours = folder.lstat().st_uid == os.geteuid()
         except OSError:
             continue
-        held = lock(folder) if ours and folder != _folder else None
+        held = lock(folder, fcntl.LOCK_NB) if ours and folder != _folder else None
         if held is not None:
             shutil.rmtree(folder, ignore_errors=True)
             os.close(held)
