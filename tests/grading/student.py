@@ -90,6 +90,7 @@ class Archive(InAFolder):
             for target in re.findall(r"\]\((?!https?:|#)([^)#\s]+)", content.decode()) if name.endswith(".md") else ():
                 self.assertIn(os.path.normpath(os.path.join(os.path.dirname(name), target)), self.files, name)
         self.assertNotIn("instructors", self.files["README.md"].decode().lower())
+        self.assertNotIn("助教", self.files["README.zh.md"].decode())
 
     def test_the_skeletons_come_out_of_it(self):
         folder = self.folder()
