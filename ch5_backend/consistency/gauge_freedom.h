@@ -18,8 +18,10 @@
 
 namespace ch5 {
 
+/// The unknowns whose rows a matrix has, in its order.
 using Vertices = std::vector<std::shared_ptr<Vertex>>;
 
+/// What no measurement determines.
 enum class GaugeGroup {
   kVisualInertial,  ///< t and yaw: gravity fixes roll and pitch, the accelerometer fixes the scale
   kMonocular        ///< t, yaw, roll, pitch, scale

@@ -13,6 +13,7 @@
 
 namespace ch5 {
 
+/// How the reduced system is solved: LDLᵀ, or conjugate gradients.
 enum class LinearSolver { kLdlt, kPcg };
 
 /// What TestMarginalize returns: the system with the marginalised variable moved to the end, and what remains.

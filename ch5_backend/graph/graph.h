@@ -34,14 +34,14 @@ class Graph {
   /// @return the vertex' id
   /// @throws GraphError if it is null, already in a graph, or holds a number that is not finite; or if the id is taken
   ///         or negative
-  int AddVertex(std::shared_ptr<Vertex> vertex) { return AddVertex(std::move(vertex), next_vertex_id_); }
   int AddVertex(std::shared_ptr<Vertex> vertex, int id);
+  int AddVertex(std::shared_ptr<Vertex> vertex) { return AddVertex(std::move(vertex), next_vertex_id_); }
 
   /// @return the edge's id
   /// @throws GraphError if it is null, already in a graph, or one of its vertices is missing, repeated, or not in
   ///         this graph; or if the id is taken or negative
-  int AddEdge(std::shared_ptr<Edge> edge) { return AddEdge(std::move(edge), next_edge_id_); }
   int AddEdge(std::shared_ptr<Edge> edge, int id);
+  int AddEdge(std::shared_ptr<Edge> edge) { return AddEdge(std::move(edge), next_edge_id_); }
 
   /// Removes an edge, or a vertex with all its edges. The other ids stay.
   /// @throws GraphError if it is not in this graph

@@ -24,6 +24,7 @@ struct Selection {
 
 /// The free vertices of each edge as one array of numbers: asking every edge would read scattered memory.
 struct Incidence {
+  /// One free vertex of an edge.
   struct Entry {
     int position;  ///< in Edge::Vertices()
     int number;    ///< of the pose; the landmarks are numbered after the poses
@@ -51,6 +52,7 @@ Ordering MakeOrdering(const Graph& graph, const Selection& selection = {});
 
 /// x ← x ⊞ δ of all free vertices, which remember x; RollBack undoes the last Update to the bit.
 void Update(const Ordering& ordering, const VecX& delta_x);
+/// Undoes the last Update.
 void RollBack(const Ordering& ordering);
 /// ‖x‖ over the free vertices.
 double StateNorm(const Ordering& ordering);

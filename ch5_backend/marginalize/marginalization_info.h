@@ -52,11 +52,13 @@ class MarginalizationInfo {
   const VecX& b() const { return b_; }
 
  protected:
+  /// A vertex and where it stands in A.
   struct Block {
     std::shared_ptr<Vertex> vertex;
     VecX x0;  // its parameters in PreMarginalize
     int idx;  // its first row in A
   };
+  /// What remains for the kept vertices, H Δx = b.
   struct KeptSystem {  // n×n and n×1
     MatXX A;
     VecX b;

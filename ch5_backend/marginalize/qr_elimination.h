@@ -18,6 +18,7 @@ namespace ch5 {
 template <typename Scalar>
 Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop);
 
+/// In double and in single precision.
 extern template Prior MarginalizeQr<double>(const std::vector<std::shared_ptr<Edge>>&,
                                             const std::vector<std::shared_ptr<Vertex>>&);
 extern template Prior MarginalizeQr<float>(const std::vector<std::shared_ptr<Edge>>&,

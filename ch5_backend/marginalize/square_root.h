@@ -38,6 +38,7 @@ struct ScaledEigen {
   VecX S_sqrt;       ///< n×1
   VecX S_pinv_sqrt;  ///< n×1
 };
+/// @param H  n×n symmetric;  @param p_inverse  1/p, n×1, see ScalingOf
 ScaledEigen DecomposeScaled(const MatXX& H, const VecX& p_inverse);
 
 /// A = V S Vᵀ, S ascending.  @param A  n×n symmetric up to rounding; ½(A + Aᵀ) is decomposed

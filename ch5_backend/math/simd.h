@@ -31,6 +31,7 @@
 
 namespace ch5 {
 
+/// Which registers kernels use.
 enum class SimdLevel { kPortable, kAvx2, kAvx512 };
 
 /// The widest registers that kernels may use: the processor's, or narrower ones if the environment variable CH5_SIMD
@@ -38,6 +39,7 @@ enum class SimdLevel { kPortable, kAvx2, kAvx512 };
 /// @throws std::invalid_argument if CH5_SIMD is another word, or more than the processor has
 SimdLevel GetSimdLevel();
 
+/// Whether GetSimdLevel allows them.
 inline bool HasAvx2() { return GetSimdLevel() >= SimdLevel::kAvx2; }
 inline bool HasAvx512() { return GetSimdLevel() >= SimdLevel::kAvx512; }
 
@@ -52,6 +54,7 @@ typedef double WideLanes __attribute__((vector_size(64)));
 typedef double LanesInMemory __attribute__((vector_size(32), aligned(8)));
 typedef double WideLanesInMemory __attribute__((vector_size(64), aligned(8)));
 
+/// Four, or eight, numbers in memory, at any address.
 CH5_INLINE LanesInMemory* AsLanes(double* x) { return reinterpret_cast<LanesInMemory*>(x); }
 CH5_INLINE const LanesInMemory* AsLanes(const double* x) { return reinterpret_cast<const LanesInMemory*>(x); }
 CH5_INLINE WideLanesInMemory* AsWide(double* x) { return reinterpret_cast<WideLanesInMemory*>(x); }

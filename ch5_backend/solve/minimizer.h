@@ -9,6 +9,7 @@
 
 namespace ch5 {
 
+/// Which steps are tried: solve/step_strategy.h.
 enum class Algorithm { kGaussNewton, kLevenbergMarquardt, kDogleg };
 
 /// Why the iteration ended. All rules are relative, so they do not depend on units or weights.
@@ -57,6 +58,7 @@ struct SolveOptions {
   std::function<bool(const IterationInfo&)> callback;  ///< called after each iteration; false stops
 };
 
+/// How an optimisation went.
 struct Summary {
   Termination termination = Termination::kNothingToOptimize;
   std::string message;  ///< one sentence: which rule fired, with its numbers

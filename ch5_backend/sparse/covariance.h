@@ -27,6 +27,7 @@ class CovarianceError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A row and a column of the covariance.
 using VertexPair = std::pair<std::shared_ptr<Vertex>, std::shared_ptr<Vertex>>;
 
 /// How S is factorised: in the fronts of a sparse plan, or in one dense front.

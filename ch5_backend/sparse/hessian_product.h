@@ -8,6 +8,7 @@ namespace ch5 {
 /// H v; v and the result have all rows, poses first.
 VecX MultiplyHessian(const Structure& structure, const Linearized& system, const VecX& v, ThreadPool* pool);
 
+/// diag(H), as many numbers as H has rows.
 VecX HessianDiagonal(const Structure& structure, const Linearized& system);
 
 /// H with all its zeros.

@@ -13,6 +13,7 @@ struct GroupPose {
   int row;  ///< its first row, of those of the group's poses below each other
 };
 
+/// Consecutive landmarks that the same poses see.
 struct SchurGroup {
   int first, last;             ///< landmarks
   int poses_begin, poses_end;  ///< in SchurGroups::poses, by ascending number

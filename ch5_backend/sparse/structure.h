@@ -29,6 +29,7 @@ struct EdgePose {
   int column;    ///< its first column in the edge's normal equations
 };
 
+/// An edge, and where its blocks are stored.
 struct EdgeRecord {
   Edge* edge;
   int poses_begin, poses_end;  ///< its free poses in Structure::edge_poses, by ascending number
@@ -94,6 +95,7 @@ Structure BuildStructure(Ordering ordering);
 inline void PrefetchObject(const void* object, int lines) {
   for (int line = 0; line < lines; ++line) __builtin_prefetch(static_cast<const char*>(object) + 64 * line);
 }
+/// Edge `e`, if there is one.
 inline void PrefetchEdge(const std::vector<EdgeRecord>& edges, int e) {
   if (e < static_cast<int>(edges.size())) PrefetchObject(edges[e].edge, 4);
 }

@@ -36,6 +36,7 @@ class EdgeSE3Between : public SizedEdge<6, VertexPose, VertexPose> {
   Vec3 p_z_;
 };
 
+/// The relative pose of two poses in the plane; r = [R_zᵀ(R_iᵀ(p_j − p_i) − p_z); θ_j − θ_i − θ_z], [m; rad].
 class EdgeSE2Between : public SizedEdge<3, VertexSE2, VertexSE2> {
  public:
   /// @param p_z [m], theta_z [rad]  the measured pose of j as seen from i;  W weighs [m; rad], translation first

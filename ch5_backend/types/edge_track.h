@@ -14,6 +14,7 @@ namespace ch5 {
 
 class EdgeTrack : public Edge {
  public:
+  /// One observation of the track.
   struct View {
     std::shared_ptr<VertexPose> T_W_B;
     Vec2 x;  ///< normalised plane

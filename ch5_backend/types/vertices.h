@@ -120,6 +120,7 @@ class VertexVector : public SizedVertex<N, N> {
   explicit VertexVector(const Eigen::Matrix<double, N, 1>& x) : SizedVertex<N, N>(x, Role::kPose) {}
   std::string TypeInfo() const override { return "VertexVector" + std::to_string(N); }
 };
+/// One number.
 using VertexScalar = VertexVector<1>;
 
 /// A camera of a BAL problem: angle-axis ω [rad] and translation t of X_C = Exp(ω) X_W + t, focal length f [px],

@@ -27,6 +27,7 @@
 
 namespace ch5 {
 
+/// What the estimator is told of camera, IMU and their clocks.
 struct EstimatorOptions {
   Transform T_B_C;
   ImuNoise imu_noise;

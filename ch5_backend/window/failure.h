@@ -5,6 +5,7 @@
 
 namespace ch5 {
 
+/// Why an estimate is not believed.
 enum class Failure {
   kNone,
   kAccelerometerBias,

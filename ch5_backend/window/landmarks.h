@@ -59,6 +59,7 @@ struct Parallax {
   int common = 0;
   double mean = 0.0;
 };
+/// Between two frames of the window.
 Parallax ParallaxBetween(const Window& window, int frame_a, int frame_b);
 
 }  // namespace ch5

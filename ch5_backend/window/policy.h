@@ -43,6 +43,7 @@ struct VinsOptions {
   /// VINS-Mono, which uses them twice.
   bool reuse_observations = true;
 };
+/// VINS-Mono's window.
 std::unique_ptr<WindowPolicy> MakeVinsPolicy(const VinsOptions& options = {});
 
 /// The window of OKVIS.
@@ -56,6 +57,7 @@ struct OkvisOptions {
   int max_iterations = 10;
   double cost_tolerance = 1e-3;  ///< loose: the next image solves the window again
 };
+/// OKVIS's window.
 std::unique_ptr<WindowPolicy> MakeOkvisPolicy(const OkvisOptions& options = {});
 
 }  // namespace ch5

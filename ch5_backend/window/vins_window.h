@@ -14,6 +14,7 @@
 
 namespace ch5 {
 
+/// Which frame leaves: the oldest, or the second newest.
 enum class MarginalizationFlag { kOld, kSecondNew };
 
 /// What a marginalisation takes: these edges, and those of their vertices that are dropped.

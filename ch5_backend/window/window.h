@@ -20,6 +20,7 @@
 
 namespace ch5 {
 
+/// An image with its states.
 struct WindowFrame {
   int id = 0;                 ///< counts the images of a run
   double t = 0.0;             ///< time of the image by the IMU's clock, as estimated when it was added [s]
@@ -30,6 +31,7 @@ struct WindowFrame {
   std::shared_ptr<Preintegration> imu;          ///< from the frame before; null for the first
 };
 
+/// Where a frame of the window sees a landmark.
 struct WindowObservation {
   int frame = 0;                 ///< id
   Vec2 x = Vec2::Zero();         ///< normalised plane
@@ -43,6 +45,7 @@ struct RecentPoint {
   Vec2 x = Vec2::Zero();
 };
 
+/// A track that a frame of the window hosts.
 struct WindowLandmark {
   std::vector<WindowObservation> seen;                ///< in order of time; the first is the host's
   std::shared_ptr<VertexInverseDepth> inverse_depth;  ///< in the host's camera; null until triangulated

@@ -18,6 +18,7 @@
 
 namespace ch5 {
 
+/// Camera and IMU: a pinhole without distortion, its place on the body, and noise densities.
 struct Calibration {
   Transform T_B_C;                                    ///< camera coordinates into body coordinates
   double fx = 460.0, fy = 460.0, cx = 376, cy = 240;  ///< [px]
@@ -43,6 +44,7 @@ struct Recording {
 /// Ten days: so far from the origin, doubles in seconds still resolve nanoseconds (10 d · 2⁻⁵³ < ½ ns).
 inline constexpr int64_t kLongestRecordingNs = 864'000'000'000'000;
 
+/// Between time stamps [ns] and times [s] since the origin.
 inline double SecondsAt(int64_t stamp_ns, int64_t origin_ns) { return static_cast<double>(stamp_ns - origin_ns) / 1e9; }
 inline int64_t NanosecondsAt(double t, int64_t origin_ns) { return origin_ns + std::llround(1e9 * t); }
 

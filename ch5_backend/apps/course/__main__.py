@@ -37,6 +37,8 @@ DESCRIPTIONS = {
              "less than two. Stopped, it goes on where it was, trial by trial; the same tables give the same bytes.",
     "slides": "Builds the decks in slides/, or those that are named, such as 2-solvers.en, to self-contained HTML and "
               "PDF in out/slides; tables that are missing are made first. What follows -- goes to the builder.",
+    "docs": "Makes the pages of the API with Doxygen, formulas set by MathJax: one folder that needs no network, with the "
+            "index of formulas in front.",
 }
 JSON_FIELDS = {
     "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
@@ -123,6 +125,13 @@ def add_plots_options(parser: Parser) -> None:
     parser.add_argument("--out", metavar="DIR", help="where tables and figures are, default: out")
 
 
+def add_slides_options(parser: Parser) -> None:
+    parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers.en; default: all")
+    parser.add_argument("--html", action="store_true", help="no PDF, which needs Chromium")
+    parser.add_argument("--check", action="store_true", help="build nothing; say which numbers and figures of the "
+                        "built decks are out of date, and fail if any is")
+
+
 def add_grade_options(parser: Parser) -> None:
     parser.add_argument("submissions", nargs="*", metavar="SUBMISSION", help="a .cc file, a folder, a zip or a tar")
     parser.add_argument("--out", metavar="DIR", help="where the grades go, default: out/grades")
@@ -159,10 +168,9 @@ def make_parser(command: str) -> Parser:
     elif command == "plots":
         add_plots_options(parser)
     elif command == "slides":
-        parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers.en; default: all")
-        parser.add_argument("--html", action="store_true", help="no PDF, which needs Chromium")
-        parser.add_argument("--check", action="store_true", help="build nothing; say which numbers and figures of the "
-                            "built decks are out of date, and fail if any is")
+        add_slides_options(parser)
+    elif command == "docs":
+        parser.add_argument("--out", metavar="DIR", help="where the pages go; the folder is replaced; default: out/api")
     elif command == "check":
         parser.add_argument("stages", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
         parser.add_argument("--seed", type=number_option("--seed", 0, 10**18 - 1), metavar="S", help="other random numbers "
@@ -208,6 +216,9 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
     if command == "slides":
         from .slides import slides
         return slides(arguments, extra)
+    if command == "docs":
+        from .docs import docs
+        return docs(arguments.out)
     if command == "hint":
         from .hint import show
         return show(arguments.stage, arguments.number, arguments.language)

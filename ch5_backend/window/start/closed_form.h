@@ -19,6 +19,7 @@
 
 namespace ch5 {
 
+/// What the closed form is told of the sensors.
 struct ClosedFormOptions {
   Transform T_B_C;
   double sigma = 1.5 / 460.0;  ///< of an observation on the normalised plane

@@ -20,6 +20,7 @@ struct InitializationFrame {
   std::shared_ptr<const Preintegration> imu;  ///< from the previous image to this one; null for the first
 };
 
+/// What the start in motion is told of the sensors, and what it must reach.
 struct DynamicInitializationOptions {
   Transform T_B_C;
   double focal_length = 460.0;          ///< [px]
@@ -33,6 +34,7 @@ struct DynamicInitializationOptions {
   double least_inliers = 0.6;           ///< fraction of the observations within 3 σ
 };
 
+/// Why there is no start.
 enum class InitializationFailure {
   kNone,
   kTooFewFrames,

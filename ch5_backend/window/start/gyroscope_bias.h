@@ -16,6 +16,7 @@ namespace ch5 {
 
 /// One point in the images of a window.
 struct FeatureTrack {
+  /// One image of the point; x on the normalised plane.
   struct View {
     int frame = 0;  ///< 0, 1, …
     Vec2 x = Vec2::Zero();

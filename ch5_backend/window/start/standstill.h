@@ -25,6 +25,7 @@ struct StandstillState {
   Vec3 b_g = Vec3::Zero();    ///< the mean rate [rad/s]
 };
 
+/// Tells from IMU and images whether the body is at rest.
 class StandstillDetector {
  public:
   explicit StandstillDetector(const StandstillOptions& options) : options_(options) {}

@@ -19,6 +19,7 @@ struct Rmse {
   double point = 0.0;
 };
 
+/// The scene's true poses and points.
 Reconstruction TruthOf(const MonoBaScene& scene);
 /// The present states of the vertices; a point is p_W = R_0 [u, v, 1]/λ + p_0, seen from its host, frame 0.
 Reconstruction EstimateOf(const MonoBaScene& scene, const MonoBa& problem);

@@ -19,6 +19,7 @@ struct BalObservation {
   Vec2 pixel;
 };
 
+/// A file's content; cameras are [ω, t, f, k₁, k₂], see VertexCameraBAL, points X_W.
 struct BalProblem {
   std::vector<BalObservation> observations;
   std::vector<Vec9> cameras;
@@ -37,6 +38,7 @@ void WriteBal(const BalProblem& problem, const std::string& path);
 
 /// Points grey, camera centres orange, as PLY text.
 std::string FormatBalPly(const BalProblem& problem);
+/// @throws WriteError
 void WriteBalPly(const BalProblem& problem, const std::string& path);
 
 /// c = −Rᵀt.

@@ -17,7 +17,9 @@ namespace ch5 {
 
 /// A file as read: the graph, and the order of its lines, so that it can be written again.
 struct G2oFile {
+  /// What a line holds.
   enum class Kind { kVertex, kEdge, kOther };
+  /// What stood in a line of the file.
   struct Line {
     Kind kind;
     int index;         ///< of the vertex or edge in the graph's lists

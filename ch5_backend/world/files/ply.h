@@ -15,6 +15,7 @@ struct ColouredPoint {
   std::array<uint8_t, 3> rgb;
 };
 
+/// The points as PLY text.
 std::string FormatPly(const std::vector<ColouredPoint>& points);
 
 }  // namespace ch5

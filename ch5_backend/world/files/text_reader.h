@@ -51,7 +51,7 @@ class TextReader {
   /// @throws FileError if anything but white space follows
   void ExpectEnd();
 
-  /// The next line without its end (\n or \r\n); nullopt at the end of the file. For files that are read by lines only.
+  /// The next line without its end (LF or CR LF); nullopt at the end of the file. For files that are read by lines only.
   std::optional<std::string_view> ReadLine();
 
   /// A piece of the current line as a number; the same errors as ReadInt and ReadDouble.

@@ -15,19 +15,23 @@
 namespace ch5 {
 
 struct WindowDump {
+  /// Of the observations.
   enum class Loss { kNone, kHuber, kCauchy };
 
+  /// The readings between two frames.
   struct ImuPiece {
     int i = 0, j = 0;                             ///< from frame i to frame j
     Vec3 b_a = Vec3::Zero(), b_g = Vec3::Zero();  ///< the biases at which it was integrated
     std::vector<ImuSample> samples;               ///< the first with dt = 0, at frame i
   };
 
+  /// Where a frame sees a landmark.
   struct Observation {
     int frame = 0;
     Vec2 x = Vec2::Zero();  ///< normalised plane
   };
 
+  /// A landmark with its observations.
   struct Landmark {
     int id = 0;
     int host = 0;                     ///< frame of the first observation, which defines the ray
@@ -37,8 +41,10 @@ struct WindowDump {
     std::vector<Observation> observations;  ///< in other frames
   };
 
+  /// Which state a block of the prior is.
   enum class BlockKind { kPose, kSpeedBias, kExtrinsic };
 
+  /// A block of the prior's columns.
   struct PriorBlock {
     BlockKind kind = BlockKind::kPose;
     int frame = 0;  ///< of a pose or speed-bias

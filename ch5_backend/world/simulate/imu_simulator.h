@@ -19,6 +19,7 @@ struct ImuOptions {
   uint64_t seed = 1;
 };
 
+/// What the IMU reads along a trajectory.
 struct ImuRun {
   std::vector<ImuReading> readings;  ///< at imu_rate, from time 0 to the trajectory's end
   std::vector<StampedState> truth;   ///< at the same times, with the true biases

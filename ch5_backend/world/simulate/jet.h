@@ -17,6 +17,7 @@ struct Jet {
   static Jet Time(double time) { return {time, 1.0, 0.0}; }
 };
 
+/// Sums and products of two functions.
 inline Jet operator+(const Jet& f, const Jet& g) { return {f.value + g.value, f.rate + g.rate, f.second + g.second}; }
 inline Jet operator-(const Jet& f, const Jet& g) { return {f.value - g.value, f.rate - g.rate, f.second - g.second}; }
 inline Jet operator*(const Jet& f, const Jet& g) {
@@ -28,6 +29,7 @@ inline Jet operator*(const Jet& f, const Jet& g) {
 inline Jet Compose(double phi, double dphi, double ddphi, const Jet& f) {
   return {phi, dphi * f.rate, ddphi * f.rate * f.rate + dphi * f.second};
 }
+/// sin f(t) and cos f(t).
 inline Jet Sin(const Jet& f) {
   const double s = std::sin(f.value), c = std::cos(f.value);
   return Compose(s, c, -s, f);

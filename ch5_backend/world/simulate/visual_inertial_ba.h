@@ -14,6 +14,7 @@
 
 namespace ch5 {
 
+/// Where the points lie: on planes, or along the path.
 enum class GaugePoints { kPlanes, kRandom };
 
 /// The start's distance from the truth, σ per axis.
@@ -40,6 +41,7 @@ Calibration GaugeCamera();
 
 /// The problem as plain values.
 struct VisualInertialScene {
+  /// Where a keyframe sees a point.
   struct Observation {
     int keyframe, point;
     Vec2 u;  ///< normalised plane
@@ -76,6 +78,7 @@ struct VisualInertialBa {
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
 };
 
+/// Adds the scene's vertices, at their perturbed values, and its edges.
 void BuildVisualInertial(const VisualInertialScene& scene, VisualInertialBa* problem);
 
 /// The present states, at the times of the truth.
