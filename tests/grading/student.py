@@ -93,6 +93,13 @@ class Archive(InAFolder):
         self.assertNotIn("instructors", self.files["README.md"].decode().lower())
         self.assertNotIn("助教", self.files["README.zh.md"].decode())
 
+    def test_what_it_cannot_do_it_says(self):
+        folder = self.folder()
+        put({"course": self.files["course"]}, folder)
+        for command in ("grade", "pack", "slides", "docs"):
+            done = subprocess.run(["sh", folder / "course", command], capture_output=True, text=True, check=False)
+            self.assertEqual((done.returncode, f"students' archive, without '{command}'" in done.stderr), (2, True), command)
+
     def test_the_skeletons_come_out_of_it(self):
         folder = self.folder()
         put(self.files, folder)
