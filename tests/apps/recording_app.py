@@ -108,6 +108,8 @@ class RecordingApp(AppTest):
         self.silence("okvis")
         page = self.draw()
         self.assertIn("OKVIS found no start in this recording", page)
+        self.assertIn('<label for="window">', page)
+        self.assertNotIn("<td>OKVIS</td><td>0", page)
         self.assertIn("VINS is", page)
         self.assertNotIn("nan", page)
         self.assertTrue(films["vins"].exists())

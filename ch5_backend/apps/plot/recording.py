@@ -9,6 +9,7 @@ import numpy as np
 
 import odometry
 import page
+import sliders
 import style
 
 
@@ -31,7 +32,7 @@ def draw(directory):
     odometry.draw(directory)
     body = [f"<h1>Visual-inertial odometry: {Path(directory).resolve().name}</h1>",
             "<p>Two sliding-window estimators on the same recording; errors are after an alignment of position and "
-            "yaw.</p>", summary_table(directory)]
+            "yaw.</p>", summary_table(directory), sliders.windows(directory)]
     body += [page.figure(directory, name, words) for name, words in odometry.captions(directory).items()]
     trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
     links = ", ".join(f'<a href="{name}">{name}</a>' for name in trajectories)

@@ -75,6 +75,8 @@ SCRIPTS = (odometry, nees, prior, scene, hessian, convergence, marginalize)
 EXPLORERS = {"Bundle adjustment": sliders.iterations, "Odometry": sliders.windows, "The prior's weight": sliders.weights,
              "The Hessian": lambda directory: blocks.explorer(directory, "course")}
 
+BESIDE = {"lab.html": "The lab: move the weight and the noise yourself", "api/index.html": "The API and its formulas"}
+
 
 def solves_table(n):
     """The table of the solves, a column a scene."""
@@ -91,9 +93,12 @@ def solves_table(n):
             "<p>Cost: ½ Σ rᵀWr. The small scene has W = I as in the course, the large one W = 1/σ².</p>")
 
 
-def contents(titles):
-    links = "".join(f'<a href="#{anchor(title)}">{html.escape(title)}</a>' for title in titles)
-    return f'<nav aria-label="Contents">{links}<a href="#tables">Tables</a></nav>'
+def contents(titles, directory):
+    """Links to the sections, and to the pages beside this one that have been made."""
+    links = "".join(f'<a href="#{anchor(title)}">{html.escape(title)}</a>' for title in (*titles, "Tables"))
+    beside = {place: words for place, words in BESIDE.items() if (Path(directory) / place).exists()}
+    links += "".join(f'<a href="{place}">{words}</a>' for place, words in beside.items())
+    return f'<nav aria-label="Contents">{links}</nav>'
 
 
 def anchor(title):
@@ -107,7 +112,7 @@ def body_of(directory):
                 "Consistency": nees.captions(directory)}
     body = ["<h1>Chapter 5: a hand-written back end at work</h1>",
             "<p>Simulated scenes, solved by the code of this repository; every number below is read from the tables "
-            "beside this page.</p>", contents(sections), solves_table(n)]
+            "beside this page.</p>", contents(sections, directory), solves_table(n)]
     for title, figures in sections.items():
         body.append(f'<section aria-labelledby="{anchor(title)}"><h2 id="{anchor(title)}">{html.escape(title)}</h2>')
         if title in EXPLORERS:
