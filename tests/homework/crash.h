@@ -4,6 +4,7 @@
 #include <execinfo.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -11,6 +12,8 @@
 #include <initializer_list>
 
 namespace ch5::homework {
+
+constexpr rlim_t kMemory = rlim_t{2} << 30;  // bytes of addresses
 
 /// Where a crash happens, for humans: a test's name, a function's.
 using Where = const char* (*)();
@@ -32,8 +35,8 @@ inline bool IsStackOverflow(int signal_number, const void* fault) {
   const auto address = reinterpret_cast<std::uintptr_t>(fault);
   rlimit size{};
   getrlimit(RLIMIT_STACK, &size);
-  return signal_number == SIGSEGV && size.rlim_cur != RLIM_INFINITY && address < StackBegin() &&
-         StackBegin() - address < size.rlim_cur + kLeap;
+  return signal_number == SIGSEGV && address < StackBegin() &&
+         StackBegin() - address < std::min(size.rlim_cur, kMemory) + kLeap;
 }
 
 // A crash ends the process; before, it says in which test, and where (as offsets, for addr2line).
@@ -64,8 +67,7 @@ inline void TellCrashes(Where where) {
 
 /// Memory without bound ends in std::bad_alloc, which a test reports, and not in a machine that stands still.
 inline void LimitMemory() {
-  constexpr rlim_t kBytes = rlim_t{2} << 30;
-  const rlimit limit{kBytes, kBytes};
+  const rlimit limit{kMemory, kMemory};
   setrlimit(RLIMIT_AS, &limit);
 }
 
