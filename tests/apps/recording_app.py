@@ -109,7 +109,7 @@ class RecordingApp(AppTest):
         page = self.draw()
         self.assertIn("OKVIS found no start in this recording", page)
         self.assertIn('<label for="window">', page)
-        self.assertNotIn("<td>OKVIS</td><td>0", page)
+        self.assertNotIn(">OKVIS</th><td>0", page)
         self.assertIn("VINS is", page)
         self.assertNotIn("nan", page)
         self.assertTrue(films["vins"].exists())

@@ -4,24 +4,26 @@ import base64
 import html
 from pathlib import Path
 
+from alternatives import ALTERNATIVES
 from whole_file import whole
 
 HERE = Path(__file__).resolve().parent
 
 
 def table(head, rows, kind="", at=None):
-    """A table of words; with `at`, row i is shown while a slider stands at at[i]."""
-    row = lambda i, cells: (f'<tr data-at="{at[i]}">' if at else "<tr>") + "".join(
-        f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>"
+    """A table of words, rows named by their first cell; with `at`, row i is shown while a slider stands at at[i]."""
+    row = lambda i, cells: (f'<tr data-at="{at[i]}">' if at else "<tr>") + (
+        f'<th scope="row">{html.escape(cells[0])}</th>') + "".join(
+        f"<td>{html.escape(cell)}</td>" for cell in cells[1:]) + "</tr>"
     titles = "".join(f'<th scope="col">{html.escape(cell)}</th>' for cell in head)
     return (f'<div class="scroll {kind}"><table>\n<thead><tr>{titles}</tr></thead>\n<tbody>\n' +
             "\n".join(row(i, cells) for i, cells in enumerate(rows)) + "\n</tbody></table></div>\n")
 
 
-def figure(directory, name, caption, shows=""):
-    """DIR/figures/NAME.png with its words and a link to the SVG; `shows` says what there is to see, for the blind."""
+def figure(directory, name, caption):
+    """DIR/figures/NAME.png with its words and a link to the SVG."""
     data = base64.b64encode((Path(directory) / "figures" / f"{name}.png").read_bytes()).decode()
-    text, alt = html.escape(caption, quote=False), html.escape(shows or name.replace("_", " "))
+    text, alt = html.escape(caption, quote=False), html.escape(ALTERNATIVES[name])
     return (f'<figure><div class="scroll"><img alt="{alt}" src="data:image/png;base64,{data}"></div>'
             f'<figcaption>{text} <a href="figures/{name}.svg" aria-label="{alt}, as SVG">SVG</a></figcaption></figure>')
 
