@@ -1,4 +1,5 @@
 #include "tests/consistency/first_estimates.h"
+#include "ch5_backend/consistency/gauge_audit.h"
 
 #include <gtest/gtest.h>
 
@@ -113,8 +114,7 @@ TEST(FirstEstimates, OnMarginalizedEdgesTheyKeepThePriorFreeOfYaw) {
       window.Slide(frame);
       window.Move();
     }
-    const ScopedLinearizationPoint at_linearisation(&window.prior->GetPrior());
-    const GaugeLeak yaw = LeakAlong("yaw", AuditGauge({window.prior}, window.window.options));
+    const GaugeLeak yaw = LeakAlong("yaw", AuditPrior(window.prior->GetPrior(), window.window.options));
     EXPECT_EQ(yaw.relative < kNone, clean) << yaw.relative;
   }
 }

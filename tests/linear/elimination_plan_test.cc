@@ -47,5 +47,16 @@ TEST(EliminationPlan, IsAPermutationWithChildrenBeforeParents) {
   }
 }
 
+TEST(EliminationPlan, OneFrontTakesTheMatrixAsDense) {
+  const SymmetricBlockMatrix A = MakeMatrix({6, 3, 1}, Chain(3), 17);
+  const EliminationPlan plan = PlanOneFront(A);
+  ASSERT_EQ(plan.fronts.size(), 1u);
+  EXPECT_EQ(plan.fronts[0].last, 3);
+  EXPECT_EQ(plan.fronts[0].pivots, 10);
+  EXPECT_EQ(plan.fronts[0].parent, -1);
+  EXPECT_EQ(plan.order, (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(plan.offset, (std::vector<int>{0, 6, 9, 10}));
+}
+
 }  // namespace
 }  // namespace ch5::test

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -91,6 +92,41 @@ TEST(ReducedSolver, PcgIsAsAccurateAsItIsAsked) {
   EXPECT_GT(residual(0, 1e-2), 1e-8) << "it stops there";
   EXPECT_LT(residual(0, 1e-8), 1.001e-8);
   EXPECT_GT(residual(1, 1e-8), 1e-3) << "one iteration, as asked";
+}
+
+// Each by its own name, on  4x₀ + 2x₁ = 8,  2x₀ + 5x₁ = 16;  and on a matrix that is not positive definite.
+TEST(ReducedSolver, SolvesAHandWorkedSystem) {
+  SymmetricBlockMatrix A;
+  A.SetPattern({1, 1}, {{0, 1}, {1}});
+  const auto fill = [&A](double a00, double a10, double a11) {
+    const double values[] = {a00, a10, a11};
+    for (int block = 0; block < 3; ++block) A.Values(block)[0] = values[block];
+  };
+  const VecX b = Vec2(8.0, 16.0);
+  for (const auto& make : std::vector<std::function<std::unique_ptr<ReducedSolver>()>>{
+           MakeDenseCholesky, [] { return MakeSparseCholesky(1); }, [] { return MakeCholesky(1); },
+           [] { return MakeBlockPcg(0, 1e-14); }, [] { return MakePseudoInverse(0); }}) {
+    const auto solver = make();
+    fill(4.0, 2.0, 5.0);
+    solver->Prepare(A);
+    VecX x;
+    ASSERT_TRUE(solver->Solve(A, b, A.Diagonal(), &x));
+    EXPECT_LT((x - Vec2(0.5, 3.0)).norm(), 1e-14);
+    fill(4.0, 2.0, -5.0);
+    EXPECT_FALSE(solver->Solve(A, b, Vec2(4.0, 5.0), &x));
+  }
+}
+
+// Of  x₀ − x₁ = 1,  −x₀ + x₁ = −1  the shortest solution.
+TEST(ReducedSolver, ThePseudoInverseMovesNothingAlongTheGauge) {
+  SymmetricBlockMatrix A;
+  A.SetPattern({1, 1}, {{0, 1}, {1}});
+  for (int block = 0; block < 3; ++block) A.Values(block)[0] = block == 1 ? -1.0 : 1.0;
+  const auto solver = MakePseudoInverse(1);
+  solver->Prepare(A);
+  VecX x;
+  ASSERT_TRUE(solver->Solve(A, Vec2(1.0, -1.0), A.Diagonal(), &x));
+  EXPECT_LT((x - Vec2(0.5, -0.5)).norm(), 1e-15);
 }
 
 TEST(ReducedSolver, ManyPosesTiedByLandmarksAloneAreSolvedImplicitly) {

@@ -1,7 +1,9 @@
 // Batches of edges: eight at a time give what each edge gives alone.
 #include <gtest/gtest.h>
 
+#include "ch5_backend/graph/whitening.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/sparse/weighted_edge_batch.h"
 #include "ch5_backend/types/edge_bal.h"
 #include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/world/simulate/random.h"
@@ -81,19 +83,64 @@ TEST(EdgeBatches, AreTheEdgesEightAtATime) {
   ExpectBatchEqualsEdges(ReprojectionEdges(21, &random));
 }
 
+void Fill(const std::vector<std::shared_ptr<Edge>>& edges, Graph* graph) {
+  for (const auto& edge : edges) {
+    for (const auto& vertex : edge->Vertices()) {
+      if (vertex->Id() < 0) graph->AddVertex(vertex);
+    }
+    graph->AddEdge(edge);
+  }
+}
+
+// r̃ and J̃ = M J of each edge alone, with all kinds of weights and losses side by side.
+TEST(WeightedEdgeBatch, WhitensAsEachEdgeAlone) {
+  Random random(7);
+  Graph graph;
+  Fill(BalEdges(21, &random), &graph);
+  const std::shared_ptr<LossFunction> losses[] = {nullptr, std::make_shared<CauchyLoss>(30.0),
+                                                  std::make_shared<HuberLoss>(5.0)};
+  for (size_t k = 0; k < graph.Edges().size(); ++k) {
+    graph.Edges()[k]->SetInformation((1.0 + 0.1 * static_cast<double>(k)) * Mat22::Identity());
+    graph.Edges()[k]->SetLossFunction(losses[k % 3]);
+  }
+  const Structure structure = BuildStructure(MakeOrdering(graph));
+  WeightedEdgeBatch batch;
+  batch.Assign(structure);
+  ASSERT_TRUE(batch.Active());
+  ASSERT_EQ(batch.NumPositions(), 2);
+  EXPECT_EQ(batch.Dimension(0), 9);
+  batch.LoadPoses();
+  double chi2 = 0.0;
+  for (int first = 0; first < structure.num_landmark_edges; first += kPack) {
+    const int count = std::min(kPack, structure.num_landmark_edges - first);
+    alignas(64) double r[2 * kPack], J[64 * kPack];
+    batch.Linearize(first, count, r, J);
+    batch.Whiten(first, count, r, J);
+    for (int k = 0; k < count; ++k) {
+      Edge& edge = *structure.edges[static_cast<size_t>(first + k)].edge;
+      edge.Linearize();
+      chi2 += edge.RobustChi2();
+      const TwoRowWhitening white(edge.IsotropicInformation(), edge.GetLossFunction(), edge.Residual().data());
+      const Eigen::Map<const Mat22> M(&white.M[0][0]);
+      for (int i = 0; i < 2; ++i) EXPECT_NEAR(r[i * kPack + k], white.r[i], 1e-12 * (1.0 + std::abs(white.r[i])));
+      for (int v = 0; v < 2; ++v) {
+        const MatXX expected = M * edge.Jacobian(static_cast<size_t>(v));
+        for (int j = 0; j < expected.size(); ++j) {
+          EXPECT_NEAR(J[(batch.JacobianBegin(v) + j) * kPack + k], expected.data()[j], 1e-11 * (1.0 + expected.norm()));
+        }
+      }
+    }
+  }
+  EXPECT_NEAR(batch.RobustChi2(0, structure.num_landmark_edges), chi2, 1e-12 * chi2);
+}
+
 TEST(EdgeBatches, FollowTheStatesAndTheWeights) {
   Random random(6);
   Graph graph;
-  for (const auto& edge : BalEdges(40, &random)) {
-    for (const auto& vertex : edge->Vertices()) {
-      if (vertex->Id() < 0) graph.AddVertex(vertex);
-    }
-    graph.AddEdge(edge);
-  }
+  Fill(BalEdges(40, &random), &graph);
   SparseSolver solver(&graph);
   solver.SetOrdering();
   const auto chi_by_edges = [&] { return ComputeCost(graph); };
-  EXPECT_TRUE(solver.UsesBatch());
   EXPECT_NEAR(solver.ComputeChi(), chi_by_edges(), 1e-12 * chi_by_edges());
   graph.Vertices()[1]->Plus(Vec3(0.1, 0.2, 0.3).data());
   EXPECT_NEAR(solver.ComputeChi(), chi_by_edges(), 1e-12 * chi_by_edges());
@@ -109,7 +156,9 @@ TEST(EdgeBatches, FollowTheStatesAndTheWeights) {
   const VecX b = solver.RightHandSide();
   graph.Edges()[5]->SetInformation(Vec2(1.0, 1.0 + 1e-15).asDiagonal());
   solver.SetOrdering();
-  EXPECT_FALSE(solver.UsesBatch());
+  WeightedEdgeBatch batch;
+  batch.Assign(solver.GetStructure());
+  EXPECT_FALSE(batch.Active());
   solver.MakeHessian();
   EXPECT_LT((solver.DenseHessian() - H).norm(), 1e-13 * H.norm());
   EXPECT_LT((solver.RightHandSide() - b).norm(), 1e-13 * b.norm());

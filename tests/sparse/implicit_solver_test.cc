@@ -126,15 +126,5 @@ TEST(PowerSeries, ConjugateGradientsGoOnFromItsSum) {
   EXPECT_GT(system.solver->ReducedProducts(), 20);
 }
 
-TEST(ReducedSolverRule, IsImplicitForManyPosesTiedByLandmarksAlone) {
-  using Type = ReducedSolverType;
-  EXPECT_EQ(ChooseReducedSolver(Type::kAutomatic, 400, true), Type::kAutomatic);
-  EXPECT_EQ(ChooseReducedSolver(Type::kAutomatic, 401, true), Type::kPowerSeries);
-  EXPECT_EQ(ChooseReducedSolver(Type::kAutomatic, 5000, false), Type::kAutomatic);
-  for (const Type chosen : {Type::kDenseCholesky, Type::kSparseCholesky, Type::kPcg, Type::kImplicitPcg}) {
-    EXPECT_EQ(ChooseReducedSolver(chosen, 5000, true), chosen) << "the caller's word holds";
-  }
-}
-
 }  // namespace
 }  // namespace ch5::test

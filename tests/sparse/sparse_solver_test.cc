@@ -1,12 +1,8 @@
 // What is the sparse solver's own: its errors, its degenerate cases, its threads, its reduced solvers.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <atomic>
-#include <stdexcept>
-
-#include "ch5_backend/graph/whitening.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/world/simulate/mono_ba.h"
@@ -187,101 +183,6 @@ TEST(SparseSolver, SinglePrecisionRoundsOnlyH_pm) {
   const auto H_pm = H.topRightCorner(poses, landmarks), rounded_pm = rounded.topRightCorner(poses, landmarks);
   EXPECT_NE(rounded_pm, H_pm);
   EXPECT_LT((rounded_pm - H_pm).cwiseAbs().maxCoeff(), 1e-6 * H_pm.cwiseAbs().maxCoeff());
-}
-
-TEST(ReducedSolvers, AgreeAndRefuseIndefiniteSystems) {
-  SymmetricBlockMatrix S;
-  S.SetPattern({3, 2, 4}, {{0, 2}, {1, 2}, {2}});
-  Random random(6);
-  for (int block = 0; block < S.NumBlocks(); ++block) {
-    const int dim = S.Dim(S.Row(block)), stride = Stride(dim);
-    const int column = block < 2 ? 0 : block < 4 ? 1 : 2;
-    for (int c = 0; c < S.Dim(column); ++c) {
-      for (int r = 0; r < dim; ++r) {
-        const bool diagonal = S.Row(block) == column;
-        double* values = S.Values(block);
-        values[c * stride + r] =
-            diagonal && r < c ? values[r * stride + c] : random.Normal() + (diagonal && r == c ? 8 : 0);
-        if (diagonal && r < c) values[c * stride + r] = values[r * stride + c];
-      }
-    }
-  }
-  const MatXX A = S.Dense();
-  const VecX b = VecX::LinSpaced(9, -1, 1), expected = A.llt().solve(b), scale = A.diagonal();
-  EXPECT_LT((A - A.transpose()).norm(), 1e-15);
-  VecX product(9);
-  S.Multiply(b.data(), product.data());
-  EXPECT_LT((product - A * b).norm(), 1e-13);
-  EXPECT_EQ(S.Find(2, 1), 3);
-  EXPECT_EQ(S.Find(1, 0), -1);
-  for (auto& solver : {MakeDenseCholesky(), MakeSparseCholesky(1), MakeBlockPcg(100, 1e-15)}) {
-    solver->Prepare(S);
-    VecX x;
-    ASSERT_TRUE(solver->Solve(S, b, scale, &x));
-    EXPECT_LT((x - expected).norm(), 1e-13);
-  }
-  S.Values(0)[0] = -1.0;
-  for (auto& solver : {MakeDenseCholesky(), MakeSparseCholesky(1), MakeBlockPcg(100, 1e-15)}) {
-    solver->Prepare(S);
-    VecX x;
-    EXPECT_FALSE(solver->Solve(S, b, scale, &x));
-  }
-}
-
-TEST(FactorPsd, RebuildsFullAndDeficientMatrices) {
-  Random random(2);
-  for (const int rank : {6, 4, 1, 0}) {
-    MatXX B(6, 6);
-    for (int i = 0; i < 36; ++i) B.data()[i] = random.Normal();
-    B.rightCols(6 - rank).setZero();
-    if (rank == 1) B(0, 0) = 1e-9;  // a first pivot that is tiny, though its row is not
-    const MatXX W = B * B.transpose();
-    Eigen::Matrix<double, 6, 6, Eigen::RowMajor> F;
-    FactorPsd(W.data(), 6, F.data());
-    EXPECT_LT((F.transpose() * F - W).norm(), 1e-14 * (W.norm() + 1e-300)) << rank;
-    EXPECT_EQ(F.bottomRows(6 - rank).norm(), 0.0) << rank;
-  }
-}
-
-TEST(ThreadPool, RunsEachTaskOnce) {
-  for (const int threads : {1, 2, 4}) {
-    ThreadPool pool(threads);
-    EXPECT_EQ(pool.Threads(), threads);
-    for (int round = 0; round < 200; ++round) {  // the same threads again and again
-      std::vector<std::atomic<int>> calls(static_cast<size_t>(round));
-      pool.Run(round, [&](int i) { ++calls[i]; });
-      for (const auto& count : calls) EXPECT_EQ(count, 1);
-    }
-  }
-}
-
-TEST(ThreadPool, HandsOnAnExceptionAndLivesOn) {
-  for (const int threads : {1, 3}) {
-    ThreadPool pool(threads);
-    const auto throws = [](int i) {
-      if (i == 5) throw std::runtime_error("task 5");
-    };
-    EXPECT_THROW(pool.Run(10, throws), std::runtime_error);
-    std::atomic<int> sum{0};
-    pool.Run(10, [&](int i) { sum += i; });
-    EXPECT_EQ(sum, 45);
-  }
-}
-
-TEST(ThreadPool, SumsAreTheSameToTheBit) {
-  Random random(1);
-  std::vector<double> values(10001), parts;
-  for (double& value : values) value = random.Normal() * std::exp(10.0 * random.Normal());
-  const auto sum_with = [&](int threads) {
-    ThreadPool pool(threads);
-    return ParallelSum(&pool, static_cast<int>(values.size()), 64, &parts, [&](int begin, int end) {
-      double sum = 0.0;
-      for (int i = begin; i < end; ++i) sum += values[i];
-      return sum;
-    });
-  };
-  EXPECT_EQ(sum_with(1), sum_with(2));
-  EXPECT_EQ(sum_with(1), sum_with(5));
 }
 
 }  // namespace

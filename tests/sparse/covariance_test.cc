@@ -1,0 +1,59 @@
+// Blocks of H⁻¹ by hand; many more, against the dense inverse, are in ../g2o/covariance_rows.cc.
+#include "ch5_backend/sparse/covariance.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "ch5_backend/sparse/save_hessian.h"
+#include "tests/sparse/scalar_graph.h"
+
+namespace ch5::test {
+namespace {
+
+// H = (2 −1; −1 2), whose inverse is (2 1; 1 2)/3.
+struct OnePoseOneLandmark : ScalarGraph {
+  OnePoseOneLandmark() : ScalarGraph(1, 1) {
+    Tie(origin, poses[0], 1.0);
+    Tie(poses[0], landmarks[0], 2.0);
+    Tie(origin, landmarks[0], 5.0);
+  }
+};
+
+TEST(Covariance, OfAPoseAndALandmarkByHand) {
+  OnePoseOneLandmark small;
+  const Vertex &pose = *small.poses[0], &landmark = *small.landmarks[0];
+  for (const CovarianceFactor factor : {CovarianceFactor::kSparse, CovarianceFactor::kDense}) {
+    Covariance covariance(&small.graph, {}, factor);
+    EXPECT_DOUBLE_EQ(covariance.Block(pose, pose)(0, 0), 2.0 / 3.0);
+    EXPECT_DOUBLE_EQ(covariance.Block(pose, landmark)(0, 0), 1.0 / 3.0);
+    EXPECT_DOUBLE_EQ(covariance.Block(landmark, landmark)(0, 0), 2.0 / 3.0);
+    EXPECT_THROW(covariance.Block(pose, *small.origin), CovarianceError) << "a fixed vertex has none";
+  }
+  // Held, the pose has no variance, and the landmark that of its two measurements.
+  Covariance held(&small.graph, {}, CovarianceFactor::kSparse, 1,
+                  {{small.poses[0], [] { return MatXX(MatXX::Ones(1, 1)); }}});
+  EXPECT_NEAR(held.Block(pose, pose)(0, 0), 0.0, 1e-15);
+  EXPECT_NEAR(held.Block(landmark, landmark)(0, 0), 0.5, 1e-15);
+}
+
+TEST(Covariance, AFreeGaugeHasNone) {
+  ScalarGraph line(2, 1);
+  line.Tie(line.poses[0], line.landmarks[0], 1.0);
+  line.Tie(line.poses[1], line.landmarks[0], 1.0);
+  EXPECT_THROW(Covariance(&line.graph).Block(*line.poses[0], *line.poses[0]), CovarianceError);
+}
+
+TEST(SaveHessian, WritesItColumnByColumn) {
+  OnePoseOneLandmark small;
+  SparseSolver solver(&small.graph);
+  solver.SetOrdering();
+  solver.MakeHessian();
+  std::ostringstream file;
+  SaveHessian(solver, "H", &file);
+  EXPECT_NE(file.str().find("# nnz: 4\n"), std::string::npos) << file.str();
+  EXPECT_NE(file.str().find("\n1 1 2\n2 1 -1\n1 2 -1\n2 2 2\n"), std::string::npos) << file.str();
+}
+
+}  // namespace
+}  // namespace ch5::test

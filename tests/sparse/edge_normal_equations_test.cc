@@ -1,0 +1,90 @@
+// One edge's normal equations, by hand and against J and W.
+#include "ch5_backend/sparse/edge_normal_equations.h"
+
+#include <gtest/gtest.h>
+
+#include "ch5_backend/types/edge_se3_prior.h"
+#include "tests/sparse/scalar_graph.h"
+
+namespace ch5::test {
+namespace {
+
+TEST(EdgeNormalEquations, OfADistanceByHand) {
+  ScalarGraph line(2, 0);
+  line.Tie(line.poses[0], line.poses[1], 0.5);
+  Edge& edge = *line.graph.Edges()[0];
+  edge.SetInformation(MatXX::Constant(1, 1, 4.0));
+  const Structure structure = BuildStructure(MakeOrdering(line.graph));
+  InformationFactors factors;
+  factors.Prepare(structure, 0);
+  // x_0 = 0, x_1 = 1:  r = 0.5, and with F = 2  r̃ = 1, J̃ = (−2, 2).
+  VecX step(1);
+  step << 1.0;
+  line.poses[1]->Plus(step.data());
+  MatXX C = MatXX::Zero(3, 3), expected(3, 3);
+  LinearizeAndMultiplyOut(structure, 0, &factors, C.data());
+  expected << 4, -4, -2,  //
+      -4, 4, 2,           //
+      -2, 2, 1;
+  EXPECT_LT((MatXX(C.triangularView<Eigen::Lower>()) - MatXX((-expected).triangularView<Eigen::Lower>())).norm(),
+            1e-15);
+  line.poses[1]->Plus(step.data());  // r = 1.5, which MultiplyOut alone does not see
+  MatXX same = MatXX::Zero(3, 3);
+  MultiplyOut(structure, 0, &factors, same.data());
+  EXPECT_EQ(MatXX(same.triangularView<Eigen::Lower>()), MatXX(C.triangularView<Eigen::Lower>()));
+  LinearizeAndMultiplyOut(structure, 0, &factors, C.data());
+  EXPECT_DOUBLE_EQ(C(2, 2), -9.0);
+  EXPECT_DOUBLE_EQ(C(2, 1), -6.0);
+}
+
+struct PriorOnAPose {
+  Graph graph;
+  std::shared_ptr<EdgeSE3Prior> edge;
+  Structure structure;
+
+  PriorOnAPose() {
+    auto pose = std::make_shared<VertexPose>(ExpSO3({0.3, -0.2, 0.1}), Vec3(1, 2, 3));
+    graph.AddVertex(pose);
+    edge = std::make_shared<EdgeSE3Prior>(pose, Qd::Identity(), Vec3(0.5, 2, 3));
+    MatXX W = 3.0 * MatXX::Identity(6, 6);
+    W(0, 3) = W(3, 0) = 1.0;
+    edge->SetInformation(W);
+    graph.AddEdge(edge);
+    structure = BuildStructure(MakeOrdering(graph));
+  }
+};
+
+TEST(InformationFactors, AreRootsOfWAndFollowIt) {
+  const PriorOnAPose prior;
+  InformationFactors factors;
+  factors.Prepare(prior.structure, 0);
+  for (const double scale : {1.0, 4.0}) {
+    prior.edge->SetInformation(scale * prior.edge->Information());
+    const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> F(factors.Of(prior.structure, 0));
+    EXPECT_LT((F.transpose() * F - prior.edge->Information()).norm(), 1e-14 * prior.edge->Information().norm());
+  }
+}
+
+// C = −[J r]ᵀ W_ρ' [J r]: with a loss, r̃ is such that J̃ᵀr̃ = ρ'JᵀWr.
+TEST(EdgeNormalEquations, AreThoseOfJAndW) {
+  const PriorOnAPose prior;
+  InformationFactors factors;
+  factors.Prepare(prior.structure, 0);
+  for (const bool robust : {false, true}) {
+    if (robust) prior.edge->SetLossFunction(std::make_shared<CauchyLoss>(0.7));
+    MatXX C = MatXX::Zero(7, 7);
+    LinearizeAndMultiplyOut(prior.structure, 0, &factors, C.data());
+    double drho;
+    MatXX W_rho;
+    prior.edge->RobustInfo(&drho, &W_rho);
+    const MatXX J = prior.edge->Jacobian(0), H = J.transpose() * W_rho * J;
+    const VecX g = drho * J.transpose() * prior.edge->Information() * prior.edge->Residual();
+    EXPECT_LT(
+        (MatXX(C.topLeftCorner(6, 6).triangularView<Eigen::Lower>()) + MatXX(H.triangularView<Eigen::Lower>())).norm(),
+        1e-13 * H.norm());
+    EXPECT_LT((C.bottomLeftCorner(1, 6).transpose() + g).norm(), 1e-13 * g.norm());
+  }
+}
+
+}  // namespace
+}  // namespace ch5::test
