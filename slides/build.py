@@ -30,20 +30,22 @@ import base64
 import hashlib
 import importlib
 import json
-import os
 import re
 import sys
 import tempfile
 from pathlib import Path
 
-import browser
-import modules
-from browser import BuildError
-from modules import WORK
-from tables import MissingTable, Tables
-
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
+sys.path.append(str(ROOT / "ch5_backend/apps/plot"))
+
+import browser  # noqa: E402
+import modules  # noqa: E402
+from browser import BuildError  # noqa: E402
+from modules import WORK  # noqa: E402
+from tables import MissingTable, Tables  # noqa: E402
+from whole_file import whole  # noqa: E402
+
 LANGUAGES = ("en", "zh")
 PLACEHOLDER = re.compile(r"\{\{([A-Za-z0-9_.]+)\}\}")
 SLIDE_ID = re.compile(r"^<!-- slide: [^>]*-->\n", re.M)
@@ -145,9 +147,8 @@ def say(words):
 def write(path, text):
     """Whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
-    partial.write_text(text, encoding="utf-8")
-    os.replace(partial, path)
+    with whole(path) as partial:
+        partial.write_text(text, encoding="utf-8")
 
 
 def find_tools(arguments):

@@ -1,9 +1,9 @@
 """Plots of deck 5, from the tables that measure.py keeps."""
 
-from math import ceil, log10
+from math import ceil
 
-from chart import Axes, decades, legend, power
-from svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
+from chart import Axes, decades, legend
+from svg import CROSS, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
 
 from .facts import BEST, PROBLEMS, STEPS, iteration, ladder, time_of
 
@@ -45,13 +45,23 @@ def shares(tables, lang):
     return svg.render()
 
 
-def bars(svg, left, top, height, low, high, values):
-    """Bars on a logarithmic axis: [(name, value, colour)]."""
-    wide = 41
+MILLISECONDS = (0.1, 1000.0)
+BAR = 41  # from one to the next
+
+
+def time_axes(svg, lang, left, height):
+    """A logarithmic scale of times an iteration; what stands on it is named by hand."""
+    axes = Axes(svg, (left, 60, 870 - left, height), (0, 1), MILLISECONDS, log_y=True)
+    axes.draw("", WORDS[lang]["ms"], (), decades(MILLISECONDS))
+    return axes
+
+
+def bars(axes, left, values):
+    """Bars side by side, each with its number: [(value, colour)]."""
     for k, (value, colour) in enumerate(values):
-        tall = height * (log10(value) - log10(low)) / (log10(high) - log10(low))
-        svg.rect(left + k * wide, top + height - tall, wide - 8, tall, colour, radius=2)
-        svg.text(left + k * wide + (wide - 8) / 2, top + height - tall - 7, f"{value:.3g}" if value < 100 else f"{value:.0f}", 14)
+        top = axes.y(value)
+        axes.svg.rect(left + k * BAR, top, BAR - 8, axes.top + axes.height - top, colour, radius=2)
+        axes.svg.text(left + k * BAR + (BAR - 8) / 2, top - 7, f"{value:.3g}" if value < 100 else f"{value:.0f}", 14)
 
 
 LADDER_COLOURS = {"dense": PRIOR, "plain": LANDMARK, "fixed": CROSS, "avx2": POSE, "single": mix(POSE, 0.5)}
@@ -61,18 +71,12 @@ def rungs(tables, lang):
     """An iteration's time on each rung of the ladder."""
     words = WORDS[lang]
     svg = Svg(1120, 400, "What each idea gained")
-    low, high = 0.1, 1000.0
-    for tick in decades((low, high)):
-        y = 60 + 250 * (1 - (log10(tick) - log10(low)) / (log10(high) - log10(low)))
-        svg.line(70, y, 870, y, FAINT, 1)
-        svg.text(62, y + 5, power(tick), 15, MUTED, anchor="end")
-    svg.text(70, 36, words["ms"], 17, anchor="start")
-    left = 90
+    axes, left = time_axes(svg, lang, 70, 250), 90
     for problem in PROBLEMS:
         found = ladder(tables, problem)
-        bars(svg, left, 60, 250, low, high, [(value, LADDER_COLOURS[name]) for name, value in found.items()])
-        svg.text(left + 41 * len(found) / 2 - 4, 340, problem.split("/")[1], 17)
-        left += 41 * len(found) + 22
+        bars(axes, left, [(value, LADDER_COLOURS[name]) for name, value in found.items()])
+        svg.text(left + BAR * len(found) / 2 - 4, 340, problem.split("/")[1], 17)
+        left += BAR * len(found) + 22
     for k, name in enumerate(LADDER_COLOURS):
         svg.rect(888, 84 + 38 * k, 20, 20, LADDER_COLOURS[name], radius=3)
         svg.text(916, 100 + 38 * k, words[name], 14.5, anchor="start")
@@ -125,15 +129,10 @@ def peers(tables, lang):
     """An iteration of ours and of Ceres."""
     words = WORDS[lang]
     svg = Svg(1080, 380, "Beside Ceres")
-    low, high = 0.1, 1000.0
-    for tick in decades((low, high)):
-        y = 60 + 240 * (1 - (log10(tick) - log10(low)) / (log10(high) - log10(low)))
-        svg.line(90, y, 850, y, FAINT, 1)
-        svg.text(82, y + 5, power(tick), 15, MUTED, anchor="end")
-    svg.text(90, 36, words["ms"], 17, anchor="start")
+    axes = time_axes(svg, lang, 90, 240)
     for k, problem in enumerate(PROBLEMS):
         both = {r["side"]: r["iteration_ms"] for r in tables.rows("speed_peers", problem=problem)}
-        bars(svg, 135 + 190 * k, 60, 240, low, high, [(both["ceres"], PRIOR), (both["ours"], POSE)])
+        bars(axes, 135 + 190 * k, [(both["ceres"], PRIOR), (both["ours"], POSE)])
         svg.text(135 + 190 * k + 42, 332, problem.split("/")[1], 17)
     for k, (name, colour) in enumerate((("ceres", PRIOR), ("ours", POSE))):
         svg.rect(885, 90 + 38 * k, 20, 20, colour, radius=3)

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "ch5_backend/apps/studies/solver/perturbed_scene.h"
 #include "ch5_backend/apps/studies/solver/rosenbrock.h"
 #include "ch5_backend/apps/studies/solver/solver_studies.h"
 #include "ch5_backend/dense/problem.h"
@@ -77,23 +78,13 @@ void BuildRosenbrock(Graph* graph) {
   graph->AddEdge(std::make_shared<EdgeRosenbrock>(xy));
 }
 
-MonoBaScene PerturbedScene() {
-  MonoBaOptions options;
-  options.frames = 6;
-  options.points = 60;
-  options.position_sigma = 0.5;
-  options.rotation_sigma = 0.1;
-  return SimulateMonoBa(options);
-}
-
 void AppendRules(CsvTable* table) {
-  const double information = 1.0 / std::pow(MonoBaOptions().pixel_sigma, 2);
   for (const Rule& rule : Rules()) {
     Graph curve, valley;
     BuildCurve(&curve);
     BuildRosenbrock(&valley);
     MonoBa ba;
-    BuildMonoBa(PerturbedScene(), Gauge::kPriorMinimal, information, information, &ba);
+    BuildPerturbed(6, 60, 0.5, 0.1, &ba);
     for (const auto& [name, graph] :
          {std::pair("curve", &curve), std::pair("valley", &valley), std::pair("bundle", &ba.graph)}) {
       Problem problem(graph);

@@ -1,11 +1,10 @@
-#include <cmath>
 #include <string>
 
 #include "ch5_backend/apps/studies/matrices.h"
+#include "ch5_backend/apps/studies/solver/perturbed_scene.h"
 #include "ch5_backend/apps/studies/solver/solver_studies.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/linear/conjugate_gradients.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
 
 namespace ch5 {
 namespace {
@@ -20,14 +19,8 @@ struct ReducedSystem {
 
 // S Δx_p = b_S of the scene at its start.
 ReducedSystem MakeReducedSystem() {
-  MonoBaOptions options;
-  options.frames = kFrames;
-  options.points = kPoints;
-  options.position_sigma = 0.1;
-  options.rotation_sigma = 0.02;
-  const double information = 1.0 / std::pow(options.pixel_sigma, 2);
   MonoBa ba;
-  BuildMonoBa(SimulateMonoBa(options), Gauge::kPriorMinimal, information, information, &ba);
+  BuildPerturbed(kFrames, kPoints, 0.1, 0.02, &ba);
   Problem problem(&ba.graph);
   problem.SetDamping(Damping::kDiagonal);
   problem.SetOrdering();

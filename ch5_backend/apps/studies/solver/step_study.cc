@@ -1,12 +1,11 @@
-#include <cmath>
 #include <memory>
 #include <string>
 
+#include "ch5_backend/apps/studies/solver/perturbed_scene.h"
 #include "ch5_backend/apps/studies/solver/rosenbrock.h"
 #include "ch5_backend/apps/studies/solver/solver_studies.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/world/files/csv.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
 
 namespace ch5 {
 namespace {
@@ -43,14 +42,8 @@ void AppendPath(const std::string& name, Algorithm algorithm, CsvTable* table) {
 }
 
 void AppendDogleg(double radius, CsvTable* table) {
-  MonoBaOptions scene;
-  scene.frames = 6;
-  scene.points = 60;
-  scene.position_sigma = 0.5;
-  scene.rotation_sigma = 0.1;
-  const double information = 1.0 / std::pow(scene.pixel_sigma, 2);
   MonoBa ba;
-  BuildMonoBa(SimulateMonoBa(scene), Gauge::kPriorMinimal, information, information, &ba);
+  BuildPerturbed(6, 60, 0.5, 0.1, &ba);
   Problem problem(&ba.graph);
   SolveOptions options;
   options.algorithm = Algorithm::kDogleg;
