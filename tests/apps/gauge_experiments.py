@@ -90,8 +90,20 @@ class GaugeExperiments(apps.AppTest):
         self.assertGreater(found["damping identity", "iterations at 10¹⁰"],
                            1.4 * found["damping identity", "iterations at 10⁵"])
 
+    def test_measurements_leave_position_and_yaw_free_and_an_unconstrained_prior_fills_yaw(self):
+        found = gauge_numbers.audit(self.make("audit", 1))
+        for policy in ("vins", "okvis"):
+            for constraints in ("none", "marginalised edges"):
+                relative = lambda part, direction: found[f"{policy} {constraints} {part}", f"largest relative {direction}"]
+                for direction in ("x", "y", "z", "yaw"):
+                    self.assertLess(relative("measurements", direction), 1e-8, (policy, constraints, direction))
+                for direction in ("roll", "pitch", "scale"):
+                    self.assertGreater(relative("measurements", direction), 1e-4, (policy, constraints, direction))
+                self.assertEqual(relative("prior", "yaw") < 1e-8, constraints != "none", (policy, relative("prior", "yaw")))
+                self.assertGreater(relative("window", "yaw"), 1e-6, (policy, constraints))
+
     def test_page_and_figures_are_the_same_to_the_byte_and_leave_out_what_is_missing(self):
-        studies = {table for table, _ in gauge_report.FIGURES.values()} | {"covariance"}
+        studies = {table for table, _ in gauge_report.FIGURES.values()} | {"covariance", "audit"}
         if not (apps.DATA / "tango_walk").exists():
             studies.discard("recordings")
         for study in sorted(studies):

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 TRIALS = {"methods": 3, "sweep": 1, "convergence": 2, "spectrum": 1, "covariance": 1, "deviations": 1, "matrices": 1,
-          "prior_choice": 1}
+          "prior_choice": 1, "audit": 1}
 
 
 def main(program, out):

@@ -121,9 +121,9 @@ SETS = (
     *(of_file("recording", name, "recording", " ".join(f"csv/odometry_{table}" for table in ODOMETRY_TABLES.split()),
               ODOMETRY, seconds, quick=quick)
       for name, seconds, quick in (("euroc_v1_01_easy", (3, 9), ()), ("tango_walk", (40, 9), None))),
-    of_gauge("paper", "", (40, 10), "gauge_methods gauge_errors gauge_sweep gauge_convergence gauge_spectrum "
+    of_gauge("paper", "", (41, 10), "gauge_methods gauge_errors gauge_sweep gauge_convergence gauge_spectrum "
              "gauge_matrices gauge_deviations", methods=(50, 5), sweep=(50, 3), convergence=(10, 2), spectrum=(1, 1),
-             covariance=(10, 2), deviations=(1, 1), matrices=(1, 1)),
+             covariance=(10, 2), deviations=(1, 1), matrices=(1, 1), audit=(1, 1)),
     of_gauge("prior_choice", "", (20, 10), "gauge_prior_choice", prior_choice=(20, 2)),
     of_gauge("recordings", "euroc_v1_01_easy tango_walk", (15, 10), "gauge_recordings", recordings=(50, 2)),
 )

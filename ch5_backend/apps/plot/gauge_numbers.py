@@ -118,6 +118,17 @@ def prior_choice(table):
     return found
 
 
+def audit(table):
+    """What each part of H claims to know of each direction, at most over the flight: ‖P⁻¹Hn‖/‖Pn‖ and nᵀHn."""
+    found = {}
+    for policy, constraints, part, direction in sorted(set(zip(*(table[name] for name in (
+            "policy", "constraints", "part", "direction"))))):
+        rows = table.where(policy=policy, constraints=constraints, part=part, direction=direction)
+        for what in ("relative", "information"):
+            found[f"{policy} {constraints} {part}", f"largest {what} {direction}"] = np.abs(rows[what]).max()
+    return found
+
+
 def recordings(table):
     found = {}
     for recording in gauge_choice.RECORDINGS:
@@ -133,7 +144,7 @@ def recordings(table):
 
 
 STUDIES = {function.__name__: function for function in
-           (methods, sweep, convergence, spectrum, covariance, deviations, prior_choice, recordings)}
+           (methods, sweep, convergence, spectrum, covariance, deviations, prior_choice, audit, recordings)}
 
 
 def numbers(directory):

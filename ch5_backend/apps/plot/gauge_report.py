@@ -63,6 +63,17 @@ def covariance_table(n):
     return page.table(("‖Σ − Σ'‖ / ‖Σ'‖", "least", "mean", "largest"), rows)
 
 
+def audit_table(n):
+    """What each part of a window's H claims to know."""
+    parts = {"measurements": "measurements", "prior": "prior, at its first estimates", "window": "both, at the estimates"}
+    directions = ("x", "y", "z", "yaw", "roll", "pitch", "scale")
+    rows = [(f"{policy}, constraints on {constraints}: {words}",
+             *(number(n[f"{policy} {constraints} {part}", f"largest relative {d}"], 2) for d in directions))
+            for policy in ("vins", "okvis") for constraints in ("none", "marginalised edges")
+            for part, words in parts.items()]
+    return page.table(("‖P⁻¹Hn‖ / ‖Pn‖", *directions), rows)
+
+
 TABLES = {"gauge_errors": ("methods", errors_table), "gauge_matrices": ("covariance", covariance_table),
           "gauge_recordings": ("recordings", recordings_table)}
 
@@ -80,6 +91,8 @@ def body_of(directory, drawn, found):
         table, make = TABLES.get(name, (None, None))
         if table in found:
             body.append(make(found[table]))
+    if "audit" in found:
+        body += [f"<p>{words['gauge_audit']}</p>", audit_table(found["audit"])]
     return [*body, '<p><a href="summary.csv">summary.csv</a>: the numbers above, and more.</p>',
             page.links_to_tables(directory)]
 

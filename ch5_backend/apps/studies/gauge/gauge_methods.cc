@@ -26,7 +26,8 @@ const std::vector<GaugeStudy>& GaugeStudies() {
   static const std::vector<GaugeStudy> studies = {
       {"methods", GaugeMethodsTable},   {"sweep", GaugeSweepTable},           {"convergence", GaugeConvergenceTable},
       {"spectrum", GaugeSpectrumTable}, {"covariance", GaugeCovarianceTable}, {"deviations", GaugeDeviationsTable},
-      {"matrices", GaugeMatricesTable}, {"prior_choice", PriorChoiceTable},   {"recordings", GaugeRecordingsTable}};
+      {"matrices", GaugeMatricesTable}, {"prior_choice", PriorChoiceTable},   {"recordings", GaugeRecordingsTable},
+      {"audit", WindowAuditTable}};
   return studies;
 }
 

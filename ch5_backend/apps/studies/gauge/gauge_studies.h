@@ -42,6 +42,9 @@ CsvTable PriorChoiceTable(int trial, const std::filesystem::path&);
 /// Table III: thirty keyframes of real recordings.
 CsvTable GaugeRecordingsTable(int trial, const std::filesystem::path& data);
 
+/// Beyond the paper: what VINS-Mono's and OKVIS's windows claim to know of each direction of the gauge, in flight.
+CsvTable WindowAuditTable(int trial, const std::filesystem::path&);
+
 /// The paper's scenes: {"sine", "arc", "rec"} × {"planes", "random"}.
 struct GaugeConfiguration {
   std::string path, points;
