@@ -38,8 +38,6 @@ class SparseCholesky {
     const int pivots = plan_.fronts[f].pivots, rows = pivots + plan_.fronts[f].rows_below;
     return {L_.data() + places_[f].columns, rows, pivots, Eigen::OuterStride<>(rows)};
   }
-  /// Bytes of L and of the U of all fronts at work.
-  size_t MemoryBytes() const { return sizeof(double) * (L_.size() + updates_.size()); }
 
  private:
   /// A block of A and where it goes in a front's columns of L.

@@ -63,9 +63,8 @@ class SparseOptimizer {
   /// first (g2o's indexMapping).
   const std::vector<std::shared_ptr<Edge>>& ActiveEdges() const { return active_edges_; }
   const std::vector<std::shared_ptr<Vertex>>& IndexMapping() const { return index_mapping_; }
-  /// Σ rᵀWr and Σ ρ(rᵀWr) over the active edges at the present states, whose residuals are left computed.
+  /// Σ rᵀWr over the active edges at the present states, whose residuals are left computed.
   double ActiveChi2() const;
-  double ActiveRobustChi2() const { return 2.0 * ComputeCost(active_edges_); }
 
   /// For Optimize. Without an action nothing but the number of iterations ends it, or that there is no lower cost.
   void SetAlgorithm(Algorithm algorithm) { algorithm_ = algorithm; }

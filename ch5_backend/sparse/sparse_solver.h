@@ -57,8 +57,6 @@ class SparseSolver : public NormalEquations {
   /// H with all its zeros, and S of the last SolveLinearSystem (empty if it is implicit): for tests and small problems.
   MatXX DenseHessian() const;
   MatXX SchurComplement() const { return eliminated_.S.Dense(); }
-  /// Whether the landmarks' edges are linearised eight at a time.
-  bool UsesBatch() const { return batch_.Active(); }
 
   /// Automatic unless set; takes effect at the next SetOrdering. The options are for the implicit solvers.
   void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
@@ -67,8 +65,6 @@ class SparseSolver : public NormalEquations {
   /// H_pl in float, the largest part of the memory, where all blocks have one of the fixed sizes and S is formed; all
   /// else, b among it, stays in double, and so does the optimum. Takes effect at the next SetOrdering.
   void SetSinglePrecision(bool single_precision);
-  /// Whether S is never formed: what the rule chose, or the caller set.
-  bool IsImplicit() const { return implicit_ != nullptr; }
   /// Products with S in the last SolveLinearSystem, if it is implicit.
   int ReducedProducts() const { return implicit_ ? implicit_->Products() : 0; }
 

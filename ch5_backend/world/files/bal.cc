@@ -107,17 +107,11 @@ std::string FormatBal(const BalProblem& problem) {
   return text;
 }
 
-void WriteBal(const BalProblem& problem, const std::string& path) { WriteFileAtomically(path, FormatBal(problem)); }
-
 std::string FormatBalPly(const BalProblem& problem) {
   std::vector<ColouredPoint> points;
   for (const Vec3& p : problem.points) points.push_back({p, {200, 200, 200}});
   for (const Vec9& camera : problem.cameras) points.push_back({CameraCentre(camera), {255, 128, 0}});
   return FormatPly(points);
-}
-
-void WriteBalPly(const BalProblem& problem, const std::string& path) {
-  WriteFileAtomically(path, FormatBalPly(problem));
 }
 
 Vec3 CameraCentre(const Vec9& camera) { return Rotation(camera).conjugate() * -camera.segment<3>(3); }

@@ -33,13 +33,9 @@ BalProblem ReadBal(const std::string& path);
 
 /// The file's text; every number reads back as the same double.
 std::string FormatBal(const BalProblem& problem);
-/// @throws WriteError; an older file of that name is then as it was
-void WriteBal(const BalProblem& problem, const std::string& path);
 
 /// Points grey, camera centres orange, as PLY text.
 std::string FormatBalPly(const BalProblem& problem);
-/// @throws WriteError
-void WriteBalPly(const BalProblem& problem, const std::string& path);
 
 /// c = −Rᵀt.
 Vec3 CameraCentre(const Vec9& camera);

@@ -46,12 +46,4 @@ std::string FormatEuroc(const std::vector<StampedState>& states, int64_t origin_
   return text;
 }
 
-void WriteTum(const std::vector<StampedState>& states, int64_t origin_ns, const std::filesystem::path& path) {
-  WriteFileAtomically(path, FormatTum(states, origin_ns));
-}
-
-void WriteEuroc(const std::vector<StampedState>& states, int64_t origin_ns, const std::filesystem::path& path) {
-  WriteFileAtomically(path, FormatEuroc(states, origin_ns));
-}
-
 }  // namespace ch5

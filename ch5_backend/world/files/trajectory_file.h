@@ -15,8 +15,4 @@ std::string FormatTum(const std::vector<StampedState>& states, int64_t origin_ns
 /// EuRoC's state_groundtruth: `stamp [ns], p, q (w x y z), v, b_g, b_a`, 17 columns under a header.
 std::string FormatEuroc(const std::vector<StampedState>& states, int64_t origin_ns);
 
-/// @throws WriteError, after which an older file of that name is untouched
-void WriteTum(const std::vector<StampedState>& states, int64_t origin_ns, const std::filesystem::path& path);
-void WriteEuroc(const std::vector<StampedState>& states, int64_t origin_ns, const std::filesystem::path& path);
-
 }  // namespace ch5

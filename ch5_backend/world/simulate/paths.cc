@@ -60,14 +60,6 @@ Trajectory::Formula GaugePaperShape(GaugePath path, double duration) {
 
 }  // namespace
 
-Trajectory CourseArc(double duration) {
-  const auto formula = [duration](const Jet& t) {
-    const Jet theta = (0.5 * M_PI / duration) * t;
-    return Coordinates{{8.0 * Cos(theta) - 8.0, 8.0 * Sin(theta), Sin(2.0 * theta)}, theta, 0.0, 0.0};
-  };
-  return Trajectory(formula, duration);
-}
-
 Trajectory GaugePaperPath(GaugePath path) {
   constexpr double kLength = 5.0, kSpeed = 2.0;
   constexpr double kDuration = kLength / kSpeed;

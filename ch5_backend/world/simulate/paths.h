@@ -1,15 +1,11 @@
 #pragma once
-/// The paths flown in this chapter: the course's arc, the gauge paper's three, and a random one.
+/// The paths flown in this chapter: the gauge paper's three, and a random one.
 
 #include <cstdint>
 
 #include "ch5_backend/world/simulate/trajectory.h"
 
 namespace ch5 {
-
-/// The course's quarter circle of radius 8 m (see mono_ba.h) flown in `duration` seconds:
-///   θ = ½π t/duration,   p = (8 cos θ − 8, 8 sin θ, sin 2θ),   yaw = θ
-Trajectory CourseArc(double duration);
 
 /// The three paths of Zhang, Gallego, Scaramuzza, "On the Comparison of Gauge Freedom Handling", RA-L 2018.
 enum class GaugePath { kSine, kArc, kRectangle };

@@ -41,12 +41,6 @@ std::vector<PlanePatch> GaugePaperPlanes() {
           {Vec3(-4, 3, -3), Vec3(10, 0, 0), Vec3(0, 3, 0)}};
 }
 
-std::vector<Vec3> PointsInBox(const Vec3& low, const Vec3& high, int count, Random* random) {
-  std::vector<Vec3> points;
-  for (int k = 0; k < count; ++k) points.push_back(UniformVector(random, low, high));
-  return points;
-}
-
 std::vector<Vec3> PointsAlongPath(const Trajectory& trajectory, const Calibration& calibration, double near, double far,
                                   int count, Random* random) {
   std::vector<Vec3> points;

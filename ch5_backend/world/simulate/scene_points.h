@@ -23,9 +23,6 @@ std::vector<PlanePatch> RoomWalls(const Vec3& low, const Vec3& high);
 /// Three patches at different depths and slants in front of GaugePaperPath's camera, 3–6 m towards +y.
 std::vector<PlanePatch> GaugePaperPlanes();
 
-/// `count` points anywhere in a box.
-std::vector<Vec3> PointsInBox(const Vec3& low, const Vec3& high, int count, Random* random);
-
 /// `count` points, each in the image at a random time, at a depth between `near` and `far` [m].
 std::vector<Vec3> PointsAlongPath(const Trajectory& trajectory, const Calibration& calibration, double near, double far,
                                   int count, Random* random);

@@ -99,7 +99,7 @@ TEST_F(BalFiles, RoundTripKeepsEveryBit) {
     for (double& x : point) x = random.Normal() * std::pow(10.0, random.Uniform(-300, 14));
   }
   problem.points[0] = Vec3(-0.0, 5e-324, 1e15);
-  WriteBal(problem, Path("a.txt"));
+  WriteFileAtomically(Path("a.txt"), FormatBal(problem));
   const BalProblem read = ReadBal(Path("a.txt"));
   ExpectEqual(read, problem);
   EXPECT_TRUE(std::signbit(read.points[0].x()));
@@ -113,7 +113,7 @@ TEST_F(BalFiles, RoundTripOfARealProblemKeepsEveryBit) {
   EXPECT_EQ(problem.cameras.size(), 49u);
   EXPECT_EQ(problem.points.size(), 7776u);
   EXPECT_EQ(problem.observations.size(), 31843u);
-  WriteBal(problem, Path("a.txt"));
+  WriteFileAtomically(Path("a.txt"), FormatBal(problem));
   ExpectEqual(ReadBal(Path("a.txt")), problem);
 }
 
@@ -149,7 +149,7 @@ TEST_F(BalFiles, AFailedWriteLeavesTheOldFileAndNoOther) {
 TEST_F(BalFiles, AFullDiskIsNamed) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
   try {
-    WriteBal(SmallProblem(), "/dev/full");
+    WriteFileAtomically("/dev/full", FormatBal(SmallProblem()));
     FAIL() << "no error";
   } catch (const WriteError& error) {
     EXPECT_STREQ(error.what(), "cannot write /dev/full: No space left on device");

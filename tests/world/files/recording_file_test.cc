@@ -25,7 +25,8 @@ class RecordingFile : public testing::Test {
     folder_ = fs::temp_directory_path() / ("ch5_recording_" + std::to_string(getpid()));
     fs::remove_all(folder_);
     Random random(1);
-    const std::vector<Vec3> points = PointsInBox(Vec3(4, -3, -2), Vec3(6, 3, 2), 20, &random);
+    std::vector<Vec3> points(20);
+    for (Vec3& point : points) point = UniformVector(&random, Vec3(4, -3, -2), Vec3(6, 3, 2));
     HandheldOptions handheld;
     handheld.duration = 0.5;
     handheld.position_sigma = handheld.yaw_step = handheld.tilt_sigma = 0.05;

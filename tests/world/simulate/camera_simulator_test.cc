@@ -227,7 +227,9 @@ TEST(Simulation, EveryPathSeesAtLeastThirtyPointsInEachImage) {
   for (const GaugePath path : {GaugePath::kSine, GaugePath::kArc, GaugePath::kRectangle}) {
     const Trajectory trajectory = GaugePaperPath(path);
     scenes.emplace_back(trajectory, PointsOnPlanes(GaugePaperPlanes(), 300, &random));
-    scenes.emplace_back(trajectory, PointsInBox(Vec3(-5, 3, -3), Vec3(5, 8, 3), 300, &random));
+    std::vector<Vec3> in_a_box(300);
+    for (Vec3& point : in_a_box) point = UniformVector(&random, Vec3(-5, 3, -3), Vec3(5, 8, 3));
+    scenes.emplace_back(trajectory, std::move(in_a_box));
     scenes.emplace_back(trajectory, PointsAlongPath(trajectory, ForwardCamera(), 2.0, 8.0, 300, &random));
   }
   for (size_t i = 0; i < scenes.size(); ++i) {

@@ -4,6 +4,7 @@
 
 #include "ch5_backend/types/edge_imu.h"
 #include "ch5_backend/world/simulate/paths.h"
+#include "tests/world/simulate/course_arc.h"
 
 namespace ch5 {
 namespace {

@@ -5,6 +5,7 @@
 #include "ch5_backend/world/simulate/mono_ba.h"
 #include "ch5_backend/world/simulate/paths.h"
 #include "ch5_backend/world/simulate/spline.h"
+#include "tests/world/simulate/course_arc.h"
 
 namespace ch5 {
 namespace {
