@@ -30,8 +30,9 @@ class Deep(unittest.TestCase):
                 throw = f'throw HomeworkMissing("{region.todo} '
                 self.assertIn(throw, deep)
                 self.assertEqual(throw in first, region.kind == "SOLUTION", region.todo)
-                self.assertEqual(region.solution in first, region.kind == "DEEP", region.todo)
-                self.assertNotIn(region.solution, deep)
+                if region.solution or region.kind == "DEEP":  # of the others the students' archive has none
+                    self.assertEqual(region.solution in first, region.kind == "DEEP", region.todo)
+                    self.assertNotIn(region.solution, deep)
                 if region.kind == "SOLUTION":
                     self.assertNotIn(region.hints, deep)
                 self.assertIn(f"TODO:: home work {region.todo}.", deep)
