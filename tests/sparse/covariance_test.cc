@@ -11,15 +11,7 @@
 namespace ch5::test {
 namespace {
 
-// H = (2 −1; −1 2), whose inverse is (2 1; 1 2)/3.
-struct OnePoseOneLandmark : ScalarGraph {
-  OnePoseOneLandmark() : ScalarGraph(1, 1) {
-    Tie(origin, poses[0], 1.0);
-    Tie(poses[0], landmarks[0], 2.0);
-    Tie(origin, landmarks[0], 5.0);
-  }
-};
-
+// H⁻¹ = (2 1; 1 2)/3
 TEST(Covariance, OfAPoseAndALandmarkByHand) {
   OnePoseOneLandmark small;
   const Vertex &pose = *small.poses[0], &landmark = *small.landmarks[0];

@@ -50,4 +50,13 @@ struct ScalarGraph {
   }
 };
 
+/// r = x − 1, y − x − 2, y − 5 at x = y = 0:  H = (2 −1; −1 2),  b = (−1, 7).
+struct OnePoseOneLandmark : ScalarGraph {
+  OnePoseOneLandmark() : ScalarGraph(1, 1) {
+    Tie(origin, poses[0], 1.0);
+    Tie(poses[0], landmarks[0], 2.0);
+    Tie(origin, landmarks[0], 5.0);
+  }
+};
+
 }  // namespace ch5::test
