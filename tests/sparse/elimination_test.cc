@@ -122,9 +122,13 @@ TEST_P(EliminationSteps, AreThoseOfTheDenseMatrices) {
   MatXX damped = H;
   damped.diagonal() *= 1.0 + kLambda;
   const int p = steps.structure.ordering.dim_poses, m = steps.structure.ordering.dim_landmarks;
-  const MatXX K = damped.topRightCorner(p, m) * damped.bottomRightCorner(m, m).inverse();
+  MatXX H_ll_inverse(m, m);  // Eigen inverts no empty matrix
+  if (m > 0) H_ll_inverse = damped.bottomRightCorner(m, m).inverse();
+  const MatXX K = damped.topRightCorner(p, m) * H_ll_inverse;
   const MatXX S = damped.topLeftCorner(p, p) - K * damped.bottomLeftCorner(m, p);
-  const VecX b_S = b.head(p) - K * b.tail(m), delta_poses = S.fullPivLu().solve(b_S);
+  const VecX b_S = b.head(p) - K * b.tail(m);
+  VecX delta_poses(p);
+  if (p > 0) delta_poses = S.fullPivLu().solve(b_S);
   ASSERT_TRUE(steps.Eliminate({kLambda, Damping::kDiagonal}));
   // S is what remains of numbers as large as H_pp.
   EXPECT_LE((steps.eliminated.S.Dense() - S).norm(), 1e-11 * damped.topLeftCorner(p, p).norm());
