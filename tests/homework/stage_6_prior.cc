@@ -40,18 +40,17 @@ TEST(Stage6, SchurComplementOfTheDroppedRows) {
   }
 }
 
-// With eigenvalues far apart, of which those up to kEps count as zero, however large the largest is.
-void CheckTheCut() {
+// A_mm has the eigenvalues S; the rows of A_mr and of b_m that belong to them are about as large as `rows`.
+void CheckTheCut(const VecX& S, const VecX& rows, const std::string& what) {
   Random random(Seed(69));
-  const int m = 6, n = 6;
-  const VecX S = (VecX(m) << 2e4, 1e-5, 3e-8, 5e-9, 0.0, 2.0).finished();
+  const int m = static_cast<int>(S.size()), n = 6;
   MatXX A = RandomPositiveDefinite(m + n, &random);
   VecX b = RandomMatrix(m + n, 1, &random);
   A.topLeftCorner(m, m) = S.asDiagonal();
-  A.topRightCorner(m, n) = S.cwiseSqrt().asDiagonal() * RandomMatrix(m, n, &random);
+  A.topRightCorner(m, n) = rows.asDiagonal() * RandomMatrix(m, n, &random);
   A.bottomLeftCorner(n, m) = A.topRightCorner(m, n).transpose();
-  b.head(m) = b.head(m).cwiseProduct(S.cwiseSqrt());
-  CheckSchur(SchurCase(A, b, m), "where the eigenvalues of A_mm reach from 0 to 2e4");
+  b.head(m) = b.head(m).cwiseProduct(rows);
+  CheckSchur(SchurCase(A, b, m), what);
 }
 
 // Depths without information: one of exactly none, one of 1e-10, which is what is left of a few roundings.
@@ -64,7 +63,13 @@ TEST(Stage6, SchurComplementWithUnknownDepths) {
   J(0, 1) = 1e-5;
   const MatXX A = J.transpose() * J;
   CheckSchur(SchurCase(A, J.transpose() * RandomMatrix(20, 1, &random), m), "with two unknown depths");
-  if (!HasFatalFailure()) CheckTheCut();
+  if (HasFatalFailure()) return;
+  // Far apart: those up to kEps count as zero, however large the largest is.
+  const VecX S = (VecX(6) << 2e4, 1e-5, 3e-8, 5e-9, 0.0, 2.0).finished();
+  CheckTheCut(S, S.cwiseSqrt(), "where the eigenvalues of A_mm reach from 0 to 2e4");
+  if (HasFatalFailure()) return;
+  // S⁺ is 0 for them, kEps itself among them, also where A_mr and b_m speak of them.
+  CheckTheCut((VecX(3) << 1.0, 1e-8, 0.0).finished(), VecX::Ones(3), "where the eigenvalues of A_mm are 1, kEps and 0");
 }
 
 // ---- 6e Factor ----------------------------------------------------------------------------------------------------
@@ -140,6 +145,9 @@ TEST(Stage6, FactorsASystemWithFreeDirections) {  // position and yaw: four eige
   if (HasFatalFailure()) return;
   A << 2e4, 1e-5, 3.0, 1e-7;
   CheckFactor({A.asDiagonal(), A.cwiseSqrt()}, "with the eigenvalues 2e4, 3, 1e-5 and 1e-7");
+  if (HasFatalFailure()) return;
+  A << 1.0, 1e-8, 0.0, 0.5;
+  CheckFactor({A.asDiagonal(), VecX::Ones(4)}, "with the eigenvalues 1, 1/2, kEps and 0");
 }
 
 // ---- 6f GetParameterBlocks ----------------------------------------------------------------------------------------

@@ -79,9 +79,9 @@ class FactorScene {
     const auto cauchy = kind == kRobust ? std::make_shared<CauchyLoss>(1.0) : nullptr;
     Add<9>(&random, {1, 2}, nullptr, p[2], speed_bias[0], p[1]);
     Add<2>(&random, {1}, cauchy, d[0], p[1], p[2], p[3]);
-    Add<2>(&random, {2, 0}, cauchy, d[2], p[0], p[1]);
-    Add<2>(&random, {1}, cauchy, p[2], d[2]);  // its other vertices are kept
-    Add<3>(&random, {}, nullptr, p[0], d[1]);  // drops nothing
+    Add<2>(&random, {3, 0}, cauchy, d[2], p[3], p[0], p[1]);  // the fixed one is not the last
+    Add<2>(&random, {1}, cauchy, p[2], d[2]);                 // its other vertices are kept
+    Add<3>(&random, {}, nullptr, p[0], d[1]);                 // drops nothing
     Add<3>(&random, {1}, nullptr, d[1], p[1]);
     std::sort(free.begin(), free.end(), [](const auto& a, const auto& b) { return a->Id() < b->Id(); });
   }
@@ -103,6 +103,7 @@ class FactorScene {
     bool last_only = false;                            ///< = for +=
     bool transpose = true;                             ///< of the mirror
     bool exchanged = false;                            ///< (i, j) at (j, i), its mirror at (i, j)
+    bool stops_at_fixed = false;                       ///< no pair behind a fixed vertex
     double with_each_j = 0.0;                          ///< b's share once more for each j ≥ i
     MatXX (*weight_A)(const Edge& edge, double drho, const MatXX& W_rho) = nullptr;
     MatXX (*weight_b)(const Edge& edge, double drho, const MatXX& W_rho) = nullptr;
@@ -112,7 +113,10 @@ class FactorScene {
     ForEach([&](const Edge& edge, double drho, const MatXX& W_rho) {
       const MatXX W = way.weight_A ? way.weight_A(edge, drho, W_rho) : W_rho;
       for (size_t i = 0; i < edge.Vertices().size(); ++i) {
-        for (size_t j = i; j < edge.Vertices().size(); ++j) AddPair(edge, i, j, W, way, &A);
+        for (size_t j = i; j < edge.Vertices().size(); ++j) {
+          if (way.stops_at_fixed && edge.Vertices()[j]->IsFixed()) break;
+          AddPair(edge, i, j, W, way, &A);
+        }
       }
     });
     return A;

@@ -159,8 +159,9 @@ struct FailureCase {
   std::string cause;
 };
 
-// The values in three unlike components, each below the threshold that the norm is held against.
-Vec3 OfNorm(double norm) { return norm * Vec3(2, -2, 1) / 3.0; }
+// The values in three unlike components, each below the threshold that the norm is held against; at the threshold itself
+// in one, for the norm to be exact.
+Vec3 OfNorm(double norm) { return norm == 2.5 || norm == 1.0 ? Vec3(0, 0, -norm) : norm * Vec3(2, -2, 1) / 3.0; }
 
 std::vector<FailureCase> FailureCases() {
   const Vec3 small(0.3, 0.1, 0.1);
@@ -184,6 +185,9 @@ std::vector<FailureCase> FailureCases() {
       {"a step of 1.01 m downwards", 0.1, 0.01, Vec3(0, 0, -1.01), Failure::kHeightJump,
        "downwards counts as much as upwards: std::abs"},
       {"a step of 0.99 m upwards", 0.1, 0.01, Vec3(0, 0, 0.99), none, "the limit of the height is 1 m"},
+      {"b_a of 2.5 m/s², b_g of 1 rad/s, a step of 5 m, level", 2.5, 1.0, Vec3(3, -4, 0), none,
+       "a value at its limit is no failure: >, not >="},
+      {"a step of 1 m downwards", 0.1, 0.01, Vec3(0, 0, -1), none, "a value at its limit is no failure: >, not >="},
   };
 }
 
@@ -197,8 +201,9 @@ TEST(Stage6, FailuresAtTheirThresholds) {
       newest.speed_bias->SetEstimate(v_ba_bg);
       v_ba_bg << Vec3::Zero(), Vec3(9, 0, 0), Vec3(9, 0, 0);
       oldest.speed_bias->SetEstimate(v_ba_bg);
-      newest.pose->SetPose(ExpSO3(Vec3(0, 0, 1.5)), newest.pose->p());  // a fast turn is no failure
-      const Vec3 last_p = newest.pose->p() - c.step;
+      const Vec3 p = (8.0 * newest.pose->p()).array().round() / 8.0;  // of few digits, so that steps are exact
+      newest.pose->SetPose(ExpSO3(Vec3(0, 0, 1.5)), p);               // a fast turn is no failure
+      const Vec3 last_p = p - c.step;
       const Failure got = Chosen().vins_window.detect_failure(window, last_p);
       if (got == c.right) continue;
       FAIL() << Story("6", "DetectFailure: " + c.what + (tracks ? "" : ", no tracks"), NameOf(c.right), NameOf(got),

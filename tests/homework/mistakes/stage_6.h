@@ -57,6 +57,8 @@ inline std::vector<WayMistake> WrongWaysToA() {
       {"the diagonal blocks are doubled: the mirror is for j ≠ i only", times(2, 1, 1)},
       {"the blocks of two different vertices are added twice: j begins at i, not at 0", times(1, 2, 2)},
       {"the diagonal blocks are missing: j begins at i, not behind it", times(0, 1, 1)},
+      {"what stands behind a fixed vertex is missing: continue, not break",
+       change([](Way* way) { way->stops_at_fixed = true; })},
       {"the mirrored block is subtracted", times(1, 1, -1)},
       {"the mirrored block is added twice", times(1, 1, 2)},
       {"the block (i, j) is added twice, its mirror once", times(1, 2, 1)},
