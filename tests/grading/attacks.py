@@ -201,6 +201,11 @@ class Attacks(unittest.TestCase):
         texts = {**self.texts_of("start"), **self.texts_of("compiling")}
         self.none_scores({name: texts[name] for name in ("the_librarys_function_again", "compiler_crash")}, "both-compilers")
 
+    @unittest.skipUnless("CH5_LONG" in os.environ, "CH5_LONG=1: a quarter of an hour")
+    def test_none_that_attacks_the_second_compiler_scores(self):
+        refused = b"#ifdef __clang__\n#error not this one\n#endif\n"
+        self.none_scores({name: refused + text for name, text in self.texts_of("compiling").items()}, "both-compilers")
+
     def test_none_that_is_no_proper_text_scores(self):
         self.none_scores(awkward_bytes())
 

@@ -33,10 +33,10 @@ def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, ru
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def run_stage(toolchain: Toolchain, worker: Path, stage: dict, seed: int) -> Verdict:
+def run_stage(toolchain: Toolchain, worker: Path, stage: dict, seed: int, fail_fast: bool = False) -> Verdict:
     box = toolchain.box(read_only={"/worker": worker}, limits=RUNNING)
     verdict = judge(toolchain.judge, stage, SECONDS_A_STAGE, [f"--seed={seed}", f"--time-limit={SECONDS_A_TEST:g}"],
-                    box.wrap(["/worker"]), Path("/worker"), fail_fast=False,
+                    box.wrap(["/worker"]), Path("/worker"), fail_fast=fail_fast,
                     words_of=lambda command: box.run(command).output)  # its debugging lines may be forged, too
     silent = not verdict.tests or any("START:" in str(test.get("failures")) for test in verdict.tests)
     if silent and toolchain.box is Sandbox:

@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""Judges mutants (mutants.py) as ./course grade judges a submission: kill.py [--all] [--write] [PATTERN…]
+
+Without --all it goes on where it was: what has been killed before is not judged again. A mutant is killed if no seed
+lets it pass. --write puts the table into MUTANTS.md. Exit code 0 if equivalents.json explains all that survive.
+"""
+
+import argparse
+import json
+import re
+import sys
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+
+from mutants import Mutant, all_mutants
+from one_stage import SEEDS, Grader
+from run_fills import is_named
+from course.build import BUILD, CORES
+from course.progress import Progress, duration
+
+KNOWN = BUILD / "mutants.json"
+PAGE = Path(__file__).with_name("MUTANTS.md")
+EQUIVALENTS = Path(__file__).with_name("equivalents.json")
+KILLED = ("wrong", "crashes", "times-out")
+
+
+def read_equivalents() -> dict:
+    """{id: {"line": as it stands in the mutant, "reason"}}"""
+    return json.loads(EQUIVALENTS.read_text(encoding="utf-8"))
+
+
+def judge(grader: Grader, mutant: Mutant, seeds=SEEDS) -> dict:
+    """{"line", "state": of a seed that lets it pass, or of the first, "named": whether its cause is told, "hint"}"""
+    verdicts = grader.verdicts(mutant.file, mutant.source(), mutant.stage, seeds)
+    told = next((verdict for verdict in verdicts if verdict.state == "right"), verdicts[0])
+    return {"line": mutant.text.strip(), "state": told.state, "named": all(map(is_named, verdicts)), "hint": told.hint}
+
+
+def judge_all(mutants: list, known: dict) -> None:
+    """Adds what is found to `known`, and keeps it from one run to the next."""
+    grader, begin = Grader(), None
+    with Progress("mutants") as progress, ThreadPoolExecutor(CORES) as pool:
+        futures = {pool.submit(judge, grader, mutant): mutant for mutant in mutants}
+        for done, future in enumerate(as_completed(futures), 1):
+            known[futures[future].id] = future.result()
+            KNOWN.write_text(json.dumps(known, ensure_ascii=False, indent=0), encoding="utf-8")
+            begin = begin or progress.clock()
+            left = (progress.clock() - begin) / done * (len(mutants) - done)
+            progress.step(f"{done} of {len(mutants)}, about {duration(left)} left", in_pipes=True)
+
+
+def verdict_on(mutant: Mutant, known: dict, equivalents: dict) -> str:
+    """"killed", "equivalent", "no C++", "survives" or "not judged"."""
+    found = known.get(mutant.id)
+    if not found or found["line"] != mutant.text.strip():
+        return "not judged"
+    if found["state"] in KILLED:
+        return "killed"
+    if found["state"] == "does-not-compile":
+        return "no C++"
+    return "equivalent" if mutant.id in equivalents else "survives"
+
+
+def table(mutants: list, known: dict, equivalents: dict) -> str:
+    """Stage by operator: "12 + 1≡ + 2✗" are 12 killed, one equivalent, two no C++."""
+    stages = sorted({mutant.stage["id"] for mutant in mutants})
+    operators = sorted({mutant.operator for mutant in mutants})
+    counts = Counter()
+    for mutant in mutants:
+        for row in (mutant.operator, "all"):
+            for column in (mutant.stage["id"], "all"):
+                counts[row, column, verdict_on(mutant, known, equivalents)] += 1
+    rows = [["", *stages, "all"]]
+    for row in (*operators, "all"):
+        rows.append([row, *(cell(counts, row, column) for column in (*stages, "all"))])
+    lines = ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join([lines[0], "| --- " + "| --: " * (len(stages) + 1) + "|", *lines[1:]]) + "\n"
+
+
+def cell(counts: Counter, row: str, column: str) -> str:
+    parts = [f"{counts[row, column, verdict]}{sign}" for verdict, sign in
+             (("killed", ""), ("equivalent", "≡"), ("no C++", "✗"), ("survives", "!"), ("not judged", "?"))
+             if counts[row, column, verdict]]
+    return " + ".join(parts) or "–"
+
+
+def totals(mutants: list, known: dict, equivalents: dict) -> str:
+    verdicts = Counter(verdict_on(mutant, known, equivalents) for mutant in mutants)
+    killed = [known[mutant.id] for mutant in mutants if verdict_on(mutant, known, equivalents) == "killed"]
+    ways = Counter(found["state"] for found in killed)
+    return (f"{len(mutants)} mutants: {verdicts['killed']} killed ({ways['wrong']} wrong, {ways['crashes']} crash, "
+            f"{ways['times-out']} do not end), {verdicts['equivalent']} equivalent, {verdicts['no C++']} are no C++, "
+            f"{verdicts['survives']} survive, {verdicts['not judged']} not judged. Of {ways['wrong']} wrong ones "
+            f"{sum(found['named'] for found in killed if found['state'] == 'wrong')} are told their cause.\n")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("patterns", nargs="*", metavar="PATTERN", help="of ids: regular expressions")
+    parser.add_argument("--all", action="store_true", help="judge all anew")
+    parser.add_argument("--write", action="store_true", help=f"write the table into {PAGE.name}")
+    asked = parser.parse_args()
+    mutants, equivalents = all_mutants(), read_equivalents()
+    known = json.loads(KNOWN.read_text(encoding="utf-8")) if KNOWN.exists() and not asked.all else {}
+    chosen = [one for one in mutants if not asked.patterns or any(re.search(p, one.id) for p in asked.patterns)]
+    judge_all([one for one in chosen if verdict_on(one, known, equivalents) in ("survives", "not judged")], known)
+    survivors = [one for one in chosen if verdict_on(one, known, equivalents) == "survives"]
+    for one in survivors:
+        print(f"{one.id}: survives: {one.text.strip()}")
+    words = totals(mutants, known, equivalents) + "\n" + table(mutants, known, equivalents)
+    print(words)
+    if asked.write:
+        head = PAGE.read_text(encoding="utf-8").partition("\n## Table\n")[0]
+        PAGE.write_text(f"{head}\n## Table\n\n{words}", encoding="utf-8")
+    return 1 if survivors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
