@@ -1,7 +1,6 @@
 // The null space of monocular bundle adjustment, and the marginalisation that keeps it.
 #include <gtest/gtest.h>
 
-#include "ch5_backend/apps/studies/marginalize_study.h"
 #include "ch5_backend/apps/studies/matrices.h"
 #include "ch5_backend/apps/studies/mono_ba_study.h"
 

@@ -17,6 +17,7 @@ from tables import MissingTable, Tables
 TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
 STAGES = {stage["id"] for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]}
 PLACEHOLDER, FIGURE = r"\{\{([\w.]+)\}\}", r"!\[([^\]]*)\]\(figures/(\w+)\.svg\)"
+LAB = r"\(\.\./lab\.html\?lang=\w\w#([^)]*)\)"
 
 
 def pairs():
@@ -53,6 +54,7 @@ class Decks(unittest.TestCase):
             self.assertEqual(sorted(formulas(one)), sorted(formulas(other)), f"{name}: formulas")
             self.assertEqual(re.findall(FIGURE, one), re.findall(FIGURE, other), f"{name}: figures")
             self.assertEqual(fences(one), fences(other), f"{name}: code")
+            self.assertEqual(re.findall(LAB, one), re.findall(LAB, other), f"{name}: states of the lab")
             self.assertEqual(sorted(re.findall(PLACEHOLDER, one)), sorted(re.findall(PLACEHOLDER, other)), name)
             self.assertEqual(re.findall(r"_class: .*", one), re.findall(r"_class: .*", other), name)
             self.assertEqual(len(re.findall(r"^\|", one, re.M)), len(re.findall(r"^\|", other, re.M)), f"{name}: table")
@@ -70,7 +72,7 @@ class Decks(unittest.TestCase):
         results = [(name, page[2]) for name, one, other in pairs() if one[1] for page in (one, other)]
         self.assertGreater(len(results), 10)
         for name, page in results:
-            rest = re.sub(rf"<!--.*?-->|{PLACEHOLDER}|{FIGURE}", "", prose(page), flags=re.S)
+            rest = re.sub(rf"<!--.*?-->|{PLACEHOLDER}|{FIGURE}|{LAB}", "", prose(page), flags=re.S)
             rest = re.sub(r"[_^]\{?-?\w+\}?", "", rest)  # indices and exponents of formulas
             self.assertEqual(re.findall(r".{0,20}\d.{0,20}", rest), [], f"{name}: let facts() of its package say it")
         used = {name for name, page in results if re.search(PLACEHOLDER, page) or re.search(FIGURE, page)}

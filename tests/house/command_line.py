@@ -13,7 +13,8 @@ from pathlib import Path
 
 from house import BUILD, ROOT
 
-COMMANDS = ("run", "test", "check", "hint", "deep", "status", "grade", "pack", "bench", "plots", "slides", "docs")
+COMMANDS = ("run", "test", "check", "hint", "deep", "status", "grade", "pack", "bench", "plots", "slides", "docs",
+            "lab")
 TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
 
 

@@ -39,6 +39,8 @@ DESCRIPTIONS = {
               "PDF in out/slides; tables that are missing are made first. What follows -- goes to the builder.",
     "docs": "Makes the pages of the API with Doxygen, formulas set by MathJax: one folder that needs no network, with the "
             "index of formulas in front.",
+    "lab": "Compiles the course's C++ to WebAssembly with emscripten and writes out/lab.html: one page, which works offline, "
+           "in which prior, noise, loss and damping are sliders.",
 }
 JSON_FIELDS = {
     "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
@@ -52,6 +54,7 @@ JSON_FIELDS = {
     "status": "stages, a list of {id, state, hint}",
 }
 SPEAKING = ("check", "status", "grade", "hint", "deep")  # to students, hence in their language
+PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out"}
 SOLVERS = ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series")
 
 
@@ -147,6 +150,13 @@ def add_grade_options(parser: Parser) -> None:
     parser.add_argument("--trust", action="store_true", help="without the sandbox: for your own code only")
 
 
+def add_slides_options(parser: Parser) -> None:
+    parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers.en; default: all")
+    parser.add_argument("--html", action="store_true", help="no PDF, which needs Chromium")
+    parser.add_argument("--check", action="store_true", help="build nothing; say which numbers and figures of the "
+                        "built decks are out of date, and fail if any is")
+
+
 def make_parser(command: str) -> Parser:
     """One sub-command's grammar. Options are never abbreviated: a typing error must not run something else."""
     parser = Parser(prog=f"./course {command}", description=DESCRIPTIONS[command], allow_abbrev=False)
@@ -169,8 +179,8 @@ def make_parser(command: str) -> Parser:
         add_plots_options(parser)
     elif command == "slides":
         add_slides_options(parser)
-    elif command == "docs":
-        parser.add_argument("--out", metavar="DIR", help="where the pages go; the folder is replaced; default: out/api")
+    elif command in PAGES:
+        parser.add_argument("--out", metavar="DIR", help=PAGES[command])
     elif command == "check":
         parser.add_argument("stages", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
         parser.add_argument("--seed", type=number_option("--seed", 0, 10**18 - 1), metavar="S", help="other random numbers "
@@ -216,9 +226,9 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
     if command == "slides":
         from .slides import slides
         return slides(arguments, extra)
-    if command == "docs":
-        from .docs import docs
-        return docs(arguments.out)
+    if command in PAGES:
+        from . import docs, lab
+        return {"docs": docs.docs, "lab": lab.lab}[command](arguments.out)
     if command == "hint":
         from .hint import show
         return show(arguments.stage, arguments.number, arguments.language)

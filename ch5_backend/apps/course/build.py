@@ -47,7 +47,7 @@ def configure() -> None:
         command = ["cmake", "--preset", "release", "-B", str(BUILD), *(f"-D{key}={value}" for key, value in wanted.items())]
         done = run_logged(command, "configure.log", progress.step)
     if done.returncode:
-        raise _failure("CMake could not configure the project", done.stdout, r"CMake Error|[Ee]rror", "configure.log")
+        raise failure("CMake could not configure the project", done.stdout, r"CMake Error|[Ee]rror", "configure.log")
 
 
 def _is_foreign(cached: dict) -> bool:
@@ -77,7 +77,7 @@ def build_or_fail(targets=()) -> None:
     """Builds the targets; raises CourseError with the first error and the log's name."""
     done = build(targets)
     if done.returncode:
-        raise _failure("the build failed", done.stdout, r"error:|^FAILED|ninja: error", "build.log")
+        raise failure("the build failed", done.stdout, r"error:|^FAILED|ninja: error", "build.log")
 
 
 def data_folder() -> Path:
@@ -101,7 +101,7 @@ def run_logged(command, log_name: str, step) -> subprocess.CompletedProcess:
     return subprocess.CompletedProcess(command, process.wait(), "".join(lines))
 
 
-def _failure(what: str, output: str, pattern: str, log_name: str) -> CourseError:
+def failure(what: str, output: str, pattern: str, log_name: str) -> CourseError:
     lines = output.splitlines()
     first = next((i for i, line in enumerate(lines) if re.search(pattern, line)), max(0, len(lines) - 6))
     shown = "\n".join("  " + line for line in lines[first:first + 6])

@@ -44,15 +44,6 @@ void AppendStage(const MatXX& H, const std::string& stage, CsvTable* entries, Cs
 
 }  // namespace
 
-MatXX SlidesChain() {
-  const double w1 = 1.0 / (0.1 * 0.1), w2 = 1.0 / (0.2 * 0.2), w3 = 1.0 / (0.3 * 0.3);
-  MatXX H(3, 3);
-  H << w1, -w1, 0.0,           //
-      -w1, w1 + w2 + w3, -w3,  //
-      0.0, -w3, w3;
-  return H;
-}
-
 void RunMarginalizeStudy(const std::filesystem::path& csv, const std::function<void(double)>& progress) {
   CsvTable chain("stage,row,column,value");
   const MarginalizeResult result = Problem::TestMarginalize(SlidesChain(), VecX::Zero(3), /*idx=*/1, /*dim=*/1);

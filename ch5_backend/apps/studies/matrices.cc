@@ -100,4 +100,13 @@ void AppendHessianBlocks(const Graph& graph, const std::string& scene, HessianBl
   }
 }
 
+MatXX SlidesChain() {
+  const double w1 = 1.0 / (0.1 * 0.1), w2 = 1.0 / (0.2 * 0.2), w3 = 1.0 / (0.3 * 0.3);
+  MatXX H(3, 3);
+  H << w1, -w1, 0.0,           //
+      -w1, w1 + w2 + w3, -w3,  //
+      0.0, -w3, w3;
+  return H;
+}
+
 }  // namespace ch5

@@ -25,6 +25,13 @@ FirstRows FirstRowsOf(const Graph& graph);
 /// @param pose_rows  is set to the number of rows above the landmarks
 MatXX DenseHessian(const Graph& graph, int* pose_rows);
 
+/// H of the slides' chain of three scalars: x₁ is measured, and its distances to x₀ and x₂.
+///
+///   H = [  w₁      −w₁       0  ]     w_i = 1/σ_i²,  σ = 0.1, 0.2, 0.3:
+///       [ −w₁  w₁+w₂+w₃    −w₃  ]     σ₁ and σ₃ of the distances, σ₂ of x₁ itself
+///       [   0      −w₃      w₃  ]
+MatXX SlidesChain();
+
 /// Appends the entries of M that are not zero, `labels…,row,column,value`.
 template <typename... Labels>
 void AppendNonZeros(const MatXX& M, CsvTable* table, const Labels&... labels) {

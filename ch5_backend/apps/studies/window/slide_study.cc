@@ -4,71 +4,15 @@
 #include <map>
 
 #include "ch5_backend/apps/studies/matrices.h"
-#include "ch5_backend/apps/studies/odometry.h"
+#include "ch5_backend/apps/studies/window/flight.h"
 #include "ch5_backend/consistency/gauge_audit.h"
-#include "ch5_backend/math/so3.h"
 #include "ch5_backend/window/vins_window.h"
 #include "ch5_backend/world/files/text_writer.h"
-#include "ch5_backend/world/simulate/paths.h"
-#include "ch5_backend/world/simulate/random.h"
-#include "ch5_backend/world/simulate/scene_points.h"
-#include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {
 namespace {
 
-constexpr size_t kFrames = 8;  // of the window that both policies get
 constexpr size_t kImages = 30;
-
-// Few tracks, so that a picture can show each of them.
-Recording Flight(double camera_rate) {
-  HandheldOptions path;
-  path.duration = 8.0;
-  path.seed = 2;
-  SimulationOptions options;
-  options.calibration.camera_rate = camera_rate;
-  options.camera.max_tracks = 12;
-  options.camera.drop_probability = 0.15;
-  Random random(1);
-  return SimulateRecording(Handheld(path), PointsOnPlanes(RoomWalls(Vec3(-5, -5, -2), Vec3(5, 5, 3)), 400, &random),
-                           options);
-}
-
-// Both keep seven frames: VINS-Mono the newest, OKVIS three keyframes and four newest.
-std::unique_ptr<WindowPolicy> MakePolicy(const std::string& name, const Calibration& calibration) {
-  if (name == "okvis") {
-    OkvisOptions options;
-    options.keyframes = 3;
-    options.temporal_frames = 4;
-    return MakeOkvisPolicy(options);
-  }
-  VinsOptions options;
-  options.window_size = kFrames - 1;
-  options.focal_length = 0.5 * (calibration.fx + calibration.fy);
-  options.least_tracked = 5;
-  options.max_solve_seconds = 1e3;  // a result must not depend on the machine
-  return MakeVinsPolicy(options);
-}
-
-EstimatorOptions Options(const Recording& recording) {
-  EstimatorOptions options = OptionsFor(recording.calibration);
-  options.max_rejecting = 1e9;  // few landmarks are normal here
-  return options;
-}
-
-// At the true first state: roll, pitch, speed (in B) and biases are known, position and yaw are not.
-void StartFromTruth(const Recording& recording, Estimator* estimator) {
-  const StampedState& first = recording.truth.front();
-  const Mat33 R = first.T_W_B.q.toRotationMatrix();
-  MatXX J = MatXX::Zero(15, 15);
-  J.block<2, 3>(3, 3) = 100.0 * R.topRows<2>();
-  // A turn by δθ changes Rᵀv by [Rᵀv]× δθ.
-  J.block<3, 3>(6, 3) = 10.0 * Hat(R.transpose() * first.v_W);
-  J.block<3, 3>(6, 6) = 10.0 * R.transpose();
-  J.diagonal().segment<3>(9).setConstant(50.0);
-  J.diagonal().segment<3>(12).setConstant(500.0);
-  estimator->StartFrom(first, J);
-}
 
 bool Sees(const WindowLandmark& landmark, int frame) {
   return std::any_of(landmark.seen.begin(), landmark.seen.end(),
@@ -144,7 +88,7 @@ void AppendLandmarks(const std::string& policy, const Before& before, const Wind
   }
 }
 
-// Lets the window grow to kFrames frames with all their states; then the policy in question slides it.
+// Lets the window grow to kFlightWindow frames with all their states; then the policy in question slides it.
 class SlideOnce : public WindowPolicy {
  public:
   SlideOnce(std::unique_ptr<WindowPolicy> policy, Tables* tables) : policy_(std::move(policy)), tables_(*tables) {}
@@ -155,7 +99,7 @@ class SlideOnce : public WindowPolicy {
   void SlideWithoutEstimate(Window*) override {}
 
   void Slide(Window* window) override {
-    if (window->frames.size() < kFrames) return;
+    if (window->frames.size() < kFlightWindow) return;
     policy_->NoteNewFrame(window);
     BuildGraph(
         {}, [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); }, window);
@@ -176,24 +120,14 @@ class SlideOnce : public WindowPolicy {
   Tables& tables_;
 };
 
-// The first `images` images.
-void Fly(Recording recording, size_t images, std::unique_ptr<WindowPolicy> policy, const OdometryCallback& watch) {
-  recording.frames.resize(images);
-  Estimator estimator(Options(recording), std::move(policy));
-  StartFromTruth(recording, &estimator);
-  FeedRecording(recording, &estimator, watch);
-}
-
 // The policy's own windows, from the start on.
 void AppendFrames(const Recording& recording, const std::string& name, Tables* tables) {
   int image = 0;
-  Fly(recording, kImages, MakePolicy(name, recording.calibration), [&](const Estimator& now, const WindowRow&) {
+  Fly(recording, kImages, MakeFlightPolicy(name, recording.calibration), [&](const Estimator& now, const WindowRow&) {
     const Window& window = now.GetWindow();
-    const auto& held = window.prior->Vertices();
     for (const WindowFrame& frame : window.frames) {
-      const bool is_held = std::find(held.begin(), held.end(), frame.pose) != held.end();
-      tables->frames.Row(name, image, frame.id, frame.is_keyframe, frame.speed_bias != nullptr, is_held,
-                         window.prior->GetPrior().J.cols());
+      tables->frames.Row(name, image, frame.id, frame.is_keyframe, frame.speed_bias != nullptr,
+                         IsInPrior(window, frame), window.prior->GetPrior().J.cols());
     }
     ++image;
   });
@@ -202,10 +136,12 @@ void AppendFrames(const Recording& recording, const std::string& name, Tables* t
 }  // namespace
 
 void RunSlideStudy(const std::filesystem::path& csv) {
-  const Recording wide = Flight(5.0), dense = Flight(15.0);  // [Hz]; in the latter not every image is a keyframe
+  FlightOptions every_keyframe, some_keyframes;
+  some_keyframes.camera_rate = 15.0;
+  const Recording wide = Flight(every_keyframe), dense = Flight(some_keyframes);
   Tables tables;
   for (const char* name : {"vins", "okvis"}) {
-    Fly(wide, kFrames, std::make_unique<SlideOnce>(MakePolicy(name, wide.calibration), &tables),
+    Fly(wide, kFlightWindow, std::make_unique<SlideOnce>(MakeFlightPolicy(name, wide.calibration), &tables),
         [](const Estimator&, const WindowRow&) {});
     AppendFrames(dense, name, &tables);
   }
