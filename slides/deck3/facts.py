@@ -94,8 +94,9 @@ def slide_facts(tables):
             f"slide.{policy}_rehosted": str(len({one["landmark"] for one in observations if one["fate"] == "again"}))})
         for fate in ("prior", "again", "lost", "stays"):
             facts[f"fate.{policy}_{fate}"] = str(sum(one["fate"] == fate for one in observations))
-    source = (ROOT / "ch5_backend/apps/studies/window/slide_study.cc").read_text(encoding="utf-8")
-    frames = int(re.search(r"kFrames = (\d+)", source)[1])
+    flight = ROOT / "ch5_backend/apps/studies/window"
+    source = "".join((flight / name).read_text(encoding="utf-8") for name in ("flight.h", "flight.cc"))
+    frames = int(re.search(r"kFlightWindow = (\d+)", source)[1])
     temporal = int(re.search(r"temporal_frames = (\d+)", source)[1])
     facts.update({"slide.frames": str(frames), "slide.okvis_temporal": str(temporal),
                   "slide.okvis_c": str(frames - temporal - 1),

@@ -18,13 +18,17 @@ PANELS = ("solve", "steps", "marginalize", "window")
 MOST_BYTES = 3_000_000
 # Each panel as it opens, and each setting away from there.
 QUERIES = (
-    "panel=solve", "panel=solve&weight=0.001", "panel=solve&weight=1e10", "panel=solve&gauge=minimal&weight=1e4&start=0.1&information=noise",
+    "panel=solve", "panel=solve&weight=0.001", "panel=solve&weight=1e10",
+    "panel=solve&gauge=minimal&weight=1e4&start=0.1&information=noise",
     "panel=solve&gauge=fixed&frames=5&points=12", "panel=solve&frames=10&points=40", "panel=solve&noise=0.01&seed=7",
-    "panel=solve&outliers=3&loss=cauchy&information=noise", "panel=solve&outliers=3&loss=tukey&information=noise&delta=6",
+    "panel=solve&outliers=3&loss=cauchy&information=noise",
+    "panel=solve&outliers=3&loss=tukey&information=noise&delta=6",
     "panel=solve&outliers=3&loss=huber", "panel=solve&damping=diagonal&start=0.3", "panel=solve&algorithm=gn",
     "panel=solve&algorithm=dogleg&start=0.2", "panel=solve&solver=blocks", "panel=solve&solver=sparse&frames=6",
-    "panel=steps", "panel=steps&trial=2&stop=judge", "panel=steps&algorithm=gn&trial=1", "panel=steps&start=0.5&tau=1e-12&trial=1",
-    "panel=steps&algorithm=dogleg&radius=0.1&trial=3", "panel=marginalize&system=chain&drop=1", "panel=marginalize&drop=0",
+    "panel=steps", "panel=steps&trial=2&stop=judge", "panel=steps&algorithm=gn&trial=1",
+    "panel=steps&start=0.5&tau=1e-12&trial=1",
+    "panel=steps&algorithm=dogleg&radius=0.1&trial=3", "panel=marginalize&system=chain&drop=1",
+    "panel=marginalize&drop=0",
     "panel=marginalize&drop=3,3,3,0", "panel=solve&frames=1",
 )
 RELATIVE = 1e-9
@@ -66,7 +70,8 @@ def differences(a, b, path="", scales=LENGTHS):
     if isinstance(a, dict):
         assert a.keys() == b.keys(), path
         if is_table(a.get("trials")):  # where the loop has begun
-            scales = {**scales, "b": a["trials"][0]["gradient"], "delta_x": max(row.get("step", 0.0) for row in a["trials"])}
+            scales = {**scales, "b": a["trials"][0]["gradient"],
+                      "delta_x": max(row.get("step", 0.0) for row in a["trials"])}
         if "prior_cost" in a:
             scales = {**scales, "prior_cost": a["final_cost"]}
         return [found for key in a for found in differences(a[key], b[key], f"{path}.{key}", scales)]
@@ -170,7 +175,8 @@ class Lab(unittest.TestCase):
     def test_texts_are_complete_and_used(self):
         texts = json.loads((ROOT / "ch5_backend/apps/lab/page/text.json").read_text(encoding="utf-8"))
         page = ROOT / "ch5_backend/apps/lab/page"
-        source = "".join((page / name).read_text(encoding="utf-8") for name in ("lab.html", "state.js", "panels.js", "main.js"))
+        source = "".join((page / name).read_text(encoding="utf-8")
+                         for name in ("lab.html", "state.js", "panels.js", "main.js"))
         controls = re.findall(r'(?:range|log|choice)\("(\w+)"', source)
         for key, words in texts.items():
             self.assertEqual(set(words), {"en", "zh"}, key)
