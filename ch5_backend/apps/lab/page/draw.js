@@ -44,7 +44,7 @@ function writeNumbers(context, M, scale) {
   });
 }
 
-// Blue for positive entries, red for negative ones, darker the larger; orange where `fill` says that a zero was filled.
+// Blue for positive entries, red for negative ones, stronger the larger; orange where `fill` says that a zero was filled.
 function matrix(M, {variables = [], fill = null, label, click = null, tell = null}) {
   const scale = Math.max(1, Math.floor(840 / Math.max(M.rows, 1)));
   const canvas = element("canvas", {width: scale * M.cols, height: scale * M.rows, role: "img", "aria-label": label});
