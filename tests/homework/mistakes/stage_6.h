@@ -58,7 +58,7 @@ inline std::vector<WayMistake> WrongWaysToA() {
       {"the blocks of two different vertices are added twice: j begins at i, not at 0", times(1, 2, 2)},
       {"the diagonal blocks are missing: j begins at i, not behind it", times(0, 1, 1)},
       {"what stands behind a fixed vertex is missing: continue, not break",
-       change([](Way* way) { way->stops_at_fixed = true; })},
+       Changed([](Way* way) { way->stops_at_fixed = true; })},
       {"the mirrored block is subtracted", times(1, 1, -1)},
       {"the mirrored block is added twice", times(1, 1, 2)},
       {"the block (i, j) is added twice, its mirror once", times(1, 2, 1)},
