@@ -7,6 +7,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "ch5_backend" / "apps"))
 from course.check import stage_table, tell  # noqa: E402
 from course.judge import Verdict, judge  # noqa: E402
+from course.language import speaker, spoken  # noqa: E402
 
 
 def main(executable: str, file: str, stage_id: str, check: str) -> int:
@@ -15,7 +16,7 @@ def main(executable: str, file: str, stage_id: str, check: str) -> int:
     left = [todo for todo in stage["todos"] if f'throw HomeworkMissing("{todo} ' in Path(file).read_text("utf-8", "replace")]
     if verdict.state == "right" and len(left) == len(stage["todos"]):  # a check that an empty gap passes by chance
         verdict = Verdict("not-started", f"TODO {left[0]} is not started.")
-    tell(stage, verdict, sys.stdout)
+    tell(stage, verdict, sys.stdout, speaker(spoken()))
     return 0 if verdict.state == "right" else 1
 
 
