@@ -50,12 +50,15 @@ def chromium():
     raise BuildError("a PDF needs Chromium; Debian: apt-get install chromium; with --html there is none")
 
 
+# A page is drawn alike in every container, as every user.
+HEADLESS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
+            "--force-color-profile=srgb")
+
+
 def headless(*words):
     """Runs Chromium with a profile of its own, which is deleted again."""
     with tempfile.TemporaryDirectory(prefix="ch5-chromium-") as profile:
-        return run([chromium(), "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-                    "--hide-scrollbars", "--force-color-profile=srgb", f"--user-data-dir={profile}", *words],
-                   "Chromium failed")
+        return run([chromium(), *HEADLESS, f"--user-data-dir={profile}", *words], "Chromium failed")
 
 
 def pdf(page, target):

@@ -27,9 +27,8 @@ class Page:
         to_chromium, self.write = os.pipe()
         self.read, from_chromium = os.pipe()
         # The protocol's pipes are the descriptors 3 and 4.
-        command = ["sh", "-c", f'exec "$0" "$@" 3<&{to_chromium} 4>&{from_chromium}', browser.chromium(), "--headless",
-                   "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
-                   "--force-color-profile=srgb", "--remote-debugging-pipe", f"--user-data-dir={self.profile.name}"]
+        command = ["sh", "-c", f'exec "$0" "$@" 3<&{to_chromium} 4>&{from_chromium}', browser.chromium(),
+                   *browser.HEADLESS, "--remote-debugging-pipe", f"--user-data-dir={self.profile.name}"]
         self.process = subprocess.Popen(command, pass_fds=(to_chromium, from_chromium), stdin=subprocess.DEVNULL,
                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(to_chromium)

@@ -2,8 +2,6 @@
 /// Recordings for the estimators: a hand-held camera in a room.
 
 #include "ch5_backend/apps/studies/odometry.h"
-#include "ch5_backend/world/simulate/paths.h"
-#include "ch5_backend/world/simulate/scene_points.h"
 #include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {
@@ -21,10 +19,8 @@ inline Recording SimulateRoom(RoomOptions options = {}) {
   path.duration = options.duration;
   path.standstill_seconds = options.standstill_seconds;
   path.seed = options.seed;
-  Random random(options.seed);
   options.simulation.camera.max_tracks = options.max_tracks;
-  const std::vector<Vec3> points = PointsOnPlanes(RoomWalls(Vec3(-5, -5, -2), Vec3(5, 5, 3)), 1500, &random);
-  return SimulateRecording(Handheld(path), points, options.simulation);
+  return SimulateInRoom(path, 1500, options.simulation, options.seed);
 }
 
 }  // namespace ch5

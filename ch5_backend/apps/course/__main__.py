@@ -128,13 +128,6 @@ def add_plots_options(parser: Parser) -> None:
     parser.add_argument("--out", metavar="DIR", help="where tables and figures are, default: out")
 
 
-def add_slides_options(parser: Parser) -> None:
-    parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers.en; default: all")
-    parser.add_argument("--html", action="store_true", help="no PDF, which needs Chromium")
-    parser.add_argument("--check", action="store_true", help="build nothing; say which numbers and figures of the "
-                        "built decks are out of date, and fail if any is")
-
-
 def add_grade_options(parser: Parser) -> None:
     parser.add_argument("submissions", nargs="*", metavar="SUBMISSION", help="a .cc file, a folder, a zip or a tar")
     parser.add_argument("--out", metavar="DIR", help="where the grades go, default: out/grades")

@@ -38,7 +38,7 @@ def configure() -> None:
 
     Raises CourseError with CMake's first error and the log's name.
     """
-    wanted, cached = _cache_entries(), _cached()
+    wanted, cached = _cache_entries(), cached_entries(BUILD)
     if _is_foreign(cached):
         shutil.rmtree(BUILD)
     elif (BUILD / "build.ninja").exists() and wanted.items() <= cached.items() and not _lacks_tests(cached):
@@ -82,7 +82,8 @@ def build_or_fail(targets=()) -> None:
 
 def data_folder() -> Path:
     """Where the recordings and large problems are: as the environment says, or as the configured build knows it."""
-    return Path(os.environ.get("CH5_DATA_DIR") or _cached().get("CH5_DATA_DIR") or ROOT.parent / "shared" / "data")
+    configured = cached_entries(BUILD).get("CH5_DATA_DIR")
+    return Path(os.environ.get("CH5_DATA_DIR") or configured or ROOT.parent / "shared" / "data")
 
 
 def run_logged(command, log_name: str, step) -> subprocess.CompletedProcess:
@@ -119,10 +120,10 @@ def _cache_entries() -> dict:
     return entries
 
 
-def _cached() -> dict:
-    """The entries of CMakeCache.txt; none if there is no cache."""
+def cached_entries(folder: Path) -> dict:
+    """The entries of the folder's CMakeCache.txt; none if there is no cache."""
     try:
-        text = (BUILD / "CMakeCache.txt").read_text(encoding="utf-8", errors="replace")
+        text = (folder / "CMakeCache.txt").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return {}
     return dict(re.findall(r"^([^#/\s][^:\n]*):[A-Z]+=(.*)$", text, re.MULTILINE))

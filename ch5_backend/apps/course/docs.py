@@ -10,7 +10,7 @@ from .place import make_writable
 
 def docs(out: str) -> int:
     """Runs apps/docs/build.py and returns its exit code."""
-    target = Path(out) if out else ROOT / "out" / "api"
+    target = Path(out or "out/api")
     make_writable(target.parent)
     with running([sys.executable, "-B", str(ROOT / "ch5_backend/apps/docs/build.py"), "--out", str(target)]) as process:
         return process.wait()

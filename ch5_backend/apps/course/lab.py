@@ -3,12 +3,16 @@
 import os
 import re
 import shutil
+import sys
 from pathlib import Path
 
-from .build import BUILD, CORES, ROOT, failure, run_logged
+from .build import BUILD, CORES, ROOT, cached_entries, failure, run_logged
 from .errors import CourseError
 from .place import make_writable
 from .progress import Progress
+
+sys.path.insert(0, str(ROOT / "ch5_backend" / "apps" / "plot"))
+from whole_file import whole  # noqa: E402  (the folder must be known first)
 
 LAB = ROOT / "ch5_backend" / "apps" / "lab"
 WASM = BUILD.parent / "wasm"
@@ -24,7 +28,8 @@ def lab(folder: str) -> int:
     if len(page.encode()) > MOST_BYTES:
         raise CourseError(f"the page has {len(page.encode())} bytes, more than {MOST_BYTES}", 1)
     target = out / "lab.html"
-    target.write_text(page, encoding="utf-8")
+    with whole(target) as partial:
+        partial.write_text(page, encoding="utf-8")
     print(f"The lab: {target}")
     return 0
 
@@ -39,8 +44,7 @@ def build_wasm() -> Path:
     commands = [["emcmake", "cmake", "--preset", "release", "-B", str(WASM), "-DBUILD_TESTING=OFF", "-DCH5_WERROR=OFF",
                  f"-DEigen3_DIR={eigen / 'eigen3/cmake'}"],
                 ["ninja", "-C", str(WASM), "-j", str(CORES), "ch5_lab"]]
-    known = re.search(r"^CMAKE_HOME_DIRECTORY:INTERNAL=(.*)$", read_if_there(WASM / "CMakeCache.txt"), re.M)
-    if known and known[1] != str(ROOT):
+    if cached_entries(WASM).get("CMAKE_HOME_DIRECTORY", str(ROOT)) != str(ROOT):
         shutil.rmtree(WASM)  # the project was moved
     with Progress("compile to WebAssembly") as progress:
         for command in commands[(WASM / "build.ninja").exists():]:
@@ -48,10 +52,6 @@ def build_wasm() -> Path:
             if done.returncode:
                 raise failure("the lab could not be compiled", done.stdout, r"[Ee]rror|^FAILED", "lab.log")
     return WASM / "bin" / "ch5_lab.js"
-
-
-def read_if_there(path: Path) -> str:
-    return path.read_text(encoding="utf-8") if path.exists() else ""
 
 
 def assemble(program: Path) -> str:

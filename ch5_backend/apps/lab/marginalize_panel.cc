@@ -62,6 +62,8 @@ MatXX Without(const MatXX& H, int row, int rows) {
   return left;
 }
 
+int NonZeros(const MatXX& H) { return static_cast<int>((H.array() != 0.0).count()); }
+
 Json Shape(const System& system) {
   std::vector<Json> variables;
   int row = 0;
@@ -71,9 +73,9 @@ Json Shape(const System& system) {
     variables.push_back(variable);
     row += one.rows;
   }
-  const int non_zeros = static_cast<int>((system.H.array() != 0.0).count());
   Json json;
-  json.Add("variables", variables).Add("size", static_cast<int>(system.H.rows())).Add("non_zeros", non_zeros);
+  json.Add("variables", variables).Add("size", static_cast<int>(system.H.rows()));
+  json.Add("non_zeros", NonZeros(system.H));
   return json.Add("H", system.H).Add("b", system.b).Add("null", NullDimension(system.H));
 }
 
@@ -90,7 +92,7 @@ void MarginalizePanel(Query* query, Json* json) {
   json->Add("before", Shape(system));
   const VecX full = PseudoInversePsd(system.H) * system.b;
   json->Add("delta_x_before", full);
-  std::vector<int> non_zeros = {static_cast<int>((system.H.array() != 0.0).count())};
+  std::vector<int> non_zeros = {NonZeros(system.H)};
   MatXX fill = MatXX::Zero(system.H.rows(), system.H.cols());
   std::vector<Json> dropped;
   for (const int position : drop) {
@@ -100,7 +102,7 @@ void MarginalizePanel(Query* query, Json* json) {
     const int row = Marginalize(static_cast<size_t>(position), &system);
     fill = ((Without(old, row, variable.rows).array() == 0.0) && (system.H.array() != 0.0)).cast<double>();
     dropped.push_back(Json().Add("kind", variable.kind).Add("number", variable.number));
-    non_zeros.push_back(static_cast<int>((system.H.array() != 0.0).count()));
+    non_zeros.push_back(NonZeros(system.H));
   }
   json->Add("after", Shape(system)).Add("dropped", dropped).Add("non_zeros", non_zeros);
   json->Add("fill", fill).Add("filled", static_cast<int>(fill.sum()));

@@ -9,8 +9,6 @@
 #include "ch5_backend/apps/studies/odometry.h"
 #include "ch5_backend/world/evaluate/align.h"
 #include "ch5_backend/world/files/csv.h"
-#include "ch5_backend/world/simulate/paths.h"
-#include "ch5_backend/world/simulate/scene_points.h"
 #include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {
@@ -26,9 +24,7 @@ Recording Simulate(const EnduranceOptions& options) {
   simulation.calibration.camera_rate = kImageRate;
   simulation.calibration.imu_rate = 100.0;
   simulation.camera.max_tracks = options.max_tracks;
-  Random random(1);
-  return SimulateRecording(Handheld(path), PointsOnPlanes(RoomWalls({-5, -5, -2}, {5, 5, 3}), 600, &random),
-                           simulation);
+  return SimulateInRoom(path, 600, simulation);
 }
 
 // Linux: the second number of statm counts resident pages.

@@ -6,8 +6,6 @@
 #include "ch5_backend/apps/studies/matrices.h"
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/world/files/trajectory_file.h"
-#include "ch5_backend/world/simulate/paths.h"
-#include "ch5_backend/world/simulate/scene_points.h"
 #include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {
@@ -90,9 +88,7 @@ Recording SimulatedOdometryRecording() {
   SimulationOptions options;
   options.camera.max_tracks = 40;
   options.camera.outlier_fraction = 0.02;
-  Random random(1);
-  return SimulateRecording(Handheld(path), PointsOnPlanes(RoomWalls(Vec3(-5, -5, -2), Vec3(5, 5, 3)), 1000, &random),
-                           options);
+  return SimulateInRoom(path, 1000, options);
 }
 
 OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(const std::string&, double)>& progress) {

@@ -1,5 +1,7 @@
 #include "ch5_backend/world/simulate/simulation.h"
 
+#include "ch5_backend/world/simulate/scene_points.h"
+
 namespace ch5 {
 
 // Columns of R_B_C: the image's right is −y of B, its down is −z, its depth is +x.
@@ -18,6 +20,12 @@ Recording SimulateRecording(const Trajectory& trajectory, const std::vector<Vec3
   recording.truth = std::move(imu.truth);
   recording.frames = SimulateCamera(trajectory, points_W, options.calibration, options.camera);
   return recording;
+}
+
+Recording SimulateInRoom(const HandheldOptions& path, int landmarks, const SimulationOptions& options, uint64_t seed) {
+  Random random(seed);
+  const std::vector<PlanePatch> walls = RoomWalls(Vec3(-5, -5, -2), Vec3(5, 5, 3));
+  return SimulateRecording(Handheld(path), PointsOnPlanes(walls, landmarks, &random), options);
 }
 
 }  // namespace ch5

@@ -3,6 +3,7 @@
 
 #include "ch5_backend/world/simulate/camera_simulator.h"
 #include "ch5_backend/world/simulate/imu_simulator.h"
+#include "ch5_backend/world/simulate/paths.h"
 
 namespace ch5 {
 
@@ -19,5 +20,10 @@ struct SimulationOptions {
 /// @throws std::invalid_argument as SimulateImu and SimulateCamera do
 Recording SimulateRecording(const Trajectory& trajectory, const std::vector<Vec3>& points_W,
                             const SimulationOptions& options = {});
+
+/// A hand-held camera in a room of 10 m × 10 m × 5 m with so many landmarks on its walls, drawn with `seed`.
+/// @throws std::invalid_argument as Handheld and SimulateRecording do
+Recording SimulateInRoom(const HandheldOptions& path, int landmarks, const SimulationOptions& options = {},
+                         uint64_t seed = 1);
 
 }  // namespace ch5

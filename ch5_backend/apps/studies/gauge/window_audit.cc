@@ -2,8 +2,6 @@
 #include "ch5_backend/apps/studies/gauge/gauge_studies.h"
 #include "ch5_backend/apps/studies/odometry.h"
 #include "ch5_backend/consistency/gauge_audit.h"
-#include "ch5_backend/world/simulate/paths.h"
-#include "ch5_backend/world/simulate/scene_points.h"
 #include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {
@@ -11,7 +9,7 @@ namespace {
 
 constexpr int kImages = 10;  // from audit to audit
 
-Recording Flight(int trial) {
+Recording RecordingOf(int trial) {
   HandheldOptions path;
   path.duration = 12.0;
   path.standstill_seconds = 2.0;
@@ -20,9 +18,7 @@ Recording Flight(int trial) {
   options.camera.max_tracks = 40;
   options.camera.seed = 2 + static_cast<uint64_t>(trial);
   options.imu.seed = 1 + static_cast<uint64_t>(trial);
-  Random random(1);
-  return SimulateRecording(Handheld(path), PointsOnPlanes(RoomWalls(Vec3(-5, -5, -2), Vec3(5, 5, 3)), 1000, &random),
-                           options);
+  return SimulateInRoom(path, 1000, options);
 }
 
 // Audits what each solve has seen, before its policy slides the window.
@@ -82,7 +78,7 @@ std::vector<std::pair<const char*, std::vector<GaugeLeak>>> Audit(const Window& 
 
 CsvTable WindowAuditTable(int trial, const std::filesystem::path&) {
   CsvTable table("policy,constraints,trial,t_s,part,direction,information,relative");
-  const Recording recording = Flight(trial);
+  const Recording recording = RecordingOf(trial);
   for (const auto& [name, constraints] : {std::pair("none", ObservabilityConstraints::kNone),
                                           {"marginalised edges", ObservabilityConstraints::kMarginalizedEdges}}) {
     for (auto&& policy : Policies()) {

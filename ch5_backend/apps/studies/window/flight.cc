@@ -3,9 +3,6 @@
 #include <algorithm>
 
 #include "ch5_backend/math/so3.h"
-#include "ch5_backend/world/simulate/paths.h"
-#include "ch5_backend/world/simulate/random.h"
-#include "ch5_backend/world/simulate/scene_points.h"
 #include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {
@@ -42,9 +39,7 @@ Recording Flight(const FlightOptions& flight) {
   options.camera.max_tracks = flight.max_tracks;
   options.camera.pixel_sigma = flight.pixel_sigma;
   options.camera.drop_probability = 0.15;
-  Random random(1);
-  return SimulateRecording(Handheld(path), PointsOnPlanes(RoomWalls(Vec3(-5, -5, -2), Vec3(5, 5, 3)), 400, &random),
-                           options);
+  return SimulateInRoom(path, 400, options);
 }
 
 std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name, const Calibration& calibration) {
