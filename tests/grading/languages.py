@@ -69,6 +69,13 @@ class Pages(unittest.TestCase):
                      "problem.cc 不止一个；以最靠外的那个为准。"):
             self.assertIn(part, words)
 
+    def test_hints_are_set(self):
+        pages.write_feedback(self.folder, record(), ENGLISH)
+        hints = re.findall(r"<p>(.*)</p></details>", (self.folder / "feedback.html").read_text(encoding="utf-8"))
+        self.assertIn("<code>J_iᵀ W J_j</code>", hints[0])
+        self.assertIn("<em>both</em>", "".join(hints))
+        self.assertFalse(re.search("[`*]", re.sub("<code>.*?</code>", "", "".join(hints))))
+
     def test_a_class_reads_chinese(self):
         pages.write_summary(self.folder, [record("s1"), record("s2"), {**record("s3"), "status": "infrastructure-error"}],
                             CHINESE)

@@ -23,8 +23,9 @@ class Packs(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
 
-    def pack(self, what: str, name: str) -> Path:
-        subprocess.run([ROOT / "course", "pack", what, "--out", self.folder / name], check=True, capture_output=True)
+    def pack(self, what: str, name: str, language: str = "en") -> Path:
+        subprocess.run([ROOT / "course", "pack", what, "--out", self.folder / name, "--language", language], check=True,
+                       capture_output=True)
         return self.folder / name
 
     def test_the_same_files_give_the_same_bytes(self):
@@ -35,10 +36,11 @@ class Packs(unittest.TestCase):
             self.assertTrue({"setup.sh", "run_autograder", "course", "CMakeLists.txt", "solutions/problem.cc"} <= set(names))
             self.assertEqual([name for name in names if name.startswith(("build", "out/", ".git/"))], [])
             self.assertTrue(archive.getinfo("run_autograder").external_attr >> 16 & 0o111)
+            self.assertIn(b"--language en ", archive.read("run_autograder"))
 
     def test_the_workflow_is_yaml_that_runs_the_grader(self):
-        text = self.pack("classroom", "classroom.yml").read_text(encoding="utf-8")
-        self.assertIn("./course/course grade submission --out grades", text)
+        text = self.pack("classroom", "classroom.yml", "zh").read_text(encoding="utf-8")
+        self.assertIn("./course/course grade submission --out grades --language zh\n", text)
         self.assertNotIn("\t", text)
 
     @unittest.skipUnless(GRADER.exists(), "no Clang: without ./course grade")

@@ -53,7 +53,7 @@ JSON_FIELDS = {
     "grade": "out, records, a list of {name, status, score, points}",
     "status": "stages, a list of {id, state, hint}",
 }
-SPEAKING = ("check", "status", "grade", "hint", "deep")  # to students, hence in their language
+SPEAKING = ("check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
 PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out"}
 SOLVERS = ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series")
 
@@ -215,7 +215,7 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         return run_grade(arguments)
     if command == "pack":
         from .grading.pack import pack
-        return pack(arguments.what, arguments.out)
+        return pack(arguments.what, arguments.out, arguments.language)
     if command == "slides":
         from .slides import slides
         return slides(arguments, extra)

@@ -86,7 +86,7 @@ def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options
 
 
 def wait(process: subprocess.Popen, time_limit: float) -> bool:
-    """Whether the process has ended in time. If not, it is asked where it is, then killed with all its children."""
+    """Whether the process has ended in time. If not, it is asked to end, then killed with all its children."""
     try:
         process.wait(time_limit)
         return True

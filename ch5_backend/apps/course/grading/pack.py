@@ -27,7 +27,7 @@ RUN = """\
 here=${AUTOGRADER:-/autograder}
 out=$(mktemp -d)
 cd "$here/source"
-./course grade "$here/submission" --out "$out" --jobs 1 2>"$out/words"
+./course grade "$here/submission" --out "$out" --jobs 1 --language LANGUAGE 2>"$out/words"
 cat "$out/words"
 if [ -e "$out/submission/results.json" ]; then
   cp "$out/submission/results.json" "$here/results/results.json"
@@ -51,7 +51,7 @@ jobs:
         with: {path: submission}
       - uses: actions/checkout@v4
         with: {repository: "${{ env.COURSE }}", ssh-key: "${{ secrets.COURSE_KEY }}", path: course}
-      - run: ./course/course grade submission --out grades
+      - run: ./course/course grade submission --out grades --language LANGUAGE
       - run: cat grades/submission/autolab.json >> "$GITHUB_STEP_SUMMARY"
         if: always()
       - uses: actions/upload-artifact@v4
@@ -60,15 +60,15 @@ jobs:
 """
 
 
-def pack(what: str, out: str) -> int:
-    """Writes the archive or the workflow, whole or not at all; 0."""
+def pack(what: str, out: str, language: str) -> int:
+    """Writes the archive or the workflow, whole or not at all; 0. The graders that are packed speak `language`."""
     if what == "gradescope":
         path = Path(out or "gradescope.zip")
-        write_zip(path, {**project_files(), "setup.sh": SETUP.encode(), "run_autograder": RUN.encode()})
+        write_zip(path, {**project_files(), "setup.sh": SETUP.encode(), "run_autograder": RUN.replace("LANGUAGE", language).encode()})
     elif what == "classroom":
         path = Path(out or "classroom.yml")
         with whole(path) as partial:
-            partial.write_text(CLASSROOM, encoding="utf-8")
+            partial.write_text(CLASSROOM.replace("LANGUAGE", language), encoding="utf-8")
     elif what == "student":
         path = Path(out or "chapter5.tar.gz")
         pack_student(path)

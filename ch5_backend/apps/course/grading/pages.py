@@ -24,6 +24,12 @@ def escape(text: str) -> str:
     return html.escape(outputs.plain(text))
 
 
+def inline(markdown: str) -> str:
+    """What the handout's hints have of Markdown: `code` and *emphasis*."""
+    return re.sub(r"`([^`]+)`|(?<!\*)\*([^*`]+)\*",
+                  lambda found: f"<code>{found[1]}</code>" if found[1] else f"<em>{found[2]}</em>", escape(markdown))
+
+
 # ---- For a student --------------------------------------------------------------------------------------------------
 
 def write_feedback(folder: Path, record: dict, say: Speaker) -> None:
@@ -66,7 +72,7 @@ def feedback_on(row: dict, say: Speaker) -> list:
     body.append(paragraph(say(f"Not passed: {', '.join(failed)}.")))
     sections = hint.handout(say.language)
     section = sections.get(section_of(row, sections), "")
-    body += [f"<details><summary>{escape(title)}</summary><p>{escape(text)}</p></details>"
+    body += [f"<details><summary>{escape(title)}</summary><p>{inline(text)}</p></details>"
              for title, text in hint.hints_of(section).values()]
     return body
 
