@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <iostream>
 #include <string>
 
@@ -41,5 +42,6 @@ int main(int argc, char** argv) {
   ch5::homework::LimitMemory();
   ch5::homework::TellCrashes(&TestNow);
 #endif
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // a crash must not take the words of GCC 11's assertions along
   return RUN_ALL_TESTS();
 }
