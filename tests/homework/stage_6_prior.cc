@@ -122,9 +122,11 @@ void CheckR0(const FactorCase& c, const MatXX& J, const VecX& r0, const std::str
 
 void CheckFactor(const FactorCase& c, const std::string& what) {
   const auto term = Chosen().make_vins_term();
+  const VinsTerm::Members inside = term->Inside();
+  *inside.n = static_cast<int>(c.A.rows());
   term->Factor({c.A, c.b});
-  const MatXX& J = *term->Inside().J;
-  const VecX& r0 = *term->Inside().r0;
+  const MatXX& J = *inside.J;
+  const VecX& r0 = *inside.r0;
   CheckJ(c, J, r0, what);
   if (!::testing::Test::HasFatalFailure()) CheckR0(c, J, r0, what);
 }
