@@ -66,6 +66,7 @@ class Problem : public NormalEquations {
   /// H + λD, ready for the Schur complement: the landmarks' block is damped before it is inverted.
   const MatXX& DampedHessian(double lambda);
   /// H_pp_schur_ Δx_p = b_pp_schur_ by the solver chosen at construction.
+  /// @throws std::logic_error if their sizes are not the poses'
   bool SolvePoses(VecX* delta_x_pp) const;
   /// A x = b of a symmetric dense system by the same solver.
   bool SolveDense(const MatXX& A, const VecX& b, VecX* x) const;

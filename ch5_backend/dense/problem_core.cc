@@ -1,3 +1,6 @@
+#include <stdexcept>
+#include <string>
+
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/linear/dense_solvers.h"
 
@@ -30,7 +33,15 @@ const MatXX& Problem::DampedHessian(double lambda) {
   return H_damped_;
 }
 
-bool Problem::SolvePoses(VecX* delta_x_pp) const { return SolveDense(H_pp_schur_, b_pp_schur_, delta_x_pp); }
+bool Problem::SolvePoses(VecX* delta_x_pp) const {
+  const MatXX& S = H_pp_schur_;
+  if (S.rows() != ordering_poses_ || S.cols() != ordering_poses_ || b_pp_schur_.size() != ordering_poses_) {
+    throw std::logic_error("SolvePoses: the poses have " + std::to_string(ordering_poses_) + " rows, H_pp_schur_ is " +
+                           std::to_string(S.rows()) + "×" + std::to_string(S.cols()) + ", b_pp_schur_ has " +
+                           std::to_string(b_pp_schur_.size()) + " entries");
+  }
+  return SolveDense(S, b_pp_schur_, delta_x_pp);
+}
 
 bool Problem::SolveDense(const MatXX& A, const VecX& b, VecX* x) const {
   if (linear_solver_ == LinearSolver::kLdlt) return SolveLdlt(A, b, x);

@@ -93,7 +93,7 @@ class EndToEnd(unittest.TestCase):
         self.hand_in(problem=empty, gauge_prior=exchanged, marginalization_error=deleted)
         told = hints(course("check", "1.2", "3", "5", "--json"))
         self.assertIn("Hmm is still empty: nothing was assigned to it in TODO 1.2a", told["1.2"])
-        self.assertRegex(told["3"], rf"gauge_prior.cc:{line}:\d+: no matching function for call to .*EdgeSE3Prior")
+        self.assertRegex(told["3"], rf"gauge_prior.cc:{line}:\d+: no matching (function for call to|constructor) .*EdgeSE3Prior")
         self.assertIn("the function MarginalizationError::Residual is missing in marginalization_error.cc", told["5"])
 
     def test_one_file_is_begun_anew_and_the_others_stay(self):

@@ -40,13 +40,13 @@ def line_of(text: str, words: str) -> int:
 
 @unittest.skipUnless(shutil.which("g++"), "the words are g++'s")
 class WordsOfTheCompiler(unittest.TestCase):
-    def hint(self, content, link: str = "") -> str:
+    def hint(self, content, link: str = "", compiler_name: str = "g++") -> str:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "problem.cc"
             path.write_bytes(content if isinstance(content, bytes) else content.encode())
             main = Path(folder) / "main.cc"
             main.write_text(link or "int main() {}")
-            done = subprocess.run(["g++", "-std=c++17", path, main, "-o", Path(folder) / "check"], capture_output=True,
+            done = subprocess.run([compiler_name, "-std=c++17", path, main, "-o", Path(folder) / "check"], capture_output=True,
                                   text=True, errors="replace", check=False)
             with mock.patch.object(compiler, "HOMEWORK", Path(folder)):
                 return compiler.does_not_compile("problem.cc", done.stdout + done.stderr, path.read_bytes()).hint
@@ -60,6 +60,11 @@ class WordsOfTheCompiler(unittest.TestCase):
     def test_exchanged_arguments_show_the_students_line(self):
         hint = self.hint(TINY.replace("Qd(), Vec3()", "Vec3(), Qd()"))
         self.assertRegex(hint, r"problem.cc:8:\d+: no matching function .*Edge::Edge\(Vec3, Qd\)")
+
+    @unittest.skipUnless(shutil.which("clang++"), "no clang++")
+    def test_exchanged_arguments_show_the_students_line_by_clang(self):
+        hint = self.hint(TINY.replace("Qd(), Vec3()", "Vec3(), Qd()"), compiler_name="clang++")
+        self.assertRegex(hint, r"problem.cc:8:\d+: no matching constructor .*Edge")
 
     def test_a_missing_function(self):
         call = TINY.replace("{\n  if", ";//").split("void Problem::")[0] + "int main() { Problem().MakeHessian(); }"

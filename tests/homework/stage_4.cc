@@ -234,13 +234,15 @@ TEST(Stage4, TheProjectionRemovesTheGaugesMotionsAndNothingElse) {
 
 /// Of a vertex with n rows, or of several vertices with n rows in all.
 std::vector<Mistake> MotionMistakes(const MatXX& R_z, int n, bool single) {
-  const auto blocks = [n](const MatXX& first, const MatXX& second) {  // of one vertex alone
+  const MatXX I = MatXX::Identity(3, 3), O = MatXX::Zero(3, 3);
+  // Of one vertex alone.
+  const auto blocks = [n](const MatXX& first, const MatXX& second, const MatXX& third = MatXX::Identity(3, 3)) {
     MatXX J = MatXX::Identity(n, n);
     J.topLeftCorner(3, 3) = first;
     if (n >= 6) J.block(3, 3, 3, 3) = second;
+    if (n >= 9) J.block(6, 6, 3, 3) = third;
     return Is(J);
   };
-  const MatXX I = MatXX::Identity(3, 3), O = MatXX::Zero(3, 3);
   std::vector<Mistake> mistakes = {{"4d", "the motion is still the identity", Is(MatXX::Identity(n, n))}};
   if (single) {
     mistakes.push_back({"4d", "the motion's block is zero", blocks(O, I)});
@@ -250,6 +252,7 @@ std::vector<Mistake> MotionMistakes(const MatXX& R_z, int n, bool single) {
                                          "the paper's δφ stands on the other side"
                                        : "R_z acts on a bias too, which is expressed in the body";
     mistakes.push_back({"4d", second, blocks(R_z, R_z)});
+    if (!is_pose) mistakes.push_back({"4d", second, blocks(R_z, R_z, R_z)});
     mistakes.push_back({"4d", second + "; and δp is left out", blocks(I, R_z)});
     mistakes.push_back({"4d", "R_z acts from both sides", blocks(R_z * R_z, I)});
     mistakes.push_back({"4d", "the sign: it is R_z itself", blocks(-R_z, I)});

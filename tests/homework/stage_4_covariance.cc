@@ -16,8 +16,8 @@ constexpr double kSmallestEigenvalue = 5e-9;  // of the largest one
 TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
   for (const int n : {3, 6, 10}) {
     Random random(Seed(109 + static_cast<uint64_t>(n)));
-    const MatXX Q = RandomMatrix(n, n, &random), M = RandomMatrix(n, n, &random),
-                C = RandomPositiveDefinite(n, &random);
+    const MatXX Q = RandomMatrix(n, n, &random), C = RandomPositiveDefinite(n, &random);
+    const MatXX M = RandomMatrix(n, n, &random).householderQr().householderQ();  // orthogonal, as every ∂θ_C/∂θ is
     const MatXX T = Q * M, Tt = T.transpose(), MQ = M * Q;
     const auto is = [](const MatXX& answer) { return [answer] { return answer; }; };
     ASSERT_NO_STORY(

@@ -137,8 +137,8 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const std::
 
 TEST(Stage5, TakesTheRootOfARegularH) {
   Random random(Seed(43));
-  CheckUpdate(RandomPositiveDefinite(12, &random), RandomMatrix(12, 1, &random), NamesOfPoses(2),
-              " of two poses, H regular");
+  const MatXX H = RandomPositiveDefinite(12, &random);
+  CheckUpdate(H, RandomMatrix(12, 1, &random), NamesOfPoses(2), " of two poses, H regular");
 }
 
 TEST(Stage5, TakesTheRootOfASingularH) {  // as after every marginalisation without an absolute measurement

@@ -34,7 +34,8 @@ TEST(Stage6, SchurComplementOfTheDroppedRows) {
   Random random(Seed(61));
   for (const auto& [m, n] :
        {std::pair{6, 6}, std::pair{Vary(9, 15, 65), 6}, std::pair{1, 6}, std::pair{21, Vary(12, 18, 66)}}) {
-    const SchurCase c(RandomPositiveDefinite(m + n, &random), RandomMatrix(m + n, 1, &random), m);
+    const MatXX A = RandomPositiveDefinite(m + n, &random);
+    const SchurCase c(A, RandomMatrix(m + n, 1, &random), m);
     CheckSchur(c, "where " + std::to_string(m) + " rows go and " + std::to_string(n) + " stay");
     if (HasFatalFailure()) return;
   }

@@ -105,6 +105,7 @@ class FactorScene {
     bool exchanged = false;                            ///< (i, j) at (j, i), its mirror at (i, j)
     bool stops_at_fixed = false;                       ///< no pair behind a fixed vertex
     double with_each_j = 0.0;                          ///< b's share once more for each j ≥ i
+    double with_each_i = 0.0;                          ///< of vertex j, once more for each i < j
     MatXX (*weight_A)(const Edge& edge, double drho, const MatXX& W_rho) = nullptr;
     MatXX (*weight_b)(const Edge& edge, double drho, const MatXX& W_rho) = nullptr;
   };
@@ -125,11 +126,13 @@ class FactorScene {
     VecX b = VecX::Zero(SizeOf(free));
     ForEach([&](const Edge& edge, double drho, const MatXX& W_rho) {
       const MatXX W = way.weight_b ? way.weight_b(edge, drho, W_rho) : MatXX(drho * edge.Information());
-      double times = 1.0;
-      for (size_t i = edge.Vertices().size(); i-- > 0;) {  // from the last, to count the free ones from i on
-        const Vertex& v = *edge.Vertices()[i];
+      const auto& vertices = edge.Vertices();
+      const auto is_free = [](const auto& v) { return !v->IsFixed(); };
+      auto before = static_cast<double>(std::count_if(vertices.begin(), vertices.end(), is_free)), behind = 0.0;
+      for (size_t i = vertices.size(); i-- > 0;) {
+        const Vertex& v = *vertices[i];
         if (v.IsFixed()) continue;
-        times += way.with_each_j;
+        const double times = 1.0 + way.with_each_j * ++behind + way.with_each_i * --before;
         auto rows = b.segment(RowOf(v), v.LocalDimension());
         const VecX share = times * edge.Jacobian(i).transpose() * W * edge.Residual();
         rows = way.last_only ? share : VecX(rows + share);

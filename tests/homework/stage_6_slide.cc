@@ -238,7 +238,8 @@ TEST(Stage6, TheWindowSlidesAgainAndAgain) {
   int track = 10;
   using Flag = MarginalizationFlag;
   for (const Flag flag : {Flag::kOld, Flag::kOld, Flag::kSecondNew, Flag::kOld, Flag::kSecondNew, Flag::kOld}) {
-    See(++track, Vec3(random.Uniform(0, 3), random.Uniform(-1, 1), 6), 1, 5, &window);
+    const double x = random.Uniform(0, 3), y = random.Uniform(-1, 1);
+    See(++track, Vec3(x, y, 6), 1, 5, &window);
     TriangulateLandmarks(&window);
     BuildGraph({}, UseAll, &window);
     DropSet right = RightMarginOld(window);

@@ -43,7 +43,7 @@ def does_not_compile(file: str, output: str, content) -> Verdict:
     told = lines[first:first + SHOWN_LINES]
     hint = of_the_file(file, content) or of_the_linker(file, output, content)
     if not hint and lines:
-        calling = where_called(file, lines[:first]) if not re.search(patterns[0], lines[first]) else ""
+        calling = where_called(file, lines, first) if not re.search(patterns[0], lines[first]) else ""
         hint = (f"{calling}: " + re.sub(r"^.*?error: ", "", lines[first]) if calling else
                 of_braces(file, lines) or lines[first])
     story = "\n".join(shorten(line) for line in told)
@@ -72,11 +72,12 @@ def of_the_linker(file: str, output: str, content: bytes) -> str:
     return f"the function {name} is missing in {file}; it was there in the skeleton, which {anew(file)} writes anew."
 
 
-def where_called(file: str, before: list) -> str:
-    """The line of the student's file from which a library's own code was asked for, when the error stands there."""
-    for line in reversed(before):
-        found = re.search(rf"({re.escape(file)}:\d+:\d+): +required from here", line)
-        if found:
+def where_called(file: str, lines: list, error: int) -> str:
+    """The line of the student's file from which a library's own code was asked for, when the error stands there: GCC tells
+    it above the error, Clang below."""
+    words = rf"({re.escape(file)}:\d+:\d+): (?: *required from here|note: in instantiation of .* requested here)"
+    for line in (*reversed(lines[:error]), *lines[error:]):
+        if found := re.search(words, line):
             return found[1]
     return ""
 

@@ -113,10 +113,12 @@ inline std::vector<Mistake> MistakesInB(const FactorScene& scene) {
       }
     }
   }
-  Way instead;  // no share of its own, one for each j
-  instead.with_each_j = 1.0;
-  mistakes.push_back({"6c", "b_ is written in the loop over j: vertex i has one share",
-                      [=, &scene] { return MatXX(scene.VectorB(instead) - scene.VectorB({})); }});
+  Way of_i, of_j;
+  of_i.with_each_j = of_j.with_each_i = 1.0;
+  for (const auto& [way, times] : {std::pair{of_i, -1.0}, std::pair{of_j, 0.0}, std::pair{of_j, 1.0}}) {
+    mistakes.push_back({"6c", "b_ is written in the loop over j: vertex i has one share",
+                        [&scene, w = way, t = times] { return MatXX(scene.VectorB(w) + t * scene.VectorB({})); }});
+  }
   return mistakes;
 }
 
@@ -188,28 +190,29 @@ struct SchurCase {
   }
   /// One corner of A stands where another is meant.
   std::vector<Mistake> CornerMistakes() const {
-    return {{"6d", "A_rr is the wrong corner: the dropped rows stand first, A_rr is the lower right corner, n_ × n_",
-             [this] { return n() <= A.rows() ? MatXX(A.topLeftCorner(n(), n()) - A_rr() + Schur(mm_pinv)) : A; }},
-            {"6d", "A_rm is the wrong corner: it is the lower left one, n_ rows and m_ columns",
-             [this] { return WithCorners(A.topLeftCorner(n(), m), A.topRightCorner(m, n())); }},
-            {"6d", "A_rm is the wrong corner: it is the lower left one, n_ rows and m_ columns",
-             [this] { return WithCorners(A.topRightCorner(n(), m), A.topRightCorner(m, n())); }},
-            {"6d", "A_rm and A_mr are the wrong corners: the lower left and the upper right one",
-             [this] { return WithCorners(A.topRightCorner(n(), m), A.bottomLeftCorner(m, n())); }},
-            {"6d", "A_rm is the wrong corner: it is the lower left one, n_ rows and m_ columns",
-             [this] { return WithCorners(A.bottomRightCorner(n(), m), A.topRightCorner(m, n())); }},
-            {"6d", "A_mr is the wrong corner: it is the upper right one, m_ rows and n_ columns",
-             [this] { return WithCorners(A.bottomLeftCorner(n(), m), A.topLeftCorner(m, n())); }},
-            {"6d", "A_mr is the wrong corner: it is the upper right one, m_ rows and n_ columns",
-             [this] { return WithCorners(A.bottomLeftCorner(n(), m), A.bottomLeftCorner(m, n())); }},
-            {"6d", "A_mr is the wrong corner: it is the upper right one, m_ rows and n_ columns",
-             [this] { return WithCorners(A.bottomLeftCorner(n(), m), A.bottomRightCorner(m, n())); }},
-            {"6d", "the corners are exchanged: the dropped rows stand first, A_rr is the lower right corner", [this] {
-               if (n() != m) return MatXX(MatXX::Zero(n(), n()));
-               return MatXX(A.topLeftCorner(n(), n()) - A.topRightCorner(n(), n()) *
-                                                            A.bottomRightCorner(n(), n()).inverse() *
-                                                            A.bottomLeftCorner(n(), n()));
-             }}};
+    const std::string
+        rm = "A_rm is the wrong corner: it is the lower left one, n_ rows and m_ columns",
+        mr = "A_mr is the wrong corner: it is the upper right one, m_ rows and n_ columns",
+        both = "A_rm and A_mr are the wrong corners: the lower left and the upper right one",
+        rr = "A_rr is the wrong corner: the dropped rows stand first, A_rr is the lower right corner, n_ × n_",
+        all = "the corners are exchanged: the dropped rows stand first, A_rr is the lower right corner";
+    const auto with = [this](const MatXX& A_rm, const MatXX& A_mr) { return [=] { return WithCorners(A_rm, A_mr); }; };
+    const int n = this->n();
+    return {{"6d", rr, [=] { return n <= A.rows() ? MatXX(A.topLeftCorner(n, n) - A_rr() + Schur(mm_pinv)) : A; }},
+            {"6d", rm, with(A.topLeftCorner(n, m), A.topRightCorner(m, n))},
+            {"6d", rm, with(A.topRightCorner(n, m), A.topRightCorner(m, n))},
+            {"6d", rm, with(A.bottomRightCorner(n, m), A.topRightCorner(m, n))},
+            {"6d", both, with(A.topRightCorner(n, m), A.bottomLeftCorner(m, n))},
+            {"6d", mr, with(A.bottomLeftCorner(n, m), A.topLeftCorner(m, n))},
+            {"6d", mr, with(A.bottomLeftCorner(n, m), A.bottomLeftCorner(m, n))},
+            {"6d", mr, with(A.bottomLeftCorner(n, m), A.bottomRightCorner(m, n))},
+            {"6d", all, [=] { return Exchanged(mm_pinv); }},
+            {"6d", all,
+             [=] { return n == m ? Exchanged(A.bottomRightCorner(n, n).inverse()) : MatXX(MatXX::Zero(n, n)); }}};
+  }
+  // The other corner in A_rr's place, and in A_rm's and A_mr's.
+  MatXX Exchanged(const MatXX& pinv) const {
+    return A.topLeftCorner(n(), n()) - A.topRightCorner(n(), m) * pinv * A.bottomLeftCorner(m, n());
   }
   std::vector<Mistake> MistakesInB() const {
     return {

@@ -147,12 +147,12 @@ inline std::vector<Mistake> ReducedMistakes(const Case& c) {
 }
 
 /// S where each block is set, not added to: of H_pp and the landmarks only the last landmark's part is left.
-inline MatXX SchurOfTheLastLandmark(const Case& c) {
+inline MatXX SchurOfTheLastLandmark(const Case& c, double sign) {
   MatXX S = c.H_pp;
   for (int l = 0; l < static_cast<int>(c.l_dims.size()); ++l) {
     for (const int i : c.Seeing(l)) {
       for (const int j : c.Seeing(l)) {
-        S.block(c.rows[i], c.rows[j], c.dims[i], c.dims[j]) = -c.Pl(i, l) * c.Inverse(l) * c.Pl(j, l).transpose();
+        S.block(c.rows[i], c.rows[j], c.dims[i], c.dims[j]) = sign * c.Pl(i, l) * c.Inverse(l) * c.Pl(j, l).transpose();
       }
     }
   }
@@ -190,7 +190,9 @@ inline std::vector<Mistake> SchurMistakes(const Case& c) {
           {"7d", "only the first landmark is taken into S",
            is([right](const Case& of, int i, int j, int l) { return MatXX((l == 0) * right(of, i, j, l)); })},
           {"7d", "= stands where −= is meant: only the last landmark's share is left",
-           [&c] { return SchurOfTheLastLandmark(c); }}};
+           [&c] { return SchurOfTheLastLandmark(c, -1.0); }},
+          {"7d", "= stands where −= is meant: only the last landmark's share is left",
+           [&c] { return SchurOfTheLastLandmark(c, 1.0); }}};
 }
 
 // Which poses that see a landmark are taken.

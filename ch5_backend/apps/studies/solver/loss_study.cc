@@ -48,8 +48,8 @@ MonoBaScene SceneWithOutliers(double fraction, uint64_t seed) {
   for (size_t frame = 1; frame < scene.pixels.size(); ++frame) {
     for (Vec2& pixel : scene.pixels[frame]) {
       const double chance = random.Uniform();
-      const Vec2 anywhere(random.Uniform(-1.0, 1.0), random.Uniform(-1.0, 1.0));
-      if (chance < fraction) pixel = anywhere;
+      const double v = random.Uniform(-1.0, 1.0), u = random.Uniform(-1.0, 1.0);
+      if (chance < fraction) pixel = Vec2(u, v);
     }
   }
   return scene;
