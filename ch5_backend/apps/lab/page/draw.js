@@ -46,7 +46,7 @@ function writeNumbers(context, M, scale) {
 
 // Blue for positive entries, red for negative ones, stronger the larger; orange where `fill` says that a zero was filled.
 function matrix(M, {variables = [], fill = null, label, click = null, tell = null}) {
-  const scale = Math.max(1, Math.floor(840 / Math.max(M.rows, 1)));
+  const scale = Math.max(1, Math.floor((M.rows <= 6 ? 840 : 480) / Math.max(M.rows, 1)));
   const canvas = element("canvas", {width: scale * M.cols, height: scale * M.rows, role: "img", "aria-label": label});
   const context = canvas.getContext("2d");
   const largest = M.values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
@@ -174,9 +174,12 @@ function scene(layers, label) {
   return svg;
 }
 
+// Without a word above the first column, that column names the rows.
 function table(heads, rows, now = -1) {
+  const cells = row => row.map((cell, i) => element(...(i === 0 && !heads[0] ? ["th", {scope: "row"}] : ["td", {}]),
+    cell instanceof Node || typeof cell === "string" ? cell : short(cell)));
   return element("div", {class: "scroll", tabindex: 0}, element("table", {},
-    element("thead", {}, element("tr", {}, ...heads.map(head => element("th", {scope: "col"}, head)))),
-    element("tbody", {}, ...rows.map((row, i) => element("tr", {class: i === now ? "now" : undefined},
-      ...row.map(cell => element("td", {}, cell instanceof Node ? cell : typeof cell === "string" ? cell : short(cell))))))));
+    heads.some(Boolean) ? element("thead", {}, element("tr", {},
+      ...heads.map(head => head ? element("th", {scope: "col"}, head) : element("td")))) : null,
+    element("tbody", {}, ...rows.map((row, i) => element("tr", {class: i === now ? "now" : undefined}, ...cells(row))))));
 }

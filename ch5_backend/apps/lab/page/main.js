@@ -2,6 +2,7 @@
 // From a setting to C++ and back to pictures.
 
 let ask = null;  // query → answer, once WebAssembly is there
+let flown = "", wait = 0;
 const part = id => document.getElementById(id);
 
 function set(values) {
@@ -20,8 +21,19 @@ function change(name, value) {
   }
 }
 
+// A new flight takes C++ a second: the page says so first, and of the settings that a slider goes through meanwhile only
+// the last ones are flown.
 function show() {
   if (!ask) return;
+  clearTimeout(wait);
+  const {rate, tracks, pixels} = state.values, flight = state.panel === "window" ? `${rate} ${tracks} ${pixels}` : flown;
+  part("pictures").setAttribute("aria-busy", String(flight !== flown));
+  if (flight === flown) return draw();
+  part("status").textContent = text("flying");
+  return new Promise(done => { wait = setTimeout(() => { flown = flight; done(show()); }, 50); });
+}
+
+function draw() {
   const begin = performance.now();
   const answer = JSON.parse(ask(query()));
   const computed = performance.now();
@@ -49,6 +61,7 @@ function build() {
   part("panel").setAttribute("aria-labelledby", `tab-${state.panel}`);
   part("words").textContent = known ? text(`words.${state.panel}`) : "";
   part("controls").replaceChildren(...shown.map(one => control(one, change)));
+  part("pictures").replaceChildren();
   show();
 }
 
@@ -79,5 +92,5 @@ build();
 part("status").textContent = text("loading");
 const ready = CourseLab().then(lab => {
   ask = words => lab.ccall("LabAnswer", "string", ["string"], [words]);
-  show();
+  return show();
 }).catch(error => { part("message").textContent = String(error); });
