@@ -11,6 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "slides"))
 import browser  # noqa: E402
+import modules  # noqa: E402
 
 
 class PageError(Exception):
