@@ -58,7 +58,7 @@ class RecordingApp(AppTest):
 
     def test_course_run_gives_the_numbers_as_json(self):
         recording = self.simulate()
-        result = self.course_run(recording)
+        result = self.course_run(recording, "--language", "zh")
         self.assertEqual([list(row) for row in result["policies"]], [KEYS, KEYS])
         for row in result["policies"]:
             self.assertTrue(all(isinstance(row[key], (int, float)) for key in KEYS[1:]), row)
@@ -68,7 +68,8 @@ class RecordingApp(AppTest):
         for suffix in (".csv", ".tum", ".png", ".svg"):
             self.assertTrue(list(out.rglob("*" + suffix)), f"no {suffix} among the results")
         page = (out / "report.html").read_text(encoding="utf-8")
-        self.assertEqual(result["report"], str(out / "report.html"))
+        self.assertEqual(result["report"], str(out / "report.zh.html"))
+        self.assertTrue((out / "report.zh.html").exists(), "both are written, the user's is named")
         self.assertNotIn('src="http', page)
         self.assertIn("vins.tum", page)
 

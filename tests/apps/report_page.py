@@ -2,7 +2,6 @@
 
 import html
 import json
-import os
 import re
 import sys
 import tempfile
@@ -10,17 +9,14 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "ch5_backend/apps/plot"), str(ROOT / "slides")]
+sys.path[:0] = [str(ROOT / "ch5_backend/apps/plot"), str(ROOT / "slides"), str(ROOT / "tests/homework")]
 import browser  # noqa: E402
-import captions  # noqa: E402
 import modules  # noqa: E402
-import nees  # noqa: E402
-import odometry  # noqa: E402
-import page  # noqa: E402
-import report  # noqa: E402
 import style  # noqa: E402
+from report_texts import TABLES, write_reports  # noqa: E402
+from untranslated import english_in  # noqa: E402
+from words import PAGES  # noqa: E402
 
-TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
 PROBE = Path(__file__).with_name("report_probe.js").read_text(encoding="utf-8")
 NOTHING_FROM_OUTSIDE = ('<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; img-src data:; '
                         'style-src \'unsafe-inline\'; script-src \'unsafe-inline\'">')
@@ -31,18 +27,6 @@ addEventListener("message", (event) => {
   document.body.append(pre);
 });</script>"""
 NIGHT = "--blink-settings=preferredColorScheme=0"
-
-
-def write_report(out):
-    """The report of the tables with white pictures."""
-    (out / "figures").mkdir()
-    (out / "csv").symlink_to(TABLES / "csv")
-    style.plt.imsave(out / "white.png", [[[1.0] * 3] * 1600] * 800)
-    names = [name for section in captions.sections(captions.Numbers(out)).values() for name in section]
-    for name in (*names, *odometry.captions(out), *nees.captions(out)):
-        (out / "figures" / f"{name}.png").hardlink_to(out / "white.png")
-    page.write(out / "report.html", "report", report.body_of(out))
-    return (out / "report.html").read_text(encoding="utf-8")
 
 
 class Report(unittest.TestCase):
@@ -57,13 +41,15 @@ class Report(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix="ch5-report-")
         self.addCleanup(folder.cleanup)
         self.out = Path(folder.name)
-        self.text = write_report(self.out)
+        write_reports(self.out)
+        self.texts = {language: (self.out / name).read_text(encoding="utf-8") for language, name in PAGES.items()}
         scripts = f"<script>{axe.read_text(encoding='utf-8')}</script><script>{PROBE}</script>"
-        self.probed = self.text.replace("<head>", f"<head>{NOTHING_FROM_OUTSIDE}{scripts}", 1)
+        self.probed = {language: text.replace("<head>", f"<head>{NOTHING_FROM_OUTSIDE}{scripts}", 1)
+                       for language, text in self.texts.items()}
 
-    def tried(self, *words, widths=(1000,), text=None):
+    def tried(self, *words, widths=(1000,), language="en", text=None):
         """{width: what the probe found in a frame of this width}; a window is never narrower than 500 pixels."""
-        (self.out / "probed.html").write_text(text or self.probed, encoding="utf-8")
+        (self.out / "probed.html").write_text(text or self.probed[language], encoding="utf-8")
         frames = "".join(f'<iframe src="probed.html" style="width:{width}px;height:900px;border:0"></iframe>'
                          for width in widths)
         (self.out / "frames.html").write_text(FRAMES.replace("FRAMES", frames), encoding="utf-8")
@@ -72,15 +58,31 @@ class Report(unittest.TestCase):
         self.assertEqual(len(found), len(widths), dom[:2000])
         return {one["width"]: one for one in found}
 
-    def test_by_day_and_by_night_wide_and_narrow_nothing_is_at_fault(self):
+    def nothing_is_at_fault(self, language):
+        """By day and by night, wide and narrow."""
         for words, paper in (((), "rgb(255, 255, 255)"), ((NIGHT,), "rgb(23, 25, 28)")):
-            for width, found in self.tried(*words, widths=(1280, 1000, 360)).items():
+            for width, found in self.tried(*words, widths=(1280, 1000, 360), language=language).items():
                 with self.subTest(width=width, paper=paper):
                     self.assertEqual(found["faults"], [])
                     self.assertEqual(found["paper"], paper)
                     self.assertLessEqual(max(found["reach"], found["reachAfter"]), width, "the page scrolls sideways")
                     self.assertLessEqual(*found["first"], "the first table scrolls sideways")
                     self.assertEqual(found["axe"], [])
+
+    def test_nothing_is_at_fault_in_english(self):
+        self.nothing_is_at_fault("en")
+
+    def test_nothing_is_at_fault_in_chinese(self):
+        self.nothing_is_at_fault("zh")
+
+    def test_the_figures_answer_in_chinese(self):
+        found = self.tried(language="zh")[1000]
+        self.assertEqual([slider["label"] for slider in found["sliders"]], ["迭代", "先验权重", "窗口"])
+        self.assertEqual(found["sliders"][0]["seen"][2]["spoken"], "第 2 次迭代")
+        self.assertEqual(found["tapped"], "位姿 1 × 位姿 2：没有边同时连接两者，所以这个块为零。")
+        self.assertIn("S：位姿 1 × 位姿 2：没有边；20 个已消去的路标点", found["S"][5][0])
+        for words, _ in found["H"] + found["S"]:
+            self.assertEqual(english_in(words), "")
 
     def test_sliders_step_through_the_tables(self):
         sliders = {slider["label"]: slider["seen"] for slider in self.tried()[1000]["sliders"]}
@@ -120,13 +122,13 @@ class Report(unittest.TestCase):
         self.assertIn("no edge; 20 eliminated landmarks", found["S"][5][0])
 
     def test_without_script_all_is_there(self):
-        plain = re.sub(r"<script>.*?</script>", "", self.text, flags=re.S)
+        plain = re.sub(r"<script>.*?</script>", "", self.texts["en"], flags=re.S)
         self.assertNotRegex(plain, r'(src|href)="(https?:|/)|url\(|@import')
         self.assertEqual(plain.count('<div class="control" hidden>'), 3)
         self.assertIn("H: pose 0 × pose 0: 40 edges, each adds J_iᵀ W J_j: 0–39.", plain)
 
     def test_what_is_wrong_is_found(self):
-        wrong = self.probed.replace("<h1>", '<img src="http://localhost/a.png"><script>nonsense()</script>'
+        wrong = self.probed["en"].replace("<h1>", '<img src="http://localhost/a.png"><script>nonsense()</script>'
                                     '<p style="width:2000px;color:#eee">wide</p><h1>')
         found = self.tried(text=wrong)[1000]
         self.assertGreater(found["reach"], 2000)

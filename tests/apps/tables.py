@@ -18,6 +18,7 @@ import nees  # noqa: E402
 import odometry  # noqa: E402
 import report  # noqa: E402
 import style  # noqa: E402
+from words import Words  # noqa: E402
 
 CHAPTER = os.environ["CH5_CHAPTER"]
 SWEEP = ("variant,weight,iterations,cost_evaluations,milliseconds,reprojection_cost,prior_cost,drift_position,"
@@ -152,14 +153,15 @@ class Tables(unittest.TestCase):
     def test_page_explains_every_listed_figure_with_the_tables_numbers(self):
         figures = self.out / "figures"
         figures.mkdir(exist_ok=True)
-        names = [name for section in captions.sections(captions.Numbers(self.out)).values() for name in section]
+        say = Words("en")
+        names = [name for section in captions.sections(captions.Numbers(self.out), say).values() for name in section]
         listed = report.__doc__.split("Figures, ")[1]
         self.assertEqual(sorted(names), sorted(re.findall(
             r"\b(?:(?:scene|mono|hessian|marginalize|prior)_\w+|spectrum)", listed)))
-        for name in [*names, *odometry.captions(self.out), *nees.captions(self.out)]:
+        for name in [*names, *odometry.captions(self.out, say), *nees.captions(self.out, say)]:
             if not (figures / f"{name}.png").exists():
                 (figures / f"{name}.png").write_bytes(b"stand-in")
-        page = "".join(report.body_of(self.out))
+        page = "".join(report.body_of(self.out, say))
         self.assertIn("−8.16327", page)
         self.assertIn("has 7 zero eigenvalues", page)
         self.assertNotIn("nan", re.sub(r'src="[^"]*"', "", page))

@@ -10,9 +10,10 @@ from .errors import CourseError
 
 DESCRIPTIONS = {
     "run": "Without DATA: runs the whole chapter in under a minute and writes its tables, figures and a report that "
-           "explains them. With DATA: solves each bundle adjustment, pose graph or window and writes the result in the "
+           "explains them: report.html in English, report.zh.html in Chinese. With DATA: solves each bundle adjustment, pose graph or window and writes the result in the "
            "format that it was read in or as a trajectory, its iterations as CSV, and a picture of before and after; "
-           "follows each recording with both window policies and writes trajectories and a report.",
+           "follows each recording with both window policies and writes trajectories and a report in both "
+           "languages.",
     "test": "Builds everything and runs the tests. What follows -- goes to CTest: ./course test -- --rerun-failed",
     "check": "Compiles your files in ch5_homework/, runs the tests of each stage, and explains what is not right. "
              "A stage is not-started, does-not-compile, crashes, times-out, wrong or right; exit code 0 if all that "
@@ -53,7 +54,7 @@ JSON_FIELDS = {
     "grade": "out, records, a list of {name, status, score, points}",
     "status": "stages, a list of {id, state, hint}",
 }
-SPEAKING = ("check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
+SPEAKING = ("run", "check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
 PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out"}
 SOLVERS = ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series")
 

@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-from . import jsonout
+from . import jsonout, language
 from .build import BIN, ROOT, build_or_fail
 from .children import running
 from .data import kind_of
@@ -17,6 +17,9 @@ from .place import alone_in, make_writable, result_places
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss",
            "pose_graph": "it has no landmarks"}
 PLOT = ROOT / "ch5_backend" / "apps" / "plot"
+sys.path.insert(0, str(PLOT))
+from words import PAGES  # noqa: E402  (the folder must be known first)
+
 SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver", "precision")
 POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts")
 
@@ -50,8 +53,8 @@ def run_chapter(out: Path, arguments) -> int:
     with alone_in(out):
         app([BIN / "ch5_chapter", "--out", out], arguments.json)
         app([sys.executable, PLOT / "report.py", out], arguments.json)
-    report = out / "report.html"
-    print(f"The report: {report}", file=sys.stderr if arguments.json else sys.stdout)
+    report = out / PAGES[arguments.language]
+    tell(f"The report: {report}", arguments)
     if arguments.json:
         jsonout.emit({"out": str(out), "report": str(report), "seconds": round(time.monotonic() - start, 3)})
     return 0
@@ -68,20 +71,25 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
             file = f"./{path}" if path.startswith("-") else path  # a name is not an option
             app([BIN / f"ch5_{kind}", file, "--out", out, *options], arguments.json)
             app([sys.executable, PLOT / f"{kind}.py", out], arguments.json)
-            result = read_result(kind, out)
+            result = read_result(kind, out, arguments.language)
     except CourseError as error:
         print(f"course: {error}", file=sys.stderr)
         return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
-    print(f"The results: {out}", file=sys.stderr if arguments.json else sys.stdout)
+    tell(f"The results: {out}", arguments)
     return result
 
 
-def read_result(kind: str, out: Path) -> dict:
+def tell(text: str, arguments) -> None:
+    """A line in the user's language; with --json, standard output is not its place."""
+    print(language.speaker(arguments.language)(text), file=sys.stderr if arguments.json else sys.stdout)
+
+
+def read_result(kind: str, out: Path, spoken: str) -> dict:
     """What --json tells of one of the data."""
     if kind == "recording":
         rows = jsonout.read_rows(out / "csv" / "odometry_policies.csv")
         policies = [{field: row[field] for field in POLICY_FIELDS} for row in rows]
-        return {"problem": out.name, "policies": policies, "out": str(out), "report": str(out / "report.html")}
+        return {"problem": out.name, "policies": policies, "out": str(out), "report": str(out / PAGES[spoken])}
     return {**jsonout.read_summary(out / "summary.csv"), "out": str(out)}
 
 

@@ -9,24 +9,22 @@ import numpy as np
 import page
 import style
 
-NAMES = {"VertexPose": "pose", "VertexInverseDepth": "landmark"}
 LEVELS = 8  # of magnitude, a decade each
 WHAT = {"H": "H", "S": "S = H_pp − H_pm H_mm⁻¹ H_mp"}
-EMPTY = {"H": "no edge touches both, so the block is zero.", "S": "zero."}
 
 
 class Blocks:
     """The tables of a scene: vertices by row, and what added to each block."""
 
-    def __init__(self, directory, scene):
+    def __init__(self, directory, scene, say):
+        self.say = say
         read = lambda name: style.read(directory, name).where(scene=scene)
         vertices, edges, blocks = read("hessian_vertices"), read("hessian_edges"), read("hessian_blocks")
         numbers = lambda *names: zip(*(vertices[name].astype(int).tolist() for name in names))
         spans_of = sorted(numbers("vertex", "first_row", "rows"), key=lambda row: row[1])
         self.rows = {vertex: (first, rows) for vertex, first, rows in spans_of}
-        words = {vertex: f"{NAMES.get(kind, kind)} {number}" for (vertex, number), kind in
-                 zip(numbers("vertex", "number"), vertices["type"])}
-        self.names = {vertex: words[vertex] for vertex in self.rows}  # in the order of their rows
+        kinds, self.numbers = dict(zip(vertices["vertex"], vertices["type"])), dict(numbers("vertex", "number"))
+        self.names = {vertex: say(kinds[vertex], number=self.numbers[vertex]) for vertex in self.rows}  # in their order
         self.place = {vertex: i for i, vertex in enumerate(self.names)}
         self.edges = {}  # {edge: its vertices}
         for edge, vertex in zip(edges["edge"], edges["vertex"]):
@@ -44,24 +42,23 @@ class Blocks:
                 if i != j:
                     yield j, i, makers
 
-    def words(self, matrix, i, j, makers):
-        """What made block (i, j)."""
-        edges, parts = makers.get("edge", []), []
-        if edges:
-            parts.append(f"{count(len(edges), 'edge')}, {'each adds' if len(edges) > 1 else 'which adds'} J_iᵀ W J_j: "
-                         f"{spans(edges)}" + (f" (of {', '.join(self.names[v] for v in self.edges[edges[0]])})"
-                                              if len(edges) == 1 else ""))
+    def name(self, matrix, i, j):
+        return self.say("block.name", matrix=matrix, row=self.names[i], column=self.names[j])
+
+    def made_by(self, matrix, makers):
+        """The edges and landmarks that made a block, in words."""
+        edges, landmarks, parts = makers.get("edge", []), makers.get("landmark", []), []
+        if len(edges) == 1:
+            vertices = self.say("list").join(self.names[v] for v in self.edges[edges[0]])
+            parts.append(self.say("made_by.edge", edge=edges[0], vertices=vertices))
+        elif edges:
+            parts.append(self.say("made_by.edges", count=len(edges), edges=spans(edges)))
         elif matrix == "S":
-            parts.append("no edge")
-        if landmarks := makers.get("landmark"):
-            numbers = [int(self.names[v].split()[-1]) for v in landmarks]
-            parts.append(f"{count(len(numbers), 'eliminated landmark')}, each takes H_il H_ll⁻¹ H_lj away: "
-                         f"{spans(numbers)}")
-        return f"{matrix}: {self.names[i]} × {self.names[j]}: {'; '.join(parts)}."
-
-
-def count(n, what):
-    return f"{n} {what}{'s' if n > 1 else ''}"
+            parts.append(self.say("made_by.no_edge"))
+        if landmarks:
+            numbers = spans(self.numbers[v] for v in landmarks)
+            parts.append(self.say("made_by.landmarks", count=len(landmarks), landmarks=numbers))
+        return self.say("made_by.all", parts=self.say("semicolon").join(parts))
 
 
 def spans(numbers):
@@ -87,7 +84,7 @@ def entries(matrix, largest):
 
 def matrix_svg(blocks, name, matrix, largest):
     """The matrix, a rectangle over each of its blocks, and a cursor."""
-    size = len(matrix)
+    say, size = blocks.say, len(matrix)
     shown = [v for v, (first, _) in blocks.rows.items() if first < size]
     lines = "".join(f"M0 {first}H{size}M{first} 0V{size}" for first, _ in (blocks.rows[v] for v in shown))
     parts = [*entries(matrix, largest), f'<path class="border" d="{lines}"/>']
@@ -95,13 +92,16 @@ def matrix_svg(blocks, name, matrix, largest):
         (y, height), (x, width) = blocks.rows[i], blocks.rows[j]
         made_of = [f"e{edge}" for edge in makers.get("edge", [])]
         made_of += [f"v{blocks.place[landmark]}" for landmark in makers.get("landmark", [])]
+        words = say("block.words", block=blocks.name(name, i, j), made_by=blocks.made_by(name, makers))
         parts.append(f'<rect class="block" data-block="{blocks.place[i]} {blocks.place[j]}" '
                      f'data-parts="{" ".join(made_of)}" x="{x}" y="{y}" width="{width}" height="{height}">'
-                     f"<title>{html.escape(blocks.words(name, i, j, makers))}</title></rect>")
+                     f"<title>{html.escape(words)}</title></rect>")
     vertices = json.dumps([(blocks.names[v], *blocks.rows[v]) for v in shown])
-    label = f"{WHAT[name]}, {size} by {size}, in {len(shown)} by {len(shown)} blocks; arrow keys move"
-    return (f'<div><p>{WHAT[name]}: {size} × {size}</p><svg class="plot blocks" viewBox="0 0 {size} {size}" role="img" '
-            f'aria-label="{label}" data-empty="{EMPTY[name]}" data-vertices="{html.escape(vertices)}">' +
+    label = say("matrix.alt", what=WHAT[name], rows=size, blocks=len(shown))
+    empty = say(f"block.empty.{name}", row="{row}", column="{column}")  # filled in by page.js
+    return (f'<div><p>{say("matrix", what=WHAT[name], rows=size)}</p>'
+            f'<svg class="plot blocks" viewBox="0 0 {size} {size}" role="img" '
+            f'aria-label="{label}" data-empty="{empty}" data-vertices="{html.escape(vertices)}">' +
             "\n".join(parts) + '<rect class="cursor"/></svg></div>')
 
 
@@ -123,25 +123,23 @@ def map_svg(blocks, directory, scene):
         title = f"<title>{blocks.names[vertex]}</title>"
         parts.append(f'<path class="vertex v{blocks.place[vertex]}" d="{d}">{title}</path>')
     height = scale * np.ptp(z) + 20
-    return (f'<div><p>The graph from above</p><svg class="plot map" viewBox="0 0 320 {height:.0f}" role="img" '
-            'aria-label="poses as triangles, landmarks as dots, edges as lines; those of the chosen block stand out">'
-            + "".join(parts) + "</svg></div>")
+    return (f'<div><p>{blocks.say("graph")}</p><svg class="plot map" viewBox="0 0 320 {height:.0f}" role="img" '
+            f'aria-label="{blocks.say("graph.alt")}">' + "".join(parts) + "</svg></div>")
 
 
-def explorer(directory, scene):
+def explorer(directory, scene, say):
     """The figure that answers."""
-    blocks = Blocks(directory, scene)
+    blocks = Blocks(directory, scene, say)
     size = sum(rows for _, rows in blocks.rows.values())
     poses = sum(rows for _, rows in blocks.rows.values() if rows > 1)
     table = style.read(directory, "hessian").where(scene=scene)
     matrices = {name: style.dense(table.where(matrix=name), n, n) for name, n in (("H", size), ("S", poses))}
     largest = max(np.abs(matrix).max() for matrix in matrices.values())
     drawn = [matrix_svg(blocks, name, matrix, largest) for name, matrix in matrices.items()]
-    rows = [(f"{matrix}: {blocks.names[i]} × {blocks.names[j]}", blocks.words(matrix, i, j, makers).split(": ", 2)[2])
-            for (matrix, i, j), makers in blocks.makers.items()]
-    return ('<div class="explore"><p>Which vertices and edges made a block? Point at one, tap it, or step to a matrix with '
-            "Tab and through it with the arrow keys.</p>\n"
-            '<p class="made" role="status" aria-live="polite">Nothing chosen yet.</p>\n'
+    rows = [(blocks.name(matrix, i, j), blocks.made_by(matrix, makers)) for (matrix, i, j), makers in blocks.makers.items()]
+    return (f'<div class="explore"><p>{say("blocks.words")}</p>\n'
+            f'<p class="made" role="status" aria-live="polite">{say("blocks.none")}</p>\n'
             f'<div class="side">{"".join(drawn)}{map_svg(blocks, directory, scene)}</div>\n'
-            f'<details><summary>The same as a table</summary>{page.table(("block", "made by"), rows, "words")}'
+            f'<details><summary>{say("blocks.table")}</summary>'
+            f'{page.table((say("block"), say("made_by")), rows, "words")}'
             "</details></div>\n")

@@ -2,6 +2,18 @@
 import gauge_paper
 from style import number
 
+ALTERNATIVES = {  # what there is to see, for those who hear the page
+    "gauge_prior_choice": "Iterations against the weight; each panel varies one thing, such as damping or stop rule",
+    "gauge_methods": "Iterations and time of the ways to handle a gauge in six scenes, beside the paper's",
+    "gauge_errors": "Errors at convergence in six scenes, and how far prior and free differ from fixation",
+    "gauge_sweep": "Iterations, time and errors against the prior's weight in six scenes, beside the paper's",
+    "gauge_convergence": "Reprojection error against prior error and iteration, a line for each weight",
+    "gauge_spectrum": "Eigenvalues of H with camera and IMU, and with the camera alone, on a logarithmic axis",
+    "gauge_matrices": "Covariances of the keyframes: fixed, free, free after the transformation, and the difference",
+    "gauge_deviations": "Standard deviations of the keyframes' positions in the fixed and in the free gauge",
+    "gauge_recordings": "Iterations and errors of the ways to handle a gauge on real recordings, median and quartiles",
+}
+
 
 def methods(n):
     all_of = "all scenes"

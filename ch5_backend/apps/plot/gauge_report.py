@@ -14,6 +14,7 @@ import gauge_paper
 import page
 import style
 from style import number
+from words import Words
 
 FIGURES = {  # name: its table, what draws it
     "gauge_prior_choice": ("prior_choice", gauge_choice.prior_choice),
@@ -80,21 +81,21 @@ TABLES = {"gauge_errors": ("methods", errors_table), "gauge_matrices": ("covaria
 
 def body_of(directory, drawn, found):
     """The page's pieces."""
-    words = gauge_captions.captions(found)
+    words, say = gauge_captions.captions(found), Words("en")
     body = ["<h1>Three ways to handle a gauge</h1>",
             "<p>The experiments of Zhang, Gallego and Scaramuzza (RA-L 2018) on our own solver, and beyond them. Every "
             "number of ours is read from the tables beside this page. The paper's simulator was not released, and it "
             "does not state its number of points, intrinsics, noise and rates: structure can be compared, digits "
             "cannot. Our iteration is Levenberg-Marquardt with λ diag(H) and Ceres' default rules.</p>"]
     for name in drawn:
-        body.append(page.figure(directory, name, words[name]))
+        body.append(page.figure(directory, name, words[name], gauge_captions.ALTERNATIVES[name], say))
         table, make = TABLES.get(name, (None, None))
         if table in found:
             body.append(make(found[table]))
     if "audit" in found:
         body += [f"<p>{words['gauge_audit']}</p>", audit_table(found["audit"])]
     return [*body, '<p><a href="summary.csv">summary.csv</a>: the numbers above, and more.</p>',
-            page.links_to_tables(directory)]
+            page.links_to_tables(directory, say)]
 
 
 def draw(directory):

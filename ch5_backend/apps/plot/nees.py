@@ -40,25 +40,17 @@ def draw(directory):
     style.save(fig, directory, "consistency")
 
 
-def captions(directory):
+def captions(directory, say):
     """{figure: its words}, with every number taken from the tables."""
     summary = style.read(directory, "consistency_summary")
-    rows = {mode: [summary.row(policy=policy, mode=mode) for policy in POLICIES] for mode in MODES}
-    each = lambda mode, text: " and ".join(text(row) for row in rows[mode])
-    inside = lambda mode: each(mode, lambda row: f"{100 * row['pose_inside']:.0f} %")
-    nees = lambda mode: each(mode, lambda row: f"{row['nees_pose']:.1f}")
-    gain = lambda mode: each(mode, lambda row: f"{row['yaw_information_gain']:.2f}")
-    leak = lambda mode: each(mode, lambda row: style.number(abs(row["yaw_leak"]), 2))
+    tell = {"nees": lambda row: f"{row['nees_pose']:.1f}", "inside": lambda row: f"{100 * row['pose_inside']:.0f} %",
+            "gain": lambda row: f"{row['yaw_information_gain']:.2f}",
+            "leak": lambda row: style.number(abs(row["yaw_leak"]), 2)}
+    numbers = {f"{mode}_{what}": say("both", **{policy: of(summary.row(policy=policy, mode=mode)) for policy in POLICIES})
+               for mode in MODES for what, of in tell.items()}
     twice = summary.row(policy="vins twice")
-    return {
-        "consistency": f"{summary['runs'][0]:.0f} simulated runs, errors and covariances in the W of the first frame; "
-        "grey: where 95 % of consistent means lie. Numbers are of VINS and OKVIS. With full first estimates the mean "
-        f"NEES of the pose is {nees('full')} (6 is right), {inside('full')} of the times inside the band, and the yaw "
-        f"that is claimed grows to at most {gain('full')} times what the start gave (its speed tells a little). Without, "
-        f"NEES is {nees('none')}, inside {inside('none')}, gain {gain('none')}: the prior has leaked {leak('none')} rad⁻² "
-        f"at the end. In the prior only the leak is {leak('prior_only')}, but each solve claims yaw against it: "
-        f"NEES {nees('prior_only')}, gain {gain('prior_only')}. Observations used twice, as VINS-Mono does, give NEES "
-        f"{twice['nees_pose']:.0f} and {style.number(twice['yaw_leak'], 2)} rad⁻²."}
+    return {"consistency": say("consistency", runs=f"{summary['runs'][0]:.0f}", **numbers,
+                               twice_nees=f"{twice['nees_pose']:.0f}", twice_leak=style.number(twice["yaw_leak"], 2))}
 
 
 if __name__ == "__main__":

@@ -90,20 +90,21 @@ def spectrum(directory):
     return style.save(fig, directory, "odometry_spectrum")
 
 
-def zeros(directory, policy):
+def zeros(directory, say, policy):
     """How many eigenvalues of the last prior are zero in the arithmetic, and the next one."""
     rows = read_estimates(directory, "odometry_spectrum").where(policy=policy)
     values = np.sort(rows.where(t_s=rows["t_s"].max())["eigenvalue"])
     count = int((values <= 1e-12 * values[-1]).sum())
     if count == len(values):
-        return "all"
-    return f"{count}, the next is {style.number(values[count], 2)}"
+        return say("odometry_spectrum.all", policy=NAMES[policy])
+    return say("odometry_spectrum.zeros", policy=NAMES[policy], count=count, next=style.number(values[count], 2))
 
 
-def leak(directory, policy):
+def leak(directory, say, policy):
     """What the priors claim of yaw."""
     values = read_estimates(directory, "odometry_gauge").where(policy=policy, direction="yaw")["information"]
-    return f"{style.number(max(values), 2)} and {style.number(values[-1], 2)} rad⁻²"
+    return say("odometry_gauge.leak", policy=NAMES[policy], most=style.number(max(values), 2),
+               last=style.number(values[-1], 2))
 
 
 def gauge(directory):
@@ -153,44 +154,35 @@ def film(directory):
         style.save(fig, directory, f"odometry_film_{name}")
 
 
-def each(names, text):
-    """VINS …; OKVIS …"""
-    return "; ".join(f"{NAMES[name]} {text(name)}" for name in names)
+def path_words(say, rows, answered):
+    """How far each policy is from the truth, and which has found no start."""
+    started = [name for name in rows if answered[name]]
+    words = say("odometry_path.alone")
+    if all(np.isfinite(rows[name]["ate_m"]) for name in started):
+        errors = [say("odometry_path.error", policy=NAMES[name], distance=f"{100 * rows[name]['ate_m']:.1f}",
+                      scale=f"{100 * rows[name]['scale_error']:+.1f}".replace("-", "−")) for name in started]
+        words = say("odometry_path", errors=say("semicolon").join(errors))
+    return words + "".join(say("odometry_path.silent", policy=NAMES[name]) for name in rows if not answered[name])
 
 
-def captions(directory):
+def captions(directory, say):
     """{figure: its words}, with every number taken from the tables; only of the figures that are drawn."""
     summary, windows = style.read(directory, "odometry_policies"), style.read(directory, "odometry_windows")
     rows = {name: summary.row(policy=name) for name in policies(summary)}
     answered = {name: len(windows.where(status="tracking", policy=name)) for name in rows}
-    started = [name for name in rows if answered[name]]
-    silent = "".join(f" {NAMES[name]} found no start in this recording." for name in rows if not answered[name])
-    compared = all(np.isfinite(rows[name]["ate_m"]) for name in started)
-    errors = each(started, lambda name: f"{100 * rows[name]['ate_m']:.1f} cm, scale off by "
-                  f"{100 * rows[name]['scale_error']:+.1f} %".replace("-", "−"))
-    speed = each(started, lambda name: f"is {rows[name]['realtime_factor']:.0f} times faster than the recording")
+    each = lambda tell, names: say("semicolon").join(tell(name) for name in names)
+    speed = lambda name: say("odometry_timing.speed", policy=NAMES[name], times=f"{rows[name]['realtime_factor']:.0f}")
     words = {
-        "odometry_path": "The estimate of each newest image, as it came" +
-        (", laid upon the truth by a shift and a turn "
-         f"about gravity. Root mean square of the distance: {errors}." if compared else
-         ". There is no truth to compare it with.") + silent,
-        "odometry_timing": "What an image costs on one core, from its IMU readings to the prior that the window's "
-        f"slide leaves behind: {speed}. {max(answered.values())} images were answered.",
+        "odometry_path": path_words(say, rows, answered),
+        "odometry_timing": say("odometry_timing", images=max(answered.values()),
+                               speeds=each(speed, [name for name in rows if answered[name]])),
     }
     if names := policies(read_estimates(directory, "odometry_spectrum")):
-        words["odometry_spectrum"] = (
-            "Nothing measures position and yaw, so a prior should have four zero eigenvalues. At the last of these "
-            f"times, below 10⁻¹² of the largest: {each(names, lambda name: zeros(directory, name))}.")
+        words["odometry_spectrum"] = say("odometry_spectrum", zeros=each(lambda name: zeros(directory, say, name), names))
     if names := policies(read_estimates(directory, "odometry_gauge")):
-        words["odometry_gauge"] = (
-            "The gauge auditor, after every image: nᵀHn of the prior for a shift by a metre and a turn by a radian, "
-            "which no measurement tells. Of yaw the priors claim at most, and at the end: "
-            f"{each(names, lambda name: leak(directory, name))}. It leaks in where edges are linearised at states that "
-            "have moved on since the prior's were frozen; first estimates keep it out.")
+        words["odometry_gauge"] = say("odometry_gauge", leaks=each(lambda name: leak(directory, say, name), names))
     for name in policies(read_estimates(directory, "odometry_matrices")):
-        words[f"odometry_film_{name}"] = (
-            f"{NAMES[name]}: above, H of the window at four times, states first and landmarks last; below, the "
-            "prior that remained when it had slid: everything that was tied to what left is now tied to each other.")
+        words[f"odometry_film_{name}"] = say("odometry_film", policy=NAMES[name])
     return words
 
 

@@ -26,11 +26,12 @@ function exploreMatrix(svg, figure) {
     words.set(block.dataset.block, [block, block.querySelector("title").textContent]);
     block.querySelector("title").remove();  // else the browser would show it over the matrix
   }
+  const empty = (row, column) => svg.dataset.empty.replace("{row}", row).replace("{column}", column);
   let here = [0, 0];
   const show = (row, column) => {
     here = [row, column];
     const [rowName, y, height] = vertices[row], [columnName, x, width] = vertices[column];
-    const [block, text] = words.get(`${row} ${column}`) ?? [null, `${rowName} × ${columnName}: ${svg.dataset.empty}`];
+    const [block, text] = words.get(`${row} ${column}`) ?? [null, empty(rowName, columnName)];
     for (const [name, value] of Object.entries({ x, y, width, height })) cursor.setAttribute(name, value);
     made.textContent = text;
     for (const old of figure.querySelectorAll(".map .on")) old.classList.remove("on");
@@ -66,7 +67,7 @@ for (const figure of document.querySelectorAll(".explore")) {
 function markScrollers() {
   for (const box of document.querySelectorAll(".scroll")) {
     const wide = box.scrollWidth > box.clientWidth || box.scrollHeight > box.clientHeight;
-    const marks = { tabindex: "0", role: "group", "aria-label": "can be scrolled" };
+    const marks = { tabindex: "0", role: "group", "aria-label": document.body.dataset.scrolls };
     for (const [name, value] of Object.entries(marks)) wide ? box.setAttribute(name, value) : box.removeAttribute(name);
   }
 }

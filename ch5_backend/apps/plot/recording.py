@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Draws the figures of a recording's odometry and writes them into one page: DIR/figures, DIR/report.html.
+"""Draws the figures of a recording's odometry and writes them into one page: DIR/figures, DIR/report.html, in Chinese
+DIR/report.zh.html.
 
 usage: recording.py DIR        the folder that ch5_recording FOLDER --out DIR has filled
 """
@@ -13,10 +14,10 @@ import sliders
 import style
 
 
-def summary_table(directory):
+def summary_table(directory, say):
     summary = style.read(directory, "odometry_policies")
-    head = ("policy", "ATE [m]", "scale error [%]", "yaw error [deg]", "times real time", "p99 [ms]", "images",
-            "restarts")
+    head = (say("policy"), "ATE [m]", say("scale_error"), say("yaw_error"), say("realtime"), "p99 [ms]", say("images"),
+            say("restarts"))
     rows = []
     for name in odometry.policies(summary):
         row = summary.row(policy=name)
@@ -28,16 +29,20 @@ def summary_table(directory):
     return page.table(head, rows)
 
 
+def body_of(directory, say):
+    """The page's pieces."""
+    trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
+    links = say("list").join(f'<a href="{name}">{name}</a>' for name in trajectories)
+    return [f"<h1>{say('recording.heading', name=Path(directory).resolve().name)}</h1>", page.other_languages(say),
+            f"<p>{say('recording.lead')}</p>", summary_table(directory, say), sliders.windows(directory, say),
+            *(page.figure(directory, name, words, say(f"{name}.alt"), say)
+              for name, words in odometry.captions(directory, say).items()),
+            f"<p>{say('trajectories', links=links)}</p>", page.links_to_tables(directory, say)]
+
+
 def draw(directory):
     odometry.draw(directory)
-    body = [f"<h1>Visual-inertial odometry: {Path(directory).resolve().name}</h1>",
-            "<p>Two sliding-window estimators on the same recording; errors are after an alignment of position and "
-            "yaw.</p>", summary_table(directory), sliders.windows(directory)]
-    body += [page.figure(directory, name, words) for name, words in odometry.captions(directory).items()]
-    trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
-    links = ", ".join(f'<a href="{name}">{name}</a>' for name in trajectories)
-    body += [f"<p>Trajectories for other tools: {links}.</p>", page.links_to_tables(directory)]
-    page.write(Path(directory) / "report.html", "Visual-inertial odometry", body)
+    page.write_all(directory, "recording.title", body_of)
 
 
 if __name__ == "__main__":

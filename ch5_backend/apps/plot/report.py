@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Draws every figure of the chapter and writes one self-contained page, DIR/report.html.
+"""Draws every figure of the chapter and writes one self-contained page in each language, DIR/report.html and
+DIR/report.zh.html.
 
 usage: report.py [DIR]        DIR is out/ unless given; ch5_chapter --out DIR must have filled DIR/csv
 
@@ -72,54 +73,50 @@ import style
 
 # The longest first, so that two processes finish together.
 SCRIPTS = (odometry, nees, prior, scene, hessian, convergence, marginalize)
-EXPLORERS = {"Bundle adjustment": sliders.iterations, "Odometry": sliders.windows, "The prior's weight": sliders.weights,
-             "The Hessian": lambda directory: blocks.explorer(directory, "course")}
+EXPLORERS = {"bundle-adjustment": sliders.iterations, "odometry": sliders.windows, "the-priors-weight": sliders.weights,
+             "the-hessian": lambda directory, say: blocks.explorer(directory, "course", say)}
 
-BESIDE = {"lab.html": "The lab: move the weight and the noise yourself", "api/index.html": "The API and its formulas"}
+BESIDE = ("lab.html", "api/index.html")
 
 
-def solves_table(n):
+def solves_table(n, say):
     """The table of the solves, a column a scene."""
     scenes = [n.solve(name) for name in n.summary["scene"]]
-    rows = (("frames × points", lambda row: f"{row['frames']:.0f} × {row['points']:.0f}"),
+    rows = (("sizes", lambda row: f"{row['frames']:.0f} × {row['points']:.0f}"),
             ("unknowns", lambda row: f"{row['unknowns']:.0f}"), ("edges", lambda row: f"{row['edges']:.0f}"),
-            ("first cost", lambda row: style.number(row["initial_cost"])),
-            ("last cost", lambda row: style.number(row["final_cost"], 4)),
+            ("first_cost", lambda row: style.number(row["initial_cost"])),
+            ("last_cost", lambda row: style.number(row["final_cost"], 4)),
             ("iterations", lambda row: f"{row['iterations']:.0f}"),
-            ("time [ms]", lambda row: style.number(row["milliseconds"], 2)),
-            ("stopped by", lambda row: row["termination"]))
-    return (page.table(("scene", *(row["scene"] for row in scenes)),
-                       [(title, *map(cell, scenes)) for title, cell in rows], "words") +
-            "<p>Cost: ½ Σ rᵀWr. The small scene has W = I as in the course, the large one W = 1/σ².</p>")
+            ("time", lambda row: style.number(row["milliseconds"], 2)),
+            ("stopped_by", lambda row: say(row["termination"])))
+    return (page.table((say("scene"), *(say(f"scene.{row['scene']}") for row in scenes)),
+                       [(say(title), *map(cell, scenes)) for title, cell in rows], "words") +
+            f"<p>{say('solves_note')}</p>")
 
 
-def contents(titles, directory):
+def contents(sections, directory, say):
     """Links to the sections, and to the pages beside this one that have been made."""
-    links = "".join(f'<a href="#{anchor(title)}">{html.escape(title)}</a>' for title in (*titles, "Tables"))
-    beside = {place: words for place, words in BESIDE.items() if (Path(directory) / place).exists()}
-    links += "".join(f'<a href="{place}">{words}</a>' for place, words in beside.items())
-    return f'<nav aria-label="Contents">{links}</nav>'
+    titles = {**{section: say(f"section.{section}") for section in sections}, "tables": say("tables")}
+    links = "".join(f'<a href="#{section}">{html.escape(title)}</a>' for section, title in titles.items())
+    links += "".join(f'<a href="{place}">{say(place)}</a>' for place in BESIDE if (Path(directory) / place).exists())
+    return f'<nav aria-label="{say("contents")}">{links}</nav>'
 
 
-def anchor(title):
-    return title.lower().replace("'", "").replace(" ", "-")
-
-
-def body_of(directory):
+def body_of(directory, say):
     """The page's pieces."""
     n = captions.Numbers(directory)
-    sections = {**captions.sections(n), "Odometry": odometry.captions(directory),
-                "Consistency": nees.captions(directory)}
-    body = ["<h1>Chapter 5: a hand-written back end at work</h1>",
-            "<p>Simulated scenes, solved by the code of this repository; every number below is read from the tables "
-            "beside this page.</p>", contents(sections, directory), solves_table(n)]
-    for title, figures in sections.items():
-        body.append(f'<section aria-labelledby="{anchor(title)}"><h2 id="{anchor(title)}">{html.escape(title)}</h2>')
-        if title in EXPLORERS:
-            body.append(EXPLORERS[title](directory))
-        body += [page.figure(directory, name, caption) for name, caption in figures.items()]
+    sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
+                "consistency": nees.captions(directory, say)}
+    body = [f"<h1>{say('heading')}</h1>", page.other_languages(say), f"<p>{say('lead')}</p>",
+            contents(sections, directory, say), solves_table(n, say)]
+    for section, figures in sections.items():
+        title = html.escape(say(f"section.{section}"))
+        body.append(f'<section aria-labelledby="{section}"><h2 id="{section}">{title}</h2>')
+        if section in EXPLORERS:
+            body.append(EXPLORERS[section](directory, say))
+        body += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
         body.append("</section>")
-    return [*body, page.links_to_tables(directory)]
+    return [*body, page.links_to_tables(directory, say)]
 
 
 def draw_one(index, directory):
@@ -127,12 +124,12 @@ def draw_one(index, directory):
 
 
 def draw(directory):
-    """All figures and the page."""
+    """All figures and the pages."""
     with ProcessPoolExecutor(max_workers=min(len(SCRIPTS), os.cpu_count() or 1)) as pool:
         for done, _ in enumerate(pool.map(draw_one, range(len(SCRIPTS)), [directory] * len(SCRIPTS)), start=1):
             if sys.stderr.isatty():
                 print(f"\r\033[Kfigures {done} of {len(SCRIPTS)}", end="", file=sys.stderr, flush=True)
-    page.write(Path(directory) / "report.html", "Chapter 5 report", body_of(directory))
+    page.write_all(directory, "title", body_of)
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr)
 
