@@ -238,8 +238,7 @@ TEST(Stage6, TheWindowSlidesAgainAndAgain) {
   int track = 10;
   using Flag = MarginalizationFlag;
   for (const Flag flag : {Flag::kOld, Flag::kOld, Flag::kSecondNew, Flag::kOld, Flag::kSecondNew, Flag::kOld}) {
-    const double x = random.Uniform(0, 3), y = random.Uniform(-1, 1);
-    See(++track, Vec3(x, y, 6), 1, 5, &window);
+    See(++track, Vec3{random.Uniform(0, 3), random.Uniform(-1, 1), 6.0}, 1, 5, &window);  // {}: from left to right
     TriangulateLandmarks(&window);
     BuildGraph({}, UseAll, &window);
     DropSet right = RightMarginOld(window);
