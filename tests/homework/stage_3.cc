@@ -147,6 +147,11 @@ TEST(Stage3, InformationIsTheWeight) {
         FAIL() << Story("3", frame, "one", std::to_string(all_priors[i].size()),
                         "every weight above 0 has its priors, small ones too", "3");
       }
+      const LossFunction* loss = all_priors[i][0]->GetLossFunction();
+      if (loss != nullptr && dynamic_cast<const TrivialLoss*>(loss) == nullptr) {
+        FAIL() << Story("3", "the loss function of " + frame, "no loss", "a loss",
+                        "a prior has no loss function: it would let go of a frame that is far from its pose", "3");
+      }
       const MatXX W = all_priors[i][0]->Information();
       if (Equal(W, weight * MatXX::Identity(6, 6), 1e-12)) continue;
       FAIL() << Story("3", "the information of " + frame, Number(weight) + "·I₆", WorstEntry(W, weight),

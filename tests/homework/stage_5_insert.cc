@@ -73,6 +73,10 @@ struct Insertion {
         }
       }
     }
+    MatXX known = Opened();
+    known.block(idx, idx, dim, dim).setIdentity();
+    mistakes.push_back(
+        {"5.1", "the new block holds an identity, which nobody has measured: it is zero", [known] { return known; }});
     return mistakes;
   }
 

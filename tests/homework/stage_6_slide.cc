@@ -178,6 +178,8 @@ std::vector<FailureCase> FailureCases() {
        "the gyroscope's limit is 1 rad/s: no degrees"},
       {"a step of 5.01 m, level", 0.1, 0.01, 5.01 * Vec3(-0.6, 0.8, 0), Failure::kPositionJump,
        "a step of more than 5 m is a failure: ‖p − last_p‖ of the newest frame"},
+      {"a step of 4.96 m level and 0.9 m upwards", 0.1, 0.01, Vec3(-2.976, 3.968, 0.9), Failure::kPositionJump,
+       "the length of a step counts its height too: ‖p − last_p‖ of all three"},
       {"a step of 4.99 m, level", 0.1, 0.01, 4.99 * Vec3(0.6, 0.8, 0), none,
        "the limit of a step is 5 m: of its norm, not squared; 1 m is that of the height"},
       {"a step of 1.01 m upwards", 0.1, 0.01, Vec3(0, 0, 1.01), Failure::kHeightJump,

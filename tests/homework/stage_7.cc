@@ -127,6 +127,11 @@ void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Dam
                    "delta_x"});
   ASSERT_NO_STORY(
       {"7", "H after Solve (one H serves many λ)" + where.str(), system.H, solver->DenseHessian(), names, {}, 1e-9});
+  if (!Equal(solver->RightHandSide(), system.b, 1e-9)) {
+    FAIL() << Story("7", "b after Solve (one b serves many λ)" + where.str(), "b as BuildSystem has left it",
+                    "another b", "b_ was changed in place, where the next λ meets it: write to b_schur_ and to rest",
+                    "7e");
+  }
 }
 
 TEST(Stage7, SchurComplementAndStep) {

@@ -203,6 +203,12 @@ inline const PlacementMistake kPlacementMistakes[] = {
     {"1.1a", "the weight is missing: JᵀW_ρJ, not JᵀJ",
      [](MatXX* H, const Turn& t) { AddBoth(H, t, t.without_weight); }},
     {"1.1a", "ρ' acts twice: W_ρ has it already", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.drho * t.block); }},
+    {"1.1b", "the mirror takes the whole block of H, with what the edges before have added, in place of `hessian`",
+     [](MatXX* H, const Turn& t) {
+       Add(H, t.i, t.j, t.block);
+       const MatXX sum = H->block(t.i, t.j, t.block.rows(), t.block.cols());
+       if (!t.diagonal) Add(H, t.j, t.i, sum.transpose());
+     }},
     {"1.1a", "nothing was added to H", [](MatXX*, const Turn&) {}},
 };
 

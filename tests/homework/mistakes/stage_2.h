@@ -104,6 +104,13 @@ inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const std
           {"the variable's " + rows + " land at idx + dim instead of idx + tail_size: right for N = 3 only",
            partly(true, idx + dim)},
           {"the variable's " + rows + " are lost: they are not written to the end", partly(true, -1)},
+          {"the variable's " + rows + " are read when others stand there already: take the copies",
+           [=](const MatXX& A) {
+             MatXX moved = A;
+             moved.middleRows(idx, tail) = A.bottomRows(tail);
+             moved.bottomRows(dim) = moved.middleRows(idx, dim).eval();
+             return moved;
+           }},
           {"the " + rows + " behind the variable have not moved up to idx", partly(false, n - dim)},
           {"the variable's " + rows + " stand at the end in reverse order",
            [=](const MatXX& A) { return MoveRows(A, backwards); }},
@@ -179,6 +186,8 @@ inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx) {
       {"2d",
        "A_rr alone: that fixes the variable at its value (conditioning); marginalising subtracts A_rm A_mm⁻¹ A_mr",
        [=] { return r.A_rr; }},
+      {"2d", "the covariance of what remains stands here; H_prior is its inverse",
+       [=] { return MatXX(PseudoInversePsd(r.H).topLeftCorner(r.A_rr.rows(), r.A_rr.cols())); }},
       {"2d", "A_mm⁻¹ is missing: tempB already holds A_rm A_mm⁻¹", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr); }},
       {"2d", "A_mm stands where its inverse is meant", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm * r.A_mr); }},
       {"2d", "the order of the difference: A_rr comes first",
@@ -231,6 +240,11 @@ inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_
        [=] { return VecX(r.b.tail(r.b_r.size()) - r.A_rm * r.A_mm_inverse * r.b_m); }},
       {"2d", "b_r and b_m are exchanged: b_r is the head of b_marg, b_m its tail",
        [=] { return VecX(r.b.tail(r.b_r.size()) - r.A_rm * r.A_mm_inverse * r.b.head(r.b_m.size())); }},
+      {"2d", "the solution x of H_prior x = b_prior stands here; b_prior itself is meant",
+       [=] {
+         const MatXX H_prior = r.A_rr - r.A_rm * r.A_mm_inverse * r.A_mr;
+         return VecX(PseudoInversePsd(H_prior) * (r.b_r - r.A_rm * r.A_mm_inverse * r.b_m));
+       }},
       {"2a", "b_prior is made from the b before the move",
        [=] { return VecX(unmoved.b_r - r.A_rm * r.A_mm_inverse * unmoved.b_m); }}};
 }

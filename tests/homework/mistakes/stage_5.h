@@ -42,6 +42,10 @@ struct SchurCase {
             {"5.2", "only one root of V⁺: M Mᵀ has two of them, one in each M",
              [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * W.transpose()) : U; }},
             {"5.2", "U is changed twice: M Mᵀ is subtracted once", [this] { return MatXX(U - 2.0 * Subtracted()); }},
+            {"5.2", "only one triangle of U is changed, its mirror image holds what was there before",
+             [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Upper>())); }},
+            {"5.2", "only one triangle of U is changed, its mirror image holds what was there before",
+             [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Lower>())); }},
             {"5.2", "half of M Mᵀ is subtracted", [this] { return MatXX(U - 0.5 * Subtracted()); }}};
   }
   std::vector<Mistake> MistakesInB() const {
@@ -95,17 +99,22 @@ struct Factored {
   /// As answers of JᵀJ, whatever rows J has.
   std::vector<Mistake> Mistakes() const {
     const auto gram = [](const MatXX& J) { return [J] { return MatXX(J.transpose() * J); }; };
+    MatXX S_first = S_sqrt;  // as many of the first eigenvalues as are not zero
+    S_first.diagonal().tail((S_sqrt.diagonal().array() == 0.0).count()).setZero();
     std::vector<Mistake> mistakes{
         {"5.3", "the transpose is missing: J = (P U S^½)ᵀ", gram(P * U * S_sqrt)},
         {"5.3", "U stands where Uᵀ is meant: J = S^½ Uᵀ P", gram(S_sqrt * U * P)},
         {"5.3", "P and S^½ have exchanged their places: J = (P U S^½)ᵀ", gram(P * U.transpose() * S_sqrt)},
-        {"5.3", "J is H itself, not its root", gram(H)}};
+        {"5.3", "J is H itself, not its root", gram(H)},
+        {"5.3", "P acts on the rows of J, it belongs to the columns: J = S^½ Uᵀ P", gram(P * S_sqrt * U.transpose())},
+        {"5.3", "the eigenvalues ascend: those that are not zero stand last", gram(S_first * U.transpose() * P)}};
     for (const Factor& first : {Factor{"", P},
                                 {"P is missing: J = (P U S^½)ᵀ", I()},
                                 {"P⁻¹ stands where P is meant", P_inverse},
                                 {"P stands twice in J", MatXX(P * P)}}) {
       for (const Factor& last : {Factor{"", S_sqrt},
                                  {"S stands where its root is meant", S},
+                                 {"the root is drawn twice: S_sqrt is S^½ already", S_sqrt.cwiseSqrt()},
                                  {"S^½ is missing: J = (P U S^½)ᵀ", I()},
                                  {"S^-½ stands where S^½ is meant", S_pinv_sqrt}}) {
         const std::string cause = first.cause.empty() ? last.cause : first.cause;

@@ -94,6 +94,8 @@ inline std::vector<Mistake> MistakesInB(const Graph& graph, const Ordering& orde
       {"the loss is forgotten: ρ' is in Wr", [](const Edge& edge) { return WeightedResidual(edge, 0, false); }},
       {"W_ρ is for H; b takes Wr, which has ρ' in it",
        [](const Edge& edge) { return WeightedResidual(edge, 0, true); }},
+      {"W acts twice: Wr has it already",
+       [](const Edge& edge) { return VecX(edge.Information() * WeightedResidual(edge, 1, false)); }},
       {"W is missing: Wr, not the residual itself", [](const Edge& edge) { return VecX(edge.Residual()); }}};
   const std::vector<Operation> operations{
       {"", -1.0, false},
