@@ -10,10 +10,10 @@ from .errors import CourseError
 
 DESCRIPTIONS = {
     "run": "Without DATA: runs the whole chapter in under a minute and writes its tables, figures and a report that "
-           "explains them: report.html in English, report.zh.html in Chinese. With DATA: solves each bundle adjustment, pose graph or window and writes the result in the "
-           "format that it was read in or as a trajectory, its iterations as CSV, and a picture of before and after; "
-           "follows each recording with both window policies and writes trajectories and a report in both "
-           "languages.",
+           "explains them: report.html in English, report.zh.html in Chinese. With DATA: solves each bundle "
+           "adjustment, pose graph or window and writes the result in the format that it was read in or as a "
+           "trajectory, its iterations as CSV, and a picture of before and after; follows each recording with both "
+           "window policies and writes trajectories and a report in both languages.",
     "test": "Builds everything and runs the tests. What follows -- goes to CTest: ./course test -- --rerun-failed",
     "check": "Compiles your files in ch5_homework/, runs the tests of each stage, and explains what is not right. "
              "A stage is not-started, does-not-compile, crashes, times-out, wrong or right; exit code 0 if all that "

@@ -10,13 +10,13 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from . import jsonout
+from . import PLOT, jsonout
 from .build import BIN, build_or_fail, data_folder
 from .children import running
 from .errors import CourseError
 from .progress import Progress
 from .place import alone_in, make_writable
-from .run import PLOT, app
+from .run import app
 
 # name: what the programs read ("scene:" or a file below the data folder), and runs inside of one process: a short one
 # needs several, of which the first warms up.

@@ -52,10 +52,15 @@ def configure() -> None:
 
 def _is_foreign(cached: dict) -> bool:
     """Whether CMake would refuse this folder, or go on with another compiler than the one asked for."""
-    if cached.get("CMAKE_HOME_DIRECTORY", str(ROOT)) != str(ROOT):
-        return True  # the project was moved
+    if was_moved(cached):
+        return True
     compiler = cached.get("CMAKE_CXX_COMPILER")
     return bool(CXX and compiler) and shutil.which(CXX[0]) != shutil.which(compiler)
+
+
+def was_moved(cached: dict) -> bool:
+    """Whether a build folder with this cache was made when the project stood elsewhere."""
+    return cached.get("CMAKE_HOME_DIRECTORY", str(ROOT)) != str(ROOT)
 
 
 def _lacks_tests(cached: dict) -> bool:

@@ -3,16 +3,14 @@
 import os
 import re
 import shutil
-import sys
 from pathlib import Path
 
-from .build import BUILD, CORES, ROOT, cached_entries, failure, run_logged
+from whole_file import whole
+
+from .build import BUILD, CORES, ROOT, cached_entries, failure, run_logged, was_moved
 from .errors import CourseError
 from .place import make_writable
 from .progress import Progress
-
-sys.path.insert(0, str(ROOT / "ch5_backend" / "apps" / "plot"))
-from whole_file import whole  # noqa: E402  (the folder must be known first)
 
 LAB = ROOT / "ch5_backend" / "apps" / "lab"
 WASM = BUILD.parent / "wasm"
@@ -44,8 +42,8 @@ def build_wasm() -> Path:
     commands = [["emcmake", "cmake", "--preset", "release", "-B", str(WASM), "-DBUILD_TESTING=OFF", "-DCH5_WERROR=OFF",
                  f"-DEigen3_DIR={eigen / 'eigen3/cmake'}"],
                 ["ninja", "-C", str(WASM), "-j", str(CORES), "ch5_lab"]]
-    if cached_entries(WASM).get("CMAKE_HOME_DIRECTORY", str(ROOT)) != str(ROOT):
-        shutil.rmtree(WASM)  # the project was moved
+    if was_moved(cached_entries(WASM)):
+        shutil.rmtree(WASM)
     with Progress("compile to WebAssembly") as progress:
         for command in commands[(WASM / "build.ninja").exists():]:
             done = run_logged(command, "lab.log", progress.ninja_step)

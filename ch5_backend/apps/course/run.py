@@ -7,8 +7,10 @@ import sys
 import time
 from pathlib import Path
 
-from . import jsonout, language
-from .build import BIN, ROOT, build_or_fail
+from words import PAGES
+
+from . import PLOT, jsonout, language
+from .build import BIN, build_or_fail
 from .children import running
 from .data import kind_of
 from .errors import CourseError
@@ -16,10 +18,6 @@ from .place import alone_in, make_writable, result_places
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss",
            "pose_graph": "it has no landmarks"}
-PLOT = ROOT / "ch5_backend" / "apps" / "plot"
-sys.path.insert(0, str(PLOT))
-from words import PAGES  # noqa: E402  (the folder must be known first)
-
 SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver", "precision")
 POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts")
 
