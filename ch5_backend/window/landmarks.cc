@@ -89,7 +89,7 @@ double TriangulateDepth(const Window& window, const WindowLandmark& landmark) {
       AtA += a.transpose() * a;
     }
   }
-  const Eigen::Vector4d p = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(AtA).eigenvectors().col(0);
+  const Eigen::Vector4d p = Eigen::SelfAdjointEigenSolver<MatXX>(AtA).eigenvectors().col(0);
   const double depth = p.z() / p.w();
   return std::isfinite(depth) && depth >= kLeastDepth ? depth : kInitialDepth;
 }

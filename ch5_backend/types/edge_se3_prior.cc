@@ -1,0 +1,17 @@
+#include "ch5_backend/types/edge_se3_prior.h"
+
+namespace ch5 {
+
+EdgeSE3Prior::EdgeSE3Prior(std::shared_ptr<VertexPose> pose, const Qd& q0, const Vec3& p0)
+    : SizedEdge(std::move(pose)), q0_(q0.normalized()), p0_(p0) {}
+
+void EdgeSE3Prior::ComputeResidual() { r_ << LogSO3(q0_.conjugate() * GetVertex<0>().q()), GetVertex<0>().p() - p0_; }
+
+void EdgeSE3Prior::ComputeJacobians() {
+  const Vec3 r_R = LogSO3(q0_.conjugate() * GetVertex<0>().q());
+  J<0>().setZero();
+  J<0>().block<3, 3>(0, 3) = RightJacobianInverseSO3(r_R);
+  J<0>().block<3, 3>(3, 0).setIdentity();
+}
+
+}  // namespace ch5
