@@ -6,7 +6,7 @@ usage: measure.py [--rounds N]
 Each round runs every case once, so that a slow quarter of an hour of the machine falls on all alike; of each step the
 fastest round counts, since whatever disturbs a measurement makes it slower. Needs the programs measure_steps,
 measure_ours, measure_ceres and ch5_bal (ninja -C build/release measure_steps bench_programs ch5_bal) and the data folder, CH5_DATA_DIR.
-About five minutes on a machine that does nothing else.
+About a minute on a machine that does nothing else.
 """
 
 import argparse
