@@ -85,13 +85,13 @@ def factors(_, lang):
 def rules(tables, lang):
     """The cost after every trial, three rules on three problems."""
     words = WORDS[lang]
-    svg = Svg(1130, 420, "Rules for the damping on three problems")
+    svg = Svg(1130, 285, "Rules for the damping on three problems")
     for panel, problem in enumerate(("curve", "valley", "bundle")):
         last = max(tables.column("solver_rules", "trial", problem=problem))
         best = min(tables.column("solver_rules", "cost", problem=problem))
         first = tables.rows("solver_rules", problem=problem)[0]["cost"]
         low = 1e-9 * first
-        axes = Axes(svg, (75 + 375 * panel, 70, 290, 260), (0, last), (low, first), log_y=True)
+        axes = Axes(svg, (75 + 375 * panel, 75, 290, 145), (0, last), (low, first), log_y=True)
         axes.draw(words["trial"], words[problem], range(0, int(last) + 1, 10), decades((low, first), 3))
         for name, colour in RULES.items():
             rows = tables.rows("solver_rules", problem=problem, rule=name)
