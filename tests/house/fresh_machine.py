@@ -102,11 +102,15 @@ class FreshMachine(unittest.TestCase):
         self.assertIn("there is no such file", self.course("run", "/nowhere/a.txt").stderr)
         self.assertIn("sudo env DEBIAN_FRONTEND=noninteractive apt-get", self.calls())
 
-    def test_help_installs_nothing(self):
+    def test_help_and_wrong_words_install_nothing(self):
         self.user(0)
         self.apt(self.installing())
-        for words in (["help"], ["run", "--help"], ["frobnicate"]):
-            self.course(*words)
+        for words in (["help"], ["run", "--help"]):
+            self.assertEqual(self.course(*words).returncode, 0)
+        for words in (["frobnicate"], ["run", "--frobnicate"], ["lab", "frobnicate"], ["run", "--threads=0"]):
+            done = self.course(*words)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertNotIn("installing", done.stderr)
         self.assertEqual(self.calls(), "")
 
 

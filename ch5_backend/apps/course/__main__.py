@@ -235,8 +235,11 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
     return check.run_status(arguments.json, arguments.language)
 
 
-def main(argv: list) -> int:
-    """Returns the exit code; every error becomes one message and, with --json, one object."""
+def main(argv: list, only_read: bool = False) -> int:
+    """Returns the exit code; every error becomes one message and, with --json, one object.
+
+    With `only_read` nothing is done but to refuse wrong words.
+    """
     command, words, extra = argv[0] if argv else "", argv[1:], []
     if "--" in words:
         split = words.index("--")
@@ -249,6 +252,8 @@ def main(argv: list) -> int:
             raise CourseError(f"unknown command '{command}'; there are {', '.join(DESCRIPTIONS)} and help")
         arguments = make_parser(command).parse_intermixed_args(words)
         say = language.speaker(getattr(arguments, "language", language.spoken()))
+        if only_read:
+            return 0
         children.listen()
         code = dispatch(command, arguments, extra)
         sys.stdout.flush()
