@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -20,7 +21,7 @@ struct Flown {
 struct FlightRun {
   FlightOptions options;
   std::vector<Vec3> truth;  // at the images
-  Flown by_policy[2];
+  std::array<Flown, 2> by_policy;
 };
 
 std::vector<Json> FramesOf(const Window& window) {
