@@ -239,7 +239,7 @@ void All() {
     Print("zeros." + std::to_string(priors), static_cast<double>(NumZeroEigenvalues(priors)));
   }
   ThreeNumbers();
-  RankOne();
+  const RankOne printed;
   AbsoluteCut();
   LongDriveBlocks(100);
 }

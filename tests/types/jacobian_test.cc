@@ -177,7 +177,7 @@ TEST(Jacobian, CurveFitting) {
 class NumericReprojection : public EdgeReprojection {
  public:
   using EdgeReprojection::EdgeReprojection;
-  void ComputeJacobians() override { Edge::ComputeJacobians(); }
+  void ComputeJacobians() override { Edge::ComputeJacobians(); }  // NOLINT: the default, past EdgeReprojection's own
 };
 
 TEST(Jacobian, NumericDefaultEqualsTheAnalyticOneAndLeavesTheStateAlone) {

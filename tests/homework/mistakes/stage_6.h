@@ -141,8 +141,8 @@ struct SchurCase {
     return mm.V * S.asDiagonal() * mm.V.transpose();
   }
   double LargestEigenvalue() const { return DecomposeSymmetric(A.topLeftCorner(m, m)).S.maxCoeff(); }
-  MatXX A_rr() const { return A.bottomRightCorner(n(), n()); }
-  MatXX WithCorners(const MatXX& A_rm, const MatXX& A_mr) const { return A_rr() - A_rm * mm_pinv * A_mr; }
+  MatXX Arr() const { return A.bottomRightCorner(n(), n()); }
+  MatXX WithCorners(const MatXX& A_rm, const MatXX& A_mr) const { return Arr() - A_rm * mm_pinv * A_mr; }
   MatXX Schur(const MatXX& middle, double sign = -1.0) const {
     return A.bottomRightCorner(n(), n()) + sign * A.bottomLeftCorner(n(), m) * middle * A.topRightCorner(m, n());
   }
@@ -169,8 +169,8 @@ struct SchurCase {
         {"6d", "the eigenvalues are cut at another limit than kEps", [this] { return Schur(Pinv(1e-4)); }},
         {"6d", "the eigenvalues are cut at another limit than kEps", [this] { return Schur(Pinv(1e-6)); }},
         {"6d", "the eigenvalues are cut at another limit than kEps", [this] { return Schur(Pinv(1e-9)); }},
-        {"6d", "A_rr is missing: this is −A_rm A_mm⁺ A_mr", [this] { return MatXX(Schur(mm_pinv) - A_rr()); }},
-        {"6d", "A_rr is missing: this is A_rm A_mm⁺ A_mr", [this] { return MatXX(A_rr() - Schur(mm_pinv)); }},
+        {"6d", "A_rr is missing: this is −A_rm A_mm⁺ A_mr", [this] { return MatXX(Schur(mm_pinv) - Arr()); }},
+        {"6d", "A_rr is missing: this is A_rm A_mm⁺ A_mr", [this] { return MatXX(Arr() - Schur(mm_pinv)); }},
         {"6d", "A_mm⁺ acts twice", [this] { return Schur(mm_pinv * mm_pinv); }},
         {"6d", "only the diagonal of A_mm is inverted",
          [=] { return Schur(A_mm.diagonal().cwiseInverse().asDiagonal()); }},
@@ -198,7 +198,7 @@ struct SchurCase {
         all = "the corners are exchanged: the dropped rows stand first, A_rr is the lower right corner";
     const auto with = [this](const MatXX& A_rm, const MatXX& A_mr) { return [=] { return WithCorners(A_rm, A_mr); }; };
     const int n = this->n();
-    return {{"6d", rr, [=] { return n <= A.rows() ? MatXX(A.topLeftCorner(n, n) - A_rr() + Schur(mm_pinv)) : A; }},
+    return {{"6d", rr, [=] { return n <= A.rows() ? MatXX(A.topLeftCorner(n, n) - Arr() + Schur(mm_pinv)) : A; }},
             {"6d", rm, with(A.topLeftCorner(n, m), A.topRightCorner(m, n))},
             {"6d", rm, with(A.topRightCorner(n, m), A.topRightCorner(m, n))},
             {"6d", rm, with(A.bottomRightCorner(n, m), A.topRightCorner(m, n))},

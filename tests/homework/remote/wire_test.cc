@@ -38,7 +38,7 @@ TEST(Wire, NumbersComeBackToTheBit) {
   A << 0.1, -0.0, nan, 1e308, std::numeric_limits<double>::infinity(), 5e-324;
   const MatXX B = ReadAs<MatXX>(Bytes(A));
   ASSERT_EQ(B.rows(), 2);
-  EXPECT_EQ(std::memcmp(A.data(), B.data(), sizeof(double) * 6), 0);
+  EXPECT_EQ(std::memcmp(A.data(), B.data(), sizeof(double) * 6), 0);  // NOLINT: the bits, also of −0 and NaN
   EXPECT_EQ(ReadAs<MatXX>(Bytes(MatXX(0, 7))).cols(), 7);
   EXPECT_EQ(ReadAs<std::string>(Bytes(std::string("a\0b", 3))), std::string("a\0b", 3));
   EXPECT_EQ(ReadAs<int>(Bytes(-5)), -5);
