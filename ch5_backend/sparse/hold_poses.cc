@@ -34,7 +34,7 @@ void ProjectCoupling(const Structure& s, int i, const MatXX& projection, Scalar*
   for (int k = s.pose_slots_begin[i]; k < s.pose_slots_begin[i + 1]; ++k) {
     const int slot = s.pose_slots[k];
     Eigen::Map<Coupling> block(H_pl + s.slot_block[slot], s.pose_dim[i], s.landmark_dim[s.slot_landmark[slot]]);
-    block = projection.cast<Scalar>().lazyProduct(block).eval();  // the loop for small matrices
+    block = projection.cast<Scalar>().lazyProduct(block).eval();  // small: no need of, nor to compile, float gemm
   }
 }
 

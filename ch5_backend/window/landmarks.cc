@@ -89,6 +89,7 @@ double TriangulateDepth(const Window& window, const WindowLandmark& landmark) {
       AtA += a.transpose() * a;
     }
   }
+  // The solver for matrices of any size is compiled once for all files (math/precompiled.h); the same bits.
   const Eigen::Vector4d p = Eigen::SelfAdjointEigenSolver<MatXX>(AtA).eigenvectors().col(0);
   const double depth = p.z() / p.w();
   return std::isfinite(depth) && depth >= kLeastDepth ? depth : kInitialDepth;
