@@ -102,7 +102,10 @@ def code_of(one: Fill) -> tuple:
 
 
 def derived_class(name: str, stages: list) -> str:
-    """A class of the same name as the reference's, with the functions of these stages its own."""
+    """A class of the same name as the reference's, with the functions of these stages its own; without any the name
+    means the reference's, whose templates all fills share."""
+    if not stages:
+        return ""
     members = "\n  ".join([f"using ch5::{name}::{name};", *(DECLARATIONS[stage] for stage in stages)])
     return f"class {name} : public ch5::{name} {{\n public:\n  {members}\n}};"
 

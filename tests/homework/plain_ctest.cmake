@@ -44,7 +44,7 @@ if(CH5_HOMEWORK_TESTS)
 endif()
 
 # All that the checks need but the student's files.
-list(TRANSFORM homework_files REPLACE ".*/(.*)\\.cc" "stage_tests_\\1" OUTPUT_VARIABLE stage_test_objects)
+list(TRANSFORM homework_files REPLACE "(.*)\\.cc" "stage_tests_\\1" OUTPUT_VARIABLE stage_test_objects)
 add_custom_target(homework_ready DEPENDS stage_tests_common ${stage_test_objects} student_pch ch5_backend)
 
 # The same tests of a folder of our own, as a project of CTest's that only plain_ctest.py runs.

@@ -29,6 +29,11 @@ class PlainCTest(unittest.TestCase):
         cases = xml.parse(report).getroot().iter("testcase")
         return {case.get("name"): (case.get("status"), case.findtext("system-out") or "") for case in cases}, done.returncode
 
+    def test_what_the_preset_builds_is_there(self):
+        done = subprocess.run(["cmake", "--build", str(BUILD), "--target", "homework_ready"], capture_output=True, text=True,
+                              check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
     def test_skeleton_solutions_and_a_broken_file(self):
         self.hand_in(skeleton)
         found, code = self.verdicts()

@@ -7,3 +7,4 @@
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/math/precompiled.h"
 #include "ch5_backend/math/psd.h"
+#include "tests/compiled_products.h"

@@ -103,14 +103,15 @@ struct Submission {
   std::unique_ptr<PlainBlockSolver> (*make_block_solver)(Graph* graph);  // stage 7
 };
 
-/// For make_problem and make_block_solver: `P` is what they return, or a class derived from it.
+/// For make_problem and make_block_solver: `P` is what they return, or a class derived from it. Not make_unique, here and
+/// below: it would compile a unique_ptr<P> for each of hundreds of fills.
 template <typename P>
 std::unique_ptr<Problem> Make(Graph* graph) {
-  return std::make_unique<P>(graph);
+  return std::unique_ptr<Problem>(new P(graph));
 }
 template <typename P>
 std::unique_ptr<PlainBlockSolver> MakeBlockSolver(Graph* graph) {
-  return std::make_unique<P>(graph);
+  return std::unique_ptr<PlainBlockSolver>(new P(graph));
 }
 
 /// What is left in a term, in the order of these vertices.
@@ -149,7 +150,7 @@ class OkvisTermOf : public OkvisTerm, private M {
 };
 template <typename M>
 std::unique_ptr<OkvisTerm> MakeOkvisTerm() {
-  return std::make_unique<OkvisTermOf<M>>();
+  return std::unique_ptr<OkvisTerm>(new OkvisTermOf<M>);
 }
 
 /// For make_vins_term: `M` is MarginalizationInfo or a class derived from it.
@@ -179,7 +180,7 @@ class VinsTermOf : public VinsTerm, private M {
 };
 template <typename M>
 std::unique_ptr<VinsTerm> MakeVinsTerm() {
-  return std::make_unique<VinsTermOf<M>>();
+  return std::unique_ptr<VinsTerm>(new VinsTermOf<M>);
 }
 
 /// The one under test: the functions that are linked in, unless Choose has named another.

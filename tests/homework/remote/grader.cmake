@@ -36,12 +36,7 @@ function(ch5_json_words variable)
 endfunction()
 file(REAL_PATH ${CH5_CLANG} clang)  # the sandbox has no /etc/alternatives
 file(REAL_PATH ${CMAKE_CXX_COMPILER} compiler)
-find_program(CH5_LINKER NAMES ld.lld ld.gold)  # both link faster than the usual one: 0.2 s, 0.5 s, 0.9 s
-if(CH5_LINKER)
-  cmake_path(GET CH5_LINKER EXTENSION LAST_ONLY linker)  # ".lld"
-  string(REPLACE "." "-fuse-ld=" linker "${linker}")
-endif()
-ch5_json_words(quick ${clang} --driver-mode=g++ ${linker} ${flags} -include-pch ${phrases})
+ch5_json_words(quick ${clang} --driver-mode=g++ ${fast_linker} ${flags} -include-pch ${phrases})
 ch5_json_words(usual ${compiler} ${flags})
 file(CONFIGURE OUTPUT ${grader}/toolchain.json @ONLY CONTENT [=[{
   "include": "@grader@/include",
