@@ -1,48 +1,97 @@
 #pragma once
 /// Products of dynamic matrices, compiled once. Each kind of product costs a file that is compiled without optimisation
 /// (the tests, a student's file) half a second: some hundred of Eigen's functions. Announced here as specialisations,
-/// they are taken from compiled_products.cc, where Eigen's own templates do the work. Sizes are still asserted where
-/// the product is written.
+/// they are taken from compiled_products.cc, where Eigen's own templates do the work; a factor that is an expression is
+/// evaluated first. Sizes are still asserted where the product is written.
 
 #include <Eigen/Dense>
+#include <type_traits>
 
 #if EIGEN_VERSION_AT_LEAST(3, 4, 0) && !EIGEN_VERSION_AT_LEAST(3, 4, 90)  // the names are Eigen 3.4's
+// NOLINTBEGIN(readability-identifier-naming): Eigen's names
 namespace ch5::compiled {
-template <typename L>
-using Times = Eigen::Product<L, Eigen::MatrixXd, Eigen::DefaultProduct>;  // L·A, itself a factor
-using TimesDiagonal =
-    Eigen::Product<Eigen::MatrixXd, Eigen::DiagonalWrapper<const Eigen::VectorXd>, Eigen::LazyProduct>;
 using Jacobian = Eigen::Map<const Eigen::MatrixXd>;  // as Edge::Jacobian returns it
+template <typename L, typename R, int Kind>
+using ProductOf = Eigen::internal::generic_product_impl<L, R, Eigen::DenseShape, Eigen::DenseShape, Kind>;
 template <typename L, typename R>
-using OfMatrices =
-    Eigen::internal::generic_product_impl<L, R, Eigen::DenseShape, Eigen::DenseShape, Eigen::GemmProduct>;
+using OfMatrices = ProductOf<L, R, Eigen::GemmProduct>;
 template <typename L>
-using OfVector =
-    Eigen::internal::generic_product_impl<L, Eigen::VectorXd, Eigen::DenseShape, Eigen::DenseShape, Eigen::GemvProduct>;
+using OfVector = ProductOf<L, Eigen::VectorXd, Eigen::GemvProduct>;
+
+/// A product of expressions: both are evaluated first, so that only a few kinds of matrices are multiplied.
+template <typename L, typename R, int Kind>
+struct OfExpressions {
+  using Scalar = typename L::Scalar;
+  template <typename T>
+  using Plain = std::conditional_t<T::IsVectorAtCompileTime, typename T::PlainObject,
+                                   Eigen::Matrix<Scalar, T::RowsAtCompileTime, T::ColsAtCompileTime>>;
+  using OfPlain = ProductOf<Plain<L>, Plain<R>, Kind>;
+
+  template <typename To>
+  static void evalTo(To& to, const L& lhs, const R& rhs) {
+    OfPlain::evalTo(to, lhs, rhs);
+  }
+  template <typename To>
+  static void addTo(To& to, const L& lhs, const R& rhs) {
+    OfPlain::addTo(to, lhs, rhs);
+  }
+  template <typename To>
+  static void subTo(To& to, const L& lhs, const R& rhs) {
+    OfPlain::subTo(to, lhs, rhs);
+  }
+  template <typename To>
+  static void scaleAndAddTo(To& to, const L& lhs, const R& rhs, const Scalar& factor) {
+    OfPlain::scaleAndAddTo(to, lhs, rhs, factor);
+  }
+};
 }  // namespace ch5::compiled
 
+// Which expressions: as the left factor any of these; as the right one, of a plain matrix, a product or an inverse.
+namespace Eigen::internal {
+#define CH5_EVALUATED_FIRST(kind)                                                            \
+  template <typename A, typename B, int option, typename R>                                  \
+  struct generic_product_impl<Product<A, B, option>, R, DenseShape, DenseShape, kind>        \
+      : ch5::compiled::OfExpressions<Product<A, B, option>, R, kind> {};                     \
+  template <typename F, typename A, typename B, typename R>                                  \
+  struct generic_product_impl<CwiseBinaryOp<F, A, B>, R, DenseShape, DenseShape, kind>       \
+      : ch5::compiled::OfExpressions<CwiseBinaryOp<F, A, B>, R, kind> {};                    \
+  template <typename F, typename A, typename R>                                              \
+  struct generic_product_impl<CwiseUnaryOp<F, A>, R, DenseShape, DenseShape, kind>           \
+      : ch5::compiled::OfExpressions<CwiseUnaryOp<F, A>, R, kind> {};                        \
+  template <typename A, typename R>                                                          \
+  struct generic_product_impl<Inverse<A>, R, DenseShape, DenseShape, kind>                   \
+      : ch5::compiled::OfExpressions<Inverse<A>, R, kind> {};                                \
+  template <typename A, typename R>                                                          \
+  struct generic_product_impl<Block<A, Dynamic, Dynamic>, R, DenseShape, DenseShape, kind>   \
+      : ch5::compiled::OfExpressions<Block<A, Dynamic, Dynamic>, R, kind> {};                \
+  template <typename A, typename B, int option>                                              \
+  struct generic_product_impl<MatrixXd, Product<A, B, option>, DenseShape, DenseShape, kind> \
+      : ch5::compiled::OfExpressions<MatrixXd, Product<A, B, option>, kind> {};              \
+  template <typename A>                                                                      \
+  struct generic_product_impl<MatrixXd, Inverse<A>, DenseShape, DenseShape, kind>            \
+      : ch5::compiled::OfExpressions<MatrixXd, Inverse<A>, kind> {}
+CH5_EVALUATED_FIRST(GemmProduct);
+CH5_EVALUATED_FIRST(GemvProduct);
+
+template <typename M>
+struct compute_inverse<M, MatrixXd, Dynamic> {
+  static void run(const M& matrix, MatrixXd& inverse) { compute_inverse<MatrixXd, MatrixXd>::run(matrix, inverse); }
+};
+}  // namespace Eigen::internal
+
 // Each is one(L, R) for the products L·R of two matrices, each_vector(L) for those with a vector.
-#define CH5_COMPILED_PRODUCTS(each, each_vector)                                           \
-  each(MatrixXd, MatrixXd);                                                                \
-  each(MatrixXd, Transpose<MatrixXd>);                                                     \
-  each(MatrixXd, Transpose<const MatrixXd>);                                               \
-  each(MatrixXd, ch5::compiled::Jacobian);                                                 \
-  each(Transpose<MatrixXd>, MatrixXd);                                                     \
-  each(Transpose<const MatrixXd>, MatrixXd);                                               \
-  each(Transpose<ch5::compiled::Jacobian>, MatrixXd);                                      \
-  each(ch5::compiled::TimesDiagonal, Transpose<const MatrixXd>);                           \
-  each(ch5::compiled::Times<MatrixXd>, MatrixXd);                                          \
-  each(ch5::compiled::Times<MatrixXd>, Transpose<MatrixXd>);                               \
-  each(ch5::compiled::Times<MatrixXd>, Transpose<const MatrixXd>);                         \
-  each(ch5::compiled::Times<Transpose<MatrixXd>>, MatrixXd);                               \
-  each(ch5::compiled::Times<Transpose<const MatrixXd>>, MatrixXd);                         \
-  each(ch5::compiled::Times<Transpose<const MatrixXd>>, ch5::compiled::Jacobian);          \
-  each(ch5::compiled::Times<Transpose<ch5::compiled::Jacobian>>, ch5::compiled::Jacobian); \
-  each_vector(MatrixXd);                                                                   \
-  each_vector(Transpose<MatrixXd>);                                                        \
-  each_vector(Transpose<const MatrixXd>);                                                  \
-  each_vector(ch5::compiled::Times<MatrixXd>);                                             \
-  each_vector(ch5::compiled::Times<Transpose<const MatrixXd>>)
+#define CH5_COMPILED_PRODUCTS(each, each_vector)      \
+  each(MatrixXd, MatrixXd);                           \
+  each(MatrixXd, Transpose<MatrixXd>);                \
+  each(MatrixXd, Transpose<const MatrixXd>);          \
+  each(MatrixXd, ch5::compiled::Jacobian);            \
+  each(Transpose<MatrixXd>, MatrixXd);                \
+  each(Transpose<const MatrixXd>, MatrixXd);          \
+  each(Transpose<ch5::compiled::Jacobian>, MatrixXd); \
+  each_vector(MatrixXd);                              \
+  each_vector(Transpose<MatrixXd>);                   \
+  each_vector(Transpose<const MatrixXd>);             \
+  each_vector(Transpose<ch5::compiled::Jacobian>)
 #define CH5_ANNOUNCE(L, R)                                                                \
   template <>                                                                             \
   template <>                                                                             \
@@ -67,4 +116,5 @@ CH5_COMPILED_PRODUCTS(CH5_ANNOUNCE, CH5_ANNOUNCE_VECTOR);
 template <>
 void compute_inverse<MatrixXd, MatrixXd, Dynamic>::run(const MatrixXd& matrix, MatrixXd& inverse);
 }  // namespace Eigen::internal
+// NOLINTEND(readability-identifier-naming)
 #endif

@@ -27,7 +27,7 @@ LEFT_OUT = (
     "slides/",  # their notes answer what is asked in class
     "ch5_homework/GRADING", "ch5_homework/INSTRUCTORS",
     "ch5_backend/apps/course/grading/", "tests/grading/", "tests/homework/remote/", "tests/homework/attacks/",
-    "tests/docs/", "tests/house/", "tests/sanitizers/", "tests/fuzz/",  # of those who change the project
+    "tests/docs/", "tests/house/", "tests/sanitizers/", "tests/fuzz/", "tests/lab/",  # of those who change the project
     # what fills the gaps, rightly or wrongly
     "tests/homework/fills", "tests/homework/run_fills.py", "tests/homework/reference.cmake",
     "tests/homework/plain_ctest", "tests/homework/one_check.py", "tests/homework/end_to_end.py",
