@@ -44,6 +44,9 @@ struct OfExpressions {
     OfPlain::scaleAndAddTo(to, lhs, rhs, factor);
   }
 };
+
+/// The inverse (n×n) of an n×n matrix, by LU with partial pivoting, as Eigen's own.
+void Invert(const Eigen::MatrixXd& matrix, Eigen::MatrixXd* inverse);
 }  // namespace ch5::compiled
 
 // Which expressions: as the left factor any of these; as the right one, of a plain matrix, a product or an inverse.
@@ -75,7 +78,7 @@ CH5_EVALUATED_FIRST(GemvProduct);
 
 template <typename M>
 struct compute_inverse<M, MatrixXd, Dynamic> {
-  static void run(const M& matrix, MatrixXd& inverse) { compute_inverse<MatrixXd, MatrixXd>::run(matrix, inverse); }
+  static void run(const M& matrix, MatrixXd& inverse) { ch5::compiled::Invert(matrix, &inverse); }
 };
 }  // namespace Eigen::internal
 
@@ -92,29 +95,28 @@ struct compute_inverse<M, MatrixXd, Dynamic> {
   each_vector(Transpose<MatrixXd>);                   \
   each_vector(Transpose<const MatrixXd>);             \
   each_vector(Transpose<ch5::compiled::Jacobian>)
-#define CH5_ANNOUNCE(L, R)                                                                \
-  template <>                                                                             \
-  template <>                                                                             \
-  void ch5::compiled::OfMatrices<L, R>::evalTo(MatrixXd& to, const L& lhs, const R& rhs); \
-  template <>                                                                             \
-  template <>                                                                             \
-  void ch5::compiled::OfMatrices<L, R>::addTo(MatrixXd& to, const L& lhs, const R& rhs);  \
-  template <>                                                                             \
-  template <>                                                                             \
-  void ch5::compiled::OfMatrices<L, R>::subTo(MatrixXd& to, const L& lhs, const R& rhs);  \
-  template <>                                                                             \
-  template <>                                                                             \
+// The heads of what is specialised.
+#define CH5_PRODUCT(L, R, function) \
+  template <>                       \
+  template <>                       \
+  void ch5::compiled::OfMatrices<L, R>::function(MatrixXd& to, const L& lhs, const R& rhs)
+#define CH5_SCALED_PRODUCT(L, R) \
+  template <>                    \
+  template <>                    \
   void ch5::compiled::OfMatrices<L, R>::scaleAndAddTo(MatrixXd& to, const L& lhs, const R& rhs, const double& factor)
-#define CH5_ANNOUNCE_VECTOR(L)                                                                    \
+#define CH5_SCALED_PRODUCT_WITH_VECTOR(L)                                                         \
   template <>                                                                                     \
   template <>                                                                                     \
   void ch5::compiled::OfVector<L>::scaleAndAddTo(VectorXd& to, const L& lhs, const VectorXd& rhs, \
                                                  const double& factor)
+#define CH5_ANNOUNCE(L, R)   \
+  CH5_PRODUCT(L, R, evalTo); \
+  CH5_PRODUCT(L, R, addTo);  \
+  CH5_PRODUCT(L, R, subTo);  \
+  CH5_SCALED_PRODUCT(L, R)
 
 namespace Eigen::internal {
-CH5_COMPILED_PRODUCTS(CH5_ANNOUNCE, CH5_ANNOUNCE_VECTOR);
-template <>
-void compute_inverse<MatrixXd, MatrixXd, Dynamic>::run(const MatrixXd& matrix, MatrixXd& inverse);
+CH5_COMPILED_PRODUCTS(CH5_ANNOUNCE, CH5_SCALED_PRODUCT_WITH_VECTOR);
 }  // namespace Eigen::internal
 // NOLINTEND(readability-identifier-naming)
 #endif
