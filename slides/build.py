@@ -22,7 +22,7 @@ same minutes in both languages, 60 to 90 a deck. What a deck shows comes from th
   *.csv           tables that are kept in deckN/ because making them measures time; they hide those of --csv
 
 The tables of --csv that a deck needs, and the program that writes them, are FigureSet("slides/N", …) in
-ch5_backend/apps/course/figure_sets.py. Shared: svg.py (canvas, colours), chart.py (axes), tex.py, tables.py.
+ch5_backend/course/experiments/figure_sets.py. Shared: svg.py (canvas, colours), chart.py (axes), tex.py, tables.py.
 """
 
 import argparse
@@ -37,14 +37,12 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
-sys.path.append(str(ROOT / "ch5_backend/apps/plot"))
 
-import browser  # noqa: E402
-import modules  # noqa: E402
-from browser import BuildError  # noqa: E402
-from modules import WORK  # noqa: E402
-from tables import MissingTable, Tables  # noqa: E402
-from whole_file import whole  # noqa: E402
+from . import browser, npm
+from .browser import BuildError
+from .npm import WORK
+from .tables import MissingTable, Tables
+from ch5_backend.figures.atomic_write import atomic_write
 
 LANGUAGES = ("en", "zh")
 PLACEHOLDER = re.compile(r"\{\{([A-Za-z0-9_.]+)\}\}")
@@ -62,7 +60,7 @@ def language(deck):
 
 def package(deck):
     """The module deckN of N-name.en.md."""
-    return importlib.import_module(f"deck{deck.name.split('-')[0]}")
+    return importlib.import_module(f"slides.deck{deck.name.split('-')[0]}")
 
 
 def tables_of(deck, csv):
@@ -130,7 +128,7 @@ def inline(html, figures, lang):
 
 def marp(prepared, out):
     """All decks to HTML in one call of Marp, which is installed from the lock file when that changes."""
-    node, script = browser.node(), modules.installed() / "@marp-team/marp-cli/marp-cli.js"
+    node, script = browser.node(), npm.installed() / "@marp-team/marp-cli/marp-cli.js"
     with tempfile.TemporaryDirectory(dir=WORK) as folder:
         folder = Path(folder)
         for deck in prepared:
@@ -149,7 +147,7 @@ def say(words):
 def write(path, text):
     """Whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with whole(path) as partial:
+    with atomic_write(path) as partial:
         partial.write_text(text, encoding="utf-8")
 
 
@@ -238,7 +236,7 @@ def main(argv):
     arguments = parser.parse_args(argv)
     try:
         if arguments.overview:
-            from deck1.plots import overview
+            from .deck1.plots import overview
             for lang in LANGUAGES:
                 write(HERE / "figures" / f"overview.{lang}.svg", overview(Tables(arguments.csv), lang))
         elif arguments.figures:

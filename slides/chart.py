@@ -2,7 +2,7 @@
 
 from math import ceil, floor, log10
 
-from svg import FAINT, MUTED
+from .svg import FAINT, MUTED
 
 
 class Axes:

@@ -7,7 +7,7 @@ complement fills in, how rows and columns move, all follow from the list of edge
 import re
 from math import cos, pi as PI, sin
 
-from svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
+from ..svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
 from .toy import (EDGES, LANDMARKS, POSES, POSE_WIDTH, chain, decimal, ordering, pattern, schur_pattern, vertices, width)
 
 WORDS = {

@@ -6,7 +6,7 @@ from fractions import Fraction
 from math import gcd, lcm
 from pathlib import Path
 
-from tex import bracketed, matrix, scientific, tex
+from ..tex import bracketed, matrix, scientific, tex
 
 from .toy import chain, decimal
 
@@ -94,7 +94,7 @@ def prior_facts(tables):
 
 def study_facts(tables):
     """How the experiment is set up: the starts from its source, the weights from its table."""
-    source = (ROOT / "ch5_backend/apps/studies/prior_study.cc").read_text(encoding="utf-8")
+    source = (ROOT / "ch5_backend/experiments/studies/prior_study.cc").read_text(encoding="utf-8")
     position = re.search(r"options\.position_sigma = ([\d.]+);", source)
     rotation = re.search(r"options\.rotation_sigma = ([\d.]+) \* M_PI / 180\.0;", source)
     weights = [w for w in tables.column("prior_sweep", "weight", variant="course") if w > 0]

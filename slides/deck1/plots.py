@@ -2,8 +2,8 @@
 
 from math import ceil, floor, log10
 
-from chart import Axes, decades, legend
-from svg import CROSS, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix, number
+from ..chart import Axes, decades, legend
+from ..svg import CROSS, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix, number
 
 WORDS = {
     "en": {"weight": "weight w", "iterations": "iterations", "iteration": "iteration", "cost": "cost", "x": "x [m]",

@@ -2,8 +2,8 @@
 
 from math import cos, hypot, pi, sin
 
-from deck1.toy import ordering, pattern, width
-from svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
+from ..deck1.toy import ordering, pattern, width
+from ..svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
 
 WORDS = {
     "en": {"questions": ["eliminate what first?", "factorise or iterate?", "how long a step?", "which direction?",

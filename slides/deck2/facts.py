@@ -2,7 +2,7 @@
 
 from math import log10
 
-from tex import scientific
+from ..tex import scientific
 
 
 def schur_facts(_):

@@ -1,7 +1,7 @@
 """Plots of deck 2 about robust losses, from the tables of ch5_solvers."""
 
-from chart import Axes, decades, legend
-from svg import CROSS, LANDMARK, POSE, PRIOR, Svg
+from ..chart import Axes, decades, legend
+from ..svg import CROSS, LANDMARK, POSE, PRIOR, Svg
 
 WORDS = {
     "en": {"none": "least squares", "huber": "Huber", "cauchy": "Cauchy", "tukey": "Tukey", "r": "residual r [σ]",

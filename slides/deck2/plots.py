@@ -1,7 +1,7 @@
 """Plots of deck 2 about linear solvers and steps, from the tables of ch5_solvers."""
 
-from chart import Axes, decades, legend
-from svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
+from ..chart import Axes, decades, legend
+from ..svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
 
 WORDS = {
     "en": {"iteration": "iteration", "trial": "trial", "residual": "relative residual ‖b − Sx‖ / ‖b‖", "none": "M = I",

@@ -2,8 +2,8 @@
 
 from math import cos, pi as PI, sin, sqrt
 
-from chart import Axes
-from svg import FAINT, INK, LANDMARK, MUTED, PAPER, POSE, PRIOR, Svg, mix, number
+from ..chart import Axes
+from ..svg import FAINT, INK, LANDMARK, MUTED, PAPER, POSE, PRIOR, Svg, mix, number
 
 from . import toy
 

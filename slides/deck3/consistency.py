@@ -2,8 +2,8 @@
 
 from math import ceil
 
-from chart import Axes, decades, legend
-from svg import CROSS, LANDMARK, MUTED, POSE, PRIOR, Svg, mix, number
+from ..chart import Axes, decades, legend
+from ..svg import CROSS, LANDMARK, MUTED, POSE, PRIOR, Svg, mix, number
 
 WORDS = {
     "en": {"time": "time [s]", "nees": "NEES of the pose, mean of the flights", "none": "no constraints",

@@ -4,7 +4,7 @@ import re
 from math import degrees, sqrt
 from pathlib import Path
 
-from tex import matrix, scientific, tex
+from ..tex import matrix, scientific, tex
 
 from . import toy
 from .consistency import rows_of
@@ -60,7 +60,7 @@ def hand_facts(tables):
 
 def fill_facts(tables):
     stage = {name: tables.row("marginalize_fill", stage=name) for name in tables.column("marginalize_fill", "stage")}
-    source = (ROOT / "ch5_backend/apps/studies/marginalize_study.cc").read_text(encoding="utf-8")
+    source = (ROOT / "ch5_backend/experiments/studies/marginalize_study.cc").read_text(encoding="utf-8")
     frames, points = re.search(r"kFrames = (\d+), kPoints = (\d+)", source).groups()
     good, bad = stage["without landmarks and frame 0"], stage["without frame 0"]
     dimensions = {f"{one['null_dimension']:.0f}" for one in stage.values()}
@@ -94,7 +94,7 @@ def slide_facts(tables):
             f"slide.{policy}_rehosted": str(len({one["landmark"] for one in observations if one["fate"] == "again"}))})
         for fate in ("prior", "again", "lost", "stays"):
             facts[f"fate.{policy}_{fate}"] = str(sum(one["fate"] == fate for one in observations))
-    flight = ROOT / "ch5_backend/apps/studies/window"
+    flight = ROOT / "ch5_backend/experiments/studies/window"
     source = "".join((flight / name).read_text(encoding="utf-8") for name in ("flight.h", "flight.cc"))
     frames = int(re.search(r"kFlightWindow = (\d+)", source)[1])
     temporal = int(re.search(r"temporal_frames = (\d+)", source)[1])
@@ -145,7 +145,7 @@ def flight_facts(tables):
         facts[f"leak.{policy}_deg"] = f"{degrees(1 / sqrt(last)):.1f}"
         positions += [abs(row["information"]) for axis in "xyz"
                       for row in tables.rows("odometry_gauge", policy=policy, direction=axis)]
-    source = (ROOT / "ch5_backend/apps/studies/odometry_study.cc").read_text(encoding="utf-8")
+    source = (ROOT / "ch5_backend/experiments/studies/odometry_study.cc").read_text(encoding="utf-8")
     outliers, seconds = (float(re.search(rf"{name} = ([\d.]+);", source)[1]) for name in ("outlier_fraction", "duration"))
     facts.update({"leak.position": f"${scientific(max(positions), 1)}$", "flight.outliers": f"{outliers:.0%}",
                   "flight.seconds": f"{seconds:.0f}"})

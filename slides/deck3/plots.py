@@ -3,9 +3,9 @@
 import sys
 from math import ceil
 
-from chart import Axes, decades, legend
-from deck1.plots import cells
-from svg import CROSS, FAINT, INK, LANDMARK, MUTED, PAPER, POSE, PRIOR, Svg, mix
+from ..chart import Axes, decades, legend
+from ..deck1.plots import cells
+from ..svg import CROSS, FAINT, INK, LANDMARK, MUTED, PAPER, POSE, PRIOR, Svg, mix
 
 WORDS = {
     "en": {"before": "before", "good": "landmarks, then frame 0", "bad": "frame 0 at once", "track": "track",

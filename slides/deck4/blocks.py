@@ -1,7 +1,7 @@
 """The deck's picture that needs no table."""
 
-from chart import Axes, legend
-from svg import CROSS, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
+from ..chart import Axes, legend
+from ..svg import CROSS, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
 
 from . import toy
 

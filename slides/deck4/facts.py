@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
-import gauge_paper
-from tex import matrix, scientific, tex
+from ch5_backend.figures import gauge_paper
+from ..tex import matrix, scientific, tex
 
 from . import toy
 from .plots import ZERO, error_ratio, mean, over_weight, relative_spectrum, table, usual
@@ -104,7 +104,7 @@ def choice_facts(tables):
               for name in ("identity", "diagonal", "radius")}
     weights = curves["diagonal"][0]
     facts = {f"damping.{name}": f"{found[-1]:.1f}" for name, (_, found) in curves.items()}
-    # Right of the peak, where no damping needs 5 % more than its fewest there (apps/plot/gauge_choice.py).
+    # Right of the peak, where no damping needs 5 % more than its fewest there (ch5_backend/figures/gauge_choice.py).
     right = [k for k, weight in enumerate(weights) if weight >= 100]
     good = [weights[k] for k in right
             if all(found[k] <= 1.05 * min(found[i] for i in right) for _, found in curves.values())]

@@ -2,9 +2,9 @@
 
 from math import ceil, log10, sqrt
 
-import gauge_paper
-from chart import Axes, decades, legend
-from svg import CROSS, FAINT, INK, LANDMARK, MUTED, PAPER, POSE, PRIOR, Svg, mix, number
+from ch5_backend.figures import gauge_paper
+from ..chart import Axes, decades, legend
+from ..svg import CROSS, FAINT, INK, LANDMARK, MUTED, PAPER, POSE, PRIOR, Svg, mix, number
 
 WORDS = {
     "en": {"camera and IMU": "camera and IMU", "camera alone": "camera alone", "index": "eigenvalue, ascending",

@@ -1,7 +1,7 @@
 """Pictures of structure: g2o's classes, its memory, our four values, lanes and groups."""
 
-from deck1.toy import LANDMARKS, POSES, EDGES
-from svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
+from ..deck1.toy import LANDMARKS, POSES, EDGES
+from ..svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
 
 WORDS = {
     "en": {"graph": "unknowns, measurements", "algorithm": "how far", "block": "H, b, Schur complement",

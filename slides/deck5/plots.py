@@ -2,8 +2,8 @@
 
 from math import ceil
 
-from chart import Axes, decades, legend
-from svg import CROSS, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
+from ..chart import Axes, decades, legend
+from ..svg import CROSS, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
 
 from .facts import BEST, PROBLEMS, STEPS, iteration, ladder, time_of
 

@@ -49,7 +49,3 @@ class BenchCommand(unittest.TestCase):
                               text=True)
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertIn("course: no problem is called 'frobnicate'", done.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,14 +3,12 @@
 import contextlib
 import io
 import subprocess
-import sys
 import unittest
 from pathlib import Path
 from unittest import mock
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "ch5_backend" / "apps"))
-from course import bench
-from course.errors import CourseError
+from ch5_backend.course.experiments import bench
+from ch5_backend.course.base.errors import CourseError
 
 
 def run(trace, steps=4, peak=10.0):
@@ -116,7 +114,3 @@ class Rounds(unittest.TestCase):
             self.assertIn("left out, for want of their files in /nowhere: bal/49-7776", said.getvalue())
             with self.assertRaisesRegex(CourseError, "nothing to measure: bal/49-7776 .* set CH5_DATA_DIR"):
                 bench.cases_of(["bal/49-7776"], False)
-
-
-if __name__ == "__main__":
-    unittest.main()

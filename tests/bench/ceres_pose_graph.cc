@@ -1,7 +1,7 @@
 #include <Eigen/Cholesky>
 #include <memory>
 
-#include "ch5_backend/apps/studies/pose_graph_study.h"
+#include "ch5_backend/experiments/studies/pose_graph_study.h"
 #include "ch5_backend/types/edge_between.h"
 #include "tests/bench/ceres_solve.h"
 

@@ -1,4 +1,4 @@
-#include "ch5_backend/apps/studies/window_graph.h"
+#include "ch5_backend/experiments/studies/window_graph.h"
 #include "ch5_backend/marginalize/edge_prior.h"
 #include "ch5_backend/types/edge_imu.h"
 #include "tests/bench/ceres_solve.h"

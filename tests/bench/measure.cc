@@ -10,7 +10,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "ch5_backend/apps/studies/command_line.h"
+#include "ch5_backend/experiments/studies/command_line.h"
 
 namespace ch5::bench {
 namespace {

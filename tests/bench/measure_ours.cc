@@ -1,5 +1,5 @@
-#include "ch5_backend/apps/studies/pose_graph_study.h"
-#include "ch5_backend/apps/studies/window_graph.h"
+#include "ch5_backend/experiments/studies/pose_graph_study.h"
+#include "ch5_backend/experiments/studies/window_graph.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "tests/bench/measure.h"
 

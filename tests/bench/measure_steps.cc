@@ -7,11 +7,11 @@
 #include <functional>
 #include <stdexcept>
 
-#include "ch5_backend/apps/studies/command_line.h"
-#include "ch5_backend/apps/studies/pose_graph_study.h"
-#include "ch5_backend/apps/studies/window_graph.h"
 #include "ch5_backend/dense/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
+#include "ch5_backend/experiments/studies/command_line.h"
+#include "ch5_backend/experiments/studies/pose_graph_study.h"
+#include "ch5_backend/experiments/studies/window_graph.h"
 #include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/measure_machine.h"

@@ -7,19 +7,19 @@ import sys
 import unittest
 from pathlib import Path
 
-from engineers import rows
-from markdown import ROOT, read
+from tests.docs.engineers import rows
+from tests.docs.markdown import ROOT, read
 
-import browser
+from slides import browser
 
-BUILD = ROOT / "ch5_backend/apps/docs/build.py"
+BUILD = "ch5_backend.course.documents.api"
 PAGES = Path(os.environ.get("CH5_API", ROOT / "out/api")).resolve()
 
 
 class Api(unittest.TestCase):
     def setUp(self):
         if not PAGES.exists():
-            self.skipTest(f"{PAGES} is not there: apps/docs/build.py makes it, and says what it lacks")
+            self.skipTest(f"{PAGES} is not there: ./course docs makes it, and says what it lacks")
         self.front = read(PAGES / "index.html")
 
     def test_index_of_formulas_leads_to_the_functions(self):
@@ -49,14 +49,10 @@ class Api(unittest.TestCase):
         self.assertRegex(page, r'<pre class="fragment">\s+┌────┐', "drawings stay as they are")
 
     def test_nothing_that_engineers_call_is_without_words(self):
-        done = subprocess.run([sys.executable, "-B", BUILD, "--undocumented"], capture_output=True, text=True)
+        done = subprocess.run([sys.executable, "-m", BUILD, "--undocumented"], capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
 
     def test_a_folder_of_other_things_is_not_replaced(self):
-        done = subprocess.run([sys.executable, "-B", BUILD, "--out", ROOT / "tests"], capture_output=True, text=True)
+        done = subprocess.run([sys.executable, "-m", BUILD, "--out", ROOT / "tests"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 2)
         self.assertIn("holds something else", done.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -9,17 +9,16 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from markdown import ROOT, read, slides
+from tests.docs.markdown import ROOT, read, slides
 
-import browser
-import build
+from slides import browser, build
 
 TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv"
 BUILT = TABLES.parent / "slides"
 
 
 def run(*words, seed="1"):
-    return subprocess.run([sys.executable, "-B", str(ROOT / "slides/build.py"), *map(str, words)], text=True,
+    return subprocess.run([sys.executable, "-m", "slides.build", *map(str, words)], text=True,
                           capture_output=True, env={**os.environ, "PYTHONHASHSEED": seed})
 
 
@@ -93,11 +92,7 @@ class BuiltDecks(unittest.TestCase):
         old = self.folder / "node"
         old.write_text("#!/bin/sh\necho v12.22.9\n", encoding="utf-8")
         old.chmod(0o755)
-        script = ("import browser, shutil; shutil.which = lambda name: %r if name == 'node' else None\n"
+        script = ("from slides import browser; import shutil; shutil.which = lambda name: %r if name == 'node' else None\n"
                   "try: browser.node()\nexcept browser.BuildError as e: print(e.code, e)" % str(old))
-        done = subprocess.run([sys.executable, "-B", "-c", script], cwd=ROOT / "slides", text=True, capture_output=True)
+        done = subprocess.run([sys.executable, "-c", script], text=True, capture_output=True)
         self.assertRegex(done.stdout, r"^2 the slides need Node\.js 18 or newer, but \S+node is v12\.22\.9; ")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -8,11 +8,11 @@ import sys
 import unittest
 from pathlib import Path
 
-from markdown import DECKS, ROOT, fences, formulas, prose, read, slides
+from tests.docs.markdown import DECKS, ROOT, fences, formulas, prose, read, slides
 
-import build
-from deck1 import plots, toy
-from tables import MissingTable, Tables
+from slides import build
+from slides.deck1 import plots, toy
+from slides.tables import Tables
 
 TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
 STAGES = {stage["id"] for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]}
@@ -117,9 +117,9 @@ class Decks(unittest.TestCase):
 
     def test_figures_are_the_same_every_time(self):
         self.need_tables()
-        script = ("import sys, build; from pathlib import Path;"
+        script = ("import sys; from slides import build; from pathlib import Path;"
                   "print([build.Prepared(deck, Path(sys.argv[1])).figures for deck in build.decks()])")
-        drawn = [subprocess.run([sys.executable, "-B", "-c", script, TABLES.folder], cwd=ROOT / "slides", check=True,
+        drawn = [subprocess.run([sys.executable, "-c", script, TABLES.folder], check=True,
                                 env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True).stdout
                  for seed in "123"]  # the order of a set depends on the seed
         self.assertGreater(len(drawn[0]), 10000)
@@ -151,7 +151,3 @@ class Decks(unittest.TestCase):
         for name, entry in lock["packages"].items():
             self.assertTrue(not name or entry.get("integrity"), f"{name} is not pinned by its hash")
             self.assertTrue(entry.get("resolved", "https://registry.npmjs.org/").startswith("https://registry.npmjs.org/"))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -6,7 +6,7 @@ import subprocess
 import unittest
 from collections import Counter
 
-from markdown import DECKS, GUIDES, HANDOUTS, READMES, ROOT, anchor, fences, headings, links, prose, read, sections, slides, spans
+from tests.docs.markdown import DECKS, GUIDES, HANDOUTS, READMES, ROOT, anchor, fences, headings, links, prose, read, sections, slides, spans
 
 PAIRS = (READMES, HANDOUTS, GUIDES)
 ALL = [path for pair in PAIRS for path in pair]
@@ -142,7 +142,3 @@ class Documents(unittest.TestCase):
             text = re.sub(r"`[^`\n]*`|\$[^$]*\$|\]\([^)]*\)|\{\{.*?\}\}|^\w+: ", "·", prose(read(path)), flags=re.M)
             faults = re.findall(r".{0,12}[\u4e00-\u9fff][,:;?!()].{0,6}|.{0,6}[,;?!()][\u4e00-\u9fff].{0,12}", text)
             self.assertEqual(faults, [], f"{path}: half-width punctuation in Chinese text")
-
-
-if __name__ == "__main__":
-    unittest.main()

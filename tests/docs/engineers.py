@@ -3,7 +3,7 @@
 import re
 import unittest
 
-from markdown import ROOT, links, read, spans
+from tests.docs.markdown import ROOT, links, read, spans
 
 BACKEND = ROOT / "ch5_backend"
 INDEX = BACKEND / "README.md"
@@ -73,7 +73,3 @@ class Engineers(unittest.TestCase):
             for link in links(read(page)):
                 if not link.startswith("http"):
                     self.assertTrue((page.parent / link.partition("#")[0]).resolve().exists(), f"{page}: {link}")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,15 +2,13 @@
 
 import contextlib
 import io
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 from unittest import mock
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "ch5_backend" / "apps" / "plot"))
-import gauge_answer  # noqa: E402
+from ch5_backend.figures import gauge_answer
 
 
 class GaugeAnswer(unittest.TestCase):
@@ -55,7 +53,3 @@ class GaugeAnswer(unittest.TestCase):
         code, _, said = self.run_on("\n<!-- sweep; nowhere; iterations; .1f -->1<!-- -->")
         self.assertEqual(code, 2)
         self.assertIn("answer.md:2: the summary has no number 'sweep; nowhere; iterations'", said)
-
-
-if __name__ == "__main__":
-    unittest.main()

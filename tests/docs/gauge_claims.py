@@ -6,15 +6,14 @@ import unittest
 from math import degrees, radians
 from pathlib import Path
 
-from markdown import ROOT
+from tests.docs.markdown import ROOT
 
-import deck4  # makes gauge_paper known
-from deck4 import plots, toy
-from deck4.facts import difference
-from tables import Tables
+from slides import deck4
+from slides.deck4 import plots, toy
+from slides.deck4.facts import difference
+from slides.tables import Tables
 
-import gauge_numbers  # noqa: E402
-import gauge_paper  # noqa: E402
+from ch5_backend.figures import gauge_numbers, gauge_paper
 
 TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
 FOLDER = TABLES.folder.parent / "gauge"
@@ -101,7 +100,3 @@ class GaugeClaims(unittest.TestCase):
         plain = re.sub(r"<!--.*?-->", "", answer)
         for name in ("real.fixation_position", "real.free_position", "real.fixation_iterations", "real.free_iterations"):
             self.assertIn(self.facts[name], plain)
-
-
-if __name__ == "__main__":
-    unittest.main()

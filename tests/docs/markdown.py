@@ -1,11 +1,9 @@
 """Markdown taken apart, for the tests of the documents."""
 
 import re
-import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "slides"))
 
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.S | re.M)
 READMES = (ROOT / "README.md", ROOT / "README.zh.md")

@@ -4,9 +4,9 @@ import os
 import unittest
 from pathlib import Path
 
-from markdown import ROOT
+from tests.docs.markdown import ROOT
 
-from tables import Tables
+from slides.tables import Tables
 
 TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
 
@@ -76,7 +76,3 @@ class SolverClaims(unittest.TestCase):
     def test_both_corrections_find_the_same_minimum(self):
         costs = TABLES.column("solver_corrections", "final_cost", loss="cauchy")
         self.assertAlmostEqual(costs[0], costs[1], delta=1e-5 * costs[0])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,10 +3,10 @@ rewrite."""
 
 import unittest
 
-from markdown import ROOT
+from tests.docs.markdown import ROOT
 
-from deck5.facts import BEST, PROBLEMS, facts, iteration, ladder, time_of
-from tables import Tables
+from slides.deck5.facts import BEST, PROBLEMS, facts, iteration, ladder, time_of
+from slides.tables import Tables
 
 TABLES = Tables(ROOT / "slides/deck5")
 
@@ -56,7 +56,3 @@ class SpeedClaims(unittest.TestCase):
         found = facts(TABLES)
         for name in ("pcg", "series"):
             self.assertLess(2.0 * float(found[f"reduced.{name}"]), float(found["reduced.sparse"]))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -5,11 +5,11 @@ import unittest
 from fractions import Fraction as F
 from pathlib import Path
 
-from markdown import ROOT
+from tests.docs.markdown import ROOT
 
-from deck3 import plots, toy
-from deck3.consistency import rows_of
-from tables import Tables
+from slides.deck3 import plots, toy
+from slides.deck3.consistency import rows_of
+from slides.tables import Tables
 
 TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
 
@@ -80,7 +80,3 @@ class WindowClaims(unittest.TestCase):
                 for mode in ("none", "prior_only", "full")}
         self.assertLess(most["full"], most["none"])
         self.assertGreater(most["prior_only"], 1.5 * most["none"])
-
-
-if __name__ == "__main__":
-    unittest.main()

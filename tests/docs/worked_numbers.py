@@ -6,7 +6,7 @@ import subprocess
 import unittest
 from pathlib import Path
 
-from markdown import HANDOUTS, ROOT, read
+from tests.docs.markdown import HANDOUTS, ROOT, read
 
 PROGRAM = Path(os.environ.get("CH5_HANDOUT_NUMBERS", ROOT / "build/release/tests/docs/handout_numbers"))
 
@@ -67,7 +67,3 @@ class WorkedNumbers(unittest.TestCase):
 
     def test_every_sentence_has_its_number(self):
         self.assertLessEqual(set(SENTENCES), {name for name, _ in self.rows})
-
-
-if __name__ == "__main__":
-    unittest.main()

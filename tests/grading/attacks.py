@@ -15,8 +15,8 @@ import time
 import unittest
 from pathlib import Path
 
-from grading import ROOT
-from course.grading.rubric import read_rubric
+from tests.grading.grading import ROOT
+from ch5_backend.course.grading.rubric import read_rubric
 
 BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
 FOLDER = Path(__file__).with_name("attacks")
@@ -24,8 +24,8 @@ MARK = f"atk{os.getpid()}"  # the name of processes and files that should not be
 POINTS = sum(read_rubric()["3"].values())
 LIMITS = """
 import sys
-from course import __main__ as entry
-from course.grading import job, toolchain
+from ch5_backend.course import __main__ as entry
+from ch5_backend.course.grading import job, toolchain
 job.SECONDS_A_TEST = 6.0  # so that attacks on time take less of ours; of the clock, since the machine may be busy
 job.RUNNING = job.RUNNING._replace(seconds=3, wall_seconds=9.0)
 if sys.argv.pop() == "one-compiler":  # the second needs five times as long for what the first refuses
@@ -138,7 +138,7 @@ class Attacks(unittest.TestCase):
         done = subprocess.run([sys.executable, "-X", "utf8", "-c", LIMITS, "grade", *sorted(subs.iterdir()), "--stages", "3", "--jobs", "2",
                                "--out", out, compilers], text=True, timeout=1500, stdin=subprocess.DEVNULL, capture_output=True,
                               check=False, env={**os.environ, "CH5_BUILD_DIR": str(BUILD), "TMPDIR": str(temporary),
-                                                "PYTHONPATH": str(ROOT / "ch5_backend" / "apps")})
+                                                "PYTHONPATH": str(ROOT)})
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(list(temporary.iterdir()), [], "files of the grader are left")
         self.out = out
@@ -222,7 +222,3 @@ def name_of_process(folder: Path) -> str:
         return (folder / "comm").read_text().strip()
     except OSError:
         return ""
-
-
-if __name__ == "__main__":
-    unittest.main()

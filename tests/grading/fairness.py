@@ -3,19 +3,17 @@ each stage a right one and a wrong one; with CH5_LONG=1 two and five, with CH5_L
 """
 
 import os
-import sys
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from one_stage import READY, Grader
-from course.build import CORES
+from tests.grading.one_stage import READY, Grader
+from ch5_backend.course.base.build import CORES
 
 HOMEWORK = Path(__file__).resolve().parents[1] / "homework"
-sys.path.insert(0, str(HOMEWORK))
-from fills import Fill, read_fills, sections  # noqa: E402  (the folder must be known first)
-from regions import FILES, STAGES, fill, regions, solution_text, stage_of  # noqa: E402
-from run_fills import MARGIN  # noqa: E402
+from tests.homework.fills import Fill, read_fills, sections
+from ch5_backend.course.homework.regions import FILES, STAGES, fill, regions, solution_text, stage_of
+from tests.homework.run_fills import MARGIN
 
 RIGHT, WRONG = {"": (1, 1), "all": (999, 999)}.get(os.environ.get("CH5_LONG", ""), (2, 5))
 
@@ -69,7 +67,3 @@ class Fairness(unittest.TestCase):
                     self.assertEqual(near if state == "right" else [], [], "near a tolerance")
         right = sum(stage["id"] not in one.expected for one, stage in cases)
         print(f"{right} right and {len(cases) - right} wrong submissions, {sum(map(len, found))} verdicts")
-
-
-if __name__ == "__main__":
-    unittest.main()

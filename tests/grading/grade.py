@@ -13,11 +13,11 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
-from grading import ROOT
-from course.errors import CourseError
-from course.grading.grade import named, share
-from course.grading.outputs import alike, fingerprint, gradescope
-from course.grading.rubric import read_rubric
+from tests.grading.grading import ROOT
+from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.grading.grade import named, share
+from ch5_backend.course.grading.outputs import alike, fingerprint, gradescope
+from ch5_backend.course.grading.rubric import read_rubric
 
 BIN = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release")) / "bin"
 GRADER = BIN.parent / "grader" / "toolchain.json"
@@ -224,7 +224,3 @@ class Names(unittest.TestCase):
                  "dan": skeleton}
         made = [{"name": name, "fingerprint": fingerprint({"a.cc": text})} for name, text in texts.items()]
         self.assertEqual([(a, b) for a, b, _, _ in alike(made, fingerprint({"a.cc": skeleton}))], [("ada", "bob")])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -13,11 +13,11 @@ from collections import Counter
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
-from mutants import Mutant, all_mutants
-from one_stage import SEEDS, Grader
-from run_fills import is_named
-from course.build import BUILD, CORES
-from course.progress import Progress, duration
+from tests.grading.mutants import Mutant, all_mutants
+from tests.grading.one_stage import SEEDS, Grader
+from tests.homework.run_fills import is_named
+from ch5_backend.course.base.build import BUILD, CORES
+from ch5_backend.course.base.progress import Progress, duration
 
 KNOWN = BUILD / "mutants.json"
 PAGE = Path(__file__).with_name("MUTANTS.md")

@@ -3,20 +3,17 @@
 import html
 import json
 import re
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
-from grading import ROOT
-from course.grading import grade as grading
-from course.grading import outputs, pages
-from course.language import speaker
+from tests.grading.grading import ROOT
+from ch5_backend.course.grading import grade as grading, outputs, pages
+from ch5_backend.course.base.language import speaker
 
-sys.path.insert(0, str(ROOT / "tests" / "homework"))
-from untranslated import english_in  # noqa: E402  (the folder must be known first)
+from tests.homework.untranslated import english_in
 
 STORY = """Stage 1.1: H of one edge between two poses
   expected  (0, 6) = 2.5
@@ -107,7 +104,3 @@ class Pages(unittest.TestCase):
             self.assertFalse(session(CHINESE).grade_one("s1", file))
         self.assertEqual((self.folder / "s1" / "record.json").read_bytes(), before)
         self.assertEqual(english_in(words_of(self.folder / "s1" / "feedback.html")), "")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -5,12 +5,9 @@ a pattern and what may stand in its place; names and corners are exchanged withi
 """
 
 import re
-import sys
 from dataclasses import dataclass
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "homework"))
-from regions import FILES, regions, solution_text, stage_of  # noqa: E402  (the folder must be known first)
+from ch5_backend.course.homework.regions import FILES, regions, solution_text, stage_of
 
 NEXT = {" + ": [" - "], " - ": [" + "], " * ": [" / "], "++": ["--"],
         " += ": [" -= ", " = "], " -= ": [" += ", " = "], " = ": [" += "],

@@ -4,11 +4,11 @@ import re
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
-from kill import EQUIVALENTS, KILLED, PAGE, judge, read_equivalents
-from mutants import all_mutants
-from one_stage import READY, Grader
-from regions import FILES, regions, solution_text
-from course.build import CORES
+from tests.grading.kill import EQUIVALENTS, KILLED, PAGE, judge, read_equivalents
+from tests.grading.mutants import all_mutants
+from tests.grading.one_stage import READY, Grader
+from ch5_backend.course.homework.regions import FILES, regions, solution_text
+from ch5_backend.course.base.build import CORES
 
 SAMPLE = 20
 
@@ -48,7 +48,3 @@ class Mutation(unittest.TestCase):
             found = list(pool.map(lambda mutant: judge(grader, mutant, seeds=(7,)), sample))
         for mutant, verdict in zip(sample, found):
             self.assertIn(verdict["state"], (*KILLED, "does-not-compile"), mutant.id)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -7,12 +7,11 @@ from pathlib import Path
 if os.environ.get("CH5_BUILD"):  # CTest's word for the build folder
     os.environ.setdefault("CH5_BUILD_DIR", os.environ["CH5_BUILD"])
 
-import grading  # noqa: E402, F401  (the folder must be known before course is imported)
-from course.build import BUILD  # noqa: E402
-from course.gaps import explain  # noqa: E402
-from course.grading import job  # noqa: E402
-from course.grading.sandbox import preflight  # noqa: E402
-from course.grading.toolchain import Toolchain  # noqa: E402
+from ch5_backend.course.base.build import BUILD
+from ch5_backend.course.homework.blanks import explain
+from ch5_backend.course.grading import job
+from ch5_backend.course.grading.sandbox import preflight
+from ch5_backend.course.grading.toolchain import Toolchain
 
 SEEDS = (1, 2, 3)
 READY = (BUILD / "grader" / "toolchain.json").exists()

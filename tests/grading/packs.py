@@ -4,17 +4,15 @@ import json
 import os
 import shutil
 import subprocess
-import sys
 import tempfile
 import unittest
 import zipfile
 from pathlib import Path
 
-from grade import BIN, GRADER, environment, grade, records
-from grading import ROOT
+from tests.grading.grade import BIN, GRADER, environment, grade, records
+from tests.grading.grading import ROOT
 
-sys.path.insert(0, str(ROOT / "tests" / "apps"))
-import slurm  # noqa: E402  (the folder must be known first)
+from tests.experiments import slurm
 
 
 class Packs(unittest.TestCase):
@@ -117,7 +115,3 @@ class Shares(unittest.TestCase):
                                   env={**cluster, "CH5_BUILD_DIR": str(BIN.parent)})
             self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.marks(self.folder / "many"), self.one_run())
-
-
-if __name__ == "__main__":
-    unittest.main()

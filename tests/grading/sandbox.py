@@ -8,10 +8,10 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import grading  # noqa: F401
-from course.errors import CourseError
-from course.grading import sandbox
-from course.grading.sandbox import MIB, Limits, Sandbox
+from tests.grading import grading  # noqa: F401
+from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.grading import sandbox
+from ch5_backend.course.grading.sandbox import MIB, Limits, Sandbox
 
 try:
     sandbox.preflight()
@@ -116,7 +116,3 @@ class Preflight(unittest.TestCase):
         with mock.patch.object(Sandbox, "wrap", lambda self, command: command):
             with self.assertRaisesRegex(CourseError, "cannot make one here"):
                 sandbox.preflight()
-
-
-if __name__ == "__main__":
-    unittest.main()

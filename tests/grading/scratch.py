@@ -7,9 +7,9 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from grading import ROOT
+from tests.grading.grading import ROOT
 
-HOLD = "import sys; from course.scratch import scratch; (scratch() / 'file').touch(); print(scratch(), flush=True); sys.stdin.read()"
+HOLD = "import sys; from ch5_backend.course.base.scratch import scratch; (scratch() / 'file').touch(); print(scratch(), flush=True); sys.stdin.read()"
 
 
 class Scratch(unittest.TestCase):
@@ -21,7 +21,7 @@ class Scratch(unittest.TestCase):
     def run_one(self) -> tuple:
         """(process, its folder)"""
         process = subprocess.Popen([sys.executable, "-c", HOLD], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                                   env={**os.environ, "TMPDIR": str(self.folder), "PYTHONPATH": str(ROOT / "ch5_backend" / "apps")})
+                                   env={**os.environ, "TMPDIR": str(self.folder), "PYTHONPATH": str(ROOT)})
         self.addCleanup(process.communicate)
         self.addCleanup(process.kill)
         return process, Path(process.stdout.readline().strip())
@@ -44,7 +44,3 @@ class Scratch(unittest.TestCase):
         link.symlink_to(self.folder / "mine")
         self.run_one()
         self.assertTrue(file.exists() and link.exists())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -10,13 +10,12 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from grading import ROOT
+from tests.grading.grading import ROOT
 
 os.environ.setdefault("CH5_BUILD_DIR", os.environ.get("CH5_BUILD", ""))  # before it is read
-from course.build import BUILD  # noqa: E402
-from course.grading import student  # noqa: E402
-sys.path.insert(0, str(ROOT / "tests" / "homework"))
-from regions import FILES, STAGES, regions, solution_text  # noqa: E402
+from ch5_backend.course.base.build import BUILD
+from ch5_backend.course.grading import student
+from ch5_backend.course.homework.regions import FILES, STAGES, regions, solution_text
 
 WHY_NOT = ("" if (ROOT / ".git").exists() else "only a clone knows which files are the project's") or (
     "the archive is made with GCC" if "clang" in os.environ.get("CH5_CXX", "") else "")
@@ -84,7 +83,7 @@ class Archive(InAFolder):
         for name in self.files:
             self.assertNotRegex(name, r"^solutions/.*(\.cc|\.md)$|\.fills$|\.attacks$|INSTRUCTORS|GRADING|^slides/.*\.md$|^\.git/")
         self.assertLessEqual({"course", "README.md", "solutions/problem.cc.s", "ch5_homework/problem.cc",
-                              "slides/figures/overview.en.svg", "tests/homework/stage_1_1.cc"}, set(self.files))
+                              "slides/figures/overview.en.svg", "ch5_homework/judge/stage_1_1.cc"}, set(self.files))
 
     def test_its_pages_link_to_nothing_that_is_missing(self):
         for name, content in self.files.items():
@@ -105,8 +104,8 @@ class Archive(InAFolder):
         put(self.files, folder)
         for words in ((), ("--deep",)):
             for root, out in ((folder, "theirs"), (ROOT, "ours")):
-                subprocess.run([sys.executable, root / "tests/homework/make_skeleton.py", *words, "--output", folder / out],
-                               check=True)
+                subprocess.run([sys.executable, "-m", "ch5_backend.course.homework.make_skeleton", *words, "--output", folder / out],
+                               check=True, env={**os.environ, "PYTHONPATH": str(root)})
             for name in FILES:
                 self.assertEqual((folder / "theirs" / name).read_text(), (folder / "ours" / name).read_text(), (name, words))
 
@@ -153,7 +152,3 @@ class Unpacked(InAFolder):
             done = self.course(*words)
             self.assertEqual(done.returncode, 0, done.stdout[-3000:] + done.stderr[-3000:])
         self.assertIn("students' archive, without 'grade'", self.course("grade", "ch5_homework").stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

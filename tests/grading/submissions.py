@@ -10,9 +10,9 @@ import unittest
 import zipfile
 from pathlib import Path
 
-import grading  # noqa: F401
-from course.errors import CourseError
-from course.grading.submission import LARGEST, LARGEST_ARCHIVE, collect
+from tests.grading import grading  # noqa: F401
+from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.grading.submission import LARGEST, LARGEST_ARCHIVE, collect
 
 CODE = b"// mine\n"
 
@@ -147,7 +147,3 @@ class Submissions(unittest.TestCase):
     def test_what_is_not_there_is_an_error(self):
         with self.assertRaisesRegex(CourseError, "nobody.zip: there is no such submission"):
             collect(self.folder / "nobody.zip")
-
-
-if __name__ == "__main__":
-    unittest.main()

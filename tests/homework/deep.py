@@ -6,8 +6,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from make_skeleton import skeleton
-from regions import FILES, ROOT, STAGES, regions, solution_text
+from ch5_backend.course.homework.make_skeleton import skeleton
+from ch5_backend.course.homework.regions import FILES, ROOT, STAGES, regions, solution_text
 
 
 class Deep(unittest.TestCase):
@@ -62,10 +62,6 @@ class Deep(unittest.TestCase):
 
     def test_a_deep_file_is_a_student_at_work(self):
         self.course_deep()
-        done = subprocess.run([sys.executable, "make_skeleton.py", "--check", "--output", str(self.folder)], check=False,
-                              cwd=Path(__file__).parent, capture_output=True, text=True, env={"PATH": "/usr/bin:/bin"})
+        done = subprocess.run([sys.executable, "-m", "ch5_backend.course.homework.make_skeleton", "--check", "--output", str(self.folder)], check=False,
+                              capture_output=True, text=True, env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(ROOT)})
         self.assertEqual(done.returncode, 77, done)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -9,16 +9,15 @@ import sys
 import unittest
 from pathlib import Path
 
-from make_skeleton import skeleton
-from regions import FILES, ROOT, fill, solution_text
-from untranslated import english_in
+from ch5_backend.course.homework.make_skeleton import skeleton
+from ch5_backend.course.homework.regions import FILES, fill, solution_text
+from tests.homework.untranslated import english_in
 
-FOLDER = Path(sys.argv.pop())
-os.environ["CH5_CHECK_FOLDER"] = str(FOLDER)
+FOLDER = Path(os.environ["CH5_CHECK_FOLDER"])
 
 
 def course(*words: str) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-m", "course", *words], cwd=ROOT / "ch5_backend" / "apps",
+    return subprocess.run([sys.executable, "-m", "ch5_backend.course", *words],
                           capture_output=True, text=True, check=False)
 
 
@@ -98,8 +97,8 @@ class EndToEnd(unittest.TestCase):
 
     def test_one_file_is_begun_anew_and_the_others_stay(self):
         self.hand_in()
-        subprocess.run([sys.executable, "make_skeleton.py", "gauge_prior.cc", "--output", FOLDER], check=True,
-                       cwd=Path(__file__).parent)
+        subprocess.run([sys.executable, "-m", "ch5_backend.course.homework.make_skeleton", "gauge_prior.cc", "--output", FOLDER],
+                       check=True)
         for name in FILES:
             wanted = skeleton(name) if name == "gauge_prior.cc" else solution_text(name)
             self.assertEqual((FOLDER / name).read_text(encoding="utf-8"), wanted)
@@ -132,11 +131,7 @@ class EndToEnd(unittest.TestCase):
         (FOLDER / "gauge_prior.cc").unlink()
         done = course("check", "3", "--json")
         self.assertEqual(states(done), {"3": "does-not-compile"})
-        self.assertIn("gauge_prior.cc is missing; tests/homework/make_skeleton.py gauge_prior.cc", hints(done)["3"])
+        self.assertIn("gauge_prior.cc is missing; python3 -m ch5_backend.course.homework.make_skeleton gauge_prior.cc", hints(done)["3"])
         unknown = course("check", "9")
         self.assertEqual(unknown.returncode, 2)
         self.assertIn("unknown stage '9'", unknown.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -18,7 +18,7 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from regions import FILES, STAGES, fill, regions, solution_text, stage_of
+from ch5_backend.course.homework.regions import FILES, STAGES, fill, regions, solution_text, stage_of
 
 # How the class of a fill announces the function that a stage replaces.
 DECLARATIONS = {
@@ -112,7 +112,7 @@ def derived_class(name: str, stages: list) -> str:
 
 def translation_unit(fills: list) -> str:
     includes = sorted({line for name in FILES for line in re.findall(r"^#include .*$", solution_text(name), re.MULTILINE)})
-    parts = ["// Written by tests/homework/fills.py.", *includes, '#include "tests/homework/submission.h"']
+    parts = ["// Written by tests/homework/fills.py.", *includes, '#include "ch5_homework/judge/submission.h"']
     for one in fills:
         text, stages = code_of(one)
         classes = "\n".join(derived_class(name, [stage for stage in own if stage in stages and f"{name}::" in text])

@@ -2,17 +2,15 @@
 
 import shutil
 import subprocess
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 from unittest import mock
 
-from regions import ROOT, fill, solution_text
+from ch5_backend.course.homework.regions import ROOT, fill, solution_text
 
-sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
-from course import compiler, gaps  # noqa: E402
-from course.judge import Verdict  # noqa: E402
+from ch5_backend.course.homework import blanks, compiler
+from ch5_backend.course.homework.judge import Verdict
 
 # Enough for a parser; what is included needs no Eigen.
 TINY = """struct Qd {};
@@ -94,22 +92,18 @@ class GapsLeftEmpty(unittest.TestCase):
                                       ("1.2a", "H_pp_schur_ = H.block", "Hmp"), ("1.2a", "b_pp_schur_ = bpp", "bpp"),
                                       ("2c", "tempB = Arm", "Arm")):
             text = gap_left_empty("problem.cc", todo)
-            self.assertEqual(gaps.still_empty(text, line_of(text, words)), (variable, todo), words)
+            self.assertEqual(blanks.still_empty(text, line_of(text, words)), (variable, todo), words)
 
     def test_nothing_is_said_of_what_is_assigned(self):
         text = solution_text("problem.cc")
         for number in range(len(text.splitlines()) + 2):
-            self.assertIsNone(gaps.still_empty(text, number), number)
+            self.assertIsNone(blanks.still_empty(text, number), number)
 
     def test_a_crash_says_it_first(self):
         text = gap_left_empty("problem.cc", "1.2a")
         content, place = text.encode(), line_of(text, "Hmm.block(idx")
         crash = Verdict("crashes", f"An assertion stopped the program at problem.cc:{place}.")
-        told = gaps.explain(crash, "problem.cc", content).hint
+        told = blanks.explain(crash, "problem.cc", content).hint
         self.assertIn("Hmm is still empty: nothing was assigned to it in TODO 1.2a", told)
         for other in (Verdict("wrong", crash.hint), Verdict("crashes", "Crash."), Verdict("right", "")):
-            self.assertEqual(gaps.explain(other, "problem.cc", content), other)
-
-
-if __name__ == "__main__":
-    unittest.main()
+            self.assertEqual(blanks.explain(other, "problem.cc", content), other)

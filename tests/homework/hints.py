@@ -3,18 +3,16 @@
 import contextlib
 import io
 import os
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 from unittest import mock
 
-from regions import ROOT, STAGES
+from ch5_backend.course.homework.regions import ROOT, STAGES
 
-sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
-from course import causes, hint  # noqa: E402
-from course.errors import CourseError  # noqa: E402
-from course.judge import Verdict  # noqa: E402
+from ch5_backend.course.homework import hint, hint_policy
+from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.homework.judge import Verdict
 
 STORY = """Stage 1.1: H of one edge
   expected  (0, 6) = 2
@@ -64,13 +62,13 @@ class Causes(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        patch = mock.patch.object(causes, "BUILD", Path(folder.name))
+        patch = mock.patch.object(hint_policy, "BUILD", Path(folder.name))
         patch.start()
         self.addCleanup(patch.stop)
 
     def shown(self, verdict, threshold=2, counts=True):
         """Whether the cause is there, in the story and in the line of ./course status."""
-        told = causes.hold_back(STAGES[0], verdict, threshold, counts)
+        told = hint_policy.hold_back(STAGES[0], verdict, threshold, counts)
         named = ["mirrored" in told.story and "not symmetric" in told.story, "mirrored" in told.hint]
         self.assertEqual(len(set(named)), 1, told)
         self.assertIn("TODO 1.1b", told.story)
@@ -81,7 +79,7 @@ class Causes(unittest.TestCase):
 
     def test_the_second_failure_names_it(self):
         self.assertEqual([self.shown(self.wrong()) for _ in range(3)], [False, True, True])
-        self.assertIn("./course hint 1.1 1", causes.hold_back(STAGES[0], self.wrong(), 9).story)
+        self.assertIn("./course hint 1.1 1", hint_policy.hold_back(STAGES[0], self.wrong(), 9).story)
 
     def test_a_setting_names_it_at_once_or_later(self):
         self.assertTrue(self.shown(self.wrong(), threshold=1))
@@ -90,7 +88,7 @@ class Causes(unittest.TestCase):
     def test_another_failure_and_a_right_stage_begin_anew(self):
         other = self.wrong(STORY.replace("one edge", "two edges"))
         self.assertEqual([self.shown(each) for each in (self.wrong(), other, self.wrong())], [False, False, False])
-        causes.hold_back(STAGES[0], RIGHT, 2)
+        hint_policy.hold_back(STAGES[0], RIGHT, 2)
         self.assertFalse(self.shown(self.wrong()))
 
     def test_looking_does_not_count(self):
@@ -103,17 +101,13 @@ class Causes(unittest.TestCase):
         for verdict in (RIGHT, Verdict("crashes", "Crash at problem.cc:3."),
                         Verdict("wrong", "s", "s\n  cause     none of the typical mistakes gives these numbers"),
                         Verdict("wrong", "s", "s\n  cause     still empty: nothing was assigned to H_prior")):
-            self.assertEqual(causes.hold_back(STAGES[0], verdict, 2), verdict)
+            self.assertEqual(hint_policy.hold_back(STAGES[0], verdict, 2), verdict)
 
     def test_without_a_place_to_count_causes_are_named(self):
-        with mock.patch.object(causes, "BUILD", Path("/dev/null/nowhere")):
+        with mock.patch.object(hint_policy, "BUILD", Path("/dev/null/nowhere")):
             self.assertTrue(self.shown(self.wrong()))
 
     def test_a_stage_of_two_sections_names_the_right_one(self):
         stage = next(stage for stage in STAGES if stage["id"] == "6")
         for todo, section in (("6a", "6A"), ("6j", "6B")):
-            self.assertEqual(causes.section_of(stage, f"…\n  read      ch5_homework/README.md, Stage 6, TODO {todo}"), section)
-
-
-if __name__ == "__main__":
-    unittest.main()
+            self.assertEqual(hint_policy.section_of(stage, f"…\n  read      ch5_homework/README.md, Stage 6, TODO {todo}"), section)

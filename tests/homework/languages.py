@@ -1,7 +1,6 @@
 """The check speaks Chinese: everything that it can say has an entry, and what varies gets through untouched."""
 
 import ast
-import contextlib
 import io
 import json
 import os
@@ -11,20 +10,21 @@ from collections import Counter
 from pathlib import Path
 from unittest import mock
 
-from regions import ROOT, STAGES
-from untranslated import CHINESE, SENTENCE, english_in, language, untranslated
-from course import causes, check, compiler, gaps, judge  # untranslated.py has told where
-from course.errors import CourseError
-from course.judge import Verdict
+from ch5_backend.course.homework.regions import ROOT, STAGES
+from tests.homework.untranslated import CHINESE, SENTENCE, english_in, language, untranslated
+from ch5_backend.course.homework import blanks, check, compiler, hint_policy, judge
+from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.homework.judge import Verdict
 
-COURSE = ROOT / "ch5_backend" / "apps" / "course"
-CHECKS = sorted([*(ROOT / "tests" / "homework").glob("mistakes/*.h"), *(ROOT / "tests" / "homework").glob("stage_*.[ch]*"),
-                 ROOT / "tests" / "homework" / "narrate.cc",
+COURSE = ROOT / "ch5_backend" / "course"
+CHECKS = sorted([*(ROOT / "ch5_homework" / "judge").glob("mistakes/*.h"), *(ROOT / "ch5_homework" / "judge").glob("stage_*.[ch]*"),
+                 ROOT / "ch5_homework" / "judge" / "narrate.cc",
                  # What the library answers to wrong calls and to systems that nobody can solve:
                  *(ROOT / "ch5_backend" / name for name in ("dense/plain_block_solver.cc", "marginalize/edge_prior.cc",
                    "marginalize/marginalization_error_core.cc", "marginalize/marginalization_info_core.cc",
                    "solve/minimizer.cc"))])
-SPEAKERS = [COURSE / name for name in ("judge.py", "deep.py", "gaps.py", "causes.py", "check.py", "compiler.py", "grading/job.py",
+SPEAKERS = [COURSE / name for name in ("homework/judge.py", "homework/deep.py", "homework/blanks.py", "homework/hint_policy.py",
+                                       "homework/check.py", "homework/compiler.py", "grading/job.py",
                                        "grading/pages.py", "grading/outputs.py", "grading/toolchain.py",
                                        "grading/submission.py")]
 PLAIN_WORD = re.compile(r"[a-z]{3,}")
@@ -34,7 +34,7 @@ PATTERN = re.compile(r"[\\|<]|\.[*+]|TODO::|^ninja|`main'")  # of a regular expr
 
 def catalogues() -> list:
     """[(English, Chinese)] of all files, in which one may stand twice."""
-    return [pair for path in sorted((COURSE / "language" / "zh").glob("*.json"))
+    return [pair for path in sorted((COURSE / "base" / "language" / "zh").glob("*.json"))
             for pair in json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=list)]
 
 
@@ -136,9 +136,9 @@ class Stories(unittest.TestCase):
         verdict = Verdict("wrong", judge.cause(self.STORY), self.STORY)
         self.assertEqual(CHINESE.hint(verdict.hint, verdict.story),
                          "阶段 7：H，排成一列的 5 个位姿和 5 个点，固定其中一个：H_pp 的对角块：把 += 写成了 =。")
-        with mock.patch.object(causes, "remember", return_value=1):
+        with mock.patch.object(hint_policy, "remember", return_value=1):
             for threshold in (2, 3):
-                held = causes.hold_back(STAGES[-1], verdict, threshold)
+                held = hint_policy.hold_back(STAGES[-1], verdict, threshold)
                 self.assertEqual(untranslated(held), "")
                 self.assertIn("./course hint 7 1", CHINESE.story(held.story))
                 self.assertNotIn("对角块", CHINESE.story(held.story))
@@ -153,7 +153,7 @@ class Stories(unittest.TestCase):
                 self.assertEqual(english_in(told), "")
                 self.assertEqual("problem.cc:71" in told, "problem.cc" in where)
         text = b"  MatXX Hmm;\n  // TODO:: home work 1.2a. Hmm = ?\n  use(Hmm);\n"
-        crash = gaps.explain(Verdict("crashes", "Crash (Aborted) at problem.cc:3, before the tests were through."), "problem.cc", text)
+        crash = blanks.explain(Verdict("crashes", "Crash (Aborted) at problem.cc:3, before the tests were through."), "problem.cc", text)
         self.assertIn("Hmm 还是空的：TODO 1.2a", CHINESE(crash.hint))
         self.assertEqual(untranslated(crash), "")
 
@@ -195,7 +195,3 @@ class Printed(unittest.TestCase):
                 self.assertEqual([language.chosen(word) for word in language.LANGUAGES], list(language.LANGUAGES))
         with self.assertRaisesRegex(CourseError, "fr"):
             language.chosen("fr")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -4,10 +4,9 @@
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "ch5_backend" / "apps"))
-from course.check import stage_table, tell  # noqa: E402
-from course.judge import Verdict, judge  # noqa: E402
-from course.language import speaker, spoken  # noqa: E402
+from ch5_backend.course.homework.check import stage_table, tell
+from ch5_backend.course.homework.judge import Verdict, judge
+from ch5_backend.course.base.language import speaker, spoken
 
 
 def main(executable: str, file: str, stage_id: str, check: str) -> int:

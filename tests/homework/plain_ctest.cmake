@@ -4,7 +4,7 @@
 #
 # A test for each check, stage_1.1.MakeHessian.OneEdgeBetweenTwoPoses, with the labels homework and stage_1.1. The student's
 # file is compiled by a test too, stage_1.1.MakeHessian.compiles: if that fails, only its own stages do, as "Not Run".
-file(GLOB stage_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/stage_*.cc)
+file(GLOB stage_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/ch5_homework/judge/stage_*.cc)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${stage_sources})
 foreach(source IN LISTS stage_sources)
   file(STRINGS ${source} lines REGEX "^TEST\\(")
@@ -12,11 +12,14 @@ foreach(source IN LISTS stage_sources)
 endforeach()
 
 # ch5_write_homework_tests(FILE PREFIX FOLDER): writes the tests of the executables PREFIXcheck_NAME, made of FOLDER.
+list(TRANSFORM ch5_python_module REPLACE "(.+)" "[[\\1]]" OUTPUT_VARIABLE one_check)
+list(JOIN one_check " " one_check)
+string(APPEND one_check " tests.homework.one_check")
 function(ch5_write_homework_tests output prefix folder)
   set(words "")
   foreach(i RANGE ${last_stage})
     foreach(key id name file tests)
-      string(JSON ${key} GET "${json}" stages ${i} ${key})
+      string(JSON ${key} GET "${stages_json}" stages ${i} ${key})
     endforeach()
     cmake_path(GET file STEM stem)
     set(stage stage_${id}.${name})
@@ -28,7 +31,7 @@ function(ch5_write_homework_tests output prefix folder)
     foreach(line IN LISTS all_checks)
       if(line MATCHES "^TEST\\(${suite}, ([A-Za-z0-9]+)\\)")
         set(test ${stage}.${CMAKE_MATCH_1})
-        string(APPEND words "add_test([[${test}]] [[${CH5_PYTHON}]] [[${CMAKE_CURRENT_SOURCE_DIR}/one_check.py]] "
+        string(APPEND words "add_test([[${test}]] ${one_check} "
           "[[${PROJECT_BINARY_DIR}/bin/${check}]] [[${folder}/${file}]] ${id} ${CMAKE_MATCH_1})\n"
           "set_tests_properties([[${test}]] PROPERTIES FIXTURES_REQUIRED ${stage} TIMEOUT 60 "
           "LABELS [[homework;stage_${id}]])\n")

@@ -6,8 +6,8 @@ import unittest
 import xml.etree.ElementTree as xml
 from pathlib import Path
 
-from make_skeleton import skeleton
-from regions import FILES, STAGES, solution_text
+from ch5_backend.course.homework.make_skeleton import skeleton
+from ch5_backend.course.homework.regions import FILES, STAGES, solution_text
 
 
 BUILD = Path(os.environ["CH5_BUILD"])
@@ -56,7 +56,3 @@ class PlainCTest(unittest.TestCase):
         failed = {name for name, (status, _) in found.items() if status != "run"}
         self.assertEqual(failed, {name for name in found if name.startswith("stage_3.")})
         self.assertIn("gauge_prior.cc:1", found["stage_3.PriorWeight.compiles"][1])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -18,8 +18,8 @@ endif()
 list(TRANSFORM fill_files REPLACE ".*/(.*)\\.fills" "fills_\\1.cc" OUTPUT_VARIABLE fill_sources)
 list(APPEND fill_sources fills_blanks.cc)
 add_custom_command(OUTPUT ${fill_sources}
-  COMMAND ${CH5_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/fills.py ${CMAKE_CURRENT_BINARY_DIR} ${fill_files}
-  DEPENDS fills.py regions.py ${stage_table} ${fill_files} ${solution_files})
+  COMMAND ${ch5_python_module} tests.homework.fills ${CMAKE_CURRENT_BINARY_DIR} ${fill_files}
+  DEPENDS fills.py ${skeleton_sources} ${stage_table} ${fill_files} ${solution_files})
 add_library(fills OBJECT ${fill_sources})
 target_link_libraries(fills PRIVATE student_flags GTest::gtest)
 target_precompile_headers(fills REUSE_FROM student_pch)
@@ -41,7 +41,7 @@ foreach(fills IN LISTS fill_files ITEMS blanks)
     set(own --own)
   endif()
   add_test(NAME Homework.Fills.${name}
-    COMMAND ${CH5_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/run_fills.py ${own} $<TARGET_FILE:homework_fills> ${fills})
+    COMMAND ${ch5_python_module} tests.homework.run_fills ${own} $<TARGET_FILE:homework_fills> ${fills})
 endforeach()
 
 ch5_add_python_tests(Homework throw_left.py)
@@ -49,10 +49,10 @@ ch5_add_python_tests(Homework first_words.py)
 ch5_add_python_tests(Homework languages.py)
 
 add_test(NAME Homework.CheckFromEndToEnd
-  COMMAND ${CH5_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/end_to_end.py ${trial})
+  COMMAND ${ch5_python_module} unittest tests.homework.end_to_end)
 set_tests_properties(Homework.CheckFromEndToEnd PROPERTIES LABELS slow RESOURCE_LOCK ninja
-  ENVIRONMENT "CH5_BUILD_DIR=${PROJECT_BINARY_DIR};CH5_HOMEWORK_DIR=${CH5_HOMEWORK_DIR};CH5_CHECK_PREFIX=trial_;LC_ALL=C.UTF-8"
+  ENVIRONMENT "CH5_BUILD_DIR=${PROJECT_BINARY_DIR};CH5_HOMEWORK_DIR=${CH5_HOMEWORK_DIR};CH5_CHECK_PREFIX=trial_;CH5_CHECK_FOLDER=${trial};LC_ALL=C.UTF-8"
   ENVIRONMENT_MODIFICATION CH5_DATA_DIR=set:${CH5_DATA_DIR})
 
 include(plain_ctest.cmake)
-add_subdirectory(remote)
+include(workers.cmake)

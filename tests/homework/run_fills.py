@@ -12,12 +12,11 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from fills import Fill, blank_fills, read_fills
-from regions import ROOT, STAGES, stage_of
+from tests.homework.fills import Fill, blank_fills, read_fills
+from ch5_backend.course.homework.regions import STAGES
 
-sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
-from course import judge as course_judge  # noqa: E402  (the folder must be known first)
-from untranslated import untranslated  # noqa: E402
+from ch5_backend.course.homework import judge as course_judge
+from tests.homework.untranslated import untranslated
 
 NAMED = 0.95
 UNNAMED = ("none of the typical mistakes", "Crash (", "The program ended by itself", "The tests were not all run")
@@ -47,7 +46,7 @@ def judge(asked, one: Fill, stage: dict, seed) -> tuple:
     if verdict.state != state or words not in verdict.hint:
         return f"{where}: expected {state} “{words}”, got {verdict.state} “{verdict.hint}”", False
     if left := untranslated(verdict):
-        return f"{where}: not in Chinese: “{left}”; see ch5_backend/apps/course/language/zh", False
+        return f"{where}: not in Chinese: “{left}”; see ch5_backend/course/base/language/zh", False
     near = [f"{where}: {test['name']} uses {float(test['margin']):.2g} of its tolerance" for test in verdict.tests
             if state == "right" and float(test.get("margin", 0)) > MARGIN]
     return "\n".join(near), is_named(verdict)

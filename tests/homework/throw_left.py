@@ -1,15 +1,13 @@
 """A student who has filled a gap and left its throw is told so: "not started" alone would be a riddle."""
 
-import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-from make_skeleton import skeleton
-from regions import FILES, ROOT, STAGES, fill, solution_text
+from ch5_backend.course.homework.make_skeleton import skeleton
+from ch5_backend.course.homework.regions import FILES, STAGES, fill, solution_text
 
-sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
-from course import check, gaps  # noqa: E402
+from ch5_backend.course.homework import blanks, check
 
 
 class ThrowLeft(unittest.TestCase):
@@ -17,7 +15,7 @@ class ThrowLeft(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "file.cc"
             path.write_text(text, encoding="utf-8")
-            return gaps.keeps_throw(path, todo)
+            return blanks.keeps_throw(path, todo)
 
     def test_lines_above_the_throw_are_seen(self):
         for name in FILES:
@@ -36,7 +34,3 @@ class ThrowLeft(unittest.TestCase):
             self.addCleanup(setattr, check, "HOMEWORK", check.HOMEWORK)
             check.HOMEWORK = Path(folder)
             self.assertIn("throw below them: delete it", check.next_step(stage, verdict))
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,13 +1,9 @@
 """What is left of the English where Chinese was asked for."""
 
 import re
-import sys
 
-from regions import ROOT
-
-sys.path.insert(0, str(ROOT / "ch5_backend" / "apps"))
-from course import language  # noqa: E402  (the folder must be known first)
-from course.judge import Verdict, in_full  # noqa: E402
+from ch5_backend.course.base import language
+from ch5_backend.course.homework.judge import Verdict, in_full
 
 CHINESE = language.speaker("zh")
 QUOTED = re.compile(r"`[^`]*`|“[^”]*”")

@@ -4,14 +4,11 @@ import base64
 import json
 import os
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "slides"))
-import browser  # noqa: E402
-import modules  # noqa: E402
+from slides import browser
 
 
 class PageError(Exception):

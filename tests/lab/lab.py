@@ -9,7 +9,7 @@ import sys
 import unittest
 from pathlib import Path
 
-from devtools import ROOT, Page, browser, modules
+from tests.lab.devtools import ROOT, Page, browser, modules
 
 PAGE = Path(os.environ.get("CH5_LAB_PAGE", ROOT / "out" / "lab.html"))
 BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
@@ -193,8 +193,8 @@ class Lab(unittest.TestCase):
                     self.assertEqual(found, [], (state, language, dark))
 
     def test_texts_are_complete_and_used(self):
-        texts = json.loads((ROOT / "ch5_backend/apps/lab/page/text.json").read_text(encoding="utf-8"))
-        page = ROOT / "ch5_backend/apps/lab/page"
+        texts = json.loads((ROOT / "ch5_backend/lab/page/text.json").read_text(encoding="utf-8"))
+        page = ROOT / "ch5_backend/lab/page"
         source = "".join((page / name).read_text(encoding="utf-8")
                          for name in ("lab.html", "state.js", "panels.js", "main.js"))
         controls = re.findall(r'(?:range|log|choice)\("(\w+)"', source)

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "ch5_backend/apps/studies/window_graph.h"
+#include "ch5_backend/experiments/studies/window_graph.h"
 #include "ch5_backend/marginalize/marginalization_info.h"
 
 namespace ch5 {

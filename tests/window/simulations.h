@@ -1,7 +1,7 @@
 #pragma once
 /// Recordings for the estimators: a hand-held camera in a room.
 
-#include "ch5_backend/apps/studies/odometry.h"
+#include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "ch5_backend/apps/studies/bal_study.h"
+#include "ch5_backend/experiments/studies/bal_study.h"
 #include "ch5_backend/world/files/text_writer.h"
 #include "ch5_backend/world/simulate/random.h"
 

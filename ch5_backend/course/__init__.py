@@ -1,0 +1,1 @@
+"""What stands behind ./course: one module per idea."""

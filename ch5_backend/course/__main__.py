@@ -1,0 +1,286 @@
+"""The command line of ./course: what each sub-command takes, and the exit code that it returns."""
+
+import argparse
+import os
+import re
+import sys
+
+from .base import jsonout, language, processes
+from .base.errors import CourseError
+
+DESCRIPTIONS = {
+    "run": "Without DATA: runs the whole chapter in under a minute and writes its tables, figures and a report that "
+           "explains them: report.html in English, report.zh.html in Chinese. With DATA: solves each bundle "
+           "adjustment, pose graph or window and writes the result in the format that it was read in or as a "
+           "trajectory, its iterations as CSV, and a picture of before and after; follows each recording with both "
+           "window policies and writes trajectories and a report in both languages.",
+    "test": "Builds everything and runs the tests. What follows -- goes to CTest: ./course test -- --rerun-failed",
+    "check": "Compiles your files in ch5_homework/, runs the tests of each stage, and explains what is not right. "
+             "A stage is not-started, does-not-compile, crashes, times-out, wrong or right; exit code 0 if all that "
+             "were asked for are right.",
+    "grade": "Grades submissions that nobody trusts: each a homework file, a folder, a zip or a tar. Their code is compiled and "
+             "run in a sandbox, and only its numbers are believed. Writes for each feedback.html, results.json "
+             "(Gradescope), junit.xml and autolab.json; for the class grades.csv and summary.html. Stopped, it goes on "
+             "where it was; what has a record is not graded again.",
+    "pack": "Packs the project without its solutions: student, the students' archive. Packs the grader for another platform: "
+            "gradescope, the zip of an autograder; classroom, a workflow for GitHub Classroom.",
+    "hint": "Prints one of the three hints on a stage of the handout, such as ./course hint 1.2 1. Try again before you ask "
+            "for the next.",
+    "deep": "Turns your files in ch5_homework/ to the second depth: more gaps, and no lines with question marks to fill in. "
+            "A file that you have begun stays as it is.",
+    "status": "Shows the state of every stage at a glance.",
+    "bench": "Measures our solvers and, where it is installed, Ceres on the same problems: same start, same loss, "
+             "analytic Jacobians, one process for each measurement, taking turns; medians of five rounds, which take "
+             "about five minutes. Prints a table, and writes CSV and plots into out/bench. NAME picks the problems whose "
+             "name contains it, such as bal/ or vio_M.",
+    "plots": "Draws all figures of the project, or those of the sets whose name contains a NAME, from the tables in DIR; "
+             "runs what makes the tables where they are missing. Everything takes about ten minutes on two cores, --quick "
+             "less than two. Stopped, it goes on where it was, trial by trial; the same tables give the same bytes.",
+    "slides": "Builds the decks in slides/, or those that are named, such as 2-solvers.en, to self-contained HTML and "
+              "PDF in out/slides; tables that are missing are made first. What follows -- goes to the builder.",
+    "docs": "Makes the pages of the API with Doxygen, formulas set by MathJax: one folder that needs no network, with the "
+            "index of formulas in front.",
+    "lab": "Compiles the course's C++ to WebAssembly with emscripten and writes out/lab.html: one page, which works offline, "
+           "in which prior, noise, loss and damping are sliders.",
+}
+JSON_FIELDS = {
+    "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
+           "out and more; with a recording problem, out, report and policies, a list of {policy, ate_m, scale_error, "
+           "yaw_error_deg, realtime_factor, p99_window_ms, frames, restarts}, null where there is no truth to compare "
+           "with; with several DATA results, a list of these",
+    "bench": "rows, a list of {problem, threads, ours_ms, peer, peer_ms, ratio, ours_cost, peer_cost, ours_peak_mb, "
+             "peer_peak_mb}; ratio is peer_ms / ours_ms, null where a side did not get there",
+    "check": "stages, a list of {id, state, hint}",
+    "grade": "out, records, a list of {name, status, score, points}",
+    "status": "stages, a list of {id, state, hint}",
+}
+SPEAKING = ("run", "check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
+PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out"}
+SOLVERS = ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series")
+
+
+def number_option(option: str, low, high):
+    """A reader for an option's number: the programs' rule and words, see experiments/studies/command_line.h."""
+    whole = isinstance(low, int)
+    limits = f"{low} to {high}" if whole else f"{low:g} to {high:g}"
+    form = r"-?\d{1,18}" if whole else r"-?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
+
+    def read(text: str):
+        value = (int if whole else float)(text) if re.fullmatch(form, text, re.ASCII) else None
+        if value is None or not low <= value <= high:
+            raise CourseError(f"{option} must be a {'whole ' * whole}number from {limits}, got '{text}'; see "
+                              "./course run --help")
+        return value
+    return read
+
+
+def word_option(option: str, words: tuple, phrase: str):
+    """Likewise for one of a few words."""
+    def read(text: str) -> str:
+        if text not in words:
+            raise CourseError(f"{option} must be {phrase}, got '{text}'; see ./course run --help")
+        return text
+    return read
+
+
+def shard_option(text: str) -> tuple:
+    """"2/4" as (2, 4)."""
+    numbers = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text, re.ASCII)
+    share = tuple(map(int, numbers.groups())) if numbers else (0, 0)
+    if not 1 <= share[0] <= share[1]:
+        raise CourseError(f"--shard must be I/N with I from 1 to N, got '{text}'; see ./course plots --help")
+    return share
+
+
+class Parser(argparse.ArgumentParser):
+    """An error becomes a CourseError, so that --json holds for it too."""
+
+    def error(self, message: str):
+        raise CourseError(f"{message}; see {self.prog} --help")
+
+
+def add_run_options(parser: Parser) -> None:
+    parser.add_argument("data", nargs="*", metavar="DATA", help="a bundle adjustment in BAL's text "
+                        "format, a pose graph in g2o's, a window (VIOWIN), or a recording's folder")
+    parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FILE.txt gets a "
+                        "folder DIR/FILE")
+    parser.add_argument("--iterations", type=number_option("--iterations", 0, 1000000), metavar="N",
+                        help="at most N iterations")
+    parser.add_argument("--threads", type=number_option("--threads", 1, 256), metavar="N",
+                        help="how many threads the solver may use")
+    parser.add_argument("--huber", type=number_option("--huber", 1e-6, 1e6), metavar="D",
+                        help="Huber loss that begins at D pixels, or in a pose graph at D standard deviations")
+    parser.add_argument("--solver", type=word_option("--solver", SOLVERS, f"one of {', '.join(SOLVERS)}"),
+                        metavar="NAME", help=f"of the cameras' or poses' system: {', '.join(SOLVERS)}; default: "
+                        "automatic, by the size and shape of the problem")
+    parser.add_argument("--precision", type=word_option("--precision", ("double", "single"), "double or single"),
+                        metavar="WORD", help="of the numbers that tie poses to landmarks: double or single, which "
+                        "takes less memory")
+
+
+def add_plots_options(parser: Parser) -> None:
+    parser.add_argument("names", nargs="*", metavar="NAME", help="part of a set's name; default: all")
+    parser.add_argument("--list", action="store_true", help="only list the sets: how long their tables and figures "
+                        "take, and what is there")
+    parser.add_argument("--rerun", action="store_true", help="make the tables anew")
+    parser.add_argument("--quick", action="store_true", help="with fewer trials, in DIR/quick")
+    parser.add_argument("--shard", type=shard_option, metavar="I/N", help="only run the I-th of N shares of what "
+                        "makes the tables, and draw nothing")
+    parser.add_argument("--out", metavar="DIR", help="where tables and figures are, default: out")
+
+
+def add_grade_options(parser: Parser) -> None:
+    parser.add_argument("submissions", nargs="*", metavar="SUBMISSION", help="a .cc file, a folder, a zip or a tar")
+    parser.add_argument("--out", metavar="DIR", help="where the grades go, default: out/grades")
+    parser.add_argument("--jobs", type=number_option("--jobs", 1, 256), metavar="N", help="so many submissions at a time; "
+                        "default: one for each processor")
+    parser.add_argument("--stages", type=lambda text: text.split(","), default=[], metavar="LIST",
+                        help="only these, such as 1.1,3; default: all")
+    parser.add_argument("--seed", type=number_option("--seed", 0, 10**18 - 1), metavar="S", help="of the random problems; "
+                        "default: one by chance, which the records name")
+    parser.add_argument("--shard", type=shard_option, metavar="I/N", help="only the I-th of N shares; all may have the same "
+                        "DIR, in which a last run without this option makes the class's tables")
+    parser.add_argument("--prepare", action="store_true", help="only build what grading needs, and try the sandbox")
+    parser.add_argument("--trust", action="store_true", help="without the sandbox: for your own code only")
+
+
+def add_slides_options(parser: Parser) -> None:
+    parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers.en; default: all")
+    parser.add_argument("--html", action="store_true", help="no PDF, which needs Chromium")
+    parser.add_argument("--check", action="store_true", help="build nothing; say which numbers and figures of the "
+                        "built decks are out of date, and fail if any is")
+
+
+def make_parser(command: str) -> Parser:
+    """One sub-command's grammar. Options are never abbreviated: a typing error must not run something else."""
+    parser = Parser(prog=f"./course {command}", description=DESCRIPTIONS[command], allow_abbrev=False)
+    if command == "run":
+        add_run_options(parser)
+    elif command == "test":
+        parser.add_argument("names", nargs="*", metavar="NAME", help="only tests whose name matches this expression")
+        parser.add_argument("--quick", action="store_true", help="leave out the tests labelled slow")
+    elif command == "bench":
+        parser.add_argument("names", nargs="*", metavar="NAME", help="part of a problem's name; default: all")
+        parser.add_argument("--quick", action="store_true", help="three rounds and one thread at most, as far as 85 "
+                            "seconds reach")
+        parser.add_argument("--out", metavar="DIR", help="where the folder bench is made, default: out")
+    elif command == "grade":
+        add_grade_options(parser)
+    elif command == "pack":
+        parser.add_argument("what", metavar="WHAT", nargs="?", default="", help="student, gradescope or classroom")
+        parser.add_argument("--out", metavar="FILE", help="default: chapter5.tar.gz, gradescope.zip or classroom.yml")
+    elif command == "plots":
+        add_plots_options(parser)
+    elif command == "slides":
+        add_slides_options(parser)
+    elif command in PAGES:
+        parser.add_argument("--out", metavar="DIR", help=PAGES[command])
+    elif command == "check":
+        parser.add_argument("stages", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
+        parser.add_argument("--seed", type=number_option("--seed", 0, 10**18 - 1), metavar="S", help="other random numbers "
+                            "and sizes than the usual ones: the case that a grader has met under this number")
+    elif command == "hint":
+        parser.add_argument("stage", metavar="STAGE", nargs="?", default="", help="such as 1.2, or one of its TODOs, such as 1.2b")
+        parser.add_argument("number", metavar="N", nargs="?", default="1", help="1 to 3, each says more; default: 1")
+    elif command == "deep":
+        parser.add_argument("--off", action="store_true", help="back to the first depth")
+    if command in SPEAKING:
+        parser.add_argument("--language", type=language.chosen, default="", metavar="WORD", help="en or zh; default: the "
+                            "terminal's")
+    if command in JSON_FIELDS:
+        parser.add_argument("--json", action="store_true", help="print one JSON object on standard output and all "
+                            f"else on standard error; fields: {JSON_FIELDS[command]}; after a failure: error")
+    return parser
+
+
+def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
+    """A command's module is imported only here, so that ./course is quick to say no."""
+    if command == "run":
+        from .experiments.run import run
+        arguments.data += extra
+        return run(arguments)
+    if command == "test":
+        from .test import test
+        return test(arguments.names, arguments.quick, extra)
+    if command == "bench":
+        from .experiments.bench import bench
+        arguments.names += extra
+        return bench(arguments)
+    if command == "plots":
+        from .experiments.plots import plots
+        arguments.names += extra
+        return plots(arguments)
+    if command == "grade":
+        from .grading.grade import run_grade
+        arguments.submissions += extra
+        return run_grade(arguments)
+    if command == "pack":
+        from .grading.pack import pack
+        return pack(arguments.what, arguments.out, arguments.language)
+    if command == "slides":
+        from .documents.slides import slides
+        return slides(arguments, extra)
+    if command in PAGES:
+        from .documents import docs
+        from ch5_backend.lab import build as lab
+        return {"docs": docs.docs, "lab": lab.lab}[command](arguments.out)
+    if command == "hint":
+        from .homework.hint import show
+        return show(arguments.stage, arguments.number, arguments.language)
+    if command == "deep":
+        from .homework.deep import deepen
+        return deepen(not arguments.off, arguments.language)
+    from .homework import check
+    if command == "check":
+        return check.run_check(arguments.stages + extra, arguments.json, arguments.seed, arguments.language)
+    return check.run_status(arguments.json, arguments.language)
+
+
+def main(argv: list, only_read: bool = False) -> int:
+    """Returns the exit code; every error becomes one message and, with --json, one object.
+
+    With `only_read` nothing is done but to refuse wrong words.
+    """
+    command, words, extra = argv[0] if argv else "", argv[1:], []
+    if "--" in words:
+        split = words.index("--")
+        words, extra = words[:split], words[split + 1:]
+    as_json, say = "--json" in words, language.speaker(language.spoken())
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="backslashreplace")  # a letter that the terminal cannot show is no failure
+    try:
+        if command not in DESCRIPTIONS:
+            raise CourseError(f"unknown command '{command}'; there are {', '.join(DESCRIPTIONS)} and help")
+        arguments = make_parser(command).parse_intermixed_args(words)
+        say = language.speaker(getattr(arguments, "language", language.spoken()))
+        if only_read:
+            return 0
+        processes.listen()
+        code = dispatch(command, arguments, extra)
+        sys.stdout.flush()
+        processes.end_all()
+        return code
+    except BaseException as error:  # library code may turn a stop into an error of its own
+        processes.end_all()
+        if processes.stopped_by():
+            return fail("stopped", 128 + processes.stopped_by(), as_json)
+        if isinstance(error, CourseError):
+            return fail(say(str(error)), error.exit_code, as_json)
+        if isinstance(error, OSError):
+            return fail(f"{error.filename or 'standard output'}: {error.strerror}", 2, as_json)
+        raise
+
+
+def fail(message: str, exit_code: int, as_json: bool) -> int:
+    print(f"course: {message}", file=sys.stderr)
+    try:
+        if as_json:
+            jsonout.emit({"error": message})
+        sys.stdout.flush()
+    except OSError:  # standard output itself is full or closed: nothing more can be said there
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return exit_code
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,93 @@
+#!/usr/bin/python3
+"""Makes the pages of the API with Doxygen and MathJax: readable offline, the index of formulas in front.
+
+usage: build.py [--out DIR] [--undocumented]
+
+  --out DIR       where the pages go, default out/api
+  --undocumented  makes no pages: prints the classes, enumerations and functions that have no words
+
+Any warning of Doxygen's is a failure.
+"""
+
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[2]
+from slides import npm
+from slides.browser import BuildError
+
+AT_LEAST = (1, 9, 4)  # knows WARN_IF_INCOMPLETE_DOC
+
+
+def find_doxygen():
+    path = shutil.which("doxygen")
+    if not path:
+        raise BuildError("Doxygen is missing; Debian: apt-get install doxygen")
+    version = subprocess.run([path, "--version"], capture_output=True, text=True).stdout
+    if tuple(map(int, re.findall(r"\d+", version)[:3])) < AT_LEAST:
+        raise BuildError(f"{path} is version {version.strip()}, at least {'.'.join(map(str, AT_LEAST))} is needed; Debian 12 "
+                         "and Ubuntu 24.04 have it")
+    return path
+
+
+def doxygen(**settings):
+    """Runs it with these settings besides those of the Doxyfile; what it says."""
+    lines = "".join(f'{name} = "{value}"\n' for name, value in settings.items())
+    return subprocess.run([find_doxygen(), "-"], cwd=ROOT, input=(HERE / "Doxyfile").read_text(encoding="utf-8") + lines,
+                          capture_output=True, text=True)
+
+
+def build(out):
+    """All pages at once: they are made beside their place."""
+    find_doxygen()
+    if out.exists() and any(out.iterdir()) and not (out / "doxygen.css").exists():
+        raise BuildError(f"{out} holds something else than pages of an API; choose another folder with --out")
+    mathjax = npm.installed() / "mathjax-full" / "es5" / "tex-svg.js"
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=out.parent, prefix=".api-") as folder:
+        done = doxygen(OUTPUT_DIRECTORY=folder, HTML_OUTPUT="api")
+        if done.returncode:
+            raise BuildError(f"Doxygen warns:\n{done.stderr.strip()}", code=1)
+        pages = Path(folder) / "api"
+        (pages / "mathjax").mkdir()
+        shutil.copy(mathjax, pages / "mathjax" / "MathJax.js")  # version 3 where Doxygen looks for version 2: see the Doxyfile
+        if out.exists():
+            shutil.rmtree(out)
+        pages.rename(out)
+    print(out / "index.html")
+
+
+def undocumented():
+    """What engineers call and nothing describes, a line each: classes, enumerations and functions outside of kernels.
+
+    Declarations without an empty line between them share the words above the first.
+    """
+    said = doxygen(GENERATE_HTML="NO", EXTRACT_ALL="NO", WARN_IF_UNDOCUMENTED="YES", WARN_AS_ERROR="NO").stderr
+    what = r"Compound .*|Member .*\(enumeration\) of .*|Member .*\(function\) of namespace ch5"
+    for path, line, name in re.findall(rf"^(\S+\.h):(\d+): warning: ({what}) is not documented", said, re.M):
+        above = Path(path).read_text(encoding="utf-8").splitlines()[int(line) - 2::-1]
+        together = above[:above.index("")] if "" in above else above
+        if "::kernels::" not in name and not any(one.lstrip().startswith("///") for one in together):
+            print(f"{Path(path).relative_to(ROOT)}:{line}: {name}")
+
+
+def main(arguments):
+    """Returns the exit code."""
+    if arguments == ["--undocumented"]:
+        return undocumented()
+    if arguments and (len(arguments) != 2 or arguments[0] != "--out"):
+        raise BuildError(f"what is {' '.join(arguments)}?\n{__doc__}")
+    return build(Path(arguments[1] if arguments else ROOT / "out" / "api").absolute())
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except BuildError as error:
+        print(f"docs: {error}", file=sys.stderr)
+        sys.exit(error.code)

@@ -1,0 +1,26 @@
+"""./course slides: makes the tables that are missing, and hands over to the builder of the decks."""
+
+import sys
+
+from ..base.build import ROOT
+from ..base.processes import running
+from ..experiments.figure_sets import SETS
+from ..base.output_dir import make_writable
+from ..experiments.plots import make_missing
+
+
+def slides(arguments, extra: list) -> int:
+    """Runs slides/build.py and returns its exit code. With --csv in `extra`, only the tables there are used."""
+    words = [f"--{option}" for option in ("html", "check") if getattr(arguments, option)] + arguments.names + extra
+    if not arguments.check and (code := build_decks("--tools", *words)):  # before minutes are spent on tables
+        return code
+    if "--csv" not in extra:
+        out = ROOT / "out"
+        make_writable(out)
+        make_missing([one for one in SETS if one.name.startswith("slides/")], out)
+    return build_decks(*words)
+
+
+def build_decks(*words) -> int:
+    with running([sys.executable, "-B", "-m", "slides.build", *words]) as process:
+        return process.wait()

@@ -1,0 +1,59 @@
+"""Which kind of data a path holds, told by its content and not by its name."""
+
+from pathlib import Path
+
+from ..base.errors import CourseError
+
+KNOWN = ("a BAL file begins with its counts of cameras, points and observations, a pose graph (.g2o) with a tag such as "
+         "VERTEX_SE3:QUAT, a window with VIOWIN 1, and a recording is a folder with imu.csv")
+
+
+def kind_of(path: str) -> str:
+    """Returns "bal", "pose_graph", "window" or "recording".
+
+    Raises CourseError, naming the file and what is wrong: missing, a folder, empty, binary, or of another kind.
+    """
+    place = Path(path)
+    if place.is_dir():
+        if (place / "imu.csv").exists():
+            return "recording"
+        raise CourseError(f"{path}: a folder without imu.csv, so no recording; give that or a data file")
+    if not place.exists():
+        raise CourseError(f"{path}: there is no such file")
+    if not place.is_file():
+        raise CourseError(f"{path}: not a regular file")
+    try:
+        with open(place, "rb") as file:
+            head = file.read(4096)
+    except OSError as error:
+        raise CourseError(f"{path}: cannot be read: {error.strerror}") from error
+    return _kind_of_head(path, head)
+
+
+def _kind_of_head(path: str, head: bytes) -> str:
+    if not head.strip():
+        raise CourseError(f"{path}, line 1: the file is empty; {KNOWN}")
+    if head.startswith((b"BZh", b"\x1f\x8b", b"\xfd7zXZ", b"PK\x03\x04")):
+        raise CourseError(f"{path}: a compressed file; unpack it first")
+    if any(byte < 32 and byte not in b"\t\n\r\f\v" for byte in head):
+        raise CourseError(f"{path}, line 1: a binary file; {KNOWN}")
+    lines = [(i, text) for i, text in enumerate(head.splitlines(), 1) if text.strip()]
+    number, line = next(((i, text) for i, text in lines if not text.lstrip().startswith(b"#")), lines[0])
+    words = line.decode("utf-8", "replace").split()
+    if words[0].startswith(("VERTEX_", "EDGE_", "PARAMS_")) or words[0] == "FIX":
+        return "pose_graph"
+    if words[0] == "VIOWIN":
+        if words != ["VIOWIN", "1"]:
+            raise CourseError(f"{path}, line {number}: only version 1 of VIOWIN is known")
+        return "window"
+    if len(words) == 3 and all(map(_is_number, words)):
+        return "bal"
+    raise CourseError(f"{path}, line {number}: '{' '.join(words)[:60]}' is no known kind of data; {KNOWN}")
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,123 @@
+"""./course run: the whole chapter, or one solver run per data file."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from ch5_backend.figures.words import PAGES
+
+from ..base import jsonout, language
+from ..base.build import BIN, build_or_fail
+from ..base.processes import running
+from .data import kind_of
+from ..base.errors import CourseError
+from ..base.output_dir import alone_in, make_writable, result_places
+
+WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss",
+           "pose_graph": "it has no landmarks"}
+SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver", "precision")
+POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts")
+
+
+def run(arguments) -> int:
+    """Returns the exit code; raises CourseError for bad input before anything is built or written."""
+    out = Path(arguments.out or "out")
+    if not arguments.data:
+        return run_chapter(out, arguments)
+    places = result_places(arguments.data, out)
+    kinds = {path: kind_of(path) for path in arguments.data}
+    for option in given_options(arguments):
+        for path, kind in kinds.items():
+            if kind == "recording" or (kind, option) in (("window", "huber"), ("pose_graph", "precision")):
+                raise CourseError(f"--{option} does not apply to {path}: {WHY_NOT[kind]}")
+    make_writable(out)
+    build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))])
+    results = [solve(path, kinds[path], place, arguments) for path, place in places.items()]
+    if arguments.json:
+        jsonout.emit(results[0] if len(results) == 1 else {"results": results})
+    return next((r["exit_code"] for r in results if "exit_code" in r), 0)
+
+
+def run_chapter(out: Path, arguments) -> int:
+    """Every study of the chapter on the course's own scenes, then the report."""
+    for option in given_options(arguments):
+        raise CourseError(f"--{option} needs DATA: the chapter's own studies choose their settings")
+    make_writable(out)
+    build_or_fail(["ch5_chapter"])
+    start = time.monotonic()
+    with alone_in(out):
+        app([BIN / "ch5_chapter", "--out", out], arguments.json)
+        app([sys.executable, "-m", "ch5_backend.figures.report", out], arguments.json)
+    report = out / PAGES[arguments.language]
+    tell(f"The report: {report}", arguments)
+    if arguments.json:
+        jsonout.emit({"out": str(out), "report": str(report), "seconds": round(time.monotonic() - start, 3)})
+    return 0
+
+
+def solve(path: str, kind: str, out: Path, arguments) -> dict:
+    """Solves one file or recording with the program ch5_KIND and draws it with figures/KIND.py.
+
+    A failure is part of the answer, so that the files after it are still solved.
+    """
+    options = [word for name in given_options(arguments) for word in (f"--{name}", str(getattr(arguments, name)))]
+    try:
+        with alone_in(out):
+            file = f"./{path}" if path.startswith("-") else path  # a name is not an option
+            app([BIN / f"ch5_{kind}", file, "--out", out, *options], arguments.json)
+            app([sys.executable, "-m", f"ch5_backend.figures.{kind}", out], arguments.json)
+            result = read_result(kind, out, arguments.language)
+    except CourseError as error:
+        print(f"course: {error}", file=sys.stderr)
+        return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
+    tell(f"The results: {out}", arguments)
+    return result
+
+
+def tell(text: str, arguments) -> None:
+    """A line in the user's language; with --json, standard output is not its place."""
+    print(language.speaker(arguments.language)(text), file=sys.stderr if arguments.json else sys.stdout)
+
+
+def read_result(kind: str, out: Path, spoken: str) -> dict:
+    """What --json tells of one of the data."""
+    if kind == "recording":
+        rows = jsonout.read_rows(out / "csv" / "odometry_policies.csv")
+        policies = [{field: row[field] for field in POLICY_FIELDS} for row in rows]
+        return {"problem": out.name, "policies": policies, "out": str(out), "report": str(out / PAGES[spoken])}
+    return {**jsonout.read_summary(out / "summary.csv"), "out": str(out)}
+
+
+def given_options(arguments) -> list:
+    return [name for name in SOLVER_OPTIONS if getattr(arguments, name) is not None]
+
+
+def app(command, as_json: bool) -> None:
+    """Runs a program of the house. With --json its standard output goes to standard error, which must stay readable.
+
+    Raises CourseError with the program's exit code and, with --json, its last message.
+    """
+    command = [str(word) for word in command]
+    sys.stdout.flush()
+    message = "its message is above"
+    with running(command, env={**os.environ, "MPLBACKEND": "Agg", "PYTHONUTF8": "1"}, text=True, errors="replace",
+                 stdout=sys.stderr if as_json else None, stderr=subprocess.PIPE if as_json else None) as process:
+        for line in process.stderr or ():
+            sys.stderr.write(line)
+            message = line.strip() or message
+        code = process.wait()
+    check_exit(command, code, message)
+
+
+def check_exit(command: list, code: int, message: str) -> None:
+    """Raises CourseError with the program's exit code, and KeyboardInterrupt if it was stopped by Ctrl-C."""
+    if code == -signal.SIGINT:
+        raise KeyboardInterrupt
+    if code < 0:
+        raise CourseError(f"{Path(command[0]).name} was killed by {signal.Signals(-code).name}", 128 - code)
+    if code:
+        name = next(Path(word).name for word in command if word not in (sys.executable, "-m"))
+        raise CourseError(f"{name} failed with exit code {code}; {message}", code)

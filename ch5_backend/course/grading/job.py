@@ -1,0 +1,84 @@
+"""The grade of one submission: a pure function of its files, the seed, the rubric and the toolchain."""
+
+import shutil
+import tempfile
+import time
+from pathlib import Path
+
+from ..homework.blanks import explain
+from ..homework.judge import Verdict, judge
+from ..base.scratch import scratch
+from .rubric import marks
+from .sandbox import Limits, Sandbox, preflight
+from .submission import Submission
+from .toolchain import Toolchain
+
+SECONDS_A_TEST = 10.0   # the reference needs a tenth of one
+SECONDS_A_STAGE = 240.0
+RUNNING = Limits(seconds=10, wall_seconds=SECONDS_A_TEST + 5.0, processes=4)
+
+
+def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, rubric: dict, seed: int) -> dict:
+    """{"stages": a row for each, "cpu_seconds", "peak_mib"}, the last two of the compiler. Raises Infrastructure."""
+    folder = Path(tempfile.mkdtemp(dir=scratch()))
+    try:
+        built = toolchain.compile(file, content, folder)
+        rows = []
+        for stage in stages:
+            begin = time.monotonic()
+            verdict = built.verdict or explain(run_stage(toolchain, built.worker, stage, seed), file, content)
+            rows.append(stage_row(stage, verdict, rubric[stage["id"]], time.monotonic() - begin))
+        return {"stages": rows, "cpu_seconds": round(built.cpu_seconds, 2), "peak_mib": round(built.peak_mib)}
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def run_stage(toolchain: Toolchain, worker: Path, stage: dict, seed: int, fail_fast: bool = False) -> Verdict:
+    box = toolchain.box(read_only={"/worker": worker}, limits=RUNNING)
+    verdict = judge(toolchain.judge, stage, SECONDS_A_STAGE, [f"--seed={seed}", f"--time-limit={SECONDS_A_TEST:g}"],
+                    box.wrap(["/worker"]), Path("/worker"), fail_fast=fail_fast,
+                    words_of=lambda command: box.run(command).output)  # its debugging lines may be forged, too
+    silent = not verdict.tests or any("START:" in str(test.get("failures")) for test in verdict.tests)
+    if silent and toolchain.box is Sandbox:
+        preflight()  # a worker that has not greeted may be ours to answer for
+    return verdict
+
+
+def stage_row(stage: dict, verdict: Verdict, checks: dict, seconds: float) -> dict:
+    passed = {test["name"] for test in verdict.tests if test.get("result") == "COMPLETED" and not test.get("failures")}
+    rows = marks(checks, passed)
+    failed = next((test for test in verdict.tests if test.get("failures")), {})
+    return {"id": stage["id"], "name": stage["name"], "title": stage["title"], "file": stage["file"],
+            "state": verdict.state, "hint": verdict.hint, "story": verdict.story, "printed": verdict.printed[-4000:],
+            "score": sum(row["score"] for row in rows), "points": sum(row["points"] for row in rows), "checks": rows,
+            "picture": failed.get("picture", ""),
+            "margins": {test["name"]: float(test["margin"]) for test in verdict.tests if "margin" in test},
+            "seconds": round(seconds, 2)}
+
+
+def missing_row(stage: dict, checks: dict) -> dict:
+    return stage_row(stage, Verdict("missing", f"{stage['file']} is not in the submission."), checks, 0.0)
+
+
+def grade(submission: Submission, toolchain: Toolchain, stages: list, rubric: dict, seed: int, cached) -> dict:
+    """The record of a submission. `cached(file, content, make)` returns make() or what it was for the same content."""
+    begin, record = time.monotonic(), {"status": "graded", "faults": submission.faults, "stages": []}
+    cpu, peak = 0.0, 0
+    try:
+        for file in dict.fromkeys(stage["file"] for stage in stages):
+            own = [stage for stage in stages if stage["file"] == file]
+            if file not in submission.files:
+                record["stages"] += [missing_row(stage, rubric[stage["id"]]) for stage in own]
+                continue
+            content = submission.files[file]
+            result = cached(file, content, lambda: grade_file(toolchain, file, content, own, rubric, seed))
+            record["stages"] += result["stages"]
+            cpu, peak = cpu + result["cpu_seconds"], max(peak, result["peak_mib"])
+    except Exception as error:  # whatever fails here is ours, and never a mark
+        record.update(status="infrastructure-error", error=f"{type(error).__name__}: {error}", stages=[])
+    order = [stage["id"] for stage in stages]
+    record["stages"].sort(key=lambda row: order.index(row["id"]))
+    record.update(score=round(sum(row["score"] for row in record["stages"]), 6),
+                  points=sum(sum(rubric[stage["id"]].values()) for stage in stages),
+                  cpu_seconds=round(cpu, 2), peak_mib=peak, seconds=round(time.monotonic() - begin, 2))
+    return record

@@ -1,0 +1,124 @@
+"""What other systems read of a grade: Gradescope, JUnit, Autolab; and the class's table."""
+
+import csv
+import hashlib
+import json
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ch5_backend.figures.atomic_write import atomic_write
+
+from ..homework.judge import in_full
+from ..base.language import Speaker, speaker
+
+CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")  # what neither XML nor a terminal takes
+
+
+def short_hash(text) -> str:
+    return hashlib.sha256(text if isinstance(text, bytes) else text.encode("utf-8", "surrogateescape")).hexdigest()[:24]
+
+
+def plain(text: str) -> str:
+    """Without control characters, which a student's code may print."""
+    return CONTROL.sub("�", text)
+
+
+def words_on(row: dict, say: Speaker) -> str:
+    """A stage's verdict for a human."""
+    return plain(in_full(row["hint"], row["story"], say))
+
+
+def write_one(folder: Path, record: dict, say: Speaker) -> None:
+    (folder / "results.json").write_text(json.dumps(gradescope(record, say), ensure_ascii=False, indent=1), encoding="utf-8")
+    (folder / "autolab.json").write_text(autolab(record) + "\n", encoding="utf-8")
+    junit(record, say).write(folder / "junit.xml", encoding="utf-8", xml_declaration=True)
+
+
+def gradescope(record: dict, say: Speaker = speaker("en")) -> dict:
+    """results.json; without "score" where a fault of ours prevented a mark, so that Gradescope asks for a rerun."""
+    extra = {"key": record["key"], "seed": record["seed"], "status": record["status"]}
+    if record["status"] != "graded":
+        return {"output": say("The grader itself has failed; this is not about the submission. Please tell your instructor."),
+                "extra_data": extra, "tests": []}
+    tests = [{"name": f"{row['id']} {row['name']}: {check['name']}", "number": row["id"], "score": check["score"],
+              "max_score": check["points"], "status": "passed" if check["passed"] else "failed",
+              "visibility": "visible", "output_format": "text",
+              "output": "" if check["passed"] or any(not other["passed"] for other in row["checks"][:k]) else
+                        words_on(row, say)}
+             for row in record["stages"] for k, check in enumerate(row["checks"])]
+    return {"score": record["score"], "execution_time": record["seconds"], "visibility": "visible",
+            "stdout_visibility": "hidden", "extra_data": extra, "tests": tests,
+            "output": "\n".join([*map(say, record["faults"]),
+                                 say(f"./course check --seed {record['seed']} shows the same cases.")])}
+
+
+def autolab(record: dict) -> str:
+    """The line that Autolab expects last on standard output."""
+    return json.dumps({"scores": {row["name"]: row["score"] for row in record["stages"]}})
+
+
+def junit(record: dict, say: Speaker) -> ElementTree.ElementTree:
+    suites = ElementTree.Element("testsuites", name=record["name"])
+    for row in record["stages"]:
+        failures = sum(not check["passed"] for check in row["checks"])
+        suite = ElementTree.SubElement(suites, "testsuite", name=f"stage_{row['id']}.{row['name']}", errors="0",
+                                       tests=str(len(row["checks"])), failures=str(failures), time=str(row["seconds"]))
+        told = False
+        for check in row["checks"]:
+            case = ElementTree.SubElement(suite, "testcase", classname=f"stage_{row['id']}.{row['name']}",
+                                          name=check["name"])
+            if not check["passed"]:
+                failure = ElementTree.SubElement(case, "failure", message=plain(say.hint(row["hint"], row["story"])),
+                                                 type=row["state"])
+                failure.text, told = ("" if told else words_on(row, say)), True
+    return ElementTree.ElementTree(suites)
+
+
+def write_class(out: Path, records: list, stages: list) -> None:
+    """grades.csv: a row for each submission."""
+    with atomic_write(out / "grades.csv") as partial, open(partial, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["name", "status", "score", "points", *(f"stage {stage}" for stage in stages),
+                         *(f"state {stage}" for stage in stages), "seed", "cpu_seconds", "peak_mib", "key"])
+        for record in records:
+            rows = {row["id"]: row for row in record["stages"]}
+            graded = record["status"] == "graded"
+            writer.writerow([harmless(record["name"]), record["status"], f"{record['score']:g}" if graded else "",
+                             f"{record['points']:g}", *(f"{rows[stage]['score']:g}" if stage in rows else "" for stage in stages),
+                             *(rows[stage]["state"] if stage in rows else "" for stage in stages), record["seed"],
+                             record["cpu_seconds"], record["peak_mib"], record["key"]])
+
+
+def harmless(name: str) -> str:
+    """A name that no spreadsheet takes for a formula."""
+    return "'" + name if name[:1] in "=+-@" else name
+
+
+# ---- Alike submissions ----------------------------------------------------------------------------------------------
+
+def fingerprint(files: dict) -> dict:
+    """{file: hashes of its lines, without spaces}; to be compared, never shown."""
+    return {file: sorted({short_hash(line)[:10] for line in (re.sub(rb"\s+", b"", line) for line in content.splitlines())
+                          if len(line) > 8}) for file, content in files.items()}
+
+
+def alike(records: list, known: dict) -> list:
+    """[(name, name, file, share)] of files that have most of their own lines in common: at least 8 that are neither
+    `known`, {file: the skeleton's and the solution's lines}, nor a third of the class's."""
+    found = []
+    for file in known:
+        own = {record["name"]: set(record["fingerprint"].get(file, ())) - set(known[file]) for record in records}
+        count = {}
+        for lines in own.values():
+            for line in lines:
+                count[line] = count.get(line, 0) + 1
+        common = {line for line, times in count.items() if times > max(2, len(own) / 3)}
+        names = [name for name, lines in own.items() if len(lines - common) >= 8]
+        for k, a in enumerate(names):
+            for b in names[k + 1:]:
+                one, other = own[a] - common, own[b] - common
+                share = len(one & other) / min(len(one), len(other))
+                if share >= 0.8:
+                    found.append((a, b, file, share))
+    return found

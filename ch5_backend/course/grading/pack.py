@@ -1,0 +1,98 @@
+"""./course pack: what students get, and what other platforms grade with."""
+
+import os
+import subprocess
+import zipfile
+from pathlib import Path
+
+from ch5_backend.figures.atomic_write import atomic_write
+
+from ..base.build import ROOT
+from ..base.errors import CourseError
+from .student import pack_student
+
+LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same files give the same bytes
+
+SETUP = """\
+#!/usr/bin/env bash
+# Gradescope runs this once, for the image: installs what is needed and builds what does not depend on a submission.
+set -e
+cd "${AUTOGRADER:-/autograder}/source"
+./course grade --prepare
+"""
+
+RUN = """\
+#!/usr/bin/env bash
+# Gradescope runs this for each submission.
+here=${AUTOGRADER:-/autograder}
+out=$(mktemp -d)
+cd "$here/source"
+./course grade "$here/submission" --out "$out" --jobs 1 --language LANGUAGE 2>"$out/words"
+cat "$out/words"
+if [ -e "$out/submission/results.json" ]; then
+  cp "$out/submission/results.json" "$here/results/results.json"
+else  # no mark is better than a wrong one
+  echo '{"output": "The grader itself has failed; please tell your instructor.", "tests": []}' > "$here/results/results.json"
+fi
+rm -rf "$out"
+"""
+
+CLASSROOM = """\
+# GitHub Classroom: .github/workflows/classroom.yml of the assignment's repository, which has the files of ch5_homework/.
+# COURSE is the repository of the course, which students need not see; its key is the secret COURSE_KEY.
+name: grade
+on: [push, workflow_dispatch]
+jobs:
+  grade:
+    runs-on: ubuntu-22.04
+    env: {COURSE: owner/course}
+    steps:
+      - uses: actions/checkout@v4
+        with: {path: submission}
+      - uses: actions/checkout@v4
+        with: {repository: "${{ env.COURSE }}", ssh-key: "${{ secrets.COURSE_KEY }}", path: course}
+      - run: ./course/course grade submission --out grades --language LANGUAGE
+      - run: cat grades/submission/autolab.json >> "$GITHUB_STEP_SUMMARY"
+        if: always()
+      - uses: actions/upload-artifact@v4
+        if: always()
+        with: {name: feedback, path: grades/submission}
+"""
+
+
+def pack(what: str, out: str, language: str) -> int:
+    """Writes the archive or the workflow, whole or not at all; 0. The graders that are packed speak `language`."""
+    if what == "gradescope":
+        path = Path(out or "gradescope.zip")
+        write_zip(path, {**project_files(), "setup.sh": SETUP.encode(), "run_autograder": RUN.replace("LANGUAGE", language).encode()})
+    elif what == "classroom":
+        path = Path(out or "classroom.yml")
+        with atomic_write(path) as partial:
+            partial.write_text(CLASSROOM.replace("LANGUAGE", language), encoding="utf-8")
+    elif what == "student":
+        path = Path(out or "chapter5.tar.gz")
+        pack_student(path)
+    else:
+        raise CourseError(f"./course pack makes student, gradescope or classroom, not '{what}'")
+    print(f"{path}: {path.stat().st_size >> 10} KB")
+    return 0
+
+
+def project_files() -> dict:
+    """{name: bytes} of what version control knows or would; without it, of all but what is built."""
+    done = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+                          capture_output=True, check=False)
+    names = [name for name in done.stdout.decode("utf-8").split("\0") if name] if done.returncode == 0 else [
+        str(path.relative_to(ROOT)) for path in sorted(ROOT.rglob("*"))
+        if not any(part.startswith(("build", "out", "node_modules", "__pycache__", ".git/"))
+                   for part in path.relative_to(ROOT).parts)]
+    return {name: (ROOT / name).read_bytes() for name in names if (ROOT / name).is_file()}
+
+
+def write_zip(path: Path, files: dict) -> None:
+    with atomic_write(path) as partial, zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files):
+            info = zipfile.ZipInfo(name, LONG_AGO)
+            program = files[name].startswith(b"#!") or os.access(ROOT / name, os.X_OK)
+            info.external_attr, info.compress_type = (0o100755 if program else 0o100644) << 16, zipfile.ZIP_DEFLATED
+            archive.writestr(info, files[name])

@@ -1,0 +1,180 @@
+"""The pages of a grade: feedback for a student, and the summary of the class."""
+
+import html
+import re
+import statistics
+from collections import Counter
+from pathlib import Path
+
+from ch5_backend.figures import page
+
+from ..homework import hint
+from ..base.build import ROOT
+from ..homework.check import MARKS
+from ..base.language import Speaker
+from . import outputs
+
+NEAR = 10.0    # times its tolerance: so near a wrong number may be rounding
+PICTURE = 320  # pixels, of a picture of H
+COLOURS = {".": "var(--pale)", "o": "#999", "x": "#d55e00"}
+CAUSE = re.compile(r"^  cause +(.*)$", re.MULTILINE)
+
+
+def escape(text: str) -> str:
+    return html.escape(outputs.plain(text))
+
+
+def inline(markdown: str) -> str:
+    """What the handout's hints have of Markdown: `code` and *emphasis*."""
+    return re.sub(r"`([^`]+)`|(?<!\*)\*([^*`]+)\*",
+                  lambda found: f"<code>{found[1]}</code>" if found[1] else f"<em>{found[2]}</em>", escape(markdown))
+
+
+# ---- For a student --------------------------------------------------------------------------------------------------
+
+def write_feedback(folder: Path, record: dict, say: Speaker) -> None:
+    body = [f"<h1>{escape(record['name'])}</h1>"]
+    if record["status"] != "graded":
+        body.append(paragraph(say("The grader itself has failed; this says nothing about your work. Your instructor has been "
+                                  "told.")))
+    else:
+        replay = say(f"Every number below can be had again: ./course check --seed {record['seed']} meets the same cases.")
+        points = say(f"{points_of(record)} points.")
+        body += [f"<p><strong>{escape(points)}</strong> {escape(replay)}</p>",
+                 *(paragraph(say(fault) + say(".")) for fault in record["faults"]),
+                 page.table([say("stage"), say("state"), say("points")],
+                            [[f"{row['id']} {say(row['title'])}", say(row["state"]), say(points_of(row))]
+                             for row in record["stages"]])]
+        for row in record["stages"]:
+            body += feedback_on(row, say)
+    page.write(folder / "feedback.html", say(f"Feedback for {outputs.plain(record['name'])}"), body, say.language)
+
+
+def points_of(record: dict) -> str:
+    return f"{record['score']:g} of {record['points']:g}"
+
+
+def paragraph(text: str) -> str:
+    return f"<p>{escape(text)}</p>"
+
+
+def feedback_on(row: dict, say: Speaker) -> list:
+    """A stage: the story, a picture of the wrong entries, what was printed, and the handout's hints to unfold."""
+    body = [f"<h2>{MARKS.get(row['state'], '✗')} {row['id']} {escape(say(row['title']))}</h2>"]
+    if row["state"] == "right":
+        return body + [paragraph(say("All checks are passed."))]
+    body.append(f"<pre>{escape(outputs.words_on(row, say))}</pre>")
+    if row["picture"]:
+        body.append(picture(row["picture"], say))
+    if row["printed"].strip():
+        body.append(f"<details><summary>{say('What your code printed')}</summary><pre>{escape(row['printed'])}</pre></details>")
+    failed = [check["name"] for check in row["checks"] if not check["passed"]]
+    body.append(paragraph(say(f"Not passed: {', '.join(failed)}.")))
+    sections = hint.handout(say.language)
+    section = sections.get(section_of(row, sections), "")
+    body += [f"<details><summary>{escape(title)}</summary><p>{inline(text)}</p></details>"
+             for title, text in hint.hints_of(section).values()]
+    return body
+
+
+def section_of(row: dict, sections: dict) -> str:
+    """The handout's section: by the TODO that the story names, or by the stage."""
+    todo = re.search(r"TODO (\S+)$", row["story"], re.MULTILINE)
+    try:
+        return hint.find(todo[1] if todo else row["id"], sections)
+    except hint.CourseError:
+        return row["id"]
+
+
+def picture(pattern: str, say: Speaker) -> str:
+    """A matrix, entry by entry: zero, not zero, or wrong. See Picture in ch5_homework/judge/narrate.cc."""
+    rows = pattern.split("/")
+    cell = min(16, max(4, PICTURE // max(len(rows), *map(len, rows))))
+    cells = "".join(f'<rect x="{cell * j}" y="{cell * i}" width="{cell - 1}" height="{cell - 1}" fill="{COLOURS[entry]}"/>'
+                    for i, row in enumerate(rows) for j, entry in enumerate(row) if entry in COLOURS)
+    width, height = cell * max(map(len, rows)), cell * len(rows)
+    caption = say("The matrix that this is about: grey entries are not zero, orange ones are wrong.")
+    return (f'<figure><svg role="img" aria-label="{caption}" width="{width}" height="{height}" '
+            f'viewBox="0 0 {width} {height}">{cells}</svg><figcaption>{caption}</figcaption></figure>')
+
+
+# ---- For a class ----------------------------------------------------------------------------------------------------
+
+def write_summary(out: Path, records: list, say: Speaker) -> None:
+    graded = [record for record in records if record["status"] == "graded"]
+    rows = [row for record in graded for row in record["stages"]]
+    body = [f"<h1>{say(f'{len(graded)} submissions graded')}</h1>"]
+    failed = [record["name"] for record in records if record["status"] != "graded"]
+    if failed:
+        body.append(paragraph(say(f"Not graded, by a fault of the grader or its machine: {', '.join(failed)}. Their marks are "
+                                  "missing, not zero.")))
+    if graded:
+        body += [marks(graded, say), *counts("Most failed checks", Counter(
+            f"{row['id']} {check['name']}" for row in rows for check in row["checks"] if not check["passed"]), say),
+            *counts("Most frequent misconceptions", Counter(what for row in rows if (what := cause_of(row, say))), say),
+            near_misses(graded, say), likeness(graded, say), table_of_all(graded, say)]
+    page.write(out / "summary.html", say("Grades"), body, say.language)
+
+
+def marks(graded: list, say: Speaker) -> str:
+    """Marks per stage, then time and memory."""
+    table = []
+    for stage in dict.fromkeys(row["id"] for record in graded for row in record["stages"]):
+        rows = [row for record in graded for row in record["stages"] if row["id"] == stage]
+        scores = [row["score"] for row in rows]
+        states = Counter(row["state"] for row in rows)
+        table.append([f"{stage} {say(rows[0]['title'])}", f"{statistics.mean(scores):.1f}", f"{statistics.median(scores):g}",
+                      f"{max(row['points'] for row in rows):g}", ", ".join(f"{n} {say(state)}" for state, n in states.most_common())])
+    cpu = [record["cpu_seconds"] for record in graded]
+    return (f"<h2>{say('Marks')}</h2>" + page.table(list(map(say, ["stage", "mean", "median", "of", "states"])), table) +
+            paragraph(say(f"Compiling took {statistics.median(cpu):.1f} s of processor time a submission in the median, "
+                          f"{max(cpu):.1f} s at most, and {max(record['peak_mib'] for record in graded):.0f} MB at most.")))
+
+
+def counts(title: str, counted: Counter, say: Speaker) -> list:
+    return [f"<h2>{say(title)}</h2>", page.table([say("what"), say("submissions")], [[outputs.plain(what), str(times)] for what, times in
+                                                                      counted.most_common(15)])] if counted else []
+
+
+def cause_of(row: dict, say: Speaker) -> str:
+    found = CAUSE.search(row["story"])
+    return f"{row['id']}: {say(found[1])}" if found and not found[1].startswith("none of the typical") else ""
+
+
+def near_misses(graded: list, say: Speaker) -> str:
+    """Checks that failed, or passed, within a factor of 10 of their tolerance: to be looked at by a human."""
+    table = [[record["name"], f"{row['id']} {check}", f"{margin:.2g}"] for record in graded for row in record["stages"]
+             for check, margin in row["margins"].items() if 1.0 / NEAR < margin < NEAR]
+    head = list(map(say, ["submission", "check", "deviation in tolerances"]))
+    none = paragraph(say(f"No number lies within a factor of {NEAR:g} of its tolerance, on either side."))
+    return f"<h2>{say('Near misses')}</h2>" + (page.table(head, table) if table else none)
+
+
+def likeness(graded: list, say: Speaker) -> str:
+    """Equal submissions, and files that share most of the lines that few others have. A hint for a human, no proof."""
+    same = {}
+    for record in graded:
+        same.setdefault(record["content"], []).append(record["name"])
+    table = [[", ".join(names), say("all files"), say("equal")] for names in same.values() if len(names) > 1]
+    table += [[f"{a}, {b}", file, say(f"{100 * part:.0f} % of their own lines")]
+              for a, b, file, part in outputs.alike(graded, known_lines())]
+    return f"<h2>{say('Alike submissions')}</h2>" + (
+        page.table([say("submission"), say("file"), say("share")], table) if table else paragraph(say("None.")))
+
+
+def known_lines() -> dict:
+    """{file: hashes of the skeleton's and the solution's lines}"""
+    known = {}
+    for folder in ("ch5_homework", "solutions"):
+        for path in (ROOT / folder).glob("*.cc"):
+            known.setdefault(path.name, set()).update(outputs.fingerprint({path.name: path.read_bytes()})[path.name])
+    return known
+
+
+def table_of_all(graded: list, say: Speaker) -> str:
+    head = [say("submission"), say("score"), *(row["id"] for row in graded[0]["stages"])]
+    link = lambda record: f'<a href="{escape(record["name"])}/feedback.html">{escape(record["name"])}</a>'
+    lines = ["<tr><td>" + "</td><td>".join([link(record), f"{record['score']:g}", *(
+        f"{MARKS.get(row['state'], '✗')} {row['score']:g}" for row in record["stages"])]) + "</td></tr>" for record in graded]
+    return (f"<h2>{say('All')}</h2>" '<div class="scroll"><table><tr>' + "".join(f"<th>{cell}</th>" for cell in head) + "</tr>" +
+            "".join(lines) + "</table></div>")

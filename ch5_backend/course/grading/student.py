@@ -1,0 +1,96 @@
+"""./course pack student: the project as students get it. The solutions are in it as assembly, as ./course run, the stages
+that build on one another and the tests of the library need them; what would show them as text is left out."""
+
+import gzip
+import io
+import platform
+import posixpath
+import re
+import subprocess
+import tarfile
+from pathlib import Path
+
+from ch5_backend.figures.atomic_write import atomic_write
+
+from ..base.build import BUILD, ROOT, build_or_fail
+from ..base.errors import CourseError
+from .outputs import short_hash
+
+from ..homework.make_skeleton import skeleton
+from ..homework.regions import FILES, blanked, solution_text
+
+TOP = "chapter5"  # the folder that the archive unpacks to
+LEFT_OUT = (
+    ".ci/", "solutions/",
+    "slides/",  # their notes answer what is asked in class
+    "ch5_homework/GRADING", "ch5_homework/INSTRUCTORS",
+    "ch5_backend/course/grading/", "tests/grading/", "ch5_homework/judge/remote/", "tests/homework/attacks/",
+    "tests/docs/", "tests/conventions/", "tests/sanitizers/", "tests/fuzz/", "tests/lab/",  # of those who change the project
+    # what fills the gaps, rightly or wrongly
+    "tests/homework/fills", "tests/homework/run_fills.py", "tests/homework/reference.cmake",
+    "tests/homework/plain_ctest", "tests/homework/one_check.py", "tests/homework/end_to_end.py",
+    "tests/homework/throw_left.py", "tests/homework/first_words.py", "tests/homework/languages.py",
+    "tests/homework/untranslated.py")
+KEPT = "slides/figures/"  # the picture of the front page
+FOR_GRADERS = re.compile(r"^## (?:For graders and instructors|助教与讲师)\n.*?(?=^## )", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\((?!https?:)([^)#\s]+)(#[^)\s]*)?\)")
+SYMBOL = re.compile(r"(?<!\w)_Z[\w$]+")
+# As a label, as a weak name of one, or as the name of a group of which the linker takes one. A type is known by its name.
+DEFINED = re.compile(r"^(_Z(?!T)[\w$]+)[\w$.]*:$|^\t\.weak\t(_Z(?!T)[\w$]+)$|,(_Z(?!T)[\w$]+),comdat$", re.MULTILINE)
+GLOBAL = re.compile(r"^\t\.globl\t(\S+)$", re.MULTILINE)
+
+
+def pack_student(path: Path) -> None:
+    """Writes the archive; the same files and compiler give the same bytes. Raises CourseError."""
+    files = student_files(tracked_files(), compiled_solutions())
+    with atomic_write(path) as partial, open(partial, "wb") as file:
+        with gzip.GzipFile("", "wb", 9, file, mtime=0) as zipped, tarfile.open(fileobj=zipped, mode="w") as archive:
+            for name in sorted(files):
+                member = tarfile.TarInfo(f"{TOP}/{name}")
+                member.size, member.mode = len(files[name]), 0o755 if files[name].startswith(b"#!") else 0o644
+                archive.addfile(member, io.BytesIO(files[name]))
+
+
+def tracked_files() -> dict:
+    """{name: bytes} of what version control knows, and nothing that merely lies about, such as last year's submissions."""
+    done = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], capture_output=True, check=False)
+    if done.returncode:
+        raise CourseError("only a clone knows which files are the project's: " + done.stderr.decode("utf-8", "replace").strip())
+    names = [name for name in done.stdout.decode("utf-8").split("\0") if name and (ROOT / name).is_file()]
+    return {name: (ROOT / name).read_bytes() for name in names}
+
+
+def compiled_solutions() -> dict:
+    """{"problem.cc": assembly}"""
+    build_or_fail(["solutions_as_assembly"])
+    return {name: (BUILD / "solutions" / f"{name}.s").read_text(encoding="utf-8") for name in FILES}
+
+
+def student_files(files: dict, compiled: dict) -> dict:
+    """{name: bytes} of the archive, from the project's files and the solutions' assembly."""
+    given = {name: content for name, content in files.items() if not name.startswith(LEFT_OUT) or name.startswith(KEPT)}
+    made_for = f"# {platform.system()} {platform.machine()}\n"
+    for name in FILES:
+        given[f"ch5_homework/{name}"] = skeleton(name).encode()  # whatever somebody has filled in
+        given[f"solutions/{name}.blank"] = blanked(solution_text(name)).encode()
+        given[f"solutions/{name}.s"] = (made_for + without_formulas(compiled[name])).encode()
+    for name in given:
+        if name.endswith(".md"):
+            given[name] = without_dead_links(name, FOR_GRADERS.sub("", given[name].decode("utf-8")), given).encode()
+    return given
+
+
+def without_formulas(assembly: str) -> str:
+    """A template's name spells out what it is applied to, type by type: what Eigen's expressions have become is called by
+    numbers. The same for the same name, so that the linker still takes each once; and none that another object has, which
+    may be compiled otherwise."""
+    defined = {name for names in DEFINED.findall(assembly) for name in names}
+    formulas = {name for name in defined - set(GLOBAL.findall(assembly)) if "5Eigen" in name}
+    return SYMBOL.sub(lambda match: f"given_{short_hash(match[0])}" if match[0] in formulas else match[0], assembly)
+
+
+def without_dead_links(name: str, text: str, files: dict) -> str:
+    """A link to what the archive has not becomes its words."""
+    def keep(match):
+        return match[0] if posixpath.normpath(posixpath.join(posixpath.dirname(name), match[2])) in files else match[1]
+    return LINK.sub(keep, text)

@@ -1,0 +1,158 @@
+"""What is taken from a submission: the homework's own files, by name, as bytes, and nothing else."""
+
+import bz2
+import gzip
+import hashlib
+import json
+import lzma
+import stat
+import tarfile
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+
+from ..base.build import ROOT
+from ..base.errors import CourseError
+from .outputs import plain
+
+LARGEST = 256 << 10       # bytes of a file; the largest solution has 20,000
+LARGEST_ARCHIVE = 64 << 20  # bytes, and of what a tar unpacks to
+MOST_MEMBERS = 10_000     # of an archive or folder that are looked at
+COMPRESSIONS = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ": lzma.open}  # of a tar, by its first bytes
+
+
+def homework_files() -> tuple:
+    """The names that count, from the table of stages."""
+    stages = json.loads((ROOT / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
+    return tuple(dict.fromkeys(stage["file"] for stage in stages))
+
+
+@dataclass
+class Submission:
+    """One student's work. `faults` are words for the student on what could not be taken."""
+    name: str
+    files: dict = field(default_factory=dict)   # {name: bytes}
+    faults: list = field(default_factory=list)
+
+    def key(self) -> str:
+        """The same for the same content, whoever hands it in."""
+        digest = hashlib.sha256()
+        for name in sorted(self.files):
+            digest.update(name.encode() + b"\0" + str(len(self.files[name])).encode() + b"\0" + self.files[name])
+        return digest.hexdigest()
+
+    def take(self, path: str, size: int, read, places: dict) -> None:
+        """Takes a member if it is one of the homework's files. Of two with one name, the one nearer to the top counts."""
+        name, depth = PurePosixPath(path).name, len(PurePosixPath(path).parts)
+        if name not in homework_files() or "__MACOSX" in path:
+            return
+        if name in places and places[name] <= depth:
+            self.faults.append(f"{name} is there more than once; the one nearest to the top counts")
+            return
+        if size > LARGEST:
+            self.faults.append(f"{name} has more than {LARGEST >> 10} KB and is not taken")
+            return
+        content = read()
+        if len(content) > LARGEST:
+            self.faults.append(f"{name} has more than {LARGEST >> 10} KB and is not taken")
+            return
+        places[name], self.files[name] = depth, content
+
+
+def collect(path: Path) -> Submission:
+    """Reads a .cc file, a folder, a zip or a tar. Nothing is unpacked; links, devices and other names are not touched.
+
+    Raises CourseError if there is no such path; a submission without files of the homework is one with a fault.
+    """
+    if not path.exists() and not path.is_symlink():
+        raise CourseError(f"{path}: there is no such submission")
+    submission = Submission(path.name if path.is_dir() or path.suffix == ".cc" else path.stem)
+    try:
+        kind = path.lstat()
+        if stat.S_ISDIR(kind.st_mode):
+            collect_folder(path, submission)
+        elif not stat.S_ISREG(kind.st_mode):  # a link may lead anywhere, a pipe may never end
+            submission.faults.append("this is a link or a device, and is not opened")
+        elif path.suffix == ".cc":
+            collect_file(path, submission)
+        elif kind.st_size > LARGEST_ARCHIVE:
+            submission.faults.append(f"it has more than {LARGEST_ARCHIVE >> 20} MB and is not opened")
+        elif zipfile.is_zipfile(path):
+            collect_zip(path, submission)
+        else:
+            collect_tar(path, submission)
+    except Exception as error:  # whatever an archive holds that Python's modules do not expect
+        submission.faults.append(plain(f"it cannot be read as a .cc file, folder, zip or tar: {error}"))
+    if not submission.files and not submission.faults:
+        submission.faults.append(f"it holds none of {', '.join(homework_files())}")
+    return submission
+
+
+def collect_file(path: Path, submission: Submission) -> None:
+    """A single file counts by its name, or by the name that its own begins with, such as "problem (2).cc"."""
+    fitting = [name for name in homework_files() if path.name.startswith(Path(name).stem)]
+    name = max(fitting, key=len, default=path.name)
+    submission.take(name, path.stat().st_size, lambda: read_regular(path), {})
+
+
+def collect_folder(folder: Path, submission: Submission) -> None:
+    places = {}
+    for count, member in enumerate(sorted(folder.rglob("*"))):
+        if count >= MOST_MEMBERS:
+            submission.faults.append(f"only its first {MOST_MEMBERS} members were looked at")
+            return
+        if stat.S_ISREG(member.lstat().st_mode):
+            size = member.lstat().st_size
+            submission.take(str(member.relative_to(folder)), size, lambda member=member: read_regular(member), places)
+
+
+def read_regular(path: Path) -> bytes:
+    with open(path, "rb") as file:
+        return file.read(LARGEST + 1)
+
+
+def collect_zip(path: Path, submission: Submission) -> None:
+    places = {}
+    with zipfile.ZipFile(path) as archive:
+        for count, member in enumerate(archive.infolist()):
+            if count >= MOST_MEMBERS:
+                submission.faults.append(f"only its first {MOST_MEMBERS} members were looked at")
+                return
+            kind = stat.S_IFMT(member.external_attr >> 16)
+            if kind not in (0, stat.S_IFREG) or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+                continue
+
+            def read(member=member):
+                with archive.open(member) as file:  # reads no more than is asked for, however much it unpacks to
+                    return file.read(LARGEST + 1)
+            submission.take(member.filename, member.file_size, read, places)
+
+
+def collect_tar(path: Path, submission: Submission) -> None:
+    places = {}
+    with open(path, "rb") as file:
+        first = file.read(6)
+    unpack = next((unpack for magic, unpack in COMPRESSIONS.items() if first.startswith(magic)), open)
+    # As a stream: nothing is sought, and little is held.
+    with unpack(path, "rb") as file, tarfile.open(fileobj=Bounded(file), mode="r|") as archive:
+        for count, member in enumerate(archive):
+            if count >= MOST_MEMBERS:
+                submission.faults.append(f"only its first {MOST_MEMBERS} members were looked at")
+                return
+            if member.isreg():
+                submission.take(member.name, member.size,
+                                lambda member=member: archive.extractfile(member).read(LARGEST + 1), places)
+
+
+class Bounded:
+    """A stream that refuses to unpack to more than an archive may hold: also a member's name or padding can be a bomb."""
+
+    def __init__(self, file):
+        self.file, self.left = file, LARGEST_ARCHIVE
+
+    def read(self, size: int) -> bytes:
+        piece = self.file.read(size)
+        self.left -= len(piece)
+        if self.left < 0:
+            raise ValueError(f"it unpacks to more than {LARGEST_ARCHIVE >> 20} MB")
+        return piece

@@ -1,0 +1,121 @@
+"""Compiles a file of a submission and links it with the worker of its stages, all inside the sandbox."""
+
+import hashlib
+import json
+import os
+import re
+import shutil
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+from ..base.build import BUILD, build_or_fail
+from ..homework.compiler import does_not_compile
+from ..homework.judge import Verdict
+from ..base.scratch import scratch
+from .sandbox import MIB, Limits, Sandbox
+
+# A compiler needs two seconds and half a gigabyte for the solutions.
+COMPILING = Limits(seconds=30, wall_seconds=120.0, memory=3072 * MIB, processes=16, file_size=128 * MIB)
+# The compiler's or the linker's own words about the file that it was given.
+BLAMES_THE_FILE = re.compile(r"[Ee]rror: |undefined reference|multiple definition|terminated by signal|out of memory|"
+                             r"virtual memory exhausted|File size limit|PLEASE submit a (full )?bug report")
+
+
+class Infrastructure(Exception):
+    """Something of ours has failed, and says nothing about the submission."""
+
+
+class Built(NamedTuple):
+    """`verdict` is the reason where there is no worker."""
+    worker: Path
+    verdict: Verdict
+    cpu_seconds: float
+    peak_mib: float
+
+
+class Toolchain:
+    """What ch5_homework/judge/remote/grader.cmake has made: compilers, precompiled header, archives, judge."""
+
+    def __init__(self, box=Sandbox):
+        self.box = box
+        build_or_fail(["homework_grader"])
+        table = json.loads((BUILD / "grader" / "toolchain.json").read_text(encoding="utf-8"))
+        self.compilers, self.judge = table["compile"], Path(table["judge"])
+        self.include, self.archives = Path(table["include"]), Path(table["archives"])
+        self.header, self.object = map(Path, table["phrases"])
+        self.digest = self._digest()
+        self._copies = None if everyone_reaches(self.include) else tempfile.TemporaryDirectory(dir=scratch())
+
+    def _digest(self) -> str:
+        """Changes with whatever a verdict may depend on."""
+        digest = hashlib.sha256(json.dumps(self.compilers).encode())
+        for path in [self.judge, self.object, *sorted(self.archives.glob("libworker_*.a"))]:
+            with open(path, "rb") as file:
+                for piece in iter(lambda: file.read(MIB), b""):
+                    digest.update(piece)
+        return digest.hexdigest()[:16]
+
+    def _seen(self, path: Path) -> Path:
+        """The file or folder where the sandbox's user can read it: a copy, if the project lies in a closed folder."""
+        if self._copies is None:
+            return path
+        os.chmod(self._copies.name, 0o755)
+        copy = Path(self._copies.name) / path.name
+        if not copy.exists():
+            shutil.copytree(path, copy) if path.is_dir() else shutil.copyfile(path, copy)
+        return copy
+
+    def prepare(self) -> None:
+        """Compiles an empty file, so that a fault of ours is found before any submission is blamed."""
+        with tempfile.TemporaryDirectory(dir=scratch()) as folder:
+            for compiler in self.compilers:
+                outcome = self._run([*compiler, "-c", "/submission/empty.cc", "-o", "/out/empty.o"], "empty.cc", b"",
+                                    Path(folder), ())
+                if outcome.exit_code:
+                    raise Infrastructure(f"{compiler[0]} does not compile an empty file: {outcome.output.strip()}")
+
+    def compile(self, file: str, content: bytes, folder: Path) -> Built:
+        """The worker of this file in `folder`, which is the caller's to remove. Raises Infrastructure."""
+        name = Path(file).stem
+        archives = [self.archives / f"libworker_{name}.a", self.archives / f"libworker_layers_{name}.a"]
+        # Of the header's functions only those in use are linked; the others call layers that this worker has not.
+        rest = [str(self.object), "-Wl,--whole-archive", str(archives[0]), "-Wl,--no-whole-archive", str(archives[1]),
+                "-lpthread", "-Wl,--gc-sections", "-o", "/out/worker"]
+        cpu = peak = 0.0
+        for number, compiler in enumerate(self.compilers):
+            words = [*compiler, f"/submission/{file}", *(rest if number == 0 else rest[1:])]
+            outcome = self._run(words, file, content, folder, (self.object, *archives))
+            cpu, peak = cpu + outcome.cpu_seconds, max(peak, outcome.peak_mib)
+            worker = folder / "out" / "worker"
+            if outcome.exit_code == 0 and worker.is_file() and not worker.is_symlink():
+                return Built(worker, None, cpu, peak)
+            if not outcome.in_time:  # a second compiler would take as long
+                break
+        return Built(None, self._verdict(file, outcome, content), cpu, peak)
+
+    def _verdict(self, file: str, outcome, content: bytes) -> Verdict:
+        words = outcome.output.replace("/submission/", "").replace(str(self.include) + "/", "")
+        if not outcome.in_time:
+            return Verdict("does-not-compile", f"The compiler was still at work after {COMPILING.seconds} s of processor "
+                           "time.", "", "")
+        if not BLAMES_THE_FILE.search(words):
+            raise Infrastructure(f"the compiler ended with code {outcome.exit_code}: {words.strip()[-500:]}")
+        return does_not_compile(file, words, content)
+
+    def _run(self, command: list, file: str, content: bytes, folder: Path, more: tuple):
+        """One run of a compiler, which sees this file, the headers and `more`, and writes into folder/out."""
+        given, out = folder / "submission", folder / "out"
+        for place, mode in ((folder, 0o755), (given, 0o755), (out, 0o777)):
+            place.mkdir(exist_ok=True)
+            os.chmod(place, mode)
+        (given / file).write_bytes(content)
+        os.chmod(given / file, 0o644)
+        bound = [self.include, self.header, *more]
+        box = self.box({"/submission": given, **{str(path): self._seen(path) for path in bound}}, {"/out": out}, COMPILING)
+        return box.run(command)
+
+
+def everyone_reaches(path: Path) -> bool:
+    """Whether another user may enter all folders on the way."""
+    return os.geteuid() != 0 or all(folder.stat().st_mode & 0o005 == 0o005 for folder in [path, *path.resolve().parents])

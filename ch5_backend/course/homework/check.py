@@ -1,0 +1,165 @@
+"""./course check and ./course status: compiles the student's files, judges stage by stage, and says what to do next."""
+
+import json
+import os
+import sys
+from pathlib import Path
+
+from . import blanks, hint_policy
+from ..base import jsonout
+from ..base.build import BIN, HOMEWORK, ROOT, build
+from .compiler import does_not_compile, shown
+from ..base.errors import CourseError
+from .judge import SHOWN_LINES, Verdict, in_full, judge
+from ..base.language import Speaker, pad, speaker
+
+TABLE = ROOT / "ch5_homework" / "stages.json"
+
+COLOURS = {"right": "32", "wrong": "31", "crashes": "31", "times-out": "31", "does-not-compile": "31",
+           "not-started": "33"}
+MARKS = {"right": "✓", "not-started": "·"}
+STATE_WIDTH = 16  # columns
+
+
+# ---- The two commands -----------------------------------------------------------------------------------------------
+
+def run_check(asked: list, as_json: bool, seed, language: str) -> int:
+    """Judges the stages asked for, all by default; 0 if every one is right, 1 if not. Raises CourseError(2)."""
+    stages = select(asked)
+    verdicts = judge_stages(stages, [] if seed is None else [f"--seed={seed}"])
+    report(stages, verdicts if as_json else held_back(stages, verdicts), as_json, tell, speaker(language))
+    return 0 if all(verdict.state == "right" for verdict in verdicts) else 1
+
+
+def run_status(as_json: bool, language: str) -> int:
+    """Judges every stage and shows a line for each; 0."""
+    stages = select([])
+    verdicts = judge_stages(stages)
+    report(stages, verdicts if as_json else held_back(stages, verdicts, counts=False), as_json, tell_line,
+           speaker(language))
+    return 0
+
+
+def held_back(stages: list, verdicts: list, counts: bool = True) -> list:
+    """The verdicts for a student's eyes, who is to look for the cause of a failure once before it is named."""
+    threshold = json.loads(TABLE.read_text(encoding="utf-8"))["name_cause_at_failure"]
+    return [hint_policy.hold_back(stage, verdict, threshold, counts) for stage, verdict in zip(stages, verdicts)]
+
+
+def stage_table() -> list:
+    return json.loads(TABLE.read_text(encoding="utf-8"))["stages"]
+
+
+def select(asked: list) -> list:
+    """The rows of the table that are asked for; "1" means 1.1 and 1.2, and a stage's sections in the handout mean it."""
+    table = stage_table()
+    for name in asked:
+        if not any(covers(name, stage) for stage in table):
+            raise CourseError(f"unknown stage '{name}'; there are {', '.join(stage['id'] for stage in table)}")
+    return [stage for stage in table if not asked or any(covers(name, stage) for name in asked)]
+
+
+def covers(name: str, stage: dict) -> bool:
+    return stage["id"].startswith(name + ".") or name in [stage["id"], *sections_of(stage)]
+
+
+def sections_of(stage: dict) -> list:
+    """The handout's sections on a stage: one, unless the table says otherwise."""
+    return stage.get("sections", [stage["id"]])
+
+
+def judge_stages(stages: list, options=()) -> list:
+    """The verdicts, in the order of the stages."""
+    broken = compile_files(sorted({stage["file"] for stage in stages}))
+    return [broken.get(stage["file"]) or judge_stage(stage, options) for stage in stages]
+
+
+def judge_stage(stage: dict, options) -> Verdict:
+    verdict = judge(BIN / target(stage["file"]), stage, options=options)
+    return blanks.explain(verdict, stage["file"], blanks.content_of(folder() / stage["file"]))
+
+
+def report(stages: list, verdicts: list, as_json: bool, tell_one, say: Speaker) -> None:
+    """One JSON object on standard output, the words then on standard error; or the words on standard output."""
+    out = sys.stderr if as_json else sys.stdout
+    for stage, verdict in zip(stages, verdicts):
+        tell_one(stage, verdict, out, say)
+    if as_json:
+        jsonout.emit({"stages": [{"id": stage["id"], "state": verdict.state, "hint": say.hint(verdict.hint, verdict.story)}
+                                 for stage, verdict in zip(stages, verdicts)]})
+
+
+# ---- Compiling ------------------------------------------------------------------------------------------------------
+
+def folder() -> Path:
+    """The student's files. The end-to-end test has a folder and executables of its own, the latter told by a prefix."""
+    return Path(os.environ.get("CH5_CHECK_FOLDER") or HOMEWORK)
+
+
+def target(file: str) -> str:
+    """The executable that judges this file."""
+    return os.environ.get("CH5_CHECK_PREFIX", "") + "check_" + Path(file).stem
+
+
+def compile_files(files: list) -> dict:
+    """Builds what judges these files; returns a verdict for each file that cannot be compiled."""
+    done = build(["-k", "0", *map(target, files)])
+    if done.returncode == 0:
+        return {}
+    if len(files) == 1:
+        return {files[0]: does_not_compile(files[0], done.stdout, blanks.content_of(folder() / files[0]))}
+    return {file: verdict for each in files for file, verdict in compile_files([each]).items()}
+
+
+# ---- Telling --------------------------------------------------------------------------------------------------------
+
+def paint(text: str, state: str, out) -> str:
+    if not out.isatty() or os.environ.get("NO_COLOR"):
+        return text
+    return f"\033[1;{COLOURS[state]}m{text}\033[0m"
+
+
+def tell_line(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
+    """One line of ./course status, and one for the hint."""
+    state = paint(f"{MARKS.get(verdict.state, '✗')} {pad(say(verdict.state), STATE_WIDTH)}", verdict.state, out)
+    print(f"{stage['id']:<4} {state}  {say(stage['title'])}  ({stage['file']})", file=out)
+    if verdict.hint:
+        print(f"       {say.hint(verdict.hint, verdict.story)}", file=out)
+
+
+def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
+    """The verdict of ./course check, its story, and what to do next."""
+    head = f"{MARKS.get(verdict.state, '✗')} {stage['id']} {say(verdict.state)}"
+    print(f"{paint(head, verdict.state, out)}   {say(stage['title'])}", file=out)
+    printed = verdict.printed.strip("\n").splitlines()
+    if printed:
+        print("\n  " + say("Your code printed" + (f" (the last {SHOWN_LINES} lines)" if len(printed) > SHOWN_LINES else "") +
+                           ":"), file=out)
+        print("\n".join("  │ " + line for line in printed[-SHOWN_LINES:]), file=out)
+    words = in_full(verdict.hint, verdict.story, say)
+    print("\n" + indent(words) + "\n" if verdict.state != "right" else "", file=out, end="")
+    print(f"  {say(next_step(stage, verdict))}\n", file=out)
+
+
+def indent(text: str) -> str:
+    return "\n".join(("  " + line).rstrip() for line in text.splitlines())
+
+
+def next_step(stage: dict, verdict: Verdict) -> str:
+    again = f"./course check {stage['id']}"
+    file = stage["file"] if HOMEWORK == ROOT / "ch5_homework" else shown(HOMEWORK / stage["file"])
+    if verdict.state == "right":
+        ids = [row["id"] for row in stage_table()]
+        following = ids[ids.index(stage["id"]) + 1:]
+        return "Well done. " + (f"Next: ./course check {following[0]}" if following else "That was the last stage.")
+    todo = verdict.hint.split()[1] if verdict.state == "not-started" else ""  # "TODO 1.1a …"
+    if todo and blanks.keeps_throw(folder() / stage["file"], todo):
+        return f"Your lines for {todo} are there, but so is the throw below them: delete it. Then: {again}"
+    return {
+        "not-started": f"Search {file} for “home work {todo}”; the handout is ch5_homework/README.md, Stage "
+                       f"{stage['id']}. Then: {again}",
+        "does-not-compile": f"Mend the first error; the others may follow from it. Then: {again}",
+        "wrong": f"Mend {file}. Then: {again}",
+        "crashes": f"Look at your lines in {file}, at places and sizes first. Then: {again}",
+        "times-out": f"Look for the loop in {file}. Then: {again}",
+    }[verdict.state]

@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""Makes ch5_homework/*.cc from solutions/*.cc: each graded region becomes its hints and a throw.
+
+  make_skeleton.py                 writes ch5_homework/, all of it
+  make_skeleton.py problem.cc      writes this file anew, and leaves the others alone
+  make_skeleton.py --check         compares instead: 0 current, 1 not, 77 a student is at work (not in CI)
+  make_skeleton.py --output DIR    writes elsewhere
+  make_skeleton.py --blank 1.1a    blanks this region only, repeatable; the others hold the solution
+  make_skeleton.py --deep          the second depth: more gaps, and no lines to fill in; see ./course deep
+  make_skeleton.py --keep          leaves alone what is not the skeleton of either depth, and says so
+"""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from .regions import FILES, ROOT, STAGES, fill, regions, solution_text
+
+STUDENT_AT_WORK = 77  # CTest's SKIP_RETURN_CODE
+
+
+def skeleton(name: str, blanks=None, deep: bool = False) -> str:
+    """The student's file; `blanks` are the TODOs to blank, by default all of this depth."""
+    def content(region):
+        blank = region.todo in blanks if blanks is not None else deep or region.kind == "SOLUTION"
+        return region.blank(deep) if blank else region.solution
+    return fill(solution_text(name), content)
+
+
+def check(folder: Path) -> int:
+    verdict = 0
+    for name in FILES:
+        wanted, found = skeleton(name), (folder / name).read_text(encoding="utf-8")
+        if found == wanted:
+            continue
+        fewer = found.count("throw HomeworkMissing") < wanted.count("throw HomeworkMissing")
+        if (fewer or found == skeleton(name, deep=True)) and not os.environ.get("CI"):
+            print(f"{name}: some TODOs are filled, or it is the second depth, so there is nothing to compare")
+            verdict = verdict or STUDENT_AT_WORK
+        else:
+            print(f"{name}: not what solutions/{name} gives; run python3 -m ch5_backend.course.homework.make_skeleton")
+            verdict = 1
+    return verdict
+
+
+def table_is_true() -> bool:
+    """The stage table and the markers name the same TODOs."""
+    marked = [(name, region.todo, region.kind) for name in FILES for region in regions(solution_text(name))]
+    listed = [(stage["file"], todo, kind) for stage in STAGES
+              for kind, todos in (("SOLUTION", stage["todos"]), ("DEEP", stage.get("deep", []))) for todo in todos]
+    if sorted(marked) != sorted(listed):
+        print("ch5_homework/stages.json and solutions/ differ:", sorted(set(marked) ^ set(listed)))
+    return sorted(marked) == sorted(listed)
+
+
+def write(name: str, folder: Path, options) -> bool:
+    """Whether the file now is the skeleton that was asked for; with --keep another's work stays as it is."""
+    path, text = folder / name, skeleton(name, options.blank, options.deep)
+    found = path.read_text(encoding="utf-8", errors="replace") if path.exists() else text
+    if options.keep and found not in (text, skeleton(name, deep=not options.deep)):
+        print(f"{name}: it holds work of yours and stays as it is; to begin it anew: "
+              f"python3 -m ch5_backend.course.homework.make_skeleton {'--deep ' * options.deep}{name}")
+        return False
+    path.write_text(text, encoding="utf-8")
+    return True
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="*", metavar="FILE")
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--output", type=Path, default=ROOT / "ch5_homework", metavar="DIR")
+    parser.add_argument("--blank", action="append", metavar="TODO")
+    parser.add_argument("--deep", action="store_true")
+    parser.add_argument("--keep", action="store_true")
+    options = parser.parse_args()
+    if not table_is_true():
+        return 1
+    if options.check:
+        return check(options.output)
+    if unknown := set(options.files) - set(FILES):
+        parser.error(f"no homework is in {', '.join(sorted(unknown))}; there are {', '.join(FILES)}")
+    options.output.mkdir(parents=True, exist_ok=True)
+    written = [write(name, options.output, options) for name in options.files or FILES]
+    return 0 if all(written) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

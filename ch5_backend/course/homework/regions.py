@@ -1,0 +1,73 @@
+"""Solutions with their graded regions marked, and the stage table.
+
+A region of solutions/NAME.cc reads
+
+    // BEGIN SOLUTION <todo> <place>
+    the solution
+    // BLANK
+    // the hints that stand in the skeleton instead
+    // END SOLUTION
+
+At the second depth, deep, a region becomes its throw alone; and regions between // BEGIN DEEP and // END DEEP, whose
+solution everybody else is given, become blank too.
+
+The students' archive has solutions/NAME.cc.blank instead: the same text without what the first depth asks for.
+"""
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+STAGES = json.loads((ROOT / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
+FILES = sorted({stage["file"] for stage in STAGES})
+
+
+@dataclass(frozen=True)
+class Region:
+    kind: str      # "SOLUTION" or "DEEP"
+    todo: str      # "1.1a"
+    place: str     # "MakeHessian, the block (v_i, v_j)"
+    indent: str
+    solution: str  # lines, each with its newline
+    hints: str     # likewise
+
+    def blank(self, deep: bool = False) -> str:
+        """What a student finds here."""
+        hints = "" if deep and self.kind == "SOLUTION" else self.hints
+        return f'{hints}{self.indent}throw HomeworkMissing("{self.todo} {self.place}");\n'
+
+
+_REGION = re.compile(
+    r"^(?P<indent> *)// BEGIN (?P<kind>SOLUTION|DEEP) (?P<todo>\S+) (?P<place>[^\n]+)\n"
+    r"(?P<solution>.*?)^ *// BLANK\n(?P<hints>.*?)^ *// END (?P=kind)\n", re.MULTILINE | re.DOTALL)
+
+
+def solution_text(name: str) -> str:
+    path = ROOT / "solutions" / name
+    return (path if path.exists() else path.with_name(name + ".blank")).read_text(encoding="utf-8")
+
+
+def regions(text: str) -> list:
+    """The regions of a solution, in order. Raises ValueError where a marker has lost its partners."""
+    found = [Region(**match.groupdict()) for match in _REGION.finditer(text)]
+    for marker in ("// BEGIN ", "// BLANK", "// END "):
+        if text.count(marker) != len(found):
+            raise ValueError(f"{text.count(marker)} × '{marker}', but {len(found)} whole regions")
+    return found
+
+
+def fill(text: str, content) -> str:
+    """The solution with each region replaced by content(region)."""
+    return _REGION.sub(lambda match: content(Region(**match.groupdict())), text)
+
+
+def blanked(text: str) -> str:
+    """The text with its markers, whose skeletons are the same at both depths, and without the solutions of the first."""
+    return re.sub(r"(// BEGIN SOLUTION [^\n]+\n).*?(^ *// BLANK\n)", r"\1\2", text, flags=re.MULTILINE | re.DOTALL)
+
+
+def stage_of(todo: str) -> dict:
+    """The stage that a TODO belongs to."""
+    return next(stage for stage in STAGES if todo in stage["todos"] + stage.get("deep", []))

@@ -1,0 +1,32 @@
+"""./course test: builds everything and runs CTest."""
+
+import re
+import sys
+
+from .base.build import BUILD, CORES, build_or_fail, run_logged
+from .base.progress import Progress
+
+
+def test(names: list, quick: bool, extra: list) -> int:
+    """Runs the tests whose names match one of `names` (default: all), with `extra` words for CTest.
+
+    Prints what failed and CTest's closing lines. Returns 0 if all passed, else 1.
+    """
+    build_or_fail()
+    command = ["ctest", "--test-dir", str(BUILD), "-j", str(CORES), "--output-on-failure", "--no-tests=error"]
+    command += ["-LE", "slow"] if quick else []
+    command += ["-R", "|".join(names)] if names else []
+    failed = []
+    with Progress("test") as progress:
+        def step(line: str) -> None:
+            if "***" in line:
+                failed.append(line)
+            if re.match(r"\d+/\d+ ", line):
+                progress.step(line + (f"   {len(failed)} failed" if failed else ""))
+        done = run_logged(command + extra, "ctest.log", step)
+    for line in done.stdout.splitlines():
+        if not re.match(r"Internal ctest|Test project|\s*Start +\d+:|.* Passed +[\d.]+ sec$", line):
+            print(line)
+    if done.returncode:
+        print(f"The whole log: {BUILD / 'ctest.log'}", file=sys.stderr)
+    return 1 if done.returncode else 0

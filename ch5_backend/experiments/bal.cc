@@ -1,0 +1,42 @@
+/// Solves a "Bundle Adjustment in the Large" file: ch5_bal FILE --out DIR.
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include "ch5_backend/experiments/studies/bal_study.h"
+#include "ch5_backend/experiments/studies/file_command.h"
+
+namespace {
+
+constexpr char kUsage[] =
+    "usage: ch5_bal FILE --out DIR [--iterations N] [--threads N] [--huber PIXELS] [--solver NAME]\n"
+    "               [--precision WORD]\n"
+    "Solves the bundle adjustment in FILE (BAL text) and writes into DIR: the result as BAL and PLY, the table of\n"
+    "iterations, a summary, and what plot/bal.py draws.\n"
+    "  --iterations N   at most N iterations (50)\n"
+    "  --threads N      (as many as the machine has); the result does not depend on it\n"
+    "  --huber PIXELS   Huber's loss with this threshold, for data with outliers (none)\n"
+    "  --solver NAME    of the cameras' system: dense, sparse or pcg form it, implicit-pcg and power-series do not;\n"
+    "                   automatic (the default) is power-series for more than 400 cameras\n"
+    "  --precision WORD single: cameras and points are tied by numbers of 4 bytes, in less memory, where the cameras'\n"
+    "                   system is formed; the optimum stays (double)\n";
+
+void Run(const ch5::FileCommand& command) {
+  const std::string name = command.Name();
+  const ch5::BalProblem problem = ch5::ReadBal(command.file);
+  std::filesystem::create_directories(command.out);
+  std::printf("%s: %zu cameras, %zu points, %zu observations\n\n", name.c_str(), problem.cameras.size(),
+              problem.points.size(), problem.observations.size());
+  ch5::IterationTable table;
+  const ch5::BalStudy study =
+      ch5::SolveBal(problem, command.options, [&](const ch5::IterationInfo& info) { table.Print(info); });
+  ch5::WriteBalStudy(study, command.options, name, command.out);
+  char error[80];
+  std::snprintf(error, sizeof error, ", mean error %.3f -> %.3f px", study.mean_error_before, study.mean_error_after);
+  ch5::PrintSummary(study.summary, error);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return ch5::RunFileCommand("ch5_bal", kUsage, argc, argv, Run); }

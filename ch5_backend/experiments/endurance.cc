@@ -1,0 +1,32 @@
+/// Ten thousand images through each estimator: ch5_endurance [--out DIR] [--frames N]
+
+#include <filesystem>
+#include <string>
+
+#include "ch5_backend/experiments/studies/command_line.h"
+#include "ch5_backend/experiments/studies/endurance_study.h"
+
+namespace {
+
+constexpr char kUsage[] =
+    "usage: ch5_endurance [--out DIR] [--frames N]\n"
+    "Feeds N simulated images (10000) to both window policies, and writes their memory and drift to DIR/csv, which\n"
+    "plot/endurance.py draws (DIR is out/ unless given).\n";
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ch5::EnduranceOptions options;
+  std::string out = "out";
+  ch5::CommandLine line("ch5_endurance", kUsage);
+  line.Text("--out", &out);
+  line.Number("--frames", 100, 1000000, &options.frames);
+  return line.Run(argc, argv, [&] {
+    const std::filesystem::path csv = std::filesystem::path(out) / "csv";
+    std::filesystem::create_directories(csv);  // fails now and not after minutes
+    const ch5::Progress progress;
+    const auto rows = ch5::RunEnduranceStudy(
+        options, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); });
+    ch5::WriteEnduranceTables(rows, csv);
+  });
+}

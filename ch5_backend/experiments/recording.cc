@@ -1,0 +1,63 @@
+/// Visual-inertial odometry on a recording: ch5_recording FOLDER --out DIR.
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <stdexcept>
+
+#include "ch5_backend/experiments/studies/command_line.h"
+#include "ch5_backend/experiments/studies/file_command.h"
+#include "ch5_backend/experiments/studies/odometry_study.h"
+#include "ch5_backend/world/files/recording_file.h"
+
+namespace {
+
+constexpr char kUsage[] =
+    "usage: ch5_recording FOLDER --out DIR\n"
+    "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
+    "groundtruth.csv) with both window policies, and writes into DIR: trajectories in TUM's and EuRoC's format, and\n"
+    "tables in DIR/csv, which plot/recording.py draws.\n";
+
+void Run(const ch5::FileCommand& command) {
+  const ch5::Recording recording = ch5::ReadRecording(command.file);
+  std::filesystem::create_directories(command.out);
+  std::printf("%zu images, %zu IMU readings, %.1f s\n\n", recording.frames.size(), recording.imu.size(),
+              recording.frames.back().t - recording.frames.front().t);
+  std::fflush(stdout);
+  const ch5::Progress progress;
+  const ch5::OdometryStudy study = ch5::RunOdometryStudy(
+      recording, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); });
+  progress.Clear();
+  const auto is_silent = [](const ch5::OdometryRun& run) { return run.states.empty(); };
+  if (std::all_of(study.runs.begin(), study.runs.end(), is_silent)) {
+    throw std::invalid_argument("no image was answered: in these " + std::to_string(recording.frames.size()) +
+                                " images no policy found a start");
+  }
+  ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
+  ch5::WriteOdometryTrajectories(study, command.out);
+
+  std::printf("policy    ATE [m]   scale  yaw [deg]  times real time  p99 [ms]  images  restarts\n");
+  for (const ch5::OdometryRun& run : study.runs) {
+    if (run.error) {
+      std::printf("%-8s  %7.4f  %6.4f  %9.3f  ", run.policy.c_str(), run.error->position_rmse, run.error->scale,
+                  run.error->yaw_rmse * 180.0 / M_PI);
+    } else {
+      std::printf("%-8s  %7s  %6s  %9s  ", run.policy.c_str(), "-", "-", "-");
+    }
+    std::printf("%15.1f  ", run.realtime_factor);
+    if (run.states.empty()) {
+      std::printf("%8s", "-");
+    } else {
+      std::printf("%8.2f", run.p99_window_ms);
+    }
+    std::printf("  %6zu  %8d\n", run.states.size(), run.restarts);
+    for (const ch5::WindowRow& row : run.rows) {
+      if (row.report.status != ch5::FrameReport::Status::kRestarted) continue;
+      std::printf("          started afresh at %.2f s: %s\n", row.t, ch5::ToString(row.report.failure).c_str());
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return ch5::RunFileCommand("ch5_recording", kUsage, argc, argv, Run); }

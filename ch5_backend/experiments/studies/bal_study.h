@@ -1,0 +1,29 @@
+#pragma once
+/// Solves a "Bundle Adjustment in the Large" problem and writes its results.
+
+#include <filesystem>
+#include <string>
+
+#include "ch5_backend/experiments/studies/file_solve.h"
+#include "ch5_backend/world/files/bal.h"
+
+namespace ch5 {
+
+struct BalStudy {
+  Summary summary;
+  BalProblem before, after;
+  double mean_error_before = 0.0;  ///< mean ‖r‖ over the observations [px]
+  double mean_error_after = 0.0;
+};
+
+/// Levenberg-Marquardt, as SolveGraph.
+/// @throws std::invalid_argument if an observation's residual is not finite at the start; names it
+BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, const IterationCallback& listener = {});
+
+/// Writes, all or none, into `out`: NAME-result.txt (BAL), NAME-before.ply, NAME-after.ply, summary.csv (key, value),
+/// trace.csv, and for the picture points.csv and cameras.csv.
+/// @throws WriteError
+void WriteBalStudy(const BalStudy& study, const FileSolveOptions& options, const std::string& name,
+                   const std::filesystem::path& out);
+
+}  // namespace ch5

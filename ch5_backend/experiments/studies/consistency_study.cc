@@ -1,0 +1,259 @@
+#include "ch5_backend/experiments/studies/consistency_study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "ch5_backend/consistency/gauge_audit.h"
+#include "ch5_backend/consistency/nees.h"
+#include "ch5_backend/experiments/studies/odometry.h"
+#include "ch5_backend/math/parallel.h"
+#include "ch5_backend/world/files/csv.h"
+#include "ch5_backend/world/simulate/random.h"
+#include "ch5_backend/world/simulate/scene_points.h"
+#include "ch5_backend/world/simulate/simulation.h"
+
+namespace ch5 {
+namespace {
+
+struct Case {
+  const char* policy;
+  const char* mode;
+  ObservabilityConstraints constraints;
+  bool okvis, reuse;
+};
+constexpr Case kCases[] = {{"vins twice", "none", ObservabilityConstraints::kNone, false, true},
+                           {"vins", "none", ObservabilityConstraints::kNone, false, false},
+                           {"vins", "prior_only", ObservabilityConstraints::kMarginalizedEdges, false, false},
+                           {"vins", "full", ObservabilityConstraints::kAllEdges, false, false},
+                           {"okvis", "none", ObservabilityConstraints::kNone, true, false},
+                           {"okvis", "prior_only", ObservabilityConstraints::kMarginalizedEdges, true, false},
+                           {"okvis", "full", ObservabilityConstraints::kAllEdges, true, false}};
+constexpr int kNumCases = static_cast<int>(std::size(kCases));
+
+// σ of the first state, both for the draw and in the prior. The σ of the speed is large since its direction in W would
+// reveal yaw.
+struct StartSigma {
+  double position = 0.01;  // [m]
+  double yaw = 0.05;       // [rad]
+  double tilt = 0.01;      // roll and pitch [rad]
+  double speed = 0.2;      // [m/s]
+  double b_a = 0.02;       // [m/s²]
+  double b_g = 0.002;      // [rad/s]
+};
+
+// Square root of the first state's information, over [δp, δθ, v, b_a, b_g]: yaw is about W's z axis. Without
+// position and yaw the direction of the speed is unknown too.
+MatXX StartInformation(const StartSigma& sigma, const Qd& q_W_B, bool with_position_and_yaw) {
+  MatXX J = MatXX::Zero(15, 15);
+  if (with_position_and_yaw) J.diagonal().head<3>().setConstant(1.0 / sigma.position);
+  const Vec3 rotation(1.0 / sigma.tilt, 1.0 / sigma.tilt, with_position_and_yaw ? 1.0 / sigma.yaw : 0.0);
+  J.block<3, 3>(3, 3) = rotation.asDiagonal() * q_W_B.toRotationMatrix();
+  if (with_position_and_yaw) J.diagonal().segment<3>(6).setConstant(1.0 / sigma.speed);
+  J.diagonal().segment<3>(9).setConstant(1.0 / sigma.b_a);
+  J.diagonal().segment<3>(12).setConstant(1.0 / sigma.b_g);
+  return J;
+}
+
+StampedState DrawStart(StampedState state, const StartSigma& sigma, Random* random) {
+  state.T_W_B.p += NormalVector(random, sigma.position);
+  const Vec3 tilt = NormalVector(random, sigma.tilt);
+  const double yaw = sigma.yaw * random->Normal();
+  state.T_W_B.q = ExpSO3(Vec3(tilt.x(), tilt.y(), yaw)) * state.T_W_B.q;
+  state.v_W += NormalVector(random, sigma.speed);
+  state.b_a += NormalVector(random, sigma.b_a);
+  state.b_g += NormalVector(random, sigma.b_g);
+  return state;
+}
+
+// Circles of 3 m radius in a room, 12 s a lap, looking ahead, going up and down and swaying a little.
+Trajectory Circle(double duration) {
+  const auto formula = [](const Jet& t) {
+    const Jet angle = (2.0 * M_PI / 12.0) * t;
+    const Jet radius = 3.0 + 0.3 * Sin(1.3 * t);
+    return Coordinates{{radius * Cos(angle), radius * Sin(angle), 0.4 * Sin(0.9 * t)},
+                       angle + 0.5 * M_PI + 0.2 * Sin(0.7 * t),
+                       0.1 * Sin(0.8 * t),
+                       0.1 * Sin(1.1 * t)};
+  };
+  return Trajectory(formula, duration);
+}
+
+Recording Simulate(const ConsistencyOptions& options, int run) {
+  Random scene(3);
+  SimulationOptions simulation;
+  simulation.calibration.camera_rate = options.frame_rate;
+  simulation.calibration.imu_rate = 100.0;
+  simulation.camera.pixel_sigma = options.pixel_sigma;
+  simulation.camera.max_tracks = options.max_tracks;
+  simulation.camera.drop_probability = options.lose_track;
+  simulation.imu.seed = 1000 + static_cast<uint64_t>(run);
+  simulation.camera.seed = 2000 + static_cast<uint64_t>(run);
+  return SimulateRecording(Circle(options.seconds), PointsOnPlanes(RoomWalls({-6, -6, -3}, {6, 6, 3}), 600, &scene),
+                           simulation);
+}
+
+Estimator MakeEstimator(const Case& c, const Calibration& calibration, const ConsistencyOptions& study) {
+  EstimatorOptions options = OptionsFor(calibration);
+  options.weights.pixel_sigma = study.pixel_sigma;
+  options.weights.cauchy = 0.0;
+  options.weights.noisy_hosts = !c.reuse;
+  options.max_outlier_pixels = 5.0 * study.pixel_sigma;  // the simulated tracks have no outliers, only depths diverge
+  options.max_rejecting = 1e9;                           // few landmarks are normal here
+  options.observability_constraints = c.constraints;
+  options.report_covariance = true;
+  VinsOptions vins;
+  vins.window_size = 6;
+  vins.reuse_observations = c.reuse;
+  OkvisOptions okvis;
+  okvis.keyframes = 3;
+  okvis.temporal_frames = 4;
+  vins.cost_tolerance = okvis.cost_tolerance = 1e-6;
+  vins.max_iterations = okvis.max_iterations = 20;
+  vins.max_solve_seconds = 1e3;  // a result must not depend on the machine
+  return Estimator(options, c.okvis ? MakeOkvisPolicy(okvis) : MakeVinsPolicy(vins));
+}
+
+// One image of one run.
+struct Sample {
+  double t = 0.0;
+  PoseConsistency pose;
+  double yaw_leak = 0.0, position_leak = 0.0;  // of the repetition without position and yaw
+};
+using Run = std::vector<Sample>;
+
+// @return  a sample per image until the estimator restarts, if it does
+Run RunOnce(const Recording& recording, const Case& c, const ConsistencyOptions& options, int run) {
+  const StartSigma sigma;
+  Random random(3000 + static_cast<uint64_t>(run));
+  const StampedState first = DrawStart(recording.truth.front(), sigma, &random);
+  Estimator estimator = MakeEstimator(c, recording.calibration, options);
+  estimator.StartFrom(first, StartInformation(sigma, first.T_W_B.q, true));
+  Run samples;
+  FeedRecording(recording, &estimator, [&](const Estimator& now, const WindowRow& row) {
+    if (now.Restarts() > 0) return;
+    const StampedState truth = *StateAt(recording.truth, row.t);
+    samples.push_back(
+        {row.t, ComparePose(row.report.state->T_W_B, *row.report.pose_covariance, truth.T_W_B), 0.0, 0.0});
+  });
+  if (run >= options.audited_runs) return samples;
+
+  Estimator free = MakeEstimator(c, recording.calibration, options);
+  free.StartFrom(first, StartInformation(sigma, first.T_W_B.q, false));
+  size_t k = 0;
+  FeedRecording(recording, &free, [&](const Estimator& now, const WindowRow&) {
+    if (now.Restarts() > 0 || k == samples.size()) return;
+    for (const GaugeLeak& leak : AuditPrior(now.GetWindow().prior->GetPrior())) {
+      (leak.direction == "yaw" ? samples[k].yaw_leak : samples[k].position_leak) += leak.information;
+    }
+    ++k;
+  });
+  return samples;
+}
+
+// Over the runs that reached image k.
+ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs, const Case& c, int audited_runs) {
+  ConsistencyRow row;
+  row.policy = c.policy;
+  row.mode = c.mode;
+  row.t = runs.front()[k].t;
+  for (const Run& run : runs) row.runs += k < run.size();
+  double squared_yaw_error = 0.0, squared_position_error = 0.0;  // means
+  for (const Run& run : runs) {
+    if (k >= run.size()) continue;
+    const PoseConsistency& pose = run[k].pose;
+    row.nees_pose += pose.nees / row.runs;
+    row.nees_yaw += pose.YawNees() / row.runs;
+    row.yaw_information += 1.0 / pose.yaw_variance / row.runs;
+    squared_yaw_error += pose.yaw_error * pose.yaw_error / row.runs;
+    squared_position_error += pose.error.head<3>().squaredNorm() / row.runs;
+    row.yaw_leak += run[k].yaw_leak / audited_runs;
+    row.position_leak += run[k].position_leak / audited_runs;
+  }
+  row.yaw_rmse = std::sqrt(squared_yaw_error);
+  row.position_rmse = std::sqrt(squared_position_error);
+  return row;
+}
+
+}  // namespace
+
+std::vector<ConsistencyRow> RunConsistencyStudy(const ConsistencyOptions& options,
+                                                const std::function<void(double)>& progress) {
+  std::vector<std::vector<Run>> results(kNumCases, std::vector<Run>(static_cast<size_t>(options.runs)));
+  std::mutex mutex;
+  int done = 0;
+  ThreadPool pool(options.threads > 0 ? options.threads : static_cast<int>(std::thread::hardware_concurrency()));
+  pool.Run(options.runs, [&](int run) {
+    const Recording recording = Simulate(options, run);
+    for (size_t c = 0; c < kNumCases; ++c) {
+      results[c][static_cast<size_t>(run)] = RunOnce(recording, kCases[c], options, run);
+    }
+    const std::lock_guard lock(mutex);
+    if (progress) progress(static_cast<double>(++done) / options.runs);
+  });
+  std::vector<ConsistencyRow> rows;
+  for (size_t c = 0; c < kNumCases; ++c) {
+    for (size_t k = 0; k < results[c].front().size(); ++k) {
+      rows.push_back(MeanAt(k, results[c], kCases[c], std::min(options.audited_runs, options.runs)));
+    }
+  }
+  return rows;
+}
+
+namespace {
+
+// What consistency_summary.csv says of one policy and mode, over its rows.
+class CaseSummary {
+ public:
+  void Add(const ConsistencyRow& row, const ConfidenceBand& pose, const ConfidenceBand& yaw) {
+    if (count_++ == 0) first_information_ = row.yaw_information;
+    pose_inside_ += pose.Contains(row.nees_pose);
+    pose_above_ += row.nees_pose > pose.high;
+    yaw_inside_ += yaw.Contains(row.nees_yaw);
+    yaw_above_ += row.nees_yaw > yaw.high;
+    nees_pose_ += row.nees_pose;
+    nees_yaw_ += row.nees_yaw;
+    largest_information_ = std::max(largest_information_, row.yaw_information);
+    last_ = row;
+  }
+  void AppendTo(CsvTable* table) const {
+    if (count_ == 0) return;
+    const double n = count_;
+    table->Row(last_.policy, last_.mode, last_.runs, nees_pose_ / n, nees_yaw_ / n, pose_inside_ / n, pose_above_ / n,
+               yaw_inside_ / n, yaw_above_ / n, largest_information_ / first_information_, last_.yaw_leak,
+               last_.position_leak, last_.yaw_rmse, last_.position_rmse);
+  }
+
+ private:
+  int count_ = 0, pose_inside_ = 0, pose_above_ = 0, yaw_inside_ = 0, yaw_above_ = 0;
+  double nees_pose_ = 0.0, nees_yaw_ = 0.0;  // sums
+  double first_information_ = 0.0, largest_information_ = 0.0;
+  ConsistencyRow last_;
+};
+
+}  // namespace
+
+void WriteConsistencyTables(const std::vector<ConsistencyRow>& rows, const std::filesystem::path& csv) {
+  CsvTable table(
+      "policy,mode,t_s,runs,nees_pose,pose_low,pose_high,nees_yaw,yaw_low,yaw_high,yaw_information,yaw_rmse_rad,"
+      "position_rmse_m,yaw_leak,position_leak");
+  CsvTable summaries(
+      "policy,mode,runs,nees_pose,nees_yaw,pose_inside,pose_above,yaw_inside,yaw_above,yaw_information_gain,yaw_leak,"
+      "position_leak,yaw_rmse_rad,position_rmse_m");
+  for (const Case& c : kCases) {
+    CaseSummary summary;
+    for (const ConsistencyRow& row : rows) {
+      if (row.policy != c.policy || row.mode != c.mode) continue;
+      const ConfidenceBand pose = ChiSquaredBand(6, row.runs), yaw = ChiSquaredBand(1, row.runs);
+      table.Row(row.policy, row.mode, row.t, row.runs, row.nees_pose, pose.low, pose.high, row.nees_yaw, yaw.low,
+                yaw.high, row.yaw_information, row.yaw_rmse, row.position_rmse, row.yaw_leak, row.position_leak);
+      summary.Add(row, pose, yaw);
+    }
+    summary.AppendTo(&summaries);
+  }
+  table.Write(csv / "consistency.csv");
+  summaries.Write(csv / "consistency_summary.csv");
+}
+
+}  // namespace ch5

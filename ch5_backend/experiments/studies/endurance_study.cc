@@ -1,0 +1,137 @@
+#include "ch5_backend/experiments/studies/endurance_study.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <stdexcept>
+
+#include "ch5_backend/experiments/studies/odometry.h"
+#include "ch5_backend/world/evaluate/align.h"
+#include "ch5_backend/world/files/csv.h"
+#include "ch5_backend/world/simulate/simulation.h"
+
+namespace ch5 {
+namespace {
+
+constexpr double kImageRate = 10.0, kAlignSeconds = 60.0;
+
+Recording Simulate(const EnduranceOptions& options) {
+  HandheldOptions path;
+  path.duration = options.frames / kImageRate;
+  path.standstill_seconds = 2.0;
+  SimulationOptions simulation;
+  simulation.calibration.camera_rate = kImageRate;
+  simulation.calibration.imu_rate = 100.0;
+  simulation.camera.max_tracks = options.max_tracks;
+  return SimulateInRoom(path, 600, simulation);
+}
+
+// Linux: the second number of statm counts resident pages.
+double ResidentMegabytes() {
+  std::ifstream statm("/proc/self/statm");
+  double total = 0.0, resident = 0.0;
+  statm >> total >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+void RequireFinite(const StampedState& state, const std::string& policy) {
+  const double sum =
+      state.T_W_B.p.sum() + state.T_W_B.q.coeffs().sum() + state.v_W.sum() + state.b_a.sum() + state.b_g.sum();
+  if (!std::isfinite(sum)) {
+    throw std::runtime_error("the estimate of " + policy + " at t = " + std::to_string(state.t) + " s is not finite");
+  }
+}
+
+// Length of the true path up to an image.
+class PathLength {
+ public:
+  double Add(const Vec3& p) {
+    if (length_ > 0.0 || started_) length_ += (p - last_).norm();
+    started_ = true;
+    last_ = p;
+    return length_;
+  }
+
+ private:
+  bool started_ = false;
+  double length_ = 0.0;
+  Vec3 last_ = Vec3::Zero();
+};
+
+void RunPolicy(const Recording& recording, const EnduranceOptions& options, std::unique_ptr<WindowPolicy> policy,
+               const std::function<void(double)>& progress, std::vector<EnduranceRow>* rows) {
+  Estimator estimator(OptionsFor(recording.calibration), std::move(policy));
+  const std::string name = estimator.Policy().Name();
+  std::vector<StampedState> first_minute;
+  YawTransform to_truth;
+  bool aligned = false;
+  PathLength path;
+  int frame = 0;
+  double seconds = 0.0;
+  FeedRecording(recording, &estimator, [&](const Estimator&, const WindowRow& row) {
+    ++frame;
+    seconds += row.seconds;
+    const StampedState truth = *StateAt(recording.truth, row.t);
+    const double distance = path.Add(truth.T_W_B.p);
+    if (row.report.state) RequireFinite(*row.report.state, name);
+    if (row.report.state && !aligned) first_minute.push_back(*row.report.state);
+    if (!aligned && row.t >= kAlignSeconds) {
+      const auto error = CompareTrajectories(first_minute, recording.truth);
+      if (error) to_truth = error->alignment;
+      aligned = true;
+      first_minute = {};
+    }
+    if (frame % options.sample_every != 0) return;
+    const double error =
+        row.report.state && aligned ? (to_truth * row.report.state->T_W_B.p - truth.T_W_B.p).norm() : 0.0;
+    rows->push_back({name, frame, row.t, distance, error, ResidentMegabytes(), 1e3 * seconds / options.sample_every,
+                     estimator.Restarts()});
+    seconds = 0.0;
+    if (progress) progress(static_cast<double>(frame) / static_cast<double>(recording.frames.size()));
+  });
+}
+
+}  // namespace
+
+std::vector<EnduranceRow> RunEnduranceStudy(const EnduranceOptions& options,
+                                            const std::function<void(const std::string&, double)>& progress) {
+  const Recording recording = Simulate(options);
+  std::vector<EnduranceRow> rows;
+  for (auto&& policy : AllPolicies(recording.calibration)) {
+    const std::string name = policy->Name();
+    RunPolicy(
+        recording, options, std::move(policy),
+        [&](double fraction) {
+          if (progress) progress(name, fraction);
+        },
+        &rows);
+  }
+  return rows;
+}
+
+void WriteEnduranceTables(const std::vector<EnduranceRow>& rows, const std::filesystem::path& csv) {
+  CsvTable table("policy,frame,t_s,distance_m,error_m,resident_mb,milliseconds,restarts");
+  CsvTable summary("policy,frames,distance_m,largest_error_m,drift,resident_early_mb,resident_mb,restarts");
+  for (size_t begin = 0; begin < rows.size();) {
+    size_t end = begin;
+    double largest = 0.0;
+    for (; end < rows.size() && rows[end].policy == rows[begin].policy; ++end) {
+      const EnduranceRow& row = rows[end];
+      table.Row(row.policy, row.frame, row.t, row.distance, row.error, row.resident_mb, row.milliseconds, row.restarts);
+      largest = std::max(largest, row.error);
+    }
+    const EnduranceRow& last = rows[end - 1];
+    size_t early = begin;
+    while (early + 1 < end && rows[early].frame < std::min(1000, last.frame / 10)) ++early;
+    summary.Row(last.policy, last.frame, last.distance, largest, largest / last.distance, rows[early].resident_mb,
+                last.resident_mb, last.restarts);
+    begin = end;
+  }
+  FileBatch files;
+  files.Add(csv / "endurance.csv", table.Text());
+  files.Add(csv / "endurance_summary.csv", summary.Text());
+  files.Commit();
+}
+
+}  // namespace ch5

@@ -1,0 +1,37 @@
+#pragma once
+/// What the programs that solve one file have in common: their command line, their errors, how they report the run.
+
+#include <functional>
+#include <string>
+
+#include "ch5_backend/experiments/studies/file_solve.h"
+
+namespace ch5 {
+
+struct FileCommand {
+  std::string file, out;
+  FileSolveOptions options;  ///< as many threads as the machine has, unless given
+
+  std::string Name() const;  ///< the file's, without folders and extension
+};
+
+/// The whole of main(), see CommandLine: FILE --out DIR, and those of --iterations N, --threads N, --huber X,
+/// --solver NAME and --precision WORD that `usage` names.
+int RunFileCommand(const char* program, const char* usage, int argc, char** argv,
+                   const std::function<void(const FileCommand&)>& run);
+
+/// Prints the table of iterations while it grows.
+class IterationTable {
+ public:
+  IterationTable();
+  void Print(const IterationInfo& info);
+
+ private:
+  double previous_cost_ = 0.0;
+};
+
+/// The line below that table.
+/// @param more  what the format adds, such as ", mean error 2.1 px"
+void PrintSummary(const Summary& summary, const std::string& more = "");
+
+}  // namespace ch5

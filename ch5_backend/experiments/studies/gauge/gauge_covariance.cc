@@ -1,0 +1,128 @@
+// Covariances in a free and in a fixed gauge, and from one into the other.  Zhang (2018), §VI
+#include "ch5_backend/experiments/studies/gauge/gauge_solve.h"
+#include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
+#include "ch5_backend/math/psd.h"
+
+namespace ch5 {
+namespace {
+
+// One solution, and Σ of all its unknowns; rows by keyframe p, δθ, v, and then the points.
+struct Solution {
+  VisualInertialBa problem;
+  Vertices vertices;
+  MatXX covariance;
+};
+
+// H⁺, rows in the order of the vertices; the held biases are taken out.
+MatXX CovarianceOf(const std::vector<HeldDirections>& held, int nullity, Solution* solution) {
+  SparseSolver solver(&solution->problem.graph);
+  solver.Hold(held);
+  solver.SetOrdering();
+  solver.MakeHessian();
+  MatXX covariance = PseudoInversePsd(solver.DenseHessian(), nullity);
+  for (const auto& [pose, projection] : solver.HeldPoses()) {
+    const int row = solver.GetStructure().pose_offset[pose], dim = static_cast<int>(projection.rows());
+    covariance.middleRows(row, dim) = (projection * covariance.middleRows(row, dim)).eval();
+    covariance.middleCols(row, dim) = (covariance.middleCols(row, dim) * projection).eval();
+  }
+  std::vector<int> rows;
+  for (const auto& vertex : solution->vertices) {
+    for (int k = 0; k < vertex->LocalDimension(); ++k) rows.push_back(vertex->OrderingId() + k);
+  }
+  return covariance(rows, rows);
+}
+
+Solution SolveFor(const VisualInertialScene& scene, GaugeHandling handling) {
+  Solution solution;
+  BuildVisualInertial(scene, &solution.problem);
+  SparseOptimizer optimizer(&solution.problem.graph);
+  HandleGauge(scene, {handling}, &solution.problem, &optimizer);
+  GaugeSettings settings;
+  settings.solve.cost_tolerance = 1e-15;
+  optimizer.SetDamping(settings.damping);
+  optimizer.Solve(settings.solve);
+  for (size_t i = 0; i < solution.problem.poses.size(); ++i) {
+    solution.vertices.push_back(solution.problem.poses[i]);
+    solution.vertices.push_back(solution.problem.speed_biases[i]);
+  }
+  for (const auto& point : solution.problem.points) solution.vertices.push_back(point);
+  std::vector<HeldDirections> held = HoldBiases(solution.problem);
+  if (handling == GaugeHandling::kFixation) held.push_back(HoldGauge(solution.problem.first).front());
+  solution.covariance = CovarianceOf(held, handling == GaugeHandling::kFree ? 4 : 0, &solution);
+  return solution;
+}
+
+// Σ of `from` in the gauge of `to`.
+MatXX Transform(const Solution& from, const Solution& to, bool to_fixed) {
+  const MatXX U = GaugeNullSpace(to.vertices, GaugeGroup::kVisualInertial);
+  const MatXX V = to_fixed ? HeldColumns(to.vertices, HoldGauge(to.problem.first)) : U;
+  const double yaw = LogSO3(to.problem.first->q() * from.problem.first->q().conjugate()).z();
+  return TransformCovariance(from.covariance, GaugeProjection(U, V), GaugeMotionJacobian(from.vertices, yaw));
+}
+
+struct FourCovariances {
+  explicit FourCovariances(const VisualInertialScene& scene)
+      : fixed(SolveFor(scene, GaugeHandling::kFixation)),
+        free(SolveFor(scene, GaugeHandling::kFree)),
+        free_to_fixed(Transform(free, fixed, true)),
+        fixed_to_free(Transform(fixed, free, false)) {}
+
+  std::vector<std::pair<const char*, const MatXX*>> Named() const {
+    return {{"fixed", &fixed.covariance},
+            {"free", &free.covariance},
+            {"free to fixed", &free_to_fixed},
+            {"fixed to free", &fixed_to_free}};
+  }
+
+  Solution fixed, free;
+  MatXX free_to_fixed, fixed_to_free;
+};
+
+double Distance(const MatXX& A, const MatXX& B) { return (A - B).norm() / B.norm(); }
+
+}  // namespace
+
+CsvTable GaugeCovarianceTable(int trial, const std::filesystem::path&) {
+  CsvTable table("path,points,trial,free_untransformed,free_to_fixed,fixed_untransformed,fixed_to_free");
+  for (const GaugeConfiguration& configuration : GaugeConfigurations(trial)) {
+    const FourCovariances all(SimulateVisualInertial(configuration.options));
+    const MatXX &fixed = all.fixed.covariance, &free = all.free.covariance;
+    table.Row(configuration.path, configuration.points, trial, Distance(free, fixed),
+              Distance(all.free_to_fixed, fixed), Distance(fixed, free), Distance(all.fixed_to_free, free));
+  }
+  return table;
+}
+
+CsvTable GaugeDeviationsTable(int trial, const std::filesystem::path&) {
+  CsvTable table("gauge,keyframe,time_s,position_m,rotation_deg,velocity_m_s");
+  const VisualInertialScene scene = SimulateVisualInertial(GaugeConfigurations(trial).front().options);
+  const FourCovariances all(scene);
+  for (const auto& [name, covariance] : all.Named()) {
+    for (size_t i = 0; i < scene.truth.size(); ++i) {
+      const auto deviation = [&, C = covariance](int row) {
+        return std::sqrt(C->diagonal().segment<3>(15 * static_cast<int>(i) + row).sum());
+      };
+      table.Row(name, i, scene.truth[i].t, deviation(0), deviation(3) * 180.0 / M_PI, deviation(6));
+    }
+  }
+  return table;
+}
+
+CsvTable GaugeMatricesTable(int trial, const std::filesystem::path&) {
+  CsvTable table("gauge,row,column,value");
+  const VisualInertialScene scene = SimulateVisualInertial(GaugeConfigurations(trial).front().options);
+  const FourCovariances all(scene);
+  std::vector<int> rows;  // p, δθ, v of each keyframe
+  for (int i = 0; i < static_cast<int>(scene.truth.size()); ++i) {
+    for (int k = 0; k < 9; ++k) rows.push_back(15 * i + k);
+  }
+  for (const auto& [name, covariance] : all.Named()) {
+    const MatXX part = (*covariance)(rows, rows);
+    for (int row = 0; row < part.rows(); ++row) {
+      for (int column = 0; column <= row; ++column) table.Row(name, row, column, part(row, column));
+    }
+  }
+  return table;
+}
+
+}  // namespace ch5

@@ -1,0 +1,120 @@
+#include <algorithm>
+
+#include "ch5_backend/experiments/studies/gauge/gauge_solve.h"
+#include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
+#include "ch5_backend/experiments/studies/matrices.h"
+
+namespace ch5 {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr double kRecommendedWeight = 1e5;  // by the paper
+
+std::vector<double> SweepWeights() {
+  return {0, 1, 3, 7, 10, 50, 100, 300, 500, 1e3, 5e3, 1e4, 5e4, 1e5, 1e6, 1e7, 1e8};
+}
+
+GaugeSettings Tight() {
+  GaugeSettings settings;
+  settings.solve.cost_tolerance = 1e-15;
+  return settings;
+}
+
+}  // namespace
+
+const std::vector<GaugeStudy>& GaugeStudies() {
+  static const std::vector<GaugeStudy> studies = {
+      {"methods", GaugeMethodsTable},   {"sweep", GaugeSweepTable},           {"convergence", GaugeConvergenceTable},
+      {"spectrum", GaugeSpectrumTable}, {"covariance", GaugeCovarianceTable}, {"deviations", GaugeDeviationsTable},
+      {"matrices", GaugeMatricesTable}, {"prior_choice", PriorChoiceTable},   {"recordings", GaugeRecordingsTable},
+      {"audit", WindowAuditTable}};
+  return studies;
+}
+
+std::vector<GaugeConfiguration> GaugeConfigurations(int trial) {
+  std::vector<GaugeConfiguration> configurations;
+  for (const GaugePoints points : {GaugePoints::kPlanes, GaugePoints::kRandom}) {
+    for (const auto& [name, path] :
+         {std::pair("sine", GaugePath::kSine), {"arc", GaugePath::kArc}, {"rec", GaugePath::kRectangle}}) {
+      VisualInertialOptions options;
+      options.path = path;
+      options.points = points;
+      options.seed = static_cast<uint64_t>(trial) + 1;
+      configurations.push_back({name, points == GaugePoints::kPlanes ? "planes" : "random", options});
+    }
+  }
+  return configurations;
+}
+
+CsvTable GaugeMethodsTable(int trial, const std::filesystem::path&) {
+  CsvTable table(
+      "path,points,method,trial,iterations,trials_of_steps,milliseconds,cost,usual_position_m,position_m,rotation_deg,"
+      "velocity_m_s");
+  const std::pair<const char*, GaugeMethod> methods[] = {{"fixation", {GaugeHandling::kFixation}},
+                                                         {"free", {GaugeHandling::kFree}},
+                                                         {"prior", {GaugeHandling::kPrior, kRecommendedWeight}},
+                                                         {"pseudo-inverse", {GaugeHandling::kPseudoInverse}}};
+  for (const GaugeConfiguration& configuration : GaugeConfigurations(trial)) {
+    const VisualInertialScene scene = SimulateVisualInertial(configuration.options);
+    for (const auto& [name, method] : methods) {
+      const GaugeRun usual = SolveGauge(scene, method), tight = SolveGauge(scene, method, Tight());
+      table.Row(configuration.path, configuration.points, name, trial, usual.summary.iterations,
+                usual.summary.cost_evaluations, usual.milliseconds, tight.summary.final_cost, usual.error.position_rmse,
+                tight.error.position_rmse, tight.error.rotation_rmse / kDegree, tight.error.velocity_rmse);
+    }
+  }
+  return table;
+}
+
+CsvTable GaugeSweepTable(int trial, const std::filesystem::path&) {
+  CsvTable table("path,points,trial,weight,iterations,milliseconds,position_m,rotation_deg,velocity_m_s");
+  for (const GaugeConfiguration& configuration : GaugeConfigurations(trial)) {
+    const VisualInertialScene scene = SimulateVisualInertial(configuration.options);
+    for (const double weight : SweepWeights()) {
+      const GaugeRun run = SolveGauge(scene, {GaugeHandling::kPrior, weight});
+      table.Row(configuration.path, configuration.points, trial, weight, run.summary.iterations, run.milliseconds,
+                run.error.position_rmse, run.error.rotation_rmse / kDegree, run.error.velocity_rmse);
+    }
+  }
+  return table;
+}
+
+CsvTable GaugeConvergenceTable(int trial, const std::filesystem::path&) {
+  CsvTable table("trial,weight,iteration,reprojection_px,prior_error");
+  const VisualInertialScene scene = SimulateVisualInertial(GaugeConfigurations(trial).front().options);
+  for (const double weight : {10.0, 50.0, 100.0, 500.0, 1e3, 1e5, 1e8}) {
+    const GaugeRun run = SolveGauge(scene, {GaugeHandling::kPrior, weight});
+    for (size_t i = 0; i < run.reprojection_px.size(); ++i) {
+      table.Row(trial, weight, i, run.reprojection_px[i], run.prior_error[i]);
+    }
+  }
+  return table;
+}
+
+CsvTable GaugeSpectrumTable(int trial, const std::filesystem::path&) {
+  CsvTable table("problem,index,eigenvalue");
+  VisualInertialScene scene = SimulateVisualInertial(GaugeConfigurations(trial).front().options);
+  for (const char* problem : {"camera and IMU", "camera alone"}) {
+    VisualInertialBa ba;
+    BuildVisualInertial(scene, &ba);
+    SparseSolver solver(&ba.graph);
+    solver.SetOrdering();
+    solver.MakeHessian();
+    // Without the biases, which are known: their rows are the last six of each nine.
+    std::vector<int> rows;
+    MatXX H = solver.DenseHessian();
+    for (int row = 0; row < H.rows(); ++row) {
+      const auto is_bias = [&](const auto& v) { return row >= v->OrderingId() + 3 && row < v->OrderingId() + 9; };
+      const auto& all = ba.speed_biases;
+      const bool known =
+          std::any_of(all.begin(), all.end(), [&](const auto& v) { return v->OrderingId() >= 0 && is_bias(v); });
+      if (!known) rows.push_back(row);
+    }
+    const VecX eigenvalues = Eigenvalues(MatXX(H(rows, rows)));
+    for (Eigen::Index k = 0; k < eigenvalues.size(); ++k) table.Row(problem, static_cast<int>(k), eigenvalues[k]);
+    scene.imu.clear();
+  }
+  return table;
+}
+
+}  // namespace ch5

@@ -1,0 +1,100 @@
+#include "ch5_backend/experiments/studies/gauge/gauge_solve.h"
+
+#include <cmath>
+#include <ctime>
+#include <stdexcept>
+
+#include "ch5_backend/types/edge_se3_prior.h"
+
+namespace ch5 {
+namespace {
+
+// Root mean square of the observations' ‖r‖ [px], and the priors' ‖r‖.
+void AppendErrors(const VisualInertialScene& scene, const Graph& graph, GaugeRun* run) {
+  double pixels = 0.0, priors = 0.0;
+  int observations = 0;
+  for (const auto& edge : graph.Edges()) {
+    const std::string type = edge->TypeInfo();
+    if (type == "EdgeImu") continue;
+    edge->ComputeResidual();
+    if (type == "EdgeReprojectionXYZ") {
+      pixels += edge->Residual().squaredNorm();
+      ++observations;
+    } else {
+      priors += edge->Residual().squaredNorm();
+    }
+  }
+  run->reprojection_px.push_back(scene.calibration.fx * std::sqrt(pixels / observations));
+  run->prior_error.push_back(std::sqrt(priors));
+}
+
+void AddPriors(const VisualInertialScene& scene, const GaugeMethod& method, VisualInertialBa* problem) {
+  if (method.place == PriorPlace::kGauge) {
+    problem->graph.AddEdge(std::make_shared<EdgeGaugePrior>(problem->first, method.weight));
+    return;
+  }
+  for (size_t i = 0; i < (method.place == PriorPlace::kFirstPose ? 1u : 2u); ++i) {
+    const Transform& T_W_B = scene.initial[i].T_W_B;
+    auto edge = std::make_shared<EdgeSE3Prior>(problem->poses[i], T_W_B.q, T_W_B.p);
+    edge->SetInformation(method.weight * Mat66::Identity());
+    problem->graph.AddEdge(edge);
+  }
+}
+
+}  // namespace
+
+GaugeSettings::GaugeSettings() {
+  solve.max_iterations = 100;
+  solve.tau = 1e-4;
+}
+
+std::vector<HeldDirections> HoldBiases(const VisualInertialBa& problem) {
+  std::vector<HeldDirections> held;
+  for (const auto& speed_bias : problem.speed_biases) {
+    held.push_back({speed_bias, [] { return MatXX::Identity(9, 9).bottomRows(6); }});
+  }
+  return held;
+}
+
+void HandleGauge(const VisualInertialScene& scene, const GaugeMethod& method, VisualInertialBa* problem,
+                 SparseOptimizer* optimizer) {
+  std::vector<HeldDirections> held = HoldBiases(*problem);
+  if (method.handling == GaugeHandling::kFixation) {
+    for (HeldDirections& h : HoldGauge(problem->first)) held.push_back(std::move(h));
+  }
+  if (method.handling == GaugeHandling::kPrior && method.weight > 0.0) AddPriors(scene, method, problem);
+  if (method.handling == GaugeHandling::kPseudoInverse) {
+    optimizer->SetReducedSolver(MakePseudoInverse(NumGaugeDirections(GaugeGroup::kVisualInertial)));
+  }
+  optimizer->Hold(std::move(held));
+}
+
+GaugeRun SolveGauge(const VisualInertialScene& scene, const GaugeMethod& method, const GaugeSettings& settings) {
+  GaugeRun run;
+  VisualInertialBa problem;
+  BuildVisualInertial(scene, &problem);
+  SparseOptimizer optimizer(&problem.graph);
+  HandleGauge(scene, method, &problem, &optimizer);
+  optimizer.SetDamping(settings.damping);
+  SolveOptions options = settings.solve;
+  if (method.handling == GaugeHandling::kPseudoInverse) options.algorithm = Algorithm::kGaussNewton;
+  double watching = 0.0;  // processor time of the errors, which is not the solver's
+  options.callback = [&](const IterationInfo& info) {
+    const std::clock_t begin = std::clock();
+    AppendErrors(scene, problem.graph, &run);
+    watching += static_cast<double>(std::clock() - begin);
+    return !settings.solve.callback || settings.solve.callback(info);
+  };
+  const std::clock_t start = std::clock();
+  run.summary = optimizer.Solve(options);
+  run.milliseconds = 1e3 * (static_cast<double>(std::clock() - start) - watching) / CLOCKS_PER_SEC;
+
+  const std::vector<StampedState> estimate = KeyframesOf(scene, problem);
+  const auto error =
+      CompareTrajectories(estimate, scene.truth, AlignFirstPose(estimate.front().T_W_B, scene.truth.front().T_W_B));
+  if (!error) throw std::runtime_error("SolveGauge: the estimate cannot be compared with the truth");
+  run.error = *error;
+  return run;
+}
+
+}  // namespace ch5

@@ -1,0 +1,102 @@
+// Which directions of the gauge sliding windows leave free, and which they fill with information by mistake.  Huang (2010)
+#include "ch5_backend/consistency/gauge_audit.h"
+#include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
+#include "ch5_backend/experiments/studies/odometry.h"
+#include "ch5_backend/world/simulate/simulation.h"
+
+namespace ch5 {
+namespace {
+
+constexpr int kImages = 10;  // from audit to audit
+
+Recording RecordingOf(int trial) {
+  HandheldOptions path;
+  path.duration = 12.0;
+  path.standstill_seconds = 2.0;
+  SimulationOptions options;
+  options.calibration.camera_rate = 10.0;
+  options.camera.max_tracks = 40;
+  options.camera.seed = 2 + static_cast<uint64_t>(trial);
+  options.imu.seed = 1 + static_cast<uint64_t>(trial);
+  return SimulateInRoom(path, 1000, options);
+}
+
+// Audits what each solve has seen, before its policy slides the window.
+class AuditedPolicy : public WindowPolicy {
+ public:
+  /// @param audit  of every kImages-th window that has a prior
+  AuditedPolicy(std::unique_ptr<WindowPolicy> policy, std::function<void(const Window&)> audit)
+      : policy_(std::move(policy)), audit_(std::move(audit)) {}
+  std::string Name() const override { return policy_->Name(); }
+  void NoteNewFrame(Window* window) override { policy_->NoteNewFrame(window); }
+  bool Uses(const Window& window, const WindowLandmark& landmark) const override {
+    return policy_->Uses(window, landmark);
+  }
+  SolveOptions Options() const override { return policy_->Options(); }
+  void AfterSolve(Window* window) override { policy_->AfterSolve(window); }
+  void Slide(Window* window) override {
+    if (window->prior && ++windows_ % kImages == 0) audit_(*window);
+    policy_->Slide(window);
+  }
+  void SlideWithoutEstimate(Window* window) override { policy_->SlideWithoutEstimate(window); }
+  void Reset() override { policy_->Reset(); }
+
+ private:
+  std::unique_ptr<WindowPolicy> policy_;
+  std::function<void(const Window&)> audit_;
+  int windows_ = 0;
+};
+
+std::vector<std::unique_ptr<WindowPolicy>> Policies() {
+  VinsOptions vins;
+  vins.max_solve_seconds = 1e3;  // a result must not depend on the machine
+  OkvisOptions okvis;
+  okvis.temporal_frames = 5;
+  std::vector<std::unique_ptr<WindowPolicy>> policies;
+  policies.push_back(MakeVinsPolicy(vins));
+  policies.push_back(MakeOkvisPolicy(okvis));
+  return policies;
+}
+
+// The measurements alone, the prior alone at its first estimates, and the window's H, which is their sum. The prior that
+// a policy itself places on the gauge is no part of it.
+std::vector<std::pair<const char*, std::vector<GaugeLeak>>> Audit(const Window& window) {
+  GaugeOptions options;
+  options.group = GaugeGroup::kMonocular;  // roll, pitch and scale too: these are known
+  options.local_poses = {window.extrinsic.get()};
+  std::vector<std::shared_ptr<Edge>> measurements, all;
+  for (const auto& edge : window.graph.Edges()) {
+    if (edge != window.prior && edge != window.gauge_prior) measurements.push_back(edge);
+    if (edge != window.gauge_prior) all.push_back(edge);
+  }
+  return {{"measurements", AuditGauge(measurements, options)},
+          {"prior", AuditPrior(window.prior->GetPrior(), options)},
+          {"window", AuditGauge(all, options)}};
+}
+
+}  // namespace
+
+CsvTable WindowAuditTable(int trial, const std::filesystem::path&) {
+  CsvTable table("policy,constraints,trial,t_s,part,direction,information,relative");
+  const Recording recording = RecordingOf(trial);
+  for (const auto& [name, constraints] : {std::pair("none", ObservabilityConstraints::kNone),
+                                          {"marginalised edges", ObservabilityConstraints::kMarginalizedEdges}}) {
+    for (auto&& policy : Policies()) {
+      EstimatorOptions options = OptionsFor(recording.calibration);
+      options.observability_constraints = constraints;
+      const std::string policy_name = policy->Name();
+      const auto audit = [&, name = name](const Window& window) {
+        for (const auto& [part, leaks] : Audit(window)) {
+          for (const GaugeLeak& leak : leaks) {
+            table.Row(policy_name, name, trial, window.frames.back().t, part, leak.direction, leak.information,
+                      leak.relative);
+          }
+        }
+      };
+      RunOdometry(recording, options, std::make_unique<AuditedPolicy>(std::move(policy), audit));
+    }
+  }
+  return table;
+}
+
+}  // namespace ch5

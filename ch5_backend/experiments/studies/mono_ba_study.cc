@@ -1,0 +1,147 @@
+#include "ch5_backend/experiments/studies/mono_ba_study.h"
+
+#include <cmath>
+
+#include "ch5_backend/experiments/studies/matrices.h"
+
+namespace ch5 {
+namespace {
+
+struct Tables {
+  CsvTable summary{
+      "scene,frames,points,unknowns,edges,initial_cost,final_cost,iterations,cost_evaluations,milliseconds,"
+      "initial_rmse_position_m,initial_rmse_rotation_rad,initial_rmse_landmark_m,final_rmse_position_m,"
+      "final_rmse_rotation_rad,final_rmse_landmark_m,termination"};
+  CsvTable trace{"scene,iteration,cost,lambda,gain_ratio,step_norm,gradient_max,trials,seconds"};
+  CsvTable frames{"scene,state,frame,x_m,y_m,z_m,qx,qy,qz,qw"};
+  CsvTable points{"scene,state,point,x_m,y_m,z_m"};
+  CsvTable iterations{"scene,iteration,point,x_m,y_m,z_m"};
+  CsvTable hessian{"scene,matrix,row,column,value"};
+  HessianBlockTables hessian_blocks;
+  CsvTable spectrum{"gauge,index,eigenvalue"};
+};
+
+void AppendReconstruction(const std::string& scene, const std::string& state, const Reconstruction& world,
+                          Tables* tables) {
+  int i = 0;
+  for (const Transform& T : world.frames) {
+    tables->frames.Row(scene, state, i++, T.p.x(), T.p.y(), T.p.z(), T.q.x(), T.q.y(), T.q.z(), T.q.w());
+  }
+  int k = 0;
+  for (const Vec3& p : world.points) tables->points.Row(scene, state, k++, p.x(), p.y(), p.z());
+}
+
+void AppendSummary(const MonoBaCase& study, const Summary& s, int unknowns, size_t edges, const Rmse& before,
+                   const Rmse& after, Tables* tables) {
+  tables->summary.Row(study.name, study.scene.frames, study.scene.points, unknowns, edges, s.initial_cost, s.final_cost,
+                      s.iterations, s.cost_evaluations, 1e3 * s.seconds, before.position, before.rotation, before.point,
+                      after.position, after.rotation, after.point, ToString(s.termination));
+  for (const IterationInfo& info : s.trace) {
+    tables->trace.Row(study.name, info.iteration, info.cost, info.lambda, info.gain_ratio, info.step_norm,
+                      info.gradient_max, info.trials, info.seconds);
+  }
+}
+
+void RunCase(const MonoBaCase& study, Tables* tables) {
+  const MonoBaScene scene = SimulateMonoBa(study.scene);
+  MonoBa ba;
+  BuildMonoBa(scene, study.gauge, study.pixel_information, study.prior_weight, &ba);
+  const Reconstruction truth = TruthOf(scene), initial = EstimateOf(scene, ba);
+  Problem problem(&ba.graph);
+  problem.SetDamping(study.damping);
+  SolveOptions options;
+  options.callback = [&](const IterationInfo& info) {
+    int k = 0;
+    for (const Vec3& p : AlignToTruth(EstimateOf(scene, ba), truth).points) {
+      tables->iterations.Row(study.name, info.iteration, k++, p.x(), p.y(), p.z());
+    }
+    return true;
+  };
+  const Summary summary = problem.Solve(options);
+  const Reconstruction final_state = AlignToTruth(EstimateOf(scene, ba), truth);
+
+  AppendReconstruction(study.name, "truth", truth, tables);
+  AppendReconstruction(study.name, "initial", initial, tables);
+  AppendReconstruction(study.name, "final", final_state, tables);
+  AppendSummary(study, summary, problem.Size(), ba.graph.Edges().size(), Compare(initial, truth),
+                Compare(final_state, truth), tables);
+  MonoBa free = FreeMonoBa(scene, study.pixel_information, ba);
+  const HessianPair hessian = FreeHessian(&free);
+  AppendNonZeros(hessian.H, &tables->hessian, study.name, "H");
+  AppendNonZeros(hessian.S, &tables->hessian, study.name, "S");
+  AppendHessianBlocks(free.graph, study.name, &tables->hessian_blocks);
+}
+
+// The eigenvalues of H at the optimum of the small scene under each gauge: seven zeros, or none.
+void AppendSpectra(Tables* tables) {
+  const double information = 1.0 / std::pow(MonoBaOptions().pixel_sigma, 2);
+  const MonoBaScene scene = SimulateMonoBa(MonoBaOptions());
+  const std::pair<const char*, Gauge> gauges[] = {{"free", Gauge::kFree},
+                                                  {"minimal prior", Gauge::kPriorMinimal},
+                                                  {"prior on two frames", Gauge::kPriorTwoFrames},
+                                                  {"two frames fixed", Gauge::kFixTwoFrames}};
+  for (const auto& [name, gauge] : gauges) {
+    MonoBa ba;
+    BuildMonoBa(scene, gauge, information, /*prior_weight=*/information, &ba);
+    Problem problem(&ba.graph);
+    problem.SetDamping(Damping::kDiagonal);
+    problem.Solve();
+    problem.MakeHessian();
+    const VecX eigenvalues = Eigenvalues(problem.Hessian());
+    for (int i = 0; i < eigenvalues.size(); ++i) tables->spectrum.Row(name, i, eigenvalues[i]);
+  }
+}
+
+}  // namespace
+
+std::vector<MonoBaCase> MonoBaCases() {
+  MonoBaOptions large;
+  large.frames = 10;
+  large.points = 300;
+  large.position_sigma = 0.2;
+  large.rotation_sigma = 3.0 * M_PI / 180.0;
+  const double information = 1.0 / std::pow(large.pixel_sigma, 2);
+  return {{"course", MonoBaOptions(), Gauge::kFixTwoFrames, 0.0, 1.0, Damping::kIdentity},
+          {"large", large, Gauge::kPriorMinimal, information, information, Damping::kDiagonal}};
+}
+
+MonoBa FreeMonoBa(const MonoBaScene& scene, double pixel_information, const MonoBa& states) {
+  MonoBa free;
+  BuildMonoBa(scene, Gauge::kFree, pixel_information, /*prior_weight=*/0.0, &free);
+  for (size_t i = 0; i < free.poses.size(); ++i) free.poses[i]->SetEstimate(states.poses[i]->GetEstimate());
+  for (size_t k = 0; k < free.landmarks.size(); ++k) {
+    free.landmarks[k]->SetEstimate(states.landmarks[k]->GetEstimate());
+  }
+  return free;
+}
+
+HessianPair FreeHessian(MonoBa* free) {
+  Problem problem(&free->graph);
+  problem.MakeHessian();
+  VecX none;  // without damping the free system has no solution, but the Schur complement is made on the way
+  problem.SolveLinearSystem(/*lambda=*/0.0, &none);
+  return {problem.Hessian(), problem.SchurComplement()};
+}
+
+void RunMonoBaStudy(const std::filesystem::path& csv, const std::function<void(double)>& progress) {
+  Tables tables;
+  const auto cases = MonoBaCases();
+  for (size_t i = 0; i < cases.size(); ++i) {
+    RunCase(cases[i], &tables);
+    progress(static_cast<double>(i + 1) / static_cast<double>(cases.size() + 1));
+  }
+  AppendSpectra(&tables);
+  tables.summary.Write(csv / "mono_ba_summary.csv");
+  tables.trace.Write(csv / "mono_ba_trace.csv");
+  tables.frames.Write(csv / "mono_ba_frames.csv");
+  tables.points.Write(csv / "mono_ba_points.csv");
+  tables.iterations.Write(csv / "mono_ba_iterations.csv");
+  tables.hessian.Write(csv / "hessian.csv");
+  tables.hessian_blocks.vertices.Write(csv / "hessian_vertices.csv");
+  tables.hessian_blocks.edges.Write(csv / "hessian_edges.csv");
+  tables.hessian_blocks.blocks.Write(csv / "hessian_blocks.csv");
+  tables.spectrum.Write(csv / "spectrum.csv");
+  progress(1.0);
+}
+
+}  // namespace ch5

@@ -1,0 +1,84 @@
+#include "ch5_backend/experiments/studies/odometry.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+
+namespace ch5 {
+namespace {
+
+double Percentile(std::vector<double> values, double fraction) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto at = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<size_t>(at)];
+}
+
+void Summarise(const Recording& recording, OdometryRun* run) {
+  double total = 0.0;
+  std::vector<double> milliseconds;
+  for (const WindowRow& row : run->rows) {
+    total += row.seconds;
+    if (row.report.state) milliseconds.push_back(1e3 * row.seconds);
+  }
+  run->p99_window_ms = Percentile(milliseconds, 0.99);
+  run->realtime_factor = (run->rows.back().t - run->rows.front().t) / std::max(total, 1e-9);
+  run->error = CompareTrajectories(run->states, recording.truth);
+}
+
+}  // namespace
+
+EstimatorOptions OptionsFor(const Calibration& calibration) {
+  EstimatorOptions options;
+  options.T_B_C = calibration.T_B_C;
+  options.imu_noise = calibration.noise;
+  options.weights.focal_length = 0.5 * (calibration.fx + calibration.fy);
+  options.weights.gravity = calibration.gravity;
+  options.standstill.focal_length = options.weights.focal_length;
+  options.standstill.gravity = calibration.gravity;
+  return options;
+}
+
+std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(const Calibration& calibration) {
+  VinsOptions vins;
+  vins.focal_length = 0.5 * (calibration.fx + calibration.fy);
+  std::vector<std::unique_ptr<WindowPolicy>> policies;
+  policies.push_back(MakeVinsPolicy(vins));
+  OkvisOptions okvis;
+  okvis.temporal_frames = 5;  // one camera needs a longer base line than the stereo pair that OKVIS's 3 are meant for
+  policies.push_back(MakeOkvisPolicy(okvis));
+  return policies;
+}
+
+void FeedRecording(const Recording& recording, Estimator* estimator, const OdometryCallback& watch) {
+  using Clock = std::chrono::steady_clock;
+  auto reading = recording.imu.begin();
+  for (const CameraFrame& frame : recording.frames) {
+    const Clock::time_point start = Clock::now();
+    // One reading beyond the image, so that the IMU can be interpolated at its time.
+    const double until = frame.t + estimator->TimeOffset();
+    while (reading != recording.imu.end() && (reading == recording.imu.begin() || std::prev(reading)->t < until)) {
+      estimator->AddImu(*reading++);
+    }
+    WindowRow row{frame.t, 0.0, estimator->AddFrame(frame)};
+    row.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    watch(*estimator, row);
+  }
+}
+
+OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& options,
+                        std::unique_ptr<WindowPolicy> policy, const OdometryCallback& watch) {
+  Estimator estimator(options, std::move(policy));
+  OdometryRun run;
+  run.policy = estimator.Policy().Name();
+  FeedRecording(recording, &estimator, [&](const Estimator& now, const WindowRow& row) {
+    if (row.report.state) run.states.push_back(*row.report.state);
+    if (watch) watch(now, row);
+    run.rows.push_back(row);
+  });
+  run.restarts = estimator.Restarts();
+  Summarise(recording, &run);
+  return run;
+}
+
+}  // namespace ch5

@@ -1,0 +1,161 @@
+#include "ch5_backend/experiments/studies/odometry_study.h"
+
+#include <cmath>
+#include <limits>
+
+#include "ch5_backend/experiments/studies/matrices.h"
+#include "ch5_backend/marginalize/square_root.h"
+#include "ch5_backend/world/files/trajectory_file.h"
+#include "ch5_backend/world/simulate/simulation.h"
+
+namespace ch5 {
+namespace {
+
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+constexpr int kSnapshots = 4;  // per policy
+
+WindowSnapshot TakeSnapshot(const Window& window, double t) {
+  WindowSnapshot snapshot;
+  snapshot.t = t;
+  snapshot.H = DenseHessian(window.graph, &snapshot.pose_rows);
+  const MatXX& J = window.prior->GetPrior().J;
+  snapshot.H_prior = J.transpose() * J;
+  return snapshot;
+}
+
+CsvTable PolicyTable(const OdometryStudy& study) {
+  CsvTable table(
+      "policy,ate_m,scale_error,yaw_error_deg,rotation_error_deg,realtime_factor,p99_window_ms,frames,restarts");
+  for (const OdometryRun& run : study.runs) {
+    const auto degrees = [](double radians) { return radians * 180.0 / M_PI; };
+    table.Row(run.policy, run.error ? run.error->position_rmse : kNoNumber,
+              run.error ? run.error->scale - 1.0 : kNoNumber, run.error ? degrees(run.error->yaw_rmse) : kNoNumber,
+              run.error ? degrees(run.error->rotation_rmse) : kNoNumber, run.realtime_factor, run.p99_window_ms,
+              run.states.size(), run.restarts);
+  }
+  return table;
+}
+
+// Estimates are aligned with the truth.
+CsvTable PathTable(const OdometryStudy& study) {
+  CsvTable table("policy,t_s,x_m,y_m,z_m,error_m");
+  for (const StampedState& state : study.recording.truth) {
+    const Vec3& p = state.T_W_B.p;
+    table.Row("truth", state.t, p.x(), p.y(), p.z(), 0.0);
+  }
+  for (const OdometryRun& run : study.runs) {
+    const YawTransform to_truth = run.error ? run.error->alignment : YawTransform{};
+    for (const StampedState& state : run.states) {
+      const Vec3 p = to_truth * state.T_W_B.p;
+      const auto truth = StateAt(study.recording.truth, state.t);
+      table.Row(run.policy, state.t, p.x(), p.y(), p.z(), truth ? (p - truth->T_W_B.p).norm() : kNoNumber);
+    }
+  }
+  return table;
+}
+
+CsvTable WindowTable(const OdometryStudy& study) {
+  CsvTable table("policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost");
+  for (const OdometryRun& run : study.runs) {
+    for (const WindowRow& row : run.rows) {
+      const char* names[] = {"starting", "tracking", "restarted"};
+      const FrameReport& report = row.report;
+      table.Row(run.policy, row.t, 1e3 * row.seconds, names[static_cast<int>(report.status)], report.landmarks,
+                report.solve.iterations, report.solve.initial_cost, report.solve.final_cost);
+    }
+  }
+  return table;
+}
+
+CsvTable GaugeTable(const OdometryStudy& study) {
+  CsvTable table("policy,t_s,direction,information,relative");
+  for (size_t r = 0; r < study.runs.size(); ++r) {
+    for (const PriorAudit& audit : study.audits[r]) {
+      for (const GaugeLeak& leak : audit.leaks) {
+        table.Row(study.runs[r].policy, audit.t, leak.direction, leak.information, leak.relative);
+      }
+    }
+  }
+  return table;
+}
+
+}  // namespace
+
+Recording SimulatedOdometryRecording() {
+  HandheldOptions path;
+  path.duration = 20.0;
+  path.standstill_seconds = 2.0;
+  SimulationOptions options;
+  options.camera.max_tracks = 40;
+  options.camera.outlier_fraction = 0.02;
+  return SimulateInRoom(path, 1000, options);
+}
+
+OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(const std::string&, double)>& progress) {
+  OdometryStudy study;
+  study.recording = std::move(recording);
+  const auto& frames = study.recording.frames;
+  for (auto&& policy : AllPolicies(study.recording.calibration)) {
+    std::vector<WindowSnapshot> snapshots;
+    std::vector<PriorAudit> audits;
+    const std::string name = policy->Name();
+    size_t image = 0;
+    const auto watch = [&](const Estimator& estimator, const WindowRow& row) {
+      ++image;
+      if (progress) progress(name, static_cast<double>(image) / static_cast<double>(frames.size()));
+      const Window& window = estimator.GetWindow();
+      if (row.report.state && window.prior) {
+        GaugeOptions options;
+        options.local_poses = {window.extrinsic.get()};
+        audits.push_back({row.t, AuditPrior(window.prior->GetPrior(), options)});
+      }
+      // Snapshots are spread over the second half, the last one at the end.
+      const size_t due = frames.size() / 2 + (snapshots.size() + 1) * frames.size() / (2 * kSnapshots);
+      if (snapshots.size() < kSnapshots && row.report.state && window.prior && image + 1 >= due) {
+        snapshots.push_back(TakeSnapshot(window, row.t));
+      }
+    };
+    study.runs.push_back(
+        RunOdometry(study.recording, OptionsFor(study.recording.calibration), std::move(policy), watch));
+    study.snapshots.push_back(std::move(snapshots));
+    study.audits.push_back(std::move(audits));
+  }
+  return study;
+}
+
+void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv) {
+  CsvTable matrices("policy,picture,t_s,stage,size,pose_rows,row,column,value");
+  CsvTable spectrum("policy,t_s,index,eigenvalue,scaled");
+  for (size_t r = 0; r < study.runs.size(); ++r) {
+    const std::string& policy = study.runs[r].policy;
+    for (size_t k = 0; k < study.snapshots[r].size(); ++k) {
+      const WindowSnapshot& snapshot = study.snapshots[r][k];
+      AppendNonZeros(snapshot.H, &matrices, policy, k, snapshot.t, "window", snapshot.H.rows(), snapshot.pose_rows);
+      AppendNonZeros(snapshot.H_prior, &matrices, policy, k, snapshot.t, "prior", snapshot.H_prior.rows(),
+                     snapshot.H_prior.rows());
+      const VecX p_inverse = ScalingOf(snapshot.H_prior).cwiseInverse();
+      const VecX eigenvalues = Eigenvalues(snapshot.H_prior);
+      const VecX scaled = Eigenvalues(p_inverse.asDiagonal() * snapshot.H_prior * p_inverse.asDiagonal());
+      for (int i = 0; i < eigenvalues.size(); ++i) spectrum.Row(policy, snapshot.t, i, eigenvalues[i], scaled[i]);
+    }
+  }
+  FileBatch files;
+  files.Add(csv / "odometry_policies.csv", PolicyTable(study).Text());
+  files.Add(csv / "odometry_path.csv", PathTable(study).Text());
+  files.Add(csv / "odometry_windows.csv", WindowTable(study).Text());
+  files.Add(csv / "odometry_matrices.csv", matrices.Text());
+  files.Add(csv / "odometry_spectrum.csv", spectrum.Text());
+  files.Add(csv / "odometry_gauge.csv", GaugeTable(study).Text());
+  files.Commit();
+}
+
+void WriteOdometryTrajectories(const OdometryStudy& study, const std::filesystem::path& out) {
+  FileBatch files;
+  for (const OdometryRun& run : study.runs) {
+    files.Add(out / (run.policy + ".tum"), FormatTum(run.states, study.recording.origin_ns));
+    files.Add(out / (run.policy + ".csv"), FormatEuroc(run.states, study.recording.origin_ns));
+  }
+  files.Commit();
+}
+
+}  // namespace ch5

@@ -1,0 +1,51 @@
+#pragma once
+/// Both policies on one recording, as tables for the report, and trajectories for other tools.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/consistency/gauge_audit.h"
+#include "ch5_backend/experiments/studies/odometry.h"
+
+namespace ch5 {
+
+/// The window at one image: H of its graph, and H of the prior after its slide.
+struct WindowSnapshot {
+  double t = 0.0;
+  MatXX H;            ///< frame by frame (pose, then speed and biases), landmarks last
+  int pose_rows = 0;  ///< rows above the landmarks
+  MatXX H_prior;      ///< JᵀJ in the order of the prior's vertices
+};
+
+/// The information on position and yaw in the window's prior, which is spurious: nothing measures them.
+struct PriorAudit {
+  double t = 0.0;
+  std::vector<GaugeLeak> leaks;
+};
+
+struct OdometryStudy {
+  Recording recording;
+  std::vector<OdometryRun> runs;                       ///< one per policy
+  std::vector<std::vector<WindowSnapshot>> snapshots;  ///< likewise
+  std::vector<std::vector<PriorAudit>> audits;  ///< likewise; after every image, not included in the measured time
+};
+
+/// A hand-held camera in a room, standing still before it moves, with noise and 2 % of outliers.
+Recording SimulatedOdometryRecording();
+
+/// @param progress  called with the present policy and the fraction done, 0 … 1
+OdometryStudy RunOdometryStudy(Recording recording,
+                               const std::function<void(const std::string&, double)>& progress = nullptr);
+
+/// Into `csv`: odometry_policies.csv, odometry_path.csv, odometry_windows.csv, odometry_matrices.csv,
+/// odometry_spectrum.csv and odometry_gauge.csv; all or none.
+/// @throws WriteError
+void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv);
+
+/// POLICY.tum and POLICY.csv (EuRoC's format) for each policy.
+/// @throws WriteError
+void WriteOdometryTrajectories(const OdometryStudy& study, const std::filesystem::path& out);
+
+}  // namespace ch5

@@ -1,0 +1,128 @@
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/experiments/studies/solver/solver_studies.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/world/evaluate/reconstruction.h"
+#include "ch5_backend/world/files/csv.h"
+#include "ch5_backend/world/simulate/random.h"
+
+namespace ch5 {
+namespace {
+
+constexpr int kTrials = 20;
+using Loss = std::shared_ptr<const LossFunction>;
+
+// Residuals are in σ: the thresholds are the usual ones for 95 % efficiency on Gaussian noise, Holland & Welsch 1977.
+std::vector<std::pair<std::string, Loss>> Losses(LossCorrection correction = LossCorrection::kTriggs) {
+  return {{"none", std::make_shared<TrivialLoss>()},
+          {"huber", std::make_shared<HuberLoss>(1.345, correction)},
+          {"cauchy", std::make_shared<CauchyLoss>(2.385, correction)},
+          {"tukey", std::make_shared<TukeyLoss>(4.685, correction)}};
+}
+
+void AppendCurves(CsvTable* table) {
+  for (const auto& [name, loss] : Losses()) {
+    for (int i = 0; i <= 160; ++i) {
+      const double r = 0.05 * i, s = r * r;
+      const Rho rho = loss->Evaluate(s);
+      table->Row(name, r, 0.5 * rho[0], rho[1], rho[1] + 2.0 * rho[2] * s);
+    }
+  }
+}
+
+// A scene of which a fraction of the observations, the host's excepted, lies anywhere in the image.
+MonoBaScene SceneWithOutliers(double fraction, uint64_t seed) {
+  MonoBaOptions options;
+  options.frames = 6;
+  options.points = 60;
+  options.depth_sigma = 0.5;
+  options.position_sigma = 0.05;
+  options.rotation_sigma = 0.01;
+  options.seed = seed;
+  MonoBaScene scene = SimulateMonoBa(options);
+  Random random(1000 + seed);
+  for (size_t frame = 1; frame < scene.pixels.size(); ++frame) {
+    for (Vec2& pixel : scene.pixels[frame]) {
+      const double chance = random.Uniform();
+      const double v = random.Uniform(-1.0, 1.0), u = random.Uniform(-1.0, 1.0);
+      if (chance < fraction) pixel = Vec2(u, v);
+    }
+  }
+  return scene;
+}
+
+struct Outcome {
+  double rmse_position, final_cost;
+  int iterations;
+};
+
+Outcome SolveWith(const MonoBaScene& scene, const Loss& loss) {
+  const double information = 1.0 / std::pow(MonoBaOptions().pixel_sigma, 2);
+  MonoBa ba;
+  BuildMonoBa(scene, Gauge::kPriorMinimal, information, information, &ba);
+  for (const auto& edge : ba.graph.Edges()) {
+    if (edge->ResidualDimension() == 2) edge->SetLossFunction(loss);
+  }
+  SparseOptimizer optimizer(&ba.graph);
+  optimizer.SetDamping(Damping::kDiagonal);
+  SolveOptions options;
+  options.max_iterations = 100;
+  const Summary summary = optimizer.Solve(options);
+  const Reconstruction truth = TruthOf(scene);
+  return {Compare(AlignToTruth(EstimateOf(scene, ba), truth), truth).position, summary.final_cost, summary.iterations};
+}
+
+double Median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + kTrials / 2, values.end());
+  return values[kTrials / 2];
+}
+
+void AppendOutliers(CsvTable* table) {
+  for (const double fraction : {0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4}) {
+    for (const auto& [name, loss] : Losses()) {
+      std::vector<double> errors, iterations;
+      for (int trial = 0; trial < kTrials; ++trial) {
+        const Outcome outcome = SolveWith(SceneWithOutliers(fraction, 100 + trial), loss);
+        errors.push_back(outcome.rmse_position);
+        iterations.push_back(outcome.iterations);
+      }
+      table->Row(fraction, name, kTrials, Median(errors), Median(iterations));
+    }
+  }
+}
+
+// Triggs' second term, or none (IRLS): the same minimum, another way there.
+void AppendCorrections(CsvTable* table) {
+  for (const auto& [correction, word] :
+       {std::pair(LossCorrection::kTriggs, "triggs"), std::pair(LossCorrection::kIrls, "irls")}) {
+    for (const auto& [name, loss] : Losses(correction)) {
+      std::vector<double> costs, iterations;
+      for (int trial = 0; trial < kTrials; ++trial) {
+        const Outcome outcome = SolveWith(SceneWithOutliers(0.1, 100 + trial), loss);
+        costs.push_back(outcome.final_cost);
+        iterations.push_back(outcome.iterations);
+      }
+      table->Row(name, word, kTrials, Median(costs), Median(iterations));
+    }
+  }
+}
+
+}  // namespace
+
+void RunLossStudy(const std::filesystem::path& csv) {
+  CsvTable losses("loss,r,half_rho,weight,second");
+  AppendCurves(&losses);
+  losses.Write(csv / "solver_losses.csv");
+  CsvTable outliers("fraction,loss,trials,rmse_position_m,iterations");
+  AppendOutliers(&outliers);
+  outliers.Write(csv / "solver_outliers.csv");
+  CsvTable corrections("loss,correction,trials,final_cost,iterations");
+  AppendCorrections(&corrections);
+  corrections.Write(csv / "solver_corrections.csv");
+}
+
+}  // namespace ch5

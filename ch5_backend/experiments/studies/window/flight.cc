@@ -1,0 +1,73 @@
+#include "ch5_backend/experiments/studies/window/flight.h"
+
+#include <algorithm>
+
+#include "ch5_backend/math/so3.h"
+#include "ch5_backend/world/simulate/simulation.h"
+
+namespace ch5 {
+namespace {
+
+EstimatorOptions Options(const Recording& recording) {
+  EstimatorOptions options = OptionsFor(recording.calibration);
+  options.max_rejecting = 1e9;  // few landmarks are normal here
+  return options;
+}
+
+// At the true first state: roll, pitch, speed (in B) and biases are known, position and yaw are not.
+void StartFromTruth(const Recording& recording, Estimator* estimator) {
+  const StampedState& first = recording.truth.front();
+  const Mat33 R = first.T_W_B.q.toRotationMatrix();
+  MatXX J = MatXX::Zero(15, 15);
+  J.block<2, 3>(3, 3) = 100.0 * R.topRows<2>();
+  // A turn by δθ changes Rᵀv by [Rᵀv]× δθ.
+  J.block<3, 3>(6, 3) = 10.0 * Hat(R.transpose() * first.v_W);
+  J.block<3, 3>(6, 6) = 10.0 * R.transpose();
+  J.diagonal().segment<3>(9).setConstant(50.0);
+  J.diagonal().segment<3>(12).setConstant(500.0);
+  estimator->StartFrom(first, J);
+}
+
+}  // namespace
+
+Recording Flight(const FlightOptions& flight) {
+  HandheldOptions path;
+  path.duration = 8.0;
+  path.seed = 2;
+  SimulationOptions options;
+  options.calibration.camera_rate = flight.camera_rate;
+  options.camera.max_tracks = flight.max_tracks;
+  options.camera.pixel_sigma = flight.pixel_sigma;
+  options.camera.drop_probability = 0.15;
+  return SimulateInRoom(path, 400, options);
+}
+
+std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name, const Calibration& calibration) {
+  if (name == "okvis") {
+    OkvisOptions options;
+    options.keyframes = 3;
+    options.temporal_frames = 4;
+    return MakeOkvisPolicy(options);
+  }
+  VinsOptions options;
+  options.window_size = kFlightWindow - 1;
+  options.focal_length = 0.5 * (calibration.fx + calibration.fy);
+  options.least_tracked = 5;
+  options.max_solve_seconds = 1e3;  // a result must not depend on the machine
+  return MakeVinsPolicy(options);
+}
+
+void Fly(Recording recording, size_t images, std::unique_ptr<WindowPolicy> policy, const OdometryCallback& watch) {
+  recording.frames.resize(images);
+  Estimator estimator(Options(recording), std::move(policy));
+  StartFromTruth(recording, &estimator);
+  FeedRecording(recording, &estimator, watch);
+}
+
+bool IsInPrior(const Window& window, const WindowFrame& frame) {
+  if (!window.prior) return false;
+  const auto& held = window.prior->Vertices();
+  return std::find(held.begin(), held.end(), frame.pose) != held.end();
+}
+
+}  // namespace ch5

@@ -1,0 +1,157 @@
+#include "ch5_backend/experiments/studies/window/slide_study.h"
+
+#include <algorithm>
+#include <map>
+
+#include "ch5_backend/consistency/gauge_audit.h"
+#include "ch5_backend/experiments/studies/matrices.h"
+#include "ch5_backend/experiments/studies/window/flight.h"
+#include "ch5_backend/window/vins_window.h"
+#include "ch5_backend/world/files/text_writer.h"
+
+namespace ch5 {
+namespace {
+
+constexpr size_t kImages = 30;
+
+bool Sees(const WindowLandmark& landmark, int frame) {
+  return std::any_of(landmark.seen.begin(), landmark.seen.end(),
+                     [frame](const WindowObservation& seen) { return seen.frame == frame; });
+}
+
+struct Tables {
+  CsvTable vertices{"policy,vertex,number,row,rows,fate"};
+  CsvTable observations{"policy,landmark,frame,host,fate"};
+  CsvTable matrices{"policy,stage,size,pose_rows,row,column,value"};
+  CsvTable priors{"policy,stage,columns,rank,null_dimension,largest_gauge_information"};
+  CsvTable frames{"policy,image,frame,keyframe,speed,in_prior,prior_columns"};
+};
+
+void AppendPrior(const std::string& policy, const std::string& stage, const Prior& prior, Tables* tables) {
+  const MatXX H = prior.J.transpose() * prior.J;
+  double largest = 0.0;
+  for (const GaugeLeak& leak : AuditPrior(prior)) largest = std::max(largest, std::abs(leak.information));
+  tables->priors.Row(policy, stage, H.rows(), prior.J.rows(), NullDimension(H), largest);
+  AppendNonZeros(H, &tables->matrices, policy, stage, H.rows(), H.rows());
+}
+
+// A window's frames and landmarks, and where they stood in H: what is left of it once it has slid.
+struct Before {
+  std::vector<WindowFrame> frames;
+  std::map<int, WindowLandmark> landmarks;
+  FirstRows row;
+  std::vector<std::shared_ptr<Vertex>> vins_drops;
+
+  bool Has(const WindowLandmark& landmark) const { return row.count(landmark.inverse_depth.get()) > 0; }
+};
+
+// The states of the frames, and whether the slide has left them alone, made them part of the prior, or marginalised them.
+void AppendStates(const std::string& policy, const Before& before, const Window& after, Tables* tables) {
+  const auto& held = after.prior->Vertices();
+  const auto append = [&](const char* name, int frame, const std::shared_ptr<Vertex>& vertex, bool is_left) {
+    const bool is_held = std::find(held.begin(), held.end(), vertex) != held.end();
+    tables->vertices.Row(policy, name, frame, before.row.at(vertex.get()), vertex->LocalDimension(),
+                         !is_left  ? "marginalised"
+                         : is_held ? "in the prior"
+                                   : "untouched");
+  };
+  for (const WindowFrame& frame : before.frames) {
+    const int at = after.IndexOf(frame.id);
+    append("pose", frame.id, frame.pose, at >= 0);
+    append("speed", frame.id, frame.speed_bias, at >= 0 && after.frames[static_cast<size_t>(at)].speed_bias);
+  }
+}
+
+// VINS-Mono names what it drops. OKVIS erases the landmarks that it marginalises, and those seen once.
+bool IsMarginalised(const std::string& policy, int id, const Before& before, const Window& after) {
+  const WindowLandmark& landmark = before.landmarks.at(id);
+  if (!before.Has(landmark)) return false;
+  const auto& drops = before.vins_drops;
+  return policy == "vins" ? std::find(drops.begin(), drops.end(), landmark.inverse_depth) != drops.end()
+                          : after.landmarks.count(id) == 0;
+}
+
+// Each landmark, whether it has been marginalised, and what has become of each of its observations.
+void AppendLandmarks(const std::string& policy, const Before& before, const Window& after, Tables* tables) {
+  for (const auto& [id, landmark] : before.landmarks) {
+    const bool is_taken = IsMarginalised(policy, id, before, after);
+    if (before.Has(landmark)) {
+      tables->vertices.Row(policy, "landmark", id, before.row.at(landmark.inverse_depth.get()), 1,
+                           is_taken ? "marginalised" : "untouched");
+    }
+    for (const WindowObservation& seen : landmark.seen) {
+      const auto left = after.landmarks.find(id);
+      const bool is_left = left != after.landmarks.end() && Sees(left->second, seen.frame);
+      const char* fate = is_taken ? (is_left ? "again" : "prior") : (is_left ? "stays" : "lost");
+      tables->observations.Row(policy, id, seen.frame, seen.frame == landmark.Host(), fate);
+    }
+  }
+}
+
+// Lets the window grow to kFlightWindow frames with all their states; then the policy in question slides it.
+class SlideOnce : public WindowPolicy {
+ public:
+  SlideOnce(std::unique_ptr<WindowPolicy> policy, Tables* tables) : policy_(std::move(policy)), tables_(*tables) {}
+  std::string Name() const override { return policy_->Name(); }
+  void NoteNewFrame(Window*) override {}
+  bool Uses(const Window&, const WindowLandmark& landmark) const override { return landmark.seen.size() >= 2; }
+  SolveOptions Options() const override { return {}; }
+  void SlideWithoutEstimate(Window*) override {}
+
+  void Slide(Window* window) override {
+    if (window->frames.size() < kFlightWindow) return;
+    policy_->NoteNewFrame(window);
+    BuildGraph(
+        {}, [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); }, window);
+    const Before before{window->frames, window->landmarks, FirstRowsOf(window->graph),
+                        DropSetOfMarginOld(*window).vertices};
+    int pose_rows = 0;
+    const MatXX H = DenseHessian(window->graph, &pose_rows);
+    AppendNonZeros(H, &tables_.matrices, Name(), "window", H.rows(), pose_rows);
+    AppendPrior(Name(), "before", window->prior->GetPrior(), &tables_);
+    policy_->Slide(window);
+    AppendStates(Name(), before, *window, &tables_);
+    AppendLandmarks(Name(), before, *window, &tables_);
+    AppendPrior(Name(), "after", window->prior->GetPrior(), &tables_);
+  }
+
+ private:
+  std::unique_ptr<WindowPolicy> policy_;
+  Tables& tables_;
+};
+
+// The policy's own windows, from the start on.
+void AppendFrames(const Recording& recording, const std::string& name, Tables* tables) {
+  int image = 0;
+  Fly(recording, kImages, MakeFlightPolicy(name, recording.calibration), [&](const Estimator& now, const WindowRow&) {
+    const Window& window = now.GetWindow();
+    for (const WindowFrame& frame : window.frames) {
+      tables->frames.Row(name, image, frame.id, frame.is_keyframe, frame.speed_bias != nullptr,
+                         IsInPrior(window, frame), window.prior->GetPrior().J.cols());
+    }
+    ++image;
+  });
+}
+
+}  // namespace
+
+void RunSlideStudy(const std::filesystem::path& csv) {
+  FlightOptions every_keyframe, some_keyframes;
+  some_keyframes.camera_rate = 15.0;
+  const Recording wide = Flight(every_keyframe), dense = Flight(some_keyframes);
+  Tables tables;
+  for (const char* name : {"vins", "okvis"}) {
+    Fly(wide, kFlightWindow, std::make_unique<SlideOnce>(MakeFlightPolicy(name, wide.calibration), &tables),
+        [](const Estimator&, const WindowRow&) {});
+    AppendFrames(dense, name, &tables);
+  }
+  FileBatch files;
+  files.Add(csv / "slide_vertices.csv", tables.vertices.Text());
+  files.Add(csv / "slide_observations.csv", tables.observations.Text());
+  files.Add(csv / "slide_matrices.csv", tables.matrices.Text());
+  files.Add(csv / "slide_priors.csv", tables.priors.Text());
+  files.Add(csv / "slide_frames.csv", tables.frames.Text());
+  files.Commit();
+}
+
+}  // namespace ch5

@@ -1,0 +1,20 @@
+"""Files that appear whole or not at all."""
+import os
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def atomic_write(path):
+    """Gives a path to write to, of the same ending, which becomes `path` at the end of the block.
+
+    Its name is this process's own, so that two runs into one folder do not write the same file; after an exception
+    it is removed.
+    """
+    path = Path(path)
+    partial = path.with_name(f".ch5-{os.getpid()}-{path.name}")
+    try:
+        yield partial
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)

@@ -1,0 +1,144 @@
+"""H and its Schur complement block by block: which vertices and edges made each, as ch5_chapter wrote it
+from the graph."""
+
+import html
+import json
+
+import numpy as np
+
+from . import page, style
+
+LEVELS = 8  # of magnitude, a decade each
+WHAT = {"H": "H", "S": "S = H_pp − H_pm H_mm⁻¹ H_mp"}
+
+
+class Blocks:
+    """The tables of a scene: vertices by row, and what added to each block."""
+
+    def __init__(self, directory, scene, say):
+        self.say = say
+        read = lambda name: style.read(directory, name).where(scene=scene)
+        vertices, edges, blocks = read("hessian_vertices"), read("hessian_edges"), read("hessian_blocks")
+        numbers = lambda *names: zip(*(vertices[name].astype(int).tolist() for name in names))
+        spans_of = sorted(numbers("vertex", "first_row", "rows"), key=lambda row: row[1])
+        self.rows = {vertex: (first, rows) for vertex, first, rows in spans_of}
+        kinds, self.numbers = dict(zip(vertices["vertex"], vertices["type"])), dict(numbers("vertex", "number"))
+        self.names = {vertex: say(kinds[vertex], number=self.numbers[vertex]) for vertex in self.rows}  # in their order
+        self.place = {vertex: i for i, vertex in enumerate(self.names)}
+        self.edges = {}  # {edge: its vertices}
+        for edge, vertex in zip(edges["edge"], edges["vertex"]):
+            self.edges.setdefault(int(edge), []).append(int(vertex))
+        self.makers = {}  # {(matrix, i, j): {"edge": […], "landmark": […]}}, i ≥ j
+        for cells in zip(*(blocks[name] for name in ("matrix", "row_vertex", "column_vertex", "by", "number"))):
+            matrix, i, j, by, number = cells
+            self.makers.setdefault((matrix, int(i), int(j)), {}).setdefault(by, []).append(int(number))
+
+    def of(self, matrix):
+        """(row vertex, column vertex, makers) of all its blocks, both halves."""
+        for (name, i, j), makers in self.makers.items():
+            if name == matrix:
+                yield i, j, makers
+                if i != j:
+                    yield j, i, makers
+
+    def name(self, matrix, i, j):
+        return self.say("block.name", matrix=matrix, row=self.names[i], column=self.names[j])
+
+    def made_by(self, matrix, makers):
+        """The edges and landmarks that made a block, in words."""
+        edges, landmarks, parts = makers.get("edge", []), makers.get("landmark", []), []
+        if len(edges) == 1:
+            vertices = self.say("list").join(self.names[v] for v in self.edges[edges[0]])
+            parts.append(self.say("made_by.edge", edge=edges[0], vertices=vertices))
+        elif edges:
+            parts.append(self.say("made_by.edges", count=len(edges), edges=spans(edges)))
+        elif matrix == "S":
+            parts.append(self.say("made_by.no_edge"))
+        if landmarks:
+            numbers = spans(self.numbers[v] for v in landmarks)
+            parts.append(self.say("made_by.landmarks", count=len(landmarks), landmarks=numbers))
+        return self.say("made_by.all", parts=self.say("semicolon").join(parts))
+
+
+def spans(numbers):
+    """0–3, 5, 7"""
+    numbers, found = sorted(numbers), []
+    for n in numbers:
+        if found and found[-1][1] == n - 1:
+            found[-1][1] = n
+        else:
+            found.append([n, n])
+    return ", ".join(f"{a}" if a == b else f"{a}–{b}" for a, b in found)
+
+
+def entries(matrix, largest):
+    """One path a decade of |entry|, the smaller the paler."""
+    with np.errstate(divide="ignore"):
+        level = np.clip(np.ceil(np.log10(np.abs(matrix) / largest) + LEVELS), 1, LEVELS)
+    for k in range(1, LEVELS + 1):
+        cells = "".join(f"M{column} {row}h1v1h-1z" for row, column in np.argwhere((level == k) & (matrix != 0)))
+        if cells:
+            yield f'<path class="entry" fill-opacity="{0.12 + 0.88 * k / LEVELS:.2f}" d="{cells}"/>'
+
+
+def matrix_svg(blocks, name, matrix, largest):
+    """The matrix, a rectangle over each of its blocks, and a cursor."""
+    say, size = blocks.say, len(matrix)
+    shown = [v for v, (first, _) in blocks.rows.items() if first < size]
+    lines = "".join(f"M0 {first}H{size}M{first} 0V{size}" for first, _ in (blocks.rows[v] for v in shown))
+    parts = [*entries(matrix, largest), f'<path class="border" d="{lines}"/>']
+    for i, j, makers in blocks.of(name):
+        (y, height), (x, width) = blocks.rows[i], blocks.rows[j]
+        made_of = [f"e{edge}" for edge in makers.get("edge", [])]
+        made_of += [f"v{blocks.place[landmark]}" for landmark in makers.get("landmark", [])]
+        words = say("block.words", block=blocks.name(name, i, j), made_by=blocks.made_by(name, makers))
+        parts.append(f'<rect class="block" data-block="{blocks.place[i]} {blocks.place[j]}" '
+                     f'data-parts="{" ".join(made_of)}" x="{x}" y="{y}" width="{width}" height="{height}">'
+                     f"<title>{html.escape(words)}</title></rect>")
+    vertices = json.dumps([(blocks.names[v], *blocks.rows[v]) for v in shown])
+    label = say("matrix.alt", what=WHAT[name], rows=size, blocks=len(shown))
+    empty = say(f"block.empty.{name}", row="{row}", column="{column}")  # filled in by page.js
+    return (f'<div><p>{say("matrix", what=WHAT[name], rows=size)}</p>'
+            f'<svg class="plot blocks" viewBox="0 0 {size} {size}" role="img" '
+            f'aria-label="{label}" data-empty="{empty}" data-vertices="{html.escape(vertices)}">' +
+            "\n".join(parts) + '<rect class="cursor"/></svg></div>')
+
+
+def map_svg(blocks, directory, scene):
+    """Poses and points from above with their edges."""
+    read = lambda name: style.read(directory, name).where(scene=scene, state="final")
+    frames, points = read("mono_ba_frames"), read("mono_ba_points")
+    x, z = (np.concatenate((frames[axis], points[axis])) for axis in ("x_m", "z_m"))
+    scale = 300 / max(np.ptp(x), np.ptp(z))
+    spots = dict(zip(blocks.names, np.column_stack((10 + scale * (x - x.min()), 10 + scale * (z.max() - z)))))
+    parts = []
+    for edge, vertices in blocks.edges.items():
+        of = sorted(vertices, key=lambda v: blocks.rows[v][1])  # the landmark between its two poses
+        way = "L".join(f"{spots[v][0]:.1f} {spots[v][1]:.1f}" for v in (of[1], of[0], *of[2:]))
+        parts.append(f'<path class="edge e{edge}" d="M{way}"/>')
+    for vertex, (a, b) in spots.items():
+        pose = blocks.rows[vertex][1] > 1
+        d = f"M{a - 7:.1f} {b + 6:.1f}h14l-7 -14z" if pose else f"M{a - 4:.1f} {b:.1f}a4 4 0 1 0 8 0a4 4 0 1 0 -8 0"
+        title = f"<title>{blocks.names[vertex]}</title>"
+        parts.append(f'<path class="vertex v{blocks.place[vertex]}" d="{d}">{title}</path>')
+    height = scale * np.ptp(z) + 20
+    return (f'<div><p>{blocks.say("graph")}</p><svg class="plot map" viewBox="0 0 320 {height:.0f}" role="img" '
+            f'aria-label="{blocks.say("graph.alt")}">' + "".join(parts) + "</svg></div>")
+
+
+def explorer(directory, scene, say):
+    """The figure that answers."""
+    blocks = Blocks(directory, scene, say)
+    size = sum(rows for _, rows in blocks.rows.values())
+    poses = sum(rows for _, rows in blocks.rows.values() if rows > 1)
+    table = style.read(directory, "hessian").where(scene=scene)
+    matrices = {name: style.dense(table.where(matrix=name), n, n) for name, n in (("H", size), ("S", poses))}
+    largest = max(np.abs(matrix).max() for matrix in matrices.values())
+    drawn = [matrix_svg(blocks, name, matrix, largest) for name, matrix in matrices.items()]
+    rows = [(blocks.name(matrix, i, j), blocks.made_by(matrix, makers)) for (matrix, i, j), makers in blocks.makers.items()]
+    return (f'<div class="explore"><p>{say("blocks.words")}</p>\n'
+            f'<p class="made" role="status" aria-live="polite">{say("blocks.none")}</p>\n'
+            f'<div class="side">{"".join(drawn)}{map_svg(blocks, directory, scene)}</div>\n'
+            f'<details><summary>{say("blocks.table")}</summary>'
+            f'{page.table((say("block"), say("made_by")), rows, "words")}'
+            "</details></div>\n")

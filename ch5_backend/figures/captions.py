@@ -1,0 +1,93 @@
+"""The numbers in the words below each figure, all taken from the tables; the sentences around them are in words.json."""
+from . import style
+from .style import number
+
+
+class Numbers:
+    """What the tables say."""
+
+    def __init__(self, directory):
+        read = lambda name: style.read(directory, name)
+        self.summary, self.sweep, self.trials = read("mono_ba_summary"), read("prior_sweep"), read("prior_trials")
+        self.damping, self.fill, self.spectrum = read("prior_damping"), read("marginalize_fill"), read("spectrum")
+        self.chain = read("marginalize_chain")
+
+    def solve(self, name):
+        return self.summary.row(scene=name)
+
+    def null_dimension(self, gauge):
+        values = self.spectrum.where(gauge=gauge)["eigenvalue"]
+        return int((abs(values) <= 1e-10 * values.max()).sum())
+
+    def ends(self, table, column, **conditions):
+        """The values at w = 0 and at the greatest weight."""
+        rows = table.where(**conditions)
+        return rows[column][0], rows[column][-1]
+
+    def spread(self, variant, column):
+        """Greatest relative difference from w = 0, among the runs that converged."""
+        rows = self.sweep.where(variant=variant)
+        values = rows[column][rows["termination"] != "maximum of iterations"]
+        return abs(values / rows[column][0] - 1).max()
+
+    def peak(self, variant):
+        """Weight and mean iterations where the trials need the most."""
+        rows = self.trials.where(variant=variant)
+        at = rows["mean_iterations"].argmax()
+        return rows["weight"][at], rows["mean_iterations"][at]
+
+
+def bundle_adjustment(n):
+    small, large = n.solve("course"), n.solve("large")
+    return {
+        "scene_course": dict(frames=f"{small['frames']:.0f}", points=f"{small['points']:.0f}",
+                             start=number(small["initial_rmse_landmark_m"]), iterations=f"{small['iterations']:.0f}",
+                             end=number(1e3 * small["final_rmse_landmark_m"])),
+        "scene_large": dict(frames=f"{large['frames']:.0f}", points=f"{large['points']:.0f}",
+                            points_mm=number(1e3 * large["final_rmse_landmark_m"]),
+                            cameras_mm=number(1e3 * large["final_rmse_position_m"])),
+        "mono_ba_convergence": dict(first=number(large["initial_cost"]), last=number(large["final_cost"])),
+    }
+
+
+def the_hessian(n):
+    large = n.solve("large")
+    return {
+        "hessian_course": {},
+        "hessian_large": dict(frames=f"{large['frames']:.0f}", points=f"{large['points']:.0f}"),
+        "spectrum": dict(free=n.null_dimension("free"), minimal=n.null_dimension("minimal prior")),
+    }
+
+
+def marginalisation(n):
+    before, after = n.fill.row(stage="before"), n.fill["null_dimension"][-1]
+    return {
+        "marginalize_chain": dict(shared=number(n.chain.where(stage="after")["value"][1], 6).replace("-", "−")),
+        "marginalize_scene": dict(density=f"{100 * before['density']:.0f}", null=f"{after:.0f}"),
+    }
+
+
+def the_priors_weight(n):
+    rmse, cost = (n.ends(n.sweep, column, variant="perturbed") for column in ("rmse_position", "reprojection_cost"))
+    weight, most = n.peak("perturbed")
+    trials = n.ends(n.trials, "mean_iterations", variant="perturbed")
+    identity, diagonal = (n.ends(n.damping, "iterations", damping=name) for name in ("identity", "diagonal"))
+    return {
+        "prior_sweep": dict(first=number(1e3 * rmse[0]), last=number(1e3 * rmse[1]),
+                            spread=number(n.spread("minimal", "rmse_position"), 1)),
+        "prior_costs": dict(first=number(cost[0]), last=number(cost[1])),
+        "prior_traces": {},
+        "prior_trials": dict(most=number(most), weight=number(weight, 1), free=number(trials[0]), strong=number(trials[1])),
+        "prior_damping": dict(identity_free=f"{identity[0]:.0f}", identity_strong=f"{identity[1]:.0f}",
+                              diagonal_free=f"{diagonal[0]:.0f}", diagonal_strong=f"{diagonal[1]:.0f}"),
+    }
+
+
+SECTIONS = {"bundle-adjustment": bundle_adjustment, "the-hessian": the_hessian, "marginalisation": marginalisation,
+            "the-priors-weight": the_priors_weight}
+
+
+def sections(n, say):
+    """Per section its figures, and per figure its words."""
+    return {section: {figure: say(figure, **numbers) for figure, numbers in of(n).items()}
+            for section, of in SECTIONS.items()}

@@ -1,0 +1,80 @@
+"""Curves for the page itself: inline SVG in the page's colours, of which a slider shows one position at a time."""
+
+import html
+
+import numpy as np
+
+from .style import number
+
+WIDTH, HEIGHT = 320, 220
+LEFT, TOP, BOTTOM = 52, 24, 38  # room for the ticks and the titles
+
+
+class Axes:
+    """A pair of axes; what is drawn goes to `parts`."""
+
+    def __init__(self, title, x_limits, y_limits, x_label="", x_log=False, y_log=False):
+        self.limits, self.logs = (x_limits, y_limits), (x_log, y_log)
+        self.parts = []
+        bottom, right = HEIGHT - BOTTOM, WIDTH - 6
+        self.parts.append(f'<path class="axis" d="M{LEFT} {TOP}V{bottom}H{right}"/>'
+                          f'<text x="0" y="13">{html.escape(title)}</text>'
+                          f'<text x="{right}" y="{HEIGHT - 3}" text-anchor="end">{html.escape(x_label)}</text>')
+        for tick in ticks(*x_limits, x_log):
+            x, _ = self.at(tick, y_limits[0])
+            self.parts.append(f'<text x="{x:.0f}" y="{bottom + 17}" text-anchor="middle">{number(tick)}</text>')
+        for tick in ticks(*y_limits, y_log):
+            _, y = self.at(x_limits[0], tick)
+            self.parts.append(f'<path class="axis" d="M{LEFT} {y:.1f}h-4"/><text x="{LEFT - 6}" y="{y + 4:.0f}" '
+                              f'text-anchor="end">{number(tick)}</text>')
+
+    def at(self, x, y):
+        """The place of a value on the drawing."""
+        shares = []
+        for value, (low, high), log in zip((x, y), self.limits, self.logs):
+            low, high, value = (np.log10(np.maximum(v, 1e-300)) if log else v for v in (low, high, value))
+            shares.append((value - low) / (high - low))
+        return LEFT + shares[0] * (WIDTH - 6 - LEFT), HEIGHT - BOTTOM - shares[1] * (HEIGHT - BOTTOM - TOP)
+
+    def curve(self, xs, ys, kind, at=None):
+        x, y = self.at(np.asarray(xs, dtype=float), np.asarray(ys, dtype=float))
+        points = [f"{a:.1f} {b:.1f}" for a, b in zip(x, y) if np.isfinite(a) and np.isfinite(b)]
+        if points:
+            self.path("M" + "L".join(points), f"curve {kind}", at)
+
+    def dots(self, xs, ys, kind, at=None):
+        x, y = self.at(np.asarray(xs, dtype=float), np.asarray(ys, dtype=float))
+        self.path("".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x, y)), f"dot {kind}", at)
+
+    def path(self, d, kind, at=None):
+        mark = "" if at is None else f' data-at="{at}"'
+        self.parts.append(f'<path class="{kind}{"" if at is None else " at"}"{mark} d="{d}"/>')
+
+    def svg(self, shows, kind=""):
+        """The drawing; `shows` says what there is to see, for the blind."""
+        return (f'<svg class="plot {kind}" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{html.escape(shows)}">'
+                + "\n".join(self.parts) + "</svg>")
+
+
+def ticks(low, high, log):
+    """At most six round numbers from low to high."""
+    if log:
+        first, last = np.ceil(np.log10(low) - 1e-9), np.floor(np.log10(high) + 1e-9)
+        return 10.0 ** np.arange(first, last + 1, max(1, np.ceil((last - first) / 5)))
+    step = 10.0 ** np.floor(np.log10(high - low))
+    step = next(step * part for part in (0.1, 0.2, 0.5, 1, 2) if (high - low) / (step * part) <= 6)
+    return np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1) * step
+
+
+def limits(values, log=False):
+    """The span of the values, on a logarithmic axis rounded to powers of ten."""
+    values = np.asarray(values, dtype=float)
+    values = values[np.isfinite(values) & ((values > 0) | (not log))]
+    low, high = values.min(), values.max()
+    return (10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))) if log else (low, high)
+
+
+def key(names):
+    """Which colour is which; `names` are (name, class of its curve)."""
+    return '<p class="keys">' + " ".join(f'<span><span class="key {kind}"></span>{html.escape(name)}</span>'
+                                         for name, kind in names) + "</p>\n"

@@ -1,0 +1,25 @@
+"""Thousands of images through each estimator: memory of the process, error against the way, time an image."""
+from . import style
+from .odometry import COLOURS, NAMES, policies
+from .style import plt
+
+
+def draw(directory):
+    table = style.read(directory, "endurance")
+    fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
+    for name, width in zip(policies(table), (3.0, 1.3)):  # of memory, the second line may lie on the first
+        rows = table.where(policy=name)
+        for axes, (x, y) in zip(panels, (("frame", "resident_mb"), ("distance_m", "error_m"),
+                                         ("frame", "milliseconds"))):
+            axes.plot(rows[x], rows[y], color=COLOURS[name], label=NAMES[name],
+                      linewidth=width if axes is panels[0] else 1.3)
+    for axes, (x, title) in zip(panels, (("images", "resident memory [MB]"), ("distance travelled [m]", "distance from the truth [m]"),
+                                         ("images", "time per image [ms]"))):
+        axes.set(xlabel=x, title=title)
+        axes.set_ylim(bottom=0)
+    panels[0].legend(loc="lower right")
+    style.save(fig, directory, "endurance")
+
+
+if __name__ == "__main__":
+    style.main(draw)

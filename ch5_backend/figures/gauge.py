@@ -1,0 +1,180 @@
+"""The gauge paper's experiments as pictures: iterations, time and errors of the ways to handle a gauge."""
+import numpy as np
+
+from . import gauge_paper, style
+from .style import BLUE, GREEN, GREY, INK, ORANGE, PINK, SKY, VERMILION, plt
+
+METHODS = {"fixation": ("fixation", BLUE, "o"), "free": ("free, damped", GREEN, "^"),
+           "prior": ("prior, w = 10⁵", VERMILION, "s"), "pseudo-inverse": ("free, pseudo-inverse", PINK, "D")}
+ERRORS = {"position_m": "position [m]", "rotation_deg": "rotation [deg]", "velocity_m_s": "velocity [m/s]"}
+PATHS = ("sine", "arc", "rec")
+POINTS = {"planes": ("points on planes", BLUE, "o"), "random": ("points along the path", ORANGE, "^")}
+STEP = 0.16  # between the methods of a scene
+
+
+def of_scene(table, scene):
+    return table.where(path=scene[0], points=scene[1])
+
+
+def scene_axis(axes):
+    axes.set_xticks(range(6), ["sine", "arc\nplanes", "rec", "sine", "arc\nrandom", "rec"], fontsize=10.5)
+    axes.grid(axis="x", visible=False)
+
+
+def dots(axes, table, column, methods):
+    """Mean and standard deviation of each method in each scene."""
+    for k, method in enumerate(methods):
+        label, colour, marker = METHODS[method]
+        found = [of_scene(table, scene).where(method=method)[column] for scene in gauge_paper.SCENES]
+        axes.errorbar(np.arange(6) + STEP * (k - (len(methods) - 1) / 2), [np.mean(values) for values in found],
+                      [np.std(values) for values in found], color=colour, marker=marker, linestyle="none",
+                      elinewidth=1.2, markersize=6, label=label)
+
+
+def methods(directory):
+    """Fig. 7."""
+    table = style.read(directory, "methods")
+    fig, (top, bottom) = plt.subplots(2, 1, figsize=(10.0, 6.4), layout="constrained", sharex=True)
+    for i, scene in enumerate(gauge_paper.SCENES):
+        for k, method in enumerate(("fixation", "free", "prior")):
+            low, high = gauge_paper.ITERATIONS[scene][method]
+            at = i + STEP * (k - 1.5)
+            top.plot([at, at], [low - 0.06, high + 0.06], color="#bdbdbd", linewidth=11, solid_capstyle="butt",
+                     zorder=1, label="the paper's" if i + k == 0 else None)
+    dots(top, table, "iterations", METHODS)
+    dots(bottom, table, "milliseconds", METHODS)
+    top.set_ylim(0, 8.5)
+    top.set_ylabel("iterations")
+    style.plain_log(bottom.yaxis)
+    bottom.set_ylabel("processor time [ms]")
+    scene_axis(bottom)
+    style.legend_above(fig, top, columns=5)
+    style.save(fig, directory, "gauge_methods")
+
+
+def differences(table, column, method, reference="fixation"):
+    """|error of the method / that of the reference − 1|, a value a trial and scene."""
+    both = [np.concatenate([of_scene(table, scene).where(method=name)[column] for scene in gauge_paper.SCENES])
+            for name in (method, reference)]
+    return np.abs(both[0] / both[1] - 1)
+
+
+def errors(directory):
+    """Table II: at convergence."""
+    table = style.read(directory, "methods")
+    fig, panels = plt.subplots(2, 3, figsize=(10.5, 6.8), layout="constrained", sharex=True)
+    for k, (axes, (column, title)) in enumerate(zip(panels[0], ERRORS.items())):
+        for at, scene in enumerate(gauge_paper.SCENES):
+            axes.plot([at - 0.35, at + 0.35], 2 * [gauge_paper.RMSE[scene]["fixation"][k]], color=INK, linewidth=1.5,
+                      label="the paper's, all methods" if at == 0 else None)
+        dots(axes, table, column, ("fixation", "free", "prior"))
+        axes.set_ylim(bottom=0)
+        axes.set_title(title)
+    for k, (axes, column) in enumerate(zip(panels[1], ERRORS)):
+        draw_differences(axes, table, column, k)
+    panels[0, 0].set_ylabel("mean RMSE at convergence")
+    panels[1, 0].set_ylabel("largest |RMSE / fixation's − 1|")
+    panels[1, 0].text(0.02, 0.96, "△ free, the paper's means", transform=panels[1, 0].transAxes, fontsize=10.5,
+                      va="top")
+    style.legend_above(fig, panels[0, 0], columns=4)
+    style.save(fig, directory, "gauge_errors")
+
+
+def draw_differences(axes, table, column, k):
+    """Of prior and free from fixation, and what is asked of them."""
+    for method, asked in (("prior", 1e-5), ("free", 1e-2)):
+        _, colour, marker = METHODS[method]
+        worst = differences(table, column, method).reshape(6, -1).max(axis=1)
+        axes.plot(range(6), worst, color=colour, marker=marker, linestyle="none", markersize=7)
+        axes.axhline(asked, color=colour, linewidth=1.0, linestyle=(0, (4, 3)))
+    paper = [gauge_paper.RMSE[scene] for scene in gauge_paper.SCENES]
+    theirs = np.array([abs(rmse["free"][k] / rmse["fixation"][k] - 1) for rmse in paper])
+    axes.plot(np.arange(6)[theirs > 0], theirs[theirs > 0], color=INK, marker="^", linestyle="none",
+              markerfacecolor="white", markersize=7)
+    style.log_axis(axes.yaxis)
+    axes.set_ylim(3e-9, 1)
+    scene_axis(axes)
+
+
+def over_weight(table, column):
+    """Weights, means and standard deviations over the trials."""
+    weights = np.unique(table["weight"])
+    found = [table.where(weight=weight)[column] for weight in weights]
+    return weights, np.array([np.mean(values) for values in found]), np.array([np.std(values) for values in found])
+
+
+def sweep_line(axes, table, column, colour, marker, label=None, band=True, **look):
+    weights, mean, spread = over_weight(table, column)
+    x = style.weight_axis(axes, weights)
+    axes.plot(x[1:], mean[1:], color=colour, marker=marker, markersize=4, label=label, **look)
+    axes.plot(x[:1], mean[:1], color=colour, marker=marker, markersize=4)
+    if band:
+        axes.fill_between(x[1:], (mean - spread)[1:], (mean + spread)[1:], color=colour, alpha=0.15, linewidth=0)
+        axes.errorbar(x[:1], mean[:1], spread[:1], color=colour, elinewidth=1.2)
+
+
+def change(rows, column, weight):
+    """How far the mean RMSE at this weight is from that at the greatest [%]."""
+    last = np.mean(rows.where(weight=rows["weight"].max())[column])
+    return 100 * (np.mean(rows.where(weight=weight)[column]) / last - 1)
+
+
+def sweep_errors(panels, table):
+    weights = np.unique(table["weight"])
+    for axes, (error, title) in zip(panels, ERRORS.items()):
+        x = style.weight_axis(axes, weights)
+        for path, colour in zip(PATHS, (VERMILION, GREEN, SKY)):
+            for name, dashes in (("planes", "-"), ("random", ":")):
+                relative = [change(of_scene(table, (path, name)), error, weight) for weight in weights]
+                axes.plot(x[1:], relative[1:], dashes, color=colour, linewidth=1.5, label=f"{path}, {name}")
+                axes.plot(x[:1], relative[:1], marker="o" if name == "planes" else "^", color=colour, markersize=4)
+        axes.set_title(title.rpartition(" ")[0])
+    panels[0].set_ylabel("mean RMSE − that at 10⁸ [%]")
+    panels[1].legend(fontsize=10, ncol=2, loc="lower right", columnspacing=1.0, handlelength=1.5)
+
+
+def sweep(directory):
+    """Figs. 4 and 5."""
+    table = style.read(directory, "sweep")
+    fig, panels = plt.subplots(3, 3, figsize=(10.5, 8.8), layout="constrained", sharey="row", sharex=True)
+    theirs = np.array(list(gauge_paper.SWEEP))
+    for (iterations, time), path in zip(panels[:2].T, PATHS):
+        for name, (label, colour, marker) in POINTS.items():
+            rows = of_scene(table, (path, name))
+            sweep_line(iterations, rows, "iterations", colour, marker, label)
+            sweep_line(time, rows, "milliseconds", colour, marker)
+        free_at = style.weight_axis(iterations, np.unique(table["weight"]))[0]
+        iterations.plot(np.where(theirs > 0, theirs, free_at), list(gauge_paper.SWEEP.values()), linestyle="none",
+                        marker="s", markersize=6, markerfacecolor="none", color=INK, label="the paper's")
+        iterations.set_title(path)
+    sweep_errors(panels[2], table)
+    for axes in panels.flat:
+        axes.axvline(gauge_paper.RECOMMENDED, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)), zorder=0)
+        axes.set_xlabel("prior weight w" if axes in panels[2] else "")
+    for axes, title in zip(panels[:2, 0], ("iterations", "processor time [ms]")):
+        axes.set_ylabel(title)
+        axes.set_ylim(bottom=0)
+    style.legend_above(fig, panels[0, 0])
+    style.save(fig, directory, "gauge_sweep")
+
+
+def convergence(directory):
+    """Fig. 6, of trial 0."""
+    table = style.read(directory, "convergence").where(trial=0)
+    weights = np.unique(table["weight"])
+    fig, (path, left, right) = plt.subplots(1, 3, figsize=(10.5, 4.6), layout="constrained")
+    for k, weight in enumerate(weights):
+        rows = table.where(weight=weight)
+        look = dict(color=plt.cm.viridis(0.9 * k / (len(weights) - 1)), marker="o", markersize=4, linewidth=1.5)
+        path.plot(rows["prior_error"], rows["reprojection_px"], label=f"w = {style.number(weight, 1)}", **look)
+        left.plot(rows["iteration"], rows["reprojection_px"], **look)
+        right.plot(rows["iteration"], np.where(rows["prior_error"] > 0, rows["prior_error"], np.nan), **look)
+    for axes in (path, left):
+        style.plain_log(axes.yaxis, [1, 2, 5, 10, 20, 50])
+    style.log_axis(right.yaxis)
+    path.set(xlabel="prior error [m, rad]", title="reprojection error [px]")
+    path.annotate("start", (0, table["reprojection_px"].max()), (8, -4), textcoords="offset points", fontsize=11)
+    left.set(xlabel="iteration", title="reprojection error [px]")
+    right.set(xlabel="iteration", title="prior error [m, rad]")
+    style.legend_above(fig, path, columns=7)
+    style.save(fig, directory, "gauge_convergence")

@@ -1,0 +1,157 @@
+"""The numbers that the page of the gauge experiments and the summary cite, out of the tables."""
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from . import gauge, gauge_choice, gauge_covariance, gauge_paper, style
+from .atomic_write import atomic_write
+
+
+def methods(table):
+    """{(of, what): value}; `of` names a scene and a method."""
+    found, extra = {}, []
+    for scene in gauge_paper.SCENES:
+        rows = gauge.of_scene(table, scene)
+        of_method = {method: rows.where(method=method) for method in gauge.METHODS}
+        for method, own in of_method.items():
+            for what in ("iterations", "milliseconds", *gauge.ERRORS):
+                found[f"{scene[0]} {scene[1]} {method}", f"mean {what}"] = own[what].mean()
+        extra.append(of_method["free"]["iterations"] - of_method["fixation"]["iterations"])
+        found[" ".join(scene), "mean iterations of free − fixation"] = extra[-1].mean()
+    extra = np.concatenate(extra)
+    for what, share in (("fewer", extra < 0), ("as many", extra == 0), ("more", extra > 0)):
+        found["all scenes", f"share of trials in which free needs {what} iterations"] = share.mean()
+    for method in ("prior", "free", "pseudo-inverse"):
+        worst = max(gauge.differences(table, column, method).max() for column in gauge.ERRORS)
+        found[f"{method} and fixation", "largest relative difference of an RMSE at convergence"] = worst
+        worst = gauge.differences(table, "usual_position_m", method).max()
+        found[f"{method} and fixation", "largest relative difference of the position's RMSE at the usual stop"] = worst
+    found["all scenes", "trials"] = len(np.unique(table["trial"]))
+    return found
+
+
+def sweep(table):
+    found = {}
+    for scene in gauge_paper.SCENES:
+        weights, mean, _ = gauge.over_weight(gauge.of_scene(table, scene), "iterations")
+        at = mean.argmax()
+        for what, value in (("weight of the peak", weights[at]), ("iterations at the peak", mean[at]),
+                            ("iterations at 0", mean[0]), ("iterations at the greatest weight", mean[-1]),
+                            ("iterations at the recommended weight", mean[weights == gauge_paper.RECOMMENDED][0]),
+                            ("peak / greater end", mean[at] / max(mean[0], mean[-1]))):
+            found[" ".join(scene), what] = value
+    return found
+
+
+def convergence(table):
+    """When the reprojection error has arrived, and how far the prior error is then from its greatest."""
+    found = {}
+    for weight in np.unique(table["weight"]):
+        arrived, left, last = [], [], []
+        for trial in np.unique(table["trial"]):
+            rows = table.where(weight=weight, trial=trial)
+            pixels, prior = rows["reprojection_px"], rows["prior_error"]
+            arrived.append(int(np.argmax(pixels < 1.05 * pixels[-1])))
+            left.append(prior[arrived[-1]] / prior.max())
+            last.append(len(prior) - 1)
+        found[f"w = {weight:g}", "mean iteration at which the reprojection error is within 5 %"] = np.mean(arrived)
+        found[f"w = {weight:g}", "mean prior error left then, of its greatest"] = np.mean(left)
+        found[f"w = {weight:g}", "mean last iteration"] = np.mean(last)
+    strong = table.where(weight=gauge_paper.RECOMMENDED)
+    last = [strong.where(trial=trial)["reprojection_px"][-1] for trial in np.unique(table["trial"])]
+    found["start", "mean reprojection error [px]"] = strong.where(iteration=0)["reprojection_px"].mean()
+    found["end", "mean reprojection error [px]"] = np.mean(last)
+    return found
+
+
+def spectrum(table):
+    found = {}
+    for problem in ("camera and IMU", "camera alone"):
+        values = gauge_covariance.relative_spectrum(table, problem)
+        zeros = int((values < gauge_covariance.ZERO).sum())
+        found[problem, "zero eigenvalues"] = zeros
+        found[problem, "greatest zero / greatest"] = values[zeros - 1]
+        found[problem, "least other / greatest"] = values[zeros]
+    return found
+
+
+def covariance(table):
+    found = {}
+    for column in ("free_untransformed", "fixed_untransformed", "free_to_fixed", "fixed_to_free"):
+        for what, value in (("least", table[column].min()), ("mean", table[column].mean()),
+                            ("largest", table[column].max())):
+            found[column.replace("_", " "), f"{what} relative Frobenius distance"] = value
+    return found
+
+
+def deviations(table):
+    found = {}
+    for gauge_name in ("fixed", "free"):
+        rows = table.where(gauge=gauge_name)["position_m"]
+        found[gauge_name, "σ of the first position [m]"] = rows[0]
+        found[gauge_name, "σ of the last position [m]"] = rows[-1]
+        found[gauge_name, "least σ of a position [m]"] = rows.min()
+    return found
+
+
+def prior_choice(table):
+    low, high = gauge_choice.right_weights(table)
+    found = {("any damping", "least right weight"): low, ("any damping", "greatest right weight"): high}
+    for factor, (_, values) in gauge_choice.FACTORS.items():
+        for value in values:
+            weights, mean, _ = gauge.over_weight(gauge_choice.usual(table, **{factor: value}), "iterations")
+            for what, iterations in (("at 0", mean[0]), ("at 10⁵", mean[weights == 1e5][0]), ("at 10¹⁰", mean[-1]),
+                                     ("at the peak", mean[weights > 0].max())):
+                found[f"{factor} {value}", f"iterations {what}"] = iterations
+            found[f"{factor} {value}", "weight of the peak"] = weights[1:][mean[1:].argmax()]
+    for start in gauge_choice.FACTORS["start"][1]:
+        for place in gauge_choice.FACTORS["place"][1]:
+            weights, ratio = gauge_choice.error_ratio(table, place, start)
+            for what, value in (("at 10⁵", ratio[weights == 1e5][0]), ("at 10¹⁰", ratio[-1]),
+                                ("farthest from 1", ratio[np.abs(ratio - 1).argmax()])):
+                found[f"{place}, {start}", f"error / that without a prior {what}"] = value
+    return found
+
+
+def audit(table):
+    """What each part of H claims to know of each direction, at most over the flight: ‖P⁻¹Hn‖/‖Pn‖ and nᵀHn."""
+    found = {}
+    for policy, constraints, part, direction in sorted(set(zip(*(table[name] for name in (
+            "policy", "constraints", "part", "direction"))))):
+        rows = table.where(policy=policy, constraints=constraints, part=part, direction=direction)
+        for what in ("relative", "information"):
+            found[f"{policy} {constraints} {part}", f"largest {what} {direction}"] = np.abs(rows[what]).max()
+    return found
+
+
+def recordings(table):
+    found = {}
+    for recording in gauge_choice.RECORDINGS:
+        for method in ("fixation", "free", "prior"):
+            rows = table.where(recording=recording, method=method)
+            for what in ("iterations", "milliseconds", *gauge.ERRORS, "reprojection_px"):
+                found[f"{recording} {method}", f"median {what}"] = np.median(rows[what])
+        one, other = (table.where(recording=recording, method=m)["position_m"] for m in ("fixation", "free"))
+        found[recording, "share of trials whose fixed and free position errors agree to 1 %"] = np.mean(
+            np.abs(other / one - 1) < 0.01)
+        found[recording, "trials"] = len(one)
+    return found
+
+
+STUDIES = {function.__name__: function for function in
+           (methods, sweep, convergence, spectrum, covariance, deviations, prior_choice, audit, recordings)}
+
+
+def numbers(directory):
+    """{study: {(of, what): value}} of each table that is there."""
+    return {name: study(style.read(directory, name)) for name, study in STUDIES.items()
+            if (Path(directory) / "csv" / f"{name}.csv").exists()}
+
+
+def write_summary(path, found):
+    with atomic_write(path) as partial, open(partial, "w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(("study", "of", "what", "value"))
+        rows.writerows((study, of, what, f"{value:.6g}") for study, values in found.items()
+                       for (of, what), value in values.items())

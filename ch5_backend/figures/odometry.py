@@ -1,0 +1,198 @@
+"""Visual-inertial odometry as pictures: paths, errors, time per window, the prior's eigenvalues, the window's H."""
+import numpy as np
+
+from . import style
+from .hessian import bracket, magnitudes
+from .style import BLUE, GREY, VERMILION, plt
+
+COLOURS = {"vins": BLUE, "okvis": VERMILION}
+NAMES = {"vins": "VINS", "okvis": "OKVIS"}
+
+
+def policies(table):
+    """Those that the table tells of, which may be none: not every policy finds a start in every recording."""
+    return [name for name in COLOURS if np.any(table["policy"] == name)]
+
+
+def read_estimates(directory, name):
+    """A table that has rows only of policies that have started, and only once a prior is there."""
+    return style.read(directory, name, may_be_empty=True)
+
+
+def paths(directory):
+    """From above and from the side, and the distance from the truth over time."""
+    path = style.read(directory, "odometry_path")
+    truth = path.where(policy="truth")
+    fig = plt.figure(figsize=(10.0, 5.2), layout="constrained")
+    grid = fig.add_gridspec(2, 2, width_ratios=(1.0, 1.15))
+    above, side, error = fig.add_subplot(grid[:, 0]), fig.add_subplot(grid[0, 1]), fig.add_subplot(grid[1, 1])
+    if len(truth):
+        above.plot(truth["x_m"], truth["y_m"], color=GREY, linewidth=4.0, alpha=0.5, label="truth")
+        side.plot(truth["t_s"], truth["z_m"], color=GREY, linewidth=4.0, alpha=0.5)
+    for name in policies(path):
+        rows = path.where(policy=name)
+        above.plot(rows["x_m"], rows["y_m"], color=COLOURS[name], linewidth=1.3, label=NAMES[name])
+        side.plot(rows["t_s"], rows["z_m"], color=COLOURS[name], linewidth=1.3)
+        error.plot(rows["t_s"], 100 * rows["error_m"], color=COLOURS[name], linewidth=1.5)
+    above.set_aspect("equal", adjustable="datalim")
+    above.set(xlabel="x [m]", ylabel="y [m]", title="from above")
+    above.legend(loc="best", fontsize=11)
+    side.set(ylabel="z [m]", title="height")
+    side.tick_params(labelbottom=False)
+    error.set(xlabel="time [s]", ylabel="[cm]", title="distance from the truth")
+    error.set_ylim(bottom=0)
+    error.sharex(side)
+    style.save(fig, directory, "odometry_path")
+
+
+def timing(directory):
+    """Milliseconds for each image, and how they are spread."""
+    tracking = style.read(directory, "odometry_windows").where(status="tracking")
+    summary = style.read(directory, "odometry_policies")
+    fig, (left, right) = plt.subplots(1, 2, figsize=(10.0, 4.2), layout="constrained",
+                                      gridspec_kw={"width_ratios": (1.6, 1.0)})
+    for name in policies(tracking):
+        rows, p99 = tracking.where(policy=name), summary.row(policy=name)["p99_window_ms"]
+        left.plot(rows["t_s"], rows["milliseconds"], ".", color=COLOURS[name], markersize=2.5)
+        left.axhline(p99, color=COLOURS[name], linewidth=1.0, linestyle=(0, (4, 3)))
+        ordered = np.sort(rows["milliseconds"])
+        right.plot(ordered, 100 * (np.arange(len(ordered)) + 1) / len(ordered), color=COLOURS[name],
+                   label=f"{NAMES[name]}: 99 % in {p99:.2g} ms")
+    left.set(xlabel="time [s]", ylabel="[ms]", title="time spent on each image")
+    longest = 1.3 * np.nanmax(summary["p99_window_ms"])
+    left.set_ylim(0, longest)
+    right.set(xlabel="[ms]", ylabel="images done within [%]", title="its distribution")
+    right.set_xlim(0, longest)
+    style.legend_above(fig, right)
+    style.save(fig, directory, "odometry_timing")
+
+
+def spectrum(directory):
+    """The eigenvalues of the prior at a few times: position and yaw are free, so four of them should be small."""
+    table = read_estimates(directory, "odometry_spectrum")
+    names = policies(table)
+    if not names:
+        return style.discard(directory, "odometry_spectrum")
+    fig, panels = plt.subplots(1, len(names), figsize=(10.0, 3.8), layout="constrained", sharey=True, squeeze=False)
+    for axes, name in zip(panels[0], names):
+        rows = table.where(policy=name)
+        times = np.unique(rows["t_s"])
+        for k, t in enumerate(times):
+            values = rows.where(t_s=t)["eigenvalue"]
+            shade = plt.get_cmap("viridis")(0.85 * k / max(1, len(times) - 1))
+            axes.plot(np.arange(1, len(values) + 1), np.maximum(values, 1e-10), "o-", color=shade, markersize=3,
+                      linewidth=0.8, label=f"{t:.1f} s")
+        style.log_axis(axes.yaxis)
+        axes.axvspan(0.5, 4.5, color=style.PALE, zorder=0)
+        axes.set(xlabel="number, ascending", title=f"{NAMES[name]}: the prior's spectrum")
+        axes.legend(loc="lower right", fontsize=10)
+    panels[0, 0].set_ylabel("eigenvalue")
+    return style.save(fig, directory, "odometry_spectrum")
+
+
+def zeros(directory, say, policy):
+    """How many eigenvalues of the last prior are zero in the arithmetic, and the next one."""
+    rows = read_estimates(directory, "odometry_spectrum").where(policy=policy)
+    values = np.sort(rows.where(t_s=rows["t_s"].max())["eigenvalue"])
+    count = int((values <= 1e-12 * values[-1]).sum())
+    if count == len(values):
+        return say("odometry_spectrum.all", policy=NAMES[policy])
+    return say("odometry_spectrum.zeros", policy=NAMES[policy], count=count, next=style.number(values[count], 2))
+
+
+def leak(directory, say, policy):
+    """What the priors claim of yaw."""
+    values = read_estimates(directory, "odometry_gauge").where(policy=policy, direction="yaw")["information"]
+    return say("odometry_gauge.leak", policy=NAMES[policy], most=style.number(max(values), 2),
+               last=style.number(values[-1], 2))
+
+
+def gauge(directory):
+    """What the prior knows of position and yaw, over time."""
+    table = read_estimates(directory, "odometry_gauge")
+    if not policies(table):
+        return style.discard(directory, "odometry_gauge")
+    fig, panels = plt.subplots(1, 2, figsize=(10.0, 3.8), layout="constrained")
+    for name in policies(table):
+        yaw = table.where(policy=name, direction="yaw")
+        position = sum(table.where(policy=name, direction=axis)["information"] for axis in "xyz")
+        for axes, values in zip(panels, (yaw["information"], position)):
+            axes.plot(yaw["t_s"], np.maximum(np.abs(values), 1e-12), color=COLOURS[name], linewidth=1.2,
+                      label=NAMES[name])
+    for axes, title in zip(panels, ("the prior's leak of yaw [rad⁻²]", "its leak of position [m⁻²]")):
+        style.log_axis(axes.yaxis)
+        axes.set(xlabel="time [s]", title=title)
+        axes.legend(loc="best", fontsize=11)
+    return style.save(fig, directory, "odometry_gauge")
+
+
+def film(directory):
+    """H of the window before the slide, and below it the prior that the slide left."""
+    table = read_estimates(directory, "odometry_matrices")
+    for name in COLOURS:
+        if name not in policies(table):
+            style.discard(directory, f"odometry_film_{name}")
+            continue
+        rows = table.where(policy=name)
+        shots = np.unique(rows["picture"])
+        fig, panels = plt.subplots(2, len(shots), figsize=(10.0, 5.4), layout="constrained", squeeze=False,
+                                   gridspec_kw={"height_ratios": (1.25, 1.0)})
+        high = np.log10(np.abs(rows["value"]).max())
+        for column, shot in enumerate(shots):
+            for axes, stage in zip(panels[:, column], ("window", "prior")):
+                entries = rows.where(picture=shot, stage=stage)
+                size, poses = int(entries["size"][0]), int(entries["pose_rows"][0])
+                borders = [poses] if poses < size else []
+                image = magnitudes(axes, style.dense(entries, size, size), borders, (high - 12, high))
+                title = f"t = {entries['t_s'][0]:.1f} s: {size}×{size}" if stage == "window" else f"prior: {size}×{size}"
+                axes.set_title(title, fontsize=10.5, loc="center", pad=5)
+                if column == 0 and stage == "window":
+                    bracket(axes, 0, poses, "states")
+                    if poses < size:
+                        bracket(axes, poses, size, "landmarks")
+        fig.colorbar(image, ax=panels, label="log₁₀ |entry|", shrink=0.7, pad=0.01)
+        style.save(fig, directory, f"odometry_film_{name}")
+
+
+def path_words(say, rows, answered):
+    """How far each policy is from the truth, and which has found no start."""
+    started = [name for name in rows if answered[name]]
+    words = say("odometry_path.alone")
+    if all(np.isfinite(rows[name]["ate_m"]) for name in started):
+        errors = [say("odometry_path.error", policy=NAMES[name], distance=f"{100 * rows[name]['ate_m']:.1f}",
+                      scale=f"{100 * rows[name]['scale_error']:+.1f}".replace("-", "−")) for name in started]
+        words = say("odometry_path", errors=say("semicolon").join(errors))
+    return words + "".join(say("odometry_path.silent", policy=NAMES[name]) for name in rows if not answered[name])
+
+
+def captions(directory, say):
+    """{figure: its words}, with every number taken from the tables; only of the figures that are drawn."""
+    summary, windows = style.read(directory, "odometry_policies"), style.read(directory, "odometry_windows")
+    rows = {name: summary.row(policy=name) for name in policies(summary)}
+    answered = {name: len(windows.where(status="tracking", policy=name)) for name in rows}
+    each = lambda tell, names: say("semicolon").join(tell(name) for name in names)
+    speed = lambda name: say("odometry_timing.speed", policy=NAMES[name], times=f"{rows[name]['realtime_factor']:.0f}")
+    words = {
+        "odometry_path": path_words(say, rows, answered),
+        "odometry_timing": say("odometry_timing", images=max(answered.values()),
+                               speeds=each(speed, [name for name in rows if answered[name]])),
+    }
+    if names := policies(read_estimates(directory, "odometry_spectrum")):
+        words["odometry_spectrum"] = say("odometry_spectrum", zeros=each(lambda name: zeros(directory, say, name), names))
+    if names := policies(read_estimates(directory, "odometry_gauge")):
+        words["odometry_gauge"] = say("odometry_gauge", leaks=each(lambda name: leak(directory, say, name), names))
+    for name in policies(read_estimates(directory, "odometry_matrices")):
+        words[f"odometry_film_{name}"] = say("odometry_film", policy=NAMES[name])
+    return words
+
+
+def draw(directory):
+    paths(directory)
+    timing(directory)
+    spectrum(directory)
+    gauge(directory)
+    film(directory)
+
+
+if __name__ == "__main__":
+    style.main(draw)

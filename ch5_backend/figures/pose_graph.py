@@ -1,0 +1,93 @@
+#!/usr/bin/python3
+"""Draws a pose graph before and after it was optimised, and how its cost fell: DIR/figures/pose_graph.png and .svg.
+
+usage: pose_graph.py DIR        the folder that ch5_pose_graph FILE --out DIR has filled
+
+Reads DIR/poses.csv, DIR/edges.csv, DIR/trace.csv and DIR/summary.csv. Both panels have the same scale and are seen from
+the same place in parallel projection, a planar graph from above. The path goes from dark to bright; grey lines are the
+measurements that close loops.
+"""
+import numpy as np
+
+from . import style
+from .style import plt
+
+ELEVATION = np.radians(35.0)  # of the viewer above the horizon
+TURN = np.radians(25.0)       # off the graph's long side
+PATH = plt.matplotlib.colors.ListedColormap(plt.get_cmap("viridis")(np.linspace(0.0, 0.88, 256)))
+
+
+def axes_of_view(p):
+    """The picture's axes in the world: across and up."""
+    flat = p - p.mean(axis=0)
+    long_side = np.linalg.svd(flat[:, :2], full_matrices=False)[2][0]
+    if np.ptp(p[:, 2]) <= 1e-9 * np.ptp(p[:, :2]):
+        across, ahead = np.array([*long_side, 0.0]), np.array([-long_side[1], long_side[0], 0.0])
+        return np.array([across, ahead])
+    c, s = np.cos(TURN), np.sin(TURN)
+    across = np.array([c * long_side[0] - s * long_side[1], s * long_side[0] + c * long_side[1], 0.0])
+    ahead = np.array([-across[1], across[0], 0.0])
+    return np.array([across, np.cos(ELEVATION) * np.array([0.0, 0.0, 1.0]) + np.sin(ELEVATION) * ahead])
+
+
+def positions(poses, state):
+    rows = poses.where(state=state)
+    return {int(name): np.array(p) for name, *p in zip(rows["id"], rows["x"], rows["y"], rows["z"])}
+
+
+def segments(edges, position, view):
+    i, j = edges["i"].astype(int), edges["j"].astype(int)
+    return np.stack([[position[k] @ view.T for k in i], [position[k] @ view.T for k in j]], axis=1)
+
+
+def panel(axes, lines, on_path, title, chi2):
+    kind = plt.matplotlib.collections.LineCollection
+    axes.add_collection(kind(lines[~on_path], colors=style.GREY, linewidths=0.4, alpha=0.45, rasterized=True))
+    path = kind(lines[on_path], cmap=PATH, linewidths=1.1, rasterized=True)
+    path.set_array(np.arange(on_path.sum()))
+    axes.add_collection(path)
+    axes.grid(False)
+    axes.set(xticks=[], yticks=[])
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.spines[:].set_visible(False)
+    axes.set_title(f"{title}: χ² = {style.number(chi2, 4)}", weight="bold")
+
+
+def cost_panel(axes, trace, summary):
+    axes.plot(trace["iteration"], trace["cost"], color=style.BLUE, marker="o", markersize=3.5)
+    style.cost_axis(axes, trace["cost"])
+    axes.set_xlabel("iteration")
+    axes.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
+    axes.set_title("cost ½ Σ ρ(rᵀWr)" if float(summary["huber"]) > 0 else "cost ½ Σ rᵀWr")
+    axes.text(0.97, 0.95, f"{style.number(trace['cost'][0], 4)} → {style.number(trace['cost'][-1], 4)}\n"
+              f"{float(summary['seconds']):.2f} s",
+              ha="right", va="top", transform=axes.transAxes, fontsize=11)
+
+
+def draw(directory):
+    poses, trace, summary = (style.read(directory, name, folder="") for name in ("poses", "trace", "summary"))
+    edges = style.read(directory, "edges", folder="")
+    summary = dict(zip(summary["key"], summary["value"]))
+    before, after = positions(poses, "before"), positions(poses, "after")
+    view = axes_of_view(np.array(list(after.values())))
+    # The path is made of the edges between poses that follow each other in the file.
+    place = {name: k for k, name in enumerate(after)}
+    on_path = np.array([place[int(j)] - place[int(i)] == 1 for i, j in zip(edges["i"], edges["j"])])
+    lines = {"before": segments(edges, before, view), "after": segments(edges, after, view)}
+
+    fig = plt.figure(figsize=(14.5, 4.8))
+    places = (0.01, 0.03, 0.355, 0.87), (0.38, 0.03, 0.355, 0.87), (0.79, 0.12, 0.2, 0.78)
+    panels = [fig.add_axes(place) for place in places]
+    everything = np.concatenate([*lines["before"], *lines["after"]])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    margin = 0.03 * (high - low).max() or 1.0
+    for axes, state, chi2 in zip(panels, ("before", "after"), ("chi2_before", "chi2")):
+        panel(axes, lines[state], on_path, state, float(summary[chi2]))
+        axes.set_xlim(low[0] - margin, high[0] + margin)
+        axes.set_ylim(low[1] - margin, high[1] + margin)
+    cost_panel(panels[2], trace, summary)
+    style.save(fig, directory, "pose_graph")
+
+
+if __name__ == "__main__":
+    style.main(draw)

@@ -1,0 +1,46 @@
+#!/usr/bin/python3
+"""Draws the figures of a recording's odometry and writes them into one page: DIR/figures, DIR/report.html, in Chinese
+DIR/report.zh.html.
+
+usage: recording.py DIR        the folder that ch5_recording FOLDER --out DIR has filled
+"""
+from pathlib import Path
+
+import numpy as np
+
+from . import odometry, page, sliders, style
+
+
+def summary_table(directory, say):
+    summary = style.read(directory, "odometry_policies")
+    head = (say("policy"), "ATE [m]", say("scale_error"), say("yaw_error"), say("realtime"), "p99 [ms]", say("images"),
+            say("restarts"))
+    rows = []
+    for name in odometry.policies(summary):
+        row = summary.row(policy=name)
+        errors = row["ate_m"], 100 * row["scale_error"], row["yaw_error_deg"]  # NaN where there is no truth
+        known = lambda value, digits: "–" if np.isnan(value) else f"{value:.{digits}f}"
+        rows.append((odometry.NAMES[name], *(known(error, 3) for error in errors),
+                     f"{row['realtime_factor']:.1f}", known(row["p99_window_ms"], 2),
+                     f"{row['frames']:.0f}", f"{row['restarts']:.0f}"))
+    return page.table(head, rows)
+
+
+def body_of(directory, say):
+    """The page's pieces."""
+    trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
+    links = say("list").join(f'<a href="{name}">{name}</a>' for name in trajectories)
+    return [f"<h1>{say('recording.heading', name=Path(directory).resolve().name)}</h1>", page.other_languages(say),
+            f"<p>{say('recording.lead')}</p>", summary_table(directory, say), sliders.windows(directory, say),
+            *(page.figure(directory, name, words, say(f"{name}.alt"), say)
+              for name, words in odometry.captions(directory, say).items()),
+            f"<p>{say('trajectories', links=links)}</p>", page.links_to_tables(directory, say)]
+
+
+def draw(directory):
+    odometry.draw(directory)
+    page.write_all(directory, "recording.title", body_of)
+
+
+if __name__ == "__main__":
+    style.main(draw)

@@ -1,0 +1,127 @@
+#!/usr/bin/python3
+"""Draws every figure of the chapter and writes one self-contained page in each language, DIR/report.html and
+DIR/report.zh.html.
+
+usage: report.py [DIR]        DIR is out/ unless given; ch5_chapter --out DIR must have filled DIR/csv
+
+Tables, DIR/csv (one row of names, then numbers; metres, radians; costs are ½ Σ rᵀWr):
+  mono_ba_summary.csv    one row a scene ("course" 3×20, "large" 10×300): sizes, costs, iterations, RMSE, termination
+  mono_ba_trace.csv      scene,iteration,cost,lambda,gain_ratio,step_norm,gradient_max,trials,seconds
+  mono_ba_frames.csv     scene,state,frame,x_m…qw       state: truth, initial, final (aligned by a similarity)
+  mono_ba_points.csv     scene,state,point,x_m,y_m,z_m
+  mono_ba_iterations.csv scene,iteration,point,x_m,y_m,z_m   aligned by a similarity
+  hessian.csv            scene,matrix,row,column,value  matrix: H (poses, then landmarks; gauge free), S (Schur)
+  hessian_vertices.csv   scene,vertex,type,number,first_row,rows   whose rows they are
+  hessian_edges.csv      scene,edge,type,vertex         one row a vertex of an edge
+  hessian_blocks.csv     scene,matrix,row_vertex,column_vertex,by,number   what added to a block: edge or landmark
+  spectrum.csv           gauge,index,eigenvalue         of H, 3×20 scene, W = 1/σ²
+  marginalize_chain.csv  stage,row,column,value         stage: before, moved, after; the slides' 3×3
+  marginalize_scene.csv  stage,row,column,value         non-zeros of a 5×12 scene's H as it loses variables
+  marginalize_fill.csv   stage,size,non_zeros,density,null_dimension
+  prior_sweep.csv        variant,weight,…               variant: course, perturbed, minimal; tight stop rules
+  prior_trace.csv        variant,weight,iteration,cost,lambda
+  prior_trials.csv       variant,weight,… means over many scenes, usual stop rules
+  prior_damping.csv      damping,weight,… the course's variant, identity against diagonal damping
+  odometry_policies.csv  policy,ate_m,scale_error,yaw_error_deg,… one row a window policy, simulated recording
+  odometry_path.csv      policy,t_s,x_m,y_m,z_m,error_m  laid upon the truth, itself a "policy"
+  odometry_windows.csv   policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost
+  odometry_matrices.csv  policy,picture,t_s,stage,size,pose_rows,row,column,value  stage: window (H), prior (JᵀJ)
+  odometry_spectrum.csv  policy,t_s,index,eigenvalue,scaled   of the prior, and of it with a unit diagonal
+  odometry_gauge.csv     policy,t_s,direction,information,relative   the auditor's: what the prior knows of the gauge
+  slide_vertices.csv     policy,vertex,number,row,rows,fate   what a slide of one window marginalises; of the slides
+  slide_observations.csv  policy,landmark,frame,host,fate     prior, again (there, and used again), lost, stays
+  slide_matrices.csv     policy,stage,size,pose_rows,row,column,value   stage: window (H), before, after (priors)
+  slide_priors.csv       policy,stage,columns,rank,null_dimension,largest_gauge_information
+  slide_frames.csv       policy,image,frame,keyframe,speed,in_prior,prior_columns   the policy's window image by image
+  consistency.csv        policy,mode,t_s,runs,nees_pose,… means over simulated runs, with the 95 % bands
+  consistency_summary.csv  one row a policy and mode of first estimates
+
+Figures, DIR/figures/NAME.png and NAME.svg:
+  scene_course, scene_large        cameras and points in 3-D, before and after
+  mono_ba_convergence              cost, λ and step against the iteration
+  hessian_course, hessian_large    H and its Schur complement
+  spectrum                         eigenvalues of H: seven zeros without a gauge
+  marginalize_chain                the slides' chain of three, with numbers
+  marginalize_scene                fill-in: landmarks first, or a frame first
+  prior_sweep                      iterations, time and RMSE against the weight, one scene
+  prior_costs                      reprojection cost, prior cost and drift against the weight
+  prior_traces                     cost against iteration, one line a weight
+  prior_trials                     mean iterations and drift over many scenes under the usual stop rules
+  prior_damping                    identity against diagonal damping: where the usual curve comes from
+  odometry_path, _timing, _spectrum, _gauge, _film_POLICY   see odometry.py
+  consistency                      NEES of pose and yaw, and the yaw that is claimed, by mode of first estimates
+"""
+
+import html
+import os
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from . import blocks, captions, convergence, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style
+
+# The longest first, so that two processes finish together.
+SCRIPTS = (odometry, nees, prior, scene, hessian, convergence, marginalize)
+EXPLORERS = {"bundle-adjustment": sliders.iterations, "odometry": sliders.windows, "the-priors-weight": sliders.weights,
+             "the-hessian": lambda directory, say: blocks.explorer(directory, "course", say)}
+
+BESIDE = ("lab.html", "api/index.html")
+
+
+def solves_table(n, say):
+    """The table of the solves, a column a scene."""
+    scenes = [n.solve(name) for name in n.summary["scene"]]
+    rows = (("sizes", lambda row: f"{row['frames']:.0f} × {row['points']:.0f}"),
+            ("unknowns", lambda row: f"{row['unknowns']:.0f}"), ("edges", lambda row: f"{row['edges']:.0f}"),
+            ("first_cost", lambda row: style.number(row["initial_cost"])),
+            ("last_cost", lambda row: style.number(row["final_cost"], 4)),
+            ("iterations", lambda row: f"{row['iterations']:.0f}"),
+            ("time", lambda row: style.number(row["milliseconds"], 2)),
+            ("stopped_by", lambda row: say(row["termination"])))
+    return (page.table((say("scene"), *(say(f"scene.{row['scene']}") for row in scenes)),
+                       [(say(title), *map(cell, scenes)) for title, cell in rows], "words") +
+            f"<p>{say('solves_note')}</p>")
+
+
+def contents(sections, directory, say):
+    """Links to the sections, and to the pages beside this one that have been made."""
+    titles = {**{section: say(f"section.{section}") for section in sections}, "tables": say("tables")}
+    links = "".join(f'<a href="#{section}">{html.escape(title)}</a>' for section, title in titles.items())
+    links += "".join(f'<a href="{place}">{say(place)}</a>' for place in BESIDE if (Path(directory) / place).exists())
+    return f'<nav aria-label="{say("contents")}">{links}</nav>'
+
+
+def body_of(directory, say):
+    """The page's pieces."""
+    n = captions.Numbers(directory)
+    sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
+                "consistency": nees.captions(directory, say)}
+    body = [f"<h1>{say('heading')}</h1>", page.other_languages(say), f"<p>{say('lead')}</p>",
+            contents(sections, directory, say), solves_table(n, say)]
+    for section, figures in sections.items():
+        title = html.escape(say(f"section.{section}"))
+        body.append(f'<section aria-labelledby="{section}"><h2 id="{section}">{title}</h2>')
+        if section in EXPLORERS:
+            body.append(EXPLORERS[section](directory, say))
+        body += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
+        body.append("</section>")
+    return [*body, page.links_to_tables(directory, say)]
+
+
+def draw_one(index, directory):
+    SCRIPTS[index].draw(directory)
+
+
+def draw(directory):
+    """All figures and the pages."""
+    with ProcessPoolExecutor(max_workers=min(len(SCRIPTS), os.cpu_count() or 1)) as pool:
+        for done, _ in enumerate(pool.map(draw_one, range(len(SCRIPTS)), [directory] * len(SCRIPTS)), start=1):
+            if sys.stderr.isatty():
+                print(f"\r\033[Kfigures {done} of {len(SCRIPTS)}", end="", file=sys.stderr, flush=True)
+    page.write_all(directory, "title", body_of)
+    if sys.stderr.isatty():
+        print("\r\033[K", end="", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    style.main(draw)

@@ -1,0 +1,95 @@
+"""The scenes in 3-D, before and after bundle adjustment: cameras and points against the truth."""
+import numpy as np
+
+from . import style
+from .style import BLUE, GREY, INK, VERMILION, plt
+
+
+def rotate(q, v):
+    """R(q) v for a quaternion x, y, z, w."""
+    u, w = q[:3], q[3]
+    return v + 2 * np.cross(u, np.cross(u, v) + w * v)
+
+
+def camera(axes, position, q, size, **line):
+    """A pyramid that opens along the camera's z axis."""
+    image = ((-1, -0.7), (1, -0.7), (1, 0.7), (-1, 0.7))
+    corners = [position + size * rotate(q, np.array([x, y, 1.4])) for x, y in image]
+    ring = np.array([*corners, corners[0]])
+    axes.plot(*ring.T, **line)
+    for corner in corners:
+        axes.plot(*np.array([position, corner]).T, **line)
+
+
+def matrix(table, names):
+    return np.column_stack([table[name] for name in names])
+
+
+XYZ, QUATERNION = ("x_m", "y_m", "z_m"), ("qx", "qy", "qz", "qw")
+
+
+def panel(axes, frames, points, scene, state, limits, colour):
+    truth = matrix(points.where(scene=scene, state="truth"), XYZ)
+    estimate = matrix(points.where(scene=scene, state=state), XYZ)
+    inside = np.all((estimate > limits[0]) & (estimate < limits[1]), axis=1)  # 3-D axes do not clip by themselves
+    few = len(truth) <= 50
+    for a, b in zip(truth[inside], estimate[inside]):
+        axes.plot(*np.array([a, b]).T, color=colour, linewidth=1.0 if few else 0.6, alpha=0.7)
+    axes.scatter(*truth.T, s=26 if few else 9, facecolors="none", edgecolors=GREY, linewidths=0.8, depthshade=False)
+    axes.scatter(*estimate[inside].T, s=16 if few else 5, color=colour, depthshade=False)
+    for which, line in (("truth", dict(color=GREY, linewidth=1.0)), (state, dict(color=colour, linewidth=1.6))):
+        rows = frames.where(scene=scene, state=which)
+        for p, q in zip(matrix(rows, XYZ), matrix(rows, QUATERNION)):
+            camera(axes, p, q, 0.55, **line)
+    return int(np.sum(~inside))
+
+
+def decorate(axes, limits):
+    axes.set_xlim(limits[0][0], limits[1][0])
+    axes.set_ylim(limits[0][1], limits[1][1])
+    axes.set_zlim(limits[0][2], limits[1][2])
+    axes.set_box_aspect(limits[1] - limits[0], zoom=1.06)
+    axes.view_init(elev=16, azim=-68)
+    for axis, label in ((axes.xaxis, "x [m]"), (axes.yaxis, "y [m]"), (axes.zaxis, "z [m]")):
+        axis.set_pane_color((1, 1, 1, 0))
+        axis._axinfo["grid"].update(color="#e6e6e6", linewidth=0.6)
+        axis.set_label_text(label, fontsize=10)
+        axis.labelpad = 1
+        axis.set_major_locator(plt.MaxNLocator(4))
+        axis.set_tick_params(labelsize=9, pad=-1)
+
+
+def length(metres):
+    return "0 m" if metres == 0 else f"{1e3 * metres:.2g} mm" if metres < 0.1 else f"{metres:.2f} m"
+
+
+def figure(directory, scene, frames, points, summary):
+    everything = np.vstack([matrix(points.where(scene=scene, state="truth"), XYZ),
+                            matrix(frames.where(scene=scene, state="truth"), XYZ)])
+    limits = everything.min(axis=0) - 1.0, everything.max(axis=0) + 1.0
+    row = summary.row(scene=scene)
+    fig = plt.figure(figsize=style.WIDE)
+    for i, (state, title, colour) in enumerate((("initial", "before", VERMILION), ("final", "after", BLUE))):
+        axes = fig.add_axes([0.005 + 0.5 * i, 0.06, 0.475, 0.88], projection="3d")
+        outside = panel(axes, frames, points, scene, state, limits, colour)
+        decorate(axes, limits)
+        rmse = row[f"{state}_rmse_landmark_m"], row[f"{state}_rmse_position_m"]
+        fig.text(0.04 + 0.5 * i, 0.93, title, fontsize=15, weight="bold", color=colour)
+        aligned = " after alignment" if state == "final" else ""
+        note = f"RMSE{aligned}: points {length(rmse[0])}, cameras {length(rmse[1])}"
+        if outside:
+            note += f"\n{outside} of {int(row['points'])} points lie outside the picture"
+        fig.text(0.04 + 0.5 * i, 0.905, note, fontsize=10.5, color=INK, va="top")
+    fig.text(0.5, 0.015, "grey: truth      colour: estimate, tied to its truth by a line", ha="center", fontsize=10.5,
+             color=GREY)
+    style.save(fig, directory, f"scene_{scene}")
+
+
+def draw(directory):
+    tables = [style.read(directory, name) for name in ("mono_ba_frames", "mono_ba_points", "mono_ba_summary")]
+    for scene in tables[2]["scene"]:
+        figure(directory, scene, *tables)
+
+
+if __name__ == "__main__":
+    style.main(draw)

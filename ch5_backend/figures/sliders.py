@@ -1,0 +1,140 @@
+"""The report's sliders: step through iterations, images and prior weights. Without a script all positions lie faintly on
+top of each other, and the tables have all rows."""
+
+import html
+import json
+
+import numpy as np
+
+from . import page, style
+from .drawing import Axes, key, limits
+from .style import number
+
+POLICIES = {"vins": "VINS", "okvis": "OKVIS"}
+COLOURS = {"course": "c1", "perturbed": "c0", "minimal": "c2"}  # as in prior.py
+IMAGES_A_STEP = 5
+
+
+def player(name, title, words, labels, start, curves, drawings, head, rows):
+    """A slider with a label for each position, drawings of the named curves, and a table of (position, cells…)."""
+    spoken = html.escape(json.dumps(labels, ensure_ascii=False))
+    return (f'<div class="explore player" data-labels="{spoken}">\n<p>{html.escape(words)}</p>\n'
+            f'<div class="control" hidden><label for="{name}">{html.escape(title)}</label>'
+            f'<input type="range" id="{name}" min="0" max="{len(labels) - 1}" value="{start}">'
+            f'<output for="{name}" aria-live="polite"></output></div>\n'
+            f'{key(curves)}<div class="side">{"".join(drawings)}</div>\n'
+            f'{page.table(head, [row[1:] for row in rows], "rows", [row[0] for row in rows])}</div>\n')
+
+
+def iterations(directory, say):
+    """The points of both scenes and the cost, iteration by iteration."""
+    trace, points = style.read(directory, "mono_ba_trace"), style.read(directory, "mono_ba_iterations")
+    truth = style.read(directory, "mono_ba_points").where(state="truth")
+    scenes = {scene: f"c{i}" for i, scene in enumerate(dict.fromkeys(trace["scene"]))}
+    last = int(trace["iteration"].max())
+    ratio = {scene: trace.where(scene=scene)["cost"] / trace.where(scene=scene)["cost"][0] for scene in scenes}
+    cost = Axes(say("cost_ratio"), (0, last), limits([*ratio["course"], *ratio["large"]], log=True), say("iteration"),
+                y_log=True)
+    maps, rows = [], []
+    for scene, colour in scenes.items():
+        of = trace.where(scene=scene)
+        cost.curve(of["iteration"], ratio[scene], f"thin {colour}")
+        maps.append(point_map(say, scene, points.where(scene=scene), truth.where(scene=scene), last, colour))
+        for k in range(last + 1):
+            now = min(k, len(of) - 1)  # a scene that has converged stays as it is
+            cost.dots(of["iteration"][now:now + 1], ratio[scene][now:now + 1], colour, k)
+            rows.append((k, say(f"scene.{scene}"), f"{now}" if now == k else say("iteration.done", k=now),
+                         number(of["cost"][now], 6), *(number(of[name][now]) if now else "–" for name in ("lambda", "gain_ratio", "step_norm")),
+                         number(of["gradient_max"][now])))
+    return player("iteration", say("iteration.title"), say("iteration.words"),
+                  [say("iteration.of", k=k) for k in range(last + 1)], 0,
+                  [(say(f"scene.{scene}"), colour) for scene, colour in scenes.items()], [cost.svg(say("cost.alt")), *maps],
+                  (say("scene"), say("iteration"), say("cost"), "λ", say("gain_ratio"), "‖Δx‖", "max |b|"), rows)
+
+
+def point_map(say, scene, points, truth, last, colour):
+    """x and z of each point at each iteration, tied to its true place."""
+    x_span, z_span = (-7, 7), (2, 11)
+    title = say(f"scene.{scene}")
+    shown = Axes(say("points", scene=title), x_span, z_span)
+    true = np.column_stack(shown.at(truth["x_m"], truth["z_m"]))
+    shown.path("".join(f"M{a - 2.5:.1f} {b:.1f}a2.5 2.5 0 1 0 5 0a2.5 2.5 0 1 0 -5 0" for a, b in true), "truth")
+    for k in range(last + 1):
+        now = points.where(iteration=min(k, points["iteration"].max()))
+        x, z = now["x_m"], now["z_m"]
+        inside = (x > x_span[0]) & (x < x_span[1]) & (z > z_span[0]) & (z < z_span[1])
+        ways = np.column_stack((*shown.at(x, z), true))[inside]
+        shown.path("".join(f"M{a:.1f} {b:.1f}h0L{u:.1f} {v:.1f}" for a, b, u, v in ways),
+                   f"point {'many' if len(x) > 50 else 'few'} {colour}", k)
+    return shown.svg(say("points.alt", scene=title), "single")
+
+
+def windows(directory, say):
+    """Both policies along the path, every few images; nothing where none has found a start."""
+    path = style.read(directory, "odometry_path")
+    images = style.read(directory, "odometry_windows").where(status="tracking")
+    gauge = style.read(directory, "odometry_gauge", may_be_empty=True).where(direction="yaw")
+    colours = {name: f"c{i}" for i, name in enumerate(POLICIES) if len(path.where(policy=name))}
+    times = np.unique(images["t_s"])[::IMAGES_A_STEP]
+    if not colours:
+        return ""
+    truth, error = path.where(policy="truth"), 100 * path["error_m"]
+    above = Axes(say("path"), limits(path["x_m"]), limits(path["y_m"]))
+    above.curve(truth["x_m"][::10], truth["y_m"][::10], "truth")
+    drift = Axes(say("drift"), limits(path["t_s"]), (0, np.nanmax([1.0, *error])), say("seconds"))
+    rows = []
+    for name, colour in colours.items():
+        of, solves, yaw = (table.where(policy=name) for table in (path, images, gauge))
+        for axes, x, y in ((above, of["x_m"], of["y_m"]), (drift, of["t_s"], 100 * of["error_m"])):
+            axes.curve(x, y, f"thin {colour}")
+            for k, t in enumerate(times):
+                axes.dots(x[of["t_s"] == t], y[of["t_s"] == t], colour, k)
+        for k, t in enumerate(times):
+            cells = window_cells(of.where(t_s=t), solves.where(t_s=t), yaw.where(t_s=t))
+            rows += [(k, POLICIES[name], *cells)] if cells else []
+    drawings = [above.svg(say("path.alt"))]
+    drawings += [drift.svg(say("drift.alt"))] if len(truth) else []
+    head = ("policy", "landmarks", "iterations", "first_cost", "last_cost", "time", "error", "yaw_known")
+    return player("window", say("window.title"), say("window.words", step=IMAGES_A_STEP), [f"{t:.2f} s" for t in times],
+                  len(times) // 2, [(POLICIES[name], colour) for name, colour in colours.items()], drawings,
+                  map(say, head), rows)
+
+
+def window_cells(here, solve, yaw):
+    """The row of the table for one policy and image; none while it has no estimate."""
+    if not (len(here) and len(solve)):
+        return ()
+    known = number(abs(yaw["information"][0]), 2) if len(yaw) else "–"
+    error = f"{100 * here['error_m'][0]:.1f}" if np.isfinite(here["error_m"][0]) else "–"
+    return (*(f"{solve[name][0]:.0f}" for name in ("landmarks", "iterations")),
+            *(number(solve[name][0]) for name in ("initial_cost", "final_cost")),
+            number(solve["milliseconds"][0], 2), error, known)
+
+
+def weights(directory, say):
+    """Iterations against the weight, and the way that the solver takes at the chosen one."""
+    sweep, trace = style.read(directory, "prior_sweep"), style.read(directory, "prior_trace")
+    steps = np.unique(sweep["weight"])
+    place = np.where(steps > 0, steps, steps[1] / 30)  # w = 0 stands apart
+    most = sweep["iterations"].max()
+    count = Axes(say("count"), (place[0], steps[-1]), (1, most + 1), say("weight"), True, True)
+    way = Axes(say("excess"), (1, most + 1), (1e-14, 1), say("next_iteration"), True, True)
+    rows = []
+    for variant, colour in COLOURS.items():
+        of = sweep.where(variant=variant)
+        count.curve(place[1:], of["iterations"][1:], f"thin {colour}")
+        for k, weight in enumerate(steps):
+            row, costs = of.row(weight=weight), trace.where(variant=variant, weight=weight)["cost"]
+            excess = (costs - costs[-1]) / costs[0]
+            keep = excess > 1e-14
+            way.curve(np.arange(1, len(costs) + 1)[keep], excess[keep], colour, k)
+            count.dots(place[k:k + 1], [row["iterations"]], colour, k)
+            rows.append((k, say(f"variant.{variant}"), f"{row['iterations']:.0f}", number(row["reprojection_cost"], 4),
+                         *(number(row[name]) for name in ("prior_cost", "drift_position")),
+                         number(1e3 * row["rmse_position"], 4), say(row["termination"])))
+    return player("prior-weight", say("prior-weight.title"), say("prior-weight.words"),
+                  [f"w = {number(w, 1)}" for w in steps], len(steps) // 2,
+                  [(say(f"variant.{variant}.words"), colour) for variant, colour in COLOURS.items()],
+                  [count.svg(say("count.alt")), way.svg(say("cost.alt"))],
+                  (say("variant"), say("iterations"), say("reprojection_cost"), say("prior_cost"), say("drift_position"),
+                   "RMSE [mm]", say("stopped_by")), rows)

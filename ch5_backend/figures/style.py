@@ -1,0 +1,256 @@
+"""What all figures share: the look, the reading of tables, and files that are the same to the byte when drawn again."""
+import csv
+import sys
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from .atomic_write import atomic_write
+
+# Okabe and Ito's colours: told apart by colour-blind eyes, and by their lightness in grey.
+BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
+ORANGE, SKY, PINK = "#E69F00", "#56B4E9", "#CC79A7"
+INK, GREY, PALE = "#222222", "#8a8a8a", "#d9d9d9"
+
+WIDE = (10.0, 5.0)  # inches: fills a slide below its title
+
+plt.rcParams.update({
+    "figure.dpi": 100,
+    "savefig.dpi": 160,
+    "font.family": "DejaVu Sans",
+    "font.size": 12,
+    "axes.titlesize": 13,
+    "axes.titlelocation": "left",
+    "axes.titlepad": 9,
+    "axes.edgecolor": GREY,
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#ececec",
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "text.color": INK,
+    "lines.linewidth": 2.0,
+    "lines.markersize": 5,
+    "legend.frameon": False,
+    "image.cmap": "viridis",
+    "svg.hashsalt": "ch5",  # element names in an SVG are drawn from this, not from chance
+    "svg.fonttype": "path",
+})
+
+
+class TableError(Exception):
+    """A table that cannot be read; the message names the file, and the line where there is one."""
+
+
+class Table:
+    """The columns of a CSV file as arrays: of floats where all cells are numbers or empty (NaN), else of words."""
+
+    def __init__(self, columns):
+        self.columns = columns
+
+    def __getitem__(self, name):
+        return self.columns[name]
+
+    def __len__(self):
+        return len(next(iter(self.columns.values())))
+
+    def where(self, **conditions):
+        """The rows in which every named column has the given value."""
+        keep = np.ones(len(self), dtype=bool)
+        for name, value in conditions.items():
+            keep &= self.columns[name] == value
+        return Table({name: column[keep] for name, column in self.columns.items()})
+
+    def row(self, **conditions):
+        """The only such row, as a dictionary."""
+        rows = self.where(**conditions)
+        if len(rows) != 1:
+            raise TableError(f"{len(rows)} rows have {conditions}, expected one")
+        return {name: column[0] for name, column in rows.columns.items()}
+
+
+def _numbers_or_words(cells):
+    if not cells:
+        return np.empty(0, dtype=object)  # of any kind: it can be compared with numbers and words
+    try:
+        return np.array([float(cell) if cell else np.nan for cell in cells])
+    except ValueError:
+        return np.array(cells)
+
+
+def read(directory, name, folder="csv", may_be_empty=False):
+    """DIR/FOLDER/NAME.csv, see read_table()."""
+    return read_table(Path(directory) / folder / f"{name}.csv", may_be_empty)
+
+
+def read_table(path, may_be_empty=False, numbers=()):
+    """A CSV file as a Table; TableError if it is missing, ragged or, unless it may be empty, without rows, or if one of
+    the columns `numbers` is missing or holds anything but finite numbers."""
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise TableError(f"cannot read {path}: {error}") from error
+    if len(rows) < (1 if may_be_empty else 2):
+        raise TableError(f"{path}: no rows")
+    for line, row in enumerate(rows, start=1):
+        if len(row) != len(rows[0]):
+            raise TableError(f"{path}, line {line}: {len(row)} cells under a header of {len(rows[0])}")
+    for name in numbers:
+        _check_numbers(path, rows, name)
+    columns = zip(*rows[1:]) if len(rows) > 1 else [()] * len(rows[0])
+    return Table({head: _numbers_or_words(column) for head, column in zip(rows[0], columns)})
+
+
+def _check_numbers(path, rows, name):
+    if name not in rows[0]:
+        raise TableError(f"{path}, line 1: there is no column '{name}' among {', '.join(rows[0])}")
+    for line, row in enumerate(rows[1:], start=2):
+        cell = row[rows[0].index(name)]
+        try:
+            known = np.isfinite(float(cell))
+        except ValueError:
+            known = False
+        if not known:
+            raise TableError(f"{path}, line {line}: {name} is '{cell}', expected a number")
+
+
+def dense(table, rows, columns):
+    """The matrix that a table of row, column, value holds."""
+    matrix = np.zeros((rows, columns))
+    matrix[table["row"].astype(int), table["column"].astype(int)] = table["value"]
+    return matrix
+
+
+METADATA = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None},
+            ".pdf": {"CreationDate": None, "Creator": None, "Producer": None}}  # without dates and versions
+
+
+def save(figure, directory, name):
+    """DIR/figures/NAME.png and NAME.svg: the same table gives the same bytes."""
+    folder = Path(directory) / "figures"
+    folder.mkdir(parents=True, exist_ok=True)
+    for suffix in (".png", ".svg"):
+        save_as(figure, folder / f"{name}{suffix}")
+        freeze(figure)  # the second picture keeps the first one's layout, and saves half the time
+    plt.close(figure)
+
+
+def save_as(figure, path):
+    """One file, of the kind that its ending tells."""
+    with atomic_write(path) as partial:
+        figure.savefig(partial, metadata=METADATA[Path(path).suffix])
+
+
+def discard(directory, name):
+    """Removes what an earlier run has drawn, where this one has nothing to draw."""
+    for suffix in (".png", ".svg"):
+        (Path(directory) / "figures" / f"{name}{suffix}").unlink(missing_ok=True)
+
+
+def space(figure, **settings):
+    """Sets `wspace` or `rect` of the constrained layout."""
+    if hasattr(figure, "get_layout_engine"):
+        figure.get_layout_engine().set(**settings)
+    elif "rect" in settings:  # Matplotlib 3.5 has neither; an empty title keeps the space above
+        figure.suptitle(" ", fontsize=24)
+    else:
+        figure.set_constrained_layout_pads(**settings)
+
+
+def freeze(figure):
+    """The layout stays as it is."""
+    if hasattr(figure, "set_layout_engine"):
+        figure.set_layout_engine("none")
+    else:
+        figure.set_constrained_layout(False)
+
+
+def power_of_ten(exponent):
+    """10⁻³ as plain letters, which are set ten times faster than a formula."""
+    return "10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def number(value, digits=3):
+    """A number for reading: 0.0132, 4620, 2.17 × 10⁹."""
+    if value == 0:
+        return "0"
+    if 1e-3 <= abs(value) < 1e5:
+        return f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    power = power_of_ten(int(exponent))
+    return power if float(mantissa) == 1 else f"{mantissa} × {power}"
+
+
+def log_axis(axis):
+    """A logarithmic axis with at most nine labelled powers of ten."""
+    (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
+    axis.set_major_locator(plt.matplotlib.ticker.LogLocator(numticks=9))
+    axis.set_major_formatter(lambda value, _: power_of_ten(round(np.log10(value))))
+    axis.set_minor_locator(plt.NullLocator())
+
+
+def cost_axis(axes, costs):
+    """A logarithmic axis for costs, unless all are 0; a single 0, where the data fit exactly, is not drawn there."""
+    positive = costs[costs > 0]
+    if not len(positive):
+        axes.set_ylim(-1, 1)
+        axes.set_yticks([0])
+    elif positive.max() < 100 * positive.min():  # powers of ten alone would be too few
+        plain_log(axes.yaxis)
+    else:
+        log_axis(axes.yaxis)
+
+
+def plain_log(axis, ticks=None):
+    """A logarithmic axis whose ticks read 5, 10, 20 …; by default those of 1, 2 and 5 times a power of ten."""
+    log_axis(axis)
+    axis.set_major_locator(plt.FixedLocator(ticks) if ticks else plt.matplotlib.ticker.LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(lambda value, _: number(value, 1))
+
+
+def weight_axis(axes, weights):
+    """A logarithmic axis of prior weights with a place for w = 0; returns where each weight is drawn."""
+    positive = weights[weights > 0]
+    zero_at = positive.min() / 30
+    if axes.get_xscale() != "log":
+        log_axis(axes.xaxis)
+        axes.set_xlim(zero_at / 3, positive.max() * 3)
+        first, last = np.floor(np.log10(positive.min())), np.log10(positive.max()) + 0.5
+        exponents = np.arange(0, last, 3) if last > 6 else np.arange(first, last)
+        axes.set_xticks([zero_at, *10.0**exponents], ["0", *map(power_of_ten, exponents)])
+        axes.set_xlabel("prior weight w")
+    return np.where(weights > 0, weights, zero_at)
+
+
+def legend_above(figure, axes, columns=3):
+    """One legend for all panels, above them; none where nothing is labelled."""
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        space(figure, rect=(0, 0, 1, 1 - 0.45 / figure.get_figheight()))
+        figure.legend(handles, labels, loc="upper left", bbox_to_anchor=(0.005, 1.0), ncol=columns, fontsize=12,
+                      columnspacing=1.8, handlelength=1.8)
+
+
+def main(draw):
+    """Command line of a plot script: DIR, out/ unless given."""
+    arguments = sys.argv[1:]
+    script = Path(sys.argv[0]).name
+    if arguments in (["-h"], ["--help"]):
+        print(f"usage: {script} [DIR]\nReads DIR/csv and writes DIR/figures; DIR is out/ unless given.")
+        return
+    if len(arguments) > 1 or (arguments and arguments[0].startswith("-")):
+        print(f"{script}: expected one directory, got {' '.join(arguments)}", file=sys.stderr)
+        sys.exit(2)
+    try:
+        draw(Path(arguments[0] if arguments else "out"))
+    except (TableError, OSError) as error:
+        print(f"{script}: {error}", file=sys.stderr)
+        sys.exit(2)

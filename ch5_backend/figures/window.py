@@ -1,0 +1,43 @@
+#!/usr/bin/python3
+"""Draws a window before and after its solve, and how its cost fell: DIR/figures/window.png and .svg.
+
+usage: window.py DIR        the folder that ch5_window FILE --out DIR has filled
+
+Reads DIR/frames.csv, DIR/trace.csv and DIR/summary.csv.
+"""
+import numpy as np
+
+from . import style
+from .style import BLUE, GREY, INK, VERMILION, plt
+
+
+def draw(directory):
+    frames, trace, summary = (style.read(directory, name, folder="") for name in ("frames", "trace", "summary"))
+    summary = dict(zip(summary["key"], summary["value"]))
+    fig, (above, apart, cost) = plt.subplots(1, 3, figsize=(13.0, 4.4), layout="constrained")
+    looks = {"truth": dict(color=GREY, linewidth=5.0, alpha=0.45), "before": dict(color=VERMILION, marker="o"),
+             "after": dict(color=BLUE, marker="o")}
+    truth = frames.where(state="truth")
+    for state, look in looks.items():
+        rows = frames.where(state=state)
+        above.plot(rows["x_m"], rows["y_m"], markersize=4, label=state, **{"linewidth": 1.5, **look})
+        if state != "truth":
+            distance = np.sqrt(sum((rows[axis] - truth[axis])**2 for axis in ("x_m", "y_m", "z_m")))
+            apart.plot(rows["frame"], 100 * distance, markersize=4, **{"linewidth": 1.5, **look})
+    above.set(xlabel="x [m]", ylabel="y [m]", title=f"{summary['problem']}: frames from above")
+    above.legend(loc="best", fontsize=11)
+    apart.set(xlabel="frame", ylabel="[cm]", title="distance from the truth, not aligned")
+    apart.set_ylim(bottom=0)
+    cost.plot(trace["iteration"], trace["cost"], color=BLUE, marker="o", markersize=3.5)
+    if trace["cost"][0] > 30 * trace["cost"][-1] or not np.any(trace["cost"]):
+        style.cost_axis(cost, trace["cost"])
+    cost.set(xlabel="iteration", title="cost ½ Σ ρ(rᵀWr)")
+    cost.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
+    cost.text(0.97, 0.95, f"{style.number(trace['cost'][0], 4)} → {style.number(trace['cost'][-1], 4)}\n"
+              f"{1e3 * float(summary['seconds']):.1f} ms",
+              ha="right", va="top", transform=cost.transAxes, fontsize=11, color=INK)
+    style.save(fig, directory, "window")
+
+
+if __name__ == "__main__":
+    style.main(draw)

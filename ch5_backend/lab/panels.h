@@ -1,0 +1,31 @@
+#pragma once
+/// The lab: questions of a student who plays, answered by the course's own code.
+///
+///   lab.html#panel=solve&weight=100  ──►  Answer("panel=solve&weight=100")  ──►  {"H": …, "trace": …}  ──►  drawn
+///
+/// The same text is the state of the page, its address, the argument of the program ch5_lab and that of the function that
+/// WebAssembly exports: so a page and a terminal can be asked the same, and what the page shows is what C++ has said.
+/// Reading order: this file, query.h, scene.h, solve_panel.cc.
+
+#include <string>
+
+#include "ch5_backend/lab/json.h"
+#include "ch5_backend/lab/query.h"
+
+namespace ch5::lab {
+
+/// One of the panels below, as `panel` names it, as JSON; or {"error": "what is wrong with the query"}.
+std::string Answer(const std::string& query);
+
+/// Each panel reads its settings from the query and adds its answer to `json`, unless the query has a fault.
+
+/// The scene solved: H, S, their spectra, the trace, the costs, the trajectory, and the difference to the sparse solver.
+void SolvePanel(Query* query, Json* json);
+/// The same solve trial by trial: what the loop computes between two linearisations.
+void StepsPanel(Query* query, Json* json);
+/// Variables marginalised one after the other, and what each of them fills in.
+void MarginalizePanel(Query* query, Json* json);
+/// A simulated flight through the windows of VINS-Mono and OKVIS, image by image.
+void WindowPanel(Query* query, Json* json);
+
+}  // namespace ch5::lab

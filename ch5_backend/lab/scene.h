@@ -1,0 +1,49 @@
+#pragma once
+/// The course's scene as the lab's sliders set it, and the solver that they choose.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/lab/json.h"
+#include "ch5_backend/lab/query.h"
+#include "ch5_backend/world/simulate/mono_ba.h"
+
+namespace ch5::lab {
+
+enum class Solver { kDense, kBlocks, kSparse };
+
+struct SceneSettings {
+  MonoBaOptions scene;
+  Gauge gauge = Gauge::kPriorTwoFrames;
+  double weight = 1.0;             ///< of the prior
+  double pixel_information = 1.0;  ///< W = pixel_information·I₂
+  int outliers = 0;                ///< so many points have a wrong observation in the last frame
+  int loss = 0;                    ///< none, Huber, Cauchy or Tukey …
+  double delta = 1.0;              ///< … with this threshold [σ of an observation]
+  Damping damping = Damping::kIdentity;
+  SolveOptions options;
+  Solver solver = Solver::kDense;
+};
+
+/// Names, limits and defaults of the settings; the defaults are the course's own (studies/prior_study.h).
+SceneSettings ReadScene(Query* query);
+
+/// A scene and its graph at the start. The graph must stay where it is.
+struct SceneGraph {
+  explicit SceneGraph(const SceneSettings& settings);
+  MonoBaScene scene;
+  MonoBa ba;
+};
+
+std::unique_ptr<NormalEquations> MakeSystem(const SceneSettings& settings, Graph* graph);
+
+/// Each variable's kind ("pose", "landmark", …), number, first row in H and number of rows; fixed ones have none.
+std::vector<Json> VariablesOf(const SceneGraph& graph);
+
+/// Points and camera poses: at the truth, or at the present states.
+Json Truth(const SceneGraph& graph);
+Json Estimate(const SceneGraph& graph);
+
+}  // namespace ch5::lab

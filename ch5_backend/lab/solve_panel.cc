@@ -1,0 +1,72 @@
+#include "ch5_backend/experiments/studies/matrices.h"
+#include "ch5_backend/lab/panels.h"
+#include "ch5_backend/lab/scene.h"
+#include "ch5_backend/world/evaluate/reconstruction.h"
+
+namespace ch5::lab {
+namespace {
+
+std::vector<Json> Trace(const Summary& summary) {
+  std::vector<Json> rows;
+  for (const IterationInfo& info : summary.trace) {
+    Json row;
+    row.Add("cost", info.cost).Add("lambda", info.lambda).Add("trials", info.trials);
+    rows.push_back(row.Add("step", info.step_norm).Add("gradient", info.gradient_max));
+  }
+  return rows;
+}
+
+// ½ Σ ρ(rᵀWr) of the observations and of the priors, apart.
+void AddCosts(const Graph& graph, Json* json) {
+  double observations = 0.0, priors = 0.0;
+  for (const auto& edge : graph.Edges()) {
+    edge->ComputeResidual();
+    (edge->TypeInfo() == "EdgeSE3Prior" ? priors : observations) += 0.5 * edge->RobustChi2();
+  }
+  json->Add("observation_cost", observations).Add("prior_cost", priors);
+}
+
+// H, S and their spectra at the present states. A singular H still has its pattern, and S up to the pivot that fails.
+void AddMatrices(const SceneSettings& settings, SceneGraph* graph, Json* json) {
+  Problem problem(&graph->ba.graph);
+  problem.SetDamping(settings.damping);
+  problem.MakeHessian();
+  VecX unused;
+  problem.SolveLinearSystem(0.0, &unused);
+  const MatXX& H = problem.Hessian();
+  const MatXX& S = problem.SchurComplement();
+  json->Add("variables", VariablesOf(*graph)).Add("pose_rows", problem.GetOrdering().dim_poses);
+  json->Add("H", H).Add("S", S);
+  json->Add("spectrum_H", Eigenvalues(H)).Add("null_H", NullDimension(H));
+  if (S.size() > 0) json->Add("spectrum_S", Eigenvalues(S)).Add("null_S", NullDimension(S));
+}
+
+// How well the truth is met: as it stands, and once moved onto it by a similarity.
+void AddErrors(const SceneGraph& graph, Json* json) {
+  const Reconstruction truth = TruthOf(graph.scene), estimate = EstimateOf(graph.scene, graph.ba);
+  for (const Transform& T : estimate.frames) {
+    if (!T.p.allFinite()) return;  // Gauss-Newton accepts every finite cost
+  }
+  const Rmse as_it_stands = Compare(estimate, truth), aligned = Compare(AlignToTruth(estimate, truth), truth);
+  json->Add("rmse_position", as_it_stands.position).Add("rmse_point", as_it_stands.point);
+  json->Add("rmse_position_aligned", aligned.position).Add("rmse_point_aligned", aligned.point);
+}
+
+}  // namespace
+
+void SolvePanel(Query* query, Json* json) {
+  const SceneSettings settings = ReadScene(query);
+  if (!query->IsGood()) return;
+
+  SceneGraph graph(settings);
+  json->Add("truth", Truth(graph)).Add("start", Estimate(graph));
+  const Summary summary = Minimize(MakeSystem(settings, &graph.ba.graph).get(), settings.options);
+  json->Add("trace", Trace(summary)).Add("iterations", summary.iterations).Add("final_cost", summary.final_cost);
+  json->Add("converged", IsConverged(summary.termination)).Add("termination", ToString(summary.termination));
+  json->Add("estimate", Estimate(graph));
+  AddCosts(graph.ba.graph, json);
+  AddErrors(graph, json);
+  AddMatrices(settings, &graph, json);
+}
+
+}  // namespace ch5::lab

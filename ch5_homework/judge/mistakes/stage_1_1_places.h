@@ -1,0 +1,55 @@
+#pragma once
+/// Where MakeHessian has put what, where no typical mistake explains H.
+
+#include "ch5_backend/math/psd.h"
+#include "ch5_homework/judge/mistakes/stage_1_1.h"
+
+namespace ch5::homework::stage_1_1 {
+
+/// The places of one turn of the inner loop, and what may stand there.
+inline const Placement kPlaces[] = {[](MatXX* H, const Turn& t) {
+                                      if (!t.diagonal) Add(H, t.i, t.j, t.block);
+                                    },
+                                    [](MatXX* H, const Turn& t) {
+                                      if (!t.diagonal) Add(H, t.i, t.j, t.block.transpose());
+                                    },
+                                    [](MatXX* H, const Turn& t) {
+                                      if (!t.diagonal) Add(H, t.j, t.i, t.block);
+                                    },
+                                    [](MatXX* H, const Turn& t) {
+                                      if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
+                                    },
+                                    [](MatXX* H, const Turn& t) {
+                                      if (t.diagonal) Add(H, t.i, t.j, t.block);
+                                    }};
+
+// "2 × hessian − hessianᵀ"
+inline std::string Terms(double plain, double transposed) {
+  std::string terms;
+  for (const auto& [times, name] : {std::pair{plain, "hessian"}, std::pair{transposed, "hessianᵀ"}}) {
+    if (times == 0.0) continue;
+    terms += terms.empty() ? (times < 0.0 ? "−" : "") : (times < 0.0 ? " − " : " + ");
+    if (std::abs(times) != 1.0) terms += Number(std::abs(times)) + " × ";
+    terms += name;
+  }
+  return terms.empty() ? "0" : terms;
+}
+
+/// H as a sum of `hessian` and its transpose at both places, so many times each, by least squares; the mistake that it
+/// is, if these numbers are whole.
+inline Mistake FoundPlaces(const Graph& graph, const MatXX& got) {
+  const Eigen::Index size = got.rows();
+  MatXX basis(got.size(), 5);
+  for (int k = 0; k < 5; ++k) basis.col(k) = Assemble(graph, static_cast<int>(size), kPlaces[k]).reshaped();
+  const MatXX finite = got.array().isFinite().select(got, 0.0);
+  const VecX times =
+      (PseudoInversePsd(basis.transpose() * basis) * (basis.transpose() * finite.reshaped())).array().round();
+  const MatXX sum = (basis * times).reshaped(size, size);
+  const bool first_is_right = times[0] == 1.0 && times[1] == 0.0 && times[4] == 1.0;
+  return {first_is_right ? "1.1b" : "1.1a",
+          "added at (v_i, v_j): " + Terms(times[0], times[1]) + ", at (v_j, v_i): " + Terms(times[2], times[3]) +
+              ", on the diagonal: " + Terms(times[4], 0.0) + "; right are hessian, hessianᵀ and hessian",
+          [=] { return sum; }};
+}
+
+}  // namespace ch5::homework::stage_1_1

@@ -1,0 +1,191 @@
+#pragma once
+/// What typical mistakes in BuildSystem make of b (7b) and H (7c).
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/graph/graph.h"
+#include "ch5_backend/graph/ordering.h"
+#include "ch5_homework/judge/narrate.h"
+
+namespace ch5::homework::stage_7 {
+
+inline bool IsPose(const Vertex& vertex) { return vertex.GetRole() == Role::kPose; }
+
+/// The number of a free vertex, as BlockIndexOf has it.
+inline int NumberOf(const Vertex& vertex, const Ordering& ordering) {
+  const auto& alike = IsPose(vertex) ? ordering.poses : ordering.landmarks;
+  for (size_t k = 0; k < alike.size(); ++k) {
+    if (alike[k].get() == &vertex) return static_cast<int>(k);
+  }
+  return -1;
+}
+
+// ---- 7b -------------------------------------------------------------------------------------------------------------
+
+/// Where a student may take a vertex's rows of b to begin; negative: nowhere.
+struct Rows {
+  std::string cause;  ///< "" if it is right
+  std::function<int(const Vertex& v, int place_in_edge)> begin;
+};
+/// What may stand for Wr.
+struct Weight {
+  std::string cause;
+  std::function<VecX(const Edge& edge)> times_r;
+};
+/// What may stand for −=.
+struct Operation {
+  std::string cause;
+  double sign;
+  bool overwrites;
+};
+
+inline VecX AssembleB(const Graph& graph, int size, const Rows& rows, const Weight& weight, const Operation& how) {
+  VecX b = VecX::Zero(size);
+  for (const auto& edge : graph.Edges()) {
+    const VecX Wr = weight.times_r(*edge);
+    for (size_t i = 0; i < edge->Vertices().size(); ++i) {
+      const Vertex& v = *edge->Vertices()[i];
+      const int row = v.IsFixed() ? -1 : rows.begin(v, static_cast<int>(i));
+      if (row < 0 || row + v.LocalDimension() > size) continue;
+      auto part = b.segment(row, v.LocalDimension());
+      part =
+          (how.overwrites ? VecX(VecX::Zero(part.size())) : VecX(part)) + how.sign * edge->Jacobian(i).transpose() * Wr;
+    }
+  }
+  return b;
+}
+
+inline VecX WeightedResidual(const Edge& edge, int times_drho, bool robust) {
+  double drho;
+  MatXX W;
+  edge.RobustInfo(&drho, &W);
+  VecX Wr = (robust ? W : MatXX(edge.Information())) * edge.Residual();
+  for (int k = 0; k < times_drho; ++k) Wr *= drho;
+  return Wr;
+}
+
+inline std::vector<Rows> RowsInB(const Ordering& ordering) {
+  const auto number = [ordering](const Vertex& v) { return NumberOf(v, ordering); };
+  const auto pose_row = [ordering, number](const Vertex& v, int) {
+    const auto k = static_cast<size_t>(number(v));
+    return k < ordering.poses.size() ? ordering.poses[k]->OrderingId() : -1;
+  };
+  return {
+      {"", [](const Vertex& v, int) { return v.OrderingId(); }},
+      {"a.number stands where the vertex's first row is meant: that is OrderingId()",
+       [=](const Vertex& v, int) { return number(v); }},
+      {"PoseRow(a.number) is right for poses only: a landmark's first row is its OrderingId()", pose_row},
+      {"the vertex's number in the edge, i, stands where its first row is meant: that is OrderingId()",
+       [](const Vertex&, int i) { return i; }},
+      {"a.number × size is right for poses only: behind them stand the landmarks; the first row is OrderingId()",
+       [=](const Vertex& v, int) { return number(v) * v.LocalDimension(); }},
+      {"only the poses' rows of b are written", [](const Vertex& v, int) { return IsPose(v) ? v.OrderingId() : -1; }},
+      {"only the landmarks' rows of b are written",
+       [](const Vertex& v, int) { return IsPose(v) ? -1 : v.OrderingId(); }}};
+}
+
+inline std::vector<Mistake> MistakesInB(const Graph& graph, const Ordering& ordering) {
+  const std::vector<Rows> rows = RowsInB(ordering);
+  const std::vector<Weight> weights{
+      {"", [](const Edge& edge) { return WeightedResidual(edge, 1, false); }},
+      {"ρ' acts twice: Wr has it already", [](const Edge& edge) { return WeightedResidual(edge, 2, false); }},
+      {"the loss is forgotten: ρ' is in Wr", [](const Edge& edge) { return WeightedResidual(edge, 0, false); }},
+      {"W_ρ is for H; b takes Wr, which has ρ' in it",
+       [](const Edge& edge) { return WeightedResidual(edge, 0, true); }},
+      {"W acts twice: Wr has it already",
+       [](const Edge& edge) { return VecX(edge.Information() * WeightedResidual(edge, 1, false)); }},
+      {"W is missing: Wr, not the residual itself", [](const Edge& edge) { return VecX(edge.Residual()); }}};
+  const std::vector<Operation> operations{
+      {"", -1.0, false},
+      {"the sign: b = −Σ JᵀWr, as in HΔx = b", 1.0, false},
+      {"= stands where −= is meant: only the last edge's share is left", -1.0, true},
+      {"= stands where −= is meant, and the sign is lost", 1.0, true}};
+  std::vector<Mistake> mistakes{{"7b", "nothing is written to b", [=] { return VecX::Zero(ordering.Size()); }}};
+  for (const Operation& how : operations) {
+    for (const Weight& weight : weights) {
+      for (const Rows& row : rows) {
+        const std::string cause = !row.cause.empty() ? row.cause : (!weight.cause.empty() ? weight.cause : how.cause);
+        if (cause.empty()) continue;
+        mistakes.push_back({"7b", cause, [=, &graph] { return AssembleB(graph, ordering.Size(), row, weight, how); }});
+      }
+    }
+  }
+  return mistakes;
+}
+
+// ---- 7c -------------------------------------------------------------------------------------------------------------
+
+enum class Part { kDiagonal, kPoses, kPoseLandmark, kLandmark };  // of H_pp: the blocks (i, i), the others
+
+/// What is done with one part of H, by factor; or it is overwritten.
+struct PartWay {
+  Part part;
+  double times;
+  bool overwrites;
+};
+enum class LossWay { kRight, kForgotten, kFirstOrder };
+
+inline MatXX AssembleH(const Graph& graph, int size, const std::vector<PartWay>& ways, LossWay loss = LossWay::kRight) {
+  MatXX H = MatXX::Zero(size, size);
+  for (const auto& edge : graph.Edges()) {
+    double drho;
+    MatXX W;
+    edge->RobustInfo(&drho, &W);
+    if (loss != LossWay::kRight) W = (loss == LossWay::kFirstOrder ? drho : 1.0) * edge->Information();
+    for (size_t i = 0; i < edge->Vertices().size(); ++i) {
+      for (size_t k = 0; k < edge->Vertices().size(); ++k) {
+        const Vertex &a = *edge->Vertices()[i], &c = *edge->Vertices()[k];
+        if (a.IsFixed() || c.IsFixed()) continue;
+        Part part = IsPose(c) ? (i == k ? Part::kDiagonal : Part::kPoses) : Part::kPoseLandmark;
+        if (!IsPose(a)) part = IsPose(c) ? Part::kPoseLandmark : Part::kLandmark;
+        PartWay how{part, 1.0, false};
+        for (const PartWay& way : ways) how = way.part == part ? way : how;
+        auto block = H.block(a.OrderingId(), c.OrderingId(), a.LocalDimension(), c.LocalDimension());
+        if (how.overwrites) block.setZero();
+        block += how.times * edge->Jacobian(i).transpose() * W * edge->Jacobian(k);
+      }
+    }
+  }
+  return H;
+}
+
+inline std::vector<Mistake> MistakesInH(const Graph& graph, int size) {
+  const auto is = [&graph, size](const std::vector<PartWay>& ways, LossWay loss = LossWay::kRight) {
+    return [=, &graph] { return AssembleH(graph, size, ways, loss); };
+  };
+  const Part d = Part::kDiagonal, p = Part::kPoses, pl = Part::kPoseLandmark, l = Part::kLandmark;
+  std::vector<Mistake> mistakes{
+      {"7c", "nothing is added to H", is({{d, 0, false}, {p, 0, false}, {pl, 0, false}, {l, 0, false}})},
+      {"7c", "nothing is added to H_pp", is({{d, 0, false}, {p, 0, false}})},
+      {"7c", "nothing is added to H_pl", is({{pl, 0, false}})},
+      {"7c", "nothing is added to H_ll", is({{l, 0, false}})},
+      {"7c", "only H_pp is filled: H_pl and H_ll get their blocks too", is({{pl, 0, false}, {l, 0, false}})},
+      {"7c", "only H_ll is filled: H_pp and H_pl get their blocks too",
+       is({{d, 0, false}, {p, 0, false}, {pl, 0, false}})},
+      {"7c", "only H_pl is filled: H_pp and H_ll get their blocks too",
+       is({{d, 0, false}, {p, 0, false}, {l, 0, false}})},
+      {"7c", "the blocks of two different poses are missing in H_pp: a.number may exceed c.number",
+       is({{p, 0, false}})},
+      {"7c", "the diagonal blocks of H_pp are missing: a.number may equal c.number", is({{d, 0, false}})},
+      {"7c", "= stands where += is meant: only the last edge's share is left",
+       is({{d, 1, true}, {p, 1, true}, {pl, 1, true}, {l, 1, true}})},
+      {"7c", "= stands where += is meant in H_pp", is({{d, 1, true}, {p, 1, true}})},
+      {"7c", "= stands where += is meant in H_pl", is({{pl, 1, true}})},
+      {"7c", "= stands where += is meant in H_ll", is({{l, 1, true}})},
+      {"7c", "the blocks are subtracted: H = +JᵀW_ρJ, it is b that has the minus",
+       is({{d, -1, false}, {p, -1, false}, {pl, -1, false}, {l, -1, false}})},
+      {"7c", "the loss is forgotten: `block` has W_ρ in it", is({}, LossWay::kForgotten)},
+      {"7c", "ρ'W stands where W_ρ is meant: `block` has W_ρ in it", is({}, LossWay::kFirstOrder)}};
+  const std::vector<std::pair<Part, std::string>> parts{
+      {d, "the diagonal blocks of H_pp"}, {p, "the blocks of two different poses in H_pp"}, {pl, "H_pl"}, {l, "H_ll"}};
+  for (const auto& [part, name] : parts) {
+    mistakes.push_back({"7c", name + ": added twice", is({{part, 2, false}})});
+    mistakes.push_back({"7c", name + ": subtracted instead of added", is({{part, -1, false}})});
+    mistakes.push_back({"7c", name + ": = stands where += is meant", is({{part, 1, true}})});
+  }
+  return mistakes;
+}
+
+}  // namespace ch5::homework::stage_7

@@ -1,0 +1,52 @@
+# What ./course grade compiles submissions with, in its sandbox: build/…/grader has headers, a precompiled header with its
+# object, and toolchain.json with the commands; lib has the workers' archives. Nothing of it holds an answer.
+
+# Clang keeps instantiated templates in a precompiled header, which GCC does not: six times quicker. What Clang refuses is
+# given to the compiler of the project, the one that the student has used.
+find_program(CH5_CLANG NAMES clang++ clang++-19 clang++-18 clang++-17 clang++-16 clang++-15 clang++-14)
+if(NOT CH5_CLANG)
+  message(STATUS "No Clang: without ./course grade")
+  return()
+endif()
+set(grader ${PROJECT_BINARY_DIR}/grader)
+
+file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/ch5_backend/*.h)
+list(FILTER headers EXCLUDE REGEX "^ch5_backend/(experiments|lab)/")
+foreach(header IN LISTS headers ITEMS ch5_homework/judge/remote/phrases.h)
+  add_custom_command(OUTPUT ${grader}/include/${header} DEPENDS ${PROJECT_SOURCE_DIR}/${header} VERBATIM
+    COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/${header} ${grader}/include/${header})
+  list(APPEND copies ${grader}/include/${header})
+endforeach()
+
+get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+set(flags -std=c++17 -O0 -g1 -w -D_GLIBCXX_ASSERTIONS -DEIGEN_MAX_ALIGN_BYTES=32 -I${grader}/include -isystem ${eigen})
+set(phrases ${grader}/phrases.pch)
+add_custom_command(OUTPUT ${phrases} DEPENDS ${copies} VERBATIM
+  COMMAND ${CH5_CLANG} ${flags} -x c++-header ${grader}/include/ch5_homework/judge/remote/phrases.h -o ${phrases}
+          -fpch-instantiate-templates -Xclang -fmodules-codegen)
+add_custom_command(OUTPUT ${grader}/phrases.o DEPENDS ${phrases} VERBATIM
+  COMMAND ${CH5_CLANG} -O0 -c ${phrases} -o ${grader}/phrases.o)
+
+# "a;b" as "a", "b".
+function(ch5_json_words variable)
+  list(TRANSFORM ARGN PREPEND "\"" OUTPUT_VARIABLE words)
+  list(TRANSFORM words APPEND "\"")
+  list(JOIN words ", " words)
+  set(${variable} "${words}" PARENT_SCOPE)
+endfunction()
+file(REAL_PATH ${CH5_CLANG} clang)  # the sandbox has no /etc/alternatives
+file(REAL_PATH ${CMAKE_CXX_COMPILER} compiler)
+ch5_json_words(quick ${clang} --driver-mode=g++ ${fast_linker} ${flags} -include-pch ${phrases})
+ch5_json_words(usual ${compiler} ${flags})
+file(CONFIGURE OUTPUT ${grader}/toolchain.json @ONLY CONTENT [=[{
+  "include": "@grader@/include",
+  "phrases": ["@grader@/phrases.pch", "@grader@/phrases.o"],
+  "compile": [[@quick@], [@usual@]],
+  "archives": "@PROJECT_BINARY_DIR@/lib",
+  "judge": "@PROJECT_BINARY_DIR@/bin/homework_judge"
+}
+]=])
+
+list(TRANSFORM names PREPEND worker_ OUTPUT_VARIABLE workers)
+list(TRANSFORM names PREPEND worker_layers_ OUTPUT_VARIABLE worker_layers)
+add_custom_target(homework_grader DEPENDS ${grader}/phrases.o ${workers} ${worker_layers} homework_judge)

@@ -1,0 +1,82 @@
+/// The worker's main: worker_NAME [--submission=NAME]. Linked as an object: a main in the student's file is a link error.
+/// Standard input has the requests and standard output takes the replies; the student's code sees neither.
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <iostream>
+
+#include "ch5_homework/judge/crash.h"
+#include "ch5_homework/judge/remote/worker.h"
+#include "ch5_homework/judge/submission.h"
+
+namespace ch5::homework {
+namespace {
+
+int requests = -1, replies = -1;
+
+// Before any of the student's constructors, which may print.
+__attribute__((constructor(101))) void MoveDescriptorsAndGreet() {
+  requests = fcntl(0, F_DUPFD_CLOEXEC, 3);
+  replies = fcntl(1, F_DUPFD_CLOEXEC, 3);
+  const int nothing = open("/dev/null", O_RDONLY);
+  dup2(nothing, 0);
+  dup2(2, 1);
+  if (nothing > 2) close(nothing);
+  WriteFrame(replies, kGreeting);
+}
+
+std::map<std::string, Handler>& Handlers() {
+  static std::map<std::string, Handler> handlers;
+  return handlers;
+}
+
+const char* function_now = "start-up";
+const char* FunctionNow() { return function_now; }
+
+// The reply: whether the function has returned, and its results or the exception's words.
+std::string Answer(const std::string& request) {
+  try {
+    Reader in(request);
+    std::string function;
+    in >> function;
+    const auto handler = Handlers().find(function);
+    if (handler == Handlers().end()) throw WireError("there is no function " + function);
+    function_now = handler->first.c_str();
+    Writer results;
+    handler->second(&in, &results);
+    std::fflush(stdout);  // what it has printed, before the judge ends this process
+    return Pack(true).Bytes() + results.Bytes();
+  } catch (const std::exception& error) {
+    return Pack(false, std::string(error.what())).Bytes();
+  } catch (...) {
+    return Pack(false, std::string("an exception that is not a std::exception")).Bytes();
+  }
+}
+
+}  // namespace
+
+bool Handle(const std::string& function, Handler handler) { return Handlers().emplace(function, handler).second; }
+
+}  // namespace ch5::homework
+
+int main(int argc, char** argv) {
+  using namespace ch5::homework;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i], submission = "--submission=";
+    if (argument.rfind(submission, 0) != 0 || !Choose(argument.substr(submission.size()))) {
+      std::cerr << argv[0] << ": unknown option or submission " << argument << "\n";
+      return 2;
+    }
+  }
+#ifndef CH5_SANITIZED  // a sanitizer tells its own crashes, and its shadow memory has no limit
+  LimitMemory();
+  TellCrashes(&FunctionNow);
+#endif
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  for (std::string request; ReadFrame(requests, &request);) {
+    if (!WriteFrame(replies, Answer(request))) break;
+  }
+  _exit(0);  // the student's destructors have nothing to say
+}

@@ -1,0 +1,97 @@
+#include "ch5_homework/judge/scenes.h"
+
+#include "ch5_backend/dense/block_diagonal.h"
+
+namespace ch5::homework {
+namespace {
+
+// Makes protected members of Problem reachable: `problem.*(&Access::b_)`.
+struct Access : Problem {
+  using Problem::b_;
+  using Problem::b_pp_schur_;
+  using Problem::Hessian_;
+};
+
+}  // namespace
+
+MatXX RandomMatrix(int rows, int columns, Random* random) {
+  MatXX A(rows, columns);
+  for (int j = 0; j < columns; ++j) {
+    for (int i = 0; i < rows; ++i) A(i, j) = random->Uniform(-1.0, 1.0);
+  }
+  return A;
+}
+
+MatXX RandomPositiveDefinite(int size, Random* random) {
+  const MatXX A = RandomMatrix(size, size, random);
+  return A * A.transpose() + MatXX::Identity(size, size);
+}
+
+std::vector<std::shared_ptr<VertexPose>> AddPoses(Graph* graph, int count) {
+  return AddVertices<VertexPose>(graph, count, [] { return std::make_shared<VertexPose>(); });
+}
+
+std::vector<std::shared_ptr<VertexInverseDepth>> AddInverseDepths(Graph* graph, int count) {
+  return AddVertices<VertexInverseDepth>(graph, count, [] { return std::make_shared<VertexInverseDepth>(0.2); });
+}
+
+std::vector<std::shared_ptr<VertexPointXYZ>> AddPoints(Graph* graph, int count) {
+  return AddVertices<VertexPointXYZ>(graph, count, [] { return std::make_shared<VertexPointXYZ>(Vec3(1, 2, 5)); });
+}
+
+System StackedNormalEquations(const Graph& graph, int size) {
+  int rows = 0;
+  for (const auto& edge : graph.Edges()) rows += edge->ResidualDimension();
+  MatXX J = MatXX::Zero(rows, size);
+  MatXX W = MatXX::Zero(rows, rows);
+  VecX weighted_residual = VecX::Zero(rows);
+
+  int row = 0;
+  for (const auto& edge : graph.Edges()) {
+    edge->ComputeResidual();
+    edge->ComputeJacobians();
+    double drho;
+    MatXX robust_information;
+    edge->RobustInfo(&drho, &robust_information);
+    const int dim = edge->ResidualDimension();
+    for (size_t i = 0; i < edge->Vertices().size(); ++i) {
+      const Vertex& vertex = *edge->Vertices()[i];
+      if (vertex.IsFixed()) continue;
+      J.block(row, vertex.OrderingId(), dim, vertex.LocalDimension()) = edge->Jacobian(i);
+    }
+    W.block(row, row, dim, dim) = robust_information;
+    weighted_residual.segment(row, dim) = drho * (edge->Information() * edge->Residual());
+    row += dim;
+  }
+  return {J.transpose() * W * J, -J.transpose() * weighted_residual};
+}
+
+System RandomSystem(const Ordering& ordering, Random* random) {
+  const int p = ordering.dim_poses, m = ordering.dim_landmarks;
+  MatXX H_mm = MatXX::Zero(m, m), H_mm_inverse = MatXX::Zero(m, m);
+  for (const auto& landmark : ordering.landmarks) {
+    const int row = landmark->OrderingId() - p, dim = landmark->LocalDimension();
+    H_mm.block(row, row, dim, dim) = RandomPositiveDefinite(dim, random);
+    BlockDiagonal inverse(dim);
+    inverse.SetInverse(0, H_mm.block(row, row, dim, dim));
+    H_mm_inverse.block(row, row, dim, dim) = inverse.Dense();
+  }
+  const MatXX H_pm = RandomMatrix(p, m, random);
+
+  // The Schur complement is positive definite by construction, and with it H.
+  System system{MatXX::Zero(p + m, p + m), RandomMatrix(p + m, 1, random)};
+  system.H.topLeftCorner(p, p) = RandomPositiveDefinite(p, random) + H_pm * H_mm_inverse * H_pm.transpose();
+  system.H.topRightCorner(p, m) = H_pm;
+  system.H.bottomLeftCorner(m, p) = H_pm.transpose();
+  system.H.bottomRightCorner(m, m) = H_mm;
+  return system;
+}
+
+void SetSystem(const System& system, Problem* problem) {
+  problem->*(&Access::Hessian_) = system.H;
+  problem->*(&Access::b_) = system.b;
+}
+
+const VecX& ReducedRightHandSide(const Problem& problem) { return problem.*(&Access::b_pp_schur_); }
+
+}  // namespace ch5::homework

@@ -1,0 +1,131 @@
+/// Stage 2: the slides' 3×3 example with its printed numbers, and the general case.
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "ch5_homework/judge/mistakes/stage_2.h"
+#include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/submission.h"
+
+namespace ch5::homework {
+namespace {
+
+using namespace stage_2;
+
+/// Variables idx … idx + dim − 1 leave H x = b.
+struct Marginalization {
+  MatXX H;
+  VecX b;
+  int idx, dim;
+
+  std::string Words() const {
+    const std::string first = std::to_string(idx), last = std::to_string(idx + dim - 1);
+    return ", marginalising " + (dim == 1 ? "variable " + first : "variables " + first + " to " + last) + " of " +
+           std::to_string(H.rows());
+  }
+};
+
+void CheckMove(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
+  ASSERT_NO_STORY(
+      {"2",
+       "H_marg after the move (the others keep their order; exchanging with the last is fine too)" + c.Words(),
+       Move(c.H, order),
+       result.H_moved,
+       VariableNames(order),
+       MoveMistakes(c.H, order, c.idx, c.dim),
+       1e-12,
+       {},
+       "2a",
+       "H_marg"});
+  ASSERT_NO_STORY({"2",
+                   "b_marg after the move" + c.Words(),
+                   MoveRows(c.b, order),
+                   result.b_moved,
+                   VariableNames(order),
+                   MoveMistakesInB(c.b, order, c.idx, c.dim),
+                   1e-12,
+                   {},
+                   "2a",
+                   "b_marg"});
+}
+
+void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
+  const Parts right(Move(c.H, order), MoveRows(c.b, order), c.dim);
+  ASSERT_NO_STORY({"2",
+                   "H_prior = A_rr − A_rm A_mm⁻¹ A_mr" + c.Words(),
+                   right.A_rr - right.A_rm * right.A_mm_inverse * right.A_mr,
+                   result.H_prior,
+                   VariableNames(order),
+                   PriorMistakes(right, c.idx),
+                   1e-9,
+                   {},
+                   "2d",
+                   "H_prior"});
+  ASSERT_NO_STORY({"2",
+                   "b_prior = b_r − A_rm A_mm⁻¹ b_m" + c.Words(),
+                   right.b_r - right.A_rm * right.A_mm_inverse * right.b_m,
+                   result.b_prior,
+                   VariableNames(order),
+                   RightHandSideMistakes(right, c.b, c.idx),
+                   1e-9,
+                   {},
+                   "2d",
+                   "b_prior"});
+}
+
+void CheckMarginalize(const MatXX& H, const VecX& b, int idx, int dim) {
+  const Marginalization c{H, b, idx, dim};
+  const MarginalizeResult result = Chosen().test_marginalize(H, b, idx, dim);
+  const int n = static_cast<int>(H.rows());
+  const Order exchanged = Exchanging(n, idx, dim);
+  const Order order = Equal(result.H_moved, Move(H, exchanged), 1e-12) ? exchanged : KeepingOrder(n, idx, dim);
+  CheckMove(c, order, result);
+  if (!::testing::Test::HasFatalFailure()) CheckPrior(c, order, result);
+}
+
+void CheckRandom(int n, int idx, int dim) {
+  Random random(Seed(100 * n + 10 * idx + dim));
+  const MatXX H = RandomPositiveDefinite(n, &random);
+  CheckMarginalize(H, RandomMatrix(n, 1, &random), idx, dim);
+}
+
+TEST(Stage2, TheSlidesExample) {
+  MatXX H(3, 3);
+  H << 100, -100, 0, -100, 100 + 100 / 9.0 + 25, -100 / 9.0, 0, -100 / 9.0, 100 / 9.0;
+  CheckMarginalize(H, VecX::Zero(3), 1, 1);
+  if (HasFatalFailure()) return;
+  // The numbers that the slides print.
+  const MarginalizeResult result = Chosen().test_marginalize(H, VecX::Zero(3), 1, 1);
+  EXPECT_NEAR(result.H_moved(2, 2), 136.111, 1e-3);
+  EXPECT_NEAR(result.H_moved(1, 2), -11.1111, 1e-4);
+  EXPECT_NEAR(result.H_prior(0, 0), 26.5306, 1e-4);
+  EXPECT_NEAR(result.H_prior(0, 1), -8.16327, 1e-5);
+  EXPECT_NEAR(result.H_prior(1, 0), -8.16327, 1e-5);
+  EXPECT_NEAR(result.H_prior(1, 1), 10.2041, 1e-4);
+}
+
+TEST(Stage2, FirstMiddleAndLastVariable) {
+  const int n = Vary(5, 9, 24);
+  for (const int idx : {1, 0, 3, n - 1}) {
+    CheckRandom(n, idx, 1);
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST(Stage2, SeveralRowsAtOnce) {
+  for (const auto& [n, idx, dim] : {std::array{4, 1, 2}, {4, 0, 2}, {8, 0, 3}, {8, 1, 3}, {8, 4, 3}, {8, 5, 3}}) {
+    CheckRandom(n, idx, dim);
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST(Stage2, APoseOutOfAWindow) {
+  const int n = Vary(20, 30, 25);
+  CheckRandom(n, 6, 6);
+  if (HasFatalFailure()) return;
+  CheckRandom(n, 0, 6);
+}
+
+}  // namespace
+}  // namespace ch5::homework

@@ -1,0 +1,133 @@
+/// Stage 4e: the covariance of another gauge, first on matrices without structure, then on whole problems, where it must
+/// be the one that is computed directly in the other gauge. stage_4.cc runs first.
+
+#include <gtest/gtest.h>
+
+#include "ch5_homework/judge/stage_4_scene.h"
+#include "ch5_homework/judge/submission.h"
+
+namespace ch5::homework {
+namespace {
+
+constexpr double kSmallestEigenvalue = 5e-9;  // of the largest one
+
+// ---- 4e, the product ------------------------------------------------------------------------------------------------
+
+TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
+  for (const int n : {3, 6, 10}) {
+    Random random(Seed(109 + static_cast<uint64_t>(n)));
+    const MatXX Q = RandomMatrix(n, n, &random), C = RandomPositiveDefinite(n, &random);
+    const MatXX M = RandomMatrix(n, n, &random).householderQr().householderQ();  // orthogonal, as every ∂θ_C/∂θ is
+    const MatXX T = Q * M, Tt = T.transpose(), MQ = M * Q;
+    const auto is = [](const MatXX& answer) { return [answer] { return answer; }; };
+    ASSERT_NO_STORY(
+        {"4",
+         "Cov_C of random " + std::to_string(n) + "×" + std::to_string(n) + " Cov, Q and ∂θ_C/∂θ",
+         T * C * Tt,
+         Chosen().gauge_freedom.transform_covariance(C, Q, M),
+         {},
+         {{"4e", "the covariance was not changed", is(C)},
+          {"4e", "the result is still zero", is(MatXX::Zero(n, n))},
+          {"4e", "Q and the motion have exchanged their places: first the motion acts, then Q, so T = Q ∂θ_C/∂θ",
+           is(MQ * C * MQ.transpose())},
+          {"4e", "the second factor is missing: the covariance is multiplied from one side only", is(T * C)},
+          {"4e", "the first factor is missing: the covariance is multiplied from one side only", is(C * Tt)},
+          {"4e", "the transpose is missing: it is T Cov Tᵀ", is(T * C * T)},
+          {"4e", "the transpose is on the wrong side: it is T Cov Tᵀ", is(Tt * C * T)},
+          {"4e", "Q is missing on the right", is(T * C * M.transpose())},
+          {"4e", "Q is missing on the left", is(M * C * Tt)},
+          {"4e", "∂θ_C/∂θ is missing on the right", is(T * C * Q.transpose())},
+          {"4e", "∂θ_C/∂θ is missing: this is Q Cov Qᵀ", is(Q * C * Q.transpose())},
+          {"4e", "Q is missing: this is only the moved covariance", is(M * C * M.transpose())},
+          {"4e", "Q is transposed", is(Q.transpose() * M * C * (Q.transpose() * M).transpose())},
+          {"4e", "∂θ_C/∂θ is transposed", is(Q * M.transpose() * C * (Q * M.transpose()).transpose())}}});
+  }
+}
+
+// The handout's example: one measurement of x2 − x1 with σ = 2.
+TEST(Stage4, TheExampleOfTheHandout) {
+  const GaugeFreedom& functions = Chosen().gauge_freedom;
+  const Vec2 U(1, 1), V(1, 0);
+  const MatXX free = (MatXX(2, 2) << 1, -1, -1, 1).finished(), fixed = (MatXX(2, 2) << 0, 0, 0, 4).finished();
+  const MatXX I = MatXX::Identity(2, 2), H = 0.25 * free;
+  ASSERT_TRUE(FreeCovariance(H, 1).isApprox(free) && FixedCovariance(H, V).isApprox(fixed)) << "the handout is wrong";
+  ASSERT_NO_STORY({"4",
+                   "the handout's free covariance, with x1 held",
+                   fixed,
+                   functions.transform_covariance(free, functions.projection(U, V), I),
+                   {"x1", "x2"},
+                   {}});
+  ASSERT_NO_STORY({"4",
+                   "the handout's fixed covariance, set free again",
+                   free,
+                   functions.transform_covariance(fixed, functions.projection(U, U), I),
+                   {"x1", "x2"},
+                   {}});
+}
+
+// ---- all together ---------------------------------------------------------------------------------------------------
+
+// A scene whose covariances can be compared to 1e-7: none of its directions is nearly as free as the gauge.
+std::unique_ptr<FreeScene> WellConditioned(GaugeGroup group, int frames, int points, uint64_t seed) {
+  const int nullity = group == GaugeGroup::kVisualInertial ? 4 : 7;
+  for (;; seed += 1000) {
+    auto scene = std::make_unique<FreeScene>(group, frames, points, seed);
+    const VecX eigenvalues = scene->Hessian().selfadjointView<Eigen::Lower>().eigenvalues();
+    if (eigenvalues(nullity) > kSmallestEigenvalue * eigenvalues(eigenvalues.size() - 1)) return scene;
+  }
+}
+
+// The free estimate is moved by g, so that it holds the gauge of the first frame; and back.
+void CheckGauges(GaugeGroup group, int frames, int points, uint64_t seed) {
+  const auto drawn = WellConditioned(group, frames, points, seed);
+  FreeScene& scene = *drawn;
+  const GaugeFreedom& functions = Chosen().gauge_freedom;
+  const Names names = RowNames(scene.vertices);
+  const std::string graph = ", " + NameOf(group) + ", " + std::to_string(frames) + " frames";
+  const MatXX H = scene.Hessian(), U = functions.null_space(scene.vertices, group);
+  ASSERT_NO_STORY({"4",
+                   "I + H U, where H U must be zero: no residual feels the world move" + graph,
+                   MatXX::Ones(U.rows(), U.cols()),
+                   MatXX::Ones(U.rows(), U.cols()) + H * U / H.cwiseAbs().maxCoeff(),
+                   names,
+                   {},
+                   1e-9,
+                   DirectionNames(group)});
+  const MatXX free = FreeCovariance(H, static_cast<int>(U.cols()));
+
+  const double yaw = 0.4 + 0.1 * static_cast<double>(frames);
+  MoveAll({1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(3, -2, 1)}, scene.vertices);
+  const MatXX V = scene.FirstFrame(group), fixed = FixedCovariance(scene.Hessian(), V);
+  const MatXX Q = functions.projection(functions.null_space(scene.vertices, group), V);
+  const MatXX motion = functions.motion_jacobian(scene.vertices, yaw);
+  ASSERT_GT((free - fixed).norm(), 0.1 * fixed.norm()) << "the scene is too easy: both gauges have one covariance";
+  ASSERT_NO_STORY({"4",
+                   "the free covariance, in the gauge of the first frame" + graph,
+                   fixed,
+                   functions.transform_covariance(free, Q, motion),
+                   names,
+                   {},
+                   1e-7});
+
+  const MatXX Q_free = functions.projection(U, U), back = functions.motion_jacobian(scene.vertices, -yaw);
+  ASSERT_NO_STORY({"4",
+                   "the covariance of the first frame's gauge, set free again" + graph,
+                   free,
+                   functions.transform_covariance(fixed, Q_free, back),
+                   names,
+                   {},
+                   1e-7});
+}
+
+TEST(Stage4, FreeAndFixedCovariancesOfACameraWithAnImuAreOne) {
+  CheckGauges(GaugeGroup::kVisualInertial, 4, 6, 113);
+  if (!HasFatalFailure()) CheckGauges(GaugeGroup::kVisualInertial, 6, 5, 127);
+}
+
+TEST(Stage4, FreeAndFixedCovariancesOfACameraAloneAreOne) {
+  CheckGauges(GaugeGroup::kMonocular, 3, 8, 131);
+  if (!HasFatalFailure()) CheckGauges(GaugeGroup::kMonocular, 5, 6, 137);
+}
+
+}  // namespace
+}  // namespace ch5::homework

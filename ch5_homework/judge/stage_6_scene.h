@@ -1,0 +1,216 @@
+#pragma once
+/// Residuals for stage 6 whose numbers are random, so that A has no structure to hide a mistake in; and the right A and
+/// b, built in another way than the homework does.
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/graph/loss.h"
+#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/submission.h"
+
+namespace ch5::homework {
+
+/// "VertexPose 3"
+inline std::string NameOf(const Vertex& vertex) { return vertex.TypeInfo() + " " + std::to_string(vertex.Id()); }
+
+/// An edge whose numbers are those of an older state until it is linearised.
+class AgedEdge {
+ public:
+  virtual ~AgedEdge() = default;
+  virtual bool IsFresh() const = 0;
+};
+template <int R, typename... V>
+class AgedRandomEdge : public RandomEdge<R, V...>, public AgedEdge {
+ public:
+  AgedRandomEdge(Random* random, std::shared_ptr<V>... vertices) : RandomEdge<R, V...>(random, std::move(vertices)...) {
+    right_r_ = this->r_;
+    this->r_ = RandomMatrix(R, 1, random);
+    for (size_t i = 0; i < sizeof...(V); ++i) {
+      right_J_.push_back(this->Jacobian(i));
+      old_J_.push_back(RandomMatrix(R, this->vertices_[i]->LocalDimension(), random));
+      SetJ(i, old_J_[i]);
+    }
+  }
+  void ComputeResidual() override { this->r_ = right_r_; }
+  void ComputeJacobians() override {
+    for (size_t i = 0; i < sizeof...(V); ++i) SetJ(i, right_J_[i]);
+  }
+  bool IsFresh() const override {
+    for (size_t i = 0; i < sizeof...(V); ++i) {
+      if (this->Jacobian(i) != right_J_[i]) return false;
+    }
+    return this->r_ == right_r_;
+  }
+
+ private:
+  void SetJ(size_t i, const MatXX& J) {
+    Eigen::Map<MatXX>(this->jacobians_[i], R, this->vertices_[i]->LocalDimension()) = J;
+  }
+  Eigen::Matrix<double, R, 1> right_r_;
+  std::vector<MatXX> right_J_, old_J_;
+};
+
+/// Three poses, a speed-bias, three depths and a fixed extrinsic; dropped are the middle pose, the speed-bias and the
+/// last depth, so that dropped and kept ids alternate and no id is a position.
+class FactorScene {
+ public:
+  enum Kind { kRobust, kNoLoss, kOneEdge };
+
+  std::vector<std::shared_ptr<Vertex>> free;  ///< in order of id
+  std::shared_ptr<Vertex> fixed;
+  std::vector<ResidualBlockInfo> factors;
+
+  explicit FactorScene(Kind kind = kRobust) {
+    Random random(Seed(67));
+    Graph* graph = &graph_;
+    const auto poses = AddPoses(graph, 4);
+    const auto speed_bias = AddVertices<VertexSpeedBias>(graph, 1, [] { return std::make_shared<VertexSpeedBias>(); });
+    const auto depths = AddInverseDepths(graph, 3);
+    for (size_t k = 0; k < poses.size(); ++k) poses[k]->Plus(RandomMatrix(6, 1, &random).data());
+    fixed = poses[3];
+    fixed->SetFixed();
+    const auto& p = poses;
+    const auto& d = depths;
+    Add<6>(&random, {1}, nullptr, p[0], p[1]);
+    if (kind == kOneEdge) return;
+    const auto cauchy = kind == kRobust ? std::make_shared<CauchyLoss>(1.0) : nullptr;
+    Add<9>(&random, {1, 2}, nullptr, p[2], speed_bias[0], p[1]);
+    Add<2>(&random, {1}, cauchy, d[0], p[1], p[2], p[3]);
+    Add<2>(&random, {3, 0}, cauchy, d[2], p[3], p[0], p[1]);  // the fixed one is not the last
+    Add<2>(&random, {1}, cauchy, p[2], d[2]);                 // its other vertices are kept
+    Add<3>(&random, {}, nullptr, p[0], d[1]);                 // drops nothing
+    Add<3>(&random, {1}, nullptr, d[1], p[1]);
+    std::sort(free.begin(), free.end(), [](const auto& a, const auto& b) { return a->Id() < b->Id(); });
+  }
+
+  std::unique_ptr<VinsTerm> Fill() const {
+    auto term = Chosen().make_vins_term();
+    for (const auto& factor : factors) term->AddResidualBlockInfo(factor);
+    return term;
+  }
+  bool IsFresh(const Edge& edge) const { return dynamic_cast<const AgedEdge&>(edge).IsFresh(); }
+
+  std::vector<std::shared_ptr<Vertex>> Dropped() const { return Select(true); }
+  std::vector<std::shared_ptr<Vertex>> Kept() const { return Select(false); }
+  int DimDropped() const { return SizeOf(Dropped()); }
+
+  /// How A and b may be put together, wrongly or (by default) rightly.
+  struct Way {
+    double diagonal = 1.0, first = 1.0, mirror = 1.0;  ///< how often a block (i, i), (i, j) and its mirror are added
+    bool last_only = false;                            ///< = for +=
+    bool transpose = true;                             ///< of the mirror
+    bool exchanged = false;                            ///< (i, j) at (j, i), its mirror at (i, j)
+    bool stops_at_fixed = false;                       ///< no pair behind a fixed vertex
+    double with_each_j = 0.0;                          ///< b's share once more for each j ≥ i
+    double with_each_i = 0.0;                          ///< of vertex j, once more for each i < j
+    MatXX (*weight_A)(const Edge& edge, double drho, const MatXX& W_rho) = nullptr;
+    MatXX (*weight_b)(const Edge& edge, double drho, const MatXX& W_rho) = nullptr;
+  };
+  MatXX MatrixA(const Way& way) const {
+    MatXX A = MatXX::Zero(SizeOf(free), SizeOf(free));
+    ForEach([&](const Edge& edge, double drho, const MatXX& W_rho) {
+      const MatXX W = way.weight_A ? way.weight_A(edge, drho, W_rho) : W_rho;
+      for (size_t i = 0; i < edge.Vertices().size(); ++i) {
+        for (size_t j = i; j < edge.Vertices().size(); ++j) {
+          if (way.stops_at_fixed && edge.Vertices()[j]->IsFixed()) break;
+          AddPair(edge, i, j, W, way, &A);
+        }
+      }
+    });
+    return A;
+  }
+  VecX VectorB(const Way& way) const {
+    VecX b = VecX::Zero(SizeOf(free));
+    ForEach([&](const Edge& edge, double drho, const MatXX& W_rho) {
+      const MatXX W = way.weight_b ? way.weight_b(edge, drho, W_rho) : MatXX(drho * edge.Information());
+      const auto& vertices = edge.Vertices();
+      const auto is_free = [](const auto& v) { return !v->IsFixed(); };
+      auto before = static_cast<double>(std::count_if(vertices.begin(), vertices.end(), is_free)), behind = 0.0;
+      for (size_t i = vertices.size(); i-- > 0;) {
+        const Vertex& v = *vertices[i];
+        if (v.IsFixed()) continue;
+        const double times = 1.0 + way.with_each_j * ++behind + way.with_each_i * --before;
+        auto rows = b.segment(RowOf(v), v.LocalDimension());
+        const VecX share = times * edge.Jacobian(i).transpose() * W * edge.Residual();
+        rows = way.last_only ? share : VecX(rows + share);
+      }
+    });
+    return b;
+  }
+
+  /// What each row of A belongs to: the dropped blocks first.
+  Names RowNames() const {
+    Ordering rows;  // only for the names
+    rows.poses = Dropped();
+    rows.landmarks = Kept();
+    return homework::RowNames(rows);
+  }
+
+ private:
+  template <int R, typename... V>
+  void Add(Random* random, std::vector<int> drop_set, std::shared_ptr<const LossFunction> loss,
+           std::shared_ptr<V>... vertices) {
+    auto edge = std::make_shared<AgedRandomEdge<R, V...>>(random, vertices...);
+    edge->SetLossFunction(std::move(loss));
+    for (const auto& vertex : edge->Vertices()) {
+      if (!vertex->IsFixed() && std::find(free.begin(), free.end(), vertex) == free.end()) free.push_back(vertex);
+    }
+    for (const int position : drop_set) dropped_.push_back(edge->Vertices()[static_cast<size_t>(position)]);
+    factors.push_back({std::move(edge), std::move(drop_set)});
+  }
+  std::vector<std::shared_ptr<Vertex>> Select(bool dropped) const {
+    std::vector<std::shared_ptr<Vertex>> selected;
+    for (const auto& vertex : free) {
+      if ((std::find(dropped_.begin(), dropped_.end(), vertex) != dropped_.end()) == dropped)
+        selected.push_back(vertex);
+    }
+    return selected;
+  }
+  static int SizeOf(const std::vector<std::shared_ptr<Vertex>>& vertices) {
+    int size = 0;
+    for (const auto& vertex : vertices) size += vertex->LocalDimension();
+    return size;
+  }
+  int RowOf(const Vertex& vertex) const {
+    int row = 0;
+    for (const auto& vertices : {Dropped(), Kept()}) {
+      for (const auto& other : vertices) {
+        if (other.get() == &vertex) return row;
+        row += other->LocalDimension();
+      }
+    }
+    return -1;
+  }
+  template <typename Do>
+  void ForEach(const Do& with) const {
+    for (const auto& factor : factors) {
+      double drho;
+      MatXX W_rho;
+      factor.edge->Linearize();
+      factor.edge->RobustInfo(&drho, &W_rho);
+      with(*factor.edge, drho, W_rho);
+    }
+  }
+  void AddPair(const Edge& edge, size_t i, size_t j, const MatXX& W, const Way& way, MatXX* A) const {
+    const Vertex *v = edge.Vertices()[i].get(), *w = edge.Vertices()[j].get();
+    if (v->IsFixed() || w->IsFixed()) return;
+    const MatXX share = edge.Jacobian(i).transpose() * W * edge.Jacobian(j);
+    if (way.exchanged && share.rows() == share.cols()) std::swap(v, w);
+    auto block = A->block(RowOf(*v), RowOf(*w), v->LocalDimension(), w->LocalDimension());
+    const MatXX first = (i == j ? way.diagonal : way.first) * share;
+    block = way.last_only ? first : MatXX(block + first);
+    if (i == j) return;
+    auto mirror = A->block(RowOf(*w), RowOf(*v), w->LocalDimension(), v->LocalDimension());
+    const MatXX mirrored =
+        way.mirror * (way.transpose || share.rows() != share.cols() ? MatXX(share.transpose()) : share);
+    mirror = way.last_only ? mirrored : MatXX(mirror + mirrored);
+  }
+
+  Graph graph_;
+  std::vector<std::shared_ptr<Vertex>> dropped_;
+};
+
+}  // namespace ch5::homework

@@ -1,0 +1,148 @@
+/// Stage 7, TODO 7a: which blocks S has. The rest of the stage is in stage_7.cc.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/stage_7_scene.h"
+
+namespace ch5::homework {
+namespace {
+
+// ---- 7a: the pattern of S ----------------------------------------------------------------------------------------
+
+using Pattern = std::set<std::pair<int, int>>;
+
+// The numbers of the free poses that edges have: of each landmark's edges together, and of each edge alone.
+struct Groups {
+  std::vector<std::vector<int>> of_landmarks, of_edges;
+
+  Groups(const Graph& graph, const Ordering& ordering) {
+    std::map<const Vertex*, std::vector<int>> seen_by;
+    for (const auto& edge : graph.Edges()) {
+      const Vertex* landmark = nullptr;
+      std::vector<int>& poses = of_edges.emplace_back();
+      for (const auto& vertex : edge->Vertices()) {
+        if (vertex->IsFixed()) continue;
+        if (vertex->GetRole() == Role::kLandmark) landmark = vertex.get();
+        const auto it = std::find(ordering.poses.begin(), ordering.poses.end(), vertex);
+        if (it != ordering.poses.end()) poses.push_back(static_cast<int>(it - ordering.poses.begin()));
+      }
+      if (landmark != nullptr) seen_by[landmark].insert(seen_by[landmark].end(), poses.begin(), poses.end());
+    }
+    for (const auto& one : seen_by) of_landmarks.push_back(one.second);
+  }
+};
+
+// All pairs (i, j) of a group that `keep` keeps.
+template <typename Keep>
+Pattern PairsOf(const std::vector<std::vector<int>>& groups, const Keep& keep) {
+  Pattern pattern;
+  for (const auto& group : groups) {
+    for (const int i : group) {
+      for (const int j : group) {
+        if (keep(i, j)) pattern.insert({i, j});
+      }
+    }
+  }
+  return pattern;
+}
+
+bool IsLower(int i, int j) { return i >= j; }
+
+// Whether the blocks are just those of some landmarks, though not of all.
+bool LandmarksLeftOut(const Pattern& got, const Groups& groups, Pattern pattern) {
+  for (const auto& group : groups.of_landmarks) {
+    const Pattern own = PairsOf({group}, IsLower);
+    if (std::includes(got.begin(), got.end(), own.begin(), own.end())) pattern.insert(own.begin(), own.end());
+  }
+  return got == pattern;
+}
+
+std::string CauseOf(const Pattern& got, const Groups& groups, int poses) {
+  const Pattern H_pp = PairsOf(groups.of_edges, IsLower);
+  const auto is_H_pp_and = [&](Pattern pattern) {
+    pattern.insert(H_pp.begin(), H_pp.end());
+    return got == pattern;
+  };
+  std::vector<int> all;
+  for (int i = 0; i < poses; ++i) all.push_back(i);
+  if (got == H_pp) return "only the blocks of H_pp are there: poses that see one landmark are not tied together";
+  if (is_H_pp_and(PairsOf({all}, IsLower))) {
+    return "S is full: only poses that see the same landmark are tied, not all poses";
+  }
+  if (is_H_pp_and(PairsOf(groups.of_landmarks, [](int i, int j) { return i <= j; }))) {
+    return "the wrong half is stored: the block's row i must not be smaller than its column j";
+  }
+  if (is_H_pp_and(PairsOf(groups.of_landmarks, [](int, int) { return true; }))) {
+    return "both halves are stored: without the condition on i and j each block comes with its mirror image";
+  }
+  const auto chain = [&](const auto& keep) {
+    std::vector<std::vector<int>> pairs;
+    for (const auto& group : groups.of_landmarks) {
+      for (size_t k = 1; k < group.size(); ++k) pairs.push_back({group[k], keep(group, k)});
+    }
+    return PairsOf(pairs, IsLower);
+  };
+  if (is_H_pp_and(chain([](const auto& group, size_t k) { return group[k - 1]; }))) {
+    return "only poses that follow one another in a landmark's list are tied; all that see it are, each with each";
+  }
+  if (is_H_pp_and(chain([](const auto& group, size_t) { return group[0]; }))) {
+    return "each pose is tied to the landmark's first pose only; all that see it are tied, each with each";
+  }
+  if (LandmarksLeftOut(got, groups, H_pp)) {
+    return "the blocks of whole landmarks are missing: the outer loop does not run over all NumLandmarks()";
+  }
+  for (const auto& block : got) {
+    if (block.first < block.second) return "a block above the diagonal is stored; only those with i ≥ j are";
+  }
+  return "none of the typical mistakes; begin with the block above";
+}
+
+std::string PatternStory(const PlainBlockSolver& solver, const Graph& graph, const std::string& scene) {
+  const Ordering& ordering = solver.GetOrdering();
+  const Groups groups(graph, ordering);
+  const auto blocks = solver.SchurPattern();
+  const Pattern got(blocks.begin(), blocks.end());
+  Pattern expected = PairsOf(groups.of_landmarks, IsLower);
+  expected.merge(PairsOf(groups.of_edges, IsLower));
+  if (got == expected) return "";
+  std::vector<std::pair<int, int>> missing, superfluous;
+  std::set_difference(expected.begin(), expected.end(), got.begin(), got.end(), std::back_inserter(missing));
+  std::set_difference(got.begin(), got.end(), expected.begin(), expected.end(), std::back_inserter(superfluous));
+  const auto& worst = missing.empty() ? superfluous[0] : missing[0];
+  std::ostringstream difference;
+  difference << got.size() << " blocks; " << (missing.empty() ? "too many: (" : "missing: (") << worst.first << ", "
+             << worst.second << "), of poses " << worst.first << " and " << worst.second;
+  return Story("7", "which blocks S has, " + scene, std::to_string(expected.size()) + " blocks (i, j), i ≥ j",
+               difference.str(), CauseOf(got, groups, static_cast<int>(ordering.poses.size())), "7a");
+}
+
+TEST(Stage7, TheBlocksOfS) {
+  for (const bool fix_one : {false, true}) {
+    Row row(fix_one);
+    const auto solver = MakeSolver(&row.graph);
+    const std::string story =
+        PatternStory(*solver, row.graph,
+                     fix_one ? "5 points and 5 poses in a row, one of them fixed" : "5 points and 5 poses in a row");
+    if (!story.empty()) FAIL() << story;
+  }
+}
+
+TEST(Stage7, TheBlocksOfSWithoutLandmarks) {
+  Random random(Seed(72));
+  Graph graph;
+  const Poses poses = AddPoses(&graph, 3);
+  for (const auto& pose : poses) AddRandomEdge<6>(&graph, &random, pose);
+  AddRandomEdge<2>(&graph, &random, poses[2], poses[0]);
+  const auto solver = MakeSolver(&graph);
+  const std::string story = PatternStory(*solver, graph, "3 poses without landmarks, an edge between the outer ones");
+  if (!story.empty()) FAIL() << story;
+}
+
+}  // namespace
+}  // namespace ch5::homework

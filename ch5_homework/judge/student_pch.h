@@ -1,0 +1,10 @@
+#pragma once
+/// What a student's file needs most, parsed once. No more: each inline function here is compiled with every file.
+#include <Eigen/Dense>
+
+#include "ch5_backend/dense/block_diagonal.h"
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/homework_missing.h"
+#include "ch5_backend/math/precompiled.h"
+#include "ch5_backend/math/psd.h"
+#include "ch5_homework/judge/compiled_products.h"

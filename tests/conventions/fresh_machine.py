@@ -1,0 +1,114 @@
+"""./course on machines that lack something, played with a PATH that holds only what such a machine has."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+from tests.conventions.project import ROOT
+
+PLAIN_TOOLS = ("sh", "dirname", "sed", "cat", "mktemp", "grep", "sort", "head", "rm", "ls", "env", "touch", "chmod")
+MISSING = "g++ cmake ninja-build ccache"  # what `run` needs and this PATH lacks
+COMMANDS = ("g++", "cmake", "ninja", "ccache")
+
+
+class FreshMachine(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.bin, self.log = Path(folder.name, "bin"), Path(folder.name, "calls")
+        self.bin.mkdir()
+        for tool in PLAIN_TOOLS:
+            (self.bin / tool).symlink_to(shutil.which(tool))
+        for needed in ("/usr/include/eigen3/Eigen/Core", "/usr/include/gtest/gtest.h",
+                       "/usr/lib/python3/dist-packages/matplotlib"):
+            if not os.path.exists(needed):
+                self.skipTest(f"{needed} is not where Debian has it")
+
+    def tool(self, name: str, script: str) -> None:
+        path = self.bin / name
+        path.write_text(f"#!/bin/sh\n{script}\n")
+        path.chmod(0o755)
+
+    def apt(self, script: str) -> None:
+        self.tool("apt-get", f'echo "apt-get $*" >> {self.log}\n{script}')
+
+    def user(self, number: int) -> None:
+        self.tool("id", f"echo {number}")
+
+    def course(self, *words, **variables):
+        return subprocess.run([ROOT / "course", *words], env={"PATH": str(self.bin), "TMPDIR": self.bin.parent, **variables},
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True)
+
+    def calls(self) -> str:
+        return self.log.read_text() if self.log.exists() else ""
+
+    def refuses(self, *words):
+        done = self.course("run", "/nowhere/a.txt")
+        self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+        for word in words:
+            self.assertIn(word, done.stderr)
+        self.assertNotIn("nowhere", done.stderr, "it must stop before the work begins")
+
+    def installing(self) -> str:
+        """A script that installs: the commands are there afterwards."""
+        made = " ".join(f'{self.bin}/{command}' for command in COMMANDS)
+        return f'case "$*" in *" install "*) touch {made} && chmod +x {made} ;; esac'
+
+    def test_without_apt_it_names_the_packages(self):
+        self.refuses("no apt-get", MISSING)
+
+    def test_the_compiler_that_cxx_names_is_installed(self):
+        for compiler, package in (("clang++-14", "clang-14"), ("clang++", "clang"), ("g++-11", "g++-11"),
+                                  ("/opt/g++-13 -m64", "g++-13")):
+            self.assertIn(f"Debian calls {package} cmake", self.course("run", "a.txt", CXX=compiler).stderr)
+
+    def test_without_root_and_sudo_it_says_what_to_run_as_root(self):
+        self.user(1000)
+        self.apt("exit 1")
+        self.refuses(f"run as root: apt-get install {MISSING}")
+        self.assertEqual(self.calls(), "")
+
+    def test_a_failing_apt_is_quoted(self):
+        self.user(0)
+        self.apt('echo "E: Unable to locate package g++"; exit 100')
+        self.refuses("could not install", "E: Unable to locate package g++", "course-apt.")
+
+    def test_an_apt_that_installs_nothing_is_noticed(self):
+        self.user(0)
+        self.apt("exit 0")
+        self.refuses("still missing after the installation", MISSING)
+
+    def test_root_installs_and_goes_on(self):
+        self.user(0)
+        self.apt(self.installing())
+        done = self.course("run", "/nowhere/a.txt")
+        self.assertIn(f"installing {MISSING} with apt-get", done.stderr)
+        self.assertIn("/nowhere/a.txt: there is no such file", done.stderr)
+        self.assertIn(f"install --no-install-recommends {MISSING}", self.calls())
+
+    def test_stale_package_lists_are_updated(self):
+        self.user(0)
+        self.apt(f'grep -q update {self.log} || exit 100\n{self.installing()}')
+        self.assertIn("there is no such file", self.course("run", "/nowhere/a.txt").stderr)
+
+    def test_a_user_installs_with_sudo(self):
+        self.user(1000)
+        self.tool("sudo", f'echo "sudo $*" >> {self.log}\n[ "$1" = -n ] && shift\nexec "$@"')
+        self.tool("true", "exit 0")
+        self.apt(self.installing())
+        self.assertIn("there is no such file", self.course("run", "/nowhere/a.txt").stderr)
+        self.assertIn("sudo env DEBIAN_FRONTEND=noninteractive apt-get", self.calls())
+
+    def test_help_and_wrong_words_install_nothing(self):
+        self.user(0)
+        self.apt(self.installing())
+        for words in (["help"], ["run", "--help"]):
+            self.assertEqual(self.course(*words).returncode, 0)
+        for words in (["frobnicate"], ["run", "--frobnicate"], ["lab", "frobnicate"], ["run", "--threads=0"]):
+            done = self.course(*words)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertNotIn("installing", done.stderr)
+        self.assertEqual(self.calls(), "")

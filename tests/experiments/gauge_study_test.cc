@@ -1,0 +1,111 @@
+// The null space of monocular bundle adjustment, and the marginalisation that keeps it.
+#include <gtest/gtest.h>
+
+#include "ch5_backend/experiments/studies/matrices.h"
+#include "ch5_backend/experiments/studies/mono_ba_study.h"
+
+namespace ch5 {
+namespace {
+
+MonoBaOptions Scene(int frames, int points) {
+  MonoBaOptions options;
+  options.frames = frames;
+  options.points = points;
+  return options;
+}
+
+// Columns: δx of a translation, a rotation about the origin, and a growth, per unit, at the states of `ba`.
+//   δp = t;   δp = ω × p, δθ = Rᵀω;   δp = p, δλ = −λ
+MatXX GaugeDirections(const MonoBa& ba) {
+  const int poses = 6 * static_cast<int>(ba.poses.size());
+  MatXX N = MatXX::Zero(poses + static_cast<int>(ba.landmarks.size()), 7);
+  for (size_t i = 0; i < ba.poses.size(); ++i) {
+    const int row = 6 * static_cast<int>(i);
+    N.block<3, 3>(row, 0).setIdentity();
+    N.block<3, 3>(row, 3) = -Hat(ba.poses[i]->p());
+    N.block<3, 3>(row + 3, 3) = ba.poses[i]->R().transpose();
+    N.block<3, 1>(row, 6) = ba.poses[i]->p();
+  }
+  for (size_t k = 0; k < ba.landmarks.size(); ++k) {
+    N(poses + static_cast<int>(k), 6) = -ba.landmarks[k]->InverseDepth();
+  }
+  return N;
+}
+
+TEST(Gauge, FreeHessianHasTheSevenKnownNullDirectionsAndNoOther) {
+  for (const auto& options : {Scene(3, 20), Scene(6, 40)}) {
+    const MonoBaScene scene = SimulateMonoBa(options);
+    MonoBa ba;
+    BuildMonoBa(scene, Gauge::kFree, 1.0, 0.0, &ba);
+    Problem problem(&ba.graph);
+    const Summary summary = problem.Solve();
+    ASSERT_TRUE(IsConverged(summary.termination)) << summary.message;
+    problem.MakeHessian();
+    const MatXX& H = problem.Hessian();
+    EXPECT_EQ(NullDimension(H), 7);
+    // Rounding: a sum of up to 80 residuals' products, each exact to 1e-16 of the greatest entry.
+    EXPECT_LT((H * GaugeDirections(ba)).cwiseAbs().maxCoeff(), 1e-12 * H.cwiseAbs().maxCoeff());
+    MonoBa free = FreeMonoBa(scene, 1.0, ba);
+    const HessianPair pair = FreeHessian(&free);
+    EXPECT_EQ(pair.H, H);
+    EXPECT_EQ(NullDimension(pair.S), 7) << "eliminating the landmarks keeps the gauge";
+  }
+}
+
+TEST(Gauge, PriorsAndFixedFramesLeaveNoNullDirection) {
+  const MonoBaScene scene = SimulateMonoBa(Scene(3, 20));
+  for (const Gauge gauge : {Gauge::kPriorMinimal, Gauge::kPriorTwoFrames, Gauge::kFixTwoFrames}) {
+    MonoBa ba;
+    BuildMonoBa(scene, gauge, 1.0, 1.0, &ba);
+    Problem problem(&ba.graph);
+    problem.MakeHessian();
+    EXPECT_EQ(NullDimension(problem.Hessian()), 0);
+  }
+}
+
+// HW6, printed on the slides.
+TEST(SlidesChain, LosesItsMiddleWithTheSlidesNumbers) {
+  const MarginalizeResult result = Problem::TestMarginalize(SlidesChain(), VecX::Zero(3), 1, 1);
+  EXPECT_NEAR(SlidesChain()(1, 1), 136.111, 1e-3);
+  EXPECT_NEAR(result.H_prior(0, 0), 26.5306, 1e-4);
+  EXPECT_NEAR(result.H_prior(0, 1), -8.16327, 1e-5);
+  EXPECT_NEAR(result.H_prior(1, 0), -8.16327, 1e-5);
+  EXPECT_NEAR(result.H_prior(1, 1), 10.2041, 1e-4);
+}
+
+TEST(MonoBaCases, EndNearerToTheTruthThanTheyBegan) {
+  for (const MonoBaCase& study : MonoBaCases()) {
+    const MonoBaScene scene = SimulateMonoBa(study.scene);
+    MonoBa ba;
+    BuildMonoBa(scene, study.gauge, study.pixel_information, study.prior_weight, &ba);
+    const Reconstruction truth = TruthOf(scene);
+    const double before = Compare(EstimateOf(scene, ba), truth).point;
+    Problem problem(&ba.graph);
+    problem.SetDamping(study.damping);
+    ASSERT_TRUE(IsConverged(problem.Solve().termination)) << study.name;
+    EXPECT_LT(Compare(AlignToTruth(EstimateOf(scene, ba), truth), truth).point, 0.05 * before) << study.name;
+  }
+}
+
+// HW7 and its trap: with the course's own draw of depths, 400 points put some behind the camera.
+TEST(MonoBaScene, KeepsEveryInitialDepthPositive) {
+  const MonoBaScene scene = SimulateMonoBa(Scene(10, 2000));
+  for (const double inverse_depth : scene.initial_inverse_depths) {
+    EXPECT_GT(inverse_depth, 0.0);
+    EXPECT_LT(1.0 / inverse_depth, 8.0 + 3.0);
+  }
+}
+
+TEST(MonoBaScene, LiesOnTheCoursesQuarterCircle) {
+  const MonoBaScene scene = SimulateMonoBa(Scene(3, 20));
+  for (int n = 0; n < 3; ++n) {
+    const double theta = n * 2.0 * M_PI / 12.0;
+    const Vec3 p(8.0 * std::cos(theta) - 8.0, 8.0 * std::sin(theta), std::sin(2.0 * theta));
+    EXPECT_LT((scene.frames[n].p - p).norm(), 1e-14);
+    EXPECT_NEAR(LogSO3(scene.frames[n].q).z(), theta, 1e-14);
+    EXPECT_EQ(scene.initial_frames[n].p, scene.frames[n].p) << "the course starts at the truth";
+  }
+}
+
+}  // namespace
+}  // namespace ch5

@@ -1,0 +1,110 @@
+"""The reports say the same in both languages, and the Chinese ones say it in Chinese."""
+
+import html
+import json
+import re
+import string
+import tempfile
+import unittest
+from collections import Counter
+from pathlib import Path
+from unittest import mock
+
+from tests.experiments import report_texts
+from ch5_backend.figures import words
+from ch5_backend.figures.words import PAGES, SENTENCES
+
+ROOT = report_texts.ROOT
+from tests.homework.untranslated import english_in
+
+MINIMIZER = ROOT / "ch5_backend" / "solve" / "minimizer.cc"
+NUMBER = re.compile(r"[+−-]?\d+(?:\.\d+)?(?: × 10)?[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]*")
+SPOKEN = re.compile(r'(?:aria-label|alt|data-labels|data-empty|data-vertices|data-scrolls)="([^"]*)"')
+SELDOM = {"lab.html", "api/index.html", "odometry_path.alone", "odometry_path.silent", "odometry_spectrum.all"}
+HALF_WIDTH = re.compile(r"[\u4e00-\u9fff][,:;?!()]|[,;?!()][\u4e00-\u9fff]")
+
+
+def without_code(page):
+    return re.sub(r"<(script|style)>.*?</\1>|src=\"data:[^\"]*\"", "", page, flags=re.S)
+
+
+def words_of(page):
+    """All that a reader sees or hears: what stands between the tags, and what is in them to be spoken or shown."""
+    page = without_code(page)
+    return html.unescape("\n".join([re.sub(r"<[^>]*>", "\n", page), *SPOKEN.findall(page)]))
+
+
+def pages_of(of):
+    """The English page and the Chinese one."""
+    with tempfile.TemporaryDirectory(prefix="ch5-report-") as folder:
+        report_texts.write_reports(Path(folder), of)
+        return [(Path(folder) / name).read_text(encoding="utf-8") for name in PAGES.values()]
+
+
+def ways_to_stop():
+    """The solver's words in the tables."""
+    return set(re.findall(r'case Termination::\w+: return "(.*)";', MINIMIZER.read_text(encoding="utf-8")))
+
+
+class Sentences(unittest.TestCase):
+    def test_no_key_stands_twice(self):
+        text = Path(words.__file__).with_name("words.json").read_text(encoding="utf-8")
+        keys = [key for key, _ in json.loads(text, object_pairs_hook=list)]
+        self.assertEqual([key for key, times in Counter(keys).items() if times > 1], [])
+
+    def test_both_languages_leave_room_for_the_same(self):
+        for key, sentence in SENTENCES.items():
+            self.assertEqual(list(sentence), list(PAGES), key)
+            rooms = [Counter(name for _, name, _, _ in string.Formatter().parse(text) if name) for text in sentence.values()]
+            self.assertEqual(*map(set, rooms), key)
+
+    def test_chinese_is_chinese(self):
+        for key, sentence in SENTENCES.items():
+            self.assertEqual(english_in(sentence["zh"]), "", key)
+            self.assertNotRegex(sentence["zh"], HALF_WIDTH, key)
+
+    def test_every_way_to_stop_has_a_sentence(self):
+        self.assertGreater(len(ways_to_stop()), 5)
+        self.assertLessEqual(ways_to_stop(), set(SENTENCES))
+
+    def test_every_sentence_is_said(self):
+        said, say = set(), words.Words.__call__
+        noted = lambda self, key, **values: said.add(key) or say(self, key, **values)
+        with mock.patch.object(words.Words, "__call__", noted):
+            for of in ("chapter", "recording"):
+                pages_of(of)
+        self.assertEqual(set(SENTENCES) - said - SELDOM - ways_to_stop(), set())
+
+
+class Reports(unittest.TestCase):
+    def are_alike(self, of):
+        english, chinese = pages_of(of)
+        for pattern in (r'id="([^"]*)"', r'href="#([^"]*)"', r'href="(?:figures|csv)/([^"]*)"', r'data-at="(\d+)"',
+                        r'data-parts="([^"]*)"', r' d="([^"]*)"', r"<(\w+)"):
+            found = [re.findall(pattern, without_code(page)) for page in (english, chinese)]
+            self.assertEqual(*found, pattern)
+        for pattern in (r"<figcaption>(.*?)</figcaption>", r"<t[dh]\b[^>]*>(.*?)</t[dh]>", r"<text[^>]*>(.*?)</text>",
+                        r"<p\b[^>]*>(.*?)</p>", r"<title>(.*?)</title>"):
+            found = [[re.sub(r"<[^>]*>", "", piece) for piece in re.findall(pattern, without_code(page), re.S)]
+                     for page in (english, chinese)]
+            self.assertEqual(*map(len, found), pattern)
+            for one, other in zip(*found):
+                self.assertEqual(*(Counter(NUMBER.findall(text)) for text in (one, other)), (one, other))
+        self.assertEqual([line for line in map(english_in, words_of(chinese).splitlines()) if line], [])
+        self.assertIn('<html lang="zh">', chinese)
+        self.assertIn('<a href="report.zh.html" lang="zh" hreflang="zh">中文</a>', english)
+        self.assertIn('<a href="report.html" lang="en" hreflang="en">English</a>', chinese)
+
+    def test_the_chapter_has_the_same_sections_figures_and_numbers(self):
+        self.are_alike("chapter")
+
+    def test_a_recording_has_the_same_figures_and_numbers(self):
+        self.are_alike("recording")
+
+    def test_what_a_reader_meets_is_looked_at(self):
+        english, _ = pages_of("chapter")
+        seen = words_of(english)
+        for part in ("Bundle adjustment", "eigenvalues of H under four gauges", "can be scrolled", "stopped by",
+                     "no edge touches both", "iteration 3", "each adds", "as SVG", "landmark 7", "prior weight w"):
+            self.assertIn(part, seen)
+        self.assertGreater(sum(bool(english_in(line)) for line in seen.splitlines()), 100)

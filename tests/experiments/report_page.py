@@ -1,0 +1,134 @@
+"""The chapter's report as its readers use it, in Chromium: by hand, by keys, by ear, on a phone, by night, offline."""
+
+import html
+import json
+import re
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+from slides import browser, npm
+from ch5_backend.figures import style
+from tests.experiments.report_texts import TABLES, write_reports
+from tests.homework.untranslated import english_in
+from ch5_backend.figures.words import PAGES
+
+PROBE = Path(__file__).with_name("report_probe.js").read_text(encoding="utf-8")
+NOTHING_FROM_OUTSIDE = ('<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; img-src data:; '
+                        'style-src \'unsafe-inline\'; script-src \'unsafe-inline\'">')
+FRAMES = """<!doctype html><meta name="color-scheme" content="light dark"><body>FRAMES<script>
+addEventListener("message", (event) => {
+  const pre = document.createElement("pre");
+  pre.textContent = event.data;
+  document.body.append(pre);
+});</script>"""
+NIGHT = "--blink-settings=preferredColorScheme=0"
+
+
+class Report(unittest.TestCase):
+    def setUp(self):
+        try:
+            browser.chromium()
+            axe = npm.installed() / "axe-core" / "axe.min.js"
+        except browser.BuildError as error:
+            if error.code != 2:  # 2: something is missing
+                raise
+            self.skipTest(str(error))
+        folder = tempfile.TemporaryDirectory(prefix="ch5-report-")
+        self.addCleanup(folder.cleanup)
+        self.out = Path(folder.name)
+        write_reports(self.out)
+        self.texts = {language: (self.out / name).read_text(encoding="utf-8") for language, name in PAGES.items()}
+        scripts = f"<script>{axe.read_text(encoding='utf-8')}</script><script>{PROBE}</script>"
+        self.probed = {language: text.replace("<head>", f"<head>{NOTHING_FROM_OUTSIDE}{scripts}", 1)
+                       for language, text in self.texts.items()}
+
+    def tried(self, *words, widths=(1000,), language="en", text=None):
+        """{width: what the probe found in a frame of this width}; a window is never narrower than 500 pixels."""
+        (self.out / "probed.html").write_text(text or self.probed[language], encoding="utf-8")
+        frames = "".join(f'<iframe src="probed.html" style="width:{width}px;height:900px;border:0"></iframe>'
+                         for width in widths)
+        (self.out / "frames.html").write_text(FRAMES.replace("FRAMES", frames), encoding="utf-8")
+        dom = browser.headless("--virtual-time-budget=60000", *words, "--dump-dom", (self.out / "frames.html").as_uri())
+        found = [json.loads(html.unescape(pre)) for pre in re.findall(r"<pre>(.*?)</pre>", dom, re.S)]
+        self.assertEqual(len(found), len(widths), dom[:2000])
+        return {one["width"]: one for one in found}
+
+    def nothing_is_at_fault(self, language):
+        """By day and by night, wide and narrow."""
+        for words, paper in (((), "rgb(255, 255, 255)"), ((NIGHT,), "rgb(23, 25, 28)")):
+            for width, found in self.tried(*words, widths=(1280, 1000, 360), language=language).items():
+                with self.subTest(width=width, paper=paper):
+                    self.assertEqual(found["faults"], [])
+                    self.assertEqual(found["paper"], paper)
+                    self.assertLessEqual(max(found["reach"], found["reachAfter"]), width, "the page scrolls sideways")
+                    self.assertLessEqual(*found["first"], "the first table scrolls sideways")
+                    self.assertEqual(found["axe"], [])
+
+    def test_nothing_is_at_fault_in_english(self):
+        self.nothing_is_at_fault("en")
+
+    def test_nothing_is_at_fault_in_chinese(self):
+        self.nothing_is_at_fault("zh")
+
+    def test_the_figures_answer_in_chinese(self):
+        found = self.tried(language="zh")[1000]
+        self.assertEqual([slider["label"] for slider in found["sliders"]], ["迭代", "先验权重", "窗口"])
+        self.assertEqual(found["sliders"][0]["seen"][2]["spoken"], "第 2 次迭代")
+        self.assertEqual(found["tapped"], "位姿 1 × 位姿 2：没有边同时连接两者，所以这个块为零。")
+        self.assertIn("S：位姿 1 × 位姿 2：没有边；20 个已消去的路标点", found["S"][5][0])
+        for words, _ in found["H"] + found["S"]:
+            self.assertEqual(english_in(words), "")
+
+    def test_sliders_step_through_the_tables(self):
+        sliders = {slider["label"]: slider["seen"] for slider in self.tried()[1000]["sliders"]}
+        self.assertEqual(list(sliders), ["Iteration", "Prior weight", "Window"])
+        trace, sweep = style.read(TABLES, "mono_ba_trace"), style.read(TABLES, "prior_sweep")
+        self.assertEqual([at["words"] for at in sliders["Iteration"]],
+                         [f"iteration {k}" for k in range(int(trace["iteration"].max()) + 1)])
+        self.assertEqual(len(sliders["Prior weight"]), len(set(sweep["weight"])))
+        self.assertGreater(len(sliders["Window"]), 50)
+        for label, seen in sliders.items():
+            self.assertEqual(len({at["words"] for at in seen}), len(seen), label)
+            for at in seen:
+                self.assertEqual(at["spoken"], at["words"])
+                self.assertEqual(len(at["rows"]), 3 if label == "Prior weight" else 2, (label, at))
+                self.assertGreaterEqual(at["curves"], 4, (label, at["words"]))
+        row = sweep.row(variant="minimal", weight=sweep["weight"].max())
+        self.assertIn(f"minimal{row['iterations']:.0f}", sliders["Prior weight"][-1]["rows"][2])
+        cost = trace.where(scene="large")["cost"][-1]
+        self.assertIn(style.number(cost, 6), sliders["Iteration"][-1]["rows"][1])
+
+    def test_every_block_tells_what_made_it(self):
+        found = self.tried()[1000]
+        edges, table = {}, style.read(TABLES, "hessian_edges").where(scene="course")
+        for edge, vertex in zip(table["edge"], table["vertex"]):
+            edges.setdefault(edge, set()).add(vertex)
+        order = style.read(TABLES, "hessian_vertices").where(scene="course")["vertex"]
+        pairs = [(i, j) for i in order for j in order]
+        self.assertEqual(len(found["H"]), len(pairs))
+        for (i, j), (words, lines) in zip(pairs, found["H"]):
+            touching = sum({i, j} <= of for of in edges.values())
+            self.assertEqual(lines, touching, words)
+            self.assertIn(f"{touching} edge" if touching else "so the block is zero", words)
+        self.assertEqual(len(found["S"]), 9)
+        for words, _ in found["S"]:
+            self.assertIn("20 eliminated landmarks", words)
+        self.assertIn("pose 1 × pose 2: no edge touches both", found["tapped"])
+        self.assertIn("no edge; 20 eliminated landmarks", found["S"][5][0])
+
+    def test_without_script_all_is_there(self):
+        plain = re.sub(r"<script>.*?</script>", "", self.texts["en"], flags=re.S)
+        self.assertNotRegex(plain, r'(src|href)="(https?:|/)|url\(|@import')
+        self.assertEqual(plain.count('<div class="control" hidden>'), 3)
+        self.assertIn("H: pose 0 × pose 0: 40 edges, each adds J_iᵀ W J_j: 0–39.", plain)
+
+    def test_what_is_wrong_is_found(self):
+        wrong = self.probed["en"].replace("<h1>", '<img src="http://localhost/a.png"><script>nonsense()</script>'
+                                    '<p style="width:2000px;color:#eee">wide</p><h1>')
+        found = self.tried(text=wrong)[1000]
+        self.assertGreater(found["reach"], 2000)
+        self.assertTrue(any("would load" in fault for fault in found["faults"]), found["faults"])
+        self.assertTrue(any("nonsense" in fault for fault in found["faults"]), found["faults"])
+        self.assertLessEqual({"image-alt", "color-contrast"}, {one["id"] for one in found["axe"]})

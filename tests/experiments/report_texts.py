@@ -1,0 +1,26 @@
+"""The reports of the chapter and of a recording in both languages, out of the tables, with white pictures."""
+
+import os
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+from ch5_backend.figures import captions, nees, odometry, page, recording, report, style
+from ch5_backend.figures.words import Words
+
+TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
+
+
+def figures_of(out):
+    say = Words("en")
+    names = [name for section in captions.sections(captions.Numbers(out), say).values() for name in section]
+    return [*names, *odometry.captions(out, say), *nees.captions(out, say)]
+
+
+def write_reports(out, of="chapter"):
+    """report.html and report.zh.html in this folder."""
+    (out / "figures").mkdir()
+    (out / "csv").symlink_to(TABLES / "csv")
+    style.plt.imsave(out / "white.png", [[[1.0] * 3] * 1600] * 800)
+    for name in figures_of(out):
+        (out / "figures" / f"{name}.png").hardlink_to(out / "white.png")
+    page.write_all(out, *{"chapter": ("title", report.body_of), "recording": ("recording.title", recording.body_of)}[of])

@@ -1,0 +1,43 @@
+# The grader's judge and workers, tested.
+# Workers for tests: of the reference and of the skeleton, file by file; of all fills; of hostile submissions.
+foreach(name IN LISTS worker_names)
+  foreach(layer IN ITEMS dense marginalize consistency window world_simulate)
+    foreach(part IN LISTS objects_${layer})
+      list(APPEND solution_${name} $<FILTER:${part},INCLUDE,/solutions/${name}[.]cc>)
+    endforeach()
+  endforeach()
+  ch5_add_worker(worker_reference_${name} ${name} ${solution_${name}})
+  ch5_add_worker(worker_skeleton_${name} ${name} $<FILTER:$<TARGET_OBJECTS:homework_skeleton>,INCLUDE,/skeleton/${name}[.]cc>)
+endforeach()
+
+add_executable(worker_fills $<TARGET_OBJECTS:fills> $<TARGET_OBJECTS:worker_main> $<TARGET_OBJECTS:wire>
+  $<TARGET_OBJECTS:window_wire> ${worker_objects})
+target_link_libraries(worker_fills PRIVATE student_flags ch5_backend ch5_warnings -s)
+set_target_properties(worker_fills PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+
+file(GLOB attacks CONFIGURE_DEPENDS attacks/*.cc)
+add_library(attacks OBJECT ${attacks})
+target_link_libraries(attacks PRIVATE student_flags)
+target_precompile_headers(attacks REUSE_FROM student_pch)
+ch5_add_worker(worker_attacks problem $<TARGET_OBJECTS:attacks>)
+
+ch5_add_python_tests(Homework judge_and_worker.py LABELS grading)
+
+add_library(wire_test OBJECT wire_test.cc)
+target_link_libraries(wire_test PRIVATE ch5_backend ch5_test_settings GTest::gtest)
+target_precompile_headers(wire_test REUSE_FROM ch5_test_pch)
+add_executable(test_wire $<TARGET_OBJECTS:wire_test> $<TARGET_OBJECTS:wire> $<TARGET_OBJECTS:window_wire>
+  $<FILTER:$<TARGET_OBJECTS:stage_tests_common>,EXCLUDE,/main[.]cc>)
+target_link_libraries(test_wire PRIVATE ch5_backend ch5_test_settings GTest::gtest GTest::gtest_main)
+set_target_properties(test_wire PROPERTIES LINKER_LANGUAGE CXX)
+gtest_discover_tests(test_wire TEST_PREFIX Homework. DISCOVERY_MODE PRE_TEST PROPERTIES LABELS grading)
+
+# Each fill that is wrong gets the same verdict of the judge as of a check; those that are right get theirs with any seed,
+# far from a tolerance.
+foreach(fills IN LISTS fill_files ITEMS blanks)
+  cmake_path(GET fills STEM name)
+  add_test(NAME Homework.JudgedFills.${name}
+    COMMAND ${ch5_python_module} tests.homework.run_fills --own --seed 1 --seed 2 --seed 3 --worker $<TARGET_FILE:worker_fills>
+            $<TARGET_FILE:homework_judge> ${fills})
+  set_tests_properties(Homework.JudgedFills.${name} PROPERTIES LABELS "grading;slow")
+endforeach()
