@@ -159,6 +159,7 @@ def make_parser(command: str) -> Parser:
     elif command == "test":
         parser.add_argument("names", nargs="*", metavar="NAME", help="only tests whose name matches this expression")
         parser.add_argument("--quick", action="store_true", help="leave out the tests labelled slow")
+        parser.add_argument("--nightly", action="store_true", help="only the tests that are slow and rarely fail, labelled nightly")
     elif command == "bench":
         parser.add_argument("names", nargs="*", metavar="NAME", help="part of a problem's name; default: all")
         parser.add_argument("--quick", action="store_true", help="three rounds and one thread at most, as far as 85 "
@@ -201,7 +202,7 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         return run(arguments)
     if command == "test":
         from .test import test
-        return test(arguments.names, arguments.quick, extra)
+        return test(arguments.names, arguments.quick, arguments.nightly, extra)
     if command == "bench":
         from .experiments.bench import bench
         arguments.names += extra

@@ -7,15 +7,19 @@ from .base.build import BUILD, CORES, build_or_fail, run_logged
 from .base.progress import Progress
 
 
-def test(names: list, quick: bool, extra: list) -> int:
-    """Runs the tests whose names match one of `names` (default: all), with `extra` words for CTest.
+def test(names: list, quick: bool, nightly: bool, extra: list) -> int:
+    """Runs the tests whose names match one of `names` (default: all but the nightly ones), with `extra` words for CTest.
 
     Prints what failed and CTest's closing lines. Returns 0 if all passed, else 1.
     """
     build_or_fail()
     command = ["ctest", "--test-dir", str(BUILD), "-j", str(CORES), "--output-on-failure", "--no-tests=error"]
-    command += ["-LE", "slow"] if quick else []
-    command += ["-R", "|".join(names)] if names else []
+    if names:
+        command += ["-R", "|".join(names)]
+    if nightly:
+        command += ["-L", "nightly"]
+    elif quick or not names:
+        command += ["-LE", "slow|nightly" if quick else "nightly"]
     failed = []
     with Progress("test") as progress:
         def step(line: str) -> None:
