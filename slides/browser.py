@@ -50,6 +50,13 @@ def chromium():
     raise BuildError("a PDF needs Chromium; Debian: apt-get install chromium; with --html there is none")
 
 
+def chromedriver():
+    """The path of the program by which Selenium drives Chromium."""
+    if path := shutil.which("chromedriver"):
+        return path
+    raise BuildError("a page is driven with chromedriver, which is missing")
+
+
 # A page is drawn alike in every container, as every user.
 HEADLESS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
             "--force-color-profile=srgb")

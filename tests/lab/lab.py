@@ -9,7 +9,9 @@ import sys
 import unittest
 from pathlib import Path
 
-from tests.lab.devtools import ROOT, Page, browser, modules
+from slides import browser, npm
+
+ROOT = Path(__file__).resolve().parents[2]
 
 PAGE = Path(os.environ.get("CH5_LAB_PAGE", ROOT / "out" / "lab.html"))
 BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
@@ -102,13 +104,13 @@ def differences(a, b, path="", scales=LENGTHS):
 
 class Lab(unittest.TestCase):
     def setUp(self):
-        try:
-            browser.chromium()
-        except browser.BuildError as missing:
-            self.skipTest(str(missing))
         if not PAGE.exists():
             self.skipTest("there is no lab.html: emscripten is not installed")
-        self.page = Page().__enter__()
+        try:
+            from tests.lab.page import Page
+            self.page = Page()
+        except (ImportError, browser.BuildError) as missing:
+            self.skipTest(f"{missing}; Debian: apt-get install python3-selenium chromium-driver")
         self.addCleanup(self.page.__exit__)
 
     def open(self, state="", **search):
@@ -119,7 +121,7 @@ class Lab(unittest.TestCase):
         return self.page.evaluate("location.hash.slice(1)")
 
     def tearDown(self):
-        self.assertEqual(self.page.complaints, [])
+        self.assertEqual(self.page.complaints(), [])
 
     def compare(self, queries, program):
         self.open()
@@ -177,7 +179,7 @@ class Lab(unittest.TestCase):
 
     def test_axe_finds_nothing(self):
         try:
-            axe = (modules.installed() / "axe-core" / "axe.min.js").read_text(encoding="utf-8")
+            axe = (npm.installed() / "axe-core" / "axe.min.js").read_text(encoding="utf-8")
         except browser.BuildError as error:
             if error.code != 2:  # 2: something is missing
                 raise
@@ -288,6 +290,7 @@ class Lab(unittest.TestCase):
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--images"]:  # FOLDER: each panel, light and dark, wide and narrow, in both languages
+        from tests.lab.page import Page
         with Page() as shown:
             for one in PANELS:
                 for word, wide, is_dark in (("en", 1280, False), ("zh", 1280, True), ("zh", 390, False), ("en", 390, True)):

@@ -1,4 +1,4 @@
-// Blocks of H⁻¹ by hand; many more, against the dense inverse, are in ../g2o/covariance_rows.cc.
+// Blocks of H⁻¹ by hand; many more, against the dense inverse, are in ../g2o/covariance_conformance_test.cc.
 #include "ch5_backend/sparse/covariance.h"
 
 #include <gtest/gtest.h>

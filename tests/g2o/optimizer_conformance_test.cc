@@ -1,21 +1,21 @@
 // What g2o promises of SparseOptimizer and its graph. The rows and where they are tested:
 //
-//   G1   H Δx = b with b = −JᵀΩe                  solve/normal_equations.h     system_rows.cc
-//   G2   initializeOptimization, levels           graph/ordering.h             graph_rows.cc, optimizer_rows.cc
-//   G3   the index mapping, in order of ids       graph/ordering.h             graph_rows.cc, system_rows.cc
-//   G4   no edge between landmarks                sparse/structure.h      system_rows.cc
-//   G5   numeric Jacobians                        graph/edge.h                 system_rows.cc
-//   G6   robust kernels                           graph/loss.h                 system_rows.cc, ../pose_graph
-//   G7   Levenberg–Marquardt                      solve/step_strategy.h         algorithm_rows.cc, system_rows.cc
-//   G8   Dogleg                                   solve/step_strategy.h         algorithm_rows.cc
-//   G9   the terminate action                     solve/minimizer.h            optimizer_rows.cc
-//   G10  what optimize returns                    sparse/sparse_optimizer.h     optimizer_rows.cc
-//   G11  computeMarginals, the true ones          sparse/covariance.h           covariance_rows.cc
-//   G12  push, pop, clear, gauge …                graph/graph.h                graph_rows.cc, optimizer_rows.cc
-//   G13  all linear solvers give the same x       linear/reduced_solver.h       system_rows.cc
-//   G14  what a graph refuses                     graph/graph.h                graph_rows.cc
-//   G15  .g2o files, the choice in three steps    world/files/g2o_file.h             optimizer_rows.cc, ../pose_graph
-//        buildStructure, setLambda, saveHessian   sparse/sparse_solver.h, octave.h                system_rows.cc
+//   G1   H Δx = b with b = −JᵀΩe                  solve/normal_equations.h     system_conformance_test.cc
+//   G2   initializeOptimization, levels           graph/ordering.h             graph_conformance_test.cc, optimizer_conformance_test.cc
+//   G3   the index mapping, in order of ids       graph/ordering.h             graph_conformance_test.cc, system_conformance_test.cc
+//   G4   no edge between landmarks                sparse/structure.h      system_conformance_test.cc
+//   G5   numeric Jacobians                        graph/edge.h                 system_conformance_test.cc
+//   G6   robust kernels                           graph/loss.h                 system_conformance_test.cc, ../pose_graph
+//   G7   Levenberg–Marquardt                      solve/step_strategy.h         algorithm_conformance_test.cc, system_conformance_test.cc
+//   G8   Dogleg                                   solve/step_strategy.h         algorithm_conformance_test.cc
+//   G9   the terminate action                     solve/minimizer.h            optimizer_conformance_test.cc
+//   G10  what optimize returns                    sparse/sparse_optimizer.h     optimizer_conformance_test.cc
+//   G11  computeMarginals, the true ones          sparse/covariance.h           covariance_conformance_test.cc
+//   G12  push, pop, clear, gauge …                graph/graph.h                graph_conformance_test.cc, optimizer_conformance_test.cc
+//   G13  all linear solvers give the same x       linear/reduced_solver.h       system_conformance_test.cc
+//   G14  what a graph refuses                     graph/graph.h                graph_conformance_test.cc
+//   G15  .g2o files, the choice in three steps    world/files/g2o_file.h             optimizer_conformance_test.cc, ../pose_graph
+//        buildStructure, setLambda, saveHessian   sparse/sparse_solver.h                system_conformance_test.cc
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -1,4 +1,4 @@
-// What g2o promises of its BlockSolver: H and b, their structure, damping, the file of H. optimizer_rows.cc lists all rows.
+// What g2o promises of its BlockSolver: H and b, their structure, damping, the file of H. optimizer_conformance_test.cc lists all rows.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>

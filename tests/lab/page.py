@@ -1,0 +1,80 @@
+"""A page in Chromium, driven by Selenium: real time, real keys and clicks, and what its console says."""
+
+import base64
+from pathlib import Path
+
+from selenium import webdriver
+from selenium.webdriver import ActionChains, Keys
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+
+from slides import browser
+
+KEYS = {"Enter": Keys.ENTER, "ArrowRight": Keys.ARROW_RIGHT, "ArrowLeft": Keys.ARROW_LEFT, "Tab": Keys.TAB}
+
+
+class PageError(Exception):
+    pass
+
+
+class Page:
+    """One page in a Chromium of its own; use as a context. Raises browser.BuildError where Chromium or its driver is missing."""
+
+    def __init__(self, width=1280, height=900):
+        options = webdriver.ChromeOptions()
+        options.binary_location = browser.chromium()
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        for word in browser.HEADLESS:
+            options.add_argument(word)
+        self.driver = webdriver.Chrome(options=options, service=Service(browser.chromedriver()))
+        self.show_as(width, height)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.driver.quit()
+
+    def complaints(self):
+        """The console's errors and warnings since the last call."""
+        return [entry["message"] for entry in self.driver.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]
+
+    def show_as(self, width, height, dark=False):
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": height, "deviceScaleFactor": 1,
+                                                                           "mobile": width < 700})
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [
+            {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
+
+    def open(self, address, ready="document.readyState === 'complete'"):
+        """Loads an address anew, and waits for an expression to hold (or for the promise that it is)."""
+        self.driver.get("about:blank")
+        self.driver.get(address)
+        self.evaluate(f"new Promise(done => {{ const look = async () => {{ try {{ if (await ({ready})) return done(); }} "
+                      "catch {} setTimeout(look, 20); }; look(); })")
+
+    def evaluate(self, expression):
+        """The value of an expression or promise in the page; raises PageError with the page's exception."""
+        done = self.driver.execute_cdp_cmd("Runtime.evaluate", {"expression": expression, "awaitPromise": True, "returnByValue": True,
+                                                                "userGesture": True})
+        if "exceptionDetails" in done:
+            details = done["exceptionDetails"]
+            raise PageError(details.get("exception", {}).get("description", details["text"]))
+        return done["result"].get("value")
+
+    def press(self, key):
+        ActionChains(self.driver).send_keys(KEYS[key]).perform()
+
+    def click(self, selector, across=0.5, down=0.5):
+        """Clicks into an element, at a fraction of its width and height."""
+        node = self.driver.find_element(By.CSS_SELECTOR, selector)
+        self.driver.execute_script("arguments[0].scrollIntoView()", node)
+        size = node.size  # offsets count from the middle
+        ActionChains(self.driver).move_to_element_with_offset(node, (across - 0.5) * size["width"],
+                                                              (down - 0.5) * size["height"]).click().perform()
+
+    def image(self, path):
+        """The whole page as PNG."""
+        height = self.evaluate("document.documentElement.scrollHeight")
+        clip = {"x": 0, "y": 0, "width": self.evaluate("innerWidth"), "height": height, "scale": 1}
+        shot = self.driver.execute_cdp_cmd("Page.captureScreenshot", {"format": "png", "captureBeyondViewport": True, "clip": clip})
+        Path(path).write_bytes(base64.b64decode(shot["data"]))
