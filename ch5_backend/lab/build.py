@@ -38,6 +38,7 @@ def build_wasm() -> Path:
         raise CourseError("the lab needs emscripten; Debian and Ubuntu: apt-get install emscripten")
     # Another Node.js than Debian's does not look for modules where Debian puts them.
     os.environ["NODE_PATH"] = os.pathsep.join(filter(None, (os.environ.get("NODE_PATH"), "/usr/share/nodejs")))
+    os.environ.pop("PYTHONSAFEPATH", None)  # emscripten's Python imports what lies beside it
     eigen = next(Path(folder) for folder in ("/usr/share", "/usr/local/share") if Path(folder, "eigen3/cmake").exists())
     commands = [["emcmake", "cmake", "--preset", "release", "-B", str(WASM), "-DBUILD_TESTING=OFF", "-DCH5_WERROR=OFF",
                  f"-DEigen3_DIR={eigen / 'eigen3/cmake'}"],

@@ -48,6 +48,7 @@ def native(query, program=PROGRAM):
 def build_twin():
     """ch5_lab, native, with the arithmetic of WebAssembly."""
     folder = BUILD / "lab_twin"
+    os.environ.pop("PYTHONSAFEPATH", None)  # as in ch5_backend/lab/build.py
     for command in (["cmake", "-G", "Ninja", "-S", Path(__file__).with_name("twin"), "-B", folder],
                     ["cmake", "--build", folder, "--target", "ch5_lab"]):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
