@@ -36,7 +36,7 @@ void Problem::MakeHessian() {
         const int index_j = v_j->OrderingId();
         const int dim_j = v_j->LocalDimension();
         if (index_j < 0) continue;
-        MatXX hessian;                                                        // what the pair adds, dim_i × dim_j
+        MatXX hessian;  // what the pair adds, dim_i × dim_j
         hessian = edge->Jacobian(i).transpose() * W_rho * edge->Jacobian(j);  // J_iᵀ W_ρ J_j
 
         // TODO:: home work 1.1a. Add `hessian` to the block of H that belongs to the pair (v_i, v_j).
@@ -81,7 +81,7 @@ bool Problem::SolveLinearSystem(double lambda, VecX* delta_x) {
   }
 
   // Step 2: the Schur complement, a system of the poses alone.
-  MatXX tempH;            // p × m
+  MatXX tempH;  // p × m
   tempH = Hpm * Hmm_inv;  // H_pm H_mm⁻¹
   // TODO:: home work 1.2b. H_pp − H_pm H_mm⁻¹ H_mp and b_p − H_pm H_mm⁻¹ b_m.
   // H_pp_schur_ = H.block(?, ?, ?, ?) - tempH * Hmp;

@@ -90,8 +90,8 @@ class TableOfFigures(PlotsTest):
         names = [one.name for one in figure_sets.SETS]
         self.assertEqual(len(set(names)), len(names))
         for one in figure_sets.SETS:
-            script = one.drawn_by.split()[0]
-            self.assertTrue((ROOT / script).exists(), script)
+            module = one.drawn_by.split()[0]
+            self.assertTrue((ROOT / (module.replace(".", "/") + ".py")).exists(), module)
             self.assertLessEqual(set(one.beside.split()), set(names))
             self.assertTrue(one.made_by or one.beside or not one.tables, one.name)
             program = (one.made_by or "course").split()[0]
