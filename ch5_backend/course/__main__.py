@@ -113,9 +113,6 @@ def add_run_options(parser: Parser) -> None:
     parser.add_argument("--solver", type=word_option("--solver", SOLVERS, f"one of {', '.join(SOLVERS)}"),
                         metavar="NAME", help=f"of the cameras' or poses' system: {', '.join(SOLVERS)}; default: "
                         "automatic, by the size and shape of the problem")
-    parser.add_argument("--precision", type=word_option("--precision", ("double", "single"), "double or single"),
-                        metavar="WORD", help="of the numbers that tie poses to landmarks: double or single, which "
-                        "takes less memory")
 
 
 def add_plots_options(parser: Parser) -> None:

@@ -11,16 +11,13 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_bal FILE --out DIR [--iterations N] [--threads N] [--huber PIXELS] [--solver NAME]\n"
-    "               [--precision WORD]\n"
     "Solves the bundle adjustment in FILE (BAL text) and writes into DIR: the result as BAL and PLY, the table of\n"
     "iterations, a summary, and what plot/bal.py draws.\n"
     "  --iterations N   at most N iterations (50)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
     "  --huber PIXELS   Huber's loss with this threshold, for data with outliers (none)\n"
     "  --solver NAME    of the cameras' system: dense, sparse or pcg form it, implicit-pcg and power-series do not;\n"
-    "                   automatic (the default) is power-series for more than 400 cameras\n"
-    "  --precision WORD single: cameras and points are tied by numbers of 4 bytes, in less memory, where the cameras'\n"
-    "                   system is formed; the optimum stays (double)\n";
+    "                   automatic (the default) is power-series for more than 400 cameras\n";
 
 void Run(const ch5::FileCommand& command) {
   const std::string name = command.Name();

@@ -13,14 +13,13 @@ namespace {
 using namespace ch5;
 
 constexpr char kUsage[] =
-    "usage: ch5_window FILE --out DIR [--iterations N] [--threads N] [--solver NAME] [--precision WORD]\n"
+    "usage: ch5_window FILE --out DIR [--iterations N] [--threads N] [--solver NAME]\n"
     "Solves the window of a visual-inertial estimator in FILE (VIOWIN text) and writes into DIR: its frames before "
     "and\n"
     "after, the table of iterations, a summary, and what plot/window.py draws.\n"
     "  --iterations N   at most N iterations (50)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
-    "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n"
-    "  --precision WORD single: poses and landmarks are tied by numbers of 4 bytes; the optimum stays (double)\n";
+    "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n";
 
 std::vector<StampedState> StatesOf(const WindowDump& dump, const WindowGraph& window) {
   std::vector<StampedState> states = dump.frames;

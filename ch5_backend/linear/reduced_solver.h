@@ -13,7 +13,7 @@ namespace ch5 {
 /// kAutomatic, in three steps: a power series for more than 400 poses that only landmarks connect; otherwise dense for
 /// up to 100 unknowns, or where S has more than 70 % of its blocks; otherwise sparse, unless that takes more than half
 /// of the dense one's multiplications. (A window's speeds and biases are a chain: with them half of S is empty.)
-/// The last two types never form S, see sparse/implicit_solver.h.
+/// The last two types never form S, see sparse/steps/implicit_solver.h.
 enum class ReducedSolverType { kAutomatic, kDenseCholesky, kSparseCholesky, kPcg, kImplicitPcg, kPowerSeries };
 
 /// The types by name, in the order above: "automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series".

@@ -4,7 +4,7 @@
 ///
 /// A kernel is a struct with its signature and one body:
 ///
-///   template <int P, int L, typename Scalar>     // sizes of a block, or Eigen::Dynamic: read at run time
+///   template <int P, int L>     // sizes of a block, or Eigen::Dynamic: read at run time
 ///   struct Scale {
 ///     using Signature = void(const double* block, double* out);
 ///     template <SimdLevel kSimd>
@@ -21,10 +21,9 @@
 
 namespace ch5 {
 
-/// Which sizes a kernel is wanted for: P×L, the numbers stored as double or as float.
+/// Which sizes a kernel is wanted for: P×L.
 struct BlockSizes {
   int rows = Eigen::Dynamic, columns = Eigen::Dynamic;
-  bool single_precision = false;
 
   /// Whether there is code for just these.
   constexpr bool AreFixed() const {
@@ -55,18 +54,23 @@ auto Dispatch() {
   return KernelCopies<Kernel, typename Kernel::Signature>::ForThisProcessor();
 }
 
-/// The copy for these sizes and this processor; any sizes are served, other than the fixed ones by Eigen::Dynamic and in
-/// double precision.
-template <template <int P, int L, typename Scalar> class Kernel>
+/// The copy for these sizes and this processor; any sizes are served, other than the fixed ones by Eigen::Dynamic.
+template <template <int P, int L> class Kernel>
 auto Dispatch(const BlockSizes& sizes) {
-  const bool is_float = sizes.single_precision;
-  if (sizes.rows == 6 && sizes.columns == 1)
-    return is_float ? Dispatch<Kernel<6, 1, float>>() : Dispatch<Kernel<6, 1, double>>();
-  if (sizes.rows == 6 && sizes.columns == 3)
-    return is_float ? Dispatch<Kernel<6, 3, float>>() : Dispatch<Kernel<6, 3, double>>();
-  if (sizes.rows == 9 && sizes.columns == 3)
-    return is_float ? Dispatch<Kernel<9, 3, float>>() : Dispatch<Kernel<9, 3, double>>();
-  return Dispatch<Kernel<Eigen::Dynamic, Eigen::Dynamic, double>>();
+  if (sizes.rows == 6 && sizes.columns == 1) return Dispatch<Kernel<6, 1>>();
+  if (sizes.rows == 6 && sizes.columns == 3) return Dispatch<Kernel<6, 3>>();
+  if (sizes.rows == 9 && sizes.columns == 3) return Dispatch<Kernel<9, 3>>();
+  return Dispatch<Kernel<Eigen::Dynamic, Eigen::Dynamic>>();
 }
+
+namespace kernels {
+
+/// A size that is a constant where it is known at compile time.
+template <int N>
+CH5_INLINE constexpr int Pick(int size) {
+  return N == Eigen::Dynamic ? size : N;
+}
+
+}  // namespace kernels
 
 }  // namespace ch5

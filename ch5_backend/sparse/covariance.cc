@@ -90,7 +90,7 @@ std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex
   for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
     const int p = s.slot_pose[slot];
     influences.push_back(
-        {p, -solver_.GetLinearized().H_pl.Block(s.slot_block[slot], s.pose_dim[p], dim) * H_ll_inverse});
+        {p, -solver_.GetLinearized().Coupling(s, slot) * H_ll_inverse});
   }
   return influences;
 }

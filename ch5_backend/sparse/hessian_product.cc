@@ -1,35 +1,45 @@
 #include "ch5_backend/sparse/hessian_product.h"
 
-#include "ch5_backend/sparse/kernels/landmark.h"
-
 namespace ch5 {
 namespace {
 
 constexpr int kLandmarks = 64;  // a task's
 
-template <int P, int L, typename Scalar>
+// (H v)_j += Σ_l H_jl v_l
+template <int P, int L>
 struct PoseRow {
   using Signature = void(const Structure&, const Linearized&, int j, const double* v, double* product);
   template <SimdLevel>
   static CH5_INLINE void Run(const Structure& s, const Linearized& y, int j, const double* v, double* product) {
-    kernels::LandmarkKernels<P, L, Scalar>::MultiplyPose(s, y, j, v, product);
+    const int dim = kernels::Pick<P>(s.pose_dim[j]);
+    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
+      const int slot = s.pose_slots[k], l = s.slot_landmark[slot];
+      const double* H_jl = y.H_pl.data() + s.slot_block[slot];
+      for (int m = 0; m < kernels::Pick<L>(s.landmark_dim[l]); ++m, H_jl += dim) {
+        for (int i = 0; i < dim; ++i) product[s.pose_offset[j] + i] += H_jl[i] * v[s.landmark_offset[l] + m];
+      }
+    }
   }
 };
 
-template <int P, int L, typename Scalar>
+// (H v)_l = H_ll v_l + Σ_p H_plᵀ v_p
+template <int P, int L>
 struct LandmarkRow {
   using Signature = void(const Structure&, const Linearized&, int l, const double* v, double* product);
   template <SimdLevel>
   static CH5_INLINE void Run(const Structure& s, const Linearized& y, int l, const double* v, double* product) {
-    kernels::LandmarkKernels<P, L, Scalar>::MultiplyLandmark(s, y, l, v, product);
+    const int dim = kernels::Pick<L>(s.landmark_dim[l]);
+    double* product_l = product + s.landmark_offset[l];
+    kernels::AddSymmetric<L>(&y.H_ll[s.landmark_block[l]], v + s.landmark_offset[l], dim, product_l);
+    kernels::SumOverPoses<P, L>(y.Slots(s, l), dim, v, product_l);
   }
 };
 
 }  // namespace
 
 VecX MultiplyHessian(const Structure& s, const Linearized& y, const VecX& v, ThreadPool* pool) {
-  const auto pose_row = Dispatch<PoseRow>(y.SizesFor(s));
-  const auto landmark_row = Dispatch<LandmarkRow>(y.SizesFor(s));
+  const auto pose_row = Dispatch<PoseRow>(s.sizes);
+  const auto landmark_row = Dispatch<LandmarkRow>(s.sizes);
   VecX product = VecX::Zero(s.Size());
   y.H_pp.Multiply(v.data(), product.data());
   pool->Run(s.NumPoses(), [&](int j) { pose_row(s, y, j, v.data(), product.data()); });
@@ -58,7 +68,7 @@ MatXX DenseHessian(const Structure& s, const Linearized& y) {
     H.block(row, row, dim, dim) = Eigen::Map<const MatXX>(&y.H_ll[s.landmark_block[l]], dim, dim);
     for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
       const int pose = s.slot_pose[slot], pose_dim = s.pose_dim[pose];
-      const MatXX H_pl = y.H_pl.Block(s.slot_block[slot], pose_dim, dim);
+      const auto H_pl = y.Coupling(s, slot);
       H.block(s.pose_offset[pose], row, pose_dim, dim) = H_pl;
       H.block(row, s.pose_offset[pose], dim, pose_dim) = H_pl.transpose();
     }

@@ -1,7 +1,7 @@
 #pragma once
 /// H as a whole: products with it, its diagonal, and all of it for small problems.
 
-#include "ch5_backend/sparse/linearize.h"
+#include "ch5_backend/sparse/steps/linearize.h"
 
 namespace ch5 {
 

@@ -1,8 +1,8 @@
+#include "ch5_backend/sparse/hold_poses.h"
+
 #include <Eigen/QR>
 #include <algorithm>
 #include <stdexcept>
-
-#include "ch5_backend/sparse/linearize.h"
 
 namespace ch5 {
 namespace {
@@ -28,13 +28,11 @@ void ProjectPoseBlocks(const Structure& s, int i, const MatXX& projection, Symme
   }
 }
 
-template <typename Scalar>
-void ProjectCoupling(const Structure& s, int i, const MatXX& projection, Scalar* H_pl) {
-  using Coupling = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+void ProjectCoupling(const Structure& s, int i, const MatXX& projection, double* H_pl) {
   for (int k = s.pose_slots_begin[i]; k < s.pose_slots_begin[i + 1]; ++k) {
     const int slot = s.pose_slots[k];
-    Eigen::Map<Coupling> block(H_pl + s.slot_block[slot], s.pose_dim[i], s.landmark_dim[s.slot_landmark[slot]]);
-    block = projection.cast<Scalar>().lazyProduct(block).eval();  // small: no need of, nor to compile, float gemm
+    Eigen::Map<MatXX> block(H_pl + s.slot_block[slot], s.pose_dim[i], s.landmark_dim[s.slot_landmark[slot]]);
+    block = projection.lazyProduct(block).eval();
   }
 }
 
@@ -63,8 +61,7 @@ std::vector<HeldPose> FindHeldPoses(const Structure& s, const std::vector<HeldDi
 void HoldPoses(const Structure& s, const std::vector<HeldPose>& held, Linearized* system) {
   for (const auto& [i, projection] : held) {
     ProjectPoseBlocks(s, i, projection, &system->H_pp);
-    if (system->H_pl.single_precision) ProjectCoupling(s, i, projection, system->H_pl.Numbers<float>());
-    if (!system->H_pl.single_precision) ProjectCoupling(s, i, projection, system->H_pl.Numbers<double>());
+    ProjectCoupling(s, i, projection, system->H_pl.data());
     auto b = system->b.segment(s.pose_offset[i], s.pose_dim[i]);
     b = (projection * b).eval();
   }

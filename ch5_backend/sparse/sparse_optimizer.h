@@ -36,10 +36,8 @@ class SparseOptimizer {
   void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {}) {
     solver_.SetReducedSolver(type, options);
   }
-  /// The coupling of poses and landmarks in float; see SparseSolver::SetSinglePrecision.
-  void SetSinglePrecision(bool single_precision) { solver_.SetSinglePrecision(single_precision); }
 
-  /// Parts of vertices that stay as they are; see sparse/linearize.h.
+  /// Parts of vertices that stay as they are; see hold_poses.h.
   void Hold(std::vector<HeldDirections> held) {
     held_ = std::move(held);
     solver_.Hold(held_);

@@ -35,7 +35,6 @@ void SparseSolver::SetOrdering() {
   const bool tied_by_landmarks_alone = std::all_of(structure_.H_pp_pattern.begin(), structure_.H_pp_pattern.end(),
                                                    [](const std::vector<int>& rows) { return rows.size() == 1; });
   const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
-  linearized_.H_pl.single_precision = wants_single_precision_ && structure_.sizes.AreFixed() && !NeverForms(type);
   AssignBatch();
   FindNumericJacobians();
   linearized_.Resize(structure_);
@@ -94,11 +93,6 @@ void SparseSolver::SetReducedSolver(ReducedSolverType type, const IterativeOptio
 void SparseSolver::SetReducedSolver(std::unique_ptr<ReducedSolver> solver) {
   SetReducedSolver(ReducedSolverType::kDenseCholesky);  // any type that forms S
   reduced_solver_ = std::move(solver);
-}
-
-void SparseSolver::SetSinglePrecision(bool single_precision) {
-  if (single_precision != wants_single_precision_) is_ordered_ = false;
-  wants_single_precision_ = single_precision;
 }
 
 // ---- Linearized -------------------------------------------------------------------------------------------------

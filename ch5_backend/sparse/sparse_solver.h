@@ -15,8 +15,9 @@
 #include "ch5_backend/linear/reduced_solver.h"
 #include "ch5_backend/math/parallel.h"
 #include "ch5_backend/solve/normal_equations.h"
-#include "ch5_backend/sparse/back_substitute.h"
-#include "ch5_backend/sparse/implicit_solver.h"
+#include "ch5_backend/sparse/hold_poses.h"
+#include "ch5_backend/sparse/steps/back_substitute.h"
+#include "ch5_backend/sparse/steps/implicit_solver.h"
 
 namespace ch5 {
 
@@ -62,9 +63,6 @@ class SparseSolver : public NormalEquations {
   void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
   /// One of the caller's own; S is formed for it.
   void SetReducedSolver(std::unique_ptr<ReducedSolver> solver);
-  /// H_pl in float, the largest part of the memory, where all blocks have one of the fixed sizes and S is formed; all
-  /// else, b among it, stays in double, and so does the optimum. Takes effect at the next SetOrdering.
-  void SetSinglePrecision(bool single_precision);
   /// Products with S in the last SolveLinearSystem, if it is implicit.
   int ReducedProducts() const { return implicit_ ? implicit_->Products() : 0; }
 
@@ -84,7 +82,6 @@ class SparseSolver : public NormalEquations {
 
   ReducedSolverType reduced_type_ = ReducedSolverType::kAutomatic;
   IterativeOptions iterative_;
-  bool wants_single_precision_ = false;
   std::unique_ptr<ReducedSolver> reduced_solver_;  // this one, or
   std::unique_ptr<ImplicitSolver> implicit_;       // that one
 

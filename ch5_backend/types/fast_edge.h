@@ -5,12 +5,32 @@
 ///   class EdgeReprojection : public SizedEdge<2, …>, public FastEdge { … };
 
 #include <memory>
+#include <unordered_map>
 #include <vector>
 
 #include "ch5_backend/graph/edge.h"
-#include "ch5_backend/types/edge_batch.h"
+#include "ch5_backend/math/simd.h"
 
 namespace ch5 {
+
+/// Edges of one type side by side in memory: eight at a time are linearised in the lanes of SIMD registers, where single
+/// edges would each wait for their own place in memory. Numbers go in packs: number i of edge k of a pack lies at
+/// [kPack·i + k].
+class EdgeBatch {
+ public:
+  virtual ~EdgeBatch() = default;
+  virtual void Clear() = 0;
+  /// Copies an edge's measurement and notes its vertices, behind the edges that are there.
+  /// @param edge  of the type whose batch this is; its vertices must outlive the batch
+  virtual void Add(const Edge& edge) = 0;
+
+  /// Reads the poses' present states, with what all their edges need of them. Call it before the functions below.
+  virtual void LoadPoses() = 0;
+  /// r of edges [first, first + count), count ≤ kPack, as one pack; lanes without an edge hold copies of the last one.
+  virtual void ComputeResiduals(int first, int count, double* r) const = 0;
+  /// r, and J_0, J_1, … behind each other, each column-major: FastEdge::LinearizeInto for all edges of the pack.
+  virtual void Linearize(int first, int count, double* r, double* J) const = 0;
+};
 
 class FastEdge {
  public:
@@ -19,7 +39,7 @@ class FastEdge {
   /// r, and each J_i whose address is not null (column-major), at the present state, into the caller's memory; the edge
   /// itself is left as it is. @return false if the type does not offer it
   virtual bool LinearizeInto(double* /*r*/, double* const* /*J*/) const { return false; }
-  /// An empty batch for edges of this type (edge_batch.h), or null if there is none.
+  /// An empty batch for edges of this type, or null if there is none.
   virtual std::unique_ptr<EdgeBatch> MakeBatch() const { return nullptr; }
   /// For an edge that gets JᵀJ more cheaply than from J: the lower half of C = [J r]ᵀ[J r] at the present state, over the
   /// columns of all its vertices in their order, (n + 1)×(n + 1), column-major; r is left computed, J is not.
@@ -34,5 +54,25 @@ inline const FastEdge* AsFast(const Edge& edge) { return dynamic_cast<const Fast
 /// FastEdge::ProductsInto over some of the columns, the residual's among them, negative: C = −[J r]ᵀ[J r], lower half,
 /// column-major. @return false if the edge has no products of its own
 bool NegativeProducts(Edge* edge, const std::vector<int>& columns, double* C);
+
+/// Numbers vertices in the order in which they come.
+template <typename V>
+class VertexNumbers {
+ public:
+  void Clear() {
+    vertices_.clear();
+    number_.clear();
+  }
+  int Of(const V& vertex) {
+    const auto [it, is_new] = number_.try_emplace(&vertex, static_cast<int>(vertices_.size()));
+    if (is_new) vertices_.push_back(&vertex);
+    return it->second;
+  }
+  const std::vector<const V*>& Vertices() const { return vertices_; }
+
+ private:
+  std::vector<const V*> vertices_;
+  std::unordered_map<const V*, int> number_;
+};
 
 }  // namespace ch5

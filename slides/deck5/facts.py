@@ -4,26 +4,25 @@ NAMES = {"scene/30x1000": "scene", "window/vio_M": "window", "bal/49-7776": "bal
 PROBLEMS = tuple(NAMES)
 STEPS = ("linearize", "invert", "schur", "poses", "back", "update", "cost")
 WHOLE = ("linearize", "solve", "update", "cost")  # of a solver that is one piece
-BEST = ("sparse", "avx2", "double")
-RUNGS = {"dense": ("dense", "portable", "double"), "plain": ("plain", "portable", "double"),
-         "fixed": ("sparse", "portable", "double"), "avx2": BEST, "single": ("sparse", "avx2", "single")}
+BEST = ("sparse", "avx2")
+RUNGS = {"dense": ("dense", "portable"), "plain": ("plain", "portable"), "fixed": ("sparse", "portable"), "avx2": BEST}
 ROOFED = "bal/16-22106"
 
 
-def time_of(tables, problem, step, solver, simd, precision):
+def time_of(tables, problem, step, solver, simd):
     """Milliseconds of a step."""
-    return tables.row("speed_steps", problem=problem, step=step, solver=solver, simd=simd, precision=precision)["milliseconds"]
+    return tables.row("speed_steps", problem=problem, step=step, solver=solver, simd=simd)["milliseconds"]
 
 
-def iteration(tables, problem, solver, simd, precision):
+def iteration(tables, problem, solver, simd):
     """Milliseconds of one linearisation, one solve, one update and one cost."""
     steps = STEPS if solver == "sparse" else WHOLE
-    return sum(time_of(tables, problem, step, solver, simd, precision) for step in steps)
+    return sum(time_of(tables, problem, step, solver, simd) for step in steps)
 
 
 def ladder(tables, problem):
     """{rung: milliseconds an iteration} of the rungs that were measured."""
-    there = {(r["solver"], r["simd"], r["precision"]) for r in tables.rows("speed_steps", problem=problem)}
+    there = {(r["solver"], r["simd"]) for r in tables.rows("speed_steps", problem=problem)}
     return {name: iteration(tables, problem, *rung) for name, rung in RUNGS.items() if rung in there}
 
 
@@ -39,7 +38,7 @@ def facts(tables):
         found[f"{name}.ms"] = short(whole)
         for step in STEPS:
             found[f"{name}.{step}.share"] = f"{100 * time_of(tables, problem, step, *BEST) / whole:.0f}"
-        for a, b in (("plain", "fixed"), ("fixed", "avx2"), ("avx2", "single"), ("dense", "plain")):
+        for a, b in (("plain", "fixed"), ("fixed", "avx2"), ("dense", "plain")):
             if a in rungs and b in rungs:
                 found[f"{name}.{a}.{b}"] = short(rungs[a] / rungs[b])
         both = {r["side"]: r for r in tables.rows("speed_peers", problem=problem)}
@@ -50,7 +49,7 @@ def facts(tables):
     for r in tables.rows("speed_machine", simd="avx2", limit="read"):
         found[f"machine.read.{r['megabytes']:g}".replace("0.25", "small")] = f"{r['value']:.0f}"
     for step in ("linearize", "schur", "back"):
-        row = tables.row("speed_steps", problem=ROOFED, step=step, solver="sparse", simd="avx2", precision="double")
+        row = tables.row("speed_steps", problem=ROOFED, step=step, solver="sparse", simd="avx2")
         speed = 1e-6 * row["flop"] / row["milliseconds"]
         found |= {f"roof.{step}.flop": f"{row['flop'] / 1e6:.0f}", f"roof.{step}.intensity": f"{row['flop'] / row['bytes']:.1f}",
                   f"roof.{step}.speed": short(speed), f"roof.{step}.share": f"{100 * speed / peak:.0f}"}

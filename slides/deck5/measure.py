@@ -26,9 +26,8 @@ BIN = ROOT / "build/release/bin"
 DATA = Path(os.environ.get("CH5_DATA_DIR", ROOT.parent / "shared/data"))
 PROBLEMS = {"bal/16-22106": "bal/problem-16-22106-pre.txt", "bal/49-7776": "bal/problem-49-7776-pre.txt",
             "window/vio_M": "windows/vio_M.txt", "scene/30x1000": "scene:30x1000"}
-# (solver, CH5_SIMD, threads, precision), each one idea more than the one before; what a problem is too large for is left out.
-LADDER = (("dense", "portable", 1, "double"), ("plain", "portable", 1, "double"), ("sparse", "portable", 1, "double"),
-          ("sparse", "avx2", 1, "double"), ("sparse", "avx2", 1, "single"))
+# (solver, CH5_SIMD, threads), each one idea more than the one before; what a problem is too large for is left out.
+LADDER = (("dense", "portable", 1), ("plain", "portable", 1), ("sparse", "portable", 1), ("sparse", "avx2", 1))
 REDUCED = ("sparse", "implicit-pcg", "power-series")  # solvers for the cameras' system of the largest problem
 LARGEST = "bal/maplab-969-22767.txt"
 
@@ -47,17 +46,15 @@ def source(problem):
 
 def steps(best):
     for problem in PROBLEMS:
-        for solver, simd, threads, precision in LADDER:
+        for solver, simd, threads in LADDER:
             if solver == "dense" and problem.startswith("bal/"):
                 continue  # its H would take 36 gigabytes
-            if precision == "single" and problem.startswith("window/"):
-                continue  # blocks of several sizes
             repeat = 3 if solver != "sparse" else 9
-            for line in run(BIN / "measure_steps", source(problem), "--solver", solver, "--threads", threads, "--precision",
-                            precision, "--repeat", repeat, CH5_SIMD=simd):
+            for line in run(BIN / "measure_steps", source(problem), "--solver", solver, "--threads", threads, "--repeat",
+                            repeat, CH5_SIMD=simd):
                 if line:
                     step, time, flop, size = line.split(",")
-                    key = problem, solver, simd, threads, precision, step
+                    key = problem, solver, simd, threads, step
                     if key not in best or float(time) < float(best[key][0]):
                         best[key] = time, flop, size
 
@@ -117,7 +114,7 @@ def main():
         steps(by_step)
         machine(limits)
         peers(by_side)
-    write("speed_steps", ("problem", "solver", "simd", "threads", "precision", "step", "milliseconds", "flop", "bytes"),
+    write("speed_steps", ("problem", "solver", "simd", "threads", "step", "milliseconds", "flop", "bytes"),
           [(*key, *value) for key, value in by_step.items()])
     write("speed_machine", ("simd", "limit", "megabytes", "value"), [(*key, value) for key, value in limits.items()])
     write("speed_peers", ("problem", "side", "iteration_ms", "iterations", "final_cost", "peak_mb"),

@@ -10,14 +10,14 @@ from .facts import BEST, PROBLEMS, STEPS, iteration, ladder, time_of
 WORDS = {
     "en": {"linearize": "linearise", "invert": "invert H_ll", "schur": "form S", "poses": "solve S", "back": "back", "cost": "cost",
            "update": "update", "ms": "ms an iteration", "dense": "dense, any H", "plain": "blocks in a map",
-           "fixed": "fixed sizes, structure once", "avx2": "and registers of four", "single": "and H_pl in float",
+           "fixed": "fixed sizes, structure once", "avx2": "and registers of four",
            "intensity": "flop per byte", "speed": "GFLOP/s", "memory": "memory", "peak": "multiply-adds, four at once",
            "portable": "two at once", "gain": "times faster with registers of four", "ours": "ours", "ceres": "Ceres",
            "seconds": "seconds", "sparse": "S formed, sparse Cholesky", "implicit-pcg": "implicit, PCG",
            "power-series": "implicit, power series", "excess": "cost above the best"},
     "zh": {"linearize": "线性化", "invert": "求 H_ll 逆", "schur": "构造 S", "poses": "解 S", "back": "回代", "cost": "代价",
            "update": "更新", "ms": "每次迭代毫秒", "dense": "稠密 H", "plain": "map 里的块", "fixed": "固定尺寸，结构只建一次",
-           "avx2": "再加四通道寄存器", "single": "再加 float 的 H_pl", "intensity": "每字节浮点运算", "speed": "GFLOP/s",
+           "avx2": "再加四通道寄存器", "intensity": "每字节浮点运算", "speed": "GFLOP/s",
            "memory": "内存", "peak": "乘加，一次四个", "portable": "一次两个", "gain": "四通道寄存器带来的加速倍数", "ours": "本章",
            "ceres": "Ceres", "seconds": "秒", "sparse": "构造 S，稀疏 Cholesky", "implicit-pcg": "隐式，PCG",
            "power-series": "隐式，幂级数", "excess": "高出最优代价的比例"},
@@ -64,7 +64,7 @@ def bars(axes, left, values):
         axes.svg.text(left + k * BAR + (BAR - 8) / 2, top - 7, f"{value:.3g}" if value < 100 else f"{value:.0f}", 14)
 
 
-LADDER_COLOURS = {"dense": PRIOR, "plain": LANDMARK, "fixed": CROSS, "avx2": POSE, "single": mix(POSE, 0.5)}
+LADDER_COLOURS = {"dense": PRIOR, "plain": LANDMARK, "fixed": CROSS, "avx2": POSE}
 
 
 def rungs(tables, lang):
@@ -89,7 +89,7 @@ def lanes_gain(tables, lang):
     svg = Svg(1080, 380, "Registers of four, step by step")
     problem = "bal/16-22106"
     steps = [step for step in STEPS if step != "update"]
-    ratios = [time_of(tables, problem, s, "sparse", "portable", "double") / time_of(tables, problem, s, *BEST) for s in steps]
+    ratios = [time_of(tables, problem, s, "sparse", "portable") / time_of(tables, problem, s, *BEST) for s in steps]
     top = ceil(1.1 * max(ratios))
     axes = Axes(svg, (90, 50, 900, 260), (0, len(steps)), (0, top))
     axes.draw("", words["gain"], (), range(top + 1))
@@ -117,7 +117,7 @@ def roofline(tables, lang):
     svg.text(axes.x(0.7), axes.y(0.7 * bandwidth) - 26, words["memory"], 16, MUTED, anchor="end")
     for problem, radius in (("bal/16-22106", 8), ("bal/49-7776", 5)):
         for step in ("linearize", "schur", "back"):
-            row = tables.row("speed_steps", problem=problem, step=step, solver="sparse", simd="avx2", precision="double")
+            row = tables.row("speed_steps", problem=problem, step=step, solver="sparse", simd="avx2")
             x, y = axes.x(row["flop"] / row["bytes"]), axes.y(1e-6 * row["flop"] / row["milliseconds"])
             svg.circle(x, y, radius, SHADES[step])
             if radius == 8:

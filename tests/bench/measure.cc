@@ -16,7 +16,7 @@ namespace ch5::bench {
 namespace {
 
 constexpr char kUsage[] =
-    "usage: measure PROBLEM [--threads N] [--repeat N] [--precision double|single]\n"
+    "usage: measure PROBLEM [--threads N] [--repeat N]\n"
     "Solves PROBLEM (a BAL file, a window, a .g2o file, or scene:FRAMESxPOINTS) N times, and prints a line of JSON "
     "for\n"
     "each run.\n";
@@ -62,12 +62,9 @@ int main(int argc, char** argv) {
   line.Argument("PROBLEM", &name);
   line.Number("--threads", 1, 256, &threads);
   line.Number("--repeat", 1, 1000, &repeat);
-  bool single_precision = false;
-  line.Precision("--precision", &single_precision);
   return line.Run(argc, argv, [&] {
     ch5::bench::Problem problem = ch5::bench::ReadProblem(name);
     problem.options.threads = threads;
-    problem.single_precision = single_precision;
     for (int k = 0; k < repeat; ++k) ch5::bench::Print(ch5::bench::Solve(problem));
   });
 }

@@ -16,7 +16,6 @@ struct Problem {
   WindowDump window;
   std::string pose_graph;         ///< its file, which both sides read anew
   peer::PeerOptions options;      ///< with which both sides solve it
-  bool single_precision = false;  ///< of ours alone, see SparseSolver::SetSinglePrecision
 };
 
 /// @param name  a BAL file, a window dump, a .g2o file, or "scene:FRAMESxPOINTS"

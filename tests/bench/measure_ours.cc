@@ -9,7 +9,6 @@ namespace {
 peer::PeerResult Run(Graph* graph, const Problem& problem) {
   const peer::PeerOptions& options = problem.options;
   SparseOptimizer optimizer(graph, options.threads);
-  optimizer.SetSinglePrecision(problem.single_precision);
   SolveOptions solve;
   solve.max_iterations = options.iterations;
   solve.cost_tolerance = options.tolerance;

@@ -1,4 +1,4 @@
-/// Where an iteration's time goes: measure_steps PROBLEM [--solver WORD] [--threads N] [--precision WORD] [--repeat N].
+/// Where an iteration's time goes: measure_steps PROBLEM [--solver WORD] [--threads N] [--repeat N].
 
 #include <time.h>
 
@@ -20,8 +20,7 @@ namespace ch5::bench {
 namespace {
 
 constexpr char kUsage[] =
-    "usage: measure_steps PROBLEM [--solver sparse|plain|dense] [--threads N] [--precision double|single] [--repeat "
-    "N]\n"
+    "usage: measure_steps PROBLEM [--solver sparse|plain|dense] [--threads N] [--repeat N]\n"
     "Times each step of an iteration at the start of PROBLEM (a BAL file, a window, or scene:FRAMESxPOINTS), the "
     "median\n"
     "of N; prints step,milliseconds,flop,bytes. The last two are counted, 0 where they are not. PROBLEM may be\n"
@@ -32,7 +31,6 @@ constexpr double kLambda = 1e-4;
 struct Options {
   std::string problem, solver = "sparse";
   int threads = 1, repeat = 15;
-  bool single_precision = false;
 };
 
 // Time of the processor with one thread, which other programs do not disturb as much; of the clock with several.
@@ -75,7 +73,7 @@ struct Counts {
   double H_pl_bytes = 0.0, measurement_bytes = 0.0;
 };
 
-Counts Count(const Structure& s, bool single_precision) {
+Counts Count(const Structure& s) {
   Counts counts;
   if (!s.sizes.AreFixed() || !s.OneEdgePerSlot()) return counts;
   const double P = s.sizes.rows, L = s.sizes.columns, slots = static_cast<double>(s.slot_pose.size());
@@ -88,7 +86,7 @@ Counts Count(const Structure& s, bool single_precision) {
   const double n = s.ordering.dim_poses;
   counts.poses_flop = n * n * n / 3.0;
   counts.back_flop = slots * 2.0 * P * L + s.NumLandmarks() * 4.0 * L * L;
-  counts.H_pl_bytes = slots * P * L * (single_precision ? 4.0 : 8.0);
+  counts.H_pl_bytes = slots * P * L * 8.0;
   counts.measurement_bytes = slots * 16.0;
   return counts;
 }
@@ -96,7 +94,6 @@ Counts Count(const Structure& s, bool single_precision) {
 void MeasureSparse(Graph* graph, const Options& options) {
   SparseSolver solver(graph, options.threads);
   solver.SetDamping(Damping::kDiagonal);
-  solver.SetSinglePrecision(options.single_precision);
   solver.SetOrdering();
   solver.MakeHessian();
   const Structure& s = solver.GetStructure();
@@ -112,7 +109,7 @@ void MeasureSparse(Graph* graph, const Options& options) {
   step.delta_x.setZero(s.Size());
   step.H_pp_delta.setZero(s.ordering.dim_poses);
   VecX poses = VecX::Zero(s.ordering.dim_poses);
-  const Counts c = Count(s, options.single_precision);
+  const Counts c = Count(s);
   MeasureAll({{"linearize", [&] { solver.MakeHessian(); }, c.linearize_flop, c.H_pl_bytes + c.measurement_bytes},
               {"invert", [&] { InvertLandmarks(s, solver.GetLinearized(), rule, &pool, &eliminated); }, c.invert_flop},
               {"schur", [&] { FormSchurComplement(s, solver.GetLinearized(), rule, &groups, &pool, &eliminated); },
@@ -184,6 +181,5 @@ int main(int argc, char** argv) {
   line.Text("--solver", &options.solver);
   line.Number("--threads", 1, 64, &options.threads);
   line.Number("--repeat", 1, 1000, &options.repeat);
-  line.Precision("--precision", &options.single_precision);
   return line.Run(argc, argv, [&] { ch5::bench::Run(options); });
 }

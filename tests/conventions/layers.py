@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tests.conventions.project import ROOT, tracked_files
 
-LIBRARY = "math graph linear solve types dense sparse marginalize consistency window/start window " \
+LIBRARY = "math graph linear solve types dense sparse/kernels sparse/steps sparse marginalize consistency window/start window " \
           "world world/simulate world/files world/evaluate"
 
 # What each folder of ch5_backend/ may include, besides itself.
@@ -18,11 +18,13 @@ MAY_INCLUDE = {
     "solve": "math",
     "types": "math graph",
     "dense": "math graph linear solve",
-    "sparse": "math graph linear solve types",
-    "marginalize": "math graph linear solve types sparse",
-    "consistency": "math graph linear solve types sparse marginalize",
-    "window/start": "math graph linear solve types sparse marginalize consistency",
-    "window": "math graph linear solve types sparse marginalize consistency window/start",
+    "sparse/kernels": "math linear",
+    "sparse/steps": "math graph linear solve types sparse/kernels",
+    "sparse": "math graph linear solve types sparse/kernels sparse/steps",
+    "marginalize": "math graph linear solve types sparse/steps sparse",
+    "consistency": "math graph linear solve types sparse/steps sparse marginalize",
+    "window/start": "math graph linear solve types sparse/steps sparse marginalize consistency",
+    "window": "math graph linear solve types sparse/steps sparse marginalize consistency window/start",
     "world": "math graph types",
     "world/simulate": "math graph types world",
     "world/files": "math graph types world",
@@ -126,7 +128,7 @@ class Layers(unittest.TestCase):
         self.assertEqual(faults("ch5_backend/experiments/a.cc", "ch5_backend/window/a.h", "ch5_backend/world/a.h"), [])
         self.assertEqual(faults("ch5_homework/judge/a.cc", "ch5_homework/judge/a.h", "ch5_backend/window/a.h"), [])
         for user, used in (("graph", "types"), ("world", "solve"), ("solve", "world"), ("solve", "graph"),
-                           ("window/start", "window"), ("world/files", "world/simulate"), ("window", "experiments"),
+                           ("window/start", "window"), ("sparse/kernels", "sparse/steps"), ("sparse/steps", "sparse"), ("world/files", "world/simulate"), ("window", "experiments"),
                            ("experiments", "lab")):
             self.assertEqual(len(faults(f"ch5_backend/{user}/a.h", f"ch5_backend/{used}/a.h")), 1, (user, used))
         self.assertEqual(len(faults("ch5_backend/graph/a.h", "edge.h")), 1)

@@ -106,7 +106,7 @@ class BalApp(unittest.TestCase):
     def test_help(self):
         done = app("--help")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        for option in ("--out", "--iterations", "--threads", "--huber", "--solver", "--precision"):
+        for option in ("--out", "--iterations", "--threads", "--huber", "--solver"):
             self.assertIn(option, done.stdout)
 
     def test_arguments_that_make_no_sense(self):
@@ -129,8 +129,6 @@ class BalApp(unittest.TestCase):
                     message=f"--huber must be a number from 1e-06 to 1e+06, got '{word}'")
         refuses(self.good, "--out", self.out, "--solver", "magic", message="--solver must be one of automatic, dense, "
                 "sparse, pcg, implicit-pcg, power-series, got 'magic'")
-        refuses(self.good, "--out", self.out, "--precision", "half",
-                message="--precision must be double or single, got 'half'")
         self.assertFalse(self.out.exists())
 
     def test_every_solver_finds_the_same_optimum(self):
@@ -141,15 +139,6 @@ class BalApp(unittest.TestCase):
             with open(self.folder / solver / "summary.csv", newline="") as file:
                 costs.append(float(dict(csv.reader(file))["final_cost"]))
         self.assertLess(max(costs) - min(costs), 1e-3, costs)
-
-    def test_single_precision_finds_the_same_optimum(self):
-        costs = []
-        for precision in ("double", "single"):
-            done = app(self.good, "--out", self.folder / precision, "--precision", precision, "--iterations", 100)
-            self.assertEqual((done.returncode, done.stderr), (0, ""))
-            with open(self.folder / precision / "summary.csv", newline="") as file:
-                costs.append(float(dict(csv.reader(file))["final_cost"]))
-        self.assertAlmostEqual(costs[0], costs[1], delta=1e-6 * costs[0] + 1e-12)
 
     def test_faulty_files_are_named_with_line_and_value(self):
         def refuses(text, message):

@@ -3,7 +3,7 @@
 //   G1   H Δx = b with b = −JᵀΩe                  solve/normal_equations.h     system_conformance_test.cc
 //   G2   initializeOptimization, levels           graph/ordering.h             graph_conformance_test.cc, optimizer_conformance_test.cc
 //   G3   the index mapping, in order of ids       graph/ordering.h             graph_conformance_test.cc, system_conformance_test.cc
-//   G4   no edge between landmarks                sparse/structure.h      system_conformance_test.cc
+//   G4   no edge between landmarks                sparse/steps/structure.h     system_conformance_test.cc
 //   G5   numeric Jacobians                        graph/edge.h                 system_conformance_test.cc
 //   G6   robust kernels                           graph/loss.h                 system_conformance_test.cc, ../pose_graph
 //   G7   Levenberg–Marquardt                      solve/step_strategy.h         algorithm_conformance_test.cc, system_conformance_test.cc

@@ -1,5 +1,5 @@
 // One edge's normal equations, by hand and against J and W.
-#include "ch5_backend/sparse/edge_normal_equations.h"
+#include "ch5_backend/sparse/steps/edge_normal_equations.h"
 
 #include <gtest/gtest.h>
 

@@ -4,11 +4,12 @@
 #include <Eigen/LU>
 
 #include "ch5_backend/dense/problem.h"
-#include "ch5_backend/sparse/back_substitute.h"
-#include "ch5_backend/sparse/eliminate.h"
+#include "ch5_backend/sparse/steps/back_substitute.h"
+#include "ch5_backend/sparse/steps/eliminate.h"
 #include "ch5_backend/sparse/hessian_product.h"
-#include "ch5_backend/sparse/implicit_solver.h"
-#include "ch5_backend/sparse/linearize.h"
+#include "ch5_backend/sparse/hold_poses.h"
+#include "ch5_backend/sparse/steps/implicit_solver.h"
+#include "ch5_backend/sparse/steps/linearize.h"
 #include "tests/scenes.h"
 #include "tests/sparse/scalar_graph.h"
 

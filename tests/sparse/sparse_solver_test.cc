@@ -143,47 +143,5 @@ TEST(SparseSolver, TheOrderOfInsertionOfEdgesDoesNotMatter) {
   EXPECT_LT((solver_a.DenseHessian() - solver_b.DenseHessian()).norm(), 1e-13 * solver_a.DenseHessian().norm());
 }
 
-// Only H_pm is rounded: the steps differ a little, the optimum, where b = 0, does not.
-TEST(SparseSolver, SinglePrecisionFindsTheSameOptimum) {
-  for (const Scene& scene : AllScenes()) {
-    double cost[2];
-    for (const bool single_precision : {false, true}) {
-      Graph graph;
-      scene.build(&graph);
-      SparseOptimizer optimizer(&graph);
-      optimizer.SetSinglePrecision(single_precision);
-      SolveOptions options;
-      options.max_iterations = 100;
-      options.cost_tolerance = 1e-14;
-      cost[single_precision] = optimizer.Solve(options).final_cost;
-      const CouplingBlocks& H_pm = optimizer.GetSolver().GetLinearized().H_pl;
-      EXPECT_EQ(H_pm.single_precision, !H_pm.floats.empty()) << scene.name;
-      EXPECT_NE(H_pm.doubles.empty(), H_pm.floats.empty()) << scene.name;
-      EXPECT_LE(H_pm.single_precision, single_precision) << scene.name;
-    }
-    EXPECT_NEAR(cost[1], cost[0], 1e-6 * cost[0] + 1e-12) << scene.name;
-  }
-}
-
-TEST(SparseSolver, SinglePrecisionRoundsOnlyH_pm) {
-  MonoBa scene;
-  BuildMonoBa(SimulateMonoBa({}), Gauge::kFree, 1.0, 0.0, &scene);
-  SparseSolver solver(&scene.graph);
-  solver.SetOrdering();
-  solver.MakeHessian();
-  const MatXX H = solver.DenseHessian();
-  solver.SetSinglePrecision(true);
-  solver.SetOrdering();
-  solver.MakeHessian();
-  const MatXX rounded = solver.DenseHessian();
-  const int poses = solver.GetStructure().ordering.dim_poses, landmarks = solver.GetStructure().ordering.dim_landmarks;
-  EXPECT_TRUE(solver.GetLinearized().H_pl.single_precision);
-  EXPECT_EQ(rounded.topLeftCorner(poses, poses), H.topLeftCorner(poses, poses));
-  EXPECT_EQ(rounded.bottomRightCorner(landmarks, landmarks), H.bottomRightCorner(landmarks, landmarks));
-  const auto H_pm = H.topRightCorner(poses, landmarks), rounded_pm = rounded.topRightCorner(poses, landmarks);
-  EXPECT_NE(rounded_pm, H_pm);
-  EXPECT_LT((rounded_pm - H_pm).cwiseAbs().maxCoeff(), 1e-6 * H_pm.cwiseAbs().maxCoeff());
-}
-
 }  // namespace
 }  // namespace ch5::test

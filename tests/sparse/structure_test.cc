@@ -1,9 +1,9 @@
 // What lies where, of a graph that is numbered by hand.
-#include "ch5_backend/sparse/structure.h"
+#include "ch5_backend/sparse/steps/structure.h"
 
 #include <gtest/gtest.h>
 
-#include "ch5_backend/sparse/schur_groups.h"
+#include "ch5_backend/sparse/steps/eliminate.h"
 #include "tests/graph_error.h"
 #include "tests/sparse/scalar_graph.h"
 
@@ -71,9 +71,7 @@ TEST(SchurGroups, TakeTogetherWhatTheSamePosesSee) {
   SymmetricBlockMatrix S;
   S.SetPattern(s.pose_dim, SchurPattern(s));
   for (const int threads : {1, 2, 3}) {
-    const SchurGroups found = FindSchurGroups(s, S, threads, [](int poses, int rows) {
-      return GroupMemory{static_cast<size_t>(poses), static_cast<size_t>(10 * rows)};
-    });
+    const SchurGroups found = PrepareSchurGroups(s, S, threads);
     ASSERT_EQ(found.groups.size(), 2u);
     EXPECT_EQ(found.groups[0].last, 1);
     EXPECT_EQ(found.groups[1].first, 1);
@@ -84,11 +82,12 @@ TEST(SchurGroups, TakeTogetherWhatTheSamePosesSee) {
     for (const SchurGroups::ColumnRange& range : found.ranges) {
       EXPECT_EQ(range.begin, column) << "the ranges follow each other";
       column = range.end;
-      EXPECT_EQ(range.A.size(), 2u) << "for the most poses of a group";
-      EXPECT_EQ(range.C.size(), 20u) << "for the most rows";
+      const kernels::GroupMemory memory = kernels::GroupMemoryFor(s.sizes, /*poses=*/2, /*rows=*/2);  // the most of a group
+      EXPECT_EQ(range.A.size(), memory.A);
+      EXPECT_EQ(range.C.size(), memory.C);
       const auto [first, second] = found.PosesIn(found.groups[1], range);
       poses += static_cast<int>(second - first);
-      for (const GroupPose* pose = first; pose != second; ++pose)
+      for (const kernels::GroupPose* pose = first; pose != second; ++pose)
         EXPECT_TRUE(range.begin <= pose->pose && pose->pose < range.end);
     }
     EXPECT_EQ(column, 3);

@@ -16,9 +16,8 @@ from .data import kind_of
 from ..base.errors import CourseError
 from ..base.output_dir import alone_in, make_writable, result_places
 
-WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss",
-           "pose_graph": "it has no landmarks"}
-SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver", "precision")
+WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
+SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
 POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts")
 
 
@@ -31,7 +30,7 @@ def run(arguments) -> int:
     kinds = {path: kind_of(path) for path in arguments.data}
     for option in given_options(arguments):
         for path, kind in kinds.items():
-            if kind == "recording" or (kind, option) in (("window", "huber"), ("pose_graph", "precision")):
+            if kind == "recording" or (kind, option) == ("window", "huber"):
                 raise CourseError(f"--{option} does not apply to {path}: {WHY_NOT[kind]}")
     make_writable(out)
     build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))])

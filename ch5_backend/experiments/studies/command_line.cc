@@ -84,15 +84,6 @@ void CommandLine::Parse(int argc, char** argv) {
   }
 }
 
-void CommandLine::Precision(const std::string& option, bool* single) {
-  Option(option, [option, single](const std::string& word) {
-    if (word != "double" && word != "single") {
-      throw std::invalid_argument(option + " must be double or single, got '" + word + "'");
-    }
-    *single = word == "single";
-  });
-}
-
 int CommandLine::Run(int argc, char** argv, const std::function<void()>& run) {
   const auto asks_for_help = [](const std::string& word) { return word == "--help" || word == "-h"; };
   if (std::any_of(argv + 1, argv + argc, asks_for_help)) return std::fputs(usage_.c_str(), stdout) < 0 ? 2 : 0;

@@ -28,9 +28,6 @@ class CommandLine {
   /// `option` WORD, which `take` reads; it throws std::invalid_argument where it cannot.
   void Option(const std::string& option, std::function<void(const std::string& word)> take);
 
-  /// `option` double or single.
-  void Precision(const std::string& option, bool* single);
-
   /// Reads the words, then calls `run`. An exception is printed as "program: what is wrong".
   /// @return exit code: 0, or 2 after an error
   int Run(int argc, char** argv, const std::function<void()>& run);

@@ -39,7 +39,6 @@ int RunFileCommand(const char* program, const char* usage, int argc, char** argv
   if (is_named("--threads")) line.Number("--threads", 1, 256, &options.threads);
   if (is_named("--huber")) line.Number("--huber", 1e-6, 1e6, &options.huber);
   if (is_named("--solver")) line.Option("--solver", [&](const auto& word) { options.solver = ParseSolver(word); });
-  if (is_named("--precision")) line.Precision("--precision", &options.single_precision);
   return line.Run(argc, argv, [&] {
     options.input = command.file;
     run(command);

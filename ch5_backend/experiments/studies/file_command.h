@@ -15,8 +15,8 @@ struct FileCommand {
   std::string Name() const;  ///< the file's, without folders and extension
 };
 
-/// The whole of main(), see CommandLine: FILE --out DIR, and those of --iterations N, --threads N, --huber X,
-/// --solver NAME and --precision WORD that `usage` names.
+/// The whole of main(), see CommandLine: FILE --out DIR, and those of --iterations N, --threads N, --huber X
+/// and --solver NAME that `usage` names.
 int RunFileCommand(const char* program, const char* usage, int argc, char** argv,
                    const std::function<void(const FileCommand&)>& run);
 

@@ -33,7 +33,6 @@ Summary SolveGraph(Graph* graph, const FileSolveOptions& options, const Iteratio
   SparseOptimizer optimizer(graph, options.threads);
   optimizer.SetDamping(Damping::kDiagonal);
   optimizer.SetReducedSolver(options.solver);
-  optimizer.SetSinglePrecision(options.single_precision);
   solve.max_iterations = options.iterations;
   solve.callback = [&](const IterationInfo& info) {
     if (listener) listener(info);

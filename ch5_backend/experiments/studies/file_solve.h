@@ -17,7 +17,6 @@ struct FileSolveOptions {
   int threads = 1;
   double huber = 0.0;  ///< threshold of Huber's loss on √(rᵀWr), which is [px] in BAL; 0 for plain least squares
   ReducedSolverType solver = ReducedSolverType::kAutomatic;
-  bool single_precision = false;  ///< of what ties poses to landmarks, see SparseSolver::SetSinglePrecision
 };
 
 /// Called after each iteration.

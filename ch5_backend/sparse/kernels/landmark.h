@@ -1,123 +1,157 @@
 #pragma once
-/// What is done with one landmark's blocks once the normal equations stand. P×L are the sizes of H_pl's blocks, or
-/// Eigen::Dynamic; Scalar is the type they are stored in.
+/// What is done with one landmark's blocks once the normal equations stand: H_ll is inverted, alone or eight at once, and
+/// what the poses that see it add is summed. P×L are the sizes of H_pl's blocks, or Eigen::Dynamic.
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
-#include "ch5_backend/sparse/eliminate.h"
-#include "ch5_backend/sparse/kernels/invert.h"
+#include "ch5_backend/linear/block_matrix.h"
+#include "ch5_backend/linear/pivot_rule.h"
+#include "ch5_backend/math/dispatch.h"
 
 namespace ch5::kernels {
 
-template <int P, int L, typename Scalar>
-struct LandmarkKernels {
-  static constexpr bool kFixed = P != Eigen::Dynamic && L != Eigen::Dynamic;
+constexpr int ScratchSize(int rows, int columns) {
+  return rows == Eigen::Dynamic || columns == Eigen::Dynamic ? Eigen::Dynamic : Stride(rows) * columns;
+}
 
-  // damped = H_ll + λD
-  static CH5_INLINE void Damp(const Structure& s, const Linearized& y, int l, int dim, const DampingRule& rule,
-                              double* damped) {
-    std::copy_n(&y.H_ll[s.landmark_block[l]], dim * dim, damped);
-    for (int i = 0; i < dim; ++i) damped[i * dim + i] += rule.lambda * DampingEntry(rule.damping, damped[i * dim + i]);
+/// Zeroed memory for one landmark, aligned: on the stack where the size is known, else memory that each thread keeps,
+/// apart for each `Index`.
+template <int Size, int Index = 0>
+struct Scratch {
+  CH5_INLINE double* Zeros(int) {
+    std::fill_n(values, Size, 0.0);
+    return values;
   }
-
-  // Landmarks [first, first + count), one in each lane; lanes without one hold copies of the last.
-  static CH5_INLINE bool InvertPack(const Structure& s, const Linearized& y, int first, int count,
-                                    const DampingRule& rule, Eliminated* out) {
-    double damped[kPack][L * L];
-    const double *A_of[kPack], *b_of[kPack];
-    for (int k = 0; k < kPack; ++k) {
-      const int l = std::min(k, count - 1);
-      if (l == k) Damp(s, y, first + l, L, rule, damped[l]);
-      A_of[k] = damped[l];
-      b_of[k] = y.b.data() + s.landmark_offset[first + l];
-    }
-    WideLanes A[L * L], V[L * L], b[L], product[L];
-    GatherLanes<L * L>(A_of, A);
-    GatherLanes<L>(b_of, b);
-    if (!InvertSymmetric<L>(A, L, V)) return false;
-    for (int r = 0; r < L; ++r) {
-      product[r] = V[r] * b[0];
-      for (int c = 1; c < L; ++c) product[r] += V[c * L + r] * b[c];
-    }
-    for (int k = 0; k < count; ++k) {
-      const int block = s.landmark_block[first + k], row = s.landmark_offset[first + k] - s.ordering.dim_poses;
-      for (int i = 0; i < L * L; ++i) out->H_ll_inverse[block + i] = V[i][k];
-      for (int i = 0; i < L * L; ++i) out->G_inverse[block + i] = A[i][k];
-      for (int i = 0; i < L; ++i) out->H_ll_inverse_b[row + i] = product[i][k];
-    }
-    return true;
-  }
-
-  static bool InvertOne(const Structure& s, const Linearized& y, int l, const DampingRule& rule, Eliminated* out) {
-    const int dim = s.landmark_dim[l], first = s.landmark_offset[l];
-    double *G = &out->G_inverse[s.landmark_block[l]], *inverse = &out->H_ll_inverse[s.landmark_block[l]];
-    Damp(s, y, l, dim, rule, G);
-    if (!InvertSymmetric<L>(G, dim, inverse)) return false;
-    double* product = out->H_ll_inverse_b.data() + first - s.ordering.dim_poses;
-    std::fill_n(product, dim, 0.0);
-    AddSymmetric<L>(inverse, y.b.data() + first, dim, product);
-    return true;
-  }
-
-  // w += Σ_p H_plᵀ v_p
-  static CH5_INLINE void SumOverPoses(const Structure& s, const CouplingBlocks& H_pl, int l, const double* v,
-                                      double* w) {
-    const auto for_each_block = [&](const auto& take) {
-      for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
-        const int pose = s.slot_pose[slot];
-        take(H_pl.Numbers<Scalar>() + s.slot_block[slot], v + s.pose_offset[pose], s.pose_dim[pose]);
-      }
-    };
-    if constexpr (kFixed) {
-      TransposedSum<P, L> sum;
-      for_each_block([&](const Scalar* H, const double* v_p, int) { sum.Add(H, v_p); });
-      for (int m = 0; m < L; ++m) w[m] += sum.At(m);
-    } else {
-      const int dim = s.landmark_dim[l];
-      for_each_block(
-          [&](const Scalar* H, const double* v_p, int pose_dim) { AddTransposed<P, L>(H, v_p, pose_dim, dim, w); });
-    }
-  }
-
-  // Δx_l, and the landmark's part of the promised decrease.
-  static CH5_INLINE double BackSubstitute(const Structure& s, const Linearized& y, const Eliminated& eliminated, int l,
-                                          double* delta_x) {
-    const int dim = Pick<L>(s.landmark_dim[l]), first = s.landmark_offset[l];
-    Scratch<L == Eigen::Dynamic ? L : 2 * L> scratch;
-    double* rest = scratch.Zeros(2 * dim);  // b_l − w
-    double* H_delta = rest + dim;
-    SumOverPoses(s, y.H_pl, l, delta_x, rest);
-    for (int i = 0; i < dim; ++i) rest[i] = y.b[first + i] - rest[i];
-    double* delta_l = delta_x + first;
-    std::fill_n(delta_l, dim, 0.0);
-    AddSymmetric<L>(&eliminated.H_ll_inverse[s.landmark_block[l]], rest, dim, delta_l);
-    AddSymmetric<L>(&y.H_ll[s.landmark_block[l]], delta_l, dim, H_delta);
-    double decrease = 0.0;
-    for (int i = 0; i < dim; ++i) decrease += delta_l[i] * (rest[i] - 0.5 * H_delta[i]);
-    return decrease;
-  }
-
-  // (H v)_l = H_ll v_l + Σ_p H_plᵀ v_p
-  static CH5_INLINE void MultiplyLandmark(const Structure& s, const Linearized& y, int l, const double* v,
-                                          double* product) {
-    const int dim = Pick<L>(s.landmark_dim[l]);
-    double* product_l = product + s.landmark_offset[l];
-    AddSymmetric<L>(&y.H_ll[s.landmark_block[l]], v + s.landmark_offset[l], dim, product_l);
-    SumOverPoses(s, y.H_pl, l, v, product_l);
-  }
-
-  // (H v)_j += Σ_l H_jl v_l
-  static CH5_INLINE void MultiplyPose(const Structure& s, const Linearized& y, int j, const double* v,
-                                      double* product) {
-    const int dim = Pick<P>(s.pose_dim[j]);
-    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
-      const int slot = s.pose_slots[k], l = s.slot_landmark[slot];
-      const Scalar* H_jl = y.H_pl.Numbers<Scalar>() + s.slot_block[slot];
-      for (int m = 0; m < Pick<L>(s.landmark_dim[l]); ++m, H_jl += dim) {
-        for (int i = 0; i < dim; ++i) product[s.pose_offset[j] + i] += H_jl[i] * v[s.landmark_offset[l] + m];
-      }
-    }
+  alignas(32) double values[Size];
+};
+template <int Index>
+struct Scratch<Eigen::Dynamic, Index> {
+  static double* Zeros(int size) {
+    thread_local AlignedVector values;
+    values.assign(static_cast<size_t>(size), 0.0);
+    return values.data();
   }
 };
+
+CH5_INLINE bool AllTrue(bool good) { return good; }
+template <typename Mask>
+CH5_INLINE bool AllTrue(const Mask& good) {
+  bool all = true;
+  for (int k = 0; k < kPack; ++k) all = all && good[k];
+  return all;
+}
+CH5_INLINE void SquareRoot(const double& x, double* root) { *root = std::sqrt(x); }
+CH5_INLINE void SquareRoot(const WideLanes& x, WideLanes* root) {
+  for (int k = 0; k < kPack; ++k) (*root)[k] = std::sqrt(x[k]);
+}
+
+/// V = A⁻¹ by Cholesky, both l×l without padding; A is overwritten by its factor. T is a number, or one for each lane.
+/// @return  false unless every pivot exceeds its rounding (linear/pivot_rule.h)
+template <int L, typename T>
+CH5_INLINE bool InvertSymmetric(T* A, int l_size, T* V) {
+  const int l = Pick<L>(l_size);
+  const double rounding = PivotRounding(l), most = std::numeric_limits<double>::max();
+  auto good = A[0] == A[0];
+  for (int j = 0; j < l; ++j) {  // A = G Gᵀ, G in the lower half
+    T pivot = A[j * l + j], root;
+    for (int k = 0; k < j; ++k) pivot -= A[k * l + j] * A[k * l + j];
+    good = good & (pivot > rounding * A[j * l + j]) & (pivot <= most);
+    SquareRoot(pivot, &root);
+    root = 1.0 / root;
+    for (int i = j + 1; i < l; ++i) {
+      T sum = A[j * l + i];
+      for (int k = 0; k < j; ++k) sum -= A[k * l + i] * A[k * l + j];
+      A[j * l + i] = sum * root;
+    }
+    A[j * l + j] = root;  // the reciprocal of G_jj
+  }
+  for (int c = 0; c < l; ++c) {  // G⁻¹ in place, column by column
+    for (int i = c + 1; i < l; ++i) {
+      T sum = {};
+      for (int k = c; k < i; ++k) sum -= A[k * l + i] * A[c * l + k];
+      A[c * l + i] = sum * A[i * l + i];
+    }
+  }
+  for (int c = 0; c < l; ++c) {  // V = G⁻ᵀG⁻¹
+    for (int r = c; r < l; ++r) {
+      T sum = A[r * l + r] * A[c * l + r];
+      for (int k = r + 1; k < l; ++k) sum += A[r * l + k] * A[c * l + k];
+      V[c * l + r] = V[r * l + c] = sum;
+    }
+  }
+  return AllTrue(good);
+}
+
+/// y (l) += V x;  V is l×l without padding, symmetric.
+template <int L>
+CH5_INLINE void AddSymmetric(const double* V, const double* x, int l_size, double* y) {
+  const int l = Pick<L>(l_size);
+  for (int c = 0; c < l; ++c) {
+    for (int k = 0; k < l; ++k) y[k] += V[c * l + k] * x[c];
+  }
+}
+
+/// Σ Wᵀx over blocks H (P×L) of one landmark, summed across lanes only once.
+template <int P, int L>
+class TransposedSum {
+ public:
+  CH5_INLINE void Add(const double* H, const double* x) {
+    PrefetchPageAhead<P * L>(H);
+    CH5_UNROLL
+    for (int m = 0; m < L; ++m, H += P) {
+      CH5_UNROLL
+      for (int k = 0; k < kWhole; ++k) sums_[m] += AsLanes(H)[k] * AsLanes(x)[k];
+      CH5_UNROLL
+      for (int k = kWhole * kLanes; k < P; ++k) rest_[m] += H[k] * x[k];
+    }
+  }
+  CH5_INLINE double At(int m) const { return rest_[m] + ((sums_[m][0] + sums_[m][1]) + (sums_[m][2] + sums_[m][3])); }
+
+ private:
+  static constexpr int kWhole = P / kLanes;
+  Lanes sums_[L] = {};
+  double rest_[L] = {};
+};
+
+/// y (l) += Wᵀx;  H is p×l.
+template <int P, int L>
+CH5_INLINE void AddTransposed(const double* H, const double* x, int p_size, int l_size, double* y) {
+  const int p = Pick<P>(p_size), l = Pick<L>(l_size), whole = p / kLanes;
+  for (int m = 0; m < l; ++m) {
+    const double* column = H + m * p;
+    Lanes sums = {};
+    for (int k = 0; k < whole; ++k) sums += AsLanes(column)[k] * AsLanes(x)[k];
+    double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    for (int k = whole * kLanes; k < p; ++k) sum += column[k] * x[k];
+    y[m] += sum;
+  }
+}
+
+/// The slots of one landmark: of each a block of H_pl, without padding, and the rows of its pose.
+struct LandmarkSlots {
+  int begin, end;
+  const int *pose, *block;            ///< of each slot: its pose, and where its block begins in H_pl
+  const int *pose_offset, *pose_dim;  ///< of each pose: its first row, and how many
+  const double* H_pl;
+};
+
+/// w (l) += Σ_p H_plᵀ v_p over the poses that see a landmark.
+template <int P, int L>
+CH5_INLINE void SumOverPoses(const LandmarkSlots& slots, int l_size, const double* v, double* w) {
+  constexpr bool kFixed = P != Eigen::Dynamic && L != Eigen::Dynamic;
+  TransposedSum<kFixed ? P : 1, kFixed ? L : 1> sum;
+  for (int slot = slots.begin; slot < slots.end; ++slot) {
+    const int pose = slots.pose[slot];
+    const double *H = slots.H_pl + slots.block[slot], *v_p = v + slots.pose_offset[pose];
+    if constexpr (kFixed) {
+      sum.Add(H, v_p);
+    } else {
+      AddTransposed<P, L>(H, v_p, slots.pose_dim[pose], l_size, w);
+    }
+  }
+  for (int m = 0; kFixed && m < L; ++m) w[m] += sum.At(m);
+}
 
 }  // namespace ch5::kernels

@@ -2,18 +2,87 @@
 
 #include <algorithm>
 
-#include "ch5_backend/sparse/kernels/blocks.h"
+#include "ch5_backend/math/dense_kernels.h"
 
 namespace ch5::kernels {
 namespace {
 
+// ---- any sizes --------------------------------------------------------------------------------------------------
+
+// The group's A_i below each other, and G⁻¹b as the last row,
+//
+//      ┌ H_1l G_l⁻ᵀ │ H_1m G_m⁻ᵀ │ … ┐    a row of blocks for each pose, a column for each landmark of the group;
+//  A = │ H_2l G_l⁻ᵀ │ H_2m G_m⁻ᵀ │ … │    C = −A Aᵀ, of which the lower half is needed, holds the group's part of S,
+//      └ (G_l⁻¹b_l)ᵀ│ (G_m⁻¹b_m)ᵀ│ … ┘    and in its last row that of b_S
+//
+// of which a thread needs the rows from its first pose on and the columns up to its last.
+constexpr int kRoom = 2 * kLanes;     // behind the columns of A and C, for whole vectors
+constexpr int kColumnsOfGeneral = 60;  // of A at a time: they stay in the first-level cache
+
+int LeadingDimension(int rows) { return Padded(rows + 1) + kRoom; }
+
+// The columns of A that belong to landmark l:  H_pl G⁻ᵀ, and G⁻¹b. Whole registers are written; what is too much lies
+// where the next pose will write.
+void FillColumns(const GroupSystem& y, const PoseRange& range, int l, int lda, double* A_l) {
+  const int dim = y.landmark_dim, top = range.begin->row;
+  const double *H_pl = y.H_pl + l * dim * y.rows, *G_inverse = y.G_inverse + l * dim * dim, *b = y.b + y.b_offset[l];
+  for (const GroupPose* pose = range.begin; pose != y.poses_end; ++pose) {
+    const double* H_il = H_pl + pose->row * dim;
+    double* A = A_l + pose->row - top;
+    for (int c = 0; c < dim; ++c) {
+      for (int k = 0; k < Stride(pose->dim) / kLanes; ++k) {
+        Lanes sum = AsLanes(H_il)[k] * G_inverse[c];
+        for (int m = 1; m <= c; ++m) sum += AsLanes(H_il + m * pose->dim)[k] * G_inverse[m * dim + c];
+        AsLanes(A + c * lda)[k] = sum;
+      }
+    }
+  }
+  for (int c = 0; c < dim; ++c) {
+    double sum = 0.0;
+    for (int m = 0; m <= c; ++m) sum += G_inverse[m * dim + c] * b[m];
+    A_l[y.rows - top + c * lda] = sum;
+  }
+}
+
+// S and b_S take their blocks of C.
+void AddBlocks(const GroupSystem& y, const PoseRange& range, int lda, const double* C, SymmetricBlockMatrix* S,
+               double* b_S) {
+  const auto n = static_cast<int>(y.poses_end - y.poses);
+  const int top = range.begin->row;
+  for (const GroupPose* j = range.begin; j != range.end; ++j) {
+    const auto k = static_cast<int>(j - y.poses);
+    const int* block = y.blocks + k * n - k * (k - 1) / 2;
+    const double* column = C + static_cast<ptrdiff_t>(j->row - top) * lda;
+    for (const GroupPose* i = j; i != y.poses_end; ++i) {
+      const double* C_ij = column + i->row - top;
+      double* S_ij = S->Values(*block++);
+      for (int c = 0; c < j->dim; ++c, C_ij += lda, S_ij += Stride(i->dim)) {
+        for (int r = 0; r < i->dim; ++r) S_ij[r] += C_ij[r];
+      }
+    }
+    for (int c = 0; c < j->dim; ++c) b_S[j->offset + c] += column[c * lda + y.rows - top];
+  }
+}
+
+void SubtractGeneralGroup(const GroupSystem& y, const PoseRange& range, double* A, double* C, SymmetricBlockMatrix* S,
+                          double* b_S) {
+  const int top = range.begin->row, rows = y.rows - top, lda = LeadingDimension(rows), dim = y.landmark_dim;
+  const int columns = range.end == y.poses_end ? rows + 1 : range.end->row - top;
+  const int batch = std::max(1, kColumnsOfGeneral / dim);
+  for (int first = 0; first < y.num_landmarks; first += batch) {
+    const int count = std::min(batch, y.num_landmarks - first), k = count * dim;
+    for (int l = 0; l < count; ++l) FillColumns(y, range, first + l, lda, A + l * dim * lda);
+    const Old old = first == 0 ? Old::kForget : Old::kKeep;
+    SubtractProductAAt(columns, k, A, lda, C, lda, old, columns == rows + 1 ? kRoom : 0);
+    if (columns < rows) SubtractProductABt(rows + 1 - columns, columns, k, A + columns, lda, A, lda, C + columns, lda, old);
+  }
+  AddBlocks(y, range, lda, C, S, b_S);
+}
+
+// ---- fixed sizes ------------------------------------------------------------------------------------------------
+
 constexpr int kColumns = 24;  // of A at a time: A then stays in the first-level cache
 constexpr int kMostRows = Stride(9);
-
-CH5_INLINE void LoadWide(const double* x, WideLanes* v) { *v = *AsWide(x); }
-CH5_INLINE void LoadWide(const float* x, WideLanes* v) {
-  *v = __builtin_convertvector(*reinterpret_cast<const WideFloats*>(x), WideLanes);
-}
 
 // What any 64-bit processor has.
 typedef double Pair __attribute__((vector_size(16)));
@@ -94,27 +163,27 @@ CH5_INLINE void SubtractVector(const double* A, const double* x, int k, double* 
 }
 
 // The last rows of a column that has no padding; zeros take its place.
-template <int P, typename Scalar>
-CH5_INLINE void LoadLastRows(const Scalar* column, Lanes* rows) {
+template <int P>
+CH5_INLINE void LoadLastRows(const double* column, Lanes* rows) {
   constexpr int kFirst = Stride(P) - kLanes;
-  const auto at = [&](int i) { return kFirst + i < P ? static_cast<double>(column[kFirst + i]) : 0.0; };
+  const auto at = [&](int i) { return kFirst + i < P ? column[kFirst + i] : 0.0; };
   *rows = Lanes{at(0), at(1), at(2), at(3)};
 }
 
 // A (P×L) = H_pl G⁻ᵀ, written in the registers' widths in which it will be read: a wide read of narrow writes would wait.
-template <int P, int L, typename Scalar>
-CH5_INLINE void Scale(const Scalar* H_pl, const double* root, double* A) {
+template <int P, int L>
+CH5_INLINE void Scale(const double* H_pl, const double* root, double* A) {
   constexpr int kRows = Stride(P);
   constexpr bool kWide = kRows >= 8, kNarrow = kRows % 8 != 0;
   CH5_UNROLL
   for (int c = 0; c < L; ++c) {
     if constexpr (kWide) {
       WideLanes rows, sum;
-      LoadWide(H_pl, &rows);
+      Load(H_pl, &rows);
       sum = rows * root[c];
       CH5_UNROLL
       for (int m = 1; m <= c; ++m) {
-        LoadWide(H_pl + m * P, &rows);
+        Load(H_pl + m * P, &rows);
         sum += rows * root[m * L + c];
       }
       *AsWide(A + c * kRows) = sum;
@@ -133,46 +202,44 @@ CH5_INLINE void Scale(const Scalar* H_pl, const double* root, double* A) {
   }
 }
 
-template <int P, int L, typename Scalar>
+template <int P, int L>
 struct SubtractGroup {
-  using Signature = void(const Structure&, const Linearized&, const SchurGroups&, const SchurGroup&, const PoseRange&,
-                         double* A, Eliminated*);
+  using Signature = void(const GroupSystem&, const PoseRange&, double* A, double* C, SymmetricBlockMatrix* S,
+                         double* b_S);
   static constexpr int kBlock = Stride(P) * L, kBatch = kColumns / L;
   static constexpr int kPoseSize = kBatch * kBlock;  // from A_i to A_i+1
 
   template <SimdLevel kSimd>
-  static CH5_INLINE void Run(const Structure& s, const Linearized& y, const SchurGroups& groups,
-                             const SchurGroup& group, const PoseRange& range, double* A, Eliminated* out) {
-    const GroupPose* poses = groups.poses.data() + group.poses_begin;
-    const int n = group.poses_end - group.poses_begin;
-    const int begin = static_cast<int>(range.begin - poses), end = static_cast<int>(range.end - poses);
-    for (int l = group.first; l < group.last; l += kBatch) {
-      const int count = std::min(kBatch, group.last - l);
+  static CH5_INLINE void Run(const GroupSystem& y, const PoseRange& range, double* A, double* /*C*/,
+                             SymmetricBlockMatrix* S, double* b_S) {
+    const int n = static_cast<int>(y.poses_end - y.poses);
+    const int begin = static_cast<int>(range.begin - y.poses), end = static_cast<int>(range.end - y.poses);
+    for (int l = 0; l < y.num_landmarks; l += kBatch) {
+      const int count = std::min(kBatch, y.num_landmarks - l);
       double rhs[kColumns];  // G⁻¹b
-      FillColumns(s, y, *out, l, count, begin, n, A, rhs);
+      FillColumns(y, l, count, begin, n, A, rhs);
       for (int j = begin; j < end; ++j) {
         const double* A_j = A + j * kPoseSize;
-        const int* block = groups.blocks.data() + group.blocks_begin + j * n - j * (j - 1) / 2;
-        for (int i = j; i < n; ++i) SubtractFromBlock<kSimd>(A + i * kPoseSize, A_j, count, out->S.Values(*block++));
-        SubtractVector<P>(A_j, rhs, count * L, out->b_S.data() + s.pose_offset[poses[j].pose]);
+        const int* block = y.blocks + j * n - j * (j - 1) / 2;
+        for (int i = j; i < n; ++i) SubtractFromBlock<kSimd>(A + i * kPoseSize, A_j, count, S->Values(*block++));
+        SubtractVector<P>(A_j, rhs, count * L, b_S + y.poses[j].offset);
       }
     }
   }
 
  private:
   // A_i = [H_il G_l⁻ᵀ …] for the poses i ≥ begin, and G⁻¹b, of landmarks [first, first + count).
-  static CH5_INLINE void FillColumns(const Structure& s, const Linearized& y, const Eliminated& eliminated, int first,
-                                     int count, int begin, int n, double* A, double* rhs) {
-    const Scalar* H_pl = y.H_pl.Numbers<Scalar>() + s.slot_block[s.landmark_slots[first]];
-    const double* G_inverse = &eliminated.G_inverse[s.landmark_block[first]];
+  static CH5_INLINE void FillColumns(const GroupSystem& y, int first, int count, int begin, int n, double* A,
+                                     double* rhs) {
+    const double *H_pl = y.H_pl + first * n * P * L, *G_inverse = y.G_inverse + first * L * L;
     for (int k = 0; k < count; ++k, G_inverse += L * L) {
-      const double* b = y.b.data() + s.landmark_offset[first + k];
+      const double* b = y.b + y.b_offset[first + k];
       for (int c = 0; c < L; ++c) {
         rhs[k * L + c] = G_inverse[c] * b[0];
         for (int m = 1; m <= c; ++m) rhs[k * L + c] += G_inverse[m * L + c] * b[m];
       }
       for (int i = begin; i < n; ++i) {
-        const Scalar* H_il = H_pl + (k * n + i) * P * L;
+        const double* H_il = H_pl + (k * n + i) * P * L;
         PrefetchPageAhead<P * L>(H_il);
         Scale<P, L>(H_il, G_inverse, A + i * kPoseSize + k * kBlock);
       }
@@ -194,22 +261,25 @@ struct SubtractGroup {
   }
 };
 
-// The general variant is in eliminate.cc.
-template <typename Scalar>
-struct SubtractGroup<Eigen::Dynamic, Eigen::Dynamic, Scalar> {
-  using Signature = void(const Structure&, const Linearized&, const SchurGroups&, const SchurGroup&, const PoseRange&,
-                         double* A, Eliminated*);
+// Its dense kernels choose for themselves.
+template <>
+struct SubtractGroup<Eigen::Dynamic, Eigen::Dynamic> {
+  using Signature = SubtractGroup<6, 1>::Signature;
   template <SimdLevel>
-  static CH5_INLINE void Run(const Structure&, const Linearized&, const SchurGroups&, const SchurGroup&,
-                             const PoseRange&, double*, Eliminated*) {}
+  static void Run(const GroupSystem& y, const PoseRange& range, double* A, double* C, SymmetricBlockMatrix* S,
+                  double* b_S) {
+    SubtractGeneralGroup(y, range, A, C, S, b_S);
+  }
 };
 
 }  // namespace
 
-SubtractGroupFunction SubtractGroupFor(const BlockSizes& sizes) {
-  return sizes.AreFixed() ? Dispatch<SubtractGroup>(sizes) : nullptr;
-}
+SubtractGroupFunction SubtractGroupFor(const BlockSizes& sizes) { return Dispatch<SubtractGroup>(sizes); }
 
-GroupMemory FixedSizeMemory(int poses, int /*rows*/) { return {static_cast<size_t>(poses) * kColumns * kMostRows, 0}; }
+GroupMemory GroupMemoryFor(const BlockSizes& sizes, int poses, int rows) {
+  if (sizes.AreFixed()) return {static_cast<size_t>(poses) * kColumns * kMostRows, 0};
+  const auto lda = static_cast<size_t>(LeadingDimension(rows));
+  return {lda * (kColumnsOfGeneral + 8) + kOverread, lda * lda + kOverread};
+}
 
 }  // namespace ch5::kernels

@@ -8,16 +8,16 @@
 /// S is decreased in three ways, which give the same sums:
 ///   grouped   landmarks that the same poses see change the same blocks of S; with A_i = [H_il G_l⁻ᵀ  H_im G_m⁻ᵀ …] for
 ///             the landmarks l, m, … of the group, S_ij −= A_i A_jᵀ, block by block in registers. Where all blocks have
-///             one of the fixed sizes (math/dispatch.h): kernels/schur_group.h
+///             one of the fixed sizes (math/dispatch.h)
 ///   general   the same for any sizes, also mixed: all A_i below each other, then C = A Aᵀ by a dense kernel, whose blocks
-///             are taken from S. In eliminate.cc
+///             are taken from S. Both in kernels/schur_group.h
 ///   implicit  S is never formed, only multiplied by a vector: for many poses, implicit_schur.h
 /// Each thread has a range of S's columns and walks all groups, so every block is summed in the same order for any number
 /// of threads, in one copy of S.
 
 #include "ch5_backend/solve/normal_equations.h"
-#include "ch5_backend/sparse/linearize.h"
-#include "ch5_backend/sparse/schur_groups.h"
+#include "ch5_backend/sparse/kernels/schur_group.h"
+#include "ch5_backend/sparse/steps/linearize.h"
 
 namespace ch5 {
 
@@ -44,8 +44,36 @@ struct Eliminated {
 bool InvertLandmarks(const Structure& structure, const Linearized& system, const DampingRule& rule, ThreadPool* pool,
                      Eliminated* eliminated);
 
-/// Finds the groups for FormSchurComplement, with the memory that its variant for these sizes needs.
-/// @param S  has its pattern (SchurPattern)
+/// Rows i ≥ j of each column of S, which ties all poses that see one landmark.
+std::vector<std::vector<int>> SchurPattern(const Structure& structure);
+
+/// Consecutive landmarks that the same poses see: they change the same blocks of S.
+struct SchurGroup {
+  int first, last;             ///< landmarks
+  int poses_begin, poses_end;  ///< in SchurGroups::poses, by ascending number
+  int rows;                    ///< of all poses together
+  int blocks_begin;  ///< its blocks of S in SchurGroups::blocks: column by column, each from the diagonal down
+};
+
+struct SchurGroups {
+  std::vector<SchurGroup> groups;
+  std::vector<kernels::GroupPose> poses;
+  std::vector<int> blocks;
+
+  /// The columns of S that are one thread's work, poses [begin, end), and the memory that it works in.
+  struct ColumnRange {
+    int begin, end;
+    AlignedVector A, C;
+  };
+  std::vector<ColumnRange> ranges;  ///< of about equal work
+
+  /// The poses of a group whose columns are in a range.
+  kernels::PoseRange PosesIn(const SchurGroup& group, const ColumnRange& range) const;
+};
+
+/// Finds the groups for FormSchurComplement, once for a structure, and takes the memory that they need.
+/// @param S        has its pattern (SchurPattern)
+/// @param threads  for which the columns are cut into ranges
 SchurGroups PrepareSchurGroups(const Structure& structure, const SymmetricBlockMatrix& S, int threads);
 
 /// S and b_S from the inverted landmarks; S has its pattern.

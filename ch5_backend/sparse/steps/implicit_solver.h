@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "ch5_backend/sparse/implicit_schur.h"
+#include "ch5_backend/sparse/steps/implicit_schur.h"
 
 namespace ch5 {
 

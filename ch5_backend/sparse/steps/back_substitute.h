@@ -6,7 +6,7 @@
 /// and what the quadratic model promises for the whole step,  bᵀΔx − ½ ΔxᵀHΔx,  which comes along: a landmark's part is
 /// Δx_lᵀ(b_l − w) − ½ Δx_lᵀH_llΔx_l  with w = Σ_p H_plᵀ Δx_p,  the poses' part Δx_pᵀ(b_p − ½ H_pp Δx_p).
 
-#include "ch5_backend/sparse/eliminate.h"
+#include "ch5_backend/sparse/steps/eliminate.h"
 
 namespace ch5 {
 

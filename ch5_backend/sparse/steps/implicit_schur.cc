@@ -1,16 +1,75 @@
-#include "ch5_backend/sparse/implicit_schur.h"
+#include "ch5_backend/sparse/steps/implicit_schur.h"
 
 #include <algorithm>
 #include <atomic>
 
 #include "ch5_backend/linear/pivot_rule.h"
-#include "ch5_backend/sparse/kernels/landmark.h"
 
 namespace ch5 {
 namespace {
 
+using kernels::Pick;
+
+// C (p×q) −= H Bᵀ;  H is p×l, B is q×l.
+template <int P, int Q, int L>
+CH5_INLINE void SubtractProduct(const double* H, const double* B, int p_size, int q_size, int l_size, double* C) {
+  const int rows = Pick<P>(p_size), q = Pick<Q>(q_size), B_stride = Stride(q), l = Pick<L>(l_size);
+  if constexpr (P != Eigen::Dynamic && Q != Eigen::Dynamic && L != Eigen::Dynamic) {
+    constexpr int kP = Stride(P) / kLanes;
+    Lanes a[L][kP];  // all of H stays in registers: 9 of them for a camera and a point
+    CH5_UNROLL
+    for (int m = 0; m < L; ++m) {
+      CH5_UNROLL
+      for (int k = 0; k < kP; ++k) a[m][k] = AsLanes(H + m * rows)[k];
+    }
+    CH5_UNROLL
+    for (int c = 0; c < Q; ++c) {
+      CH5_UNROLL
+      for (int k = 0; k < kP; ++k) {
+        Lanes sum = AsLanes(C)[c * kP + k];
+        CH5_UNROLL
+        for (int m = 0; m < L; ++m) sum -= a[m][k] * B[m * B_stride + c];
+        AsLanes(C)[c * kP + k] = sum;
+      }
+    }
+  } else {
+    const int p = Stride(rows) / kLanes;
+    for (int c = 0; c < q; ++c) {
+      for (int k = 0; k < p; ++k) {
+        Lanes sum = AsLanes(C)[c * p + k];
+        for (int m = 0; m < l; ++m) sum -= AsLanes(H + m * rows)[k] * B[m * B_stride + c];
+        AsLanes(C)[c * p + k] = sum;
+      }
+    }
+  }
+}
+
+// Y (p×l) = H V;  H is p×l, V l×l without padding, symmetric.
+template <int P, int L>
+CH5_INLINE void Multiply(const double* H, const double* V, int p_size, int l_size, double* Y) {
+  const int rows = Pick<P>(p_size), p = Stride(rows) / kLanes, l = Pick<L>(l_size);
+  for (int c = 0; c < l; ++c) {
+    for (int k = 0; k < p; ++k) {
+      Lanes sum = AsLanes(H)[k] * V[c * l];
+      for (int m = 1; m < l; ++m) sum += AsLanes(H + m * rows)[k] * V[c * l + m];
+      AsLanes(Y)[c * p + k] = sum;
+    }
+  }
+}
+
+// y (p, padded) −= H x;  H is p×l.
+template <int P, int L>
+CH5_INLINE void SubtractProductVector(const double* H, const double* x, int p_size, int l_size, double* y) {
+  const int rows = Pick<P>(p_size), p = Stride(rows) / kLanes, l = Pick<L>(l_size);
+  for (int k = 0; k < p; ++k) {
+    Lanes sum = AsLanes(y)[k];
+    for (int m = 0; m < l; ++m) sum -= AsLanes(H + m * rows)[k] * x[m];
+    AsLanes(y)[k] = sum;
+  }
+}
+
 // sums += C x over the landmarks [begin, end).
-template <int P, int L, typename Scalar>
+template <int P, int L>
 struct MultiplyCouplingRange {
   using Signature = void(const Structure&, const Linearized&, const Eliminated&, int begin, int end, const double* x,
                          const int* padded_offset, double* sums);
@@ -19,23 +78,23 @@ struct MultiplyCouplingRange {
                              const double* x, const int* padded_offset, double* sums) {
     thread_local std::vector<double> scratch;
     for (int l = begin; l < end; ++l) {
-      const int dim = kernels::Pick<L>(s.landmark_dim[l]);
+      const int dim = Pick<L>(s.landmark_dim[l]);
       scratch.assign(static_cast<size_t>(2 * dim), 0.0);
       double *w = scratch.data(), *v = w + dim;  // −Σ H_plᵀx_p, and (H_ll + λD)⁻¹ times it
-      kernels::LandmarkKernels<P, L, Scalar>::SumOverPoses(s, y.H_pl, l, x, w);
+      kernels::SumOverPoses<P, L>(y.Slots(s, l), dim, x, w);
       for (int m = 0; m < dim; ++m) w[m] = -w[m];
       kernels::AddSymmetric<L>(&eliminated.H_ll_inverse[s.landmark_block[l]], w, dim, v);
       for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
         const int p = s.slot_pose[slot];
-        const double* H_pl = &y.H_pl.doubles[s.slot_block[slot]];
-        kernels::SubtractProductVector<P, L>(H_pl, v, s.pose_dim[p], dim, sums + padded_offset[p]);
+        const double* H_pl = &y.H_pl[s.slot_block[slot]];
+        SubtractProductVector<P, L>(H_pl, v, s.pose_dim[p], dim, sums + padded_offset[p]);
       }
     }
   }
 };
 
 // block (with padding), which holds B_jj, becomes S_jj = B_jj − C_jj if that is asked for;  b_S,j = b_j − Σ_l H_jl H_ll⁻¹ b_l.
-template <int P, int L, typename Scalar>
+template <int P, int L>
 struct ReducePose {
   using Signature = void(const Structure&, const Linearized&, int j, bool subtract_coupling, int max_landmark_dim,
                          Eliminated*, double* block);
@@ -44,20 +103,20 @@ struct ReducePose {
   template <SimdLevel>
   static CH5_INLINE void Run(const Structure& s, const Linearized& y, int j, bool subtract_coupling,
                              int max_landmark_dim, Eliminated* eliminated, double* block) {
-    const int dim = kernels::Pick<P>(s.pose_dim[j]), stride = Stride(dim), end = s.pose_slots_begin[j + 1];
+    const int dim = Pick<P>(s.pose_dim[j]), stride = Stride(dim), end = s.pose_slots_begin[j + 1];
     thread_local AlignedVector scratch;
-    scratch.assign(static_cast<size_t>(stride * (1 + kernels::Pick<L>(max_landmark_dim))), 0.0);
+    scratch.assign(static_cast<size_t>(stride * (1 + Pick<L>(max_landmark_dim))), 0.0);
     double *b_j = scratch.data(), *Y = b_j + stride;  // Y = H_jl (H_ll + λD)⁻¹
     std::copy_n(y.b.data() + s.pose_offset[j], dim, b_j);
     for (int k = s.pose_slots_begin[j]; k < end; ++k) {
-      if (k + kAhead < end) Prefetch(&y.H_pl.doubles[s.slot_block[s.pose_slots[k + kAhead]]]);
-      const int slot = s.pose_slots[k], l = s.slot_landmark[slot], landmark_dim = kernels::Pick<L>(s.landmark_dim[l]);
-      const double* H_jl = &y.H_pl.doubles[s.slot_block[slot]];
+      if (k + kAhead < end) Prefetch(&y.H_pl[s.slot_block[s.pose_slots[k + kAhead]]]);
+      const int slot = s.pose_slots[k], l = s.slot_landmark[slot], landmark_dim = Pick<L>(s.landmark_dim[l]);
+      const double* H_jl = &y.H_pl[s.slot_block[slot]];
       const double* H_ll_inverse_b = eliminated->H_ll_inverse_b.data() + s.landmark_offset[l] - s.ordering.dim_poses;
-      kernels::SubtractProductVector<P, L>(H_jl, H_ll_inverse_b, dim, landmark_dim, b_j);
+      SubtractProductVector<P, L>(H_jl, H_ll_inverse_b, dim, landmark_dim, b_j);
       if (!subtract_coupling) continue;
-      kernels::Multiply<P, L>(H_jl, &eliminated->H_ll_inverse[s.landmark_block[l]], dim, landmark_dim, Y);
-      kernels::SubtractProduct<P, P, L>(H_jl, Y, dim, dim, landmark_dim, block);
+      Multiply<P, L>(H_jl, &eliminated->H_ll_inverse[s.landmark_block[l]], dim, landmark_dim, Y);
+      SubtractProduct<P, P, L>(H_jl, Y, dim, dim, landmark_dim, block);
     }
     std::copy_n(b_j, dim, eliminated->b_S.data() + s.pose_offset[j]);
   }
@@ -76,7 +135,7 @@ int CommonDimension(const std::vector<int>& dims) {
 void ImplicitSchur::Prepare(const Structure& s, ThreadPool* pool) {
   structure_ = &s;
   pool_ = pool;
-  sizes_ = {CommonDimension(s.pose_dim), CommonDimension(s.landmark_dim), false};
+  sizes_ = {CommonDimension(s.pose_dim), CommonDimension(s.landmark_dim)};
   max_landmark_dim_ = s.landmark_dim.empty() ? 0 : *std::max_element(s.landmark_dim.begin(), s.landmark_dim.end());
   CutChunks();
   padded_offset_.assign(1, 0);

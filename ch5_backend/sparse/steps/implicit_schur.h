@@ -10,7 +10,7 @@
 /// Source: Agarwal et al., "Bundle adjustment in the large", ECCV 2010.
 
 #include "ch5_backend/linear/reduced_solver.h"
-#include "ch5_backend/sparse/eliminate.h"
+#include "ch5_backend/sparse/steps/eliminate.h"
 
 namespace ch5 {
 

@@ -1,4 +1,4 @@
-#include "ch5_backend/sparse/weighted_edge_batch.h"
+#include "ch5_backend/sparse/steps/weighted_edge_batch.h"
 
 #include <algorithm>
 #include <typeinfo>

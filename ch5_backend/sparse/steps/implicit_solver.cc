@@ -1,4 +1,4 @@
-#include "ch5_backend/sparse/implicit_solver.h"
+#include "ch5_backend/sparse/steps/implicit_solver.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "ch5_backend/sparse/edge_normal_equations.h"
+#include "ch5_backend/sparse/steps/edge_normal_equations.h"
 
 #include <algorithm>
 

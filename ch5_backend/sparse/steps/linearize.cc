@@ -1,9 +1,9 @@
-#include "ch5_backend/sparse/linearize.h"
+#include "ch5_backend/sparse/steps/linearize.h"
 
 #include <algorithm>
 
 #include "ch5_backend/math/large_pages.h"
-#include "ch5_backend/sparse/kernels/edge_pack.h"
+#include "ch5_backend/sparse/kernels/landmark.h"
 
 namespace ch5 {
 namespace {
@@ -20,7 +20,7 @@ CH5_INLINE void SubtractBlock(const double* C, int stride, int rows, int columns
 }
 
 // The landmarks of one chunk, edge by edge. P×L are the sizes of H_pl's blocks; kWide: registers of eight numbers.
-template <int P, int L, typename Scalar, bool kWide>
+template <int P, int L, bool kWide>
 class ChunkLinearizer {
   static constexpr bool kFixed = P != Eigen::Dynamic && L != Eigen::Dynamic;
 
@@ -32,7 +32,7 @@ class ChunkLinearizer {
     std::fill(sums_.H_pp.begin(), sums_.H_pp.end(), 0.0);
     std::fill(sums_.b.begin(), sums_.b.end(), 0.0);
     const int first = s_.chunk_begin[chunk_], last = s_.chunk_begin[chunk_ + 1];
-    kernels::EdgePack pack(s_.landmark_edges[first], s_.landmark_edges[last]);
+    EdgePack pack(s_.landmark_edges[first], s_.landmark_edges[last]);
     for (int l = first; l < last; ++l) LinearizeLandmark(l, &pack);
   }
 
@@ -42,12 +42,12 @@ class ChunkLinearizer {
     double *H_ll, *b_l;
   };
 
-  CH5_INLINE void LinearizeLandmark(int l, kernels::EdgePack* pack) {
+  CH5_INLINE void LinearizeLandmark(int l, EdgePack* pack) {
     const int dim = kernels::Pick<L>(s_.landmark_dim[l]);
     const bool packed = kFixed && batch_.Active();
     if (!packed || !s_.OneEdgePerSlot()) {
-      Scalar* H_pl = system_.H_pl.Numbers<Scalar>();
-      std::fill(H_pl + s_.slot_block[s_.landmark_slots[l]], H_pl + s_.slot_block[s_.landmark_slots[l + 1]], Scalar(0));
+      double* H_pl = system_.H_pl.data();
+      std::fill(H_pl + s_.slot_block[s_.landmark_slots[l]], H_pl + s_.slot_block[s_.landmark_slots[l + 1]], 0.0);
     }
     kernels::Scratch<kernels::ScratchSize(L, L)> H_scratch;
     kernels::Scratch<kernels::ScratchSize(L, 1), 1> b_scratch;
@@ -69,7 +69,7 @@ class ChunkLinearizer {
   }
 
   // An edge of the batch, whose J̃ and r̃ stand in the pack.
-  CH5_INLINE void AddPackedEdge(int e, kernels::EdgePack* pack, const LandmarkSums& sums) {
+  CH5_INLINE void AddPackedEdge(int e, EdgePack* pack, const LandmarkSums& sums) {
     constexpr int kR = WeightedEdgeBatch::kRows;
     const EdgeRecord& record = s_.edges[e];
     const int lane = pack->LaneOf(batch_, e), num_poses = record.poses_end - record.poses_begin;
@@ -85,7 +85,7 @@ class ChunkLinearizer {
     for (int i = 0; i < num_poses; ++i) {
       const double* J_i = jacobian(poses[i].position);
       const kernels::Rows<kR, P, kWide> rows_i(J_i);
-      Scalar* H_il = system_.H_pl.Numbers<Scalar>() + s_.slot_block[poses[i].slot];
+      double* H_il = system_.H_pl.data() + s_.slot_block[poses[i].slot];
       rows_i.template AddTransposeProductTight<L>(J_l, s_.OneEdgePerSlot(), H_il);
       rows_i.SubtractTransposeVector(r, &sums_.b[poses[i].pose * system_.b_stride]);
       for (int j = 0; j < i; ++j) {
@@ -110,11 +110,11 @@ class ChunkLinearizer {
     for (int i = record.poses_begin; i < record.poses_end; ++i) {
       const EdgePose& a = s_.edge_poses[i];
       const int dim_a = s_.pose_dim[a.pose];
-      Scalar* H_al = system_.H_pl.Numbers<Scalar>() + s_.slot_block[a.slot];
+      double* H_al = system_.H_pl.data() + s_.slot_block[a.slot];
       double* b_a = &sums_.b[a.pose * system_.b_stride];
       for (int c = 0; c < dim_a; ++c) {
         const double* column = C + (a.column + c) * stride;
-        for (int m = 0; m < dim; ++m) H_al[m * dim_a + c] -= static_cast<Scalar>(column[row_l + m]);
+        for (int m = 0; m < dim; ++m) H_al[m * dim_a + c] -= column[row_l + m];
         b_a[c] += column[record.width];
       }
       for (int j = record.poses_begin; j <= i; ++j) {
@@ -143,12 +143,12 @@ class ChunkLinearizer {
   int chunk_;
 };
 
-template <int P, int L, typename Scalar>
+template <int P, int L>
 struct LinearizeChunk {
   using Signature = void(const Structure&, const WeightedEdgeBatch&, int chunk, Linearized*);
   template <SimdLevel kSimd>
   static CH5_INLINE void Run(const Structure& s, const WeightedEdgeBatch& batch, int chunk, Linearized* system) {
-    ChunkLinearizer<P, L, Scalar, kSimd == SimdLevel::kAvx512>(s, batch, chunk, system).Run();
+    ChunkLinearizer<P, L, kSimd == SimdLevel::kAvx512>(s, batch, chunk, system).Run();
   }
 };
 
@@ -185,31 +185,16 @@ struct SumColumn {
   }
 };
 
-template <typename Numbers>
-void TakeZeros(size_t n, Numbers* numbers) {
-  numbers->clear();
-  numbers->reserve(n);
-  AskForLargePages(numbers->data(), n * sizeof(numbers->front()));
-  numbers->resize(n);
-}
-
 }  // namespace
-
-void CouplingBlocks::Resize(int size) {
-  const auto n = static_cast<size_t>(size + kLanes);  // the last block is read in whole registers too
-  TakeZeros(single_precision ? 0 : n, &doubles);
-  TakeZeros(single_precision ? n : 0, &floats);
-}
-
-MatXX CouplingBlocks::Block(int begin, int rows, int columns) const {
-  if (single_precision) return Eigen::Map<const Eigen::MatrixXf>(&floats[begin], rows, columns).cast<double>();
-  return Eigen::Map<const MatXX>(&doubles[begin], rows, columns);
-}
 
 void Linearized::Resize(const Structure& s) {
   H_pp.SetPattern(s.pose_dim, s.H_pp_pattern);
   normal_equations.assign(static_cast<size_t>(s.num_normal_equation_values), 0.0);
-  H_pl.Resize(s.num_H_pl_values);
+  const auto num_H_pl = static_cast<size_t>(s.num_H_pl_values + kLanes);  // the last block is read in whole registers too
+  H_pl.clear();
+  H_pl.reserve(num_H_pl);
+  AskForLargePages(H_pl.data(), num_H_pl * sizeof(double));
+  H_pl.resize(num_H_pl);
   H_ll.assign(static_cast<size_t>(s.num_H_ll_values), 0.0);
   b.setZero(s.Size());
   b_stride = s.pose_dim.empty() ? 0 : Stride(*std::max_element(s.pose_dim.begin(), s.pose_dim.end()));
@@ -221,7 +206,7 @@ void Linearized::Resize(const Structure& s) {
 }
 
 void Linearize(const Structure& s, const WeightedEdgeBatch& batch, ThreadPool* pool, Linearized* system) {
-  const auto linearize_chunk = Dispatch<LinearizeChunk>(system->SizesFor(s));
+  const auto linearize_chunk = Dispatch<LinearizeChunk>(s.sizes);
   pool->Run(s.NumChunks(), [&](int chunk) { linearize_chunk(s, batch, chunk, system); });
 
   ParallelFor(pool, s.num_active_edges - s.num_landmark_edges, kEdges, [&](int begin, int end) {

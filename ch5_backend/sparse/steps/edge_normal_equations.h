@@ -3,7 +3,7 @@
 /// the lower half is meant; column-major without padding. They are negative because the dense kernels subtract.
 
 #include "ch5_backend/graph/whitening.h"
-#include "ch5_backend/sparse/structure.h"
+#include "ch5_backend/sparse/steps/structure.h"
 
 namespace ch5 {
 

@@ -1,0 +1,56 @@
+#pragma once
+/// The normal equations at the present states:
+///
+///   H = Σ J̃ᵀJ̃,   b = −Σ J̃ᵀr̃                                     r̃, J̃: graph/whitening.h;  Triggs (2000), §4.3
+///
+///      ┌───────┬──────┐        H_pp  sparse blocks: poses that share an edge
+///      │ H_pp  │ H_pl │        H_pl  a block for each slot (landmark, pose that sees it)
+///      ├───────┼──────┤        H_ll  block diagonal, so that its inverse is cheap
+///      │ H_plᵀ │ H_ll │
+///      └───────┴──────┘
+///
+/// Chunk by chunk, the edges of each landmark are linearised: its blocks of H_ll, H_pl and b_l are then complete, and its
+/// part of H_pp and b_p goes to sums of the chunk's own. The edges between poses follow. Then each column of H_pp adds up
+/// what belongs to it, in the order of the structure: the result is the same to the bit for any number of threads.
+
+#include "ch5_backend/math/parallel.h"
+#include "ch5_backend/sparse/kernels/landmark.h"
+#include "ch5_backend/sparse/steps/edge_normal_equations.h"
+#include "ch5_backend/sparse/steps/weighted_edge_batch.h"
+
+namespace ch5 {
+
+struct Linearized {
+  SymmetricBlockMatrix H_pp;
+  AlignedVector H_pl;        ///< see Structure::slot_block
+  std::vector<double> H_ll;  ///< see Structure::landmark_block
+  VecX b;                    ///< all rows, poses first
+
+  /// Memory that Linearize works in.
+  struct PoseSums {
+    AlignedVector H_pp, b;  ///< laid out as H_pp, and b_p with `b_stride` numbers a pose
+  };
+  std::vector<PoseSums> chunk_sums;
+  int b_stride = 0;
+  AlignedVector normal_equations;  ///< of each edge between poses, negative
+  InformationFactors factors;
+
+  /// Takes all memory for this structure.
+  void Resize(const Structure& structure);
+  /// What the kernels need of the poses that see landmark `l`.
+  kernels::LandmarkSlots Slots(const Structure& s, int l) const {
+    return {s.landmark_slots[l],  s.landmark_slots[l + 1], s.slot_pose.data(), s.slot_block.data(),
+            s.pose_offset.data(), s.pose_dim.data(),       H_pl.data()};
+  }
+  /// The block of H_pl that belongs to a slot.
+  Eigen::Map<const MatXX> Coupling(const Structure& s, int slot) const {
+    return {&H_pl[s.slot_block[slot]], s.pose_dim[s.slot_pose[slot]], s.landmark_dim[s.slot_landmark[slot]]};
+  }
+};
+
+/// Fills H and b.
+/// @param batch  the landmarks' edges where they fit into one, its poses just loaded; otherwise it is not active
+/// @param pool   of one thread if an edge has numeric Jacobians, which move the vertices
+void Linearize(const Structure& structure, const WeightedEdgeBatch& batch, ThreadPool* pool, Linearized* system);
+
+}  // namespace ch5

@@ -1,0 +1,283 @@
+#include "ch5_backend/sparse/steps/structure.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace ch5 {
+namespace {
+
+constexpr int kNone = -1;
+
+// Sorts items [begin, end) by key(item) in [0, num_keys), equal ones in their order.
+// @return where the items of each key begin, and where the last ones end, counted from `begin`
+template <typename Iterator, typename Key>
+std::vector<int> SortByKey(Iterator begin, Iterator end, int num_keys, const Key& key) {
+  std::vector<int> begins(static_cast<size_t>(num_keys) + 2, 0);
+  for (auto item = begin; item != end; ++item) ++begins[key(*item) + 2];
+  for (int k = 2; k <= num_keys; ++k) begins[k] += begins[k - 1];
+  const std::vector<int> items(begin, end);
+  for (const int item : items) begin[begins[key(item) + 1]++] = item;
+  begins.pop_back();
+  return begins;
+}
+
+std::vector<int> Numbers(size_t count) {
+  std::vector<int> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return numbers;
+}
+
+// Edges and vertices are asked no more below, but for their dimensions: all is in the flat numbers of the incidence.
+
+// A list for each landmark, as the ordering numbers them: that of landmark l is [begin[l], begin[l + 1]) of items.
+struct Lists {
+  std::vector<int> items, begin;
+  int Length(int l) const { return begin[l + 1] - begin[l]; }
+};
+
+// The edges of each landmark; two more lists hold those between poses, and the constant ones.
+Lists GroupEdges(const Ordering& ordering) {
+  const std::vector<int> landmark_of = LandmarkOfEachEdge(ordering);
+  const int num_landmarks = static_cast<int>(ordering.landmarks.size());
+  Lists edges{Numbers(ordering.edges.size()), {}};
+  edges.begin = SortByKey(edges.items.begin(), edges.items.end(), num_landmarks + 2, [&](int e) {
+    if (landmark_of[e] != kNone) return landmark_of[e];
+    return ordering.incidence.begin[e] < ordering.incidence.begin[e + 1] ? num_landmarks : num_landmarks + 1;
+  });
+  return edges;
+}
+
+// The free poses that share an edge with each landmark, by ascending number.
+Lists ListPosesOfLandmarks(const Ordering& ordering, const Lists& edges) {
+  const Incidence& incidence = ordering.incidence;
+  const int num_poses = static_cast<int>(ordering.poses.size());
+  std::vector<int> last_seen_by(ordering.poses.size(), kNone);
+  Lists poses{{}, {0}};
+  for (int l = 0; l < static_cast<int>(ordering.landmarks.size()); ++l) {
+    for (int k = edges.begin[l]; k < edges.begin[l + 1]; ++k) {
+      for (int i = incidence.begin[edges.items[k]]; i < incidence.begin[edges.items[k] + 1]; ++i) {
+        const int number = incidence.entries[i].number;
+        if (number >= num_poses || last_seen_by[number] == l) continue;
+        last_seen_by[number] = l;
+        poses.items.push_back(number);
+      }
+    }
+    std::sort(poses.items.begin() + poses.begin.back(), poses.items.end());
+    poses.begin.push_back(static_cast<int>(poses.items.size()));
+  }
+  return poses;
+}
+
+// The landmarks by these lists as words are sorted in a lexicon, equal ones by dimension: a radix sort from the last place
+// to the first, which each list joins at its own end (Aho, Hopcroft & Ullman 1974, §3.2).
+std::vector<int> SortLandmarks(const Ordering& ordering, const Lists& seen_by) {
+  const auto& landmarks = ordering.landmarks;
+  std::vector<int> order = Numbers(landmarks.size());
+  int largest = 0, longest = 0;
+  for (const int l : order) {
+    largest = std::max(largest, landmarks[l]->LocalDimension());
+    longest = std::max(longest, seen_by.Length(l));
+  }
+  SortByKey(order.begin(), order.end(), largest + 1, [&](int l) { return landmarks[l]->LocalDimension(); });
+  const auto begin = SortByKey(order.begin(), order.end(), longest + 1, [&](int l) { return seen_by.Length(l); });
+  for (int place = longest - 1; place >= 0; --place) {
+    SortByKey(order.begin() + begin[place + 1], order.end(), static_cast<int>(ordering.poses.size()),
+              [&](int l) { return seen_by.items[seen_by.begin[l] + place]; });
+  }
+  return order;
+}
+
+void NumberVertices(const std::vector<int>& order, Structure* s) {
+  for (const auto& vertex : s->ordering.poses) {
+    s->poses.push_back(vertex.get());
+    s->pose_dim.push_back(vertex->LocalDimension());
+    s->pose_offset.push_back(vertex->OrderingId());
+  }
+  for (const int l : order) {
+    Vertex* vertex = s->ordering.landmarks[l].get();
+    const int dim = vertex->LocalDimension();
+    s->landmarks.push_back(vertex);
+    s->landmark_dim.push_back(dim);
+    s->landmark_offset.push_back(vertex->OrderingId());
+    s->landmark_block.push_back(s->num_H_ll_values);
+    s->num_H_ll_values += dim * dim;
+  }
+}
+
+// A slot for each landmark in its new order, and pose that sees it.
+void FindSlots(const std::vector<int>& order, const Lists& seen_by, Structure* s) {
+  for (std::vector<int>* list : {&s->slot_pose, &s->slot_landmark, &s->slot_block})
+    list->reserve(seen_by.items.size() + 1);
+  s->landmark_slots.push_back(0);
+  for (int l = 0; l < s->NumLandmarks(); ++l) {
+    for (int k = seen_by.begin[order[l]]; k < seen_by.begin[order[l] + 1]; ++k) {
+      s->slot_pose.push_back(seen_by.items[k]);
+      s->slot_landmark.push_back(l);
+      s->slot_block.push_back(s->num_H_pl_values);
+      s->num_H_pl_values += s->pose_dim[seen_by.items[k]] * s->landmark_dim[l];
+    }
+    s->landmark_slots.push_back(static_cast<int>(s->slot_pose.size()));
+  }
+  s->slot_block.push_back(s->num_H_pl_values);
+  s->pose_slots = Numbers(s->slot_pose.size());
+  s->pose_slots_begin = SortByKey(s->pose_slots.begin(), s->pose_slots.end(), s->NumPoses(),
+                                  [&](int slot) { return s->slot_pose[slot]; });
+}
+
+void ListEdge(int e, int landmark_dim, const std::vector<int>& slot_of_pose, Structure* s) {
+  const Incidence& incidence = s->ordering.incidence;
+  const int begin = static_cast<int>(s->edge_poses.size());
+  EdgeRecord record{s->ordering.edges[e].get(), begin, begin, kNone, 0, 0, 0};
+  for (int k = incidence.begin[e]; k < incidence.begin[e + 1]; ++k) {
+    const auto [position, number] = incidence.entries[k];
+    if (number < s->NumPoses()) {
+      s->edge_poses.push_back({position, number, slot_of_pose[number], 0});
+    } else {
+      record.landmark_position = position;
+    }
+  }
+  record.poses_end = static_cast<int>(s->edge_poses.size());
+  std::sort(s->edge_poses.begin() + begin, s->edge_poses.end(),
+            [](const EdgePose& a, const EdgePose& b) { return a.pose < b.pose; });
+  for (int t = begin; t < record.poses_end; ++t) {
+    s->edge_poses[t].column = record.width;
+    record.width += s->pose_dim[s->edge_poses[t].pose];
+  }
+  record.width += landmark_dim;
+  s->max_width = std::max(s->max_width, record.width);
+  s->edges.push_back(record);
+}
+
+void ListEdges(const std::vector<int>& order, const Lists& edges, Structure* s) {
+  const int num_landmarks = s->NumLandmarks();
+  s->num_landmark_edges = edges.begin[num_landmarks];
+  s->num_active_edges = edges.begin[num_landmarks + 1];
+  s->max_rows = s->ordering.incidence.max_residual_dimension;
+  s->edges.reserve(edges.items.size());
+  s->edge_poses.reserve(s->ordering.incidence.entries.size() - static_cast<size_t>(s->num_landmark_edges));
+  std::vector<int> slot_of_pose(s->poses.size(), kNone);
+  for (int l = 0; l < num_landmarks; ++l) {
+    s->landmark_edges.push_back(static_cast<int>(s->edges.size()));
+    for (int k = s->landmark_slots[l]; k < s->landmark_slots[l + 1]; ++k) slot_of_pose[s->slot_pose[k]] = k;
+    for (int k = edges.begin[order[l]]; k < edges.begin[order[l] + 1]; ++k) {
+      ListEdge(edges.items[k], s->landmark_dim[l], slot_of_pose, s);
+    }
+  }
+  s->landmark_edges.push_back(s->num_landmark_edges);
+  s->num_landmark_edge_poses = static_cast<int>(s->edge_poses.size());
+  slot_of_pose.assign(s->poses.size(), kNone);
+  for (size_t k = s->edges.size(); k < edges.items.size(); ++k) ListEdge(edges.items[k], 0, slot_of_pose, s);
+}
+
+// Calls pair(record, i, j) for each two free poses of the active edges from `first` on, and each with itself: the edge's
+// i-th and j-th, i ≥ j.
+template <typename Pair>
+void ForEachPair(int first, Structure* s, const Pair& pair) {
+  for (int e = first; e < s->num_active_edges; ++e) {
+    EdgeRecord& record = s->edges[e];
+    for (int i = 0; i < record.poses_end - record.poses_begin; ++i) {
+      for (int j = 0; j <= i; ++j) pair(record, i, j);
+    }
+  }
+}
+
+// H_pp's pattern, and which of its blocks each edge changes.
+void ListHessianBlocks(Structure* s) {
+  const auto pose = [s](const EdgeRecord& record, int i) { return s->edge_poses[record.poses_begin + i].pose; };
+  size_t num_edge_blocks = 0;
+  s->H_pp_pattern.resize(s->poses.size());
+  for (int j = 0; j < s->NumPoses(); ++j) s->H_pp_pattern[j] = {j};
+  ForEachPair(0, s, [&](const EdgeRecord& record, int i, int j) {
+    ++num_edge_blocks;
+    if (i == j) return;
+    std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
+    const auto it = std::lower_bound(rows.begin(), rows.end(), pose(record, i));
+    if (it == rows.end() || *it != pose(record, i)) rows.insert(it, pose(record, i));
+  });
+  std::vector<int> column_begin{0};
+  for (const auto& rows : s->H_pp_pattern) column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
+  s->edge_blocks.reserve(num_edge_blocks);
+  ForEachPair(0, s, [&](EdgeRecord& record, int i, int j) {
+    if (i == 0) record.blocks_begin = static_cast<int>(s->edge_blocks.size());
+    const std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
+    const auto row = i == j ? 0 : std::lower_bound(rows.begin(), rows.end(), pose(record, i)) - rows.begin();
+    s->edge_blocks.push_back(column_begin[pose(record, j)] + static_cast<int>(row));
+  });
+  s->pose_edge_blocks_begin.assign(static_cast<size_t>(column_begin.back()) + 1, 0);
+}
+
+// What the edges between poses add to each of these blocks.
+void ListPoseEdgeBlocks(Structure* s) {
+  const int first = s->num_landmark_edges;
+  for (int e = first; e < s->num_active_edges; ++e) {
+    s->edges[e].normal_equations = s->num_normal_equation_values;
+    s->num_normal_equation_values += (s->edges[e].width + 1) * (s->edges[e].width + 1);
+  }
+  const auto block = [s](const EdgeRecord& record, int i, int j) {
+    return s->edge_blocks[record.blocks_begin + i * (i + 1) / 2 + j];
+  };
+  std::vector<int>& begin = s->pose_edge_blocks_begin;
+  ForEachPair(first, s, [&](const EdgeRecord& record, int i, int j) { ++begin[block(record, i, j) + 1]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<int> next(begin.begin(), begin.end() - 1);
+  s->pose_edge_blocks.resize(static_cast<size_t>(begin.back()));
+  ForEachPair(first, s, [&](const EdgeRecord& record, int i, int j) {
+    const EdgePose &a = s->edge_poses[record.poses_begin + i], &b = s->edge_poses[record.poses_begin + j];
+    const int stride = record.width + 1, column = record.normal_equations + b.column * stride;
+    s->pose_edge_blocks[next[block(record, i, j)]++] = {column + a.column, stride, i == j ? column + record.width : kNone};
+  });
+}
+
+// As many chunks as make the work of one clearly more than that of clearing and adding its sums; the number of threads
+// has no say, so that it does not change the sums.
+void CutChunks(Structure* s) {
+  constexpr int kMost = 16, kEdges = 64;
+  const int edges = s->num_landmark_edges;
+  if (edges == 0) return;
+  int num_H_pp_values = 0;
+  for (const auto& rows : s->H_pp_pattern) {
+    for (const int i : rows) num_H_pp_values += Stride(s->pose_dim[i]) * s->pose_dim[rows.front()];
+  }
+  const int chunks = std::clamp(static_cast<int>(4.0 * edges / std::max(1, num_H_pp_values)), 1,
+                                std::clamp(edges / kEdges, 1, kMost));
+  s->chunk_begin.push_back(0);
+  for (int l = 0; l < s->NumLandmarks(); ++l) {
+    const auto done = static_cast<double>(s->landmark_edges[l]), share = static_cast<double>(edges) / chunks;
+    if (done >= share * static_cast<double>(s->chunk_begin.size())) s->chunk_begin.push_back(l);
+  }
+  s->chunk_begin.push_back(s->NumLandmarks());
+}
+
+// Speeds and biases have no part in a landmark's edges, so their sizes do not count.
+BlockSizes CommonSizes(const Structure& s) {
+  const auto common = [](const std::vector<int>& items, const std::vector<int>& dim) {
+    int found = 0;
+    for (const int item : items) {
+      if (found != 0 && found != dim[item]) return Eigen::Dynamic;
+      found = dim[item];
+    }
+    return found;
+  };
+  return {common(s.slot_pose, s.pose_dim), common(Numbers(s.landmarks.size()), s.landmark_dim)};
+}
+
+}  // namespace
+
+Structure BuildStructure(Ordering ordering) {
+  Structure s;
+  s.ordering = std::move(ordering);
+  const Lists edges = GroupEdges(s.ordering);
+  const Lists seen_by = ListPosesOfLandmarks(s.ordering, edges);
+  const std::vector<int> order = SortLandmarks(s.ordering, seen_by);
+  NumberVertices(order, &s);
+  FindSlots(order, seen_by, &s);
+  ListEdges(order, edges, &s);
+  ListHessianBlocks(&s);
+  ListPoseEdgeBlocks(&s);
+  CutChunks(&s);
+  s.sizes = CommonSizes(s);
+  s.ordering.incidence = {};
+  return s;
+}
+
+}  // namespace ch5
