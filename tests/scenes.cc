@@ -1,11 +1,11 @@
 #include "tests/scenes.h"
 
+#include "ch5_backend/simulate/mono_ba.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/edge_bal.h"
 #include "ch5_backend/types/edge_curve_fitting.h"
 #include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
-#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5::test {
 namespace {

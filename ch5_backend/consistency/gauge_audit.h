@@ -9,7 +9,7 @@
 ///
 /// This folder, `consistency/`, asks whether an estimator is as certain as it may be. In: edges, priors, estimates with
 /// their covariances. Out: spurious information along the gauge, edges with corrected Jacobians, NEES with its bounds.
-/// Reading order: gauge_directions.h, this file, gauge_freedom.h, gauge_handling.h, observability.h, nees.h.
+/// Reading order: gauge_directions.h, this file, gauge_freedom.h, observability.h.
 
 #include "ch5_backend/consistency/gauge_directions.h"
 #include "ch5_backend/marginalize/edge_prior.h"

@@ -8,7 +8,7 @@
 #include "ch5_backend/experiments/studies/command_line.h"
 #include "ch5_backend/experiments/studies/file_command.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
-#include "ch5_backend/world/files/recording_file.h"
+#include "ch5_backend/files/recording_file.h"
 
 namespace {
 

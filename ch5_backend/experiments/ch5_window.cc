@@ -3,10 +3,10 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "ch5_backend/evaluate/trajectory_error.h"
 #include "ch5_backend/experiments/studies/file_command.h"
 #include "ch5_backend/experiments/studies/window_graph.h"
-#include "ch5_backend/world/evaluate/trajectory_error.h"
-#include "ch5_backend/world/files/trajectory_file.h"
+#include "ch5_backend/files/trajectory_file.h"
 
 namespace {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/evaluate/reconstruction.h"
 #include "ch5_backend/sparse/sparse_solver.h"
-#include "ch5_backend/world/evaluate/reconstruction.h"
 
 namespace ch5::lab {
 namespace {

@@ -8,7 +8,7 @@
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/lab/json.h"
 #include "ch5_backend/lab/query.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
+#include "ch5_backend/simulate/mono_ba.h"
 
 namespace ch5::lab {
 

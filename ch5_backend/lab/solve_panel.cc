@@ -1,7 +1,7 @@
+#include "ch5_backend/evaluate/reconstruction.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/lab/panels.h"
 #include "ch5_backend/lab/scene.h"
-#include "ch5_backend/world/evaluate/reconstruction.h"
 
 namespace ch5::lab {
 namespace {

@@ -6,8 +6,8 @@
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/graph/sized_edge.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/vertices.h"
-#include "ch5_backend/world/simulate/random.h"
 #include "ch5_homework/judge/seed.h"
 
 namespace ch5::homework {

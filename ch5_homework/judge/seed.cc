@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <optional>
 
-#include "ch5_backend/world/simulate/random.h"
+#include "ch5_backend/simulate/random.h"
 
 namespace ch5::homework {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/world/simulate/random.h"
 #include "ch5_homework/judge/narrate.h"
 #include "ch5_homework/judge/seed.h"
 #include "ch5_homework/judge/submission.h"

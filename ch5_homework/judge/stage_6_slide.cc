@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/marginalize/marginalize.h"
-#include "ch5_backend/world/simulate/random.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_homework/judge/narrate.h"
 #include "ch5_homework/judge/seed.h"
 #include "ch5_homework/judge/stage_6_window.h"

@@ -5,7 +5,7 @@
 
 #include <sstream>
 
-#include "ch5_backend/world/simulate/mono_ba.h"
+#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_homework/judge/mistakes/stage_7_solve.h"
 #include "ch5_homework/judge/mistakes/stage_7_system.h"
 #include "ch5_homework/judge/stage_7_scene.h"

@@ -13,8 +13,8 @@
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/marginalize/marginalization_error.h"
 #include "ch5_backend/marginalize/marginalization_info.h"
+#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/window/vins_window.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
 
 namespace ch5::homework {
 

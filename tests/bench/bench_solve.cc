@@ -7,9 +7,9 @@
 #include <fstream>
 
 #include "ch5_backend/dense/problem.h"
+#include "ch5_backend/files/bal.h"
+#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
-#include "ch5_backend/world/files/bal.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
 
 namespace ch5 {
 namespace {

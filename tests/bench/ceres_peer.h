@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "ch5_backend/world/files/bal.h"
-#include "ch5_backend/world/files/window_dump.h"
+#include "ch5_backend/files/bal.h"
+#include "ch5_backend/files/window_dump.h"
 
 namespace ch5::peer {
 

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "ch5_backend/world/files/bal.h"
-#include "ch5_backend/world/files/window_dump.h"
+#include "ch5_backend/files/bal.h"
+#include "ch5_backend/files/window_dump.h"
 #include "tests/bench/ceres_peer.h"
 
 namespace ch5::bench {

@@ -2,7 +2,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "ch5_backend/world/simulate/mono_ba.h"
+#include "ch5_backend/simulate/mono_ba.h"
 #include "tests/bench/measure.h"
 
 namespace ch5::bench {

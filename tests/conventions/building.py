@@ -98,7 +98,7 @@ class Targets(unittest.TestCase):
         commands = self.commands(BUILD, "check_problem")
         for layer in ("math", "graph", "linear", "types", "dense"):
             self.assertIn(f"/ch5_backend/{layer}/", commands)
-        for layer in ("solve", "sparse", "marginalize", "window", "world/files", "apps"):
+        for layer in ("solve", "sparse", "marginalize", "window", "files", "experiments"):
             self.assertNotIn(f"/ch5_backend/{layer}/", commands)
 
     def test_without_googletest_there_are_the_library_and_the_programs(self):

@@ -8,7 +8,7 @@ from pathlib import Path
 from tests.conventions.project import ROOT, tracked_files
 
 LIBRARY = "math graph linear solve types dense sparse/kernels sparse/steps sparse marginalize consistency window/start window " \
-          "world world/simulate world/files world/evaluate"
+          "simulate files evaluate"
 
 # What each folder of ch5_backend/ may include, besides itself.
 MAY_INCLUDE = {
@@ -25,10 +25,9 @@ MAY_INCLUDE = {
     "consistency": "math graph linear solve types sparse/steps sparse marginalize",
     "window/start": "math graph linear solve types sparse/steps sparse marginalize consistency",
     "window": "math graph linear solve types sparse/steps sparse marginalize consistency window/start",
-    "world": "math graph types",
-    "world/simulate": "math graph types world",
-    "world/files": "math graph types world",
-    "world/evaluate": "math graph types world world/simulate",
+    "simulate": "math graph types",
+    "files": "math graph types",
+    "evaluate": "math graph types simulate",
     "experiments": LIBRARY,
     "lab": LIBRARY + " experiments",
 }
@@ -124,11 +123,12 @@ class Layers(unittest.TestCase):
             text = "".join(f'#include "{name}"\n' for name in included)
             return [words for _, words in cpp_faults(path, text, lambda name: name != "edge.h")]
         self.assertEqual(faults("ch5_backend/sparse/a.cc", "ch5_backend/graph/edge.h", "ch5_backend/sparse/a.h"), [])
-        self.assertEqual(faults("ch5_backend/world/a.cc", "ch5_backend/types/a.h", "ch5_backend/math/a.h"), [])
-        self.assertEqual(faults("ch5_backend/experiments/a.cc", "ch5_backend/window/a.h", "ch5_backend/world/a.h"), [])
+        self.assertEqual(faults("ch5_backend/simulate/a.cc", "ch5_backend/types/a.h", "ch5_backend/math/a.h"), [])
+        self.assertEqual(faults("ch5_backend/experiments/a.cc", "ch5_backend/window/a.h", "ch5_backend/evaluate/a.h"), [])
         self.assertEqual(faults("ch5_homework/judge/a.cc", "ch5_homework/judge/a.h", "ch5_backend/window/a.h"), [])
-        for user, used in (("graph", "types"), ("world", "solve"), ("solve", "world"), ("solve", "graph"),
-                           ("window/start", "window"), ("sparse/kernels", "sparse/steps"), ("sparse/steps", "sparse"), ("world/files", "world/simulate"), ("window", "experiments"),
+        for user, used in (("graph", "types"), ("simulate", "solve"), ("solve", "simulate"), ("solve", "graph"),
+                           ("window/start", "window"), ("sparse/kernels", "sparse/steps"), ("sparse/steps", "sparse"),
+                           ("files", "simulate"), ("window", "experiments"),
                            ("experiments", "lab")):
             self.assertEqual(len(faults(f"ch5_backend/{user}/a.h", f"ch5_backend/{used}/a.h")), 1, (user, used))
         self.assertEqual(len(faults("ch5_backend/graph/a.h", "edge.h")), 1)

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <cstring>
 
-#include "ch5_backend/math/so3.cc"                // NOLINT(bugprone-suspicious-include)
-#include "ch5_backend/world/simulate/mono_ba.cc"  // NOLINT(bugprone-suspicious-include)
+#include "ch5_backend/math/so3.cc"          // NOLINT(bugprone-suspicious-include)
+#include "ch5_backend/simulate/mono_ba.cc"  // NOLINT(bugprone-suspicious-include)
 
 namespace {
 

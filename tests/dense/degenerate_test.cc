@@ -5,11 +5,11 @@
 #include <limits>
 
 #include "ch5_backend/dense/problem.h"
+#include "ch5_backend/simulate/mono_ba.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/edge_curve_fitting.h"
 #include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
-#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5 {
 namespace {

@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "ch5_backend/dense/problem.h"
+#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/types/edge_reprojection.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
 
 namespace ch5::test {
 namespace {

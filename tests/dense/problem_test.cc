@@ -6,10 +6,10 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "ch5_backend/simulate/mono_ba.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
-#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5 {
 namespace {

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/edge_between.h"
-#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5 {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "ch5_backend/world/files/recording_file.h"
+#include "ch5_backend/files/recording_file.h"
 #include "tests/window/simulations.h"
 
 int main(int argc, char** argv) {

@@ -1,6 +1,6 @@
 // Any bytes as a BAL file: it is refused with a FileError, or what is written of it is read back as the same.
-#include "ch5_backend/world/files/bal.h"
-#include "ch5_backend/world/files/text_reader.h"
+#include "ch5_backend/files/bal.h"
+#include "ch5_backend/files/text_reader.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

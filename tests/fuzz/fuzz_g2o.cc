@@ -1,6 +1,6 @@
 // Any bytes as a pose graph: it is refused with a FileError, or what is written of it can be read again.
-#include "ch5_backend/world/files/g2o_file.h"
-#include "ch5_backend/world/files/text_reader.h"
+#include "ch5_backend/files/g2o_file.h"
+#include "ch5_backend/files/text_reader.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

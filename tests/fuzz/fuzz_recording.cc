@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "ch5_backend/world/files/recording_file.h"
+#include "ch5_backend/files/recording_file.h"
 #include "tests/fuzz/memory_file.h"
 
 namespace {

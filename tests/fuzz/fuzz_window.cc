@@ -1,7 +1,7 @@
 // Any bytes as a window: it is refused with a FileError, or its indices and sizes can be relied on.
 #include <cmath>
 
-#include "ch5_backend/world/files/window_dump.h"
+#include "ch5_backend/files/window_dump.h"
 #include "tests/fuzz/memory_file.h"
 
 namespace {

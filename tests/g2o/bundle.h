@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "ch5_backend/graph/graph.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/edge_reprojection.h"
-#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5::test {
 

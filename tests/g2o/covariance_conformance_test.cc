@@ -3,9 +3,9 @@
 
 #include <Eigen/LU>
 
+#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
 #include "tests/g2o/bundle.h"
 #include "tests/g2o/point_chain.h"
 #include "tests/graph_error.h"

@@ -14,7 +14,7 @@
 //   G12  push, pop, clear, gauge …                graph/graph.h                graph_conformance_test.cc, optimizer_conformance_test.cc
 //   G13  all linear solvers give the same x       linear/reduced_solver.h       system_conformance_test.cc
 //   G14  what a graph refuses                     graph/graph.h                graph_conformance_test.cc
-//   G15  .g2o files, the choice in three steps    world/files/g2o_file.h             optimizer_conformance_test.cc, ../pose_graph
+//   G15  .g2o files, the choice in three steps    files/g2o_file.h                   optimizer_conformance_test.cc, ../pose_graph
 //        buildStructure, setLambda, saveHessian   sparse/sparse_solver.h                system_conformance_test.cc
 #include <gtest/gtest.h>
 
@@ -22,9 +22,9 @@
 
 #include "ch5_backend/dense/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
+#include "ch5_backend/files/g2o_file.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/world/files/g2o_file.h"
 #include "tests/g2o/bundle.h"
 #include "tests/g2o/point_chain.h"
 

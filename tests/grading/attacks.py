@@ -63,7 +63,7 @@ HEAD = """#include <fcntl.h>
 #include <typeinfo>
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
+#include "ch5_backend/simulate/mono_ba.h"
 inline void Say(int to, const std::string& text) { if (write(to, text.data(), text.size()) < 0) return; }
 inline void Outlive() {
   for (int k = 1; k < 32; ++k) signal(k, SIG_IGN);

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <limits>
 
-#include "ch5_backend/world/simulate/random.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_homework/judge/remote/members.h"
 #include "ch5_homework/judge/remote/mono_ba_wire.h"
 #include "ch5_homework/judge/remote/window_wire.h"

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "ch5_backend/world/simulate/random.h"
+#include "ch5_backend/simulate/random.h"
 
 namespace ch5::test {
 

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "ch5_backend/math/eigen_types.h"
-#include "ch5_backend/world/simulate/random.h"
+#include "ch5_backend/simulate/random.h"
 
 namespace ch5::test {
 namespace {

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <map>
 
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/edge_imu.h"
 #include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5 {
 

@@ -5,10 +5,10 @@
 
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/graph/graph.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/edge_imu.h"
 #include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5 {
 

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "ch5_backend/world/simulate/random.h"
+#include "ch5_backend/simulate/random.h"
 
 namespace ch5 {
 namespace {

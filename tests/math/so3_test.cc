@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "ch5_backend/world/simulate/random.h"
+#include "ch5_backend/simulate/random.h"
 
 namespace ch5 {
 namespace {

@@ -5,9 +5,9 @@
 #include <tuple>
 
 #include "ch5_backend/dense/problem.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/edge_curve_fitting.h"
-#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5::test {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "ch5_backend/dense/problem.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
+#include "ch5_backend/simulate/mono_ba.h"
 #include "tests/solve/scripted_system.h"
 
 namespace ch5::test {

@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/graph/whitening.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/steps/weighted_edge_batch.h"
 #include "ch5_backend/types/edge_bal.h"
 #include "ch5_backend/types/edge_reprojection.h"
-#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5::test {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "ch5_backend/dense/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
-#include "ch5_backend/world/simulate/random.h"
 #include "tests/scenes.h"
 
 namespace ch5::test {

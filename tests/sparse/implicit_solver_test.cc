@@ -1,9 +1,9 @@
 // The solvers that never form the Schur complement; that they find the same steps as all others is in equality_test.cc.
 #include <gtest/gtest.h>
 
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/steps/implicit_schur.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
-#include "ch5_backend/world/simulate/random.h"
 #include "tests/scenes.h"
 
 namespace ch5::test {

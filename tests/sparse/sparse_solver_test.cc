@@ -1,12 +1,12 @@
 // What is the sparse solver's own: its errors, its degenerate cases, its threads, its reduced solvers.
 #include <gtest/gtest.h>
 
+#include "ch5_backend/simulate/mono_ba.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
-#include "ch5_backend/world/simulate/random.h"
 #include "tests/scenes.h"
 
 namespace ch5::test {

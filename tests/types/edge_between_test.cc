@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ch5_backend/world/simulate/random.h"
+#include "ch5_backend/simulate/random.h"
 #include "tests/derivatives.h"
 
 namespace ch5 {

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "ch5_backend/world/files/recording_file.h"
+#include "ch5_backend/files/recording_file.h"
 #include "tests/window/simulations.h"
 
 namespace ch5 {

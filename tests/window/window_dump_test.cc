@@ -77,7 +77,7 @@ TEST_P(WindowDumps, MarginalizingTheOldestFrameEqualsVins) {
   }
 }
 
-// Values that no file holds: the reader refuses them (world/files/window_dump.h).
+// Values that no file holds: the reader refuses them (files/window_dump.h).
 TEST(WindowGraph, RefusesAPriorOnSpeedsWithoutImu) {
   WindowDump dump;
   dump.frames.resize(1);

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "ch5_backend/experiments/studies/file_solve.h"
-#include "ch5_backend/world/files/bal.h"
+#include "ch5_backend/files/bal.h"
 
 namespace ch5 {
 

@@ -8,9 +8,9 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/files/text_writer.h"
 #include "ch5_backend/math/simd.h"
-#include "ch5_backend/world/files/text_reader.h"
-#include "ch5_backend/world/files/text_writer.h"
 
 namespace ch5 {
 namespace {

@@ -6,13 +6,13 @@
 #include <thread>
 
 #include "ch5_backend/consistency/gauge_audit.h"
-#include "ch5_backend/consistency/nees.h"
+#include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/experiments/studies/odometry.h"
+#include "ch5_backend/files/csv.h"
 #include "ch5_backend/math/parallel.h"
-#include "ch5_backend/world/files/csv.h"
-#include "ch5_backend/world/simulate/random.h"
-#include "ch5_backend/world/simulate/scene_points.h"
-#include "ch5_backend/world/simulate/simulation.h"
+#include "ch5_backend/simulate/random.h"
+#include "ch5_backend/simulate/scene_points.h"
+#include "ch5_backend/simulate/simulation.h"
 
 namespace ch5 {
 namespace {

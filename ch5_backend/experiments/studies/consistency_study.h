@@ -1,7 +1,7 @@
 #pragma once
 /// Monte-Carlo experiment: do the estimators' covariances match their true errors?
 ///
-/// The newest pose's NEES (consistency/nees.h), averaged over runs that differ in their noise.
+/// The newest pose's NEES (evaluate/nees.h), averaged over runs that differ in their noise.
 ///
 /// Errors in position and yaw need a frame in which both are known, here that of the first state: each run starts from a
 /// state drawn around the truth, its prior has the σ of that draw, and all later errors and covariances are in that W. No

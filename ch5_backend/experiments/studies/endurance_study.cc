@@ -6,10 +6,10 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "ch5_backend/evaluate/align.h"
 #include "ch5_backend/experiments/studies/odometry.h"
-#include "ch5_backend/world/evaluate/align.h"
-#include "ch5_backend/world/files/csv.h"
-#include "ch5_backend/world/simulate/simulation.h"
+#include "ch5_backend/files/csv.h"
+#include "ch5_backend/simulate/simulation.h"
 
 namespace ch5 {
 namespace {

@@ -4,10 +4,10 @@
 #include <functional>
 #include <string>
 
+#include "ch5_backend/files/csv.h"
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/linear/reduced_solver.h"
 #include "ch5_backend/solve/minimizer.h"
-#include "ch5_backend/world/files/csv.h"
 
 namespace ch5 {
 

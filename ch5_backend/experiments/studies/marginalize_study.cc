@@ -5,7 +5,7 @@
 
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/experiments/studies/matrices.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
+#include "ch5_backend/simulate/mono_ba.h"
 
 namespace ch5 {
 namespace {

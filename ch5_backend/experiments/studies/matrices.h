@@ -5,8 +5,8 @@
 #include <string>
 #include <unordered_map>
 
+#include "ch5_backend/files/csv.h"
 #include "ch5_backend/graph/graph.h"
-#include "ch5_backend/world/files/csv.h"
 
 namespace ch5 {
 

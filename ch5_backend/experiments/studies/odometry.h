@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/evaluate/trajectory_error.h"
 #include "ch5_backend/window/estimator.h"
-#include "ch5_backend/world/evaluate/trajectory_error.h"
 
 namespace ch5 {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "ch5_backend/experiments/studies/file_solve.h"
-#include "ch5_backend/world/files/g2o_file.h"
+#include "ch5_backend/files/g2o_file.h"
 
 namespace ch5 {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "ch5_backend/dense/problem.h"
-#include "ch5_backend/world/evaluate/reconstruction.h"
+#include "ch5_backend/evaluate/reconstruction.h"
 
 namespace ch5 {
 

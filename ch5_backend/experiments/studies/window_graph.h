@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
+#include "ch5_backend/files/window_dump.h"
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/types/vertices.h"
-#include "ch5_backend/world/files/window_dump.h"
 
 namespace ch5 {
 

@@ -1,7 +1,7 @@
 #pragma once
 /// The scene of stage 3 on the wire.
 
-#include "ch5_backend/world/simulate/mono_ba.h"
+#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_homework/judge/remote/graph_wire.h"
 
 namespace ch5::homework {

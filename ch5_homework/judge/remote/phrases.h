@@ -18,11 +18,11 @@
 #include "ch5_backend/marginalize/marginalization_info.h"
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/math/psd.h"
+#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/types/vertices.h"
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/vins_window.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
 
 namespace ch5::homework {
 

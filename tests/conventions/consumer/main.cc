@@ -2,7 +2,7 @@
 #include <cstdio>
 
 #include "ch5_backend/dense/problem.h"
-#include "ch5_backend/world/simulate/mono_ba.h"
+#include "ch5_backend/simulate/mono_ba.h"
 
 int main() {
   ch5::MonoBa ba;

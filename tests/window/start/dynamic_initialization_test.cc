@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/simulate/paths.h"
+#include "ch5_backend/simulate/scene_points.h"
+#include "ch5_backend/simulate/simulation.h"
 #include "ch5_backend/window/start/closed_form.h"
-#include "ch5_backend/world/files/recording_file.h"
-#include "ch5_backend/world/simulate/paths.h"
-#include "ch5_backend/world/simulate/scene_points.h"
-#include "ch5_backend/world/simulate/simulation.h"
 
 namespace ch5 {
 namespace {

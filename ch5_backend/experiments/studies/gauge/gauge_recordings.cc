@@ -5,7 +5,7 @@
 
 #include "ch5_backend/experiments/studies/gauge/gauge_solve.h"
 #include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
-#include "ch5_backend/world/files/recording_file.h"
+#include "ch5_backend/files/recording_file.h"
 
 namespace ch5 {
 namespace {

@@ -1,10 +1,10 @@
 #pragma once
 /// One solve of the gauge paper's problem: a way to handle the gauge, and what came of it.
 
-#include "ch5_backend/consistency/gauge_handling.h"
+#include "ch5_backend/evaluate/trajectory_error.h"
+#include "ch5_backend/experiments/studies/gauge/gauge_handling.h"
+#include "ch5_backend/simulate/visual_inertial_ba.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
-#include "ch5_backend/world/evaluate/trajectory_error.h"
-#include "ch5_backend/world/simulate/visual_inertial_ba.h"
 
 namespace ch5 {
 

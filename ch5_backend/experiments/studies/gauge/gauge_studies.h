@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "ch5_backend/world/files/csv.h"
-#include "ch5_backend/world/simulate/visual_inertial_ba.h"
+#include "ch5_backend/files/csv.h"
+#include "ch5_backend/simulate/visual_inertial_ba.h"
 
 namespace ch5 {
 

@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/evaluate/reconstruction.h"
 #include "ch5_backend/experiments/studies/solver/solver_studies.h"
+#include "ch5_backend/files/csv.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
-#include "ch5_backend/world/evaluate/reconstruction.h"
-#include "ch5_backend/world/files/csv.h"
-#include "ch5_backend/world/simulate/random.h"
 
 namespace ch5 {
 namespace {

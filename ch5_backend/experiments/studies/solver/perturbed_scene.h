@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "ch5_backend/world/simulate/mono_ba.h"
+#include "ch5_backend/simulate/mono_ba.h"
 
 namespace ch5 {
 

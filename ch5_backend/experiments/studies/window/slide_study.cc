@@ -6,8 +6,8 @@
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/window/flight.h"
+#include "ch5_backend/files/text_writer.h"
 #include "ch5_backend/window/vins_window.h"
-#include "ch5_backend/world/files/text_writer.h"
 
 namespace ch5 {
 namespace {

@@ -1,0 +1,166 @@
+#include "ch5_backend/files/bal.h"
+
+#include <limits>
+#include <utility>
+
+#include "ch5_backend/files/ply.h"
+#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/files/text_writer.h"
+#include "ch5_backend/types/edge_bal.h"
+
+namespace ch5 {
+namespace {
+
+// A file of `bytes` bytes cannot hold more: each number takes a digit and a space at least.
+void RequireRoomFor(int cameras, int points, int observations, const TextReader& reader) {
+  const uint64_t numbers =
+      4 * static_cast<uint64_t>(observations) + 9 * static_cast<uint64_t>(cameras) + 3 * static_cast<uint64_t>(points);
+  if (2 * numbers > reader.BytesLeft() + 1) {
+    reader.Fail("the header promises " + std::to_string(cameras) + " cameras, " + std::to_string(points) +
+                " points and " + std::to_string(observations) + " observations, " + std::to_string(numbers) +
+                " numbers, but only " + std::to_string(reader.BytesLeft()) + " bytes follow");
+  }
+}
+
+// Throws if a camera sees a point twice. Observations are put in order of points by counting, and each camera
+// remembers its last observation in that order: linear time.
+void RefuseRepetitions(const BalProblem& problem, const std::vector<int>& lines, const std::string& path) {
+  const std::vector<BalObservation>& observations = problem.observations;
+  std::vector<size_t> next(problem.points.size() + 1, 0);  // place of the point's next observation
+  for (const auto& observation : observations) ++next[static_cast<size_t>(observation.point) + 1];
+  for (size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
+  std::vector<size_t> order(observations.size());
+  for (size_t i = 0; i < order.size(); ++i) order[next[static_cast<size_t>(observations[i].point)]++] = i;
+
+  constexpr size_t kNone = std::numeric_limits<size_t>::max();
+  std::vector<size_t> last(problem.cameras.size(), kNone);
+  for (const size_t i : order) {
+    const auto [camera, point, pixel] = observations[i];
+    const size_t previous = std::exchange(last[static_cast<size_t>(camera)], i);
+    if (previous == kNone || observations[previous].point != point) continue;
+    throw FileError(path + ":" + std::to_string(lines[i]) + ": observation " + std::to_string(i) +
+                    " is repeated: camera " + std::to_string(camera) + " saw point " + std::to_string(point) +
+                    " in line " + std::to_string(lines[previous]) + " already");
+  }
+}
+
+Qd Rotation(const Vec9& camera) { return ExpSO3(camera.head<3>()); }
+
+}  // namespace
+
+BalProblem ReadBal(const std::string& path) {
+  constexpr int kMost = std::numeric_limits<int>::max();
+  TextReader reader(path);
+  const int cameras = reader.ReadInt("number of cameras", 1, kMost);
+  const int points = reader.ReadInt("number of points", 1, kMost);
+  const int observations = reader.ReadInt("number of observations", 1, kMost);
+  RequireRoomFor(cameras, points, observations, reader);
+
+  BalProblem problem;
+  problem.observations.resize(static_cast<size_t>(observations));
+  problem.cameras.resize(static_cast<size_t>(cameras));
+  problem.points.resize(static_cast<size_t>(points));
+  std::vector<int> lines;  // of the observations
+  lines.reserve(problem.observations.size());
+  for (int i = 0; i < observations; ++i) {
+    BalObservation& observation = problem.observations[static_cast<size_t>(i)];
+    reader.BeginRecord("observation", i);
+    observation.camera = reader.ReadInt("camera", 0, cameras - 1);
+    lines.push_back(reader.Line());
+    observation.point = reader.ReadInt("point", 0, points - 1);
+    observation.pixel.x() = reader.ReadDouble("x");
+    observation.pixel.y() = reader.ReadDouble("y");
+  }
+  constexpr const char* kParameters[] = {"omega_x", "omega_y", "omega_z", "t_x", "t_y", "t_z", "f", "k1", "k2"};
+  for (int i = 0; i < cameras; ++i) {
+    reader.BeginRecord("camera", i);
+    for (int k = 0; k < 9; ++k) problem.cameras[static_cast<size_t>(i)][k] = reader.ReadDouble(kParameters[k]);
+  }
+  constexpr const char* kCoordinates[] = {"x", "y", "z"};
+  for (int i = 0; i < points; ++i) {
+    reader.BeginRecord("point", i);
+    for (int k = 0; k < 3; ++k) problem.points[static_cast<size_t>(i)][k] = reader.ReadDouble(kCoordinates[k]);
+  }
+  reader.ExpectEnd();
+  RefuseRepetitions(problem, lines, path);
+  return problem;
+}
+
+std::string FormatBal(const BalProblem& problem) {
+  std::string text;
+  text.reserve(48 * problem.observations.size() + 72 * problem.points.size());
+  AppendNumber(static_cast<int>(problem.cameras.size()), ' ', &text);
+  AppendNumber(static_cast<int>(problem.points.size()), ' ', &text);
+  AppendNumber(static_cast<int>(problem.observations.size()), '\n', &text);
+  for (const BalObservation& observation : problem.observations) {
+    AppendNumber(observation.camera, ' ', &text);
+    AppendNumber(observation.point, ' ', &text);
+    AppendNumber(observation.pixel.x(), ' ', &text);
+    AppendNumber(observation.pixel.y(), '\n', &text);
+  }
+  for (const Vec9& camera : problem.cameras) {
+    for (const double x : camera) AppendNumber(x, '\n', &text);
+  }
+  for (const Vec3& point : problem.points) {
+    for (const double x : point) AppendNumber(x, '\n', &text);
+  }
+  return text;
+}
+
+std::string FormatBalPly(const BalProblem& problem) {
+  std::vector<ColouredPoint> points;
+  for (const Vec3& p : problem.points) points.push_back({p, {200, 200, 200}});
+  for (const Vec9& camera : problem.cameras) points.push_back({CameraCentre(camera), {255, 128, 0}});
+  return FormatPly(points);
+}
+
+Vec3 CameraCentre(const Vec9& camera) { return Rotation(camera).conjugate() * -camera.segment<3>(3); }
+
+Mat33 CameraAxes(const Vec9& camera) {
+  Mat33 axes = Rotation(camera).conjugate().toRotationMatrix();
+  axes.col(2) *= -1.0;
+  return axes;
+}
+
+void BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalGraph* bal) {
+  std::vector<std::shared_ptr<VertexCameraBAL>> cameras;
+  std::vector<std::shared_ptr<VertexPointXYZ>> points;
+  for (const Vec9& camera : problem.cameras) {
+    cameras.push_back(std::make_shared<VertexCameraBAL>(camera));
+    bal->graph.AddVertex(cameras.back());
+  }
+  for (const Vec3& point : problem.points) {
+    points.push_back(std::make_shared<VertexPointXYZ>(point));
+    bal->graph.AddVertex(points.back());
+  }
+  for (size_t i = 0; i < problem.observations.size(); ++i) {
+    const BalObservation& observation = problem.observations[i];
+    const auto camera = static_cast<size_t>(observation.camera), point = static_cast<size_t>(observation.point);
+    if (camera >= cameras.size() || point >= points.size()) {
+      throw std::invalid_argument("BuildBal: observation " + std::to_string(i) + " names camera " +
+                                  std::to_string(observation.camera) + " and point " +
+                                  std::to_string(observation.point) + "; one of them does not exist");
+    }
+    auto edge = std::make_shared<EdgeBAL>(cameras[camera], points[point], observation.pixel);
+    edge->SetLossFunction(loss);
+    bal->graph.AddEdge(std::move(edge));
+  }
+  bal->cameras.assign(cameras.begin(), cameras.end());
+  bal->points.assign(points.begin(), points.end());
+}
+
+void ReadBack(const BalGraph& bal, BalProblem* problem) {
+  for (size_t i = 0; i < bal.cameras.size(); ++i) problem->cameras[i] = bal.cameras[i]->Parameters();
+  for (size_t i = 0; i < bal.points.size(); ++i) problem->points[i] = bal.points[i]->Parameters();
+}
+
+double MeanReprojectionError(const Graph& graph) {
+  double sum = 0.0;
+  for (const auto& edge : graph.Edges()) {
+    edge->ComputeResidual();
+    sum += edge->Residual().norm();
+  }
+  return graph.Edges().empty() ? 0.0 : sum / static_cast<double>(graph.Edges().size());
+}
+
+}  // namespace ch5

@@ -1,0 +1,236 @@
+#include "ch5_backend/files/g2o_file.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/files/text_writer.h"
+#include "ch5_backend/types/edge_between.h"
+
+namespace ch5 {
+namespace {
+
+using Words = std::vector<std::string_view>;
+
+constexpr char kVertexSE2[] = "VERTEX_SE2", kVertexSE3[] = "VERTEX_SE3:QUAT";
+constexpr char kEdgeSE2[] = "EDGE_SE2", kEdgeSE3[] = "EDGE_SE3:QUAT", kFix[] = "FIX";
+
+Words Split(std::string_view line) {
+  constexpr char kSpaces[] = " \t\r\v\f";
+  Words words;
+  for (size_t begin; (begin = line.find_first_not_of(kSpaces)) != std::string_view::npos;) {
+    const size_t end = std::min(line.find_first_of(kSpaces, begin), line.size());
+    words.push_back(line.substr(begin, end - begin));
+    line.remove_prefix(end);
+  }
+  return words;
+}
+
+// A letter, then letters, digits and a little punctuation.
+bool IsTag(std::string_view word) {
+  const auto is_letter = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); };
+  for (const char c : word) {
+    if (!is_letter(c) && !(c >= '0' && c <= '9') && c != '_' && c != ':' && c != '-') return false;
+  }
+  return is_letter(word[0]);
+}
+
+class Reader {
+ public:
+  explicit Reader(const std::string& path) : path_(path), text_(path) {}
+
+  G2oFile Read() {
+    while (const auto line = text_.ReadLine()) ReadRecord(*line);
+    if (file_.ids.empty()) {
+      throw FileError(path_ + ": no pose in this file; one is a line that begins with " + kVertexSE3 + " or " +
+                      kVertexSE2);
+    }
+    // Last, since a file may name a vertex before it defines it.
+    for (const Pending& edge : edges_) AddEdge(edge);
+    for (const auto& [line, id] : fixed_) Vertex(id, line, kFix)->SetFixed();
+    return std::move(file_);
+  }
+
+ private:
+  struct Pending {
+    int line;
+    bool is_3d;
+    int i, j;
+    std::vector<double> numbers;
+  };
+
+  void ReadRecord(std::string_view line) {
+    const Words words = Split(line);
+    if (words.empty()) return;
+    const std::string_view tag = words[0];
+    if (tag == kVertexSE2 || tag == kVertexSE3) {
+      ReadVertex(words, tag == kVertexSE3);
+    } else if (tag == kEdgeSE2 || tag == kEdgeSE3) {
+      ReadEdge(words, tag == kEdgeSE3);
+    } else {
+      if (tag == kFix) {
+        if (words.size() < 2) text_.Fail("FIX: which vertex?");
+        for (size_t k = 1; k < words.size(); ++k) fixed_.emplace_back(text_.Line(), ToId(words[k]));
+      } else if (tag[0] != '#' && !IsTag(tag)) {
+        text_.Fail("expected a tag such as VERTEX_SE3:QUAT, got " + TextReader::Quote(tag));
+      }
+      file_.lines.push_back({G2oFile::Kind::kOther, -1, text_.Line(), std::string(line)});
+      if (tag != kFix && tag[0] != '#') file_.unknown.push_back(file_.lines.back());
+    }
+  }
+
+  int ToId(std::string_view word) const {
+    return static_cast<int>(text_.ToInteger(word, "vertex id", 0, std::numeric_limits<int>::max()));
+  }
+
+  std::vector<double> ToNumbers(const Words& words, size_t first, size_t count) const {
+    if (words.size() != first + count) {
+      text_.Fail(std::string(words[0]) + " has " + std::to_string(first + count - 1) + " numbers, got " +
+                 std::to_string(words.size() - 1));
+    }
+    std::vector<double> numbers;
+    for (size_t k = first; k < words.size(); ++k) numbers.push_back(text_.ToDouble(words[k], "value"));
+    return numbers;
+  }
+
+  Qd ToQuaternion(const double* xyzw) const {
+    const Qd q(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
+    if (std::abs(q.norm() - 1.0) > 1e-3) {
+      std::string length;
+      AppendNumber(q.norm(), ' ', &length);
+      text_.Fail("a rotation is a quaternion of length 1, got length " + length);
+    }
+    return q.normalized();
+  }
+
+  void ReadVertex(const Words& words, bool is_3d) {
+    const std::vector<double> x = ToNumbers(words, 2, is_3d ? 7 : 3);
+    const int id = ToId(words[1]), index = static_cast<int>(file_.ids.size());
+    const auto [known, is_new] = index_of_.emplace(id, index);
+    if (!is_new) {
+      text_.Fail("vertex id " + std::to_string(id) + " is already that of line " +
+                 std::to_string(line_of_[known->second]));
+    }
+    if (is_3d) {
+      file_.graph.AddVertex(std::make_shared<VertexPose>(ToQuaternion(&x[3]), Vec3(x[0], x[1], x[2])));
+    } else {
+      file_.graph.AddVertex(std::make_shared<VertexSE2>(Vec2(x[0], x[1]), x[2]));
+    }
+    file_.ids.push_back(id);
+    line_of_.push_back(text_.Line());
+    file_.lines.push_back({G2oFile::Kind::kVertex, index, text_.Line(), ""});
+  }
+
+  void ReadEdge(const Words& words, bool is_3d) {
+    std::vector<double> numbers = ToNumbers(words, 3, is_3d ? 7 + 21 : 3 + 6);
+    if (is_3d) ToQuaternion(&numbers[3]);
+    const int i = ToId(words[1]), j = ToId(words[2]);
+    if (i == j) text_.Fail(std::string(words[0]) + ": an edge from vertex " + std::to_string(i) + " to itself");
+    file_.lines.push_back({G2oFile::Kind::kEdge, static_cast<int>(edges_.size()), text_.Line(), ""});
+    edges_.push_back({text_.Line(), is_3d, i, j, std::move(numbers)});
+  }
+
+  [[noreturn]] void FailAt(int line, const std::string& message) const {
+    throw FileError(path_ + ":" + std::to_string(line) + ": " + message);
+  }
+
+  std::shared_ptr<ch5::Vertex> Vertex(int id, int line, const char* tag) const {
+    const auto known = index_of_.find(id);
+    if (known == index_of_.end()) {
+      FailAt(line, std::string(tag) + ": there is no pose with the id " + std::to_string(id));
+    }
+    return file_.graph.Vertices()[known->second];
+  }
+
+  template <typename T>
+  std::shared_ptr<T> VertexOfType(int id, int line, const char* tag) const {
+    auto vertex = std::dynamic_pointer_cast<T>(Vertex(id, line, tag));
+    if (!vertex) FailAt(line, std::string(tag) + ": vertex " + std::to_string(id) + " is of another type");
+    return vertex;
+  }
+
+  void AddEdge(const Pending& edge) {
+    const double* z = edge.numbers.data();
+    std::shared_ptr<Edge> made;
+    if (edge.is_3d) {
+      made = std::make_shared<EdgeSE3Between>(VertexOfType<VertexPose>(edge.i, edge.line, kEdgeSE3),
+                                              VertexOfType<VertexPose>(edge.j, edge.line, kEdgeSE3),
+                                              Qd(z[6], z[3], z[4], z[5]), Vec3(z[0], z[1], z[2]));
+    } else {
+      made = std::make_shared<EdgeSE2Between>(VertexOfType<VertexSE2>(edge.i, edge.line, kEdgeSE2),
+                                              VertexOfType<VertexSE2>(edge.j, edge.line, kEdgeSE2), Vec2(z[0], z[1]),
+                                              z[2]);
+    }
+    const int dim = made->ResidualDimension();
+    const double* w = z + (edge.is_3d ? 7 : 3);
+    MatXX W(dim, dim);
+    for (int i = 0; i < dim; ++i) {
+      for (int j = i; j < dim; ++j) W(i, j) = W(j, i) = *w++;
+    }
+    try {
+      made->SetInformation(W);
+    } catch (const std::invalid_argument& error) {
+      FailAt(edge.line, error.what());
+    }
+    file_.graph.AddEdge(std::move(made));
+  }
+
+  std::string path_;
+  TextReader text_;
+  G2oFile file_;
+  std::map<int, int> index_of_;  // by id
+  std::vector<int> line_of_;     // by index
+  std::vector<Pending> edges_;
+  std::vector<std::pair<int, int>> fixed_;  // line and id
+};
+
+template <typename Numbers>
+void AppendNumbers(const Numbers& numbers, std::string* text) {
+  for (Eigen::Index k = 0; k < numbers.size(); ++k) AppendNumber(static_cast<double>(numbers[k]), ' ', text);
+}
+
+void AppendVertex(const Vertex& vertex, int id, std::string* text) {
+  *text += dynamic_cast<const VertexPose*>(&vertex) ? kVertexSE3 : kVertexSE2;
+  *text += ' ';
+  AppendNumber(id, ' ', text);
+  AppendNumbers(vertex.Parameters(), text);
+  text->back() = '\n';
+}
+
+void AppendEdge(const Edge& edge, const std::vector<int>& ids, std::string* text) {
+  const auto* between = dynamic_cast<const EdgeSE3Between*>(&edge);
+  *text += between ? kEdgeSE3 : kEdgeSE2;
+  *text += ' ';
+  // Nothing is ever removed from this graph, so that a vertex' id there is its index.
+  for (const auto& vertex : edge.Vertices()) AppendNumber(ids[vertex->Id()], ' ', text);
+  if (between) {
+    AppendNumbers(between->p_z(), text);
+    AppendNumbers(between->q_z().coeffs(), text);
+  } else {
+    const auto& planar = static_cast<const EdgeSE2Between&>(edge);
+    AppendNumbers(planar.p_z(), text);
+    AppendNumber(planar.ThetaZ(), ' ', text);
+  }
+  const auto W = edge.Information();
+  for (int i = 0; i < W.rows(); ++i) AppendNumbers(W.row(i).tail(W.cols() - i), text);
+  text->back() = '\n';
+}
+
+}  // namespace
+
+G2oFile ReadG2o(const std::string& path) { return Reader(path).Read(); }
+
+std::string FormatG2o(const G2oFile& file) {
+  std::string text;
+  for (const G2oFile::Line& line : file.lines) {
+    switch (line.kind) {
+      case G2oFile::Kind::kVertex: AppendVertex(*file.graph.Vertices()[line.index], file.ids[line.index], &text); break;
+      case G2oFile::Kind::kEdge: AppendEdge(*file.graph.Edges()[line.index], file.ids, &text); break;
+      case G2oFile::Kind::kOther: text += line.text + '\n'; break;
+    }
+  }
+  return text;
+}
+
+}  // namespace ch5

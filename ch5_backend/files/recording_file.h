@@ -1,0 +1,30 @@
+#pragma once
+/// Recordings as folders of four text files: calibration.yaml, imu.csv, tracks.csv and, where the truth is known,
+/// groundtruth.csv. Each CSV names its columns and units in its first line; time stamps are whole nanoseconds.
+///
+///   imu.csv          #timestamp [ns],w_x [rad/s],w_y,w_z,a_x [m/s^2],a_y,a_z
+///   tracks.csv       #timestamp [ns],track_id,x [normalised],y [normalised]        rows of an image together
+///   groundtruth.csv  #timestamp [ns],p_x [m],p_y,p_z,q_w,q_x,q_y,q_z,v_x [m/s],…,bg_x [rad/s],…,ba_x [m/s^2],…
+
+#include <filesystem>
+
+#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/types/recording.h"
+
+namespace ch5 {
+
+/// Reads a folder; time 0 is the first IMU reading.
+/// @throws FileError "file:line: what is wrong, got value" for a missing file or column, a number that is none or not
+///         finite, a timestamp that is repeated, goes backwards or is more than ten days from the first IMU reading, a
+///         track twice in an image, a quaternion that is not of length 1, an unknown or missing key of the calibration,
+///         fewer than two IMU readings, or no image
+Recording ReadRecording(const std::filesystem::path& folder);
+
+/// The calibration alone.
+Calibration ReadCalibration(const std::filesystem::path& file);
+
+/// Writes a folder that ReadRecording reads back. An image without tracks has no row, so it is lost.
+/// @throws WriteError, after which an older recording in the folder is untouched
+void WriteRecording(const Recording& recording, const std::filesystem::path& folder);
+
+}  // namespace ch5

@@ -1,0 +1,140 @@
+// The reading half of recording_file.h.
+
+#include <cstdlib>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "ch5_backend/files/csv_reader.h"
+#include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/files/yaml_numbers.h"
+
+namespace ch5 {
+namespace {
+
+// The time stamps of a file, which must increase and be near the origin.
+class TimeStamps {
+ public:
+  // The time stamp of the current row [ns].
+  // @param origin  nullopt: this one is the origin
+  int64_t Read(const CsvReader& csv, bool may_repeat, std::optional<int64_t> origin) {
+    const int64_t stamp = csv.Integer(0, 0, std::numeric_limits<int64_t>::max());
+    if (origin && std::abs(stamp - *origin) > kLongestRecordingNs) {
+      csv.Fail("the timestamp is more than ten days from the first IMU reading, got " + std::to_string(stamp) +
+               " against " + std::to_string(*origin));
+    }
+    const std::string got = ", got " + std::to_string(stamp) + " after " + std::to_string(last_);
+    if (stamp < last_) csv.Fail("the timestamp goes backwards" + got);
+    if (stamp == last_ && !may_repeat) csv.Fail("the timestamp is repeated" + got);
+    last_ = stamp;
+    return stamp;
+  }
+
+ private:
+  int64_t last_ = -1;
+};
+
+Vec3 ReadVector(const CsvReader& csv, size_t column) {
+  return {csv.Double(column), csv.Double(column + 1), csv.Double(column + 2)};
+}
+
+// Empty if ‖q‖ = 1 within 1e-3. Six printed digits give 1e-5; a larger error means another column.
+std::string WhyNotUnit(const Qd& q) {
+  if (std::abs(q.norm() - 1.0) < 1e-3) return "";
+  return "the quaternion must be of length 1, got " + std::to_string(q.norm());
+}
+
+void ReadImu(const std::string& path, Recording* recording) {
+  CsvReader csv(path, {"#timestamp [ns]", "w_x", "w_y", "w_z", "a_x", "a_y", "a_z"});
+  TimeStamps stamps;
+  while (csv.NextRow()) {
+    const bool is_first = recording->imu.empty();
+    const int64_t stamp = stamps.Read(csv, false, is_first ? std::nullopt : std::optional(recording->origin_ns));
+    if (is_first) recording->origin_ns = stamp;
+    recording->imu.push_back({SecondsAt(stamp, recording->origin_ns), ReadVector(csv, 4), ReadVector(csv, 1)});
+  }
+  if (recording->imu.size() < 2) csv.Fail("at least two IMU readings are needed");
+}
+
+void ReadTracks(const std::string& path, Recording* recording) {
+  CsvReader csv(path, {"#timestamp [ns]", "track_id", "x", "y"});
+  TimeStamps stamps;
+  std::set<int> ids;  // of the current image
+  while (csv.NextRow()) {
+    const double t = SecondsAt(stamps.Read(csv, true, recording->origin_ns), recording->origin_ns);
+    if (recording->frames.empty() || recording->frames.back().t != t) {
+      recording->frames.push_back({t, {}});
+      ids.clear();
+    }
+    const int id = static_cast<int>(csv.Integer(1, 0, std::numeric_limits<int>::max()));
+    if (!ids.insert(id).second) csv.Fail("the track is in this image already, got track_id " + std::to_string(id));
+    const Vec2 x(csv.Double(2), csv.Double(3));
+    // 10 is 84° off the axis.
+    if (x.cwiseAbs().maxCoeff() > 10.0) {
+      csv.Fail("coordinates must be normalised (within ±10), not pixels, got " + std::to_string(x.x()) + ", " +
+               std::to_string(x.y()));
+    }
+    recording->frames.back().tracks.push_back({id, x});
+  }
+  if (recording->frames.empty()) csv.Fail("at least one image is needed");
+}
+
+void ReadTruth(const std::string& path, Recording* recording) {
+  CsvReader csv(path, {"#timestamp [ns]", "p_x", "p_y", "p_z", "q_w", "q_x", "q_y", "q_z", "v_x", "v_y", "v_z", "bg_x",
+                       "bg_y", "bg_z", "ba_x", "ba_y", "ba_z"});
+  TimeStamps stamps;
+  while (csv.NextRow()) {
+    StampedState state;
+    state.t = SecondsAt(stamps.Read(csv, false, recording->origin_ns), recording->origin_ns);
+    const Qd q(csv.Double(4), csv.Double(5), csv.Double(6), csv.Double(7));
+    if (const std::string why = WhyNotUnit(q); !why.empty()) csv.Fail(why);
+    state.T_W_B = {q.normalized(), ReadVector(csv, 1)};
+    state.v_W = ReadVector(csv, 8);
+    state.b_g = ReadVector(csv, 11);
+    state.b_a = ReadVector(csv, 14);
+    recording->truth.push_back(state);
+  }
+}
+
+}  // namespace
+
+Calibration ReadCalibration(const std::filesystem::path& file) {
+  constexpr double kTiny = 1e-12, kLarge = 1e6;
+  YamlNumbers yaml(file.string());
+  Calibration c;
+  c.fx = yaml.Take("camera.intrinsics.fx", kTiny, kLarge);
+  c.fy = yaml.Take("camera.intrinsics.fy", kTiny, kLarge);
+  c.cx = yaml.Take("camera.intrinsics.cx", -kLarge, kLarge);
+  c.cy = yaml.Take("camera.intrinsics.cy", -kLarge, kLarge);
+  c.width = static_cast<int>(yaml.Take("camera.resolution[0]", 1, kLarge));
+  c.height = static_cast<int>(yaml.Take("camera.resolution[1]", 1, kLarge));
+  c.camera_rate = yaml.Take("camera.rate_hz", kTiny, kLarge);
+  for (int i = 0; i < 3; ++i) {
+    c.T_B_C.p[i] = yaml.Take("camera.p_B_C[" + std::to_string(i) + "]", -kLarge, kLarge);
+  }
+  const auto part = [&](const char* name) { return yaml.Take(std::string("camera.q_B_C.") + name, -1.01, 1.01); };
+  const double w = part("w"), x = part("x"), y = part("y"), z = part("z");
+  const Qd q(w, x, y, z);
+  if (const std::string why = WhyNotUnit(q); !why.empty()) throw FileError(file.string() + ": camera.q_B_C: " + why);
+  c.T_B_C.q = q.normalized();
+  c.imu_rate = yaml.Take("imu.rate_hz", kTiny, kLarge);
+  c.noise.gyroscope = yaml.Take("imu.gyroscope_noise_density", kTiny, kLarge);
+  c.noise.gyroscope_walk = yaml.Take("imu.gyroscope_random_walk", kTiny, kLarge);
+  c.noise.accelerometer = yaml.Take("imu.accelerometer_noise_density", kTiny, kLarge);
+  c.noise.accelerometer_walk = yaml.Take("imu.accelerometer_random_walk", kTiny, kLarge);
+  c.gravity = yaml.Take("imu.gravity", kTiny, kLarge);
+  yaml.ExpectAllTaken();
+  return c;
+}
+
+Recording ReadRecording(const std::filesystem::path& folder) {
+  Recording recording;
+  recording.calibration = ReadCalibration(folder / "calibration.yaml");
+  ReadImu((folder / "imu.csv").string(), &recording);
+  ReadTracks((folder / "tracks.csv").string(), &recording);
+  const std::filesystem::path truth = folder / "groundtruth.csv";
+  if (std::filesystem::exists(truth)) ReadTruth(truth.string(), &recording);
+  return recording;
+}
+
+}  // namespace ch5

@@ -1,0 +1,101 @@
+// The writing half of recording_file.h.
+
+#include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/files/text_writer.h"
+#include "ch5_backend/files/trajectory_file.h"
+
+namespace ch5 {
+namespace {
+
+// `form` with each % replaced by the next of the numbers.
+std::string Fill(std::string_view form, std::initializer_list<double> numbers) {
+  std::string text;
+  const double* next = numbers.begin();
+  for (const char c : form) {
+    if (c == '%') {
+      AppendNumber(*next++, ' ', &text);
+      text.pop_back();
+    } else {
+      text += c;
+    }
+  }
+  return text;
+}
+
+std::string FormatCalibration(const Calibration& c) {
+  const auto& [q, p] = c.T_B_C;
+  return Fill(R"(camera:
+  intrinsics: {fx: %, fy: %, cx: %, cy: %}  # [px]
+  resolution: [%, %]                        # [px]
+  rate_hz: %
+  # T_B_C maps camera coordinates into the body (= IMU) frame.
+  p_B_C: [%, %, %]                          # [m]
+  q_B_C: {w: %, x: %, y: %, z: %}           # Hamilton
+imu:
+  rate_hz: %
+  gyroscope_noise_density: %      # [rad/s/sqrt(Hz)]
+  gyroscope_random_walk: %        # [rad/s^2/sqrt(Hz)]
+  accelerometer_noise_density: %  # [m/s^2/sqrt(Hz)]
+  accelerometer_random_walk: %    # [m/s^3/sqrt(Hz)]
+  gravity: %                      # [m/s^2], along -z of the world frame
+)",
+              {c.fx,
+               c.fy,
+               c.cx,
+               c.cy,
+               1.0 * c.width,
+               1.0 * c.height,
+               c.camera_rate,  //
+               p.x(),
+               p.y(),
+               p.z(),
+               q.w(),
+               q.x(),
+               q.y(),
+               q.z(),  //
+               c.imu_rate,
+               c.noise.gyroscope,
+               c.noise.gyroscope_walk,
+               c.noise.accelerometer,  //
+               c.noise.accelerometer_walk,
+               c.gravity});
+}
+
+std::string FormatImu(const Recording& recording) {
+  std::string text = "#timestamp [ns],w_x [rad/s],w_y,w_z,a_x [m/s^2],a_y,a_z\n";
+  for (const auto& [t, a, w] : recording.imu) {
+    text += std::to_string(NanosecondsAt(t, recording.origin_ns)) + ',';
+    for (const double x : {w.x(), w.y(), w.z(), a.x(), a.y(), a.z()}) AppendNumber(x, ',', &text);
+    text.back() = '\n';
+  }
+  return text;
+}
+
+std::string FormatTracks(const Recording& recording) {
+  std::string text = "#timestamp [ns],track_id,x [normalised],y [normalised]\n";
+  for (const CameraFrame& frame : recording.frames) {
+    const std::string stamp = std::to_string(NanosecondsAt(frame.t, recording.origin_ns)) + ',';
+    for (const TrackedPoint& track : frame.tracks) {
+      text += stamp;
+      AppendNumber(track.id, ',', &text);
+      AppendNumber(track.x.x(), ',', &text);
+      AppendNumber(track.x.y(), '\n', &text);
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+void WriteRecording(const Recording& recording, const std::filesystem::path& folder) {
+  FileBatch batch;
+  batch.Add(folder / "calibration.yaml", FormatCalibration(recording.calibration));
+  batch.Add(folder / "imu.csv", FormatImu(recording));
+  batch.Add(folder / "tracks.csv", FormatTracks(recording));
+  if (!recording.truth.empty()) {
+    batch.Add(folder / "groundtruth.csv", FormatEuroc(recording.truth, recording.origin_ns));
+  }
+  batch.Commit();
+}
+
+}  // namespace ch5

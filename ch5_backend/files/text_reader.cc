@@ -1,0 +1,167 @@
+#include "ch5_backend/files/text_reader.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+namespace ch5 {
+namespace {
+
+[[noreturn]] void FailToOpen(const std::string& path, const std::string& why) {
+  throw FileError(path + ": cannot be read: " + why);
+}
+
+// The descriptor of a file that has an end.
+int Open(const std::string& path, size_t* size) {
+  struct stat status;
+  if (stat(path.c_str(), &status) != 0) FailToOpen(path, std::strerror(errno));
+  if (S_ISDIR(status.st_mode)) FailToOpen(path, "it is a directory");
+  if (!S_ISREG(status.st_mode)) FailToOpen(path, "it is not a regular file");
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) FailToOpen(path, std::strerror(errno));
+  *size = static_cast<size_t>(status.st_size);
+  return file;
+}
+
+std::string ReadAll(const std::string& path) {
+  size_t size = 0;
+  const int file = Open(path, &size);
+  std::string text;
+  size_t used = 0;
+  for (;;) {
+    text.resize(std::max(size, used) + 65536);  // room for one more read shows the end
+    const ssize_t n = read(file, text.data() + used, text.size() - used);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      const std::string why = std::strerror(errno);
+      close(file);
+      FailToOpen(path, why);
+    }
+    if (n == 0) break;
+    used += static_cast<size_t>(n);
+  }
+  close(file);
+  text.resize(used);
+  return text;
+}
+
+bool IsSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+// One leading '+', which from_chars does not take.
+std::string_view WithoutPlus(std::string_view token) {
+  const bool has_plus = token.size() > 1 && token[0] == '+' && token[1] != '-';
+  return token.substr(has_plus ? 1 : 0);
+}
+
+}  // namespace
+
+std::string_view Trim(std::string_view text) {
+  const size_t begin = text.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+}
+
+std::vector<std::string_view> SplitAtCommas(std::string_view text) {
+  std::vector<std::string_view> pieces;
+  for (size_t comma; (comma = text.find(',')) != std::string_view::npos; text.remove_prefix(comma + 1)) {
+    pieces.push_back(Trim(text.substr(0, comma)));
+  }
+  pieces.push_back(Trim(text));
+  return pieces;
+}
+
+TextReader::TextReader(const std::string& path) : path_(path), text_(ReadAll(path)) {
+  next_ = text_.data();
+  end_ = next_ + text_.size();
+  if (text_.compare(0, 3, "BZh") == 0 || text_.compare(0, 2, "\x1f\x8b") == 0) {
+    Fail("the file is compressed; unpack it first (bunzip2 or gunzip)");
+  }
+}
+
+std::string_view TextReader::NextToken(const char* what, const char* kind) {
+  for (; next_ != end_ && IsSpace(*next_); ++next_) line_ += *next_ == '\n';
+  if (next_ == end_) Fail(std::string(what) + ": the file ends where " + kind + " is expected");
+  const char* begin = next_;
+  while (next_ != end_ && !IsSpace(*next_)) ++next_;
+  return {begin, static_cast<size_t>(next_ - begin)};
+}
+
+int64_t TextReader::ToInteger(std::string_view token, const char* what, int64_t low, int64_t high) const {
+  const std::string_view digits = WithoutPlus(token);
+  int64_t value = 0;
+  const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  const bool is_whole = stop == digits.data() + digits.size() && error != std::errc::invalid_argument;
+  if (!is_whole) Fail(std::string(what) + ": not a whole number, got " + Quote(token));
+  if (error == std::errc::result_out_of_range || value < low || value > high) {
+    Fail(std::string(what) + ": must lie in [" + std::to_string(low) + ", " + std::to_string(high) + "], got " +
+         Quote(token));
+  }
+  return value;
+}
+
+double TextReader::ToDouble(std::string_view token, const char* what) const {
+  const std::string_view digits = WithoutPlus(token);
+  double value = 0.0;
+  const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (stop != digits.data() + digits.size() || error == std::errc::invalid_argument) {
+    Fail(std::string(what) + ": not a number, got " + Quote(token));
+  }
+  // Out of range is too large or too small for a double, and from_chars does not say which: strtod does.
+  if (error == std::errc::result_out_of_range) value = std::strtod(std::string(digits).c_str(), nullptr);
+  if (!std::isfinite(value) && error == std::errc()) Fail(std::string(what) + ": not finite, got " + Quote(token));
+  if (std::abs(value) > kLargest) Fail(std::string(what) + ": absurdly large (beyond 1e15), got " + Quote(token));
+  return value;
+}
+
+std::optional<std::string_view> TextReader::ReadLine() {
+  if (in_line_ && next_ != end_) {  // over the end of the line before
+    ++next_;
+    ++line_;
+  }
+  if (next_ == end_) return std::nullopt;
+  in_line_ = true;
+  const char* begin = next_;
+  while (next_ != end_ && *next_ != '\n') ++next_;
+  const bool has_return = next_ != begin && next_[-1] == '\r';
+  return std::string_view(begin, static_cast<size_t>(next_ - begin) - (has_return ? 1 : 0));
+}
+
+void TextReader::ExpectWord(const char* word) {
+  const std::string_view token = ReadWord(word);
+  if (token != word) Fail("expected " + Quote(word) + ", got " + Quote(token));
+}
+
+void TextReader::ExpectEnd() {
+  for (; next_ != end_ && IsSpace(*next_); ++next_) line_ += *next_ == '\n';
+  if (next_ == end_) return;
+  record_ = nullptr;
+  Fail("text after the end of the data, got " + Quote(ReadWord("")));
+}
+
+std::string TextReader::Quote(std::string_view token) {
+  constexpr size_t kLongest = 32;
+  std::string quoted = "\"";
+  for (const char c : token.substr(0, kLongest)) {
+    if (c >= ' ' && c <= '~') {
+      quoted += c;
+    } else {
+      constexpr char kHex[] = "0123456789abcdef";
+      const auto byte = static_cast<unsigned char>(c);
+      quoted += {'\\', 'x', kHex[byte >> 4], kHex[byte & 15]};
+    }
+  }
+  return quoted + (token.size() > kLongest ? "…\"" : "\"");
+}
+
+void TextReader::Fail(const std::string& message) const {
+  const std::string record = record_ ? std::string(record_) + " " + std::to_string(index_) + ", " : "";
+  throw FileError(path_ + ":" + std::to_string(line_) + ": " + record + message);
+}
+
+}  // namespace ch5

@@ -1,0 +1,36 @@
+#pragma once
+/// The numbers of a small YAML file, by their paths: sections by indentation, `key: 1.5`, `key: [1, 2]` and
+/// `key: {a: 1, b: 2}` on one line, comments. Anything else is an error: a calibration must not be read in part.
+
+#include <map>
+#include <string>
+
+#include "ch5_backend/files/text_reader.h"
+
+namespace ch5 {
+
+class YamlNumbers {
+ public:
+  /// @throws FileError
+  explicit YamlNumbers(const std::string& path);
+
+  /// Takes the number at a path such as "camera.intrinsics.fx" or "camera.resolution[1]".
+  /// @throws FileError if there is none, or it lies outside [low, high]
+  double Take(const std::string& key, double low, double high);
+  /// @throws FileError naming a number that was not taken: a misspelt key
+  void ExpectAllTaken() const;
+
+ private:
+  struct Number {
+    double value;
+    int line;
+  };
+  [[noreturn]] void Fail(int line, const std::string& message) const;
+  void ReadValue(const TextReader& reader, const std::string& key, std::string_view value);
+  void Add(const TextReader& reader, const std::string& key, std::string_view number);
+
+  std::string path_;
+  std::map<std::string, Number> numbers_;
+};
+
+}  // namespace ch5

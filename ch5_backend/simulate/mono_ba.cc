@@ -1,0 +1,107 @@
+#include "ch5_backend/simulate/mono_ba.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "ch5_backend/simulate/random.h"
+#include "ch5_backend/types/edge_se3_prior.h"
+
+namespace ch5 {
+namespace {
+
+void Require(bool condition, const std::string& what) {
+  if (!condition) throw std::invalid_argument("SimulateMonoBa: " + what);
+}
+
+void RequireSigma(double sigma, const char* name) {
+  Require(std::isfinite(sigma) && sigma >= 0.0, std::string(name) + " must be finite and not negative");
+}
+
+Transform FrameOnCircle(int n, int frames) {
+  const double theta = 2.0 * M_PI * n / (4.0 * frames);
+  const double radius = 8.0;
+  Transform T_W_C;
+  T_W_C.q = Qd(std::cos(0.5 * theta), 0.0, 0.0, std::sin(0.5 * theta));
+  T_W_C.p = {radius * std::cos(theta) - radius, radius * std::sin(theta), std::sin(2.0 * theta)};
+  return T_W_C;
+}
+
+}  // namespace
+
+MonoBaScene SimulateMonoBa(const MonoBaOptions& options) {
+  Require(options.frames >= 2, "frames = " + std::to_string(options.frames) + ", at least 2 are needed");
+  Require(options.points >= 1, "points = " + std::to_string(options.points) + ", at least 1 is needed");
+  RequireSigma(options.pixel_sigma, "pixel_sigma");
+  RequireSigma(options.depth_sigma, "depth_sigma");
+  RequireSigma(options.position_sigma, "position_sigma");
+  RequireSigma(options.rotation_sigma, "rotation_sigma");
+
+  MonoBaScene scene;
+  Random random(options.seed);
+  for (int n = 0; n < options.frames; ++n) scene.frames.push_back(FrameOnCircle(n, options.frames));
+
+  for (int k = 0; k < options.points; ++k) {
+    const double x = random.Uniform(-4.0, 4.0);
+    const double y = random.Uniform(-4.0, 4.0);
+    const double z = random.Uniform(4.0, 8.0);
+    scene.points.emplace_back(x, y, z);
+  }
+
+  for (const Transform& T_W_C : scene.frames) {
+    std::vector<Vec2>& pixels = scene.pixels.emplace_back();
+    for (const Vec3& p_W : scene.points) {
+      const Vec3 p_C = T_W_C.q.conjugate() * (p_W - T_W_C.p);
+      const double u = p_C.x() / p_C.z() + options.pixel_sigma * random.Normal();
+      const double v = p_C.y() / p_C.z() + options.pixel_sigma * random.Normal();
+      pixels.emplace_back(u, v);
+    }
+  }
+
+  for (const Vec3& p_W : scene.points) {
+    const double depth = (scene.frames[0].q.conjugate() * (p_W - scene.frames[0].p)).z();
+    // Depths are at least 4 m. Three sigmas of the course's 1 m keep them positive; the floor keeps any noise so.
+    const double noisy = depth + options.depth_sigma * random.TruncatedNormal(3.0);
+    scene.initial_inverse_depths.push_back(1.0 / std::max(noisy, 0.1 * depth));
+  }
+
+  for (const Transform& T_W_C : scene.frames) {
+    const Vec3 dp = NormalVector(&random, options.position_sigma);
+    const Vec3 dtheta = NormalVector(&random, options.rotation_sigma);
+    scene.initial_frames.push_back({T_W_C.q * ExpSO3(dtheta), T_W_C.p + dp});
+  }
+  return scene;
+}
+
+void BuildMonoBa(const MonoBaScene& scene, Gauge gauge, double pixel_information, double prior_weight,
+                 MonoBa* problem) {
+  for (const Transform& T_W_C : scene.initial_frames) {
+    problem->poses.push_back(std::make_shared<VertexPose>(T_W_C.q, T_W_C.p));
+    problem->graph.AddVertex(problem->poses.back());
+  }
+  for (const double inverse_depth : scene.initial_inverse_depths) {
+    problem->landmarks.push_back(std::make_shared<VertexInverseDepth>(inverse_depth));
+    problem->graph.AddVertex(problem->landmarks.back());
+  }
+  if (gauge == Gauge::kFixTwoFrames) {
+    problem->poses[0]->SetFixed();
+    problem->poses[1]->SetFixed();
+  }
+  AddMonoBaEdges(scene, pixel_information, gauge == Gauge::kPriorTwoFrames ? prior_weight : 0.0, problem);
+  if (gauge == Gauge::kPriorMinimal && prior_weight > 0.0) AddMinimalGaugePrior(scene, prior_weight, problem);
+}
+
+void AddMinimalGaugePrior(const MonoBaScene& scene, double weight, MonoBa* problem) {
+  const auto add = [&](size_t i, const Mat66& information) {
+    auto edge = std::make_shared<EdgeSE3Prior>(problem->poses[i], scene.frames[i].q, scene.frames[i].p);
+    edge->SetInformation(information);
+    problem->graph.AddEdge(edge);
+  };
+  const Vec3 baseline = (scene.frames[1].p - scene.frames[0].p).normalized();
+  Mat66 along_baseline = Mat66::Zero();  // rows and columns: rotation, then translation
+  along_baseline.bottomRightCorner<3, 3>() = weight * baseline * baseline.transpose();
+  add(0, weight * Mat66::Identity());
+  add(1, along_baseline);
+}
+
+}  // namespace ch5

@@ -1,0 +1,25 @@
+#include "ch5_backend/types/recording.h"
+
+#include <algorithm>
+
+namespace ch5 {
+
+std::optional<StampedState> StateAt(const std::vector<StampedState>& states, double t) {
+  const auto after = std::lower_bound(states.begin(), states.end(), t,
+                                      [](const StampedState& state, double s) { return state.t < s; });
+  if (after == states.end()) return std::nullopt;
+  if (after->t == t) return *after;
+  if (after == states.begin()) return std::nullopt;
+  const auto before = std::prev(after);
+  const double weight = (t - before->t) / (after->t - before->t);
+  const auto blend = [weight](const Vec3& x0, const Vec3& x1) -> Vec3 { return x0 + weight * (x1 - x0); };
+  StampedState state;
+  state.t = t;
+  state.T_W_B = {before->T_W_B.q.slerp(weight, after->T_W_B.q), blend(before->T_W_B.p, after->T_W_B.p)};
+  state.v_W = blend(before->v_W, after->v_W);
+  state.b_a = blend(before->b_a, after->b_a);
+  state.b_g = blend(before->b_g, after->b_g);
+  return state;
+}
+
+}  // namespace ch5

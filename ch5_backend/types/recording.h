@@ -1,0 +1,57 @@
+#pragma once
+/// A visual-inertial recording as plain values: the measurements of a camera and an IMU on a body B, real or simulated.
+///
+/// Times `t` are seconds since `Recording::origin_ns`, each the nearest double of a whole number of nanoseconds, so
+/// that NanosecondsAt returns the recorded time stamp exactly (up to kLongestRecordingNs from the origin).
+///
+/// `simulate/` makes recordings, `files/` reads and writes them, `evaluate/` compares estimates with their truth: see
+/// simulate/simulation.h, files/recording_file.h, evaluate/trajectory_error.h.
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "ch5_backend/types/measurements.h"
+
+namespace ch5 {
+
+/// Camera and IMU: a pinhole without distortion, its place on the body, and noise densities.
+struct Calibration {
+  Transform T_B_C;                                    ///< camera coordinates into body coordinates
+  double fx = 460.0, fy = 460.0, cx = 376, cy = 240;  ///< [px]
+  int width = 752, height = 480;                      ///< [px]
+  double camera_rate = 20.0, imu_rate = 200.0;        ///< nominal [Hz]
+  ImuNoise noise{2e-3, 1.6968e-4, 3e-3, 1.9393e-5, /*continuous=*/true};
+  double gravity = 9.81;  ///< along −z of W [m/s²]
+
+  Vec3 GravityInWorld() const { return {0.0, 0.0, -gravity}; }
+  /// From the normalised plane to pixels and back.
+  Vec2 Pixel(const Vec2& x) const { return {fx * x.x() + cx, fy * x.y() + cy}; }
+  Vec2 Normalised(const Vec2& pixel) const { return {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy}; }
+};
+
+struct Recording {
+  int64_t origin_ns = 0;  ///< the recorder's time stamp at t = 0
+  Calibration calibration;
+  std::vector<ImuReading> imu;      ///< strictly increasing in time
+  std::vector<CameraFrame> frames;  ///< likewise
+  std::vector<StampedState> truth;  ///< likewise; empty if unknown
+};
+
+/// Ten days: so far from the origin, doubles in seconds still resolve nanoseconds (10 d · 2⁻⁵³ < ½ ns).
+inline constexpr int64_t kLongestRecordingNs = 864'000'000'000'000;
+
+/// Between time stamps [ns] and times [s] since the origin.
+inline double SecondsAt(int64_t stamp_ns, int64_t origin_ns) { return static_cast<double>(stamp_ns - origin_ns) / 1e9; }
+inline int64_t NanosecondsAt(double t, int64_t origin_ns) { return origin_ns + std::llround(1e9 * t); }
+
+/// The time rounded as a recorder with time stamps in whole nanoseconds does.
+inline double RoundToNanosecond(double t) { return SecondsAt(NanosecondsAt(t, 0), 0); }
+
+/// The state at time `t`, interpolated between its neighbours: rotations along the shortest arc, the rest linearly.
+/// @param states  strictly increasing in time
+/// @return        nullopt before the first and after the last
+std::optional<StampedState> StateAt(const std::vector<StampedState>& states, double t);
+
+}  // namespace ch5

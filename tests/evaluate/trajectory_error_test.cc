@@ -1,0 +1,174 @@
+#include "ch5_backend/evaluate/trajectory_error.h"
+
+#include <gtest/gtest.h>
+
+#include "ch5_backend/simulate/paths.h"
+#include "ch5_backend/simulate/random.h"
+
+namespace ch5 {
+namespace {
+
+std::vector<StampedState> Truth() {
+  const Trajectory trajectory = Handheld({});
+  std::vector<StampedState> truth;
+  for (int k = 0; k <= 600; ++k) {
+    const Motion motion = trajectory.At(0.05 * k);
+    truth.push_back({0.05 * k, motion.T_W_B, motion.v_W, Vec3::Zero(), Vec3::Zero()});
+  }
+  return truth;
+}
+
+std::vector<StampedState> Moved(const YawTransform& by, std::vector<StampedState> states) {
+  for (StampedState& state : states) {
+    state.T_W_B = by * state.T_W_B;
+    state.v_W = by.Rotation() * state.v_W;
+  }
+  return states;
+}
+
+YawTransform Move(double yaw, const Vec3& p) {
+  YawTransform move;
+  move.yaw = yaw;
+  move.p = p;
+  return move;
+}
+
+std::vector<Vec3> Positions(const std::vector<StampedState>& states) {
+  std::vector<Vec3> positions;
+  for (const StampedState& state : states) positions.push_back(state.T_W_B.p);
+  return positions;
+}
+
+// By hand: a quarter turn takes (1, 0) to (0, 1).
+TEST(AlignYaw, TurnsAQuarter) {
+  const auto found = AlignYaw({Vec3(0, 0, 0), Vec3(1, 0, 5)}, {Vec3(2, 3, 4), Vec3(2, 4, 9)});
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->yaw, M_PI / 2, 1e-15);
+  EXPECT_LT((found->p - Vec3(2, 3, 4)).norm(), 1e-15);
+}
+
+TEST(AlignYaw, RecoversAKnownTransform) {
+  const std::vector<StampedState> truth = Truth();
+  for (const double yaw : {-3.1, -1.0, 0.0, 0.5, 3.0}) {
+    const YawTransform move = Move(yaw, Vec3(10, -20, 3));
+    const auto found = AlignYaw(Positions(truth), Positions(Moved(move, truth)));
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->yaw, yaw, 1e-12);
+    EXPECT_LT((found->p - move.p).norm(), 1e-11);
+  }
+}
+
+// At a minimum, any small change of any of the four freedoms makes the sum of squares larger.
+TEST(AlignYaw, IsTheMinimumOfTheSumOfSquares) {
+  Random random(4);
+  std::vector<Vec3> from, to;
+  for (int k = 0; k < 50; ++k) {
+    from.push_back(NormalVector(&random, 2.0));
+    to.push_back(Move(0.7, Vec3(1, 2, 3)) * from.back() + NormalVector(&random, 0.3));
+  }
+  const auto cost = [&](const YawTransform& T) {
+    double sum = 0.0;
+    for (size_t k = 0; k < from.size(); ++k) sum += (to[k] - T * from[k]).squaredNorm();
+    return sum;
+  };
+  const YawTransform best = *AlignYaw(from, to);
+  for (const double step : {-1e-3, 1e-3}) {
+    YawTransform turned = best;
+    turned.yaw += step;
+    EXPECT_GT(cost(turned), cost(best));
+    for (int i = 0; i < 3; ++i) {
+      YawTransform shifted = best;
+      shifted.p[i] += step;
+      EXPECT_GT(cost(shifted), cost(best));
+    }
+  }
+}
+
+TEST(AlignYaw, SaysSoWhereTheYawIsNotDetermined) {
+  const std::vector<Vec3> tower = {Vec3(1, 2, 0), Vec3(1, 2, 1), Vec3(1, 2, 5)};
+  const std::vector<Vec3> walk = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 1, 0)};
+  EXPECT_FALSE(AlignYaw(tower, tower));
+  EXPECT_FALSE(AlignYaw({}, {}));
+  EXPECT_FALSE(AlignYaw({Vec3(1, 2, 3)}, {Vec3(1, 2, 3)}));
+  EXPECT_FALSE(AlignYaw(walk, {walk[0], walk[1]}));
+  EXPECT_FALSE(AlignYaw(walk, {walk[0], Vec3(NAN, 0, 0), walk[2]}));
+  EXPECT_TRUE(AlignYaw(walk, walk));
+}
+
+TEST(AlignFirstPose, LaysPositionAndYawUponEachOther) {
+  const Transform first = Truth()[100].T_W_B;
+  const YawTransform move = Move(2.0, Vec3(5, 6, 7));
+  const YawTransform found = AlignFirstPose(first, move * first);
+  EXPECT_NEAR(found.yaw, 2.0, 1e-14);
+  EXPECT_LT((found.p - move.p).norm(), 1e-13);
+}
+
+TEST(TrajectoryError, IsZeroForTheTruthItselfHoweverTurnedAndMoved) {
+  const std::vector<StampedState> truth = Truth();
+  const auto error = CompareTrajectories(Moved(Move(-2.5, Vec3(100, 50, -3)), truth), truth);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->position.size(), truth.size());
+  EXPECT_LT(error->position_max, 1e-11);
+  EXPECT_LT(error->rotation_rmse + error->yaw_rmse + error->velocity_rmse, 1e-11);
+}
+
+TEST(TrajectoryError, DoesNotDependOnTheGaugeOfTheEstimate) {
+  const std::vector<StampedState> truth = Truth();
+  std::vector<StampedState> estimate = truth;
+  Random random(9);
+  for (StampedState& state : estimate) {
+    state.T_W_B = {state.T_W_B.q * ExpSO3(NormalVector(&random, 0.01)), state.T_W_B.p + NormalVector(&random, 0.05)};
+    state.v_W += NormalVector(&random, 0.02);
+  }
+  const auto a = CompareTrajectories(estimate, truth);
+  const auto b = CompareTrajectories(Moved(Move(1.2, Vec3(-4, 5, 6)), estimate), truth);
+  ASSERT_TRUE(a && b);
+  EXPECT_NEAR(a->position_rmse, b->position_rmse, 1e-12);
+  EXPECT_NEAR(a->rotation_rmse, b->rotation_rmse, 1e-12);
+  EXPECT_NEAR(a->yaw_rmse, b->yaw_rmse, 1e-12);
+  EXPECT_NEAR(a->velocity_rmse, b->velocity_rmse, 1e-12);
+  // 601 draws: the root mean squares are σ√3 (σ for the yaw alone) within 1/√(2·601) ≈ 3 %, three times that allowed.
+  EXPECT_NEAR(a->position_rmse, 0.05 * std::sqrt(3.0), 0.09 * 0.087);
+  EXPECT_NEAR(a->rotation_rmse, 0.01 * std::sqrt(3.0), 0.09 * 0.0173);
+  EXPECT_NEAR(a->yaw_rmse, 0.01, 0.09 * 0.01);
+  EXPECT_NEAR(a->velocity_rmse, 0.02 * std::sqrt(3.0), 0.09 * 0.0346);
+}
+
+// By hand: aligned at the first pose, errors 0, 1 and 2 m have the root mean square √(5/3).
+TEST(TrajectoryError, IsTheRootMeanSquareOfTheDistances) {
+  std::vector<StampedState> truth(3), estimate(3);
+  for (int k = 0; k < 3; ++k) {
+    truth[k].t = estimate[k].t = k;
+    truth[k].T_W_B.p = Vec3(k, 0, 0);
+    estimate[k].T_W_B.p = Vec3(2 * k, 0, 0);
+  }
+  const auto error = CompareTrajectories(estimate, truth, AlignFirstPose(estimate[0].T_W_B, truth[0].T_W_B));
+  ASSERT_TRUE(error);
+  EXPECT_NEAR(error->position_rmse, std::sqrt(5.0 / 3.0), 1e-15);
+  EXPECT_EQ(error->position_max, 2.0);
+  EXPECT_EQ(error->time, (std::vector<double>{0, 1, 2}));
+}
+
+TEST(TrajectoryError, NamesTheScaleThatWouldFit) {
+  const std::vector<StampedState> truth = Truth();
+  std::vector<StampedState> estimate = Moved(Move(0.3, Vec3(1, 2, 3)), truth);
+  for (StampedState& state : estimate) state.T_W_B.p *= 0.98;
+  const auto error = CompareTrajectories(estimate, truth);
+  ASSERT_TRUE(error);
+  EXPECT_NEAR(error->scale, 1.0 / 0.98, 1e-12);
+  EXPECT_NEAR(CompareTrajectories(truth, truth)->scale, 1.0, 1e-12);
+}
+
+TEST(TrajectoryError, ComparesOnlyWhereTheTruthIsKnown) {
+  const std::vector<StampedState> truth = Truth();
+  std::vector<StampedState> estimate = truth;
+  for (StampedState& state : estimate) state.t += 29.0;
+  const auto error = CompareTrajectories(estimate, truth);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->position.size(), 21u);  // 29 … 30 s, every 0.05 s
+  EXPECT_FALSE(CompareTrajectories(estimate, {}));
+  EXPECT_FALSE(CompareTrajectories({}, truth));
+}
+
+}  // namespace
+}  // namespace ch5

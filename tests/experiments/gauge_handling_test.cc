@@ -1,0 +1,219 @@
+#include "ch5_backend/experiments/studies/gauge/gauge_handling.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "ch5_backend/math/psd.h"
+#include "ch5_backend/simulate/visual_inertial_ba.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
+#include "tests/derivatives.h"
+
+namespace ch5 {
+namespace {
+
+std::vector<HeldDirections> HoldBiases(const VisualInertialBa& problem) {
+  std::vector<HeldDirections> held;
+  for (const auto& speed_bias : problem.speed_biases) {
+    held.push_back({speed_bias, [] { return MatXX::Identity(9, 9).bottomRows(6); }});
+  }
+  return held;
+}
+
+// The gauge paper's problem, solved to the end with the gauge held, or free.
+struct Solved {
+  explicit Solved(bool hold_gauge, int keyframes = 5, int points = 20) {
+    VisualInertialOptions options;
+    options.keyframes = keyframes;
+    options.num_points = points;
+    BuildVisualInertial(SimulateVisualInertial(options), &problem);
+    biases = HoldBiases(problem);
+    held = biases;
+    gauge = HoldGauge(problem.first);
+    if (hold_gauge) held.push_back(gauge[0]);
+    SparseOptimizer optimizer(&problem.graph);
+    optimizer.SetDamping(Damping::kDiagonal);
+    optimizer.Hold(held);
+    SolveOptions tight;
+    tight.max_iterations = 100;
+    tight.cost_tolerance = tight.gradient_tolerance = 1e-15;
+    summary = optimizer.Solve(tight);
+    for (const auto& pose : problem.poses) vertices.push_back(pose);
+    for (const auto& speed_bias : problem.speed_biases) vertices.push_back(speed_bias);
+    for (const auto& point : problem.points) vertices.push_back(point);
+  }
+
+  // Σ with rows in the order of `vertices`: H⁺ without the biases, of a nullity known.
+  MatXX DenseCovariance(int nullity) {
+    SparseSolver solver(&problem.graph);
+    solver.Hold(held);
+    solver.SetOrdering();
+    solver.MakeHessian();
+    const MatXX H = solver.DenseHessian();
+    // Held directions stand in H as a multiple of the identity: they go out on both sides.
+    MatXX keep = MatXX::Identity(H.rows(), H.cols());
+    for (const auto& [pose, projection] : solver.HeldPoses()) {
+      const int row = solver.GetStructure().pose_offset[pose];
+      keep.block(row, row, projection.rows(), projection.cols()) = projection;
+    }
+    return Reordered(keep * PseudoInversePsd(H, nullity) * keep);
+  }
+
+  MatXX Reordered(const MatXX& A) const {
+    const int n = TotalLocalDimension(vertices);
+    MatXX P = MatXX::Zero(n, n);
+    int row = 0;
+    for (const auto& vertex : vertices) {
+      P.block(row, vertex->OrderingId(), vertex->LocalDimension(), vertex->LocalDimension()).setIdentity();
+      row += vertex->LocalDimension();
+    }
+    return P * A * P.transpose();
+  }
+
+  VisualInertialBa problem;
+  std::vector<HeldDirections> biases, gauge, held;
+  Summary summary;
+  Vertices vertices;
+};
+
+double Distance(const MatXX& a, const MatXX& b) { return (a - b).norm() / b.norm(); }
+
+double YawBetween(const VertexPose& from, const VertexPose& to) { return LogSO3(to.q() * from.q().conjugate()).z(); }
+
+TEST(GaugeHandling, FixationKeepsPositionAndYawOfTheFirstPoseWhileTheRestOfItMoves) {
+  Solved fixed(true);
+  ASSERT_TRUE(IsConverged(fixed.summary.termination)) << fixed.summary.message;
+  const VertexReferencePose& first = *fixed.problem.first;
+  EXPECT_EQ((first.p() - first.InitialPosition()).norm(), 0.0);
+  EXPECT_LT(std::abs(first.DeltaPhi().z()), 1e-14);
+  EXPECT_GT(first.DeltaPhi().head<2>().norm(), 1e-3) << "roll and pitch are observed";
+  for (const auto& speed_bias : fixed.problem.speed_biases)
+    EXPECT_EQ(speed_bias->b_a().norm() + speed_bias->b_g().norm(), 0.0);
+}
+
+TEST(GaugeHandling, AllThreeFindTheSameCost) {
+  const double cost = Solved(true).summary.final_cost;
+  EXPECT_NEAR(Solved(false).summary.final_cost, cost, 1e-9 * cost);
+  Solved prior(false);
+  prior.problem.graph.AddEdge(std::make_shared<EdgeGaugePrior>(prior.problem.first, 1e5));
+  SparseOptimizer optimizer(&prior.problem.graph);
+  optimizer.Hold(prior.biases);
+  EXPECT_NEAR(optimizer.Solve().final_cost, cost, 1e-9 * cost) << "4 constraints for 4 freedoms cost nothing";
+}
+
+TEST(GaugeHandling, ThePseudoInversesGaussNewtonNeedsNoDampingAndFindsTheSameCost) {
+  const double cost = Solved(true).summary.final_cost;
+  VisualInertialOptions scene;
+  scene.keyframes = 5;
+  scene.num_points = 20;
+  VisualInertialBa problem;
+  BuildVisualInertial(SimulateVisualInertial(scene), &problem);
+  SparseOptimizer optimizer(&problem.graph);
+  optimizer.Hold(HoldBiases(problem));
+  optimizer.SetReducedSolver(MakePseudoInverse(4));
+  SolveOptions options;
+  options.algorithm = Algorithm::kGaussNewton;
+  const Summary summary = optimizer.Solve(options);
+  EXPECT_TRUE(IsConverged(summary.termination)) << summary.message;
+  EXPECT_NEAR(summary.final_cost, cost, 1e-5 * cost);
+}
+
+TEST(GaugeHandling, TheFreeHessianHasExactlyFourZeroEigenvalues) {
+  Solved free(false, 10, 60);
+  SparseSolver solver(&free.problem.graph);
+  solver.Hold(free.biases);
+  solver.SetOrdering();
+  solver.MakeHessian();
+  const VecX eigenvalues =
+      Eigen::SelfAdjointEigenSolver<MatXX>(solver.DenseHessian(), Eigen::EigenvaluesOnly).eigenvalues();
+  const double largest = eigenvalues.maxCoeff();
+  EXPECT_LT(eigenvalues[3], 1e-12 * largest);
+  EXPECT_GT(eigenvalues[4], 1e4 * std::abs(eigenvalues[3])) << "a clear gap";
+  const MatXX U = GaugeNullSpace(free.vertices, GaugeGroup::kVisualInertial);
+  EXPECT_LT((free.Reordered(solver.DenseHessian()) * U).norm(), 1e-11 * largest * U.norm());
+}
+
+TEST(GaugeHandling, TransformedFreeCovarianceIsTheFixedOneAndBack) {
+  Solved fixed(true), free(false);
+  const MatXX fixed_covariance = fixed.DenseCovariance(0), free_covariance = free.DenseCovariance(4);
+  EXPECT_GT(Distance(free_covariance, fixed_covariance), 0.5);
+
+  const double yaw = YawBetween(*free.problem.first, *fixed.problem.first);
+  const auto transform = [](const MatXX& covariance, const Vertices& from, double turn, const Vertices& to,
+                            const MatXX& V) {
+    const MatXX U = GaugeNullSpace(to, GaugeGroup::kVisualInertial);
+    return TransformCovariance(covariance, GaugeProjection(U, V.cols() ? V : U), GaugeMotionJacobian(from, turn));
+  };
+  const MatXX V = HeldColumns(fixed.vertices, fixed.gauge);
+  EXPECT_LT(Distance(transform(free_covariance, free.vertices, yaw, fixed.vertices, V), fixed_covariance), 1e-6);
+  EXPECT_LT(Distance(transform(fixed_covariance, fixed.vertices, -yaw, free.vertices, MatXX()), free_covariance), 1e-6);
+}
+
+TEST(GaugeHandling, SparseMarginalsChangeTheirGaugeBlockByBlock) {
+  Solved fixed(true);
+  Covariance covariance(&fixed.problem.graph, {}, CovarianceFactor::kSparse, 1, fixed.held);
+  const MatXX dense = fixed.DenseCovariance(0);
+  const MatXX U = GaugeNullSpace(fixed.vertices, GaugeGroup::kVisualInertial);
+  const MatXX free = TransformCovariance(dense, GaugeProjection(U, U), MatXX::Identity(U.rows(), U.rows()));
+  GaugeCovariance to_free(&covariance, GaugeGroup::kVisualInertial);
+  GaugeCovariance to_fixed(&covariance, GaugeGroup::kVisualInertial, fixed.gauge);
+  int row_a = 0;
+  for (const auto& a : fixed.vertices) {
+    int row_b = 0;
+    for (const auto& b : fixed.vertices) {
+      const auto part = [&](const MatXX& A) -> MatXX {
+        return A.block(row_a, row_b, a->LocalDimension(), b->LocalDimension());
+      };
+      EXPECT_LT((covariance.Block(*a, *b) - part(dense)).norm(), 1e-8 * dense.norm()) << row_a << " " << row_b;
+      EXPECT_LT((to_free.Block(*a, *b) - part(free)).norm(), 1e-8 * dense.norm()) << row_a << " " << row_b;
+      EXPECT_LT((to_fixed.Block(*a, *b) - part(dense)).norm(), 1e-8 * dense.norm()) << row_a << " " << row_b;
+      row_b += b->LocalDimension();
+    }
+    row_a += a->LocalDimension();
+  }
+}
+
+// Without the IMU: seven directions, held by the first pose and the length of the first baseline.
+TEST(GaugeHandling, ACameraAloneHasSevenAndTwoPosesHoldThem) {
+  VisualInertialScene scene = SimulateVisualInertial({});
+  scene.imu.clear();
+  VisualInertialBa problem;
+  BuildVisualInertial(scene, &problem);
+  SparseSolver free(&problem.graph);
+  free.SetOrdering();
+  free.MakeHessian();
+  const VecX eigenvalues =
+      Eigen::SelfAdjointEigenSolver<MatXX>(free.DenseHessian(), Eigen::EigenvaluesOnly).eigenvalues();
+  EXPECT_LT(eigenvalues[6], 1e-12 * eigenvalues.maxCoeff());
+  EXPECT_GT(eigenvalues[7], 1e3 * std::abs(eigenvalues[6]));
+
+  const Vec3 initial = problem.poses[1]->p();
+  const Vec3 along = (initial - problem.first->p()).normalized();
+  SparseOptimizer optimizer(&problem.graph);
+  optimizer.Hold(HoldGauge(problem.first, problem.poses[1]));
+  SolveOptions options;
+  options.max_iterations = 100;
+  EXPECT_TRUE(IsConverged(optimizer.Solve(options).termination));
+  EXPECT_EQ((problem.first->p() - problem.first->InitialPosition()).norm(), 0.0);
+  EXPECT_EQ(problem.first->DeltaPhi().norm(), 0.0);
+  const Vec3 step = problem.poses[1]->p() - initial;
+  EXPECT_LT(std::abs(step.dot(along)), 1e-12);
+  EXPECT_GT(step.norm(), 1e-3);
+}
+
+TEST(GaugeHandling, PriorsJacobianIsTheDerivative) {
+  auto first = std::make_shared<VertexReferencePose>(ExpSO3({0.3, -0.2, 0.5}), Vec3(1, 2, 3));
+  const Vec6 step = (Vec6() << 0.1, -0.2, 0.3, 0.4, -0.3, 0.2).finished();
+  first->Plus(step.data());
+  EdgeGaugePrior edge(first, 2.0);
+  ExpectJacobiansAreDerivatives(&edge);
+}
+
+TEST(GaugeHandling, WhatCannotBeHeldIsRefusedByName) {
+  auto first = std::make_shared<VertexReferencePose>(Qd::Identity(), Vec3::Zero());
+  EXPECT_THROW(HoldGauge(first, std::make_shared<VertexPose>()), std::invalid_argument);
+  EXPECT_THROW(GaugeProjection(MatXX::Identity(6, 2), MatXX::Zero(6, 2)), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace ch5

@@ -1,0 +1,209 @@
+/// Faulty BAL files: each is refused in words that name the file, the line and the value; none crashes the reader.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "ch5_backend/files/bal.h"
+#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/simulate/random.h"
+
+namespace ch5 {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Two cameras see two points; line 1 the counts, lines 2–5 observations, 6 and 7 cameras, 8 and 9 points.
+const std::vector<std::string> kLines = {
+    "2 2 4",          "0 0 1.5 2.5",          "1 0 -3.5 4.5",           "0 1 5.5 -6.5",
+    "1 1 7.5 8.5",    "0 0 0 0 0 -5 500 0 0", "0 0.1 0 0 0 -5 500 0 0", "0.25 0.5 0",
+    "-0.25 0.5 0.125"};
+
+std::string Join(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+class BadBal : public testing::Test {
+ protected:
+  void SetUp() override {
+    path_ = testing::TempDir() + "ch5_bad_" + testing::UnitTest::GetInstance()->current_test_info()->name() + ".txt";
+  }
+  void TearDown() override { fs::remove(path_); }
+
+  void Write(const std::string& text) const {
+    fs::remove(path_);  // some file systems flush a file that is written over, which takes its time
+    std::ofstream(path_, std::ios::binary) << text;
+  }
+
+  // The message, or "" if the file is taken.
+  std::string Message(const std::string& text) const {
+    Write(text);
+    try {
+      ReadBal(path_);
+    } catch (const FileError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  // The file with its line `line` (from 1) replaced is refused with "path:line: words".
+  void ExpectRefused(int line, const std::string& replacement, const std::string& words) const {
+    std::vector<std::string> lines = kLines;
+    lines[static_cast<size_t>(line - 1)] = replacement;
+    EXPECT_EQ(Message(Join(lines)), path_ + ":" + std::to_string(line) + ": " + words) << replacement;
+  }
+
+  std::string path_;
+};
+
+TEST_F(BadBal, TheGoodFileIsTaken) {
+  EXPECT_EQ(Message(Join(kLines)), "");
+  EXPECT_EQ(ReadBal(path_).points[1], Vec3(-0.25, 0.5, 0.125));
+}
+
+TEST_F(BadBal, MissingFilesAndFoldersAndDevices) {
+  const auto expect = [](const std::string& path, const std::string& message) {
+    try {
+      ReadBal(path);
+      FAIL() << path;
+    } catch (const FileError& error) {
+      EXPECT_EQ(error.what(), message);
+    }
+  };
+  expect("/no/such/file.txt", "/no/such/file.txt: cannot be read: No such file or directory");
+  expect("/tmp", "/tmp: cannot be read: it is a directory");
+  expect("/dev/zero", "/dev/zero: cannot be read: it is not a regular file");
+  ASSERT_EQ(mkfifo(path_.c_str(), 0600), 0);  // nobody writes into it: to read it would never end
+  expect(path_, path_ + ": cannot be read: it is not a regular file");
+  expect("", ": cannot be read: No such file or directory");
+}
+
+TEST_F(BadBal, EmptyFiles) {
+  EXPECT_EQ(Message(""), path_ + ":1: number of cameras: the file ends where a number is expected");
+  EXPECT_EQ(Message("\n \n\t"), path_ + ":3: number of cameras: the file ends where a number is expected");
+}
+
+TEST_F(BadBal, Counts) {
+  ExpectRefused(1, "-2 2 4", R"(number of cameras: must lie in [1, 2147483647], got "-2")");
+  ExpectRefused(1, "2 0 4", R"(number of points: must lie in [1, 2147483647], got "0")");
+  ExpectRefused(1, "2 2 -1", R"(number of observations: must lie in [1, 2147483647], got "-1")");
+  ExpectRefused(1, "1e300 2 4", R"(number of cameras: not a whole number, got "1e300")");
+  ExpectRefused(1, "2 99999999999999999999 4",
+                R"(number of points: must lie in [1, 2147483647], got "99999999999999999999")");
+  ExpectRefused(1, "2 2.5 4", R"(number of points: not a whole number, got "2.5")");
+  ExpectRefused(1, "nan 2 4", R"(number of cameras: not a whole number, got "nan")");
+  ExpectRefused(1, "2 two 4", R"(number of points: not a whole number, got "two")");
+}
+
+TEST_F(BadBal, CountsThatTheFileIsTooSmallForTakeNoMemory) {
+  rusage before, after;
+  getrusage(RUSAGE_SELF, &before);
+  const std::string text = Join(kLines).substr(6);
+  EXPECT_EQ(Message("2147483647 2147483647 2147483647\n" + text),
+            path_ +
+                ":1: the header promises 2147483647 cameras, 2147483647 points and 2147483647 observations, "
+                "34359738352 numbers, but only " +
+                std::to_string(text.size() + 1) + " bytes follow");
+  EXPECT_NE(Message("2 2 1000\n" + text).find(":1: the header promises 2 cameras"), std::string::npos);
+  getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 100 * 1024);  // kB
+}
+
+TEST_F(BadBal, Indices) {
+  ExpectRefused(3, "2 0 1 1", R"(observation 1, camera: must lie in [0, 1], got "2")");
+  ExpectRefused(3, "-1 0 1 1", R"(observation 1, camera: must lie in [0, 1], got "-1")");
+  ExpectRefused(5, "1 2 1 1", R"(observation 3, point: must lie in [0, 1], got "2")");
+  ExpectRefused(5, "1 1.0 1 1", R"(observation 3, point: not a whole number, got "1.0")");
+}
+
+TEST_F(BadBal, ARepeatedObservation) {
+  ExpectRefused(4, "1 0 5.5 6.5", "observation 2 is repeated: camera 1 saw point 0 in line 3 already");
+}
+
+TEST_F(BadBal, NumbersThatAreNone) {
+  ExpectRefused(2, "0 0 nan 2", R"(observation 0, x: not finite, got "nan")");
+  ExpectRefused(2, "0 0 1 -inf", R"(observation 0, y: not finite, got "-inf")");
+  ExpectRefused(2, "0 0 1.5.2 2", R"(observation 0, x: not a number, got "1.5.2")");
+  ExpectRefused(2, "0 0 0x10 2", R"(observation 0, x: not a number, got "0x10")");
+  ExpectRefused(2, "0 0 +-1 2", R"(observation 0, x: not a number, got "+-1")");
+  ExpectRefused(6, "0 0 0 0 0 -5 1e300 0 0", R"(camera 0, f: absurdly large (beyond 1e15), got "1e300")");
+  ExpectRefused(7, "0 0 0 0 0 -5 500 0 -1e999", R"(camera 1, k2: absurdly large (beyond 1e15), got "-1e999")");
+  ExpectRefused(9, "0 1 infinity", R"(point 1, z: not finite, got "infinity")");
+  ExpectRefused(8, "1,5 0 0", R"(point 0, x: not a number, got "1,5")");
+}
+
+TEST_F(BadBal, NumbersTooSmallForADoubleAreZero) {
+  std::vector<std::string> lines = kLines;
+  lines[7] = "1e-999 -1e-999 4.9e-324";
+  ASSERT_EQ(Message(Join(lines)), "");
+  EXPECT_EQ(ReadBal(path_).points[0], Vec3(0, 0, 4.9e-324));
+}
+
+TEST_F(BadBal, TrailingText) {
+  EXPECT_EQ(Message(Join(kLines) + "\n0.5\n"), path_ + ":11: text after the end of the data, got \"0.5\"");
+  EXPECT_EQ(Message(Join(kLines) + "\n \t\r\n"), "");
+}
+
+TEST_F(BadBal, BinaryAndCompressedFiles) {
+  EXPECT_EQ(Message(std::string("\x7f"
+                                "ELF\x02\x01\x00\xff",
+                                8)),
+            path_ + R"(:1: number of cameras: not a whole number, got "\x7fELF\x02\x01\x00\xff")");
+  EXPECT_NE(Message("BZh91AY&SY").find(":1: the file is compressed; unpack it first"), std::string::npos);
+  EXPECT_NE(Message("\x1f\x8b\x08").find(":1: the file is compressed; unpack it first"), std::string::npos);
+  const std::string long_word(1000000, 'x');
+  EXPECT_EQ(Message(long_word),
+            path_ + ":1: number of cameras: not a whole number, got \"" + std::string(32, 'x') + "…\"");
+}
+
+// Whatever the place of the cut: only a cut within the last number cannot be seen.
+TEST_F(BadBal, FilesCutShort) {
+  const std::string text = Join(kLines);
+  const size_t last_number = text.rfind(' ') + 1;
+  for (size_t length = 0; length <= last_number; ++length) {
+    const std::string message = Message(text.substr(0, length));
+    EXPECT_EQ(message.rfind(path_ + ":", 0), 0u) << length;
+  }
+  EXPECT_EQ(Message(text.substr(0, text.rfind('0') - 1)),
+            path_ + ":9: point 1, z: the file ends where a number is expected");
+}
+
+TEST_F(BadBal, RandomDamageIsRefusedOrHarmless) {
+  Random random(11);
+  const std::string good = Join(kLines);
+  int refused = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::string text = good;
+    for (uint64_t k = random.Bits() % 3 + 1; k > 0; --k) {
+      const size_t at = random.Bits() % text.size();
+      switch (random.Bits() % 3) {
+        case 0: text[at] = static_cast<char>(random.Bits() & 255); break;
+        case 1: text.erase(at, random.Bits() % 5 + 1); break;
+        default: text.insert(at, text.substr(random.Bits() % text.size(), 3));
+      }
+      if (text.empty()) text = "0";
+    }
+    if (const std::string message = Message(text); !message.empty()) {
+      EXPECT_EQ(message.rfind(path_ + ":", 0), 0u) << message;
+      ++refused;
+      continue;
+    }
+    const BalProblem problem = ReadBal(path_);
+    for (const auto& observation : problem.observations) {
+      ASSERT_LT(static_cast<size_t>(observation.camera), problem.cameras.size());
+      ASSERT_LT(static_cast<size_t>(observation.point), problem.points.size());
+      ASSERT_TRUE(observation.pixel.allFinite());
+    }
+    for (const auto& camera : problem.cameras) ASSERT_TRUE(camera.allFinite());
+    for (const auto& point : problem.points) ASSERT_TRUE(point.allFinite());
+  }
+  EXPECT_GT(refused, 1000);
+}
+
+}  // namespace
+}  // namespace ch5

@@ -1,0 +1,260 @@
+/// BAL problems: the file format by hand, round trips to the bit, the graph, and the real problems' known optima.
+#include "ch5_backend/files/bal.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "ch5_backend/experiments/studies/bal_study.h"
+#include "ch5_backend/files/text_writer.h"
+#include "ch5_backend/simulate/random.h"
+
+namespace ch5 {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A folder that goes with the test.
+class BalFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = testing::TempDir() + "ch5_bal_" + testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string Path(const std::string& name) const { return folder_ + "/" + name; }
+  std::string folder_;
+};
+
+std::string ReadText(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+std::string DataPath(const std::string& name) { return std::string(CH5_DATA_DIR) + "/bal/" + name; }
+
+#define SKIP_WITHOUT(path) \
+  if (!fs::exists(path)) GTEST_SKIP() << "needs the real data set " << path
+
+// Four cameras on a circle look at a cloud of points around the origin; pixels without noise.
+BalProblem SmallProblem() {
+  Random random(1);
+  BalProblem problem;
+  for (int i = 0; i < 4; ++i) {
+    Vec9 camera = Vec9::Zero();
+    camera[1] = 0.3 * i - 0.45;  // turns about y
+    camera[5] = -5.0;            // the points lie 5 m ahead, along −z
+    camera[6] = 500.0;
+    camera[7] = -0.01;
+    problem.cameras.push_back(camera);
+  }
+  for (int k = 0; k < 12; ++k) {
+    const double x = random.Uniform(-1, 1), y = random.Uniform(-1, 1), z = random.Uniform(-1, 1);
+    problem.points.emplace_back(x, y, z);
+    for (int i = 0; i < 4; ++i) problem.observations.push_back({i, k, Vec2::Zero()});
+  }
+  BalGraph bal;
+  BuildBal(problem, nullptr, &bal);
+  for (size_t i = 0; i < problem.observations.size(); ++i) {
+    bal.graph.Edges()[i]->ComputeResidual();  // the prediction, since the measurement is zero
+    problem.observations[i].pixel = bal.graph.Edges()[i]->Residual();
+  }
+  return problem;
+}
+
+void ExpectEqual(const BalProblem& a, const BalProblem& b) {
+  ASSERT_EQ(a.observations.size(), b.observations.size());
+  for (size_t i = 0; i < a.observations.size(); ++i) {
+    EXPECT_EQ(a.observations[i].camera, b.observations[i].camera);
+    EXPECT_EQ(a.observations[i].point, b.observations[i].point);
+    EXPECT_EQ(a.observations[i].pixel, b.observations[i].pixel);
+  }
+  EXPECT_EQ(a.cameras, b.cameras);
+  EXPECT_EQ(a.points, b.points);
+}
+
+TEST_F(BalFiles, AreReadAsTheyAreWrittenDown) {
+  WriteFileAtomically(Path("a.txt"),
+                      "2 1 2\n1 0 -1.5 2.5e1\n0 0 +3 .5\r\n\n"
+                      "0.1 0.2 0.3 1 2 3 500 -0.1 0.01\n0 0 0 0 0 0 1 0 0\n7 8 -9");
+  const BalProblem problem = ReadBal(Path("a.txt"));
+  ASSERT_EQ(problem.observations.size(), 2u);
+  EXPECT_EQ(problem.observations[0].camera, 1);
+  EXPECT_EQ(problem.observations[0].pixel, Vec2(-1.5, 25.0));
+  EXPECT_EQ(problem.observations[1].pixel, Vec2(3.0, 0.5));
+  EXPECT_EQ(problem.cameras[0], (Vec9() << 0.1, 0.2, 0.3, 1, 2, 3, 500, -0.1, 0.01).finished());
+  EXPECT_EQ(problem.points, std::vector<Vec3>{Vec3(7, 8, -9)});
+}
+
+TEST_F(BalFiles, RoundTripKeepsEveryBit) {
+  BalProblem problem = SmallProblem();
+  Random random(2);
+  for (Vec3& point : problem.points) {
+    for (double& x : point) x = random.Normal() * std::pow(10.0, random.Uniform(-300, 14));
+  }
+  problem.points[0] = Vec3(-0.0, 5e-324, 1e15);
+  WriteFileAtomically(Path("a.txt"), FormatBal(problem));
+  const BalProblem read = ReadBal(Path("a.txt"));
+  ExpectEqual(read, problem);
+  EXPECT_TRUE(std::signbit(read.points[0].x()));
+  EXPECT_EQ(FormatBal(read), ReadText(Path("a.txt")));
+}
+
+TEST_F(BalFiles, RoundTripOfARealProblemKeepsEveryBit) {
+  const std::string path = DataPath("problem-49-7776-pre.txt");
+  SKIP_WITHOUT(path);
+  const BalProblem problem = ReadBal(path);
+  EXPECT_EQ(problem.cameras.size(), 49u);
+  EXPECT_EQ(problem.points.size(), 7776u);
+  EXPECT_EQ(problem.observations.size(), 31843u);
+  WriteFileAtomically(Path("a.txt"), FormatBal(problem));
+  ExpectEqual(ReadBal(Path("a.txt")), problem);
+}
+
+TEST_F(BalFiles, FiveMegabytesAreReadInThreeTenthsOfASecond) {
+  const std::string path = DataPath("problem-16-22106-pre.txt");
+  SKIP_WITHOUT(path);
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(NDEBUG)
+  GTEST_SKIP() << "a measure for release builds";
+#endif
+  const std::clock_t start = std::clock();  // processor time: other work on the machine does not count
+  EXPECT_EQ(ReadBal(path).observations.size(), 83718u);
+  EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 0.3);
+}
+
+TEST_F(BalFiles, AFailedWriteLeavesTheOldFileAndNoOther) {
+  WriteFileAtomically(Path("a.txt"), "old");
+  {
+    FileBatch batch;
+    batch.Add(Path("a.txt"), "new");
+    EXPECT_THROW(batch.Add(folder_, "a folder's name"), WriteError);
+  }
+  EXPECT_EQ(ReadText(Path("a.txt")), "old");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
+  FileBatch batch;
+  batch.Add(Path("a.txt"), "new");
+  batch.Add(Path("deeper/b.txt"), "b");
+  EXPECT_EQ(ReadText(Path("a.txt")), "old");
+  batch.Commit();
+  EXPECT_EQ(ReadText(Path("a.txt")), "new");
+  EXPECT_EQ(ReadText(Path("deeper/b.txt")), "b");
+}
+
+TEST_F(BalFiles, AFullDiskIsNamed) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
+  try {
+    WriteFileAtomically("/dev/full", FormatBal(SmallProblem()));
+    FAIL() << "no error";
+  } catch (const WriteError& error) {
+    EXPECT_STREQ(error.what(), "cannot write /dev/full: No space left on device");
+  }
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+}
+
+// Half a turn about z, t = (1, 2, 3): the centre is −Rᵀt = (1, 2, −3), and R maps the camera's axes onto themselves.
+TEST(Bal, CameraCentreAndAxesByHand) {
+  const Vec9 camera = (Vec9() << 0, 0, M_PI, 1, 2, 3, 500, 0, 0).finished();
+  EXPECT_LT((CameraCentre(camera) - Vec3(1, 2, -3)).norm(), 1e-14);
+  EXPECT_LT((CameraAxes(camera) - Mat33(Vec3(-1, -1, -1).asDiagonal())).norm(), 1e-14);
+}
+
+TEST(Bal, PlyHoldsPointsAndCameras) {
+  const std::string text = FormatBalPly(SmallProblem());
+  EXPECT_EQ(text.compare(0, 4, "ply\n"), 0);
+  EXPECT_NE(text.find("element vertex 16\n"), std::string::npos);  // 12 points, 4 cameras
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10 + 16);  // the header has ten lines
+}
+
+TEST(Bal, GraphRefusesAnIndexOutOfRange) {
+  BalProblem problem = SmallProblem();
+  problem.observations[3].point = 12;
+  BalGraph bal;
+  EXPECT_THROW(BuildBal(problem, nullptr, &bal), std::invalid_argument);
+}
+
+TEST(Bal, PerturbedProblemReturnsToItsPerfectFit) {
+  BalProblem problem = SmallProblem();
+  BalGraph bal;
+  BuildBal(problem, nullptr, &bal);
+  EXPECT_LT(MeanReprojectionError(bal.graph), 1e-12);
+  Random random(3);
+  for (Vec3& point : problem.points) {
+    for (double& x : point) x += 0.05 * random.Normal();
+  }
+  const BalStudy study = SolveBal(problem, {});
+  EXPECT_GT(study.mean_error_before, 1.0);
+  EXPECT_LT(study.mean_error_after, 1e-3);
+  EXPECT_EQ(study.before.points, problem.points);
+}
+
+// One measurement is off by 1000 px: Huber's loss keeps the others' fit.
+TEST(Bal, HuberKeepsTheFitInSpiteOfAnOutlier) {
+  BalProblem problem = SmallProblem();
+  problem.observations[5].pixel.x() += 1000.0;
+  FileSolveOptions options;
+  const auto median_error = [&] {
+    const BalStudy study = SolveBal(problem, options);
+    BalGraph bal;
+    BuildBal(study.after, nullptr, &bal);
+    std::vector<double> errors;
+    for (const auto& edge : bal.graph.Edges()) {
+      edge->ComputeResidual();
+      errors.push_back(edge->Residual().norm());
+    }
+    std::nth_element(errors.begin(), errors.begin() + 24, errors.end());
+    return errors[24];
+  };
+  const double plain = median_error();
+  options.huber = 1.0;
+  EXPECT_LT(median_error(), 0.5 * plain);  // an outlier still pulls, with the force of one pixel
+}
+
+TEST(Bal, PointInACamerasPlaneIsNamed) {
+  BalProblem problem = SmallProblem();
+  problem.cameras[2].head<3>().setZero();  // P = X + (0, 0, −5)
+  problem.points[0] = Vec3(0.5, 0, 5);
+  try {
+    SolveBal(problem, {});
+    FAIL() << "no error";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("observation 2: point 0 cannot be projected into camera 2"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(Bal, ZeroIterationsChangeNothing) {
+  BalProblem problem = SmallProblem();
+  problem.points[0].x() += 0.1;
+  FileSolveOptions options;
+  options.iterations = 0;
+  const BalStudy study = SolveBal(problem, options);
+  EXPECT_EQ(study.summary.termination, Termination::kMaxIterations);
+  ExpectEqual(study.after, problem);
+}
+
+// The optimum that Ceres finds, and a tenth of a percent.
+void ExpectCost(const std::string& name, double cost) {
+  const std::string path = DataPath(name);
+  SKIP_WITHOUT(path);
+  const BalStudy study = SolveBal(ReadBal(path), {});
+  EXPECT_LE(study.summary.final_cost, cost * (1.0 + 1e-3)) << study.summary.message;
+  EXPECT_GE(study.summary.final_cost, cost * (1.0 - 1e-3));
+  EXPECT_TRUE(IsConverged(study.summary.termination)) << study.summary.message;
+  // The cost is that of the states that are returned.
+  BalGraph bal;
+  BuildBal(study.after, nullptr, &bal);
+  EXPECT_NEAR(ComputeCost(bal.graph), study.summary.final_cost, 1e-9 * cost);
+}
+
+TEST(Bal, Ladybug49ReachesItsOptimum) { ExpectCost("problem-49-7776-pre.txt", 1.33452e4); }
+TEST(Bal, Dubrovnik16ReachesItsOptimum) { ExpectCost("problem-16-22106-pre.txt", 1.803390e4); }
+
+}  // namespace
+}  // namespace ch5

@@ -1,0 +1,158 @@
+#include "ch5_backend/files/g2o_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/types/edge_between.h"
+
+namespace ch5 {
+namespace {
+
+constexpr char kTwoPoses[] =
+    "VERTEX_SE3:QUAT 3 1 2 3 0 0 0 1\n"
+    "VERTEX_SE3:QUAT 7 2 2 3 0 0 0 1\n";
+constexpr char kUnitW[] = "1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1";
+
+class G2o : public testing::Test {
+ protected:
+  G2o() {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    path_ = (std::filesystem::path(testing::TempDir()) / (std::string("ch5_g2o_") + test->name() + ".g2o")).string();
+  }
+  ~G2o() override { std::filesystem::remove(path_); }
+
+  G2oFile Read(const std::string& text) const {
+    std::ofstream(path_, std::ios::binary) << text;
+    return ReadG2o(path_);
+  }
+
+  // The message must begin with "path:line: " and hold `part`.
+  void ExpectError(const std::string& text, int line, const std::string& part) const {
+    try {
+      Read(text);
+      ADD_FAILURE() << "no error from\n" << text;
+    } catch (const FileError& error) {
+      const std::string what = error.what();
+      EXPECT_EQ(what.find(path_ + ":" + std::to_string(line) + ": "), 0u) << what;
+      EXPECT_NE(what.find(part), std::string::npos) << what;
+    }
+  }
+
+  std::string path_;
+};
+
+TEST_F(G2o, ReadsPosesEdgesAndFixed) {
+  const G2oFile file = Read(std::string("# made by hand\r\n") + kTwoPoses +
+                            "EDGE_SE3:QUAT 3 7 1.5 0 0 0 0 0.6 0.8 "
+                            "1 2 0 0 0 0 9 0 0 0 0 3 0 0 0 4 0 0 5 0.5 6\n"
+                            "FIX 7\n\n"
+                            "VERTEX_SE2 1 4 5 0.25\nVERTEX_SE2 0 4 6 0.5\n"
+                            "EDGE_SE2 1 0 0 1 -0.25 1 0 0 2 0.1 3\n");
+  ASSERT_EQ(file.graph.Vertices().size(), 4u);
+  EXPECT_EQ(file.ids, (std::vector<int>{3, 7, 1, 0}));
+  EXPECT_FALSE(file.graph.Vertices()[0]->IsFixed());
+  EXPECT_TRUE(file.graph.Vertices()[1]->IsFixed());
+  EXPECT_TRUE(file.unknown.empty());
+
+  const auto& edge = dynamic_cast<const EdgeSE3Between&>(*file.graph.Edges()[0]);
+  EXPECT_EQ(edge.Vertices()[1], file.graph.Vertices()[1]);
+  EXPECT_EQ(edge.p_z(), Vec3(1.5, 0, 0));
+  EXPECT_EQ(edge.q_z().z(), 0.6);
+  EXPECT_EQ(edge.q_z().w(), 0.8);
+  Mat66 W = Mat66::Zero();
+  W.diagonal() << 1, 9, 3, 4, 5, 6;
+  W(0, 1) = W(1, 0) = 2;
+  W(4, 5) = W(5, 4) = 0.5;
+  EXPECT_EQ(edge.W(), W);
+
+  const auto& planar = dynamic_cast<const EdgeSE2Between&>(*file.graph.Edges()[1]);
+  EXPECT_EQ(planar.p_z(), Vec2(0, 1));
+  EXPECT_EQ(planar.ThetaZ(), -0.25);
+  EXPECT_EQ(planar.W()(2, 1), 0.1);
+  EXPECT_EQ(planar.GetVertex<0>().Theta(), 0.25);
+}
+
+TEST_F(G2o, AnEdgeMayComeBeforeItsVertices) {
+  EXPECT_EQ(Read("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nVERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\n").graph.Edges().size(), 1u);
+}
+
+TEST_F(G2o, WritesWhatItReadUnknownLinesIncluded) {
+  const std::string text = std::string("PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1\n") + kTwoPoses + "FIX 3\n# half-way\n" +
+                           "VERTEX_TRACKXYZ 9 1 2 3\nEDGE_SE3:QUAT 3 7 1 0 0 0 0 0 1 " + kUnitW +
+                           "\nVERTEX_SE2 1 0.1 5 0.25\n";
+  const G2oFile file = Read(text);
+  EXPECT_EQ(FormatG2o(file), text);
+  ASSERT_EQ(file.unknown.size(), 2u);
+  EXPECT_EQ(file.unknown[0].number, 1);
+  EXPECT_EQ(file.unknown[1].number, 6);
+  EXPECT_EQ(file.unknown[1].text, "VERTEX_TRACKXYZ 9 1 2 3");
+}
+
+TEST_F(G2o, NearlyUnitQuaternionsAreNormalised) {
+  const G2oFile file = Read("VERTEX_SE3:QUAT 0 0 0 0 0 0 0.6004 0.8004\n");
+  EXPECT_NEAR(static_cast<const VertexPose&>(*file.graph.Vertices()[0]).q().norm(), 1.0, 1e-15);
+  ExpectError("VERTEX_SE3:QUAT 0 0 0 0 0 0 0.61 0.8\n", 1, "length 1");
+  ExpectError("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 0\n", 1, "length 1, got length 0");
+  ExpectError(std::string(kTwoPoses) + "EDGE_SE3:QUAT 3 7 0 0 0 0 0 0 2 " + kUnitW, 3, "got length 2");
+}
+
+TEST_F(G2o, ErrorsNameLineAndValue) {
+  const std::string two = kTwoPoses, edge = "EDGE_SE3:QUAT 3 7 1 0 0 0 0 0 1 ";
+  ExpectError("VERTEX_SE3:QUAT 0 1 2\n", 1, "has 8 numbers, got 3");
+  ExpectError("VERTEX_SE2 0 1 2 3 4\n", 1, "has 4 numbers, got 5");
+  ExpectError("VERTEX_SE2 0 1 nan 3\n", 1, "\"nan\"");
+  ExpectError("VERTEX_SE2 0 1 inf 3\n", 1, "\"inf\"");
+  ExpectError("VERTEX_SE2 0 1 1e400 3\n", 1, "\"1e400\"");
+  ExpectError("VERTEX_SE2 0 1 2,5 3\n", 1, "\"2,5\"");
+  ExpectError("VERTEX_SE2 -1 1 2 3\n", 1, "\"-1\"");
+  ExpectError("VERTEX_SE2 0.5 1 2 3\n", 1, "\"0.5\"");
+  ExpectError("VERTEX_SE2 99999999999 1 2 3\n", 1, "\"99999999999\"");
+  ExpectError(two + "\nVERTEX_SE3:QUAT 7 0 0 0 0 0 0 1\n", 4, "vertex id 7 is already that of line 2");
+  ExpectError(two + edge + "1 0 0\n", 3, "has 30 numbers, got 12");
+  ExpectError(two + "EDGE_SE3:QUAT 3 8 1 0 0 0 0 0 1 " + kUnitW, 3, "no pose with the id 8");
+  ExpectError(two + "EDGE_SE3:QUAT 3 3 1 0 0 0 0 0 1 " + kUnitW, 3, "vertex 3 to itself");
+  ExpectError(two + "EDGE_SE2 3 7 1 0 0 1 0 0 1 0 1\n", 3, "another type");
+  ExpectError(two + edge + "-1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1", 3, "not positive semi-definite");
+  ExpectError(two + edge + "1 2 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1", 3, "not positive semi-definite");
+  ExpectError(two + "FIX\n", 3, "which vertex");
+  ExpectError(two + "FIX 3 4\n", 3, "no pose with the id 4");
+}
+
+TEST_F(G2o, OtherFilesAreRefused) {
+  ExpectError("49 7776 31843\n0 0 1.0 2.0\n", 1, "got \"49\"");
+  ExpectError(std::string("\x7f"
+                          "ELF\x02\x01\x01\0\0\0",
+                          10),
+              1, "expected a tag");
+  ExpectError(std::string(kTwoPoses) + std::string("\0\0\0", 3) + "\n", 3, "\\x00");
+  EXPECT_THROW(Read(""), FileError);
+  EXPECT_THROW(Read("# nothing\n\n"), FileError);
+  EXPECT_THROW(Read("VERTEX_XY 0 1 2\n"), FileError);
+  EXPECT_THROW(ReadG2o("/nowhere/graph.g2o"), FileError);
+}
+
+// A real file, written and read again, is the same graph to the last bit but for the unit length of quaternions.
+TEST_F(G2o, RealGraphSurvivesTheRoundTrip) {
+  const std::filesystem::path real = std::filesystem::path(CH5_DATA_DIR) / "posegraph" / "parking-garage.g2o";
+  if (!std::filesystem::exists(real)) GTEST_SKIP() << real << " is not there";
+  const G2oFile first = ReadG2o(real.string());
+  EXPECT_EQ(first.graph.Vertices().size(), 1661u);
+  EXPECT_EQ(first.graph.Edges().size(), 6275u);
+  const G2oFile second = Read(FormatG2o(first));
+  EXPECT_EQ(first.ids, second.ids);
+  ASSERT_EQ(second.graph.Edges().size(), first.graph.Edges().size());
+  for (size_t i = 0; i < first.ids.size(); ++i) {
+    const VecX a = first.graph.Vertices()[i]->Parameters(), b = second.graph.Vertices()[i]->Parameters();
+    EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 1e-15);
+  }
+  for (size_t i = 0; i < first.graph.Edges().size(); ++i) {
+    EXPECT_EQ(MatXX(first.graph.Edges()[i]->Information()), MatXX(second.graph.Edges()[i]->Information()));
+  }
+}
+
+}  // namespace
+}  // namespace ch5

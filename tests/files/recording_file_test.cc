@@ -1,0 +1,246 @@
+#include "ch5_backend/files/recording_file.h"
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "ch5_backend/files/text_writer.h"
+#include "ch5_backend/simulate/paths.h"
+#include "ch5_backend/simulate/scene_points.h"
+#include "ch5_backend/simulate/simulation.h"
+
+namespace ch5 {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A small good recording on disk, to be spoilt.
+class RecordingFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("ch5_recording_" + std::to_string(getpid()));
+    fs::remove_all(folder_);
+    Random random(1);
+    std::vector<Vec3> points(20);
+    for (Vec3& point : points) point = UniformVector(&random, Vec3(4, -3, -2), Vec3(6, 3, 2));
+    HandheldOptions handheld;
+    handheld.duration = 0.5;
+    handheld.position_sigma = handheld.yaw_step = handheld.tilt_sigma = 0.05;
+    recording_ = SimulateRecording(Handheld(handheld), points);
+    recording_.origin_ns = 1403715273262143232;
+    WriteRecording(recording_, folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string Read(const std::string& name) {
+    std::ifstream file(folder_ / name);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  void Write(const std::string& name, const std::string& text) { WriteFileAtomically(folder_ / name, text); }
+
+  // Line `n` (from 1) of a file, without its end.
+  std::string Line(const std::string& name, int n) {
+    std::istringstream stream(Read(name));
+    std::string line;
+    for (int i = 0; i < n; ++i) std::getline(stream, line);
+    return line;
+  }
+  void ReplaceLine(const std::string& name, int n, const std::string& by) {
+    const std::string text = Read(name), line = Line(name, n);
+    std::istringstream stream(text);
+    size_t begin = 0;
+    std::string skipped;
+    for (int i = 1; i < n; ++i) begin += (std::getline(stream, skipped), skipped.size() + 1);
+    Write(name, text.substr(0, begin) + by + text.substr(begin + line.size()));
+  }
+  void Replace(const std::string& name, const std::string& what, const std::string& by) {
+    std::string text = Read(name);
+    const size_t at = text.find(what);
+    ASSERT_NE(at, std::string::npos) << what;
+    Write(name, text.replace(at, what.size(), by));
+  }
+
+  // What is wrong with the folder, without the folder's name.
+  std::string Message() {
+    try {
+      ReadRecording(folder_);
+      return "";
+    } catch (const FileError& error) {
+      const std::string message = error.what(), prefix = folder_.string() + "/";
+      return message.rfind(prefix, 0) == 0 ? message.substr(prefix.size()) : message;
+    }
+  }
+
+  fs::path folder_;
+  Recording recording_;
+};
+
+TEST_F(RecordingFile, WhatIsWrittenIsReadBackToTheBit) {
+  const Recording read = ReadRecording(folder_);
+  EXPECT_EQ(read.origin_ns, recording_.origin_ns);
+  ASSERT_EQ(read.imu.size(), recording_.imu.size());
+  ASSERT_EQ(read.truth.size(), recording_.truth.size());
+  ASSERT_EQ(read.frames.size(), recording_.frames.size());
+  for (size_t k = 0; k < read.imu.size(); ++k) {
+    EXPECT_EQ(read.imu[k].t, recording_.imu[k].t);
+    EXPECT_EQ(read.imu[k].acceleration, recording_.imu[k].acceleration);
+    EXPECT_EQ(read.imu[k].gyroscope, recording_.imu[k].gyroscope);
+    EXPECT_EQ(read.truth[k].T_W_B.p, recording_.truth[k].T_W_B.p);
+    EXPECT_LT((read.truth[k].T_W_B.q.coeffs() - recording_.truth[k].T_W_B.q.coeffs()).norm(), 1e-15);  // normalised
+    EXPECT_EQ(read.truth[k].v_W, recording_.truth[k].v_W);
+    EXPECT_EQ(read.truth[k].b_a, recording_.truth[k].b_a);
+    EXPECT_EQ(read.truth[k].b_g, recording_.truth[k].b_g);
+  }
+  for (size_t n = 0; n < read.frames.size(); ++n) {
+    EXPECT_EQ(read.frames[n].t, recording_.frames[n].t);
+    ASSERT_EQ(read.frames[n].tracks.size(), recording_.frames[n].tracks.size());
+    EXPECT_EQ(read.frames[n].tracks.back().id, recording_.frames[n].tracks.back().id);
+    EXPECT_EQ(read.frames[n].tracks.back().x, recording_.frames[n].tracks.back().x);
+  }
+  const Calibration &a = read.calibration, &b = recording_.calibration;
+  EXPECT_EQ(a.T_B_C.p, b.T_B_C.p);
+  EXPECT_EQ(a.T_B_C.q.coeffs(), b.T_B_C.q.coeffs());
+  EXPECT_EQ(Vec2(a.fx, a.fy), Vec2(b.fx, b.fy));
+  EXPECT_EQ(Vec2(a.cx, a.cy), Vec2(b.cx, b.cy));
+  EXPECT_TRUE(a.width == b.width && a.height == b.height && a.gravity == b.gravity && a.noise.continuous);
+  EXPECT_TRUE(a.camera_rate == b.camera_rate && a.imu_rate == b.imu_rate);
+  EXPECT_EQ(a.noise.accelerometer, b.noise.accelerometer);
+  EXPECT_EQ(a.noise.gyroscope, b.noise.gyroscope);
+  EXPECT_EQ(a.noise.accelerometer_walk, b.noise.accelerometer_walk);
+  EXPECT_EQ(a.noise.gyroscope_walk, b.noise.gyroscope_walk);
+}
+
+TEST_F(RecordingFile, WorksWithoutTruthWithBlankLinesAndWithWindowsLineEnds) {
+  fs::remove(folder_ / "groundtruth.csv");
+  std::string text = Read("imu.csv") + "\n \n", windows;
+  for (const char c : text) windows += c == '\n' ? "\r\n" : std::string(1, c);
+  Write("imu.csv", windows);
+  const Recording read = ReadRecording(folder_);
+  EXPECT_TRUE(read.truth.empty());
+  EXPECT_EQ(read.imu.size(), recording_.imu.size());
+  EXPECT_EQ(read.imu.back().acceleration, recording_.imu.back().acceleration);
+}
+
+TEST_F(RecordingFile, RepeatedAndBackwardTimestampsAreToldApart) {
+  const std::string good = Read("imu.csv");
+  const std::string third = Line("imu.csv", 3), second = Line("imu.csv", 2);
+  ReplaceLine("imu.csv", 4, third);
+  EXPECT_EQ(Message(), "imu.csv:4: the timestamp is repeated, got 1403715273267143232 after 1403715273267143232");
+  Write("imu.csv", good);
+  ReplaceLine("imu.csv", 4, second);
+  EXPECT_EQ(Message(), "imu.csv:4: the timestamp goes backwards, got 1403715273262143232 after 1403715273267143232");
+  Write("imu.csv", good);
+  const std::string first_track = Line("tracks.csv", 2);
+  Write("tracks.csv", Read("tracks.csv") + first_track + "\n");
+  EXPECT_NE(Message().find("the timestamp goes backwards, got 1403715273262143232 after "), std::string::npos);
+  WriteRecording(recording_, folder_);
+  ReplaceLine("groundtruth.csv", 3, Line("groundtruth.csv", 2));
+  EXPECT_EQ(Message(),
+            "groundtruth.csv:3: the timestamp is repeated, got 1403715273262143232 after 1403715273262143232");
+}
+
+TEST_F(RecordingFile, NumbersThatAreNoneAreNamed) {
+  ReplaceLine("imu.csv", 5, "1403715273277143232,0,nan,0,0,0,9.8");
+  EXPECT_EQ(Message(), "imu.csv:5: w_y: not finite, got \"nan\"");
+  WriteRecording(recording_, folder_);
+  ReplaceLine("imu.csv", 5, "1403715273277143232,0,,0,0,0,9.8");
+  EXPECT_EQ(Message(), "imu.csv:5: w_y: not a number, got \"\"");
+  WriteRecording(recording_, folder_);
+  ReplaceLine("imu.csv", 2, "1.5,0,0,0,0,0,9.8");
+  EXPECT_EQ(Message(), "imu.csv:2: #timestamp [ns]: not a whole number, got \"1.5\"");
+  WriteRecording(recording_, folder_);
+  ReplaceLine("tracks.csv", 2, "1403715273262143232,-3,0,0");
+  EXPECT_EQ(Message(), "tracks.csv:2: track_id: must lie in [0, 2147483647], got \"-3\"");
+}
+
+TEST_F(RecordingFile, MissingColumnsRowsHeadersAndFilesAreNamed) {
+  ReplaceLine("imu.csv", 3, "1403715273267143232,0,0,0,0,0");
+  EXPECT_EQ(Message(), "imu.csv:3: a row of 6 columns, must be 7, got \"1403715273267143232,0,0,0,0,0\"");
+  WriteRecording(recording_, folder_);
+  ReplaceLine("tracks.csv", 1, "#timestamp [ns],track_id,x");
+  EXPECT_EQ(Message(), "tracks.csv:1: the first line names 3 columns, must be 4");
+  ReplaceLine("tracks.csv", 1, "#timestamp [s],track_id,x,y");
+  EXPECT_EQ(Message().find("tracks.csv:1: the first line must name the columns and begin with \"#timestamp [ns]\""),
+            0u);
+  Write("tracks.csv", "");
+  EXPECT_EQ(Message(), "tracks.csv:1: the file is empty");
+  Write("tracks.csv", "#timestamp [ns],track_id,x,y\n");
+  EXPECT_EQ(Message(), "tracks.csv:2: at least one image is needed");
+  fs::remove(folder_ / "tracks.csv");
+  EXPECT_EQ(Message(), "tracks.csv: cannot be read: No such file or directory");
+  WriteRecording(recording_, folder_);
+  Write("imu.csv", Line("imu.csv", 1) + "\n" + Line("imu.csv", 2) + "\n");
+  EXPECT_EQ(Message(), "imu.csv:3: at least two IMU readings are needed");
+}
+
+TEST_F(RecordingFile, ValuesThatMakeNoSenseAreNamed) {
+  ReplaceLine("tracks.csv", 3, Line("tracks.csv", 2));
+  EXPECT_EQ(Message(), "tracks.csv:3: the track is in this image already, got track_id 0");
+  ReplaceLine("tracks.csv", 3, "1403715273262143232,1,367.2,248.4");
+  EXPECT_EQ(Message(),
+            "tracks.csv:3: coordinates must be normalised (within ±10), not pixels, got 367.200000, 248.400000");
+  WriteRecording(recording_, folder_);
+  ReplaceLine("groundtruth.csv", 2, "1403715273262143232,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0");
+  EXPECT_EQ(Message(), "groundtruth.csv:2: the quaternion must be of length 1, got 0.000000");
+}
+
+TEST_F(RecordingFile, TheCalibrationIsReadStrictly) {
+  const auto spoilt = [&](const std::string& what, const std::string& by) {
+    WriteRecording(recording_, folder_);
+    Replace("calibration.yaml", what, by);
+    return Message();
+  };
+  EXPECT_EQ(spoilt("rate_hz: 20", "rate_hz: 0"),
+            "calibration.yaml:4: camera.rate_hz: must lie in [1e-12, 1e+06], got 0");
+  EXPECT_EQ(spoilt("rate_hz: 20", "rate_hz: fast"), "calibration.yaml:4: camera.rate_hz: not a number, got \"fast\"");
+  EXPECT_EQ(spoilt("fx: 460, ", ""), "calibration.yaml: camera.intrinsics.fx is missing");
+  EXPECT_EQ(spoilt("rate_hz: 20", "rate_hz: 20\n  rate_hertz: 20"),
+            "calibration.yaml:5: camera.rate_hertz: nothing of this name is known here");
+  EXPECT_EQ(spoilt("rate_hz: 20", "rate_hz: 20\n  rate_hz: 20"),
+            "calibration.yaml:5: camera.rate_hz: given in line 4 already");
+  EXPECT_EQ(spoilt("rate_hz: 20", "rate_hz 20"), "calibration.yaml:4: expected \"key: value\", got \"rate_hz 20\"");
+  EXPECT_EQ(spoilt("{w: 0.5", "{w: 0.9").find("calibration.yaml: camera.q_B_C: the quaternion must be of length 1"),
+            0u);
+  EXPECT_EQ(spoilt("[752, 480]", "[752]"), "calibration.yaml: camera.resolution[1] is missing");
+  EXPECT_EQ(spoilt("[752, 480]", "[752, 480"),
+            "calibration.yaml:3: camera.resolution: not a number, got \"[752, 480\"");
+}
+
+TEST_F(RecordingFile, AFailedWriteLeavesTheOlderRecording) {
+  const std::string before = Read("imu.csv");
+  fs::remove(folder_ / "tracks.csv");
+  fs::create_directory(folder_ / "tracks.csv");
+  Recording other = recording_;
+  other.imu.pop_back();
+  EXPECT_THROW(WriteRecording(other, folder_), WriteError);
+  EXPECT_EQ(Read("imu.csv"), before);
+  for (const auto& entry : fs::directory_iterator(folder_)) {
+    EXPECT_NE(entry.path().extension(), ".partial") << entry.path();
+  }
+}
+
+// In nanoseconds, so far from the origin, doubles in seconds no longer tell the readings apart, or even overflow.
+TEST_F(RecordingFile, TimestampsFarFromTheFirstReadingAreRefused) {
+  const int64_t origin = recording_.origin_ns, farthest = origin + kLongestRecordingNs;
+  const int last = 1 + static_cast<int>(recording_.imu.size());
+  const auto row = [](int64_t stamp) { return std::to_string(stamp) + ",0,0,0,0,0,9.8"; };
+  for (const int64_t stamp : {farthest + 1, std::numeric_limits<int64_t>::max()}) {
+    ReplaceLine("imu.csv", last, row(stamp));
+    EXPECT_EQ(Message(), "imu.csv:" + std::to_string(last) +
+                             ": the timestamp is more than ten days from the first IMU reading, got " +
+                             std::to_string(stamp) + " against " + std::to_string(origin));
+  }
+  ReplaceLine("imu.csv", last, row(farthest));
+  const Recording read = ReadRecording(folder_);
+  EXPECT_EQ(NanosecondsAt(read.imu.back().t, read.origin_ns), farthest);
+  ReplaceLine("tracks.csv", 2, "0,1,0,0");  // images, and the truth, before the first reading as well
+  EXPECT_EQ(Message(), "tracks.csv:2: the timestamp is more than ten days from the first IMU reading, got 0 against " +
+                           std::to_string(origin));
+}
+
+}  // namespace
+}  // namespace ch5

@@ -1,0 +1,235 @@
+#include "ch5_backend/files/window_dump.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "ch5_backend/files/text_writer.h"
+
+namespace ch5 {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Two frames, an IMU piece, a landmark, a prior on a speed: small enough to be checked by eye.
+constexpr char kGood[] = R"(VIOWIN 1
+G 0 0 9.81
+NOISE 0.08 0.004 4e-05 2e-06
+SQRTINFO 306
+LOSS huber 1.5
+EXT 0.1 0.2 0.3 0.5 -0.5 0.5 -0.5 1
+FRAMES 2
+F 0 1.5 1 2 3 0 0 0 1 4 5 6 7 8 9 10 11 12
+T 0 1 2 3 0 0 0 1 4 5 6 7 8 9 10 11 12
+F 1 1.6 1 2 4 0 0 1 0 4 5 6 7 8 9 10 11 12
+T 1 1 2 5 0 0 0 1 4 5 6 7 8 9 10 11 12
+IMUS 1
+I 0 1 2 0.1 0.2 0.3 0.4 0.5 0.6
+0 1 2 3 4 5 6
+0.1 7 8 9 10 11 12
+LANDMARKS 1
+L 17 1 1 0.25 0.5 -0.1 -0.2
+0 0.3 0.4
+PRIOR 1 1
+B S 1 9 1 2 3 4 5 6 7 8 9
+R 0.5
+J 1 2 3 4 5 6 7 8 9
+FIXED 1 0
+END
+)";
+
+class WindowDumpFile : public testing::Test {
+ protected:
+  void SetUp() override { path_ = fs::temp_directory_path() / ("ch5_window_" + std::to_string(getpid()) + ".txt"); }
+  void TearDown() override { fs::remove(path_); }
+
+  WindowDump Read(const std::string& text) {
+    WriteFileAtomically(path_, text);
+    return ReadWindowDump(path_);
+  }
+
+  // The error after replacing `what` by `by` in the good file, without the file's name.
+  std::string Spoilt(const std::string& what, const std::string& by) {
+    std::string text = kGood;
+    const size_t at = text.find(what);
+    EXPECT_NE(at, std::string::npos) << what;
+    return Message(text.replace(at, what.size(), by));
+  }
+  std::string Message(const std::string& text) {
+    try {
+      Read(text);
+      return "";
+    } catch (const FileError& error) {
+      return std::string(error.what()).substr(path_.string().size());
+    }
+  }
+
+  fs::path path_;
+};
+
+TEST_F(WindowDumpFile, EveryNumberOfModelAndFramesGoesToItsPlace) {
+  const WindowDump dump = Read(kGood);
+  EXPECT_EQ(dump.reaction, Vec3(0, 0, 9.81));
+  EXPECT_EQ(dump.noise.accelerometer, 0.08);
+  EXPECT_EQ(dump.noise.gyroscope, 0.004);
+  EXPECT_EQ(dump.noise.accelerometer_walk, 4e-5);
+  EXPECT_EQ(dump.noise.gyroscope_walk, 2e-6);
+  EXPECT_FALSE(dump.noise.continuous);
+  EXPECT_EQ(dump.sqrt_information, 306.0);
+  EXPECT_EQ(dump.loss, WindowDump::Loss::kHuber);
+  EXPECT_EQ(dump.loss_parameter, 1.5);
+  EXPECT_EQ(dump.T_B_C.p, Vec3(0.1, 0.2, 0.3));
+  EXPECT_EQ(dump.T_B_C.q.coeffs(), Eigen::Vector4d(0.5, -0.5, 0.5, -0.5));
+  EXPECT_TRUE(dump.extrinsic_fixed);
+
+  ASSERT_EQ(dump.frames.size(), 2u);
+  ASSERT_EQ(dump.truth.size(), 2u);
+  EXPECT_EQ(dump.frames[1].t, 1.6);
+  EXPECT_EQ(dump.truth[1].t, 1.6);
+  EXPECT_EQ(dump.frames[1].T_W_B.p, Vec3(1, 2, 4));
+  EXPECT_EQ(dump.truth[1].T_W_B.p, Vec3(1, 2, 5));
+  EXPECT_EQ(dump.frames[1].T_W_B.q.coeffs(), Eigen::Vector4d(0, 0, 1, 0));
+  EXPECT_EQ(dump.frames[1].v_W, Vec3(4, 5, 6));
+  EXPECT_EQ(dump.frames[1].b_a, Vec3(7, 8, 9));
+  EXPECT_EQ(dump.frames[1].b_g, Vec3(10, 11, 12));
+}
+
+TEST_F(WindowDumpFile, EveryNumberOfImuLandmarksAndPriorGoesToItsPlace) {
+  const WindowDump dump = Read(kGood);
+  ASSERT_EQ(dump.imu.size(), 1u);
+  EXPECT_TRUE(dump.imu[0].i == 0 && dump.imu[0].j == 1);
+  EXPECT_EQ(dump.imu[0].b_a, Vec3(0.1, 0.2, 0.3));
+  EXPECT_EQ(dump.imu[0].b_g, Vec3(0.4, 0.5, 0.6));
+  ASSERT_EQ(dump.imu[0].samples.size(), 2u);
+  EXPECT_EQ(dump.imu[0].samples[1].dt, 0.1);
+  EXPECT_EQ(dump.imu[0].samples[1].acceleration, Vec3(7, 8, 9));
+  EXPECT_EQ(dump.imu[0].samples[1].gyroscope, Vec3(10, 11, 12));
+
+  ASSERT_EQ(dump.landmarks.size(), 1u);
+  const WindowDump::Landmark& landmark = dump.landmarks[0];
+  EXPECT_TRUE(landmark.id == 17 && landmark.host == 1);
+  EXPECT_TRUE(landmark.inverse_depth == 0.25 && landmark.true_inverse_depth == 0.5);
+  EXPECT_EQ(landmark.x_host, Vec2(-0.1, -0.2));
+  ASSERT_EQ(landmark.observations.size(), 1u);
+  EXPECT_EQ(landmark.observations[0].frame, 0);
+  EXPECT_EQ(landmark.observations[0].x, Vec2(0.3, 0.4));
+
+  ASSERT_EQ(dump.prior_blocks.size(), 1u);
+  EXPECT_EQ(dump.prior_blocks[0].kind, WindowDump::BlockKind::kSpeedBias);
+  EXPECT_EQ(dump.prior_blocks[0].frame, 1);
+  EXPECT_EQ(dump.prior_blocks[0].x0, VecX::LinSpaced(9, 1, 9));
+  EXPECT_EQ(dump.prior_r, VecX::Constant(1, 0.5));
+  EXPECT_EQ(dump.prior_J, MatXX(VecX::LinSpaced(9, 1, 9).transpose()));
+  EXPECT_EQ(dump.fixed_frames, std::vector<int>{0});
+}
+
+TEST_F(WindowDumpFile, ErrorsNameTheLineTheRecordAndTheValue) {
+  EXPECT_EQ(Spoilt("VIOWIN 1", "VIOWIN 2"), ":1: version: must lie in [1, 1], got \"2\"");
+  EXPECT_EQ(Spoilt("VIOWIN", "BAL"), ":1: expected \"VIOWIN\", got \"BAL\"");
+  EXPECT_EQ(Spoilt("huber", "tukey"), ":5: loss: must be none, huber or cauchy, got \"tukey\"");
+  EXPECT_EQ(Spoilt("SQRTINFO 306", "SQRTINFO 0"), ":4: sqrt information: must be positive, got 0.000000");
+  EXPECT_EQ(Spoilt("0.5 -0.5 0.5 -0.5", "0 0 0 0"), ":6: quaternion: must be of length 1, got 0.000000");
+  EXPECT_EQ(Spoilt("F 1 1.6", "F 2 1.6"), ":10: frame 1, index: must lie in [1, 1], got \"2\"");
+  EXPECT_EQ(Spoilt("F 0 1.5 1", "F 0 1.5 nan"), ":8: frame 0, position: not finite, got \"nan\"");
+  EXPECT_EQ(Spoilt("I 0 1", "I 0 2"), ":13: IMU piece 0, frame j: must lie in [0, 1], got \"2\"");
+  EXPECT_EQ(Spoilt("I 0 1", "I 0 0"), ":13: IMU piece 0, frame j: must differ from frame i, got 0");
+  EXPECT_EQ(Spoilt("0.1 7 8", "-0.1 7 8"), ":15: IMU piece 0, dt: must be positive, got -0.100000");
+  EXPECT_EQ(Spoilt("0 1 2 3 4 5 6\n", "0.1 1 2 3 4 5 6\n"),
+            ":14: IMU piece 0, dt: must be 0 in the first sample, got 0.100000");
+  EXPECT_EQ(Spoilt("1 1 0.25 0.5", "1 1 0 0.5"), ":17: landmark 0, inverse depth: must not be 0");
+  EXPECT_EQ(Spoilt("\n0 0.3 0.4", "\n1 0.3 0.4"), ":18: landmark 0, frame: seen twice from it, got 1");
+  EXPECT_EQ(Spoilt("B S 1", "B Q 1"), ":20: prior block 0, kind: must be P, S or E, got \"Q\"");
+  EXPECT_EQ(Spoilt("B S 1 9", "B S 1 7"), ":20: prior block 0, size: must lie in [9, 9], got \"7\"");
+  EXPECT_EQ(Spoilt("FIXED 1 0", "FIXED 1 9"), ":23: fixed frame: must lie in [0, 1], got \"9\"");
+  EXPECT_EQ(Spoilt("END", "END 1"), ":24: text after the end of the data, got \"1\"");
+  EXPECT_EQ(Message(std::string(kGood).replace(std::string(kGood).find("PRIOR 1 1"), 9, "PRIOR 1 2")),
+            ":21: prior block 1, expected \"B\", got \"R\"");
+}
+
+TEST_F(WindowDumpFile, CountsBeyondTheFileAreRefusedBeforeMemoryIsTaken) {
+  EXPECT_EQ(Spoilt("FRAMES 2", "FRAMES 2000000000").find(":7: number of frames: 70000000000 numbers cannot be in the"),
+            0u);
+  EXPECT_EQ(Spoilt("I 0 1 2", "I 0 1 200000000").find(":13: IMU piece 0, number of samples: "), 0u);
+  EXPECT_EQ(Spoilt("PRIOR 1", "PRIOR 1000000").find(":19: rows of the prior: "), 0u);
+}
+
+// Speeds and biases are states of windows with an IMU only.
+TEST_F(WindowDumpFile, APriorOnSpeedsWithoutImuIsRefused) {
+  std::string text = kGood;
+  const size_t begin = text.find("IMUS 1"), end = text.find("LANDMARKS");
+  EXPECT_EQ(Message(text.replace(begin, end - begin, "IMUS 0\n")),
+            ":17: prior block 0, kind: speed and biases need an IMU, and this window has none, got \"S\"");
+}
+
+TEST_F(WindowDumpFile, TimesBeyondSixtyFourBitsOfNanosecondsAreRefused) {
+  EXPECT_EQ(Spoilt("F 1 1.6", "F 1 1e10"), ":10: frame 1, time: must lie within ±9.2e9 s, got 10000000000.000000");
+  EXPECT_EQ(Spoilt("F 1 1.6", "F 1 -9.1e9"), "");
+}
+
+// A file cut at any place is refused, never read as a smaller one.
+TEST_F(WindowDumpFile, FilesCutShortAreRefused) {
+  const std::string good = kGood;
+  for (size_t length = 0; length + 2 < good.size(); length += 7) {
+    EXPECT_NE(Message(good.substr(0, length)), "") << "the first " << length << " bytes";
+  }
+}
+
+struct Expected {
+  const char* name;
+  size_t frames, imu, landmarks;
+  int prior_rows;
+  size_t prior_blocks;
+};
+
+TEST(RealWindowDumps, AllNineAreReadWithTheirCounts) {
+  const Expected all[] = {
+      {"vio_S", 11, 10, 145, 75, 12},   {"vio_M", 11, 10, 236, 75, 12},          {"vio_L", 11, 10, 429, 75, 12},
+      {"vio_Md", 11, 10, 236, 156, 21}, {"real_euroc_sub2", 11, 10, 300, 15, 2}, {"real_tango_100", 11, 10, 247, 15, 2},
+      {"mono_3_20", 3, 0, 20, 0, 0},    {"mono_10_500", 10, 0, 500, 0, 0},       {"mono_20_1500", 20, 0, 1500, 0, 0}};
+  const fs::path folder = fs::path(CH5_DATA_DIR) / "windows";
+  if (!fs::exists(folder)) GTEST_SKIP() << "the window dumps are not there: " << folder;
+  for (const Expected& expected : all) {
+    SCOPED_TRACE(expected.name);
+    const WindowDump dump = ReadWindowDump(folder / (std::string(expected.name) + ".txt"));
+    EXPECT_EQ(dump.frames.size(), expected.frames);
+    EXPECT_EQ(dump.imu.size(), expected.imu);
+    EXPECT_EQ(dump.landmarks.size(), expected.landmarks);
+    EXPECT_EQ(dump.prior_r.size(), expected.prior_rows);
+    EXPECT_EQ(dump.prior_J.rows(), expected.prior_rows);
+    EXPECT_EQ(dump.prior_blocks.size(), expected.prior_blocks);
+    const bool is_mono = expected.imu == 0;
+    EXPECT_EQ(dump.fixed_frames, is_mono ? (std::vector<int>{0, 1}) : std::vector<int>{});
+    EXPECT_EQ(dump.loss, is_mono ? WindowDump::Loss::kNone : WindowDump::Loss::kCauchy);
+    int columns = 0;
+    for (const WindowDump::PriorBlock& block : dump.prior_blocks) columns += block.LocalDimension();
+    EXPECT_EQ(dump.prior_J.cols(), columns);
+  }
+}
+
+// Conventions, against the dump's own truth: where the true inverse depth puts a landmark, the other frames see it.
+TEST(RealWindowDumps, LandmarksOfASimulatedWindowReprojectAtTheTruth) {
+  const fs::path path = fs::path(CH5_DATA_DIR) / "windows/vio_S.txt";
+  if (!fs::exists(path)) GTEST_SKIP() << "the window dump is not there: " << path;
+  const WindowDump dump = ReadWindowDump(path);
+  const Transform& T_B_C = dump.T_B_C;
+  double sum = 0.0;
+  int n = 0;
+  for (const WindowDump::Landmark& landmark : dump.landmarks) {
+    const Transform& T_W_Bi = dump.truth[landmark.host].T_W_B;
+    const Vec3 p_Ci = landmark.x_host.homogeneous() / landmark.true_inverse_depth;
+    const Vec3 p_W = T_W_Bi.q * (T_B_C.q * p_Ci + T_B_C.p) + T_W_Bi.p;
+    for (const WindowDump::Observation& observation : landmark.observations) {
+      const Transform& T_W_Bj = dump.truth[observation.frame].T_W_B;
+      const Vec3 p_Bj = T_W_Bj.q.conjugate() * (p_W - T_W_Bj.p);
+      const Vec3 p_Cj = T_B_C.q.conjugate() * (p_Bj - T_B_C.p);
+      sum += (p_Cj.hnormalized() - observation.x).squaredNorm();
+      n += 2;
+    }
+  }
+  // In the dump's own σ of 1.5 px. Both observations are noisy, hence √2, and some are outliers; measured 1.9.
+  EXPECT_NEAR(dump.sqrt_information * std::sqrt(sum / n), 1.9, 0.2);
+}
+
+}  // namespace
+}  // namespace ch5

@@ -1,0 +1,192 @@
+#include "ch5_backend/simulate/imu_simulator.h"
+
+#include <gtest/gtest.h>
+
+#include "ch5_backend/simulate/paths.h"
+#include "ch5_backend/types/edge_imu.h"
+#include "tests/simulate/course_arc.h"
+
+namespace ch5 {
+namespace {
+
+ImuOptions Perfect() {
+  ImuOptions options;
+  options.noise_scale = 0.0;
+  options.b_a = options.b_g = Vec3::Zero();
+  return options;
+}
+
+Preintegration Integrate(const std::vector<ImuSample>& samples, const ImuNoise& noise) {
+  Preintegration imu(samples.front(), Vec3::Zero(), Vec3::Zero(), noise);
+  for (size_t k = 1; k < samples.size(); ++k) imu.Add(samples[k]);
+  return imu;
+}
+
+// ‖error‖ of position, rotation and velocity at t1, predicted from the truth at t0 and a perfect IMU.
+double PredictionError(const Trajectory& trajectory, double rate, double t0, double t1) {
+  Calibration calibration;
+  calibration.imu_rate = rate;
+  const ImuRun run = SimulateImu(trajectory, calibration, Perfect());
+  const Preintegration imu = Integrate(SamplesBetween(run.readings, t0, t1), calibration.noise);
+  EXPECT_NEAR(imu.SumDt(), t1 - t0, 1e-12);
+  const Motion i = trajectory.At(t0), j = trajectory.At(t1);
+  const Vec3 g = calibration.GravityInWorld();
+  const double dt = t1 - t0;
+  const Vec3 p = i.T_W_B.p + i.v_W * dt + 0.5 * dt * dt * g + i.T_W_B.q * imu.Alpha();
+  const Vec3 v = i.v_W + dt * g + i.T_W_B.q * imu.Beta();
+  const Qd q = i.T_W_B.q * imu.Gamma();
+  return (p - j.T_W_B.p).norm() + (v - j.v_W).norm() + LogSO3(q.conjugate() * j.T_W_B.q).norm();
+}
+
+TEST(ImuSimulator, PreintegrationReproducesTheTrajectoryToSecondOrder) {
+  HandheldOptions options;
+  options.duration = 3.0;
+  for (const Trajectory& trajectory : {CourseArc(3.0), GaugePaperPath(GaugePath::kSine), Handheld(options)}) {
+    // Both ends lie between samples: the interpolation is of second order too.
+    const double at_200 = PredictionError(trajectory, 200.0, 0.5013, 1.5027);
+    const double at_800 = PredictionError(trajectory, 800.0, 0.5013, 1.5027);
+    EXPECT_LT(at_200, 5e-4);
+    EXPECT_NEAR(at_200 / at_800, 16.0, 3.0);  // a quarter of the step, a sixteenth of the error
+  }
+}
+
+// By hand: at rest, the accelerometer feels +9.81 upwards.
+TEST(ImuSimulator, AtRestItFeelsTheReactionToGravityAndItsBiases) {
+  HandheldOptions handheld;
+  handheld.standstill_seconds = handheld.duration = 2.0;
+  handheld.tilt_sigma = 0.0;
+  ImuOptions options = Perfect();
+  options.b_a = Vec3(0.1, -0.2, 0.3);
+  options.b_g = Vec3(0.01, 0.02, -0.03);
+  const ImuRun run = SimulateImu(Handheld(handheld), Calibration{}, options);
+  ASSERT_EQ(run.readings.size(), 401u);
+  EXPECT_LT((run.readings[77].acceleration - Vec3(0.1, -0.2, 10.11)).norm(), 1e-12);
+  EXPECT_LT((run.readings[77].gyroscope - options.b_g).norm(), 1e-12);
+  EXPECT_EQ(run.readings[77].t, RoundToNanosecond(77 / 200.0));
+}
+
+// 20,001 samples × 3 axes: the sampled deviation of a sample's noise is good to 1/√(2n) ≈ 0.3 % (one sigma), and so is
+// that of the biases' steps.
+TEST(ImuSimulator, NoiseHasTheDensitiesOfTheCalibration) {
+  HandheldOptions handheld;
+  handheld.duration = 100.0;
+  const Trajectory trajectory = Handheld(handheld);
+  const Calibration calibration;
+  const ImuRun noisy = SimulateImu(trajectory, calibration, {}),
+               clean = SimulateImu(trajectory, calibration, Perfect());
+  double acc = 0.0, gyr = 0.0, acc_walk = 0.0, gyr_walk = 0.0;
+  const size_t n = noisy.readings.size();
+  for (size_t k = 0; k < n; ++k) {
+    const StampedState& truth = noisy.truth[k];
+    acc += (noisy.readings[k].acceleration - clean.readings[k].acceleration - truth.b_a).squaredNorm();
+    gyr += (noisy.readings[k].gyroscope - clean.readings[k].gyroscope - truth.b_g).squaredNorm();
+    if (k == 0) continue;
+    acc_walk += (truth.b_a - noisy.truth[k - 1].b_a).squaredNorm();
+    gyr_walk += (truth.b_g - noisy.truth[k - 1].b_g).squaredNorm();
+  }
+  const double samples = 3.0 * static_cast<double>(n), rate = calibration.imu_rate;
+  EXPECT_NEAR(std::sqrt(acc / samples / rate) / calibration.noise.accelerometer, 1.0, 0.015);
+  EXPECT_NEAR(std::sqrt(gyr / samples / rate) / calibration.noise.gyroscope, 1.0, 0.015);
+  EXPECT_NEAR(std::sqrt(acc_walk / samples * rate) / calibration.noise.accelerometer_walk, 1.0, 0.015);
+  EXPECT_NEAR(std::sqrt(gyr_walk / samples * rate) / calibration.noise.gyroscope_walk, 1.0, 0.015);
+}
+
+// The edge's whitened error at the truth is a standard normal of 15 dimensions: rᵀWr averages 15 ± √(30/199) ≈ 0.4.
+// The noise of shared samples is counted twice a step in the model's 2/dt, which makes it slightly pessimistic.
+TEST(ImuSimulator, ErrorsOfPreintegrationFitItsCovariance) {
+  HandheldOptions handheld;
+  handheld.duration = 100.0;
+  const Calibration calibration;
+  const ImuRun run = SimulateImu(Handheld(handheld), calibration, {});
+  double sum = 0.0;
+  int n = 0;
+  const auto pose = [](const StampedState& s) { return std::make_shared<VertexPose>(s.T_W_B.q, s.T_W_B.p); };
+  const auto speed_bias = [](const StampedState& s) {
+    Vec9 x;
+    x << s.v_W, s.b_a, s.b_g;
+    return std::make_shared<VertexSpeedBias>(x);
+  };
+  for (size_t k = 0; k + 100 < run.truth.size(); k += 100, ++n) {
+    const StampedState &i = run.truth[k], &j = run.truth[k + 100];
+    const std::vector<ImuSample> samples = SamplesBetween(run.readings, i.t, j.t);
+    auto imu = std::make_shared<Preintegration>(samples.front(), i.b_a, i.b_g, calibration.noise);
+    for (size_t m = 1; m < samples.size(); ++m) imu->Add(samples[m]);
+    EdgeImu edge(pose(i), speed_bias(i), pose(j), speed_bias(j), imu, -calibration.GravityInWorld());
+    edge.ComputeResidual();
+    sum += edge.Residual().dot(edge.Information() * edge.Residual());
+  }
+  EXPECT_EQ(n, 200);
+  EXPECT_NEAR(sum / n, 15.0, 1.2);  // three sigma
+}
+
+TEST(ImuSimulator, RepeatsWithItsSeed) {
+  const Trajectory trajectory = CourseArc(1.0);
+  ImuOptions a, b;
+  b.seed = 2;
+  const auto last = [&](const ImuOptions& o) { return SimulateImu(trajectory, {}, o).readings.back().acceleration; };
+  EXPECT_EQ(last(a), last(a));
+  EXPECT_NE(last(a), last(b));
+}
+
+TEST(ImuSimulator, RefusesARateOrANoiseThatMakesNoSense) {
+  Calibration calibration;
+  calibration.imu_rate = 0.0;
+  EXPECT_THROW(SimulateImu(CourseArc(1.0), calibration, {}), std::invalid_argument);
+  calibration = {};
+  calibration.noise.gyroscope = std::nan("");
+  EXPECT_THROW(SimulateImu(CourseArc(1.0), calibration, {}), std::invalid_argument);
+  calibration = {};
+  calibration.noise.continuous = false;
+  EXPECT_THROW(SimulateImu(CourseArc(1.0), calibration, {}), std::invalid_argument);
+}
+
+// A ramp is its own linear interpolation: 1, 2, 3, 4 at t = 1, 2, 3, 4.
+TEST(SamplesBetween, InterpolatesTheEndsAndKeepsTheReadingsBetween) {
+  std::vector<ImuReading> ramp;
+  for (const double t : {1.0, 2.0, 3.0, 4.0}) ramp.push_back({t, Vec3(t, 0, 0), Vec3(0, 2 * t, 0)});
+  const std::vector<ImuSample> samples = SamplesBetween(ramp, 1.25, 3.5);
+  ASSERT_EQ(samples.size(), 4u);
+  const double t[] = {1.25, 2.0, 3.0, 3.5}, dt[] = {0.0, 0.75, 1.0, 0.5};
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_DOUBLE_EQ(samples[k].dt, dt[k]);
+    EXPECT_DOUBLE_EQ(samples[k].acceleration.x(), t[k]);
+    EXPECT_DOUBLE_EQ(samples[k].gyroscope.y(), 2 * t[k]);
+  }
+  EXPECT_EQ(SamplesBetween(ramp, 2.0, 3.0).size(), 2u);  // ends on readings: none is doubled
+  EXPECT_EQ(SamplesBetween(ramp, 1.0, 4.0).size(), 4u);
+  EXPECT_EQ(SamplesBetween(ramp, 2.25, 2.75).size(), 2u);  // between two readings
+}
+
+TEST(SamplesBetween, IsEmptyWhereTheReadingsDoNotReach) {
+  const std::vector<ImuReading> two = {{1.0, {}, {}}, {2.0, {}, {}}};
+  EXPECT_TRUE(SamplesBetween(two, 0.9, 1.5).empty());
+  EXPECT_TRUE(SamplesBetween(two, 1.5, 2.1).empty());
+  EXPECT_TRUE(SamplesBetween(two, 1.5, 1.5).empty());
+  EXPECT_TRUE(SamplesBetween(two, 1.5, std::nan("")).empty());
+  EXPECT_TRUE(SamplesBetween({}, 0.0, 1.0).empty());
+}
+
+TEST(StateAt, TurnsHalfWayHalfTheAngleAndEndsWhereTheTruthEnds) {
+  std::vector<StampedState> states(2);
+  states[0].t = 1.0;
+  states[1].t = 3.0;
+  states[1].T_W_B = {ExpSO3(Vec3(0, 0, 1.0)), Vec3(2, 4, 6)};
+  states[1].v_W = Vec3(1, 1, 1);
+  const std::optional<StampedState> middle = StateAt(states, 2.0);
+  ASSERT_TRUE(middle);
+  EXPECT_LT((LogSO3(middle->T_W_B.q) - Vec3(0, 0, 0.5)).norm(), 1e-15);
+  EXPECT_EQ(middle->T_W_B.p, Vec3(1, 2, 3));
+  EXPECT_EQ(middle->v_W, Vec3(0.5, 0.5, 0.5));
+  EXPECT_TRUE(StateAt(states, 1.0) && StateAt(states, 3.0));
+  EXPECT_FALSE(StateAt(states, 0.999) || StateAt(states, 3.001) || StateAt({}, 0.0));
+}
+
+TEST(Recording, NanosecondsSurviveTheirTimeAsADouble) {
+  constexpr int64_t kOrigin = 1403715273262143232;
+  for (const int64_t after : {int64_t{1}, int64_t{49999872}, int64_t{2999999999999}, int64_t{864000000000001}}) {
+    EXPECT_EQ(NanosecondsAt(SecondsAt(kOrigin + after, kOrigin), kOrigin), kOrigin + after);
+  }
+}
+
+}  // namespace
+}  // namespace ch5
