@@ -263,7 +263,7 @@ def main(argv: list, only_read: bool = False) -> int:
         if processes.stopped_by():
             return fail("stopped", 128 + processes.stopped_by(), as_json)
         if isinstance(error, CourseError):
-            return fail(say(str(error)), error.exit_code, as_json)
+            return fail(say.text(error.message), error.exit_code, as_json)
         if isinstance(error, OSError):
             return fail(f"{error.filename or 'standard output'}: {error.strerror}", 2, as_json)
         raise

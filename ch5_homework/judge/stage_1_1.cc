@@ -14,29 +14,29 @@ namespace {
 using namespace stage_1_1;
 
 // Compares H and b of a problem whose MakeHessian has been called; `before`: its H after an earlier call.
-void CheckSystem(const Graph& graph, const Problem& problem, const std::string& scene, const MatXX& before = {}) {
+void CheckSystem(const Graph& graph, const Problem& problem, const Text& scene, const MatXX& before = {}) {
   const System right = StackedNormalEquations(graph, problem.Size());
   const Names names = RowNames(problem.GetOrdering());
   std::vector<Mistake> mistakes = MistakesInH(graph, problem.Size());
   if (before.size() > 0) {
-    mistakes.push_back({"", "H is not set to zero first: it still holds what the call before has added",
-                        [=] { return MatXX(before + right.H); }});
+    mistakes.push_back({"", "1.1.H_not_zeroed", [=] { return MatXX(before + right.H); }});
   }
   if (problem.Hessian().rows() == problem.Size()) mistakes.push_back(FoundPlaces(graph, problem.Hessian()));
-  ASSERT_NO_STORY({"1.1", "H of " + scene, right.H, problem.Hessian(), names, mistakes, 1e-10, {}, "1.1a", "H"});
-  ASSERT_NO_STORY({"1.1",
-                   "b of " + scene,
-                   right.b,
-                   problem.RightHandSide(),
-                   names,
-                   MistakesInB(graph, problem.Size()),
-                   1e-10,
-                   {},
-                   "1.1b",
-                   "b"});
+  ASSERT_CLAIM(
+      {"1.1", {"scene.H_of", {{"what", scene}}}, right.H, problem.Hessian(), names, mistakes, 1e-10, {}, "1.1a", "H"});
+  ASSERT_CLAIM({"1.1",
+                {"scene.b_of", {{"what", scene}}},
+                right.b,
+                problem.RightHandSide(),
+                names,
+                MistakesInB(graph, problem.Size()),
+                1e-10,
+                {},
+                "1.1b",
+                "b"});
 }
 
-void CheckMakeHessian(Graph* graph, const std::string& scene) {
+void CheckMakeHessian(Graph* graph, const Text& scene) {
   const auto problem = Chosen().make_problem(graph);
   problem->MakeHessian();
   CheckSystem(*graph, *problem, scene);
@@ -47,7 +47,7 @@ TEST(Stage11, OneEdgeBetweenTwoPoses) {
   Graph graph;
   const auto poses = AddPoses(&graph, 2);
   AddRandomEdge<4>(&graph, &random, poses[0], poses[1]);
-  CheckMakeHessian(&graph, "one edge between two poses");
+  CheckMakeHessian(&graph, "1.1.one_edge_between_two_poses");
 }
 
 TEST(Stage11, EdgesOnTheSamePairAddUp) {
@@ -57,7 +57,7 @@ TEST(Stage11, EdgesOnTheSamePairAddUp) {
   for (int k = 0; k < 3; ++k) AddRandomEdge<4>(&graph, &random, poses[0], poses[2]);
   AddRandomEdge<6>(&graph, &random, poses[2], poses[0]);  // the vertices in the other order
   AddRandomEdge<6>(&graph, &random, poses[1]);
-  CheckMakeHessian(&graph, "five edges between three poses, four of them on one pair and in both orders");
+  CheckMakeHessian(&graph, "1.1.five_edges_between_three_poses");
 }
 
 TEST(Stage11, TheSlidesChainOfThreeScalars) {
@@ -85,7 +85,7 @@ TEST(Stage11, TheSlidesChainOfThreeScalars) {
   graph.AddEdge(std::make_shared<Difference>(x[0], x[1], 0.1));
   graph.AddEdge(std::make_shared<Difference>(x[3], x[1], 0.2));
   graph.AddEdge(std::make_shared<Difference>(x[1], x[2], 0.3));
-  CheckMakeHessian(&graph, "the slides' chain of three scalars, σ = 0.1, 0.2, 0.3");
+  CheckMakeHessian(&graph, "1.1.slides_chain_three_scalars");
 }
 
 TEST(Stage11, LandmarksOfDimensionOne) {
@@ -96,7 +96,7 @@ TEST(Stage11, LandmarksOfDimensionOne) {
   MonoBa ba;
   BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, 1.0, 0.0, &ba);
   for (const auto& edge : ba.graph.Edges()) edge->SetInformation(RandomPositiveDefinite(2, &random));
-  CheckMakeHessian(&ba.graph, "3 poses and " + std::to_string(options.points) + " inverse depths, W ≠ I");
+  CheckMakeHessian(&ba.graph, {"1.1.poses_and_inverse_depths", {{"n", Word(options.points)}}});
 }
 
 TEST(Stage11, LandmarksOfDimensionThree) {
@@ -110,7 +110,7 @@ TEST(Stage11, LandmarksOfDimensionThree) {
   }
   AddRandomEdge<2>(&graph, &random, poses[1], points[1]);
   AddRandomEdge<2>(&graph, &random, depths[0], poses[0], poses[2]);
-  CheckMakeHessian(&graph, "3 poses, 2 points of dimension 3 and an inverse depth");
+  CheckMakeHessian(&graph, "1.1.points_and_an_inverse_depth");
 }
 
 TEST(Stage11, FixedVerticesHaveNoRows) {
@@ -125,7 +125,7 @@ TEST(Stage11, FixedVerticesHaveNoRows) {
     for (const auto& pose : poses) AddRandomEdge<2>(&graph, &random, point, pose);
   }
   AddRandomEdge<6>(&graph, &random, poses[3], poses[0], poses[1]);
-  CheckMakeHessian(&graph, "4 poses and 3 points, of which poses 0 and 2 and point 1 are fixed");
+  CheckMakeHessian(&graph, "1.1.some_vertices_fixed");
 }
 
 TEST(Stage11, RobustLossWeighsTheEdges) {
@@ -139,7 +139,7 @@ TEST(Stage11, RobustLossWeighsTheEdges) {
       graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(1.0));
     }
   }
-  CheckMakeHessian(&graph, "2 poses and 2 points under a Cauchy loss (H takes W_ρ, b takes ρ')");
+  CheckMakeHessian(&graph, "1.1.cauchy_loss");
 }
 
 TEST(Stage11, SecondCallStartsAfresh) {
@@ -154,10 +154,7 @@ TEST(Stage11, SecondCallStartsAfresh) {
   const MatXX before = problem->Hessian();
   problem->UpdateStates(VecX::Constant(problem->Size(), 1e-3));
   problem->MakeHessian();
-  CheckSystem(
-      ba.graph, *problem,
-      "4 poses and " + std::to_string(options.points) + " inverse depths, MakeHessian called again at another state",
-      before);
+  CheckSystem(ba.graph, *problem, {"1.1.second_call", {{"n", Word(options.points)}}}, before);
 }
 
 }  // namespace

@@ -13,59 +13,64 @@ namespace {
 using namespace stage_1_2;
 
 // Why SolveLinearSystem may return false.
-std::string CauseOfGivingUp(const Problem& problem, const Parts& right, const VecX& delta_x) {
+Text CauseOfGivingUp(const Problem& problem, const Parts& right, const VecX& delta_x) {
   if (problem.SchurComplement().size() == 0 && right.b_m.size() > 0) {
-    return "still empty: nothing was assigned to H_pp_schur_";
+    return Text("matrix.still_empty", {{"variable", Word("H_pp_schur_")}});
   }
-  if (delta_x.size() > 0 && !delta_x.allFinite()) return "nothing was assigned to delta_x_ll, or not to all of it";
-  return "the function gave up: Hmm is not made of the landmarks' blocks, which are positive definite";
+  if (delta_x.size() > 0 && !delta_x.allFinite()) return "1.2.landmark_step_unset";
+  return "1.2.function_gave_up";
+}
+
+// "Δx of the scene, λ = 0.5, D = diag(H)"
+Text With(const char* quantity, const Text& scene, double lambda, Damping damping) {
+  return {damping == Damping::kIdentity ? "scene.with_lambda" : "scene.with_lambda_and_D",
+          {{"quantity", Word(quantity)}, {"scene", scene}, {"l", Word(lambda)}}};
 }
 
 // One call, checked in the order in which a student computes.
-void CheckCall(Problem* problem, const Case& c, const std::string& scene) {
+void CheckCall(Problem* problem, const Case& c, const Text& scene) {
   problem->SetDamping(c.damping);
   VecX delta_x;
   const bool solved = problem->SolveLinearSystem(c.lambda, &delta_x);
 
-  std::ostringstream where;
-  where << " of " << scene << ", λ = " << c.lambda << (c.damping == Damping::kIdentity ? "" : ", D = diag(H)");
+  const auto with = [&](const char* quantity) { return With(quantity, scene, c.lambda, c.damping); };
   const Names names = RowNames(problem->GetOrdering());
   const Parts right = c.Right();
   // Who solves the whole system without a Schur complement is right too: then there is none to compare.
   const bool reduced = problem->SchurComplement().size() > 0 && right.b_m.size() > 0;
   if (reduced) {
-    ASSERT_NO_STORY({"1.2", "H_pp − H_pm H_mm⁻¹ H_mp" + where.str(), right.Schur(), problem->SchurComplement(), names,
-                     c.SchurMistakes(), 1e-9});
-    ASSERT_NO_STORY({"1.2",
-                     "b_p − H_pm H_mm⁻¹ b_m" + where.str(),
-                     right.Reduced(),
-                     ReducedRightHandSide(*problem),
-                     names,
-                     c.ReducedMistakes(),
-                     1e-9,
-                     {},
-                     "1.2b",
-                     "b_pp_schur_"});
+    ASSERT_CLAIM({"1.2", with("H_pp − H_pm H_mm⁻¹ H_mp"), right.Schur(), problem->SchurComplement(), names,
+                  c.SchurMistakes(), 1e-9});
+    ASSERT_CLAIM({"1.2",
+                  with("b_p − H_pm H_mm⁻¹ b_m"),
+                  right.Reduced(),
+                  ReducedRightHandSide(*problem),
+                  names,
+                  c.ReducedMistakes(),
+                  1e-9,
+                  {},
+                  "1.2b",
+                  "b_pp_schur_"});
   }
   if (!solved) {
-    FAIL() << Story("1.2", "Δx" + where.str(), "SolveLinearSystem returns true, the system is positive definite",
-                    "false", CauseOfGivingUp(*problem, right, delta_x), "1.2b");
+    FAIL() << Report(Diagnosis{"1.2", with("Δx"), "1.2.solver_returns_true", Word("false"),
+                               CauseOfGivingUp(*problem, right, delta_x), "1.2b"});
   }
   // Explicit inverses and conjugate gradients are welcome, and lose some digits.
-  ASSERT_NO_STORY({"1.2",
-                   "Δx" + where.str(),
-                   Solve(c.Damped(), c.system.b),
-                   delta_x,
-                   names,
-                   c.StepMistakes(),
-                   1e-7,
-                   {},
-                   "1.2c",
-                   "delta_x_ll"});
+  ASSERT_CLAIM({"1.2",
+                with("Δx"),
+                Solve(c.Damped(), c.system.b),
+                delta_x,
+                names,
+                c.StepMistakes(),
+                1e-7,
+                {},
+                "1.2c",
+                "delta_x_ll"});
 }
 
 /// A problem over a graph whose vertices all have an edge, with a random system in place of MakeHessian's.
-void CheckRandom(Graph* graph, double lambda, Damping damping, const std::string& scene) {
+void CheckRandom(Graph* graph, double lambda, Damping damping, const Text& scene) {
   Random random(Seed(21));
   for (const auto& vertex : graph->Vertices()) {
     if (auto pose = std::dynamic_pointer_cast<VertexPose>(vertex)) AddRandomEdge<1>(graph, &random, pose);
@@ -82,7 +87,7 @@ TEST(Stage12, AsManyPoseRowsAsLandmarkRows) {  // first: here no assertion betra
   Graph graph;
   AddPoses(&graph, 1);
   AddInverseDepths(&graph, 6);
-  CheckRandom(&graph, 0.0, Damping::kIdentity, "a random system, 6 rows of a pose and 6 inverse depths");
+  CheckRandom(&graph, 0.0, Damping::kIdentity, "1.2.as_many_pose_as_landmark_rows");
 }
 
 TEST(Stage12, LandmarksOfDimensionOne) {
@@ -90,8 +95,7 @@ TEST(Stage12, LandmarksOfDimensionOne) {
   AddPoses(&graph, 2);
   const int depths = Vary(5, 9, 22);
   AddInverseDepths(&graph, depths);
-  CheckRandom(&graph, 0.0, Damping::kIdentity,
-              "a random system, 2 poses and " + std::to_string(depths) + " inverse depths");
+  CheckRandom(&graph, 0.0, Damping::kIdentity, {"1.2.two_poses_and_inverse_depths", {{"n", Word(depths)}}});
 }
 
 TEST(Stage12, LandmarksOfDimensionThree) {
@@ -100,7 +104,7 @@ TEST(Stage12, LandmarksOfDimensionThree) {
   AddPoses(&graph, 2);
   AddInverseDepths(&graph, 1);
   AddPoints(&graph, 1);
-  CheckRandom(&graph, 0.0, Damping::kIdentity, "a random system, 2 poses, 3 points of dimension 3, an inverse depth");
+  CheckRandom(&graph, 0.0, Damping::kIdentity, "1.2.two_poses_points_and_inverse_depth");
 }
 
 TEST(Stage12, WithOneLandmarkAndWithNone) {
@@ -109,7 +113,7 @@ TEST(Stage12, WithOneLandmarkAndWithNone) {
     AddPoses(&graph, 2);
     AddInverseDepths(&graph, landmarks);
     CheckRandom(&graph, 0.5, Damping::kIdentity,
-                "a random system, 2 poses and " + std::string(landmarks ? "one landmark" : "no landmarks"));
+                landmarks ? "1.2.two_poses_one_landmark" : "1.2.two_poses_no_landmarks");
     if (HasFatalFailure()) return;
   }
 }
@@ -120,7 +124,7 @@ TEST(Stage12, LambdaOnEveryDiagonalEntry) {
     AddPoses(&graph, 2);
     AddInverseDepths(&graph, 3);
     AddPoints(&graph, 1);
-    CheckRandom(&graph, lambda, Damping::kIdentity, "a random system, 2 poses, 3 inverse depths and a point");
+    CheckRandom(&graph, lambda, Damping::kIdentity, "1.2.two_poses_inverse_depths_and_point");
     if (HasFatalFailure()) return;
   }
 }
@@ -130,8 +134,7 @@ TEST(Stage12, LambdaTimesTheDiagonal) {
   AddPoses(&graph, 2);
   const int depths = Vary(7, 11, 23);
   AddInverseDepths(&graph, depths);
-  CheckRandom(&graph, 0.3, Damping::kDiagonal,
-              "a random system, 2 poses and " + std::to_string(depths) + " inverse depths");
+  CheckRandom(&graph, 0.3, Damping::kDiagonal, {"1.2.two_poses_and_inverse_depths", {{"n", Word(depths)}}});
 }
 
 TEST(Stage12, BundleAdjustmentWithManyLambdas) {
@@ -145,24 +148,17 @@ TEST(Stage12, BundleAdjustmentWithManyLambdas) {
   SetSystem(system, problem.get());
   for (const double lambda : {1.0, 0.0, 1e-4}) {  // the same H each time, as LM asks for it
     const Case c{system, problem->GetOrdering().dim_poses, lambda, Damping::kIdentity};
-    CheckCall(problem.get(), c, "the course's scene, 2 of 4 poses fixed, 20 inverse depths");
+    CheckCall(problem.get(), c, "1.2.course_scene");
     if (HasFatalFailure()) return;
-    const Mistake damped{"1.2a",
-                         "λ was written into Hessian_ itself, where the next call meets it; H is its damped copy",
-                         [&] { return c.Damped(); }};
-    ASSERT_NO_STORY({"1.2",
-                     "Hessian_ after a call (MakeHessian's H serves many λ)",
-                     system.H,
-                     problem->Hessian(),
-                     RowNames(problem->GetOrdering()),
-                     {damped}});
-    ASSERT_NO_STORY({"1.2",
-                     "b_ after a call (one b serves many λ)",
-                     system.b,
-                     problem->RightHandSide(),
-                     RowNames(problem->GetOrdering()),
-                     {{"1.2b", "b_ was changed in place, where the next call meets it; write to b_pp_schur_",
-                       [&] { return MatXX(problem->RightHandSide()); }}}});
+    const Mistake damped{"1.2a", "1.2.hessian_damped_in_place", [&] { return c.Damped(); }};
+    ASSERT_CLAIM(
+        {"1.2", "1.2.hessian_after_call", system.H, problem->Hessian(), RowNames(problem->GetOrdering()), {damped}});
+    ASSERT_CLAIM({"1.2",
+                  "1.2.b_after_call",
+                  system.b,
+                  problem->RightHandSide(),
+                  RowNames(problem->GetOrdering()),
+                  {{"1.2b", "1.2.b_changed_in_place", [&] { return MatXX(problem->RightHandSide()); }}}});
   }
 }
 

@@ -19,59 +19,59 @@ struct Marginalization {
   VecX b;
   int idx, dim;
 
-  std::string Words() const {
-    const std::string first = std::to_string(idx), last = std::to_string(idx + dim - 1);
-    return ", marginalising " + (dim == 1 ? "variable " + first : "variables " + first + " to " + last) + " of " +
-           std::to_string(H.rows());
+  /// "H_marg after the move, marginalising variables 3 to 5 of 8".
+  Text Of(const Text& quantity) const {
+    if (dim == 1) return {"2.of_one_variable", {{"quantity", quantity}, {"k", Word(idx)}, {"n", Word(n())}}};
+    return {"2.of_variables", {{"quantity", quantity}, {"k", Word(idx)}, {"l", Word(idx + dim - 1)}, {"n", Word(n())}}};
   }
+  int n() const { return static_cast<int>(H.rows()); }
 };
 
 void CheckMove(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
-  ASSERT_NO_STORY(
-      {"2",
-       "H_marg after the move (the others keep their order; exchanging with the last is fine too)" + c.Words(),
-       Move(c.H, order),
-       result.H_moved,
-       VariableNames(order),
-       MoveMistakes(c.H, order, c.idx, c.dim),
-       1e-12,
-       {},
-       "2a",
-       "H_marg"});
-  ASSERT_NO_STORY({"2",
-                   "b_marg after the move" + c.Words(),
-                   MoveRows(c.b, order),
-                   result.b_moved,
-                   VariableNames(order),
-                   MoveMistakesInB(c.b, order, c.idx, c.dim),
-                   1e-12,
-                   {},
-                   "2a",
-                   "b_marg"});
+  ASSERT_CLAIM({"2",
+                c.Of("2.H_marg_after_move"),
+                Move(c.H, order),
+                result.H_moved,
+                VariableNames(order),
+                MoveMistakes(c.H, order, c.idx, c.dim),
+                1e-12,
+                {},
+                "2a",
+                "H_marg"});
+  ASSERT_CLAIM({"2",
+                c.Of("2.b_marg_after_move"),
+                MoveRows(c.b, order),
+                result.b_moved,
+                VariableNames(order),
+                MoveMistakesInB(c.b, order, c.idx, c.dim),
+                1e-12,
+                {},
+                "2a",
+                "b_marg"});
 }
 
 void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
   const Parts right(Move(c.H, order), MoveRows(c.b, order), c.dim);
-  ASSERT_NO_STORY({"2",
-                   "H_prior = A_rr − A_rm A_mm⁻¹ A_mr" + c.Words(),
-                   right.A_rr - right.A_rm * right.A_mm_inverse * right.A_mr,
-                   result.H_prior,
-                   VariableNames(order),
-                   PriorMistakes(right, c.idx),
-                   1e-9,
-                   {},
-                   "2d",
-                   "H_prior"});
-  ASSERT_NO_STORY({"2",
-                   "b_prior = b_r − A_rm A_mm⁻¹ b_m" + c.Words(),
-                   right.b_r - right.A_rm * right.A_mm_inverse * right.b_m,
-                   result.b_prior,
-                   VariableNames(order),
-                   RightHandSideMistakes(right, c.b, c.idx),
-                   1e-9,
-                   {},
-                   "2d",
-                   "b_prior"});
+  ASSERT_CLAIM({"2",
+                c.Of(Word("H_prior = A_rr − A_rm A_mm⁻¹ A_mr")),
+                right.A_rr - right.A_rm * right.A_mm_inverse * right.A_mr,
+                result.H_prior,
+                VariableNames(order),
+                PriorMistakes(right, c.idx),
+                1e-9,
+                {},
+                "2d",
+                "H_prior"});
+  ASSERT_CLAIM({"2",
+                c.Of(Word("b_prior = b_r − A_rm A_mm⁻¹ b_m")),
+                right.b_r - right.A_rm * right.A_mm_inverse * right.b_m,
+                result.b_prior,
+                VariableNames(order),
+                RightHandSideMistakes(right, c.b, c.idx),
+                1e-9,
+                {},
+                "2d",
+                "b_prior"});
 }
 
 void CheckMarginalize(const MatXX& H, const VecX& b, int idx, int dim) {

@@ -34,27 +34,25 @@ struct PoseMistakes {
         phi(LogSO3(pose.q())) {}
 
   std::vector<Mistake> InShifts() const {
-    return {{"4a", "the block is still zero", Is(MatXX::Zero(3, 3))},
-            {"4a", "R stands here, but p and t are both expressed in W", Is(R)},
-            {"4a", "Rᵀ stands here, but p and t are both expressed in W", Is(Rt)}};
+    return {{"4a", "4.block_still_zero", Is(MatXX::Zero(3, 3))},
+            {"4a", "4.R_stands", Is(R)},
+            {"4a", "4.RT_stands", Is(Rt)}};
   }
   std::vector<Mistake> InTurnsOfThePosition() const {
-    return {{"4a", "the block is still zero", Is(O)},
-            {"4a", "the sign: ω × p = −p × ω = −Hat(p) ω", Is(turn)},
-            {"4a", "R stands before the turn, but p and ω are both expressed in W", Is(-R * turn)},
-            {"4a", "Rᵀ stands before the turn, but p and ω are both expressed in W", Is(-Rt * turn)},
-            {"4a", "the axes alone: the motion is ω × p, it grows with p", Is(axes)}};
+    return {{"4a", "4.block_still_zero", Is(O)},
+            {"4a", "4.sign_of_omega_p", Is(turn)},
+            {"4a", "4.R_stands_before_turn", Is(-R * turn)},
+            {"4a", "4.RT_stands_before_turn", Is(-Rt * turn)},
+            {"4a", "4.axes_alone", Is(axes)}};
   }
   std::vector<Mistake> InTurnsOfTheRotation() const {
-    return {{"4a", "the block is still zero", Is(O)},
-            {"4a", "this is the row of a left perturbation, Exp(δφ) R, as in the paper; ours is R Exp(δθ), so δθ = Rᵀω",
-             Is(axes)},
-            {"4a", "R stands where Rᵀ is meant: δθ is expressed in the body, δθ = Rᵀω", Is(R * axes)},
-            {"4a", "the sign: Exp(ω) R = R Exp(δθ), so δθ = +Rᵀω", Is(-Rt * axes)},
-            {"4a", "J_l⁻¹ belongs to Δφ of the paper's first frame; here δθ = Rᵀω",
-             Is(RightJacobianInverseSO3(-phi) * axes)},
-            {"4a", "J_r⁻¹ belongs to the coordinates Log R; here δθ = Rᵀω", Is(RightJacobianInverseSO3(phi) * axes)},
-            {"4a", "this is the turn of the position, Hat(p); a rotation does not depend on p", Is(-turn)}};
+    return {{"4a", "4.block_still_zero", Is(O)},
+            {"4a", "4.left_perturbation", Is(axes)},
+            {"4a", "4.R_for_RT", Is(R * axes)},
+            {"4a", "4.sign_of_RT_omega", Is(-Rt * axes)},
+            {"4a", "4.J_linv", Is(RightJacobianInverseSO3(-phi) * axes)},
+            {"4a", "4.J_rinv", Is(RightJacobianInverseSO3(phi) * axes)},
+            {"4a", "4.turn_position", Is(-turn)}};
   }
 };
 
@@ -62,30 +60,30 @@ struct PoseMistakes {
 void CheckPose(const VertexPose& pose, const MatXX& U, const MatXX& right, GaugeGroup group) {
   const PoseMistakes mistakes(pose, group);
   const Eigen::Index k = mistakes.axes.cols();
-  const auto check = [&](const std::string& what, const MatXX& expected, const MatXX& got, const std::string& row,
+  const auto check = [&](const Text& what, const MatXX& expected, const MatXX& got, const std::string& row,
                          const Names& columns, const std::vector<Mistake>& typical) {
-    ASSERT_NO_STORY({"4",
-                     what + ", the rows of a pose of " + NameOf(group),
-                     expected,
-                     got,
-                     {row + ".x", row + ".y", row + ".z"},
-                     typical,
-                     kTolerance,
-                     columns});
+    ASSERT_CLAIM({"4",
+                  {"4.rows_pose", {{"what", what}, {"system", NameOf(group)}}},
+                  expected,
+                  got,
+                  Words({row + ".x", row + ".y", row + ".z"}),
+                  typical,
+                  kTolerance,
+                  columns});
   };
   const Names all = DirectionNames(group), shifts(all.begin(), all.begin() + 3),
               turns(all.begin() + 3, all.begin() + 3 + k);
   const MatXX I = MatXX::Identity(3, 3);
-  check("∂δp/∂t in U", right.topLeftCorner(3, 3), U.topLeftCorner(3, 3), "δp", shifts, mistakes.InShifts());
+  check("4.shift_of_position", right.topLeftCorner(3, 3), U.topLeftCorner(3, 3), "δp", shifts, mistakes.InShifts());
   if (testing::Test::HasFatalFailure()) return;
-  check("∂δp/∂ω in U, the turns", right.block(0, 3, 3, k), U.block(0, 3, 3, k), "δp", turns,
+  check("4.turn_of_position", right.block(0, 3, 3, k), U.block(0, 3, 3, k), "δp", turns,
         mistakes.InTurnsOfThePosition());
   if (testing::Test::HasFatalFailure()) return;
-  check("∂δθ/∂ω in U, the turns", right.block(3, 3, 3, k), U.block(3, 3, 3, k), "δθ", turns,
+  check("4.turn_of_rotation", right.block(3, 3, 3, k), U.block(3, 3, 3, k), "δθ", turns,
         mistakes.InTurnsOfTheRotation());
   if (testing::Test::HasFatalFailure()) return;
-  check("I + ∂δθ/∂t in U", I, I + U.block(3, 0, 3, 3), "δθ", shifts,
-        {{"4a", "a shift turns nothing: these columns are zero", Is(2.0 * I)}});
+  check("4.shift_of_rotation", I, I + U.block(3, 0, 3, 3), "δθ", shifts,
+        {{"4a", "4.shift_turns_nothing", Is(2.0 * I)}});
 }
 
 // Paper and pencil: R takes x to y, y to z and z to x; p = (2, 1, 0).
@@ -124,19 +122,18 @@ TEST(Stage4, AVelocityTurnsAndIsNotShifted) {
         return Is((MatXX(3, columns) << left, turns).finished());
       };
       const MatXX O = MatXX::Zero(3, 3), I = MatXX::Identity(3, 3);
-      ASSERT_NO_STORY({"4",
-                       "U, the rows of a velocity of " + NameOf(group),
-                       right,
-                       got,
-                       {"δv.x", "δv.y", "δv.z"},
-                       {{"4b", "the rows are still zero", rows(O, O.leftCols(columns - 3))},
-                        {"4b", "the sign: ω × v = −v × ω = −Hat(v) ω", rows(O, turn)},
-                        {"4b", "a velocity is not shifted: the columns of t are zero", rows(I, -turn)},
-                        {"4b", "a velocity is not shifted: the columns of t are zero; and the sign: ω × v = −Hat(v) ω",
-                         rows(I, turn)},
-                        {"4b", "the axes alone: the motion is ω × v, it grows with v", rows(O, AxesOf(group))}},
-                       kTolerance,
-                       DirectionNames(group)});
+      ASSERT_CLAIM({"4",
+                    {"4.U_rows_velocity", {{"system", NameOf(group)}}},
+                    right,
+                    got,
+                    Words({"δv.x", "δv.y", "δv.z"}),
+                    {{"4b", "4.rows_still_zero", rows(O, O.leftCols(columns - 3))},
+                     {"4b", "4.sign_of_omega_v", rows(O, turn)},
+                     {"4b", "4.velocity_not_shifted", rows(I, -turn)},
+                     {"4b", "4.velocity_not_shifted_and_sign", rows(I, turn)},
+                     {"4b", "4.axes_alone_of_velocity", rows(O, AxesOf(group))}},
+                    kTolerance,
+                    DirectionNames(group)});
     }
   }
 }
@@ -147,14 +144,14 @@ TEST(Stage4, TheNullSpaceIsTheDerivativeOfTheWorldsMotion) {
     for (const int count : {4, 9, 17}) {
       Random random(Seed(97 + static_cast<uint64_t>(count)));
       const Vertices vertices = RandomVertices(count, &random);
-      ASSERT_NO_STORY({"4",
-                       "U of " + std::to_string(count) + " vertices of " + NameOf(group),
-                       NumericNullSpace(vertices, group),
-                       Chosen().gauge_freedom.null_space(vertices, group),
-                       RowNames(vertices),
-                       {},
-                       kTolerance,
-                       DirectionNames(group)});
+      ASSERT_CLAIM({"4",
+                    {"4.U_of_vertices", {{"n", Word(count)}, {"system", NameOf(group)}}},
+                    NumericNullSpace(vertices, group),
+                    Chosen().gauge_freedom.null_space(vertices, group),
+                    RowNames(vertices),
+                    {},
+                    kTolerance,
+                    DirectionNames(group)});
     }
   }
 }
@@ -169,40 +166,41 @@ MatXX ProjectionByItsEffect(const MatXX& U, const MatXX& V) {
   return image * basis.inverse();
 }
 
-void CheckProjection(const MatXX& U, const MatXX& V, const Names& names, const std::string& scene) {
+void CheckProjection(const MatXX& U, const MatXX& V, const Names& names, const Text& what) {
   const MatXX I = MatXX::Identity(U.rows(), U.rows()), Vt = V.transpose(), A = Vt * U;
   const auto minus = [&](const MatXX& lost) { return Is(I - lost); };
   const MatXX right = ProjectionByItsEffect(U, V), lost = I - right;
-  ASSERT_NO_STORY(
-      {"4",
-       "Q" + scene,
-       right,
-       Chosen().gauge_freedom.projection(U, V),
-       names,
-       {{"4c", "Q is still the identity", Is(I)},
-        {"4c", "this is Qᵀ: U and V have exchanged their places", Is(right.transpose())},
-        {"4c", "the sign: U (VᵀU)⁻¹ Vᵀ is added, not subtracted", Is(I + lost)},
-        {"4c", "this is U (VᵀU)⁻¹ Vᵀ itself, what δ loses: Q is I minus that", Is(lost)},
-        {"4c", "this is −U (VᵀU)⁻¹ Vᵀ: the identity is lost, it is `Q -= …`", Is(-lost)},
-        {"4c", "(UᵀV)⁻¹ stands where (VᵀU)⁻¹ is meant", minus(U * A.transpose().inverse() * Vt)},
-        {"4c", "(VᵀU)⁻¹ is missing: this is I − U Vᵀ", minus(U * Vt)},
-        {"4c", "VᵀU stands where its inverse is meant", minus(U * A * Vt)},
-        {"4c", "V stands where U is meant: δ must move along U, V only says how far", minus(V * A.inverse() * Vt)},
-        {"4c", "U stands where V is meant: V says which δ are wanted", minus(U * A.inverse() * U.transpose())},
-        {"4c", "V is nowhere: this is the projection of the free gauge, V = U",
-         minus(U * (U.transpose() * U).inverse() * U.transpose())}},
-       1e-9});
+  ASSERT_CLAIM({"4",
+                what,
+                right,
+                Chosen().gauge_freedom.projection(U, V),
+                names,
+                {{"4c", "4.Q_still_identity", Is(I)},
+                 {"4c", "4.U_V_exchanged", Is(right.transpose())},
+                 {"4c", Text("formula.sign_added", {{"term", Word("U (VᵀU)⁻¹ Vᵀ")}}), Is(I + lost)},
+                 {"4c", "4.lost_part_itself", Is(lost)},
+                 {"4c", "4.identity_lost", Is(-lost)},
+                 {"4c", "4.UTV_inv_for_VTU_inv", minus(U * A.transpose().inverse() * Vt)},
+                 {"4c", "4.VTU_inv_missing", minus(U * Vt)},
+                 {"4c", Text("formula.inverse_meant", {{"matrix", Word("VᵀU")}}), minus(U * A * Vt)},
+                 {"4c", "4.V_for_U", minus(V * A.inverse() * Vt)},
+                 {"4c", "4.U_for_V", minus(U * A.inverse() * U.transpose())},
+                 {"4c", "4.V_nowhere", minus(U * (U.transpose() * U).inverse() * U.transpose())}},
+                1e-9});
 }
 
 // Two scalars and their difference: U = (1, 1)ᵀ, and the first is held.
-TEST(Stage4, TheProjectionOnPaper) { CheckProjection(Vec2(1, 1), Vec2(1, 0), {"x1", "x2"}, " of two scalars"); }
+TEST(Stage4, TheProjectionOnPaper) {
+  CheckProjection(Vec2(1, 1), Vec2(1, 0), Words({"x1", "x2"}), "4.Q_of_two_scalars");
+}
 
 TEST(Stage4, TheProjectionEndsInTheGaugeWhateverUAndVAre) {
   for (const int columns : {1, 2, 4, 7}) {
     Random random(Seed(101 + static_cast<uint64_t>(columns)));
     const int n = 2 * columns + 5;
     const MatXX U = RandomMatrix(n, columns, &random), V = U + RandomMatrix(n, columns, &random);
-    CheckProjection(U, V, {}, " of random U and V, " + std::to_string(n) + "×" + std::to_string(columns));
+    CheckProjection(U, V, {},
+                    {"4.Q_of_random_U_V", {{"size", Word(std::to_string(n) + "×" + std::to_string(columns))}}});
     if (HasFatalFailure()) return;
   }
 }
@@ -212,19 +210,23 @@ TEST(Stage4, TheProjectionRemovesTheGaugesMotionsAndNothingElse) {
     const FreeScene scene(group, 3, 4, 103);
     const MatXX U = NumericNullSpace(scene.vertices, group);
     for (const bool held : {true, false}) {
-      const std::string gauge = held ? "held at its first frame" : "free, V = U";
+      const Text gauge = held ? "4.held_first_frame" : "4.free_V_U";
       const MatXX V = held ? scene.FirstFrame(group) : U;
       const MatXX Q = Chosen().gauge_freedom.projection(U, V), I = MatXX::Identity(U.rows(), U.rows());
-      const auto check = [&](const std::string& what, const MatXX& expected, const MatXX& got) {
-        ASSERT_NO_STORY({"4", what + " for " + NameOf(group) + ", " + gauge, expected, got, {}, {}, 1e-9});
+      const auto check = [&](const Text& what, const MatXX& expected, const MatXX& got) {
+        ASSERT_CLAIM({"4",
+                      Text("4.for_system", {{"what", what}, {"system", NameOf(group)}, {"gauge", gauge}}),
+                      expected,
+                      got,
+                      {},
+                      {},
+                      1e-9});
       };
-      check("I + Q U, where Q U must be zero: a motion of the world is no change", MatXX::Ones(U.rows(), U.cols()),
-            MatXX::Ones(U.rows(), U.cols()) + Q * U);
-      check("I + Vᵀ Q, where Vᵀ Q must be zero: Q ends in the gauge", MatXX::Ones(U.cols(), U.rows()),
-            MatXX::Ones(U.cols(), U.rows()) + V.transpose() * Q);
-      check("Q Q, which must be Q: who is in the gauge stays", Q, Q * Q);
+      check("4.I_Q_U", MatXX::Ones(U.rows(), U.cols()), MatXX::Ones(U.rows(), U.cols()) + Q * U);
+      check("4.I_VT_Q", MatXX::Ones(U.cols(), U.rows()), MatXX::Ones(U.cols(), U.rows()) + V.transpose() * Q);
+      check("4.Q_Q", Q, Q * Q);
       if (HasFatalFailure()) return;
-      CheckProjection(U, V, RowNames(scene.vertices), " of " + NameOf(group) + ", " + gauge);
+      CheckProjection(U, V, RowNames(scene.vertices), {"4.Q_of_gauge", {{"system", NameOf(group)}, {"gauge", gauge}}});
       if (HasFatalFailure()) return;
     }
   }
@@ -243,54 +245,49 @@ std::vector<Mistake> MotionMistakes(const MatXX& R_z, int n, bool single) {
     if (n >= 9) J.block(6, 6, 3, 3) = third;
     return Is(J);
   };
-  std::vector<Mistake> mistakes = {{"4d", "the motion is still the identity", Is(MatXX::Identity(n, n))}};
+  std::vector<Mistake> mistakes = {{"4d", "4.motion_still_identity", Is(MatXX::Identity(n, n))}};
   if (single) {
-    mistakes.push_back({"4d", "the motion's block is zero", blocks(O, I)});
-    mistakes.push_back({"4d", "R_zᵀ stands where R_z is meant: this turns back", blocks(R_z.transpose(), I)});
+    mistakes.push_back({"4d", "4.motions_block_zero", blocks(O, I)});
+    mistakes.push_back({"4d", "4.R_zT_for_R_z", blocks(R_z.transpose(), I)});
     const bool is_pose = n == 6;
-    const std::string second = is_pose ? "R_z acts on δθ too; but R_z R Exp(δθ) has the δθ of R Exp(δθ), "
-                                         "the paper's δφ stands on the other side"
-                                       : "R_z acts on a bias too, which is expressed in the body";
+    const Text second = is_pose ? "4.R_z_acts_dtheta" : "4.R_z_acts_bias";
     mistakes.push_back({"4d", second, blocks(R_z, R_z)});
     if (!is_pose) mistakes.push_back({"4d", second, blocks(R_z, R_z, R_z)});
-    mistakes.push_back({"4d", second + "; and δp is left out", blocks(I, R_z)});
-    mistakes.push_back({"4d", "R_z acts from both sides", blocks(R_z * R_z, I)});
-    mistakes.push_back({"4d", "the sign: it is R_z itself", blocks(-R_z, I)});
-    mistakes.push_back(
-        {"4d", "R_z stands in the second three rows; it is the first three that belong to W", blocks(I, R_z)});
+    mistakes.push_back({"4d", {"4.dp_left_out", {{"cause", second}}}, blocks(I, R_z)});
+    mistakes.push_back({"4d", "4.R_z_acts_both_sides", blocks(R_z * R_z, I)});
+    mistakes.push_back({"4d", "4.sign_R_z_itself", blocks(-R_z, I)});
+    mistakes.push_back({"4d", "4.R_z_in_second_rows", blocks(I, R_z)});
   } else {
-    mistakes.push_back({"4d", "only the first vertex turns: the block starts at `row`, which moves on with each vertex",
-                        blocks(R_z, I)});
-    mistakes.push_back({"4d", "only the first vertex turns: the block starts at `row`, which moves on with each vertex",
-                        blocks(R_z, R_z)});
+    mistakes.push_back({"4d", "4.only_first_vertex_turns", blocks(R_z, I)});
+    mistakes.push_back({"4d", "4.only_first_vertex_turns", blocks(R_z, R_z)});
   }
   return mistakes;
 }
 
-void CheckMotion(const Vertices& vertices, double yaw, const std::string& scene) {
+void CheckMotion(const Vertices& vertices, double yaw, const Text& scene) {
   const Motion g{1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(1, -2, 3)};  // t must not matter
-  ASSERT_NO_STORY({"4",
-                   "∂θ_C/∂θ of " + scene + ", yaw " + Number(yaw),
-                   NumericMotionJacobian(vertices, g),
-                   Chosen().gauge_freedom.motion_jacobian(vertices, yaw),
-                   RowNames(vertices),
-                   MotionMistakes(g.R.toRotationMatrix(), TotalLocalDimension(vertices), vertices.size() == 1),
-                   kTolerance,
-                   {},
-                   "4d"});
+  ASSERT_CLAIM({"4",
+                {"4.motion_jacobian_of", {{"scene", scene}, {"n", Word(yaw)}}},
+                NumericMotionJacobian(vertices, g),
+                Chosen().gauge_freedom.motion_jacobian(vertices, yaw),
+                RowNames(vertices),
+                MotionMistakes(g.R.toRotationMatrix(), TotalLocalDimension(vertices), vertices.size() == 1),
+                kTolerance,
+                {},
+                "4d"});
 }
 
 TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {
   Random random(Seed(107));
   const double yaw = random.Uniform(0.5, 2.0);
-  CheckMotion({RandomPose(&random)}, yaw, "a pose");
+  CheckMotion({RandomPose(&random)}, yaw, "4.pose");
   if (HasFatalFailure()) return;
-  CheckMotion({RandomSpeedBias(&random)}, yaw, "a velocity and biases");
+  CheckMotion({RandomSpeedBias(&random)}, yaw, "4.velocity_biases");
   if (HasFatalFailure()) return;
-  CheckMotion({RandomPoint(&random)}, yaw, "a point");
+  CheckMotion({RandomPoint(&random)}, yaw, "4.point");
   for (const int count : {4, 7, 15}) {
     if (HasFatalFailure()) return;
-    CheckMotion(RandomVertices(count, &random), -random.Uniform(0.0, 3.0), std::to_string(count) + " vertices");
+    CheckMotion(RandomVertices(count, &random), -random.Uniform(0.0, 3.0), {"4.vertices", {{"n", Word(count)}}});
   }
 }
 

@@ -20,27 +20,25 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
     const MatXX M = RandomMatrix(n, n, &random).householderQr().householderQ();  // orthogonal, as every ∂θ_C/∂θ is
     const MatXX T = Q * M, Tt = T.transpose(), MQ = M * Q;
     const auto is = [](const MatXX& answer) { return [answer] { return answer; }; };
-    ASSERT_NO_STORY(
-        {"4",
-         "Cov_C of random " + std::to_string(n) + "×" + std::to_string(n) + " Cov, Q and ∂θ_C/∂θ",
-         T * C * Tt,
-         Chosen().gauge_freedom.transform_covariance(C, Q, M),
-         {},
-         {{"4e", "the covariance was not changed", is(C)},
-          {"4e", "the result is still zero", is(MatXX::Zero(n, n))},
-          {"4e", "Q and the motion have exchanged their places: first the motion acts, then Q, so T = Q ∂θ_C/∂θ",
-           is(MQ * C * MQ.transpose())},
-          {"4e", "the second factor is missing: the covariance is multiplied from one side only", is(T * C)},
-          {"4e", "the first factor is missing: the covariance is multiplied from one side only", is(C * Tt)},
-          {"4e", "the transpose is missing: it is T Cov Tᵀ", is(T * C * T)},
-          {"4e", "the transpose is on the wrong side: it is T Cov Tᵀ", is(Tt * C * T)},
-          {"4e", "Q is missing on the right", is(T * C * M.transpose())},
-          {"4e", "Q is missing on the left", is(M * C * Tt)},
-          {"4e", "∂θ_C/∂θ is missing on the right", is(T * C * Q.transpose())},
-          {"4e", "∂θ_C/∂θ is missing: this is Q Cov Qᵀ", is(Q * C * Q.transpose())},
-          {"4e", "Q is missing: this is only the moved covariance", is(M * C * M.transpose())},
-          {"4e", "Q is transposed", is(Q.transpose() * M * C * (Q.transpose() * M).transpose())},
-          {"4e", "∂θ_C/∂θ is transposed", is(Q * M.transpose() * C * (Q * M.transpose()).transpose())}}});
+    ASSERT_CLAIM({"4",
+                  {"4.covariance_of_random", {{"size", Word(std::to_string(n) + "×" + std::to_string(n))}}},
+                  T * C * Tt,
+                  Chosen().gauge_freedom.transform_covariance(C, Q, M),
+                  {},
+                  {{"4e", "4.covariance_not_changed", is(C)},
+                   {"4e", "4.result_still_zero", is(MatXX::Zero(n, n))},
+                   {"4e", "4.Q_motion_exchanged_places", is(MQ * C * MQ.transpose())},
+                   {"4e", "4.second_factor_missing", is(T * C)},
+                   {"4e", "4.first_factor_missing", is(C * Tt)},
+                   {"4e", "4.transpose_missing", is(T * C * T)},
+                   {"4e", "4.transpose_wrong_side", is(Tt * C * T)},
+                   {"4e", "4.Q_missing_right", is(T * C * M.transpose())},
+                   {"4e", "4.Q_missing_left", is(M * C * Tt)},
+                   {"4e", "4.motion_missing_right", is(T * C * Q.transpose())},
+                   {"4e", "4.motion_missing", is(Q * C * Q.transpose())},
+                   {"4e", "4.Q_missing", is(M * C * M.transpose())},
+                   {"4e", "4.Q_transposed", is(Q.transpose() * M * C * (Q.transpose() * M).transpose())},
+                   {"4e", "4.motion_transposed", is(Q * M.transpose() * C * (Q * M.transpose()).transpose())}}});
   }
 }
 
@@ -51,18 +49,18 @@ TEST(Stage4, TheExampleOfTheHandout) {
   const MatXX free = (MatXX(2, 2) << 1, -1, -1, 1).finished(), fixed = (MatXX(2, 2) << 0, 0, 0, 4).finished();
   const MatXX I = MatXX::Identity(2, 2), H = 0.25 * free;
   ASSERT_TRUE(FreeCovariance(H, 1).isApprox(free) && FixedCovariance(H, V).isApprox(fixed)) << "the handout is wrong";
-  ASSERT_NO_STORY({"4",
-                   "the handout's free covariance, with x1 held",
-                   fixed,
-                   functions.transform_covariance(free, functions.projection(U, V), I),
-                   {"x1", "x2"},
-                   {}});
-  ASSERT_NO_STORY({"4",
-                   "the handout's fixed covariance, set free again",
-                   free,
-                   functions.transform_covariance(fixed, functions.projection(U, U), I),
-                   {"x1", "x2"},
-                   {}});
+  ASSERT_CLAIM({"4",
+                "4.handout_held",
+                fixed,
+                functions.transform_covariance(free, functions.projection(U, V), I),
+                Words({"x1", "x2"}),
+                {}});
+  ASSERT_CLAIM({"4",
+                "4.handout_set_free",
+                free,
+                functions.transform_covariance(fixed, functions.projection(U, U), I),
+                Words({"x1", "x2"}),
+                {}});
 }
 
 // ---- all together ---------------------------------------------------------------------------------------------------
@@ -83,16 +81,18 @@ void CheckGauges(GaugeGroup group, int frames, int points, uint64_t seed) {
   FreeScene& scene = *drawn;
   const GaugeFreedom& functions = Chosen().gauge_freedom;
   const Names names = RowNames(scene.vertices);
-  const std::string graph = ", " + NameOf(group) + ", " + std::to_string(frames) + " frames";
+  const auto of = [&](const Text& what) {
+    return Text("4.frames", {{"what", what}, {"system", NameOf(group)}, {"n", Word(frames)}});
+  };
   const MatXX H = scene.Hessian(), U = functions.null_space(scene.vertices, group);
-  ASSERT_NO_STORY({"4",
-                   "I + H U, where H U must be zero: no residual feels the world move" + graph,
-                   MatXX::Ones(U.rows(), U.cols()),
-                   MatXX::Ones(U.rows(), U.cols()) + H * U / H.cwiseAbs().maxCoeff(),
-                   names,
-                   {},
-                   1e-9,
-                   DirectionNames(group)});
+  ASSERT_CLAIM({"4",
+                of("4.I_H_U"),
+                MatXX::Ones(U.rows(), U.cols()),
+                MatXX::Ones(U.rows(), U.cols()) + H * U / H.cwiseAbs().maxCoeff(),
+                names,
+                {},
+                1e-9,
+                DirectionNames(group)});
   const MatXX free = FreeCovariance(H, static_cast<int>(U.cols()));
 
   const double yaw = 0.4 + 0.1 * static_cast<double>(frames);
@@ -101,22 +101,11 @@ void CheckGauges(GaugeGroup group, int frames, int points, uint64_t seed) {
   const MatXX Q = functions.projection(functions.null_space(scene.vertices, group), V);
   const MatXX motion = functions.motion_jacobian(scene.vertices, yaw);
   ASSERT_GT((free - fixed).norm(), 0.1 * fixed.norm()) << "the scene is too easy: both gauges have one covariance";
-  ASSERT_NO_STORY({"4",
-                   "the free covariance, in the gauge of the first frame" + graph,
-                   fixed,
-                   functions.transform_covariance(free, Q, motion),
-                   names,
-                   {},
-                   1e-7});
+  ASSERT_CLAIM({"4", of("4.covariance_held"), fixed, functions.transform_covariance(free, Q, motion), names, {}, 1e-7});
 
   const MatXX Q_free = functions.projection(U, U), back = functions.motion_jacobian(scene.vertices, -yaw);
-  ASSERT_NO_STORY({"4",
-                   "the covariance of the first frame's gauge, set free again" + graph,
-                   free,
-                   functions.transform_covariance(fixed, Q_free, back),
-                   names,
-                   {},
-                   1e-7});
+  ASSERT_CLAIM(
+      {"4", of("4.covariance_set_free"), free, functions.transform_covariance(fixed, Q_free, back), names, {}, 1e-7});
 }
 
 TEST(Stage4, FreeAndFixedCovariancesOfACameraWithAnImuAreOne) {

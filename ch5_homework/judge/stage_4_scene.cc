@@ -52,7 +52,7 @@ void MoveAll(const Motion& g, const Vertices& vertices) {
 }
 
 Names DirectionNames(GaugeGroup group) {
-  Names names = {"x", "y", "z", "yaw", "roll", "pitch", "scale"};
+  Names names = {Word("x"), Word("y"), Word("z"), "scene.yaw", "scene.roll", "scene.pitch", "scene.scale"};
   names.resize(group == GaugeGroup::kVisualInertial ? 4 : 7);
   return names;
 }
@@ -60,20 +60,10 @@ Names DirectionNames(GaugeGroup group) {
 Names RowNames(const Vertices& vertices) {
   Ordering ordering;
   ordering.poses = vertices;
-  Names names = RowNames(ordering);
-  size_t row = 0;  // the vertices are in no graph, so their ids say nothing
-  for (size_t i = 0; i < vertices.size(); ++i) {
-    for (int k = 0; k < vertices[i]->LocalDimension(); ++k, ++row) {
-      const size_t id = names[row].find(" -1");
-      if (id != std::string::npos) names[row].replace(id, 3, " " + std::to_string(i));
-    }
-  }
-  return names;
+  return RowNames(ordering);
 }
 
-std::string NameOf(GaugeGroup group) {
-  return group == GaugeGroup::kVisualInertial ? "a camera with an IMU" : "a camera alone";
-}
+Text NameOf(GaugeGroup group) { return group == GaugeGroup::kVisualInertial ? "4.camera_IMU" : "4.camera_alone"; }
 
 MatXX AxesOf(GaugeGroup group) {
   MatXX axes(3, group == GaugeGroup::kVisualInertial ? 1 : 3);

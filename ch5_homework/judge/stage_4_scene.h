@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ch5_backend/consistency/gauge_freedom.h"
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/scenes.h"
 
 namespace ch5::homework {
@@ -25,7 +25,7 @@ void MoveAll(const Motion& g, const Vertices& vertices);
 /// Columns of U: "x", …, "yaw"; and its rows: "VertexPose 2, δθ.z", the number being the place in the list.
 Names DirectionNames(GaugeGroup group);
 Names RowNames(const Vertices& vertices);
-std::string NameOf(GaugeGroup group);
+Text NameOf(GaugeGroup group);
 
 /// e_z, or e_z, e_x, e_y, as columns.
 MatXX AxesOf(GaugeGroup group);

@@ -25,23 +25,25 @@ Names NamesOfPoses(int count) {
 void CheckSchur(int poses, int goes) {
   Random random(Seed(37));
   const SchurCase c(6 * poses, goes, &random);
-  const std::string scene = " after SchurComplement, " + std::to_string(poses) + " poses stay, " +
-                            std::to_string(goes) + (goes == 1 ? " row goes" : " rows go");
+  const auto of = [&](const char* what) {
+    const Text word = Word(what);
+    if (goes == 1) return Text("5.after_schur_one_row", {{"what", word}, {"n", Word(poses)}});
+    return Text("5.after_schur_rows", {{"what", word}, {"n", Word(poses)}, {"m", Word(goes)}});
+  };
   MatXX U = c.U;
   VecX b_a = c.b_a;
   Chosen().make_okvis_term()->SchurComplement(c.V, c.W, c.b_b, &U, &b_a);
-  ASSERT_NO_STORY(
-      {"5", "U" + scene, c.U - c.Subtracted(), U, NamesOfPoses(poses), c.Mistakes(), 1e-9, {}, "5.2", "*U"});
-  ASSERT_NO_STORY({"5",
-                   "b_a" + scene,
-                   c.b_a - c.W * (c.V_inverse * c.b_b),
-                   b_a,
-                   NamesOfPoses(poses),
-                   c.MistakesInB(),
-                   1e-9,
-                   {},
-                   "5.2",
-                   "*b_a"});
+  ASSERT_CLAIM({"5", of("U"), c.U - c.Subtracted(), U, NamesOfPoses(poses), c.Mistakes(), 1e-9, {}, "5.2", "*U"});
+  ASSERT_CLAIM({"5",
+                of("b_a"),
+                c.b_a - c.W * (c.V_inverse * c.b_b),
+                b_a,
+                NamesOfPoses(poses),
+                c.MistakesInB(),
+                1e-9,
+                {},
+                "5.2",
+                "*b_a"});
 }
 
 TEST(Stage5, EliminatesADenseBlock) { CheckSchur(1, 6); }  // sizes that hide an exchange
@@ -60,9 +62,8 @@ TEST(Stage5, EliminatesASingularBlock) {  // a landmark seen once: its depth is 
   const MatXX right_U = U - W * V_pinv * W.transpose(), right_b = b_a - W * (V_pinv * b_b);
   Chosen().make_okvis_term()->SchurComplement(V, W, b_b, &U, &b_a);
   if (Equal(U, right_U, 1e-7) && Equal(b_a, right_b, 1e-7)) return;
-  FAIL() << Story("5", "SchurComplement with a V of 3 rows and rank 2, a point of unknown depth",
-                  "U(0, 0) = " + Number(right_U(0, 0)), "U(0, 0) = " + Number(U(0, 0)),
-                  "V has no inverse here: only V_inv_sqrt, the root of its pseudo-inverse, will do", "5.2");
+  FAIL() << Report(Diagnosis{"5", "5.singular_V", Word("U(0, 0) = " + Number(right_U(0, 0))),
+                             Word("U(0, 0) = " + Number(U(0, 0))), "5.V_no_inverse", "5.2"});
 }
 
 TEST(Stage5, EliminatesABlockThatNothingObserves) {
@@ -73,29 +74,32 @@ TEST(Stage5, EliminatesABlockThatNothingObserves) {
   VecX got_b = b_a;
   Chosen().make_okvis_term()->SchurComplement(MatXX::Zero(1, 1), MatXX::Zero(6, 1), VecX::Zero(1), &got_U, &got_b);
   if (Equal(got_U, U, 1e-12) && Equal(got_b, b_a, 1e-12)) return;
-  FAIL() << Story("5", "SchurComplement with V = 0, W = 0 and b_b = 0", "U and b_a stay as they are",
-                  "U(0, 0) = " + Number(got_U(0, 0)), "where V is 0, its pseudo-inverse is 0 too, not infinite", "5.2");
+  FAIL() << Report(Diagnosis{"5", "5.V_is_zero", "5.U_b_a_stay", Word("U(0, 0) = " + Number(got_U(0, 0))),
+                             "5.pinv_of_zero_is_zero", "5.2"});
 }
 
 // ---- 5.3 UpdateErrorComputation -------------------------------------------------------------------------------------
 
-void CheckSizesAndNumbers(const MatXX& J, const VecX& e0, const MatXX& H, const VecX& b0, const std::string& scene) {
+void CheckSizesAndNumbers(const MatXX& J, const VecX& e0, const MatXX& H, const VecX& b0, const Text& scene) {
   if (J.cols() != H.cols() || e0.size() != J.rows()) {
-    const auto size = [](const MatXX& A) { return std::to_string(A.rows()) + "×" + std::to_string(A.cols()); };
-    FAIL() << Story("5", "the sizes of J and e0" + scene, size(H) + " and " + size(b0), size(J) + " and " + size(e0),
-                    J.size() == 0 && H.size() > 0 ? "still empty: nothing was assigned to J_"
-                    : e0.size() == 0              ? "still empty: nothing was assigned to e0_"
-                                     : "J must have a column for each row of H, and e0 a row for each row of J",
-                    "5.3");
+    const auto sizes = [](const MatXX& A, const MatXX& B) {
+      return Text("5.two_sizes",
+                  {{"a", Word(A.rows())}, {"b", Word(A.cols())}, {"c", Word(B.rows())}, {"d", Word(B.cols())}});
+    };
+    FAIL() << Report(Diagnosis{"5", Text("5.sizes_J_e0", {{"scene", scene}}), sizes(H, b0), sizes(J, e0),
+                               J.size() == 0 && H.size() > 0 ? Text("matrix.still_empty", {{"variable", Word("J_")}})
+                               : e0.size() == 0              ? Text("matrix.still_empty", {{"variable", Word("e0_")}})
+                                                             : "5.sizes_of_J_and_e0",
+                               "5.3"});
   }
   const bool finite = J.allFinite() && e0.allFinite();
   if (!finite && !HoldsUnset(J) && !HoldsUnset(e0)) {
-    FAIL() << Story("5", "J and e0" + scene, "finite numbers", "infinity or NaN",
-                    "an eigenvalue of zero was divided by: take S_pinv_sqrt, where it stays zero", "5.3");
+    FAIL() << Report(Diagnosis{"5", Text("5.J_e0", {{"scene", scene}}), "matrix.finite_numbers", "5.infinity_or_nan",
+                               "5.divided_by_zero_eigenvalue", "5.3"});
   }
 }
 
-void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const std::string& scene) {
+void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text& scene) {
   const auto term = Chosen().make_okvis_term();
   const OkvisTerm::Members inside = term->Inside();
   *inside.H = H;
@@ -113,39 +117,39 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const std::
   for (const Mistake& m : right.MistakesInE0()) {
     mistakes_in_e0.push_back({m.todo, m.cause, [=] { return MatXX(right.P_inverse * m.answer()); }});
   }
-  ASSERT_NO_STORY({"5",
-                   "JᵀJ, which must be H (both in units of √diag H)" + scene,
-                   scaled(H),
-                   scaled(J.transpose() * J),
-                   names,
-                   mistakes,
-                   1e-9,
-                   {},
-                   "5.3",
-                   "J_"});
-  ASSERT_NO_STORY({"5",
-                   "Jᵀe0, which must be −b0 (in units of √diag H)" + scene,
-                   right.P_inverse * -b0,
-                   right.P_inverse * J.transpose() * e0,
-                   names,
-                   mistakes_in_e0,
-                   1e-7,
-                   {},
-                   "5.3",
-                   "e0_"});
+  ASSERT_CLAIM({"5",
+                {"5.JTJ_is_H", {{"scene", scene}}},
+                scaled(H),
+                scaled(J.transpose() * J),
+                names,
+                mistakes,
+                1e-9,
+                {},
+                "5.3",
+                "J_"});
+  ASSERT_CLAIM({"5",
+                {"5.JTe0_is_minus_b0", {{"scene", scene}}},
+                right.P_inverse * -b0,
+                right.P_inverse * J.transpose() * e0,
+                names,
+                mistakes_in_e0,
+                1e-7,
+                {},
+                "5.3",
+                "e0_"});
 }
 
 TEST(Stage5, TakesTheRootOfARegularH) {
   Random random(Seed(43));
   const MatXX H = RandomPositiveDefinite(12, &random);
-  CheckUpdate(H, RandomMatrix(12, 1, &random), NamesOfPoses(2), " of two poses, H regular");
+  CheckUpdate(H, RandomMatrix(12, 1, &random), NamesOfPoses(2), "5.two_poses_H_regular");
 }
 
 TEST(Stage5, TakesTheRootOfASingularH) {  // as after every marginalisation without an absolute measurement
   Random random(Seed(47));
   const MatXX A = RandomMatrix(7, 12, &random);
   CheckUpdate(A.transpose() * A, -A.transpose() * RandomMatrix(7, 1, &random), NamesOfPoses(2),
-              " of two poses, H of rank 7");
+              "5.two_poses_H_singular");
 }
 
 TEST(Stage5, TakesTheRootInAwkwardUnits) {
@@ -153,7 +157,7 @@ TEST(Stage5, TakesTheRootInAwkwardUnits) {
   // So far apart that without P an eigenvalue would count as zero.
   const VecX units = (VecX(6) << 1e6, 1.0, 1e-3, 1.0, 1e2, 1e-2).finished();
   CheckUpdate(units.asDiagonal() * RandomPositiveDefinite(6, &random) * units.asDiagonal(),
-              units.asDiagonal() * RandomMatrix(6, 1, &random), NamesOfPoses(1), " of a pose in awkward units");
+              units.asDiagonal() * RandomMatrix(6, 1, &random), NamesOfPoses(1), "5.pose_in_awkward_units");
 }
 
 // ---- 5.4 Residual ---------------------------------------------------------------------------------------------------
@@ -168,21 +172,22 @@ TEST(Stage5, TheResidualMovesWithTheStates) {
   *inside.e0 = e0;
   const MatXX e = term->Residual(delta_chi);
   const auto is = [](const VecX& answer) { return [answer] { return MatXX(answer); }; };
-  ASSERT_NO_STORY({"5",
-                   "e of a random J and e0",
-                   e0 + J * delta_chi,
-                   e,
-                   {},
-                   {{"5.4", "J Δχ is missing: the residual does not move with the states", is(e0)},
-                    {"5.4", "e₀ is missing", is(J * delta_chi)},
-                    {"5.4", "the sign: it is e₀ + J Δχ", is(e0 - J * delta_chi)},
-                    {"5.4", "the signs: it is e₀ + J Δχ", is(J * delta_chi - e0)},
-                    {"5.4", "Jᵀ stands where J is meant", is(e0 + J.transpose() * delta_chi)},
-                    {"5.4", "J is missing before Δχ", is(e0 + delta_chi)}},
-                   1e-10,
-                   {},
-                   "5.4",
-                   "e"});
+  ASSERT_CLAIM({"5",
+                Text("5.e_of", {{"what", "5.random_J_e0"}}),
+                e0 + J * delta_chi,
+                e,
+                {},
+                {{"5.4", "5.J_dchi_missing", is(e0)},
+                 {"5.4", "5.e0_missing", is(J * delta_chi)},
+                 {"5.4", "5.sign_of_J_dchi", is(e0 - J * delta_chi)},
+                 {"5.4", "5.both_signs", is(J * delta_chi - e0)},
+                 {"5.4", Text("formula.stands_for", {{"this", Word("Jᵀ")}, {"that", Word("J")}}),
+                  is(e0 + J.transpose() * delta_chi)},
+                 {"5.4", "5.J_missing_before_dchi", is(e0 + delta_chi)}},
+                1e-10,
+                {},
+                "5.4",
+                "e"});
 }
 
 // ---- all together ---------------------------------------------------------------------------------------------------
@@ -210,9 +215,9 @@ TEST(Stage5, TheWholeTermIsTheDenseSchurComplement) {
   const VecX b = all.b(stay) - H_rm * (H_mm_inverse * all.b(go));
   Names names = RowNames(ordering);
   names = {names.begin() + 6, names.begin() + 18};
-  ASSERT_NO_STORY({"5", "H after pose 0 and all landmarks have gone", H, rest.H, names, {}, 1e-8});
-  ASSERT_NO_STORY({"5", "b0 after pose 0 and all landmarks have gone", b, rest.b0, names, {}, 1e-8});
-  ASSERT_NO_STORY({"5", "JᵀJ of the prior that remains", H, rest.J.transpose() * rest.J, names, {}, 1e-8});
+  ASSERT_CLAIM({"5", "5.H_in_all", H, rest.H, names, {}, 1e-8});
+  ASSERT_CLAIM({"5", "5.b0_in_all", b, rest.b0, names, {}, 1e-8});
+  ASSERT_CLAIM({"5", "5.JTJ_in_all", H, rest.J.transpose() * rest.J, names, {}, 1e-8});
 }
 
 }  // namespace

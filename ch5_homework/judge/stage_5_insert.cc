@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/scenes.h"
 #include "ch5_homework/judge/submission.h"
 
@@ -44,30 +44,20 @@ struct Insertion {
   std::vector<Mistake> Mistakes() const {
     const auto is = [this](Part a, Part b, Part c, Part d) { return [=] { return Opened(a, b, c, d); }; };
     const Part no = kMissing, ok = kRight;
-    std::vector<Mistake> mistakes{
-        {"5.1", "nothing was copied: the old H is lost", is(no, no, no, no)},
-        {"5.1", "H_00 alone was copied; the three parts of the tail are missing", is(ok, no, no, no)},
-        {"5.1", "nothing has made room: the new block stands behind everything, but its place is at idx",
-         is(ok, kNotMoved, kNotMoved, kNotMoved)},
-        {"5.1", "H_01 and H_01ᵀ are missing: the dense part and the tail no longer know each other",
-         is(ok, no, no, ok)},
-        {"5.1", "H_01 and H_01ᵀ are exchanged: H_01, right of the new columns, has the dense part's rows",
-         is(ok, kWrongSource, kWrongSource, ok)}};
-    const std::vector<std::string> of_00{"", "H_00, the dense part, is missing"},
-        of_01{"", "H_01, right of the new columns, is missing",
-              "H_01 has made no room: it starts at column idx instead of idx + dim",
-              "H_01 holds its transpose: it is read from row 0, column idx"},
-        of_10{"", "H_01ᵀ, below the new rows, is missing",
-              "H_01ᵀ has made no room: it starts at row idx instead of idx + dim",
-              "H_01ᵀ holds H_01: it is read from row idx, column 0"},
-        of_11{"", "the tail's corner H_11 is missing",
-              "the tail's corner has made no room: it starts at idx instead of idx + dim",
-              "the tail's corner holds H_00: H_11 is read from row and column idx on"};
+    std::vector<Mistake> mistakes{{"5.1", "5.nothing_copied", is(no, no, no, no)},
+                                  {"5.1", "5.H_00_alone_copied", is(ok, no, no, no)},
+                                  {"5.1", "5.nothing_made_room", is(ok, kNotMoved, kNotMoved, kNotMoved)},
+                                  {"5.1", "5.H_01_H_01T_missing", is(ok, no, no, ok)},
+                                  {"5.1", "5.H_01_H_01T_exchanged", is(ok, kWrongSource, kWrongSource, ok)}};
+    const std::vector<Text> of_00{{}, "5.H_00_dense_part_missing"},
+        of_01{{}, "5.H_01_right_new_columns_missing", "5.H_01_made_no_room", "5.H_01_holds_transpose"},
+        of_10{{}, "5.H_01T_below_new_rows_missing", "5.H_01T_made_no_room", "5.H_01T_holds_H_01"},
+        of_11{{}, "5.tails_corner_H_11_missing", "5.tails_corner_made_no_room", "5.tails_corner_holds_H_00"};
     for (size_t a = 0; a < of_00.size(); ++a) {
       for (size_t b = 0; b < of_01.size(); ++b) {
         for (size_t c = 0; c < of_10.size(); ++c) {
           for (size_t d = 0; d < of_11.size(); ++d) {
-            const std::string& cause = a ? of_00[a] : (b ? of_01[b] : (c ? of_10[c] : of_11[d]));
+            const Text& cause = a ? of_00[a] : (b ? of_01[b] : (c ? of_10[c] : of_11[d]));
             if (!cause.empty()) mistakes.push_back({"5.1", cause, is(Part(a), Part(b), Part(c), Part(d))});
           }
         }
@@ -75,8 +65,7 @@ struct Insertion {
     }
     MatXX known = Opened();
     known.block(idx, idx, dim, dim).setIdentity();
-    mistakes.push_back(
-        {"5.1", "the new block holds an identity, which nobody has measured: it is zero", [known] { return known; }});
+    mistakes.push_back({"5.1", "5.new_block_holds_identity", [known] { return known; }});
     return mistakes;
   }
 
@@ -94,17 +83,16 @@ struct Insertion {
       b.segment(at, part.size()) = part;
       return b;
     };
-    return {{"5.1", "b0 was not copied", [this] { return VecX::Zero(OpenedB().size()); }},
-            {"5.1", "the tail of b0 is missing", [=] { return changed(0, b0.head(idx)); }},
-            {"5.1", "the beginning of b0 is missing",
+    return {{"5.1", "5.b0_not_copied", [this] { return VecX::Zero(OpenedB().size()); }},
+            {"5.1", "5.tail_b0_missing", [=] { return changed(0, b0.head(idx)); }},
+            {"5.1", "5.beginning_b0_missing",
              [this] {
                VecX b = OpenedB();
                b.head(idx).setZero();
                return b;
              }},
-            {"5.1", "b0 has made no room: its tail starts at idx instead of idx + dim",
-             [=] { return changed(idx, b0.tail(Tail())); }},
-            {"5.1", "b0's tail holds its beginning: it is read from entry idx on",
+            {"5.1", "5.b0_made_no_room", [=] { return changed(idx, b0.tail(Tail())); }},
+            {"5.1", "5.b0s_tail_holds_beginning",
              [=] { return Tail() <= idx ? changed(idx + dim, b0.head(Tail())) : OpenedB(); }}};
   }
 };
@@ -115,17 +103,17 @@ int Rows(const std::vector<std::shared_ptr<Vertex>>& vertices) {
   return rows;
 }
 
-void CheckOpened(const Insertion& c, const OkvisTerm::Members& inside, const Names& names, const std::string& scene) {
-  ASSERT_NO_STORY(
-      {"5", "H after InsertBlock: " + scene, c.Opened(), *inside.H, names, c.Mistakes(), 1e-10, {}, "5.1", "H"});
-  ASSERT_NO_STORY(
-      {"5", "b0 after InsertBlock: " + scene, c.OpenedB(), *inside.b0, names, c.MistakesInB(), 1e-10, {}, "5.1", "b0"});
+Text After(const char* what, const Text& scene) { return {"5.after_insert", {{"what", Word(what)}, {"scene", scene}}}; }
+
+void CheckOpened(const Insertion& c, const OkvisTerm::Members& inside, const Names& names, const Text& scene) {
+  ASSERT_CLAIM({"5", After("H", scene), c.Opened(), *inside.H, names, c.Mistakes(), 1e-10, {}, "5.1", "H"});
+  ASSERT_CLAIM({"5", After("b0", scene), c.OpenedB(), *inside.b0, names, c.MistakesInB(), 1e-10, {}, "5.1", "b0"});
 }
 
 /// A term over poses and landmarks with random numbers, and one more vertex to come.
 void CheckInsertion(const std::vector<std::shared_ptr<Vertex>>& dense,
                     const std::vector<std::shared_ptr<Vertex>>& landmarks, const std::shared_ptr<Vertex>& coming,
-                    const std::string& scene) {
+                    const Text& scene) {
   Graph graph;
   for (const auto* vertices : {&dense, &landmarks}) {
     for (const auto& vertex : *vertices) graph.AddVertex(vertex);
@@ -151,12 +139,10 @@ void CheckInsertion(const std::vector<std::shared_ptr<Vertex>>& dense,
   CheckOpened(c, inside, RowNames(after), scene);
   if (::testing::Test::HasFatalFailure()) return;
   if (*inside.dense_size != dense_size) {
-    FAIL() << Story("5", "dense_size_ after InsertBlock: " + scene, std::to_string(dense_size) + ", as before",
-                    std::to_string(*inside.dense_size),
-                    "dense_size_ grows twice: who calls InsertBlock counts the new rows, InsertBlock only makes room",
-                    "5.1");
+    FAIL() << Report(Diagnosis{"5", After("dense_size_", scene), Text("5.as_before", {{"size", Word(dense_size)}}),
+                               Word(*inside.dense_size), "5.dense_size_grows_twice", "5.1"});
   }
-  ASSERT_EQ(row, c.idx) << "Stage 5: InsertBlock returns the first row of the new block; that line was right";
+  if (row != c.idx) FAIL() << Report(Diagnosis{"5", "5.returns_first_row"});
 }
 
 std::shared_ptr<Vertex> Pose() { return std::make_shared<VertexPose>(); }
@@ -165,19 +151,18 @@ std::shared_ptr<Vertex> Depth() { return std::make_shared<VertexInverseDepth>(0.
 std::shared_ptr<Vertex> SpeedBias() { return std::make_shared<VertexSpeedBias>(); }
 
 TEST(Stage5, InsertsAPoseBetweenPartsOfOneSize) {  // first: here no assertion betrays an exchange
-  CheckInsertion({Pose()}, {Point(), Point()}, Pose(), "a pose comes, 6 rows of a pose and 6 of two points are there");
+  CheckInsertion({Pose()}, {Point(), Point()}, Pose(), "5.pose_comes");
 }
 TEST(Stage5, InsertsASpeedAndBias) {
-  CheckInsertion({Pose(), Pose()}, {Depth(), Point()}, SpeedBias(),
-                 "a speed and bias comes, two poses and two landmarks are there");
+  CheckInsertion({Pose(), Pose()}, {Depth(), Point()}, SpeedBias(), "5.speed_bias_comes");
 }
 TEST(Stage5, AppendsALandmark) {
-  CheckInsertion({Pose(), SpeedBias()}, {Point(), Depth()}, Point(), "a landmark comes, to the end");
+  CheckInsertion({Pose(), SpeedBias()}, {Point(), Depth()}, Point(), "5.landmark_comes");
 }
 TEST(Stage5, InsertsTheFirstBlocks) {
-  CheckInsertion({}, {}, Pose(), "a pose comes, nothing is there");
+  CheckInsertion({}, {}, Pose(), "5.pose_comes_nothing");
   if (HasFatalFailure()) return;
-  CheckInsertion({}, {Depth(), Depth()}, Pose(), "a pose comes, only two landmarks are there");
+  CheckInsertion({}, {Depth(), Depth()}, Pose(), "5.pose_comes_only_two_landmarks");
 }
 
 }  // namespace

@@ -22,21 +22,22 @@ TEST(Stage6, RemembersTheFreeBlocks) {
   for (const auto& vertex : scene.free) right += (right.empty() ? "" : ", ") + NameOf(*vertex);
   for (const auto& [id, block] : blocks) got += (got.empty() ? "" : ", ") + NameOf(*block.vertex);
   if (got != right) {
-    FAIL() << Story("6", "the blocks after PreMarginalize, in order of id", right, got.empty() ? "none" : got,
-                    blocks.empty()                        ? "no vertex was remembered"
-                    : blocks.count(scene.fixed->Id()) > 0 ? "a fixed vertex has no columns in A"
-                    : blocks.size() < scene.free.size()   ? "not every free vertex of every residual is there"
-                                                          : "a block stands under the id of another vertex",
-                    "6a");
+    FAIL() << Report(Diagnosis{"6", "6.blocks_remembered", Word(right), got.empty() ? "6.none" : Word(got),
+                               blocks.empty()                        ? "6.no_vertex_remembered"
+                               : blocks.count(scene.fixed->Id()) > 0 ? "6.fixed_vertex_no_columns"
+                               : blocks.size() < scene.free.size()   ? "6.free_vertex_missing"
+                                                                     : "6.block_under_wrong_id",
+                               "6a"});
   }
   for (const auto& [id, block] : blocks) {
     const VecX x = block.vertex->Parameters();
     ASSERT_EQ(block.vertex->Id(), id);
     if (Equal(block.x0, x, 0.0)) continue;
-    FAIL() << Story("6", "the remembered state of " + NameOf(*block.vertex),
-                    std::to_string(x.size()) + " numbers, its Parameters()",
-                    block.x0.size() == x.size() ? "other numbers" : std::to_string(block.x0.size()) + " numbers",
-                    "the state at which A is made is vertex->Parameters()", "6a");
+    FAIL() << Report(
+        Diagnosis{"6", Text("6.remembered_state", {{"vertex", Word(NameOf(*block.vertex))}}),
+                  Text("6.numbers_parameters", {{"n", Word(x.size())}}),
+                  block.x0.size() == x.size() ? "6.other_numbers" : Text("6.numbers", {{"n", Word(block.x0.size())}}),
+                  "6.x0_is_parameters", "6a"});
   }
 }
 
@@ -46,9 +47,8 @@ TEST(Stage6, EvaluatesEachResidual) {
   term->PreMarginalize();
   for (const auto& factor : scene.factors) {
     if (scene.IsFresh(*factor.edge)) continue;
-    FAIL() << Story("6", "the residual of " + factor.edge->TypeInfo() + " after PreMarginalize",
-                    "r and J at the present states", "those of an older state, or only one of the two",
-                    "edge->Linearize() makes both", "6a");
+    FAIL() << Report(Diagnosis{"6", Text("6.residual_evaluated", {{"edge", Word(factor.edge->TypeInfo())}}),
+                               "6.r_J_present_states", "6.those_older_state", "6.edge_linearize", "6a"});
   }
 }
 
@@ -92,14 +92,13 @@ struct Layout {
       row += size;
     }
     all_again[right.size() - 1] = row;
-    return {{"6b", "one loop numbers dropped and kept blocks alike: first all the dropped ones, then the others",
-             Is(alike)},
-            {"6b", "the second loop numbers the dropped blocks again: it is for the others", Is(all_again)},
-            {"6b", "every kept block begins at m_: it is m_ + n_, and n_ grows with each", Is(alone)},
-            {"6b", "a block is counted as one row: it has LocalDimension() rows", Is(counted)},
-            {"6b", "no rows were given", Is(VecX::Zero(right.size()))},
-            {"6b", "idx is set after the count has moved on; a block begins where the last one ended", Is(late)},
-            {"6b", "the kept blocks begin at row 0; the dropped ones stand there: m_ + n_", Is(from_zero)}};
+    return {{"6b", "6.one_loop_for_both", Is(alike)},
+            {"6b", "6.second_loop_numbers_dropped", Is(all_again)},
+            {"6b", "6.every_kept_block_begins_m", Is(alone)},
+            {"6b", "6.block_counted_one_row", Is(counted)},
+            {"6b", "6.no_rows_given", Is(VecX::Zero(right.size()))},
+            {"6b", "6.idx_set_after_count_moved", Is(late)},
+            {"6b", "6.kept_begin_at_zero", Is(from_zero)}};
   }
   std::vector<Mistake> Mistakes() const {
     VecX swapped = Of(scene.Kept());
@@ -114,21 +113,20 @@ struct Layout {
     }
     std::vector<Mistake> mistakes = CountingMistakes();
     const std::vector<Mistake> mistaken_blocks{
-        {"6b", "Parameters().size() counts 7 for a pose; a row of A belongs to an increment: LocalDimension()",
-         Is(Of(scene.Dropped(), true))},
-        {"6b", "the kept blocks stand first; it is the dropped ones that do", Is(swapped)},
-        {"6b", "the kept blocks stand first, and m_ and n_ are exchanged", Is(Of(scene.Kept()))},
-        {"6a", "no block is dropped: the ids were not noted", Is(Of({}))},
-        {"6a", "a position in drop_set was taken for an id: it is vertices[position]->Id()", Is(Of(at_positions))},
-        {"6a", "every block is dropped, not only those in drop_set", Is(Of(scene.free))}};
+        {"6b", "6.parameters_size_for_local_dimension", Is(Of(scene.Dropped(), true))},
+        {"6b", "6.kept_first", Is(swapped)},
+        {"6b", "6.kept_first_m_n_exchanged", Is(Of(scene.Kept()))},
+        {"6a", "6.no_block_dropped", Is(Of({}))},
+        {"6a", "6.position_for_id", Is(Of(at_positions))},
+        {"6a", "6.every_block_dropped", Is(Of(scene.free))}};
     mistakes.insert(mistakes.end(), mistaken_blocks.begin(), mistaken_blocks.end());
     return mistakes;
   }
   Names RowNames() const {
     Names names;
-    for (const auto& v : scene.free) names.push_back("the first row of " + NameOf(*v));
-    names.push_back("m_");
-    names.push_back("n_");
+    for (const auto& v : scene.free) names.push_back({"6.first_row", {{"vertex", Word(NameOf(*v))}}});
+    names.push_back(Word("m_"));
+    names.push_back(Word("n_"));
     return names;
   }
 };
@@ -140,53 +138,60 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
     term->PreMarginalize();
     const Layout layout{scene};
     const auto blocks = term->Blocks();
-    ASSERT_EQ(blocks.size(), scene.free.size()) << "Stage 6: the number of blocks after PreMarginalize";
+    if (blocks.size() != scene.free.size()) FAIL() << Report(Diagnosis{"6", "6.number_of_blocks"});
     VecX rows(layout.Of({}).size());
     int k = 0;
     for (const auto& [id, block] : blocks) rows[k++] = block.idx;
     rows.tail<2>() << *term->Inside().m, *term->Inside().n;
-    ASSERT_NO_STORY({"6",
-                     "the first rows of the blocks, and m_ and n_, after PreMarginalize",
-                     layout.Of(scene.Dropped()),
-                     rows,
-                     layout.RowNames(),
-                     layout.Mistakes(),
-                     1e-12,
-                     {},
-                     "6b"});
+    ASSERT_CLAIM({"6",
+                  "6.first_rows_blocks",
+                  layout.Of(scene.Dropped()),
+                  rows,
+                  layout.RowNames(),
+                  layout.Mistakes(),
+                  1e-12,
+                  {},
+                  "6b"});
     std::vector<int> right;
     for (const auto& vertex : scene.Kept()) right.push_back(vertex->Id());
     const std::vector<int>& got = *term->Inside().keep;
     if (got != right) {
-      FAIL() << Story("6", "keep_ after PreMarginalize",
-                      std::to_string(right.size()) + " ids, in the order of their rows",
-                      std::to_string(got.size()) + " ids",
-                      got.empty()                       ? "keep_.push_back(id) is missing"
-                      : got.size() == scene.free.size() ? "keep_ holds the dropped blocks' ids too"
-                      : got.size() < right.size()       ? "keep_ holds the dropped blocks' ids, or not all kept ones"
-                                                        : "keep_ holds each kept block's id, once",
-                      "6b");
+      FAIL() << Report(Diagnosis{"6", "6.keep", Text("6.ids_order_rows", {{"n", Word(right.size())}}),
+                                 Text("6.ids", {{"n", Word(got.size())}}),
+                                 got.empty()                       ? "6.keep_push_back"
+                                 : got.size() == scene.free.size() ? "6.keep_holds_dropped_blocks_ids"
+                                 : got.size() < right.size()       ? "6.keep_holds_other_ids"
+                                                                   : "6.keep_holds_ids_twice",
+                                 "6b"});
     }
   }
 }
 
 // ---- 6c ConstructA ------------------------------------------------------------------------------------------------
 
-void CheckA(const FactorScene& scene, const std::string& what) {
+void CheckA(const FactorScene& scene, const Text& what) {
   const auto term = scene.Fill();
   term->PreMarginalize();
   term->ConstructA();
   const VinsTerm::Members got = term->Inside();
   const Names names = scene.RowNames();
-  ASSERT_NO_STORY({"6", "b of " + what, scene.VectorB({}), *got.b, names, MistakesInB(scene), 1e-10, {}, "6c", "b_"});
-  ASSERT_NO_STORY({"6", "A of " + what, scene.MatrixA({}), *got.A, names, MistakesInA(scene), 1e-10, {}, "6c", "A_"});
+  ASSERT_CLAIM({"6",
+                {"scene.b_of", {{"what", what}}},
+                scene.VectorB({}),
+                *got.b,
+                names,
+                MistakesInB(scene),
+                1e-10,
+                {},
+                "6c",
+                "b_"});
+  ASSERT_CLAIM(
+      {"6", {"6.A_of", {{"what", what}}}, scene.MatrixA({}), *got.A, names, MistakesInA(scene), 1e-10, {}, "6c", "A_"});
 }
 
-TEST(Stage6, AOfOneResidual) { CheckA(FactorScene(FactorScene::kOneEdge), "one residual between two poses"); }
-TEST(Stage6, AOfManyResiduals) {
-  CheckA(FactorScene(FactorScene::kNoLoss), "seven residuals without a loss, one vertex fixed");
-}
-TEST(Stage6, AOfRobustResiduals) { CheckA(FactorScene(), "seven residuals, three of them with a Cauchy loss"); }
+TEST(Stage6, AOfOneResidual) { CheckA(FactorScene(FactorScene::kOneEdge), "6.one_residual_between_two_poses"); }
+TEST(Stage6, AOfManyResiduals) { CheckA(FactorScene(FactorScene::kNoLoss), "6.seven_residuals_without_loss"); }
+TEST(Stage6, AOfRobustResiduals) { CheckA(FactorScene(), "6.seven_residuals"); }
 
 }  // namespace
 }  // namespace ch5::homework

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "ch5_backend/graph/loss.h"
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/scenes.h"
 #include "ch5_homework/judge/submission.h"
 

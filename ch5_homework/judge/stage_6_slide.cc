@@ -4,7 +4,7 @@
 
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/simulate/random.h"
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/seed.h"
 #include "ch5_homework/judge/stage_6_window.h"
 
@@ -23,20 +23,25 @@ std::string Positions(const Window& window, size_t but) {
 }
 std::string Positions(const Window& window) { return Positions(window, window.frames.size()); }
 
-void CheckFrames(const Window& before, const Window& after, size_t gone, const std::string& what) {
+// "the frames after SlideWindow, flag kOld"
+Text AfterSlide(const Text& what, const char* flag) {
+  return {"6.after_slide", {{"what", what}, {"flag", Word(flag)}}};
+}
+
+void CheckFrames(const Window& before, const Window& after, size_t gone, const char* flag) {
   const std::string right = Positions(before, gone), got = Positions(after);
   if (got == right) return;
-  std::string cause = "another frame has left than the one that should";
-  if (after.frames.size() == before.frames.size()) cause = "no frame has left: frames.erase(…)";
-  if (after.frames.size() + 1 < before.frames.size()) cause = "more than one frame has left";
+  Text cause = "6.another_frame_left";
+  if (after.frames.size() == before.frames.size()) cause = "6.no_frame_left";
+  if (after.frames.size() + 1 < before.frames.size()) cause = "6.more_one_frame_left";
   if (got == Positions(before, before.frames.size() - 1)) {
-    cause = "the newest frame has left; the second newest is frames.end() - 2";
+    cause = "6.newest_frame_left";
   }
-  if (got == Positions(before, 0)) cause = "the oldest frame has left, though the flag is kSecondNew";
-  if (got == Positions(before, before.frames.size() - 2)) cause = "the second newest has left, though the flag is kOld";
-  if (got == Positions(before, before.frames.size() - 3)) cause = "frames.end() - 3 is the third newest frame";
-  if (got == Positions(before, 1)) cause = "frames.begin() + 1 is the second oldest frame";
-  FAIL() << Story("6", "the frames after SlideWindow, " + what, right, got, cause, "6i");
+  if (got == Positions(before, 0)) cause = "6.oldest_frame_left";
+  if (got == Positions(before, before.frames.size() - 2)) cause = "6.second_newest_left";
+  if (got == Positions(before, before.frames.size() - 3)) cause = "6.third_newest_left";
+  if (got == Positions(before, 1)) cause = "6.second_oldest_left";
+  FAIL() << Report(Diagnosis{"6", AfterSlide("6.the_frames", flag), Word(right), Word(got), cause, "6i"});
 }
 
 // The landmark's depth in the camera of a frame.
@@ -48,10 +53,10 @@ double DepthSeenBy(const Window& window, const WindowLandmark& landmark, int fra
 }
 
 // Every landmark, by whom it is seen, and its depth.
-void CheckLandmarks(const Window& before, const Window& after, size_t gone, const std::string& what) {
+void CheckLandmarks(const Window& before, const Window& after, size_t gone, const char* flag) {
   const int left = before.frames[gone].id;
   for (const auto& [track, landmark] : before.landmarks) {
-    const std::string name = "landmark " + std::to_string(track) + " after SlideWindow, " + what;
+    const Text name("scene.landmark", {{"n", Word(track)}});
     std::vector<int> right, got;
     for (const auto& seen : landmark.seen) {
       if (seen.frame != left) right.push_back(seen.frame - kFirstId);
@@ -64,23 +69,21 @@ void CheckLandmarks(const Window& before, const Window& after, size_t gone, cons
     }
     if (got != right) {
       const auto text = [](const std::vector<int>& frames) {
-        return frames.empty() ? std::string("erased") : "seen by " + std::to_string(frames.size()) + " frames";
+        return frames.empty() ? "6.erased" : Text("6.seen_frames", {{"n", Word(frames.size())}});
       };
       const bool still = std::count(got.begin(), got.end(), left - kFirstId) > 0;
-      FAIL() << Story("6", name, text(right), text(got),
-                      still         ? "an observation by the frame that has left is still there: ForgetObservations"
-                      : got.empty() ? "it is thrown away, though other frames see it: it needs another host"
-                                    : "other observations were lost than those of the frame that leaves",
-                      "6i");
+      FAIL() << Report(Diagnosis{"6", AfterSlide(name, flag), text(right), text(got),
+                                 still         ? "6.observation_left_behind"
+                                 : got.empty() ? "6.thrown_away"
+                                               : "6.other_observations_lost",
+                                 "6i"});
     }
     if (got.empty() || !landmark.inverse_depth) continue;
     const double depth = DepthSeenBy(before, landmark, found->second.Host());
     const double got_depth = 1.0 / found->second.inverse_depth->InverseDepth();
     if (std::abs(got_depth - depth) < 1e-9 * depth) continue;
-    FAIL() << Story("6", "the depth of " + name, Number(depth) + " m", Number(got_depth) + " m",
-                    "a depth stands in its host's camera: a new host needs a new one, which ForgetObservations "
-                    "computes while both frames are there",
-                    "6i");
+    FAIL() << Report(Diagnosis{"6", AfterSlide({"6.depth", {{"landmark", name}}}, flag), Word(Number(depth) + " m"),
+                               Word(Number(got_depth) + " m"), "6.depth_of_old_host", "6i"});
   }
 }
 
@@ -99,7 +102,7 @@ ImuPiece Merged(Preintegration first, const Preintegration& second) {
   return {first.SumDt(), first.Alpha()};
 }
 
-void CheckImu(const Window& before, const Window& after, size_t gone, const std::string& what) {
+void CheckImu(const Window& before, const Window& after, size_t gone, const char* flag) {
   const auto own = [&](size_t k) { return before.frames[k].imu; };
   for (size_t k = 0; k < after.frames.size(); ++k) {
     const size_t old = k < gone ? k : k + 1;
@@ -108,55 +111,55 @@ void CheckImu(const Window& before, const Window& after, size_t gone, const std:
     if (gone > 0 && old == gone + 1) right = Merged(*own(gone), *own(old));
     const ImuPiece got = Piece(after.frames[k].imu);
     if (got.Is(right)) continue;
-    std::string cause = "the IMU of a frame that has nothing to do with it has changed";
+    Text cause = "6.other_IMU_changed";
     if (k == 0) {
-      cause = "the first frame has none before it: its imu must be null";
+      cause = "6.first_frame_none_before";
     } else if (gone > 0 && old == gone + 1) {
-      cause = "the newest frame's IMU must be that of the frame that leaves, followed by its own";
-      if (got.Is({})) cause = "the IMU between the two frames is gone";
-      if (got.Is(Piece(own(old)))) cause = "the samples of the frame that leaves are lost: they come before its own";
-      if (got.Is(Piece(own(gone)))) cause = "the newest frame's own samples are lost: they follow";
-      if (got.Is(Merged(*own(old), *own(gone)))) cause = "the two pieces are in the wrong order: the older one first";
+      cause = "6.IMU_not_merged";
+      if (got.Is({})) cause = "6.IMU_between_two_frames_gone";
+      if (got.Is(Piece(own(old)))) cause = "6.leaving_samples_lost";
+      if (got.Is(Piece(own(gone)))) cause = "6.own_samples_lost";
+      if (got.Is(Merged(*own(old), *own(gone)))) cause = "6.pieces_in_wrong_order";
     } else if (gone == 0 && k == 1 && std::abs(got.seconds - right.seconds) > 1e-9) {
-      cause = "MARGIN_OLD merges nothing: the piece between frames 0 and 1 is in the prior";
+      cause = "6.MARGIN_OLD_merges_nothing";
     }
-    FAIL() << Story("6", "the IMU before frame " + std::to_string(k) + " after SlideWindow, " + what,
-                    Number(right.seconds) + " s", Number(got.seconds) + " s", cause, "6i");
+    FAIL() << Report(Diagnosis{"6", AfterSlide({"6.IMU_before_frame", {{"k", Word(k)}}}, flag),
+                               Word(Number(right.seconds) + " s"), Word(Number(got.seconds) + " s"), cause, "6i"});
   }
 }
 
-void CheckSlide(MarginalizationFlag flag, const std::string& what) {
+void CheckSlide(MarginalizationFlag flag, const char* name) {
   const Window before = FullWindow();
   Window after = FullWindow();  // alike, but nothing is shared
   const size_t gone = flag == MarginalizationFlag::kOld ? 0 : before.frames.size() - 2;
   Chosen().vins_window.slide(flag, &after);
-  CheckFrames(before, after, gone, what);
-  if (!testing::Test::HasFatalFailure()) CheckLandmarks(before, after, gone, what);
-  if (!testing::Test::HasFatalFailure()) CheckImu(before, after, gone, what);
+  CheckFrames(before, after, gone, name);
+  if (!testing::Test::HasFatalFailure()) CheckLandmarks(before, after, gone, name);
+  if (!testing::Test::HasFatalFailure()) CheckImu(before, after, gone, name);
 }
 
-TEST(Stage6, SlidesTheOldestFrameOut) { CheckSlide(MarginalizationFlag::kOld, "flag kOld"); }
-TEST(Stage6, SlidesTheSecondNewestFrameOut) { CheckSlide(MarginalizationFlag::kSecondNew, "flag kSecondNew"); }
+TEST(Stage6, SlidesTheOldestFrameOut) { CheckSlide(MarginalizationFlag::kOld, "kOld"); }
+TEST(Stage6, SlidesTheSecondNewestFrameOut) { CheckSlide(MarginalizationFlag::kSecondNew, "kSecondNew"); }
 
 // ---- 6j DetectFailure ------------------------------------------------------------------------------------------------
 
 // As it stands in the code.
-std::string NameOf(Failure failure) {
+Text NameOf(Failure failure) {
   static const std::map<Failure, std::string> names{{Failure::kNone, "kNone"},
                                                     {Failure::kAccelerometerBias, "kAccelerometerBias"},
                                                     {Failure::kGyroscopeBias, "kGyroscopeBias"},
                                                     {Failure::kPositionJump, "kPositionJump"},
                                                     {Failure::kHeightJump, "kHeightJump"}};
   const auto it = names.find(failure);
-  return it == names.end() ? "another one" : it->second;
+  return it == names.end() ? "6.another_one" : Word(it->second);
 }
 
 struct FailureCase {
-  std::string what;
+  Text what;
   double b_a, b_g;
   Vec3 step;
   Failure right;
-  std::string cause;
+  Text cause;
 };
 
 // The values in three unlike components, each below the threshold that the norm is held against; at the threshold itself
@@ -167,29 +170,24 @@ std::vector<FailureCase> FailureCases() {
   const Vec3 small(0.3, 0.1, 0.1);
   const Failure none = Failure::kNone;
   return {
-      {"nothing unusual; the speed is 8 m/s", 0.1, 0.01, small, none,
-       "a comparison is the wrong way round, or the speed, or the oldest frame, is taken for a bias"},
-      {"b_a of 2.51 m/s²", 2.51, 0.01, small, Failure::kAccelerometerBias,
-       "‖b_a‖ > 2.5 is a failure: its norm, of the newest frame, whatever is tracked"},
-      {"b_a of 2.49 m/s²", 2.49, 0.01, small, none, "the accelerometer's limit is 2.5 m/s²: of the norm, not squared"},
-      {"b_g of 1.01 rad/s", 0.1, 1.01, small, Failure::kGyroscopeBias,
-       "‖b_g‖ > 1 is a failure: rad/s, its norm, of the newest frame, whatever is tracked"},
-      {"b_g of 0.99 rad/s, which is 57 degrees per second", 0.1, 0.99, small, none,
-       "the gyroscope's limit is 1 rad/s: no degrees"},
-      {"a step of 5.01 m, level", 0.1, 0.01, 5.01 * Vec3(-0.6, 0.8, 0), Failure::kPositionJump,
-       "a step of more than 5 m is a failure: ‖p − last_p‖ of the newest frame"},
-      {"a step of 4.96 m level and 0.9 m upwards", 0.1, 0.01, Vec3(-2.976, 3.968, 0.9), Failure::kPositionJump,
-       "the length of a step counts its height too: ‖p − last_p‖ of all three"},
-      {"a step of 4.99 m, level", 0.1, 0.01, 4.99 * Vec3(0.6, 0.8, 0), none,
-       "the limit of a step is 5 m: of its norm, not squared; 1 m is that of the height"},
-      {"a step of 1.01 m upwards", 0.1, 0.01, Vec3(0, 0, 1.01), Failure::kHeightJump,
-       "more than 1 m in height is a failure"},
-      {"a step of 1.01 m downwards", 0.1, 0.01, Vec3(0, 0, -1.01), Failure::kHeightJump,
-       "downwards counts as much as upwards: std::abs"},
-      {"a step of 0.99 m upwards", 0.1, 0.01, Vec3(0, 0, 0.99), none, "the limit of the height is 1 m"},
-      {"b_a of 2.5 m/s², b_g of 1 rad/s, a step of 5 m, level", 2.5, 1.0, Vec3(3, -4, 0), none,
-       "a value at its limit is no failure: >, not >="},
-      {"a step of 1 m downwards", 0.1, 0.01, Vec3(0, 0, -1), none, "a value at its limit is no failure: >, not >="},
+      {"6.nothing_unusual", 0.1, 0.01, small, none, "6.comparison_wrong_way_round"},
+      {Text("6.b_a_m_s", {{"x", Word("2.51")}}), 2.51, 0.01, small, Failure::kAccelerometerBias,
+       "6.accelerometer_bias"},
+      {Text("6.b_a_m_s", {{"x", Word("2.49")}}), 2.49, 0.01, small, none, "6.accelerometer_limit"},
+      {Text("6.b_g_rad_s", {{"x", Word("1.01")}}), 0.1, 1.01, small, Failure::kGyroscopeBias, "6.gyroscope_bias"},
+      {"6.b_g_in_degrees", 0.1, 0.99, small, none, "6.gyroscope_limit"},
+      {Text("6.step_m", {{"x", Word("5.01")}}), 0.1, 0.01, 5.01 * Vec3(-0.6, 0.8, 0), Failure::kPositionJump,
+       "6.position_jump"},
+      {"6.step_level_and_upwards", 0.1, 0.01, Vec3(-2.976, 3.968, 0.9), Failure::kPositionJump,
+       "6.length_step_counts_height"},
+      {Text("6.step_m", {{"x", Word("4.99")}}), 0.1, 0.01, 4.99 * Vec3(0.6, 0.8, 0), none, "6.step_limit"},
+      {Text("6.step_m_upwards", {{"x", Word("1.01")}}), 0.1, 0.01, Vec3(0, 0, 1.01), Failure::kHeightJump,
+       "6.height_jump"},
+      {Text("6.step_m_downwards", {{"x", Word("1.01")}}), 0.1, 0.01, Vec3(0, 0, -1.01), Failure::kHeightJump,
+       "6.downwards_counts_too"},
+      {Text("6.step_m_upwards", {{"x", Word("0.99")}}), 0.1, 0.01, Vec3(0, 0, 0.99), none, "6.height_limit"},
+      {"6.all_at_their_limits", 2.5, 1.0, Vec3(3, -4, 0), none, "6.value_limit_no_failure"},
+      {Text("6.step_m_downwards", {{"x", Word("1")}}), 0.1, 0.01, Vec3(0, 0, -1), none, "6.value_limit_no_failure"},
   };
 }
 
@@ -208,8 +206,9 @@ TEST(Stage6, FailuresAtTheirThresholds) {
       const Vec3 last_p = p - c.step;
       const Failure got = Chosen().vins_window.detect_failure(window, last_p);
       if (got == c.right) continue;
-      FAIL() << Story("6", "DetectFailure: " + c.what + (tracks ? "" : ", no tracks"), NameOf(c.right), NameOf(got),
-                      c.cause, "6j");
+      FAIL() << Report(Diagnosis{
+          "6", Text("6.detect_failure", {{"what", tracks ? c.what : Text("6.no_tracks", {{"what", c.what}})}}),
+          NameOf(c.right), NameOf(got), c.cause, "6j"});
     }
   }
 }
@@ -250,22 +249,23 @@ TEST(Stage6, TheWindowSlidesAgainAndAgain) {
     }
     const auto& functions = Chosen().vins_window;
     const DropSet drop = flag == Flag::kOld ? functions.margin_old(window) : functions.margin_second_new(window);
-    ASSERT_TRUE(Same(drop, right)) << "Stage 6: the drop set in a window that has slid: " << Inventory(drop);
+    if (!Same(drop, right)) {
+      FAIL() << Report(Diagnosis{"6", {"6.drop_set_window_slid", {{"set", Inventory(drop)}}}});
+    }
     if (!drop.edges.empty()) {
       const MarginalSystem system = EliminateVertices(right.edges, right.vertices);
       window.prior = MarginalizeByTheHomework(drop);
       const Prior& prior = window.prior->GetPrior();
-      ASSERT_EQ(prior.vertices, system.kept) << "Stage 6: the prior stands on other vertices than those kept";
-      ASSERT_NO_STORY(
-          {"6", "JᵀJ of the prior of a window that slides", system.H, prior.J.transpose() * prior.J, {}, {}, 1e-6});
-      ASSERT_NO_STORY(
-          {"6", "−Jᵀr₀ of the prior of a window that slides", system.b, -prior.J.transpose() * prior.r0, {}, {}, 1e-6});
+      if (prior.vertices != system.kept) FAIL() << Report(Diagnosis{"6", "6.prior_on_other_vertices"});
+      ASSERT_CLAIM({"6", "6.JTJ_of_sliding_prior", system.H, prior.J.transpose() * prior.J, {}, {}, 1e-6});
+      ASSERT_CLAIM({"6", "6.JTr0_of_sliding_prior", system.b, -prior.J.transpose() * prior.r0, {}, {}, 1e-6});
     }
     functions.slide(flag, &window);
-    ASSERT_EQ(window.frames.size(), 5u) << "Stage 6: the window does not keep its size";
+    if (window.frames.size() != 5u) FAIL() << Report(Diagnosis{"6", "6.window_not_keep_size"});
     for (const auto& [id, landmark] : window.landmarks) {
       for (const auto& seen : landmark.seen) {
-        ASSERT_GE(window.IndexOf(seen.frame), 0) << "Stage 6: a frame that has left still sees landmark " << id;
+        if (window.IndexOf(seen.frame) >= 0) continue;
+        FAIL() << Report(Diagnosis{"6", {"6.gone_frame_sees_landmark", {{"n", Word(id)}}}});
       }
     }
     AddFrame(&window);

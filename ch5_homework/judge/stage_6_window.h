@@ -95,18 +95,16 @@ inline bool Holds(const std::vector<std::shared_ptr<Vertex>>& vertices, const st
 }
 
 /// How many edges of each type, and how many vertices of each.
-inline std::string Inventory(const DropSet& drop) {
+inline Text Inventory(const DropSet& drop) {
   std::map<std::string, int> edges, vertices;
   for (const auto& edge : drop.edges) ++edges[edge ? edge->TypeInfo() : "null"];
   for (const auto& vertex : drop.vertices) ++vertices[vertex ? vertex->TypeInfo() : "null"];
-  std::ostringstream out;
-  for (const auto* counts : {&vertices, &edges}) {
-    if (counts->empty()) out << (counts == &vertices ? "no vertex" : "no edge");
-    for (const auto& [type, count] : *counts)
-      out << (type == counts->begin()->first ? "" : ", ") << count << " " << type;
-    out << (counts == &vertices ? "; " : "");
-  }
-  return out.str();
+  const auto list = [](const std::map<std::string, int>& counts, const char* none) {
+    std::string text;
+    for (const auto& [type, count] : counts) text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + type;
+    return counts.empty() ? Text(none) : Word(text);
+  };
+  return {"6.inventory", {{"vertices", list(vertices, "6.no_vertex")}, {"edges", list(edges, "6.no_edge")}}};
 }
 
 inline int Count(const DropSet& drop, const std::string& type) {

@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <sstream>
 
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/stage_7_scene.h"
 
 namespace ch5::homework {
@@ -63,7 +62,7 @@ bool LandmarksLeftOut(const Pattern& got, const Groups& groups, Pattern pattern)
   return got == pattern;
 }
 
-std::string CauseOf(const Pattern& got, const Groups& groups, int poses) {
+Text CauseOf(const Pattern& got, const Groups& groups, int poses) {
   const Pattern H_pp = PairsOf(groups.of_edges, IsLower);
   const auto is_H_pp_and = [&](Pattern pattern) {
     pattern.insert(H_pp.begin(), H_pp.end());
@@ -71,15 +70,15 @@ std::string CauseOf(const Pattern& got, const Groups& groups, int poses) {
   };
   std::vector<int> all;
   for (int i = 0; i < poses; ++i) all.push_back(i);
-  if (got == H_pp) return "only the blocks of H_pp are there: poses that see one landmark are not tied together";
+  if (got == H_pp) return "7.only_blocks_H_pp";
   if (is_H_pp_and(PairsOf({all}, IsLower))) {
-    return "S is full: only poses that see the same landmark are tied, not all poses";
+    return "7.S_full";
   }
   if (is_H_pp_and(PairsOf(groups.of_landmarks, [](int i, int j) { return i <= j; }))) {
-    return "the wrong half is stored: the block's row i must not be smaller than its column j";
+    return "7.wrong_half_stored";
   }
   if (is_H_pp_and(PairsOf(groups.of_landmarks, [](int, int) { return true; }))) {
-    return "both halves are stored: without the condition on i and j each block comes with its mirror image";
+    return "7.both_halves_stored";
   }
   const auto chain = [&](const auto& keep) {
     std::vector<std::vector<int>> pairs;
@@ -89,21 +88,21 @@ std::string CauseOf(const Pattern& got, const Groups& groups, int poses) {
     return PairsOf(pairs, IsLower);
   };
   if (is_H_pp_and(chain([](const auto& group, size_t k) { return group[k - 1]; }))) {
-    return "only poses that follow one another in a landmark's list are tied; all that see it are, each with each";
+    return "7.only_neighbours_tied";
   }
   if (is_H_pp_and(chain([](const auto& group, size_t) { return group[0]; }))) {
-    return "each pose is tied to the landmark's first pose only; all that see it are tied, each with each";
+    return "7.only_first_pose_tied";
   }
   if (LandmarksLeftOut(got, groups, H_pp)) {
-    return "the blocks of whole landmarks are missing: the outer loop does not run over all NumLandmarks()";
+    return "7.landmarks_left_out";
   }
   for (const auto& block : got) {
-    if (block.first < block.second) return "a block above the diagonal is stored; only those with i ≥ j are";
+    if (block.first < block.second) return "7.block_above_diagonal_stored";
   }
-  return "none of the typical mistakes; begin with the block above";
+  return "7.none_typical";
 }
 
-std::string PatternStory(const PlainBlockSolver& solver, const Graph& graph, const std::string& scene) {
+std::string CheckPattern(const PlainBlockSolver& solver, const Graph& graph, const Text& scene) {
   const Ordering& ordering = solver.GetOrdering();
   const Groups groups(graph, ordering);
   const auto blocks = solver.SchurPattern();
@@ -115,21 +114,22 @@ std::string PatternStory(const PlainBlockSolver& solver, const Graph& graph, con
   std::set_difference(expected.begin(), expected.end(), got.begin(), got.end(), std::back_inserter(missing));
   std::set_difference(got.begin(), got.end(), expected.begin(), expected.end(), std::back_inserter(superfluous));
   const auto& worst = missing.empty() ? superfluous[0] : missing[0];
-  std::ostringstream difference;
-  difference << got.size() << " blocks; " << (missing.empty() ? "too many: (" : "missing: (") << worst.first << ", "
-             << worst.second << "), of poses " << worst.first << " and " << worst.second;
-  return Story("7", "which blocks S has, " + scene, std::to_string(expected.size()) + " blocks (i, j), i ≥ j",
-               difference.str(), CauseOf(got, groups, static_cast<int>(ordering.poses.size())), "7a");
+  const Text difference(missing.empty() ? "7.blocks_too_many" : "7.blocks_missing",
+                        {{"n", Word(got.size())}, {"i", Word(worst.first)}, {"j", Word(worst.second)}});
+  return Report(Diagnosis{"7",
+                          {"7.pattern_of_S", {{"scene", scene}}},
+                          {"7.blocks_expected", {{"n", Word(expected.size())}}},
+                          difference,
+                          CauseOf(got, groups, static_cast<int>(ordering.poses.size())),
+                          "7a"});
 }
 
 TEST(Stage7, TheBlocksOfS) {
   for (const bool fix_one : {false, true}) {
     Row row(fix_one);
     const auto solver = MakeSolver(&row.graph);
-    const std::string story =
-        PatternStory(*solver, row.graph,
-                     fix_one ? "5 points and 5 poses in a row, one of them fixed" : "5 points and 5 poses in a row");
-    if (!story.empty()) FAIL() << story;
+    const std::string report = CheckPattern(*solver, row.graph, fix_one ? "7.row_one_fixed" : "7.row");
+    if (!report.empty()) FAIL() << report;
   }
 }
 
@@ -140,8 +140,8 @@ TEST(Stage7, TheBlocksOfSWithoutLandmarks) {
   for (const auto& pose : poses) AddRandomEdge<6>(&graph, &random, pose);
   AddRandomEdge<2>(&graph, &random, poses[2], poses[0]);
   const auto solver = MakeSolver(&graph);
-  const std::string story = PatternStory(*solver, graph, "3 poses without landmarks, an edge between the outer ones");
-  if (!story.empty()) FAIL() << story;
+  const std::string report = CheckPattern(*solver, graph, "7.no_landmarks");
+  if (!report.empty()) FAIL() << report;
 }
 
 }  // namespace

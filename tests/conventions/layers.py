@@ -144,7 +144,7 @@ class Layers(unittest.TestCase):
                            ("ch5_backend/course/homework/a.py", "from ch5_backend.course.grading.job import grade"),
                            ("ch5_backend/figures/a.py", "import ch5_backend.course.base.build"),
                            ("slides/deck1/a.py", "from ch5_backend.course.base import build"),
-                           ("ch5_backend/course/grading/a.py", "from tests.homework import fills")):
+                           ("ch5_backend/course/grading/a.py", "from tests.homework import samples")):
             self.assertEqual(len(faults(path, text)), 1, (path, text))
 
     def test_every_folder_is_on_the_map(self):

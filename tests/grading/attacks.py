@@ -17,6 +17,8 @@ from pathlib import Path
 
 from tests.grading.grading import ROOT
 from ch5_backend.course.grading.rubric import read_rubric
+from ch5_backend.course.base.language import speaker
+from ch5_backend.course.homework.diagnosis import in_short
 
 BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
 FOLDER = Path(__file__).with_name("attacks")
@@ -151,7 +153,7 @@ class Attacks(unittest.TestCase):
             with self.subTest(attack=name):
                 row = record["stages"][0] if record["stages"] else {"state": record.get("error")}
                 if os.environ.get("CH5_VERBOSE"):
-                    print(f"{name:45} {record['score']:g} {record['cpu_seconds']:5} {record['seconds']:5} {row['state']:18} {row.get('hint', '')[:90]}")
+                    print(f"{name:45} {record['score']:g} {record['cpu_seconds']:5} {record['seconds']:5} {row['state']:18} {in_short(row.get('diagnosis', {}), speaker('en'))[:90]}")
                 self.assertEqual(record["status"], "graded")
                 self.assertEqual(record["score"], POINTS if name.endswith("honest") else 0, row)
                 self.assertEqual(record["points"], POINTS)
@@ -177,7 +179,7 @@ class Attacks(unittest.TestCase):
                 self.assertNotIn("prior_weight * Mat66::Identity()", text)
                 self.assertNotIn(f"<script>{MARK}", text if path.suffix in (".html", ".xml") else "")
                 if path.name == "record.json" and "script" not in path.parent.name and "traces" not in path.parent.name:
-                    printed = "".join(row["printed"] + row["story"] for row in json.loads(text)["stages"])
+                    printed = "".join(row["printed"] + row["output"] + json.dumps(row["diagnosis"], ensure_ascii=False) for row in json.loads(text)["stages"])
                     self.assertNotIn(MARK, printed.replace(str(self.folder), ""))
         self.assertNotIn("<script>" + MARK, (self.out / "summary.html").read_text(encoding="utf-8"))
 

@@ -18,6 +18,8 @@ from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.grading.grade import named, share
 from ch5_backend.course.grading.outputs import alike, fingerprint, gradescope
 from ch5_backend.course.grading.rubric import read_rubric
+from ch5_backend.course.base.language import speaker
+from ch5_backend.course.homework.diagnosis import in_short
 
 BIN = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release")) / "bin"
 GRADER = BIN.parent / "grader" / "toolchain.json"
@@ -30,6 +32,11 @@ def grade(out: Path, *words, **options) -> subprocess.CompletedProcess:
 
 def environment() -> dict:
     return {**os.environ, "CH5_BUILD_DIR": str(BIN.parent)}
+
+
+def hint_of(record: dict) -> str:
+    """What the first stage's verdict says."""
+    return in_short(record["stages"][0]["diagnosis"], speaker("en"))
 
 
 def records(out: Path) -> dict:
@@ -106,10 +113,10 @@ class Grades(unittest.TestCase):
                          {"wrong": ("wrong", points), "broken": ("does-not-compile", points), "crash": ("crashes", points),
                           "endless": ("crashes", points), "killed": ("crashes", points)})
         for name, words in (("endless", r"The stack is full at gauge_prior\.cc:\d+"), ("killed", r"Crash \(Killed\)")):
-            self.assertRegex(found[name]["stages"][0]["hint"], words)
+            self.assertRegex(hint_of(found[name]), words)
         self.assertTrue(0 < found["wrong"]["score"] < points and found["broken"]["score"] == 0)
         self.assertIn("broken", (self.out / "summary.html").read_text(encoding="utf-8"))
-        self.assertRegex(found["broken"]["stages"][0]["hint"], r"gauge_prior\.cc:\d+:\d+: error: expected expression|error:")
+        self.assertRegex(hint_of(found["broken"]), r"gauge_prior\.cc:\d+:\d+: error: expected expression|error:")
         self.assertEqual(found["wrong"]["stages"][1]["state"], "missing")
 
     def test_killed_in_the_middle_it_goes_on_and_grades_nothing_twice(self):

@@ -15,8 +15,10 @@ from pathlib import Path
 
 from tests.grading.mutants import Mutant, all_mutants
 from tests.grading.one_stage import SEEDS, Grader
-from tests.homework.run_fills import is_named
+from tests.homework.run_samples import is_named
 from ch5_backend.course.base.build import BUILD, CORES
+from ch5_backend.course.base.language import speaker
+from ch5_backend.course.homework.diagnosis import in_short
 from ch5_backend.course.base.progress import Progress, duration
 
 KNOWN = BUILD / "mutants.json"
@@ -34,7 +36,7 @@ def judge(grader: Grader, mutant: Mutant, seeds=SEEDS) -> dict:
     """{"line", "state": of a seed that lets it pass, or of the first, "named": whether its cause is told, "hint"}"""
     verdicts = grader.verdicts(mutant.file, mutant.source(), mutant.stage, seeds)
     told = next((verdict for verdict in verdicts if verdict.state == "right"), verdicts[0])
-    return {"line": mutant.text.strip(), "state": told.state, "named": all(map(is_named, verdicts)), "hint": told.hint}
+    return {"line": mutant.text.strip(), "state": told.state, "named": all(map(is_named, verdicts)), "hint": in_short(told.diagnosis, speaker("en"))}
 
 
 def judge_all(mutants: list, known: dict) -> None:

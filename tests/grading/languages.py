@@ -11,37 +11,36 @@ from unittest import mock
 
 from tests.grading.grading import ROOT
 from ch5_backend.course.grading import grade as grading, outputs, pages
-from ch5_backend.course.base.language import speaker
+from ch5_backend.course.base.language import sentence, speaker
+from ch5_backend.course.homework.diagnosis import because
+from ch5_backend.course.homework.judge import not_started
 
-from tests.homework.untranslated import english_in
+from tests.homework.chinese import english_in
 
-STORY = """Stage 1.1: H of one edge between two poses
-  expected  (0, 6) = 2.5
-  got       (0, 6) = 0   the worst of 36 wrong entries, 144 in all
-  row 0     VertexPose 0, δp.x
-  cause     the mirrored block is missing: H must get J_iᵀWJ_j at (v_i, v_j) and its transpose at (v_j, v_i)
-  read      ch5_homework/README.md, Stage 1.1, TODO 1.1b"""
+DIAGNOSIS = {"stage": "1.1", "check": sentence("scene.H_of", what=sentence("1.1.one_edge_between_two_poses")),
+             "expected": "(0, 6) = 2.5", "got": sentence("matrix.worst_entry", entry="(0, 6) = 0", wrong="36", all="144"),
+             "cause": sentence("1.1.mirror_missing"), "todo": "1.1b",
+             "places": [[sentence("diagnosis.row", n="0"), sentence("scene.row_of", vertex="VertexPose 0", component="δp.x")]]}
 CHINESE, ENGLISH = speaker("zh"), speaker("en")
 STAGES = json.loads((ROOT / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
 
 
-def row(stage: dict, state: str, hint: str = "", story: str = "", picture: str = "") -> dict:
+def row(stage: dict, state: str, diagnosis: dict = {}, picture: str = "") -> dict:
     checks = [{"name": "OneEdgeBetweenTwoPoses", "points": 2, "score": 2 * (state == "right"), "passed": state == "right"}]
-    return {**{key: stage[key] for key in ("id", "name", "title", "file")}, "state": state, "hint": hint, "story": story,
+    return {**{key: stage[key] for key in ("id", "name", "file")}, "state": state, "diagnosis": diagnosis, "output": "",
             "printed": "", "score": 2 * (state == "right"), "points": 2, "checks": checks, "picture": picture,
             "margins": {"OneEdgeBetweenTwoPoses": 0.5}, "seconds": 1.0}
 
 
 def record(name: str = "s1") -> dict:
     """One of every state."""
-    verdicts = [("wrong", STORY.splitlines()[0] + ": the mirrored block is missing: …", STORY, "ox/xo"), ("right",),
-                ("not-started", "TODO 2a TestMarginalize, moving the rows is not started."),
-                ("missing", "gauge_prior.cc is not in the submission."),
-                ("crashes", "Crash (Segmentation fault) at gauge_freedom.cc:3, before the tests were through."),
-                ("times-out", "Still running after 10 s, in the test Stage5.A: a loop does not end."),
-                ("does-not-compile", "vins_window.cc is saved as UTF-16, which compilers do not read; save it as UTF-8.")]
+    crash = {"signal": sentence("signal.Segmentation fault"), "where": sentence("judge.at_place", place="gauge_freedom.cc:3")}
+    verdicts = [("wrong", DIAGNOSIS, "ox/xo"), ("right",), ("not-started", not_started("2a", "")),
+                ("missing", because("submission.file_missing", file="gauge_prior.cc")), ("crashes", because("judge.crash", **crash)),
+                ("times-out", because("judge.does_not_end", n="10", where=sentence("judge.in_test", test="Stage5.A"))),
+                ("does-not-compile", because("compiler.utf16", file="vins_window.cc"))]
     return {"name": name, "key": "k", "content": "same", "seed": 7, "status": "graded", "score": 2, "points": 14,
-            "faults": ["problem.cc is there more than once; the one nearest to the top counts"], "seconds": 3.0,
+            "faults": [sentence("submission.file_twice", file="problem.cc")], "seconds": 3.0,
             "cpu_seconds": 2.0, "peak_mib": 300, "fingerprint": {},
             "stages": [row(stage, *verdict) for stage, verdict in zip(STAGES, verdicts)]}
 

@@ -12,9 +12,11 @@ from pathlib import Path
 
 from tests.grading import grading  # noqa: F401
 from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.base.language import speaker
 from ch5_backend.course.grading.submission import LARGEST, LARGEST_ARCHIVE, collect
 
 CODE = b"// mine\n"
+ENGLISH = speaker("en")
 
 
 class Submissions(unittest.TestCase):
@@ -73,12 +75,12 @@ class Submissions(unittest.TestCase):
     def test_of_two_with_one_name_the_one_nearer_to_the_top_counts(self):
         found = self.zip(("old/backup/problem.cc", b"old"), ("problem.cc", CODE), ("x/problem.cc", b"other"))
         self.assertEqual(found.files, {"problem.cc": CODE})
-        self.assertIn("more than once", found.faults[0])
+        self.assertIn("more than once", ENGLISH.text(found.faults[0]))
 
     def test_a_bomb_is_not_unpacked(self):
         found = self.zip(("problem.cc", bytes(200 << 20)), ("gauge_prior.cc", CODE))
         self.assertEqual(found.files, {"gauge_prior.cc": CODE})
-        self.assertIn("256 KB", found.faults[0])
+        self.assertIn("256 KB", ENGLISH.text(found.faults[0]))
 
     def test_a_size_that_lies_is_not_believed(self):
         path = self.folder / "liar.zip"

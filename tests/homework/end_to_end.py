@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, fill, solution_text
-from tests.homework.untranslated import english_in
+from tests.homework.chinese import english_in
 
 FOLDER = Path(os.environ["CH5_CHECK_FOLDER"])
 

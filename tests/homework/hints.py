@@ -12,15 +12,12 @@ from ch5_backend.course.homework.regions import ROOT, STAGES
 
 from ch5_backend.course.homework import hint, hint_policy
 from ch5_backend.course.base.errors import CourseError
-from ch5_backend.course.homework.judge import Verdict
+from ch5_backend.course.base.language import sentence, speaker
+from ch5_backend.course.homework.diagnosis import Verdict, because, in_short, told
 
-STORY = """Stage 1.1: H of one edge
-  expected  (0, 6) = 2
-  got       (0, 6) = 0
-  cause     the mirrored block is missing:
-            H is not symmetric
-  read      ch5_homework/README.md, Stage 1.1, TODO 1.1b"""
-RIGHT = Verdict("right", "")
+DIAGNOSIS = {"stage": "1.1", "check": sentence("scene.H_of", what=sentence("1.1.one_edge_between_two_poses")),
+             "expected": "(0, 6) = 2", "got": "(0, 6) = 0", "cause": sentence("1.1.mirror_missing"), "todo": "1.1b"}
+RIGHT, ENGLISH = Verdict("right"), speaker("en")
 
 
 def said(*words):
@@ -67,26 +64,26 @@ class Causes(unittest.TestCase):
         self.addCleanup(patch.stop)
 
     def shown(self, verdict, threshold=2, counts=True):
-        """Whether the cause is there, in the story and in the line of ./course status."""
-        told = hint_policy.hold_back(STAGES[0], verdict, threshold, counts)
-        named = ["mirrored" in told.story and "not symmetric" in told.story, "mirrored" in told.hint]
-        self.assertEqual(len(set(named)), 1, told)
-        self.assertIn("TODO 1.1b", told.story)
+        """Whether the cause is there, in ./course check and in the line of ./course status."""
+        diagnosis = hint_policy.hold_back(STAGES[0], verdict, threshold, counts).diagnosis
+        named = ["mirrored" in words for words in (told(diagnosis, ENGLISH), in_short(diagnosis, ENGLISH))]
+        self.assertEqual(len(set(named)), 1, diagnosis)
+        self.assertIn("TODO 1.1b", told(diagnosis, ENGLISH))
         return named[0]
 
-    def wrong(self, story=STORY):
-        return Verdict("wrong", story.partition("\n")[0] + ": the mirrored block is missing:.", story)
+    def wrong(self, **changes):
+        return Verdict("wrong", {**DIAGNOSIS, **changes})
 
     def test_the_second_failure_names_it(self):
         self.assertEqual([self.shown(self.wrong()) for _ in range(3)], [False, True, True])
-        self.assertIn("./course hint 1.1 1", hint_policy.hold_back(STAGES[0], self.wrong(), 9).story)
+        self.assertIn("./course hint 1.1 1", told(hint_policy.hold_back(STAGES[0], self.wrong(), 9).diagnosis, ENGLISH))
 
     def test_a_setting_names_it_at_once_or_later(self):
         self.assertTrue(self.shown(self.wrong(), threshold=1))
         self.assertEqual([self.shown(self.wrong(), threshold=4) for _ in range(3)], [False, False, True])
 
     def test_another_failure_and_a_right_stage_begin_anew(self):
-        other = self.wrong(STORY.replace("one edge", "two edges"))
+        other = self.wrong(check=sentence("scene.H_of", what=sentence("1.1.cauchy_loss")))
         self.assertEqual([self.shown(each) for each in (self.wrong(), other, self.wrong())], [False, False, False])
         hint_policy.hold_back(STAGES[0], RIGHT, 2)
         self.assertFalse(self.shown(self.wrong()))
@@ -98,9 +95,8 @@ class Causes(unittest.TestCase):
         self.assertTrue(self.shown(self.wrong(), counts=False))
 
     def test_what_gives_nothing_away_is_told_at_once(self):
-        for verdict in (RIGHT, Verdict("crashes", "Crash at problem.cc:3."),
-                        Verdict("wrong", "s", "s\n  cause     none of the typical mistakes gives these numbers"),
-                        Verdict("wrong", "s", "s\n  cause     still empty: nothing was assigned to H_prior")):
+        for verdict in (RIGHT, Verdict("crashes", because("judge.crash", signal="", where="")),
+                        self.wrong(cause=sentence("matrix.none_typical")), self.wrong(cause=sentence("matrix.still_empty", variable="H"))):
             self.assertEqual(hint_policy.hold_back(STAGES[0], verdict, 2), verdict)
 
     def test_without_a_place_to_count_causes_are_named(self):
@@ -110,4 +106,4 @@ class Causes(unittest.TestCase):
     def test_a_stage_of_two_sections_names_the_right_one(self):
         stage = next(stage for stage in STAGES if stage["id"] == "6")
         for todo, section in (("6a", "6A"), ("6j", "6B")):
-            self.assertEqual(hint_policy.section_of(stage, f"…\n  read      ch5_homework/README.md, Stage 6, TODO {todo}"), section)
+            self.assertEqual(hint_policy.section_of(stage, todo), section)

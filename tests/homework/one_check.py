@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""One check of the homework, as ./course check narrates it: one_check.py EXECUTABLE FILE STAGE CHECK; 0 if it is right."""
+"""One check of the homework, as ./course check tells it: one_check.py EXECUTABLE FILE STAGE CHECK; 0 if it is right."""
 
 import sys
 from pathlib import Path
 
 from ch5_backend.course.homework.check import stage_table, tell
-from ch5_backend.course.homework.judge import Verdict, judge
+from ch5_backend.course.homework.diagnosis import Verdict
+from ch5_backend.course.homework.judge import judge, not_started
 from ch5_backend.course.base.language import speaker, spoken
 
 
@@ -13,8 +14,8 @@ def main(executable: str, file: str, stage_id: str, check: str) -> int:
     stage = next(row for row in stage_table() if row["id"] == stage_id)
     verdict = judge(Path(executable), {**stage, "tests": stage["tests"].replace("*", check)})
     left = [todo for todo in stage["todos"] if f'throw HomeworkMissing("{todo} ' in Path(file).read_text("utf-8", "replace")]
-    if verdict.state == "right" and len(left) == len(stage["todos"]):  # a check that an empty gap passes by chance
-        verdict = Verdict("not-started", f"TODO {left[0]} is not started.")
+    if verdict.state == "right" and len(left) == len(stage["todos"]):  # a check that an empty blank passes by chance
+        verdict = Verdict("not-started", not_started(left[0], ""))
     tell(stage, verdict, sys.stdout, speaker(spoken()))
     return 0 if verdict.state == "right" else 1
 

@@ -1,51 +1,34 @@
-# Tests that hold solutions: of the reference and of the shelf of fills.
+# Tests that hold solutions: of the reference and of the sample submissions.
 
-# The reference passes every stage, test by test; and each fill of the shelf gets the verdict that it deserves.
-file(GLOB fill_files CONFIGURE_DEPENDS fills/*.fills)
-# A second fill for each mistake, written differently, and those that have no name yet: half of the time that the tests
-# take to compile, for what changes with the checks alone.
-option(CH5_ALL_FILLS "Compile the second set of fills too: ./course test does with CI or CH5_LONG" OFF)
-set(second_set ${fill_files})
-list(FILTER second_set INCLUDE REGEX "_again|midnight")
-if(NOT CH5_ALL_FILLS)
-  list(REMOVE_ITEM fill_files ${second_set})
-  foreach(fills IN LISTS second_set)
-    cmake_path(GET fills STEM name)
-    add_test(NAME Homework.Fills.${name} COMMAND ${CMAKE_COMMAND} -E echo "skipped: CI=1 or CH5_LONG=1 ./course test compiles it")
-    set_tests_properties(Homework.Fills.${name} PROPERTIES SKIP_REGULAR_EXPRESSION "^skipped")
-  endforeach()
-endif()
-list(TRANSFORM fill_files REPLACE ".*/(.*)\\.fills" "fills_\\1.cc" OUTPUT_VARIABLE fill_sources)
-list(APPEND fill_sources fills_blanks.cc)
-add_custom_command(OUTPUT ${fill_sources}
-  COMMAND ${ch5_python_module} tests.homework.fills ${CMAKE_CURRENT_BINARY_DIR} ${fill_files}
-  DEPENDS fills.py ${skeleton_sources} ${stage_table} ${fill_files} ${solution_files})
-add_library(fills OBJECT ${fill_sources})
-target_link_libraries(fills PRIVATE student_flags GTest::gtest)
-target_precompile_headers(fills REUSE_FROM student_pch)
-target_compile_options(fills PRIVATE -w)
+# The reference passes every stage, test by test; and each sample submission gets the verdict that it deserves.
+file(GLOB sample_files CONFIGURE_DEPENDS samples/*.samples)
+list(TRANSFORM sample_files REPLACE ".*/(.*)\\.samples" "samples_\\1.cc" OUTPUT_VARIABLE sample_sources)
+list(APPEND sample_sources samples_blanks.cc)
+add_custom_command(OUTPUT ${sample_sources}
+  COMMAND ${ch5_python_module} tests.homework.samples ${CMAKE_CURRENT_BINARY_DIR} ${sample_files}
+  DEPENDS samples.py ${skeleton_sources} ${stage_table} ${sample_files} ${solution_files})
+add_library(samples OBJECT ${sample_sources})
+target_link_libraries(samples PRIVATE student_flags GTest::gtest)
+target_precompile_headers(samples REUSE_FROM student_pch)
+target_compile_options(samples PRIVATE -w)
 # As in a check, the objects with assertions come first.
-add_executable(homework_fills $<TARGET_OBJECTS:fills> ${all_stage_tests})
-set_target_properties(homework_fills PROPERTIES LINKER_LANGUAGE CXX)
-target_link_libraries(homework_fills PRIVATE student_flags ch5_backend GTest::gtest)
+add_executable(homework_samples $<TARGET_OBJECTS:samples> ${all_stage_tests})
+set_target_properties(homework_samples PROPERTIES LINKER_LANGUAGE CXX)
+target_link_libraries(homework_samples PRIVATE student_flags ch5_backend GTest::gtest)
 if(CH5_SANITIZE)
-  target_link_libraries(fills PRIVATE ch5_warnings)
-  target_link_libraries(homework_fills PRIVATE ch5_warnings)
+  target_link_libraries(samples PRIVATE ch5_warnings)
+  target_link_libraries(homework_samples PRIVATE ch5_warnings)
 endif()
-target_link_options(homework_fills PRIVATE -s)  # no lines to find in a generated file
-gtest_discover_tests(homework_fills TEST_PREFIX Reference. DISCOVERY_MODE PRE_TEST)
-foreach(fills IN LISTS fill_files ITEMS blanks)
-  cmake_path(GET fills STEM name)
-  set(own)
-  if(fills IN_LIST second_set)  # that a fill leaves the other stages alone, the first of its kind has shown
-    set(own --own)
-  endif()
-  add_test(NAME Homework.Fills.${name}
-    COMMAND ${ch5_python_module} tests.homework.run_fills ${own} $<TARGET_FILE:homework_fills> ${fills})
+target_link_options(homework_samples PRIVATE -s)  # no lines to find in a generated file
+gtest_discover_tests(homework_samples TEST_PREFIX Reference. DISCOVERY_MODE PRE_TEST)
+foreach(samples IN LISTS sample_files ITEMS blanks)
+  cmake_path(GET samples STEM name)
+  add_test(NAME Homework.Samples.${name}
+    COMMAND ${ch5_python_module} tests.homework.run_samples $<TARGET_FILE:homework_samples> ${samples})
 endforeach()
 
-ch5_add_python_tests(Homework throw_left.py)
-ch5_add_python_tests(Homework first_words.py)
+ch5_add_python_tests(Homework leftover_throw.py)
+ch5_add_python_tests(Homework compiler_words.py)
 ch5_add_python_tests(Homework languages.py)
 
 add_test(NAME Homework.CheckFromEndToEnd

@@ -1,5 +1,5 @@
 # The grader's judge and workers, tested.
-# Workers for tests: of the reference and of the skeleton, file by file; of all fills; of hostile submissions.
+# Workers for tests: of the reference and of the skeleton, file by file; of all samples; of hostile submissions.
 foreach(name IN LISTS worker_names)
   foreach(layer IN ITEMS dense marginalize consistency window simulate)
     foreach(part IN LISTS objects_${layer})
@@ -10,10 +10,10 @@ foreach(name IN LISTS worker_names)
   ch5_add_worker(worker_skeleton_${name} ${name} $<FILTER:$<TARGET_OBJECTS:homework_skeleton>,INCLUDE,/skeleton/${name}[.]cc>)
 endforeach()
 
-add_executable(worker_fills $<TARGET_OBJECTS:fills> $<TARGET_OBJECTS:worker_main> $<TARGET_OBJECTS:wire>
+add_executable(worker_samples $<TARGET_OBJECTS:samples> $<TARGET_OBJECTS:worker_main> $<TARGET_OBJECTS:wire>
   $<TARGET_OBJECTS:window_wire> ${worker_objects})
-target_link_libraries(worker_fills PRIVATE student_flags ch5_backend ch5_warnings -s)
-set_target_properties(worker_fills PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+target_link_libraries(worker_samples PRIVATE student_flags ch5_backend ch5_warnings -s)
+set_target_properties(worker_samples PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 
 file(GLOB attacks CONFIGURE_DEPENDS attacks/*.cc)
 add_library(attacks OBJECT ${attacks})
@@ -32,12 +32,12 @@ target_link_libraries(test_wire PRIVATE ch5_backend ch5_test_settings GTest::gte
 set_target_properties(test_wire PROPERTIES LINKER_LANGUAGE CXX)
 gtest_discover_tests(test_wire TEST_PREFIX Homework. DISCOVERY_MODE PRE_TEST PROPERTIES LABELS grading)
 
-# Each fill that is wrong gets the same verdict of the judge as of a check; those that are right get theirs with any seed,
+# Each sample that is wrong gets the same verdict of the judge as of a check; those that are right get theirs with any seed,
 # far from a tolerance.
-foreach(fills IN LISTS fill_files ITEMS blanks)
-  cmake_path(GET fills STEM name)
-  add_test(NAME Homework.JudgedFills.${name}
-    COMMAND ${ch5_python_module} tests.homework.run_fills --own --seed 1 --seed 2 --seed 3 --worker $<TARGET_FILE:worker_fills>
-            $<TARGET_FILE:homework_judge> ${fills})
-  set_tests_properties(Homework.JudgedFills.${name} PROPERTIES LABELS "grading;slow")
+foreach(samples IN LISTS sample_files ITEMS blanks)
+  cmake_path(GET samples STEM name)
+  add_test(NAME Homework.JudgedSamples.${name}
+    COMMAND ${ch5_python_module} tests.homework.run_samples --own --seed 1 --seed 2 --seed 3 --worker $<TARGET_FILE:worker_samples>
+            $<TARGET_FILE:homework_judge> ${samples})
+  set_tests_properties(Homework.JudgedSamples.${name} PROPERTIES LABELS "grading;slow")
 endforeach()

@@ -122,8 +122,6 @@ def _cache_entries() -> dict:
     entries = {"CH5_HOMEWORK_DIR": str(HOMEWORK)}
     if data := os.environ.get("CH5_DATA_DIR"):
         entries["CH5_DATA_DIR"] = data
-    if os.environ.get("CI") or os.environ.get("CH5_LONG"):
-        entries["CH5_ALL_FILLS"] = "ON"
     return entries
 
 

@@ -2,8 +2,13 @@
 
 
 class CourseError(Exception):
-    """A message for the user and the exit code: 2 for bad input or a bad place, 1 for work that failed."""
+    """A message for the user, in English or as data (see language), and the exit code: 2 for bad input or a bad place, 1 for
+    work that failed."""
 
-    def __init__(self, message: str, exit_code: int = 2):
+    def __init__(self, message, exit_code: int = 2):
         super().__init__(message)
-        self.exit_code = exit_code
+        self.message, self.exit_code = message, exit_code
+
+    def __str__(self) -> str:
+        from .language import speaker  # which raises this error itself
+        return speaker("en").text(self.message)

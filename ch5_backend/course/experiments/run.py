@@ -10,6 +10,7 @@ from pathlib import Path
 from ch5_backend.figures.words import PAGES
 
 from ..base import jsonout, language
+from ..base.language import sentence
 from ..base.build import BIN, build_or_fail
 from ..base.processes import running
 from .data import kind_of
@@ -51,7 +52,7 @@ def run_chapter(out: Path, arguments) -> int:
         app([BIN / "ch5_chapter", "--out", out], arguments.json)
         app([sys.executable, "-m", "ch5_backend.figures.report", out], arguments.json)
     report = out / PAGES[arguments.language]
-    tell(f"The report: {report}", arguments)
+    tell(sentence("run.report", path=str(report)), arguments)
     if arguments.json:
         jsonout.emit({"out": str(out), "report": str(report), "seconds": round(time.monotonic() - start, 3)})
     return 0
@@ -72,13 +73,13 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
     except CourseError as error:
         print(f"course: {error}", file=sys.stderr)
         return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
-    tell(f"The results: {out}", arguments)
+    tell(sentence("run.results", path=str(out)), arguments)
     return result
 
 
-def tell(text: str, arguments) -> None:
+def tell(text: dict, arguments) -> None:
     """A line in the user's language; with --json, standard output is not its place."""
-    print(language.speaker(arguments.language)(text), file=sys.stderr if arguments.json else sys.stdout)
+    print(language.speaker(arguments.language).text(text), file=sys.stderr if arguments.json else sys.stdout)
 
 
 def read_result(kind: str, out: Path, spoken: str) -> dict:

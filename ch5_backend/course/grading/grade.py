@@ -213,6 +213,6 @@ def tell(out: Path, records: list, failed: list, as_json: bool, say: Speaker) ->
                                                    for record in records]})
         return
     for record in records if len(records) <= 20 else []:
-        states = "  ".join(f"{row['id']} {say(row['state'])}" for row in record["stages"])
-        print(f"{record['name']}: {say(pages.points_of(record))}   {states}")
-    print(say(f"{len(records)} submissions in {out / 'summary.html'} and grades.csv"))
+        states = "  ".join(f"{row['id']} {say('state.' + row['state'])}" for row in record["stages"])
+        print(f"{record['name']}: {pages.points_of(record, say)}   {states}")
+    print(say("grade.written", n=len(records), path=str(out / "summary.html")))

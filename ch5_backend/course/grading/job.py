@@ -6,7 +6,8 @@ import time
 from pathlib import Path
 
 from ..homework.blanks import explain
-from ..homework.judge import Verdict, judge
+from ..homework.diagnosis import Verdict, because
+from ..homework.judge import judge
 from ..base.scratch import scratch
 from .rubric import marks
 from .sandbox import Limits, Sandbox, preflight
@@ -48,8 +49,8 @@ def stage_row(stage: dict, verdict: Verdict, checks: dict, seconds: float) -> di
     passed = {test["name"] for test in verdict.tests if test.get("result") == "COMPLETED" and not test.get("failures")}
     rows = marks(checks, passed)
     failed = next((test for test in verdict.tests if test.get("failures")), {})
-    return {"id": stage["id"], "name": stage["name"], "title": stage["title"], "file": stage["file"],
-            "state": verdict.state, "hint": verdict.hint, "story": verdict.story, "printed": verdict.printed[-4000:],
+    return {"id": stage["id"], "name": stage["name"], "file": stage["file"],
+            "state": verdict.state, "diagnosis": verdict.diagnosis, "output": verdict.output, "printed": verdict.printed[-4000:],
             "score": sum(row["score"] for row in rows), "points": sum(row["points"] for row in rows), "checks": rows,
             "picture": failed.get("picture", ""),
             "margins": {test["name"]: float(test["margin"]) for test in verdict.tests if "margin" in test},
@@ -57,7 +58,7 @@ def stage_row(stage: dict, verdict: Verdict, checks: dict, seconds: float) -> di
 
 
 def missing_row(stage: dict, checks: dict) -> dict:
-    return stage_row(stage, Verdict("missing", f"{stage['file']} is not in the submission."), checks, 0.0)
+    return stage_row(stage, Verdict("missing", because("submission.file_missing", file=stage["file"])), checks, 0.0)
 
 
 def grade(submission: Submission, toolchain: Toolchain, stages: list, rubric: dict, seed: int, cached) -> dict:

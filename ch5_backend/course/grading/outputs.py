@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 from ch5_backend.figures.atomic_write import atomic_write
 
-from ..homework.judge import in_full
+from ..homework.diagnosis import in_full, in_short
 from ..base.language import Speaker, speaker
 
 CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")  # what neither XML nor a terminal takes
@@ -26,7 +26,7 @@ def plain(text: str) -> str:
 
 def words_on(row: dict, say: Speaker) -> str:
     """A stage's verdict for a human."""
-    return plain(in_full(row["hint"], row["story"], say))
+    return plain(in_full(row["diagnosis"], row["output"], say))
 
 
 def write_one(folder: Path, record: dict, say: Speaker) -> None:
@@ -39,7 +39,7 @@ def gradescope(record: dict, say: Speaker = speaker("en")) -> dict:
     """results.json; without "score" where a fault of ours prevented a mark, so that Gradescope asks for a rerun."""
     extra = {"key": record["key"], "seed": record["seed"], "status": record["status"]}
     if record["status"] != "graded":
-        return {"output": say("The grader itself has failed; this is not about the submission. Please tell your instructor."),
+        return {"output": say("grade.grader_failed"),
                 "extra_data": extra, "tests": []}
     tests = [{"name": f"{row['id']} {row['name']}: {check['name']}", "number": row["id"], "score": check["score"],
               "max_score": check["points"], "status": "passed" if check["passed"] else "failed",
@@ -49,8 +49,7 @@ def gradescope(record: dict, say: Speaker = speaker("en")) -> dict:
              for row in record["stages"] for k, check in enumerate(row["checks"])]
     return {"score": record["score"], "execution_time": record["seconds"], "visibility": "visible",
             "stdout_visibility": "hidden", "extra_data": extra, "tests": tests,
-            "output": "\n".join([*map(say, record["faults"]),
-                                 say(f"./course check --seed {record['seed']} shows the same cases.")])}
+            "output": "\n".join([*map(say.text, record["faults"]), say("grade.same_cases", n=record["seed"])])}
 
 
 def autolab(record: dict) -> str:
@@ -69,7 +68,7 @@ def junit(record: dict, say: Speaker) -> ElementTree.ElementTree:
             case = ElementTree.SubElement(suite, "testcase", classname=f"stage_{row['id']}.{row['name']}",
                                           name=check["name"])
             if not check["passed"]:
-                failure = ElementTree.SubElement(case, "failure", message=plain(say.hint(row["hint"], row["story"])),
+                failure = ElementTree.SubElement(case, "failure", message=plain(in_short(row["diagnosis"], say)),
                                                  type=row["state"])
                 failure.text, told = ("" if told else words_on(row, say)), True
     return ElementTree.ElementTree(suites)

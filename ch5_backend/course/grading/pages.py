@@ -11,13 +11,13 @@ from ch5_backend.figures import page
 from ..homework import hint
 from ..base.build import ROOT
 from ..homework.check import MARKS
+from ..homework.diagnosis import SYMPTOMS, cause_of
 from ..base.language import Speaker
 from . import outputs
 
 NEAR = 10.0    # times its tolerance: so near a wrong number may be rounding
 PICTURE = 320  # pixels, of a picture of H
 COLOURS = {".": "var(--pale)", "o": "#999", "x": "#d55e00"}
-CAUSE = re.compile(r"^  cause +(.*)$", re.MULTILINE)
 
 
 def escape(text: str) -> str:
@@ -35,23 +35,26 @@ def inline(markdown: str) -> str:
 def write_feedback(folder: Path, record: dict, say: Speaker) -> None:
     body = [f"<h1>{escape(record['name'])}</h1>"]
     if record["status"] != "graded":
-        body.append(paragraph(say("The grader itself has failed; this says nothing about your work. Your instructor has been "
-                                  "told.")))
+        body.append(paragraph(say("grade.grader_failed_page")))
     else:
-        replay = say(f"Every number below can be had again: ./course check --seed {record['seed']} meets the same cases.")
-        points = say(f"{points_of(record)} points.")
+        replay = say("grade.replay", n=record["seed"])
+        points = say("grade.points_in_all", n=f"{record['score']:g}", m=f"{record['points']:g}")
         body += [f"<p><strong>{escape(points)}</strong> {escape(replay)}</p>",
-                 *(paragraph(say(fault) + say(".")) for fault in record["faults"]),
-                 page.table([say("stage"), say("state"), say("points")],
-                            [[f"{row['id']} {say(row['title'])}", say(row["state"]), say(points_of(row))]
+                 *(paragraph(say("grade.fault", fault=fault)) for fault in record["faults"]),
+                 page.table([say("grade.stage"), say("grade.state"), say("grade.points")],
+                            [[f"{row['id']} {title(row, say)}", say(f"state.{row['state']}"), points_of(row, say)]
                              for row in record["stages"]])]
         for row in record["stages"]:
             body += feedback_on(row, say)
-    page.write(folder / "feedback.html", say(f"Feedback for {outputs.plain(record['name'])}"), body, say.language)
+    page.write(folder / "feedback.html", say("grade.feedback_for", name=outputs.plain(record["name"])), body, say.language)
 
 
-def points_of(record: dict) -> str:
-    return f"{record['score']:g} of {record['points']:g}"
+def points_of(record: dict, say: Speaker) -> str:
+    return say("grade.points_of", n=f"{record['score']:g}", m=f"{record['points']:g}")
+
+
+def title(row: dict, say: Speaker) -> str:
+    return say(f"title.{row['id']}")
 
 
 def paragraph(text: str) -> str:
@@ -59,17 +62,17 @@ def paragraph(text: str) -> str:
 
 
 def feedback_on(row: dict, say: Speaker) -> list:
-    """A stage: the story, a picture of the wrong entries, what was printed, and the handout's hints to unfold."""
-    body = [f"<h2>{MARKS.get(row['state'], '✗')} {row['id']} {escape(say(row['title']))}</h2>"]
+    """A stage: the diagnosis, a picture of the wrong entries, what was printed, and the handout's hints to unfold."""
+    body = [f"<h2>{MARKS.get(row['state'], '✗')} {row['id']} {escape(title(row, say))}</h2>"]
     if row["state"] == "right":
-        return body + [paragraph(say("All checks are passed."))]
+        return body + [paragraph(say("grade.all_passed"))]
     body.append(f"<pre>{escape(outputs.words_on(row, say))}</pre>")
     if row["picture"]:
         body.append(picture(row["picture"], say))
     if row["printed"].strip():
-        body.append(f"<details><summary>{say('What your code printed')}</summary><pre>{escape(row['printed'])}</pre></details>")
+        body.append(f"<details><summary>{say('grade.printed')}</summary><pre>{escape(row['printed'])}</pre></details>")
     failed = [check["name"] for check in row["checks"] if not check["passed"]]
-    body.append(paragraph(say(f"Not passed: {', '.join(failed)}.")))
+    body.append(paragraph(say("grade.not_passed", checks=", ".join(failed))))
     sections = hint.handout(say.language)
     section = sections.get(section_of(row, sections), "")
     body += [f"<details><summary>{escape(title)}</summary><p>{inline(text)}</p></details>"
@@ -78,22 +81,21 @@ def feedback_on(row: dict, say: Speaker) -> list:
 
 
 def section_of(row: dict, sections: dict) -> str:
-    """The handout's section: by the TODO that the story names, or by the stage."""
-    todo = re.search(r"TODO (\S+)$", row["story"], re.MULTILINE)
+    """The handout's section: by the TODO that the diagnosis names, or by the stage."""
     try:
-        return hint.find(todo[1] if todo else row["id"], sections)
+        return hint.find(row["diagnosis"].get("todo") or row["id"], sections)
     except hint.CourseError:
         return row["id"]
 
 
 def picture(pattern: str, say: Speaker) -> str:
-    """A matrix, entry by entry: zero, not zero, or wrong. See Picture in ch5_homework/judge/narrate.cc."""
+    """A matrix, entry by entry: zero, not zero, or wrong. See Picture in ch5_homework/judge/diagnosis.cc."""
     rows = pattern.split("/")
     cell = min(16, max(4, PICTURE // max(len(rows), *map(len, rows))))
     cells = "".join(f'<rect x="{cell * j}" y="{cell * i}" width="{cell - 1}" height="{cell - 1}" fill="{COLOURS[entry]}"/>'
                     for i, row in enumerate(rows) for j, entry in enumerate(row) if entry in COLOURS)
     width, height = cell * max(map(len, rows)), cell * len(rows)
-    caption = say("The matrix that this is about: grey entries are not zero, orange ones are wrong.")
+    caption = say("grade.picture")
     return (f'<figure><svg role="img" aria-label="{caption}" width="{width}" height="{height}" '
             f'viewBox="0 0 {width} {height}">{cells}</svg><figcaption>{caption}</figcaption></figure>')
 
@@ -103,17 +105,16 @@ def picture(pattern: str, say: Speaker) -> str:
 def write_summary(out: Path, records: list, say: Speaker) -> None:
     graded = [record for record in records if record["status"] == "graded"]
     rows = [row for record in graded for row in record["stages"]]
-    body = [f"<h1>{say(f'{len(graded)} submissions graded')}</h1>"]
+    body = [f"<h1>{say('grade.graded', n=len(graded))}</h1>"]
     failed = [record["name"] for record in records if record["status"] != "graded"]
     if failed:
-        body.append(paragraph(say(f"Not graded, by a fault of the grader or its machine: {', '.join(failed)}. Their marks are "
-                                  "missing, not zero.")))
+        body.append(paragraph(say("grade.not_graded", names=", ".join(failed))))
     if graded:
-        body += [marks(graded, say), *counts("Most failed checks", Counter(
+        body += [marks(graded, say), *counts("grade.most_failed_checks", Counter(
             f"{row['id']} {check['name']}" for row in rows for check in row["checks"] if not check["passed"]), say),
-            *counts("Most frequent misconceptions", Counter(what for row in rows if (what := cause_of(row, say))), say),
+            *counts("grade.misconceptions", Counter(what for row in rows if (what := misconception(row, say))), say),
             near_misses(graded, say), likeness(graded, say), table_of_all(graded, say)]
-    page.write(out / "summary.html", say("Grades"), body, say.language)
+    page.write(out / "summary.html", say("grade.grades"), body, say.language)
 
 
 def marks(graded: list, say: Speaker) -> str:
@@ -123,31 +124,31 @@ def marks(graded: list, say: Speaker) -> str:
         rows = [row for record in graded for row in record["stages"] if row["id"] == stage]
         scores = [row["score"] for row in rows]
         states = Counter(row["state"] for row in rows)
-        table.append([f"{stage} {say(rows[0]['title'])}", f"{statistics.mean(scores):.1f}", f"{statistics.median(scores):g}",
-                      f"{max(row['points'] for row in rows):g}", ", ".join(f"{n} {say(state)}" for state, n in states.most_common())])
+        table.append([f"{stage} {title(rows[0], say)}", f"{statistics.mean(scores):.1f}", f"{statistics.median(scores):g}",
+                      f"{max(row['points'] for row in rows):g}", ", ".join(f"{n} {say(f'state.{state}')}" for state, n in states.most_common())])
     cpu = [record["cpu_seconds"] for record in graded]
-    return (f"<h2>{say('Marks')}</h2>" + page.table(list(map(say, ["stage", "mean", "median", "of", "states"])), table) +
-            paragraph(say(f"Compiling took {statistics.median(cpu):.1f} s of processor time a submission in the median, "
-                          f"{max(cpu):.1f} s at most, and {max(record['peak_mib'] for record in graded):.0f} MB at most.")))
+    return (f"<h2>{say('grade.marks')}</h2>" + page.table(list(map(say, ["grade.stage", "grade.mean", "grade.median", "grade.of", "grade.states"])), table) +
+            paragraph(say("grade.compiling_took", a=f"{statistics.median(cpu):.1f}", b=f"{max(cpu):.1f}",
+                          c=f"{max(record['peak_mib'] for record in graded):.0f}")))
 
 
 def counts(title: str, counted: Counter, say: Speaker) -> list:
-    return [f"<h2>{say(title)}</h2>", page.table([say("what"), say("submissions")], [[outputs.plain(what), str(times)] for what, times in
+    return [f"<h2>{say(title)}</h2>", page.table([say("grade.what"), say("grade.submissions")], [[outputs.plain(what), str(times)] for what, times in
                                                                       counted.most_common(15)])] if counted else []
 
 
-def cause_of(row: dict, say: Speaker) -> str:
-    found = CAUSE.search(row["story"])
-    return f"{row['id']}: {say(found[1])}" if found and not found[1].startswith("none of the typical") else ""
+def misconception(row: dict, say: Speaker) -> str:
+    cause = row["diagnosis"].get("cause") if row["state"] == "wrong" else None
+    return f"{row['id']}: {say.text(cause)}" if cause and cause_of(row["diagnosis"]) not in SYMPTOMS else ""
 
 
 def near_misses(graded: list, say: Speaker) -> str:
     """Checks that failed, or passed, within a factor of 10 of their tolerance: to be looked at by a human."""
     table = [[record["name"], f"{row['id']} {check}", f"{margin:.2g}"] for record in graded for row in record["stages"]
              for check, margin in row["margins"].items() if 1.0 / NEAR < margin < NEAR]
-    head = list(map(say, ["submission", "check", "deviation in tolerances"]))
-    none = paragraph(say(f"No number lies within a factor of {NEAR:g} of its tolerance, on either side."))
-    return f"<h2>{say('Near misses')}</h2>" + (page.table(head, table) if table else none)
+    head = list(map(say, ["grade.submission", "grade.check", "grade.deviation"]))
+    none = paragraph(say("grade.no_near_misses", n=f"{NEAR:g}"))
+    return f"<h2>{say('grade.near_misses')}</h2>" + (page.table(head, table) if table else none)
 
 
 def likeness(graded: list, say: Speaker) -> str:
@@ -155,11 +156,11 @@ def likeness(graded: list, say: Speaker) -> str:
     same = {}
     for record in graded:
         same.setdefault(record["content"], []).append(record["name"])
-    table = [[", ".join(names), say("all files"), say("equal")] for names in same.values() if len(names) > 1]
-    table += [[f"{a}, {b}", file, say(f"{100 * part:.0f} % of their own lines")]
+    table = [[", ".join(names), say("grade.all_files"), say("grade.equal")] for names in same.values() if len(names) > 1]
+    table += [[f"{a}, {b}", file, say("grade.own_lines", n=f"{100 * part:.0f}")]
               for a, b, file, part in outputs.alike(graded, known_lines())]
-    return f"<h2>{say('Alike submissions')}</h2>" + (
-        page.table([say("submission"), say("file"), say("share")], table) if table else paragraph(say("None.")))
+    return f"<h2>{say('grade.alike')}</h2>" + (
+        page.table(list(map(say, ["grade.submission", "grade.file", "grade.share"])), table) if table else paragraph(say("grade.none")))
 
 
 def known_lines() -> dict:
@@ -172,9 +173,9 @@ def known_lines() -> dict:
 
 
 def table_of_all(graded: list, say: Speaker) -> str:
-    head = [say("submission"), say("score"), *(row["id"] for row in graded[0]["stages"])]
+    head = [say("grade.submission"), say("grade.score"), *(row["id"] for row in graded[0]["stages"])]
     link = lambda record: f'<a href="{escape(record["name"])}/feedback.html">{escape(record["name"])}</a>'
     lines = ["<tr><td>" + "</td><td>".join([link(record), f"{record['score']:g}", *(
         f"{MARKS.get(row['state'], '✗')} {row['score']:g}" for row in record["stages"])]) + "</td></tr>" for record in graded]
-    return (f"<h2>{say('All')}</h2>" '<div class="scroll"><table><tr>' + "".join(f"<th>{cell}</th>" for cell in head) + "</tr>" +
+    return (f"<h2>{say('grade.all')}</h2>" '<div class="scroll"><table><tr>' + "".join(f"<th>{cell}</th>" for cell in head) + "</tr>" +
             "".join(lines) + "</table></div>")

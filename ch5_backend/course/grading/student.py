@@ -27,10 +27,9 @@ LEFT_OUT = (
     "ch5_backend/course/grading/", "tests/grading/", "ch5_homework/judge/remote/", "tests/homework/attacks/",
     "tests/docs/", "tests/conventions/", "tests/sanitizers/", "tests/fuzz/", "tests/lab/",  # of those who change the project
     # what fills the gaps, rightly or wrongly
-    "tests/homework/fills", "tests/homework/run_fills.py", "tests/homework/reference.cmake",
+    "tests/homework/samples", "tests/homework/run_samples.py", "tests/homework/reference.cmake",
     "tests/homework/plain_ctest", "tests/homework/one_check.py", "tests/homework/end_to_end.py",
-    "tests/homework/throw_left.py", "tests/homework/first_words.py", "tests/homework/languages.py",
-    "tests/homework/untranslated.py")
+    "tests/homework/leftover_throw.py", "tests/homework/compiler_words.py", "tests/homework/languages.py")
 KEPT = "slides/figures/"  # the picture of the front page
 FOR_GRADERS = re.compile(r"^## (?:For graders and instructors|助教与讲师)\n.*?(?=^## )", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\((?!https?:)([^)#\s]+)(#[^)\s]*)?\)")

@@ -13,6 +13,7 @@ from pathlib import Path, PurePosixPath
 
 from ..base.build import ROOT
 from ..base.errors import CourseError
+from ..base.language import sentence
 from .outputs import plain
 
 LARGEST = 256 << 10       # bytes of a file; the largest solution has 20,000
@@ -47,14 +48,14 @@ class Submission:
         if name not in homework_files() or "__MACOSX" in path:
             return
         if name in places and places[name] <= depth:
-            self.faults.append(f"{name} is there more than once; the one nearest to the top counts")
+            self.faults.append(sentence("submission.file_twice", file=name))
             return
         if size > LARGEST:
-            self.faults.append(f"{name} has more than {LARGEST >> 10} KB and is not taken")
+            self.faults.append(sentence("submission.file_too_large", file=name, n=LARGEST >> 10))
             return
         content = read()
         if len(content) > LARGEST:
-            self.faults.append(f"{name} has more than {LARGEST >> 10} KB and is not taken")
+            self.faults.append(sentence("submission.file_too_large", file=name, n=LARGEST >> 10))
             return
         places[name], self.files[name] = depth, content
 
@@ -72,19 +73,20 @@ def collect(path: Path) -> Submission:
         if stat.S_ISDIR(kind.st_mode):
             collect_folder(path, submission)
         elif not stat.S_ISREG(kind.st_mode):  # a link may lead anywhere, a pipe may never end
-            submission.faults.append("this is a link or a device, and is not opened")
+            submission.faults.append(sentence("submission.link_or_device"))
         elif path.suffix == ".cc":
             collect_file(path, submission)
         elif kind.st_size > LARGEST_ARCHIVE:
-            submission.faults.append(f"it has more than {LARGEST_ARCHIVE >> 20} MB and is not opened")
+            submission.faults.append(sentence("submission.too_large", n=LARGEST_ARCHIVE >> 20))
         elif zipfile.is_zipfile(path):
             collect_zip(path, submission)
         else:
             collect_tar(path, submission)
     except Exception as error:  # whatever an archive holds that Python's modules do not expect
-        submission.faults.append(plain(f"it cannot be read as a .cc file, folder, zip or tar: {error}"))
+        reason = error.message if isinstance(error, CourseError) else plain(str(error))
+        submission.faults.append(sentence("submission.unreadable", reason=reason))
     if not submission.files and not submission.faults:
-        submission.faults.append(f"it holds none of {', '.join(homework_files())}")
+        submission.faults.append(sentence("submission.holds_nothing", files=", ".join(homework_files())))
     return submission
 
 
@@ -99,7 +101,7 @@ def collect_folder(folder: Path, submission: Submission) -> None:
     places = {}
     for count, member in enumerate(sorted(folder.rglob("*"))):
         if count >= MOST_MEMBERS:
-            submission.faults.append(f"only its first {MOST_MEMBERS} members were looked at")
+            submission.faults.append(sentence("submission.too_many_members", n=MOST_MEMBERS))
             return
         if stat.S_ISREG(member.lstat().st_mode):
             size = member.lstat().st_size
@@ -116,7 +118,7 @@ def collect_zip(path: Path, submission: Submission) -> None:
     with zipfile.ZipFile(path) as archive:
         for count, member in enumerate(archive.infolist()):
             if count >= MOST_MEMBERS:
-                submission.faults.append(f"only its first {MOST_MEMBERS} members were looked at")
+                submission.faults.append(sentence("submission.too_many_members", n=MOST_MEMBERS))
                 return
             kind = stat.S_IFMT(member.external_attr >> 16)
             if kind not in (0, stat.S_IFREG) or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
@@ -137,7 +139,7 @@ def collect_tar(path: Path, submission: Submission) -> None:
     with unpack(path, "rb") as file, tarfile.open(fileobj=Bounded(file), mode="r|") as archive:
         for count, member in enumerate(archive):
             if count >= MOST_MEMBERS:
-                submission.faults.append(f"only its first {MOST_MEMBERS} members were looked at")
+                submission.faults.append(sentence("submission.too_many_members", n=MOST_MEMBERS))
                 return
             if member.isreg():
                 submission.take(member.name, member.size,
@@ -154,5 +156,5 @@ class Bounded:
         piece = self.file.read(size)
         self.left -= len(piece)
         if self.left < 0:
-            raise ValueError(f"it unpacks to more than {LARGEST_ARCHIVE >> 20} MB")
+            raise CourseError(sentence("submission.unpacks_too_large", n=LARGEST_ARCHIVE >> 20))
         return piece

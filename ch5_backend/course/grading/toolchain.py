@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from ..base.build import BUILD, build_or_fail
 from ..homework.compiler import does_not_compile
-from ..homework.judge import Verdict
+from ..homework.diagnosis import Verdict, because
 from ..base.scratch import scratch
 from .sandbox import MIB, Limits, Sandbox
 
@@ -97,8 +97,7 @@ class Toolchain:
     def _verdict(self, file: str, outcome, content: bytes) -> Verdict:
         words = outcome.output.replace("/submission/", "").replace(str(self.include) + "/", "")
         if not outcome.in_time:
-            return Verdict("does-not-compile", f"The compiler was still at work after {COMPILING.seconds} s of processor "
-                           "time.", "", "")
+            return Verdict("does-not-compile", because("compiler.took_too_long", n=COMPILING.seconds))
         if not BLAMES_THE_FILE.search(words):
             raise Infrastructure(f"the compiler ended with code {outcome.exit_code}: {words.strip()[-500:]}")
         return does_not_compile(file, words, content)

@@ -1,9 +1,10 @@
-"""The gaps of a student's file, as text: what stands in them, and what does not."""
+"""The blanks of a student's file, as text: what stands in them, and what does not."""
 
 import re
 from pathlib import Path
 
-from .judge import Verdict
+from ..base.language import sentence
+from .diagnosis import Verdict
 
 
 def content_of(path: Path):
@@ -15,10 +16,10 @@ def content_of(path: Path):
 
 
 def keeps_throw(path: Path, todo: str) -> bool:
-    """Whether code stands in this gap, and below it still the throw that says it is empty."""
+    """Whether code stands in this blank, and below it still the throw that says it is empty."""
     name, text = re.escape(todo), (content_of(path) or b"").decode("utf-8", "replace")
-    gap = re.search(rf'TODO:: home work {name}\.(.*?)throw HomeworkMissing\("{name} ', text, re.DOTALL)
-    return bool(gap) and any(line.strip() and not line.strip().startswith("//") for line in gap[1].splitlines()[1:])
+    blank = re.search(rf'TODO:: home work {name}\.(.*?)throw HomeworkMissing\("{name} ', text, re.DOTALL)
+    return bool(blank) and any(line.strip() and not line.strip().startswith("//") for line in blank[1].splitlines()[1:])
 
 
 def still_empty(text: str, number: int):
@@ -41,10 +42,11 @@ def still_empty(text: str, number: int):
 
 
 def explain(verdict: Verdict, file: str, content) -> Verdict:
-    """A crash in lines that the student did not write is told as what it is: a gap left empty."""
-    place = re.search(rf"{re.escape(file)}:(\d+)", verdict.hint) if verdict.state == "crashes" else None
-    found = still_empty(content.decode("utf-8", "replace"), int(place[1])) if place and content else None
+    """A crash in lines that the student did not write is told as what it is: a blank left empty."""
+    number = verdict.diagnosis.get("place", "").removeprefix(f"{file}:") if verdict.state == "crashes" else ""
+    found = still_empty(content.decode("utf-8", "replace"), int(number)) if number.isdigit() and content else None
     if not found:
         return verdict
     name, todo = found
-    return verdict._replace(hint=f"{name} is still empty: nothing was assigned to it in TODO {todo}. {verdict.hint}")
+    cause = sentence("judge.blank_left_empty", variable=name, todo=todo, more=verdict.diagnosis["cause"])
+    return verdict._replace(diagnosis={**verdict.diagnosis, "cause": cause, "todo": todo})

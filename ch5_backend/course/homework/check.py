@@ -10,8 +10,9 @@ from ..base import jsonout
 from ..base.build import BIN, HOMEWORK, ROOT, build
 from .compiler import does_not_compile, shown
 from ..base.errors import CourseError
-from .judge import SHOWN_LINES, Verdict, in_full, judge
-from ..base.language import Speaker, pad, speaker
+from .diagnosis import SHOWN_LINES, Verdict, in_full, in_short
+from .judge import judge
+from ..base.language import Speaker, pad, sentence, speaker
 
 TABLE = ROOT / "ch5_homework" / "stages.json"
 
@@ -55,7 +56,7 @@ def select(asked: list) -> list:
     table = stage_table()
     for name in asked:
         if not any(covers(name, stage) for stage in table):
-            raise CourseError(f"unknown stage '{name}'; there are {', '.join(stage['id'] for stage in table)}")
+            raise CourseError(sentence("check.unknown_stage", name=name, stages=", ".join(stage["id"] for stage in table)))
     return [stage for stage in table if not asked or any(covers(name, stage) for name in asked)]
 
 
@@ -85,7 +86,7 @@ def report(stages: list, verdicts: list, as_json: bool, tell_one, say: Speaker) 
     for stage, verdict in zip(stages, verdicts):
         tell_one(stage, verdict, out, say)
     if as_json:
-        jsonout.emit({"stages": [{"id": stage["id"], "state": verdict.state, "hint": say.hint(verdict.hint, verdict.story)}
+        jsonout.emit({"stages": [{"id": stage["id"], "state": verdict.state, "hint": in_short(verdict.diagnosis, say)}
                                  for stage, verdict in zip(stages, verdicts)]})
 
 
@@ -121,45 +122,38 @@ def paint(text: str, state: str, out) -> str:
 
 def tell_line(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     """One line of ./course status, and one for the hint."""
-    state = paint(f"{MARKS.get(verdict.state, '✗')} {pad(say(verdict.state), STATE_WIDTH)}", verdict.state, out)
-    print(f"{stage['id']:<4} {state}  {say(stage['title'])}  ({stage['file']})", file=out)
-    if verdict.hint:
-        print(f"       {say.hint(verdict.hint, verdict.story)}", file=out)
+    state = paint(f"{MARKS.get(verdict.state, '✗')} {pad(say(f'state.{verdict.state}'), STATE_WIDTH)}", verdict.state, out)
+    print(f"{stage['id']:<4} {state}  {say('title.' + stage['id'])}  ({stage['file']})", file=out)
+    if verdict.diagnosis:
+        print(f"       {in_short(verdict.diagnosis, say)}", file=out)
 
 
 def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
-    """The verdict of ./course check, its story, and what to do next."""
-    head = f"{MARKS.get(verdict.state, '✗')} {stage['id']} {say(verdict.state)}"
-    print(f"{paint(head, verdict.state, out)}   {say(stage['title'])}", file=out)
+    """The verdict of ./course check, all that it says, and what to do next."""
+    head = f"{MARKS.get(verdict.state, '✗')} {stage['id']} {say('state.' + verdict.state)}"
+    print(f"{paint(head, verdict.state, out)}   {say('title.' + stage['id'])}", file=out)
     printed = verdict.printed.strip("\n").splitlines()
     if printed:
-        print("\n  " + say("Your code printed" + (f" (the last {SHOWN_LINES} lines)" if len(printed) > SHOWN_LINES else "") +
-                           ":"), file=out)
+        print("\n  " + (say("check.printed_last", n=SHOWN_LINES) if len(printed) > SHOWN_LINES else say("check.printed")), file=out)
         print("\n".join("  │ " + line for line in printed[-SHOWN_LINES:]), file=out)
-    words = in_full(verdict.hint, verdict.story, say)
+    words = in_full(verdict.diagnosis, verdict.output, say)
     print("\n" + indent(words) + "\n" if verdict.state != "right" else "", file=out, end="")
-    print(f"  {say(next_step(stage, verdict))}\n", file=out)
+    print(f"  {say.text(next_step(stage, verdict))}\n", file=out)
 
 
 def indent(text: str) -> str:
     return "\n".join(("  " + line).rstrip() for line in text.splitlines())
 
 
-def next_step(stage: dict, verdict: Verdict) -> str:
+def next_step(stage: dict, verdict: Verdict) -> dict:
+    """What to do, as data."""
     again = f"./course check {stage['id']}"
     file = stage["file"] if HOMEWORK == ROOT / "ch5_homework" else shown(HOMEWORK / stage["file"])
     if verdict.state == "right":
         ids = [row["id"] for row in stage_table()]
         following = ids[ids.index(stage["id"]) + 1:]
-        return "Well done. " + (f"Next: ./course check {following[0]}" if following else "That was the last stage.")
-    todo = verdict.hint.split()[1] if verdict.state == "not-started" else ""  # "TODO 1.1a …"
+        return sentence("check.next_stage", command=f"./course check {following[0]}") if following else sentence("check.last_stage")
+    todo = verdict.diagnosis.get("todo", "") if verdict.state == "not-started" else ""
     if todo and blanks.keeps_throw(folder() / stage["file"], todo):
-        return f"Your lines for {todo} are there, but so is the throw below them: delete it. Then: {again}"
-    return {
-        "not-started": f"Search {file} for “home work {todo}”; the handout is ch5_homework/README.md, Stage "
-                       f"{stage['id']}. Then: {again}",
-        "does-not-compile": f"Mend the first error; the others may follow from it. Then: {again}",
-        "wrong": f"Mend {file}. Then: {again}",
-        "crashes": f"Look at your lines in {file}, at places and sizes first. Then: {again}",
-        "times-out": f"Look for the loop in {file}. Then: {again}",
-    }[verdict.state]
+        return sentence("check.throw_left", todo=todo, command=again)
+    return sentence(f"check.next_{verdict.state.replace('-', '_')}", file=file, todo=todo, stage=stage["id"], command=again)

@@ -5,7 +5,8 @@ import re
 from pathlib import Path
 
 from ..base.build import HOMEWORK, ROOT
-from .judge import SHOWN_LINES, Verdict
+from ..base.language import sentence
+from .diagnosis import SHOWN_LINES, Verdict
 
 # The compiler's words on braces. A function that begins inside of another, or a file that ends inside of one:
 OPEN_BRACE = r"qualified-id in declaration before|function-definition is not allowed here|function definition is not " \
@@ -40,36 +41,35 @@ def does_not_compile(file: str, output: str, content) -> Verdict:
     patterns = [rf"{re.escape(file)}:\d+:(\d+:)? (fatal )?error: ", r"\d: (fatal )?error: ", "multiple definition|undefined reference", "error: ",
                 "FAILED|ninja: "]
     first = next((i for pattern in patterns for i, line in enumerate(lines) if re.search(pattern, line)), 0)
-    told = lines[first:first + SHOWN_LINES]
-    hint = of_the_file(file, content) or of_the_linker(file, output, content)
-    if not hint and lines:
+    cause = of_the_file(file, content) or of_the_linker(file, output, content)
+    if not cause and lines:
         calling = where_called(file, lines, first) if not re.search(patterns[0], lines[first]) else ""
-        hint = (f"{calling}: " + re.sub(r"^.*?error: ", "", lines[first]) if calling else
-                of_braces(file, lines) or lines[first])
-    story = "\n".join(shorten(line) for line in told)
-    return Verdict("does-not-compile", shorten(hint or "the compiler said nothing"), story)
+        words = f"{calling}: " + re.sub(r"^.*?error: ", "", lines[first]) if calling else lines[first]
+        cause = (not calling and of_braces(file, lines)) or {"quoted": shorten(words)}
+    shown_lines = "\n".join(shorten(line) for line in lines[first:first + SHOWN_LINES])
+    return Verdict("does-not-compile", {"cause": cause or sentence("compiler.silent")}, shown_lines)
 
 
-def of_the_file(file: str, content) -> str:
-    """What is wrong with the file as a whole, or ""."""
+def of_the_file(file: str, content):
+    """What is wrong with the file as a whole, or None."""
     if content is None:
-        return f"{file} is missing; {anew(file)} writes it anew."
+        return sentence("compiler.file_missing", file=file, command=anew(file))
     if b"\0" in content[:200] or content[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return f"{file} is saved as UTF-16, which compilers do not read; save it as UTF-8."
-    return "" if content.strip() else f"{file} is empty; {anew(file)} writes it anew."
+        return sentence("compiler.utf16", file=file)
+    return None if content.strip() else sentence("compiler.file_empty", file=file, command=anew(file))
 
 
-def of_the_linker(file: str, output: str, content: bytes) -> str:
-    """Which function is there twice, or not at all, or ""."""
+def of_the_linker(file: str, output: str, content: bytes):
+    """Which function is there twice, or not at all, or None."""
     if "multiple definition of `main'" in output:
-        return f"{file} has a main of its own; remove it, the check brings one."
+        return sentence("compiler.own_main", file=file)
     missing = re.search(UNDEFINED, output)
     if not missing or re.search(r":\d+: (fatal )?error: ", output):
-        return ""
+        return None
     name = missing[1]
     if re.search(rf"\b{re.escape(name)}\(", content.decode("utf-8", "replace")):
-        return f"the function {name} in {file} is not the skeleton's: its arguments, its class or a const have changed."
-    return f"the function {name} is missing in {file}; it was there in the skeleton, which {anew(file)} writes anew."
+        return sentence("compiler.function_changed", name=name, file=file)
+    return sentence("compiler.function_missing", name=name, file=file, command=anew(file))
 
 
 def where_called(file: str, lines: list, error: int) -> str:
@@ -82,14 +82,13 @@ def where_called(file: str, lines: list, error: int) -> str:
     return ""
 
 
-def of_braces(file: str, lines: list) -> str:
-    """A brace that is missing or too many, with the line where it shows, or ""."""
+def of_braces(file: str, lines: list):
+    """A brace that is missing or too many, with the line where it shows, or None."""
     for line in lines:
-        found = re.search(rf"({re.escape(file)}:(\d+)):\d+: error: (.*)", line)
-        if found and re.search(OPEN_BRACE, found[3]):
-            return f"{found[1]}: a closing brace is missing above line {found[2]}: what begins there is inside of what was before."
-        if found and re.search(SPARE_BRACE, found[3]):
-            return f"{found[1]}: one closing brace too many above line {found[2]}, or an opening one is missing."
-        if found:
-            return ""
-    return ""
+        if not (found := re.search(rf"({re.escape(file)}:(\d+)):\d+: error: (.*)", line)):
+            continue
+        for words, name in ((OPEN_BRACE, "compiler.brace_missing"), (SPARE_BRACE, "compiler.brace_too_many")):
+            if re.search(words, found[3]):
+                return sentence(name, place=found[1], n=found[2])
+        return None
+    return None

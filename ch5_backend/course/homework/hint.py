@@ -4,7 +4,7 @@ import re
 
 from ..base.build import ROOT
 from ..base.errors import CourseError
-from ..base.language import spoken
+from ..base.language import sentence, spoken
 
 HANDOUTS = {"en": "README.md", "zh": "README.zh.md"}
 
@@ -15,7 +15,8 @@ def show(name: str, number: str, language: str = "") -> int:
     section = find(name, sections)
     hints = hints_of(sections[section])
     if number not in hints:
-        raise CourseError(f"stage {section} has hints {', '.join(hints)}, not '{number}'; such as ./course hint {section} 1")
+        raise CourseError(sentence("hint.unknown_number", stage=section, numbers=", ".join(hints), number=number,
+                                   command=f"./course hint {section} 1"))
     title, text = hints[number]
     print(f"Stage {section} · {title}\n\n{text}\n")
     following = str(int(number) + 1)
@@ -42,4 +43,4 @@ def find(name: str, sections: dict) -> str:
     for section, text in sections.items():
         if name == section or row.search(text):
             return section
-    raise CourseError((f"unknown stage '{name}'" if name else "hint needs a stage") + f"; there are {', '.join(sections)}, and their TODOs such as 1.2b")
+    raise CourseError(sentence("hint.unknown_stage" if name else "hint.needs_a_stage", name=name, stages=", ".join(sections)))

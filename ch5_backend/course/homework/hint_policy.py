@@ -4,14 +4,11 @@ The number stands in ch5_homework/stages.json, "name_cause_at_failure"; 1 names 
 """
 
 import json
-import re
 
 from . import hint
 from ..base.build import BUILD, HOMEWORK
-from .judge import Verdict
-
-# What gives no answer away is told at once.
-CAUSE = re.compile(r"^  cause +(?!none of the typical mistakes|still empty|still zero|nothing was assigned)\S.*(?:\n {12}.*)*", re.MULTILINE)
+from ..base.language import sentence
+from .diagnosis import SYMPTOMS, UNSET, Verdict, cause_of
 
 
 def hold_back(stage: dict, verdict: Verdict, threshold: int, counts: bool = True) -> Verdict:
@@ -19,13 +16,15 @@ def hold_back(stage: dict, verdict: Verdict, threshold: int, counts: bool = True
 
     `counts` says whether this is a failure of its own, or only another look at one.
     """
-    failure = verdict.story.partition("\n")[0] if verdict.state == "wrong" else ""
-    times = remember(stage["id"], failure, counts)
-    if not failure or times >= threshold or not CAUSE.search(verdict.story):
+    diagnosis = verdict.diagnosis if verdict.state == "wrong" else {}
+    failure = json.dumps([diagnosis["stage"], diagnosis["check"]], ensure_ascii=False) if "check" in diagnosis else ""
+    times, cause = remember(stage["id"], failure, counts), cause_of(diagnosis)
+    if not failure or times >= threshold or not cause or cause in SYMPTOMS + UNSET:
         return verdict
-    line = ("  cause     named " + ("the second time" if threshold == 2 else f"at failure {threshold}") +
-            f" this fails; before that, try ./course hint {section_of(stage, verdict.story)} 1")
-    return verdict._replace(hint=failure + ".", story=CAUSE.sub(line, verdict.story, 1))
+    section = section_of(stage, diagnosis.get("todo", ""))
+    why = (sentence("hint.named_second_time", section=section) if threshold == 2 else
+           sentence("hint.named_at_failure", n=threshold, section=section))
+    return verdict._replace(diagnosis={**{key: value for key, value in diagnosis.items() if key != "cause"}, "held_back": why})
 
 
 def remember(stage_id: str, failure: str, counts: bool) -> int:
@@ -48,8 +47,7 @@ def remember(stage_id: str, failure: str, counts: bool) -> int:
     return times
 
 
-def section_of(stage: dict, story: str) -> str:
-    """The handout's section that a story belongs to."""
-    todo = re.search(r"TODO (\S+)$", story, re.MULTILINE)
+def section_of(stage: dict, todo: str) -> str:
+    """The handout's section that a diagnosis belongs to."""
     sections = stage.get("sections", [stage["id"]])
-    return hint.find(todo[1], hint.handout("en")) if todo and len(sections) > 1 else sections[0]
+    return hint.find(todo, hint.handout("en")) if todo and len(sections) > 1 else sections[0]

@@ -10,43 +10,33 @@ import signal
 import subprocess
 import tempfile
 from pathlib import Path
-from typing import NamedTuple
 
+from ..base.language import sentence, speaker
 from ..base.processes import running
-from ..base.language import Speaker
 from ..base.scratch import scratch
+from .diagnosis import SHOWN_LINES, Verdict, because
 
 TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
-SHOWN_LINES = 15   # of a story, of the compiler's words, of what the student's file prints
 
-# Eigen's assertions in plain words; the first pattern that occurs in the assertion counts.
+# What Eigen's assertions mean; the first pattern that occurs in the assertion counts.
 ASSERTIONS = [
-    (r"startRow >= 0|i>=0", "a block(…) or segment(…) reaches outside its matrix"),
-    (r"invalid matrix product|lhs\.cols\(\) == a?_?rhs\.rows\(\)", "the sizes of a matrix product do not fit"),
-    (r"aLhs\.rows\(\) == aRhs\.rows\(\)", "the two terms of a sum or difference have different sizes"),
-    (r"rows\(\) == \w+\.rows\(\)|resize", "the two sides of = or += have different sizes"),
-    (r"SolverBase::solve", "the sizes in a solve(…) do not fit"),
-    (r"A·D|D·A", "the sizes of a product with Hmm_inv do not fit"),
-    (r"__n < this->size\(\)", "an index lies outside its std::vector"),
-    (r"get\(\) != (nullptr|pointer\(\))", "a null pointer was used"),
-    (r"index >= 0|row >= 0", "an index lies outside its matrix"),
+    (r"startRow >= 0|i>=0", "eigen.block_outside"),
+    (r"invalid matrix product|lhs\.cols\(\) == a?_?rhs\.rows\(\)", "eigen.product_sizes"),
+    (r"aLhs\.rows\(\) == aRhs\.rows\(\)", "eigen.sum_sizes"),
+    (r"rows\(\) == \w+\.rows\(\)|resize", "eigen.assignment_sizes"),
+    (r"SolverBase::solve", "eigen.solve_sizes"),
+    (r"A·D|D·A", "eigen.Hmm_inv_sizes"),
+    (r"__n < this->size\(\)", "judge.index_outside_vector"),
+    (r"get\(\) != (nullptr|pointer\(\))", "judge.null_pointer"),
+    (r"index >= 0|row >= 0", "eigen.index_outside"),
 ]
 
 # The standard library's exceptions, likewise.
 EXCEPTIONS = [
-    (r"std::bad_alloc|length_error|vector::_M_\w*append|_M_realloc_insert",
-     "it asks for more memory than 2 GB; a size is wrong, or a loop does not end"),
-    (r"map::at", "an id is not in the map that was asked for it"),
-    (r"vector::_M_range_check", "an index lies outside its std::vector"),
+    (r"std::bad_alloc|length_error|vector::_M_\w*append|_M_realloc_insert", "judge.out_of_memory"),
+    (r"map::at", "judge.not_in_map"),
+    (r"vector::_M_range_check", "judge.index_outside_vector"),
 ]
-
-
-class Verdict(NamedTuple):
-    state: str
-    hint: str          # one or two sentences
-    story: str = ""    # the whole of it, for a human
-    printed: str = ""  # what the student's own code has printed
-    tests: tuple = ()  # what GoogleTest reports of each test that was run
 
 
 def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options=(), worker=(),
@@ -108,22 +98,30 @@ def wait(process: subprocess.Popen, time_limit: float) -> bool:
 def read_report(tests: list, exit_code: int, words: str) -> Verdict:
     """The verdict of a complete report: that of the first failure, if there is one."""
     for test in tests:
-        for failure in test.get("failures", []):
-            text = mend_utf8(failure["failure"])
-            text = (text.partition("\n")[2] or text).removeprefix("Failed\n").strip()
-            missing = re.search(r'"(TODO .+ is not started)"', text)
-            thrown = re.search(r'C\+\+ exception with description "(.*)" thrown', text, re.DOTALL)
-            if missing:
-                return Verdict("not-started", missing[1] + ".", "", words)
-            if thrown:
-                plain = in_plain_words(thrown[1], EXCEPTIONS)
-                return Verdict("crashes", f"An exception ended the test {test['name']}: {plain}.", "", words)
-            told = re.search(r"^Stage \S+: .*", text, re.MULTILINE | re.DOTALL)  # behind the expression of an ASSERT_TRUE
-            text = told[0] if told else text
-            return Verdict("wrong", cause(text), "\n".join(text.splitlines()[:SHOWN_LINES]), words)
+        if test.get("failures"):
+            return read_failure(test, words)
     if exit_code or not tests or any(test.get("result") != "COMPLETED" for test in tests):
-        return Verdict("crashes", f"The tests were not all run (exit code {exit_code}).", "", words)
-    return Verdict("right", "", "", words)
+        return Verdict("crashes", because("judge.not_all_run", n=exit_code), printed=words)
+    return Verdict("right", printed=words)
+
+
+def read_failure(test: dict, words: str) -> Verdict:
+    """The verdict on a test that has failed: what it says itself, or what was thrown."""
+    if "diagnosis" in test:
+        return Verdict("wrong", json.loads(mend_utf8(test["diagnosis"])), printed=words)
+    text = mend_utf8(test["failures"][0]["failure"])
+    if missing := re.search(r'"TODO (\S+) ?(.*) is not started"', text):
+        return Verdict("not-started", not_started(missing[1], missing[2]), printed=words)
+    if thrown := re.search(r'C\+\+ exception with description "(.*)" thrown', text, re.DOTALL):
+        reason = in_plain_words(thrown[1], EXCEPTIONS)
+        return Verdict("crashes", because("judge.exception", test=test["name"], reason=reason), printed=words)
+    text = (text.partition("\n")[2] or text).strip()  # without the line of the test
+    return Verdict("wrong", because("judge.test_failed", test=test["name"]), "\n".join(text.splitlines()[:SHOWN_LINES]), words)
+
+
+def not_started(todo: str, place: str) -> dict:
+    known = f"todo.{todo}" in speaker("en").sentences
+    return {**because("judge.not_started", todo=todo, place=sentence(f"todo.{todo}") if known else place), "todo": todo}
 
 
 def worker_failure(tests: list):
@@ -137,8 +135,9 @@ def worker_failure(tests: list):
     return None
 
 
-def in_plain_words(message: str, table: list) -> str:
-    return next((text for pattern, text in table if re.search(pattern, message)), message)
+def in_plain_words(message: str, table: list):
+    """What a message means, as data."""
+    return next((sentence(name) for pattern, name in table if re.search(pattern, message)), {"quoted": message})
 
 
 def mend_utf8(text: str) -> str:
@@ -149,41 +148,29 @@ def mend_utf8(text: str) -> str:
         return text
 
 
-def in_full(hint: str, story: str, say: Speaker) -> str:
-    """All that a verdict says, in a language; above a compiler's own words stands what they mean."""
-    told, sentence = say.story(story), say.hint(hint, story)
-    return told if story.startswith("Stage ") or sentence and told.startswith(sentence) else f"{sentence}\n\n{told}".strip()
-
-
-def cause(story: str) -> str:
-    """What a story says of the cause, and what it is about."""
-    first = story.partition("\n")[0]
-    found = re.search(r"^  cause +(.*)$", story, re.MULTILINE)
-    return f"{first}: {found[1]}." if found else first
-
-
 def ended_early(executable: Path, stage: dict, words: str, in_time: bool, exit_code: int, time_limit: float,
                 words_of) -> Verdict:
     """The verdict of a process that has left no report: where it ended, and why."""
     student, crash, trace = words.partition("\nCRASH ")
     name, _, test = trace.partition("\n")[0].partition(" in ")
     place = locate(executable, stage["file"], trace, words_of)
-    where = f"{' at ' + place if place else ''}{', in the test ' + test if test else ''}"
+    name_of_where = "judge.at_place_in_test" if place and test else "judge.at_place" if place else "judge.in_test"
+    where = sentence(name_of_where, place=place, test=test) if place or test else ""
+
+    def verdict(state: str, cause: str, /, **arguments) -> Verdict:
+        return Verdict(state, {**because(cause, where=where, **arguments), "place": place}, printed=student)
     if not in_time:
-        return Verdict("times-out", f"Still running after {time_limit:g} s{where}: a loop does not end.", "", student)
-    assertion = re.search(r"Assertion [`'](.*)' failed", student, re.DOTALL)
-    if assertion:
-        plain = in_plain_words(assertion[1], ASSERTIONS)
+        return verdict("times-out", "judge.does_not_end", n=f"{time_limit:g}")
+    if assertion := re.search(r"Assertion [`'](.*)' failed", student, re.DOTALL):
         student = student[:student.rfind("\n", 0, assertion.start()) + 1]
-        return Verdict("crashes", f"An assertion stopped the program: {plain}{where}.", "", student)
+        return verdict("crashes", "judge.assertion", reason=in_plain_words(assertion[1], ASSERTIONS))
     if name == "Stack overflow":
-        return Verdict("crashes", f"The stack is full{where}: a function calls itself without end, or a local array is too "
-                       "large.", "", student)
+        return verdict("crashes", "judge.stack_full")
     if crash or exit_code < 0:
-        what = f"Crash ({name or signal.strsignal(-exit_code)})"
-    else:
-        what = f"The program ended by itself (exit code {exit_code})"
-    return Verdict("crashes", f"{what}{where}, before the tests were through.", "", student)
+        name = name or signal.strsignal(-exit_code)
+        known = f"signal.{name}" in speaker("en").sentences
+        return verdict("crashes", "judge.crash", signal=sentence(f"signal.{name}") if known else name)
+    return verdict("crashes", "judge.ended_by_itself", n=exit_code)
 
 
 def locate(executable: Path, file: str, trace: str, words_of) -> str:

@@ -15,6 +15,7 @@ import os
 import sys
 from pathlib import Path
 
+from ..base.language import Speaker, speaker
 from .regions import FILES, ROOT, STAGES, fill, regions, solution_text
 
 STUDENT_AT_WORK = 77  # CTest's SKIP_RETURN_CODE
@@ -54,13 +55,13 @@ def table_is_true() -> bool:
     return sorted(marked) == sorted(listed)
 
 
-def write(name: str, folder: Path, options) -> bool:
-    """Whether the file now is the skeleton that was asked for; with --keep another's work stays as it is."""
-    path, text = folder / name, skeleton(name, options.blank, options.deep)
+def write(name: str, folder: Path, blanks, deep: bool, keep: bool, say: Speaker = speaker("en")) -> bool:
+    """Whether the file now is the skeleton that was asked for; with `keep` another's work stays as it is, and this is said."""
+    path, text = folder / name, skeleton(name, blanks, deep)
     found = path.read_text(encoding="utf-8", errors="replace") if path.exists() else text
-    if options.keep and found not in (text, skeleton(name, deep=not options.deep)):
-        print(f"{name}: it holds work of yours and stays as it is; to begin it anew: "
-              f"python3 -m ch5_backend.course.homework.make_skeleton {'--deep ' * options.deep}{name}")
+    if keep and found not in (text, skeleton(name, deep=not deep)):
+        command = f"python3 -m ch5_backend.course.homework.make_skeleton {'--deep ' * deep}{name}"
+        print(say("skeleton.holds_work", file=name, command=command))
         return False
     path.write_text(text, encoding="utf-8")
     return True
@@ -82,7 +83,7 @@ def main() -> int:
     if unknown := set(options.files) - set(FILES):
         parser.error(f"no homework is in {', '.join(sorted(unknown))}; there are {', '.join(FILES)}")
     options.output.mkdir(parents=True, exist_ok=True)
-    written = [write(name, options.output, options) for name in options.files or FILES]
+    written = [write(name, options.output, options.blank, options.deep, options.keep) for name in options.files or FILES]
     return 0 if all(written) else 1
 
 

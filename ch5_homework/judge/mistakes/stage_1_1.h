@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "ch5_backend/graph/graph.h"
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 
 namespace ch5::homework::stage_1_1 {
 
@@ -66,150 +66,146 @@ inline MatXX Assemble(const Graph& graph, int size, Placement place) {
 
 struct PlacementMistake {
   const char* todo;
-  const char* cause;
+  Text cause;
   Placement place;
 };
 
 inline const PlacementMistake kPlacementMistakes[] = {
-    {"1.1b", "the mirrored block is missing: H must get J_iᵀWJ_j at (v_i, v_j) and its transpose at (v_j, v_i)",
-     [](MatXX* H, const Turn& t) { Add(H, t.i, t.j, t.block); }},
-    {"1.1b", "the mirrored block is not transposed: at (v_j, v_i) stands J_iᵀWJ_j itself",
+    {"1.1b", "1.1.mirror_missing", [](MatXX* H, const Turn& t) { Add(H, t.i, t.j, t.block); }},
+    {"1.1b", "1.1.mirror_not_transposed",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
        if (!t.diagonal) Add(H, t.j, t.i, t.block);
      }},
-    {"1.1a", "hessian is transposed at (v_i, v_j): it belongs there as it is, its transpose to (v_j, v_i)",
+    {"1.1a", "1.1.hessian_transposed",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block.transpose());
        if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
      }},
-    {"1.1a", "= where += is meant, in both blocks: each edge overwrites what the edges before it have added",
+    {"1.1a", "1.1.both_blocks_assigned_not_added",
      [](MatXX* H, const Turn& t) {
        Set(H, t.i, t.j, t.block);
        if (!t.diagonal) Set(H, t.j, t.i, t.block.transpose());
      }},
-    {"1.1a", "= where += is meant in the block (v_i, v_j): each edge overwrites what the edges before it have added",
+    {"1.1a", "1.1.block_assigned_not_added",
      [](MatXX* H, const Turn& t) {
        Set(H, t.i, t.j, t.block);
        if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
      }},
-    {"1.1b", "= where += is meant in the mirrored block: each edge overwrites what the edges before it have added",
+    {"1.1b", "1.1.mirror_assigned_not_added",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
        if (!t.diagonal) Set(H, t.j, t.i, t.block.transpose());
      }},
-    {"1.1a", "the places are exchanged: J_iᵀWJ_j went to (v_j, v_i) and its transpose to (v_i, v_j)",
+    {"1.1a", "1.1.places_exchanged",
      [](MatXX* H, const Turn& t) {
        Add(H, t.j, t.i, t.block);
        if (!t.diagonal) Add(H, t.i, t.j, t.block.transpose());
      }},
-    {"1.1a", "row and column are exchanged: both blocks went to (v_j, v_i)",
+    {"1.1a", "1.1.row_column_exchanged",
      [](MatXX* H, const Turn& t) {
        Add(H, t.j, t.i, t.block);
        if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
      }},
-    {"1.1b", "the mirrored block went to the same place (v_i, v_j) as the first",
+    {"1.1b", "1.1.mirror_at_same_place",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
        if (!t.diagonal) Add(H, t.i, t.j, t.block.transpose());
      }},
-    {"1.1b", "the diagonal blocks are added twice: the mirror belongs to j ≠ i only",
+    {"1.1b", "1.1.diagonal_blocks_added_twice",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
        Add(H, t.j, t.i, t.block.transpose());
      }},
-    {"1.1a", "the blocks are subtracted: it is b that has the minus sign, H = +JᵀWJ",
+    {"1.1a", "1.1.blocks_subtracted",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, -t.block);
        if (!t.diagonal) Add(H, t.j, t.i, -t.block.transpose());
      }},
-    {"1.1a", "the block (v_i, v_j) is missing: only the mirrored one is added",
+    {"1.1a", "1.1.block_missing",
      [](MatXX* H, const Turn& t) {
        if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
      }},
-    {"1.1a", "only the diagonal blocks arrive: those of two different vertices are missing",
+    {"1.1a", "1.1.only_diagonal_blocks_arrive",
      [](MatXX* H, const Turn& t) {
        if (t.diagonal) Add(H, t.i, t.j, t.block);
      }},
-    {"1.1a", "the loss is forgotten: `hessian` has its weight already, JᵀW_ρJ; this is JᵀWJ",
-     [](MatXX* H, const Turn& t) { AddBoth(H, t, t.without_loss); }},
-    {"1.1a", "ρ'W stands where W_ρ is meant: `hessian`, JᵀW_ρJ, holds the second derivative of the loss too",
-     [](MatXX* H, const Turn& t) { AddBoth(H, t, t.first_order); }},
-    {"1.1b", "the loss is forgotten in the mirrored block: it is the transpose of `hessian`, JᵀW_ρJ",
+    {"1.1a", "1.1.loss_forgotten", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.without_loss); }},
+    {"1.1a", "1.1.first_order_loss", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.first_order); }},
+    {"1.1b", "1.1.loss_forgotten_mirrored_block",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
        if (!t.diagonal) Add(H, t.j, t.i, t.without_loss.transpose());
      }},
-    {"1.1a", "only one triangle of blocks is filled: H takes each block and its mirror, whichever index is larger",
+    {"1.1a", "1.1.only_one_triangle",
      [](MatXX* H, const Turn& t) {
        Add(H, std::min(t.i, t.j), std::max(t.i, t.j), t.i <= t.j ? t.block : MatXX(t.block.transpose()));
      }},
-    {"1.1a", "only one triangle of blocks is filled: H takes each block and its mirror, whichever index is larger",
+    {"1.1a", "1.1.only_one_triangle",
      [](MatXX* H, const Turn& t) {
        Add(H, std::max(t.i, t.j), std::min(t.i, t.j), t.i >= t.j ? t.block : MatXX(t.block.transpose()));
      }},
-    {"1.1b", "the mirror is written only if v_i stands before v_j in H; edges list their vertices in any order",
+    {"1.1b", "1.1.mirror_only_if_v_i_first",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
        if (t.i < t.j) Add(H, t.j, t.i, t.block.transpose());
      }},
-    {"1.1a", "the block is written only if v_i stands before v_j in H; edges list their vertices in any order",
+    {"1.1a", "1.1.block_only_if_v_i_first",
      [](MatXX* H, const Turn& t) {
        if (t.i <= t.j) AddBoth(H, t, t.block);
      }},
-    {"1.1a", "the vertices' numbers in the edge stand where their first rows in H, index_i and index_j, are meant",
+    {"1.1a", Text("1.1.numbers_in_edge_for_rows", {{"this", Word("index_i")}, {"that", Word("index_j")}}),
      [](MatXX* H, const Turn& t) {
        Add(H, t.at_i, t.at_j, t.block);
        if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
      }},
-    {"1.1a", "the vertices' numbers in the edge stand where their first rows in H, index_i and index_j, are meant",
+    {"1.1a", Text("1.1.numbers_in_edge_for_rows", {{"this", Word("index_i")}, {"that", Word("index_j")}}),
      [](MatXX* H, const Turn& t) {
        Add(H, t.at_i, t.at_j, t.block);
        if (!t.diagonal) Add(H, t.at_j, t.at_i, t.block.transpose());
      }},
-    {"1.1b", "the vertices' numbers in the edge stand where their first rows in H, index_j and index_i, are meant",
+    {"1.1b", Text("1.1.numbers_in_edge_for_rows", {{"this", Word("index_j")}, {"that", Word("index_i")}}),
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
        if (!t.diagonal) Add(H, t.at_j, t.at_i, t.block.transpose());
      }},
-    {"1.1a", "a block is written only where there was none: each edge must add its share",
+    {"1.1a", "1.1.only_first_block_kept",
      [](MatXX* H, const Turn& t) {
        if (H->block(t.i, t.j, t.block.rows(), t.block.cols()).isZero(0.0)) Add(H, t.i, t.j, t.block);
        if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
      }},
-    {"1.1a", "a block is written only where there was none: each edge must add its share",
+    {"1.1a", "1.1.only_first_block_kept",
      [](MatXX* H, const Turn& t) {
        if (H->block(t.i, t.j, t.block.rows(), t.block.cols()).isZero(0.0)) AddBoth(H, t, t.block);
      }},
-    {"1.1a", "the block (v_i, v_j) is added twice, its mirror once",
+    {"1.1a", "1.1.block_added_twice",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, 2.0 * t.block);
        if (!t.diagonal) Add(H, t.j, t.i, t.block.transpose());
      }},
-    {"1.1b", "the mirrored block is added twice",
+    {"1.1b", "formula.mirror_added_twice",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
        if (!t.diagonal) Add(H, t.j, t.i, 2.0 * t.block.transpose());
      }},
-    {"1.1b", "the mirrored block is subtracted",
+    {"1.1b", "formula.mirror_subtracted",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
        if (!t.diagonal) Add(H, t.j, t.i, -t.block.transpose());
      }},
-    {"1.1a", "`hessian` and its transpose are added at one place: the transpose belongs to the mirror place",
+    {"1.1a", "1.1.both_at_one_place",
      [](MatXX* H, const Turn& t) {
        if (t.block.rows() == t.block.cols()) Add(H, t.i, t.j, t.block + t.block.transpose());
      }},
-    {"1.1a", "the weight is missing: JᵀW_ρJ, not JᵀJ",
-     [](MatXX* H, const Turn& t) { AddBoth(H, t, t.without_weight); }},
-    {"1.1a", "ρ' acts twice: W_ρ has it already", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.drho * t.block); }},
-    {"1.1b", "the mirror takes the whole block of H, with what the edges before have added, in place of `hessian`",
+    {"1.1a", "1.1.weight_missing", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.without_weight); }},
+    {"1.1a", "1.1.drho_acts_twice", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.drho * t.block); }},
+    {"1.1b", "1.1.mirror_takes_sum",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
        const MatXX sum = H->block(t.i, t.j, t.block.rows(), t.block.cols());
        if (!t.diagonal) Add(H, t.j, t.i, sum.transpose());
      }},
-    {"1.1a", "nothing was added to H", [](MatXX*, const Turn&) {}},
+    {"1.1a", "1.1.nothing_added_H", [](MatXX*, const Turn&) {}},
 };
 
 inline std::vector<Mistake> MistakesInH(const Graph& graph, int size) {
@@ -219,8 +215,7 @@ inline std::vector<Mistake> MistakesInH(const Graph& graph, int size) {
     mistakes.push_back({mistake.todo, mistake.cause, [&graph, size, place] { return Assemble(graph, size, place); }});
   }
   const Placement twice = [](MatXX* H, const Turn& t) { AddBoth(H, t, 2.0 * t.block); };
-  mistakes.push_back({"1.1a", "H is twice too large: it is not set to zero before the edges are added",
-                      [&graph, size, twice] { return Assemble(graph, size, twice); }});
+  mistakes.push_back({"1.1a", "1.1.H_doubled", [&graph, size, twice] { return Assemble(graph, size, twice); }});
   return mistakes;
 }
 
@@ -259,12 +254,10 @@ inline std::vector<Mistake> MistakesInB(const Graph& graph, int size) {
     return [=, &graph] { return MatXX(AssembleB(graph, size, takes, with_loss, with_W_rho)); };
   };
   const Takes right = [](bool diagonal, double* of_i, double*) { *of_i = diagonal; };
-  const std::string mirror = "b is added in the mirror too: its line stands below, once for each vertex";
-  const std::string pairs = "b is added with each block of H too: its line stands below, once for each vertex";
-  return {{"", "the sign of b: b = −JᵀWr, as the line that you found there has it",
-           is([](bool diagonal, double* of_i, double*) { *of_i = -1.0 * diagonal; })},
-          {"", "b is twice too large: it is not set to zero before the edges are added, or added to twice",
-           is([](bool diagonal, double* of_i, double*) { *of_i = 2.0 * diagonal; })},
+  const Text mirror = "1.1.b_added_in_mirror";
+  const Text pairs = "1.1.b_added_with_each_block";
+  return {{"", "1.1.sign_b", is([](bool diagonal, double* of_i, double*) { *of_i = -1.0 * diagonal; })},
+          {"", "1.1.b_doubled", is([](bool diagonal, double* of_i, double*) { *of_i = 2.0 * diagonal; })},
           {"1.1b", mirror, is([](bool diagonal, double* of_i, double* of_j) { *(diagonal ? of_i : of_j) = 1.0; })},
           {"1.1b", mirror, is([](bool, double* of_i, double*) { *of_i = 1.0; })},
           {"1.1b", mirror, is([](bool diagonal, double* of_i, double* of_j) {
@@ -276,18 +269,18 @@ inline std::vector<Mistake> MistakesInB(const Graph& graph, int size) {
              *of_i = diagonal;
              *of_j = 1.0;
            })},
-          {"", "the weight is missing in b: JᵀWr, not Jᵀr",
+          {"", "1.1.weight_missing_b",
            WrittenOnTheDiagonal(graph, size,
                                 [](auto rows, const Edge& edge, double drho, const MatXX& J_i) {
                                   rows -= drho * J_i.transpose() * edge.Residual();
                                 })},
-          {"", "= stands where −= is meant in b: only the last edge's share is left",
+          {"", "1.1.last_edge_left_in_b",
            WrittenOnTheDiagonal(graph, size,
                                 [](auto rows, const Edge& edge, double drho, const MatXX& J_i) {
                                   rows = -drho * J_i.transpose() * edge.Information() * edge.Residual();
                                 })},
-          {"", "the loss is forgotten in b: Wr has ρ' in it", is(right, false)},
-          {"", "W_ρ is for H; b takes ρ'W", is(right, true, true)}};
+          {"", "1.1.loss_forgotten_b", is(right, false)},
+          {"", "1.1.W_rho_in_b", is(right, true, true)}};
 }
 
 }  // namespace ch5::homework::stage_1_1

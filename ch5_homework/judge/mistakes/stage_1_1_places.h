@@ -47,8 +47,10 @@ inline Mistake FoundPlaces(const Graph& graph, const MatXX& got) {
   const MatXX sum = (basis * times).reshaped(size, size);
   const bool first_is_right = times[0] == 1.0 && times[1] == 0.0 && times[4] == 1.0;
   return {first_is_right ? "1.1b" : "1.1a",
-          "added at (v_i, v_j): " + Terms(times[0], times[1]) + ", at (v_j, v_i): " + Terms(times[2], times[3]) +
-              ", on the diagonal: " + Terms(times[4], 0.0) + "; right are hessian, hessianᵀ and hessian",
+          {"1.1.added_at",
+           {{"first", Word(Terms(times[0], times[1]))},
+            {"mirror", Word(Terms(times[2], times[3]))},
+            {"diagonal", Word(Terms(times[4], 0.0))}}},
           [=] { return sum; }};
 }
 

@@ -7,7 +7,7 @@
 
 #include "ch5_backend/linear/dense_solvers.h"
 #include "ch5_backend/math/psd.h"
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/scenes.h"
 
 namespace ch5::homework::stage_1_2 {
@@ -46,7 +46,7 @@ inline MatXX Damp(const MatXX& H, int p, double lambda_p, double lambda_m, Dampi
 }
 
 struct DampingMistake {
-  const char* cause;
+  Text cause;
   MatXX H;
 };
 
@@ -65,14 +65,13 @@ struct Case {
     const auto damp = [&](double p_times, double m_times) {
       return Damp(system.H, p, p_times * lambda, m_times * lambda, damping);
     };
-    return {{"λ is missing: the blocks come from the undamped Hessian_ instead of H", system.H},
-            {"λ is missing on the landmarks: H_mm must be damped before it is inverted (take it from H)", damp(1, 0)},
-            {"λ is missing on the poses: the corner H_pp comes from the undamped Hessian_ instead of H", damp(0, 1)},
-            {"λ is added twice to the poses: H is damped already", damp(2, 1)},
-            {"λ is added twice: H is damped already", damp(2, 2)},
-            {"λ is added twice to the landmarks: H is damped already", damp(1, 2)},
-            {damping == Damping::kIdentity ? "the damping is λ·diag(H), but λ·I was asked: use DampedHessian"
-                                           : "the damping is λ·I, but λ·diag(H) was asked: use DampedHessian",
+    return {{"1.2.lambda_missing", system.H},
+            {"1.2.lambda_missing_landmarks", damp(1, 0)},
+            {"1.2.lambda_missing_poses", damp(0, 1)},
+            {"1.2.lambda_added_twice_poses", damp(2, 1)},
+            {"1.2.lambda_added_twice", damp(2, 2)},
+            {"1.2.lambda_added_twice_landmarks", damp(1, 2)},
+            {damping == Damping::kIdentity ? "1.2.damping_diag_for_identity" : "1.2.damping_identity_for_diag",
              Damp(system.H, p, lambda, lambda, other)}};
   }
 
@@ -84,17 +83,18 @@ struct Case {
   std::vector<Mistake> SchurMistakes() const {
     const Parts r = Right();
     std::vector<Mistake> mistakes{
-        {"1.2b", "the sign: H_pm H_mm⁻¹ H_mp is added, not subtracted",
+        {"1.2b", Text("formula.sign_added", {{"term", Word("H_pm H_mm⁻¹ H_mp")}}),
          [=] { return MatXX(r.H_pp + r.H_pm * r.H_mm_inverse * r.H_pm.transpose()); }},
-        {"1.2b", "nothing is subtracted: this is H_pp alone", [=] { return r.H_pp; }},
-        {"1.2b", "H_mm⁻¹ is missing in H_pm H_mm⁻¹ H_mp", [=] { return MatXX(r.H_pp - r.H_pm * r.H_pm.transpose()); }},
-        {"1.2b", "H_mm stands where its inverse is meant",
+        {"1.2b", "1.2.nothing_subtracted", [=] { return r.H_pp; }},
+        {"1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ H_mp")}}),
+         [=] { return MatXX(r.H_pp - r.H_pm * r.H_pm.transpose()); }},
+        {"1.2b", Text("formula.inverse_meant", {{"matrix", Word("H_mm")}}),
          [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm * r.H_pm.transpose()); }},
-        {"1.2b", "H_mm⁻¹ acts twice: tempH is H_pm H_mm⁻¹ already",
+        {"1.2b", "1.2.H_mminv_acts_twice",
          [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * r.H_mm_inverse * r.H_pm.transpose()); }},
-        {"1.2b", "H_pp is missing: this is −H_pm H_mm⁻¹ H_mp alone", [=] { return MatXX(r.Schur() - r.H_pp); }},
-        {"1.2b", "H_pp is missing: this is H_pm H_mm⁻¹ H_mp alone", [=] { return MatXX(r.H_pp - r.Schur()); }},
-        {"1.2b", "of H_mm only the diagonal is inverted: its blocks are larger where landmarks are points", [=] {
+        {"1.2b", "1.2.H_pp_missing_minus", [=] { return MatXX(r.Schur() - r.H_pp); }},
+        {"1.2b", "1.2.H_pp_missing_plus", [=] { return MatXX(r.H_pp - r.Schur()); }},
+        {"1.2b", "1.2.H_mm_only_diagonal_inverted", [=] {
            const MatXX inverse = r.H_mm.diagonal().cwiseInverse().asDiagonal();
            return MatXX(r.H_pp - r.H_pm * inverse * r.H_pm.transpose());
          }}};
@@ -108,28 +108,25 @@ struct Case {
 
   /// One corner of H stands where another is meant.
   static std::vector<Mistake> CornerMistakes(const Parts& r) {
-    std::vector<Mistake> mistakes{
-        {"1.2a", "Hpm (or Hmp) starts at the wrong row or column: it is read from the poses' own corner of H",
-         [=] {
-           const MatXX corner = r.H_pp.leftCols(std::min(r.H_pp.cols(), r.H_pm.cols()));
-           if (corner.cols() < r.H_pm.cols()) return r.H_pp;
-           return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * corner.transpose());
-         }},
-        {"1.2a", "Hpm (or Hmp) starts at the wrong row or column: it is read from the poses' own corner of H", [=] {
-           const MatXX corner = r.H_pp.leftCols(std::min(r.H_pp.cols(), r.H_pm.cols()));
-           if (corner.cols() < r.H_pm.cols()) return r.H_pp;
-           return MatXX(r.H_pp - corner * r.H_mm_inverse * r.H_pm.transpose());
-         }}};
+    std::vector<Mistake> mistakes{{"1.2a", "1.2.coupling_at_wrong_place",
+                                   [=] {
+                                     const MatXX corner = r.H_pp.leftCols(std::min(r.H_pp.cols(), r.H_pm.cols()));
+                                     if (corner.cols() < r.H_pm.cols()) return r.H_pp;
+                                     return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * corner.transpose());
+                                   }},
+                                  {"1.2a", "1.2.coupling_at_wrong_place", [=] {
+                                     const MatXX corner = r.H_pp.leftCols(std::min(r.H_pp.cols(), r.H_pm.cols()));
+                                     if (corner.cols() < r.H_pm.cols()) return r.H_pp;
+                                     return MatXX(r.H_pp - corner * r.H_mm_inverse * r.H_pm.transpose());
+                                   }}};
     if (r.H_pm.rows() == r.H_pm.cols()) {  // here an exchange of p and m goes unseen by Eigen
       const MatXX Q = r.H_pm.transpose();
-      mistakes.push_back({"1.2a", "H_pm and H_mp are exchanged: H_pm is at the top right, rows of poses",
-                          [=] { return MatXX(r.H_pp - Q * r.H_mm_inverse * r.H_pm); }});
-      mistakes.push_back({"1.2a", "H_mp holds H_pm: H_mp is at the bottom left, rows of landmarks",
-                          [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * r.H_pm); }});
-      mistakes.push_back({"1.2a", "H_pm holds H_mp: H_pm is at the top right, rows of poses",
-                          [=] { return MatXX(r.H_pp - Q * r.H_mm_inverse * Q); }});
-      mistakes.push_back({"1.2b", "the corner of the landmarks, H_mm, stands where the poses' H_pp is meant",
-                          [=] { return MatXX(r.H_mm - r.H_pm * r.H_mm_inverse * Q); }});
+      mistakes.push_back(
+          {"1.2a", "1.2.H_pm_H_mp_exchanged", [=] { return MatXX(r.H_pp - Q * r.H_mm_inverse * r.H_pm); }});
+      mistakes.push_back(
+          {"1.2a", "1.2.H_mp_holds_H_pm", [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * r.H_pm); }});
+      mistakes.push_back({"1.2a", "1.2.H_pm_holds_H_mp", [=] { return MatXX(r.H_pp - Q * r.H_mm_inverse * Q); }});
+      mistakes.push_back({"1.2b", "1.2.H_mm_for_H_pp", [=] { return MatXX(r.H_mm - r.H_pm * r.H_mm_inverse * Q); }});
     }
     return mistakes;
   }
@@ -137,31 +134,29 @@ struct Case {
   std::vector<Mistake> ReducedMistakes() const {
     const Parts r = Right();
     std::vector<Mistake> mistakes{
-        {"1.2b", "the right-hand side is not reduced: H_pm H_mm⁻¹ b_m is not subtracted", [=] { return r.b_p; }},
-        {"1.2b", "the sign: H_pm H_mm⁻¹ b_m is added, not subtracted",
+        {"1.2b", "1.2.b_not_reduced", [=] { return r.b_p; }},
+        {"1.2b", Text("formula.sign_added", {{"term", Word("H_pm H_mm⁻¹ b_m")}}),
          [=] { return VecX(r.b_p + r.H_pm * r.H_mm_inverse * r.b_m); }},
-        {"1.2b", "H_mm⁻¹ is missing in H_pm H_mm⁻¹ b_m", [=] { return VecX(r.b_p - r.H_pm * r.b_m); }},
-        {"1.2b", "b_p is missing: this is −H_pm H_mm⁻¹ b_m alone", [=] { return VecX(r.Reduced() - r.b_p); }},
-        {"1.2b", "b_p is missing: this is H_pm H_mm⁻¹ b_m alone", [=] { return VecX(r.b_p - r.Reduced()); }},
-        {"1.2b", "H_mm⁻¹ acts twice: tempH is H_pm H_mm⁻¹ already",
+        {"1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ b_m")}}),
+         [=] { return VecX(r.b_p - r.H_pm * r.b_m); }},
+        {"1.2b", "1.2.b_p_missing_minus", [=] { return VecX(r.Reduced() - r.b_p); }},
+        {"1.2b", "1.2.b_p_missing_plus", [=] { return VecX(r.b_p - r.Reduced()); }},
+        {"1.2b", "1.2.H_mminv_acts_twice",
          [=] { return VecX(r.b_p - r.H_pm * r.H_mm_inverse * r.H_mm_inverse * r.b_m); }},
-        {"1.2a", "bpp starts at its own length: segment(where it starts, how long it is), and b_p starts at 0",
+        {"1.2a", "1.2.bpp_starts_own_length",
          [=] { return VecX(StartingAtItsLength(r.b_p.size()) - r.H_pm * r.H_mm_inverse * r.b_m); }},
-        {"1.2a",
-         "bmm starts at its own length: segment(where it starts, how long it is), and b_m starts at reserve_size",
+        {"1.2a", "1.2.bmm_starts_own_length",
          [=] { return VecX(r.b_p - r.H_pm * r.H_mm_inverse * StartingAtItsLength(r.b_m.size())); }},
-        {"1.2a", "bpp and bmm start at their own lengths: segment(where it starts, how long it is)",
+        {"1.2a", "1.2.bpp_bmm_start_own_lengths",
          [=] {
            return VecX(StartingAtItsLength(r.b_p.size()) - r.H_pm * r.H_mm_inverse * StartingAtItsLength(r.b_m.size()));
          }},
-        {"1.2a", "the signs of both segments: b_p and b_m are those of b_ as they are",
-         [=] { return VecX(-r.Reduced()); }},
-        {"1.2a",
-         "the beginning of b, the poses' part, stands where the landmarks' is meant; that starts at reserve_size",
+        {"1.2a", "1.2.signs_both_segments", [=] { return VecX(-r.Reduced()); }},
+        {"1.2a", "1.2.poses_b_for_b_m",
          [=] { return VecX(r.b_p - r.H_pm * r.H_mm_inverse * system.b.head(r.b_m.size())); }}};
     if (r.b_p.size() == r.b_m.size()) {
       mistakes.push_back(
-          {"1.2a", "b_p and b_m are exchanged", [=] { return VecX(r.b_m - r.H_pm * r.H_mm_inverse * r.b_p); }});
+          {"1.2a", "1.2.b_p_b_m_exchanged", [=] { return VecX(r.b_m - r.H_pm * r.H_mm_inverse * r.b_p); }});
     }
     return mistakes;
   }
@@ -180,7 +175,7 @@ struct Case {
       const VecX wrong = Solve(damping_mistake.H, system.b);
       mistakes.push_back({"1.2a", damping_mistake.cause, [=] { return wrong; }});
       const MatXX H_mm_inverse = Parts(damping_mistake.H, system.b, p).H_mm_inverse;
-      mistakes.push_back({"1.2c", "the poses are right; for the landmarks " + std::string(damping_mistake.cause),
+      mistakes.push_back({"1.2c", Text("1.2.right_for_poses", {{"cause", damping_mistake.cause}}),
                           Step(x_p, H_mm_inverse * (r.b_m - r.H_pm.transpose() * x_p))});
     }
     return mistakes;
@@ -191,39 +186,31 @@ struct Case {
     const VecX H_mp_x = r.H_pm.transpose() * x_p;
     const auto step = [x_p](const VecX& x_m) { return Step(x_p, x_m); };
     std::vector<Mistake> mistakes{
-        {"1.2c", "the landmarks do not hear of the poses: − H_mp Δx_p is missing before H_mm⁻¹ is applied",
-         step(r.H_mm_inverse * r.b_m)},
-        {"1.2c", "the sign: it is b_m − H_mp Δx_p, not +", step(r.H_mm_inverse * (r.b_m + H_mp_x))},
-        {"1.2c", "the sign of the whole landmark step is wrong", step(-r.H_mm_inverse * (r.b_m - H_mp_x))},
-        {"1.2c", "H_mm⁻¹ is missing: this is b_m − H_mp Δx_p", step(r.b_m - H_mp_x)},
-        {"1.2c", "H_mm stands where its inverse is meant", step(r.H_mm * (r.b_m - H_mp_x))},
-        {"1.2c", "b_m is missing: this is −H_mm⁻¹ H_mp Δx_p", step(-r.H_mm_inverse * H_mp_x)},
-        {"1.2c", "H_mm⁻¹ is applied to b_m only: the brackets around b_m − H_mp Δx_p are missing",
-         step(r.H_mm_inverse * r.b_m - H_mp_x)},
-        {"1.2c", "the landmarks do not move: delta_x_ll is zero", step(VecX::Zero(r.b_m.size()))},
-        {"1.2c", "the sign of b_m: it is b_m − H_mp Δx_p, with b_m as it is in b_",
-         step(r.H_mm_inverse * (-r.b_m - H_mp_x))},
-        {"1.2c", "b_p stands where the poses' step Δx_p is meant",
+        {"1.2c", "1.2.landmarks_not_hear_poses", step(r.H_mm_inverse * r.b_m)},
+        {"1.2c", "1.2.sign_in_landmark_step", step(r.H_mm_inverse * (r.b_m + H_mp_x))},
+        {"1.2c", "formula.sign_of_landmark_step", step(-r.H_mm_inverse * (r.b_m - H_mp_x))},
+        {"1.2c", "1.2.H_mminv_missing_in_step", step(r.b_m - H_mp_x)},
+        {"1.2c", Text("formula.inverse_meant", {{"matrix", Word("H_mm")}}), step(r.H_mm * (r.b_m - H_mp_x))},
+        {"1.2c", "1.2.b_m_missing", step(-r.H_mm_inverse * H_mp_x)},
+        {"1.2c", "1.2.H_mminv_applied_b_m_only", step(r.H_mm_inverse * r.b_m - H_mp_x)},
+        {"1.2c", "1.2.landmarks_not_move", step(VecX::Zero(r.b_m.size()))},
+        {"1.2c", "1.2.sign_b_m", step(r.H_mm_inverse * (-r.b_m - H_mp_x))},
+        {"1.2c", Text("formula.b_p_for_step", {{"step", Word("Δx_p")}}),
          step(r.H_mm_inverse * (r.b_m - r.H_pm.transpose() * r.b_p))},
-        {"1.2c", "the poses' reduced b stands where their step Δx_p is meant",
+        {"1.2c", "1.2.poses_reduced_b_for_step_dx_p",
          step(r.H_mm_inverse * (r.b_m - r.H_pm.transpose() * r.Reduced()))},
-        {"1.2c", "H_mm⁻¹ acts once more on b_m: Hmm_inv * (bmm − …), once",
-         step(r.H_mm_inverse * (r.H_mm_inverse * r.b_m - H_mp_x))},
-        {"1.2c", "the brackets: H_mm⁻¹ is applied to H_mp Δx_p only", step(r.b_m - r.H_mm_inverse * H_mp_x)},
-        {"1.2c", "H_mm⁻¹ acts twice", step(r.H_mm_inverse * (r.H_mm_inverse * (r.b_m - H_mp_x)))},
-        {"1.2c", "of H_mm only the diagonal is inverted: its blocks are larger where landmarks are points",
+        {"1.2c", "1.2.H_mminv_acts_once_more_b_m", step(r.H_mm_inverse * (r.H_mm_inverse * r.b_m - H_mp_x))},
+        {"1.2c", "1.2.H_mminv_applied_to_product_only", step(r.b_m - r.H_mm_inverse * H_mp_x)},
+        {"1.2c", "1.2.H_mminv_acts_twice_on_step", step(r.H_mm_inverse * (r.H_mm_inverse * (r.b_m - H_mp_x)))},
+        {"1.2c", "1.2.H_mm_only_diagonal_inverted",
          step(r.H_mm.diagonal().cwiseInverse().cwiseProduct(r.b_m - H_mp_x))},
-        {"1.2c", "b_m is taken at another place of b_: it starts at reserve_size",
-         step(r.H_mm_inverse * (system.b.head(r.b_m.size()) - H_mp_x))},
-        {"1.2c", "b_m is taken at another place of b_: it starts at reserve_size",
-         step(r.H_mm_inverse * (StartingAtItsLength(r.b_m.size()) - H_mp_x))}};
+        {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (system.b.head(r.b_m.size()) - H_mp_x))},
+        {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (StartingAtItsLength(r.b_m.size()) - H_mp_x))}};
     if (r.b_p.size() == r.b_m.size()) {  // here Eigen does not see it
-      mistakes.push_back({"1.2c", "H_pm stands where H_mp is meant: H_mp has the landmarks' rows",
-                          step(r.H_mm_inverse * (r.b_m - r.H_pm * x_p))});
+      mistakes.push_back({"1.2c", "1.2.H_pm_for_H_mp", step(r.H_mm_inverse * (r.b_m - r.H_pm * x_p))});
+      mistakes.push_back({"1.2c", "1.2.poses_b_p_for_landmarks_b_m", step(r.H_mm_inverse * (r.b_p - H_mp_x))});
       mistakes.push_back(
-          {"1.2c", "the poses' b_p stands where the landmarks' b_m is meant", step(r.H_mm_inverse * (r.b_p - H_mp_x))});
-      mistakes.push_back({"1.2c", "the poses' reduced b stands where the landmarks' b_m is meant",
-                          step(r.H_mm_inverse * (r.Reduced() - H_mp_x))});
+          {"1.2c", "1.2.poses_reduced_b_for_landmarks_b_m", step(r.H_mm_inverse * (r.Reduced() - H_mp_x))});
     }
     return mistakes;
   }

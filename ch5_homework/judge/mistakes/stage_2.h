@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ch5_backend/math/psd.h"
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 
 namespace ch5::homework::stage_2 {
 
@@ -42,7 +42,7 @@ inline MatXX Move(const MatXX& H, const Order& order) { return MoveColumns(MoveR
 
 inline Names VariableNames(const Order& order) {
   Names names;
-  for (const int k : order) names.push_back("variable " + std::to_string(k) + " of the given H");
+  for (const int k : order) names.push_back({"2.variable_given_H", {{"n", Word(k)}}});
   return names;
 }
 
@@ -67,7 +67,7 @@ struct Parts {
 
 /// How rows may move, by Eigen's rows; columns do it transposed.
 struct Mover {
-  std::string cause;  ///< "" if it is right
+  Text cause;  ///< empty if it is right
   std::function<MatXX(const MatXX& A)> move;
 };
 
@@ -80,8 +80,8 @@ inline Order WithItsNeighbour(int n, int idx, int dim) {
   return order;
 }
 
-/// `rows` is "rows", "columns" or "entries of b", for the words.
-inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const std::string& rows) {
+/// `rows` is what moves: "2.rows", "2.columns" or "2.entries_b".
+inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Text& rows) {
   const int n = static_cast<int>(order.size()), tail = n - idx - dim;
   Order front = order, backwards = order;  // the marginalised variable first; or its rows in the other order
   std::rotate(front.begin(), front.end() - dim, front.end());
@@ -95,36 +95,31 @@ inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const std
       return moved;
     };
   };
-  return {{"", [=](const MatXX& A) { return MoveRows(A, order); }},
-          {"the " + rows + " have not moved", [](const MatXX& A) { return A; }},
-          {"the variable has moved to the front; it belongs behind all others",
-           [=](const MatXX& A) { return MoveRows(A, front); }},
-          {"the variable has only changed places with its neighbour: what stands behind it is tail_size long",
-           [=](const MatXX& A) { return MoveRows(A, neighbour); }},
-          {"the variable's " + rows + " land at idx + dim instead of idx + tail_size: right for N = 3 only",
-           partly(true, idx + dim)},
-          {"the variable's " + rows + " are lost: they are not written to the end", partly(true, -1)},
-          {"the variable's " + rows + " are read when others stand there already: take the copies",
+  return {{{}, [=](const MatXX& A) { return MoveRows(A, order); }},
+          {{"2.not_moved", {{"rows", rows}}}, [](const MatXX& A) { return A; }},
+          {"2.variable_moved_front", [=](const MatXX& A) { return MoveRows(A, front); }},
+          {"2.swapped_with_neighbour", [=](const MatXX& A) { return MoveRows(A, neighbour); }},
+          {{"2.lands_at_idx_plus_dim", {{"rows", rows}}}, partly(true, idx + dim)},
+          {{"2.variable_lost", {{"rows", rows}}}, partly(true, -1)},
+          {{"2.read_after_overwriting", {{"rows", rows}}},
            [=](const MatXX& A) {
              MatXX moved = A;
              moved.middleRows(idx, tail) = A.bottomRows(tail);
              moved.bottomRows(dim) = moved.middleRows(idx, dim).eval();
              return moved;
            }},
-          {"the " + rows + " behind the variable have not moved up to idx", partly(false, n - dim)},
-          {"the variable's " + rows + " stand at the end in reverse order",
-           [=](const MatXX& A) { return MoveRows(A, backwards); }},
-          {"the variable's " + rows + " are written over the first ones", partly(true, 0)}};
+          {{"2.others_not_moved_up", {{"rows", rows}}}, partly(false, n - dim)},
+          {{"2.reverse_order", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, backwards); }},
+          {{"2.written_over_first", {{"rows", rows}}}, partly(true, 0)}};
 }
 
 inline std::vector<Mistake> MoveMistakes(const MatXX& H, const Order& order, int idx, int dim) {
-  std::vector<Mistake> mistakes{
-      {"2a", "nothing has moved: neither the rows nor the columns", [=] { return H; }},
-      {"2a", "the columns have moved, the rows have not", [=] { return MoveColumns(H, order); }},
-      {"2b", "the rows have moved, the columns have not", [=] { return MoveRows(H, order); }}};
-  for (const Mover& rows : Movers(order, idx, dim, "rows")) {
-    for (const Mover& columns : Movers(order, idx, dim, "columns")) {
-      const std::string cause = rows.cause.empty() ? columns.cause : rows.cause;
+  std::vector<Mistake> mistakes{{"2a", "2.nothing_moved", [=] { return H; }},
+                                {"2a", "2.columns_moved", [=] { return MoveColumns(H, order); }},
+                                {"2b", "2.rows_moved", [=] { return MoveRows(H, order); }}};
+  for (const Mover& rows : Movers(order, idx, dim, "2.rows")) {
+    for (const Mover& columns : Movers(order, idx, dim, "2.columns")) {
+      const Text cause = rows.cause.empty() ? columns.cause : rows.cause;
       if (cause.empty()) continue;
       mistakes.push_back({rows.cause.empty() ? "2b" : "2a", cause,
                           [=] { return MatXX(columns.move(rows.move(H).transpose()).transpose()); }});
@@ -134,8 +129,8 @@ inline std::vector<Mistake> MoveMistakes(const MatXX& H, const Order& order, int
 }
 
 inline std::vector<Mistake> MoveMistakesInB(const VecX& b, const Order& order, int idx, int dim) {
-  std::vector<Mistake> mistakes{{"2a", "b has not moved with the rows of H", [=] { return b; }}};
-  for (const Mover& entries : Movers(order, idx, dim, "entries of b")) {
+  std::vector<Mistake> mistakes{{"2a", "2.b_not_moved", [=] { return b; }}};
+  for (const Mover& entries : Movers(order, idx, dim, "2.entries_b")) {
     if (!entries.cause.empty()) mistakes.push_back({"2a", entries.cause, [=] { return entries.move(b); }});
   }
   return mistakes;
@@ -144,20 +139,20 @@ inline std::vector<Mistake> MoveMistakesInB(const VecX& b, const Order& order, i
 // The three blocks, each read at its place or at another one.
 inline std::vector<Mistake> CornerMistakes(const Parts& r, int idx) {
   struct Block {
-    std::string cause;  // "" if it is right
+    Text cause;  // empty if it is right
     MatXX A;
   };
   const auto n = r.A_rr.rows(), m = r.A_mm.rows();
   const MatXX& H = r.H;
-  const std::string rm = "Arm is read at the wrong column: after the move it stands at the top right, column n2";
-  const std::string mr = "Amr is read at the wrong row: after the move it stands at the bottom left, row n2";
-  const std::string rr = "Arr is read at the wrong place: after the move it is the top left corner, from (0, 0) on";
+  const Text rm = "2.Arm_read_wrong_column";
+  const Text mr = "2.Amr_read_wrong_row";
+  const Text rr = "2.Arr_read_wrong_place";
   const auto at = std::min<Eigen::Index>(idx, n);
   std::vector<Mistake> mistakes;
-  for (const Block& A_rr : {Block{"", r.A_rr}, {rr, H.bottomRightCorner(n, n)}, {rr, H.topRightCorner(n, n)}}) {
-    for (const Block& A_rm : {Block{"", r.A_rm}, {rm, H.topLeftCorner(n, m)}, {rm, H.block(0, at, n, m)}}) {
-      for (const Block& A_mr : {Block{"", r.A_mr}, {mr, H.topLeftCorner(m, n)}, {mr, H.block(at, 0, m, n)}}) {
-        const std::string cause = !A_rr.cause.empty() ? A_rr.cause : (!A_rm.cause.empty() ? A_rm.cause : A_mr.cause);
+  for (const Block& A_rr : {Block{{}, r.A_rr}, {rr, H.bottomRightCorner(n, n)}, {rr, H.topRightCorner(n, n)}}) {
+    for (const Block& A_rm : {Block{{}, r.A_rm}, {rm, H.topLeftCorner(n, m)}, {rm, H.block(0, at, n, m)}}) {
+      for (const Block& A_mr : {Block{{}, r.A_mr}, {mr, H.topLeftCorner(m, n)}, {mr, H.block(at, 0, m, n)}}) {
+        const Text cause = !A_rr.cause.empty() ? A_rr.cause : (!A_rm.cause.empty() ? A_rm.cause : A_mr.cause);
         if (cause.empty()) continue;
         mistakes.push_back({"2c", cause, [=] { return MatXX(A_rr.A - A_rm.A * r.A_mm_inverse * A_mr.A); }});
       }
@@ -169,47 +164,37 @@ inline std::vector<Mistake> CornerMistakes(const Parts& r, int idx) {
 /// Corners of one size, which Eigen lets exchange.
 inline std::vector<Mistake> ExchangeMistakes(const Parts& r) {
   if (r.A_rm.rows() != r.A_rm.cols()) return {};
-  return {{"2c", "A_rm and A_mr are exchanged: A_rm is at the top right, rows of what remains",
-           [=] { return MatXX(r.A_rr - r.A_mr * r.A_mm_inverse * r.A_rm); }},
-          {"2c", "A_mr holds A_rm: it is at the bottom left, rows of what goes",
-           [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm_inverse * r.A_rm); }},
-          {"2c", "A_rm holds A_mr: it is at the top right, rows of what remains",
-           [=] { return MatXX(r.A_rr - r.A_mr * r.A_mm_inverse * r.A_mr); }},
-          {"2c", "A_rr is the corner of what goes, at the bottom right; it is at the top left",
-           [=] { return MatXX(r.A_mm - r.A_rm * r.A_mm_inverse * r.A_mr); }}};
+  return {{"2c", "2.A_rm_A_mr_exchanged", [=] { return MatXX(r.A_rr - r.A_mr * r.A_mm_inverse * r.A_rm); }},
+          {"2c", "2.A_mr_holds_A_rm", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm_inverse * r.A_rm); }},
+          {"2c", "2.A_rm_holds_A_mr", [=] { return MatXX(r.A_rr - r.A_mr * r.A_mm_inverse * r.A_mr); }},
+          {"2c", "2.A_rr_corner_goes", [=] { return MatXX(r.A_mm - r.A_rm * r.A_mm_inverse * r.A_mr); }}};
 }
 
 inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx) {
   std::vector<Mistake> mistakes{
-      {"2d", "the sign: A_rm A_mm⁻¹ A_mr is added. What is marginalised takes information along, it brings none",
-       [=] { return MatXX(r.A_rr + r.A_rm * r.A_mm_inverse * r.A_mr); }},
-      {"2d",
-       "A_rr alone: that fixes the variable at its value (conditioning); marginalising subtracts A_rm A_mm⁻¹ A_mr",
-       [=] { return r.A_rr; }},
-      {"2d", "the covariance of what remains stands here; H_prior is its inverse",
+      {"2d", "2.sign_added", [=] { return MatXX(r.A_rr + r.A_rm * r.A_mm_inverse * r.A_mr); }},
+      {"2d", "2.A_rr_alone", [=] { return r.A_rr; }},
+      {"2d", "2.covariance_for_information",
        [=] { return MatXX(PseudoInversePsd(r.H).topLeftCorner(r.A_rr.rows(), r.A_rr.cols())); }},
-      {"2d", "A_mm⁻¹ is missing: tempB already holds A_rm A_mm⁻¹", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr); }},
-      {"2d", "A_mm stands where its inverse is meant", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm * r.A_mr); }},
-      {"2d", "the order of the difference: A_rr comes first",
-       [=] { return MatXX(r.A_rm * r.A_mm_inverse * r.A_mr - r.A_rr); }},
-      {"2d", "only the product A_rm A_mm⁻¹ A_mr: it is to be subtracted from A_rr",
-       [=] { return MatXX(r.A_rm * r.A_mm_inverse * r.A_mr); }}};
-  mistakes.push_back({"2d", "A_mm⁻¹ is a matrix: dividing by one number is right only for a variable of one row",
-                      [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr / r.A_mm(0, 0)); }});
-  mistakes.push_back({"2d", "A_mm⁻¹ is a matrix: dividing by one number is right only for a variable of one row",
-                      [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr / r.A_mm.determinant()); }});
-  mistakes.push_back({"2d", "A_mm⁻¹ is the inverse of the matrix, not of each entry or of the diagonal",
-                      [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm.cwiseInverse() * r.A_mr); }});
-  mistakes.push_back({"2d", "A_mm⁻¹ is the inverse of the matrix, not of each entry or of the diagonal",
+      {"2d", "2.A_mminv_missing", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr); }},
+      {"2d", Text("formula.inverse_meant", {{"matrix", Word("A_mm")}}),
+       [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm * r.A_mr); }},
+      {"2d", "2.order_difference", [=] { return MatXX(r.A_rm * r.A_mm_inverse * r.A_mr - r.A_rr); }},
+      {"2d", "2.product_alone", [=] { return MatXX(r.A_rm * r.A_mm_inverse * r.A_mr); }}};
+  mistakes.push_back({"2d", "2.divided_by_a_number", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr / r.A_mm(0, 0)); }});
+  mistakes.push_back(
+      {"2d", "2.divided_by_a_number", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr / r.A_mm.determinant()); }});
+  mistakes.push_back(
+      {"2d", "2.inverse_by_entries", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm.cwiseInverse() * r.A_mr); }});
+  mistakes.push_back({"2d", "2.inverse_by_entries",
                       [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm.diagonal().cwiseInverse().asDiagonal() * r.A_mr); }});
-  mistakes.push_back({"2d", "A_mm⁻¹ acts twice: tempB already holds A_rm A_mm⁻¹",
+  mistakes.push_back({"2d", "2.A_mminv_acts_twice",
                       [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm_inverse * r.A_mm_inverse * r.A_mr); }});
   for (const Mistake& mistake : ExchangeMistakes(r)) mistakes.push_back(mistake);
-  mistakes.push_back(
-      {"2d", "the inverse is that of the wrong corner: after the move A_mm is the bottom right one", [=] {
-         const auto m = r.A_mm.rows();
-         return MatXX(r.A_rr - r.A_rm * PseudoInversePsd(r.H.topLeftCorner(m, m)) * r.A_mr);
-       }});
+  mistakes.push_back({"2d", "2.inverse_wrong_corner", [=] {
+                        const auto m = r.A_mm.rows();
+                        return MatXX(r.A_rr - r.A_rm * PseudoInversePsd(r.H.topLeftCorner(m, m)) * r.A_mr);
+                      }});
   for (const Mistake& mistake : CornerMistakes(r, idx)) mistakes.push_back(mistake);
   return mistakes;
 }
@@ -222,31 +207,26 @@ inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_
     return parts;
   }());
   return {
-      {"2d", "b is not reduced: A_rm A_mm⁻¹ b_m is not subtracted", [=] { return r.b_r; }},
-      {"2d", "the sign: A_rm A_mm⁻¹ b_m is added, not subtracted",
+      {"2d", "2.b_not_reduced", [=] { return r.b_r; }},
+      {"2d", Text("formula.sign_added", {{"term", Word("A_rm A_mm⁻¹ b_m")}}),
        [=] { return VecX(r.b_r + r.A_rm * r.A_mm_inverse * r.b_m); }},
-      {"2d", "A_mm⁻¹ is missing in A_rm A_mm⁻¹ b_m", [=] { return VecX(r.b_r - r.A_rm * r.b_m); }},
-      {"2d", "b_m is taken from the front of b_marg; after the move it stands at its end",
+      {"2d", "2.A_mminv_missing_in_b", [=] { return VecX(r.b_r - r.A_rm * r.b_m); }},
+      {"2d", "2.b_m_taken_front_b_marg",
        [=] { return VecX(r.b_r - r.A_rm * r.A_mm_inverse * r.b_r.head(r.b_m.size())); }},
-      {"2d", "b_m is taken at idx, where it was before the move; now it stands at the end",
-       [=] { return VecX(r.b_r - r.A_rm * r.A_mm_inverse * r.b.segment(idx, r.b_m.size())); }},
-      {"2d", "A_mm⁻¹ is a matrix: dividing by one number is right only for a variable of one row",
-       [=] { return VecX(r.b_r - r.A_rm * r.b_m / r.A_mm(0, 0)); }},
-      {"2d", "A_mm⁻¹ acts twice: tempB already holds A_rm A_mm⁻¹",
-       [=] { return VecX(r.b_r - r.A_rm * r.A_mm_inverse * r.A_mm_inverse * r.b_m); }},
-      {"2d", "b_r is missing: this is −A_rm A_mm⁻¹ b_m alone", [=] { return VecX(-r.A_rm * r.A_mm_inverse * r.b_m); }},
-      {"2d", "b_r is missing: this is A_rm A_mm⁻¹ b_m alone", [=] { return VecX(r.A_rm * r.A_mm_inverse * r.b_m); }},
-      {"2d", "b_r is read at the wrong place: after the move it is the head of b_marg",
-       [=] { return VecX(r.b.tail(r.b_r.size()) - r.A_rm * r.A_mm_inverse * r.b_m); }},
-      {"2d", "b_r and b_m are exchanged: b_r is the head of b_marg, b_m its tail",
+      {"2d", "2.b_m_taken_idx", [=] { return VecX(r.b_r - r.A_rm * r.A_mm_inverse * r.b.segment(idx, r.b_m.size())); }},
+      {"2d", "2.divided_by_a_number", [=] { return VecX(r.b_r - r.A_rm * r.b_m / r.A_mm(0, 0)); }},
+      {"2d", "2.A_mminv_acts_twice", [=] { return VecX(r.b_r - r.A_rm * r.A_mm_inverse * r.A_mm_inverse * r.b_m); }},
+      {"2d", "2.b_r_missing_minus", [=] { return VecX(-r.A_rm * r.A_mm_inverse * r.b_m); }},
+      {"2d", "2.b_r_missing_plus", [=] { return VecX(r.A_rm * r.A_mm_inverse * r.b_m); }},
+      {"2d", "2.b_r_read_wrong_place", [=] { return VecX(r.b.tail(r.b_r.size()) - r.A_rm * r.A_mm_inverse * r.b_m); }},
+      {"2d", "2.b_r_b_m_exchanged",
        [=] { return VecX(r.b.tail(r.b_r.size()) - r.A_rm * r.A_mm_inverse * r.b.head(r.b_m.size())); }},
-      {"2d", "the solution x of H_prior x = b_prior stands here; b_prior itself is meant",
+      {"2d", "2.b_prior_solved",
        [=] {
          const MatXX H_prior = r.A_rr - r.A_rm * r.A_mm_inverse * r.A_mr;
          return VecX(PseudoInversePsd(H_prior) * (r.b_r - r.A_rm * r.A_mm_inverse * r.b_m));
        }},
-      {"2a", "b_prior is made from the b before the move",
-       [=] { return VecX(unmoved.b_r - r.A_rm * r.A_mm_inverse * unmoved.b_m); }}};
+      {"2a", "2.b_before_move", [=] { return VecX(unmoved.b_r - r.A_rm * r.A_mm_inverse * unmoved.b_m); }}};
 }
 
 }  // namespace ch5::homework::stage_2

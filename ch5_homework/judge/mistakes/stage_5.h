@@ -6,7 +6,7 @@
 
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/math/psd.h"
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/scenes.h"
 
 namespace ch5::homework::stage_5 {
@@ -27,48 +27,46 @@ struct SchurCase {
   MatXX Subtracted() const { return W * V_inverse * W.transpose(); }
   std::vector<Mistake> Mistakes() const {
     const MatXX S = PseudoInverseSquareRoot(V);
-    return {{"5.2", "U was not changed", [this] { return U; }},
-            {"5.2", "the sign: M Mᵀ is added, not subtracted", [this] { return MatXX(U + Subtracted()); }},
-            {"5.2", "U is overwritten with −M Mᵀ: it is `*U -= …`", [this] { return MatXX(-Subtracted()); }},
-            {"5.2", "U is overwritten with M Mᵀ: it is `*U -= …`", [this] { return Subtracted(); }},
-            {"5.2", "V⁺ is missing: this is U − W Wᵀ", [this] { return MatXX(U - W * W.transpose()); }},
-            {"5.2", "V stands where its inverse is meant", [this] { return MatXX(U - W * V * W.transpose()); }},
-            {"5.2", "V_inv_sqrt is not symmetric: M = W V_inv_sqrt, without a transpose",
-             [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * S * W.transpose()) : U; }},
-            {"5.2", "V⁺ is squared: M holds V⁺, but its root V_inv_sqrt is meant",
-             [this] { return MatXX(U - W * V_inverse * V_inverse * W.transpose()); }},
-            {"5.2", "only one root of V⁺: M Mᵀ has two of them, one in each M",
-             [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S * W.transpose()) : U; }},
-            {"5.2", "only one root of V⁺: M Mᵀ has two of them, one in each M",
-             [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * W.transpose()) : U; }},
-            {"5.2", "U is changed twice: M Mᵀ is subtracted once", [this] { return MatXX(U - 2.0 * Subtracted()); }},
-            {"5.2", "only one triangle of U is changed, its mirror image holds what was there before",
-             [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Upper>())); }},
-            {"5.2", "only one triangle of U is changed, its mirror image holds what was there before",
-             [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Lower>())); }},
-            {"5.2", "half of M Mᵀ is subtracted", [this] { return MatXX(U - 0.5 * Subtracted()); }}};
+    return {
+        {"5.2", "5.U_not_changed", [this] { return U; }},
+        {"5.2", Text("formula.sign_added", {{"term", Word("M Mᵀ")}}), [this] { return MatXX(U + Subtracted()); }},
+        {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("−M Mᵀ")}}),
+         [this] { return MatXX(-Subtracted()); }},
+        {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("M Mᵀ")}}),
+         [this] { return Subtracted(); }},
+        {"5.2", Text("formula.missing_leaves", {{"this", Word("V⁺")}, {"that", Word("U − W Wᵀ")}}),
+         [this] { return MatXX(U - W * W.transpose()); }},
+        {"5.2", Text("formula.inverse_meant", {{"matrix", Word("V")}}),
+         [this] { return MatXX(U - W * V * W.transpose()); }},
+        {"5.2", "5.V_inv_sqrt_not_symmetric",
+         [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * S * W.transpose()) : U; }},
+        {"5.2", "5.pinv_squared", [this] { return MatXX(U - W * V_inverse * V_inverse * W.transpose()); }},
+        {"5.2", "5.only_one_root", [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S * W.transpose()) : U; }},
+        {"5.2", "5.only_one_root",
+         [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * W.transpose()) : U; }},
+        {"5.2", "5.U_changed_twice", [this] { return MatXX(U - 2.0 * Subtracted()); }},
+        {"5.2", "5.only_one_triangle_U_changed",
+         [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Upper>())); }},
+        {"5.2", "5.only_one_triangle_U_changed",
+         [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Lower>())); }},
+        {"5.2", "5.half_M_MT_subtracted", [this] { return MatXX(U - 0.5 * Subtracted()); }}};
   }
   std::vector<Mistake> MistakesInB() const {
     const MatXX S = PseudoInverseSquareRoot(V);
     const auto minus = [this](const VecX& b) { return [=] { return MatXX(b_a - b); }; };
     std::vector<Mistake> mistakes{
-        {"5.2", "b_a was not changed", minus(VecX::Zero(b_a.size()))},
-        {"5.2", "the sign: M V_inv_sqrtᵀ b_b is added, not subtracted", minus(-W * (V_inverse * b_b))},
-        {"5.2", "b_a is overwritten: it is `*b_a -= …`", [this] { return MatXX(-W * (V_inverse * b_b)); }},
-        {"5.2", "V⁺ is missing: this is b_a − W b_b", minus(W * b_b)},
-        {"5.2", "V stands where its inverse is meant", minus(W * (V * b_b))},
-        {"5.2", "V⁺ is squared: M holds one root of it, V_inv_sqrtᵀ the other",
-         minus(W * (V_inverse * (V_inverse * b_b)))},
-        {"5.2", "b_a is changed twice: it is subtracted once", minus(2.0 * W * (V_inverse * b_b))},
-        {"5.2", "b_a is overwritten: it is `*b_a -= …`", [this] { return MatXX(W * (V_inverse * b_b)); }}};
+        {"5.2", "5.b_a_not_changed", minus(VecX::Zero(b_a.size()))},
+        {"5.2", Text("formula.sign_added", {{"term", Word("M V_inv_sqrtᵀ b_b")}}), minus(-W * (V_inverse * b_b))},
+        {"5.2", "5.b_a_overwritten", [this] { return MatXX(-W * (V_inverse * b_b)); }},
+        {"5.2", Text("formula.missing_leaves", {{"this", Word("V⁺")}, {"that", Word("b_a − W b_b")}}), minus(W * b_b)},
+        {"5.2", Text("formula.inverse_meant", {{"matrix", Word("V")}}), minus(W * (V * b_b))},
+        {"5.2", "5.pinv_squared_in_b", minus(W * (V_inverse * (V_inverse * b_b)))},
+        {"5.2", "5.b_a_changed_twice", minus(2.0 * W * (V_inverse * b_b))},
+        {"5.2", "5.b_a_overwritten", [this] { return MatXX(W * (V_inverse * b_b)); }}};
     if (S.rows() == S.cols()) {
-      mistakes.push_back(
-          {"5.2", "V_inv_sqrt acts once only, V_inv_sqrtᵀ b_b is meant: this is b_a − M b_b", minus(W * (S * b_b))});
-      mistakes.push_back({"5.2",
-                          "V_inv_sqrt acts once only, M = W V_inv_sqrt is missing: this is b_a − W V_inv_sqrtᵀ b_b",
-                          minus(W * (S.transpose() * b_b))});
-      mistakes.push_back(
-          {"5.2", "the transpose is missing: M V_inv_sqrtᵀ b_b, not M V_inv_sqrt b_b", minus(W * (S * (S * b_b)))});
+      mistakes.push_back({"5.2", "5.root_acts_once", minus(W * (S * b_b))});
+      mistakes.push_back({"5.2", "5.M_missing", minus(W * (S.transpose() * b_b))});
+      mistakes.push_back({"5.2", "5.transpose_of_root_missing", minus(W * (S * (S * b_b)))});
     }
     return mistakes;
   }
@@ -91,7 +89,7 @@ struct Factored {
   }
 
   struct Factor {
-    std::string cause;  // "" if it is right
+    Text cause;  // empty if it is right
     MatXX A;
   };
   MatXX I() const { return MatXX::Identity(H.rows(), H.cols()); }
@@ -102,22 +100,26 @@ struct Factored {
     MatXX S_first = S_sqrt;  // as many of the first eigenvalues as are not zero
     S_first.diagonal().tail((S_sqrt.diagonal().array() == 0.0).count()).setZero();
     std::vector<Mistake> mistakes{
-        {"5.3", "the transpose is missing: J = (P U S^½)ᵀ", gram(P * U * S_sqrt)},
-        {"5.3", "U stands where Uᵀ is meant: J = S^½ Uᵀ P", gram(S_sqrt * U * P)},
-        {"5.3", "P and S^½ have exchanged their places: J = (P U S^½)ᵀ", gram(P * U.transpose() * S_sqrt)},
-        {"5.3", "J is H itself, not its root", gram(H)},
-        {"5.3", "P acts on the rows of J, it belongs to the columns: J = S^½ Uᵀ P", gram(P * S_sqrt * U.transpose())},
-        {"5.3", "the eigenvalues ascend: those that are not zero stand last", gram(S_first * U.transpose() * P)}};
-    for (const Factor& first : {Factor{"", P},
-                                {"P is missing: J = (P U S^½)ᵀ", I()},
-                                {"P⁻¹ stands where P is meant", P_inverse},
-                                {"P stands twice in J", MatXX(P * P)}}) {
-      for (const Factor& last : {Factor{"", S_sqrt},
-                                 {"S stands where its root is meant", S},
-                                 {"the root is drawn twice: S_sqrt is S^½ already", S_sqrt.cwiseSqrt()},
-                                 {"S^½ is missing: J = (P U S^½)ᵀ", I()},
-                                 {"S^-½ stands where S^½ is meant", S_pinv_sqrt}}) {
-        const std::string cause = first.cause.empty() ? last.cause : first.cause;
+        {"5.3", "5.transpose_of_J_missing", gram(P * U * S_sqrt)},
+        {"5.3",
+         Text("formula.stands_for_in", {{"this", Word("U")}, {"that", Word("Uᵀ")}, {"formula", Word("J = S^½ Uᵀ P")}}),
+         gram(S_sqrt * U * P)},
+        {"5.3", "5.P_S_sqrt_exchanged_places", gram(P * U.transpose() * S_sqrt)},
+        {"5.3", "5.J_H_itself", gram(H)},
+        {"5.3", "5.P_on_the_rows", gram(P * S_sqrt * U.transpose())},
+        {"5.3", "5.eigenvalues_ascend", gram(S_first * U.transpose() * P)}};
+    for (const Factor& first :
+         {Factor{{}, P},
+          {Text("formula.missing_from", {{"this", Word("P")}, {"formula", Word("J = (P U S^½)ᵀ")}}), I()},
+          {Text("formula.stands_for", {{"this", Word("P⁻¹")}, {"that", Word("P")}}), P_inverse},
+          {"5.P_stands_twice_J", MatXX(P * P)}}) {
+      for (const Factor& last :
+           {Factor{{}, S_sqrt},
+            {Text("formula.root_meant", {{"this", Word("S")}}), S},
+            {"5.root_drawn_twice", S_sqrt.cwiseSqrt()},
+            {Text("formula.missing_from", {{"this", Word("S^½")}, {"formula", Word("J = (P U S^½)ᵀ")}}), I()},
+            {Text("formula.stands_for", {{"this", Word("S^-½")}, {"that", Word("S^½")}}), S_pinv_sqrt}}) {
+        const Text cause = first.cause.empty() ? last.cause : first.cause;
         if (!cause.empty()) mistakes.push_back({"5.3", cause, gram((first.A * U * last.A).transpose())});
       }
     }
@@ -128,21 +130,25 @@ struct Factored {
     const MatXX Jt = P * U * S_sqrt;
     const auto e0 = [=](const MatXX& e) { return [Jt, e] { return MatXX(Jt * e); }; };
     std::vector<Mistake> mistakes{
-        {"5.3", "e₀ is zero: it was not set", e0(VecX::Zero(b0.size()))},
-        {"5.3", "e₀ is b₀ itself: (Jᵀ)⁺ is missing", e0(b0)},
-        {"5.3", "e₀ is −b₀: (Jᵀ)⁺ is missing", e0(-b0)},
-        {"5.3", "J stands where (Jᵀ)⁺ is meant", e0(-Jt.transpose() * b0)},
-        {"5.3", "U stands where Uᵀ is meant", e0(-S_pinv_sqrt * U * P_inverse * b0)},
-        {"5.3", "(Jᵀ)⁺ is transposed: it is S^-½ Uᵀ P⁻¹", e0(-P_inverse * U * S_pinv_sqrt * b0)}};
-    for (const Factor& first : {Factor{"", S_pinv_sqrt},
-                                {"S^½ stands where S^-½ is meant", S_sqrt},
-                                {"S^-½ is missing in (Jᵀ)⁺ = S^-½ Uᵀ P⁻¹", I()},
-                                {"S⁻¹ stands where S^-½ is meant", MatXX(S_pinv_sqrt * S_pinv_sqrt)}}) {
-      for (const Factor& last : {Factor{"", P_inverse},
-                                 {"P stands where P⁻¹ is meant", P},
-                                 {"P⁻¹ is missing in (Jᵀ)⁺ = S^-½ Uᵀ P⁻¹", I()}}) {
-        for (const Factor& sign : {Factor{"", -I()}, {"the sign: e₀ = −(Jᵀ)⁺ b₀", I()}}) {
-          const std::string cause = first.cause.empty() ? (last.cause.empty() ? sign.cause : last.cause) : first.cause;
+        {"5.3", "5.e0_zero", e0(VecX::Zero(b0.size()))},
+        {"5.3", "5.e0_is_b0", e0(b0)},
+        {"5.3", "5.e0_is_minus_b0", e0(-b0)},
+        {"5.3", Text("formula.stands_for", {{"this", Word("J")}, {"that", Word("(Jᵀ)⁺")}}), e0(-Jt.transpose() * b0)},
+        {"5.3", Text("formula.stands_for", {{"this", Word("U")}, {"that", Word("Uᵀ")}}),
+         e0(-S_pinv_sqrt * U * P_inverse * b0)},
+        {"5.3", "5.JT_pinv_transposed", e0(-P_inverse * U * S_pinv_sqrt * b0)}};
+    for (const Factor& first :
+         {Factor{{}, S_pinv_sqrt},
+          {Text("formula.stands_for", {{"this", Word("S^½")}, {"that", Word("S^-½")}}), S_sqrt},
+          {Text("formula.missing_in", {{"this", Word("S^-½")}, {"product", Word("(Jᵀ)⁺ = S^-½ Uᵀ P⁻¹")}}), I()},
+          {Text("formula.stands_for", {{"this", Word("S⁻¹")}, {"that", Word("S^-½")}}),
+           MatXX(S_pinv_sqrt * S_pinv_sqrt)}}) {
+      for (const Factor& last :
+           {Factor{{}, P_inverse},
+            {Text("formula.stands_for", {{"this", Word("P")}, {"that", Word("P⁻¹")}}), P},
+            {Text("formula.missing_in", {{"this", Word("P⁻¹")}, {"product", Word("(Jᵀ)⁺ = S^-½ Uᵀ P⁻¹")}}), I()}}) {
+        for (const Factor& sign : {Factor{{}, -I()}, {"5.sign_of_e0", I()}}) {
+          const Text cause = first.cause.empty() ? (last.cause.empty() ? sign.cause : last.cause) : first.cause;
           if (!cause.empty()) mistakes.push_back({"5.3", cause, e0(first.A * U.transpose() * last.A * sign.A * b0)});
         }
       }

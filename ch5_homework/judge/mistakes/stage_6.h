@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ch5_backend/marginalize/square_root.h"
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/stage_6_scene.h"
 
 namespace ch5::homework::stage_6 {
@@ -14,7 +14,7 @@ namespace ch5::homework::stage_6 {
 // ---- 6c ConstructA --------------------------------------------------------------------------------------------------
 
 struct WayMistake {
-  std::string cause;
+  Text cause;
   FactorScene::Way way;
 };
 
@@ -35,34 +35,30 @@ inline std::vector<WayMistake> WrongWaysToA() {
     });
   };
   const auto weight = [](auto of) { return Changed([=](Way* way) { way->weight_A = of; }); };
-  return {
-      {"nothing is written to A_", times(0, 0, 0)},
-      {"the loss is forgotten: W_rho, not edge.Information()",
-       weight([](const Edge& edge, double, const MatXX&) { return MatXX(edge.Information()); })},
-      {"ρ'W stands where W_ρ is meant: W_rho holds the second derivative too",
-       weight([](const Edge& edge, double drho, const MatXX&) { return MatXX(drho * edge.Information()); })},
-      {"the loss acts twice: W_rho has ρ' in it already",
-       weight([](const Edge&, double drho, const MatXX& W_rho) { return MatXX(drho * W_rho); })},
-      {"W is missing: JᵀW_ρJ, not JᵀJ", weight([](const Edge&, double, const MatXX& W_rho) {
-         return MatXX(MatXX::Identity(W_rho.rows(), W_rho.cols()));
-       })},
-      {"= stands where += is meant: only the last residual's share is left",
-       Changed([](Way* way) { way->last_only = true; })},
-      {"the mirrored block is missing", times(1, 1, 0)},
-      {"the block (i, j) is missing, only its mirror is there", times(1, 0, 1)},
-      {"only the diagonal blocks arrive: each pair i < j has a block too", times(1, 0, 0)},
-      {"the mirrored block is not transposed", Changed([](Way* way) { way->transpose = false; })},
-      {"the places are exchanged: the block goes to rows idx_i and columns idx_j, its transpose to the mirror place",
-       Changed([](Way* way) { way->exchanged = true; })},
-      {"the diagonal blocks are doubled: the mirror is for j ≠ i only", times(2, 1, 1)},
-      {"the blocks of two different vertices are added twice: j begins at i, not at 0", times(1, 2, 2)},
-      {"the diagonal blocks are missing: j begins at i, not behind it", times(0, 1, 1)},
-      {"what stands behind a fixed vertex is missing: continue, not break",
-       Changed([](Way* way) { way->stops_at_fixed = true; })},
-      {"the mirrored block is subtracted", times(1, 1, -1)},
-      {"the mirrored block is added twice", times(1, 1, 2)},
-      {"the block (i, j) is added twice, its mirror once", times(1, 2, 1)},
-      {"the sign: A = +Σ JᵀW_ρJ", times(-1, -1, -1)}};
+  return {{Text("formula.nothing_written", {{"matrix", Word("A_")}}), times(0, 0, 0)},
+          {"6.loss_forgotten_in_A",
+           weight([](const Edge& edge, double, const MatXX&) { return MatXX(edge.Information()); })},
+          {"6.first_order_loss",
+           weight([](const Edge& edge, double drho, const MatXX&) { return MatXX(drho * edge.Information()); })},
+          {"6.loss_acts_twice_in_A",
+           weight([](const Edge&, double drho, const MatXX& W_rho) { return MatXX(drho * W_rho); })},
+          {"6.W_missing_in_A", weight([](const Edge&, double, const MatXX& W_rho) {
+             return MatXX(MatXX::Identity(W_rho.rows(), W_rho.cols()));
+           })},
+          {"6.last_residual_left", Changed([](Way* way) { way->last_only = true; })},
+          {"6.mirrored_block_missing", times(1, 1, 0)},
+          {"6.block_i_j_missing_only", times(1, 0, 1)},
+          {"6.only_diagonal_blocks_arrive", times(1, 0, 0)},
+          {"6.mirrored_block_not_transposed", Changed([](Way* way) { way->transpose = false; })},
+          {"6.places_exchanged", Changed([](Way* way) { way->exchanged = true; })},
+          {"6.diagonal_blocks_doubled", times(2, 1, 1)},
+          {"6.off_diagonal_added_twice", times(1, 2, 2)},
+          {"6.diagonal_blocks_missing", times(0, 1, 1)},
+          {"6.break_at_fixed_vertex", Changed([](Way* way) { way->stops_at_fixed = true; })},
+          {"formula.mirror_subtracted", times(1, 1, -1)},
+          {"formula.mirror_added_twice", times(1, 1, 2)},
+          {"6.block_i_j_added_twice", times(1, 2, 1)},
+          {"6.sign_of_A", times(-1, -1, -1)}};
 }
 
 inline std::vector<Mistake> MistakesInA(const FactorScene& scene) {
@@ -74,35 +70,33 @@ inline std::vector<Mistake> MistakesInA(const FactorScene& scene) {
 }
 
 struct WeightMistake {
-  std::string cause;  // "" if it is right
+  Text cause;  // empty if it is right
   decltype(FactorScene::Way::weight_b) of;
 };
 
 inline std::vector<WeightMistake> WeightsInB() {
-  return {
-      {"", nullptr},
-      {"the loss is forgotten: ρ' is missing",
-       [](const Edge& edge, double, const MatXX&) { return MatXX(edge.Information()); }},
-      {"the loss acts twice",
-       [](const Edge& edge, double drho, const MatXX&) { return MatXX(drho * drho * edge.Information()); }},
-      {"W_ρ is for A; b takes ρ'W", [](const Edge&, double, const MatXX& W_rho) { return W_rho; }},
-      {"W_ρ is for A; b takes ρ'W", [](const Edge&, double drho, const MatXX& W_rho) { return MatXX(drho * W_rho); }},
-      {"W is missing: b takes ρ'Wr",
-       [](const Edge&, double drho, const MatXX& W) { return MatXX(drho * MatXX::Identity(W.rows(), W.cols())); }}};
+  return {{{}, nullptr},
+          {"6.loss_forgotten_in_b", [](const Edge& edge, double, const MatXX&) { return MatXX(edge.Information()); }},
+          {"6.loss_acts_twice_in_b",
+           [](const Edge& edge, double drho, const MatXX&) { return MatXX(drho * drho * edge.Information()); }},
+          {"6.W_rho_in_b", [](const Edge&, double, const MatXX& W_rho) { return W_rho; }},
+          {"6.W_rho_in_b", [](const Edge&, double drho, const MatXX& W_rho) { return MatXX(drho * W_rho); }},
+          {"6.W_missing_in_b",
+           [](const Edge&, double drho, const MatXX& W) { return MatXX(drho * MatXX::Identity(W.rows(), W.cols())); }}};
 }
 
 inline std::vector<Mistake> MistakesInB(const FactorScene& scene) {
   using Way = FactorScene::Way;
-  std::vector<Mistake> mistakes{
-      {"6c", "nothing is written to b_", [&scene] { return MatXX(0.0 * scene.VectorB({})); }}};
+  std::vector<Mistake> mistakes{{"6c", Text("formula.nothing_written", {{"matrix", Word("b_")}}),
+                                 [&scene] { return MatXX(0.0 * scene.VectorB({})); }}};
   for (const double sign : {1.0, -1.0}) {
     for (const auto& weight : WeightsInB()) {
       for (const bool last_only : {false, true}) {
         for (const double inner : {0.0, 1.0}) {
-          std::string cause = weight.cause;
-          if (cause.empty() && sign < 0.0) cause = "the sign: VINS' b is +Σ ρ'JᵀWr, that of A Δx = −b";
-          if (cause.empty() && last_only) cause = "= stands where += is meant: only the last residual's share is left";
-          if (cause.empty() && inner > 0.0) cause = "b_ is written in the loop over j too: vertex i has one share";
+          Text cause = weight.cause;
+          if (cause.empty() && sign < 0.0) cause = "6.sign_of_b";
+          if (cause.empty() && last_only) cause = "6.last_residual_left";
+          if (cause.empty() && inner > 0.0) cause = "6.b_in_inner_loop_too";
           if (cause.empty()) continue;
           Way way;
           way.weight_b = weight.of;
@@ -116,7 +110,7 @@ inline std::vector<Mistake> MistakesInB(const FactorScene& scene) {
   Way of_i, of_j;
   of_i.with_each_j = of_j.with_each_i = 1.0;
   for (const auto& [way, times] : {std::pair{of_i, -1.0}, std::pair{of_j, 0.0}, std::pair{of_j, 1.0}}) {
-    mistakes.push_back({"6c", "b_ is written in the loop over j: vertex i has one share",
+    mistakes.push_back({"6c", "6.b_in_inner_loop",
                         [&scene, w = way, t = times] { return MatXX(scene.VectorB(w) + t * scene.VectorB({})); }});
   }
   return mistakes;
@@ -157,32 +151,32 @@ struct SchurCase {
   std::vector<Mistake> FormulaMistakes() const {
     const MatXX A_mm = A.topLeftCorner(m, m);
     return {
-        {"6d", "nothing is subtracted: this is A_rr", [this] { return MatXX(A.bottomRightCorner(n(), n())); }},
-        {"6d", "the sign: A_rm A_mm⁺ A_mr is added, not subtracted", [this] { return Schur(mm_pinv, 1.0); }},
-        {"6d", "A_mm stands where A_mm⁺ is meant", [=] { return Schur(A_mm); }},
-        {"6d", "A_mm⁺ is missing: this is A_rr − A_rm A_mr", [this] { return Schur(MatXX::Identity(m, m)); }},
-        {"6d", "the eigenvalues up to kEps were inverted too: their S⁺ is 0", [this] { return Schur(Pinv(1e-300)); }},
-        {"6d", "the eigenvalues are cut relative to the largest one: kEps itself is the limit",
-         [this] { return Schur(Pinv(1e-8 * LargestEigenvalue())); }},
-        {"6d", "the eigenvalues are cut relative to the largest one: kEps itself is the limit",
-         [this] { return Schur(Pinv(1e-16 * LargestEigenvalue())); }},
-        {"6d", "the eigenvalues are cut at another limit than kEps", [this] { return Schur(Pinv(1e-4)); }},
-        {"6d", "the eigenvalues are cut at another limit than kEps", [this] { return Schur(Pinv(1e-6)); }},
-        {"6d", "the eigenvalues are cut at another limit than kEps", [this] { return Schur(Pinv(1e-9)); }},
-        {"6d", "A_rr is missing: this is −A_rm A_mm⁺ A_mr", [this] { return MatXX(Schur(mm_pinv) - Arr()); }},
-        {"6d", "A_rr is missing: this is A_rm A_mm⁺ A_mr", [this] { return MatXX(Arr() - Schur(mm_pinv)); }},
-        {"6d", "A_mm⁺ acts twice", [this] { return Schur(mm_pinv * mm_pinv); }},
-        {"6d", "only the diagonal of A_mm is inverted",
-         [=] { return Schur(A_mm.diagonal().cwiseInverse().asDiagonal()); }},
-        {"6d", "the eigenvalues above kEps were set to 0, not those up to it",
-         [=] { return Schur(Pinv(1e-300) - mm_pinv); }},
-        {"6d", "the roots of 1/S stand in A_mm⁺: there S⁺ is 1/S itself",
+        {"6d", "6.nothing_subtracted", [this] { return MatXX(A.bottomRightCorner(n(), n())); }},
+        {"6d", Text("formula.sign_added", {{"term", Word("A_rm A_mm⁺ A_mr")}}), [this] { return Schur(mm_pinv, 1.0); }},
+        {"6d", Text("formula.stands_for", {{"this", Word("A_mm")}, {"that", Word("A_mm⁺")}}),
+         [=] { return Schur(A_mm); }},
+        {"6d", Text("formula.missing_leaves", {{"this", Word("A_mm⁺")}, {"that", Word("A_rr − A_rm A_mr")}}),
+         [this] { return Schur(MatXX::Identity(m, m)); }},
+        {"6d", "6.eigenvalues_up_kEps_inverted", [this] { return Schur(Pinv(1e-300)); }},
+        {"6d", "6.cut_relative_to_largest", [this] { return Schur(Pinv(1e-8 * LargestEigenvalue())); }},
+        {"6d", "6.cut_relative_to_largest", [this] { return Schur(Pinv(1e-16 * LargestEigenvalue())); }},
+        {"6d", "6.cut_at_another_limit", [this] { return Schur(Pinv(1e-4)); }},
+        {"6d", "6.cut_at_another_limit", [this] { return Schur(Pinv(1e-6)); }},
+        {"6d", "6.cut_at_another_limit", [this] { return Schur(Pinv(1e-9)); }},
+        {"6d", Text("formula.missing_leaves", {{"this", Word("A_rr")}, {"that", Word("−A_rm A_mm⁺ A_mr")}}),
+         [this] { return MatXX(Schur(mm_pinv) - Arr()); }},
+        {"6d", Text("formula.missing_leaves", {{"this", Word("A_rr")}, {"that", Word("A_rm A_mm⁺ A_mr")}}),
+         [this] { return MatXX(Arr() - Schur(mm_pinv)); }},
+        {"6d", "6.A_mmpinv_acts_twice", [this] { return Schur(mm_pinv * mm_pinv); }},
+        {"6d", "6.only_diagonal_A_mm_inverted", [=] { return Schur(A_mm.diagonal().cwiseInverse().asDiagonal()); }},
+        {"6d", "6.eigenvalues_above_eps_cut", [=] { return Schur(Pinv(1e-300) - mm_pinv); }},
+        {"6d", "6.root_of_pinv",
          [this] {
            const SymmetricEigen mm = DecomposeSymmetric(A.topLeftCorner(m, m));
            const VecX root = (mm.S.array() > 1e-8).select(mm.S.cwiseInverse().cwiseAbs().cwiseSqrt(), 0.0);
            return Schur(mm.V * root.asDiagonal() * mm.V.transpose());
          }},
-        {"6d", "Vᵀ S⁺ V instead of V S⁺ Vᵀ", [this] {
+        {"6d", "6.V_transposed_in_pinv", [this] {
            const SymmetricEigen mm = DecomposeSymmetric(A.topLeftCorner(m, m));
            const VecX S = (mm.S.array() > 1e-8).select(mm.S.cwiseInverse(), 0.0);
            return Schur(mm.V.transpose() * S.asDiagonal() * mm.V);
@@ -190,12 +184,8 @@ struct SchurCase {
   }
   /// One corner of A stands where another is meant.
   std::vector<Mistake> CornerMistakes() const {
-    const std::string
-        rm = "A_rm is the wrong corner: it is the lower left one, n_ rows and m_ columns",
-        mr = "A_mr is the wrong corner: it is the upper right one, m_ rows and n_ columns",
-        both = "A_rm and A_mr are the wrong corners: the lower left and the upper right one",
-        rr = "A_rr is the wrong corner: the dropped rows stand first, A_rr is the lower right corner, n_ × n_",
-        all = "the corners are exchanged: the dropped rows stand first, A_rr is the lower right corner";
+    const Text rm = "6.A_rm_wrong_corner", mr = "6.A_mr_wrong_corner", both = "6.A_rm_A_mr_wrong_corners",
+               rr = "6.A_rr_wrong_corner", all = "6.corners_exchanged";
     const auto with = [this](const MatXX& A_rm, const MatXX& A_mr) { return [=] { return WithCorners(A_rm, A_mr); }; };
     const int n = this->n();
     return {{"6d", rr, [=] { return n <= A.rows() ? MatXX(A.topLeftCorner(n, n) - Arr() + Schur(mm_pinv)) : A; }},
@@ -215,27 +205,31 @@ struct SchurCase {
     return A.topLeftCorner(n(), n()) - A.topRightCorner(n(), m) * pinv * A.bottomLeftCorner(m, n());
   }
   std::vector<Mistake> MistakesInB() const {
-    return {
-        {"6d", "b is not reduced: this is b_r", [this] { return VecX(b.tail(n())); }},
-        {"6d", "the sign: A_rm A_mm⁺ b_m is added, not subtracted", [this] { return Reduced(mm_pinv, 1.0); }},
-        {"6d", "A_mm⁺ is missing: this is b_r − A_rm b_m", [this] { return Reduced(MatXX::Identity(m, m)); }},
-        {"6d", "A_mm stands where A_mm⁺ is meant", [this] { return Reduced(A.topLeftCorner(m, m)); }},
-        {"6d", "A_mm⁺ acts twice", [this] { return Reduced(mm_pinv * mm_pinv); }},
-        {"6d", "the eigenvalues up to kEps were inverted too: their S⁺ is 0", [this] { return Reduced(Pinv(1e-300)); }},
-        {"6d", "b_r is missing: this is −A_rm A_mm⁺ b_m", [this] { return VecX(Reduced(mm_pinv) - b.tail(n())); }},
-        {"6d", "b_r is missing: this is A_rm A_mm⁺ b_m", [this] { return VecX(b.tail(n()) - Reduced(mm_pinv)); }},
-        {"6d", "b_r is the wrong part of b_: the dropped rows stand first, b_r is its tail",
-         [this] { return VecX(b.head(n()) - b.tail(n()) + Reduced(mm_pinv)); }},
-        {"6d", "b_m is the wrong part of b_: the dropped rows stand first, b_m is its head",
-         [this] { return VecX(b.tail(n()) - A.bottomLeftCorner(n(), m) * mm_pinv * b.tail(m)); }},
-        {"6d", "b_r and b_m are exchanged: b_m is the head of b_, b_r its tail",
-         [this] { return VecX(b.head(n()) - A.bottomLeftCorner(n(), m) * mm_pinv * b.tail(m)); }},
-        {"6d", "b_m is missing, its place holds b_r",
-         [this] {
-           return n() == m ? VecX(b.tail(n()) - A.bottomLeftCorner(n(), m) * mm_pinv * b.tail(n())) : VecX(b);
-         }},
-        {"6d", "head and tail of b_ are exchanged: b_m stands first",
-         [this] { return n() == m ? VecX(b.head(n()) - A.bottomLeftCorner(n(), m) * mm_pinv * b.tail(m)) : VecX(b); }}};
+    return {{"6d", "6.b_not_reduced", [this] { return VecX(b.tail(n())); }},
+            {"6d", Text("formula.sign_added", {{"term", Word("A_rm A_mm⁺ b_m")}}),
+             [this] { return Reduced(mm_pinv, 1.0); }},
+            {"6d", Text("formula.missing_leaves", {{"this", Word("A_mm⁺")}, {"that", Word("b_r − A_rm b_m")}}),
+             [this] { return Reduced(MatXX::Identity(m, m)); }},
+            {"6d", Text("formula.stands_for", {{"this", Word("A_mm")}, {"that", Word("A_mm⁺")}}),
+             [this] { return Reduced(A.topLeftCorner(m, m)); }},
+            {"6d", "6.A_mmpinv_acts_twice", [this] { return Reduced(mm_pinv * mm_pinv); }},
+            {"6d", "6.eigenvalues_up_kEps_inverted", [this] { return Reduced(Pinv(1e-300)); }},
+            {"6d", Text("formula.missing_leaves", {{"this", Word("b_r")}, {"that", Word("−A_rm A_mm⁺ b_m")}}),
+             [this] { return VecX(Reduced(mm_pinv) - b.tail(n())); }},
+            {"6d", Text("formula.missing_leaves", {{"this", Word("b_r")}, {"that", Word("A_rm A_mm⁺ b_m")}}),
+             [this] { return VecX(b.tail(n()) - Reduced(mm_pinv)); }},
+            {"6d", "6.b_r_wrong_part_b", [this] { return VecX(b.head(n()) - b.tail(n()) + Reduced(mm_pinv)); }},
+            {"6d", "6.b_m_wrong_part_b",
+             [this] { return VecX(b.tail(n()) - A.bottomLeftCorner(n(), m) * mm_pinv * b.tail(m)); }},
+            {"6d", "6.b_r_b_m_exchanged",
+             [this] { return VecX(b.head(n()) - A.bottomLeftCorner(n(), m) * mm_pinv * b.tail(m)); }},
+            {"6d", "6.b_m_missing",
+             [this] {
+               return n() == m ? VecX(b.tail(n()) - A.bottomLeftCorner(n(), m) * mm_pinv * b.tail(n())) : VecX(b);
+             }},
+            {"6d", "6.head_tail_b_exchanged", [this] {
+               return n() == m ? VecX(b.head(n()) - A.bottomLeftCorner(n(), m) * mm_pinv * b.tail(m)) : VecX(b);
+             }}};
   }
 };
 
@@ -263,36 +257,47 @@ struct FactorCase {
 
   std::vector<Mistake> Mistakes() const {
     const auto gram = [](const MatXX& J) { return [J] { return MatXX(J.transpose() * J); }; };
-    return {{"6e", "V stands where Vᵀ is meant: J = S^½ Vᵀ", gram(Root(S) * V)},
-            {"6e", "J is transposed: this is V S^½", gram(V * Root(S))},
-            {"6e", "S stands where its root is meant", gram(S * V.transpose())},
-            {"6e", "S^½ is missing: J = S^½ Vᵀ", gram(V.transpose())},
-            {"6e", "S^-½ stands where S^½ is meant", gram(Root(S_pinv) * V.transpose())},
-            {"6e", "eigenvalues up to kEps count in J: there S^½ is 0", gram(Root(S_uncut) * V.transpose())},
-            {"6e", "the eigenvalues are cut relative to the largest one: kEps itself is the limit",
-             gram(Root(CutAt(1e-8 * S.maxCoeff())) * V.transpose())},
-            {"6e", "the eigenvalues are cut at another limit than kEps", gram(Root(CutAt(1e-6)) * V.transpose())},
-            {"6e", "the eigenvalues are cut at another limit than kEps", gram(Root(CutAt(1e-9)) * V.transpose())},
-            {"6e", "the eigenvalues are cut at another limit than kEps", gram(Root(CutAt(1e-12)) * V.transpose())},
-            {"6e", "S stands where its root is meant, and V where Vᵀ is", gram(S * V)},
-            {"6e", "J is A_r itself", gram(A)}};
+    return {
+        {"6e",
+         Text("formula.stands_for_in", {{"this", Word("V")}, {"that", Word("Vᵀ")}, {"formula", Word("J = S^½ Vᵀ")}}),
+         gram(Root(S) * V)},
+        {"6e", "6.J_transposed", gram(V * Root(S))},
+        {"6e", Text("formula.root_meant", {{"this", Word("S")}}), gram(S * V.transpose())},
+        {"6e", Text("formula.missing_from", {{"this", Word("S^½")}, {"formula", Word("J = S^½ Vᵀ")}}),
+         gram(V.transpose())},
+        {"6e", Text("formula.stands_for", {{"this", Word("S^-½")}, {"that", Word("S^½")}}),
+         gram(Root(S_pinv) * V.transpose())},
+        {"6e", "6.eigenvalues_up_kEps_count_J", gram(Root(S_uncut) * V.transpose())},
+        {"6e", "6.cut_relative_to_largest", gram(Root(CutAt(1e-8 * S.maxCoeff())) * V.transpose())},
+        {"6e", "6.cut_at_another_limit", gram(Root(CutAt(1e-6)) * V.transpose())},
+        {"6e", "6.cut_at_another_limit", gram(Root(CutAt(1e-9)) * V.transpose())},
+        {"6e", "6.cut_at_another_limit", gram(Root(CutAt(1e-12)) * V.transpose())},
+        {"6e", "6.S_for_root", gram(S * V)},
+        {"6e", "6.J_A_r_itself", gram(A)}};
   }
   /// As answers of Jᵀr₀.
   std::vector<Mistake> MistakesInR0() const {
     const MatXX Jt = RightJ().transpose();
     const auto r0 = [=](const MatXX& r) { return [Jt, r] { return MatXX(Jt * r); }; };
-    return {{"6e", "the sign: VINS' b is +JᵀWr, so r₀ = +S^-½ Vᵀ b_r", r0(-Root(S_pinv) * V.transpose() * b)},
-            {"6e", "r₀ is zero: it was not set", r0(VecX::Zero(b.size()))},
-            {"6e", "r₀ is b_r itself", r0(b)},
-            {"6e", "S^-½ is missing: this is Vᵀ b_r", r0(V.transpose() * b)},
-            {"6e", "S^½ stands where S^-½ is meant", r0(Root(S) * V.transpose() * b)},
-            {"6e", "1/S stands where its root is meant", r0(S_pinv * V.transpose() * b)},
-            {"6e", "S stands where S^-½ is meant", r0(S * V.transpose() * b)},
-            {"6e", "the sign, and S^½ stands where S^-½ is meant", r0(-Root(S) * V.transpose() * b)},
-            {"6e", "the sign, and S^-½ is missing: this is −Vᵀ b_r", r0(-V.transpose() * b)},
-            {"6e", "the sign, and r₀ is b_r itself", r0(-b)},
-            {"6e", "V is missing: this is S^-½ b_r", r0(Root(S_pinv) * b)},
-            {"6e", "V stands where Vᵀ is meant: r₀ = S^-½ Vᵀ b_r", r0(Root(S_pinv) * V * b)}};
+    return {
+        {"6e", "6.sign_of_r0", r0(-Root(S_pinv) * V.transpose() * b)},
+        {"6e", "6.r0_zero", r0(VecX::Zero(b.size()))},
+        {"6e", "6.r0_b_r_itself", r0(b)},
+        {"6e", Text("formula.missing_leaves", {{"this", Word("S^-½")}, {"that", Word("Vᵀ b_r")}}),
+         r0(V.transpose() * b)},
+        {"6e", Text("formula.stands_for", {{"this", Word("S^½")}, {"that", Word("S^-½")}}),
+         r0(Root(S) * V.transpose() * b)},
+        {"6e", Text("formula.root_meant", {{"this", Word("1/S")}}), r0(S_pinv * V.transpose() * b)},
+        {"6e", Text("formula.stands_for", {{"this", Word("S")}, {"that", Word("S^-½")}}), r0(S * V.transpose() * b)},
+        {"6e", Text("6.sign_and_stands_for", {{"this", Word("S^½")}, {"that", Word("S^-½")}}),
+         r0(-Root(S) * V.transpose() * b)},
+        {"6e", "6.sign_and_S_isqrt_missing", r0(-V.transpose() * b)},
+        {"6e", "6.sign_r0_b_r_itself", r0(-b)},
+        {"6e", Text("formula.missing_leaves", {{"this", Word("V")}, {"that", Word("S^-½ b_r")}}), r0(Root(S_pinv) * b)},
+        {"6e",
+         Text("formula.stands_for_in",
+              {{"this", Word("V")}, {"that", Word("Vᵀ")}, {"formula", Word("r₀ = S^-½ Vᵀ b_r")}}),
+         r0(Root(S_pinv) * V * b)}};
   }
 };
 

@@ -10,7 +10,7 @@
 #include "ch5_backend/linear/dense_solvers.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_backend/solve/normal_equations.h"
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/scenes.h"
 
 namespace ch5::homework::stage_7 {
@@ -113,37 +113,38 @@ inline VecX ReducedWith(const Case& c, const ShareOf& share_of) {
 
 inline std::vector<Mistake> ReducedMistakes(const Case& c) {
   const auto is = [&c](const ShareOf& share) { return [&c, share] { return MatXX(ReducedWith(c, share)); }; };
-  const std::string inner =
-      "the line of b_schur_ stands in the inner loop: it is subtracted once for each j, and belongs to i alone";
-  const std::string number = "the pose's number stands where its first row is meant: PoseRow(i)";
+  const Text inner = "7.b_schur_in_inner_loop";
+  const Text number = "7.pose_number_for_row";
   const auto K_b = [](const Case& of, int i, int l) { return VecX(of.Pl(i, l) * of.Inverse(l) * of.Bl(l)); };
-  return {{"7d", "the right-hand side is not reduced: K_il b_l is not subtracted", [&c] { return c.b_p; }},
-          {"7d", "the sign: K_il b_l is added, not subtracted",
-           [&c] { return VecX(c.b_p + c.H_pl * c.H_ll_inverse * c.b_l); }},
-          {"7d", "H_ll⁻¹ is missing: use K_il, not H_pl_(i, l)", [&c] { return VecX(c.b_p - c.H_pl * c.b_l); }},
-          {"7d", "H_ll stands where its inverse is meant", [&c] { return VecX(c.b_p - c.H_pl * c.H_ll * c.b_l); }},
-          {"7d", "K_il b_l is subtracted twice", [&c] { return VecX(2.0 * c.Reduced() - c.b_p); }},
-          {"7d", "b_p is lost: = stands where −= is meant", [&c] { return VecX(c.Reduced() - c.b_p); }},
-          {"7d", "H_ll⁻¹ acts twice: K_il has it already",
-           [&c] { return VecX(c.b_p - c.H_pl * c.H_ll_inverse * c.H_ll_inverse * c.b_l); }},
-          {"7d", inner, is([=](const Case& of, int i, int, int l) {
-             return Share{of.rows[i], K_b(of, i, l)};
-           })},
-          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-             return Share{i >= j ? of.rows[i] : -1, K_b(of, i, l)};
-           })},
-          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-             return Share{of.rows[j], K_b(of, i, l)};
-           })},
-          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-             return Share{i >= j ? of.rows[j] : -1, K_b(of, i, l)};
-           })},
-          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-             return Share{i > j ? of.rows[i] : -1, K_b(of, i, l)};
-           })},
-          {"7d", number, is([=](const Case& of, int i, int j, int l) {
-             return Share{i == j ? i : -1, K_b(of, i, l)};
-           })}};
+  return {
+      {"7d", "7.b_not_reduced", [&c] { return c.b_p; }},
+      {"7d", Text("formula.sign_added", {{"term", Word("K_il b_l")}}),
+       [&c] { return VecX(c.b_p + c.H_pl * c.H_ll_inverse * c.b_l); }},
+      {"7d", "7.H_llinv_missing", [&c] { return VecX(c.b_p - c.H_pl * c.b_l); }},
+      {"7d", Text("formula.inverse_meant", {{"matrix", Word("H_ll")}}),
+       [&c] { return VecX(c.b_p - c.H_pl * c.H_ll * c.b_l); }},
+      {"7d", Text("7.subtracted_twice", {{"term", Word("K_il b_l")}}),
+       [&c] { return VecX(2.0 * c.Reduced() - c.b_p); }},
+      {"7d", "7.b_p_lost", [&c] { return VecX(c.Reduced() - c.b_p); }},
+      {"7d", "7.H_llinv_acts_twice", [&c] { return VecX(c.b_p - c.H_pl * c.H_ll_inverse * c.H_ll_inverse * c.b_l); }},
+      {"7d", inner, is([=](const Case& of, int i, int, int l) {
+         return Share{of.rows[i], K_b(of, i, l)};
+       })},
+      {"7d", inner, is([=](const Case& of, int i, int j, int l) {
+         return Share{i >= j ? of.rows[i] : -1, K_b(of, i, l)};
+       })},
+      {"7d", inner, is([=](const Case& of, int i, int j, int l) {
+         return Share{of.rows[j], K_b(of, i, l)};
+       })},
+      {"7d", inner, is([=](const Case& of, int i, int j, int l) {
+         return Share{i >= j ? of.rows[j] : -1, K_b(of, i, l)};
+       })},
+      {"7d", inner, is([=](const Case& of, int i, int j, int l) {
+         return Share{i > j ? of.rows[i] : -1, K_b(of, i, l)};
+       })},
+      {"7d", number, is([=](const Case& of, int i, int j, int l) {
+         return Share{i == j ? i : -1, K_b(of, i, l)};
+       })}};
 }
 
 /// S where each block is set, not added to: of H_pp and the landmarks only the last landmark's part is left.
@@ -167,32 +168,26 @@ inline std::vector<Mistake> SchurMistakes(const Case& c) {
   const auto only = [right](bool diagonal) {
     return [=](const Case& of, int i, int j, int l) { return MatXX(((i == j) == diagonal) * right(of, i, j, l)); };
   };
-  return {{"7d", "nothing is subtracted: S is H_pp alone", [&c] { return c.H_pp; }},
-          {"7d", "the sign: K_il H_jlᵀ is added, not subtracted", [&c] { return MatXX(c.H_pp + c.Subtrahend()); }},
-          {"7d", "only the diagonal blocks S(i, i) are reduced: j runs over all poses that see the landmark",
-           is(only(true))},
-          {"7d", "the diagonal blocks S(i, i) are not reduced: a pose makes a pair with itself too, i ≥ j",
-           is(only(false))},
-          {"7d", "H_ll⁻¹ is missing: use K_il, not H_pl_(i, l)",
-           [&c] { return MatXX(c.H_pp - c.H_pl * c.H_pl.transpose()); }},
-          {"7d", "H_ll stands where its inverse is meant",
+  return {{"7d", "7.nothing_subtracted", [&c] { return c.H_pp; }},
+          {"7d", Text("formula.sign_added", {{"term", Word("K_il H_jlᵀ")}}),
+           [&c] { return MatXX(c.H_pp + c.Subtrahend()); }},
+          {"7d", "7.only_diagonal_blocks_reduced", is(only(true))},
+          {"7d", "7.diagonal_blocks_not_reduced", is(only(false))},
+          {"7d", "7.H_llinv_missing", [&c] { return MatXX(c.H_pp - c.H_pl * c.H_pl.transpose()); }},
+          {"7d", Text("formula.inverse_meant", {{"matrix", Word("H_ll")}}),
            [&c] { return MatXX(c.H_pp - c.H_pl * c.H_ll * c.H_pl.transpose()); }},
-          {"7d", "H_pp is lost: = stands where −= is meant", [&c] { return MatXX(-c.Subtrahend()); }},
-          {"7d", "K_il H_jlᵀ is subtracted twice", [&c] { return MatXX(c.H_pp - 2.0 * c.Subtrahend()); }},
-          {"7d", "H_il stands where H_jl is meant: S(i, j) takes K_il H_jlᵀ",
-           is([right](const Case& of, int i, int, int l) { return right(of, i, i, l); })},
-          {"7d", "H_jl stands where K_il is made of H_il: S(i, j) takes K_il H_jlᵀ",
-           is([right](const Case& of, int, int j, int l) { return right(of, j, j, l); })},
-          {"7d", "the block is transposed: S(i, j) takes K_il H_jlᵀ, rows of pose i",
-           is([right](const Case& of, int i, int j, int l) { return right(of, j, i, l); })},
-          {"7d", "H_ll⁻¹ acts twice: K_jl stands where H_jl is meant",
+          {"7d", "7.H_pp_lost", [&c] { return MatXX(-c.Subtrahend()); }},
+          {"7d", Text("7.subtracted_twice", {{"term", Word("K_il H_jlᵀ")}}),
+           [&c] { return MatXX(c.H_pp - 2.0 * c.Subtrahend()); }},
+          {"7d", "7.H_il_for_H_jl", is([right](const Case& of, int i, int, int l) { return right(of, i, i, l); })},
+          {"7d", "7.H_jl_for_H_il", is([right](const Case& of, int, int j, int l) { return right(of, j, j, l); })},
+          {"7d", "7.block_transposed", is([right](const Case& of, int i, int j, int l) { return right(of, j, i, l); })},
+          {"7d", "7.K_jl_for_H_jl",
            [&c] { return MatXX(c.H_pp - c.H_pl * c.H_ll_inverse * c.H_ll_inverse * c.H_pl.transpose()); }},
-          {"7d", "only the first landmark is taken into S",
+          {"7d", "7.only_first_landmark_taken_S",
            is([right](const Case& of, int i, int j, int l) { return MatXX((l == 0) * right(of, i, j, l)); })},
-          {"7d", "= stands where −= is meant: only the last landmark's share is left",
-           [&c] { return SchurOfTheLastLandmark(c, -1.0); }},
-          {"7d", "= stands where −= is meant: only the last landmark's share is left",
-           [&c] { return SchurOfTheLastLandmark(c, 1.0); }}};
+          {"7d", "7.last_landmark_left", [&c] { return SchurOfTheLastLandmark(c, -1.0); }},
+          {"7d", "7.last_landmark_left", [&c] { return SchurOfTheLastLandmark(c, 1.0); }}};
 }
 
 // Which poses that see a landmark are taken.
@@ -233,32 +228,34 @@ inline std::vector<Mistake> StepMistakes(const Case& c) {
     return std::function<MatXX()>([x] { return x; });
   };
   const MatXX& inverse = c.H_ll_inverse;
-  const std::string one = "only one pose is taken from `rest`: every pose that sees the landmark has its share";
-  const std::string in_loop = "H_ll⁻¹ acts once for each pose: it stands in the loop, and belongs behind it";
+  const Text one = "7.only_one_pose_taken_rest";
+  const Text in_loop = "7.H_llinv_acts_once_for_each_pose";
   std::vector<Mistake> mistakes{
-      {"7e", "the landmarks do not hear of the poses: H_ilᵀ Δx_i is not subtracted", step(inverse * c.b_l)},
-      {"7e", "the sign: it is b_l − Σ_i H_ilᵀ Δx_i, not +", step(inverse * c.Rest(+1.0))},
-      {"7e", "H_ll⁻¹ is missing: this is b_l − Σ_i H_ilᵀ Δx_i", step(c.Rest(-1.0))},
-      {"7e", "the landmarks do not move", step(VecX::Zero(c.b_l.size()))},
-      {"7e", "b_l is missing: this is −H_ll⁻¹ Σ_i H_ilᵀ Δx_i", step(inverse * (c.Rest(-1.0) - c.b_l))},
-      {"7e", "b_l is missing: this is H_ll⁻¹ Σ_i H_ilᵀ Δx_i", step(inverse * (c.b_l - c.Rest(-1.0)))},
-      {"7e", "the sign of the whole landmark step is wrong", step(-inverse * c.Rest(-1.0))},
-      {"7e", "the undamped H_ll is inverted here: H_ll_inverse_(l, l) has λ in it",
-       step(PseudoInversePsd(c.H_ll_undamped) * c.Rest(-1.0))},
-      {"7e", "H_ll stands where its inverse is meant", step(c.H_ll * c.Rest(-1.0))},
-      {"7e", "the sum is subtracted twice", step(inverse * (2.0 * c.Rest(-1.0) - c.b_l))},
-      {"7e", "H_ll⁻¹ acts on b_l only: first the whole difference, then the inverse",
-       step(inverse * c.b_l + c.Rest(-1.0) - c.b_l)},
+      {"7e", "7.landmarks_not_hear_poses", step(inverse * c.b_l)},
+      {"7e", "7.sign_in_landmark_step", step(inverse * c.Rest(+1.0))},
+      {"7e", Text("formula.missing_leaves", {{"this", Word("H_ll⁻¹")}, {"that", Word("b_l − Σ_i H_ilᵀ Δx_i")}}),
+       step(c.Rest(-1.0))},
+      {"7e", "7.landmarks_not_move", step(VecX::Zero(c.b_l.size()))},
+      {"7e", Text("formula.missing_leaves", {{"this", Word("b_l")}, {"that", Word("−H_ll⁻¹ Σ_i H_ilᵀ Δx_i")}}),
+       step(inverse * (c.Rest(-1.0) - c.b_l))},
+      {"7e", Text("formula.missing_leaves", {{"this", Word("b_l")}, {"that", Word("H_ll⁻¹ Σ_i H_ilᵀ Δx_i")}}),
+       step(inverse * (c.b_l - c.Rest(-1.0)))},
+      {"7e", "formula.sign_of_landmark_step", step(-inverse * c.Rest(-1.0))},
+      {"7e", "7.undamped_H_ll_inverted", step(PseudoInversePsd(c.H_ll_undamped) * c.Rest(-1.0))},
+      {"7e", Text("formula.inverse_meant", {{"matrix", Word("H_ll")}}), step(c.H_ll * c.Rest(-1.0))},
+      {"7e", "7.sum_subtracted_twice", step(inverse * (2.0 * c.Rest(-1.0) - c.b_l))},
+      {"7e", "7.H_llinv_acts_b_l_only", step(inverse * c.b_l + c.Rest(-1.0) - c.b_l)},
       {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kFirst)))},
       {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kLast)))},
-      {"7e", "b_p stands where the poses' step Δx_i is meant", step(inverse * (c.b_l - c.H_pl.transpose() * c.b_p))},
+      {"7e", Text("formula.b_p_for_step", {{"step", Word("Δx_i")}}),
+       step(inverse * (c.b_l - c.H_pl.transpose() * c.b_p))},
       {"7e", in_loop, step(InvertedInTheLoop(c, x_p, false))},
       {"7e", in_loop, step(InvertedInTheLoop(c, x_p, true))}};
   bool fits = true;
   for (size_t i = 0; i < c.dims.size(); ++i) fits = fits && static_cast<int>(i) + c.dims[i] <= c.p;
   if (fits) {
-    mistakes.push_back({"7e", "the pose's number stands where its first row is meant: PoseRow(i)",
-                        step(inverse * (c.b_l - SumOverPoses(c, x_p, true, Which::kAll)))});
+    mistakes.push_back(
+        {"7e", "7.pose_number_for_row", step(inverse * (c.b_l - SumOverPoses(c, x_p, true, Which::kAll)))});
   }
   return mistakes;
 }

@@ -7,7 +7,7 @@
 
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/graph/ordering.h"
-#include "ch5_homework/judge/narrate.h"
+#include "ch5_homework/judge/diagnosis.h"
 
 namespace ch5::homework::stage_7 {
 
@@ -26,17 +26,17 @@ inline int NumberOf(const Vertex& vertex, const Ordering& ordering) {
 
 /// Where a student may take a vertex's rows of b to begin; negative: nowhere.
 struct Rows {
-  std::string cause;  ///< "" if it is right
+  Text cause;  ///< empty if it is right
   std::function<int(const Vertex& v, int place_in_edge)> begin;
 };
 /// What may stand for Wr.
 struct Weight {
-  std::string cause;
+  Text cause;
   std::function<VecX(const Edge& edge)> times_r;
 };
 /// What may stand for −=.
 struct Operation {
-  std::string cause;
+  Text cause;
   double sign;
   bool overwrites;
 };
@@ -72,41 +72,34 @@ inline std::vector<Rows> RowsInB(const Ordering& ordering) {
     const auto k = static_cast<size_t>(number(v));
     return k < ordering.poses.size() ? ordering.poses[k]->OrderingId() : -1;
   };
-  return {
-      {"", [](const Vertex& v, int) { return v.OrderingId(); }},
-      {"a.number stands where the vertex's first row is meant: that is OrderingId()",
-       [=](const Vertex& v, int) { return number(v); }},
-      {"PoseRow(a.number) is right for poses only: a landmark's first row is its OrderingId()", pose_row},
-      {"the vertex's number in the edge, i, stands where its first row is meant: that is OrderingId()",
-       [](const Vertex&, int i) { return i; }},
-      {"a.number × size is right for poses only: behind them stand the landmarks; the first row is OrderingId()",
-       [=](const Vertex& v, int) { return number(v) * v.LocalDimension(); }},
-      {"only the poses' rows of b are written", [](const Vertex& v, int) { return IsPose(v) ? v.OrderingId() : -1; }},
-      {"only the landmarks' rows of b are written",
-       [](const Vertex& v, int) { return IsPose(v) ? -1 : v.OrderingId(); }}};
+  return {{{}, [](const Vertex& v, int) { return v.OrderingId(); }},
+          {"7.number_for_first_row", [=](const Vertex& v, int) { return number(v); }},
+          {"7.pose_row_for_landmark", pose_row},
+          {"7.number_in_edge_for_first_row", [](const Vertex&, int i) { return i; }},
+          {"7.number_times_size_for_row", [=](const Vertex& v, int) { return number(v) * v.LocalDimension(); }},
+          {"7.only_poses_rows_b_written", [](const Vertex& v, int) { return IsPose(v) ? v.OrderingId() : -1; }},
+          {"7.only_landmarks_rows_b_written", [](const Vertex& v, int) { return IsPose(v) ? -1 : v.OrderingId(); }}};
 }
 
 inline std::vector<Mistake> MistakesInB(const Graph& graph, const Ordering& ordering) {
   const std::vector<Rows> rows = RowsInB(ordering);
   const std::vector<Weight> weights{
-      {"", [](const Edge& edge) { return WeightedResidual(edge, 1, false); }},
-      {"ρ' acts twice: Wr has it already", [](const Edge& edge) { return WeightedResidual(edge, 2, false); }},
-      {"the loss is forgotten: ρ' is in Wr", [](const Edge& edge) { return WeightedResidual(edge, 0, false); }},
-      {"W_ρ is for H; b takes Wr, which has ρ' in it",
-       [](const Edge& edge) { return WeightedResidual(edge, 0, true); }},
-      {"W acts twice: Wr has it already",
-       [](const Edge& edge) { return VecX(edge.Information() * WeightedResidual(edge, 1, false)); }},
-      {"W is missing: Wr, not the residual itself", [](const Edge& edge) { return VecX(edge.Residual()); }}};
-  const std::vector<Operation> operations{
-      {"", -1.0, false},
-      {"the sign: b = −Σ JᵀWr, as in HΔx = b", 1.0, false},
-      {"= stands where −= is meant: only the last edge's share is left", -1.0, true},
-      {"= stands where −= is meant, and the sign is lost", 1.0, true}};
-  std::vector<Mistake> mistakes{{"7b", "nothing is written to b", [=] { return VecX::Zero(ordering.Size()); }}};
+      {{}, [](const Edge& edge) { return WeightedResidual(edge, 1, false); }},
+      {"7.drho_acts_twice", [](const Edge& edge) { return WeightedResidual(edge, 2, false); }},
+      {"7.loss_forgotten", [](const Edge& edge) { return WeightedResidual(edge, 0, false); }},
+      {"7.W_rho_in_b", [](const Edge& edge) { return WeightedResidual(edge, 0, true); }},
+      {"7.W_acts_twice", [](const Edge& edge) { return VecX(edge.Information() * WeightedResidual(edge, 1, false)); }},
+      {"7.W_missing", [](const Edge& edge) { return VecX(edge.Residual()); }}};
+  const std::vector<Operation> operations{{{}, -1.0, false},
+                                          {"7.sign_of_b", 1.0, false},
+                                          {"7.last_edge_left_in_b", -1.0, true},
+                                          {"7.assigned_and_sign_lost", 1.0, true}};
+  std::vector<Mistake> mistakes{
+      {"7b", Text("formula.nothing_written", {{"matrix", Word("b")}}), [=] { return VecX::Zero(ordering.Size()); }}};
   for (const Operation& how : operations) {
     for (const Weight& weight : weights) {
       for (const Rows& row : rows) {
-        const std::string cause = !row.cause.empty() ? row.cause : (!weight.cause.empty() ? weight.cause : how.cause);
+        const Text cause = !row.cause.empty() ? row.cause : (!weight.cause.empty() ? weight.cause : how.cause);
         if (cause.empty()) continue;
         mistakes.push_back({"7b", cause, [=, &graph] { return AssembleB(graph, ordering.Size(), row, weight, how); }});
       }
@@ -157,33 +150,29 @@ inline std::vector<Mistake> MistakesInH(const Graph& graph, int size) {
   };
   const Part d = Part::kDiagonal, p = Part::kPoses, pl = Part::kPoseLandmark, l = Part::kLandmark;
   std::vector<Mistake> mistakes{
-      {"7c", "nothing is added to H", is({{d, 0, false}, {p, 0, false}, {pl, 0, false}, {l, 0, false}})},
-      {"7c", "nothing is added to H_pp", is({{d, 0, false}, {p, 0, false}})},
-      {"7c", "nothing is added to H_pl", is({{pl, 0, false}})},
-      {"7c", "nothing is added to H_ll", is({{l, 0, false}})},
-      {"7c", "only H_pp is filled: H_pl and H_ll get their blocks too", is({{pl, 0, false}, {l, 0, false}})},
-      {"7c", "only H_ll is filled: H_pp and H_pl get their blocks too",
-       is({{d, 0, false}, {p, 0, false}, {pl, 0, false}})},
-      {"7c", "only H_pl is filled: H_pp and H_ll get their blocks too",
-       is({{d, 0, false}, {p, 0, false}, {l, 0, false}})},
-      {"7c", "the blocks of two different poses are missing in H_pp: a.number may exceed c.number",
-       is({{p, 0, false}})},
-      {"7c", "the diagonal blocks of H_pp are missing: a.number may equal c.number", is({{d, 0, false}})},
-      {"7c", "= stands where += is meant: only the last edge's share is left",
-       is({{d, 1, true}, {p, 1, true}, {pl, 1, true}, {l, 1, true}})},
-      {"7c", "= stands where += is meant in H_pp", is({{d, 1, true}, {p, 1, true}})},
-      {"7c", "= stands where += is meant in H_pl", is({{pl, 1, true}})},
-      {"7c", "= stands where += is meant in H_ll", is({{l, 1, true}})},
-      {"7c", "the blocks are subtracted: H = +JᵀW_ρJ, it is b that has the minus",
-       is({{d, -1, false}, {p, -1, false}, {pl, -1, false}, {l, -1, false}})},
-      {"7c", "the loss is forgotten: `block` has W_ρ in it", is({}, LossWay::kForgotten)},
-      {"7c", "ρ'W stands where W_ρ is meant: `block` has W_ρ in it", is({}, LossWay::kFirstOrder)}};
-  const std::vector<std::pair<Part, std::string>> parts{
-      {d, "the diagonal blocks of H_pp"}, {p, "the blocks of two different poses in H_pp"}, {pl, "H_pl"}, {l, "H_ll"}};
+      {"7c", Text("7.nothing_added", {{"matrix", Word("H")}}),
+       is({{d, 0, false}, {p, 0, false}, {pl, 0, false}, {l, 0, false}})},
+      {"7c", Text("7.nothing_added", {{"matrix", Word("H_pp")}}), is({{d, 0, false}, {p, 0, false}})},
+      {"7c", Text("7.nothing_added", {{"matrix", Word("H_pl")}}), is({{pl, 0, false}})},
+      {"7c", Text("7.nothing_added", {{"matrix", Word("H_ll")}}), is({{l, 0, false}})},
+      {"7c", "7.only_H_pp_filled", is({{pl, 0, false}, {l, 0, false}})},
+      {"7c", "7.only_H_ll_filled", is({{d, 0, false}, {p, 0, false}, {pl, 0, false}})},
+      {"7c", "7.only_H_pl_filled", is({{d, 0, false}, {p, 0, false}, {l, 0, false}})},
+      {"7c", "7.off_diagonal_H_pp_missing", is({{p, 0, false}})},
+      {"7c", "7.diagonal_blocks_H_pp_missing", is({{d, 0, false}})},
+      {"7c", "7.last_edge_left_in_H", is({{d, 1, true}, {p, 1, true}, {pl, 1, true}, {l, 1, true}})},
+      {"7c", Text("7.assigned_not_added_in", {{"matrix", Word("H_pp")}}), is({{d, 1, true}, {p, 1, true}})},
+      {"7c", Text("7.assigned_not_added_in", {{"matrix", Word("H_pl")}}), is({{pl, 1, true}})},
+      {"7c", Text("7.assigned_not_added_in", {{"matrix", Word("H_ll")}}), is({{l, 1, true}})},
+      {"7c", "7.blocks_subtracted", is({{d, -1, false}, {p, -1, false}, {pl, -1, false}, {l, -1, false}})},
+      {"7c", "7.loss_forgotten_in_H", is({}, LossWay::kForgotten)},
+      {"7c", "7.first_order_loss", is({}, LossWay::kFirstOrder)}};
+  const std::vector<std::pair<Part, Text>> parts{
+      {d, "7.diagonal_blocks_H_pp"}, {p, "7.off_diagonal_H_pp"}, {pl, Word("H_pl")}, {l, Word("H_ll")}};
   for (const auto& [part, name] : parts) {
-    mistakes.push_back({"7c", name + ": added twice", is({{part, 2, false}})});
-    mistakes.push_back({"7c", name + ": subtracted instead of added", is({{part, -1, false}})});
-    mistakes.push_back({"7c", name + ": = stands where += is meant", is({{part, 1, true}})});
+    mistakes.push_back({"7c", {"7.added_twice", {{"blocks", name}}}, is({{part, 2, false}})});
+    mistakes.push_back({"7c", {"7.subtracted_not_added", {{"blocks", name}}}, is({{part, -1, false}})});
+    mistakes.push_back({"7c", {"7.assigned", {{"blocks", name}}}, is({{part, 1, true}})});
   }
   return mistakes;
 }

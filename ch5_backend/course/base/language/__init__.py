@@ -1,7 +1,8 @@
-"""What students read, in their language: made in English where a check is, translated here where it is printed.
+"""What students read, by id and in their language: sentences are made here, where they are printed, and nowhere before.
 
-zh/*.json hold {English: Chinese}. {Words} in braces stand for what varies: a single letter for a number, a longer word for
-any text, which is translated in its turn if it has an entry. So a number or a name gets through as it is.
+en/TOPIC.json and zh/TOPIC.json hold {name: sentence}; a sentence's id is TOPIC.name, and {words} in braces stand for what
+varies. Until it is printed, what is said is data: {"id": id, word: value, …}, a plain string that is the same in every
+language, or {"quoted": words} of a compiler or the library, which zh/quoted.json translates by their English.
 """
 
 import json
@@ -16,10 +17,11 @@ from ..errors import CourseError
 LANGUAGES = ("en", "zh")
 PLACEHOLDER = re.compile(r"\{(\w+)\}")
 NUMBER = r"-?(?:\d[\d.e+-]*|inf|nan)"
-LABELLED = re.compile(r"  (expected|got|cause|read|row \d+|column \d+) +(.*)")  # a line of a story: ch5_homework/judge/narrate.cc
-LABEL_WIDTH = 10
-SUBJECT = re.compile(r"Stage (\S+): (.*)")  # its first line
-OURS = ("Stage ", "Value of: ", "Expected")  # how stories begin, GoogleTest's too; others are a compiler's words
+
+
+def sentence(name: str, /, **arguments) -> dict:
+    """What is said, as data; the arguments may be such data, strings and numbers."""
+    return {"id": name, **arguments}
 
 
 def chosen(word: str) -> str:
@@ -46,49 +48,37 @@ def pad(text: str, width: int) -> str:
 
 
 class Speaker:
-    """say(text) is the text in a language; English, and what has no entry, stays as it is."""
+    """say("topic.name", word=value, …) and say.text(data) are sentences in a language."""
 
     def __init__(self, language: str):
-        self.language, self.entries = language, {}
-        for path in sorted((Path(__file__).parent / language).glob("*.json")):
-            self.entries.update(json.loads(path.read_text(encoding="utf-8")))
-        templates = [english for english in self.entries if PLACEHOLDER.search(english)]
+        self.language, folder = language, Path(__file__).parent / language
+        topics = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.json"))}
+        quoted = topics.pop("quoted", {})
+        self.sentences = {f"{topic}.{name}": text for topic, texts in topics.items() for name, text in texts.items()}
         # What has more words of its own fits better.
-        templates.sort(key=lambda english: len(PLACEHOLDER.sub("", english)), reverse=True)
-        self.templates = [(pattern_of(english), self.entries[english]) for english in templates]
+        self.quoted = [(pattern_of(words), quoted[words])
+                       for words in sorted(quoted, key=lambda words: len(PLACEHOLDER.sub("", words)), reverse=True)]
 
-    def __call__(self, text: str) -> str:
-        if text in self.entries:
-            return self.entries[text]
-        for pattern, template in self.templates:
-            if found := pattern.fullmatch(text):
-                return template.format(**{name: self(value) for name, value in found.groupdict().items()})
-        return text
+    def __call__(self, name: str, /, **arguments) -> str:
+        return self.sentences[name].format(**{key: self.text(value) for key, value in arguments.items()})
 
-    def story(self, story: str) -> str:
-        """A story line by line: first what it is about, then labels, each with its text. A compiler's words stay."""
-        return "\n".join(map(self.line, story.splitlines())) if self.entries and story.startswith(OURS) else story
+    def text(self, text) -> str:
+        if not isinstance(text, dict):
+            return str(text)
+        if "quoted" in text:
+            return self.translate(text["quoted"])
+        return self(text["id"], **{key: value for key, value in text.items() if key != "id"})
 
-    def line(self, line: str) -> str:
-        if found := SUBJECT.fullmatch(line):
-            return self.entries["Stage {id}: {what}"].format(id=found[1], what=self(found[2]))
-        if found := LABELLED.fullmatch(line):
-            return "  " + pad(self(found[1]), LABEL_WIDTH) + self(found[2])
-        words = line.lstrip()
-        return line[:len(line) - len(words)] + self(words)
-
-    def hint(self, hint: str, story: str) -> str:
-        """A verdict's one sentence: that of a story is its first line and perhaps the cause, see judge.cause."""
-        what = story.partition("\n")[0]
-        if not what.startswith("Stage ") or not hint.startswith(what):
-            return self(hint)
-        cause = hint[len(what):].removeprefix(": ").removesuffix(".")
-        template = "{what}: {cause}." if cause else "{what}."
-        return self.entries.get(template, template).format(what=self.story(what), cause=self(cause))
+    def translate(self, words: str) -> str:
+        """Words that are not ours, as far as they are known."""
+        for pattern, template in self.quoted:
+            if found := pattern.fullmatch(words):
+                return template.format(**{name: self.translate(value) for name, value in found.groupdict().items()})
+        return words
 
 
 def pattern_of(template: str) -> re.Pattern:
-    """What a template fits, with a group for each of its placeholders."""
+    """What a template fits, with a group for each of its placeholders; a single letter stands for a number."""
     pieces = PLACEHOLDER.split(template)  # text, name, text, …
     groups = [f"(?P<{name}>{NUMBER if len(name) == 1 else '.*?'})" for name in pieces[1::2]]
     return re.compile("".join(re.escape(text) + group for text, group in zip(pieces[::2], groups + [""])), re.DOTALL)

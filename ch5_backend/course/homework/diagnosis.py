@@ -1,0 +1,72 @@
+"""Why a stage has failed, as data, and how it is told.
+
+A diagnosis is a dict: its "cause" is something said (see base/language). That of a test has more, as
+ch5_homework/judge/diagnosis.h writes it: "stage", "check", "expected", "got", "places" and "todo".
+"""
+
+from typing import NamedTuple
+
+from ..base.language import Speaker, pad, sentence
+
+LABEL_WIDTH = 10
+MORE = "\n" + " " * (LABEL_WIDTH + 2)  # where a text of several lines goes on
+SHOWN_LINES = 15  # of a diagnosis, of the compiler's words, of what the student's file prints
+
+# Causes that give no answer away, nor say which mistake it is.
+SYMPTOMS = ("matrix.none_typical", "matrix.none_typical_not_symmetric", "7.none_typical")
+UNSET = ("matrix.still_empty", "matrix.still_zero", "matrix.never_set", "1.2.landmark_step_unset")
+
+
+class Verdict(NamedTuple):
+    state: str
+    diagnosis: dict = {}  # of the first failure
+    output: str = ""      # the compiler's own words, or GoogleTest's
+    printed: str = ""     # what the student's own code has printed
+    tests: tuple = ()     # what GoogleTest reports of each test that was run
+
+
+def because(name: str, /, **arguments) -> dict:
+    """The diagnosis of what ended before a test could compare anything."""
+    return {"cause": sentence(name, **arguments)}
+
+
+def cause_of(diagnosis: dict) -> str:
+    """The id of the cause, or ""."""
+    cause = diagnosis.get("cause", "")
+    return cause.get("id", "") if isinstance(cause, dict) else ""
+
+
+def what_of(diagnosis: dict, say: Speaker) -> str:
+    return say("diagnosis.what", stage=diagnosis["stage"], what=diagnosis["check"])
+
+
+def in_short(diagnosis: dict, say: Speaker) -> str:
+    """One or two sentences."""
+    if "check" not in diagnosis:
+        return say.text(diagnosis.get("cause", ""))
+    if "cause" not in diagnosis:
+        return say("diagnosis.without_cause", what=what_of(diagnosis, say))
+    return say("diagnosis.in_short", what=what_of(diagnosis, say), cause=diagnosis["cause"])
+
+
+def told(diagnosis: dict, say: Speaker) -> str:
+    """All of a test's diagnosis: what it is about, then labels, each with its text."""
+    todo = diagnosis.get("todo")
+    lines = [(say(label), diagnosis[key]) for key, label in (("expected", "diagnosis.expected"), ("got", "diagnosis.got"))
+             if key in diagnosis]
+    lines += [(say.text(place), name) for place, name in diagnosis.get("places", ())]
+    if cause := diagnosis.get("cause") or diagnosis.get("held_back"):
+        lines.append((say("diagnosis.cause"), cause))
+    lines.append((say("diagnosis.read"), sentence("diagnosis.handout_todo" if todo else "diagnosis.handout",
+                                                  stage=diagnosis["stage"], **({"todo": todo} if todo else {}))))
+    labelled = ["  " + (pad(label, LABEL_WIDTH) if len(label) < LABEL_WIDTH else label + " ") +
+                say.text(text).replace("\n", MORE) for label, text in lines]
+    return "\n".join([what_of(diagnosis, say), *labelled])
+
+
+def in_full(diagnosis: dict, output: str, say: Speaker) -> str:
+    """All that a verdict says; above a compiler's own words stands what they mean."""
+    if "check" in diagnosis:
+        return told(diagnosis, say)
+    short = in_short(diagnosis, say)
+    return output if short and output.startswith(short) else f"{short}\n\n{output}".strip()

@@ -1,0 +1,269 @@
+#include "ch5_homework/judge/diagnosis.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "ch5_homework/judge/poison.h"
+
+namespace ch5::homework {
+namespace {
+
+constexpr int kSmall = 3;               // matrices up to this size are shown whole
+constexpr double kMistakeMatch = 1e-6;  // how near to a mistake's answer counts as that mistake
+
+std::string Size(const MatXX& A) { return std::to_string(A.rows()) + "×" + std::to_string(A.cols()); }
+
+std::string Whole(const MatXX& A) {
+  std::ostringstream out;
+  out << A.format(Eigen::IOFormat(6, 0, "  ", "\n", "[ ", " ]"));
+  return out.str();
+}
+
+double LargestEntry(const MatXX& A) { return A.size() == 0 ? 0.0 : A.cwiseAbs().maxCoeff(); }
+
+// |got − expected|, with infinity where `got` is not finite.
+MatXX Deviation(const Claim& claim) {
+  return (claim.got - claim.expected).unaryExpr([](double x) {
+    return std::isfinite(x) ? std::abs(x) : std::numeric_limits<double>::infinity();
+  });
+}
+
+const Mistake* FindMistake(const Claim& claim) {
+  for (const Mistake& mistake : claim.mistakes) {
+    const MatXX answer = mistake.answer();
+    if (Equal(claim.got, answer, kMistakeMatch) && !Equal(answer, claim.expected, 10 * kMistakeMatch)) return &mistake;
+  }
+  return nullptr;
+}
+
+Text Called(const Claim& claim) { return claim.variable.empty() ? Text("matrix.it") : Word(claim.variable); }
+
+bool Any(const MatXX& A, bool (*is)(double)) { return std::any_of(A.data(), A.data() + A.size(), is); }
+
+// What numbers that are none say: memory that was never written to, or is no more, has a mark of its own.
+Text SymptomOfNaN(const Claim& claim) {
+  if (Any(claim.got, &IsFreed)) return "matrix.freed_memory_read";
+  if (Any(claim.got, &IsFresh)) {
+    const bool all = std::all_of(claim.got.data(), claim.got.data() + claim.got.size(), &IsFresh);
+    return all ? Text("matrix.never_set", {{"variable", Called(claim)}}) : "matrix.some_never_set";
+  }
+  return "matrix.not_finite";
+}
+
+// k if got = k · expected, otherwise NaN.
+double Ratio(const MatXX& got, const MatXX& expected) {
+  const double k = got.cwiseProduct(expected).sum() / expected.squaredNorm();
+  const bool is = std::abs(k) > 1e-9 && Equal(got, k * expected, kMistakeMatch * std::min(1.0, std::abs(k)));
+  return is ? k : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool SameNumbersElsewhere(MatXX got, MatXX expected, double tolerance) {
+  std::sort(got.data(), got.data() + got.size());
+  std::sort(expected.data(), expected.data() + expected.size());
+  return Equal(got, expected, tolerance);
+}
+
+bool IsSymmetric(const MatXX& A) { return A.rows() == A.cols() && A.rows() > 1 && Equal(A, A.transpose(), 1e-9); }
+
+// Which simple change of the whole matrix explains it; empty if none does.
+Text SymptomOfTheWhole(const Claim& claim) {
+  const MatXX &got = claim.got, &expected = claim.expected;
+  if (got.isZero(0.0)) return {"matrix.still_zero", {{"variable", Called(claim)}}};
+  if (expected.isZero(0.0)) return {};
+  const double k = Ratio(got, expected);
+  if (std::abs(k + 1.0) < 1e-6) return "matrix.sign";
+  if (std::isfinite(k)) return {"matrix.factor", {{"k", Word(k)}}};
+  const bool square = got.rows() == got.cols() && got.rows() > 1;
+  if (square && Equal(got, expected.transpose(), kMistakeMatch)) return "matrix.transposed";
+  if (square && IsSymmetric(expected)) {
+    const MatXX upper = expected.triangularView<Eigen::Upper>(), lower = expected.triangularView<Eigen::Lower>();
+    if (Equal(got, upper, kMistakeMatch)) return "matrix.only_upper_triangle";
+    if (Equal(got, lower, kMistakeMatch)) return "matrix.only_lower_triangle";
+  }
+  if (SameNumbersElsewhere(got, expected, kMistakeMatch)) return "matrix.wrong_places";
+  const auto wrong = ((got - expected).array().abs() > claim.tolerance * LargestEntry(expected)).eval();
+  if (wrong.select(got, 0.0).isZero(0.0)) return "matrix.wrong_entries_are_zero";
+  return {};
+}
+
+// What can be said of a wrong matrix that no typical mistake explains.
+Text Symptom(const Claim& claim) {
+  if (!claim.got.allFinite()) return SymptomOfNaN(claim);
+  if (const Text whole = SymptomOfTheWhole(claim); !whole.empty()) return whole;
+  if (IsSymmetric(claim.expected) && !IsSymmetric(claim.got)) return "matrix.none_typical_not_symmetric";
+  return "matrix.none_typical";
+}
+
+// "(3, 4) = 2.5", "entry 3 = 2.5" of a vector.
+Text Entry(const MatXX& A, int row, int column) {
+  const std::string value = Number(A(row, column));
+  if (A.cols() == 1) return {"matrix.entry", {{"n", Word(row)}, {"value", Word(value)}}};
+  return Word("(" + std::to_string(row) + ", " + std::to_string(column) + ") = " + value);
+}
+
+// The worst entry and whose it is.
+void CompareEntry(const Claim& claim, Diagnosis* diagnosis) {
+  const MatXX deviation = Deviation(claim);
+  int row = 0, column = 0;
+  deviation.maxCoeff(&row, &column);
+  const double threshold = claim.tolerance * LargestEntry(claim.expected);
+  const auto wrong = (deviation.array() > threshold).count();
+  diagnosis->expected = Entry(claim.expected, row, column);
+  diagnosis->got = {
+      "matrix.worst_entry",
+      {{"entry", Entry(claim.got, row, column)}, {"wrong", Word(wrong)}, {"all", Word(deviation.size())}}};
+  if (row < static_cast<int>(claim.names.size())) {
+    diagnosis->places.push_back({{"diagnosis.row", {{"n", Word(row)}}}, claim.names[row]});
+  }
+  const Names& columns = claim.columns.empty() ? claim.names : claim.columns;
+  if (claim.got.cols() > 1 && column < static_cast<int>(columns.size())) {
+    diagnosis->places.push_back({{"diagnosis.column", {{"n", Word(column)}}}, columns[column]});
+  }
+}
+
+// "VertexPose 1", "pose 0", with "δp.y" of a pose, nothing more of a scalar.
+Text NameOfRow(const Vertex& vertex, const Text& name, int k) {
+  static const char* const kPose[] = {"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z"};
+  static const char* const kPoint[] = {"x", "y", "z"};
+  if (vertex.LocalDimension() == 1) return name;
+  const bool is_pose = vertex.TypeInfo() == "VertexPose";
+  if (!is_pose && vertex.TypeInfo() != "VertexPointXYZ") {
+    return {"scene.component", {{"vertex", name}, {"n", Word(k)}}};
+  }
+  return {"scene.row_of", {{"vertex", name}, {"component", Word(std::string(is_pose ? kPose[k] : kPoint[k]))}}};
+}
+
+// For graders: the largest deviation so far in this test, in tolerances.
+void RecordMargin(const Claim& claim) {
+  static const testing::TestInfo* test = nullptr;
+  static double largest = 0.0;
+  const testing::TestInfo* now = testing::UnitTest::GetInstance()->current_test_info();
+  if (now != test) largest = 0.0;
+  test = now;
+  if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) return;
+  const double allowed = std::max(claim.tolerance * LargestEntry(claim.expected), std::numeric_limits<double>::min());
+  largest = std::max(largest, LargestEntry(Deviation(claim)) / allowed);
+  if (std::isfinite(largest)) testing::Test::RecordProperty("margin", Number(largest));
+}
+
+// For a grader's picture: rows of '.', 'o' or 'x' for an entry that is zero, not zero, or wrong; "" if it is too large.
+std::string Picture(const Claim& claim) {
+  constexpr Eigen::Index kMost = 90;
+  const MatXX& E = claim.expected;
+  if (claim.got.rows() != E.rows() || claim.got.cols() != E.cols() || E.rows() > kMost || E.cols() > kMost) return "";
+  const MatXX deviation = Deviation(claim);
+  const double allowed = claim.tolerance * LargestEntry(E);
+  std::string rows;
+  for (Eigen::Index i = 0; i < E.rows(); ++i) {
+    if (i > 0) rows += '/';
+    for (Eigen::Index j = 0; j < E.cols(); ++j) rows += deviation(i, j) > allowed ? 'x' : E(i, j) == 0.0 ? '.' : 'o';
+  }
+  return rows;
+}
+
+std::string JsonString(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c == '\n' ? "\\n" : std::string(1, c);
+  }
+  return quoted + "\"";
+}
+
+}  // namespace
+
+Text::Text(const char* id, std::initializer_list<Argument> arguments) : json_("{\"id\": " + JsonString(id)) {
+  for (const Argument& argument : arguments) json_ += ", " + JsonString(argument.name) + ": " + argument.value.Json();
+  json_ += "}";
+}
+
+Text Text::Quoted(const std::string& words) {
+  Text text;
+  text.json_ = "{\"quoted\": " + JsonString(words) + "}";
+  return text;
+}
+
+Text Text::Word(const std::string& word) {
+  Text text;
+  text.json_ = JsonString(word);
+  return text;
+}
+
+std::string Number(double x) {
+  std::ostringstream out;
+  out << x;
+  return out.str();
+}
+
+bool HoldsUnset(const MatXX& A) { return Any(A, &IsFresh) || Any(A, &IsFreed); }
+
+bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
+  if (got.rows() != expected.rows() || got.cols() != expected.cols()) return false;
+  if (got.size() == 0) return true;
+  return got.allFinite() && LargestEntry(got - expected) <= tolerance * LargestEntry(expected);
+}
+
+std::string Report(const Claim& claim) {
+  RecordMargin(claim);
+  if (Equal(claim.got, claim.expected, claim.tolerance)) return "";
+  testing::Test::RecordProperty("picture", Picture(claim));
+  Diagnosis diagnosis{claim.stage, claim.what, {}, {}, {}, claim.todo};
+  if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) {
+    diagnosis.expected = {"matrix.size_expected", {{"size", Word(Size(claim.expected))}}};
+    diagnosis.got = {"matrix.size_got", {{"size", Word(Size(claim.got))}}};
+    diagnosis.cause =
+        claim.got.size() == 0 ? Text("matrix.still_empty", {{"variable", Called(claim)}}) : "matrix.size_mismatch";
+    return Report(diagnosis);
+  }
+  if (claim.got.rows() <= kSmall && claim.got.cols() <= kSmall) {
+    diagnosis.expected = Word(Whole(claim.expected));
+    diagnosis.got = Word(Whole(claim.got));
+  } else {
+    CompareEntry(claim, &diagnosis);
+  }
+  const Mistake* mistake = FindMistake(claim);
+  diagnosis.cause = mistake == nullptr ? Symptom(claim) : mistake->cause;
+  if (mistake != nullptr && !mistake->todo.empty()) diagnosis.todo = mistake->todo;
+  return Report(diagnosis);
+}
+
+std::string Report(const Diagnosis& diagnosis) {
+  std::string json = "{\"stage\": " + JsonString(diagnosis.stage) + ", \"check\": " + diagnosis.check.Json();
+  for (const auto& [name, text] :
+       {std::pair{"expected", &diagnosis.expected}, {"got", &diagnosis.got}, {"cause", &diagnosis.cause}}) {
+    if (!text->empty()) json += std::string(", \"") + name + "\": " + text->Json();
+  }
+  std::string places;
+  for (const auto& [place, name] : diagnosis.places) {
+    places += (places.empty() ? "[" : ", [") + place.Json() + ", " + name.Json() + "]";
+  }
+  json += ", \"places\": [" + places + "], \"todo\": " + JsonString(diagnosis.todo) + "}";
+  testing::Test::RecordProperty("diagnosis", json);
+  return json;
+}
+
+Names Words(const std::vector<std::string>& words) {
+  Names names;
+  for (const std::string& word : words) names.push_back(Word(word));
+  return names;
+}
+
+Names RowNames(const Ordering& ordering, bool numbered) {
+  Names names;
+  for (const auto* vertices : {&ordering.poses, &ordering.landmarks}) {
+    const char* const role = vertices == &ordering.poses ? "scene.pose" : "scene.landmark";
+    for (size_t i = 0; i < vertices->size(); ++i) {
+      const Vertex& vertex = *(*vertices)[i];
+      const int id = vertex.Id() < 0 ? static_cast<int>(i) : vertex.Id();
+      const Text name = numbered ? Text(role, {{"n", Word(i)}}) : Word(vertex.TypeInfo() + " " + std::to_string(id));
+      for (int k = 0; k < vertex.LocalDimension(); ++k) names.push_back(NameOfRow(vertex, name, k));
+    }
+  }
+  return names;
+}
+
+}  // namespace ch5::homework

@@ -1,0 +1,111 @@
+#pragma once
+/// Failures that teach, as data: what was expected, what came, whose entry it is, and which typical mistake gives just
+/// this. A diagnosis leaves the test as one line of JSON; its sentences are in ch5_backend/course/base/language.
+
+#include <functional>
+#include <initializer_list>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "ch5_backend/graph/ordering.h"
+#include "ch5_backend/math/eigen_types.h"
+
+namespace ch5::homework {
+
+/// What is said: a sentence by its id, "1.1.mirror_missing", with what varies in it by name; or a word that is the same in
+/// every language (a number, a name of the code), or somebody else's words (the library's); or nothing.
+class Text {
+ public:
+  struct Argument;
+
+  Text() = default;
+  Text(const char* id) : Text(id, {}) {}
+  Text(const char* id, std::initializer_list<Argument> arguments);
+  static Text Word(const std::string& word);
+  static Text Quoted(const std::string& words);
+
+  bool empty() const { return json_.empty(); }
+  /// A JSON string for a word, {"id": …, argument: …} for a sentence, {"quoted": …}.
+  const std::string& Json() const { return json_; }
+
+ private:
+  std::string json_;
+};
+
+struct Text::Argument {
+  const char* name;
+  Text value;
+};
+
+/// As few digits as tell it from others: "100", "0.25".
+std::string Number(double x);
+
+inline Text Word(const std::string& word) { return Text::Word(word); }
+inline Text Word(double x) { return Text::Word(Number(x)); }
+template <class Integer, std::enable_if_t<std::is_integral_v<Integer>, int> = 0>
+Text Word(Integer n) {
+  return Text::Word(std::to_string(n));
+}
+
+/// A mistake that many make. The cause is told only if the mistake's own wrong answer is what the student has.
+struct Mistake {
+  std::string todo;  ///< "1.1b"
+  Text cause;        ///< "1.1.mirror_missing"
+  std::function<MatXX()> answer;
+};
+
+/// What each row or column stands for: "VertexPose 1, δp.y".
+using Names = std::vector<Text>;
+Names Words(const std::vector<std::string>& words);
+
+/// One comparison of a student's matrix or vector with the right one.
+struct Claim {
+  std::string stage;  ///< "1.1"
+  Text what;          ///< "H of one edge between two poses"
+  MatXX expected;
+  MatXX got;
+  Names names;                    ///< of the rows, and of the columns of a square matrix; may be empty
+  std::vector<Mistake> mistakes;  ///< the likelier ones first
+  double tolerance = 1e-10;       ///< of the largest expected entry
+  Names columns = {};             ///< of a matrix whose columns have other names than its rows
+  std::string todo = {};          ///< where to look if no typical mistake explains it
+  std::string variable = {};      ///< what the student's code calls it: "H_prior"
+};
+
+/// Why a check has failed. All but the stage and the check may be empty.
+struct Diagnosis {
+  std::string stage;  ///< "1.1"
+  Text check;         ///< what was compared: "H of one edge between two poses"
+  Text expected = {}, got = {};
+  Text cause = {};
+  std::string todo = {};                           ///< where to read
+  std::vector<std::pair<Text, Text>> places = {};  ///< ("row 3", "VertexPose 1, δp.y")
+};
+
+/// The diagnosis as one line of JSON, which the test's report holds from now on as its property "diagnosis": a worker cannot
+/// write there.
+std::string Report(const Diagnosis& diagnosis);
+
+/// Empty if the claim holds, otherwise the report of its failure.
+std::string Report(const Claim& claim);
+
+/// The names of the rows of H: by type and graph id, "VertexPose 4, δp.x", or the place in the list if it is in no graph;
+/// or numbered as stage 7 does, "pose 0, δp.x".
+Names RowNames(const Ordering& ordering, bool numbered = false);
+
+/// Whether it holds numbers from memory that was never written to, or that is no more (poison.h).
+bool HoldsUnset(const MatXX& A);
+
+/// Whether the matrices have one size and differ by at most `tolerance` of the largest entry of `expected`.
+bool Equal(const MatXX& got, const MatXX& expected, double tolerance);
+
+}  // namespace ch5::homework
+
+/// Reports a claim that does not hold, and leaves the test.
+#define ASSERT_CLAIM(...)                                                                   \
+  do {                                                                                      \
+    const std::string report = ::ch5::homework::Report(::ch5::homework::Claim __VA_ARGS__); \
+    if (!report.empty()) FAIL() << report;                                                  \
+  } while (false)

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""Judges the reference and every sample submission of a file, stage by stage: run_samples.py [options] EXECUTABLE FILE…
+
+FILE is a .samples file, or "blanks" for every single blank TODO. Exit code 0 if each verdict is the expected one and can be
+told in every language, no right sample comes within ten times a tolerance, and NAMED of the wrong ones say what the mistake
+is, not only where it shows.
+EXECUTABLE is homework_samples, which judges as ./course check does; or, with --worker worker_samples, homework_judge.
+"""
+
+import argparse
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from tests.homework.samples import Sample, blank_samples, read_samples
+from ch5_backend.course.base.language import LANGUAGES, speaker
+from ch5_backend.course.homework import judge as course_judge
+from ch5_backend.course.homework.diagnosis import SYMPTOMS, cause_of, in_full, in_short
+from ch5_backend.course.homework.regions import STAGES
+
+NAMED = 0.95
+UNNAMED = (*SYMPTOMS, "judge.crash", "judge.ended_by_itself", "judge.not_all_run", "judge.test_failed", "")
+TIME_LIMIT = 3.0  # for a sample that is expected not to end; the others have the student's limit
+MARGIN = 0.1      # of a tolerance: what a right sample may use of it
+
+
+def is_named(verdict) -> bool:
+    """Whether a verdict on a wrong sample names its cause."""
+    return cause_of(verdict.diagnosis) not in UNNAMED
+
+
+def said_in(text) -> set:
+    """The ids and the values in something said."""
+    parts = text.values() if isinstance(text, dict) else text if isinstance(text, list) else []
+    return {str(text)} if not parts else set().union(*map(said_in, parts))
+
+
+def judge(asked, one: Sample, stage: dict, seed) -> tuple:
+    """Empty if the verdict is the expected one, otherwise a line about the difference; and whether it names its cause."""
+    state, wanted = one.verdict(stage["id"])
+    limit = TIME_LIMIT if state == "times-out" else course_judge.TIME_LIMIT
+    options, worker, name = [f"--seed={seed}"] if seed else [], [], f"--submission={one.name}"
+    if asked.worker:
+        worker = [str(asked.worker.resolve()), name]
+        options += [f"--time-limit={limit}"]
+        limit *= 2
+    else:
+        options += [name]
+    verdict = course_judge.judge(asked.executable.resolve(), stage, limit, options, worker)
+    where = f"{one.name}, stage {stage['id']}, seed {seed}"
+    told = [in_short(verdict.diagnosis, speaker(language)) + in_full(verdict.diagnosis, verdict.output, speaker(language))
+            for language in LANGUAGES]  # a sentence that lacks a value is a KeyError here
+    if verdict.state != state or not set(wanted.split()) <= said_in(verdict.diagnosis.get("cause", "")):
+        return f"{where}: expected {state} “{wanted}”, got {verdict.state} “{told[0]}” {verdict.diagnosis}", False
+    near = [f"{where}: {test['name']} uses {float(test['margin']):.2g} of its tolerance" for test in verdict.tests
+            if state == "right" and float(test.get("margin", 0)) > MARGIN]
+    return "\n".join(near), is_named(verdict)
+
+
+def stages_of(one: Sample, own: bool) -> list:
+    """The stages in which it is judged: all, or those whose verdict or code is its own."""
+    places = {word.split()[1] for word in one.code}
+    held = {stage["id"] for stage in STAGES if places.intersection([stage["id"], *stage["todos"]])}
+    return [stage for stage in STAGES if not own or one.name == "linked" or stage["id"] in (one.expected or held)]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("executable", type=Path)
+    parser.add_argument("files", nargs="+")
+    parser.add_argument("--worker", type=Path)
+    parser.add_argument("--seed", type=int, action="append", help="may be repeated: right samples are judged with each")
+    parser.add_argument("--own", action="store_true", help="only the stages whose verdict or code is the sample's")
+    asked = parser.parse_args()
+    samples = [Sample("linked")]
+    for file in asked.files:
+        samples += blank_samples() if file == "blanks" else read_samples(Path(file))
+    seeds = asked.seed or [None]
+    cases = [(one, stage, seed) for one in samples for stage in stages_of(one, asked.own)
+             for seed in (seeds[:1] if one.expected else seeds)]
+    with ThreadPoolExecutor(2) as pool:
+        verdicts = list(pool.map(lambda case: judge(asked, *case), cases))
+    differences = [difference for difference, _ in verdicts if difference]
+    named = [told for (one, stage, _), (_, told) in zip(cases, verdicts) if stage["id"] in one.expected]
+    print("\n".join(differences))
+    right = sum(not one.expected for one in samples)
+    print(f"{right} right and {len(samples) - right} wrong samples, {len(cases)} verdicts, {len(differences)} unexpected, "
+          f"named {sum(named)} of {len(named)}")
+    return 1 if differences or sum(named) < NAMED * len(named) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

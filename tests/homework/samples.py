@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+"""Sample submissions: right and wrong ways to do the homework, each with the verdict that it must get.
+
+samples/*.samples hold them, told apart by these lines:
+
+    // SAMPLE name
+    // EXPECT 1.1 wrong 1.1.mirror_missing            a stage, its state, ids and values of its cause; unnamed stages: right
+    // REGION 1.1b                                    the code below stands in this TODO's region
+    // STAGE 1.2                                      or in place of the stage's whole function
+
+Every single blank TODO is a sample too. `samples.py FOLDER FILE.samples…` writes them as C++, a translation unit for each
+file and one for the blanks: each sample in a namespace of its own holds only the functions that it changes, in classes
+derived from the reference's; so hundreds of them share one executable.
+"""
+
+import re
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ch5_backend.course.homework.regions import FILES, STAGES, fill, regions, solution_text, stage_of
+
+# How the class of a sample announces the function that a stage replaces.
+DECLARATIONS = {
+    "1.1": "void MakeHessian() override;",
+    "1.2": "bool SolveLinearSystem(double lambda, VecX* delta_x) override;",
+    "2": "static MarginalizeResult TestMarginalize(MatXX H_marg, VecX b_marg, int idx, int dim);",
+    "5": "int InsertBlock(int dim, bool is_landmark); static void SchurComplement(const MatXX& V, const MatXX& W, "
+         "const VecX& b_b, MatXX* U, VecX* b_a); void UpdateErrorComputation(); VecX Residual(const VecX& delta_chi) const;",
+    "6": "void PreMarginalize(); void ConstructA(); KeptSystem SchurComplement() const; void Factor(const KeptSystem& kept); "
+         "Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift = {}) const;",
+    "7": "void BuildStructure() override; void BuildSystem() override; bool Solve(double lambda, VecX* delta_x) override;",
+}
+
+# The classes that they are members of.
+CLASSES = {"Problem": ["1.1", "1.2", "2"], "MarginalizationError": ["5"], "MarginalizationInfo": ["6"],
+           "PlainBlockSolver": ["7"]}
+
+
+@dataclass
+class Sample:
+    name: str
+    expected: dict = field(default_factory=dict)  # stage id → (state, ids and values of the cause)
+    code: dict = field(default_factory=dict)      # "REGION 1.1b" or "STAGE 1.2" → text
+
+    def verdict(self, stage: str) -> tuple:
+        return self.expected.get(stage, ("right", ""))
+
+
+def read_samples(path: Path) -> list:
+    """The samples of a file; raises ValueError with the line that cannot be read."""
+    samples, lines = [], None
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(keepends=True), 1):
+        marker = re.match(r"// (SAMPLE|EXPECT|REGION|STAGE) (\S+) ?(\S*) ?(.*)$", line)
+        if not marker:
+            if lines is not None:
+                lines.append(line)
+            elif line.strip() and not line.startswith("//"):
+                raise ValueError(f"{path}:{number}: code outside of a region")
+        elif marker[1] == "SAMPLE":
+            samples.append(Sample(marker[2]))
+            lines = None
+        elif marker[1] == "EXPECT":
+            samples[-1].expected[marker[2]] = (marker[3], marker[4])
+        else:
+            lines = samples[-1].code.setdefault(f"{marker[1]} {marker[2]}", [])
+    return samples
+
+
+def blank_samples() -> list:
+    """One sample for each TODO that is left blank."""
+    blanks = []
+    for region in (region for name in FILES for region in regions(solution_text(name))):
+        code = region.blank().splitlines(keepends=True)
+        expected = {stage_of(region.todo)["id"]: ("not-started", f"judge.not_started {region.todo}")}
+        blanks.append(Sample("blank_" + region.todo.replace(".", "_"), expected, {f"REGION {region.todo}": code}))
+    return blanks
+
+
+def sections(text: str) -> list:
+    """The functions of a solution: what stands in its namespace, parted at the lines `// ---- …`."""
+    body = re.search(r"^namespace ch5 \{\n(.*)^\}  // namespace ch5$", text, re.MULTILINE | re.DOTALL)[1]
+    return [part for part in re.split(r"^(?=// ---- )", body, flags=re.MULTILINE) if regions(part)]
+
+
+def code_of(one: Sample) -> tuple:
+    """The text of the changed functions, and the stages that they belong to."""
+    text, stages, unused = "", [], set(one.code)
+    for section in (section for name in FILES for section in sections(solution_text(name))):
+        stage = stage_of(regions(section)[0].todo)
+        keys = {f"STAGE {stage['id']}", *(f"REGION {region.todo}" for region in regions(section))} & unused
+        if not keys:
+            continue
+        unused -= keys
+        stages.append(stage["id"])
+        whole = one.code.get(f"STAGE {stage['id']}")
+        text += "".join(whole) if whole else fill(
+            section, lambda region: "".join(one.code.get(f"REGION {region.todo}", region.solution)))
+    if unused:
+        raise ValueError(f"sample {one.name}: no such region: {', '.join(sorted(unused))}")
+    return text, stages
+
+
+def derived_class(name: str, stages: list) -> str:
+    """A class of the same name as the reference's, with the functions of these stages its own; without any the name
+    means the reference's, whose templates all samples share."""
+    if not stages:
+        return ""
+    members = "\n  ".join([f"using ch5::{name}::{name};", *(DECLARATIONS[stage] for stage in stages)])
+    return f"class {name} : public ch5::{name} {{\n public:\n  {members}\n}};"
+
+
+def translation_unit(samples: list) -> str:
+    includes = sorted({line for name in FILES for line in re.findall(r"^#include .*$", solution_text(name), re.MULTILINE)})
+    parts = ["// Written by tests/homework/samples.py.", *includes, '#include "ch5_homework/judge/submission.h"']
+    for one in samples:
+        text, stages = code_of(one)
+        classes = "\n".join(derived_class(name, [stage for stage in own if stage in stages and f"{name}::" in text])
+                            for name, own in CLASSES.items())
+        parts.append(f"""
+namespace ch5::sample_{one.name} {{
+{classes}
+{text}
+[[maybe_unused]] const bool registered = homework::Register(
+    "{one.name}", {{&homework::Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges,
+                   {{&GaugeNullSpace, &GaugeProjection, &GaugeMotionJacobian, &TransformCovariance}},
+                   &homework::MakeOkvisTerm<MarginalizationError>, &homework::MakeVinsTerm<MarginalizationInfo>,
+                   {{&DropSetOfMarginOld, &DropSetOfMarginSecondNew, &SlideWindow, &DetectFailure}},
+                   &homework::MakeBlockSolver<PlainBlockSolver>}});
+}}  // namespace ch5::sample_{one.name}""")
+    return "\n".join(parts) + "\n"
+
+
+def main(folder: str, paths: list) -> None:
+    corpus = {Path(path).stem: read_samples(Path(path)) for path in paths}
+    corpus["blanks"] = blank_samples()
+    samples = [one for part in corpus.values() for one in part]
+    names = [one.name for one in samples]
+    if len(set(names)) < len(names):
+        raise ValueError("two samples of one name: " + ", ".join(sorted({name for name in names if names.count(name) > 1})))
+    if unknown := {stage for one in samples for stage in one.expected} - {stage["id"] for stage in STAGES}:
+        raise ValueError(f"unknown stages: {unknown}")
+    for name, part in corpus.items():
+        output, text = Path(folder, f"samples_{name}.cc"), translation_unit(part)
+        if not output.exists() or output.read_text(encoding="utf-8") != text:  # what is unchanged need not be compiled
+            output.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2:])
