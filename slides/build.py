@@ -22,7 +22,8 @@ same minutes in both languages, 60 to 90 a deck. What a deck shows comes from th
   *.csv           tables that are kept in deckN/ because making them measures time; they hide those of --csv
 
 The tables of --csv that a deck needs, and the program that writes them, are FigureSet("slides/N", …) in
-ch5_backend/course/experiments/figure_sets.py. Shared: svg.py (canvas, colours), chart.py (axes), tex.py, tables.py.
+ch5_backend/course/experiments/figure_sets.py. Shared: tex.py, and in ch5_backend/figures slide.py (canvas, axes, colors),
+tables.py, numbers/ and words/, in which a deck's words begin with its topic.
 """
 
 import argparse
@@ -41,8 +42,8 @@ ROOT = HERE.parent
 from . import browser, npm
 from .browser import BuildError
 from .npm import WORK
-from .tables import MissingTable, Tables
 from ch5_backend.figures.atomic_write import atomic_write
+from ch5_backend.figures.tables import TableError, Tables
 
 LANGUAGES = ("en", "zh")
 PLACEHOLDER = re.compile(r"\{\{([A-Za-z0-9_.]+)\}\}")
@@ -248,7 +249,7 @@ def main(argv):
         else:
             build(choose(arguments.names), arguments)
         return 0
-    except MissingTable as missing:
+    except TableError as missing:
         say(missing)
         return 2
     except BuildError as error:

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import style
 from .style import GREY, ORANGE, plt
+from .tables import read
 
 ELEVATION = np.radians(40.0)  # of the viewer above the horizon
 TURN = np.radians(12.0)       # off the scene's long side, which would look flat head-on
@@ -130,7 +131,7 @@ def layout(view):
 
 
 def draw(directory):
-    points, cameras, trace, summary = (style.read(directory, name, folder="")
+    points, cameras, trace, summary = (read(directory, name, folder="")
                                        for name in ("points", "cameras", "trace", "summary"))
     summary = dict(zip(summary["key"], summary["value"]))
     after = matrix(points, "x_after", "y_after", "z_after")

@@ -3,6 +3,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from . import style
+from .tables import read
 
 SIDES = {"ours": style.BLUE, "Ceres": style.VERMILION}
 PANELS = 6
@@ -64,8 +65,8 @@ def size_figure(directory, rows):
 
 
 def draw(directory):
-    cost_figure(directory, style.read(directory, "traces", folder=""))
-    size_figure(directory, style.read(directory, "rows", folder=""))
+    cost_figure(directory, read(directory, "traces", folder=""))
+    size_figure(directory, read(directory, "rows", folder=""))
 
 
 if __name__ == "__main__":

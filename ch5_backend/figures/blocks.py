@@ -7,6 +7,7 @@ import json
 import numpy as np
 
 from . import page, style
+from .tables import dense, read
 
 LEVELS = 8  # of magnitude, a decade each
 WHAT = {"H": "H", "S": "S = H_pp − H_pm H_mm⁻¹ H_mp"}
@@ -17,8 +18,8 @@ class Blocks:
 
     def __init__(self, directory, scene, say):
         self.say = say
-        read = lambda name: style.read(directory, name).where(scene=scene)
-        vertices, edges, blocks = read("hessian_vertices"), read("hessian_edges"), read("hessian_blocks")
+        of = lambda name: read(directory, name).where(scene=scene)
+        vertices, edges, blocks = of("hessian_vertices"), of("hessian_edges"), of("hessian_blocks")
         numbers = lambda *names: zip(*(vertices[name].astype(int).tolist() for name in names))
         spans_of = sorted(numbers("vertex", "first_row", "rows"), key=lambda row: row[1])
         self.rows = {vertex: (first, rows) for vertex, first, rows in spans_of}
@@ -106,8 +107,7 @@ def matrix_svg(blocks, name, matrix, largest):
 
 def map_svg(blocks, directory, scene):
     """Poses and points from above with their edges."""
-    read = lambda name: style.read(directory, name).where(scene=scene, state="final")
-    frames, points = read("mono_ba_frames"), read("mono_ba_points")
+    frames, points = (read(directory, name).where(scene=scene, state="final") for name in ("mono_ba_frames", "mono_ba_points"))
     x, z = (np.concatenate((frames[axis], points[axis])) for axis in ("x_m", "z_m"))
     scale = 300 / max(np.ptp(x), np.ptp(z))
     spots = dict(zip(blocks.names, np.column_stack((10 + scale * (x - x.min()), 10 + scale * (z.max() - z)))))
@@ -131,8 +131,8 @@ def explorer(directory, scene, say):
     blocks = Blocks(directory, scene, say)
     size = sum(rows for _, rows in blocks.rows.values())
     poses = sum(rows for _, rows in blocks.rows.values() if rows > 1)
-    table = style.read(directory, "hessian").where(scene=scene)
-    matrices = {name: style.dense(table.where(matrix=name), n, n) for name, n in (("H", size), ("S", poses))}
+    table = read(directory, "hessian").where(scene=scene)
+    matrices = {name: dense(table.where(matrix=name), n, n) for name, n in (("H", size), ("S", poses))}
     largest = max(np.abs(matrix).max() for matrix in matrices.values())
     drawn = [matrix_svg(blocks, name, matrix, largest) for name, matrix in matrices.items()]
     rows = [(blocks.name(matrix, i, j), blocks.made_by(matrix, makers)) for (matrix, i, j), makers in blocks.makers.items()]

@@ -1,16 +1,16 @@
 """The numbers in the words below each figure, all taken from the tables; the sentences around them are in words.json."""
 from . import style
 from .style import number
+from .tables import read
 
 
 class Numbers:
     """What the tables say."""
 
     def __init__(self, directory):
-        read = lambda name: style.read(directory, name)
-        self.summary, self.sweep, self.trials = read("mono_ba_summary"), read("prior_sweep"), read("prior_trials")
-        self.damping, self.fill, self.spectrum = read("prior_damping"), read("marginalize_fill"), read("spectrum")
-        self.chain = read("marginalize_chain")
+        self.summary, self.sweep, self.trials, self.damping, self.fill, self.spectrum, self.chain = (
+            read(directory, name) for name in ("mono_ba_summary", "prior_sweep", "prior_trials", "prior_damping",
+                                               "marginalize_fill", "spectrum", "marginalize_chain"))
 
     def solve(self, name):
         return self.summary.row(scene=name)

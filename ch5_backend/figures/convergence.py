@@ -1,10 +1,11 @@
 """How Levenberg-Marquardt converges on the two scenes: cost, damping, step."""
 from . import style
 from .style import BLUE, VERMILION, plt
+from .tables import read
 
 
 def draw(directory):
-    trace, summary = style.read(directory, "mono_ba_trace"), style.read(directory, "mono_ba_summary")
+    trace, summary = read(directory, "mono_ba_trace"), read(directory, "mono_ba_summary")
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
     for scene, colour, marker in (("course", BLUE, "o"), ("large", VERMILION, "s")):
         rows, size = trace.where(scene=scene), summary.row(scene=scene)

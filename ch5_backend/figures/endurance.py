@@ -2,10 +2,11 @@
 from . import style
 from .odometry import COLOURS, NAMES, policies
 from .style import plt
+from .tables import read
 
 
 def draw(directory):
-    table = style.read(directory, "endurance")
+    table = read(directory, "endurance")
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
     for name, width in zip(policies(table), (3.0, 1.3)):  # of memory, the second line may lie on the first
         rows = table.where(policy=name)

@@ -1,8 +1,11 @@
 """The gauge paper's experiments as pictures: iterations, time and errors of the ways to handle a gauge."""
 import numpy as np
 
-from . import gauge_paper, style
+from . import style
+from .numbers import gauge_paper
+from .numbers.gauge import differences, of_scene, over_weight
 from .style import BLUE, GREEN, GREY, INK, ORANGE, PINK, SKY, VERMILION, plt
+from .tables import read
 
 METHODS = {"fixation": ("fixation", BLUE, "o"), "free": ("free, damped", GREEN, "^"),
            "prior": ("prior, w = 10⁵", VERMILION, "s"), "pseudo-inverse": ("free, pseudo-inverse", PINK, "D")}
@@ -12,35 +15,37 @@ POINTS = {"planes": ("points on planes", BLUE, "o"), "random": ("points along th
 STEP = 0.16  # between the methods of a scene
 
 
-def of_scene(table, scene):
-    return table.where(path=scene[0], points=scene[1])
-
-
 def scene_axis(axes):
     axes.set_xticks(range(6), ["sine", "arc\nplanes", "rec", "sine", "arc\nrandom", "rec"], fontsize=10.5)
     axes.grid(axis="x", visible=False)
 
 
-def dots(axes, table, column, methods):
-    """Mean and standard deviation of each method in each scene."""
+def dots(axes, table, column, methods, names=None, spread=np.std):
+    """Mean and standard deviation of each method in each scene; a deck has its own names and no deviation."""
     for k, method in enumerate(methods):
         label, colour, marker = METHODS[method]
+        label = names[method] if names else label
         found = [of_scene(table, scene).where(method=method)[column] for scene in gauge_paper.SCENES]
         axes.errorbar(np.arange(6) + STEP * (k - (len(methods) - 1) / 2), [np.mean(values) for values in found],
-                      [np.std(values) for values in found], color=colour, marker=marker, linestyle="none",
+                      spread and [spread(values) for values in found], color=colour, marker=marker, linestyle="none",
                       elinewidth=1.2, markersize=6, label=label)
+
+
+def paper_iterations(axes, methods, label):
+    """Fig. 7 of the paper as bars, behind the dots of so many methods."""
+    for i, scene in enumerate(gauge_paper.SCENES):
+        for k, method in enumerate(("fixation", "free", "prior")):
+            low, high = gauge_paper.ITERATIONS[scene][method]
+            at = i + STEP * (k - (methods - 1) / 2)
+            axes.plot([at, at], [low - 0.06, high + 0.06], color="#bdbdbd", linewidth=11, solid_capstyle="butt", zorder=1,
+                      label=label if i + k == 0 else None)
 
 
 def methods(directory):
     """Fig. 7."""
-    table = style.read(directory, "methods")
+    table = read(directory, "methods")
     fig, (top, bottom) = plt.subplots(2, 1, figsize=(10.0, 6.4), layout="constrained", sharex=True)
-    for i, scene in enumerate(gauge_paper.SCENES):
-        for k, method in enumerate(("fixation", "free", "prior")):
-            low, high = gauge_paper.ITERATIONS[scene][method]
-            at = i + STEP * (k - 1.5)
-            top.plot([at, at], [low - 0.06, high + 0.06], color="#bdbdbd", linewidth=11, solid_capstyle="butt",
-                     zorder=1, label="the paper's" if i + k == 0 else None)
+    paper_iterations(top, len(METHODS), "the paper's")
     dots(top, table, "iterations", METHODS)
     dots(bottom, table, "milliseconds", METHODS)
     top.set_ylim(0, 8.5)
@@ -52,16 +57,9 @@ def methods(directory):
     style.save(fig, directory, "gauge_methods")
 
 
-def differences(table, column, method, reference="fixation"):
-    """|error of the method / that of the reference − 1|, a value a trial and scene."""
-    both = [np.concatenate([of_scene(table, scene).where(method=name)[column] for scene in gauge_paper.SCENES])
-            for name in (method, reference)]
-    return np.abs(both[0] / both[1] - 1)
-
-
 def errors(directory):
     """Table II: at convergence."""
-    table = style.read(directory, "methods")
+    table = read(directory, "methods")
     fig, panels = plt.subplots(2, 3, figsize=(10.5, 6.8), layout="constrained", sharex=True)
     for k, (axes, (column, title)) in enumerate(zip(panels[0], ERRORS.items())):
         for at, scene in enumerate(gauge_paper.SCENES):
@@ -96,18 +94,17 @@ def draw_differences(axes, table, column, k):
     scene_axis(axes)
 
 
-def over_weight(table, column):
-    """Weights, means and standard deviations over the trials."""
-    weights = np.unique(table["weight"])
-    found = [table.where(weight=weight)[column] for weight in weights]
-    return weights, np.array([np.mean(values) for values in found]), np.array([np.std(values) for values in found])
+def weight_line(axes, weights, values, colour, marker, label=None, **look):
+    """Values against the weight; w = 0 stands apart. Returns where each weight is drawn."""
+    x = style.weight_axis(axes, weights)
+    axes.plot(x[1:], values[1:], color=colour, marker=marker, markersize=4, label=label, **look)
+    axes.plot(x[:1], values[:1], color=colour, marker=marker or "o", markersize=4)
+    return x
 
 
 def sweep_line(axes, table, column, colour, marker, label=None, band=True, **look):
     weights, mean, spread = over_weight(table, column)
-    x = style.weight_axis(axes, weights)
-    axes.plot(x[1:], mean[1:], color=colour, marker=marker, markersize=4, label=label, **look)
-    axes.plot(x[:1], mean[:1], color=colour, marker=marker, markersize=4)
+    x = weight_line(axes, weights, mean, colour, marker, label, **look)
     if band:
         axes.fill_between(x[1:], (mean - spread)[1:], (mean + spread)[1:], color=colour, alpha=0.15, linewidth=0)
         axes.errorbar(x[:1], mean[:1], spread[:1], color=colour, elinewidth=1.2)
@@ -133,19 +130,24 @@ def sweep_errors(panels, table):
     panels[1].legend(fontsize=10, ncol=2, loc="lower right", columnspacing=1.0, handlelength=1.5)
 
 
+def paper_sweep(axes, table, label):
+    """The paper's Fig. 5."""
+    theirs = np.array(list(gauge_paper.SWEEP))
+    free_at = style.weight_axis(axes, np.unique(table["weight"]))[0]
+    axes.plot(np.where(theirs > 0, theirs, free_at), list(gauge_paper.SWEEP.values()), linestyle="none", marker="s",
+              markersize=6, markerfacecolor="none", color=INK, label=label)
+
+
 def sweep(directory):
     """Figs. 4 and 5."""
-    table = style.read(directory, "sweep")
+    table = read(directory, "sweep")
     fig, panels = plt.subplots(3, 3, figsize=(10.5, 8.8), layout="constrained", sharey="row", sharex=True)
-    theirs = np.array(list(gauge_paper.SWEEP))
     for (iterations, time), path in zip(panels[:2].T, PATHS):
         for name, (label, colour, marker) in POINTS.items():
             rows = of_scene(table, (path, name))
             sweep_line(iterations, rows, "iterations", colour, marker, label)
             sweep_line(time, rows, "milliseconds", colour, marker)
-        free_at = style.weight_axis(iterations, np.unique(table["weight"]))[0]
-        iterations.plot(np.where(theirs > 0, theirs, free_at), list(gauge_paper.SWEEP.values()), linestyle="none",
-                        marker="s", markersize=6, markerfacecolor="none", color=INK, label="the paper's")
+        paper_sweep(iterations, table, "the paper's")
         iterations.set_title(path)
     sweep_errors(panels[2], table)
     for axes in panels.flat:
@@ -158,17 +160,22 @@ def sweep(directory):
     style.save(fig, directory, "gauge_sweep")
 
 
+def arrival_line(axes, rows, column, **look):
+    """An error against the iteration, at one weight."""
+    axes.plot(rows["iteration"], np.where(rows[column] > 0, rows[column], np.nan), **look)
+
+
 def convergence(directory):
     """Fig. 6, of trial 0."""
-    table = style.read(directory, "convergence").where(trial=0)
+    table = read(directory, "convergence").where(trial=0)
     weights = np.unique(table["weight"])
     fig, (path, left, right) = plt.subplots(1, 3, figsize=(10.5, 4.6), layout="constrained")
     for k, weight in enumerate(weights):
         rows = table.where(weight=weight)
         look = dict(color=plt.cm.viridis(0.9 * k / (len(weights) - 1)), marker="o", markersize=4, linewidth=1.5)
         path.plot(rows["prior_error"], rows["reprojection_px"], label=f"w = {style.number(weight, 1)}", **look)
-        left.plot(rows["iteration"], rows["reprojection_px"], **look)
-        right.plot(rows["iteration"], np.where(rows["prior_error"] > 0, rows["prior_error"], np.nan), **look)
+        arrival_line(left, rows, "reprojection_px", **look)
+        arrival_line(right, rows, "prior_error", **look)
     for axes in (path, left):
         style.plain_log(axes.yaxis, [1, 2, 5, 10, 20, 50])
     style.log_axis(right.yaxis)

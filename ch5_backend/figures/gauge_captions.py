@@ -1,5 +1,5 @@
 """The words of the gauge experiments' page: what matches the paper, and why the rest differs."""
-from . import gauge_paper
+from .numbers import gauge_paper
 from .style import number
 
 ALTERNATIVES = {  # what there is to see, for those who hear the page

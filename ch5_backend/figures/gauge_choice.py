@@ -2,11 +2,13 @@
 thirty keyframes of real recordings."""
 import numpy as np
 
-from . import gauge_paper, style
-from .gauge import ERRORS, METHODS, over_weight, sweep_line
+from . import style
+from .gauge import ERRORS, METHODS, sweep_line, weight_line
+from .numbers import gauge_paper
+from .numbers.gauge import error_ratio, right_weights, usual
 from .style import BLUE, GREEN, INK, ORANGE, VERMILION, plt
+from .tables import read
 
-USUAL = {"start": "perturbed", "place": "gauge", "damping": "diagonal", "stop": "relative"}
 FACTORS = {  # what is varied: (title, {value: label})
     "damping": ("damping", {"diagonal": "λ diag(H)", "identity": "λ I (the course)", "radius": "radius (Dogleg)"}),
     "stop": ("stop rule", {"relative": "cost falls < 10⁻⁶ of itself", "absolute": "‖Δx‖² < 10⁻⁶ (the course)"}),
@@ -17,55 +19,39 @@ LOOKS = ((BLUE, "o"), (VERMILION, "s"), (ORANGE, "^"))
 RECORDINGS = {"euroc_v1_01_easy": "EuRoC V1_01", "tango_walk": "Tango"}
 
 
-def usual(table, **changes):
-    return table.where(**{**USUAL, **changes})
-
-
-def right_weights(table):
-    """(least, greatest) weight right of the peak at which no damping needs 5 % more than its fewest there."""
-    good = None
-    for damping in FACTORS["damping"][1]:
-        weights, mean, _ = over_weight(usual(table, damping=damping), "iterations")
-        right = weights >= 100
-        near = right & (mean <= 1.05 * mean[right].min())
-        good = near if good is None else good & near
-    if not good.any():
-        raise style.TableError("prior_choice: no weight suits all dampings")
-    return weights[good].min(), weights[good].max()
-
-
-def error_ratio(table, place, start="perturbed"):
-    """Weights, and the mean error of the position at each next to that without a prior."""
-    weights, mean, _ = over_weight(usual(table, place=place, start=start), "position_m")
-    return weights, mean / mean[weights == 0]
-
-
 def band(axes, table):
     axes.axvspan(*right_weights(table), color=GREEN, alpha=0.14, linewidth=0, zorder=0)
 
 
+def factor_lines(axes, table, factor, names):
+    """Iterations against the weight, a line for each value of the factor."""
+    for (value, label), (colour, marker) in zip(names.items(), LOOKS):
+        sweep_line(axes, usual(table, **{factor: value}), "iterations", colour, marker, label, band=False)
+
+
+def error_lines(axes, table, start, names):
+    """The error of the position by that without a prior against the weight, a line for each place of the prior."""
+    for (place, label), (colour, marker) in zip(names.items(), LOOKS):
+        weight_line(axes, *error_ratio(table, place, start), colour, marker, label)
+    style.plain_log(axes.yaxis, [0.5, 1, 2, 5, 10, 20, 50])
+    axes.set_ylim(0.3, 60)
+
+
 def draw_factor(axes, table, factor):
     title, values = FACTORS[factor]
-    for (value, label), (colour, marker) in zip(values.items(), LOOKS):
-        sweep_line(axes, usual(table, **{factor: value}), "iterations", colour, marker, label, band=False)
+    factor_lines(axes, table, factor, values)
     axes.set_title(f"iterations: {title}")
     axes.set_ylim(0, 44)
     axes.legend(loc="upper right", fontsize=10.5)
 
 
 def draw_error(axes, table, start, title):
-    for (place, label), (colour, marker) in zip(FACTORS["place"][1].items(), LOOKS):
-        weights, ratio = error_ratio(table, place, start)
-        x = style.weight_axis(axes, weights)
-        axes.plot(x[1:], ratio[1:], color=colour, marker=marker, markersize=4, label=label)
-        axes.plot(x[:1], ratio[:1], color=colour, marker=marker, markersize=4)
+    error_lines(axes, table, start, FACTORS["place"][1])
     axes.set_title(title)
-    style.plain_log(axes.yaxis, [0.5, 1, 2, 5, 10, 20, 50])
-    axes.set_ylim(0.3, 60)
 
 
 def prior_choice(directory):
-    table = style.read(directory, "prior_choice")
+    table = read(directory, "prior_choice")
     fig, panels = plt.subplots(2, 3, figsize=(11.0, 7.2), layout="constrained")
     for axes, factor in zip(panels.flat, FACTORS):
         draw_factor(axes, table, factor)
@@ -91,7 +77,7 @@ def answer(table):
 
 def recordings(directory):
     """Table III: median and quartiles of each method."""
-    table = style.read(directory, "recordings")
+    table = read(directory, "recordings")
     fig, panels = plt.subplots(1, 4, figsize=(11.0, 4.4), layout="constrained")
     for axes, (column, title) in zip(panels, {"iterations": "iterations", **ERRORS}.items()):
         for k, method in enumerate(("fixation", "free", "prior")):

@@ -2,34 +2,34 @@
 import numpy as np
 
 from . import style
+from .numbers.gauge import ZERO, relative_spectrum
 from .hessian import magnitudes
 from .style import BLUE, GREEN, GREY, VERMILION, plt
+from .tables import dense, read
 
-ZERO = 1e-8  # of the largest eigenvalue: below, it is rounding
 KEYFRAME = 9  # rows: p, δθ, v
 DEVIATIONS = {"position_m": "position [m]", "rotation_deg": "rotation [deg]", "velocity_m_s": "velocity [m/s]"}
 
 
-def relative_spectrum(table, problem):
-    """|λ| / λ_max, ascending; what rounds to 0 has a place at 1e-20."""
-    values = table.where(problem=problem)["eigenvalue"]
-    return np.sort(np.maximum(np.abs(values) / values.max(), 1e-20))
+def spectrum_dots(axes, values):
+    """A dot an eigenvalue, those that are zero in another color; returns their numbers and how many are zero."""
+    zeros, number = int((values < ZERO).sum()), 1 + np.arange(len(values))
+    axes.plot(number[:zeros], values[:zeros], "o", color=VERMILION, markersize=7)
+    axes.plot(number[zeros:], values[zeros:], ".", color=BLUE, markersize=5)
+    style.plain_log(axes.xaxis, [1, 2, 4, 7, 10, 20, 50, 100, 200])
+    style.log_axis(axes.yaxis)
+    return number, zeros
 
 
 def spectrum(directory):
-    table = style.read(directory, "spectrum")
+    table = read(directory, "spectrum")
     fig, panels = plt.subplots(1, 2, figsize=(10.0, 4.6), layout="constrained", sharey=True)
     for axes, problem in zip(panels, ("camera and IMU", "camera alone")):
         values = relative_spectrum(table, problem)
-        zeros = int((values < ZERO).sum())
-        number = 1 + np.arange(len(values))
-        axes.plot(number[:zeros], values[:zeros], "o", color=VERMILION, markersize=7)
-        axes.plot(number[zeros:], values[zeros:], ".", color=BLUE, markersize=5)
+        number, zeros = spectrum_dots(axes, values)
         axes.axhline(ZERO, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)))
         axes.text(number[zeros], values[:zeros].max(), f"  {zeros} zeros", color=VERMILION, va="center", fontsize=13)
         axes.text(number[-1], ZERO * 1.6, "10⁻⁸", color=GREY, ha="right", fontsize=11)
-        style.plain_log(axes.xaxis, [1, 2, 4, 7, 10, 20, 50, 100, 200])
-        style.log_axis(axes.yaxis)
         axes.set_title(f"{problem}: {len(values)} eigenvalues")
         axes.set_xlabel("number of the eigenvalue, ascending")
     panels[0].set_ylabel("|λ| / largest λ")
@@ -40,12 +40,12 @@ def matrix_of(table, gauge):
     """The symmetric matrix whose lower half the table holds."""
     rows = table.where(gauge=gauge)
     size = int(rows["row"].max()) + 1
-    lower = style.dense(rows, size, size)
+    lower = dense(rows, size, size)
     return lower + np.tril(lower, -1).T
 
 
 def matrices(directory):
-    table = style.read(directory, "matrices")
+    table = read(directory, "matrices")
     fixed, free, moved = (matrix_of(table, gauge) for gauge in ("fixed", "free", "free to fixed"))
     top = np.log10(max(np.abs(fixed).max(), np.abs(free).max()))
     fig, panels = plt.subplots(1, 4, figsize=(12.0, 3.3), layout="constrained")
@@ -59,17 +59,25 @@ def matrices(directory):
     style.save(fig, directory, "gauge_matrices")
 
 
+GAUGES = {"fixed": "fixed", "free": "free", "free to fixed": "free, transformed to fixed",
+          "fixed to free": "fixed, transformed to free"}
+LOOKS = {"fixed": dict(color=BLUE, marker="o"), "free": dict(color=GREEN, marker="^"),
+         "free to fixed": dict(color=BLUE, marker="o", markersize=11, markerfacecolor="none", linestyle="none"),
+         "fixed to free": dict(color=GREEN, marker="^", markersize=12, markerfacecolor="none", linestyle="none")}
+
+
+def deviation_lines(axes, table, column, names, scale=1.0):
+    """σ against the keyframe in each gauge; open marks have been transformed."""
+    for gauge, look in LOOKS.items():
+        rows = table.where(gauge=gauge)
+        axes.plot(rows["keyframe"], scale * rows[column], label=names[gauge], **look)
+
+
 def deviations(directory):
-    table = style.read(directory, "deviations")
+    table = read(directory, "deviations")
     fig, panels = plt.subplots(1, 3, figsize=(10.5, 4.4), layout="constrained")
-    look = {"fixed": dict(color=BLUE, marker="o"), "free": dict(color=GREEN, marker="^"),
-            "free to fixed": dict(color=BLUE, marker="o", markersize=11, markerfacecolor="none", linestyle="none"),
-            "fixed to free": dict(color=GREEN, marker="^", markersize=12, markerfacecolor="none", linestyle="none")}
-    label = {"free to fixed": "free, transformed to fixed", "fixed to free": "fixed, transformed to free"}
     for axes, (column, title) in zip(panels, DEVIATIONS.items()):
-        for gauge, style_of in look.items():
-            rows = table.where(gauge=gauge)
-            axes.plot(rows["keyframe"], rows[column], label=label.get(gauge, gauge), **style_of)
+        deviation_lines(axes, table, column, GAUGES)
         axes.set_ylim(0, 1.08 * table[column].max())
         axes.set_xticks(range(0, int(table["keyframe"].max()) + 1, 3))
         axes.set(title=f"σ of {title}", xlabel="keyframe")

@@ -5,9 +5,11 @@ usage: gauge_report.py [DIR]        DIR/csv is read; what has no table there is 
 """
 from pathlib import Path
 
-from . import gauge, gauge_captions, gauge_choice, gauge_covariance, gauge_numbers, gauge_paper, page, style
+from . import gauge, gauge_captions, gauge_choice, gauge_covariance, page, style
+from .numbers import gauge as gauge_numbers, gauge_paper
 from .style import number
 from .words import Words
+from .tables import TableError
 
 FIGURES = {  # name: its table, what draws it
     "gauge_prior_choice": ("prior_choice", gauge_choice.prior_choice),
@@ -95,7 +97,7 @@ def draw(directory):
     """All figures that have their table, the page and the summary."""
     drawn = [name for name, (table, _) in FIGURES.items() if (Path(directory) / "csv" / f"{table}.csv").exists()]
     if not drawn:
-        raise style.TableError(f"{directory}/csv: none of the tables of the gauge experiments is there")
+        raise TableError(f"{directory}/csv: none of the tables of the gauge experiments is there")
     for name in drawn:
         FIGURES[name][1](directory)
     found = gauge_numbers.numbers(directory)

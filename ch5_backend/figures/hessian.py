@@ -3,6 +3,7 @@ import numpy as np
 
 from . import style
 from .style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION, plt
+from .tables import dense, read
 
 
 def percent(fraction):
@@ -39,8 +40,8 @@ def bracket(axes, first, last, text):
 def pair(directory, scene, table, summary):
     row = summary.row(scene=scene)
     poses, size = 6 * int(row["frames"]), 6 * int(row["frames"]) + int(row["points"])
-    H = style.dense(table.where(scene=scene, matrix="H"), size, size)
-    S = style.dense(table.where(scene=scene, matrix="S"), poses, poses)
+    H = dense(table.where(scene=scene, matrix="H"), size, size)
+    S = dense(table.where(scene=scene, matrix="S"), poses, poses)
     high = np.log10(max(np.abs(H).max(), np.abs(S).max()))
     limits = high - 8, high
     fig, (left, right) = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
@@ -59,7 +60,7 @@ def pair(directory, scene, table, summary):
 
 def spectrum(directory):
     """One row a gauge, one tick an eigenvalue."""
-    table = style.read(directory, "spectrum")
+    table = read(directory, "spectrum")
     gauges = list(dict.fromkeys(table["gauge"]))
     fig, axes = plt.subplots(figsize=(10.0, 4.2), layout="constrained")
     for y, (gauge, colour) in enumerate(zip(gauges, (VERMILION, BLUE, GREEN, ORANGE))):
@@ -82,7 +83,7 @@ def spectrum(directory):
 
 
 def draw(directory):
-    table, summary = style.read(directory, "hessian"), style.read(directory, "mono_ba_summary")
+    table, summary = read(directory, "hessian"), read(directory, "mono_ba_summary")
     for scene in summary["scene"]:
         pair(directory, scene, table, summary)
     spectrum(directory)

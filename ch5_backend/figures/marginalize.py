@@ -4,6 +4,7 @@ import numpy as np
 from . import style
 from .hessian import bracket, magnitudes, percent
 from .style import GREY, INK, plt
+from .tables import dense, read
 
 
 def numbers(axes, matrix, names, limit):
@@ -30,8 +31,8 @@ def arrow(fig, start, end, y, text):
 
 
 def chain(directory):
-    table = style.read(directory, "marginalize_chain")
-    matrices = {stage: style.dense(table.where(stage=stage), size, size)
+    table = read(directory, "marginalize_chain")
+    matrices = {stage: dense(table.where(stage=stage), size, size)
                 for stage, size in (("before", 3), ("moved", 3), ("after", 2))}
     limit = max(np.abs(M).max() for M in matrices.values())
     fig = plt.figure(figsize=(10.0, 3.5))
@@ -56,7 +57,7 @@ FRAMES, POINTS = 5, 12  # of the scene, as in studies/marginalize_study.cc
 
 
 def scene(directory):
-    table, fill = style.read(directory, "marginalize_scene"), style.read(directory, "marginalize_fill")
+    table, fill = read(directory, "marginalize_scene"), read(directory, "marginalize_fill")
     high = np.log10(np.abs(table["value"]).max())
     fig = plt.figure(figsize=(10.0, 5.6))
     places = {"before": ([0.055, 0.22, 0.28, 0.50], "before", FRAMES, POINTS),
@@ -67,7 +68,7 @@ def scene(directory):
         row = fill.row(stage=stage)
         size = int(row["size"])
         axes = fig.add_axes(place)
-        M = style.dense(table.where(stage=stage), size, size)
+        M = dense(table.where(stage=stage), size, size)
         image = magnitudes(axes, M, [6 * i for i in range(1, frames + (points > 0))], (high - 8, high))
         filled = percent(row["density"])
         axes.set_title(f"{title}\n{size} × {size}, {filled} filled", fontsize=11.5, loc="center", pad=6)

@@ -7,14 +7,22 @@ import numpy as np
 
 from . import style
 from .style import BLUE, GREEN, ORANGE, PALE, VERMILION, plt
+from .tables import read
 
 POLICIES = {"vins": "VINS", "okvis": "OKVIS"}
 MODES = {"none": ("no first estimates", ORANGE, "-"), "prior_only": ("in the prior only", BLUE, "--"),
          "full": ("full first estimates", GREEN, "-")}
 
 
+def curve(axes, rows, values, color, label, dashes="-", band=None, **look):
+    """One mode's values over time; `band` names the band of 95 % that is shaded behind them."""
+    axes.plot(rows["t_s"], values, dashes, color=color, label=label, **look)
+    if band:
+        axes.fill_between(rows["t_s"], rows[f"{band}_low"], rows[f"{band}_high"], color=PALE, zorder=0)
+
+
 def draw(directory):
-    table = style.read(directory, "consistency")
+    table = read(directory, "consistency")
     fig, panels = plt.subplots(2, 4, figsize=(11.0, 5.6), layout="constrained", sharex=True)
     columns = (("nees_pose", "pose", "NEES of the pose (6)"), ("nees_yaw", "yaw", "NEES of yaw (1)"),
                ("yaw_information", None, "yaw claimed [rad⁻²]"), ("yaw_leak", None, "the prior's leak [rad⁻²]"))
@@ -25,9 +33,7 @@ def draw(directory):
             curves = {"observations used twice": (table.where(policy="vins twice"), VERMILION, ":"), **curves}
         for axes, (column, band, title) in zip(line, columns):
             for label, (rows, colour, dashes) in curves.items():
-                axes.plot(rows["t_s"], np.abs(rows[column]), dashes, color=colour, linewidth=1.5, label=label)
-                if band:
-                    axes.fill_between(rows["t_s"], rows[f"{band}_low"], rows[f"{band}_high"], color=PALE, zorder=0)
+                curve(axes, rows, np.abs(rows[column]), colour, label, dashes, band, linewidth=1.5)
             axes.set_title(f"{name}: {title}" if axes is line[0] else title, fontsize=11)
             if column == "yaw_leak":
                 axes.set_yscale("symlog", linthresh=1e-6)
@@ -42,7 +48,7 @@ def draw(directory):
 
 def captions(directory, say):
     """{figure: its words}, with every number taken from the tables."""
-    summary = style.read(directory, "consistency_summary")
+    summary = read(directory, "consistency_summary")
     tell = {"nees": lambda row: f"{row['nees_pose']:.1f}", "inside": lambda row: f"{100 * row['pose_inside']:.0f} %",
             "gain": lambda row: f"{row['yaw_information_gain']:.2f}",
             "leak": lambda row: style.number(abs(row["yaw_leak"]), 2)}

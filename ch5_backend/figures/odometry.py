@@ -4,6 +4,7 @@ import numpy as np
 from . import style
 from .hessian import bracket, magnitudes
 from .style import BLUE, GREY, VERMILION, plt
+from .tables import dense, read
 
 COLOURS = {"vins": BLUE, "okvis": VERMILION}
 NAMES = {"vins": "VINS", "okvis": "OKVIS"}
@@ -16,12 +17,17 @@ def policies(table):
 
 def read_estimates(directory, name):
     """A table that has rows only of policies that have started, and only once a prior is there."""
-    return style.read(directory, name, may_be_empty=True)
+    return read(directory, name, may_be_empty=True)
+
+
+def error_line(axes, rows, policy, **look):
+    """The distance from the truth over time [cm]."""
+    axes.plot(rows["t_s"], 100 * rows["error_m"], color=COLOURS[policy], **look)
 
 
 def paths(directory):
     """From above and from the side, and the distance from the truth over time."""
-    path = style.read(directory, "odometry_path")
+    path = read(directory, "odometry_path")
     truth = path.where(policy="truth")
     fig = plt.figure(figsize=(10.0, 5.2), layout="constrained")
     grid = fig.add_gridspec(2, 2, width_ratios=(1.0, 1.15))
@@ -33,7 +39,7 @@ def paths(directory):
         rows = path.where(policy=name)
         above.plot(rows["x_m"], rows["y_m"], color=COLOURS[name], linewidth=1.3, label=NAMES[name])
         side.plot(rows["t_s"], rows["z_m"], color=COLOURS[name], linewidth=1.3)
-        error.plot(rows["t_s"], 100 * rows["error_m"], color=COLOURS[name], linewidth=1.5)
+        error_line(error, rows, name, linewidth=1.5)
     above.set_aspect("equal", adjustable="datalim")
     above.set(xlabel="x [m]", ylabel="y [m]", title="from above")
     above.legend(loc="best", fontsize=11)
@@ -47,8 +53,8 @@ def paths(directory):
 
 def timing(directory):
     """Milliseconds for each image, and how they are spread."""
-    tracking = style.read(directory, "odometry_windows").where(status="tracking")
-    summary = style.read(directory, "odometry_policies")
+    tracking = read(directory, "odometry_windows").where(status="tracking")
+    summary = read(directory, "odometry_policies")
     fig, (left, right) = plt.subplots(1, 2, figsize=(10.0, 4.2), layout="constrained",
                                       gridspec_kw={"width_ratios": (1.6, 1.0)})
     for name in policies(tracking):
@@ -107,6 +113,11 @@ def leak(directory, say, policy):
                last=style.number(values[-1], 2))
 
 
+def leak_line(axes, times, values, policy, least=1e-12, **look):
+    """|nᵀHn| of the priors over time."""
+    axes.plot(times, np.maximum(np.abs(values), least), color=COLOURS[policy], **look)
+
+
 def gauge(directory):
     """What the prior knows of position and yaw, over time."""
     table = read_estimates(directory, "odometry_gauge")
@@ -117,8 +128,7 @@ def gauge(directory):
         yaw = table.where(policy=name, direction="yaw")
         position = sum(table.where(policy=name, direction=axis)["information"] for axis in "xyz")
         for axes, values in zip(panels, (yaw["information"], position)):
-            axes.plot(yaw["t_s"], np.maximum(np.abs(values), 1e-12), color=COLOURS[name], linewidth=1.2,
-                      label=NAMES[name])
+            leak_line(axes, yaw["t_s"], values, name, label=NAMES[name], linewidth=1.2)
     for axes, title in zip(panels, ("the prior's leak of yaw [rad⁻²]", "its leak of position [m⁻²]")):
         style.log_axis(axes.yaxis)
         axes.set(xlabel="time [s]", title=title)
@@ -143,7 +153,7 @@ def film(directory):
                 entries = rows.where(picture=shot, stage=stage)
                 size, poses = int(entries["size"][0]), int(entries["pose_rows"][0])
                 borders = [poses] if poses < size else []
-                image = magnitudes(axes, style.dense(entries, size, size), borders, (high - 12, high))
+                image = magnitudes(axes, dense(entries, size, size), borders, (high - 12, high))
                 title = f"t = {entries['t_s'][0]:.1f} s: {size}×{size}" if stage == "window" else f"prior: {size}×{size}"
                 axes.set_title(title, fontsize=10.5, loc="center", pad=5)
                 if column == 0 and stage == "window":
@@ -167,7 +177,7 @@ def path_words(say, rows, answered):
 
 def captions(directory, say):
     """{figure: its words}, with every number taken from the tables; only of the figures that are drawn."""
-    summary, windows = style.read(directory, "odometry_policies"), style.read(directory, "odometry_windows")
+    summary, windows = read(directory, "odometry_policies"), read(directory, "odometry_windows")
     rows = {name: summary.row(policy=name) for name in policies(summary)}
     answered = {name: len(windows.where(status="tracking", policy=name)) for name in rows}
     each = lambda tell, names: say("semicolon").join(tell(name) for name in names)

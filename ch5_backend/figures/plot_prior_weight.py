@@ -13,22 +13,23 @@ from pathlib import Path
 import numpy as np
 
 from . import prior, style
+from .tables import Table, TableError, read_table
 
 COLUMNS = ("weight", "iterations", "milliseconds", "rmse_position")
 
 
 def read_sweep(path):
     """The table, each variant by ascending weight; TableError names file, line and value."""
-    table = style.read_table(path, numbers=COLUMNS)
+    table = read_table(path, numbers=COLUMNS)
     for line, (weight, iterations, milliseconds) in enumerate(zip(*(table[name] for name in COLUMNS[:3])), start=2):
         for name, value, bad in (("weight", weight, weight < 0), ("iterations", iterations, iterations < 0),
                                  ("milliseconds", milliseconds, milliseconds <= 0)):
             if bad:
-                raise style.TableError(f"{path}, line {line}: {name} is {value:g}, which cannot be")
+                raise TableError(f"{path}, line {line}: {name} is {value:g}, which cannot be")
     if not np.any(table["weight"] > 0):
-        raise style.TableError(f"{path}: no weight is above 0, so there is nothing to compare")
+        raise TableError(f"{path}: no weight is above 0, so there is nothing to compare")
     order = np.argsort(table["weight"], kind="stable")
-    return style.Table({name: column[order] for name, column in table.columns.items()})
+    return Table({name: column[order] for name, column in table.columns.items()})
 
 
 def main(arguments):
@@ -48,7 +49,7 @@ def main(arguments):
         return 2
     try:
         style.save_as(prior.sweep_figure(read_sweep(words[0])), target)
-    except (style.TableError, OSError) as error:
+    except (TableError, OSError) as error:
         print(f"plot_prior_weight.py: {error}", file=sys.stderr)
         return 2
     print(target)

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import style
 from .style import plt
+from .tables import read
 
 ELEVATION = np.radians(35.0)  # of the viewer above the horizon
 TURN = np.radians(25.0)       # off the graph's long side
@@ -65,8 +66,8 @@ def cost_panel(axes, trace, summary):
 
 
 def draw(directory):
-    poses, trace, summary = (style.read(directory, name, folder="") for name in ("poses", "trace", "summary"))
-    edges = style.read(directory, "edges", folder="")
+    poses, trace, summary = (read(directory, name, folder="") for name in ("poses", "trace", "summary"))
+    edges = read(directory, "edges", folder="")
     summary = dict(zip(summary["key"], summary["value"]))
     before, after = positions(poses, "before"), positions(poses, "after")
     view = axes_of_view(np.array(list(after.values())))

@@ -3,6 +3,7 @@ import numpy as np
 
 from . import style
 from .style import BLUE, GREEN, GREY, INK, ORANGE, PINK, SKY, VERMILION, plt
+from .tables import Table, read
 
 VARIANTS = {  # name: (label, colour, marker)
     "course": ("course: starts at the truth, W = I", VERMILION, "o"),
@@ -15,8 +16,10 @@ CAPPED = "maximum of iterations"
 TICKS = [digit * 10.0**exponent for exponent in range(-4, 8) for digit in (1, 2, 5)]
 
 
-def curves(table):
-    """(rows, label, colour, marker) of each variant; those that are not the chapter's go by their own name."""
+def curves(table, labels):
+    """(rows, label, color, marker) of each variant; those that are not the chapter's go by their own name."""
+    if labels:
+        return [(table.where(variant=name), labels[name], *VARIANTS[name][1:]) for name in labels]
     if "variant" not in table.columns:
         return [(table, None, BLUE, "o")]
     names = list(dict.fromkeys(table["variant"]))
@@ -26,14 +29,17 @@ def curves(table):
         (table.where(variant=name), str(name), *OTHERS[i % len(OTHERS)]) for i, name in enumerate(others)]
 
 
-def lines(axes, table, column, scale=lambda rows, values: values):
-    """One line a variant against the weight; w = 0 stands apart, and open marks did not converge."""
-    table = style.Table({**table.columns, "x": style.weight_axis(axes, table["weight"])})
-    for rows, label, colour, marker in curves(table):
+def lines(axes, table, column, scale=lambda rows, values: values, names=None, marks=True):
+    """One line a variant against the weight; w = 0 stands apart, and open marks did not converge.
+
+    A deck names its variants, {variant: label}, and may leave the marks out.
+    """
+    table = Table({**table.columns, "x": style.weight_axis(axes, table["weight"])})
+    for rows, label, colour, marker in curves(table, names):
         x, y, free = rows["x"], scale(rows, rows[column]), rows["weight"] == 0
-        axes.plot(x[~free], y[~free], color=colour, marker=marker, label=label)
+        axes.plot(x[~free], y[~free], color=colour, marker=marker if marks else None, label=label)
         axes.plot(x[free], y[free], color=colour, marker=marker)
-        if "termination" in rows.columns:
+        if marks and "termination" in rows.columns:
             capped = rows["termination"] == CAPPED
             axes.plot(x[capped], y[capped], linestyle="none", marker=marker, color=colour, markerfacecolor="white")
 
@@ -79,7 +85,7 @@ def costs(directory, table):
 
 
 def traces(directory):
-    table = style.read(directory, "prior_trace")
+    table = read(directory, "prior_trace")
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, sharey=True, layout="constrained")
     decades = np.array([w for w in np.unique(table["weight"]) if w > 0 and abs(np.log10(w) % 1) < 1e-9])
     norm = plt.matplotlib.colors.LogNorm(decades.min(), decades.max())
@@ -105,7 +111,7 @@ def traces(directory):
 
 
 def trials(directory):
-    table = style.read(directory, "prior_trials")
+    table = read(directory, "prior_trials")
     fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
     lines(panels[0], table, "mean_iterations")
     lines(panels[1], table, "mean_drift_position")
@@ -117,16 +123,23 @@ def trials(directory):
     style.save(fig, directory, "prior_trials")
 
 
-def damping(directory):
-    table = style.read(directory, "prior_damping")
-    fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
-    for name, colour, marker, label in (("identity", VERMILION, "o", "H + λ I (Levenberg, the course)"),
-                                        ("diagonal", BLUE, "s", "H + λ diag(H) (Marquardt)")):
+DAMPINGS = {"identity": "H + λ I (Levenberg, the course)", "diagonal": "H + λ diag(H) (Marquardt)"}
+
+
+def damping_lines(axes, table, column, names):
+    """One line a damping against the weight."""
+    for name, colour, marker in (("identity", VERMILION, "o"), ("diagonal", BLUE, "s")):
         rows = table.where(damping=name)
-        for axes, column in zip(panels, ("lambda0", "iterations")):
-            x = style.weight_axis(axes, rows["weight"])
-            axes.plot(x[1:], rows[column][1:], color=colour, marker=marker, label=label)
-            axes.plot(x[:1], rows[column][:1], color=colour, marker=marker)
+        x = style.weight_axis(axes, rows["weight"])
+        axes.plot(x[1:], rows[column][1:], color=colour, marker=marker, label=names[name])
+        axes.plot(x[:1], rows[column][:1], color=colour, marker=marker)
+
+
+def damping(directory):
+    table = read(directory, "prior_damping")
+    fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
+    for axes, column in zip(panels, ("lambda0", "iterations")):
+        damping_lines(axes, table, column, DAMPINGS)
     style.log_axis(panels[0].yaxis)
     panels[1].set_ylim(bottom=0)
     panels[1].yaxis.set_major_locator(plt.MaxNLocator(integer=True))
@@ -137,7 +150,7 @@ def damping(directory):
 
 
 def draw(directory):
-    table = style.read(directory, "prior_sweep")
+    table = read(directory, "prior_sweep")
     sweep(directory, table)
     costs(directory, table)
     traces(directory)

@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from . import odometry, page, sliders, style
+from .tables import read
 
 
 def summary_table(directory, say):
-    summary = style.read(directory, "odometry_policies")
+    summary = read(directory, "odometry_policies")
     head = (say("policy"), "ATE [m]", say("scale_error"), say("yaw_error"), say("realtime"), "p99 [ms]", say("images"),
             say("restarts"))
     rows = []

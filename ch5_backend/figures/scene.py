@@ -3,6 +3,7 @@ import numpy as np
 
 from . import style
 from .style import BLUE, GREY, INK, VERMILION, plt
+from .tables import read
 
 
 def rotate(q, v):
@@ -86,7 +87,7 @@ def figure(directory, scene, frames, points, summary):
 
 
 def draw(directory):
-    tables = [style.read(directory, name) for name in ("mono_ba_frames", "mono_ba_points", "mono_ba_summary")]
+    tables = [read(directory, name) for name in ("mono_ba_frames", "mono_ba_points", "mono_ba_summary")]
     for scene in tables[2]["scene"]:
         figure(directory, scene, *tables)
 

@@ -9,6 +9,7 @@ import numpy as np
 from . import page, style
 from .drawing import Axes, key, limits
 from .style import number
+from .tables import read
 
 POLICIES = {"vins": "VINS", "okvis": "OKVIS"}
 COLOURS = {"course": "c1", "perturbed": "c0", "minimal": "c2"}  # as in prior.py
@@ -28,8 +29,8 @@ def player(name, title, words, labels, start, curves, drawings, head, rows):
 
 def iterations(directory, say):
     """The points of both scenes and the cost, iteration by iteration."""
-    trace, points = style.read(directory, "mono_ba_trace"), style.read(directory, "mono_ba_iterations")
-    truth = style.read(directory, "mono_ba_points").where(state="truth")
+    trace, points = read(directory, "mono_ba_trace"), read(directory, "mono_ba_iterations")
+    truth = read(directory, "mono_ba_points").where(state="truth")
     scenes = {scene: f"c{i}" for i, scene in enumerate(dict.fromkeys(trace["scene"]))}
     last = int(trace["iteration"].max())
     ratio = {scene: trace.where(scene=scene)["cost"] / trace.where(scene=scene)["cost"][0] for scene in scenes}
@@ -71,9 +72,9 @@ def point_map(say, scene, points, truth, last, colour):
 
 def windows(directory, say):
     """Both policies along the path, every few images; nothing where none has found a start."""
-    path = style.read(directory, "odometry_path")
-    images = style.read(directory, "odometry_windows").where(status="tracking")
-    gauge = style.read(directory, "odometry_gauge", may_be_empty=True).where(direction="yaw")
+    path = read(directory, "odometry_path")
+    images = read(directory, "odometry_windows").where(status="tracking")
+    gauge = read(directory, "odometry_gauge", may_be_empty=True).where(direction="yaw")
     colours = {name: f"c{i}" for i, name in enumerate(POLICIES) if len(path.where(policy=name))}
     times = np.unique(images["t_s"])[::IMAGES_A_STEP]
     if not colours:
@@ -113,7 +114,7 @@ def window_cells(here, solve, yaw):
 
 def weights(directory, say):
     """Iterations against the weight, and the way that the solver takes at the chosen one."""
-    sweep, trace = style.read(directory, "prior_sweep"), style.read(directory, "prior_trace")
+    sweep, trace = read(directory, "prior_sweep"), read(directory, "prior_trace")
     steps = np.unique(sweep["weight"])
     place = np.where(steps > 0, steps, steps[1] / 30)  # w = 0 stands apart
     most = sweep["iterations"].max()

@@ -1,5 +1,4 @@
-"""What all figures share: the look, the reading of tables, and files that are the same to the byte when drawn again."""
-import csv
+"""What all figures share: the look, and files that are the same to the byte when drawn again."""
 import sys
 from pathlib import Path
 
@@ -10,15 +9,17 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from .atomic_write import atomic_write
+from .tables import TableError
 
 # Okabe and Ito's colours: told apart by colour-blind eyes, and by their lightness in grey.
-BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
-ORANGE, SKY, PINK = "#E69F00", "#56B4E9", "#CC79A7"
+PALETTE = ["#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"]
+BLUE, VERMILION, GREEN, ORANGE, SKY, PINK = "C0", "C1", "C2", "C3", "C4", "C5"  # of the palette, or of the decks' own
 INK, GREY, PALE = "#222222", "#8a8a8a", "#d9d9d9"
 
 WIDE = (10.0, 5.0)  # inches: fills a slide below its title
 
 plt.rcParams.update({
+    "axes.prop_cycle": plt.cycler(color=PALETTE),
     "figure.dpi": 100,
     "savefig.dpi": 160,
     "font.family": "DejaVu Sans",
@@ -43,90 +44,6 @@ plt.rcParams.update({
     "svg.hashsalt": "ch5",  # element names in an SVG are drawn from this, not from chance
     "svg.fonttype": "path",
 })
-
-
-class TableError(Exception):
-    """A table that cannot be read; the message names the file, and the line where there is one."""
-
-
-class Table:
-    """The columns of a CSV file as arrays: of floats where all cells are numbers or empty (NaN), else of words."""
-
-    def __init__(self, columns):
-        self.columns = columns
-
-    def __getitem__(self, name):
-        return self.columns[name]
-
-    def __len__(self):
-        return len(next(iter(self.columns.values())))
-
-    def where(self, **conditions):
-        """The rows in which every named column has the given value."""
-        keep = np.ones(len(self), dtype=bool)
-        for name, value in conditions.items():
-            keep &= self.columns[name] == value
-        return Table({name: column[keep] for name, column in self.columns.items()})
-
-    def row(self, **conditions):
-        """The only such row, as a dictionary."""
-        rows = self.where(**conditions)
-        if len(rows) != 1:
-            raise TableError(f"{len(rows)} rows have {conditions}, expected one")
-        return {name: column[0] for name, column in rows.columns.items()}
-
-
-def _numbers_or_words(cells):
-    if not cells:
-        return np.empty(0, dtype=object)  # of any kind: it can be compared with numbers and words
-    try:
-        return np.array([float(cell) if cell else np.nan for cell in cells])
-    except ValueError:
-        return np.array(cells)
-
-
-def read(directory, name, folder="csv", may_be_empty=False):
-    """DIR/FOLDER/NAME.csv, see read_table()."""
-    return read_table(Path(directory) / folder / f"{name}.csv", may_be_empty)
-
-
-def read_table(path, may_be_empty=False, numbers=()):
-    """A CSV file as a Table; TableError if it is missing, ragged or, unless it may be empty, without rows, or if one of
-    the columns `numbers` is missing or holds anything but finite numbers."""
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise TableError(f"cannot read {path}: {error}") from error
-    if len(rows) < (1 if may_be_empty else 2):
-        raise TableError(f"{path}: no rows")
-    for line, row in enumerate(rows, start=1):
-        if len(row) != len(rows[0]):
-            raise TableError(f"{path}, line {line}: {len(row)} cells under a header of {len(rows[0])}")
-    for name in numbers:
-        _check_numbers(path, rows, name)
-    columns = zip(*rows[1:]) if len(rows) > 1 else [()] * len(rows[0])
-    return Table({head: _numbers_or_words(column) for head, column in zip(rows[0], columns)})
-
-
-def _check_numbers(path, rows, name):
-    if name not in rows[0]:
-        raise TableError(f"{path}, line 1: there is no column '{name}' among {', '.join(rows[0])}")
-    for line, row in enumerate(rows[1:], start=2):
-        cell = row[rows[0].index(name)]
-        try:
-            known = np.isfinite(float(cell))
-        except ValueError:
-            known = False
-        if not known:
-            raise TableError(f"{path}, line {line}: {name} is '{cell}', expected a number")
-
-
-def dense(table, rows, columns):
-    """The matrix that a table of row, column, value holds."""
-    matrix = np.zeros((rows, columns))
-    matrix[table["row"].astype(int), table["column"].astype(int)] = table["value"]
-    return matrix
 
 
 METADATA = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None},

@@ -9,10 +9,11 @@ import numpy as np
 
 from . import style
 from .style import BLUE, GREY, INK, VERMILION, plt
+from .tables import read
 
 
 def draw(directory):
-    frames, trace, summary = (style.read(directory, name, folder="") for name in ("frames", "trace", "summary"))
+    frames, trace, summary = (read(directory, name, folder="") for name in ("frames", "trace", "summary"))
     summary = dict(zip(summary["key"], summary["value"]))
     fig, (above, apart, cost) = plt.subplots(1, 3, figsize=(13.0, 4.4), layout="constrained")
     looks = {"truth": dict(color=GREY, linewidth=5.0, alpha=0.45), "before": dict(color=VERMILION, marker="o"),

@@ -6,6 +6,8 @@ from fractions import Fraction
 from math import gcd, lcm
 from pathlib import Path
 
+from ch5_backend.figures.tables import dense
+
 from ..tex import bracketed, matrix, scientific, tex
 
 from .toy import chain, decimal
@@ -17,11 +19,11 @@ def chain_facts(tables):
     """The 3×3 example in exact fractions, held against what the solver wrote."""
     H, prior = chain()
     for name, exact in (("before", H), ("after", prior)):
-        solver = tables.matrix("marginalize_chain", stage=name)
+        solver = dense(tables("marginalize_chain", stage=name))
         for i, row in enumerate(exact):
             for j, value in enumerate(row):
-                if abs(solver.get((i, j), 0.0) - float(value)) > 1e-9 * 200:
-                    raise ValueError(f"marginalize_chain.csv, {name} ({i}, {j}): {solver.get((i, j))}, not {value}")
+                if abs(solver[i, j] - float(value)) > 1e-9 * 200:
+                    raise ValueError(f"marginalize_chain.csv, {name} ({i}, {j}): {solver[i, j]}, not {value}")
     plain = lambda v: decimal(v).replace("−", "-")  # noqa: E731
     steps = [rf"{tex(H[i][j])} - {bracketed(H[i][1])}\cdot{bracketed(H[1][j])}\,/\,{tex(H[1][1])} &= "
              rf"{tex(prior[i // 2][j // 2])} = {plain(prior[i // 2][j // 2])}" for i, j in ((0, 0), (0, 2), (2, 2))]
@@ -40,42 +42,42 @@ def common_factor(rows):
 def bundle_facts(tables):
     facts = {}
     for name in ("course", "large"):
-        row = tables.row("mono_ba_summary", scene=name)
+        row = tables("mono_ba_summary").row(scene=name)
         for column in ("frames", "points", "unknowns", "edges", "iterations"):
             facts[f"{name}.{column}"] = f"{row[column]:.0f}"
         facts[f"{name}.initial_cost"] = scientific(row["initial_cost"])
         facts[f"{name}.final_cost"] = scientific(row["final_cost"])
         facts[f"{name}.rmse_before_mm"] = f"{1e3 * row['initial_rmse_landmark_m']:.0f}"
         facts[f"{name}.rmse_after_mm"] = f"{1e3 * row['final_rmse_landmark_m']:.1f}"
-    facts["course.poses_dim"] = str(1 + max(r for r, _ in tables.matrix("hessian", scene="course", matrix="S")))
-    facts["course.size"] = str(1 + max(r for r, _ in tables.matrix("hessian", scene="course", matrix="H")))
+    facts["course.poses_dim"] = str(len(dense(tables("hessian", scene="course", matrix="S"))))
+    facts["course.size"] = str(len(dense(tables("hessian", scene="course", matrix="H"))))
     return facts
 
 
 def gauge_facts(tables):
     """The gap in the spectrum of the free problem: zeros, then the smallest true eigenvalue."""
-    sizes = sorted(abs(v) for v in tables.column("spectrum", "eigenvalue", gauge="free"))
+    sizes = sorted(abs(v) for v in tables("spectrum", gauge="free")["eigenvalue"].tolist())
     gaps = [b / max(a, 1e-300) for a, b in zip(sizes, sizes[1:])]
     zeros = 1 + gaps.index(max(gaps))
     return {"gauge.zeros": str(zeros), "gauge.largest_zero": scientific(sizes[zeros - 1], 1),
             "gauge.smallest": scientific(sizes[zeros], 1),
-            "gauge.null_dimension": f"{tables.rows('marginalize_fill')[0]['null_dimension']:.0f}",
-            "gauge.null_dimension_after": f"{tables.rows('marginalize_fill')[-1]['null_dimension']:.0f}"}
+            "gauge.null_dimension": f"{tables('marginalize_fill').rows()[0]['null_dimension']:.0f}",
+            "gauge.null_dimension_after": f"{tables('marginalize_fill').rows()[-1]['null_dimension']:.0f}"}
 
 
 def prior_facts(tables):
     def mean(variant):
-        return {r["weight"]: r["mean_iterations"] for r in tables.rows("prior_trials", variant=variant)}
+        return {r["weight"]: r["mean_iterations"] for r in tables("prior_trials", variant=variant).rows()}
 
     peak_weight, peak = max(mean("perturbed").items(), key=lambda item: item[1])
     course, heaviest = mean("course"), max(mean("course"))
-    damping = {name: {r["weight"]: r for r in tables.rows("prior_damping", damping=name)}
+    damping = {name: {r["weight"]: r for r in tables("prior_damping", damping=name).rows()}
                for name in ("identity", "diagonal")}
-    full = tables.rows("prior_sweep", variant="perturbed")
-    minimal = tables.column("prior_sweep", "reprojection_cost", variant="minimal")
+    full = tables("prior_sweep", variant="perturbed").rows()
+    minimal = tables("prior_sweep", variant="minimal")["reprojection_cost"].tolist()
     costs, rmse = [r["reprojection_cost"] for r in full], [1e3 * r["rmse_position"] for r in full]
     return {
-        "prior.trials": f"{tables.rows('prior_trials')[0]['trials']:.0f}",
+        "prior.trials": f"{tables('prior_trials').rows()[0]['trials']:.0f}",
         "prior.peak_weight": scientific(peak_weight, 1), "prior.peak": f"{peak:.1f}",
         "prior.free": f"{mean('perturbed')[0.0]:.1f}", "prior.plateau": f"{mean('perturbed')[1e5]:.1f}",
         "prior.course_unit": f"{course[1.0]:.1f}", "prior.course_heaviest": f"{course[heaviest]:.1f}",
@@ -97,7 +99,7 @@ def study_facts(tables):
     source = (ROOT / "ch5_backend/experiments/studies/prior_study.cc").read_text(encoding="utf-8")
     position = re.search(r"options\.position_sigma = ([\d.]+);", source)
     rotation = re.search(r"options\.rotation_sigma = ([\d.]+) \* M_PI / 180\.0;", source)
-    weights = [w for w in tables.column("prior_sweep", "weight", variant="course") if w > 0]
+    weights = [w for w in tables("prior_sweep", variant="course")["weight"].tolist() if w > 0]
     return {"study.position_cm": f"{100 * float(position[1]):g}", "study.rotation_deg": f"{float(rotation[1]):g}",
             "study.lightest": scientific(min(weights), 1, shortest=False), "study.heaviest": scientific(max(weights), 1)}
 

@@ -20,13 +20,13 @@ def schur_facts(_):
 def pcg_facts(tables):
     facts = {}
     for name in ("none", "diagonal", "blocks"):
-        rows = tables.rows("solver_pcg", preconditioner=name)
-        sizes = tables.column("solver_spectrum", "eigenvalue", preconditioner=name)
+        rows = tables("solver_pcg", preconditioner=name).rows()
+        sizes = tables("solver_spectrum", preconditioner=name)["eigenvalue"].tolist()
         done = next((r["iteration"] for r in rows if r["relative_residual"] < 1e-8), None)
         facts |= {f"pcg.{name}": f"{done:.0f}" if done else f"> {rows[-1]['iteration']:.0f}",
                   f"pcg.{name}.condition": scientific(max(sizes) / min(sizes), 1)}
-    rows = tables.rows("solver_pcg", preconditioner="blocks")
-    facts |= {"pcg.size": str(len(tables.rows("solver_spectrum", preconditioner="none"))),
+    rows = tables("solver_pcg", preconditioner="blocks").rows()
+    facts |= {"pcg.size": str(len(tables("solver_spectrum", preconditioner="none").rows())),
               "pcg.correct": scientific(rows[-1]["relative_residual"], 1), "pcg.course": f"{rows[-1]['without_first_step']:.2f}",
               "pcg.last": f"{rows[-1]['iteration']:.0f}"}
     return facts
@@ -36,14 +36,14 @@ def rule_facts(tables):
     facts = {}
     for problem in ("curve", "valley", "bundle"):
         for rule in ("nielsen", "ceres", "tenfold"):
-            rows = tables.rows("solver_rules", problem=problem, rule=rule)
+            rows = tables("solver_rules", problem=problem, rule=rule).rows()
             facts[f"rules.{problem}.{rule}"] = f"{rows[-1]['trial']:.0f} ({sum(r['accepted'] == 0 for r in rows)})"
     return facts
 
 
 def half_facts(tables):
-    last = tables.rows("solver_half_damped")[-1]
-    one = min(tables.rows("solver_half_damped"), key=lambda r: abs(log10(r["relative_lambda"])))
+    last = tables("solver_half_damped").rows()[-1]
+    one = min(tables("solver_half_damped").rows(), key=lambda r: abs(log10(r["relative_lambda"])))
     return {"half.lambda": scientific(last["relative_lambda"], 1, shortest=False), "half.step": f"{last['half_damped_step']:.2f}",
             "half.whole": f"{last['step']:.4f}", "half.gain": f"{last['half_damped_gain_ratio']:.3f}",
             "half.gain_one": f"{one['half_damped_gain_ratio']:.2f}", "half.whole_gain_one": f"{one['gain_ratio']:.2f}"}
@@ -52,8 +52,8 @@ def half_facts(tables):
 def stop_facts(tables):
     """At which iteration the homework's and VINS-Course's rules end the run; their χ² is twice the cost."""
     facts = {}
-    for information in sorted({r["information"] for r in tables.rows("solver_stop")}):
-        rows = tables.rows("solver_stop", information=information)
+    for information in sorted({r["information"] for r in tables("solver_stop").rows()}):
+        rows = tables("solver_stop", information=information).rows()
         chi = [2 * r["cost"] for r in rows]
         steps = range(1, len(rows))
         name = f"stop.{round(log10(information))}"
@@ -66,20 +66,20 @@ def stop_facts(tables):
 
 
 def step_facts(tables):
-    newton = tables.rows("solver_paths", algorithm="gauss-newton")
+    newton = tables("solver_paths", algorithm="gauss-newton").rows()
     return {"paths.start": f"{newton[0]['cost']:.1f}", "paths.jump": f"{newton[1]['cost']:.0f}"} | {
-        f"paths.{name}": f"{tables.rows('solver_paths', algorithm=algorithm)[-1]['iteration']:.0f}"
+        f"paths.{name}": f"{tables('solver_paths', algorithm=algorithm).rows()[-1]['iteration']:.0f}"
         for name, algorithm in (("newton", "gauss-newton"), ("lm", "levenberg-marquardt"), ("dogleg", "dogleg"))} | {
-        "dogleg.least": f"{tables.rows('solver_dogleg', first_radius=1.0)[-1]['iteration']:.0f}",
-        "dogleg.most": f"{tables.rows('solver_dogleg', first_radius=0.01)[-1]['iteration']:.0f}"}
+        "dogleg.least": f"{tables('solver_dogleg', first_radius=1.0).rows()[-1]['iteration']:.0f}",
+        "dogleg.most": f"{tables('solver_dogleg', first_radius=0.01).rows()[-1]['iteration']:.0f}"}
 
 
 def loss_facts(tables):
-    error = {(r["loss"], r["fraction"]): r["rmse_position_m"] for r in tables.rows("solver_outliers")}
+    error = {(r["loss"], r["fraction"]): r["rmse_position_m"] for r in tables("solver_outliers").rows()}
     facts = {f"outliers.{loss}.{round(100 * f)}": f"{1e3 * e:.1f}" if e < 0.1 else f"{1e3 * e:.0f}" for (loss, f), e in error.items()}
-    for r in tables.rows("solver_corrections"):
+    for r in tables("solver_corrections").rows():
         facts[f"correction.{r['loss']}.{r['correction']}"] = f"{r['iterations']:.0f}"
-    facts["outliers.trials"] = f"{tables.rows('solver_outliers')[0]['trials']:.0f}"
+    facts["outliers.trials"] = f"{tables('solver_outliers').rows()[0]['trials']:.0f}"
     return facts
 
 

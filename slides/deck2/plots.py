@@ -1,176 +1,159 @@
-"""Plots of deck 2 about linear solvers and steps, from the tables of ch5_solvers."""
+"""Plots of deck 2 about linear solvers, steps and robust losses, from the tables of ch5_solvers."""
 
-from ..chart import Axes, decades, legend
-from ..svg import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Svg, mix
+import numpy as np
 
-WORDS = {
-    "en": {"iteration": "iteration", "trial": "trial", "residual": "relative residual ‖b − Sx‖ / ‖b‖", "none": "M = I",
-           "diagonal": "diagonal", "blocks": "6 × 6 blocks", "index": "eigenvalue of M⁻¹S, ascending", "eigenvalue": "eigenvalue",
-           "full": "correct", "missing": "first step missing", "factor": "factor of λ after a success", "rho": "gain ratio ρ",
-           "nielsen": "Nielsen, the course", "ceres": "without the limit ⅔", "tenfold": "Marquardt, ×10 and ÷10",
-           "curve": "curve fitting", "valley": "Rosenbrock's valley", "bundle": "bundle adjustment", "cost": "cost",
-           "lambda": "λ / max diag(H)", "step": "‖Δx‖", "whole": "all of H damped", "half": "poses alone damped", "radius": "first radius",
-           "newton": "Gauss–Newton", "dogleg": "dogleg", "steepest descent": "steepest descent", "Gauss-Newton": "Gauss–Newton",
-           "gauss-newton": "Gauss–Newton", "levenberg-marquardt": "Levenberg–Marquardt", "steps": "steps", "x": "x", "y": "y"},
-    "zh": {"iteration": "迭代", "trial": "试步", "residual": "相对残差 ‖b − Sx‖ / ‖b‖", "none": "M = I", "diagonal": "对角",
-           "blocks": "6 × 6 块", "index": "M⁻¹S 的特征值（升序）", "eigenvalue": "特征值", "full": "正确", "missing": "漏了第一步",
-           "factor": "成功后 λ 乘以的因子", "rho": "增益比 ρ", "nielsen": "Nielsen（课程）", "ceres": "去掉上限 ⅔",
-           "tenfold": "Marquardt：×10、÷10", "curve": "曲线拟合", "valley": "Rosenbrock 山谷", "bundle": "光束法平差", "cost": "代价",
-           "lambda": "λ / max diag(H)", "step": "‖Δx‖", "whole": "阻尼整个 H", "half": "只阻尼位姿", "radius": "初始半径",
-           "newton": "高斯–牛顿", "dogleg": "dogleg", "steepest descent": "最速下降", "Gauss-Newton": "高斯–牛顿",
-           "gauss-newton": "高斯–牛顿", "levenberg-marquardt": "LM", "steps": "步", "x": "x", "y": "y"},
-}
+from ch5_backend.figures.slide import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, PRIOR, Figures, decades, mix
+
+FIGURES = Figures("solvers.")
 PRECONDITIONERS = {"none": PRIOR, "diagonal": LANDMARK, "blocks": POSE}
 RULES = {"nielsen": POSE, "ceres": CROSS, "tenfold": LANDMARK}
 STEPS = {"steepest descent": PRIOR, "dogleg": LANDMARK, "Gauss-Newton": POSE}
+LOSSES = {"none": PRIOR, "huber": LANDMARK, "cauchy": POSE, "tukey": CROSS}
+RESIDUALS = (1e-10, 1e2)
 
 
-def pcg(tables, lang):
+def residual_axes(slide, say, box, last, step):
+    """Of the relative residual against the iteration."""
+    return slide.axes(box, (0, last), RESIDUALS, say("residual"), say("iteration"), "y", range(0, int(last) + 1, step),
+                      decades(RESIDUALS, 2))
+
+
+@FIGURES.figure(1080, 420, "Conjugate gradients with three preconditioners")
+def pcg(slide, tables, say):
     """The residual of every iteration, three preconditioners."""
-    words = WORDS[lang]
-    svg = Svg(1080, 420, "Conjugate gradients with three preconditioners")
-    last = max(tables.column("solver_pcg", "iteration"))
-    axes = Axes(svg, (90, 45, 780, 300), (0, last), (1e-10, 1e2), log_y=True)
-    axes.draw(words["iteration"], words["residual"], range(0, int(last) + 1, 50), decades((1e-10, 1e2), 2))
-    for name, colour in PRECONDITIONERS.items():
-        axes.curve(tables.column("solver_pcg", "iteration", preconditioner=name),
-                   tables.column("solver_pcg", "relative_residual", preconditioner=name), colour, dots=False)
-    legend(svg, 900, 80, [(words[name], colour, None) for name, colour in PRECONDITIONERS.items()])
-    return svg.render()
+    axes = residual_axes(slide, say, (90, 45, 780, 300), tables("solver_pcg")["iteration"].max(), 50)
+    for name, color in PRECONDITIONERS.items():
+        rows = tables("solver_pcg", preconditioner=name)
+        axes.plot(rows["iteration"], rows["relative_residual"], color=color, label=say(name))
+    slide.legend(axes, 900, 70)
 
 
-def conditioning(tables, lang):
+@FIGURES.figure(1080, 420, "Eigenvalues of the preconditioned system")
+def conditioning(slide, tables, say):
     """The eigenvalues that conjugate gradients see."""
-    words = WORDS[lang]
-    svg = Svg(1080, 420, "Eigenvalues of the preconditioned system")
-    count = len(tables.rows("solver_spectrum", preconditioner="none"))
-    ticks = decades(tables.column("solver_spectrum", "eigenvalue"))
-    axes = Axes(svg, (90, 45, 780, 300), (0, count), (ticks[0], ticks[-1]), log_y=True)
-    axes.draw(words["index"], words["eigenvalue"], range(0, count + 1, 20), ticks[::3])
-    for name, colour in PRECONDITIONERS.items():
-        for i, value in enumerate(tables.column("solver_spectrum", "eigenvalue", preconditioner=name)):
-            svg.circle(axes.x(i + 0.5), axes.y(value), 3.6, colour)
-    legend(svg, 900, 80, [(words[name], colour, None) for name, colour in PRECONDITIONERS.items()])
-    return svg.render()
+    count = len(tables("solver_spectrum", preconditioner="none"))
+    ticks = decades(tables("solver_spectrum")["eigenvalue"])
+    axes = slide.axes((90, 45, 780, 300), (0, count), ticks[[0, -1]], say("eigenvalue"), say("index"), "y",
+                      range(0, count + 1, 20), ticks[::3])
+    for name, color in PRECONDITIONERS.items():
+        axes.plot(np.arange(count) + 0.5, tables("solver_spectrum", preconditioner=name)["eigenvalue"], "o", color=color,
+                  label=say(name))
+    slide.legend(axes, 900, 70)
 
 
-def first_step(tables, lang):
+@FIGURES.figure(1080, 390, "Conjugate gradients without their first step")
+def first_step(slide, tables, say):
     """What is left of the residual if α₀p₀ is never added."""
-    words = WORDS[lang]
-    svg = Svg(1080, 390, "Conjugate gradients without their first step")
-    rows = tables.rows("solver_pcg", preconditioner="blocks")
-    axes = Axes(svg, (90, 45, 740, 270), (0, rows[-1]["iteration"]), (1e-10, 1e2), log_y=True)
-    axes.draw(words["iteration"], words["residual"], range(0, int(rows[-1]["iteration"]) + 1, 10), decades((1e-10, 1e2), 2))
-    for column, name, colour in (("relative_residual", "full", POSE), ("without_first_step", "missing", PRIOR)):
-        axes.curve([r["iteration"] for r in rows], [r[column] for r in rows], colour, dots=False, width=3)
-    legend(svg, 850, 80, [(words["full"], POSE, None), (words["missing"], PRIOR, None)])
-    return svg.render()
+    rows = tables("solver_pcg", preconditioner="blocks")
+    axes = residual_axes(slide, say, (90, 45, 740, 270), rows["iteration"][-1], 10)
+    for column, name, color in (("relative_residual", "full", POSE), ("without_first_step", "missing", PRIOR)):
+        axes.plot(rows["iteration"], rows[column], color=color, label=say(name))
+    slide.legend(axes, 850, 70)
 
 
-def factors(_, lang):
+@FIGURES.figure(1080, 400, "Rules for the damping")
+def factors(slide, tables, say):
     """What the three rules make of a gain ratio."""
-    words = WORDS[lang]
-    svg = Svg(1080, 400, "Rules for the damping")
-    axes = Axes(svg, (90, 45, 640, 280), (0, 1.5), (0, 2))
-    axes.draw(words["rho"], words["factor"], (0, 0.5, 1, 1.5), (0, 0.5, 1, 1.5, 2))
-    rho = [k / 100 for k in range(0, 151)]
-    cubic = [max(1 / 3, 1 - (2 * r - 1) ** 3) for r in rho]
-    axes.curve(rho, cubic, RULES["ceres"], dots=False)
-    axes.curve(rho, [min(2 / 3, f) for f in cubic], RULES["nielsen"], dots=False, width=3.4)
-    axes.curve(rho, [0.1 for _ in rho], RULES["tenfold"], dots=False)
-    legend(svg, 760, 90, [(words[name], colour, None) for name, colour in RULES.items()], gap=34)
-    return svg.render()
+    axes = slide.axes((90, 45, 640, 280), (0, 1.5), (0, 2), say("factor"), say("rho"), "", (0, 0.5, 1, 1.5),
+                      (0, 0.5, 1, 1.5, 2))
+    rho = np.linspace(0, 1.5, 151)
+    cubic = np.maximum(1 / 3, 1 - (2 * rho - 1) ** 3)
+    for name, values in (("nielsen", np.minimum(2 / 3, cubic)), ("ceres", cubic), ("tenfold", 0.1 + 0 * rho)):
+        axes.plot(rho, values, color=RULES[name], label=say(name), zorder=2.5 if name == "nielsen" else 2)
+    slide.legend(axes, 760, 80)
 
 
-def rules(tables, lang):
+@FIGURES.figure(1130, 285, "Rules for the damping on three problems")
+def rules(slide, tables, say):
     """The cost after every trial, three rules on three problems."""
-    words = WORDS[lang]
-    svg = Svg(1130, 285, "Rules for the damping on three problems")
     for panel, problem in enumerate(("curve", "valley", "bundle")):
-        last = max(tables.column("solver_rules", "trial", problem=problem))
-        best = min(tables.column("solver_rules", "cost", problem=problem))
-        first = tables.rows("solver_rules", problem=problem)[0]["cost"]
-        low = 1e-9 * first
-        axes = Axes(svg, (75 + 375 * panel, 75, 290, 145), (0, last), (low, first), log_y=True)
-        axes.draw(words["trial"], words[problem], range(0, int(last) + 1, 10), decades((low, first), 3))
-        for name, colour in RULES.items():
-            rows = tables.rows("solver_rules", problem=problem, rule=name)
-            axes.curve([r["trial"] for r in rows], [max(r["cost"] - best, low) for r in rows], colour, dots=False,
-                       dash="7 5" if name == "ceres" else None)
-    for k, (name, colour) in enumerate(RULES.items()):
-        svg.line(90 + 350 * k, 20, 122 + 350 * k, 20, colour, 3, "7 5" if name == "ceres" else None)
-        svg.text(132 + 350 * k, 26, words[name], 16, anchor="start")
-    return svg.render()
+        every = tables("solver_rules", problem=problem)
+        first, last = every["cost"][0], every["trial"].max()
+        axes = slide.axes((75 + 375 * panel, 75, 290, 145), (0, last), (1e-9 * first, first), say(problem), say("trial"), "y",
+                          range(0, int(last) + 1, 10), decades((1e-9 * first, first), 3))
+        axes.set_ylim(1e-9 * first, first)
+        for name, color in RULES.items():
+            rows = every.where(rule=name)
+            axes.plot(rows["trial"], np.maximum(rows["cost"] - every["cost"].min(), 1e-9 * first), color=color,
+                      linestyle=(0, (3, 2)) if name == "ceres" else "-", label=say(name))
+    slide.legend(axes, 90, 12, columns=3)
 
 
-def half_damped(tables, lang):
+@FIGURES.figure(1130, 400, "Damping without the landmarks")
+def half_damped(slide, tables, say):
     """Step and gain ratio against λ: all of H damped, and the poses alone."""
-    words = WORDS[lang]
-    svg = Svg(1130, 400, "Damping without the landmarks")
-    rows = tables.rows("solver_half_damped")
-    xs = [row["relative_lambda"] for row in rows]
-    ticks = decades(xs, 2)
-    for panel, (columns, name, y_range) in enumerate(((("step", "half_damped_step"), "step", (1e-4, 1)),
-                                                     (("gain_ratio", "half_damped_gain_ratio"), "rho", (0, 1.2)))):
-        axes = Axes(svg, (90 + 540 * panel, 60, 430, 260), (ticks[0], ticks[-1]), y_range, log_x=True, log_y=panel == 0)
-        axes.draw(words["lambda"], words[name], ticks, decades(y_range) if panel == 0 else (0, 0.5, 1))
-        for column, colour in zip(columns, (POSE, PRIOR)):
-            axes.curve(xs, [row[column] for row in rows], colour, dots=False, width=3)
-    for k, (name, colour) in enumerate((("whole", POSE), ("half", PRIOR))):
-        svg.line(330 + 270 * k, 20, 362 + 270 * k, 20, colour, 3)
-        svg.text(372 + 270 * k, 26, words[name], 16, anchor="start")
-    return svg.render()
+    rows = tables("solver_half_damped")
+    ticks = decades(rows["relative_lambda"], 2)
+    for panel, (column, name, limits, marks, log) in enumerate((
+            ("step", "step", (1e-4, 1), decades((1e-4, 1)), "xy"), ("gain_ratio", "rho", (0, 1.2), (0, 0.5, 1), "x"))):
+        axes = slide.axes((90 + 540 * panel, 60, 430, 260), ticks[[0, -1]], limits, say(name), say("lambda"), log, ticks, marks)
+        for prefix, whole, color in (("", "whole", POSE), ("half_damped_", "half", PRIOR)):
+            axes.plot(rows["relative_lambda"], rows[prefix + column], color=color, label=say(whole))
+    slide.legend(axes, 330, 12, columns=2)
 
 
-def dogleg(tables, lang):
-    """The cost of every iteration for several first radii; a dot's colour is the kind of the step."""
-    words = WORDS[lang]
-    svg = Svg(1080, 410, "Dogleg on a bundle adjustment")
-    rows = tables.rows("solver_dogleg")
-    costs = [row["cost"] for row in rows]
-    ticks, last = decades(costs), int(max(row["iteration"] for row in rows))
-    axes = Axes(svg, (90, 45, 740, 290), (0, last), (ticks[0], ticks[-1]), log_y=True)
-    axes.draw(words["iteration"], words["cost"], range(last + 1), ticks)
-    for k, radius in enumerate(sorted({row["first_radius"] for row in rows})):
-        mine = tables.rows("solver_dogleg", first_radius=radius)
-        axes.curve([r["iteration"] for r in mine], [r["cost"] for r in mine], mix(INK, 0.25 + 0.18 * k), dots=False, width=2)
-        for row in mine[1:]:
-            svg.circle(axes.x(row["iteration"]), axes.y(row["cost"]), 6, STEPS[row["step"]])
-        third = mine[3]  # where the curves lie apart
-        svg.text(axes.x(3) + 12, axes.y(third["cost"]) - 6, f"Δ = {radius:g}", 15, MUTED, anchor="start")
-    for k, (name, colour) in enumerate(STEPS.items()):
-        svg.circle(862, 90 + 34 * k, 6, colour)
-        svg.text(880, 96 + 34 * k, words[name], 16, anchor="start")
-    return svg.render()
+@FIGURES.figure(1080, 410, "Dogleg on a bundle adjustment")
+def dogleg(slide, tables, say):
+    """The cost of every iteration for several first radii; a dot's color is the kind of the step."""
+    rows = tables("solver_dogleg")
+    ticks, last = decades(rows["cost"]), int(rows["iteration"].max())
+    axes = slide.axes((90, 45, 740, 290), (0, last), ticks[[0, -1]], say("cost"), say("iteration"), "y", range(last + 1), ticks)
+    for k, radius in enumerate(np.unique(rows["first_radius"])):
+        mine = rows.where(first_radius=radius)
+        axes.plot(mine["iteration"], mine["cost"], color=mix(INK, 0.25 + 0.18 * k), linewidth=1.5)
+        axes.annotate(f"Δ = {radius:g}", (3, mine["cost"][3]), (9, 4.5), textcoords="offset points", color=MUTED)
+    for name, color in STEPS.items():
+        taken = rows.where(step=name)
+        after = taken["iteration"] > 0
+        axes.plot(taken["iteration"][after], taken["cost"][after], "o", color=color, markersize=9, label=say(name), clip_on=False)
+    slide.legend(axes, 852, 80)
 
 
-def paths(tables, lang):
+@FIGURES.figure(1130, 430, "Through Rosenbrock's valley")
+def paths(slide, tables, say):
     """Three ways through Rosenbrock's valley, over its level lines."""
-    words = WORDS[lang]
-    svg = Svg(1130, 430, "Through Rosenbrock's valley")
-    for panel, (name, colour) in enumerate((("gauss-newton", PRIOR), ("levenberg-marquardt", POSE), ("dogleg", LANDMARK))):
-        axes = Axes(svg, (55 + 375 * panel, 60, 315, 320), (-1.6, 1.4), (-4.0, 1.6) if panel == 0 else (-0.4, 1.6))
-        rows = tables.rows("solver_paths", algorithm=name)
-        for level in (0.05, 0.5, 2.0, 5.0):  # (10 (y − x²))² + (1 − x)² = 2·level
-            size = (2 * level) ** 0.5
-            for sign in (1, -1):
-                points = []
-                for k in range(121):
-                    x = 1 - size + 2 * size * k / 120
-                    y = x * x + sign * max(0.0, 2 * level - (1 - x) ** 2) ** 0.5 / 10
-                    if axes.x0 <= x <= axes.x1 and axes.y0 <= y <= axes.y1:
-                        points.append((axes.x(x), axes.y(y)))
-                if len(points) > 1:
-                    svg.polyline(points, FAINT, 1.3)
-        svg.polyline([(axes.x(r["x"]), axes.y(r["y"])) for r in rows], colour, 2)
-        for row in rows:
-            svg.circle(axes.x(row["x"]), axes.y(row["y"]), 4.5, colour)
-        svg.circle(axes.x(1), axes.y(1), 8, "none", INK, 2)
-        svg.rect(axes.left, axes.top, axes.width, axes.height, stroke=MUTED)
-        svg.text(axes.left + axes.width / 2, 40, words[name], 18, colour)
-        svg.text(axes.left + axes.width / 2, 412, f"{len(rows) - 1} {words['steps']}", 17, MUTED)
-    return svg.render()
+    for panel, (name, color) in enumerate((("gauss-newton", PRIOR), ("levenberg-marquardt", POSE), ("dogleg", LANDMARK))):
+        x, y = (-1.6, 1.4), (-4.0, 1.6) if panel == 0 else (-0.4, 1.6)
+        axes = slide.axes((55 + 375 * panel, 60, 315, 320), x, y, xticks=(), yticks=())
+        axes.spines[:].set_visible(True)
+        at = np.meshgrid(np.linspace(*x, 301), np.linspace(*y, 1201))
+        axes.contour(*at, (10 * (at[1] - at[0]**2))**2 + (1 - at[0])**2, (0.1, 1.0, 4.0, 10.0), colors=FAINT, linewidths=1)
+        rows = tables("solver_paths", algorithm=name)
+        axes.plot(rows["x"], rows["y"], "o-", color=color, linewidth=1.5)
+        axes.plot(1, 1, "o", color=INK, markerfacecolor="none", markersize=12, markeredgewidth=1.5)
+        slide.text(212 + 375 * panel, 40, say(name), 18, color)
+        slide.text(212 + 375 * panel, 412, f"{len(rows) - 1} {say('steps')}", 17, MUTED)
 
 
-ALL = {"pcg": pcg, "conditioning": conditioning, "first_step": first_step, "factors": factors, "rules": rules,
-       "half_damped": half_damped, "dogleg": dogleg, "paths": paths}
+def curves(slide, tables, say, panels):
+    """One panel a column: (column, range of y, ticks)."""
+    wide = 900 / len(panels) - 70
+    for panel, (column, limits, ticks) in enumerate(panels):
+        axes = slide.axes((60 + (wide + 85) * panel, 45, wide, 275), (0, 8), limits, say(column), say("r"), "",
+                          range(0, 9, 2), ticks)
+        for name, color in LOSSES.items():
+            rows = tables("solver_losses", loss=name)
+            axes.plot(rows["r"], rows[column], color=color, label=say("none.losses" if name == "none" else name))
+    slide.legend(axes, 960, 90)
+
+
+@FIGURES.figure(1130, 400, "Robust losses")
+def losses(slide, tables, say):
+    curves(slide, tables, say, (("half_rho", (0, 12), (0, 4, 8, 12)), ("weight", (0, 1.05), (0, 0.5, 1))))
+
+
+@FIGURES.figure(1130, 400, "The second derivative of a loss")
+def curvature(slide, tables, say):
+    curves(slide, tables, say, (("second", (-0.85, 1.05), (-0.5, 0, 0.5, 1)),))
+
+
+@FIGURES.figure(1080, 420, "Bundle adjustment with outliers")
+def outliers(slide, tables, say):
+    """The error against the fraction of outliers."""
+    ticks = decades(tables("solver_outliers")["rmse_position_m"])
+    axes = slide.axes((90, 45, 740, 300), (0, 40), ticks[[0, -1]], say("error"), say("fraction"), "y", range(0, 41, 10), ticks)
+    for name, color in LOSSES.items():
+        rows = tables("solver_outliers", loss=name)
+        axes.plot(100 * rows["fraction"], rows["rmse_position_m"], "o-", color=color, clip_on=False,
+                  label=say("none.losses" if name == "none" else name))
+    slide.legend(axes, 860, 80)

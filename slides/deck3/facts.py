@@ -4,11 +4,12 @@ import re
 from math import degrees, sqrt
 from pathlib import Path
 
+from ch5_backend.figures.numbers.windows import CONSISTENCY, cuts, spectra
+from ch5_backend.figures.tables import dense
+
 from ..tex import matrix, scientific, tex
 
 from . import toy
-from .consistency import rows_of
-from .plots import cuts, spectra
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -28,7 +29,7 @@ def column(values, cell=tex):
 def chain_facts(tables):
     """Held against the solver's own table."""
     H, b, prior, b_prior = toy.chain()
-    solver = tables.matrix("marginalize_chain", stage="after")
+    solver = dense(tables("marginalize_chain", stage="after"))
     for i, j in ((0, 0), (0, 1), (1, 1)):
         if abs(solver[i, j] - float(prior[i][j])) > 1e-9 * 200:
             raise ValueError(f"marginalize_chain.csv, after ({i}, {j}): {solver[i, j]}, not {prior[i][j]}")
@@ -59,7 +60,7 @@ def hand_facts(tables):
 
 
 def fill_facts(tables):
-    stage = {name: tables.row("marginalize_fill", stage=name) for name in tables.column("marginalize_fill", "stage")}
+    stage = {name: tables("marginalize_fill").row(stage=name) for name in tables("marginalize_fill")["stage"].tolist()}
     source = (ROOT / "ch5_backend/experiments/studies/marginalize_study.cc").read_text(encoding="utf-8")
     frames, points = re.search(r"kFrames = (\d+), kPoints = (\d+)", source).groups()
     good, bad = stage["without landmarks and frame 0"], stage["without frame 0"]
@@ -80,11 +81,11 @@ def spectrum_facts(tables):
 def slide_facts(tables):
     facts = {}
     for policy in ("vins", "okvis"):
-        of = lambda fate: [one for one in tables.rows("slide_vertices", policy=policy) if one["fate"] == fate]  # noqa: B023,E731
+        of = lambda fate: [one for one in tables("slide_vertices", policy=policy).rows() if one["fate"] == fate]  # noqa: B023,E731
         gone, held = of("marginalised"), of("in the prior")
         count = lambda rows, kind: sum(one["vertex"] == kind for one in rows)  # noqa: E731
-        prior = tables.row("slide_priors", policy=policy, stage="after")
-        observations = tables.rows("slide_observations", policy=policy)
+        prior = tables("slide_priors").row(policy=policy, stage="after")
+        observations = tables("slide_observations", policy=policy).rows()
         facts.update({
             f"slide.{policy}_gone": "{:.0f}".format(next(one["number"] for one in gone if one["vertex"] == "pose")),
             f"slide.{policy}_depths": str(count(gone, "landmark")), f"slide.{policy}_speeds": str(count(gone, "speed")),
@@ -101,7 +102,7 @@ def slide_facts(tables):
     facts.update({"slide.frames": str(frames), "slide.okvis_temporal": str(temporal),
                   "slide.okvis_c": str(frames - temporal - 1),
                   "slide.okvis_keyframes": re.search(r"keyframes = (\d+)", source)[1],
-                  "slide.landmarks": str(len(set(tables.column("slide_observations", "landmark", policy="vins"))))})
+                  "slide.landmarks": str(len(set(tables("slide_observations", policy="vins")["landmark"].tolist())))})
     return facts
 
 
@@ -109,7 +110,7 @@ def film_facts(tables):
     """How long frames stay, and how often the second newest leaves at once."""
     facts = {}
     for policy in ("vins", "okvis"):
-        rows = tables.rows("slide_frames", policy=policy)
+        rows = tables("slide_frames", policy=policy).rows()
         seen = {}
         for one in rows:
             seen.setdefault(one["frame"], []).append(one["image"])
@@ -121,13 +122,13 @@ def film_facts(tables):
 
 
 def consistency_facts(tables):
-    summary = "../nees/csv/consistency_summary"
-    band = rows_of(tables, "vins", "none")[0]
+    summary = f"{CONSISTENCY}_summary"
+    band = tables(CONSISTENCY, policy="vins", mode="none").rows()[0]
     facts = {"nees.dof": "6", "nees.band": "95 %", "nees.runs": f"{band['runs']:.0f}"}
     for name, policy in (("twice", "vins twice"), ("once", "vins")):
-        facts[f"nees.{name}"] = f"{tables.row(summary, policy=policy, mode='none')['nees_pose']:.1f}"
+        facts[f"nees.{name}"] = f"{tables(summary).row(policy=policy, mode='none')['nees_pose']:.1f}"
     for mode in ("none", "prior_only", "full"):
-        one = tables.row(summary, policy="vins", mode=mode)
+        one = tables(summary).row(policy="vins", mode=mode)
         facts.update({f"nees.{mode}_mean": f"{one['nees_pose']:.1f}", f"nees.{mode}_inside": f"{one['pose_inside']:.0%}",
                       f"nees.{mode}_rmse": f"{one['position_rmse_m']:.3f}", f"yaw.{mode}": f"{one['yaw_information_gain']:.2f}"})
     return facts
@@ -137,14 +138,14 @@ def flight_facts(tables):
     facts = {}
     positions = []
     for policy in ("vins", "okvis"):
-        one = tables.row("odometry_policies", policy=policy)
+        one = tables("odometry_policies").row(policy=policy)
         facts[f"flight.{policy}"] = f"{100 * one['ate_m']:.1f}"
         facts[f"flight.{policy}_scale"] = f"{100 * one['scale_error']:+.1f} %".replace("-", "−")
-        last = tables.rows("odometry_gauge", policy=policy, direction="yaw")[-1]["information"]
+        last = tables("odometry_gauge", policy=policy, direction="yaw").rows()[-1]["information"]
         facts[f"leak.{policy}"] = f"{last:.0f}"
         facts[f"leak.{policy}_deg"] = f"{degrees(1 / sqrt(last)):.1f}"
         positions += [abs(row["information"]) for axis in "xyz"
-                      for row in tables.rows("odometry_gauge", policy=policy, direction=axis)]
+                      for row in tables("odometry_gauge", policy=policy, direction=axis).rows()]
     source = (ROOT / "ch5_backend/experiments/studies/odometry_study.cc").read_text(encoding="utf-8")
     outliers, seconds = (float(re.search(rf"{name} = ([\d.]+);", source)[1]) for name in ("outlier_fraction", "duration"))
     facts.update({"leak.position": f"${scientific(max(positions), 1)}$", "flight.outliers": f"{outliers:.0%}",

@@ -3,14 +3,14 @@
 import re
 from pathlib import Path
 
-from ch5_backend.figures import gauge_paper
+from ch5_backend.figures.numbers import gauge, gauge_paper
+from ch5_backend.figures.tables import TableError
+
 from ..tex import matrix, scientific, tex
 
 from . import toy
-from .plots import ZERO, error_ratio, mean, over_weight, relative_spectrum, table, usual
 
 ROOT = Path(__file__).resolve().parents[2]
-ERRORS = ("position_m", "rotation_deg", "velocity_m_s")
 
 
 def power(weight):
@@ -26,16 +26,6 @@ def scene_facts(tables):
             "scene.pixel": f"{float(value('pixel_sigma')):g}", "scene.imu": rate}
 
 
-def zeros_facts(tables):
-    facts = {}
-    for name, problem in (("imu", "camera and IMU"), ("camera", "camera alone")):
-        values = relative_spectrum(tables, problem)
-        zeros = sum(value < ZERO for value in values)
-        facts.update({f"zeros.{name}": str(zeros), f"zeros.{name}_largest": scientific(values[zeros - 1], 1),
-                      f"zeros.{name}_next": scientific(values[zeros], 1)})
-    return facts
-
-
 def toy_facts(tables):
     H, U, free, V, Q, fixed = toy.two_numbers()
     return {"hand.sigma": str(toy.SIGMA), "hand.H": matrix(H, tex), "hand.U": matrix(U, tex), "hand.free": matrix(free, tex),
@@ -46,85 +36,65 @@ def toy_facts(tables):
             "creep.steps": str(len(toy.walk(toy.WEAK)) - 1), "creep.free": str(len(toy.walk(0.0)) - 1)}
 
 
-def of_method(tables, scene, method, column):
-    return tables.column(table("methods"), column, path=scene[0], points=scene[1], method=method)
+# name: (study, of, what, how it is written) of the numbers in figures/numbers/gauge.py
+POSITION, AT_PEAK = "mean position_m", "iterations at the peak"
+TIGHT = "largest relative difference of an RMSE at convergence"
+USUAL = "largest relative difference of the position's RMSE at the usual stop"
+CITED = {
+    "methods.trials": ("methods", "all scenes", "trials", "{:.0f}".format),
+    "methods.prior": ("methods", "prior and fixation", TIGHT, lambda v: scientific(v, 1)),
+    "methods.free": ("methods", "free and fixation", TIGHT, lambda v: scientific(v, 1)),
+    "methods.usual": ("methods", "prior and fixation", USUAL, lambda v: scientific(v, 1, shortest=False)),
+    "methods.as_many": ("methods", "all scenes", "share of trials in which free needs as many iterations", "{:.0%}".format),
+    "sweep.zero": ("sweep", "sine planes", "iterations at 0", "{:.1f}".format),
+    "sweep.peak": ("sweep", "sine planes", AT_PEAK, "{:.1f}".format),
+    "sweep.peak_weight": ("sweep", "sine planes", "weight of the peak", "{:g}".format),
+    "sweep.recommended": ("sweep", "sine planes", "iterations at the recommended weight", "{:.1f}".format),
+    "arrival.last": ("convergence", "w = 100", "mean last iteration", "{:.1f}".format),
+    "arrival.strong_last": ("convergence", "w = 100000", "mean last iteration", "{:.1f}".format),
+    "choice.low": ("prior_choice", "any damping", "least right weight", power),
+    "choice.high": ("prior_choice", "any damping", "greatest right weight", power),
+    "choice.moved": ("prior_choice", "gauge, perturbed", "error / that without a prior farthest from 1",
+                     lambda v: f"{abs(v - 1):.1%}"),
+    "sigma.fixed_last": ("deviations", "fixed", "σ of the last position [m]", lambda v: f"{100 * v:.1f}"),
+    "sigma.free_least": ("deviations", "free", "least σ of a position [m]", lambda v: f"{100 * v:.1f}"),
+    "cov.free_to_fixed": ("covariance", "free to fixed", "largest relative Frobenius distance", lambda v: scientific(v, 1)),
+    "cov.fixed_to_free": ("covariance", "fixed to free", "largest relative Frobenius distance", lambda v: scientific(v, 1)),
+    **{f"damping.{name}": ("prior_choice", f"damping {name}", "iterations at 10¹⁰", "{:.1f}".format)
+       for name in gauge.FACTORS["damping"]},
+    **{f"place.{name}": ("prior_choice", f"{place}, perturbed", "error / that without a prior at 10⁵", "{:.2f}".format)
+       for name, place in zip(("gauge", "pose", "poses"), gauge.FACTORS["place"])},
+    **{f"zeros.{name}{end}": ("spectrum", problem, what, written)
+       for name, problem in (("imu", "camera and IMU"), ("camera", "camera alone"))
+       for end, what, written in (("", "zero eigenvalues", str), ("_largest", "greatest zero / greatest", lambda v: scientific(v, 1)),
+                                  ("_next", "least other / greatest", lambda v: scientific(v, 1)))},
+}
 
 
-def difference(tables, scene, method, column):
-    """Largest |error / fixation's − 1| over the trials."""
-    both = zip(of_method(tables, scene, method, column), of_method(tables, scene, "fixation", column))
-    return max(abs(one / other - 1) for one, other in both)
-
-
-def method_facts(tables):
-    facts, extra, equal = {}, {}, []
+def cited_facts(tables):
+    """What the page of the experiments cites too, and the paper's own."""
+    found = gauge.numbers(tables.folder.parent / "gauge")
+    if not found.keys() >= {study for study, *_ in CITED.values()}:
+        raise TableError(f"{tables.folder.parent / 'gauge'}: tables are missing; run ./course plots gauge first")
+    facts = {name: written(found[study][of, what]) for name, (study, of, what, written) in CITED.items()}
+    methods = tables("../gauge/csv/methods")
     for scene in gauge_paper.SCENES:
-        name, paper = "rmse." + "_".join(scene), gauge_paper.RMSE[scene]
-        facts.update({f"{name}.fixation": f"{mean(of_method(tables, scene, 'fixation', 'position_m')):.4f}",
+        name, paper, place = "rmse." + "_".join(scene), gauge_paper.RMSE[scene], " ".join(scene)
+        facts.update({f"{name}.fixation": f"{found['methods'][f'{place} fixation', POSITION]:.4f}",
                       f"{name}.paper": f"{paper['fixation'][0]:.5f}, {paper['free'][0]:.5f} m"})
         for method in ("prior", "free"):
-            facts[f"{name}.{method}"] = scientific(difference(tables, scene, method, "position_m"), 1)
-        pairs = list(zip(of_method(tables, scene, "free", "iterations"), of_method(tables, scene, "fixation", "iterations")))
-        extra[scene] = mean([one - other for one, other in pairs])
-        equal += [one == other for one, other in pairs]
-    worst = lambda method, columns: max(  # noqa: E731
-        difference(tables, scene, method, column) for scene in gauge_paper.SCENES for column in columns)
-    facts.update({"methods.trials": str(len(of_method(tables, gauge_paper.SCENES[0], "free", "iterations"))),
-                  "methods.weight": power(gauge_paper.RECOMMENDED), "methods.prior": scientific(worst("prior", ERRORS), 1),
-                  "methods.free": scientific(worst("free", ERRORS), 1),
-                  "methods.usual": scientific(worst("prior", ("usual_position_m",)), 1, shortest=False),
-                  "methods.saved": f"{-min(extra.values()):.2f}", "methods.more": f"{max(extra.values()):.2f}",
-                  "methods.as_many": f"{mean(equal):.0%}"})
-    return facts
-
-
-def sweep_facts(tables):
-    weights, found = over_weight(tables, "sweep", "iterations", path="sine", points="planes")
+            facts[f"{name}.{method}"] = scientific(gauge.differences(methods, "position_m", method, [scene]).max(), 1)
+    extra = [found["methods"][" ".join(scene), "mean iterations of free − fixation"] for scene in gauge_paper.SCENES]
+    pixels = [value for (_, what), value in found["convergence"].items() if what.endswith("is within 5 %")]
     paper = max(gauge_paper.SWEEP, key=gauge_paper.SWEEP.get)
-    facts = {"sweep.zero": f"{found[0]:.1f}", "sweep.peak": f"{max(found):.1f}",
-             "sweep.peak_weight": f"{weights[found.index(max(found))]:g}",
-             "sweep.recommended": f"{found[weights.index(gauge_paper.RECOMMENDED)]:.1f}",
-             "sweep.recommended_weight": power(gauge_paper.RECOMMENDED),
-             "sweep.paper_peak": str(gauge_paper.SWEEP[paper]), "sweep.paper_weight": str(paper)}
-    arrived, last = {}, {}
-    for row in tables.rows(table("convergence")):
-        last.setdefault((row["weight"], row["trial"]), []).append(row["reprojection_px"])
-    for (weight, _), pixels in last.items():
-        arrived.setdefault(weight, []).append((next(k for k, px in enumerate(pixels) if px < 1.05 * pixels[-1]),
-                                               len(pixels) - 1))
-    means = {weight: [mean(values) for values in zip(*pairs)] for weight, pairs in arrived.items()}
-    facts.update({"arrival.pixels": f"{max(pixels for pixels, _ in means.values()):.1f}", "arrival.weight": "100",
-                  "arrival.last": f"{means[100.0][1]:.1f}", "arrival.strong_weight": power(1e5),
-                  "arrival.strong_last": f"{means[1e5][1]:.1f}"})
-    return facts
-
-
-def choice_facts(tables):
-    curves = {name: over_weight(tables, "prior_choice", "iterations", **usual(damping=name))
-              for name in ("identity", "diagonal", "radius")}
-    weights = curves["diagonal"][0]
-    facts = {f"damping.{name}": f"{found[-1]:.1f}" for name, (_, found) in curves.items()}
-    # Right of the peak, where no damping needs 5 % more than its fewest there (ch5_backend/figures/gauge_choice.py).
-    right = [k for k, weight in enumerate(weights) if weight >= 100]
-    good = [weights[k] for k in right
-            if all(found[k] <= 1.05 * min(found[i] for i in right) for _, found in curves.values())]
-    at = weights.index(1e5)
-    for name, place in (("gauge", "gauge"), ("pose", "pose 0"), ("poses", "poses 0 and 1")):
-        facts[f"place.{name}"] = f"{error_ratio(tables, place)[1][at]:.2f}"
-    moved = max(abs(ratio - 1) for ratio in error_ratio(tables, "gauge")[1])
-    facts.update({"damping.heaviest": power(weights[-1]), "place.weight": power(1e5), "place.twelve": "12",
-                  "place.freedoms": "4", "choice.low": power(min(good)), "choice.high": power(max(good)),
-                  "choice.moved": f"{moved:.1%}"})
-    return facts
-
-
-def covariance_facts(tables):
-    sigma = {name: tables.column(table("deviations"), "position_m", gauge=name) for name in ("fixed", "free")}
-    column = lambda name: tables.column(table("covariance"), name)  # noqa: E731
-    least = min(column("free_untransformed") + column("fixed_untransformed"))
-    return {"sigma.fixed_last": f"{100 * sigma['fixed'][-1]:.1f}", "sigma.free_least": f"{100 * min(sigma['free']):.1f}",
-            "cov.untransformed": f"{least:.0%}", "cov.free_to_fixed": scientific(max(column("free_to_fixed")), 1),
-            "cov.fixed_to_free": scientific(max(column("fixed_to_free")), 1),
+    untransformed = min(found["covariance"][f"{name} untransformed", "least relative Frobenius distance"]
+                        for name in ("free", "fixed"))
+    return {**facts, "methods.saved": f"{-min(extra):.2f}", "methods.more": f"{max(extra):.2f}",
+            "methods.weight": power(gauge_paper.RECOMMENDED), "sweep.recommended_weight": power(gauge_paper.RECOMMENDED),
+            "sweep.paper_peak": str(gauge_paper.SWEEP[paper]), "sweep.paper_weight": str(paper),
+            "arrival.pixels": f"{max(pixels):.1f}", "arrival.weight": "100", "arrival.strong_weight": power(1e5),
+            "damping.heaviest": power(tables("../gauge/csv/prior_choice")["weight"].max()), "place.weight": power(1e5),
+            "place.twelve": "12", "place.freedoms": "4", "cov.untransformed": f"{untransformed:.0%}",
             "cov.paper": f"{100 * gauge_paper.COVARIANCE_DISTANCE:.2g} %"}
 
 
@@ -141,8 +111,4 @@ def recording_facts(tables):
 
 
 def all_facts(tables):
-    facts = {}
-    for part in (scene_facts, zeros_facts, toy_facts, method_facts, sweep_facts, choice_facts, covariance_facts,
-                 recording_facts):
-        facts.update(part(tables))
-    return facts
+    return scene_facts(tables) | toy_facts(tables) | cited_facts(tables) | recording_facts(tables)

@@ -3,4 +3,4 @@
 from . import blocks, plots
 from .facts import facts  # noqa: F401
 
-FIGURES = {**blocks.ALL, **plots.ALL}
+FIGURES = blocks.FIGURES | plots.FIGURES

@@ -11,7 +11,7 @@ ROOFED = "bal/16-22106"
 
 def time_of(tables, problem, step, solver, simd):
     """Milliseconds of a step."""
-    return tables.row("speed_steps", problem=problem, step=step, solver=solver, simd=simd)["milliseconds"]
+    return tables("speed_steps").row(problem=problem, step=step, solver=solver, simd=simd)["milliseconds"]
 
 
 def iteration(tables, problem, solver, simd):
@@ -22,7 +22,7 @@ def iteration(tables, problem, solver, simd):
 
 def ladder(tables, problem):
     """{rung: milliseconds an iteration} of the rungs that were measured."""
-    there = {(r["solver"], r["simd"]) for r in tables.rows("speed_steps", problem=problem)}
+    there = {(r["solver"], r["simd"]) for r in tables("speed_steps", problem=problem).rows()}
     return {name: iteration(tables, problem, *rung) for name, rung in RUNGS.items() if rung in there}
 
 
@@ -31,7 +31,7 @@ def short(value):
 
 
 def facts(tables):
-    about = tables.row("speed_about")
+    about = tables("speed_about").row()
     found = {"about.processor": about["processor"], "about.rounds": f"{about['rounds']:.0f}"}
     for problem in PROBLEMS:
         name, whole, rungs = NAMES[problem], iteration(tables, problem, *BEST), ladder(tables, problem)
@@ -41,19 +41,19 @@ def facts(tables):
         for a, b in (("plain", "fixed"), ("fixed", "avx2"), ("dense", "plain")):
             if a in rungs and b in rungs:
                 found[f"{name}.{a}.{b}"] = short(rungs[a] / rungs[b])
-        both = {r["side"]: r for r in tables.rows("speed_peers", problem=problem)}
+        both = {r["side"]: r for r in tables("speed_peers", problem=problem).rows()}
         found[f"{name}.ceres"] = short(both["ceres"]["iteration_ms"] / both["ours"]["iteration_ms"])
         found[f"{name}.mb"], found[f"{name}.ceres.mb"] = (f"{both[side]['peak_mb']:.0f}" for side in ("ours", "ceres"))
-    peak = tables.row("speed_machine", simd="avx2", limit="peak")["value"]
+    peak = tables("speed_machine").row(simd="avx2", limit="peak")["value"]
     found["machine.peak"] = f"{peak:.0f}"
-    for r in tables.rows("speed_machine", simd="avx2", limit="read"):
+    for r in tables("speed_machine", simd="avx2", limit="read").rows():
         found[f"machine.read.{r['megabytes']:g}".replace("0.25", "small")] = f"{r['value']:.0f}"
     for step in ("linearize", "schur", "back"):
-        row = tables.row("speed_steps", problem=ROOFED, step=step, solver="sparse", simd="avx2")
+        row = tables("speed_steps").row(problem=ROOFED, step=step, solver="sparse", simd="avx2")
         speed = 1e-6 * row["flop"] / row["milliseconds"]
         found |= {f"roof.{step}.flop": f"{row['flop'] / 1e6:.0f}", f"roof.{step}.intensity": f"{row['flop'] / row['bytes']:.1f}",
                   f"roof.{step}.speed": short(speed), f"roof.{step}.share": f"{100 * speed / peak:.0f}"}
-    rows = tables.rows("speed_reduced")
+    rows = tables("speed_reduced").rows()
     best = min(r["cost"] for r in rows)
     for name, solver in (("sparse", "sparse"), ("pcg", "implicit-pcg"), ("series", "power-series")):
         mine = [r for r in rows if r["solver"] == solver]

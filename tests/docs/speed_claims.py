@@ -6,7 +6,7 @@ import unittest
 from tests.docs.markdown import ROOT
 
 from slides.deck5.facts import BEST, PROBLEMS, facts, iteration, ladder, time_of
-from slides.tables import Tables
+from ch5_backend.figures.tables import Tables
 
 TABLES = Tables(ROOT / "slides/deck5")
 
@@ -29,9 +29,9 @@ class SpeedClaims(unittest.TestCase):
             self.assertGreater(times["fixed"], 1.5 * times["avx2"], problem)
 
     def test_forming_s_is_limited_by_operations_and_back_substitution_by_memory(self):
-        row = {step: TABLES.row("speed_steps", problem="bal/16-22106", step=step, solver="sparse", simd="avx2") for step in ("schur", "back", "linearize")}
-        peak = TABLES.row("speed_machine", simd="avx2", limit="peak")["value"]
-        memory = max(TABLES.rows("speed_machine", simd="avx2", limit="read"), key=lambda r: r["megabytes"])["value"]
+        row = {step: TABLES("speed_steps").row(problem="bal/16-22106", step=step, solver="sparse", simd="avx2") for step in ("schur", "back", "linearize")}
+        peak = TABLES("speed_machine").row(simd="avx2", limit="peak")["value"]
+        memory = max(TABLES("speed_machine", simd="avx2", limit="read").rows(), key=lambda r: r["megabytes"])["value"]
         ridge = peak / memory
         self.assertGreater(row["schur"]["flop"] / row["schur"]["bytes"], ridge)
         self.assertLess(row["back"]["flop"] / row["back"]["bytes"], ridge)
@@ -41,7 +41,7 @@ class SpeedClaims(unittest.TestCase):
 
     def test_both_sides_reach_the_same_cost_and_ours_is_faster(self):
         for problem in PROBLEMS:
-            ours, ceres = (TABLES.row("speed_peers", problem=problem, side=side) for side in ("ours", "ceres"))
+            ours, ceres = (TABLES("speed_peers").row(problem=problem, side=side) for side in ("ours", "ceres"))
             self.assertLess(ours["final_cost"], 1.001 * ceres["final_cost"], problem)
             self.assertGreater(ceres["iteration_ms"], 2.0 * ours["iteration_ms"], problem)
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from tests.docs.markdown import ROOT
 
-from slides.deck3 import plots, toy
-from slides.deck3.consistency import rows_of
-from slides.tables import Tables
+from slides.deck3 import toy
+from ch5_backend.figures.numbers.windows import CONSISTENCY, cuts, spectra
+from ch5_backend.figures.tables import Tables
 
 TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
 
@@ -50,23 +50,23 @@ class WindowClaims(unittest.TestCase):
             self.skipTest(f"{TABLES.folder} has no slide_frames.csv; ./course slides writes it")
 
     def test_no_cut_finds_the_gauge_of_an_old_prior(self):
-        plain, scaled = plots.spectra(TABLES)
-        for values, cut in zip((plain, scaled), plots.cuts(scaled)):
+        plain, scaled = spectra(TABLES)
+        for values, cut in zip((plain, scaled), cuts(scaled)):
             self.assertLess(sum(value <= cut for value in values), 3)
         self.assertLess(max(abs(value) for value in plain[:3]), 1e-12 * plain[-1])
         self.assertGreater(plain[3], 1e4 * abs(plain[2]), "yaw has leaked")
 
     def test_yaw_leaks_and_position_does_not(self):
         for policy in ("vins", "okvis"):
-            last = {axis: TABLES.rows("odometry_gauge", policy=policy, direction=axis)[-1]["information"]
+            last = {axis: TABLES("odometry_gauge", policy=policy, direction=axis).rows()[-1]["information"]
                     for axis in ("x", "y", "z", "yaw")}
             self.assertGreater(last["yaw"], 1e3 * max(abs(last[axis]) for axis in "xyz"))
 
     def test_frames_leave_at_once_with_vins_and_keyframes_stay_with_okvis(self):
         seen = {}
-        for row in TABLES.rows("slide_frames"):
+        for row in TABLES("slide_frames").rows():
             seen.setdefault((row["policy"], row["frame"]), []).append(row)
-        last = max(TABLES.column("slide_frames", "image"))
+        last = max(TABLES("slide_frames")["image"].tolist())
         gone = {policy: [rows for (name, _), rows in seen.items() if name == policy and rows[-1]["image"] < last]
                 for policy in ("vins", "okvis")}
         self.assertGreater(sum(len(rows) < 3 for rows in gone["vins"]), 3)
@@ -74,9 +74,9 @@ class WindowClaims(unittest.TestCase):
         self.assertTrue(all(row["speed"] for rows in gone["vins"] for row in rows))
 
     def test_used_twice_is_overconfident_and_a_clean_prior_alone_worse_than_none(self):
-        mean = lambda policy, mode, column: sum(row[column] for row in rows_of(TABLES, policy, mode))  # noqa: E731
+        mean = lambda policy, mode, column: TABLES(CONSISTENCY, policy=policy, mode=mode)[column].sum()  # noqa: E731
         self.assertGreater(mean("vins twice", "none", "nees_pose"), 3 * mean("vins", "none", "nees_pose"))
-        most = {mode: max(row["yaw_information"] for row in rows_of(TABLES, "vins", mode))
+        most = {mode: TABLES(CONSISTENCY, policy="vins", mode=mode)["yaw_information"].max()
                 for mode in ("none", "prior_only", "full")}
         self.assertLess(most["full"], most["none"])
         self.assertGreater(most["prior_only"], 1.5 * most["none"])

@@ -5,7 +5,8 @@ import shutil
 
 from tests.experiments import programs_under_test
 
-from ch5_backend.figures import gauge, gauge_choice, gauge_numbers, gauge_paper, gauge_report, style
+from ch5_backend.figures import gauge_report, tables
+from ch5_backend.figures.numbers import gauge as numbers, gauge_paper
 
 
 class GaugeExperiments(programs_under_test.AppTest):
@@ -21,10 +22,10 @@ class GaugeExperiments(programs_under_test.AppTest):
             rows = (self.folder / "trial.csv").read_text(encoding="utf-8")
             text += rows if k == 0 else rows.partition("\n")[2]
         table.write_text(text, encoding="utf-8")
-        return style.read_table(table)
+        return tables.read_table(table)
 
     def test_free_hessian_has_four_zero_eigenvalues_and_without_imu_seven(self):
-        found = gauge_numbers.spectrum(self.make("spectrum", 1))
+        found = numbers.spectrum(self.make("spectrum", 1))
         for problem, zeros in (("camera and IMU", 4), ("camera alone", 7)):
             self.assertEqual(found[problem, "zero eigenvalues"], zeros)
             self.assertLess(found[problem, "greatest zero / greatest"], 1e-14)  # a sum of rounding errors, 1e-16 each
@@ -36,33 +37,33 @@ class GaugeExperiments(programs_under_test.AppTest):
             self.assertLess(table[column].max(), 1e-6)
         for scene in gauge_paper.SCENES:
             for column in ("free_untransformed", "fixed_untransformed"):
-                self.assertGreater(gauge.of_scene(table, scene)[column].mean(), 0.5, scene)
+                self.assertGreater(numbers.of_scene(table, scene)[column].mean(), 0.5, scene)
 
     def test_all_methods_agree_and_free_needs_no_more_iterations(self):
         """In the mean of 50 trials rec with random points is the exception, 4.94 to 4.92: one more iteration in trial 20,
         where the free gauge's fifth step lowers the cost by 1.4e-6 of itself, just above the stop's 1e-6."""
         table = self.make("methods", 6)
-        for column in gauge.ERRORS:
-            self.assertLess(gauge.differences(table, column, "prior").max(), 1e-5)
-            self.assertLess(gauge.differences(table, column, "free").max(), 1e-2)
-        found = gauge_numbers.methods(table)
+        for column in numbers.ERRORS:
+            self.assertLess(numbers.differences(table, column, "prior").max(), 1e-5)
+            self.assertLess(numbers.differences(table, column, "free").max(), 1e-2)
+        found = numbers.methods(table)
         for path, points in gauge_paper.SCENES:
             self.assertLessEqual(found[f"{path} {points}", "mean iterations of free − fixation"], 0.0, (path, points))
         self.assertLess(found["arc planes", "mean iterations of free − fixation"], -0.2)
 
     def test_iterations_over_the_weight_are_plateau_peak_plateau(self):
         table = self.make("sweep", 4)
-        found = gauge_numbers.sweep(table)
+        found = numbers.sweep(table)
         for scene in gauge_paper.SCENES:
             of = " ".join(scene)
             self.assertTrue(3 <= found[of, "weight of the peak"] <= 100, found[of, "weight of the peak"])
             self.assertGreaterEqual(found[of, "peak / greater end"], 1.5, of)
-            weights, mean, _ = gauge.over_weight(gauge.of_scene(table, scene), "iterations")
+            weights, mean, _ = numbers.over_weight(numbers.of_scene(table, scene), "iterations")
             right = mean[weights >= 1e5]
             self.assertLess(right.max() - right.min(), 0.6, "a plateau")
 
     def test_pixels_come_first_and_the_prior_afterwards(self):
-        found = gauge_numbers.convergence(self.make("convergence", 2))
+        found = numbers.convergence(self.make("convergence", 2))
         for weight in ("50", "100", "500"):
             arrived = found[f"w = {weight}", "mean iteration at which the reprojection error is within 5 %"]
             self.assertLess(arrived, 0.5 * found[f"w = {weight}", "mean last iteration"])
@@ -70,8 +71,8 @@ class GaugeExperiments(programs_under_test.AppTest):
 
     def test_the_prior_on_the_gauge_is_free_and_on_wrong_poses_is_dear(self):
         table = self.make("prior_choice", 1)
-        found = gauge_numbers.prior_choice(table)
-        low, high = gauge_choice.right_weights(table)
+        found = numbers.prior_choice(table)
+        low, high = numbers.right_weights(table)
         self.assertTrue(low <= gauge_paper.RECOMMENDED <= high, (low, high))
         end = "error / that without a prior farthest from 1"
         self.assertAlmostEqual(found["gauge, perturbed", end], 1.0, delta=5e-3)
@@ -83,7 +84,7 @@ class GaugeExperiments(programs_under_test.AppTest):
                            1.4 * found["damping identity", "iterations at 10⁵"])
 
     def test_measurements_leave_position_and_yaw_free_and_an_unconstrained_prior_fills_yaw(self):
-        found = gauge_numbers.audit(self.make("audit", 1))
+        found = numbers.audit(self.make("audit", 1))
         for policy in ("vins", "okvis"):
             for constraints in ("none", "marginalised edges"):
                 relative = lambda part, direction: found[f"{policy} {constraints} {part}", f"largest relative {direction}"]

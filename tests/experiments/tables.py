@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-from ch5_backend.figures import captions, marginalize, nees, odometry, report, style
+from ch5_backend.figures import captions, marginalize, nees, odometry, report, style, tables
 from ch5_backend.figures.words import Words
 
 FIGURES = Path(style.__file__).parent
@@ -44,7 +44,7 @@ class Tables(unittest.TestCase):
         self.assertEqual(sorted(path.stem for path in (self.out / "csv").iterdir()), sorted(listed))
 
     def test_sweep_has_a_row_for_each_variant_and_weight(self):
-        sweep = style.read(self.out, "prior_sweep")
+        sweep = tables.read(self.out, "prior_sweep")
         self.assertEqual(list(sweep.columns), SWEEP)
         for variant in ("course", "perturbed", "minimal"):
             weights = sweep.where(variant=variant)["weight"]
@@ -60,7 +60,7 @@ class Tables(unittest.TestCase):
         self.assertTrue((sweep["cost_evaluations"] >= sweep["iterations"]).all())
 
     def test_traces_end_where_the_sweep_says(self):
-        sweep, trace = style.read(self.out, "prior_sweep"), style.read(self.out, "prior_trace")
+        sweep, trace = tables.read(self.out, "prior_sweep"), tables.read(self.out, "prior_trace")
         self.assertEqual(list(trace.columns), ["variant", "weight", "iteration", "cost", "lambda"])
         for variant in ("course", "minimal"):
             for weight in (0.0, 1.0, 1e10):
@@ -71,14 +71,14 @@ class Tables(unittest.TestCase):
                 self.assertTrue((cost[1:] <= cost[:-1]).all())
 
     def test_scene_tables_have_a_row_for_each_frame_and_point(self):
-        frames, points = style.read(self.out, "mono_ba_frames"), style.read(self.out, "mono_ba_points")
+        frames, points = tables.read(self.out, "mono_ba_frames"), tables.read(self.out, "mono_ba_points")
         for scene, frame_count, point_count in (("course", 3, 20), ("large", 10, 300)):
             for state in ("truth", "initial", "final"):
                 self.assertEqual(len(frames.where(scene=scene, state=state)), frame_count)
                 self.assertEqual(len(points.where(scene=scene, state=state)), point_count)
 
     def test_landmarks_corner_of_the_hessian_is_diagonal(self):
-        H = style.dense(style.read(self.out, "hessian").where(scene="course", matrix="H"), 38, 38)
+        H = tables.dense(tables.read(self.out, "hessian").where(scene="course", matrix="H"), 38, 38)
         corner = H[18:, 18:]
         self.assertTrue((corner.diagonal() > 0).all())
         self.assertEqual((corner != 0).sum(), 20)
@@ -87,7 +87,7 @@ class Tables(unittest.TestCase):
     def test_blocks_of_the_hessian_are_those_that_edges_and_landmarks_made(self):
         names = ("hessian", "hessian_vertices", "hessian_blocks")
         for scene, edges in (("course", 40), ("large", 2700)):
-            entries, vertices, blocks = (style.read(self.out, name).where(scene=scene) for name in names)
+            entries, vertices, blocks = (tables.read(self.out, name).where(scene=scene) for name in names)
             vertex_of = {first + k: vertex for vertex, first, rows in
                          zip(*(vertices[name] for name in ("vertex", "first_row", "rows"))) for k in range(int(rows))}
             for matrix in ("H", "S"):
@@ -98,14 +98,14 @@ class Tables(unittest.TestCase):
             self.assertEqual(len(set(corner["number"])), edges, "frame 0 hosts every landmark")
 
     def test_marginalisation_keeps_the_seven_free_directions(self):
-        fill = style.read(self.out, "marginalize_fill")
+        fill = tables.read(self.out, "marginalize_fill")
         self.assertEqual(list(fill["size"]), [42, 30, 24, 36])
         self.assertEqual(set(fill["null_dimension"]), {7})
         self.assertLess(fill["density"][0], 0.7)
         self.assertEqual(set(fill["density"][1:]), {1.0})
 
     def test_both_policies_slide_the_same_window_and_only_vins_uses_observations_twice(self):
-        table = style.read(self.out, "slide_observations")
+        table = tables.read(self.out, "slide_observations")
         seen = {policy: sorted(zip(rows["landmark"], rows["frame"])) for policy in ("vins", "okvis")
                 for rows in [table.where(policy=policy)]}
         self.assertEqual(seen["vins"], seen["okvis"])
@@ -118,7 +118,7 @@ class Tables(unittest.TestCase):
                 self.assertGreater(len(table.where(policy=policy, fate=fate)), 0, (policy, fate))
 
     def test_a_slide_marginalises_what_its_policy_says(self):
-        table, priors = style.read(self.out, "slide_vertices"), style.read(self.out, "slide_priors")
+        table, priors = tables.read(self.out, "slide_vertices"), tables.read(self.out, "slide_priors")
         for policy, speeds in (("vins", [0]), ("okvis", [0, 1, 2, 3])):
             gone = table.where(policy=policy, fate="marginalised")
             self.assertEqual(list(gone.where(vertex="pose")["number"]), [0], policy)
@@ -129,7 +129,7 @@ class Tables(unittest.TestCase):
             self.assertEqual(priors.row(policy=policy, stage="before")["null_dimension"], 4)
 
     def test_windows_keep_seven_frames_and_okvis_speeds_of_four(self):
-        table = style.read(self.out, "slide_frames")
+        table = tables.read(self.out, "slide_frames")
         last = table.where(image=table["image"].max())
         for policy, speeds in (("vins", 7), ("okvis", 4)):
             rows = last.where(policy=policy)

@@ -1,21 +1,79 @@
-"""The numbers that the page of the gauge experiments and the summary cite, out of the tables."""
+"""The gauge paper's experiments: table → the numbers that their page, the fourth deck, the model answer of stage 4 and
+the tests cite."""
 import csv
 from pathlib import Path
 
 import numpy as np
 
-from . import gauge, gauge_choice, gauge_covariance, gauge_paper, style
-from .atomic_write import atomic_write
+from ..atomic_write import atomic_write
+from ..tables import TableError, read
+from . import gauge_paper
+
+METHODS = ("fixation", "free", "prior", "pseudo-inverse")
+ERRORS = ("position_m", "rotation_deg", "velocity_m_s")
+RECORDINGS = ("euroc_v1_01_easy", "tango_walk")
+ZERO = 1e-8  # of the largest eigenvalue: below, it is rounding
+FACTORS = {  # of prior_choice; the first value of each is the usual one
+    "damping": ("diagonal", "identity", "radius"), "stop": ("relative", "absolute"), "start": ("perturbed", "truth"),
+    "place": ("gauge", "pose 0", "poses 0 and 1")}
+
+
+def of_scene(table, scene):
+    return table.where(path=scene[0], points=scene[1])
+
+
+def differences(table, column, method, scenes=gauge_paper.SCENES):
+    """|error of the method / that of fixation − 1|, a value a trial and scene."""
+    both = [np.concatenate([of_scene(table, scene).where(method=name)[column] for scene in scenes])
+            for name in (method, "fixation")]
+    return np.abs(both[0] / both[1] - 1)
+
+
+def over_weight(table, column):
+    """Weights, means and standard deviations over the trials."""
+    weights = np.unique(table["weight"])
+    found = [table.where(weight=weight)[column] for weight in weights]
+    return weights, np.array([np.mean(values) for values in found]), np.array([np.std(values) for values in found])
+
+
+def usual(table, **changes):
+    """The rows in which nothing but `changes` differs from the usual values."""
+    return table.where(**{**{factor: values[0] for factor, values in FACTORS.items()}, **changes})
+
+
+def right_weights(table):
+    """(least, greatest) weight right of the peak at which no damping needs 5 % more than its fewest there."""
+    good = None
+    for damping in FACTORS["damping"]:
+        weights, mean, _ = over_weight(usual(table, damping=damping), "iterations")
+        right = weights >= 100
+        near = right & (mean <= 1.05 * mean[right].min())
+        good = near if good is None else good & near
+    if not good.any():
+        raise TableError("prior_choice: no weight suits all dampings")
+    return weights[good].min(), weights[good].max()
+
+
+def error_ratio(table, place, start="perturbed"):
+    """Weights, and the mean error of the position at each next to that without a prior."""
+    weights, mean, _ = over_weight(usual(table, place=place, start=start), "position_m")
+    return weights, mean / mean[weights == 0]
+
+
+def relative_spectrum(table, problem):
+    """|λ| / λ_max, ascending; what rounds to 0 has a place at 1e-20."""
+    values = table.where(problem=problem)["eigenvalue"]
+    return np.sort(np.maximum(np.abs(values) / values.max(), 1e-20))
 
 
 def methods(table):
     """{(of, what): value}; `of` names a scene and a method."""
     found, extra = {}, []
     for scene in gauge_paper.SCENES:
-        rows = gauge.of_scene(table, scene)
-        of_method = {method: rows.where(method=method) for method in gauge.METHODS}
+        rows = of_scene(table, scene)
+        of_method = {method: rows.where(method=method) for method in METHODS}
         for method, own in of_method.items():
-            for what in ("iterations", "milliseconds", *gauge.ERRORS):
+            for what in ("iterations", "milliseconds", *ERRORS):
                 found[f"{scene[0]} {scene[1]} {method}", f"mean {what}"] = own[what].mean()
         extra.append(of_method["free"]["iterations"] - of_method["fixation"]["iterations"])
         found[" ".join(scene), "mean iterations of free − fixation"] = extra[-1].mean()
@@ -23,9 +81,9 @@ def methods(table):
     for what, share in (("fewer", extra < 0), ("as many", extra == 0), ("more", extra > 0)):
         found["all scenes", f"share of trials in which free needs {what} iterations"] = share.mean()
     for method in ("prior", "free", "pseudo-inverse"):
-        worst = max(gauge.differences(table, column, method).max() for column in gauge.ERRORS)
+        worst = max(differences(table, column, method).max() for column in ERRORS)
         found[f"{method} and fixation", "largest relative difference of an RMSE at convergence"] = worst
-        worst = gauge.differences(table, "usual_position_m", method).max()
+        worst = differences(table, "usual_position_m", method).max()
         found[f"{method} and fixation", "largest relative difference of the position's RMSE at the usual stop"] = worst
     found["all scenes", "trials"] = len(np.unique(table["trial"]))
     return found
@@ -34,7 +92,7 @@ def methods(table):
 def sweep(table):
     found = {}
     for scene in gauge_paper.SCENES:
-        weights, mean, _ = gauge.over_weight(gauge.of_scene(table, scene), "iterations")
+        weights, mean, _ = over_weight(of_scene(table, scene), "iterations")
         at = mean.argmax()
         for what, value in (("weight of the peak", weights[at]), ("iterations at the peak", mean[at]),
                             ("iterations at 0", mean[0]), ("iterations at the greatest weight", mean[-1]),
@@ -68,8 +126,8 @@ def convergence(table):
 def spectrum(table):
     found = {}
     for problem in ("camera and IMU", "camera alone"):
-        values = gauge_covariance.relative_spectrum(table, problem)
-        zeros = int((values < gauge_covariance.ZERO).sum())
+        values = relative_spectrum(table, problem)
+        zeros = int((values < ZERO).sum())
         found[problem, "zero eigenvalues"] = zeros
         found[problem, "greatest zero / greatest"] = values[zeros - 1]
         found[problem, "least other / greatest"] = values[zeros]
@@ -96,18 +154,18 @@ def deviations(table):
 
 
 def prior_choice(table):
-    low, high = gauge_choice.right_weights(table)
+    low, high = right_weights(table)
     found = {("any damping", "least right weight"): low, ("any damping", "greatest right weight"): high}
-    for factor, (_, values) in gauge_choice.FACTORS.items():
+    for factor, values in FACTORS.items():
         for value in values:
-            weights, mean, _ = gauge.over_weight(gauge_choice.usual(table, **{factor: value}), "iterations")
+            weights, mean, _ = over_weight(usual(table, **{factor: value}), "iterations")
             for what, iterations in (("at 0", mean[0]), ("at 10⁵", mean[weights == 1e5][0]), ("at 10¹⁰", mean[-1]),
                                      ("at the peak", mean[weights > 0].max())):
                 found[f"{factor} {value}", f"iterations {what}"] = iterations
             found[f"{factor} {value}", "weight of the peak"] = weights[1:][mean[1:].argmax()]
-    for start in gauge_choice.FACTORS["start"][1]:
-        for place in gauge_choice.FACTORS["place"][1]:
-            weights, ratio = gauge_choice.error_ratio(table, place, start)
+    for start in FACTORS["start"]:
+        for place in FACTORS["place"]:
+            weights, ratio = error_ratio(table, place, start)
             for what, value in (("at 10⁵", ratio[weights == 1e5][0]), ("at 10¹⁰", ratio[-1]),
                                 ("farthest from 1", ratio[np.abs(ratio - 1).argmax()])):
                 found[f"{place}, {start}", f"error / that without a prior {what}"] = value
@@ -127,10 +185,10 @@ def audit(table):
 
 def recordings(table):
     found = {}
-    for recording in gauge_choice.RECORDINGS:
+    for recording in RECORDINGS:
         for method in ("fixation", "free", "prior"):
             rows = table.where(recording=recording, method=method)
-            for what in ("iterations", "milliseconds", *gauge.ERRORS, "reprojection_px"):
+            for what in ("iterations", "milliseconds", *ERRORS, "reprojection_px"):
                 found[f"{recording} {method}", f"median {what}"] = np.median(rows[what])
         one, other = (table.where(recording=recording, method=m)["position_m"] for m in ("fixation", "free"))
         found[recording, "share of trials whose fixed and free position errors agree to 1 %"] = np.mean(
@@ -145,7 +203,7 @@ STUDIES = {function.__name__: function for function in
 
 def numbers(directory):
     """{study: {(of, what): value}} of each table that is there."""
-    return {name: study(style.read(directory, name)) for name, study in STUDIES.items()
+    return {name: study(read(directory, name)) for name, study in STUDIES.items()
             if (Path(directory) / "csv" / f"{name}.csv").exists()}
 
 

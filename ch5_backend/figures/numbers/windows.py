@@ -1,0 +1,16 @@
+"""Numbers of sliding windows and their priors."""
+import sys
+
+CONSISTENCY = "../nees/csv/consistency"  # of ch5_nees, beside the chapter's tables
+
+
+def spectra(tables, policy="vins"):
+    """Eigenvalues of the last prior of the flight, and of P⁻¹HP⁻¹ with OKVIS's P."""
+    rows = tables("odometry_spectrum", policy=policy)
+    last = rows.where(t_s=rows["t_s"].max())
+    return [last[name] for name in ("eigenvalue", "scaled")]
+
+
+def cuts(scaled):
+    """Up to where an eigenvalue counts as zero: VINS-Mono's kEps, OKVIS's ε·n·λ_max."""
+    return 1e-8, sys.float_info.epsilon * len(scaled) * max(scaled)

@@ -1,0 +1,176 @@
+"""Figures of the decks: shapes and words placed in pixels, and axes for plots, drawn by matplotlib as SVG.
+
+Words stay words: the reader's browser sets them, in its own font for Chinese, so that no font changes a file.
+"""
+import functools
+import io
+import logging
+import re
+
+import numpy as np
+from matplotlib import patches
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.path import Path
+from matplotlib.textpath import TextPath
+from matplotlib.transforms import Affine2D
+
+from . import style
+from .style import plt
+from .words import Words
+
+# One meaning, one color, on every page: poses, landmarks, what ties them, priors.
+INK, MUTED, FAINT, PAPER = "#22303c", "#6b7a88", "#d5dce2", "#ffffff"
+POSE, LANDMARK, CROSS, PRIOR = "#3b76a8", "#d99a3c", "#5d9c86", "#c2555b"
+PX = 0.75  # points
+
+LOOK = {
+    "svg.fonttype": "none", "font.family": ["Noto Sans", "Noto Sans CJK SC", "Noto Sans CJK JP", "PingFang SC",
+                                            "Microsoft YaHei", "sans-serif"],
+    "font.sans-serif": ["DejaVu Sans"], "font.size": 15 * PX, "legend.fontsize": 16 * PX, "text.color": INK,
+    "axes.prop_cycle": plt.cycler(color=[POSE, PRIOR, CROSS, LANDMARK, "#7ba3c4", "#7a5195"]),  # style.BLUE …
+    "axes.titlesize": 17 * PX, "axes.titlepad": 10 * PX, "axes.labelsize": 17 * PX, "axes.labelcolor": INK,
+    "axes.labelpad": 7 * PX, "axes.edgecolor": MUTED, "axes.linewidth": 1.2 * PX, "axes.spines.left": False,
+    "axes.grid.axis": "y", "grid.color": FAINT, "grid.linewidth": PX, "xtick.color": MUTED, "ytick.color": MUTED,
+    "ytick.major.size": 0, "xtick.major.size": 5 * PX, "xtick.major.width": PX, "xtick.major.pad": 6 * PX,
+    "ytick.major.pad": 9 * PX, "lines.linewidth": 2.6 * PX, "lines.markersize": 7.2 * PX, "legend.handlelength": 1.9,
+    "legend.labelspacing": 0.75, "legend.borderaxespad": 0, "legend.borderpad": 0,
+}
+logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)  # a font that is not here is the reader's affair
+
+
+def mix(color, share):
+    """`color` with `share` in 0…1 of itself and the rest white."""
+    return to_hex(1 - share * (1 - np.array(to_rgb(color))))
+
+
+class Figures(dict):
+    """The figures of a deck's module: {name: draw(tables, language) -> SVG text}; its words have this prefix."""
+
+    def __init__(self, prefix):
+        super().__init__()
+        self.prefix = prefix
+
+    def figure(self, width, height, title, **look):
+        """Adds draw(slide, tables, say), which draws on a Slide of that size, under its name."""
+        def add(draw):
+            @functools.wraps(draw)
+            def drawn(tables, language):
+                with plt.rc_context({**LOOK, **look}):
+                    slide = Slide(width, height, title)
+                    draw(slide, tables, Words(language, self.prefix))
+                    return slide.render()
+            self[draw.__name__] = drawn
+            return drawn
+        return add
+
+
+class Slide:
+    """Shapes and words on a page of pixels, y points down; what comes later lies on top."""
+
+    def __init__(self, width, height, title):
+        self.width, self.height, self.title, self.parts = width, height, title, 0
+        self.figure = plt.figure(figsize=(width / 96, height / 96))
+        self.page = self.figure.add_axes([0, 0, 1, 1], xlim=(0, width), ylim=(height, 0))
+        self.page.set_axis_off()
+
+    def add(self, artist):
+        """On top of what is there."""
+        self.parts += 1
+        artist.set(zorder=self.parts, clip_on=False)
+        return artist
+
+    def patch(self, kind, *shape, fill=None, stroke=None, width=1.5, dash=None, **more):
+        """A patch of matplotlib's; `dash` is in pixels."""
+        lines = "-" if dash is None else (0, [float(length) / width for length in dash.split()])
+        return self.add(self.page.add_artist(kind(
+            *shape, facecolor=fill or "none", edgecolor=stroke or "none", linewidth=width * PX if stroke else 0,
+            linestyle=lines, capstyle=more.pop("cap", "butt"), joinstyle="round", **more)))
+
+    def rect(self, x, y, width, height, fill=None, stroke=None, radius=0, line=1, **more):
+        if radius:
+            shape = patches.BoxStyle.Round(pad=0, rounding_size=radius)
+            return self.patch(patches.FancyBboxPatch, (x, y), width, height, boxstyle=shape, fill=fill, stroke=stroke,
+                              width=line, **more)
+        return self.patch(patches.Rectangle, (x, y), width, height, fill=fill, stroke=stroke, width=line, **more)
+
+    def circle(self, x, y, radius, fill=None, stroke=None, width=1.5):
+        return self.patch(patches.Circle, (x, y), radius, fill=fill, stroke=stroke, width=width)
+
+    def line(self, x1, y1, x2, y2, stroke=MUTED, width=1.5, dash=None, arrow=False):
+        return self.polyline([(x1, y1), (x2, y2)], stroke, width, dash, arrow)
+
+    def polyline(self, points, stroke=MUTED, width=2.5, dash=None, arrow=False, curved=False, fill=None):
+        """Through the points; `curved` makes the inner ones, one or two, the control points of a Bézier curve."""
+        codes = [Path.MOVETO] + [(Path.CURVE3, Path.CURVE4)[len(points) - 3]] * (len(points) - 1) if curved else None
+        cap = "butt" if dash else "round"
+        self.patch(patches.PathPatch, Path(points, codes), stroke=stroke, width=width, dash=dash, cap=cap, fill=fill)
+        if arrow:  # its head is a triangle at the end
+            (x0, y0), (x1, y1) = points[-2:]
+            head = np.array([[1, 0], [-7, 4], [-7, -4]]) @ np.array([[x1 - x0, y1 - y0], [y0 - y1, x1 - x0]])
+            head = head * 1.1 / np.hypot(x1 - x0, y1 - y0) + (x1, y1)
+            self.patch(patches.Polygon, head, fill=stroke)
+
+    def text(self, x, y, words, size=18, fill=INK, anchor="middle", weight="normal", mono=False, rotate=0, italic=False):
+        place = {"middle": "center", "start": "left", "end": "right"}[anchor]
+        return self.add(self.page.text(x, y, str(words), fontsize=size * PX, color=fill, ha=place, va="baseline",
+                                       weight=weight, style="italic" if italic else "normal", rotation=-rotate,
+                                       rotation_mode="anchor", **({"family": "monospace"} if mono else {})))
+
+    def formula(self, x, y, tex, size):
+        """A formula of matplotlib's as outlines about (x, y); a white rim keeps it legible on blocks."""
+        outline = TextPath((0, 0), f"${tex}$", size=size)
+        middle = outline.get_extents()
+        outline = Affine2D().translate(-middle.x0 - middle.width / 2, 0).scale(1, -1).translate(x, y).transform_path(outline)
+        self.patch(patches.PathPatch, outline, stroke=PAPER, width=5)
+        self.patch(patches.PathPatch, outline, fill=INK)
+
+    def cells(self, x, y, side, matrix, largest=None, decades=9, shades=8, least=0.18):
+        """A matrix as a field of squares, darker where log|value| is larger; zeros are white."""
+        size, largest = len(matrix), largest or np.abs(matrix).max()
+        with np.errstate(divide="ignore"):
+            depth = np.clip(1 + np.log10(np.abs(matrix) / largest) / decades, 0, 1)
+        depth = np.where(matrix != 0, np.round(shades * depth), -1)
+        unit = side / size
+        square = 0.94 * unit * np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]])
+        codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+        for shade in np.unique(depth[depth >= 0]):
+            places = (x, y) + unit * np.argwhere(depth == shade)[:, ::-1]
+            path = Path((places[:, None, :] + square).reshape(-1, 2), codes * len(places))
+            self.patch(patches.PathPatch, path, fill=mix(POSE, least + (1 - least) * shade / shades))
+        self.rect(x, y, side, side, stroke=MUTED, line=1)
+
+    def axes(self, box, x=None, y=None, title="", below="", log="", xticks=None, yticks=None):
+        """matplotlib's axes in a box (left, top, width, height) with these limits; `log` names the logarithmic ones."""
+        left, top, width, height = box
+        axes = self.figure.add_axes([left / self.width, 1 - (top + height) / self.height, width / self.width,
+                                     height / self.height])
+        axes.set_title(title, x=0)
+        axes.set_xlabel(below)
+        for axis, name, limits, ticks in ((axes.xaxis, "x", x, xticks), (axes.yaxis, "y", y, yticks)):
+            if name in log:
+                style.log_axis(axis)
+            else:
+                axis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "−"))
+            if ticks is not None:
+                axis.set_ticks(list(ticks))
+            if limits is not None:
+                axes.set(**{f"{name}lim": limits})
+        return axes
+
+    def legend(self, axes, x, y, columns=1, **look):
+        """What the curves of the axes are, from (x, y) downwards, or with more columns to the right."""
+        return self.figure.legend(*axes.get_legend_handles_labels(), loc="upper left", ncol=columns, **look,
+                                  bbox_to_anchor=(x / self.width, 1 - y / self.height))
+
+    def render(self):
+        """The SVG's text."""
+        text = io.StringIO()
+        self.figure.savefig(text, format="svg", metadata={**style.METADATA[".svg"], "Title": self.title})
+        plt.close(self.figure)
+        return re.sub(r' ?\n(?=[MLQCz"])', " ", text.getvalue()[text.getvalue().index("<svg"):])  # a path is a line
+
+
+def decades(values, step=1):
+    """The powers of ten around the values."""
+    low, high = np.floor(np.log10(min(values))), np.ceil(np.log10(max(values)))
+    return 10.0 ** np.arange(low, high + 1, step)
