@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
 #include "ch5_backend/simulate/random.h"
+#include "ch5_backend/types/edge_se3_prior.h"
 #include "tests/derivatives.h"
 
 namespace ch5 {
@@ -95,6 +99,94 @@ TEST(EdgeBetween, InformationOfCeresErrorGivesCeresCost) {
   ceres << i.R().transpose() * (j.p() - i.p()) - edge.p_z(),
       2.0 * (edge.q_z() * (i.q().conjugate() * j.q()).conjugate()).vec();
   EXPECT_NEAR(edge.Chi2(), ceres.dot(W * ceres), 1e-12 * edge.Chi2());
+}
+
+// Around a loop: measurements that are made of the poses close it, whatever the poses.
+TEST(EdgeBetween, MeasurementsMadeOfThePosesHaveNoResidual) {
+  Random random(35);
+  std::vector<std::shared_ptr<VertexPose>> poses;
+  for (int k = 0; k < 3; ++k) {
+    const Qd q = ExpSO3(NormalVector(&random, 1.5));
+    poses.push_back(std::make_shared<VertexPose>(q, NormalVector(&random, 3.0)));
+  }
+  Qd q_around = Qd::Identity();
+  Vec3 p_around = Vec3::Zero();
+  for (size_t k = 0; k < 3; ++k) {
+    const VertexPose &i = *poses[k], &j = *poses[(k + 1) % 3];
+    const Qd q_z = i.q().conjugate() * j.q();
+    const Vec3 p_z = i.q().conjugate() * (j.p() - i.p());
+    EdgeSE3Between edge(poses[k], poses[(k + 1) % 3], q_z, p_z);
+    edge.ComputeResidual();
+    EXPECT_LT(edge.Residual().norm(), 1e-14) << k;
+    p_around += q_around * edge.p_z();
+    q_around = q_around * edge.q_z();
+  }
+  EXPECT_LT(p_around.norm() + LogSO3(q_around).norm(), 1e-14);  // the measurements' own loop
+}
+
+// The plane lies in space: r of SE(3) is [x, y, 0; 0, 0, sin(½θ)] of SE(2)'s [x, y, θ].
+TEST(EdgeBetween, PlaneAndSpaceAgree) {
+  Random random(36);
+  for (int k = 0; k < 20; ++k) {
+    const Vec2 p_i(random.Normal(), random.Normal()), p_j(random.Normal(), random.Normal()), p_z(random.Normal(), 1.0);
+    const double theta_i = random.Uniform(-4, 4), theta_j = random.Uniform(-4, 4), theta_z = random.Uniform(-4, 4);
+    EdgeSE2Between plane(std::make_shared<VertexSE2>(p_i, theta_i), std::make_shared<VertexSE2>(p_j, theta_j), p_z,
+                         theta_z);
+    const auto turn = [](double theta) { return Qd(Eigen::AngleAxisd(theta, Vec3::UnitZ())); };
+    const auto in_space = [](const Vec2& p) { return Vec3(p.x(), p.y(), 0.0); };
+    EdgeSE3Between space(std::make_shared<VertexPose>(turn(theta_i), in_space(p_i)),
+                         std::make_shared<VertexPose>(turn(theta_j), in_space(p_j)), turn(theta_z), in_space(p_z));
+    plane.ComputeResidual();
+    space.ComputeResidual();
+    const Vec3 r = plane.Residual();
+    EXPECT_LE(std::abs(r.z()), M_PI);
+    Vec6 expected;
+    expected << r.x(), r.y(), 0, 0, 0, std::sin(0.5 * r.z());
+    EXPECT_LT((space.Residual() - expected).norm(), 1e-14) << k;
+  }
+}
+
+// Ceres' pose_graph_2d: r' = [R_iᵀ(p_j − p_i) − p_z; θ_j − θ_i − θ_z].
+TEST(EdgeBetween, InformationOfCeresErrorGivesCeresCostInThePlane) {
+  const auto i = std::make_shared<VertexSE2>(Vec2(1, 2), 0.5), j = std::make_shared<VertexSE2>(Vec2(3, 1), -0.4);
+  EdgeSE2Between edge(i, j, Vec2(1.5, -1.0), 0.7);
+  Mat33 W;
+  W << 4, 1, 0.5, 1, 3, -0.2, 0.5, -0.2, 2;
+  edge.SetInformation(InformationOfCeresError(edge, W));
+  edge.ComputeResidual();
+  Vec3 ceres;
+  ceres << Rotation2(-0.5) * Vec2(2, -1) - Vec2(1.5, -1.0), -0.4 - 0.5 - 0.7;
+  EXPECT_NEAR(edge.Chi2(), ceres.dot(W * ceres), 1e-12);
+}
+
+// By hand: the pose is turned by 90° about z against what is asked, and 1, 2, 3 m off.
+TEST(EdgeSE3Prior, ResidualWorkedByHand) {
+  const Qd quarter(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ()));
+  EdgeSE3Prior edge(std::make_shared<VertexPose>(quarter, Vec3(5, 5, 5)), Qd::Identity(), Vec3(4, 3, 2));
+  edge.ComputeResidual();
+  Vec6 expected;
+  expected << 0, 0, M_PI / 2, 1, 2, 3;
+  EXPECT_LT((edge.Residual() - expected).norm(), 1e-15);
+}
+
+// Between edges leave the six motions of the world free; with one prior nothing is: that is what a prior is for.
+TEST(EdgeSE3Prior, HoldsTheGaugeThatBetweenEdgesLeaveFree) {
+  Random random(37);
+  EdgeSE3Between between = MakeSE3(&random, 1.0, 0.3);
+  const auto i = std::static_pointer_cast<VertexPose>(between.Vertices()[0]);
+  EdgeSE3Prior prior(i, i->q(), i->p());
+  between.Linearize();
+  prior.Linearize();
+  Eigen::Matrix<double, 6, 12> J;
+  J << between.Jacobian(0), between.Jacobian(1);
+  Eigen::Matrix<double, 12, 12> H = J.transpose() * J;
+  const auto smallest = [&H](int k) {
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>>(H).eigenvalues()[k];
+  };
+  EXPECT_LT(std::abs(smallest(5)), 1e-14);
+  EXPECT_GT(smallest(6), 1e-3);
+  H.topLeftCorner<6, 6>() += prior.Jacobian(0).transpose() * prior.Jacobian(0);
+  EXPECT_GT(smallest(0), 1e-3);
 }
 
 TEST(VertexSE2, HeadingStaysWrapped) {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/marginalize/edge_prior.h"
+#include "ch5_backend/simulate/imu_simulator.h"
+#include "ch5_backend/simulate/paths.h"
 #include "ch5_backend/simulate/random.h"
 #include "tests/derivatives.h"
 
@@ -81,6 +84,101 @@ TEST(EdgeImu, InformationIsTheInverseOfTheCovariance) {
   EXPECT_LT((product - MatXX::Identity(15, 15)).cwiseAbs().maxCoeff(), 1e-8);
   const auto empty = std::make_shared<Preintegration>(ImuSample{}, Vec3::Zero(), Vec3::Zero(), ImuNoise{});
   EXPECT_THROW(EdgeImu(pose_i, sb_i, pose_j, sb_j, empty), std::invalid_argument);
+}
+
+// The states that a trajectory has at two times, and the edge between them from what an IMU measures there.
+struct Flight {
+  explicit Flight(const Vec3& b_a, const Vec3& b_g, double noise_scale = 0.0, double duration = 2.0) {
+    ImuOptions options;
+    options.noise_scale = noise_scale;
+    options.b_a = b_a;
+    options.b_g = b_g;
+    HandheldOptions handheld;
+    handheld.duration = duration;
+    run = SimulateImu(Handheld(handheld), calibration, options);
+  }
+  std::shared_ptr<VertexPose> Pose(size_t k) const {
+    return std::make_shared<VertexPose>(run.truth[k].T_W_B.q, run.truth[k].T_W_B.p);
+  }
+  std::shared_ptr<VertexSpeedBias> SpeedBias(size_t k) const {
+    Vec9 x;
+    x << run.truth[k].v_W, run.truth[k].b_a, run.truth[k].b_g;
+    return std::make_shared<VertexSpeedBias>(x);
+  }
+  /// From reading i to reading j, integrated at the given biases.
+  EdgeImu Between(size_t i, size_t j, const Vec3& b_a, const Vec3& b_g) const {
+    const auto sample = [this](size_t k, double dt) {
+      return ImuSample{dt, run.readings[k].acceleration, run.readings[k].gyroscope};
+    };
+    auto imu = std::make_shared<Preintegration>(sample(i, 0.0), b_a, b_g, calibration.noise);
+    for (size_t k = i + 1; k <= j; ++k) imu->Add(sample(k, run.readings[k].t - run.readings[k - 1].t));
+    return EdgeImu(Pose(i), SpeedBias(i), Pose(j), SpeedBias(j), imu, -calibration.GravityInWorld());
+  }
+  Calibration calibration;
+  ImuRun run;
+};
+
+// okvis TestImuError: the truth has no residual but what the integration's step leaves.
+TEST(EdgeImu, TruthOfATrajectoryHasNoResidual) {
+  const Vec3 b_a(0.05, -0.03, 0.02), b_g(-0.002, 0.02, 0.008);
+  const Flight flight(b_a, b_g);
+  for (const size_t start : {0u, 100u, 250u}) {
+    EdgeImu edge = flight.Between(start, start + 100, b_a, b_g);
+    edge.ComputeResidual();
+    EXPECT_LT(edge.Residual().norm(), 5e-4) << start;
+    EXPECT_LT(edge.Chi2(), 0.1) << start;  // far below the noise of 15 expected
+  }
+}
+
+// Integrated at other biases than the states': the correction is of first order, so half the error leaves a quarter.
+TEST(EdgeImu, BiasCorrectionIsGoodToSecondOrder) {
+  const Vec3 b_a(0.05, -0.03, 0.02), b_g(-0.002, 0.02, 0.008), off_a(0.4, -0.3, 0.2), off_g(0.08, -0.06, 0.1);
+  const Flight flight(b_a, b_g);
+  EdgeImu exact = flight.Between(100, 200, b_a, b_g);
+  exact.ComputeResidual();
+  double before = 0.0;
+  for (const double size : {1.0, 0.5, 0.25}) {
+    EdgeImu edge = flight.Between(100, 200, b_a + size * off_a, b_g + size * off_g);
+    edge.ComputeResidual();
+    const double error = (edge.Residual() - exact.Residual()).norm();
+    if (before > 0.0) {
+      EXPECT_NEAR(before / error, 4.0, 0.5) << size;
+    }
+    before = error;
+  }
+  EXPECT_LT(before, 1e-3);
+  // Without the correction the error would be of the biases' own size.
+  EXPECT_GT(0.25 * 0.5 * off_a.norm(), 50 * before);
+}
+
+// The covariance that is claimed is the one that errors have: over 200 pieces of 0.5 s, rᵀWr of the truth is 15 in the mean.
+TEST(EdgeImu, ResidualOfTheTruthIsAsLargeAsItsCovarianceSays) {
+  const Flight flight(Vec3(0.05, -0.03, 0.02), Vec3(-0.002, 0.02, 0.008), 1.0, 101.0);
+  constexpr int kRuns = 200;
+  double sum = 0.0;
+  for (size_t k = 0; k < kRuns; ++k) {
+    const StampedState& start = flight.run.truth[100 * k];
+    EdgeImu edge = flight.Between(100 * k, 100 * k + 100, start.b_a, start.b_g);
+    edge.ComputeResidual();
+    sum += edge.Chi2();
+  }
+  const ConfidenceBand band = ChiSquaredBand(15, kRuns, 3.0);
+  EXPECT_TRUE(band.Contains(sum / kRuns)) << sum / kRuns << " in [" << band.low << ", " << band.high << "]";
+}
+
+// By hand: for 0.5 s an IMU at rest feels (0, 0, 9.81); where G is taken for (0, 0, 9.8), v differs by 0.005, p by 0.00125.
+TEST(EdgeImu, ReactionIsTheGravityThatItIsTold) {
+  auto imu = std::make_shared<Preintegration>(ImuSample{0.0, Vec3(0, 0, 9.81), Vec3::Zero()}, Vec3::Zero(),
+                                              Vec3::Zero(), ImuNoise{});
+  for (int k = 0; k < 100; ++k) imu->Add({0.005, Vec3(0, 0, 9.81), Vec3::Zero()});
+  const auto pose = [] { return std::make_shared<VertexPose>(); };
+  const auto rest = [] { return std::make_shared<VertexSpeedBias>(); };
+  EdgeImu edge(pose(), rest(), pose(), rest(), imu, Vec3(0, 0, 9.80));
+  edge.ComputeResidual();
+  Vec15 expected = Vec15::Zero();
+  expected[2] = -0.00125;
+  expected[8] = -0.005;
+  EXPECT_LT((edge.Residual() - expected).norm(), 1e-12);
 }
 
 TEST(EdgePrior, JacobiansAgreeWithCentralDifferences) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+
 #include "ch5_backend/simulate/random.h"
 
 namespace ch5 {
@@ -84,39 +86,107 @@ TEST(Preintegration, TwoPiecesAppendedEqualTheWhole) {
   EXPECT_EQ(imu.SumDt(), whole.SumDt());
 }
 
-// The covariance against 3,000 noisy integrations: each entry's relative error is ~ 1/√3000 ≈ 2 % (one sigma).
+// The double integral of a turning force has a closed form:  β = T Γ₁ f,  α = T² Γ₂ f  with θ = ωT and
+//   Γ₁ = I + (1 − cos θ)/θ² [θ] + (θ − sin θ)/θ³ [θ]²,   Γ₂ = ½I + (θ − sin θ)/θ³ [θ] + (θ² + 2 cos θ − 2)/(2θ⁴) [θ]².
+// The midpoint rule comes to it with the square of its step.
+TEST(Preintegration, ConstantForceAtAConstantRateAgreesWithItsClosedForm) {
+  const double T = 1.5;
+  const Vec3 omega(0.7, -1.1, 0.9), f(1.0, -2.0, 9.81);
+  const Vec3 theta = T * omega;
+  const double a = theta.norm();
+  const Mat33 A = Hat(theta), I = Mat33::Identity();
+  const Vec3 beta = T * ((I + (1 - std::cos(a)) / (a * a) * A + (a - std::sin(a)) / (a * a * a) * A * A) * f);
+  const Vec3 alpha =
+      T * T *
+      ((0.5 * I + (a - std::sin(a)) / (a * a * a) * A + (a * a + 2 * std::cos(a) - 2) / (2 * a * a * a * a) * A * A) *
+       f);
+  std::vector<Vec3> errors;  // of position, velocity and rotation
+  for (const int steps : {100, 200}) {
+    Preintegration imu({0.0, f, omega}, Vec3::Zero(), Vec3::Zero(), {});
+    for (int k = 0; k < steps; ++k) imu.Add({T / steps, f, omega});
+    errors.emplace_back((imu.Alpha() - alpha).norm(), (imu.Beta() - beta).norm(),
+                        LogSO3(ExpSO3(-theta) * imu.Gamma()).norm());
+  }
+  EXPECT_LT(errors[1].maxCoeff(), 2e-4);
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(errors[0][k] / errors[1][k], 4.0, 0.05) << k;
+}
+
+// Without a turn, n steps of dt with the force a, T = n dt: the biases' Jacobians are sums that can be done by hand.
+//   ∂β/∂b_a = −T I,  ∂α/∂b_a = −½T² I,  ∂γ/∂b_g = −T I,  ∂β/∂b_g = ½T² [a],  ∂α/∂b_g = (T³/6 + T dt²/12) [a]
+TEST(Preintegration, BiasJacobianByHand) {
+  const Vec3 a(1, 2, 9.81);
+  for (const int n : {1, 8}) {
+    const double dt = 0.05, T = n * dt;
+    Preintegration imu({0.0, a, Vec3::Zero()}, Vec3::Zero(), Vec3::Zero(), {});
+    for (int k = 0; k < n; ++k) imu.Add({dt, a, Vec3::Zero()});
+    Eigen::Matrix<double, 9, 6> expected = Eigen::Matrix<double, 9, 6>::Zero();
+    const Mat33 I = Mat33::Identity();
+    expected.block<3, 3>(0, 0) = -0.5 * T * T * I;
+    expected.block<3, 3>(6, 0) = -T * I;
+    expected.block<3, 3>(3, 3) = -T * I;
+    expected.block<3, 3>(6, 3) = 0.5 * T * T * Hat(a);
+    expected.block<3, 3>(0, 3) = (T * T * T / 6 + T * dt * dt / 12) * Hat(a);
+    EXPECT_LT((imu.BiasJacobian() - expected).norm(), 1e-14) << n;
+  }
+}
+
+// One step of an IMU at rest without gravity, by hand: of two samples the mean counts, so var(a) = σ_a²/2; var(v) = dt²/2 σ_a²,
+// var(p) = dt⁴/8 σ_a², cov(p, v) = dt³/4 σ_a², var(θ) = dt²/2 σ_g², and a bias walks by dt σ_w.
+TEST(Preintegration, CovarianceOfAStepByHand) {
+  const double dt = 0.1;
+  const ImuNoise noise{0.2, 0.03, 0.04, 0.005, false};
+  Preintegration imu({}, Vec3::Zero(), Vec3::Zero(), noise);
+  imu.Add({dt, Vec3::Zero(), Vec3::Zero()});
+  Mat1515 expected = Mat1515::Zero();
+  const Mat33 I = Mat33::Identity();
+  expected.block<3, 3>(0, 0) = std::pow(dt, 4) / 8 * 0.04 * I;
+  expected.block<3, 3>(0, 6) = expected.block<3, 3>(6, 0) = std::pow(dt, 3) / 4 * 0.04 * I;
+  expected.block<3, 3>(6, 6) = dt * dt / 2 * 0.04 * I;
+  expected.block<3, 3>(3, 3) = dt * dt / 2 * 0.0009 * I;
+  expected.block<3, 3>(9, 9) = dt * dt * 0.0016 * I;
+  expected.block<3, 3>(12, 12) = dt * dt * 0.000025 * I;
+  EXPECT_LT((imu.Covariance() - expected).norm(), 1e-17);
+}
+
+// All fifteen: biases that walk, and through the turns and forces take position, rotation and velocity with them. basalt
+// asks that the two Gaussians be at most 0.08 nats apart; 4,000 samples of the right one are 15·16/(4·4000) = 0.015 apart.
 TEST(Preintegration, CovarianceAgreesWithMonteCarlo) {
-  ImuNoise noise;
+  const ImuNoise noise{0.08, 0.004, 2.0, 0.2, false};  // walks that count for as much as the noise
   const std::vector<ImuSample> samples = Samples();
   const Preintegration truth = Integrate(samples, Vec3::Zero(), Vec3::Zero(), noise);
-  Random random(3);
-  constexpr int kRuns = 3000;
-  Eigen::Matrix<double, 9, 9> sum = Eigen::Matrix<double, 9, 9>::Zero();
+  Random random(4);
+  constexpr int kRuns = 4000;
+  Mat1515 sum = Mat1515::Zero();
   for (int run = 0; run < kRuns; ++run) {
-    // The model treats the two samples of a step as independent: noise is drawn anew for each end of each step.
-    Vec3 p = Vec3::Zero(), v = Vec3::Zero();
+    // The model takes the two samples of a step for independent: noise is drawn anew for each end of each step.
+    Vec3 p = Vec3::Zero(), v = Vec3::Zero(), b_a = Vec3::Zero(), b_g = Vec3::Zero();
     Qd q = Qd::Identity();
     for (size_t k = 1; k < samples.size(); ++k) {
       ImuSample s0 = samples[k - 1], s1 = samples[k];
-      s0.acceleration += NormalVector(&random, noise.accelerometer);
-      s0.gyroscope += NormalVector(&random, noise.gyroscope);
-      s1.acceleration += NormalVector(&random, noise.accelerometer);
-      s1.gyroscope += NormalVector(&random, noise.gyroscope);
-      Preintegration step(s0, Vec3::Zero(), Vec3::Zero(), noise);
+      for (ImuSample* sample : {&s0, &s1}) {
+        sample->acceleration += NormalVector(&random, noise.accelerometer);
+        sample->gyroscope += NormalVector(&random, noise.gyroscope);
+      }
+      Preintegration step(s0, b_a, b_g, noise);
       step.Add(s1);
       p += v * s1.dt + q * step.Alpha();
       v += q * step.Beta();
       q = (q * step.Gamma()).normalized();
+      b_a += NormalVector(&random, noise.accelerometer_walk * s1.dt);
+      b_g += NormalVector(&random, noise.gyroscope_walk * s1.dt);
     }
-    Eigen::Matrix<double, 9, 1> error;
-    error << p - truth.Alpha(), LogSO3(truth.Gamma().conjugate() * q), v - truth.Beta();
-    sum += error * error.transpose();
+    Vec15 error;
+    error << p - truth.Alpha(), LogSO3(truth.Gamma().conjugate() * q), v - truth.Beta(), b_a, b_g;
+    sum += error * error.transpose() / kRuns;
   }
-  const Eigen::Matrix<double, 9, 9> sampled = sum / kRuns, P = truth.Covariance().topLeftCorner<9, 9>();
-  for (int i = 0; i < 9; ++i) {
-    EXPECT_NEAR(sampled(i, i) / P(i, i), 1.0, 0.12) << i;
-    for (int j = 0; j < i; ++j) EXPECT_NEAR((sampled(i, j) - P(i, j)) / std::sqrt(P(i, i) * P(j, j)), 0.0, 0.08);
+  for (int i = 0; i < 15; ++i) {
+    EXPECT_NEAR(sum(i, i) / truth.Covariance()(i, i), 1.0, 0.1) << i;  // 1/√2000 = 2.2 % (one sigma)
   }
+  // KL = ½ (tr(P⁻¹S) − 15 − ln|P⁻¹S|), over unknowns scaled to a unit diagonal.
+  const Vec15 scale = truth.Covariance().diagonal().cwiseSqrt().cwiseInverse();
+  const Mat1515 P = scale.asDiagonal() * truth.Covariance() * scale.asDiagonal();
+  const Mat1515 ratio = P.inverse() * (scale.asDiagonal() * sum * scale.asDiagonal());
+  EXPECT_LT(0.5 * (ratio.trace() - 15 - std::log(ratio.determinant())), 0.03);
 }
 
 TEST(Preintegration, ContinuousDensitiesDoNotDependOnTheRate) {

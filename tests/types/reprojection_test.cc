@@ -1,0 +1,229 @@
+/// Cameras: projections worked by hand, what a camera cannot see, and the forms of one residual against each other.
+#include "ch5_backend/types/edge_reprojection.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "ch5_backend/simulate/random.h"
+#include "ch5_backend/types/edge_bal.h"
+#include "ch5_backend/types/edge_reprojection_calibration.h"
+
+namespace ch5 {
+namespace {
+
+// A camera that looks along the body's x axis, its x to the right (−y of the body), its y down (−z of the body).
+Qd Forward() {
+  Mat33 R;
+  R << 0, 0, 1,  //
+      -1, 0, 0,  //
+      0, -1, 0;
+  return Qd(R);
+}
+
+std::shared_ptr<VertexPose> Pose(const Qd& q, const Vec3& p) { return std::make_shared<VertexPose>(q, p); }
+
+std::shared_ptr<VertexPose> RandomPose(Random* random, double sigma) {
+  const Qd q = ExpSO3(NormalVector(random, sigma));
+  return Pose(q, NormalVector(random, sigma));
+}
+
+Vec2 ResidualOf(Edge* edge) {
+  edge->ComputeResidual();
+  return edge->Residual();
+}
+
+// 4 m ahead of the host, at (0.4, −0.8, 4) in its camera. The camera is 0.1 m before the body's centre: in the body the
+// point is at (4.1, −0.4, 0.8), in W as well. The target stands at (1.1, 0.6, 0.8) and looks along W's y axis, so the
+// point is 3 m to its right, 1 m behind it: p_Bj = R_z(−90°) (3, −1, 0) = (−1, −3, 0), p_Cj = (3, 0, −1.1).
+TEST(Reprojection, InverseDepthWithAnExtrinsicByHand) {
+  const Transform T_B_C{Forward(), Vec3(0.1, 0, 0)};
+  const auto host = Pose(Qd::Identity(), Vec3::Zero());
+  const auto target = Pose(Qd(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ())), Vec3(1.1, 0.6, 0.8));
+  const auto depth = std::make_shared<VertexInverseDepth>(0.25);
+  EdgeReprojection behind(depth, host, target, Vec2(0.1, -0.2), Vec2(0.5, 0.5), T_B_C);
+  EXPECT_LT((ResidualOf(&behind) - Vec2(-3 / 1.1 - 0.5, -0.5)).norm(), 1e-14);
+  // Turned by half a turn it sees the point 3 m to its left, 0.9 m ahead.
+  target->SetPose(Qd(Eigen::AngleAxisd(-M_PI / 2, Vec3::UnitZ())), target->p());
+  EdgeReprojection ahead(depth, host, target, Vec2(0.1, -0.2), Vec2(0.5, 0.5), T_B_C);
+  EXPECT_LT((ResidualOf(&ahead) - Vec2(-3 / 0.9 - 0.5, -0.5)).norm(), 1e-14);
+  EdgeReprojectionExtrinsic refined(depth, host, target, Pose(T_B_C.q, T_B_C.p), Vec2(0.1, -0.2), Vec2(0.5, 0.5));
+  EXPECT_LT((ResidualOf(&refined) - ResidualOf(&ahead)).norm(), 1e-14);
+  EdgeReprojectionXYZ in_space(std::make_shared<VertexPointXYZ>(Vec3(4.1, -0.4, 0.8)), target, Vec2(0.5, 0.5), T_B_C);
+  EXPECT_LT((ResidualOf(&in_space) - ResidualOf(&ahead)).norm(), 1e-14);
+}
+
+// By hand, at the identity: π(p) = [x/z, y/z], so ∂r/∂p_W = [1/z, 0, −x/z²; 0, 1/z, −y/z²] with p = (0.4, −0.8, 4).
+TEST(Reprojection, JacobiansByHand) {
+  EdgeReprojectionXYZ edge(std::make_shared<VertexPointXYZ>(Vec3(0.4, -0.8, 4)), Pose(Qd::Identity(), Vec3::Zero()),
+                           Vec2::Zero());
+  edge.ComputeJacobians();
+  Mat23 by_point, by_turn;
+  by_point << 0.25, 0, -0.025, 0, 0.25, 0.05;
+  EXPECT_LT((edge.Jacobian(0) - by_point).norm(), 1e-16);
+  EXPECT_LT((edge.Jacobian(1).leftCols<3>() + by_point).norm(), 1e-16);
+  // A camera that turns, with x = 0.1 and y = −0.2:  [xy, −(1 + x²), y; 1 + y², −xy, −x]   (Chaumette 2006, eq. 12)
+  by_turn << -0.02, -1.01, -0.2, 1.04, 0.02, -0.1;
+  EXPECT_LT((edge.Jacobian(1).rightCols<3>() - by_turn).norm(), 1e-15);
+}
+
+// Whatever the inverse depth, a point projects to where its host saw it; so its depth cannot be told from there.
+TEST(Reprojection, HostsOwnPlaceTellsNothingOfTheDepth) {
+  Random random(41);
+  const Transform T_B_C{Forward(), Vec3(0.1, 0.02, -0.05)};
+  for (const double inverse_depth : {1e-6, 0.25, 3.0}) {
+    const auto host = RandomPose(&random, 1.0);
+    EdgeReprojection edge(std::make_shared<VertexInverseDepth>(inverse_depth), host, Pose(host->q(), host->p()),
+                          Vec2(0.1, -0.2), Vec2(0.1, -0.2), T_B_C);
+    edge.Linearize();
+    EXPECT_LT(edge.Residual().norm(), 1e-14) << inverse_depth;
+    EXPECT_LT(edge.Jacobian(0).norm() * inverse_depth, 1e-12) << inverse_depth;
+    EXPECT_LT((edge.Jacobian(1) + edge.Jacobian(2)).norm(), 1e-12) << inverse_depth;  // the relative pose alone counts
+  }
+}
+
+// A point without a distance: only the turn counts, whatever the way between the cameras.
+TEST(Reprojection, PointFarAwayShowsTheRotationAlone) {
+  Random random(42);
+  const Qd q_i = ExpSO3(NormalVector(&random, 0.3)), q_j = q_i * ExpSO3(Vec3(0.1, -0.2, 0.3));
+  EdgeReprojection edge(std::make_shared<VertexInverseDepth>(1e-12), Pose(q_i, Vec3(1, 2, 3)),
+                        Pose(q_j, Vec3(-4, 5, 6)), Vec2(0.1, -0.2), Vec2::Zero());
+  const Vec3 ray = q_j.conjugate() * (q_i * Vec3(0.1, -0.2, 1.0));
+  EXPECT_LT((ResidualOf(&edge) - ray.hnormalized()).norm(), 1e-10);
+}
+
+TEST(Reprojection, PointInTheCamerasPlaneIsNotFinite) {
+  EdgeReprojectionXYZ edge(std::make_shared<VertexPointXYZ>(Vec3(1, 2, 3)), Pose(Qd::Identity(), Vec3(0, 0, 3)),
+                           Vec2::Zero());
+  EXPECT_FALSE(ResidualOf(&edge).allFinite());
+  EdgeReprojectionPoseOnly known(Pose(Qd::Identity(), Vec3(0, 0, 3)), Vec3(1, 2, 3), Vec2::Zero());
+  EXPECT_FALSE(ResidualOf(&known).allFinite());
+}
+
+// How a residual answers to a motion of the world: translation t, rotation ω, and a scale of everything.
+// δp = t + ω × p + s p, δθ = Rᵀω, δλ = −s λ. With a camera beside the body's centre the scale can be seen.
+TEST(Reprojection, SevenDirectionsCannotBeSeenAndOnlySixWithALeverArm) {
+  Random random(43);
+  for (const double arm : {0.0, 0.2}) {
+    const auto host = RandomPose(&random, 0.3), target = RandomPose(&random, 0.3);
+    const auto depth = std::make_shared<VertexInverseDepth>(0.4);
+    EdgeReprojection edge(depth, host, target, Vec2(0.1, -0.2), Vec2(0.7, 0.4),
+                          Transform{Qd::Identity(), Vec3(arm, 0, 0)});
+    edge.Linearize();
+    MatXX moved = MatXX::Zero(2, 7);
+    for (const size_t k : {1, 2}) {
+      const VertexPose& pose = *(k == 1 ? host : target);
+      Eigen::Matrix<double, 6, 7> N = Eigen::Matrix<double, 6, 7>::Zero();
+      N.topLeftCorner<3, 3>().setIdentity();
+      N.block<3, 3>(0, 3) = -Hat(pose.p());
+      N.block<3, 3>(3, 3) = pose.R().transpose();
+      N.topRightCorner<3, 1>() = pose.p();
+      moved += edge.Jacobian(k) * N;
+    }
+    moved.col(6) -= edge.Jacobian(0) * depth->InverseDepth();
+    EXPECT_LT(moved.leftCols<6>().norm(), 1e-14);
+    if (arm == 0.0) {
+      EXPECT_LT(moved.col(6).norm(), 1e-14);
+    }
+    if (arm > 0.0) {
+      EXPECT_GT(moved.col(6).norm(), 1e-3);
+    }
+  }
+}
+
+// λ and p_W are two coordinates of one point: dr/dλ = dr/dp_W · dp_W/dλ with p_W = p_C + R f/λ.
+TEST(Reprojection, InverseDepthAndPointInSpaceAgree) {
+  Random random(44);
+  for (int k = 0; k < 10; ++k) {
+    const Transform T_B_C{ExpSO3(NormalVector(&random, 0.2)), NormalVector(&random, 0.1)};
+    const auto host = RandomPose(&random, 0.2), target = RandomPose(&random, 0.2);
+    const Vec3 f(0.1, -0.2, 1.0);
+    const double lambda = random.Uniform(0.1, 0.4);
+    EdgeReprojection edge(std::make_shared<VertexInverseDepth>(lambda), host, target, f.head<2>(), Vec2(1, 2), T_B_C);
+    edge.Linearize();
+    const Vec3 along = host->q() * (T_B_C.q * f);
+    const Vec3 p_W = along / lambda + host->q() * T_B_C.p + host->p();
+    EdgeReprojectionXYZ in_space(std::make_shared<VertexPointXYZ>(p_W), target, Vec2(1, 2), T_B_C);
+    in_space.Linearize();
+    EXPECT_LT((edge.Residual() - in_space.Residual()).norm(), 1e-13);
+    EXPECT_LT((edge.Jacobian(2) - in_space.Jacobian(1)).norm(), 1e-13);
+    EXPECT_LT((edge.Jacobian(0) + in_space.Jacobian(0) * along / (lambda * lambda)).norm(), 1e-12);
+  }
+}
+
+// With the offset that was known when the frames came, a camera being calibrated is an ordinary one.
+TEST(ReprojectionCalibration, IsTheOrdinaryOneAtTheKnownOffset) {
+  Random random(45);
+  const auto depth = std::make_shared<VertexInverseDepth>(0.3);
+  const auto host = RandomPose(&random, 0.2), target = RandomPose(&random, 0.2), T_B_C = RandomPose(&random, 0.1);
+  const MovingPoint from{Vec2(0.1, -0.2), Vec2(0.5, 0.3), 0.02}, to{Vec2(0.3, 0.1), Vec2(-0.4, 0.6), 0.02};
+  EdgeReprojectionCalibration edge(depth, host, target, T_B_C,
+                                   std::make_shared<VertexScalar>(VertexScalar::Estimate(0.02)), from, to);
+  EdgeReprojectionExtrinsic plain(depth, host, target, T_B_C, from.x, to.x);
+  edge.Linearize();
+  plain.Linearize();
+  EXPECT_LT((edge.Residual() - plain.Residual()).norm(), 1e-14);
+  for (size_t i = 0; i < 4; ++i) EXPECT_LT((edge.Jacobian(i) - plain.Jacobian(i)).norm(), 1e-13) << i;
+}
+
+// Two images of a camera that moves along its x axis at 2 m/s and then at `speed`, and whose clock is 30 ms late: the poses
+// are those of the stamps, the points those of 30 ms later. The point is at (1, 0.5, 4), the second camera at (2, 0, 1).
+std::unique_ptr<EdgeReprojectionCalibration> LateCamera(double speed, double offset) {
+  const double late = 0.03;
+  const MovingPoint host{Vec2((1.0 - 2.0 * late) / 4.0, 0.5 / 4.0), Vec2(-2.0 / 4.0, 0.0), 0.0};
+  const MovingPoint target{Vec2((-1.0 - speed * late) / 3.0, 0.5 / 3.0), Vec2(-speed / 3.0, 0.0), 0.0};
+  const Qd straight = Qd::Identity();
+  return std::make_unique<EdgeReprojectionCalibration>(
+      std::make_shared<VertexInverseDepth>(0.25), Pose(straight, Vec3::Zero()), Pose(straight, Vec3(2, 0, 1)),
+      Pose(straight, Vec3::Zero()), std::make_shared<VertexScalar>(VertexScalar::Estimate(offset)), host, target);
+}
+
+// Taken for punctual, the host's ray is 2·0.03 m off and the target's 5·0.03 m, at 3 m: r = (0.15 − 0.06)/3.
+TEST(ReprojectionCalibration, OnlyTheTrueTimeOffsetBringsALateCamerasPointsTogether) {
+  EXPECT_LT((ResidualOf(LateCamera(5.0, 0.0).get()) - Vec2(0.03, 0)).norm(), 1e-15);
+  EXPECT_LT(ResidualOf(LateCamera(5.0, 0.03).get()).norm(), 1e-15);
+}
+
+// At one velocity, late is only elsewhere: the offset shifts all that is seen, and no residual tells.
+TEST(ReprojectionCalibration, TimeOffsetCannotBeSeenAtAConstantVelocity) {
+  for (const double offset : {0.0, 0.03, -1.0}) {
+    const auto edge = LateCamera(2.0, offset);
+    edge->Linearize();
+    EXPECT_LT(edge->Residual().norm(), 1e-15);
+    EXPECT_LT(edge->Jacobian(4).norm(), 1e-15);
+  }
+}
+
+// f = 2, k1 = 0.5, k2 = 0.25, turned by 90° about y: X = (2, 2, 1) is P = (1, 2, −2) in the camera. p = (0.5, 1), n = 1.25,
+// d = 1 + 0.625 + 0.390625 and u = f d p. By hand: ∂u/∂f = d p, ∂u/∂k1 = f n p, ∂u/∂k2 = f n² p.
+TEST(Bal, TurnedCameraAndItsIntrinsicsByHand) {
+  const Vec9 camera = (Vec9() << 0, M_PI / 2, 0, 0, 0, 0, 2, 0.5, 0.25).finished();
+  EdgeBAL edge(std::make_shared<VertexCameraBAL>(camera), std::make_shared<VertexPointXYZ>(Vec3(2, 2, 1)), Vec2(1, 2));
+  edge.Linearize();
+  const double d = 2.015625, n = 1.25;
+  EXPECT_LT((edge.Residual() - Vec2(2 * d * 0.5 - 1, 2 * d * 1 - 2)).norm(), 1e-14);
+  const Vec2 p(0.5, 1);
+  EXPECT_LT((edge.Jacobian(0).col(6) - d * p).norm(), 1e-14);
+  EXPECT_LT((edge.Jacobian(0).col(7) - 2 * n * p).norm(), 1e-14);
+  EXPECT_LT((edge.Jacobian(0).col(8) - 2 * n * n * p).norm(), 1e-14);
+}
+
+// A similarity changes no pixel: X' = s R X + t, and cameras with R_c' = R_c Rᵀ, t_c' = s t_c − R_c' t.
+TEST(Bal, PixelsDoNotChangeUnderASimilarity) {
+  Random random(46);
+  const double s = 1.7;
+  const Vec3 omega(0.2, -0.4, 0.1), t(3, -2, 1), X(0.3, -0.2, 0.5);
+  Vec9 camera;
+  camera << 0.1, 0.2, -0.3, 0.2, 0.1, -4, 500, 0.05, -0.01;
+  Vec9 moved = camera;
+  moved.head<3>() = LogSO3(ExpSO3(camera.head<3>()) * ExpSO3(-omega));
+  moved.segment<3>(3) = s * camera.segment<3>(3) - ExpSO3(moved.head<3>()) * t;
+  EdgeBAL before(std::make_shared<VertexCameraBAL>(camera), std::make_shared<VertexPointXYZ>(X), Vec2::Zero());
+  EdgeBAL after(std::make_shared<VertexCameraBAL>(moved),
+                std::make_shared<VertexPointXYZ>(Vec3(s * (ExpSO3(omega) * X) + t)), Vec2::Zero());
+  EXPECT_LT((ResidualOf(&before) - ResidualOf(&after)).norm(), 1e-11);
+  EXPECT_GT(ResidualOf(&before).norm(), 10.0);
+}
+
+}  // namespace
+}  // namespace ch5
