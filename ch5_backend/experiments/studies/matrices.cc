@@ -5,6 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "ch5_backend/dense/problem.h"
+
 namespace ch5 {
 
 VecX Eigenvalues(const MatXX& H) {
@@ -18,41 +20,19 @@ int NullDimension(const MatXX& H, double relative) {
 }
 
 FirstRows FirstRowsOf(const Graph& graph) {
+  const Ordering ordering = MakeOrdering(graph);
   FirstRows rows;
-  int size = 0;
-  for (const auto& vertex : graph.Vertices()) {
-    if (vertex->IsFixed()) continue;
-    rows[vertex.get()] = size;
-    size += vertex->LocalDimension();
+  for (const auto* vertices : {&ordering.poses, &ordering.landmarks}) {
+    for (const auto& vertex : *vertices) rows[vertex.get()] = vertex->OrderingId();
   }
   return rows;
 }
 
 MatXX DenseHessian(const Graph& graph, int* pose_rows) {
-  const FirstRows row = FirstRowsOf(graph);
-  int size = 0;
-  *pose_rows = 0;
-  for (const auto& vertex : graph.Vertices()) {
-    if (vertex->IsFixed()) continue;
-    size += vertex->LocalDimension();
-    if (vertex->GetRole() == Role::kPose) *pose_rows = size;
-  }
-  MatXX H = MatXX::Zero(size, size);
-  for (const auto& edge : graph.Edges()) {
-    edge->Linearize();
-    double drho;
-    MatXX W;
-    edge->RobustInfo(&drho, &W);
-    const auto& vertices = edge->Vertices();
-    for (size_t i = 0; i < vertices.size(); ++i) {
-      for (size_t j = 0; j < vertices.size(); ++j) {
-        if (vertices[i]->IsFixed() || vertices[j]->IsFixed()) continue;
-        H.block(row.at(vertices[i].get()), row.at(vertices[j].get()), vertices[i]->LocalDimension(),
-                vertices[j]->LocalDimension()) += edge->Jacobian(i).transpose() * W * edge->Jacobian(j);
-      }
-    }
-  }
-  return H;
+  Problem problem(const_cast<Graph*>(&graph));  // only Solve would move the states
+  problem.MakeHessian();
+  *pose_rows = problem.GetOrdering().dim_poses;
+  return problem.Hessian();
 }
 
 namespace {
@@ -64,8 +44,9 @@ void AppendVertices(const Graph& graph, const std::string& scene, CsvTable* tabl
   std::map<std::string, int> count;
   for (const auto& vertex : graph.Vertices()) {
     const int number = count[vertex->TypeInfo()]++;
-    if (vertex->IsFixed()) continue;
-    table->Row(scene, vertex->Id(), vertex->TypeInfo(), number, first_rows.at(vertex.get()), vertex->LocalDimension());
+    const auto row = first_rows.find(vertex.get());
+    if (row == first_rows.end()) continue;
+    table->Row(scene, vertex->Id(), vertex->TypeInfo(), number, row->second, vertex->LocalDimension());
   }
 }
 

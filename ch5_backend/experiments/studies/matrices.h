@@ -17,11 +17,11 @@ VecX Eigenvalues(const MatXX& H);
 /// so that metres, radians and inverse metres can be compared; scaling keeps the rank.
 int NullDimension(const MatXX& H, double relative = 1e-10);
 
-/// The first row of each free vertex, in the graph's order, which has the landmarks last.
+/// The first row of each free vertex with an edge, in the graph's order, which has the landmarks last.
 using FirstRows = std::unordered_map<const Vertex*, int>;
 FirstRows FirstRowsOf(const Graph& graph);
 
-/// H = Σ JᵀW_ρJ over the graph's free vertices, in that order.
+/// H of the dense solver at the present states, in that order.
 /// @param pose_rows  is set to the number of rows above the landmarks
 MatXX DenseHessian(const Graph& graph, int* pose_rows);
 
