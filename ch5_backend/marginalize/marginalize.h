@@ -10,14 +10,14 @@
 ///       │    H_lp     │ H_ll │
 ///       └─────────────┴──────┘
 ///
-/// 1. landmarks, one small block at a time:  H_pp ← H_pp − Σ_l H_pl H_ll⁺ H_lp
+/// 1. landmarks, as the sparse solver does it (sparse/steps/), at λ = 0:  H_pp ← H_pp − Σ_l H_pl H_ll⁺ H_lp
 /// 2. dropped poses, speeds and biases, one dense block:  H_kk − H_kd H_dd⁺ H_dk
 /// 3. back to a residual:  H = JᵀJ, b = −Jᵀr₀
 ///
 /// This folder, `marginalize/`, turns edges that leave a problem into a prior. In: edges and the vertices to drop. Out: a
 /// Prior, which EdgePrior makes an edge of. The estimators call Marginalize; marginalization_error.h (OKVIS) and
 /// marginalization_info.h (VINS-Mono) are the graded forms and give the same prior; qr_elimination.h never forms H.
-/// Reading order: edge_prior.h, this file, square_root.h, layout.h.
+/// Reading order: edge_prior.h, this file, square_root.h, drop_ordering.h.
 
 #include <optional>
 
@@ -33,8 +33,8 @@ struct MarginalSystem {
   VecX b;                                     ///< n×1
 };
 
-/// Linearises the edges at the present states and eliminates `drop`. Fixed vertices have no columns. The edges do
-/// not change; the caller removes them and the dropped vertices from the graph.
+/// Linearizes the edges at the present states and eliminates `drop`. Fixed vertices have no columns. The edges do
+/// not change, the vertices' OrderingIds do (drop_ordering.h); the caller removes them and the dropped vertices from the graph.
 /// @param edges  at least one;  @param drop  free vertices; those without an edge are ignored
 /// @throws std::invalid_argument if an edge connects two dropped landmarks
 MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges,

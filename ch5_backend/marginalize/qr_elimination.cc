@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "ch5_backend/graph/whitening.h"
-#include "ch5_backend/marginalize/layout.h"
+#include "ch5_backend/marginalize/drop_ordering.h"
 
 namespace ch5 {
 namespace {
@@ -12,18 +12,10 @@ namespace {
 template <typename Scalar>
 using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
-int TotalRows(const std::vector<Layout::EdgeColumns>& edges) {
-  int rows = 0;
-  for (const Layout::EdgeColumns& edge : edges) rows += edge.edge->ResidualDimension();
-  return rows;
-}
-
 // Rows [J̃ | r̃] of one edge, whitened:  J̃ = M J,  J̃ᵀr̃ = ρ'JᵀWr (graph/whitening.h).
-// @param column_of  the column of an entry of Layout::columns
+// @param column_of  the column of a vertex's first row in H
 template <typename ColumnOf>
-void WriteRows(const Layout& layout, const Layout::EdgeColumns& entry, const ColumnOf& column_of,
-               Eigen::Ref<MatXX> rows) {
-  Edge* edge = entry.edge;
+void WriteRows(Edge* edge, const ColumnOf& column_of, Eigen::Ref<MatXX> rows) {
   edge->Linearize();
   const int n = edge->ResidualDimension();
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(n, n);
@@ -31,22 +23,23 @@ void WriteRows(const Layout& layout, const Layout::EdgeColumns& entry, const Col
   Whiten(*edge, edge->GetRobustWeight(), M.data(), r.data());
   rows.setZero();
   for (size_t i = 0; i < edge->Vertices().size(); ++i) {
-    const int first = layout.ColumnsOf(entry)[i];
-    if (first == Layout::kFixed) continue;
-    rows.middleCols(column_of(first), edge->Vertices()[i]->LocalDimension()).noalias() = M * edge->Jacobian(i);
+    const Vertex& vertex = *edge->Vertices()[i];
+    if (vertex.OrderingId() < 0) continue;
+    rows.middleCols(column_of(vertex.OrderingId()), vertex.LocalDimension()).noalias() = M * edge->Jacobian(i);
   }
   rows.rightCols<1>() = r;
 }
 
 // The rows of several edges, over `columns` columns, the residual's included.
 template <typename ColumnOf>
-MatXX StackRows(const Layout& layout, const std::vector<Layout::EdgeColumns>& edges, int columns,
-                const ColumnOf& column_of) {
-  MatXX rows(TotalRows(edges), columns);
+MatXX StackRows(const std::vector<Edge*>& edges, int columns, const ColumnOf& column_of) {
   int next = 0;
-  for (const Layout::EdgeColumns& entry : edges) {
-    const int n = entry.edge->ResidualDimension();
-    WriteRows(layout, entry, column_of, rows.middleRows(next, n));
+  for (const Edge* edge : edges) next += edge->ResidualDimension();
+  MatXX rows(next, columns);
+  next = 0;
+  for (Edge* edge : edges) {
+    const int n = edge->ResidualDimension();
+    WriteRows(edge, column_of, rows.middleRows(next, n));
     next += n;
   }
   return rows;
@@ -84,18 +77,23 @@ Matrix<Scalar> StackAll(const std::vector<Matrix<Scalar>>& blocks, Eigen::Index 
 
 template <typename Scalar>
 Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop) {
-  const Layout layout = MakeLayout(edges, drop);
-  const int kept = layout.kept_size, dropped = layout.size - kept;
-  const auto dense_column = [&](int column) { return column < kept ? dropped + column : column - kept; };
-  std::vector<Matrix<Scalar>> blocks;  // rows over [dropped | kept | r]
-  blocks.push_back(StackRows(layout, layout.dense_edges, layout.size + 1, dense_column).template cast<Scalar>());
-  for (size_t l = 0; l < layout.landmarks.size(); ++l) {
-    const int dim = layout.landmarks[l]->LocalDimension();
-    const auto column = [&](int c) { return c == Layout::kLandmark ? 0 : dim + dense_column(c); };
-    const MatXX rows = StackRows(layout, layout.landmark_edges[l], dim + layout.size + 1, column);
-    blocks.push_back(RowsBelow<Scalar>(rows.cast<Scalar>(), dim));
+  const DropOrdering order = MakeDropOrdering(edges, drop);
+  const std::vector<std::shared_ptr<Vertex>>&poses = order.ordering.poses, &landmarks = order.ordering.landmarks;
+  const int size = order.ordering.dim_poses, kept = order.kept_size, dropped = size - kept;
+  const std::vector<int> landmark_of = LandmarkOfEachEdge(order.ordering);
+  std::vector<std::vector<Edge*>> edges_of(landmarks.size() + 1);  // each dropped landmark; the others come last
+  for (size_t e = 0; e < edges.size(); ++e) {
+    edges_of[landmark_of[e] < 0 ? landmarks.size() : static_cast<size_t>(landmark_of[e])].push_back(edges[e].get());
   }
-  Matrix<Scalar> stack = StackAll(blocks, layout.size + 1);
+  const auto dense_column = [&](int row) { return row < kept ? dropped + row : row - kept; };
+  std::vector<Matrix<Scalar>> blocks;  // rows over [dropped | kept | r]
+  blocks.push_back(StackRows(edges_of.back(), size + 1, dense_column).template cast<Scalar>());
+  for (size_t l = 0; l < landmarks.size(); ++l) {
+    const int dim = landmarks[l]->LocalDimension();
+    const auto column = [&](int row) { return row >= size ? 0 : dim + dense_column(row); };
+    blocks.push_back(RowsBelow<Scalar>(StackRows(edges_of[l], dim + size + 1, column).template cast<Scalar>(), dim));
+  }
+  Matrix<Scalar> stack = StackAll(blocks, size + 1);
   if (dropped > 0) stack = RowsBelow<Scalar>(stack, dropped);
 
   // One more QR makes the remaining rows triangular; r's part below the triangle is a constant of the cost.
@@ -103,8 +101,8 @@ Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::
   const Eigen::Index n = std::min<Eigen::Index>(kept, stack.rows());
   const Matrix<Scalar> R = qr.matrixQR().topRows(n).template triangularView<Eigen::Upper>();
   Prior prior;
-  prior.vertices = layout.kept;
-  for (const auto& vertex : layout.kept) prior.x0.emplace_back(vertex->Parameters());
+  prior.vertices.assign(poses.begin(), poses.begin() + order.num_kept);
+  for (const auto& vertex : prior.vertices) prior.x0.emplace_back(vertex->Parameters());
   prior.J = R.leftCols(kept).template cast<double>();
   prior.r0 = R.col(kept).template cast<double>();
   return prior;

@@ -21,7 +21,7 @@ MAY_INCLUDE = {
     "sparse/kernels": "math linear",
     "sparse/steps": "math graph linear solve types sparse/kernels",
     "sparse": "math graph linear solve types sparse/kernels sparse/steps",
-    "marginalize": "math graph linear solve types sparse/steps sparse",
+    "marginalize": "math graph linear solve types sparse/kernels sparse/steps",
     "consistency": "math graph linear solve types sparse/steps sparse marginalize",
     "window/start": "math graph linear solve types sparse/steps sparse marginalize consistency",
     "window": "math graph linear solve types sparse/steps sparse marginalize consistency window/start",

@@ -1,6 +1,7 @@
 #include "ch5_backend/marginalize/marginalize.h"
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 
 #include "tests/marginalize/scenes.h"
 
@@ -146,6 +147,31 @@ TEST(Marginalize, SurvivesAnUnobservedLandmark) {
   EXPECT_TRUE(prior.J.allFinite());
   EXPECT_TRUE(prior.r0.allFinite());
   EXPECT_EQ(prior.vertices.size(), 2u);
+}
+
+// Of a point that is seen along one line only, one direction is unobserved: H_ll has rank two beside one of full rank.
+TEST(Marginalize, TakesThePseudoInverseOfAPointOfRankTwo) {
+  Random random(3);
+  const auto matrix = [&](int rows, int cols) {
+    return MatXX(MatXX::NullaryExpr(rows, cols, [&] { return random.Normal(); }));
+  };
+  const auto x = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
+  const auto seen_once = std::make_shared<VertexPointXYZ>(Vec3::Zero());
+  const auto seen_well = std::make_shared<VertexPointXYZ>(Vec3::Zero());
+  const std::vector<std::shared_ptr<Edge>> edges{
+      std::make_shared<LinearEdge>(std::vector<std::shared_ptr<Vertex>>{x}, std::vector{matrix(1, 1)}, matrix(1, 1)),
+      std::make_shared<LinearEdge>(std::vector<std::shared_ptr<Vertex>>{x, seen_once},
+                                   std::vector{matrix(2, 1), matrix(2, 3)}, matrix(2, 1)),
+      std::make_shared<LinearEdge>(std::vector<std::shared_ptr<Vertex>>{x, seen_well},
+                                   std::vector{matrix(4, 1), matrix(4, 3)}, matrix(4, 1))};
+  const MarginalSystem system = EliminateVertices(edges, {seen_once, seen_well});
+  MatXX H;
+  VecX b;
+  DenseNormalEquations(edges, {x, seen_once, seen_well}, &H, &b);
+  const MatXX inverse = H.bottomRightCorner(6, 6).completeOrthogonalDecomposition().pseudoInverse();
+  EXPECT_NEAR(system.H(0, 0), (H.topLeftCorner(1, 1) - H.topRightCorner(1, 6) * inverse * H.bottomLeftCorner(6, 1))(0, 0),
+              1e-12 * H(0, 0));
+  EXPECT_NEAR(system.b[0], b[0] - (H.topRightCorner(1, 6) * inverse * b.tail(6))(0), 1e-12 * b.norm());
 }
 
 }  // namespace

@@ -60,6 +60,18 @@ CH5_INLINE bool InvertOne(const Structure& s, const Linearized& y, int l, const 
   return true;
 }
 
+// The same, but for a block without inverse.
+void InvertSingular(const Structure& s, const Linearized& y, int l, const DampingRule& rule, SingularRoot singular_root,
+                    Eliminated* out) {
+  const int dim = s.landmark_dim[l], first = s.landmark_offset[l], block = s.landmark_block[l];
+  MatXX damped(dim, dim);
+  Damp(&y.H_ll[block], dim, rule, damped.data());
+  const MatXX K = singular_root(damped);
+  Eigen::Map<MatXX>(&out->G_inverse[block], dim, dim) = K;
+  Eigen::Map<MatXX>(&out->H_ll_inverse[block], dim, dim) = K.transpose() * K;
+  out->H_ll_inverse_b.segment(first - s.ordering.dim_poses, dim) = K.transpose() * (K * y.b.segment(first, dim));
+}
+
 template <int P, int L>
 struct InvertRange {
   using Signature = bool(const Structure&, const Linearized&, int begin, int end, const DampingRule&, Eliminated*);
@@ -168,11 +180,15 @@ void Eliminated::Resize(const Structure& s) {
 }
 
 bool InvertLandmarks(const Structure& s, const Linearized& y, const DampingRule& rule, ThreadPool* pool,
-                     Eliminated* eliminated) {
+                     Eliminated* eliminated, SingularRoot singular_root) {
   const auto invert = Dispatch<InvertRange>(s.sizes);
   std::atomic<bool> ok{true};
   ParallelFor(pool, s.NumLandmarks(), kLandmarks, [&](int begin, int end) {
-    if (!invert(s, y, begin, end, rule, eliminated)) ok = false;
+    if (invert(s, y, begin, end, rule, eliminated)) return;
+    if (!singular_root) ok = false;
+    for (int l = begin; l < end && singular_root; ++l) {
+      if (!InvertOne(s, y, l, rule, eliminated)) InvertSingular(s, y, l, rule, singular_root, eliminated);
+    }
   });
   return ok;
 }

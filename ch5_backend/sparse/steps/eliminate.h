@@ -39,10 +39,14 @@ struct Eliminated {
   void Resize(const Structure& structure);
 };
 
+/// What stands for G⁻¹ where A = H_ll + λD is not positive definite: K, lower triangular, of which KᵀK counts as A⁻¹.
+using SingularRoot = MatXX (*)(const MatXX& A);
+
 /// (H_ll + λD)⁻¹ and its product with b_l, for every landmark.
-/// @return false if one of the damped blocks is not positive definite
+/// @param singular_root  for blocks that are not positive definite, or null
+/// @return false if one of the damped blocks is not positive definite, and there is nothing to stand for its inverse
 bool InvertLandmarks(const Structure& structure, const Linearized& system, const DampingRule& rule, ThreadPool* pool,
-                     Eliminated* eliminated);
+                     Eliminated* eliminated, SingularRoot singular_root = nullptr);
 
 /// Rows i ≥ j of each column of S, which ties all poses that see one landmark.
 std::vector<std::vector<int>> SchurPattern(const Structure& structure);

@@ -137,8 +137,9 @@ void ListEdge(int e, int landmark_dim, const std::vector<int>& slot_of_pose, Str
     }
   }
   record.poses_end = static_cast<int>(s->edge_poses.size());
-  std::sort(s->edge_poses.begin() + begin, s->edge_poses.end(),
-            [](const EdgePose& a, const EdgePose& b) { return a.pose < b.pose; });
+  const auto by_number = [](const EdgePose& a, const EdgePose& b) { return a.pose < b.pose; };
+  if (!std::is_sorted(s->edge_poses.begin() + begin, s->edge_poses.end(), by_number))
+    std::sort(s->edge_poses.begin() + begin, s->edge_poses.end(), by_number);
   for (int t = begin; t < record.poses_end; ++t) {
     s->edge_poses[t].column = record.width;
     record.width += s->pose_dim[s->edge_poses[t].pose];
