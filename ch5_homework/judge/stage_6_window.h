@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "ch5_backend/window/landmarks.h"
+#include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {

@@ -1,6 +1,6 @@
 #pragma once
 /// Whose homework is under test. The stage tests call the graded functions through a Submission, so that the same
-/// tests judge the student's file, the reference, and a whole shelf of right and wrong fills in one executable.
+/// tests judge the student's file, the reference, and a whole corpus of right and wrong samples in one executable.
 
 #include <map>
 #include <memory>
@@ -104,7 +104,7 @@ struct Submission {
 };
 
 /// For make_problem and make_block_solver: `P` is what they return, or a class derived from it. Not make_unique, here and
-/// below: it would compile a unique_ptr<P> for each of hundreds of fills.
+/// below: it would compile a unique_ptr<P> for each of hundreds of samples.
 template <typename P>
 std::unique_ptr<Problem> Make(Graph* graph) {
   return std::unique_ptr<Problem>(new P(graph));

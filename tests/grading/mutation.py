@@ -17,10 +17,10 @@ class Mutation(unittest.TestCase):
     def setUp(self):
         self.mutants = {mutant.id: mutant for mutant in all_mutants()}
 
-    def test_there_are_mutants_of_every_gap(self):
+    def test_there_are_mutants_of_every_blank(self):
         self.assertGreaterEqual(len(self.mutants), 300)
-        gaps = {region.todo for name in FILES for region in regions(solution_text(name))}
-        self.assertEqual({mutant.todo for mutant in self.mutants.values()}, gaps)
+        blanks = {region.todo for name in FILES for region in regions(solution_text(name))}
+        self.assertEqual({mutant.todo for mutant in self.mutants.values()}, blanks)
 
     def test_each_differs_from_the_solution_in_its_line_alone(self):
         for mutant in self.mutants.values():

@@ -1,4 +1,4 @@
-"""The second depth: more gaps, no lines to fill in, and never over a student's work."""
+"""The second depth: more blanks, no lines to fill in, and never over a student's work."""
 
 import subprocess
 import sys
@@ -23,7 +23,7 @@ class Deep(unittest.TestCase):
     def texts(self):
         return {name: (self.folder / name).read_text(encoding="utf-8") for name in FILES}
 
-    def test_deep_gaps_are_blank_and_no_line_is_given(self):
+    def test_deep_blanks_are_blank_and_no_line_is_given(self):
         for name in FILES:
             first, deep = skeleton(name), skeleton(name, deep=True)
             for region in regions(solution_text(name)):
@@ -37,9 +37,9 @@ class Deep(unittest.TestCase):
                     self.assertNotIn(region.hints, deep)
                 self.assertIn(f"TODO:: home work {region.todo}.", deep)
 
-    def test_the_mathematics_is_among_the_gaps(self):
-        gaps = [todo for stage in STAGES for todo in stage.get("deep", [])]
-        self.assertLessEqual({"1.1c", "1.1d", "1.2d", "5.5", "5.7", "6k"}, set(gaps))
+    def test_the_mathematics_is_among_the_blanks(self):
+        blanks = [todo for stage in STAGES for todo in stage.get("deep", [])]
+        self.assertLessEqual({"1.1c", "1.1d", "1.2d", "5.5", "5.7", "6k"}, set(blanks))
         self.assertIn("- tempH * Hmp", skeleton("problem.cc"))
         self.assertNotIn("- tempH * Hmp", skeleton("problem.cc", deep=True))
 

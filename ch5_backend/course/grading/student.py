@@ -26,7 +26,7 @@ LEFT_OUT = (
     "ch5_homework/GRADING", "ch5_homework/INSTRUCTORS",
     "ch5_backend/course/grading/", "tests/grading/", "ch5_homework/judge/remote/", "tests/homework/attacks/",
     "tests/docs/", "tests/conventions/", "tests/sanitizers/", "tests/fuzz/", "tests/lab/",  # of those who change the project
-    # what fills the gaps, rightly or wrongly
+    # what fills the blanks, rightly or wrongly
     "tests/homework/samples", "tests/homework/run_samples.py", "tests/homework/reference.cmake",
     "tests/homework/plain_ctest", "tests/homework/one_check.py", "tests/homework/end_to_end.py",
     "tests/homework/leftover_throw.py", "tests/homework/compiler_words.py", "tests/homework/languages.py")

@@ -6,7 +6,7 @@
   make_skeleton.py --check         compares instead: 0 current, 1 not, 77 a student is at work (not in CI)
   make_skeleton.py --output DIR    writes elsewhere
   make_skeleton.py --blank 1.1a    blanks this region only, repeatable; the others hold the solution
-  make_skeleton.py --deep          the second depth: more gaps, and no lines to fill in; see ./course deep
+  make_skeleton.py --deep          the second depth: more blanks, and no lines to fill in; see ./course deep
   make_skeleton.py --keep          leaves alone what is not the skeleton of either depth, and says so
 """
 
