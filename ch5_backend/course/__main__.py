@@ -56,30 +56,14 @@ JSON_FIELDS = {
 }
 SPEAKING = ("run", "check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
 PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out"}
-SOLVERS = ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series")
 
 
-def number_option(option: str, low, high):
-    """A reader for an option's number: the programs' rule and words, see experiments/studies/command_line.h."""
-    whole = isinstance(low, int)
-    limits = f"{low} to {high}" if whole else f"{low:g} to {high:g}"
-    form = r"-?\d{1,18}" if whole else r"-?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
-
-    def read(text: str):
-        value = (int if whole else float)(text) if re.fullmatch(form, text, re.ASCII) else None
-        if value is None or not low <= value <= high:
-            raise CourseError(f"{option} must be a {'whole ' * whole}number from {limits}, got '{text}'; see "
-                              "./course run --help")
-        return value
-    return read
-
-
-def word_option(option: str, words: tuple, phrase: str):
-    """Likewise for one of a few words."""
-    def read(text: str) -> str:
-        if text not in words:
-            raise CourseError(f"{option} must be {phrase}, got '{text}'; see ./course run --help")
-        return text
+def whole_number(option: str, low: int, high: int):
+    """A reader for an option of this command's own."""
+    def read(text: str) -> int:
+        if not re.fullmatch(r"-?\d{1,18}", text, re.ASCII) or not low <= int(text) <= high:
+            raise CourseError(f"{option} must be a whole number from {low} to {high}, got '{text}'")
+        return int(text)
     return read
 
 
@@ -104,15 +88,13 @@ def add_run_options(parser: Parser) -> None:
                         "format, a pose graph in g2o's, a window (VIOWIN), or a recording's folder")
     parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FILE.txt gets a "
                         "folder DIR/FILE")
-    parser.add_argument("--iterations", type=number_option("--iterations", 0, 1000000), metavar="N",
-                        help="at most N iterations")
-    parser.add_argument("--threads", type=number_option("--threads", 1, 256), metavar="N",
-                        help="how many threads the solver may use")
-    parser.add_argument("--huber", type=number_option("--huber", 1e-6, 1e6), metavar="D",
-                        help="Huber loss that begins at D pixels, or in a pose graph at D standard deviations")
-    parser.add_argument("--solver", type=word_option("--solver", SOLVERS, f"one of {', '.join(SOLVERS)}"),
-                        metavar="NAME", help=f"of the cameras' or poses' system: {', '.join(SOLVERS)}; default: "
-                        "automatic, by the size and shape of the problem")
+    # Their values are judged by the programs, which say what they take.
+    parser.add_argument("--iterations", metavar="N", help="at most N iterations")
+    parser.add_argument("--threads", metavar="N", help="how many threads the solver may use")
+    parser.add_argument("--huber", metavar="D", help="Huber loss that begins at D pixels, or in a pose graph at D standard "
+                        "deviations")
+    parser.add_argument("--solver", metavar="NAME", help="of the cameras' or poses' system: automatic, dense, sparse, pcg, "
+                        "implicit-pcg or power-series; default: automatic, by the size and shape of the problem")
 
 
 def add_plots_options(parser: Parser) -> None:
@@ -129,11 +111,11 @@ def add_plots_options(parser: Parser) -> None:
 def add_grade_options(parser: Parser) -> None:
     parser.add_argument("submissions", nargs="*", metavar="SUBMISSION", help="a .cc file, a folder, a zip or a tar")
     parser.add_argument("--out", metavar="DIR", help="where the grades go, default: out/grades")
-    parser.add_argument("--jobs", type=number_option("--jobs", 1, 256), metavar="N", help="so many submissions at a time; "
+    parser.add_argument("--jobs", type=whole_number("--jobs", 1, 256), metavar="N", help="so many submissions at a time; "
                         "default: one for each processor")
     parser.add_argument("--stages", type=lambda text: text.split(","), default=[], metavar="LIST",
                         help="only these, such as 1.1,3; default: all")
-    parser.add_argument("--seed", type=number_option("--seed", 0, 10**18 - 1), metavar="S", help="of the random problems; "
+    parser.add_argument("--seed", type=whole_number("--seed", 0, 10**18 - 1), metavar="S", help="of the random problems; "
                         "default: one by chance, which the records name")
     parser.add_argument("--shard", type=shard_option, metavar="I/N", help="only the I-th of N shares; all may have the same "
                         "DIR, in which a last run without this option makes the class's tables")
@@ -175,7 +157,7 @@ def make_parser(command: str) -> Parser:
         parser.add_argument("--out", metavar="DIR", help=PAGES[command])
     elif command == "check":
         parser.add_argument("stages", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
-        parser.add_argument("--seed", type=number_option("--seed", 0, 10**18 - 1), metavar="S", help="other random numbers "
+        parser.add_argument("--seed", type=whole_number("--seed", 0, 10**18 - 1), metavar="S", help="other random numbers "
                             "and sizes than the usual ones: the case that a grader has met under this number")
     elif command == "hint":
         parser.add_argument("stage", metavar="STAGE", nargs="?", default="", help="such as 1.2, or one of its TODOs, such as 1.2b")

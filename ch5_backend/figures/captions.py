@@ -1,4 +1,4 @@
-"""The numbers in the words below each figure, all taken from the tables; the sentences around them are in words.json."""
+"""The numbers in the words below each figure, all taken from the tables; the sentences around them are in words/."""
 from . import style
 from .style import number
 from .tables import read

@@ -4,6 +4,7 @@ import fcntl
 import json
 import os
 import random
+import re
 import resource
 import signal
 import subprocess
@@ -90,34 +91,20 @@ class CommandLine(unittest.TestCase):
     def test_options_are_not_guessed_from_their_beginning(self):
         self.refuses("run", "--iter", "5", naming=["--iter"])
 
-    def test_absurd_numbers_are_refused(self):
-        bal = self.path("tiny.txt", TINY_BAL.encode())
-        for value in ("-1", "1.5", "many", "", "1000001", "9" * 5000, "1_0", "٣"):
-            self.refuses("run", bal, f"--iterations={value}", naming=["--iterations", f"'{value}'"])
-        for value in ("0", "257", "1000000", "-1"):
-            self.refuses("run", bal, f"--threads={value}", naming=["--threads", f"'{value}'"])
-        for value in ("0", "-1", "nan", "inf", "1e999", "wide", "1e-7", "1e7"):
-            self.refuses("run", bal, f"--huber={value}", naming=["--huber", f"'{value}'"])
-
-    def test_options_are_judged_as_the_programs_judge_them(self):
-        program = BUILD / "bin" / "ch5_bal"
-        if not program.exists():
-            self.skipTest(f"{program} is not built")
-        missing = Path(self.folder.name, "missing.txt")  # what comes after the options is refused by both
-        for option, values in (("--iterations", ("0", "1000000", "1000001", "-1", "5.0", "007", "+5", " 5", "")),
-                               ("--threads", ("0", "1", "256", "257", "1000000")),
-                               ("--huber", ("1e-6", "1e-7", ".5", "5.", "1E6", "2e6", "nan", "0x10", "-1", "1e")),
-                               ("--solver", ("pcg", "magic", ""))):
+    def test_absurd_values_are_refused_by_the_program(self):
+        if not (BUILD / "bin" / "ch5_bal").exists():
+            self.skipTest("ch5_bal is not built")
+        bal, out = self.path("tiny.txt", TINY_BAL.encode()), Path(self.folder.name, "out")
+        for option, values in (("--iterations", ("-1", "1.5", "many", "", "1000001", "9" * 5000, "1_0", "٣", "+5", " 5")),
+                               ("--threads", ("0", "257", "1000000", "-1")),
+                               ("--huber", ("0", "-1", "nan", "inf", "1e999", "wide", "1e-7", "1e7", "0x10", "1e")),
+                               ("--solver", ("magic", ""))):
             for value in values:
-                ours = course("run", missing, f"{option}={value}")
-                theirs = subprocess.run([program, missing, "--out", self.folder.name, option, value],
-                                        capture_output=True, text=True)
-                self.assertEqual((ours.returncode, theirs.returncode), (2, 2))
-                words = theirs.stderr.removeprefix("ch5_bal: ").removesuffix("; see --help\n")
-                if "missing.txt" in words:
-                    self.assertIn("missing.txt: there is no such file", ours.stderr, (option, value))
-                else:
-                    self.assertEqual(ours.stderr, f"course: {words}; see ./course run --help\n")
+                done = course("run", bal, "--out", out, f"{option}={value}")
+                self.assertEqual((done.returncode, done.stdout), (2, ""), (option, value))
+                said = done.stderr.splitlines()
+                self.assertRegex(said[0], rf"^ch5_bal: {option} must be .*, got '{re.escape(value)}'; see --help$")
+                self.assertEqual(said[1:], ["course: ch5_bal failed with exit code 2; its message is above"])
 
     def test_solver_options_need_data(self):
         self.refuses("run", "--iterations", "5", naming=["--iterations", "DATA"])

@@ -29,7 +29,8 @@ class SpeedClaims(unittest.TestCase):
             self.assertGreater(times["fixed"], 1.5 * times["avx2"], problem)
 
     def test_forming_s_is_limited_by_operations_and_back_substitution_by_memory(self):
-        row = {step: TABLES("speed_steps").row(problem="bal/16-22106", step=step, solver="sparse", simd="avx2") for step in ("schur", "back", "linearize")}
+        row = {step: TABLES("speed_steps").row(problem="bal/16-22106", step=step, solver="sparse", simd="avx2")
+               for step in ("schur", "back", "linearize")}
         peak = TABLES("speed_machine").row(simd="avx2", limit="peak")["value"]
         memory = max(TABLES("speed_machine", simd="avx2", limit="read").rows(), key=lambda r: r["megabytes"])["value"]
         ridge = peak / memory

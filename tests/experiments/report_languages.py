@@ -15,7 +15,7 @@ from ch5_backend.figures import words
 from ch5_backend.figures.words import PAGES, SENTENCES
 
 ROOT = report_texts.ROOT
-from tests.homework.untranslated import english_in
+from tests.homework.chinese import english_in
 
 MINIMIZER = ROOT / "ch5_backend" / "solve" / "minimizer.cc"
 NUMBER = re.compile(r"[+−-]?\d+(?:\.\d+)?(?: × 10)?[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]*")

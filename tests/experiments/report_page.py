@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 from slides import browser, npm
 from ch5_backend.figures import style, tables
 from tests.experiments.report_texts import TABLES, write_reports
-from tests.homework.untranslated import english_in
+from tests.homework.chinese import english_in
 from ch5_backend.figures.words import PAGES
 
 PROBE = Path(__file__).with_name("report_probe.js").read_text(encoding="utf-8")
