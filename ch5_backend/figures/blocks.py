@@ -1,10 +1,10 @@
 """H and its Schur complement block by block: which vertices and edges made each, as ch5_chapter wrote it
 from the graph."""
 
-import html
 import json
 
 import numpy as np
+from markupsafe import Markup
 
 from . import page, style
 from .tables import dense, read
@@ -93,16 +93,15 @@ def matrix_svg(blocks, name, matrix, largest):
         made_of = [f"e{edge}" for edge in makers.get("edge", [])]
         made_of += [f"v{blocks.place[landmark]}" for landmark in makers.get("landmark", [])]
         words = say("block.words", block=blocks.name(name, i, j), made_by=blocks.made_by(name, makers))
-        parts.append(f'<rect class="block" data-block="{blocks.place[i]} {blocks.place[j]}" '
-                     f'data-parts="{" ".join(made_of)}" x="{x}" y="{y}" width="{width}" height="{height}">'
-                     f"<title>{html.escape(words)}</title></rect>")
+        parts.append(Markup('<rect class="block" data-block="{} {}" data-parts="{}" x="{}" y="{}" width="{}" height="{}">'
+                            "<title>{}</title></rect>").format(
+                                blocks.place[i], blocks.place[j], " ".join(made_of), x, y, width, height, words))
     vertices = json.dumps([(blocks.names[v], *blocks.rows[v]) for v in shown])
     label = say("matrix.alt", what=WHAT[name], rows=size, blocks=len(shown))
     empty = say(f"block.empty.{name}", row="{row}", column="{column}")  # filled in by page.js
-    return (f'<div><p>{say("matrix", what=WHAT[name], rows=size)}</p>'
-            f'<svg class="plot blocks" viewBox="0 0 {size} {size}" role="img" '
-            f'aria-label="{label}" data-empty="{empty}" data-vertices="{html.escape(vertices)}">' +
-            "\n".join(parts) + '<rect class="cursor"/></svg></div>')
+    return Markup('<div><p>{}</p><svg class="plot blocks" viewBox="0 0 {} {}" role="img" aria-label="{}" data-empty="{}" '
+                  'data-vertices="{}">{}<rect class="cursor"/></svg></div>').format(
+                      say("matrix", what=WHAT[name], rows=size), size, size, label, empty, vertices, Markup("\n".join(parts)))
 
 
 def map_svg(blocks, directory, scene):
@@ -119,11 +118,10 @@ def map_svg(blocks, directory, scene):
     for vertex, (a, b) in spots.items():
         pose = blocks.rows[vertex][1] > 1
         d = f"M{a - 7:.1f} {b + 6:.1f}h14l-7 -14z" if pose else f"M{a - 4:.1f} {b:.1f}a4 4 0 1 0 8 0a4 4 0 1 0 -8 0"
-        title = f"<title>{blocks.names[vertex]}</title>"
-        parts.append(f'<path class="vertex v{blocks.place[vertex]}" d="{d}">{title}</path>')
-    height = scale * np.ptp(z) + 20
-    return (f'<div><p>{blocks.say("graph")}</p><svg class="plot map" viewBox="0 0 320 {height:.0f}" role="img" '
-            f'aria-label="{blocks.say("graph.alt")}">' + "".join(parts) + "</svg></div>")
+        parts.append(Markup('<path class="vertex v{}" d="{}"><title>{}</title></path>').format(
+            blocks.place[vertex], d, blocks.names[vertex]))
+    return Markup('<div><p>{}</p><svg class="plot map" viewBox="0 0 320 {:.0f}" role="img" aria-label="{}">{}</svg></div>').format(
+        blocks.say("graph"), scale * np.ptp(z) + 20, blocks.say("graph.alt"), Markup("".join(parts)))
 
 
 def explorer(directory, scene, say):
@@ -136,9 +134,4 @@ def explorer(directory, scene, say):
     largest = max(np.abs(matrix).max() for matrix in matrices.values())
     drawn = [matrix_svg(blocks, name, matrix, largest) for name, matrix in matrices.items()]
     rows = [(blocks.name(matrix, i, j), blocks.made_by(matrix, makers)) for (matrix, i, j), makers in blocks.makers.items()]
-    return (f'<div class="explore"><p>{say("blocks.words")}</p>\n'
-            f'<p class="made" role="status" aria-live="polite">{say("blocks.none")}</p>\n'
-            f'<div class="side">{"".join(drawn)}{map_svg(blocks, directory, scene)}</div>\n'
-            f'<details><summary>{say("blocks.table")}</summary>'
-            f'{page.table((say("block"), say("made_by")), rows, "words")}'
-            "</details></div>\n")
+    return page.PIECES.explorer([*drawn, map_svg(blocks, directory, scene)], rows, say)

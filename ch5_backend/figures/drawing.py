@@ -1,8 +1,7 @@
 """Curves for the page itself: inline SVG in the page's colours, of which a slider shows one position at a time."""
 
-import html
-
 import numpy as np
+from markupsafe import Markup
 
 from .style import number
 
@@ -17,9 +16,9 @@ class Axes:
         self.limits, self.logs = (x_limits, y_limits), (x_log, y_log)
         self.parts = []
         bottom, right = HEIGHT - BOTTOM, WIDTH - 6
-        self.parts.append(f'<path class="axis" d="M{LEFT} {TOP}V{bottom}H{right}"/>'
-                          f'<text x="0" y="13">{html.escape(title)}</text>'
-                          f'<text x="{right}" y="{HEIGHT - 3}" text-anchor="end">{html.escape(x_label)}</text>')
+        self.parts.append(Markup('<path class="axis" d="M{} {}V{}H{}"/><text x="0" y="13">{}</text>'
+                                 '<text x="{}" y="{}" text-anchor="end">{}</text>').format(
+                                     LEFT, TOP, bottom, right, title, right, HEIGHT - 3, x_label))
         for tick in ticks(*x_limits, x_log):
             x, _ = self.at(tick, y_limits[0])
             self.parts.append(f'<text x="{x:.0f}" y="{bottom + 17}" text-anchor="middle">{number(tick)}</text>')
@@ -51,9 +50,9 @@ class Axes:
         self.parts.append(f'<path class="{kind}{"" if at is None else " at"}"{mark} d="{d}"/>')
 
     def svg(self, shows, kind=""):
-        """The drawing; `shows` says what there is to see, for the blind."""
-        return (f'<svg class="plot {kind}" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{html.escape(shows)}">'
-                + "\n".join(self.parts) + "</svg>")
+        """The drawing; `shows` says what there is to see, for screen readers."""
+        return Markup('<svg class="plot {}" viewBox="0 0 {} {}" role="img" aria-label="{}">{}</svg>').format(
+            kind, WIDTH, HEIGHT, shows, Markup("\n".join(self.parts)))
 
 
 def ticks(low, high, log):
@@ -72,9 +71,3 @@ def limits(values, log=False):
     values = values[np.isfinite(values) & ((values > 0) | (not log))]
     low, high = values.min(), values.max()
     return (10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))) if log else (low, high)
-
-
-def key(names):
-    """Which colour is which; `names` are (name, class of its curve)."""
-    return '<p class="keys">' + " ".join(f'<span><span class="key {kind}"></span>{html.escape(name)}</span>'
-                                         for name, kind in names) + "</p>\n"

@@ -5,6 +5,8 @@ usage: gauge_report.py [DIR]        DIR/csv is read; what has no table there is 
 """
 from pathlib import Path
 
+from markupsafe import Markup
+
 from . import gauge, gauge_captions, gauge_choice, gauge_covariance, page, style
 from .numbers import gauge as gauge_numbers, gauge_paper
 from .style import number
@@ -88,7 +90,7 @@ def body_of(directory, drawn, found):
         if table in found:
             body.append(make(found[table]))
     if "audit" in found:
-        body += [f"<p>{words['gauge_audit']}</p>", audit_table(found["audit"])]
+        body += [Markup("<p>{}</p>").format(words["gauge_audit"]), audit_table(found["audit"])]
     return [*body, '<p><a href="summary.csv">summary.csv</a>: the numbers above, and more.</p>',
             page.links_to_tables(directory, say)]
 

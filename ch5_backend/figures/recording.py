@@ -7,6 +7,7 @@ usage: recording.py DIR        the folder that ch5_recording FOLDER --out DIR ha
 from pathlib import Path
 
 import numpy as np
+from markupsafe import Markup
 
 from . import odometry, page, sliders, style
 from .tables import read
@@ -30,12 +31,12 @@ def summary_table(directory, say):
 def body_of(directory, say):
     """The page's pieces."""
     trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
-    links = say("list").join(f'<a href="{name}">{name}</a>' for name in trajectories)
-    return [f"<h1>{say('recording.heading', name=Path(directory).resolve().name)}</h1>", page.other_languages(say),
-            f"<p>{say('recording.lead')}</p>", summary_table(directory, say), sliders.windows(directory, say),
+    links = Markup(say("list")).join(Markup('<a href="{0}">{0}</a>').format(name) for name in trajectories)
+    return [Markup("<h1>{}</h1>").format(say("recording.heading", name=Path(directory).resolve().name)),
+            page.other_languages(say), Markup("<p>{}</p>").format(say("recording.lead")), summary_table(directory, say), sliders.windows(directory, say),
             *(page.figure(directory, name, words, say(f"{name}.alt"), say)
               for name, words in odometry.captions(directory, say).items()),
-            f"<p>{say('trajectories', links=links)}</p>", page.links_to_tables(directory, say)]
+            Markup(f"<p>{say('trajectories', links='{}')}</p>").format(links), page.links_to_tables(directory, say)]
 
 
 def draw(directory):

@@ -52,11 +52,12 @@ Figures, DIR/figures/NAME.png and NAME.svg:
   consistency                      NEES of pose and yaw, and the yaw that is claimed, by mode of first estimates
 """
 
-import html
 import os
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
+
+from markupsafe import Markup
 
 from . import blocks, captions, convergence, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style
 
@@ -80,15 +81,15 @@ def solves_table(n, say):
             ("stopped_by", lambda row: say(row["termination"])))
     return (page.table((say("scene"), *(say(f"scene.{row['scene']}") for row in scenes)),
                        [(say(title), *map(cell, scenes)) for title, cell in rows], "words") +
-            f"<p>{say('solves_note')}</p>")
+            Markup("<p>{}</p>").format(say("solves_note")))
 
 
 def contents(sections, directory, say):
     """Links to the sections, and to the pages beside this one that have been made."""
     titles = {**{section: say(f"section.{section}") for section in sections}, "tables": say("tables")}
-    links = "".join(f'<a href="#{section}">{html.escape(title)}</a>' for section, title in titles.items())
-    links += "".join(f'<a href="{place}">{say(place)}</a>' for place in BESIDE if (Path(directory) / place).exists())
-    return f'<nav aria-label="{say("contents")}">{links}</nav>'
+    links = [(f"#{section}", title) for section, title in titles.items()]
+    links += [(place, say(place)) for place in BESIDE if (Path(directory) / place).exists()]
+    return page.PIECES.contents(links, say)
 
 
 def body_of(directory, say):
@@ -96,15 +97,12 @@ def body_of(directory, say):
     n = captions.Numbers(directory)
     sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
                 "consistency": nees.captions(directory, say)}
-    body = [f"<h1>{say('heading')}</h1>", page.other_languages(say), f"<p>{say('lead')}</p>",
-            contents(sections, directory, say), solves_table(n, say)]
+    body = [Markup("<h1>{}</h1>").format(say("heading")), page.other_languages(say),
+            Markup("<p>{}</p>").format(say("lead")), contents(sections, directory, say), solves_table(n, say)]
     for section, figures in sections.items():
-        title = html.escape(say(f"section.{section}"))
-        body.append(f'<section aria-labelledby="{section}"><h2 id="{section}">{title}</h2>')
-        if section in EXPLORERS:
-            body.append(EXPLORERS[section](directory, say))
-        body += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
-        body.append("</section>")
+        pieces = [EXPLORERS[section](directory, say)] if section in EXPLORERS else []
+        pieces += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
+        body.append(page.PIECES.section(section, say(f"section.{section}"), pieces))
     return [*body, page.links_to_tables(directory, say)]
 
 

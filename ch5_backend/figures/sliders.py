@@ -1,13 +1,10 @@
 """The report's sliders: step through iterations, images and prior weights. Without a script all positions lie faintly on
 top of each other, and the tables have all rows."""
 
-import html
-import json
-
 import numpy as np
 
 from . import page, style
-from .drawing import Axes, key, limits
+from .drawing import Axes, limits
 from .style import number
 from .tables import read
 
@@ -15,16 +12,9 @@ POLICIES = {"vins": "VINS", "okvis": "OKVIS"}
 COLOURS = {"course": "c1", "perturbed": "c0", "minimal": "c2"}  # as in prior.py
 IMAGES_A_STEP = 5
 
-
-def player(name, title, words, labels, start, curves, drawings, head, rows):
-    """A slider with a label for each position, drawings of the named curves, and a table of (position, cells…)."""
-    spoken = html.escape(json.dumps(labels, ensure_ascii=False))
-    return (f'<div class="explore player" data-labels="{spoken}">\n<p>{html.escape(words)}</p>\n'
-            f'<div class="control" hidden><label for="{name}">{html.escape(title)}</label>'
-            f'<input type="range" id="{name}" min="0" max="{len(labels) - 1}" value="{start}">'
-            f'<output for="{name}" aria-live="polite"></output></div>\n'
-            f'{key(curves)}<div class="side">{"".join(drawings)}</div>\n'
-            f'{page.table(head, [row[1:] for row in rows], "rows", [row[0] for row in rows])}</div>\n')
+player = page.PIECES.player
+"""player(name, title, words, labels, start, curves, drawings, head, rows): a slider with a label for each position, drawings
+of the named curves, and a table of (position, cells…)."""
 
 
 def iterations(directory, say):
@@ -98,7 +88,7 @@ def windows(directory, say):
     head = ("policy", "landmarks", "iterations", "first_cost", "last_cost", "time", "error", "yaw_known")
     return player("window", say("window.title"), say("window.words", step=IMAGES_A_STEP), [f"{t:.2f} s" for t in times],
                   len(times) // 2, [(POLICIES[name], colour) for name, colour in colours.items()], drawings,
-                  map(say, head), rows)
+                  list(map(say, head)), rows)
 
 
 def window_cells(here, solve, yaw):

@@ -63,7 +63,7 @@ class Versions(unittest.TestCase):
 
     def test_layouts_are_set_as_matplotlib_3_5_wants_it(self):
         try:
-            from plot import style
+            from ch5_backend.figures import style
         except ImportError:
             self.skipTest("no Matplotlib")
         figure = OldFigure()

@@ -11,7 +11,8 @@ from pathlib import Path
 from unittest import mock
 
 from tests.experiments import report_texts
-from ch5_backend.figures import words
+from ch5_backend.figures import page, words
+from ch5_backend.figures.drawing import Axes
 from ch5_backend.figures.words import PAGES, SENTENCES
 
 ROOT = report_texts.ROOT
@@ -76,6 +77,16 @@ class Sentences(unittest.TestCase):
                 pages_of(of)
         of_pages = {key for key in SENTENCES["en"] if not key.startswith(words.TOPICS)}  # the decks' are asked in decks.py
         self.assertEqual(of_pages - said - SELDOM - ways_to_stop(), set())
+
+
+class Escapes(unittest.TestCase):
+    def test_whatever_is_put_into_a_piece_is_escaped(self):
+        say, bad = words.Words("en"), '"<b>&'
+        pieces = (page.table((bad, "x"), [(bad, bad)]), page.PIECES.player(bad, bad, bad, [bad], 0, [(bad, bad)], [], (bad,), [(0, bad)]),
+                  page.PIECES.section(bad, bad, [bad]), page.PIECES.files([bad], say), Axes(bad, (0, 1), (0, 1), bad).svg(bad))
+        for piece in pieces:
+            self.assertIn("&lt;b&gt;&amp;", piece)
+            self.assertNotIn("<b>", piece)
 
 
 class Reports(unittest.TestCase):
