@@ -31,15 +31,18 @@ SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b);
 
 /// p_i = √H_ii where H_ii > 1e-9, else 1e-3 (OKVIS): what makes the diagonal of P⁻¹HP⁻¹ one.
 VecX ScalingOf(const MatXX& H);
+/// The same where the cutoff asks for it, else ones.
+VecX ScalingFor(const EigenvalueCutoff& cutoff, const MatXX& H);
 
-/// P⁻¹HP⁻¹ = U S Uᵀ with OKVIS's cutoff: eigenvalues ≤ ε·n·λ_max are zero in S_sqrt and in S_pinv_sqrt.
+/// P⁻¹HP⁻¹ = U S Uᵀ, S ascending: eigenvalues up to the cutoff, OKVIS's ε·n·λ_max, are zero in S_sqrt and in S_pinv_sqrt.
 struct ScaledEigen {
   MatXX U;           ///< n×n
   VecX S_sqrt;       ///< n×1
   VecX S_pinv_sqrt;  ///< n×1
 };
 /// @param H  n×n symmetric;  @param p_inverse  1/p, n×1, see ScalingOf
-ScaledEigen DecomposeScaled(const MatXX& H, const VecX& p_inverse);
+ScaledEigen DecomposeScaled(const MatXX& H, const VecX& p_inverse,
+                            const EigenvalueCutoff& cutoff = EigenvalueCutoff::Okvis());
 
 /// A = V S Vᵀ, S ascending.  @param A  n×n symmetric up to rounding; ½(A + Aᵀ) is decomposed
 struct SymmetricEigen {

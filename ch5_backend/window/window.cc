@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/types/edge_reprojection_calibration.h"
 #include "ch5_backend/types/edge_track.h"
 
@@ -141,42 +140,6 @@ void BuildGraph(const WindowWeights& weights, const std::function<bool(const Win
     if (landmark.inverse_depth && uses(*window, landmark)) builder.AddLandmark(landmark);
   }
   builder.AddPriors();
-}
-
-namespace {
-
-// The edges with observability constraints, where the graph's are not constrained already.
-std::vector<std::shared_ptr<Edge>> Constrained(std::vector<std::shared_ptr<Edge>> edges, const Window& window) {
-  if (window.observability_constraints == ObservabilityConstraints::kAllEdges) return edges;
-  for (auto& edge : edges) {
-    if (edge == window.prior) continue;
-    edge = ConstrainObservability(edge, window.prior->GetPrior(), window.extrinsic.get());
-  }
-  return edges;
-}
-
-// The next prior's vertices keep the first estimates of the old one.
-void KeepFirstEstimates(const Prior& old, Prior* next) {
-  next->first_estimates = next->x0;
-  for (size_t i = 0; i < next->vertices.size(); ++i) {
-    const auto at = std::find(old.vertices.begin(), old.vertices.end(), next->vertices[i]);
-    if (at != old.vertices.end()) next->first_estimates[i] = old.FirstEstimate(at - old.vertices.begin());
-  }
-}
-
-}  // namespace
-
-void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
-                  Window* window) {
-  const std::shared_ptr<EdgePrior> old = window->prior;
-  if (window->observability_constraints == ObservabilityConstraints::kNone || !old) {
-    window->prior = std::make_shared<EdgePrior>(Marginalize(edges, drop));
-    return;
-  }
-  old->KeepJacobian(true);
-  Prior next = Marginalize(Constrained(edges, *window), drop);
-  KeepFirstEstimates(old->GetPrior(), &next);
-  window->prior = std::make_shared<EdgePrior>(std::move(next));
 }
 
 std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices) {

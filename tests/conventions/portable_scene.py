@@ -37,7 +37,7 @@ class PortableScene(unittest.TestCase):
             target, program = Path(folder, "scene.o"), Path(folder, "scene")
             done = compile_object(compiler, list(flags), target)
             self.assertEqual(done.returncode, 0, done.stderr)
-            # mono_ba.cc also builds graphs; the linker drops that part, so that the graph need not be compiled.
+            # What the headers bring along of graphs is dropped by the linker, so that the graph need not be compiled.
             done = subprocess.run([compiler, *library, "-Wl,--gc-sections", str(target), "-o", str(program)],
                                   capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
