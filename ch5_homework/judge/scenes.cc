@@ -14,31 +14,6 @@ struct Access : Problem {
 
 }  // namespace
 
-MatXX RandomMatrix(int rows, int columns, Random* random) {
-  MatXX A(rows, columns);
-  for (int j = 0; j < columns; ++j) {
-    for (int i = 0; i < rows; ++i) A(i, j) = random->Uniform(-1.0, 1.0);
-  }
-  return A;
-}
-
-MatXX RandomPositiveDefinite(int size, Random* random) {
-  const MatXX A = RandomMatrix(size, size, random);
-  return A * A.transpose() + MatXX::Identity(size, size);
-}
-
-std::vector<std::shared_ptr<VertexPose>> AddPoses(Graph* graph, int count) {
-  return AddVertices<VertexPose>(graph, count, [] { return std::make_shared<VertexPose>(); });
-}
-
-std::vector<std::shared_ptr<VertexInverseDepth>> AddInverseDepths(Graph* graph, int count) {
-  return AddVertices<VertexInverseDepth>(graph, count, [] { return std::make_shared<VertexInverseDepth>(0.2); });
-}
-
-std::vector<std::shared_ptr<VertexPointXYZ>> AddPoints(Graph* graph, int count) {
-  return AddVertices<VertexPointXYZ>(graph, count, [] { return std::make_shared<VertexPointXYZ>(Vec3(1, 2, 5)); });
-}
-
 System StackedNormalEquations(const Graph& graph, int size) {
   int rows = 0;
   for (const auto& edge : graph.Edges()) rows += edge->ResidualDimension();

@@ -2,27 +2,23 @@
 
 #include <cerrno>
 #include <cstdlib>
-#include <optional>
 
 #include "ch5_backend/simulate/random.h"
 
 namespace ch5::homework {
-namespace {
 
-std::optional<uint64_t>& TheSeed() {
+std::optional<uint64_t>& DrawnSeed() {
   static std::optional<uint64_t> seed;
   return seed;
 }
 
-}  // namespace
-
 uint64_t Seed(uint64_t n) {
-  if (!TheSeed()) return n;
-  return Random(Random(*TheSeed()).Bits() + n).Bits();
+  if (!DrawnSeed()) return n;
+  return Random(Random(*DrawnSeed()).Bits() + n).Bits();
 }
 
 int Vary(int usual, int most, uint64_t n) {
-  if (!TheSeed()) return usual;
+  if (!DrawnSeed()) return usual;
   return usual + static_cast<int>(Random(Seed(n)).Bits() % static_cast<uint64_t>(most - usual + 1));
 }
 
@@ -31,7 +27,7 @@ bool TakeSeed(const std::string& option) {
   const std::string number = option.substr(0, name.size()) == name ? option.substr(name.size()) : "";
   if (number.empty() || number.find_first_not_of("0123456789") != std::string::npos) return false;
   errno = 0;
-  TheSeed() = std::strtoull(number.c_str(), nullptr, 10);
+  DrawnSeed() = std::strtoull(number.c_str(), nullptr, 10);
   return errno == 0;
 }
 

@@ -3,9 +3,13 @@
 /// the same kind with --seed=S, so that nobody can know them.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace ch5::homework {
+
+/// S, which the judge tells its workers with each scene.
+std::optional<uint64_t>& DrawnSeed();
 
 /// The seed of a test's Random: `n` itself, or `n` mixed with S.
 uint64_t Seed(uint64_t n);

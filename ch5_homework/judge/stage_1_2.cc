@@ -5,6 +5,7 @@
 
 #include "ch5_homework/judge/mistakes/stage_1_2.h"
 #include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/scenes/bundle.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
@@ -69,50 +70,36 @@ void CheckCall(Problem* problem, const Case& c, const Text& scene) {
                 "delta_x_ll"});
 }
 
+/// How many vertices a problem has, in this order.
+struct Counts {
+  int points, poses, depths, more_points = 0;  // the first points have smaller ids than the poses, later rows
+};
+
 /// A problem over a graph whose vertices all have an edge, with a random system in place of MakeHessian's.
-void CheckRandom(Graph* graph, double lambda, Damping damping, const Text& scene) {
-  Random random(Seed(21));
-  for (const auto& vertex : graph->Vertices()) {
-    if (auto pose = std::dynamic_pointer_cast<VertexPose>(vertex)) AddRandomEdge<1>(graph, &random, pose);
-    if (auto depth = std::dynamic_pointer_cast<VertexInverseDepth>(vertex)) AddRandomEdge<1>(graph, &random, depth);
-    if (auto point = std::dynamic_pointer_cast<VertexPointXYZ>(vertex)) AddRandomEdge<1>(graph, &random, point);
-  }
-  const auto problem = Chosen().make_problem(graph);
-  const System system = RandomSystem(problem->GetOrdering(), &random);
+void CheckRandom(const Counts& n, double lambda, Damping damping, const Text& words) {
+  GraphScene scene("edges of one vertex", {n.points, n.poses, n.depths, n.more_points});
+  const auto problem = Chosen().make_problem(&scene.graph);
+  const System system = RandomSystem(problem->GetOrdering(), &scene.random);
   SetSystem(system, problem.get());
-  CheckCall(problem.get(), {system, problem->GetOrdering().dim_poses, lambda, damping}, scene);
+  CheckCall(problem.get(), {system, problem->GetOrdering().dim_poses, lambda, damping}, words);
 }
 
 TEST(Stage12, AsManyPoseRowsAsLandmarkRows) {  // first: here no assertion betrays an exchange of p and m
-  Graph graph;
-  AddPoses(&graph, 1);
-  AddInverseDepths(&graph, 6);
-  CheckRandom(&graph, 0.0, Damping::kIdentity, "1.2.as_many_pose_as_landmark_rows");
+  CheckRandom({0, 1, 6}, 0.0, Damping::kIdentity, "1.2.as_many_pose_as_landmark_rows");
 }
 
 TEST(Stage12, LandmarksOfDimensionOne) {
-  Graph graph;
-  AddPoses(&graph, 2);
   const int depths = Vary(5, 9, 22);
-  AddInverseDepths(&graph, depths);
-  CheckRandom(&graph, 0.0, Damping::kIdentity, {"1.2.two_poses_and_inverse_depths", {{"n", Word(depths)}}});
+  CheckRandom({0, 2, depths}, 0.0, Damping::kIdentity, {"1.2.two_poses_and_inverse_depths", {{"n", Word(depths)}}});
 }
 
 TEST(Stage12, LandmarksOfDimensionThree) {
-  Graph graph;
-  AddPoints(&graph, 2);  // smaller ids than the poses, later rows
-  AddPoses(&graph, 2);
-  AddInverseDepths(&graph, 1);
-  AddPoints(&graph, 1);
-  CheckRandom(&graph, 0.0, Damping::kIdentity, "1.2.two_poses_points_and_inverse_depth");
+  CheckRandom({2, 2, 1, 1}, 0.0, Damping::kIdentity, "1.2.two_poses_points_and_inverse_depth");
 }
 
 TEST(Stage12, WithOneLandmarkAndWithNone) {
   for (const int landmarks : {1, 0}) {
-    Graph graph;
-    AddPoses(&graph, 2);
-    AddInverseDepths(&graph, landmarks);
-    CheckRandom(&graph, 0.5, Damping::kIdentity,
+    CheckRandom({0, 2, landmarks}, 0.5, Damping::kIdentity,
                 landmarks ? "1.2.two_poses_one_landmark" : "1.2.two_poses_no_landmarks");
     if (HasFatalFailure()) return;
   }
@@ -120,31 +107,20 @@ TEST(Stage12, WithOneLandmarkAndWithNone) {
 
 TEST(Stage12, LambdaOnEveryDiagonalEntry) {
   for (const double lambda : {1e-3, 0.3, 10.0}) {
-    Graph graph;
-    AddPoses(&graph, 2);
-    AddInverseDepths(&graph, 3);
-    AddPoints(&graph, 1);
-    CheckRandom(&graph, lambda, Damping::kIdentity, "1.2.two_poses_inverse_depths_and_point");
+    CheckRandom({0, 2, 3, 1}, lambda, Damping::kIdentity, "1.2.two_poses_inverse_depths_and_point");
     if (HasFatalFailure()) return;
   }
 }
 
 TEST(Stage12, LambdaTimesTheDiagonal) {
-  Graph graph;
-  AddPoses(&graph, 2);
   const int depths = Vary(7, 11, 23);
-  AddInverseDepths(&graph, depths);
-  CheckRandom(&graph, 0.3, Damping::kDiagonal, {"1.2.two_poses_and_inverse_depths", {{"n", Word(depths)}}});
+  CheckRandom({0, 2, depths}, 0.3, Damping::kDiagonal, {"1.2.two_poses_and_inverse_depths", {{"n", Word(depths)}}});
 }
 
 TEST(Stage12, BundleAdjustmentWithManyLambdas) {
-  MonoBaOptions options;
-  options.seed = Seed(options.seed);
-  options.frames = 4;
-  MonoBa ba;
-  BuildMonoBa(SimulateMonoBa(options), Gauge::kFixTwoFrames, 1.0, 0.0, &ba);
-  const auto problem = Chosen().make_problem(&ba.graph);
-  const System system = StackedNormalEquations(ba.graph, problem->Size());
+  BundleScene scene(4, 20, true);
+  const auto problem = Chosen().make_problem(&scene.ba.graph);
+  const System system = StackedNormalEquations(scene.ba.graph, problem->Size());
   SetSystem(system, problem.get());
   for (const double lambda : {1.0, 0.0, 1e-4}) {  // the same H each time, as LM asks for it
     const Case c{system, problem->GetOrdering().dim_poses, lambda, Damping::kIdentity};

@@ -5,10 +5,9 @@
 #include <cmath>
 #include <map>
 
-#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_homework/judge/diagnosis.h"
-#include "ch5_homework/judge/seed.h"
+#include "ch5_homework/judge/scenes/bundle.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
@@ -16,32 +15,17 @@ namespace {
 
 constexpr int kFrames = 4, kPoints = 6;
 
-MonoBaScene PerturbedScene() {
-  MonoBaOptions options;
-  options.seed = Seed(options.seed);
-  options.frames = kFrames;
-  options.points = kPoints;
-  options.position_sigma = 0.1;  // so that the start is not the truth
-  options.rotation_sigma = 0.02;
-  return SimulateMonoBa(options);
-}
+MonoBaScene PerturbedScene() { return StartScene().scene; }
 
 /// The scene's vertices at their start, the edges by the submission.
 struct Built {
-  MonoBa ba;
+  StartScene start;
+  MonoBa& ba = start.ba;
 
-  Built(const MonoBaScene& scene, double pixel_information, double prior_weight) {
-    for (const Transform& T_W_C : scene.initial_frames) {
-      ba.poses.push_back(std::make_shared<VertexPose>(T_W_C.q, T_W_C.p));
-      ba.graph.AddVertex(ba.poses.back());
-    }
-    for (const double inverse_depth : scene.initial_inverse_depths) {
-      ba.landmarks.push_back(std::make_shared<VertexInverseDepth>(inverse_depth));
-      ba.graph.AddVertex(ba.landmarks.back());
-    }
-    Chosen().add_mono_ba_edges(scene, pixel_information, prior_weight, &ba);
+  Built(double pixel_information, double prior_weight) {
+    Chosen().add_mono_ba_edges(start.scene, pixel_information, prior_weight, &ba);
     for (size_t i = 0; i < ba.poses.size(); ++i) {  // whoever moves a vertex to the truth needs no priors
-      ba.poses[i]->SetPose(scene.initial_frames[i].q, scene.initial_frames[i].p);
+      ba.poses[i]->SetPose(start.scene.initial_frames[i].q, start.scene.initial_frames[i].p);
     }
   }
 
@@ -86,7 +70,7 @@ Text CauseOfCounts(const std::vector<int>& counts) {
 }
 
 TEST(Stage3, OnePriorOnEachOfTheFirstTwoFrames) {
-  const Built built(PerturbedScene(), 1.0, 100.0);
+  const Built built(1.0, 100.0);
   std::vector<int> counts;
   for (const auto& priors : built.Priors()) counts.push_back(static_cast<int>(priors.size()));
   const std::vector<int> right{1, 1, 0, 0};
@@ -139,7 +123,7 @@ TEST(Stage3, InformationIsTheWeight) {
   const double pixel_information = 7.0;
   // Weights are no integers; the handout's sweep begins at 1e-3.
   for (const double weight : {100.0, 0.25, 1e-3, std::pow(10.0, random.Uniform(-3.0, 4.0))}) {
-    const Built built(PerturbedScene(), pixel_information, weight);
+    const Built built(pixel_information, weight);
     const auto all_priors = built.Priors();
     for (size_t i = 0; i < 2; ++i) {
       const auto of_prior = [&](const char* what) { return Text(what, {{"n", Word(i)}, {"w", Word(weight)}}); };
@@ -195,7 +179,7 @@ Text CauseOfPose(const MonoBaScene& scene, size_t i, VertexPose* pose, Edge* pri
 
 TEST(Stage3, PriorAsksForTheTruePose) {
   const MonoBaScene scene = PerturbedScene();
-  const Built built(scene, 1.0, 100.0);
+  const Built built(1.0, 100.0);
   const auto all_priors = built.Priors();
   for (const size_t i : {1u, 0u}) {  // frame 0 stands at the origin, where more mistakes look alike
     ASSERT_EQ(all_priors[i].size(), 1u);
@@ -209,10 +193,10 @@ TEST(Stage3, PriorAsksForTheTruePose) {
 }
 
 TEST(Stage3, NoneAtWeightZero) {
-  const Built with_priors(PerturbedScene(), 1.0, 100.0);
+  const Built with_priors(1.0, 100.0);
   if (with_priors.Priors()[0].empty())
     FAIL() << Report(Diagnosis{"3", "3.no_prior_weight_100"});  // otherwise nothing is shown
-  const Built built(PerturbedScene(), 1.0, 0.0);
+  const Built built(1.0, 0.0);
   for (const auto& priors : built.Priors()) {
     for (const auto& prior : priors) {
       if (prior->Information().isZero(0.0)) continue;
@@ -223,7 +207,7 @@ TEST(Stage3, NoneAtWeightZero) {
 }
 
 TEST(Stage3, NoFrameIsFixed) {
-  const Built built(PerturbedScene(), 1.0, 100.0);
+  const Built built(1.0, 100.0);
   if (built.Priors()[0].empty())
     FAIL() << Report(Diagnosis{"3", "3.no_prior_weight_100"});  // otherwise nothing is shown
   for (size_t i = 0; i < built.ba.poses.size(); ++i) {
@@ -235,7 +219,7 @@ TEST(Stage3, NoFrameIsFixed) {
 
 TEST(Stage3, MeasurementsAreUntouched) {
   const MonoBaScene scene = PerturbedScene();
-  const Built built(scene, 7.0, 100.0);
+  const Built built(7.0, 100.0);
   if (built.Priors()[0].empty())
     FAIL() << Report(Diagnosis{"3", "3.no_prior_weight_100"});  // otherwise nothing is shown
   int measurements = 0;
@@ -256,7 +240,7 @@ TEST(Stage3, DriftOfTheFirstFrameGoesToZero) {
   const MonoBaScene scene = PerturbedScene();
   double last_drift = 1.0;
   for (const double weight : {1e2, 1e5, 1e8, 1e11}) {
-    Built built(scene, 1e6, weight);
+    Built built(1e6, weight);
     Problem problem(&built.ba.graph);
     SolveOptions options;
     options.max_iterations = 50;

@@ -88,20 +88,20 @@ void CheckPose(const VertexPose& pose, const MatXX& U, const MatXX& right, Gauge
 
 // Paper and pencil: R takes x to y, y to z and z to x; p = (2, 1, 0).
 TEST(Stage4, APoseOnPaper) {
-  auto pose = std::make_shared<VertexPose>(Qd(0.5, 0.5, 0.5, 0.5), Vec3(2, 1, 0));
+  const GraphScene scene("pose on paper");
   MatXX right = MatXX::Zero(6, 4);
   right.topLeftCorner<3, 3>().setIdentity();
   right.col(3) << -1, 2, 0, 0, 1, 0;
-  const MatXX U = Chosen().gauge_freedom.null_space({pose}, GaugeGroup::kVisualInertial);
-  CheckPose(*pose, U, right, GaugeGroup::kVisualInertial);
+  const MatXX U = Chosen().gauge_freedom.null_space(scene.vertices, GaugeGroup::kVisualInertial);
+  CheckPose(dynamic_cast<const VertexPose&>(*scene.vertices[0]), U, right, GaugeGroup::kVisualInertial);
 }
 
 TEST(Stage4, APoseMovesWithTheWorld) {
   for (const GaugeGroup group : kGroups) {
-    Random random(Seed(83));
-    for (int trial = 0; trial < 5; ++trial) {
-      const auto pose = RandomPose(&random);
-      CheckPose(*pose, Chosen().gauge_freedom.null_space({pose}, group), NumericNullSpace({pose}, group), group);
+    const GraphScene scene("vertices of a type", {0, 5, 83});
+    for (const auto& pose : scene.vertices) {
+      CheckPose(dynamic_cast<const VertexPose&>(*pose), Chosen().gauge_freedom.null_space({pose}, group),
+                NumericNullSpace({pose}, group), group);
       if (HasFatalFailure()) return;
     }
   }
@@ -111,13 +111,12 @@ TEST(Stage4, APoseMovesWithTheWorld) {
 
 TEST(Stage4, AVelocityTurnsAndIsNotShifted) {
   for (const GaugeGroup group : kGroups) {
-    Random random(Seed(89));
-    for (int trial = 0; trial < 5; ++trial) {
-      const auto speed = RandomSpeedBias(&random);
+    const GraphScene scene("vertices of a type", {1, 5, 89});
+    for (const auto& speed : scene.vertices) {
       const Eigen::Index columns = 3 + AxesOf(group).cols();
       const MatXX right = NumericNullSpace({speed}, group).topLeftCorner(3, columns);
       const MatXX got = Chosen().gauge_freedom.null_space({speed}, group).topLeftCorner(3, columns);
-      const MatXX turn = Hat(speed->v()) * AxesOf(group);
+      const MatXX turn = Hat(dynamic_cast<const VertexSpeedBias&>(*speed).v()) * AxesOf(group);
       const auto rows = [&](const MatXX& left, const MatXX& turns) {
         return Is((MatXX(3, columns) << left, turns).finished());
       };
@@ -142,8 +141,8 @@ TEST(Stage4, AVelocityTurnsAndIsNotShifted) {
 TEST(Stage4, TheNullSpaceIsTheDerivativeOfTheWorldsMotion) {
   for (const GaugeGroup group : kGroups) {
     for (const int count : {4, 9, 17}) {
-      Random random(Seed(97 + static_cast<uint64_t>(count)));
-      const Vertices vertices = RandomVertices(count, &random);
+      const GraphScene scene("vertices of all types", {count, 97});
+      const Vertices& vertices = scene.vertices;
       ASSERT_CLAIM({"4",
                     {"4.U_of_vertices", {{"n", Word(count)}, {"system", NameOf(group)}}},
                     NumericNullSpace(vertices, group),
@@ -280,14 +279,16 @@ void CheckMotion(const Vertices& vertices, double yaw, const Text& scene) {
 TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {
   Random random(Seed(107));
   const double yaw = random.Uniform(0.5, 2.0);
-  CheckMotion({RandomPose(&random)}, yaw, "4.pose");
-  if (HasFatalFailure()) return;
-  CheckMotion({RandomSpeedBias(&random)}, yaw, "4.velocity_biases");
-  if (HasFatalFailure()) return;
-  CheckMotion({RandomPoint(&random)}, yaw, "4.point");
-  for (const int count : {4, 7, 15}) {
+  int type = 0;
+  for (const char* words : {"4.pose", "4.velocity_biases", "4.point"}) {
+    const GraphScene scene("vertices of a type", {type++, 1, 108});
+    CheckMotion(scene.vertices, yaw, words);
     if (HasFatalFailure()) return;
-    CheckMotion(RandomVertices(count, &random), -random.Uniform(0.0, 3.0), {"4.vertices", {{"n", Word(count)}}});
+  }
+  for (const int count : {4, 7, 15}) {
+    const GraphScene scene("vertices of all types", {count, 109});
+    CheckMotion(scene.vertices, -random.Uniform(0.0, 3.0), {"4.vertices", {{"n", Word(count)}}});
+    if (HasFatalFailure()) return;
   }
 }
 

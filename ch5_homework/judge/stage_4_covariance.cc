@@ -66,7 +66,7 @@ TEST(Stage4, TheExampleOfTheHandout) {
 // ---- all together ---------------------------------------------------------------------------------------------------
 
 // A scene whose covariances can be compared to 1e-7: none of its directions is nearly as free as the gauge.
-std::unique_ptr<FreeScene> WellConditioned(GaugeGroup group, int frames, int points, uint64_t seed) {
+std::unique_ptr<FreeScene> WellConditioned(GaugeGroup group, int frames, int points, int seed) {
   const int nullity = group == GaugeGroup::kVisualInertial ? 4 : 7;
   for (;; seed += 1000) {
     auto scene = std::make_unique<FreeScene>(group, frames, points, seed);
@@ -76,7 +76,7 @@ std::unique_ptr<FreeScene> WellConditioned(GaugeGroup group, int frames, int poi
 }
 
 // The free estimate is moved by g, so that it holds the gauge of the first frame; and back.
-void CheckGauges(GaugeGroup group, int frames, int points, uint64_t seed) {
+void CheckGauges(GaugeGroup group, int frames, int points, int seed) {
   const auto drawn = WellConditioned(group, frames, points, seed);
   FreeScene& scene = *drawn;
   const GaugeFreedom& functions = Chosen().gauge_freedom;

@@ -3,9 +3,6 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "ch5_backend/types/edge_imu.h"
-#include "ch5_backend/types/edge_reprojection.h"
-
 namespace ch5::homework {
 namespace {
 
@@ -26,12 +23,6 @@ VecX Moved(const Motion& g, Vertex* vertex, const VecX& x0) {
   vertex->Parameters() = before;
   return step;
 }
-
-Qd RandomRotation(Random* random, double angle) {
-  return ExpSO3(UniformVector(random, Vec3::Constant(-angle), Vec3::Constant(angle)));
-}
-
-Vec2 RandomPixel(Random* random) { return RandomMatrix(2, 1, random); }
 
 }  // namespace
 
@@ -109,82 +100,6 @@ MatXX NumericMotionJacobian(const Vertices& vertices, const Motion& g) {
     row += dim;
   }
   return J;
-}
-
-std::shared_ptr<VertexPose> RandomPose(Random* random) {
-  const Qd q = RandomRotation(random, 1.5);
-  return std::make_shared<VertexPose>(q, UniformVector(random, Vec3::Constant(-4), Vec3::Constant(4)));
-}
-
-std::shared_ptr<VertexSpeedBias> RandomSpeedBias(Random* random) {
-  return std::make_shared<VertexSpeedBias>(Vec9(2.0 * RandomMatrix(9, 1, random)));
-}
-
-std::shared_ptr<VertexPointXYZ> RandomPoint(Random* random) {
-  return std::make_shared<VertexPointXYZ>(UniformVector(random, Vec3::Constant(-4), Vec3::Constant(4)));
-}
-
-Vertices RandomVertices(int count, Random* random) {
-  Vertices vertices;
-  for (int i = 0; i < count; ++i) {
-    std::shared_ptr<Vertex> vertex;
-    switch (i < 4 ? i : static_cast<int>(random->Bits() % 4)) {
-      case 0: vertex = RandomPose(random); break;
-      case 1: vertex = RandomSpeedBias(random); break;
-      case 2: vertex = RandomPoint(random); break;
-      default: vertex = std::make_shared<VertexInverseDepth>(random->Uniform(0.1, 1.0));
-    }
-    vertices.insert(vertices.begin() + static_cast<long>(random->Bits() % (vertices.size() + 1)), vertex);
-  }
-  return vertices;
-}
-
-FreeScene::FreeScene(GaugeGroup group, int frames, int points, uint64_t seed) {
-  Random random(Seed(seed));
-  const Qd look = RandomRotation(&random, 1.5);  // where the cameras look to
-  std::vector<std::shared_ptr<VertexPose>> poses;
-  for (int i = 0; i < frames; ++i) {
-    const Vec3 p = Vec3(i, 0.3 * i * i, 0) + UniformVector(&random, Vec3::Constant(-0.3), Vec3::Constant(0.3));
-    poses.push_back(std::make_shared<VertexPose>(look * RandomRotation(&random, 0.2), look * p));
-    graph.AddVertex(poses.back());
-  }
-  for (int k = 0; k < points; ++k) {
-    auto point = std::make_shared<VertexPointXYZ>(look * UniformVector(&random, {-2, -2, 4}, {5, 5, 9}));
-    graph.AddVertex(point);
-    for (const auto& pose : poses) {
-      graph.AddEdge(std::make_shared<EdgeReprojectionXYZ>(point, pose, RandomPixel(&random)));
-      graph.Edges().back()->SetInformation(100.0 * RandomPositiveDefinite(2, &random));
-    }
-  }
-  auto depth = std::make_shared<VertexInverseDepth>(0.2);
-  graph.AddVertex(depth);
-  for (size_t i = 1; i < poses.size(); ++i) {
-    const Vec2 host = 0.2 * RandomPixel(&random);
-    graph.AddEdge(std::make_shared<EdgeReprojection>(depth, poses[0], poses[i], host, RandomPixel(&random)));
-    graph.Edges().back()->SetInformation(100.0 * RandomPositiveDefinite(2, &random));
-  }
-  if (group == GaugeGroup::kVisualInertial) AddImu(&random);
-  const Ordering ordering = MakeOrdering(graph);
-  vertices = ordering.poses;
-  vertices.insert(vertices.end(), ordering.landmarks.begin(), ordering.landmarks.end());
-}
-
-void FreeScene::AddImu(Random* random) {
-  std::vector<std::shared_ptr<VertexPose>> poses;
-  for (const auto& vertex : graph.Vertices()) {
-    if (auto pose = std::dynamic_pointer_cast<VertexPose>(vertex)) poses.push_back(pose);
-  }
-  std::vector<std::shared_ptr<VertexSpeedBias>> speeds;
-  for (size_t i = 0; i < poses.size(); ++i) {
-    speeds.push_back(RandomSpeedBias(random));
-    graph.AddVertex(speeds.back());
-    if (i == 0) continue;
-    const Vec3 rate = 0.3 * RandomMatrix(3, 1, random), force = Vec3(0, 0, 9.81) + RandomMatrix(3, 1, random);
-    auto imu = std::make_shared<Preintegration>(ImuSample{0.0, force, rate}, Vec3::Zero(), Vec3::Zero(), ImuNoise());
-    for (int k = 0; k < 20; ++k) imu->Add({0.05, force + 0.3 * RandomMatrix(3, 1, random), rate});
-    graph.AddEdge(std::make_shared<EdgeImu>(poses[i - 1], speeds[i - 1], poses[i], speeds[i], imu));
-    graph.Edges().back()->SetInformation(RandomPositiveDefinite(15, random));  // milder than the sensor's
-  }
 }
 
 MatXX FreeScene::Hessian() const { return StackedNormalEquations(graph, TotalLocalDimension(vertices)).H; }

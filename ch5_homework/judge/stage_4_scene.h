@@ -1,13 +1,13 @@
 #pragma once
-/// The scenes and the oracles of stage 4. What the world's motion does to a state is computed by moving it, and
+/// The oracles of stage 4. What the world's motion does to a state is computed by moving it, and
 /// differentiated numerically; covariances are computed in each gauge on its own. Nothing here uses the submission.
 
 #include <string>
 #include <vector>
 
-#include "ch5_backend/consistency/gauge_freedom.h"
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/scenes/free.h"
 
 namespace ch5::homework {
 
@@ -34,26 +34,13 @@ MatXX AxesOf(GaugeGroup group);
 MatXX NumericNullSpace(const Vertices& vertices, GaugeGroup group);
 MatXX NumericMotionJacobian(const Vertices& vertices, const Motion& g);
 
-std::shared_ptr<VertexPose> RandomPose(Random* random);
-std::shared_ptr<VertexSpeedBias> RandomSpeedBias(Random* random);
-std::shared_ptr<VertexPointXYZ> RandomPoint(Random* random);
-/// Each type at least once, in random order.
-Vertices RandomVertices(int count, Random* random);
-
-/// A few frames that see points and an inverse depth; with an IMU between them if the group is the visual-inertial one.
-/// The states are not those of a minimum, and need not be: H U = 0 holds everywhere.
-struct FreeScene {
-  Graph graph;
-  Vertices vertices;  ///< in the order of H's rows
-  FreeScene(GaugeGroup group, int frames, int points, uint64_t seed);
+struct FreeScene : FreeGraph {
+  using FreeGraph::FreeGraph;
 
   /// H at the present states.
   MatXX Hessian() const;
   /// The gauge of the first frame: its position and yaw; without IMU all of its pose, and p_1 along p_1 − p_0.
   MatXX FirstFrame(GaugeGroup group) const;
-
- private:
-  void AddImu(Random* random);
 };
 
 /// The pseudo-inverse of H, whose `nullity` smallest eigenvalues are taken for zero.

@@ -193,18 +193,11 @@ TEST(Stage5, TheResidualMovesWithTheStates) {
 // ---- all together ---------------------------------------------------------------------------------------------------
 
 TEST(Stage5, TheWholeTermIsTheDenseSchurComplement) {
-  Graph graph;
-  Random random(Seed(61));
-  const auto poses = AddPoses(&graph, 3);
-  const auto points = AddPoints(&graph, 2);
-  const auto depths = AddInverseDepths(&graph, 2);
-  for (const auto& pose : poses) {
-    for (const auto& point : points) AddRandomEdge<4>(&graph, &random, point, pose);
-  }
-  for (const auto& depth : depths) AddRandomEdge<2>(&graph, &random, depth, poses[0], poses[2]);
-  AddRandomEdge<6>(&graph, &random, poses[0], poses[1]);
-  const OkvisTerm::Remainder rest = Chosen().make_okvis_term()->Marginalize(
-      graph.Edges(), {points[0], poses[0], points[1], depths[1], depths[0]}, {poses[1], poses[2]});
+  GraphScene scene("poses and landmarks");
+  const Graph& graph = scene.graph;
+  const auto& v = graph.Vertices();  // 3 poses, 2 points, 2 inverse depths
+  const OkvisTerm::Remainder rest =
+      Chosen().make_okvis_term()->Marginalize(graph.Edges(), {v[3], v[0], v[4], v[6], v[5]}, {v[1], v[2]});
 
   const Ordering ordering = MakeOrdering(graph);
   const System all = StackedNormalEquations(graph, ordering.Size());

@@ -37,7 +37,8 @@ Text CauseOfEdges(const DropSet& drop, const DropSet& right) {
 }
 
 TEST(Stage6, MarginOldTakesTheOldestFrameAndWhatItHosts) {
-  const Window window = FullWindow();
+  const WindowScene scene("full window");
+  const Window& window = scene.window;
   const DropSet drop = Chosen().vins_window.margin_old(window), right = RightMarginOld(window);
   if (Same(drop, right)) return;
   Text cause = CauseOfVertices(window, drop);
@@ -46,9 +47,8 @@ TEST(Stage6, MarginOldTakesTheOldestFrameAndWhatItHosts) {
 }
 
 TEST(Stage6, MarginOldWithoutAPrior) {
-  Window window = FullWindow();
-  window.prior = nullptr;
-  BuildGraph({}, UseAll, &window);
+  const WindowScene scene("full window without prior");
+  const Window& window = scene.window;
   const DropSet drop = Chosen().vins_window.margin_old(window), right = RightMarginOld(window);
   if (Same(drop, right)) return;
   FAIL() << Report(Diagnosis{"6", "6.margin_old_without_prior", Inventory(right), Inventory(drop),
@@ -71,7 +71,8 @@ Text CauseOfSecondNew(const Window& window, const DropSet& drop) {
 }
 
 TEST(Stage6, MarginSecondNewTakesOnePoseFromThePrior) {
-  const Window window = FullWindow();
+  const WindowScene scene("full window");
+  const Window& window = scene.window;
   const DropSet right{{window.prior}, {window.frames[9].pose}};
   const DropSet drop = Chosen().vins_window.margin_second_new(window);
   if (Same(drop, right)) return;
@@ -81,9 +82,8 @@ TEST(Stage6, MarginSecondNewTakesOnePoseFromThePrior) {
 
 TEST(Stage6, MarginSecondNewRestsWithoutAPriorOnThatPose) {
   for (const bool with_prior : {true, false}) {
-    Window window = FullWindow();
-    window.prior = with_prior ? PriorOn({window.frames[1].pose, window.frames[8].pose}) : nullptr;
-    BuildGraph({}, UseAll, &window);
+    const WindowScene scene(with_prior ? "full window, other prior" : "full window without prior");
+    const Window& window = scene.window;
     const DropSet drop = Chosen().vins_window.margin_second_new(window);
     if (drop.edges.empty()) continue;
     FAIL() << Report(

@@ -1,14 +1,13 @@
 #pragma once
-/// Residuals for stage 6 whose numbers are random, so that A has no structure to hide a mistake in; and the right A and
-/// b, built in another way than the homework does.
+/// The right A and b of stage 6's residuals, built in another way than the homework does.
 
 #include <algorithm>
 #include <string>
 #include <vector>
 
-#include "ch5_backend/graph/loss.h"
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/scenes/factors.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
@@ -16,75 +15,9 @@ namespace ch5::homework {
 /// "VertexPose 3"
 inline std::string NameOf(const Vertex& vertex) { return vertex.TypeInfo() + " " + std::to_string(vertex.Id()); }
 
-/// An edge whose numbers are those of an older state until it is linearised.
-class AgedEdge {
+class FactorScene : public FactorGraph {
  public:
-  virtual ~AgedEdge() = default;
-  virtual bool IsFresh() const = 0;
-};
-template <int R, typename... V>
-class AgedRandomEdge : public RandomEdge<R, V...>, public AgedEdge {
- public:
-  AgedRandomEdge(Random* random, std::shared_ptr<V>... vertices) : RandomEdge<R, V...>(random, std::move(vertices)...) {
-    right_r_ = this->r_;
-    this->r_ = RandomMatrix(R, 1, random);
-    for (size_t i = 0; i < sizeof...(V); ++i) {
-      right_J_.push_back(this->Jacobian(i));
-      old_J_.push_back(RandomMatrix(R, this->vertices_[i]->LocalDimension(), random));
-      SetJ(i, old_J_[i]);
-    }
-  }
-  void ComputeResidual() override { this->r_ = right_r_; }
-  void ComputeJacobians() override {
-    for (size_t i = 0; i < sizeof...(V); ++i) SetJ(i, right_J_[i]);
-  }
-  bool IsFresh() const override {
-    for (size_t i = 0; i < sizeof...(V); ++i) {
-      if (this->Jacobian(i) != right_J_[i]) return false;
-    }
-    return this->r_ == right_r_;
-  }
-
- private:
-  void SetJ(size_t i, const MatXX& J) {
-    Eigen::Map<MatXX>(this->jacobians_[i], R, this->vertices_[i]->LocalDimension()) = J;
-  }
-  Eigen::Matrix<double, R, 1> right_r_;
-  std::vector<MatXX> right_J_, old_J_;
-};
-
-/// Three poses, a speed-bias, three depths and a fixed extrinsic; dropped are the middle pose, the speed-bias and the
-/// last depth, so that dropped and kept ids alternate and no id is a position.
-class FactorScene {
- public:
-  enum Kind { kRobust, kNoLoss, kOneEdge };
-
-  std::vector<std::shared_ptr<Vertex>> free;  ///< in order of id
-  std::shared_ptr<Vertex> fixed;
-  std::vector<ResidualBlockInfo> factors;
-
-  explicit FactorScene(Kind kind = kRobust) {
-    Random random(Seed(67));
-    Graph* graph = &graph_;
-    const auto poses = AddPoses(graph, 4);
-    const auto speed_bias = AddVertices<VertexSpeedBias>(graph, 1, [] { return std::make_shared<VertexSpeedBias>(); });
-    const auto depths = AddInverseDepths(graph, 3);
-    for (size_t k = 0; k < poses.size(); ++k) poses[k]->Plus(RandomMatrix(6, 1, &random).data());
-    fixed = poses[3];
-    fixed->SetFixed();
-    const auto& p = poses;
-    const auto& d = depths;
-    Add<6>(&random, {1}, nullptr, p[0], p[1]);
-    if (kind == kOneEdge) return;
-    const auto cauchy = kind == kRobust ? std::make_shared<CauchyLoss>(1.0) : nullptr;
-    Add<9>(&random, {1, 2}, nullptr, p[2], speed_bias[0], p[1]);
-    Add<2>(&random, {1}, cauchy, d[0], p[1], p[2], p[3]);
-    Add<2>(&random, {3, 0}, cauchy, d[2], p[3], p[0], p[1]);  // the fixed one is not the last
-    Add<2>(&random, {1}, cauchy, p[2], d[2]);                 // its other vertices are kept
-    Add<3>(&random, {}, nullptr, p[0], d[1]);                 // drops nothing
-    Add<3>(&random, {1}, nullptr, d[1], p[1]);
-    std::sort(free.begin(), free.end(), [](const auto& a, const auto& b) { return a->Id() < b->Id(); });
-  }
+  using FactorGraph::FactorGraph;
 
   std::unique_ptr<VinsTerm> Fill() const {
     auto term = Chosen().make_vins_term();
@@ -150,17 +83,6 @@ class FactorScene {
   }
 
  private:
-  template <int R, typename... V>
-  void Add(Random* random, std::vector<int> drop_set, std::shared_ptr<const LossFunction> loss,
-           std::shared_ptr<V>... vertices) {
-    auto edge = std::make_shared<AgedRandomEdge<R, V...>>(random, vertices...);
-    edge->SetLossFunction(std::move(loss));
-    for (const auto& vertex : edge->Vertices()) {
-      if (!vertex->IsFixed() && std::find(free.begin(), free.end(), vertex) == free.end()) free.push_back(vertex);
-    }
-    for (const int position : drop_set) dropped_.push_back(edge->Vertices()[static_cast<size_t>(position)]);
-    factors.push_back({std::move(edge), std::move(drop_set)});
-  }
   std::vector<std::shared_ptr<Vertex>> Select(bool dropped) const {
     std::vector<std::shared_ptr<Vertex>> selected;
     for (const auto& vertex : free) {
@@ -208,9 +130,6 @@ class FactorScene {
         way.mirror * (way.transpose || share.rows() != share.cols() ? MatXX(share.transpose()) : share);
     mirror = way.last_only ? mirrored : MatXX(mirror + mirrored);
   }
-
-  Graph graph_;
-  std::vector<std::shared_ptr<Vertex>> dropped_;
 };
 
 }  // namespace ch5::homework

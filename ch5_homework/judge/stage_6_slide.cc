@@ -3,9 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/marginalize/marginalize.h"
-#include "ch5_backend/simulate/random.h"
+#include "ch5_backend/window/landmarks.h"
 #include "ch5_homework/judge/diagnosis.h"
-#include "ch5_homework/judge/seed.h"
 #include "ch5_homework/judge/stage_6_window.h"
 
 namespace ch5::homework {
@@ -129,8 +128,9 @@ void CheckImu(const Window& before, const Window& after, size_t gone, const char
 }
 
 void CheckSlide(MarginalizationFlag flag, const char* name) {
-  const Window before = FullWindow();
-  Window after = FullWindow();  // alike, but nothing is shared
+  WindowScene first("full window"), second("full window");  // alike, but nothing is shared
+  const Window& before = first.window;
+  Window& after = second.window;
   const size_t gone = flag == MarginalizationFlag::kOld ? 0 : before.frames.size() - 2;
   Chosen().vins_window.slide(flag, &after);
   CheckFrames(before, after, gone, name);
@@ -194,7 +194,8 @@ std::vector<FailureCase> FailureCases() {
 TEST(Stage6, FailuresAtTheirThresholds) {
   for (const FailureCase& c : FailureCases()) {
     for (const bool tracks : {true, false}) {
-      Window window = tracks ? FullWindow() : Frames(11);
+      WindowScene scene(tracks ? "full window" : "frames");
+      Window& window = scene.window;
       const WindowFrame &newest = window.frames.back(), &oldest = window.frames.front();
       Vec9 v_ba_bg;
       v_ba_bg << 8.0, 0.0, 0.0, OfNorm(c.b_a), OfNorm(c.b_g);
@@ -231,17 +232,11 @@ std::shared_ptr<EdgePrior> MarginalizeByTheHomework(const DropSet& drop) {
 }
 
 TEST(Stage6, TheWindowSlidesAgainAndAgain) {
-  Window window = Frames(6);
-  See(1, Vec3(1, 1, 6), 0, 4, &window);
-  See(2, Vec3(0, -1, 7), 1, 5, &window);
-  window.prior = PriorOn({window.frames[0].pose, window.frames[0].speed_bias});
-  Random random(Seed(68));
-  int track = 10;
+  WindowScene scene("sliding window");
+  Window& window = scene.window;
   using Flag = MarginalizationFlag;
   for (const Flag flag : {Flag::kOld, Flag::kOld, Flag::kSecondNew, Flag::kOld, Flag::kSecondNew, Flag::kOld}) {
-    See(++track, Vec3{random.Uniform(0, 3), random.Uniform(-1, 1), 6.0}, 1, 5, &window);  // {}: from left to right
-    TriangulateLandmarks(&window);
-    BuildGraph({}, UseAll, &window);
+    scene.Step();
     DropSet right = RightMarginOld(window);
     if (flag == Flag::kSecondNew) {
       const auto& pose = window.frames[4].pose;
@@ -268,7 +263,6 @@ TEST(Stage6, TheWindowSlidesAgainAndAgain) {
         FAIL() << Report(Diagnosis{"6", {"6.gone_frame_sees_landmark", {{"n", Word(id)}}}});
       }
     }
-    AddFrame(&window);
   }
 }
 

@@ -5,9 +5,9 @@
 
 #include <functional>
 
-#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_homework/judge/mistakes/stage_7_solve.h"
 #include "ch5_homework/judge/mistakes/stage_7_system.h"
+#include "ch5_homework/judge/scenes/bundle.h"
 #include "ch5_homework/judge/stage_7_scene.h"
 
 namespace ch5::homework {
@@ -46,27 +46,17 @@ void CheckSystem(PlainBlockSolver* solver, const Graph& graph, const Text& scene
 
 TEST(Stage7, RightHandSideAndHessian) {
   for (const bool fix_one : {false, true}) {
-    Row row(fix_one);
+    GraphScene row("row", {fix_one});
     CheckSystem(MakeSolver(&row.graph).get(), row.graph, fix_one ? "7.row_one_fixed" : "7.row");
     if (HasFatalFailure()) return;
   }
 }
 
 TEST(Stage7, HessianOfMixedLandmarksAndLosses) {
-  Random random(Seed(73));
-  Graph graph;
-  const Poses poses = AddPoses(&graph, 3);
-  const auto depths = AddInverseDepths(&graph, 3);
-  const Points points = AddPoints(&graph, 2);
-  for (const auto& depth : depths) {
-    AddRandomEdge<2>(&graph, &random, depth, poses[0], poses[2]);
-    AddRandomEdge<2>(&graph, &random, poses[2], depth, poses[1]);  // the later pose first
-    graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(1.0));
-  }
-  for (const auto& point : points) AddRandomEdge<2>(&graph, &random, poses[1], point);
-  const auto solver = MakeSolver(&graph);
+  GraphScene scene("mixed landmarks");
+  const auto solver = MakeSolver(&scene.graph);
   for (int again = 0; again < 2; ++again) {  // the second time H is not empty at the start
-    CheckSystem(solver.get(), graph, "7.mixed_landmarks");
+    CheckSystem(solver.get(), scene.graph, "7.mixed_landmarks");
     if (HasFatalFailure()) return;
   }
 }
@@ -138,14 +128,14 @@ void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Dam
 
 TEST(Stage7, SchurComplementAndStep) {
   for (const bool fix_one : {false, true}) {
-    Row row(fix_one);
+    GraphScene row("row", {fix_one});
     CheckSolve(MakeSolver(&row.graph).get(), row.graph, 0.0, Damping::kIdentity, fix_one ? "7.row_one_fixed" : "7.row");
     if (HasFatalFailure()) return;
   }
 }
 
 TEST(Stage7, LambdaOnEveryDiagonalEntry) {
-  Row row;
+  GraphScene row("row", {false});
   const auto solver = MakeSolver(&row.graph);
   for (const double lambda : {10.0, 1e-3, 0.5}) {  // the same solver each time
     for (const Damping damping : {Damping::kIdentity, Damping::kDiagonal}) {
@@ -157,7 +147,7 @@ TEST(Stage7, LambdaOnEveryDiagonalEntry) {
 
 TEST(Stage7, LandmarksOrPosesAlone) {
   for (const bool landmarks : {true, false}) {
-    Row row;
+    GraphScene row("row", {false});
     for (const auto& pose : row.poses) pose->SetFixed(landmarks);
     for (const auto& point : row.points) point->SetFixed(!landmarks);
     CheckSolve(MakeSolver(&row.graph).get(), row.graph, 0.1, Damping::kIdentity,
@@ -167,14 +157,9 @@ TEST(Stage7, LandmarksOrPosesAlone) {
 }
 
 TEST(Stage7, BundleAdjustmentOfTheCourse) {
-  MonoBaOptions options;
-  options.seed = Seed(options.seed);
-  options.frames = 4;
-  options.points = Vary(20, 30, 74);
-  MonoBa ba;
-  BuildMonoBa(SimulateMonoBa(options), Gauge::kFixTwoFrames, 1.0, 0.0, &ba);
-  const auto solver = MakeSolver(&ba.graph);
-  CheckSolve(solver.get(), ba.graph, 1e-2, Damping::kIdentity, "7.course_scene");
+  BundleScene scene(4, Vary(20, 30, 74), true);
+  const auto solver = MakeSolver(&scene.ba.graph);
+  CheckSolve(solver.get(), scene.ba.graph, 1e-2, Damping::kIdentity, "7.course_scene");
   if (HasFatalFailure()) return;
   const double before = solver->ComputeChi();
   const Summary summary = Minimize(solver.get(), SolveOptions{});

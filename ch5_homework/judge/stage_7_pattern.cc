@@ -126,7 +126,7 @@ std::string CheckPattern(const PlainBlockSolver& solver, const Graph& graph, con
 
 TEST(Stage7, TheBlocksOfS) {
   for (const bool fix_one : {false, true}) {
-    Row row(fix_one);
+    GraphScene row("row", {fix_one});
     const auto solver = MakeSolver(&row.graph);
     const std::string report = CheckPattern(*solver, row.graph, fix_one ? "7.row_one_fixed" : "7.row");
     if (!report.empty()) FAIL() << report;
@@ -134,13 +134,9 @@ TEST(Stage7, TheBlocksOfS) {
 }
 
 TEST(Stage7, TheBlocksOfSWithoutLandmarks) {
-  Random random(Seed(72));
-  Graph graph;
-  const Poses poses = AddPoses(&graph, 3);
-  for (const auto& pose : poses) AddRandomEdge<6>(&graph, &random, pose);
-  AddRandomEdge<2>(&graph, &random, poses[2], poses[0]);
-  const auto solver = MakeSolver(&graph);
-  const std::string report = CheckPattern(*solver, graph, "7.no_landmarks");
+  GraphScene scene("without landmarks");
+  const auto solver = MakeSolver(&scene.graph);
+  const std::string report = CheckPattern(*solver, scene.graph, "7.no_landmarks");
   if (!report.empty()) FAIL() << report;
 }
 

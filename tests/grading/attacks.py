@@ -19,11 +19,11 @@ from tests.grading.grading import ROOT
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import in_short
+from ch5_backend.course.homework.regions import FILES, STAGES, fill, solution_text
 
 BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
 FOLDER = Path(__file__).with_name("attacks")
 MARK = f"atk{os.getpid()}"  # the name of processes and files that should not be there, and of what must not be found out
-POINTS = sum(read_rubric()["3"].values())
 LIMITS = """
 import sys
 from ch5_backend.course import __main__ as entry
@@ -97,6 +97,22 @@ void AddMonoBaEdges(const MonoBaScene& scene, double, double weight, MonoBa* pro
 }  // namespace ch5
 """
 
+ANSWERS = """#include "ch5_backend/consistency/gauge_freedom.h"
+#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/marginalize/marginalization_error.h"
+#include "ch5_backend/marginalize/marginalize.h"
+#include "ch5_backend/marginalize/square_root.h"
+#include "ch5_backend/sparse/sparse_solver.h"
+#include "ch5_backend/window/window.h"
+#include "ch5_backend/simulate/mono_ba.h"
+namespace ch5::homework {
+struct System { MatXX H; VecX b; };
+System StackedNormalEquations(const Graph& graph, int size);
+MatXX NumericNullSpace(const std::vector<std::shared_ptr<Vertex>>& vertices, GaugeGroup group);
+}
+"""
+
 
 def read_attacks(path: Path) -> dict:
     """{name: what stands in front of the graded function}"""
@@ -125,29 +141,33 @@ class Attacks(unittest.TestCase):
         cls.secret = cls.folder / "secret.h"
         cls.secret.write_text(f"int secret_{MARK}_of_the_host;\n")
 
-    def grade(self, texts: dict, compilers: str) -> dict:
-        """The records of these submissions, {name: bytes}, with one or two honest ones in between."""
+    def grade(self, texts: dict, compilers: str, file: str, stages: list) -> dict:
+        """The records of these submissions of a file, {name: bytes}, with one or two honest ones in between."""
         subs, temporary, out = (self.folder / f"{self.id()}.{name}" for name in ("submitted", "tmp", "out"))
+        subs, temporary, out = (path.with_name(path.name + file) for path in (subs, temporary, out))
         temporary.mkdir(mode=0o755)
-        solution = (ROOT / "solutions" / "gauge_prior.cc").read_bytes()
+        solution = (ROOT / "solutions" / file).read_bytes()
         step = len(texts) // 2 + 1
         for k, (name, text) in enumerate(texts.items()):
             (subs / f"{k:02}{name}").mkdir(parents=True)
-            (subs / f"{k:02}{name}" / "gauge_prior.cc").write_bytes(text)
+            (subs / f"{k:02}{name}" / file).write_bytes(text)
             if k % step == step - 1 or k == len(texts) - 1:
                 (subs / f"{k:02}{name}_then_honest").mkdir()
-                (subs / f"{k:02}{name}_then_honest" / "gauge_prior.cc").write_bytes(solution + b"// %d" % k)
-        done = subprocess.run([sys.executable, "-X", "utf8", "-c", LIMITS, "grade", *sorted(subs.iterdir()), "--stages", "3", "--jobs", "2",
+                (subs / f"{k:02}{name}_then_honest" / file).write_bytes(solution + b"// %d" % k)
+        done = subprocess.run([sys.executable, "-X", "utf8", "-c", LIMITS, "grade", *sorted(subs.iterdir()), "--stages", ",".join(stages), "--jobs", "2",
                                "--out", out, compilers], text=True, timeout=1500, stdin=subprocess.DEVNULL, capture_output=True,
                               check=False, env={**os.environ, "CH5_BUILD_DIR": str(BUILD), "TMPDIR": str(temporary),
                                                 "PYTHONPATH": str(ROOT)})
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(list(temporary.iterdir()), [], "files of the grader are left")
         self.out = out
-        return {path.parent.name: json.loads(path.read_text(encoding="utf-8")) for path in out.glob("*/record.json")}
+        self.records = {path.parent.name: json.loads(path.read_text(encoding="utf-8")) for path in out.glob("*/record.json")}
+        return self.records
 
-    def none_scores(self, texts: dict, compilers: str = "one-compiler") -> None:
-        found = self.grade(texts, compilers)
+    def none_scores(self, texts: dict, compilers: str = "one-compiler", file: str = "gauge_prior.cc") -> None:
+        stages = [stage["id"] for stage in STAGES if stage["file"] == file]
+        points = sum(sum(read_rubric()[stage].values()) for stage in stages)
+        found = self.grade(texts, compilers, file, stages)
         self.assertGreater(len(found), len(texts))  # one or two honest ones
         for name, record in sorted(found.items()):
             with self.subTest(attack=name):
@@ -155,8 +175,8 @@ class Attacks(unittest.TestCase):
                 if os.environ.get("CH5_VERBOSE"):
                     print(f"{name:45} {record['score']:g} {record['cpu_seconds']:5} {record['seconds']:5} {row['state']:18} {in_short(row.get('diagnosis', {}), speaker('en'))[:90]}")
                 self.assertEqual(record["status"], "graded")
-                self.assertEqual(record["score"], POINTS if name.endswith("honest") else 0, row)
-                self.assertEqual(record["points"], POINTS)
+                self.assertEqual(record["score"], points if name.endswith("honest") else 0, row)
+                self.assertEqual(record["points"], points)
         self.nothing_is_left()
         self.nothing_has_leaked(texts)
 
@@ -195,6 +215,19 @@ class Attacks(unittest.TestCase):
 
     def test_none_that_acts_in_a_graded_function_scores(self):
         self.none_scores(self.texts_of("running"))
+
+    def test_none_that_calls_an_answer_scores(self):
+        attacks = re.findall(r"^// ATTACK (\w+) (\S+) (\S+)\n((?:(?!// ATTACK ).*\n)+)",
+                             (FOLDER / "answers.attacks").read_text(encoding="utf-8"), re.MULTILINE)
+        for file in FILES:
+            texts = {name: (ANSWERS + fill(solution_text(file), lambda region, todo=todo, code=code:
+                                           code if region.todo == todo else region.solution)).encode()
+                     for name, where, todo, code in attacks if where == file}
+            self.none_scores(texts, file=file)
+            for name, record in self.records.items():
+                if not name.endswith("honest"):
+                    self.assertEqual(record["stages"][0]["state"], "does-not-compile", name)
+                    self.assertRegex(json.dumps(record), "undefined|declared", name)
 
     def test_none_that_attacks_the_compiler_scores(self):
         self.none_scores(self.texts_of("compiling"))

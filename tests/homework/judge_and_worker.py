@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import tempfile
 import time
@@ -89,6 +90,38 @@ class Verdicts(unittest.TestCase):
                       ["--other", "--", "true"]):
             done = subprocess.run([BIN / "homework_judge", *words], capture_output=True, check=False)
             self.assertEqual(done.returncode, 2, words)
+
+
+# What computes an answer, elsewhere than in the student's file: nowhere in what a worker is linked with.
+ANSWERS = re.compile(r"""ch5::(
+    (Problem::(MakeHessian|SolveLinearSystem|TestMarginalize)
+    |AddMonoBaEdges|BuildMonoBa|AddMinimalGaugePrior
+    |Gauge(NullSpace|Projection|MotionJacobian)|TransformCovariance
+    |MarginalizationError::(InsertBlock|SchurComplement|UpdateErrorComputation|Residual)
+    |MarginalizationInfo::(PreMarginalize|ConstructA|SchurComplement|Factor|GetParameterBlocks)
+    |DropSetOf\w+|SlideWindow|DetectFailure
+    |PlainBlockSolver::(BuildStructure|BuildSystem|Solve)
+    |FactorNormalEquations|EliminateVertices|Marginalize\w*|ReplacePrior
+    |homework::(StackedNormalEquations|RandomSystem|Numeric\w+|FreeCovariance|FixedCovariance|Story|Right\w+))\(
+    |(Sparse(Solver|Optimizer)|Estimator|OkvisPolicy|VinsPolicy|ImplicitS\w+)::)""", re.VERBOSE)
+
+
+class Archives(unittest.TestCase):
+    def test_no_answer_can_be_called(self):
+        for name in names():
+            for archive in (f"libworker_{name}.a", f"libworker_layers_{name}.a"):
+                symbols = subprocess.run(["nm", "--demangle", "--defined-only", BIN.parent / "lib" / archive],
+                                         capture_output=True, text=True, check=True).stdout.splitlines()
+                defined = [line.split(maxsplit=2)[2] for line in symbols if re.match(r"[0-9a-f]{16} [A-Za-z] ", line)]
+                self.assertGreater(len(defined), 50)
+                self.assertEqual([symbol for symbol in defined if ANSWERS.match(symbol)], [], archive)
+
+    def test_the_search_finds_answers(self):
+        symbols = subprocess.run(["nm", "--demangle", "--defined-only", BIN / "homework_judge"], capture_output=True,
+                                 text=True, check=True).stdout
+        for name in ("FactorNormalEquations", "EliminateVertices", "homework::StackedNormalEquations"):
+            self.assertTrue(any(name in line and ANSWERS.match(line.split(maxsplit=2)[2]) for line in symbols.splitlines()
+                                if len(line.split(maxsplit=2)) == 3), name)
 
 
 class Attacks(unittest.TestCase):

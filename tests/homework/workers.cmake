@@ -1,6 +1,6 @@
 # The grader's judge and workers, tested.
 # Workers for tests: of the reference and of the skeleton, file by file; of all samples; of hostile submissions.
-foreach(name IN LISTS worker_names)
+foreach(name IN LISTS homework_names)
   foreach(layer IN ITEMS dense marginalize consistency window simulate)
     foreach(part IN LISTS objects_${layer})
       list(APPEND solution_${name} $<FILTER:${part},INCLUDE,/solutions/${name}[.]cc>)
@@ -11,7 +11,7 @@ foreach(name IN LISTS worker_names)
 endforeach()
 
 add_executable(worker_samples $<TARGET_OBJECTS:samples> $<TARGET_OBJECTS:worker_main> $<TARGET_OBJECTS:wire>
-  $<TARGET_OBJECTS:window_wire> ${worker_objects})
+  $<TARGET_OBJECTS:window_wire> ${scene_objects} ${worker_objects})
 target_link_libraries(worker_samples PRIVATE student_flags ch5_backend ch5_warnings -s)
 set_target_properties(worker_samples PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 
@@ -27,7 +27,7 @@ add_library(wire_test OBJECT wire_test.cc)
 target_link_libraries(wire_test PRIVATE ch5_backend ch5_test_settings GTest::gtest)
 target_precompile_headers(wire_test REUSE_FROM ch5_test_pch)
 add_executable(test_wire $<TARGET_OBJECTS:wire_test> $<TARGET_OBJECTS:wire> $<TARGET_OBJECTS:window_wire>
-  $<FILTER:$<TARGET_OBJECTS:stage_tests_common>,EXCLUDE,/main[.]cc>)
+  ${scene_objects} $<FILTER:$<TARGET_OBJECTS:stage_tests_common>,EXCLUDE,/main[.]cc>)
 target_link_libraries(test_wire PRIVATE ch5_backend ch5_test_settings GTest::gtest GTest::gtest_main)
 set_target_properties(test_wire PROPERTIES LINKER_LANGUAGE CXX)
 gtest_discover_tests(test_wire TEST_PREFIX Homework. DISCOVERY_MODE PRE_TEST PROPERTIES LABELS grading)

@@ -47,6 +47,6 @@ file(CONFIGURE OUTPUT ${grader}/toolchain.json @ONLY CONTENT [=[{
 }
 ]=])
 
-list(TRANSFORM names PREPEND worker_ OUTPUT_VARIABLE workers)
-list(TRANSFORM names PREPEND worker_layers_ OUTPUT_VARIABLE worker_layers)
+list(TRANSFORM homework_names PREPEND worker_ OUTPUT_VARIABLE workers)
+list(TRANSFORM homework_names PREPEND worker_layers_ OUTPUT_VARIABLE worker_layers)
 add_custom_target(homework_grader DEPENDS ${grader}/phrases.o ${workers} ${worker_layers} homework_judge)

@@ -47,8 +47,12 @@ Reader Call(const std::string& function, const Writer& arguments) {
     if (returned) return reply;
     throw RemoteException(reply.String().substr(0, kMaxWords));
   } catch (const WireError& error) {
-    throw WorkerFailure("GARBAGE in the reply to " + function + ": " + error.what());
+    ThrowGarbage(function, error.what());
   }
+}
+
+void ThrowGarbage(const std::string& function, const std::string& what) {
+  throw WorkerFailure("GARBAGE in the reply to " + function + ": " + what);
 }
 
 int NewHandle() {

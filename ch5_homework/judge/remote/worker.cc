@@ -8,7 +8,7 @@
 #include <iostream>
 
 #include "ch5_homework/judge/crash.h"
-#include "ch5_homework/judge/remote/worker.h"
+#include "ch5_homework/judge/remote/travel.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
@@ -57,7 +57,7 @@ std::string Answer(const std::string& request) {
 
 }  // namespace
 
-bool Handle(const std::string& function, Handler handler) { return Handlers().emplace(function, handler).second; }
+void Handle(const std::string& function, Handler handler) { Handlers()[function] = handler; }
 
 }  // namespace ch5::homework
 

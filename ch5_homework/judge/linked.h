@@ -1,0 +1,35 @@
+#pragma once
+/// NAME::Link puts the functions of the NAME.cc that is linked in under test: one for each of the students' files.
+
+#include "ch5_homework/judge/submission.h"
+
+namespace ch5::homework {
+
+namespace problem {
+inline void Link(Submission* s) {
+  s->make_problem = &Make<Problem>;
+  s->test_marginalize = &Problem::TestMarginalize;
+}
+}  // namespace problem
+namespace gauge_prior {
+inline void Link(Submission* s) { s->add_mono_ba_edges = &AddMonoBaEdges; }
+}  // namespace gauge_prior
+namespace gauge_freedom {
+inline void Link(Submission* s) {
+  s->gauge_freedom = {&GaugeNullSpace, &GaugeProjection, &GaugeMotionJacobian, &TransformCovariance};
+}
+}  // namespace gauge_freedom
+namespace marginalization_error {
+inline void Link(Submission* s) { s->make_okvis_term = &MakeOkvisTerm<MarginalizationError>; }
+}  // namespace marginalization_error
+namespace vins_window {
+inline void Link(Submission* s) {
+  s->make_vins_term = &MakeVinsTerm<MarginalizationInfo>;
+  s->vins_window = {&DropSetOfMarginOld, &DropSetOfMarginSecondNew, &SlideWindow, &DetectFailure};
+}
+}  // namespace vins_window
+namespace block_solver {
+inline void Link(Submission* s) { s->make_block_solver = &MakeBlockSolver<PlainBlockSolver>; }
+}  // namespace block_solver
+
+}  // namespace ch5::homework

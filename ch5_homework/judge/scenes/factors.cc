@@ -1,0 +1,48 @@
+#include "ch5_homework/judge/scenes/factors.h"
+
+namespace ch5::homework {
+
+[[maybe_unused]] static const bool added = Scene::Add("factors", [](const std::string&, const Scene::Sizes& sizes) {
+  return std::unique_ptr<Scene>(new FactorGraph(static_cast<FactorGraph::Kind>(sizes.at(0))));
+});
+
+FactorGraph::FactorGraph(Kind kind) : Scene("factors", {kind}) {
+  Random random(Seed(67));
+  Graph* graph = &graph_;
+  const auto p = AddPoses(graph, 4);
+  const auto speed_bias = AddVertices<VertexSpeedBias>(graph, 1, [] { return std::make_shared<VertexSpeedBias>(); });
+  const auto d = AddInverseDepths(graph, 3);
+  for (const auto& pose : p) pose->Plus(RandomMatrix(6, 1, &random).data());
+  fixed = p[3];
+  fixed->SetFixed();
+  AddFactor<6>(&random, {1}, nullptr, p[0], p[1]);
+  if (kind == kOneEdge) return;
+  const auto cauchy = kind == kRobust ? std::make_shared<CauchyLoss>(1.0) : nullptr;
+  AddFactor<9>(&random, {1, 2}, nullptr, p[2], speed_bias[0], p[1]);
+  AddFactor<2>(&random, {1}, cauchy, d[0], p[1], p[2], p[3]);
+  AddFactor<2>(&random, {3, 0}, cauchy, d[2], p[3], p[0], p[1]);  // the fixed one is not the last
+  AddFactor<2>(&random, {1}, cauchy, p[2], d[2]);                 // its other vertices are kept
+  AddFactor<3>(&random, {}, nullptr, p[0], d[1]);                 // drops nothing
+  AddFactor<3>(&random, {1}, nullptr, d[1], p[1]);
+  std::sort(free.begin(), free.end(), [](const auto& a, const auto& b) { return a->Id() < b->Id(); });
+}
+
+EdgeList FactorGraph::Edges() {
+  EdgeList edges;
+  for (const auto& factor : factors) edges.push_back(factor.edge);
+  return edges;
+}
+
+template <int R, typename... V>
+void FactorGraph::AddFactor(Random* random, std::vector<int> drop_set, std::shared_ptr<const LossFunction> loss,
+                            std::shared_ptr<V>... vertices) {
+  auto edge = std::make_shared<AgedRandomEdge<R, V...>>(random, vertices...);
+  edge->SetLossFunction(std::move(loss));
+  for (const auto& vertex : edge->Vertices()) {
+    if (!vertex->IsFixed() && std::find(free.begin(), free.end(), vertex) == free.end()) free.push_back(vertex);
+  }
+  for (const int position : drop_set) dropped_.push_back(edge->Vertices()[static_cast<size_t>(position)]);
+  factors.push_back({std::move(edge), std::move(drop_set)});
+}
+
+}  // namespace ch5::homework

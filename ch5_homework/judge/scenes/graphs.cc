@@ -1,0 +1,174 @@
+/// Small graphs of random edges: stages 1.1, 1.2, 5 and 7.
+
+#include "ch5_homework/judge/scenes/scene.h"
+
+namespace ch5::homework {
+namespace {
+
+// ---- stage 1.1 -------------------------------------------------------------------------------------------------------
+
+void OneEdge(GraphScene* s) {
+  s->random = Random(Seed(11));
+  s->poses = AddPoses(&s->graph, 2);
+  AddRandomEdge<4>(&s->graph, &s->random, s->poses[0], s->poses[1]);
+}
+
+void OnePair(GraphScene* s) {
+  s->random = Random(Seed(12));
+  const auto& poses = s->poses = AddPoses(&s->graph, 3);
+  for (int k = 0; k < 3; ++k) AddRandomEdge<4>(&s->graph, &s->random, poses[0], poses[2]);
+  AddRandomEdge<6>(&s->graph, &s->random, poses[2], poses[0]);  // the vertices in the other order
+  AddRandomEdge<6>(&s->graph, &s->random, poses[1]);
+}
+
+class Difference : public SizedEdge<1, VertexScalar, VertexScalar> {
+ public:
+  Difference(std::shared_ptr<VertexScalar> a, std::shared_ptr<VertexScalar> b, double sigma)
+      : SizedEdge(std::move(a), std::move(b)) {
+    SetInformation(MatXX::Constant(1, 1, 1.0 / (sigma * sigma)));
+  }
+  void ComputeResidual() override {
+    r_ = GetVertex<1>().GetEstimate() - GetVertex<0>().GetEstimate();
+    r_[0] -= 1.0;
+  }
+  void ComputeJacobians() override {
+    J<0>()(0) = -1.0;
+    J<1>()(0) = 1.0;
+  }
+  std::string TypeInfo() const override { return "Difference"; }
+};
+
+void Chain(GraphScene* s) {
+  const auto x = AddVertices<VertexScalar>(&s->graph, 4,
+                                           [] { return std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0)); });
+  x[3]->SetFixed();  // the origin, from which x_1 is measured with σ = 0.2
+  s->graph.AddEdge(std::make_shared<Difference>(x[0], x[1], 0.1));
+  s->graph.AddEdge(std::make_shared<Difference>(x[3], x[1], 0.2));
+  s->graph.AddEdge(std::make_shared<Difference>(x[1], x[2], 0.3));
+}
+
+void PointsAndADepth(GraphScene* s) {
+  s->random = Random(Seed(14));
+  const auto& points = s->points = AddPoints(&s->graph, 2);  // smaller ids than the poses, later rows
+  const auto& poses = s->poses = AddPoses(&s->graph, 3);
+  const auto depths = AddInverseDepths(&s->graph, 1);
+  for (const auto& point : points) {
+    for (const auto& pose : poses) AddRandomEdge<2>(&s->graph, &s->random, point, pose);
+  }
+  AddRandomEdge<2>(&s->graph, &s->random, poses[1], points[1]);
+  AddRandomEdge<2>(&s->graph, &s->random, depths[0], poses[0], poses[2]);
+}
+
+void FixedVertices(GraphScene* s) {
+  s->random = Random(Seed(15));
+  const auto& poses = s->poses = AddPoses(&s->graph, 4);
+  const auto& points = s->points = AddPoints(&s->graph, 3);
+  poses[0]->SetFixed();
+  poses[2]->SetFixed();
+  points[1]->SetFixed();
+  for (const auto& point : points) {
+    for (const auto& pose : poses) AddRandomEdge<2>(&s->graph, &s->random, point, pose);
+  }
+  AddRandomEdge<6>(&s->graph, &s->random, poses[3], poses[0], poses[1]);
+}
+
+void CauchyLosses(GraphScene* s) {
+  s->random = Random(Seed(16));
+  s->poses = AddPoses(&s->graph, 2);
+  s->points = AddPoints(&s->graph, 2);
+  for (const auto& point : s->points) {
+    for (const auto& pose : s->poses) {
+      AddRandomEdge<2>(&s->graph, &s->random, point, pose);
+      s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(1.0));
+    }
+  }
+}
+
+// ---- stage 1.2 -------------------------------------------------------------------------------------------------------
+
+// So many points, poses, inverse depths and again points, with an edge each.
+void EdgesOfOneVertex(GraphScene* s) {
+  AddPoints(&s->graph, s->GetSizes().at(0));
+  AddPoses(&s->graph, s->GetSizes().at(1));
+  AddInverseDepths(&s->graph, s->GetSizes().at(2));
+  AddPoints(&s->graph, s->GetSizes().at(3));
+  s->random = Random(Seed(21));
+  for (const auto& vertex : s->graph.Vertices()) {
+    if (auto pose = std::dynamic_pointer_cast<VertexPose>(vertex)) AddRandomEdge<1>(&s->graph, &s->random, pose);
+    if (auto depth = std::dynamic_pointer_cast<VertexInverseDepth>(vertex)) {
+      AddRandomEdge<1>(&s->graph, &s->random, depth);
+    }
+    if (auto point = std::dynamic_pointer_cast<VertexPointXYZ>(vertex)) {
+      AddRandomEdge<1>(&s->graph, &s->random, point);
+    }
+  }
+}
+
+// ---- stage 5 ---------------------------------------------------------------------------------------------------------
+
+// Vertices in this order: 3 poses, 2 points, 2 inverse depths.
+void PosesAndLandmarks(GraphScene* s) {
+  s->random = Random(Seed(61));
+  const auto& poses = s->poses = AddPoses(&s->graph, 3);
+  s->points = AddPoints(&s->graph, 2);
+  const auto depths = AddInverseDepths(&s->graph, 2);
+  for (const auto& pose : poses) {
+    for (const auto& point : s->points) AddRandomEdge<4>(&s->graph, &s->random, point, pose);
+  }
+  for (const auto& depth : depths) AddRandomEdge<2>(&s->graph, &s->random, depth, poses[0], poses[2]);
+  AddRandomEdge<6>(&s->graph, &s->random, poses[0], poses[1]);
+}
+
+// ---- stage 7 ---------------------------------------------------------------------------------------------------------
+
+// Five poses; point k is seen by poses k and k + 1, the last point by poses 4, 2 and 0, in this order. Every vertex has
+// an edge of its own, so that H is positive definite.
+void Row(GraphScene* s) {
+  s->random = Random(Seed(71));
+  const auto& points = s->points = AddPoints(&s->graph, 5);  // smaller ids than the poses, later rows
+  const auto& poses = s->poses = AddPoses(&s->graph, 5);
+  poses[1]->SetFixed(s->GetSizes().at(0) > 0);
+  for (const auto& pose : poses) AddRandomEdge<6>(&s->graph, &s->random, pose);
+  for (const auto& point : points) AddRandomEdge<3>(&s->graph, &s->random, point);
+  for (size_t k = 0; k < 4; ++k) {
+    AddRandomEdge<2>(&s->graph, &s->random, points[k], poses[k + 1]);
+    AddRandomEdge<2>(&s->graph, &s->random, poses[k], points[k]);
+  }
+  for (const size_t i : {4u, 2u, 0u}) AddRandomEdge<2>(&s->graph, &s->random, points[4], poses[i]);
+  AddRandomEdge<3>(&s->graph, &s->random, poses[0], poses[3]);  // an edge of two poses, the earlier one first
+}
+
+void WithoutLandmarks(GraphScene* s) {
+  s->random = Random(Seed(72));
+  s->poses = AddPoses(&s->graph, 3);
+  for (const auto& pose : s->poses) AddRandomEdge<6>(&s->graph, &s->random, pose);
+  AddRandomEdge<2>(&s->graph, &s->random, s->poses[2], s->poses[0]);
+}
+
+void MixedLandmarks(GraphScene* s) {
+  s->random = Random(Seed(73));
+  const auto& poses = s->poses = AddPoses(&s->graph, 3);
+  const auto depths = AddInverseDepths(&s->graph, 3);
+  s->points = AddPoints(&s->graph, 2);
+  for (const auto& depth : depths) {
+    AddRandomEdge<2>(&s->graph, &s->random, depth, poses[0], poses[2]);
+    AddRandomEdge<2>(&s->graph, &s->random, poses[2], depth, poses[1]);  // the later pose first
+    s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(1.0));
+  }
+  for (const auto& point : s->points) AddRandomEdge<2>(&s->graph, &s->random, poses[1], point);
+}
+
+[[maybe_unused]] const bool added = GraphScene::Add({{"one edge", &OneEdge},
+                                                     {"one pair", &OnePair},
+                                                     {"chain", &Chain},
+                                                     {"points and a depth", &PointsAndADepth},
+                                                     {"fixed vertices", &FixedVertices},
+                                                     {"Cauchy losses", &CauchyLosses},
+                                                     {"edges of one vertex", &EdgesOfOneVertex},
+                                                     {"poses and landmarks", &PosesAndLandmarks},
+                                                     {"row", &Row},
+                                                     {"without landmarks", &WithoutLandmarks},
+                                                     {"mixed landmarks", &MixedLandmarks}});
+
+}  // namespace
+}  // namespace ch5::homework

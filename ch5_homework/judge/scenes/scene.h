@@ -1,0 +1,127 @@
+#pragma once
+/// What a graded function works on. The judge and the worker build the same scene from its name, its sizes and the seed,
+/// by the same code, so that only the student's numbers cross the wire. Nothing in this folder solves anything: a worker
+/// links it beside the student's file.
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ch5_backend/graph/graph.h"
+#include "ch5_backend/graph/sized_edge.h"
+#include "ch5_backend/simulate/random.h"
+#include "ch5_backend/types/vertices.h"
+#include "ch5_homework/judge/seed.h"
+
+namespace ch5::homework {
+
+using VertexList = std::vector<std::shared_ptr<Vertex>>;
+using EdgeList = std::vector<std::shared_ptr<Edge>>;
+
+/// A vertex, an edge or a window of a scene is found again on the other side by the scene and its place there.
+class Scene {
+ public:
+  using Sizes = std::vector<int>;
+
+  Scene(std::string name, Sizes sizes);
+  virtual ~Scene();
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  const std::string& Name() const { return name_; }
+  const Sizes& GetSizes() const { return sizes_; }
+  /// Tells the scenes of one process apart.
+  int Number() const { return number_; }
+
+  virtual Graph& GetGraph() = 0;
+  virtual VertexList Vertices() { return GetGraph().Vertices(); }
+  virtual EdgeList Edges() { return GetGraph().Edges(); }
+
+  /// Goes on to the scene's next state, as both sides do.
+  void Step();
+  int Steps() const { return steps_; }
+
+  /// @throws std::invalid_argument if there is no scene of this name
+  static std::unique_ptr<Scene> Make(const std::string& name, const Sizes& sizes);
+  using Maker = std::unique_ptr<Scene> (*)(const std::string& name, const Sizes& sizes);
+  /// Before main.
+  static bool Add(const std::string& name, Maker maker);
+
+  /// The scene to which it belongs.  @throws std::logic_error if no scene of this process has it
+  static Scene& Of(const Graph* graph);
+  static Scene& Of(const Vertex* vertex);
+  static Scene& Of(const Edge* edge);
+
+ private:
+  virtual void NextStep() {}
+
+  std::string name_;
+  Sizes sizes_;
+  int number_, steps_ = 0;
+};
+
+/// A graph that a function builds.
+class GraphScene : public Scene {
+ public:
+  explicit GraphScene(const std::string& name, const Sizes& sizes = {});
+  Graph& GetGraph() override { return graph; }
+  VertexList Vertices() override { return vertices.empty() ? graph.Vertices() : vertices; }
+
+  using Build = void (*)(GraphScene* scene);
+  /// Before main.
+  static bool Add(const std::vector<std::pair<std::string, Build>>& scenes);
+
+  Graph graph;
+  Random random{0};  ///< goes on where the function has left off
+  std::vector<std::shared_ptr<VertexPose>> poses;
+  std::vector<std::shared_ptr<VertexPointXYZ>> points;
+  VertexList vertices;  ///< where they are in no graph, or in another order than in the graph
+};
+
+// ---- what scenes are made of -----------------------------------------------------------------------------------------
+
+/// Entries uniform on [−1, 1).
+MatXX RandomMatrix(int rows, int columns, Random* random);
+/// Symmetric, positive definite, smallest eigenvalue ≥ 1, far from a multiple of the identity.
+MatXX RandomPositiveDefinite(int size, Random* random);
+
+/// An edge whose residual, Jacobians and information are random numbers: H has no structure to hide a mistake in.
+template <int R, typename... V>
+class RandomEdge : public SizedEdge<R, V...> {
+ public:
+  RandomEdge(Random* random, std::shared_ptr<V>... vertices) : SizedEdge<R, V...>(std::move(vertices)...) {
+    this->r_ = RandomMatrix(R, 1, random);
+    this->SetInformation(RandomPositiveDefinite(R, random));
+    this->TakeJacobians();
+    for (size_t i = 0; i < sizeof...(V); ++i) {
+      Eigen::Map<MatXX> J(this->jacobians_[i], R, this->vertices_[i]->LocalDimension());
+      J = RandomMatrix(R, static_cast<int>(J.cols()), random);
+    }
+  }
+  void ComputeResidual() override {}
+  void ComputeJacobians() override {}
+  std::string TypeInfo() const override { return "RandomEdge"; }
+};
+
+/// Adds `count` vertices made by `make` to the graph.
+template <typename V, typename Maker>
+std::vector<std::shared_ptr<V>> AddVertices(Graph* graph, int count, Maker make) {
+  std::vector<std::shared_ptr<V>> vertices;
+  for (int i = 0; i < count; ++i) {
+    vertices.push_back(make());
+    graph->AddVertex(vertices.back());
+  }
+  return vertices;
+}
+
+std::vector<std::shared_ptr<VertexPose>> AddPoses(Graph* graph, int count);
+std::vector<std::shared_ptr<VertexInverseDepth>> AddInverseDepths(Graph* graph, int count);
+std::vector<std::shared_ptr<VertexPointXYZ>> AddPoints(Graph* graph, int count);
+
+template <int R, typename... V>
+void AddRandomEdge(Graph* graph, Random* random, std::shared_ptr<V>... vertices) {
+  graph->AddEdge(std::make_shared<RandomEdge<R, V...>>(random, std::move(vertices)...));
+}
+
+}  // namespace ch5::homework
