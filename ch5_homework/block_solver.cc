@@ -1,7 +1,7 @@
 // Homework of chapter 5, stage 7.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
 #include <Eigen/Dense>
 
-#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/homework_missing.h"
 
 namespace ch5 {

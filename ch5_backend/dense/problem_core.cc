@@ -1,8 +1,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "ch5_backend/dense/dense_solvers.h"
 #include "ch5_backend/dense/problem.h"
-#include "ch5_backend/linear/dense_solvers.h"
 
 namespace ch5 {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/math/so3.h"
 
 namespace ch5 {
 

@@ -7,7 +7,7 @@
 /// N independent runs as χ²_6N/N. A mean above the band means overconfidence, below it an estimator that is too modest.
 /// Source: Bar-Shalom, Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation", 2001, §5.4.
 
-#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/math/so3.h"
 
 namespace ch5 {
 

@@ -6,7 +6,7 @@
 #include "ch5_backend/evaluate/trajectory_error.h"
 #include "ch5_backend/experiments/studies/file_command.h"
 #include "ch5_backend/experiments/studies/window_graph.h"
-#include "ch5_backend/files/trajectory_file.h"
+#include "ch5_backend/files/tables/trajectory_file.h"
 
 namespace {
 

@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "ch5_backend/files/ply.h"
+#include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/text_reader.h"
-#include "ch5_backend/files/text_writer.h"
-#include "ch5_backend/types/edge_bal.h"
+#include "ch5_backend/types/bal/edge_bal.h"
 
 namespace ch5 {
 namespace {

@@ -4,9 +4,9 @@
 #include <limits>
 #include <map>
 
+#include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/text_reader.h"
-#include "ch5_backend/files/text_writer.h"
-#include "ch5_backend/types/edge_between.h"
+#include "ch5_backend/types/pose_graph/edge_between.h"
 
 namespace ch5 {
 namespace {

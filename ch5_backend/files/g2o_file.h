@@ -6,7 +6,7 @@
 ///   FIX id …                                   # a comment
 ///
 /// W is symmetric; its upper half is given row by row, translation before rotation. The residual that it weighs is in
-/// types/edge_between.h. Records with other tags are kept as they are, and reported.
+/// types/pose_graph/edge_between.h. Records with other tags are kept as they are, and reported.
 
 #include <string>
 #include <vector>

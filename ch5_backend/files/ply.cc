@@ -1,6 +1,6 @@
 #include "ch5_backend/files/ply.h"
 
-#include "ch5_backend/files/text_writer.h"
+#include "ch5_backend/files/tables/text_writer.h"
 
 namespace ch5 {
 

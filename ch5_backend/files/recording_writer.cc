@@ -1,8 +1,8 @@
 // The writing half of recording_file.h.
 
 #include "ch5_backend/files/recording_file.h"
-#include "ch5_backend/files/text_writer.h"
-#include "ch5_backend/files/trajectory_file.h"
+#include "ch5_backend/files/tables/text_writer.h"
+#include "ch5_backend/files/tables/trajectory_file.h"
 
 namespace ch5 {
 namespace {

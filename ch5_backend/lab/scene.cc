@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/evaluate/reconstruction.h"
 #include "ch5_backend/sparse/sparse_solver.h"
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "ch5_backend/types/fast_edge.h"
+#include "ch5_backend/graph/fast_edge.h"
 
 namespace ch5 {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ch5_backend/graph/graph.h"
-#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 
 namespace ch5 {
 

@@ -3,16 +3,33 @@
 
 #include <vector>
 
-#include "ch5_backend/types/edge_reprojection.h"
-#include "ch5_backend/types/preintegration.h"
+#include "ch5_backend/math/so3.h"
 
 namespace ch5 {
+
+/// Noise of one IMU sample.
+struct ImuNoise {
+  double accelerometer = 0.08;       ///< σ [m/s²]
+  double gyroscope = 0.004;          ///< σ [rad/s]
+  double accelerometer_walk = 4e-5;  ///< σ of the bias' drift [m/s³]
+  double gyroscope_walk = 2e-6;      ///< [rad/s²]
+  /// VINS takes σ for the deviation of a sample, so its results depend on the IMU's rate. With `continuous` they are
+  /// densities (per √Hz) and the result does not.
+  bool continuous = false;
+};
 
 /// One measurement of the IMU, in B.
 struct ImuReading {
   double t = 0.0;
   Vec3 acceleration = Vec3::Zero();  ///< specific force: +9.81 upwards at rest [m/s²]
   Vec3 gyroscope = Vec3::Zero();     ///< rate [rad/s]
+};
+
+/// One measurement, `dt` seconds after the one before it (0 for the first).
+struct ImuSample {
+  double dt = 0.0;
+  Vec3 acceleration = Vec3::Zero();  ///< specific force in B [m/s²]
+  Vec3 gyroscope = Vec3::Zero();     ///< rate in B [rad/s]
 };
 
 /// A point followed through the images under one `id`, on the normalised plane z = 1 of an ideal camera.

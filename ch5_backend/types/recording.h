@@ -5,7 +5,7 @@
 /// that NanosecondsAt returns the recorded time stamp exactly (up to kLongestRecordingNs from the origin).
 ///
 /// `simulate/` makes recordings, `files/` reads and writes them, `evaluate/` compares estimates with their truth: see
-/// simulate/simulation.h, files/recording_file.h, evaluate/trajectory_error.h.
+/// simulate/sensors/simulation.h, files/recording_file.h, evaluate/trajectory_error.h.
 
 #include <cmath>
 #include <cstdint>

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "ch5_backend/types/edge_reprojection_calibration.h"
-#include "ch5_backend/types/edge_track.h"
+#include "ch5_backend/types/visual/edge_reprojection_calibration.h"
+#include "ch5_backend/types/visual/edge_track.h"
 
 namespace ch5 {
 

@@ -15,7 +15,7 @@
 #include "ch5_backend/consistency/observability.h"
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/marginalize/square_root.h"
-#include "ch5_backend/types/edge_imu.h"
+#include "ch5_backend/types/inertial/edge_imu.h"
 #include "ch5_backend/types/measurements.h"
 
 namespace ch5 {
@@ -81,7 +81,7 @@ struct WindowWeights {
   double focal_length = 460.0;  ///< from pixels to the normalised plane [px]
   double pixel_sigma = 1.5;     ///< of an observation [px]; VINS: √information = 460/1.5
   double cauchy = 1.0;          ///< scale of Cauchy's loss on observations [σ]; 0: no loss
-  bool noisy_hosts = false;     ///< the host's observation has noise too (types/edge_track.h); without a loss
+  bool noisy_hosts = false;     ///< the host's observation has noise too (types/visual/edge_track.h); without a loss
   double gravity = 9.81;        ///< [m/s²]
   double max_imu_seconds = 10;  ///< a longer preintegration is not used (VINS)
 };

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "ch5_backend/consistency/gauge_freedom.h"
-#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/marginalize/marginalization_error.h"
 #include "ch5_backend/marginalize/marginalization_info.h"

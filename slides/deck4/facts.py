@@ -19,7 +19,7 @@ def power(weight):
 
 
 def scene_facts(tables):
-    header = (ROOT / "ch5_backend/simulate/visual_inertial_ba.h").read_text(encoding="utf-8")
+    header = (ROOT / "ch5_backend/simulate/sensors/visual_inertial_ba.h").read_text(encoding="utf-8")
     value = lambda name: re.search(rf"{name} = ([\d.]+);", header)[1]  # noqa: E731
     focal, rate = re.search(r"f = (\d+) px.*?IMU of (\d+) Hz", header).groups()
     return {"scene.keyframes": value("keyframes"), "scene.points": value("num_points"), "scene.focal": focal,

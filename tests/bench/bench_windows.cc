@@ -5,6 +5,7 @@
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/marginalize/qr_elimination.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/types/inertial/preintegration.h"
 #include "tests/window/oldest.h"
 
 namespace ch5 {

@@ -5,7 +5,7 @@
 namespace ch5::peer {
 namespace {
 
-// The residual of types/edge_bal.h, its rotation by Rodrigues' formula, its derivatives worked out by hand.
+// The residual of types/bal/edge_bal.h, its rotation by Rodrigues' formula, its derivatives worked out by hand.
 class Observation : public ceres::SizedCostFunction<2, 9, 3> {
  public:
   explicit Observation(const Vec2& pixel) : pixel_(pixel) {}

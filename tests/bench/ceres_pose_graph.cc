@@ -2,7 +2,7 @@
 #include <memory>
 
 #include "ch5_backend/experiments/studies/pose_graph_study.h"
-#include "ch5_backend/types/edge_between.h"
+#include "ch5_backend/types/pose_graph/edge_between.h"
 #include "tests/bench/ceres_solve.h"
 
 namespace ch5::peer {

@@ -1,6 +1,6 @@
 #include "ch5_backend/experiments/studies/window_graph.h"
 #include "ch5_backend/marginalize/edge_prior.h"
-#include "ch5_backend/types/edge_imu.h"
+#include "ch5_backend/types/inertial/edge_imu.h"
 #include "tests/bench/ceres_solve.h"
 
 namespace ch5::peer {
@@ -8,7 +8,7 @@ namespace {
 
 Qd Rotation(const double* pose) { return Qd(pose[6], pose[3], pose[4], pose[5]); }
 
-// The landmark's residual of types/edge_reprojection.h, as VINS-Mono writes it: host, target, extrinsic, 1/depth.
+// The landmark's residual of types/visual/edge_reprojection.h, as VINS-Mono writes it: host, target, extrinsic, 1/depth.
 class Reprojection : public ceres::SizedCostFunction<2, 7, 7, 7, 1> {
  public:
   Reprojection(const Vec2& host, const Vec2& target, double sqrt_information)

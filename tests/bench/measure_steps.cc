@@ -7,7 +7,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/experiments/studies/command_line.h"
 #include "ch5_backend/experiments/studies/pose_graph_study.h"

@@ -7,8 +7,10 @@ from pathlib import Path
 
 from tests.conventions.project import ROOT, tracked_files
 
-LIBRARY = "math graph linear solve types dense sparse/kernels sparse/steps sparse marginalize consistency window/start window " \
-          "simulate files evaluate"
+TYPES = " types types/visual types/inertial types/pose_graph types/bal"
+SPARSE = "math graph linear solve sparse/kernels sparse/steps sparse"
+LIBRARY = SPARSE + TYPES + " dense dense/blocks marginalize consistency window/start window simulate simulate/sensors " \
+          "files/tables files evaluate"
 
 # What each folder of ch5_backend/ may include, besides itself.
 MAY_INCLUDE = {
@@ -17,17 +19,24 @@ MAY_INCLUDE = {
     "linear": "math",
     "solve": "math",
     "types": "math graph",
+    "types/visual": "math graph types",
+    "types/inertial": "math graph types",
+    "types/pose_graph": "math graph types",
+    "types/bal": "math graph types",
     "dense": "math graph linear solve",
+    "dense/blocks": "math graph linear solve",
     "sparse/kernels": "math linear",
-    "sparse/steps": "math graph linear solve types sparse/kernels",
-    "sparse": "math graph linear solve types sparse/kernels sparse/steps",
-    "marginalize": "math graph linear solve types sparse/kernels sparse/steps",
-    "consistency": "math graph linear solve types sparse/steps sparse marginalize",
-    "window/start": "math graph linear solve types sparse/steps sparse marginalize consistency",
-    "window": "math graph linear solve types sparse/steps sparse marginalize consistency window/start",
-    "simulate": "math graph types",
-    "files": "math graph types",
-    "evaluate": "math graph types simulate",
+    "sparse/steps": "math graph linear solve sparse/kernels",
+    "sparse": "math graph linear solve sparse/kernels sparse/steps",
+    "marginalize": SPARSE,
+    "consistency": SPARSE + TYPES + " marginalize",
+    "window/start": SPARSE + TYPES + " marginalize consistency",
+    "window": SPARSE + TYPES + " marginalize consistency window/start",
+    "simulate": "math graph types types/visual",
+    "simulate/sensors": "math graph types types/visual types/inertial simulate",
+    "files/tables": "math types",
+    "files": "math graph files/tables" + TYPES,
+    "evaluate": "math graph types types/visual simulate",
     "experiments": LIBRARY,
     "lab": LIBRARY + " experiments",
 }
@@ -128,7 +137,7 @@ class Layers(unittest.TestCase):
         self.assertEqual(faults("ch5_homework/judge/a.cc", "ch5_homework/judge/a.h", "ch5_backend/window/a.h"), [])
         for user, used in (("graph", "types"), ("simulate", "solve"), ("solve", "simulate"), ("solve", "graph"),
                            ("window/start", "window"), ("sparse/kernels", "sparse/steps"), ("sparse/steps", "sparse"),
-                           ("files", "simulate"), ("window", "experiments"),
+                           ("files", "simulate"), ("types", "types/visual"), ("sparse", "types"), ("window", "experiments"),
                            ("experiments", "lab")):
             self.assertEqual(len(faults(f"ch5_backend/{user}/a.h", f"ch5_backend/{used}/a.h")), 1, (user, used))
         self.assertEqual(len(faults("ch5_backend/graph/a.h", "edge.h")), 1)

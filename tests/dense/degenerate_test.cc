@@ -8,8 +8,8 @@
 #include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/edge_curve_fitting.h"
-#include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 
 namespace ch5 {
 namespace {

@@ -1,5 +1,5 @@
 /// PlainBlockSolver against Problem, which computes the same without blocks.
-#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/simulate/mono_ba.h"
-#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 
 namespace ch5::test {
 namespace {

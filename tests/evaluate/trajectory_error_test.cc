@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "ch5_backend/simulate/paths.h"
 #include "ch5_backend/simulate/random.h"
+#include "ch5_backend/simulate/sensors/paths.h"
 
 namespace ch5 {
 namespace {

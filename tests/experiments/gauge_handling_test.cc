@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "ch5_backend/math/psd.h"
-#include "ch5_backend/simulate/visual_inertial_ba.h"
+#include "ch5_backend/simulate/sensors/visual_inertial_ba.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "tests/derivatives.h"
 

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "ch5_backend/experiments/studies/bal_study.h"
-#include "ch5_backend/files/text_writer.h"
+#include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/simulate/random.h"
 
 namespace ch5 {

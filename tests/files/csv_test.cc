@@ -1,5 +1,5 @@
 // Tables on disk: exact numbers, whole files or none.
-#include "ch5_backend/files/csv.h"
+#include "ch5_backend/files/tables/csv.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

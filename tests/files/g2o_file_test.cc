@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "ch5_backend/files/text_reader.h"
-#include "ch5_backend/types/edge_between.h"
+#include "ch5_backend/types/pose_graph/edge_between.h"
 
 namespace ch5 {
 namespace {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/types/inertial/preintegration.h"
 
 namespace ch5 {
 namespace {

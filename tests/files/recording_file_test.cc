@@ -8,10 +8,10 @@
 #include <limits>
 #include <sstream>
 
-#include "ch5_backend/files/text_writer.h"
-#include "ch5_backend/simulate/paths.h"
-#include "ch5_backend/simulate/scene_points.h"
-#include "ch5_backend/simulate/simulation.h"
+#include "ch5_backend/files/tables/text_writer.h"
+#include "ch5_backend/simulate/sensors/paths.h"
+#include "ch5_backend/simulate/sensors/scene_points.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
 namespace {

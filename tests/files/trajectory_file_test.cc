@@ -1,4 +1,4 @@
-#include "ch5_backend/files/trajectory_file.h"
+#include "ch5_backend/files/tables/trajectory_file.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "ch5_backend/files/text_writer.h"
+#include "ch5_backend/files/tables/text_writer.h"
 
 namespace ch5 {
 namespace {

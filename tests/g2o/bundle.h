@@ -6,7 +6,7 @@
 
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/simulate/random.h"
-#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 
 namespace ch5::test {
 

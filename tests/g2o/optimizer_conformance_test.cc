@@ -20,7 +20,7 @@
 
 #include <fstream>
 
-#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/files/g2o_file.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"

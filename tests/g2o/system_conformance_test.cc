@@ -8,8 +8,8 @@
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/sparse/save_hessian.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
-#include "ch5_backend/types/edge_between.h"
 #include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/types/pose_graph/edge_between.h"
 #include "tests/g2o/bundle.h"
 #include "tests/g2o/point_chain.h"
 

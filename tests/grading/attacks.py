@@ -98,7 +98,7 @@ void AddMonoBaEdges(const MonoBaScene& scene, double, double weight, MonoBa* pro
 """
 
 ANSWERS = """#include "ch5_backend/consistency/gauge_freedom.h"
-#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/marginalize/marginalization_error.h"
 #include "ch5_backend/marginalize/marginalize.h"

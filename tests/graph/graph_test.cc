@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "ch5_backend/graph/ordering.h"
-#include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 #include "tests/graph_error.h"
 
 namespace ch5 {

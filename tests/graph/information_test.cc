@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 
 namespace ch5 {
 namespace {

@@ -7,9 +7,9 @@
 #include <map>
 
 #include "ch5_backend/simulate/random.h"
-#include "ch5_backend/types/edge_imu.h"
-#include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/types/inertial/edge_imu.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 
 namespace ch5 {
 

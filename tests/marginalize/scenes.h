@@ -6,9 +6,9 @@
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/simulate/random.h"
-#include "ch5_backend/types/edge_imu.h"
-#include "ch5_backend/types/edge_reprojection.h"
 #include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/types/inertial/edge_imu.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 
 namespace ch5 {
 

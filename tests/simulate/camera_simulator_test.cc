@@ -1,13 +1,13 @@
-#include "ch5_backend/simulate/camera_simulator.h"
+#include "ch5_backend/simulate/sensors/camera_simulator.h"
 
 #include <gtest/gtest.h>
 
 #include <map>
 #include <set>
 
-#include "ch5_backend/simulate/paths.h"
-#include "ch5_backend/simulate/scene_points.h"
-#include "ch5_backend/simulate/simulation.h"
+#include "ch5_backend/simulate/sensors/paths.h"
+#include "ch5_backend/simulate/sensors/scene_points.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
 namespace {

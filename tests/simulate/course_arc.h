@@ -1,7 +1,7 @@
 #pragma once
 /// A path whose every derivative is known.
 
-#include "ch5_backend/simulate/trajectory.h"
+#include "ch5_backend/simulate/sensors/trajectory.h"
 
 namespace ch5 {
 

@@ -1,9 +1,9 @@
-#include "ch5_backend/simulate/imu_simulator.h"
+#include "ch5_backend/simulate/sensors/imu_simulator.h"
 
 #include <gtest/gtest.h>
 
-#include "ch5_backend/simulate/paths.h"
-#include "ch5_backend/types/edge_imu.h"
+#include "ch5_backend/simulate/sensors/paths.h"
+#include "ch5_backend/types/inertial/edge_imu.h"
 #include "tests/simulate/course_arc.h"
 
 namespace ch5 {

@@ -1,10 +1,10 @@
-#include "ch5_backend/simulate/trajectory.h"
+#include "ch5_backend/simulate/sensors/trajectory.h"
 
 #include <gtest/gtest.h>
 
 #include "ch5_backend/simulate/mono_ba.h"
-#include "ch5_backend/simulate/paths.h"
-#include "ch5_backend/simulate/spline.h"
+#include "ch5_backend/simulate/sensors/paths.h"
+#include "ch5_backend/simulate/sensors/spline.h"
 #include "tests/simulate/course_arc.h"
 
 namespace ch5 {

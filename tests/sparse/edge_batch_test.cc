@@ -5,8 +5,8 @@
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/steps/weighted_edge_batch.h"
-#include "ch5_backend/types/edge_bal.h"
-#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/bal/edge_bal.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 
 namespace ch5::test {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"

@@ -1,4 +1,4 @@
-#include "ch5_backend/types/edge_between.h"
+#include "ch5_backend/types/pose_graph/edge_between.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
-#include "ch5_backend/types/edge_imu.h"
+#include "ch5_backend/types/inertial/edge_imu.h"
 
 #include <gtest/gtest.h>
 
 #include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/marginalize/edge_prior.h"
-#include "ch5_backend/simulate/imu_simulator.h"
-#include "ch5_backend/simulate/paths.h"
 #include "ch5_backend/simulate/random.h"
+#include "ch5_backend/simulate/sensors/imu_simulator.h"
+#include "ch5_backend/simulate/sensors/paths.h"
 #include "tests/derivatives.h"
 
 namespace ch5 {

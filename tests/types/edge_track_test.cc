@@ -1,5 +1,5 @@
 /// A track as one residual: its noise is that of all its points, the host's included.
-#include "ch5_backend/types/edge_track.h"
+#include "ch5_backend/types/visual/edge_track.h"
 
 #include <gtest/gtest.h>
 

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "ch5_backend/simulate/random.h"
-#include "ch5_backend/types/edge_bal.h"
+#include "ch5_backend/types/bal/edge_bal.h"
 #include "ch5_backend/types/edge_curve_fitting.h"
-#include "ch5_backend/types/edge_reprojection.h"
-#include "ch5_backend/types/edge_reprojection_calibration.h"
 #include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
+#include "ch5_backend/types/visual/edge_reprojection_calibration.h"
 #include "tests/derivatives.h"
 
 namespace ch5 {

@@ -1,4 +1,4 @@
-#include "ch5_backend/types/preintegration.h"
+#include "ch5_backend/types/inertial/preintegration.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 /// Cameras: projections worked by hand, what a camera cannot see, and the forms of one residual against each other.
-#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "ch5_backend/simulate/random.h"
-#include "ch5_backend/types/edge_bal.h"
-#include "ch5_backend/types/edge_reprojection_calibration.h"
+#include "ch5_backend/types/bal/edge_bal.h"
+#include "ch5_backend/types/visual/edge_reprojection_calibration.h"
 
 namespace ch5 {
 namespace {

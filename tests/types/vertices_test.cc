@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "ch5_backend/simulate/random.h"
-#include "ch5_backend/types/vertex_se2.h"
+#include "ch5_backend/types/pose_graph/vertex_se2.h"
 
 namespace ch5 {
 namespace {

@@ -12,8 +12,8 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/marginalize/square_root.h"
-#include "ch5_backend/simulate/scene_points.h"
-#include "ch5_backend/simulate/simulation.h"
+#include "ch5_backend/simulate/sensors/scene_points.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/window/image_overlap.h"
 #include "ch5_backend/window/landmarks.h"

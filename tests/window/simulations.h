@@ -2,7 +2,7 @@
 /// Recordings for the estimators: a hand-held camera in a room.
 
 #include "ch5_backend/experiments/studies/odometry.h"
-#include "ch5_backend/simulate/simulation.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
 

@@ -8,8 +8,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/text_reader.h"
-#include "ch5_backend/files/text_writer.h"
 #include "ch5_backend/math/simd.h"
 
 namespace ch5 {

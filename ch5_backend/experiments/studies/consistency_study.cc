@@ -8,11 +8,11 @@
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/experiments/studies/odometry.h"
-#include "ch5_backend/files/csv.h"
+#include "ch5_backend/files/tables/csv.h"
 #include "ch5_backend/math/parallel.h"
 #include "ch5_backend/simulate/random.h"
-#include "ch5_backend/simulate/scene_points.h"
-#include "ch5_backend/simulate/simulation.h"
+#include "ch5_backend/simulate/sensors/scene_points.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "ch5_backend/evaluate/align.h"
 #include "ch5_backend/experiments/studies/odometry.h"
-#include "ch5_backend/files/csv.h"
-#include "ch5_backend/simulate/simulation.h"
+#include "ch5_backend/files/tables/csv.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
 namespace {

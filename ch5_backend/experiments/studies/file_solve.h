@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "ch5_backend/files/csv.h"
+#include "ch5_backend/files/tables/csv.h"
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/linear/reduced_solver.h"
 #include "ch5_backend/solve/minimizer.h"

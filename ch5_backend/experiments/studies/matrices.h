@@ -5,7 +5,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "ch5_backend/files/csv.h"
+#include "ch5_backend/files/tables/csv.h"
 #include "ch5_backend/graph/graph.h"
 
 namespace ch5 {

@@ -4,9 +4,9 @@
 #include <limits>
 
 #include "ch5_backend/experiments/studies/matrices.h"
-#include "ch5_backend/files/trajectory_file.h"
+#include "ch5_backend/files/tables/trajectory_file.h"
 #include "ch5_backend/marginalize/square_root.h"
-#include "ch5_backend/simulate/simulation.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
 namespace {

@@ -5,7 +5,7 @@
 #include <ctime>
 #include <utility>
 
-#include "ch5_backend/files/csv.h"
+#include "ch5_backend/files/tables/csv.h"
 
 namespace ch5 {
 namespace {

@@ -3,8 +3,8 @@
 #include <stdexcept>
 
 #include "ch5_backend/marginalize/edge_prior.h"
-#include "ch5_backend/types/edge_imu.h"
-#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/inertial/edge_imu.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 
 namespace ch5 {
 namespace {

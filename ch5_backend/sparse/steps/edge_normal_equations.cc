@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "ch5_backend/graph/fast_edge.h"
 #include "ch5_backend/math/dense_kernels.h"
-#include "ch5_backend/types/fast_edge.h"
 
 namespace ch5 {
 

@@ -1,13 +1,13 @@
 #pragma once
-/// The landmarks' edges of a structure as one batch (types/fast_edge.h), whitened as in graph/whitening.h. Measurements,
+/// The landmarks' edges of a structure as one batch (graph/fast_edge.h), whitened as in graph/whitening.h. Measurements,
 /// losses and W are those at Assign, which SparseSolver calls in SetOrdering.
 
 #include <algorithm>
 
+#include "ch5_backend/graph/fast_edge.h"
 #include "ch5_backend/graph/whitening.h"
 #include "ch5_backend/sparse/kernels/jacobian.h"
 #include "ch5_backend/sparse/steps/structure.h"
-#include "ch5_backend/types/fast_edge.h"
 
 namespace ch5 {
 

@@ -15,6 +15,7 @@
 /// Source: Martinelli, "Closed-form solution of visual-inertial structure from motion", IJCV 2014; Gander, Golub, von
 /// Matt, "A constrained eigenvalue problem", 1989, for μ.
 
+#include "ch5_backend/types/inertial/preintegration.h"
 #include "ch5_backend/window/start/gyroscope_bias.h"
 
 namespace ch5 {

@@ -7,7 +7,8 @@
 
 #include "ch5_backend/marginalize/edge_prior.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
-#include "ch5_backend/types/edge_imu.h"
+#include "ch5_backend/types/inertial/edge_imu.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 #include "ch5_backend/window/start/closed_form.h"
 
 namespace ch5 {

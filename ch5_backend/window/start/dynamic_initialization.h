@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "ch5_backend/types/inertial/preintegration.h"
 #include "ch5_backend/types/measurements.h"
 
 namespace ch5 {

@@ -4,7 +4,9 @@
 #include <random>
 #include <unordered_map>
 
+#include "ch5_backend/graph/sized_edge.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/types/vertices.h"
 
 namespace ch5 {
 namespace {

@@ -10,6 +10,7 @@
 
 #include <vector>
 
+#include "ch5_backend/types/inertial/preintegration.h"
 #include "ch5_backend/types/measurements.h"
 
 namespace ch5 {

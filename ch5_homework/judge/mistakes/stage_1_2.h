@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "ch5_backend/linear/dense_solvers.h"
+#include "ch5_backend/dense/dense_solvers.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/scenes.h"

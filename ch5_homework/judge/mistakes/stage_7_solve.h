@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/dense/dense_solvers.h"
 #include "ch5_backend/graph/ordering.h"
-#include "ch5_backend/linear/dense_solvers.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_backend/solve/normal_equations.h"
 #include "ch5_homework/judge/diagnosis.h"

@@ -11,7 +11,7 @@
 
 #include "ch5_backend/consistency/gauge_freedom.h"
 #include "ch5_backend/dense/block_diagonal.h"
-#include "ch5_backend/dense/plain_block_solver.h"
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/marginalize/marginalization_error.h"

@@ -1,8 +1,8 @@
 #include "ch5_homework/judge/scenes/free.h"
 
 #include "ch5_backend/graph/ordering.h"
-#include "ch5_backend/types/edge_imu.h"
-#include "ch5_backend/types/edge_reprojection.h"
+#include "ch5_backend/types/inertial/edge_imu.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
 
 namespace ch5::homework {
 namespace {

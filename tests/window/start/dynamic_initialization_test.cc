@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "ch5_backend/files/recording_file.h"
-#include "ch5_backend/simulate/paths.h"
-#include "ch5_backend/simulate/scene_points.h"
-#include "ch5_backend/simulate/simulation.h"
+#include "ch5_backend/simulate/sensors/paths.h"
+#include "ch5_backend/simulate/sensors/scene_points.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
 #include "ch5_backend/window/start/closed_form.h"
 
 namespace ch5 {

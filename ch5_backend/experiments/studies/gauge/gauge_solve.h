@@ -3,7 +3,7 @@
 
 #include "ch5_backend/evaluate/trajectory_error.h"
 #include "ch5_backend/experiments/studies/gauge/gauge_handling.h"
-#include "ch5_backend/simulate/visual_inertial_ba.h"
+#include "ch5_backend/simulate/sensors/visual_inertial_ba.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 
 namespace ch5 {

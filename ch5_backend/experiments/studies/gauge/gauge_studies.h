@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "ch5_backend/files/csv.h"
-#include "ch5_backend/simulate/visual_inertial_ba.h"
+#include "ch5_backend/files/tables/csv.h"
+#include "ch5_backend/simulate/sensors/visual_inertial_ba.h"
 
 namespace ch5 {
 

@@ -2,7 +2,7 @@
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
 #include "ch5_backend/experiments/studies/odometry.h"
-#include "ch5_backend/simulate/simulation.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
 namespace {

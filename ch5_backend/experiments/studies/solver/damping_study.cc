@@ -8,7 +8,7 @@
 #include "ch5_backend/experiments/studies/solver/perturbed_scene.h"
 #include "ch5_backend/experiments/studies/solver/rosenbrock.h"
 #include "ch5_backend/experiments/studies/solver/solver_studies.h"
-#include "ch5_backend/files/csv.h"
+#include "ch5_backend/files/tables/csv.h"
 #include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/edge_curve_fitting.h"

@@ -6,7 +6,7 @@
 
 #include "ch5_backend/evaluate/reconstruction.h"
 #include "ch5_backend/experiments/studies/solver/solver_studies.h"
-#include "ch5_backend/files/csv.h"
+#include "ch5_backend/files/tables/csv.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 

@@ -5,7 +5,7 @@
 #include "ch5_backend/experiments/studies/solver/perturbed_scene.h"
 #include "ch5_backend/experiments/studies/solver/rosenbrock.h"
 #include "ch5_backend/experiments/studies/solver/solver_studies.h"
-#include "ch5_backend/files/csv.h"
+#include "ch5_backend/files/tables/csv.h"
 
 namespace ch5 {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "ch5_backend/math/so3.h"
-#include "ch5_backend/simulate/simulation.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
 namespace {

@@ -6,7 +6,7 @@
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/window/flight.h"
-#include "ch5_backend/files/text_writer.h"
+#include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/window/vins_window.h"
 
 namespace ch5 {

@@ -1,0 +1,36 @@
+#include "ch5_backend/files/tables/csv.h"
+
+#include <algorithm>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+
+namespace ch5 {
+
+CsvTable::CsvTable(std::string_view header)
+    : columns_(1 + static_cast<size_t>(std::count(header.begin(), header.end(), ','))), text_(header) {
+  text_ += '\n';
+}
+
+void CsvTable::CheckWidth(size_t cells) const {
+  if (cells == columns_) return;
+  throw std::invalid_argument("CsvTable: a row of " + std::to_string(cells) + " cells under a header of " +
+                              std::to_string(columns_));
+}
+
+void CsvTable::AppendWord(std::string_view word) {
+  assert(word.find_first_of(",\n\"") == std::string_view::npos && "a word in a table has no comma, quote or newline");
+  text_ += word;
+  text_ += ',';
+}
+
+void CsvTable::AppendNumber(double number) {
+  if (std::isnan(number)) return AppendWord("");
+  char buffer[32];
+  AppendWord({buffer, static_cast<size_t>(std::to_chars(buffer, buffer + sizeof buffer, number).ptr - buffer)});
+}
+
+void CsvTable::AppendNumber(long long number) { AppendWord(std::to_string(number)); }
+
+}  // namespace ch5

@@ -1,0 +1,35 @@
+#pragma once
+/// The IMU between two frames i and j (t = Δt, G = +g e_z, what a resting accelerometer feels):
+///
+///   r_p = R_iᵀ(½Gt² + p_j − p_i − v_i t) − α̂        α̂ = α + J_αa δb_a + J_αg δb_g
+///   r_θ = 2 vec(γ̂⁻¹ q_i⁻¹ q_j)                      γ̂ = γ Exp(J_γg δb_g)
+///   r_v = R_iᵀ(Gt + v_j − v_i) − β̂                  β̂ = β + J_βa δb_a + J_βg δb_g
+///   r_a = b_a,j − b_a,i,   r_g = b_g,j − b_g,i       δb = b_i − (the biases of the integration)
+///
+/// Information: the inverse of the preintegration's covariance.  Source: VINS-Mono §IV-B, Forster 2017.
+
+#include "ch5_backend/graph/sized_edge.h"
+#include "ch5_backend/types/inertial/preintegration.h"
+#include "ch5_backend/types/vertices.h"
+
+namespace ch5 {
+
+class EdgeImu : public SizedEdge<15, VertexPose, VertexSpeedBias, VertexPose, VertexSpeedBias> {
+ public:
+  /// @param imu  from frame i to frame j, shared with the window;  @param reaction  G in W [m/s²]
+  /// @throws std::invalid_argument if the covariance is singular (no samples, or a noise of zero)
+  EdgeImu(std::shared_ptr<VertexPose> T_W_Bi, std::shared_ptr<VertexSpeedBias> speed_bias_i,
+          std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexSpeedBias> speed_bias_j,
+          std::shared_ptr<const Preintegration> imu, const Vec3& reaction = Vec3(0, 0, 9.81));
+  void ComputeResidual() override;
+  void ComputeJacobians() override;
+  std::string TypeInfo() const override { return "EdgeImu"; }
+
+ private:
+  Vec3 GyroscopeCorrection() const;  // J_γg δb_g
+
+  std::shared_ptr<const Preintegration> imu_;
+  Vec3 G_;
+};
+
+}  // namespace ch5

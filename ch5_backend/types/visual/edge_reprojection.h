@@ -1,0 +1,86 @@
+#pragma once
+/// Reprojection edges on the normalised image plane z = 1 (dimensionless, focal length 1).
+///
+///   landmark:  p_Ci = [u_i, v_i, 1]/λ  in its host camera i,  or p_W directly
+///   p_Bi = T_B_C p_Ci,  p_W = T_W_Bi p_Bi,  p_Bj = T_W_Bj⁻¹ p_W,  p_Cj = T_B_C⁻¹ p_Bj
+///   r = [p_Cj.x, p_Cj.y]/p_Cj.z − [u_j, v_j]
+///
+/// A point in the camera's plane (p_Cj.z = 0) gives a residual that is not finite; algorithms reject such a step.
+
+#include "ch5_backend/graph/fast_edge.h"
+#include "ch5_backend/graph/sized_edge.h"
+#include "ch5_backend/types/vertices.h"
+
+namespace ch5 {
+
+/// Inverse-depth landmark, host pose i, target pose j; the extrinsic T_B_C is a constant.
+class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose>, public FastEdge {
+ public:
+  /// @param u_host, u_target  observations [x, y] on the normalised plane of the host and the target
+  EdgeReprojection(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_W_Bi,
+                   std::shared_ptr<VertexPose> T_W_Bj, const Vec2& u_host, const Vec2& u_target,
+                   const Transform& T_B_C = {});
+  void ComputeResidual() override;
+  void ComputeJacobians() override { Linearize(); }
+  void Linearize() override;
+  bool LinearizeInto(double* r, double* const* J) const override;
+  std::unique_ptr<EdgeBatch> MakeBatch() const override;
+  std::string TypeInfo() const override { return "EdgeReprojection"; }
+
+ private:
+  friend class EdgeReprojectionBatch;
+  Vec3 f_host_;  // [u, v, 1]
+  Vec2 u_target_;
+  Mat33 R_B_C_;
+  Vec3 p_B_C_;
+};
+
+/// The same with the extrinsic T_B_C as a fourth vertex, to be refined or fixed.
+class EdgeReprojectionExtrinsic : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose, VertexPose> {
+ public:
+  EdgeReprojectionExtrinsic(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_W_Bi,
+                            std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexPose> T_B_C, const Vec2& u_host,
+                            const Vec2& u_target);
+  void ComputeResidual() override;
+  void ComputeJacobians() override;
+  std::string TypeInfo() const override { return "EdgeReprojectionExtrinsic"; }
+
+ private:
+  Vec3 f_host_;
+  Vec2 u_target_;
+};
+
+/// A 3-D point seen from a pose; the extrinsic is a constant.
+class EdgeReprojectionXYZ : public SizedEdge<2, VertexPointXYZ, VertexPose>, public FastEdge {
+ public:
+  EdgeReprojectionXYZ(std::shared_ptr<VertexPointXYZ> p_W, std::shared_ptr<VertexPose> T_W_B, const Vec2& u,
+                      const Transform& T_B_C = {});
+  void ComputeResidual() override;
+  void ComputeJacobians() override { Linearize(); }
+  void Linearize() override;
+  bool LinearizeInto(double* r, double* const* J) const override;
+  std::string TypeInfo() const override { return "EdgeReprojectionXYZ"; }
+
+ private:
+  Vec2 u_;
+  Mat33 R_B_C_;
+  Vec3 p_B_C_;
+};
+
+/// A known point seen from a pose, as in tracking; the extrinsic is a constant.
+class EdgeReprojectionPoseOnly : public SizedEdge<2, VertexPose> {
+ public:
+  EdgeReprojectionPoseOnly(std::shared_ptr<VertexPose> T_W_B, const Vec3& p_W, const Vec2& u,
+                           const Transform& T_B_C = {});
+  void ComputeResidual() override;
+  void ComputeJacobians() override;
+  std::string TypeInfo() const override { return "EdgeReprojectionPoseOnly"; }
+
+ private:
+  Vec3 p_W_;
+  Vec2 u_;
+  Mat33 R_B_C_;
+  Vec3 p_B_C_;
+};
+
+}  // namespace ch5
