@@ -1,40 +1,5 @@
 """The numbers in the words below each figure, all taken from the tables; the sentences around them are in words/."""
-from . import style
 from .style import number
-from .tables import read
-
-
-class Numbers:
-    """What the tables say."""
-
-    def __init__(self, directory):
-        self.summary, self.sweep, self.trials, self.damping, self.fill, self.spectrum, self.chain = (
-            read(directory, name) for name in ("mono_ba_summary", "prior_sweep", "prior_trials", "prior_damping",
-                                               "marginalize_fill", "spectrum", "marginalize_chain"))
-
-    def solve(self, name):
-        return self.summary.row(scene=name)
-
-    def null_dimension(self, gauge):
-        values = self.spectrum.where(gauge=gauge)["eigenvalue"]
-        return int((abs(values) <= 1e-10 * values.max()).sum())
-
-    def ends(self, table, column, **conditions):
-        """The values at w = 0 and at the greatest weight."""
-        rows = table.where(**conditions)
-        return rows[column][0], rows[column][-1]
-
-    def spread(self, variant, column):
-        """Greatest relative difference from w = 0, among the runs that converged."""
-        rows = self.sweep.where(variant=variant)
-        values = rows[column][rows["termination"] != "maximum of iterations"]
-        return abs(values / rows[column][0] - 1).max()
-
-    def peak(self, variant):
-        """Weight and mean iterations where the trials need the most."""
-        rows = self.trials.where(variant=variant)
-        at = rows["mean_iterations"].argmax()
-        return rows["weight"][at], rows["mean_iterations"][at]
 
 
 def bundle_adjustment(n):
@@ -55,23 +20,24 @@ def the_hessian(n):
     return {
         "hessian_course": {},
         "hessian_large": dict(frames=f"{large['frames']:.0f}", points=f"{large['points']:.0f}"),
-        "spectrum": dict(free=n.null_dimension("free"), minimal=n.null_dimension("minimal prior")),
+        "spectrum": dict(free=n.spectrum("free")[1], minimal=n.spectrum("minimal prior")[1]),
     }
 
 
 def marginalisation(n):
-    before, after = n.fill.row(stage="before"), n.fill["null_dimension"][-1]
+    fill = n.tables("marginalize_fill")
+    before, after = fill.row(stage="before"), fill["null_dimension"][-1]
     return {
-        "marginalize_chain": dict(shared=number(n.chain.where(stage="after")["value"][1], 6).replace("-", "−")),
+        "marginalize_chain": dict(shared=number(n.tables("marginalize_chain", stage="after")["value"][1], 6).replace("-", "−")),
         "marginalize_scene": dict(density=f"{100 * before['density']:.0f}", null=f"{after:.0f}"),
     }
 
 
 def the_priors_weight(n):
-    rmse, cost = (n.ends(n.sweep, column, variant="perturbed") for column in ("rmse_position", "reprojection_cost"))
+    rmse, cost = (n.ends("prior_sweep", column, variant="perturbed") for column in ("rmse_position", "reprojection_cost"))
     weight, most = n.peak("perturbed")
-    trials = n.ends(n.trials, "mean_iterations", variant="perturbed")
-    identity, diagonal = (n.ends(n.damping, "iterations", damping=name) for name in ("identity", "diagonal"))
+    trials = n.ends("prior_trials", "mean_iterations", variant="perturbed")
+    identity, diagonal = (n.ends("prior_damping", "iterations", damping=name) for name in ("identity", "diagonal"))
     return {
         "prior_sweep": dict(first=number(1e3 * rmse[0]), last=number(1e3 * rmse[1]),
                             spread=number(n.spread("minimal", "rmse_position"), 1)),

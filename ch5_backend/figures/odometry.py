@@ -2,6 +2,7 @@
 import numpy as np
 
 from . import style
+from .numbers import windows
 from .hessian import bracket, magnitudes
 from .style import BLUE, GREY, VERMILION, plt
 from .tables import dense, read
@@ -108,7 +109,7 @@ def zeros(directory, say, policy):
 
 def leak(directory, say, policy):
     """What the priors claim of yaw."""
-    values = read_estimates(directory, "odometry_gauge").where(policy=policy, direction="yaw")["information"]
+    values = windows.leak(read_estimates(directory, "odometry_gauge"), policy)
     return say("odometry_gauge.leak", policy=NAMES[policy], most=style.number(max(values), 2),
                last=style.number(values[-1], 2))
 

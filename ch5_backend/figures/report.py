@@ -60,6 +60,8 @@ from pathlib import Path
 from markupsafe import Markup
 
 from . import blocks, captions, convergence, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style
+from .numbers.chapter import Chapter
+from .tables import Tables
 
 # The longest first, so that two processes finish together.
 SCRIPTS = (odometry, nees, prior, scene, hessian, convergence, marginalize)
@@ -71,7 +73,7 @@ BESIDE = ("lab.html", "api/index.html")
 
 def solves_table(n, say):
     """The table of the solves, a column a scene."""
-    scenes = [n.solve(name) for name in n.summary["scene"]]
+    scenes = [n.solve(name) for name in n.tables("mono_ba_summary")["scene"]]
     rows = (("sizes", lambda row: f"{row['frames']:.0f} × {row['points']:.0f}"),
             ("unknowns", lambda row: f"{row['unknowns']:.0f}"), ("edges", lambda row: f"{row['edges']:.0f}"),
             ("first_cost", lambda row: style.number(row["initial_cost"])),
@@ -94,7 +96,7 @@ def contents(sections, directory, say):
 
 def body_of(directory, say):
     """The page's pieces."""
-    n = captions.Numbers(directory)
+    n = Chapter(Tables(Path(directory) / "csv"))
     sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
                 "consistency": nees.captions(directory, say)}
     body = [Markup("<h1>{}</h1>").format(say("heading")), page.other_languages(say),

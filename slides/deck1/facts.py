@@ -6,6 +6,9 @@ from fractions import Fraction
 from math import gcd, lcm
 from pathlib import Path
 
+import numpy as np
+
+from ch5_backend.figures.numbers.chapter import Chapter
 from ch5_backend.figures.tables import dense
 
 from ..tex import bracketed, matrix, scientific, tex
@@ -42,7 +45,7 @@ def common_factor(rows):
 def bundle_facts(tables):
     facts = {}
     for name in ("course", "large"):
-        row = tables("mono_ba_summary").row(scene=name)
+        row = Chapter(tables).solve(name)
         for column in ("frames", "points", "unknowns", "edges", "iterations"):
             facts[f"{name}.{column}"] = f"{row[column]:.0f}"
         facts[f"{name}.initial_cost"] = scientific(row["initial_cost"])
@@ -56,41 +59,35 @@ def bundle_facts(tables):
 
 def gauge_facts(tables):
     """The gap in the spectrum of the free problem: zeros, then the smallest true eigenvalue."""
-    sizes = sorted(abs(v) for v in tables("spectrum", gauge="free")["eigenvalue"].tolist())
-    gaps = [b / max(a, 1e-300) for a, b in zip(sizes, sizes[1:])]
-    zeros = 1 + gaps.index(max(gaps))
+    sizes, zeros = Chapter(tables).spectrum("free")
+    null = tables("marginalize_fill")["null_dimension"]
     return {"gauge.zeros": str(zeros), "gauge.largest_zero": scientific(sizes[zeros - 1], 1),
-            "gauge.smallest": scientific(sizes[zeros], 1),
-            "gauge.null_dimension": f"{tables('marginalize_fill').rows()[0]['null_dimension']:.0f}",
-            "gauge.null_dimension_after": f"{tables('marginalize_fill').rows()[-1]['null_dimension']:.0f}"}
+            "gauge.smallest": scientific(sizes[zeros], 1), "gauge.null_dimension": f"{null[0]:.0f}",
+            "gauge.null_dimension_after": f"{null[-1]:.0f}"}
 
 
 def prior_facts(tables):
-    def mean(variant):
-        return {r["weight"]: r["mean_iterations"] for r in tables("prior_trials", variant=variant).rows()}
-
-    peak_weight, peak = max(mean("perturbed").items(), key=lambda item: item[1])
-    course, heaviest = mean("course"), max(mean("course"))
-    damping = {name: {r["weight"]: r for r in tables("prior_damping", damping=name).rows()}
-               for name in ("identity", "diagonal")}
-    full = tables("prior_sweep", variant="perturbed").rows()
-    minimal = tables("prior_sweep", variant="minimal")["reprojection_cost"].tolist()
-    costs, rmse = [r["reprojection_cost"] for r in full], [1e3 * r["rmse_position"] for r in full]
+    n = Chapter(tables)
+    mean = lambda variant, weight: n.at("prior_trials", "mean_iterations", weight, variant=variant)  # noqa: E731
+    damping = lambda name, column: n.ends("prior_damping", column, damping=name)  # noqa: E731
+    cost, rmse, drift = (n.ends("prior_sweep", column, variant="perturbed")
+                         for column in ("reprojection_cost", "rmse_position", "drift_position"))
+    weights, minimal = tables("prior_trials", variant="course")["weight"], tables("prior_sweep", variant="minimal")["reprojection_cost"]
+    peak_weight, peak = n.peak("perturbed")
     return {
-        "prior.trials": f"{tables('prior_trials').rows()[0]['trials']:.0f}",
+        "prior.trials": f"{tables('prior_trials')['trials'][0]:.0f}",
         "prior.peak_weight": scientific(peak_weight, 1), "prior.peak": f"{peak:.1f}",
-        "prior.free": f"{mean('perturbed')[0.0]:.1f}", "prior.plateau": f"{mean('perturbed')[1e5]:.1f}",
-        "prior.course_unit": f"{course[1.0]:.1f}", "prior.course_heaviest": f"{course[heaviest]:.1f}",
-        "prior.heaviest": scientific(heaviest, 1),
-        "prior.identity_heaviest": f"{damping['identity'][heaviest]['iterations']:.0f}",
-        "prior.diagonal_heaviest": f"{damping['diagonal'][heaviest]['iterations']:.0f}",
-        "prior.lambda0_light": scientific(damping["identity"][0.0]["lambda0"], 2),
-        "prior.lambda0_heavy": scientific(damping["identity"][heaviest]["lambda0"], 2),
-        "prior.cost_light": f"{costs[0]:.2f}", "prior.cost_heavy": f"{costs[-1]:.2f}",
-        "prior.minimal_spread": scientific((max(minimal) - min(minimal)) / min(minimal), 1),
-        "prior.rmse_light": f"{rmse[0]:.1f}", "prior.rmse_heavy": f"{rmse[-1]:.1f}",
-        "prior.drift_free_mm": f"{1e3 * full[0]['drift_position']:.0f}",
-        "prior.drift_heavy": scientific(full[-1]["drift_position"], 1),
+        "prior.free": f"{mean('perturbed', 0.0):.1f}", "prior.plateau": f"{mean('perturbed', 1e5):.1f}",
+        "prior.course_unit": f"{mean('course', 1.0):.1f}", "prior.course_heaviest": f"{mean('course', weights.max()):.1f}",
+        "prior.heaviest": scientific(weights.max(), 1),
+        "prior.identity_heaviest": f"{damping('identity', 'iterations')[1]:.0f}",
+        "prior.diagonal_heaviest": f"{damping('diagonal', 'iterations')[1]:.0f}",
+        "prior.lambda0_light": scientific(damping("identity", "lambda0")[0], 2),
+        "prior.lambda0_heavy": scientific(damping("identity", "lambda0")[1], 2),
+        "prior.cost_light": f"{cost[0]:.2f}", "prior.cost_heavy": f"{cost[1]:.2f}",
+        "prior.minimal_spread": scientific(np.ptp(minimal) / minimal.min(), 1),
+        "prior.rmse_light": f"{1e3 * rmse[0]:.1f}", "prior.rmse_heavy": f"{1e3 * rmse[1]:.1f}",
+        "prior.drift_free_mm": f"{1e3 * drift[0]:.0f}", "prior.drift_heavy": scientific(drift[1], 1),
     }
 
 

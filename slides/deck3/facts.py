@@ -4,7 +4,7 @@ import re
 from math import degrees, sqrt
 from pathlib import Path
 
-from ch5_backend.figures.numbers.windows import CONSISTENCY, cuts, spectra
+from ch5_backend.figures.numbers.windows import CONSISTENCY, cuts, leak, spectra
 from ch5_backend.figures.tables import dense
 
 from ..tex import matrix, scientific, tex
@@ -141,7 +141,7 @@ def flight_facts(tables):
         one = tables("odometry_policies").row(policy=policy)
         facts[f"flight.{policy}"] = f"{100 * one['ate_m']:.1f}"
         facts[f"flight.{policy}_scale"] = f"{100 * one['scale_error']:+.1f} %".replace("-", "−")
-        last = tables("odometry_gauge", policy=policy, direction="yaw").rows()[-1]["information"]
+        last = leak(tables("odometry_gauge"), policy)[-1]
         facts[f"leak.{policy}"] = f"{last:.0f}"
         facts[f"leak.{policy}_deg"] = f"{degrees(1 / sqrt(last)):.1f}"
         positions += [abs(row["information"]) for axis in "xyz"

@@ -71,7 +71,7 @@ def choice_damping(slide, tables, say):
     table = tables(GAUGE + "prior_choice")
     names = {name: say(name) for name in ("diagonal", "identity", "radius")}
     top = 4 * ceil(max(over_weight(usual(table, damping=name), "iterations")[1].max() for name in names) / 4)
-    axes = slide.axes((70, 40, 740, 245), y=(0, top), title=say("iterations"), yticks=range(0, top + 1, 4))
+    axes = slide.axes((70, 40, 740, 245), y=(0, 1.03 * top), title=say("iterations"), yticks=range(0, top + 1, 4))
     gauge_choice.factor_lines(axes, table, "damping", names)
     axes.set_xlabel(say("weight"))
     slide.legend(axes, 840, 80)
@@ -92,7 +92,7 @@ def gauge_sigma(slide, tables, say):
     """Fig. 9: the uncertainty of the positions, in each gauge and transformed into the other."""
     table = tables(GAUGE + "deviations")
     top, last = ceil(100 * table["position_m"].max()), table["keyframe"].max()
-    axes = slide.axes((70, 40, 730, 230), (-0.2, last + 0.2), (0, top), say("sigma"), say("keyframe"), "",
+    axes = slide.axes((70, 40, 730, 230), (-0.2, last + 0.2), (-0.1, top + 0.1), say("sigma"), say("keyframe"), "",
                       range(int(last) + 1), range(top + 1))
     gauge_covariance.deviation_lines(axes, table, "position_m", {name: say(name) for name in gauge_covariance.GAUGES}, 100)
     slide.legend(axes, 830, 80)

@@ -98,7 +98,7 @@ class Reports(unittest.TestCase):
             self.assertEqual(*found, pattern)
         for pattern in (r"<figcaption>(.*?)</figcaption>", r"<t[dh]\b[^>]*>(.*?)</t[dh]>", r"<text[^>]*>(.*?)</text>",
                         r"<p\b[^>]*>(.*?)</p>", r"<title>(.*?)</title>"):
-            found = [[re.sub(r"<[^>]*>", "", piece) for piece in re.findall(pattern, without_code(page), re.S)]
+            found = [[html.unescape(re.sub(r"<[^>]*>", "", piece)) for piece in re.findall(pattern, without_code(page), re.S)]
                      for page in (english, chinese)]
             self.assertEqual(*map(len, found), pattern)
             for one, other in zip(*found):

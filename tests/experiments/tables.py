@@ -11,6 +11,7 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 from ch5_backend.figures import captions, marginalize, nees, odometry, report, style, tables
+from ch5_backend.figures.numbers.chapter import Chapter
 from ch5_backend.figures.words import Words
 
 FIGURES = Path(style.__file__).parent
@@ -149,7 +150,7 @@ class Tables(unittest.TestCase):
         figures = self.out / "figures"
         figures.mkdir(exist_ok=True)
         say = Words("en")
-        names = [name for section in captions.sections(captions.Numbers(self.out), say).values() for name in section]
+        names = [name for section in captions.sections(Chapter(tables.Tables(self.out / "csv")), say).values() for name in section]
         listed = report.__doc__.split("Figures, ")[1]
         self.assertEqual(sorted(names), sorted(re.findall(
             r"\b(?:(?:scene|mono|hessian|marginalize|prior)_\w+|spectrum)", listed)))

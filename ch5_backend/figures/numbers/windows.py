@@ -14,3 +14,8 @@ def spectra(tables, policy="vins"):
 def cuts(scaled):
     """Up to where an eigenvalue counts as zero: VINS-Mono's kEps, OKVIS's ε·n·λ_max."""
     return 1e-8, sys.float_info.epsilon * len(scaled) * max(scaled)
+
+
+def leak(table, policy):
+    """What the priors of a policy claim to know of yaw, image by image, of the table odometry_gauge."""
+    return table.where(policy=policy, direction="yaw")["information"]
