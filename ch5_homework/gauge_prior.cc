@@ -1,7 +1,7 @@
 // Homework of chapter 5, stage 3.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
 #include "ch5_backend/homework_missing.h"
-#include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/simulate/mono_ba.h"
+#include "ch5_backend/types/edge_se3_prior.h"
 
 namespace ch5 {
 

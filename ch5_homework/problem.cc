@@ -103,13 +103,13 @@ bool Problem::SolveLinearSystem(double lambda, VecX* delta_x) {
   return delta_x->allFinite();
 }
 
-// ---- Stage 2:  marginalisation ----------------------------------------------------------------------------------
+// ---- Stage 2:  marginalization ----------------------------------------------------------------------------------
 
 MarginalizeResult Problem::TestMarginalize(MatXX H_marg, VecX b_marg, int idx, int dim) {
   const int reserve_size = static_cast<int>(H_marg.rows());
-  const int tail_size = reserve_size - idx - dim;  // the variables behind the marginalised one
+  const int tail_size = reserve_size - idx - dim;  // the variables behind the marginalized one
 
-  // Step 1: move the marginalised variable to the bottom right; the others keep their order.
+  // Step 1: move the marginalized variable to the bottom right; the others keep their order.
   const MatXX temp_rows = H_marg.block(idx, 0, dim, reserve_size);
   const MatXX temp_botRows = H_marg.block(idx + dim, 0, tail_size, reserve_size);
   const VecX temp_b = b_marg.segment(idx, dim);

@@ -174,7 +174,7 @@ void SlideWindow(MarginalizationFlag flag, Window* window) {
 // ---- Stage 6j, failureDetection ------------------------------------------------------------------------------------
 
 Failure DetectFailure(const Window& window, const Vec3& last_p) {
-  const WindowFrame& newest = window.frames.back();
+  const Frame& newest = window.frames.back();
   // TODO:: home work 6j. ‖b_a‖ > 2.5 m/s²; ‖b_g‖ > 1 rad/s; a step of more than 5 m; more than 1 m up or down.
   // if (newest.speed_bias->b_a().norm() ?) return Failure::kAccelerometerBias;
   // if (?) return Failure::kGyroscopeBias;

@@ -173,7 +173,7 @@ DropSet DropSetOfMarginOld(const Window& window) {
   DropSet drop;
   // TODO:: home work 6g. The oldest frame's pose, its speed and biases, each depth that it hosts; and the edges there.
   // BEGIN SOLUTION 6g DropSetOfMarginOld
-  const WindowFrame& oldest = window.frames.front();
+  const Frame& oldest = window.frames.front();
   drop.vertices = {oldest.pose, oldest.speed_bias};
   for (const auto& [id, landmark] : window.landmarks) {
     if (landmark.inverse_depth && landmark.Host() == oldest.id) drop.vertices.push_back(landmark.inverse_depth);
@@ -253,7 +253,7 @@ void SlideWindow(MarginalizationFlag flag, Window* window) {
 // ---- Stage 6j, failureDetection ------------------------------------------------------------------------------------
 
 Failure DetectFailure(const Window& window, const Vec3& last_p) {
-  const WindowFrame& newest = window.frames.back();
+  const Frame& newest = window.frames.back();
   // TODO:: home work 6j. ‖b_a‖ > 2.5 m/s²; ‖b_g‖ > 1 rad/s; a step of more than 5 m; more than 1 m up or down.
   // BEGIN SOLUTION 6j DetectFailure
   if (newest.speed_bias->b_a().norm() > 2.5) return Failure::kAccelerometerBias;

@@ -3,7 +3,7 @@
 ///
 /// Moving the whole world changes no residual (gauge_directions.h). So for every direction n of the gauge
 ///
-///   H n = 0   and   nᵀb = 0   at every linearisation, whatever has been marginalised before.
+///   H n = 0   and   nᵀb = 0   at every linearization, whatever has been marginalized before.
 ///
 /// Where this fails, the difference is spurious information: nᵀHn is what H claims to know of n.
 ///
@@ -24,12 +24,12 @@ struct GaugeLeak {
   double gradient = 0.0;     ///< nᵀb
 };
 
-/// Linearises the edges at the present states and tests each direction of the gauge. A fixed vertex does not move, so it
+/// Linearizes the edges at the present states and tests each direction of the gauge. A fixed vertex does not move, so it
 /// fixes the gauge, and that shows as a leak.
 /// @param edges  at least one; H is dense, so use it on a window, not on a large map
 std::vector<GaugeLeak> AuditGauge(const std::vector<std::shared_ptr<Edge>>& edges, const GaugeOptions& options = {});
 
-/// The same for a prior alone, at its first estimates: all that has leaked into it since the first marginalisation.
+/// The same for a prior alone, at its first estimates: all that has leaked into it since the first marginalization.
 std::vector<GaugeLeak> AuditPrior(const Prior& prior, const GaugeOptions& options = {});
 
 }  // namespace ch5

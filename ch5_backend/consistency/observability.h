@@ -5,7 +5,7 @@
 ///   J' = J − J (N₀ − N) (N₀ᵀN₀)⁻¹ N₀ᵀ,     so that J'N₀ = J N, which is zero, and ‖J' − J‖ is least
 ///
 /// N holds the gauge's directions at the present states, N₀ those at the first estimates of the states in the prior.
-/// First-estimate Jacobians reach the same null space by linearising at the first estimates
+/// First-estimate Jacobians reach the same null space by linearizing at the first estimates
 /// altogether, and so also keep what was poorly known at first, such as scale; here only the null space is old.
 /// Source: Hesch, Kottas, Bowman, Roumeliotis, "Consistency analysis and improvement of vision-aided inertial
 /// navigation", TRO 2014, eq. 60.
@@ -20,8 +20,8 @@ namespace ch5 {
 
 /// Which edges of a sliding window get observability constraints.
 enum class ObservabilityConstraints {
-  kNone,               ///< none: every edge is linearised at the present states (VINS-Mono)
-  kMarginalizedEdges,  ///< those that are marginalised into the prior
+  kNone,               ///< none: every edge is linearized at the present states (VINS-Mono)
+  kMarginalizedEdges,  ///< those that are marginalized into the prior
   kAllEdges            ///< and those of the solve too
 };
 

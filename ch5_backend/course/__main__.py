@@ -137,8 +137,8 @@ def make_parser(command: str) -> Parser:
         add_run_options(parser)
     elif command == "test":
         parser.add_argument("names", nargs="*", metavar="NAME", help="only tests whose name matches this expression")
-        parser.add_argument("--quick", action="store_true", help="leave out the tests labelled slow")
-        parser.add_argument("--nightly", action="store_true", help="only the tests that are slow and rarely fail, labelled nightly")
+        parser.add_argument("--quick", action="store_true", help="leave out the tests labeled slow")
+        parser.add_argument("--nightly", action="store_true", help="only the tests that are slow and rarely fail, labeled nightly")
     elif command == "bench":
         parser.add_argument("names", nargs="*", metavar="NAME", help="part of a problem's name; default: all")
         parser.add_argument("--quick", action="store_true", help="three rounds and one thread at most, as far as 85 "

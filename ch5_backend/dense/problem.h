@@ -16,9 +16,9 @@ namespace ch5 {
 /// How the reduced system is solved: LDLᵀ, or conjugate gradients.
 enum class LinearSolver { kLdlt, kPcg };
 
-/// What TestMarginalize returns: the system with the marginalised variable moved to the end, and what remains.
+/// What TestMarginalize returns: the system with the marginalized variable moved to the end, and what remains.
 struct MarginalizeResult {
-  MatXX H_moved;  ///< n×n, order of variables: the remaining ones, then the marginalised one
+  MatXX H_moved;  ///< n×n, order of variables: the remaining ones, then the marginalized one
   VecX b_moved;   ///< n×1
   MatXX H_prior;  ///< (n−dim)×(n−dim):  H_rr − H_rm H_mm⁻¹ H_mr
   VecX b_prior;   ///< (n−dim)×1:  b_r − H_rm H_mm⁻¹ b_m
@@ -30,13 +30,14 @@ class Problem : public NormalEquations {
   explicit Problem(Graph* graph, LinearSolver linear_solver = LinearSolver::kLdlt);
   ~Problem() override;
 
-  /// Minimises with Levenberg-Marquardt unless the options say otherwise.
+  /// Minimizes with Levenberg-Marquardt unless the options say otherwise.
   Summary Solve(const SolveOptions& options = {}) { return Minimize(this, options); }
 
   /// @throws GraphError if an edge ties two free landmarks: H_mm would not be block diagonal
   void SetOrdering() override;
   int Size() const override { return ordering_.Size(); }
-  double ComputeChi() override { return ComputeCost(ordering_.edges); }
+  double Cost() override { return ch5::Cost(ordering_.edges); }
+  double ComputeChi() { return Cost(); }  ///< the course's name
 
   /// Stage 1.1.  H = Σ JᵀW_ρJ,  b = −Σ ρ'JᵀWr  over all edges; fixed vertices have no columns.
   void MakeHessian() override;
@@ -44,7 +45,7 @@ class Problem : public NormalEquations {
   /// Stage 1.2.  Solves (H + λD) Δx = b by the Schur complement of the landmarks.
   bool SolveLinearSystem(double lambda, VecX* delta_x) override;
 
-  /// Stage 2.  Marginalises the variables [idx, idx + dim) out of H Δx = b: moves them behind the others, which keep
+  /// Stage 2.  Marginalizes the variables [idx, idx + dim) out of H Δx = b: moves them behind the others, which keep
   /// their order, and takes the Schur complement.
   /// @param H_marg  n×n symmetric;  @param b_marg  n×1;  0 ≤ idx, 0 < dim, idx + dim ≤ n
   static MarginalizeResult TestMarginalize(MatXX H_marg, VecX b_marg, int idx, int dim);

@@ -1,5 +1,5 @@
 #pragma once
-/// NEES, the normalised estimation error squared: does an estimator's covariance match its true errors?
+/// NEES, the normalized estimation error squared: does an estimator's covariance match its true errors?
 ///
 ///   NEES = eᵀ P⁻¹ e,   e = [p − p*; Log(R*ᵀR)]  of a pose against the truth *,   P = the covariance the estimator claims
 ///

@@ -9,7 +9,7 @@
 namespace ch5 {
 namespace {
 
-std::vector<Vec3> CentresAndPoints(const Reconstruction& world) {
+std::vector<Vec3> CentersAndPoints(const Reconstruction& world) {
   std::vector<Vec3> all;
   for (const Transform& T_W_C : world.frames) all.push_back(T_W_C.p);
   all.insert(all.end(), world.points.begin(), world.points.end());
@@ -42,7 +42,7 @@ Reconstruction EstimateOf(const MonoBaScene& scene, const MonoBa& problem) {
 
 Reconstruction AlignToTruth(const Reconstruction& estimate, const Reconstruction& truth) {
   RequireSameSizes(estimate, truth, "AlignToTruth");
-  const auto S = AlignUmeyama(CentresAndPoints(estimate), CentresAndPoints(truth));
+  const auto S = AlignUmeyama(CentersAndPoints(estimate), CentersAndPoints(truth));
   if (!S) throw std::invalid_argument("AlignToTruth: the points lie on one line or are not finite");
   Reconstruction aligned;
   for (const Transform& T_W_C : estimate.frames) aligned.frames.push_back(*S * T_W_C);

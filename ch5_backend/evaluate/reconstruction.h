@@ -24,7 +24,7 @@ Reconstruction TruthOf(const MonoBaScene& scene);
 /// The present states of the vertices; a point is p_W = R_0 [u, v, 1]/λ + p_0, seen from its host, frame 0.
 Reconstruction EstimateOf(const MonoBaScene& scene, const MonoBa& problem);
 
-/// The estimate, moved onto the truth by the similarity of all its camera centres and points together.
+/// The estimate, moved onto the truth by the similarity of all its camera centers and points together.
 /// @throws std::invalid_argument if the sizes differ or the alignment is not determined
 Reconstruction AlignToTruth(const Reconstruction& estimate, const Reconstruction& truth);
 

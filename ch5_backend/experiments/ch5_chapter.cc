@@ -16,7 +16,7 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_chapter [--out DIR]\n"
-    "Runs bundle adjustment on simulated scenes, the marginalisation example, the prior-weight experiment,\n"
+    "Runs bundle adjustment on simulated scenes, the marginalization example, the prior-weight experiment,\n"
     "odometry on a simulated recording, what slides out of a window, and consistency; writes their tables to DIR/csv\n"
     "(DIR is out/ unless given).\n";
 
@@ -27,7 +27,7 @@ void RunStudies(const std::filesystem::path& csv) {
     return [&progress, study](double fraction) { progress.Show(study, fraction); };
   };
   ch5::RunMonoBaStudy(csv, show("bundle adjustment"));
-  ch5::RunMarginalizeStudy(csv, show("marginalisation"));
+  ch5::RunMarginalizeStudy(csv, show("marginalization"));
   ch5::RunPriorStudy(csv, show("prior weights"));
   const auto show_policy = [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); };
   ch5::WriteOdometryTables(ch5::RunOdometryStudy(ch5::SimulatedOdometryRecording(), show_policy), csv);

@@ -1,4 +1,4 @@
-/// Optimises a pose graph: ch5_pose_graph FILE.g2o --out DIR.
+/// Optimizes a pose graph: ch5_pose_graph FILE.g2o --out DIR.
 
 #include <cstdio>
 #include <filesystem>
@@ -12,12 +12,12 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_pose_graph FILE --out DIR [--iterations N] [--threads N] [--huber X] [--solver NAME]\n"
-    "Optimises the pose graph in FILE (g2o's text format, SE2 and SE3) and writes into DIR: the result as .g2o, the\n"
+    "Optimizes the pose graph in FILE (g2o's text format, SE2 and SE3) and writes into DIR: the result as .g2o, the\n"
     "table of iterations, a summary, and what plot/pose_graph.py draws. The first pose is held if the file fixes "
     "none.\n"
     "  --iterations N   at most N iterations (50)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
-    "  --huber X        Huber's loss on each edge's normalised error with this threshold (none)\n"
+    "  --huber X        Huber's loss on each edge's normalized error with this threshold (none)\n"
     "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n";
 
 void PrintUnknown(const ch5::G2oFile& graph, const std::string& file) {
@@ -32,7 +32,7 @@ void PrintUnknown(const ch5::G2oFile& graph, const std::string& file) {
 void Run(const ch5::FileCommand& command) {
   const std::string name = command.Name();
   ch5::G2oFile graph = ch5::ReadG2o(command.file);
-  if (graph.graph.Edges().empty()) throw std::invalid_argument("no edge of a known type, so nothing to optimise");
+  if (graph.graph.Edges().empty()) throw std::invalid_argument("no edge of a known type, so nothing to optimize");
   std::filesystem::create_directories(command.out);
   PrintUnknown(graph, command.file);
   std::printf("%s: %zu poses, %zu edges\n\n", name.c_str(), graph.ids.size(), graph.graph.Edges().size());

@@ -4,12 +4,12 @@
 usage: bal.py DIR        the folder that ch5_bal FILE --out DIR has filled
 
 Reads DIR/points.csv, DIR/cameras.csv, DIR/trace.csv and DIR/summary.csv. Both panels show the same cut of the world
-from the same place, behind and above the cameras, in parallel projection; colour tells height.
+from the same place, behind and above the cameras, in parallel projection; color tells height.
 """
 import numpy as np
 
 from . import style
-from .style import GREY, ORANGE, plt
+from .style import GRAY, ORANGE, plt
 from .tables import read
 
 ELEVATION = np.radians(40.0)  # of the viewer above the horizon
@@ -27,30 +27,30 @@ class View:
     and the viewer looks the way that the cameras look."""
 
     def __init__(self, cameras, points):
-        centres = matrix(cameras, "x", "y", "z")
+        centers = matrix(cameras, "x", "y", "z")
         self.up = up = unit(np.mean(vectors(cameras, "up"), axis=0))
-        across = unit(self.long_side(points, centres))
+        across = unit(self.long_side(points, centers))
         ahead = np.cross(up, across)
         if ahead @ np.mean(vectors(cameras, "d"), axis=0) < 0:
             across, ahead = -across, -ahead
         across, ahead = np.cos(TURN) * across + np.sin(TURN) * ahead, np.cos(TURN) * ahead - np.sin(TURN) * across
         self.axes = np.array([across, np.cos(ELEVATION) * up + np.sin(ELEVATION) * ahead])
         self.depth = np.cos(ELEVATION) * ahead - np.sin(ELEVATION) * up
-        self.set_limits(self.flat(points), self.flat(centres))
+        self.set_limits(self.flat(points), self.flat(centers))
         self.heights = np.percentile(points @ up, [5, 95])
 
-    def long_side(self, points, centres):
+    def long_side(self, points, centers):
         """The horizontal direction in which the scene's bulk spreads most."""
         near = np.linalg.norm(points - np.median(points, axis=0), axis=1)
-        bulk = np.vstack([points[near <= np.percentile(near, 90)], centres])
+        bulk = np.vstack([points[near <= np.percentile(near, 90)], centers])
         bulk = bulk - bulk.mean(axis=0)
         horizontal = bulk - np.outer(bulk @ self.up, self.up)
         return np.linalg.svd(horizontal, full_matrices=False)[2][0]
 
-    def set_limits(self, points, centres):
+    def set_limits(self, points, centers):
         """All cameras and the middle of the points: strays would shrink all else to a dot."""
         low, high = np.percentile(points, 3, axis=0), np.percentile(points, 97, axis=0)
-        low, high = np.minimum(low, centres.min(axis=0)), np.maximum(high, centres.max(axis=0))
+        low, high = np.minimum(low, centers.min(axis=0)), np.maximum(high, centers.max(axis=0))
         margin = 0.05 * (high - low).max() or 1.0
         self.low, self.high = low - margin, high + margin
         self.size = self.high - self.low
@@ -102,7 +102,7 @@ def panel(axes, view, points, cameras, title, error):
     axes.spines[:].set_visible(False)
     axes.set_title(f"{title}: mean error {error:.2f} px", weight="bold")
     if len(shown) < len(points):
-        axes.text(0.99, 0.02, f"{len(points) - len(shown)} of {len(points)} points lie outside", ha="right", color=GREY,
+        axes.text(0.99, 0.02, f"{len(points) - len(shown)} of {len(points)} points lie outside", ha="right", color=GRAY,
                   transform=axes.transAxes, fontsize=9.5)
 
 

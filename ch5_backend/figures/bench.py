@@ -26,14 +26,14 @@ def cost_figure(directory, traces):
         style.plain_log(axes.xaxis)
         axes.tick_params(axis="x", labelsize=10)
         style.log_axis(axes.yaxis)
-        axes.axhline(1e-3, color=style.GREY, linewidth=0.8, linestyle=":")
+        axes.axhline(1e-3, color=style.GRAY, linewidth=0.8, linestyle=":")
         axes.set_title(name)
         axes.set_xlabel("time [ms]")
     for axes in panels.flat[len(problems):]:
         axes.set_visible(False)
     for axes in panels[:, 0]:
         axes.set_ylabel("cost / best − 1")
-    panels[0, 0].text(0.02, 1.3e-3, "0.1 %", color=style.GREY, fontsize=10, transform=panels[0, 0].get_yaxis_transform())
+    panels[0, 0].text(0.02, 1.3e-3, "0.1 %", color=style.GRAY, fontsize=10, transform=panels[0, 0].get_yaxis_transform())
     style.legend_above(fig, panels[0, 0])
     style.save(fig, directory, "bench_cost")
 

@@ -24,7 +24,7 @@ def the_hessian(n):
     }
 
 
-def marginalisation(n):
+def marginalization(n):
     fill = n.tables("marginalize_fill")
     before, after = fill.row(stage="before"), fill["null_dimension"][-1]
     return {
@@ -49,7 +49,7 @@ def the_priors_weight(n):
     }
 
 
-SECTIONS = {"bundle-adjustment": bundle_adjustment, "the-hessian": the_hessian, "marginalisation": marginalisation,
+SECTIONS = {"bundle-adjustment": bundle_adjustment, "the-hessian": the_hessian, "marginalization": marginalization,
             "the-priors-weight": the_priors_weight}
 
 

@@ -7,10 +7,10 @@ from .tables import read
 def draw(directory):
     trace, summary = read(directory, "mono_ba_trace"), read(directory, "mono_ba_summary")
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
-    for scene, colour, marker in (("course", BLUE, "o"), ("large", VERMILION, "s")):
+    for scene, color, marker in (("course", BLUE, "o"), ("large", VERMILION, "s")):
         rows, size = trace.where(scene=scene), summary.row(scene=scene)
         label = f"{int(size['frames'])} frames × {int(size['points'])} points"
-        line = dict(color=colour, marker=marker, label=label)
+        line = dict(color=color, marker=marker, label=label)
         panels[0].plot(rows["iteration"], rows["cost"] / rows["cost"][0], **line)
         panels[1].plot(rows["iteration"][1:], rows["lambda"][1:], **line)
         panels[2].plot(rows["iteration"][1:], rows["step_norm"][1:], **line)

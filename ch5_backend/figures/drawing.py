@@ -1,4 +1,4 @@
-"""Curves for the page itself: inline SVG in the page's colours, of which a slider shows one position at a time."""
+"""Curves for the page itself: inline SVG in the page's colors, of which a slider shows one position at a time."""
 
 import numpy as np
 from markupsafe import Markup

@@ -1,6 +1,6 @@
 """Thousands of images through each estimator: memory of the process, error against the way, time an image."""
 from . import style
-from .odometry import COLOURS, NAMES, policies
+from .odometry import COLORS, NAMES, policies
 from .style import plt
 from .tables import read
 
@@ -12,9 +12,9 @@ def draw(directory):
         rows = table.where(policy=name)
         for axes, (x, y) in zip(panels, (("frame", "resident_mb"), ("distance_m", "error_m"),
                                          ("frame", "milliseconds"))):
-            axes.plot(rows[x], rows[y], color=COLOURS[name], label=NAMES[name],
+            axes.plot(rows[x], rows[y], color=COLORS[name], label=NAMES[name],
                       linewidth=width if axes is panels[0] else 1.3)
-    for axes, (x, title) in zip(panels, (("images", "resident memory [MB]"), ("distance travelled [m]", "distance from the truth [m]"),
+    for axes, (x, title) in zip(panels, (("images", "resident memory [MB]"), ("distance traveled [m]", "distance from the truth [m]"),
                                          ("images", "time per image [ms]"))):
         axes.set(xlabel=x, title=title)
         axes.set_ylim(bottom=0)

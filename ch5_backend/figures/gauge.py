@@ -4,7 +4,7 @@ import numpy as np
 from . import style
 from .numbers import gauge_paper
 from .numbers.gauge import differences, of_scene, over_weight
-from .style import BLUE, GREEN, GREY, INK, ORANGE, PINK, SKY, VERMILION, plt
+from .style import BLUE, GREEN, GRAY, INK, ORANGE, PINK, SKY, VERMILION, plt
 from .tables import read
 
 METHODS = {"fixation": ("fixation", BLUE, "o"), "free": ("free, damped", GREEN, "^"),
@@ -23,11 +23,11 @@ def scene_axis(axes):
 def dots(axes, table, column, methods, names=None, spread=np.std):
     """Mean and standard deviation of each method in each scene; a deck has its own names and no deviation."""
     for k, method in enumerate(methods):
-        label, colour, marker = METHODS[method]
+        label, color, marker = METHODS[method]
         label = names[method] if names else label
         found = [of_scene(table, scene).where(method=method)[column] for scene in gauge_paper.SCENES]
         axes.errorbar(np.arange(6) + STEP * (k - (len(methods) - 1) / 2), [np.mean(values) for values in found],
-                      spread and [spread(values) for values in found], color=colour, marker=marker, linestyle="none",
+                      spread and [spread(values) for values in found], color=color, marker=marker, linestyle="none",
                       elinewidth=1.2, markersize=6, label=label)
 
 
@@ -81,10 +81,10 @@ def errors(directory):
 def draw_differences(axes, table, column, k):
     """Of prior and free from fixation, and what is asked of them."""
     for method, asked in (("prior", 1e-5), ("free", 1e-2)):
-        _, colour, marker = METHODS[method]
+        _, color, marker = METHODS[method]
         worst = differences(table, column, method).reshape(6, -1).max(axis=1)
-        axes.plot(range(6), worst, color=colour, marker=marker, linestyle="none", markersize=7)
-        axes.axhline(asked, color=colour, linewidth=1.0, linestyle=(0, (4, 3)))
+        axes.plot(range(6), worst, color=color, marker=marker, linestyle="none", markersize=7)
+        axes.axhline(asked, color=color, linewidth=1.0, linestyle=(0, (4, 3)))
     paper = [gauge_paper.RMSE[scene] for scene in gauge_paper.SCENES]
     theirs = np.array([abs(rmse["free"][k] / rmse["fixation"][k] - 1) for rmse in paper])
     axes.plot(np.arange(6)[theirs > 0], theirs[theirs > 0], color=INK, marker="^", linestyle="none",
@@ -94,20 +94,20 @@ def draw_differences(axes, table, column, k):
     scene_axis(axes)
 
 
-def weight_line(axes, weights, values, colour, marker, label=None, **look):
+def weight_line(axes, weights, values, color, marker, label=None, **look):
     """Values against the weight; w = 0 stands apart. Returns where each weight is drawn."""
     x = style.weight_axis(axes, weights)
-    axes.plot(x[1:], values[1:], color=colour, marker=marker, markersize=4, label=label, **look)
-    axes.plot(x[:1], values[:1], color=colour, marker=marker or "o", markersize=4)
+    axes.plot(x[1:], values[1:], color=color, marker=marker, markersize=4, label=label, **look)
+    axes.plot(x[:1], values[:1], color=color, marker=marker or "o", markersize=4)
     return x
 
 
-def sweep_line(axes, table, column, colour, marker, label=None, band=True, **look):
+def sweep_line(axes, table, column, color, marker, label=None, band=True, **look):
     weights, mean, spread = over_weight(table, column)
-    x = weight_line(axes, weights, mean, colour, marker, label, **look)
+    x = weight_line(axes, weights, mean, color, marker, label, **look)
     if band:
-        axes.fill_between(x[1:], (mean - spread)[1:], (mean + spread)[1:], color=colour, alpha=0.15, linewidth=0)
-        axes.errorbar(x[:1], mean[:1], spread[:1], color=colour, elinewidth=1.2)
+        axes.fill_between(x[1:], (mean - spread)[1:], (mean + spread)[1:], color=color, alpha=0.15, linewidth=0)
+        axes.errorbar(x[:1], mean[:1], spread[:1], color=color, elinewidth=1.2)
 
 
 def change(rows, column, weight):
@@ -120,11 +120,11 @@ def sweep_errors(panels, table):
     weights = np.unique(table["weight"])
     for axes, (error, title) in zip(panels, ERRORS.items()):
         x = style.weight_axis(axes, weights)
-        for path, colour in zip(PATHS, (VERMILION, GREEN, SKY)):
+        for path, color in zip(PATHS, (VERMILION, GREEN, SKY)):
             for name, dashes in (("planes", "-"), ("random", ":")):
                 relative = [change(of_scene(table, (path, name)), error, weight) for weight in weights]
-                axes.plot(x[1:], relative[1:], dashes, color=colour, linewidth=1.5, label=f"{path}, {name}")
-                axes.plot(x[:1], relative[:1], marker="o" if name == "planes" else "^", color=colour, markersize=4)
+                axes.plot(x[1:], relative[1:], dashes, color=color, linewidth=1.5, label=f"{path}, {name}")
+                axes.plot(x[:1], relative[:1], marker="o" if name == "planes" else "^", color=color, markersize=4)
         axes.set_title(title.rpartition(" ")[0])
     panels[0].set_ylabel("mean RMSE − that at 10⁸ [%]")
     panels[1].legend(fontsize=10, ncol=2, loc="lower right", columnspacing=1.0, handlelength=1.5)
@@ -143,15 +143,15 @@ def sweep(directory):
     table = read(directory, "sweep")
     fig, panels = plt.subplots(3, 3, figsize=(10.5, 8.8), layout="constrained", sharey="row", sharex=True)
     for (iterations, time), path in zip(panels[:2].T, PATHS):
-        for name, (label, colour, marker) in POINTS.items():
+        for name, (label, color, marker) in POINTS.items():
             rows = of_scene(table, (path, name))
-            sweep_line(iterations, rows, "iterations", colour, marker, label)
-            sweep_line(time, rows, "milliseconds", colour, marker)
+            sweep_line(iterations, rows, "iterations", color, marker, label)
+            sweep_line(time, rows, "milliseconds", color, marker)
         paper_sweep(iterations, table, "the paper's")
         iterations.set_title(path)
     sweep_errors(panels[2], table)
     for axes in panels.flat:
-        axes.axvline(gauge_paper.RECOMMENDED, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)), zorder=0)
+        axes.axvline(gauge_paper.RECOMMENDED, color=GRAY, linewidth=1.0, linestyle=(0, (4, 3)), zorder=0)
         axes.set_xlabel("prior weight w" if axes in panels[2] else "")
     for axes, title in zip(panels[:2, 0], ("iterations", "processor time [ms]")):
         axes.set_ylabel(title)

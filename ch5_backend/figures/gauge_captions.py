@@ -25,10 +25,10 @@ def methods(n):
     tight = "largest relative difference of an RMSE at convergence"
     usual = "largest relative difference of the position's RMSE at the usual stop"
     return {
-        "gauge_methods": f"Mean and standard deviation of {n[all_of, 'trials']:.0f} trials, the paper's in grey "
+        "gauge_methods": f"Mean and standard deviation of {n[all_of, 'trials']:.0f} trials, the paper's in gray "
         f"(Fig. 7). The free gauge needs fewer iterations than fixation in {share('fewer')} of the trials, more in "
         f"{share('more')}; in the mean it saves up to {-min(extra):.2f} by scene, {verdict}. The pseudo-inverse "
-        "costs more time because it decomposes the reduced system, where the others factorise it.",
+        "costs more time because it decomposes the reduced system, where the others factorize it.",
         "gauge_errors": "All methods end at the same reconstruction, as in the paper's Table II: at convergence "
         f"prior and fixation differ by at most {worst('prior', tight)} of an RMSE, free and fixation by "
         f"{worst('free', tight)} (below; the dashes mark 10⁻⁵ and 1 %). At the usual stop rules it is "
@@ -111,17 +111,17 @@ def prior_choice(n):
 def audit(n):
     known = lambda constraints, part, direction: max(
         n[f"{policy} {constraints} {part}", f"largest relative {direction}"] for policy in ("vins", "okvis"))
-    free = max(known(constraints, "measurements", direction) for constraints in ("none", "marginalised edges")
+    free = max(known(constraints, "measurements", direction) for constraints in ("none", "marginalized edges")
                for direction in ("x", "y", "z", "yaw"))
     yaw = lambda constraints, part: number(known(constraints, part, "yaw"), 2)
     return {"gauge_audit": "Beyond the paper: what H claims to know of each motion of the world, in VINS-Mono's and OKVIS's "
             "windows on a simulated flight; the largest value of all windows, and 0 for what is free. The "
             f"measurements alone leave position and yaw free, to {number(free, 1)}; roll, pitch and scale they know. The "
-            f"prior was linearised at other states and has learnt yaw by mistake, {yaw('none', 'prior')} at its first "
-            f"estimates; with observability constraints on what is marginalised it is clean there, "
-            f"{yaw('marginalised edges', 'prior')}. Beside measurements that are linearised at the present estimates "
+            f"prior was linearized at other states and has learnt yaw by mistake, {yaw('none', 'prior')} at its first "
+            f"estimates; with observability constraints on what is marginalized it is clean there, "
+            f"{yaw('marginalized edges', 'prior')}. Beside measurements that are linearized at the present estimates "
             f"that is not enough: their sum knows yaw to {yaw('none', 'window')} without constraints and to "
-            f"{yaw('marginalised edges', 'window')} with them."}
+            f"{yaw('marginalized edges', 'window')} with them."}
 
 
 def recordings(n):

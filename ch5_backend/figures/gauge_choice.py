@@ -25,14 +25,14 @@ def band(axes, table):
 
 def factor_lines(axes, table, factor, names):
     """Iterations against the weight, a line for each value of the factor."""
-    for (value, label), (colour, marker) in zip(names.items(), LOOKS):
-        sweep_line(axes, usual(table, **{factor: value}), "iterations", colour, marker, label, band=False)
+    for (value, label), (color, marker) in zip(names.items(), LOOKS):
+        sweep_line(axes, usual(table, **{factor: value}), "iterations", color, marker, label, band=False)
 
 
 def error_lines(axes, table, start, names):
     """The error of the position by that without a prior against the weight, a line for each place of the prior."""
-    for (place, label), (colour, marker) in zip(names.items(), LOOKS):
-        weight_line(axes, *error_ratio(table, place, start), colour, marker, label)
+    for (place, label), (color, marker) in zip(names.items(), LOOKS):
+        weight_line(axes, *error_ratio(table, place, start), color, marker, label)
     style.plain_log(axes.yaxis, [0.5, 1, 2, 5, 10, 20, 50])
     axes.set_ylim(0.3, 60)
 
@@ -81,10 +81,10 @@ def recordings(directory):
     fig, panels = plt.subplots(1, 4, figsize=(11.0, 4.4), layout="constrained")
     for axes, (column, title) in zip(panels, {"iterations": "iterations", **ERRORS}.items()):
         for k, method in enumerate(("fixation", "free", "prior")):
-            label, colour, marker = METHODS[method]
+            label, color, marker = METHODS[method]
             for i, name in enumerate(RECORDINGS):
                 low, middle, high = np.percentile(table.where(recording=name, method=method)[column], (25, 50, 75))
-                axes.errorbar(i + 0.2 * (k - 1), middle, [[middle - low], [high - middle]], color=colour, marker=marker,
+                axes.errorbar(i + 0.2 * (k - 1), middle, [[middle - low], [high - middle]], color=color, marker=marker,
                               linestyle="none", elinewidth=1.2, markersize=6, label=None if i else label)
             if column in ERRORS:
                 error = gauge_paper.EUROC.get(method, gauge_paper.EUROC["fixation"])[list(ERRORS).index(column)]

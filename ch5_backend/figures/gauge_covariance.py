@@ -4,7 +4,7 @@ import numpy as np
 from . import style
 from .numbers.gauge import ZERO, relative_spectrum
 from .hessian import magnitudes
-from .style import BLUE, GREEN, GREY, VERMILION, plt
+from .style import BLUE, GREEN, GRAY, VERMILION, plt
 from .tables import dense, read
 
 KEYFRAME = 9  # rows: p, δθ, v
@@ -27,9 +27,9 @@ def spectrum(directory):
     for axes, problem in zip(panels, ("camera and IMU", "camera alone")):
         values = relative_spectrum(table, problem)
         number, zeros = spectrum_dots(axes, values)
-        axes.axhline(ZERO, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)))
+        axes.axhline(ZERO, color=GRAY, linewidth=1.0, linestyle=(0, (4, 3)))
         axes.text(number[zeros], values[:zeros].max(), f"  {zeros} zeros", color=VERMILION, va="center", fontsize=13)
-        axes.text(number[-1], ZERO * 1.6, "10⁻⁸", color=GREY, ha="right", fontsize=11)
+        axes.text(number[-1], ZERO * 1.6, "10⁻⁸", color=GRAY, ha="right", fontsize=11)
         axes.set_title(f"{problem}: {len(values)} eigenvalues")
         axes.set_xlabel("number of the eigenvalue, ascending")
     panels[0].set_ylabel("|λ| / largest λ")

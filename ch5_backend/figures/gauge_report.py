@@ -67,7 +67,7 @@ def audit_table(n):
     directions = ("x", "y", "z", "yaw", "roll", "pitch", "scale")
     rows = [(f"{policy}, constraints on {constraints}: {words}",
              *(number(n[f"{policy} {constraints} {part}", f"largest relative {d}"], 2) for d in directions))
-            for policy in ("vins", "okvis") for constraints in ("none", "marginalised edges")
+            for policy in ("vins", "okvis") for constraints in ("none", "marginalized edges")
             for part, words in parts.items()]
     return page.table(("‖P⁻¹Hn‖ / ‖Pn‖", *directions), rows)
 

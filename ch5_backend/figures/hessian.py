@@ -2,7 +2,7 @@
 import numpy as np
 
 from . import style
-from .style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION, plt
+from .style import BLUE, GREEN, GRAY, INK, ORANGE, VERMILION, plt
 from .tables import dense, read
 
 
@@ -63,14 +63,14 @@ def spectrum(directory):
     table = read(directory, "spectrum")
     gauges = list(dict.fromkeys(table["gauge"]))
     fig, axes = plt.subplots(figsize=(10.0, 4.2), layout="constrained")
-    for y, (gauge, colour) in enumerate(zip(gauges, (VERMILION, BLUE, GREEN, ORANGE))):
+    for y, (gauge, color) in enumerate(zip(gauges, (VERMILION, BLUE, GREEN, ORANGE))):
         values = table.where(gauge=gauge)["eigenvalue"]
         zero = np.abs(values) <= 1e-10 * values.max()
-        axes.vlines(np.maximum(np.abs(values), 1e-10), y - 0.3, y + 0.3, color=colour, linewidth=2)
+        axes.vlines(np.maximum(np.abs(values), 1e-10), y - 0.3, y + 0.3, color=color, linewidth=2)
         count = f"{zero.sum()} of {len(values)} are zero" if zero.any() else f"none of {len(values)} is zero"
-        axes.text(3e-1, y, count, ha="right", va="center", fontsize=11, color=colour)
+        axes.text(3e-1, y, count, ha="right", va="center", fontsize=11, color=color)
     axes.axvspan(1e-10, 1e-6, color="#f3f3f3", zorder=0)
-    axes.text(1.5e-10, -0.62, "rounding of zero", color=GREY, fontsize=10, va="center")
+    axes.text(1.5e-10, -0.62, "rounding of zero", color=GRAY, fontsize=10, va="center")
     style.log_axis(axes.xaxis)
     axes.set_xlim(1e-10, 3e9)
     axes.set_ylim(len(gauges) - 0.5, -0.85)

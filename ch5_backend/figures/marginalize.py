@@ -1,9 +1,9 @@
-"""Marginalisation as pictures: the slides' chain of three scalars with its numbers, and fill-in on a scene."""
+"""Marginalization as pictures: the slides' chain of three scalars with its numbers, and fill-in on a scene."""
 import numpy as np
 
 from . import style
 from .hessian import bracket, magnitudes, percent
-from .style import GREY, INK, plt
+from .style import GRAY, INK, plt
 from .tables import dense, read
 
 
@@ -26,7 +26,7 @@ def numbers(axes, matrix, names, limit):
 
 def arrow(fig, start, end, y, text):
     fig.text((start + end) / 2, y + 0.045, text, ha="center", va="bottom", fontsize=11, linespacing=1.3)
-    fig.add_artist(plt.matplotlib.patches.FancyArrowPatch((start, y), (end, y), transform=fig.transFigure, color=GREY,
+    fig.add_artist(plt.matplotlib.patches.FancyArrowPatch((start, y), (end, y), transform=fig.transFigure, color=GRAY,
                                                           arrowstyle="-|>", mutation_scale=18, linewidth=1.6))
 
 
@@ -81,7 +81,7 @@ def scene(directory):
     bar = fig.add_axes([0.715, 0.13, 0.256, 0.025])
     fig.colorbar(image, cax=bar, orientation="horizontal", label="log₁₀ |entry|")
     for start, end in (((0.35, 0.58), (0.445, 0.70)), ((0.35, 0.38), (0.425, 0.25)), ((0.685, 0.73), (0.755, 0.73))):
-        fig.add_artist(plt.matplotlib.patches.FancyArrowPatch(start, end, transform=fig.transFigure, color=GREY,
+        fig.add_artist(plt.matplotlib.patches.FancyArrowPatch(start, end, transform=fig.transFigure, color=GRAY,
                                                               arrowstyle="-|>", mutation_scale=18, linewidth=1.6))
     style.save(fig, directory, "marginalize_scene")
 

@@ -27,13 +27,13 @@ def draw(directory):
     columns = (("nees_pose", "pose", "NEES of the pose (6)"), ("nees_yaw", "yaw", "NEES of yaw (1)"),
                ("yaw_information", None, "yaw claimed [rad⁻²]"), ("yaw_leak", None, "the prior's leak [rad⁻²]"))
     for line, (policy, name) in zip(panels, POLICIES.items()):
-        curves = {label: (table.where(policy=policy, mode=mode), colour, dashes)
-                  for mode, (label, colour, dashes) in MODES.items()}
+        curves = {label: (table.where(policy=policy, mode=mode), color, dashes)
+                  for mode, (label, color, dashes) in MODES.items()}
         if policy == "vins":
             curves = {"observations used twice": (table.where(policy="vins twice"), VERMILION, ":"), **curves}
         for axes, (column, band, title) in zip(line, columns):
-            for label, (rows, colour, dashes) in curves.items():
-                curve(axes, rows, np.abs(rows[column]), colour, label, dashes, band, linewidth=1.5)
+            for label, (rows, color, dashes) in curves.items():
+                curve(axes, rows, np.abs(rows[column]), color, label, dashes, band, linewidth=1.5)
             axes.set_title(f"{name}: {title}" if axes is line[0] else title, fontsize=11)
             if column == "yaw_leak":
                 axes.set_yscale("symlog", linthresh=1e-6)

@@ -4,16 +4,16 @@ import numpy as np
 from . import style
 from .numbers import windows
 from .hessian import bracket, magnitudes
-from .style import BLUE, GREY, VERMILION, plt
+from .style import BLUE, GRAY, VERMILION, plt
 from .tables import dense, read
 
-COLOURS = {"vins": BLUE, "okvis": VERMILION}
+COLORS = {"vins": BLUE, "okvis": VERMILION}
 NAMES = {"vins": "VINS", "okvis": "OKVIS"}
 
 
 def policies(table):
     """Those that the table tells of, which may be none: not every policy finds a start in every recording."""
-    return [name for name in COLOURS if np.any(table["policy"] == name)]
+    return [name for name in COLORS if np.any(table["policy"] == name)]
 
 
 def read_estimates(directory, name):
@@ -23,7 +23,7 @@ def read_estimates(directory, name):
 
 def error_line(axes, rows, policy, **look):
     """The distance from the truth over time [cm]."""
-    axes.plot(rows["t_s"], 100 * rows["error_m"], color=COLOURS[policy], **look)
+    axes.plot(rows["t_s"], 100 * rows["error_m"], color=COLORS[policy], **look)
 
 
 def paths(directory):
@@ -34,12 +34,12 @@ def paths(directory):
     grid = fig.add_gridspec(2, 2, width_ratios=(1.0, 1.15))
     above, side, error = fig.add_subplot(grid[:, 0]), fig.add_subplot(grid[0, 1]), fig.add_subplot(grid[1, 1])
     if len(truth):
-        above.plot(truth["x_m"], truth["y_m"], color=GREY, linewidth=4.0, alpha=0.5, label="truth")
-        side.plot(truth["t_s"], truth["z_m"], color=GREY, linewidth=4.0, alpha=0.5)
+        above.plot(truth["x_m"], truth["y_m"], color=GRAY, linewidth=4.0, alpha=0.5, label="truth")
+        side.plot(truth["t_s"], truth["z_m"], color=GRAY, linewidth=4.0, alpha=0.5)
     for name in policies(path):
         rows = path.where(policy=name)
-        above.plot(rows["x_m"], rows["y_m"], color=COLOURS[name], linewidth=1.3, label=NAMES[name])
-        side.plot(rows["t_s"], rows["z_m"], color=COLOURS[name], linewidth=1.3)
+        above.plot(rows["x_m"], rows["y_m"], color=COLORS[name], linewidth=1.3, label=NAMES[name])
+        side.plot(rows["t_s"], rows["z_m"], color=COLORS[name], linewidth=1.3)
         error_line(error, rows, name, linewidth=1.5)
     above.set_aspect("equal", adjustable="datalim")
     above.set(xlabel="x [m]", ylabel="y [m]", title="from above")
@@ -60,10 +60,10 @@ def timing(directory):
                                       gridspec_kw={"width_ratios": (1.6, 1.0)})
     for name in policies(tracking):
         rows, p99 = tracking.where(policy=name), summary.row(policy=name)["p99_window_ms"]
-        left.plot(rows["t_s"], rows["milliseconds"], ".", color=COLOURS[name], markersize=2.5)
-        left.axhline(p99, color=COLOURS[name], linewidth=1.0, linestyle=(0, (4, 3)))
+        left.plot(rows["t_s"], rows["milliseconds"], ".", color=COLORS[name], markersize=2.5)
+        left.axhline(p99, color=COLORS[name], linewidth=1.0, linestyle=(0, (4, 3)))
         ordered = np.sort(rows["milliseconds"])
-        right.plot(ordered, 100 * (np.arange(len(ordered)) + 1) / len(ordered), color=COLOURS[name],
+        right.plot(ordered, 100 * (np.arange(len(ordered)) + 1) / len(ordered), color=COLORS[name],
                    label=f"{NAMES[name]}: 99 % in {p99:.2g} ms")
     left.set(xlabel="time [s]", ylabel="[ms]", title="time spent on each image")
     longest = 1.3 * np.nanmax(summary["p99_window_ms"])
@@ -116,7 +116,7 @@ def leak(directory, say, policy):
 
 def leak_line(axes, times, values, policy, least=1e-12, **look):
     """|nᵀHn| of the priors over time."""
-    axes.plot(times, np.maximum(np.abs(values), least), color=COLOURS[policy], **look)
+    axes.plot(times, np.maximum(np.abs(values), least), color=COLORS[policy], **look)
 
 
 def gauge(directory):
@@ -140,7 +140,7 @@ def gauge(directory):
 def film(directory):
     """H of the window before the slide, and below it the prior that the slide left."""
     table = read_estimates(directory, "odometry_matrices")
-    for name in COLOURS:
+    for name in COLORS:
         if name not in policies(table):
             style.discard(directory, f"odometry_film_{name}")
             continue

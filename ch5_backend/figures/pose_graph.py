@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Draws a pose graph before and after it was optimised, and how its cost fell: DIR/figures/pose_graph.png and .svg.
+"""Draws a pose graph before and after it was optimized, and how its cost fell: DIR/figures/pose_graph.png and .svg.
 
 usage: pose_graph.py DIR        the folder that ch5_pose_graph FILE --out DIR has filled
 
 Reads DIR/poses.csv, DIR/edges.csv, DIR/trace.csv and DIR/summary.csv. Both panels have the same scale and are seen from
-the same place in parallel projection, a planar graph from above. The path goes from dark to bright; grey lines are the
+the same place in parallel projection, a planar graph from above. The path goes from dark to bright; gray lines are the
 measurements that close loops.
 """
 import numpy as np
@@ -43,7 +43,7 @@ def segments(edges, position, view):
 
 def panel(axes, lines, on_path, title, chi2):
     kind = plt.matplotlib.collections.LineCollection
-    axes.add_collection(kind(lines[~on_path], colors=style.GREY, linewidths=0.4, alpha=0.45, rasterized=True))
+    axes.add_collection(kind(lines[~on_path], colors=style.GRAY, linewidths=0.4, alpha=0.45, rasterized=True))
     path = kind(lines[on_path], cmap=PATH, linewidths=1.1, rasterized=True)
     path.set_array(np.arange(on_path.sum()))
     axes.add_collection(path)

@@ -2,10 +2,10 @@
 import numpy as np
 
 from . import style
-from .style import BLUE, GREEN, GREY, INK, ORANGE, PINK, SKY, VERMILION, plt
+from .style import BLUE, GREEN, GRAY, INK, ORANGE, PINK, SKY, VERMILION, plt
 from .tables import Table, read
 
-VARIANTS = {  # name: (label, colour, marker)
+VARIANTS = {  # name: (label, color, marker)
     "course": ("course: starts at the truth, W = I", VERMILION, "o"),
     "perturbed": ("perturbed start, W = 1/σ²", BLUE, "s"),
     "minimal": ("the same, minimal gauge", GREEN, "^"),
@@ -35,13 +35,13 @@ def lines(axes, table, column, scale=lambda rows, values: values, names=None, ma
     A deck names its variants, {variant: label}, and may leave the marks out.
     """
     table = Table({**table.columns, "x": style.weight_axis(axes, table["weight"])})
-    for rows, label, colour, marker in curves(table, names):
+    for rows, label, color, marker in curves(table, names):
         x, y, free = rows["x"], scale(rows, rows[column]), rows["weight"] == 0
-        axes.plot(x[~free], y[~free], color=colour, marker=marker if marks else None, label=label)
-        axes.plot(x[free], y[free], color=colour, marker=marker)
+        axes.plot(x[~free], y[~free], color=color, marker=marker if marks else None, label=label)
+        axes.plot(x[free], y[free], color=color, marker=marker)
         if marks and "termination" in rows.columns:
             capped = rows["termination"] == CAPPED
-            axes.plot(x[capped], y[capped], linestyle="none", marker=marker, color=colour, markerfacecolor="white")
+            axes.plot(x[capped], y[capped], linestyle="none", marker=marker, color=color, markerfacecolor="white")
 
 
 def sweep_figure(table):
@@ -55,7 +55,7 @@ def sweep_figure(table):
     panels[2].set_ylim(bottom=0)
     if "termination" in table.columns and (table["termination"] == CAPPED).any():
         panels[0].text(0.98, 0.97, "open: stopped there,\nnot converged", transform=panels[0].transAxes, ha="right",
-                       va="top", fontsize=10.5, color=GREY)
+                       va="top", fontsize=10.5, color=GRAY)
     for axes, title in zip(panels, ("iterations", "time [ms]", "RMSE of positions [mm]")):
         axes.set_title(title)
     style.legend_above(fig, panels[0])
@@ -89,7 +89,7 @@ def traces(directory):
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, sharey=True, layout="constrained")
     decades = np.array([w for w in np.unique(table["weight"]) if w > 0 and abs(np.log10(w) % 1) < 1e-9])
     norm = plt.matplotlib.colors.LogNorm(decades.min(), decades.max())
-    for axes, (variant, (label, colour, _)) in zip(panels, VARIANTS.items()):
+    for axes, (variant, (label, color, _)) in zip(panels, VARIANTS.items()):
         rows = table.where(variant=variant)
         for weight in (*decades, 0.0):
             cost, k = (rows.where(weight=weight)[name] for name in ("cost", "iteration"))
@@ -98,7 +98,7 @@ def traces(directory):
             shade = INK if weight == 0 else plt.cm.viridis(norm(weight))
             axes.plot(k[keep] + 1, excess[keep], color=shade, linewidth=1.5, linestyle=":" if weight == 0 else "-",
                       label="w = 0" if weight == 0 else None)
-        axes.set_title(label, color=colour, fontsize=11)
+        axes.set_title(label, color=color, fontsize=11)
         style.plain_log(axes.xaxis, (1, 3, 10, 30, 100))
         style.log_axis(axes.yaxis)
         axes.set_xlabel("iteration + 1")
@@ -128,11 +128,11 @@ DAMPINGS = {"identity": "H + λ I (Levenberg, the course)", "diagonal": "H + λ 
 
 def damping_lines(axes, table, column, names):
     """One line a damping against the weight."""
-    for name, colour, marker in (("identity", VERMILION, "o"), ("diagonal", BLUE, "s")):
+    for name, color, marker in (("identity", VERMILION, "o"), ("diagonal", BLUE, "s")):
         rows = table.where(damping=name)
         x = style.weight_axis(axes, rows["weight"])
-        axes.plot(x[1:], rows[column][1:], color=colour, marker=marker, label=names[name])
-        axes.plot(x[:1], rows[column][:1], color=colour, marker=marker)
+        axes.plot(x[1:], rows[column][1:], color=color, marker=marker, label=names[name])
+        axes.plot(x[:1], rows[column][:1], color=color, marker=marker)
 
 
 def damping(directory):

@@ -4,7 +4,7 @@ DIR/report.zh.html.
 
 usage: report.py [DIR]        DIR is out/ unless given; ch5_chapter --out DIR must have filled DIR/csv
 
-Tables, DIR/csv (one row of names, then numbers; metres, radians; costs are ½ Σ rᵀWr):
+Tables, DIR/csv (one row of names, then numbers; meters, radians; costs are ½ Σ rᵀWr):
   mono_ba_summary.csv    one row a scene ("course" 3×20, "large" 10×300): sizes, costs, iterations, RMSE, termination
   mono_ba_trace.csv      scene,iteration,cost,lambda,gain_ratio,step_norm,gradient_max,trials,seconds
   mono_ba_frames.csv     scene,state,frame,x_m…qw       state: truth, initial, final (aligned by a similarity)
@@ -28,7 +28,7 @@ Tables, DIR/csv (one row of names, then numbers; metres, radians; costs are ½ �
   odometry_matrices.csv  policy,picture,t_s,stage,size,pose_rows,row,column,value  stage: window (H), prior (JᵀJ)
   odometry_spectrum.csv  policy,t_s,index,eigenvalue,scaled   of the prior, and of it with a unit diagonal
   odometry_gauge.csv     policy,t_s,direction,information,relative   the auditor's: what the prior knows of the gauge
-  slide_vertices.csv     policy,vertex,number,row,rows,fate   what a slide of one window marginalises; of the slides
+  slide_vertices.csv     policy,vertex,number,row,rows,fate   what a slide of one window marginalizes; of the slides
   slide_observations.csv  policy,landmark,frame,host,fate     prior, again (there, and used again), lost, stays
   slide_matrices.csv     policy,stage,size,pose_rows,row,column,value   stage: window (H), before, after (priors)
   slide_priors.csv       policy,stage,columns,rank,null_dimension,largest_gauge_information

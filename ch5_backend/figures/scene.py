@@ -2,7 +2,7 @@
 import numpy as np
 
 from . import style
-from .style import BLUE, GREY, INK, VERMILION, plt
+from .style import BLUE, GRAY, INK, VERMILION, plt
 from .tables import read
 
 
@@ -29,16 +29,16 @@ def matrix(table, names):
 XYZ, QUATERNION = ("x_m", "y_m", "z_m"), ("qx", "qy", "qz", "qw")
 
 
-def panel(axes, frames, points, scene, state, limits, colour):
+def panel(axes, frames, points, scene, state, limits, color):
     truth = matrix(points.where(scene=scene, state="truth"), XYZ)
     estimate = matrix(points.where(scene=scene, state=state), XYZ)
     inside = np.all((estimate > limits[0]) & (estimate < limits[1]), axis=1)  # 3-D axes do not clip by themselves
     few = len(truth) <= 50
     for a, b in zip(truth[inside], estimate[inside]):
-        axes.plot(*np.array([a, b]).T, color=colour, linewidth=1.0 if few else 0.6, alpha=0.7)
-    axes.scatter(*truth.T, s=26 if few else 9, facecolors="none", edgecolors=GREY, linewidths=0.8, depthshade=False)
-    axes.scatter(*estimate[inside].T, s=16 if few else 5, color=colour, depthshade=False)
-    for which, line in (("truth", dict(color=GREY, linewidth=1.0)), (state, dict(color=colour, linewidth=1.6))):
+        axes.plot(*np.array([a, b]).T, color=color, linewidth=1.0 if few else 0.6, alpha=0.7)
+    axes.scatter(*truth.T, s=26 if few else 9, facecolors="none", edgecolors=GRAY, linewidths=0.8, depthshade=False)
+    axes.scatter(*estimate[inside].T, s=16 if few else 5, color=color, depthshade=False)
+    for which, line in (("truth", dict(color=GRAY, linewidth=1.0)), (state, dict(color=color, linewidth=1.6))):
         rows = frames.where(scene=scene, state=which)
         for p, q in zip(matrix(rows, XYZ), matrix(rows, QUATERNION)):
             camera(axes, p, q, 0.55, **line)
@@ -60,8 +60,8 @@ def decorate(axes, limits):
         axis.set_tick_params(labelsize=9, pad=-1)
 
 
-def length(metres):
-    return "0 m" if metres == 0 else f"{1e3 * metres:.2g} mm" if metres < 0.1 else f"{metres:.2f} m"
+def length(meters):
+    return "0 m" if meters == 0 else f"{1e3 * meters:.2g} mm" if meters < 0.1 else f"{meters:.2f} m"
 
 
 def figure(directory, scene, frames, points, summary):
@@ -70,19 +70,19 @@ def figure(directory, scene, frames, points, summary):
     limits = everything.min(axis=0) - 1.0, everything.max(axis=0) + 1.0
     row = summary.row(scene=scene)
     fig = plt.figure(figsize=style.WIDE)
-    for i, (state, title, colour) in enumerate((("initial", "before", VERMILION), ("final", "after", BLUE))):
+    for i, (state, title, color) in enumerate((("initial", "before", VERMILION), ("final", "after", BLUE))):
         axes = fig.add_axes([0.005 + 0.5 * i, 0.06, 0.475, 0.88], projection="3d")
-        outside = panel(axes, frames, points, scene, state, limits, colour)
+        outside = panel(axes, frames, points, scene, state, limits, color)
         decorate(axes, limits)
         rmse = row[f"{state}_rmse_landmark_m"], row[f"{state}_rmse_position_m"]
-        fig.text(0.04 + 0.5 * i, 0.93, title, fontsize=15, weight="bold", color=colour)
+        fig.text(0.04 + 0.5 * i, 0.93, title, fontsize=15, weight="bold", color=color)
         aligned = " after alignment" if state == "final" else ""
         note = f"RMSE{aligned}: points {length(rmse[0])}, cameras {length(rmse[1])}"
         if outside:
             note += f"\n{outside} of {int(row['points'])} points lie outside the picture"
         fig.text(0.04 + 0.5 * i, 0.905, note, fontsize=10.5, color=INK, va="top")
-    fig.text(0.5, 0.015, "grey: truth      colour: estimate, tied to its truth by a line", ha="center", fontsize=10.5,
-             color=GREY)
+    fig.text(0.5, 0.015, "gray: truth      color: estimate, tied to its truth by a line", ha="center", fontsize=10.5,
+             color=GRAY)
     style.save(fig, directory, f"scene_{scene}")
 
 

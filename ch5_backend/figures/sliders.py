@@ -9,7 +9,7 @@ from .style import number
 from .tables import read
 
 POLICIES = {"vins": "VINS", "okvis": "OKVIS"}
-COLOURS = {"course": "c1", "perturbed": "c0", "minimal": "c2"}  # as in prior.py
+COLORS = {"course": "c1", "perturbed": "c0", "minimal": "c2"}  # as in prior.py
 IMAGES_A_STEP = 5
 
 player = page.PIECES.player
@@ -27,23 +27,23 @@ def iterations(directory, say):
     cost = Axes(say("cost_ratio"), (0, last), limits([*ratio["course"], *ratio["large"]], log=True), say("iteration"),
                 y_log=True)
     maps, rows = [], []
-    for scene, colour in scenes.items():
+    for scene, color in scenes.items():
         of = trace.where(scene=scene)
-        cost.curve(of["iteration"], ratio[scene], f"thin {colour}")
-        maps.append(point_map(say, scene, points.where(scene=scene), truth.where(scene=scene), last, colour))
+        cost.curve(of["iteration"], ratio[scene], f"thin {color}")
+        maps.append(point_map(say, scene, points.where(scene=scene), truth.where(scene=scene), last, color))
         for k in range(last + 1):
             now = min(k, len(of) - 1)  # a scene that has converged stays as it is
-            cost.dots(of["iteration"][now:now + 1], ratio[scene][now:now + 1], colour, k)
+            cost.dots(of["iteration"][now:now + 1], ratio[scene][now:now + 1], color, k)
             rows.append((k, say(f"scene.{scene}"), f"{now}" if now == k else say("iteration.done", k=now),
                          number(of["cost"][now], 6), *(number(of[name][now]) if now else "–" for name in ("lambda", "gain_ratio", "step_norm")),
                          number(of["gradient_max"][now])))
     return player("iteration", say("iteration.title"), say("iteration.words"),
                   [say("iteration.of", k=k) for k in range(last + 1)], 0,
-                  [(say(f"scene.{scene}"), colour) for scene, colour in scenes.items()], [cost.svg(say("cost.alt")), *maps],
+                  [(say(f"scene.{scene}"), color) for scene, color in scenes.items()], [cost.svg(say("cost.alt")), *maps],
                   (say("scene"), say("iteration"), say("cost"), "λ", say("gain_ratio"), "‖Δx‖", "max |b|"), rows)
 
 
-def point_map(say, scene, points, truth, last, colour):
+def point_map(say, scene, points, truth, last, color):
     """x and z of each point at each iteration, tied to its true place."""
     x_span, z_span = (-7, 7), (2, 11)
     title = say(f"scene.{scene}")
@@ -56,7 +56,7 @@ def point_map(say, scene, points, truth, last, colour):
         inside = (x > x_span[0]) & (x < x_span[1]) & (z > z_span[0]) & (z < z_span[1])
         ways = np.column_stack((*shown.at(x, z), true))[inside]
         shown.path("".join(f"M{a:.1f} {b:.1f}h0L{u:.1f} {v:.1f}" for a, b, u, v in ways),
-                   f"point {'many' if len(x) > 50 else 'few'} {colour}", k)
+                   f"point {'many' if len(x) > 50 else 'few'} {color}", k)
     return shown.svg(say("points.alt", scene=title), "single")
 
 
@@ -65,21 +65,21 @@ def windows(directory, say):
     path = read(directory, "odometry_path")
     images = read(directory, "odometry_windows").where(status="tracking")
     gauge = read(directory, "odometry_gauge", may_be_empty=True).where(direction="yaw")
-    colours = {name: f"c{i}" for i, name in enumerate(POLICIES) if len(path.where(policy=name))}
+    colors = {name: f"c{i}" for i, name in enumerate(POLICIES) if len(path.where(policy=name))}
     times = np.unique(images["t_s"])[::IMAGES_A_STEP]
-    if not colours:
+    if not colors:
         return ""
     truth, error = path.where(policy="truth"), 100 * path["error_m"]
     above = Axes(say("path"), limits(path["x_m"]), limits(path["y_m"]))
     above.curve(truth["x_m"][::10], truth["y_m"][::10], "truth")
     drift = Axes(say("drift"), limits(path["t_s"]), (0, np.nanmax([1.0, *error])), say("seconds"))
     rows = []
-    for name, colour in colours.items():
+    for name, color in colors.items():
         of, solves, yaw = (table.where(policy=name) for table in (path, images, gauge))
         for axes, x, y in ((above, of["x_m"], of["y_m"]), (drift, of["t_s"], 100 * of["error_m"])):
-            axes.curve(x, y, f"thin {colour}")
+            axes.curve(x, y, f"thin {color}")
             for k, t in enumerate(times):
-                axes.dots(x[of["t_s"] == t], y[of["t_s"] == t], colour, k)
+                axes.dots(x[of["t_s"] == t], y[of["t_s"] == t], color, k)
         for k, t in enumerate(times):
             cells = window_cells(of.where(t_s=t), solves.where(t_s=t), yaw.where(t_s=t))
             rows += [(k, POLICIES[name], *cells)] if cells else []
@@ -87,7 +87,7 @@ def windows(directory, say):
     drawings += [drift.svg(say("drift.alt"))] if len(truth) else []
     head = ("policy", "landmarks", "iterations", "first_cost", "last_cost", "time", "error", "yaw_known")
     return player("window", say("window.title"), say("window.words", step=IMAGES_A_STEP), [f"{t:.2f} s" for t in times],
-                  len(times) // 2, [(POLICIES[name], colour) for name, colour in colours.items()], drawings,
+                  len(times) // 2, [(POLICIES[name], color) for name, color in colors.items()], drawings,
                   list(map(say, head)), rows)
 
 
@@ -111,21 +111,21 @@ def weights(directory, say):
     count = Axes(say("count"), (place[0], steps[-1]), (1, most + 1), say("weight"), True, True)
     way = Axes(say("excess"), (1, most + 1), (1e-14, 1), say("next_iteration"), True, True)
     rows = []
-    for variant, colour in COLOURS.items():
+    for variant, color in COLORS.items():
         of = sweep.where(variant=variant)
-        count.curve(place[1:], of["iterations"][1:], f"thin {colour}")
+        count.curve(place[1:], of["iterations"][1:], f"thin {color}")
         for k, weight in enumerate(steps):
             row, costs = of.row(weight=weight), trace.where(variant=variant, weight=weight)["cost"]
             excess = (costs - costs[-1]) / costs[0]
             keep = excess > 1e-14
-            way.curve(np.arange(1, len(costs) + 1)[keep], excess[keep], colour, k)
-            count.dots(place[k:k + 1], [row["iterations"]], colour, k)
+            way.curve(np.arange(1, len(costs) + 1)[keep], excess[keep], color, k)
+            count.dots(place[k:k + 1], [row["iterations"]], color, k)
             rows.append((k, say(f"variant.{variant}"), f"{row['iterations']:.0f}", number(row["reprojection_cost"], 4),
                          *(number(row[name]) for name in ("prior_cost", "drift_position")),
                          number(1e3 * row["rmse_position"], 4), say(row["termination"])))
     return player("prior-weight", say("prior-weight.title"), say("prior-weight.words"),
                   [f"w = {number(w, 1)}" for w in steps], len(steps) // 2,
-                  [(say(f"variant.{variant}.words"), colour) for variant, colour in COLOURS.items()],
+                  [(say(f"variant.{variant}.words"), color) for variant, color in COLORS.items()],
                   [count.svg(say("count.alt")), way.svg(say("cost.alt"))],
                   (say("variant"), say("iterations"), say("reprojection_cost"), say("prior_cost"), say("drift_position"),
                    "RMSE [mm]", say("stopped_by")), rows)

@@ -11,10 +11,10 @@ import numpy as np
 from .atomic_write import atomic_write
 from .tables import TableError
 
-# Okabe and Ito's colours: told apart by colour-blind eyes, and by their lightness in grey.
+# Okabe and Ito's colors: told apart by color-blind eyes, and by their lightness in gray.
 PALETTE = ["#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"]
 BLUE, VERMILION, GREEN, ORANGE, SKY, PINK = "C0", "C1", "C2", "C3", "C4", "C5"  # of the palette, or of the decks' own
-INK, GREY, PALE = "#222222", "#8a8a8a", "#d9d9d9"
+INK, GRAY, PALE = "#222222", "#8a8a8a", "#d9d9d9"
 
 WIDE = (10.0, 5.0)  # inches: fills a slide below its title
 
@@ -27,7 +27,7 @@ plt.rcParams.update({
     "axes.titlesize": 13,
     "axes.titlelocation": "left",
     "axes.titlepad": 9,
-    "axes.edgecolor": GREY,
+    "axes.edgecolor": GRAY,
     "axes.labelcolor": INK,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -107,7 +107,7 @@ def number(value, digits=3):
 
 
 def log_axis(axis):
-    """A logarithmic axis with at most nine labelled powers of ten."""
+    """A logarithmic axis with at most nine labeled powers of ten."""
     (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
     axis.set_major_locator(plt.matplotlib.ticker.LogLocator(numticks=9))
     axis.set_major_formatter(lambda value, _: power_of_ten(round(np.log10(value))))
@@ -148,7 +148,7 @@ def weight_axis(axes, weights):
 
 
 def legend_above(figure, axes, columns=3):
-    """One legend for all panels, above them; none where nothing is labelled."""
+    """One legend for all panels, above them; none where nothing is labeled."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         space(figure, rect=(0, 0, 1, 1 - 0.45 / figure.get_figheight()))

@@ -8,7 +8,7 @@ Reads DIR/frames.csv, DIR/trace.csv and DIR/summary.csv.
 import numpy as np
 
 from . import style
-from .style import BLUE, GREY, INK, VERMILION, plt
+from .style import BLUE, GRAY, INK, VERMILION, plt
 from .tables import read
 
 
@@ -16,7 +16,7 @@ def draw(directory):
     frames, trace, summary = (read(directory, name, folder="") for name in ("frames", "trace", "summary"))
     summary = dict(zip(summary["key"], summary["value"]))
     fig, (above, apart, cost) = plt.subplots(1, 3, figsize=(13.0, 4.4), layout="constrained")
-    looks = {"truth": dict(color=GREY, linewidth=5.0, alpha=0.45), "before": dict(color=VERMILION, marker="o"),
+    looks = {"truth": dict(color=GRAY, linewidth=5.0, alpha=0.45), "before": dict(color=VERMILION, marker="o"),
              "after": dict(color=BLUE, marker="o")}
     truth = frames.where(state="truth")
     for state, look in looks.items():

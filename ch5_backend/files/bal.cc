@@ -108,13 +108,13 @@ std::string FormatBal(const BalProblem& problem) {
 }
 
 std::string FormatBalPly(const BalProblem& problem) {
-  std::vector<ColouredPoint> points;
+  std::vector<ColoredPoint> points;
   for (const Vec3& p : problem.points) points.push_back({p, {200, 200, 200}});
-  for (const Vec9& camera : problem.cameras) points.push_back({CameraCentre(camera), {255, 128, 0}});
+  for (const Vec9& camera : problem.cameras) points.push_back({CameraCenter(camera), {255, 128, 0}});
   return FormatPly(points);
 }
 
-Vec3 CameraCentre(const Vec9& camera) { return Rotation(camera).conjugate() * -camera.segment<3>(3); }
+Vec3 CameraCenter(const Vec9& camera) { return Rotation(camera).conjugate() * -camera.segment<3>(3); }
 
 Mat33 CameraAxes(const Vec9& camera) {
   Mat33 axes = Rotation(camera).conjugate().toRotationMatrix();

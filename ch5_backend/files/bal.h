@@ -34,11 +34,11 @@ BalProblem ReadBal(const std::string& path);
 /// The file's text; every number reads back as the same double.
 std::string FormatBal(const BalProblem& problem);
 
-/// Points grey, camera centres orange, as PLY text.
+/// Points gray, camera centers orange, as PLY text.
 std::string FormatBalPly(const BalProblem& problem);
 
 /// c = −Rᵀt.
-Vec3 CameraCentre(const Vec9& camera);
+Vec3 CameraCenter(const Vec9& camera);
 /// Columns: to the right, up, and into the picture, in the world's frame; a BAL camera looks along its −z.
 Mat33 CameraAxes(const Vec9& camera);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Coloured points as PLY text, which MeshLab, CloudCompare and Blender open.
+/// Colored points as PLY text, which MeshLab, CloudCompare and Blender open.
 
 #include <array>
 #include <cstdint>
@@ -10,12 +10,12 @@
 
 namespace ch5 {
 
-struct ColouredPoint {
+struct ColoredPoint {
   Vec3 p;
   std::array<uint8_t, 3> rgb;
 };
 
 /// The points as PLY text.
-std::string FormatPly(const std::vector<ColouredPoint>& points);
+std::string FormatPly(const std::vector<ColoredPoint>& points);
 
 }  // namespace ch5

@@ -3,7 +3,7 @@
 /// groundtruth.csv. Each CSV names its columns and units in its first line; time stamps are whole nanoseconds.
 ///
 ///   imu.csv          #timestamp [ns],w_x [rad/s],w_y,w_z,a_x [m/s^2],a_y,a_z
-///   tracks.csv       #timestamp [ns],track_id,x [normalised],y [normalised]        rows of an image together
+///   tracks.csv       #timestamp [ns],track_id,x [normalized],y [normalized]        rows of an image together
 ///   groundtruth.csv  #timestamp [ns],p_x [m],p_y,p_z,q_w,q_x,q_y,q_z,v_x [m/s],…,bg_x [rad/s],…,ba_x [m/s^2],…
 
 #include <filesystem>

@@ -71,7 +71,7 @@ void ReadTracks(const std::string& path, Recording* recording) {
     const Vec2 x(csv.Double(2), csv.Double(3));
     // 10 is 84° off the axis.
     if (x.cwiseAbs().maxCoeff() > 10.0) {
-      csv.Fail("coordinates must be normalised (within ±10), not pixels, got " + std::to_string(x.x()) + ", " +
+      csv.Fail("coordinates must be normalized (within ±10), not pixels, got " + std::to_string(x.x()) + ", " +
                std::to_string(x.y()));
     }
     recording->frames.back().tracks.push_back({id, x});

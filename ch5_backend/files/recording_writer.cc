@@ -72,8 +72,8 @@ std::string FormatImu(const Recording& recording) {
 }
 
 std::string FormatTracks(const Recording& recording) {
-  std::string text = "#timestamp [ns],track_id,x [normalised],y [normalised]\n";
-  for (const CameraFrame& frame : recording.frames) {
+  std::string text = "#timestamp [ns],track_id,x [normalized],y [normalized]\n";
+  for (const Image& frame : recording.frames) {
     const std::string stamp = std::to_string(NanosecondsAt(frame.t, recording.origin_ns)) + ',';
     for (const TrackedPoint& track : frame.tracks) {
       text += stamp;

@@ -141,7 +141,7 @@ class WindowDumpReader {
     for (int k = 0; k < count; ++k) {
       reader_.BeginRecord("IMU piece", k);
       reader_.ExpectWord("I");
-      WindowDump::ImuPiece& piece = dump_.imu.emplace_back();
+      WindowDump::ImuInterval& piece = dump_.imu.emplace_back();
       piece.i = Frame("frame i");
       piece.j = Frame("frame j");
       if (piece.i == piece.j) reader_.Fail("frame j: must differ from frame i, got " + std::to_string(piece.j));

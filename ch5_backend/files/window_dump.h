@@ -2,7 +2,7 @@
 /// Sliding-window problems as text, "VIOWIN 1": frames, IMU samples, landmarks and a prior, as plain values.
 ///
 /// Conventions: T_W_B with right perturbation [δp, δθ]; an observation's residual is sqrt_information·(prediction −
-/// observation) on the normalised plane; the prior's is r + J (x ⊟ x0), with ⊟ as VertexPose::Minus and
+/// observation) on the normalized plane; the prior's is r + J (x ⊟ x0), with ⊟ as VertexPose::Minus and
 /// VertexSpeedBias::Minus have it; the noise is per sample (ImuNoise::continuous = false).
 
 #include <filesystem>
@@ -19,7 +19,7 @@ struct WindowDump {
   enum class Loss { kNone, kHuber, kCauchy };
 
   /// The readings between two frames.
-  struct ImuPiece {
+  struct ImuInterval {
     int i = 0, j = 0;                             ///< from frame i to frame j
     Vec3 b_a = Vec3::Zero(), b_g = Vec3::Zero();  ///< the biases at which it was integrated
     std::vector<ImuSample> samples;               ///< the first with dt = 0, at frame i
@@ -28,7 +28,7 @@ struct WindowDump {
   /// Where a frame sees a landmark.
   struct Observation {
     int frame = 0;
-    Vec2 x = Vec2::Zero();  ///< normalised plane
+    Vec2 x = Vec2::Zero();  ///< normalized plane
   };
 
   /// A landmark with its observations.
@@ -48,7 +48,7 @@ struct WindowDump {
   struct PriorBlock {
     BlockKind kind = BlockKind::kPose;
     int frame = 0;  ///< of a pose or speed-bias
-    VecX x0;        ///< [p, q_x, q_y, q_z, q_w] or [v, b_a, b_g] at the linearisation point
+    VecX x0;        ///< [p, q_x, q_y, q_z, q_w] or [v, b_a, b_g] at the linearization point
     int LocalDimension() const { return kind == BlockKind::kSpeedBias ? 9 : 6; }
   };
 
@@ -61,7 +61,7 @@ struct WindowDump {
   bool extrinsic_fixed = true;
   std::vector<StampedState> frames;  ///< initial estimates
   std::vector<StampedState> truth;   ///< of the same frames; not for a solver
-  std::vector<ImuPiece> imu;
+  std::vector<ImuInterval> imu;
   std::vector<Landmark> landmarks;
   std::vector<PriorBlock> prior_blocks;
   VecX prior_r;                   ///< m×1; m = 0: no prior

@@ -47,9 +47,9 @@ double Edge::Chi2() const {
   return s;
 }
 
-double Edge::RobustChi2() const {
+double Edge::Cost() const {
   const double s = Chi2();
-  return loss_ ? loss_->Evaluate(s)[0] : s;
+  return 0.5 * (loss_ ? loss_->Evaluate(s)[0] : s);
 }
 
 RobustWeight Edge::GetRobustWeight() const {

@@ -34,7 +34,7 @@ class Edge {
     ComputeJacobians();
   }
   /// True once the Jacobians have been differentiated numerically. That moves the vertices for a moment, so such
-  /// edges cannot be linearised by several threads at once.
+  /// edges cannot be linearized by several threads at once.
   bool HasNumericJacobians() const { return numeric_jacobians_; }
   virtual std::string TypeInfo() const = 0;
 
@@ -62,8 +62,8 @@ class Edge {
 
   /// s = rᵀWr of the last residual.
   double Chi2() const;
-  /// ρ(s).
-  double RobustChi2() const;
+  /// ½ρ(s).
+  double Cost() const;
   /// What the loss does to this edge's part of H and b at the last residual.
   RobustWeight GetRobustWeight() const;
   /// W_ρ = ρ'W + 2ρ''(Wr)(Wr)ᵀ into `robust_information`, ρ' into `drho`: H gets JᵀW_ρJ and b gets −ρ'JᵀWr.
@@ -71,7 +71,7 @@ class Edge {
 
   int Id() const { return id_; }
 
-  /// Optimisations take the edges of one level only, 0 unless told otherwise: another level puts an edge aside, an
+  /// Optimizations take the edges of one level only, 0 unless told otherwise: another level puts an edge aside, an
   /// outlier for example, and it stays in the graph.
   int Level() const { return level_; }
   /// @throws std::invalid_argument if `level` is negative

@@ -1,6 +1,6 @@
 #pragma once
-/// What an edge may offer beside Edge's functions, for the sparse solver and for marginalisation. All of it is optional:
-/// an edge without it is linearised by Edge's own functions, to the same numbers.
+/// What an edge may offer beside Edge's functions, for the sparse solver and for marginalization. All of it is optional:
+/// an edge without it is linearized by Edge's own functions, to the same numbers.
 ///
 ///   class EdgeReprojection : public SizedEdge<2, …>, public FastEdge { … };
 
@@ -13,7 +13,7 @@
 
 namespace ch5 {
 
-/// Edges of one type side by side in memory: eight at a time are linearised in the lanes of SIMD registers, where single
+/// Edges of one type side by side in memory: eight at a time are linearized in the lanes of SIMD registers, where single
 /// edges would each wait for their own place in memory. Numbers go in packs: number i of edge k of a pack lies at
 /// [kPack·i + k].
 class EdgeBatch {

@@ -141,13 +141,13 @@ void Graph::DiscardTop() {
   stack_.pop_back();
 }
 
-double ComputeCost(const std::vector<std::shared_ptr<Edge>>& edges) {
+double Cost(const std::vector<std::shared_ptr<Edge>>& edges) {
   double sum = 0.0;
   for (const auto& edge : edges) {
     edge->ComputeResidual();
-    sum += edge->RobustChi2();
+    sum += edge->Cost();
   }
-  return 0.5 * sum;
+  return sum;
 }
 
 }  // namespace ch5

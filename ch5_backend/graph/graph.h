@@ -88,7 +88,7 @@ class Graph {
 };
 
 /// ½ Σ ρ(rᵀWr) over the edges, or over all of the graph's, at the present state; the residuals are computed on the way.
-double ComputeCost(const std::vector<std::shared_ptr<Edge>>& edges);
-inline double ComputeCost(const Graph& graph) { return ComputeCost(graph.Edges()); }
+double Cost(const std::vector<std::shared_ptr<Edge>>& edges);
+inline double Cost(const Graph& graph) { return Cost(graph.Edges()); }
 
 }  // namespace ch5

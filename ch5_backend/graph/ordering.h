@@ -15,7 +15,7 @@
 
 namespace ch5 {
 
-/// Which part of a graph is optimised (g2o's initializeOptimization).
+/// Which part of a graph is optimized (g2o's initializeOptimization).
 struct Selection {
   int level = 0;                                  ///< edges of this level, or of all levels if it is negative
   bool all_vertices = true;                       ///< or only those below

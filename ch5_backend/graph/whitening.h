@@ -52,7 +52,7 @@ struct TwoRowWhitening {
 
 /// M (n×n, row-major) and r̃ (n×1) at the edge's last residual; F is the factor of its W.
 void Whiten(const Edge& edge, const double* F, double* M, double* r_tilde);
-/// The same; W is factorised here, and the loss's weight is given.
+/// The same; W is factorized here, and the loss's weight is given.
 void Whiten(const Edge& edge, const RobustWeight& robust, double* M, double* r_tilde);
 
 /// F (n×n, row-major) with W = FᵀF for a symmetric positive semi-definite W: Cholesky with diagonal pivoting, which

@@ -21,9 +21,9 @@ std::string Answer(const std::string& query);
 
 /// The scene solved: H, S, their spectra, the trace, the costs, the trajectory, and the difference to the sparse solver.
 void SolvePanel(Query* query, Json* json);
-/// The same solve trial by trial: what the loop computes between two linearisations.
+/// The same solve trial by trial: what the loop computes between two linearizations.
 void StepsPanel(Query* query, Json* json);
-/// Variables marginalised one after the other, and what each of them fills in.
+/// Variables marginalized one after the other, and what each of them fills in.
 void MarginalizePanel(Query* query, Json* json);
 /// A simulated flight through the windows of VINS-Mono and OKVIS, image by image.
 void WindowPanel(Query* query, Json* json);

@@ -10,7 +10,7 @@ namespace ch5::lab {
 namespace {
 
 constexpr double kRotationOfStart = 2.0 * M_PI / 180.0 / 0.1;  // a start beside the truth is so much turned [rad/m]
-constexpr double kOutlier = 0.05;                              // in the normalised plane: 50 σ of the course's noise
+constexpr double kOutlier = 0.05;                              // in the normalized plane: 50 σ of the course's noise
 
 void ReadSolver(Query* query, SceneSettings* settings) {
   settings->damping = query->Word("damping", {"identity", "diagonal"}) ? Damping::kDiagonal : Damping::kIdentity;

@@ -21,7 +21,7 @@ void AddCosts(const Graph& graph, Json* json) {
   double observations = 0.0, priors = 0.0;
   for (const auto& edge : graph.Edges()) {
     edge->ComputeResidual();
-    (edge->TypeInfo() == "EdgeSE3Prior" ? priors : observations) += 0.5 * edge->RobustChi2();
+    (edge->TypeInfo() == "EdgeSE3Prior" ? priors : observations) += edge->Cost();
   }
   json->Add("observation_cost", observations).Add("prior_cost", priors);
 }

@@ -35,8 +35,8 @@ class Watched : public NormalEquations {
 
   void SetOrdering() override { problem_.SetOrdering(); }
   int Size() const override { return problem_.Size(); }
-  double ComputeChi() override {
-    const double cost = problem_.ComputeChi();
+  double Cost() override {
+    const double cost = problem_.Cost();
     if (is_moved_) trials_.back().new_cost = cost;
     now_.cost = trials_.empty() ? cost : now_.cost;
     return cost;
@@ -56,9 +56,7 @@ class Watched : public NormalEquations {
     if (!now_.is_solved) trials_.push_back(now_);
     return now_.is_solved;
   }
-  double PredictedDecrease(const VecX& delta_x) const override {
-    return predicted_ = problem_.PredictedDecrease(delta_x);
-  }
+  double ModelCostChange(const VecX& delta_x) const override { return predicted_ = problem_.ModelCostChange(delta_x); }
   void UpdateStates(const VecX& delta_x) override {
     problem_.UpdateStates(delta_x);
     trials_.push_back(now_);
@@ -77,7 +75,7 @@ class Watched : public NormalEquations {
   double StateNorm() const override { return problem_.StateNorm(); }
 
  private:
-  // A step that has not been taken back by the next linearisation was accepted.
+  // A step that has not been taken back by the next linearization was accepted.
   void Settle() {
     if (is_moved_) now_.cost = trials_.back().new_cost;
     is_moved_ = false;
@@ -85,7 +83,7 @@ class Watched : public NormalEquations {
 
   SceneGraph& graph_;
   Problem problem_;
-  Trial now_;  // of the present linearisation
+  Trial now_;  // of the present linearization
   mutable double predicted_ = 0.0;
   bool is_moved_ = false;
   std::vector<Trial> trials_;

@@ -26,7 +26,7 @@ struct FlightRun {
 
 std::vector<Json> FramesOf(const Window& window) {
   std::vector<Json> frames;
-  for (const WindowFrame& frame : window.frames) {
+  for (const Frame& frame : window.frames) {
     Json json;
     json.Add("id", frame.id).Add("keyframe", frame.is_keyframe).Add("speed", frame.speed_bias != nullptr);
     frames.push_back(json.Add("in_prior", IsInPrior(window, frame)).Add("p", frame.pose->p()));
@@ -44,7 +44,7 @@ void AddPrior(const Window& window, Json* json) {
   for (const auto& vertex : prior.vertices) {
     Json variable;
     variable.Add("kind", vertex->TypeInfo()).Add("number", -1).Add("row", row).Add("rows", vertex->LocalDimension());
-    for (const WindowFrame& frame : window.frames) {
+    for (const Frame& frame : window.frames) {
       const bool is_pose = vertex == frame.pose;
       if (is_pose || vertex == frame.speed_bias) {
         variable = Json().Add("kind", is_pose ? "pose" : "speed").Add("number", frame.id).Add("row", row);

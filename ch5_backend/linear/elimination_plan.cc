@@ -10,18 +10,18 @@ namespace {
 
 using Lists = std::vector<std::vector<int>>;
 
-// All neighbours of each block, on both sides of the diagonal, itself left out.
-Lists Neighbours(const SymmetricBlockMatrix& A) {
-  Lists neighbours(static_cast<size_t>(A.NumColumns()));
+// All neighbors of each block, on both sides of the diagonal, itself left out.
+Lists Neighbors(const SymmetricBlockMatrix& A) {
+  Lists neighbors(static_cast<size_t>(A.NumColumns()));
   for (int j = 0; j < A.NumColumns(); ++j) {
     for (int block = A.ColumnBegin(j); block < A.ColumnBegin(j + 1); ++block) {
       const int i = A.Row(block);
       if (i == j) continue;
-      neighbours[i].push_back(j);
-      neighbours[j].push_back(i);
+      neighbors[i].push_back(j);
+      neighbors[j].push_back(i);
     }
   }
-  return neighbours;
+  return neighbors;
 }
 
 std::vector<int> Invert(const std::vector<int>& order) {
@@ -31,15 +31,15 @@ std::vector<int> Invert(const std::vector<int>& order) {
 }
 
 // Blocks by their distance from the first one, the farthest first; each component of the graph for itself.
-std::vector<int> FarthestFirst(const Lists& neighbours) {
+std::vector<int> FarthestFirst(const Lists& neighbors) {
   std::vector<int> order;
-  std::vector<bool> seen(neighbours.size(), false);
-  for (int start = 0; start < static_cast<int>(neighbours.size()); ++start) {
+  std::vector<bool> seen(neighbors.size(), false);
+  for (int start = 0; start < static_cast<int>(neighbors.size()); ++start) {
     if (seen[start]) continue;
     seen[start] = true;
     size_t next = order.size();
     for (order.push_back(start); next < order.size(); ++next) {
-      for (const int i : neighbours[order[next]]) {
+      for (const int i : neighbors[order[next]]) {
         if (!seen[i]) order.push_back(i);
         seen[i] = true;
       }
@@ -51,14 +51,14 @@ std::vector<int> FarthestFirst(const Lists& neighbours) {
 
 // Approximate minimum degree. Among equals it takes the first that it is given, and on meshes nearly all are equal:
 // given farthest first, sphere2500 needs half the multiplications of the natural order, and fewer than METIS finds.
-std::vector<int> MinimumDegreeOrder(const Lists& neighbours) {
-  const int n = static_cast<int>(neighbours.size());
-  const std::vector<int> names = FarthestFirst(neighbours), new_name = Invert(names);
+std::vector<int> MinimumDegreeOrder(const Lists& neighbors) {
+  const int n = static_cast<int>(neighbors.size());
+  const std::vector<int> names = FarthestFirst(neighbors), new_name = Invert(names);
   Eigen::SparseMatrix<double> pattern(n, n);
-  pattern.reserve(Eigen::VectorXi::NullaryExpr(n, [&](Eigen::Index k) { return 1 + neighbours[names[k]].size(); }));
+  pattern.reserve(Eigen::VectorXi::NullaryExpr(n, [&](Eigen::Index k) { return 1 + neighbors[names[k]].size(); }));
   for (int k = 0; k < n; ++k) {
     pattern.insert(k, k) = 1.0;
-    for (const int i : neighbours[names[k]]) pattern.insert(new_name[i], k) = 1.0;
+    for (const int i : neighbors[names[k]]) pattern.insert(new_name[i], k) = 1.0;
   }
   pattern.makeCompressed();
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
@@ -68,13 +68,13 @@ std::vector<int> MinimumDegreeOrder(const Lists& neighbours) {
   return order;
 }
 
-// parent[k] = the first later neighbour of block k, fill-in included (Liu's algorithm, with path compression).
-std::vector<int> EliminationTree(const Lists& neighbours, const std::vector<int>& order) {
+// parent[k] = the first later neighbor of block k, fill-in included (Liu's algorithm, with path compression).
+std::vector<int> EliminationTree(const Lists& neighbors, const std::vector<int>& order) {
   const std::vector<int> position = Invert(order);
   std::vector<int> parent(order.size(), -1), ancestor(order.size(), -1);
   for (int k = 0; k < static_cast<int>(order.size()); ++k) {
-    for (const int neighbour : neighbours[order[k]]) {
-      int i = position[neighbour];
+    for (const int neighbor : neighbors[order[k]]) {
+      int i = position[neighbor];
       while (i != -1 && i < k) {
         const int next = ancestor[i];
         ancestor[i] = k;
@@ -114,8 +114,8 @@ std::vector<int> Postorder(const std::vector<int>& parent) {
   return postorder;
 }
 
-// Fronts of consecutive blocks with exactly the same later neighbours; a block without such a partner is one alone.
-std::vector<Front> ExactFronts(const Lists& neighbours, const EliminationPlan& plan, const std::vector<int>& parent) {
+// Fronts of consecutive blocks with exactly the same later neighbors; a block without such a partner is one alone.
+std::vector<Front> ExactFronts(const Lists& neighbors, const EliminationPlan& plan, const std::vector<int>& parent) {
   const int n = static_cast<int>(plan.order.size());
   Lists below(plan.order.size()), children(plan.order.size());
   std::vector<int> seen_by(plan.order.size(), -1);
@@ -126,7 +126,7 @@ std::vector<Front> ExactFronts(const Lists& neighbours, const EliminationPlan& p
       seen_by[i] = k;
       below[k].push_back(i);
     };
-    for (const int neighbour : neighbours[plan.order[k]]) add(plan.position[neighbour]);
+    for (const int neighbor : neighbors[plan.order[k]]) add(plan.position[neighbor]);
     for (const int child : children[k]) {
       for (const int i : below[child]) add(i);
     }
@@ -193,15 +193,15 @@ void FindParents(std::vector<Front>* fronts, int num_blocks) {
 EliminationPlan PlanElimination(const SymmetricBlockMatrix& A) {
   EliminationPlan plan;
   if (A.NumColumns() == 0) return plan;
-  const Lists neighbours = Neighbours(A);
-  const std::vector<int> order = MinimumDegreeOrder(neighbours);
-  for (const int k : Postorder(EliminationTree(neighbours, order))) plan.order.push_back(order[k]);
+  const Lists neighbors = Neighbors(A);
+  const std::vector<int> order = MinimumDegreeOrder(neighbors);
+  for (const int k : Postorder(EliminationTree(neighbors, order))) plan.order.push_back(order[k]);
   plan.position = Invert(plan.order);
   plan.offset.assign(1, 0);
   for (const int block : plan.order) plan.offset.push_back(plan.offset.back() + A.Dim(block));
 
   // A postorder of the tree has the same fill-in as the order that gave the tree, and the same tree, renumbered.
-  std::vector<Front> exact = ExactFronts(neighbours, plan, EliminationTree(neighbours, plan.order));
+  std::vector<Front> exact = ExactFronts(neighbors, plan, EliminationTree(neighbors, plan.order));
   for (Front& front : exact) SetSizes(plan, &front);
   plan.fronts = MergeFronts(exact);
   FindParents(&plan.fronts, A.NumColumns());

@@ -1,15 +1,15 @@
 #pragma once
 /// The order in which a sparse symmetric matrix is eliminated, and the dense submatrices ("fronts") that result.
 ///
-/// Eliminating a variable connects all its neighbours with each other (fill-in). A good order keeps that small:
-/// approximate minimum degree. The elimination tree: a variable's parent is the first of its neighbours that is later
-/// in the order. Consecutive variables with (nearly) the same later neighbours are eliminated together, as one front:
+/// Eliminating a variable connects all its neighbors with each other (fill-in). A good order keeps that small:
+/// approximate minimum degree. The elimination tree: a variable's parent is the first of its neighbors that is later
+/// in the order. Consecutive variables with (nearly) the same later neighbors are eliminated together, as one front:
 ///
 ///            pivots  below            pivots   the variables that this front eliminates
-///          ┌────────┬───────┐         below    their later neighbours: all belong to ancestors
+///          ┌────────┬───────┐         below    their later neighbors: all belong to ancestors
 ///   pivots │  L_11  │       │
 ///          ├────────┼───────┤         U goes to the parent's front, which holds all of its rows:
-///   below  │  L_21  │   U   │         eliminating is marginalising, and U is the message of a subtree.
+///   below  │  L_21  │   U   │         eliminating is marginalizing, and U is the message of a subtree.
 ///          └────────┴───────┘
 ///
 /// Sources: Davis, "Direct Methods for Sparse Linear Systems", ch. 4 and 6; Duff & Reid, "The multifrontal solution of
@@ -36,7 +36,7 @@ struct EliminationPlan {
   std::vector<int> offset;         ///< first number of the k-th block in elimination order
   std::vector<Front> fronts;       ///< children before parents
   double num_factor_values = 0.0;  ///< numbers in L, the zeros that a front stores included
-  double multiplications = 0.0;    ///< of the factorisation; a dense one takes n³/6
+  double multiplications = 0.0;    ///< of the factorization; a dense one takes n³/6
 };
 
 /// Plans for the pattern of A; its values do not matter.

@@ -58,7 +58,7 @@ std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type, int thr
 /// Dense Cholesky, n³/6 multiplications: best where nearly all poses share landmarks.
 std::unique_ptr<ReducedSolver> MakeDenseCholesky();
 
-/// Sparse Cholesky, see sparse_cholesky.h: best where a pose has few neighbours, as in a pose graph.
+/// Sparse Cholesky, see sparse_cholesky.h: best where a pose has few neighbors, as in a pose graph.
 std::unique_ptr<ReducedSolver> MakeSparseCholesky(int threads);
 
 /// Dense or sparse, by the rule of ReducedSolverType::kAutomatic.

@@ -1,5 +1,5 @@
 #pragma once
-/// Blocks of A⁻¹ from the Cholesky factor of a sparse A, at about the cost of the factorisation.
+/// Blocks of A⁻¹ from the Cholesky factor of a sparse A, at about the cost of the factorization.
 ///
 /// Where L has a number, A⁻¹ = Z needs no other numbers of Z than those where L has one. With p the pivots of a front
 /// and b its rows below (elimination_plan.h), parents first:
@@ -19,7 +19,7 @@ namespace ch5 {
 
 class SelectedInverse {
  public:
-  /// @param cholesky  its last factorisation must have succeeded; it is not needed any more afterwards
+  /// @param cholesky  its last factorization must have succeeded; it is not needed any more afterwards
   explicit SelectedInverse(const SparseCholesky& cholesky);
 
   /// Block (i, j) of A⁻¹, numbered as in A; nothing if L has no such block. Every block that A has, L has too.

@@ -29,11 +29,11 @@ class SparseCholesky {
   /// @return false if A is not positive definite by that measure; there is then no L
   bool Factorize(const SymmetricBlockMatrix& A, const VecX& min_pivot);
 
-  /// x = A⁻¹ b with the last factorisation, which must have succeeded.
+  /// x = A⁻¹ b with the last factorization, which must have succeeded.
   void Solve(const VecX& b, VecX* x);
 
   const EliminationPlan& Plan() const { return plan_; }
-  /// [L_11; L_21] of front f in the last factorisation; the numbers above the diagonal of L_11 have no meaning.
+  /// [L_11; L_21] of front f in the last factorization; the numbers above the diagonal of L_11 have no meaning.
   Eigen::Map<const MatXX, 0, Eigen::OuterStride<>> Columns(int f) const {
     const int pivots = plan_.fronts[f].pivots, rows = pivots + plan_.fronts[f].rows_below;
     return {L_.data() + places_[f].columns, rows, pivots, Eigen::OuterStride<>(rows)};

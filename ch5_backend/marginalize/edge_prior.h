@@ -1,5 +1,5 @@
 #pragma once
-/// A prior is just another edge:  r = r₀ + J (x ⊟ x₀),  W = I,  on the vertices that a marginalisation kept.
+/// A prior is just another edge:  r = r₀ + J (x ⊟ x₀),  W = I,  on the vertices that a marginalization kept.
 ///
 /// H = JᵀJ and b = −Jᵀr₀ at x₀. J stays as it was at x₀ (the prior's first estimate); only x ⊟ x₀ changes with x. With B
 /// the small blocks of ∂(x ⊟ x₀)/∂δ, the Hessian elsewhere is  Bᵀ(JᵀJ)B,  whose product in brackets is computed once.
@@ -11,10 +11,10 @@
 
 namespace ch5 {
 
-/// The result of a marginalisation, as plain values.
+/// The result of a marginalization, as plain values.
 struct Prior {
   std::vector<std::shared_ptr<Vertex>> vertices;  ///< in the order of J's columns
-  std::vector<VecX> x0;                           ///< their parameters at the linearisation point
+  std::vector<VecX> x0;                           ///< their parameters at the linearization point
   MatXX J;                                        ///< m×n, n = Σ LocalDimension
   VecX r0;                                        ///< m×1
   std::vector<VecX> first_estimates = {};         ///< the vertices' states when they first entered a prior; empty: x0

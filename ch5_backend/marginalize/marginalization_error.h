@@ -8,7 +8,7 @@
 ///        │   H_01ᵀ   │    H_11     │
 ///        └───────────┴─────────────┘
 ///
-/// A block's linearisation point x₀ is its state when it was first connected; later residuals are linearised there too
+/// A block's linearization point x₀ is its state when it was first connected; later residuals are linearized there too
 /// (first-estimate Jacobians). U, V, W are OKVIS's letters for three blocks of H; W is not an information matrix here.  Source: Leutenegger et al., IJRR 2015, §4.3.
 ///
 /// Four functions are homework stage 5 and live in solutions/marginalization_error.cc; the rest is core.
@@ -31,7 +31,7 @@ class MarginalizationError {
   /// of the dense part. @return its first row
   int InsertBlock(int dim, bool is_landmark);
 
-  /// Marginalises vertices: landmarks one small block at a time, then the others in one dense block.
+  /// Marginalizes vertices: landmarks one small block at a time, then the others in one dense block.
   /// @throws std::invalid_argument if a vertex is not connected
   void MarginalizeOut(const std::vector<std::shared_ptr<Vertex>>& vertices);
 
@@ -39,7 +39,7 @@ class MarginalizationError {
   /// @param V  m×m, of the dropped block;  @param W  n×m;  @param U, b_a  of the rest, changed in place;  @param b_b  m×1
   static void SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a);
 
-  /// Stage 5.3.  J and e₀ from H and b₀; call it after adding and marginalising, before use.
+  /// Stage 5.3.  J and e₀ from H and b₀; call it after adding and marginalizing, before use.
   void UpdateErrorComputation();
 
   /// Stage 5.4.  e = e₀ + J Δχ for a given Δχ (n×1).

@@ -51,9 +51,9 @@ void MarginalizationError::AddResidualBlock(const std::shared_ptr<Edge>& edge) {
   }
   for (const auto& vertex : vertices) Connect(vertex);
 
-  ScopedLinearizationPoint at_linearisation;
+  ScopedLinearizationPoint at_linearization;
   for (const auto& vertex : vertices) {
-    if (!vertex->IsFixed()) at_linearisation.Move(vertex.get(), blocks_[static_cast<size_t>(Find(*vertex))].x0);
+    if (!vertex->IsFixed()) at_linearization.Move(vertex.get(), blocks_[static_cast<size_t>(Find(*vertex))].x0);
   }
   edge->ComputeResidual();
   edge->ComputeJacobians();

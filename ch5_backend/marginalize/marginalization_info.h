@@ -22,7 +22,7 @@
 
 namespace ch5 {
 
-/// One residual to be marginalised. `drop_set` holds positions in edge->Vertices().
+/// One residual to be marginalized. `drop_set` holds positions in edge->Vertices().
 struct ResidualBlockInfo {
   std::shared_ptr<Edge> edge;
   std::vector<int> drop_set;

@@ -1,5 +1,5 @@
 #pragma once
-/// Marginalisation as a function:  edges + vertices to drop → a prior on the rest.
+/// Marginalization as a function:  edges + vertices to drop → a prior on the rest.
 ///
 ///         kept   dropped  dropped landmarks l
 ///       ┌──────┬──────┬──────┐

@@ -1,5 +1,5 @@
 #pragma once
-/// Marginalisation without forming H: orthogonal transformations of the whitened Jacobians.
+/// Marginalization without forming H: orthogonal transformations of the whitened Jacobians.
 ///
 ///   rows of one landmark          all rows that are left              what remains
 ///   [ J_l │ J_p │ r ]   ──QR──►   [ J_d │ J_k │ r ]   ──QR──►   [ R_k │ r₀ ],   H = R_kᵀR_k,  b = −R_kᵀr₀
@@ -13,7 +13,7 @@
 namespace ch5 {
 
 /// The same prior as Marginalize, by QR in the given precision; J is upper triangular, n×n.
-/// @tparam Scalar  double or float: all arithmetic after the linearisation
+/// @tparam Scalar  double or float: all arithmetic after the linearization
 /// @throws std::invalid_argument if an edge connects two dropped landmarks
 template <typename Scalar>
 Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop);

@@ -1,5 +1,5 @@
 #pragma once
-/// Linearises away from the present estimates: vertices take other states for the duration of a scope.
+/// Linearizes away from the present estimates: vertices take other states for the duration of a scope.
 
 #include <utility>
 #include <vector>

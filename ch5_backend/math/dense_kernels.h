@@ -1,5 +1,5 @@
 #pragma once
-/// The inner loops of a dense Cholesky factorisation, at the speed of the processor at hand: AVX-512, AVX2 with
+/// The inner loops of a dense Cholesky factorization, at the speed of the processor at hand: AVX-512, AVX2 with
 /// FMA, or portable code, chosen when the program starts. The choice changes the last bits of a result; the number of
 /// threads does not.
 ///

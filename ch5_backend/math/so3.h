@@ -43,7 +43,7 @@ inline Mat33 RightJacobianSO3(const Vec3& theta) { return LeftJacobianSO3(-theta
 /// J_r⁻¹(θ) = I + ½[θ] + (1/θ² − cot(θ/2)/(2θ)) [θ]²:  Log(Exp(θ) Exp(δ)) ≈ θ + J_r⁻¹ δ, for ‖θ‖ < 2π.
 Mat33 RightJacobianInverseSO3(const Vec3& theta);
 
-/// A rigid transform as plain values, q a unit quaternion and p in metres.
+/// A rigid transform as plain values, q a unit quaternion and p in meters.
 struct Transform {
   Qd q = Qd::Identity();
   Vec3 p = Vec3::Zero();

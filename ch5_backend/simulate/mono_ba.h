@@ -15,7 +15,7 @@ namespace ch5 {
 struct MonoBaOptions {
   int frames = 3;
   int points = 20;
-  double pixel_sigma = 1e-3;    ///< noise of every observation, the host's too [normalised plane]
+  double pixel_sigma = 1e-3;    ///< noise of every observation, the host's too [normalized plane]
   double depth_sigma = 1.0;     ///< initial depth = true depth + noise, truncated at ±3σ [m]
   double position_sigma = 0.0;  ///< perturbation of the starting poses [m]; the course starts at the truth
   double rotation_sigma = 0.0;  ///< likewise [rad]
@@ -27,7 +27,7 @@ struct MonoBaOptions {
 struct MonoBaScene {
   std::vector<Transform> frames;          ///< truth, T_W_C
   std::vector<Vec3> points;               ///< truth, p_W [m]
-  std::vector<std::vector<Vec2>> pixels;  ///< [frame][point], normalised plane, with noise
+  std::vector<std::vector<Vec2>> pixels;  ///< [frame][point], normalized plane, with noise
   std::vector<Transform> initial_frames;
   std::vector<double> initial_inverse_depths;  ///< [1/m], in frame 0
 };

@@ -26,7 +26,7 @@ class Run {
 
   Summary Solve() {
     system_->SetOrdering();
-    cost_ = system_->ComputeChi();
+    cost_ = system_->Cost();
     summary_.initial_cost = cost_;
     if (system_->Size() == 0) {
       Stop(Termination::kNothingToOptimize, "no free vertex has an edge");
@@ -80,9 +80,9 @@ class Run {
         solved = true;
         info_.step_type = strategy_->Type();
         info_.step_norm = delta_x_.norm();
-        const double predicted = system_->PredictedDecrease(delta_x_);
+        const double predicted = system_->ModelCostChange(delta_x_);
         system_->UpdateStates(delta_x_);
-        const double new_cost = system_->ComputeChi();
+        const double new_cost = system_->Cost();
         ++summary_.cost_evaluations;
         info_.gain_ratio = (cost_ - new_cost) / predicted;
         if (std::isfinite(new_cost) && (takes_all || (predicted > 0.0 && new_cost < cost_))) {
@@ -162,7 +162,7 @@ std::string ToString(Termination termination) {
     case Termination::kGradientConverged: return "gradient converged";
     case Termination::kStepConverged: return "step converged";
     case Termination::kMaxIterations: return "maximum of iterations";
-    case Termination::kNothingToOptimize: return "nothing to optimise";
+    case Termination::kNothingToOptimize: return "nothing to optimize";
     case Termination::kNoDecrease: return "no decrease";
     case Termination::kLinearSolverFailed: return "linear solver failed";
     case Termination::kNotFinite: return "not finite";

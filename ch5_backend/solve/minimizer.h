@@ -40,7 +40,7 @@ struct IterationInfo {
   double lambda = 0.0;                   ///< damping, or Dogleg's radius; 0 for Gauss-Newton
   double gain_ratio = 0.0;               ///< actual / predicted decrease of the last trial
   double step_norm = 0.0;                ///< ‖Δx‖ of the last trial
-  double gradient_max = 0.0;             ///< max|b| where the iteration was linearised
+  double gradient_max = 0.0;             ///< max|b| where the iteration was linearized
   int trials = 0;                        ///< steps tried in this iteration, the rejected ones included
   StepType step_type = StepType::kNone;  ///< of the last trial
   double seconds = 0.0;                  ///< since the start
@@ -58,13 +58,13 @@ struct SolveOptions {
   std::function<bool(const IterationInfo&)> callback;  ///< called after each iteration; false stops
 };
 
-/// How an optimisation went.
+/// How an optimization went.
 struct Summary {
   Termination termination = Termination::kNothingToOptimize;
   std::string message;  ///< one sentence: which rule fired, with its numbers
   double initial_cost = 0.0;
   double final_cost = 0.0;
-  int iterations = 0;        ///< linearisations that led to a trial
+  int iterations = 0;        ///< linearizations that led to a trial
   int cost_evaluations = 0;  ///< trials, the rejected ones included
   double seconds = 0.0;
   std::vector<IterationInfo> trace;
@@ -84,7 +84,7 @@ class TerminateAction {
   double gain_threshold_, last_cost_ = 0.0;
 };
 
-/// Minimises the cost of a system. Levenberg-Marquardt and Dogleg go downhill only, so that the states on return
+/// Minimizes the cost of a system. Levenberg-Marquardt and Dogleg go downhill only, so that the states on return
 /// are the best ones found; Gauss-Newton accepts every finite step and returns the last states.
 Summary Minimize(NormalEquations* system, const SolveOptions& options = {});
 

@@ -30,14 +30,14 @@ class NormalEquations {
   virtual int Size() const = 0;
 
   /// ½ Σ ρ(rᵀWr) at the current states; may be infinite or NaN at states that make no sense.
-  virtual double ComputeChi() = 0;
-  /// Linearises at the current states; called once per accepted step.
+  virtual double Cost() = 0;
+  /// Linearizes at the current states; called once per accepted step.
   virtual void MakeHessian() = 0;
   /// Solves (H + λD) Δx = b; called for several λ with the same H.
   /// @return false if the damped system is not positive definite; `delta_x` is then not to be used
   virtual bool SolveLinearSystem(double lambda, VecX* delta_x) = 0;
 
-  /// The present linearisation: b, diag(H), H v.
+  /// The present linearization: b, diag(H), H v.
   virtual const VecX& RightHandSide() const = 0;
   virtual VecX HessianDiagonal() const = 0;
   virtual VecX MultiplyHessian(const VecX& v) const = 0;
@@ -50,7 +50,7 @@ class NormalEquations {
 
   /// The decrease that the quadratic model predicts, m(0) − m(Δx) = bᵀΔx − ½ ΔxᵀHΔx: valid for any Δx, so LM's damped
   /// steps and Dogleg's are judged by the same measure.
-  virtual double PredictedDecrease(const VecX& delta_x) const {
+  virtual double ModelCostChange(const VecX& delta_x) const {
     return RightHandSide().dot(delta_x) - 0.5 * delta_x.dot(MultiplyHessian(delta_x));
   }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What an algorithm does between two linearisations: it proposes steps and learns how they went.
+/// What an algorithm does between two linearizations: it proposes steps and learns how they went.
 
 #include <memory>
 

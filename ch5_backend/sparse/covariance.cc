@@ -89,8 +89,7 @@ std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex
   std::vector<Influence> influences;
   for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
     const int p = s.slot_pose[slot];
-    influences.push_back(
-        {p, -solver_.GetLinearized().Coupling(s, slot) * H_ll_inverse});
+    influences.push_back({p, -solver_.GetLinearized().Coupling(s, slot) * H_ll_inverse});
   }
   return influences;
 }

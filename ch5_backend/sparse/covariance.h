@@ -30,12 +30,12 @@ class CovarianceError : public std::runtime_error {
 /// A row and a column of the covariance.
 using VertexPair = std::pair<std::shared_ptr<Vertex>, std::shared_ptr<Vertex>>;
 
-/// How S is factorised: in the fronts of a sparse plan, or in one dense front.
+/// How S is factorized: in the fronts of a sparse plan, or in one dense front.
 enum class CovarianceFactor { kSparse, kDense };
 
 class Covariance {
  public:
-  /// Linearises the selected part of the graph at the present states, and factorises; g2o's computeMarginals.
+  /// Linearizes the selected part of the graph at the present states, and factorizes; g2o's computeMarginals.
   /// @param held  directions in which vertices are held: their variance is zero
   /// @throws CovarianceError if H is singular: a gauge is free, or a landmark is seen too little
   explicit Covariance(Graph* graph, const Selection& selection = {},

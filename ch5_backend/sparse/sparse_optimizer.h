@@ -1,5 +1,5 @@
 #pragma once
-/// The sparse solver for a whole optimisation: what to solve with, which part of the graph, and the algorithm.
+/// The sparse solver for a whole optimization: what to solve with, which part of the graph, and the algorithm.
 ///
 ///   SparseOptimizer optimizer(&graph, /*threads=*/2);
 ///   optimizer.SetDamping(Damping::kDiagonal);
@@ -28,7 +28,7 @@ namespace ch5 {
 
 class SparseOptimizer {
  public:
-  /// The graph must outlive the optimiser; it may change between calls of Solve.
+  /// The graph must outlive the optimizer; it may change between calls of Solve.
   explicit SparseOptimizer(Graph* graph, int threads = 1) : graph_(graph), threads_(threads), solver_(graph, threads) {}
 
   void SetDamping(Damping damping) { solver_.SetDamping(damping); }
@@ -45,7 +45,7 @@ class SparseOptimizer {
   /// One of the caller's own for the poses' system, such as MakePseudoInverse.
   void SetReducedSolver(std::unique_ptr<ReducedSolver> solver) { solver_.SetReducedSolver(std::move(solver)); }
 
-  /// Minimises with Levenberg-Marquardt unless the options say otherwise: over the edges of level 0, or what
+  /// Minimizes with Levenberg-Marquardt unless the options say otherwise: over the edges of level 0, or what
   /// InitializeOptimization chose.
   /// @throws GraphError if an edge ties two free landmarks
   Summary Solve(const SolveOptions& options = {}) { return Minimize(&solver_, options); }
@@ -67,7 +67,7 @@ class SparseOptimizer {
   /// For Optimize. Without an action nothing but the number of iterations ends it, or that there is no lower cost.
   void SetAlgorithm(Algorithm algorithm) { algorithm_ = algorithm; }
   void SetTerminateAction(TerminateAction action) { terminate_action_ = action; }
-  /// @return −1 if not initialised, or if nothing is active; 0 if it failed, with the states as they were before the
+  /// @return −1 if not initialized, or if nothing is active; 0 if it failed, with the states as they were before the
   ///         failing iteration; else the iterations done
   int Optimize(int iterations);
   /// Of the last Optimize.

@@ -105,19 +105,19 @@ void SparseSolver::MakeHessian() {
   HoldPoses(structure_, held_poses_, &linearized_);
 }
 
-double SparseSolver::ComputeChi() {
+double SparseSolver::Cost() {
   const std::vector<EdgeRecord>& edges = structure_.edges;
   const int in_batch = batch_.Active() ? structure_.num_landmark_edges : 0;
   if (in_batch > 0) batch_.LoadPoses();
-  return 0.5 * ParallelSum(&pool_, static_cast<int>(edges.size()), kEdges, &partial_sums_, [&](int begin, int end) {
-           double sum = begin < in_batch ? batch_.RobustChi2(begin, std::min(end, in_batch)) : 0.0;
-           for (int e = std::max(begin, in_batch); e < end; ++e) {
-             PrefetchEdge(edges, e + kAhead);
-             edges[e].edge->ComputeResidual();
-             sum += edges[e].edge->RobustChi2();
-           }
-           return sum;
-         });
+  return ParallelSum(&pool_, static_cast<int>(edges.size()), kEdges, &partial_sums_, [&](int begin, int end) {
+    double sum = begin < in_batch ? batch_.Cost(begin, std::min(end, in_batch)) : 0.0;
+    for (int e = std::max(begin, in_batch); e < end; ++e) {
+      PrefetchEdge(edges, e + kAhead);
+      edges[e].edge->ComputeResidual();
+      sum += edges[e].edge->Cost();
+    }
+    return sum;
+  });
 }
 
 VecX SparseSolver::HessianDiagonal() const { return ch5::HessianDiagonal(structure_, linearized_); }
@@ -145,7 +145,7 @@ bool SparseSolver::SolveLinearSystem(double lambda, VecX* delta_x) {
   BackSubstitute(structure_, linearized_, eliminated_, &pool_, &step_);
   *delta_x = step_.delta_x;
   has_step_ = true;
-  return std::isfinite(step_.promised_decrease) && delta_x->allFinite();
+  return std::isfinite(step_.model_cost_change) && delta_x->allFinite();
 }
 
 // S Δx_p = b_S
@@ -155,9 +155,9 @@ bool SparseSolver::SolvePoses(const DampingRule& rule, VecX* delta_poses) {
   return reduced_solver_->Solve(eliminated_.S, eliminated_.b_S, eliminated_.damped_diagonal, delta_poses);
 }
 
-double SparseSolver::PredictedDecrease(const VecX& delta_x) const {
+double SparseSolver::ModelCostChange(const VecX& delta_x) const {
   const bool is_solution = has_step_ && delta_x.size() == step_.delta_x.size() && delta_x == step_.delta_x;
-  return is_solution ? step_.promised_decrease : NormalEquations::PredictedDecrease(delta_x);
+  return is_solution ? step_.model_cost_change : NormalEquations::ModelCostChange(delta_x);
 }
 
 // ---- states -----------------------------------------------------------------------------------------------------

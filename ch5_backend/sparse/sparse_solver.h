@@ -35,7 +35,7 @@ class SparseSolver : public NormalEquations {
   /// Parts of vertices that stay as they are, at most one entry for a vertex; from the next MakeHessian on.
   void Hold(std::vector<HeldDirections> held) { held_ = std::move(held); }
   int Size() const override { return structure_.Size(); }
-  double ComputeChi() override;
+  double Cost() override;
   /// g2o's buildSystem.
   void MakeHessian() override;
   bool SolveLinearSystem(double lambda, VecX* delta_x) override;
@@ -47,7 +47,7 @@ class SparseSolver : public NormalEquations {
   VecX HessianDiagonal() const override;
   VecX MultiplyHessian(const VecX& v) const override;
   /// Costs nothing for the last solution of SolveLinearSystem, and a MultiplyHessian for another step.
-  double PredictedDecrease(const VecX& delta_x) const override;
+  double ModelCostChange(const VecX& delta_x) const override;
 
   /// What the last SetOrdering, MakeHessian and SolveLinearSystem have found.
   const Structure& GetStructure() const { return structure_; }

@@ -4,7 +4,7 @@
 
 namespace ch5 {
 
-std::vector<ImuSample> SamplesBetween(const std::vector<ImuReading>& imu, double t0, double t1) {
+std::vector<ImuSample> SamplesBetween(const std::vector<ImuMeasurement>& imu, double t0, double t1) {
   if (!(t0 < t1) || imu.empty() || t0 < imu.front().t || t1 > imu.back().t) return {};
   std::vector<ImuSample> samples;
   double last = t0;
@@ -19,8 +19,8 @@ std::vector<ImuSample> SamplesBetween(const std::vector<ImuReading>& imu, double
     add(t, before->acceleration + weight * (after->acceleration - before->acceleration),
         before->gyroscope + weight * (after->gyroscope - before->gyroscope));
   };
-  auto next =
-      std::lower_bound(imu.begin(), imu.end(), t0, [](const ImuReading& reading, double t) { return reading.t < t; });
+  auto next = std::lower_bound(imu.begin(), imu.end(), t0,
+                               [](const ImuMeasurement& reading, double t) { return reading.t < t; });
   add_interpolated(t0, next);
   if (next->t == t0) ++next;
   for (; next->t < t1; ++next) add(next->t, next->acceleration, next->gyroscope);

@@ -19,7 +19,7 @@ struct ImuNoise {
 };
 
 /// One measurement of the IMU, in B.
-struct ImuReading {
+struct ImuMeasurement {
   double t = 0.0;
   Vec3 acceleration = Vec3::Zero();  ///< specific force: +9.81 upwards at rest [m/s²]
   Vec3 gyroscope = Vec3::Zero();     ///< rate [rad/s]
@@ -32,13 +32,13 @@ struct ImuSample {
   Vec3 gyroscope = Vec3::Zero();     ///< rate in B [rad/s]
 };
 
-/// A point followed through the images under one `id`, on the normalised plane z = 1 of an ideal camera.
+/// A point followed through the images under one `id`, on the normalized plane z = 1 of an ideal camera.
 struct TrackedPoint {
   int id = 0;
   Vec2 x = Vec2::Zero();
 };
 
-struct CameraFrame {
+struct Image {
   double t = 0.0;                    ///< the camera's own stamp; its clock may be off against the IMU's
   std::vector<TrackedPoint> tracks;  ///< each id at most once; may be empty
 };
@@ -55,6 +55,6 @@ struct StampedState {
 /// What the IMU felt from `t0` to `t1`: the readings in between, and one interpolated linearly at each end.
 /// @param imu  strictly increasing in time
 /// @return     samples for a Preintegration; empty if t0 ≥ t1 or the readings do not span [t0, t1]
-std::vector<ImuSample> SamplesBetween(const std::vector<ImuReading>& imu, double t0, double t1);
+std::vector<ImuSample> SamplesBetween(const std::vector<ImuMeasurement>& imu, double t0, double t1);
 
 }  // namespace ch5

@@ -26,16 +26,16 @@ struct Calibration {
   double gravity = 9.81;  ///< along −z of W [m/s²]
 
   Vec3 GravityInWorld() const { return {0.0, 0.0, -gravity}; }
-  /// From the normalised plane to pixels and back.
+  /// From the normalized plane to pixels and back.
   Vec2 Pixel(const Vec2& x) const { return {fx * x.x() + cx, fy * x.y() + cy}; }
-  Vec2 Normalised(const Vec2& pixel) const { return {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy}; }
+  Vec2 Normalized(const Vec2& pixel) const { return {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy}; }
 };
 
 struct Recording {
   int64_t origin_ns = 0;  ///< the recorder's time stamp at t = 0
   Calibration calibration;
-  std::vector<ImuReading> imu;      ///< strictly increasing in time
-  std::vector<CameraFrame> frames;  ///< likewise
+  std::vector<ImuMeasurement> imu;  ///< strictly increasing in time
+  std::vector<Image> frames;        ///< likewise
   std::vector<StampedState> truth;  ///< likewise; empty if unknown
 };
 
@@ -49,7 +49,7 @@ inline int64_t NanosecondsAt(double t, int64_t origin_ns) { return origin_ns + s
 /// The time rounded as a recorder with time stamps in whole nanoseconds does.
 inline double RoundToNanosecond(double t) { return SecondsAt(NanosecondsAt(t, 0), 0); }
 
-/// The state at time `t`, interpolated between its neighbours: rotations along the shortest arc, the rest linearly.
+/// The state at time `t`, interpolated between its neighbors: rotations along the shortest arc, the rest linearly.
 /// @param states  strictly increasing in time
 /// @return        nullopt before the first and after the last
 std::optional<StampedState> StateAt(const std::vector<StampedState>& states, double t);

@@ -9,11 +9,11 @@
 namespace ch5 {
 
 /// A rigid transform (position p [m], Hamilton quaternion q) stored as [p, q_x, q_y, q_z, q_w].
-/// Increment [δp, δθ]:  p ← p + δp,  q ← q ⊗ Exp(δθ);  ‖q‖ = 1 is kept by normalising after every step.
+/// Increment [δp, δθ]:  p ← p + δp,  q ← q ⊗ Exp(δθ);  ‖q‖ = 1 is kept by normalizing after every step.
 class VertexPose : public SizedVertex<7, 6> {
  public:
   VertexPose();
-  /// @param q  rotation, normalised here;  @param p  position [m]
+  /// @param q  rotation, normalized here;  @param p  position [m]
   /// @throws std::invalid_argument if q has no length, so no direction
   VertexPose(const Qd& q, const Vec3& p);
 

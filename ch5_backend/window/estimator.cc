@@ -38,13 +38,13 @@ void Estimator::Reset() {
   started_ = false;
 }
 
-void Estimator::AddImu(const ImuReading& reading) {
+void Estimator::AddImu(const ImuMeasurement& reading) {
   CheckReading(reading, imu_);
   imu_.push_back(reading);
   if (!started_) standstill_detector_.AddImu(reading);
 }
 
-FrameReport Estimator::AddFrame(const CameraFrame& image) {
+FrameReport Estimator::AddFrame(const Image& image) {
   CheckImage(image, last_image_time_);
   const Failure gap = GapBefore(image);
   FrameReport report = gap == Failure::kNone ? FrameReport() : Restart(gap);
@@ -56,7 +56,7 @@ FrameReport Estimator::AddFrame(const CameraFrame& image) {
 }
 
 // A gap so long that the IMU cannot connect this image with the newest frame.
-Failure Estimator::GapBefore(const CameraFrame& image) const {
+Failure Estimator::GapBefore(const Image& image) const {
   if (window_.frames.empty()) return Failure::kNone;
   const double t0 = window_.frames.back().t, t1 = image.t + TimeOffset();
   if (t1 - t0 > options_.weights.max_imu_seconds) return Failure::kImageGap;
@@ -76,8 +76,8 @@ FrameReport Estimator::Restart(Failure failure) {
 
 // ---- a new frame -------------------------------------------------------------------------------------------------
 
-void Estimator::AppendFrame(const CameraFrame& image) {
-  WindowFrame frame;
+void Estimator::AppendFrame(const Image& image) {
+  Frame frame;
   frame.id = next_frame_++;
   frame.clock_offset = TimeOffset();
   if (!window_.frames
@@ -98,8 +98,8 @@ void Estimator::AppendFrame(const CameraFrame& image) {
 
 // The new frame's states from the newest frame's by the IMU:
 //   q_j = q_i γ,   v_j = v_i − G t + R_i β,   p_j = p_i + v_i t − ½ G t² + R_i α
-void Estimator::Predict(WindowFrame* frame) const {
-  const WindowFrame& last = window_.frames.back();
+void Estimator::Predict(Frame* frame) const {
+  const Frame& last = window_.frames.back();
   frame->imu = Integrate(last, frame->t);
   const double t = frame->imu->SumDt();
   const Vec3 G(0, 0, options_.weights.gravity);
@@ -111,8 +111,8 @@ void Estimator::Predict(WindowFrame* frame) const {
   frame->speed_bias->SetEstimate(v_ba_bg);
 }
 
-std::shared_ptr<Preintegration> Estimator::Integrate(const WindowFrame& from, double t1) const {
-  std::vector<ImuReading> imu = imu_;
+std::shared_ptr<Preintegration> Estimator::Integrate(const Frame& from, double t1) const {
+  std::vector<ImuMeasurement> imu = imu_;
   // Before the first and after the last reading, that reading is held constant.
   if (imu.front().t > from.t) imu.insert(imu.begin(), {from.t, imu.front().acceleration, imu.front().gyroscope});
   if (imu.back().t < t1) imu.push_back({t1, imu.back().acceleration, imu.back().gyroscope});
@@ -137,7 +137,7 @@ void Estimator::DropUsedReadings() {
 
 // ---- tracking ----------------------------------------------------------------------------------------------------
 
-FrameReport Estimator::Track(const CameraFrame& image) {
+FrameReport Estimator::Track(const Image& image) {
   FrameReport report;
   Reintegrate();
   policy_->NoteNewFrame(&window_);
@@ -206,7 +206,7 @@ void Estimator::RefineWithObservabilityConstraints() {
 
 // When images and IMU contradict each other, all observations are removed as outliers, and the dead reckoning would go on
 // forever: landmarks come and go, but none lasts.
-bool Estimator::RejectsImages(const CameraFrame& image) {
+bool Estimator::RejectsImages(const Image& image) {
   const auto lasting = std::count_if(window_.landmarks.begin(), window_.landmarks.end(), [](const auto& entry) {
     return entry.second.inverse_depth && entry.second.seen.size() >= kLastingImages;
   });

@@ -2,10 +2,10 @@
 /// Visual-inertial odometry: measurements in, one state per image out.
 ///
 ///   AddImu ─► readings ─┐
-///                       ├─► new frame, predicted ─► [not initialised: static or dynamic] ─► solve ─► slide
+///                       ├─► new frame, predicted ─► [not initialized: static or dynamic] ─► solve ─► slide
 ///   AddFrame ─► tracks ─┘
 ///
-/// Initialisation is static (at rest, gravity and gyroscope bias are the readings' mean) or dynamic (in motion, vision is
+/// Initialization is static (at rest, gravity and gyroscope bias are the readings' mean) or dynamic (in motion, vision is
 /// aligned with the IMU). The estimator restarts when its estimate can no longer be true, or when a gap in the
 /// measurements leaves nothing between two images.
 ///
@@ -43,7 +43,7 @@ struct EstimatorOptions {
   double start_pixels = 8.0;  ///< the image motion after a standstill that is enough to start [px]
   // Standard deviations of the initial state.
   double start_speed = 0.1;               ///< [m/s]
-  double moving_start_speed = 1.0;        ///< the same for a dynamic initialisation [m/s]
+  double moving_start_speed = 1.0;        ///< the same for a dynamic initialization [m/s]
   double start_bias_accelerometer = 0.1;  ///< [m/s²]
   double start_bias_gyroscope = 0.005;    ///< [rad/s]
   // Standard deviations of the given calibration, as far as it is estimated.
@@ -51,7 +51,7 @@ struct EstimatorOptions {
   double start_extrinsic_rotation = 0.05;  ///< [rad]
   double start_time_offset = 0.02;         ///< [s]
   ObservabilityConstraints observability_constraints = ObservabilityConstraints::kNone;
-  bool report_covariance = false;  ///< costs as much as a marginalisation
+  bool report_covariance = false;  ///< costs as much as a marginalization
 };
 
 /// The result for one image.
@@ -70,12 +70,12 @@ class Estimator {
   Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy);
 
   /// @throws MeasurementError
-  void AddImu(const ImuReading& reading);
+  void AddImu(const ImuMeasurement& reading);
   /// The readings must reach beyond the image's time (plus the time offset): what is missing counts as a gap.
   /// @throws MeasurementError
-  FrameReport AddFrame(const CameraFrame& frame);
+  FrameReport AddFrame(const Image& frame);
 
-  /// Replaces the initialisation: the next image is taken in this state.
+  /// Replaces the initialization: the next image is taken in this state.
   /// @param state  its time is ignored
   /// @param J      square root of its information over [δp, δθ, v, b_a, b_g], any number of rows × 15. If it contains
   ///               position or yaw, no gauge prior is used (Window::prior_fixes_gauge)
@@ -88,40 +88,40 @@ class Estimator {
 
  private:
   void Reset();
-  Failure GapBefore(const CameraFrame& image) const;
+  Failure GapBefore(const Image& image) const;
   FrameReport Restart(Failure failure);
 
   // A new frame (estimator.cc).
-  void AppendFrame(const CameraFrame& image);
-  void Predict(WindowFrame* frame) const;
-  std::shared_ptr<Preintegration> Integrate(const WindowFrame& from, double t1) const;
+  void AppendFrame(const Image& image);
+  void Predict(Frame* frame) const;
+  std::shared_ptr<Preintegration> Integrate(const Frame& from, double t1) const;
   void DropUsedReadings();
 
-  // Initialisation (estimator_start.cc).
-  void TryToStart(const CameraFrame& image);
+  // Initialization (estimator_start.cc).
+  void TryToStart(const Image& image);
   void StartFromGivenState();
-  void RestAt(const StandstillState& standstill, const CameraFrame& image);
-  bool HasMovedSinceStandstill(const CameraFrame& image) const;
+  void RestAt(const StandstillState& standstill, const Image& image);
+  bool HasMovedSinceStandstill(const Image& image) const;
   bool InitializeInMotion();
   void BeginTracking();
 
   // Tracking (estimator.cc).
-  FrameReport Track(const CameraFrame& image);
+  FrameReport Track(const Image& image);
   void Reintegrate();
   Summary Solve();
   void RefineWithObservabilityConstraints();
-  bool RejectsImages(const CameraFrame& image);
+  bool RejectsImages(const Image& image);
 
   EstimatorOptions options_;
   std::unique_ptr<WindowPolicy> policy_;
   Window window_;
   SparseOptimizer optimizer_;
   StandstillDetector standstill_detector_;
-  std::vector<ImuReading> imu_;  // from shortly before the newest frame on
+  std::vector<ImuMeasurement> imu_;  // from shortly before the newest frame on
   double last_image_time_ = -std::numeric_limits<double>::infinity();
   int next_frame_ = 0;
   std::optional<std::pair<StampedState, MatXX>> given_start_;  // of StartFrom, until the next image
-  CameraFrame standstill_image_;                               // the last image at rest …
+  Image standstill_image_;                                     // the last image at rest …
   int standstill_frame_ = -1;                                  // … and the id of its frame; −1: none yet
   bool started_ = false;
   int restarts_ = 0;

@@ -1,4 +1,4 @@
-/// The initialisation of the estimator: static, dynamic, or from a given state.
+/// The initialization of the estimator: static, dynamic, or from a given state.
 
 #include <algorithm>
 
@@ -10,7 +10,7 @@
 namespace ch5 {
 namespace {
 
-// Images from a standstill to the first solve, and images of a dynamic initialisation.
+// Images from a standstill to the first solve, and images of a dynamic initialization.
 constexpr size_t kFramesToStart = 4, kFramesToStartMoving = 8;
 
 // The knowledge at the start as one prior: speed and biases of the oldest frame, and the estimated part of the
@@ -36,7 +36,7 @@ std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const 
 
 }  // namespace
 
-void Estimator::TryToStart(const CameraFrame& image) {
+void Estimator::TryToStart(const Image& image) {
   if (given_start_) return StartFromGivenState();
   if (const auto standstill = standstill_detector_.AddFrame(image)) return RestAt(*standstill, image);
   if (HasMovedSinceStandstill(image)) {
@@ -60,7 +60,7 @@ void Estimator::StartFrom(const StampedState& state, const MatXX& J) {
 // The window consists of the new frame only.
 void Estimator::StartFromGivenState() {
   const auto& [state, J] = *given_start_;
-  const WindowFrame& frame = window_.frames.front();
+  const Frame& frame = window_.frames.front();
   Window::SetState(state, frame);
   Prior prior{{frame.pose, frame.speed_bias}, {frame.pose->Parameters(), frame.speed_bias->Parameters()}, J, {}};
   prior.r0 = VecX::Zero(J.rows());
@@ -71,9 +71,9 @@ void Estimator::StartFromGivenState() {
 }
 
 // At rest the window consists of its newest frame only.
-void Estimator::RestAt(const StandstillState& standstill, const CameraFrame& image) {
+void Estimator::RestAt(const StandstillState& standstill, const Image& image) {
   while (window_.frames.size() > 1) SlideWindow(MarginalizationFlag::kOld, &window_);
-  const WindowFrame& frame = window_.frames.front();
+  const Frame& frame = window_.frames.front();
   StampedState state;
   state.T_W_B.q = standstill.q_W_B;
   state.b_a = standstill.b_a;
@@ -84,15 +84,15 @@ void Estimator::RestAt(const StandstillState& standstill, const CameraFrame& ima
 }
 
 // The oldest frame is still at rest, and the others have moved enough to triangulate.
-bool Estimator::HasMovedSinceStandstill(const CameraFrame& image) const {
+bool Estimator::HasMovedSinceStandstill(const Image& image) const {
   if (window_.frames.front().id != standstill_frame_ || window_.frames.size() < kFramesToStart) return false;
   const auto motion = MedianMotion(standstill_image_, image);
   return motion && *motion * options_.weights.focal_length > options_.start_pixels;
 }
 
 bool Estimator::InitializeInMotion() {
-  std::vector<InitializationFrame> frames;
-  for (const WindowFrame& frame : window_.frames) frames.push_back({frame.t, {}, frame.imu});
+  std::vector<InitializationImage> frames;
+  for (const Frame& frame : window_.frames) frames.push_back({frame.t, {}, frame.imu});
   for (const auto& [id, landmark] : window_.landmarks) {
     for (const WindowObservation& seen : landmark.seen) {
       frames[static_cast<size_t>(window_.IndexOf(seen.frame))].tracks.push_back({id, seen.x});

@@ -12,7 +12,7 @@ constexpr double kInitialDepth = 5.0;
 constexpr double kLeastDepth = 0.1;
 
 /// Depth in the host's camera from all its observations: the smallest singular vector of the rays' equations.
-/// @return metres; kInitialDepth if less than kLeastDepth comes out, or nothing finite
+/// @return meters; kInitialDepth if less than kLeastDepth comes out, or nothing finite
 double TriangulateDepth(const Window& window, const WindowLandmark& landmark);
 
 /// Appends an image to a landmark's track and updates the track's image velocities. With three images or more, the
@@ -30,7 +30,7 @@ Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark);
 
 /// How well its observations determine a landmark in space, from 0 (not at all) to 1: √(λ_min/λ_max) of its 3×3
 /// information, 0 if λ_min < 1e-12 (OKVIS).
-/// @param sqrt_information  of an observation on the normalised plane
+/// @param sqrt_information  of an observation on the normalized plane
 double LandmarkQuality(const Window& window, const WindowLandmark& landmark, double sqrt_information);
 
 /// Depth of the point `p_W` in the camera `T_W_C` [m], negative behind it.
@@ -51,10 +51,10 @@ int RemoveFailures(Window* window);
 
 /// Erases landmarks whose mean reprojection error exceeds `max_error`. Before that, if only the newest observation of a
 /// landmark has an error, of 30 times as much, that observation is removed as a false match.
-/// @param max_error  on the normalised plane;  @return how many
+/// @param max_error  on the normalized plane;  @return how many
 int RemoveOutliers(double max_error, Window* window);
 
-/// How many landmarks both frames see, and by how much their points differ on average, on the normalised plane.
+/// How many landmarks both frames see, and by how much their points differ on average, on the normalized plane.
 struct Parallax {
   int common = 0;
   double mean = 0.0;

@@ -15,7 +15,7 @@ std::string RepeatsOrPrecedes(double t, double last) {
 
 }  // namespace
 
-void CheckReading(const ImuReading& reading, const std::vector<ImuReading>& earlier) {
+void CheckReading(const ImuMeasurement& reading, const std::vector<ImuMeasurement>& earlier) {
   if (!std::isfinite(reading.t) || !reading.acceleration.allFinite() || !reading.gyroscope.allFinite()) {
     throw MeasurementError("the IMU reading" + At(reading.t) + " holds a number that is not finite");
   }
@@ -24,7 +24,7 @@ void CheckReading(const ImuReading& reading, const std::vector<ImuReading>& earl
   }
 }
 
-void CheckImage(const CameraFrame& image, double last_time) {
+void CheckImage(const Image& image, double last_time) {
   if (!std::isfinite(image.t)) throw MeasurementError("the image's time is not finite");
   if (image.t <= last_time) {
     throw MeasurementError("the image" + At(image.t) + RepeatsOrPrecedes(image.t, last_time));
@@ -43,7 +43,7 @@ void CheckImage(const CameraFrame& image, double last_time) {
   }
 }
 
-bool HasImuGap(const std::vector<ImuReading>& imu, double t0, double t1, double max_gap) {
+bool HasImuGap(const std::vector<ImuMeasurement>& imu, double t0, double t1, double max_gap) {
   if (imu.empty()) return true;
   double last = std::min(t0, imu.front().t);
   for (auto reading = imu.begin(); reading != imu.end() && last < t1; ++reading) {

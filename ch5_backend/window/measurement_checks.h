@@ -16,13 +16,13 @@ class MeasurementError : public std::invalid_argument {
 };
 
 /// @param earlier  the readings so far;  @throws MeasurementError
-void CheckReading(const ImuReading& reading, const std::vector<ImuReading>& earlier);
+void CheckReading(const ImuMeasurement& reading, const std::vector<ImuMeasurement>& earlier);
 
 /// @param last_time  of the previous image, −∞ for the first;  @throws MeasurementError
-void CheckImage(const CameraFrame& image, double last_time);
+void CheckImage(const Image& image, double last_time);
 
 /// Whether two consecutive readings around a part of [t0, t1], or an end of it and the nearest reading, are more than
 /// `max_gap` apart [s].
-bool HasImuGap(const std::vector<ImuReading>& imu, double t0, double t1, double max_gap);
+bool HasImuGap(const std::vector<ImuMeasurement>& imu, double t0, double t1, double max_gap);
 
 }  // namespace ch5

@@ -24,7 +24,7 @@ class OkvisPolicy : public WindowPolicy {
   std::string Name() const override { return "okvis"; }
 
   void NoteNewFrame(Window* window) override {
-    WindowFrame& newest = window->frames.back();
+    Frame& newest = window->frames.back();
     newest.is_keyframe = IsKeyframe(*window);
     if (!window->gauge_prior && !window->prior_fixes_gauge) {
       window->gauge_prior = MakePositionYawPrior(window->frames.front().pose, options_.gauge_information);
@@ -45,13 +45,13 @@ class OkvisPolicy : public WindowPolicy {
     const int walked = static_cast<int>(window->frames.size()) - options_.temporal_frames;
     if (walked <= 0) return;
     const Plan plan = MakePlan(walked, *window);
-    Marginalise(plan, window);
+    Marginalize(plan, window);
     for (const int track : plan.dropped_landmarks) window->landmarks.erase(track);
     for (const int frame : plan.dropped_frames) ForgetObservations(frame, DepthInCamera, window);
     for (int k = 0; k < walked; ++k) window->frames[static_cast<size_t>(k)].speed_bias = nullptr;
     auto& frames = window->frames;
     frames.erase(std::remove_if(frames.begin(), frames.end(),
-                                [&](const WindowFrame& frame) { return plan.dropped_frames.count(frame.id) > 0; }),
+                                [&](const Frame& frame) { return plan.dropped_frames.count(frame.id) > 0; }),
                  frames.end());
     if (plan.renew_gauge_prior)
       window->gauge_prior = MakePositionYawPrior(frames.front().pose, options_.later_gauge_information);
@@ -68,9 +68,9 @@ class OkvisPolicy : public WindowPolicy {
  private:
   // What leaves the window.
   struct Plan {
-    std::vector<std::shared_ptr<Vertex>> drop;  // marginalised
+    std::vector<std::shared_ptr<Vertex>> drop;  // marginalized
     std::set<int> dropped_frames;               // ids
-    std::vector<int> dropped_landmarks;         // track ids: marginalised, or discarded because seen once
+    std::vector<int> dropped_landmarks;         // track ids: marginalized, or discarded because seen once
     bool renew_gauge_prior = false;
   };
 
@@ -79,7 +79,7 @@ class OkvisPolicy : public WindowPolicy {
     Plan plan;
     int keyframes = 0;
     for (int k = walked - 1; k >= 0; --k) {
-      const WindowFrame& frame = window.frames[static_cast<size_t>(k)];
+      const Frame& frame = window.frames[static_cast<size_t>(k)];
       if (frame.speed_bias) plan.drop.push_back(frame.speed_bias);
       if (frame.is_keyframe && keyframes < options_.keyframes) {
         ++keyframes;
@@ -103,7 +103,7 @@ class OkvisPolicy : public WindowPolicy {
 
   // With the edges at the dropped vertices, except the gauge prior, which is renewed, and the observations of landmarks
   // that stay: those observations are lost, so that none is used twice.
-  static void Marginalise(const Plan& plan, Window* window) {
+  static void Marginalize(const Plan& plan, Window* window) {
     const std::set<std::shared_ptr<Vertex>> drop(plan.drop.begin(), plan.drop.end());
     std::vector<std::shared_ptr<Edge>> edges = EdgesAt(window->graph, plan.drop);
     const auto is_left_out = [&](const std::shared_ptr<Edge>& edge) {

@@ -22,9 +22,9 @@ class WindowPolicy {
   virtual SolveOptions Options() const = 0;
   /// Called after the solve, to restore what it left free (the gauge).
   virtual void AfterSolve(Window* /*window*/) {}
-  /// Marginalises or drops frames and landmarks, so that the window has room for another frame.
+  /// Marginalizes or drops frames and landmarks, so that the window has room for another frame.
   virtual void Slide(Window* window) = 0;
-  /// Before initialisation: keeps the window within its size, without a prior.
+  /// Before initialization: keeps the window within its size, without a prior.
   virtual void SlideWithoutEstimate(Window* window) = 0;
   /// Discards all state of the run so far.
   virtual void Reset() {}

@@ -8,7 +8,7 @@
 namespace ch5 {
 
 // The columns of the frame in the inverse of the landmarks' Schur complement, scaled to a unit diagonal.
-Mat66 PoseCovariance(const Window& window, const WindowFrame& frame) {
+Mat66 PoseCovariance(const Window& window, const Frame& frame) {
   std::vector<std::shared_ptr<Edge>> edges = window.graph.Edges();
   if (!window.prior_fixes_gauge && !window.gauge_prior) {
     edges.push_back(MakePositionYawPrior(window.frames.front().pose, 1e8));

@@ -22,7 +22,7 @@ class VinsPolicy : public WindowPolicy {
 
   void NoteNewFrame(Window* window) override {
     flag_ = SecondNewestIsKeyframe(*window) ? MarginalizationFlag::kOld : MarginalizationFlag::kSecondNew;
-    const WindowFrame& oldest = window->frames.front();
+    const Frame& oldest = window->frames.front();
     q0_ = oldest.pose->q();
     p0_ = oldest.pose->p();
   }
@@ -47,10 +47,10 @@ class VinsPolicy : public WindowPolicy {
   // former ones back, and the others move along.
   void AfterSolve(Window* window) override {
     if (window->prior_fixes_gauge) return;
-    const WindowFrame& oldest = window->frames.front();
+    const Frame& oldest = window->frames.front();
     const Vec3 p0_solved = oldest.pose->p();
     const Qd turn = TwistAboutGravity(q0_ * oldest.pose->q().conjugate());
-    for (const WindowFrame& frame : window->frames) {
+    for (const Frame& frame : window->frames) {
       frame.pose->SetPose(turn * frame.pose->q(), turn * (frame.pose->p() - p0_solved) + p0_);
       Vec9 v_ba_bg = frame.speed_bias->GetEstimate();
       v_ba_bg.head<3>() = turn * frame.speed_bias->v();
@@ -72,7 +72,7 @@ class VinsPolicy : public WindowPolicy {
 
  private:
   // Uses each observation once: landmarks that the newest frame still sees stay out of the prior with all their edges;
-  // the others are marginalised with all their observations.
+  // the others are marginalized with all their observations.
   static void UseObservationsOnce(Window* window, DropSet* drop) {
     std::set<const Vertex*> active;
     for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {

@@ -1,7 +1,7 @@
 #pragma once
 /// How VINS-Mono's window slides. Its functions are homework stage 6 (solutions/vins_window.cc).
 ///
-///   kOld         the second newest frame is a keyframe: the oldest frame is marginalised into the prior
+///   kOld         the second newest frame is a keyframe: the oldest frame is marginalized into the prior
 ///   kSecondNew   it is not: that frame leaves, its observations are lost, its IMU samples go to the newest frame
 ///
 ///   0  1  2  …  n−2  n−1  n                0  1  2  …  n−2  n−1  n
@@ -17,7 +17,7 @@ namespace ch5 {
 /// Which frame leaves: the oldest, or the second newest.
 enum class MarginalizationFlag { kOld, kSecondNew };
 
-/// What a marginalisation takes: these edges, and those of their vertices that are dropped.
+/// What a marginalization takes: these edges, and those of their vertices that are dropped.
 struct DropSet {
   std::vector<std::shared_ptr<Edge>> edges;
   std::vector<std::shared_ptr<Vertex>> vertices;
@@ -28,7 +28,7 @@ struct DropSet {
 DropSet DropSetOfMarginOld(const Window& window);
 
 /// MARGIN_SECOND_NEW: drops the pose of the second newest frame out of the prior, which is the only edge. Empty if
-/// the prior does not hold that pose: then there is nothing to marginalise.
+/// the prior does not hold that pose: then there is nothing to marginalize.
 DropSet DropSetOfMarginSecondNew(const Window& window);
 
 /// Lets the frame leave: its observations are forgotten (ForgetObservations), its states leave window.frames. When

@@ -9,11 +9,11 @@ namespace ch5 {
 
 int Window::IndexOf(int id) const {
   const auto it = std::lower_bound(frames.begin(), frames.end(), id,
-                                   [](const WindowFrame& frame, int wanted) { return frame.id < wanted; });
+                                   [](const Frame& frame, int wanted) { return frame.id < wanted; });
   return it != frames.end() && it->id == id ? static_cast<int>(it - frames.begin()) : -1;
 }
 
-StampedState Window::StateOf(const WindowFrame& frame) const {
+StampedState Window::StateOf(const Frame& frame) const {
   StampedState state;
   state.t = frame.t;
   state.T_W_B = {frame.pose->q(), frame.pose->p()};
@@ -25,7 +25,7 @@ StampedState Window::StateOf(const WindowFrame& frame) const {
   return state;
 }
 
-void Window::SetState(const StampedState& state, const WindowFrame& frame) {
+void Window::SetState(const StampedState& state, const Frame& frame) {
   frame.pose->SetPose(state.T_W_B.q, state.T_W_B.p);
   Vec9 v_ba_bg;
   v_ba_bg << state.v_W, state.b_a, state.b_g;
@@ -51,7 +51,7 @@ class GraphBuilder {
         loss_(weights.cauchy > 0.0 ? std::make_shared<CauchyLoss>(weights.cauchy) : nullptr) {}
 
   void AddStates() {
-    for (const WindowFrame& frame : window_.frames) {
+    for (const Frame& frame : window_.frames) {
       graph_.AddVertex(frame.pose);
       if (frame.speed_bias) graph_.AddVertex(frame.speed_bias);
     }
@@ -61,7 +61,7 @@ class GraphBuilder {
 
   void AddImu() {
     for (size_t k = 1; k < window_.frames.size(); ++k) {
-      const WindowFrame &i = window_.frames[k - 1], &j = window_.frames[k];
+      const Frame &i = window_.frames[k - 1], &j = window_.frames[k];
       if (!i.speed_bias || !j.speed_bias || !j.imu || j.imu->SumDt() > weights_.max_imu_seconds) continue;
       Add(std::make_shared<EdgeImu>(i.pose, i.speed_bias, j.pose, j.speed_bias, j.imu, Vec3(0, 0, weights_.gravity)));
     }
@@ -73,10 +73,10 @@ class GraphBuilder {
     const double sqrt_information = weights_.focal_length / weights_.pixel_sigma;
     const Mat22 W = sqrt_information * sqrt_information * Mat22::Identity();
     const WindowObservation& host = landmark.seen.front();
-    const WindowFrame& host_frame = FrameOf(host);
+    const Frame& host_frame = FrameOf(host);
     for (size_t k = 1; k < landmark.seen.size(); ++k) {
       const WindowObservation& seen = landmark.seen[k];
-      const WindowFrame& frame = FrameOf(seen);
+      const Frame& frame = FrameOf(seen);
       std::shared_ptr<Edge> edge;
       if (calibrating_) {
         edge = std::make_shared<EdgeReprojectionCalibration>(
@@ -116,7 +116,7 @@ class GraphBuilder {
     graph_.AddEdge(std::move(edge));
   }
 
-  const WindowFrame& FrameOf(const WindowObservation& observation) const {
+  const Frame& FrameOf(const WindowObservation& observation) const {
     return window_.frames[static_cast<size_t>(window_.IndexOf(observation.frame))];
   }
 

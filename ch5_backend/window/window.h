@@ -1,10 +1,10 @@
 #pragma once
 /// A sliding window as plain values: the states of a few images, the landmarks they see, and one prior for all that
-/// has been marginalised.
+/// has been marginalized.
 ///
 ///   frames      f₀ ──IMU── f₁ ──IMU── f₂ ── … ──IMU── f_n        pose, speed and biases each
 ///   landmarks      ╲____╲____╱   inverse depth in the camera of the host, the first frame that sees it
-///   prior       on the vertices that shared an edge with something marginalised
+///   prior       on the vertices that shared an edge with something marginalized
 ///
 /// BuildGraph makes the graph of one solve from these values. A policy (VINS's, OKVIS's) decides what leaves.
 
@@ -21,20 +21,21 @@
 namespace ch5 {
 
 /// An image with its states.
-struct WindowFrame {
+struct Frame {
   int id = 0;                 ///< counts the images of a run
   double t = 0.0;             ///< time of the image by the IMU's clock, as estimated when it was added [s]
   double clock_offset = 0.0;  ///< the time offset contained in `t` [s]
   bool is_keyframe = true;
   std::shared_ptr<VertexPose> pose;             ///< T_W_B
-  std::shared_ptr<VertexSpeedBias> speed_bias;  ///< null once marginalised without its pose
+  std::shared_ptr<VertexSpeedBias> speed_bias;  ///< null once marginalized without its pose
   std::shared_ptr<Preintegration> imu;          ///< from the frame before; null for the first
 };
+using WindowFrame = Frame;  // its name in homework that was written before
 
 /// Where a frame of the window sees a landmark.
 struct WindowObservation {
   int frame = 0;                 ///< id
-  Vec2 x = Vec2::Zero();         ///< normalised plane
+  Vec2 x = Vec2::Zero();         ///< normalized plane
   Vec2 velocity = Vec2::Zero();  ///< dx/dt, see AppendToTrack [1/s]
 };
 
@@ -55,7 +56,7 @@ struct WindowLandmark {
 };
 
 struct Window {
-  std::vector<WindowFrame> frames;          ///< oldest first, ids ascend
+  std::vector<Frame> frames;                ///< oldest first, ids ascend
   std::map<int, WindowLandmark> landmarks;  ///< by track id, not by address: a run repeats to the bit
   std::shared_ptr<EdgePrior> prior;         ///< null until there is one
   std::shared_ptr<Edge> gauge_prior;        ///< holds position and yaw of a frame if the policy wants it; else null
@@ -71,14 +72,14 @@ struct Window {
   Transform T_B_C() const { return {extrinsic->q(), extrinsic->p()}; }
   /// The point at the time of the frame's pose:  x − (td − td_k) ẋ.
   Vec2 PointOf(const WindowObservation& seen) const;
-  StampedState StateOf(const WindowFrame& frame) const;
+  StampedState StateOf(const Frame& frame) const;
   /// Sets pose, speed and biases of a frame; its time stays.
-  static void SetState(const StampedState& state, const WindowFrame& frame);
+  static void SetState(const StampedState& state, const Frame& frame);
 };
 
 /// The weights of the measurements.
 struct WindowWeights {
-  double focal_length = 460.0;  ///< from pixels to the normalised plane [px]
+  double focal_length = 460.0;  ///< from pixels to the normalized plane [px]
   double pixel_sigma = 1.5;     ///< of an observation [px]; VINS: √information = 460/1.5
   double cauchy = 1.0;          ///< scale of Cauchy's loss on observations [σ]; 0: no loss
   bool noisy_hosts = false;     ///< the host's observation has noise too (types/visual/edge_track.h); without a loss
@@ -92,7 +93,7 @@ struct WindowWeights {
 void BuildGraph(const WindowWeights& weights, const std::function<bool(const Window&, const WindowLandmark&)>& uses,
                 Window* window);
 
-/// Marginalises the vertices `drop`, with window->observability_constraints; the result replaces the window's prior.
+/// Marginalizes the vertices `drop`, with window->observability_constraints; the result replaces the window's prior.
 void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
                   Window* window);
 

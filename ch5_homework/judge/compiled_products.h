@@ -1,6 +1,6 @@
 #pragma once
-/// Products of dynamic matrices, compiled once. Each kind of product costs a file that is compiled without optimisation
-/// (the tests, a student's file) half a second: some hundred of Eigen's functions. Announced here as specialisations,
+/// Products of dynamic matrices, compiled once. Each kind of product costs a file that is compiled without optimization
+/// (the tests, a student's file) half a second: some hundred of Eigen's functions. Announced here as specializations,
 /// they are taken from compiled_products.cc, where Eigen's own templates do the work; a factor that is an expression is
 /// evaluated first. Sizes are still asserted where the product is written.
 
@@ -95,7 +95,7 @@ struct compute_inverse<M, MatrixXd, Dynamic> {
   each_vector(Transpose<MatrixXd>);                   \
   each_vector(Transpose<const MatrixXd>);             \
   each_vector(Transpose<ch5::compiled::Jacobian>)
-// The heads of what is specialised.
+// The heads of what is specialized.
 #define CH5_PRODUCT(L, R, function) \
   template <>                       \
   template <>                       \

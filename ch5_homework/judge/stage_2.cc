@@ -19,7 +19,7 @@ struct Marginalization {
   VecX b;
   int idx, dim;
 
-  /// "H_marg after the move, marginalising variables 3 to 5 of 8".
+  /// "H_marg after the move, marginalizing variables 3 to 5 of 8".
   Text Of(const Text& quantity) const {
     if (dim == 1) return {"2.of_one_variable", {{"quantity", quantity}, {"k", Word(idx)}, {"n", Word(n())}}};
     return {"2.of_variables", {{"quantity", quantity}, {"k", Word(idx)}, {"l", Word(idx + dim - 1)}, {"n", Word(n())}}};

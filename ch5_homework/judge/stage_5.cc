@@ -145,7 +145,7 @@ TEST(Stage5, TakesTheRootOfARegularH) {
   CheckUpdate(H, RandomMatrix(12, 1, &random), NamesOfPoses(2), "5.two_poses_H_regular");
 }
 
-TEST(Stage5, TakesTheRootOfASingularH) {  // as after every marginalisation without an absolute measurement
+TEST(Stage5, TakesTheRootOfASingularH) {  // as after every marginalization without an absolute measurement
   Random random(Seed(47));
   const MatXX A = RandomMatrix(7, 12, &random);
   CheckUpdate(A.transpose() * A, -A.transpose() * RandomMatrix(7, 1, &random), NamesOfPoses(2),

@@ -1,4 +1,4 @@
-/// Stage 6, TODOs 6g and 6h: what MARGIN_OLD and MARGIN_SECOND_NEW marginalise. stage_6_slide.cc goes on.
+/// Stage 6, TODOs 6g and 6h: what MARGIN_OLD and MARGIN_SECOND_NEW marginalize. stage_6_slide.cc goes on.
 
 #include <gtest/gtest.h>
 
@@ -88,7 +88,7 @@ TEST(Stage6, MarginSecondNewRestsWithoutAPriorOnThatPose) {
     if (drop.edges.empty()) continue;
     FAIL() << Report(
         Diagnosis{"6", with_prior ? "6.margin_second_new_prior_elsewhere" : "6.margin_second_new_without_prior",
-                  "6.nothing_marginalise", Inventory(drop),
+                  "6.nothing_marginalize", Inventory(drop),
                   with_prior ? "6.ask_first_whether_prior_holds_pose" : "6.ask_first_whether_prior", "6h"});
   }
 }

@@ -196,7 +196,7 @@ TEST(Stage6, PriorStandsOnTheShiftedBlocks) {
     if (k < prior.x0.size() && Equal(prior.x0[k], x0[kept[k]->Id()], 1e-12)) continue;
     const bool now = k < prior.x0.size() && (Equal(prior.x0[k], kept[k]->Parameters(), 1e-12) ||
                                              Equal(prior.x0[k], right[k]->Parameters(), 1e-12));
-    FAIL() << Report(Diagnosis{"6", Text("6.linearisation_point", {{"vertex", Word(NameOf(*kept[k]))}}),
+    FAIL() << Report(Diagnosis{"6", Text("6.linearization_point", {{"vertex", Word(NameOf(*kept[k]))}}),
                                "6.parameters_premarginalize",
                                k >= prior.x0.size() ? "6.nothing"
                                : now                ? "6.parameters_now"

@@ -86,17 +86,17 @@ void CheckLandmarks(const Window& before, const Window& after, size_t gone, cons
   }
 }
 
-struct ImuPiece {
+struct ImuInterval {
   double seconds = 0.0;
   Vec3 alpha = Vec3::Zero();
-  bool Is(const ImuPiece& other) const {
+  bool Is(const ImuInterval& other) const {
     return std::abs(seconds - other.seconds) < 1e-9 && (alpha - other.alpha).norm() < 1e-9;
   }
 };
-ImuPiece Piece(const std::shared_ptr<Preintegration>& imu) {
-  return imu ? ImuPiece{imu->SumDt(), imu->Alpha()} : ImuPiece{};
+ImuInterval Piece(const std::shared_ptr<Preintegration>& imu) {
+  return imu ? ImuInterval{imu->SumDt(), imu->Alpha()} : ImuInterval{};
 }
-ImuPiece Merged(Preintegration first, const Preintegration& second) {
+ImuInterval Merged(Preintegration first, const Preintegration& second) {
   first.Append(second);
   return {first.SumDt(), first.Alpha()};
 }
@@ -105,10 +105,10 @@ void CheckImu(const Window& before, const Window& after, size_t gone, const char
   const auto own = [&](size_t k) { return before.frames[k].imu; };
   for (size_t k = 0; k < after.frames.size(); ++k) {
     const size_t old = k < gone ? k : k + 1;
-    ImuPiece right = Piece(own(old));
+    ImuInterval right = Piece(own(old));
     if (k == 0) right = {};
     if (gone > 0 && old == gone + 1) right = Merged(*own(gone), *own(old));
-    const ImuPiece got = Piece(after.frames[k].imu);
+    const ImuInterval got = Piece(after.frames[k].imu);
     if (got.Is(right)) continue;
     Text cause = "6.other_IMU_changed";
     if (k == 0) {
@@ -196,7 +196,7 @@ TEST(Stage6, FailuresAtTheirThresholds) {
     for (const bool tracks : {true, false}) {
       WindowScene scene(tracks ? "full window" : "frames");
       Window& window = scene.window;
-      const WindowFrame &newest = window.frames.back(), &oldest = window.frames.front();
+      const Frame &newest = window.frames.back(), &oldest = window.frames.front();
       Vec9 v_ba_bg;
       v_ba_bg << 8.0, 0.0, 0.0, OfNorm(c.b_a), OfNorm(c.b_g);
       newest.speed_bias->SetEstimate(v_ba_bg);

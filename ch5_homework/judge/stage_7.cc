@@ -161,7 +161,7 @@ TEST(Stage7, BundleAdjustmentOfTheCourse) {
   const auto solver = MakeSolver(&scene.ba.graph);
   CheckSolve(solver.get(), scene.ba.graph, 1e-2, Damping::kIdentity, "7.course_scene");
   if (HasFatalFailure()) return;
-  const double before = solver->ComputeChi();
+  const double before = solver->Cost();
   const Summary summary = Minimize(solver.get(), SolveOptions{});
   if (!IsConverged(summary.termination) || summary.final_cost > 1e-2 * before) {
     FAIL() << Report(Diagnosis{

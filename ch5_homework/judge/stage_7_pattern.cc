@@ -88,7 +88,7 @@ Text CauseOf(const Pattern& got, const Groups& groups, int poses) {
     return PairsOf(pairs, IsLower);
   };
   if (is_H_pp_and(chain([](const auto& group, size_t k) { return group[k - 1]; }))) {
-    return "7.only_neighbours_tied";
+    return "7.only_neighbors_tied";
   }
   if (is_H_pp_and(chain([](const auto& group, size_t) { return group[0]; }))) {
     return "7.only_first_pose_tied";

@@ -38,7 +38,7 @@ class OkvisTerm {
   virtual void SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a) = 0;
   virtual void UpdateErrorComputation() = 0;
   virtual VecX Residual(const VecX& delta_chi) = 0;
-  /// All of it: takes the edges, marginalises the vertices `drop`.
+  /// All of it: takes the edges, marginalizes the vertices `drop`.
   /// @return what is left, its rows and columns in the order of `keep`
   virtual Remainder Marginalize(const std::vector<std::shared_ptr<Edge>>& edges,
                                 const std::vector<std::shared_ptr<Vertex>>& drop,

@@ -126,7 +126,7 @@ def heat(slide, x, y, cell, rows, names):
         slide.text(x + (i + 0.5) * cell, y - 12, names[i], 19, MUTED, italic=True)
 
 
-@FIGURES.figure(1060, 380, "Marginalising the middle of a chain")
+@FIGURES.figure(1060, 380, "Marginalizing the middle of a chain")
 def chain(slide, tables, say):
     """The 3×3 example before and after, as a heat map with its numbers."""
     H, prior = toy.chain()

@@ -102,7 +102,7 @@ def prior_answer(slide, tables, say):
 
 
 def side_view(slide, box, tables, state, color):
-    """The course's scene from the side, x to the right and z up: truth in grey, `state` in color."""
+    """The course's scene from the side, x to the right and z up: truth in gray, `state` in color."""
     axes = slide.axes(box, (-5.5, 5.5), (-1.2, 9.8))
     axes.set_axis_off()
     for which, shade, size in (("truth", mix(INK, 0.25), 9), (state, LANDMARK, 5.4)):

@@ -93,12 +93,12 @@ def trust(slide, tables, say):
     bHb = sum(B[i] * H[i][j] * B[j] for i in (0, 1) for j in (0, 1))
     steepest = tuple(bb / bHb * x for x in B)
     slide.polyline([at((0, 0)), at(steepest), at(newton)], LANDMARK, 3, dash="9 6")
-    for h, colour in (((0, 0), INK), (steepest, LANDMARK), (newton, POSE)):
-        slide.circle(*at(h), 7, colour)
+    for h, color in (((0, 0), INK), (steepest, LANDMARK), (newton, POSE)):
+        slide.circle(*at(h), 7, color)
     slide.text(ox - 14, oy + 24, say("start"), 17, anchor="end")
     slide.text(at(newton)[0] + 14, at(newton)[1] + 6, say("newton"), 17, POSE, anchor="start")
     slide.text(at(steepest)[0] + 2, at(steepest)[1] - 16, say("steepest"), 17, LANDMARK)
-    for k, (name, colour, dash) in enumerate((("damped", CROSS, None), ("dogleg", LANDMARK, "9 6"), ("radius", PRIOR, None))):
-        slide.line(800, 120 + 34 * k, 836, 120 + 34 * k, colour, 3, dash)
+    for k, (name, color, dash) in enumerate((("damped", CROSS, None), ("dogleg", LANDMARK, "9 6"), ("radius", PRIOR, None))):
+        slide.line(800, 120 + 34 * k, 836, 120 + 34 * k, color, 3, dash)
         slide.text(848, 126 + 34 * k, say(name), 17, anchor="start")
 

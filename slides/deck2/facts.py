@@ -6,7 +6,7 @@ from ..tex import scientific
 
 
 def schur_facts(_):
-    """Multiplications of a Cholesky factorisation, n³/6, of H and of S, and those of forming S: a landmark that k poses
+    """Multiplications of a Cholesky factorization, n³/6, of H and of S, and those of forming S: a landmark that k poses
     see costs k(k+1)/2 blocks of 6 × 6."""
     frames, points = 30, 1000
     n, p = 6 * frames + points, 6 * frames

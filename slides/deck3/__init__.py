@@ -1,4 +1,4 @@
-"""What deck 3, marginalisation and sliding windows, shows."""
+"""What deck 3, marginalization and sliding windows, shows."""
 
 from . import blocks, plots
 from .facts import all_facts as facts  # noqa: F401

@@ -17,16 +17,16 @@ def place(vertex, left):
 
 def draw_vertex(slide, vertex, left, faded=False):
     x, y = place(vertex, left)
-    colour = POSE if vertex[0] == "x" else LANDMARK
-    slide.circle(x, y, 21, PAPER if faded else mix(colour, 0.25), mix(colour, 0.35) if faded else colour, 2)
+    color = POSE if vertex[0] == "x" else LANDMARK
+    slide.circle(x, y, 21, PAPER if faded else mix(color, 0.25), mix(color, 0.35) if faded else color, 2)
     slide.text(x, y + 6, ("x" if vertex[0] == "x" else "ℓ") + SUB[vertex[1]], 18,
              mix(INK, 0.35) if faded else INK, italic=True)
 
 
-@FIGURES.figure(1080, 350, "Marginalising ties the neighbours together")
+@FIGURES.figure(1080, 350, "Marginalizing ties the neighbors together")
 def clique(slide, tables, say):
-    """The toy graph before and after its oldest pose and the landmarks seen from there are marginalised."""
-    gone, tied, vertices = toy.leaving(), toy.neighbours(), sorted(set().union(*toy.edges()))
+    """The toy graph before and after its oldest pose and the landmarks seen from there are marginalized."""
+    gone, tied, vertices = toy.leaving(), toy.neighbors(), sorted(set().union(*toy.edges()))
     for left, after in ((0, False), (580, True)):
         for edge in toy.edges():
             a, b = (place(vertex, left) for vertex in sorted(edge))
@@ -64,8 +64,8 @@ def chain_graph(slide, tables, say):
         slide.text(x, 82, "x" + SUB[k], 20, italic=True)
 
 
-def frame(slide, x, y, whole, colour=POSE):
-    slide.circle(x, y, 15, mix(colour, 0.85 if whole else 0.3), colour, 1.6)
+def frame(slide, x, y, whole, color=POSE):
+    slide.circle(x, y, 15, mix(color, 0.85 if whole else 0.3), color, 1.6)
     if whole:
         slide.circle(x, y, 22, "none", LANDMARK, 3)
 
@@ -100,9 +100,9 @@ def windows(slide, tables, say):
     slide.text(612, 331, say("imu"), 17, anchor="start")
 
 
-@FIGURES.figure(1080, 390, "Linearised twice, at one point and at two")
+@FIGURES.figure(1080, 390, "Linearized twice, at one point and at two")
 def product(slide, tables, say):
-    """x y = 1 measured twice: level lines of the two quadratic models' sum, linearised at one point and at two."""
+    """x y = 1 measured twice: level lines of the two quadratic models' sum, linearized at one point and at two."""
     same, mixed = toy.two_tangents()
     cross = [float(v) for v in toy.solve([[1, 1], [toy.POINTS[1][1], toy.POINTS[1][0]]], [2, 2 * toy.PRODUCT])]
     x, y = np.meshgrid(np.linspace(0, 2.8, 281), np.linspace(0, 1.8, 181))

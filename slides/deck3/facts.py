@@ -82,7 +82,7 @@ def slide_facts(tables):
     facts = {}
     for policy in ("vins", "okvis"):
         of = lambda fate: [one for one in tables("slide_vertices", policy=policy).rows() if one["fate"] == fate]  # noqa: B023,E731
-        gone, held = of("marginalised"), of("in the prior")
+        gone, held = of("marginalized"), of("in the prior")
         count = lambda rows, kind: sum(one["vertex"] == kind for one in rows)  # noqa: E731
         prior = tables("slide_priors").row(policy=policy, stage="after")
         observations = tables("slide_observations", policy=policy).rows()

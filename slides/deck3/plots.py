@@ -14,7 +14,7 @@ POLICIES = {"vins": "VINS-Mono", "okvis": "OKVIS"}
 FATES = {"prior": PRIOR, "again": LANDMARK, "lost": mix(INK, 0.3), "stays": POSE}
 
 
-@FIGURES.figure(1090, 385, "What the order of marginalisation fills in")
+@FIGURES.figure(1090, 385, "What the order of marginalization fills in")
 def fill(slide, tables, say):
     """H of a scene: whole, without landmarks and frame 0, and without frame 0 only."""
     whole = len(dense(tables("marginalize_scene", stage="before")))
@@ -84,7 +84,7 @@ def slide_priors(slide, tables, say):
         left, side = 15 + 545 * panel, 270
         window, prior = (dense(tables("slide_matrices", policy=policy, stage=stage)) for stage in ("window", "after"))
         slide.cells(left, 45, side, window)
-        for vertex in tables("slide_vertices", policy=policy, fate="marginalised").rows():
+        for vertex in tables("slide_vertices", policy=policy, fate="marginalized").rows():
             y, height = (vertex[key] * side / len(window) for key in ("row", "rows"))
             slide.rect(left, 45 + y, side, height, mix(PRIOR, 0.6), alpha=0.42)
             slide.rect(left + y, 45, height, side, mix(PRIOR, 0.6), alpha=0.42)

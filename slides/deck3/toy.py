@@ -8,11 +8,11 @@ SEEN = {0: (0, 1), 1: (0, 1, 2), 2: (0, 2, 3), 3: (1, 2, 3), 4: (2, 3)}
 LEAVING = 0
 
 PRODUCT = 1                      # x y is measured twice
-POINTS = ((F(1), F(1)), (F(2), F(1, 2)))  # where it is linearised
+POINTS = ((F(1), F(1)), (F(2), F(1, 2)))  # where it is linearized
 
 
 def edges():
-    """Sets of vertices ("x", pose) and ("l", landmark): IMU between neighbours, one observation a view."""
+    """Sets of vertices ("x", pose) and ("l", landmark): IMU between neighbors, one observation a view."""
     imu = [{("x", a), ("x", b)} for a, b in zip(POSES, POSES[1:])]
     return imu + [{("l", k), ("x", n)} for k, seen in SEEN.items() for n in seen]
 
@@ -22,7 +22,7 @@ def leaving():
     return {("x", LEAVING)} | {("l", k) for k, seen in SEEN.items() if LEAVING in seen}
 
 
-def neighbours():
+def neighbors():
     """Those that share an edge with something that leaves: the prior's vertices."""
     gone = leaving()
     return sorted(set().union(*(edge for edge in edges() if edge & gone)) - gone)
@@ -55,7 +55,7 @@ def solve(a, b):
 
 
 def chain():
-    """The course's three scalars: H, b with the hidden prior's residual −0.2, and what marginalising the middle leaves."""
+    """The course's three scalars: H, b with the hidden prior's residual −0.2, and what marginalizing the middle leaves."""
     w01, w1, w12 = (1 / F(s, 10) ** 2 for s in (1, 2, 3))
     H = [[w01, -w01, F(0)], [-w01, w01 + w1 + w12, -w12], [F(0), -w12, w12]]
     b = [F(0), w1 * F(2, 10), F(0)]
@@ -65,7 +65,7 @@ def chain():
 
 
 def twin():
-    """x₀ measured and x₁ − x₀ measured, σ = 1: H, and the information on x₁ with x₀ marginalised and fixed."""
+    """x₀ measured and x₁ − x₀ measured, σ = 1: H, and the information on x₁ with x₀ marginalized and fixed."""
     H = [[F(2), F(-1)], [F(-1), F(1)]]
     return H, H[1][1] - H[1][0] * H[0][1] / H[0][0], H[1][1]
 
@@ -86,6 +86,6 @@ def jacobian(point):
 
 
 def two_tangents():
-    """H of two measurements, linearised at the same point and at two points."""
+    """H of two measurements, linearized at the same point and at two points."""
     blocks = [product(transpose(jacobian(point)), jacobian(point)) for point in POINTS]
     return plus(blocks[0], blocks[0]), plus(*blocks)

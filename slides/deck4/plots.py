@@ -24,7 +24,7 @@ def gauge_zeros(slide, tables, say):
 
 @FIGURES.figure(1080, 360, "Iterations of three ways to handle the gauge")
 def gauge_iterations(slide, tables, say):
-    """Fig. 7: mean iterations of each method in each scene, the paper's as grey bars."""
+    """Fig. 7: mean iterations of each method in each scene, the paper's as gray bars."""
     methods = ("fixation", "free", "prior")
     axes = slide.axes((70, 40, 800, 235), (-0.6, 5.6), (3, 8), say("iterations"), xticks=(), yticks=range(3, 9))
     gauge.paper_iterations(axes, len(methods), say("paper"))

@@ -7,15 +7,15 @@ from ..deck1.toy import EDGES, LANDMARKS, POSES
 FIGURES = Figures("speed.")
 
 
-def box(slide, x, y, width, name, below, colour, strong=False):
-    slide.rect(x, y, width, 78, mix(colour, 0.28 if strong else 0.14), colour, radius=10, line=2.2 if strong else 1.5)
+def box(slide, x, y, width, name, below, color, strong=False):
+    slide.rect(x, y, width, 78, mix(color, 0.28 if strong else 0.14), color, radius=10, line=2.2 if strong else 1.5)
     slide.text(x + width / 2, y + 34, name, 19, weight="bold")
     slide.text(x + width / 2, y + 60, below, 15, MUTED)
 
 
 @FIGURES.figure(1130, 330, "g2o's classes")
 def g2o(slide, tables, say):
-    """Who owns whom in g2o; the three choices of the user in strong colours."""
+    """Who owns whom in g2o; the three choices of the user in strong colors."""
     box(slide, 20, 40, 250, "SparseOptimizer", say("graph"), POSE)
     box(slide, 330, 40, 250, "OptimizationAlgorithm", say("algorithm"), CROSS, True)
     box(slide, 640, 40, 220, "BlockSolver<p, l>", say("block"), CROSS, True)
@@ -45,9 +45,9 @@ def mapping(slide, tables, say):
     slide.rect(left, top, size * cell, size * cell, stroke=MUTED, radius=3)
     l_at = 3 * POSES + landmark
     targets = ((3 * host, l_at, 3, 1, CROSS), (3 * target, l_at, 3, 1, CROSS), (3 * host, 3 * target, 3, 3, POSE))
-    for k, (row, column, tall, wide, colour) in enumerate(targets):
+    for k, (row, column, tall, wide, color) in enumerate(targets):
         x, y = left + column * cell, top + row * cell
-        slide.rect(x + 1, y + 1, wide * cell - 2, tall * cell - 2, mix(colour, 0.9), radius=3)
+        slide.rect(x + 1, y + 1, wide * cell - 2, tall * cell - 2, mix(color, 0.9), radius=3)
         start, end = 120 + 40 * k, y + tall * cell / 2
         slide.polyline([(340, start), (480, start), (480, end), (x - 4, end)], PRIOR, 1.6, arrow=True, curved=True)
     slide.rect(110, 90, 230, 140, mix(INK, 0.06), INK, radius=10)
@@ -63,8 +63,8 @@ def flow(slide, tables, say):
     """Our four values and the functions between them."""
     names = (("Structure", say("lies"), POSE), ("Linearized", "H_pp, H_pl, H_ll, b", LANDMARK),
              ("Eliminated", "H_ll⁻¹, S, b_S", CROSS), ("Step", "Δx", PRIOR))
-    for k, (name, below, colour) in enumerate(names):
-        box(slide, 10 + 296 * k, 70, 222, name, below, colour)
+    for k, (name, below, color) in enumerate(names):
+        box(slide, 10 + 296 * k, 70, 222, name, below, color)
     for k, name in enumerate(("linearize", "eliminate", "solve")):
         slide.line(236 + 296 * k, 109, 300 + 296 * k, 109, arrow=True)
         slide.text(268 + 296 * k, 50, say(name), 17, MUTED)
@@ -73,8 +73,8 @@ def flow(slide, tables, say):
 @FIGURES.figure(1080, 330, "Lanes")
 def lanes(slide, tables, say):
     """The numbers of eight edges, one after the other and side by side."""
-    shades = [mix(colour, 0.75) for colour in (POSE, LANDMARK, CROSS, PRIOR)] + [
-        mix(colour, 0.4) for colour in (POSE, LANDMARK, CROSS, PRIOR)]
+    shades = [mix(color, 0.75) for color in (POSE, LANDMARK, CROSS, PRIOR)] + [
+        mix(color, 0.4) for color in (POSE, LANDMARK, CROSS, PRIOR)]
     for panel, name in enumerate(("one", "eight")):
         left = 60 + 540 * panel
         slide.text(left + 200, 40, say(name), 19)
@@ -91,7 +91,7 @@ def lanes(slide, tables, say):
 
 @FIGURES.figure(1080, 360, "Groups of landmarks")
 def groups(slide, tables, say):
-    """The toy's landmarks sorted by the poses that see them: neighbours change the same blocks of S."""
+    """The toy's landmarks sorted by the poses that see them: neighbors change the same blocks of S."""
     seen = {k: tuple(sorted({p for l, host, target in EDGES for p in (host, target) if l == k})) for k in range(LANDMARKS)}
     order = sorted(seen, key=lambda k: (seen[k], k))
     kinds = sorted(set(seen.values()))

@@ -15,7 +15,7 @@ def time_of(tables, problem, step, solver, simd):
 
 
 def iteration(tables, problem, solver, simd):
-    """Milliseconds of one linearisation, one solve, one update and one cost."""
+    """Milliseconds of one linearization, one solve, one update and one cost."""
     steps = STEPS if solver == "sparse" else WHOLE
     return sum(time_of(tables, problem, step, solver, simd) for step in steps)
 

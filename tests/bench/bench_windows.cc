@@ -1,4 +1,4 @@
-// The window dumps: 8 iterations of the sparse solver, and the marginalisation of the oldest frame in three ways.
+// The window dumps: 8 iterations of the sparse solver, and the marginalization of the oldest frame in three ways.
 
 #include <benchmark/benchmark.h>
 

@@ -14,8 +14,8 @@ struct Problem {
   enum class Kind { kBal, kWindow, kPoseGraph } kind = Kind::kBal;
   BalProblem bal;
   WindowDump window;
-  std::string pose_graph;         ///< its file, which both sides read anew
-  peer::PeerOptions options;      ///< with which both sides solve it
+  std::string pose_graph;     ///< its file, which both sides read anew
+  peer::PeerOptions options;  ///< with which both sides solve it
 };
 
 /// @param name  a BAL file, a window dump, a .g2o file, or "scene:FRAMESxPOINTS"

@@ -124,7 +124,7 @@ void MeasureSparse(Graph* graph, const Options& options) {
                c.back_flop, c.H_pl_bytes},
               {"update", [&] { solver.UpdateStates(step.delta_x); }},
               {"rollback", [&] { solver.RollbackStates(); }},
-              {"cost", [&] { solver.ComputeChi(); }, 0.0, c.measurement_bytes}},
+              {"cost", [&] { solver.Cost(); }, 0.0, c.measurement_bytes}},
              options.repeat, options.threads == 1);
 }
 
@@ -137,7 +137,7 @@ void MeasureWhole(NormalEquations* system, int repeat) {
               {"solve", [&] { system->SolveLinearSystem(kLambda, &delta_x); }},
               {"update", [&] { system->UpdateStates(delta_x); }},
               {"rollback", [&] { system->RollbackStates(); }},
-              {"cost", [&] { system->ComputeChi(); }}},
+              {"cost", [&] { system->Cost(); }}},
              repeat, /*one_thread=*/true);
 }
 

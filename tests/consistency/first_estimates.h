@@ -1,6 +1,6 @@
 #pragma once
-/// First-estimate Jacobians, the original remedy: a state in the prior is linearised, once and for all, where the prior was
-/// linearised. The reference for the observability constraints, which the estimators use.
+/// First-estimate Jacobians, the original remedy: a state in the prior is linearized, once and for all, where the prior was
+/// linearized. The reference for the observability constraints, which the estimators use.
 /// Source: Huang, Mourikis, Roumeliotis, "Observability-based rules for designing consistent EKF SLAM estimators",
 /// IJRR 2010; Leutenegger et al., IJRR 2015, §4.3.
 
@@ -13,7 +13,7 @@
 
 namespace ch5 {
 
-/// An edge with the residual at the present states, but with the Jacobians at the prior's linearisation points, for
+/// An edge with the residual at the present states, but with the Jacobians at the prior's linearization points, for
 /// those of its vertices that the prior holds. Evaluation moves the vertices temporarily: one thread only.
 class EdgeFirstEstimate : public EdgeWithModifiedJacobians {
  public:

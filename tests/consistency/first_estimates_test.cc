@@ -32,10 +32,10 @@ TEST(FirstEstimates, ResidualIsOfNowAndJacobianOfThen) {
   EXPECT_EQ(window.speed_biases[1]->Parameters(), moved);
 }
 
-// What is linearised at the first estimates of the states in the prior.
+// What is linearized at the first estimates of the states in the prior.
 enum class FirstEstimates { kNone, kMarginalizedEdges, kAllEdges };
 
-// A window that slides: between two marginalisations every state moves a little, as a solve moves it.
+// A window that slides: between two marginalizations every state moves a little, as a solve moves it.
 struct SlidingWindow {
   FreeWindow window{8};
   FirstEstimates mode;
@@ -62,7 +62,7 @@ struct SlidingWindow {
     const auto edges = window.EdgesAt(drop);
     Prior next;
     {
-      const ScopedLinearizationPoint at_linearisation(Points(FirstEstimates::kMarginalizedEdges));
+      const ScopedLinearizationPoint at_linearization(Points(FirstEstimates::kMarginalizedEdges));
       next = Marginalize(edges, drop);
     }
     for (const auto& edge : edges) window.graph.RemoveEdge(edge);
@@ -70,7 +70,7 @@ struct SlidingWindow {
     prior = std::make_shared<EdgePrior>(std::move(next));
     window.graph.AddEdge(prior);
   }
-  // H of a solve: the graph's edges and the prior, linearised as the mode says.
+  // H of a solve: the graph's edges and the prior, linearized as the mode says.
   GaugeLeak Yaw() {
     std::vector<std::shared_ptr<Edge>> edges = window.graph.Edges();
     const Prior* points = Points(FirstEstimates::kAllEdges);
@@ -106,7 +106,7 @@ TEST(FirstEstimates, OnlyOnAllEdgesTheyKeepYawUnobservable) {
   }
 }
 
-// A prior linearised at its first estimates has no information on yaw there.
+// A prior linearized at its first estimates has no information on yaw there.
 TEST(FirstEstimates, OnMarginalizedEdgesTheyKeepThePriorFreeOfYaw) {
   for (const bool clean : {true, false}) {
     SlidingWindow window(clean ? FirstEstimates::kMarginalizedEdges : FirstEstimates::kNone);

@@ -36,7 +36,7 @@ TEST(GaugeDirections, LocalPosesDoNotMove) {
   options.local_poses = {extrinsic.get()};
   const MatXX N = GaugeDirections({pose, extrinsic}, options);
   EXPECT_EQ(N.bottomRows(6).norm(), 0.0);
-  EXPECT_LT(N.col(3).head<3>().norm(), 1e-9);  // the centre is the mean of the other poses
+  EXPECT_LT(N.col(3).head<3>().norm(), 1e-9);  // the center is the mean of the other poses
 }
 
 TEST(GaugeDirections, NamesAreThoseOfTheColumns) {

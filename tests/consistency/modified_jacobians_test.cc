@@ -25,7 +25,7 @@ TEST(EdgeWithModifiedJacobians, TakesResidualInformationAndLossFromTheOtherEdge)
   doubled.Linearize();
   EXPECT_EQ(VecX(doubled.Residual()), VecX(edge->Residual()));
   EXPECT_EQ(MatXX(doubled.Information()), MatXX(edge->Information()));
-  EXPECT_EQ(doubled.RobustChi2(), edge->RobustChi2());
+  EXPECT_EQ(doubled.Cost(), edge->Cost());
   EXPECT_EQ(doubled.TypeInfo(), edge->TypeInfo());
   for (size_t i = 0; i < edge->Vertices().size(); ++i) {
     EXPECT_EQ(MatXX(doubled.Jacobian(i)), MatXX(2.0 * edge->Jacobian(i)));
@@ -40,7 +40,7 @@ TEST(EdgeWithModifiedJacobians, KeepsTheOtherEdgeAndItsLossAlive) {
   edge->SetLossFunction(std::make_shared<HuberLoss>(1.0));
   DoubledJacobians doubled(std::move(edge));
   doubled.Linearize();
-  EXPECT_NEAR(doubled.RobustChi2(), 2.0 * 3.0 - 1.0, 1e-12);  // 2δ√s − δ²
+  EXPECT_NEAR(doubled.Cost(), 0.5 * (2.0 * 3.0 - 1.0), 1e-12);  // 2δ√s − δ²
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ MatXX JacobianOf(Edge* edge) {
   return J;
 }
 
-// J'N₀ = 0, while J N₀ is not: an edge linearised elsewhere has information on the prior's yaw.
+// J'N₀ = 0, while J N₀ is not: an edge linearized elsewhere has information on the prior's yaw.
 TEST(Observability, ConstrainedJacobiansKeepTheFirstNullSpace) {
   const MovedWindow window;
   for (const auto& edge : {window.ImuEdge(), window.graph.Edges().back()}) {

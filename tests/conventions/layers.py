@@ -28,7 +28,7 @@ MAY_INCLUDE = {
     "sparse/kernels": "math linear",
     "sparse/steps": "math graph linear solve sparse/kernels",
     "sparse": "math graph linear solve sparse/kernels sparse/steps",
-    "marginalize": SPARSE,
+    "marginalize": "math graph linear solve sparse/kernels sparse/steps",
     "consistency": SPARSE + TYPES + " marginalize",
     "window/start": SPARSE + TYPES + " marginalize consistency",
     "window": SPARSE + TYPES + " marginalize consistency window/start",

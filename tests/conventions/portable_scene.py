@@ -1,4 +1,4 @@
-"""The course's scene is the same to the bit with every compiler, optimisation and standard library.
+"""The course's scene is the same to the bit with every compiler, optimization and standard library.
 
 Each setting is compared with the committed portable_scene.golden, hence all with one another.
 """
@@ -52,19 +52,19 @@ class PortableScene(unittest.TestCase):
             command = [compiler, *library, str(source), "-o", str(Path(folder, "main"))]
             return subprocess.run(command, capture_output=True).returncode == 0
 
-    def test_this_compiler_unoptimised(self):
+    def test_this_compiler_unoptimized(self):
         self.check(CXX, "-O0")
 
-    def test_this_compiler_optimised(self):
+    def test_this_compiler_optimized(self):
         self.check(CXX, "-O2")
 
     def test_this_compiler_for_this_processor(self):
         self.check(CXX, "-O2", "-march=native")
 
-    def test_clang_unoptimised(self):
+    def test_clang_unoptimized(self):
         self.check("clang++", "-O0")
 
-    def test_clang_optimised(self):
+    def test_clang_optimized(self):
         self.check("clang++", "-O2")
 
     def test_clang_with_libcxx(self):

@@ -33,7 +33,7 @@ SolveOptions Options(Algorithm algorithm) {
 
 const auto kAlgorithms = {Algorithm::kGaussNewton, Algorithm::kLevenbergMarquardt, Algorithm::kDogleg};
 
-TEST(Degenerate, EmptyProblemHasNothingToOptimise) {
+TEST(Degenerate, EmptyProblemHasNothingToOptimize) {
   Graph graph;
   Problem problem(&graph);
   for (const Algorithm algorithm : kAlgorithms) {
@@ -52,7 +52,7 @@ TEST(Degenerate, EverythingFixedKeepsItsCost) {
   MonoBa ba;
   BuildMonoBa(SimulateMonoBa({}), Gauge::kFree, 1.0, 0.0, &ba);
   for (const auto& vertex : ba.graph.Vertices()) vertex->SetFixed();
-  const double cost = ComputeCost(ba.graph);
+  const double cost = Cost(ba.graph);
   const Summary summary = Problem(&ba.graph).Solve();
   EXPECT_EQ(summary.termination, Termination::kNothingToOptimize);
   EXPECT_EQ(summary.final_cost, cost);

@@ -55,7 +55,7 @@ TEST(PlainBlockSolver, HasTheSystemOfProblem) {
   EXPECT_LT((blocks.HessianDiagonal() - H.diagonal()).norm(), 1e-13 * H.diagonal().norm());
   const VecX v = VecX::LinSpaced(blocks.Size(), -1.0, 1.0);
   EXPECT_LT((blocks.MultiplyHessian(v) - H * v).norm(), 1e-12 * (H * v).norm());
-  EXPECT_DOUBLE_EQ(blocks.ComputeChi(), problem.ComputeChi());
+  EXPECT_DOUBLE_EQ(blocks.Cost(), problem.Cost());
   EXPECT_DOUBLE_EQ(blocks.StateNorm(), problem.StateNorm());
 }
 

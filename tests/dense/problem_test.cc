@@ -1,4 +1,4 @@
-/// The dense solver against first principles: H and b, the Schur complement, marginalisation, convergence.
+/// The dense solver against first principles: H and b, the Schur complement, marginalization, convergence.
 #include "ch5_backend/dense/problem.h"
 
 #include <gtest/gtest.h>
@@ -116,7 +116,7 @@ TEST(Problem, RightHandSideIsTheNegativeGradientOfTheCost) {
   for (int i = 0; i < problem.Size(); ++i) {
     const auto cost_at = [&](double step) {
       problem.UpdateStates(step * VecX::Unit(problem.Size(), i));
-      const double cost = problem.ComputeChi();
+      const double cost = problem.Cost();
       problem.RollbackStates();
       return cost;
     };
@@ -192,7 +192,7 @@ TEST(Problem, MonoBaReachesTheSameMinimumFromEveryStart) {
   }
   EXPECT_NEAR(costs[1], costs[0], 1e-8 * costs[0]);
   EXPECT_NEAR(costs[2], costs[0], 1e-8 * costs[0]);
-  // 2·60·4 numbers minus 60 depths and 24 − 1 free directions leave 397; the host's noise, which is not modelled,
+  // 2·60·4 numbers minus 60 depths and 24 − 1 free directions leave 397; the host's noise, which is not modeled,
   // adds up to as much again. Half of that, generously bounded.
   EXPECT_GT(costs[0], 0.5 * 397 * 0.8);
   EXPECT_LT(costs[0], 0.5 * 397 * 2.5);

@@ -88,7 +88,7 @@ void TwoPosesTwoLandmarks() {
 
   Problem problem(&graph);
   problem.SetOrdering();
-  Print("paper.before", problem.ComputeChi());
+  Print("paper.before", problem.Cost());
   problem.MakeHessian();
   Print("paper.H", problem.Hessian());
   Print("paper.b", problem.RightHandSide());
@@ -112,7 +112,7 @@ void TwoPosesTwoLandmarks() {
   Print("paper.r0", sign * root.r0);
 
   problem.UpdateStates(delta_x);
-  Print("paper.after", problem.ComputeChi());
+  Print("paper.after", problem.Cost());
 }
 
 // Stage 2: three scalars in a chain; the middle one goes.

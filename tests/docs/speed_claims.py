@@ -15,7 +15,7 @@ class SpeedClaims(unittest.TestCase):
     def share(self, problem, *steps):
         return sum(time_of(TABLES, problem, step, *BEST) for step in steps) / iteration(TABLES, problem, *BEST)
 
-    def test_linearising_and_forming_s_take_most_of_an_iteration(self):
+    def test_linearizing_and_forming_s_take_most_of_an_iteration(self):
         for problem in PROBLEMS:
             self.assertGreater(self.share(problem, "linearize", "schur"), 0.5, problem)
             self.assertLess(self.share(problem, "poses"), 0.3, problem)

@@ -40,8 +40,8 @@ class Examples(unittest.TestCase):
         for x, y in toy.POINTS:
             self.assertEqual(x * y, toy.PRODUCT)
 
-    def test_neighbours_of_what_leaves_are_the_poses_that_share_its_landmarks(self):
-        self.assertEqual(toy.neighbours(), [("x", 1), ("x", 2), ("x", 3)])
+    def test_neighbors_of_what_leaves_are_the_poses_that_share_its_landmarks(self):
+        self.assertEqual(toy.neighbors(), [("x", 1), ("x", 2), ("x", 3)])
 
 
 class WindowClaims(unittest.TestCase):

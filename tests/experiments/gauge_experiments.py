@@ -86,7 +86,7 @@ class GaugeExperiments(programs_under_test.AppTest):
     def test_measurements_leave_position_and_yaw_free_and_an_unconstrained_prior_fills_yaw(self):
         found = numbers.audit(self.make("audit", 1))
         for policy in ("vins", "okvis"):
-            for constraints in ("none", "marginalised edges"):
+            for constraints in ("none", "marginalized edges"):
                 relative = lambda part, direction: found[f"{policy} {constraints} {part}", f"largest relative {direction}"]
                 for direction in ("x", "y", "z", "yaw"):
                     self.assertLess(relative("measurements", direction), 1e-8, (policy, constraints, direction))

@@ -1,4 +1,4 @@
-// The null space of monocular bundle adjustment, and the marginalisation that keeps it.
+// The null space of monocular bundle adjustment, and the marginalization that keeps it.
 #include <gtest/gtest.h>
 
 #include "ch5_backend/experiments/studies/matrices.h"

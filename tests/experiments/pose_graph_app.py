@@ -86,7 +86,7 @@ class PoseGraphApp(unittest.TestCase):
             out = self.folder / name
             done = app(self.write(f"{name}.g2o", text), "--out", out)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
-            self.assertIn("nothing to optimise", done.stdout)
+            self.assertIn("nothing to optimize", done.stdout)
             summary = {row["key"]: row["value"] for row in table(out / "summary.csv")}
             self.assertEqual([row["cost"] for row in table(out / "trace.csv")], [summary["initial_cost"]])
             self.assertEqual(summary["final_cost"], summary["initial_cost"])
@@ -107,5 +107,5 @@ class PoseGraphApp(unittest.TestCase):
         path = self.write("lonely.g2o", "VERTEX_SE2 0 1 2 3\n")
         done = app(path, "--out", self.out)
         self.assertEqual((done.returncode, done.stderr),
-                         (2, f"ch5_pose_graph: {path}: no edge of a known type, so nothing to optimise\n"))
+                         (2, f"ch5_pose_graph: {path}: no edge of a known type, so nothing to optimize\n"))
         self.assertFalse(self.out.exists())

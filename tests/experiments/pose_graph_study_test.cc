@@ -85,7 +85,7 @@ TEST(PoseGraph, OneBadClosureDoesNotBendTheRestUnderHuber) {
   EXPECT_LT(worst[1], 0.05);
 }
 
-// A square in the plane, one metre a side: three sides measured, started crooked, one pose fixed elsewhere.
+// A square in the plane, one meter a side: three sides measured, started crooked, one pose fixed elsewhere.
 TEST(PoseGraph, PlanarSquare) {
   G2oFile file;
   std::vector<std::shared_ptr<VertexSE2>> poses;

@@ -121,7 +121,7 @@ TEST(PriorOnTwoFrames, OfHugeWeightAgreesWithTwoFixedFrames) {
     return EstimateOf(scene, ba);
   };
   const Rmse difference = Compare(solve(Gauge::kPriorTwoFrames, 1e8), solve(Gauge::kFixTwoFrames, 0.0));
-  // The drift is c/w; c ≈ 5e-2 here (force of the observations with W = I), and points lie a few metres away.
+  // The drift is c/w; c ≈ 5e-2 here (force of the observations with W = I), and points lie a few meters away.
   EXPECT_LT(difference.position, 1e-8);
   EXPECT_LT(difference.rotation, 1e-8);
   EXPECT_LT(difference.point, 1e-7);

@@ -132,7 +132,7 @@ class RecordingApp(AppTest):
                 (imu, 6, f"{stamps[3]},0,0,0,0,0,9.8",
                  f"the timestamp goes backwards, got {stamps[3]} after {stamps[4]}"),
                 (tracks, 3, f"{stamps[1]},2,370.5,240.5",
-                 "coordinates must be normalised (within ±10), not pixels, got 370.5"),
+                 "coordinates must be normalized (within ±10), not pixels, got 370.5"),
                 (recording / "calibration.yaml", 2, "  intrinsics: {fx: -1, fy: 457, cx: 367, cy: 248}", "-1")):
             whole = self.replace(path, line, words)
             before = contents(self.folder)

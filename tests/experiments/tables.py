@@ -53,7 +53,7 @@ class Tables(unittest.TestCase):
             self.assertEqual((weights[0], weights[1], weights[-1]), (0.0, 1e-3, 1e10))
         self.assertEqual(len(sweep), 3 * 28)
         # W = w nnᵀ of the minimal gauge is rank one but for its rounding, w·1e-16: rᵀWr of a residual of less than a
-        # metre across n may fall as far below zero.
+        # meter across n may fall as far below zero.
         self.assertTrue((sweep["prior_cost"] >= -1e-16 * sweep["weight"]).all())
         for column in set(SWEEP[2:-1]) - {"prior_cost"}:
             self.assertTrue((sweep[column] >= 0).all(), column)
@@ -98,7 +98,7 @@ class Tables(unittest.TestCase):
             corner = blocks.where(matrix="H", row_vertex=0, column_vertex=0)
             self.assertEqual(len(set(corner["number"])), edges, "frame 0 hosts every landmark")
 
-    def test_marginalisation_keeps_the_seven_free_directions(self):
+    def test_marginalization_keeps_the_seven_free_directions(self):
         fill = tables.read(self.out, "marginalize_fill")
         self.assertEqual(list(fill["size"]), [42, 30, 24, 36])
         self.assertEqual(set(fill["null_dimension"]), {7})
@@ -118,10 +118,10 @@ class Tables(unittest.TestCase):
             for fate in ("prior", "lost", "stays"):
                 self.assertGreater(len(table.where(policy=policy, fate=fate)), 0, (policy, fate))
 
-    def test_a_slide_marginalises_what_its_policy_says(self):
+    def test_a_slide_marginalizes_what_its_policy_says(self):
         table, priors = tables.read(self.out, "slide_vertices"), tables.read(self.out, "slide_priors")
         for policy, speeds in (("vins", [0]), ("okvis", [0, 1, 2, 3])):
-            gone = table.where(policy=policy, fate="marginalised")
+            gone = table.where(policy=policy, fate="marginalized")
             self.assertEqual(list(gone.where(vertex="pose")["number"]), [0], policy)
             self.assertEqual(list(gone.where(vertex="speed")["number"]), speeds, policy)
             held, after = table.where(policy=policy, fate="in the prior"), priors.row(policy=policy, stage="after")

@@ -67,7 +67,7 @@ class WindowApp(AppTest):
         done = run(ROOT / "course", "run", path, "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertNotIn("Warning", done.stderr)
-        self.assertIn("nothing to optimise", done.stdout)
+        self.assertIn("nothing to optimize", done.stdout)
         self.assertEqual([row["cost"] for row in table(self.out / "bare" / "trace.csv")], ["0"])
         self.assertTrue((self.out / "bare" / "figures" / "window.png").exists())
 

@@ -157,10 +157,10 @@ TEST_F(BalFiles, AFullDiskIsNamed) {
   EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }
 
-// Half a turn about z, t = (1, 2, 3): the centre is −Rᵀt = (1, 2, −3), and R maps the camera's axes onto themselves.
-TEST(Bal, CameraCentreAndAxesByHand) {
+// Half a turn about z, t = (1, 2, 3): the center is −Rᵀt = (1, 2, −3), and R maps the camera's axes onto themselves.
+TEST(Bal, CameraCenterAndAxesByHand) {
   const Vec9 camera = (Vec9() << 0, 0, M_PI, 1, 2, 3, 500, 0, 0).finished();
-  EXPECT_LT((CameraCentre(camera) - Vec3(1, 2, -3)).norm(), 1e-14);
+  EXPECT_LT((CameraCenter(camera) - Vec3(1, 2, -3)).norm(), 1e-14);
   EXPECT_LT((CameraAxes(camera) - Mat33(Vec3(-1, -1, -1).asDiagonal())).norm(), 1e-14);
 }
 
@@ -250,7 +250,7 @@ void ExpectCost(const std::string& name, double cost) {
   // The cost is that of the states that are returned.
   BalGraph bal;
   BuildBal(study.after, nullptr, &bal);
-  EXPECT_NEAR(ComputeCost(bal.graph), study.summary.final_cost, 1e-9 * cost);
+  EXPECT_NEAR(Cost(bal.graph), study.summary.final_cost, 1e-9 * cost);
 }
 
 TEST(Bal, Ladybug49ReachesItsOptimum) { ExpectCost("problem-49-7776-pre.txt", 1.33452e4); }

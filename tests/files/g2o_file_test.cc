@@ -92,7 +92,7 @@ TEST_F(G2o, WritesWhatItReadUnknownLinesIncluded) {
   EXPECT_EQ(file.unknown[1].text, "VERTEX_TRACKXYZ 9 1 2 3");
 }
 
-TEST_F(G2o, NearlyUnitQuaternionsAreNormalised) {
+TEST_F(G2o, NearlyUnitQuaternionsAreNormalized) {
   const G2oFile file = Read("VERTEX_SE3:QUAT 0 0 0 0 0 0 0.6004 0.8004\n");
   EXPECT_NEAR(static_cast<const VertexPose&>(*file.graph.Vertices()[0]).q().norm(), 1.0, 1e-15);
   ExpectError("VERTEX_SE3:QUAT 0 0 0 0 0 0 0.61 0.8\n", 1, "length 1");

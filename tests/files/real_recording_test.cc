@@ -24,7 +24,7 @@ TEST(RealRecording, IsReadWhole) {
   EXPECT_EQ(recording.origin_ns, 1403715273262143232);
   EXPECT_NEAR(recording.imu.back().t, 30.0, 1e-3);
   std::set<int> ids;
-  for (const CameraFrame& frame : recording.frames) {
+  for (const Image& frame : recording.frames) {
     for (const TrackedPoint& track : frame.tracks) ids.insert(track.id);
   }
   EXPECT_EQ(ids.size(), 307u);
@@ -59,7 +59,7 @@ TEST(RealRecording, ImuAgreesWithItsGroundTruth) {
     worst_v = std::max(worst_v, (v - j.v_W).norm());
     worst_angle = std::max(worst_angle, LogSO3((i.T_W_B.q * imu.Gamma()).conjugate() * j.T_W_B.q).norm());
   }
-  // Measured: 1.2 cm, 0.05 m/s, 0.16°. A wrong frame, sign or unit is off by metres or radians.
+  // Measured: 1.2 cm, 0.05 m/s, 0.16°. A wrong frame, sign or unit is off by meters or radians.
   EXPECT_LT(worst_p, 0.03);
   EXPECT_LT(worst_v, 0.1);
   EXPECT_LT(worst_angle, 0.01);
@@ -91,7 +91,7 @@ TEST(RealRecording, TracksMeetInPointsAtTheTruePoses) {
   const Recording recording = ReadRecording(folder);
   const Transform& T_B_C = recording.calibration.T_B_C;
   std::map<int, std::vector<Ray>> tracks;
-  for (const CameraFrame& frame : recording.frames) {
+  for (const Image& frame : recording.frames) {
     const std::optional<StampedState> state = StateAt(recording.truth, frame.t);
     if (!state) continue;
     const auto& [q, p] = state->T_W_B;
@@ -107,7 +107,7 @@ TEST(RealRecording, TracksMeetInPointsAtTheTruePoses) {
   }
   ASSERT_GT(errors.size(), 10000u);
   std::nth_element(errors.begin(), errors.begin() + errors.size() / 2, errors.end());
-  // Measured: 1.3 px; 0.8 px if the pixels' errors are minimised rather than the rays' distances.
+  // Measured: 1.3 px; 0.8 px if the pixels' errors are minimized rather than the rays' distances.
   EXPECT_LT(errors[errors.size() / 2], 1.5);
 }
 

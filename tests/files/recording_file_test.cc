@@ -90,7 +90,7 @@ TEST_F(RecordingFile, WhatIsWrittenIsReadBackToTheBit) {
     EXPECT_EQ(read.imu[k].acceleration, recording_.imu[k].acceleration);
     EXPECT_EQ(read.imu[k].gyroscope, recording_.imu[k].gyroscope);
     EXPECT_EQ(read.truth[k].T_W_B.p, recording_.truth[k].T_W_B.p);
-    EXPECT_LT((read.truth[k].T_W_B.q.coeffs() - recording_.truth[k].T_W_B.q.coeffs()).norm(), 1e-15);  // normalised
+    EXPECT_LT((read.truth[k].T_W_B.q.coeffs() - recording_.truth[k].T_W_B.q.coeffs()).norm(), 1e-15);  // normalized
     EXPECT_EQ(read.truth[k].v_W, recording_.truth[k].v_W);
     EXPECT_EQ(read.truth[k].b_a, recording_.truth[k].b_a);
     EXPECT_EQ(read.truth[k].b_g, recording_.truth[k].b_g);
@@ -182,7 +182,7 @@ TEST_F(RecordingFile, ValuesThatMakeNoSenseAreNamed) {
   EXPECT_EQ(Message(), "tracks.csv:3: the track is in this image already, got track_id 0");
   ReplaceLine("tracks.csv", 3, "1403715273262143232,1,367.2,248.4");
   EXPECT_EQ(Message(),
-            "tracks.csv:3: coordinates must be normalised (within ±10), not pixels, got 367.200000, 248.400000");
+            "tracks.csv:3: coordinates must be normalized (within ±10), not pixels, got 367.200000, 248.400000");
   WriteRecording(recording_, folder_);
   ReplaceLine("groundtruth.csv", 2, "1403715273262143232,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0");
   EXPECT_EQ(Message(), "groundtruth.csv:2: the quaternion must be of length 1, got 0.000000");

@@ -1,5 +1,5 @@
 #pragma once
-// Points seen by poses in a row, each by three neighbours: S is sparse, H has a unique minimum.
+// Points seen by poses in a row, each by three neighbors: S is sparse, H has a unique minimum.
 #include <algorithm>
 #include <memory>
 #include <vector>

@@ -67,9 +67,9 @@ TEST(G2o, G11_MarginalsOfAGridOfManyFrontsEqualTheDenseInverse) {
     points.push_back(std::make_shared<VertexPointXYZ>(Vec3(column, row, 0)));
     points.back()->SetRole(Role::kPose);
     graph.AddVertex(points.back());
-    for (const int neighbour : {column > 0 ? i - 1 : -1, i - kSide}) {
-      if (neighbour < 0) continue;
-      auto edge = std::make_shared<PointDifference>(points[neighbour], points[i], Vec3(1, 0, 0));
+    for (const int neighbor : {column > 0 ? i - 1 : -1, i - kSide}) {
+      if (neighbor < 0) continue;
+      auto edge = std::make_shared<PointDifference>(points[neighbor], points[i], Vec3(1, 0, 0));
       edge->SetInformation(random.Uniform(0.5, 2.0) * MatXX::Identity(3, 3));
       graph.AddEdge(edge);
     }

@@ -27,7 +27,7 @@ Selection AtLevel(int level) {
 // ---- G2: which edges and vertices take part ----------------------------------------------------------------------
 
 TEST(G2o, G2_AnEdgeIsActiveIffItsLevelMatches) {
-  PointChain chain(4);  // edges 0, 1, 2 between neighbours
+  PointChain chain(4);  // edges 0, 1, 2 between neighbors
   chain.edges[1]->SetLevel(1);
   EXPECT_EQ(Ids(MakeOrdering(chain.graph).edges), (std::vector<int>{0, 2}));
   EXPECT_EQ(Ids(MakeOrdering(chain.graph, AtLevel(1)).edges), (std::vector<int>{1}));

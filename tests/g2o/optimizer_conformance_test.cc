@@ -31,7 +31,7 @@
 namespace ch5::test {
 namespace {
 
-TEST(G2o, G2_OnlyActiveEdgesAreOptimised) {
+TEST(G2o, G2_OnlyActiveEdgesAreOptimized) {
   PointChain chain(4);
   chain.points[0]->SetFixed();
   chain.edges[2]->SetLevel(1);
@@ -58,7 +58,7 @@ TEST(G2o, G2_EveryRoomLeavesOtherLevelsOut) {
     system->SetOrdering();
     system->MakeHessian();
     EXPECT_EQ(system->Size(), 6);
-    EXPECT_NEAR(system->ComputeChi(), 0.5 * (0.01 + 0.09 + 0.04 + 0.01), 1e-12);
+    EXPECT_NEAR(system->Cost(), 0.5 * (0.01 + 0.09 + 0.04 + 0.01), 1e-12);
     EXPECT_LT((system->HessianDiagonal() - (VecX(6) << 2, 2, 2, 1, 1, 1).finished()).norm(), 1e-12);
   }
 }
@@ -126,7 +126,7 @@ TEST(G2o, G2_RoundsThatPutOutliersOnLevelOneRecoverTheTruth) {
 TEST(G2o, G10_OptimizeReturnsMinusOneZeroOrTheIterationsDone) {
   Bundle bundle(5, 30);
   SparseOptimizer optimizer(&bundle.graph);
-  EXPECT_EQ(optimizer.Optimize(5), -1) << "not initialised";
+  EXPECT_EQ(optimizer.Optimize(5), -1) << "not initialized";
   EXPECT_FALSE(optimizer.InitializeOptimization(/*level=*/3));
   EXPECT_EQ(optimizer.Optimize(5), -1) << "nothing is active";
   ASSERT_TRUE(optimizer.InitializeOptimization());
@@ -186,17 +186,17 @@ TEST(G2o, G12_GaugeFreedomAndFindGauge) {
   EXPECT_EQ(SparseOptimizer(&empty).FindGauge(), nullptr);
 }
 
-TEST(G2o, G12_PushAndPopUndoAWholeOptimisation) {
+TEST(G2o, G12_PushAndPopUndoAWholeOptimization) {
   Bundle bundle(5, 30);
-  const double before = ComputeCost(bundle.graph);
+  const double before = Cost(bundle.graph);
   bundle.graph.Push();
   SparseOptimizer(&bundle.graph).Solve();
-  EXPECT_LT(ComputeCost(bundle.graph), 0.5 * before);
+  EXPECT_LT(Cost(bundle.graph), 0.5 * before);
   bundle.graph.Pop();
-  EXPECT_EQ(ComputeCost(bundle.graph), before);
+  EXPECT_EQ(Cost(bundle.graph), before);
 }
 
-TEST(G2o, G15_AG2oFileIsOptimisedInThreeSteps) {
+TEST(G2o, G15_AG2oFileIsOptimizedInThreeSteps) {
   const std::string path = testing::TempDir() + "three_steps.g2o";
   std::ofstream(path) << "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 7 1.2 0.1 0 0 0 0.1 0.995\n"
                          "VERTEX_SE3:QUAT 3 2.1 -0.1 0.1 0 0.05 0 0.999\nFIX 0\n"

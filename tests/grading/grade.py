@@ -1,5 +1,5 @@
 """./course grade: the solutions get every point and the skeleton none, nothing is graded twice or lost, and whatever a
-submission holds, its folder, its neighbours and the class's tables stay whole."""
+submission holds, its folder, its neighbors and the class's tables stay whole."""
 
 import csv
 import json

@@ -21,7 +21,7 @@ WHY_NOT = ("" if (ROOT / ".git").exists() else "only a clone knows which files a
     "the archive is made with GCC" if "clang" in os.environ.get("CH5_CXX", "") else "")
 # Lines of a solution that the library needs elsewhere, too.
 ALLOWED = {
-    "prior.x0.push_back(block.x0);": "each prior of the library keeps its linearisation points so",
+    "prior.x0.push_back(block.x0);": "each prior of the library keeps its linearization points so",
     "auto edge = std::make_shared<EdgeSE3Prior>(problem->poses[i], scene.frames[i].q, scene.frames[i].p);":
         "the priors that fix no more than the gauge are made of the same edge",
     "for (size_t i = 0; i < 2; ++i) {": "any loop over two",

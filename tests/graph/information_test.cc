@@ -52,9 +52,9 @@ TEST(Information, ChiSquareByHand) {
   edge.SetInformation((Mat22() << 4, 1, 1, 2).finished());
   edge.ComputeResidual();
   EXPECT_EQ(edge.Chi2(), 4 * 0.25 + 2 * 1 * 0.75 + 2 * 2.25);
-  EXPECT_EQ(edge.RobustChi2(), edge.Chi2());
+  EXPECT_EQ(edge.Cost(), 0.5 * edge.Chi2());
   edge.SetLossFunction(std::make_shared<CauchyLoss>(1.0));
-  EXPECT_NEAR(edge.RobustChi2(), std::log(8.0), 1e-15);
+  EXPECT_NEAR(edge.Cost(), 0.5 * std::log(8.0), 1e-15);
 }
 
 }  // namespace

@@ -155,7 +155,7 @@ Derivatives NumericDerivatives(VertexVector<3>* x, LinearEdge* edge) {
       x->SetEstimate(x0 + step * Vec3::Unit(k));
       *gradient = Gradient(edge);
       x->SetEstimate(x0);
-      return 0.5 * edge->RobustChi2();
+      return edge->Cost();
     };
     Vec3 left, right;
     const double cost_left = cost_at(-kStep, &left), cost_right = cost_at(kStep, &right);

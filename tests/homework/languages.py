@@ -22,8 +22,8 @@ ENGLISH = language.speaker("en")
 COURSE, CHECKS = ROOT / "ch5_backend" / "course", ROOT / "ch5_homework" / "judge"
 ID = re.compile(r"(?:\d\.\d|\w+)\.[A-Za-z][\w -]*(?<!_)")
 # Ids that are put together where they are used.
-MADE = {*(f"state.{state}" for state in (*check.COLOURS, "missing")), *(f"title.{stage['id']}" for stage in STAGES),
-        *(f"check.next_{state.replace('-', '_')}" for state in check.COLOURS if state != "right"),
+MADE = {*(f"state.{state}" for state in (*check.COLORS, "missing")), *(f"title.{stage['id']}" for stage in STAGES),
+        *(f"check.next_{state.replace('-', '_')}" for state in check.COLORS if state != "right"),
         *(name for name in ENGLISH.sentences if name.startswith(("signal.", "todo.")))}
 
 
@@ -203,7 +203,7 @@ class Printed(unittest.TestCase):
         return out.getvalue()
 
     def test_every_verdict_is_told(self):
-        for state in check.COLOURS:
+        for state in check.COLORS:
             diagnosis = judge.not_started("1.1a", "") if state == "not-started" else {}
             for tell in (check.tell, check.tell_line):
                 words = self.told(tell, Verdict(state, diagnosis, "", "the student's own words\n"))
@@ -212,7 +212,7 @@ class Printed(unittest.TestCase):
 
     def test_columns_stand_below_each_other(self):
         width = len("1.1  ✓ ") + check.STATE_WIDTH
-        for state in check.COLOURS:
+        for state in check.COLORS:
             line = self.told(check.tell_line, Verdict(state))
             before = line[:line.index("  Problem")]
             self.assertEqual(len(language.pad(before, 0)) + sum(letter > "⺀" for letter in before), width, line)

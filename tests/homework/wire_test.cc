@@ -96,7 +96,7 @@ TEST(Wire, ASceneFollowsTheJudges) {
   EXPECT_THROW(Scene::Make("nowhere", {}), std::invalid_argument);
 }
 
-TEST(Wire, AnAgedEdgeShowsOldNumbersUntilItIsLinearised) {
+TEST(Wire, AnAgedEdgeShowsOldNumbersUntilItIsLinearized) {
   FactorGraph factors;
   Edge& edge = *factors.factors[0].edge;
   const auto& aged = dynamic_cast<const AgedEdge&>(edge);

@@ -35,7 +35,7 @@ QUERIES = (
 )
 RELATIVE = 1e-9
 # An estimator with few tracks triangulates from hardly any parallax, and what rounding changes there grows: the native
-# program with AVX2 and without differ by centimetres. So flights are compared with a program that rounds as WebAssembly
+# program with AVX2 and without differ by centimeters. So flights are compared with a program that rounds as WebAssembly
 # does.
 FLIGHTS = ("panel=window", "panel=window&image=29", "panel=window&image=20&tracks=20")
 
@@ -76,7 +76,7 @@ LENGTHS = dict.fromkeys(("p", "rmse_position", "rmse_point", "rmse_position_alig
 def differences(a, b, path="", scales=LENGTHS):
     """[(path, difference)] of all numbers, relative to the largest number of their vector, matrix, or table's column: near
     an optimum gradients and steps are small differences of large numbers. `scales` knows a size from elsewhere: lengths
-    are compared in metres, as the scene has some metres, and a part of the cost with the whole.
+    are compared in meters, as the scene has some meters, and a part of the cost with the whole.
     Words and shapes must be the same.
     """
     if isinstance(a, dict):
@@ -219,7 +219,7 @@ class Lab(unittest.TestCase):
         self.assertEqual(self.state(), "panel=solve&weight=100&frames=5")
         self.assertNotEqual(self.page.evaluate("document.getElementById('pictures').innerHTML"), before)
 
-    def test_a_variable_is_marginalised_by_click_and_by_key(self):
+    def test_a_variable_is_marginalized_by_click_and_by_key(self):
         self.open("panel=marginalize")
         self.page.click("canvas.clicks", across=0.02, down=0.02)  # pose 0
         self.assertEqual(self.state(), "panel=marginalize&drop=0")

@@ -10,7 +10,7 @@ namespace ch5::test {
 namespace {
 
 TEST(EliminationPlan, ChainAndStarHaveNoFill) {
-  // A star's natural order, centre first, would fill the whole matrix.
+  // A star's natural order, center first, would fill the whole matrix.
   Ties star;
   for (int i = 1; i < 50; ++i) star.emplace_back(i, 0);
   for (const Ties& ties : {Chain(50), star}) {

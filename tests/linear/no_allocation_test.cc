@@ -27,7 +27,7 @@ std::atomic<long> allocations{0};
 namespace ch5::test {
 namespace {
 
-TEST(SparseCholesky, FactorisesOftenWithoutTakingMemory) {
+TEST(SparseCholesky, FactorizesOftenWithoutTakingMemory) {
   const SymmetricBlockMatrix A = MakeMatrix(std::vector<int>(400, 6), Grid(20), 12);
   const VecX b = RandomVector(A.Size(), 23), min_pivot = VecX::Zero(A.Size());
   for (const int threads : {1, 2}) {

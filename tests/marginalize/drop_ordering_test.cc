@@ -13,8 +13,8 @@ TEST(DropOrdering, KeptRowsComeFirstThenDroppedOnesInOrderOfIds) {
   const SmallWindow window;
   const auto drop = window.Oldest();
   const DropOrdering order = MakeDropOrdering(window.EdgesAt(drop), drop);
-  const std::vector<std::shared_ptr<Vertex>> poses{window.poses[1], window.speed_biases[1], window.poses[2],
-                                                   window.poses[3], window.extrinsic,       window.poses[0],
+  const std::vector<std::shared_ptr<Vertex>> poses{window.poses[1],       window.speed_biases[1], window.poses[2],
+                                                   window.poses[3],       window.extrinsic,       window.poses[0],
                                                    window.speed_biases[0]};
   EXPECT_EQ(order.ordering.poses, poses);
   EXPECT_EQ(order.num_kept, 5);

@@ -35,7 +35,7 @@ TEST(EdgePrior, ProductsAreThoseOfItsJacobians) {
 }
 
 // By hand:  r = r₀ + J (x − x₀) on a scalar, and the Jacobian is J.
-TEST(EdgePrior, IsLinearInTheDifferenceFromItsLinearisationPoint) {
+TEST(EdgePrior, IsLinearInTheDifferenceFromItsLinearizationPoint) {
   auto x = std::make_shared<VertexScalar>(VertexScalar::Estimate(5.0));
   EdgePrior edge(Prior{{x}, {VecX::Constant(1, 3.0)}, MatXX::Constant(1, 1, 10.0), VecX::Constant(1, 0.5)});
   edge.Linearize();

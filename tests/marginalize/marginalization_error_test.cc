@@ -37,7 +37,7 @@ TEST(MarginalizationError, SquareRootFormReproducesHAndB) {
 }
 
 // OK2: states in awkward units (1 mm … 1 km) lose nothing, since H is scaled before every pseudo-inverse.
-TEST(MarginalizationError, BadlyScaledStatesAreMarginalisedAsWell) {
+TEST(MarginalizationError, BadlyScaledStatesAreMarginalizedAsWell) {
   Random random(3);
   const double units[] = {1e-6, 1.0, 1e6};
   std::vector<std::shared_ptr<Vertex>> x;
@@ -77,8 +77,8 @@ TEST(MarginalizationError, DoesNotDependOnTheOrderOfEdges) {
   EXPECT_LT(RelativeError(b_reversed, b_forward), 1e-13);
 }
 
-// OK6: a block is linearised where it was first connected, also by residuals that come after it has moved.
-TEST(MarginalizationError, FreezesTheLinearisationPointAtTheFirstConnection) {
+// OK6: a block is linearized where it was first connected, also by residuals that come after it has moved.
+TEST(MarginalizationError, FreezesTheLinearizationPointAtTheFirstConnection) {
   const SmallWindow window;
   const auto edges = window.EdgesAt(window.Oldest());
   MarginalizationError still, moved;
@@ -145,7 +145,7 @@ TEST(MarginalizationError, PriorIsAnEdgeWithTheSameNormalEquations) {
   EXPECT_LT((edge.Residual() - error.Residual(error.ComputeDeltaChi())).norm(), 1e-12 * edge.Residual().norm());
 }
 
-TEST(MarginalizationError, CanBeMarginalisedAgain) {
+TEST(MarginalizationError, CanBeMarginalizedAgain) {
   const SmallWindow window;
   MarginalizationError stepwise = Accumulate(window), at_once = Accumulate(window);
   const auto oldest = window.Oldest();

@@ -23,7 +23,7 @@ MarginalizationInfo MarginOld(const SmallWindow& window) {
   return info;
 }
 
-// VN6: what is dropped is marginalised, not thrown away: m + n rows in A, n in the prior.
+// VN6: what is dropped is marginalized, not thrown away: m + n rows in A, n in the prior.
 TEST(MarginalizationInfo, HasTheRowsOfDroppedAndKeptBlocks) {
   const SmallWindow window;
   const MarginalizationInfo info = MarginOld(window);

@@ -40,7 +40,7 @@ TEST(Marginalize, DropsLandmarksAloneOrNothing) {
   }
 }
 
-// Marginalises a vertex with all its edges.
+// Marginalizes a vertex with all its edges.
 void ReplaceByPrior(const std::shared_ptr<Vertex>& oldest, std::vector<std::shared_ptr<Edge>>* edges) {
   std::vector<std::shared_ptr<Edge>> at, rest;
   for (const auto& edge : *edges) {
@@ -75,7 +75,7 @@ TEST(Marginalize, LinearSmootherEqualsTheBatch) {
   DenseNormalEquations(all, x, &H, &b);
   const VecX batch = H.partialPivLu().solve(b);
 
-  // The window holds kLag states; the oldest one is marginalised into the prior, which is marginalised in turn.
+  // The window holds kLag states; the oldest one is marginalized into the prior, which is marginalized in turn.
   std::vector<std::shared_ptr<Edge>> window{all[0]};
   for (int k = 1; k < kStates; ++k) {
     window.push_back(all[k]);
@@ -88,8 +88,8 @@ TEST(Marginalize, LinearSmootherEqualsTheBatch) {
   EXPECT_LT((smoothed - batch.tail(3 * kLag)).norm(), 1e-9 * batch.norm());
 }
 
-// On a nonlinear problem it is so at the linearisation point: one Gauss-Newton step is that of the batch.
-TEST(Marginalize, GaussNewtonStepEqualsTheBatchAtTheLinearisationPoint) {
+// On a nonlinear problem it is so at the linearization point: one Gauss-Newton step is that of the batch.
+TEST(Marginalize, GaussNewtonStepEqualsTheBatchAtTheLinearizationPoint) {
   SmallWindow window;
   window.poses[0]->SetFixed(false);
   window.extrinsic->SetFixed();
@@ -169,7 +169,8 @@ TEST(Marginalize, TakesThePseudoInverseOfAPointOfRankTwo) {
   VecX b;
   DenseNormalEquations(edges, {x, seen_once, seen_well}, &H, &b);
   const MatXX inverse = H.bottomRightCorner(6, 6).completeOrthogonalDecomposition().pseudoInverse();
-  EXPECT_NEAR(system.H(0, 0), (H.topLeftCorner(1, 1) - H.topRightCorner(1, 6) * inverse * H.bottomLeftCorner(6, 1))(0, 0),
+  EXPECT_NEAR(system.H(0, 0),
+              (H.topLeftCorner(1, 1) - H.topRightCorner(1, 6) * inverse * H.bottomLeftCorner(6, 1))(0, 0),
               1e-12 * H(0, 0));
   EXPECT_NEAR(system.b[0], b[0] - (H.topRightCorner(1, 6) * inverse * b.tail(6))(0), 1e-12 * b.norm());
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Small graphs to marginalise in.
+/// Small graphs to marginalize in.
 
 #include <gtest/gtest.h>
 

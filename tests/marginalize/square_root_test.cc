@@ -21,7 +21,7 @@ TEST(SquareRoot, PriorReproducesTheNormalEquations) {
 }
 
 // H of rank 3 in states whose units differ by 1e6: as many rows, and b, which lies in H's range, is kept.
-TEST(SquareRoot, BothFactorisationsFindTheRank) {
+TEST(SquareRoot, BothFactorizationsFindTheRank) {
   Random random(11);
   MatXX B(3, 5);
   for (int k = 0; k < B.size(); ++k) B.data()[k] = random.Normal() * std::pow(10.0, k / 3 * 3 - 6);

@@ -41,11 +41,11 @@ CameraOptions Exact() {
   return options;
 }
 
-// By hand: a point 1 m to the left and half a metre above, 5 m ahead, is at (−0.2, −0.1).
+// By hand: a point 1 m to the left and half a meter above, 5 m ahead, is at (−0.2, −0.1).
 TEST(CameraSimulator, LeftIsLeftAndUpIsUp) {
-  const std::vector<CameraFrame> frames = SimulateCamera(Still(), {Vec3(5, 1, 0.5)}, AtTheOrigin(), Exact());
+  const std::vector<Image> frames = SimulateCamera(Still(), {Vec3(5, 1, 0.5)}, AtTheOrigin(), Exact());
   ASSERT_EQ(frames.size(), 201u);
-  for (const CameraFrame& frame : frames) {
+  for (const Image& frame : frames) {
     ASSERT_EQ(frame.tracks.size(), 1u);
     EXPECT_EQ(frame.tracks[0].id, 0);
     EXPECT_LT((frame.tracks[0].x - Vec2(-0.2, -0.1)).norm(), 1e-15);
@@ -86,12 +86,12 @@ TEST(CameraSimulator, NoiseHasTheDeviationAskedForInPixels) {
   EXPECT_NEAR(std::sqrt(sum / static_cast<double>(n)), 1.5, 1.5 * 0.0125);
 }
 
-// Past a wall at 1 m/s and 5 m, points move 0.2 of the normalised plane a second to the right.
+// Past a wall at 1 m/s and 5 m, points move 0.2 of the normalized plane a second to the right.
 TEST(CameraSimulator, TracksKeepTheirIdsUntilTheyLeaveTheImage) {
   const Calibration calibration = AtTheOrigin();
   std::map<int, Vec2> last;
   std::set<int> lost;
-  for (const CameraFrame& frame : SimulateCamera(Sideways(), Wall(500), calibration, Exact())) {
+  for (const Image& frame : SimulateCamera(Sideways(), Wall(500), calibration, Exact())) {
     std::map<int, Vec2> now;
     for (const TrackedPoint& track : frame.tracks) EXPECT_TRUE(now.emplace(track.id, track.x).second);
     for (const auto& [id, x] : now) {
@@ -115,7 +115,7 @@ TEST(CameraSimulator, TracksAreNoLongerAndNoMoreThanAllowed) {
   options.max_track_length = 12;
   options.max_tracks = 40;
   std::map<int, int> length;
-  for (const CameraFrame& frame : SimulateCamera(Sideways(), Wall(500), AtTheOrigin(), options)) {
+  for (const Image& frame : SimulateCamera(Sideways(), Wall(500), AtTheOrigin(), options)) {
     EXPECT_LE(frame.tracks.size(), 40u);
     for (const TrackedPoint& track : frame.tracks) ++length[track.id];
   }
@@ -125,13 +125,13 @@ TEST(CameraSimulator, TracksAreNoLongerAndNoMoreThanAllowed) {
 }
 
 // A geometric law: with p = 0.1 a track that nothing else ends lasts 1/p = 10 images on average, ± 9.5/√n;
-// leaving out those that the end cuts short favours short ones by less than half an image.
+// leaving out those that the end cuts short favors short ones by less than half an image.
 TEST(CameraSimulator, DroppedTracksLastTheirMeanNumberOfImages) {
   CameraOptions options = Exact();
   options.drop_probability = 0.1;
   std::map<int, int> length;
   const auto frames = SimulateCamera(Still(), Wall(500), AtTheOrigin(), options);
-  for (const CameraFrame& frame : frames) {
+  for (const Image& frame : frames) {
     for (const TrackedPoint& track : frame.tracks) ++length[track.id];
   }
   for (const TrackedPoint& track : frames.back().tracks) length.erase(track.id);  // cut short by the end
@@ -148,7 +148,7 @@ TEST(CameraSimulator, OutliersAreTheFractionAskedFor) {
   int outliers = 0, n = 0;
   for (uint64_t seed = 1; seed <= 20; ++seed) {
     options.seed = seed;
-    for (const CameraFrame& frame : SimulateCamera(Still(), point, AtTheOrigin(), options)) {
+    for (const Image& frame : SimulateCamera(Still(), point, AtTheOrigin(), options)) {
       outliers += frame.tracks.at(0).x.norm() > 1e-12;
       ++n;
     }
@@ -235,7 +235,7 @@ TEST(Simulation, EveryPathSeesAtLeastThirtyPointsInEachImage) {
   for (size_t i = 0; i < scenes.size(); ++i) {
     const Recording recording = SimulateRecording(scenes[i].first, scenes[i].second);
     size_t fewest = 1000;
-    for (const CameraFrame& frame : recording.frames) fewest = std::min(fewest, frame.tracks.size());
+    for (const Image& frame : recording.frames) fewest = std::min(fewest, frame.tracks.size());
     EXPECT_GE(fewest, 30u) << "scene " << i;
   }
 }
@@ -251,7 +251,7 @@ TEST(Simulation, RecordingIsConsistentWithItsTruth) {
   ASSERT_GT(recording.frames.size(), 40u);
   EXPECT_EQ(recording.truth.size(), recording.imu.size());
   const Transform& T_B_C = recording.calibration.T_B_C;
-  for (const CameraFrame& frame : recording.frames) {
+  for (const Image& frame : recording.frames) {
     const std::optional<StampedState> state = StateAt(recording.truth, frame.t + 0.01);
     ASSERT_TRUE(state);
     const Vec3 p_B = state->T_W_B.q.conjugate() * (point[0] - state->T_W_B.p);

@@ -26,7 +26,7 @@ Preintegration Integrate(const std::vector<ImuSample>& samples, const ImuNoise& 
 double PredictionError(const Trajectory& trajectory, double rate, double t0, double t1) {
   Calibration calibration;
   calibration.imu_rate = rate;
-  const ImuRun run = SimulateImu(trajectory, calibration, Perfect());
+  const SimulatedImu run = SimulateImu(trajectory, calibration, Perfect());
   const Preintegration imu = Integrate(SamplesBetween(run.readings, t0, t1), calibration.noise);
   EXPECT_NEAR(imu.SumDt(), t1 - t0, 1e-12);
   const Motion i = trajectory.At(t0), j = trajectory.At(t1);
@@ -58,7 +58,7 @@ TEST(ImuSimulator, AtRestItFeelsTheReactionToGravityAndItsBiases) {
   ImuOptions options = Perfect();
   options.b_a = Vec3(0.1, -0.2, 0.3);
   options.b_g = Vec3(0.01, 0.02, -0.03);
-  const ImuRun run = SimulateImu(Handheld(handheld), Calibration{}, options);
+  const SimulatedImu run = SimulateImu(Handheld(handheld), Calibration{}, options);
   ASSERT_EQ(run.readings.size(), 401u);
   EXPECT_LT((run.readings[77].acceleration - Vec3(0.1, -0.2, 10.11)).norm(), 1e-12);
   EXPECT_LT((run.readings[77].gyroscope - options.b_g).norm(), 1e-12);
@@ -72,8 +72,8 @@ TEST(ImuSimulator, NoiseHasTheDensitiesOfTheCalibration) {
   handheld.duration = 100.0;
   const Trajectory trajectory = Handheld(handheld);
   const Calibration calibration;
-  const ImuRun noisy = SimulateImu(trajectory, calibration, {}),
-               clean = SimulateImu(trajectory, calibration, Perfect());
+  const SimulatedImu noisy = SimulateImu(trajectory, calibration, {}),
+                     clean = SimulateImu(trajectory, calibration, Perfect());
   double acc = 0.0, gyr = 0.0, acc_walk = 0.0, gyr_walk = 0.0;
   const size_t n = noisy.readings.size();
   for (size_t k = 0; k < n; ++k) {
@@ -97,7 +97,7 @@ TEST(ImuSimulator, ErrorsOfPreintegrationFitItsCovariance) {
   HandheldOptions handheld;
   handheld.duration = 100.0;
   const Calibration calibration;
-  const ImuRun run = SimulateImu(Handheld(handheld), calibration, {});
+  const SimulatedImu run = SimulateImu(Handheld(handheld), calibration, {});
   double sum = 0.0;
   int n = 0;
   const auto pose = [](const StampedState& s) { return std::make_shared<VertexPose>(s.T_W_B.q, s.T_W_B.p); };

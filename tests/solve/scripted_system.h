@@ -15,7 +15,7 @@ class ScriptedSystem : public NormalEquations {
 
   void SetOrdering() override {}
   int Size() const override { return static_cast<int>(b_.size()); }
-  double ComputeChi() override { return costs_[std::min(next_++, costs_.size() - 1)]; }
+  double Cost() override { return costs_[std::min(next_++, costs_.size() - 1)]; }
   void MakeHessian() override { ++hessians_; }
   bool SolveLinearSystem(double lambda, VecX* delta_x) override {
     if (lambda < solvable_from_) return false;

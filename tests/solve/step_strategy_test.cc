@@ -46,7 +46,7 @@ TEST(LevenbergMarquardt, DiagonalDampingBeginsAtTau) {
   EXPECT_DOUBLE_EQ(strategy->Parameter(), 1e-3);
 }
 
-TEST(LevenbergMarquardt, GainRatioIsActualOverPredictedDecrease) {
+TEST(LevenbergMarquardt, GainRatioIsActualOverModelCostChange) {
   // λ₀ = 2:  Δx = 6/(4 + 2) = 1, predicted 6·1 − ½·4·1² = 4, actual 10 − 8.  Then λ = 4/3, rejected, 8/3 is taken:
   // Δx = 6/(20/3) = 0.9, predicted 5.4 − 1.62 = 3.78, actual 8 − 5.
   ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0, 9.0, 5.0});

@@ -119,7 +119,7 @@ TEST(WeightedEdgeBatch, WhitensAsEachEdgeAlone) {
     for (int k = 0; k < count; ++k) {
       Edge& edge = *structure.edges[static_cast<size_t>(first + k)].edge;
       edge.Linearize();
-      chi2 += edge.RobustChi2();
+      chi2 += edge.Cost();
       const TwoRowWhitening white(edge.IsotropicInformation(), edge.GetLossFunction(), edge.Residual().data());
       const Eigen::Map<const Mat22> M(&white.M[0][0]);
       for (int i = 0; i < 2; ++i) EXPECT_NEAR(r[i * kPack + k], white.r[i], 1e-12 * (1.0 + std::abs(white.r[i])));
@@ -131,7 +131,7 @@ TEST(WeightedEdgeBatch, WhitensAsEachEdgeAlone) {
       }
     }
   }
-  EXPECT_NEAR(batch.RobustChi2(0, structure.num_landmark_edges), chi2, 1e-12 * chi2);
+  EXPECT_NEAR(batch.Cost(0, structure.num_landmark_edges), chi2, 1e-12 * chi2);
 }
 
 TEST(EdgeBatches, FollowTheStatesAndTheWeights) {
@@ -140,16 +140,16 @@ TEST(EdgeBatches, FollowTheStatesAndTheWeights) {
   Fill(BalEdges(40, &random), &graph);
   SparseSolver solver(&graph);
   solver.SetOrdering();
-  const auto chi_by_edges = [&] { return ComputeCost(graph); };
-  EXPECT_NEAR(solver.ComputeChi(), chi_by_edges(), 1e-12 * chi_by_edges());
+  const auto chi_by_edges = [&] { return Cost(graph); };
+  EXPECT_NEAR(solver.Cost(), chi_by_edges(), 1e-12 * chi_by_edges());
   graph.Vertices()[1]->Plus(Vec3(0.1, 0.2, 0.3).data());
-  EXPECT_NEAR(solver.ComputeChi(), chi_by_edges(), 1e-12 * chi_by_edges());
+  EXPECT_NEAR(solver.Cost(), chi_by_edges(), 1e-12 * chi_by_edges());
   for (size_t i = 0; i < graph.Edges().size(); i += 3) {
     graph.Edges()[i]->SetInformation(0.5 * Mat22::Identity());
     graph.Edges()[i]->SetLossFunction(std::make_shared<CauchyLoss>(3.0));
   }
   solver.SetOrdering();
-  EXPECT_NEAR(solver.ComputeChi(), chi_by_edges(), 1e-12 * chi_by_edges());
+  EXPECT_NEAR(solver.Cost(), chi_by_edges(), 1e-12 * chi_by_edges());
   // One edge that cannot be packed, and all go one by one.
   solver.MakeHessian();
   const MatXX H = solver.DenseHessian();

@@ -4,10 +4,10 @@
 #include <Eigen/LU>
 
 #include "ch5_backend/dense/problem.h"
-#include "ch5_backend/sparse/steps/back_substitute.h"
-#include "ch5_backend/sparse/steps/eliminate.h"
 #include "ch5_backend/sparse/hessian_product.h"
 #include "ch5_backend/sparse/hold_poses.h"
+#include "ch5_backend/sparse/steps/back_substitute.h"
+#include "ch5_backend/sparse/steps/eliminate.h"
 #include "ch5_backend/sparse/steps/implicit_solver.h"
 #include "ch5_backend/sparse/steps/linearize.h"
 #include "tests/scenes.h"
@@ -64,14 +64,14 @@ TEST(Elimination, OfOneLandmarkByHand) {
   EXPECT_DOUBLE_EQ(steps.eliminated.b_S[0], 2.5);
   steps.Complete(VecX::Constant(1, 5.0 / 3.0));
   EXPECT_DOUBLE_EQ(steps.step.delta_x[1], 13.0 / 3.0);
-  EXPECT_DOUBLE_EQ(steps.step.promised_decrease, 43.0 / 3.0);  // ½bᵀΔx
+  EXPECT_DOUBLE_EQ(steps.step.model_cost_change, 43.0 / 3.0);  // ½bᵀΔx
 
   ASSERT_TRUE(steps.Eliminate({1.0, Damping::kIdentity}));  // S = 3 − 1/3, b_S = −1 + 7/3
   EXPECT_DOUBLE_EQ(steps.eliminated.S.Dense()(0, 0), 8.0 / 3.0);
   EXPECT_DOUBLE_EQ(steps.eliminated.damped_diagonal[0], 3.0);
   steps.Complete(VecX::Constant(1, 0.5));
   EXPECT_DOUBLE_EQ(steps.step.delta_x[1], 2.5);
-  EXPECT_DOUBLE_EQ(steps.step.promised_decrease, 11.75);  // bᵀΔx − ½ΔxᵀHΔx, H without damping
+  EXPECT_DOUBLE_EQ(steps.step.model_cost_change, 11.75);  // bᵀΔx − ½ΔxᵀHΔx, H without damping
 
   ASSERT_TRUE(steps.Eliminate({1.0, Damping::kDiagonal}));  // S = 4 − 1/4
   EXPECT_DOUBLE_EQ(steps.eliminated.S.Dense()(0, 0), 3.75);
@@ -142,7 +142,7 @@ TEST_P(EliminationSteps, AreThoseOfTheDenseMatrices) {
       damped.bottomLeftCorner(m, p) * delta_poses + damped.bottomRightCorner(m, m) * x.tail(m) - b.tail(m);
   EXPECT_LT(rest.norm(), 1e-10 * (b.norm() + H.norm() * x.norm()));
   const double decrease = b.dot(x) - 0.5 * x.dot(H * x);
-  EXPECT_NEAR(steps.step.promised_decrease, decrease, 1e-9 * std::abs(b.dot(x)));
+  EXPECT_NEAR(steps.step.model_cost_change, decrease, 1e-9 * std::abs(b.dot(x)));
 }
 
 TEST_P(EliminationSteps, AreSolvedWithoutFormingS) {

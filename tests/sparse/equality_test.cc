@@ -93,7 +93,7 @@ TEST_P(AllSolvers, AgreeOnHessianAndGradient) {
     EXPECT_LT(RelativeError(candidate.system->RightHandSide(), oracle.RightHandSide()), 1e-12);
     EXPECT_LT(RelativeError(candidate.system->HessianDiagonal(), oracle.HessianDiagonal()), 1e-12);
     EXPECT_LT(RelativeError(candidate.system->MultiplyHessian(v), oracle.MultiplyHessian(v)), 1e-12);
-    EXPECT_NEAR(candidate.system->ComputeChi(), oracle.ComputeChi(), 1e-12 * oracle.ComputeChi());
+    EXPECT_NEAR(candidate.system->Cost(), oracle.Cost(), 1e-12 * oracle.Cost());
     EXPECT_NEAR(candidate.system->StateNorm(), oracle.StateNorm(), 1e-12 * oracle.StateNorm());
     if (candidate.block) {
       EXPECT_LT(RelativeError(candidate.block->DenseHessian(), oracle.Hessian()), 1e-12);
@@ -129,8 +129,8 @@ TEST_P(AllSolvers, AgreeOnSchurComplementAndStep) {
         ASSERT_TRUE(candidate.system->SolveLinearSystem(lambda, &step));
         EXPECT_LT(RelativeError(d.cwiseInverse().asDiagonal() * step, d.cwiseInverse().asDiagonal() * expected),
                   tolerance);
-        EXPECT_NEAR(candidate.system->PredictedDecrease(step), oracle.PredictedDecrease(expected),
-                    tolerance * oracle.PredictedDecrease(expected));
+        EXPECT_NEAR(candidate.system->ModelCostChange(step), oracle.ModelCostChange(expected),
+                    tolerance * oracle.ModelCostChange(expected));
         const MatXX S = candidate.block ? candidate.block->SchurComplement() : MatXX();
         if (S.size() > 0 && oracle.GetOrdering().dim_landmarks > 0) {  // else it is implicit
           EXPECT_LT(RelativeError(S, oracle.SchurComplement()), 1e-10);

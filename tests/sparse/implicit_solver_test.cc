@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/simulate/random.h"
-#include "ch5_backend/sparse/steps/implicit_schur.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/sparse/steps/implicit_schur.h"
 #include "tests/scenes.h"
 
 namespace ch5::test {
@@ -16,7 +16,7 @@ VecX RandomVector(int size) {
   return v;
 }
 
-// A scene at its first linearisation.
+// A scene at its first linearization.
 struct System {
   Graph graph;
   std::unique_ptr<SparseOptimizer> optimizer;
@@ -59,10 +59,10 @@ TEST_P(ImplicitSolvers, EachPreconditionerLeadsToTheSameStep) {
 // The model's decrease is what an inexact step must have nearly all of; its distance from the exact one may be large.
 TEST_P(ImplicitSolvers, AnInexactStepHasMostOfTheDecrease) {
   System exact(GetParam(), ReducedSolverType::kDenseCholesky, {});
-  const double best = exact.solver->PredictedDecrease(exact.Step(1e-2));
+  const double best = exact.solver->ModelCostChange(exact.Step(1e-2));
   for (const auto type : {ReducedSolverType::kImplicitPcg, ReducedSolverType::kPowerSeries}) {
     System inexact(GetParam(), type, {});
-    const double decrease = inexact.solver->PredictedDecrease(inexact.Step(1e-2));
+    const double decrease = inexact.solver->ModelCostChange(inexact.Step(1e-2));
     EXPECT_GT(decrease, 0.5 * best);
   }
 }

@@ -42,9 +42,9 @@ TEST_P(NoAllocation, AfterTheFirstIteration) {
     counting = iteration > 0;
     solver.MakeHessian();
     const bool solved = solver.SolveLinearSystem(1e-3, &delta_x);
-    const double decrease = solver.PredictedDecrease(delta_x);
+    const double decrease = solver.ModelCostChange(delta_x);
     solver.UpdateStates(delta_x);
-    const double chi = solver.ComputeChi();
+    const double chi = solver.Cost();
     solver.RollbackStates();
     counting = false;
     EXPECT_TRUE(solved && std::isfinite(chi) && std::isfinite(decrease));

@@ -67,14 +67,14 @@ TEST(SparseSolver, AnEdgeBetweenLandmarksIsANamedError) {
   EXPECT_TRUE(IsConverged(optimizer.Solve().termination));
 }
 
-TEST(SparseSolver, EmptyAndFixedProblemsHaveNothingToOptimise) {
+TEST(SparseSolver, EmptyAndFixedProblemsHaveNothingToOptimize) {
   Graph empty;
   EXPECT_EQ(SparseOptimizer(&empty).Solve().termination, Termination::kNothingToOptimize);
   TwoViews scene(3);
   for (const auto& vertex : scene.graph.Vertices()) vertex->SetFixed();
   const Summary summary = SparseOptimizer(&scene.graph, 2).Solve();
   EXPECT_EQ(summary.termination, Termination::kNothingToOptimize);
-  EXPECT_DOUBLE_EQ(summary.final_cost, ComputeCost(scene.graph));
+  EXPECT_DOUBLE_EQ(summary.final_cost, Cost(scene.graph));
   EXPECT_GT(summary.final_cost, 0.0);
 }
 

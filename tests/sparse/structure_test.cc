@@ -82,7 +82,8 @@ TEST(SchurGroups, TakeTogetherWhatTheSamePosesSee) {
     for (const SchurGroups::ColumnRange& range : found.ranges) {
       EXPECT_EQ(range.begin, column) << "the ranges follow each other";
       column = range.end;
-      const kernels::GroupMemory memory = kernels::GroupMemoryFor(s.sizes, /*poses=*/2, /*rows=*/2);  // the most of a group
+      const kernels::GroupMemory memory =
+          kernels::GroupMemoryFor(s.sizes, /*poses=*/2, /*rows=*/2);  // the most of a group
       EXPECT_EQ(range.A.size(), memory.A);
       EXPECT_EQ(range.C.size(), memory.C);
       const auto [first, second] = found.PosesIn(found.groups[1], range);

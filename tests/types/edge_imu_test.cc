@@ -115,7 +115,7 @@ struct Flight {
     return EdgeImu(Pose(i), SpeedBias(i), Pose(j), SpeedBias(j), imu, -calibration.GravityInWorld());
   }
   Calibration calibration;
-  ImuRun run;
+  SimulatedImu run;
 };
 
 // okvis TestImuError: the truth has no residual but what the integration's step leaves.

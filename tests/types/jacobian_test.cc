@@ -34,7 +34,7 @@ std::string Where(double angle, const Vec2& offset) {
   return "angle " + std::to_string(angle) + ", residual " + std::to_string(offset.norm());
 }
 
-// A landmark two to five metres ahead of its host, which all nearby cameras see.
+// A landmark two to five meters ahead of its host, which all nearby cameras see.
 struct Sight {
   explicit Sight(Random* random)
       : inverse_depth(std::make_shared<VertexInverseDepth>(1.0 / random->Uniform(2.0, 5.0))),
@@ -205,11 +205,11 @@ TEST(Vertex, QuaternionKeepsUnitLengthOverManyUpdates) {
     pose.Plus(delta.data());
     worst = std::max(worst, std::abs(pose.q().norm() - 1.0));
   }
-  EXPECT_LT(worst, 4e-16);  // two roundings; without normalising the drift is some 1e-14
+  EXPECT_LT(worst, 4e-16);  // two roundings; without normalizing the drift is some 1e-14
   EXPECT_GT(pose.p().norm(), 1.0);
 }
 
-TEST(Vertex, PoseNormalisesItsQuaternionAndRefusesZero) {
+TEST(Vertex, PoseNormalizesItsQuaternionAndRefusesZero) {
   const VertexPose pose(Qd(2, 0, 0, 0), Vec3(1, 2, 3));
   EXPECT_EQ(pose.q().coeffs(), Qd::Identity().coeffs());
   EXPECT_THROW(VertexPose(Qd(0, 0, 0, 0), Vec3::Zero()), std::invalid_argument);

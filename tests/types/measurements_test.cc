@@ -11,7 +11,7 @@ namespace {
 
 // A ramp is its own linear interpolation: 1, 2, 3, 4 at t = 1, 2, 3, 4.
 TEST(SamplesBetween, InterpolatesTheEndsAndKeepsTheReadingsBetween) {
-  std::vector<ImuReading> ramp;
+  std::vector<ImuMeasurement> ramp;
   for (const double t : {1.0, 2.0, 3.0, 4.0}) ramp.push_back({t, Vec3(t, 0, 0), Vec3(0, 2 * t, 0)});
   const std::vector<ImuSample> samples = SamplesBetween(ramp, 1.25, 3.5);
   ASSERT_EQ(samples.size(), 4u);
@@ -27,7 +27,7 @@ TEST(SamplesBetween, InterpolatesTheEndsAndKeepsTheReadingsBetween) {
 }
 
 TEST(SamplesBetween, IsEmptyWhereTheReadingsDoNotReach) {
-  const std::vector<ImuReading> two = {{1.0, {}, {}}, {2.0, {}, {}}};
+  const std::vector<ImuMeasurement> two = {{1.0, {}, {}}, {2.0, {}, {}}};
   EXPECT_TRUE(SamplesBetween(two, 0.9, 1.5).empty());
   EXPECT_TRUE(SamplesBetween(two, 1.5, 2.1).empty());
   EXPECT_TRUE(SamplesBetween(two, 1.5, 1.5).empty());
@@ -57,14 +57,14 @@ TEST(Recording, NanosecondsSurviveTheirTimeAsADouble) {
   }
 }
 
-// By hand: one focal length beside the axis is one unit of the normalised plane.
-TEST(Calibration, PixelsAndTheNormalisedPlaneAreInverse) {
+// By hand: one focal length beside the axis is one unit of the normalized plane.
+TEST(Calibration, PixelsAndTheNormalizedPlaneAreInverse) {
   Calibration calibration;
   calibration.fx = 400.0, calibration.fy = 500.0, calibration.cx = 320.0, calibration.cy = 240.0;
   EXPECT_EQ(calibration.Pixel(Vec2(0, 0)), Vec2(320, 240));
   EXPECT_EQ(calibration.Pixel(Vec2(1, -1)), Vec2(720, -260));
   const Vec2 x(-0.31, 0.17);
-  EXPECT_LT((calibration.Normalised(calibration.Pixel(x)) - x).norm(), 1e-16);
+  EXPECT_LT((calibration.Normalized(calibration.Pixel(x)) - x).norm(), 1e-16);
   EXPECT_EQ(calibration.GravityInWorld(), Vec3(0, 0, -9.81));
 }
 

@@ -29,7 +29,7 @@ Preintegration Integrate(const std::vector<ImuSample>& samples, const Vec3& b_a,
   return imu;
 }
 
-// gtsam testImuFactor: 1 m/s² for 1 s gives half a metre and one metre a second.
+// gtsam testImuFactor: 1 m/s² for 1 s gives half a meter and one meter a second.
 TEST(Preintegration, ConstantAccelerationIsIntegratedExactly) {
   Preintegration imu({0.0, Vec3(1, 0, 0), Vec3::Zero()}, Vec3::Zero(), Vec3::Zero(), {});
   for (int k = 0; k < 10; ++k) imu.Add({0.1, Vec3(1, 0, 0), Vec3::Zero()});

@@ -33,7 +33,7 @@ Vec2 ResidualOf(Edge* edge) {
   return edge->Residual();
 }
 
-// 4 m ahead of the host, at (0.4, −0.8, 4) in its camera. The camera is 0.1 m before the body's centre: in the body the
+// 4 m ahead of the host, at (0.4, −0.8, 4) in its camera. The camera is 0.1 m before the body's center: in the body the
 // point is at (4.1, −0.4, 0.8), in W as well. The target stands at (1.1, 0.6, 0.8) and looks along W's y axis, so the
 // point is 3 m to its right, 1 m behind it: p_Bj = R_z(−90°) (3, −1, 0) = (−1, −3, 0), p_Cj = (3, 0, −1.1).
 TEST(Reprojection, InverseDepthWithAnExtrinsicByHand) {
@@ -101,7 +101,7 @@ TEST(Reprojection, PointInTheCamerasPlaneIsNotFinite) {
 }
 
 // How a residual answers to a motion of the world: translation t, rotation ω, and a scale of everything.
-// δp = t + ω × p + s p, δθ = Rᵀω, δλ = −s λ. With a camera beside the body's centre the scale can be seen.
+// δp = t + ω × p + s p, δθ = Rᵀω, δλ = −s λ. With a camera beside the body's center the scale can be seen.
 TEST(Reprojection, SevenDirectionsCannotBeSeenAndOnlySixWithALeverArm) {
   Random random(43);
   for (const double arm : {0.0, 0.2}) {

@@ -59,10 +59,10 @@ TEST(TimeOffset, IsTheMinimumOfAWindowAtTheTruth) {
     window.extrinsic->SetPose(recording.calibration.T_B_C.q, recording.calibration.T_B_C.p);
     window.extrinsic->SetFixed();
     for (int k = 0; k < kImages; ++k) {
-      const CameraFrame& image = recording.frames[static_cast<size_t>(20 + k)];
+      const Image& image = recording.frames[static_cast<size_t>(20 + k)];
       for (const TrackedPoint& point : image.tracks) AppendToTrack({k, image.t, point.x}, &window.landmarks[point.id]);
       const StampedState truth = *StateAt(recording.truth, image.t);
-      WindowFrame frame;
+      Frame frame;
       frame.id = k;
       frame.pose = std::make_shared<VertexPose>(truth.T_W_B.q, truth.T_W_B.p);
       frame.pose->SetFixed();

@@ -9,9 +9,9 @@
 namespace ch5 {
 namespace {
 
-void ExpectSmallErrors(const Recording& recording, const OdometryRun& run, double most_metres) {
+void ExpectSmallErrors(const Recording& recording, const OdometryRun& run, double most_meters) {
   ASSERT_TRUE(run.error);
-  EXPECT_LT(run.error->position_rmse, most_metres);
+  EXPECT_LT(run.error->position_rmse, most_meters);
   EXPECT_NEAR(run.error->scale, 1.0, 0.01);
   EXPECT_LT(run.error->yaw_rmse, 0.01);
   EXPECT_EQ(run.restarts, 0);
@@ -63,7 +63,7 @@ TEST(Estimator, RefusesTimesThatDoNotIncrease) {
 
 TEST(MeasurementChecks, GapsBeforeBetweenAndAfterReadingsCount) {
   const auto at = [](std::initializer_list<double> times) {
-    std::vector<ImuReading> imu;
+    std::vector<ImuMeasurement> imu;
     for (const double t : times) imu.push_back({t, Vec3(0, 0, 9.81), Vec3::Zero()});
     return imu;
   };

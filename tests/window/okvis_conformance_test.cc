@@ -1,4 +1,4 @@
-/// OKVIS's published behaviour, row by row, and the file that tests it:
+/// OKVIS's published behavior, row by row, and the file that tests it:
 ///
 ///   OK1, OK2, OK4 – OK6, OK8, OK10         ../marginalize/marginalization_error_test.cc
 ///   OK3  relative eigenvalue cutoff        here
@@ -113,7 +113,7 @@ TEST(OkvisRow13, NonKeyframesAndOldKeyframesLoseTheirPosesAndAllWalkedTheirSpeed
 TEST(OkvisRow13, LandmarksSeenSinceTheNewestWalkedFrameStay) {
   Window window = Walked();
   See(1, Vec3(0, 0, 9), 0, 6, &window);  // seen since c: stays, without its observations in the frames that leave
-  See(2, Vec3(0, 1, 9), 0, 4, &window);  // not seen since: marginalised, with its observation in the keyframe
+  See(2, Vec3(0, 1, 9), 0, 4, &window);  // not seen since: marginalized, with its observation in the keyframe
   See(3, Vec3(0, 2, 9), 0, 0, &window);  // seen once: dropped
   See(4, Vec3(0, 3, 9), 6, 8, &window);  // touches no frame that leaves
   See(5, Vec3(0, 4, 9), 4, 4, &window);  // in the keyframe only: likewise
@@ -211,15 +211,15 @@ class Drive {
 
  private:
   // The IMU predicts the new frame; the first one is known, its biases up to the calibration.
-  void Append(const CameraFrame& image, int id) {
-    WindowFrame frame;
+  void Append(const Image& image, int id) {
+    Frame frame;
     frame.id = id;
     frame.t = image.t;
     Vec9 v_ba_bg = Vec9::Zero();
     v_ba_bg[0] = 1.0;
     frame.pose = std::make_shared<VertexPose>();
     if (id > 0) {
-      const WindowFrame& last = window_.frames.back();
+      const Frame& last = window_.frames.back();
       const auto samples = SamplesBetween(recording_.imu, last.t, frame.t);
       v_ba_bg = last.speed_bias->GetEstimate();
       frame.imu = std::make_shared<Preintegration>(samples[0], last.speed_bias->b_a(), last.speed_bias->b_g(),

@@ -94,7 +94,7 @@ TEST(Vins, SecondNewestLeavesItsImuToTheNewest) {
 
 TEST(Vins, FailureThresholdsFromBothSides) {
   Window window = Straight(3);
-  WindowFrame& newest = window.frames.back();
+  Frame& newest = window.frames.back();
   const Vec3 p = newest.pose->p();
   const auto biases = [&](double b_a, double b_g) {
     Vec9 x = Vec9::Zero();
@@ -129,7 +129,7 @@ TEST(Vins, RestoresPositionAndYawOfTheOldestFrame) {
   policy->NoteNewFrame(&window);
   const Qd relative = window.frames[0].pose->q().conjugate() * window.frames[3].pose->q();
   const Qd turn = ExpSO3(Vec3(0, 0, 0.7));
-  for (const WindowFrame& frame : window.frames) {
+  for (const Frame& frame : window.frames) {
     frame.pose->SetPose(turn * frame.pose->q(), turn * frame.pose->p() + Vec3(5, 5, 5));
   }
   policy->AfterSolve(&window);

@@ -16,7 +16,7 @@ Recording SimulateTwelveSeconds(RoomOptions room = {}) {
 
 // Takes the tracks out of the images from t0 to t1; what is found again afterwards has new ids.
 void LoseTracks(double t0, double t1, Recording* recording) {
-  for (CameraFrame& frame : recording->frames) {
+  for (Image& frame : recording->frames) {
     if (frame.t >= t0 && frame.t <= t1) frame.tracks.clear();
     if (frame.t <= t1) continue;
     for (TrackedPoint& point : frame.tracks) point.id += 1'000'000;
@@ -59,19 +59,19 @@ std::optional<TrajectoryError> ErrorAfterLastRestart(const OdometryRun& run, con
   return CompareTrajectories(states, recording.truth);
 }
 
-void ExpectUnbroken(const Recording& recording, double most_metres) {
+void ExpectUnbroken(const Recording& recording, double most_meters) {
   for (const OdometryRun& run : RunAll(recording)) {
     SCOPED_TRACE(run.policy);
     EXPECT_EQ(run.restarts, 0);
     ASSERT_TRUE(run.error);
-    EXPECT_LT(run.error->position_rmse, most_metres);
+    EXPECT_LT(run.error->position_rmse, most_meters);
     EXPECT_EQ(run.states.back().t, recording.frames.back().t) << "it must answer to the end";
   }
 }
 
 TEST(Robustness, AnImageWithoutTracksIsBridged) {
   Recording recording = SimulateTwelveSeconds();
-  for (CameraFrame& frame : recording.frames) {
+  for (Image& frame : recording.frames) {
     if (std::abs(frame.t - 6.0) < 0.01 || std::abs(frame.t - 8.0) < 0.01) frame.tracks.clear();
   }
   ExpectUnbroken(recording, 0.10);
@@ -135,7 +135,7 @@ TEST(Robustness, BearsOutliers) {
 
 // The accelerometer's x axis is off by so much for a while.
 void Strike(double acceleration, double seconds, Recording* recording) {
-  for (ImuReading& reading : recording->imu) {
+  for (ImuMeasurement& reading : recording->imu) {
     if (reading.t > 6.0 && reading.t < 6.0 + seconds) reading.acceleration.x() += acceleration;
   }
 }

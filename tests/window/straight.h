@@ -5,11 +5,11 @@
 
 namespace ch5 {
 
-// `n` frames at rest, one metre apart along x, with half a second of IMU between them, all looking along +z.
+// `n` frames at rest, one meter apart along x, with half a second of IMU between them, all looking along +z.
 inline Window Straight(int n) {
   Window window;
   for (int k = 0; k < n; ++k) {
-    WindowFrame frame;
+    Frame frame;
     frame.id = 10 + k;
     frame.t = 0.5 * k;
     frame.pose = std::make_shared<VertexPose>(Qd::Identity(), Vec3(k, 0, 0));
@@ -30,7 +30,7 @@ inline Window Straight(int n) {
 // Lets the frames first … last see a point of the world.
 inline void See(int track, const Vec3& p_W, int first, int last, Window* window) {
   for (int k = first; k <= last; ++k) {
-    const WindowFrame& frame = window->frames[static_cast<size_t>(k)];
+    const Frame& frame = window->frames[static_cast<size_t>(k)];
     window->landmarks[track].seen.push_back({frame.id, Vec3(p_W - frame.pose->p()).hnormalized(), Vec2::Zero()});
   }
 }

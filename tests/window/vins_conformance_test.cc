@@ -1,4 +1,4 @@
-/// VINS-Mono's published behaviour, row by row, and the file that tests it:
+/// VINS-Mono's published behavior, row by row, and the file that tests it:
 ///
 ///   VN1  sizes                             here
 ///   VN2  depths are parameters             here

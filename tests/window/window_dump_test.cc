@@ -31,7 +31,7 @@ class WindowDumps : public testing::TestWithParam<Reference> {
 // The same cost at the start proves the conventions of IMU, prior and loss.
 TEST_P(WindowDumps, InitialCostIsTheReference) {
   WindowGraph window = BuildWindowGraph(ReadWindowDump(path_));
-  EXPECT_NEAR(ComputeCost(window.graph) / GetParam().initial, 1.0, 1e-6);
+  EXPECT_NEAR(Cost(window.graph) / GetParam().initial, 1.0, 1e-6);
 }
 
 TEST_P(WindowDumps, DenseAndSparseSolverAgreeOnTheFirstStep) {
@@ -60,7 +60,7 @@ TEST_P(WindowDumps, ConvergesToTheReference) {
   RecordProperty("milliseconds", std::to_string(1e3 * summary.seconds));
 }
 
-// The oldest frame marginalised in three ways is one prior: the same H and b on the same vertices.
+// The oldest frame marginalized in three ways is one prior: the same H and b on the same vertices.
 TEST_P(WindowDumps, MarginalizingTheOldestFrameEqualsVins) {
   const WindowDump dump = ReadWindowDump(path_);
   const WindowGraph window = BuildWindowGraph(dump);

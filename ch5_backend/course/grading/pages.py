@@ -18,7 +18,7 @@ from . import outputs
 
 NEAR = 10.0    # times its tolerance: so near a wrong number may be rounding
 PICTURE = 320  # pixels, of a picture of H
-COLOURS = {".": "var(--pale)", "o": "#999", "x": "#d55e00"}
+COLORS = {".": "var(--pale)", "o": "#999", "x": "#d55e00"}
 
 
 def element(tag: str, text) -> Markup:
@@ -99,8 +99,8 @@ def picture(pattern: str, say: Speaker) -> Markup:
     rows = pattern.split("/")
     cell = min(16, max(4, PICTURE // max(len(rows), *map(len, rows))))
     square = Markup('<rect x="{}" y="{}" width="{}" height="{}" fill="{}"/>')
-    cells = Markup("").join(square.format(cell * j, cell * i, cell - 1, cell - 1, COLOURS[entry])
-                            for i, row in enumerate(rows) for j, entry in enumerate(row) if entry in COLOURS)
+    cells = Markup("").join(square.format(cell * j, cell * i, cell - 1, cell - 1, COLORS[entry])
+                            for i, row in enumerate(rows) for j, entry in enumerate(row) if entry in COLORS)
     width, height = cell * max(map(len, rows)), cell * len(rows)
     caption = say("grade.picture")
     return Markup('<figure><svg role="img" aria-label="{0}" width="{1}" height="{2}" viewBox="0 0 {1} {2}">{3}</svg>'

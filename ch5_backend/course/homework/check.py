@@ -16,7 +16,7 @@ from ..base.language import Speaker, pad, sentence, speaker
 
 TABLE = ROOT / "ch5_homework" / "stages.json"
 
-COLOURS = {"right": "32", "wrong": "31", "crashes": "31", "times-out": "31", "does-not-compile": "31",
+COLORS = {"right": "32", "wrong": "31", "crashes": "31", "times-out": "31", "does-not-compile": "31",
            "not-started": "33"}
 MARKS = {"right": "✓", "not-started": "·"}
 STATE_WIDTH = 16  # columns
@@ -117,7 +117,7 @@ def compile_files(files: list) -> dict:
 def paint(text: str, state: str, out) -> str:
     if not out.isatty() or os.environ.get("NO_COLOR"):
         return text
-    return f"\033[1;{COLOURS[state]}m{text}\033[0m"
+    return f"\033[1;{COLORS[state]}m{text}\033[0m"
 
 
 def tell_line(stage: dict, verdict: Verdict, out, say: Speaker) -> None:

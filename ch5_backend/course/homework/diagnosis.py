@@ -59,9 +59,9 @@ def told(diagnosis: dict, say: Speaker) -> str:
         lines.append((say("diagnosis.cause"), cause))
     lines.append((say("diagnosis.read"), sentence("diagnosis.handout_todo" if todo else "diagnosis.handout",
                                                   stage=diagnosis["stage"], **({"todo": todo} if todo else {}))))
-    labelled = ["  " + (pad(label, LABEL_WIDTH) if len(label) < LABEL_WIDTH else label + " ") +
+    labeled = ["  " + (pad(label, LABEL_WIDTH) if len(label) < LABEL_WIDTH else label + " ") +
                 say.text(text).replace("\n", MORE) for label, text in lines]
-    return "\n".join([what_of(diagnosis, say), *labelled])
+    return "\n".join([what_of(diagnosis, say), *labeled])
 
 
 def in_full(diagnosis: dict, output: str, say: Speaker) -> str:

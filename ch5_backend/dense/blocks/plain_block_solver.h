@@ -62,7 +62,7 @@ class PlainBlockSolver : public NormalEquations {
   /// @throws GraphError if an edge ties two free landmarks
   void SetOrdering() override;
   int Size() const override { return ordering_.Size(); }
-  double ComputeChi() override { return ComputeCost(ordering_.edges); }
+  double Cost() override { return ch5::Cost(ordering_.edges); }
   void MakeHessian() override { BuildSystem(); }
   bool SolveLinearSystem(double lambda, VecX* delta_x) override { return Solve(lambda, delta_x); }
   const VecX& RightHandSide() const override { return b_; }

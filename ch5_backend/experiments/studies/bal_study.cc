@@ -43,7 +43,7 @@ CsvTable CameraTable(const BalStudy& study) {
   for (const auto& [state, problem] : {std::pair("before", &study.before), {"after", &study.after}}) {
     for (size_t i = 0; i < problem->cameras.size(); ++i) {
       const Vec9& camera = problem->cameras[i];
-      const Vec3 c = CameraCentre(camera);
+      const Vec3 c = CameraCenter(camera);
       const Mat33 R = CameraAxes(camera);
       table.Row(state, i, c.x(), c.y(), c.z(), R(0, 0), R(1, 0), R(2, 0), R(0, 1), R(1, 1), R(2, 1), R(0, 2), R(1, 2),
                 R(2, 2));

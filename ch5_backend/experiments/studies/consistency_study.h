@@ -33,7 +33,7 @@ struct ConsistencyOptions {
 /// One policy with one mode of observability constraints at one time, over all runs.
 struct ConsistencyRow {
   std::string policy;  ///< "vins", "okvis"; "vins twice" uses observations twice, as VINS-Mono does
-  std::string mode;    ///< ObservabilityConstraints: "none", "prior_only" (marginalised edges), "full" (all edges)
+  std::string mode;    ///< ObservabilityConstraints: "none", "prior_only" (marginalized edges), "full" (all edges)
   double t = 0.0;
   int runs = 0;                            ///< that have not failed
   double nees_pose = 0.0, nees_yaw = 0.0;  ///< means

@@ -1,5 +1,5 @@
 #pragma once
-/// Stage 2 as pictures: the slides' chain of three scalars, and what marginalising fills in on a real scene.
+/// Stage 2 as pictures: the slides' chain of three scalars, and what marginalizing fills in on a real scene.
 
 #include <filesystem>
 #include <functional>

@@ -14,7 +14,7 @@ namespace ch5 {
 VecX Eigenvalues(const MatXX& H);
 
 /// How many eigenvalues are zero next to the largest one: ≤ `relative`·λ_max. H is scaled to a unit diagonal first,
-/// so that metres, radians and inverse metres can be compared; scaling keeps the rank.
+/// so that meters, radians and inverse meters can be compared; scaling keeps the rank.
 int NullDimension(const MatXX& H, double relative = 1e-10);
 
 /// The first row of each free vertex with an edge, in the graph's order, which has the landmarks last.

@@ -14,7 +14,7 @@ double Percentile(std::vector<double> values, double fraction) {
   return values[static_cast<size_t>(at)];
 }
 
-void Summarise(const Recording& recording, OdometryRun* run) {
+void Summarize(const Recording& recording, OdometryRun* run) {
   double total = 0.0;
   std::vector<double> milliseconds;
   for (const WindowRow& row : run->rows) {
@@ -53,7 +53,7 @@ std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(const Calibration& calibr
 void FeedRecording(const Recording& recording, Estimator* estimator, const OdometryCallback& watch) {
   using Clock = std::chrono::steady_clock;
   auto reading = recording.imu.begin();
-  for (const CameraFrame& frame : recording.frames) {
+  for (const Image& frame : recording.frames) {
     const Clock::time_point start = Clock::now();
     // One reading beyond the image, so that the IMU can be interpolated at its time.
     const double until = frame.t + estimator->TimeOffset();
@@ -77,7 +77,7 @@ OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& opti
     run.rows.push_back(row);
   });
   run.restarts = estimator.Restarts();
-  Summarise(recording, &run);
+  Summarize(recording, &run);
   return run;
 }
 

@@ -24,7 +24,7 @@ void SplitCost(const Graph& graph, PriorRun* run) {
   for (const auto& edge : graph.Edges()) {
     edge->ComputeResidual();
     const bool is_prior = edge->TypeInfo() == "EdgeSE3Prior";
-    (is_prior ? run->prior_cost : run->reprojection_cost) += 0.5 * edge->RobustChi2();
+    (is_prior ? run->prior_cost : run->reprojection_cost) += edge->Cost();
   }
 }
 

@@ -38,7 +38,7 @@ void AddStates(const WindowDump& dump, WindowGraph* window) {
 }
 
 void AddImu(const WindowDump& dump, WindowGraph* window) {
-  for (const WindowDump::ImuPiece& piece : dump.imu) {
+  for (const WindowDump::ImuInterval& piece : dump.imu) {
     auto imu = std::make_shared<Preintegration>(piece.samples.at(0), piece.b_a, piece.b_g, dump.noise);
     for (size_t k = 1; k < piece.samples.size(); ++k) imu->Add(piece.samples[k]);
     const auto i = static_cast<size_t>(piece.i), j = static_cast<size_t>(piece.j);

@@ -124,7 +124,7 @@ function chart({series, log = true, x, y, label}) {
   return svg;
 }
 
-// Bars of a vector, poses' rows and landmarks' rows in two colours.
+// Bars of a vector, poses' rows and landmarks' rows in two colors.
 function bars(values, poseRows, label) {
   const most = Math.max(1e-300, ...values.map(Math.abs)), middle = HEIGHT / 2;
   const step = (WIDTH - LEFT - 12) / Math.max(values.length, 1);

@@ -11,7 +11,7 @@ function set(values) {
   show();
 }
 
-// Another scene: what was marginalised or stopped at belongs to the one before.
+// Another scene: what was marginalized or stopped at belongs to the one before.
 function change(name, value) {
   const reset = state.panel === "marginalize" ? {drop: ""} : state.panel === "steps" ? {trial: "0"} : {};
   set({...reset, [name]: value});

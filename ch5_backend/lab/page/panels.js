@@ -20,7 +20,7 @@ function told(title, M, variables, {rest, ...options} = {}) {
 
 function views(answer, layers) {
   return [
-    {name: text("truth"), color: "--grey", ...answer.truth},
+    {name: text("truth"), color: "--gray", ...answer.truth},
     ...layers.filter(one => one[1]).map(([key, value, color, hollow]) => ({name: text(key), color, hollow, ...value})),
   ];
 }
@@ -129,7 +129,7 @@ function strip(frames, image, label) {
   const svg = element("svg", {viewBox: `0 0 ${WIDTH} 62`, role: "img", "aria-label": label});
   const x = id => 12 + (WIDTH - 24) * id / 29;
   for (let id = 0; id <= 29; ++id) {
-    svg.append(element("circle", {cx: x(id), cy: 28, r: 1.5, fill: `var(${id <= image ? "--grey" : "--line"})`}));
+    svg.append(element("circle", {cx: x(id), cy: 28, r: 1.5, fill: `var(${id <= image ? "--gray" : "--line"})`}));
     if (id % 5 === 0) svg.append(element("text", {x: x(id), y: 58, "text-anchor": "middle"}, String(id)));
   }
   for (const frame of frames) {
@@ -158,7 +158,7 @@ function drawWindow(a) {
   const vins = one("vins"), okvis = one("okvis");
   const pairs = vins.flatMap((left, i) => [left, okvis[i]]);
   return [element("p", {class: "legend", style: "grid-column: 1 / -1; margin: 0"}, text("frames.legend")), ...pairs,
-    figure(text("flight"), text("flight.words"), scene([path("truth", a.truth.slice(0, a.image + 1), "--grey"),
+    figure(text("flight"), text("flight.words"), scene([path("truth", a.truth.slice(0, a.image + 1), "--gray"),
       path("vins", a.vins.positions.slice(0, a.image + 1), "--blue"),
       path("okvis", a.okvis.positions.slice(0, a.image + 1), "--red")], text("flight")))];
 }

@@ -11,7 +11,7 @@
 namespace ch5 {
 
 /// Orders blocks, not numbers, by approximate minimum degree (a whole pose is eliminated at once, which is also many
-/// times faster to analyse), and factors supernodes. Davis et al., "Algorithm 887: CHOLMOD", 2008.
+/// times faster to analyze), and factors supernodes. Davis et al., "Algorithm 887: CHOLMOD", 2008.
 std::unique_ptr<ReducedSolver> MakeCholmodSolver();
 
 }  // namespace ch5

@@ -64,7 +64,7 @@ class FrontEnd {
   struct Track {
     std::optional<int> id;  // while it is followed
     int length = 0;         // images
-    std::optional<Vec2> x;  // where the point is in this image [normalised], if in it
+    std::optional<Vec2> x;  // where the point is in this image [normalized], if in it
   };
 
   std::optional<Vec2> Project(const Vec3& p_C) const {
@@ -86,7 +86,7 @@ class FrontEnd {
     if (random_.Uniform() < options_.outlier_fraction) {
       const double u = random_.Uniform(0.0, calibration_.width);
       const double v = random_.Uniform(0.0, calibration_.height);
-      return {*track->id, calibration_.Normalised({u, v})};
+      return {*track->id, calibration_.Normalized({u, v})};
     }
     return {*track->id, *track->x + Vec2(du / calibration_.fx, dv / calibration_.fy)};
   }
@@ -101,11 +101,11 @@ class FrontEnd {
 
 }  // namespace
 
-std::vector<CameraFrame> SimulateCamera(const Trajectory& trajectory, const std::vector<Vec3>& points_W,
-                                        const Calibration& calibration, const CameraOptions& options) {
+std::vector<Image> SimulateCamera(const Trajectory& trajectory, const std::vector<Vec3>& points_W,
+                                  const Calibration& calibration, const CameraOptions& options) {
   Check(calibration, options);
   FrontEnd front_end(points_W, calibration, options);
-  std::vector<CameraFrame> frames;
+  std::vector<Image> frames;
   const auto count = static_cast<int64_t>(std::floor(trajectory.Duration() * calibration.camera_rate + 1e-9));
   for (int64_t n = 0; n <= count; ++n) {
     const double stamp = RoundToNanosecond(static_cast<double>(n) / calibration.camera_rate);

@@ -22,13 +22,13 @@ void Check(const Calibration& calibration, const ImuOptions& options) {
 
 }  // namespace
 
-ImuRun SimulateImu(const Trajectory& trajectory, const Calibration& calibration, const ImuOptions& options) {
+SimulatedImu SimulateImu(const Trajectory& trajectory, const Calibration& calibration, const ImuOptions& options) {
   Check(calibration, options);
   const ImuNoise& noise = calibration.noise;
   const double sqrt_rate = std::sqrt(calibration.imu_rate), scale = options.noise_scale;
   Random random(options.seed);
   Vec3 b_a = options.b_a, b_g = options.b_g;
-  ImuRun run;
+  SimulatedImu run;
   const auto count = static_cast<int64_t>(std::floor(trajectory.Duration() * calibration.imu_rate + 1e-9));
   for (int64_t k = 0; k <= count; ++k) {
     const double t = RoundToNanosecond(static_cast<double>(k) / calibration.imu_rate);

@@ -20,13 +20,13 @@ struct ImuOptions {
 };
 
 /// What the IMU reads along a trajectory.
-struct ImuRun {
-  std::vector<ImuReading> readings;  ///< at imu_rate, from time 0 to the trajectory's end
-  std::vector<StampedState> truth;   ///< at the same times, with the true biases
+struct SimulatedImu {
+  std::vector<ImuMeasurement> readings;  ///< at imu_rate, from time 0 to the trajectory's end
+  std::vector<StampedState> truth;       ///< at the same times, with the true biases
 };
 
 /// @param calibration  the IMU's rate, its noise densities, gravity
 /// @throws std::invalid_argument if the rate is not positive, or the noise not a finite density (noise.continuous)
-ImuRun SimulateImu(const Trajectory& trajectory, const Calibration& calibration, const ImuOptions& options);
+SimulatedImu SimulateImu(const Trajectory& trajectory, const Calibration& calibration, const ImuOptions& options);
 
 }  // namespace ch5

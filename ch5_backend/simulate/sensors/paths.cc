@@ -10,7 +10,7 @@
 namespace ch5 {
 namespace {
 
-// Scaled about the origin to a path of `length` metres.
+// Scaled about the origin to a path of `length` meters.
 Trajectory WithLength(const Trajectory::Formula& shape, double length, double duration) {
   const double scale = length / PathLength(Trajectory(shape, duration));
   const auto scaled = [shape, scale](const Jet& t) {
@@ -21,7 +21,7 @@ Trajectory WithLength(const Trajectory::Formula& shape, double length, double du
   return Trajectory(scaled, duration);
 }
 
-// One lap round a rectangle of 3×2: a closed spline, its corners rounded over the neighbouring control points.
+// One lap round a rectangle of 3×2: a closed spline, its corners rounded over the neighboring control points.
 std::array<Spline, 2> RectangleLap(double duration) {
   const std::vector<std::array<double, 2>> corners = {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {3, 1},
                                                       {3, 2}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};

@@ -12,7 +12,7 @@ enum class GaugePath { kSine, kArc, kRectangle };
 
 /// 5 m in 2.5 s, a mean speed of 2 m/s as in the paper, whose shapes are known from a figure only: a sine, an arc of
 /// 120° and a rectangle with round corners. B's x axis looks along +y of W, towards the scene, and sways a little; on
-/// the arc it keeps looking at the arc's centre.
+/// the arc it keeps looking at the arc's center.
 Trajectory GaugePaperPath(GaugePath path);
 
 struct HandheldOptions {

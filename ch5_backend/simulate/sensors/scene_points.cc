@@ -49,7 +49,7 @@ std::vector<Vec3> PointsAlongPath(const Trajectory& trajectory, const Calibratio
     const double u = random->Uniform(0.0, calibration.width);
     const double v = random->Uniform(0.0, calibration.height);
     const double depth = random->Uniform(near, far);
-    const Vec3 p_C = depth * calibration.Normalised({u, v}).homogeneous();
+    const Vec3 p_C = depth * calibration.Normalized({u, v}).homogeneous();
     points.push_back(T_W_B.q * (calibration.T_B_C.q * p_C + calibration.T_B_C.p) + T_W_B.p);
   }
   return points;

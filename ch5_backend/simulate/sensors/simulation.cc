@@ -13,7 +13,7 @@ Calibration ForwardCamera() {
 
 Recording SimulateRecording(const Trajectory& trajectory, const std::vector<Vec3>& points_W,
                             const SimulationOptions& options) {
-  ImuRun imu = SimulateImu(trajectory, options.calibration, options.imu);
+  SimulatedImu imu = SimulateImu(trajectory, options.calibration, options.imu);
   Recording recording;
   recording.calibration = options.calibration;
   recording.imu = std::move(imu.readings);

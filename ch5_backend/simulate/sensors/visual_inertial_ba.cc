@@ -55,7 +55,7 @@ void AddPoints(const Trajectory& path, const VisualInertialOptions& o, Random* r
     for (auto& observation : seen) {
       const double du = o.pixel_sigma * random->Normal();
       const double dv = o.pixel_sigma * random->Normal();
-      observation.u = scene->calibration.Normalised(observation.u + Vec2(du, dv));
+      observation.u = scene->calibration.Normalized(observation.u + Vec2(du, dv));
       scene->observations.push_back(observation);
     }
   }
@@ -87,7 +87,7 @@ VisualInertialScene SimulateVisualInertial(const VisualInertialOptions& o) {
   imu_options.seed = 3 * o.seed;
   Calibration without_walk = scene.calibration;
   without_walk.noise.accelerometer_walk = without_walk.noise.gyroscope_walk = 0.0;
-  const ImuRun imu = SimulateImu(path, without_walk, imu_options);
+  const SimulatedImu imu = SimulateImu(path, without_walk, imu_options);
   for (int i = 0; i < o.keyframes; ++i) {
     const double t = path.Duration() * i / (o.keyframes - 1);
     const Motion motion = path.At(t);
@@ -102,7 +102,7 @@ VisualInertialScene SimulateVisualInertial(const VisualInertialOptions& o) {
   return scene;
 }
 
-std::shared_ptr<const Preintegration> IntegrateBetween(const std::vector<ImuReading>& imu, const StampedState& from,
+std::shared_ptr<const Preintegration> IntegrateBetween(const std::vector<ImuMeasurement>& imu, const StampedState& from,
                                                        double t1, const ImuNoise& noise) {
   const std::vector<ImuSample> samples = SamplesBetween(imu, from.t, t1);
   if (samples.empty()) {

@@ -46,7 +46,7 @@ struct VisualInertialScene {
   /// Where a keyframe sees a point.
   struct Observation {
     int keyframe, point;
-    Vec2 u;  ///< normalised plane
+    Vec2 u;  ///< normalized plane
   };
 
   Calibration calibration;
@@ -65,7 +65,7 @@ VisualInertialScene SimulateVisualInertial(const VisualInertialOptions& options)
 /// From `from`, at its biases, to the time `t1`.
 /// @param imu  strictly increasing in time, from before `from` to after `t1`
 /// @throws std::invalid_argument if it does not span this time
-std::shared_ptr<const Preintegration> IntegrateBetween(const std::vector<ImuReading>& imu, const StampedState& from,
+std::shared_ptr<const Preintegration> IntegrateBetween(const std::vector<ImuMeasurement>& imu, const StampedState& from,
                                                        double t1, const ImuNoise& noise);
 
 /// Sets `initial` and `initial_points`: the truth and noise.

@@ -16,7 +16,7 @@ namespace {
 //      └ (G_l⁻¹b_l)ᵀ│ (G_m⁻¹b_m)ᵀ│ … ┘    and in its last row that of b_S
 //
 // of which a thread needs the rows from its first pose on and the columns up to its last.
-constexpr int kRoom = 2 * kLanes;     // behind the columns of A and C, for whole vectors
+constexpr int kRoom = 2 * kLanes;      // behind the columns of A and C, for whole vectors
 constexpr int kColumnsOfGeneral = 60;  // of A at a time: they stay in the first-level cache
 
 int LeadingDimension(int rows) { return Padded(rows + 1) + kRoom; }
@@ -74,7 +74,8 @@ void SubtractGeneralGroup(const GroupSystem& y, const PoseRange& range, double* 
     for (int l = 0; l < count; ++l) FillColumns(y, range, first + l, lda, A + l * dim * lda);
     const Old old = first == 0 ? Old::kForget : Old::kKeep;
     SubtractProductAAt(columns, k, A, lda, C, lda, old, columns == rows + 1 ? kRoom : 0);
-    if (columns < rows) SubtractProductABt(rows + 1 - columns, columns, k, A + columns, lda, A, lda, C + columns, lda, old);
+    if (columns < rows)
+      SubtractProductABt(rows + 1 - columns, columns, k, A + columns, lda, A, lda, C + columns, lda, old);
   }
   AddBlocks(y, range, lda, C, S, b_S);
 }

@@ -54,7 +54,7 @@ void BackSubstitute(const Structure& s, const Linearized& y, const Eliminated& e
   const double of_landmarks =
       ParallelSum(pool, s.NumLandmarks(), kLandmarks, &step->partial_sums,
                   [&](int begin, int end) { return range(s, y, eliminated, begin, end, delta_x.data()); });
-  step->promised_decrease = of_poses + of_landmarks;
+  step->model_cost_change = of_poses + of_landmarks;
 }
 
 }  // namespace ch5

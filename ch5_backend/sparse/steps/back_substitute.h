@@ -13,7 +13,7 @@ namespace ch5 {
 /// A step, and the decrease of ½ Σ ρ that the model promises for it.
 struct Step {
   VecX delta_x;  ///< all rows, poses first
-  double promised_decrease = 0.0;
+  double model_cost_change = 0.0;
 
   /// Memory that BackSubstitute works in: H_pp Δx_p, and the sums of its tasks.
   VecX H_pp_delta;

@@ -190,7 +190,8 @@ struct SumColumn {
 void Linearized::Resize(const Structure& s) {
   H_pp.SetPattern(s.pose_dim, s.H_pp_pattern);
   normal_equations.resize(static_cast<size_t>(s.num_normal_equation_values));  // Linearize writes what is read
-  const auto num_H_pl = static_cast<size_t>(s.num_H_pl_values + kLanes);  // the last block is read in whole registers too
+  const auto num_H_pl =
+      static_cast<size_t>(s.num_H_pl_values + kLanes);  // the last block is read in whole registers too
   H_pl.clear();
   H_pl.reserve(num_H_pl);
   AskForLargePages(H_pl.data(), num_H_pl * sizeof(double));

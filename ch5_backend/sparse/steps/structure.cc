@@ -225,7 +225,8 @@ void ListPoseEdgeBlocks(Structure* s) {
   ForEachPair(first, s, [&](const EdgeRecord& record, int i, int j) {
     const EdgePose &a = s->edge_poses[record.poses_begin + i], &b = s->edge_poses[record.poses_begin + j];
     const int stride = record.width + 1, column = record.normal_equations + b.column * stride;
-    s->pose_edge_blocks[next[block(record, i, j)]++] = {column + a.column, stride, i == j ? column + record.width : kNone};
+    s->pose_edge_blocks[next[block(record, i, j)]++] = {column + a.column, stride,
+                                                        i == j ? column + record.width : kNone};
   });
 }
 
@@ -239,8 +240,8 @@ void CutChunks(Structure* s) {
   for (const auto& rows : s->H_pp_pattern) {
     for (const int i : rows) num_H_pp_values += Stride(s->pose_dim[i]) * s->pose_dim[rows.front()];
   }
-  const int chunks = std::clamp(static_cast<int>(4.0 * edges / std::max(1, num_H_pp_values)), 1,
-                                std::clamp(edges / kEdges, 1, kMost));
+  const int chunks =
+      std::clamp(static_cast<int>(4.0 * edges / std::max(1, num_H_pp_values)), 1, std::clamp(edges / kEdges, 1, kMost));
   s->chunk_begin.push_back(0);
   for (int l = 0; l < s->NumLandmarks(); ++l) {
     const auto done = static_cast<double>(s->landmark_edges[l]), share = static_cast<double>(edges) / chunks;

@@ -1,7 +1,7 @@
 #pragma once
 /// What lies where: which block of H each edge touches, found once for a graph, so that an iteration only computes.
 ///
-///   landmarks  sorted by the poses that see them: neighbours in memory then change the same blocks of S
+///   landmarks  sorted by the poses that see them: neighbors in memory then change the same blocks of S
 ///   edges      those of landmark 0, of landmark 1, …, then those between poses, then those without free vertices
 ///   slots      one for each landmark and free pose that sees it: a block of H_pl
 ///   chunks     of landmarks, of about equal work, each the work of one task

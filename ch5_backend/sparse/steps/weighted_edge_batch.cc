@@ -43,7 +43,7 @@ void WeightedEdgeBatch::Assign(const Structure& s) {
   active_ = true;
 }
 
-double WeightedEdgeBatch::RobustChi2(int begin, int end) const {
+double WeightedEdgeBatch::Cost(int begin, int end) const {
   constexpr int kAtOnce = 8 * kPack;
   alignas(64) double r[kRows * kPack], s[kAtOnce];
   double sum = 0.0;
@@ -56,7 +56,7 @@ double WeightedEdgeBatch::RobustChi2(int begin, int end) const {
     }
     sum += SumLosses(start, s, num);
   }
-  return sum;
+  return 0.5 * sum;
 }
 
 double WeightedEdgeBatch::SumLosses(int first, const double* s, int count) const {

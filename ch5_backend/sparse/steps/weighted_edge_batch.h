@@ -24,8 +24,8 @@ class WeightedEdgeBatch {
 
   /// Once before the two below, whenever the states have changed.
   void LoadPoses() { batch_->LoadPoses(); }
-  /// Σ ρ(rᵀWr) over edges [begin, end).
-  double RobustChi2(int begin, int end) const;
+  /// ½ Σ ρ(rᵀWr) over edges [begin, end).
+  double Cost(int begin, int end) const;
   /// r and J of edges [first, first + count), count ≤ kPack, as packs; J_i begins at number JacobianBegin(i).
   void Linearize(int first, int count, double* r, double* J) const { batch_->Linearize(first, count, r, J); }
   /// r̃ and J̃ of what Linearize has given, in its place.
@@ -91,7 +91,7 @@ CH5_INLINE void WeightedEdgeBatch::Whiten(int first, int count, double* r, doubl
   }
 }
 
-/// Eight of a batch's edges, linearised and whitened in the lanes of registers, then turned: each edge's J̃_i as a small
+/// Eight of a batch's edges, linearized and whitened in the lanes of registers, then turned: each edge's J̃_i as a small
 /// row-major matrix, its rows padded with zeros to whole Lanes.
 class EdgePack {
  public:

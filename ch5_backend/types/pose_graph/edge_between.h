@@ -19,7 +19,7 @@ namespace ch5 {
 
 class EdgeSE3Between : public SizedEdge<6, VertexPose, VertexPose> {
  public:
-  /// @param q_z, p_z  the measured T_z: rotation (normalised here) and position [m] of j as seen from i
+  /// @param q_z, p_z  the measured T_z: rotation (normalized here) and position [m] of j as seen from i
   /// W weighs [m; half radians], translation first.
   EdgeSE3Between(std::shared_ptr<VertexPose> i, std::shared_ptr<VertexPose> j, const Qd& q_z, const Vec3& p_z)
       : SizedEdge(std::move(i), std::move(j)), q_z_(q_z.normalized()), p_z_(p_z) {}

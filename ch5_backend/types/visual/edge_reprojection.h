@@ -1,5 +1,5 @@
 #pragma once
-/// Reprojection edges on the normalised image plane z = 1 (dimensionless, focal length 1).
+/// Reprojection edges on the normalized image plane z = 1 (dimensionless, focal length 1).
 ///
 ///   landmark:  p_Ci = [u_i, v_i, 1]/λ  in its host camera i,  or p_W directly
 ///   p_Bi = T_B_C p_Ci,  p_W = T_W_Bi p_Bi,  p_Bj = T_W_Bj⁻¹ p_W,  p_Cj = T_B_C⁻¹ p_Bj
@@ -16,7 +16,7 @@ namespace ch5 {
 /// Inverse-depth landmark, host pose i, target pose j; the extrinsic T_B_C is a constant.
 class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose>, public FastEdge {
  public:
-  /// @param u_host, u_target  observations [x, y] on the normalised plane of the host and the target
+  /// @param u_host, u_target  observations [x, y] on the normalized plane of the host and the target
   EdgeReprojection(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_W_Bi,
                    std::shared_ptr<VertexPose> T_W_Bj, const Vec2& u_host, const Vec2& u_target,
                    const Transform& T_B_C = {});

@@ -15,7 +15,7 @@
 
 namespace ch5 {
 
-/// A point on the normalised plane and how it moves there.
+/// A point on the normalized plane and how it moves there.
 struct MovingPoint {
   Vec2 x = Vec2::Zero();
   Vec2 velocity = Vec2::Zero();  ///< [1/s]

@@ -17,10 +17,10 @@ class EdgeTrack : public Edge {
   /// One observation of the track.
   struct View {
     std::shared_ptr<VertexPose> T_W_B;
-    Vec2 x;  ///< normalised plane
+    Vec2 x;  ///< normalized plane
   };
   /// W is that of the present states.
-  /// @param views  the host's first, at least two;  @param sigma  of all points [normalised plane]
+  /// @param views  the host's first, at least two;  @param sigma  of all points [normalized plane]
   /// @throws std::invalid_argument unless there are two views and σ > 0
   EdgeTrack(const std::shared_ptr<VertexInverseDepth>& inverse_depth, const std::vector<View>& views,
             const Transform& T_B_C, double sigma);

@@ -9,7 +9,7 @@
 ///
 ///   [1 0 −u; 0 1 −v] R_Cjᵀ (p_Ci + d R_Ci f − p_Cj) = 0,   linear in d and x.
 ///
-/// The depths are eliminated by Schur complements. The remaining 9×9 system is minimised under ‖G‖ = g: with the reduced
+/// The depths are eliminated by Schur complements. The remaining 9×9 system is minimized under ‖G‖ = g: with the reduced
 /// S and c of G, (S + μI)G = c has one solution μ > −λ_min(S) with ‖G‖ = g, the global minimum. The weights, 1/depth² and
 /// Cauchy's, are found iteratively.
 /// Source: Martinelli, "Closed-form solution of visual-inertial structure from motion", IJCV 2014; Gander, Golub, von
@@ -23,7 +23,7 @@ namespace ch5 {
 /// What the closed form is told of the sensors.
 struct ClosedFormOptions {
   Transform T_B_C;
-  double sigma = 1.5 / 460.0;  ///< of an observation on the normalised plane
+  double sigma = 1.5 / 460.0;  ///< of an observation on the normalized plane
   double gravity = 9.81;       ///< [m/s²]
   double b_a_sigma = 0.1;      ///< of the accelerometer's bias about zero [m/s²]
 };

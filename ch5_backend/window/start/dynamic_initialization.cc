@@ -14,7 +14,7 @@
 namespace ch5 {
 namespace {
 
-std::vector<FeatureTrack> CollectTracks(const std::vector<InitializationFrame>& frames) {
+std::vector<FeatureTrack> CollectTracks(const std::vector<InitializationImage>& frames) {
   std::map<int, FeatureTrack> by_id;
   for (size_t k = 0; k < frames.size(); ++k) {
     for (const TrackedPoint& point : frames[k].tracks) by_id[point.id].views.push_back({static_cast<int>(k), point.x});
@@ -126,7 +126,7 @@ void Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegr
 }
 
 // Copies, integrated without accelerometer bias.
-std::vector<Preintegration> CopyImu(const std::vector<InitializationFrame>& frames) {
+std::vector<Preintegration> CopyImu(const std::vector<InitializationImage>& frames) {
   std::vector<Preintegration> imu;
   for (size_t k = 1; k < frames.size(); ++k) {
     if (!frames[k].imu)
@@ -158,7 +158,7 @@ class DynamicInitializer {
  public:
   explicit DynamicInitializer(const DynamicInitializationOptions& options) : options_(options) {}
 
-  DynamicInitialization Run(const std::vector<InitializationFrame>& frames) {
+  DynamicInitialization Run(const std::vector<InitializationImage>& frames) {
     if (!EstimateRotations(frames) || !MeasureParallax() || !SolveLinearProblem() || !RefineAll()) return result_;
     for (size_t k = 0; k < frames.size(); ++k) start_.states[k].t = frames[k].t;
     result_.states = std::move(start_.states);
@@ -175,7 +175,7 @@ class DynamicInitializer {
     return false;
   }
 
-  bool EstimateRotations(const std::vector<InitializationFrame>& frames) {
+  bool EstimateRotations(const std::vector<InitializationImage>& frames) {
     constexpr size_t kLeastFrames = 4;
     if (frames.size() < kLeastFrames) {
       return Fail(InitializationFailure::kTooFewFrames, "%g, at least %g are needed",
@@ -228,7 +228,7 @@ class DynamicInitializer {
 
 }  // namespace
 
-DynamicInitialization InitializeDynamically(const std::vector<InitializationFrame>& frames,
+DynamicInitialization InitializeDynamically(const std::vector<InitializationImage>& frames,
                                             const DynamicInitializationOptions& options) {
   return DynamicInitializer(options).Run(frames);
 }

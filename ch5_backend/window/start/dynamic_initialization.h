@@ -1,5 +1,5 @@
 #pragma once
-/// Dynamic initialisation: poses, speeds, biases, gravity and scale from a few images in motion and the IMU between them.
+/// Dynamic initialization: poses, speeds, biases, gravity and scale from a few images in motion and the IMU between them.
 ///
 ///   tracks, IMU ─► gyroscope bias ─► rotations ─► closed form: v, G, scale, depths ─► refinement by the solver
 ///
@@ -14,8 +14,8 @@
 
 namespace ch5 {
 
-/// One image of the initialisation window.
-struct InitializationFrame {
+/// One image of the initialization window.
+struct InitializationImage {
   double t = 0.0;                             ///< by the IMU's clock [s]
   std::vector<TrackedPoint> tracks;           ///< each id at most once
   std::shared_ptr<const Preintegration> imu;  ///< from the previous image to this one; null for the first
@@ -61,7 +61,7 @@ struct DynamicInitialization {
 
 /// @param frames  in order of time. The preintegrations do not change; their biases are the initial guess.
 /// @throws std::invalid_argument if an image but the first has no preintegration
-DynamicInitialization InitializeDynamically(const std::vector<InitializationFrame>& frames,
+DynamicInitialization InitializeDynamically(const std::vector<InitializationImage>& frames,
                                             const DynamicInitializationOptions& options);
 
 }  // namespace ch5

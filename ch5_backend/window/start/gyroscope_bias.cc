@@ -42,7 +42,7 @@ RelativeRotation RelativeRotationBetween(const std::vector<Preintegration>& imu,
 }
 
 // r = nᵀ R m_j,  n = c/√(‖c‖² + ε²),  c = t × m_i: the sine of the angle between a ray and its epipolar plane. Without
-// the normalisation, noise would count less where t is close to the rays, and every motion would seem to go straight ahead.
+// the normalization, noise would count less where t is close to the rays, and every motion would seem to go straight ahead.
 class EdgeEpipolar : public SizedEdge<1, VertexVector<3>, VertexDirection> {
  public:
   EdgeEpipolar(std::shared_ptr<VertexVector<3>> bias, std::shared_ptr<VertexDirection> direction,

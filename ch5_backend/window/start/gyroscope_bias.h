@@ -17,7 +17,7 @@ namespace ch5 {
 
 /// One point in the images of a window.
 struct FeatureTrack {
-  /// One image of the point; x on the normalised plane.
+  /// One image of the point; x on the normalized plane.
   struct View {
     int frame = 0;  ///< 0, 1, …
     Vec2 x = Vec2::Zero();
@@ -25,7 +25,7 @@ struct FeatureTrack {
   std::vector<View> views;  ///< in order of frames
 };
 
-/// @param R_B_C   the camera's rotation;  @param sigma  of an observation on the normalised plane
+/// @param R_B_C   the camera's rotation;  @param sigma  of an observation on the normalized plane
 /// @param tracks  outlier views are removed; a track may be left with one or none
 /// @param imu     imu[k] leads from frame k to frame k + 1; on return it is integrated at the bias that is returned
 /// @return b_g [rad/s]

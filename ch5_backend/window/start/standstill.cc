@@ -8,7 +8,7 @@
 
 namespace ch5 {
 
-std::optional<StandstillState> StandstillDetector::AddFrame(const CameraFrame& frame) {
+std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame) {
   images_.push_back(frame);
   while (images_.size() > 1 && images_[1].t <= frame.t - options_.seconds) images_.pop_front();
   while (!imu_.empty() && imu_.front().t < images_.front().t) imu_.pop_front();
@@ -18,7 +18,7 @@ std::optional<StandstillState> StandstillDetector::AddFrame(const CameraFrame& f
   if (!motion || *motion * options_.focal_length > options_.pixels) return std::nullopt;
   StandstillState state;
   Vec3 force = Vec3::Zero();
-  for (const ImuReading& reading : imu_) {
+  for (const ImuMeasurement& reading : imu_) {
     force += reading.acceleration / static_cast<double>(imu_.size());
     state.b_g += reading.gyroscope / static_cast<double>(imu_.size());
   }
@@ -33,7 +33,7 @@ void StandstillDetector::Reset() {
   images_.clear();
 }
 
-std::optional<double> MedianMotion(const CameraFrame& a, const CameraFrame& b) {
+std::optional<double> MedianMotion(const Image& a, const Image& b) {
   std::map<int, Vec2> points;
   for (const TrackedPoint& point : a.tracks) points[point.id] = point.x;
   std::vector<double> distances;

@@ -1,5 +1,5 @@
 #pragma once
-/// Static initialisation: at rest the images do not move and the accelerometer measures gravity alone. The readings then
+/// Static initialization: at rest the images do not move and the accelerometer measures gravity alone. The readings then
 /// give roll, pitch and the gyroscope's bias.
 
 #include <deque>
@@ -30,19 +30,19 @@ class StandstillDetector {
  public:
   explicit StandstillDetector(const StandstillOptions& options) : options_(options) {}
 
-  void AddImu(const ImuReading& reading) { imu_.push_back(reading); }
+  void AddImu(const ImuMeasurement& reading) { imu_.push_back(reading); }
   /// @return the state at this image, if the body has been at rest until then
-  std::optional<StandstillState> AddFrame(const CameraFrame& frame);
+  std::optional<StandstillState> AddFrame(const Image& frame);
   void Reset();
 
  private:
   StandstillOptions options_;
-  std::deque<ImuReading> imu_;      // of the last `seconds`
-  std::deque<CameraFrame> images_;  // likewise
+  std::deque<ImuMeasurement> imu_;  // of the last `seconds`
+  std::deque<Image> images_;        // likewise
 };
 
-/// The median motion of the points common to both images, on the normalised plane; nullopt with fewer than five of
+/// The median motion of the points common to both images, on the normalized plane; nullopt with fewer than five of
 /// them. A median, since it is robust to outliers.
-std::optional<double> MedianMotion(const CameraFrame& a, const CameraFrame& b);
+std::optional<double> MedianMotion(const Image& a, const Image& b);
 
 }  // namespace ch5

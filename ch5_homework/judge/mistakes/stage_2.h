@@ -14,7 +14,7 @@ namespace ch5::homework::stage_2 {
 
 using Order = std::vector<int>;  // Order[k] = the former place of the variable that stands at k
 
-// The order that is asked: the others keep theirs, the marginalised variable goes behind them.
+// The order that is asked: the others keep theirs, the marginalized variable goes behind them.
 inline Order KeepingOrder(int n, int idx, int dim) {
   Order order;
   for (int k = 0; k < n; ++k) {
@@ -71,8 +71,8 @@ struct Mover {
   std::function<MatXX(const MatXX& A)> move;
 };
 
-// The variable changes places with its neighbour only.
-inline Order WithItsNeighbour(int n, int idx, int dim) {
+// The variable changes places with its neighbor only.
+inline Order WithItsNeighbor(int n, int idx, int dim) {
   Order order(n);
   std::iota(order.begin(), order.end(), 0);
   const auto begin = order.begin() + idx;
@@ -83,10 +83,10 @@ inline Order WithItsNeighbour(int n, int idx, int dim) {
 /// `rows` is what moves: "2.rows", "2.columns" or "2.entries_b".
 inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Text& rows) {
   const int n = static_cast<int>(order.size()), tail = n - idx - dim;
-  Order front = order, backwards = order;  // the marginalised variable first; or its rows in the other order
+  Order front = order, backwards = order;  // the marginalized variable first; or its rows in the other order
   std::rotate(front.begin(), front.end() - dim, front.end());
   std::reverse(backwards.end() - dim, backwards.end());
-  const Order neighbour = WithItsNeighbour(n, idx, dim);
+  const Order neighbor = WithItsNeighbor(n, idx, dim);
   const auto partly = [=](bool others, int own_at) {
     return [=](const MatXX& A) {
       MatXX moved = A;
@@ -98,7 +98,7 @@ inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Tex
   return {{{}, [=](const MatXX& A) { return MoveRows(A, order); }},
           {{"2.not_moved", {{"rows", rows}}}, [](const MatXX& A) { return A; }},
           {"2.variable_moved_front", [=](const MatXX& A) { return MoveRows(A, front); }},
-          {"2.swapped_with_neighbour", [=](const MatXX& A) { return MoveRows(A, neighbour); }},
+          {"2.swapped_with_neighbor", [=](const MatXX& A) { return MoveRows(A, neighbor); }},
           {{"2.lands_at_idx_plus_dim", {{"rows", rows}}}, partly(true, idx + dim)},
           {{"2.variable_lost", {{"rows", rows}}}, partly(true, -1)},
           {{"2.read_after_overwriting", {{"rows", rows}}},

@@ -81,7 +81,7 @@ std::vector<std::shared_ptr<T>> At(const std::vector<int>& places, const std::ve
 
 // ---- objects of the student's classes --------------------------------------------------------------------------------
 
-/// How the worker makes one, and which members travel; specialised for each class:
+/// How the worker makes one, and which members travel; specialized for each class:
 ///   static std::unique_ptr<T> Make(Scene* scene);   static std::tuple<M&…> Members(T& object);
 template <typename T>
 struct ObjectOf;

@@ -33,7 +33,7 @@ WindowNumbers NumbersOf(const Window& window, const VertexList& known) {
     return vertex ? SlotNumbers{PlaceOf(vertex, known), vertex->Parameters()} : SlotNumbers{};
   };
   WindowNumbers numbers;
-  for (const WindowFrame& frame : window.frames) {
+  for (const Frame& frame : window.frames) {
     FrameNumbers& one = numbers.frames.emplace_back();
     one.id = frame.id;
     one.t = frame.t;
@@ -74,7 +74,7 @@ bool Same(const ImuSample& a, const ImuSample& b) {
 std::shared_ptr<Preintegration> ImuOf(const FrameNumbers& numbers, const Window& window) {
   const auto& samples = numbers.imu;
   std::shared_ptr<Preintegration> begun;
-  for (const WindowFrame& frame : window.frames) {
+  for (const Frame& frame : window.frames) {
     if (!frame.imu || frame.imu->BiasAccelerometer() != numbers.b_a || frame.imu->BiasGyroscope() != numbers.b_g)
       continue;
     const auto& own = frame.imu->Samples();
@@ -91,9 +91,9 @@ std::shared_ptr<Preintegration> ImuOf(const FrameNumbers& numbers, const Window&
 }  // namespace
 
 void SetInto(const WindowNumbers& numbers, const VertexList& known, Window* window) {
-  std::vector<WindowFrame> frames;
+  std::vector<Frame> frames;
   for (const FrameNumbers& one : numbers.frames) {
-    WindowFrame& frame = frames.emplace_back();
+    Frame& frame = frames.emplace_back();
     frame.id = one.id;
     frame.t = one.t;
     frame.pose = VertexOf(one.pose, known, std::make_shared<VertexPose>());

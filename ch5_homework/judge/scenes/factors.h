@@ -9,7 +9,7 @@
 
 namespace ch5::homework {
 
-/// An edge whose numbers are those of an older state until it is linearised.
+/// An edge whose numbers are those of an older state until it is linearized.
 class AgedEdge {
  public:
   enum : int { kResidual = 1, kJacobians = 2 };

@@ -10,7 +10,7 @@ namespace {
 
 // A frame 0.3 m further along x, with an IMU piece whose readings are its own.
 void AddFrame(Window* window) {
-  WindowFrame frame;
+  Frame frame;
   frame.id = window->frames.empty() ? kFirstId : window->frames.back().id + 1;
   const int k = frame.id - kFirstId;
   frame.t = 0.2 * k;
@@ -40,7 +40,7 @@ void AddFrames(int count, Window* window) {
 void See(int track, const Vec3& p_W, int first, int last, Window* window) {
   const Transform T_B_C = window->T_B_C();
   for (int k = first; k <= last; ++k) {
-    const WindowFrame& frame = window->frames.at(static_cast<size_t>(k));
+    const Frame& frame = window->frames.at(static_cast<size_t>(k));
     const Vec3 p_C = T_B_C.q.conjugate() * (frame.pose->q().conjugate() * (p_W - frame.pose->p()) - T_B_C.p);
     const Vec2 noise = 0.002 * Vec2(std::sin(7.0 * k + track), std::cos(5.0 * k - track));
     window->landmarks[track].seen.push_back({frame.id, p_C.hnormalized() + noise, Vec2::Zero()});
@@ -135,7 +135,7 @@ VertexList VerticesOf(const Window& window) {
   const auto add = [&](const std::shared_ptr<Vertex>& vertex) {
     if (vertex && std::find(vertices.begin(), vertices.end(), vertex) == vertices.end()) vertices.push_back(vertex);
   };
-  for (const WindowFrame& frame : window.frames) {
+  for (const Frame& frame : window.frames) {
     add(frame.pose);
     add(frame.speed_bias);
   }

@@ -15,10 +15,10 @@ namespace ch5 {
 namespace {
 
 // Every `stride`-th image from the one at index `first` on, with the IMU in between integrated at no bias.
-std::vector<InitializationFrame> Cut(const Recording& recording, size_t first, size_t count, size_t stride) {
-  std::vector<InitializationFrame> frames;
+std::vector<InitializationImage> Cut(const Recording& recording, size_t first, size_t count, size_t stride) {
+  std::vector<InitializationImage> frames;
   for (size_t k = first; k < recording.frames.size() && frames.size() < count; k += stride) {
-    InitializationFrame frame{recording.frames[k].t, recording.frames[k].tracks, nullptr};
+    InitializationImage frame{recording.frames[k].t, recording.frames[k].tracks, nullptr};
     if (!frames.empty()) {
       const auto samples = SamplesBetween(recording.imu, frames.back().t, frame.t);
       auto imu =
@@ -180,7 +180,7 @@ TEST(DynamicInitialization, TooFewImagesOrTracks) {
             InitializationFailure::kTooFewFrames);
   EXPECT_EQ(InitializeDynamically({}, OptionsFor(recording)).failure, InitializationFailure::kTooFewFrames);
   auto frames = Cut(recording, 50, kImages, kStride);
-  for (InitializationFrame& frame : frames) frame.tracks.resize(std::min<size_t>(frame.tracks.size(), 5));
+  for (InitializationImage& frame : frames) frame.tracks.resize(std::min<size_t>(frame.tracks.size(), 5));
   const DynamicInitialization start = InitializeDynamically(frames, OptionsFor(recording));
   EXPECT_EQ(start.failure, InitializationFailure::kTooFewTracks) << start.message;
   frames[2].imu = nullptr;

@@ -48,7 +48,7 @@ struct GaugeRun {
 /// The hold of all biases, which the problem knows.
 std::vector<HeldDirections> HoldBiases(const VisualInertialBa& problem);
 
-/// Adds the method's priors and tells the optimiser what to hold.
+/// Adds the method's priors and tells the optimizer what to hold.
 void HandleGauge(const VisualInertialScene& scene, const GaugeMethod& method, VisualInertialBa* problem,
                  SparseOptimizer* optimizer);
 

@@ -80,7 +80,7 @@ CsvTable WindowAuditTable(int trial, const std::filesystem::path&) {
   CsvTable table("policy,constraints,trial,t_s,part,direction,information,relative");
   const Recording recording = RecordingOf(trial);
   for (const auto& [name, constraints] : {std::pair("none", ObservabilityConstraints::kNone),
-                                          {"marginalised edges", ObservabilityConstraints::kMarginalizedEdges}}) {
+                                          {"marginalized edges", ObservabilityConstraints::kMarginalizedEdges}}) {
     for (auto&& policy : Policies()) {
       EstimatorOptions options = OptionsFor(recording.calibration);
       options.observability_constraints = constraints;

@@ -37,16 +37,16 @@ std::vector<Rule> Rules() {
 void AppendRun(const std::string& name, const Rule& rule, Problem* problem, CsvTable* table) {
   problem->SetDamping(Damping::kDiagonal);
   problem->SetOrdering();
-  double cost = problem->ComputeChi(), lambda = 1e-4, nu = 2.0;
+  double cost = problem->Cost(), lambda = 1e-4, nu = 2.0;
   bool accepted = true, converged = false;
   table->Row(name, rule.name, 0, lambda, 0.0, 1, cost);
   VecX delta_x;
   for (int trial = 1; trial <= kMaxTrials && !converged; ++trial) {
     if (accepted) problem->MakeHessian();
     problem->SolveLinearSystem(lambda, &delta_x);
-    const double promised = problem->PredictedDecrease(delta_x);
+    const double promised = problem->ModelCostChange(delta_x);
     problem->UpdateStates(delta_x);
-    const double new_cost = problem->ComputeChi(), rho = (cost - new_cost) / promised;
+    const double new_cost = problem->Cost(), rho = (cost - new_cost) / promised;
     accepted = new_cost < cost;
     if (accepted) {
       converged = cost - new_cost <= 1e-9 * cost || new_cost < 1e-20;
@@ -116,11 +116,11 @@ void AppendHalfDamped(CsvTable* table) {
   Problem problem(&ba.graph);
   problem.SetOrdering();
   problem.MakeHessian();
-  const double cost = problem.ComputeChi();
+  const double cost = problem.Cost();
   const double largest = problem.HessianDiagonal().maxCoeff();
   const auto gained = [&](const VecX& step) {
     problem.UpdateStates(step);
-    const double now = problem.ComputeChi();
+    const double now = problem.Cost();
     problem.RollbackStates();
     return cost - now;
   };

@@ -64,7 +64,7 @@ void Fly(Recording recording, size_t images, std::unique_ptr<WindowPolicy> polic
   FeedRecording(recording, &estimator, watch);
 }
 
-bool IsInPrior(const Window& window, const WindowFrame& frame) {
+bool IsInPrior(const Window& window, const Frame& frame) {
   if (!window.prior) return false;
   const auto& held = window.prior->Vertices();
   return std::find(held.begin(), held.end(), frame.pose) != held.end();

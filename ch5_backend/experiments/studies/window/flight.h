@@ -24,6 +24,6 @@ std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name, const Ca
 void Fly(Recording recording, size_t images, std::unique_ptr<WindowPolicy> policy, const OdometryCallback& watch);
 
 /// Whether the window's prior has columns for the pose.
-bool IsInPrior(const Window& window, const WindowFrame& frame);
+bool IsInPrior(const Window& window, const Frame& frame);
 
 }  // namespace ch5

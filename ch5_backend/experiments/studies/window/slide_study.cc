@@ -37,7 +37,7 @@ void AppendPrior(const std::string& policy, const std::string& stage, const Prio
 
 // A window's frames and landmarks, and where they stood in H: what is left of it once it has slid.
 struct Before {
-  std::vector<WindowFrame> frames;
+  std::vector<Frame> frames;
   std::map<int, WindowLandmark> landmarks;
   FirstRows row;
   std::vector<std::shared_ptr<Vertex>> vins_drops;
@@ -45,25 +45,25 @@ struct Before {
   bool Has(const WindowLandmark& landmark) const { return row.count(landmark.inverse_depth.get()) > 0; }
 };
 
-// The states of the frames, and whether the slide has left them alone, made them part of the prior, or marginalised them.
+// The states of the frames, and whether the slide has left them alone, made them part of the prior, or marginalized them.
 void AppendStates(const std::string& policy, const Before& before, const Window& after, Tables* tables) {
   const auto& held = after.prior->Vertices();
   const auto append = [&](const char* name, int frame, const std::shared_ptr<Vertex>& vertex, bool is_left) {
     const bool is_held = std::find(held.begin(), held.end(), vertex) != held.end();
     tables->vertices.Row(policy, name, frame, before.row.at(vertex.get()), vertex->LocalDimension(),
-                         !is_left  ? "marginalised"
+                         !is_left  ? "marginalized"
                          : is_held ? "in the prior"
                                    : "untouched");
   };
-  for (const WindowFrame& frame : before.frames) {
+  for (const Frame& frame : before.frames) {
     const int at = after.IndexOf(frame.id);
     append("pose", frame.id, frame.pose, at >= 0);
     append("speed", frame.id, frame.speed_bias, at >= 0 && after.frames[static_cast<size_t>(at)].speed_bias);
   }
 }
 
-// VINS-Mono names what it drops. OKVIS erases the landmarks that it marginalises, and those seen once.
-bool IsMarginalised(const std::string& policy, int id, const Before& before, const Window& after) {
+// VINS-Mono names what it drops. OKVIS erases the landmarks that it marginalizes, and those seen once.
+bool IsMarginalized(const std::string& policy, int id, const Before& before, const Window& after) {
   const WindowLandmark& landmark = before.landmarks.at(id);
   if (!before.Has(landmark)) return false;
   const auto& drops = before.vins_drops;
@@ -71,13 +71,13 @@ bool IsMarginalised(const std::string& policy, int id, const Before& before, con
                           : after.landmarks.count(id) == 0;
 }
 
-// Each landmark, whether it has been marginalised, and what has become of each of its observations.
+// Each landmark, whether it has been marginalized, and what has become of each of its observations.
 void AppendLandmarks(const std::string& policy, const Before& before, const Window& after, Tables* tables) {
   for (const auto& [id, landmark] : before.landmarks) {
-    const bool is_taken = IsMarginalised(policy, id, before, after);
+    const bool is_taken = IsMarginalized(policy, id, before, after);
     if (before.Has(landmark)) {
       tables->vertices.Row(policy, "landmark", id, before.row.at(landmark.inverse_depth.get()), 1,
-                           is_taken ? "marginalised" : "untouched");
+                           is_taken ? "marginalized" : "untouched");
     }
     for (const WindowObservation& seen : landmark.seen) {
       const auto left = after.landmarks.find(id);
@@ -125,7 +125,7 @@ void AppendFrames(const Recording& recording, const std::string& name, Tables* t
   int image = 0;
   Fly(recording, kImages, MakeFlightPolicy(name, recording.calibration), [&](const Estimator& now, const WindowRow&) {
     const Window& window = now.GetWindow();
-    for (const WindowFrame& frame : window.frames) {
+    for (const Frame& frame : window.frames) {
       tables->frames.Row(name, image, frame.id, frame.is_keyframe, frame.speed_bias != nullptr,
                          IsInPrior(window, frame), window.prior->GetPrior().J.cols());
     }

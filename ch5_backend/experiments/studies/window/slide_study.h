@@ -7,7 +7,7 @@ namespace ch5 {
 
 /// Writes five tables of a simulated flight with few tracks; all or none:
 ///
-///   slide_vertices      each vertex of one window of eight frames, and whether a policy's slide marginalises it
+///   slide_vertices      each vertex of one window of eight frames, and whether a policy's slide marginalizes it
 ///   slide_observations  each observation of that window: prior (taken into it), again (taken, and used again), lost, stays
 ///   slide_matrices      H of that window, and the prior's after the slide
 ///   slide_priors        the prior before and after: size, rank, dimension of the null space, information on position, yaw
