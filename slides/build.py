@@ -34,6 +34,7 @@ import json
 import re
 import sys
 import tempfile
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -162,7 +163,8 @@ def build(chosen, arguments):
     """The chosen decks, and the record of what they were made of."""
     out = arguments.out
     find_tools(arguments)  # before the work
-    prepared = [Prepared(deck, arguments.csv) for deck in chosen]
+    with ProcessPoolExecutor() as pool:
+        prepared = list(pool.map(Prepared, chosen, [arguments.csv] * len(chosen)))
     marp(prepared, out)
     record = read_record(out)
     for deck in prepared:

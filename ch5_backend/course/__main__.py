@@ -62,7 +62,7 @@ def whole_number(option: str, low: int, high: int):
     """A reader for an option of this command's own."""
     def read(text: str) -> int:
         if not re.fullmatch(r"-?\d{1,18}", text, re.ASCII) or not low <= int(text) <= high:
-            raise CourseError(f"{option} must be a whole number from {low} to {high}, got '{text}'")
+            raise CourseError(f"{option} must be a whole number from {low} to {high}, got '{text}'; see --help")
         return int(text)
     return read
 
