@@ -82,7 +82,9 @@ class Store(unittest.TestCase):
         self.assertGreater(texts, 80)
 
     def test_no_sentence_stands_in_the_checks(self):
-        said = [f"{path.name}: {text}" for path in cpp_files() for text in literals_of_cpp(path) if SENTENCE.search(text)]
+        scenes = {text for path in CHECKS.glob("scenes/*.cc") for text in literals_of_cpp(path)}  # by name, for both sides
+        said = [f"{path.name}: {text}" for path in cpp_files() for text in literals_of_cpp(path)
+                if SENTENCE.search(text) and text not in scenes]
         ours = ("main.cc", "crash.h", "submission.h", "stage_4_covariance.cc")  # for judge.py, or on faults of the judge
         self.assertEqual([text for text in said if text.partition(":")[0] not in ours], [])
 
