@@ -6,7 +6,7 @@ import json
 import numpy as np
 from markupsafe import Markup
 
-from . import page, style
+from . import page
 from .tables import dense, read
 
 LEVELS = 8  # of magnitude, a decade each

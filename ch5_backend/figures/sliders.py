@@ -3,7 +3,7 @@ top of each other, and the tables have all rows."""
 
 import numpy as np
 
-from . import page, style
+from . import page
 from .drawing import Axes, limits
 from .style import number
 from .tables import read

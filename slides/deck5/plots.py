@@ -37,7 +37,7 @@ def shares(slide, tables, say):
 
 def bars(axes, groups, colors, say):
     """Groups of bars on a logarithmic scale of times an iteration, each with its number: {name: {color's key: value}}."""
-    at, middles, named = 0.0, [], set()
+    at, middles = 0.0, []
     for values in groups.values():
         for k, (key, value) in enumerate(values.items()):
             bar = axes.bar(at + k, value, 0.8, color=colors[key])
