@@ -143,7 +143,7 @@ TEST(Wire, FramesGoThroughAPipe) {
   EXPECT_TRUE(ReadFrame(ends[0], &read) && read.empty());
   EXPECT_FALSE(ReadFrame(ends[0], &read));
   close(ends[0]);
-  std::string bytes = Frame("abc") + "ch5";
+  std::string bytes = Framed("abc") + "ch5";
   EXPECT_EQ(TakeFrame(&bytes), "abc");
   EXPECT_EQ(TakeFrame(&bytes), std::nullopt);  // incomplete
 }

@@ -157,7 +157,7 @@ std::string WorkerProcess::Ask(const std::string& request, const std::string& wh
   Meet();
   Receive();
   if (!received_.empty()) throw WorkerFailure("GARBAGE: it wrote a reply before " + what + " was asked for");
-  const std::string frame = Frame(request);
+  const std::string frame = Framed(request);
   size_t sent = 0;
   for (;;) {
     Wait(sent < frame.size(), what);

@@ -78,7 +78,7 @@ void Reader::End() const {
 
 // ---- frames ----------------------------------------------------------------------------------------------------------
 
-std::string Frame(const std::string& payload) {
+std::string Framed(const std::string& payload) {
   if (payload.size() > kMaxFrame) throw WireError("a frame of " + std::to_string(payload.size()) + " bytes");
   const auto length = static_cast<uint32_t>(payload.size());
   std::string frame(kMagic, 4);
@@ -121,7 +121,7 @@ bool ReadFrame(int descriptor, std::string* payload) {
 }
 
 bool WriteFrame(int descriptor, const std::string& payload) {
-  const std::string frame = Frame(payload);
+  const std::string frame = Framed(payload);
   for (size_t sent = 0; sent < frame.size();) {
     const ssize_t wrote = write(descriptor, frame.data() + sent, frame.size() - sent);
     if (wrote < 0 && errno == EINTR) continue;

@@ -152,7 +152,7 @@ void Unpack(Reader* in, A*... values) {
 // ---- frames ----------------------------------------------------------------------------------------------------------
 
 /// @throws WireError if the payload is too long
-std::string Frame(const std::string& payload);
+std::string Framed(const std::string& payload);
 /// Takes the payload of the first frame off the bytes that have come; nothing while it is incomplete.
 /// @throws WireError if no frame begins there, or it is too long
 std::optional<std::string> TakeFrame(std::string* bytes);
