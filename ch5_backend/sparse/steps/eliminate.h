@@ -59,6 +59,7 @@ struct SchurGroup {
   int blocks_begin;  ///< its blocks of S in SchurGroups::blocks: column by column, each from the diagonal down
 };
 
+/// All groups of a structure, and the work of each thread on them.
 struct SchurGroups {
   std::vector<SchurGroup> groups;
   std::vector<kernels::GroupPose> poses;
@@ -75,7 +76,7 @@ struct SchurGroups {
   kernels::PoseRange PosesIn(const SchurGroup& group, const ColumnRange& range) const;
 };
 
-/// Finds the groups for FormSchurComplement, once for a structure, and takes the memory that they need.
+/// Finds the groups for FormSchurComplement, once for a structure, and allocates what they need.
 /// @param S        has its pattern (SchurPattern)
 /// @param threads  for which the columns are cut into ranges
 SchurGroups PrepareSchurGroups(const Structure& structure, const SymmetricBlockMatrix& S, int threads);
