@@ -165,12 +165,19 @@ def make_parser(command: str) -> Parser:
     elif command == "deep":
         parser.add_argument("--off", action="store_true", help="back to the first depth")
     if command in SPEAKING:
-        parser.add_argument("--language", type=language.chosen, default="", metavar="WORD", help="en or zh; default: the "
+        parser.add_argument("--language", type=chosen_language, default="", metavar="WORD", help="en or zh; default: the "
                             "terminal's")
     if command in JSON_FIELDS:
         parser.add_argument("--json", action="store_true", help="print one JSON object on standard output and all "
                             f"else on standard error; fields: {JSON_FIELDS[command]}; after a failure: error")
     return parser
+
+
+def chosen_language(word: str) -> str:
+    """The value of --language; "" means the terminal's. Raises CourseError."""
+    if word and word not in language.LANGUAGES:
+        raise CourseError(f"--language must be {' or '.join(language.LANGUAGES)}, got '{word}'")
+    return word or language.spoken()
 
 
 def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:

@@ -10,6 +10,7 @@ from collections import Counter
 from pathlib import Path
 from unittest import mock
 
+from ch5_backend.course.__main__ import chosen_language
 from ch5_backend.course.base import language
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import PLACEHOLDER, sentence
@@ -224,7 +225,7 @@ class Printed(unittest.TestCase):
                                ({"LANG": "zh_CN.UTF-8"}, "zh"), ({"LC_ALL": "C", "LANG": "zh_CN"}, "en"),
                                ({"LC_ALL": "", "LC_MESSAGES": "de_DE", "LANG": "zh_CN"}, "en"), ({}, "en")):
             with mock.patch.dict(os.environ, locale, clear=True):
-                self.assertEqual(language.chosen(""), spoken, locale)
-                self.assertEqual([language.chosen(word) for word in language.LANGUAGES], list(language.LANGUAGES))
+                self.assertEqual(chosen_language(""), spoken, locale)
+                self.assertEqual([chosen_language(word) for word in language.LANGUAGES], list(language.LANGUAGES))
         with self.assertRaisesRegex(CourseError, "fr"):
-            language.chosen("fr")
+            chosen_language("fr")

@@ -1,5 +1,7 @@
 """How a command ends when it cannot do what was asked."""
 
+from .language import speaker
+
 
 class CourseError(Exception):
     """A message for the user, in English or as data (see language), and the exit code: 2 for bad input or a bad place, 1 for
@@ -10,5 +12,4 @@ class CourseError(Exception):
         self.message, self.exit_code = message, exit_code
 
     def __str__(self) -> str:
-        from .language import speaker  # which raises this error itself
         return speaker("en").text(self.message)

@@ -12,8 +12,6 @@ import unicodedata
 from functools import lru_cache
 from pathlib import Path
 
-from ..errors import CourseError
-
 LANGUAGES = ("en", "zh")
 PLACEHOLDER = re.compile(r"\{(\w+)\}")
 NUMBER = r"-?(?:\d[\d.e+-]*|inf|nan)"
@@ -22,13 +20,6 @@ NUMBER = r"-?(?:\d[\d.e+-]*|inf|nan)"
 def sentence(name: str, /, **arguments) -> dict:
     """What is said, as data; the arguments may be such data, strings and numbers."""
     return {"id": name, **arguments}
-
-
-def chosen(word: str) -> str:
-    """The value of --language; "" means the terminal's. Raises CourseError."""
-    if word and word not in LANGUAGES:
-        raise CourseError(f"--language must be {' or '.join(LANGUAGES)}, got '{word}'")
-    return word or spoken()
 
 
 def spoken() -> str:
