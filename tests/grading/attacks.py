@@ -15,7 +15,7 @@ import time
 import unittest
 from pathlib import Path
 
-from tests.grading.grading import ROOT
+from tests.conventions.project import ROOT
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import in_short

@@ -13,7 +13,7 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
-from tests.grading.grading import ROOT
+from tests.conventions.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.grading.grade import named, share
 from ch5_backend.course.grading.outputs import alike, fingerprint, gradescope

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
-from tests.grading.grading import ROOT
+from tests.conventions.project import ROOT
 from ch5_backend.course.grading import grade as grading, outputs, pages
 from ch5_backend.course.base.language import sentence, speaker
 from ch5_backend.course.homework.diagnosis import because

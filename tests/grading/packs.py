@@ -10,7 +10,7 @@ import zipfile
 from pathlib import Path
 
 from tests.grading.grade import BIN, GRADER, environment, grade, records
-from tests.grading.grading import ROOT
+from tests.conventions.project import ROOT
 
 from tests.experiments import slurm
 

@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-from tests.grading import grading  # noqa: F401
+from tests.conventions.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.grading import sandbox
 from ch5_backend.course.grading.sandbox import MIB, Limits, Sandbox
@@ -35,7 +35,7 @@ class Inside(unittest.TestCase):
             os.chmod(folder, 0o755)
             (Path(folder) / "given").write_text("read me")
             box = Sandbox(read_only={"/in": folder})
-            outcome = box.run(["sh", "-c", f"cat /in/given; ls /; ls {grading.ROOT} /etc /home /root; echo x > /in/given"])
+            outcome = box.run(["sh", "-c", f"cat /in/given; ls /; ls {ROOT} /etc /home /root; echo x > /in/given"])
             self.assertEqual((Path(folder) / "given").read_text(), "read me")
         self.assertTrue(outcome.output.startswith("read mebin\ndev\nin\nlib"), outcome.output)
         self.assertEqual(outcome.output.count("No such file"), 4, outcome.output)

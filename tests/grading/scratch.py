@@ -7,7 +7,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from tests.grading.grading import ROOT
+from tests.conventions.project import ROOT
 
 HOLD = "import sys; from ch5_backend.course.base.scratch import scratch; (scratch() / 'file').touch(); print(scratch(), flush=True); sys.stdin.read()"
 

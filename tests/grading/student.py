@@ -10,7 +10,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from tests.grading.grading import ROOT
+from tests.conventions.project import ROOT
 
 os.environ.setdefault("CH5_BUILD_DIR", os.environ.get("CH5_BUILD", ""))  # before it is read
 from ch5_backend.course.base.build import BUILD

@@ -10,7 +10,7 @@ import unittest
 import zipfile
 from pathlib import Path
 
-from tests.grading import grading  # noqa: F401
+from tests.conventions.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.grading.submission import LARGEST, LARGEST_ARCHIVE, collect
@@ -107,7 +107,7 @@ class Submissions(unittest.TestCase):
         secret = self.folder / "secret.cc"
         secret.write_bytes(CODE)
         (self.folder / "problem.cc").symlink_to(secret)
-        (self.folder / "work").symlink_to(grading.ROOT / "solutions")
+        (self.folder / "work").symlink_to(ROOT / "solutions")
         (self.folder / "gone.zip").symlink_to("/nowhere")
         os.mkfifo(self.folder / "gauge_prior.cc")
         for name in ("problem.cc", "work", "gone.zip", "gauge_prior.cc"):
