@@ -1,4 +1,4 @@
-// Homework of chapter 5, stage 5: OKVIS's marginalization.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
+// Homework of chapter 5, stage 5: OKVIS's marginalization.  Handout: ch5_homework/handout/stage_5.md, .zh.md.
 #include "ch5_backend/marginalize/marginalization_error.h"
 
 #include "ch5_backend/homework_missing.h"

@@ -1,4 +1,4 @@
-// Homework of chapter 5, stages 1.1, 1.2 and 2.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
+// Homework of chapter 5, stages 1.1, 1.2 and 2.  Handout: ch5_homework/README.md, README.zh.md.
 #include "ch5_backend/dense/problem.h"
 
 #include <Eigen/Dense>
@@ -143,7 +143,7 @@ MarginalizeResult Problem::TestMarginalize(MatXX H_marg, VecX b_marg, int idx, i
   const MatXX tempB = Arm * Amm_inv;
   MatXX H_prior;
   VecX b_prior;
-  // TODO:: home work 2d. H_rr − H_rm H_mm⁻¹ H_mr and b_r − H_rm H_mm⁻¹ b_m.
+  // TODO:: home work 2d. A_rr − A_rm A_mm⁻¹ A_mr and b_r − A_rm A_mm⁻¹ b_m.
   // H_prior = ? - ? * ?;
   // b_prior = ? - ? * ?;
   throw HomeworkMissing("2d TestMarginalize, the Schur complement");

@@ -1,4 +1,4 @@
-// Homework of chapter 5, stage 6: VINS-Mono's window.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
+// Homework of chapter 5, stage 6: VINS-Mono's window.  Handout: ch5_homework/handout/stage_6.md, .zh.md.
 #include "ch5_backend/window/vins_window.h"
 
 #include <algorithm>
@@ -81,7 +81,7 @@ MarginalizationInfo::KeptSystem MarginalizationInfo::SchurComplement() const {
   const SymmetricEigen mm = DecomposeSymmetric(A_.topLeftCorner(m_, m_));  // A_mm = V S Vᵀ
   KeptSystem kept;
   // TODO:: home work 6d. A_mm⁺ = V S⁺ Vᵀ, with 1/S where S > kEps, otherwise 0;
-  // A_r = A_rr − A_rm A_mm⁺ A_mr,  b_r = b_r − A_rm A_mm⁺ b_m.
+  // A_r = A_rr − A_rm A_mm⁺ A_mr,  b_r ← b_r − A_rm A_mm⁺ b_m.
   // const VecX S_pinv = (mm.S.array() > kEps).select(?, 0.0);
   // const MatXX A_mm_pinv = ?;
   // const MatXX A_rm = A_.block(?, ?, ?, ?), A_mr = A_.block(?, ?, ?, ?);
@@ -157,7 +157,7 @@ void SlideWindow(MarginalizationFlag flag, Window* window) {
   const auto moved_depth = [](const Transform& T_W_C, const Vec3& p_W) -> double {
     return (T_W_C.q.conjugate() * (p_W - T_W_C.p)).z();
   };
-  // TODO:: home work 6i. Which frame leaves; its observations; the IMU of the frame behind it; and out.
+  // TODO:: home work 6i. Which frame leaves; forget its observations; the IMU of the frame after it; erase the frame.
   // const auto leaving = flag == MarginalizationFlag::kOld ? ? : ?;
   // const auto next = leaving + 1;
   // ForgetObservations(?, moved_depth, window);

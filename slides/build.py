@@ -9,19 +9,19 @@ usage: build.py [--csv DIR] [--out DIR] [--html] [--images] [--tools] [--check] 
   --images     also one PNG a page, in build/slides/pages, and sheets of twelve pages, to look at
   --tools      builds nothing: fails with words if Node.js or, without --html, Chromium is missing or too old
   --check      builds nothing: says which numbers, figures and words of the built decks are no longer those of the tables
-  --figures    only draw the figures, into the folder figures of --out; needs no Node.js; --deck N: only deck N's
-  --overview   only redraw the READMEs' picture, slides/figures/overview.*.svg
-  DECK         only these, such as 2-solvers.en
+  --figures    only draw the figures, into the folder figures of --out; needs no Node.js
+  --overview   only redraw the guide's picture, slides/figures/overview.*.svg
+  DECK         only those whose names begin so, such as 2-solvers.en or 2-solvers
 
 A deck is N-name.en.md and N-name.zh.md beside this file. Each page begins with <!-- slide: id -->, or with
 <!-- slide: id result --> where no digit may be typed, and ends with its speaker note, <!-- (2 min) what to say -->, the
-same minutes in both languages, 60 to 90 a deck. What a deck shows comes from the package deckN:
+same minutes in both languages, 60 to 90 a deck. What a deck shows comes from the module deck_name.py:
 
   FIGURES         {name: draw(tables, lang) -> SVG text}; the deck shows figures/name.svg; no two decks share a name
   facts(tables)   {name: text} for {{name}}; {{code.1.1a}} is the blank part of a TODO and known to every deck
-  *.csv           tables that are kept in deckN/ because making them measures time; they hide those of --csv
 
-The tables of --csv that a deck needs, and the program that writes them, are FigureSet("slides/N", …) in
+measured/*.csv are tables that are kept because making them measures time, see measure_speed.py; they hide those of --csv.
+The tables of --csv that a deck needs, and the program that writes them, are of_deck(N, …) in
 ch5_backend/course/experiments/figure_sets.py. Shared: tex.py, and in ch5_backend/figures slide.py (canvas, axes, colors),
 tables.py, numbers/ and words/, in which a deck's words begin with its topic.
 """
@@ -60,13 +60,13 @@ def language(deck):
     return deck.name.split(".")[-2]
 
 
-def package(deck):
-    """The module deckN of N-name.en.md."""
-    return importlib.import_module(f"slides.deck{deck.name.split('-')[0]}")
+def module_of(deck):
+    """The module deck_name of N-name.en.md."""
+    return importlib.import_module("slides.deck_" + deck.name.split(".")[0].partition("-")[2].replace("-", "_"))
 
 
-def tables_of(deck, csv):
-    return Tables(csv, kept=HERE / f"deck{deck.name.split('-')[0]}")
+def tables_of(csv):
+    return Tables(csv, kept=HERE / "measured")
 
 
 def blanks():
@@ -94,7 +94,7 @@ class Prepared:
     """A deck before Marp: its words with their numbers, and its figures."""
 
     def __init__(self, deck, csv):
-        tables, module, source = tables_of(deck, csv), package(deck), deck.read_text(encoding="utf-8")
+        tables, module, source = tables_of(csv), module_of(deck), deck.read_text(encoding="utf-8")
         self.name, self.lang, self.source = deck.stem, language(deck), source
         values = {**blanks(), **module.facts(tables)}
         self.numbers = {name: values[name] for name in sorted(set(PLACEHOLDER.findall(source))) if name in values}
@@ -208,20 +208,19 @@ def check(chosen, arguments):
     return 1 if stale else 0
 
 
-def draw_figures(arguments):
-    for deck in decks():
-        if arguments.deck in (None, int(deck.name.split("-")[0])):
-            for name, draw in package(deck).FIGURES.items():
-                svg = draw(tables_of(deck, arguments.csv), language(deck))
-                write(arguments.out / "figures" / f"{name}.{language(deck)}.svg", svg)
+def draw_figures(chosen, arguments):
+    for deck in chosen:
+        for name, draw in module_of(deck).FIGURES.items():
+            svg = draw(tables_of(arguments.csv), language(deck))
+            write(arguments.out / "figures" / f"{name}.{language(deck)}.svg", svg)
 
 
 def choose(names):
-    found = {deck.stem: deck for deck in decks()}
+    stems = [deck.stem for deck in decks()]
     for name in names:
-        if name not in found:
-            raise BuildError(f"there is no deck {name}; there are {', '.join(found)}")
-    return [found[name] for name in names or found]
+        if not any(stem.startswith(name) for stem in stems):
+            raise BuildError(f"there is no deck {name}; there are {', '.join(stems)}")
+    return [deck for deck in decks() if not names or deck.stem.startswith(tuple(names))]
 
 
 def main(argv):
@@ -233,17 +232,16 @@ def main(argv):
     parser.add_argument("--tools", action="store_true", help="only see that what is needed is there")
     parser.add_argument("--check", action="store_true", help="only say what is out of date")
     parser.add_argument("--figures", action="store_true", help="only draw the figures, into the folder figures of --out")
-    parser.add_argument("--deck", type=int, help="with --figures: of this deck")
-    parser.add_argument("--overview", action="store_true", help="only redraw the READMEs' picture")
-    parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers.en; default: all")
+    parser.add_argument("--overview", action="store_true", help="only redraw the guide's picture")
+    parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers; default: all")
     arguments = parser.parse_args(argv)
     try:
         if arguments.overview:
-            from .deck1.plots import overview
+            from .deck_back_end import overview
             for lang in LANGUAGES:
                 write(HERE / "figures" / f"overview.{lang}.svg", overview(Tables(arguments.csv), lang))
         elif arguments.figures:
-            draw_figures(arguments)
+            draw_figures(choose(arguments.names), arguments)
         elif arguments.tools:
             find_tools(arguments)
         elif arguments.check:

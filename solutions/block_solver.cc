@@ -1,4 +1,4 @@
-// Homework of chapter 5, stage 7.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
+// Homework of chapter 5, stage 7.  Handout: ch5_homework/handout/stage_7.md, .zh.md.
 #include <Eigen/Dense>
 
 #include "ch5_backend/dense/blocks/plain_block_solver.h"
@@ -12,7 +12,7 @@ void PlainBlockSolver::BuildStructure() {
   // H has a block wherever an edge has two free vertices; S begins with the blocks of H_pp.
   MakeHessianBlocks();
 
-  // Eliminating a landmark ties together all poses that see it.
+  // Eliminating a landmark connects all poses that see it.
   // TODO:: home work 7a. Add the blocks (i, j), i ≥ j, that S has on top of those of H_pp.
   // BEGIN SOLUTION 7a BuildStructure, the pattern of S
   for (int l = 0; l < NumLandmarks(); ++l) {
@@ -85,7 +85,7 @@ bool PlainBlockSolver::Solve(double lambda, VecX* delta_x) {
     const VecX b_l = LandmarkPart(&b_, l);
     for (const int i : PosesThatSee(l)) {
       const MatXX K_il = H_pl_(i, l) * H_ll_inverse_(l, l);
-      // TODO:: home work 7d. Subtract what landmark l takes from rows i of b_schur_, and from the blocks S_(i, j).
+      // TODO:: home work 7d. Subtract landmark l's contribution from the rows of pose i in b_schur_, and from S_(i, j).
       // BEGIN SOLUTION 7d Solve, the Schur complement
       b_schur_.segment(PoseRow(i), PoseDimension(i)) -= K_il * b_l;
       for (const int j : PosesThatSee(l)) {
@@ -104,7 +104,7 @@ bool PlainBlockSolver::Solve(double lambda, VecX* delta_x) {
   // Step 3: back to the landmarks, one by one:  H_ll Δx_l = b_l − Σ_i H_ilᵀ Δx_i.
   for (int l = 0; l < NumLandmarks(); ++l) {
     VecX rest = LandmarkPart(&b_, l);
-    // TODO:: home work 7e. Take the poses' part from `rest`, and solve for Δx_l.
+    // TODO:: home work 7e. Subtract the poses' part from `rest`, and solve for Δx_l.
     // BEGIN SOLUTION 7e Solve, the landmarks
     for (const int i : PosesThatSee(l)) {
       rest -= H_pl_(i, l).transpose() * delta_x->segment(PoseRow(i), PoseDimension(i));

@@ -1,4 +1,4 @@
-// Homework of chapter 5, stage 4.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
+// Homework of chapter 5, stage 4.  Handout: ch5_homework/handout/stage_4.md, .zh.md.
 #include "ch5_backend/consistency/gauge_freedom.h"
 
 #include "ch5_backend/homework_missing.h"

@@ -1,4 +1,4 @@
-// Homework of chapter 5, stage 3.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
+// Homework of chapter 5, stage 3.  Handout: ch5_homework/handout/stage_3.md, .zh.md.
 #include "ch5_backend/homework_missing.h"
 #include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/types/edge_se3_prior.h"

@@ -1,4 +1,4 @@
-// Homework of chapter 5, stage 5: OKVIS's marginalization.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
+// Homework of chapter 5, stage 5: OKVIS's marginalization.  Handout: ch5_homework/handout/stage_5.md, .zh.md.
 #include "ch5_backend/marginalize/marginalization_error.h"
 
 #include "ch5_backend/homework_missing.h"
@@ -48,7 +48,8 @@ void MarginalizationError::SchurComplement(const MatXX& V, const MatXX& W, const
   // BEGIN DEEP 5.5 SchurComplement, a root of the pseudo-inverse
   V_inv_sqrt = PseudoInverseSquareRoot(V);
   // BLANK
-  // TODO:: home work 5.5. From V = E S Eᵀ (DecomposeSymmetric); what is zero to rounding, S ≤ ε·m·S_max, stays zero.
+  // TODO:: home work 5.5. With V = E S Eᵀ of DecomposeSymmetric, whose .V is E: E S^-½, and 0 where S ≤ ε·m·S_max, with
+  // the machine's ε and m = V.rows().
   // END DEEP
   // TODO:: home work 5.2. With M = W V_inv_sqrt:  U ← U − M Mᵀ,  b_a ← b_a − M V_inv_sqrtᵀ b_b.
   // BEGIN SOLUTION 5.2 SchurComplement

@@ -1,4 +1,4 @@
-// Homework of chapter 5, stages 1.1, 1.2 and 2.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
+// Homework of chapter 5, stages 1.1, 1.2 and 2.  Handout: ch5_homework/README.md, README.zh.md.
 #include "ch5_backend/dense/problem.h"
 
 #include <Eigen/Dense>
@@ -177,7 +177,7 @@ MarginalizeResult Problem::TestMarginalize(MatXX H_marg, VecX b_marg, int idx, i
   // BEGIN DEEP 2e TestMarginalize, the inverse of what goes
   Amm_inv = PseudoInversePsd(H_marg.block(n2, n2, m2, m2));
   // BLANK
-  // TODO:: home work 2e. The inverse of A_mm, and the pseudo-inverse where A_mm is singular.
+  // TODO:: home work 2e. The inverse of A_mm, and the pseudo-inverse where A_mm is singular (ch5_backend/math/psd.h).
   // END DEEP
   MatXX Arm, Amr, Arr;
   // TODO:: home work 2c. Take the three blocks of H_marg.
@@ -194,7 +194,7 @@ MarginalizeResult Problem::TestMarginalize(MatXX H_marg, VecX b_marg, int idx, i
   const MatXX tempB = Arm * Amm_inv;
   MatXX H_prior;
   VecX b_prior;
-  // TODO:: home work 2d. H_rr − H_rm H_mm⁻¹ H_mr and b_r − H_rm H_mm⁻¹ b_m.
+  // TODO:: home work 2d. A_rr − A_rm A_mm⁻¹ A_mr and b_r − A_rm A_mm⁻¹ b_m.
   // BEGIN SOLUTION 2d TestMarginalize, the Schur complement
   H_prior = Arr - tempB * Amr;
   b_prior = b_marg.head(n2) - tempB * b_marg.tail(m2);

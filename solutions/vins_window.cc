@@ -1,4 +1,4 @@
-// Homework of chapter 5, stage 6: VINS-Mono's window.  Handout: ch5_homework/README.md, in Chinese README.zh.md.
+// Homework of chapter 5, stage 6: VINS-Mono's window.  Handout: ch5_homework/handout/stage_6.md, .zh.md.
 #include "ch5_backend/window/vins_window.h"
 
 #include <algorithm>
@@ -111,7 +111,7 @@ MarginalizationInfo::KeptSystem MarginalizationInfo::SchurComplement() const {
   const SymmetricEigen mm = DecomposeSymmetric(A_.topLeftCorner(m_, m_));  // A_mm = V S Vᵀ
   KeptSystem kept;
   // TODO:: home work 6d. A_mm⁺ = V S⁺ Vᵀ, with 1/S where S > kEps, otherwise 0;
-  // A_r = A_rr − A_rm A_mm⁺ A_mr,  b_r = b_r − A_rm A_mm⁺ b_m.
+  // A_r = A_rr − A_rm A_mm⁺ A_mr,  b_r ← b_r − A_rm A_mm⁺ b_m.
   // BEGIN SOLUTION 6d SchurComplement
   const VecX S_pinv = (mm.S.array() > kEps).select(mm.S.array().inverse(), 0.0);
   const MatXX A_mm_pinv = mm.V * S_pinv.asDiagonal() * mm.V.transpose();
@@ -224,7 +224,7 @@ void SlideWindow(MarginalizationFlag flag, Window* window) {
     // TODO:: home work 6k. The point in that camera; its depth is one of the three coordinates there.
     // END DEEP
   };
-  // TODO:: home work 6i. Which frame leaves; its observations; the IMU of the frame behind it; and out.
+  // TODO:: home work 6i. Which frame leaves; forget its observations; the IMU of the frame after it; erase the frame.
   // BEGIN SOLUTION 6i SlideWindow
   const auto leaving = flag == MarginalizationFlag::kOld ? frames.begin() : frames.end() - 2;
   const auto next = leaving + 1;

@@ -124,7 +124,7 @@ def add_grade_options(parser: Parser) -> None:
 
 
 def add_slides_options(parser: Parser) -> None:
-    parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers.en; default: all")
+    parser.add_argument("names", nargs="*", metavar="DECK", help="such as 2-solvers.en or 2-solvers; default: all")
     parser.add_argument("--html", action="store_true", help="no PDF, which needs Chromium")
     parser.add_argument("--check", action="store_true", help="build nothing; say which numbers and figures of the "
                         "built decks are out of date, and fail if any is")
@@ -215,7 +215,7 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         from .homework.hint import show
         return show(arguments.stage, arguments.number, arguments.language)
     if command == "deep":
-        from .homework.deep import deepen
+        from .homework.make_skeleton import deepen
         return deepen(not arguments.off, arguments.language)
     from .homework import check
     if command == "check":

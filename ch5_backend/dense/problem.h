@@ -72,7 +72,7 @@ class Problem : public NormalEquations {
   /// A x = b of a symmetric dense system by the same solver.
   bool SolveDense(const MatXX& A, const VecX& b, VecX* x) const;
 
-  Graph* graph_;
+  GraphPointer graph_;
   LinearSolver linear_solver_;
   Ordering ordering_;
 

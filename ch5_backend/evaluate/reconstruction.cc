@@ -9,11 +9,10 @@
 namespace ch5 {
 namespace {
 
-std::vector<Vec3> CentersAndPoints(const Reconstruction& world) {
-  std::vector<Vec3> all;
-  for (const Transform& T_W_C : world.frames) all.push_back(T_W_C.p);
-  all.insert(all.end(), world.points.begin(), world.points.end());
-  return all;
+std::vector<Vec3> Centers(const Reconstruction& world) {
+  std::vector<Vec3> centers;
+  for (const Transform& T_W_C : world.frames) centers.push_back(T_W_C.p);
+  return centers;
 }
 
 void RequireSameSizes(const Reconstruction& a, const Reconstruction& b, const char* who) {
@@ -24,6 +23,13 @@ void RequireSameSizes(const Reconstruction& a, const Reconstruction& b, const ch
 }
 
 double RootMean(double sum, size_t count) { return count == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(count)); }
+
+Reconstruction Moved(const Similarity& S, const Reconstruction& world) {
+  Reconstruction moved;
+  for (const Transform& T_W_C : world.frames) moved.frames.push_back(S * T_W_C);
+  for (const Vec3& p_W : world.points) moved.points.push_back(S * p_W);
+  return moved;
+}
 
 }  // namespace
 
@@ -40,14 +46,10 @@ Reconstruction EstimateOf(const MonoBaScene& scene, const MonoBa& problem) {
   return estimate;
 }
 
-Reconstruction AlignToTruth(const Reconstruction& estimate, const Reconstruction& truth) {
+std::optional<Reconstruction> AlignToTruth(const Reconstruction& estimate, const Reconstruction& truth) {
   RequireSameSizes(estimate, truth, "AlignToTruth");
-  const auto S = AlignUmeyama(CentersAndPoints(estimate), CentersAndPoints(truth));
-  if (!S) throw std::invalid_argument("AlignToTruth: the points lie on one line or are not finite");
-  Reconstruction aligned;
-  for (const Transform& T_W_C : estimate.frames) aligned.frames.push_back(*S * T_W_C);
-  for (const Vec3& p_W : estimate.points) aligned.points.push_back(*S * p_W);
-  return aligned;
+  const auto S = AlignUmeyama(Centers(estimate), Centers(truth));
+  return S ? std::optional(Moved(*S, estimate)) : std::nullopt;
 }
 
 Rmse Compare(const Reconstruction& estimate, const Reconstruction& truth) {
@@ -60,6 +62,15 @@ Rmse Compare(const Reconstruction& estimate, const Reconstruction& truth) {
   for (size_t k = 0; k < truth.points.size(); ++k) point += (estimate.points[k] - truth.points[k]).squaredNorm();
   return {RootMean(position, truth.frames.size()), RootMean(rotation, truth.frames.size()),
           RootMean(point, truth.points.size())};
+}
+
+std::optional<Rmse> CompareAligned(const Reconstruction& estimate, const Reconstruction& truth) {
+  const std::optional<Reconstruction> by_cameras = AlignToTruth(estimate, truth);
+  const std::optional<Similarity> of_points = AlignUmeyama(estimate.points, truth.points);
+  if (!by_cameras || !of_points) return std::nullopt;
+  Rmse rmse = Compare(*by_cameras, truth);
+  rmse.point = Compare(Moved(*of_points, estimate), truth).point;
+  return rmse;
 }
 
 }  // namespace ch5

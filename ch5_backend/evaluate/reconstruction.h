@@ -24,12 +24,19 @@ Reconstruction TruthOf(const MonoBaScene& scene);
 /// The present states of the vertices; a point is p_W = R_0 [u, v, 1]/λ + p_0, seen from its host, frame 0.
 Reconstruction EstimateOf(const MonoBaScene& scene, const MonoBa& problem);
 
-/// The estimate, moved onto the truth by the similarity of all its camera centers and points together.
-/// @throws std::invalid_argument if the sizes differ or the alignment is not determined
-Reconstruction AlignToTruth(const Reconstruction& estimate, const Reconstruction& truth);
+/// The estimate, moved onto the truth by the similarity of its camera centers, as tools for trajectories do. Points are
+/// moved along but have no say: a wrong point must not make a right camera look wrong.
+/// @return nullopt if the centers are fewer than three, on one line or not finite
+/// @throws std::invalid_argument if the sizes differ
+std::optional<Reconstruction> AlignToTruth(const Reconstruction& estimate, const Reconstruction& truth);
 
-/// Errors without alignment: call AlignToTruth first to exclude the gauge.
+/// Errors without alignment.
 /// @throws std::invalid_argument if the sizes differ
 Rmse Compare(const Reconstruction& estimate, const Reconstruction& truth);
+
+/// Errors without what the gauge leaves open: cameras after AlignToTruth, points after the similarity of the points.
+/// @return nullopt if one of the two is not determined
+/// @throws std::invalid_argument if the sizes differ
+std::optional<Rmse> CompareAligned(const Reconstruction& estimate, const Reconstruction& truth);
 
 }  // namespace ch5

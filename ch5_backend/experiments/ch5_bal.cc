@@ -12,7 +12,7 @@ namespace {
 constexpr char kUsage[] =
     "usage: ch5_bal FILE --out DIR [--iterations N] [--threads N] [--huber PIXELS] [--solver NAME]\n"
     "Solves the bundle adjustment in FILE (BAL text) and writes into DIR: the result as BAL and PLY, the table of\n"
-    "iterations, a summary, and what plot/bal.py draws.\n"
+    "iterations, a summary, and what figures/bal.py draws.\n"
     "  --iterations N   at most N iterations (50)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
     "  --huber PIXELS   Huber's loss with this threshold, for data with outliers (none)\n"

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "ch5_backend/experiments/studies/command_line.h"
-#include "ch5_backend/experiments/studies/consistency_study.h"
 #include "ch5_backend/experiments/studies/marginalize_study.h"
 #include "ch5_backend/experiments/studies/mono_ba_study.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
@@ -17,8 +16,8 @@ namespace {
 constexpr char kUsage[] =
     "usage: ch5_chapter [--out DIR]\n"
     "Runs bundle adjustment on simulated scenes, the marginalization example, the prior-weight experiment,\n"
-    "odometry on a simulated recording, what slides out of a window, and consistency; writes their tables to DIR/csv\n"
-    "(DIR is out/ unless given).\n";
+    "odometry on a simulated recording, and what slides out of a window; writes their tables to DIR/csv (DIR is out/\n"
+    "unless given).\n";
 
 void RunStudies(const std::filesystem::path& csv) {
   const ch5::Progress progress;
@@ -32,10 +31,6 @@ void RunStudies(const std::filesystem::path& csv) {
   const auto show_policy = [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); };
   ch5::WriteOdometryTables(ch5::RunOdometryStudy(ch5::SimulatedOdometryRecording(), show_policy), csv);
   ch5::RunSlideStudy(csv);
-  ch5::ConsistencyOptions consistency;  // the short form; ch5_nees runs it in full
-  consistency.runs = 4;
-  consistency.seconds = 6.0;
-  ch5::WriteConsistencyTables(ch5::RunConsistencyStudy(consistency, show("consistency")), csv);
 }
 
 }  // namespace

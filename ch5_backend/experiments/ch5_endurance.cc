@@ -11,7 +11,7 @@ namespace {
 constexpr char kUsage[] =
     "usage: ch5_endurance [--out DIR] [--frames N]\n"
     "Feeds N simulated images (10000) to both window policies, and writes their memory and drift to DIR/csv, which\n"
-    "plot/endurance.py draws (DIR is out/ unless given).\n";
+    "figures/endurance.py draws (DIR is out/ unless given).\n";
 
 }  // namespace
 

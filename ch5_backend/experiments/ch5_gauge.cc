@@ -12,9 +12,9 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_gauge STUDY --out FILE [--trial K] [--data DIR]\n"
-    "Runs trial K (0 unless given) of STUDY, one of methods, sweep, convergence, spectrum, covariance, deviations,\n"
-    "matrices, prior_choice, audit and recordings, and writes its rows to FILE, a CSV. recordings reads\n"
-    "DIR/euroc_v1_01_easy and DIR/tango_walk. ./course plots gauge runs all trials and draws them.\n";
+    "Runs trial K (0 unless given) of STUDY, one of methods, sweep, near_start, variants, convergence, spectrum,\n"
+    "covariance, deviations, matrices, prior_choice, audit and recordings, and writes its rows to FILE, a CSV.\n"
+    "recordings reads DIR/euroc_v1_01_easy and DIR/tango_walk. ./course plots gauge runs all trials and draws them.\n";
 
 const ch5::GaugeStudy& Find(const std::string& name) {
   for (const ch5::GaugeStudy& study : ch5::GaugeStudies()) {

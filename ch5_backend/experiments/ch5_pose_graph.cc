@@ -13,7 +13,7 @@ namespace {
 constexpr char kUsage[] =
     "usage: ch5_pose_graph FILE --out DIR [--iterations N] [--threads N] [--huber X] [--solver NAME]\n"
     "Optimizes the pose graph in FILE (g2o's text format, SE2 and SE3) and writes into DIR: the result as .g2o, the\n"
-    "table of iterations, a summary, and what plot/pose_graph.py draws. The first pose is held if the file fixes "
+    "table of iterations, a summary, and what figures/pose_graph.py draws. The first pose is held if the file fixes "
     "none.\n"
     "  --iterations N   at most N iterations (50)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"

@@ -16,7 +16,7 @@ constexpr char kUsage[] =
     "usage: ch5_recording FOLDER --out DIR\n"
     "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
     "groundtruth.csv) with both window policies, and writes into DIR: trajectories in TUM's and EuRoC's format, and\n"
-    "tables in DIR/csv, which plot/recording.py draws.\n";
+    "tables in DIR/csv, which figures/recording.py draws.\n";
 
 void Run(const ch5::FileCommand& command) {
   const ch5::Recording recording = ch5::ReadRecording(command.file);
@@ -30,13 +30,16 @@ void Run(const ch5::FileCommand& command) {
   progress.Clear();
   const auto is_silent = [](const ch5::OdometryRun& run) { return run.states.empty(); };
   if (std::all_of(study.runs.begin(), study.runs.end(), is_silent)) {
-    throw std::invalid_argument("no image was answered: in these " + std::to_string(recording.frames.size()) +
-                                " images no policy found a start");
+    std::string message = "no image was answered: in these " + std::to_string(recording.frames.size()) +
+                          " images no policy found a start";
+    for (const ch5::OdometryRun& run : study.runs)
+      message += "\n  " + run.policy + ": " + run.rows.back().report.message;
+    throw std::invalid_argument(message);
   }
   ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
   ch5::WriteOdometryTrajectories(study, command.out);
 
-  std::printf("policy    ATE [m]   scale  yaw [deg]  times real time  p99 [ms]  images  restarts\n");
+  std::printf("policy    ATE [m]   scale  yaw [deg]  times real time  without start  p99 [ms]  images  restarts\n");
   for (const ch5::OdometryRun& run : study.runs) {
     if (run.error) {
       std::printf("%-8s  %7.4f  %6.4f  %9.3f  ", run.policy.c_str(), run.error->position_rmse, run.error->scale,
@@ -46,14 +49,14 @@ void Run(const ch5::FileCommand& command) {
     }
     std::printf("%15.1f  ", run.realtime_factor);
     if (run.states.empty()) {
-      std::printf("%8s", "-");
+      std::printf("%13s  %8s", "-", "-");
     } else {
-      std::printf("%8.2f", run.p99_window_ms);
+      std::printf("%13.1f  %8.2f", run.tracking_factor, run.p99_window_ms);
     }
     std::printf("  %6zu  %8d\n", run.states.size(), run.restarts);
     for (const ch5::WindowRow& row : run.rows) {
       if (row.report.status != ch5::FrameReport::Status::kRestarted) continue;
-      std::printf("          started afresh at %.2f s: %s\n", row.t, ch5::ToString(row.report.failure).c_str());
+      std::printf("          started afresh at %.2f s: %s\n", row.t, row.report.message.c_str());
     }
   }
 }

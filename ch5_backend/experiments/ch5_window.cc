@@ -16,7 +16,7 @@ constexpr char kUsage[] =
     "usage: ch5_window FILE --out DIR [--iterations N] [--threads N] [--solver NAME]\n"
     "Solves the window of a visual-inertial estimator in FILE (VIOWIN text) and writes into DIR: its frames before "
     "and\n"
-    "after, the table of iterations, a summary, and what plot/window.py draws.\n"
+    "after, the table of iterations, a summary, and what figures/window.py draws.\n"
     "  --iterations N   at most N iterations (50)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
     "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n";

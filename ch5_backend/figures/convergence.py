@@ -3,25 +3,27 @@ from . import style
 from .style import BLUE, VERMILION, plt
 from .tables import read
 
+PANELS = {"cost": "cost above its least / first cost", "lambda": "damping λ", "step_norm": "step ‖Δx‖"}
+
+
+def curves(panels, trace, **look):
+    """Columns of a solve against the iteration: {column: axes}."""
+    for column, axes in panels.items():
+        values = (trace["cost"] - trace["cost"].min()) / trace["cost"][0] if column == "cost" else trace[column]
+        known = values > 0  # the start has neither damping nor step, and the least cost nothing above it
+        axes.plot(trace["iteration"][known], values[known], **look)
+        style.log_axis(axes.yaxis)
+        axes.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
+
 
 def draw(directory):
     trace, summary = read(directory, "mono_ba_trace"), read(directory, "mono_ba_summary")
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
     for scene, color, marker in (("course", BLUE, "o"), ("large", VERMILION, "s")):
-        rows, size = trace.where(scene=scene), summary.row(scene=scene)
-        label = f"{int(size['frames'])} frames × {int(size['points'])} points"
-        line = dict(color=color, marker=marker, label=label)
-        panels[0].plot(rows["iteration"], rows["cost"] / rows["cost"][0], **line)
-        panels[1].plot(rows["iteration"][1:], rows["lambda"][1:], **line)
-        panels[2].plot(rows["iteration"][1:], rows["step_norm"][1:], **line)
-    for axes, title in zip(panels, ("cost / first cost", "damping λ", "step ‖Δx‖")):
-        style.log_axis(axes.yaxis)
-        axes.set_title(title)
-        axes.set_xlabel("iteration")
-        axes.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
+        size = summary.row(scene=scene)
+        curves(dict(zip(PANELS, panels)), trace.where(scene=scene), color=color, marker=marker,
+               label=f"{int(size['frames'])} frames × {int(size['points'])} points")
+    for axes, title in zip(panels, PANELS.values()):
+        axes.set(title=title, xlabel="iteration")
     style.legend_above(fig, panels[0])
     style.save(fig, directory, "mono_ba_convergence")
-
-
-if __name__ == "__main__":
-    style.main(draw)

@@ -3,7 +3,7 @@ import numpy as np
 
 from . import style
 from .numbers import gauge_paper
-from .numbers.gauge import differences, of_scene, over_weight
+from .numbers.gauge import READINGS, STARTS, as_the_paper, differences, of_scene, over_weight
 from .style import BLUE, GREEN, GRAY, INK, ORANGE, PINK, SKY, VERMILION, plt
 from .tables import read
 
@@ -21,14 +21,19 @@ def scene_axis(axes):
 
 
 def dots(axes, table, column, methods, names=None, spread=np.std):
-    """Mean and standard deviation of each method in each scene; a deck has its own names and no deviation."""
+    """Mean and standard deviation of each method in each scene; a deck has its own names and no deviation. Times are
+    of an iteration: the median, from quartile to quartile."""
     for k, method in enumerate(methods):
         label, color, marker = METHODS[method]
         label = names[method] if names else label
-        found = [of_scene(table, scene).where(method=method)[column] for scene in gauge_paper.SCENES]
-        axes.errorbar(np.arange(6) + STEP * (k - (len(methods) - 1) / 2), [np.mean(values) for values in found],
-                      spread and [spread(values) for values in found], color=color, marker=marker, linestyle="none",
-                      elinewidth=1.2, markersize=6, label=label)
+        rows = [of_scene(table, scene).where(method=method) for scene in gauge_paper.SCENES]
+        if column == "milliseconds":
+            low, middle, high = np.array([np.quantile(r[column] / r["iterations"], (0.25, 0.5, 0.75)) for r in rows]).T
+            bars = [middle - low, high - middle]
+        else:
+            middle, bars = [np.mean(r[column]) for r in rows], spread and [spread(r[column]) for r in rows]
+        axes.errorbar(np.arange(6) + STEP * (k - (len(methods) - 1) / 2), middle, bars, color=color, marker=marker,
+                      linestyle="none", elinewidth=1.2, markersize=6, label=label)
 
 
 def paper_iterations(axes, methods, label):
@@ -51,7 +56,7 @@ def methods(directory):
     top.set_ylim(0, 8.5)
     top.set_ylabel("iterations")
     style.plain_log(bottom.yaxis)
-    bottom.set_ylabel("processor time [ms]")
+    bottom.set_ylabel("time an iteration [ms]")
     scene_axis(bottom)
     style.legend_above(fig, top, columns=5)
     style.save(fig, directory, "gauge_methods")
@@ -158,6 +163,29 @@ def sweep(directory):
         axes.set_ylim(bottom=0)
     style.legend_above(fig, panels[0, 0])
     style.save(fig, directory, "gauge_sweep")
+
+
+def reading_lines(axes, table, start, names, paper):
+    """Fig. 5 of the paper, and our sweep at its weights by what they multiply."""
+    weights, mean, _ = over_weight(table.where(start=start), "iterations")
+    style.log_axis(axes.xaxis)
+    for (reading, power), color in zip(READINGS.items(), (BLUE, VERMILION)):
+        at, theirs, ours = as_the_paper(weights, mean, power)
+        axes.plot(at, ours, color=color, marker="o", markersize=4, label=names(reading))
+    axes.plot(at, theirs, linestyle="none", marker="s", markersize=6, markerfacecolor="none", color=INK, label=paper)
+
+
+def readings(directory):
+    """Fig. 5, sine among planes, by the start and by what w multiplies."""
+    table = read(directory, "near_start")
+    fig, panels = plt.subplots(1, 3, figsize=(10.5, 4.2), layout="constrained", sharey=True)
+    for axes, start in zip(panels, STARTS):
+        reading_lines(axes, table, start, "w multiplies {}".format, "the paper's")
+        axes.set(title=f"{start}: {table.where(start=start, weight=0)['start_px'].mean():.0f} px", xlabel="the paper's w")
+        axes.set_ylim(0, 15)
+    panels[0].set_ylabel("iterations")
+    style.legend_above(fig, panels[0])
+    style.save(fig, directory, "gauge_readings")
 
 
 def arrival_line(axes, rows, column, **look):

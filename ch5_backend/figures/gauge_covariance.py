@@ -2,13 +2,13 @@
 import numpy as np
 
 from . import style
+from .gauge import ERRORS
 from .numbers.gauge import ZERO, relative_spectrum
 from .hessian import magnitudes
 from .style import BLUE, GREEN, GRAY, VERMILION, plt
 from .tables import dense, read
 
 KEYFRAME = 9  # rows: p, δθ, v
-DEVIATIONS = {"position_m": "position [m]", "rotation_deg": "rotation [deg]", "velocity_m_s": "velocity [m/s]"}
 
 
 def spectrum_dots(axes, values):
@@ -76,7 +76,7 @@ def deviation_lines(axes, table, column, names, scale=1.0):
 def deviations(directory):
     table = read(directory, "deviations")
     fig, panels = plt.subplots(1, 3, figsize=(10.5, 4.4), layout="constrained")
-    for axes, (column, title) in zip(panels, DEVIATIONS.items()):
+    for axes, (column, title) in zip(panels, ERRORS.items()):
         deviation_lines(axes, table, column, GAUGES)
         axes.set_ylim(0, 1.08 * table[column].max())
         axes.set_xticks(range(0, int(table["keyframe"].max()) + 1, 3))

@@ -18,6 +18,7 @@ FIGURES = {  # name: its table, what draws it
     "gauge_methods": ("methods", gauge.methods),
     "gauge_errors": ("methods", gauge.errors),
     "gauge_sweep": ("sweep", gauge.sweep),
+    "gauge_readings": ("near_start", gauge.readings),
     "gauge_convergence": ("convergence", gauge.convergence),
     "gauge_spectrum": ("spectrum", gauge_covariance.spectrum),
     "gauge_matrices": ("matrices", gauge_covariance.matrices),
@@ -61,6 +62,18 @@ def covariance_table(n):
     return page.table(("‖Σ − Σ'‖ / ‖Σ'‖", "least", "mean", "largest"), rows)
 
 
+def variants_table(n):
+    """Table II with other scenes."""
+    rows = []
+    for variant in gauge_numbers.VARIANTS:
+        for scene in map(" ".join, gauge_paper.SCENES):
+            mean = lambda column: n[f"{variant}, {scene}", f"mean {column}"]  # noqa: B023
+            rows.append((f"{variant}: {scene}", f"{mean('seen_per_keyframe'):.0f}",
+                         *(f"{mean(column):.4f}" for column in gauge.ERRORS),
+                         *(f"{mean(f'{method}_iterations'):.2f}" for method in gauge_numbers.METHODS[:3])))
+    return page.table(("mean", "points seen", *HEAD, "iterations: fixation", "free", "prior"), rows)
+
+
 def audit_table(n):
     """What each part of a window's H claims to know."""
     parts = {"measurements": "measurements", "prior": "prior, at its first estimates", "window": "both, at the estimates"}
@@ -89,6 +102,8 @@ def body_of(directory, drawn, found):
         table, make = TABLES.get(name, (None, None))
         if table in found:
             body.append(make(found[table]))
+    if "variants" in found:
+        body += [Markup("<p>{}</p>").format(words["gauge_variants"]), variants_table(found["variants"])]
     if "audit" in found:
         body += [Markup("<p>{}</p>").format(words["gauge_audit"]), audit_table(found["audit"])]
     return [*body, '<p><a href="summary.csv">summary.csv</a>: the numbers above, and more.</p>',

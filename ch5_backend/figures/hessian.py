@@ -4,6 +4,7 @@ import numpy as np
 from . import style
 from .style import BLUE, GREEN, GRAY, INK, ORANGE, VERMILION, plt
 from .tables import dense, read
+from .words import Words
 
 
 def percent(fraction):
@@ -11,10 +12,8 @@ def percent(fraction):
 
 
 def magnitudes(axes, matrix, lines, limits):
-    """log10 |entry|, zeros left white, with the frames' and the landmarks' borders."""
-    with np.errstate(divide="ignore"):
-        shown = np.ma.masked_where(matrix == 0, np.log10(np.abs(matrix)))
-    image = axes.imshow(shown, vmin=limits[0], vmax=limits[1], interpolation="nearest")
+    """log10 |entry| with the frames' and the landmarks' borders."""
+    image = style.magnitudes(axes, matrix, *limits)
     thin = 0.8 if len(matrix) < 100 else 0.3
     for at in lines:
         axes.axhline(at - 0.5, color="white", linewidth=thin)
@@ -37,57 +36,51 @@ def bracket(axes, first, last, text):
               fontsize=11)
 
 
-def pair(directory, scene, table, summary):
-    row = summary.row(scene=scene)
-    poses, size = 6 * int(row["frames"]), 6 * int(row["frames"]) + int(row["points"])
-    H = dense(table.where(scene=scene, matrix="H"), size, size)
-    S = dense(table.where(scene=scene, matrix="S"), poses, poses)
-    high = np.log10(max(np.abs(H).max(), np.abs(S).max()))
-    limits = high - 8, high
-    fig, (left, right) = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
-    borders = range(6, poses + 1, 6)
-    magnitudes(left, H, borders, limits)
-    image = magnitudes(right, S, [b for b in borders if b < poses], limits)
-    bracket(left, 0, poses, "poses")
-    bracket(left, poses, size, "landmarks")
-    filled = lambda M: f"{percent(np.count_nonzero(M) / M.size)} filled"
-    left.set_title(f"$H$: {size} × {size}, {filled(H)}")
-    right.set_title(f"$H_{{pp}} - H_{{pm}} H_{{mm}}^{{-1}} H_{{mp}}$: {poses} × {poses}, {filled(S)}")
-    fig.colorbar(image, ax=[left, right], label="log₁₀ |entry|", shrink=0.85, pad=0.02)
+def pair(axes, entries, say, names=("$H$", "$H_{pp} - H_{pm} H_{mm}^{-1} H_{mp}$")):
+    """H of a scene and its Schur complement, on two axes; `entries` is its part of the table. Returns the image of S."""
+    matrices = [dense(entries.where(matrix=name)) for name in "HS"]
+    size, poses = map(len, matrices)
+    high = np.log10(max(np.abs(matrix).max() for matrix in matrices))
+    for panel, matrix, name in zip(axes, matrices, names):
+        image = magnitudes(panel, matrix, [at for at in range(6, poses + 1, 6) if at < len(matrix)], (high - 8, high))
+        filled = percent(np.count_nonzero(matrix) / matrix.size)
+        panel.set_title(say("matrix", name=name, size=len(matrix), filled=filled))
+    bracket(axes[0], 0, poses, say("poses"))
+    bracket(axes[0], poses, size, say("landmarks"))
+    return image
+
+
+def draw_pair(directory, scene, entries):
+    fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
+    image = pair(panels, entries, Words("en", "backend."))
+    fig.colorbar(image, ax=list(panels), label="log₁₀ |entry|", shrink=0.85, pad=0.02)
     style.space(fig, wspace=0.04)
     style.save(fig, directory, f"hessian_{scene}")
 
 
-def spectrum(directory):
-    """One row a gauge, one tick an eigenvalue."""
-    table = read(directory, "spectrum")
-    gauges = list(dict.fromkeys(table["gauge"]))
-    fig, axes = plt.subplots(figsize=(10.0, 4.2), layout="constrained")
+def eigenvalues(axes, table, gauges, say):
+    """One row a gauge, {gauge: label}, one tick an eigenvalue."""
     for y, (gauge, color) in enumerate(zip(gauges, (VERMILION, BLUE, GREEN, ORANGE))):
         values = table.where(gauge=gauge)["eigenvalue"]
-        zero = np.abs(values) <= 1e-10 * values.max()
+        zeros = (np.abs(values) <= 1e-10 * values.max()).sum()
         axes.vlines(np.maximum(np.abs(values), 1e-10), y - 0.3, y + 0.3, color=color, linewidth=2)
-        count = f"{zero.sum()} of {len(values)} are zero" if zero.any() else f"none of {len(values)} is zero"
-        axes.text(3e-1, y, count, ha="right", va="center", fontsize=11, color=color)
+        axes.text(3e-1, y, say("zeros", zeros=zeros, size=len(values)), ha="right", va="center", fontsize=11, color=color)
     axes.axvspan(1e-10, 1e-6, color="#f3f3f3", zorder=0)
-    axes.text(1.5e-10, -0.62, "rounding of zero", color=GRAY, fontsize=10, va="center")
+    axes.text(1.5e-10, -0.62, say("rounding"), color=GRAY, fontsize=10, va="center")
     style.log_axis(axes.xaxis)
     axes.set_xlim(1e-10, 3e9)
     axes.set_ylim(len(gauges) - 0.5, -0.85)
     axes.set_yticks(range(len(gauges)))
-    axes.set_yticklabels(gauges)
+    axes.set_yticklabels(gauges.values())
     axes.tick_params(axis="y", length=0)
     axes.grid(False, axis="y")
-    axes.set_xlabel("|eigenvalue| of $H$ at the optimum")
-    style.save(fig, directory, "spectrum")
+    axes.set_xlabel(say("eigenvalue"))
 
 
 def draw(directory):
-    table, summary = read(directory, "hessian"), read(directory, "mono_ba_summary")
-    for scene in summary["scene"]:
-        pair(directory, scene, table, summary)
-    spectrum(directory)
-
-
-if __name__ == "__main__":
-    style.main(draw)
+    table, spectrum = read(directory, "hessian"), read(directory, "spectrum")
+    for scene in dict.fromkeys(table["scene"]):
+        draw_pair(directory, scene, table.where(scene=scene))
+    fig, axes = plt.subplots(figsize=(10.0, 4.2), layout="constrained")
+    eigenvalues(axes, spectrum, {gauge: gauge for gauge in spectrum["gauge"]}, Words("en", "backend."))
+    style.save(fig, directory, "spectrum")

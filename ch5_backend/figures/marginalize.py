@@ -89,7 +89,3 @@ def scene(directory):
 def draw(directory):
     chain(directory)
     scene(directory)
-
-
-if __name__ == "__main__":
-    style.main(draw)

@@ -1,17 +1,22 @@
 """Are the estimators as certain as they may be? NEES of pose and yaw with their 95 % bands, the yaw claimed, and leaks.
 
-Modes of first estimates: none; in the prior only; full, in the prior and the solve. "twice" is VINS-Mono's use of
-observations that the prior has swallowed already.
+Modes of first estimates: none; in the prior only; full, in the prior and the solve. What may make an estimator too
+certain besides its linearization: observations used twice, and hosts whose bearing is taken for exact.
 """
 import numpy as np
 
-from . import style
+from . import page, style
+from .numbers.windows import KEPT, consistency
+from .odometry import NAMES
 from .style import BLUE, GREEN, ORANGE, PALE, VERMILION, plt
 from .tables import read
 
-POLICIES = {"vins": "VINS", "okvis": "OKVIS"}
 MODES = {"none": ("no first estimates", ORANGE, "-"), "prior_only": ("in the prior only", BLUE, "--"),
          "full": ("full first estimates", GREEN, "-")}
+CAUSES = {("twice", "exact"): ("used twice, host exact", VERMILION, "-"),
+          ("once", "exact"): ("used once, host exact", VERMILION, "--"),
+          ("twice", "noisy"): ("used twice, host noisy", BLUE, "-"),
+          ("once", "noisy"): ("used once, host noisy", BLUE, "--")}
 
 
 def curve(axes, rows, values, color, label, dashes="-", band=None, **look):
@@ -21,18 +26,23 @@ def curve(axes, rows, values, color, label, dashes="-", band=None, **look):
         axes.fill_between(rows["t_s"], rows[f"{band}_low"], rows[f"{band}_high"], color=PALE, zorder=0)
 
 
-def draw(directory):
-    table = read(directory, "consistency")
+def cause_lines(axes, tables, policy, names, **look):
+    """NEES of the pose without constraints, over observations used once and twice and hosts exact and noisy."""
+    for (observations, hosts), (label, color, dashes) in CAUSES.items():
+        if policy == "okvis" and observations == "twice":
+            continue  # it never does
+        rows = consistency(tables, policy, "none", hosts=hosts, observations=observations)
+        curve(axes, rows, rows["nees_pose"], color, names(label), dashes, "pose", **look)
+
+
+def modes(directory, tables):
     fig, panels = plt.subplots(2, 4, figsize=(11.0, 5.6), layout="constrained", sharex=True)
     columns = (("nees_pose", "pose", "NEES of the pose (6)"), ("nees_yaw", "yaw", "NEES of yaw (1)"),
                ("yaw_information", None, "yaw claimed [rad⁻²]"), ("yaw_leak", None, "the prior's leak [rad⁻²]"))
-    for line, (policy, name) in zip(panels, POLICIES.items()):
-        curves = {label: (table.where(policy=policy, mode=mode), color, dashes)
-                  for mode, (label, color, dashes) in MODES.items()}
-        if policy == "vins":
-            curves = {"observations used twice": (table.where(policy="vins twice"), VERMILION, ":"), **curves}
+    for line, (policy, name) in zip(panels, NAMES.items()):
         for axes, (column, band, title) in zip(line, columns):
-            for label, (rows, color, dashes) in curves.items():
+            for mode, (label, color, dashes) in MODES.items():
+                rows = consistency(tables, policy, mode)
                 curve(axes, rows, np.abs(rows[column]), color, label, dashes, band, linewidth=1.5)
             axes.set_title(f"{name}: {title}" if axes is line[0] else title, fontsize=11)
             if column == "yaw_leak":
@@ -46,18 +56,66 @@ def draw(directory):
     style.save(fig, directory, "consistency")
 
 
-def captions(directory, say):
-    """{figure: its words}, with every number taken from the tables."""
-    summary = read(directory, "consistency_summary")
+def causes(directory, tables):
+    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.4), layout="constrained", sharey=True)
+    for axes, (policy, name) in zip(panels, NAMES.items()):
+        cause_lines(axes, tables, policy, str, linewidth=1.5)
+        axes.set_title(f"{name}: NEES of the pose (6)")
+        axes.set_xlabel("time [s]")
+        style.plain_log(axes.yaxis)
+    style.legend_above(fig, panels[0], columns=4)
+    style.save(fig, directory, "consistency_causes")
+
+
+def draw(directory, tables=KEPT):
+    causes(directory, tables)
+    modes(directory, tables)
+
+
+def draw_own(directory):
+    """From the table of this folder."""
+    table = read(directory, "consistency")
+    draw(directory, lambda _, **where: table.where(**where))
+
+
+def cases_table(say):
+    """Every case, a row each."""
+    rows = []
+    for row in KEPT("consistency_summary").rows():
+        words = (NAMES[row["policy"]], *(say(f"consistency.{row[key]}") for key in ("observations", "hosts", "mode")))
+        rows.append((say("list").join(words), f"{row['nees_pose']:.1f} ± {row['nees_pose_error']:.1f}", f"{row['pose_inside']:.0%}",
+                     f"{row['nees_yaw']:.2f} ± {row['nees_yaw_error']:.2f}", f"{row['yaw_inside']:.0%}",
+                     f"{row['yaw_information_gain']:.2f}", f"{row['position_rmse_m']:.3f}"))
+    head = ("case", "nees_pose", "inside", "nees_yaw", "inside", "gain", "position")
+    return page.table([say(f"consistency.{name}") for name in head], rows)
+
+
+def hosts_table(say):
+    """Recordings with hosts exact, with and without the loss, and noisy."""
+    rows = [(f"{row['recording']}: {NAMES[row['policy']]}, {say('consistency.' + row['hosts'])}", f"{row['images']:.0f}",
+             f"{row['restarts']:.0f}", f"{row['ate_m']:.3f}", f"{100 * row['scale_error']:+.1f}".replace("-", "−"),
+             f"{row['rotation_error_deg']:.2f}") for row in KEPT("host_noise").rows()]
+    head = [say("consistency.recording"), say("images"), say("restarts"), "ATE [m]", say("scale_error"), say("consistency.rotation")]
+    return page.table(head, rows)
+
+
+def captions(say):
+    """{figure: its words}, with every number taken from the kept tables."""
+    of = lambda policy, mode, **case: consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]  # noqa: E731
     tell = {"nees": lambda row: f"{row['nees_pose']:.1f}", "inside": lambda row: f"{100 * row['pose_inside']:.0f} %",
+            "yaw": lambda row: f"{row['nees_yaw']:.2f}", "yaw_inside": lambda row: f"{100 * row['yaw_inside']:.0f} %",
             "gain": lambda row: f"{row['yaw_information_gain']:.2f}",
             "leak": lambda row: style.number(abs(row["yaw_leak"]), 2)}
-    numbers = {f"{mode}_{what}": say("both", **{policy: of(summary.row(policy=policy, mode=mode)) for policy in POLICIES})
-               for mode in MODES for what, of in tell.items()}
-    twice = summary.row(policy="vins twice")
-    return {"consistency": say("consistency", runs=f"{summary['runs'][0]:.0f}", **numbers,
-                               twice_nees=f"{twice['nees_pose']:.0f}", twice_leak=style.number(twice["yaw_leak"], 2))}
+    numbers = {f"{mode}_{what}": say("both", **{policy: word(of(policy, mode)) for policy in NAMES})
+               for mode in MODES for what, word in tell.items()}
+    exact = {f"{policy}_{mode}": tell["nees"](of(policy, mode, hosts="exact")) for policy in NAMES for mode in MODES}
+    four = {f"{observations}_{hosts}": tell["nees"](of("vins", "none", hosts=hosts, observations=observations))
+            for observations, hosts in CAUSES}
+    runs = f"{of('vins', 'none')['runs']:.0f}"
+    first_yaw = consistency(KEPT, "vins", "none")["nees_yaw"][0]
+    return {"consistency_causes": say("consistency_causes", runs=runs, **four, **exact),
+            "consistency": say("consistency", runs=runs, first_yaw=f"{first_yaw:.2f}", **numbers)}
 
 
 if __name__ == "__main__":
-    style.main(draw)
+    style.main(draw_own)

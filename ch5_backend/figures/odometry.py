@@ -182,7 +182,8 @@ def captions(directory, say):
     rows = {name: summary.row(policy=name) for name in policies(summary)}
     answered = {name: len(windows.where(status="tracking", policy=name)) for name in rows}
     each = lambda tell, names: say("semicolon").join(tell(name) for name in names)
-    speed = lambda name: say("odometry_timing.speed", policy=NAMES[name], times=f"{rows[name]['realtime_factor']:.0f}")
+    speed = lambda name: say("odometry_timing.speed", policy=NAMES[name], times=f"{rows[name]['realtime_factor']:.0f}",
+                              tracking=f"{rows[name]['tracking_factor']:.0f}")
     words = {
         "odometry_path": path_words(say, rows, answered),
         "odometry_timing": say("odometry_timing", images=max(answered.values()),
@@ -203,7 +204,3 @@ def draw(directory):
     spectrum(directory)
     gauge(directory)
     film(directory)
-
-
-if __name__ == "__main__":
-    style.main(draw)

@@ -56,7 +56,7 @@ def sweep_figure(table):
     if "termination" in table.columns and (table["termination"] == CAPPED).any():
         panels[0].text(0.98, 0.97, "open: stopped there,\nnot converged", transform=panels[0].transAxes, ha="right",
                        va="top", fontsize=10.5, color=GRAY)
-    for axes, title in zip(panels, ("iterations", "time [ms]", "RMSE of positions [mm]")):
+    for axes, title in zip(panels, ("iterations", "time [ms]", "RMSE, aligned by cameras [mm]")):
         axes.set_title(title)
     style.legend_above(fig, panels[0])
     return fig
@@ -156,7 +156,3 @@ def draw(directory):
     traces(directory)
     trials(directory)
     damping(directory)
-
-
-if __name__ == "__main__":
-    style.main(draw)

@@ -15,7 +15,7 @@ from .tables import read
 
 def summary_table(directory, say):
     summary = read(directory, "odometry_policies")
-    head = (say("policy"), "ATE [m]", say("scale_error"), say("yaw_error"), say("realtime"), "p99 [ms]", say("images"),
+    head = (say("policy"), "ATE [m]", say("scale_error"), say("yaw_error"), say("realtime"), say("tracking"), "p99 [ms]", say("images"),
             say("restarts"))
     rows = []
     for name in odometry.policies(summary):
@@ -23,7 +23,7 @@ def summary_table(directory, say):
         errors = row["ate_m"], 100 * row["scale_error"], row["yaw_error_deg"]  # NaN where there is no truth
         known = lambda value, digits: "–" if np.isnan(value) else f"{value:.{digits}f}"
         rows.append((odometry.NAMES[name], *(known(error, 3) for error in errors),
-                     f"{row['realtime_factor']:.1f}", known(row["p99_window_ms"], 2),
+                     f"{row['realtime_factor']:.1f}", known(row["tracking_factor"], 1), known(row["p99_window_ms"], 2),
                      f"{row['frames']:.0f}", f"{row['restarts']:.0f}"))
     return page.table(head, rows)
 

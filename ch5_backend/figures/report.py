@@ -33,23 +33,6 @@ Tables, DIR/csv (one row of names, then numbers; meters, radians; costs are ½ �
   slide_matrices.csv     policy,stage,size,pose_rows,row,column,value   stage: window (H), before, after (priors)
   slide_priors.csv       policy,stage,columns,rank,null_dimension,largest_gauge_information
   slide_frames.csv       policy,image,frame,keyframe,speed,in_prior,prior_columns   the policy's window image by image
-  consistency.csv        policy,mode,t_s,runs,nees_pose,… means over simulated runs, with the 95 % bands
-  consistency_summary.csv  one row a policy and mode of first estimates
-
-Figures, DIR/figures/NAME.png and NAME.svg:
-  scene_course, scene_large        cameras and points in 3-D, before and after
-  mono_ba_convergence              cost, λ and step against the iteration
-  hessian_course, hessian_large    H and its Schur complement
-  spectrum                         eigenvalues of H: seven zeros without a gauge
-  marginalize_chain                the slides' chain of three, with numbers
-  marginalize_scene                fill-in: landmarks first, or a frame first
-  prior_sweep                      iterations, time and RMSE against the weight, one scene
-  prior_costs                      reprojection cost, prior cost and drift against the weight
-  prior_traces                     cost against iteration, one line a weight
-  prior_trials                     mean iterations and drift over many scenes under the usual stop rules
-  prior_damping                    identity against diagonal damping: where the usual curve comes from
-  odometry_path, _timing, _spectrum, _gauge, _film_POLICY   see odometry.py
-  consistency                      NEES of pose and yaw, and the yaw that is claimed, by mode of first estimates
 """
 
 import os
@@ -98,12 +81,14 @@ def body_of(directory, say):
     """The page's pieces."""
     n = Chapter(Tables(Path(directory) / "csv"))
     sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
-                "consistency": nees.captions(directory, say)}
+                "consistency": nees.captions(say)}
     body = [Markup("<h1>{}</h1>").format(say("heading")), page.other_languages(say),
             Markup("<p>{}</p>").format(say("lead")), contents(sections, directory, say), solves_table(n, say)]
     for section, figures in sections.items():
         pieces = [EXPLORERS[section](directory, say)] if section in EXPLORERS else []
         pieces += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
+        if section == "consistency":
+            pieces += [nees.cases_table(say), Markup("<p>{}</p>").format(say("consistency.hosts")), nees.hosts_table(say)]
         body.append(page.PIECES.section(section, say(f"section.{section}"), pieces))
     return [*body, page.links_to_tables(directory, say)]
 

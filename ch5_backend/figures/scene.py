@@ -4,6 +4,7 @@ import numpy as np
 from . import style
 from .style import BLUE, GRAY, INK, VERMILION, plt
 from .tables import read
+from .words import Words
 
 
 def rotate(q, v):
@@ -29,9 +30,9 @@ def matrix(table, names):
 XYZ, QUATERNION = ("x_m", "y_m", "z_m"), ("qx", "qy", "qz", "qw")
 
 
-def panel(axes, frames, points, scene, state, limits, color):
-    truth = matrix(points.where(scene=scene, state="truth"), XYZ)
-    estimate = matrix(points.where(scene=scene, state=state), XYZ)
+def panel(axes, frames, points, state, limits, color):
+    truth = matrix(points.where(state="truth"), XYZ)
+    estimate = matrix(points.where(state=state), XYZ)
     inside = np.all((estimate > limits[0]) & (estimate < limits[1]), axis=1)  # 3-D axes do not clip by themselves
     few = len(truth) <= 50
     for a, b in zip(truth[inside], estimate[inside]):
@@ -39,7 +40,7 @@ def panel(axes, frames, points, scene, state, limits, color):
     axes.scatter(*truth.T, s=26 if few else 9, facecolors="none", edgecolors=GRAY, linewidths=0.8, depthshade=False)
     axes.scatter(*estimate[inside].T, s=16 if few else 5, color=color, depthshade=False)
     for which, line in (("truth", dict(color=GRAY, linewidth=1.0)), (state, dict(color=color, linewidth=1.6))):
-        rows = frames.where(scene=scene, state=which)
+        rows = frames.where(state=which)
         for p, q in zip(matrix(rows, XYZ), matrix(rows, QUATERNION)):
             camera(axes, p, q, 0.55, **line)
     return int(np.sum(~inside))
@@ -64,33 +65,26 @@ def length(meters):
     return "0 m" if meters == 0 else f"{1e3 * meters:.2g} mm" if meters < 0.1 else f"{meters:.2f} m"
 
 
-def figure(directory, scene, frames, points, summary):
-    everything = np.vstack([matrix(points.where(scene=scene, state="truth"), XYZ),
-                            matrix(frames.where(scene=scene, state="truth"), XYZ)])
-    limits = everything.min(axis=0) - 1.0, everything.max(axis=0) + 1.0
-    row = summary.row(scene=scene)
-    fig = plt.figure(figsize=style.WIDE)
-    for i, (state, title, color) in enumerate((("initial", "before", VERMILION), ("final", "after", BLUE))):
+def before_and_after(fig, frames, points, summary, say):
+    """A scene's start and result; the tables hold this scene alone."""
+    everything = np.vstack([matrix(table.where(state="truth"), XYZ) for table in (points, frames)])
+    limits, row = (everything.min(axis=0) - 1.0, everything.max(axis=0) + 1.0), summary.row()
+    for i, (state, color) in enumerate((("initial", VERMILION), ("final", BLUE))):
         axes = fig.add_axes([0.005 + 0.5 * i, 0.06, 0.475, 0.88], projection="3d")
-        outside = panel(axes, frames, points, scene, state, limits, color)
+        outside = panel(axes, frames, points, state, limits, color)
         decorate(axes, limits)
-        rmse = row[f"{state}_rmse_landmark_m"], row[f"{state}_rmse_position_m"]
-        fig.text(0.04 + 0.5 * i, 0.93, title, fontsize=15, weight="bold", color=color)
-        aligned = " after alignment" if state == "final" else ""
-        note = f"RMSE{aligned}: points {length(rmse[0])}, cameras {length(rmse[1])}"
+        fig.text(0.04 + 0.5 * i, 0.93, say(state), fontsize=15, weight="bold", color=color)
+        note = say("rmse" if state == "initial" else "rmse.aligned", points=length(row[f"{state}_rmse_landmark_m"]),
+                   cameras=length(row[f"{state}_rmse_position_m"]))
         if outside:
-            note += f"\n{outside} of {int(row['points'])} points lie outside the picture"
+            note += "\n" + say("outside", count=outside, all=int(row["points"]))
         fig.text(0.04 + 0.5 * i, 0.905, note, fontsize=10.5, color=INK, va="top")
-    fig.text(0.5, 0.015, "gray: truth      color: estimate, tied to its truth by a line", ha="center", fontsize=10.5,
-             color=GRAY)
-    style.save(fig, directory, f"scene_{scene}")
+    fig.text(0.5, 0.015, say("tied"), ha="center", fontsize=10.5, color=GRAY)
 
 
 def draw(directory):
     tables = [read(directory, name) for name in ("mono_ba_frames", "mono_ba_points", "mono_ba_summary")]
     for scene in tables[2]["scene"]:
-        figure(directory, scene, *tables)
-
-
-if __name__ == "__main__":
-    style.main(draw)
+        fig = plt.figure(figsize=style.WIDE)
+        before_and_after(fig, *(table.where(scene=scene) for table in tables), Words("en", "backend."))
+        style.save(fig, directory, f"scene_{scene}")

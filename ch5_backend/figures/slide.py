@@ -8,8 +8,8 @@ import logging
 import re
 
 import numpy as np
-from matplotlib import patches
-from matplotlib.colors import to_hex, to_rgb
+from matplotlib import colormaps, patches
+from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgb
 from matplotlib.path import Path
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
@@ -34,7 +34,9 @@ LOOK = {
     "ytick.major.size": 0, "xtick.major.size": 5 * PX, "xtick.major.width": PX, "xtick.major.pad": 6 * PX,
     "ytick.major.pad": 9 * PX, "lines.linewidth": 2.6 * PX, "lines.markersize": 7.2 * PX, "legend.handlelength": 1.9,
     "legend.labelspacing": 0.75, "legend.borderaxespad": 0, "legend.borderpad": 0,
+    "image.cmap": "pose", "image.interpolation": "none",
 }
+colormaps.register(LinearSegmentedColormap.from_list("pose", ["#dce7f0", POSE]))
 logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)  # a font that is not here is the reader's affair
 
 
@@ -124,19 +126,10 @@ class Slide:
         self.patch(patches.PathPatch, outline, stroke=PAPER, width=5)
         self.patch(patches.PathPatch, outline, fill=INK)
 
-    def cells(self, x, y, side, matrix, largest=None, decades=9, shades=8, least=0.18):
+    def cells(self, x, y, side, matrix, largest=None, decades=9):
         """A matrix as a field of squares, darker where log|value| is larger; zeros are white."""
-        size, largest = len(matrix), largest or np.abs(matrix).max()
-        with np.errstate(divide="ignore"):
-            depth = np.clip(1 + np.log10(np.abs(matrix) / largest) / decades, 0, 1)
-        depth = np.where(matrix != 0, np.round(shades * depth), -1)
-        unit = side / size
-        square = 0.94 * unit * np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]])
-        codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
-        for shade in np.unique(depth[depth >= 0]):
-            places = (x, y) + unit * np.argwhere(depth == shade)[:, ::-1]
-            path = Path((places[:, None, :] + square).reshape(-1, 2), codes * len(places))
-            self.patch(patches.PathPatch, path, fill=mix(POSE, least + (1 - least) * shade / shades))
+        high = np.log10(largest or np.abs(matrix).max())
+        self.add(style.magnitudes(self.page, matrix, high - decades, high, extent=(x, x + side, y + side, y), aspect="auto"))
         self.rect(x, y, side, side, stroke=MUTED, line=1)
 
     def axes(self, box, x=None, y=None, title="", below="", log="", xticks=None, yticks=None):

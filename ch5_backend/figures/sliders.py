@@ -5,10 +5,10 @@ import numpy as np
 
 from . import page
 from .drawing import Axes, limits
+from .odometry import NAMES
 from .style import number
 from .tables import read
 
-POLICIES = {"vins": "VINS", "okvis": "OKVIS"}
 COLORS = {"course": "c1", "perturbed": "c0", "minimal": "c2"}  # as in prior.py
 IMAGES_A_STEP = 5
 
@@ -65,7 +65,7 @@ def windows(directory, say):
     path = read(directory, "odometry_path")
     images = read(directory, "odometry_windows").where(status="tracking")
     gauge = read(directory, "odometry_gauge", may_be_empty=True).where(direction="yaw")
-    colors = {name: f"c{i}" for i, name in enumerate(POLICIES) if len(path.where(policy=name))}
+    colors = {name: f"c{i}" for i, name in enumerate(NAMES) if len(path.where(policy=name))}
     times = np.unique(images["t_s"])[::IMAGES_A_STEP]
     if not colors:
         return ""
@@ -82,12 +82,12 @@ def windows(directory, say):
                 axes.dots(x[of["t_s"] == t], y[of["t_s"] == t], color, k)
         for k, t in enumerate(times):
             cells = window_cells(of.where(t_s=t), solves.where(t_s=t), yaw.where(t_s=t))
-            rows += [(k, POLICIES[name], *cells)] if cells else []
+            rows += [(k, NAMES[name], *cells)] if cells else []
     drawings = [above.svg(say("path.alt"))]
     drawings += [drift.svg(say("drift.alt"))] if len(truth) else []
     head = ("policy", "landmarks", "iterations", "first_cost", "last_cost", "time", "error", "yaw_known")
     return player("window", say("window.title"), say("window.words", step=IMAGES_A_STEP), [f"{t:.2f} s" for t in times],
-                  len(times) // 2, [(POLICIES[name], color) for name, color in colors.items()], drawings,
+                  len(times) // 2, [(NAMES[name], color) for name, color in colors.items()], drawings,
                   list(map(say, head)), rows)
 
 

@@ -41,6 +41,7 @@ plt.rcParams.update({
     "lines.markersize": 5,
     "legend.frameon": False,
     "image.cmap": "viridis",
+    "image.interpolation": "nearest",
     "svg.hashsalt": "ch5",  # element names in an SVG are drawn from this, not from chance
     "svg.fonttype": "path",
 })
@@ -131,6 +132,13 @@ def plain_log(axis, ticks=None):
     log_axis(axis)
     axis.set_major_locator(plt.FixedLocator(ticks) if ticks else plt.matplotlib.ticker.LogLocator(subs=(1, 2, 5)))
     axis.set_major_formatter(lambda value, _: number(value, 1))
+
+
+def magnitudes(axes, matrix, low, high, **look):
+    """log10 |entry| as shades; zeros stay white."""
+    with np.errstate(divide="ignore"):
+        shown = np.ma.masked_where(matrix == 0, np.log10(np.abs(matrix)))
+    return axes.imshow(shown, vmin=low, vmax=high, **look)
 
 
 def weight_axis(axes, weights):

@@ -23,6 +23,7 @@ bool CsvReader::NextRow() {
     if (!line) return false;
   } while (Trim(*line).empty());
   cells_ = SplitAtCommas(*line);
+  if (reader_.EndsInLine()) Fail("the file ends in the middle of a line; is it cut? got " + TextReader::Quote(*line));
   if (cells_.size() == columns_.size()) return true;
   Fail("a row of " + std::to_string(cells_.size()) + " columns, must be " + std::to_string(columns_.size()) + ", got " +
        TextReader::Quote(*line));

@@ -16,7 +16,7 @@ class CsvReader {
   CsvReader(const std::string& path, std::vector<std::string> columns);
 
   /// Goes to the next row; false after the last. Lines that are blank are passed over.
-  /// @throws FileError if the row has too few or too many cells
+  /// @throws FileError if the row has too few or too many cells, or no end: then its last number may be cut
   bool NextRow();
 
   /// @throws FileError unless the cell is a finite number, or a whole one in [low, high]

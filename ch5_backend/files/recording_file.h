@@ -17,7 +17,8 @@ namespace ch5 {
 /// @throws FileError "file:line: what is wrong, got value" for a missing file or column, a number that is none or not
 ///         finite, a timestamp that is repeated, goes backwards or is more than ten days from the first IMU reading, a
 ///         track twice in an image, a quaternion that is not of length 1, an unknown or missing key of the calibration,
-///         fewer than two IMU readings, or no image
+///         fewer than two IMU readings, no image, a table that ends within a line, or a truth whose quaternions agree with
+///         the gyroscope in the order x, y, z, w only
 Recording ReadRecording(const std::filesystem::path& folder);
 
 /// The calibration alone.

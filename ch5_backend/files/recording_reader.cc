@@ -96,6 +96,46 @@ void ReadTruth(const std::string& path, Recording* recording) {
   }
 }
 
+// How well the truth's rotations agree with the gyroscope's, as a correlation of the angles between rows 0.1 s apart: 1 if
+// they do, and hardly more than 0 if the quaternions' parts stand in another order.
+// @param reorder  the quaternion that a row's four numbers are taken for
+template <typename Reorder>
+double AgreementWithGyroscope(const Recording& recording, const Reorder& reorder) {
+  constexpr double kStep = 0.1;
+  double both = 0.0, by_truth = 0.0, by_gyroscope = 0.0;
+  auto reading = recording.imu.begin();
+  const StampedState* from = nullptr;
+  for (const StampedState& to : recording.truth) {
+    if (!from) from = &to;
+    if (to.t - from->t < kStep) continue;
+    while (reading != recording.imu.end() && reading->t < from->t) ++reading;
+    Vec3 rate = Vec3::Zero();
+    int count = 0;
+    for (; reading != recording.imu.end() && reading->t < to.t; ++reading, ++count) rate += reading->gyroscope;
+    if (count > 0) {
+      const Vec3 turn = LogSO3(reorder(from->T_W_B.q).conjugate() * reorder(to.T_W_B.q));
+      const Vec3 measured = rate * (to.t - from->t) / count;
+      both += turn.dot(measured);
+      by_truth += turn.squaredNorm();
+      by_gyroscope += measured.squaredNorm();
+    }
+    from = &to;
+  }
+  constexpr double kLeast = 0.01;  // [rad²]: with less motion nothing can be said
+  return std::min(by_truth, by_gyroscope) < kLeast ? 0.0 : both / std::sqrt(by_truth * by_gyroscope);
+}
+
+void CheckOrderOfQuaternions(const std::string& path, const Recording& recording) {
+  const auto as_is = [](const Qd& q) { return q; };
+  const auto scalar_last = [](const Qd& q) {
+    return Qd(q.z(), q.w(), q.x(), q.y());
+  };  // columns x, y, z, w were read as w, x, y, z
+  if (AgreementWithGyroscope(recording, as_is) > 0.7 || AgreementWithGyroscope(recording, scalar_last) < 0.9) return;
+  throw FileError(path +
+                  ": the quaternions must stand in the order w, x, y, z; these agree with the gyroscope in the order "
+                  "x, y, z, w");
+}
+
 }  // namespace
 
 Calibration ReadCalibration(const std::filesystem::path& file) {
@@ -133,7 +173,10 @@ Recording ReadRecording(const std::filesystem::path& folder) {
   ReadImu((folder / "imu.csv").string(), &recording);
   ReadTracks((folder / "tracks.csv").string(), &recording);
   const std::filesystem::path truth = folder / "groundtruth.csv";
-  if (std::filesystem::exists(truth)) ReadTruth(truth.string(), &recording);
+  if (std::filesystem::exists(truth)) {
+    ReadTruth(truth.string(), &recording);
+    CheckOrderOfQuaternions(truth.string(), recording);
+  }
   return recording;
 }
 

@@ -54,6 +54,9 @@ class TextReader {
   /// The next line without its end (LF or CR LF); nullopt at the end of the file. For files that are read by lines only.
   std::optional<std::string_view> ReadLine();
 
+  /// Whether the line read last is cut off: the file ends in it, without a line's end.
+  bool EndsInLine() const { return in_line_ && next_ == end_; }
+
   /// A piece of the current line as a number; the same errors as ReadInt and ReadDouble.
   int64_t ToInteger(std::string_view token, const char* what, int64_t low, int64_t high) const;
   double ToDouble(std::string_view token, const char* what) const;

@@ -6,6 +6,16 @@
 #include "ch5_backend/math/psd.h"
 
 namespace ch5 {
+namespace {
+
+// The vertex where it was, also after an exception.
+struct PutBack {
+  Vertex* vertex;
+  VecX x0;
+  ~PutBack() { vertex->Parameters() = x0; }
+};
+
+}  // namespace
 
 void Edge::SetInformation(const MatXX& information) {
   if (information.rows() != residual_dimension_ || information.cols() != residual_dimension_) {
@@ -74,13 +84,13 @@ void Edge::ComputeJacobiansNumerically() {
   if (!vertices_.empty() && !jacobians_[0]) TakeJacobians();
   for (size_t i = 0; i < vertices_.size(); ++i) {
     Vertex& vertex = *vertices_[i];
-    const VecX x0 = vertex.Parameters();
+    const PutBack put_back{&vertex, vertex.Parameters()};
     VecX delta = VecX::Zero(vertex.LocalDimension());
     const auto residual_at = [&](int k, double step) -> VecX {
       delta[k] = step;
       vertex.Plus(delta.data());
       ComputeResidual();
-      vertex.Parameters() = x0;
+      vertex.Parameters() = put_back.x0;
       delta[k] = 0.0;
       return Residual();
     };

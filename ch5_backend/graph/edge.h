@@ -25,8 +25,8 @@ class Edge {
   int ResidualDimension() const { return residual_dimension_; }
 
   virtual void ComputeResidual() = 0;
-  /// Fills J_0, J_1, … at the present state. The default differentiates ComputeResidual numerically; the residual
-  /// on return is that of the present state.
+  /// Fills all of J_0, J_1, …, which hold NaN before, at the present state. The default differentiates ComputeResidual
+  /// numerically; the residual on return is that of the present state.
   virtual void ComputeJacobians() { ComputeJacobiansNumerically(); }
   /// Both, as a solver asks for them. An edge whose residual and Jacobians share their work computes them together here.
   virtual void Linearize() {

@@ -141,6 +141,16 @@ void Graph::DiscardTop() {
   stack_.pop_back();
 }
 
+GraphPointer::GraphPointer(Graph* graph) : graph_(graph) {
+  if (!graph) throw GraphError("the solver's graph is null");
+  alive_ = graph->alive_;
+}
+
+Graph* GraphPointer::Get() const {
+  if (alive_.expired()) throw GraphError("the solver's graph has been destroyed; a graph must outlive its solvers");
+  return graph_;
+}
+
 double Cost(const std::vector<std::shared_ptr<Edge>>& edges) {
   double sum = 0.0;
   for (const auto& edge : edges) {

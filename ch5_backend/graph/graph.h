@@ -75,6 +75,8 @@ class Graph {
     VecX parameters;
   };
 
+  friend class GraphPointer;
+
   void Swap(Graph* other) noexcept;
   template <typename T>
   static int Insert(std::shared_ptr<T> item, int id, const char* function, std::vector<std::shared_ptr<T>>* items,
@@ -85,6 +87,24 @@ class Graph {
   int next_vertex_id_ = 0;
   int next_edge_id_ = 0;
   std::vector<std::vector<State>> stack_;
+  std::shared_ptr<const void> alive_ = std::make_shared<char>();  // ends with this object; moves to no other
+};
+
+/// A pointer to a graph that somebody else owns. To use it after the graph's end is an error in words, not a crash.
+class GraphPointer {
+ public:
+  /// @throws GraphError if it is null
+  explicit GraphPointer(Graph* graph);
+  /// @throws GraphError if the graph is no more
+  Graph* Get() const;
+  /// So that what was written for a Graph* compiles.
+  operator Graph*() const { return Get(); }
+  Graph& operator*() const { return *Get(); }
+  Graph* operator->() const { return Get(); }
+
+ private:
+  Graph* graph_;
+  std::weak_ptr<const void> alive_;
 };
 
 /// ½ Σ ρ(rᵀWr) over the edges, or over all of the graph's, at the present state; the residuals are computed on the way.

@@ -1,6 +1,7 @@
 #pragma once
 /// An edge between vertices whose types are known at compile time: r has `R` rows, J_i is R × V_i::kLocalDimension.
 
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -34,9 +35,9 @@ class SizedEdge : public Edge {
   const InformationMatrix& W() const { return W_; }
 
  protected:
-  /// Graph::AddEdge reports a null vertex.
+  /// Graph::AddEdge reports a null vertex. (The base class needs addresses; data() would be a call to what is not made yet.)
   explicit SizedEdge(std::shared_ptr<V>... vertices)
-      : Edge(R, {vertices...}, r_.data(), W_.data()),
+      : Edge(R, {vertices...}, reinterpret_cast<double*>(&r_), reinterpret_cast<double*>(&W_)),
         typed_vertices_(vertices.get()...),
         r_(ResidualVector::Zero()),
         W_(InformationMatrix::Identity()) {}
@@ -68,6 +69,7 @@ class SizedEdge : public Edge {
  private:
   using JacobianTuple = std::tuple<JacobianBlock<R, V::kLocalDimension>...>;
 
+  // NaN until ComputeJacobians fills them: one that is forgotten would otherwise pass for a minimum.
   JacobianTuple& Jacobians() const {
     if (!J_) {
       J_ = std::make_unique<JacobianTuple>();
@@ -77,7 +79,7 @@ class SizedEdge : public Edge {
   }
   template <size_t... I>
   void MapJacobians(std::index_sequence<I...>) const {
-    (std::get<I>(*J_).setZero(), ...);
+    (std::get<I>(*J_).setConstant(std::numeric_limits<double>::quiet_NaN()), ...);
     ((jacobians_[I] = std::get<I>(*J_).data()), ...);
   }
 

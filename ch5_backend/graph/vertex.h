@@ -2,6 +2,7 @@
 /// A vertex is one block of the unknowns: a value x on a manifold and the rule x ⊞ δ that moves it.
 
 #include <algorithm>
+#include <stdexcept>
 #include <string>
 
 #include "ch5_backend/math/eigen_types.h"
@@ -56,6 +57,12 @@ class Vertex {
   void SetOrderingId(int ordering_id) { ordering_id_ = ordering_id; }
 
  protected:
+  [[noreturn]] void ThrowMissing(const char* function) const {
+    throw std::logic_error(TypeInfo() + " has " + std::to_string(dimension_) + " parameters and " +
+                           std::to_string(local_dimension_) + " degrees of freedom, so it needs a " + function +
+                           " of its own");
+  }
+
   Vertex(int dimension, int local_dimension, double* parameters, double* backup, Role role)
       : dimension_(dimension),
         local_dimension_(local_dimension),
@@ -87,17 +94,22 @@ class SizedVertex : public Vertex {
   const Estimate& GetEstimate() const { return x_; }
   void SetEstimate(const Estimate& x) { x_ = x; }
 
-  /// Vector spaces add; manifolds override.
+  /// Vector spaces add; manifolds override both.
+  /// @throws std::logic_error if D ≠ T, so that these cannot be the right ones
   void Plus(const double* delta) override {
+    if constexpr (D != T) ThrowMissing("Plus");
     if constexpr (D == T) x_ += Eigen::Map<const Estimate>(delta);
   }
   VecX Minus(const VecX& x0) const override {
+    if constexpr (D != T) ThrowMissing("Minus");
     if constexpr (D == T) return x_ - x0;
     return VecX();
   }
 
  protected:
-  SizedVertex(const Estimate& x, Role role) : Vertex(D, T, x_.data(), backup_.data(), role), x_(x), backup_(x) {}
+  /// (The base class needs addresses; data() would be a call to what is not made yet.)
+  SizedVertex(const Estimate& x, Role role)
+      : Vertex(D, T, reinterpret_cast<double*>(&x_), reinterpret_cast<double*>(&backup_), role), x_(x), backup_(x) {}
 
   Estimate x_;
   Estimate backup_;

@@ -41,15 +41,16 @@ void AddMatrices(const SceneSettings& settings, SceneGraph* graph, Json* json) {
   if (S.size() > 0) json->Add("spectrum_S", Eigenvalues(S)).Add("null_S", NullDimension(S));
 }
 
-// How well the truth is met: as it stands, and once moved onto it by a similarity.
+// How well the truth is met: as it stands, and once moved onto it by the similarity of three cameras or more.
 void AddErrors(const SceneGraph& graph, Json* json) {
   const Reconstruction truth = TruthOf(graph.scene), estimate = EstimateOf(graph.scene, graph.ba);
   for (const Transform& T : estimate.frames) {
     if (!T.p.allFinite()) return;  // Gauss-Newton accepts every finite cost
   }
-  const Rmse as_it_stands = Compare(estimate, truth), aligned = Compare(AlignToTruth(estimate, truth), truth);
+  const Rmse as_it_stands = Compare(estimate, truth);
   json->Add("rmse_position", as_it_stands.position).Add("rmse_point", as_it_stands.point);
-  json->Add("rmse_position_aligned", aligned.position).Add("rmse_point_aligned", aligned.point);
+  const std::optional<Rmse> aligned = CompareAligned(estimate, truth);
+  if (aligned) json->Add("rmse_position_aligned", aligned->position).Add("rmse_point_aligned", aligned->point);
 }
 
 }  // namespace

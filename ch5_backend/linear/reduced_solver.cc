@@ -6,6 +6,7 @@
 #include "ch5_backend/linear/pivot_rule.h"
 #include "ch5_backend/linear/sparse_cholesky.h"
 #include "ch5_backend/math/dense_kernels.h"
+#include "ch5_backend/math/option_checks.h"
 
 namespace ch5 {
 namespace {
@@ -159,6 +160,13 @@ const std::vector<std::pair<std::string, ReducedSolverType>> kReducedSolverNames
     {"automatic", ReducedSolverType::kAutomatic},      {"dense", ReducedSolverType::kDenseCholesky},
     {"sparse", ReducedSolverType::kSparseCholesky},    {"pcg", ReducedSolverType::kPcg},
     {"implicit-pcg", ReducedSolverType::kImplicitPcg}, {"power-series", ReducedSolverType::kPowerSeries}};
+
+void IterativeOptions::Validate() const {
+  CheckOption("IterativeOptions::tolerance", tolerance, 0);
+  CheckOption("IterativeOptions::model_tolerance", model_tolerance, 0);
+  CheckOption("IterativeOptions::max_iterations", max_iterations, 1);
+  CheckOption("IterativeOptions::max_terms", max_terms, 0);
+}
 
 ReducedSolverType ChooseReducedSolver(ReducedSolverType type, int num_poses, bool tied_by_landmarks_alone) {
   constexpr int kManyPoses = 400;

@@ -34,6 +34,9 @@ struct IterativeOptions {
   int max_terms = 100;  ///< of the power series; if they do not suffice, conjugate gradients continue from their sum
   Preconditioner preconditioner = Preconditioner::kSchurJacobi;  ///< of PCG; the power series has B's blocks
 
+  /// @throws OptionError
+  void Validate() const;
+
   static IterativeOptions Exact() { return {1e-15, 0.0, 10000, 100, Preconditioner::kSchurJacobi}; }
 };
 

@@ -49,6 +49,17 @@ Incidence FindIncidence(const Edges& edges) {
 
 }  // namespace
 
+Vertices FixedOrAtEdges(Vertices vertices, const Edges& edges) {
+  constexpr int kMissing = -2, kThere = -1;
+  for (const auto& vertex : vertices) vertex->SetOrderingId(vertex->IsFixed() ? kThere : kMissing);
+  for (const auto& edge : edges) {
+    for (const auto& vertex : edge->Vertices()) vertex->SetOrderingId(kThere);
+  }
+  const auto is_missing = [](const auto& vertex) { return vertex->OrderingId() == kMissing; };
+  vertices.erase(std::remove_if(vertices.begin(), vertices.end(), is_missing), vertices.end());
+  return vertices;
+}
+
 DropOrdering MakeDropOrdering(const Edges& edges, const Vertices& drop) {
   DropOrdering found;
   Ordering& ordering = found.ordering;

@@ -13,6 +13,10 @@ struct DropOrdering {
   int kept_size = 0;  ///< with so many rows
 };
 
+/// Those of the vertices that are fixed or at one of the edges, in their order. Overwrites the OrderingIds of all.
+std::vector<std::shared_ptr<Vertex>> FixedOrAtEdges(std::vector<std::shared_ptr<Vertex>> vertices,
+                                                    const std::vector<std::shared_ptr<Edge>>& edges);
+
 /// Gives the free vertices of the edges their OrderingIds, and fixed ones −1, until another ordering is made.
 /// @param drop  those that are fixed or without an edge are ignored
 DropOrdering MakeDropOrdering(const std::vector<std::shared_ptr<Edge>>& edges,

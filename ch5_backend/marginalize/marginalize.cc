@@ -1,6 +1,8 @@
 #include "ch5_backend/marginalize/marginalize.h"
 
 #include <Eigen/QR>
+#include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "ch5_backend/marginalize/drop_ordering.h"
@@ -18,6 +20,36 @@ MatXX RootOfPseudoInverse(const MatXX& A) {
   const Eigen::HouseholderQR<MatXX> qr(N.transpose().rowwise().reverse());
   const MatXX R = qr.matrixQR().triangularView<Eigen::Upper>();
   return R.reverse();
+}
+
+template <typename T>
+std::string Name(const T& item) {
+  return item.TypeInfo() + " " + std::to_string(item.Id());
+}
+
+// An edge that stood twice would count twice.
+void CheckEdges(const std::vector<std::shared_ptr<Edge>>& edges) {
+  if (edges.empty()) throw std::invalid_argument("Marginalize: no edges, so there is nothing to be known of the rest");
+  std::vector<const Edge*> sorted;
+  for (const auto& edge : edges) {
+    if (!edge) throw std::invalid_argument("Marginalize: an edge is null");
+    sorted.push_back(edge.get());
+  }
+  std::sort(sorted.begin(), sorted.end());
+  const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+  if (twice != sorted.end())
+    throw std::invalid_argument("Marginalize: " + Name(**twice) + " stands twice in the edges");
+}
+
+// A vertex that is not there would stay in the problem, and what is known of it with it.
+void CheckDropped(const Vertices& drop, const std::vector<std::shared_ptr<Edge>>& edges) {
+  for (const auto& vertex : drop) {
+    if (!vertex) throw std::invalid_argument("Marginalize: a vertex to drop is null");
+  }
+  const Vertices there = FixedOrAtEdges(drop, edges);
+  const auto missing = std::mismatch(drop.begin(), drop.end(), there.begin(), there.end()).first;
+  if (missing == drop.end()) return;
+  throw std::invalid_argument("Marginalize: " + Name(**missing) + " is to be dropped, but none of the edges has it");
 }
 
 // Memory of the solver's steps, which a thread keeps from one window to the next.
@@ -59,6 +91,8 @@ MarginalSystem EliminateDense(Vertices kept, int n, const SymmetricBlockMatrix& 
 }  // namespace
 
 MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges, const Vertices& drop) {
+  CheckEdges(edges);
+  CheckDropped(drop, edges);
   DropOrdering order = MakeDropOrdering(edges, drop);
   Vertices kept(order.ordering.poses.begin(), order.ordering.poses.begin() + order.num_kept);
   const Structure structure = BuildStructure(std::move(order.ordering));

@@ -35,8 +35,9 @@ struct MarginalSystem {
 
 /// Linearizes the edges at the present states and eliminates `drop`. Fixed vertices have no columns. The edges do
 /// not change, the vertices' OrderingIds do (drop_ordering.h); the caller removes them and the dropped vertices from the graph.
-/// @param edges  at least one;  @param drop  free vertices; those without an edge are ignored
-/// @throws std::invalid_argument if an edge connects two dropped landmarks
+/// @param edges  at least one, each once;  @param drop  vertices of these edges; fixed ones are ignored
+/// @throws std::invalid_argument if there is no edge, one stands twice or is null, a vertex to drop is at none of them, or
+///         an edge connects two dropped landmarks
 MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges,
                                  const std::vector<std::shared_ptr<Vertex>>& drop);
 

@@ -15,8 +15,7 @@
 /// The body is compiled for any processor, for those with AVX2 and for those with AVX-512 (simd.h). The copies differ by
 /// rounding (FMA), so results are the same to the bit on one machine, not between machines.
 
-#include <Eigen/Core>
-
+#include "ch5_backend/math/eigen_types.h"
 #include "ch5_backend/math/simd.h"
 
 namespace ch5 {

@@ -1,13 +1,35 @@
 #pragma once
 /// The course's matrix names. Dynamic: VecX, MatXX; fixed: Vec3, Mat33, Mat66 …; quaternion Qd (x, y, z, w).
+///
+/// And their alignment, which Eigen chooses by the instruction set of the file at hand unless told otherwise: a class with
+/// a quaternion would have one layout in the library and another in a program that is compiled with -mavx2, and memory that
+/// one allocates would be freed wrongly by the other. Here it is the same for every instruction set: 16 bytes for what has a
+/// fixed size, and on the heap the 64 bytes of the widest registers. Wider registers are used all the same; the processor
+/// reads them from any address.
+
+#ifndef EIGEN_MAX_ALIGN_BYTES
+#define EIGEN_MAX_ALIGN_BYTES 64
+#endif
+#ifndef EIGEN_MAX_STATIC_ALIGN_BYTES
+#define EIGEN_MAX_STATIC_ALIGN_BYTES 16
+#endif
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+
+#if EIGEN_MAX_ALIGN_BYTES != 64 || EIGEN_DEFAULT_ALIGN_BYTES != 64 || EIGEN_MAX_STATIC_ALIGN_BYTES != 16 || \
+    EIGEN_MALLOC_ALREADY_ALIGNED
+#error \
+    "ch5_backend needs Eigen's alignment as it was compiled with; give all files of your program the flags \
+-DEIGEN_MAX_ALIGN_BYTES=64 -DEIGEN_MAX_STATIC_ALIGN_BYTES=16, as the CMake target ch5::backend does"
+#endif
 
 namespace ch5 {
 
 using VecX = Eigen::VectorXd;
 using MatXX = Eigen::MatrixXd;
+static_assert(!MatXX::IsRowMajor && sizeof(MatXX::Index) == sizeof(std::ptrdiff_t),
+              "ch5_backend was compiled without EIGEN_DEFAULT_TO_ROW_MAJOR and EIGEN_DEFAULT_DENSE_INDEX_TYPE");
 
 using Vec2 = Eigen::Vector2d;
 using Vec3 = Eigen::Vector3d;

@@ -1,8 +1,11 @@
 #include "ch5_backend/math/parallel.h"
 
+#include "ch5_backend/math/option_checks.h"
+
 namespace ch5 {
 
 ThreadPool::ThreadPool(int threads) {
+  CheckOption("threads", threads, 1, kMostThreads);
   for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { Work(); });
 }
 

@@ -16,7 +16,9 @@ namespace ch5 {
 
 class ThreadPool {
  public:
-  /// @param threads  the calling one included; 1 or less makes no further thread
+  static constexpr int kMostThreads = 1024;
+  /// @param threads  the calling one included, 1 to kMostThreads
+  /// @throws OptionError
   explicit ThreadPool(int threads = 1);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;

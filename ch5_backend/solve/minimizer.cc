@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/solve/step_strategy.h"
 
 namespace ch5 {
@@ -176,6 +177,19 @@ bool IsConverged(Termination termination) {
          termination == Termination::kStepConverged;
 }
 
-Summary Minimize(NormalEquations* system, const SolveOptions& options) { return Run(system, options).Solve(); }
+void SolveOptions::Validate() const {
+  CheckOption("SolveOptions::max_iterations", max_iterations, 0);
+  CheckOption("SolveOptions::cost_tolerance", cost_tolerance, 0);
+  CheckOption("SolveOptions::gradient_tolerance", gradient_tolerance, 0);
+  CheckOption("SolveOptions::step_tolerance", step_tolerance, 0);
+  CheckOption("SolveOptions::tau", tau, 0);
+  CheckPositive("SolveOptions::initial_radius", initial_radius);
+  CheckOption("SolveOptions::max_trials", max_trials, 1);
+}
+
+Summary Minimize(NormalEquations* system, const SolveOptions& options) {
+  options.Validate();
+  return Run(system, options).Solve();
+}
 
 }  // namespace ch5

@@ -56,6 +56,9 @@ struct SolveOptions {
   double initial_radius = 1e4;  ///< Dogleg
   int max_trials = 10;          ///< per iteration
   std::function<bool(const IterationInfo&)> callback;  ///< called after each iteration; false stops
+
+  /// @throws OptionError
+  void Validate() const;
 };
 
 /// How an optimization went.
@@ -86,6 +89,7 @@ class TerminateAction {
 
 /// Minimizes the cost of a system. Levenberg-Marquardt and Dogleg go downhill only, so that the states on return
 /// are the best ones found; Gauss-Newton accepts every finite step and returns the last states.
+/// @throws OptionError
 Summary Minimize(NormalEquations* system, const SolveOptions& options = {});
 
 }  // namespace ch5

@@ -3,6 +3,8 @@
 #include <Eigen/Cholesky>
 
 #include "ch5_backend/linear/pivot_rule.h"
+#include "ch5_backend/linear/selected_inverse.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 
 namespace ch5 {
 namespace {
@@ -40,30 +42,32 @@ class Covariance::Factorization : public ReducedSolver {
 
 Covariance::Covariance(Graph* graph, const Selection& selection, CovarianceFactor factor, int threads,
                        const std::vector<HeldDirections>& held)
-    : solver_(graph, threads) {
+    : solver_(std::make_unique<SparseSolver>(graph, threads)) {
   auto factorization = std::make_unique<Factorization>(factor, threads);
   factorization_ = factorization.get();
-  solver_.SetReducedSolver(std::move(factorization));
-  solver_.Select(selection);
-  solver_.Hold(held);
-  solver_.SetOrdering();
-  pose_numbers_ = NumbersOf(solver_.GetStructure().poses);
-  landmark_numbers_ = NumbersOf(solver_.GetStructure().landmarks);
-  solver_.MakeHessian();
-  for (const auto& [pose, projection] : solver_.HeldPoses()) projections_[pose] = projection;
+  solver_->SetReducedSolver(std::move(factorization));
+  solver_->Select(selection);
+  solver_->Hold(held);
+  solver_->SetOrdering();
+  pose_numbers_ = NumbersOf(solver_->GetStructure().poses);
+  landmark_numbers_ = NumbersOf(solver_->GetStructure().landmarks);
+  solver_->MakeHessian();
+  for (const auto& [pose, projection] : solver_->HeldPoses()) projections_[pose] = projection;
   VecX delta_x;
-  if (!solver_.SolveLinearSystem(0.0, &delta_x)) ThrowSingular();
+  if (!solver_->SolveLinearSystem(0.0, &delta_x)) ThrowSingular();
   inverse_ = std::make_unique<SelectedInverse>(factorization_->Cholesky());
 }
 
 Covariance::~Covariance() = default;
 
+const Ordering& Covariance::GetOrdering() const { return solver_->GetStructure().ordering; }
+
 void Covariance::ThrowSingular() const {
-  const Structure& s = solver_.GetStructure();
+  const Structure& s = solver_->GetStructure();
   for (size_t l = 0; l < s.landmarks.size() && !factorization_->Refused(); ++l) {
     const int dim = s.landmark_dim[l];
     const Eigen::LDLT<MatXX> ldlt(
-        Eigen::Map<const MatXX>(&solver_.GetLinearized().H_ll[s.landmark_block[l]], dim, dim));
+        Eigen::Map<const MatXX>(&solver_->GetLinearized().H_ll[s.landmark_block[l]], dim, dim));
     const double rounding = PivotRounding(dim) * ldlt.vectorD().maxCoeff();
     if (ldlt.vectorD().minCoeff() > rounding) continue;
     throw CovarianceError("Covariance: H is singular, as its edges do not determine " + s.landmarks[l]->TypeInfo() +
@@ -73,7 +77,7 @@ void Covariance::ThrowSingular() const {
 }
 
 std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex, int* landmark) const {
-  const Structure& s = solver_.GetStructure();
+  const Structure& s = solver_->GetStructure();
   *landmark = -1;
   if (const auto pose = pose_numbers_.find(&vertex); pose != pose_numbers_.end()) {
     return {{pose->second, MatXX::Identity(vertex.LocalDimension(), vertex.LocalDimension())}};
@@ -85,11 +89,11 @@ std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex
   }
   const int l = *landmark = found->second;
   const int dim = s.landmark_dim[l];
-  const Eigen::Map<const MatXX> H_ll_inverse(&solver_.GetEliminated().H_ll_inverse[s.landmark_block[l]], dim, dim);
+  const Eigen::Map<const MatXX> H_ll_inverse(&solver_->GetEliminated().H_ll_inverse[s.landmark_block[l]], dim, dim);
   std::vector<Influence> influences;
   for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
     const int p = s.slot_pose[slot];
-    influences.push_back({p, -solver_.GetLinearized().Coupling(s, slot) * H_ll_inverse});
+    influences.push_back({p, -solver_->GetLinearized().Coupling(s, slot) * H_ll_inverse});
   }
   return influences;
 }
@@ -107,7 +111,7 @@ MatXX Covariance::PoseBlock(int i, int j) {
     Project(j, transposed);
     return transposed.transpose();
   }
-  const SymmetricBlockMatrix& S = solver_.GetEliminated().S;
+  const SymmetricBlockMatrix& S = solver_->GetEliminated().S;
   MatXX& columns = columns_[j];
   if (columns.size() == 0) {
     columns.resize(S.Size(), S.Dim(j));
@@ -130,7 +134,7 @@ MatXX Covariance::Block(const Vertex& a, const Vertex& b) {
   MatXX block = MatXX::Zero(a.LocalDimension(), b.LocalDimension());
   if (&a == &b && landmark_a >= 0) {
     const double* H_ll_inverse =
-        &solver_.GetEliminated().H_ll_inverse[solver_.GetStructure().landmark_block[landmark_a]];
+        &solver_->GetEliminated().H_ll_inverse[solver_->GetStructure().landmark_block[landmark_a]];
     block = Eigen::Map<const MatXX>(H_ll_inverse, block.rows(), block.cols());
   }
   for (const Influence& i : on_a) {
@@ -141,8 +145,8 @@ MatXX Covariance::Block(const Vertex& a, const Vertex& b) {
 
 // x_p = S⁻¹ (a_p − Σ K_pl a_l),  x_l = H_ll⁻¹ a_l − Σ K_plᵀ x_p
 MatXX Covariance::Multiply(const MatXX& A) {
-  const Structure& s = solver_.GetStructure();
-  const SymmetricBlockMatrix& S = solver_.GetEliminated().S;
+  const Structure& s = solver_->GetStructure();
+  const SymmetricBlockMatrix& S = solver_->GetEliminated().S;
   MatXX a_p = A.topRows(S.Size()), X(A.rows(), A.cols());
   std::vector<std::vector<Influence>> influences;
   for (int l = 0; l < s.NumLandmarks(); ++l) {
@@ -161,7 +165,7 @@ MatXX Covariance::Multiply(const MatXX& A) {
   }
   for (int l = 0; l < s.NumLandmarks(); ++l) {
     const int row = s.landmark_offset[l], dim = s.landmark_dim[l];
-    const Eigen::Map<const MatXX> H_ll_inverse(&solver_.GetEliminated().H_ll_inverse[s.landmark_block[l]], dim, dim);
+    const Eigen::Map<const MatXX> H_ll_inverse(&solver_->GetEliminated().H_ll_inverse[s.landmark_block[l]], dim, dim);
     X.middleRows(row, dim) = H_ll_inverse * A.middleRows(row, dim);
     for (const Influence& i : influences[l]) {
       X.middleRows(row, dim) += i.coefficient.transpose() * X.middleRows(S.Offset(i.pose), S.Dim(i.pose));

@@ -16,10 +16,13 @@
 #include <unordered_map>
 #include <utility>
 
-#include "ch5_backend/linear/selected_inverse.h"
-#include "ch5_backend/sparse/sparse_solver.h"
+#include "ch5_backend/graph/ordering.h"
+#include "ch5_backend/sparse/held_directions.h"
 
 namespace ch5 {
+
+class SelectedInverse;
+class SparseSolver;
 
 /// There is no such covariance; the message says whose.
 class CovarianceError : public std::runtime_error {
@@ -48,7 +51,7 @@ class Covariance {
   MatXX Block(const Vertex& a, const Vertex& b);
   std::vector<MatXX> Blocks(const std::vector<VertexPair>& pairs);
   /// The free vertices, as their rows are ordered.
-  const Ordering& GetOrdering() const { return solver_.GetStructure().ordering; }
+  const Ordering& GetOrdering() const;
   /// Σ A over all free vertices, with rows as OrderingId says.
   /// @param A  as many rows as there are unknowns
   MatXX Multiply(const MatXX& A);
@@ -66,8 +69,8 @@ class Covariance {
   MatXX PoseBlock(int i, int j);
   void Project(int pose, Eigen::Ref<MatXX> rows) const;
 
-  SparseSolver solver_;
-  Factorization* factorization_;                                            // belongs to solver_
+  std::unique_ptr<SparseSolver> solver_;
+  Factorization* factorization_;                                            // belongs to the solver
   std::unordered_map<const Vertex*, int> pose_numbers_, landmark_numbers_;  // in the solver's structure
   std::unordered_map<int, MatXX> projections_;                              // Π of held poses, see HoldPoses
   std::unique_ptr<SelectedInverse> inverse_;

@@ -1,8 +1,9 @@
 #include "ch5_backend/sparse/hold_poses.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <stdexcept>
+
+#include "ch5_backend/math/psd.h"
 
 namespace ch5 {
 namespace {
@@ -50,9 +51,8 @@ std::vector<HeldPose> FindHeldPoses(const Structure& s, const std::vector<HeldDi
     }
     const auto found = std::find(s.poses.begin(), s.poses.end(), h.vertex.get());
     if (found == s.poses.end()) continue;
-    const Eigen::CompleteOrthogonalDecomposition<MatXX> decomposition(C);
-    poses.push_back(
-        {static_cast<int>(found - s.poses.begin()), MatXX::Identity(dim, dim) - decomposition.pseudoInverse() * C});
+    const MatXX onto_rows = C.transpose() * PseudoInversePsd(C * C.transpose()) * C;
+    poses.push_back({static_cast<int>(found - s.poses.begin()), MatXX::Identity(dim, dim) - onto_rows});
   }
   return poses;
 }

@@ -1,18 +1,10 @@
 #pragma once
 /// Parts of vertices held where they are: taken out of the normal equations once they stand.  Nocedal & Wright (2006), §15.3
 
-#include <functional>
-#include <memory>
-
+#include "ch5_backend/sparse/held_directions.h"
 #include "ch5_backend/sparse/steps/linearize.h"
 
 namespace ch5 {
-
-/// Directions in which a vertex is held, C δ = 0: a part of a vertex fixed, such as position and yaw of a pose, or biases.
-struct HeldDirections {
-  std::shared_ptr<Vertex> vertex;  ///< not a landmark
-  std::function<MatXX()> rows;     ///< C at the present states, k×LocalDimension(), of rank k ≥ 1
-};
 
 /// Π = I − C⁺C of a vertex, which takes the held directions out of δ.
 struct HeldPose {

@@ -2,10 +2,35 @@
 
 #include <algorithm>
 
+#include "ch5_backend/sparse/sparse_solver.h"
+
 namespace ch5 {
+
+SparseOptimizer::SparseOptimizer(Graph* graph, int threads)
+    : graph_(graph), threads_(threads), solver_(std::make_unique<SparseSolver>(graph, threads)) {}
+
+SparseOptimizer::~SparseOptimizer() = default;
+
+void SparseOptimizer::SetDamping(Damping damping) { solver_->SetDamping(damping); }
+
+void SparseOptimizer::SetReducedSolver(ReducedSolverType type, const IterativeOptions& options) {
+  solver_->SetReducedSolver(type, options);
+}
+
+void SparseOptimizer::SetReducedSolver(std::unique_ptr<ReducedSolver> solver) {
+  solver_->SetReducedSolver(std::move(solver));
+}
+
+void SparseOptimizer::Hold(std::vector<HeldDirections> held) {
+  held_ = std::move(held);
+  solver_->Hold(held_);
+}
+
+Summary SparseOptimizer::Solve(const SolveOptions& options) { return Minimize(solver_.get(), options); }
+
 bool SparseOptimizer::Initialize(Selection selection) {
   selection_ = std::move(selection);
-  solver_.Select(selection_);
+  solver_->Select(selection_);
   const Ordering ordering = MakeOrdering(*graph_, selection_);
   index_mapping_ = ordering.poses;
   index_mapping_.insert(index_mapping_.end(), ordering.landmarks.begin(), ordering.landmarks.end());
@@ -68,8 +93,8 @@ bool SparseOptimizer::GaugeFreedom() const {
 }
 
 SparseSolver& SparseOptimizer::GetSolver() {
-  solver_.SetOrdering();
-  return solver_;
+  solver_->SetOrdering();
+  return *solver_;
 }
 
 }  // namespace ch5

@@ -20,35 +20,33 @@
 
 #include <memory>
 
+#include "ch5_backend/linear/reduced_solver.h"
 #include "ch5_backend/solve/minimizer.h"
 #include "ch5_backend/sparse/covariance.h"
-#include "ch5_backend/sparse/sparse_solver.h"
 
 namespace ch5 {
+
+class SparseSolver;
 
 class SparseOptimizer {
  public:
   /// The graph must outlive the optimizer; it may change between calls of Solve.
-  explicit SparseOptimizer(Graph* graph, int threads = 1) : graph_(graph), threads_(threads), solver_(graph, threads) {}
+  explicit SparseOptimizer(Graph* graph, int threads = 1);
+  ~SparseOptimizer();
 
-  void SetDamping(Damping damping) { solver_.SetDamping(damping); }
+  void SetDamping(Damping damping);
   /// Automatic unless set, and inexact where it is implicit; see reduced_solver.h.
-  void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {}) {
-    solver_.SetReducedSolver(type, options);
-  }
+  void SetReducedSolver(ReducedSolverType type, const IterativeOptions& options = {});
 
-  /// Parts of vertices that stay as they are; see hold_poses.h.
-  void Hold(std::vector<HeldDirections> held) {
-    held_ = std::move(held);
-    solver_.Hold(held_);
-  }
+  /// Parts of vertices that stay as they are; see held_directions.h.
+  void Hold(std::vector<HeldDirections> held);
   /// One of the caller's own for the poses' system, such as MakePseudoInverse.
-  void SetReducedSolver(std::unique_ptr<ReducedSolver> solver) { solver_.SetReducedSolver(std::move(solver)); }
+  void SetReducedSolver(std::unique_ptr<ReducedSolver> solver);
 
   /// Minimizes with Levenberg-Marquardt unless the options say otherwise: over the edges of level 0, or what
   /// InitializeOptimization chose.
   /// @throws GraphError if an edge ties two free landmarks
-  Summary Solve(const SolveOptions& options = {}) { return Minimize(&solver_, options); }
+  Summary Solve(const SolveOptions& options = {});
 
   /// Chooses the edges of a level (all, if it is negative) whose vertices are all in the set, and numbers the vertices.
   /// An edge is active if it is chosen and has a free vertex; a vertex without active edges has no part.
@@ -81,18 +79,18 @@ class SparseOptimizer {
 
   /// Σ blocks of the chosen part of the graph at the present states, see sparse/covariance.h (g2o's computeMarginals).
   std::vector<MatXX> ComputeMarginals(const std::vector<VertexPair>& pairs) const {
-    return Covariance(graph_, selection_, CovarianceFactor::kSparse, threads_, held_).Blocks(pairs);
+    return Covariance(graph_.Get(), selection_, CovarianceFactor::kSparse, threads_, held_).Blocks(pairs);
   }
 
-  /// The system that is solved, ordered and fit for the graph as it is now.
+  /// The system that is solved (sparse_solver.h), ordered and fit for the graph as it is now.
   SparseSolver& GetSolver();
 
  private:
   bool Initialize(Selection selection);
 
-  Graph* graph_;
+  GraphPointer graph_;
   int threads_;
-  SparseSolver solver_;
+  std::unique_ptr<SparseSolver> solver_;
   Selection selection_;
   std::vector<HeldDirections> held_;
   std::vector<std::shared_ptr<Edge>> active_edges_;

@@ -83,6 +83,7 @@ void SparseSolver::PrepareReducedSolver(ReducedSolverType type) {
 }
 
 void SparseSolver::SetReducedSolver(ReducedSolverType type, const IterativeOptions& options) {
+  options.Validate();
   reduced_type_ = type;
   iterative_ = options;
   is_ordered_ = false;

@@ -72,7 +72,7 @@ class SparseSolver : public NormalEquations {
   void PrepareReducedSolver(ReducedSolverType type);
   bool SolvePoses(const DampingRule& rule, VecX* delta_poses);
 
-  Graph* graph_;
+  GraphPointer graph_;
   Selection selection_;
   std::vector<HeldDirections> held_;
   std::vector<HeldPose> held_poses_;  // of this Hessian

@@ -2,7 +2,16 @@
 
 #include <algorithm>
 
+#include "ch5_backend/math/option_checks.h"
+
 namespace ch5 {
+
+void ImuNoise::Validate() const {
+  CheckPositive("ImuNoise::accelerometer", accelerometer);
+  CheckPositive("ImuNoise::gyroscope", gyroscope);
+  CheckPositive("ImuNoise::accelerometer_walk", accelerometer_walk);
+  CheckPositive("ImuNoise::gyroscope_walk", gyroscope_walk);
+}
 
 std::vector<ImuSample> SamplesBetween(const std::vector<ImuMeasurement>& imu, double t0, double t1) {
   if (!(t0 < t1) || imu.empty() || t0 < imu.front().t || t1 > imu.back().t) return {};

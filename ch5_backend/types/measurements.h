@@ -16,6 +16,9 @@ struct ImuNoise {
   /// VINS takes σ for the deviation of a sample, so its results depend on the IMU's rate. With `continuous` they are
   /// densities (per √Hz) and the result does not.
   bool continuous = false;
+
+  /// @throws OptionError
+  void Validate() const;
 };
 
 /// One measurement of the IMU, in B.

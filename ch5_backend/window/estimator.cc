@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/pose_covariance.h"
 #include "ch5_backend/window/position_yaw_prior.h"
@@ -14,13 +15,44 @@ namespace {
 constexpr int kFewLandmarks = 10;
 constexpr size_t kPlentyOfTracks = 20, kLastingImages = 4;
 
+// Of a bias that cannot be one.
+std::string LikelyCause(Failure failure) {
+  if (failure == Failure::kGyroscopeBias) return "are its rates in rad/s, along the axes to which T_B_C leads?";
+  if (failure == Failure::kAccelerometerBias)
+    return "is the specific force in m/s², along the axes to which T_B_C leads?";
+  return "";
+}
+
 }  // namespace
+
+void EstimatorOptions::Validate() const {
+  CheckOption("EstimatorOptions::T_B_C.q.norm()", T_B_C.q.norm(), 0.99, 1.01);
+  CheckOption("EstimatorOptions::T_B_C.p.norm()", T_B_C.p.norm(), 0, 1e3);
+  imu_noise.Validate();
+  weights.Validate();
+  standstill.Validate();
+  CheckOption("EstimatorOptions::time_offset", time_offset, -10, 10);
+  CheckPositive("EstimatorOptions::max_outlier_pixels", max_outlier_pixels);
+  CheckPositive("EstimatorOptions::max_imu_gap", max_imu_gap);
+  CheckPositive("EstimatorOptions::max_rejecting", max_rejecting);
+  CheckOption("EstimatorOptions::reintegrate_gyroscope", reintegrate_gyroscope, 0);
+  CheckOption("EstimatorOptions::start_pixels", start_pixels, 0);
+  CheckPositive("EstimatorOptions::start_speed", start_speed);
+  CheckPositive("EstimatorOptions::moving_start_speed", moving_start_speed);
+  CheckPositive("EstimatorOptions::start_bias_accelerometer", start_bias_accelerometer);
+  CheckPositive("EstimatorOptions::start_bias_gyroscope", start_bias_gyroscope);
+  CheckPositive("EstimatorOptions::start_extrinsic_position", start_extrinsic_position);
+  CheckPositive("EstimatorOptions::start_extrinsic_rotation", start_extrinsic_rotation);
+  CheckPositive("EstimatorOptions::start_time_offset", start_time_offset);
+}
 
 Estimator::Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy)
     : options_(options),
       policy_(std::move(policy)),
       optimizer_(&window_.graph),
       standstill_detector_(options.standstill) {
+  options.Validate();
+  if (!policy_) throw std::invalid_argument("Estimator: the policy is null");
   optimizer_.SetDamping(Damping::kDiagonal);
   Reset();
 }
@@ -34,6 +66,8 @@ void Estimator::Reset() {
   window_.time_offset->SetFixed(!options_.estimate_time_offset);
   policy_->Reset();
   standstill_detector_.Reset();
+  sensor_check_.Reset();
+  start_message_.clear();
   standstill_frame_ = -1;
   started_ = false;
 }
@@ -41,18 +75,42 @@ void Estimator::Reset() {
 void Estimator::AddImu(const ImuMeasurement& reading) {
   CheckReading(reading, imu_);
   imu_.push_back(reading);
+  ForgetOldReadings();
+  sensor_check_.AddImu(reading);
   if (!started_) standstill_detector_.AddImu(reading);
+}
+
+// Without images the readings would fill the memory. No image uses readings from before the longest preintegration.
+void Estimator::ForgetOldReadings() {
+  constexpr double kKept = 60.0;
+  const double kept = std::max(kKept, 2.0 * options_.weights.max_imu_seconds);
+  if (imu_.back().t - imu_.front().t <= 2.0 * kept) return;  // seldom, as it moves the rest
+  forgotten_until_ = imu_.back().t - kept;
+  imu_.erase(imu_.begin(), std::find_if(imu_.begin(), imu_.end(),
+                                        [&](const auto& reading) { return reading.t >= forgotten_until_; }));
 }
 
 FrameReport Estimator::AddFrame(const Image& image) {
   CheckImage(image, last_image_time_);
+  if (image.t + TimeOffset() < forgotten_until_) {
+    throw MeasurementError("the image at t = " + std::to_string(image.t) +
+                           " s comes a minute or more after IMU readings of its "
+                           "time, which are forgotten: feed images and readings in order of time");
+  }
   const Failure gap = GapBefore(image);
-  FrameReport report = gap == Failure::kNone ? FrameReport() : Restart(gap);
+  FrameReport report = gap == Failure::kNone ? FrameReport() : Restart(gap, "");
+  if (!started_) sensor_check_.AddFrame(image);
   AppendFrame(image);
   if (!started_) TryToStart(image);
   if (started_) report = Track(image);
+  if (!started_ && report.message.empty()) report.message = WhyNotStarted();
   last_image_time_ = image.t;
   return report;
+}
+
+std::string Estimator::WhyNotStarted() const {
+  const std::string suspicion = sensor_check_.Suspicion(options_.weights.gravity, options_.imu_noise);
+  return suspicion.empty() ? start_message_ : suspicion;
 }
 
 // A gap so long that the IMU cannot connect this image with the newest frame.
@@ -63,8 +121,12 @@ Failure Estimator::GapBefore(const Image& image) const {
   return HasImuGap(imu_, t0, t1, options_.max_imu_gap) ? Failure::kImuGap : Failure::kNone;
 }
 
-FrameReport Estimator::Restart(Failure failure) {
+// What the sensors make suspicious is said too: it is the cause more often than the estimate is.
+FrameReport Estimator::Restart(Failure failure, const std::string& message) {
   FrameReport report;
+  report.message = ToString(failure) + (message.empty() ? "" : ", " + message);
+  const std::string suspicion = sensor_check_.Suspicion(options_.weights.gravity, options_.imu_noise);
+  if (!suspicion.empty()) report.message += "; " + suspicion;
   if (started_) {
     ++restarts_;
     report.status = FrameReport::Status::kRestarted;
@@ -143,16 +205,20 @@ FrameReport Estimator::Track(const Image& image) {
   policy_->NoteNewFrame(&window_);
   TriangulateLandmarks(&window_);
   report.solve = Solve();
+  if (report.solve.termination == Termination::kNotFinite ||
+      report.solve.termination == Termination::kLinearSolverFailed) {
+    return Restart(Failure::kSolveFailed, report.solve.message);
+  }
   policy_->AfterSolve(&window_);
   const auto& vertices = window_.graph.Vertices();
   report.landmarks = static_cast<int>(std::count_if(
       vertices.begin(), vertices.end(), [](const auto& vertex) { return vertex->GetRole() == Role::kLandmark; }));
   const Failure failure = DetectFailure(window_, last_p_);
-  if (failure != Failure::kNone) return Restart(failure);
+  if (failure != Failure::kNone) return Restart(failure, LikelyCause(failure));
   if (options_.report_covariance) report.pose_covariance = PoseCovariance(window_, window_.frames.back());
   RemoveFailures(&window_);
   RemoveOutliers(options_.max_outlier_pixels / options_.weights.focal_length, &window_);
-  if (RejectsImages(image)) return Restart(Failure::kImagesRejected);
+  if (RejectsImages(image)) return Restart(Failure::kImagesRejected, "");
   last_p_ = window_.frames.back().pose->p();
   report.status = FrameReport::Status::kTracking;
   report.state = window_.StateOf(window_.frames.back());

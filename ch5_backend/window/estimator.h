@@ -23,6 +23,7 @@
 #include "ch5_backend/window/failure.h"
 #include "ch5_backend/window/measurement_checks.h"
 #include "ch5_backend/window/policy.h"
+#include "ch5_backend/window/start/sensor_check.h"
 #include "ch5_backend/window/start/standstill.h"
 
 namespace ch5 {
@@ -52,6 +53,9 @@ struct EstimatorOptions {
   double start_time_offset = 0.02;         ///< [s]
   ObservabilityConstraints observability_constraints = ObservabilityConstraints::kNone;
   bool report_covariance = false;  ///< costs as much as a marginalization
+
+  /// @throws OptionError
+  void Validate() const;
 };
 
 /// The result for one image.
@@ -60,6 +64,7 @@ struct FrameReport {
   Status status = Status::kStarting;
   std::optional<StampedState> state;  ///< of this image, if tracking
   Failure failure = Failure::kNone;   ///< the reason for a restart
+  std::string message;                ///< why there is no state, in a sentence; empty if tracking
   Summary solve;
   int landmarks = 0;                     ///< used in the solve
   std::optional<Mat66> pose_covariance;  ///< of `state`, see window/pose_covariance.h; if options ask for it
@@ -67,8 +72,10 @@ struct FrameReport {
 
 class Estimator {
  public:
+  /// @throws OptionError, or std::invalid_argument if the policy is null
   Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy);
 
+  /// Readings are kept until an image has used them, at most for a minute.
   /// @throws MeasurementError
   void AddImu(const ImuMeasurement& reading);
   /// The readings must reach beyond the image's time (plus the time offset): what is missing counts as a gap.
@@ -79,6 +86,7 @@ class Estimator {
   /// @param state  its time is ignored
   /// @param J      square root of its information over [δp, δθ, v, b_a, b_g], any number of rows × 15. If it contains
   ///               position or yaw, no gauge prior is used (Window::prior_fixes_gauge)
+  /// @throws std::invalid_argument if a number of state or J is not finite, or J has another number of columns
   void StartFrom(const StampedState& state, const MatXX& J);
 
   const Window& GetWindow() const { return window_; }
@@ -89,7 +97,9 @@ class Estimator {
  private:
   void Reset();
   Failure GapBefore(const Image& image) const;
-  FrameReport Restart(Failure failure);
+  FrameReport Restart(Failure failure, const std::string& message);
+  void ForgetOldReadings();
+  std::string WhyNotStarted() const;
 
   // A new frame (estimator.cc).
   void AppendFrame(const Image& image);
@@ -117,7 +127,10 @@ class Estimator {
   Window window_;
   SparseOptimizer optimizer_;
   StandstillDetector standstill_detector_;
-  std::vector<ImuMeasurement> imu_;  // from shortly before the newest frame on
+  SensorCheck sensor_check_;
+  std::string start_message_;                                          // why the last image did not start the estimator
+  std::vector<ImuMeasurement> imu_;                                    // from shortly before the newest frame on
+  double forgotten_until_ = -std::numeric_limits<double>::infinity();  // readings before were too many to keep
   double last_image_time_ = -std::numeric_limits<double>::infinity();
   int next_frame_ = 0;
   std::optional<std::pair<StampedState, MatXX>> given_start_;  // of StartFrom, until the next image

@@ -38,11 +38,12 @@ std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const 
 
 void Estimator::TryToStart(const Image& image) {
   if (given_start_) return StartFromGivenState();
+  start_message_ = "at rest, waiting for motion";
   if (const auto standstill = standstill_detector_.AddFrame(image)) return RestAt(*standstill, image);
   if (HasMovedSinceStandstill(image)) {
     window_.prior = StartPrior(window_, options_.start_speed, options_);
     BeginTracking();
-  } else if (window_.frames.size() >= kFramesToStartMoving && InitializeInMotion()) {
+  } else if (InitializeInMotion()) {
     window_.prior = StartPrior(window_, options_.moving_start_speed, options_);
     BeginTracking();
   } else {
@@ -52,7 +53,14 @@ void Estimator::TryToStart(const Image& image) {
 }
 
 void Estimator::StartFrom(const StampedState& state, const MatXX& J) {
-  if (J.cols() != 15) throw std::invalid_argument("Estimator::StartFrom: J must have 15 columns");
+  if (J.cols() != 15) {
+    throw std::invalid_argument("Estimator::StartFrom: J must have 15 columns, got " + std::to_string(J.cols()));
+  }
+  if (!J.allFinite()) throw std::invalid_argument("Estimator::StartFrom: J holds a number that is not finite");
+  if (!state.T_W_B.p.allFinite() || !state.T_W_B.q.coeffs().allFinite() || !state.v_W.allFinite() ||
+      !state.b_a.allFinite() || !state.b_g.allFinite()) {
+    throw std::invalid_argument("Estimator::StartFrom: the state holds a number that is not finite");
+  }
   Reset();
   given_start_ = {state, J};
 }
@@ -91,6 +99,11 @@ bool Estimator::HasMovedSinceStandstill(const Image& image) const {
 }
 
 bool Estimator::InitializeInMotion() {
+  if (window_.frames.size() < kFramesToStartMoving) {
+    start_message_ = "neither a second at rest nor " + std::to_string(kFramesToStartMoving) +
+                     " images in motion yet, but " + std::to_string(window_.frames.size());
+    return false;
+  }
   std::vector<InitializationImage> frames;
   for (const Frame& frame : window_.frames) frames.push_back({frame.t, {}, frame.imu});
   for (const auto& [id, landmark] : window_.landmarks) {
@@ -105,6 +118,7 @@ bool Estimator::InitializeInMotion() {
   options.gravity = options_.weights.gravity;
   options.b_a_sigma = options_.start_bias_accelerometer;
   const DynamicInitialization start = InitializeDynamically(frames, options);
+  start_message_ = "no start in motion: " + start.message;
   if (start.failure != InitializationFailure::kNone) return false;
   for (size_t k = 0; k < start.states.size(); ++k) Window::SetState(start.states[k], window_.frames[k]);
   return true;

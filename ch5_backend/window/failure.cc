@@ -12,6 +12,7 @@ std::string ToString(Failure failure) {
     case Failure::kImuGap: return "no IMU for too long";
     case Failure::kImageGap: return "no image for too long";
     case Failure::kImagesRejected: return "images and IMU disagree";
+    case Failure::kSolveFailed: return "the window's solve failed";
   }
   return "unknown";
 }

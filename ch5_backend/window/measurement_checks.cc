@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <string>
 
 namespace ch5 {
@@ -29,12 +30,21 @@ void CheckImage(const Image& image, double last_time) {
   if (image.t <= last_time) {
     throw MeasurementError("the image" + At(image.t) + RepeatsOrPrecedes(image.t, last_time));
   }
+  constexpr double kFar = 10.0;  // 84° off the axis
+  size_t far = 0;
   std::vector<int> ids;
   for (const TrackedPoint& point : image.tracks) {
     if (!point.x.allFinite()) {
       throw MeasurementError("track " + std::to_string(point.id) + " of the image" + At(image.t) + " is not finite");
     }
     ids.push_back(point.id);
+    if (point.x.norm() > kFar) ++far;
+  }
+  if (2 * far > image.tracks.size()) {
+    std::ostringstream text;
+    text << "most tracks of the image" << At(image.t) << " are far from the normalized plane's center, one at ("
+         << image.tracks.front().x.transpose() << "): are they pixels?";
+    throw MeasurementError(text.str());
   }
   std::sort(ids.begin(), ids.end());
   const auto repeated = std::adjacent_find(ids.begin(), ids.end());

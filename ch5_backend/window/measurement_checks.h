@@ -8,8 +8,8 @@
 
 namespace ch5 {
 
-/// A measurement that cannot be used: its time is not after that of the previous one, a number is not finite, or a track
-/// id is repeated in an image. The estimator is unchanged.
+/// A measurement that cannot be used: its time is not after that of the previous one, a number is not finite, a track id
+/// is repeated in an image, or the tracks cannot be on the normalized plane. The estimator is unchanged.
 class MeasurementError : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;

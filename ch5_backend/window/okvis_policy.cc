@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <set>
 
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/window/image_overlap.h"
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/policy.h"
@@ -135,7 +136,19 @@ class OkvisPolicy : public WindowPolicy {
 
 }  // namespace
 
+void OkvisOptions::Validate() const {
+  CheckOption("OkvisOptions::keyframes", keyframes, 1);
+  CheckOption("OkvisOptions::temporal_frames", temporal_frames, 2);
+  CheckOption("OkvisOptions::hull_ratio", hull_ratio, 0);
+  CheckOption("OkvisOptions::match_ratio", match_ratio, 0);
+  CheckPositive("OkvisOptions::gauge_information", gauge_information);
+  CheckPositive("OkvisOptions::later_gauge_information", later_gauge_information);
+  CheckOption("OkvisOptions::max_iterations", max_iterations, 1);
+  CheckOption("OkvisOptions::cost_tolerance", cost_tolerance, 0);
+}
+
 std::unique_ptr<WindowPolicy> MakeOkvisPolicy(const OkvisOptions& options) {
+  options.Validate();
   return std::make_unique<OkvisPolicy>(options);
 }
 

@@ -42,8 +42,11 @@ struct VinsOptions {
   /// A landmark whose host leaves keeps its other observations, though the prior contains them already. So does
   /// VINS-Mono, which uses them twice.
   bool reuse_observations = true;
+
+  /// @throws OptionError
+  void Validate() const;
 };
-/// VINS-Mono's window.
+/// VINS-Mono's window.  @throws OptionError
 std::unique_ptr<WindowPolicy> MakeVinsPolicy(const VinsOptions& options = {});
 
 /// The window of OKVIS.
@@ -56,8 +59,11 @@ struct OkvisOptions {
   double later_gauge_information = 1e14;  ///< … and of the oldest frame once the first has left
   int max_iterations = 10;
   double cost_tolerance = 1e-3;  ///< loose: the next image solves the window again
+
+  /// @throws OptionError
+  void Validate() const;
 };
-/// OKVIS's window.
+/// OKVIS's window.  @throws OptionError
 std::unique_ptr<WindowPolicy> MakeOkvisPolicy(const OkvisOptions& options = {});
 
 }  // namespace ch5

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "ch5_backend/marginalize/drop_ordering.h"
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/window/window.h"
 
@@ -31,13 +32,15 @@ void KeepFirstEstimates(const Prior& old, Prior* next) {
 
 void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
                   Window* window) {
+  // Some have no edge in the last solve's graph, such as a landmark that was not used.
+  const std::vector<std::shared_ptr<Vertex>> dropped = FixedOrAtEdges(drop, edges);
   const std::shared_ptr<EdgePrior> old = window->prior;
   if (window->observability_constraints == ObservabilityConstraints::kNone || !old) {
-    window->prior = std::make_shared<EdgePrior>(Marginalize(edges, drop));
+    window->prior = std::make_shared<EdgePrior>(Marginalize(edges, dropped));
     return;
   }
   old->KeepJacobian(true);
-  Prior next = Marginalize(Constrained(edges, *window), drop);
+  Prior next = Marginalize(Constrained(edges, *window), dropped);
   KeepFirstEstimates(old->GetPrior(), &next);
   window->prior = std::make_shared<EdgePrior>(std::move(next));
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <set>
 
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/policy.h"
 #include "ch5_backend/window/vins_window.h"
@@ -112,7 +113,18 @@ class VinsPolicy : public WindowPolicy {
 
 }  // namespace
 
+void VinsOptions::Validate() const {
+  CheckOption("VinsOptions::window_size", window_size, 4);  // three newest frames, and a host before them
+  CheckOption("VinsOptions::least_tracked", least_tracked, 0);
+  CheckOption("VinsOptions::parallax_pixels", parallax_pixels, 0);
+  CheckPositive("VinsOptions::focal_length", focal_length);
+  CheckOption("VinsOptions::max_iterations", max_iterations, 1);
+  CheckOption("VinsOptions::cost_tolerance", cost_tolerance, 0);
+  CheckOption("VinsOptions::max_solve_seconds", max_solve_seconds, 0);
+}
+
 std::unique_ptr<WindowPolicy> MakeVinsPolicy(const VinsOptions& options) {
+  options.Validate();
   return std::make_unique<VinsPolicy>(options);
 }
 

@@ -2,10 +2,19 @@
 
 #include <algorithm>
 
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/types/visual/edge_reprojection_calibration.h"
 #include "ch5_backend/types/visual/edge_track.h"
 
 namespace ch5 {
+
+void WindowWeights::Validate() const {
+  CheckPositive("WindowWeights::focal_length", focal_length);
+  CheckPositive("WindowWeights::pixel_sigma", pixel_sigma);
+  CheckOption("WindowWeights::cauchy", cauchy, 0);
+  CheckPositive("WindowWeights::gravity", gravity);
+  CheckPositive("WindowWeights::max_imu_seconds", max_imu_seconds);
+}
 
 int Window::IndexOf(int id) const {
   const auto it = std::lower_bound(frames.begin(), frames.end(), id,

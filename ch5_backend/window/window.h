@@ -85,6 +85,9 @@ struct WindowWeights {
   bool noisy_hosts = false;     ///< the host's observation has noise too (types/visual/edge_track.h); without a loss
   double gravity = 9.81;        ///< [m/s²]
   double max_imu_seconds = 10;  ///< a longer preintegration is not used (VINS)
+
+  /// @throws OptionError
+  void Validate() const;
 };
 
 /// Makes window->graph: every frame's states, the IMU between consecutive frames that have a speed-bias, the

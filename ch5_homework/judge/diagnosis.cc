@@ -32,7 +32,10 @@ MatXX Deviation(const Claim& claim) {
   });
 }
 
+// Of memory that was never set, or is no more, other words are due than those of a mistake.
 const Mistake* FindMistake(const Claim& claim) {
+  if (HoldsUnset(claim.got)) return nullptr;
+  if (!claim.got.allFinite()) return claim.not_finite.cause.empty() ? nullptr : &claim.not_finite;
   for (const Mistake& mistake : claim.mistakes) {
     const MatXX answer = mistake.answer();
     if (Equal(claim.got, answer, kMistakeMatch) && !Equal(answer, claim.expected, 10 * kMistakeMatch)) return &mistake;
@@ -76,6 +79,9 @@ Text SymptomOfTheWhole(const Claim& claim) {
   if (expected.isZero(0.0)) return {};
   const double k = Ratio(got, expected);
   if (std::abs(k + 1.0) < 1e-6) return "matrix.sign";
+  if (std::abs(k - 1.0) < 1e-3) {
+    return {"matrix.nearly", {{"difference", Word(LargestEntry(got - expected) / LargestEntry(expected))}}};
+  }
   if (std::isfinite(k)) return {"matrix.factor", {{"k", Word(k)}}};
   const bool square = got.rows() == got.cols() && got.rows() > 1;
   if (square && Equal(got, expected.transpose(), kMistakeMatch)) return "matrix.transposed";
@@ -92,7 +98,7 @@ Text SymptomOfTheWhole(const Claim& claim) {
 
 // What can be said of a wrong matrix that no typical mistake explains.
 Text Symptom(const Claim& claim) {
-  if (!claim.got.allFinite()) return SymptomOfNaN(claim);
+  if (!claim.got.allFinite() || HoldsUnset(claim.got)) return SymptomOfNaN(claim);
   if (const Text whole = SymptomOfTheWhole(claim); !whole.empty()) return whole;
   if (IsSymmetric(claim.expected) && !IsSymmetric(claim.got)) return "matrix.none_typical_not_symmetric";
   return "matrix.none_typical";
@@ -204,7 +210,7 @@ bool HoldsUnset(const MatXX& A) { return Any(A, &IsFresh) || Any(A, &IsFreed); }
 bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
   if (got.rows() != expected.rows() || got.cols() != expected.cols()) return false;
   if (got.size() == 0) return true;
-  return got.allFinite() && LargestEntry(got - expected) <= tolerance * LargestEntry(expected);
+  return got.allFinite() && expected.allFinite() && LargestEntry(got - expected) <= tolerance * LargestEntry(expected);
 }
 
 std::string Report(const Claim& claim) {

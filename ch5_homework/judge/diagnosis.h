@@ -72,6 +72,7 @@ struct Claim {
   Names columns = {};             ///< of a matrix whose columns have other names than its rows
   std::string todo = {};          ///< where to look if no typical mistake explains it
   std::string variable = {};      ///< what the student's code calls it: "H_prior"
+  Mistake not_finite = {};        ///< the one that gives NaN or infinity here, if one does
 };
 
 /// Why a check has failed. All but the stage and the check may be empty.

@@ -1,6 +1,7 @@
 #pragma once
 /// Where a student's code runs, memory holds NaN before it is written to and after it is given back (poison.cc): what is
-/// read too early or too late is wrong in every run, not by luck, and the two NaN tell which of both it was.
+/// read too early or too late is wrong in every run, not by luck, and the two NaN tell which of both it was. The stack is
+/// filled by the compiler, with a pattern of its own (-ftrivial-auto-var-init=pattern, judge/CMakeLists.txt).
 
 #include <cstdint>
 #include <cstring>
@@ -8,6 +9,8 @@
 namespace ch5::homework {
 
 constexpr uint64_t kFresh = 0x7FF800000000F5E5, kFreed = 0x7FF800000000F4EE;  // NaN; arithmetic keeps their low bits
+constexpr uint64_t kFreshOfClang = 0x7FFFFFFFFFFFFFFF,
+                   kFreshOfGcc = 0x7EFEFEFEFEFEFEFE;  // the latter is no NaN, but huge
 
 inline bool HasBits(double x, uint64_t bits) {
   uint64_t own;
@@ -15,7 +18,7 @@ inline bool HasBits(double x, uint64_t bits) {
   return (own & 0x7FFFFFFFFFFFFFFF) == bits;
 }
 /// Comes from memory that was never written to.
-inline bool IsFresh(double x) { return HasBits(x, kFresh); }
+inline bool IsFresh(double x) { return HasBits(x, kFresh) || HasBits(x, kFreshOfClang) || HasBits(x, kFreshOfGcc); }
 /// Comes from memory that had been given back.
 inline bool IsFreed(double x) { return HasBits(x, kFreed); }
 

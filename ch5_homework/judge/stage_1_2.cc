@@ -50,12 +50,20 @@ void CheckCall(Problem* problem, const Case& c, const Text& scene) {
                   c.ReducedMistakes(),
                   1e-9,
                   {},
-                  "1.2b",
+                  {},
                   "b_pp_schur_"});
   }
   if (!solved) {
     FAIL() << Report(Diagnosis{"1.2", with("Δx"), "1.2.solver_returns_true", Word("false"),
                                CauseOfGivingUp(*problem, right, delta_x), "1.2b"});
+  }
+  if (delta_x.size() == 0) {
+    const Text size = Word(std::to_string(names.size()) + "×1");
+    FAIL() << Report(Diagnosis{"1.2",
+                               with("Δx"),
+                               {"matrix.size_expected", {{"size", size}}},
+                               {"matrix.size_got", {{"size", Word("0×1")}}},
+                               "1.2.returned_too_early"});
   }
   // Explicit inverses and conjugate gradients are welcome, and lose some digits.
   ASSERT_CLAIM({"1.2",

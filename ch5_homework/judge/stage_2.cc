@@ -51,6 +51,7 @@ void CheckMove(const Marginalization& c, const Order& order, const MarginalizeRe
 }
 
 void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
+  const Mistake singular{"2e", "2.inverse_of_a_singular_matrix", {}};
   const Parts right(Move(c.H, order), MoveRows(c.b, order), c.dim);
   ASSERT_CLAIM({"2",
                 c.Of(Word("H_prior = A_rr − A_rm A_mm⁻¹ A_mr")),
@@ -61,7 +62,8 @@ void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeR
                 1e-9,
                 {},
                 "2d",
-                "H_prior"});
+                "H_prior",
+                singular});
   ASSERT_CLAIM({"2",
                 c.Of(Word("b_prior = b_r − A_rm A_mm⁻¹ b_m")),
                 right.b_r - right.A_rm * right.A_mm_inverse * right.b_m,
@@ -71,7 +73,8 @@ void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeR
                 1e-9,
                 {},
                 "2d",
-                "b_prior"});
+                "b_prior",
+                singular});
 }
 
 void CheckMarginalize(const MatXX& H, const VecX& b, int idx, int dim) {
@@ -125,6 +128,24 @@ TEST(Stage2, APoseOutOfAWindow) {
   CheckRandom(n, 6, 6);
   if (HasFatalFailure()) return;
   CheckRandom(n, 0, 6);
+}
+
+// What leaves was not measured in all its directions: nothing has measured its last component, or only the difference of
+// its first two. The zeros are exact, so that an inverse in place of the pseudo-inverse is not finite.
+TEST(Stage2, AVariableThatIsNotFullyMeasured) {
+  const int n = Vary(7, 10, 26), idx = 2, dim = 3;
+  for (const bool only_difference : {false, true}) {
+    Random random(Seed(27 + only_difference));
+    MatXX H = RandomPositiveDefinite(n, &random);
+    VecX b = RandomMatrix(n, 1, &random);
+    const int k = only_difference ? idx + 1 : idx + dim - 1;
+    const double sign = only_difference ? -1.0 : 0.0;  // of row k beside the variable's first
+    H.col(k) = sign * H.col(idx);
+    H.row(k) = sign * H.row(idx);
+    b[k] = sign * b[idx];
+    CheckMarginalize(H, b, idx, dim);
+    if (HasFatalFailure()) return;
+  }
 }
 
 }  // namespace

@@ -80,7 +80,15 @@ TEST(Stage6, MarginSecondNewTakesOnePoseFromThePrior) {
       Diagnosis{"6", "6.margin_second_new", Inventory(right), Inventory(drop), CauseOfSecondNew(window, drop), "6h"});
 }
 
+// Who never marginalizes passes nothing: first a window in which there is something to do.
 TEST(Stage6, MarginSecondNewRestsWithoutAPriorOnThatPose) {
+  const WindowScene full("full window");
+  const DropSet something = Chosen().vins_window.margin_second_new(full.window);
+  if (something.edges.empty()) {
+    FAIL() << Report(Diagnosis{"6", "6.margin_second_new",
+                               Inventory({{full.window.prior}, {full.window.frames[9].pose}}), Inventory(something),
+                               "6.prior_holds_pose", "6h"});
+  }
   for (const bool with_prior : {true, false}) {
     const WindowScene scene(with_prior ? "full window, other prior" : "full window without prior");
     const Window& window = scene.window;

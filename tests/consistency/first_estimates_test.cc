@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/consistency/scenes.h"
+#include "tests/consistency/free_windows.h"
 
 namespace ch5 {
 namespace {

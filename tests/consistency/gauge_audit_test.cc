@@ -1,6 +1,6 @@
 #include "ch5_backend/consistency/gauge_audit.h"
 
-#include "tests/consistency/scenes.h"
+#include "tests/consistency/free_windows.h"
 
 namespace ch5 {
 namespace {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "ch5_backend/types/vertices.h"
 
 namespace ch5 {
@@ -36,6 +38,65 @@ TEST(GaugeFreedom, HoldingOneOfTwoNumbersByHand) {
   EXPECT_EQ(Q, (MatXX(2, 2) << 0, 0, -1, 1).finished());
   EXPECT_EQ(TransformCovariance(I, Q, I), (MatXX(2, 2) << 0, 0, 0, 2).finished());
   EXPECT_THROW(InverseOfVtU(U, Vec2(1, -1)), std::invalid_argument);
+}
+
+// Question 4 of the handout: what holds the yaw must meet it, at every attitude.
+TEST(GaugeFreedom, YawIsHeldInTheWorldsAxesAndNotInTheBodysNorByAPoint) {
+  for (const double roll : {0.0, 0.3, 0.5 * M_PI}) {
+    const Qd q = ExpSO3(Vec3(0, 0, 0.4)) * ExpSO3(Vec3(roll, 0, 0));
+    const auto pose = std::make_shared<VertexPose>(q, Vec3(1, 2, 3));
+    const auto point = std::make_shared<VertexPointXYZ>(Vec3(4, 5, 6));
+    const MatXX U = GaugeNullSpace({pose, point}, GaugeGroup::kVisualInertial);
+    MatXX V = MatXX::Zero(9, 4);
+    V.topLeftCorner<3, 3>().setIdentity();
+    V.block<3, 1>(3, 3) = q.toRotationMatrix().transpose() * Vec3::UnitZ();
+    EXPECT_NEAR((V.transpose() * U).determinant(), 1.0, 1e-12);
+    V.block<3, 1>(3, 3) = Vec3::UnitZ();  // δθ's own third entry
+    EXPECT_NEAR((V.transpose() * U).determinant(), std::cos(roll), 1e-12);
+  }
+}
+
+TEST(GaugeFreedom, TwoPointsHoldYawUnlessTheirYIsTheSame) {
+  for (const double y2 : {2.0, 7.0}) {
+    const auto one = std::make_shared<VertexPointXYZ>(Vec3(1, 2, 3));
+    const auto other = std::make_shared<VertexPointXYZ>(Vec3(9, y2, 8));
+    const MatXX U = GaugeNullSpace({one, other}, GaugeGroup::kVisualInertial);
+    const MatXX V = MatXX::Identity(6, 4);  // X₁ and x₂
+    EXPECT_NEAR((V.transpose() * U).determinant(), 2.0 - y2, 1e-12);
+    if (y2 == 2.0) {
+      EXPECT_THROW(InverseOfVtU(U, V), std::invalid_argument);
+    }
+  }
+}
+
+// Question 5: Q(θ_C) M = M Q(θ), and not Q(θ) M.
+TEST(GaugeFreedom, TheProjectionStandsWhereTheCovarianceGoesOrWhereItComesFrom) {
+  const double yaw = 0.7;
+  const Qd turn = ExpSO3(Vec3(0, 0, yaw));
+  const Vec3 shift(3, -1, 2), p(1, 2, 3), X(4, -5, 6);
+  const Qd q = ExpSO3(Vec3(0.3, -0.2, 0.5));
+  const auto projection = [](const Vertices& vertices, const Qd& q_0) {
+    MatXX V = MatXX::Zero(9, 4);
+    V.topLeftCorner<3, 3>().setIdentity();
+    V.block<3, 1>(3, 3) = q_0.toRotationMatrix().transpose() * Vec3::UnitZ();
+    return GaugeProjection(GaugeNullSpace(vertices, GaugeGroup::kVisualInertial), V);
+  };
+  const Vertices here{std::make_shared<VertexPose>(q, p), std::make_shared<VertexPointXYZ>(X)};
+  const Vertices there{std::make_shared<VertexPose>(turn * q, turn * p + shift),
+                       std::make_shared<VertexPointXYZ>(turn * X + shift)};
+  const MatXX M = GaugeMotionJacobian(here, yaw), Q = projection(here, q), Q_C = projection(there, turn * q);
+  EXPECT_LT((Q_C * M - M * Q).norm(), 1e-12);
+  EXPECT_GT((Q * M - M * Q).norm(), 0.1);
+}
+
+// Question 6: with x2 told in units a tenth as long the shortest error of two numbers is another one.
+TEST(GaugeFreedom, FreeDependsOnUnitsAndHeldDoesNot) {
+  const MatXX U = Vec2(1, 10), I = MatXX::Identity(2, 2);
+  const MatXX held = (MatXX(2, 2) << 0, 0, 0, 400).finished();  // σ = 2 in the old units
+  const MatXX free = TransformCovariance(held, GaugeProjection(U, U), I);
+  EXPECT_NEAR(std::sqrt(free(0, 0)), 1.98, 5e-3);
+  EXPECT_NEAR(std::sqrt(free(1, 1)) / 10.0, 0.02, 5e-4);
+  EXPECT_LT((TransformCovariance(free, GaugeProjection(U, Vec2(1, 0)), I) - held).norm(), 1e-9);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include "ch5_backend/consistency/modified_jacobians.h"
 
-#include "tests/marginalize/scenes.h"
+#include "tests/marginalize/small_graphs.h"
 
 namespace ch5 {
 namespace {

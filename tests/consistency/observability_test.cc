@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "tests/consistency/scenes.h"
+#include "tests/consistency/free_windows.h"
 
 namespace ch5 {
 namespace {

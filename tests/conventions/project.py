@@ -8,6 +8,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
 CXX = os.environ.get("CH5_CXX", "g++")
+EIGEN = next((path for path in ("/usr/include/eigen3", "/usr/local/include/eigen3", "/opt/homebrew/include/eigen3")
+              if os.path.isdir(path)), "/usr/include/eigen3")
 
 
 def tracked_files(*suffixes) -> list:

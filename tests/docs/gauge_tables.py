@@ -4,7 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-TRIALS = {"methods": 3, "sweep": 1, "convergence": 2, "spectrum": 1, "covariance": 1, "deviations": 1, "matrices": 1,
+TRIALS = {"methods": 3, "sweep": 1, "near_start": 2, "variants": 2, "convergence": 2, "spectrum": 1, "covariance": 1, "deviations": 1, "matrices": 1,
           "prior_choice": 1, "audit": 1}
 
 

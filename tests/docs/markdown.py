@@ -7,13 +7,23 @@ ROOT = Path(__file__).resolve().parents[2]
 
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.S | re.M)
 READMES = (ROOT / "README.md", ROOT / "README.zh.md")
-HANDOUTS = (ROOT / "ch5_homework/README.md", ROOT / "ch5_homework/README.zh.md")
+HANDOUTS = (ROOT / "ch5_homework/README.md", ROOT / "ch5_homework/README.zh.md")  # where all pages are listed
+PAGES = [(page, page.with_name(page.stem + ".zh.md")) for page in sorted((ROOT / "ch5_homework/handout").glob("*.md"))
+         if not page.name.endswith(".zh.md")]
+ENGINEERS = (ROOT / "ch5_backend/GUIDE.md", ROOT / "ch5_backend/GUIDE.zh.md")
 GUIDES = (ROOT / "ch5_homework/INSTRUCTORS.md", ROOT / "ch5_homework/INSTRUCTORS.zh.md")
+LIBRARY = (ROOT / "ch5_backend/README.md", ROOT / "ch5_backend/sparse/README.md")
 DECKS = sorted((ROOT / "slides").glob("[0-9]-*.en.md"))
 
 
 def read(path):
     return Path(path).read_text(encoding="utf-8")
+
+
+def handouts():
+    """The two languages' handouts: each its list of pages and all of their text."""
+    both = zip(*[HANDOUTS, *PAGES])
+    return [(pages, "\n".join(map(read, pages))) for pages in both]
 
 
 def fences(text):

@@ -106,14 +106,32 @@ TEST(Reconstruction, ErrorsDoNotDependOnTheGaugeAfterAlignment) {
   const Reconstruction truth = TruthOf(scene);
   Reconstruction estimate{scene.initial_frames, scene.points};
   estimate.points[3].x() += 0.5;
-  const Rmse before = Compare(AlignToTruth(estimate, truth), truth);
+  const Rmse before = CompareAligned(estimate, truth).value();
   for (Transform& T : estimate.frames) T = kKnown * T;
   estimate.points = Moved(kKnown, estimate.points);
-  const Rmse after = Compare(AlignToTruth(estimate, truth), truth);
+  const Rmse after = CompareAligned(estimate, truth).value();
   EXPECT_GT(before.position, 1e-3);
   EXPECT_NEAR(after.position, before.position, 1e-12);
   EXPECT_NEAR(after.rotation, before.rotation, 1e-12);
   EXPECT_NEAR(after.point, before.point, 1e-12);
+}
+
+// Cameras at the truth have no error, however wrong the points are.
+TEST(Reconstruction, PointsHaveNoSayInTheAlignmentOfCameras) {
+  const MonoBaScene scene = SimulateMonoBa(MonoBaOptions());
+  const Reconstruction truth = TruthOf(scene);
+  Reconstruction estimate = truth;
+  for (Vec3& p : estimate.points) p += Vec3(0.5, 0.0, 0.1);
+  const Rmse error = CompareAligned(estimate, truth).value();
+  EXPECT_LT(error.position, 1e-12);
+  EXPECT_LT(error.point, 1e-12) << "all points are shifted alike";
+}
+
+TEST(Reconstruction, TwoCamerasDetermineNoAlignment) {
+  MonoBaOptions options;
+  options.frames = 2;
+  const Reconstruction truth = TruthOf(SimulateMonoBa(options));
+  EXPECT_FALSE(CompareAligned(truth, truth));
 }
 
 TEST(Reconstruction, OfTheTrueStatesWithoutNoiseIsTheTruth) {

@@ -9,8 +9,8 @@ from ch5_backend.course.experiments import figure_sets
 
 HERE = Path(__file__).resolve().parent
 figure_sets.SETS = (figure_sets.FigureSet(
-    "fake", "fake", figure_sets.csv("squares cubes"), ("fake",), os.environ.get("FAKE_PROGRAM", f"{HERE}/fake_trials.py"),
-    f"{HERE}/fake_trials.py draw {{folder}}", (1, 1), trials={"squares": (10, 3), "cubes": (4, 2)}, endings=(".png",)),)
+    "fake", "fake", figure_sets.csv("squares cubes"), os.environ.get("FAKE_PROGRAM", f"{HERE}/fake_trials.py"),
+    f"{HERE}/fake_trials.py draw {{folder}}", (1, 1), trials={"squares": (10, 3), "cubes": (4, 2)}),)
 
 if __name__ == "__main__":
     sys.exit(__main__.main(sys.argv[1:]))

@@ -7,6 +7,7 @@
 #include "ch5_backend/math/psd.h"
 #include "ch5_backend/simulate/sensors/visual_inertial_ba.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/derivatives.h"
 
 namespace ch5 {

@@ -83,7 +83,7 @@ TEST(MonoBaCases, EndNearerToTheTruthThanTheyBegan) {
     Problem problem(&ba.graph);
     problem.SetDamping(study.damping);
     ASSERT_TRUE(IsConverged(problem.Solve().termination)) << study.name;
-    EXPECT_LT(Compare(AlignToTruth(EstimateOf(scene, ba), truth), truth).point, 0.05 * before) << study.name;
+    EXPECT_LT(CompareAligned(EstimateOf(scene, ba), truth).value().point, 0.05 * before) << study.name;
   }
 }
 

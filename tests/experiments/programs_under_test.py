@@ -1,9 +1,10 @@
-"""What the tests of both programs share: where they are, and how ./course is called."""
+"""What the tests of the programs share: where they are, and how they and ./course are called."""
 
 import csv
 import json
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -13,9 +14,9 @@ BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
 DATA = Path(os.environ.get("CH5_DATA_DIR", ROOT.parent / "shared" / "data"))
 
 
-def run(program, *words):
+def run(program, *words, **options):
     return subprocess.run([program, *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                          timeout=280, env={**os.environ, "CH5_BUILD_DIR": str(BUILD)})
+                          timeout=280, env={**os.environ, "CH5_BUILD_DIR": str(BUILD)}, **options)
 
 
 def table(path) -> list:
@@ -42,8 +43,33 @@ class AppTest(unittest.TestCase):
         self.folder = Path(folder.name)
         self.out = self.folder / "out"
 
-    def program(self, *words):
-        return run(BUILD / "bin" / self.app, *words)
+    def write(self, name, text) -> Path:
+        path = self.folder / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    def program(self, *words, **options):
+        return run(BUILD / "bin" / self.app, *words, **options)
+
+    def solve(self, *words) -> subprocess.CompletedProcess:
+        done = self.program(*words)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return done
+
+    def draw(self) -> None:
+        """Draws the results, without a warning."""
+        done = run(sys.executable, "-m", f"ch5_backend.figures.{self.app[4:]}", self.out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def refuses(self, *words, message, **options):
+        """Exit 2, exactly this message on standard error, no file but the old ones."""
+        before = contents(self.folder)
+        done = self.program(*words, **options)
+        self.assertEqual((done.returncode, done.stderr), (2, f"{self.app}: {message}\n"))
+        self.assertEqual(contents(self.folder), before)
+
+    def summary(self) -> dict:
+        return {row["key"]: row["value"] for row in table(self.out / "summary.csv")}
 
     def course_run(self, data, *words) -> dict:
         """The JSON object of ./course run DATA --json: alone on standard output, no living lines beside it."""

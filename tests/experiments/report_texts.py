@@ -15,7 +15,7 @@ TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
 def figures_of(out):
     say = Words("en")
     names = [name for section in captions.sections(Chapter(Tables(out / "csv")), say).values() for name in section]
-    return [*names, *odometry.captions(out, say), *nees.captions(out, say)]
+    return [*names, *odometry.captions(out, say), *nees.captions(say)]
 
 
 def write_reports(out, of="chapter"):

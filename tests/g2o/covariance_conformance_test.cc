@@ -3,8 +3,10 @@
 
 #include <Eigen/LU>
 
+#include "ch5_backend/linear/elimination_plan.h"
 #include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "tests/g2o/bundle.h"
 #include "tests/g2o/point_chain.h"

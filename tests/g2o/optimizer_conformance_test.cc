@@ -24,6 +24,7 @@
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/files/g2o_file.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "tests/g2o/bundle.h"
 #include "tests/g2o/point_chain.h"

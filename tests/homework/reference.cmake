@@ -27,12 +27,12 @@ foreach(samples IN LISTS sample_files ITEMS blanks)
     COMMAND ${ch5_python_module} tests.homework.run_samples $<TARGET_FILE:homework_samples> ${samples})
 endforeach()
 
-ch5_add_python_tests(Homework leftover_throw.py)
-ch5_add_python_tests(Homework compiler_words.py)
-ch5_add_python_tests(Homework languages.py)
+ch5_add_python_tests(Homework leftover_throw_test.py)
+ch5_add_python_tests(Homework compiler_words_test.py)
+ch5_add_python_tests(Homework languages_test.py)
 
 add_test(NAME Homework.CheckFromEndToEnd
-  COMMAND ${ch5_python_module} unittest tests.homework.end_to_end)
+  COMMAND ${ch5_python_module} unittest tests.homework.end_to_end_test)
 set_tests_properties(Homework.CheckFromEndToEnd PROPERTIES LABELS slow RESOURCE_LOCK ninja
   ENVIRONMENT "CH5_BUILD_DIR=${PROJECT_BINARY_DIR};CH5_HOMEWORK_DIR=${CH5_HOMEWORK_DIR};CH5_CHECK_PREFIX=trial_;CH5_CHECK_FOLDER=${trial};LC_ALL=C.UTF-8"
   ENVIRONMENT_MODIFICATION CH5_DATA_DIR=set:${CH5_DATA_DIR})

@@ -21,7 +21,7 @@ target_link_libraries(attacks PRIVATE student_flags)
 target_precompile_headers(attacks REUSE_FROM student_pch)
 ch5_add_worker(worker_attacks problem $<TARGET_OBJECTS:attacks>)
 
-ch5_add_python_tests(Homework judge_and_worker.py LABELS grading)
+ch5_add_python_tests(Homework judge_and_worker_test.py LABELS grading)
 
 add_library(wire_test OBJECT wire_test.cc)
 target_link_libraries(wire_test PRIVATE ch5_backend ch5_test_settings GTest::gtest)

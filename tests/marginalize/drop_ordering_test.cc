@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "ch5_backend/marginalize/marginalize.h"
-#include "tests/marginalize/scenes.h"
+#include "tests/marginalize/small_graphs.h"
 
 namespace ch5 {
 namespace {

@@ -1,6 +1,6 @@
 #include "ch5_backend/marginalize/marginalization_info.h"
 #include "ch5_backend/marginalize/marginalize.h"
-#include "tests/marginalize/scenes.h"
+#include "tests/marginalize/small_graphs.h"
 
 namespace ch5 {
 namespace {

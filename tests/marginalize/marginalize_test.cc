@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
-#include "tests/marginalize/scenes.h"
+#include "tests/marginalize/small_graphs.h"
 
 namespace ch5 {
 namespace {

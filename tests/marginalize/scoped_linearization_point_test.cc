@@ -1,6 +1,6 @@
 #include "ch5_backend/marginalize/scoped_linearization_point.h"
 
-#include "tests/marginalize/scenes.h"
+#include "tests/marginalize/small_graphs.h"
 
 namespace ch5 {
 namespace {

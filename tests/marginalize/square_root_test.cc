@@ -1,7 +1,7 @@
 #include "ch5_backend/marginalize/square_root.h"
 
 #include "ch5_backend/marginalize/marginalize.h"
-#include "tests/marginalize/scenes.h"
+#include "tests/marginalize/small_graphs.h"
 
 namespace ch5 {
 namespace {

@@ -4,6 +4,7 @@
 #include "ch5_backend/graph/whitening.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/sparse/steps/weighted_edge_batch.h"
 #include "ch5_backend/types/bal/edge_bal.h"
 #include "ch5_backend/types/visual/edge_reprojection.h"

@@ -7,6 +7,7 @@
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/scenes.h"
 
 namespace ch5::test {

@@ -3,6 +3,7 @@
 
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/sparse/steps/implicit_schur.h"
 #include "tests/scenes.h"
 

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/scenes.h"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

@@ -179,10 +179,8 @@ TEST(EdgeSE3Prior, HoldsTheGaugeThatBetweenEdgesLeaveFree) {
   prior.Linearize();
   Eigen::Matrix<double, 6, 12> J;
   J << between.Jacobian(0), between.Jacobian(1);
-  Eigen::Matrix<double, 12, 12> H = J.transpose() * J;
-  const auto smallest = [&H](int k) {
-    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>>(H).eigenvalues()[k];
-  };
+  MatXX H = J.transpose() * J;
+  const auto smallest = [&H](int k) { return Eigen::SelfAdjointEigenSolver<MatXX>(H).eigenvalues()[k]; };
   EXPECT_LT(std::abs(smallest(5)), 1e-14);
   EXPECT_GT(smallest(6), 1e-3);
   H.topLeftCorner<6, 6>() += prior.Jacobian(0).transpose() * prior.Jacobian(0);

@@ -7,6 +7,7 @@
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/marginalize/qr_elimination.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/window/oldest.h"
 
 namespace ch5 {

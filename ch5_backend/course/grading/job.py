@@ -1,5 +1,6 @@
 """The grade of one submission: a pure function of its files, the seed, the rubric and the toolchain."""
 
+import re
 import shutil
 import tempfile
 import time
@@ -24,10 +25,12 @@ def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, ru
     folder = Path(tempfile.mkdtemp(dir=scratch()))
     try:
         built = toolchain.compile(file, content, folder)
-        rows = []
+        rows, of_all = [], built.verdict
         for stage in stages:
             begin = time.monotonic()
-            verdict = built.verdict or explain(run_stage(toolchain, built.worker, stage, seed), file, content)
+            verdict = of_all or explain(run_stage(toolchain, built.worker, stage, seed), file, content)
+            if any(re.search("TIMEOUT after .* in its start", str(test.get("failures"))) for test in verdict.tests):
+                of_all = verdict._replace(tests=())  # nor will it start for another stage
             rows.append(stage_row(stage, verdict, rubric[stage["id"]], time.monotonic() - begin))
         return {"stages": rows, "cpu_seconds": round(built.cpu_seconds, 2), "peak_mib": round(built.peak_mib)}
     finally:

@@ -12,7 +12,8 @@ from ch5_backend.figures.atomic_write import atomic_write
 from ..homework.diagnosis import in_full, in_short
 from ..base.language import Speaker, speaker
 
-CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")  # what neither XML nor a terminal takes
+# What neither XML nor a terminal takes, and the marks that turn the direction of writing, so that a line reads as another.
+CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
 
 
 def short_hash(text) -> str:
@@ -20,7 +21,7 @@ def short_hash(text) -> str:
 
 
 def plain(text: str) -> str:
-    """Without control characters, which a student's code may print."""
+    """Without control characters, which a student's code or file may hold."""
     return CONTROL.sub("�", text)
 
 

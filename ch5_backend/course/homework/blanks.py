@@ -22,6 +22,11 @@ def keeps_throw(path: Path, todo: str) -> bool:
     return bool(blank) and any(line.strip() and not line.strip().startswith("//") for line in blank[1].splitlines()[1:])
 
 
+def some_filled(stage: dict, content: bytes) -> bool:
+    """Whether a blank of this stage has lost its throw."""
+    return any(f'throw HomeworkMissing("{todo} '.encode() not in content for todo in stage["todos"])
+
+
 def still_empty(text: str, number: int):
     """(variable, TODO) of a matrix in line `number` to which nothing was assigned since it was declared, or None."""
     code = [line.partition("//")[0] for line in text.splitlines()]
@@ -41,8 +46,19 @@ def still_empty(text: str, number: int):
     return None
 
 
+def own_todo(todos: str, content: bytes) -> str:
+    """Of the TODOs that a mistake may belong to, such as "1.1c 1.1a", the first that this file asks for, else the last:
+    the second depth has blanks where the usual skeleton has lines."""
+    asked = [todo for todo in todos.split() if f"home work {todo}.".encode() in content]
+    return (asked or todos.split()[-1:] or [""])[0]
+
+
 def explain(verdict: Verdict, file: str, content) -> Verdict:
-    """A crash in lines that the student did not write is told as what it is: a blank left empty."""
+    """The TODO is one of this file's; and a crash in lines that the student did not write is told as what it is: a blank
+    left empty."""
+    if " " in verdict.diagnosis.get("todo", ""):
+        todo = own_todo(verdict.diagnosis["todo"], content or b"")
+        verdict = verdict._replace(diagnosis={**verdict.diagnosis, "todo": todo})
     number = verdict.diagnosis.get("place", "").removeprefix(f"{file}:") if verdict.state == "crashes" else ""
     found = still_empty(content.decode("utf-8", "replace"), int(number)) if number.isdigit() and content else None
     if not found:

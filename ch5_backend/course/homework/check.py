@@ -1,6 +1,5 @@
 """./course check and ./course status: compiles the student's files, judges stage by stage, and says what to do next."""
 
-import json
 import os
 import sys
 from pathlib import Path
@@ -10,11 +9,10 @@ from ..base import jsonout
 from ..base.build import BIN, HOMEWORK, ROOT, build
 from .compiler import does_not_compile, shown
 from ..base.errors import CourseError
-from .diagnosis import SHOWN_LINES, Verdict, in_full, in_short
+from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
 from .judge import judge
+from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers
 from ..base.language import Speaker, pad, sentence, speaker
-
-TABLE = ROOT / "ch5_homework" / "stages.json"
 
 COLORS = {"right": "32", "wrong": "31", "crashes": "31", "times-out": "31", "does-not-compile": "31",
            "not-started": "33"}
@@ -33,40 +31,29 @@ def run_check(asked: list, as_json: bool, seed, language: str) -> int:
 
 
 def run_status(as_json: bool, language: str) -> int:
-    """Judges every stage and shows a line for each; 0."""
-    stages = select([])
+    """Judges every stage and shows a line for each, how many are right, and what comes next; 0."""
+    stages, say = select([]), speaker(language)
     verdicts = judge_stages(stages)
-    report(stages, verdicts if as_json else held_back(stages, verdicts, counts=False), as_json, tell_line,
-           speaker(language))
+    report(stages, verdicts if as_json else held_back(stages, verdicts, counts=False), as_json, tell_line, say)
+    open_stages = [stage["id"] for stage, verdict in zip(stages, verdicts) if verdict.state != "right"]
+    following = sentence("status.next", command=f"./course check {open_stages[0]}") if open_stages else sentence("check.last_stage")
+    print(f"\n{say('status.right', n=len(stages) - len(open_stages), all=len(stages))} {say.text(following)}",
+          file=sys.stderr if as_json else sys.stdout)
     return 0
 
 
 def held_back(stages: list, verdicts: list, counts: bool = True) -> list:
     """The verdicts for a student's eyes, who is to look for the cause of a failure once before it is named."""
-    threshold = json.loads(TABLE.read_text(encoding="utf-8"))["name_cause_at_failure"]
-    return [hint_policy.hold_back(stage, verdict, threshold, counts) for stage, verdict in zip(stages, verdicts)]
-
-
-def stage_table() -> list:
-    return json.loads(TABLE.read_text(encoding="utf-8"))["stages"]
+    return [hint_policy.hold_back(stage, verdict, NAME_CAUSE_AT_FAILURE, blanks.content_of(folder() / stage["file"]) or b"", counts)
+            for stage, verdict in zip(stages, verdicts)]
 
 
 def select(asked: list) -> list:
     """The rows of the table that are asked for; "1" means 1.1 and 1.2, and a stage's sections in the handout mean it."""
-    table = stage_table()
     for name in asked:
-        if not any(covers(name, stage) for stage in table):
-            raise CourseError(sentence("check.unknown_stage", name=name, stages=", ".join(stage["id"] for stage in table)))
-    return [stage for stage in table if not asked or any(covers(name, stage) for name in asked)]
-
-
-def covers(name: str, stage: dict) -> bool:
-    return stage["id"].startswith(name + ".") or name in [stage["id"], *sections_of(stage)]
-
-
-def sections_of(stage: dict) -> list:
-    """The handout's sections on a stage: one, unless the table says otherwise."""
-    return stage.get("sections", [stage["id"]])
+        if not any(covers(name, stage) for stage in STAGES):
+            raise CourseError(sentence("check.unknown_stage", name=name, stages=", ".join(stage["id"] for stage in STAGES)))
+    return [stage for stage in STAGES if not asked or any(covers(name, stage) for name in asked)]
 
 
 def judge_stages(stages: list, options=()) -> list:
@@ -76,8 +63,10 @@ def judge_stages(stages: list, options=()) -> list:
 
 
 def judge_stage(stage: dict, options) -> Verdict:
-    verdict = judge(BIN / target(stage["file"]), stage, options=options)
-    return blanks.explain(verdict, stage["file"], blanks.content_of(folder() / stage["file"]))
+    verdict, content = judge(BIN / target(stage["file"]), stage, options=options), blanks.content_of(folder() / stage["file"])
+    if verdict.state == "not-started" and blanks.some_filled(stage, content or b""):
+        verdict = verdict._replace(diagnosis={**verdict.diagnosis, "begun": True})
+    return blanks.explain(verdict, stage["file"], content)
 
 
 def report(stages: list, verdicts: list, as_json: bool, tell_one, say: Speaker) -> None:
@@ -120,9 +109,13 @@ def paint(text: str, state: str, out) -> str:
     return f"\033[1;{COLORS[state]}m{text}\033[0m"
 
 
+def state_of(verdict: Verdict, say: Speaker) -> str:
+    return say("state.half-done" if verdict.diagnosis.get("begun") else f"state.{verdict.state}")
+
+
 def tell_line(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     """One line of ./course status, and one for the hint."""
-    state = paint(f"{MARKS.get(verdict.state, '✗')} {pad(say(f'state.{verdict.state}'), STATE_WIDTH)}", verdict.state, out)
+    state = paint(f"{MARKS.get(verdict.state, '✗')} {pad(state_of(verdict, say), STATE_WIDTH)}", verdict.state, out)
     print(f"{stage['id']:<4} {state}  {say('title.' + stage['id'])}  ({stage['file']})", file=out)
     if verdict.diagnosis:
         print(f"       {in_short(verdict.diagnosis, say)}", file=out)
@@ -130,7 +123,7 @@ def tell_line(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
 
 def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     """The verdict of ./course check, all that it says, and what to do next."""
-    head = f"{MARKS.get(verdict.state, '✗')} {stage['id']} {say('state.' + verdict.state)}"
+    head = f"{MARKS.get(verdict.state, '✗')} {stage['id']} {state_of(verdict, say)}"
     print(f"{paint(head, verdict.state, out)}   {say('title.' + stage['id'])}", file=out)
     printed = verdict.printed.strip("\n").splitlines()
     if printed:
@@ -150,9 +143,11 @@ def next_step(stage: dict, verdict: Verdict) -> dict:
     again = f"./course check {stage['id']}"
     file = stage["file"] if HOMEWORK == ROOT / "ch5_homework" else shown(HOMEWORK / stage["file"])
     if verdict.state == "right":
-        ids = [row["id"] for row in stage_table()]
+        ids = [row["id"] for row in STAGES]
         following = ids[ids.index(stage["id"]) + 1:]
         return sentence("check.next_stage", command=f"./course check {following[0]}") if following else sentence("check.last_stage")
+    if cause_of(verdict.diagnosis) == "judge.ended_by_itself":
+        return sentence("check.next_ended_by_itself", file=file, command=again)
     todo = verdict.diagnosis.get("todo", "") if verdict.state == "not-started" else ""
     if todo and blanks.keeps_throw(folder() / stage["file"], todo):
         return sentence("check.throw_left", todo=todo, command=again)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ..base.build import HOMEWORK, ROOT
 from ..base.language import sentence
+from .regions import solution_text
 from .diagnosis import SHOWN_LINES, Verdict
 
 # The compiler's words on braces. A function that begins inside of another, or a file that ends inside of one:
@@ -45,7 +46,7 @@ def does_not_compile(file: str, output: str, content) -> Verdict:
     if not cause and lines:
         calling = where_called(file, lines, first) if not re.search(patterns[0], lines[first]) else ""
         words = f"{calling}: " + re.sub(r"^.*?error: ", "", lines[first]) if calling else lines[first]
-        cause = (not calling and of_braces(file, lines)) or {"quoted": shorten(words)}
+        cause = (not calling and (of_a_header(lines[first]) or of_braces(file, lines))) or {"quoted": shorten(words)}
     shown_lines = "\n".join(shorten(line) for line in lines[first:first + SHOWN_LINES])
     return Verdict("does-not-compile", {"cause": cause or sentence("compiler.silent")}, shown_lines)
 
@@ -67,9 +68,17 @@ def of_the_linker(file: str, output: str, content: bytes):
     if not missing or re.search(r":\d+: (fatal )?error: ", output):
         return None
     name = missing[1]
+    if f"{name}(" not in solution_text(file):
+        return sentence("compiler.no_body", name=name, file=file)
     if re.search(rf"\b{re.escape(name)}\(", content.decode("utf-8", "replace")):
         return sentence("compiler.function_changed", name=name, file=file)
     return sentence("compiler.function_missing", name=name, file=file, command=anew(file))
+
+
+def of_a_header(error: str):
+    """An error in a file of the project's that is not the student's, or None."""
+    found = re.search(rf"{re.escape(str(ROOT))}/((?:ch5_backend|solutions)/[^:]+):\d+", error)
+    return found and sentence("compiler.not_your_file", place=shorten(found[0]), command=f"git checkout {found[1]}")
 
 
 def where_called(file: str, lines: list, error: int) -> str:

@@ -51,14 +51,14 @@ def in_short(diagnosis: dict, say: Speaker) -> str:
 
 def told(diagnosis: dict, say: Speaker) -> str:
     """All of a test's diagnosis: what it is about, then labels, each with its text."""
-    todo = diagnosis.get("todo")
+    todo = diagnosis.get("todo", "").split()[-1:]
     lines = [(say(label), diagnosis[key]) for key, label in (("expected", "diagnosis.expected"), ("got", "diagnosis.got"))
              if key in diagnosis]
     lines += [(say.text(place), name) for place, name in diagnosis.get("places", ())]
     if cause := diagnosis.get("cause") or diagnosis.get("held_back"):
         lines.append((say("diagnosis.cause"), cause))
     lines.append((say("diagnosis.read"), sentence("diagnosis.handout_todo" if todo else "diagnosis.handout",
-                                                  stage=diagnosis["stage"], **({"todo": todo} if todo else {}))))
+                                                  stage=diagnosis["stage"], **({"todo": todo[0]} if todo else {}))))
     labeled = ["  " + (pad(label, LABEL_WIDTH) if len(label) < LABEL_WIDTH else label + " ") +
                 say.text(text).replace("\n", MORE) for label, text in lines]
     return "\n".join([what_of(diagnosis, say), *labeled])

@@ -1,19 +1,26 @@
 """./course hint: the handout's folded hints, one at a time, so that a terminal hides them as a browser does."""
 
 import re
+from pathlib import Path
 
 from ..base.build import ROOT
 from ..base.errors import CourseError
 from ..base.language import sentence, spoken
+from .regions import STAGES, covers, sections_of
 
-HANDOUTS = {"en": "README.md", "zh": "README.zh.md"}
+SUFFIX = {"en": ".md", "zh": ".zh.md"}
 
 
 def show(name: str, number: str, language: str = "") -> int:
-    """Prints one hint of a section, or of the section that treats a TODO; 0. Raises CourseError(2)."""
+    """Prints one hint of each section that the name means, as ./course check does, or of the one that treats a TODO; 0.
+    Raises CourseError(2)."""
     sections = handout(language or spoken())
-    section = find(name, sections)
-    hints = hints_of(sections[section])
+    for section in named(name, sections):
+        show_one(section, hints_of(sections[section]), number)
+    return 0
+
+
+def show_one(section: str, hints: dict, number: str) -> None:
     if number not in hints:
         raise CourseError(sentence("hint.unknown_number", stage=section, numbers=", ".join(hints), number=number,
                                    command=f"./course hint {section} 1"))
@@ -21,13 +28,16 @@ def show(name: str, number: str, language: str = "") -> int:
     print(f"Stage {section} · {title}\n\n{text}\n")
     following = str(int(number) + 1)
     print(f"./course check {section}" + (f"   ./course hint {section} {following}" if following in hints else ""))
-    return 0
+
+
+def page(stage: dict, language: str) -> Path:
+    return ROOT / "ch5_homework" / "handout" / f"stage_{stage['id']}{SUFFIX[language]}"
 
 
 def handout(language: str) -> dict:
     """{"1.1": its section of the handout}, in order."""
-    text = (ROOT / "ch5_homework" / HANDOUTS[language]).read_text(encoding="utf-8")
-    parts = re.split(r"^## Stage (\S+) ·.*$", text, flags=re.MULTILINE)
+    text = "".join(page(stage, language).read_text(encoding="utf-8") for stage in STAGES)
+    parts = re.split(r"^##? Stage (\S+) ·.*$", text, flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2]))
 
 
@@ -35,6 +45,14 @@ def hints_of(section: str) -> dict:
     """{"1": (title, text)}"""
     found = re.findall(r"<details><summary>((?:Hint|提示) (\d)[^<]*)</summary>\n\n(.*?)\n</details>", section, re.DOTALL)
     return {number: (title, text) for title, number, text in found}
+
+
+def named(name: str, sections: dict) -> list:
+    """The sections of the stages that a name covers, or the one that it finds. Raises CourseError(2)."""
+    if name in sections:
+        return [name]
+    covered = [section for stage in STAGES if covers(name, stage) for section in sections_of(stage)]
+    return covered or [find(name, sections)]
 
 
 def find(name: str, sections: dict) -> str:

@@ -1,24 +1,29 @@
-"""When ./course check says which mistake it sees: at a failure's second time, so that there is something to find first.
+"""When ./course check says which mistake it sees: when the same mistake comes a second time, in a file that has changed since, so
+that there is something to find first.
 
 The number stands in ch5_homework/stages.json, "name_cause_at_failure"; 1 names causes at once.
 """
 
+import hashlib
 import json
 
 from . import hint
 from ..base.build import BUILD, HOMEWORK
 from ..base.language import sentence
 from .diagnosis import SYMPTOMS, UNSET, Verdict, cause_of
+from .regions import sections_of
 
 
-def hold_back(stage: dict, verdict: Verdict, threshold: int, counts: bool = True) -> Verdict:
-    """The verdict as a student reads it, without its cause if the stage has not failed like this often enough.
+def hold_back(stage: dict, verdict: Verdict, threshold: int, content: bytes, counts: bool = True) -> Verdict:
+    """The verdict on a file with this content as a student reads it, without its cause if the stage has not failed like this
+    often enough.
 
     `counts` says whether this is a failure of its own, or only another look at one.
     """
     diagnosis = verdict.diagnosis if verdict.state == "wrong" else {}
-    failure = json.dumps([diagnosis["stage"], diagnosis["check"]], ensure_ascii=False) if "check" in diagnosis else ""
-    times, cause = remember(stage["id"], failure, counts), cause_of(diagnosis)
+    cause = cause_of(diagnosis)
+    failure = json.dumps([diagnosis["stage"], diagnosis["check"], cause], ensure_ascii=False) if "check" in diagnosis else ""
+    times = remember(stage["id"], failure, hashlib.sha256(content).hexdigest()[:16], counts)
     if not failure or times >= threshold or not cause or cause in SYMPTOMS + UNSET:
         return verdict
     section = section_of(stage, diagnosis.get("todo", ""))
@@ -27,19 +32,21 @@ def hold_back(stage: dict, verdict: Verdict, threshold: int, counts: bool = True
     return verdict._replace(diagnosis={**{key: value for key, value in diagnosis.items() if key != "cause"}, "held_back": why})
 
 
-def remember(stage_id: str, failure: str, counts: bool) -> int:
-    """How often the stage has failed like this in a row; "" is no failure."""
+def remember(stage_id: str, failure: str, digest: str, counts: bool) -> int:
+    """How often the stage has failed like this in a row, each time with another content; "" is no failure."""
     path, key = BUILD / "failures.json", f"{HOMEWORK} {stage_id}"
     try:
         known = json.loads(path.read_text(encoding="utf-8"))
-        known = known if isinstance(known, dict) else {}
-    except (OSError, ValueError):
+        known = {name: row for name, row in known.items() if len(row) == 3}
+    except (OSError, ValueError, AttributeError, TypeError):
         known = {}
-    last, times = known.get(key, ["", 0])
-    times = (times if last == failure else 0) + counts
-    if not counts:
+    last, last_digest, times = known.get(key, ["", "", 0])
+    if last != failure:
+        times = 0
+    if not counts or (last, last_digest) == (failure, digest):
         return times
-    known[key] = [failure, times]
+    times += 1
+    known[key] = [failure, digest, times]
     try:
         path.write_text(json.dumps(known, ensure_ascii=False, indent=1), encoding="utf-8")
     except OSError:  # then causes are named at once, rather than never
@@ -49,5 +56,5 @@ def remember(stage_id: str, failure: str, counts: bool) -> int:
 
 def section_of(stage: dict, todo: str) -> str:
     """The handout's section that a diagnosis belongs to."""
-    sections = stage.get("sections", [stage["id"]])
+    sections = sections_of(stage)
     return hint.find(todo, hint.handout("en")) if todo and len(sections) > 1 else sections[0]

@@ -35,6 +35,7 @@ ASSERTIONS = [
 EXCEPTIONS = [
     (r"std::bad_alloc|length_error|vector::_M_\w*append|_M_realloc_insert", "judge.out_of_memory"),
     (r"map::at", "judge.not_in_map"),
+    (r"not finite: \(\d+, \d+\) = -?nan|-\d\.\d+e\+30[0-9]", "judge.unset_numbers"),  # poison.h
     (r"vector::_M_range_check", "judge.index_outside_vector"),
 ]
 
@@ -115,6 +116,8 @@ def read_failure(test: dict, words: str) -> Verdict:
     if thrown := re.search(r'C\+\+ exception with description "(.*)" thrown', text, re.DOTALL):
         reason = in_plain_words(thrown[1], EXCEPTIONS)
         return Verdict("crashes", because("judge.exception", test=test["name"], reason=reason), printed=words)
+    if "Unknown C++ exception" in text:
+        return Verdict("crashes", because("judge.unknown_exception", test=test["name"]), printed=words)
     text = (text.partition("\n")[2] or text).strip()  # without the line of the test
     return Verdict("wrong", because("judge.test_failed", test=test["name"]), "\n".join(text.splitlines()[:SHOWN_LINES]), words)
 

@@ -15,6 +15,7 @@ import os
 import sys
 from pathlib import Path
 
+from ..base.build import HOMEWORK
 from ..base.language import Speaker, speaker
 from .regions import FILES, ROOT, STAGES, fill, regions, solution_text
 
@@ -65,6 +66,16 @@ def write(name: str, folder: Path, blanks, deep: bool, keep: bool, say: Speaker 
         return False
     path.write_text(text, encoding="utf-8")
     return True
+
+
+def deepen(on: bool, language: str) -> int:
+    """Writes each file of the homework at the depth asked for, unless a student has begun it; 1 if there is such a file."""
+    say = speaker(language)
+    HOMEWORK.mkdir(parents=True, exist_ok=True)
+    written = [write(name, HOMEWORK, None, on, True, say) for name in FILES]
+    if all(written):
+        print(say("skeleton.second_depth" if on else "skeleton.first_depth"))
+    return 0 if all(written) else 1
 
 
 def main() -> int:

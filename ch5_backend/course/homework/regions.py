@@ -20,8 +20,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
-STAGES = json.loads((ROOT / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
+TABLE = json.loads((ROOT / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))
+STAGES, NAME_CAUSE_AT_FAILURE = TABLE["stages"], TABLE["name_cause_at_failure"]
 FILES = sorted({stage["file"] for stage in STAGES})
+
+
+def sections_of(stage: dict) -> list:
+    """The handout's sections on a stage: one, unless the table says otherwise."""
+    return stage.get("sections", [stage["id"]])
+
+
+def covers(name: str, stage: dict) -> bool:
+    """Whether a name means this stage: "1" means 1.1 and 1.2, and a section its stage."""
+    return stage["id"].startswith(name + ".") or name in [stage["id"], *sections_of(stage)]
 
 
 @dataclass(frozen=True)

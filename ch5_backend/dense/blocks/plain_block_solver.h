@@ -110,7 +110,7 @@ class PlainBlockSolver : public NormalEquations {
   /// The first rows of Δx, those of the poses, by Cholesky of S_.
   bool SolvePoses(VecX* delta_x);
 
-  Graph* graph_;
+  GraphPointer graph_;
   Ordering ordering_;
   std::vector<BlockIndex> block_of_row_;  // by the first row of each block
   std::vector<std::vector<int>> seen_by_;

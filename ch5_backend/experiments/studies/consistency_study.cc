@@ -17,20 +17,25 @@
 namespace ch5 {
 namespace {
 
-struct Case {
-  const char* policy;
-  const char* mode;
-  ObservabilityConstraints constraints;
-  bool okvis, reuse;
-};
-constexpr Case kCases[] = {{"vins twice", "none", ObservabilityConstraints::kNone, false, true},
-                           {"vins", "none", ObservabilityConstraints::kNone, false, false},
-                           {"vins", "prior_only", ObservabilityConstraints::kMarginalizedEdges, false, false},
-                           {"vins", "full", ObservabilityConstraints::kAllEdges, false, false},
-                           {"okvis", "none", ObservabilityConstraints::kNone, true, false},
-                           {"okvis", "prior_only", ObservabilityConstraints::kMarginalizedEdges, true, false},
-                           {"okvis", "full", ObservabilityConstraints::kAllEdges, true, false}};
-constexpr int kNumCases = static_cast<int>(std::size(kCases));
+std::vector<ConsistencyCase> AllCases() {
+  std::vector<ConsistencyCase> cases;
+  for (const char* hosts : {"exact", "noisy"}) cases.push_back({"vins", "twice", hosts, "none"});
+  for (const char* policy : {"vins", "okvis"}) {
+    for (const char* hosts : {"exact", "noisy"}) {
+      for (const char* mode : {"none", "prior_only", "full"}) cases.push_back({policy, "once", hosts, mode});
+    }
+  }
+  return cases;
+}
+
+ObservabilityConstraints ConstraintsOf(const ConsistencyCase& c) {
+  if (c.mode == "none") return ObservabilityConstraints::kNone;
+  return c.mode == "full" ? ObservabilityConstraints::kAllEdges : ObservabilityConstraints::kMarginalizedEdges;
+}
+
+bool SameCase(const ConsistencyCase& a, const ConsistencyCase& b) {
+  return a.policy == b.policy && a.observations == b.observations && a.hosts == b.hosts && a.mode == b.mode;
+}
 
 // σ of the first state, both for the draw and in the prior. The σ of the speed is large since its direction in W would
 // reveal yaw.
@@ -94,25 +99,25 @@ Recording Simulate(const ConsistencyOptions& options, int run) {
                            simulation);
 }
 
-Estimator MakeEstimator(const Case& c, const Calibration& calibration, const ConsistencyOptions& study) {
+Estimator MakeEstimator(const ConsistencyCase& c, const Calibration& calibration, const ConsistencyOptions& study) {
   EstimatorOptions options = OptionsFor(calibration);
   options.weights.pixel_sigma = study.pixel_sigma;
   options.weights.cauchy = 0.0;
-  options.weights.noisy_hosts = !c.reuse;
+  options.weights.noisy_hosts = c.hosts == "noisy";
   options.max_outlier_pixels = 5.0 * study.pixel_sigma;  // the simulated tracks have no outliers, only depths diverge
   options.max_rejecting = 1e9;                           // few landmarks are normal here
-  options.observability_constraints = c.constraints;
+  options.observability_constraints = ConstraintsOf(c);
   options.report_covariance = true;
   VinsOptions vins;
   vins.window_size = 6;
-  vins.reuse_observations = c.reuse;
+  vins.reuse_observations = c.observations == "twice";
   OkvisOptions okvis;
   okvis.keyframes = 3;
   okvis.temporal_frames = 4;
   vins.cost_tolerance = okvis.cost_tolerance = 1e-6;
   vins.max_iterations = okvis.max_iterations = 20;
   vins.max_solve_seconds = 1e3;  // a result must not depend on the machine
-  return Estimator(options, c.okvis ? MakeOkvisPolicy(okvis) : MakeVinsPolicy(vins));
+  return Estimator(options, c.policy == "okvis" ? MakeOkvisPolicy(okvis) : MakeVinsPolicy(vins));
 }
 
 // One image of one run.
@@ -124,7 +129,7 @@ struct Sample {
 using Run = std::vector<Sample>;
 
 // @return  a sample per image until the estimator restarts, if it does
-Run RunOnce(const Recording& recording, const Case& c, const ConsistencyOptions& options, int run) {
+Run RunOnce(const Recording& recording, const ConsistencyCase& c, const ConsistencyOptions& options, int run) {
   const StartSigma sigma;
   Random random(3000 + static_cast<uint64_t>(run));
   const StampedState first = DrawStart(recording.truth.front(), sigma, &random);
@@ -153,10 +158,9 @@ Run RunOnce(const Recording& recording, const Case& c, const ConsistencyOptions&
 }
 
 // Over the runs that reached image k.
-ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs, const Case& c, int audited_runs) {
+ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs, const ConsistencyCase& c, int audited_runs) {
   ConsistencyRow row;
-  row.policy = c.policy;
-  row.mode = c.mode;
+  static_cast<ConsistencyCase&>(row) = c;
   row.t = runs.front()[k].t;
   for (const Run& run : runs) row.runs += k < run.size();
   double squared_yaw_error = 0.0, squared_position_error = 0.0;  // means
@@ -176,34 +180,53 @@ ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs, const Case& c, int
   return row;
 }
 
+ConsistencyRun MeanOf(const Run& run, const ConsistencyCase& c) {
+  ConsistencyRun mean;
+  static_cast<ConsistencyCase&>(mean) = c;
+  for (const Sample& sample : run) {
+    mean.nees_pose += sample.pose.nees / static_cast<double>(run.size());
+    mean.nees_yaw += sample.pose.YawNees() / static_cast<double>(run.size());
+  }
+  return mean;
+}
+
 }  // namespace
 
-std::vector<ConsistencyRow> RunConsistencyStudy(const ConsistencyOptions& options,
-                                                const std::function<void(double)>& progress) {
-  std::vector<std::vector<Run>> results(kNumCases, std::vector<Run>(static_cast<size_t>(options.runs)));
+ConsistencyStudy RunConsistencyStudy(const ConsistencyOptions& options, const std::function<void(double)>& progress) {
+  const std::vector<ConsistencyCase> cases = AllCases();
+  std::vector<std::vector<Run>> results(cases.size(), std::vector<Run>(static_cast<size_t>(options.runs)));
   std::mutex mutex;
   int done = 0;
-  ThreadPool pool(options.threads > 0 ? options.threads : static_cast<int>(std::thread::hardware_concurrency()));
+  ThreadPool pool(options.threads > 0 ? options.threads
+                                      : std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
   pool.Run(options.runs, [&](int run) {
     const Recording recording = Simulate(options, run);
-    for (size_t c = 0; c < kNumCases; ++c) {
-      results[c][static_cast<size_t>(run)] = RunOnce(recording, kCases[c], options, run);
+    for (size_t c = 0; c < cases.size(); ++c) {
+      results[c][static_cast<size_t>(run)] = RunOnce(recording, cases[c], options, run);
     }
     const std::lock_guard lock(mutex);
     if (progress) progress(static_cast<double>(++done) / options.runs);
   });
-  std::vector<ConsistencyRow> rows;
-  for (size_t c = 0; c < kNumCases; ++c) {
+  ConsistencyStudy study;
+  for (size_t c = 0; c < cases.size(); ++c) {
     for (size_t k = 0; k < results[c].front().size(); ++k) {
-      rows.push_back(MeanAt(k, results[c], kCases[c], std::min(options.audited_runs, options.runs)));
+      study.rows.push_back(MeanAt(k, results[c], cases[c], std::min(options.audited_runs, options.runs)));
     }
+    for (const Run& run : results[c]) study.runs.push_back(MeanOf(run, cases[c]));
   }
-  return rows;
+  return study;
 }
 
 namespace {
 
-// What consistency_summary.csv says of one policy and mode, over its rows.
+// Standard error of the mean of independent values.
+double StandardError(const std::vector<double>& values) {
+  const auto v = Eigen::Map<const VecX>(values.data(), static_cast<Eigen::Index>(values.size()));
+  const double n = static_cast<double>(values.size());
+  return n > 1.0 ? (v.array() - v.mean()).matrix().norm() / std::sqrt(n * (n - 1.0)) : 0.0;
+}
+
+// What consistency_summary.csv says of one case.
 class CaseSummary {
  public:
   void Add(const ConsistencyRow& row, const ConfidenceBand& pose, const ConfidenceBand& yaw) {
@@ -217,10 +240,15 @@ class CaseSummary {
     largest_information_ = std::max(largest_information_, row.yaw_information);
     last_ = row;
   }
+  void Add(const ConsistencyRun& run) {
+    run_pose_.push_back(run.nees_pose);
+    run_yaw_.push_back(run.nees_yaw);
+  }
   void AppendTo(CsvTable* table) const {
     if (count_ == 0) return;
     const double n = count_;
-    table->Row(last_.policy, last_.mode, last_.runs, nees_pose_ / n, nees_yaw_ / n, pose_inside_ / n, pose_above_ / n,
+    table->Row(last_.policy, last_.observations, last_.hosts, last_.mode, last_.runs, nees_pose_ / n,
+               StandardError(run_pose_), nees_yaw_ / n, StandardError(run_yaw_), pose_inside_ / n, pose_above_ / n,
                yaw_inside_ / n, yaw_above_ / n, largest_information_ / first_information_, last_.yaw_leak,
                last_.position_leak, last_.yaw_rmse, last_.position_rmse);
   }
@@ -229,26 +257,31 @@ class CaseSummary {
   int count_ = 0, pose_inside_ = 0, pose_above_ = 0, yaw_inside_ = 0, yaw_above_ = 0;
   double nees_pose_ = 0.0, nees_yaw_ = 0.0;  // sums
   double first_information_ = 0.0, largest_information_ = 0.0;
+  std::vector<double> run_pose_, run_yaw_;
   ConsistencyRow last_;
 };
 
 }  // namespace
 
-void WriteConsistencyTables(const std::vector<ConsistencyRow>& rows, const std::filesystem::path& csv) {
+void WriteConsistencyTables(const ConsistencyStudy& study, const std::filesystem::path& csv) {
   CsvTable table(
-      "policy,mode,t_s,runs,nees_pose,pose_low,pose_high,nees_yaw,yaw_low,yaw_high,yaw_information,yaw_rmse_rad,"
-      "position_rmse_m,yaw_leak,position_leak");
+      "policy,observations,hosts,mode,t_s,runs,nees_pose,pose_low,pose_high,nees_yaw,yaw_low,yaw_high,yaw_information,"
+      "yaw_rmse_rad,position_rmse_m,yaw_leak,position_leak");
   CsvTable summaries(
-      "policy,mode,runs,nees_pose,nees_yaw,pose_inside,pose_above,yaw_inside,yaw_above,yaw_information_gain,yaw_leak,"
-      "position_leak,yaw_rmse_rad,position_rmse_m");
-  for (const Case& c : kCases) {
+      "policy,observations,hosts,mode,runs,nees_pose,nees_pose_error,nees_yaw,nees_yaw_error,pose_inside,pose_above,"
+      "yaw_inside,yaw_above,yaw_information_gain,yaw_leak,position_leak,yaw_rmse_rad,position_rmse_m");
+  for (const ConsistencyCase& c : AllCases()) {
     CaseSummary summary;
-    for (const ConsistencyRow& row : rows) {
-      if (row.policy != c.policy || row.mode != c.mode) continue;
+    for (const ConsistencyRow& row : study.rows) {
+      if (!SameCase(row, c)) continue;
       const ConfidenceBand pose = ChiSquaredBand(6, row.runs), yaw = ChiSquaredBand(1, row.runs);
-      table.Row(row.policy, row.mode, row.t, row.runs, row.nees_pose, pose.low, pose.high, row.nees_yaw, yaw.low,
-                yaw.high, row.yaw_information, row.yaw_rmse, row.position_rmse, row.yaw_leak, row.position_leak);
+      table.Row(row.policy, row.observations, row.hosts, row.mode, row.t, row.runs, row.nees_pose, pose.low, pose.high,
+                row.nees_yaw, yaw.low, yaw.high, row.yaw_information, row.yaw_rmse, row.position_rmse, row.yaw_leak,
+                row.position_leak);
       summary.Add(row, pose, yaw);
+    }
+    for (const ConsistencyRun& run : study.runs) {
+      if (SameCase(run, c)) summary.Add(run);
     }
     summary.AppendTo(&summaries);
   }

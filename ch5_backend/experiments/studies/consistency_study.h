@@ -3,6 +3,10 @@
 ///
 /// The newest pose's NEES (evaluate/nees.h), averaged over runs that differ in their noise.
 ///
+/// A window may be too certain in two ways besides its linearization: it counts an observation again that its prior
+/// contains already, and it takes the host's bearing, which all residuals of a landmark share, for exact. Both are
+/// varied, apart from each other.
+///
 /// Errors in position and yaw need a frame in which both are known, here that of the first state: each run starts from a
 /// state drawn around the truth, its prior has the σ of that draw, and all later errors and covariances are in that W. No
 /// gauge prior is needed besides (Window::prior_fixes_gauge). Nothing measures yaw afterwards, so its information can
@@ -30,10 +34,16 @@ struct ConsistencyOptions {
   int threads = 0;           ///< 0: as many as the machine has; the result does not depend on it
 };
 
-/// One policy with one mode of observability constraints at one time, over all runs.
-struct ConsistencyRow {
-  std::string policy;  ///< "vins", "okvis"; "vins twice" uses observations twice, as VINS-Mono does
-  std::string mode;    ///< ObservabilityConstraints: "none", "prior_only" (marginalized edges), "full" (all edges)
+/// What varies between the estimators of the study.
+struct ConsistencyCase {
+  std::string policy;        ///< "vins", "okvis"
+  std::string observations;  ///< "twice", VINS-Mono's re-use of what its prior contains, or "once"
+  std::string hosts;         ///< "exact", as in VINS-Mono and by default, or "noisy" (types/visual/edge_track.h)
+  std::string mode;  ///< ObservabilityConstraints: "none", "prior_only" (marginalized edges), "full" (all edges)
+};
+
+/// One case at one time, over all runs.
+struct ConsistencyRow : ConsistencyCase {
   double t = 0.0;
   int runs = 0;                            ///< that have not failed
   double nees_pose = 0.0, nees_yaw = 0.0;  ///< means
@@ -44,12 +54,23 @@ struct ConsistencyRow {
   double position_leak = 0.0;  ///< … and on position, sum of the three directions [m⁻²]
 };
 
-/// Each policy with each mode.
-std::vector<ConsistencyRow> RunConsistencyStudy(const ConsistencyOptions& options,
-                                                const std::function<void(double)>& progress = nullptr);
+/// One case in one run, over its images. Runs are independent of each other; the images of a run are not.
+struct ConsistencyRun : ConsistencyCase {
+  double nees_pose = 0.0, nees_yaw = 0.0;  ///< means
+};
 
-/// Writes consistency.csv (a row per policy, mode and time, with the 95 % bands) and consistency_summary.csv.
+struct ConsistencyStudy {
+  std::vector<ConsistencyRow> rows;  ///< by case and time
+  std::vector<ConsistencyRun> runs;  ///< by case and run
+};
+
+/// Each policy with each mode, and VINS-Mono's with observations used twice, all with hosts exact and noisy.
+ConsistencyStudy RunConsistencyStudy(const ConsistencyOptions& options,
+                                     const std::function<void(double)>& progress = nullptr);
+
+/// Writes consistency.csv (a row per case and time, with the 95 % bands) and consistency_summary.csv, where the
+/// standard errors of the mean NEES are over runs.
 /// @throws WriteError
-void WriteConsistencyTables(const std::vector<ConsistencyRow>& rows, const std::filesystem::path& csv);
+void WriteConsistencyTables(const ConsistencyStudy& study, const std::filesystem::path& csv);
 
 }  // namespace ch5

@@ -52,19 +52,20 @@ void RunCase(const MonoBaCase& study, Tables* tables) {
   SolveOptions options;
   options.callback = [&](const IterationInfo& info) {
     int k = 0;
-    for (const Vec3& p : AlignToTruth(EstimateOf(scene, ba), truth).points) {
+    const Reconstruction aligned = AlignToTruth(EstimateOf(scene, ba), truth).value();
+    for (const Vec3& p : aligned.points) {
       tables->iterations.Row(study.name, info.iteration, k++, p.x(), p.y(), p.z());
     }
     return true;
   };
   const Summary summary = problem.Solve(options);
-  const Reconstruction final_state = AlignToTruth(EstimateOf(scene, ba), truth);
+  const Reconstruction estimate = EstimateOf(scene, ba), final_state = AlignToTruth(estimate, truth).value();
 
   AppendReconstruction(study.name, "truth", truth, tables);
   AppendReconstruction(study.name, "initial", initial, tables);
   AppendReconstruction(study.name, "final", final_state, tables);
   AppendSummary(study, summary, problem.Size(), ba.graph.Edges().size(), Compare(initial, truth),
-                Compare(final_state, truth), tables);
+                CompareAligned(estimate, truth).value(), tables);
   MonoBa free = FreeMonoBa(scene, study.pixel_information, ba);
   const HessianPair hessian = FreeHessian(&free);
   AppendNonZeros(hessian.H, &tables->hessian, study.name, "H");

@@ -15,14 +15,20 @@ double Percentile(std::vector<double> values, double fraction) {
 }
 
 void Summarize(const Recording& recording, OdometryRun* run) {
-  double total = 0.0;
+  double total = 0.0, answered = 0.0;
   std::vector<double> milliseconds;
   for (const WindowRow& row : run->rows) {
     total += row.seconds;
-    if (row.report.state) milliseconds.push_back(1e3 * row.seconds);
+    if (!row.report.state) continue;
+    answered += row.seconds;
+    milliseconds.push_back(1e3 * row.seconds);
   }
   run->p99_window_ms = Percentile(milliseconds, 0.99);
-  run->realtime_factor = (run->rows.back().t - run->rows.front().t) / std::max(total, 1e-9);
+  const double duration = run->rows.back().t - run->rows.front().t;
+  run->realtime_factor = duration / std::max(total, 1e-9);
+  const double share = static_cast<double>(milliseconds.size()) / static_cast<double>(run->rows.size());
+  run->tracking_factor =
+      share > 0.0 ? share * duration / std::max(answered, 1e-9) : std::numeric_limits<double>::quiet_NaN();
   run->error = CompareTrajectories(run->states, recording.truth);
 }
 

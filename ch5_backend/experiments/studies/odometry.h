@@ -32,7 +32,9 @@ struct OdometryRun {
   std::optional<TrajectoryError> error;
   int restarts = 0;
   double realtime_factor = 0.0;  ///< duration of the recording / time spent
-  double p99_window_ms = 0.0;    ///< of the images with an estimate; NaN if there is none
+  double tracking_factor =
+      0.0;  ///< the same of the images with an estimate, without those of the start; NaN if there is none
+  double p99_window_ms = 0.0;  ///< of the images with an estimate; NaN if there is none
 };
 
 using OdometryCallback = std::function<void(const Estimator&, const WindowRow&)>;

@@ -25,13 +25,14 @@ WindowSnapshot TakeSnapshot(const Window& window, double t) {
 
 CsvTable PolicyTable(const OdometryStudy& study) {
   CsvTable table(
-      "policy,ate_m,scale_error,yaw_error_deg,rotation_error_deg,realtime_factor,p99_window_ms,frames,restarts");
+      "policy,ate_m,scale_error,yaw_error_deg,rotation_error_deg,realtime_factor,tracking_factor,p99_window_ms,frames,"
+      "restarts");
   for (const OdometryRun& run : study.runs) {
     const auto degrees = [](double radians) { return radians * 180.0 / M_PI; };
     table.Row(run.policy, run.error ? run.error->position_rmse : kNoNumber,
               run.error ? run.error->scale - 1.0 : kNoNumber, run.error ? degrees(run.error->yaw_rmse) : kNoNumber,
-              run.error ? degrees(run.error->rotation_rmse) : kNoNumber, run.realtime_factor, run.p99_window_ms,
-              run.states.size(), run.restarts);
+              run.error ? degrees(run.error->rotation_rmse) : kNoNumber, run.realtime_factor, run.tracking_factor,
+              run.p99_window_ms, run.states.size(), run.restarts);
   }
   return table;
 }

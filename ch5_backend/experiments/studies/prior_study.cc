@@ -75,7 +75,7 @@ PriorRun RunPrior(const PriorVariant& variant, const MonoBaScene& scene, double 
   const Reconstruction truth = TruthOf(scene), estimate = EstimateOf(scene, ba);
   run.drift_position = (estimate.frames[0].p - truth.frames[0].p).norm();
   run.drift_rotation = LogSO3(truth.frames[0].q.conjugate() * estimate.frames[0].q).norm();
-  run.rmse = Compare(AlignToTruth(estimate, truth), truth);
+  run.rmse = CompareAligned(estimate, truth).value();
   return run;
 }
 

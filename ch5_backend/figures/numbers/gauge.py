@@ -9,6 +9,10 @@ from ..atomic_write import atomic_write
 from ..tables import TableError, read
 from . import gauge_paper
 
+STARTS = ("stated", "rotations nearer", "all nearer")
+NOISY = "more noise"
+VARIANTS = ("as shown", "two views", "few points", "more noise")
+READINGS = {"the cost": 1, "the residual": 2}  # what the paper's w may multiply: w ‖r‖², or ‖w r‖²
 METHODS = ("fixation", "free", "prior", "pseudo-inverse")
 ERRORS = ("position_m", "rotation_deg", "velocity_m_s")
 RECORDINGS = ("euroc_v1_01_easy", "tango_walk")
@@ -39,6 +43,19 @@ def over_weight(table, column):
 def usual(table, **changes):
     """The rows in which nothing but `changes` differs from the usual values."""
     return table.where(**{**{factor: values[0] for factor, values in FACTORS.items()}, **changes})
+
+
+def as_the_paper(weights, mean, power):
+    """The paper's weights and its iterations, and ours where the cost has w to this power, between our weights."""
+    theirs = {weight: iterations for weight, iterations in gauge_paper.SWEEP.items() if weight > 0}
+    ours = np.interp(power * np.log(list(theirs)), np.log(weights[weights > 0]), mean[weights > 0])
+    return np.array(list(theirs)), np.array(list(theirs.values())), ours
+
+
+def gap(weights, mean, power, least):
+    """Root mean square of ours − the paper's iterations, at the paper's weights from `least` on."""
+    at, theirs, ours = as_the_paper(weights, mean, power)
+    return np.sqrt(np.mean((ours - theirs)[at >= least]**2))
 
 
 def right_weights(table):
@@ -73,8 +90,10 @@ def methods(table):
         rows = of_scene(table, scene)
         of_method = {method: rows.where(method=method) for method in METHODS}
         for method, own in of_method.items():
-            for what in ("iterations", "milliseconds", *ERRORS):
+            for what in ("iterations", *ERRORS):
                 found[f"{scene[0]} {scene[1]} {method}", f"mean {what}"] = own[what].mean()
+            found[f"{scene[0]} {scene[1]} {method}", "median milliseconds an iteration"] = np.median(
+                own["milliseconds"] / own["iterations"])
         extra.append(of_method["free"]["iterations"] - of_method["fixation"]["iterations"])
         found[" ".join(scene), "mean iterations of free − fixation"] = extra[-1].mean()
     extra = np.concatenate(extra)
@@ -99,6 +118,34 @@ def sweep(table):
                             ("iterations at the recommended weight", mean[weights == gauge_paper.RECOMMENDED][0]),
                             ("peak / greater end", mean[at] / max(mean[0], mean[-1]))):
             found[" ".join(scene), what] = value
+    return found
+
+
+def near_start(table):
+    """How far our sweep is from the paper's, by start and by what the paper's w multiplies."""
+    found = {}
+    for start in (*STARTS, NOISY):
+        rows = table.where(start=start)
+        weights, mean, _ = over_weight(rows, "iterations")
+        found[start, "mean first reprojection error [px]"] = rows.where(weight=0)["start_px"].mean()
+        found[start, "iterations at 0"], found[start, "iterations at 3"] = mean[0], mean[weights == 3][0]
+        for reading, power in READINGS.items():
+            for least in (3, 7):
+                found[start, f"gap from w = {least} on if w multiplies {reading}"] = gap(weights, mean, power, least)
+    return found
+
+
+def variants(table):
+    """Table II and Fig. 7 with other scenes: whose error is greatest, and what the free gauge saves."""
+    found = {}
+    for variant in VARIANTS:
+        for path, points in gauge_paper.SCENES:
+            rows, of = of_scene(table, (path, points)).where(variant=variant), f"{variant}, {path} {points}"
+            for column in ("seen_per_keyframe", *ERRORS, *(f"{method}_iterations" for method in METHODS[:3])):
+                found[of, f"mean {column}"] = rows[column].mean()
+        for points in ("planes", "random"):
+            turned = {path: found[f"{variant}, {path} {points}", "mean rotation_deg"] for path in ("sine", "arc", "rec")}
+            found[f"{variant}, {points}", "arc's rotation error / the next"] = turned.pop("arc") / max(turned.values())
     return found
 
 
@@ -198,7 +245,7 @@ def recordings(table):
 
 
 STUDIES = {function.__name__: function for function in
-           (methods, sweep, convergence, spectrum, covariance, deviations, prior_choice, audit, recordings)}
+           (methods, sweep, near_start, variants, convergence, spectrum, covariance, deviations, prior_choice, audit, recordings)}
 
 
 def numbers(directory):

@@ -33,5 +33,6 @@ EUROC = {"fixation": (0.06936, 0.07845, 0.03092), "free": (0.06918, 0.07857, 0.0
 # Fig. 5: iterations at each weight of the prior, and the weight that the paper recommends.
 SWEEP = {0: 4, 3: 4, 7: 12, 10: 11, 50: 8, 100: 7, 300: 6, 500: 5, 1e3: 5, 5e3: 5}
 RECOMMENDED = 1e5
+FIRST_PIXELS = 14.7  # Fig. 6: the reprojection error at the start [px]
 
 COVARIANCE_DISTANCE = 0.0011  # §VI: the transformed free covariance from the fixed one

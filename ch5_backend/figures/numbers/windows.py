@@ -1,7 +1,15 @@
 """Numbers of sliding windows and their priors."""
 import sys
+from pathlib import Path
 
-CONSISTENCY = "../nees/csv/consistency"  # of ch5_nees, beside the chapter's tables
+from ..tables import Tables
+
+KEPT = Tables(Path(__file__).resolve().parents[1] / "kept")  # of ch5_nees --runs 200, and of --recordings: half an hour's work
+
+
+def consistency(tables, policy, mode, table="consistency", hosts="noisy", observations="once"):
+    """The rows of one case; unless told otherwise, one that makes neither of the two other mistakes."""
+    return tables(table, policy=policy, mode=mode, hosts=hosts, observations=observations)
 
 
 def spectra(tables, policy="vins"):

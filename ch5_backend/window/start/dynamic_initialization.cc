@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "ch5_backend/marginalize/edge_prior.h"
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/inertial/edge_imu.h"
 #include "ch5_backend/types/visual/edge_reprojection.h"
@@ -228,8 +229,21 @@ class DynamicInitializer {
 
 }  // namespace
 
+void DynamicInitializationOptions::Validate() const {
+  CheckPositive("DynamicInitializationOptions::focal_length", focal_length);
+  CheckPositive("DynamicInitializationOptions::pixel_sigma", pixel_sigma);
+  CheckPositive("DynamicInitializationOptions::gravity", gravity);
+  CheckPositive("DynamicInitializationOptions::b_a_sigma", b_a_sigma);
+  CheckOption("DynamicInitializationOptions::least_tracks", least_tracks, 1);
+  CheckOption("DynamicInitializationOptions::least_parallax", least_parallax, 0);
+  CheckPositive("DynamicInitializationOptions::largest_scale_sigma", largest_scale_sigma);
+  CheckPositive("DynamicInitializationOptions::largest_gravity_sigma", largest_gravity_sigma);
+  CheckOption("DynamicInitializationOptions::least_inliers", least_inliers, 0, 1);
+}
+
 DynamicInitialization InitializeDynamically(const std::vector<InitializationImage>& frames,
                                             const DynamicInitializationOptions& options) {
+  options.Validate();
   return DynamicInitializer(options).Run(frames);
 }
 

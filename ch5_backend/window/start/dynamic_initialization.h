@@ -33,6 +33,9 @@ struct DynamicInitializationOptions {
   double largest_scale_sigma = 0.05;    ///< relative
   double largest_gravity_sigma = 0.05;  ///< [rad]
   double least_inliers = 0.6;           ///< fraction of the observations within 3 σ
+
+  /// @throws OptionError
+  void Validate() const;
 };
 
 /// Why there is no start.
@@ -60,7 +63,7 @@ struct DynamicInitialization {
 };
 
 /// @param frames  in order of time. The preintegrations do not change; their biases are the initial guess.
-/// @throws std::invalid_argument if an image but the first has no preintegration
+/// @throws OptionError, or std::invalid_argument if an image but the first has no preintegration
 DynamicInitialization InitializeDynamically(const std::vector<InitializationImage>& frames,
                                             const DynamicInitializationOptions& options);
 

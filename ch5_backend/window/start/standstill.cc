@@ -4,9 +4,24 @@
 #include <cmath>
 #include <map>
 
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/math/so3.h"
 
 namespace ch5 {
+
+void StandstillOptions::Validate() const {
+  CheckPositive("StandstillOptions::seconds", seconds);
+  CheckOption("StandstillOptions::pixels", pixels, 0);
+  CheckOption("StandstillOptions::acceleration", acceleration, 0);
+  CheckPositive("StandstillOptions::focal_length", focal_length);
+  CheckPositive("StandstillOptions::gravity", gravity);
+}
+
+void StandstillDetector::AddImu(const ImuMeasurement& reading) {
+  constexpr double kWithoutImage = 60.0;  // what is older cannot be asked for any more [s]
+  imu_.push_back(reading);
+  while (imu_.front().t < reading.t - options_.seconds - kWithoutImage) imu_.pop_front();
+}
 
 std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame) {
   images_.push_back(frame);

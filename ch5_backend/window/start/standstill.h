@@ -16,6 +16,9 @@ struct StandstillOptions {
   double acceleration = 0.3;    ///< … and the mean specific force differs from gravity by less than this [m/s²]
   double focal_length = 460.0;  ///< [px]
   double gravity = 9.81;        ///< [m/s²]
+
+  /// @throws OptionError
+  void Validate() const;
 };
 
 /// The state at rest. Position, yaw and speed are zero.
@@ -28,9 +31,10 @@ struct StandstillState {
 /// Tells from IMU and images whether the body is at rest.
 class StandstillDetector {
  public:
-  explicit StandstillDetector(const StandstillOptions& options) : options_(options) {}
+  /// @throws OptionError
+  explicit StandstillDetector(const StandstillOptions& options) : options_(options) { options.Validate(); }
 
-  void AddImu(const ImuMeasurement& reading) { imu_.push_back(reading); }
+  void AddImu(const ImuMeasurement& reading);
   /// @return the state at this image, if the body has been at rest until then
   std::optional<StandstillState> AddFrame(const Image& frame);
   void Reset();

@@ -130,8 +130,8 @@ inline const PlacementMistake kPlacementMistakes[] = {
      [](MatXX* H, const Turn& t) {
        if (t.diagonal) Add(H, t.i, t.j, t.block);
      }},
-    {"1.1a", "1.1.loss_forgotten", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.without_loss); }},
-    {"1.1a", "1.1.first_order_loss", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.first_order); }},
+    {"1.1c 1.1a", "1.1.loss_forgotten", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.without_loss); }},
+    {"1.1c 1.1a", "1.1.first_order_loss", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.first_order); }},
     {"1.1b", "1.1.loss_forgotten_mirrored_block",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
@@ -197,8 +197,8 @@ inline const PlacementMistake kPlacementMistakes[] = {
      [](MatXX* H, const Turn& t) {
        if (t.block.rows() == t.block.cols()) Add(H, t.i, t.j, t.block + t.block.transpose());
      }},
-    {"1.1a", "1.1.weight_missing", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.without_weight); }},
-    {"1.1a", "1.1.drho_acts_twice", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.drho * t.block); }},
+    {"1.1c 1.1a", "1.1.weight_missing", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.without_weight); }},
+    {"1.1c 1.1a", "1.1.drho_acts_twice", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.drho * t.block); }},
     {"1.1b", "1.1.mirror_takes_sum",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
@@ -256,8 +256,8 @@ inline std::vector<Mistake> MistakesInB(const Graph& graph, int size) {
   const Takes right = [](bool diagonal, double* of_i, double*) { *of_i = diagonal; };
   const Text mirror = "1.1.b_added_in_mirror";
   const Text pairs = "1.1.b_added_with_each_block";
-  return {{"", "1.1.sign_b", is([](bool diagonal, double* of_i, double*) { *of_i = -1.0 * diagonal; })},
-          {"", "1.1.b_doubled", is([](bool diagonal, double* of_i, double*) { *of_i = 2.0 * diagonal; })},
+  return {{"1.1d 1.1b", "1.1.sign_b", is([](bool diagonal, double* of_i, double*) { *of_i = -1.0 * diagonal; })},
+          {"1.1d 1.1b", "1.1.b_doubled", is([](bool diagonal, double* of_i, double*) { *of_i = 2.0 * diagonal; })},
           {"1.1b", mirror, is([](bool diagonal, double* of_i, double* of_j) { *(diagonal ? of_i : of_j) = 1.0; })},
           {"1.1b", mirror, is([](bool, double* of_i, double*) { *of_i = 1.0; })},
           {"1.1b", mirror, is([](bool diagonal, double* of_i, double* of_j) {

@@ -79,6 +79,8 @@ struct Case {
   VecX StartingAtItsLength(Eigen::Index n) const {
     return 2 * n <= system.b.size() ? VecX(system.b.segment(n, n)) : VecX(VecX::Zero(n));
   }
+  /// The landmarks' rows of b, from one row too early on.
+  VecX OneRowEarly(Eigen::Index m) const { return m < system.b.size() ? VecX(system.b.segment(p - 1, m)) : system.b; }
 
   std::vector<Mistake> SchurMistakes() const {
     const Parts r = Right();
@@ -86,15 +88,15 @@ struct Case {
         {"1.2b", Text("formula.sign_added", {{"term", Word("H_pm H_mm⁻¹ H_mp")}}),
          [=] { return MatXX(r.H_pp + r.H_pm * r.H_mm_inverse * r.H_pm.transpose()); }},
         {"1.2b", "1.2.nothing_subtracted", [=] { return r.H_pp; }},
-        {"1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ H_mp")}}),
+        {"1.2d 1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ H_mp")}}),
          [=] { return MatXX(r.H_pp - r.H_pm * r.H_pm.transpose()); }},
-        {"1.2b", Text("formula.inverse_meant", {{"matrix", Word("H_mm")}}),
+        {"1.2d 1.2b", Text("formula.inverse_meant", {{"matrix", Word("H_mm")}}),
          [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm * r.H_pm.transpose()); }},
         {"1.2b", "1.2.H_mminv_acts_twice",
          [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * r.H_mm_inverse * r.H_pm.transpose()); }},
         {"1.2b", "1.2.H_pp_missing_minus", [=] { return MatXX(r.Schur() - r.H_pp); }},
         {"1.2b", "1.2.H_pp_missing_plus", [=] { return MatXX(r.H_pp - r.Schur()); }},
-        {"1.2b", "1.2.H_mm_only_diagonal_inverted", [=] {
+        {"1.2d 1.2b", "1.2.H_mm_only_diagonal_inverted", [=] {
            const MatXX inverse = r.H_mm.diagonal().cwiseInverse().asDiagonal();
            return MatXX(r.H_pp - r.H_pm * inverse * r.H_pm.transpose());
          }}};
@@ -126,6 +128,8 @@ struct Case {
       mistakes.push_back(
           {"1.2a", "1.2.H_mp_holds_H_pm", [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * r.H_pm); }});
       mistakes.push_back({"1.2a", "1.2.H_pm_holds_H_mp", [=] { return MatXX(r.H_pp - Q * r.H_mm_inverse * Q); }});
+      mistakes.push_back(
+          {"1.2d 1.2b", "1.2.H_pp_inverted", [=] { return MatXX(r.H_pp - r.H_pm * r.H_pp.inverse() * Q); }});
       mistakes.push_back({"1.2b", "1.2.H_mm_for_H_pp", [=] { return MatXX(r.H_mm - r.H_pm * r.H_mm_inverse * Q); }});
     }
     return mistakes;
@@ -151,6 +155,8 @@ struct Case {
          [=] {
            return VecX(StartingAtItsLength(r.b_p.size()) - r.H_pm * r.H_mm_inverse * StartingAtItsLength(r.b_m.size()));
          }},
+        {"1.2a", "1.2.b_m_at_wrong_place",
+         [=] { return VecX(r.b_p - r.H_pm * r.H_mm_inverse * OneRowEarly(r.b_m.size())); }},
         {"1.2a", "1.2.signs_both_segments", [=] { return VecX(-r.Reduced()); }},
         {"1.2a", "1.2.poses_b_for_b_m",
          [=] { return VecX(r.b_p - r.H_pm * r.H_mm_inverse * system.b.head(r.b_m.size())); }}};

@@ -176,22 +176,23 @@ inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx) {
       {"2d", "2.A_rr_alone", [=] { return r.A_rr; }},
       {"2d", "2.covariance_for_information",
        [=] { return MatXX(PseudoInversePsd(r.H).topLeftCorner(r.A_rr.rows(), r.A_rr.cols())); }},
-      {"2d", "2.A_mminv_missing", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr); }},
-      {"2d", Text("formula.inverse_meant", {{"matrix", Word("A_mm")}}),
+      {"2e 2d", "2.A_mminv_missing", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr); }},
+      {"2e 2d", Text("formula.inverse_meant", {{"matrix", Word("A_mm")}}),
        [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm * r.A_mr); }},
       {"2d", "2.order_difference", [=] { return MatXX(r.A_rm * r.A_mm_inverse * r.A_mr - r.A_rr); }},
       {"2d", "2.product_alone", [=] { return MatXX(r.A_rm * r.A_mm_inverse * r.A_mr); }}};
-  mistakes.push_back({"2d", "2.divided_by_a_number", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr / r.A_mm(0, 0)); }});
   mistakes.push_back(
-      {"2d", "2.divided_by_a_number", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr / r.A_mm.determinant()); }});
+      {"2e 2d", "2.divided_by_a_number", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr / r.A_mm(0, 0)); }});
   mistakes.push_back(
-      {"2d", "2.inverse_by_entries", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm.cwiseInverse() * r.A_mr); }});
-  mistakes.push_back({"2d", "2.inverse_by_entries",
+      {"2e 2d", "2.divided_by_a_number", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr / r.A_mm.determinant()); }});
+  mistakes.push_back(
+      {"2e 2d", "2.inverse_by_entries", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm.cwiseInverse() * r.A_mr); }});
+  mistakes.push_back({"2e 2d", "2.inverse_by_entries",
                       [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm.diagonal().cwiseInverse().asDiagonal() * r.A_mr); }});
   mistakes.push_back({"2d", "2.A_mminv_acts_twice",
                       [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm_inverse * r.A_mm_inverse * r.A_mr); }});
   for (const Mistake& mistake : ExchangeMistakes(r)) mistakes.push_back(mistake);
-  mistakes.push_back({"2d", "2.inverse_wrong_corner", [=] {
+  mistakes.push_back({"2e 2d", "2.inverse_wrong_corner", [=] {
                         const auto m = r.A_mm.rows();
                         return MatXX(r.A_rr - r.A_rm * PseudoInversePsd(r.H.topLeftCorner(m, m)) * r.A_mr);
                       }});
@@ -214,7 +215,7 @@ inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_
       {"2d", "2.b_m_taken_front_b_marg",
        [=] { return VecX(r.b_r - r.A_rm * r.A_mm_inverse * r.b_r.head(r.b_m.size())); }},
       {"2d", "2.b_m_taken_idx", [=] { return VecX(r.b_r - r.A_rm * r.A_mm_inverse * r.b.segment(idx, r.b_m.size())); }},
-      {"2d", "2.divided_by_a_number", [=] { return VecX(r.b_r - r.A_rm * r.b_m / r.A_mm(0, 0)); }},
+      {"2e 2d", "2.divided_by_a_number", [=] { return VecX(r.b_r - r.A_rm * r.b_m / r.A_mm(0, 0)); }},
       {"2d", "2.A_mminv_acts_twice", [=] { return VecX(r.b_r - r.A_rm * r.A_mm_inverse * r.A_mm_inverse * r.b_m); }},
       {"2d", "2.b_r_missing_minus", [=] { return VecX(-r.A_rm * r.A_mm_inverse * r.b_m); }},
       {"2d", "2.b_r_missing_plus", [=] { return VecX(r.A_rm * r.A_mm_inverse * r.b_m); }},

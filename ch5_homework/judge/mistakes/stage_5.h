@@ -27,29 +27,29 @@ struct SchurCase {
   MatXX Subtracted() const { return W * V_inverse * W.transpose(); }
   std::vector<Mistake> Mistakes() const {
     const MatXX S = PseudoInverseSquareRoot(V);
-    return {
-        {"5.2", "5.U_not_changed", [this] { return U; }},
-        {"5.2", Text("formula.sign_added", {{"term", Word("M Mᵀ")}}), [this] { return MatXX(U + Subtracted()); }},
-        {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("−M Mᵀ")}}),
-         [this] { return MatXX(-Subtracted()); }},
-        {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("M Mᵀ")}}),
-         [this] { return Subtracted(); }},
-        {"5.2", Text("formula.missing_leaves", {{"this", Word("V⁺")}, {"that", Word("U − W Wᵀ")}}),
-         [this] { return MatXX(U - W * W.transpose()); }},
-        {"5.2", Text("formula.inverse_meant", {{"matrix", Word("V")}}),
-         [this] { return MatXX(U - W * V * W.transpose()); }},
-        {"5.2", "5.V_inv_sqrt_not_symmetric",
-         [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * S * W.transpose()) : U; }},
-        {"5.2", "5.pinv_squared", [this] { return MatXX(U - W * V_inverse * V_inverse * W.transpose()); }},
-        {"5.2", "5.only_one_root", [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S * W.transpose()) : U; }},
-        {"5.2", "5.only_one_root",
-         [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * W.transpose()) : U; }},
-        {"5.2", "5.U_changed_twice", [this] { return MatXX(U - 2.0 * Subtracted()); }},
-        {"5.2", "5.only_one_triangle_U_changed",
-         [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Upper>())); }},
-        {"5.2", "5.only_one_triangle_U_changed",
-         [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Lower>())); }},
-        {"5.2", "5.half_M_MT_subtracted", [this] { return MatXX(U - 0.5 * Subtracted()); }}};
+    return {{"5.2", "5.U_not_changed", [this] { return U; }},
+            {"5.2", Text("formula.sign_added", {{"term", Word("M Mᵀ")}}), [this] { return MatXX(U + Subtracted()); }},
+            {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("−M Mᵀ")}}),
+             [this] { return MatXX(-Subtracted()); }},
+            {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("M Mᵀ")}}),
+             [this] { return Subtracted(); }},
+            {"5.5 5.2", Text("formula.missing_leaves", {{"this", Word("V⁺")}, {"that", Word("U − W Wᵀ")}}),
+             [this] { return MatXX(U - W * W.transpose()); }},
+            {"5.5 5.2", Text("formula.inverse_meant", {{"matrix", Word("V")}}),
+             [this] { return MatXX(U - W * V * W.transpose()); }},
+            {"5.5 5.2", "5.V_inv_sqrt_not_symmetric",
+             [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * S * W.transpose()) : U; }},
+            {"5.5 5.2", "5.pinv_squared", [this] { return MatXX(U - W * V_inverse * V_inverse * W.transpose()); }},
+            {"5.5 5.2", "5.only_one_root",
+             [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S * W.transpose()) : U; }},
+            {"5.5 5.2", "5.only_one_root",
+             [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * W.transpose()) : U; }},
+            {"5.2", "5.U_changed_twice", [this] { return MatXX(U - 2.0 * Subtracted()); }},
+            {"5.2", "5.only_one_triangle_U_changed",
+             [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Upper>())); }},
+            {"5.2", "5.only_one_triangle_U_changed",
+             [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Lower>())); }},
+            {"5.2", "5.half_M_MT_subtracted", [this] { return MatXX(U - 0.5 * Subtracted()); }}};
   }
   std::vector<Mistake> MistakesInB() const {
     const MatXX S = PseudoInverseSquareRoot(V);
@@ -58,8 +58,9 @@ struct SchurCase {
         {"5.2", "5.b_a_not_changed", minus(VecX::Zero(b_a.size()))},
         {"5.2", Text("formula.sign_added", {{"term", Word("M V_inv_sqrtᵀ b_b")}}), minus(-W * (V_inverse * b_b))},
         {"5.2", "5.b_a_overwritten", [this] { return MatXX(-W * (V_inverse * b_b)); }},
-        {"5.2", Text("formula.missing_leaves", {{"this", Word("V⁺")}, {"that", Word("b_a − W b_b")}}), minus(W * b_b)},
-        {"5.2", Text("formula.inverse_meant", {{"matrix", Word("V")}}), minus(W * (V * b_b))},
+        {"5.5 5.2", Text("formula.missing_leaves", {{"this", Word("V⁺")}, {"that", Word("b_a − W b_b")}}),
+         minus(W * b_b)},
+        {"5.5 5.2", Text("formula.inverse_meant", {{"matrix", Word("V")}}), minus(W * (V * b_b))},
         {"5.2", "5.pinv_squared_in_b", minus(W * (V_inverse * (V_inverse * b_b)))},
         {"5.2", "5.b_a_changed_twice", minus(2.0 * W * (V_inverse * b_b))},
         {"5.2", "5.b_a_overwritten", [this] { return MatXX(W * (V_inverse * b_b)); }}};
@@ -107,7 +108,9 @@ struct Factored {
         {"5.3", "5.P_S_sqrt_exchanged_places", gram(P * U.transpose() * S_sqrt)},
         {"5.3", "5.J_H_itself", gram(H)},
         {"5.3", "5.P_on_the_rows", gram(P * S_sqrt * U.transpose())},
-        {"5.3", "5.eigenvalues_ascend", gram(S_first * U.transpose() * P)}};
+        {"5.3", "5.eigenvalues_ascend", gram(S_first * U.transpose() * P)},
+        {"5.6 5.3", "5.diagonal_for_its_root", [this] { return GramScaledBy(H.diagonal()); }},
+        {"5.6 5.3", "5.no_scaling", [this] { return GramScaledBy(VecX::Ones(H.rows())); }}};
     for (const Factor& first :
          {Factor{{}, P},
           {Text("formula.missing_from", {{"this", Word("P")}, {"formula", Word("J = (P U S^½)ᵀ")}}), I()},
@@ -124,6 +127,12 @@ struct Factored {
       }
     }
     return mistakes;
+  }
+  /// JᵀJ with another P: H again, but for the eigenvalues that then count as zero.
+  MatXX GramScaledBy(const VecX& other_p) const {
+    const ScaledEigen eigen = DecomposeScaled(H, other_p.cwiseInverse());
+    const MatXX J = eigen.S_sqrt.asDiagonal() * eigen.U.transpose() * other_p.asDiagonal();
+    return J.transpose() * J;
   }
   /// As answers of Jᵀe₀.
   std::vector<Mistake> MistakesInE0() const {

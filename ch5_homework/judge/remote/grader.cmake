@@ -19,10 +19,13 @@ foreach(header IN LISTS headers ITEMS ch5_homework/judge/remote/phrases.h)
 endforeach()
 
 get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
-set(flags -std=c++17 -O0 -g1 -w -D_GLIBCXX_ASSERTIONS -DEIGEN_MAX_ALIGN_BYTES=32 -I${grader}/include -isystem ${eigen})
+get_target_property(alignment ch5_settings INTERFACE_COMPILE_DEFINITIONS)
+list(TRANSFORM alignment PREPEND -D)
+set(flags -std=c++17 -O0 -g1 -w -D_GLIBCXX_ASSERTIONS ${alignment} -I${grader}/include -isystem ${eigen})
+set(filled -ftrivial-auto-var-init=pattern)  # poison.h
 set(phrases ${grader}/phrases.pch)
 add_custom_command(OUTPUT ${phrases} DEPENDS ${copies} VERBATIM
-  COMMAND ${CH5_CLANG} ${flags} -x c++-header ${grader}/include/ch5_homework/judge/remote/phrases.h -o ${phrases}
+  COMMAND ${CH5_CLANG} ${flags} ${filled} -x c++-header ${grader}/include/ch5_homework/judge/remote/phrases.h -o ${phrases}
           -fpch-instantiate-templates -Xclang -fmodules-codegen)
 add_custom_command(OUTPUT ${grader}/phrases.o DEPENDS ${phrases} VERBATIM
   COMMAND ${CH5_CLANG} -O0 -c ${phrases} -o ${grader}/phrases.o)
@@ -36,8 +39,11 @@ function(ch5_json_words variable)
 endfunction()
 file(REAL_PATH ${CH5_CLANG} clang)  # the sandbox has no /etc/alternatives
 file(REAL_PATH ${CMAKE_CXX_COMPILER} compiler)
-ch5_json_words(quick ${clang} --driver-mode=g++ ${fast_linker} ${flags} -include-pch ${phrases})
-ch5_json_words(usual ${compiler} ${flags})
+ch5_json_words(quick ${clang} --driver-mode=g++ ${fast_linker} ${flags} ${filled} -include-pch ${phrases})
+if(NOT CH5_FILLS_THE_STACK)
+  set(filled)
+endif()
+ch5_json_words(usual ${compiler} ${flags} ${filled})
 file(CONFIGURE OUTPUT ${grader}/toolchain.json @ONLY CONTENT [=[{
   "include": "@grader@/include",
   "phrases": ["@grader@/phrases.pch", "@grader@/phrases.o"],

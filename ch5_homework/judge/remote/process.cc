@@ -147,8 +147,8 @@ void WorkerProcess::Meet() {
       has_greeted_ = true;
       return;
     }
-    if (!more) throw WorkerFailure("START: " + HowEnded("its start"));
-    Wait(false, "its start");
+    if (!more) throw WorkerFailure("START: " + HowEnded(kItsStart));
+    Wait(false, kItsStart);
     TakePrinted();
   }
 }

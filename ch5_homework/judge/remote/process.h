@@ -10,6 +10,9 @@
 
 namespace ch5::homework {
 
+/// What a failure before the first call has happened in.
+constexpr char kItsStart[] = "its start";
+
 /// The worker gave no answer. The words begin with one of
 ///   START     it did not greet: the command, or the sandbox, is to blame, not the student's code as a rule
 ///   CRASH     a signal ended it; its name follows

@@ -17,7 +17,8 @@ class RemoteException : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Before the tests: how a worker is started, and how long it may take for a test.
+/// Before the tests: how a worker is started, and how long it may take for a test. After a test that has not ended in time the
+/// next ones have a tenth of it; after a worker that has not even started, none is started again.
 void SetWorker(const std::vector<std::string>& command, double seconds);
 /// Ends the present worker. @return what it has printed
 std::string EndWorker();

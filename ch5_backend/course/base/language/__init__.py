@@ -1,8 +1,8 @@
 """What students read, by id and in their language: sentences are made here, where they are printed, and nowhere before.
 
-en/TOPIC.json and zh/TOPIC.json hold {name: sentence}; a sentence's id is TOPIC.name, and {words} in braces stand for what
+en.json and zh.json hold {topic: {name: sentence}}; a sentence's id is topic.name, and {words} in braces stand for what
 varies. Until it is printed, what is said is data: {"id": id, word: value, …}, a plain string that is the same in every
-language, or {"quoted": words} of a compiler or the library, which zh/quoted.json translates by their English.
+language, or {"quoted": words} of a compiler or the library, which zh.json's topic "quoted" translates by their English.
 """
 
 import json
@@ -42,8 +42,8 @@ class Speaker:
     """say("topic.name", word=value, …) and say.text(data) are sentences in a language."""
 
     def __init__(self, language: str):
-        self.language, folder = language, Path(__file__).parent / language
-        topics = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.json"))}
+        self.language = language
+        topics = json.loads((Path(__file__).parent / f"{language}.json").read_text(encoding="utf-8"))
         quoted = topics.pop("quoted", {})
         self.sentences = {f"{topic}.{name}": text for topic, texts in topics.items() for name, text in texts.items()}
         # What has more words of its own fits better.

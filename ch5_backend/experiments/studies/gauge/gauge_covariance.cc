@@ -2,6 +2,7 @@
 #include "ch5_backend/experiments/studies/gauge/gauge_solve.h"
 #include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
 #include "ch5_backend/math/psd.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 
 namespace ch5 {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 /// The experiments of the gauge paper and beyond it, trial by trial: ch5_gauge STUDY --trial K writes the rows of one
-/// trial, and plot/gauge.py draws what many trials say.
+/// trial, and figures/gauge.py draws what many trials say.
 ///
 /// Source: Zhang, Gallego, Scaramuzza, RA-L 2018, §V–VI.
 
@@ -23,10 +23,15 @@ struct GaugeStudy {
 const std::vector<GaugeStudy>& GaugeStudies();
 
 /// Table II and Fig. 7: iterations, time and errors of each way to handle the gauge, in six scenes; errors where the
-/// iteration stops by the usual rules, and at convergence.
+/// iteration stops by the usual rules, and at convergence. Each trial begins with another way, since what comes first
+/// takes longer.
 CsvTable GaugeMethodsTable(int trial, const std::filesystem::path&);
 /// Figs. 4, 5: the prior's weight from 0 to 1e8.
 CsvTable GaugeSweepTable(int trial, const std::filesystem::path&);
+/// Fig. 5 again, sine among planes: from the start that the paper states, and from one as many pixels away as its own.
+CsvTable GaugeNearStartTable(int trial, const std::filesystem::path&);
+/// Table II and Fig. 7 again, with what the paper leaves open changed: views, number of points, noise.
+CsvTable GaugeVariantsTable(int trial, const std::filesystem::path&);
 /// Fig. 6: reprojection error and prior error after each iteration.
 CsvTable GaugeConvergenceTable(int trial, const std::filesystem::path&);
 /// All eigenvalues of H, with the IMU and without.

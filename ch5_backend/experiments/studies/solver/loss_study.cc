@@ -73,7 +73,7 @@ Outcome SolveWith(const MonoBaScene& scene, const Loss& loss) {
   options.max_iterations = 100;
   const Summary summary = optimizer.Solve(options);
   const Reconstruction truth = TruthOf(scene);
-  return {Compare(AlignToTruth(EstimateOf(scene, ba), truth), truth).position, summary.final_cost, summary.iterations};
+  return {CompareAligned(EstimateOf(scene, ba), truth).value().position, summary.final_cost, summary.iterations};
 }
 
 double Median(std::vector<double> values) {

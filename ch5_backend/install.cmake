@@ -1,0 +1,66 @@
+# For other projects: find_package(ch5_backend) and target_link_libraries(… ch5::backend), or pkg-config ch5_backend.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/ch5_backend)
+set_target_properties(ch5_backend PROPERTIES EXPORT_NAME backend)
+set_target_properties(ch5_settings PROPERTIES EXPORT_NAME settings)
+write_basic_package_version_file(ch5_backendConfigVersion.cmake COMPATIBILITY SameMajorVersion)
+file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/ch5_backendConfig.cmake [[
+include(CMakeFindDependencyMacro)
+find_dependency(Eigen3 3.3 NO_MODULE)
+find_dependency(Threads)
+include(${CMAKE_CURRENT_LIST_DIR}/ch5_backendTargets.cmake)
+]])
+install(TARGETS ch5_backend ch5_settings EXPORT ch5_backendTargets)
+install(EXPORT ch5_backendTargets NAMESPACE ch5:: DESTINATION ${package})
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ch5_backendConfig.cmake
+              ${CMAKE_CURRENT_BINARY_DIR}/ch5_backendConfigVersion.cmake DESTINATION ${package})
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
+
+# Paths relative to the file's own place: the prefix is known only at installation.
+set(pkgconfig ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+file(RELATIVE_PATH prefix /${pkgconfig} /)
+get_target_property(definitions ch5_settings INTERFACE_COMPILE_DEFINITIONS)
+list(TRANSFORM definitions PREPEND -D)
+list(JOIN definitions " " definitions)
+file(CONFIGURE OUTPUT ch5_backend.pc @ONLY CONTENT [[
+prefix=${pcfiledir}/@prefix@
+libdir=${prefix}/@CMAKE_INSTALL_LIBDIR@
+includedir=${prefix}/@CMAKE_INSTALL_INCLUDEDIR@
+
+Name: ch5_backend
+Description: @PROJECT_DESCRIPTION@
+Version: @PROJECT_VERSION@
+Requires: eigen3 >= 3.3
+Cflags: -I${includedir} @definitions@
+Libs: -L${libdir} -lch5_backend -pthread
+]])
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ch5_backend.pc DESTINATION ${pkgconfig})
+
+# The public headers: those of all layers but for the solver's inside. What one of them includes is public too, as the test
+# of the installed library sees.
+file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.h)
+list(FILTER headers EXCLUDE REGEX "^(experiments|lab|sparse/kernels|sparse/steps|linear/cholmod)/")
+foreach(internal IN ITEMS homework_missing math/dense_kernels math/dispatch math/large_pages math/precompiled
+        linear/conjugate_gradients linear/elimination_plan linear/pivot_rule linear/selected_inverse linear/sparse_cholesky
+        sparse/hessian_product sparse/hold_poses sparse/save_hessian sparse/sparse_solver)
+  if(NOT "${internal}.h" IN_LIST headers)
+    message(FATAL_ERROR "install.cmake names ${internal}.h, but there is no such header")
+  endif()
+  list(REMOVE_ITEM headers ${internal}.h)
+endforeach()
+foreach(header IN LISTS headers)
+  cmake_path(GET header PARENT_PATH folder)
+  install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ch5_backend/${folder})
+endforeach()
+
+# cpack -G DEB
+if(PROJECT_IS_TOP_LEVEL)
+  set(CPACK_PACKAGE_NAME libch5-backend-dev)
+  set(CPACK_PACKAGE_CONTACT "the authors of the ch5_backend course")
+  set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+  set(CPACK_DEBIAN_PACKAGE_SECTION libdevel)
+  set(CPACK_DEBIAN_PACKAGE_DEPENDS "libeigen3-dev (>= 3.3)")
+  set(CPACK_GENERATOR DEB)
+  include(CPack)
+endif()

@@ -1,0 +1,26 @@
+# What the project decides when it is built by itself. As another's subproject it leaves all of this to the parent.
+option(CH5_LIBRARY_ONLY "Without programs, tests and homework" OFF)
+option(BUILD_TESTING "Build the tests and the homework's checks where GoogleTest is found" ON)
+option(CH5_FUZZ "Build the fuzz targets of the readers, with Clang" OFF)
+option(CH5_HOMEWORK_TESTS "Each check of the homework as a test of CTest, for graders" OFF)
+option(CH5_BENCHMARKS "Build the benchmarks where Google Benchmark is found" ON)
+set(CH5_OPTIMIZATION -O2 CACHE STRING "How far a release is optimized; less is quicker to build")
+set(CH5_SANITIZE "" CACHE STRING "Sanitizers, such as address,undefined or thread")
+set(CH5_DATA_DIR "${PROJECT_SOURCE_DIR}/../shared/data" CACHE PATH "Real recordings; tests that need them are skipped without")
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+set(CMAKE_CXX_FLAGS_RELEASE "${CH5_OPTIMIZATION} -DNDEBUG")
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(CH5_LIBRARY_ONLY AND NOT DEFINED CMAKE_POSITION_INDEPENDENT_CODE)
+  set(CMAKE_POSITION_INDEPENDENT_CODE ON)  # whoever installs it may want it in a shared library of theirs
+endif()
+
+find_program(CH5_CCACHE ccache)
+if(CH5_CCACHE)
+  # The two permissions are what ccache needs beside precompiled headers; with paths relative to the project, and the
+  # folder left out of the hash, a second clone finds what the first one compiled.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros
+      CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CH5_CCACHE})
+endif()

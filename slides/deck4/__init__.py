@@ -1,6 +1,0 @@
-"""What deck 4, gauge freedom, shows."""
-
-from . import blocks, plots
-from .facts import all_facts as facts  # noqa: F401
-
-FIGURES = blocks.FIGURES | plots.FIGURES

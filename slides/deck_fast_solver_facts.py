@@ -1,0 +1,62 @@
+"""Every number of deck 5, from the tables that measure_speed.py keeps."""
+
+NAMES = {"scene/30x1000": "scene", "window/vio_M": "window", "bal/49-7776": "bal49", "bal/16-22106": "bal16"}
+PROBLEMS = tuple(NAMES)
+STEPS = ("linearize", "invert", "schur", "poses", "back", "update", "cost")
+WHOLE = ("linearize", "solve", "update", "cost")  # of a solver that is one piece
+BEST = ("sparse", "avx2")
+RUNGS = {"dense": ("dense", "portable"), "plain": ("plain", "portable"), "fixed": ("sparse", "portable"), "avx2": BEST}
+ROOFED = "bal/16-22106"
+
+
+def time_of(tables, problem, step, solver, simd):
+    """Milliseconds of a step."""
+    return tables("speed_steps").row(problem=problem, step=step, solver=solver, simd=simd)["milliseconds"]
+
+
+def iteration(tables, problem, solver, simd):
+    """Milliseconds of one linearization, one solve, one update and one cost."""
+    steps = STEPS if solver == "sparse" else WHOLE
+    return sum(time_of(tables, problem, step, solver, simd) for step in steps)
+
+
+def ladder(tables, problem):
+    """{rung: milliseconds an iteration} of the rungs that were measured."""
+    there = {(r["solver"], r["simd"]) for r in tables("speed_steps", problem=problem).rows()}
+    return {name: iteration(tables, problem, *rung) for name, rung in RUNGS.items() if rung in there}
+
+
+def short(value):
+    return f"{value:.0f}" if value >= 20 else f"{value:.1f}" if value >= 1 else f"{value:.2f}"
+
+
+def facts(tables):
+    about = tables("speed_about").row()
+    found = {"about.processor": about["processor"], "about.rounds": f"{about['rounds']:.0f}"}
+    for problem in PROBLEMS:
+        name, whole, rungs = NAMES[problem], iteration(tables, problem, *BEST), ladder(tables, problem)
+        found[f"{name}.ms"] = short(whole)
+        for step in STEPS:
+            found[f"{name}.{step}.share"] = f"{100 * time_of(tables, problem, step, *BEST) / whole:.0f}"
+        for a, b in (("plain", "fixed"), ("fixed", "avx2"), ("dense", "plain")):
+            if a in rungs and b in rungs:
+                found[f"{name}.{a}.{b}"] = short(rungs[a] / rungs[b])
+        both = {r["side"]: r for r in tables("speed_peers", problem=problem).rows()}
+        found[f"{name}.ceres"] = short(both["ceres"]["iteration_ms"] / both["ours"]["iteration_ms"])
+        found[f"{name}.mb"], found[f"{name}.ceres.mb"] = (f"{both[side]['peak_mb']:.0f}" for side in ("ours", "ceres"))
+    peak = tables("speed_machine").row(simd="avx2", limit="peak")["value"]
+    found["machine.peak"] = f"{peak:.0f}"
+    for r in tables("speed_machine", simd="avx2", limit="read").rows():
+        found[f"machine.read.{r['megabytes']:g}".replace("0.25", "small")] = f"{r['value']:.0f}"
+    for step in ("linearize", "schur", "back"):
+        row = tables("speed_steps").row(problem=ROOFED, step=step, solver="sparse", simd="avx2")
+        speed = 1e-6 * row["flop"] / row["milliseconds"]
+        found |= {f"roof.{step}.flop": f"{row['flop'] / 1e6:.0f}", f"roof.{step}.intensity": f"{row['flop'] / row['bytes']:.1f}",
+                  f"roof.{step}.speed": short(speed), f"roof.{step}.share": f"{100 * speed / peak:.0f}"}
+    rows = tables("speed_reduced").rows()
+    best = min(r["cost"] for r in rows)
+    for name, solver in (("sparse", "sparse"), ("pcg", "implicit-pcg"), ("series", "power-series")):
+        mine = [r for r in rows if r["solver"] == solver]
+        reached = next((r["seconds"] for r in mine if r["cost"] <= 1.01 * best), None)
+        found[f"reduced.{name}"] = short(reached) if reached else "–"
+    return found

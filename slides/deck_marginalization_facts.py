@@ -1,0 +1,167 @@
+"""Every number of the deck, by name: from a table, or exact arithmetic on the examples of marginalization_examples.py."""
+
+import re
+from math import degrees, sqrt
+from pathlib import Path
+
+from ch5_backend.figures.numbers.windows import KEPT, consistency, cuts, leak, spectra
+from ch5_backend.figures.tables import dense
+
+from .tex import matrix, scientific, tex
+
+from . import marginalization_examples as toy
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def short(value):
+    return f"{float(value):.6g}"
+
+
+def row(values, cell=tex):
+    return matrix([values], cell)
+
+
+def column(values, cell=tex):
+    return matrix([[value] for value in values], cell)
+
+
+def chain_facts(tables):
+    """Held against the solver's own table."""
+    H, b, prior, b_prior = toy.chain()
+    solver = dense(tables("marginalize_chain", stage="after"))
+    for i, j in ((0, 0), (0, 1), (1, 1)):
+        if abs(solver[i, j] - float(prior[i][j])) > 1e-9 * 200:
+            raise ValueError(f"marginalize_chain.csv, after ({i}, {j}): {solver[i, j]}, not {prior[i][j]}")
+    number = lambda value: f"{float(value):.4f}".rstrip("0").rstrip(".")  # noqa: E731
+    return {"chain3.H": matrix(H, short), "chain3.b": column(b), "chain3.dx": column(toy.solve(H, b), short),
+            "chain3.prior": matrix(prior, short), "chain3.b_prior": column(b_prior, number),
+            "chain3.dx_after": column(toy.solve(prior, b_prior), short)}
+
+
+def hand_facts(tables):
+    H, marginal, conditional = toy.twin()
+    u, H1, b, e0 = toy.rank_one()
+    J1, J2 = (toy.jacobian(point) for point in toy.POINTS)
+    same, mixed = toy.two_tangents()
+    point = lambda p: rf"({tex(p[0])},\, {tex(p[1])})"  # noqa: E731
+    square = sum(value * value for value in u)
+    return {
+        "twin.H": "H = " + matrix(H, tex), "twin.marginal": tex(marginal), "twin.conditional": tex(conditional),
+        "rank1.H": matrix(H1, tex), "rank1.b": column(b), "rank1.S": tex(square),
+        "rank1.u": rf"\tfrac{{1}}{{\sqrt{{{tex(square)}}}}}{column(u)}", "rank1.J": row(u), "rank1.e0": tex(e0),
+        "rank1.back": column([-value * e0 for value in u]), "rank1.knows": f"{tex(u[0])}x - y",
+        "rank1.null": column([-u[1], u[0]]), "rank1.wrong_e0": f"+{tex(-e0)}",
+        "rank1.wrong_back": column([value * e0 for value in u]),
+        "product.value": str(toy.PRODUCT), "product.p1": point(toy.POINTS[0]), "product.p2": point(toy.POINTS[1]),
+        "product.J1": matrix(J1, tex), "product.J2": matrix(J2, tex), "product.same": matrix(same, tex),
+        "product.mixed": matrix(mixed, tex), "product.same_det": tex(toy.det(same)), "product.mixed_det": tex(toy.det(mixed)),
+    }
+
+
+def fill_facts(tables):
+    stage = {name: tables("marginalize_fill").row(stage=name) for name in tables("marginalize_fill")["stage"].tolist()}
+    source = (ROOT / "ch5_backend/experiments/studies/marginalize_study.cc").read_text(encoding="utf-8")
+    frames, points = re.search(r"kFrames = (\d+), kPoints = (\d+)", source).groups()
+    good, bad = stage["without landmarks and frame 0"], stage["without frame 0"]
+    dimensions = {f"{one['null_dimension']:.0f}" for one in stage.values()}
+    return {"fill.frames": frames, "fill.points": points, "fill.good_size": f"{good['size']:.0f}",
+            "fill.bad_size": f"{bad['size']:.0f}", "fill.bad_density": f"{bad['density']:.0%}",
+            "fill.before_density": f"{stage['before']['density']:.0%}", "fill.null": " / ".join(sorted(dimensions))}
+
+
+def spectrum_facts(tables):
+    plain, scaled = spectra(tables)
+    vins, okvis = cuts(scaled)
+    return {"spectrum.shift": scientific(plain[2], 1), "spectrum.yaw": scientific(plain[3], 1),
+            "spectrum.vins_cut": scientific(vins, 1), "spectrum.okvis_cut": scientific(okvis, 2),
+            "spectrum.vins_zeros": str(sum(value <= vins for value in plain)), "spectrum.okvis_zeros": str(sum(value <= okvis for value in scaled))}
+
+
+def slide_facts(tables):
+    facts = {}
+    for policy in ("vins", "okvis"):
+        of = lambda fate: [one for one in tables("slide_vertices", policy=policy).rows() if one["fate"] == fate]  # noqa: B023,E731
+        gone, held = of("marginalized"), of("in the prior")
+        count = lambda rows, kind: sum(one["vertex"] == kind for one in rows)  # noqa: E731
+        prior = tables("slide_priors").row(policy=policy, stage="after")
+        observations = tables("slide_observations", policy=policy).rows()
+        facts.update({
+            f"slide.{policy}_gone": "{:.0f}".format(next(one["number"] for one in gone if one["vertex"] == "pose")),
+            f"slide.{policy}_depths": str(count(gone, "landmark")), f"slide.{policy}_speeds": str(count(gone, "speed")),
+            f"slide.{policy}_poses": str(count(held, "pose")), f"slide.{policy}_m": f"{sum(one['rows'] for one in gone):.0f}",
+            f"slide.{policy}_n": f"{prior['columns']:.0f}", f"slide.{policy}_rank": f"{prior['rank']:.0f}",
+            f"slide.{policy}_missing": f"{prior['columns'] - prior['rank']:.0f}",
+            f"slide.{policy}_rehosted": str(len({one["landmark"] for one in observations if one["fate"] == "again"}))})
+        for fate in ("prior", "again", "lost", "stays"):
+            facts[f"fate.{policy}_{fate}"] = str(sum(one["fate"] == fate for one in observations))
+    flight = ROOT / "ch5_backend/experiments/studies/window"
+    source = "".join((flight / name).read_text(encoding="utf-8") for name in ("flight.h", "flight.cc"))
+    frames = int(re.search(r"kFlightWindow = (\d+)", source)[1])
+    temporal = int(re.search(r"temporal_frames = (\d+)", source)[1])
+    facts.update({"slide.frames": str(frames), "slide.okvis_temporal": str(temporal),
+                  "slide.okvis_c": str(frames - temporal - 1),
+                  "slide.okvis_keyframes": re.search(r"keyframes = (\d+)", source)[1],
+                  "slide.landmarks": str(len(set(tables("slide_observations", policy="vins")["landmark"].tolist())))})
+    return facts
+
+
+def film_facts(tables):
+    """How long frames stay, and how often the second newest leaves at once."""
+    facts = {}
+    for policy in ("vins", "okvis"):
+        rows = tables("slide_frames", policy=policy).rows()
+        seen = {}
+        for one in rows:
+            seen.setdefault(one["frame"], []).append(one["image"])
+        facts[f"film.{policy}_oldest"] = f"{max(len(images) for images in seen.values()):.0f}"
+        last = max(images[-1] for images in seen.values())
+        facts[f"film.{policy}_second_new"] = str(sum(len(images) < 3 and images[-1] < last for images in seen.values()))
+        facts["film.images"] = f"{last + 1:.0f}"
+    return facts
+
+
+def consistency_facts(tables):
+    of = lambda policy, mode, **case: consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]  # noqa: E731
+    first = consistency(KEPT, "vins", "none").rows()[0]
+    facts = {"nees.dof": "6", "nees.band": "95 %", "nees.runs": f"{first['runs']:.0f}",
+             "nees.first_yaw": f"{first['nees_yaw']:.2f}", "yaw.dof": "1"}
+    for observations in ("twice", "once"):
+        for hosts in ("exact", "noisy"):
+            one = of("vins", "none", hosts=hosts, observations=observations)
+            facts[f"nees.{observations}_{hosts}"] = f"{one['nees_pose']:.1f}"
+    for policy in ("vins", "okvis"):
+        for mode in ("none", "prior_only", "full"):
+            one, exact, name = of(policy, mode), of(policy, mode, hosts="exact"), f"{policy}_{mode}"
+            facts.update({
+                f"nees.{name}_mean": f"{one['nees_pose']:.1f} ± {one['nees_pose_error']:.1f}",
+                f"nees.{name}_inside": f"{one['pose_inside']:.0%}", f"nees.{name}_yaw": f"{one['nees_yaw']:.2f}",
+                f"nees.{name}_yaw_inside": f"{one['yaw_inside']:.0%}", f"nees.{name}_rmse": f"{one['position_rmse_m']:.3f}",
+                f"nees.{name}_exact": f"{exact['nees_pose']:.1f}", f"yaw.{name}": f"{one['yaw_information_gain']:.2f}"})
+    return facts
+
+
+def flight_facts(tables):
+    facts = {}
+    positions = []
+    for policy in ("vins", "okvis"):
+        one = tables("odometry_policies").row(policy=policy)
+        facts[f"flight.{policy}"] = f"{100 * one['ate_m']:.1f}"
+        facts[f"flight.{policy}_scale"] = f"{100 * one['scale_error']:+.1f} %".replace("-", "−")
+        last = leak(tables("odometry_gauge"), policy)[-1]
+        facts[f"leak.{policy}"] = f"{last:.0f}"
+        facts[f"leak.{policy}_deg"] = f"{degrees(1 / sqrt(last)):.1f}"
+        positions += [abs(row["information"]) for axis in "xyz"
+                      for row in tables("odometry_gauge", policy=policy, direction=axis).rows()]
+    source = (ROOT / "ch5_backend/experiments/studies/odometry_study.cc").read_text(encoding="utf-8")
+    outliers, seconds = (float(re.search(rf"{name} = ([\d.]+);", source)[1]) for name in ("outlier_fraction", "duration"))
+    facts.update({"leak.position": f"${scientific(max(positions), 1)}$", "flight.outliers": f"{outliers:.0%}",
+                  "flight.seconds": f"{seconds:.0f}"})
+    return facts
+
+
+def facts(tables):
+    facts = {}
+    for part in (chain_facts, hand_facts, fill_facts, spectrum_facts, slide_facts, film_facts, consistency_facts, flight_facts):
+        facts.update(part(tables))
+    return facts

@@ -1,0 +1,126 @@
+#!/usr/bin/python3
+"""Measures what the fifth lecture shows, and writes the tables that are kept in measured/.
+
+usage: measure_speed.py [--rounds N]
+
+Each round runs every case once, so that a slow quarter of an hour of the machine falls on all alike; of each step the
+fastest round counts, since whatever disturbs a measurement makes it slower. Needs the programs measure_steps,
+measure_ours, measure_ceres and ch5_bal (ninja -C build/release measure_steps bench_programs ch5_bal) and the data folder, CH5_DATA_DIR.
+About a minute on a machine that does nothing else.
+"""
+
+import argparse
+import csv
+import json
+import os
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+BIN = ROOT / "build/release/bin"
+DATA = Path(os.environ.get("CH5_DATA_DIR", ROOT.parent / "shared/data"))
+PROBLEMS = {"bal/16-22106": "bal/problem-16-22106-pre.txt", "bal/49-7776": "bal/problem-49-7776-pre.txt",
+            "window/vio_M": "windows/vio_M.txt", "scene/30x1000": "scene:30x1000"}
+# (solver, CH5_SIMD, threads), each one idea more than the one before; what a problem is too large for is left out.
+LADDER = (("dense", "portable", 1), ("plain", "portable", 1), ("sparse", "portable", 1), ("sparse", "avx2", 1))
+REDUCED = ("sparse", "implicit-pcg", "power-series")  # solvers for the cameras' system of the largest problem
+LARGEST = "bal/maplab-969-22767.txt"
+
+
+def run(*words, **environment):
+    done = subprocess.run([str(word) for word in words], env={**os.environ, "OPENBLAS_NUM_THREADS": "1", **environment},
+                          capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"measure_speed.py: {done.stderr.strip()}")
+    return done.stdout.split("\n")
+
+
+def source(problem):
+    return PROBLEMS[problem] if PROBLEMS[problem].startswith("scene:") else DATA / PROBLEMS[problem]
+
+
+def steps(best):
+    for problem in PROBLEMS:
+        for solver, simd, threads in LADDER:
+            if solver == "dense" and problem.startswith("bal/"):
+                continue  # its H would take 36 gigabytes
+            repeat = 3 if solver != "sparse" else 9
+            for line in run(BIN / "measure_steps", source(problem), "--solver", solver, "--threads", threads, "--repeat",
+                            repeat, CH5_SIMD=simd):
+                if line:
+                    step, time, flop, size = line.split(",")
+                    key = problem, solver, simd, threads, step
+                    if key not in best or float(time) < float(best[key][0]):
+                        best[key] = time, flop, size
+
+
+def machine(best):
+    for simd in ("portable", "avx2"):
+        for line in run(BIN / "measure_steps", "machine", CH5_SIMD=simd):
+            if line:
+                *name, value = line.split(",")
+                key = simd, name[0], name[1] if len(name) > 1 else "0"
+                best[key] = max(best.get(key, "0"), value, key=float)
+
+
+def peers(best):
+    """Whole solves of ours and of Ceres, one thread each."""
+    for problem in PROBLEMS:
+        repeat = 1 if problem.startswith("bal/") else 3
+        for side in ("ours", "ceres"):
+            for line in run(BIN / f"measure_{side}", source(problem), "--repeat", repeat):
+                if line:
+                    one = json.loads(line)
+                    iteration = 1e3 * one["seconds"] / max(1, one["steps"])
+                    if (problem, side) not in best or iteration < best[problem, side][0]:
+                        best[problem, side] = iteration, one["steps"], one["final_cost"], one["peak_mb"]
+
+
+def reduced():
+    """The way of each solver for the cameras' system through 20 iterations, one thread."""
+    rows = []
+    for solver in REDUCED:
+        with tempfile.TemporaryDirectory() as out:
+            run(BIN / "ch5_bal", DATA / LARGEST, "--out", out, "--threads", "1", "--iterations", "20", "--solver", solver)
+            with open(Path(out) / "trace.csv", newline="", encoding="utf-8") as file:
+                rows += [(solver, row["iteration"], row["seconds"], row["cost"]) for row in csv.DictReader(file)]
+    return rows
+
+
+def write(name, head, rows):
+    with open(ROOT / "slides" / "measured" / f"{name}.csv", "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(head)
+        writer.writerows(rows)
+
+
+def processor():
+    found = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text(encoding="utf-8"))
+    return (found[1] if found else platform.processor()).replace(",", " ").strip()
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="measure_speed.py", description=__doc__.split("\n\n")[0])
+    parser.add_argument("--rounds", type=int, default=5)
+    rounds = parser.parse_args().rounds
+    by_step, limits, by_side = {}, {}, {}
+    for turn in range(rounds):
+        print(f"round {turn + 1} of {rounds}", file=sys.stderr)
+        steps(by_step)
+        machine(limits)
+        peers(by_side)
+    write("speed_steps", ("problem", "solver", "simd", "threads", "step", "milliseconds", "flop", "bytes"),
+          [(*key, *value) for key, value in by_step.items()])
+    write("speed_machine", ("simd", "limit", "megabytes", "value"), [(*key, value) for key, value in limits.items()])
+    write("speed_peers", ("problem", "side", "iteration_ms", "iterations", "final_cost", "peak_mb"),
+          [(*key, *value) for key, value in by_side.items()])
+    write("speed_reduced", ("solver", "iteration", "seconds", "cost"), reduced())
+    write("speed_about", ("processor", "cores", "rounds"), [(processor(), os.cpu_count(), rounds)])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,112 @@
+"""How ./course builds: in which folder, with which compiler, how much of it, and what it says while it does."""
+
+import io
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+from unittest import mock
+
+from tests.conventions.project import BUILD, CXX, ROOT
+
+from ch5_backend.course.base import build, progress
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+class BuildProgress(unittest.TestCase):
+    def watch(self, out) -> list:
+        """200 files and 20 links, a file every two seconds; the lines that were printed before the end."""
+        clock = Clock()
+        phase = progress.Progress("build", out, clock)
+        for number in range(1, 201):
+            clock.now += 2.0
+            phase.ninja_step(f"[{number}/200] Building CXX object a/CMakeFiles/ch5_layer_math.dir/math/so3.cc.o")
+        return out.getvalue().splitlines()
+
+    def test_a_log_file_gets_a_line_every_ten_seconds_at_most(self):
+        lines = self.watch(io.StringIO())
+        self.assertEqual(len(lines), 40)
+        self.assertEqual(lines[0], "build: 5 of 200, about 6 min left: ch5_layer_math.dir/math/so3.cc")
+        self.assertEqual(lines[-2], "build: 195 of 200, about 10 s left: ch5_layer_math.dir/math/so3.cc")
+
+    def test_a_terminal_shows_each_file(self):
+        self.assertEqual("".join(self.watch(Terminal())).count("\033[K"), 200)
+
+    def test_a_look_for_new_files_counts_nothing(self):
+        phase = progress.Progress("build", io.StringIO(), Clock())
+        phase.ninja_step("[0/1] Re-checking globbed directories...")
+        self.assertEqual(phase.done, 0.0)
+
+    def test_a_link_counts_little(self):
+        phase = progress.Progress("build", io.StringIO(), Clock())
+        phase.ninja_step("[1/9] Linking CXX static library libch5_backend.a")
+        self.assertEqual(phase.done, progress.LIGHT_STEP)
+
+    def test_expected_work_goes_on_at_its_pace(self):
+        out, clock = Terminal(), Clock()
+        phase = progress.Progress("plots", out, clock, expected=200.0)
+        phase.expected_step("first")
+        clock.now += 20.0
+        phase.finished(50.0)
+        clock.now += 10.0
+        phase.expected_step("second")
+        self.assertTrue(out.getvalue().endswith("plots: about 50 s left: second"), "0.4 · 200 s − 30 s")
+        self.assertIn("plots: about 3 min left: first", out.getvalue())
+
+
+class BuildFolder(unittest.TestCase):
+    def folder(self, **variables) -> str:
+        kept = {name: value for name, value in os.environ.items() if name not in ("CXX", "CH5_BUILD_DIR")}
+        done = subprocess.run([sys.executable, "-c", "from ch5_backend.course.base import build; print(build.BUILD)"], text=True,
+                              env={**kept, **variables}, capture_output=True)
+        return str(Path(done.stdout.strip()).relative_to(ROOT)) if done.returncode == 0 else done.stderr
+
+    def test_each_compiler_has_a_folder_of_its_own(self):
+        self.assertEqual(self.folder(), "build/release")
+        self.assertEqual(self.folder(CXX="g++-11"), "build/release-g++-11")
+        self.assertEqual(self.folder(CXX="/usr/bin/clang++ --gcc-toolchain=/opt"), "build/release-clang++-opt")
+
+    def test_a_folder_of_another_compiler_or_project_is_made_anew(self):
+        here = {"CMAKE_HOME_DIRECTORY": str(ROOT), "CMAKE_CXX_COMPILER": shutil.which("sh")}
+        for words, cached, foreign in (([], here, False), (["sh"], here, False), (["cat"], here, True), (["cat"], {}, False),
+                                       ([], {**here, "CMAKE_HOME_DIRECTORY": "/elsewhere"}, True)):
+            with self.subTest(words=words, cached=cached), mock.patch.object(build, "CXX", words):
+                self.assertEqual(build._is_foreign(cached), foreign)
+
+
+class Targets(unittest.TestCase):
+    def commands(self, folder, target: str) -> str:
+        done = subprocess.run(["ninja", "-C", str(folder), "-t", "commands", target], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout
+
+    def test_the_first_check_compiles_the_layers_of_stage_1_only(self):
+        commands = self.commands(BUILD, "check_problem")
+        for layer in ("math", "graph", "types", "dense"):
+            self.assertIn(f"/ch5_backend/{layer}/", commands)
+        for layer in ("linear", "solve", "sparse", "marginalize", "window", "files", "experiments"):
+            self.assertNotIn(f"/ch5_backend/{layer}/", commands)
+
+    def test_without_googletest_there_are_the_library_and_the_programs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(["cmake", "--preset", "release", "-B", folder, f"-DCMAKE_CXX_COMPILER={CXX}",
+                                   "-DCMAKE_DISABLE_FIND_PACKAGE_GTest=ON"], cwd=ROOT, capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.assertIn("No GoogleTest", done.stdout)
+            everything = self.commands(folder, "all")
+            self.assertIn("bin/ch5_chapter", everything)
+            self.assertNotIn("/tests/", everything)

@@ -1,0 +1,212 @@
+"""./course as its users see it: help, refusals, JSON, and silence where nobody looks."""
+
+import fcntl
+import json
+import os
+import re
+import resource
+import signal
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+from tests.conventions.project import BUILD, ROOT
+
+COMMANDS = ("run", "test", "check", "hint", "deep", "status", "grade", "pack", "bench", "plots", "slides", "docs",
+            "lab")
+TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
+
+
+def course(*words, **options):
+    return subprocess.run([str(ROOT / "course"), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True,
+                          text=True, timeout=120, **options)
+
+
+class CommandLine(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name: str, content=b"") -> Path:
+        path = Path(self.folder.name, name)
+        path.write_bytes(content)
+        return path
+
+    def refuses(self, *words, naming=(), **options):
+        """Exit 2, one clear message on standard error with the words in `naming`, nothing on standard output."""
+        done = course(*words, **options)
+        self.assertEqual(done.returncode, 2, done)
+        self.assertEqual(done.stdout, "")
+        self.assertTrue(done.stderr.startswith("course: "), done.stderr)
+        self.assertNotIn("Traceback", done.stderr)
+        for word in naming:
+            self.assertIn(str(word), done.stderr)
+
+    def test_help_names_every_command(self):
+        for words in ([], ["help"], ["--help"], ["-h"]):
+            done = course(*words)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            for command in COMMANDS:
+                self.assertIn(f"./course {command}", done.stdout)
+
+    def test_every_command_has_help(self):
+        for command in COMMANDS:
+            done = course(command, "--help")
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn(f"usage: ./course {command}", done.stdout)
+
+    def test_help_documents_the_json_fields(self):
+        text = " ".join(course("run", "--help").stdout.split())
+        for field in ("problem", "initial_cost", "final_cost", "iterations", "seconds", "termination"):
+            self.assertIn(field, text)
+        for command in ("check", "status"):
+            self.assertIn("{id, state, hint}", " ".join(course(command, "--help").stdout.split()))
+
+    def test_unknown_words_are_refused(self):
+        self.refuses("frobnicate", naming=["frobnicate"])
+        self.refuses("", naming=["unknown command"])
+        self.refuses("check", "9.9", naming=["9.9"])
+        self.refuses("status", "1.1", naming=["1.1"])
+        self.refuses("hint", naming=["needs a stage", "6A"])
+        self.refuses("hint", "9.9", "1", naming=["9.9", "1.2, 2"])
+        self.refuses("hint", "1.2", "4", naming=["1.2", "1, 2, 3", "'4'"])
+        self.refuses("hint", "1.2", "1", "--language", "fr", naming=["fr"])
+        for command in COMMANDS:
+            self.refuses(command, "--frobnicate", naming=["--frobnicate", f"./course {command} --help"])
+
+    def test_options_are_not_guessed_from_their_beginning(self):
+        self.refuses("run", "--iter", "5", naming=["--iter"])
+
+    def test_absurd_values_are_refused_by_the_program(self):
+        self.needs_release_build()
+        bal, out = self.path("tiny.txt", TINY_BAL.encode()), Path(self.folder.name, "out")
+        for option, value in (("--iterations", "9" * 5000), ("--threads", ""), ("--huber", "٣"), ("--solver", "magic")):
+            done = course("run", bal, "--out", out, f"{option}={value}")
+            self.assertEqual((done.returncode, done.stdout), (2, ""), (option, value))
+            said = done.stderr.splitlines()[-2:]  # a build may come first
+            self.assertRegex(said[0], rf"^ch5_bal: {option} must be .*, got '{re.escape(value)}'; see --help$")
+            self.assertEqual(said[1:], ["course: ch5_bal failed with exit code 2; its message is above"])
+
+    def test_solver_options_need_data(self):
+        self.refuses("run", "--iterations", "5", naming=["--iterations", "DATA"])
+
+    def test_data_that_cannot_be_read_is_named(self):
+        out = Path(self.folder.name, "out")
+        binary = bytes(range(256)) * 16
+        cases = [self.path("empty.txt"), self.path("blank.txt", b"\n \n"), self.path("binary.txt", binary),
+                 self.path("prose.txt", b"once upon a time\n"), self.path("packed.bz2", b"BZh91AY&SY"),
+                 Path(self.folder.name, "missing.txt"), Path(self.folder.name), Path("/dev/null"),
+                 self.path("w.txt", b"VIOWIN 9\n")]
+        for path in cases:
+            self.refuses("run", path, "--out", out, naming=[path])
+        self.assertFalse(out.exists(), "bad input must leave no trace")
+
+    def test_a_pipe_that_nobody_writes_into_is_refused(self):
+        pipe = Path(self.folder.name, "pipe.txt")
+        os.mkfifo(pipe)
+        self.refuses("run", pipe, naming=[pipe, "not a regular file"])
+
+    def test_results_that_would_overwrite_an_input_are_refused(self):
+        folder = Path(self.folder.name, "out", "street")
+        folder.mkdir(parents=True)
+        inside = folder / "street.txt"
+        inside.write_text(TINY_BAL)
+        other = self.path("street.txt", TINY_BAL.encode())
+        link = Path(self.folder.name, "link")
+        link.symlink_to(folder.parent)
+        for words in ([inside], [link / "street" / "street.txt"]):
+            self.refuses("run", *words, "--out", folder.parent, naming=[folder, words[0], "overwrite", "--out"])
+        points = folder / "points.csv"
+        points.write_text(TINY_BAL)
+        self.refuses("run", points, other, "--out", folder.parent, naming=[other, folder, points])
+        self.assertEqual((inside.read_text(), points.read_text()), (TINY_BAL, TINY_BAL))
+        self.assertEqual(sorted(folder.parent.iterdir()), [folder])
+
+    def test_one_bad_file_stops_all_before_anything_is_written(self):
+        good, bad = self.path("good.txt", TINY_BAL.encode()), self.path("bad.txt")
+        out = Path(self.folder.name, "out")
+        self.refuses("run", good, bad, "--out", out, naming=[bad])
+        self.assertFalse(out.exists())
+
+    def test_two_files_of_one_name_are_refused(self):
+        Path(self.folder.name, "other").mkdir()
+        one, two = self.path("a.txt", TINY_BAL.encode()), self.path("other/a.txt", TINY_BAL.encode())
+        self.refuses("run", one, two, naming=[one, two, "--out"])
+
+    def test_an_unwritable_out_is_refused(self):
+        bal = self.path("tiny.txt", TINY_BAL.encode())
+        occupied = self.path("occupied", b"keep me")
+        for out in (occupied, occupied / "below", "/proc/nowhere", "/dev/full"):
+            self.refuses("run", bal, "--out", out, naming=[out])
+            self.refuses("run", "--out", out, naming=[out])
+        self.assertEqual(occupied.read_bytes(), b"keep me")
+
+    def test_json_is_one_object_whatever_happens(self):
+        for words in (["run", "/nowhere/a.txt"], ["run", "--threads", "0"], ["run", "--frobnicate"],
+                      ["run", self.path("empty.txt")], ["check", "9.9"], ["status", "1.1"]):
+            done = course(*words, "--json")
+            self.assertEqual(done.returncode, 2, done)
+            self.assertEqual(list(json.loads(done.stdout)), ["error"])
+            self.assertEqual(done.stdout.count("\n"), 1)
+            self.assertNotEqual(done.stderr, "")
+
+    def test_json_holds_every_letter_whatever_the_locale(self):
+        ascii_only = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+        for extra in ({}, {"PYTHONIOENCODING": "ascii"}, {"PYTHONIOENCODING": "latin-1:strict"}):
+            done = subprocess.run([ROOT / "course", "run", "/nowhere/straße Łódź.txt".encode(), "--json"], timeout=120,
+                                  capture_output=True, env={**os.environ, **ascii_only, **extra})
+            self.assertEqual(done.returncode, 2, done)
+            encoding = extra.get("PYTHONIOENCODING", "utf-8").partition(":")[0]
+            error = json.loads(done.stdout.decode(encoding))["error"]
+            self.assertEqual(error, "/nowhere/straße Łódź.txt: there is no such file")
+            self.assertNotIn(b"Traceback", done.stderr)
+
+    def test_a_full_disk_under_standard_output_is_an_error(self):
+        if not os.path.exists("/dev/full"):
+            self.skipTest("this system has no /dev/full")
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            done = subprocess.run([ROOT / "course", "status", "1.1", "--json"], stdout=full, stderr=subprocess.PIPE,
+                                  text=True)
+        self.assertEqual(done.returncode, 2)
+        self.assertNotIn("Traceback", done.stderr)
+
+    def test_it_works_from_any_folder(self):
+        self.assertEqual(course("run", "--help", cwd=self.folder.name).returncode, 0)
+        self.refuses("run", "missing.txt", naming=["missing.txt"], cwd=self.folder.name)
+
+    def test_it_works_through_symbolic_links(self):
+        folder = Path(self.folder.name)
+        (folder / "bin").mkdir()
+        (folder / "absolute").symlink_to(ROOT / "course")
+        (folder / "bin" / "relative").symlink_to("../absolute")
+        for words in (["help"], ["run", "--help"]):
+            wanted = course(*words).stdout
+            for command in (folder / "absolute", folder / "bin" / "relative", "relative"):
+                done = subprocess.run([command, *words], capture_output=True, text=True, cwd=folder,
+                                      env={**os.environ, "PATH": f"{folder / 'bin'}:{os.environ['PATH']}"})
+                self.assertEqual((done.returncode, done.stdout, done.stderr), (0, wanted, ""), command)
+
+    def test_ctrl_c_ends_with_130(self):
+        self.needs_release_build()
+        bal = self.path("tiny.txt", TINY_BAL.encode())
+        with open(BUILD / ".lock", "w", encoding="utf-8") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # now ./course must wait for us, at a place that we know
+            process = subprocess.Popen([ROOT / "course", "run", bal, "--out", self.folder.name], text=True,
+                                       stderr=subprocess.PIPE)
+            self.assertIn("waiting", process.stderr.readline())
+            process.send_signal(signal.SIGINT)
+            rest = process.communicate(timeout=60)[1]
+        self.assertEqual((process.returncode, rest), (130, "course: stopped\n"))
+
+    def needs_release_build(self):
+        if BUILD.resolve() != ROOT / "build" / "release":
+            self.skipTest("./course builds in build/release, and these tests run in another folder")
+
+    def test_saying_no_is_quick(self):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        for _ in range(3):
+            course("run", "/nowhere/a.txt")
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        seconds = (after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime) / 3
+        self.assertLess(seconds, 0.3, "processor time, 0.1 s on an idle machine: a newcomer must not wait for set-up")

@@ -1,0 +1,91 @@
+"""The library as another project sees it: installed or as a subproject, compiled with flags of its own."""
+
+import os
+import re
+import shutil
+import subprocess
+import unittest
+
+from tests.conventions.project import BUILD, CXX, EIGEN, ROOT
+
+HERE = BUILD / "tests" / "consumer"  # always the same place, so that ccache knows it again
+SOURCE = ROOT / "tests" / "conventions" / "consumer"
+LAUNCHER = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
+PROGRAMS = ("consumer", "consumer_mavx2", "consumer_march_native")
+
+
+def call(*command, **environment) -> str:
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, env={**os.environ, **environment})
+    if done.returncode:
+        raise AssertionError(f"{' '.join(map(str, command))} failed with {done.returncode}:\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def install(build):
+    prefix = HERE / "prefix" / build.name
+    shutil.rmtree(prefix, ignore_errors=True)
+    call("cmake", "--install", build, "--prefix", prefix)
+    return prefix
+
+
+def configure(name: str, *words) -> str:
+    shutil.rmtree(HERE / name, ignore_errors=True)
+    return call("cmake", "-G", "Ninja", "-S", SOURCE, "-B", HERE / name, *LAUNCHER, *words)
+
+
+def runs(name: str) -> list:
+    """[(program, what went wrong or "")] of a build folder of the consumer."""
+    outcomes = []
+    for program in PROGRAMS:
+        try:
+            call("cmake", "--build", HERE / name, "--target", program)
+            call(HERE / name / program)
+            outcomes.append((program, ""))
+        except AssertionError as error:
+            outcomes.append((program, str(error)))
+    return outcomes
+
+
+class Consumer(unittest.TestCase):
+    def test_another_project_uses_the_installed_library(self):
+        configure("build", f"-DCMAKE_PREFIX_PATH={install(BUILD)}", f"-DCMAKE_CXX_COMPILER={CXX}", "-DCMAKE_CXX_FLAGS=-O0")
+        for program, fault in runs("build"):
+            self.assertEqual(fault, "", program)
+
+    def test_what_an_installed_header_includes_is_installed(self):
+        include = install(BUILD) / "include"
+        headers = sorted(include.rglob("*.h"))
+        self.assertGreater(len(headers), 50)
+        for header in headers:
+            for name in re.findall(r'#\s*include "([^"]+)"', header.read_text(encoding="utf-8")):
+                self.assertTrue((include / name).is_file(), f"{header.relative_to(include)} includes {name}")
+
+    def test_a_program_without_cmake_takes_its_flags_from_pkg_config(self):
+        if not shutil.which("pkg-config"):
+            self.skipTest("pkg-config is not installed")
+        prefix, program = install(BUILD), HERE / "by_hand"
+        folder, = prefix.rglob("pkgconfig")
+        flags = call("pkg-config", "--cflags", "--libs", "ch5_backend", PKG_CONFIG_PATH=str(folder)).split()
+        call(CXX, "-std=c++17", "-O0", "-march=native", SOURCE / "main.cc", "-o", program, *flags)
+        call(program)
+
+    def test_a_program_with_another_alignment_does_not_compile(self):
+        for words in (["-DEIGEN_MAX_ALIGN_BYTES=32"], ["-DEIGEN_MAX_STATIC_ALIGN_BYTES=32"], ["-include", "Eigen/Core"]):
+            done = subprocess.run([CXX, "-std=c++17", "-fsyntax-only", f"-I{ROOT}", f"-I{EIGEN}", *words, "-x", "c++",
+                                   ROOT / "ch5_backend/math/eigen_types.h"], capture_output=True, text=True)
+            self.assertNotEqual(done.returncode, 0, words)
+            self.assertIn("-DEIGEN_MAX_ALIGN_BYTES=64 -DEIGEN_MAX_STATIC_ALIGN_BYTES=16", done.stderr)
+
+    def test_a_subproject_leaves_its_parent_alone(self):
+        said = configure("guest", f"-DCH5_SOURCE={ROOT}", f"-DCMAKE_CXX_COMPILER={CXX}", "-DCMAKE_CXX_FLAGS_RELEASE=-O1")
+        self.assertIn("build type: '', flags: '-O1'", said)
+        added = re.search("added to the cache: (.*)", said)[1].split(";")
+        foreign = [name for name in added if not re.match("CH5_|ch5_backend_|Eigen3_|FIND_PACKAGE_|CMAKE_HAVE_|CMAKE_PROJECT_VERSION|_", name)]
+        self.assertEqual(foreign, [])
+        targets = call("ninja", "-C", HERE / "guest", "-t", "targets", "all")
+        names = re.findall(r"^cmake_object_order_depends_target_(\w+): phony", targets, re.MULTILINE)
+        self.assertIn("ch5_layer_math", names)
+        self.assertEqual([name for name in names if not name.startswith("ch5_") and name not in PROGRAMS], [])
+        commands = call("ninja", "-C", HERE / "guest", "-t", "commands", "ch5_backend")
+        self.assertNotIn("-Wpedantic", commands)
+        self.assertNotIn("-fsanitize", commands)

@@ -1,0 +1,167 @@
+"""The layers: values flow one way, so no folder includes or imports from a higher layer, in C++ and in Python."""
+
+import ast
+import re
+import unittest
+from pathlib import Path
+
+from tests.conventions.project import ROOT, tracked_files
+
+TYPES = " types types/visual types/inertial types/pose_graph types/bal"
+SPARSE = "math graph linear solve sparse/kernels sparse/steps sparse"
+LIBRARY = SPARSE + TYPES + " dense dense/blocks marginalize consistency window/start window simulate simulate/sensors " \
+          "files/tables files evaluate"
+
+# What each folder of ch5_backend/ may include, besides itself.
+MAY_INCLUDE = {
+    "math": "",
+    "graph": "math",
+    "linear": "math",
+    "solve": "math",
+    "types": "math graph",
+    "types/visual": "math graph types",
+    "types/inertial": "math graph types",
+    "types/pose_graph": "math graph types",
+    "types/bal": "math graph types",
+    "dense": "math graph linear solve",
+    "dense/blocks": "math graph linear solve",
+    "sparse/kernels": "math linear",
+    "sparse/steps": "math graph linear solve sparse/kernels",
+    "sparse": "math graph linear solve sparse/kernels sparse/steps",
+    "marginalize": "math graph linear solve sparse/kernels sparse/steps",
+    "consistency": SPARSE + TYPES + " marginalize",
+    "window/start": SPARSE + TYPES + " marginalize consistency",
+    "window": SPARSE + TYPES + " marginalize consistency window/start",
+    "simulate": "math graph types types/visual",
+    "simulate/sensors": "math graph types types/visual types/inertial simulate",
+    "files/tables": "math types",
+    "files": "math graph files/tables" + TYPES,
+    "evaluate": "math graph types types/visual simulate",
+    "experiments": LIBRARY,
+    "lab": LIBRARY + " experiments",
+}
+# What each folder of Python may import, besides itself. Tests may import everything.
+MAY_IMPORT = {
+    "ch5_backend/figures": "",
+    "ch5_backend/course/base": "ch5_backend/figures",
+    "ch5_backend/course/homework": "ch5_backend/course/base",
+    "ch5_backend/course/experiments": "ch5_backend/course/base ch5_backend/figures",
+    "ch5_backend/course/grading": "ch5_backend/course/homework ch5_backend/course/base ch5_backend/figures",
+    "ch5_backend/course/documents": "ch5_backend/course/experiments ch5_backend/course/base slides",
+    "ch5_backend/lab": "ch5_backend/course/base ch5_backend/figures",
+    "ch5_backend/course": "ch5_backend/course/base ch5_backend/course/homework ch5_backend/course/experiments "
+                          "ch5_backend/course/grading ch5_backend/course/documents ch5_backend/lab",
+    "slides": "ch5_backend/figures",
+}
+TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "README.zh.md", "course", "ch5_backend",
+             "ch5_homework", "slides", "solutions", "tests"}
+
+
+def longest(path: str, folders) -> str:
+    """The folder among `folders` that holds the path, the most specific; "" if there is none."""
+    return max((folder for folder in folders if path.startswith(folder + "/")), key=len, default="")
+
+
+def layer_of(path: str) -> str:
+    """"ch5_backend/graph/edge.h" → "graph"; a file that stands in ch5_backend/ itself is below all layers: ""."""
+    return longest(path.removeprefix("ch5_backend/"), MAY_INCLUDE) if path.startswith("ch5_backend/") else ""
+
+
+def cpp_faults(path: str, text: str, exists) -> list:
+    """What is wrong with the quoted includes of one file: [(line number, words)]."""
+    faults = []
+    for number, line in enumerate(text.splitlines(), 1):
+        match = re.match(r'\s*#\s*include\s*"([^"]+)"', line)
+        if not match:
+            continue
+        included, user, used = match[1], layer_of(path), layer_of(match[1])
+        if not exists(included):
+            faults.append((number, f'"{included}" is not a path from the root of the repository'))
+        elif included.startswith("tests/") and not path.startswith("tests/"):
+            faults.append((number, f'"{included}": nothing but a test may use what is in tests/'))
+        elif path.startswith("ch5_backend/") and not included.startswith("ch5_backend/"):
+            faults.append((number, f'"{included}" is outside of ch5_backend/'))
+        elif user and used and user != used and used not in MAY_INCLUDE[user].split():
+            faults.append((number, f"{user}/ must not include from {used}/"))
+    return faults
+
+
+def python_faults(path: str, text: str) -> list:
+    """What is wrong with the imports of one module of the project: [(line number, words)]."""
+    faults, user = [], longest(path, MAY_IMPORT)
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            modules = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            above = list(Path(path).parent.parts)[:-(node.level - 1) or None] if node.level else []
+            module = ".".join(above + ([node.module] if node.module else []))
+            modules = [f"{module}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        for module in modules:
+            file = module.replace(".", "/") + "/"
+            used = longest(file, MAY_IMPORT)
+            if file.startswith("tests/") and not path.startswith("tests/"):
+                faults.append((node.lineno, f"{module}: nothing but a test may use what is in tests/"))
+            elif user and used and user != used and used not in MAY_IMPORT[user].split():
+                faults.append((node.lineno, f"{user}/ must not import from {used}/"))
+    return faults
+
+
+class Layers(unittest.TestCase):
+    def found(self, faults_of, *suffixes) -> list:
+        sources = tracked_files(*suffixes)
+        self.assertGreater(len(sources), 20, "the walk must have found the sources")
+        return [f"{path}:{number}: {words}" for path in sources
+                for number, words in faults_of(str(path), (ROOT / path).read_text(encoding="utf-8"))]
+
+    def test_no_folder_includes_from_a_higher_layer(self):
+        faults = self.found(lambda path, text: cpp_faults(path, text, lambda name: (ROOT / name).is_file()), ".h", ".cc")
+        self.assertEqual(faults, [], "\n".join(["", *faults]))
+
+    def test_no_folder_imports_from_a_higher_layer(self):
+        faults = self.found(python_faults, ".py")
+        self.assertEqual(faults, [], "\n".join(["", *faults]))
+
+    def test_no_module_edits_the_path(self):
+        sources = [path for path in tracked_files(".py") if re.search(r"\bsys\.path\b", (ROOT / path).read_text(encoding="utf-8"))]
+        self.assertEqual(sources, [])
+
+    def test_the_rule_for_includes_finds_faults(self):
+        def faults(path, *included):
+            text = "".join(f'#include "{name}"\n' for name in included)
+            return [words for _, words in cpp_faults(path, text, lambda name: name != "edge.h")]
+        self.assertEqual(faults("ch5_backend/sparse/a.cc", "ch5_backend/graph/edge.h", "ch5_backend/sparse/a.h"), [])
+        self.assertEqual(faults("ch5_backend/simulate/a.cc", "ch5_backend/types/a.h", "ch5_backend/math/a.h"), [])
+        self.assertEqual(faults("ch5_backend/experiments/a.cc", "ch5_backend/window/a.h", "ch5_backend/evaluate/a.h"), [])
+        self.assertEqual(faults("ch5_homework/judge/a.cc", "ch5_homework/judge/a.h", "ch5_backend/window/a.h"), [])
+        for user, used in (("graph", "types"), ("simulate", "solve"), ("solve", "simulate"), ("solve", "graph"),
+                           ("window/start", "window"), ("sparse/kernels", "sparse/steps"), ("sparse/steps", "sparse"),
+                           ("files", "simulate"), ("types", "types/visual"), ("sparse", "types"), ("window", "experiments"),
+                           ("experiments", "lab")):
+            self.assertEqual(len(faults(f"ch5_backend/{user}/a.h", f"ch5_backend/{used}/a.h")), 1, (user, used))
+        self.assertEqual(len(faults("ch5_backend/graph/a.h", "edge.h")), 1)
+        self.assertEqual(len(faults("ch5_backend/graph/a.h", "solutions/problem.h")), 1)
+        self.assertEqual(len(faults("ch5_homework/judge/a.h", "tests/scenes.h")), 1)
+
+    def test_the_rule_for_imports_finds_faults(self):
+        def faults(path, text):
+            return [words for _, words in python_faults(path, text)]
+        self.assertEqual(faults("ch5_backend/course/grading/a.py", "from ..base.build import ROOT\nfrom . import b\nimport os"), [])
+        self.assertEqual(faults("tests/docs/a.py", "from slides import build\nfrom tests.docs import markdown"), [])
+        for path, text in (("ch5_backend/course/base/a.py", "from ..homework import judge"),
+                           ("ch5_backend/course/homework/a.py", "from ch5_backend.course.grading.job import grade"),
+                           ("ch5_backend/figures/a.py", "import ch5_backend.course.base.build"),
+                           ("slides/a.py", "from ch5_backend.course.base import build"),
+                           ("ch5_backend/course/grading/a.py", "from tests.homework import samples")):
+            self.assertEqual(len(faults(path, text)), 1, (path, text))
+
+    def test_every_folder_is_on_the_map(self):
+        found = {path.parts[1] for path in tracked_files(".h", ".cc") if path.parts[0] == "ch5_backend" and len(path.parts) > 2}
+        self.assertEqual(found - {layer.split("/")[0] for layer in MAY_INCLUDE}, set())
+        modules = [str(path) for path in tracked_files(".py") if path.parts[0] != "tests" and len(path.parts) > 2]
+        self.assertEqual([path for path in modules if not longest(path, MAY_IMPORT)], [])
+
+    def test_top_level_holds_only_the_project(self):
+        names = {path.parts[0] for path in tracked_files()}
+        self.assertEqual({name for name in names - TOP_LEVEL if not name.startswith(".")}, set())

@@ -1,0 +1,58 @@
+"""The pages of the API: made without a warning, led to by the index of formulas, read without a network."""
+
+import os
+import re
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+from tests.docs.engineers_test import rows
+from tests.docs.markdown import ROOT, read
+
+from slides import browser
+
+BUILD = "ch5_backend.course.documents.api"
+PAGES = Path(os.environ.get("CH5_API", ROOT / "out/api")).resolve()
+
+
+class Api(unittest.TestCase):
+    def setUp(self):
+        if not PAGES.exists():
+            self.skipTest(f"{PAGES} is not there: ./course docs makes it, and says what it lacks")
+        self.front = read(PAGES / "index.html")
+
+    def test_index_of_formulas_leads_to_the_functions(self):
+        table = self.front.partition("Index of formulas")[2]
+        links = set(re.findall(r'<a class="el" href="([^"#]+)', table))
+        self.assertGreater(len(links), 40)
+        for link in links:
+            self.assertTrue((PAGES / link).is_file(), link)
+        self.assertEqual(table.count("<tr"), len(rows()) + 1)
+        self.assertRegex(table, r'href="classch5_1_1Problem\.html#\w+"[^>]*>Problem::MakeHessian<')
+
+    def test_formulas_are_set_offline(self):
+        self.assertNotRegex(self.front, r'(src|href)="(https?:)?//(?!www\.doxygen\.org)')
+        wanted = len(re.findall(r"\\\(.+?\\\)", self.front))
+        self.assertGreater(wanted, 40)
+        try:
+            browser.chromium()
+        except browser.BuildError as missing:
+            self.skipTest(str(missing))
+        dom = browser.headless("--virtual-time-budget=20000", "--dump-dom", (PAGES / "index.html").as_uri())
+        self.assertEqual(dom.count("<mjx-container"), wanted)
+        self.assertNotIn("data-mjx-error", dom)
+
+    def test_a_class_has_the_words_at_the_head_of_its_header(self):
+        page = read(PAGES / "classch5_1_1SymmetricBlockMatrix.html")
+        self.assertIn("symmetric matrix of small blocks", page)
+        self.assertRegex(page, r'<pre class="fragment">\s+┌────┐', "drawings stay as they are")
+
+    def test_nothing_that_engineers_call_is_without_words(self):
+        done = subprocess.run([sys.executable, "-m", BUILD, "--undocumented"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
+
+    def test_a_folder_of_other_things_is_not_replaced(self):
+        done = subprocess.run([sys.executable, "-m", BUILD, "--out", ROOT / "tests"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("holds something else", done.stderr)

@@ -1,0 +1,168 @@
+"""The decks: both languages show the same, every number comes from a table, every figure from a script."""
+
+import base64
+import io
+import json
+import os
+import re
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+from unittest import mock
+
+from matplotlib.pyplot import imread
+
+from tests.docs.markdown import DECKS, ROOT, fences, formulas, prose, read, slides
+
+from slides import build
+from slides import deck_back_end, toy_graph
+from ch5_backend.figures.tables import Tables
+from ch5_backend.figures.words import SENTENCES, TOPICS, Words
+
+TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
+STAGES = {stage["id"] for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]}
+PLACEHOLDER, FIGURE = r"\{\{([\w.]+)\}\}", r"!\[([^\]]*)\]\(figures/(\w+)\.svg\)"
+LAB = r"\(\.\./lab\.html\?lang=\w\w#([^)]*)\)"
+
+
+def pairs():
+    """(id, English page, Chinese page) of every slide."""
+    for english in DECKS:
+        pages = slides(read(english)), slides(read(str(english).replace(".en.", ".zh.")))
+        yield from ((one[0], one, other) for one, other in zip(*pages))
+
+
+def numbers(svg):
+    """A figure's words, and the numbers of its paths and matrices: neither rounding nor matplotlib's version counts."""
+    paths = [float(number) for d in re.findall(r' d="([^"]*)"', svg) for number in re.findall(r"-?\d+\.?\d*", d)]
+    matrices = [imread(io.BytesIO(base64.b64decode(png))) for png in re.findall(r"data:image/png;base64,([^\"]*)", svg)]
+    return re.findall(r">([^<>\s][^<>]*)</text>", svg), [*paths, *(value for matrix in matrices for value in matrix.flat)]
+
+
+class Decks(unittest.TestCase):
+    def need_tables(self):
+        if not TABLES.folder.exists():
+            self.skipTest(f"{TABLES.folder} is missing; ./course run writes it")
+
+    def test_both_languages_have_the_same_pages(self):
+        self.assertTrue(DECKS)
+        for english in DECKS:
+            ids = [[(name, result) for name, result, _ in slides(read(path))]
+                   for path in (english, str(english).replace(".en.", ".zh."))]
+            self.assertEqual(*ids)
+            names = [name for name, _ in ids[0]]
+            self.assertNotIn(None, names, "a page without <!-- slide: … -->")
+            self.assertEqual(len(set(names)), len(names), "two pages of one name")
+
+    def test_both_languages_show_the_same(self):
+        for name, one, other in pairs():
+            one, other = one[2], other[2]
+            self.assertEqual(sorted(formulas(one)), sorted(formulas(other)), f"{name}: formulas")
+            self.assertEqual(re.findall(FIGURE, one), re.findall(FIGURE, other), f"{name}: figures")
+            self.assertEqual(fences(one), fences(other), f"{name}: code")
+            self.assertEqual(re.findall(LAB, one), re.findall(LAB, other), f"{name}: states of the lab")
+            self.assertEqual(sorted(re.findall(PLACEHOLDER, one)), sorted(re.findall(PLACEHOLDER, other)), name)
+            self.assertEqual(re.findall(r"_class: .*", one), re.findall(r"_class: .*", other), name)
+            self.assertEqual(len(re.findall(r"^\|", one, re.M)), len(re.findall(r"^\|", other, re.M)), f"{name}: table")
+
+    def test_every_figure_has_a_script_and_a_page(self):
+        drawn = {}
+        for deck in DECKS:
+            figures = set(build.module_of(deck).FIGURES)
+            self.assertEqual(set(), figures & set(drawn), f"{deck.name}: names that another deck has")
+            shown = {figure for page in slides(read(deck)) for _, figure in re.findall(FIGURE, page[2])}
+            self.assertEqual(figures - {"overview"}, shown, deck.name)
+            drawn.update(dict.fromkeys(figures))
+
+    def test_result_pages_have_no_typed_number(self):
+        results = [(name, page[2]) for name, one, other in pairs() if one[1] for page in (one, other)]
+        self.assertGreater(len(results), 10)
+        for name, page in results:
+            rest = re.sub(rf"<!--.*?-->|{PLACEHOLDER}|{FIGURE}|{LAB}", "", prose(page), flags=re.S)
+            rest = re.sub(r"[_^]\{?-?\w+\}?", "", rest)  # indices and exponents of formulas
+            self.assertEqual(re.findall(r".{0,20}\d.{0,20}", rest), [], f"{name}: let facts() of its module say it")
+        used = {name for name, page in results if re.search(PLACEHOLDER, page) or re.search(FIGURE, page)}
+        self.assertEqual(used, {name for name, _ in results}, "a result page without a result")
+
+    def test_every_placeholder_resolves(self):
+        self.need_tables()
+        for deck in build.decks():
+            made = build.Prepared(deck, TABLES.folder)
+            self.assertNotIn("{{", made.text)
+            self.assertNotIn("<!-- slide:", made.text)
+            self.assertGreater(len(made.figures), 5)
+            for name, svg in made.figures.items():
+                self.assertTrue(svg.startswith("<svg "), name)
+                self.assertNotRegex(svg, r"\b(nan|inf)\b", name)
+
+    def test_every_page_ends_with_its_speaker_note_and_a_deck_takes_60_to_90_minutes(self):
+        note = r"\n\n<!-- \((\d+) min\) (?:(?!-->).){10,} -->\s*\Z"
+        for english in DECKS:
+            times = [[(name, re.search(note, page)) for name, _, page in slides(read(path))]
+                     for path in (english, str(english).replace(".en.", ".zh."))]
+            self.assertEqual([name for pages in times for name, found in pages if not found], [], english.name)
+            minutes = [[int(found[1]) for _, found in pages] for pages in times]
+            self.assertEqual(*minutes)
+            self.assertTrue(60 <= sum(minutes[0]) <= 90, f"{english.name}: {sum(minutes[0])} minutes")
+
+    def test_what_a_deck_refers_to_exists(self):
+        tables = [path.stem for path in (ROOT / "slides/measured").glob("*.csv")]
+        self.assertIn("speed_steps", tables)
+        for deck in build.decks():
+            text = read(deck)
+            for path in re.findall(r"`((?:\w[\w.-]*/)+[\w.-]*)`", prose(text)):
+                self.assertTrue((ROOT / path).exists() or (ROOT / "ch5_backend" / path).exists(), f"{deck.name}: {path}")
+            for target in re.findall(r"(?<!!)\[[^\]]*\]\(([^)\s]+)\)", prose(text)):
+                self.assertRegex(target, r"^(https://|\.\./(lab|report)\.html)", f"{deck.name}: out/slides/ has no {target}")
+            for stage in re.findall(r"\./course (?:check|hint) ([\d.]+)", text):
+                self.assertIn(stage, STAGES, deck.name)
+
+    def test_an_unknown_placeholder_is_an_error(self):
+        with self.assertRaisesRegex(build.BuildError, r"deck.md:2: .*no\.such"):
+            build.fill("one\n{{no.such}}", {}, "deck.md")
+
+    def test_figures_are_the_same_every_time(self):
+        self.need_tables()
+        script = ("import sys; from slides import build; from pathlib import Path;"
+                  "print([build.Prepared(deck, Path(sys.argv[1])).figures for deck in build.decks()[::2]])")
+        drawn = [subprocess.run([sys.executable, "-c", script, TABLES.folder], check=True,
+                                env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True).stdout
+                 for seed in "12"]  # the order of a set depends on the seed
+        self.assertGreater(len(drawn[0]), 10000)
+        self.assertEqual(len(set(drawn)), 1)
+
+    def test_every_word_of_a_figure_is_said(self):
+        self.need_tables()
+        said, say = set(), Words.__call__
+        with mock.patch.object(Words, "__call__", lambda self, key, **values: said.add(self.prefix + key) or say(self, key, **values)):
+            for deck in build.decks()[::2]:
+                tables = build.tables_of(TABLES.folder)
+                for draw in build.module_of(deck).FIGURES.values():
+                    draw(tables, "en")
+        self.assertEqual({key for key in SENTENCES["en"] if key.startswith(TOPICS)}, said)
+
+    def test_overview_is_current(self):
+        self.need_tables()
+        for lang in build.LANGUAGES:
+            committed, drawn = (numbers(svg) for svg in (read(ROOT / f"slides/figures/overview.{lang}.svg"),
+                                                         deck_back_end.overview(TABLES, lang)))
+            self.assertEqual(committed[0], drawn[0], "redraw it: slides/build.py --overview")
+            self.assertEqual(len(committed[1]), len(drawn[1]), "redraw it: slides/build.py --overview")
+            worst = max(abs(a - b) for a, b in zip(committed[1], drawn[1]))
+            self.assertLess(worst, 0.05, "redraw it: slides/build.py --overview")
+
+    def test_chain_is_exact(self):
+        H, prior = toy_graph.chain()
+        self.assertEqual([[toy_graph.decimal(v) for v in row] for row in prior],
+                         [["26.5306", "−8.16327"], ["−8.16327", "10.2041"]])
+        self.assertEqual([toy_graph.decimal(v) for v in H[1]], ["−100", "136.111", "−11.1111"])
+
+    def test_marp_is_pinned_to_a_public_release(self):
+        package = json.loads(read(ROOT / "slides/package.json"))
+        lock = json.loads(read(ROOT / "slides/package-lock.json"))
+        for name, version in package["dependencies"].items():
+            self.assertEqual(lock["packages"][f"node_modules/{name}"]["version"], version)
+        for name, entry in lock["packages"].items():
+            self.assertTrue(not name or entry.get("integrity"), f"{name} is not pinned by its hash")
+            self.assertTrue(entry.get("resolved", "https://registry.npmjs.org/").startswith("https://registry.npmjs.org/"))

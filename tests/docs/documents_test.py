@@ -1,0 +1,188 @@
+"""The READMEs, the guides and the handouts: both languages say the same, and what they say is so."""
+
+import csv
+import json
+import re
+import subprocess
+import unittest
+from collections import Counter
+
+from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, READMES, ROOT, anchor, fences, handouts,
+                                 headings, links, prose, read, sections, slides, spans)
+
+PAIRS = (READMES, ENGINEERS, HANDOUTS, *PAGES, GUIDES)
+ALL = [path for pair in PAIRS for path in pair]
+
+
+def symbols(code):
+    """What a figure shows in every language: its letters, numbers, signs and lines, without words and punctuation."""
+    code = re.sub(r"[\u3000-\u9fff\uff00-\uffef]+|(?<![\w.])(a|[A-Za-z]?[a-z]{2,}('s)?)(?![\w(])", " ", code)
+    return Counter(re.sub(r"[,:;.](?=\s|$)", " ", code).split())
+
+
+def solutions():
+    return {path.name: re.findall(r"// BEGIN SOLUTION (\S+)", read(path)) for path in (ROOT / "solutions").glob("*.cc")}
+
+
+class Documents(unittest.TestCase):
+    def test_both_languages_have_the_same_sections(self):
+        for english, chinese in PAIRS:
+            levels = [[level for level, _ in headings(read(path))] for path in (english, chinese)]
+            self.assertEqual(*levels, f"{english.name} and {chinese.name}")
+            stages = [re.findall(r"^##? (Stage [\d.]+[AB]?) ·", read(path), re.M) for path in (english, chinese)]
+            self.assertEqual(*stages)
+
+    def test_both_languages_have_the_same_code_and_pictures(self):
+        for english, chinese in PAIRS:
+            for (language, one), (other_language, other) in zip(fences(read(english)), fences(read(chinese)), strict=True):
+                self.assertEqual(language, other_language, chinese)
+                self.assertEqual(symbols(one), symbols(other), chinese)
+                if language:  # words of a figure may be translated, and comments to a command, but no code
+                    self.assertEqual(*(re.sub(r" +# .*", "", code) if language == "sh" else code for code in (one, other)), chinese)
+
+    def test_both_languages_name_the_same_things(self):
+        for english, chinese in PAIRS:
+            for (title, one), (_, other) in zip(sections(read(english)), sections(read(chinese))):
+                named = [Counter(span.replace(".zh", "") for span in spans(body)) for body in (one, other)]
+                self.assertEqual(set(named[0]), set(named[1]), f"{chinese}: {title}")
+                for pattern in (r"<details>", r"^\|.*\|$", r"^[-*] |^\d\. ", r"!\["):
+                    counts = [len(re.findall(pattern, prose(body), re.M)) for body in (one, other)]
+                    self.assertEqual(*counts, f"{chinese}: {title}: {pattern}")
+
+    def test_local_links_lead_somewhere(self):
+        count = 0
+        for path in (*ALL, *LIBRARY):
+            for link in links(read(path)):
+                if link.startswith("http"):
+                    continue
+                count += 1
+                file, _, fragment = link.partition("#")
+                target = (path.parent / file).resolve() if file else path
+                self.assertTrue(target.exists(), f"{path}: {link}")
+                if fragment:
+                    self.assertIn(fragment, [anchor(words) for _, words in headings(read(target))], f"{path}: {link}")
+        self.assertGreater(count, 10)
+
+    def test_files_that_are_named_exist(self):
+        count = 0
+        for path in [*ALL, *DECKS]:
+            for name in re.findall(r"`((?:\w+/)*\w+(?:\.\w+)?\.(?:h|cc|py|md|txt|html))`", read(path)):
+                if name.startswith("out/"):
+                    continue
+                count += 1
+                places = [ROOT / folder / name for folder in ("", "ch5_backend", "ch5_homework", "solutions")]
+                self.assertTrue(any(place.exists() for place in places), f"{path}: {name}")
+        self.assertGreater(count, 20)
+
+    def test_commands_that_are_named_exist(self):
+        named = {word for path in [*ALL, *DECKS] for word in re.findall(r"\./course (\w+)", read(path))}
+        self.assertLessEqual({"run", "test", "check", "status", "slides"}, named)
+        for word in sorted(named):
+            done = subprocess.run([ROOT / "course", word, "--help"], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, f"./course {word} --help: {done.stderr}")
+
+    def test_handout_has_a_section_for_each_stage(self):
+        stages = json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]
+        treated = re.findall(r"^##? Stage (\S+) ·", "\n".join(read(page) for page, _ in PAGES), re.M)
+        wanted = [section for stage in stages for section in stage.get("sections", [stage["id"]])]
+        self.assertEqual(treated, wanted, "the handout's sections and what ./course check knows")
+
+    def test_front_page_is_short(self):
+        for path in READMES:
+            self.assertLessEqual(len(re.findall(r"[\u4e00-\u9fff]|\S+", read(path))), 700 if path == READMES[0] else 1200, path)
+
+    def test_syllabus_has_every_stage_and_the_minutes_of_the_notes(self):
+        for path in READMES:
+            rows = re.findall(r"^\| (\d) \| [^|]+ \| (\d+) \| ([^|]+) \|", read(path), re.M)
+            self.assertEqual(sorted(stage for _, _, stages in rows for stage in re.findall(r"\[(.+?)\]", stages)),
+                             [stage["id"] for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]], path)
+            for (lecture, minutes, _), deck in zip(rows, DECKS, strict=True):
+                spoken = sum(map(int, re.findall(r"^<!-- \((\d+) min\)", read(deck), re.M)))
+                self.assertAlmostEqual(int(minutes), spoken, delta=5, msg=f"{path}: lecture {lecture}")
+
+    def test_front_page_has_the_measured_times(self):
+        measured = {}
+        for row in csv.DictReader(read(ROOT / "slides/measured/speed_peers.csv").splitlines()):
+            measured.setdefault(row["problem"], {})[row["side"]] = float(row["iteration_ms"])
+        wanted = sorted((f"{both['ours']:.3g}", f"{both['ceres']:.3g}", f"{both['ceres'] / both['ours']:.1f}")
+                        for both in measured.values())
+        for path in READMES:
+            table = next(body for _, body in sections(read(path)) if "speed_peers.csv" in body)
+            self.assertEqual(sorted(re.findall(r"\| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", table, re.M)), wanted, path)
+
+    def test_handout_treats_every_todo(self):
+        for (path, *_), text in handouts():
+            table = re.findall(r"^\| \[[\d.]+[AB]?\]\S* \| ([^|]+) \| `(\w+\.cc)` \|", text, re.M)
+            listed = {}
+            for todos, file in table:
+                listed.setdefault(file, []).extend(todo.strip() for todo in todos.split(","))
+            self.assertEqual(listed, {file: solutions()[file] for file in listed}, path)
+            rows = re.findall(r"^\| (\d[\d.]*[a-z]?) \| .*\|$", text, re.M)
+            self.assertEqual(rows, [todo for todos in listed.values() for todo in todos], path)
+
+    def test_the_second_depth_has_the_gaps_of_the_table(self):
+        stages = json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]
+        wanted = [todo for stage in stages for todo in stage.get("deep", [])]
+        for (path, *_), text in handouts():
+            self.assertEqual(re.findall(r"^\| \*\*(\S+)\*\* \|", text, re.M), wanted, path)
+
+    def test_instructors_guide_shows_every_page_of_the_first_deck(self):
+        pages = [name for name, _, _ in slides(read(DECKS[0]))]
+        for path in GUIDES:
+            rows = re.findall(r"^\| \d+ \| (`[^|]+) \|", read(path), re.M)
+            self.assertEqual([name for row in rows for name in re.findall(r"`([\w-]+)`", row)], pages, path)
+
+    def test_instructors_guide_has_the_points_of_the_rubric(self):
+        rubric = json.loads(read(ROOT / "ch5_homework/rubric.json"))["stages"]
+        wanted = {stage: sum(checks.values()) for stage, checks in rubric.items()}
+        for path in GUIDES:
+            rows = re.findall(r"^\| ([\d.]+) \| (\d+) \|", sections(read(path))[4][1], re.M)
+            self.assertEqual({stage: int(points) for stage, points in rows}, wanted, path)
+
+    def test_names_that_a_stage_needs_are_in_their_header(self):
+        for (path, *_), text in handouts():
+            boxes = re.findall(r"^\| (`.+?) \| `([\w/]+\.h)` \|", text, re.M)
+            self.assertGreater(len(boxes), 10, path)
+            for names, header in boxes:
+                declared = read(ROOT / "ch5_backend" / header)
+                for name in re.findall(r"`(\w+)", names):
+                    self.assertRegex(declared, rf"\b{name}\b", f"{path}: {name} is not in {header}")
+
+    def test_handout_has_three_hints_a_stage_and_no_answer(self):
+        for (path, *_), text in handouts():
+            for body in re.split(r"^##? Stage \S+ ·", text, flags=re.M)[1:]:
+                self.assertEqual(re.findall(r"<summary>(?:Hint|提示) (\d)", body), ["1", "2", "3"], f"{path}: {body[:40]}")
+            # The answers are the lines between BEGIN SOLUTION and BLANK.
+            for file in (ROOT / "solutions").glob("*.cc"):
+                for answer in re.findall(r"BEGIN SOLUTION.*?\n(.*?)// BLANK", read(file), re.S):
+                    for line in filter(None, map(str.strip, answer.splitlines())):
+                        if len(line) > 12:
+                            self.assertNotIn(line, text, f"{path} gives an answer away")
+
+    def test_every_stage_begins_with_its_lecture(self):
+        for pages, _ in handouts():
+            for page in pages:
+                if page.name.startswith("stage_"):
+                    head = read(page).partition("\n## ")[0]
+                    self.assertRegex(head, r"\]\(\.\./\.\./slides/\d-[\w-]+\.(en|zh)\.md#", f"{page} names no page of a lecture")
+
+    def test_debugger_page_has_the_programs_and_tests_of_the_stages(self):
+        wanted = {}
+        for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]:
+            wanted.setdefault(stage["file"], []).append(stage["tests"])
+        for page in next(pair for pair in PAGES if pair[0].name == "debugger.md"):
+            rows = re.findall(r"^\| `(\w+)\.cc` \| `check_\1` \| `build/release/bin/check_\1` \| (.+) \|$", read(page), re.M)
+            self.assertEqual({file + ".cc": re.findall(r"`(.+?)`", tests) for file, tests in rows}, wanted, page)
+
+    def test_map_shows_every_floor(self):
+        for path in ENGINEERS:
+            listed = re.findall(r"^\| [\d–] \| `(\w+)/` \|", read(path), re.M)
+            there = sorted(folder.name for folder in (ROOT / "ch5_backend").iterdir()
+                           if folder.is_dir() and not folder.name.startswith("_"))
+            self.assertEqual(sorted(listed), there, path)
+
+    def test_chinese_text_has_chinese_punctuation(self):
+        for path in [pair[1] for pair in PAIRS] + [str(deck).replace(".en.", ".zh.") for deck in DECKS]:
+            text = re.sub(r"`[^`\n]*`|\$[^$]*\$|\]\([^)]*\)|\{\{.*?\}\}|^\w+: ", "·", prose(read(path)), flags=re.M)
+            faults = re.findall(r".{0,12}[\u4e00-\u9fff][,:;?!()].{0,6}|.{0,6}[,;?!()][\u4e00-\u9fff].{0,12}", text)
+            self.assertEqual(faults, [], f"{path}: half-width punctuation in Chinese text")

@@ -1,0 +1,77 @@
+"""What the fourth lecture says in words holds in its tables."""
+
+import os
+import re
+import unittest
+from math import degrees, radians
+from pathlib import Path
+
+from tests.docs.markdown import ROOT
+
+from slides import gauge_examples as toy
+from slides.deck_gauge import facts
+from ch5_backend.figures.tables import Tables
+
+from ch5_backend.figures.numbers import gauge, gauge_paper
+
+TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
+FOLDER = TABLES.folder.parent / "gauge"
+
+
+class Examples(unittest.TestCase):
+    def test_q_is_a_projection_into_the_gauge(self):
+        H, U, free, V, Q, fixed = toy.two_numbers()
+        zero = [[0], [0]]
+        self.assertEqual(toy.product(H, U), zero)
+        self.assertEqual(toy.product(Q, U), zero)
+        self.assertEqual(toy.product(toy.transpose(V), Q), [[0, 0]])
+        self.assertEqual(toy.product(Q, Q), Q)
+        self.assertEqual(toy.product(toy.product(H, free), H), H)
+        self.assertEqual(fixed, [[0, 0], [0, toy.SIGMA ** 2]])
+        self.assertEqual(toy.difference_variance(free), toy.difference_variance(fixed))
+
+    def test_a_tilted_book_turns_by_the_area_of_its_loop(self):
+        self.assertAlmostEqual(abs(toy.tilted_yaw()), degrees(radians(toy.TILT) ** 2), delta=0.01)
+
+    def test_a_weak_prior_creeps_and_all_end_in_the_valley(self):
+        steps = {weight: len(toy.walk(weight)) for weight in (None, 0.0, toy.WEAK, 1e3)}
+        self.assertGreater(steps[toy.WEAK], 1.5 * steps[0.0])
+        self.assertLess(steps[1e3], steps[toy.WEAK])
+        for weight in steps:
+            a, b = toy.walk(weight)[-1]
+            self.assertAlmostEqual(b - a, 1, delta=0.01)
+        a, b = toy.walk(0.0)[-1]
+        self.assertAlmostEqual(a, -b, delta=1e-9, msg="the shortest way")
+
+
+class GaugeClaims(unittest.TestCase):
+    def setUp(self):
+        if not (FOLDER / "csv/methods.csv").exists():
+            self.skipTest(f"{FOLDER} has no tables; ./course slides writes them")
+        self.facts = facts(TABLES)
+
+    def number(self, name):
+        """A fact in TeX as a number."""
+        text = self.facts[name].strip("$").replace(r"\times ", "*").replace("10^{", "1e").replace("}", "").rstrip("%")
+        mantissa, _, power = text.partition("*")
+        return float(mantissa) * float(power or 1)
+
+    def test_accuracy_is_the_same_and_a_middling_prior_slow(self):
+        methods, sweep = TABLES("../gauge/csv/methods"), gauge.sweep(TABLES("../gauge/csv/sweep"))
+        for method, most in (("prior", 1e-5), ("free", 1e-2)):
+            self.assertLess(gauge.differences(methods, "position_m", method).max(), most)
+        for scene in map(" ".join, gauge_paper.SCENES):
+            self.assertTrue(1 < sweep[scene, "weight of the peak"] < 1e3, scene)
+            self.assertGreater(sweep[scene, "peak / greater end"], 1.5, scene)
+
+    def test_the_rising_curve_is_the_dampings_and_too_full_a_prior_costs_accuracy(self):
+        self.assertGreater(self.number("damping.identity"), 1.5 * self.number("damping.diagonal"))
+        self.assertGreater(self.number("place.poses"), self.number("place.pose"))
+        self.assertGreater(self.number("place.pose"), 1.5)
+        self.assertAlmostEqual(self.number("place.gauge"), 1, delta=0.01)
+
+    def test_numbers_of_recordings_are_those_of_the_model_answer(self):
+        answer = (ROOT / "solutions/gauge_freedom.md").read_text(encoding="utf-8")
+        plain = re.sub(r"<!--.*?-->", "", answer)
+        for name in ("real.fixation_position", "real.free_position", "real.fixation_iterations", "real.free_iterations"):
+            self.assertIn(self.facts[name], plain)

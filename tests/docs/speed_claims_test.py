@@ -1,0 +1,52 @@
+"""What the fifth lecture says in words holds in the measurements that it keeps; measure them anew, and this says what to
+rewrite."""
+
+import unittest
+
+from tests.docs.markdown import ROOT
+
+from slides.deck_fast_solver_facts import BEST, PROBLEMS, facts, iteration, ladder, time_of
+from ch5_backend.figures.tables import Tables
+
+TABLES = Tables(ROOT / "slides/measured")
+
+
+class SpeedClaims(unittest.TestCase):
+    def share(self, problem, *steps):
+        return sum(time_of(TABLES, problem, step, *BEST) for step in steps) / iteration(TABLES, problem, *BEST)
+
+    def test_linearizing_and_forming_s_take_most_of_an_iteration(self):
+        for problem in PROBLEMS:
+            self.assertGreater(self.share(problem, "linearize", "schur"), 0.5, problem)
+            self.assertLess(self.share(problem, "poses"), 0.3, problem)
+
+    def test_blocks_alone_are_slower_than_dense_in_the_scene_and_fixed_sizes_faster_than_both(self):
+        times = ladder(TABLES, "scene/30x1000")
+        self.assertGreater(times["plain"], 1.5 * times["dense"])
+        for problem in PROBLEMS:
+            times = ladder(TABLES, problem)
+            self.assertGreater(times["plain"], 2.0 * times["fixed"], problem)
+            self.assertGreater(times["fixed"], 1.5 * times["avx2"], problem)
+
+    def test_forming_s_is_limited_by_operations_and_back_substitution_by_memory(self):
+        row = {step: TABLES("speed_steps").row(problem="bal/16-22106", step=step, solver="sparse", simd="avx2")
+               for step in ("schur", "back", "linearize")}
+        peak = TABLES("speed_machine").row(simd="avx2", limit="peak")["value"]
+        memory = max(TABLES("speed_machine", simd="avx2", limit="read").rows(), key=lambda r: r["megabytes"])["value"]
+        ridge = peak / memory
+        self.assertGreater(row["schur"]["flop"] / row["schur"]["bytes"], ridge)
+        self.assertLess(row["back"]["flop"] / row["back"]["bytes"], ridge)
+        self.assertGreater(1e-6 * row["back"]["bytes"] / row["back"]["milliseconds"], 0.4 * memory)
+        self.assertGreater(row["schur"]["flop"] / row["schur"]["milliseconds"],
+                           3.0 * row["linearize"]["flop"] / row["linearize"]["milliseconds"])
+
+    def test_both_sides_reach_the_same_cost_and_ours_is_faster(self):
+        for problem in PROBLEMS:
+            ours, ceres = (TABLES("speed_peers").row(problem=problem, side=side) for side in ("ours", "ceres"))
+            self.assertLess(ours["final_cost"], 1.001 * ceres["final_cost"], problem)
+            self.assertGreater(ceres["iteration_ms"], 2.0 * ours["iteration_ms"], problem)
+
+    def test_implicit_solvers_are_first_for_hundreds_of_cameras(self):
+        found = facts(TABLES)
+        for name in ("pcg", "series"):
+            self.assertLess(2.0 * float(found[f"reduced.{name}"]), float(found["reduced.sparse"]))

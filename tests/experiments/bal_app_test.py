@@ -1,0 +1,156 @@
+"""ch5_bal, and ./course run FILE: results, exit codes, messages, and old results that no failure touches."""
+
+import json
+import resource
+import subprocess
+from pathlib import Path
+
+from tests.experiments.programs_under_test import BUILD, ROOT, AppTest, contents, run, table
+
+# Two cameras see three points; line 1 the counts, 2-7 observations, then cameras and points.
+GOOD = """2 3 6
+0 0 25 50
+1 0 -25 50
+0 1 -25 50
+1 1 -75 50
+0 2 10 -20
+1 2 -40 -20
+0 0 0 0 0 -5 500 0 0
+0 0.1 0 0 0 -5 500 0 0
+0.25 0.5 0
+-0.25 0.5 0.125
+0.1 -0.2 0.1
+"""
+RESULTS = {"good-result.txt", "good-before.ply", "good-after.ply", "summary.csv", "trace.csv", "points.csv",
+           "cameras.csv"}
+
+
+class BalApp(AppTest):
+    app = "ch5_bal"
+
+    def setUp(self):
+        super().setUp()
+        self.good = self.write("good.txt", GOOD)
+
+    def test_good_file_is_solved(self):
+        done = self.solve(self.good, "--out", self.out)
+        self.assertEqual({path.name for path in self.out.iterdir()}, RESULTS)
+        summary, trace = self.summary(), table(self.out / "trace.csv")
+        self.assertEqual((summary["problem"], summary["cameras"], summary["points"], summary["observations"]),
+                         ("good", "2", "3", "6"))
+        self.assertLess(float(summary["final_cost"]), float(summary["initial_cost"]))
+        self.assertIn("converged", summary["termination"])
+        self.assertEqual(int(trace[-1]["iteration"]), int(summary["iterations"]))
+        self.assertEqual(trace[-1]["cost"], summary["final_cost"])
+        self.assertIn(f"{float(summary['final_cost']):.6e}", done.stdout)
+        # The result is a problem whose first cost is the cost that was reached.
+        again = self.solve(self.out / "good-result.txt", "--out", self.folder / "again", "--iterations", 0)
+        self.assertIn(f"cost {float(summary['final_cost']):.6e} -> {float(summary['final_cost']):.6e}", again.stdout)
+
+    def test_course_run_gives_the_numbers_as_json(self):
+        result = self.course_run(self.good, "--iterations", "30", "--threads", "2")
+        for key, kind in (("initial_cost", float), ("final_cost", float), ("iterations", int), ("seconds", float)):
+            self.assertIsInstance(result[key], kind, key)
+        self.assertLess(result["final_cost"], result["initial_cost"])
+        before = contents(self.out)
+        self.assertLessEqual({".csv", ".ply", ".txt", ".png"}, {path.suffix for path in before})
+        self.write("good.txt", GOOD[:len(GOOD) // 2])
+        done = run(ROOT / "course", "run", self.good, "--out", self.out, "--json")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn(str(self.good), json.loads(done.stdout)["error"])
+        self.assertEqual(contents(self.out), before)
+
+    def test_too_few_iterations_are_no_error(self):
+        self.assertIn("maximum of iterations", self.solve(self.good, "--out", self.out, "--iterations", 1).stdout)
+
+    def test_result_does_not_depend_on_threads(self):
+        for threads in (1, 2, 3):
+            self.solve(self.good, "--out", self.folder / str(threads), "--threads", threads)
+        results = {(self.folder / str(threads) / "good-result.txt").read_bytes() for threads in (1, 2, 3)}
+        self.assertEqual(len(results), 1)
+
+    def test_picture_is_drawn_and_the_same_twice(self):
+        self.solve(self.good, "--out", self.out)
+        self.draw()
+        first = contents(self.out / "figures")
+        self.assertEqual({path.name for path in first}, {"before_after.png", "before_after.svg"})
+        self.draw()
+        self.assertEqual(contents(self.out / "figures"), first)
+
+    def test_every_solver_finds_the_same_optimum(self):
+        costs = []
+        for solver in ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series"):
+            self.solve(self.good, "--out", self.out, "--solver", solver, "--iterations", 100)
+            costs.append(float(self.summary()["final_cost"]))
+        self.assertLess(max(costs) - min(costs), 1e-3, costs)
+
+    def test_faulty_files_are_named_with_line_and_value(self):
+        def refuses(text, message):
+            path = self.write("bad.txt", text)
+            self.refuses(path, "--out", self.out, message=f"{path}:{message}")
+            self.assertFalse(self.out.exists())
+        refuses("", "1: number of cameras: the file ends where a number is expected")
+        refuses(GOOD[:-4], "12: point 2, z: the file ends where a number is expected")
+        refuses(GOOD.replace("0 1 -25", "0 7 -25"), '4: observation 2, point: must lie in [0, 2], got "7"')
+        refuses(GOOD.replace("2 3 6", "-2 3 6"), '1: number of cameras: must lie in [1, 2147483647], got "-2"')
+        refuses(GOOD.replace("-75", "nan"), '5: observation 3, x: not finite, got "nan"')
+        refuses(GOOD.replace("500", "1e300"), '8: camera 0, f: absurdly large (beyond 1e15), got "1e300"')
+        refuses(GOOD + "7\n", '13: text after the end of the data, got "7"')
+        refuses(GOOD.replace("1 0 -25", "0 0 -25"),
+                "3: observation 1 is repeated: camera 0 saw point 0 in line 2 already")
+        missing = self.folder / "missing.txt"
+        self.refuses(missing, "--out", self.out, message=f"{missing}: cannot be read: No such file or directory")
+
+    def test_a_cost_of_zero_is_drawn_without_a_warning(self):
+        self.solve(self.good, "--out", self.out)
+        trace = self.out / "trace.csv"
+        head, *rows = trace.read_text().splitlines()
+        for zeros in (1, len(rows)):  # the last one, or all
+            cells = [row.split(",") for row in rows]
+            for row in cells[-zeros:]:
+                row[1] = "0"
+            trace.write_text("\n".join([head, *map(",".join, cells), ""]))
+            self.draw()
+
+    def test_point_in_a_cameras_plane(self):
+        path = self.write("plane.txt", GOOD.replace("0.25 0.5 0\n", "0.25 0.5 5\n", 1))
+        self.refuses(path, "--out", self.out, message=f"{path}: observation 0: point 0 cannot be projected into "
+                                                      "camera 0: the residual is not finite")
+
+    def test_out_that_cannot_be_a_folder(self):
+        file = self.write("file", "mine")
+        self.refuses(self.good, "--out", file, message=f"cannot write {file}: Not a directory")
+
+    def test_full_disk_touches_no_old_result(self):
+        self.solve(self.good, "--out", self.out, "--iterations", 1)
+        # The disk is full from the last table on: all other files are complete, and must not appear.
+        (self.out / "summary.csv").unlink()
+        (self.out / "summary.csv").symlink_to("/dev/full")
+        self.refuses_to_write("summary.csv: No space left on device")
+        self.assertTrue(Path("/dev/full").is_char_device())
+
+    def test_the_input_is_not_overwritten(self):
+        for name in ("points.csv", "summary.csv"):
+            path = self.write(name, GOOD)
+            self.refuses(path, "--out", self.folder,
+                         message=f"cannot write {path}: it is the input; choose another folder for the results")
+            path.unlink()
+
+    def test_file_size_limit_touches_no_old_result(self):
+        self.solve(self.good, "--out", self.out, "--iterations", 1)
+        self.refuses_to_write("good-result.txt: File too large", restore_signals=False,
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)))
+
+    def refuses_to_write(self, what, **options):
+        before = {name: (self.out / name).read_bytes() for name in RESULTS if not (self.out / name).is_symlink()}
+        done = self.program(self.good, "--out", self.out, **options)
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual(done.stderr, f"ch5_bal: cannot write {self.out}/{what}\n")
+        self.assertEqual({path.name for path in self.out.iterdir()}, RESULTS)
+        for name, content in before.items():
+            self.assertEqual((self.out / name).read_bytes(), content, name)
+
+    def test_standard_output_on_a_full_disk(self):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([BUILD / "bin" / self.app, self.good, "--out", self.out], stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual((done.returncode, done.stderr), (2, "ch5_bal: cannot write to standard output\n"))

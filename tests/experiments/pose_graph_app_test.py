@@ -1,0 +1,74 @@
+"""ch5_pose_graph, and ./course run FILE on a pose graph: results, exit codes, messages."""
+
+from tests.experiments.programs_under_test import AppTest, table
+
+UNIT = "1 0 0 1 0 1"
+# A triangle that does not quite close, and a line that nobody here knows.
+GOOD = f"""VERTEX_SE2 5 0 0 0
+VERTEX_SE2 6 1 0.1 2
+VERTEX_SE2 7 0.4 0.9 -2
+SENSOR_CHEESE 1 2 3
+EDGE_SE2 5 6 1 0 2.1 {UNIT}
+EDGE_SE2 6 7 1 0 2.1 {UNIT}
+EDGE_SE2 7 5 1 0 2.1 {UNIT}
+"""
+RESULTS = {"good-result.g2o", "summary.csv", "trace.csv", "poses.csv", "edges.csv"}
+
+
+class PoseGraphApp(AppTest):
+    app = "ch5_pose_graph"
+
+    def test_good_file_is_solved(self):
+        good = self.write("good.g2o", GOOD)
+        done = self.solve(good, "--out", self.out)
+        self.assertEqual({path.name for path in self.out.iterdir()}, RESULTS)
+        self.assertIn(f"{good}:4: unknown, kept as it is: SENSOR_CHEESE 1 2 3\n", done.stdout)
+        self.assertIn("pose 5 was held", done.stdout)
+
+        summary = self.summary()
+        self.assertEqual((summary["problem"], summary["vertices"], summary["edges"]), ("good", "3", "3"))
+        self.assertLess(float(summary["final_cost"]), float(summary["initial_cost"]))
+        self.assertAlmostEqual(float(summary["chi2"]), 2 * float(summary["final_cost"]), delta=1e-12)
+        self.assertIn("converged", summary["termination"])
+        self.assertEqual(table(self.out / "trace.csv")[-1]["cost"], summary["final_cost"])
+        edges = table(self.out / "edges.csv")
+        self.assertAlmostEqual(sum(float(edge["chi2_after"]) for edge in edges), float(summary["chi2"]), delta=1e-12)
+        poses = table(self.out / "poses.csv")
+        self.assertEqual([pose["id"] for pose in poses], ["5", "6", "7"] * 2)
+
+        # The result is a problem whose first cost is the cost that was reached; the unknown line is still there.
+        again = self.solve(self.out / "good-result.g2o", "--out", self.folder / "again", "--iterations", 0)
+        self.assertIn(f"cost {float(summary['final_cost']):.6e} -> {float(summary['final_cost']):.6e}", again.stdout)
+        self.assertIn("SENSOR_CHEESE 1 2 3", (self.out / "good-result.g2o").read_text())
+
+    def test_course_run_gives_the_numbers_as_json(self):
+        result = self.course_run(self.write("good.g2o", GOOD))
+        self.assertEqual((result["vertices"], result["edges"]), (3, 3))
+        self.assertIn("converged", result["termination"])
+        self.assertLessEqual({".csv", ".g2o", ".png"}, {path.suffix for path in self.out.rglob("*")})
+
+    def test_faulty_files_are_named_with_line_and_value(self):
+        for text, message in ((GOOD.replace("7 5 1 0", "7 8 1 0"), ":7: EDGE_SE2: there is no pose with the id 8"),
+                              (GOOD.replace("0.4", "nan"), ':3: value: not finite, got "nan"'),
+                              ("1 2 3\n", ':1: expected a tag such as VERTEX_SE3:QUAT, got "1"'),
+                              ("VERTEX_SE2 0 1 2 3\n", ": no edge of a known type, so nothing to optimize")):
+            path = self.write("bad.g2o", text)
+            self.refuses(path, "--out", self.out, message=f"{path}{message}")
+            self.assertFalse(self.out.exists())
+
+    def test_a_graph_whose_poses_are_all_fixed_keeps_its_cost_and_is_drawn(self):
+        ring = GOOD.replace("SENSOR_CHEESE 1 2 3", "FIX 5 6 7")
+        straight = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nFIX 0 1\n" + f"EDGE_SE2 0 1 1 0 0 {UNIT}\n"  # costs nothing
+        for name, text in (("ring", ring), ("straight", straight)):
+            done = self.solve(self.write(f"{name}.g2o", text), "--out", self.out)
+            self.assertIn("nothing to optimize", done.stdout)
+            summary = self.summary()
+            self.assertEqual([row["cost"] for row in table(self.out / "trace.csv")], [summary["initial_cost"]])
+            self.assertEqual(summary["final_cost"], summary["initial_cost"])
+            self.assertEqual(float(summary["initial_cost"]) == 0.0, name == "straight")
+            self.draw()
+
+    def test_the_input_is_not_overwritten(self):
+        path = self.write("edges.csv", GOOD)
+        self.refuses(path, "--out", self.folder,
+                     message=f"cannot write {path}: it is the input; choose another folder for the results")

@@ -1,0 +1,166 @@
+"""ch5_recording, and ./course run FOLDER: what they print, write and refuse."""
+
+import re
+
+from tests.experiments.programs_under_test import BUILD, DATA, ROOT, AppTest, contents, needs, run, table
+
+KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts"]
+TABLES = {f"odometry_{name}.csv" for name in ("policies", "path", "windows", "matrices", "spectrum", "gauge")}
+TRAJECTORIES = {"vins.tum", "vins.csv", "okvis.tum", "okvis.csv"}
+
+
+class RecordingApp(AppTest):
+    app = "ch5_recording"
+
+    def simulate(self):
+        """A folder with eight seconds of a hand-held camera in a room."""
+        recording = self.folder / "room"
+        done = run(BUILD / "tests" / "experiments" / "simulate_recording", recording)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return recording
+
+    def replace(self, path, line, words):
+        """Puts other words into a line (from 1) of a file; returns the whole file as it was."""
+        text = path.read_text(encoding="utf-8")
+        lines = text.splitlines(keepends=True)
+        lines[line - 1] = words + "\n"
+        path.write_text("".join(lines), encoding="utf-8")
+        return text
+
+    def test_recording_is_followed(self):
+        recording = self.simulate()
+        done = self.solve(recording, "--out", self.out)
+        self.assertIn("161 images, 1601 IMU readings, 8.0 s", done.stdout)
+        self.assertEqual({path.name for path in self.out.iterdir()}, TRAJECTORIES | {"csv"})
+        self.assertEqual({path.name for path in (self.out / "csv").iterdir()}, TABLES)
+        policies = table(self.out / "csv" / "odometry_policies.csv")
+        self.assertEqual([row["policy"] for row in policies], ["vins", "okvis"])
+        for row in policies:
+            self.assertLess(float(row["ate_m"]), 0.2)
+            self.assertLess(abs(float(row["scale_error"])), 0.1)
+            self.assertEqual(row["restarts"], "0")
+            # TUM: t x y z qx qy qz qw, times ascending, one line for each image that was answered.
+            text = (self.out / f"{row['policy']}.tum").read_text()
+            tum = [list(map(float, line.split())) for line in text.splitlines()]
+            self.assertEqual(len(tum), int(row["frames"]))
+            self.assertGreater(len(tum), 80)
+            self.assertEqual([len(state) for state in tum], [8] * len(tum))
+            times = [state[0] for state in tum]
+            self.assertTrue(all(a < b for a, b in zip(times, times[1:])))
+            for state in tum:
+                self.assertAlmostEqual(sum(q * q for q in state[4:]), 1.0, places=9)
+            windows = [line for line in table(self.out / "csv" / "odometry_windows.csv")
+                       if line["policy"] == row["policy"]]
+            self.assertEqual(len(windows), 161, "one row an image")
+
+    def test_course_run_gives_the_numbers_as_json(self):
+        recording = self.simulate()
+        result = self.course_run(recording, "--language", "zh")
+        self.assertEqual([list(row) for row in result["policies"]], [KEYS, KEYS])
+        for row in result["policies"]:
+            self.assertTrue(all(isinstance(row[key], (int, float)) for key in KEYS[1:]), row)
+            self.assertTrue(row["ate_m"] > 0 and row["realtime_factor"] > 0 and row["p99_window_ms"] > 0, row)
+            self.assertTrue(isinstance(row["frames"], int) and isinstance(row["restarts"], int), row)
+        out = self.out / "room"
+        for suffix in (".csv", ".tum", ".png", ".svg"):
+            self.assertTrue(list(out.rglob("*" + suffix)), f"no {suffix} among the results")
+        page = (out / "report.html").read_text(encoding="utf-8")
+        self.assertEqual(result["report"], str(out / "report.zh.html"))
+        self.assertTrue((out / "report.zh.html").exists(), "both are written, the user's is named")
+        self.assertNotIn('src="http', page)
+        self.assertIn("vins.tum", page)
+
+        # Without the truth there is no error: an empty cell and null, not a number that looks like one.
+        (recording / "groundtruth.csv").unlink()
+        for row in self.course_run(recording)["policies"]:
+            self.assertEqual([row[key] for key in ("ate_m", "scale_error", "yaw_error_deg")], [None] * 3)
+            self.assertGreater(row["frames"], 80)
+        for row in table(out / "csv" / "odometry_policies.csv"):
+            self.assertEqual([row[key] for key in ("ate_m", "scale_error", "yaw_error_deg")], [""] * 3)
+
+    def page(self) -> str:
+        """Draws the results; returns the page without its pictures."""
+        self.draw()
+        return re.sub(r'src="[^"]*"', "", (self.out / "report.html").read_text(encoding="utf-8"))
+
+    def silence(self, policy):
+        """Makes of the tables what a run leaves in which this policy has found no start."""
+        for path in (self.out / "csv").iterdir():
+            head, *rows = (line.split(",") for line in path.read_text().splitlines())
+            if path.stem == "odometry_policies":
+                rows = [[row[0], *4 * [""], row[5], "", "", "0", "0"] if row[0] == policy else row for row in rows]
+            elif path.stem == "odometry_windows":
+                rows = [[*row[:3], "starting", *row[4:]] if row[0] == policy else row for row in rows]
+            else:
+                rows = [row for row in rows if row[0] != policy]
+            path.write_text("".join(",".join(row) + "\n" for row in [head, *rows]))
+        (self.out / f"{policy}.tum").write_text("")
+
+    def test_a_policy_that_never_starts_is_drawn_as_such(self):
+        self.solve(self.simulate(), "--out", self.out)
+        films = {name: self.out / "figures" / f"odometry_film_{name}.png" for name in ("vins", "okvis")}
+        self.assertNotIn("found no start", self.page())
+        self.assertTrue(films["vins"].exists() and films["okvis"].exists())
+        self.silence("okvis")
+        page = self.page()
+        self.assertIn("OKVIS found no start in this recording", page)
+        self.assertIn('<label for="window">', page)
+        self.assertNotIn(">OKVIS</th><td>0", page)
+        self.assertIn("VINS is", page)
+        self.assertNotIn("nan", page)
+        self.assertTrue(films["vins"].exists())
+        self.assertFalse(films["okvis"].exists(), "no picture of an earlier run is left")
+        # The other one has started, but too late for a prior.
+        for name in ("spectrum", "gauge", "matrices"):
+            path = self.out / "csv" / f"odometry_{name}.csv"
+            path.write_text(path.read_text().splitlines()[0] + "\n")
+        self.assertNotIn("prior should", self.page())
+        self.assertFalse(films["vins"].exists())
+
+    def test_faulty_recordings_are_named_and_nothing_is_lost(self):
+        recording = self.simulate()
+        self.out.mkdir()
+        (self.out / "vins.tum").write_text("of an earlier run\n")
+        imu, tracks = recording / "imu.csv", recording / "tracks.csv"
+        stamps = [line.split(",")[0] for line in imu.read_text().splitlines()]
+        for path, line, words, message in (
+                (imu, 6, f"{stamps[5]},0,0,zero,0,0,9.8", 'got "zero"'),
+                (imu, 6, f"{stamps[5]},0,0,nan,0,0,9.8", 'got "nan"'),
+                (imu, 6, f"{stamps[3]},0,0,0,0,0,9.8",
+                 f"the timestamp goes backwards, got {stamps[3]} after {stamps[4]}"),
+                (tracks, 3, f"{stamps[1]},2,370.5,240.5",
+                 "coordinates must be normalized (within ±10), not pixels, got 370.5"),
+                (recording / "calibration.yaml", 2, "  intrinsics: {fx: -1, fy: 457, cx: 367, cy: 248}", "-1")):
+            whole = self.replace(path, line, words)
+            before = contents(self.folder)
+            done = self.program(recording, "--out", self.out)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), words)
+            self.assertIn(f"ch5_recording: {path}:{line}: ", done.stderr)
+            self.assertIn(message, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1, "one message")
+            self.assertEqual(contents(self.folder), before)
+            path.write_text(whole, encoding="utf-8")
+        tracks.write_text("".join(tracks.read_text().splitlines(keepends=True)[:200]))  # a fraction of a second
+        before = contents(self.folder)
+        done = self.program(recording, "--out", self.out)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("no image was answered", done.stderr)
+        self.assertEqual(contents(self.folder), before)
+        tracks.unlink()
+        done = self.program(recording, "--out", self.out)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn(str(tracks), done.stderr)
+
+    def test_a_recording_is_refused_a_number_of_iterations(self):
+        done = run(ROOT / "course", "run", self.simulate(), "--iterations", "5", "--out", self.out)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--iterations does not apply", done.stderr)
+        self.assertFalse(self.out.exists())
+
+    def test_a_drone_is_followed_from_its_raw_start(self):
+        result = self.course_run(needs(DATA / "euroc_v1_01_easy"))
+        self.assertEqual([row["policy"] for row in result["policies"]], ["vins", "okvis"])
+        for row in result["policies"]:
+            self.assertLessEqual(row["ate_m"], 0.10)
+            self.assertLessEqual(abs(row["scale_error"]), 0.02)
+            self.assertEqual(row["restarts"], 0)

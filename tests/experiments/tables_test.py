@@ -1,0 +1,179 @@
+"""ch5_chapter's tables and the figures drawn from them. CH5_CHAPTER names the executable."""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+from ch5_backend.figures import captions, marginalize, nees, odometry, report, tables
+from ch5_backend.figures.numbers.chapter import Chapter
+from ch5_backend.figures.words import Words
+
+CHAPTER = os.environ["CH5_CHAPTER"]
+SWEEP = ("variant,weight,iterations,cost_evaluations,milliseconds,reprojection_cost,prior_cost,drift_position,"
+         "drift_rotation,rmse_position,rmse_rotation,rmse_landmark,termination").split(",")
+
+
+def run(*arguments):
+    return subprocess.run([str(argument) for argument in arguments], capture_output=True, text=True, check=False)
+
+
+class Tables(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.out = Path(cls.folder.name) / "out"
+        cls.done = run(CHAPTER, "--out", cls.out)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_chapter_succeeds_and_is_quiet_in_a_pipe(self):
+        self.assertEqual((self.done.returncode, self.done.stdout, self.done.stderr), (0, "", ""))
+
+    def test_every_table_in_the_list_exists_and_no_other(self):
+        listed = re.findall(r"^  (\w+)\.csv", report.__doc__, re.MULTILINE)
+        listed += re.findall(r"^  \w+\.csv, (\w+)\.csv", report.__doc__, re.MULTILINE)
+        self.assertEqual(sorted(path.stem for path in (self.out / "csv").iterdir()), sorted(listed))
+
+    def test_sweep_has_a_row_for_each_variant_and_weight(self):
+        sweep = tables.read(self.out, "prior_sweep")
+        self.assertEqual(list(sweep.columns), SWEEP)
+        for variant in ("course", "perturbed", "minimal"):
+            weights = sweep.where(variant=variant)["weight"]
+            self.assertEqual(len(weights), 28)
+            self.assertEqual((weights[0], weights[1], weights[-1]), (0.0, 1e-3, 1e10))
+        self.assertEqual(len(sweep), 3 * 28)
+        # W = w nnᵀ of the minimal gauge is rank one but for its rounding, w·1e-16: rᵀWr of a residual of less than a
+        # meter across n may fall as far below zero.
+        self.assertTrue((sweep["prior_cost"] >= -1e-16 * sweep["weight"]).all())
+        for column in set(SWEEP[2:-1]) - {"prior_cost"}:
+            self.assertTrue((sweep[column] >= 0).all(), column)
+        self.assertTrue((sweep["milliseconds"] > 0).all())
+        self.assertTrue((sweep["cost_evaluations"] >= sweep["iterations"]).all())
+
+    def test_traces_end_where_the_sweep_says(self):
+        sweep, trace = tables.read(self.out, "prior_sweep"), tables.read(self.out, "prior_trace")
+        self.assertEqual(list(trace.columns), ["variant", "weight", "iteration", "cost", "lambda"])
+        for variant in ("course", "minimal"):
+            for weight in (0.0, 1.0, 1e10):
+                row = sweep.row(variant=variant, weight=weight)
+                cost = trace.where(variant=variant, weight=weight)["cost"]
+                total = row["reprojection_cost"] + row["prior_cost"]
+                self.assertAlmostEqual(cost[-1] / total, 1.0, delta=1e-12)
+                self.assertTrue((cost[1:] <= cost[:-1]).all())
+
+    def test_scene_tables_have_a_row_for_each_frame_and_point(self):
+        frames, points = tables.read(self.out, "mono_ba_frames"), tables.read(self.out, "mono_ba_points")
+        for scene, frame_count, point_count in (("course", 3, 20), ("large", 10, 300)):
+            for state in ("truth", "initial", "final"):
+                self.assertEqual(len(frames.where(scene=scene, state=state)), frame_count)
+                self.assertEqual(len(points.where(scene=scene, state=state)), point_count)
+
+    def test_landmarks_corner_of_the_hessian_is_diagonal(self):
+        H = tables.dense(tables.read(self.out, "hessian").where(scene="course", matrix="H"), 38, 38)
+        corner = H[18:, 18:]
+        self.assertTrue((corner.diagonal() > 0).all())
+        self.assertEqual((corner != 0).sum(), 20)
+        self.assertTrue((abs(H - H.T) <= 1e-12 * abs(H).max()).all())
+
+    def test_blocks_of_the_hessian_are_those_that_edges_and_landmarks_made(self):
+        names = ("hessian", "hessian_vertices", "hessian_blocks")
+        for scene, edges in (("course", 40), ("large", 2700)):
+            entries, vertices, blocks = (tables.read(self.out, name).where(scene=scene) for name in names)
+            vertex_of = {first + k: vertex for vertex, first, rows in
+                         zip(*(vertices[name] for name in ("vertex", "first_row", "rows"))) for k in range(int(rows))}
+            for matrix in ("H", "S"):
+                of, made = entries.where(matrix=matrix), blocks.where(matrix=matrix)
+                filled = {(vertex_of[row], vertex_of[column]) for row, column in zip(of["row"], of["column"])}
+                self.assertEqual({(i, j) for i, j in filled if i >= j}, set(zip(made["row_vertex"], made["column_vertex"])))
+            corner = blocks.where(matrix="H", row_vertex=0, column_vertex=0)
+            self.assertEqual(len(set(corner["number"])), edges, "frame 0 hosts every landmark")
+
+    def test_marginalization_keeps_the_seven_free_directions(self):
+        fill = tables.read(self.out, "marginalize_fill")
+        self.assertEqual(list(fill["size"]), [42, 30, 24, 36])
+        self.assertEqual(set(fill["null_dimension"]), {7})
+        self.assertLess(fill["density"][0], 0.7)
+        self.assertEqual(set(fill["density"][1:]), {1.0})
+
+    def test_both_policies_slide_the_same_window_and_only_vins_uses_observations_twice(self):
+        table = tables.read(self.out, "slide_observations")
+        seen = {policy: sorted(zip(rows["landmark"], rows["frame"])) for policy in ("vins", "okvis")
+                for rows in [table.where(policy=policy)]}
+        self.assertEqual(seen["vins"], seen["okvis"])
+        self.assertEqual(len(set(seen["vins"])), len(seen["vins"]), "an observation with two fates")
+        again = {policy: len(table.where(policy=policy, fate="again")) for policy in seen}
+        self.assertGreater(again["vins"], 10)
+        self.assertEqual(again["okvis"], 0)
+        for policy in seen:
+            for fate in ("prior", "lost", "stays"):
+                self.assertGreater(len(table.where(policy=policy, fate=fate)), 0, (policy, fate))
+
+    def test_a_slide_marginalizes_what_its_policy_says(self):
+        table, priors = tables.read(self.out, "slide_vertices"), tables.read(self.out, "slide_priors")
+        for policy, speeds in (("vins", [0]), ("okvis", [0, 1, 2, 3])):
+            gone = table.where(policy=policy, fate="marginalized")
+            self.assertEqual(list(gone.where(vertex="pose")["number"]), [0], policy)
+            self.assertEqual(list(gone.where(vertex="speed")["number"]), speeds, policy)
+            held, after = table.where(policy=policy, fate="in the prior"), priors.row(policy=policy, stage="after")
+            self.assertEqual(after["columns"], held["rows"].sum(), policy)
+            self.assertLessEqual(after["rank"], after["columns"] - 3, "position is free")
+            self.assertEqual(priors.row(policy=policy, stage="before")["null_dimension"], 4)
+
+    def test_windows_keep_seven_frames_and_okvis_speeds_of_four(self):
+        table = tables.read(self.out, "slide_frames")
+        last = table.where(image=table["image"].max())
+        for policy, speeds in (("vins", 7), ("okvis", 4)):
+            rows = last.where(policy=policy)
+            self.assertEqual((len(rows), rows["speed"].sum()), (7, speeds), policy)
+
+    def test_figures_are_the_same_to_the_byte_when_drawn_again(self):
+        def drawn():
+            marginalize.chain(self.out)
+            return {path.name: path.read_bytes() for path in (self.out / "figures").glob("marginalize_chain.*")}
+
+        first, second = drawn(), drawn()
+        self.assertEqual(sorted(first), ["marginalize_chain.png", "marginalize_chain.svg"])
+        self.assertEqual(first, second)
+        self.assertTrue(first["marginalize_chain.png"].startswith(b"\x89PNG"))
+
+    def test_page_explains_every_figure_with_the_tables_numbers(self):
+        figures = self.out / "figures"
+        figures.mkdir(exist_ok=True)
+        say = Words("en")
+        names = [name for section in captions.sections(Chapter(tables.Tables(self.out / "csv")), say).values() for name in section]
+        for name in [*names, *odometry.captions(self.out, say), *nees.captions(say)]:
+            if not (figures / f"{name}.png").exists():
+                (figures / f"{name}.png").write_bytes(b"stand-in")
+        page = "".join(report.body_of(self.out, say))
+        self.assertIn("−8.16327", page)
+        self.assertIn("has 7 zero eigenvalues", page)
+        self.assertNotIn("nan", re.sub(r'src="[^"]*"', "", page))
+        self.assertNotRegex(re.sub(r'src="data:[^"]*"', "", page), r'(src|href)="(https?:|/)')
+
+
+class BadInput(unittest.TestCase):
+    def test_plots_name_the_table_and_line_at_fault(self):
+        for text, words in ((None, "No such file"), ("", "no rows"), ("a,b\n1,2\n3\n", "line 3"), ("\xff", "read")):
+            with self.subTest(text=text), tempfile.TemporaryDirectory() as folder:
+                table = Path(folder) / "csv" / "consistency.csv"
+                table.parent.mkdir()
+                if text is not None:
+                    table.write_text(text, encoding="latin-1")
+                done = run(sys.executable, "-m", "ch5_backend.figures.nees", folder)
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertRegex(done.stderr, "^nees.py: ")
+                self.assertIn("consistency.csv", done.stderr)
+                self.assertIn(words, done.stderr)
+                self.assertFalse((Path(folder) / "figures").exists())
+
+    def test_plot_scripts_have_help(self):
+        done = run(sys.executable, "-m", "ch5_backend.figures.report", "--help")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("usage: report.py [DIR]", done.stdout)

@@ -1,0 +1,243 @@
+"""./course grade: the solutions get every point and the skeleton none, nothing is graded twice or lost, and whatever a
+submission holds, its folder, its neighbors and the class's tables stay whole."""
+
+import csv
+import json
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+from concurrent.futures import ThreadPoolExecutor
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+from tests.conventions.project import ROOT
+from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.grading.grade import named, share
+from ch5_backend.course.grading.outputs import alike, fingerprint, gradescope
+from ch5_backend.course.grading.rubric import read_rubric
+from ch5_backend.course.base.language import speaker
+from ch5_backend.course.homework.diagnosis import in_short
+
+BIN = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release")) / "bin"
+GRADER = BIN.parent / "grader" / "toolchain.json"
+
+
+def grade(out: Path, *words, **options) -> subprocess.CompletedProcess:
+    return subprocess.run([str(ROOT / "course"), "grade", *map(str, words), "--out", str(out)], text=True, timeout=1200,
+                          stdin=subprocess.DEVNULL, capture_output=True, check=False, **{"env": environment(), **options})
+
+
+def environment() -> dict:
+    return {**os.environ, "CH5_BUILD_DIR": str(BIN.parent)}
+
+
+def hint_of(record: dict) -> str:
+    """What the first stage's verdict says."""
+    return in_short(record["stages"][0]["diagnosis"], speaker("en"))
+
+
+def records(out: Path) -> dict:
+    return {path.parent.name: json.loads(path.read_text(encoding="utf-8")) for path in out.glob("*/record.json")}
+
+
+class Rubric(unittest.TestCase):
+    def test_it_gives_points_to_every_check_and_a_hundred_in_all(self):
+        rubric, stages = read_rubric(), json.loads((ROOT / "ch5_homework" / "stages.json").read_text())["stages"]
+        printed = subprocess.run([BIN / "homework_judge", "--gtest_list_tests"], capture_output=True, text=True, check=True)
+        checks, suite = {}, ""
+        for line in printed.stdout.splitlines():
+            if line.startswith("  "):
+                checks.setdefault(suite, []).append(line.strip())
+            else:
+                suite = line.strip(". ")
+        self.assertEqual({stage["id"]: sorted(checks[stage["tests"].rstrip(".*")]) for stage in stages},
+                         {stage: sorted(row) for stage, row in rubric.items()})
+        self.assertEqual(sum(sum(row.values()) for row in rubric.values()), 100)
+
+
+@unittest.skipUnless(GRADER.exists(), "no Clang: without ./course grade")
+class Grades(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.out = self.folder / "out"
+
+    def submission(self, name: str, file: str = "gauge_prior.cc", change=lambda text: text, base="solutions") -> Path:
+        path = self.folder / "submitted" / name
+        path.mkdir(parents=True, exist_ok=True)
+        text = (ROOT / base / file).read_text(encoding="utf-8")
+        (path / file).write_text(change(text), encoding="utf-8")
+        return path
+
+    def test_the_solutions_get_every_point_and_the_skeleton_none(self):
+        archive = self.folder / "skeleton.zip"
+        with zipfile.ZipFile(archive, "w") as file:
+            for path in (ROOT / "ch5_homework").glob("*.cc"):
+                file.write(path, f"my homework/{path.name}")
+        done = grade(self.out, ROOT / "solutions", archive, "--seed", "7", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        told = {record["name"]: record for record in json.loads(done.stdout)["records"]}
+        self.assertEqual({name: (record["score"], record["points"]) for name, record in told.items()},
+                         {"solutions": (100, 100), "skeleton.zip": (0, 100)})
+        found = records(self.out)
+        self.assertEqual({row["state"] for row in found["solutions"]["stages"]}, {"right"})
+        self.assertEqual({row["state"] for row in found["skeleton.zip"]["stages"]}, {"not-started"})
+        self.assertLess(max(margin for row in found["solutions"]["stages"] for margin in row["margins"].values()), 0.1,
+                        "a right answer lies within ten times its tolerance")
+        results = json.loads((self.out / "solutions" / "results.json").read_text(encoding="utf-8"))
+        self.assertEqual((results["score"], sum(test["max_score"] for test in results["tests"])), (100, 100))
+        suites = ElementTree.parse(self.out / "skeleton.zip" / "junit.xml").getroot()
+        self.assertEqual({suite.get("tests") == suite.get("failures") for suite in suites}, {True})
+        scores = json.loads((self.out / "solutions" / "autolab.json").read_text())["scores"]
+        self.assertEqual(sum(scores.values()), 100)
+        with open(self.out / "grades.csv", encoding="utf-8", newline="") as file:
+            self.assertEqual([(row["name"], row["score"]) for row in csv.DictReader(file)],
+                             [("skeleton.zip", "0"), ("solutions", "100")])
+        self.assertIn("100 of 100 points", (self.out / "solutions" / "feedback.html").read_text(encoding="utf-8"))
+
+    def test_who_only_deletes_the_throws_gets_nothing(self):
+        for path in (ROOT / "ch5_homework").glob("*.cc"):
+            self.submission("start", path.name, lambda text: re.sub(r".*throw HomeworkMissing.*\n", "", text), "ch5_homework")
+        done = grade(self.out, self.folder / "submitted" / "start")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(records(self.out)["start"]["score"], 0)
+
+    def test_a_wrong_stage_keeps_its_denominator_and_the_others_their_points(self):
+        wrong = self.submission("wrong", change=lambda text: text.replace("i < 2", "i < 1"))
+        broken = self.submission("broken", change=lambda text: text + "\nint x = ;\n")
+        crash = self.submission("crash", change=lambda text: text.replace("i < 2; ++i) {", "i < 2; ++i) { *(volatile int*)0 = 0;"))
+        call = "  AddMonoBaEdges(scene, pixel_information, prior_weight, problem);\n"
+        endless = self.submission("endless", change=lambda text: text.replace("  for (", call + "  for (", 1))
+        killed = self.submission("killed", change=lambda text: "#include <csignal>\n" + text.replace("  for (", "raise(SIGKILL); for (", 1))
+        done = grade(self.out, wrong, broken, crash, endless, killed, "--stages", "3,4")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found, points = records(self.out), sum(read_rubric()["3"].values())
+        self.assertEqual({name: (record["stages"][0]["state"], record["stages"][0]["points"]) for name, record in found.items()},
+                         {"wrong": ("wrong", points), "broken": ("does-not-compile", points), "crash": ("crashes", points),
+                          "endless": ("crashes", points), "killed": ("crashes", points)})
+        for name, words in (("endless", r"The stack is full at gauge_prior\.cc:\d+"), ("killed", r"Crash \(Killed\)")):
+            self.assertRegex(hint_of(found[name]), words)
+        self.assertTrue(0 < found["wrong"]["score"] < points and found["broken"]["score"] == 0)
+        self.assertIn("broken", (self.out / "summary.html").read_text(encoding="utf-8"))
+        self.assertRegex(hint_of(found["broken"]), r"gauge_prior\.cc:\d+:\d+: error: expected expression|error:")
+        self.assertEqual(found["wrong"]["stages"][1]["state"], "missing")
+
+    def test_killed_in_the_middle_it_goes_on_and_grades_nothing_twice(self):
+        paths = [self.submission(f"s{k}", change=lambda text, k=k: text + f"\n// {k}\n") for k in range(4)]
+        temporary = self.folder / "tmp"
+        temporary.mkdir()
+        self.folder.chmod(0o755)  # the sandbox's user comes in
+        own = {**environment(), "TMPDIR": str(temporary)}
+        process = subprocess.Popen([ROOT / "course", "grade", *paths, "--stages", "3", "--jobs", "1", "--out", self.out],
+                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                   env=own, start_new_session=True)
+        for _ in range(6000):
+            if records(self.out):
+                break
+            time.sleep(0.02)
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        before = {name: (self.out / name / "record.json").stat().st_mtime_ns for name in records(self.out)}
+        self.assertTrue(0 < len(before) < 4, before)
+        self.assertNotEqual(list(temporary.iterdir()), [])
+        done = grade(self.out, *paths, "--stages", "3", env=own)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(list(temporary.iterdir()), [], "what the killed one has left")
+        found = records(self.out)
+        self.assertEqual([record["score"] for record in found.values()], [sum(read_rubric()["3"].values())] * 4)
+        self.assertEqual(before, {name: (self.out / name / "record.json").stat().st_mtime_ns for name in before})
+        self.assertEqual(len({record["seed"] for record in found.values()}), 1)
+
+    def test_two_shards_and_a_last_run_are_one_run(self):
+        paths = [self.submission(name, change=lambda text, k=k: text + f"\n// {k % 2}\n")
+                 for k, name in enumerate(("s0", os.fsdecode(b"m\xfcller"), "s2"))]
+        share = lambda part: grade(self.out, *paths, "--stages", "3", "--seed", "5", "--shard", part).returncode
+        with ThreadPoolExecutor() as pool:
+            self.assertEqual(list(pool.map(share, ("1/2", "2/2"))), [0, 0])
+        whole = self.folder / "whole"
+        self.assertEqual(grade(whole, *paths, "--stages", "3", "--seed", "5").returncode, 0)
+        strip = lambda out: {name: (record["score"], record["key"], record["stages"][0]["checks"])
+                             for name, record in records(out).items()}
+        self.assertEqual(strip(self.out), strip(whole))
+        self.assertEqual(set(strip(whole)), {"s0", "m_FCller", "s2"})  # read as UTF-8, as the table
+        self.assertIn("m_FCller", (whole / "grades.csv").read_text(encoding="utf-8"))
+        self.assertIn("equal", (whole / "summary.html").read_text(encoding="utf-8"), "s0 and s2 are one text")
+
+    def test_a_fault_of_ours_is_no_mark_and_replaces_none(self):
+        path = self.submission("one")
+        self.assertEqual(grade(self.out, path, "--stages", "3", "--seed", "1").returncode, 0)
+        mark = records(self.out)["one"]["score"]
+        tools = self.folder / "tools"
+        tools.mkdir()
+        self.folder.chmod(0o755)  # nobody starts it
+        (tools / "bwrap").write_text("#!/bin/sh\necho no namespace for you >&2\nexit 1\n")
+        (tools / "bwrap").chmod(0o755)
+        done = subprocess.run([ROOT / "course", "grade", path, "--stages", "3", "--seed", "2", "--out", self.out],
+                              env={**environment(), "PATH": f"{tools}:{os.environ['PATH']}"}, capture_output=True, text=True,
+                              check=False)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("no namespace for you", done.stderr)
+        self.assertEqual(records(self.out)["one"]["score"], mark)
+
+    def test_wrong_calls_are_refused(self):
+        for words, told in ((["/nowhere/at/all"], "/nowhere/at/all: there is no such submission"),
+                            ([ROOT / "solutions", "--stages", "9"], "unknown stage '9'"),
+                            ([], "which submissions?")):
+            done = grade(self.out, *words)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(told, done.stderr)
+
+
+class Names(unittest.TestCase):
+    def test_submissions_of_one_name_are_told_apart_by_their_folders(self):
+        with tempfile.TemporaryDirectory() as folder:
+            paths = [Path(folder) / student / "homework.zip" for student in ("ada", "bob")] + [Path(folder) / "a\nb.zip"]
+            for path in paths:
+                path.parent.mkdir(exist_ok=True)
+                path.touch()
+            self.assertEqual(list(named(paths)), ["homework.zip", "bob-homework.zip", "a_b.zip"])
+
+    def test_none_is_called_as_a_table_of_the_class_or_too_long(self):
+        with tempfile.TemporaryDirectory() as folder:
+            paths = [Path(folder) / "a" / "summary.html", Path(folder) / "a" / "grades.csv", Path(folder) / "a" / (250 * "b"),
+                     Path(folder) / ".cache"]
+            for path in paths:
+                path.mkdir(parents=True)
+            self.assertEqual(list(named(paths)), ["a-summary.html", "a-grades.csv", 200 * "b", "cache"])
+
+    def test_names_keep_the_letters_of_any_language_and_differ(self):
+        with tempfile.TemporaryDirectory() as folder:
+            raw = [os.fsdecode(os.fsencode(folder) + b"/a/" + name) for name in (b"m\xfcller.zip", b"m\xf6ller.zip")]
+            paths = [Path(folder) / "a" / name for name in ("张三.zip", "李四.zip", "a?.zip", "a*.zip", 70 * "王")] + [*map(Path, raw)]
+            for path in paths:
+                path.parent.mkdir(exist_ok=True)
+                path.touch()
+            self.assertEqual(list(named(paths)), ["张三.zip", "李四.zip", "a_.zip", "a-a_.zip", 66 * "王", "m_FCller.zip",
+                                                  "m_F6ller.zip"])
+            with self.assertRaisesRegex(CourseError, "named twice"):
+                named(2 * paths[:1])
+            both = [Path("/same?"), Path("/same*")]  # no folder tells them apart
+            with self.assertRaisesRegex(CourseError, "no such submission"):
+                named(both)
+
+    def test_shares_are_all_of_it(self):
+        names = {str(k): k for k in range(7)}
+        parts = [share(names, (i, 3)) for i in (1, 2, 3)]
+        self.assertEqual(sorted(name for part in parts for name in part), sorted(names))
+
+    def test_gradescope_gets_no_score_from_a_fault_of_ours(self):
+        self.assertNotIn("score", gradescope({"status": "infrastructure-error", "key": "", "seed": 1}))
+
+    def test_copies_with_new_names_are_found_and_equal_answers_are_not(self):
+        own = b"\n".join(b"const double my_number_%d = %d;" % (k, k) for k in range(12))
+        skeleton = b"void Function() {}\n"
+        texts = {"ada": skeleton + own, "bob": skeleton + own.replace(b"double my", b"double  my"), "eve": skeleton,
+                 "dan": skeleton}
+        made = [{"name": name, "fingerprint": fingerprint({"a.cc": text})} for name, text in texts.items()]
+        self.assertEqual([(a, b) for a, b, _, _ in alike(made, fingerprint({"a.cc": skeleton}))], [("ada", "bob")])

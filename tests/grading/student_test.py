@@ -1,0 +1,156 @@
+"""The students' archive: the same bytes from every clone, no line of a solution, and all that a student does works from it."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from tests.conventions.project import ROOT
+
+os.environ.setdefault("CH5_BUILD_DIR", os.environ.get("CH5_BUILD", ""))  # before it is read
+from ch5_backend.course.base.build import BUILD
+from ch5_backend.course.grading import student
+from ch5_backend.course.homework.regions import FILES, STAGES, regions, solution_text
+
+WHY_NOT = ("" if (ROOT / ".git").exists() else "only a clone knows which files are the project's") or (
+    "the archive is made with GCC" if "clang" in os.environ.get("CH5_CXX", "") else "")
+# Lines of a solution that the library needs elsewhere, too.
+ALLOWED = {
+    "prior.x0.push_back(block.x0);": "each prior of the library keeps its linearization points so",
+    "auto edge = std::make_shared<EdgeSE3Prior>(problem->poses[i], scene.frames[i].q, scene.frames[i].p);":
+        "the priors that fix no more than the gauge are made of the same edge",
+    "for (size_t i = 0; i < 2; ++i) {": "any loop over two",
+}
+# In a name: Eigen's types for a sum, a product, a block.
+FORMULA = re.compile(r"_Z\w*5Eigen\w*(?:13CwiseBinaryOp|7Product|5Block|9Transpose)\w*")
+
+
+def bare(text: str) -> str:
+    return re.sub(r"\s+", "", text)
+
+
+def secret_lines() -> dict:
+    """{line of a solution, without its comment: TODO}, of those that say something and that no student is given."""
+    given = bare("".join(path.read_text(encoding="utf-8") for pattern in ("*.cc", "README*.md", "handout/*.md")
+                         for path in (ROOT / "ch5_homework").glob(pattern)))
+    lines = {line.partition("//")[0].strip(): region.todo for name in FILES for region in regions(solution_text(name))
+             if region.kind == "SOLUTION" for line in region.solution.splitlines()}
+    return {line: todo for line, todo in lines.items() if len(line) > 20 and bare(line) not in given and line not in ALLOWED}
+
+
+class InAFolder(unittest.TestCase):
+    def folder(self) -> Path:
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        return Path(folder.name)
+
+
+def put(files: dict, folder: Path) -> None:
+    for name, content in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+
+
+@unittest.skipIf(WHY_NOT, WHY_NOT)
+class Archive(InAFolder):
+    @classmethod
+    def setUpClass(cls):
+        cls.compiled = student.compiled_solutions()
+        cls.files = student.student_files(student.tracked_files(), cls.compiled)
+
+    def test_no_line_of_a_solution_is_in_it(self):
+        secrets = secret_lines()
+        self.assertGreater(len(secrets), 50)
+        self.assertEqual({todo[0] for todo in secrets.values()}, {stage["id"][0] for stage in STAGES})
+        texts = {name: bare(content.decode("utf-8", "replace")) for name, content in self.files.items()}
+        found = [(name, todo, line) for name, text in texts.items() for line, todo in secrets.items() if bare(line) in text]
+        self.assertEqual(found, [])
+        for line in ALLOWED:
+            self.assertTrue(any(bare(line) in text for text in texts.values()), f"allowed for nothing: {line}")
+
+    def test_no_name_in_the_assembly_spells_a_formula_out(self):
+        for name in FILES:
+            self.assertRegex(self.compiled[name], FORMULA)
+            self.assertNotRegex(self.files[f"solutions/{name}.s"].decode(), FORMULA)
+            self.assertNotIn(str(ROOT), self.files[f"solutions/{name}.s"].decode())
+
+    def test_what_gives_solutions_away_is_left_out(self):
+        for name in self.files:
+            self.assertNotRegex(name, r"^solutions/.*(\.cc|\.md)$|\.samples$|\.attacks$|INSTRUCTORS|GRADING|^slides/.*\.md$|^\.git/")
+        self.assertLessEqual({"course", "README.md", "solutions/problem.cc.s", "ch5_homework/problem.cc",
+                              "slides/figures/overview.en.svg", "ch5_homework/judge/stage_1_1.cc"}, set(self.files))
+
+    def test_its_pages_link_to_nothing_that_is_missing(self):
+        for name, content in self.files.items():
+            for target in re.findall(r"\]\((?!https?:|#)([^)#\s]+)", content.decode()) if name.endswith(".md") else ():
+                self.assertIn(os.path.normpath(os.path.join(os.path.dirname(name), target)), self.files, name)
+        self.assertNotIn("instructors", self.files["README.md"].decode().lower())
+        for page in ("README.md", "README.zh.md"):
+            self.assertNotIn("./course slides", self.files[page].decode())
+        self.assertNotIn("助教", self.files["README.zh.md"].decode())
+
+    def test_what_it_cannot_do_it_says(self):
+        folder = self.folder()
+        put({"course": self.files["course"]}, folder)
+        for command in ("grade", "pack", "slides", "docs"):
+            done = subprocess.run(["sh", folder / "course", command], capture_output=True, text=True, check=False)
+            self.assertEqual((done.returncode, f"students' archive, without '{command}'" in done.stderr), (2, True), command)
+
+    def test_the_skeletons_come_out_of_it(self):
+        folder = self.folder()
+        put(self.files, folder)
+        for words in ((), ("--deep",)):
+            for root, out in ((folder, "theirs"), (ROOT, "ours")):
+                subprocess.run([sys.executable, "-m", "ch5_backend.course.homework.make_skeleton", *words, "--output", folder / out],
+                               check=True, env={**os.environ, "PYTHONPATH": str(root)})
+            for name in FILES:
+                self.assertEqual((folder / "theirs" / name).read_text(), (folder / "ours" / name).read_text(), (name, words))
+
+
+@unittest.skipIf(WHY_NOT, WHY_NOT)
+class Bytes(InAFolder):
+    def test_another_clone_gives_the_same_ones(self):
+        one, other = self.folder(), self.folder()
+        student.pack_student(one / "a.tar.gz")
+        student.pack_student(one / "b.tar.gz")
+        self.assertEqual((one / "a.tar.gz").read_bytes(), (one / "b.tar.gz").read_bytes())
+        put(student.tracked_files(), other)
+        build = other / "elsewhere"
+        assembly = "solutions/gauge_prior.cc.s"  # the quickest
+        for command in (["cmake", "--preset", "release", "-B", build, "-DBUILD_TESTING=OFF", "-DCH5_BENCHMARKS=OFF",
+                         f"-DCMAKE_CXX_COMPILER={os.environ.get('CH5_CXX', 'c++')}"], ["ninja", "-C", build, assembly]):
+            subprocess.run(command, cwd=other, check=True, capture_output=True)
+        self.assertEqual((build / assembly).read_bytes(), (BUILD / assembly).read_bytes())
+
+
+@unittest.skipIf(WHY_NOT, WHY_NOT)
+@unittest.skipUnless("CH5_LONG" in os.environ, "takes a quarter of an hour: set CH5_LONG")
+class Unpacked(InAFolder):
+    """What a student does, with nothing but the archive."""
+
+    def course(self, *words) -> subprocess.CompletedProcess:
+        own = {key: value for key, value in os.environ.items() if not key.startswith("CH5_")}
+        return subprocess.run([self.place / "course", *words], cwd=self.place, env=own, text=True, capture_output=True, check=False)
+
+    def states(self, *words) -> set:
+        done = self.course("check", *words, "--json")
+        return {stage["state"] for stage in json.loads(done.stdout)["stages"]}
+
+    def test_its_commands_work(self):
+        folder = self.folder()
+        student.pack_student(folder / "a.tar.gz")
+        subprocess.run(["tar", "xzf", folder / "a.tar.gz", "-C", folder], check=True)
+        self.place = folder / student.TOP
+        self.assertEqual(self.states(), {"not-started"})
+        for name in FILES:
+            shutil.copy(ROOT / "solutions" / name, self.place / "ch5_homework")
+        self.assertEqual(self.states(), {"right"})
+        for words in (["run"], ["hint", "1.1", "1"], ["status"], ["test"]):
+            done = self.course(*words)
+            self.assertEqual(done.returncode, 0, done.stdout[-3000:] + done.stderr[-3000:])
+        self.assertIn("students' archive, without 'grade'", self.course("grade", "ch5_homework").stderr)

@@ -1,0 +1,123 @@
+"""What a student is told whose file does not compile, or whose blank was left empty in a way that ends the program."""
+
+import shutil
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+from unittest import mock
+
+from ch5_backend.course.homework.regions import ROOT, fill, solution_text
+
+from ch5_backend.course.homework import blanks, compiler
+from ch5_backend.course.base.language import speaker
+from ch5_backend.course.homework.diagnosis import Verdict, because, in_short
+
+ENGLISH = speaker("en")
+
+# Enough for a parser; what is included needs no Eigen.
+TINY = """struct Qd {};
+struct Vec3 {};
+#include <memory>
+struct Edge { Edge(const Qd& q, const Vec3& p); };
+struct Problem { void MakeHessian(); void Solve(); };
+void Problem::MakeHessian() {
+  if (sizeof(int) > 2) {
+    auto edge = std::make_shared<Edge>(Qd(), Vec3());
+  }
+}
+void Problem::Solve() {}
+"""
+
+
+def left_empty(name: str, todo: str) -> str:
+    """The solution, with this blank's hints alone: neither code nor a throw."""
+    return fill(solution_text(name), lambda region: region.hints if region.todo == todo else region.solution)
+
+
+def line_of(text: str, words: str) -> int:
+    return text[:text.index(words)].count("\n") + 1
+
+
+@unittest.skipUnless(shutil.which("g++"), "the words are g++'s")
+class WordsOfTheCompiler(unittest.TestCase):
+    def hint(self, content, link: str = "", compiler_name: str = "g++") -> str:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "problem.cc"
+            path.write_bytes(content if isinstance(content, bytes) else content.encode())
+            main = Path(folder) / "main.cc"
+            main.write_text(link or "int main() {}")
+            done = subprocess.run([compiler_name, "-std=c++17", path, main, "-o", Path(folder) / "check"], capture_output=True,
+                                  text=True, errors="replace", check=False)
+            with mock.patch.object(compiler, "HOMEWORK", Path(folder)):
+                verdict = compiler.does_not_compile("problem.cc", done.stdout + done.stderr, path.read_bytes())
+        return in_short(verdict.diagnosis, ENGLISH)
+
+    def test_a_missing_brace(self):
+        self.assertRegex(self.hint(TINY.replace("  }\n}\nvoid", "}\nvoid")), r"problem.cc:10: a closing brace is missing")
+
+    def test_a_brace_too_many(self):
+        self.assertRegex(self.hint(TINY.replace("  }\n}\nvoid", "  }\n}\n}\nvoid")), "problem.cc:11: one closing brace too many")
+
+    def test_exchanged_arguments_show_the_students_line(self):
+        hint = self.hint(TINY.replace("Qd(), Vec3()", "Vec3(), Qd()"))
+        self.assertRegex(hint, r"problem.cc:8:\d+: no matching function .*Edge::Edge\(Vec3, Qd\)")
+
+    @unittest.skipUnless(shutil.which("clang++"), "no clang++")
+    def test_exchanged_arguments_show_the_students_line_by_clang(self):
+        hint = self.hint(TINY.replace("Qd(), Vec3()", "Vec3(), Qd()"), compiler_name="clang++")
+        self.assertRegex(hint, r"problem.cc:8:\d+: no matching constructor .*Edge")
+
+    def test_a_missing_function(self):
+        call = TINY.replace("{\n  if", ";//").split("void Problem::")[0] + "int main() { Problem().MakeHessian(); }"
+        without = TINY.split("void Problem::")[0] + "void Problem::Solve() {}\n"
+        self.assertIn("the function Problem::MakeHessian is missing in problem.cc; it was there in the skeleton",
+                      self.hint(without, call))
+
+    def test_a_function_that_is_only_declared(self):
+        declared = TINY.replace("void Problem::MakeHessian() {\n", "void Helper(int n);\nvoid Problem::MakeHessian() {\n  Helper(1);\n")
+        self.assertIn("Helper is used in problem.cc, but nothing defines it", self.hint(declared))
+
+    def test_a_header_that_is_not_the_students(self):
+        words = f"{ROOT}/ch5_backend/dense/problem.h:30:5: error: expected ';' before '}}' token"
+        told = in_short(compiler.does_not_compile("problem.cc", words, b"int x;").diagnosis, ENGLISH)
+        self.assertIn("ch5_backend/dense/problem.h:30 does not compile, and that file is not part of the homework", told)
+        self.assertIn("git checkout ch5_backend/dense/problem.h", told)
+
+    def test_files_that_hold_no_code(self):
+        self.assertIn("saved as UTF-16", self.hint(TINY.encode("utf-16")))
+        self.assertIn("saved as UTF-16", self.hint(TINY.encode("utf-16-le")))
+        self.assertIn("problem.cc is empty", self.hint("\n"))
+
+    def test_a_command_names_the_folder_that_is_judged(self):
+        with mock.patch.object(compiler, "HOMEWORK", Path("/somewhere/else")):
+            self.assertIn("make_skeleton problem.cc --output /somewhere/else", compiler.anew("problem.cc"))
+            self.assertEqual(compiler.shorten("/somewhere/else/problem.cc:1"), "/somewhere/else/problem.cc:1")
+        for folder in (ROOT, Path("/home/student")):  # inside of the project; where the student stands
+            with mock.patch.object(compiler, "HOMEWORK", folder / "mine"), \
+                 mock.patch.object(Path, "cwd", return_value=Path("/home/student")):
+                self.assertIn("problem.cc --output mine", compiler.anew("problem.cc"))
+                self.assertEqual(compiler.shorten(f"{folder}/mine/problem.cc:1"), "mine/problem.cc:1")
+
+
+class BlanksLeftEmpty(unittest.TestCase):
+    def test_the_variable_and_its_todo_are_named(self):
+        for todo, words, variable in (("1.2a", "Hmm.block(idx", "Hmm"), ("1.2a", "tempH = Hpm", "Hpm"),
+                                      ("1.2a", "H_pp_schur_ = H.block", "Hmp"), ("1.2a", "b_pp_schur_ = bpp", "bpp"),
+                                      ("2c", "tempB = Arm", "Arm")):
+            text = left_empty("problem.cc", todo)
+            self.assertEqual(blanks.still_empty(text, line_of(text, words)), (variable, todo), words)
+
+    def test_nothing_is_said_of_what_is_assigned(self):
+        text = solution_text("problem.cc")
+        for number in range(len(text.splitlines()) + 2):
+            self.assertIsNone(blanks.still_empty(text, number), number)
+
+    def test_a_crash_says_it_first(self):
+        text = left_empty("problem.cc", "1.2a")
+        content, place = text.encode(), line_of(text, "Hmm.block(idx")
+        crash = Verdict("crashes", {**because("judge.crash", signal="", where=""), "place": f"problem.cc:{place}"})
+        told = in_short(blanks.explain(crash, "problem.cc", content).diagnosis, ENGLISH)
+        self.assertIn("Hmm is still empty: nothing was assigned to it in TODO 1.2a", told)
+        for other in (crash._replace(state="wrong"), Verdict("crashes", because("judge.crash")), Verdict("right")):
+            self.assertEqual(blanks.explain(other, "problem.cc", content), other)

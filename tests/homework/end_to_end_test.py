@@ -1,0 +1,141 @@
+#!/usr/bin/env python3
+"""Runs ./course check and status as a student does, on a folder of homework of its own: end_to_end.py FOLDER."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+from ch5_backend.course.homework.make_skeleton import skeleton
+from ch5_backend.course.homework.regions import FILES, fill, solution_text
+from tests.homework.chinese import english_in
+
+FOLDER = Path(os.environ["CH5_CHECK_FOLDER"])
+
+
+def course(*words: str) -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, "-m", "ch5_backend.course", *words],
+                          capture_output=True, text=True, check=False)
+
+
+def states(done: subprocess.CompletedProcess) -> dict:
+    """Stage → state; standard output must hold one JSON object and nothing else."""
+    return {stage["id"]: stage["state"] for stage in json.loads(done.stdout)["stages"]}
+
+
+def hints(done: subprocess.CompletedProcess) -> dict:
+    return {stage["id"]: stage["hint"] for stage in json.loads(done.stdout)["stages"]}
+
+
+class EndToEnd(unittest.TestCase):
+    def hand_in(self, **texts) -> None:
+        """Fills the folder: the solutions, but for the texts given by the files' stems. What stays is not built again."""
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        for name in FILES:
+            text = texts.get(Path(name).stem, solution_text(name))
+            if not (FOLDER / name).exists() or (FOLDER / name).read_text(encoding="utf-8") != text:
+                (FOLDER / name).write_text(text, encoding="utf-8")
+
+    def test_the_skeleton_is_not_started(self):
+        self.hand_in(**{Path(name).stem: skeleton(name) for name in FILES})
+        done = course("check", "--json")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertEqual(set(states(done).values()), {"not-started"})
+        self.assertIn("TODO 1.2a", hints(done)["1.2"])
+        status = course("status", "--json")
+        self.assertEqual((status.returncode, status.stdout), (0, done.stdout))
+
+    def test_the_solution_is_right(self):
+        self.hand_in()
+        done = course("check", "--json")
+        self.assertEqual((done.returncode, set(states(done).values())), (0, {"right"}), done.stdout + done.stderr)
+        words = course("check", "3")
+        self.assertEqual(words.returncode, 0)
+        self.assertIn("Well done", words.stdout)
+
+    def test_a_file_that_does_not_compile_hides_no_other(self):
+        broken = solution_text("problem.cc").replace("b_pp_schur_ = bpp", "b_pp_schur_ = bqq")
+        line = broken[:broken.index("bqq")].count("\n") + 1
+        self.hand_in(problem=broken)
+        done = course("check", "--json")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(states(done), {"1.1": "does-not-compile", "1.2": "does-not-compile",
+                                        "2": "does-not-compile", "3": "right", "4": "right", "5": "right",
+                                        "6": "right", "7": "right"})
+        self.assertIn(f"problem.cc:{line}", hints(done)["1.1"])
+
+    def test_a_crash_names_the_line_and_hides_no_other_stage(self):
+        crashing = solution_text("problem.cc").replace("H.block(index_i, index_j, dim_i, dim_j)",
+                                                       "H.block(index_i, index_j + 99, dim_i, dim_j)")
+        begin = "  const int reserve_size = static_cast<int>(H_marg.rows());\n"
+        crashing = crashing.replace(begin, begin + "  if (dim >= 0) return TestMarginalize(H_marg, b_marg, idx, dim);\n")
+        line = crashing[:crashing.index("+ 99")].count("\n") + 1
+        with_main = solution_text("gauge_prior.cc") + "int main() {}\n"
+        self.hand_in(problem=crashing, gauge_prior=with_main)
+        done = course("check", "--json")
+        self.assertEqual(states(done), {"1.1": "crashes", "1.2": "right", "2": "crashes", "3": "does-not-compile",
+                                        "4": "right", "5": "right", "6": "right", "7": "right"}, done.stdout)
+        self.assertIn(f"reaches outside its matrix at problem.cc:{line}", hints(done)["1.1"])
+        self.assertRegex(hints(done)["2"], r"stack is full at problem\.cc:\d+")
+        self.assertIn("main of its own", hints(done)["3"])
+
+    def test_what_is_empty_or_missing_is_named(self):
+        empty = fill(solution_text("problem.cc"), lambda region: region.hints if region.todo == "1.2a" else region.solution)
+        exchanged = solution_text("gauge_prior.cc").replace("scene.frames[i].q, scene.frames[i].p",
+                                                            "scene.frames[i].p, scene.frames[i].q")
+        line = exchanged[:exchanged.index("[i].p, ")].count("\n") + 1
+        deleted = re.sub(r"^VecX MarginalizationError::Residual.*?^}\n", "", solution_text("marginalization_error.cc"),
+                         flags=re.MULTILINE | re.DOTALL)
+        self.hand_in(problem=empty, gauge_prior=exchanged, marginalization_error=deleted)
+        told = hints(course("check", "1.2", "3", "5", "--json"))
+        self.assertIn("Hmm is still empty: nothing was assigned to it in TODO 1.2a", told["1.2"])
+        self.assertRegex(told["3"], rf"gauge_prior.cc:{line}:\d+: no matching (function for call to|constructor) .*EdgeSE3Prior")
+        self.assertIn("the function MarginalizationError::Residual is missing in marginalization_error.cc", told["5"])
+
+    def test_one_file_is_begun_anew_and_the_others_stay(self):
+        self.hand_in()
+        subprocess.run([sys.executable, "-m", "ch5_backend.course.homework.make_skeleton", "gauge_prior.cc", "--output", FOLDER],
+                       check=True)
+        for name in FILES:
+            wanted = skeleton(name) if name == "gauge_prior.cc" else solution_text(name)
+            self.assertEqual((FOLDER / name).read_text(encoding="utf-8"), wanted)
+
+    def test_a_student_reads_chinese(self):
+        wrong = {"problem": ("H.block(index_j, index_i, dim_j, dim_i).noalias() += hessian.transpose()", "(void)hessian"),
+                 "gauge_prior": ("i < 2", "i < 1"), "gauge_freedom": ("-Hat(p)", "Hat(p)"),
+                 "marginalization_error": ("e0_ + J_ * delta_chi", "e0_"), "vins_window": ("norm() > 2.5", "norm() > 0.05"),
+                 "block_solver": ("S_(i, j) -=", "S_(i, j) +=")}
+        files = {name: self.replaced(f"{name}.cc", *change) for name, change in wrong.items()}
+        self.hand_in(**files)
+        causes = {"1.1": "缺少镜像块", "3": "只有第 0 帧有先验", "4": "符号：ω × p", "5": "漏了 J Δχ", "6": "有一个比较写反了",
+                  "7": "加上去了，应当减去"}
+        for _ in range(2):  # looking again at the same files names no cause
+            self.assertNotIn("缺少镜像块", course("check", "1.1", "--language", "zh").stdout)
+        course("check", *causes, "--language", "zh")
+        self.hand_in(**{name: text + "// looked at again\n" for name, text in files.items()})
+        told = course("check", *causes, "--language", "zh").stdout
+        self.assertEqual(english_in(told), "", told)
+        for stage, words in causes.items():
+            self.assertRegex(told, rf"✗ {stage} 错误[^✗]*原因 +[^✗]*{words}", told)
+        status = course("status", "--language", "zh").stdout
+        self.assertEqual(english_in(status), "", status)
+        for words in (*causes.values(), "1.2  ✓ 正确"):
+            self.assertIn(words, status)
+
+    def replaced(self, name: str, old: str, new: str) -> str:
+        text = solution_text(name)
+        self.assertIn(old, text, name)
+        return text.replace(old, new, 1)
+
+    def test_a_missing_file_and_an_unknown_stage_are_named(self):
+        self.hand_in()
+        (FOLDER / "gauge_prior.cc").unlink()
+        done = course("check", "3", "--json")
+        self.assertEqual(states(done), {"3": "does-not-compile"})
+        self.assertIn("gauge_prior.cc is missing; python3 -m ch5_backend.course.homework.make_skeleton gauge_prior.cc", hints(done)["3"])
+        unknown = course("check", "9")
+        self.assertEqual(unknown.returncode, 2)
+        self.assertIn("unknown stage '9'", unknown.stderr)

@@ -1,0 +1,126 @@
+"""Hints come out of the handout, and a cause is named only when a failure comes again."""
+
+import contextlib
+import io
+import os
+import tempfile
+import unittest
+from pathlib import Path
+from unittest import mock
+
+from ch5_backend.course.homework.regions import STAGES
+
+from ch5_backend.course.homework import hint, hint_policy
+from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.base.language import sentence, speaker
+from ch5_backend.course.homework.diagnosis import Verdict, because, in_short, told
+
+DIAGNOSIS = {"stage": "1.1", "check": sentence("scene.H_of", what=sentence("1.1.one_edge_between_two_poses")),
+             "expected": "(0, 6) = 2", "got": "(0, 6) = 0", "cause": sentence("1.1.mirror_missing"), "todo": "1.1b"}
+RIGHT, ENGLISH = Verdict("right"), speaker("en")
+
+
+def said(*words):
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        hint.show(*words)
+    return out.getvalue()
+
+
+class Hints(unittest.TestCase):
+    def test_every_section_has_three_in_both_languages(self):
+        for language in hint.SUFFIX:
+            text = "".join(hint.page(stage, language).read_text(encoding="utf-8") for stage in STAGES)
+            sections = hint.handout(language)
+            self.assertEqual(list(sections), [name for stage in STAGES for name in stage.get("sections", [stage["id"]])])
+            for section in sections:
+                for number in "123":
+                    body = said(section, number, language).split("\n\n")[1]
+                    self.assertGreater(len(body), 40)
+                    self.assertIn(body, text)
+
+    def test_a_todo_leads_to_its_section(self):
+        self.assertEqual(said("1.2b", "2"), said("1.2", "2"))
+        self.assertEqual(said("6g", "1"), said("6B", "1"))
+
+    def test_a_stage_means_all_its_sections(self):
+        self.assertEqual(said("6", "1"), said("6A", "1") + said("6B", "1"))
+        self.assertEqual(said("1", "2"), said("1.1", "2") + said("1.2", "2"))
+
+    def test_the_terminals_language_is_spoken(self):
+        with mock.patch.dict(os.environ, {"LC_ALL": "zh_CN.UTF-8"}):
+            self.assertIn("提示 1", said("2", "1"))
+        with mock.patch.dict(os.environ, {"LC_ALL": "C"}):
+            self.assertIn("Hint 1", said("2", "1"))
+
+    def test_what_is_not_there_is_named(self):
+        for words in (("9", "1"), ("6", "4"), ("1.2", "4"), ("1.2", "0"), ("1.2", "one"), ("", "1")):
+            with self.assertRaises(CourseError, msg=words):
+                hint.show(*words, "en")
+
+
+class Causes(unittest.TestCase):
+    def setUp(self):
+        self.edits = 0
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        patch = mock.patch.object(hint_policy, "BUILD", Path(folder.name))
+        patch.start()
+        self.addCleanup(patch.stop)
+
+    def shown(self, verdict, threshold=2, counts=True, content=None):
+        """Whether the cause is there, in ./course check and in the line of ./course status; each time in another file."""
+        self.edits += 1
+        content = content or f"// edit {self.edits}".encode()
+        diagnosis = hint_policy.hold_back(STAGES[0], verdict, threshold, content, counts).diagnosis
+        named = ["mirrored" in words for words in (told(diagnosis, ENGLISH), in_short(diagnosis, ENGLISH))]
+        self.assertEqual(len(set(named)), 1, diagnosis)
+        self.assertIn("TODO 1.1b", told(diagnosis, ENGLISH))
+        return named[0]
+
+    def wrong(self, **changes):
+        return Verdict("wrong", {**DIAGNOSIS, **changes})
+
+    def test_the_second_failure_names_it(self):
+        self.assertEqual([self.shown(self.wrong()) for _ in range(3)], [False, True, True])
+        self.assertIn("./course hint 1.1 1", told(hint_policy.hold_back(STAGES[0], self.wrong(), 9, b"").diagnosis, ENGLISH))
+
+    def test_an_unchanged_file_is_the_same_failure(self):
+        self.assertEqual([self.shown(self.wrong(), content=b"same") for _ in range(3)], [False, False, False])
+        self.assertTrue(self.shown(self.wrong(), content=b"changed"))
+        self.assertTrue(self.shown(self.wrong(), content=b"changed"))
+
+    def test_another_mistake_in_the_same_check_is_not_named_at_once(self):
+        other = self.wrong(cause=sentence("1.1.only_one_triangle"))
+        self.assertFalse(self.shown(self.wrong()))
+        self.assertNotIn("cause", hint_policy.hold_back(STAGES[0], other, 2, b"other").diagnosis)
+
+    def test_a_setting_names_it_at_once_or_later(self):
+        self.assertTrue(self.shown(self.wrong(), threshold=1))
+        self.assertEqual([self.shown(self.wrong(), threshold=4) for _ in range(3)], [False, False, True])
+
+    def test_another_failure_and_a_right_stage_begin_anew(self):
+        other = self.wrong(check=sentence("scene.H_of", what=sentence("1.1.cauchy_loss")))
+        self.assertEqual([self.shown(each) for each in (self.wrong(), other, self.wrong())], [False, False, False])
+        hint_policy.hold_back(STAGES[0], RIGHT, 2, b"")
+        self.assertFalse(self.shown(self.wrong()))
+
+    def test_looking_does_not_count(self):
+        self.shown(self.wrong())
+        self.assertEqual([self.shown(self.wrong(), counts=False) for _ in range(3)], [False, False, False])
+        self.assertTrue(self.shown(self.wrong()))
+        self.assertTrue(self.shown(self.wrong(), counts=False))
+
+    def test_what_gives_nothing_away_is_told_at_once(self):
+        for verdict in (RIGHT, Verdict("crashes", because("judge.crash", signal="", where="")),
+                        self.wrong(cause=sentence("matrix.none_typical")), self.wrong(cause=sentence("matrix.still_empty", variable="H"))):
+            self.assertEqual(hint_policy.hold_back(STAGES[0], verdict, 2, b""), verdict)
+
+    def test_without_a_place_to_count_causes_are_named(self):
+        with mock.patch.object(hint_policy, "BUILD", Path("/dev/null/nowhere")):
+            self.assertTrue(self.shown(self.wrong()))
+
+    def test_a_stage_of_two_sections_names_the_right_one(self):
+        stage = next(stage for stage in STAGES if stage["id"] == "6")
+        for todo, section in (("6a", "6A"), ("6j", "6B")):
+            self.assertEqual(hint_policy.section_of(stage, todo), section)

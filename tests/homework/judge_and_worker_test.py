@@ -1,0 +1,183 @@
+"""homework_judge and its workers: the reference is right, the skeleton not started, and no attack is judged right."""
+
+import json
+import os
+import re
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+BIN = Path(os.environ["CH5_BUILD"]) / "bin"
+STAGES = json.loads(Path(__file__).parents[2].joinpath("ch5_homework/stages.json").read_text(encoding="utf-8"))["stages"]
+A_FEW = "Stage11.OneEdge*:Stage12.AsMany*:Stage2.TheSlides*"  # of problem.cc
+
+ATTACKS = {
+    "endings": "exit_in_constructor throw_in_constructor exit_at_exit exit quick_exit abort kill_group crash throw_number "
+               "throw_not_started memory recursion",
+    "loops": "loop_in_constructor loop stop",
+    "leftovers": "daemon children",
+    "descriptors": "nan garbage_in_constructor reply_in_constructor garbage two_replies nan_reply empty_reply huge_reply "
+                   "huge_matrix negative_matrix prints_a_report close close_and_wait",
+    "floods": "promised_reply flood swallow",
+    "reports": "forge_report",
+}
+
+
+def judge(worker: list, tests: str, *options, **environment):
+    """({test: words of its first failure, or ""}, what was printed, seconds)"""
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder) / "report.json"
+        begun = time.monotonic()
+        done = subprocess.run([str(BIN / "homework_judge"), "--quiet", f"--gtest_filter={tests}",
+                               f"--gtest_output=json:{report}", *options, "--", *worker], cwd=folder, timeout=250,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
+                              env={**os.environ, **environment})
+        seconds = time.monotonic() - begun
+        if environment:
+            time.sleep(0.2)  # for whoever still writes
+        suites = json.loads(report.read_text(encoding="utf-8"))["testsuites"]
+    failures = {test["classname"] + "." + test["name"]: test.get("failures", [{"failure": ""}])[0]["failure"]
+                for suite in suites for test in suite["testsuite"]}
+    assert done.returncode == any(failures.values()), (done.returncode, failures, done.stdout)
+    return failures, done.stdout, seconds
+
+
+def names() -> list:
+    return sorted({Path(stage["file"]).stem for stage in STAGES})
+
+
+def tests_of(name: str) -> str:
+    return ":".join(stage["tests"] for stage in STAGES if stage["file"] == f"{name}.cc")
+
+
+def left_behind(worker: Path) -> list:
+    """The ids of processes that still run this program."""
+    left = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if (folder / "exe").resolve() == worker.resolve():
+                left.append(folder.name)
+        except OSError:
+            pass
+    return left
+
+
+class Verdicts(unittest.TestCase):
+    def test_the_reference_is_right_with_any_seed(self):
+        for seed in ([], ["--seed=1"], ["--seed=987654321987654321"]):
+            for name in names():
+                failures, _, _ = judge([str(BIN / f"worker_reference_{name}")], tests_of(name), *seed)
+                self.assertGreater(len(failures), 4, name)
+                self.assertEqual({test: words for test, words in failures.items() if words}, {}, (name, seed))
+
+    def test_the_skeleton_is_not_started(self):
+        for name in names():
+            failures, _, _ = judge([str(BIN / f"worker_skeleton_{name}")], tests_of(name))
+            self.assertGreater(len(failures), 4, name)
+            for test, words in failures.items():
+                self.assertRegex(words, r'"TODO .* is not started"', test)
+
+    def test_a_worker_that_does_not_speak_is_told(self):
+        for worker, words in (["/bin/true"], "START: EXIT 0"), (["/nowhere"], "START: EXIT 127"), \
+                (["/bin/cat"], "START: TIMEOUT"), (["/bin/echo", "hello"], "GARBAGE"), (["/bin/sleep", "9"], "TIMEOUT"):
+            failures, _, _ = judge(worker, "Stage2.TheSlides*", "--time-limit=0.5")
+            self.assertIn(words, failures["Stage2.TheSlidesExample"])
+
+    def test_who_does_not_end_once_has_less_time_afterwards(self):
+        for worker, seconds in ((["/bin/cat"], 6.0), (["/bin/sleep", "99"], 6.0)):
+            begin = time.monotonic()
+            failures, _, _ = judge(worker, "Stage6.*", "--time-limit=4")
+            self.assertGreater(len(failures), 15)
+            self.assertTrue(all("TIMEOUT" in words for words in failures.values()), failures)
+            self.assertLess(time.monotonic() - begin, seconds)
+
+    def test_wrong_calls_are_refused(self):
+        for words in ([], ["--"], ["--seed=-1", "--", "true"], ["--seed=x", "--", "true"], ["--time-limit=0", "--", "true"],
+                      ["--other", "--", "true"]):
+            done = subprocess.run([BIN / "homework_judge", *words], capture_output=True, check=False)
+            self.assertEqual(done.returncode, 2, words)
+
+
+# What computes an answer, elsewhere than in the student's file: nowhere in what a worker is linked with.
+ANSWERS = re.compile(r"""ch5::(
+    (Problem::(MakeHessian|SolveLinearSystem|TestMarginalize)
+    |AddMonoBaEdges|BuildMonoBa|AddMinimalGaugePrior
+    |Gauge(NullSpace|Projection|MotionJacobian)|TransformCovariance
+    |MarginalizationError::(InsertBlock|SchurComplement|UpdateErrorComputation|Residual)
+    |MarginalizationInfo::(PreMarginalize|ConstructA|SchurComplement|Factor|GetParameterBlocks)
+    |DropSetOf\w+|SlideWindow|DetectFailure
+    |PlainBlockSolver::(BuildStructure|BuildSystem|Solve)
+    |FactorNormalEquations|EliminateVertices|Marginalize\w*|ReplacePrior
+    |homework::(StackedNormalEquations|RandomSystem|Numeric\w+|FreeCovariance|FixedCovariance|Story|Right\w+))\(
+    |(Sparse(Solver|Optimizer)|Estimator|OkvisPolicy|VinsPolicy|ImplicitS\w+)::)""", re.VERBOSE)
+
+
+class Archives(unittest.TestCase):
+    def test_no_answer_can_be_called(self):
+        for name in names():
+            for archive in (f"libworker_{name}.a", f"libworker_layers_{name}.a"):
+                symbols = subprocess.run(["nm", "--demangle", "--defined-only", BIN.parent / "lib" / archive],
+                                         capture_output=True, text=True, check=True).stdout.splitlines()
+                defined = [line.split(maxsplit=2)[2] for line in symbols if re.match(r"[0-9a-f]{16} [A-Za-z] ", line)]
+                self.assertGreater(len(defined), 50)
+                self.assertEqual([symbol for symbol in defined if ANSWERS.match(symbol)], [], archive)
+
+    def test_the_search_finds_answers(self):
+        symbols = subprocess.run(["nm", "--demangle", "--defined-only", BIN / "homework_judge"], capture_output=True,
+                                 text=True, check=True).stdout
+        for name in ("FactorNormalEquations", "EliminateVertices", "homework::StackedNormalEquations"):
+            self.assertTrue(any(name in line and ANSWERS.match(line.split(maxsplit=2)[2]) for line in symbols.splitlines()
+                                if len(line.split(maxsplit=2)) == 3), name)
+
+
+class Attacks(unittest.TestCase):
+    def none_is_right(self, group: str, seconds: float) -> None:
+        folder = tempfile.TemporaryDirectory(dir=BIN)
+        self.addCleanup(folder.cleanup)
+        worker = Path(folder.name) / "worker"  # a name of its own: other tests run the same program
+        os.link(BIN / "worker_attacks", worker)
+        for name in ATTACKS[group].split():
+            with self.subTest(attack=name):
+                failures, printed, took = judge([str(worker)], A_FEW, "--time-limit=1", CH5_ATTACK=name)
+                self.assertEqual(len(failures), 3)
+                for test, words in failures.items():
+                    self.assertNotEqual(words, "", test)
+                self.assertLess(len(printed), 1 << 20)
+                self.assertLess(took, seconds)
+                self.assertEqual(left_behind(worker), [])
+
+    def test_without_an_attack_the_answers_are_merely_wrong(self):
+        failures, _, _ = judge([str(BIN / "worker_attacks")], A_FEW)
+        for words in failures.values():
+            self.assertIn("expected", words)
+
+    def test_what_is_printed_is_shown(self):
+        _, printed, _ = judge([str(BIN / "worker_attacks")], "Stage2.TheSlides*", CH5_ATTACK="prints_a_report")
+        self.assertIn(b"[  PASSED  ] 100 tests.", printed)
+
+    # The limits are generous: other tests run at the same time.
+    def test_who_ends_the_process_is_not_right(self):
+        self.none_is_right("endings", 30)
+
+    def test_who_does_not_end_is_stopped(self):
+        self.none_is_right("loops", 30)
+
+    def test_who_leaves_processes_leaves_none(self):
+        self.none_is_right("leftovers", 30)
+
+    def test_who_writes_to_all_descriptors_is_not_right(self):
+        self.none_is_right("descriptors", 30)
+
+    def test_who_floods_is_stopped(self):
+        self.none_is_right("floods", 30)
+
+    def test_who_forges_the_report_is_not_right(self):
+        self.none_is_right("reports", 30)
+
+    def test_every_attack_is_tried(self):
+        written = set()
+        for path in Path(__file__).parent.joinpath("attacks").glob("*.cc"):
+            written.update(part.split('"')[0] for part in path.read_text(encoding="utf-8").split('Add("')[1:])
+        self.assertEqual(written, set(" ".join(ATTACKS.values()).split()))

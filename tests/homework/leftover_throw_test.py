@@ -1,0 +1,52 @@
+"""A student who has filled a blank and left its throw is told so: "not started" alone would be a riddle."""
+
+import tempfile
+import unittest
+from pathlib import Path
+
+from ch5_backend.course.homework.make_skeleton import skeleton
+from ch5_backend.course.homework.regions import FILES, STAGES, fill, solution_text
+
+from ch5_backend.course.base.language import speaker
+from ch5_backend.course.homework import blanks, check, judge
+from ch5_backend.course.homework.diagnosis import Verdict
+
+
+class ThrowLeft(unittest.TestCase):
+    def keeps_throw(self, text: str, todo: str) -> bool:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "file.cc"
+            path.write_text(text, encoding="utf-8")
+            return blanks.keeps_throw(path, todo)
+
+    def test_lines_above_the_throw_are_seen(self):
+        for name in FILES:
+            left = fill(solution_text(name), lambda region: region.solution + region.blank())
+            for todo in (todo for stage in STAGES if stage["file"] == name for todo in stage["todos"]):
+                self.assertTrue(self.keeps_throw(left, todo), todo)
+                self.assertFalse(self.keeps_throw(skeleton(name), todo), todo)
+                self.assertFalse(self.keeps_throw(solution_text(name), todo), todo)
+
+    def test_a_mistake_belongs_to_a_blank_that_the_file_has(self):
+        verdict = Verdict("wrong", {**judge.because("1.1.sign_b"), "todo": "1.1d 1.1b"})
+        for deep, todo in ((False, "1.1b"), (True, "1.1d")):
+            told = blanks.explain(verdict, "problem.cc", skeleton("problem.cc", None, deep).encode())
+            self.assertEqual(told.diagnosis["todo"], todo)
+
+    def test_a_stage_of_which_one_blank_is_filled_is_half_done(self):
+        stage = STAGES[0]
+        self.assertFalse(blanks.some_filled(stage, skeleton("problem.cc").encode()))
+        one = fill(solution_text("problem.cc"), lambda region: region.solution if region.todo == "1.1a" else region.blank())
+        self.assertTrue(blanks.some_filled(stage, one.encode()))
+        half = Verdict("not-started", {**judge.not_started("1.1b", ""), "begun": True})
+        self.assertEqual(check.state_of(half, speaker("en")), "half-done")
+
+    def test_the_next_step_says_delete_it(self):
+        say, stage, verdict = speaker("en"), STAGES[0], Verdict("not-started", judge.not_started("1.1a", ""))
+        self.assertIn("Search problem.cc", say.text(check.next_step(stage, verdict)))
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "problem.cc").write_text(fill(solution_text("problem.cc"), lambda r: r.solution + r.blank()),
+                                                  encoding="utf-8")
+            self.addCleanup(setattr, check, "HOMEWORK", check.HOMEWORK)
+            check.HOMEWORK = Path(folder)
+            self.assertIn("throw below them: delete it", say.text(check.next_step(stage, verdict)))

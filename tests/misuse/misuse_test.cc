@@ -1,0 +1,476 @@
+/// The library used wrongly: each case with what it says. Nothing may crash, and nothing may be silent.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/files/tables/text_writer.h"
+#include "ch5_backend/graph/sized_edge.h"
+#include "ch5_backend/marginalize/edge_prior.h"
+#include "ch5_backend/marginalize/marginalize.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/types/vertices.h"
+#include "ch5_backend/window/estimator.h"
+
+namespace ch5 {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using Scalar = VertexScalar::Estimate;
+
+// ---- what goes into a graph ------------------------------------------------------------------------------------------
+
+// r = x_1 − x_0 − 1, spoilt in one way.
+enum class Spoilt { kNot, kNoJacobian, kNaN, kThrows };
+class EdgeStep : public SizedEdge<1, VertexScalar, VertexScalar> {
+ public:
+  EdgeStep(std::shared_ptr<VertexScalar> a, std::shared_ptr<VertexScalar> b, Spoilt spoilt = Spoilt::kNot)
+      : SizedEdge(std::move(a), std::move(b)), spoilt_(spoilt) {}
+  void ComputeResidual() override {
+    r_ = GetVertex<1>().GetEstimate() - GetVertex<0>().GetEstimate() - Scalar(1.0);
+    if (spoilt_ == Spoilt::kNaN) r_[0] = kNaN;
+    if (spoilt_ == Spoilt::kThrows && GetVertex<0>().GetEstimate()[0] != 0.0) throw std::runtime_error("no such point");
+  }
+  void ComputeJacobians() override {
+    if (spoilt_ != Spoilt::kNoJacobian) ComputeJacobiansNumerically();
+  }
+  std::string TypeInfo() const override { return "EdgeStep"; }
+
+ private:
+  Spoilt spoilt_;
+};
+
+struct TwoSteps {
+  explicit TwoSteps(Spoilt spoilt = Spoilt::kNot) {
+    for (const double x : {0.0, 1.5, 2.5}) x_.push_back(std::make_shared<VertexScalar>(Scalar(x)));
+    for (const auto& vertex : x_) graph.AddVertex(vertex);
+    for (const auto& edge :
+         edges_ = {std::make_shared<EdgeStep>(x_[0], x_[1], spoilt), std::make_shared<EdgeStep>(x_[1], x_[2])}) {
+      graph.AddEdge(edge);
+    }
+  }
+  std::string Solve(const SolveOptions& options = {}) {
+    x_[2]->SetFixed();
+    return SparseOptimizer(&graph).Solve(options).message;
+  }
+
+  Graph graph;
+  std::vector<std::shared_ptr<VertexScalar>> x_;
+  std::vector<std::shared_ptr<Edge>> edges_;
+};
+
+// On a sphere, it should be; but nobody says how.
+class VertexWithoutPlus : public SizedVertex<4, 3> {
+ public:
+  VertexWithoutPlus() : SizedVertex(Estimate::UnitX(), Role::kPose) {}
+  std::string TypeInfo() const override { return "VertexWithoutPlus"; }
+};
+class EdgeOnIt : public SizedEdge<4, VertexWithoutPlus> {
+ public:
+  explicit EdgeOnIt(std::shared_ptr<VertexWithoutPlus> vertex) : SizedEdge(std::move(vertex)) {}
+  void ComputeResidual() override { r_ = GetVertex<0>().GetEstimate(); }
+  std::string TypeInfo() const override { return "EdgeOnIt"; }
+};
+
+template <typename Change>
+std::string SolveWith(const Change& change) {
+  SolveOptions options;
+  change(&options);
+  return TwoSteps().Solve(options);
+}
+
+// ---- what goes into an estimator -------------------------------------------------------------------------------------
+
+const Recording& Flight() {
+  static const Recording flight = [] {
+    HandheldOptions path;
+    path.duration = 4.0;
+    path.standstill_seconds = 1.5;
+    SimulationOptions options;
+    options.camera.max_tracks = 30;
+    return SimulateInRoom(path, 1000, options);
+  }();
+  return flight;
+}
+
+EstimatorOptions OptionsFor(const Calibration& calibration) {
+  EstimatorOptions options;
+  options.T_B_C = calibration.T_B_C;
+  options.imu_noise = calibration.noise;
+  return options;
+}
+
+// What the estimator says of the last image of the flight, changed, under changed options, or of the first restart.
+std::string Follow(const std::function<void(Recording*)>& change_flight,
+                   const std::function<void(EstimatorOptions*)>& change_options = nullptr) {
+  Recording recording = Flight();
+  change_flight(&recording);
+  EstimatorOptions options = OptionsFor(recording.calibration);
+  if (change_options) change_options(&options);
+  OkvisOptions okvis;
+  okvis.temporal_frames = 5;
+  Estimator estimator(options, MakeOkvisPolicy(okvis));
+  std::string last;
+  auto reading = recording.imu.begin();
+  for (const Image& image : recording.frames) {
+    while (reading != recording.imu.end() && (reading == recording.imu.begin() || std::prev(reading)->t < image.t)) {
+      estimator.AddImu(*reading++);
+    }
+    const FrameReport report = estimator.AddFrame(image);
+    EXPECT_EQ(report.message.empty(), report.status == FrameReport::Status::kTracking) << report.message;
+    last = report.message;
+    if (report.status == FrameReport::Status::kRestarted) break;
+  }
+  return last;
+}
+
+template <typename Change>
+std::string ChangeEach(const Change& change) {
+  return Follow([&](Recording* recording) {
+    for (ImuMeasurement& reading : recording->imu) change(&reading);
+  });
+}
+
+template <typename Change>
+void Estimate(const Change& change) {
+  EstimatorOptions options;
+  change(&options);
+  Estimator(options, MakeVinsPolicy());
+}
+
+template <typename Options, typename Change>
+Options With(const Change& change) {
+  Options options;
+  change(&options);
+  return options;
+}
+
+// VINS-Mono's window, whose gauge is free, by a method that cannot do with a free gauge.
+class SingularPolicy : public WindowPolicy {
+ public:
+  std::string Name() const override { return "singular"; }
+  void NoteNewFrame(Window* window) override { vins_->NoteNewFrame(window); }
+  bool Uses(const Window& window, const WindowLandmark& landmark) const override {
+    return vins_->Uses(window, landmark);
+  }
+  SolveOptions Options() const override {
+    SolveOptions options;
+    options.algorithm = Algorithm::kGaussNewton;
+    return options;
+  }
+  void Slide(Window* window) override { vins_->Slide(window); }
+  void SlideWithoutEstimate(Window* window) override { vins_->SlideWithoutEstimate(window); }
+
+ private:
+  std::unique_ptr<WindowPolicy> vins_ = MakeVinsPolicy();
+};
+
+// StartFrom, and images until the estimator says something.
+std::string StartFrom(const StampedState& state, const MatXX& J,
+                      std::unique_ptr<WindowPolicy> policy = MakeVinsPolicy()) {
+  Estimator estimator(OptionsFor(Flight().calibration), std::move(policy));
+  estimator.StartFrom(state, J);
+  for (const ImuMeasurement& reading : Flight().imu) estimator.AddImu(reading);
+  std::string message;
+  for (size_t k = 0; message.empty() && k < Flight().frames.size(); ++k) {
+    message = estimator.AddFrame(Flight().frames[k]).message;
+  }
+  return message;
+}
+
+// ---- what goes into a file -------------------------------------------------------------------------------------------
+
+// The flight's folder with one file changed, read.
+std::string ReadChanged(const std::string& name, const std::function<void(std::string*)>& change) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("ch5_misuse_" + std::to_string(getpid()));
+  WriteRecording(Flight(), folder);
+  std::ifstream file(folder / name);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  change(&text);
+  WriteFileAtomically(folder / name, text);
+  std::string message;
+  try {
+    ReadRecording(folder);
+  } catch (const FileError& error) {
+    message = error.what();
+  }
+  fs::remove_all(folder);
+  return message;
+}
+
+// ---- the table -------------------------------------------------------------------------------------------------------
+
+struct Case {
+  const char* name;
+  std::function<std::string()> said;  // or thrown
+  const char* expected;               // a part of it
+};
+
+// A case that throws or else says nothing.
+template <typename Function>
+std::function<std::string()> Do(const Function& function) {
+  return [function] { return function(), std::string(); };
+}
+
+const std::vector<Case> kGraphs = {
+    {"a null vertex", Do([] { Graph().AddVertex(nullptr); }), "AddVertex: the vertex is null"},
+    {"a null edge", Do([] { Graph().AddEdge(nullptr); }), "AddEdge: the edge is null"},
+    {"an edge without a vertex", Do([] {
+       TwoSteps g;
+       g.graph.AddEdge(std::make_shared<EdgeStep>(g.x_[0], nullptr));
+     }),
+     "vertex 1: missing (null)"},
+    {"a vertex of two graphs", Do([] {
+       TwoSteps g;
+       Graph().AddVertex(g.x_[0]);
+     }),
+     "is already in a graph"},
+    {"an edge to a stranger", Do([] {
+       TwoSteps g;
+       g.graph.AddEdge(std::make_shared<EdgeStep>(g.x_[0], std::make_shared<VertexScalar>(Scalar(0))));
+     }),
+     "is not in this graph"},
+    {"an id twice", Do([] {
+       TwoSteps g;
+       g.graph.AddVertex(std::make_shared<VertexScalar>(Scalar(0)), 1);
+     }),
+     "cannot have the id 1: VertexVector1 has it"},
+    {"an edge twice", Do([] {
+       TwoSteps g;
+       g.graph.AddEdge(g.edges_[0]);
+     }),
+     "EdgeStep 0 is already in a graph"},
+    {"an information of another size", Do([] { TwoSteps().edges_[0]->SetInformation(MatXX::Identity(2, 2)); }),
+     "the information matrix must be 1x1, got 2x2"},
+    {"an infinite information", Do([] { TwoSteps().edges_[0]->SetInformation(MatXX::Constant(1, 1, 1.0 / 0.0)); }),
+     "EdgeStep: the information matrix"},
+    {"no graph", Do([] { SparseOptimizer(nullptr); }), "the solver's graph is null"},
+    {"no graph, dense", Do([] { Problem(nullptr); }), "the solver's graph is null"},
+    {"a graph that is no more", Do([] {
+       auto g = std::make_unique<TwoSteps>();
+       SparseOptimizer optimizer(&g->graph);
+       g.reset();
+       optimizer.Solve();
+     }),
+     "the solver's graph has been destroyed"},
+    {"an empty graph",
+     [] {
+       Graph graph;
+       return SparseOptimizer(&graph).Solve().message;
+     },
+     "nothing to optimize"},
+    {"a free gauge", Do([] {
+       TwoSteps g;
+       Covariance{&g.graph};
+     }),
+     "H is singular; is a gauge free?"},
+    {"a residual of NaN", [] { return TwoSteps(Spoilt::kNaN).Solve(); },
+     "the cost of the initial states is not finite"},
+    {"a Jacobian that is never filled", [] { return TwoSteps(Spoilt::kNoJacobian).Solve(); },
+     "the gradient is not finite: a Jacobian holds NaN"},
+    {"an exception while differentiating",
+     [] {
+       TwoSteps g(Spoilt::kThrows);
+       try {
+         g.Solve();
+       } catch (const std::runtime_error& error) {
+         return error.what() + std::string(", and x = ") + std::to_string(g.x_[0]->GetEstimate()[0]);
+       }
+       return std::string();
+     },
+     "no such point, and x = 0.000000"},
+    {"a vertex without Plus", Do([] {
+       Graph graph;
+       const auto vertex = std::make_shared<VertexWithoutPlus>();
+       graph.AddVertex(vertex);
+       graph.AddEdge(std::make_shared<EdgeOnIt>(vertex));
+       SparseOptimizer(&graph).Solve();
+     }),
+     "VertexWithoutPlus has 4 parameters and 3 degrees of freedom, so it needs a Plus of its own"},
+    {"a prior on a vertex without Minus", Do([] {
+       const auto vertex = std::make_shared<VertexWithoutPlus>();
+       EdgePrior({{vertex}, {vertex->Parameters()}, MatXX::Identity(3, 3), VecX::Zero(3)}).ComputeResidual();
+     }),
+     "so it needs a Minus of its own"},
+    {"an edge marginalized twice", Do([] {
+       TwoSteps g;
+       Marginalize({g.edges_[0], g.edges_[0]}, {g.x_[0]});
+     }),
+     "EdgeStep 0 stands twice"},
+    {"a vertex marginalized without its edge", Do([] {
+       TwoSteps g;
+       Marginalize({g.edges_[0]}, {g.x_[2]});
+     }),
+     "VertexVector1 2 is to be dropped, but none of the edges has it"},
+    {"a marginalization of nothing", Do([] {
+       TwoSteps g;
+       Marginalize({}, {g.x_[0]});
+     }),
+     "no edges"},
+};
+
+const std::vector<Case> kOptions = {
+    {"iterations", [] { return SolveWith([](auto* o) { o->max_iterations = -5; }); },
+     "SolveOptions::max_iterations = -5"},
+    {"a tolerance of NaN", [] { return SolveWith([](auto* o) { o->cost_tolerance = kNaN; }); },
+     "SolveOptions::cost_tolerance = nan: must be at least 0"},
+    {"tau", [] { return SolveWith([](auto* o) { o->tau = -1; }); }, "SolveOptions::tau = -1"},
+    {"trials", [] { return SolveWith([](auto* o) { o->max_trials = 0; }); }, "SolveOptions::max_trials = 0"},
+    {"a radius", [] { return SolveWith([](auto* o) { o->initial_radius = 0; }); }, "SolveOptions::initial_radius = 0"},
+    {"100,000 threads", Do([] {
+       TwoSteps g;
+       SparseOptimizer(&g.graph, 100000);
+     }),
+     "threads = 100000: must be 1 to 1024"},
+    {"-4 threads", Do([] {
+       TwoSteps g;
+       SparseOptimizer(&g.graph, -4);
+     }),
+     "threads = -4"},
+    {"an iterative solver's tolerance", Do([] {
+       TwoSteps g;
+       SparseOptimizer(&g.graph).SetReducedSolver(ReducedSolverType::kImplicitPcg, {-1.0});
+     }),
+     "IterativeOptions::tolerance = -1"},
+    {"no window", Do([] { MakeVinsPolicy(With<VinsOptions>([](auto* o) { o->window_size = 0; })); }),
+     "VinsOptions::window_size = 0: must be at least 4"},
+    {"a window in which nothing starts",
+     Do([] { MakeVinsPolicy(With<VinsOptions>([](auto* o) { o->window_size = 3; })); }),
+     "VinsOptions::window_size = 3"},
+    {"a focal length of VINS", Do([] { MakeVinsPolicy(With<VinsOptions>([](auto* o) { o->focal_length = -460; })); }),
+     "VinsOptions::focal_length = -460: must be greater than 0"},
+    {"keyframes", Do([] { MakeOkvisPolicy(With<OkvisOptions>([](auto* o) { o->keyframes = -3; })); }),
+     "OkvisOptions::keyframes = -3"},
+    {"temporal frames", Do([] { MakeOkvisPolicy(With<OkvisOptions>([](auto* o) { o->temporal_frames = 0; })); }),
+     "OkvisOptions::temporal_frames = 0"},
+    {"no policy", Do([] { Estimator({}, nullptr); }), "the policy is null"},
+    {"a focal length", Do([] { Estimate([](auto* o) { o->weights.focal_length = -460; }); }),
+     "WindowWeights::focal_length = -460"},
+    {"gravity", Do([] { Estimate([](auto* o) { o->standstill.gravity = kNaN; }); }),
+     "StandstillOptions::gravity = nan"},
+    {"an extrinsic rotation", Do([] { Estimate([](auto* o) { o->T_B_C.q.coeffs() *= 2.0; }); }), "T_B_C.q.norm() = 2"},
+    {"noise", Do([] { Estimate([](auto* o) { o->imu_noise.gyroscope = 0; }); }), "ImuNoise::gyroscope = 0"},
+    {"a standard deviation", Do([] { Estimate([](auto* o) { o->start_speed = -1; }); }),
+     "EstimatorOptions::start_speed = -1"},
+};
+
+const std::vector<Case> kMeasurements = {
+    {"readings out of order", Do([] {
+       Estimator estimator({}, MakeVinsPolicy());
+       estimator.AddImu({1.0, Vec3(0, 0, 9.81), Vec3::Zero()});
+       estimator.AddImu({0.5, Vec3(0, 0, 9.81), Vec3::Zero()});
+     }),
+     "the IMU reading at t = 0.500000 s is before the one at t = 1.000000 s"},
+    {"a track twice",
+     [] { return Follow([](Recording* r) { r->frames[3].tracks.push_back(r->frames[3].tracks[0]); }); },
+     "stands twice in the image"},
+    {"a track of NaN", [] { return Follow([](Recording* r) { r->frames[3].tracks[0].x[0] = kNaN; }); },
+     "is not finite"},
+    {"pixels",
+     [] {
+       return Follow([](Recording* r) {
+         for (Image& image : r->frames) {
+           for (TrackedPoint& point : image.tracks) point.x = r->calibration.Pixel(point.x);
+         }
+       });
+     },
+     "are they pixels?"},
+    {"tracks seen once",
+     [] {
+       return Follow([id = 0](Recording* r) mutable {
+         for (Image& image : r->frames) {
+           for (TrackedPoint& point : image.tracks) point.id = id++;
+         }
+       });
+     },
+     "no point of an image has the id of one in the image before"},
+    {"no IMU", [] { return Follow([](Recording* r) { r->imu.clear(); }); }, "no IMU for too long"},
+    {"a silent IMU",
+     [] {
+       return Follow([](Recording* r) {
+         const auto is_lost = [](const ImuMeasurement& reading) { return reading.t > 3.0 && reading.t < 3.5; };
+         r->imu.erase(std::remove_if(r->imu.begin(), r->imu.end(), is_lost), r->imu.end());
+       });
+     },
+     "no IMU for too long"},
+    {"acceleration in g", [] { return ChangeEach([](ImuMeasurement* m) { m->acceleration /= 9.81; }); },
+     "is it in units of g?"},
+    {"rates in degrees", [] { return ChangeEach([](ImuMeasurement* m) { m->gyroscope *= 180.0 / M_PI; }); },
+     "are its rates in rad/s"},
+    {"columns swapped", [] { return ChangeEach([](ImuMeasurement* m) { std::swap(m->acceleration, m->gyroscope); }); },
+     "are their columns swapped?"},
+    {"densities for deviations",
+     [] {
+       return Follow([](Recording* r) { r->frames.resize(20); },
+                     [](EstimatorOptions* o) { o->imu_noise.continuous = false; });
+     },
+     "if it is a density, set ImuNoise::continuous"},
+    {"a start with information of NaN", [] { return StartFrom({}, MatXX::Constant(15, 15, kNaN)); },
+     "StartFrom: J holds a number that is not finite"},
+    {"a start at NaN",
+     [] {
+       StampedState state;
+       state.v_W[0] = kNaN;
+       return StartFrom(state, MatXX::Identity(15, 15));
+     },
+     "the state holds a number that is not finite"},
+    {"a solve that fails",
+     [] {
+       return StartFrom(Flight().truth.front(), MatXX::Identity(15, 15).bottomRows(9),
+                        std::make_unique<SingularPolicy>());
+     },
+     "the window's solve failed"},
+    {"readings for an hour and no image", Do([] {
+       Estimator estimator({}, MakeVinsPolicy());
+       for (int k = 0; k < 360'000; ++k) estimator.AddImu({0.01 * k, Vec3(0, 0, 9.81), Vec3::Zero()});
+       estimator.AddFrame({1.0, {}});
+     }),
+     "feed images and readings in order of time"},
+    {"a file that is cut",
+     [] { return ReadChanged("tracks.csv", [](std::string* text) { text->resize(text->size() - 4); }); },
+     "the file ends in the middle of a line; is it cut?"},
+    {"quaternions with the scalar last",
+     [] {
+       return ReadChanged("groundtruth.csv", [](std::string* text) {
+         std::istringstream lines(*text);
+         std::string line, changed;
+         for (int k = 0; std::getline(lines, line); ++k) {
+           std::vector<std::string_view> cells = SplitAtCommas(line);
+           if (k > 0) std::rotate(cells.begin() + 4, cells.begin() + 5, cells.begin() + 8);
+           for (size_t c = 0; c < cells.size(); ++c) changed += (c > 0 ? "," : "") + std::string(cells[c]);
+           changed += "\n";
+         }
+         *text = changed;
+       });
+     },
+     "these agree with the gyroscope in the order x, y, z, w"},
+};
+
+void Check(const std::vector<Case>& cases) {
+  for (const Case& one : cases) {
+    std::string said;
+    try {
+      said = one.said();
+    } catch (const std::exception& error) {
+      said = error.what();
+    }
+    EXPECT_NE(said.find(one.expected), std::string::npos) << one.name << " says \"" << said << "\"";
+  }
+}
+
+TEST(Misuse, OfAGraph) { Check(kGraphs); }
+TEST(Misuse, OfOptions) { Check(kOptions); }
+TEST(Misuse, OfMeasurements) { Check(kMeasurements); }
+TEST(Misuse, NothingIsSaidWhereNothingIsWrong) {
+  EXPECT_EQ(Follow([](Recording*) {}), "");
+}
+
+}  // namespace
+}  // namespace ch5
