@@ -13,7 +13,10 @@ DESCRIPTIONS = {
            "explains them: report.html in English, report.zh.html in Chinese. With DATA: solves each bundle "
            "adjustment, pose graph or window and writes the result in the format that it was read in or as a "
            "trajectory, its iterations as CSV, and a picture of before and after; follows each recording with both "
-           "window policies and writes trajectories and a report in both languages.",
+           "window policies and writes trajectories and a report in both languages. With --mine: runs your homework's "
+           "functions beside the solution's, on the chapter's problems or on DATA, and shows where they differ: mine.html.",
+    "fly": "Flies with your functions of stages 5 and 6 beside the solution's: through a simulated room, or the recording in "
+           "DATA, a folder; given a BAL file, your block solver of stage 7 adjusts it. Writes mine.html.",
     "test": "Builds everything and runs the tests. What follows -- goes to CTest: ./course test -- --rerun-failed",
     "check": "Compiles your files in ch5_homework/, runs the tests of each stage, and explains what is not right. "
              "A stage is not-started, does-not-compile, crashes, times-out, wrong or right; exit code 0 if all that "
@@ -47,14 +50,15 @@ JSON_FIELDS = {
     "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
            "out and more; with a recording problem, out, report and policies, a list of {policy, ate_m, scale_error, "
            "yaw_error_deg, realtime_factor, p99_window_ms, frames, restarts}, null where there is no truth to compare "
-           "with; with several DATA results, a list of these",
+           "with; with several DATA results, a list of these; with --mine, as fly",
+    "fly": "out, report, and failures, {experiment: what your program said when it failed, or nothing}",
     "bench": "rows, a list of {problem, threads, ours_ms, peer, peer_ms, ratio, ours_cost, peer_cost, ours_peak_mb, "
              "peer_peak_mb}; ratio is peer_ms / ours_ms, null where a side did not get there",
     "check": "stages, a list of {id, state, hint}",
     "grade": "out, records, a list of {name, status, score, points}",
     "status": "stages, a list of {id, state, hint}",
 }
-SPEAKING = ("run", "check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
+SPEAKING = ("run", "fly", "check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
 PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out"}
 
 
@@ -88,6 +92,7 @@ def add_run_options(parser: Parser) -> None:
                         "format, a pose graph in g2o's, a window (VIOWIN), or a recording's folder")
     parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FILE.txt gets a "
                         "folder DIR/FILE")
+    parser.add_argument("--mine", action="store_true", help="with your files in ch5_homework/")
     # Their values are judged by the programs, which say what they take.
     parser.add_argument("--iterations", metavar="N", help="at most N iterations")
     parser.add_argument("--threads", metavar="N", help="how many threads the solver may use")
@@ -135,6 +140,9 @@ def make_parser(command: str) -> Parser:
     parser = Parser(prog=f"./course {command}", description=DESCRIPTIONS[command], allow_abbrev=False)
     if command == "run":
         add_run_options(parser)
+    elif command == "fly":
+        parser.add_argument("data", nargs="*", metavar="DATA", help="a recording's folder, or a BAL file; default: simulated")
+        parser.add_argument("--out", metavar="DIR", help="where the results go, default: out")
     elif command == "test":
         parser.add_argument("names", nargs="*", metavar="NAME", help="only tests whose name matches this expression")
         parser.add_argument("--quick", action="store_true", help="leave out the tests labeled slow")
@@ -186,6 +194,10 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         from .experiments.run import run
         arguments.data += extra
         return run(arguments)
+    if command == "fly":
+        from .experiments.fly import fly
+        arguments.data += extra
+        return fly(arguments, only_flights=True)
     if command == "test":
         from .test import test
         return test(arguments.names, arguments.quick, arguments.nightly, extra)

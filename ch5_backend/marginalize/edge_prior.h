@@ -38,6 +38,10 @@ class EdgePrior : public Edge, public FastEdge {
 
   const Prior& GetPrior() const { return prior_; }
 
+ protected:
+  /// For a residual that another class computes.  @param r  as long as r₀
+  void SetResidual(const VecX& r) { r_ = r; }
+
  private:
   void TakeJacobians() const override;
 

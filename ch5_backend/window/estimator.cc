@@ -60,6 +60,7 @@ Estimator::Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPoli
 void Estimator::Reset() {
   window_ = Window();
   window_.observability_constraints = options_.observability_constraints;
+  window_.marginalizer = options_.marginalizer;
   window_.extrinsic->SetPose(options_.T_B_C.q, options_.T_B_C.p);
   window_.extrinsic->SetFixed(!options_.estimate_extrinsic);
   window_.time_offset->SetEstimate(VertexScalar::Estimate(options_.time_offset));

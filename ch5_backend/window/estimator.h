@@ -52,6 +52,7 @@ struct EstimatorOptions {
   double start_extrinsic_rotation = 0.05;  ///< [rad]
   double start_time_offset = 0.02;         ///< [s]
   ObservabilityConstraints observability_constraints = ObservabilityConstraints::kNone;
+  Marginalizer marginalizer;       ///< as Window::marginalizer
   bool report_covariance = false;  ///< costs as much as a marginalization
 
   /// @throws OptionError

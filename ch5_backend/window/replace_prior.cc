@@ -36,7 +36,8 @@ void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::ve
   const std::vector<std::shared_ptr<Vertex>> dropped = FixedOrAtEdges(drop, edges);
   const std::shared_ptr<EdgePrior> old = window->prior;
   if (window->observability_constraints == ObservabilityConstraints::kNone || !old) {
-    window->prior = std::make_shared<EdgePrior>(Marginalize(edges, dropped));
+    window->prior = window->marginalizer ? window->marginalizer(edges, dropped)
+                                         : std::make_shared<EdgePrior>(Marginalize(edges, dropped));
     return;
   }
   old->KeepJacobian(true);

@@ -8,6 +8,7 @@
 ///
 /// BuildGraph makes the graph of one solve from these values. A policy (VINS's, OKVIS's) decides what leaves.
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <vector>
@@ -55,6 +56,10 @@ struct WindowLandmark {
   int Host() const { return seen.front().frame; }
 };
 
+/// What makes a prior of the edges that leave and the vertices to drop; each of these is at one of the edges.
+using Marginalizer = std::function<std::shared_ptr<EdgePrior>(const std::vector<std::shared_ptr<Edge>>& edges,
+                                                              const std::vector<std::shared_ptr<Vertex>>& drop)>;
+
 struct Window {
   std::vector<Frame> frames;                ///< oldest first, ids ascend
   std::map<int, WindowLandmark> landmarks;  ///< by track id, not by address: a run repeats to the bit
@@ -64,6 +69,7 @@ struct Window {
   std::shared_ptr<VertexScalar> time_offset =                              ///< delay of the camera's clock [s]
       std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
   ObservabilityConstraints observability_constraints = ObservabilityConstraints::kNone;
+  Marginalizer marginalizer;       ///< null: Marginalize; not used with observability constraints
   bool prior_fixes_gauge = false;  ///< the prior contains position and yaw: no gauge prior is needed
   Graph graph;                     ///< of the last BuildGraph
 

@@ -25,6 +25,11 @@ POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_fa
 def run(arguments) -> int:
     """Returns the exit code; raises CourseError for bad input before anything is built or written."""
     out = Path(arguments.out or "out")
+    if arguments.mine:
+        for option in given_options(arguments):
+            raise CourseError(f"--{option} does not apply to --mine: each experiment chooses its settings")
+        from .fly import fly
+        return fly(arguments, only_flights=False)
     if not arguments.data:
         return run_chapter(out, arguments)
     places = result_places(arguments.data, out)

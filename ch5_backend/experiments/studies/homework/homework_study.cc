@@ -1,0 +1,216 @@
+#include "ch5_backend/experiments/studies/homework/homework_study.h"
+
+#include <cmath>
+
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
+#include "ch5_backend/experiments/studies/homework/graded_priors.h"
+#include "ch5_backend/experiments/studies/matrices.h"
+#include "ch5_backend/experiments/studies/odometry_study.h"
+#include "ch5_backend/experiments/studies/prior_study.h"
+#include "ch5_backend/files/bal.h"
+#include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/sparse/sparse_solver.h"
+
+namespace ch5 {
+namespace {
+
+using Path = std::filesystem::path;
+using Show = std::function<void(double)>;
+
+MonoBaOptions Scene(int frames, int points) {
+  MonoBaOptions options;
+  options.frames = frames;
+  options.points = points;
+  options.position_sigma = 0.1;
+  options.rotation_sigma = 2.0 * M_PI / 180.0;
+  return options;
+}
+
+double PixelInformation() { return 1.0 / std::pow(MonoBaOptions().pixel_sigma, 2); }
+
+// The gauge is free: a prior would be stage 3's.
+void BuildFree(const MonoBaOptions& options, MonoBa* ba) {
+  BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, PixelInformation(), /*prior_weight=*/0.0, ba);
+}
+
+void FixTwoFrames(MonoBa* ba) {
+  for (int i = 0; i < 2; ++i) ba->poses[static_cast<size_t>(i)]->SetFixed(true);
+}
+
+CsvTable ConvergenceTable(const Summary& summary) {
+  CsvTable table("iteration,cost,lambda");
+  for (const IterationInfo& info : summary.trace) table.Row(info.iteration, info.cost, info.lambda);
+  return table;
+}
+
+// ---- Stages 1 to 4, and 7 -----------------------------------------------------------------------------------------
+
+void RunHessian(const Path& csv, const std::string&, const Show&) {
+  MonoBa ba;
+  BuildFree(MonoBaOptions(), &ba);
+  FixTwoFrames(&ba);
+  Problem problem(&ba.graph);
+  problem.SetDamping(Damping::kDiagonal);
+  problem.SetOrdering();
+  problem.MakeHessian();
+  VecX delta_x = VecX::Zero(problem.Size());
+  problem.SolveLinearSystem(/*lambda=*/1e-3, &delta_x);
+  CsvTable matrices("matrix,row,column,value");
+  AppendNonZeros(problem.Hessian(), &matrices, "H");
+  AppendNonZeros(problem.RightHandSide(), &matrices, "b");
+  AppendNonZeros(problem.SchurComplement(), &matrices, "S");
+  AppendNonZeros(delta_x, &matrices, "Δx");
+  matrices.Write(csv / "matrices.csv");
+
+  MonoBa large;
+  BuildFree(Scene(10, 100), &large);
+  FixTwoFrames(&large);
+  Problem solved(&large.graph);
+  solved.SetDamping(Damping::kDiagonal);
+  ConvergenceTable(solved.Solve()).Write(csv / "convergence.csv");
+}
+
+void RunMarginal(const Path& csv, const std::string&, const Show&) {
+  CsvTable matrices("matrix,row,column,value");
+  const MarginalizeResult chain = Problem::TestMarginalize(SlidesChain(), VecX::Ones(3), /*idx=*/1, /*dim=*/1);
+  AppendNonZeros(chain.H_moved, &matrices, "moved chain");
+  AppendNonZeros(chain.H_prior, &matrices, "prior of the chain");
+  AppendNonZeros(chain.b_prior, &matrices, "b of the chain");
+
+  // H and b by the sparse solver, so that nothing but this stage is tried.
+  MonoBa ba;
+  const int frames = 5, points = 12;
+  BuildFree(Scene(frames, points), &ba);
+  SparseSolver solver(&ba.graph);
+  solver.SetOrdering();
+  solver.MakeHessian();
+  const auto without_points =
+      Problem::TestMarginalize(solver.DenseHessian(), solver.RightHandSide(), /*idx=*/6 * frames, /*dim=*/points);
+  const auto without_frame = Problem::TestMarginalize(without_points.H_prior, without_points.b_prior, /*idx=*/6, /*dim=*/6);
+  AppendNonZeros(without_points.H_prior, &matrices, "without points");
+  AppendNonZeros(without_frame.H_prior, &matrices, "without frame 1");
+  AppendNonZeros(without_frame.b_prior, &matrices, "b without frame 1");
+  matrices.Write(csv / "matrices.csv");
+}
+
+void RunWeights(const Path& csv, const std::string&, const Show& progress) {
+  CsvTable table("variant,weight,iterations,cost,drift_m");
+  const std::vector<double> weights = PriorWeights();
+  double done = 0.0;
+  for (const PriorVariant& variant : PriorVariants()) {
+    if (variant.gauge != Gauge::kPriorTwoFrames) continue;  // that prior is not the homework's
+    const MonoBaScene scene = SimulateMonoBa(variant.scene);
+    for (const double weight : weights) {
+      if (weight == 0.0) continue;
+      MonoBa ba;
+      BuildMonoBa(scene, variant.gauge, variant.pixel_information, weight, &ba);
+      Problem problem(&ba.graph);
+      problem.SetDamping(variant.damping);
+      const Summary summary = problem.Solve(UsualOptions());
+      table.Row(variant.name, weight, summary.iterations, summary.final_cost,
+                (ba.poses[0]->p() - scene.frames[0].p).norm());
+      progress(++done / (2.0 * static_cast<double>(weights.size())));
+    }
+  }
+  table.Write(csv / "weights.csv");
+}
+
+void RunGauge(const Path& csv, const std::string&, const Show&) {
+  GaugeDeviationsTable(/*trial=*/0, {}).Write(csv / "deviations.csv");
+}
+
+// A scene, or a BAL problem; each solver begins at the same start.
+void Adjust(const std::string& data, const std::function<void(Graph*)>& solve) {
+  if (data.empty()) {
+    MonoBa ba;
+    BuildFree(Scene(20, 300), &ba);
+    FixTwoFrames(&ba);
+    return solve(&ba.graph);
+  }
+  BalGraph bal;
+  BuildBal(ReadBal(data), nullptr, &bal);
+  solve(&bal.graph);
+}
+
+template <typename Solver>
+Summary TimedSolve(const std::string& data, const char* name, CsvTable* times) {
+  Summary summary;
+  Adjust(data, [&](Graph* graph) {
+    Solver solver(graph);
+    solver.SetDamping(Damping::kDiagonal);
+    SolveOptions options;
+    options.max_iterations = 20;
+    summary = Minimize(&solver, options);
+  });
+  times->Row(name, 1e3 * summary.seconds / std::max(1, summary.iterations));
+  return summary;
+}
+
+void RunBlocks(const Path& csv, const std::string& data, const Show&) {
+  CsvTable times("solver,milliseconds");
+  ConvergenceTable(TimedSolve<PlainBlockSolver>(data, "PlainBlockSolver", &times)).Write(csv / "convergence.csv");
+  if (data.empty()) TimedSolve<Problem>(data, "Problem", &times);  // a dense H of a file would not fit into memory
+  TimedSolve<SparseSolver>(data, "SparseSolver", &times);
+  times.Write(csv / "times.csv");
+}
+
+// ---- Stages 5 and 6 -----------------------------------------------------------------------------------------------
+
+void Fly(const std::string& policy, const Marginalizer& marginalizer, const Path& csv, const std::string& data,
+         const Show& progress) {
+  const Recording recording = data.empty() ? SimulatedOdometryRecording() : ReadRecording(data);
+  EstimatorOptions options = OptionsFor(recording.calibration);
+  options.marginalizer = marginalizer;
+  auto policies = AllPolicies(recording.calibration);
+  const auto chosen = std::find_if(policies.begin(), policies.end(), [&](const auto& p) { return p->Name() == policy; });
+
+  CsvTable path("image,t_s,x_m,y_m,z_m"), truth("t_s,x_m,y_m,z_m"), summary("ate_m,yaw_rad,x_m,y_m,z_m,restarts");
+  for (const StampedState& state : recording.truth) {
+    truth.Row(state.t, state.T_W_B.p.x(), state.T_W_B.p.y(), state.T_W_B.p.z());
+  }
+  truth.Write(csv / "truth.csv");
+  Estimator estimator(options, std::move(*chosen));
+  std::vector<StampedState> states;
+  int image = 0;
+  const auto note = [&](const Estimator&, const WindowRow& row) {
+    if (row.report.state) {
+      const Vec3 p = row.report.state->T_W_B.p;
+      path.Row(image, row.t, p.x(), p.y(), p.z());
+      states.push_back(*row.report.state);
+    }
+    progress(static_cast<double>(++image) / static_cast<double>(recording.frames.size()));
+  };
+  try {
+    FeedRecording(recording, &estimator, note);
+  } catch (...) {  // the picture shows how far it came
+    path.Write(csv / "path.csv");
+    throw;
+  }
+  path.Write(csv / "path.csv");
+  if (const auto error = CompareTrajectories(states, recording.truth)) {
+    const Vec3& p = error->alignment.p;
+    summary.Row(error->position_rmse, error->alignment.yaw, p.x(), p.y(), p.z(), estimator.Restarts());
+  }
+  summary.Write(csv / "summary.csv");
+}
+
+void RunOkvis(const Path& csv, const std::string& data, const Show& progress) {
+  Fly("okvis", PriorByMarginalizationError, csv, data, progress);
+}
+
+void RunVins(const Path& csv, const std::string& data, const Show& progress) {
+  Fly("vins", PriorByMarginalizationInfo, csv, data, progress);
+}
+
+}  // namespace
+
+const std::vector<HomeworkExperiment>& HomeworkExperiments() {
+  static const std::vector<HomeworkExperiment> experiments = {
+      {"hessian", RunHessian}, {"marginal", RunMarginal}, {"weights", RunWeights}, {"gauge", RunGauge},
+      {"okvis", RunOkvis},     {"vins", RunVins},         {"blocks", RunBlocks}};
+  return experiments;
+}
+
+}  // namespace ch5

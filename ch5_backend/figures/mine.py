@@ -1,0 +1,223 @@
+#!/usr/bin/python3
+"""Draws a student's run beside the solution's, writes DIR/mine.html and DIR/mine.zh.html, and prints a line for each
+experiment.
+
+usage: mine.py DIR [--language WORD]        DIR is what ./course run --mine has filled
+"""
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+from markupsafe import Markup
+
+from . import page, style
+from .numbers.mine import EXPERIMENTS, FLIGHTS, Mine, dense_of, different
+from .style import BLUE, GRAY, INK, PALE, VERMILION, plt
+from .words import NAMES, Words
+
+STAGES = json.loads((Path(__file__).resolve().parents[2] / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
+PAGES = {"en": "mine.html", "zh": "mine.zh.html"}
+OWN, SOLUTION = {"color": BLUE, "label": "yours"}, {"color": GRAY, "linestyle": "--", "label": "solution"}
+MATRICES = {"hessian": ("H", "S"), "marginal": ("prior of the chain", "without points", "without frame 1")}
+DEVIATIONS = (("free", "free"), ("fixed", "fixed"), ("free to fixed", "free → fixed"), ("fixed to free", "fixed → free"))
+QUESTIONS = ("first_estimate", "sign", "free_gauge")
+
+
+# ---- Pictures -------------------------------------------------------------------------------------------------------
+
+def draw_matrix(axes, mine, experiment, name):
+    """The student's entries as shades; what differs from the solution's is red."""
+    own, solution = mine.both(experiment, "matrices")
+    theirs = dense_of(solution, name, solution)
+    ours = np.zeros_like(theirs) if own is None or name not in own["matrix"] else dense_of(own, name, solution)
+    high = np.log10(np.abs(theirs).max())
+    style.magnitudes(axes, ours, high - 8, high, cmap="Greys")
+    wrong = different(ours, theirs)
+    axes.imshow(np.ma.masked_where(~wrong, wrong), cmap="autumn", vmin=1, vmax=2, alpha=0.75)
+    axes.set_title(f"{name}: {wrong.sum()} of {wrong.size} differ", fontsize=12)
+    axes.set(xticks=[], yticks=[])
+    axes.grid(False)
+    for spine in axes.spines.values():
+        spine.set_visible(True)
+
+
+def draw_convergence(axes, mine, experiment):
+    own, solution = mine.both(experiment, "convergence")
+    for table, look in ((solution, {**SOLUTION, "linewidth": 5, "color": PALE, "linestyle": "-"}), (own, {**OWN, "marker": "o"})):
+        if table is not None:
+            axes.plot(table["iteration"], table["cost"], **look)
+    style.log_axis(axes.yaxis)
+    axes.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
+    axes.set(title="cost", xlabel="iteration")
+    axes.legend()
+
+
+def draw_matrices(mine, experiment):
+    names = MATRICES[experiment]
+    fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
+    for axes, name in zip(panels, names):
+        draw_matrix(axes, mine, experiment, name)
+    if experiment == "hessian":
+        draw_convergence(panels[2], mine, experiment)
+    return fig
+
+
+def draw_weights(mine, experiment):
+    own, solution = mine.both(experiment, "weights")
+    fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
+    for axes, column, title in zip(panels, ("iterations", "drift_m"), ("iterations", "drift of frame 0 [m]")):
+        for variant, marker in (("course", "o"), ("perturbed", "s")):
+            for table, look in ((solution, SOLUTION), (own, OWN)):
+                if table is not None:
+                    rows = table.where(variant=variant)
+                    known = rows[column] > 0
+                    axes.plot(rows["weight"][known], rows[column][known], marker=marker, **{**look, "label": f"{variant}, {look['label']}"})
+        style.log_axis(axes.xaxis)
+        axes.set(title=title, xlabel="prior weight w")
+    style.log_axis(panels[1].yaxis)
+    panels[0].legend(fontsize=11)
+    return fig
+
+
+def draw_gauge(mine, experiment):
+    own, solution = mine.both(experiment, "deviations")
+    fig, panels = plt.subplots(1, 4, figsize=style.WIDE, sharey=True, layout="constrained")
+    for axes, (gauge, title) in zip(panels, DEVIATIONS):
+        for table, look in ((solution, {**SOLUTION, "linewidth": 5, "color": PALE, "linestyle": "-"}), (own, {**OWN, "marker": "o"})):
+            if table is not None:
+                rows = table.where(gauge=gauge)
+                axes.plot(rows["keyframe"], rows["position_m"], **look)
+        axes.set(title=title, xlabel="keyframe")
+    panels[0].set_ylabel("σ of the position [m]")
+    panels[0].legend()
+    return fig
+
+
+def draw_flight(mine, experiment):
+    """From above, no further out than three rooms; and how far the flight is from the solution's."""
+    fig, (above, apart) = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained", width_ratios=(1.2, 1))
+    paths = {"truth": mine.truth(experiment), "solution": mine.path(experiment, "solution"), "own": mine.path(experiment, "own")}
+    looks = {"truth": {"color": PALE, "linewidth": 6, "label": "truth"}, "solution": SOLUTION, "own": OWN}
+    for name, path in paths.items():
+        if len(path):
+            above.plot(path[:, 0], path[:, 1], **looks[name])
+    frame = np.vstack([paths["truth"], paths["solution"]])
+    middle, half = (frame.max(0) + frame.min(0))[:2] / 2, 0.6 * np.ptp(frame, axis=0)[:2].max()
+    outside = np.abs(paths["own"][:, :2] - middle).max(initial=0) > half
+    half *= 3 if outside else 1
+    above.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half), aspect="equal",
+              title="from above", xlabel="x [m]", ylabel="y [m]")
+    if len(paths["own"]):
+        above.plot(*paths["own"][-1, :2], "o", color=BLUE, markersize=9)
+        t, distance = mine.distance(experiment)
+        apart.plot(t, np.maximum(distance, 1e-12), color=BLUE)
+        apart.axhline(1e-3, color=GRAY, linestyle=":")
+        apart.set_ylim(1e-12, max(10.0, 3 * np.nanmax(distance, initial=0)))
+        style.log_axis(apart.yaxis)
+    apart.set(title="your flight from the solution's [m]", xlabel="t [s]")
+    above.legend(fontsize=11)
+    return fig
+
+
+def draw_blocks(mine, experiment):
+    fig, (left, right) = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
+    draw_convergence(left, mine, experiment)
+    times = mine.table(experiment, "own", "times")
+    if times is not None:
+        right.barh(times["solver"], times["milliseconds"], color=[BLUE if name == "PlainBlockSolver" else GRAY for name in times["solver"]])
+        for name, value in zip(times["solver"], times["milliseconds"]):
+            right.text(value, name, f" {style.number(value)}", va="center")
+        right.invert_yaxis()
+        right.set(title="milliseconds an iteration", xlim=(0, 1.25 * times["milliseconds"].max()))
+    return fig
+
+
+DRAW = {"hessian": draw_matrices, "marginal": draw_matrices, "weights": draw_weights, "gauge": draw_gauge,
+        "okvis": draw_flight, "vins": draw_flight, "blocks": draw_blocks}
+
+
+# ---- Words ----------------------------------------------------------------------------------------------------------
+
+def told(finding, say):
+    """A finding as a sentence."""
+    shown = {name: style.number(value, 4) if isinstance(value, float) and not value.is_integer() else value
+             for name, value in finding.values.items()}
+    return say(f"mine.{finding.key}", **{name: int(value) if isinstance(value, float) else value for name, value in shown.items()})
+
+
+def whose(mine, stage, say):
+    """Whose lines a stage runs on."""
+    if errors := mine.files[stage["file"]]["errors"]:
+        return say("mine.does_not_compile", file=stage["file"], why=errors[say.language])
+    empty = mine.empty_todos(stage["file"])
+    lost = [todo for todo in stage["todos"] + stage.get("deep", []) if todo in empty]
+    if not lost:
+        return say("mine.yours")
+    functions = ", ".join(dict.fromkeys(empty[todo] for todo in lost))
+    return say("mine.unfinished", todos=", ".join(lost), functions=functions)
+
+
+def stages_of(experiment):
+    return [stage for stage in STAGES if stage["id"] in EXPERIMENTS[experiment]]
+
+
+def said_of(mine, experiment, say):
+    """The finding, or that there is nothing of the student's in the experiment yet."""
+    return say("mine.nothing_yet") if mark(mine, experiment, say) == "–" else told(mine.finding(experiment), say)
+
+
+def mark(mine, experiment, say):
+    """✓ where the student's lines do the same, – where there are none of them, ✗ otherwise."""
+    if not mine.finding(experiment).same:
+        return "✗"
+    return "✓" if any(whose(mine, stage, say) == say("mine.yours") for stage in stages_of(experiment)) else "–"
+
+
+def all_own(mine, say):
+    return all(mark(mine, experiment, say) == "✓" for experiment in mine.failures) and len(mine.failures) == len(EXPERIMENTS) and \
+        all(whose(mine, stage, say) == say("mine.yours") for stage in STAGES)
+
+
+def body_of(directory, mine, say):
+    """The page's pieces."""
+    rows = []
+    for experiment in mine.failures:
+        for stage in stages_of(experiment):
+            rows.append((f"{stage['id']} {stage['name']}", whose(mine, stage, say), f"{mark(mine, experiment, say)} {said_of(mine, experiment, say)}"))
+    body = [Markup("<h1>{}</h1>").format(say("mine.heading")),
+            page.PIECES.languages([(PAGES[other], other, NAMES[other]) for other in PAGES if other != say.language]),
+            Markup("<p>{}</p>").format(say("mine.lead")),
+            page.table((say("mine.stage"), say("mine.lines"), say("mine.finding")), rows, "words said")]
+    for experiment in mine.failures:
+        ids = ", ".join(EXPERIMENTS[experiment])
+        picture = page.figure(directory, f"mine_{experiment}", f"{say(f'mine.{experiment}.caption')} {said_of(mine, experiment, say)}",
+                              say(f"mine.{experiment}"), say)
+        body.append(page.PIECES.section(experiment, f"{ids}: {say(f'mine.{experiment}')}", [picture]))
+    if all_own(mine, say):
+        questions = [Markup("<details><summary>{}</summary><p>{}</p></details>").format(say(f"mine.question.{name}"), say(f"mine.answer.{name}"))
+                     for name in QUESTIONS]
+        body.append(page.PIECES.section("questions", say("mine.questions"), questions))
+    return body
+
+
+def make(directory, language):
+    mine = Mine(directory)
+    for experiment in mine.failures:
+        style.save(DRAW[experiment](mine, experiment), directory, f"mine_{experiment}")
+    for other, name in PAGES.items():
+        say = Words(other)
+        page.write(Path(directory) / name, say("mine.heading"), body_of(directory, mine, say), other)
+    say = Words(language)
+    for experiment in mine.failures:
+        print(f"{mark(mine, experiment, say)} {', '.join(EXPERIMENTS[experiment]):<9} {say(f'mine.{experiment}')}: "
+              f"{said_of(mine, experiment, say)}")
+    for stage in STAGES:
+        if any(stage["id"] in EXPERIMENTS[experiment] for experiment in mine.failures) and whose(mine, stage, say) != say("mine.yours"):
+            print(f"  {stage['id']:<9} {whose(mine, stage, say)}")
+    print(say("mine.page", path=Path(directory) / PAGES[language]))
+
+
+if __name__ == "__main__":
+    *words, last = sys.argv[1:]
+    make(Path(words[0]), last)

@@ -1,0 +1,130 @@
+"""./course run --mine and ./course fly on a folder of homework of their own: whose lines run, and where they differ."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from ch5_backend.course.homework.own_functions import symbols, unfinished, weaken
+from ch5_backend.course.homework.make_skeleton import skeleton
+from ch5_backend.course.homework.regions import FILES, STAGES, solution_text
+from ch5_backend.figures.numbers.mine import EXPERIMENTS, Mine
+
+BUILD, FOLDER = Path(os.environ["CH5_BUILD"]), Path(os.environ["CH5_CHECK_FOLDER"])
+OWN = os.environ["CH5_CHECK_PREFIX"] + "ch5_homework_mine"
+EXPERIMENT_OF = {stage["file"]: [name for name, ids in EXPERIMENTS.items() if any(row["id"] in ids for row in STAGES if row["file"] == stage["file"])]
+                 for stage in STAGES}
+# Each as a student makes it: the file, what stands in the solution, what is written in its place, the experiment that shows it.
+MISTAKES = (
+    ("problem.cc", "H.block(index_j, index_i, dim_j, dim_i).noalias() += hessian.transpose()", "(void)hessian", "hessian"),
+    ("gauge_prior.cc", "i < 2", "i < 1", "weights"),
+    ("gauge_freedom.cc", "-Hat(p)", "Hat(p)", "gauge"),
+    ("marginalization_error.cc", "e0_ = -J_pinv_T", "e0_ = J_pinv_T", "okvis"),
+    ("vins_window.cc", "rr.V.transpose() * kept.b", "rr.V.transpose() * -kept.b", "vins"),
+    ("block_solver.cc", "S_(i, j) -=", "S_(i, j) +=", "blocks"))
+
+
+def hand_in(**texts) -> None:
+    """Fills the folder: the solutions, but for the texts given by the files' stems."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for name in FILES:
+        text = texts.get(Path(name).stem, solution_text(name))
+        if not (FOLDER / name).exists() or (FOLDER / name).read_text(encoding="utf-8") != text:
+            (FOLDER / name).write_text(text, encoding="utf-8")
+
+
+class Fly(unittest.TestCase):
+    def setUp(self):
+        self.out = Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.out)
+
+    def course(self, *words) -> str:
+        done = subprocess.run([sys.executable, "-m", "ch5_backend.course", *words, "--out", str(self.out)],
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout
+
+    def test_the_solution_is_its_own_equal(self):
+        hand_in()
+        told = self.course("run", "--mine")
+        mine = Mine(self.out)
+        self.assertEqual({name: mine.finding(name).key for name in EXPERIMENTS}, {name: "same" for name in EXPERIMENTS}, told)
+        page = (self.out / "mine.html").read_text(encoding="utf-8")
+        self.assertEqual(page.count("<details>"), 3)  # the questions at the end
+        self.assertEqual(page.count("data:image/png"), len(EXPERIMENTS))
+
+    def test_what_is_empty_is_the_solutions(self):
+        half = solution_text("problem.cc").replace("H.block(index_i", 'throw HomeworkMissing("1.1a MakeHessian, x");\nH.block(index_i')
+        hand_in(problem=half, **{Path(name).stem: skeleton(name) for name in FILES if name != "problem.cc"})
+        told = self.course("run", "--mine")
+        mine = Mine(self.out)
+        self.assertEqual({name: mine.finding(name).key for name in EXPERIMENTS}, {name: "same" for name in EXPERIMENTS}, told)
+        self.assertEqual(mine.empty_todos("problem.cc"), {"1.1a": "MakeHessian"})
+        for stage in STAGES:
+            if stage["file"] != "problem.cc":
+                self.assertEqual(sorted(mine.empty_todos(stage["file"])), sorted(stage["todos"]))
+        self.assertIn("– 3 ", told)
+        self.assertIn("1.1a still empty", told)
+
+    def test_each_mistake_shows_where_it_is(self):
+        wrong = {Path(name).stem: solution_text(name).replace(right, mistake) for name, right, mistake, _ in MISTAKES}
+        for name, text in wrong.items():
+            self.assertNotEqual(text, solution_text(f"{name}.cc"))
+        hand_in(**wrong)
+        told = self.course("run", "--mine")
+        mine = Mine(self.out)
+        for _, _, _, experiment in MISTAKES:
+            self.assertFalse(mine.finding(experiment).same, f"{experiment}\n{told}")
+        self.assertIn("✗", told)
+
+    def test_a_file_that_does_not_compile_is_the_solutions(self):
+        hand_in(marginalization_error=solution_text("marginalization_error.cc").replace("const MatXX M = W", "const MatXX M = Q"))
+        told = self.course("fly")
+        mine = Mine(self.out)
+        self.assertTrue(mine.finding("okvis").same)
+        self.assertIn("marginalization_error.cc does not compile", told)
+        self.assertEqual(list(mine.failures), ["okvis", "vins"])
+
+    def test_each_graded_function_is_at_work(self):
+        """The program is linked once for each function, which then throws: its experiment must fail or change."""
+        hand_in(**{Path(name).stem: skeleton(name) for name in FILES})
+        self.course("fly")
+        link = subprocess.run(["ninja", "-C", str(BUILD), "-t", "commands", OWN], check=True, capture_output=True, text=True).stdout
+        link = link.splitlines()[-1]
+        idle = []
+        for file in FILES:
+            functions = unfinished(skeleton(file))
+            made = next(Path(word) for word in link.split() if word.endswith(f"{file}.o") and f"/{OWN}_" in f"/{word}")
+            whole = self.whole_object(file)
+            for function in functions:
+                one = self.out / f"{file}.{function}.o"
+                shutil.copy(whole, one)
+                weaken(one, [other for other in functions if other != function])
+                self.assertTrue(symbols(one, [function]), function)
+                program = self.out / "program"
+                subprocess.run(link.replace(str(made), str(one)).replace(f"-o bin/{OWN}", f"-o {program}"), shell=True, check=True,
+                               cwd=BUILD, capture_output=True)
+                if not any(self.changes(program, experiment) for experiment in EXPERIMENT_OF[file]):
+                    idle.append(f"{file}: {function}")
+        self.assertEqual(idle, [])
+
+    def whole_object(self, file) -> Path:
+        """The skeleton's object with all its functions, as the compiler makes it."""
+        commands = json.loads((BUILD / "compile_commands.json").read_text(encoding="utf-8"))
+        entry = next(entry for entry in commands if entry["file"] == str(FOLDER / file) and f"{OWN}_" in entry["command"])
+        words, made = entry["command"].split(), self.out / f"{file}.o"
+        words[words.index("-o") + 1] = str(made)
+        subprocess.run(words, check=True, cwd=entry["directory"])
+        return made
+
+    def changes(self, program, experiment) -> bool:
+        done = subprocess.run([program, experiment, "--out", self.out / "table"], check=False, capture_output=True, text=True)
+        return done.returncode != 0
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
