@@ -96,7 +96,7 @@ def draw_gauge(mine, experiment):
 
 def draw_flight(mine, experiment):
     """From above, no further out than three rooms; and how far the flight is from the solution's."""
-    fig, (above, apart) = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained", width_ratios=(1.2, 1))
+    fig, (above, apart) = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained", gridspec_kw={"width_ratios": (1.2, 1)})
     paths = {"truth": mine.truth(experiment), "solution": mine.path(experiment, "solution"), "own": mine.path(experiment, "own")}
     looks = {"truth": {"color": PALE, "linewidth": 6, "label": "truth"}, "solution": SOLUTION, "own": OWN}
     for name, path in paths.items():

@@ -11,7 +11,8 @@ Recording FirstSeconds(double seconds) {
   Recording recording = SimulatedOdometryRecording();
   const double end = recording.frames.front().t + seconds;
   auto& frames = recording.frames;
-  frames.erase(std::remove_if(frames.begin(), frames.end(), [&](const Image& image) { return image.t > end; }), frames.end());
+  frames.erase(std::remove_if(frames.begin(), frames.end(), [&](const Image& image) { return image.t > end; }),
+               frames.end());
   return recording;
 }
 

@@ -88,7 +88,8 @@ void RunMarginal(const Path& csv, const std::string&, const Show&) {
   solver.MakeHessian();
   const auto without_points =
       Problem::TestMarginalize(solver.DenseHessian(), solver.RightHandSide(), /*idx=*/6 * frames, /*dim=*/points);
-  const auto without_frame = Problem::TestMarginalize(without_points.H_prior, without_points.b_prior, /*idx=*/6, /*dim=*/6);
+  const auto without_frame =
+      Problem::TestMarginalize(without_points.H_prior, without_points.b_prior, /*idx=*/6, /*dim=*/6);
   AppendNonZeros(without_points.H_prior, &matrices, "without points");
   AppendNonZeros(without_frame.H_prior, &matrices, "without frame 1");
   AppendNonZeros(without_frame.b_prior, &matrices, "b without frame 1");
@@ -164,7 +165,8 @@ void Fly(const std::string& policy, const Marginalizer& marginalizer, const Path
   EstimatorOptions options = OptionsFor(recording.calibration);
   options.marginalizer = marginalizer;
   auto policies = AllPolicies(recording.calibration);
-  const auto chosen = std::find_if(policies.begin(), policies.end(), [&](const auto& p) { return p->Name() == policy; });
+  const auto chosen =
+      std::find_if(policies.begin(), policies.end(), [&](const auto& p) { return p->Name() == policy; });
 
   CsvTable path("image,t_s,x_m,y_m,z_m"), truth("t_s,x_m,y_m,z_m"), summary("ate_m,yaw_rad,x_m,y_m,z_m,restarts");
   for (const StampedState& state : recording.truth) {
