@@ -230,6 +230,17 @@ void LongDriveBlocks(int num_poses) {
   Print("drive.blocks", static_cast<double>(solver.NumBlocks()));
 }
 
+// The page of what the stages take for granted.
+void Background() {
+  const MatXX H = (Mat22() << 2, -1, -1, 1).finished();
+  Print("background.covariance", H.inverse());
+  Print("background.marginal", Problem::TestMarginalize(H, VecX::Zero(2), /*idx=*/1, /*dim=*/1).H_prior);
+  Print("background.J_r_inverse", RightJacobianInverseSO3(Vec3(0, 0, M_PI / 2)));
+  const MatXX J = 2.0 * (Mat22() << 1.0, 0.0, 0.6, 0.8).finished();
+  Print("background.JtJ", J.transpose() * J);
+  Print("background.determinant", (J.transpose() * J).determinant());
+}
+
 void All() {
   TwoPosesTwoLandmarks();
   Chain("chain", /*prior=*/true);
@@ -242,6 +253,7 @@ void All() {
   const RankOne printed;
   AbsoluteCut();
   LongDriveBlocks(100);
+  Background();
 }
 
 }  // namespace

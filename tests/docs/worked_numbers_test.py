@@ -36,6 +36,8 @@ SENTENCES = {
     "rank_one.e_null": "e = −3 + 2 · 1 + 1 · (−2) = {}",
     "cut.before": ("rows of J: {},", "J 的行数：{}，"),
     "cut.after": ("then {}", "之后：{}"),
+    "background.marginal": "= 2 − 1 = {}",
+    "background.determinant": "det = {}",
     "drive.blocks": ("= {} blocks", "= {} 块"),
 }
 
