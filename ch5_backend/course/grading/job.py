@@ -10,6 +10,7 @@ from ..homework.blanks import explain
 from ..homework.diagnosis import Verdict, because
 from ..homework.judge import judge
 from ..base.scratch import scratch
+from .follow_through import follow_through
 from .rubric import marks
 from .sandbox import Limits, Sandbox, preflight
 from .submission import Submission
@@ -17,6 +18,8 @@ from .toolchain import Toolchain
 
 SECONDS_A_TEST = 10.0   # the reference needs a tenth of one
 SECONDS_A_STAGE = 240.0
+FOLLOWED = ("wrong", "crashes", "not-started")  # what does not end would not end once for each blank
+LONGEST_FOLLOWED = 10.0  # seconds of the compiler; the solutions need two
 RUNNING = Limits(seconds=10, wall_seconds=SECONDS_A_TEST + 5.0, processes=4)
 
 
@@ -31,10 +34,21 @@ def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, ru
             verdict = of_all or explain(run_stage(toolchain, built.worker, stage, seed), file, content)
             if any(re.search("TIMEOUT after .* in its start", str(test.get("failures"))) for test in verdict.tests):
                 of_all = verdict._replace(tests=())  # nor will it start for another stage
-            rows.append(stage_row(stage, verdict, rubric[stage["id"]], time.monotonic() - begin))
+            row = stage_row(stage, verdict, rubric[stage["id"]], time.monotonic() - begin)
+            if verdict is not of_all and verdict.state in FOLLOWED and built.cpu_seconds < LONGEST_FOLLOWED:
+                row.update(follow_through(stage, content, verdict, row,
+                                          lambda text, stage=stage: judged(toolchain, file, text, stage, seed)))
+            rows.append(row)
         return {"stages": rows, "cpu_seconds": round(built.cpu_seconds, 2), "peak_mib": round(built.peak_mib)}
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def judged(toolchain: Toolchain, file: str, content: bytes, stage: dict, seed: int) -> Verdict:
+    """The verdict on a mended text, up to the first check that fails."""
+    with tempfile.TemporaryDirectory(dir=scratch(), ignore_cleanup_errors=True) as folder:
+        built = toolchain.compile(file, content, Path(folder))
+        return built.verdict or run_stage(toolchain, built.worker, stage, seed, fail_fast=True)
 
 
 def run_stage(toolchain: Toolchain, worker: Path, stage: dict, seed: int, fail_fast: bool = False) -> Verdict:

@@ -1,0 +1,94 @@
+"""What is right in a stage that is not: its blanks are judged one by one, so that one slip does not cost all.
+
+A blank is replaced by the solution's lines, and the stage compiled and judged as before. If it is right with k of its n
+blanks replaced, the other n − k are right, and have their share of the points, rounded down to half a point. What earns
+points passes every check, on the same cases, in the same sandbox; what such a program prints is shown to nobody.
+"""
+
+import difflib
+import math
+
+from ..homework.blanks import own_todo
+from ..homework.diagnosis import Verdict
+from ..homework.make_skeleton import skeleton
+from ..homework.regions import regions, solution_text
+
+
+def blanks_of(file: str, text: str) -> dict:
+    """{todo: (begin, end)} in lines of a student's file: what stands between the skeleton's lines on either side of a blank.
+    Without the blanks around which these lines have been changed."""
+    solved = {region.todo: region for region in regions(solution_text(file))}
+    deep = any(region.kind == "DEEP" and f"home work {todo}." in text for todo, region in solved.items())
+    frame, places = frame_of(file, [region for region in solved.values() if deep or region.kind == "SOLUTION"], deep)
+    lines = [line.strip() for line in text.splitlines()]
+    at = {}
+    for block in difflib.SequenceMatcher(None, frame, lines, autojunk=False).get_matching_blocks():
+        at.update({block.a + k: block.b + k for k in range(block.size)})
+    return {todo: (at[place - 1] + 1, at[place]) for todo, place in places.items() if place - 1 in at and place in at}
+
+
+def frame_of(file: str, blanks: list, deep: bool) -> tuple:
+    """The lines of a skeleton outside of its blanks, and {todo: how many of them come before it}."""
+    text, frame, places = skeleton(file, deep=deep), [], {}
+    for region in blanks:
+        before, _, text = text.partition(region.blank(deep))
+        frame += before.splitlines()
+        places[region.todo] = len(frame)
+    return [line.strip() for line in frame + text.splitlines()], places
+
+
+def mended(file: str, text: str, todos) -> str:
+    """The student's file with the solution's lines in these blanks."""
+    solved = {region.todo: region.solution for region in regions(solution_text(file))}
+    lines = text.splitlines(keepends=True)
+    for todo, (begin, end) in sorted(blanks_of(file, text).items(), key=lambda item: item[1], reverse=True):
+        if todo in todos:
+            lines[begin:end] = [solved[todo]]
+    return "".join(lines)
+
+
+def follow_through(stage: dict, content: bytes, verdict: Verdict, row: dict, judge) -> dict:
+    """{"score", "replaced", "blanks"} if the right blanks of a stage earn more than its checks, else {}. `row` has the stage's
+    "score" and "points", and judge(content) gives the verdict on another text of the file."""
+    file, text = stage["file"], content.decode("utf-8", "surrogateescape")
+    spans, lines = blanks_of(file, text), text.splitlines()
+    todos = [todo for todo in [*stage["todos"], *stage.get("deep", [])] if todo in spans]
+    if not set(stage["todos"]) <= set(todos):
+        return {}
+    empty = [todo for todo in todos
+             if any(line.strip().startswith("throw HomeworkMissing(") for line in lines[slice(*spans[todo])])]
+    known = {frozenset(): verdict}
+
+    def share(replaced) -> float:
+        return math.floor(2.0 * row["points"] * (len(todos) - len(replaced)) / len(todos)) / 2.0
+
+    def after(replaced) -> Verdict:
+        key = frozenset(replaced)
+        if key not in known:
+            known[key] = judge(mended(file, text, key).encode("utf-8", "surrogateescape"))
+        return known[key]
+
+    replaced = list(empty)
+    while share(replaced) > row["score"]:
+        verdict = after(replaced)
+        if verdict.state == "right":
+            return {"score": share(replaced), "replaced": replaced, "blanks": len(todos)}
+        named = blamed(verdict, file, content, spans)
+        if verdict.state == "times-out" or named not in todos or named in replaced:
+            break
+        replaced.append(named)
+    if len(replaced) > len(empty) + 1 or verdict.state == "times-out":
+        return {}
+    for replaced in ([*empty, todo] for todo in todos if todo not in empty):  # the diagnosis may blame another blank
+        if share(replaced) > row["score"] and after(replaced).state == "right":
+            return {"score": share(replaced), "replaced": replaced, "blanks": len(todos)}
+    return {}
+
+
+def blamed(verdict: Verdict, file: str, content: bytes, spans: dict) -> str:
+    """The blank that a diagnosis names, or in which the program has ended."""
+    if todo := verdict.diagnosis.get("todo"):
+        return own_todo(todo, content)
+    number = str(verdict.diagnosis.get("place", "")).removeprefix(f"{file}:")
+    return next((todo for todo, (begin, end) in spans.items() if number.isdigit() and begin < int(number) <= end), "")
+

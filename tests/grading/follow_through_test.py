@@ -1,0 +1,121 @@
+"""Follow-through: one wrong blank costs its share of a stage and no more, and an empty one earns nothing."""
+
+import os
+import re
+import unittest
+from pathlib import Path
+
+from tests.conventions.project import ROOT
+from tests.homework.samples import blank_samples, read_samples
+from ch5_backend.course.grading.follow_through import blanks_of, follow_through, mended
+from ch5_backend.course.homework import judge as course_judge
+from ch5_backend.course.homework.blanks import explain
+from ch5_backend.course.homework.diagnosis import Verdict
+from ch5_backend.course.homework.make_skeleton import skeleton
+from ch5_backend.course.homework.regions import FILES, STAGES, fill, regions, solution_text, stage_of
+
+BIN = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release")) / "bin"
+SAMPLES = {one.name: one for path in sorted((ROOT / "tests" / "homework" / "samples").glob("stage_*.samples"))
+           for one in read_samples(path)}
+BLANKS = {one.name: one for one in blank_samples()}
+STAGE = {stage["id"]: stage for stage in STAGES}
+
+
+def solution(file: str, own={}) -> str:
+    """The solution, with a sample's code in its regions."""
+    return fill(solution_text(file), lambda region: "".join(own.get(f"REGION {region.todo}", region.solution)))
+
+
+def in_regions(one) -> list:
+    """The TODOs that a sample fills; none if it replaces a whole function."""
+    found = [key.split()[1] for key in one.code if key.startswith("REGION")]
+    return found if len(found) == len(one.code) else []
+
+
+class Texts(unittest.TestCase):
+    def test_every_blank_of_both_depths_is_found_and_mended(self):
+        for file in FILES:
+            for deep in (False, True):
+                todos = {region.todo for region in regions(solution_text(file)) if deep or region.kind == "SOLUTION"}
+                text = skeleton(file, deep=deep)
+                self.assertEqual(set(blanks_of(file, text)), todos)
+                self.assertEqual(mended(file, text, todos), solution(file))
+
+    def test_what_students_write_is_found_and_the_rest_stays(self):
+        held, lost = 0, []
+        for one in SAMPLES.values():
+            todos = in_regions(one)
+            if not todos:
+                continue
+            file = stage_of(todos[0])["file"]
+            text = solution(file, one.code)
+            one_less = {key: code for key, code in one.code.items() if key != f"REGION {todos[0]}"}
+            good = mended(file, text, todos) == solution(file) and mended(file, text, todos[:1]) == solution(file, one_less)
+            held, lost = held + good, lost + [one.name] * (not good)
+        self.assertGreater(held, 500)
+        self.assertLess(len(lost), 3, lost)
+
+
+class Judged:
+    """Answers for texts that samples hold, with the judge and the prebuilt workers; all others are wrong."""
+
+    def __init__(self, stage: dict, one):
+        self.stage, self.file, self.asked = stage, stage["file"], 0
+        self.names = {solution(self.file, one.code): one.name, solution(self.file): "linked"}
+
+    def __call__(self, content: bytes) -> Verdict:
+        self.asked += 1
+        name = self.names.get(content.decode())
+        if name is None:
+            return Verdict("wrong")
+        verdict = course_judge.judge(BIN / "homework_judge", self.stage, 60.0, ["--seed=3"],
+                                     [str(BIN / "worker_samples"), f"--submission={name}"], fail_fast=False)
+        return explain(verdict, self.file, content)
+
+
+@unittest.skipUnless((BIN / "worker_samples").exists(), "no worker_samples")
+class Scores(unittest.TestCase):
+    def found(self, one, stage: str, score=0, points=14) -> dict:
+        content = solution(STAGE[stage]["file"], one.code).encode()
+        judge = Judged(STAGE[stage], one)
+        return follow_through(STAGE[stage], content, judge(content), {"score": score, "points": points}, judge)
+
+    def test_one_sign_costs_its_blank(self):
+        self.assertEqual(self.found(SAMPLES["schur_sign"], "1.2"), {"score": 9, "replaced": ["1.2b"], "blanks": 3})
+
+    def test_an_empty_blank_costs_its_share_and_the_others_count(self):
+        for name, one in BLANKS.items():
+            todo = in_regions(one)[0]
+            stage = stage_of(todo)
+            if todo not in stage["todos"] or len(stage["todos"]) == 1:
+                continue
+            found = self.found(one, stage["id"])
+            n = len(stage["todos"])
+            self.assertEqual(found, {"score": 28 * (n - 1) // n / 2, "replaced": [todo], "blanks": n}, name)
+
+    def test_it_never_takes_points(self):
+        self.assertEqual(self.found(SAMPLES["schur_sign"], "1.2", score=9), {})
+
+    def test_a_crash_counts_for_the_blank_that_it_happens_in(self):
+        crash = next(one for one in SAMPLES.values() if len(in_regions(one)) == 1
+                     and one.expected.get("1.2", ("",))[0] == "crashes")
+        self.assertEqual(self.found(crash, "1.2")["replaced"], in_regions(crash))
+
+    def test_nothing_filled_in_earns_nothing(self):
+        for stage in STAGES:
+            started = re.sub(r".*throw HomeworkMissing.*\n", "", skeleton(stage["file"])).encode()
+            row = {"score": 0, "points": 14}
+            never = lambda content: Verdict("wrong", {"todo": stage["todos"][0]})
+            self.assertEqual(follow_through(stage, started, never(b""), row, never), {})
+            asked = []
+            verdict = Verdict("not-started", {"todo": stage["todos"][0]})
+            self.assertEqual(follow_through(stage, skeleton(stage["file"]).encode(), verdict, row, asked.append), {})
+            self.assertEqual(asked, [])
+
+    def test_what_is_no_text_of_the_homework_earns_nothing(self):
+        for content in (b"", b"\xff\x00", b"int main() {}\n" * 1000):
+            self.assertEqual(follow_through(STAGE["1.2"], content, Verdict("crashes"), {"score": 0, "points": 14}, None), {})
+
+
+if __name__ == "__main__":
+    unittest.main()
