@@ -102,6 +102,12 @@ def add_run_options(parser: Parser) -> None:
                         "implicit-pcg or power-series; default: automatic, by the size and shape of the problem")
 
 
+def best_or_last(word: str) -> str:
+    if word not in ("best", "last"):
+        raise CourseError(f"--keep must be best or last, got '{word}'")
+    return word
+
+
 def add_plots_options(parser: Parser) -> None:
     parser.add_argument("names", nargs="*", metavar="NAME", help="part of a set's name; default: all")
     parser.add_argument("--list", action="store_true", help="only list the sets: how long their tables and figures "
@@ -124,6 +130,13 @@ def add_grade_options(parser: Parser) -> None:
                         "default: one by chance, which the records name")
     parser.add_argument("--shard", type=shard_option, metavar="I/N", help="only the I-th of N shares; all may have the same "
                         "DIR, in which a last run without this option makes the class's tables")
+    parser.add_argument("--class", dest="class_file", metavar="FILE", help="who is in the class, and what a human has "
+                        "decided: a CSV table, or an export of Canvas's or Moodle's gradebook; writes students.csv, canvas.csv "
+                        "and moodle.csv too; see ch5_homework/GRADING.md")
+    parser.add_argument("--due", metavar="TIME", help="such as 2026-12-01T23:59; a day begun later costs")
+    parser.add_argument("--late", type=whole_number("--late", 0, 100), metavar="PERCENT", help="of the judged points for each "
+                        "day begun, default: 10")
+    parser.add_argument("--keep", type=best_or_last, metavar="WHICH", help="of a student's submissions: last or best; default: last")
     parser.add_argument("--prepare", action="store_true", help="only build what grading needs, and try the sandbox")
     parser.add_argument("--trust", action="store_true", help="without the sandbox: for your own code only")
 

@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 from tests.conventions.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.grading.grade import named, share
-from ch5_backend.course.grading.outputs import alike, fingerprint, gradescope
+from ch5_backend.course.grading.outputs import gradescope
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import in_short
@@ -233,11 +233,3 @@ class Names(unittest.TestCase):
 
     def test_gradescope_gets_no_score_from_a_fault_of_ours(self):
         self.assertNotIn("score", gradescope({"status": "infrastructure-error", "key": "", "seed": 1}))
-
-    def test_copies_with_new_names_are_found_and_equal_answers_are_not(self):
-        own = b"\n".join(b"const double my_number_%d = %d;" % (k, k) for k in range(12))
-        skeleton = b"void Function() {}\n"
-        texts = {"ada": skeleton + own, "bob": skeleton + own.replace(b"double my", b"double  my"), "eve": skeleton,
-                 "dan": skeleton}
-        made = [{"name": name, "fingerprint": fingerprint({"a.cc": text})} for name, text in texts.items()]
-        self.assertEqual([(a, b) for a, b, _, _ in alike(made, fingerprint({"a.cc": skeleton}))], [("ada", "bob")])

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from unittest import mock
 
 from tests.conventions.project import ROOT
-from ch5_backend.course.grading import grade as grading, outputs, pages
+from ch5_backend.course.grading import grade as grading, outputs, pages, summary
 from ch5_backend.course.base.language import sentence, speaker
 from ch5_backend.course.homework.diagnosis import because
 from ch5_backend.course.homework.judge import not_started
@@ -46,7 +46,7 @@ def record(name: str = "s1") -> dict:
 
 
 def words_of(path: Path) -> str:
-    text = re.sub(r"<style>.*?</style>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    text = re.sub(r"<(style|script)>.*?</\1>", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
     return html.unescape(re.sub(r"<[^>]*>", "\n", text))
 
 
@@ -73,8 +73,8 @@ class Pages(unittest.TestCase):
         self.assertFalse(re.search("[`*]", re.sub("<code>.*?</code>", "", "".join(hints))))
 
     def test_a_class_reads_chinese(self):
-        pages.write_summary(self.folder, [record("s1"), record("s2"), {**record("s3"), "status": "infrastructure-error"}],
-                            CHINESE)
+        summary.write(self.folder, [record("s1"), record("s2"), {**record("s3"), "status": "infrastructure-error"}],
+                      {row["id"]: row["points"] for row in record()["stages"]}, None, [], [], CHINESE)
         words = words_of(self.folder / "summary.html")
         self.assertEqual(english_in(words), "")
         for part in ("已评 2 份提交", "1.1: 缺少镜像块", "2 错误", "s1, s2", "s3"):

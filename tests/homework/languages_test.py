@@ -14,6 +14,7 @@ from ch5_backend.course.__main__ import chosen_language
 from ch5_backend.course.base import language
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import PLACEHOLDER, sentence
+from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.homework import blanks, check, compiler, hint_policy, judge
 from ch5_backend.course.homework.diagnosis import Verdict, because, in_full, in_short, told
 from ch5_backend.course.homework.regions import FILES, ROOT, STAGES, regions, solution_text
@@ -24,6 +25,7 @@ COURSE, CHECKS = ROOT / "ch5_backend" / "course", ROOT / "ch5_homework" / "judge
 ID = re.compile(r"(?:\d\.\d|\w+)\.[A-Za-z][\w -]*(?<!_)")
 # Ids that are put together where they are used.
 MADE = {*(f"state.{state}" for state in (*check.COLORS, "missing")), *(f"title.{stage['id']}" for stage in STAGES),
+        *(f"checked.{check}" for checks in read_rubric().values() for check in checks),
         *(f"check.next_{state.replace('-', '_')}" for state in check.COLORS if state != "right"),
         *(name for name in ENGLISH.sentences if name.startswith(("signal.", "todo.")))}
 

@@ -20,14 +20,15 @@ from ..base.errors import CourseError
 from ..base.language import Speaker, speaker
 from ..base.output_dir import alone_in, make_writable
 from ..base.progress import Progress, duration
-from . import outputs, pages
+from . import classbook, likeness, outputs, pages, summary
 from .job import grade
 from .rubric import PATH, read_rubric
 from .sandbox import Sandbox, Unguarded, preflight
-from .submission import collect
+from .submission import collect, handed_in
 from .toolchain import Infrastructure, Toolchain
 
-OWN_FILES = ("grades.csv", "summary.html", "session.json")  # beside the submissions' folders
+ASSIGNMENT = "Chapter 5"  # the name of the column in Canvas and Moodle
+OWN_FILES = ("grades.csv", "summary.html", "session.json", "students.csv", "canvas.csv", "moodle.csv")  # beside the submissions' folders
 LONGEST_NAME = 200  # bytes
 VERSION = 2  # of the records; another one is graded again
 
@@ -37,6 +38,8 @@ def run_grade(arguments) -> int:
     if not arguments.submissions and not arguments.prepare:
         raise CourseError("which submissions? Name files, folders, zips or tars; see ./course grade --help")
     stages, rubric = select(arguments.stages), read_rubric()
+    points = {stage["id"]: sum(rubric.get(stage["id"], {}).values()) for stage in stages}
+    book = the_class(arguments, points)
     lacking = [stage["id"] for stage in stages if stage["id"] not in rubric]
     if lacking:
         raise CourseError(f"{PATH}: no points for stage {', '.join(lacking)}")
@@ -58,10 +61,28 @@ def run_grade(arguments) -> int:
         records = read_records(out)
         if not arguments.shard:
             outputs.write_class(out, records, [stage["id"] for stage in stages])
-            pages.write_summary(out, records, say)
+            marks, nobodys = classbook.settle(book, records, points) if book else ([], [])
+            for name, rows in (classbook.tables(book, marks, points, ASSIGNMENT) if book else {}).items():
+                outputs.write_table(out / name, rows)
+            summary.write(out, records, points, book, marks, nobodys, say)
+            if nobodys:
+                print("course: " + say("grade.nobodys", names=", ".join(nobodys)), file=sys.stderr)
     failed = [record for record in records if "error" in record]
     tell(out, records, failed, arguments.json, say)
     return 1 if failed else 0
+
+
+def the_class(arguments, points: dict):
+    """The class that was named, or None. Raises CourseError."""
+    if not arguments.class_file:
+        if arguments.due or arguments.late is not None or arguments.keep:
+            raise CourseError("--due, --late and --keep need --class FILE; see ./course grade --help")
+        return None
+    book = classbook.read_class(Path(arguments.class_file), points)
+    book.due = classbook.read_time("--due", arguments.due) if arguments.due else None
+    book.percent_a_day = book.percent_a_day if arguments.late is None else arguments.late
+    book.keep = arguments.keep or book.keep
+    return book
 
 
 def ready_toolchain(box) -> Toolchain:
@@ -154,12 +175,12 @@ class Session:
             self.tell(folder, known)  # perhaps in another language
             return False
         record = {"name": name, "path": os.fsencode(path).decode("utf-8", "backslashreplace"), "key": key, "content": submission.key(), "seed": self.seed,
-                  **grade(submission, self.toolchain, self.stages, self.rubric, self.seed, self.cached)}
+                  "handed_in": handed_in(path), **grade(submission, self.toolchain, self.stages, self.rubric, self.seed, self.cached)}
         if processes.stopped_by() is not None:
             return False  # its programs were ended: this is no verdict
         if known and known["status"] == "graded" and record["status"] != "graded":
             record = {**known, "error": record["error"]}  # a fault of ours never replaces a mark
-        record["fingerprint"] = outputs.fingerprint(submission.files)
+        record["fingerprint"] = likeness.fingerprint(submission.files)
         folder.mkdir(exist_ok=True)
         self.tell(folder, record)
         write_whole(folder / "record.json", json.dumps(record, ensure_ascii=False, indent=1))  # last: now it is done

@@ -1,4 +1,4 @@
-"""What other systems read of a grade: Gradescope, JUnit, Autolab; and the class's table."""
+"""What other systems read of a grade: Gradescope, JUnit, Autolab; and the tables of a class."""
 
 import csv
 import hashlib
@@ -30,6 +30,10 @@ def words_on(row: dict, say: Speaker) -> str:
     return plain(in_full(row["diagnosis"], row["output"], say))
 
 
+def check_in_words(name: str, say: Speaker) -> str:
+    return say(f"checked.{name}") if f"checked.{name}" in say.sentences else name
+
+
 def write_one(folder: Path, record: dict, say: Speaker) -> None:
     (folder / "results.json").write_text(json.dumps(gradescope(record, say), ensure_ascii=False, indent=1), encoding="utf-8")
     (folder / "autolab.json").write_text(autolab(record) + "\n", encoding="utf-8")
@@ -42,12 +46,15 @@ def gradescope(record: dict, say: Speaker = speaker("en")) -> dict:
     if record["status"] != "graded":
         return {"output": say("grade.grader_failed"),
                 "extra_data": extra, "tests": []}
-    tests = [{"name": f"{row['id']} {row['name']}: {check['name']}", "number": row["id"], "score": check["score"],
+    tests = [{"name": f"{row['id']} {row['name']}: {check_in_words(check['name'], say)}", "number": row["id"], "score": check["score"],
               "max_score": check["points"], "status": "passed" if check["passed"] else "failed",
               "visibility": "visible", "output_format": "text",
               "output": "" if check["passed"] or any(not other["passed"] for other in row["checks"][:k]) else
                         words_on(row, say)}
              for row in record["stages"] for k, check in enumerate(row["checks"])]
+    tests += [{"name": f"{row['id']} {row['name']}: {say('grade.right_blanks')}", "number": row["id"], "max_score": 0,
+               "score": round(row["score"] - sum(check["score"] for check in row["checks"]), 6), "visibility": "visible"}
+              for row in record["stages"] if row.get("replaced")]
     return {"score": record["score"], "execution_time": record["seconds"], "visibility": "visible",
             "stdout_visibility": "hidden", "extra_data": extra, "tests": tests,
             "output": "\n".join([*map(say.text, record["faults"]), say("grade.same_cases", n=record["seed"])])}
@@ -77,48 +84,23 @@ def junit(record: dict, say: Speaker) -> ElementTree.ElementTree:
 
 def write_class(out: Path, records: list, stages: list) -> None:
     """grades.csv: a row for each submission."""
-    with atomic_write(out / "grades.csv") as partial, open(partial, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["name", "status", "score", "points", *(f"stage {stage}" for stage in stages),
-                         *(f"state {stage}" for stage in stages), "seed", "cpu_seconds", "peak_mib", "key"])
-        for record in records:
-            rows = {row["id"]: row for row in record["stages"]}
-            graded = record["status"] == "graded"
-            writer.writerow([harmless(record["name"]), record["status"], f"{record['score']:g}" if graded else "",
-                             f"{record['points']:g}", *(f"{rows[stage]['score']:g}" if stage in rows else "" for stage in stages),
-                             *(rows[stage]["state"] if stage in rows else "" for stage in stages), record["seed"],
-                             record["cpu_seconds"], record["peak_mib"], record["key"]])
+    table = [["name", "status", "score", "points", *(f"stage {stage}" for stage in stages),
+              *(f"state {stage}" for stage in stages), "seed", "cpu_seconds", "peak_mib", "key"]]
+    for record in records:
+        rows = {row["id"]: row for row in record["stages"]}
+        graded = record["status"] == "graded"
+        table.append([record["name"], record["status"], f"{record['score']:g}" if graded else "",
+                      f"{record['points']:g}", *(f"{rows[stage]['score']:g}" if stage in rows else "" for stage in stages),
+                      *(rows[stage]["state"] if stage in rows else "" for stage in stages), record["seed"],
+                      record["cpu_seconds"], record["peak_mib"], record["key"]])
+    write_table(out / "grades.csv", table)
 
 
-def harmless(name: str) -> str:
-    """A name that no spreadsheet takes for a formula."""
-    return "'" + name if name[:1] in "=+-@" else name
+def write_table(path: Path, rows: list) -> None:
+    with atomic_write(path) as partial, open(partial, "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([harmless(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)
 
 
-# ---- Alike submissions ----------------------------------------------------------------------------------------------
-
-def fingerprint(files: dict) -> dict:
-    """{file: hashes of its lines, without spaces}; to be compared, never shown."""
-    return {file: sorted({short_hash(line)[:10] for line in (re.sub(rb"\s+", b"", line) for line in content.splitlines())
-                          if len(line) > 8}) for file, content in files.items()}
-
-
-def alike(records: list, known: dict) -> list:
-    """[(name, name, file, share)] of files that have most of their own lines in common: at least 8 that are neither
-    `known`, {file: the skeleton's and the solution's lines}, nor a third of the class's."""
-    found = []
-    for file in known:
-        own = {record["name"]: set(record["fingerprint"].get(file, ())) - set(known[file]) for record in records}
-        count = {}
-        for lines in own.values():
-            for line in lines:
-                count[line] = count.get(line, 0) + 1
-        common = {line for line, times in count.items() if times > max(2, len(own) / 3)}
-        names = [name for name, lines in own.items() if len(lines - common) >= 8]
-        for k, a in enumerate(names):
-            for b in names[k + 1:]:
-                one, other = own[a] - common, own[b] - common
-                share = len(one & other) / min(len(one), len(other))
-                if share >= 0.8:
-                    found.append((a, b, file, share))
-    return found
+def harmless(text: str) -> str:
+    """A cell that no spreadsheet takes for a formula."""
+    return "'" + text if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text

@@ -9,6 +9,7 @@ import stat
 import tarfile
 import zipfile
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path, PurePosixPath
 
 from ..base.build import ROOT
@@ -88,6 +89,13 @@ def collect(path: Path) -> Submission:
     if not submission.files and not submission.faults:
         submission.faults.append(sentence("submission.holds_nothing", files=", ".join(homework_files())))
     return submission
+
+
+def handed_in(path: Path) -> str:
+    """When it was last written, as far as the file or what lies in the folder says; a copy may have another time."""
+    members = [member for count, member in zip(range(MOST_MEMBERS), path.rglob("*"))] if path.is_dir() else []
+    times = [member.lstat().st_mtime for member in members if member.name in homework_files()]
+    return datetime.fromtimestamp(max(times, default=path.lstat().st_mtime)).astimezone().isoformat(timespec="seconds")
 
 
 def collect_file(path: Path, submission: Submission) -> None:

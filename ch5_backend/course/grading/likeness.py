@@ -1,0 +1,82 @@
+"""Submissions that are alike, also after renaming: a hint for a human, no proof.
+
+A text is read as the compiler reads it, without comments and spaces. Of every GRAM tokens in a row a hash is kept, in
+which the names of variables and of own functions are numbered as they come: a copy with other names has the same hashes.
+"""
+
+import re
+from functools import lru_cache
+
+from ..homework.make_skeleton import skeleton
+from ..homework.regions import FILES, fill, solution_text
+from .outputs import short_hash
+
+GRAM = 16       # tokens
+FEWEST = 40     # grams of one's own: three places or more; below that two people may have had one idea
+SHARE = 0.7     # of the smaller file's own grams
+NOTHING = re.compile(r'//[^\n]*|/\*.*?\*/|^\s*#[^\n]*', re.DOTALL | re.MULTILINE)
+TOKEN = re.compile(r'"(?:\\.|[^"\\\n])*"|[A-Za-z_]\w*|\d[\w.]*|->|::|[^\s\w]')
+KEYWORDS = frozenset("auto bool break const continue double else false float for if int long nullptr return size_t static "
+                     "std struct true void while".split())
+
+
+def fingerprint(files: dict) -> dict:
+    """{file: hashes of its grams that neither skeleton nor solution has}; to be compared, never shown."""
+    return {file: sorted(grams(content.decode("utf-8", "replace"), calls_in(file)) - known(file))
+            for file, content in files.items()}
+
+
+def grams(text: str, calls: frozenset) -> set:
+    tokens = TOKEN.findall(NOTHING.sub(" ", text))
+    kinds = [kind(tokens, k, calls) for k in range(len(tokens))]
+    return {gram_hash(kinds[k:k + GRAM]) for k in range(len(kinds) - GRAM + 1)}
+
+
+def kind(tokens: list, k: int, calls: frozenset) -> str:
+    """The token, or "$name" for a name that a student may change without changing anything."""
+    token = tokens[k]
+    if not re.match(r"[A-Za-z_]", token) or token in KEYWORDS:
+        return token
+    is_call = tokens[k + 1:k + 2] == ["("] or (k > 0 and tokens[k - 1] in (".", "->", "::"))
+    return token if is_call and token in calls else "$" + token
+
+
+def gram_hash(kinds: list) -> str:
+    numbers = {}
+    return short_hash(" ".join(f"${numbers.setdefault(one, len(numbers))}" if one[0] == "$" else one for one in kinds))[:10]
+
+
+@lru_cache
+def calls_in(file: str) -> frozenset:
+    """The names in skeleton and solution: those of the library among them, which a copy cannot change."""
+    return frozenset(re.findall(r"[A-Za-z_]\w*", "".join(own_texts(file))))
+
+
+@lru_cache
+def known(file: str) -> frozenset:
+    return frozenset().union(*(grams(text, calls_in(file)) for text in own_texts(file)))
+
+
+def own_texts(file: str) -> list:
+    return [skeleton(file), skeleton(file, deep=True), fill(solution_text(file), lambda region: region.solution)] if file in FILES else []
+
+
+def alike(records: list) -> list:
+    """[(name, name, file, share)] of files that have most of their own grams in common, but for those of a third of the
+    class: so many have them because they are what one writes."""
+    found = []
+    for file in FILES:
+        own = {record["name"]: set(record["fingerprint"].get(file, ())) for record in records}
+        count = {}
+        for hashes in own.values():
+            for one in hashes:
+                count[one] = count.get(one, 0) + 1
+        common = {one for one, times in count.items() if times > max(2, len(own) / 3)}
+        own = {name: hashes - common for name, hashes in own.items() if len(hashes - common) >= FEWEST}
+        names = list(own)
+        for k, a in enumerate(names):
+            for b in names[k + 1:]:
+                share = len(own[a] & own[b]) / min(len(own[a]), len(own[b]))
+                if share >= SHARE:
+                    found.append((a, b, file, share))
+    return found

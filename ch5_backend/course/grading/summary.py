@@ -1,0 +1,163 @@
+"""The page of a class: how the points are spread, what goes wrong most, and who has what."""
+
+import json
+import statistics
+from collections import Counter
+from datetime import datetime
+from pathlib import Path
+
+from markupsafe import Markup
+
+from ch5_backend.figures import page
+
+from ..base.language import Speaker
+from ..homework.check import MARKS
+from ..homework.diagnosis import SYMPTOMS, cause_of
+from . import outputs
+from .likeness import alike
+from .pages import UNTOUCHED, element, paragraph, title
+
+NEAR = 10.0  # times its tolerance: so near a wrong number may be rounding
+BINS = 10
+STYLE = Markup("<style>.bar { display: inline-block; height: .9em; background: var(--c0); margin-right: .5em; vertical-align: middle }"
+               " .histogram th, .histogram td { text-align: left } .histogram td { width: 80%; white-space: nowrap }"
+               " th button { all: unset; cursor: pointer } th button:focus-visible { outline: 3px solid var(--c1) }"
+               " th[aria-sort] button::after { content: ' ↑' } th[aria-sort=descending] button::after { content: ' ↓' }</style>")
+SORT = Markup("<script>") + Markup((Path(__file__).parent / "sort.js").read_text(encoding="utf-8")) + Markup("</script>")
+
+
+def write(out: Path, records: list, points: dict, book, marks: list, nobodys: list, say: Speaker) -> None:
+    """summary.html; `book` and `marks` are of a class, None and [] where none was named."""
+    graded = [record for record in records if record["status"] == "graded"]
+    counted = [mark.record for mark in marks if mark.record and mark.record["status"] == "graded"] if book else graded
+    pairs = ([(mark.record, mark.total) for mark in marks if mark.record and mark.total is not None] if book else
+             [(record, record["score"]) for record in graded])
+    totals = [total for _, total in pairs]
+    most = sum(points.values()) + (sum(book.read.values()) if book else 0)
+    body = [STYLE, element("h1", say("grade.grades"))]
+    if totals:
+        body.append(paragraph(say("grade.head", date=datetime.now().strftime("%Y-%m-%d"), n=len(graded), m=f"{most:g}",
+                                  seed=", ".join(sorted({str(record["seed"]) for record in graded})),
+                                  mean=f"{statistics.mean(totals):.1f}", median=f"{statistics.median(totals):.1f}")))
+    body += list(map(paragraph, notes(records, book, marks, nobodys, say)))
+    if totals:
+        body += [histogram(pairs, most, marks, say)]
+    if book:
+        body += students(book, marks, say)
+    if counted:
+        rows = [row for record in counted for row in record["stages"] if row["state"] not in UNTOUCHED]
+        body += [of_stages(counted, say), *counts("grade.most_failed_checks", Counter(
+            f"{row['id']} {outputs.check_in_words(check['name'], say)}" for row in rows for check in row["checks"]
+            if not check["passed"]), say),
+            *counts("grade.misconceptions", Counter(what for row in rows if (what := misconception(row, say))), say)]
+    if graded:
+        body += [near_misses(graded, say), likeness(graded, say), *([] if book else submissions(graded, say))]
+    page.write(out / "summary.html", say("grade.grades"), [*body, SORT], say.language)
+
+
+def notes(records: list, book, marks: list, nobodys: list, say: Speaker) -> list:
+    """What a reader must know before the numbers."""
+    lines = []
+    if failed := [record["name"] for record in records if record["status"] != "graded"]:
+        lines.append(say("grade.not_graded", names=", ".join(failed)))
+    if book:
+        absent = [mark.student.name for mark in marks if not mark.record]
+        lines.append(say("grade.of_class", n=len(marks) - len(absent), m=len(marks), names=", ".join(absent)) if absent else
+                     say("grade.all_handed_in", m=len(marks)))
+        unread = {what: sum(mark.student.read[what] is None for mark in marks if mark.record) for what in book.read}
+        lines += [say("grade.unread", what=what, n=n) for what, n in unread.items() if n]
+    if nobodys:
+        lines.append(say("grade.nobodys", names=", ".join(nobodys)))
+    return lines
+
+
+def histogram(pairs: list, most: float, marks: list, say: Speaker) -> Markup:
+    """Who handed in nothing, or began nothing, is counted apart: neither says how hard the homework is."""
+    begun = [total for record, total in pairs if any(row["state"] not in UNTOUCHED for row in record["stages"])]
+    idle, absent = len(pairs) - len(begun), sum(not mark.record for mark in marks)
+    bins = Counter(min(BINS - 1, int(BINS * total / most)) for total in begun if most)
+    rows = [[f"{100 * k // BINS}–{100 * (k + 1) // BINS}", bins[k]] for k in range(BINS)]
+    rows += [[say("grade.started_nothing"), idle]] * bool(idle) + [[say("grade.nothing"), absent]] * bool(absent)
+    longest = max(number for _, number in rows) or 1
+    bar = Markup('<span class="bar" style="width: {}%"></span>{}')
+    return element("h2", say("grade.histogram")) + page.table(
+        [say("grade.percent"), say("grade.students")], [[label, bar.format(round(80 * number / longest), number)] for label, number in rows], "histogram")
+
+
+def link(record: dict, text: str) -> Markup:
+    return Markup('<a href="{}/feedback.html">{}</a>').format(outputs.plain(record["name"]), outputs.plain(text))
+
+
+def students(book, marks: list, say: Speaker) -> list:
+    """A row a student, then what was changed by hand."""
+    late = book.due is not None
+    head = [say("grade.student"), say("grade.id"), say("grade.total"), *marks[0].stages,
+            *([say("grade.handed_in"), say("grade.late"), say("grade.lost")] if late else []), *book.read]
+    number = lambda value: "" if value is None else f"{value:g}"
+    rows = [[link(mark.record, mark.student.name) if mark.record else mark.student.name, mark.student.id, number(mark.total),
+             *(f"{score:g}{'*' * (stage in mark.student.override)}" for stage, score in mark.stages.items()),
+             *([mark.handed_in.strftime("%m-%d %H:%M") if mark.record else say("grade.nothing"), mark.days_late or "",
+                number(mark.lost or None)] if late else []),
+             *map(number, mark.student.read.values())] for mark in marks]
+    changed = [[mark.student.name, stage, number(points), mark.student.reason] for mark in marks
+               for stage, points in mark.student.override.items()]
+    pieces = [element("h2", say("grade.all")), paragraph(say("grade.sorts")), page.table(head, rows, "sortable")]
+    if changed:
+        pieces += [element("h2", say("grade.overridden") + " *"), page.table(list(map(say, [
+            "grade.student", "grade.stage", "grade.points", "grade.reason"])), changed, "words")]
+    return pieces
+
+
+def submissions(graded: list, say: Speaker) -> list:
+    head = [say("grade.submission"), say("grade.score"), *(row["id"] for row in graded[0]["stages"])]
+    rows = [[link(record, record["name"]), f"{record['score']:g}",
+             *(f"{MARKS.get(stage['state'], '✗')} {stage['score']:g}" for stage in record["stages"])] for record in graded]
+    return [element("h2", say("grade.all")), paragraph(say("grade.sorts")), page.table(head, rows, "sortable")]
+
+
+def of_stages(graded: list, say: Speaker) -> Markup:
+    """Marks per stage, those who have not started one apart; then time and memory."""
+    table = []
+    for stage in dict.fromkeys(row["id"] for record in graded for row in record["stages"]):
+        rows = [row for record in graded for row in record["stages"] if row["id"] == stage]
+        scores = [row["score"] for row in rows if row["state"] not in UNTOUCHED]
+        states = Counter(row["state"] for row in rows if row["state"] not in UNTOUCHED)
+        table.append([f"{stage} {title(rows[0], say)}", f"{statistics.mean(scores):.1f}" if scores else "–",
+                      f"{max(row['points'] for row in rows):g}", len(rows) - len(scores),
+                      ", ".join(f"{n} {say(f'state.{state}')}" for state, n in states.most_common())])
+    cpu = [record["cpu_seconds"] for record in graded]
+    head = ["grade.stage", "grade.mean_of_started", "grade.of", "grade.not_started", "grade.states"]
+    return (element("h2", say("grade.marks")) + page.table(list(map(say, head)), table, "words") +
+            paragraph(say("grade.compiling_took", a=f"{statistics.median(cpu):.1f}", b=f"{max(cpu):.1f}",
+                          c=f"{max(record['peak_mib'] for record in graded):.0f}")))
+
+
+def counts(title_of: str, counted: Counter, say: Speaker) -> list:
+    return [element("h2", say(title_of)), page.table([say("grade.what"), say("grade.submissions")], [
+        [outputs.plain(what), times] for what, times in counted.most_common(15)], "words")] if counted else []
+
+
+def misconception(row: dict, say: Speaker) -> str:
+    cause = row["diagnosis"].get("cause") if row["state"] == "wrong" else None
+    return f"{row['id']}: {say.text(cause)}" if cause and cause_of(row["diagnosis"]) not in SYMPTOMS else ""
+
+
+def near_misses(graded: list, say: Speaker) -> Markup:
+    """Checks that failed, or passed, within a factor of 10 of their tolerance: to be looked at by a human."""
+    table = [[link(record, record["name"]), f"{row['id']} {outputs.check_in_words(check, say)}", f"{margin:.2g}"]
+             for record in graded for row in record["stages"]
+             for check, margin in row["margins"].items() if 1.0 / NEAR < margin < NEAR]
+    head = list(map(say, ["grade.submission", "grade.check", "grade.deviation"]))
+    none = paragraph(say("grade.no_near_misses", n=f"{NEAR:g}"))
+    return element("h2", say("grade.near_misses")) + (page.table(head, table, "words") if table else none)
+
+
+def likeness(graded: list, say: Speaker) -> Markup:
+    """Equal submissions, and files that are alike. A hint for a human, no proof."""
+    same = {}
+    for record in graded:
+        same.setdefault(json.dumps(record["content"]), []).append(record["name"])
+    table = [[", ".join(names), say("grade.all_files"), say("grade.equal")] for names in same.values() if len(names) > 1]
+    table += [[f"{a}, {b}", file, say("grade.own_lines", n=f"{100 * part:.0f}")] for a, b, file, part in alike(graded)]
+    head = list(map(say, ["grade.submissions", "grade.file", "grade.share"]))
+    return element("h2", say("grade.alike")) + (page.table(head, table, "words") if table else paragraph(say("grade.none")))

@@ -1,0 +1,232 @@
+"""A class: whose submission is whose, which one counts, what lateness and a human's word do to it, and who is like whom."""
+
+import csv
+import io
+import re
+import tempfile
+import unittest
+from contextlib import redirect_stderr, redirect_stdout
+from datetime import datetime
+from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
+
+from tests.conventions.project import ROOT
+from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.base.language import speaker
+from ch5_backend.course.__main__ import main
+from ch5_backend.course.grading import classbook, grade, outputs, summary
+from ch5_backend.course.grading.likeness import alike, fingerprint
+from ch5_backend.course.homework.regions import STAGES, fill, solution_text, stage_of
+from tests.homework.samples import read_samples
+from tests.grading.languages_test import english_in, row, words_of
+
+POINTS = {"1.1": 12, "1.2": 14}
+STAGE = {stage["id"]: stage for stage in STAGES}
+
+
+def record(name: str, first=12, second=0, handed_in="2026-12-01T12:00", states=("right", "not-started"), folder="submissions",
+           **more) -> dict:
+    stages = [{**row(STAGE[stage], state), "score": score, "points": POINTS[stage]}
+              for stage, state, score in zip(POINTS, states, (first, second))]
+    return {"name": name, "path": f"/{folder}/{name}", "status": "graded", "stages": stages, "score": first + second,
+            "points": 26, "handed_in": datetime.fromisoformat(handed_in).astimezone().isoformat(), "seed": 7, "faults": [],
+            "cpu_seconds": 1.0, "peak_mib": 300, "content": name, "key": "k", "fingerprint": {}, "seconds": 1.0, **more}
+
+
+class Terminal(io.StringIO):
+    def reconfigure(self, **_):
+        """As a stream of the terminal has."""
+
+
+class InAFolder(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def read(self, *lines) -> classbook.Class:
+        self.path = self.folder / "class.csv"
+        self.path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        return classbook.read_class(self.path, POINTS)
+
+    def settled(self, book, *records) -> dict:
+        return {mark.student.id: mark for mark in classbook.settle(book, list(records), POINTS)[0]}
+
+
+class Sheets(InAFolder):
+    def test_bad_lines_are_named_with_their_value(self):
+        for line, told in (("7,Ada,,1.2=99,too kind", "class.csv:2: override of 1.2: must be a number from 0 to 14, got '99'"),
+                           ("7,Ada,,1.2=9,", "class.csv:2: an override needs its reason, got '1.2=9'"),
+                           ("7,Ada,,9=1,x", "class.csv:2: override: such as 1.2=10; there are the stages 1.1, 1.2, got '9=1'"),
+                           ("7,Ada,soon,,", "class.csv:2: a time is written 2026-12-01T18:30, got 'soon'"),
+                           ("7,Ada,,,,,,", "class.csv:2: more cells than the header has, got ''"),
+                           ("7,Ada\n7,Bob", "class.csv:3: this id stands in line 2 too, got '7'"),
+                           ("", "class.csv: nobody is in it")):
+            with self.assertRaises(CourseError) as caught:
+                self.read("id,name,handed_in,override,reason", line)
+            self.assertIn(told, str(caught.exception))
+        with self.assertRaisesRegex(CourseError, "class.csv:1: needs the columns id and name, got 'who'"):
+            self.read("who", "Ada")
+        with self.assertRaisesRegex(CourseError, "read proof /10: must be a number from 0 to 10, got '11'"):
+            self.read("id,name,read proof /10", "7,Ada,11")
+        for raw in (b"\xff\xfe\x00", b"id,name\n7,\xe4\n"):
+            self.path.write_bytes(raw)
+            with self.assertRaisesRegex(CourseError, "class.csv: cannot be read as a table"):
+                classbook.read_class(self.path, POINTS)
+        with self.assertRaisesRegex(CourseError, "nowhere.csv: cannot be read"):
+            classbook.read_class(self.folder / "nowhere.csv", POINTS)
+
+    def test_exports_of_canvas_and_moodle_are_read_and_given_back(self):
+        book = self.read('Student,ID,SIS User ID,SIS Login ID,Section,Old (12)', '"    Points Possible",,,,,100',
+                         '"Lovelace, Ada",4711,s1,ada@x.org,A,3')
+        marks = self.settled(book, record("lovelaceada_4711_99_homework.zip"))
+        canvas = classbook.tables(book, list(marks.values()), POINTS, "Chapter 5")["canvas.csv"]
+        self.assertEqual(canvas, [["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "Chapter 5"],
+                                  ["    Points Possible", "", "", "", "", "26"],
+                                  ["Lovelace, Ada", "4711", "s1", "ada@x.org", "A", "12"]])
+        book = self.read("First name,Last name,ID number,Email address", "Ada,Lovelace,s1,ada@x.org")
+        moodle = classbook.tables(book, list(self.settled(book).values()), POINTS, "Chapter 5")["moodle.csv"]
+        self.assertEqual(moodle, [["ID number", "Full name", "Email address", "Chapter 5", "Feedback comments"],
+                                  ["s1", "Ada Lovelace", "ada@x.org", "0", ""]])
+
+
+class Settled(InAFolder):
+    def test_an_id_is_found_as_a_word_in_a_name_or_its_folder(self):
+        book = self.read("id,name,submissions", "12,Ada,", "123,Bob,", "eve,Eve,final.zip", "77,Dan,")
+        marks, nobodys = classbook.settle(book, [record("x_123_hw.zip"), record("a-12.zip"), record("final.zip"),
+                                                 record("homework.zip", folder="77"), record("other1234")], POINTS)
+        self.assertEqual([mark.record["name"] for mark in marks], ["a-12.zip", "x_123_hw.zip", "final.zip", "homework.zip"])
+        self.assertEqual(nobodys, ["other1234"])
+        with self.assertRaisesRegex(CourseError, r"12-123: is it 12 \(Ada\) or 123 \(Bob\)\?"):
+            classbook.settle(book, [record("12-123")], POINTS)
+
+    def test_who_handed_in_nothing_has_a_row(self):
+        mark = self.settled(self.read("id,name", "7,Ada"))["7"]
+        self.assertEqual((mark.record, mark.total), (None, 0))
+
+    def test_the_last_or_the_best_counts(self):
+        both = [record("7-a", 12, 10), record("7-b", 12, 4, "2026-12-03T12:00")]
+        book = self.read("id,name", "7,Ada")
+        self.assertEqual(self.settled(book, *both)["7"].total, 16)
+        book.keep = "best"
+        self.assertEqual(self.settled(book, *both)["7"].total, 22)
+
+    def test_a_day_begun_costs_and_an_excused_one_does_not(self):
+        book = self.read("id,name,excused,handed_in", "7,Ada,,", "8,Bob,1,", "9,Eve,,2026-12-01T23:59", "10,Dan,,")
+        book.due = datetime.fromisoformat("2026-12-01T23:59").astimezone()
+        late = lambda name, time: record(name, 12, 8, time)
+        marks = self.settled(book, late("7", "2026-12-02T00:00"), late("8", "2026-12-02T23:00"), late("9", "2026-12-09T00:00"),
+                             late("10", "2027-01-31T00:00"))
+        self.assertEqual([(mark.days_late, mark.lost, mark.total) for mark in marks.values()],
+                         [(1, 2, 18), (0, 0, 20), (0, 0, 20), (61, 20, 0)])
+
+    def test_a_human_has_the_last_word_and_reads_what_no_machine_reads(self):
+        book = self.read("id,name,override,reason,read proof /10,read style /10", '7,Ada,"1.2=10",explained the sign,8.5,', "8,Bob,,,,")
+        marks = self.settled(book, record("7", 12, 9))
+        self.assertEqual((marks["7"].total, marks["7"].stages), (30.5, {"1.1": 12, "1.2": 10}))
+        head, ada, _ = classbook.tables(book, list(marks.values()), POINTS, "x")["students.csv"]
+        told = dict(zip(head, ada))
+        self.assertEqual((told["total"], told["of"], told["override"], told["reason"], told["read style"]),
+                         ("30.5", "46", "1.2=10", "explained the sign", ""))
+
+    def test_a_fault_of_ours_is_no_mark(self):
+        mark = self.settled(self.read("id,name", "7,Ada"), record("7", 0, 0, status="infrastructure-error"))["7"]
+        self.assertIsNone(mark.total)
+
+    def test_no_cell_is_a_formula(self):
+        outputs.write_table(self.folder / "t.csv", [["=1+1", "@x", "张三", 3]])
+        with open(self.folder / "t.csv", encoding="utf-8", newline="") as file:
+            self.assertEqual(next(csv.reader(file)), ["'=1+1", "'@x", "张三", "3"])
+
+
+class Page(InAFolder):
+    def test_it_counts_apart_who_did_nothing(self):
+        book = self.read("id,name,read proof /10,override,reason", "7,阿达,8,1.1=5,口头解释过", "8,Bob,,,", "9,Eve,,,", "10,Dan,1,,")
+        book.due = datetime.fromisoformat("2026-12-01T23:59").astimezone()
+        records = [record("7", 12, 14, states=("right", "right")), record("8", 0, 0, states=("not-started", "missing")),
+                   record("10", 6, 0, states=("wrong", "not-started")), record("strange")]
+        marks, nobodys = classbook.settle(book, records, POINTS)
+        for language in ("en", "zh"):
+            summary.write(self.folder, records, POINTS, book, marks, nobodys, speaker(language))
+            text, words = (self.folder / "summary.html").read_text(encoding="utf-8"), words_of(self.folder / "summary.html")
+            if language == "zh":
+                self.assertEqual(english_in(words), "")
+            for part in ("阿达", "口头解释过", "strange", "Eve") + (("两个位姿之间的一条边",) if language == "zh" else
+                         ("3 of 4 in the class have handed in", "one edge between two poses", "nothing begun")):
+                self.assertIn(part, words)
+            self.assertEqual(text.count('class="bar"'), 12)
+            self.assertIn("sortable", text)
+
+
+class Command(InAFolder):
+    def test_a_class_gets_its_tables_and_a_changed_sheet_grades_nothing_again(self):
+        sheet, out = self.folder / "class.csv", self.folder / "out"
+        sheet.write_text("id,name,override,reason\n7,Ada,,\n8,Bob,,\n", encoding="utf-8")
+        for name in ("hw_7", "nobody"):
+            (self.folder / name).mkdir()
+            (self.folder / name / "gauge_prior.cc").write_text(f"// {name}\n")
+        words = ["grade", str(self.folder / "hw_7"), str(self.folder / "nobody"), "--out", str(out), "--class", str(sheet), "--stages", "1.1,1.2"]
+        graded = {key: value for key, value in record("x").items() if key in ("status", "stages", "score", "points", "faults",
+                                                                              "cpu_seconds", "peak_mib", "seconds")}
+
+        def run(*more, **patches) -> tuple:
+            with mock.patch.multiple(grade, preflight=lambda: None, ready_toolchain=lambda box: SimpleNamespace(digest="d"),
+                                     **patches), redirect_stdout(Terminal()) as told, redirect_stderr(Terminal()) as errors:
+                return main([*words, *more]), told.getvalue(), errors.getvalue()
+        code, _, errors = run(grade=lambda *_: dict(graded))
+        self.assertEqual(code, 0, errors)
+        self.assertIn("These submissions belong to nobody in the class: nobody", errors)
+        sheet.write_text("id,name,override,reason\n7,Ada,1.2=9,an oral\n8,Bob,,\n", encoding="utf-8")
+        code, _, errors = run("--keep", "best", "--due", "2001-01-01T00:00", "--late", "0", grade=None)
+        self.assertEqual(code, 0, errors)
+        with open(out / "students.csv", encoding="utf-8", newline="") as file:
+            self.assertEqual([(row["name"], row["total"], row["submission"]) for row in csv.DictReader(file)],
+                             [("Ada", "21", "hw_7"), ("Bob", "0", "")])
+        self.assertTrue((out / "canvas.csv").exists() and (out / "moodle.csv").exists())
+
+    def test_wrong_words_are_refused_before_anything_is_graded(self):
+        for words, told in ((["--late", "5"], "need --class FILE"), (["--keep", "first"], "--keep must be best or last, got 'first'"),
+                            (["--class", "x.csv", "--due", "noon"], "x.csv: cannot be read"), (["--late", "101"], "--late must be")):
+            with redirect_stderr(Terminal()) as errors:
+                self.assertEqual(main(["grade", "a.cc", *words]), 2)
+            self.assertIn(told, errors.getvalue())
+
+
+class Likeness(unittest.TestCase):
+    SAMPLES = [one for path in sorted((ROOT / "tests" / "homework" / "samples").glob("stage_*.samples"))
+               for one in read_samples(path) if not one.expected and all(key.startswith("REGION") for key in one.code)]
+
+    @staticmethod
+    def of(one) -> tuple:
+        file = stage_of(next(iter(one.code)).split()[1])["file"]
+        return file, fill(solution_text(file), lambda region: "".join(one.code.get(f"REGION {region.todo}", region.solution)))
+
+    @staticmethod
+    def made(texts: dict) -> list:
+        return [{"name": name, "fingerprint": fingerprint({file: text.encode()})} for name, (file, text) in texts.items()]
+
+    def test_right_answers_of_different_people_are_not_alike(self):
+        self.assertGreater(len(self.SAMPLES), 50)
+        self.assertEqual(alike(self.made({one.name: self.of(one) for one in self.SAMPLES})), [])
+
+    def test_a_copy_is_found_after_renaming_and_new_comments(self):
+        texts = {one.name: self.of(one) for one in self.SAMPLES}
+        copies = {}
+        for name, (file, text) in texts.items():
+            if len(fingerprint({file: text.encode()})[file]) < 60:
+                continue
+            own = {word for word in re.findall(r"\b(?:const )?(?:auto|int|double|MatXX|VecX)&? (\w+)(?= =|\()", text)}
+            for number, word in enumerate(sorted(own)):
+                text = re.sub(rf"(?<![\w.>:]){word}\b(?!\()", f"q{number}", text)
+            copies[name] = (file, re.sub(r";\n", ";  // mine\n\n", text))
+        self.assertGreater(len(copies), 30)
+        lost = [name for name, copy in copies.items() if not alike(self.made({"a": texts[name], "b": copy}))]
+        self.assertEqual(lost, [])
+
+    def test_what_is_no_text_of_the_homework_has_no_likeness(self):
+        self.assertEqual(fingerprint({"problem.cc": b"\xff\x00/*"}), {"problem.cc": []})
+
+
+if __name__ == "__main__":
+    unittest.main()
