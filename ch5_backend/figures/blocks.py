@@ -101,7 +101,7 @@ def matrix_svg(blocks, name, matrix, largest):
     empty = say(f"block.empty.{name}", row="{row}", column="{column}")  # filled in by page.js
     return Markup('<div><p>{}</p><svg class="plot blocks" viewBox="0 0 {} {}" role="img" aria-label="{}" data-empty="{}" '
                   'data-vertices="{}">{}<rect class="cursor"/></svg></div>').format(
-                      say("matrix", what=WHAT[name], rows=size), size, size, label, empty, vertices, Markup("\n".join(parts)))
+                      page.formulas(say("matrix", what=WHAT[name], rows=size)), size, size, label, empty, vertices, Markup("\n".join(parts)))
 
 
 def map_svg(blocks, directory, scene):
@@ -133,5 +133,5 @@ def explorer(directory, scene, say):
     matrices = {name: dense(table.where(matrix=name), n, n) for name, n in (("H", size), ("S", poses))}
     largest = max(np.abs(matrix).max() for matrix in matrices.values())
     drawn = [matrix_svg(blocks, name, matrix, largest) for name, matrix in matrices.items()]
-    rows = [(blocks.name(matrix, i, j), blocks.made_by(matrix, makers)) for (matrix, i, j), makers in blocks.makers.items()]
+    rows = [(blocks.name(matrix, i, j), page.formulas(blocks.made_by(matrix, makers))) for (matrix, i, j), makers in blocks.makers.items()]
     return page.PIECES.explorer([*drawn, map_svg(blocks, directory, scene)], rows, say)

@@ -99,6 +99,13 @@ def hosts_table(say):
     return page.table(head, rows)
 
 
+def in_short():
+    """The pose's NEES with the policy of VINS: with all mistakes, and with none."""
+    of = lambda mode, **case: consistency(KEPT, "vins", mode, "consistency_summary", **case).rows()[0]  # noqa: E731
+    worst, best = of("none", hosts="exact", observations="twice"), of("full")
+    return {"runs": f"{best['runs']:.0f}", "worst": f"{worst['nees_pose']:.1f}", "best": f"{best['nees_pose']:.1f}"}
+
+
 def captions(say):
     """{figure: its words}, with every number taken from the kept tables."""
     of = lambda policy, mode, **case: consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]  # noqa: E731

@@ -17,6 +17,17 @@ for (const player of document.querySelectorAll(".player")) {
   show();
 }
 
+// Words in which H_pm and J_i are set as in a book. See formulas in page.py.
+function setFormulas(place, words) {
+  const pieces = words.split(/([A-Za-z])_([A-Za-z]{1,2})/);  // text, letter, index, text, …
+  place.replaceChildren(...pieces.map((piece, at) => {
+    if (at % 3 === 0) return piece;
+    const set = document.createElement(at % 3 === 1 ? "i" : "sub");
+    set.textContent = piece;
+    return set;
+  }));
+}
+
 // A matrix tells which edges and vertices made the block under the pointer, the finger or the arrow keys.
 function exploreMatrix(svg, figure) {
   const vertices = JSON.parse(svg.dataset.vertices);  // [name, first row, rows]
@@ -33,7 +44,7 @@ function exploreMatrix(svg, figure) {
     const [rowName, y, height] = vertices[row], [columnName, x, width] = vertices[column];
     const [block, text] = words.get(`${row} ${column}`) ?? [null, empty(rowName, columnName)];
     for (const [name, value] of Object.entries({ x, y, width, height })) cursor.setAttribute(name, value);
-    made.textContent = text;
+    setFormulas(made, text);
     for (const old of figure.querySelectorAll(".map .on")) old.classList.remove("on");
     const parts = block ? block.dataset.parts.split(" ") : [];
     for (const part of [...parts, `v${row}`, `v${column}`]) figure.querySelector(`.map .${part}`)?.classList.add("on");

@@ -42,7 +42,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from . import blocks, captions, convergence, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style
+from . import blocks, captions, convergence, findings, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style
 from .numbers.chapter import Chapter
 from .tables import Tables
 
@@ -52,6 +52,11 @@ EXPLORERS = {"bundle-adjustment": sliders.iterations, "odometry": sliders.window
              "the-hessian": lambda directory, say: blocks.explorer(directory, "course", say)}
 
 BESIDE = ("lab.html", "api/index.html")
+
+# {section: (lectures, stages of the homework)}
+BELONGS = {"bundle-adjustment": ("1", "1.1", "1.2"), "the-hessian": ("1", "1.1", "1.2", "7"), "marginalization": ("1", "2"),
+           "the-priors-weight": ("1", "3"), "odometry": ("3", "5", "6"), "consistency": ("3", "6")}
+NEXT = {"check": "./course check", "lab": "./course lab", "plots": "./course plots", "data": "./course run DATA"}
 
 
 def solves_table(n, say):
@@ -82,15 +87,29 @@ def body_of(directory, say):
     n = Chapter(Tables(Path(directory) / "csv"))
     sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
                 "consistency": nees.captions(say)}
+    found = findings.sentences(Path(directory), say)
     body = [Markup("<h1>{}</h1>").format(say("heading")), page.other_languages(say),
-            Markup("<p>{}</p>").format(say("lead")), contents(sections, directory, say), solves_table(n, say)]
+            Markup("<p>{}</p>").format(say("lead")), page.PIECES.findings(say("findings"), found),
+            contents(sections, directory, say), solves_table(n, say)]
     for section, figures in sections.items():
-        pieces = [EXPLORERS[section](directory, say)] if section in EXPLORERS else []
+        lecture, *stages = BELONGS[section]
+        pieces = [Markup("<p class=\"belongs\">{}</p>").format(say("belongs", lectures=lecture, stages=say("list").join(stages)))]
+        if section == "the-hessian":
+            pieces.append(Markup("<p>{}</p>").format(size_of_h(n, directory, say)))
+        pieces += [EXPLORERS[section](directory, say)] if section in EXPLORERS else []
         pieces += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
         if section == "consistency":
             pieces += [nees.cases_table(say), Markup("<p>{}</p>").format(say("consistency.hosts")), nees.hosts_table(say)]
         body.append(page.PIECES.section(section, say(f"section.{section}"), pieces))
-    return [*body, page.links_to_tables(directory, say)]
+    steps = [(command, say(f"next.{name}")) for name, command in NEXT.items()]
+    return [*body, page.PIECES.steps(say("next"), steps), page.links_to_tables(directory, say)]
+
+
+def size_of_h(n, directory, say):
+    """Why H has more rows than the table has unknowns."""
+    small, (poses, size) = n.solve("course"), findings.unknowns(directory, "course")
+    return say("hessian_size", poses=poses, landmarks=size - poses, size=size, frames=f"{small['frames']:.0f}",
+               unknowns=f"{small['unknowns']:.0f}")
 
 
 def draw_one(index, directory):

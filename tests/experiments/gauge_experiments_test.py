@@ -1,5 +1,6 @@
 """What the gauge experiments must show, on their first trials, and that their page is drawn of the tables alone."""
 
+import html
 import re
 import shutil
 
@@ -131,6 +132,7 @@ class GaugeExperiments(programs_under_test.AppTest):
         text = re.sub(r'src="[^"]*"', "", drawn[0][self.out / "report.html"].decode())
         self.assertNotRegex(text, r"\bnan\b|\binf\b")
         self.assertIn("has 4 zero eigenvalues", text)
+        self.assertIn("A quick run: 1 of the paper's 50 trials", html.unescape(text))
         for table in (self.out / "csv").iterdir():
             if table.stem != "spectrum":
                 table.unlink()

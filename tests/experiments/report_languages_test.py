@@ -1,6 +1,8 @@
 """The reports say the same in both languages, and the Chinese ones say it in Chinese."""
 
+import base64
 import html
+import io
 import json
 import re
 import string
@@ -9,6 +11,8 @@ import unittest
 from collections import Counter
 from pathlib import Path
 from unittest import mock
+
+from PIL import Image
 
 from tests.experiments import report_texts
 from ch5_backend.figures import page, words
@@ -88,6 +92,15 @@ class Escapes(unittest.TestCase):
         for piece in pieces:
             self.assertIn("&lt;b&gt;&amp;", piece)
             self.assertNotIn("<b>", piece)
+
+
+class Pictures(unittest.TestCase):
+    def test_a_picture_in_the_page_is_the_figure_to_the_pixel(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "a.png"
+            report_texts.style.plt.imsave(path, [[[k % 7 / 7, j % 5 / 5, k / 300] for k in range(300)] for j in range(50)])
+            with Image.open(path) as figure, Image.open(io.BytesIO(base64.b64decode(page.small(path, 0)))) as packed:
+                self.assertEqual(figure.convert("RGB").tobytes(), packed.convert("RGB").tobytes())
 
 
 class Reports(unittest.TestCase):

@@ -1,6 +1,7 @@
 """./course run: the whole chapter, or one solver run per data file."""
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from ..base.errors import CourseError
 from ..base.output_dir import alone_in, make_writable, result_places
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
+OPENER = "open" if sys.platform == "darwin" else "xdg-open"
 SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
 POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts")
 
@@ -57,7 +59,9 @@ def run_chapter(out: Path, arguments) -> int:
         app([BIN / "ch5_chapter", "--out", out], arguments.json)
         app([sys.executable, "-m", "ch5_backend.figures.report", out], arguments.json)
     report = out / PAGES[arguments.language]
-    tell(sentence("run.report", path=str(report)), arguments)
+    from ch5_backend.figures import findings, words  # what reads tables takes half a second
+    tell(findings.bundle_adjustment_of(out, words.Words(arguments.language)), arguments)
+    tell(sentence("run.report", path=str(report), command=f"{OPENER} {shlex.quote(str(report))}"), arguments)
     if arguments.json:
         jsonout.emit({"out": str(out), "report": str(report), "seconds": round(time.monotonic() - start, 3)})
     return 0
@@ -82,7 +86,7 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
     return result
 
 
-def tell(text: dict, arguments) -> None:
+def tell(text, arguments) -> None:
     """A line in the user's language; with --json, standard output is not its place."""
     print(language.speaker(arguments.language).text(text), file=sys.stderr if arguments.json else sys.stdout)
 

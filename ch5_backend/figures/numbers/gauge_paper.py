@@ -5,6 +5,8 @@ Estimation, IEEE RA-L 3(3), 2018. Its simulator was not released: its number of 
 unknown, so structure can be compared and digits cannot.
 """
 
+TRIALS = 50  # of each scene
+
 SCENES = tuple((path, points) for points in ("planes", "random") for path in ("sine", "arc", "rec"))
 
 # Fig. 7, read off: mean iterations of each method, from, to.
