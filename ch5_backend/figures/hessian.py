@@ -55,7 +55,7 @@ def draw_pair(directory, scene, entries):
     image = pair(panels, entries, Words("en", "backend."))
     fig.colorbar(image, ax=list(panels), label="log₁₀ |entry|", shrink=0.85, pad=0.02)
     style.space(fig, wspace=0.04)
-    style.save(fig, directory, f"hessian_{scene}")
+    style.save(fig, directory, f"hessian_{scene}", chinese=True)
 
 
 def eigenvalues(axes, table, gauges, say):
@@ -83,4 +83,4 @@ def draw(directory):
         draw_pair(directory, scene, table.where(scene=scene))
     fig, axes = plt.subplots(figsize=(10.0, 4.2), layout="constrained")
     eigenvalues(axes, spectrum, {gauge: gauge for gauge in spectrum["gauge"]}, Words("en", "backend."))
-    style.save(fig, directory, "spectrum")
+    style.save(fig, directory, "spectrum", chinese=True)

@@ -50,7 +50,7 @@ def chain(directory):
     middle = bottom + tall / 2
     arrow(fig, 0.305, 0.36, middle, "move")
     arrow(fig, 0.66, 0.75, middle, "Schur\ncomplement")
-    style.save(fig, directory, "marginalize_chain")
+    style.save(fig, directory, "marginalize_chain", chinese=True)
 
 
 FRAMES, POINTS = 5, 12  # of the scene, as in studies/marginalize_study.cc
@@ -83,7 +83,7 @@ def scene(directory):
     for start, end in (((0.35, 0.58), (0.445, 0.70)), ((0.35, 0.38), (0.425, 0.25)), ((0.685, 0.73), (0.755, 0.73))):
         fig.add_artist(plt.matplotlib.patches.FancyArrowPatch(start, end, transform=fig.transFigure, color=GRAY,
                                                               arrowstyle="-|>", mutation_scale=18, linewidth=1.6))
-    style.save(fig, directory, "marginalize_scene")
+    style.save(fig, directory, "marginalize_scene", chinese=True)
 
 
 def draw(directory):

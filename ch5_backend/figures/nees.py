@@ -53,7 +53,7 @@ def modes(directory, tables):
     for axes in panels[1]:
         axes.set_xlabel("time [s]")
     style.legend_above(fig, panels[0, 0], columns=4)
-    style.save(fig, directory, "consistency")
+    style.save(fig, directory, "consistency", chinese=True)
 
 
 def causes(directory, tables):
@@ -64,7 +64,7 @@ def causes(directory, tables):
         axes.set_xlabel("time [s]")
         style.plain_log(axes.yaxis)
     style.legend_above(fig, panels[0], columns=4)
-    style.save(fig, directory, "consistency_causes")
+    style.save(fig, directory, "consistency_causes", chinese=True)
 
 
 def draw(directory, tables=KEPT):

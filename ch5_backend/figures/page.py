@@ -33,8 +33,9 @@ def formulas(text):
 
 
 def figure(directory, name, caption, alternative, say):
-    """DIR/figures/NAME.png with its words, alternative text for screen readers, and a link to the SVG."""
-    path = Path(directory) / "figures" / f"{name}.png"
+    """DIR/figures/NAME.png, or NAME.zh.png on a Chinese page, with its words, alternative text for screen readers, and a link to the SVG."""
+    own = Path(directory) / "figures" / f"{name}.{say.language}.png"
+    path = own if own.exists() else own.with_name(f"{name}.png")
     return PIECES.picture(name, small(path, path.stat().st_mtime_ns), caption, alternative, say)
 
 

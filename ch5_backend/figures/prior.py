@@ -63,7 +63,7 @@ def sweep_figure(table):
 
 
 def sweep(directory, table):
-    style.save(sweep_figure(table), directory, "prior_sweep")
+    style.save(sweep_figure(table), directory, "prior_sweep", chinese=True)
 
 
 def costs(directory, table):
@@ -81,7 +81,7 @@ def costs(directory, table):
         style.log_axis(axes.yaxis)
         axes.set_ylim(bottom=1e-12)
     style.legend_above(fig, panels[0])
-    style.save(fig, directory, "prior_costs")
+    style.save(fig, directory, "prior_costs", chinese=True)
 
 
 def traces(directory):
@@ -107,7 +107,7 @@ def traces(directory):
     bar = fig.colorbar(plt.cm.ScalarMappable(norm, "viridis"), ax=list(panels), label="prior weight w", pad=0.02)
     bar.set_ticks(decades[::2], labels=[style.power_of_ten(round(np.log10(w))) for w in decades[::2]])
     bar.minorticks_off()
-    style.save(fig, directory, "prior_traces")
+    style.save(fig, directory, "prior_traces", chinese=True)
 
 
 def trials(directory):
@@ -120,7 +120,7 @@ def trials(directory):
     panels[0].set_title(f"iterations, mean of {int(table['trials'][0])} scenes")
     panels[1].set_title("drift of frame 0 at the end [m]")
     style.legend_above(fig, panels[0])
-    style.save(fig, directory, "prior_trials")
+    style.save(fig, directory, "prior_trials", chinese=True)
 
 
 DAMPINGS = {"identity": "H + λ I (Levenberg, the course)", "diagonal": "H + λ diag(H) (Marquardt)"}
@@ -146,7 +146,7 @@ def damping(directory):
     panels[0].set_title("first damping λ₀")
     panels[1].set_title("iterations")
     style.legend_above(fig, panels[0])
-    style.save(fig, directory, "prior_damping")
+    style.save(fig, directory, "prior_damping", chinese=True)
 
 
 def draw(directory):

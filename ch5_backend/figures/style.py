@@ -8,6 +8,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from . import translate
 from .atomic_write import atomic_write
 from .tables import TableError
 
@@ -51,13 +52,16 @@ METADATA = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None},
             ".pdf": {"CreationDate": None, "Creator": None, "Producer": None}}  # without dates and versions
 
 
-def save(figure, directory, name):
-    """DIR/figures/NAME.png and NAME.svg: the same table gives the same bytes."""
+def save(figure, directory, name, chinese=False):
+    """DIR/figures/NAME.png and NAME.svg: the same table gives the same bytes. With `chinese` NAME.zh.png too, if this machine
+    has the letters."""
     folder = Path(directory) / "figures"
     folder.mkdir(parents=True, exist_ok=True)
     for suffix in (".png", ".svg"):
         save_as(figure, folder / f"{name}{suffix}")
         freeze(figure)  # the second picture keeps the first one's layout, and saves half the time
+    if chinese and translate.to_chinese(figure):
+        save_as(figure, folder / f"{name}.zh.png")
     plt.close(figure)
 
 
@@ -69,7 +73,7 @@ def save_as(figure, path):
 
 def discard(directory, name):
     """Removes what an earlier run has drawn, where this one has nothing to draw."""
-    for suffix in (".png", ".svg"):
+    for suffix in (".png", ".svg", ".zh.png"):
         (Path(directory) / "figures" / f"{name}{suffix}").unlink(missing_ok=True)
 
 

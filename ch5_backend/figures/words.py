@@ -1,7 +1,8 @@
 """What pages and figures say, in the reader's language.
 
 words/en.json and words/zh.json have the same keys; {names} in braces stand for what a script fills in. The keys of the
-decks begin with their topic, TOPICS. The words inside the report's figures are English in both.
+decks begin with their topic, TOPICS. The words inside the report's figures are drawn in English, and
+translate.py turns them by figures.zh.json.
 """
 import json
 from pathlib import Path

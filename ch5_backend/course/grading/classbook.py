@@ -177,7 +177,8 @@ def owners_of(students: list, record: dict) -> list:
 
 def mark_of(book: Class, student: Student, records: list, points: dict) -> Mark:
     if len(student.handed_in) > max(1, len(student.submissions)):
-        raise CourseError(f"{student.id}: {len(student.handed_in)} times in the column handed_in for {len(student.submissions)} submissions")
+        raise CourseError(f"{student.id}: {len(student.handed_in)} times in the column handed_in for "
+                          f"{len(student.submissions)} submissions")
     marks = [mark_with(book, student, record, points) for record in records]
     if not marks:
         return mark_with(book, student, None, points)
@@ -220,7 +221,8 @@ def tables(book: Class, marks: list, points: dict, assignment: str) -> dict:
              *(shown(score) for score in mark.student.read.values()), shown(mark.total), shown(most),
              mark.student.cells.get("override", ""), mark.student.reason] for mark in marks]
     kept = ["Student", "ID", "SIS User ID", "SIS Login ID", "Section"]
-    ours = lambda student: {"Student": student.name, "ID": student.id, **{key: student.cells[key] for key in kept if key in student.cells}}
+    own = lambda student: {key: student.cells[key] for key in kept if key in student.cells}
+    ours = lambda student: {"Student": student.name, "ID": student.id, **own(student)}
     canvas = [[*kept, assignment], ["    Points Possible", "", "", "", "", shown(most)],
               *([ours(mark.student).get(column, "") for column in kept] + [shown(mark.total)] for mark in marks)]
     email = [column for column in ("Email address",) if column in book.columns]

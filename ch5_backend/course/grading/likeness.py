@@ -58,7 +58,9 @@ def known(file: str) -> frozenset:
 
 
 def own_texts(file: str) -> list:
-    return [skeleton(file), skeleton(file, deep=True), fill(solution_text(file), lambda region: region.solution)] if file in FILES else []
+    if file not in FILES:
+        return []
+    return [skeleton(file), skeleton(file, deep=True), fill(solution_text(file), lambda region: region.solution)]
 
 
 def alike(records: list) -> list:

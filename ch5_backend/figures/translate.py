@@ -1,0 +1,59 @@
+"""The words inside a figure in Chinese: words/figures.zh.json has a sentence for each, with {names} for what varies."""
+import json
+import re
+from functools import lru_cache
+from pathlib import Path
+
+from matplotlib import font_manager
+from matplotlib.text import Text
+
+FONTS = ("Noto Sans CJK SC", "Noto Sans CJK JP")
+WORD = re.compile(r"[A-Za-z]{2,}")
+# In all languages.
+SAME = re.compile(r"\$[^$]*\$|log|RMSE|NEES|VINS|OKVIS|(?<=\d )(?:mm|cm|ms|m)\b|\[[a-z]+\]|diag|Levenberg|Marquardt|rad")
+
+
+@lru_cache
+def known():
+    """[(what a pattern fits, its translation)], those with more words of their own first."""
+    path = Path(__file__).parent / "words" / "figures.zh.json"
+    pairs = json.loads(path.read_text(encoding="utf-8")).items()
+    plain = lambda english: len(re.sub(r"\{\w+\}", "", english))
+    return [(re.compile(re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>.+?)", re.escape(english)), re.DOTALL), chinese)
+            for english, chinese in sorted(pairs, key=lambda pair: -plain(pair[0]))]
+
+
+def translate(words):
+    """In Chinese, as far as it is known."""
+    for pattern, chinese in known():
+        if found := pattern.fullmatch(words):
+            return chinese.format(**{name: translate(value) for name, value in found.groupdict().items()})
+    return words
+
+
+def english_left(figure):
+    """The texts of a translated figure that still hold an English word."""
+    words = [text.get_text() for text in figure.findobj(Text) if text.get_visible()]
+    return [text for text in words if WORD.search(SAME.sub("", text))]
+
+
+@lru_cache
+def font():
+    """A font with Chinese letters, or None."""
+    have = {one.name for one in font_manager.fontManager.ttflist}
+    return next((name for name in FONTS if name in have), None)
+
+
+def to_chinese(figure):
+    """Translates the figure, and says whether this machine has the letters for it."""
+    if font() is None:
+        return False
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        english = [label.get_text() for label in axis.get_ticklabels()]
+        if (chinese := [*map(translate, english)]) != english:
+            axis.set_ticks(axis.get_ticklocs(), chinese, fontfamily=[font(), "DejaVu Sans"])
+    for text in figure.findobj(Text):
+        if (chinese := translate(text.get_text())) != text.get_text():
+            text.set_text(chinese)
+            text.set_fontfamily([font(), "DejaVu Sans"])
+    return True
