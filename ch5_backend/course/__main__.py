@@ -3,6 +3,7 @@
 import argparse
 import os
 import re
+import signal
 import sys
 
 from .base import jsonout, language, processes
@@ -278,6 +279,9 @@ def main(argv: list, only_read: bool = False) -> int:
             return fail("stopped", 128 + processes.stopped_by(), as_json)
         if isinstance(error, CourseError):
             return fail(say.text(error.message), error.exit_code, as_json)
+        if isinstance(error, BrokenPipeError) and not error.filename:  # who read us has seen enough, as head does
+            silence()
+            return 128 + signal.SIGPIPE
         if isinstance(error, OSError):
             return fail(f"{error.filename or 'standard output'}: {error.strerror}", 2, as_json)
         raise
@@ -290,8 +294,13 @@ def fail(message: str, exit_code: int, as_json: bool) -> int:
             jsonout.emit({"error": message})
         sys.stdout.flush()
     except OSError:  # standard output itself is full or closed: nothing more can be said there
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        silence()
     return exit_code
+
+
+def silence() -> None:
+    """What is still to be written to standard output goes nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

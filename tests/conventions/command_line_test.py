@@ -171,6 +171,13 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(done.returncode, 2)
         self.assertNotIn("Traceback", done.stderr)
 
+    def test_a_reader_who_leaves_is_no_error(self):
+        read, write = os.pipe()
+        os.close(read)
+        done = subprocess.run([ROOT / "course", "hint", "6", "1"], stdout=write, stderr=subprocess.PIPE, text=True)
+        os.close(write)
+        self.assertEqual((done.returncode, done.stderr), (128 + signal.SIGPIPE, ""))
+
     def test_it_works_from_any_folder(self):
         self.assertEqual(course("run", "--help", cwd=self.folder.name).returncode, 0)
         self.refuses("run", "missing.txt", naming=["missing.txt"], cwd=self.folder.name)
