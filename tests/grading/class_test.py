@@ -15,7 +15,7 @@ from tests.conventions.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.__main__ import main
-from ch5_backend.course.grading import classbook, grade, outputs, summary
+from ch5_backend.course.grading import classbook, grade, outputs, pages, summary
 from ch5_backend.course.grading.likeness import alike, fingerprint
 from ch5_backend.course.homework.regions import STAGES, fill, solution_text, stage_of
 from tests.homework.samples import read_samples
@@ -157,6 +157,15 @@ class Page(InAFolder):
                 self.assertIn(part, words)
             self.assertEqual(text.count('class="bar"'), 12)
             self.assertIn("sortable", text)
+
+
+class States(unittest.TestCase):
+    def test_a_half_done_stage_is_not_an_untouched_one(self):
+        begun = row(STAGE["1.2"], "not-started", {"begun": True})
+        self.assertEqual((pages.untouched(begun), pages.state_of(begun, speaker("en"))), (False, "half-done"))
+        for state in ("not-started", "missing"):
+            self.assertTrue(pages.untouched(row(STAGE["1.2"], state)))
+        self.assertFalse(pages.untouched(row(STAGE["1.2"], "wrong")))
 
 
 class Command(InAFolder):

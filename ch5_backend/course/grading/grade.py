@@ -235,6 +235,6 @@ def tell(out: Path, records: list, failed: list, as_json: bool, say: Speaker) ->
                                                    for record in records]})
         return
     for record in records if len(records) <= 20 else []:
-        states = "  ".join(f"{row['id']} {say('state.' + row['state'])}" for row in record["stages"])
+        states = "  ".join(f"{row['id']} {pages.state_of(row, say)}" for row in record["stages"])
         print(f"{record['name']}: {pages.points_of(record, say)}   {states}")
     print(say("grade.written", n=len(records), path=str(out / "summary.html")))

@@ -13,7 +13,6 @@ from ..base.language import Speaker
 from . import outputs
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
-UNTOUCHED = ("not-started", "missing")
 PICTURE = 320  # pixels, of a picture of H
 COLORS = {".": "var(--pale)", "o": "#999", "x": "#d55e00"}
 
@@ -42,7 +41,7 @@ def write_feedback(folder: Path, record: dict, say: Speaker) -> None:
         body += [element("p", element("strong", points) + " " + replay),
                  *(paragraph(say("grade.fault", fault=fault)) for fault in record["faults"]),
                  page.table([say("grade.stage"), say("grade.state"), say("grade.points")],
-                            [[f"{row['id']} {title(row, say)}", say(f"state.{row['state']}"), points_of(row, say).replace(" ", NO_BREAK)]
+                            [[f"{row['id']} {title(row, say)}", state_of(row, say), points_of(row, say).replace(" ", NO_BREAK)]
                              for row in record["stages"]], "words")]
         for row in record["stages"]:
             body += feedback_on(row, say)
@@ -51,6 +50,16 @@ def write_feedback(folder: Path, record: dict, say: Speaker) -> None:
 
 def points_of(record: dict, say: Speaker) -> str:
     return say("grade.points_of", n=f"{record['score']:g}", m=f"{record['points']:g}")
+
+
+def untouched(row: dict) -> bool:
+    """Whether nothing of a stage was begun."""
+    return row["state"] == "missing" or (row["state"] == "not-started" and not row["diagnosis"].get("begun"))
+
+
+def state_of(row: dict, say: Speaker) -> str:
+    """In words; who has begun a stage reads so."""
+    return say("state.half-done" if row["diagnosis"].get("begun") else f"state.{row['state']}")
 
 
 def title(row: dict, say: Speaker) -> str:
@@ -77,7 +86,7 @@ def feedback_on(row: dict, say: Speaker) -> list:
         body.append(unfolds(say("grade.printed"), "pre", row["printed"]))
     if row.get("replaced"):
         body.append(paragraph(followed(row, say)))
-    if row["state"] not in UNTOUCHED:
+    if not untouched(row):
         checks = [[outputs.check_in_words(check["name"], say), "✓" if check["passed"] else "✗", points_of(check, say).replace(" ", NO_BREAK)]
                   for check in row["checks"]]
         body.append(page.table([say("grade.check"), say("grade.state"), say("grade.points")], checks, "words"))

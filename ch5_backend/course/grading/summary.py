@@ -15,7 +15,7 @@ from ..homework.check import MARKS
 from ..homework.diagnosis import SYMPTOMS, cause_of
 from . import outputs
 from .likeness import alike
-from .pages import UNTOUCHED, element, paragraph, title
+from .pages import element, paragraph, state_of, title, untouched
 
 NEAR = 10.0  # times its tolerance: so near a wrong number may be rounding
 BINS = 10
@@ -45,7 +45,7 @@ def write(out: Path, records: list, points: dict, book, marks: list, nobodys: li
     if book:
         body += students(book, marks, say)
     if counted:
-        rows = [row for record in counted for row in record["stages"] if row["state"] not in UNTOUCHED]
+        rows = [row for record in counted for row in record["stages"] if not untouched(row)]
         body += [of_stages(counted, say), *counts("grade.most_failed_checks", Counter(
             f"{row['id']} {outputs.check_in_words(check['name'], say)}" for row in rows for check in row["checks"]
             if not check["passed"]), say),
@@ -73,7 +73,7 @@ def notes(records: list, book, marks: list, nobodys: list, say: Speaker) -> list
 
 def histogram(pairs: list, most: float, marks: list, say: Speaker) -> Markup:
     """Who handed in nothing, or began nothing, is counted apart: neither says how hard the homework is."""
-    begun = [total for record, total in pairs if any(row["state"] not in UNTOUCHED for row in record["stages"])]
+    begun = [total for record, total in pairs if any(not untouched(row) for row in record["stages"])]
     idle, absent = len(pairs) - len(begun), sum(not mark.record for mark in marks)
     bins = Counter(min(BINS - 1, int(BINS * total / most)) for total in begun if most)
     rows = [[f"{100 * k // BINS}–{100 * (k + 1) // BINS}", bins[k]] for k in range(BINS)]
@@ -120,11 +120,11 @@ def of_stages(graded: list, say: Speaker) -> Markup:
     table = []
     for stage in dict.fromkeys(row["id"] for record in graded for row in record["stages"]):
         rows = [row for record in graded for row in record["stages"] if row["id"] == stage]
-        scores = [row["score"] for row in rows if row["state"] not in UNTOUCHED]
-        states = Counter(row["state"] for row in rows if row["state"] not in UNTOUCHED)
+        scores = [row["score"] for row in rows if not untouched(row)]
+        states = Counter(state_of(row, say) for row in rows if not untouched(row))
         table.append([f"{stage} {title(rows[0], say)}", f"{statistics.mean(scores):.1f}" if scores else "–",
                       f"{max(row['points'] for row in rows):g}", len(rows) - len(scores),
-                      ", ".join(f"{n} {say(f'state.{state}')}" for state, n in states.most_common())])
+                      ", ".join(f"{n} {state}" for state, n in states.most_common())])
     cpu = [record["cpu_seconds"] for record in graded]
     head = ["grade.stage", "grade.mean_of_started", "grade.of", "grade.not_started", "grade.states"]
     return (element("h2", say("grade.marks")) + page.table(list(map(say, head)), table, "words") +
