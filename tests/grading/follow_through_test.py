@@ -6,8 +6,12 @@ import unittest
 from pathlib import Path
 
 from tests.conventions.project import ROOT
-from tests.homework.samples import blank_samples, read_samples
+from tests.homework.samples import Sample, blank_samples, read_samples
+from ch5_backend.course.grading import job
 from ch5_backend.course.grading.follow_through import blanks_of, follow_through, mended
+from ch5_backend.course.grading.rubric import read_rubric
+from ch5_backend.course.grading.sandbox import Unguarded
+from ch5_backend.course.grading.toolchain import Built
 from ch5_backend.course.homework import judge as course_judge
 from ch5_backend.course.homework.blanks import explain
 from ch5_backend.course.homework.diagnosis import Verdict
@@ -115,6 +119,50 @@ class Scores(unittest.TestCase):
     def test_what_is_no_text_of_the_homework_earns_nothing(self):
         for content in (b"", b"\xff\x00", b"int main() {}\n" * 1000):
             self.assertEqual(follow_through(STAGE["1.2"], content, Verdict("crashes"), {"score": 0, "points": 14}, None), {})
+
+
+class Prebuilt:
+    """A toolchain that compiles nothing: it knows the workers of some texts."""
+    box, judge = Unguarded, BIN / "homework_judge"
+
+    def __init__(self, file: str, samples):
+        self.names = {solution(file, one.code): one.name for one in samples}
+        self.names[solution(file)] = "linked"
+        self.compiled = []
+
+    def compile(self, file: str, content: bytes, folder: Path) -> Built:
+        name = self.names.get(content.decode())
+        self.compiled.append(name)
+        if name is None:
+            return Built(None, Verdict("does-not-compile"), 1.0, 100.0)
+        worker = folder / "worker"
+        worker.write_text(f"#!/bin/sh\nexec {BIN / 'worker_samples'} --submission={name}\n")
+        worker.chmod(0o755)
+        return Built(worker, None, 1.0, 100.0)
+
+
+@unittest.skipUnless((BIN / "worker_samples").exists(), "no worker_samples")
+class Grades(unittest.TestCase):
+    def graded(self, one) -> tuple:
+        file = "problem.cc"
+        toolchain = Prebuilt(file, [one])
+        found = job.grade_file(toolchain, file, solution(file, one.code).encode(),
+                               [stage for stage in STAGES if stage["file"] == file], read_rubric(), 3)
+        return {row["id"]: row for row in found["stages"]}, toolchain.compiled
+
+    def test_a_wrong_sign_leaves_nine_of_fourteen_points(self):
+        rows, compiled = self.graded(SAMPLES["schur_sign"])
+        self.assertEqual({stage: (row["state"], row["score"]) for stage, row in rows.items()},
+                         {"1.1": ("right", 12), "1.2": ("wrong", 9), "2": ("right", 12)})
+        self.assertEqual((rows["1.2"]["replaced"], compiled), (["1.2b"], ["schur_sign", "linked"]))
+        self.assertLessEqual(sum(check["score"] for check in rows["1.2"]["checks"]), 2)
+
+    def test_a_blank_left_empty_is_half_done(self):
+        rows, _ = self.graded(BLANKS["blank_1_2b"])
+        self.assertEqual((rows["1.2"]["state"], rows["1.2"]["diagnosis"]["begun"], rows["1.2"]["score"]), ("not-started", True, 9))
+
+    def test_what_is_right_is_compiled_once(self):
+        self.assertEqual(self.graded(Sample("linked"))[1], ["linked"])
 
 
 if __name__ == "__main__":
