@@ -50,8 +50,9 @@ DESCRIPTIONS = {
 JSON_FIELDS = {
     "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
            "out and more; with a recording problem, out, report and policies, a list of {policy, ate_m, scale_error, "
-           "yaw_error_deg, realtime_factor, p99_window_ms, frames, restarts}, null where there is no truth to compare "
-           "with; with several DATA results, a list of these; with --mine, as fly",
+           "yaw_error_deg, realtime_factor, p99_window_ms, frames, restarts, segments}, null where there is no truth to "
+           "compare with, and segments, one more than restarts as a rule, a list of {segment, first_s, last_s, frames, ate_m, "
+           "scale_error, yaw_error_deg}; with several DATA results, a list of these; with --mine, as fly",
     "fly": "out, report, and failures, {experiment: what your program said when it failed, or nothing}",
     "bench": "rows, a list of {problem, threads, ours_ms, peer, peer_ms, ratio, ours_cost, peer_cost, ours_peak_mb, "
              "peer_peak_mb}; ratio is peer_ms / ours_ms, null where a side did not get there",

@@ -16,7 +16,8 @@ constexpr char kUsage[] =
     "usage: ch5_recording FOLDER --out DIR\n"
     "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
     "groundtruth.csv) with both window policies, and writes into DIR: trajectories in TUM's and EuRoC's format, and\n"
-    "tables in DIR/csv, which figures/recording.py draws.\n";
+    "tables in DIR/csv, which figures/recording.py draws. What follows a restart is a segment with files of its own,\n"
+    "POLICY_1.tum and so on, and is compared with the truth by itself.\n";
 
 void Run(const ch5::FileCommand& command) {
   const ch5::Recording recording = ch5::ReadRecording(command.file);
@@ -56,7 +57,17 @@ void Run(const ch5::FileCommand& command) {
     std::printf("  %6zu  %8d\n", run.states.size(), run.restarts);
     for (const ch5::WindowRow& row : run.rows) {
       if (row.report.status != ch5::FrameReport::Status::kRestarted) continue;
-      std::printf("          started afresh at %.2f s: %s\n", row.t, row.report.message.c_str());
+      std::printf("          segment %d begins at %.2f s: %s\n", row.report.segment, row.t, row.report.message.c_str());
+    }
+    if (run.segments.size() < 2) continue;
+    for (const ch5::OdometrySegment& segment : run.segments) {
+      std::printf("          segment %d, %.2f to %.2f s, %zu images", segment.id, segment.states.front().t,
+                  segment.states.back().t, segment.states.size());
+      if (segment.error) {
+        std::printf(": ATE %.4f m, scale %.4f, yaw %.3f deg", segment.error->position_rmse, segment.error->scale,
+                    segment.error->yaw_rmse * 180.0 / M_PI);
+      }
+      std::printf("\n");
     }
   }
 }

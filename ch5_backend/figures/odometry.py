@@ -16,6 +16,11 @@ def policies(table):
     return [name for name in COLORS if np.any(table["policy"] == name)]
 
 
+def segments(rows):
+    """What lies between two restarts, each with a world frame of its own."""
+    return [rows.where(segment=number) for number in np.unique(rows["segment"])]
+
+
 def read_estimates(directory, name):
     """A table that has rows only of policies that have started, and only once a prior is there."""
     return read(directory, name, may_be_empty=True)
@@ -37,10 +42,10 @@ def paths(directory):
         above.plot(truth["x_m"], truth["y_m"], color=GRAY, linewidth=4.0, alpha=0.5, label="truth")
         side.plot(truth["t_s"], truth["z_m"], color=GRAY, linewidth=4.0, alpha=0.5)
     for name in policies(path):
-        rows = path.where(policy=name)
-        above.plot(rows["x_m"], rows["y_m"], color=COLORS[name], linewidth=1.3, label=NAMES[name])
-        side.plot(rows["t_s"], rows["z_m"], color=COLORS[name], linewidth=1.3)
-        error_line(error, rows, name, linewidth=1.5)
+        for k, rows in enumerate(segments(path.where(policy=name))):
+            above.plot(rows["x_m"], rows["y_m"], color=COLORS[name], linewidth=1.3, label=NAMES[name] if k == 0 else None)
+            side.plot(rows["t_s"], rows["z_m"], color=COLORS[name], linewidth=1.3)
+            error_line(error, rows, name, linewidth=1.5)
     above.set_aspect("equal", adjustable="datalim")
     above.set(xlabel="x [m]", ylabel="y [m]", title="from above")
     above.legend(loc="best", fontsize=11)

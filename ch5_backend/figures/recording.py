@@ -28,12 +28,26 @@ def summary_table(directory, say):
     return page.table(head, rows)
 
 
+def segment_table(directory, say):
+    """What each restart has begun; nothing where there was none."""
+    table = read(directory, "odometry_segments")
+    if np.all(table["segment"] == 0):
+        return ""
+    known = lambda value, digits: "–" if np.isnan(value) else f"{value:.{digits}f}"
+    head = say("policy"), say("segment"), say("seconds"), say("images"), "ATE [m]", say("scale_error"), say("yaw_error")
+    rows = [(odometry.NAMES[row["policy"]], f"{row['segment']:.0f}", f"{row['first_s']:.2f} – {row['last_s']:.2f}",
+             f"{row['frames']:.0f}", known(row["ate_m"], 3), known(100 * row["scale_error"], 3), known(row["yaw_error_deg"], 3))
+            for row in table.rows()]
+    return Markup("<p>{}</p>").format(say("segment.words")) + page.table(head, rows)
+
+
 def body_of(directory, say):
     """The page's pieces."""
     trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
     links = Markup(say("list")).join(Markup('<a href="{0}">{0}</a>').format(name) for name in trajectories)
     return [Markup("<h1>{}</h1>").format(say("recording.heading", name=Path(directory).resolve().name)),
-            page.other_languages(say), Markup("<p>{}</p>").format(say("recording.lead")), summary_table(directory, say), sliders.windows(directory, say),
+            page.other_languages(say), Markup("<p>{}</p>").format(say("recording.lead")), summary_table(directory, say),
+            segment_table(directory, say), sliders.windows(directory, say),
             *(page.figure(directory, name, words, say(f"{name}.alt"), say)
               for name, words in odometry.captions(directory, say).items()),
             Markup(f"<p>{say('trajectories', links='{}')}</p>").format(links), page.links_to_tables(directory, say)]

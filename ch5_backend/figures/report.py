@@ -23,7 +23,8 @@ Tables, DIR/csv (one row of names, then numbers; meters, radians; costs are ½ �
   prior_trials.csv       variant,weight,… means over many scenes, usual stop rules
   prior_damping.csv      damping,weight,… the course's variant, identity against diagonal damping
   odometry_policies.csv  policy,ate_m,scale_error,yaw_error_deg,… one row a window policy, simulated recording
-  odometry_path.csv      policy,t_s,x_m,y_m,z_m,error_m  laid upon the truth, itself a "policy"
+  odometry_segments.csv  policy,segment,first_s,last_s,frames,ate_m,scale_error,yaw_error_deg   each restart begins one
+  odometry_path.csv      policy,segment,t_s,x_m,y_m,z_m,error_m  each segment laid upon the truth, itself a "policy"
   odometry_windows.csv   policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost
   odometry_matrices.csv  policy,picture,t_s,stage,size,pose_rows,row,column,value  stage: window (H), prior (JᵀJ)
   odometry_spectrum.csv  policy,t_s,index,eigenvalue,scaled   of the prior, and of it with a unit diagonal

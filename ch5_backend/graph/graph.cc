@@ -160,4 +160,15 @@ double Cost(const std::vector<std::shared_ptr<Edge>>& edges) {
   return sum;
 }
 
+std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices) {
+  std::vector<std::shared_ptr<Edge>> edges;
+  for (const auto& edge : graph.Edges()) {
+    const bool at = std::any_of(edge->Vertices().begin(), edge->Vertices().end(), [&](const auto& vertex) {
+      return std::find(vertices.begin(), vertices.end(), vertex) != vertices.end();
+    });
+    if (at) edges.push_back(edge);
+  }
+  return edges;
+}
+
 }  // namespace ch5

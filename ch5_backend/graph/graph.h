@@ -107,6 +107,9 @@ class GraphPointer {
   std::weak_ptr<const void> alive_;
 };
 
+/// The edges of the graph at one or more of these vertices, each once, in order of id. Walks all edges.
+std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices);
+
 /// ½ Σ ρ(rᵀWr) over the edges, or over all of the graph's, at the present state; the residuals are computed on the way.
 double Cost(const std::vector<std::shared_ptr<Edge>>& edges);
 inline double Cost(const Graph& graph) { return Cost(graph.Edges()); }

@@ -62,16 +62,15 @@ void AddPrior(const Window& window, Json* json) {
 
 Flown FlyThrough(const Recording& recording, const char* policy) {
   Flown flown;
-  Fly(recording, kImages, MakeFlightPolicy(policy, recording.calibration),
-      [&](const Estimator& estimator, const WindowRow& row) {
-        const Window& window = estimator.GetWindow();
-        Json json;
-        json.Add("frames", FramesOf(window)).Add("landmarks", row.report.landmarks);
-        json.Add("cost", row.report.solve.final_cost);
-        AddPrior(window, &json);
-        flown.windows.push_back(json);
-        if (row.report.state) flown.positions.push_back(row.report.state->T_W_B.p);
-      });
+  Fly(recording, kImages, MakeFlightPolicy(policy), [&](const Estimator& estimator, const WindowRow& row) {
+    const Window& window = estimator.GetWindow();
+    Json json;
+    json.Add("frames", FramesOf(window)).Add("landmarks", row.report.landmarks);
+    json.Add("cost", row.report.solve.final_cost);
+    AddPrior(window, &json);
+    flown.windows.push_back(json);
+    if (row.report.state) flown.positions.push_back(row.report.state->T_W_B.p);
+  });
   return flown;
 }
 

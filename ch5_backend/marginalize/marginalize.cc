@@ -2,6 +2,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -112,6 +113,20 @@ Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::ve
   prior.vertices = std::move(system.kept);
   prior.J = std::move(form.J);
   prior.r0 = std::move(form.r0);
+  return prior;
+}
+
+std::shared_ptr<EdgePrior> MarginalizeInto(Graph* graph, const std::vector<std::shared_ptr<Vertex>>& drop) {
+  for (const auto& vertex : drop) {
+    if (!vertex) throw GraphError("MarginalizeInto: a vertex to drop is null");
+    if (!graph->Contains(*vertex)) throw GraphError("MarginalizeInto: " + Name(*vertex) + " is not in this graph");
+  }
+  const auto edges = EdgesAt(*graph, drop);
+  std::shared_ptr<EdgePrior> prior;
+  if (!edges.empty()) prior = std::make_shared<EdgePrior>(Marginalize(edges, FixedOrAtEdges(drop, edges)));
+  for (const auto& vertex : std::set<std::shared_ptr<Vertex>>(drop.begin(), drop.end())) graph->RemoveVertex(vertex);
+  if (!prior || prior->Vertices().empty()) return nullptr;
+  graph->AddEdge(prior);
   return prior;
 }
 

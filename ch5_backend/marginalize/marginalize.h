@@ -21,6 +21,7 @@
 
 #include <optional>
 
+#include "ch5_backend/graph/graph.h"
 #include "ch5_backend/marginalize/edge_prior.h"
 #include "ch5_backend/marginalize/square_root.h"
 
@@ -45,5 +46,15 @@ MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges
 /// present states.
 Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
                   const std::optional<EigenvalueCutoff>& cutoff = std::nullopt);
+
+/// The same within a graph: the edges at the vertices to drop, each once, and these vertices leave it, and one prior on
+/// their neighbors takes their place. To first order at the present states the rest of the graph has the same minimum and
+/// the same covariances as before. The prior's Jacobian stays that of these states: a neighbor that moves far from them
+/// is linearized elsewhere by its other edges, and the two together know more than was measured, of yaw above all. Where
+/// that matters, linearize the others at the prior's first estimates too (consistency/observability.h).
+/// @return the prior, which is in the graph; null if no free vertex is a neighbor, so that nothing remains to be known
+/// @throws GraphError if a vertex is not in this graph; std::invalid_argument as EliminateVertices. The graph is then as
+///         it was
+std::shared_ptr<EdgePrior> MarginalizeInto(Graph* graph, const std::vector<std::shared_ptr<Vertex>>& drop);
 
 }  // namespace ch5

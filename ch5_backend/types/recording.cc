@@ -2,7 +2,18 @@
 
 #include <algorithm>
 
+#include "ch5_backend/math/option_checks.h"
+
 namespace ch5 {
+
+void Calibration::Validate() const {
+  CheckOption("Calibration::T_B_C.q.norm()", T_B_C.q.norm(), 0.99, 1.01);
+  CheckOption("Calibration::T_B_C.p.norm()", T_B_C.p.norm(), 0, 1e3);
+  CheckPositive("Calibration::fx", fx);
+  CheckPositive("Calibration::fy", fy);
+  CheckPositive("Calibration::gravity", gravity);
+  noise.Validate();
+}
 
 std::optional<StampedState> StateAt(const std::vector<StampedState>& states, double t) {
   const auto after = std::lower_bound(states.begin(), states.end(), t,

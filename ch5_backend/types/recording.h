@@ -25,10 +25,15 @@ struct Calibration {
   ImuNoise noise{2e-3, 1.6968e-4, 3e-3, 1.9393e-5, /*continuous=*/true};
   double gravity = 9.81;  ///< along −z of W [m/s²]
 
+  /// The mean of fx and fy [px], for what is the same in all directions.
+  double FocalLength() const { return 0.5 * (fx + fy); }
   Vec3 GravityInWorld() const { return {0.0, 0.0, -gravity}; }
   /// From the normalized plane to pixels and back.
   Vec2 Pixel(const Vec2& x) const { return {fx * x.x() + cx, fy * x.y() + cy}; }
   Vec2 Normalized(const Vec2& pixel) const { return {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy}; }
+
+  /// @throws OptionError
+  void Validate() const;
 };
 
 struct Recording {

@@ -4,9 +4,8 @@
 
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/window/landmarks.h"
-#include "ch5_backend/window/pose_covariance.h"
 #include "ch5_backend/window/position_yaw_prior.h"
-#include "ch5_backend/window/vins_window.h"
+#include "ch5_backend/window/prediction.h"
 
 namespace ch5 {
 namespace {
@@ -26,9 +25,7 @@ std::string LikelyCause(Failure failure) {
 }  // namespace
 
 void EstimatorOptions::Validate() const {
-  CheckOption("EstimatorOptions::T_B_C.q.norm()", T_B_C.q.norm(), 0.99, 1.01);
-  CheckOption("EstimatorOptions::T_B_C.p.norm()", T_B_C.p.norm(), 0, 1e3);
-  imu_noise.Validate();
+  calibration.Validate();
   weights.Validate();
   standstill.Validate();
   CheckOption("EstimatorOptions::time_offset", time_offset, -10, 10);
@@ -50,18 +47,21 @@ Estimator::Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPoli
     : options_(options),
       policy_(std::move(policy)),
       optimizer_(&window_.graph),
-      standstill_detector_(options.standstill) {
+      standstill_detector_(options.calibration, options.standstill) {
   options.Validate();
   if (!policy_) throw std::invalid_argument("Estimator: the policy is null");
+  if (!options.detect_failure) throw std::invalid_argument("Estimator: detect_failure is null");
   optimizer_.SetDamping(Damping::kDiagonal);
   Reset();
 }
 
 void Estimator::Reset() {
+  if (started_) ++segment_;
   window_ = Window();
+  window_.calibration = options_.calibration;
   window_.observability_constraints = options_.observability_constraints;
   window_.marginalizer = options_.marginalizer;
-  window_.extrinsic->SetPose(options_.T_B_C.q, options_.T_B_C.p);
+  window_.extrinsic->SetPose(options_.calibration.T_B_C.q, options_.calibration.T_B_C.p);
   window_.extrinsic->SetFixed(!options_.estimate_extrinsic);
   window_.time_offset->SetEstimate(VertexScalar::Estimate(options_.time_offset));
   window_.time_offset->SetFixed(!options_.estimate_time_offset);
@@ -106,11 +106,12 @@ FrameReport Estimator::AddFrame(const Image& image) {
   if (started_) report = Track(image);
   if (!started_ && report.message.empty()) report.message = WhyNotStarted();
   last_image_time_ = image.t;
+  report.segment = segment_;
   return report;
 }
 
 std::string Estimator::WhyNotStarted() const {
-  const std::string suspicion = sensor_check_.Suspicion(options_.weights.gravity, options_.imu_noise);
+  const std::string suspicion = sensor_check_.Suspicion(options_.calibration.gravity, options_.calibration.noise);
   return suspicion.empty() ? start_message_ : suspicion;
 }
 
@@ -126,7 +127,7 @@ Failure Estimator::GapBefore(const Image& image) const {
 FrameReport Estimator::Restart(Failure failure, const std::string& message) {
   FrameReport report;
   report.message = ToString(failure) + (message.empty() ? "" : ", " + message);
-  const std::string suspicion = sensor_check_.Suspicion(options_.weights.gravity, options_.imu_noise);
+  const std::string suspicion = sensor_check_.Suspicion(options_.calibration.gravity, options_.calibration.noise);
   if (!suspicion.empty()) report.message += "; " + suspicion;
   if (started_) {
     ++restarts_;
@@ -151,7 +152,7 @@ void Estimator::AppendFrame(const Image& image) {
   frame.t = image.t + frame.clock_offset;
   frame.pose = std::make_shared<VertexPose>();
   frame.speed_bias = std::make_shared<VertexSpeedBias>();
-  if (!window_.frames.empty()) Predict(&frame);
+  if (!window_.frames.empty()) PredictFrame(&frame);
   for (const TrackedPoint& point : image.tracks) {
     AppendToTrack({frame.id, image.t, point.x}, &window_.landmarks[point.id]);
   }
@@ -159,43 +160,37 @@ void Estimator::AppendFrame(const Image& image) {
   DropUsedReadings();
 }
 
-// The new frame's states from the newest frame's by the IMU:
-//   q_j = q_i γ,   v_j = v_i − G t + R_i β,   p_j = p_i + v_i t − ½ G t² + R_i α
-void Estimator::Predict(Frame* frame) const {
-  const Frame& last = window_.frames.back();
-  frame->imu = Integrate(last, frame->t);
-  const double t = frame->imu->SumDt();
-  const Vec3 G(0, 0, options_.weights.gravity);
-  const Qd q = last.pose->q();
-  const Vec3 v = last.speed_bias->v();
-  frame->pose->SetPose(q * frame->imu->Gamma(), last.pose->p() + t * v - 0.5 * t * t * G + q * frame->imu->Alpha());
-  Vec9 v_ba_bg = last.speed_bias->GetEstimate();
-  v_ba_bg.head<3>() = v - t * G + q * frame->imu->Beta();
-  frame->speed_bias->SetEstimate(v_ba_bg);
+// The new frame's states from the newest frame's by the IMU.
+void Estimator::PredictFrame(Frame* frame) const {
+  const StampedState last = window_.StateOf(window_.frames.back());
+  frame->imu = IntegrateFrom(last, imu_, frame->t, options_.calibration.noise);
+  Window::SetState(Predict(last, *frame->imu, options_.calibration.gravity), *frame);
 }
 
-std::shared_ptr<Preintegration> Estimator::Integrate(const Frame& from, double t1) const {
-  std::vector<ImuMeasurement> imu = imu_;
-  // Before the first and after the last reading, that reading is held constant.
-  if (imu.front().t > from.t) imu.insert(imu.begin(), {from.t, imu.front().acceleration, imu.front().gyroscope});
-  if (imu.back().t < t1) imu.push_back({t1, imu.back().acceleration, imu.back().gyroscope});
-  std::vector<ImuSample> samples = SamplesBetween(imu, from.t, t1);
-  if (samples.size() == 2) {  // a single step would give position and speed the same noise: a singular covariance
-    const double half = 0.5 * samples[1].dt;
-    samples.insert(samples.begin() + 1, {half, 0.5 * (samples[0].acceleration + samples[1].acceleration),
-                                         0.5 * (samples[0].gyroscope + samples[1].gyroscope)});
-    samples[2].dt = half;
-  }
-  auto result = std::make_shared<Preintegration>(samples.at(0), from.speed_bias->b_a(), from.speed_bias->b_g(),
-                                                 options_.imu_noise);
-  for (size_t k = 1; k < samples.size(); ++k) result->Add(samples[k]);
-  return result;
+std::optional<StampedState> Estimator::PredictAt(double t) const {
+  if (!started_) return std::nullopt;
+  return ch5::PredictAt(window_.StateOf(window_.frames.back()), imu_, t, options_.calibration, options_.max_imu_gap);
 }
 
 void Estimator::DropUsedReadings() {
   const double t = window_.frames.back().t;
   const auto used = std::find_if(imu_.rbegin(), imu_.rend(), [t](const auto& reading) { return reading.t <= t; });
   if (used != imu_.rend()) imu_.erase(imu_.begin(), used.base() - 1);
+}
+
+Snapshot Estimator::TakeSnapshot() const {
+  Snapshot snapshot;
+  snapshot.segment = segment_;
+  for (const Frame& frame : window_.frames) {
+    snapshot.frames.push_back({frame.id, window_.StateOf(frame), frame.is_keyframe, frame.speed_bias != nullptr});
+  }
+  for (const auto& [track, landmark] : window_.landmarks) {
+    if (!landmark.inverse_depth) continue;
+    snapshot.landmarks.push_back({track, LandmarkInWorld(window_, landmark), landmark.Host()});
+  }
+  snapshot.T_B_C = window_.T_B_C();
+  snapshot.time_offset = TimeOffset();
+  return snapshot;
 }
 
 // ---- tracking ----------------------------------------------------------------------------------------------------
@@ -214,15 +209,15 @@ FrameReport Estimator::Track(const Image& image) {
   const auto& vertices = window_.graph.Vertices();
   report.landmarks = static_cast<int>(std::count_if(
       vertices.begin(), vertices.end(), [](const auto& vertex) { return vertex->GetRole() == Role::kLandmark; }));
-  const Failure failure = DetectFailure(window_, last_p_);
+  const Failure failure = options_.detect_failure(window_, last_p_);
   if (failure != Failure::kNone) return Restart(failure, LikelyCause(failure));
-  if (options_.report_covariance) report.pose_covariance = PoseCovariance(window_, window_.frames.back());
+  if (options_.report_covariance) report.covariance = CovarianceOf(window_, window_.frames.back());
   RemoveFailures(&window_);
-  RemoveOutliers(options_.max_outlier_pixels / options_.weights.focal_length, &window_);
+  RemoveOutliers(options_.max_outlier_pixels / options_.calibration.FocalLength(), &window_);
   if (RejectsImages(image)) return Restart(Failure::kImagesRejected, "");
   last_p_ = window_.frames.back().pose->p();
   report.status = FrameReport::Status::kTracking;
-  report.state = window_.StateOf(window_.frames.back());
+  report.state = last_state_ = window_.StateOf(window_.frames.back());
   policy_->Slide(&window_);
   return report;
 }
@@ -245,12 +240,12 @@ Summary Estimator::Solve() {
   const bool refine = options_.observability_constraints == ObservabilityConstraints::kAllEdges;
   if (refine) window_.observability_constraints = ObservabilityConstraints::kMarginalizedEdges;
   const auto uses = [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); };
-  BuildGraph(options_.weights, uses, &window_);
+  BuildGraph(options_.weights, uses, &window_, options_.own_edges);
   const Summary summary = optimizer_.Solve(policy_->Options());
   if (refine) {
     RemoveFailures(&window_);
     window_.observability_constraints = ObservabilityConstraints::kAllEdges;
-    BuildGraph(options_.weights, uses, &window_);
+    BuildGraph(options_.weights, uses, &window_, options_.own_edges);
     RefineWithObservabilityConstraints();
   }
   return summary;

@@ -1,5 +1,7 @@
 #pragma once
 /// Visual-inertial odometry: measurements in, one state per image out.
+/// Threads: an estimator is used by one thread at a time; two estimators share nothing. To feed it from several threads,
+/// or without waiting for its solves, see live_estimator.h. Its results depend on the measurements alone, not on the clock.
 ///
 ///   AddImu ─► readings ─┐
 ///                       ├─► new frame, predicted ─► [not initialized: static or dynamic] ─► solve ─► slide
@@ -7,7 +9,8 @@
 ///
 /// Initialization is static (at rest, gravity and gyroscope bias are the readings' mean) or dynamic (in motion, vision is
 /// aligned with the IMU). The estimator restarts when its estimate can no longer be true, or when a gap in the
-/// measurements leaves nothing between two images.
+/// measurements leaves nothing between two images. A restart begins a new *segment*: its poses are known relative to one
+/// another, and not to those before. It begins at the position and yaw that were estimated last, for want of better.
 ///
 /// This folder, `window/`, holds the sliding-window estimators. In: IMU readings and feature tracks. Out: a state per
 /// image. Reading order: window.h (the values), this file, estimator.cc (one image, step by step), policy.h (what VINS-Mono
@@ -25,14 +28,15 @@
 #include "ch5_backend/window/policy.h"
 #include "ch5_backend/window/start/sensor_check.h"
 #include "ch5_backend/window/start/standstill.h"
+#include "ch5_backend/window/state_covariance.h"
+#include "ch5_backend/window/vins_window.h"
 
 namespace ch5 {
 
 /// What the estimator is told of camera, IMU and their clocks.
 struct EstimatorOptions {
-  Transform T_B_C;
-  ImuNoise imu_noise;
-  WindowWeights weights;
+  Calibration calibration;  ///< the one place for T_B_C, focal length, noise of the IMU, and gravity
+  WindowWeights weights = {};
   double time_offset = 0.0;  ///< initial guess of the delay of the camera's clock [s]
   bool estimate_time_offset = false;
   bool estimate_extrinsic = false;
@@ -40,7 +44,8 @@ struct EstimatorOptions {
   double max_imu_gap = 0.1;             ///< after a longer time without IMU reading the estimator restarts [s]
   double max_rejecting = 1.0;           ///< so does it if plenty of tracks give hardly a landmark for longer [s]
   double reintegrate_gyroscope = 1e-4;  ///< preintegrate again if ‖δb_g‖ Δt exceeds this [rad]
-  StandstillOptions standstill;
+  FailureDetector detect_failure = DetectFailure;  ///< VINS-Mono's limits; others: DetectFailuresBeyond
+  StandstillOptions standstill = {};
   double start_pixels = 8.0;  ///< the image motion after a standstill that is enough to start [px]
   // Standard deviations of the initial state.
   double start_speed = 0.1;               ///< [m/s]
@@ -52,8 +57,13 @@ struct EstimatorOptions {
   double start_extrinsic_rotation = 0.05;  ///< [rad]
   double start_time_offset = 0.02;         ///< [s]
   ObservabilityConstraints observability_constraints = ObservabilityConstraints::kNone;
-  Marginalizer marginalizer;       ///< as Window::marginalizer
-  bool report_covariance = false;  ///< costs as much as a marginalization
+  Marginalizer marginalizer = nullptr;  ///< as Window::marginalizer
+  bool report_covariance = false;       ///< costs as much as a marginalization
+  /// Called when the graph of a window is made, with the window and that graph, which has the frames' poses, speeds and
+  /// biases already: adds the edges of further sensors at those of their measurements whose frames are in the window, and
+  /// vertices of its own, which it must add each time. What leaves the window takes its edges along into the prior. An
+  /// edge at a speed and bias must not be added again once that is null (OKVIS): the prior has it.
+  OwnEdges own_edges = nullptr;
 
   /// @throws OptionError
   void Validate() const;
@@ -63,12 +73,33 @@ struct EstimatorOptions {
 struct FrameReport {
   enum class Status { kStarting, kTracking, kRestarted };
   Status status = Status::kStarting;
+  int segment = 0;  ///< 0, 1, …: poses of one segment share a world frame; of a restart, the new one
   std::optional<StampedState> state;  ///< of this image, if tracking
   Failure failure = Failure::kNone;   ///< the reason for a restart
   std::string message;                ///< why there is no state, in a sentence; empty if tracking
   Summary solve;
-  int landmarks = 0;                     ///< used in the solve
-  std::optional<Mat66> pose_covariance;  ///< of `state`, see window/pose_covariance.h; if options ask for it
+  int landmarks = 0;                          ///< used in the solve
+  std::optional<StateCovariance> covariance;  ///< of `state`, if options ask for it
+};
+
+/// The window as values of their own, which no later call changes.
+struct Snapshot {
+  struct FrameState {
+    int id = 0;          ///< counts the images of a run
+    StampedState state;  ///< speed and biases are zero if not `has_speed`
+    bool is_keyframe = true;
+    bool has_speed = true;  ///< false once speed and biases are marginalized (OKVIS)
+  };
+  struct Landmark {
+    int track = 0;            ///< id of its track
+    Vec3 p_W = Vec3::Zero();  ///< [m]
+    int host = 0;             ///< id of the frame that saw it first
+  };
+  int segment = 0;
+  std::vector<FrameState> frames;   ///< oldest first
+  std::vector<Landmark> landmarks;  ///< those with a depth, by track
+  Transform T_B_C;                  ///< as estimated
+  double time_offset = 0.0;         ///< likewise [s]
 };
 
 class Estimator {
@@ -90,6 +121,17 @@ class Estimator {
   /// @throws std::invalid_argument if a number of state or J is not finite, or J has another number of columns
   void StartFrom(const StampedState& state, const MatXX& J);
 
+  /// The newest state, carried on by the IMU to a later time: for output at the IMU's rate. The readings so far are used;
+  /// the last one holds to t.
+  /// @param t  by the IMU's clock [s]
+  /// @return nullopt while there is no estimate, before its newest frame, or further than max_imu_gap from a reading
+  std::optional<StampedState> PredictAt(double t) const;
+
+  Snapshot TakeSnapshot() const;
+  int Segment() const { return segment_; }
+  const EstimatorOptions& Options() const { return options_; }
+
+  /// The window itself, for studies: its pointers lead to vertices that the next image changes.
   const Window& GetWindow() const { return window_; }
   const WindowPolicy& Policy() const { return *policy_; }
   int Restarts() const { return restarts_; }
@@ -104,8 +146,7 @@ class Estimator {
 
   // A new frame (estimator.cc).
   void AppendFrame(const Image& image);
-  void Predict(Frame* frame) const;
-  std::shared_ptr<Preintegration> Integrate(const Frame& from, double t1) const;
+  void PredictFrame(Frame* frame) const;
   void DropUsedReadings();
 
   // Initialization (estimator_start.cc).
@@ -114,6 +155,8 @@ class Estimator {
   void RestAt(const StandstillState& standstill, const Image& image);
   bool HasMovedSinceStandstill(const Image& image) const;
   bool InitializeInMotion();
+  void BeginAt(double start_speed);
+  void LayUponLastSegment();
   void BeginTracking();
 
   // Tracking (estimator.cc).
@@ -138,9 +181,10 @@ class Estimator {
   Image standstill_image_;                                     // the last image at rest …
   int standstill_frame_ = -1;                                  // … and the id of its frame; −1: none yet
   bool started_ = false;
-  int restarts_ = 0;
-  Vec3 last_p_ = Vec3::Zero();             // of the newest frame after the previous solve
-  double last_time_with_landmarks_ = 0.0;  // or with too few tracks in the image to expect any
+  int restarts_ = 0, segment_ = 0;
+  std::optional<StampedState> last_state_;  // the last that was given out, of this segment or one before
+  Vec3 last_p_ = Vec3::Zero();              // of the newest frame after the previous solve
+  double last_time_with_landmarks_ = 0.0;   // or with too few tracks in the image to expect any
 };
 
 }  // namespace ch5

@@ -5,7 +5,6 @@
 #include "ch5_backend/consistency/gauge_directions.h"
 #include "ch5_backend/window/estimator.h"
 #include "ch5_backend/window/start/dynamic_initialization.h"
-#include "ch5_backend/window/vins_window.h"
 
 namespace ch5 {
 namespace {
@@ -41,11 +40,9 @@ void Estimator::TryToStart(const Image& image) {
   start_message_ = "at rest, waiting for motion";
   if (const auto standstill = standstill_detector_.AddFrame(image)) return RestAt(*standstill, image);
   if (HasMovedSinceStandstill(image)) {
-    window_.prior = StartPrior(window_, options_.start_speed, options_);
-    BeginTracking();
+    BeginAt(options_.start_speed);
   } else if (InitializeInMotion()) {
-    window_.prior = StartPrior(window_, options_.moving_start_speed, options_);
-    BeginTracking();
+    BeginAt(options_.moving_start_speed);
   } else {
     policy_->NoteNewFrame(&window_);
     policy_->SlideWithoutEstimate(&window_);
@@ -95,7 +92,7 @@ void Estimator::RestAt(const StandstillState& standstill, const Image& image) {
 bool Estimator::HasMovedSinceStandstill(const Image& image) const {
   if (window_.frames.front().id != standstill_frame_ || window_.frames.size() < kFramesToStart) return false;
   const auto motion = MedianMotion(standstill_image_, image);
-  return motion && *motion * options_.weights.focal_length > options_.start_pixels;
+  return motion && *motion * options_.calibration.FocalLength() > options_.start_pixels;
 }
 
 bool Estimator::InitializeInMotion() {
@@ -113,15 +110,35 @@ bool Estimator::InitializeInMotion() {
   }
   DynamicInitializationOptions options;
   options.T_B_C = window_.T_B_C();
-  options.focal_length = options_.weights.focal_length;
+  options.focal_length = options_.calibration.FocalLength();
   options.pixel_sigma = options_.weights.pixel_sigma;
-  options.gravity = options_.weights.gravity;
+  options.gravity = options_.calibration.gravity;
   options.b_a_sigma = options_.start_bias_accelerometer;
   const DynamicInitialization start = InitializeDynamically(frames, options);
   start_message_ = "no start in motion: " + start.message;
   if (start.failure != InitializationFailure::kNone) return false;
   for (size_t k = 0; k < start.states.size(); ++k) Window::SetState(start.states[k], window_.frames[k]);
   return true;
+}
+
+void Estimator::BeginAt(double start_speed) {
+  if (segment_ > 0 && last_state_) LayUponLastSegment();
+  window_.prior = StartPrior(window_, start_speed, options_);
+  BeginTracking();
+}
+
+// The initialization leaves position and yaw at zero in its first frame. What has happened since the last state that was
+// given out is not known, but a place near it is a better guess than the origin of long ago.
+void Estimator::LayUponLastSegment() {
+  const Qd Q = last_state_->T_W_B.q * window_.frames.front().pose->q().conjugate();
+  const Qd turn = TwistAboutGravity(Q);
+  const Vec3 p0 = window_.frames.front().pose->p();
+  for (const Frame& frame : window_.frames) {
+    StampedState state = window_.StateOf(frame);
+    state.T_W_B = {turn * state.T_W_B.q, turn * (state.T_W_B.p - p0) + last_state_->T_W_B.p};
+    state.v_W = turn * state.v_W;
+    Window::SetState(state, frame);
+  }
 }
 
 void Estimator::BeginTracking() {

@@ -1,7 +1,10 @@
 #pragma once
 /// Why an estimate can no longer be true; the estimator then starts again.
 
+#include <functional>
 #include <string>
+
+#include "ch5_backend/math/eigen_types.h"
 
 namespace ch5 {
 
@@ -20,5 +23,25 @@ enum class Failure {
 
 /// "no IMU for too long", …
 std::string ToString(Failure failure);
+
+struct Window;
+
+/// Judges the newest frame of a window after a solve.
+/// @param last_p  position of the newest frame after the previous solve [m]
+using FailureDetector = std::function<Failure(const Window& window, const Vec3& last_p)>;
+
+/// What a state and its step since the image before may reach. The defaults are VINS-Mono's, as DetectFailure's
+/// (vins_window.h): for a camera at 10 images a second or more, at the pace of a walk.
+struct FailureLimits {
+  double accelerometer_bias = 2.5;  ///< ‖b_a‖ [m/s²]
+  double gyroscope_bias = 1.0;      ///< ‖b_g‖ [rad/s]
+  double step = 5.0;                ///< [m]
+  double climb = 1.0;               ///< the height of a step, up or down [m]
+
+  /// @throws OptionError
+  void Validate() const;
+};
+/// @throws OptionError
+FailureDetector DetectFailuresBeyond(const FailureLimits& limits);
 
 }  // namespace ch5

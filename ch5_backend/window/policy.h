@@ -3,6 +3,7 @@
 /// how long a solve may take, and what leaves the window.
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "ch5_backend/solve/minimizer.h"
@@ -35,10 +36,11 @@ struct VinsOptions {
   int window_size = 10;           ///< frames beside the newest one
   int least_tracked = 20;         ///< fewer landmarks followed into the newest image make a keyframe
   double parallax_pixels = 10.0;  ///< more between the second and third newest frame makes a keyframe [px]
-  double focal_length = 460.0;    ///< [px]
   int max_iterations = 8;
-  double cost_tolerance = 1e-3;     ///< loose: the next image solves the window again
-  double max_solve_seconds = 0.04;  ///< 4/5 of it before the oldest frame leaves
+  double cost_tolerance = 1e-3;  ///< loose: the next image solves the window again
+  /// Stops a solve by the clock, before the oldest frame leaves after 4/5 of it; VINS-Mono: 0.04. Without a limit, as a
+  /// rule, the result is the same on every machine and under every load.
+  std::optional<double> max_solve_seconds;
   /// A landmark whose host leaves keeps its other observations, though the prior contains them already. So does
   /// VINS-Mono, which uses them twice.
   bool reuse_observations = true;

@@ -11,10 +11,6 @@
 namespace ch5 {
 namespace {
 
-// The twist of the rotation Q about z (gravity): the nearest rotation about that axis. Unlike a difference of yaw angles
-// it is defined at every attitude, also at a pitch of ±90°.
-Qd TwistAboutGravity(const Qd& Q) { return Qd(Q.w(), 0.0, 0.0, Q.z()).normalized(); }
-
 class VinsPolicy : public WindowPolicy {
  public:
   explicit VinsPolicy(const VinsOptions& options) : options_(options) {}
@@ -39,8 +35,10 @@ class VinsPolicy : public WindowPolicy {
     options.algorithm = Algorithm::kDogleg;
     options.max_iterations = options_.max_iterations;
     options.cost_tolerance = options_.cost_tolerance;
-    const double budget = options_.max_solve_seconds * (flag_ == MarginalizationFlag::kOld ? 0.8 : 1.0);
-    options.callback = [budget](const IterationInfo& info) { return info.seconds < budget; };
+    if (options_.max_solve_seconds) {
+      const double budget = *options_.max_solve_seconds * (flag_ == MarginalizationFlag::kOld ? 0.8 : 1.0);
+      options.callback = [budget](const IterationInfo& info) { return info.seconds < budget; };
+    }
     return options;
   }
 
@@ -102,7 +100,7 @@ class VinsPolicy : public WindowPolicy {
     const int newest = window.frames[n - 1].id, second = window.frames[n - 2].id, third = window.frames[n - 3].id;
     if (ParallaxBetween(window, second, newest).common < options_.least_tracked) return true;
     const Parallax parallax = ParallaxBetween(window, third, second);
-    return parallax.common == 0 || parallax.mean >= options_.parallax_pixels / options_.focal_length;
+    return parallax.common == 0 || parallax.mean >= options_.parallax_pixels / window.calibration.FocalLength();
   }
 
   VinsOptions options_;
@@ -117,10 +115,9 @@ void VinsOptions::Validate() const {
   CheckOption("VinsOptions::window_size", window_size, 4);  // three newest frames, and a host before them
   CheckOption("VinsOptions::least_tracked", least_tracked, 0);
   CheckOption("VinsOptions::parallax_pixels", parallax_pixels, 0);
-  CheckPositive("VinsOptions::focal_length", focal_length);
   CheckOption("VinsOptions::max_iterations", max_iterations, 1);
   CheckOption("VinsOptions::cost_tolerance", cost_tolerance, 0);
-  CheckOption("VinsOptions::max_solve_seconds", max_solve_seconds, 0);
+  if (max_solve_seconds) CheckOption("VinsOptions::max_solve_seconds", *max_solve_seconds, 0);
 }
 
 std::unique_ptr<WindowPolicy> MakeVinsPolicy(const VinsOptions& options) {

@@ -9,10 +9,8 @@
 namespace ch5 {
 
 void WindowWeights::Validate() const {
-  CheckPositive("WindowWeights::focal_length", focal_length);
   CheckPositive("WindowWeights::pixel_sigma", pixel_sigma);
   CheckOption("WindowWeights::cauchy", cauchy, 0);
-  CheckPositive("WindowWeights::gravity", gravity);
   CheckPositive("WindowWeights::max_imu_seconds", max_imu_seconds);
 }
 
@@ -72,14 +70,15 @@ class GraphBuilder {
     for (size_t k = 1; k < window_.frames.size(); ++k) {
       const Frame &i = window_.frames[k - 1], &j = window_.frames[k];
       if (!i.speed_bias || !j.speed_bias || !j.imu || j.imu->SumDt() > weights_.max_imu_seconds) continue;
-      Add(std::make_shared<EdgeImu>(i.pose, i.speed_bias, j.pose, j.speed_bias, j.imu, Vec3(0, 0, weights_.gravity)));
+      Add(std::make_shared<EdgeImu>(i.pose, i.speed_bias, j.pose, j.speed_bias, j.imu,
+                                    Vec3(0, 0, window_.calibration.gravity)));
     }
   }
 
   void AddLandmark(const WindowLandmark& landmark) {
     graph_.AddVertex(landmark.inverse_depth);
     if (weights_.noisy_hosts) return AddTrack(landmark);
-    const double sqrt_information = weights_.focal_length / weights_.pixel_sigma;
+    const double sqrt_information = window_.calibration.FocalLength() / weights_.pixel_sigma;
     const Mat22 W = sqrt_information * sqrt_information * Mat22::Identity();
     const WindowObservation& host = landmark.seen.front();
     const Frame& host_frame = FrameOf(host);
@@ -115,7 +114,7 @@ class GraphBuilder {
     std::vector<EdgeTrack::View> views;
     for (const WindowObservation& seen : landmark.seen) views.push_back({FrameOf(seen).pose, seen.x});
     Add(std::make_shared<EdgeTrack>(landmark.inverse_depth, views, T_B_C_,
-                                    weights_.pixel_sigma / weights_.focal_length));
+                                    weights_.pixel_sigma / window_.calibration.FocalLength()));
   }
 
   void Add(std::shared_ptr<Edge> edge) {
@@ -140,26 +139,16 @@ class GraphBuilder {
 }  // namespace
 
 void BuildGraph(const WindowWeights& weights, const std::function<bool(const Window&, const WindowLandmark&)>& uses,
-                Window* window) {
+                Window* window, const OwnEdges& own_edges) {
   window->graph = Graph();  // releases the vertices and edges of the old graph
   GraphBuilder builder(weights, window);
   builder.AddStates();
+  if (own_edges) own_edges(*window, &window->graph);
   builder.AddImu();
   for (const auto& [id, landmark] : window->landmarks) {
     if (landmark.inverse_depth && uses(*window, landmark)) builder.AddLandmark(landmark);
   }
   builder.AddPriors();
-}
-
-std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices) {
-  std::vector<std::shared_ptr<Edge>> edges;
-  for (const auto& edge : graph.Edges()) {
-    const bool at = std::any_of(edge->Vertices().begin(), edge->Vertices().end(), [&](const auto& vertex) {
-      return std::find(vertices.begin(), vertices.end(), vertex) != vertices.end();
-    });
-    if (at) edges.push_back(edge);
-  }
-  return edges;
 }
 
 }  // namespace ch5

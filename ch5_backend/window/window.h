@@ -17,7 +17,7 @@
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/types/inertial/edge_imu.h"
-#include "ch5_backend/types/measurements.h"
+#include "ch5_backend/types/recording.h"
 
 namespace ch5 {
 
@@ -61,7 +61,8 @@ using Marginalizer = std::function<std::shared_ptr<EdgePrior>(const std::vector<
                                                               const std::vector<std::shared_ptr<Vertex>>& drop)>;
 
 struct Window {
-  std::vector<Frame> frames;                ///< oldest first, ids ascend
+  Calibration calibration;    ///< as it was given; what is estimated of it is in extrinsic and time_offset
+  std::vector<Frame> frames;  ///< oldest first, ids ascend
   std::map<int, WindowLandmark> landmarks;  ///< by track id, not by address: a run repeats to the bit
   std::shared_ptr<EdgePrior> prior;         ///< null until there is one
   std::shared_ptr<Edge> gauge_prior;        ///< holds position and yaw of a frame if the policy wants it; else null
@@ -83,30 +84,32 @@ struct Window {
   static void SetState(const StampedState& state, const Frame& frame);
 };
 
+/// The twist of a rotation about z (gravity): the nearest rotation about that axis. Unlike a difference of yaw angles it is
+/// defined at every attitude, also at a pitch of ±90°.
+inline Qd TwistAboutGravity(const Qd& Q) { return Qd(Q.w(), 0.0, 0.0, Q.z()).normalized(); }
+
 /// The weights of the measurements.
 struct WindowWeights {
-  double focal_length = 460.0;  ///< from pixels to the normalized plane [px]
   double pixel_sigma = 1.5;     ///< of an observation [px]; VINS: √information = 460/1.5
   double cauchy = 1.0;          ///< scale of Cauchy's loss on observations [σ]; 0: no loss
   bool noisy_hosts = false;     ///< the host's observation has noise too (types/visual/edge_track.h); without a loss
-  double gravity = 9.81;        ///< [m/s²]
   double max_imu_seconds = 10;  ///< a longer preintegration is not used (VINS)
 
   /// @throws OptionError
   void Validate() const;
 };
 
-/// Makes window->graph: every frame's states, the IMU between consecutive frames that have a speed-bias, the
-/// observations of the landmarks that `uses` accepts, the prior and the gauge prior. Where extrinsic and time offset are
-/// both fixed, they are constants of the edges.
+/// Adds edges of one's own, and vertices that they need, to the graph of a window (EstimatorOptions::own_edges).
+using OwnEdges = std::function<void(const Window&, Graph*)>;
+
+/// Makes window->graph: every frame's states, one's own edges, the IMU between consecutive frames that have a speed-bias,
+/// the observations of the landmarks that `uses` accepts, the prior and the gauge prior. Where extrinsic and time offset
+/// are both fixed, they are constants of the edges.
 void BuildGraph(const WindowWeights& weights, const std::function<bool(const Window&, const WindowLandmark&)>& uses,
-                Window* window);
+                Window* window, const OwnEdges& own_edges = nullptr);
 
 /// Marginalizes the vertices `drop`, with window->observability_constraints; the result replaces the window's prior.
 void ReplacePrior(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
                   Window* window);
-
-/// The edges of the graph at one of these vertices, in the order of the graph.
-std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices);
 
 }  // namespace ch5

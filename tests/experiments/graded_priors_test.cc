@@ -17,9 +17,9 @@ Recording FirstSeconds(double seconds) {
 }
 
 OdometryRun Fly(const Recording& recording, size_t policy, Marginalizer marginalizer) {
-  EstimatorOptions options = OptionsFor(recording.calibration);
+  EstimatorOptions options{recording.calibration};
   options.marginalizer = std::move(marginalizer);
-  return RunOdometry(recording, options, std::move(AllPolicies(recording.calibration)[policy]));
+  return RunOdometry(recording, options, std::move(AllPolicies()[policy]));
 }
 
 // Both priors have the same H and b up to rounding and to what each takes for zero; a window's solve, which ends at a

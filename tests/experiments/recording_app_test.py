@@ -4,18 +4,19 @@ import re
 
 from tests.experiments.programs_under_test import BUILD, DATA, ROOT, AppTest, contents, needs, run, table
 
+SEGMENT = ["segment", "first_s", "last_s", "frames", "ate_m", "scale_error", "yaw_error_deg"]
 KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts"]
-TABLES = {f"odometry_{name}.csv" for name in ("policies", "path", "windows", "matrices", "spectrum", "gauge")}
+TABLES = {f"odometry_{name}.csv" for name in ("policies", "segments", "path", "windows", "matrices", "spectrum", "gauge")}
 TRAJECTORIES = {"vins.tum", "vins.csv", "okvis.tum", "okvis.csv"}
 
 
 class RecordingApp(AppTest):
     app = "ch5_recording"
 
-    def simulate(self):
-        """A folder with eight seconds of a hand-held camera in a room."""
+    def simulate(self, seconds=8):
+        """A folder with some seconds of a hand-held camera in a room."""
         recording = self.folder / "room"
-        done = run(BUILD / "tests" / "experiments" / "simulate_recording", recording)
+        done = run(BUILD / "tests" / "experiments" / "simulate_recording", recording, seconds)
         self.assertEqual(done.returncode, 0, done.stderr)
         return recording
 
@@ -56,9 +57,13 @@ class RecordingApp(AppTest):
     def test_course_run_gives_the_numbers_as_json(self):
         recording = self.simulate()
         result = self.course_run(recording, "--language", "zh")
-        self.assertEqual([list(row) for row in result["policies"]], [KEYS, KEYS])
+        self.assertEqual([list(row) for row in result["policies"]], [[*KEYS, "segments"]] * 2)
         for row in result["policies"]:
             self.assertTrue(all(isinstance(row[key], (int, float)) for key in KEYS[1:]), row)
+            segment, = row["segments"]
+            self.assertEqual(list(segment), SEGMENT)
+            self.assertEqual([segment[key] for key in SEGMENT[3:]],
+                             [row[key] for key in ("frames", "ate_m", "scale_error", "yaw_error_deg")])
             self.assertTrue(row["ate_m"] > 0 and row["realtime_factor"] > 0 and row["p99_window_ms"] > 0, row)
             self.assertTrue(isinstance(row["frames"], int) and isinstance(row["restarts"], int), row)
         out = self.out / "room"
@@ -77,6 +82,33 @@ class RecordingApp(AppTest):
             self.assertGreater(row["frames"], 80)
         for row in table(out / "csv" / "odometry_policies.csv"):
             self.assertEqual([row[key] for key in ("ate_m", "scale_error", "yaw_error_deg")], [""] * 3)
+
+    def test_a_gap_in_the_imu_begins_a_segment(self):
+        recording = self.simulate(16)
+        imu = recording / "imu.csv"
+        head, *rows = imu.read_text().splitlines(keepends=True)
+        first = int(rows[0].split(",")[0])
+        imu.write_text(head + "".join(row for row in rows if not 5.0 < (int(row.split(",")[0]) - first) / 1e9 < 6.0))
+        self.out.mkdir()
+        (self.out / "vins_7.tum").write_text("of an earlier run\n")
+        done = self.solve(recording, "--out", self.out)
+        self.assertIn("segment 1 begins at 5.0", done.stdout)
+        self.assertIn("no IMU for too long", done.stdout)
+        expected = {f"{policy}{end}" for policy in ("vins", "okvis") for end in (".tum", ".csv", "_1.tum", "_1.csv")}
+        self.assertEqual({path.name for path in self.out.iterdir()}, expected | {"csv"})
+        segments = table(self.out / "csv" / "odometry_segments.csv")
+        self.assertEqual([(row["policy"], row["segment"]) for row in segments],
+                         [("vins", "0"), ("vins", "1"), ("okvis", "0"), ("okvis", "1")])
+        for row in segments:
+            end = "" if row["segment"] == "0" else "_1"
+            self.assertEqual(len((self.out / f"{row['policy']}{end}.tum").read_text().splitlines()), int(row["frames"]))
+            self.assertLess(float(row["ate_m"]), 0.2)
+        for row in table(self.out / "csv" / "odometry_policies.csv"):
+            self.assertLess(float(row["ate_m"]), 0.2, "with one alignment over both it is a meter")
+            self.assertEqual(row["restarts"], "1")
+        page = self.page()
+        self.assertIn("Each restart begins a segment", page)
+        self.assertIn("vins_1.tum", page)
 
     def page(self) -> str:
         """Draws the results; returns the page without its pictures."""

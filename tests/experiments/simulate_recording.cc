@@ -1,14 +1,15 @@
-/// Writes a simulated recording, for the tests of the programs that read one: simulate_recording FOLDER.
+/// Writes a simulated recording, for the tests of the programs that read one: simulate_recording FOLDER SECONDS.
 
 #include <cstdio>
+#include <cstdlib>
 
 #include "ch5_backend/files/recording_file.h"
 #include "tests/window/simulations.h"
 
 int main(int argc, char** argv) {
-  if (argc != 2) return std::fputs("usage: simulate_recording FOLDER\n", stderr), 2;
+  if (argc != 3) return std::fputs("usage: simulate_recording FOLDER SECONDS\n", stderr), 2;
   ch5::RoomOptions options;
-  options.duration = 8.0;
+  options.duration = std::atof(argv[2]);
   options.standstill_seconds = 1.5;
   options.max_tracks = 40;
   ch5::WriteRecording(ch5::SimulateRoom(options), argv[1]);

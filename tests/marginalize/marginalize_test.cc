@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "ch5_backend/sparse/covariance.h"
 #include "tests/marginalize/small_graphs.h"
 
 namespace ch5 {
@@ -38,6 +39,41 @@ TEST(Marginalize, DropsLandmarksAloneOrNothing) {
     DenseNormalEquations(window.graph.Edges(), order, &H, &b);
     EXPECT_LT(RelativeError(system.H, drop.empty() ? H : Schur(H, system.H.rows())), 1e-9);
   }
+}
+
+// An edge between two that go counts once, and what the others know of one another stays.
+TEST(MarginalizeInto, KeepsTheCovariancesOfTheRest) {
+  SmallWindow window;
+  const auto last = window.poses[3];
+  const MatXX before = Covariance(&window.graph).Block(*last, *last);
+  const size_t vertices = window.graph.Vertices().size();
+  std::vector<std::shared_ptr<Vertex>> drop = window.Oldest();
+  const auto prior = MarginalizeInto(&window.graph, drop);
+  ASSERT_TRUE(prior);
+  EXPECT_TRUE(window.graph.Contains(*prior));
+  EXPECT_EQ(window.graph.Vertices().size(), vertices - drop.size());
+  for (const auto& vertex : drop) EXPECT_FALSE(window.graph.Contains(*vertex));
+  EXPECT_LT(RelativeError(Covariance(&window.graph).Block(*last, *last), before), 1e-6);
+}
+
+TEST(MarginalizeInto, RefusesAStrangerAndLeavesTheGraphAsItWas) {
+  SmallWindow window;
+  const size_t edges = window.graph.Edges().size();
+  const auto stranger = std::make_shared<VertexPose>();
+  EXPECT_THROW(MarginalizeInto(&window.graph, {window.poses[0], stranger}), GraphError);
+  EXPECT_THROW(MarginalizeInto(&window.graph, {nullptr}), GraphError);
+  EXPECT_EQ(window.graph.Edges().size(), edges);
+}
+
+TEST(MarginalizeInto, LeavesNoPriorWhereNothingRemains) {
+  Graph graph;
+  const auto lonely = std::make_shared<VertexPose>(), known = std::make_shared<VertexPose>();
+  graph.AddVertex(lonely);
+  graph.AddVertex(known);
+  graph.AddEdge(std::make_shared<EdgeSE3Prior>(known, Qd::Identity(), Vec3::Zero()));
+  EXPECT_FALSE(MarginalizeInto(&graph, {lonely, known, known}));
+  EXPECT_TRUE(graph.Vertices().empty());
+  EXPECT_TRUE(graph.Edges().empty());
 }
 
 // Marginalizes a vertex with all its edges.

@@ -99,19 +99,13 @@ const Recording& Flight() {
   return flight;
 }
 
-EstimatorOptions OptionsFor(const Calibration& calibration) {
-  EstimatorOptions options;
-  options.T_B_C = calibration.T_B_C;
-  options.imu_noise = calibration.noise;
-  return options;
-}
-
 // What the estimator says of the last image of the flight, changed, under changed options, or of the first restart.
 std::string Follow(const std::function<void(Recording*)>& change_flight,
                    const std::function<void(EstimatorOptions*)>& change_options = nullptr) {
   Recording recording = Flight();
   change_flight(&recording);
-  EstimatorOptions options = OptionsFor(recording.calibration);
+  EstimatorOptions options;
+  options.calibration = recording.calibration;
   if (change_options) change_options(&options);
   OkvisOptions okvis;
   okvis.temporal_frames = 5;
@@ -174,7 +168,9 @@ class SingularPolicy : public WindowPolicy {
 // StartFrom, and images until the estimator says something.
 std::string StartFrom(const StampedState& state, const MatXX& J,
                       std::unique_ptr<WindowPolicy> policy = MakeVinsPolicy()) {
-  Estimator estimator(OptionsFor(Flight().calibration), std::move(policy));
+  EstimatorOptions options;
+  options.calibration = Flight().calibration;
+  Estimator estimator(options, std::move(policy));
   estimator.StartFrom(state, J);
   for (const ImuMeasurement& reading : Flight().imu) estimator.AddImu(reading);
   std::string message;
@@ -344,19 +340,19 @@ const std::vector<Case> kOptions = {
     {"a window in which nothing starts",
      Do([] { MakeVinsPolicy(With<VinsOptions>([](auto* o) { o->window_size = 3; })); }),
      "VinsOptions::window_size = 3"},
-    {"a focal length of VINS", Do([] { MakeVinsPolicy(With<VinsOptions>([](auto* o) { o->focal_length = -460; })); }),
-     "VinsOptions::focal_length = -460: must be greater than 0"},
+    {"seconds for a solve", Do([] { MakeVinsPolicy(With<VinsOptions>([](auto* o) { o->max_solve_seconds = -1; })); }),
+     "VinsOptions::max_solve_seconds = -1: must be at least 0"},
     {"keyframes", Do([] { MakeOkvisPolicy(With<OkvisOptions>([](auto* o) { o->keyframes = -3; })); }),
      "OkvisOptions::keyframes = -3"},
     {"temporal frames", Do([] { MakeOkvisPolicy(With<OkvisOptions>([](auto* o) { o->temporal_frames = 0; })); }),
      "OkvisOptions::temporal_frames = 0"},
     {"no policy", Do([] { Estimator({}, nullptr); }), "the policy is null"},
-    {"a focal length", Do([] { Estimate([](auto* o) { o->weights.focal_length = -460; }); }),
-     "WindowWeights::focal_length = -460"},
-    {"gravity", Do([] { Estimate([](auto* o) { o->standstill.gravity = kNaN; }); }),
-     "StandstillOptions::gravity = nan"},
-    {"an extrinsic rotation", Do([] { Estimate([](auto* o) { o->T_B_C.q.coeffs() *= 2.0; }); }), "T_B_C.q.norm() = 2"},
-    {"noise", Do([] { Estimate([](auto* o) { o->imu_noise.gyroscope = 0; }); }), "ImuNoise::gyroscope = 0"},
+    {"a focal length", Do([] { Estimate([](auto* o) { o->calibration.fx = -460; }); }),
+     "Calibration::fx = -460: must be greater than 0"},
+    {"gravity", Do([] { Estimate([](auto* o) { o->calibration.gravity = kNaN; }); }), "Calibration::gravity = nan"},
+    {"an extrinsic rotation", Do([] { Estimate([](auto* o) { o->calibration.T_B_C.q.coeffs() *= 2.0; }); }),
+     "T_B_C.q.norm() = 2"},
+    {"noise", Do([] { Estimate([](auto* o) { o->calibration.noise.gyroscope = 0; }); }), "ImuNoise::gyroscope = 0"},
     {"a standard deviation", Do([] { Estimate([](auto* o) { o->start_speed = -1; }); }),
      "EstimatorOptions::start_speed = -1"},
 };
@@ -409,7 +405,7 @@ const std::vector<Case> kMeasurements = {
     {"densities for deviations",
      [] {
        return Follow([](Recording* r) { r->frames.resize(20); },
-                     [](EstimatorOptions* o) { o->imu_noise.continuous = false; });
+                     [](EstimatorOptions* o) { o->calibration.noise.continuous = false; });
      },
      "if it is a density, set ImuNoise::continuous"},
     {"a start with information of NaN", [] { return StartFrom({}, MatXX::Constant(15, 15, kNaN)); },

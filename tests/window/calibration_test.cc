@@ -103,9 +103,9 @@ TEST(TimeOffset, OfTenMillisecondsIsFoundToOne) {
     room.simulation.camera.pixel_sigma = 0.5;
     room.simulation.camera.time_offset = late;
     const Recording recording = SimulateRoom(room);
-    EstimatorOptions options = OptionsFor(recording.calibration);
+    EstimatorOptions options{recording.calibration};
     options.estimate_time_offset = true;
-    for (auto&& policy : AllPolicies(recording.calibration)) {
+    for (auto&& policy : AllPolicies()) {
       const std::string name = policy->Name();
       EXPECT_NEAR(Calibrate(recording, options, std::move(policy)).time_offset, late, 1e-3) << name;
     }
@@ -117,11 +117,11 @@ TEST(Extrinsic, TwoDegreesAreFoundToThreeTenths) {
     RoomOptions room;
     room.standstill_seconds = standstill_seconds;
     const Recording recording = SimulateRoom(room);
-    EstimatorOptions options = OptionsFor(recording.calibration);
-    const Qd truth = options.T_B_C.q;
-    options.T_B_C.q = truth * ExpSO3(2.0 * kDegree * Vec3(1, -1, 1).normalized());
+    EstimatorOptions options{recording.calibration};
+    const Qd truth = options.calibration.T_B_C.q;
+    options.calibration.T_B_C.q = truth * ExpSO3(2.0 * kDegree * Vec3(1, -1, 1).normalized());
     options.estimate_extrinsic = true;
-    for (auto&& policy : AllPolicies(recording.calibration)) {
+    for (auto&& policy : AllPolicies()) {
       const std::string name = policy->Name();
       const Found found = Calibrate(recording, options, std::move(policy));
       EXPECT_LT(found.R_B_C.angularDistance(truth), 0.3 * kDegree) << name << ", stood " << standstill_seconds << " s";

@@ -1,9 +1,14 @@
 /// The estimators on simulated recordings, against the truth.
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/math/option_checks.h"
+#include "ch5_backend/sparse/covariance.h"
 #include "tests/window/simulations.h"
 
 namespace ch5 {
@@ -20,7 +25,7 @@ void ExpectSmallErrors(const Recording& recording, const OdometryRun& run, doubl
 
 TEST(Estimator, VinsFollowsAHandHeldCamera) {
   const Recording recording = SimulateRoom();
-  const OdometryRun run = RunOdometry(recording, OptionsFor(recording.calibration), MakeVinsPolicy());
+  const OdometryRun run = RunOdometry(recording, EstimatorOptions{recording.calibration}, MakeVinsPolicy());
   ExpectSmallErrors(recording, run, 0.05);
   RecordProperty("ate_mm", static_cast<int>(1e3 * run.error->position_rmse));
 }
@@ -29,7 +34,7 @@ TEST(Estimator, OkvisFollowsAHandHeldCamera) {
   const Recording recording = SimulateRoom();
   OkvisOptions options;
   options.temporal_frames = 5;
-  const OdometryRun run = RunOdometry(recording, OptionsFor(recording.calibration), MakeOkvisPolicy(options));
+  const OdometryRun run = RunOdometry(recording, EstimatorOptions{recording.calibration}, MakeOkvisPolicy(options));
   ExpectSmallErrors(recording, run, 0.10);
 }
 
@@ -38,14 +43,228 @@ TEST(Estimator, BothPoliciesFollowARealDrone) {
   const std::filesystem::path folder = std::filesystem::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder << "; set CH5_DATA_DIR";
   const Recording recording = ReadRecording(folder);
-  for (auto&& policy : AllPolicies(recording.calibration)) {
-    const OdometryRun run = RunOdometry(recording, OptionsFor(recording.calibration), std::move(policy));
+  for (auto&& policy : AllPolicies()) {
+    const OdometryRun run = RunOdometry(recording, EstimatorOptions{recording.calibration}, std::move(policy));
     SCOPED_TRACE(run.policy);
     ASSERT_TRUE(run.error);
     EXPECT_LT(run.error->position_rmse, 0.10);
     EXPECT_GT(run.states.size(), 480u);
     EXPECT_EQ(run.restarts, 0);
   }
+}
+
+// ---- what a product asks for ---------------------------------------------------------------------------------------
+
+// The course of a policy on a machine so slow that each iteration takes a minute.
+class OnASlowMachine : public WindowPolicy {
+ public:
+  explicit OnASlowMachine(std::unique_ptr<WindowPolicy> policy) : policy_(std::move(policy)) {}
+  std::string Name() const override { return policy_->Name(); }
+  void NoteNewFrame(Window* window) override { policy_->NoteNewFrame(window); }
+  bool Uses(const Window& window, const WindowLandmark& landmark) const override {
+    return policy_->Uses(window, landmark);
+  }
+  SolveOptions Options() const override {
+    SolveOptions options = policy_->Options();
+    options.callback = [inner = options.callback](IterationInfo info) {
+      info.seconds += 60.0 * (info.iteration + 1);
+      return !inner || inner(info);
+    };
+    return options;
+  }
+  void AfterSolve(Window* window) override { policy_->AfterSolve(window); }
+  void Slide(Window* window) override { policy_->Slide(window); }
+  void SlideWithoutEstimate(Window* window) override { policy_->SlideWithoutEstimate(window); }
+  void Reset() override { policy_->Reset(); }
+
+ private:
+  std::unique_ptr<WindowPolicy> policy_;
+};
+
+bool AreSame(const std::vector<StampedState>& a, const std::vector<StampedState>& b) {
+  const auto same = [](const StampedState& x, const StampedState& y) {
+    return x.t == y.t && x.T_W_B.p == y.T_W_B.p && x.T_W_B.q.coeffs() == y.T_W_B.q.coeffs() && x.v_W == y.v_W &&
+           x.b_a == y.b_a && x.b_g == y.b_g;
+  };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
+}
+
+Recording SimulateSixSeconds() {
+  RoomOptions room;
+  room.duration = 6.0;
+  room.standstill_seconds = 1.5;
+  return SimulateRoom(room);
+}
+
+TEST(Estimator, DoesNotDependOnTheClock) {
+  const Recording recording = SimulateSixSeconds();
+  const EstimatorOptions options{recording.calibration};
+  for (size_t k = 0; k < AllPolicies().size(); ++k) {
+    const OdometryRun fast = RunOdometry(recording, options, std::move(AllPolicies()[k]));
+    const OdometryRun slow =
+        RunOdometry(recording, options, std::make_unique<OnASlowMachine>(std::move(AllPolicies()[k])));
+    EXPECT_GT(fast.states.size(), 60u);
+    EXPECT_TRUE(AreSame(fast.states, slow.states)) << fast.policy;
+  }
+  VinsOptions hasty;
+  hasty.max_solve_seconds = 0.04;  // VINS-Mono's
+  const OdometryRun cut = RunOdometry(recording, options, std::make_unique<OnASlowMachine>(MakeVinsPolicy(hasty)));
+  const OdometryRun whole = RunOdometry(recording, options, MakeVinsPolicy());
+  EXPECT_FALSE(AreSame(cut.states, whole.states)) << "else the slow machine would be none";
+}
+
+// Before an image is added, the readings alone tell where it will be found, up to what the image corrects.
+TEST(Estimator, PredictsAtTheRateOfTheImu) {
+  const Recording recording = SimulateSixSeconds();
+  Estimator estimator(EstimatorOptions{recording.calibration}, MakeVinsPolicy());
+  EXPECT_FALSE(estimator.PredictAt(0.0)) << "not before there is an estimate";
+  auto reading = recording.imu.begin();
+  std::vector<double> meters, meters_a_second, radians;
+  for (const Image& image : recording.frames) {
+    while (reading != recording.imu.end() && reading->t <= image.t) estimator.AddImu(*reading++);
+    const auto predicted = estimator.PredictAt(image.t);
+    const auto state = estimator.AddFrame(image).state;
+    EXPECT_FALSE(predicted && !state);
+    if (!state) continue;
+    EXPECT_EQ(estimator.PredictAt(state->t)->T_W_B.p, state->T_W_B.p);
+    EXPECT_FALSE(estimator.PredictAt(state->t - 0.01)) << "into the past";
+    EXPECT_FALSE(estimator.PredictAt(state->t + 0.2)) << "far beyond the readings";
+    if (!predicted) continue;
+    EXPECT_EQ(predicted->t, state->t);
+    meters.push_back((predicted->T_W_B.p - state->T_W_B.p).norm());
+    meters_a_second.push_back((predicted->v_W - state->v_W).norm());
+    radians.push_back(predicted->T_W_B.q.angularDistance(state->T_W_B.q));
+  }
+  ASSERT_GT(meters.size(), 60u);
+  const auto median = [](std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+    return values[values.size() / 2];
+  };
+  EXPECT_LT(median(meters), 0.01);
+  EXPECT_LT(median(meters_a_second), 0.05);  // gravity forgotten: 0.5
+  EXPECT_LT(median(radians), 0.005);
+}
+
+TEST(Estimator, ReportsTheCovarianceOfTheWholeState) {
+  const Recording recording = SimulateSixSeconds();
+  EstimatorOptions options{recording.calibration};
+  options.report_covariance = options.estimate_extrinsic = options.estimate_time_offset = true;
+  for (auto&& policy : AllPolicies()) {
+    SCOPED_TRACE(policy->Name());
+    int reports = 0;
+    RunOdometry(recording, options, std::move(policy), [&](const Estimator& now, const WindowRow& row) {
+      if (!row.report.state) return;
+      if (++reports % 20 != 0) return;
+      const StateCovariance& covariance = *row.report.covariance;
+      EXPECT_EQ(covariance.reference, StateCovariance::Reference::kOldestFrame);
+      ASSERT_TRUE(covariance.extrinsic && covariance.time_offset_variance);
+      EXPECT_LT((covariance.state - covariance.state.transpose()).norm(), 1e-6 * covariance.state.norm());
+      EXPECT_GT(covariance.state.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0.0);
+      EXPECT_LT(std::sqrt(covariance.state(6, 6)), 0.3) << "a speed is known";
+      EXPECT_LT(std::sqrt(covariance.state(9, 9)), 1.01 * now.Options().start_bias_accelerometer);
+      EXPECT_LT(std::sqrt(covariance.state(12, 12)), 1.01 * now.Options().start_bias_gyroscope);
+      EXPECT_LT(std::sqrt((*covariance.extrinsic)(3, 3)), now.Options().start_extrinsic_rotation);
+      EXPECT_LT(std::sqrt(*covariance.time_offset_variance), now.Options().start_time_offset);
+    });
+    EXPECT_GT(reports, 40);
+  }
+}
+
+// A window's covariance is a block of the inverse of its H, which an optimizer's Covariance finds in another way.
+TEST(Estimator, ItsCovarianceIsABlockOfTheInverse) {
+  const Recording recording = SimulateSixSeconds();
+  EstimatorOptions options{recording.calibration};
+  options.report_covariance = true;
+  class Watched : public OnASlowMachine {  // looks at the solved window, before it slides
+   public:
+    using OnASlowMachine::OnASlowMachine;
+    void AfterSolve(Window* window) override {
+      OnASlowMachine::AfterSolve(window);
+      const Frame& newest = window->frames.back();
+      const StateCovariance ours = CovarianceOf(*window, newest);
+      Covariance theirs(&window->graph);
+      const MatXX P_pp = theirs.Block(*newest.pose, *newest.pose),
+                  P_vp = theirs.Block(*newest.speed_bias, *newest.pose);
+      const MatXX P_vv = theirs.Block(*newest.speed_bias, *newest.speed_bias);
+      EXPECT_LT((ours.state.topLeftCorner<6, 6>() - P_pp).norm(), 1e-4 * P_pp.norm());
+      EXPECT_LT((ours.state.bottomLeftCorner<9, 6>() - P_vp).norm(), 1e-4 * P_vp.norm());
+      EXPECT_LT((ours.state.bottomRightCorner<9, 9>() - P_vv).norm(), 1e-4 * P_vv.norm());
+    }
+  };
+  OkvisOptions okvis;
+  okvis.temporal_frames = 5;
+  RunOdometry(recording, options, std::make_unique<Watched>(MakeOkvisPolicy(okvis)));
+}
+
+TEST(Estimator, ASnapshotStaysAsItWas) {
+  const Recording recording = SimulateSixSeconds();
+  Estimator estimator(EstimatorOptions{recording.calibration}, MakeVinsPolicy());
+  std::optional<Snapshot> first, last;
+  std::optional<StampedState> at_first;
+  FeedRecording(recording, &estimator, [&](const Estimator& now, const WindowRow& row) {
+    if (!row.report.state) return;
+    last = now.TakeSnapshot();
+    if (first) return;
+    first = last;
+    at_first = row.report.state;
+  });
+  ASSERT_TRUE(first && last);
+  EXPECT_EQ(first->frames.back().state.T_W_B.p, at_first->T_W_B.p) << "150 images later";
+  EXPECT_NE(last->frames.back().state.T_W_B.p, at_first->T_W_B.p);
+  EXPECT_GT(last->landmarks.size(), 10u);
+  EXPECT_EQ(last->segment, 0);
+}
+
+// The body's forward speed by its wheels.
+class EdgeWheelSpeed : public SizedEdge<1, VertexPose, VertexSpeedBias> {
+ public:
+  EdgeWheelSpeed(std::shared_ptr<VertexPose> pose, std::shared_ptr<VertexSpeedBias> speed, double x)
+      : SizedEdge(std::move(pose), std::move(speed)), x_(x) {}
+  void ComputeResidual() override { r_[0] = (GetVertex<0>().R().transpose() * GetVertex<1>().v()).x() - x_; }
+  std::string TypeInfo() const override { return "EdgeWheelSpeed"; }
+
+ private:
+  double x_;
+};
+
+// Exact wheels tell the speed that camera and IMU know to some centimeters a second.
+TEST(Estimator, EdgesOfOnesOwnTakePart) {
+  const Recording recording = SimulateSixSeconds();
+  const auto forward = [](const StampedState& state) { return (state.T_W_B.q.conjugate() * state.v_W).x(); };
+  const auto speed_rmse = [&](const OdometryRun& run) {
+    double sum = 0.0;
+    for (const StampedState& state : run.states) {
+      const double error = forward(state) - forward(*StateAt(recording.truth, state.t));
+      sum += error * error;
+    }
+    return std::sqrt(sum / static_cast<double>(run.states.size()));
+  };
+  EstimatorOptions plain{recording.calibration}, with_wheels = plain;
+  with_wheels.own_edges = [&](const Window& window, Graph* graph) {
+    for (const Frame& frame : window.frames) {
+      if (!frame.speed_bias) continue;
+      const auto truth = StateAt(recording.truth, frame.t);
+      auto edge = std::make_shared<EdgeWheelSpeed>(frame.pose, frame.speed_bias, forward(*truth));
+      edge->SetInformation(EdgeWheelSpeed::InformationMatrix(1.0 / (0.002 * 0.002)));
+      graph->AddEdge(edge);
+    }
+  };
+  for (size_t k = 0; k < AllPolicies().size(); ++k) {
+    const OdometryRun without = RunOdometry(recording, plain, std::move(AllPolicies()[k]));
+    const OdometryRun with = RunOdometry(recording, with_wheels, std::move(AllPolicies()[k]));
+    EXPECT_GT(speed_rmse(without), 0.005) << without.policy;
+    EXPECT_LT(speed_rmse(with), 0.003) << with.policy;
+  }
+}
+
+TEST(Estimator, ThresholdsOfFailuresAreOptions) {
+  const Recording recording = SimulateSixSeconds();
+  EstimatorOptions options{recording.calibration};
+  options.detect_failure = DetectFailuresBeyond({2.5, 1.0, 5.0, 1e-6});  // no step may climb
+  EXPECT_GT(RunOdometry(recording, options, MakeVinsPolicy()).restarts, 0);
+  options.detect_failure = nullptr;
+  EXPECT_THROW(Estimator(options, MakeVinsPolicy()), std::invalid_argument);
+  EXPECT_THROW(DetectFailuresBeyond({-1.0}), OptionError);
 }
 
 TEST(Estimator, RefusesTimesThatDoNotIncrease) {

@@ -64,12 +64,12 @@ def of_gauge(part: str, needs: str, seconds: tuple, **trials) -> FigureSet:
                      "ch5_backend.figures.gauge_report {folder}", seconds, needs=needs, trials=trials)
 
 
-RECORDING = " ".join(f"csv/odometry_{name}" for name in ("policies", "path", "windows", "matrices", "spectrum", "gauge"))
+RECORDING = " ".join(f"csv/odometry_{name}" for name in ("policies", "segments", "path", "windows", "matrices", "spectrum", "gauge"))
 SETS = (
     FigureSet("chapter", "", csv(
         "mono_ba_summary mono_ba_trace mono_ba_frames mono_ba_points mono_ba_iterations hessian hessian_vertices "
         "hessian_edges hessian_blocks spectrum prior_sweep prior_trials prior_damping prior_trace marginalize_chain "
-        "marginalize_scene marginalize_fill odometry_policies odometry_path odometry_windows odometry_matrices "
+        "marginalize_scene marginalize_fill odometry_policies odometry_segments odometry_path odometry_windows odometry_matrices "
         "odometry_spectrum odometry_gauge slide_vertices slide_observations slide_matrices slide_priors slide_frames"),
         "ch5_chapter --out {out}", "ch5_backend.figures.report {out}", (10, 12)),
     of_deck(1, "chapter"),

@@ -95,7 +95,10 @@ def read_result(kind: str, out: Path, spoken: str) -> dict:
     """What --json tells of one of the data."""
     if kind == "recording":
         rows = jsonout.read_rows(out / "csv" / "odometry_policies.csv")
-        policies = [{field: row[field] for field in POLICY_FIELDS} for row in rows]
+        segments = jsonout.read_rows(out / "csv" / "odometry_segments.csv")
+        of = lambda name: [{field: value for field, value in segment.items() if field != "policy"}
+                           for segment in segments if segment["policy"] == name]
+        policies = [{**{field: row[field] for field in POLICY_FIELDS}, "segments": of(row["policy"])} for row in rows]
         return {"problem": out.name, "policies": policies, "out": str(out), "report": str(out / PAGES[spoken])}
     return {**jsonout.read_summary(out / "summary.csv"), "out": str(out)}
 

@@ -61,7 +61,7 @@ class PathLength {
 
 void RunPolicy(const Recording& recording, const EnduranceOptions& options, std::unique_ptr<WindowPolicy> policy,
                const std::function<void(double)>& progress, std::vector<EnduranceRow>* rows) {
-  Estimator estimator(OptionsFor(recording.calibration), std::move(policy));
+  Estimator estimator(EstimatorOptions{recording.calibration}, std::move(policy));
   const std::string name = estimator.Policy().Name();
   std::vector<StampedState> first_minute;
   YawTransform to_truth;
@@ -98,7 +98,7 @@ std::vector<EnduranceRow> RunEnduranceStudy(const EnduranceOptions& options,
                                             const std::function<void(const std::string&, double)>& progress) {
   const Recording recording = Simulate(options);
   std::vector<EnduranceRow> rows;
-  for (auto&& policy : AllPolicies(recording.calibration)) {
+  for (auto&& policy : AllPolicies()) {
     const std::string name = policy->Name();
     RunPolicy(
         recording, options, std::move(policy),

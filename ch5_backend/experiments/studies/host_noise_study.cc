@@ -22,8 +22,8 @@ CsvTable HostNoiseTable() {
 
 void AppendHostNoise(const std::string& name, const Recording& recording, CsvTable* table) {
   for (const Way& way : kWays) {
-    for (auto&& policy : AllPolicies(recording.calibration)) {
-      EstimatorOptions options = OptionsFor(recording.calibration);
+    for (auto&& policy : AllPolicies()) {
+      EstimatorOptions options{recording.calibration};
       options.weights.cauchy = way.cauchy;
       options.weights.noisy_hosts = way.noisy;
       const OdometryRun run = RunOdometry(recording, options, std::move(policy));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 
 namespace ch5 {
@@ -12,6 +13,39 @@ double Percentile(std::vector<double> values, double fraction) {
   const auto at = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + at, values.end());
   return values[static_cast<size_t>(at)];
+}
+
+// Each segment counts as often as it has states that were compared.
+std::optional<TrajectoryError> Together(const std::vector<OdometrySegment>& segments) {
+  std::vector<TrajectoryError> errors;
+  for (const OdometrySegment& segment : segments) {
+    if (segment.error) errors.push_back(*segment.error);
+  }
+  if (errors.empty()) return std::nullopt;
+  if (errors.size() == 1) return errors.front();
+  TrajectoryError all = *std::max_element(errors.begin(), errors.end(),
+                                          [](const auto& a, const auto& b) { return a.time.size() < b.time.size(); });
+  const auto root_mean = [&](double TrajectoryError::*rmse) {
+    double sum = 0.0, count = 0.0;
+    for (const TrajectoryError& error : errors) {
+      const double states = static_cast<double>(error.time.size());
+      sum += states * error.*rmse * error.*rmse;
+      count += states;
+    }
+    return std::sqrt(sum / count);
+  };
+  for (const auto rmse : {&TrajectoryError::position_rmse, &TrajectoryError::rotation_rmse, &TrajectoryError::yaw_rmse,
+                          &TrajectoryError::velocity_rmse}) {
+    all.*rmse = root_mean(rmse);
+  }
+  all.position.clear();
+  all.time.clear();
+  for (const TrajectoryError& error : errors) {
+    all.position_max = std::max(all.position_max, error.position_max);
+    all.position.insert(all.position.end(), error.position.begin(), error.position.end());
+    all.time.insert(all.time.end(), error.time.begin(), error.time.end());
+  }
+  return all;
 }
 
 void Summarize(const Recording& recording, OdometryRun* run) {
@@ -29,27 +63,15 @@ void Summarize(const Recording& recording, OdometryRun* run) {
   const double share = static_cast<double>(milliseconds.size()) / static_cast<double>(run->rows.size());
   run->tracking_factor =
       share > 0.0 ? share * duration / std::max(answered, 1e-9) : std::numeric_limits<double>::quiet_NaN();
-  run->error = CompareTrajectories(run->states, recording.truth);
+  for (OdometrySegment& segment : run->segments) segment.error = CompareTrajectories(segment.states, recording.truth);
+  run->error = Together(run->segments);
 }
 
 }  // namespace
 
-EstimatorOptions OptionsFor(const Calibration& calibration) {
-  EstimatorOptions options;
-  options.T_B_C = calibration.T_B_C;
-  options.imu_noise = calibration.noise;
-  options.weights.focal_length = 0.5 * (calibration.fx + calibration.fy);
-  options.weights.gravity = calibration.gravity;
-  options.standstill.focal_length = options.weights.focal_length;
-  options.standstill.gravity = calibration.gravity;
-  return options;
-}
-
-std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(const Calibration& calibration) {
-  VinsOptions vins;
-  vins.focal_length = 0.5 * (calibration.fx + calibration.fy);
+std::vector<std::unique_ptr<WindowPolicy>> AllPolicies() {
   std::vector<std::unique_ptr<WindowPolicy>> policies;
-  policies.push_back(MakeVinsPolicy(vins));
+  policies.push_back(MakeVinsPolicy());
   OkvisOptions okvis;
   okvis.temporal_frames = 5;  // one camera needs a longer base line than the stereo pair that OKVIS's 3 are meant for
   policies.push_back(MakeOkvisPolicy(okvis));
@@ -78,7 +100,12 @@ OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& opti
   OdometryRun run;
   run.policy = estimator.Policy().Name();
   FeedRecording(recording, &estimator, [&](const Estimator& now, const WindowRow& row) {
-    if (row.report.state) run.states.push_back(*row.report.state);
+    if (row.report.state) {
+      run.states.push_back(*row.report.state);
+      if (run.segments.empty() || run.segments.back().id != row.report.segment)
+        run.segments.push_back({row.report.segment, {}, {}});
+      run.segments.back().states.push_back(*row.report.state);
+    }
     if (watch) watch(now, row);
     run.rows.push_back(row);
   });

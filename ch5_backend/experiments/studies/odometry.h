@@ -12,11 +12,8 @@
 
 namespace ch5 {
 
-/// The estimator's settings for a recording's camera and IMU.
-EstimatorOptions OptionsFor(const Calibration& calibration);
-
-/// One policy of each kind, set up for this camera.
-std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(const Calibration& calibration);
+/// One policy of each kind.
+std::vector<std::unique_ptr<WindowPolicy>> AllPolicies();
 
 /// The time and result of one image.
 struct WindowRow {
@@ -25,10 +22,19 @@ struct WindowRow {
   FrameReport report;
 };
 
+/// What lies between two restarts: poses of one world frame, so it is compared with the truth by itself.
+struct OdometrySegment {
+  int id = 0;                        ///< FrameReport::segment
+  std::vector<StampedState> states;  ///< at least one
+  std::optional<TrajectoryError> error;
+};
+
 struct OdometryRun {
   std::string policy;
-  std::vector<WindowRow> rows;       ///< one per image
-  std::vector<StampedState> states;  ///< of the images with an estimate
+  std::vector<WindowRow> rows;            ///< one per image
+  std::vector<StampedState> states;       ///< of the images with an estimate
+  std::vector<OdometrySegment> segments;  ///< the same, those with an estimate
+  /// Root mean squares over all segments, each with an alignment of its own; that of the longest stands here, and its scale.
   std::optional<TrajectoryError> error;
   int restarts = 0;
   double realtime_factor = 0.0;  ///< duration of the recording / time spent

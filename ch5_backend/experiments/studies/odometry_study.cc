@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/files/tables/trajectory_file.h"
@@ -37,19 +39,35 @@ CsvTable PolicyTable(const OdometryStudy& study) {
   return table;
 }
 
-// Estimates are aligned with the truth.
+CsvTable SegmentTable(const OdometryStudy& study) {
+  CsvTable table("policy,segment,first_s,last_s,frames,ate_m,scale_error,yaw_error_deg");
+  for (const OdometryRun& run : study.runs) {
+    for (const OdometrySegment& segment : run.segments) {
+      const auto& error = segment.error;
+      table.Row(run.policy, segment.id, segment.states.front().t, segment.states.back().t, segment.states.size(),
+                error ? error->position_rmse : kNoNumber, error ? error->scale - 1.0 : kNoNumber,
+                error ? error->yaw_rmse * 180.0 / M_PI : kNoNumber);
+    }
+  }
+  return table;
+}
+
+// Estimates are aligned with the truth, each segment by itself.
 CsvTable PathTable(const OdometryStudy& study) {
-  CsvTable table("policy,t_s,x_m,y_m,z_m,error_m");
+  CsvTable table("policy,segment,t_s,x_m,y_m,z_m,error_m");
   for (const StampedState& state : study.recording.truth) {
     const Vec3& p = state.T_W_B.p;
-    table.Row("truth", state.t, p.x(), p.y(), p.z(), 0.0);
+    table.Row("truth", 0, state.t, p.x(), p.y(), p.z(), 0.0);
   }
   for (const OdometryRun& run : study.runs) {
-    const YawTransform to_truth = run.error ? run.error->alignment : YawTransform{};
-    for (const StampedState& state : run.states) {
-      const Vec3 p = to_truth * state.T_W_B.p;
-      const auto truth = StateAt(study.recording.truth, state.t);
-      table.Row(run.policy, state.t, p.x(), p.y(), p.z(), truth ? (p - truth->T_W_B.p).norm() : kNoNumber);
+    for (const OdometrySegment& segment : run.segments) {
+      const YawTransform to_truth = segment.error ? segment.error->alignment : YawTransform{};
+      for (const StampedState& state : segment.states) {
+        const Vec3 p = to_truth * state.T_W_B.p;
+        const auto truth = StateAt(study.recording.truth, state.t);
+        table.Row(run.policy, segment.id, state.t, p.x(), p.y(), p.z(),
+                  truth ? (p - truth->T_W_B.p).norm() : kNoNumber);
+      }
     }
   }
   return table;
@@ -96,7 +114,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
   OdometryStudy study;
   study.recording = std::move(recording);
   const auto& frames = study.recording.frames;
-  for (auto&& policy : AllPolicies(study.recording.calibration)) {
+  for (auto&& policy : AllPolicies()) {
     std::vector<WindowSnapshot> snapshots;
     std::vector<PriorAudit> audits;
     const std::string name = policy->Name();
@@ -117,7 +135,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
       }
     };
     study.runs.push_back(
-        RunOdometry(study.recording, OptionsFor(study.recording.calibration), std::move(policy), watch));
+        RunOdometry(study.recording, EstimatorOptions{study.recording.calibration}, std::move(policy), watch));
     study.snapshots.push_back(std::move(snapshots));
     study.audits.push_back(std::move(audits));
   }
@@ -142,6 +160,7 @@ void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path
   }
   FileBatch files;
   files.Add(csv / "odometry_policies.csv", PolicyTable(study).Text());
+  files.Add(csv / "odometry_segments.csv", SegmentTable(study).Text());
   files.Add(csv / "odometry_path.csv", PathTable(study).Text());
   files.Add(csv / "odometry_windows.csv", WindowTable(study).Text());
   files.Add(csv / "odometry_matrices.csv", matrices.Text());
@@ -150,13 +169,41 @@ void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path
   files.Commit();
 }
 
+namespace {
+
+// Those that an earlier run has left in the folder.
+void RemoveOlderSegments(const OdometryStudy& study, const std::set<std::filesystem::path>& names,
+                         const std::filesystem::path& out) {
+  const auto is_number = [](const std::string& text) {
+    return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+  };
+  for (const auto& entry : std::filesystem::directory_iterator(out)) {
+    const std::string name = entry.path().stem(), kind = entry.path().extension();
+    if ((kind != ".tum" && kind != ".csv") || names.count(name) > 0) continue;
+    for (const OdometryRun& run : study.runs) {
+      const std::string begin = run.policy + "_";
+      if (name.rfind(begin, 0) == 0 && is_number(name.substr(begin.size()))) std::filesystem::remove(entry.path());
+    }
+  }
+}
+
+}  // namespace
+
 void WriteOdometryTrajectories(const OdometryStudy& study, const std::filesystem::path& out) {
   FileBatch files;
+  std::set<std::filesystem::path> names;
   for (const OdometryRun& run : study.runs) {
-    files.Add(out / (run.policy + ".tum"), FormatTum(run.states, study.recording.origin_ns));
-    files.Add(out / (run.policy + ".csv"), FormatEuroc(run.states, study.recording.origin_ns));
+    std::map<int, std::vector<StampedState>> segments{{0, {}}};  // the first file is there, though it be empty
+    for (const OdometrySegment& segment : run.segments) segments[segment.id] = segment.states;
+    for (const auto& [id, states] : segments) {
+      const std::string name = run.policy + (id > 0 ? "_" + std::to_string(id) : "");
+      files.Add(out / (name + ".tum"), FormatTum(states, study.recording.origin_ns));
+      files.Add(out / (name + ".csv"), FormatEuroc(states, study.recording.origin_ns));
+      names.insert(name);
+    }
   }
   files.Commit();
+  RemoveOlderSegments(study, names, out);
 }
 
 }  // namespace ch5

@@ -39,12 +39,13 @@ Recording SimulatedOdometryRecording();
 OdometryStudy RunOdometryStudy(Recording recording,
                                const std::function<void(const std::string&, double)>& progress = nullptr);
 
-/// Into `csv`: odometry_policies.csv, odometry_path.csv, odometry_windows.csv, odometry_matrices.csv,
+/// Into `csv`: odometry_policies.csv, odometry_segments.csv, odometry_path.csv, odometry_windows.csv, odometry_matrices.csv,
 /// odometry_spectrum.csv and odometry_gauge.csv; all or none.
 /// @throws WriteError
 void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv);
 
-/// POLICY.tum and POLICY.csv (EuRoC's format) for each policy.
+/// POLICY.tum and POLICY.csv (EuRoC's format) for each policy; what follows a restart is in files of its own, POLICY_1.tum,
+/// POLICY_1.csv and so on by its segment. Such files of an earlier run are removed.
 /// @throws WriteError
 void WriteOdometryTrajectories(const OdometryStudy& study, const std::filesystem::path& out);
 

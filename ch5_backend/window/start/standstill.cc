@@ -13,8 +13,6 @@ void StandstillOptions::Validate() const {
   CheckPositive("StandstillOptions::seconds", seconds);
   CheckOption("StandstillOptions::pixels", pixels, 0);
   CheckOption("StandstillOptions::acceleration", acceleration, 0);
-  CheckPositive("StandstillOptions::focal_length", focal_length);
-  CheckPositive("StandstillOptions::gravity", gravity);
 }
 
 void StandstillDetector::AddImu(const ImuMeasurement& reading) {
@@ -30,16 +28,16 @@ std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame) 
   if (images_.front().t > frame.t - options_.seconds || imu_.empty()) return std::nullopt;
 
   const std::optional<double> motion = MedianMotion(images_.front(), frame);
-  if (!motion || *motion * options_.focal_length > options_.pixels) return std::nullopt;
+  if (!motion || *motion * focal_length_ > options_.pixels) return std::nullopt;
   StandstillState state;
   Vec3 force = Vec3::Zero();
   for (const ImuMeasurement& reading : imu_) {
     force += reading.acceleration / static_cast<double>(imu_.size());
     state.b_g += reading.gyroscope / static_cast<double>(imu_.size());
   }
-  if (std::abs(force.norm() - options_.gravity) > options_.acceleration) return std::nullopt;
+  if (std::abs(force.norm() - gravity_) > options_.acceleration) return std::nullopt;
   state.q_W_B = RotationBetween(force, Vec3::UnitZ());
-  state.b_a = force - options_.gravity * force.normalized();
+  state.b_a = force - gravity_ * force.normalized();
   return state;
 }
 

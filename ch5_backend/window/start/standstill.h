@@ -6,16 +6,14 @@
 #include <optional>
 #include <vector>
 
-#include "ch5_backend/types/measurements.h"
+#include "ch5_backend/types/recording.h"
 
 namespace ch5 {
 
 struct StandstillOptions {
-  double seconds = 1.0;         ///< at rest if for this time [s] …
-  double pixels = 3.0;          ///< … the median motion of the points in the image is less than this [px] …
-  double acceleration = 0.3;    ///< … and the mean specific force differs from gravity by less than this [m/s²]
-  double focal_length = 460.0;  ///< [px]
-  double gravity = 9.81;        ///< [m/s²]
+  double seconds = 1.0;       ///< at rest if for this time [s] …
+  double pixels = 3.0;        ///< … the median motion of the points in the image is less than this [px] …
+  double acceleration = 0.3;  ///< … and the mean specific force differs from gravity by less than this [m/s²]
 
   /// @throws OptionError
   void Validate() const;
@@ -32,7 +30,10 @@ struct StandstillState {
 class StandstillDetector {
  public:
   /// @throws OptionError
-  explicit StandstillDetector(const StandstillOptions& options) : options_(options) { options.Validate(); }
+  StandstillDetector(const Calibration& calibration, const StandstillOptions& options)
+      : focal_length_(calibration.FocalLength()), gravity_(calibration.gravity), options_(options) {
+    options.Validate();
+  }
 
   void AddImu(const ImuMeasurement& reading);
   /// @return the state at this image, if the body has been at rest until then
@@ -40,6 +41,7 @@ class StandstillDetector {
   void Reset();
 
  private:
+  double focal_length_, gravity_;
   StandstillOptions options_;
   std::deque<ImuMeasurement> imu_;  // of the last `seconds`
   std::deque<Image> images_;        // likewise

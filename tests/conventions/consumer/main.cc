@@ -5,7 +5,6 @@
 #include <memory>
 #include <vector>
 
-#include "ch5_backend/marginalize/edge_prior.h"
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 #include "ch5_backend/sparse/covariance.h"
@@ -57,10 +56,7 @@ bool MarginalizeAPose() {
   std::printf("%.3e -> %.3e, %s\n", summary.initial_cost, summary.final_cost, summary.message.c_str());
   const ch5::MatXX before = ch5::Covariance(&graph).Block(*poses[3], *poses[3]);
 
-  const auto leaving = graph.EdgesOf(*poses[0]);
-  auto prior = std::make_shared<ch5::EdgePrior>(ch5::Marginalize(leaving, {poses[0]}));
-  graph.RemoveVertex(poses[0]);
-  graph.AddEdge(prior);
+  ch5::MarginalizeInto(&graph, {poses[0]});
   const ch5::MatXX after = ch5::Covariance(&graph).Block(*poses[3], *poses[3]);
   const ch5::Vec3 last = p - q * turn.conjugate() * ahead;
   const bool is_solved = Report("final cost", summary.final_cost, 1e-12);
@@ -75,8 +71,7 @@ bool FollowACamera() {
   path.standstill_seconds = 1.5;
   const ch5::Recording recording = ch5::SimulateInRoom(path, 1500);
   ch5::EstimatorOptions options;
-  options.T_B_C = recording.calibration.T_B_C;
-  options.imu_noise = recording.calibration.noise;
+  options.calibration = recording.calibration;
   ch5::OkvisOptions okvis;
   okvis.temporal_frames = 5;
   ch5::Estimator estimator(options, ch5::MakeOkvisPolicy(okvis));

@@ -162,9 +162,9 @@ void RunBlocks(const Path& csv, const std::string& data, const Show&) {
 void Fly(const std::string& policy, const Marginalizer& marginalizer, const Path& csv, const std::string& data,
          const Show& progress) {
   const Recording recording = data.empty() ? SimulatedOdometryRecording() : ReadRecording(data);
-  EstimatorOptions options = OptionsFor(recording.calibration);
+  EstimatorOptions options{recording.calibration};
   options.marginalizer = marginalizer;
-  auto policies = AllPolicies(recording.calibration);
+  auto policies = AllPolicies();
   const auto chosen =
       std::find_if(policies.begin(), policies.end(), [&](const auto& p) { return p->Name() == policy; });
 

@@ -9,7 +9,7 @@ namespace ch5 {
 namespace {
 
 EstimatorOptions Options(const Recording& recording) {
-  EstimatorOptions options = OptionsFor(recording.calibration);
+  EstimatorOptions options{recording.calibration};
   options.max_rejecting = 1e9;  // few landmarks are normal here
   return options;
 }
@@ -42,7 +42,7 @@ Recording Flight(const FlightOptions& flight) {
   return SimulateInRoom(path, 400, options);
 }
 
-std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name, const Calibration& calibration) {
+std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name) {
   if (name == "okvis") {
     OkvisOptions options;
     options.keyframes = 3;
@@ -51,9 +51,7 @@ std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name, const Ca
   }
   VinsOptions options;
   options.window_size = kFlightWindow - 1;
-  options.focal_length = 0.5 * (calibration.fx + calibration.fy);
   options.least_tracked = 5;
-  options.max_solve_seconds = 1e3;  // a result must not depend on the machine
   return MakeVinsPolicy(options);
 }
 

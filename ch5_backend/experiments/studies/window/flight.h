@@ -17,7 +17,7 @@ constexpr size_t kFlightWindow = 8;  ///< frames of a window before it slides
 Recording Flight(const FlightOptions& options);
 
 /// "vins" or "okvis". Both keep seven frames: VINS-Mono the newest, OKVIS three keyframes and four newest.
-std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name, const Calibration& calibration);
+std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name);
 
 /// The first `images` images, from the true first state on: roll, pitch, speed and biases are known, position and yaw are
 /// not.

@@ -123,7 +123,7 @@ class SlideOnce : public WindowPolicy {
 // The policy's own windows, from the start on.
 void AppendFrames(const Recording& recording, const std::string& name, Tables* tables) {
   int image = 0;
-  Fly(recording, kImages, MakeFlightPolicy(name, recording.calibration), [&](const Estimator& now, const WindowRow&) {
+  Fly(recording, kImages, MakeFlightPolicy(name), [&](const Estimator& now, const WindowRow&) {
     const Window& window = now.GetWindow();
     for (const Frame& frame : window.frames) {
       tables->frames.Row(name, image, frame.id, frame.is_keyframe, frame.speed_bias != nullptr,
@@ -141,7 +141,7 @@ void RunSlideStudy(const std::filesystem::path& csv) {
   const Recording wide = Flight(every_keyframe), dense = Flight(some_keyframes);
   Tables tables;
   for (const char* name : {"vins", "okvis"}) {
-    Fly(wide, kFlightWindow, std::make_unique<SlideOnce>(MakeFlightPolicy(name, wide.calibration), &tables),
+    Fly(wide, kFlightWindow, std::make_unique<SlideOnce>(MakeFlightPolicy(name), &tables),
         [](const Estimator&, const WindowRow&) {});
     AppendFrames(dense, name, &tables);
   }

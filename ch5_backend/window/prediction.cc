@@ -1,0 +1,44 @@
+#include "ch5_backend/window/prediction.h"
+
+#include "ch5_backend/window/measurement_checks.h"
+
+namespace ch5 {
+
+std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, std::vector<ImuMeasurement> imu, double t1,
+                                              const ImuNoise& noise) {
+  if (imu.front().t > from.t) imu.insert(imu.begin(), {from.t, imu.front().acceleration, imu.front().gyroscope});
+  if (imu.back().t < t1) imu.push_back({t1, imu.back().acceleration, imu.back().gyroscope});
+  std::vector<ImuSample> samples = SamplesBetween(imu, from.t, t1);
+  if (samples.size() == 2) {  // a single step would give position and speed the same noise: a singular covariance
+    const double half = 0.5 * samples[1].dt;
+    samples.insert(samples.begin() + 1, {half, 0.5 * (samples[0].acceleration + samples[1].acceleration),
+                                         0.5 * (samples[0].gyroscope + samples[1].gyroscope)});
+    samples[2].dt = half;
+  }
+  auto result = std::make_shared<Preintegration>(samples.at(0), from.b_a, from.b_g, noise);
+  for (size_t k = 1; k < samples.size(); ++k) result->Add(samples[k]);
+  return result;
+}
+
+StampedState Predict(const StampedState& from, const Preintegration& imu, double gravity) {
+  const double t = imu.SumDt();
+  const Vec3 G(0, 0, gravity);
+  const Qd& q = from.T_W_B.q;
+  StampedState to = from;
+  to.t = from.t + t;
+  to.T_W_B.p = from.T_W_B.p + t * from.v_W - 0.5 * t * t * G + q * imu.Alpha();
+  to.T_W_B.q = q * imu.Gamma();
+  to.v_W = from.v_W - t * G + q * imu.Beta();
+  return to;
+}
+
+std::optional<StampedState> PredictAt(const StampedState& from, const std::vector<ImuMeasurement>& imu, double t,
+                                      const Calibration& calibration, double max_gap) {
+  if (t == from.t) return from;
+  if (!(t > from.t) || HasImuGap(imu, from.t, t, max_gap)) return std::nullopt;
+  StampedState state = Predict(from, *IntegrateFrom(from, imu, t, calibration.noise), calibration.gravity);
+  state.t = t;  // without the rounding of a sum
+  return state;
+}
+
+}  // namespace ch5

@@ -1,0 +1,32 @@
+#pragma once
+/// A state carried on by the IMU alone, at any time and at the IMU's rate.
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "ch5_backend/types/inertial/preintegration.h"
+#include "ch5_backend/types/recording.h"
+
+namespace ch5 {
+
+/// What the IMU felt from a state to the time t1, at the state's biases. Before the first and after the last reading, that
+/// reading is held constant.
+/// @param imu  strictly increasing in time, at least one;  @param t1  after from.t [s]
+std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, std::vector<ImuMeasurement> imu, double t1,
+                                              const ImuNoise& noise);
+
+/// With t = imu.SumDt() and G = [0, 0, gravity]:
+///
+///   q_j = q_i γ,   v_j = v_i − G t + R_i β,   p_j = p_i + v_i t − ½ G t² + R_i α;   the biases stay
+///
+/// @param gravity [m/s²]
+StampedState Predict(const StampedState& from, const Preintegration& imu, double gravity);
+
+/// The state at a later time t; `from` itself at its own.
+/// @param imu  strictly increasing in time;  @param max_gap  the longest time without a reading [s]
+/// @return nullopt before `from`, or if there is a longer gap in the readings from there to t
+std::optional<StampedState> PredictAt(const StampedState& from, const std::vector<ImuMeasurement>& imu, double t,
+                                      const Calibration& calibration, double max_gap);
+
+}  // namespace ch5

@@ -1,0 +1,71 @@
+#include "ch5_backend/window/state_covariance.h"
+
+#include <Eigen/Cholesky>
+
+#include "ch5_backend/marginalize/marginalize.h"
+#include "ch5_backend/window/position_yaw_prior.h"
+
+namespace ch5 {
+namespace {
+
+// Blocks of the inverse of the landmarks' Schur complement, scaled to a unit diagonal.
+class InverseBlocks {
+ public:
+  explicit InverseBlocks(const MarginalSystem& system)
+      : kept_(system.kept),
+        p_inverse_(ScalingOf(system.H).cwiseInverse()),
+        ldlt_(p_inverse_.asDiagonal() * system.H * p_inverse_.asDiagonal()) {}
+
+  // All rows of the columns of a vertex.
+  MatXX Columns(const Vertex& vertex) const {
+    const Eigen::Index row = RowOf(vertex), size = vertex.LocalDimension();
+    MatXX columns = MatXX::Zero(p_inverse_.size(), size);
+    columns.middleRows(row, size).diagonal() = p_inverse_.segment(row, size);
+    return p_inverse_.asDiagonal() * ldlt_.solve(columns);
+  }
+  MatXX Rows(const MatXX& columns, const Vertex& vertex) const {
+    return columns.middleRows(RowOf(vertex), vertex.LocalDimension());
+  }
+  MatXX Block(const Vertex& vertex) const { return Rows(Columns(vertex), vertex); }
+
+ private:
+  Eigen::Index RowOf(const Vertex& wanted) const {
+    Eigen::Index row = 0;
+    for (const auto& vertex : kept_) {
+      if (vertex.get() == &wanted) break;
+      row += vertex->LocalDimension();
+    }
+    return row;
+  }
+
+  const std::vector<std::shared_ptr<Vertex>>& kept_;
+  VecX p_inverse_;
+  Eigen::LDLT<MatXX> ldlt_;
+};
+
+}  // namespace
+
+StateCovariance CovarianceOf(const Window& window, const Frame& frame) {
+  std::vector<std::shared_ptr<Edge>> edges = window.graph.Edges();
+  if (!window.prior_fixes_gauge && !window.gauge_prior) {
+    edges.push_back(MakePositionYawPrior(window.frames.front().pose, 1e8));
+  }
+  std::vector<std::shared_ptr<Vertex>> landmarks;
+  for (const auto& vertex : window.graph.Vertices()) {
+    if (vertex->GetRole() == Role::kLandmark) landmarks.push_back(vertex);
+  }
+  const MarginalSystem system = EliminateVertices(edges, landmarks);
+  const InverseBlocks inverse(system);
+  StateCovariance covariance;
+  if (window.prior_fixes_gauge) covariance.reference = StateCovariance::Reference::kWorld;
+  const MatXX of_pose = inverse.Columns(*frame.pose), of_speed_bias = inverse.Columns(*frame.speed_bias);
+  covariance.state.topLeftCorner<6, 6>() = inverse.Rows(of_pose, *frame.pose);
+  covariance.state.bottomLeftCorner<9, 6>() = inverse.Rows(of_pose, *frame.speed_bias);
+  covariance.state.topRightCorner<6, 9>() = covariance.state.bottomLeftCorner<9, 6>().transpose();
+  covariance.state.bottomRightCorner<9, 9>() = inverse.Rows(of_speed_bias, *frame.speed_bias);
+  if (!window.extrinsic->IsFixed()) covariance.extrinsic = inverse.Block(*window.extrinsic);
+  if (!window.time_offset->IsFixed()) covariance.time_offset_variance = inverse.Block(*window.time_offset)(0, 0);
+  return covariance;
+}
+
+}  // namespace ch5
