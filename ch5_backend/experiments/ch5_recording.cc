@@ -15,7 +15,8 @@ namespace {
 constexpr char kUsage[] =
     "usage: ch5_recording FOLDER --out DIR\n"
     "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
-    "groundtruth.csv) with both window policies, and writes into DIR: trajectories in TUM's and EuRoC's format, and\n"
+    "groundtruth.csv; ch5_backend/GUIDE.md has their format) with both window policies, and writes into DIR: "
+    "trajectories in TUM's and EuRoC's format, and\n"
     "tables in DIR/csv, which figures/recording.py draws. What follows a restart is a segment with files of its own,\n"
     "POLICY_1.tum and so on, and is compared with the truth by itself.\n";
 

@@ -39,10 +39,13 @@ MAY_INCLUDE = {
     "evaluate": "math graph types types/visual simulate",
     "experiments": LIBRARY,
     "lab": LIBRARY + " experiments",
+    "examples": LIBRARY,
+    "python": LIBRARY,
 }
 # What each folder of Python may import, besides itself. Tests may import everything.
 MAY_IMPORT = {
     "ch5_backend/figures": "",
+    "ch5_backend/python": "",
     "ch5_backend/course/base": "ch5_backend/figures",
     "ch5_backend/course/homework": "ch5_backend/course/base",
     "ch5_backend/course/experiments": "ch5_backend/course/base ch5_backend/course/homework ch5_backend/figures",
