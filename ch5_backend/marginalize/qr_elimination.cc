@@ -112,5 +112,7 @@ template Prior MarginalizeQr<double>(const std::vector<std::shared_ptr<Edge>>&,
                                      const std::vector<std::shared_ptr<Vertex>>&);
 template Prior MarginalizeQr<float>(const std::vector<std::shared_ptr<Edge>>&,
                                     const std::vector<std::shared_ptr<Vertex>>&);
+template Prior MarginalizeQr<long double>(const std::vector<std::shared_ptr<Edge>>&,
+                                          const std::vector<std::shared_ptr<Vertex>>&);
 
 }  // namespace ch5

@@ -21,26 +21,9 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/experiments/studies/consistency_flight.h"
+
 namespace ch5 {
-
-struct ConsistencyOptions {
-  int runs = 50;
-  double seconds = 20.0;
-  double frame_rate = 5.0;  ///< [Hz]
-  double pixel_sigma = 1.0;
-  int max_tracks = 24;
-  double lose_track = 0.05;  ///< probability of losing a track at each image
-  int audited_runs = 2;      ///< so many of the runs are repeated without position and yaw
-  int threads = 0;           ///< 0: as many as the machine has; the result does not depend on it
-};
-
-/// What varies between the estimators of the study.
-struct ConsistencyCase {
-  std::string policy;        ///< "vins", "okvis"
-  std::string observations;  ///< "twice", VINS-Mono's re-use of what its prior contains, or "once"
-  std::string hosts;         ///< "exact", as in VINS-Mono and by default, or "noisy" (types/visual/edge_track.h)
-  std::string mode;  ///< ObservabilityConstraints: "none", "prior_only" (marginalized edges), "full" (all edges)
-};
 
 /// One case at one time, over all runs.
 struct ConsistencyRow : ConsistencyCase {

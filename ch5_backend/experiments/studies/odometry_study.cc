@@ -100,14 +100,17 @@ CsvTable GaugeTable(const OdometryStudy& study) {
 
 }  // namespace
 
-Recording SimulatedOdometryRecording() {
+Recording SimulatedOdometryRecording(uint64_t seed) {
   HandheldOptions path;
   path.duration = 20.0;
   path.standstill_seconds = 2.0;
+  path.seed = seed;
   SimulationOptions options;
+  options.imu.seed = seed;
+  options.camera.seed = seed + 1;
   options.camera.max_tracks = 40;
   options.camera.outlier_fraction = 0.02;
-  return SimulateInRoom(path, 1000, options);
+  return SimulateInRoom(path, 1000, options, seed);
 }
 
 OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(const std::string&, double)>& progress) {

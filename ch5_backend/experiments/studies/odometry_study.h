@@ -33,7 +33,7 @@ struct OdometryStudy {
 };
 
 /// A hand-held camera in a room, standing still before it moves, with noise and 2 % of outliers.
-Recording SimulatedOdometryRecording();
+Recording SimulatedOdometryRecording(uint64_t seed = 1);
 
 /// @param progress  called with the present policy and the fraction done, 0 … 1
 OdometryStudy RunOdometryStudy(Recording recording,

@@ -2,6 +2,7 @@
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
 #include "ch5_backend/experiments/studies/odometry.h"
+#include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
@@ -22,27 +23,17 @@ Recording RecordingOf(int trial) {
 }
 
 // Audits what each solve has seen, before its policy slides the window.
-class AuditedPolicy : public WindowPolicy {
+class AuditedPolicy : public WrappedPolicy {
  public:
   /// @param audit  of every kImages-th window that has a prior
   AuditedPolicy(std::unique_ptr<WindowPolicy> policy, std::function<void(const Window&)> audit)
-      : policy_(std::move(policy)), audit_(std::move(audit)) {}
-  std::string Name() const override { return policy_->Name(); }
-  void NoteNewFrame(Window* window) override { policy_->NoteNewFrame(window); }
-  bool Uses(const Window& window, const WindowLandmark& landmark) const override {
-    return policy_->Uses(window, landmark);
-  }
-  SolveOptions Options() const override { return policy_->Options(); }
-  void AfterSolve(Window* window) override { policy_->AfterSolve(window); }
+      : WrappedPolicy(std::move(policy)), audit_(std::move(audit)) {}
   void Slide(Window* window) override {
     if (window->prior && ++windows_ % kImages == 0) audit_(*window);
-    policy_->Slide(window);
+    WrappedPolicy::Slide(window);
   }
-  void SlideWithoutEstimate(Window* window) override { policy_->SlideWithoutEstimate(window); }
-  void Reset() override { policy_->Reset(); }
 
  private:
-  std::unique_ptr<WindowPolicy> policy_;
   std::function<void(const Window&)> audit_;
   int windows_ = 0;
 };

@@ -1,0 +1,187 @@
+// What becomes of what leaves the window.  Huang, Mourikis, Roumeliotis, IJRR 2010
+#include <Eigen/LU>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "ch5_backend/evaluate/nees.h"
+#include "ch5_backend/experiments/studies/consistency_flight.h"
+#include "ch5_backend/experiments/studies/systems/system_studies.h"
+#include "ch5_backend/experiments/studies/window/wrapped_policy.h"
+#include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/marginalize/drop_ordering.h"
+#include "ch5_backend/marginalize/marginalize.h"
+#include "ch5_backend/window/position_yaw_prior.h"
+
+namespace ch5 {
+namespace {
+
+using Edges = std::vector<std::shared_ptr<Edge>>;
+using Vertices = std::vector<std::shared_ptr<Vertex>>;
+
+// What is constant has no column: what remains is conditional on it, H_kk instead of H_kk − H_kd H_dd⁺ H_dk.
+std::shared_ptr<EdgePrior> Fix(const Edges& edges, const Vertices& leaving, bool speeds_too) {
+  for (const auto& vertex : leaving) {
+    const bool is_pose = dynamic_cast<const VertexPose*>(vertex.get()) != nullptr;
+    if (is_pose || (speeds_too && vertex->GetRole() != Role::kLandmark)) vertex->SetFixed();
+  }
+  return std::make_shared<EdgePrior>(Marginalize(edges, leaving));
+}
+
+struct Way {
+  const char* name;
+  Marginalizer marginalizer;
+  ObservabilityConstraints constraints = ObservabilityConstraints::kNone;
+};
+const Way kWays[] = {
+    {"dropped", [](const Edges&, const Vertices&) { return nullptr; }},
+    {"fixed", [](const Edges& edges, const Vertices& leaving) { return Fix(edges, leaving, true); }},
+    {"poses fixed", [](const Edges& edges, const Vertices& leaving) { return Fix(edges, leaving, false); }},
+    {"marginalized", nullptr},
+    {"first estimates", nullptr, ObservabilityConstraints::kAllEdges}};
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Of the newest frame against the oldest, T_0n = T_W_0⁻¹ T_W_n: it does not depend on the gauge, so it can be compared
+// with the truth of a recording whose W is another.
+struct Motion {
+  Transform T_0n;
+  Mat66 covariance;
+};
+
+// δp = R₀ᵀ(δpₙ − δp₀) + [p]× δθ₀,   δθ = δθₙ − Rᵀ δθ₀,   of T_0n = (R, p)
+Motion MotionAcross(const Window& window) {
+  const Frame &oldest = window.frames.front(), &newest = window.frames.back();
+  std::vector<std::shared_ptr<Edge>> edges = window.graph.Edges();
+  if (!window.prior_fixes_gauge && !window.gauge_prior) edges.push_back(MakePositionYawPrior(oldest.pose, 1e8));
+  std::vector<std::shared_ptr<Vertex>> others;  // than the two poses
+  for (const auto& vertex : window.graph.Vertices()) {
+    if (vertex != oldest.pose && vertex != newest.pose) others.push_back(vertex);
+  }
+  const MarginalSystem system = EliminateVertices(edges, FixedOrAtEdges(std::move(others), edges));
+  const VecX p_inverse = ScalingOf(system.H).cwiseInverse();
+  const MatXX scaled = p_inverse.asDiagonal() * system.H * p_inverse.asDiagonal();
+  const MatXX covariance = p_inverse.asDiagonal() * scaled.inverse() * p_inverse.asDiagonal();
+
+  const Qd inverse = oldest.pose->q().conjugate();
+  Motion motion{{inverse * newest.pose->q(), inverse * (newest.pose->p() - oldest.pose->p())}, {}};
+  const Mat33 R0_t = inverse.toRotationMatrix();
+  Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
+  J.block<3, 3>(0, 0) = -R0_t;
+  J.block<3, 3>(0, 3) = Hat(motion.T_0n.p);
+  J.block<3, 3>(0, 6) = R0_t;
+  J.block<3, 3>(3, 3) = -motion.T_0n.q.toRotationMatrix().transpose();
+  J.block<3, 3>(3, 9).setIdentity();
+  motion.covariance = J * covariance * J.transpose();
+  return motion;
+}
+
+// Compares the motion across every few windows with the truth.
+class AblatedPolicy : public WrappedPolicy {
+ public:
+  struct Found {
+    double nees = 0.0;  ///< sum
+    int windows = 0;
+    double seconds = 0.0;  ///< spent on this
+  };
+
+  AblatedPolicy(std::unique_ptr<WindowPolicy> policy, const Recording& recording, int every, Found* found)
+      : WrappedPolicy(std::move(policy)), recording_(recording), every_(every), found_(*found) {}
+  void Slide(Window* window) override {
+    const size_t before = window->frames.size();
+    const auto start = std::chrono::steady_clock::now();
+    if (has_slid_ && ++windows_ % every_ == 0) Compare(*window);
+    found_.seconds += SecondsSince(start);
+    WrappedPolicy::Slide(window);
+    has_slid_ |= window->frames.size() < before;
+    window->prior_fixes_gauge &= window->prior != nullptr;  // dropped: position and yaw are free again
+  }
+
+ private:
+  void Compare(const Window& window) {
+    const auto first = StateAt(recording_.truth, window.frames.front().t);
+    const auto last = StateAt(recording_.truth, window.frames.back().t);
+    if (!first || !last) return;
+    const Motion motion = MotionAcross(window);
+    const Qd inverse = first->T_W_B.q.conjugate();
+    const Transform truth{inverse * last->T_W_B.q, inverse * (last->T_W_B.p - first->T_W_B.p)};
+    found_.nees += ComparePose(motion.T_0n, motion.covariance, truth).nees;
+    ++found_.windows;
+  }
+
+  const Recording& recording_;
+  int every_, windows_ = 0;
+  bool has_slid_ = false;
+  Found& found_;
+};
+
+CsvTable EmptyTable() {
+  return CsvTable("recording,policy,way,hosts,trial,images,restarts,ate_m,nees_world,nees_motion,milliseconds");
+}
+
+// @param start  of a simulated flight, in whose W the pose is compared too
+void Append(const std::string& name, const Recording& recording, const EstimatorOptions& options,
+            std::unique_ptr<WindowPolicy> policy, const Way& way, const DrawnStart* start, int trial, CsvTable* table) {
+  AblatedPolicy::Found found;
+  const std::string policy_name = policy->Name();
+  Estimator estimator(options, std::make_unique<AblatedPolicy>(std::move(policy), recording, start ? 1 : 10, &found));
+  if (start) estimator.StartFrom(start->state, start->J);
+  std::vector<StampedState> states;
+  double nees = 0.0, seconds = 0.0;
+  FeedRecording(recording, &estimator, [&](const Estimator&, const WindowRow& row) {
+    seconds += row.seconds;
+    if (!row.report.state) return;
+    states.push_back(*row.report.state);
+    if (!row.report.covariance) return;
+    const StampedState truth = *StateAt(recording.truth, row.t);
+    nees += ComparePose(row.report.state->T_W_B, row.report.covariance->Pose(), truth.T_W_B).nees;
+  });
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const auto error = CompareTrajectories(states, recording.truth);
+  const double images = static_cast<double>(states.size());
+  table->Row(name, policy_name, way.name, options.weights.noisy_hosts ? "noisy" : "exact with loss", trial,
+             states.size(), estimator.Restarts(), error ? error->position_rmse : none, start ? nees / images : none,
+             found.windows > 0 ? found.nees / found.windows : none,
+             1e3 * (seconds - found.seconds) / static_cast<double>(recording.frames.size()));
+}
+
+}  // namespace
+
+CsvTable AblationTable(int trial, const std::filesystem::path&) {
+  CsvTable table = EmptyTable();
+  const ConsistencyOptions study;
+  const Recording recording = ConsistencyFlight(study, trial);
+  const DrawnStart start = DrawStart(recording.truth.front(), trial);
+  for (const char* policy : {"vins", "okvis"}) {
+    for (const Way& way : kWays) {
+      const ConsistencyCase c{policy, "once", "noisy", "none"};
+      EstimatorOptions options = ConsistencyEstimator(c, recording.calibration, study);
+      options.observability_constraints = way.constraints;
+      options.marginalizer = way.marginalizer;
+      Append("simulated", recording, options, ConsistencyPolicy(c), way, &start, trial, &table);
+    }
+  }
+  return table;
+}
+
+CsvTable AblationRecordingTable(int trial, const std::filesystem::path& data) {
+  CsvTable table = EmptyTable();
+  const Recording recording = ReadRecording(data / "euroc_v1_01_easy");
+  for (const bool noisy : {false, true}) {
+    for (const Way& way : kWays) {
+      for (auto&& policy : AllPolicies()) {
+        EstimatorOptions options{recording.calibration};
+        options.weights.noisy_hosts = noisy;
+        if (noisy) options.weights.cauchy = 0.0;
+        options.observability_constraints = way.constraints;
+        options.marginalizer = way.marginalizer;
+        Append("euroc_v1_01_easy", recording, options, std::move(policy), way, nullptr, trial, &table);
+      }
+    }
+  }
+  return table;
+}
+
+}  // namespace ch5

@@ -1,0 +1,151 @@
+// Three ways from edges to a prior.  Demmel et al., ICCV 2021; rootba (arXiv 2103.01843)
+#include <Eigen/SVD>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include "ch5_backend/consistency/gauge_audit.h"
+#include "ch5_backend/experiments/studies/consistency_flight.h"
+#include "ch5_backend/experiments/studies/systems/system_studies.h"
+#include "ch5_backend/experiments/studies/window/wrapped_policy.h"
+#include "ch5_backend/experiments/studies/window_graph.h"
+#include "ch5_backend/marginalize/marginalize.h"
+#include "ch5_backend/marginalize/qr_elimination.h"
+#include "ch5_backend/window/vins_window.h"
+
+namespace ch5 {
+namespace {
+
+constexpr int kRepeats = 51;    // of which the median time counts
+constexpr size_t kFrames = 11;  // VINS-Mono's
+
+struct BackEnd {
+  const char* name;
+  Prior (*marginalize)(const DropSet&);
+};
+const BackEnd kBackEnds[] = {
+    {"schur", [](const DropSet& drop) { return Marginalize(drop.edges, drop.vertices); }},
+    {"eigen okvis",
+     [](const DropSet& drop) { return Marginalize(drop.edges, drop.vertices, EigenvalueCutoff::Okvis()); }},
+    {"eigen vins",
+     [](const DropSet& drop) { return Marginalize(drop.edges, drop.vertices, EigenvalueCutoff::Vins()); }},
+    {"qr", [](const DropSet& drop) { return MarginalizeQr<double>(drop.edges, drop.vertices); }},
+    {"qr float", [](const DropSet& drop) { return MarginalizeQr<float>(drop.edges, drop.vertices); }}};
+
+// The largest relative error of an information nᵀHn over all directions n in which the exact prior has any:
+// ‖Aᵀ A − I‖ for A = J V S⁻¹, J_exact = U S Vᵀ.
+double WorstRelativeError(const Prior& prior, const Prior& exact) {
+  using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  const VecX p_inverse = exact.J.colwise().norm().transpose().cwiseMax(1e-300).cwiseInverse();
+  const Matrix J_exact = (exact.J * p_inverse.asDiagonal()).cast<long double>();
+  const Eigen::JacobiSVD<Matrix> svd(J_exact, Eigen::ComputeThinV);
+  const auto& S = svd.singularValues();
+  const Eigen::Index rank = (S.array() > 1e-15L * S[0]).count();
+  const Matrix V = svd.matrixV().leftCols(rank) * S.head(rank).cwiseInverse().asDiagonal();
+  const Matrix A = (prior.J * p_inverse.asDiagonal()).cast<long double>() * V;
+  const Matrix error = A.transpose() * A - Matrix::Identity(rank, rank);
+  return static_cast<double>(error.jacobiSvd().singularValues()[0]);
+}
+
+double MedianMicroseconds(const BackEnd& back_end, const DropSet& drop) {
+  std::vector<double> times;
+  for (int k = 0; k < kRepeats; ++k) {
+    const auto start = std::chrono::steady_clock::now();
+    back_end.marginalize(drop);
+    times.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
+  }
+  std::nth_element(times.begin(), times.begin() + kRepeats / 2, times.end());
+  return times[kRepeats / 2];
+}
+
+// Shows the window before its first slide.
+class FirstSlide : public WrappedPolicy {
+ public:
+  FirstSlide(std::unique_ptr<WindowPolicy> policy, std::function<void(const Window&)> show)
+      : WrappedPolicy(std::move(policy)), show_(std::move(show)) {}
+  void Slide(Window* window) override {
+    if (window->frames.size() == kFrames && !std::exchange(shown_, true)) show_(*window);
+    WrappedPolicy::Slide(window);
+  }
+
+ private:
+  bool shown_ = false;
+  std::function<void(const Window&)> show_;
+};
+
+// The prior of the first slide, with J of the old prior made `weakness` times as small.
+DropSet DropSetOf(const Window& window, double weakness) {
+  DropSet drop = DropSetOfMarginOld(window);
+  Prior weak = window.prior->GetPrior();
+  weak.J *= weakness;
+  weak.r0 *= weakness;
+  std::replace(drop.edges.begin(), drop.edges.end(), std::static_pointer_cast<Edge>(window.prior),
+               std::static_pointer_cast<Edge>(std::make_shared<EdgePrior>(weak)));
+  return drop;
+}
+
+void Compare(const Window& window, double weakness, CsvTable* table) {
+  const DropSet drop = DropSetOf(window, weakness);
+  const Prior exact = MarginalizeQr<long double>(drop.edges, drop.vertices);
+  for (const BackEnd& back_end : kBackEnds) {
+    const Prior prior = back_end.marginalize(drop);
+    double leak = 0.0;
+    for (const GaugeLeak& one : AuditPrior(prior)) leak = std::max(leak, one.relative);
+    table->Row("simulated", drop.vertices.size() - 2, prior.J.cols(), weakness, back_end.name, prior.J.rows(),
+               WorstRelativeError(prior, exact), leak, MedianMicroseconds(back_end, drop));
+  }
+}
+
+// The oldest frame of a recorded window, and the landmarks that it hosts.
+DropSet OldestOf(const WindowGraph& window) {
+  std::vector<std::shared_ptr<Vertex>> leaving{window.poses.front()};
+  if (!window.speed_biases.empty()) leaving.push_back(window.speed_biases.front());
+  DropSet drop{EdgesAt(window.graph, leaving), leaving};
+  for (const auto& edge : drop.edges) {
+    const auto& vertices = edge->Vertices();
+    const bool is_hosted = vertices[0]->GetRole() == Role::kLandmark && vertices[1] == window.poses.front();
+    if (is_hosted && vertices[0] != drop.vertices.back()) drop.vertices.push_back(vertices[0]);
+  }
+  drop.edges = EdgesAt(window.graph, drop.vertices);
+  // A landmark that another frame hosts stays, and so do its observations.
+  const auto stays = [&](const std::shared_ptr<Edge>& edge) {
+    const auto& first = edge->Vertices().front();
+    return first->GetRole() == Role::kLandmark &&
+           std::find(drop.vertices.begin(), drop.vertices.end(), first) == drop.vertices.end();
+  };
+  drop.edges.erase(std::remove_if(drop.edges.begin(), drop.edges.end(), stays), drop.edges.end());
+  return drop;
+}
+
+}  // namespace
+
+CsvTable BackEndsTable(int /*trial*/, const std::filesystem::path& data) {
+  CsvTable table("window,landmarks,columns,weakness,back_end,rows,worst_error,gauge_leak,microseconds");
+  for (const char* name : {"vio_S", "vio_M", "vio_L"}) {
+    const WindowGraph window = BuildWindowGraph(ReadWindowDump(data / "windows" / (std::string(name) + ".txt")));
+    const DropSet drop = OldestOf(window);
+    for (const BackEnd& back_end : kBackEnds) {
+      const Prior prior = back_end.marginalize(drop);
+      table.Row(name, drop.vertices.size() - 2, prior.J.cols(), 1.0, back_end.name, prior.J.rows(), std::nan(""),
+                std::nan(""), MedianMicroseconds(back_end, drop));
+    }
+  }
+  ConsistencyOptions study;
+  study.seconds = 6.0;
+  study.max_tracks = 60;
+  const Recording recording = ConsistencyFlight(study, 0);
+  const DrawnStart start = DrawStart(recording.truth.front(), 0);
+  const ConsistencyCase c{"vins", "twice", "exact", "none"};
+  const auto show = [&](const Window& window) {
+    for (double weakness : {1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) Compare(window, weakness, &table);
+  };
+  Estimator estimator(ConsistencyEstimator(c, recording.calibration, study),
+                      std::make_unique<FirstSlide>(MakeVinsPolicy(), show));
+  estimator.StartFrom(start.state, start.J);
+  FeedRecording(recording, &estimator, [](const Estimator&, const WindowRow&) {});
+  return table;
+}
+
+}  // namespace ch5

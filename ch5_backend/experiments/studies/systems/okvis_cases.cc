@@ -1,0 +1,109 @@
+// H before and after each case of OKVIS's marginalization, of its own frames.  Leutenegger et al., IJRR 2015, §4.3, Figs. 5–6
+#include <algorithm>
+#include <set>
+
+#include "ch5_backend/experiments/studies/matrices.h"
+#include "ch5_backend/experiments/studies/systems/system_studies.h"
+#include "ch5_backend/experiments/studies/window/flight.h"
+#include "ch5_backend/experiments/studies/window/wrapped_policy.h"
+
+namespace ch5 {
+namespace {
+
+constexpr size_t kImages = 60;
+constexpr int kFirstImage = 20;
+
+struct Tables {
+  CsvTable matrices{"case,stage,size,row,rows,column,columns,largest"};  // a row for each block that is not zero
+  CsvTable vertices{"case,vertex,number,keyframe,row,rows,fate"};
+};
+
+struct Rows {
+  int first, count;
+};
+
+void AppendBlocks(const MatXX& H, const std::vector<Rows>& blocks, const std::string& name, const char* stage,
+                  CsvTable* table) {
+  for (const Rows& i : blocks) {
+    for (const Rows& j : blocks) {
+      const double largest = H.block(i.first, j.first, i.count, j.count).cwiseAbs().maxCoeff();
+      if (largest > 0.0) table->Row(name, stage, H.rows(), i.first, i.count, j.first, j.count, largest);
+    }
+  }
+}
+
+// Writes the first slide of each case after the window has been full for a while.
+class CaseWatch : public WrappedPolicy {
+ public:
+  CaseWatch(std::unique_ptr<WindowPolicy> policy, Tables* tables)
+      : WrappedPolicy(std::move(policy)), tables_(*tables) {}
+  void Slide(Window* window) override {
+    const std::vector<Frame> frames = window->frames;
+    const FirstRows rows = FirstRowsOf(window->graph);
+    int pose_rows = 0;  // not wanted
+    const MatXX H = DenseHessian(window->graph, &pose_rows);
+    std::vector<std::pair<int, std::shared_ptr<Vertex>>> landmarks;
+    for (const auto& [id, landmark] : window->landmarks) {
+      if (rows.count(landmark.inverse_depth.get())) landmarks.emplace_back(id, landmark.inverse_depth);
+    }
+    WrappedPolicy::Slide(window);
+
+    const auto gone =
+        std::find_if(frames.begin(), frames.end(), [&](const Frame& frame) { return window->IndexOf(frame.id) < 0; });
+    if (gone == frames.end()) return;
+    const std::string name = gone->is_keyframe ? "keyframe" : "no keyframe";
+    if (frames.back().id < kFirstImage || !written_.insert(name).second) return;
+    std::vector<Rows> blocks, prior_blocks;
+    for (const auto& [vertex, first] : rows) blocks.push_back({first, vertex->LocalDimension()});
+    std::sort(blocks.begin(), blocks.end(), [](const Rows& a, const Rows& b) { return a.first < b.first; });
+    AppendBlocks(H, blocks, name, "window", &tables_.matrices);
+    const Prior& prior = window->prior->GetPrior();
+    int row = 0;
+    for (const auto& vertex : prior.vertices) {
+      prior_blocks.push_back({row, vertex->LocalDimension()});
+      row += vertex->LocalDimension();
+    }
+    AppendBlocks(prior.J.transpose() * prior.J, prior_blocks, name, "prior", &tables_.matrices);
+
+    const auto append = [&](const char* kind, int number, bool is_keyframe, const Vertex* vertex, bool is_left) {
+      const auto is_it = [&](const auto& other) { return other.get() == vertex; };
+      const bool is_held = std::any_of(prior.vertices.begin(), prior.vertices.end(), is_it);
+      tables_.vertices.Row(name, kind, number, is_keyframe, rows.at(vertex), vertex->LocalDimension(),
+                           !is_left  ? "marginalized"
+                           : is_held ? "in the prior"
+                                     : "untouched");
+    };
+    for (const Frame& frame : frames) {
+      const int at = window->IndexOf(frame.id);
+      append("pose", frame.id, frame.is_keyframe, frame.pose.get(), at >= 0);
+      if (!frame.speed_bias) continue;
+      append("speed", frame.id, frame.is_keyframe, frame.speed_bias.get(),
+             at >= 0 && window->frames[static_cast<size_t>(at)].speed_bias);
+    }
+    for (const auto& [id, vertex] : landmarks) {
+      append("landmark", id, false, vertex.get(), window->landmarks.count(id) > 0);
+    }
+  }
+
+ private:
+  Tables& tables_;
+  std::set<std::string> written_;
+};
+
+Tables Watch() {
+  FlightOptions options;
+  options.camera_rate = 15.0;
+  options.max_tracks = 16;
+  const Recording recording = Flight(options);
+  Tables tables;
+  Fly(recording, kImages, std::make_unique<CaseWatch>(MakeFlightPolicy("okvis"), &tables),
+      [](const Estimator&, const WindowRow&) {});
+  return tables;
+}
+
+}  // namespace
+
+CsvTable OkvisMatricesTable(int /*trial*/, const std::filesystem::path&) { return Watch().matrices; }
+CsvTable OkvisVerticesTable(int /*trial*/, const std::filesystem::path&) { return Watch().vertices; }
+
+}  // namespace ch5

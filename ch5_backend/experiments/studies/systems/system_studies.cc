@@ -1,0 +1,21 @@
+#include "ch5_backend/experiments/studies/systems/system_studies.h"
+
+namespace ch5 {
+
+const std::vector<SystemStudy>& SystemStudies() {
+  static const std::vector<SystemStudy> studies = {
+      {"ablation", AblationTable},
+      {"ablation_recording", AblationRecordingTable},
+      {"back_ends", BackEndsTable},
+      {"calibration", CalibrationTable},
+      {"preintegration", PreintegrationTable},
+      {"distance", DistanceTable},
+      {"window_size", WindowSizeTable},
+      {"okvis_matrices", OkvisMatricesTable},
+      {"okvis_vertices", OkvisVerticesTable},
+      {"pose_graphs", PoseGraphsTable},
+  };
+  return studies;
+}
+
+}  // namespace ch5

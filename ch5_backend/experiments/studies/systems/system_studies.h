@@ -1,0 +1,44 @@
+#pragma once
+/// What OKVIS, VINS-Mono and g2o are tested for, as curves: ch5_systems STUDY --trial K writes the rows of one trial.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/files/tables/csv.h"
+
+namespace ch5 {
+
+struct SystemStudy {
+  std::string name;
+  /// @param trial  0, 1, …: another flight, or another draw of the noise
+  /// @param data   the folder of recordings and pose graphs, for those that read one
+  CsvTable (*run)(int trial, const std::filesystem::path& data);
+};
+
+const std::vector<SystemStudy>& SystemStudies();
+
+/// What leaves the window marginalized, held fixed, dropped, or marginalized with first estimates: error, NEES and time on
+/// the same simulated flight …
+CsvTable AblationTable(int trial, const std::filesystem::path&);
+/// … and on EuRoC's V1_01.
+CsvTable AblationRecordingTable(int trial, const std::filesystem::path& data);
+/// The Schur complement with pivoted Cholesky and with eigenvalues, and QR: error of the prior the less the old prior knew,
+/// and time over the size of the window. The measure is QR in extended precision.
+CsvTable BackEndsTable(int trial, const std::filesystem::path&);
+/// The error of the clock's offset and of the camera's rotation, image by image.
+CsvTable CalibrationTable(int trial, const std::filesystem::path&);
+/// σ of a preintegration over its length and over the IMU's rate, claimed and measured on simulated readings.
+CsvTable PreintegrationTable(int trial, const std::filesystem::path&);
+/// Relative error over the distance, of both policies on all recordings.
+CsvTable DistanceTable(int trial, const std::filesystem::path& data);
+/// OKVIS's numbers of keyframes and of newest frames; trial 0 is EuRoC's V1_01, others are simulated.
+CsvTable WindowSizeTable(int trial, const std::filesystem::path& data);
+/// H of OKVIS's window and the prior after it has slid, where a keyframe leaves and where another frame does …
+CsvTable OkvisMatricesTable(int trial, const std::filesystem::path&);
+/// … and whose rows these are.
+CsvTable OkvisVerticesTable(int trial, const std::filesystem::path&);
+/// A pose graph a trial, by one algorithm and linear solver: cost and time after each iteration, and memory.
+CsvTable PoseGraphsTable(int trial, const std::filesystem::path& data);
+
+}  // namespace ch5

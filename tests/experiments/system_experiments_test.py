@@ -1,0 +1,41 @@
+"""What the experiments with the systems must show, on their first trials. Those that take long or measure time are kept
+(tests/docs/window_claims_test.py)."""
+
+from tests.experiments import programs_under_test
+
+from ch5_backend.figures import tables
+
+
+class SystemExperiments(programs_under_test.AppTest):
+    app = "ch5_systems"
+
+    def make(self, study: str, trial=0):
+        done = self.program(study, "--trial", trial, "--out", self.folder / "trial.csv", "--data", programs_under_test.DATA)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return tables.read_table(self.folder / "trial.csv")
+
+    def test_what_is_fixed_is_worse_and_far_too_certain(self):
+        table = self.make("ablation")
+        for policy in ("vins", "okvis"):
+            of = {row["way"]: row for row in table.where(policy=policy).rows()}
+            self.assertGreater(of["dropped"]["restarts"], 0)
+            for way in ("fixed", "poses fixed"):
+                self.assertGreater(of[way]["ate_m"], 2 * of["marginalized"]["ate_m"], (policy, way))
+                self.assertGreater(of[way]["nees_motion"], 100 * of["marginalized"]["nees_motion"], (policy, way))
+            self.assertLess(of["first estimates"]["nees_motion"], 15)
+
+    def test_a_preintegration_claims_what_is_measured(self):
+        table = self.make("preintegration")
+        self.assertLess(abs(table["claimed"] / table["measured"] - 1).max(), 0.1)  # of 1000 draws
+
+    def test_a_keyframe_takes_landmarks_along_and_another_frame_does_not(self):
+        gone = self.make("okvis_vertices").where(fate="marginalized")
+        kinds = {case: set(gone.where(case=case)["vertex"].tolist()) for case in ("keyframe", "no keyframe")}
+        self.assertEqual(kinds, {"keyframe": {"pose", "speed", "landmark"}, "no keyframe": {"pose", "speed"}})
+
+    def test_an_unknown_study_and_a_trial_too_many_are_errors(self):
+        for words, naming in ((("frobnicate",), "there is no study 'frobnicate'"),
+                              (("pose_graphs", "--trial", 99), "pose_graphs has no trial 99")):
+            done = self.program(*words, "--out", self.folder / "none.csv")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(naming, done.stderr)
