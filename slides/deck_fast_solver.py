@@ -4,6 +4,8 @@ from math import ceil
 
 import numpy as np
 
+from ch5_backend.figures import systems
+from ch5_backend.figures.numbers.windows import KEPT
 from ch5_backend.figures.slide import CROSS, INK, LANDMARK, MUTED, POSE, PRIOR, PX, Figures, decades, mix
 
 from .deck_fast_solver_facts import BEST, PROBLEMS, STEPS, facts, iteration, ladder, time_of  # noqa: F401
@@ -15,7 +17,7 @@ SHADES = {"linearize": POSE, "invert": mix(LANDMARK, 0.5), "schur": LANDMARK, "p
 SIDES = {"ceres": PRIOR, "ours": POSE}
 MILLISECONDS = (0.1, 1000.0)
 LADDER_COLORS = {"dense": PRIOR, "plain": LANDMARK, "fixed": CROSS, "avx2": POSE}
-NUMBER = {"fontsize": 14 * PX, "color": INK, "padding": 4}
+NUMBER = {"fontsize": 16.9 * PX, "color": INK, "padding": 4}
 
 
 def box(slide, x, y, width, name, below, color, strong=False):
@@ -112,10 +114,10 @@ def groups(slide, tables, say):
         x = 70 + column * cell
         for pose in seen[landmark]:
             slide.rect(x + 2, 60 + pose * 3 * cell * 0.75 + 2, cell - 4, 3 * cell * 0.75 - 4, mix(shades[seen[landmark]], 0.75), radius=3)
-        slide.text(x + cell / 2, 48, "ℓ" + "₀₁₂₃₄₅"[landmark], 17, shades[seen[landmark]], italic=True)
+        slide.text(x + cell / 2, 48, "ℓ" + "₀₁₂₃₄₅"[landmark], 18.3, shades[seen[landmark]], italic=True)
     for pose in range(POSES):
-        slide.text(56, 60 + (pose + 0.5) * 3 * cell * 0.75 + 6, "x" + "₀₁₂"[pose], 17, POSE, anchor="end", italic=True)
-    slide.text(70 + 3 * cell, 325, say("landmarks"), 17, MUTED)
+        slide.text(56, 60 + (pose + 0.5) * 3 * cell * 0.75 + 6, "x" + "₀₁₂"[pose], 18.3, POSE, anchor="end", italic=True)
+    slide.text(70 + 3 * cell, 325, say("landmarks"), 18.3, MUTED)
     for k, kind in enumerate(kinds):
         left, size = 380 + 240 * k, 60
         for a in range(POSES):
@@ -123,8 +125,8 @@ def groups(slide, tables, say):
                 inside = a in kind and b in kind and a >= b
                 slide.rect(left + b * size + 2, 70 + a * size + 2, size - 4, size - 4,
                          mix(shades[kind], 0.75) if inside else mix(INK, 0.05), radius=4)
-        slide.text(left + 1.5 * size, 288, "S −= A Aᵀ", 18, shades[kind], italic=True)
-    slide.text(380 + 330, 325, say("group"), 17, MUTED)
+        slide.text(left + 1.5 * size, 288, "S −= A Aᵀ", 18.3, shades[kind], italic=True)
+    slide.text(380 + 330, 325, say("group"), 18.3, MUTED)
 
 
 @FIGURES.figure(1080, 380, "Where the time goes")
@@ -169,7 +171,7 @@ def rungs(slide, tables, say):
     """An iteration's time on each rung of the ladder."""
     axes = time_axes(slide, say, (70, 60, 800, 250))
     bars(axes, {problem: ladder(tables, problem) for problem in PROBLEMS}, LADDER_COLORS, say)
-    slide.legend(axes, 888, 84, handlelength=1.2, fontsize=14.5 * PX)
+    slide.legend(axes, 888, 84, handlelength=1.2, fontsize=16.4 * PX)
 
 
 @FIGURES.figure(1080, 380, "Registers of four, step by step")
@@ -182,7 +184,7 @@ def lanes_gain(slide, tables, say):
     axes = slide.axes((90, 50, 900, 260), None, (0, top), say("gain"), yticks=range(top + 1))
     axes.bar_label(axes.bar(range(len(steps)), ratios, 0.52, color=[SHADES[step] for step in steps]), fmt="%.1f", **NUMBER)
     axes.axhline(1, color=INK, linewidth=1, linestyle=(0, (4, 4)))
-    axes.set_xticks(range(len(steps)), map(say, steps), fontsize=16 * PX, color=INK)
+    axes.set_xticks(range(len(steps)), map(say, steps), fontsize=16.6 * PX, color=INK)
 
 
 @FIGURES.figure(1080, 430, "Roofline")
@@ -191,7 +193,7 @@ def roofline(slide, tables, say):
     machine = tables("speed_machine")
     reading = machine.where(simd="avx2", limit="read")
     bandwidth = reading["value"][reading["megabytes"].argmax()]
-    axes = slide.axes((90, 45, 760, 310), (0.1, 100), (0.5, 200), say("speed"), say("intensity"), "xy", (0.1, 1, 10, 100),
+    axes = slide.axes((90, 45, 740, 310), (0.1, 100), (0.5, 200), say("speed"), say("intensity"), "xy", (0.1, 1, 10, 100),
                       (1, 10, 100))
     for simd, name, dashes in (("avx2", "peak", "-"), ("portable", "portable", (0, (4, 3)))):
         peak = machine.row(simd=simd, limit="peak")["value"]
@@ -228,3 +230,16 @@ def reduced(slide, tables, say):
         rows = every.where(solver=name)
         axes.plot(rows["seconds"], np.maximum(1e-4, rows["cost"] / every["cost"].min() - 1), "o-", color=color, label=say(name))
     slide.legend(axes, 805, 80)
+
+
+@FIGURES.figure(1120, 390, "g2o's data sets by linear solver and algorithm")
+def pose_graphs(slide, tables, say):
+    """Time of an iteration and memory over the unknowns; cost over the iterations of the data set with a bad start."""
+    for left, column in ((75, "milliseconds"), (405, "megabytes")):
+        axes = slide.axes((left, 110, 240, 205), title=say(column), below=say("unknowns"))
+        systems.solver_column(axes, KEPT, column, say)
+        axes.set_xticks([2500, 5000, 10000])
+    slide.legend(axes, 60, 10, columns=2)
+    axes = slide.axes((760, 110, 330, 205), title=say("least"), below=say("iteration"))
+    systems.algorithm_costs(axes, KEPT, "MIT", say)
+    slide.legend(axes, 700, 10, columns=3, columnspacing=1.4)

@@ -1,4 +1,7 @@
-"""Every number of deck 5, from the tables that measure_speed.py keeps."""
+"""Every number of deck 5, from the tables that measure_speed.py keeps, and that of ch5_systems."""
+
+from ch5_backend.figures.numbers.systems import SOLVERS, solves
+from ch5_backend.figures.numbers.windows import KEPT
 
 NAMES = {"scene/30x1000": "scene", "window/vio_M": "window", "bal/49-7776": "bal49", "bal/16-22106": "bal16"}
 PROBLEMS = tuple(NAMES)
@@ -30,6 +33,17 @@ def short(value):
     return f"{value:.0f}" if value >= 20 else f"{value:.1f}" if value >= 1 else f"{value:.2f}"
 
 
+def pose_graph_facts():
+    """Times by our sparse Cholesky's, and where the algorithms end on MIT."""
+    of = {(solver, one["data_set"]): one["milliseconds"] for solver in SOLVERS
+          for one in solves(KEPT, solver=solver, algorithm="Levenberg-Marquardt")}
+    found = {f"graphs.{solver}": short(of[solver, name] / of["sparse", name])
+             for solver, name in (("dense", "intel"), ("cholmod", "sphere2500"), ("pcg", "sphere2500"))}
+    ends = {algorithm: KEPT("pose_graphs", data_set="MIT", solver="sparse", algorithm=algorithm)["cost"][-1]
+            for algorithm in ("Gauss-Newton", "Levenberg-Marquardt", "Dogleg")}
+    return {**found, "graphs.newton": short(ends["Gauss-Newton"] / min(ends.values()))}
+
+
 def facts(tables):
     about = tables("speed_about").row()
     found = {"about.processor": about["processor"], "about.rounds": f"{about['rounds']:.0f}"}
@@ -53,6 +67,7 @@ def facts(tables):
         speed = 1e-6 * row["flop"] / row["milliseconds"]
         found |= {f"roof.{step}.flop": f"{row['flop'] / 1e6:.0f}", f"roof.{step}.intensity": f"{row['flop'] / row['bytes']:.1f}",
                   f"roof.{step}.speed": short(speed), f"roof.{step}.share": f"{100 * speed / peak:.0f}"}
+    found |= pose_graph_facts()
     rows = tables("speed_reduced").rows()
     best = min(r["cost"] for r in rows)
     for name, solver in (("sparse", "sparse"), ("pcg", "implicit-pcg"), ("series", "power-series")):

@@ -55,7 +55,7 @@ def gauge_iterations(slide, tables, say):
     gauge.dots(axes, tables(GAUGE + "methods"), "iterations", methods, {method: say(method) for method in methods}, spread=None)
     for at, scene in enumerate(gauge_paper.SCENES):
         for word, y, color in zip(scene, (300, 324), (INK, MUTED)):
-            slide.text(70 + 800 * (at + 0.6) / 6.2, y, say(word), 16, color)
+            slide.text(70 + 800 * (at + 0.6) / 6.2, y, say(word), 17, color)
     slide.legend(axes, 895, 80, handlelength=1.2)
 
 

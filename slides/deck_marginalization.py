@@ -1,12 +1,12 @@
-"""Deck 3, marginalization and sliding windows: pictures of hand-worked examples, and plots of windows, priors and certainty
-from the tables of the chapter and the kept ones of ch5_nees."""
+"""Deck 3, marginalization and sliding windows: pictures of hand-worked examples, and plots of windows and priors from the
+chapter's tables and those kept of ch5_systems."""
 
 from math import ceil
 
 import numpy as np
 
-from ch5_backend.figures import nees, odometry
-from ch5_backend.figures.numbers.windows import KEPT, consistency, cuts, spectra
+from ch5_backend.figures import odometry, systems
+from ch5_backend.figures.numbers.windows import KEPT, cuts, spectra
 from ch5_backend.figures.slide import FAINT, INK, LANDMARK, MUTED, PAPER, POSE, PRIOR, Figures, decades, mix
 from ch5_backend.figures.tables import dense
 
@@ -109,29 +109,6 @@ def windows(slide, tables, say):
     slide.text(612, 331, say("imu"), 17, anchor="start")
 
 
-@FIGURES.figure(1080, 390, "Linearized twice, at one point and at two")
-def product(slide, tables, say):
-    """x y = 1 measured twice: level lines of the two quadratic models' sum, linearized at one point and at two."""
-    same, mixed = toy.two_tangents()
-    cross = [float(v) for v in toy.solve([[1, 1], [toy.POINTS[1][1], toy.POINTS[1][0]]], [2, 2 * toy.PRODUCT])]
-    x, y = np.meshgrid(np.linspace(0, 2.8, 281), np.linspace(0, 1.8, 181))
-    for left, name, H, middle, levels, points in (
-            (60, "same", same, (1, 1), (0.0128, 0.18, 0.845), toy.POINTS[:1]),
-            (610, "mixed", mixed, cross, (0.05, 0.25, 0.6), toy.POINTS)):
-        axes = slide.axes((left, 45, 420, 270), (0, 2.8), (0, 1.8), below="x", xticks=(0, 1, 2), yticks=(0, 1))
-        slide.text(left - 16, 50, "y", 17)
-        slide.text(left + 210, 30, say(name), 18, MUTED)
-        dx, dy = x - middle[0], y - middle[1]
-        cost = float(H[0][0]) * dx**2 + 2 * float(H[0][1]) * dx * dy + float(H[1][1]) * dy**2
-        axes.contour(x, y, cost, levels, colors=[mix(POSE, 0.6)], linewidths=1.35)
-        axes.plot(x[0, 56:], toy.PRODUCT / x[0, 56:], color=LANDMARK, linewidth=3)
-        if name == "mixed":
-            axes.plot(*middle, "o", color=PRIOR, markersize=9)
-        for x0, y0 in ((float(a), float(b)) for a, b in points):  # the tangent y0 (x − x0) + x0 (y − y0) = 0
-            axes.plot((0, 2 * x0), (2 * y0, 0), color=INK, linewidth=1.35, linestyle=(0, (4, 3)))
-            axes.plot(x0, y0, "o", color=INK, markersize=10.5)
-
-
 @FIGURES.figure(1090, 385, "What the order of marginalization fills in")
 def fill(slide, tables, say):
     """H of a scene: whole, without landmarks and frame 0, and without frame 0 only."""
@@ -226,8 +203,8 @@ def slide_film(slide, tables, say):
             slide.rect(left + row["frame"] * width + 1, top + row["image"] * height + 0.8, width - 3, height - 2,
                        mix(POSE, 0.85 if row["speed"] else 0.3), PRIOR if row["in_prior"] else None, line=1.5)
         for n in range(0, images, 5):
-            slide.text(left + (n + 0.5) * width, top + images * height + 20, n, 15, MUTED)
-            slide.text(left - 8, top + (n + 0.5) * height + 5, n, 15, MUTED, anchor="end")
+            slide.text(left + (n + 0.5) * width, top + images * height + 20, n, 16.6, MUTED)
+            slide.text(left - 8, top + (n + 0.5) * height + 5, n, 16.6, MUTED, anchor="end")
         slide.text(left + images * width / 2, 407, say("frame"), 17)
         slide.text(left - 45, top + images * height / 2, say("image"), 17, rotate=-90)
 
@@ -248,56 +225,25 @@ def odometry_error(slide, tables, say):
     slide.legend(axes, 900, 60)
 
 
-@FIGURES.figure(1060, 340, "Information on what nothing measures")
-def yaw_leak(slide, tables, say):
-    """What the priors of the longer flight claim to know of yaw and of position."""
-    every = tables("odometry_gauge")
-    ticks = decades([1e-6, every["information"].max()])
-    axes = time_axes(slide, say, (80, 40, 690, 230), every["t_s"].max(), ticks[[0, -1]], "leak", log="y", yticks=ticks[::2])
-    for policy, name in POLICIES.items():
-        for direction, what, dashes in (("yaw", "yaw of", "-"), ("x", "position of", ":")):
-            rows = every.where(policy=policy, direction=direction)
-            odometry.leak_line(axes, rows["t_s"], rows["information"], policy, least=1e-7, linestyle=dashes,
-                               label=say(what) + name)
-    slide.legend(axes, 800, 80)
+@FIGURES.figure(1120, 400, "Errors and times of three ways to marginalize")
+def back_ends(slide, tables, say):
+    """Over how little the old prior knows, and over the landmarks that leave."""
+    axes = slide.axes((75, 75, 400, 255), title=say("worst"), below=say("weakness"))
+    systems.back_end_errors(axes, KEPT, say)
+    slide.legend(axes, 810, 70)
+    systems.back_end_times(slide.axes((545, 75, 245, 255), title=say("milliseconds"), below=say("landmarks")), KEPT, say)
 
 
-def nees_axes(slide, say, rows, top):
-    return time_axes(slide, say, (70, 40, 740, 245), rows["t_s"].max(), (0, top), "nees", yticks=range(0, top + 1, top // 5))
-
-
-def band(axes, rows, say):
-    axes.fill_between(rows["t_s"], rows["pose_low"], rows["pose_high"], color=nees.PALE, zorder=0, label=say("band"))
-
-
-@FIGURES.figure(1080, 290, "NEES of observations used once and twice, with hosts exact and noisy")
-def nees_causes(slide, tables, say):
-    """The VINS policy without constraints; the axis is logarithmic."""
-    rows = consistency(KEPT, "vins", "none")
-    axes = time_axes(slide, say, (70, 40, 700, 190), rows["t_s"].max(), (3, 300), "nees", log="y", yticks=(10, 100))
-    nees.cause_lines(axes, KEPT, "vins", say)
-    band(axes, rows, say)
-    slide.legend(axes, 795, 60)
-
-
-@FIGURES.figure(1080, 350, "NEES of three modes of first estimates")
-def nees_modes(slide, tables, say):
-    """The three modes of the VINS policy."""
-    every = {mode: consistency(KEPT, "vins", mode) for mode in nees.MODES}
-    axes = nees_axes(slide, say, every["none"], 5 * ceil(max(rows["nees_pose"].max() for rows in every.values()) / 5))
-    for mode, rows in every.items():
-        nees.curve(axes, rows, rows["nees_pose"], nees.MODES[mode][1], say(mode))
-    band(axes, every["none"], say)
-    slide.legend(axes, 840, 70)
-
-
-@FIGURES.figure(1060, 350, "The information on yaw over time")
-def yaw_information(slide, tables, say):
-    """The mean information on the newest frame's yaw, of that at the start."""
-    every = {mode: consistency(KEPT, "vins", mode) for mode in nees.MODES}
-    share = {mode: rows["yaw_information"] / rows["yaw_information"][0] for mode, rows in every.items()}
-    top = ceil(max(values.max() for values in share.values()))
-    axes = time_axes(slide, say, (70, 40, 740, 245), every["none"]["t_s"].max(), (0, top), "yaw", yticks=range(top + 1))
-    for mode, rows in every.items():
-        nees.curve(axes, rows, share[mode], nees.MODES[mode][1], say(mode))
-    slide.legend(axes, 840, 70)
+@FIGURES.figure(1120, 330, "H before and after OKVIS's marginalization")
+def okvis_cases(slide, tables, say):
+    """A frame that is no keyframe leaves, and a keyframe."""
+    for k, case in enumerate(("no keyframe", "keyframe")):
+        sizes = [KEPT("okvis_matrices", case=case, stage=stage)["size"][0] for stage in ("window", "prior")]
+        left, side = 10 + 570 * k, 260
+        shown = 1.6 * side * sizes[1] / sizes[0]
+        systems.okvis_case(slide.axes((left, 40, side, side)), KEPT, case, "window")
+        slide.line(left + side + 15, 170, left + side + 50, 170, arrow=True)
+        systems.okvis_case(slide.axes((left + side + 65, 170 - shown / 2, shown, shown)), KEPT, case, "prior")
+        slide.text(left, 24, say(case), 18, anchor="start")
+        slide.text(left + side / 2, 322, f"H: {sizes[0]:.0f} × {sizes[0]:.0f}", 17, MUTED)
+        slide.text(left + side + 65 + shown / 2, 322, f"{say('after.plots')}: {sizes[1]:.0f} × {sizes[1]:.0f}", 17, MUTED)

@@ -1,10 +1,10 @@
 """Every number of the deck, by name: from a table, or exact arithmetic on the examples of marginalization_examples.py."""
 
 import re
-from math import degrees, sqrt
 from pathlib import Path
 
-from ch5_backend.figures.numbers.windows import KEPT, consistency, cuts, leak, spectra
+from ch5_backend.figures.numbers.systems import WINDOWS
+from ch5_backend.figures.numbers.windows import KEPT, cuts, spectra
 from ch5_backend.figures.tables import dense
 
 from .tex import matrix, scientific, tex
@@ -42,9 +42,6 @@ def chain_facts(tables):
 def hand_facts(tables):
     H, marginal, conditional = toy.twin()
     u, H1, b, e0 = toy.rank_one()
-    J1, J2 = (toy.jacobian(point) for point in toy.POINTS)
-    same, mixed = toy.two_tangents()
-    point = lambda p: rf"({tex(p[0])},\, {tex(p[1])})"  # noqa: E731
     square = sum(value * value for value in u)
     return {
         "twin.H": "H = " + matrix(H, tex), "twin.marginal": tex(marginal), "twin.conditional": tex(conditional),
@@ -53,9 +50,6 @@ def hand_facts(tables):
         "rank1.back": column([-value * e0 for value in u]), "rank1.knows": f"{tex(u[0])}x - y",
         "rank1.null": column([-u[1], u[0]]), "rank1.wrong_e0": f"+{tex(-e0)}",
         "rank1.wrong_back": column([value * e0 for value in u]),
-        "product.value": str(toy.PRODUCT), "product.p1": point(toy.POINTS[0]), "product.p2": point(toy.POINTS[1]),
-        "product.J1": matrix(J1, tex), "product.J2": matrix(J2, tex), "product.same": matrix(same, tex),
-        "product.mixed": matrix(mixed, tex), "product.same_det": tex(toy.det(same)), "product.mixed_det": tex(toy.det(mixed)),
     }
 
 
@@ -121,47 +115,37 @@ def film_facts(tables):
     return facts
 
 
-def consistency_facts(tables):
-    of = lambda policy, mode, **case: consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]  # noqa: E731
-    first = consistency(KEPT, "vins", "none").rows()[0]
-    facts = {"nees.dof": "6", "nees.band": "95 %", "nees.runs": f"{first['runs']:.0f}",
-             "nees.first_yaw": f"{first['nees_yaw']:.2f}", "yaw.dof": "1"}
-    for observations in ("twice", "once"):
-        for hosts in ("exact", "noisy"):
-            one = of("vins", "none", hosts=hosts, observations=observations)
-            facts[f"nees.{observations}_{hosts}"] = f"{one['nees_pose']:.1f}"
-    for policy in ("vins", "okvis"):
-        for mode in ("none", "prior_only", "full"):
-            one, exact, name = of(policy, mode), of(policy, mode, hosts="exact"), f"{policy}_{mode}"
-            facts.update({
-                f"nees.{name}_mean": f"{one['nees_pose']:.1f} ± {one['nees_pose_error']:.1f}",
-                f"nees.{name}_inside": f"{one['pose_inside']:.0%}", f"nees.{name}_yaw": f"{one['nees_yaw']:.2f}",
-                f"nees.{name}_yaw_inside": f"{one['yaw_inside']:.0%}", f"nees.{name}_rmse": f"{one['position_rmse_m']:.3f}",
-                f"nees.{name}_exact": f"{exact['nees_pose']:.1f}", f"yaw.{name}": f"{one['yaw_information_gain']:.2f}"})
-    return facts
-
-
 def flight_facts(tables):
     facts = {}
-    positions = []
     for policy in ("vins", "okvis"):
         one = tables("odometry_policies").row(policy=policy)
         facts[f"flight.{policy}"] = f"{100 * one['ate_m']:.1f}"
         facts[f"flight.{policy}_scale"] = f"{100 * one['scale_error']:+.1f} %".replace("-", "−")
-        last = leak(tables("odometry_gauge"), policy)[-1]
-        facts[f"leak.{policy}"] = f"{last:.0f}"
-        facts[f"leak.{policy}_deg"] = f"{degrees(1 / sqrt(last)):.1f}"
-        positions += [abs(row["information"]) for axis in "xyz"
-                      for row in tables("odometry_gauge", policy=policy, direction=axis).rows()]
     source = (ROOT / "ch5_backend/experiments/studies/odometry_study.cc").read_text(encoding="utf-8")
     outliers, seconds = (float(re.search(rf"{name} = ([\d.]+);", source)[1]) for name in ("outlier_fraction", "duration"))
-    facts.update({"leak.position": f"${scientific(max(positions), 1)}$", "flight.outliers": f"{outliers:.0%}",
-                  "flight.seconds": f"{seconds:.0f}"})
-    return facts
+    return {**facts, "flight.outliers": f"{outliers:.0%}", "flight.seconds": f"{seconds:.0f}"}
+
+
+def back_end_facts(_):
+    """Of the table that is kept; lost is the first σ, in steps of ten, at which Schur's error exceeds the information."""
+    errors = {name: KEPT("back_ends", window="simulated", back_end=name).rows() for name in ("schur", "qr")}
+    k = next(k for k, one in enumerate(errors["schur"]) if one["worst_error"] > 1)
+    slower = sorted(KEPT("back_ends", window=window, back_end="qr")["microseconds"][0] /
+                    KEPT("back_ends", window=window, back_end="schur")["microseconds"][0] for window in WINDOWS)
+    return {"back.digits": "19", "back.lost": f"${scientific(1 / errors['schur'][k]['weakness'], 1)}$",
+            "back.qr": f"${scientific(errors['qr'][k]['worst_error'], 1)}$", "back.slower": f"{slower[0]:.0f}–{slower[-1]:.0f}"}
+
+
+def okvis_facts(_):
+    gone = KEPT("okvis_vertices", case="keyframe", fate="marginalized")
+    held = KEPT("okvis_vertices", case="keyframe", fate="in the prior")
+    count = lambda rows, kind: str((rows["vertex"] == kind).sum())  # noqa: E731
+    return {"cases.landmarks": count(gone, "landmark"), "cases.poses": count(held, "pose"), "cases.speeds": count(held, "speed")}
 
 
 def facts(tables):
     facts = {}
-    for part in (chain_facts, hand_facts, fill_facts, spectrum_facts, slide_facts, film_facts, consistency_facts, flight_facts):
+    for part in (chain_facts, hand_facts, fill_facts, spectrum_facts, slide_facts, film_facts, flight_facts,
+                 back_end_facts, okvis_facts):
         facts.update(part(tables))
     return facts

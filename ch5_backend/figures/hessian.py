@@ -33,7 +33,7 @@ def bracket(axes, first, last, text):
     axes.plot([-0.025, -0.025], [first - 0.5 + gap, last - 0.5 - gap], transform=transform, color=INK, linewidth=1.2,
               clip_on=False)
     axes.text(-0.045, (first + last) / 2 - 0.5, text, transform=transform, rotation=90, ha="right", va="center",
-              fontsize=11)
+              fontsize=12.6)
 
 
 def pair(axes, entries, say, names=("$H$", "$H_{pp} - H_{pm} H_{mm}^{-1} H_{mp}$")):
@@ -64,9 +64,9 @@ def eigenvalues(axes, table, gauges, say):
         values = table.where(gauge=gauge)["eigenvalue"]
         zeros = (np.abs(values) <= 1e-10 * values.max()).sum()
         axes.vlines(np.maximum(np.abs(values), 1e-10), y - 0.3, y + 0.3, color=color, linewidth=2)
-        axes.text(3e-1, y, say("zeros", zeros=zeros, size=len(values)), ha="right", va="center", fontsize=11, color=color)
+        axes.text(3e-1, y, say("zeros", zeros=zeros, size=len(values)), ha="right", va="center", fontsize=12.6, color=color)
     axes.axvspan(1e-10, 1e-6, color="#f3f3f3", zorder=0)
-    axes.text(1.5e-10, -0.62, say("rounding"), color=GRAY, fontsize=10, va="center")
+    axes.text(1.5e-10, -0.62, say("rounding"), color=GRAY, fontsize=12, va="center")
     style.log_axis(axes.xaxis)
     axes.set_xlim(1e-10, 3e9)
     axes.set_ylim(len(gauges) - 0.5, -0.85)

@@ -43,12 +43,12 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from . import blocks, captions, convergence, findings, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style
+from . import blocks, captions, convergence, findings, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style, systems
 from .numbers.chapter import Chapter
 from .tables import Tables
 
 # The longest first, so that two processes finish together.
-SCRIPTS = (odometry, nees, prior, scene, hessian, convergence, marginalize)
+SCRIPTS = (odometry, systems, nees, prior, scene, hessian, convergence, marginalize)
 EXPLORERS = {"bundle-adjustment": sliders.iterations, "odometry": sliders.windows, "the-priors-weight": sliders.weights,
              "the-hessian": lambda directory, say: blocks.explorer(directory, "course", say)}
 
@@ -56,7 +56,8 @@ BESIDE = ("lab.html", "api/index.html")
 
 # {section: (lectures, stages of the homework)}
 BELONGS = {"bundle-adjustment": ("1", "1.1", "1.2"), "the-hessian": ("1", "1.1", "1.2", "7"), "marginalization": ("1", "2"),
-           "the-priors-weight": ("1", "3"), "odometry": ("3", "5", "6"), "consistency": ("3", "6")}
+           "the-priors-weight": ("1", "3"), "odometry": ("3", "5", "6"), "consistency": ("6", "6"),
+           "systems": ("6", "5", "6", "7")}
 NEXT = {"check": "./course check", "lab": "./course lab", "plots": "./course plots", "data": "./course run DATA"}
 
 
@@ -87,7 +88,7 @@ def body_of(directory, say):
     """The page's pieces."""
     n = Chapter(Tables(Path(directory) / "csv"))
     sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
-                "consistency": nees.captions(say)}
+                "consistency": nees.captions(say), "systems": systems.captions(say)}
     found = findings.sentences(Path(directory), say)
     body = [Markup("<h1>{}</h1>").format(say("heading")), page.other_languages(say),
             Markup("<p>{}</p>").format(say("lead")), page.PIECES.findings(say("findings"), found),
@@ -101,6 +102,8 @@ def body_of(directory, say):
         pieces += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
         if section == "consistency":
             pieces += [nees.cases_table(say), Markup("<p>{}</p>").format(say("consistency.hosts")), nees.hosts_table(say)]
+        if section == "systems":
+            pieces.insert(2, systems.ablation_table(say))
         body.append(page.PIECES.section(section, say(f"section.{section}"), pieces))
     steps = [(command, say(f"next.{name}")) for name, command in NEXT.items()]
     return [*body, page.PIECES.steps(say("next"), steps), page.links_to_tables(directory, say)]

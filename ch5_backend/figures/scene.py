@@ -55,10 +55,10 @@ def decorate(axes, limits):
     for axis, label in ((axes.xaxis, "x [m]"), (axes.yaxis, "y [m]"), (axes.zaxis, "z [m]")):
         axis.set_pane_color((1, 1, 1, 0))
         axis._axinfo["grid"].update(color="#e6e6e6", linewidth=0.6)
-        axis.set_label_text(label, fontsize=10)
+        axis.set_label_text(label, fontsize=10.6)
         axis.labelpad = 1
         axis.set_major_locator(plt.MaxNLocator(4))
-        axis.set_tick_params(labelsize=9, pad=-1)
+        axis.set_tick_params(labelsize=10.6, pad=-1)
 
 
 def length(meters):

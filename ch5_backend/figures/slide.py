@@ -26,9 +26,9 @@ PX = 0.75  # points
 LOOK = {
     "svg.fonttype": "none", "font.family": ["Noto Sans", "Noto Sans CJK SC", "Noto Sans CJK JP", "PingFang SC",
                                             "Microsoft YaHei", "sans-serif"],
-    "font.sans-serif": ["DejaVu Sans"], "font.size": 15 * PX, "legend.fontsize": 16 * PX, "text.color": INK,
+    "font.sans-serif": ["DejaVu Sans"], "font.size": 18.1 * PX, "legend.fontsize": 18.1 * PX, "text.color": INK,
     "axes.prop_cycle": plt.cycler(color=[POSE, PRIOR, CROSS, LANDMARK, "#7ba3c4", "#7a5195"]),  # style.BLUE …
-    "axes.titlesize": 17 * PX, "axes.titlepad": 10 * PX, "axes.labelsize": 17 * PX, "axes.labelcolor": INK,
+    "axes.titlesize": 18.5 * PX, "axes.titlepad": 10 * PX, "axes.labelsize": 18.5 * PX, "axes.labelcolor": INK,
     "axes.labelpad": 7 * PX, "axes.edgecolor": MUTED, "axes.linewidth": 1.2 * PX, "axes.spines.left": False,
     "axes.grid.axis": "y", "grid.color": FAINT, "grid.linewidth": PX, "xtick.color": MUTED, "ytick.color": MUTED,
     "ytick.major.size": 0, "xtick.major.size": 5 * PX, "xtick.major.width": PX, "xtick.major.pad": 6 * PX,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 PAGES = {"en": "report.html", "zh": "report.zh.html"}  # a language's page
 NAMES = {"en": "English", "zh": "中文"}
-TOPICS = ("backend.", "solvers.", "windows.", "gauge.", "speed.")
+TOPICS = ("backend.", "solvers.", "windows.", "gauge.", "speed.", "certainty.")
 SENTENCES = {language: json.loads((Path(__file__).parent / "words" / f"{language}.json").read_text(encoding="utf-8"))
              for language in PAGES}
 

@@ -96,6 +96,16 @@ class Decks(unittest.TestCase):
                 self.assertTrue(svg.startswith("<svg "), name)
                 self.assertNotRegex(svg, r"\b(nan|inf)\b", name)
 
+    def test_no_word_of_a_figure_is_smaller_than_14_pixels_of_1280(self):
+        self.need_tables()
+        for deck in build.decks():
+            made = build.Prepared(deck, TABLES.folder)
+            for width, name in re.findall(r"!\[w:(\d+)\]\(figures/(\w+)\.svg\)", read(deck)):
+                units = float(re.search(r'viewBox="0 0 ([\d.]+)', made.figures[name])[1])
+                small = {word for size, word in re.findall(r"<text[^>]*?([\d.]+)px[^>]*>([^<]*)<", made.figures[name])
+                         if float(size) * int(width) / units < 13.9}
+                self.assertEqual(small, set(), f"{deck.name}: {name}")
+
     def test_every_page_ends_with_its_speaker_note_and_a_deck_takes_60_to_90_minutes(self):
         note = r"\n\n<!-- \((\d+) min\) (?:(?!-->).){10,} -->\s*\Z"
         for english in DECKS:

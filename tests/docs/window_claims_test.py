@@ -1,13 +1,16 @@
-"""What the third lecture says in words holds in its tables, and its examples are computed right."""
+"""What the third and the sixth lecture say in words holds in their tables, and their examples are computed right."""
 
 import os
 import unittest
 from fractions import Fraction as F
 from pathlib import Path
 
+import numpy as np
+
 from tests.docs.markdown import ROOT
 
 from slides import marginalization_examples as toy
+from ch5_backend.figures.numbers import systems as numbers
 from ch5_backend.figures.numbers.windows import KEPT, consistency, cuts, spectra
 from ch5_backend.figures.tables import Tables
 
@@ -122,3 +125,76 @@ class Certainty(unittest.TestCase):
             cases = lambda table: {tuple(row[key] for key in ("policy", "observations", "hosts", "mode"))  # noqa: E731
                                    for row in table.rows()}
             self.assertEqual(cases(fresh), cases(kept))
+
+
+class Systems(unittest.TestCase):
+    """Of the kept tables, which ch5_systems wrote."""
+
+    def test_what_is_fixed_or_dropped_is_lost_or_far_too_certain(self):
+        for policy in ("vins", "okvis"):
+            of = {way: KEPT("ablation", policy=policy, way=way) for way in numbers.WAYS}
+            self.assertTrue((of["dropped"]["restarts"] > 0).all())
+            for way in ("fixed", "poses fixed"):
+                self.assertGreater(np.median(of[way]["ate_m"]), 20 * np.median(of["marginalized"]["ate_m"]), (policy, way))
+                self.assertGreater(np.median(of[way]["nees_motion"]), 1e4, (policy, way))
+            for way in ("marginalized", "first estimates"):
+                self.assertEqual(of[way]["restarts"].max(), 0)
+                self.assertTrue(5 < np.median(of[way]["nees_motion"]) < 7.5, (policy, way))
+
+    def test_on_a_recording_first_estimates_are_no_better_and_nothing_is_consistent(self):
+        for policy in ("vins", "okvis"):
+            usual, first = (KEPT("ablation_recording", policy=policy, way=way, hosts="exact with loss").rows()[0]
+                            for way in ("marginalized", "first estimates"))
+            self.assertGreater(first["ate_m"], usual["ate_m"])
+            self.assertGreater(min(usual["nees_motion"], first["nees_motion"]), 60)
+
+    def test_schur_loses_a_weak_prior_whatever_root_follows_and_qr_keeps_it(self):
+        of = {name: KEPT("back_ends", window="simulated", back_end=name) for name in numbers.BACK_ENDS}
+        weak = of["qr"]["weakness"] <= 1e-5
+        for name in ("schur", "eigen okvis", "eigen vins"):
+            self.assertTrue((of[name]["worst_error"][weak] > 1).all(), name)
+            self.assertLess(of[name]["worst_error"][0], 1e-8)
+        self.assertLess(of["qr"]["worst_error"].max(), 1e-5)
+        self.assertTrue((of["qr float"]["worst_error"][weak] < 10 * of["schur"]["worst_error"][weak]).all())
+
+    def test_calibration_comes_down_to_what_the_tests_ask(self):
+        for policy in ("vins", "okvis"):
+            for quantity, goal in numbers.CALIBRATION_GOALS.items():
+                _, medians = numbers.median_over_flights(KEPT("calibration", policy=policy, quantity=quantity))
+                self.assertLess(medians[-1], goal, (policy, quantity))
+                self.assertGreater(medians[0], 5 * goal, (policy, quantity))
+
+    def test_densities_are_true_and_a_samples_sigma_is_not(self):
+        rows = KEPT("preintegration")
+        self.assertLess(np.abs(rows["claimed"] / rows["measured"] - 1).max(), 0.08)
+        turns = KEPT("preintegration", quantity="rotation", seconds=0.5)
+        share = dict(zip(turns["rate_hz"], turns["claimed_per_sample"] / turns["measured"]))
+        self.assertAlmostEqual(share[200], 0.5**0.5, delta=0.03)
+        self.assertAlmostEqual(share[1600], 0.25, delta=0.02)
+
+    def test_no_policy_is_better_everywhere_and_three_keyframes_suffice(self):
+        half = {(one["recording"], one["policy"]): one["q50"] for one in KEPT("distance", share=0.2).rows()}
+        self.assertLess(half["euroc_v1_01_easy", "vins"], half["euroc_v1_01_easy", "okvis"])
+        self.assertGreater(half["tango_walk", "vins"], half["tango_walk", "okvis"])
+        for temporal in numbers.TEMPORAL:
+            keyframes, ate = numbers.over_keyframes(KEPT, "euroc_v1_01_easy", temporal, "ate_m")
+            of = dict(zip(keyframes, ate))
+            self.assertGreater(of[1], 1.5 * of[3])
+            self.assertGreater(of[12], 0.95 * of[3])
+
+    def test_algorithms_agree_but_for_the_bad_start(self):
+        for data_set in numbers.DATA_SETS:
+            ends = {}
+            for row in KEPT("pose_graphs", data_set=data_set, solver="sparse").rows():
+                ends[row["algorithm"]] = row["cost"]
+            if data_set == "MIT":
+                self.assertEqual(min(ends, key=ends.get), "Dogleg")
+            else:
+                self.assertLess(max(ends.values()), (1 + 1e-6) * min(ends.values()), data_set)
+
+    def test_kept_tables_have_the_columns_that_the_program_writes(self):
+        headers = "".join(path.read_text(encoding="utf-8") for path in
+                          sorted((ROOT / "ch5_backend/experiments/studies/systems").glob("*.cc")))
+        for name in ("ablation", "ablation_recording", "back_ends", "calibration", "preintegration", "distance",
+                     "window_size", "okvis_matrices", "okvis_vertices", "pose_graphs"):
+            self.assertIn('"' + ",".join(KEPT(name).columns) + '"', headers, name)

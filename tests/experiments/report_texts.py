@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-from ch5_backend.figures import captions, nees, odometry, page, recording, report, style
+from ch5_backend.figures import captions, nees, odometry, page, recording, report, style, systems
 from ch5_backend.figures.numbers.chapter import Chapter
 from ch5_backend.figures.tables import Tables
 from ch5_backend.figures.words import Words
@@ -15,7 +15,7 @@ TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
 def figures_of(out):
     say = Words("en")
     names = [name for section in captions.sections(Chapter(Tables(out / "csv")), say).values() for name in section]
-    return [*names, *odometry.captions(out, say), *nees.captions(say)]
+    return [*names, *odometry.captions(out, say), *nees.captions(say), *systems.captions(say)]
 
 
 def write_reports(out, of="chapter"):

@@ -65,6 +65,9 @@ def of_gauge(part: str, needs: str, seconds: tuple, **trials) -> FigureSet:
 
 
 RECORDING = " ".join(f"csv/odometry_{name}" for name in ("policies", "segments", "path", "windows", "matrices", "spectrum", "gauge"))
+SYSTEMS = {"ablation": (30, 1), "ablation_recording": (1, 1), "back_ends": (1, 1), "calibration": (6, 1),
+           "preintegration": (1, 1), "distance": (1, 1), "window_size": (3, 1), "okvis_matrices": (1, 1),
+           "okvis_vertices": (1, 1), "pose_graphs": (24, 1)}
 SETS = (
     FigureSet("chapter", "", csv(
         "mono_ba_summary mono_ba_trace mono_ba_frames mono_ba_points mono_ba_iterations hessian hessian_vertices "
@@ -78,8 +81,11 @@ SETS = (
     of_deck(3, "chapter"),
     of_deck(4, "gauge_paper gauge_prior_choice"),
     of_deck(5),
+    of_deck(6, "chapter"),
     FigureSet("nees", "nees", csv("consistency consistency_summary"), "ch5_nees --out {folder}",
               "ch5_backend.figures.nees {folder}", (240, 3), quick=("--runs 4 --seconds 6", 2)),
+    FigureSet("systems", "systems", csv(" ".join(SYSTEMS)), "ch5_systems --data {data}", "ch5_backend.figures.systems {folder}",
+              (900, 8), quick=None, needs="euroc_v1_01_easy tango_walk posegraph windows", trials=SYSTEMS),
     FigureSet("endurance", "endurance", csv("endurance"), "ch5_endurance --out {folder}",
               "ch5_backend.figures.endurance {folder}", (40, 2), quick=("--frames 1000", 4)),
     FigureSet("bench", "bench", ("rows.csv", "traces.csv"), "ch5_backend.course bench --out {out}", "ch5_backend.figures.bench {folder}",

@@ -1,0 +1,41 @@
+"""Numbers of the experiments with what OKVIS, VINS-Mono and g2o do, of ch5_systems' tables."""
+import numpy as np
+
+WAYS = ("dropped", "fixed", "poses fixed", "marginalized", "first estimates")
+BACK_ENDS = {"schur": "Schur, Cholesky", "eigen okvis": "Schur, OKVIS's cut", "eigen vins": "Schur, VINS-Mono's cut",
+             "qr": "QR", "qr float": "QR, float"}
+WINDOWS = ("vio_S", "vio_M", "vio_L")
+RECORDINGS = {"simulated": "simulated", "euroc_v1_01_easy": "EuRoC V1_01", "tango_walk": "Tango"}
+CALIBRATION_GOALS = {"offset_ms": 1.0, "rotation_deg": 0.3}
+TEMPORAL = (2, 3, 5, 8)
+DATA_SETS = ("intel", "MIT", "parking-garage", "sphere2500")
+SOLVERS = {"dense": ("dense Cholesky", "C1"), "sparse": ("sparse Cholesky", "C0"), "cholmod": ("CHOLMOD", "C2"), "pcg": ("PCG", "C3")}
+
+
+def median_over_flights(rows):
+    """The times at which most flights have a value, and the medians there."""
+    times, counts = np.unique(np.round(rows["t_s"], 3), return_counts=True)
+    times = times[2 * counts > counts.max()]
+    return times, np.array([np.median(rows["error"][np.abs(rows["t_s"] - t) < 1e-3]) for t in times])
+
+
+def over_keyframes(tables, recording, temporal, column):
+    """The numbers of keyframes, and the mean over the trials."""
+    rows = tables("window_size", recording=recording, temporal_frames=temporal)
+    keyframes = np.unique(rows["keyframes"])
+    return keyframes, np.array([rows.where(keyframes=k)[column].mean() for k in keyframes])
+
+
+def solves(tables, **which):
+    """A row a solve: median time of an iteration, memory, iterations, costs."""
+    every = tables("pose_graphs", **which)
+    found = []
+    for data_set in DATA_SETS:
+        rows = every.where(data_set=data_set)
+        if len(rows) < 2:
+            continue
+        found.append({"data_set": data_set, "unknowns": rows["unknowns"][0], "poses": rows["poses"][0],
+                      "edges": rows["edges"][0], "iterations": rows["iteration"].max(),
+                      "milliseconds": 1e3 * np.median(np.diff(rows["seconds"])), "megabytes": rows["megabytes"][0],
+                      "first": rows["cost"][0], "last": rows["cost"][-1]})
+    return found

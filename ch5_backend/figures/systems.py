@@ -1,0 +1,322 @@
+"""What OKVIS, VINS-Mono and g2o are tested for, as curves: of the kept tables of ch5_systems.
+
+Each panel draws into given axes, so that the report and the decks show the same; `names` says a label in the reader's words.
+"""
+import numpy as np
+
+from . import page, style
+from .numbers import systems as numbers
+from .numbers.systems import BACK_ENDS, DATA_SETS, SOLVERS, WAYS
+from .numbers.windows import KEPT
+from .odometry import COLORS, NAMES
+from .style import BLUE, GRAY, GREEN, INK, ORANGE, PALE, PINK, VERMILION, plt
+from .tables import read
+
+MARKS = {"vins": ("o", -0.14), "okvis": ("s", 0.14)}
+OF_BACK_END = {"schur": (BLUE, "-"), "eigen okvis": (ORANGE, "--"), "eigen vins": (PINK, ":"), "qr": (GREEN, "-"),
+               "qr float": (VERMILION, "-")}
+OF_QUANTITY = {"position": BLUE, "rotation": ORANGE, "velocity": GREEN}
+OF_ALGORITHM = {"Gauss-Newton": (ORANGE, "--"), "Levenberg-Marquardt": (BLUE, "-"), "Dogleg": (GREEN, ":")}
+
+
+def ablation(axes, tables, column, names, size=4):
+    """One value a flight, way and policy; crosses: EuRoC's V1_01."""
+    for policy, (mark, shift) in MARKS.items():
+        for k, way in enumerate(WAYS):
+            flights = tables("ablation", policy=policy, way=way)[column]
+            spread = shift + np.linspace(-0.08, 0.08, len(flights))
+            axes.plot(k + spread, flights, mark, color=COLORS[policy], alpha=0.55, markersize=size,
+                      label=NAMES[policy] if k == 0 else None)
+            real = tables("ablation_recording", policy=policy, way=way, hosts="exact with loss")[column]
+            axes.plot(np.full(len(real), k + shift), real, "x", color=INK, markersize=2 * size, markeredgewidth=2,
+                      label=names("EuRoC V1_01") if k == 0 and policy == "vins" else None)
+    axes.set_xlim(-0.5, len(WAYS) - 0.5)
+    axes.set_xticks(range(len(WAYS)), [names(way) for way in WAYS])
+    style.log_axis(axes.yaxis)
+
+
+def back_end_errors(axes, tables, names):
+    for back_end, (color, dashes) in OF_BACK_END.items():
+        rows = tables("back_ends", window="simulated", back_end=back_end)
+        axes.plot(1 / rows["weakness"], rows["worst_error"], dashes, color=color, marker="o", markersize=4,
+                  label=names(BACK_ENDS[back_end]))
+    style.log_axis(axes.xaxis)
+    style.log_axis(axes.yaxis)
+    axes.axhline(1, color=GRAY, linewidth=1)
+
+
+def back_end_times(axes, tables, names):
+    for back_end, (color, dashes) in OF_BACK_END.items():
+        rows = [tables("back_ends", window=window, back_end=back_end).rows()[0] for window in numbers.WINDOWS]
+        axes.plot([row["landmarks"] for row in rows], [row["microseconds"] / 1e3 for row in rows], dashes, color=color,
+                  marker="o", markersize=4)
+    style.plain_log(axes.yaxis)
+
+
+def calibration(axes, tables, quantity, names):
+    """The error in each flight, thin, and the median over the flights."""
+    for policy in NAMES:
+        rows = tables("calibration", policy=policy, quantity=quantity)
+        for trial in np.unique(rows["trial"]):
+            one = rows.where(trial=trial)
+            axes.plot(one["t_s"], one["error"], color=COLORS[policy], linewidth=0.7, alpha=0.5)
+        times, medians = numbers.median_over_flights(rows)
+        axes.plot(times, medians, color=COLORS[policy], label=NAMES[policy])
+    style.plain_log(axes.yaxis)
+
+
+def preintegration_length(axes, tables, names):
+    """Lines: claimed; dots: measured."""
+    for quantity, color in OF_QUANTITY.items():
+        rows = tables("preintegration", quantity=quantity, rate_hz=200)
+        axes.plot(rows["seconds"], rows["claimed"], color=color, label=names(quantity))
+        axes.plot(rows["seconds"], rows["measured"], "o", color=color)
+    style.plain_log(axes.xaxis, [0.05, 0.1, 0.2, 0.5, 1, 2, 5])
+    style.log_axis(axes.yaxis)
+
+
+def preintegration_rate(axes, tables, names):
+    """Claimed by measured, over the rate: densities, and VINS-Mono's σ of a sample."""
+    for column, dashes, label in (("claimed", "-", "densities"), ("claimed_per_sample", "--", "a sample's σ, VINS-Mono")):
+        for quantity, color in OF_QUANTITY.items():
+            rows = tables("preintegration", quantity=quantity, seconds=0.5)
+            order = np.argsort(rows["rate_hz"])
+            axes.plot(rows["rate_hz"][order], (rows[column] / rows["measured"])[order], dashes, color=color, marker="o",
+                      markersize=4, label=names(label) if quantity == "velocity" else None)
+    style.plain_log(axes.xaxis, [50, 100, 200, 400, 800, 1600])
+    style.plain_log(axes.yaxis)
+
+
+def distance(axes, tables, recording):
+    """Boxes: quartiles and median; whiskers: 5 and 95 %."""
+    for policy, (_, shift) in MARKS.items():
+        for k, row in enumerate(tables("distance", recording=recording, policy=policy).rows()):
+            box = [{"med": row["q50"], "q1": row["q25"], "q3": row["q75"], "whislo": row["q05"], "whishi": row["q95"]}]
+            color = {"color": COLORS[policy]}
+            axes.bxp(box, positions=[k + 1.2 * shift], widths=0.28, showfliers=False, boxprops=color, medianprops=color,
+                     whiskerprops=color, capprops=color)
+        axes.plot([], [], color=COLORS[policy], label=NAMES[policy])
+    rows = tables("distance", recording=recording, policy="vins").rows()
+    axes.set_xticks(range(len(rows)), [f"{100 * row['share']:.0f}\n{row['distance_m']:.2g}" for row in rows])
+    axes.set_ylim(0, None)
+
+
+def window_size(axes, tables, recording, column, names):
+    for temporal, color in zip(numbers.TEMPORAL, (GRAY, ORANGE, BLUE, GREEN)):
+        keyframes, values = numbers.over_keyframes(tables, recording, temporal, column)
+        axes.plot(keyframes, values, color=color, marker="o", markersize=4, label=names("newest frames", n=temporal))
+    axes.set_xticks(keyframes)
+    style.plain_log(axes.yaxis)
+
+
+def okvis_case(axes, tables, case, stage):
+    """Largest entry of each block of H, and what goes marked."""
+    rows = tables("okvis_matrices", case=case, stage=stage)
+    size = int(rows["size"][0])
+    matrix = np.zeros((size, size))
+    for block in rows.rows():
+        i, j, height, width = (int(block[key]) for key in ("row", "column", "rows", "columns"))
+        matrix[i:i + height, j:j + width] = block["largest"]
+    high = np.log10(rows["largest"].max())
+    style.magnitudes(axes, matrix, high - 12, high, cmap="Greys")
+    if stage == "window":
+        for vertex in tables("okvis_vertices", case=case, fate="marginalized").rows():
+            first, last = vertex["row"] - 0.5, vertex["row"] + vertex["rows"] - 0.5
+            for span in (axes.axhspan, axes.axvspan):
+                span(first, last, color=VERMILION, alpha=0.3, linewidth=0)
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.grid(False)
+
+
+def solver_column(axes, tables, column, names):
+    """A value of each linear solver, over the unknowns."""
+    for solver, (label, color) in SOLVERS.items():
+        points = sorted(numbers.solves(tables, solver=solver, algorithm="Levenberg-Marquardt"), key=lambda one: one["unknowns"])
+        axes.plot([one["unknowns"] for one in points], [one[column] for one in points], color=color, marker="o",
+                  markersize=5, label=names(label))
+    style.plain_log(axes.xaxis, [2500, 5000, 10000, 15000])
+    (style.log_axis if column == "milliseconds" else style.plain_log)(axes.yaxis)
+
+
+def algorithm_costs(axes, tables, data_set, names):
+    """χ² after each iteration, by its least."""
+    every = tables("pose_graphs", data_set=data_set, solver="sparse")
+    for algorithm, (color, dashes) in OF_ALGORITHM.items():
+        rows = every.where(algorithm=algorithm)
+        axes.plot(rows["iteration"], rows["cost"] / every["cost"].min(), dashes, color=color, label=names(algorithm))
+    style.log_axis(axes.yaxis)
+
+
+# ---- the report's figures
+
+
+def plain(key, **values):
+    """The report's figures are in English."""
+    return {"newest frames": "{n} newest frames"}.get(key, key).format(**values)
+
+
+def draw_ablation(directory, tables):
+    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
+    for axes, (column, title) in zip(panels, (("ate_m", "error of the position, ATE [m]"),
+                                              ("nees_motion", "NEES of the motion across the window (6)"))):
+        ablation(axes, tables, column, lambda key: key.replace(" ", "\n") if key in WAYS else key)
+        axes.set_title(title)
+    panels[1].axhline(6, color=GRAY, linewidth=1)
+    style.legend_above(fig, panels[0])
+    style.save(fig, directory, "systems_ablation")
+
+
+def draw_back_ends(directory, tables):
+    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
+    back_end_errors(panels[0], tables, plain)
+    panels[0].set(xlabel="old prior's σ, times", title="worst relative error of an information")
+    back_end_times(panels[1], tables, plain)
+    panels[1].set(xlabel="landmarks that leave", title="time [ms]")
+    style.legend_above(fig, panels[0], columns=5)
+    style.save(fig, directory, "systems_back_ends")
+
+
+def draw_calibration(directory, tables):
+    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
+    for axes, (quantity, title) in zip(panels, (("offset_ms", "error of the clock's offset [ms]"),
+                                                ("rotation_deg", "error of the camera's rotation [deg]"))):
+        calibration(axes, tables, quantity, plain)
+        axes.axhline(numbers.CALIBRATION_GOALS[quantity], color=GRAY, linewidth=1)
+        axes.set(xlabel="time [s]", title=title)
+    style.legend_above(fig, panels[0])
+    style.save(fig, directory, "systems_calibration")
+
+
+def draw_preintegration(directory, tables):
+    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
+    preintegration_length(panels[0], tables, plain)
+    panels[0].set(xlabel="length [s]", title="σ [m, rad, m/s]: claimed, and measured (dots)")
+    panels[0].legend()
+    preintegration_rate(panels[1], tables, plain)
+    panels[1].set(xlabel="rate of the IMU [Hz]", title="claimed σ / measured σ")
+    panels[1].legend()
+    style.save(fig, directory, "systems_preintegration")
+
+
+def draw_distance(directory, tables):
+    fig, panels = plt.subplots(1, 3, figsize=(11.0, 4.4), layout="constrained")
+    for axes, (recording, name) in zip(panels, numbers.RECORDINGS.items()):
+        distance(axes, tables, recording)
+        axes.set(title=name, xlabel="part of the path [%]\ndistance [m]")
+    panels[0].set_ylabel("error over the distance [m]")
+    style.legend_above(fig, panels[0])
+    style.save(fig, directory, "systems_distance")
+
+
+def draw_window_size(directory, tables):
+    fig, panels = plt.subplots(1, 3, figsize=(11.0, 4.2), layout="constrained")
+    for axes, recording, column, title in zip(panels, ("euroc_v1_01_easy", "simulated", "euroc_v1_01_easy"),
+                                              ("ate_m", "ate_m", "milliseconds"),
+                                              ("EuRoC V1_01: ATE [m]", "simulated: ATE [m]", "EuRoC: time of an image [ms]")):
+        window_size(axes, tables, recording, column, plain)
+        axes.set(xlabel="keyframes", title=title)
+    style.legend_above(fig, panels[0], columns=4)
+    style.save(fig, directory, "systems_window_size")
+
+
+def draw_okvis_cases(directory, tables):
+    fig, panels = plt.subplots(1, 4, figsize=(11.0, 3.3), layout="constrained")
+    titles = iter(("a frame leaves: window", "its prior", "a keyframe leaves: window", "its prior"))
+    for k, case in enumerate(("no keyframe", "keyframe")):
+        for axes, stage in zip(panels[2 * k:2 * k + 2], ("window", "prior")):
+            okvis_case(axes, tables, case, stage)
+            axes.set_title(next(titles), fontsize=12)
+    style.save(fig, directory, "systems_okvis_cases")
+
+
+def draw_pose_graphs(directory, tables):
+    fig, panels = plt.subplots(2, 3, figsize=(11.0, 7.0), layout="constrained")
+    for axes, (column, title) in zip(panels[0], (("milliseconds", "time of an iteration [ms]"), ("megabytes", "memory [MB]"))):
+        solver_column(axes, tables, column, plain)
+        axes.set(xlabel="unknowns", title=title)
+    panels[0, 1].legend(fontsize=10)
+    for axes, data_set in zip([panels[0, 2], *panels[1]], DATA_SETS):
+        algorithm_costs(axes, tables, data_set, plain)
+        axes.set(xlabel="iteration", title=f"{data_set}: cost / least")
+    panels[1, 0].legend(fontsize=10)
+    style.save(fig, directory, "systems_pose_graphs")
+
+
+def draw(directory, tables=KEPT):
+    for one in (draw_ablation, draw_back_ends, draw_calibration, draw_preintegration, draw_distance, draw_window_size,
+                draw_okvis_cases, draw_pose_graphs):
+        one(directory, tables)
+
+
+def captions(say):
+    """{figure: its words}, with every number taken from the kept tables."""
+    one = lambda values, digits=2: style.number(float(values), digits)  # noqa: E731
+    both = lambda tell: say("both", **{policy: tell(policy) for policy in NAMES})  # noqa: E731
+    real = lambda way, column: both(lambda policy: one(KEPT("ablation_recording", policy=policy, way=way, hosts="exact with loss")[column][0]))  # noqa: E731
+    usual, constrained = (np.median(KEPT("ablation", policy="vins", way=way)["milliseconds"]) for way in WAYS[-2:])
+    errors = {name: KEPT("back_ends", window="simulated", back_end=name) for name in ("schur", "qr", "qr float")}
+    lost = next(k for k, error in enumerate(errors["schur"]["worst_error"]) if error > 1)
+    slower = [KEPT("back_ends", window=window, back_end="qr")["microseconds"][0] /
+              KEPT("back_ends", window=window, back_end="schur")["microseconds"][0] for window in numbers.WINDOWS]
+    last = lambda quantity: both(lambda policy: one(  # noqa: E731
+        numbers.median_over_flights(KEPT("calibration", policy=policy, quantity=quantity))[1][-1]))
+    imu = KEPT("preintegration")
+    turns = KEPT("preintegration", quantity="rotation", seconds=0.5)
+    share = dict(zip(turns["rate_hz"], turns["claimed_per_sample"] / turns["measured"]))
+    fifth = lambda recording: both(lambda policy: one(  # noqa: E731
+        KEPT("distance", recording=recording, policy=policy, share=0.2)["q50"][0]))
+    ates = lambda keyframes: [numbers.over_keyframes(KEPT, "euroc_v1_01_easy", temporal, "ate_m")[1][keyframes] for temporal in numbers.TEMPORAL]  # noqa: E731
+    gone = KEPT("okvis_vertices", case="keyframe", fate="marginalized")["vertex"]
+    of = {(solver, row["data_set"]): row for solver in SOLVERS
+          for row in numbers.solves(KEPT, solver=solver, algorithm="Levenberg-Marquardt")}
+    largest = DATA_SETS[-1]
+    by = lambda solver, data_set: one(of[solver, data_set]["milliseconds"] / of["sparse", data_set]["milliseconds"])  # noqa: E731
+    mit = {algorithm: KEPT("pose_graphs", data_set="MIT", solver="sparse", algorithm=algorithm) for algorithm in OF_ALGORITHM}
+    about = KEPT("systems_about").rows()[0]
+    least = min(rows["cost"].min() for rows in mit.values())
+    words = {
+        "systems_ablation": dict(
+            flights=len(np.unique(KEPT("ablation")["trial"])), real_ate=real("marginalized", "ate_m"),
+            real_fej=real("first estimates", "ate_m"), real_nees=real("marginalized", "nees_motion"),
+            time=one(constrained / usual)),
+        "systems_back_ends": dict(lost=one(1 / errors["schur"]["weakness"][lost]), qr=one(errors["qr"]["worst_error"][lost]),
+                                  low=one(min(slower)), high=one(max(slower))),
+        "systems_calibration": dict(flights=len(np.unique(KEPT("calibration")["trial"])), offset=last("offset_ms"),
+                                    rotation=last("rotation_deg")),
+        "systems_preintegration": dict(worst=one(100 * np.abs(imu["claimed"] / imu["measured"] - 1).max()),
+                                       tuned=one(share[200]), fast=one(share[1600])),
+        "systems_distance": {name: fifth(recording) for recording, name in
+                             (("simulated", "simulated"), ("euroc_v1_01_easy", "euroc"), ("tango_walk", "tango"))},
+        "systems_window_size": dict(one_low=one(min(ates(0))), one_high=one(max(ates(0))), low=one(min(ates(2))),
+                                    high=one(max(ates(2))), twelve_low=one(min(ates(-1))), twelve_high=one(max(ates(-1)))),
+        "systems_okvis_cases": dict(landmarks=int((gone == "landmark").sum())),
+        "systems_pose_graphs": dict(
+            largest=largest, unknowns=int(of["sparse", largest]["unknowns"]), sparse=one(of["sparse", largest]["milliseconds"]),
+            cholmod=by("cholmod", largest), pcg=by("pcg", largest), dense=by("dense", "intel"),
+            **{name: one(rows["cost"][-1] / least) for name, rows in zip(("newton", "levenberg", "dogleg"), mit.values())},
+            processor=about["processor"], cores=f"{about['cores']:.0f}", load=f"{about['load']:.0f}"),
+    }
+    return {figure: say(figure, **values) for figure, values in words.items()}
+
+
+def ablation_table(say):
+    """Medians over the flights, and EuRoC's V1_01."""
+    rows = []
+    for name, table, more in (("simulated", "ablation", {}), ("euroc", "ablation_recording", {"hosts": "exact with loss"})):
+        for policy in NAMES:
+            for way in WAYS:
+                of = KEPT(table, policy=policy, way=way, **more)
+                rows.append((f"{say(f'ablation.{name}')}: {NAMES[policy]}, {say(f'ablation.{way}')}",
+                             f"{np.nanmedian(of['ate_m']):.3f}", style.number(np.nanmedian(of["nees_motion"]), 2),
+                             f"{(of['restarts'] > 0).mean():.0%}"))
+    return page.table([say("ablation.case"), "ATE [m]", say("ablation.nees"), say("ablation.lost")], rows)
+
+
+def draw_own(directory):
+    """From the tables of this folder."""
+    draw(directory, lambda name, **where: read(directory, name).where(**where))
+
+
+if __name__ == "__main__":
+    style.main(draw_own)

@@ -1,0 +1,105 @@
+"""Every number of the deck, by name: from a table, or exact arithmetic on the examples of marginalization_examples.py."""
+
+import re
+from math import degrees, sqrt
+from pathlib import Path
+
+import numpy as np
+
+from ch5_backend.figures.numbers.systems import WAYS
+from ch5_backend.figures.numbers.windows import KEPT, consistency, leak
+from ch5_backend.figures.style import number
+
+from .tex import matrix, scientific, tex
+
+from . import marginalization_examples as toy
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def hand_facts(tables):
+    J1, J2 = (toy.jacobian(point) for point in toy.POINTS)
+    same, mixed = toy.two_tangents()
+    point = lambda p: rf"({tex(p[0])},\, {tex(p[1])})"  # noqa: E731
+    return {
+        "product.value": str(toy.PRODUCT), "product.p1": point(toy.POINTS[0]), "product.p2": point(toy.POINTS[1]),
+        "product.J1": matrix(J1, tex), "product.J2": matrix(J2, tex), "product.same": matrix(same, tex),
+        "product.mixed": matrix(mixed, tex), "product.same_det": tex(toy.det(same)), "product.mixed_det": tex(toy.det(mixed)),
+    }
+
+
+def consistency_facts(tables):
+    of = lambda policy, mode, **case: consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]  # noqa: E731
+    first = consistency(KEPT, "vins", "none").rows()[0]
+    facts = {"nees.dof": "6", "nees.band": "95 %", "nees.runs": f"{first['runs']:.0f}",
+             "nees.first_yaw": f"{first['nees_yaw']:.2f}", "yaw.dof": "1"}
+    for observations in ("twice", "once"):
+        for hosts in ("exact", "noisy"):
+            one = of("vins", "none", hosts=hosts, observations=observations)
+            facts[f"nees.{observations}_{hosts}"] = f"{one['nees_pose']:.1f}"
+    for policy in ("vins", "okvis"):
+        for mode in ("none", "prior_only", "full"):
+            one, exact, name = of(policy, mode), of(policy, mode, hosts="exact"), f"{policy}_{mode}"
+            facts.update({
+                f"nees.{name}_mean": f"{one['nees_pose']:.1f} ± {one['nees_pose_error']:.1f}",
+                f"nees.{name}_inside": f"{one['pose_inside']:.0%}", f"nees.{name}_yaw": f"{one['nees_yaw']:.2f}",
+                f"nees.{name}_yaw_inside": f"{one['yaw_inside']:.0%}", f"nees.{name}_rmse": f"{one['position_rmse_m']:.3f}",
+                f"nees.{name}_exact": f"{exact['nees_pose']:.1f}", f"yaw.{name}": f"{one['yaw_information_gain']:.2f}"})
+    return facts
+
+
+def leak_facts(tables):
+    """What the priors of the longer flight claim."""
+    facts, positions = {}, []
+    for policy in ("vins", "okvis"):
+        last = leak(tables("odometry_gauge"), policy)[-1]
+        facts[f"leak.{policy}"] = f"{last:.0f}"
+        facts[f"leak.{policy}_deg"] = f"{degrees(1 / sqrt(last)):.1f}"
+        positions += [abs(one["information"]) for axis in "xyz"
+                      for one in tables("odometry_gauge", policy=policy, direction=axis).rows()]
+    return {**facts, "leak.position": f"${scientific(max(positions), 1)}$"}
+
+
+def band_facts(_):
+    """Where the mean NEES of a pose over n flights lies, by Wilson and Hilferty's approximation (evaluate/nees.h)."""
+    facts = {}
+    for k, flights in enumerate((1, 10, 50, 200), start=1):
+        dof = 6 * flights
+        low, high = (dof * (1 - 2 / (9 * dof) + z * sqrt(2 / (9 * dof))) ** 3 / flights for z in (-1.96, 1.96))
+        facts.update({f"band.n{k}": str(flights), f"band.low{k}": f"{low:.1f}", f"band.high{k}": f"{high:.1f}"})
+    return facts
+
+
+def ablation_facts(_):
+    """Medians over the flights; the time of an image by that of marginalizing, which is measured in the same run."""
+    facts = {"ablation.flights": str(len(np.unique(KEPT("ablation")["trial"])))}
+    for policy in ("vins", "okvis"):
+        usual = np.median(KEPT("ablation", policy=policy, way="marginalized")["milliseconds"])
+        real = KEPT("ablation_recording", policy=policy, way="marginalized", hosts="exact with loss")
+        facts[f"ablation.real_{policy}_nees"] = f"{real['nees_motion'][0]:.0f}"
+        for way in WAYS:
+            rows, name = KEPT("ablation", policy=policy, way=way), f"ablation.{policy}_{way.replace(' ', '_')}"
+            facts.update({f"{name}_ate": f"{np.nanmedian(rows['ate_m']):.2f}",
+                          f"{name}_nees": number(np.nanmedian(rows["nees_motion"]), 2),
+                          f"{name}_lost": f"{(rows['restarts'] > 0).mean():.0%}",
+                          f"{name}_time": f"{np.median(rows['milliseconds']) / usual:.1f} ×"})
+    return facts
+
+
+def imu_facts(_):
+    rows = KEPT("preintegration")
+    ratio = rows["claimed"] / rows["measured"]
+    turns = KEPT("preintegration", quantity="rotation", seconds=0.5)
+    share = dict(zip(turns["rate_hz"], turns["claimed_per_sample"] / turns["measured"]))
+    tuned, fast = 200, 1600
+    source = (ROOT / "ch5_backend/experiments/studies/systems/preintegration.cc").read_text(encoding="utf-8")
+    return {"imu.draws": re.search(r"kDraws = (\d+)", source)[1], "imu.worst": f"{100 * np.abs(ratio - 1).max():.0f} %",
+            "imu.tuned": str(tuned), "imu.fast": str(fast), "imu.vins_tuned": f"{share[tuned]:.0%}",
+            "imu.vins_fast": f"{share[fast]:.0%}"}
+
+
+def facts(tables):
+    facts = {}
+    for part in (hand_facts, consistency_facts, leak_facts, band_facts, ablation_facts, imu_facts):
+        facts.update(part(tables))
+    return facts
