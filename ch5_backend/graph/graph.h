@@ -17,6 +17,8 @@ class GraphError : public std::invalid_argument {
 };
 
 /// A vertex or edge belongs to one graph at a time, until it is removed or the graph is destroyed.
+/// Threads: a graph with its vertices and edges is used by one thread at a time, and what solves it counts as one; two graphs
+/// share nothing. Loss functions may be shared: they are not changed.
 class Graph {
  public:
   Graph() = default;

@@ -17,6 +17,10 @@
 ///   }
 ///   optimizer.InitializeOptimization(/*level=*/0);
 ///   optimizer.Optimize(10);
+///
+/// Threads: an optimizer and its graph are used by one thread at a time. With `threads` > 1 it starts its own, which call
+/// different edges at once, but never two functions of one edge; so an edge must not change what it shares with others.
+/// Edges whose Jacobians are numeric are linearized one after the other. Any number of threads gives the same bits.
 
 #include <memory>
 
