@@ -164,7 +164,7 @@ def draw_ablation(directory, tables):
         axes.set_title(title)
     panels[1].axhline(6, color=GRAY, linewidth=1)
     style.legend_above(fig, panels[0])
-    style.save(fig, directory, "systems_ablation")
+    style.save(fig, directory, "systems_ablation", chinese=True)
 
 
 def draw_back_ends(directory, tables):
@@ -174,7 +174,7 @@ def draw_back_ends(directory, tables):
     back_end_times(panels[1], tables, plain)
     panels[1].set(xlabel="landmarks that leave", title="time [ms]")
     style.legend_above(fig, panels[0], columns=5)
-    style.save(fig, directory, "systems_back_ends")
+    style.save(fig, directory, "systems_back_ends", chinese=True)
 
 
 def draw_calibration(directory, tables):
@@ -185,7 +185,7 @@ def draw_calibration(directory, tables):
         axes.axhline(numbers.CALIBRATION_GOALS[quantity], color=GRAY, linewidth=1)
         axes.set(xlabel="time [s]", title=title)
     style.legend_above(fig, panels[0])
-    style.save(fig, directory, "systems_calibration")
+    style.save(fig, directory, "systems_calibration", chinese=True)
 
 
 def draw_preintegration(directory, tables):
@@ -196,7 +196,7 @@ def draw_preintegration(directory, tables):
     preintegration_rate(panels[1], tables, plain)
     panels[1].set(xlabel="rate of the IMU [Hz]", title="claimed σ / measured σ")
     panels[1].legend()
-    style.save(fig, directory, "systems_preintegration")
+    style.save(fig, directory, "systems_preintegration", chinese=True)
 
 
 def draw_distance(directory, tables):
@@ -206,7 +206,7 @@ def draw_distance(directory, tables):
         axes.set(title=name, xlabel="part of the path [%]\ndistance [m]")
     panels[0].set_ylabel("error over the distance [m]")
     style.legend_above(fig, panels[0])
-    style.save(fig, directory, "systems_distance")
+    style.save(fig, directory, "systems_distance", chinese=True)
 
 
 def draw_window_size(directory, tables):
@@ -217,7 +217,7 @@ def draw_window_size(directory, tables):
         window_size(axes, tables, recording, column, plain)
         axes.set(xlabel="keyframes", title=title)
     style.legend_above(fig, panels[0], columns=4)
-    style.save(fig, directory, "systems_window_size")
+    style.save(fig, directory, "systems_window_size", chinese=True)
 
 
 def draw_okvis_cases(directory, tables):
@@ -227,7 +227,7 @@ def draw_okvis_cases(directory, tables):
         for axes, stage in zip(panels[2 * k:2 * k + 2], ("window", "prior")):
             okvis_case(axes, tables, case, stage)
             axes.set_title(next(titles), fontsize=12)
-    style.save(fig, directory, "systems_okvis_cases")
+    style.save(fig, directory, "systems_okvis_cases", chinese=True)
 
 
 def draw_pose_graphs(directory, tables):
@@ -240,7 +240,7 @@ def draw_pose_graphs(directory, tables):
         algorithm_costs(axes, tables, data_set, plain)
         axes.set(xlabel="iteration", title=f"{data_set}: cost / least")
     panels[1, 0].legend(fontsize=10)
-    style.save(fig, directory, "systems_pose_graphs")
+    style.save(fig, directory, "systems_pose_graphs", chinese=True)
 
 
 def draw(directory, tables=KEPT):

@@ -10,7 +10,8 @@ from matplotlib.text import Text
 FONTS = ("Noto Sans CJK SC", "Noto Sans CJK JP")
 WORD = re.compile(r"[A-Za-z]{2,}")
 # In all languages.
-SAME = re.compile(r"\$[^$]*\$|log|RMSE|NEES|VINS|OKVIS|(?<=\d )(?:mm|cm|ms|m)\b|\[[a-z]+\]|diag|Levenberg|Marquardt|rad")
+SAME = re.compile(r"\$[^$]*\$|log|RMSE|NEES|VINS|OKVIS|(?<=\d )(?:mm|cm|ms|m)\b|\[[a-z]+\]|diag|Levenberg|Marquardt|rad"
+                  r"|Cholesky|CHOLMOD|PCG|QR|Dogleg|-Mono|IMU|ATE|EuRoC V1_01|EuRoC|Tango|Hz|MB|intel|MIT|parking-garage|sphere2500")
 
 
 @lru_cache

@@ -9,7 +9,7 @@ import unittest
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-from ch5_backend.figures import captions, marginalize, nees, odometry, report, style, tables, translate
+from ch5_backend.figures import captions, marginalize, nees, odometry, report, style, systems, tables, translate
 from ch5_backend.figures.numbers.chapter import Chapter
 from ch5_backend.figures.words import Words
 
@@ -149,7 +149,7 @@ class Tables(unittest.TestCase):
         figures.mkdir(exist_ok=True)
         say = Words("en")
         names = [name for section in captions.sections(Chapter(tables.Tables(self.out / "csv")), say).values() for name in section]
-        for name in [*names, *odometry.captions(self.out, say), *nees.captions(say)]:
+        for name in [*names, *odometry.captions(self.out, say), *nees.captions(say), *systems.captions(say)]:
             if not (figures / f"{name}.png").exists():
                 style.plt.imsave(figures / f"{name}.png", [[0.0]])
         page = "".join(report.body_of(self.out, say))

@@ -108,7 +108,7 @@ DropSet OldestOf(const WindowGraph& window) {
     const bool is_hosted = vertices[0]->GetRole() == Role::kLandmark && vertices[1] == window.poses.front();
     if (is_hosted && vertices[0] != drop.vertices.back()) drop.vertices.push_back(vertices[0]);
   }
-  drop.edges = EdgesAt(window.graph, drop.vertices);
+  drop = {EdgesAt(window.graph, drop.vertices), drop.vertices};
   // A landmark that another frame hosts stays, and so do its observations.
   const auto stays = [&](const std::shared_ptr<Edge>& edge) {
     const auto& first = edge->Vertices().front();
