@@ -146,6 +146,7 @@ def algorithm_costs(axes, tables, data_set, names):
         rows = every.where(algorithm=algorithm)
         axes.plot(rows["iteration"], rows["cost"] / every["cost"].min(), dashes, color=color, label=names(algorithm))
     style.log_axis(axes.yaxis)
+    axes.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
 
 
 # ---- the report's figures
@@ -235,7 +236,7 @@ def draw_pose_graphs(directory, tables):
     for axes, (column, title) in zip(panels[0], (("milliseconds", "time of an iteration [ms]"), ("megabytes", "memory [MB]"))):
         solver_column(axes, tables, column, plain)
         axes.set(xlabel="unknowns", title=title)
-    panels[0, 1].legend(fontsize=10)
+    panels[0, 1].legend(fontsize=10, loc="lower right", handlelength=1.0, borderaxespad=0.0)
     for axes, data_set in zip([panels[0, 2], *panels[1]], DATA_SETS):
         algorithm_costs(axes, tables, data_set, plain)
         axes.set(xlabel="iteration", title=f"{data_set}: cost / least")

@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import subprocess
 import sys
 import sysconfig
 import unittest
@@ -77,8 +76,7 @@ class Examples(unittest.TestCase):
 @unittest.skipUnless(Path(sysconfig.get_path("include"), "Python.h").exists(), "Python's headers are not installed: python3-dev")
 class PythonModule(unittest.TestCase):
     def test_pip_makes_it_and_the_example_runs(self):
-        if subprocess.run(["cmake", "--find-package", "-DNAME=pybind11", "-DCOMPILER_ID=GNU", "-DLANGUAGE=CXX", "-DMODE=EXIST"],
-                          capture_output=True, cwd=HERE).returncode:
+        if not any(Path(folder, "include/pybind11/pybind11.h").exists() for folder in ("/usr", "/usr/local")):
             self.skipTest("pybind11 is not installed: pybind11-dev")
         wheels = HERE / "wheel"
         shutil.rmtree(wheels, ignore_errors=True)
