@@ -14,7 +14,7 @@ from markupsafe import Markup
 from . import page, style
 from .numbers.mine import EXPERIMENTS, FLIGHTS, Mine, dense_of, different
 from .style import BLUE, GRAY, INK, PALE, VERMILION, plt
-from .words import NAMES, Words
+from .words import Words
 
 STAGES = json.loads((Path(__file__).resolve().parents[2] / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
 PAGES = {"en": "mine.html", "zh": "mine.zh.html"}
@@ -186,7 +186,7 @@ def body_of(directory, mine, say):
         for stage in stages_of(experiment):
             rows.append((f"{stage['id']} {stage['name']}", whose(mine, stage, say), f"{mark(mine, experiment, say)} {said_of(mine, experiment, say)}"))
     body = [Markup("<h1>{}</h1>").format(say("mine.heading")),
-            page.PIECES.languages([(PAGES[other], other, NAMES[other]) for other in PAGES if other != say.language]),
+            page.other_languages(say, PAGES),
             Markup("<p>{}</p>").format(say("mine.lead")),
             page.table((say("mine.stage"), say("mine.lines"), say("mine.finding")), rows, "words said")]
     for experiment in mine.failures:
@@ -205,9 +205,7 @@ def make(directory, language):
     mine = Mine(directory)
     for experiment in mine.failures:
         style.save(DRAW[experiment](mine, experiment), directory, f"mine_{experiment}")
-    for other, name in PAGES.items():
-        say = Words(other)
-        page.write(Path(directory) / name, say("mine.heading"), body_of(directory, mine, say), other)
+    page.write_all(directory, "mine.heading", lambda place, say: body_of(place, mine, say), PAGES)
     say = Words(language)
     for experiment in mine.failures:
         print(f"{mark(mine, experiment, say)} {', '.join(EXPERIMENTS[experiment]):<9} {say(f'mine.{experiment}')}: "

@@ -52,14 +52,15 @@ def links_to_tables(directory, say):
     return PIECES.files(sorted(path.name for path in (Path(directory) / "csv").glob("*.csv")), say)
 
 
-def other_languages(say):
+def other_languages(say, pages=PAGES):
     """Links to the same page in the other languages."""
-    return PIECES.languages([(PAGES[other], other, NAMES[other]) for other in PAGES if other != say.language])
+    return PIECES.languages([(pages[other], other, NAMES[other]) for other in pages if other != say.language])
 
 
-def write_all(directory, title, body_of):
-    """DIR/report.html and the same in the other languages; body_of(directory, say) gives the pieces."""
-    for language, name in PAGES.items():
+def write_all(directory, title, body_of, pages=PAGES):
+    """DIR/report.html and the same in the other languages, unless other `pages` are meant; body_of(directory, say) gives the
+    pieces."""
+    for language, name in pages.items():
         say = Words(language)
         write(Path(directory) / name, say(title), body_of(directory, say), language)
 

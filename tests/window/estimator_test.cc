@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/sparse/covariance.h"
@@ -56,29 +57,17 @@ TEST(Estimator, BothPoliciesFollowARealDrone) {
 // ---- what a product asks for ---------------------------------------------------------------------------------------
 
 // The course of a policy on a machine so slow that each iteration takes a minute.
-class OnASlowMachine : public WindowPolicy {
+class OnASlowMachine : public WrappedPolicy {
  public:
-  explicit OnASlowMachine(std::unique_ptr<WindowPolicy> policy) : policy_(std::move(policy)) {}
-  std::string Name() const override { return policy_->Name(); }
-  void NoteNewFrame(Window* window) override { policy_->NoteNewFrame(window); }
-  bool Uses(const Window& window, const WindowLandmark& landmark) const override {
-    return policy_->Uses(window, landmark);
-  }
+  using WrappedPolicy::WrappedPolicy;
   SolveOptions Options() const override {
-    SolveOptions options = policy_->Options();
+    SolveOptions options = WrappedPolicy::Options();
     options.callback = [inner = options.callback](IterationInfo info) {
       info.seconds += 60.0 * (info.iteration + 1);
       return !inner || inner(info);
     };
     return options;
   }
-  void AfterSolve(Window* window) override { policy_->AfterSolve(window); }
-  void Slide(Window* window) override { policy_->Slide(window); }
-  void SlideWithoutEstimate(Window* window) override { policy_->SlideWithoutEstimate(window); }
-  void Reset() override { policy_->Reset(); }
-
- private:
-  std::unique_ptr<WindowPolicy> policy_;
 };
 
 bool AreSame(const std::vector<StampedState>& a, const std::vector<StampedState>& b) {

@@ -12,6 +12,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from ch5_backend.figures.numbers.mine import EXPERIMENTS, FLIGHTS
+
 from ..base import jsonout
 from ..base.build import BIN, BUILD, CORES, build_or_fail
 from ..base.errors import CourseError
@@ -27,8 +29,6 @@ from ..homework.regions import FILES
 from .data import kind_of
 from .run import app
 
-EXPERIMENTS = ("hessian", "marginal", "weights", "gauge", "okvis", "vins", "blocks")
-FLIGHTS = ("okvis", "vins")
 NEEDS = {"recording": FLIGHTS, "bal": ("blocks",)}  # what flies, or adjusts, the data that is given
 SOLUTION, OWN = "ch5_homework", os.environ.get("CH5_CHECK_PREFIX", "") + "ch5_homework_mine"
 TIME_LIMIT, SLOWER = 20.0, 10.0  # seconds, and so many times what the solution takes
@@ -42,7 +42,7 @@ def fly(arguments, only_flights: bool) -> int:
     kind = kind_of(data) if data else ""
     if data and kind not in NEEDS:
         raise CourseError(sentence("fly.no_such_data", path=data))
-    chosen = NEEDS[kind] if data else FLIGHTS if only_flights else EXPERIMENTS
+    chosen = NEEDS[kind] if data else FLIGHTS if only_flights else tuple(EXPERIMENTS)
     out = Path(arguments.out or "out")
     make_writable(out)
     files = compile_files()

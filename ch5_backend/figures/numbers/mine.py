@@ -1,5 +1,6 @@
 """A student's run beside the solution's: where the two first differ, and by how much."""
 import json
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,6 +33,7 @@ class Mine:
         told = json.loads((self.place / "runs.json").read_text(encoding="utf-8"))
         self.files, self.failures = told["files"], told["experiments"]
 
+    @cache
     def table(self, experiment, side, name):
         """A table of "own" or "solution"; None where the run broke off before it, or the table has no row."""
         try:
@@ -46,7 +48,9 @@ class Mine:
         """{TODO: function} of what the solution does in place of the student."""
         return {todo: function for function, todos in self.files[file]["unfinished"].items() for todo in todos}
 
+    @cache
     def finding(self, experiment):
+        """Where the two runs first differ."""
         if experiment in FLIGHTS:
             found = self._flight(experiment)
         else:
