@@ -23,8 +23,8 @@ GaugeSettings Tight() {
 
 }  // namespace
 
-const std::vector<GaugeStudy>& GaugeStudies() {
-  static const std::vector<GaugeStudy> studies = {
+const std::vector<TrialStudy>& GaugeStudies() {
+  static const std::vector<TrialStudy> studies = {
       {"methods", GaugeMethodsTable},   {"sweep", GaugeSweepTable},           {"convergence", GaugeConvergenceTable},
       {"spectrum", GaugeSpectrumTable}, {"covariance", GaugeCovarianceTable}, {"deviations", GaugeDeviationsTable},
       {"matrices", GaugeMatricesTable}, {"prior_choice", PriorChoiceTable},   {"recordings", GaugeRecordingsTable},

@@ -1,26 +1,14 @@
 #pragma once
-/// The experiments of the gauge paper and beyond it, trial by trial: ch5_gauge STUDY --trial K writes the rows of one
-/// trial, and figures/gauge.py draws what many trials say.
+/// The experiments of the gauge paper and beyond it: ch5_gauge STUDY; figures/gauge.py draws them.
 ///
 /// Source: Zhang, Gallego, Scaramuzza, RA-L 2018, §V–VI.
 
-#include <filesystem>
-#include <string>
-#include <vector>
-
-#include "ch5_backend/files/tables/csv.h"
+#include "ch5_backend/experiments/studies/trial_study.h"
 #include "ch5_backend/simulate/sensors/visual_inertial_ba.h"
 
 namespace ch5 {
 
-struct GaugeStudy {
-  std::string name;
-  /// @param trial  0, 1, …: another scene
-  /// @param data   the folder of real recordings, for those that read one
-  CsvTable (*run)(int trial, const std::filesystem::path& data);
-};
-
-const std::vector<GaugeStudy>& GaugeStudies();
+const std::vector<TrialStudy>& GaugeStudies();
 
 /// Table II and Fig. 7: iterations, time and errors of each way to handle the gauge, in six scenes; errors where the
 /// iteration stops by the usual rules, and at convergence. Each trial begins with another way, since what comes first

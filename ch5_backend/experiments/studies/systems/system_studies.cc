@@ -2,8 +2,8 @@
 
 namespace ch5 {
 
-const std::vector<SystemStudy>& SystemStudies() {
-  static const std::vector<SystemStudy> studies = {
+const std::vector<TrialStudy>& SystemStudies() {
+  static const std::vector<TrialStudy> studies = {
       {"ablation", AblationTable},
       {"ablation_recording", AblationRecordingTable},
       {"back_ends", BackEndsTable},

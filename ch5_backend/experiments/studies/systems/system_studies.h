@@ -1,22 +1,11 @@
 #pragma once
-/// What OKVIS, VINS-Mono and g2o are tested for, as curves: ch5_systems STUDY --trial K writes the rows of one trial.
+/// What OKVIS, VINS-Mono and g2o are tested for, as curves: ch5_systems STUDY.
 
-#include <filesystem>
-#include <string>
-#include <vector>
-
-#include "ch5_backend/files/tables/csv.h"
+#include "ch5_backend/experiments/studies/trial_study.h"
 
 namespace ch5 {
 
-struct SystemStudy {
-  std::string name;
-  /// @param trial  0, 1, …: another flight, or another draw of the noise
-  /// @param data   the folder of recordings and pose graphs, for those that read one
-  CsvTable (*run)(int trial, const std::filesystem::path& data);
-};
-
-const std::vector<SystemStudy>& SystemStudies();
+const std::vector<TrialStudy>& SystemStudies();
 
 /// What leaves the window marginalized, held fixed, dropped, or marginalized with first estimates: error, NEES and time on
 /// the same simulated flight …
