@@ -110,7 +110,7 @@ def draw_flight(mine, experiment):
               title="from above", xlabel="x [m]", ylabel="y [m]")
     if len(paths["own"]):
         above.plot(*paths["own"][-1, :2], "o", color=BLUE, markersize=9)
-        t, distance = mine.distance(experiment)
+        _, t, distance = mine.distance(experiment)
         apart.plot(t, np.maximum(distance, 1e-12), color=BLUE)
         apart.axhline(1e-3, color=GRAY, linestyle=":")
         apart.set_ylim(1e-12, max(10.0, 3 * np.nanmax(distance, initial=0)))

@@ -105,6 +105,7 @@ def run_one(program: str, experiment: str, place: Path, data: str, limit) -> str
             printed = process.communicate(timeout=limit)[1]
         except subprocess.TimeoutExpired:
             process.kill()
+            process.wait()
             return f"stopped after {limit:.0f} s"
     lines = printed.strip().splitlines() or [f"signal {-process.returncode}"]
     return lines[-1].removeprefix(f"{SOLUTION}: ") if process.returncode else ""

@@ -108,12 +108,12 @@ class Mine:
         own, solution = self.both(experiment, "path")
         if own is None:
             return self._nothing(experiment)
-        t, distance = self.distance(experiment)
+        image, t, distance = self.distance(experiment)
         known = {"error": self.error_at_end(experiment, "own"), "solution": self.error_at_end(experiment, "solution"),
                  "restarts": self.restarts(experiment, "own"), "solution_restarts": self.restarts(experiment, "solution")}
         apart = np.flatnonzero(~(distance <= SAME_PATH))
         if len(apart):
-            return Finding("flight", {"t": t[apart[0]], "image": own["image"][apart[0]], "apart": distance[apart[-1]], **known})
+            return Finding("flight", {"t": t[apart[0]], "image": image[apart[0]], "apart": distance[apart[-1]], **known})
         if len(own) != len(solution):
             return Finding("silent", {"own": len(own), "solution": len(solution)})
         return Finding("same", {})
@@ -124,10 +124,10 @@ class Mine:
     # ---- Flights ------------------------------------------------------------------------------------------------
 
     def distance(self, experiment):
-        """(t, ‖own − solution‖) of the images that both have answered; NaN and infinity stay what they are."""
+        """(image, t, ‖own − solution‖) of those that both have answered; NaN and infinity stay what they are."""
         own, solution = self.both(experiment, "path")
-        _, a, b = np.intersect1d(own["image"], solution["image"], return_indices=True)
-        return own["t_s"][a], np.linalg.norm(points(own)[a] - points(solution)[b], axis=1)
+        image, a, b = np.intersect1d(own["image"], solution["image"], return_indices=True)
+        return image, own["t_s"][a], np.linalg.norm(points(own)[a] - points(solution)[b], axis=1)
 
     def path(self, experiment, side):
         """n×3 positions, laid upon the truth as the solution's are: both begin alike."""
