@@ -56,6 +56,12 @@ class Rows(unittest.TestCase):
         self.assertAlmostEqual(row["ours_ms"], 400.0)
         self.assertIn("–", bench.table(list(rows.values())))
 
+    def test_a_task_has_one_time_and_names_its_peer(self):
+        rows = bench.rows_of("marginalize/a", 1, [[FAST]], "Ceres", [[SLOW]])
+        self.assertEqual([(row["problem"], row["peer"]) for row in rows], [("marginalize/a total", bench.VINS)])
+        self.assertAlmostEqual(rows[0]["ratio"], 7.5)
+        self.assertEqual(bench.traces_of(bench.Case("covariance/a", "", 1, ours=[[FAST]], theirs=[[SLOW]])), [])
+
     def test_medians_of_turns(self):
         def lasting(seconds):
             return run([[0.0, 2.0], [seconds, 1.0]], steps=1)
@@ -63,7 +69,7 @@ class Rows(unittest.TestCase):
         self.assertAlmostEqual(self.rows(turns, [])["case total"]["ours_ms"], 1400.0)
 
     def test_problems_are_chosen_by_part_of_their_name(self):
-        self.assertEqual(bench.chosen(["vio_M"]), ["window/vio_M", "window/vio_Md"])
+        self.assertEqual(bench.chosen(["window/vio_M"]), ["window/vio_M", "window/vio_Md"])
         self.assertEqual(bench.chosen([]), list(bench.PROBLEMS))
         with self.assertRaisesRegex(CourseError, "no problem is called 'nothing'"):
             bench.chosen(["vio_M", "nothing"])

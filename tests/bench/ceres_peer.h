@@ -39,4 +39,9 @@ PeerResult SolveWindowWithCeres(const WindowDump& dump, const PeerOptions& optio
 /// @throws FileError as ReadG2o
 PeerResult SolvePoseGraphWithCeres(const std::string& path, const PeerOptions& options);
 
+/// Σ of every free pose at the start, by ceres::Covariance; the costs are the sum of the traces.
+/// @throws std::runtime_error if Ceres finds H singular
+PeerResult WindowCovariancesWithCeres(const WindowDump& dump, const PeerOptions& options);
+PeerResult PoseGraphCovariancesWithCeres(const std::string& path, const PeerOptions& options);
+
 }  // namespace ch5::peer

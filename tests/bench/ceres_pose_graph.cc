@@ -41,27 +41,44 @@ class Between : public ceres::SizedCostFunction<6, 7, 7> {
   mutable EdgeSE3Between edge_;  // each block of a problem is evaluated by one thread at a time
 };
 
+// A pose graph with Ceres' states.
+struct PoseGraph {
+  explicit PoseGraph(const std::string& path) : file(ReadG2o(path)) {
+    FixFreeParts(file.graph);
+    for (const auto& vertex : file.graph.Vertices()) states.push_back(vertex->Parameters());
+    auto* manifold = new PoseManifold;
+    for (const auto& edge : file.graph.Edges()) {
+      const int i = edge->Vertices()[0]->Id(), j = edge->Vertices()[1]->Id();
+      for (const int k : {i, j}) problem.AddParameterBlock(Data(k), 7, manifold);
+      problem.AddResidualBlock(new Between(dynamic_cast<const EdgeSE3Between&>(*edge)), nullptr, Data(i), Data(j));
+    }
+    for (const auto& vertex : file.graph.Vertices()) {
+      if (vertex->IsFixed()) problem.SetParameterBlockConstant(Data(vertex->Id()));
+    }
+  }
+  double* Data(int vertex) { return states[static_cast<size_t>(vertex)].data(); }
+
+  G2oFile file;
+  std::vector<Vec7> states;
+  ceres::Problem problem;
+};
+
 }  // namespace
 
 PeerResult SolvePoseGraphWithCeres(const std::string& path, const PeerOptions& options) {
-  G2oFile file = ReadG2o(path);
-  FixFreeParts(file.graph);
-  std::vector<Vec7> states;
-  for (const auto& vertex : file.graph.Vertices()) states.push_back(vertex->Parameters());
-  ceres::Problem problem;
-  auto* manifold = new PoseManifold;
-  for (const auto& edge : file.graph.Edges()) {
-    const int i = edge->Vertices()[0]->Id(), j = edge->Vertices()[1]->Id();
-    for (const int k : {i, j}) problem.AddParameterBlock(states[static_cast<size_t>(k)].data(), 7, manifold);
-    problem.AddResidualBlock(new Between(dynamic_cast<const EdgeSE3Between&>(*edge)), nullptr,
-                             states[static_cast<size_t>(i)].data(), states[static_cast<size_t>(j)].data());
-  }
-  for (const auto& vertex : file.graph.Vertices()) {
-    if (vertex->IsFixed()) problem.SetParameterBlockConstant(states[static_cast<size_t>(vertex->Id())].data());
-  }
+  PoseGraph graph(path);
   PeerOptions sparse = options;
   sparse.linear_solver = LinearSolver::kSparseNormal;
-  return SolveWithCeres(sparse, nullptr, &problem);
+  return SolveWithCeres(sparse, nullptr, &graph.problem);
+}
+
+PeerResult PoseGraphCovariancesWithCeres(const std::string& path, const PeerOptions& options) {
+  PoseGraph graph(path);
+  std::vector<const double*> poses;
+  for (const auto& vertex : graph.file.graph.Vertices()) {
+    if (!vertex->IsFixed()) poses.push_back(graph.Data(vertex->Id()));
+  }
+  return CovariancesWithCeres(options, poses, &graph.problem);
 }
 
 }  // namespace ch5::peer

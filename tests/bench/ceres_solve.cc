@@ -1,5 +1,8 @@
 #include "tests/bench/ceres_solve.h"
 
+#include <chrono>
+#include <stdexcept>
+
 namespace ch5::peer {
 namespace {
 
@@ -38,6 +41,27 @@ PeerResult SolveWithCeres(const PeerOptions& options, std::shared_ptr<ceres::Par
     result.trace.push_back({it.cumulative_time_in_seconds + summary.preprocessor_time_in_seconds, it.cost});
   }
   return result;
+}
+
+PeerResult CovariancesWithCeres(const PeerOptions& options, const std::vector<const double*>& poses,
+                                ceres::Problem* problem) {
+  ceres::Covariance::Options ceres_options;
+  ceres_options.algorithm_type = ceres::SPARSE_QR;
+  ceres_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+  ceres_options.num_threads = options.threads;
+  std::vector<std::pair<const double*, const double*>> blocks;
+  for (const double* pose : poses) blocks.emplace_back(pose, pose);
+  const auto start = std::chrono::steady_clock::now();
+  ceres::Covariance covariance(ceres_options);
+  if (!covariance.Compute(blocks, problem)) throw std::runtime_error("Ceres finds no covariance");
+  double sum = 0.0;
+  for (const double* pose : poses) {
+    RowMajor<6, 6> block;
+    covariance.GetCovarianceBlockInTangentSpace(pose, pose, block.data());
+    sum += block.trace();
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return {sum, sum, seconds, 1, {{seconds, sum}}};
 }
 
 }  // namespace ch5::peer

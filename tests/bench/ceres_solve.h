@@ -35,4 +35,8 @@ class PoseManifold : public ceres::Manifold {
 PeerResult SolveWithCeres(const PeerOptions& options, std::shared_ptr<ceres::ParameterBlockOrdering> ordering,
                           ceres::Problem* problem);
 
+/// Σ of the poses (of seven numbers each), by the faster of its sparse factorizations.
+PeerResult CovariancesWithCeres(const PeerOptions& options, const std::vector<const double*>& poses,
+                                ceres::Problem* problem);
+
 }  // namespace ch5::peer

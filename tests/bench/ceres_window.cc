@@ -95,17 +95,30 @@ class Race {
       : dump_(dump), options_(options), states_(BuildWindowGraph(dump)), copies_(BuildWindowGraph(dump)) {}
 
   PeerResult Solve() {
+    AddAll();
+    return SolveWithCeres(options_, ordering_, &problem_);
+  }
+
+  PeerResult Covariances() {
+    AddAll();
+    std::vector<const double*> poses;
+    for (const auto& pose : states_.poses) {
+      if (!pose->IsFixed()) poses.push_back(Data(pose));
+    }
+    return CovariancesWithCeres(options_, poses, &problem_);
+  }
+
+ private:
+  static double* Data(const std::shared_ptr<Vertex>& vertex) { return vertex->Parameters().data(); }
+
+  void AddAll() {
     AddStates();
     AddLandmarks();
     for (const auto& edge : copies_.graph.Edges()) {
       const bool is_imu = dynamic_cast<EdgeImu*>(edge.get());
       if (is_imu || dynamic_cast<EdgePrior*>(edge.get())) AddEdge(edge);
     }
-    return SolveWithCeres(options_, ordering_, &problem_);
   }
-
- private:
-  static double* Data(const std::shared_ptr<Vertex>& vertex) { return vertex->Parameters().data(); }
 
   void AddStates() {
     const auto add = [&](const std::shared_ptr<Vertex>& vertex, ceres::Manifold* manifold, int group) {
@@ -151,6 +164,10 @@ class Race {
 
 PeerResult SolveWindowWithCeres(const WindowDump& dump, const PeerOptions& options) {
   return Race(dump, options).Solve();
+}
+
+PeerResult WindowCovariancesWithCeres(const WindowDump& dump, const PeerOptions& options) {
+  return Race(dump, options).Covariances();
 }
 
 }  // namespace ch5::peer

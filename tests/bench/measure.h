@@ -1,8 +1,12 @@
 #pragma once
 /// One problem of `./course bench`, solved by one side in a process of its own, so that its peak of memory is honest.
 
+#include <functional>
+#include <memory>
 #include <string>
+#include <vector>
 
+#include "ch5_backend/experiments/studies/window_graph.h"
 #include "ch5_backend/files/bal.h"
 #include "ch5_backend/files/window_dump.h"
 #include "tests/bench/ceres_peer.h"
@@ -12,17 +16,31 @@ namespace ch5::bench {
 /// One of the three is filled. The course's scenes are windows without an IMU.
 struct Problem {
   enum class Kind { kBal, kWindow, kPoseGraph } kind = Kind::kBal;
+  /// Of a window, the prior that its oldest frame leaves; of a window or a pose graph, Σ of each free pose.
+  enum class Task { kSolve, kMarginalize, kCovariance } task = Task::kSolve;
   BalProblem bal;
   WindowDump window;
   std::string pose_graph;     ///< its file, which both sides read anew
   peer::PeerOptions options;  ///< with which both sides solve it
 };
 
-/// @param name  a BAL file, a window dump, a .g2o file, or "scene:FRAMESxPOINTS"
+/// @param name  a BAL file, a window dump, a .g2o file, or "scene:FRAMESxPOINTS", behind a task's word if that is not to
+///              solve it: "marginalize:" or "covariance:"
 /// @throws FileError, std::invalid_argument
 Problem ReadProblem(const std::string& name);
 
 /// The side that this program was linked with: its setup is made before the clock starts, as an estimator has it.
 peer::PeerResult Solve(const Problem& problem);
+
+/// What leaves a window with its oldest frame: its pose, speed and biases, and the landmarks that it hosts.
+struct OldestFrame {
+  std::vector<std::shared_ptr<Edge>> edges;  ///< at these vertices
+  std::vector<std::shared_ptr<Vertex>> drop;
+};
+OldestFrame FindOldestFrame(const Problem& problem, const WindowGraph& window);
+
+/// A task that is no solve, timed.
+/// @param work  returns what both sides must agree on, in place of a final cost: the trace of the prior's JᵀJ, or of all Σ
+peer::PeerResult Timed(const std::function<double()>& work);
 
 }  // namespace ch5::bench

@@ -1,5 +1,5 @@
 #include "ch5_backend/experiments/studies/pose_graph_study.h"
-#include "ch5_backend/experiments/studies/window_graph.h"
+#include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "tests/bench/measure.h"
 
@@ -25,16 +25,37 @@ peer::PeerResult Run(Graph* graph, const Problem& problem) {
   return result;
 }
 
+peer::PeerResult MarginalizeOldest(const WindowGraph& window, const Problem& problem) {
+  const OldestFrame oldest = FindOldestFrame(problem, window);
+  return Timed([&] { return Marginalize(oldest.edges, oldest.drop).J.squaredNorm(); });
+}
+
+peer::PeerResult PoseCovariances(Graph* graph, const Problem& problem) {
+  std::vector<VertexPair> pairs;
+  for (const auto& vertex : graph->Vertices()) {
+    if (dynamic_cast<VertexPose*>(vertex.get()) && !vertex->IsFixed()) pairs.emplace_back(vertex, vertex);
+  }
+  return Timed([&] {
+    double sum = 0.0;
+    for (const MatXX& block : Covariance(graph, {}, CovarianceFactor::kSparse, problem.options.threads).Blocks(pairs))
+      sum += block.trace();
+    return sum;
+  });
+}
+
 }  // namespace
 
 peer::PeerResult Solve(const Problem& problem) {
   if (problem.kind == Problem::Kind::kWindow) {
     WindowGraph window = BuildWindowGraph(problem.window);
+    if (problem.task == Problem::Task::kMarginalize) return MarginalizeOldest(window, problem);
+    if (problem.task == Problem::Task::kCovariance) return PoseCovariances(&window.graph, problem);
     return Run(&window.graph, problem);
   }
   if (problem.kind == Problem::Kind::kPoseGraph) {
     G2oFile file = ReadG2o(problem.pose_graph);
     FixFreeParts(file.graph);
+    if (problem.task == Problem::Task::kCovariance) return PoseCovariances(&file.graph, problem);
     return Run(&file.graph, problem);
   }
   BalGraph bal;

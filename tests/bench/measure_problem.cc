@@ -1,3 +1,4 @@
+#include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <stdexcept>
@@ -37,6 +38,16 @@ WindowDump SceneWindow(const std::string& size) {
 }  // namespace
 
 Problem ReadProblem(const std::string& name) {
+  for (const auto& [word, task] :
+       {std::pair("marginalize:", Problem::Task::kMarginalize), {"covariance:", Problem::Task::kCovariance}}) {
+    if (name.rfind(word, 0) != 0) continue;
+    Problem problem = ReadProblem(name.substr(std::string(word).size()));
+    problem.task = task;
+    const bool fits = problem.kind == Problem::Kind::kWindow ||
+                      (problem.kind == Problem::Kind::kPoseGraph && task == Problem::Task::kCovariance);
+    if (!fits) throw std::invalid_argument(std::string(word) + " is not for this kind of file");
+    return problem;
+  }
   Problem problem;
   std::string word;
   const bool is_scene = name.rfind("scene:", 0) == 0;
@@ -51,6 +62,7 @@ Problem ReadProblem(const std::string& name) {
   } else if (name.size() > 4 && name.substr(name.size() - 4) == ".g2o") {
     problem.kind = Problem::Kind::kPoseGraph;
     problem.pose_graph = name;
+    problem.options.dogleg = true;  // few and long steps; Ceres is tried with both algorithms
     problem.options.iterations = 50;
     problem.options.tolerance = 1e-6;
   } else {
@@ -59,6 +71,24 @@ Problem ReadProblem(const std::string& name) {
     if (problem.bal.cameras.size() > 400) problem.options.linear_solver = peer::LinearSolver::kIterativeSchur;
   }
   return problem;
+}
+
+OldestFrame FindOldestFrame(const Problem& problem, const WindowGraph& window) {
+  OldestFrame oldest;
+  oldest.drop = {window.poses.front()};
+  if (!window.speed_biases.empty()) oldest.drop.push_back(window.speed_biases.front());
+  for (size_t l = 0; l < window.landmarks.size(); ++l) {
+    if (problem.window.landmarks[l].host == 0) oldest.drop.push_back(window.landmarks[l]);
+  }
+  oldest.edges = EdgesAt(window.graph, oldest.drop);
+  return oldest;
+}
+
+peer::PeerResult Timed(const std::function<double()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  const double agreed = work();
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return {agreed, agreed, seconds, 1, {{seconds, agreed}}};
 }
 
 }  // namespace ch5::bench

@@ -29,7 +29,12 @@ PROBLEMS = {
     "bal/49-7776": ("bal/problem-49-7776-pre.txt", 1),
     "bal/16-22106": ("bal/problem-16-22106-pre.txt", 1),
     "bal/maplab-969-22767": ("bal/maplab-969-22767.txt", 1),
+    **{f"marginalize/{name}": (f"marginalize:windows/{name}.txt", 6)
+       for name in ("vio_S", "vio_M", "vio_L", "vio_Md", "real_euroc_sub2")},
+    **{f"covariance/{name}": (f"covariance:windows/{name}.txt", 6) for name in ("vio_M", "vio_L")},
 }
+TASKS = ("marginalize/", "covariance/")  # no solves: one time, and the trace of JᵀJ or Σ in place of a cost
+VINS = "VINS-Mono's way"                 # the peer where Ceres has nothing to offer
 TWO_THREADS = ("scene/30x1000", "scene/30x4000", "bal/")  # also measured with two threads, ours against Ceres with the number that serves it better
 ROUNDS, QUICK_ROUNDS = 5, 3
 QUICK_SECONDS = 85.0     # what would end later is not begun, or stopped; the plots want some too
@@ -64,7 +69,8 @@ def bench(arguments) -> int:
     with alone_in(out):
         write(out / "rows.csv", FIELDS, [[row[field] for field in FIELDS] for row in rows])
         write(out / "traces.csv", ("problem", "threads", "side", "seconds", "cost"), traces)
-        app([sys.executable, "-m", "ch5_backend.figures.bench", out], arguments.json)
+        if traces:
+            app([sys.executable, "-m", "ch5_backend.figures.bench", out], arguments.json)
     if arguments.json:
         jsonout.emit({"rows": rows})
     else:
@@ -100,10 +106,10 @@ def cases_of(names: list, quick: bool) -> list:
 
 def source(name: str):
     """What the programs read, or None if the file is not there."""
-    where = PROBLEMS[name][0]
-    if where.startswith("scene:"):
-        return where
-    return str(data_folder() / where) if (data_folder() / where).exists() else None
+    task, file = PROBLEMS[name][0].rpartition(":")[::2]
+    if task == "scene":
+        return PROBLEMS[name][0]
+    return (f"{task}:" if task else "") + str(data_folder() / file) if (data_folder() / file).exists() else None
 
 
 def run_rounds(cases: list, peer, quick: bool) -> list:
@@ -174,7 +180,10 @@ def rows_of(name: str, threads: int, ours: list, peer, theirs: list) -> list:
                  "total": lambda run: run["seconds"],
                  "to 1 %": lambda run: seconds_to(run, 1.01 * best),
                  "to 0.1 %": lambda run: seconds_to(run, 1.001 * best)}
-    if theirs:
+    if name.startswith(TASKS):
+        questions = {"total": questions["total"]}
+        peer = VINS if peer and name.startswith("marginalize/") else peer
+    elif theirs:
         reached = statistics.median(run["final_cost"] for turn in theirs for run in turn)
         questions["to the peer's cost"] = lambda run: seconds_to(run, reached * (1 + 1e-6))
     rows = []
@@ -202,7 +211,7 @@ def median(turns: list, key: str):
 def traces_of(case: Case) -> list:
     """The iterations of each side's last run."""
     return [[case.name, case.threads, side, seconds, cost] for side, turns in (("ours", case.ours), ("Ceres", case.theirs))
-            if turns for seconds, cost in turns[-1][-1]["trace"]]
+            if turns and not case.name.startswith(TASKS) for seconds, cost in turns[-1][-1]["trace"]]
 
 
 def write(path: Path, head, rows) -> None:
@@ -215,8 +224,8 @@ def write(path: Path, head, rows) -> None:
 def table(rows: list) -> str:
     def cell(value, width, form):
         return format("–" if value is None else format(value, form), f">{width}")
-    lines = [f"{'problem':<42} threads {'ours ms':>10} {'Ceres ms':>10} {'ratio':>7} {'ours cost':>14} {'Ceres cost':>14}"
-             f" {'ours MB':>8} {'Ceres MB':>8}"]
+    lines = [f"{'problem':<42} threads {'ours ms':>10} {'peer ms':>10} {'ratio':>7} {'ours cost':>14} {'peer cost':>14}"
+             f" {'ours MB':>8} {'peer MB':>8}"]
     for row in rows:
         cells = [cell(row[key], width, form) for key, width, form in (
             ("threads", 7, "d"), ("ours_ms", 10, ".3f"), ("peer_ms", 10, ".3f"), ("ratio", 7, ".2f"),
