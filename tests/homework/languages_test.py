@@ -126,7 +126,7 @@ class Told(unittest.TestCase):
   got       (30, 4) = -nan   the worst of 12 wrong entries, 1681 in all
   row 30    landmark 2, component 1
   column 4  pose 0, δθ.y
-  cause     the diagonal blocks of H_pp: = stands where += is meant
+  cause     the diagonal blocks of H_pp: = is used where += is needed
   read      ch5_homework/handout/stage_7.md, TODO 7c""")
         self.assertEqual(told(self.DIAGNOSIS, CHINESE), """阶段 7：H，排成一列的 5 个位姿和 5 个点，固定其中一个
   应为      (30, 4) = -1.5e-07
