@@ -87,6 +87,30 @@ def preintegration_rate(axes, tables, names):
     style.plain_log(axes.yaxis)
 
 
+def segments_path(axes, tables, names):
+    """From above: the truth, and each segment aligned by itself."""
+    truth = tables("restart", policy="truth")
+    axes.plot(truth["x_m"], truth["y_m"], color=GRAY, linewidth=4, alpha=0.5, label=names("truth"))
+    for policy in NAMES:
+        rows = tables("restart", policy=policy)
+        for segment, dashes in zip(np.unique(rows["segment"]), ("-", "--", ":")):
+            one = rows.where(segment=segment)
+            axes.plot(one["x_m"], one["y_m"], dashes, color=COLORS[policy], label=NAMES[policy] if segment == 0 else None)
+    axes.set_aspect("equal", adjustable="datalim")
+
+
+def segments_error(axes, tables, names):
+    """The error over time: each segment aligned by itself, and both with one alignment, thin."""
+    for policy in NAMES:
+        rows = tables("restart", policy=policy)
+        axes.axvspan(*numbers.SILENT, color=PALE, linewidth=0)
+        for segment, dashes in zip(np.unique(rows["segment"]), ("-", "--", ":")):
+            one = rows.where(segment=segment)
+            axes.plot(one["t_s"], one["error_m"], dashes, color=COLORS[policy])
+            axes.plot(one["t_s"], one["joint_error_m"], dashes, color=COLORS[policy], linewidth=0.8)
+    style.plain_log(axes.yaxis)
+
+
 def distance(axes, tables, recording):
     """Boxes: quartiles and median; whiskers: 5 and 95 %."""
     for policy, (_, shift) in MARKS.items():
@@ -200,6 +224,16 @@ def draw_preintegration(directory, tables):
     style.save(fig, directory, "systems_preintegration", chinese=True)
 
 
+def draw_restart(directory, tables):
+    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained", width_ratios=(1, 1.4))
+    segments_path(panels[0], tables, plain)
+    panels[0].set(xlabel="x [m]", ylabel="y [m]", title="from above")
+    segments_error(panels[1], tables, plain)
+    panels[1].set(xlabel="time [s]", title="error of the position [m]; thin: one alignment of both segments")
+    style.legend_above(fig, panels[0])
+    style.save(fig, directory, "systems_restart", chinese=True)
+
+
 def draw_distance(directory, tables):
     fig, panels = plt.subplots(1, 3, figsize=(11.0, 4.4), layout="constrained")
     for axes, (recording, name) in zip(panels, numbers.RECORDINGS.items()):
@@ -245,13 +279,14 @@ def draw_pose_graphs(directory, tables):
 
 
 def draw(directory, tables=KEPT):
-    for one in (draw_ablation, draw_back_ends, draw_calibration, draw_preintegration, draw_distance, draw_window_size,
-                draw_okvis_cases, draw_pose_graphs):
+    for one in (draw_ablation, draw_back_ends, draw_calibration, draw_preintegration, draw_restart, draw_distance,
+                draw_window_size, draw_okvis_cases, draw_pose_graphs):
         one(directory, tables)
 
 
 def captions(say):
     """{figure: its words}, with every number taken from the kept tables."""
+    rms = lambda values: np.sqrt(np.mean(values**2))  # noqa: E731
     one = lambda values, digits=2: style.number(float(values), digits)  # noqa: E731
     both = lambda tell: say("both", **{policy: tell(policy) for policy in NAMES})  # noqa: E731
     real = lambda way, column: both(lambda policy: one(KEPT("ablation_recording", policy=policy, way=way, hosts="exact with loss")[column][0]))  # noqa: E731
@@ -287,6 +322,11 @@ def captions(say):
                                     rotation=last("rotation_deg")),
         "systems_preintegration": dict(worst=one(100 * np.abs(imu["claimed"] / imu["measured"] - 1).max()),
                                        tuned=one(share[200]), fast=one(share[1600])),
+        "systems_restart": dict(
+            silent=f"{numbers.SILENT[1] - numbers.SILENT[0]:.0f}",
+            alone=both(lambda policy: one(rms(KEPT("restart", policy=policy)["error_m"]))),
+            joint=both(lambda policy: one(rms(KEPT("restart", policy=policy)["joint_error_m"]))),
+            begins=both(lambda policy: one(KEPT("restart", policy=policy, segment=1)["t_s"][0], 3))),
         "systems_distance": {name: fifth(recording) for recording, name in
                              (("simulated", "simulated"), ("euroc_v1_01_easy", "euroc"), ("tango_walk", "tango"))},
         "systems_window_size": dict(one_low=one(min(ates(0))), one_high=one(max(ates(0))), low=one(min(ates(2))),

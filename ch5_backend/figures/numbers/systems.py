@@ -7,6 +7,7 @@ BACK_ENDS = {"schur": "Schur, Cholesky", "eigen okvis": "Schur, OKVIS's cut", "e
 WINDOWS = ("vio_S", "vio_M", "vio_L")
 RECORDINGS = {"simulated": "simulated", "euroc_v1_01_easy": "EuRoC V1_01", "tango_walk": "Tango"}
 CALIBRATION_GOALS = {"offset_ms": 1.0, "rotation_deg": 0.3}
+SILENT = (10.0, 11.0)  # s without the IMU, in `restart`
 TEMPORAL = (2, 3, 5, 8)
 DATA_SETS = ("intel", "MIT", "parking-garage", "sphere2500")
 SOLVERS = {"dense": ("dense Cholesky", "C1"), "sparse": ("sparse Cholesky", "C0"), "cholmod": ("CHOLMOD", "C2"), "pcg": ("PCG", "C3")}

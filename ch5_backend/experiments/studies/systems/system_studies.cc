@@ -9,6 +9,7 @@ const std::vector<TrialStudy>& SystemStudies() {
       {"back_ends", BackEndsTable},
       {"calibration", CalibrationTable},
       {"preintegration", PreintegrationTable},
+      {"restart", RestartTable},
       {"distance", DistanceTable},
       {"window_size", WindowSizeTable},
       {"okvis_matrices", OkvisMatricesTable},

@@ -19,6 +19,8 @@ CsvTable BackEndsTable(int trial, const std::filesystem::path&);
 CsvTable CalibrationTable(int trial, const std::filesystem::path&);
 /// σ of a preintegration over its length and over the IMU's rate, claimed and measured on simulated readings.
 CsvTable PreintegrationTable(int trial, const std::filesystem::path&);
+/// A flight whose IMU is silent for a second: positions and errors of the segments before and after, and the truth's.
+CsvTable RestartTable(int trial, const std::filesystem::path&);
 /// Relative error over the distance, of both policies on all recordings.
 CsvTable DistanceTable(int trial, const std::filesystem::path& data);
 /// OKVIS's numbers of keyframes and of newest frames; trial 0 is EuRoC's V1_01, others are simulated.

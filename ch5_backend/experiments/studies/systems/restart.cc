@@ -1,0 +1,53 @@
+// A flight whose IMU is silent for a second: the estimator restarts, and its poses are two segments. What one alignment
+// over both makes of them is beside it.
+#include <algorithm>
+
+#include "ch5_backend/experiments/studies/odometry.h"
+#include "ch5_backend/experiments/studies/odometry_study.h"
+#include "ch5_backend/experiments/studies/systems/system_studies.h"
+
+namespace ch5 {
+namespace {
+
+constexpr double kSilentFrom = 10.0, kSilentUntil = 11.0;  // [s]
+
+Recording FlightWithSilentImu(int trial) {
+  Recording recording = SimulatedOdometryRecording(1 + static_cast<uint64_t>(trial));
+  auto& imu = recording.imu;
+  imu.erase(std::remove_if(imu.begin(), imu.end(),
+                           [](const ImuMeasurement& one) { return kSilentFrom < one.t && one.t < kSilentUntil; }),
+            imu.end());
+  return recording;
+}
+
+void AppendSegments(const OdometryRun& run, const Recording& recording, int trial, CsvTable* table) {
+  const auto joint = CompareTrajectories(run.states, recording.truth);
+  for (const OdometrySegment& segment : run.segments) {
+    if (!segment.error) continue;
+    for (const StampedState& state : segment.states) {
+      const auto truth = StateAt(recording.truth, state.t);
+      if (!truth) continue;
+      const Vec3 p = segment.error->alignment * state.T_W_B.p;
+      table->Row(run.policy, trial, state.t, segment.id, p.x(), p.y(), (p - truth->T_W_B.p).norm(),
+                 (joint->alignment * state.T_W_B.p - truth->T_W_B.p).norm());
+    }
+  }
+}
+
+}  // namespace
+
+CsvTable RestartTable(int trial, const std::filesystem::path&) {
+  CsvTable table("policy,trial,t_s,segment,x_m,y_m,error_m,joint_error_m");
+  const Recording recording = FlightWithSilentImu(trial);
+  for (const Image& image : recording.frames) {
+    const auto truth = StateAt(recording.truth, image.t);
+    if (truth) table.Row("truth", trial, image.t, 0, truth->T_W_B.p.x(), truth->T_W_B.p.y(), 0.0, 0.0);
+  }
+  for (auto&& policy : AllPolicies()) {
+    AppendSegments(RunOdometry(recording, EstimatorOptions{recording.calibration}, std::move(policy)), recording, trial,
+                   &table);
+  }
+  return table;
+}
+
+}  // namespace ch5
