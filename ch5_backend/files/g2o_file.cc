@@ -6,6 +6,7 @@
 
 #include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/math/psd.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
 
 namespace ch5 {
@@ -38,10 +39,11 @@ bool IsTag(std::string_view word) {
 
 class Reader {
  public:
-  explicit Reader(const std::string& path) : path_(path), text_(path) {}
+  Reader(const std::string& path, const G2oOptions& options) : path_(path), options_(options), text_(path) {}
 
   G2oFile Read() {
     while (const auto line = text_.ReadLine()) ReadRecord(*line);
+    if (file_.ids.empty()) AddPosesOfEdges();
     if (file_.ids.empty()) {
       throw FileError(path_ + ": no pose in this file; one is a line that begins with " + kVertexSE3 + " or " +
                       kVertexSE2);
@@ -131,6 +133,28 @@ class Reader {
     edges_.push_back({text_.Line(), is_3d, i, j, std::move(numbers)});
   }
 
+  void AddPosesOfEdges() {
+    file_.has_poses = false;
+    std::map<int, bool> is_3d;  // by id, as the first of its edges has it; AddEdge judges the others
+    for (const Pending& edge : edges_) {
+      is_3d.emplace(edge.i, edge.is_3d);
+      is_3d.emplace(edge.j, edge.is_3d);
+    }
+    std::vector<G2oFile::Line> lines;
+    for (const auto& [id, spatial] : is_3d) {
+      const int index = static_cast<int>(file_.ids.size());
+      index_of_.emplace(id, index);
+      if (spatial) {
+        file_.graph.AddVertex(std::make_shared<VertexPose>());
+      } else {
+        file_.graph.AddVertex(std::make_shared<VertexSE2>());
+      }
+      file_.ids.push_back(id);
+      lines.push_back({G2oFile::Kind::kVertex, index, 0, ""});
+    }
+    file_.lines.insert(file_.lines.begin(), lines.begin(), lines.end());
+  }
+
   [[noreturn]] void FailAt(int line, const std::string& message) const {
     throw FileError(path_ + ":" + std::to_string(line) + ": " + message);
   }
@@ -168,15 +192,21 @@ class Reader {
     for (int i = 0; i < dim; ++i) {
       for (int j = i; j < dim; ++j) W(i, j) = W(j, i) = *w++;
     }
-    try {
-      made->SetInformation(W);
-    } catch (const std::invalid_argument& error) {
-      FailAt(edge.line, error.what());
+    const std::string fault = WhyNotPositiveSemiDefinite(W);
+    if (!fault.empty()) {
+      if (!options_.project_information) {
+        FailAt(edge.line, made->TypeInfo() + ": the information matrix " + fault +
+                              "; --project-information takes the nearest one that is");
+      }
+      W = ProjectToPsd(W);
+      ++file_.projected;
     }
+    made->SetInformation(W);
     file_.graph.AddEdge(std::move(made));
   }
 
   std::string path_;
+  G2oOptions options_;
   TextReader text_;
   G2oFile file_;
   std::map<int, int> index_of_;  // by id
@@ -219,7 +249,7 @@ void AppendEdge(const Edge& edge, const std::vector<int>& ids, std::string* text
 
 }  // namespace
 
-G2oFile ReadG2o(const std::string& path) { return Reader(path).Read(); }
+G2oFile ReadG2o(const std::string& path, const G2oOptions& options) { return Reader(path, options).Read(); }
 
 std::string FormatG2o(const G2oFile& file) {
   std::string text;

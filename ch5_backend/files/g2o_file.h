@@ -6,7 +6,8 @@
 ///   FIX id …                                   # a comment
 ///
 /// W is symmetric; its upper half is given row by row, translation before rotation. The residual that it weighs is in
-/// types/pose_graph/edge_between.h. Records with other tags are kept as they are, and reported.
+/// types/pose_graph/edge_between.h. Records with other tags are kept as they are, and reported. A file of edges alone has the
+/// poses that these name.
 
 #include <string>
 #include <vector>
@@ -31,15 +32,23 @@ struct G2oFile {
   std::vector<int> ids;  ///< the file's name of each of graph.Vertices()
   std::vector<Line> lines;
   std::vector<Line> unknown;  ///< those of `lines` that were not understood
+  bool has_poses = true;      ///< false if the file holds edges only: all poses are then at the origin, in order of id
+  int projected = 0;          ///< edges whose W was replaced, see G2oOptions
+};
+
+struct G2oOptions {
+  /// A W that is not positive semi-definite is replaced by the nearest one that is (ProjectToPsd), and not refused.
+  bool project_information = false;
 };
 
 /// Reads a pose graph. Quaternions within 1e-3 of unit length are normalized.
 /// @throws FileError naming file, line and value: a number that is missing, superfluous, not finite or not a number;
 ///         an id that is repeated or unknown; an edge from a vertex to itself or to one of another type; W not
-///         positive semi-definite; a quaternion far from unit length; a line that does not begin with a tag; no vertex
-G2oFile ReadG2o(const std::string& path);
+///         positive semi-definite; a quaternion far from unit length; a line that does not begin with a tag; nothing to
+///         make a pose of
+G2oFile ReadG2o(const std::string& path, const G2oOptions& options = {});
 
-/// The file with the present states, its lines in the order in which they were read.
+/// The file with the present states, its lines in the order in which they were read; poses that it did not have go first.
 std::string FormatG2o(const G2oFile& file);
 
 }  // namespace ch5

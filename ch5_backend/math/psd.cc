@@ -41,6 +41,11 @@ std::string WhyNotPositiveSemiDefinite(const MatXX& A) {
   return say("is not positive semi-definite: its smallest eigenvalue is ", smallest);
 }
 
+MatXX ProjectToPsd(const MatXX& A) {
+  const Eigen::SelfAdjointEigenSolver<MatXX> eigen(A);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
+}
+
 MatXX PseudoInversePsd(const MatXX& A) {
   if (A.rows() == 0) return A;
   const Eigen::SelfAdjointEigenSolver<MatXX> eigen(A);

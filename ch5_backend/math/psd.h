@@ -11,6 +11,10 @@ namespace ch5 {
 /// rest of a sentence that begins with "The matrix", naming the entry or the eigenvalue at fault.
 std::string WhyNotPositiveSemiDefinite(const MatXX& A);
 
+/// The positive semi-definite matrix nearest to a symmetric `A` (n×n) in Frobenius' norm: its negative eigenvalues become
+/// zero.  Higham, "Computing a nearest symmetric positive semidefinite matrix", 1988
+MatXX ProjectToPsd(const MatXX& A);
+
 /// Moore-Penrose inverse of a symmetric positive semi-definite `A` (n×n): eigenvalues ≤ n·ε·λ_max count as zero.
 MatXX PseudoInversePsd(const MatXX& A);
 

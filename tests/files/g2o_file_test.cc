@@ -80,6 +80,37 @@ TEST_F(G2o, AnEdgeMayComeBeforeItsVertices) {
   EXPECT_EQ(Read("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nVERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\n").graph.Edges().size(), 1u);
 }
 
+// As CSAIL's is published. The ids' order is the poses'; written, they stand before the edges.
+TEST_F(G2o, EdgesAloneMakeTheirPoses) {
+  const G2oFile file = Read("# edges\nEDGE_SE2 7 2 1 0 0 1 0 0 1 0 1\nEDGE_SE2 2 5 1 0 0 1 0 0 1 0 1\nFIX 5\n");
+  EXPECT_FALSE(file.has_poses);
+  EXPECT_EQ(file.ids, (std::vector<int>{2, 5, 7}));
+  EXPECT_TRUE(file.graph.Vertices()[1]->IsFixed());
+  EXPECT_EQ(file.graph.Edges()[0]->Vertices()[0], file.graph.Vertices()[2]);
+  EXPECT_EQ(FormatG2o(file),
+            "VERTEX_SE2 2 0 0 0\nVERTEX_SE2 5 0 0 0\nVERTEX_SE2 7 0 0 0\n# edges\n"
+            "EDGE_SE2 7 2 1 0 0 1 0 0 1 0 1\nEDGE_SE2 2 5 1 0 0 1 0 0 1 0 1\nFIX 5\n");
+  EXPECT_TRUE(Read(FormatG2o(file)).has_poses);
+  ExpectError("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE3:QUAT 1 2 1 0 0 0 0 0 1 " + std::string(kUnitW), 2,
+              "vertex 1 is of another type");
+  ExpectError("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nFIX 2\n", 2, "no pose with the id 2");
+}
+
+// W = [1 2; 2 1] has the eigenvalues 3 and −1, so that the nearest one is 3 v vᵀ with v = (1, 1)/√2.
+TEST_F(G2o, InformationThatIsNoneIsRefusedOrProjected) {
+  const std::string text =
+      "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 1 0 0 1 2 0 1 0 1\n"
+      "EDGE_SE2 1 0 -1 0 0 1 0 0 1 0 1\n";
+  ExpectError(text, 3, "its smallest eigenvalue is -1; --project-information takes the nearest one that is");
+  std::ofstream(path_, std::ios::binary) << text;
+  const G2oFile file = ReadG2o(path_, {true});
+  EXPECT_EQ(file.projected, 1);
+  Mat33 W;
+  W << 1.5, 1.5, 0, 1.5, 1.5, 0, 0, 0, 1;
+  EXPECT_LT((file.graph.Edges()[0]->Information() - W).norm(), 1e-14);
+  EXPECT_EQ(MatXX(file.graph.Edges()[1]->Information()), MatXX::Identity(3, 3));
+}
+
 TEST_F(G2o, WritesWhatItReadUnknownLinesIncluded) {
   const std::string text = std::string("PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1\n") + kTwoPoses + "FIX 3\n# half-way\n" +
                            "VERTEX_TRACKXYZ 9 1 2 3\nEDGE_SE3:QUAT 3 7 1 0 0 0 0 0 1 " + kUnitW +
