@@ -9,7 +9,7 @@ from tests.conventions.project import ROOT, tracked_files
 
 TYPES = " types types/visual types/inertial types/pose_graph types/bal"
 SPARSE = "math graph linear solve sparse/kernels sparse/steps sparse"
-LIBRARY = SPARSE + TYPES + " dense dense/blocks marginalize consistency window/start window simulate simulate/sensors " \
+LIBRARY = SPARSE + TYPES + " initialize dense dense/blocks marginalize consistency window/start window simulate simulate/sensors " \
           "files/tables files evaluate"
 
 # What each folder of ch5_backend/ may include, besides itself.
@@ -28,6 +28,7 @@ MAY_INCLUDE = {
     "sparse/kernels": "math linear",
     "sparse/steps": "math graph linear solve sparse/kernels",
     "sparse": "math graph linear solve sparse/kernels sparse/steps",
+    "initialize": SPARSE + " types types/pose_graph",
     "marginalize": "math graph linear solve sparse/kernels sparse/steps",
     "consistency": SPARSE + TYPES + " marginalize",
     "window/start": SPARSE + TYPES + " marginalize consistency",

@@ -1,0 +1,46 @@
+#include "ch5_backend/initialize/initialize_pose_graph.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "ch5_backend/initialize/chordal.h"
+#include "ch5_backend/initialize/spanning_tree.h"
+
+namespace ch5 {
+
+const std::vector<std::pair<std::string, PoseGraphStart>> kPoseGraphStartNames = {
+    {"file", PoseGraphStart::kGiven},
+    {"odometry", PoseGraphStart::kOdometry},
+    {"spanning-tree", PoseGraphStart::kSpanningTree},
+    {"chordal", PoseGraphStart::kChordal}};
+
+void InitializePoseGraph(PoseGraphStart start, Graph* graph, int threads) {
+  switch (start) {
+    case PoseGraphStart::kGiven: return;
+    case PoseGraphStart::kOdometry: return PlaceAlongTree(TreeOrder::kOdometryFirst, graph);
+    case PoseGraphStart::kSpanningTree: return PlaceAlongTree(TreeOrder::kBreadthFirst, graph);
+    case PoseGraphStart::kChordal: return PlaceByChordalRelaxation(graph, threads);
+  }
+}
+
+std::vector<double> InitializeAtLeastCost(const std::vector<PoseGraphStart>& starts, Graph* graph, int threads) {
+  std::vector<double> costs;
+  graph->Push();
+  const auto start_again = [&](PoseGraphStart start) {
+    graph->Pop();
+    graph->Push();
+    InitializePoseGraph(start, graph, threads);
+  };
+  for (const PoseGraphStart start : starts) {
+    start_again(start);
+    const double cost = Cost(*graph);
+    costs.push_back(std::isfinite(cost) ? cost : std::numeric_limits<double>::infinity());
+  }
+  const size_t best = std::min_element(costs.begin(), costs.end()) - costs.begin();
+  if (best + 1 < starts.size()) start_again(starts[best]);  // the last one is still there
+  graph->DiscardTop();
+  return costs;
+}
+
+}  // namespace ch5

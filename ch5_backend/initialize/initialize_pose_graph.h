@@ -1,0 +1,30 @@
+#pragma once
+/// Where the optimization of a pose graph begins. Its cost has many minima: what is found depends on the start.
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ch5_backend/graph/graph.h"
+
+namespace ch5 {
+
+enum class PoseGraphStart {
+  kGiven,         ///< the poses as they are
+  kOdometry,      ///< along the path: spanning_tree.h
+  kSpanningTree,  ///< along the tree with the fewest edges from the fixed pose: spanning_tree.h
+  kChordal        ///< chordal relaxation: chordal.h
+};
+
+/// The starts by name, in the order above: "file", "odometry", "spanning-tree", "chordal".
+extern const std::vector<std::pair<std::string, PoseGraphStart>> kPoseGraphStartNames;
+
+/// Moves every free pose that has an edge; edges of other types than EdgeSE3Between and EdgeSE2Between are not looked at.
+void InitializePoseGraph(PoseGraphStart start, Graph* graph, int threads = 1);
+
+/// The start with the least cost ½ Σ ρ(rᵀWr), the first one if several have it.
+/// @param starts  those to be tried; kGiven is the state at the time of the call
+/// @return the cost of each, in the order of `starts`; the graph is left at the best
+std::vector<double> InitializeAtLeastCost(const std::vector<PoseGraphStart>& starts, Graph* graph, int threads = 1);
+
+}  // namespace ch5

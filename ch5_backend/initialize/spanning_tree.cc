@@ -1,0 +1,87 @@
+#include "ch5_backend/initialize/spanning_tree.h"
+
+#include <deque>
+#include <functional>
+
+#include "ch5_backend/types/pose_graph/as_transform.h"
+
+namespace ch5 {
+namespace {
+
+using VertexPointer = std::shared_ptr<Vertex>;
+
+// An edge on the way from one pose to another.
+struct Step {
+  VertexPointer from, to;
+  Transform T_from_to;
+  bool is_odometry;
+};
+
+// The steps from each pose, by its id.
+std::vector<std::vector<Step>> FindSteps(const Graph& graph) {
+  const auto& vertices = graph.Vertices();
+  std::vector<std::vector<Step>> steps(vertices.empty() ? 0 : vertices.back()->Id() + 1);
+  std::vector<int> place(steps.size());
+  for (size_t k = 0; k < vertices.size(); ++k) place[vertices[k]->Id()] = static_cast<int>(k);
+  for (const auto& edge : graph.Edges()) {
+    const std::optional<Transform> T_i_j = MeasurementOf(*edge);
+    if (!T_i_j) continue;
+    const VertexPointer &i = edge->Vertices()[0], &j = edge->Vertices()[1];
+    const bool is_odometry = std::abs(place[j->Id()] - place[i->Id()]) == 1;
+    steps[i->Id()].push_back({i, j, *T_i_j, is_odometry});
+    steps[j->Id()].push_back({j, i, Inverse(*T_i_j), is_odometry});
+  }
+  return steps;
+}
+
+// Prim's algorithm where edges have one of two lengths, so that a queue with two ends keeps them in order.
+// @param place  called once for each pose that a step leads to
+// @return the poses that none leads to
+std::vector<VertexPointer> Walk(const Graph& graph, TreeOrder order, const std::function<void(const Step&)>& place) {
+  const std::vector<std::vector<Step>> steps = FindSteps(graph);
+  std::vector<bool> visited(steps.size(), false);
+  std::deque<const Step*> next;
+  const auto visit = [&](const VertexPointer& vertex) {
+    visited[vertex->Id()] = true;
+    for (const Step& step : steps[vertex->Id()]) {
+      const bool first = order == TreeOrder::kOdometryFirst && step.is_odometry;
+      next.insert(first ? next.begin() : next.end(), &step);
+    }
+  };
+  const auto follow = [&] {
+    while (!next.empty()) {
+      const Step& step = *next.front();
+      next.pop_front();
+      if (visited[step.to->Id()]) continue;
+      place(step);
+      visit(step.to);
+    }
+  };
+  std::vector<VertexPointer> roots;
+  const auto begin_at = [&](const VertexPointer& vertex) {
+    if (visited[vertex->Id()] || steps[vertex->Id()].empty()) return;
+    roots.push_back(vertex);
+    visit(vertex);
+  };
+  for (const VertexPointer& vertex : graph.Vertices()) {
+    if (vertex->IsFixed()) begin_at(vertex);
+  }
+  for (const VertexPointer& vertex : graph.Vertices()) {
+    follow();
+    begin_at(vertex);
+  }
+  follow();
+  return roots;
+}
+
+}  // namespace
+
+std::vector<VertexPointer> FindRoots(const Graph& graph) {
+  return Walk(graph, TreeOrder::kBreadthFirst, [](const Step&) {});
+}
+
+void PlaceAlongTree(TreeOrder order, Graph* graph) {
+  Walk(*graph, order, [](const Step& step) { MoveTo(*PoseOf(*step.from) * step.T_from_to, step.to.get()); });
+}
+
+}  // namespace ch5

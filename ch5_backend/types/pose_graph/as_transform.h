@@ -1,0 +1,21 @@
+#pragma once
+/// Poses and edges of a pose graph, in space or in the plane z = 0, as rigid transforms: for what treats both alike.
+
+#include <optional>
+
+#include "ch5_backend/math/transform.h"
+#include "ch5_backend/types/pose_graph/edge_between.h"
+
+namespace ch5 {
+
+/// T_W_i of a VertexPose or VertexSE2; nullopt for another type.
+std::optional<Transform> PoseOf(const Vertex& vertex);
+
+/// Moves a VertexPose or VertexSE2 to T_W_i, in the plane to its x, y and yaw.
+/// @throws std::invalid_argument for another type
+void MoveTo(const Transform& T_W_i, Vertex* vertex);
+
+/// The measured T_i_j of an EdgeSE3Between or EdgeSE2Between; nullopt for another type.
+std::optional<Transform> MeasurementOf(const Edge& edge);
+
+}  // namespace ch5
