@@ -102,6 +102,10 @@ def add_run_options(parser: Parser) -> None:
                         "deviations")
     parser.add_argument("--solver", metavar="NAME", help="of the cameras' or poses' system: automatic, dense, sparse, pcg, "
                         "implicit-pcg or power-series; default: automatic, by the size and shape of the problem")
+    parser.add_argument("--init", metavar="START", help="where a pose graph's optimization begins: file, odometry, "
+                        "spanning-tree or chordal; default: the one of least cost")
+    parser.add_argument("--project-information", action="store_true", default=None, help="in a pose graph, replace each "
+                        "information matrix that is not positive semi-definite by the nearest one that is")
 
 
 def best_or_last(word: str) -> str:

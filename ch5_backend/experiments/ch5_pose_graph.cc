@@ -11,14 +11,30 @@
 namespace {
 
 constexpr char kUsage[] =
-    "usage: ch5_pose_graph FILE --out DIR [--iterations N] [--threads N] [--huber X] [--solver NAME]\n"
+    "usage: ch5_pose_graph FILE --out DIR [--init START] [--iterations N] [--threads N] [--huber X] [--solver NAME]\n"
+    "                      [--project-information]\n"
     "Optimizes the pose graph in FILE (g2o's text format, SE2 and SE3) and writes into DIR: the result as .g2o, the\n"
     "table of iterations, a summary, and what figures/pose_graph.py draws. The first pose is held if the file fixes "
     "none.\n"
-    "  --iterations N   at most N iterations (50)\n"
+    "  --init START     where it begins: file (the file's poses), odometry (along the path), spanning-tree (along the "
+    "tree\n"
+    "                   with the fewest edges), or chordal (chordal relaxation); unless given, the one of least cost\n"
+    "  --iterations N   at most N iterations (1000)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
     "  --huber X        Huber's loss on each edge's normalized error with this threshold (none)\n"
-    "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n";
+    "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n"
+    "  --project-information\n"
+    "                   replaces each information matrix that is not positive semi-definite by the nearest one that "
+    "is\n";
+
+ch5::PoseGraphStart ParseStart(const std::string& word) {
+  std::string known;
+  for (const auto& [name, start] : ch5::kPoseGraphStartNames) {
+    if (word == name) return start;
+    known += (known.empty() ? "" : ", ") + name;
+  }
+  throw std::invalid_argument("--init must be one of " + known + ", got '" + word + "'");
+}
 
 void PrintUnknown(const ch5::G2oFile& graph, const std::string& file) {
   constexpr size_t kMost = 5;
@@ -29,22 +45,44 @@ void PrintUnknown(const ch5::G2oFile& graph, const std::string& file) {
   if (graph.unknown.size() > kMost) std::printf("… and %zu more\n", graph.unknown.size() - kMost);
 }
 
-void Run(const ch5::FileCommand& command) {
+void PrintStart(const ch5::PoseGraphStudy& study) {
+  std::printf("start: %s;", ch5::NameOf(study.start).c_str());
+  for (const auto& [start, cost] : study.costs_of_starts) std::printf("  %s %.6e", ch5::NameOf(start).c_str(), cost);
+  std::printf("  (%.3f s)\n\n", study.seconds_to_start);
+}
+
+void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading, const ch5::FileCommand& command) {
   const std::string name = command.Name();
-  ch5::G2oFile graph = ch5::ReadG2o(command.file);
+  ch5::G2oFile graph = ch5::ReadG2o(command.file, reading);
   if (graph.graph.Edges().empty()) throw std::invalid_argument("no edge of a known type, so nothing to optimize");
   std::filesystem::create_directories(command.out);
   PrintUnknown(graph, command.file);
-  std::printf("%s: %zu poses, %zu edges\n\n", name.c_str(), graph.ids.size(), graph.graph.Edges().size());
+  std::printf("%s: %zu poses, %zu edges\n", name.c_str(), graph.ids.size(), graph.graph.Edges().size());
+  if (graph.projected > 0) {
+    std::printf("%d information matrices were not positive semi-definite, and were projected\n", graph.projected);
+  }
 
+  ch5::PoseGraphStudy study = ch5::StartPoseGraph(options, &graph);
+  PrintStart(study);
   ch5::IterationTable table;
-  const ch5::PoseGraphStudy study =
-      ch5::SolvePoseGraph(command.options, &graph, [&](const ch5::IterationInfo& info) { table.Print(info); });
-  ch5::WritePoseGraphStudy(study, graph, command.options, name, command.out);
+  ch5::SolvePoseGraph(options, &graph, &study, [&](const ch5::IterationInfo& info) { table.Print(info); });
+  ch5::WritePoseGraphStudy(study, graph, options, name, command.out);
   for (const int id : study.fixed_ids) std::printf("pose %d was held: the file fixes none of its part\n", id);
   ch5::PrintSummary(study.summary);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) { return ch5::RunFileCommand("ch5_pose_graph", kUsage, argc, argv, Run); }
+int main(int argc, char** argv) {
+  ch5::PoseGraphOptions options;
+  ch5::G2oOptions reading;
+  const auto run = [&](const ch5::FileCommand& command) {
+    static_cast<ch5::FileSolveOptions&>(options) = command.options;
+    Run(options, reading, command);
+  };
+  return ch5::RunFileCommand("ch5_pose_graph", kUsage, argc, argv, run, [&](auto* line, auto* of_file) {
+    of_file->iterations = options.iterations;
+    line->Option("--init", [&](const std::string& word) { options.start = ParseStart(word); });
+    line->Flag("--project-information", &reading.project_information);
+  });
+}

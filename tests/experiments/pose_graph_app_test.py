@@ -41,8 +41,35 @@ class PoseGraphApp(AppTest):
         self.assertIn(f"cost {float(summary['final_cost']):.6e} -> {float(summary['final_cost']):.6e}", again.stdout)
         self.assertIn("SENSOR_CHEESE 1 2 3", (self.out / "good-result.g2o").read_text())
 
+    def test_edges_alone_start_from_a_tree_or_the_relaxation(self):
+        edges = self.write("edges.g2o", "".join(line + "\n" for line in GOOD.splitlines() if line.startswith("EDGE")))
+        costs = []
+        for start in ("odometry", "spanning-tree", "chordal", None):
+            self.solve(edges, "--out", self.out, *(("--init", start) if start else ()))
+            self.assertEqual(self.summary()["start"], start or "chordal")
+            costs.append(float(self.summary()["final_cost"]))
+        self.assertLess(max(costs) - min(costs), 1e-9, costs)
+        self.solve(self.out / "edges-result.g2o", "--out", self.folder / "again", "--init", "file")  # it has poses
+        self.refuses(edges, "--out", self.out, "--init", "file",
+                     message=f"{edges}: this file holds edges only, so no poses to start from")
+
+    def test_an_information_that_is_none_is_refused_with_the_way_out(self):
+        path = self.write("bad.g2o", GOOD.replace("2.1 1 0 0 1 0 1", "2.1 1 0 0 1 0 -3", 1))
+        self.refuses(path, "--out", self.out, message=f"{path}:5: EdgeSE2Between: the information matrix is not positive "
+                     "semi-definite: (2, 2) = -3; --project-information takes the nearest one that is")
+        done = self.solve(path, "--out", self.out, "--project-information")
+        self.assertIn("1 information matrices were not positive semi-definite, and were projected\n", done.stdout)
+        self.assertEqual(self.summary()["projected_information"], "1")
+
+    def test_a_run_that_ends_at_its_limit_says_so(self):
+        good = self.write("good.g2o", GOOD)
+        words = "not converged: the last iteration still lowered the cost by"
+        self.assertIn(words, self.solve(good, "--out", self.out, "--init", "file", "--iterations", 1).stdout)
+        self.assertNotIn(words, self.solve(good, "--out", self.out, "--init", "file").stdout)
+
     def test_course_run_gives_the_numbers_as_json(self):
-        result = self.course_run(self.write("good.g2o", GOOD))
+        result = self.course_run(self.write("good.g2o", GOOD), "--init", "odometry", "--project-information")
+        self.assertEqual((result["start"], result["projected_information"]), ("odometry", 0))
         self.assertEqual((result["vertices"], result["edges"]), (3, 3))
         self.assertIn("converged", result["termination"])
         self.assertLessEqual({".csv", ".g2o", ".png"}, {path.suffix for path in self.out.rglob("*")})

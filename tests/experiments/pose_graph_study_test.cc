@@ -72,7 +72,7 @@ TEST(PoseGraph, OneBadClosureDoesNotBendTheRestUnderHuber) {
     walk.file.graph.AddEdge(std::make_shared<EdgeSE3Between>(std::static_pointer_cast<VertexPose>(vertices[20]),
                                                              std::static_pointer_cast<VertexPose>(vertices[24]),
                                                              Qd::Identity(), Vec3::Zero()));
-    FileSolveOptions options;
+    PoseGraphOptions options;
     options.huber = huber ? 0.01 : 0.0;
     SolvePoseGraph(options, &walk.file);
     worst[huber] = 0.0;
@@ -128,7 +128,7 @@ TEST(PoseGraph, ResultDoesNotDependOnThreads) {
   std::string results[2];
   for (const int threads : {1, 3}) {
     Walk walk = MakeWalk(400, 0.1, 43);
-    FileSolveOptions options;
+    PoseGraphOptions options;
     options.threads = threads;
     SolvePoseGraph(options, &walk.file);
     for (int i = 0; i < 400; ++i) walk.file.lines.push_back({G2oFile::Kind::kVertex, i, 0, ""});
@@ -137,27 +137,43 @@ TEST(PoseGraph, ResultDoesNotDependOnThreads) {
   EXPECT_EQ(results[0], results[1]);
 }
 
-// The optima that Ceres 2.1 reaches from the same start with the same residuals: ½χ² = 363.5749 and 0.619483 (it stops
-// there; the latter valley is flat and goes on to 0.619345). See tests/bench.
-class RealGraph : public testing::TestWithParam<std::pair<const char*, double>> {};
+// The least costs ½χ² known, which chordal relaxation leads to. From the files' poses Ceres 2.1 reaches the first two, too
+// (it stops at 0.619483 in the flat valley of the second, see tests/bench); MIT's lead to 385.33, or 9558, or still others,
+// as the damping has it, and CSAIL has none.
+struct Known {
+  const char* name;
+  double optimum;
+};
+class RealGraph : public testing::TestWithParam<Known> {};
 
-TEST_P(RealGraph, ReachesCeresOptimum) {
+TEST_P(RealGraph, ReachesTheLeastCostKnown) {
   const auto [name, optimum] = GetParam();
-  const std::filesystem::path path = std::filesystem::path(CH5_DATA_DIR) / "posegraph" / name;
+  const std::filesystem::path path = std::filesystem::path(CH5_DATA_DIR) / "posegraph" / (std::string(name) + ".g2o");
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   G2oFile file = ReadG2o(path.string());
-  FileSolveOptions options;
+  PoseGraphOptions options;
   options.threads = 2;
   const PoseGraphStudy study = SolvePoseGraph(options, &file);
+  EXPECT_EQ(study.start, PoseGraphStart::kChordal);
   EXPECT_TRUE(IsConverged(study.summary.termination)) << study.summary.message;
   EXPECT_LT(study.summary.final_cost, optimum * (1 + 1e-6));
-  EXPECT_LE(study.summary.iterations, 25);
+  EXPECT_LE(study.summary.iterations, 30);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shared, RealGraph,
-                         testing::Values(std::pair("sphere2500.g2o", 363.5749),
-                                         std::pair("parking-garage.g2o", 0.619483)),
-                         [](const auto& info) { return std::string(info.param.first).substr(0, 6); });
+                         testing::Values(Known{"sphere2500", 363.574840}, Known{"parking-garage", 0.619345},
+                                         Known{"intel", 22.502348}, Known{"MIT", 20.581635}, Known{"CSAIL", 20.277561}),
+                         [](const auto& info) { return std::string(info.param.name).substr(0, 6); });
+
+TEST(PoseGraph, AFileOfEdgesAloneCannotStartFromItsPoses) {
+  Walk walk = MakeWalk(5, 0.0, 44);
+  walk.file.has_poses = false;
+  PoseGraphOptions options;
+  options.start = PoseGraphStart::kGiven;
+  EXPECT_THROW(SolvePoseGraph(options, &walk.file), std::invalid_argument);
+  options.start.reset();
+  EXPECT_EQ(StartPoseGraph(options, &walk.file).costs_of_starts.size(), 3u);
+}
 
 }  // namespace
 }  // namespace ch5

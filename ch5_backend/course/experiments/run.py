@@ -21,6 +21,7 @@ from ..base.output_dir import alone_in, make_writable, result_places
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
 OPENER = "open" if sys.platform == "darwin" else "xdg-open"
 SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
+POSE_GRAPH_OPTIONS = ("init", "project-information")
 POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts")
 
 
@@ -38,6 +39,8 @@ def run(arguments) -> int:
     kinds = {path: kind_of(path) for path in arguments.data}
     for option in given_options(arguments):
         for path, kind in kinds.items():
+            if option in POSE_GRAPH_OPTIONS and kind != "pose_graph":
+                raise CourseError(f"--{option} does not apply to {path}: it is for pose graphs")
             if kind == "recording" or (kind, option) == ("window", "huber"):
                 raise CourseError(f"--{option} does not apply to {path}: {WHY_NOT[kind]}")
     make_writable(out)
@@ -72,7 +75,8 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
 
     A failure is part of the answer, so that the files after it are still solved.
     """
-    options = [word for name in given_options(arguments) for word in (f"--{name}", str(getattr(arguments, name)))]
+    options = [word for name, value in given_options(arguments).items()
+               for word in (f"--{name}", *([] if value is True else [str(value)]))]
     try:
         with alone_in(out):
             file = f"./{path}" if path.startswith("-") else path  # a name is not an option
@@ -103,8 +107,10 @@ def read_result(kind: str, out: Path, spoken: str) -> dict:
     return {**jsonout.read_summary(out / "summary.csv"), "out": str(out)}
 
 
-def given_options(arguments) -> list:
-    return [name for name in SOLVER_OPTIONS if getattr(arguments, name) is not None]
+def given_options(arguments) -> dict:
+    """{name: value, which is True for an option that has none}."""
+    values = {name: getattr(arguments, name.replace("-", "_")) for name in SOLVER_OPTIONS + POSE_GRAPH_OPTIONS}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def app(command, as_json: bool) -> None:

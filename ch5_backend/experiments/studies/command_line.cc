@@ -31,6 +31,8 @@ void CommandLine::Option(const std::string& option, std::function<void(const std
   options_.emplace_back(option, std::move(take));
 }
 
+void CommandLine::Flag(const std::string& option, bool* value) { flags_.emplace_back(option, value); }
+
 void CommandLine::Text(const std::string& option, std::string* value) {
   texts_.emplace_back(option, value);
   Option(option, [option, value](const std::string& word) {
@@ -63,9 +65,12 @@ template void CommandLine::Number(const std::string&, double, double, double*);
 void CommandLine::Parse(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
-    const auto option =
-        std::find_if(options_.begin(), options_.end(), [&](const auto& one) { return one.first == word; });
-    if (option != options_.end()) {
+    const auto is_this = [&](const auto& one) { return one.first == word; };
+    const auto option = std::find_if(options_.begin(), options_.end(), is_this);
+    const auto flag = std::find_if(flags_.begin(), flags_.end(), is_this);
+    if (flag != flags_.end()) {
+      *flag->second = true;
+    } else if (option != options_.end()) {
       if (i + 1 == argc) throw std::invalid_argument(word + " needs a value");
       option->second(argv[++i]);
     } else if (IsOption(word)) {

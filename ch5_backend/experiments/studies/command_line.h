@@ -28,6 +28,9 @@ class CommandLine {
   /// `option` WORD, which `take` reads; it throws std::invalid_argument where it cannot.
   void Option(const std::string& option, std::function<void(const std::string& word)> take);
 
+  /// `option` alone, without a value.
+  void Flag(const std::string& option, bool* value);
+
   /// Reads the words, then calls `run`. An exception is printed as "program: what is wrong".
   /// @return exit code: 0, or 2 after an error
   int Run(int argc, char** argv, const std::function<void()>& run);
@@ -39,6 +42,7 @@ class CommandLine {
   std::string program_, usage_, argument_name_;
   std::string* argument_ = nullptr;
   std::vector<std::pair<std::string, std::string*>> texts_;
+  std::vector<std::pair<std::string, bool*>> flags_;
   std::vector<std::pair<std::string, std::function<void(const std::string&)>>> options_;
 };
 

@@ -7,8 +7,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "ch5_backend/experiments/studies/command_line.h"
-
 namespace ch5 {
 namespace {
 
@@ -26,7 +24,8 @@ ReducedSolverType ParseSolver(const std::string& word) {
 std::string FileCommand::Name() const { return std::filesystem::path(file).stem().string(); }
 
 int RunFileCommand(const char* program, const char* usage, int argc, char** argv,
-                   const std::function<void(const FileCommand&)>& run) {
+                   const std::function<void(const FileCommand&)>& run,
+                   const std::function<void(CommandLine*, FileSolveOptions*)>& declare) {
   FileCommand command;
   FileSolveOptions& options = command.options;
   options.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
@@ -39,6 +38,7 @@ int RunFileCommand(const char* program, const char* usage, int argc, char** argv
   if (is_named("--threads")) line.Number("--threads", 1, 256, &options.threads);
   if (is_named("--huber")) line.Number("--huber", 1e-6, 1e6, &options.huber);
   if (is_named("--solver")) line.Option("--solver", [&](const auto& word) { options.solver = ParseSolver(word); });
+  if (declare) declare(&line, &options);
   return line.Run(argc, argv, [&] {
     options.input = command.file;
     run(command);
@@ -60,6 +60,11 @@ void IterationTable::Print(const IterationInfo& info) {
 void PrintSummary(const Summary& summary, const std::string& more) {
   std::printf("\ncost %.6e -> %.6e%s, %d iterations, %.3f s; %s\n", summary.initial_cost, summary.final_cost,
               more.c_str(), summary.iterations, summary.seconds, summary.message.c_str());
+  const size_t last = summary.trace.size() - 1;
+  if (summary.termination != Termination::kMaxIterations || summary.trace.size() < 2) return;
+  std::printf(
+      "not converged: the last iteration still lowered the cost by %.1e of itself; --iterations N allows more\n",
+      (summary.trace[last - 1].cost - summary.trace[last].cost) / summary.trace[last].cost);
 }
 
 }  // namespace ch5

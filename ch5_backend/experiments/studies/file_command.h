@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "ch5_backend/experiments/studies/command_line.h"
 #include "ch5_backend/experiments/studies/file_solve.h"
 
 namespace ch5 {
@@ -17,8 +18,10 @@ struct FileCommand {
 
 /// The whole of main(), see CommandLine: FILE --out DIR, and those of --iterations N, --threads N, --huber X
 /// and --solver NAME that `usage` names.
+/// @param declare  the program's own options, and its defaults
 int RunFileCommand(const char* program, const char* usage, int argc, char** argv,
-                   const std::function<void(const FileCommand&)>& run);
+                   const std::function<void(const FileCommand&)>& run,
+                   const std::function<void(CommandLine*, FileSolveOptions*)>& declare = {});
 
 /// Prints the table of iterations while it grows.
 class IterationTable {
@@ -30,7 +33,7 @@ class IterationTable {
   double previous_cost_ = 0.0;
 };
 
-/// The line below that table.
+/// The lines below that table: how it ended, and whether more iterations would help.
 /// @param more  what the format adds, such as ", mean error 2.1 px"
 void PrintSummary(const Summary& summary, const std::string& more = "");
 

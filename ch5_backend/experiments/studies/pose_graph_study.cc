@@ -1,8 +1,12 @@
 #include "ch5_backend/experiments/studies/pose_graph_study.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
+
+#include "ch5_backend/initialize/spanning_tree.h"
 
 namespace ch5 {
 namespace {
@@ -18,13 +22,16 @@ std::vector<double> Chi2OfEdges(const Graph& graph) {
 
 double Sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const FileSolveOptions& options,
+CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options,
                    const std::string& name) {
   CsvTable table = SummaryTable(name, study.summary, options);
   table.Row("vertices", file.graph.Vertices().size());
   table.Row("edges", file.graph.Edges().size());
   table.Row("chi2_before", Sum(study.chi2_before));
   table.Row("chi2", Sum(Chi2OfEdges(file.graph)));
+  table.Row("start", NameOf(study.start));
+  table.Row("seconds_to_start", study.seconds_to_start);
+  table.Row("projected_information", file.projected);
   table.Row("unknown_lines", file.unknown.size());
   table.Row("huber", options.huber);
   return table;
@@ -65,47 +72,57 @@ CsvTable EdgeTable(const PoseGraphStudy& study, const G2oFile& file) {
 }  // namespace
 
 std::vector<int> FixFreeParts(const Graph& graph) {
-  // Union-find: the root of a part is its first pose.
-  std::vector<int> root(graph.Vertices().size());
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int i) {
-    while (root[i] != i) i = root[i] = root[root[i]];
-    return i;
-  };
-  std::vector<bool> has_edge(root.size(), false), is_fixed(root.size(), false);
-  for (const auto& edge : graph.Edges()) {
-    const int i = edge->Vertices()[0]->Id(), j = edge->Vertices()[1]->Id();
-    has_edge[i] = has_edge[j] = true;
-    const int root_i = find(i), root_j = find(j);
-    root[std::max(root_i, root_j)] = std::min(root_i, root_j);
-  }
-  for (const auto& vertex : graph.Vertices()) {
-    if (vertex->IsFixed()) is_fixed[find(vertex->Id())] = true;
-  }
   std::vector<int> fixed;
-  for (const auto& vertex : graph.Vertices()) {
-    const int i = vertex->Id();
-    if (find(i) != i || !has_edge[i] || is_fixed[i]) continue;
-    vertex->SetFixed();
-    fixed.push_back(i);
+  for (const auto& root : FindRoots(graph)) {
+    if (root->IsFixed()) continue;
+    root->SetFixed();
+    fixed.push_back(root->Id());
   }
   return fixed;
 }
 
-PoseGraphStudy SolvePoseGraph(const FileSolveOptions& options, G2oFile* file, const IterationCallback& listener) {
+std::string NameOf(PoseGraphStart start) { return kPoseGraphStartNames[static_cast<size_t>(start)].first; }
+
+PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file) {
+  const auto begin = std::chrono::steady_clock::now();
+  if (options.start == PoseGraphStart::kGiven && !file->has_poses) {
+    throw std::invalid_argument("this file holds edges only, so no poses to start from");
+  }
   PoseGraphStudy study;
   for (const int index : FixFreeParts(file->graph)) study.fixed_ids.push_back(file->ids[index]);
-  for (const auto& vertex : file->graph.Vertices()) study.poses_before.push_back(vertex->Parameters());
-  study.chi2_before = Chi2OfEdges(file->graph);
   if (options.huber > 0.0) {
     const auto loss = std::make_shared<HuberLoss>(options.huber);
     for (const auto& edge : file->graph.Edges()) edge->SetLossFunction(loss);
   }
-  study.summary = SolveGraph(&file->graph, options, listener);
+  std::vector<PoseGraphStart> starts;
+  for (const auto& [name, start] : kPoseGraphStartNames) {
+    if (options.start ? start == *options.start : file->has_poses || start != PoseGraphStart::kGiven) {
+      starts.push_back(start);
+    }
+  }
+  const std::vector<double> costs = InitializeAtLeastCost(starts, &file->graph, options.threads);
+  for (size_t k = 0; k < starts.size(); ++k) study.costs_of_starts.emplace_back(starts[k], costs[k]);
+  study.start = starts[std::min_element(costs.begin(), costs.end()) - costs.begin()];
+  study.seconds_to_start = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  for (const auto& vertex : file->graph.Vertices()) study.poses_before.push_back(vertex->Parameters());
+  study.chi2_before = Chi2OfEdges(file->graph);
   return study;
 }
 
-void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const FileSolveOptions& options,
+void SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file, PoseGraphStudy* study,
+                    const IterationCallback& listener) {
+  SolveOptions solve;
+  solve.cost_tolerance = 1e-9;  // a long path's valley is flat: an iteration gains little, and many gain much
+  study->summary = SolveGraph(&file->graph, options, listener, solve);
+}
+
+PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file) {
+  PoseGraphStudy study = StartPoseGraph(options, file);
+  SolvePoseGraph(options, file, &study);
+  return study;
+}
+
+void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options,
                          const std::string& name, const std::filesystem::path& out) {
   FileBatch files(options.input);
   files.Add(out / (name + "-result.g2o"), FormatG2o(file));

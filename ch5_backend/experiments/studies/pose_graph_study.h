@@ -2,14 +2,24 @@
 /// Solves a pose graph and writes its results.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "ch5_backend/experiments/studies/file_solve.h"
 #include "ch5_backend/files/g2o_file.h"
+#include "ch5_backend/initialize/initialize_pose_graph.h"
 
 namespace ch5 {
 
+struct PoseGraphOptions : FileSolveOptions {
+  PoseGraphOptions() { iterations = 1000; }
+  std::optional<PoseGraphStart> start;  ///< unless set, the one of least cost
+};
+
 struct PoseGraphStudy {
+  PoseGraphStart start;                                            ///< that was taken
+  std::vector<std::pair<PoseGraphStart, double>> costs_of_starts;  ///< that were tried
+  double seconds_to_start = 0.0;
   Summary summary;
   std::vector<VecX> poses_before;   ///< the parameters of each vertex at the start
   std::vector<double> chi2_before;  ///< rᵀWr of each edge at the start
@@ -20,13 +30,23 @@ struct PoseGraphStudy {
 /// @return indices of these poses; poses without edges stay free
 std::vector<int> FixFreeParts(const Graph& graph);
 
+/// Fixes the free parts of the graph, and moves its poses to the start that was asked for.
+/// @throws std::invalid_argument if that is the file's poses, and the file has none
+PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file);
+
 /// Levenberg-Marquardt, as SolveGraph; `file` then holds the result.
-PoseGraphStudy SolvePoseGraph(const FileSolveOptions& options, G2oFile* file, const IterationCallback& listener = {});
+void SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file, PoseGraphStudy* study,
+                    const IterationCallback& listener = {});
+/// Both.
+PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file);
+
+/// "file", "chordal", …
+std::string NameOf(PoseGraphStart start);
 
 /// Writes, all or none, into `out`: NAME-result.g2o, summary.csv (key, value), trace.csv, and for the picture
 /// poses.csv and edges.csv.
 /// @throws WriteError
-void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const FileSolveOptions& options,
+void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options,
                          const std::string& name, const std::filesystem::path& out);
 
 }  // namespace ch5
