@@ -104,6 +104,7 @@ def body_of(directory, say):
             pieces += [nees.cases_table(say), Markup("<p>{}</p>").format(say("consistency.hosts")), nees.hosts_table(say)]
         if section == "systems":
             pieces.insert(2, systems.ablation_table(say))
+            pieces += [Markup("<p>{}</p>").format(say("starts.lead")), systems.starts_table(say)]
         body.append(page.PIECES.section(section, say(f"section.{section}"), pieces))
     steps = [(command, say(f"next.{name}")) for name, command in NEXT.items()]
     return [*body, page.PIECES.steps(say("next"), steps), page.links_to_tables(directory, say)]

@@ -354,6 +354,19 @@ def ablation_table(say):
     return page.table([say("ablation.case"), "ATE [m]", say("ablation.nees"), say("ablation.lost")], rows)
 
 
+def starts_table(say):
+    """Where each start of a pose graph leads to: ½χ² at the start and at the end."""
+    starts = ("file", "odometry", "spanning-tree", "chordal")
+    rows = {}
+    for row in KEPT("pose_graph_starts").rows():
+        cells = rows.setdefault(row["data_set"], {})
+        cells[row["start"]] = (f"{style.number(row['first_cost'], 3)} → {style.number(row['cost'], 4)} "
+                               f"({row['iterations']:.0f}; {row['seconds_to_start'] + row['seconds']:.2f} s)")
+    return page.table([say("starts.case"), *(say(f"starts.{start}") for start in starts)],
+                      [(say(name) if name == "simulated sphere" else name, *(cells.get(start, "–") for start in starts))
+                       for name, cells in rows.items()])
+
+
 def draw_own(directory):
     """From the tables of this folder."""
     draw(directory, lambda name, **where: read(directory, name).where(**where))

@@ -15,6 +15,7 @@ const std::vector<TrialStudy>& SystemStudies() {
       {"okvis_matrices", OkvisMatricesTable},
       {"okvis_vertices", OkvisVerticesTable},
       {"pose_graphs", PoseGraphsTable},
+      {"pose_graph_starts", PoseGraphStartsTable},
   };
   return studies;
 }

@@ -31,5 +31,7 @@ CsvTable OkvisMatricesTable(int trial, const std::filesystem::path&);
 CsvTable OkvisVerticesTable(int trial, const std::filesystem::path&);
 /// A pose graph a trial, by one algorithm and linear solver: cost and time after each iteration, and memory.
 CsvTable PoseGraphsTable(int trial, const std::filesystem::path& data);
+/// A pose graph a trial, the last one simulated with large noise: where each start leads to.
+CsvTable PoseGraphStartsTable(int trial, const std::filesystem::path& data);
 
 }  // namespace ch5
