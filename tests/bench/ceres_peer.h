@@ -35,7 +35,7 @@ PeerResult SolveBalWithCeres(const BalProblem& problem, const PeerOptions& optio
 /// A window as VINS-Mono solves it; the preintegration and what it needs is made before the clock starts, as for us.
 PeerResult SolveWindowWithCeres(const WindowDump& dump, const PeerOptions& options);
 
-/// A pose graph in three dimensions, by SPARSE_NORMAL_CHOLESKY whatever the options say.
+/// A pose graph, by SPARSE_NORMAL_CHOLESKY whatever the options say.
 /// @throws FileError as ReadG2o
 PeerResult SolvePoseGraphWithCeres(const std::string& path, const PeerOptions& options);
 

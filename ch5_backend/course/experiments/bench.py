@@ -25,7 +25,7 @@ PROBLEMS = {
        (("3x20", 6), ("10x200", 6), ("30x200", 4), ("30x1000", 2), ("30x4000", 2))},
     **{f"window/{name}": (f"windows/{name}.txt", 6)
        for name in ("vio_S", "vio_M", "vio_L", "vio_Md", "real_euroc_sub2", "mono_10_500", "mono_20_1500")},
-    **{f"pose_graph/{name}": (f"posegraph/{name}.g2o", 1) for name in ("parking-garage", "sphere2500")},
+    **{f"pose_graph/{name}": (f"posegraph/{name}.g2o", 1) for name in ("intel", "parking-garage", "sphere2500")},
     "bal/49-7776": ("bal/problem-49-7776-pre.txt", 1),
     "bal/16-22106": ("bal/problem-16-22106-pre.txt", 1),
     "bal/maplab-969-22767": ("bal/maplab-969-22767.txt", 1),
