@@ -7,6 +7,8 @@
 ///   groundtruth.csv  #timestamp [ns],p_x [m],p_y,p_z,q_w,q_x,q_y,q_z,v_x [m/s],…,bg_x [rad/s],…,ba_x [m/s^2],…
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "ch5_backend/files/text_reader.h"
 #include "ch5_backend/types/recording.h"
@@ -23,6 +25,20 @@ Recording ReadRecording(const std::filesystem::path& folder);
 
 /// The calibration alone.
 Calibration ReadCalibration(const std::filesystem::path& file);
+
+/// A word of calibration.yaml that is not the calibration's.
+struct EstimatorWord {
+  std::string name, word;
+  std::string where;  ///< where it stands, for messages
+};
+using EstimatorWords = std::vector<EstimatorWord>;
+/// What calibration.yaml says besides the calibration.
+struct CalibrationExtras {
+  EstimatorWords estimator;           ///< of the section `estimator:`, for the program that uses it to judge
+  std::vector<std::string> not_used;  ///< keys of further cameras, as "file:line: key"
+};
+/// @throws FileError
+CalibrationExtras ReadCalibrationExtras(const std::filesystem::path& file);
 
 /// Writes a folder that ReadRecording reads back. An image without tracks has no row, so it is lost.
 /// @throws WriteError, after which an older recording in the folder is untouched

@@ -167,6 +167,21 @@ Calibration ReadCalibration(const std::filesystem::path& file) {
   return c;
 }
 
+CalibrationExtras ReadCalibrationExtras(const std::filesystem::path& file) {
+  const std::string section = "estimator.";
+  CalibrationExtras extras;
+  const YamlNumbers yaml(file.string());
+  for (const auto& [key, word, line] : yaml.Words()) {
+    const std::string where = file.string() + ":" + std::to_string(line) + ": " + key;
+    if (key.rfind(section, 0) == 0) {
+      extras.estimator.push_back({key.substr(section.size()), word, where});
+    } else {
+      extras.not_used.push_back(where);
+    }
+  }
+  return extras;
+}
+
 Recording ReadRecording(const std::filesystem::path& folder) {
   Recording recording;
   recording.calibration = ReadCalibration(folder / "calibration.yaml");

@@ -14,6 +14,12 @@ std::string_view WithoutComment(std::string_view line) {
   return line;
 }
 
+// Of the estimator's section, or of a camera after the first: camera1, cam1, ….
+bool IsWord(const std::string& key) {
+  const size_t digit = key.rfind("camera", 0) == 0 ? 6 : 3;
+  return key.rfind("estimator.", 0) == 0 || (key.rfind("cam", 0) == 0 && key[digit] >= '1' && key[digit] <= '9');
+}
+
 struct KeyAndValue {
   std::string key;
   std::string_view value;
@@ -71,6 +77,7 @@ void YamlNumbers::ReadValue(const TextReader& reader, const std::string& key, st
 }
 
 void YamlNumbers::Add(const TextReader& reader, const std::string& key, std::string_view number) {
+  if (IsWord(key)) return words_.push_back({key, std::string(number), reader.Line()});
   const Number entry{reader.ToDouble(number, key.c_str()), reader.Line()};
   const auto [existing, is_new] = numbers_.emplace(key, entry);
   if (!is_new) reader.Fail(key + ": given in line " + std::to_string(existing->second.line) + " already");

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "ch5_backend/files/text_reader.h"
 
@@ -17,6 +18,13 @@ class YamlNumbers {
   /// Takes the number at a path such as "camera.intrinsics.fx" or "camera.resolution[1]".
   /// @throws FileError if there is none, or it lies outside [low, high]
   double Take(const std::string& key, double low, double high);
+  /// What stands under `estimator:` and under further cameras (camera1, cam1, …), in the order of the file: words, which
+  /// need not be numbers, for others to judge.
+  struct Word {
+    std::string key, word;
+    int line;
+  };
+  const std::vector<Word>& Words() const { return words_; }
   /// @throws FileError naming a number that was not taken: a misspelt key
   void ExpectAllTaken() const;
 
@@ -31,6 +39,7 @@ class YamlNumbers {
 
   std::string path_;
   std::map<std::string, Number> numbers_;
+  std::vector<Word> words_;
 };
 
 }  // namespace ch5

@@ -1,0 +1,28 @@
+#pragma once
+/// What an estimate drifts by, without an alignment of the whole.
+
+#include <optional>
+#include <vector>
+
+#include "ch5_backend/types/recording.h"
+
+namespace ch5 {
+
+struct RelativeError {
+  double position_rmse = 0.0;  ///< RPE: of the motion over an interval, position and yaw agreeing at its beginning [m]
+  double path = 0.0;           ///< length of the truth's path over the compared states [m]
+  double end = 0.0;            ///< distance of the ends when position and yaw agree at the beginning [m]
+
+  /// `end` in per cent of the path; NaN if there is none.
+  double DriftPercent() const { return 100.0 * end / path; }
+};
+
+/// Compares each estimate with the truth interpolated at its time, as CompareTrajectories does.
+/// @param seconds  the interval of the RPE [s]
+/// @return nullopt with fewer than two states to compare, or none `seconds` apart
+/// Source: Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", IROS 2012, §IV; the alignment in
+/// position and yaw is that of Zhang & Scaramuzza, IROS 2018, §IV.
+std::optional<RelativeError> CompareMotions(const std::vector<StampedState>& estimate,
+                                            const std::vector<StampedState>& truth, double seconds = 1.0);
+
+}  // namespace ch5
