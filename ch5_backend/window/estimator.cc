@@ -6,6 +6,7 @@
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/position_yaw_prior.h"
 #include "ch5_backend/window/prediction.h"
+#include "ch5_backend/window/start_values.h"
 
 namespace ch5 {
 namespace {
@@ -58,13 +59,9 @@ Estimator::Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPoli
 void Estimator::Reset() {
   if (started_) ++segment_;
   window_ = Window();
-  window_.calibration = options_.calibration;
+  SetCalibration(options_, &window_);
   window_.observability_constraints = options_.observability_constraints;
   window_.marginalizer = options_.marginalizer;
-  window_.extrinsic->SetPose(options_.calibration.T_B_C.q, options_.calibration.T_B_C.p);
-  window_.extrinsic->SetFixed(!options_.estimate_extrinsic);
-  window_.time_offset->SetEstimate(VertexScalar::Estimate(options_.time_offset));
-  window_.time_offset->SetFixed(!options_.estimate_time_offset);
   policy_->Reset();
   standstill_detector_.Reset();
   sensor_check_.Reset();

@@ -5,33 +5,13 @@
 #include "ch5_backend/consistency/gauge_directions.h"
 #include "ch5_backend/window/estimator.h"
 #include "ch5_backend/window/start/dynamic_initialization.h"
+#include "ch5_backend/window/start_values.h"
 
 namespace ch5 {
 namespace {
 
 // Images from a standstill to the first solve, and images of a dynamic initialization.
 constexpr size_t kFramesToStart = 4, kFramesToStartMoving = 8;
-
-// The knowledge at the start as one prior: speed and biases of the oldest frame, and the estimated part of the
-// calibration. Without the latter the first windows, with little motion, would let the extrinsic diverge.
-std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const EstimatorOptions& options) {
-  Prior prior;
-  std::vector<double> sigmas;
-  const auto add = [&](const std::shared_ptr<Vertex>& vertex, std::initializer_list<double> sigma_of_three) {
-    if (vertex->IsFixed()) return;
-    prior.vertices.push_back(vertex);
-    prior.x0.push_back(vertex->Parameters());
-    for (const double sigma : sigma_of_three) {
-      for (int k = 0; k < std::min(3, vertex->LocalDimension()); ++k) sigmas.push_back(sigma);
-    }
-  };
-  add(window.frames.front().speed_bias, {speed, options.start_bias_accelerometer, options.start_bias_gyroscope});
-  add(window.extrinsic, {options.start_extrinsic_position, options.start_extrinsic_rotation});
-  add(window.time_offset, {options.start_time_offset});
-  prior.J = Eigen::Map<VecX>(sigmas.data(), static_cast<Eigen::Index>(sigmas.size())).cwiseInverse().asDiagonal();
-  prior.r0 = VecX::Zero(prior.J.rows());
-  return std::make_shared<EdgePrior>(std::move(prior));
-}
 
 }  // namespace
 

@@ -1,0 +1,34 @@
+#include "ch5_backend/window/start_values.h"
+
+#include <algorithm>
+
+namespace ch5 {
+
+void SetCalibration(const EstimatorOptions& options, Window* window) {
+  window->calibration = options.calibration;
+  window->extrinsic->SetPose(options.calibration.T_B_C.q, options.calibration.T_B_C.p);
+  window->extrinsic->SetFixed(!options.estimate_extrinsic);
+  window->time_offset->SetEstimate(VertexScalar::Estimate(options.time_offset));
+  window->time_offset->SetFixed(!options.estimate_time_offset);
+}
+
+std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const EstimatorOptions& options) {
+  Prior prior;
+  std::vector<double> sigmas;
+  const auto add = [&](const std::shared_ptr<Vertex>& vertex, std::initializer_list<double> sigma_of_three) {
+    if (vertex->IsFixed()) return;
+    prior.vertices.push_back(vertex);
+    prior.x0.push_back(vertex->Parameters());
+    for (const double sigma : sigma_of_three) {
+      for (int k = 0; k < std::min(3, vertex->LocalDimension()); ++k) sigmas.push_back(sigma);
+    }
+  };
+  add(window.frames.front().speed_bias, {speed, options.start_bias_accelerometer, options.start_bias_gyroscope});
+  add(window.extrinsic, {options.start_extrinsic_position, options.start_extrinsic_rotation});
+  add(window.time_offset, {options.start_time_offset});
+  prior.J = Eigen::Map<VecX>(sigmas.data(), static_cast<Eigen::Index>(sigmas.size())).cwiseInverse().asDiagonal();
+  prior.r0 = VecX::Zero(prior.J.rows());
+  return std::make_shared<EdgePrior>(std::move(prior));
+}
+
+}  // namespace ch5

@@ -1,0 +1,19 @@
+#pragma once
+/// What an estimator and a batch begin with: the calibration, and the knowledge of the first state.
+
+#include <memory>
+
+#include "ch5_backend/marginalize/edge_prior.h"
+#include "ch5_backend/window/estimator.h"
+
+namespace ch5 {
+
+/// Sets extrinsic and time offset to what the options give, fixed unless they are to be estimated.
+void SetCalibration(const EstimatorOptions& options, Window* window);
+
+/// One prior of speed and biases of the oldest frame at its present state, and of the estimated part of the calibration.
+/// Without the latter the first windows, with little motion, would let the extrinsic diverge.
+/// @param speed  standard deviation [m/s]
+std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const EstimatorOptions& options);
+
+}  // namespace ch5
