@@ -50,7 +50,7 @@ DESCRIPTIONS = {
 JSON_FIELDS = {
     "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
            "out and more; with a recording problem, out, report and policies, a list of {policy, ate_m, scale_error, "
-           "yaw_error_deg, realtime_factor, p99_window_ms, frames, restarts, segments}, null where there is no truth to "
+           "yaw_error_deg, realtime_factor, p99_window_ms, frames, restarts, rpe_m, path_m, drift_percent, segments}, null where there is no truth to "
            "compare with, and segments, one more than restarts as a rule, a list of {segment, first_s, last_s, frames, ate_m, "
            "scale_error, yaw_error_deg}; with several DATA results, a list of these; with --mine, as fly",
     "fly": "out, report, and failures, {experiment: what your program said when it failed, or nothing}",
@@ -106,6 +106,15 @@ def add_run_options(parser: Parser) -> None:
                         "spanning-tree or chordal; default: the one of least cost")
     parser.add_argument("--project-information", action="store_true", default=None, help="in a pose graph, replace each "
                         "information matrix that is not positive semi-definite by the nearest one that is")
+    parser.add_argument("--policy", metavar="NAME", help="of a recording: vins or okvis only; default: both")
+    parser.add_argument("--batch", action="store_true", default=None, help="also solves the recording at once, to compare with")
+    parser.add_argument("--seconds", metavar="A:B", help="only this part of a recording, from its first IMU reading on")
+    parser.add_argument("--window", metavar="N", help="VINS: frames beside the newest, default 10; OKVIS: keyframes, default 5")
+    parser.add_argument("--max-features", metavar="N", help="at most N tracks of an image, those followed longest")
+    parser.add_argument("--first-estimates", metavar="WHICH", help="observability constraints, which stand for first "
+                        "estimates: none, prior or full; default: none")
+    parser.add_argument("--estimate-extrinsic", action="store_true", default=None, help="refines the camera's place on the body")
+    parser.add_argument("--estimate-time-offset", action="store_true", default=None, help="and the delay of its clock")
 
 
 def best_or_last(word: str) -> str:

@@ -83,6 +83,6 @@ int main(int argc, char** argv) {
   return ch5::RunFileCommand("ch5_pose_graph", kUsage, argc, argv, run, [&](auto* line, auto* of_file) {
     of_file->iterations = options.iterations;
     line->Option("--init", [&](const std::string& word) { options.start = ParseStart(word); });
-    line->Flag("--project-information", &reading.project_information);
+    line->Flag("--project-information", [&] { reading.project_information = true; });
   });
 }

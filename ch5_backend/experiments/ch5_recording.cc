@@ -6,29 +6,48 @@
 #include <stdexcept>
 
 #include "ch5_backend/experiments/studies/command_line.h"
-#include "ch5_backend/experiments/studies/file_command.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/files/recording_file.h"
 
 namespace {
 
 constexpr char kUsage[] =
-    "usage: ch5_recording FOLDER --out DIR\n"
+    "usage: ch5_recording FOLDER --out DIR [--policy vins|okvis] [--batch] [--seconds A:B] [--window N]\n"
+    "       [--max-features N] [--first-estimates none|prior|full] [--estimate-extrinsic] [--estimate-time-offset]\n"
     "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
     "groundtruth.csv; ch5_backend/GUIDE.md has their format) with both window policies, and writes into DIR: "
     "trajectories in TUM's and EuRoC's format, and\n"
     "tables in DIR/csv, which figures/recording.py draws. What follows a restart is a segment with files of its own,\n"
-    "POLICY_1.tum and so on, and is compared with the truth by itself.\n";
+    "POLICY_1.tum and so on, and is compared with the truth by itself.\n"
+    "--batch also solves the longest segment at once. --window is VINS's frames or OKVIS's keyframes. The other "
+    "settings\n"
+    "may stand in calibration.yaml too, as `max_features: 60` under `estimator:`; the command line prevails.\n";
 
-void Run(const ch5::FileCommand& command) {
-  const ch5::Recording recording = ch5::ReadRecording(command.file);
+struct Command {
+  std::string folder, out;
+  ch5::EstimatorWords given;
+  bool batch = false;
+};
+
+void Run(const Command& command) {
+  ch5::Recording recording = ch5::ReadRecording(command.folder);
+  const auto extras = ch5::ReadCalibrationExtras(std::filesystem::path(command.folder) / "calibration.yaml");
+  const ch5::OdometrySettings settings = ch5::ReadOdometrySettings(extras.estimator, command.given);
+  if (!extras.not_used.empty()) {
+    std::fprintf(
+        stderr,
+        "ch5_recording: warning: only the first camera is used; %zu keys of others are not read, the first is %s\n",
+        extras.not_used.size(), extras.not_used.front().c_str());
+  }
+  settings.Restrict(&recording);
   std::filesystem::create_directories(command.out);
   std::printf("%zu images, %zu IMU readings, %.1f s\n\n", recording.frames.size(), recording.imu.size(),
               recording.frames.back().t - recording.frames.front().t);
   std::fflush(stdout);
   const ch5::Progress progress;
   const ch5::OdometryStudy study = ch5::RunOdometryStudy(
-      recording, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); });
+      recording, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); }, settings,
+      command.batch);
   progress.Clear();
   const auto is_silent = [](const ch5::OdometryRun& run) { return run.states.empty(); };
   if (std::all_of(study.runs.begin(), study.runs.end(), is_silent)) {
@@ -41,13 +60,17 @@ void Run(const ch5::FileCommand& command) {
   ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
   ch5::WriteOdometryTrajectories(study, command.out);
 
-  std::printf("policy    ATE [m]   scale  yaw [deg]  times real time  without start  p99 [ms]  images  restarts\n");
+  std::printf(
+      "policy    ATE [m]  RPE [m]  drift [%%]  path [m]   scale  yaw [deg]  times real time  without start  p99 [ms]  "
+      "images  restarts\n");
   for (const ch5::OdometryRun& run : study.runs) {
     if (run.error) {
-      std::printf("%-8s  %7.4f  %6.4f  %9.3f  ", run.policy.c_str(), run.error->position_rmse, run.error->scale,
+      const ch5::RelativeError relative = run.relative.value_or(ch5::RelativeError());
+      std::printf("%-8s  %7.4f  %7.4f  %9.2f  %8.2f  %6.4f  %9.3f  ", run.policy.c_str(), run.error->position_rmse,
+                  relative.position_rmse, relative.DriftPercent(), relative.path, run.error->scale,
                   run.error->yaw_rmse * 180.0 / M_PI);
     } else {
-      std::printf("%-8s  %7s  %6s  %9s  ", run.policy.c_str(), "-", "-", "-");
+      std::printf("%-8s  %7s  %7s  %9s  %8s  %6s  %9s  ", run.policy.c_str(), "-", "-", "-", "-", "-", "-");
     }
     std::printf("%15.1f  ", run.realtime_factor);
     if (run.states.empty()) {
@@ -75,4 +98,12 @@ void Run(const ch5::FileCommand& command) {
 
 }  // namespace
 
-int main(int argc, char** argv) { return ch5::RunFileCommand("ch5_recording", kUsage, argc, argv, Run); }
+int main(int argc, char** argv) {
+  Command command;
+  ch5::CommandLine line("ch5_recording", kUsage);
+  line.Argument("FILE", &command.folder);
+  line.Text("--out", &command.out);
+  line.Flag("--batch", [&] { command.batch = true; });
+  ch5::DeclareOdometryOptions(&line, &command.given);
+  return line.Run(argc, argv, [&] { Run(command); });
+}

@@ -15,12 +15,12 @@ from .tables import read
 
 def summary_table(directory, say):
     summary = read(directory, "odometry_policies")
-    head = (say("policy"), "ATE [m]", say("scale_error"), say("yaw_error"), say("realtime"), say("tracking"), "p99 [ms]", say("images"),
+    head = (say("policy"), "ATE [m]", "RPE [m]", say("drift_percent"), say("path_length"), say("scale_error"), say("yaw_error"), say("realtime"), say("tracking"), "p99 [ms]", say("images"),
             say("restarts"))
     rows = []
-    for name in odometry.policies(summary):
+    for name in [name for name in odometry.NAMES if np.any(summary["policy"] == name)]:
         row = summary.row(policy=name)
-        errors = row["ate_m"], 100 * row["scale_error"], row["yaw_error_deg"]  # NaN where there is no truth
+        errors = row["ate_m"], row["rpe_m"], row["drift_percent"], row["path_m"], 100 * row["scale_error"], row["yaw_error_deg"]  # NaN where there is no truth
         known = lambda value, digits: "–" if np.isnan(value) else f"{value:.{digits}f}"
         rows.append((odometry.NAMES[name], *(known(error, 3) for error in errors),
                      f"{row['realtime_factor']:.1f}", known(row["tracking_factor"], 1), known(row["p99_window_ms"], 2),

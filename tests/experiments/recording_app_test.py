@@ -5,7 +5,8 @@ import re
 from tests.experiments.programs_under_test import BUILD, DATA, ROOT, AppTest, contents, needs, run, table
 
 SEGMENT = ["segment", "first_s", "last_s", "frames", "ate_m", "scale_error", "yaw_error_deg"]
-KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts"]
+KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts",
+        "rpe_m", "path_m", "drift_percent"]
 TABLES = {f"odometry_{name}.csv" for name in ("policies", "segments", "path", "windows", "matrices", "spectrum", "gauge")}
 TRAJECTORIES = {"vins.tum", "vins.csv", "okvis.tum", "okvis.csv"}
 
@@ -83,6 +84,27 @@ class RecordingApp(AppTest):
         for row in table(out / "csv" / "odometry_policies.csv"):
             self.assertEqual([row[key] for key in ("ate_m", "scale_error", "yaw_error_deg")], [""] * 3)
 
+    def test_settings_come_from_the_file_and_the_command_line_prevails(self):
+        recording = self.simulate()
+        calibration = recording / "calibration.yaml"
+        known = calibration.read_text()
+        calibration.write_text(known + "camera1:\n  model: pinhole\nestimator:\n  policy: okvis\n  seconds: 0:7\n")
+        done = run(BUILD / "bin" / "ch5_recording", recording, "--out", self.out, "--policy", "vins", "--batch")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("141 images", done.stdout)
+        self.assertIn("camera1.model", done.stderr)
+        vins, batch = table(self.out / "csv" / "odometry_policies.csv")
+        self.assertEqual((vins["policy"], batch["policy"]), ("vins", "batch"))
+        self.assertEqual(vins["frames"], batch["frames"])
+        self.assertLess(float(batch["ate_m"]), 0.1)
+        self.assertLess(float(vins["rpe_m"]), 0.1)
+        self.assertFalse((self.out / "okvis.tum").exists())
+        calibration.write_text(known + "estimator:\n  polcy: vins\n")
+        line = len(known.splitlines()) + 2
+        done = run(BUILD / "bin" / "ch5_recording", recording, "--out", self.out)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn(f"calibration.yaml:{line}: estimator.polcy: nothing of this name is known here", done.stderr)
+
     def test_a_gap_in_the_imu_begins_a_segment(self):
         recording = self.simulate(16)
         imu = recording / "imu.csv"
@@ -120,7 +142,7 @@ class RecordingApp(AppTest):
         for path in (self.out / "csv").iterdir():
             head, *rows = (line.split(",") for line in path.read_text().splitlines())
             if path.stem == "odometry_policies":
-                rows = [[row[0], *4 * [""], row[5], "", "", "0", "0"] if row[0] == policy else row for row in rows]
+                rows = [[row[0], *4 * [""], row[5], "", "", "0", "0", "", "", ""] if row[0] == policy else row for row in rows]
             elif path.stem == "odometry_windows":
                 rows = [[*row[:3], "starting", *row[4:]] if row[0] == policy else row for row in rows]
             else:

@@ -22,7 +22,10 @@ WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window"
 OPENER = "open" if sys.platform == "darwin" else "xdg-open"
 SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
 POSE_GRAPH_OPTIONS = ("init", "project-information")
-POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts")
+RECORDING_OPTIONS = ("policy", "first-estimates", "window", "max-features", "seconds", "batch", "estimate-extrinsic",
+                     "estimate-time-offset")
+POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts", "rpe_m",
+                 "path_m", "drift_percent")
 
 
 def run(arguments) -> int:
@@ -41,7 +44,9 @@ def run(arguments) -> int:
         for path, kind in kinds.items():
             if option in POSE_GRAPH_OPTIONS and kind != "pose_graph":
                 raise CourseError(f"--{option} does not apply to {path}: it is for pose graphs")
-            if kind == "recording" or (kind, option) == ("window", "huber"):
+            if option in RECORDING_OPTIONS and kind != "recording":
+                raise CourseError(f"--{option} does not apply to {path}: it is for recordings")
+            if (option in SOLVER_OPTIONS and kind == "recording") or (kind, option) == ("window", "huber"):
                 raise CourseError(f"--{option} does not apply to {path}: {WHY_NOT[kind]}")
     make_writable(out)
     build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))])
@@ -109,7 +114,7 @@ def read_result(kind: str, out: Path, spoken: str) -> dict:
 
 def given_options(arguments) -> dict:
     """{name: value, which is True for an option that has none}."""
-    values = {name: getattr(arguments, name.replace("-", "_")) for name in SOLVER_OPTIONS + POSE_GRAPH_OPTIONS}
+    values = {name: getattr(arguments, name.replace("-", "_")) for name in SOLVER_OPTIONS + POSE_GRAPH_OPTIONS + RECORDING_OPTIONS}
     return {name: value for name, value in values.items() if value is not None}
 
 

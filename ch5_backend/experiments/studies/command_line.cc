@@ -31,7 +31,9 @@ void CommandLine::Option(const std::string& option, std::function<void(const std
   options_.emplace_back(option, std::move(take));
 }
 
-void CommandLine::Flag(const std::string& option, bool* value) { flags_.emplace_back(option, value); }
+void CommandLine::Flag(const std::string& option, std::function<void()> set) {
+  flags_.emplace_back(option, std::move(set));
+}
 
 void CommandLine::Text(const std::string& option, std::string* value) {
   texts_.emplace_back(option, value);
@@ -69,7 +71,7 @@ void CommandLine::Parse(int argc, char** argv) {
     const auto option = std::find_if(options_.begin(), options_.end(), is_this);
     const auto flag = std::find_if(flags_.begin(), flags_.end(), is_this);
     if (flag != flags_.end()) {
-      *flag->second = true;
+      flag->second();
     } else if (option != options_.end()) {
       if (i + 1 == argc) throw std::invalid_argument(word + " needs a value");
       option->second(argv[++i]);

@@ -28,8 +28,8 @@ class CommandLine {
   /// `option` WORD, which `take` reads; it throws std::invalid_argument where it cannot.
   void Option(const std::string& option, std::function<void(const std::string& word)> take);
 
-  /// `option` alone, without a value.
-  void Flag(const std::string& option, bool* value);
+  /// `option`, which takes no value.
+  void Flag(const std::string& option, std::function<void()> set);
 
   /// Reads the words, then calls `run`. An exception is printed as "program: what is wrong".
   /// @return exit code: 0, or 2 after an error
@@ -42,8 +42,8 @@ class CommandLine {
   std::string program_, usage_, argument_name_;
   std::string* argument_ = nullptr;
   std::vector<std::pair<std::string, std::string*>> texts_;
-  std::vector<std::pair<std::string, bool*>> flags_;
   std::vector<std::pair<std::string, std::function<void(const std::string&)>>> options_;
+  std::vector<std::pair<std::string, std::function<void()>>> flags_;
 };
 
 /// A line of progress on standard error, if that is a terminal; silence otherwise.

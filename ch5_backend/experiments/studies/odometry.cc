@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "ch5_backend/window/batch.h"
+
 namespace ch5 {
 namespace {
 
@@ -48,6 +50,11 @@ std::optional<TrajectoryError> Together(const std::vector<OdometrySegment>& segm
   return all;
 }
 
+std::vector<OdometrySegment>::const_iterator LongestSegment(const OdometryRun& run) {
+  return std::max_element(run.segments.begin(), run.segments.end(),
+                          [](const auto& a, const auto& b) { return a.states.size() < b.states.size(); });
+}
+
 void Summarize(const Recording& recording, OdometryRun* run) {
   double total = 0.0, answered = 0.0;
   std::vector<double> milliseconds;
@@ -65,6 +72,8 @@ void Summarize(const Recording& recording, OdometryRun* run) {
       share > 0.0 ? share * duration / std::max(answered, 1e-9) : std::numeric_limits<double>::quiet_NaN();
   for (OdometrySegment& segment : run->segments) segment.error = CompareTrajectories(segment.states, recording.truth);
   run->error = Together(run->segments);
+  const auto longest = LongestSegment(*run);
+  if (longest != run->segments.end()) run->relative = CompareMotions(longest->states, recording.truth);
 }
 
 }  // namespace
@@ -76,6 +85,37 @@ std::vector<std::unique_ptr<WindowPolicy>> AllPolicies() {
   okvis.temporal_frames = 5;  // one camera needs a longer base line than the stereo pair that OKVIS's 3 are meant for
   policies.push_back(MakeOkvisPolicy(okvis));
   return policies;
+}
+
+std::optional<OdometryRun> RunBatch(const Recording& recording, const EstimatorOptions& options,
+                                    const OdometryRun& start, int threads) {
+  const auto segment = LongestSegment(start);
+  if (segment == start.segments.end() || segment->states.size() < 2) return std::nullopt;
+  OdometryRun run;
+  run.policy = "batch";
+  std::vector<Image> images;
+  for (size_t k = 0; k < start.rows.size(); ++k) {
+    const WindowRow& row = start.rows[k];
+    if (!row.report.state || row.report.segment != segment->id) continue;
+    images.push_back(recording.frames[k]);
+    run.rows.push_back({row.t, 0.0, {}});
+  }
+  BatchOptions batch;
+  batch.threads = threads;
+  const auto begin = std::chrono::steady_clock::now();
+  const BatchResult result = SolveBatch(options, images, segment->states, recording.imu, batch);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  run.states = result.states;
+  run.segments.push_back({0, result.states, {}});
+  for (size_t k = 0; k < images.size(); ++k) {
+    run.rows[k].seconds = seconds / static_cast<double>(images.size());
+    run.rows[k].report.status = FrameReport::Status::kTracking;
+    run.rows[k].report.state = result.states[k];
+    run.rows[k].report.landmarks = result.landmarks;
+    run.rows[k].report.solve = result.solve;
+  }
+  Summarize(recording, &run);
+  return run;
 }
 
 void FeedRecording(const Recording& recording, Estimator* estimator, const OdometryCallback& watch) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/evaluate/relative_error.h"
 #include "ch5_backend/evaluate/trajectory_error.h"
 #include "ch5_backend/window/estimator.h"
 
@@ -36,6 +37,7 @@ struct OdometryRun {
   std::vector<OdometrySegment> segments;  ///< the same, those with an estimate
   /// Root mean squares over all segments, each with an alignment of its own; that of the longest stands here, and its scale.
   std::optional<TrajectoryError> error;
+  std::optional<RelativeError> relative;  ///< of the longest segment
   int restarts = 0;
   double realtime_factor = 0.0;  ///< duration of the recording / time spent
   double tracking_factor =
@@ -44,6 +46,12 @@ struct OdometryRun {
 };
 
 using OdometryCallback = std::function<void(const Estimator&, const WindowRow&)>;
+
+/// The longest segment of a run solved at once (window/batch.h), as a run named "batch": its rows are those images, with
+/// the seconds of the solve shared equally.
+/// @return nullopt if no segment has two images
+std::optional<OdometryRun> RunBatch(const Recording& recording, const EstimatorOptions& options,
+                                    const OdometryRun& start, int threads);
 
 /// Feeds the recording in order of time.
 /// @param watch  called after each image

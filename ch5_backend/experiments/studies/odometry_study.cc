@@ -28,13 +28,15 @@ WindowSnapshot TakeSnapshot(const Window& window, double t) {
 CsvTable PolicyTable(const OdometryStudy& study) {
   CsvTable table(
       "policy,ate_m,scale_error,yaw_error_deg,rotation_error_deg,realtime_factor,tracking_factor,p99_window_ms,frames,"
-      "restarts");
+      "restarts,rpe_m,path_m,drift_percent");
   for (const OdometryRun& run : study.runs) {
     const auto degrees = [](double radians) { return radians * 180.0 / M_PI; };
     table.Row(run.policy, run.error ? run.error->position_rmse : kNoNumber,
               run.error ? run.error->scale - 1.0 : kNoNumber, run.error ? degrees(run.error->yaw_rmse) : kNoNumber,
               run.error ? degrees(run.error->rotation_rmse) : kNoNumber, run.realtime_factor, run.tracking_factor,
-              run.p99_window_ms, run.states.size(), run.restarts);
+              run.p99_window_ms, run.states.size(), run.restarts,
+              run.relative ? run.relative->position_rmse : kNoNumber, run.relative ? run.relative->path : kNoNumber,
+              run.relative ? run.relative->DriftPercent() : kNoNumber);
   }
   return table;
 }
@@ -113,11 +115,13 @@ Recording SimulatedOdometryRecording(uint64_t seed) {
   return SimulateInRoom(path, 1000, options, seed);
 }
 
-OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(const std::string&, double)>& progress) {
+OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(const std::string&, double)>& progress,
+                               const OdometrySettings& settings, bool batch) {
   OdometryStudy study;
   study.recording = std::move(recording);
   const auto& frames = study.recording.frames;
-  for (auto&& policy : AllPolicies()) {
+  const EstimatorOptions options = settings.Estimator(study.recording.calibration);
+  for (auto&& policy : settings.Policies()) {
     std::vector<WindowSnapshot> snapshots;
     std::vector<PriorAudit> audits;
     const std::string name = policy->Name();
@@ -127,9 +131,9 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
       if (progress) progress(name, static_cast<double>(image) / static_cast<double>(frames.size()));
       const Window& window = estimator.GetWindow();
       if (row.report.state && window.prior) {
-        GaugeOptions options;
-        options.local_poses = {window.extrinsic.get()};
-        audits.push_back({row.t, AuditPrior(window.prior->GetPrior(), options)});
+        GaugeOptions gauge;
+        gauge.local_poses = {window.extrinsic.get()};
+        audits.push_back({row.t, AuditPrior(window.prior->GetPrior(), gauge)});
       }
       // Snapshots are spread over the second half, the last one at the end.
       const size_t due = frames.size() / 2 + (snapshots.size() + 1) * frames.size() / (2 * kSnapshots);
@@ -137,10 +141,16 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
         snapshots.push_back(TakeSnapshot(window, row.t));
       }
     };
-    study.runs.push_back(
-        RunOdometry(study.recording, EstimatorOptions{study.recording.calibration}, std::move(policy), watch));
+    study.runs.push_back(RunOdometry(study.recording, options, std::move(policy), watch));
     study.snapshots.push_back(std::move(snapshots));
     study.audits.push_back(std::move(audits));
+  }
+  if (!batch) return study;
+  if (progress) progress("batch", 0.0);
+  if (auto run = RunBatch(study.recording, options, study.runs.front(), 1)) {
+    study.runs.push_back(std::move(*run));
+    study.snapshots.emplace_back();
+    study.audits.emplace_back();
   }
   return study;
 }
@@ -175,17 +185,17 @@ void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path
 namespace {
 
 // Those that an earlier run has left in the folder.
-void RemoveOlderSegments(const OdometryStudy& study, const std::set<std::filesystem::path>& names,
-                         const std::filesystem::path& out) {
+void RemoveOlderTrajectories(const std::set<std::filesystem::path>& names, const std::filesystem::path& out) {
   const auto is_number = [](const std::string& text) {
     return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
   };
   for (const auto& entry : std::filesystem::directory_iterator(out)) {
     const std::string name = entry.path().stem(), kind = entry.path().extension();
     if ((kind != ".tum" && kind != ".csv") || names.count(name) > 0) continue;
-    for (const OdometryRun& run : study.runs) {
-      const std::string begin = run.policy + "_";
-      if (name.rfind(begin, 0) == 0 && is_number(name.substr(begin.size()))) std::filesystem::remove(entry.path());
+    for (const std::string policy : {"vins", "okvis", "batch"}) {
+      const std::string begin = policy + "_";
+      const bool is_segment = name.rfind(begin, 0) == 0 && is_number(name.substr(begin.size()));
+      if (name == policy || is_segment) std::filesystem::remove(entry.path());
     }
   }
 }
@@ -206,7 +216,7 @@ void WriteOdometryTrajectories(const OdometryStudy& study, const std::filesystem
     }
   }
   files.Commit();
-  RemoveOlderSegments(study, names, out);
+  RemoveOlderTrajectories(names, out);
 }
 
 }  // namespace ch5

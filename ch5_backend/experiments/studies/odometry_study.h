@@ -8,6 +8,7 @@
 
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/odometry.h"
+#include "ch5_backend/experiments/studies/odometry_settings.h"
 
 namespace ch5 {
 
@@ -36,8 +37,11 @@ struct OdometryStudy {
 Recording SimulatedOdometryRecording(uint64_t seed = 1);
 
 /// @param progress  called with the present policy and the fraction done, 0 … 1
+/// @param settings  which policies, and how
+/// @param batch     also solves the recording at once, from the first run; it has neither snapshots nor audits
 OdometryStudy RunOdometryStudy(Recording recording,
-                               const std::function<void(const std::string&, double)>& progress = nullptr);
+                               const std::function<void(const std::string&, double)>& progress = nullptr,
+                               const OdometrySettings& settings = {}, bool batch = false);
 
 /// Into `csv`: odometry_policies.csv, odometry_segments.csv, odometry_path.csv, odometry_windows.csv, odometry_matrices.csv,
 /// odometry_spectrum.csv and odometry_gauge.csv; all or none.

@@ -1,0 +1,148 @@
+#include "ch5_backend/experiments/studies/odometry_settings.h"
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <tuple>
+
+namespace ch5 {
+namespace {
+
+constexpr const char* kNames[] = {"policy", "first_estimates", "window", "max_features", "seconds"};
+constexpr const char* kFlags[] = {"estimate_extrinsic", "estimate_time_offset"};
+
+std::string OptionOf(std::string name) {
+  std::replace(name.begin(), name.end(), '_', '-');
+  return "--" + name;
+}
+
+template <typename T>
+std::optional<T> Parse(const std::string& word) {
+  T value{};
+  const char* end = word.data() + word.size();
+  const auto [stop, error] = std::from_chars(word.data(), end, value);
+  return error == std::errc() && stop == end ? std::optional(value) : std::nullopt;
+}
+
+int WholeNumber(const std::string& word, int low, int high) {
+  const std::optional<int> number = Parse<int>(word);
+  if (number && *number >= low && *number <= high) return *number;
+  throw std::invalid_argument("must be a whole number from " + std::to_string(low) + " to " + std::to_string(high) +
+                              ", got '" + word + "'");
+}
+
+template <typename T>
+T OneOf(const std::string& word, const std::vector<std::pair<std::string, T>>& choices) {
+  std::string known;
+  for (const auto& [name, value] : choices) {
+    if (name == word) return value;
+    known += (known.empty() ? "" : ", ") + name;
+  }
+  throw std::invalid_argument("must be one of " + known + ", got '" + word + "'");
+}
+
+// "A:B", either of which may be empty.
+std::pair<double, double> Interval(const std::string& word) {
+  const size_t colon = word.find(':');
+  const std::string first = word.substr(0, colon), last = colon == std::string::npos ? "" : word.substr(colon + 1);
+  const std::optional<double> from = first.empty() ? 0.0 : Parse<double>(first);
+  const std::optional<double> to = last.empty() ? std::numeric_limits<double>::infinity() : Parse<double>(last);
+  if (colon != std::string::npos && from && to && *from >= 0.0 && *from < *to) return {*from, *to};
+  throw std::invalid_argument("must be A:B with 0 ≤ A < B, in seconds since the first IMU reading, got '" + word + "'");
+}
+
+}  // namespace
+
+void OdometrySettings::Set(const std::string& name, const std::string& word) {
+  const auto flag = [&] { return OneOf<bool>(word, {{"true", true}, {"false", false}}); };
+  if (name == "policy") {
+    policy = OneOf<std::string>(word, {{"vins", "vins"}, {"okvis", "okvis"}});
+  } else if (name == "estimate_extrinsic") {
+    estimate_extrinsic = flag();
+  } else if (name == "estimate_time_offset") {
+    estimate_time_offset = flag();
+  } else if (name == "first_estimates") {
+    using Constraints = ObservabilityConstraints;
+    first_estimates = OneOf<Constraints>(
+        word,
+        {{"none", Constraints::kNone}, {"prior", Constraints::kMarginalizedEdges}, {"full", Constraints::kAllEdges}});
+  } else if (name == "window") {
+    window = WholeNumber(word, 4, 1000);
+  } else if (name == "max_features") {
+    max_features = WholeNumber(word, 8, 100000);
+  } else if (name == "seconds") {
+    std::tie(from, to) = Interval(word);
+  } else {
+    throw std::invalid_argument("nothing of this name is known here");
+  }
+}
+
+EstimatorOptions OdometrySettings::Estimator(const Calibration& calibration) const {
+  EstimatorOptions options{calibration};
+  options.estimate_extrinsic = estimate_extrinsic;
+  options.estimate_time_offset = estimate_time_offset;
+  options.observability_constraints = first_estimates;
+  return options;
+}
+
+std::vector<std::unique_ptr<WindowPolicy>> OdometrySettings::Policies() const {
+  std::vector<std::unique_ptr<WindowPolicy>> policies;
+  VinsOptions vins;
+  OkvisOptions okvis;
+  okvis.temporal_frames = 5;  // as AllPolicies
+  if (window > 0) vins.window_size = okvis.keyframes = window;
+  if (policy != "okvis") policies.push_back(MakeVinsPolicy(vins));
+  if (policy != "vins") policies.push_back(MakeOkvisPolicy(okvis));
+  return policies;
+}
+
+void OdometrySettings::Restrict(Recording* recording) const {
+  const auto is_outside = [&](const auto& item) { return item.t < from || item.t > to; };
+  const auto cut = [&](auto* items) {
+    items->erase(std::remove_if(items->begin(), items->end(), is_outside), items->end());
+  };
+  cut(&recording->imu);
+  cut(&recording->frames);
+  if (recording->imu.size() < 2 || recording->frames.size() < 2) {
+    throw std::invalid_argument("fewer than two images or IMU readings lie in the seconds asked for");
+  }
+  if (max_features == 0) return;
+  std::map<int, int> images;  // of each track so far
+  for (Image& frame : recording->frames) {
+    for (const TrackedPoint& point : frame.tracks) ++images[point.id];
+    std::stable_sort(frame.tracks.begin(), frame.tracks.end(),
+                     [&](const auto& a, const auto& b) { return images[a.id] > images[b.id]; });
+    if (frame.tracks.size() > static_cast<size_t>(max_features)) {
+      frame.tracks.resize(static_cast<size_t>(max_features));
+    }
+  }
+}
+
+void DeclareOdometryOptions(CommandLine* line, EstimatorWords* given) {
+  for (const std::string name : kNames) {
+    line->Option(OptionOf(name), [=](const std::string& word) { given->push_back({name, word, OptionOf(name)}); });
+  }
+  for (const std::string name : kFlags) {
+    line->Flag(OptionOf(name), [=] { given->push_back({name, "true", OptionOf(name)}); });
+  }
+}
+
+OdometrySettings ReadOdometrySettings(const EstimatorWords& of_file, const EstimatorWords& given) {
+  OdometrySettings settings;
+  for (const EstimatorWords* words : {&of_file, &given}) {
+    for (const EstimatorWord& word : *words) {
+      try {
+        settings.Set(word.name, word.word);
+      } catch (const std::invalid_argument& error) {
+        const std::string message = word.where + ": " + error.what();
+        if (words == &of_file) throw FileError(message);
+        throw std::invalid_argument(message);
+      }
+    }
+  }
+  return settings;
+}
+
+}  // namespace ch5

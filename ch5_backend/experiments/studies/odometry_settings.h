@@ -1,0 +1,41 @@
+#pragma once
+/// What a user may set of the odometry: by options of ch5_recording, or in the section `estimator:` of calibration.yaml.
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/experiments/studies/command_line.h"
+#include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/window/estimator.h"
+
+namespace ch5 {
+
+struct OdometrySettings {
+  std::string policy;  ///< vins or okvis; empty: both
+  bool estimate_extrinsic = false, estimate_time_offset = false;
+  ObservabilityConstraints first_estimates = ObservabilityConstraints::kNone;
+  int window = 0;        ///< VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
+  int max_features = 0;  ///< tracks used of an image; 0: all
+  double from = 0.0, to = std::numeric_limits<double>::infinity();  ///< since the first IMU reading [s]
+
+  /// Sets one by its name in calibration.yaml, such as max_features; on the command line it is --max-features.
+  /// @throws std::invalid_argument with what it must be, or for an unknown name
+  void Set(const std::string& name, const std::string& word);
+
+  EstimatorOptions Estimator(const Calibration& calibration) const;
+  std::vector<std::unique_ptr<WindowPolicy>> Policies() const;
+  /// Leaves out images and readings outside [from, to], and tracks beyond max_features: those followed longest stay.
+  /// @throws std::invalid_argument if less than two images or readings are left
+  void Restrict(Recording* recording) const;
+};
+
+/// Declares the options; `given` is what the command line has set, to be applied after those of the file.
+void DeclareOdometryOptions(CommandLine* line, EstimatorWords* given);
+
+/// Those of the recording's calibration.yaml, then those given.
+/// @throws FileError for one of the file, or std::invalid_argument
+OdometrySettings ReadOdometrySettings(const EstimatorWords& of_file, const EstimatorWords& given);
+
+}  // namespace ch5
