@@ -34,10 +34,9 @@ void Run(const Command& command) {
   const auto extras = ch5::ReadCalibrationExtras(std::filesystem::path(command.folder) / "calibration.yaml");
   const ch5::OdometrySettings settings = ch5::ReadOdometrySettings(extras.estimator, command.given);
   if (!extras.not_used.empty()) {
-    std::fprintf(
-        stderr,
-        "ch5_recording: warning: only the first camera is used; %zu keys of others are not read, the first is %s\n",
-        extras.not_used.size(), extras.not_used.front().c_str());
+    std::fprintf(stderr,
+                 "ch5_recording: warning: only the first camera is used; keys of others: %zu, the first is %s\n",
+                 extras.not_used.size(), extras.not_used.front().c_str());
   }
   settings.Restrict(&recording);
   std::filesystem::create_directories(command.out);
