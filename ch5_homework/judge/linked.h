@@ -31,5 +31,10 @@ inline void Link(Submission* s) {
 namespace block_solver {
 inline void Link(Submission* s) { s->make_block_solver = &MakeBlockSolver<PlainBlockSolver>; }
 }  // namespace block_solver
+namespace open_tasks {
+inline void Link(Submission* s) {
+  s->open_tasks = {&UpdateDamping, &LinearizeProjection, &IntegrateImu, &LinearizeRange};
+}
+}  // namespace open_tasks
 
 }  // namespace ch5::homework

@@ -13,6 +13,7 @@
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/marginalize/marginalization_error.h"
 #include "ch5_backend/marginalize/marginalization_info.h"
+#include "ch5_backend/open_tasks/open_tasks.h"
 #include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/window/vins_window.h"
 
@@ -91,6 +92,15 @@ struct VinsWindow {
   Failure (*detect_failure)(const Window& window, const Vec3& last_p);
 };
 
+/// The functions of stage 8.
+struct OpenTasks {
+  DampingUpdate (*update_damping)(double cost, double trial_cost, double predicted_decrease, double lambda, double nu);
+  ProjectionJacobians (*linearize_projection)(const Transform& T_W_B, const Transform& T_B_C, const Vec3& p_W);
+  ImuIncrement (*integrate_imu)(const ImuIncrement& before, const Vec3& acceleration, const Vec3& gyroscope, double dt,
+                                double sigma_a, double sigma_g);
+  RangeTerm (*linearize_range)(const Transform& T_W_B, const Vec3& antenna, const Vec3& beacon, double range);
+};
+
 struct Submission {
   std::unique_ptr<Problem> (*make_problem)(Graph* graph);                        // stages 1.1 and 1.2
   MarginalizeResult (*test_marginalize)(MatXX H, VecX b, int idx, int dim);      // stage 2
@@ -101,6 +111,7 @@ struct Submission {
   std::unique_ptr<VinsTerm> (*make_vins_term)();    // stage 6
   VinsWindow vins_window;
   std::unique_ptr<PlainBlockSolver> (*make_block_solver)(Graph* graph);  // stage 7
+  OpenTasks open_tasks;                                                  // stage 8
 };
 
 /// For make_problem and make_block_solver: `P` is what they return, or a class derived from it. Not make_unique, here and

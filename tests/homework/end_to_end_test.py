@@ -64,7 +64,7 @@ class EndToEnd(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertEqual(states(done), {"1.1": "does-not-compile", "1.2": "does-not-compile",
                                         "2": "does-not-compile", "3": "right", "4": "right", "5": "right",
-                                        "6": "right", "7": "right"})
+                                        "6": "right", "7": "right", "8": "right"})
         self.assertIn(f"problem.cc:{line}", hints(done)["1.1"])
 
     def test_a_crash_names_the_line_and_hides_no_other_stage(self):
@@ -77,7 +77,8 @@ class EndToEnd(unittest.TestCase):
         self.hand_in(problem=crashing, gauge_prior=with_main)
         done = course("check", "--json")
         self.assertEqual(states(done), {"1.1": "crashes", "1.2": "right", "2": "crashes", "3": "does-not-compile",
-                                        "4": "right", "5": "right", "6": "right", "7": "right"}, done.stdout)
+                                        "4": "right", "5": "right", "6": "right", "7": "right", "8": "right"},
+                         done.stdout)
         self.assertIn(f"reaches outside its matrix at problem.cc:{line}", hints(done)["1.1"])
         self.assertRegex(hints(done)["2"], r"stack is full at problem\.cc:\d+")
         self.assertIn("main of its own", hints(done)["3"])

@@ -17,7 +17,7 @@ from ch5_backend.course.base.language import PLACEHOLDER, sentence
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.homework import blanks, check, compiler, hint_policy, judge
 from ch5_backend.course.homework.diagnosis import Verdict, because, in_full, in_short, told
-from ch5_backend.course.homework.regions import FILES, ROOT, STAGES, regions, solution_text
+from ch5_backend.course.homework.regions import FILES, ROOT, STAGES, regions, solution_text, stage_of
 from tests.homework.chinese import CHINESE, SENTENCE, english_in
 
 ENGLISH = language.speaker("en")
@@ -144,7 +144,7 @@ class Told(unittest.TestCase):
                          "阶段 7：H，排成一列的 5 个位姿和 5 个点，固定其中一个：H_pp 的对角块：把 += 写成了 =。")
         with mock.patch.object(hint_policy, "remember", return_value=1):
             for threshold in (2, 3):
-                held = hint_policy.hold_back(STAGES[-1], verdict, threshold, b"")
+                held = hint_policy.hold_back(stage_of("7c"), verdict, threshold, b"")
                 words = in_short(held.diagnosis, CHINESE) + told(held.diagnosis, CHINESE)
                 self.assertEqual(english_in(words), "")
                 self.assertIn("./course hint 7 1", words)

@@ -126,7 +126,8 @@ namespace ch5::sample_{one.name} {{
                    {{&GaugeNullSpace, &GaugeProjection, &GaugeMotionJacobian, &TransformCovariance}},
                    &homework::MakeOkvisTerm<MarginalizationError>, &homework::MakeVinsTerm<MarginalizationInfo>,
                    {{&DropSetOfMarginOld, &DropSetOfMarginSecondNew, &SlideWindow, &DetectFailure}},
-                   &homework::MakeBlockSolver<PlainBlockSolver>}});
+                   &homework::MakeBlockSolver<PlainBlockSolver>,
+                   {{&UpdateDamping, &LinearizeProjection, &IntegrateImu, &LinearizeRange}}}});
 }}  // namespace ch5::sample_{one.name}""")
     return "\n".join(parts) + "\n"
 

@@ -1,7 +1,7 @@
 # The grader's judge and workers, tested.
 # Workers for tests: of the reference and of the skeleton, file by file; of all samples; of hostile submissions.
 foreach(name IN LISTS homework_names)
-  foreach(layer IN ITEMS dense dense_blocks marginalize consistency window simulate)
+  foreach(layer IN ITEMS dense dense_blocks marginalize consistency window simulate open_tasks)
     foreach(part IN LISTS objects_${layer})
       list(APPEND solution_${name} $<FILTER:${part},INCLUDE,/solutions/${name}[.]cc>)
     endforeach()

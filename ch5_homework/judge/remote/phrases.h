@@ -18,6 +18,7 @@
 #include "ch5_backend/marginalize/marginalization_info.h"
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/math/psd.h"
+#include "ch5_backend/open_tasks/open_tasks.h"
 #include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/types/vertices.h"

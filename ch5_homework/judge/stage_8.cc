@@ -1,0 +1,438 @@
+/// Stage 8, the open tasks, one after the other: the damping (8a), a camera (8b), an IMU (8c), a beacon (8d). Derivatives
+/// are compared with central differences.
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/scenes/scene.h"
+#include "ch5_homework/judge/submission.h"
+
+namespace ch5::homework {
+namespace {
+
+constexpr double kStep = 1e-5, kTolerance = 1e-7;  // of central differences
+
+std::function<MatXX()> Is(const MatXX& answer) {
+  return [answer] { return answer; };
+}
+
+Names Axes(const std::string& of) { return Words({of + ".x", of + ".y", of + ".z"}); }
+
+Transform RandomPose(Random* random) { return {ExpSO3(RandomMatrix(3, 1, random)), Vec3(RandomMatrix(3, 1, random))}; }
+
+// x ⊞ δ, the pose's increment [δp, δθ].
+Transform Moved(const Transform& T, const Vec6& delta) {
+  return {T.q * ExpSO3(delta.tail<3>()), T.p + delta.head<3>()};
+}
+
+// Column by column (f(δ) − f(−δ)) / 2‖δ‖.
+template <typename F>
+MatXX Differences(int size, F f) {
+  MatXX J;
+  for (int k = 0; k < size; ++k) {
+    const VecX delta = kStep * VecX::Unit(size, k);
+    const MatXX column = (f(delta) - f(-delta)) / (2.0 * kStep);
+    if (k == 0) J.resize(column.rows(), size);
+    J.col(k) = column;
+  }
+  return J;
+}
+
+// ---- 8a, the damping ------------------------------------------------------------------------------------------------
+
+struct Trial {
+  double cost, trial_cost, predicted, lambda, nu;
+};
+
+DampingUpdate Update(const Trial& t) {
+  return Chosen().open_tasks.update_damping(t.cost, t.trial_cost, t.predicted, t.lambda, t.nu);
+}
+
+void CheckDecision(const Trial& t, bool accepted, const Text& what) {
+  ASSERT_CLAIM({"8",
+                what,
+                MatXX::Constant(1, 1, accepted),
+                MatXX::Constant(1, 1, Update(t).accepted),
+                Words({"accepted"}),
+                {{"8a", accepted ? "8.lower_rejected" : "8.higher_accepted", Is(MatXX::Constant(1, 1, !accepted))}},
+                1e-10,
+                {},
+                "8a",
+                "next.accepted"});
+}
+
+void CheckDamping(const Trial& t, const MatXX& right, const std::vector<Mistake>& mistakes, const Text& what) {
+  const DampingUpdate got = Update(t);
+  ASSERT_CLAIM(
+      {"8", what, right, Vec2(got.lambda, got.nu), Words({"λ", "ν"}), mistakes, 1e-10, {}, "8a", "next.lambda"});
+}
+
+TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
+  for (const double gain : {1.5, 0.1, 0.5, 0.8, 0.9, 0.97}) {
+    const Trial t{10.0, 10.0 - 4.0 * gain, 4.0, 0.3, 8.0};
+    const Text what{"8.accepted_with_gain", {{"gain", Word(gain)}}};
+    CheckDecision(t, true, what);
+    if (HasFatalFailure()) return;
+    const double cube = 1.0 - std::pow(2.0 * gain - 1.0, 3), third = 1.0 / 3.0;
+    const double factor = std::max(third, std::min(2.0 * third, cube));
+    const auto is = [&](double by, double nu = 2.0) { return Is(Vec2(t.lambda * by, nu)); };
+    CheckDamping(
+        t, Vec2(t.lambda * factor, 2.0),
+        {{"8a", "8.nu_not_reset", is(factor, t.nu)},
+         {"8a", "8.nu_not_reset", is(factor, 2.0 * t.nu)},
+         {"8a", "8.cap_missing", is(std::max(third, cube))},
+         {"8a", "8.floor_missing", is(std::min(2.0 * third, cube))},
+         {"8a", "8.both_limits_missing", is(cube)},
+         {"8a", "8.third_always", is(third)},
+         {"8a", "8.lambda_kept", is(1.0)},
+         {"8a", "8.lambda_raised", is(t.nu, 2.0 * t.nu)},
+         {"8a", "8.square_for_cube", is(std::max(third, std::min(2.0 * third, 1.0 - std::pow(2.0 * gain - 1.0, 2))))},
+         {"8a", "8.gain_inverted", is(std::max(third, std::min(2.0 * third, 1.0 - std::pow(2.0 / gain - 1.0, 3))))}},
+        what);
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST(Stage8, ARejectedStepRaisesTheDamping) {
+  for (const double nu : {2.0, 4.0, 64.0}) {
+    const Trial t{10.0, 10.5, 4.0, 0.3, nu};
+    const Text what{"8.rejected_with_nu", {{"nu", Word(nu)}}};
+    CheckDecision(t, false, what);
+    if (HasFatalFailure()) return;
+    const auto is = [&](double by, double next_nu) { return Is(Vec2(t.lambda * by, next_nu)); };
+    CheckDamping(t, Vec2(t.lambda * nu, 2.0 * nu),
+                 {{"8a", "8.nu_not_doubled", is(nu, nu)},
+                  {"8a", "8.nu_doubled_first", is(2.0 * nu, 2.0 * nu)},
+                  {"8a", "8.lambda_not_raised", is(1.0, 2.0 * nu)},
+                  {"8a", "8.lambda_not_raised", is(1.0, nu)},
+                  {"8a", "8.lambda_divided", is(1.0 / nu, 2.0 * nu)},
+                  {"8a", "8.nu_reset_too_soon", is(nu, 2.0)}},
+                 what);
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST(Stage8, ATrialWithoutSenseIsRejected) {
+  const double infinity = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<std::pair<Trial, Text>> trials{{{10.0, infinity, 4.0, 0.3, 2.0}, "8.cost_infinite"},
+                                                   {{10.0, nan, 4.0, 0.3, 2.0}, "8.cost_nan"},
+                                                   {{10.0, 12.0, -4.0, 0.3, 2.0}, "8.model_uphill"}};
+  for (const auto& [t, what] : trials) {
+    CheckDecision(t, false, what);
+    if (HasFatalFailure()) return;
+    CheckDamping(t, Vec2(0.6, 4.0), {}, what);
+    if (HasFatalFailure()) return;
+  }
+}
+
+// ---- 8b, a camera ---------------------------------------------------------------------------------------------------
+
+struct View {
+  Transform T_W_B, T_B_C;
+  Vec3 p_W;
+
+  Vec3 InBody() const { return T_W_B.q.conjugate() * (p_W - T_W_B.p); }
+  Vec3 InCamera() const { return T_B_C.q.conjugate() * (InBody() - T_B_C.p); }
+  VecX Pixel() const { return InCamera().hnormalized(); }
+
+  MatXX OverPose() const {
+    return Differences(6, [&](const VecX& d) { return View{Moved(T_W_B, d), T_B_C, p_W}.Pixel(); });
+  }
+  MatXX OverPoint() const {
+    return Differences(3, [&](const VecX& d) { return View{T_W_B, T_B_C, p_W + d}.Pixel(); });
+  }
+};
+
+void CheckView(const View& view, const Text& what) {
+  const ProjectionJacobians J = Chosen().open_tasks.linearize_projection(view.T_W_B, view.T_B_C, view.p_W);
+  const Mat33 R = view.T_W_B.q.toRotationMatrix(), C = view.T_B_C.q.toRotationMatrix();
+  const Vec3 p_C = view.InCamera(), p_B = view.InBody();
+  const double z = p_C.z();
+  const auto of_camera = [&](double x, double y) { return (Mat23() << 1 / z, 0, x, 0, 1 / z, y).finished(); };
+  const Mat23 E = of_camera(-p_C.x() / z / z, -p_C.y() / z / z), to_body = E * C.transpose();
+  const MatXX pose = view.OverPose(), point = view.OverPoint();
+  const auto check = [&](const Text& part, const MatXX& right, const MatXX& got, const Names& columns,
+                         const std::vector<Mistake>& mistakes, const std::string& variable) {
+    ASSERT_CLAIM({"8",
+                  {"8.part_of", {{"part", part}, {"scene", what}}},
+                  right,
+                  got,
+                  Words({"r.x", "r.y"}),
+                  mistakes,
+                  kTolerance,
+                  columns,
+                  "8b",
+                  variable});
+  };
+  const auto with = [&](const Mat23& camera) { return Is(camera * C.transpose() * R.transpose()); };
+  check("8.over_point", point, J.point, Axes("δp_W"),
+        {{"8b", "8.depth_column_missing", with(of_camera(0, 0))},
+         {"8b", "8.depth_column_sign", with(of_camera(p_C.x() / z / z, p_C.y() / z / z))},
+         {"8b", "8.depth_column_not_squared", with(of_camera(-p_C.x() / z, -p_C.y() / z))},
+         {"8b", "8.not_divided_by_depth", with(z * E)},
+         {"8b", "8.camera_frame_alone", Is(E)},
+         {"8b", "8.extrinsic_rotation_missing", Is(E * R.transpose())},
+         {"8b", "8.body_rotation_missing", Is(to_body)},
+         {"8b", "8.rotations_not_transposed", Is(E * C * R)},
+         {"8b", "8.rotations_exchanged", Is(E * R.transpose() * C.transpose())}},
+        "J.point");
+  if (::testing::Test::HasFatalFailure()) return;
+  check("8.over_position", pose.leftCols(3), J.pose.leftCols<3>(), Axes("δp"),
+        {{"8b", "8.position_sign", Is(point)}, {"8b", "8.position_in_body", Is(-to_body)}}, "J.pose");
+  if (::testing::Test::HasFatalFailure()) return;
+  const Vec3 d = view.p_W - view.T_W_B.p;
+  check("8.over_rotation", pose.rightCols(3), J.pose.rightCols<3>(), Axes("δθ"),
+        {{"8b", "8.rotation_sign", Is(-to_body * Hat(p_B))},
+         {"8b", "8.left_perturbation", Is(point * Hat(d))},
+         {"8b", "8.point_in_world", Is(to_body * Hat(d))},
+         {"8b", "8.arm_of_camera", Is(E * Hat(p_C) * C.transpose())},
+         {"8b", "8.arm_of_camera", Is(to_body * Hat(p_C))},
+         {"8b", "8.extrinsic_rotation_missing_in_turn", Is(E * Hat(p_B))}},
+        "J.pose");
+}
+
+// At the origin, looking along z: ∂r/∂p = [¼ 0 −1/16; 0 ¼ −⅛] at (1, 2, 4).
+TEST(Stage8, TheProjectionOnPaper) {
+  const auto with = [](double x, double y) { return (Mat23() << 0.25, 0, x, 0, 0.25, y).finished(); };
+  ASSERT_CLAIM({"8",
+                "8.projection_on_paper",
+                with(-0.0625, -0.125),
+                Chosen().open_tasks.linearize_projection({}, {}, Vec3(1, 2, 4)).point,
+                Words({"r.x", "r.y"}),
+                {{"8b", "8.depth_column_missing", Is(with(0, 0))},
+                 {"8b", "8.depth_column_sign", Is(with(0.0625, 0.125))},
+                 {"8b", "8.depth_column_not_squared", Is(with(-0.25, -0.5))},
+                 {"8b", "8.not_divided_by_depth", Is(4.0 * with(-0.0625, -0.125))}},
+                1e-10,
+                Axes("δp_W"),
+                "8b",
+                "J.point"});
+}
+
+TEST(Stage8, TheProjectionIsDifferentiated) {
+  Random random(Seed(211));
+  for (int k = 0; k < 4; ++k) {
+    View view{RandomPose(&random), RandomPose(&random), {}};
+    const Vec3 p_C(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(2, 4));
+    view.p_W = view.T_W_B.q * (view.T_B_C.q * p_C + view.T_B_C.p) + view.T_W_B.p;
+    CheckView(view, {"8.random_view", {{"n", Word(k + 1)}}});
+    if (HasFatalFailure()) return;
+  }
+}
+
+// ---- 8c, an IMU -----------------------------------------------------------------------------------------------------
+
+using Mat99 = Eigen::Matrix<double, 9, 9>;
+
+struct Step {
+  ImuIncrement before;
+  Vec3 a, w;
+  double dt, sigma_a, sigma_g;
+
+  ImuIncrement Got() const { return Chosen().open_tasks.integrate_imu(before, a, w, dt, sigma_a, sigma_g); }
+  ImuIncrement After(const Vec3& da = Vec3::Zero(), const Vec3& dw = Vec3::Zero()) const {
+    const Vec3 in_first = before.q * (a + da);
+    ImuIncrement after;
+    after.p = before.p + dt * before.v + 0.5 * dt * dt * in_first;
+    after.q = before.q * ExpSO3(dt * (w + dw));
+    after.v = before.v + dt * in_first;
+    return after;
+  }
+  // [δp, δθ, δv] by which another outcome differs from the step's.
+  VecX Error(const ImuIncrement& other) const {
+    const ImuIncrement after = After();
+    return (Vec9() << other.p - after.p, LogSO3(after.q.conjugate() * other.q), other.v - after.v).finished();
+  }
+  MatXX OverState() const {
+    return Differences(9, [&](const VecX& d) {
+      Step moved = *this;
+      moved.before.p += d.head(3);
+      moved.before.q = before.q * ExpSO3(d.segment(3, 3));
+      moved.before.v += d.tail(3);
+      return Error(moved.After());
+    });
+  }
+  MatXX OverNoise() const {
+    return Differences(6, [&](const VecX& d) { return Error(After(d.head(3), d.tail(3))); });
+  }
+};
+
+Step RandomStep(bool uncertain, Random* random) {
+  Step step;
+  step.before.p = RandomMatrix(3, 1, random);
+  step.before.q = ExpSO3(RandomMatrix(3, 1, random));
+  step.before.v = RandomMatrix(3, 1, random);
+  if (uncertain) step.before.covariance = 0.01 * RandomPositiveDefinite(9, random);
+  step.a = 3.0 * RandomMatrix(3, 1, random);
+  step.w = 2.0 * RandomMatrix(3, 1, random);
+  step.dt = random->Uniform(0.2, 0.3);  // long, so that its second order shows
+  step.sigma_a = random->Uniform(0.1, 0.2);
+  step.sigma_g = random->Uniform(0.05, 0.1);
+  return step;
+}
+
+TEST(Stage8, AnImuStepMovesTheState) {
+  Random random(Seed(223));
+  const Step step = RandomStep(/*uncertain=*/false, &random);
+  const ImuIncrement right = step.After(), got = step.Got();
+  const ImuIncrement& was = step.before;
+  const auto stacked = [](const Vec3& p, const Vec3& v) { return MatXX((Vec6() << p, v).finished()); };
+  const Vec3 moved = was.p + step.dt * was.v, half = 0.5 * step.dt * step.dt * (was.q * step.a);
+  const Vec3 unturned = 0.5 * step.dt * step.dt * step.a, turned = 0.5 * step.dt * step.dt * (right.q * step.a);
+  const double rate = 2.0 / step.dt;  // ½ a dt² → a dt
+  ASSERT_CLAIM({"8",
+                "8.imu_position_velocity",
+                stacked(right.p, right.v),
+                stacked(got.p, got.v),
+                Words({"p.x", "p.y", "p.z", "v.x", "v.y", "v.z"}),
+                {{"8c", "8.imu_half_missing", Is(stacked(moved, right.v))},
+                 {"8c", "8.imu_half_not_halved", Is(stacked(moved + 2.0 * half, right.v))},
+                 {"8c", "8.imu_velocity_first", Is(stacked(was.p + step.dt * right.v, right.v))},
+                 {"8c", "8.imu_velocity_first", Is(stacked(was.p + step.dt * right.v + half, right.v))},
+                 {"8c", "8.imu_not_turned", Is(stacked(moved + unturned, was.v + rate * unturned))},
+                 {"8c", "8.imu_turned_by_new", Is(stacked(moved + turned, was.v + rate * turned))}},
+                1e-10,
+                {},
+                "8c",
+                "after.p"});
+  const auto is = [](const Qd& q) { return Is(q.toRotationMatrix()); };
+  const Qd turn = ExpSO3(step.dt * step.w);
+  ASSERT_CLAIM({"8",
+                "8.imu_rotation",
+                right.q.toRotationMatrix(),
+                got.q.toRotationMatrix(),
+                {},
+                {{"8c", "8.imu_rotation_kept", is(was.q)},
+                 {"8c", "8.imu_turned_on_the_left", is(turn * was.q)},
+                 {"8c", "8.imu_turned_back", is(was.q * turn.conjugate())},
+                 {"8c", "8.imu_rate_without_dt", is(was.q * ExpSO3(step.w))}},
+                1e-10,
+                {},
+                "8c",
+                "after.q"});
+}
+
+void CheckCovariance(const Step& step, const Text& what) {
+  const MatXX A = step.OverState(), B = step.OverNoise(), P = step.before.covariance;
+  const double var_a = step.sigma_a * step.sigma_a, var_g = step.sigma_g * step.sigma_g, dt = step.dt;
+  const auto noise = [&](const MatXX& J, double power) {
+    const VecX Q = (Vec6() << Vec3::Constant(var_a), Vec3::Constant(var_g)).finished() * std::pow(dt, power);
+    return MatXX(J * Q.asDiagonal() * J.transpose());
+  };
+  const auto sum = [&](const MatXX& F, const MatXX& J, double power = -1.0) {
+    return Is(F * P * F.transpose() + noise(J, power));
+  };
+  // The blocks that are most often wrong.
+  MatXX A_sign = A, A_no_turn = A, B_no_jacobian = B, A_no_arm = A;
+  for (const int row : {0, 6}) {
+    A_sign.block(row, 3, 3, 3) *= -1.0;
+    A_no_arm.block(row, 3, 3, 3).setZero();
+  }
+  A_no_turn.block(3, 3, 3, 3).setIdentity();
+  B_no_jacobian.block(3, 3, 3, 3) = dt * Mat33::Identity();
+  MatXX B_no_p = B;
+  B_no_p.block(0, 0, 3, 3).setZero();
+  const MatXX got = step.Got().covariance;
+  ASSERT_CLAIM(
+      {"8",
+       what,
+       A * P * A.transpose() + noise(B, -1.0),
+       got,
+       Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z", "δv.x", "δv.y", "δv.z"}),
+       {{"8c", "8.noise_missing", Is(A * P * A.transpose())},
+        {"8c", "8.density_not_divided", sum(A, B, 0.0)},
+        {"8c", "8.density_times_dt", sum(A, B, 1.0)},
+        {"8c", "8.density_for_variance",
+         Is(A * P * A.transpose() +
+            B * (Vec6() << Vec3::Constant(step.sigma_a), Vec3::Constant(step.sigma_g)).finished().asDiagonal() *
+                B.transpose() / dt)},
+        {"8c", "8.covariance_not_moved", sum(MatXX::Identity(9, 9), B)},
+        {"8c", "8.covariance_lost", Is(noise(B, -1.0))},
+        {"8c", "8.A_transposed", sum(A.transpose(), B)},
+        {"8c", "8.A_sign", sum(A_sign, B)},
+        {"8c", "8.A_without_acceleration", sum(A_no_arm, B)},
+        {"8c", "8.A_without_turn", sum(A_no_turn, B)},
+        {"8c", "8.B_without_jacobian", sum(A, B_no_jacobian)},
+        {"8c", "8.B_without_position", sum(A, B_no_p)}},
+       kTolerance,
+       {},
+       "8c",
+       "after.covariance"});
+}
+
+TEST(Stage8, AnImuStepAddsItsNoise) {
+  Random random(Seed(227));
+  CheckCovariance(RandomStep(/*uncertain=*/false, &random), "8.covariance_of_one_step");
+}
+
+TEST(Stage8, AnImuStepMovesTheCovariance) {
+  Random random(Seed(229));
+  for (int k = 0; k < 3; ++k) {
+    CheckCovariance(RandomStep(/*uncertain=*/true, &random), "8.covariance_carried_on");
+    if (HasFatalFailure()) return;
+  }
+}
+
+// ---- 8d, a beacon ---------------------------------------------------------------------------------------------------
+
+void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, double range, const Text& what) {
+  const RangeTerm got = Chosen().open_tasks.linearize_range(T, antenna, beacon, range);
+  const auto distance = [&](const Transform& at) { return (at.p + at.q * antenna - beacon).norm(); };
+  const auto is = [](double r) { return Is(MatXX::Constant(1, 1, r)); };
+  const double h = distance(T);
+  ASSERT_CLAIM({"8",
+                {"8.part_of", {{"part", "8.range_residual"}, {"scene", what}}},
+                MatXX::Constant(1, 1, h - range),
+                MatXX::Constant(1, 1, got.residual),
+                Words({"r"}),
+                {{"8d", "8.measurement_minus_prediction", is(range - h)},
+                 {"8d", "8.antenna_forgotten", is((T.p - beacon).norm() - range)},
+                 {"8d", "8.antenna_not_turned", is((T.p + antenna - beacon).norm() - range)},
+                 {"8d", "8.range_not_subtracted", is(h)},
+                 {"8d", "8.squares_compared", is(h * h - range * range)}},
+                1e-10,
+                {},
+                "8d",
+                "term.residual"});
+  const MatXX right = Differences(6, [&](const VecX& d) { return MatXX::Constant(1, 1, distance(Moved(T, d))); });
+  const Eigen::RowVector3d u = (T.p + T.q * antenna - beacon).normalized().transpose(), none = u * 0.0;
+  const Mat33 R = T.q.toRotationMatrix();
+  const auto row = [](const Eigen::RowVector3d& a, const Eigen::RowVector3d& b) {
+    return Is((Eigen::Matrix<double, 1, 6>() << a, b).finished());
+  };
+  ASSERT_CLAIM({"8",
+                {"8.part_of", {{"part", "8.range_jacobian"}, {"scene", what}}},
+                right,
+                got.J,
+                Words({"r"}),
+                {{"8d", "8.range_jacobian_sign", row(-u, u * R * Hat(antenna))},
+                 {"8d", "8.range_turn_sign", row(u, u * R * Hat(antenna))},
+                 {"8d", "8.range_turn_missing", row(u, none)},
+                 {"8d", "8.range_turn_on_the_left", row(u, -u * Hat(R * antenna))},
+                 {"8d", "8.range_not_turned", row(u, -u * Hat(antenna))},
+                 {"8d", "8.range_not_a_unit", row(h * u, -h * u * R * Hat(antenna))}},
+                kTolerance,
+                Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z"}),
+                "8d",
+                "term.J"});
+}
+
+// The antenna at (3, 4, 0), the beacon at the origin: the distance is 5, measured as 4.5.
+TEST(Stage8, TheRangeOnPaper) {
+  CheckRange({Qd::Identity(), Vec3(2, 4, 0)}, Vec3(1, 0, 0), Vec3::Zero(), 4.5, "8.range_on_paper");
+}
+
+TEST(Stage8, TheRangeIsDifferentiated) {
+  Random random(Seed(233));
+  for (int k = 0; k < 4; ++k) {
+    const Transform T = RandomPose(&random);
+    const Vec3 antenna = RandomMatrix(3, 1, &random), beacon = Vec3(4, 0, 0) + Vec3(RandomMatrix(3, 1, &random));
+    CheckRange(T, antenna, beacon, random.Uniform(1, 6), {"8.random_beacon", {{"n", Word(k + 1)}}});
+    if (HasFatalFailure()) return;
+  }
+}
+
+}  // namespace
+}  // namespace ch5::homework
