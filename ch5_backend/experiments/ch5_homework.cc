@@ -11,9 +11,8 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_homework EXPERIMENT --out DIR [--data PATH]\n"
-    "Runs one of hessian, marginal, weights, gauge, okvis, vins and blocks, and writes its tables into DIR. okvis and "
-    "vins\n"
-    "fly a recording's folder, blocks adjusts a BAL file; both are simulated where no PATH is given.\n"
+    "Runs one of hessian, marginal, weights, gauge, okvis, vins, blocks and beacons, and writes its tables into DIR.\n"
+    "okvis and vins fly a recording's folder, blocks adjusts a BAL file; both are simulated where no PATH is given.\n"
     "./course run --mine runs it with the solutions and with a student's files, and compares.\n";
 
 const ch5::HomeworkExperiment& Find(const std::string& name) {

@@ -133,8 +133,23 @@ def draw_blocks(mine, experiment):
     return fig
 
 
+def draw_beacons(mine, experiment):
+    fig, (left, right) = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
+    draw_convergence(left, mine, experiment)
+    own, solution = mine.both(experiment, "path")
+    right.plot(solution["true_x_m"], solution["true_y_m"], color=PALE, linewidth=6, label="truth")
+    for table, look in ((solution, SOLUTION), (own, OWN)):
+        if table is not None:
+            right.plot(table["x_m"], table["y_m"], **look)
+    if own is not None:
+        right.plot(own["guess_x_m"], own["guess_y_m"], ":", color=VERMILION, label="your IMU alone")
+    right.set(title="from above", xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-6, 6), ylim=(-6, 6))
+    right.legend(fontsize=11)
+    return fig
+
+
 DRAW = {"hessian": draw_matrices, "marginal": draw_matrices, "weights": draw_weights, "gauge": draw_gauge,
-        "okvis": draw_flight, "vins": draw_flight, "blocks": draw_blocks}
+        "okvis": draw_flight, "vins": draw_flight, "blocks": draw_blocks, "beacons": draw_beacons}
 
 
 # ---- Words ----------------------------------------------------------------------------------------------------------

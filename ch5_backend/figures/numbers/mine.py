@@ -9,7 +9,7 @@ import numpy as np
 from ..tables import TableError, read_table
 
 EXPERIMENTS = {"hessian": ("1.1", "1.2"), "marginal": ("2",), "weights": ("3",), "gauge": ("4",), "okvis": ("5",),
-               "vins": ("6",), "blocks": ("7",)}
+               "vins": ("6",), "blocks": ("7",), "beacons": ("8",)}
 FLIGHTS = ("okvis", "vins")
 SAME = 1e-6       # relative: other orders of summation stay far below
 SAME_PATH = 1e-3  # [m]
@@ -55,7 +55,8 @@ class Mine:
             found = self._flight(experiment)
         else:
             found = {"hessian": self._hessian, "marginal": self._matrices, "weights": self._weights,
-                     "gauge": self._deviations, "blocks": self._convergence}[experiment](experiment)
+                     "gauge": self._deviations, "blocks": self._convergence,
+                     "beacons": self._convergence}[experiment](experiment)
         failure = self.failures[experiment]
         return Finding("failed", {"message": failure}) if failure and found.same else found
 

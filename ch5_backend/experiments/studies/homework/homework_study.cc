@@ -5,6 +5,7 @@
 #include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
+#include "ch5_backend/experiments/studies/homework/beacons_study.h"
 #include "ch5_backend/experiments/studies/homework/graded_priors.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
@@ -210,8 +211,10 @@ void RunVins(const Path& csv, const std::string& data, const Show& progress) {
 
 const std::vector<HomeworkExperiment>& HomeworkExperiments() {
   static const std::vector<HomeworkExperiment> experiments = {
-      {"hessian", RunHessian}, {"marginal", RunMarginal}, {"weights", RunWeights}, {"gauge", RunGauge},
-      {"okvis", RunOkvis},     {"vins", RunVins},         {"blocks", RunBlocks}};
+      {"hessian", RunHessian}, {"marginal", RunMarginal},
+      {"weights", RunWeights}, {"gauge", RunGauge},
+      {"okvis", RunOkvis},     {"vins", RunVins},
+      {"blocks", RunBlocks},   {"beacons", [](const Path& csv, const std::string&, const Show&) { RunBeacons(csv); }}};
   return experiments;
 }
 

@@ -25,6 +25,7 @@ struct HomeworkExperiment {
 /// okvis     5         path.csv, summary.csv: a flight whose priors MarginalizationError makes
 /// vins      6         the same by MarginalizationInfo, in a window that SlideWindow moves
 /// blocks    7         convergence.csv of PlainBlockSolver; times.csv, beside Problem and the sparse solver
+/// beacons   8         convergence.csv, path.csv: an IMU's guess, corrected by points and three beacons
 const std::vector<HomeworkExperiment>& HomeworkExperiments();
 
 }  // namespace ch5
