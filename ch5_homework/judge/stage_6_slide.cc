@@ -43,12 +43,23 @@ void CheckFrames(const Window& before, const Window& after, size_t gone, const c
   FAIL() << Report(Diagnosis{"6", AfterSlide("6.the_frames", flag), Word(right), Word(got), cause, "6i"});
 }
 
-// The landmark's depth in the camera of a frame.
-double DepthSeenBy(const Window& window, const WindowLandmark& landmark, int frame) {
+Transform CameraOf(const Window& window, int frame) {
   const VertexPose& pose = *window.frames[static_cast<size_t>(window.IndexOf(frame))].pose;
   const Transform T_B_C = window.T_B_C();
-  const Vec3 p_B = pose.q().conjugate() * (LandmarkInWorld(window, landmark) - pose.p());
-  return (T_B_C.q.conjugate() * (p_B - T_B_C.p)).z();
+  return {pose.q() * T_B_C.q, pose.p() + pose.q() * T_B_C.p};
+}
+
+// Why a depth in the new host's camera is not `depth`: mistakes of 6k, or that it was not moved at all.
+std::pair<const char*, const char*> CauseOfDepth(const Transform& T_W_C, const Vec3& p_W, double depth, double got) {
+  const Vec3 d = p_W - T_W_C.p;
+  const std::pair<const char*, double> mistakes[] = {{"6.depth_turned_back", (T_W_C.q * d).z()},
+                                                     {"6.depth_is_distance", d.norm()},
+                                                     {"6.depth_from_origin", (T_W_C.q.conjugate() * p_W).z()},
+                                                     {"6.depth_is_inverse", 1.0 / depth}};
+  for (const auto& [cause, answer] : mistakes) {
+    if (std::abs(got - answer) < 1e-9 * std::abs(answer)) return {cause, "6k 6i"};
+  }
+  return {"6.depth_of_old_host", "6i"};
 }
 
 // Every landmark, by whom it is seen, and its depth.
@@ -78,11 +89,14 @@ void CheckLandmarks(const Window& before, const Window& after, size_t gone, cons
                                  "6i"});
     }
     if (got.empty() || !landmark.inverse_depth) continue;
-    const double depth = DepthSeenBy(before, landmark, found->second.Host());
+    const Transform T_W_C = CameraOf(before, found->second.Host());
+    const Vec3 p_W = LandmarkInWorld(before, landmark);
+    const double depth = (T_W_C.q.conjugate() * (p_W - T_W_C.p)).z();
     const double got_depth = 1.0 / found->second.inverse_depth->InverseDepth();
     if (std::abs(got_depth - depth) < 1e-9 * depth) continue;
+    const auto [cause, todo] = CauseOfDepth(T_W_C, p_W, depth, got_depth);
     FAIL() << Report(Diagnosis{"6", AfterSlide({"6.depth", {{"landmark", name}}}, flag), Word(Number(depth) + " m"),
-                               Word(Number(got_depth) + " m"), "6.depth_of_old_host", "6i"});
+                               Word(Number(got_depth) + " m"), cause, todo});
   }
 }
 

@@ -122,5 +122,5 @@ class Causes(unittest.TestCase):
 
     def test_a_stage_of_two_sections_names_the_right_one(self):
         stage = next(stage for stage in STAGES if stage["id"] == "6")
-        for todo, section in (("6a", "6A"), ("6j", "6B")):
+        for todo, section in (("6a", "6A"), ("6j", "6B"), ("6k", "6B")):
             self.assertEqual(hint_policy.section_of(stage, todo), section)

@@ -38,6 +38,9 @@ class ThrowLeft(unittest.TestCase):
         self.assertFalse(blanks.some_filled(stage, skeleton("problem.cc").encode()))
         one = fill(solution_text("problem.cc"), lambda region: region.solution if region.todo == "1.1a" else region.blank())
         self.assertTrue(blanks.some_filled(stage, one.encode()))
+        deep = skeleton("problem.cc", deep=True)
+        self.assertFalse(blanks.some_filled(stage, deep.encode()))
+        self.assertTrue(blanks.some_filled(stage, deep.replace('throw HomeworkMissing("1.1c', 'hessian = ("').encode()))
         half = Verdict("not-started", {**judge.not_started("1.1b", ""), "begun": True})
         self.assertEqual(check.state_of(half, speaker("en")), "half-done")
 

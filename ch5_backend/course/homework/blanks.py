@@ -23,8 +23,9 @@ def keeps_throw(path: Path, todo: str) -> bool:
 
 
 def some_filled(stage: dict, content: bytes) -> bool:
-    """Whether a blank of this stage has lost its throw."""
-    return any(f'throw HomeworkMissing("{todo} '.encode() not in content for todo in stage["todos"])
+    """Whether a blank of this stage has lost its throw; those of the second depth count where the file asks for them."""
+    asked = [todo for todo in stage.get("deep", []) if f"home work {todo}.".encode() in content]
+    return any(f'throw HomeworkMissing("{todo} '.encode() not in content for todo in stage["todos"] + asked)
 
 
 def still_empty(text: str, number: int):

@@ -56,9 +56,12 @@ def named(name: str, sections: dict) -> list:
 
 
 def find(name: str, sections: dict) -> str:
-    """The section of this name, or the one with a row on this TODO."""
+    """The section of this name, or the one with a row on this TODO; a TODO of the second depth is in its stage's last."""
     row = re.compile(rf"^\| {re.escape(name)} \|", re.MULTILINE)
     for section, text in sections.items():
         if name == section or row.search(text):
             return section
+    for stage in STAGES:
+        if name in stage.get("deep", []):
+            return sections_of(stage)[-1]
     raise CourseError(sentence("hint.unknown_stage" if name else "hint.needs_a_stage", name=name, stages=", ".join(sections)))
