@@ -109,6 +109,7 @@ ANSWERS = re.compile(r"""ch5::(
     |MarginalizationInfo::(PreMarginalize|ConstructA|SchurComplement|Factor|GetParameterBlocks)
     |DropSetOf\w+|SlideWindow|DetectFailure
     |PlainBlockSolver::(BuildStructure|BuildSystem|Solve)
+    |UpdateDamping|LinearizeProjection|IntegrateImu|LinearizeRange
     |FactorNormalEquations|EliminateVertices|Marginalize\w*|ReplacePrior
     |homework::(StackedNormalEquations|RandomSystem|Numeric\w+|FreeCovariance|FixedCovariance|Story|Right\w+))\(
     |(Sparse(Solver|Optimizer)|Estimator|OkvisPolicy|VinsPolicy|ImplicitS\w+)::)""", re.VERBOSE)
