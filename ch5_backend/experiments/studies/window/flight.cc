@@ -55,11 +55,15 @@ std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name) {
   return MakeVinsPolicy(options);
 }
 
+std::unique_ptr<Estimator> StartFlight(const Recording& recording, std::unique_ptr<WindowPolicy> policy) {
+  auto estimator = std::make_unique<Estimator>(Options(recording), std::move(policy));
+  StartFromTruth(recording, estimator.get());
+  return estimator;
+}
+
 void Fly(Recording recording, size_t images, std::unique_ptr<WindowPolicy> policy, const OdometryCallback& watch) {
   recording.frames.resize(images);
-  Estimator estimator(Options(recording), std::move(policy));
-  StartFromTruth(recording, &estimator);
-  FeedRecording(recording, &estimator, watch);
+  FeedRecording(recording, StartFlight(recording, std::move(policy)).get(), watch);
 }
 
 bool IsInPrior(const Window& window, const Frame& frame) {

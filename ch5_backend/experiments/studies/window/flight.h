@@ -19,8 +19,10 @@ Recording Flight(const FlightOptions& options);
 /// "vins" or "okvis". Both keep seven frames: VINS-Mono the newest, OKVIS three keyframes and four newest.
 std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name);
 
-/// The first `images` images, from the true first state on: roll, pitch, speed and biases are known, position and yaw are
-/// not.
+/// An estimator at the true first state: roll, pitch, speed and biases are known, position and yaw are not.
+std::unique_ptr<Estimator> StartFlight(const Recording& recording, std::unique_ptr<WindowPolicy> policy);
+
+/// The first `images` images from there on.
 void Fly(Recording recording, size_t images, std::unique_ptr<WindowPolicy> policy, const OdometryCallback& watch);
 
 /// Whether the window's prior has columns for the pose.
