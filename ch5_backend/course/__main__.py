@@ -45,7 +45,7 @@ DESCRIPTIONS = {
     "docs": "Makes the pages of the API with Doxygen, formulas set by MathJax: one folder that needs no network, with the "
             "index of formulas in front.",
     "lab": "Compiles the course's C++ to WebAssembly with emscripten and writes out/lab.html: one page, which works offline, "
-           "in which prior, noise, loss and damping are sliders.",
+           "in which prior, noise, loss and damping are sliders, with ten tasks.",
 }
 JSON_FIELDS = {
     "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "

@@ -14,7 +14,7 @@ from ch5_backend.course.base.progress import Progress
 
 LAB = ROOT / "ch5_backend" / "lab"
 WASM = BUILD.parent / "wasm"
-SCRIPTS = ("draw.js", "state.js", "panels.js", "main.js")
+SCRIPTS = ("draw.js", "formulas.js", "scene.js", "challenges.js", "state.js", "panels.js", "ask.js", "tasks.js", "main.js")
 MOST_BYTES = 3_000_000
 
 
@@ -59,6 +59,7 @@ def assemble(program: Path) -> str:
         return path.read_text(encoding="utf-8").replace("</script", "<\\/script")
 
     page = LAB / "page"
-    parts = {"lab.css": read(page / "lab.css"), "ch5_lab.js": read(program), "text.json": read(page / "text.json"),
+    parts = {"lab.css": read(page / "lab.css"), "ch5_lab.js": read(program), "worker.js": read(page / "worker.js"),
+             "text.json": read(page / "text.json"),
              "scripts": "\n".join(read(page / name) for name in SCRIPTS)}
     return re.sub(r"/\*([\w.]+)\*/(?=[;<])", lambda match: parts[match[1]], (page / "lab.html").read_text(encoding="utf-8"))

@@ -95,16 +95,20 @@ void MarginalizePanel(Query* query, Json* json) {
   std::vector<int> non_zeros = {NonZeros(system.H)};
   MatXX fill = MatXX::Zero(system.H.rows(), system.H.cols());
   std::vector<Json> dropped;
+  Json last;
   for (const int position : drop) {
     if (position >= static_cast<int>(system.variables.size()) || system.variables.size() == 1) break;
     const Variable variable = system.variables[static_cast<size_t>(position)];
     const MatXX old = system.H;
+    last = Json().Add("H", system.H).Add("b", system.b);
     const int row = Marginalize(static_cast<size_t>(position), &system);
+    last.Add("row", row);
     fill = ((Without(old, row, variable.rows).array() == 0.0) && (system.H.array() != 0.0)).cast<double>();
     dropped.push_back(Json().Add("kind", variable.kind).Add("number", variable.number));
     non_zeros.push_back(NonZeros(system.H));
   }
   json->Add("after", Shape(system)).Add("dropped", dropped).Add("non_zeros", non_zeros);
+  if (!dropped.empty()) json->Add("last", last);
   json->Add("fill", fill).Add("filled", static_cast<int>(fill.sum()));
   json->Add("delta_x_after", VecX(PseudoInversePsd(system.H) * system.b)).Add("spectrum", Eigenvalues(system.H));
 }

@@ -7,7 +7,11 @@ std::string Answer(const std::string& text) {
   Json json;
   constexpr void (*kPanels[])(Query*, Json*) = {SolvePanel, StepsPanel, MarginalizePanel, WindowPanel};
   kPanels[query.Word("panel", {"solve", "steps", "marginalize", "window"})](&query, &json);
-  return query.IsGood() ? json.Text() : Json().Add("error", query.Fault()).Text();
+  if (query.IsGood()) return json.Text();
+  const QueryFault& fault = *query.Fault();
+  Json error;
+  error.Add("error", fault.Sentence()).Add("setting", fault.setting).Add("value", fault.value);
+  return error.Add("kind", fault.kind).Add("limits", fault.limits).Text();
 }
 
 }  // namespace ch5::lab

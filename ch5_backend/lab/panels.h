@@ -14,7 +14,8 @@
 
 namespace ch5::lab {
 
-/// One of the panels below, as `panel` names it, as JSON; or {"error": "what is wrong with the query"}.
+/// One of the panels below, as `panel` names it, as JSON; or {"error": "what is wrong with the query", …}: its
+/// first fault, member by member.
 std::string Answer(const std::string& query);
 
 /// Each panel reads its settings from the query and adds its answer to `json`, unless the query has a fault.
@@ -25,7 +26,8 @@ void SolvePanel(Query* query, Json* json);
 void StepsPanel(Query* query, Json* json);
 /// Variables marginalized one after the other, and what each of them fills in.
 void MarginalizePanel(Query* query, Json* json);
-/// A simulated flight through the windows of VINS-Mono and OKVIS, image by image.
+/// A simulated flight through the windows of VINS-Mono and OKVIS, image by image. `until` flies so far only: the page shows
+/// a new flight while it grows.
 void WindowPanel(Query* query, Json* json);
 
 }  // namespace ch5::lab

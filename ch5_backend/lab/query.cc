@@ -1,5 +1,6 @@
 #include "ch5_backend/lab/query.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
@@ -21,23 +22,27 @@ double ToNumber(const std::string& word) {
   return !word.empty() && *end == '\0' ? value : std::nan("");
 }
 
+bool IsWhole(double value) { return value == std::floor(value); }
+
 template <typename T>
-std::string Range(const char* what, T low, T high) {
+std::string Range(T low, T high) {
   std::ostringstream words;
-  words << what << " from " << low << " to " << high;
+  words << low << " to " << high;
   return words.str();
 }
 
 }  // namespace
 
+std::string QueryFault::Sentence() const {
+  if (kind == "setting") return "'" + setting + "' is not a setting of this panel";
+  const std::string wanted = kind == "one of" ? kind : kind == "list" ? "a list of" : "a " + kind + " from";
+  return setting + " must be " + wanted + " " + limits + ", got '" + value + "'";
+}
+
 Query::Query(const std::string& text) {
   for (const std::string& part : Split(text, '&')) {
-    const size_t equals = part.find('=');
-    if (equals == std::string::npos) {
-      Refuse(part, "", "NAME=VALUE");
-    } else {
-      entries_[part.substr(0, equals)].value = part.substr(equals + 1);
-    }
+    const size_t equals = std::min(part.find('='), part.size());
+    entries_[part.substr(0, equals)].value = part.substr(std::min(equals + 1, part.size()));
   }
 }
 
@@ -48,8 +53,8 @@ const std::string* Query::Find(const std::string& name) {
   return &found->second.value;
 }
 
-void Query::Refuse(const std::string& name, const std::string& value, const std::string& wanted) {
-  if (fault_.empty()) fault_ = name + " must be " + wanted + ", got '" + value + "'";
+void Query::Refuse(const std::string& name, const std::string& kind, const std::string& limits) {
+  if (!fault_) fault_ = QueryFault{name, entries_[name].value, kind, limits};
 }
 
 double Query::Number(const std::string& name, double usual, double low, double high) {
@@ -57,7 +62,7 @@ double Query::Number(const std::string& name, double usual, double low, double h
   if (!text) return usual;
   const double value = ToNumber(*text);
   if (value >= low && value <= high) return value;
-  Refuse(name, *text, Range("a number", low, high));
+  Refuse(name, "number", Range(low, high));
   return usual;
 }
 
@@ -65,21 +70,21 @@ int Query::Whole(const std::string& name, int usual, int low, int high) {
   const std::string* text = Find(name);
   if (!text) return usual;
   const double value = ToNumber(*text);
-  if (value >= low && value <= high && value == std::floor(value)) return static_cast<int>(value);
-  Refuse(name, *text, Range("a whole number", low, high));
+  if (value >= low && value <= high && IsWhole(value)) return static_cast<int>(value);
+  Refuse(name, "whole number", Range(low, high));
   return usual;
 }
 
 int Query::Word(const std::string& name, std::initializer_list<const char*> words) {
   const std::string* text = Find(name);
   if (!text) return 0;
-  std::string wanted = "one of";
+  std::string wanted;
   int position = 0;
   for (const char* word : words) {
     if (*text == word) return position;
-    wanted += std::string(position++ ? ", " : " ") + word;
+    wanted += std::string(position++ ? ", " : "") + word;
   }
-  Refuse(name, *text, wanted);
+  Refuse(name, "one of", wanted);
   return 0;
 }
 
@@ -89,8 +94,8 @@ std::vector<int> Query::Numbers(const std::string& name, int low, int high) {
   if (!text) return numbers;
   for (const std::string& word : Split(*text, ',')) {
     const double value = ToNumber(word);
-    if (!(value >= low && value <= high && value == std::floor(value))) {
-      Refuse(name, *text, Range("whole numbers", low, high) + ", separated by commas");
+    if (!(value >= low && value <= high && IsWhole(value))) {
+      Refuse(name, "list", "whole numbers from " + Range(low, high) + ", separated by commas");
       return {};
     }
     numbers.push_back(static_cast<int>(value));
@@ -98,11 +103,33 @@ std::vector<int> Query::Numbers(const std::string& name, int low, int high) {
   return numbers;
 }
 
+std::vector<Query::Item> Query::Items(const std::string& name, size_t reals) {
+  std::vector<Item> items;
+  const std::string* text = Find(name);
+  if (!text) return items;
+  for (const std::string& words : Split(*text, ',')) {
+    const std::vector<std::string> parts = Split(words, ':');
+    const double number = parts.empty() ? -1.0 : ToNumber(parts[0]);
+    bool is_good = parts.size() == reals + 1 && number >= 0.0 && number <= 999.0 && IsWhole(number);
+    Item item{is_good ? static_cast<int>(number) : 0, {}};
+    for (size_t i = 1; i < parts.size(); ++i) {
+      item.reals.push_back(ToNumber(parts[i]));
+      is_good = is_good && std::abs(item.reals.back()) <= 20.0;
+    }
+    if (!is_good) {
+      Refuse(name, "list", reals == 2 ? "NUMBER:DX:DY" : "LANDMARK:FRAME");
+      return {};
+    }
+    items.push_back(item);
+  }
+  return items;
+}
+
 bool Query::IsGood() {
   for (const auto& [name, entry] : entries_) {
-    if (fault_.empty() && !entry.is_read) fault_ = "'" + name + "' is not a setting of this panel";
+    if (!entry.is_read) Refuse(name, "setting", "");
   }
-  return fault_.empty();
+  return !fault_;
 }
 
 }  // namespace ch5::lab

@@ -3,15 +3,31 @@
 
 #include <initializer_list>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace ch5::lab {
 
-/// Nothing here throws, since WebAssembly is compiled without catching: the first fault is kept as a sentence, and what
+/// A setting that cannot be used, for a page to put in its own language.
+struct QueryFault {
+  std::string setting, value;
+  std::string kind;    ///< what it must be: "number", "whole number", "one of", "list", or "setting" if it is none here
+  std::string limits;  ///< "0 to 5", or the words of "one of"
+
+  std::string Sentence() const;
+};
+
+/// Nothing here throws, since WebAssembly is compiled without catching: the first fault is kept, and what
 /// was read then is the default.
 class Query {
  public:
+  /// "4:0.5:-1" is {4, {0.5, −1}}.
+  struct Item {
+    int number = 0;
+    std::vector<double> reals;
+  };
+
   explicit Query(const std::string& text);
 
   /// The value of `name`, or `usual` where it is not given; a number outside of [low, high] is a fault.
@@ -21,10 +37,12 @@ class Query {
   int Word(const std::string& name, std::initializer_list<const char*> words);
   /// "3,0,7"; none by default.
   std::vector<int> Numbers(const std::string& name, int low, int high);
+  /// "2:0.5:-1,4:0:0.3": items of a whole number ≥ 0 and `reals` numbers from −20 to 20; none by default.
+  std::vector<Item> Items(const std::string& name, size_t reals);
 
   /// To be called when all has been read: a name that nobody asked for is a fault too. @return whether there is none
   bool IsGood();
-  const std::string& Fault() const { return fault_; }
+  const std::optional<QueryFault>& Fault() const { return fault_; }
 
  private:
   struct Entry {
@@ -33,10 +51,10 @@ class Query {
   };
 
   const std::string* Find(const std::string& name);
-  void Refuse(const std::string& name, const std::string& value, const std::string& wanted);
+  void Refuse(const std::string& name, const std::string& kind, const std::string& limits);
 
   std::map<std::string, Entry> entries_;
-  std::string fault_;
+  std::optional<QueryFault> fault_;
 };
 
 }  // namespace ch5::lab

@@ -1,6 +1,7 @@
 #include "ch5_backend/lab/scene.h"
 
 #include <algorithm>
+#include <map>
 
 #include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/evaluate/reconstruction.h"
@@ -10,6 +11,7 @@ namespace ch5::lab {
 namespace {
 
 constexpr double kRotationOfStart = 2.0 * M_PI / 180.0 / 0.1;  // a start beside the truth is so much turned [rad/m]
+constexpr double kNearest = 0.1;                               // depth of a start that was dragged [m]
 constexpr double kOutlier = 0.05;                              // in the normalized plane: 50 σ of the course's noise
 
 void ReadSolver(Query* query, SceneSettings* settings) {
@@ -20,6 +22,66 @@ void ReadSolver(Query* query, SceneSettings* settings) {
   settings->options.initial_radius = query->Number("radius", settings->options.initial_radius, 1e-6, 1e6);
   settings->options.max_iterations = query->Whole("iterations", settings->options.max_iterations, 0, 100);
   settings->solver = static_cast<Solver>(query->Word("solver", {"dense", "blocks", "sparse"}));
+}
+
+void ReadDrags(Query* query, SceneSettings* settings) {
+  settings->turns_in_place = query->Word("motion", {"arc", "turn"}) == 1;
+  Drags& drags = settings->drags;
+  drags.cameras = query->Items("cameras", 2);
+  drags.landmarks = query->Items("landmarks", 2);
+  drags.camera_starts = query->Items("camera_starts", 2);
+  drags.landmark_starts = query->Items("landmark_starts", 2);
+  settings->without = query->Items("without", 1);
+}
+
+Vec2 Project(const Transform& T_W_C, const Vec3& p_W) { return (T_W_C.q.conjugate() * (p_W - T_W_C.p)).hnormalized(); }
+
+Vec3 ShiftOf(const Query::Item& item) { return {item.reals[0], item.reals[1], 0.0}; }
+
+// Calls move(number, shift) for the items that the scene has.
+template <typename Move>
+void ForEach(const std::vector<Query::Item>& items, size_t count, Move move) {
+  for (const Query::Item& item : items) {
+    if (static_cast<size_t>(item.number) < count) move(static_cast<size_t>(item.number), ShiftOf(item));
+  }
+}
+
+// Cameras and landmarks move; each observation keeps its noise, each start its error.
+void MoveTruth(const SceneSettings& settings, MonoBaScene* scene) {
+  const MonoBaScene old = *scene;
+  if (settings.turns_in_place) {
+    for (Transform& T_W_C : scene->frames) T_W_C.p.setZero();
+  }
+  ForEach(settings.drags.cameras, scene->frames.size(),
+          [&](size_t i, const Vec3& shift) { scene->frames[i].p += shift; });
+  ForEach(settings.drags.landmarks, scene->points.size(),
+          [&](size_t k, const Vec3& shift) { scene->points[k] += shift; });
+  for (size_t i = 0; i < scene->frames.size(); ++i) {
+    scene->initial_frames[i].p += scene->frames[i].p - old.frames[i].p;
+    for (size_t k = 0; k < scene->points.size(); ++k) {
+      scene->pixels[i][k] += Project(scene->frames[i], scene->points[k]) - Project(old.frames[i], old.points[k]);
+    }
+  }
+}
+
+// A landmark's start is a depth on the ray of its host: it follows the part of the shift along the ray as it is seen in
+// the picture.
+void MoveStarts(const Drags& drags, MonoBaScene* scene) {
+  ForEach(drags.camera_starts, scene->frames.size(),
+          [&](size_t i, const Vec3& shift) { scene->initial_frames[i].p += shift; });
+  ForEach(drags.landmark_starts, scene->points.size(), [&](size_t k, const Vec3& shift) {
+    const Vec2 ray = (scene->initial_frames[0].q * scene->pixels[0][k].homogeneous()).head<2>();
+    const double depth = 1.0 / scene->initial_inverse_depths[k] + ray.dot(shift.head<2>()) / (ray.squaredNorm() + 1e-9);
+    scene->initial_inverse_depths[k] = 1.0 / std::max(depth, kNearest);
+  });
+}
+
+MonoBaScene MakeScene(const SceneSettings& settings) {
+  MonoBaScene scene = SimulateMonoBa(settings.scene);
+  MoveTruth(settings, &scene);
+  MoveStarts(settings.drags, &scene);
+  for (int k = 0; k < settings.outliers; ++k) scene.pixels.back()[static_cast<size_t>(k)].x() += kOutlier;
+  return scene;
 }
 
 std::shared_ptr<const LossFunction> MakeLoss(int loss, double delta) {
@@ -54,12 +116,12 @@ SceneSettings ReadScene(Query* query) {
   settings.outliers = query->Whole("outliers", 0, 0, settings.scene.points);
   settings.loss = query->Word("loss", {"none", "huber", "cauchy", "tukey"});
   settings.delta = query->Number("delta", 2.0, 0.01, 1e3);
+  ReadDrags(query, &settings);
   ReadSolver(query, &settings);
   return settings;
 }
 
-SceneGraph::SceneGraph(const SceneSettings& settings) : scene(SimulateMonoBa(settings.scene)) {
-  for (int k = 0; k < settings.outliers; ++k) scene.pixels.back()[static_cast<size_t>(k)].x() += kOutlier;
+SceneGraph::SceneGraph(const SceneSettings& settings) : scene(MakeScene(settings)) {
   BuildMonoBa(scene, settings.gauge, settings.pixel_information, settings.weight, &ba);
   // A residual's unit is 1/√W; the threshold is asked for in σ.
   const double sigma = std::max(settings.scene.pixel_sigma, 1e-4);
@@ -67,6 +129,27 @@ SceneGraph::SceneGraph(const SceneSettings& settings) : scene(SimulateMonoBa(set
   for (const auto& edge : ba.graph.Edges()) {
     if (edge->TypeInfo() == "EdgeReprojection") edge->SetLossFunction(loss);
   }
+  for (const Observation& one : ObservationsOf(*this)) {
+    const bool is_out = std::any_of(settings.without.begin(), settings.without.end(), [&](const Query::Item& item) {
+      return item.number == one.landmark && item.reals[0] == one.frame;
+    });
+    if (is_out) ba.graph.RemoveEdge(one.edge);
+  }
+}
+
+std::vector<Observation> ObservationsOf(const SceneGraph& graph) {
+  std::map<const Vertex*, int> numbers;
+  int number = 0;
+  for (const auto& pose : graph.ba.poses) numbers[pose.get()] = number++;
+  number = 0;
+  for (const auto& landmark : graph.ba.landmarks) numbers[landmark.get()] = number++;
+  std::vector<Observation> observations;
+  for (const auto& edge : graph.ba.graph.Edges()) {
+    if (edge->TypeInfo() != "EdgeReprojection") continue;
+    const auto& vertices = edge->Vertices();  // landmark, host, target
+    observations.push_back({numbers[vertices[0].get()], numbers[vertices[2].get()], edge});
+  }
+  return observations;
 }
 
 std::unique_ptr<NormalEquations> MakeSystem(const SceneSettings& settings, Graph* graph) {

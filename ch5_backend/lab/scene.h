@@ -14,8 +14,17 @@ namespace ch5::lab {
 
 enum class Solver { kDense, kBlocks, kSparse };
 
+/// What was dragged, as pairs of a number and a shift in the plane of the picture, which is x, y of the world [m].
+struct Drags {
+  std::vector<Query::Item> cameras, landmarks;              ///< the scene itself; what is observed moves along
+  std::vector<Query::Item> camera_starts, landmark_starts;  ///< only where the solver begins
+};
+
 struct SceneSettings {
   MonoBaOptions scene;
+  bool turns_in_place = false;  ///< all cameras stand at the origin: no parallax
+  Drags drags;
+  std::vector<Query::Item> without;  ///< landmark and frame of the observations that are left out
   Gauge gauge = Gauge::kPriorTwoFrames;
   double weight = 1.0;             ///< of the prior
   double pixel_information = 1.0;  ///< W = pixel_information·I₂
@@ -36,6 +45,15 @@ struct SceneGraph {
   MonoBaScene scene;
   MonoBa ba;
 };
+
+/// A landmark's observation in a frame after the first.
+struct Observation {
+  int landmark = 0, frame = 0;
+  std::shared_ptr<Edge> edge;
+};
+
+/// Those in the graph, in its order.
+std::vector<Observation> ObservationsOf(const SceneGraph& graph);
 
 std::unique_ptr<NormalEquations> MakeSystem(const SceneSettings& settings, Graph* graph);
 

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "ch5_backend/evaluate/reconstruction.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/lab/panels.h"
@@ -26,6 +28,24 @@ void AddCosts(const Graph& graph, Json* json) {
   json->Add("observation_cost", observations).Add("prior_cost", priors);
 }
 
+// √(rᵀWr) of each observation [√W times the plane's unit], frames × landmarks; NaN where there is none.
+MatXX Residuals(const SceneGraph& graph) {
+  const auto rows = static_cast<Eigen::Index>(graph.ba.poses.size());
+  MatXX norms = MatXX::Constant(rows, static_cast<Eigen::Index>(graph.ba.landmarks.size()), std::nan(""));
+  for (const Observation& one : ObservationsOf(graph)) norms(one.frame, one.landmark) = std::sqrt(one.edge->Chi2());
+  return norms;
+}
+
+// NullDimension scales H to a unit diagonal, rounding errors too: rows that have nothing else on it count here by themselves.
+int DirectionsWithoutInformation(const MatXX& H, double pixel_information) {
+  std::vector<int> seen;
+  for (int i = 0; i < H.rows(); ++i) {
+    if (H(i, i) > 1e-20 * pixel_information) seen.push_back(i);
+  }
+  const int unseen = static_cast<int>(H.rows()) - static_cast<int>(seen.size());
+  return unseen + (seen.empty() ? 0 : NullDimension(H(seen, seen)));
+}
+
 // H, S and their spectra at the present states. A singular H still has its pattern, and S up to the pivot that fails.
 void AddMatrices(const SceneSettings& settings, SceneGraph* graph, Json* json) {
   Problem problem(&graph->ba.graph);
@@ -37,7 +57,7 @@ void AddMatrices(const SceneSettings& settings, SceneGraph* graph, Json* json) {
   const MatXX& S = problem.SchurComplement();
   json->Add("variables", VariablesOf(*graph)).Add("pose_rows", problem.GetOrdering().dim_poses);
   json->Add("H", H).Add("S", S);
-  json->Add("spectrum_H", Eigenvalues(H)).Add("null_H", NullDimension(H));
+  json->Add("spectrum_H", Eigenvalues(H)).Add("null_H", DirectionsWithoutInformation(H, settings.pixel_information));
   if (S.size() > 0) json->Add("spectrum_S", Eigenvalues(S)).Add("null_S", NullDimension(S));
 }
 
@@ -66,6 +86,7 @@ void SolvePanel(Query* query, Json* json) {
   json->Add("converged", IsConverged(summary.termination)).Add("termination", ToString(summary.termination));
   json->Add("estimate", Estimate(graph));
   AddCosts(graph.ba.graph, json);
+  json->Add("residuals", Residuals(graph));
   AddErrors(graph, json);
   AddMatrices(settings, &graph, json);
 }

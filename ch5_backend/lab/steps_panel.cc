@@ -17,10 +17,18 @@ struct Trial {
   double predicted = 0.0;  // decrease
   double new_cost = 0.0;
   bool is_accepted = false;
-  Json linearized_at, moved_to;
+  Json linearized_at, moved_to, observation;
   MatXX H;
   VecX b;
 };
+
+// What an observation adds to H and b, in numbers: r and its Jacobians by the inverse depth and by the camera that sees it.
+Json Linearized(const Observation& one) {
+  Json json;
+  json.Add("landmark", one.landmark).Add("frame", one.frame).Add("r", VecX(one.edge->Residual()));
+  json.Add("W", one.edge->Information()(0, 0)).Add("J_landmark", MatXX(one.edge->Jacobian(0)));
+  return json.Add("J_pose", MatXX(one.edge->Jacobian(2)));
+}
 
 /// Stands between the algorithm and the dense solver, and writes down what passes: the loop is Minimize's own.
 class Watched : public NormalEquations {
@@ -47,6 +55,11 @@ class Watched : public NormalEquations {
     now_.H = problem_.Hessian();
     now_.b = problem_.RightHandSide();
     now_.linearized_at = Estimate(graph_);
+    const std::vector<Observation> observations = ObservationsOf(graph_);
+    if (!observations.empty()) {
+      observations.back().edge->Linearize();  // the solver has kept its Jacobians to itself
+      now_.observation = Linearized(observations.back());
+    }
     ++now_.iteration;
   }
   bool SolveLinearSystem(double lambda, VecX* delta_x) override {
@@ -130,6 +143,7 @@ void StepsPanel(Query* query, Json* json) {
   const Trial& trial = system.Trials()[static_cast<size_t>(std::min(wanted, last))];
   json->Add("trial", std::min(wanted, last)).Add("H", trial.H).Add("b", trial.b).Add("S", trial.S);
   json->Add("damping", Damping(system, trial)).Add("linearized_at", trial.linearized_at);
+  json->Add("observation", trial.observation);
   if (trial.is_solved) json->Add("delta_x", trial.delta_x).Add("moved_to", trial.moved_to);
 }
 

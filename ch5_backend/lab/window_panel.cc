@@ -1,6 +1,5 @@
-#include <array>
-#include <cmath>
-#include <optional>
+#include <algorithm>
+#include <memory>
 
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/window/flight.h"
@@ -11,18 +10,6 @@ namespace {
 
 constexpr int kImages = 30;
 constexpr const char* kPolicies[] = {"vins", "okvis"};
-
-/// One policy's flight: an answer for each image.
-struct Flown {
-  std::vector<Json> windows;
-  std::vector<Vec3> positions;  // estimated, of the newest frame
-};
-
-struct FlightRun {
-  FlightOptions options;
-  std::vector<Vec3> truth;  // at the images
-  std::array<Flown, 2> by_policy;
-};
 
 std::vector<Json> FramesOf(const Window& window) {
   std::vector<Json> frames;
@@ -60,38 +47,75 @@ void AddPrior(const Window& window, Json* json) {
   }
 }
 
-Flown FlyThrough(const Recording& recording, const char* policy) {
-  Flown flown;
-  Fly(recording, kImages, MakeFlightPolicy(policy), [&](const Estimator& estimator, const WindowRow& row) {
-    const Window& window = estimator.GetWindow();
+/// One policy's flight, as far as it has been asked for: an answer for each image.
+class Flown {
+ public:
+  Flown(const Recording& recording, const char* policy)
+      : recording_(&recording), estimator_(StartFlight(recording, MakeFlightPolicy(policy))) {}
+
+  std::vector<Json> windows;
+  std::vector<Vec3> positions;  // estimated, of the newest frame
+
+  // The images up to `image`, each with the readings that it needs: one beyond its time, as FeedRecording asks for.
+  void FlyUntil(size_t image) {
+    while (windows.size() <= image) {
+      const Image& frame = recording_->frames[windows.size()];
+      Recording part;
+      part.frames = {frame};
+      while (reading_ < recording_->imu.size() && (part.imu.empty() || part.imu.back().t < frame.t)) {
+        part.imu.push_back(recording_->imu[reading_++]);
+      }
+      FeedRecording(part, estimator_.get(), [&](const Estimator&, const WindowRow& row) { Note(row); });
+    }
+  }
+
+ private:
+  void Note(const WindowRow& row) {
+    const Window& window = estimator_->GetWindow();
     Json json;
     json.Add("frames", FramesOf(window)).Add("landmarks", row.report.landmarks);
     json.Add("cost", row.report.solve.final_cost);
     AddPrior(window, &json);
-    flown.windows.push_back(json);
-    if (row.report.state) flown.positions.push_back(row.report.state->T_W_B.p);
-  });
-  return flown;
+    windows.push_back(json);
+    if (row.report.state) positions.push_back(row.report.state->T_W_B.p);
+  }
+
+  const Recording* recording_;
+  std::unique_ptr<Estimator> estimator_;
+  size_t reading_ = 0;  // the next one
+};
+
+/// The flight of both policies.
+struct FlightRun {
+  explicit FlightRun(const FlightOptions& asked) : options(asked), recording(Flight(asked)) {
+    for (const char* policy : kPolicies) by_policy.emplace_back(recording, policy);
+    for (size_t i = 0; i < kImages; ++i) {
+      if (const auto state = StateAt(recording.truth, recording.frames[i].t)) truth.push_back(state->T_W_B.p);
+    }
+  }
+
+  FlightOptions options;
+  Recording recording;
+  std::vector<Vec3> truth;  // at the images
+  std::vector<Flown> by_policy;
+};
+
+bool IsSame(const FlightOptions& a, const FlightOptions& b) {
+  return a.camera_rate == b.camera_rate && a.max_tracks == b.max_tracks && a.pixel_sigma == b.pixel_sigma;
 }
 
-FlightRun RunFlight(const FlightOptions& options) {
-  const Recording recording = Flight(options);
-  FlightRun run{options, {}, {}};
-  for (size_t i = 0; i < kImages; ++i) {
-    if (const auto state = StateAt(recording.truth, recording.frames[i].t)) run.truth.push_back(state->T_W_B.p);
+// The last two flights are kept: a student goes through their images one by one, side by side, and the page lets them grow
+// bit by bit.
+FlightRun* FlightOf(const FlightOptions& options) {
+  static std::vector<std::unique_ptr<FlightRun>> kept;  // the latest one at the end
+  auto run = std::find_if(kept.begin(), kept.end(), [&](const auto& one) { return IsSame(one->options, options); });
+  if (run == kept.end()) {
+    if (kept.size() == 2) kept.erase(kept.begin());
+    kept.push_back(std::make_unique<FlightRun>(options));
+  } else {
+    std::rotate(run, run + 1, kept.end());
   }
-  for (size_t i = 0; i < 2; ++i) run.by_policy[i] = FlyThrough(recording, kPolicies[i]);
-  return run;
-}
-
-// The last flight is kept: a student goes through its images one by one.
-const FlightRun& FlightOf(const FlightOptions& options) {
-  static std::optional<FlightRun> last;
-  if (!last || last->options.camera_rate != options.camera_rate || last->options.max_tracks != options.max_tracks ||
-      last->options.pixel_sigma != options.pixel_sigma) {
-    last = RunFlight(options);
-  }
-  return *last;
+  return kept.back().get();
 }
 
 }  // namespace
@@ -101,17 +125,20 @@ void WindowPanel(Query* query, Json* json) {
   options.camera_rate = query->Number("rate", 15.0, 5.0, 20.0);
   options.max_tracks = query->Whole("tracks", 12, 6, 30);
   options.pixel_sigma = query->Number("pixels", 1.0, 0.0, 5.0);
-  const auto image = static_cast<size_t>(query->Whole("image", 12, 0, kImages - 1));
+  const auto until = static_cast<size_t>(query->Whole("until", kImages - 1, 0, kImages - 1));
+  const size_t image = std::min(until, static_cast<size_t>(query->Whole("image", 12, 0, kImages - 1)));
   if (!query->IsGood()) return;
 
-  const FlightRun& run = FlightOf(options);
-  json->Add("images", kImages).Add("image", static_cast<int>(image)).Add("truth", run.truth);
+  FlightRun* run = FlightOf(options);
+  json->Add("images", kImages).Add("image", static_cast<int>(image)).Add("truth", run->truth);
   for (size_t i = 0; i < 2; ++i) {
-    const Flown& flown = run.by_policy[i];
+    Flown& flown = run->by_policy[i];
+    flown.FlyUntil(until);
+    const auto end = flown.positions.begin() + std::min(flown.positions.size(), until + 1);
     Json policy = flown.windows[image];
-    policy.Add("positions", flown.positions);
-    if (image < flown.positions.size() && image < run.truth.size()) {
-      policy.Add("position_error", (flown.positions[image] - run.truth[image]).norm());
+    policy.Add("positions", std::vector<Vec3>(flown.positions.begin(), end));
+    if (image < flown.positions.size() && image < run->truth.size()) {
+      policy.Add("position_error", (flown.positions[image] - run->truth[image]).norm());
     }
     json->Add(kPolicies[i], policy);
   }

@@ -10,7 +10,8 @@ from selenium.webdriver.common.by import By
 
 from slides import browser
 
-KEYS = {"Enter": Keys.ENTER, "ArrowRight": Keys.ARROW_RIGHT, "ArrowLeft": Keys.ARROW_LEFT, "Tab": Keys.TAB}
+KEYS = {"Enter": Keys.ENTER, "ArrowRight": Keys.ARROW_RIGHT, "ArrowLeft": Keys.ARROW_LEFT, "ArrowUp": Keys.ARROW_UP,
+        "ArrowDown": Keys.ARROW_DOWN, "Tab": Keys.TAB, "Escape": Keys.ESCAPE}
 
 
 class PageError(Exception):
@@ -62,7 +63,7 @@ class Page:
         return done["result"].get("value")
 
     def press(self, key):
-        ActionChains(self.driver).send_keys(KEYS[key]).perform()
+        ActionChains(self.driver).send_keys(KEYS.get(key, key)).perform()
 
     def click(self, selector, across=0.5, down=0.5):
         """Clicks into an element, at a fraction of its width and height."""
@@ -71,6 +72,22 @@ class Page:
         size = node.size  # offsets count from the middle
         ActionChains(self.driver).move_to_element_with_offset(node, (across - 0.5) * size["width"],
                                                               (down - 0.5) * size["height"]).click().perform()
+
+    def point(self, selector, across, down):
+        """Moves the pointer over an element, to a fraction of its width and height."""
+        node = self.driver.find_element(By.CSS_SELECTOR, selector)
+        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", node)
+        size = node.size
+        ActionChains(self.driver).move_to_element_with_offset(node, (across - 0.5) * size["width"], (down - 0.5) * size["height"]).perform()
+
+    def drag(self, selector, right, down):
+        """Drags an element by pixels, in a few moves."""
+        node = self.driver.find_element(By.CSS_SELECTOR, selector)
+        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", node)
+        chain = ActionChains(self.driver).move_to_element(node).click_and_hold()
+        for _ in range(4):
+            chain = chain.move_by_offset(round(right / 4), round(down / 4))
+        chain.release().perform()
 
     def image(self, path):
         """The whole page as PNG."""

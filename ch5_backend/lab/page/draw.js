@@ -1,12 +1,16 @@
 "use strict";
 // Drawing: matrices on a canvas, curves and scenes as SVG. Numbers come in as C++ has given them.
 
-const SVG = "http://www.w3.org/2000/svg";
+const SPACES = {
+  "http://www.w3.org/2000/svg": ["svg", "g", "path", "circle", "line", "rect", "text", "title"],
+  "http://www.w3.org/1998/Math/MathML": ["math", "mrow", "mi", "mn", "mo", "msub", "msup", "msubsup", "mfrac", "mtable",
+    "mtr", "mtd"],
+};
+const SPACE = Object.fromEntries(Object.entries(SPACES).flatMap(([space, names]) => names.map(name => [name, space])));
 
 // element("p", {class: "soft"}, "words", child, …)
 function element(name, attributes = {}, ...children) {
-  const node = ["svg", "g", "path", "circle", "line", "rect", "text", "title"].includes(name)
-    ? document.createElementNS(SVG, name) : document.createElement(name);
+  const node = SPACE[name] ? document.createElementNS(SPACE[name], name) : document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) {
     if (typeof value === "function") node.addEventListener(key, value);
     else if (value !== undefined && value !== false) node.setAttribute(key, value === true ? "" : value);
@@ -15,8 +19,10 @@ function element(name, attributes = {}, ...children) {
   return node;
 }
 
-function figure(title, caption, ...content) {
-  return element("figure", {}, element("h2", {}, title), ...content, element("figcaption", {}, caption));
+// `key` names it for the tasks, which hide what would give the answer away.
+function figure(key, title, caption, ...content) {
+  return element("figure", {"data-key": key}, element("h2", {}, ...[title].flat()), ...content,
+    element("figcaption", {}, caption));
 }
 
 // Four digits, as a table shows them.
@@ -44,18 +50,21 @@ function writeNumbers(context, M, scale) {
   });
 }
 
-// Blue for positive entries, red for negative ones, stronger the larger; orange where `fill` says that a zero was filled.
-function matrix(M, {variables = [], fill = null, label, click = null, tell = null}) {
+// Blue for positive entries, red for negative ones, stronger the larger; yellow where `fill` says that a zero was filled.
+// `tell(row, column)` hears of the entry under the pointer or, by arrow keys, under the cursor, which goes from variable to
+// variable; `tell(-1)` that there is none; `act(row, column)` of a click or the Enter key.
+function matrix(M, {variables = [], fill = null, label, act = null, tell = () => {}}) {
   const scale = Math.max(1, Math.floor((M.rows <= 6 ? 840 : 480) / Math.max(M.rows, 1)));
-  const canvas = element("canvas", {width: scale * M.cols, height: scale * M.rows, role: "img", "aria-label": label});
+  const canvas = element("canvas", {width: scale * M.cols, height: scale * M.rows, role: "application", "aria-label": label,
+    tabindex: 0});
   const context = canvas.getContext("2d");
   const largest = M.values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
-  const [blue, red, orange, line] = ["--blue", "--red", "--fill", "--line"].map(color);
+  const [blue, red, yellow, line] = ["--blue", "--red", "--yellow", "--line"].map(color);
   M.values.forEach((value, i) => {
     if (!value) return;
-    const depth = 1 + Math.log10(Math.abs(value) / largest) / DECADES;
-    context.globalAlpha = (0.16 + 0.84 * Math.max(0, depth)) * (M.rows <= 6 ? 0.4 : 1);
-    context.fillStyle = fill && fill.values[i] ? orange : value > 0 ? blue : red;
+    const depth = 1 + Math.log10(Math.abs(value) / largest) / DECADES, isFilled = fill && fill.values[i];
+    context.globalAlpha = isFilled ? 1 : (0.16 + 0.84 * Math.max(0, depth)) * (M.rows <= 6 ? 0.4 : 1);
+    context.fillStyle = isFilled ? yellow : value > 0 ? blue : red;
     context.fillRect(scale * (i % M.cols), scale * Math.floor(i / M.cols), scale, scale);
   });
   context.globalAlpha = 1;
@@ -65,20 +74,38 @@ function matrix(M, {variables = [], fill = null, label, click = null, tell = nul
     context.fillRect(scale * one.row - 1, 0, 2, canvas.height);
     context.fillRect(0, scale * one.row - 1, canvas.width, 2);
   }
-  const cell = event => {
-    const box = canvas.getBoundingClientRect();
-    const at = (offset, size, count) => Math.min(count - 1, Math.max(0, Math.floor(offset / size * count)));
-    return [at(event.clientY - box.top, box.height, M.rows), at(event.clientX - box.left, box.width, M.cols)];
-  };
-  if (tell) canvas.addEventListener("pointermove", event => tell(...cell(event)));
-  if (click) {
-    canvas.classList.add("clicks");
-    canvas.addEventListener("click", event => {
-      const [row, column] = cell(event);
-      click(variableAt(variables, Math.max(row, column) === row ? row : column));
-    });
-  }
+  const blocks = variables.length ? variables : Array.from({length: M.rows}, (_, row) => ({row, rows: 1}));
+  explore(canvas, [M.rows, M.cols], [blocks, blocks], tell, act);
   return canvas;
+}
+
+// A grid of rows × columns, walked through by pointer and by arrow keys; the keys go by blocks: [of rows, of columns].
+function explore(node, [rows, columns], blocks, tell, act) {
+  const cell = event => {
+    const box = node.getBoundingClientRect();
+    const at = (offset, size, count) => Math.min(count - 1, Math.max(0, Math.floor(offset / size * count)));
+    return [at(event.clientY - box.top, box.height, rows), at(event.clientX - box.left, box.width, columns)];
+  };
+  const here = [0, 0];
+  const entry = () => here.map((block, axis) => blocks[axis][block].row);
+  const step = (axis, by) => {
+    here[axis] = Math.min(Math.max(here[axis] + by, 0), blocks[axis].length - 1);
+    tell(...entry());
+  };
+  const keys = {ArrowUp: [0, -1], ArrowDown: [0, 1], ArrowLeft: [1, -1], ArrowRight: [1, 1]};
+  node.addEventListener("pointermove", event => tell(...cell(event)));
+  node.addEventListener("pointerleave", () => tell(-1));
+  node.addEventListener("focus", () => { if (node.matches(":focus-visible")) tell(...entry()); });
+  node.addEventListener("blur", () => tell(-1));
+  node.addEventListener("keydown", event => {
+    if (keys[event.key]) step(...keys[event.key]);
+    else if (act && ["Enter", " "].includes(event.key)) act(...entry());
+    else return;
+    event.preventDefault();
+  });
+  if (!act) return;
+  node.classList.add("clicks");
+  node.addEventListener("click", event => act(...cell(event)));
 }
 
 const [WIDTH, HEIGHT, LEFT, BOTTOM] = [420, 260, 52, 34];
@@ -137,40 +164,6 @@ function bars(values, poseRows, label) {
     svg.append(element("rect", {x: LEFT + step * i, y: value > 0 ? middle - size : middle, width: Math.max(1, step * 0.8),
       height: size, fill: `var(${i < poseRows ? "--blue" : "--red"})`}));
   });
-  return svg;
-}
-
-// Camera frames and points from above. A layer: {name, color, frames: [{p, R}], points: [[x, y, z]], path, hollow}
-function scene(layers, label) {
-  const all = layers.flatMap(one => [...(one.frames || []).map(frame => frame.p), ...(one.points || [])])
-    .filter(p => p.every(Number.isFinite));
-  const range = axis => [Math.min(...all.map(p => p[axis])), Math.max(...all.map(p => p[axis]))];
-  const [[x0, x1], [y0, y1]] = [range(0), range(1)];
-  const size = Math.min((WIDTH - 40) / Math.max(x1 - x0, 1e-9), (HEIGHT - 56) / Math.max(y1 - y0, 1e-9));
-  const at = p => [WIDTH / 2 + size * (p[0] - (x0 + x1) / 2), (HEIGHT + 20) / 2 - size * (p[1] - (y0 + y1) / 2)];
-  const svg = element("svg", {viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": label});
-  let legend = 10;
-  for (const one of layers) {
-    const paint = one.hollow ? {fill: "none", stroke: `var(${one.color})`, "stroke-width": 1.3} : {fill: `var(${one.color})`};
-    const frames = (one.frames || []).filter(frame => frame.p.every(Number.isFinite));
-    (one.points || []).filter(p => p.every(Number.isFinite)).forEach(p => {
-      const [cx, cy] = at(p);
-      svg.append(element("circle", {cx, cy, r: one.hollow ? 4 : 2.4, ...paint}));
-    });
-    if (frames.length > 1) {
-      svg.append(element("path", {d: "M" + frames.map(frame => at(frame.p).join(" ")).join("L"), fill: "none",
-        stroke: `var(${one.color})`, "stroke-width": 1.5, "stroke-dasharray": one.hollow ? "4 3" : undefined}));
-    }
-    frames.forEach(frame => {  // a triangle whose tip is the camera's x axis
-      const [cx, cy] = at(frame.p);
-      if (!frame.R) return;
-      const [ux, uy] = [frame.R[0], -frame.R[3]];
-      const corner = (along, across) => `${cx + along * ux - across * uy} ${cy + along * uy + across * ux}`;
-      svg.append(element("path", {d: `M${corner(9, 0)}L${corner(-5, 5)}L${corner(-5, -5)}Z`, ...paint}));
-    });
-    svg.append(element("circle", {cx: legend, cy: 10, r: 4, ...paint}), element("text", {x: legend + 8, y: 14}, one.name));
-    legend += 22 + 13 * [...one.name].reduce((sum, letter) => sum + (letter > "\u2e80" ? 1 : 0.55), 0);
-  }
   return svg;
 }
 

@@ -1,14 +1,12 @@
 "use strict";
 // From a setting to C++ and back to pictures.
 
-let ask = null;  // query → answer, once WebAssembly is there
-let flown = "", wait = 0;
 const part = id => document.getElementById(id);
 
 function set(values) {
-  Object.assign(state.values, values);
+  state.values = {...state.values, ...values};
   writeAddress();
-  show();
+  return show();
 }
 
 // Another scene: what was marginalized or stopped at belongs to the one before.
@@ -21,28 +19,110 @@ function change(name, value) {
   }
 }
 
-// A new flight takes C++ a second: the page says so first, and of the settings that a slider goes through meanwhile only
-// the last ones are flown.
-function show() {
-  if (!ask) return;
-  clearTimeout(wait);
-  const {rate, tracks, pixels} = state.values, flight = state.panel === "window" ? `${rate} ${tracks} ${pixels}` : flown;
-  part("pictures").setAttribute("aria-busy", String(flight !== flown));
-  if (flight === flown) return draw();
-  part("status").textContent = text("flying");
-  return new Promise(done => { wait = setTimeout(() => { flown = flight; done(show()); }, 50); });
+// A flight is shown while it grows, two images at a time. C++ keeps two flights, and so does this account of them.
+const flights = new Map();  // its settings → the last image flown
+const flightOf = ({rate, tracks, pixels}) => `${rate} ${tracks} ${pixels}`;
+
+function* stages(panel, values, last = Number(values.image)) {
+  if (panel !== "window") return yield {};
+  for (let until = (flights.get(flightOf(values)) ?? -2) + 2; until < last; until += 2) yield {until: String(until)};
+  yield {until: String(Math.max(last, flights.get(flightOf(values)) ?? 0))};
 }
 
-function draw() {
-  const begin = performance.now();
-  const answer = JSON.parse(ask(query()));
-  const computed = performance.now();
-  part("message").textContent = answer.error || "";
-  if (answer.error) return part("pictures").replaceChildren();
+function note(panel, values, {until}) {
+  if (!until) return;
+  const reached = Math.max(Number(until), flights.get(flightOf(values)) ?? 0);
+  flights.delete(flightOf(values));
+  flights.set(flightOf(values), reached);
+  if (flights.size > 2) flights.delete(flights.keys().next().value);
+}
+
+let turn = 0, drawn = 0;
+
+// Asks for the present settings and draws the answers as they come: of settings that a slider goes through faster than
+// C++ answers, the last ones.
+async function show() {
+  const mine = ++turn, {panel, values, beside} = state, isWanted = () => mine === turn, begin = performance.now();
+  if (!solver) return;
+  const get = async (settings, stage) => {
+    const words = await ask(query(panel, {...settings, ...stage}), {isWanted, urgent: true});
+    if (words !== null) note(panel, settings, stage);
+    return words && JSON.parse(words);
+  };
+  let other = null;
+  for (const stage of beside ? stages(panel, beside) : []) other = await get(beside, stage);
+  if (beside && !other) return;
+  for (const stage of stages(panel, values)) {
+    part("pictures").setAttribute("aria-busy", String(Boolean(stage.until) && Number(stage.until) < Number(values.image)));
+    const answer = await get(values, stage);
+    if (!answer || mine < drawn || panel !== state.panel) return;
+    const fault = answer.error ? [values, answer] : other && other.error ? [beside, other] : null;
+    if (fault) return drop(...fault);
+    drawn = mine;
+    draw(answer, values, other, beside, begin);
+    if (!isWanted()) return;
+    if (!(Number(stage.until) < Number(values.image))) judge(answer, values);
+  }
+  if (panel !== "window" || flights.get(flightOf(values)) === 29) return;
+  for (const stage of stages(panel, values, 29)) if (!await get(values, stage)) return;  // ready for the next move
+}
+
+// A setting that C++ refuses is named, and its first value used.
+function drop(values, {setting, value, kind, limits}) {
+  ignore(setting, value, kind, limits);
+  const first = firstValues(state.panel);
+  const {[setting]: _, ...rest} = values;
+  const kept = setting in first ? {...rest, [setting]: first[setting]} : setting in values ? rest : first;
+  state[values === state.beside ? "beside" : "values"] = kept;
+  writeAddress();
+  return build();
+}
+
+function tellIgnored() {
+  part("message").replaceChildren(...state.ignored.map(({setting, value, kind, limits}) => element("span", {},
+    say(kind === "setting" ? "ignored.setting" : "ignored", {setting, value,
+      wanted: kind === "setting" ? "" : say(`wanted.${kind}`, {limits: limits.replace(" to ", " – ")})}), " ")));
+}
+
+function draw(answer, values, other, beside, begin) {
   const focused = document.activeElement && document.activeElement.id;
-  part("pictures").replaceChildren(...DRAW[state.panel](answer, set).filter(Boolean));
-  if (focused && part(focused)) part(focused).focus();
-  part("status").textContent = say("time", {all: (performance.now() - begin).toFixed(0), own: (computed - begin).toFixed(0)});
+  const veiled = isVeiled(), task = taskNow();
+  const place = (box, a, settings, setter) => {
+    const drawings = DRAW[state.panel](a, settings, setter).filter(Boolean);
+    box.replaceChildren(...drawings.filter(one => !veiled || task.keep.includes(one.dataset.key)));
+  };
+  place(part("pictures"), answer, values, set);
+  part("beside").hidden = !other;
+  part("stage").classList.toggle("two", Boolean(other));
+  part("beside").replaceChildren();
+  if (other) {
+    place(part("beside"), other, beside, () => {});
+    freeze(part("beside"));
+    part("beside").prepend(element("h2", {class: "wide"}, `${text("beside")}: ${differences(beside, values)}`));
+    part("pictures").prepend(element("h2", {class: "wide"}, `${text("now")}: ${differences(values, beside)}`));
+  }
+  if (veiled) part("pictures").append(element("p", {class: "wide soft", id: "veil"}, text("task.veiled")));
+  part("controls").inert = veiled;
+  if (focused && part(focused)) part(focused).focus({preventScroll: true});
+  part("status").textContent = part("pictures").ariaBusy === "true" ? text("flying")
+    : say("time", {all: (performance.now() - begin).toFixed(0)});
+}
+
+// What is only to be looked at keeps its place, but no name that another bears.
+function freeze(box) {
+  for (const node of box.querySelectorAll("[id]")) node.removeAttribute("id");
+  for (const node of box.querySelectorAll(".row")) node.style.visibility = "hidden";
+  for (const node of box.querySelectorAll("canvas, .handle")) {
+    node.removeAttribute("tabindex");
+    node.setAttribute("role", "img");
+  }
+}
+
+// In what the first settings differ from the second.
+function differences(values, others) {
+  const names = Object.keys(values).filter(one => values[one] !== others[one]);
+  return names.map(one => `${TEXT[one] ? text(one) : one} ${TEXT[`${one}.${values[one]}`] ? text(`${one}.${values[one]}`)
+    : values[one] || "–"}`).join(text("comma")) || text("same");
 }
 
 function build() {
@@ -55,20 +135,49 @@ function build() {
   part("panels").replaceChildren(...Object.keys(CONTROLS).map(one => element("button", {type: "button", role: "tab",
     id: `tab-${one}`, "aria-selected": String(one === state.panel), "aria-controls": "panel",
     tabindex: one === state.panel ? 0 : -1, click: () => open(one)}, text(`panel.${one}`))));
-  const known = CONTROLS[state.panel];
-  const shown = (known || []).filter(one => one.kind !== "hidden" && !(state.values.system === "chain" && SCENE.includes(one)));
-  part("pictures").dataset.panel = state.panel;
+  const shown = CONTROLS[state.panel].filter(one => one.kind !== "hidden"
+    && !(state.values.system === "chain" && SCENE.includes(one)));
+  part("pictures").dataset.panel = part("beside").dataset.panel = state.panel;
   part("panel").setAttribute("aria-labelledby", `tab-${state.panel}`);
-  part("words").textContent = known ? text(`words.${state.panel}`) : "";
+  part("words").textContent = text(`words.${state.panel}`);
   part("controls").replaceChildren(...shown.map(one => control(one, change)));
-  part("pictures").replaceChildren();
-  show();
+  part("compare").setAttribute("aria-pressed", String(Boolean(state.beside)));
+  part("help-words").replaceChildren(...text("help.words").split("\n").map(one => element("li", {}, one)));
+  tellIgnored();
+  drawTasks();
+  return show();
 }
 
 function open(panel) {
   location.hash = `panel=${panel}`;
   part(`tab-${panel}`).focus();
 }
+
+function reset() {
+  const task = taskNow();
+  Object.assign(state, {values: {...firstValues(state.panel), ...(task ? task.start : {})}, beside: null, ignored: []});
+  writeAddress();
+  build();
+}
+
+function compare() {
+  state.beside = state.beside ? null : state.values;
+  writeAddress();
+  build();
+}
+
+const help = () => part("help").open ? part("help").close() : part("help").showModal();
+const tasks = () => openTask(state.task ? "" : CHALLENGES.find(one => !kept.solved.includes(one.id))?.id ?? CHALLENGES[0].id);
+
+// One key each, as the help says; not while a dialog or a modifier asks for it.
+const KEYS = {r: reset, c: compare, t: tasks, "?": help, ...Object.fromEntries(Object.keys(CONTROLS).map((panel, i) =>
+  [String(i + 1), () => open(panel)]))};
+addEventListener("keydown", event => {
+  if (!KEYS[event.key] || event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === "SELECT") return;
+  if (part("help").open && event.key !== "?") return;
+  event.preventDefault();
+  KEYS[event.key]();
+});
 
 part("panels").addEventListener("keydown", event => {
   const by = {ArrowRight: 1, ArrowLeft: -1}[event.key], all = Object.keys(CONTROLS);
@@ -80,9 +189,12 @@ part("panels").addEventListener("keydown", event => {
 part("language").addEventListener("click", event => {
   if (!event.target.dataset.language) return;
   state.language = event.target.dataset.language;
-  if (CONTROLS[state.panel]) writeAddress();
+  writeAddress();
   build();
 });
+for (const [id, act] of Object.entries({reset, compare, "show-help": help, "close-help": help})) {
+  part(id).addEventListener("click", act);
+}
 part("controls").addEventListener("submit", event => event.preventDefault());
 addEventListener("hashchange", () => { readAddress(); build(); });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
@@ -90,7 +202,4 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
 readAddress();
 build();
 part("status").textContent = text("loading");
-const ready = CourseLab().then(lab => {
-  ask = words => lab.ccall("LabAnswer", "string", ["string"], [words]);
-  return show();
-}).catch(error => { part("message").textContent = String(error); });
+const ready = startSolver().then(show).catch(error => { part("message").textContent = String(error); });

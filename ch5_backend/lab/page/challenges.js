@@ -1,0 +1,89 @@
+"use strict";
+// The tasks. Each is checked by what C++ has answered; `ask(values)` asks it for other settings of the same panel.
+//   start    the settings at which it begins
+//   keep     figures that may be seen before the prediction
+//   options  predictions; a word names a text, a number is itself
+//   right    which of them is right
+//   solved   whether the picture's answer `a` at `values` does what is asked for
+
+const decades = (from, to) => Array.from({length: to - from + 1}, (_, i) => `1e${from + i}`.replace(/^1e0$/, "1"));
+const largest = numbers => numbers.indexOf(Math.max(...numbers));
+const rejected = a => a.trials.filter(trial => trial.solved && !trial.accepted).length;
+const each = (items, f) => Promise.all(items.map(f));
+
+// So many of the last frame's observations stay, of six landmarks.
+const keepObservations = count => ({without: Array.from({length: 6 - count}, (_, k) => `${k}:2`).join(",")});
+const seenBy = (a, frame) => a.residuals.values.slice(frame * a.residuals.cols, (frame + 1) * a.residuals.cols)
+  .filter(value => value !== null).length;
+
+const CHALLENGES = [
+  {
+    id: "weight", panel: "solve", start: {start: "0.1", information: "noise", damping: "diagonal"}, keep: [],
+    options: ["0", "1e1", "1e5", "1e10"],
+    right: async ask => largest(await each(["0", "1e1", "1e5", "1e10"], async weight => (await ask({weight})).iterations)),
+    solved: async (a, values, ask) =>
+      a.iterations >= Math.max(...await each(decades(-3, 10), async weight => (await ask({weight})).iterations)),
+  },
+  {
+    id: "gauge", panel: "solve", start: {}, keep: ["scene", "observations"], options: ["0", "3", "6", "7"],
+    right: async ask => [0, 3, 6, 7].indexOf((await ask({gauge: "free"})).null_H),
+    solved: async (a, values, ask) => values.motion === "arc" && a.null_H === (await ask({gauge: "free"})).null_H,
+  },
+  {
+    id: "rotation", panel: "solve", start: {gauge: "fixed", frames: "2"}, keep: ["scene", "observations", "H"],
+    options: ["0", "1", "7", "20"],
+    right: async ask => [0, 1, 7, 20].indexOf((await ask({motion: "turn"})).null_H),
+    solved: a => a.null_H >= a.truth.points.length,
+  },
+  {
+    id: "baseline", panel: "solve", start: {gauge: "fixed", frames: "2"}, keep: ["scene"], options: ["nearer", "farther"],
+    right: async ask => largest(await each(["1:1.9:-4.6", "1:-1.9:3.6"], async cameras => (await ask({cameras})).rmse_point)),
+    solved: async (a, values, ask) => a.rmse_point >= 4 * (await ask({})).rmse_point && values.noise === "0.001",
+  },
+  {
+    id: "fewest", panel: "solve", start: {gauge: "fixed", points: "6"}, keep: ["scene", "observations"],
+    options: ["1", "2", "3", "6"],
+    right: async ask => (await each([1, 2, 3, 6], async count => (await ask(keepObservations(count))).null_H)).indexOf(0),
+    solved: async (a, values, ask) => {
+      const needed = [1, 2, 3, 6][await CHALLENGES.find(one => one.id === "fewest").right(ask)];
+      return values.frames === "3" && a.null_H === 0 && seenBy(a, 2) === needed;
+    },
+  },
+  {
+    id: "liar", panel: "solve", start: {outliers: "1", information: "noise"}, keep: ["scene"], options: ["yes", "no"],
+    right: async ask => {
+      const {values, cols, rows} = (await ask({})).residuals;
+      return largest(values) === (rows - 1) * cols ? 0 : 1;  // the last frame's of landmark 0
+    },
+    solved: async (a, values, ask) => values.outliers === "1" && values.without.split(",").length === 1
+      && a.observation_cost < 0.2 * (await ask({})).observation_cost,
+  },
+  {
+    id: "reject", panel: "steps", start: {start: "0.8", stop: "judge"}, keep: [], options: ["1e-12", "1e-5", "1"],
+    right: async ask => largest(await each(["1e-12", "1e-5", "1"], async tau => rejected(await ask({tau})))),
+    solved: (a, values) => values.algorithm === "lm" && rejected(a) > 0,
+  },
+  {
+    id: "fill", panel: "marginalize", start: {}, keep: ["H.before"], options: ["landmark.0", "pose.0", "pose.2"],
+    right: async ask => largest(await each(["3", "0", "2"], async drop => (await ask({drop})).filled)),
+    solved: async (a, values, ask) => a.dropped.length === 1
+      && a.filled === Math.max(...await each(a.before.variables, async (_, at) => (await ask({drop: String(at)})).filled)),
+  },
+  {
+    id: "order", panel: "marginalize", start: {system: "chain"}, keep: ["H.before"], options: ["end", "middle"],
+    right: async ask => (await each(["0", "1"], async drop => (await ask({drop})).filled)).indexOf(0),
+    solved: async (a, {drop, system}, ask) => system === "chain" && a.dropped.length === 2
+      && (await ask({drop: drop.split(",")[0]})).filled === 0,
+  },
+  {
+    id: "yaw", panel: "window", start: {image: "8"}, keep: ["frames.of"], options: ["vins", "okvis"],
+    right: async ask => {
+      const {vins, okvis} = await ask({image: "29"});
+      return largest([vins.yaw_information, okvis.yaw_information]);
+    },
+    solved: async (a, values, ask) => {
+      const usual = await ask({image: "29"}), claims = one => Math.sign(one.vins.yaw_information - one.okvis.yaw_information);
+      return a.image === 29 && claims(a) === -claims(usual);
+    },
+  },
+];

@@ -1,0 +1,139 @@
+"""The lab's tasks are played: predicted, tried and solved, by mouse and by key."""
+
+import re
+import unittest
+
+from tests.lab.lab_test import LabCase, ROOT
+
+SOLVED = "document.getElementById('verdict').className === 'good'"
+IDS = re.findall(r'^    id: "(\w+)"', (ROOT / "ch5_backend/lab/page/challenges.js").read_text(encoding="utf-8"), re.MULTILINE)
+
+
+class Tasks(LabCase):
+    def is_solved(self):
+        self.rest()
+        self.page.evaluate("new Promise(done => setTimeout(done, 30))")
+        self.rest()
+        return self.page.evaluate(SOLVED)
+
+    def begin(self, task):
+        """Opens a task, predicts, and returns (what was predicted, what C++ said)."""
+        self.open(lang="en")
+        self.page.click(f"#task-{task}")
+        self.rest()
+        kept = self.page.evaluate(f"CHALLENGES.find(one => one.id === '{task}').keep")
+        shown = self.page.evaluate("[...document.querySelectorAll('#pictures > [data-key]')].map(one => one.dataset.key)")
+        self.assertLessEqual(set(shown), set(kept), "more is shown than may be before the prediction")
+        self.assertTrue(self.page.evaluate("document.getElementById('controls').inert"))
+        self.page.click("#option-0")
+        self.wait("document.getElementById('predicted').textContent")
+        self.assertFalse(self.is_solved(), "a task is solved before anything was done")
+        self.assertFalse(self.page.evaluate("document.getElementById('controls').inert"))
+        return self.text("predicted")
+
+    def test_there_are_ten(self):
+        self.assertEqual(len(set(IDS)), 10)
+        self.assertEqual({name[5:] for name in dir(self) if name.startswith("play_")}, set(IDS))
+
+    # What solves each task: the right prediction by C++'s numbers, as worked out below, and the moves.
+
+    def play_weight(self):
+        for place in range(-30, 101, 10):
+            self.slide("weight", place)
+            if self.is_solved():
+                return
+
+    def play_gauge(self):
+        self.slide("gauge", "'free'")
+
+    def play_rotation(self):
+        self.slide("motion", "'turn'")
+
+    def play_baseline(self):
+        self.page.evaluate("document.getElementById('handle-pose-1').focus()")
+        for key, times in (("ArrowRight", 8), ("ArrowDown", 20)):
+            for _ in range(times):
+                self.page.press(key)
+                self.rest()
+
+    def play_fewest(self):
+        for landmark in (0, 2, 4):
+            self.page.click("#observations", across=(landmark + 0.5) / 6, down=0.75)
+            self.rest()
+
+    def play_liar(self):
+        self.page.evaluate("document.getElementById('observations').focus()")
+        for key in ("ArrowDown", "Enter"):
+            self.page.press(key)
+        self.rest()
+
+    def play_reject(self):
+        self.slide("tau", -120)
+
+    def play_fill(self):
+        for variable in (0, 1, 2):
+            self.page.click(f"#drop-{variable}")
+            if self.is_solved():
+                return
+            self.page.click("#undo")
+            self.rest()
+
+    def play_order(self):
+        for _ in range(2):
+            self.page.click("#drop-0")
+            self.rest()
+
+    def play_yaw(self):
+        self.slide("image", 29)
+        self.slide("rate", 5)
+
+    def test_each_is_predicted_and_solved(self):
+        # The options that the numbers bear out. `weight`: the peak of the gauge's paper; `gauge`: 7; `rotation`: a depth for each
+        # of 20 landmarks; `fewest`: 6 unknowns by 2 equations each; `order`: an end has one neighbor.
+        right = {"gauge": "7", "rotation": "20", "fewest": "3", "order": "an end", "baseline": "nearer to the first camera"}
+        for task in IDS:
+            with self.subTest(task):
+                said = self.begin(task)
+                print(f"\n{task}: first option: {said}")
+                if task in right:
+                    first = self.text("option-0")
+                    self.assertEqual(said, "Well predicted." if first == right[task] else f"C++ says: {right[task]}.")
+                getattr(self, f"play_{task}")()
+                self.assertTrue(self.is_solved(), self.state())
+                self.assertIn("✓", self.text(f"task-{task}"))
+                print(f"  solved at {self.state()}")
+
+    def test_what_was_solved_is_kept_and_can_be_begun_again(self):
+        self.begin("gauge")
+        self.play_gauge()
+        self.assertTrue(self.is_solved())
+        self.open("panel=solve&task=gauge", lang="zh")
+        self.assertIn("✓", self.text("task-gauge"))
+        self.page.click("#task-again")
+        self.rest()
+        self.assertNotIn("✓", self.text("task-gauge"))
+        self.assertTrue(self.page.evaluate("document.getElementById('controls').inert"))
+
+    def test_keys_alone_solve_a_task(self):
+        self.open(lang="en")
+        self.page.evaluate("document.body.focus()")
+        self.page.press("t")
+        self.rest()
+        self.assertEqual(self.page.evaluate("document.activeElement.id"), "task")
+        self.page.press("Tab")
+        self.page.press("Enter")
+        self.wait("document.getElementById('predicted').textContent")
+        self.assertEqual(self.page.evaluate("state.task"), IDS[0])
+        for _ in range(40):
+            if self.page.evaluate("document.activeElement.id") == "set-weight":
+                break
+            self.page.press("Tab")
+        for _ in range(130):
+            if self.is_solved():
+                return
+            self.page.press("ArrowRight")
+        self.fail("no weight solved the task")
+
+
+if __name__ == "__main__":
+    unittest.main()
