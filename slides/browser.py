@@ -73,6 +73,13 @@ def pdf(page, target):
     headless("--no-pdf-header-footer", f"--print-to-pdf={target}", page.resolve().as_uri())
     if not target.exists():
         raise BuildError(f"Chromium did not print {target}", code=1)
+    target.write_bytes(relative_links(target.read_bytes(), page.resolve().parent.parent.as_uri()))
+
+
+def relative_links(printed, base):
+    """The same PDF, of the same length, with ../NAME where Chromium has put this machine's BASE/NAME."""
+    return re.sub(rb"\(" + re.escape(base.encode()) + rb"/([^)]*)\)", lambda link: (b"(../" + link[1] + b")").ljust(len(link[0])),
+                  printed)
 
 
 def images(source, folder):

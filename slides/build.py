@@ -115,6 +115,10 @@ def digest(text):
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
+def digest_of_file(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
 def inline(html, figures, lang):
     """Puts every figure into the page itself."""
     for name, svg in figures.items():
@@ -176,6 +180,8 @@ def build(chosen, arguments):
         if arguments.images:
             browser.images(page.with_suffix(".pdf"), WORK / "pages")
         record[deck.name] = {**deck.record(), "html": digest(page.read_text(encoding="utf-8"))}
+        if not arguments.html:
+            record[deck.name]["pdf"] = digest_of_file(page.with_suffix(".pdf"))
     write(out / "made_of.json", json.dumps(record, indent=1, sort_keys=True, ensure_ascii=False) + "\n")
 
 
@@ -187,14 +193,18 @@ def read_record(out):
 def check(chosen, arguments):
     """What of the built decks is out of date, a line each; the exit code."""
     record, stale = read_record(arguments.out), []
-    for deck in chosen:
-        page, old = arguments.out / f"{deck.stem}.html", record.get(deck.stem)
-        if not old or not page.exists():
-            stale.append(f"{deck.stem}: not built yet")
-            continue
-        new = Prepared(deck, arguments.csv).record()
+    built = [deck for deck in chosen if deck.stem in record and (arguments.out / f"{deck.stem}.html").exists()]
+    stale += [f"{deck.stem}: not built yet" for deck in chosen if deck not in built]
+    with ProcessPoolExecutor() as pool:
+        prepared = dict(zip(built, pool.map(Prepared, built, [arguments.csv] * len(built))))
+    for deck in built:
+        page, old = arguments.out / f"{deck.stem}.html", record[deck.stem]
+        new = prepared[deck].record()
         if old["html"] != digest(page.read_text(encoding="utf-8")):
             stale.append(f"{deck.stem}: {page} is not as it was built")
+        pdf = page.with_suffix(".pdf")
+        if pdf.exists() and old.get("pdf") != digest_of_file(pdf):
+            stale.append(f"{deck.stem}: {pdf} was not built with it")
         if old["words"] != new["words"]:
             stale.append(f"{deck.stem}: {deck} has changed")
         for kind in ("numbers", "figures"):

@@ -46,6 +46,8 @@ DESCRIPTIONS = {
             "index of formulas in front.",
     "lab": "Compiles the course's C++ to WebAssembly with emscripten and writes out/lab.html: one page, which works offline, "
            "in which prior, noise, loss and damping are sliders, with ten tasks.",
+    "site": "Puts the decks, the homework's pages, the report, the API and the lab into out/site, in both languages, for any "
+            "static host; makes first what is missing or out of date. Speaker notes stay in out/slides.",
 }
 JSON_FIELDS = {
     "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
@@ -61,7 +63,8 @@ JSON_FIELDS = {
     "status": "stages, a list of {id, state, hint}",
 }
 SPEAKING = ("run", "fly", "check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
-PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out"}
+PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out",
+         "site": "where the folder site is made, default: out"}
 
 
 def whole_number(option: str, low: int, high: int):
@@ -248,9 +251,8 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         from .documents.slides import slides
         return slides(arguments, extra)
     if command in PAGES:
-        from .documents import docs
-        from ch5_backend.lab import build as lab
-        return {"docs": docs.docs, "lab": lab.lab}[command](arguments.out)
+        from .documents import docs, lab, site
+        return {"docs": docs.docs, "lab": lab.lab, "site": site.site}[command](arguments.out)
     if command == "hint":
         from .homework.hint import show
         return show(arguments.stage, arguments.number, arguments.language)

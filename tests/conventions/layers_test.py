@@ -52,10 +52,11 @@ MAY_IMPORT = {
     "ch5_backend/course/homework": "ch5_backend/course/base",
     "ch5_backend/course/experiments": "ch5_backend/course/base ch5_backend/course/homework ch5_backend/figures",
     "ch5_backend/course/grading": "ch5_backend/course/homework ch5_backend/course/base ch5_backend/figures",
-    "ch5_backend/course/documents": "ch5_backend/course/experiments ch5_backend/course/base slides",
+    "ch5_backend/course/documents": "ch5_backend/course/experiments ch5_backend/course/base ch5_backend/figures ch5_backend/lab "
+                                    "slides",
     "ch5_backend/lab": "ch5_backend/course/base ch5_backend/figures",
     "ch5_backend/course": "ch5_backend/course/base ch5_backend/course/homework ch5_backend/course/experiments "
-                          "ch5_backend/course/grading ch5_backend/course/documents ch5_backend/lab",
+                          "ch5_backend/course/grading ch5_backend/course/documents",
     "slides": "ch5_backend/figures",
 }
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "README.zh.md", "course", "ch5_backend",

@@ -8,12 +8,15 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from contextlib import redirect_stderr
+from io import StringIO
 from pathlib import Path
 
 from tests.conventions.project import ROOT
 
 os.environ.setdefault("CH5_BUILD_DIR", os.environ.get("CH5_BUILD", ""))  # before it is read
 from ch5_backend.course.base.build import BUILD
+from ch5_backend.course.base import prebuilt
 from ch5_backend.course.grading import student
 from ch5_backend.course.homework.regions import FILES, STAGES, regions, solution_text
 
@@ -61,7 +64,7 @@ class Archive(InAFolder):
     @classmethod
     def setUpClass(cls):
         cls.compiled = student.compiled_solutions()
-        cls.files = student.student_files(student.tracked_files(), cls.compiled)
+        cls.files = student.student_files(student.tracked_files(), cls.compiled, {})
 
     def test_no_line_of_a_solution_is_in_it(self):
         secrets = secret_lines()
@@ -97,7 +100,7 @@ class Archive(InAFolder):
     def test_what_it_cannot_do_it_says(self):
         folder = self.folder()
         put({"course": self.files["course"]}, folder)
-        for command in ("grade", "pack", "slides", "docs"):
+        for command in ("grade", "pack", "slides", "docs", "site"):
             done = subprocess.run(["sh", folder / "course", command], capture_output=True, text=True, check=False)
             self.assertEqual((done.returncode, f"students' archive, without '{command}'" in done.stderr), (2, True), command)
 
@@ -112,12 +115,50 @@ class Archive(InAFolder):
                 self.assertEqual((folder / "theirs" / name).read_text(), (folder / "ours" / name).read_text(), (name, words))
 
 
+class BuiltPages(InAFolder):
+    def lab(self) -> Path:
+        """A folder with a page, and the record of what it was made of."""
+        out = self.folder()
+        (out / "lab.html").write_text("<p>the lab</p>")
+        prebuilt.record_lab(out, prebuilt.lab_sources())
+        return out
+
+    def said(self, out: Path) -> tuple:
+        words = StringIO()
+        with redirect_stderr(words):
+            files = student.built_pages(out)
+        return set(files), words.getvalue()
+
+    def test_a_page_that_its_sources_would_give_is_packed(self):
+        names, words = self.said(self.lab())
+        self.assertEqual(names, {"lab.html", prebuilt.RECORD})
+        self.assertNotIn("lab.html is left out", words)
+        self.assertIn("1-back-end.en.pdf is left out: not built yet; ./course slides makes it", words)
+
+    def test_a_page_is_left_out_with_words_once_a_source_or_the_page_has_changed(self):
+        for change, why in ((lambda record: {**record, "ch5_backend/graph/loss.cc": "0"}, "ch5_backend/graph/loss.cc has changed"),
+                            (lambda record: {**record, "ch5_backend/gone.cc": "0"}, "ch5_backend/gone.cc has changed"),
+                            (lambda record: {**record, "lab.html": "0"}, "it is not as it was built")):
+            out = self.lab()
+            path = out / prebuilt.RECORD
+            path.write_text(json.dumps(change(json.loads(path.read_text()))))
+            names, words = self.said(out)
+            self.assertEqual(names, set())
+            self.assertIn(f"lab.html is left out: {why}", words)
+
+    def test_a_handout_leads_to_the_page_of_the_deck_as_pdf(self):
+        text = "[a](../../slides/1-back-end.en.md#conventions-written-once) [b](../../slides/2-solvers.en.md)"
+        files = {"slides/1-back-end.en.pdf": b""}
+        self.assertEqual(student.without_dead_links("ch5_homework/handout/stage_1.1.md", text, files),
+                         "[a](../../slides/1-back-end.en.pdf#page=4) b")
+
+
 @unittest.skipIf(WHY_NOT, WHY_NOT)
 class Bytes(InAFolder):
     def test_another_clone_gives_the_same_ones(self):
         one, other = self.folder(), self.folder()
-        student.pack_student(one / "a.tar.gz")
-        student.pack_student(one / "b.tar.gz")
+        student.pack_student(one / "a.tar.gz", one / "out")
+        student.pack_student(one / "b.tar.gz", one / "out")
         self.assertEqual((one / "a.tar.gz").read_bytes(), (one / "b.tar.gz").read_bytes())
         put(student.tracked_files(), other)
         build = other / "elsewhere"
@@ -143,7 +184,7 @@ class Unpacked(InAFolder):
 
     def test_its_commands_work(self):
         folder = self.folder()
-        student.pack_student(folder / "a.tar.gz")
+        student.pack_student(folder / "a.tar.gz", folder / "out")
         subprocess.run(["tar", "xzf", folder / "a.tar.gz", "-C", folder], check=True)
         self.place = folder / student.TOP
         self.assertEqual(self.states(), {"not-started"})

@@ -54,12 +54,21 @@ def build(out):
         if done.returncode:
             raise BuildError(f"Doxygen warns:\n{done.stderr.strip()}", code=1)
         pages = Path(folder) / "api"
+        for page in pages.glob("*.html"):
+            drop_dead_links(page)
         (pages / "mathjax").mkdir()
         shutil.copy(mathjax, pages / "mathjax" / "MathJax.js")  # version 3 where Doxygen looks for version 2: see the Doxyfile
         if out.exists():
             shutil.rmtree(out)
         pages.rename(out)
     print(out / "index.html")
+
+
+def drop_dead_links(page):
+    """Doxygen 1.9 links to a list of nested classes where all of them are hidden."""
+    text = page.read_text(encoding="utf-8")
+    if '<a name="nested-classes">' not in text:
+        page.write_text(re.sub(r'<a href="#nested-classes">\w+</a>(?: &#124;)?\s*', "", text), encoding="utf-8")
 
 
 def undocumented():

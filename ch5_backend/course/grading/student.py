@@ -7,11 +7,14 @@ import platform
 import posixpath
 import re
 import subprocess
+import sys
 import tarfile
 from pathlib import Path
 
 from ch5_backend.figures.atomic_write import atomic_write
 
+from ..base import prebuilt
+from ..base.anchors import page_of
 from ..base.build import BUILD, ROOT, build_or_fail
 from ..base.errors import CourseError
 from .outputs import short_hash
@@ -41,9 +44,9 @@ DEFINED = re.compile(r"^(_Z(?!T)[\w$]+)[\w$.]*:$|^\t\.weak\t(_Z(?!T)[\w$]+)$|,(_
 GLOBAL = re.compile(r"^\t\.globl\t(\S+)$", re.MULTILINE)
 
 
-def pack_student(path: Path) -> None:
-    """Writes the archive; the same files and compiler give the same bytes. Raises CourseError."""
-    files = student_files(tracked_files(), compiled_solutions())
+def pack_student(path: Path, out: Path = ROOT / "out") -> None:
+    """Writes the archive, with the pages built in OUT; the same files and compiler give the same bytes. Raises CourseError."""
+    files = student_files(tracked_files(), compiled_solutions(), built_pages(out))
     with atomic_write(path) as partial, open(partial, "wb") as file:
         with gzip.GzipFile("", "wb", 9, file, mtime=0) as zipped, tarfile.open(fileobj=zipped, mode="w") as archive:
             for name in sorted(files):
@@ -67,9 +70,30 @@ def compiled_solutions() -> dict:
     return {name: (BUILD / "solutions" / f"{name}.s").read_text(encoding="utf-8") for name in FILES}
 
 
-def student_files(files: dict, compiled: dict) -> dict:
-    """{name: bytes} of the archive, from the project's files and the solutions' assembly."""
+def built_pages(out: Path) -> dict:
+    """{name: bytes} of the lab and the decks as PDF, as far as they are what their sources would give; says what is left out."""
+    files = {}
+    if why_not := prebuilt.why_not_lab(out):
+        say(f"{out / 'lab.html'} is left out: {why_not}; ./course lab makes it")
+    else:
+        files = {name: (out / name).read_bytes() for name in ("lab.html", prebuilt.RECORD)}
+    stale = prebuilt.stale_decks(out)
+    for deck in sorted(path.stem for path in (ROOT / "slides").glob("[0-9]-*.md")):
+        if deck in stale:
+            say(f"{out / 'slides' / deck}.pdf is left out: {stale[deck]}; ./course slides makes it")
+        else:
+            files[f"slides/{deck}.pdf"] = (out / "slides" / f"{deck}.pdf").read_bytes()
+    return files
+
+
+def say(words: str) -> None:
+    print(f"course: {words}", file=sys.stderr)
+
+
+def student_files(files: dict, compiled: dict, built: dict) -> dict:
+    """{name: bytes} of the archive, from the project's files, the solutions' assembly and the built pages."""
     given = {name: content for name, content in files.items() if not name.startswith(LEFT_OUT) or name.startswith(KEPT)}
+    given |= built
     made_for = f"# {platform.system()} {platform.machine()}\n"
     for name in FILES:
         given[f"ch5_homework/{name}"] = skeleton(name).encode()  # whatever somebody has filled in
@@ -91,7 +115,12 @@ def without_formulas(assembly: str) -> str:
 
 
 def without_dead_links(name: str, text: str, files: dict) -> str:
-    """A link to what the archive has not becomes its words."""
+    """A link to a deck leads to that page of its PDF; one to what the archive has not becomes its words."""
     def keep(match):
+        deck = re.fullmatch(r"(.*slides/\d-[\w.-]+)\.md", match[2])
+        pdf = deck and posixpath.normpath(posixpath.join(posixpath.dirname(name), deck[1] + ".pdf"))
+        if pdf in files:
+            page = page_of((ROOT / pdf).with_suffix(".md").read_text(encoding="utf-8"), (match[3] or "")[1:])
+            return f"[{match[1]}]({deck[1]}.pdf#page={page})"
         return match[0] if posixpath.normpath(posixpath.join(posixpath.dirname(name), match[2])) in files else match[1]
     return LINK.sub(keep, text)
