@@ -1,10 +1,13 @@
 """The command line of ./course: what each sub-command takes, and the exit code that it returns."""
 
 import argparse
+import difflib
+import json
 import os
 import re
 import signal
 import sys
+from pathlib import Path
 
 from .base import jsonout, language, processes
 from .base.errors import CourseError
@@ -83,6 +86,16 @@ def shard_option(text: str) -> tuple:
     if not 1 <= share[0] <= share[1]:
         raise CourseError(f"--shard must be I/N with I from 1 to N, got '{text}'; see ./course plots --help")
     return share
+
+
+class Folded(argparse.HelpFormatter):
+    """Chinese letters are two columns wide, and a line may end behind each of them."""
+
+    def _split_lines(self, text: str, width: int) -> list:
+        return language.fold(" ".join(text.split()), width).splitlines()
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return "\n".join(indent + line for line in self._split_lines(text, width))
 
 
 class Parser(argparse.ArgumentParser):
@@ -168,7 +181,8 @@ def add_slides_options(parser: Parser) -> None:
 
 def make_parser(command: str) -> Parser:
     """One sub-command's grammar. Options are never abbreviated: a typing error must not run something else."""
-    parser = Parser(prog=f"./course {command}", description=DESCRIPTIONS[command], allow_abbrev=False)
+    parser = Parser(prog=f"./course {command}", description=DESCRIPTIONS[command], allow_abbrev=False,
+                    formatter_class=Folded)
     if command == "run":
         add_run_options(parser)
     elif command == "fly":
@@ -209,6 +223,20 @@ def make_parser(command: str) -> Parser:
     if command in JSON_FIELDS:
         parser.add_argument("--json", action="store_true", help="print one JSON object on standard output and all "
                             f"else on standard error; fields: {JSON_FIELDS[command]}; after a failure: error")
+    return translated(parser, command) if language.spoken() == "zh" else parser
+
+
+def translated(parser: Parser, command: str) -> Parser:
+    """The same with its help in Chinese; a field of JSON keeps its name."""
+    chinese = json.loads((Path(__file__).parent / "help.zh.json").read_text(encoding="utf-8"))
+    parser.description = chinese[command]
+    parser._positionals.title, parser._optionals.title = "参数", "选项"
+    for action in parser._actions:
+        if action.dest == "json":
+            for english in [words for words in chinese if words.startswith(("print one JSON", "; after"))]:
+                action.help = action.help.replace(english, chinese[english])
+        else:
+            action.help = chinese[action.help]
     return parser
 
 
@@ -217,6 +245,14 @@ def chosen_language(word: str) -> str:
     if word and word not in language.LANGUAGES:
         raise CourseError(f"--language must be {' or '.join(language.LANGUAGES)}, got '{word}'")
     return word or language.spoken()
+
+
+def unknown(command: str) -> dict:
+    """What is said of a command that there is not, with the one that was probably meant."""
+    near = difflib.get_close_matches(command, [*DESCRIPTIONS, "help"], n=1)
+    if near:
+        return language.sentence("command.did_you_mean", command=command, meant=near[0])
+    return language.sentence("command.unknown", command=command, commands=", ".join([*DESCRIPTIONS, "help"]))
 
 
 def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
@@ -279,7 +315,7 @@ def main(argv: list, only_read: bool = False) -> int:
         stream.reconfigure(errors="backslashreplace")  # a letter that the terminal cannot show is no failure
     try:
         if command not in DESCRIPTIONS:
-            raise CourseError(f"unknown command '{command}'; there are {', '.join(DESCRIPTIONS)} and help")
+            raise CourseError(unknown(command))
         arguments = make_parser(command).parse_intermixed_args(words)
         say = language.speaker(getattr(arguments, "language", language.spoken()))
         if only_read:

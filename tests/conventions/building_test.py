@@ -51,6 +51,13 @@ class BuildProgress(unittest.TestCase):
         phase.ninja_step("[0/1] Re-checking globbed directories...")
         self.assertEqual(phase.done, 0.0)
 
+    def test_no_words_of_the_build_tool_are_shown(self):
+        out = Terminal()
+        phase = progress.Progress("build", out, Clock())
+        for line in ("ninja: Entering directory `build'", "[0/2] Re-checking globbed directories...", "[1/2] Building CXX object a.cc.o"):
+            phase.ninja_step(line)
+        self.assertNotRegex(out.getvalue(), "ninja|Re-checking")
+
     def test_a_link_counts_little(self):
         phase = progress.Progress("build", io.StringIO(), Clock())
         phase.ninja_step("[1/9] Linking CXX static library libch5_backend.a")

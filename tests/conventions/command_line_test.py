@@ -56,6 +56,21 @@ class CommandLine(unittest.TestCase):
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertIn(f"usage: ./course {command}", done.stdout)
 
+    def test_help_is_in_the_terminal_s_language(self):
+        chinese = {**os.environ, "LC_ALL": "zh_CN.UTF-8"}
+        for command in COMMANDS:
+            done = course(command, "--help", env=chinese)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), command)
+            english = re.sub(r"usage: .*\n|字段：[^；]*|[A-Z]{3,}|\./course[^。；]*", "", done.stdout)
+            self.assertNotRegex(english, r"\b(the|of|and|default|such as)\b", command)
+        text = course("help", env=chinese).stdout
+        for command in COMMANDS:
+            self.assertIn(f"./course {command}", text)
+
+    def test_a_typing_error_is_answered_with_what_was_meant(self):
+        self.refuses("chek", naming=["did you mean ./course check?"])
+        self.refuses("statsu", naming=["./course status?"])
+
     def test_help_documents_the_json_fields(self):
         text = " ".join(course("run", "--help").stdout.split())
         for field in ("problem", "initial_cost", "final_cost", "iterations", "seconds", "termination"):

@@ -45,7 +45,7 @@ def configure() -> None:
         return
     with Progress("configure") as progress, _lock():
         command = ["cmake", "--preset", "release", "-B", str(BUILD), *(f"-D{key}={value}" for key, value in wanted.items())]
-        done = run_logged(command, "configure.log", progress.step)
+        done = run_logged(command, "configure.log", lambda line: progress.step("…"))  # CMake's own words are in the log
     if done.returncode:
         raise failure("CMake could not configure the project", done.stdout, r"CMake Error|[Ee]rror", "configure.log")
 

@@ -40,8 +40,8 @@ class Progress:
     def ninja_step(self, line: str) -> None:
         """A line of ninja's, "[done/all] what": adds how long the rest may take, from the rate until now."""
         counted = re.match(r"\[(\d+)/(\d+)\] (.*)", line)
-        if not counted or counted[1] == "0":  # it begins by looking for new files
-            return self.step(line)
+        if not counted or counted[1] == "0":  # its own words, and a look for new files
+            return self.step("…")
         number, total, what = int(counted[1]), int(counted[2]), counted[3]
         self.done += 1.0 if what.startswith("Building") else LIGHT_STEP
         left = (total - number) * self.done / number  # the files to come are taken to be like those done

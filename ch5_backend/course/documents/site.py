@@ -40,8 +40,8 @@ def site(folder: str) -> int:
     for place in {parts, target}:
         make_writable(place)
     course("run", "--out", parts)
-    if prebuilt.stale_decks(parts):
-        course("slides")
+    if stale := prebuilt.stale_decks(parts):
+        course("slides", *sorted(stale))
     course("docs", "--out", parts / "api")
     if prebuilt.why_not_lab(parts) and shutil.which("em++"):
         course("lab", "--out", parts)

@@ -1,6 +1,8 @@
 """./course check and ./course status: compiles the student's files, judges stage by stage, and says what to do next."""
 
+import json
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -12,7 +14,7 @@ from ..base.errors import CourseError
 from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
 from .judge import judge
 from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers
-from ..base.language import Speaker, pad, sentence, speaker
+from ..base.language import Speaker, fold, pad, sentence, speaker
 
 COLORS = {"right": "32", "wrong": "31", "crashes": "31", "times-out": "31", "does-not-compile": "31",
            "not-started": "33"}
@@ -37,9 +39,18 @@ def run_status(as_json: bool, language: str) -> int:
     report(stages, verdicts if as_json else held_back(stages, verdicts, counts=False), as_json, tell_line, say)
     open_stages = [stage["id"] for stage, verdict in zip(stages, verdicts) if verdict.state != "right"]
     following = sentence("status.next", command=f"./course check {open_stages[0]}") if open_stages else sentence("check.last_stage")
-    print(f"\n{say('status.right', n=len(stages) - len(open_stages), all=len(stages))} {say.text(following)}",
-          file=sys.stderr if as_json else sys.stdout)
+    out = sys.stderr if as_json else sys.stdout
+    said = (say("status.right", n=len(stages) - len(open_stages), all=len(stages)), points(open_stages, say), say.text(following))
+    print("\n" + fitted(" ".join(said), out), file=out)
     return 0
+
+
+def points(open_stages: list, say: Speaker) -> str:
+    """What the stages that are right are worth; a stage that is not may have earned some, too."""
+    worth = {stage: sum(checks.values()) for stage, checks in
+             json.loads((ROOT / "ch5_homework" / "rubric.json").read_text(encoding="utf-8"))["stages"].items()}
+    earned = sum(points for stage, points in worth.items() if stage not in open_stages)
+    return say("status.points", points=f"{earned:g}", all=f"{sum(worth.values()):g}")
 
 
 def held_back(stages: list, verdicts: list, counts: bool = True) -> list:
@@ -109,6 +120,11 @@ def paint(text: str, state: str, out) -> str:
     return f"\033[1;{COLORS[state]}m{text}\033[0m"
 
 
+def fitted(text: str, out) -> str:
+    """For a terminal of this width; in a pipe the lines stay as they are."""
+    return fold(text, shutil.get_terminal_size().columns) if out.isatty() else text
+
+
 def state_of(verdict: Verdict, say: Speaker) -> str:
     return say("state.half-done" if verdict.diagnosis.get("begun") else f"state.{verdict.state}")
 
@@ -116,9 +132,11 @@ def state_of(verdict: Verdict, say: Speaker) -> str:
 def tell_line(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     """One line of ./course status, and one for the hint."""
     state = paint(f"{MARKS.get(verdict.state, '✗')} {pad(state_of(verdict, say), STATE_WIDTH)}", verdict.state, out)
-    print(f"{stage['id']:<4} {state}  {say('title.' + stage['id'])}  ({stage['file']})", file=out)
+    title = f"{say('title.' + stage['id'])}  ({stage['file']})"
+    narrow = out.isatty() and shutil.get_terminal_size().columns < 100
+    print(f"{stage['id']:<4} {state}" + ("\n       " if narrow else "  ") + title, file=out)
     if verdict.diagnosis:
-        print(f"       {in_short(verdict.diagnosis, say)}", file=out)
+        print(fitted(f"       {in_short(verdict.diagnosis, say)}", out), file=out)
 
 
 def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
@@ -130,8 +148,8 @@ def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
         print("\n  " + (say("check.printed_last", n=SHOWN_LINES) if len(printed) > SHOWN_LINES else say("check.printed")), file=out)
         print("\n".join("  │ " + line for line in printed[-SHOWN_LINES:]), file=out)
     words = in_full(verdict.diagnosis, verdict.output, say)
-    print("\n" + indent(words) + "\n" if verdict.state != "right" else "", file=out, end="")
-    print(f"  {say.text(next_step(stage, verdict))}\n", file=out)
+    print("\n" + fitted(indent(words), out) + "\n" if verdict.state != "right" else "", file=out, end="")
+    print(fitted(f"  {say.text(next_step(stage, verdict))}", out) + "\n", file=out)
 
 
 def indent(text: str) -> str:

@@ -42,9 +42,32 @@ def store(language: str) -> dict:
     return json.loads(zlib.decompress(path.with_suffix(".json.z").read_bytes()))
 
 
-def pad(text: str, width: int) -> str:
+def pad(text: str, columns: int) -> str:
     """Filled with blanks to so many columns of a terminal, of which a Chinese letter takes two."""
-    return text + " " * (width - sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text))
+    return text + " " * (columns - width(text))
+
+
+def width(text: str) -> int:
+    """In columns of a terminal."""
+    return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
+
+
+def fold(text: str, columns: int) -> str:
+    """Sentences that are too long for a terminal go on below, and no word is cut; rows of numbers stay as they are."""
+    return "\n".join(fold_line(line, columns) for line in text.splitlines())
+
+
+def fold_line(line: str, columns: int) -> str:
+    head = re.match(r"\s*(?:\S+\s{2,})?", line)[0]  # what stands before a sentence, such as a label
+    if width(line) <= columns or "  " in line[len(head):] or width(head) > columns // 2:
+        return line
+    lines, room = [head], columns
+    for word in re.findall(r"\s*(?:[\u2e80-\u9fff\uff00-\uffef][，。；：、！？）”]*|[^\s\u2e80-\u9fff\uff00-\uffef]+[，。；：、！？）”]*)", line[len(head):]):
+        if width(lines[-1] + word) > room and lines[-1].strip():
+            lines.append(" " * width(head) + word.lstrip())
+        else:
+            lines[-1] += word
+    return "\n".join(lines)
 
 
 class Speaker:
