@@ -30,7 +30,7 @@ LINK = re.compile(r'(?:href|src)="([^"#?:]+)[^":]*"')
 # A student may read the site: what a lecturer says stays in out/slides.
 NOTE = re.compile(r'<div class="bespoke-marp-note".*?</div>', re.DOTALL)
 LAB_LINK_OF_PDF = re.compile(rb"\(\.\./lab\.html[^)]*\)")
-LAB_LINK = re.compile(r'<a href="\.\./lab\.html[^"]*"[^>]*>(.*?)</a>', re.DOTALL)
+LAB_LINK = re.compile(r'<a href="(?:\.\./)?lab\.html[^"]*"[^>]*>(.*?)</a>', re.DOTALL)
 
 
 def site(folder: str) -> int:
@@ -114,9 +114,10 @@ def bring_report(out: Path, new: Path) -> list:
     """Both languages, and the tables and figures that they link to."""
     pages = [out / name for name in PAGES.values() if (out / name).exists()]
     for report in pages:
-        shutil.copy(report, new)
-        for link in set(LINK.findall(report.read_text(encoding="utf-8"))):
-            if (out / link).is_file() and link not in PAGES.values():
+        html = report.read_text(encoding="utf-8")
+        (new / report.name).write_text(html if (new / "lab.html").exists() else LAB_LINK.sub(r"\1", html), encoding="utf-8")
+        for link in set(LINK.findall(html)):
+            if link.startswith(("csv/", "figures/")) and (out / link).is_file():
                 (new / link).parent.mkdir(exist_ok=True)
                 shutil.copy(out / link, new / link)
     return [] if pages else [f"{out / 'report.html'}; ./course run makes it"]
