@@ -1,0 +1,48 @@
+/// The front end as a program: ch5_track FOLDER --out DIR.
+
+#include <cstdio>
+#include <stdexcept>
+
+#include "ch5_backend/experiments/studies/command_line.h"
+#include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/track/track_images.h"
+
+namespace {
+
+constexpr char kUsage[] =
+    "usage: ch5_track FOLDER --out DIR\n"
+    "Follows corners through the images of FOLDER, which is in EuRoC's layout (mav0/ with cam0, imu0 and perhaps\n"
+    "state_groundtruth_estimate0; ch5_backend/GUIDE.md), and writes the recording DIR: tracks.csv, imu.csv,\n"
+    "calibration.yaml and, where the truth is known, groundtruth.csv.\n";
+
+void Run(const std::string& folder, const std::string& out) {
+  const ch5::EurocFolder euroc = ch5::ReadEurocFolder(folder);
+  for (const std::string& note : euroc.notes) std::printf("%s\n", note.c_str());
+  std::fflush(stdout);
+  const ch5::Progress progress;
+  const ch5::TrackedRecording tracked =
+      ch5::TrackImages(euroc, {}, [&](double fraction) { progress.Show("track", fraction); });
+  progress.Clear();
+  const auto& frames = tracked.recording.frames;
+  size_t observations = 0;
+  for (const ch5::Image& frame : frames) observations += frame.tracks.size();
+  if (observations == 0)
+    throw std::invalid_argument("no corner was found in " + std::to_string(frames.size()) + " images");
+  ch5::WriteRecording(tracked.recording, out);
+  const auto count = static_cast<double>(frames.size());
+  std::printf(
+      "%zu images of %d × %d pixels, %.0f a second of one core; %.0f tracks an image, each %.0f images long on "
+      "average\n",
+      frames.size(), tracked.recording.calibration.width, tracked.recording.calibration.height, count / tracked.seconds,
+      static_cast<double>(observations) / count, tracked.mean_length);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string folder, out;
+  ch5::CommandLine line("ch5_track", kUsage);
+  line.Argument("FOLDER", &folder);
+  line.Text("--out", &out);
+  return line.Run(argc, argv, [&] { Run(folder, out); });
+}

@@ -1,0 +1,185 @@
+#include "ch5_backend/track/euroc_folder.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/track/named_csv.h"
+#include "ch5_backend/track/sensor_yaml.h"
+
+namespace ch5 {
+namespace {
+
+namespace fs = std::filesystem;
+
+Transform Inverse(const Transform& T) { return {T.q.conjugate(), -(T.q.conjugate() * T.p)}; }
+Transform Compose(const Transform& A, const Transform& B) { return {A.q * B.q, A.p + A.q * B.p}; }
+bool IsIdentity(const Transform& T) { return T.p.norm() < 1e-9 && T.q.vec().norm() < 1e-9; }
+
+std::string Seconds(double t) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f s", t);
+  return text;
+}
+
+fs::path FindMav0(const fs::path& folder) {
+  for (const fs::path& place : {folder / "mav0", folder}) {
+    if (fs::is_directory(place / "cam0")) return place;
+  }
+  throw FileError(folder.string() + ": neither this folder nor its mav0 holds cam0");
+}
+
+// The IMU's own T_BS; most publishers take the IMU for the body.
+Transform ReadImu(const fs::path& folder, Recording* recording) {
+  const SensorYaml yaml((folder / "sensor.yaml").string());
+  Calibration& c = recording->calibration;
+  c.noise.continuous = true;
+  c.noise.gyroscope = yaml.Positive("gyroscope_noise_density");
+  c.noise.gyroscope_walk = yaml.Positive("gyroscope_random_walk");
+  c.noise.accelerometer = yaml.Positive("accelerometer_noise_density");
+  c.noise.accelerometer_walk = yaml.Positive("accelerometer_random_walk");
+  c.imu_rate = yaml.Positive("rate_hz");
+
+  NamedCsv csv((folder / "data.csv").string());
+  double force = 0.0;
+  while (csv.NextRow()) {
+    const int64_t stamp = csv.Stamp();
+    if (recording->imu.empty()) recording->origin_ns = stamp;
+    recording->imu.push_back({SecondsAt(stamp, recording->origin_ns), csv.Vector("a_"), csv.Vector("w_")});
+    force += recording->imu.back().acceleration.norm();
+  }
+  if (recording->imu.size() < 2) csv.Fail("at least two IMU readings are needed");
+  force /= static_cast<double>(recording->imu.size());
+  if (force < 4.0 || force > 25.0) {
+    csv.Fail("the columns a are " + std::to_string(force) +
+             " m/s² long on average, where gravity alone is 9.81: are the columns of a and w swapped, or is the unit "
+             "another?");
+  }
+  return yaml.Has("T_BS") ? yaml.T_B_S() : Transform{};
+}
+
+Lens ReadLens(const SensorYaml& yaml) {
+  if (const std::string word = yaml.Word("camera_model"); word != "pinhole") {
+    yaml.Fail("camera_model", "must be pinhole, got " + TextReader::Quote(word));
+  }
+  const std::string model = yaml.Word("distortion_model");
+  Lens lens;
+  if (model == "none") return lens;
+  if (model == "equidistant") {
+    lens.model = Lens::Model::kEquidistant;
+  } else if (model != "radial-tangential" && model != "radtan") {
+    yaml.Fail("distortion_model", "must be radial-tangential, equidistant or none, got " + TextReader::Quote(model));
+  }
+  const std::vector<double> k = yaml.Numbers("distortion_coefficients", 4);
+  lens.k = Eigen::Map<const Eigen::Vector4d>(k.data());
+  return lens;
+}
+
+void ReadCamera(const fs::path& folder, const Transform& T_B_I, EurocFolder* result) {
+  const SensorYaml yaml((folder / "sensor.yaml").string());
+  Calibration& c = result->recording.calibration;
+  result->lens = ReadLens(yaml);
+  c.T_B_C = Compose(Inverse(T_B_I), yaml.T_B_S());
+  const std::vector<double> f = yaml.Numbers("intrinsics", 4), size = yaml.Numbers("resolution", 2);
+  if (!(f[0] > 0.0 && f[1] > 0.0)) yaml.Fail("intrinsics", "fu and fv must be positive");
+  if (!(size[0] >= 1.0 && size[1] >= 1.0 && size[0] < 1e5 && size[1] < 1e5))
+    yaml.Fail("resolution", "must be in pixels");
+  c.fx = f[0], c.fy = f[1], c.cx = f[2], c.cy = f[3];
+  c.width = static_cast<int>(size[0]), c.height = static_cast<int>(size[1]);
+  c.camera_rate = yaml.Positive("rate_hz");
+
+  NamedCsv csv((folder / "data.csv").string());
+  const double end = result->recording.imu.back().t;
+  double first = 0.0, last = 0.0;
+  size_t count = 0;
+  while (csv.NextRow()) {
+    last = SecondsAt(csv.Stamp(), result->recording.origin_ns);
+    if (count++ == 0) first = last;
+    if (last < 0.0 || last > end) continue;
+    const fs::path image = folder / "data" / std::string(csv.Cell("filename"));
+    if (!fs::exists(image)) csv.Fail("there is no image " + image.string());
+    if (!result->images.empty() && last - result->images.back().t > 5.0 / c.camera_rate) {
+      result->notes.push_back("cam0 has no image from " + Seconds(result->images.back().t) + " to " + Seconds(last) +
+                              "; its tracks end there");
+    }
+    result->images.push_back({last, image});
+  }
+  if (count == 0) csv.Fail("at least one image is needed");
+  if (result->images.empty()) {
+    throw FileError((folder / "data.csv").string() +
+                    ": the clocks of camera and IMU differ: no image lies within the IMU's time; the images are from " +
+                    Seconds(first) + " to " + Seconds(last) + " after its first reading, its last is at " +
+                    Seconds(end));
+  }
+  if (const size_t left_out = count - result->images.size(); left_out > 0) {
+    result->notes.push_back(std::to_string(left_out) + " images before or after the IMU's readings are left out");
+  }
+}
+
+// Velocities as differences of positions, where a motion capture system gives none.
+void DifferentiatePositions(std::vector<StampedState>* states) {
+  for (size_t i = 0; i < states->size(); ++i) {
+    const StampedState& before = (*states)[i == 0 ? 0 : i - 1];
+    const StampedState& after = (*states)[std::min(i + 1, states->size() - 1)];
+    if (after.t > before.t) (*states)[i].v_W = (after.T_W_B.p - before.T_W_B.p) / (after.t - before.t);
+  }
+}
+
+std::vector<StampedState> ReadTruth(const fs::path& folder, const Transform& T_B_I, const Recording& recording) {
+  Transform T_S_I = T_B_I;
+  if (const fs::path file = folder / "sensor.yaml"; fs::exists(file)) {
+    const SensorYaml yaml(file.string());
+    if (yaml.Has("T_BS")) T_S_I = Compose(Inverse(yaml.T_B_S()), T_B_I);
+  }
+  NamedCsv csv((folder / "data.csv").string());
+  const bool has_velocity = csv.Has("v_x") && IsIdentity(T_S_I), has_biases = csv.Has("b_w_x") && csv.Has("b_a_x");
+  std::vector<StampedState> states;
+  while (csv.NextRow()) {
+    StampedState state;
+    state.t = SecondsAt(csv.Stamp(), recording.origin_ns);
+    const Qd q(csv.Number("q_w"), csv.Number("q_x"), csv.Number("q_y"), csv.Number("q_z"));
+    if (std::abs(q.norm() - 1.0) > 1e-3)
+      csv.Fail("the quaternion must be of length 1, got " + std::to_string(q.norm()));
+    state.T_W_B = Compose({q.normalized(), csv.Vector("p_")}, T_S_I);
+    if (has_velocity) state.v_W = csv.Vector("v_");
+    if (has_biases) {
+      state.b_g = csv.Vector("b_w_");
+      state.b_a = csv.Vector("b_a_");
+    }
+    states.push_back(state);
+  }
+  if (!has_velocity) DifferentiatePositions(&states);
+  return states;
+}
+
+// The best that there is: the batch's states, or the poses of a motion capture system.
+void FindTruth(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result) {
+  Recording& recording = result->recording;
+  for (const char* name : {"state_groundtruth_estimate0", "vicon0", "mocap0"}) {
+    if (!fs::exists(mav0 / name / "data.csv")) continue;
+    recording.truth = ReadTruth(mav0 / name, T_B_I, recording);
+    const bool overlaps = !recording.truth.empty() && recording.truth.front().t < recording.imu.back().t &&
+                          recording.truth.back().t > 0.0;
+    if (!overlaps) recording.truth.clear();
+    result->notes.push_back(std::string("ground truth: ") + name +
+                            (overlaps ? "" : " has no time in common with the IMU, so there is none"));
+    return;
+  }
+  result->notes.push_back(fs::exists(mav0 / "leica0")
+                              ? "ground truth: none, since leica0 has positions of its prism without rotations"
+                              : "ground truth: none");
+}
+
+}  // namespace
+
+EurocFolder ReadEurocFolder(const fs::path& folder) {
+  const fs::path mav0 = FindMav0(folder);
+  EurocFolder result;
+  const Transform T_B_I = ReadImu(mav0 / "imu0", &result.recording);
+  ReadCamera(mav0 / "cam0", T_B_I, &result);
+  FindTruth(mav0, T_B_I, &result);
+  if (fs::exists(mav0 / "cam1")) result.notes.push_back("cam1 is not used: one camera is followed, cam0");
+  return result;
+}
+
+}  // namespace ch5

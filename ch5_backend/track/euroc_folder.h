@@ -1,0 +1,36 @@
+#pragma once
+/// Recordings in EuRoC's own layout, as published: a folder `mav0` with cam0, imu0 and, where the truth is known,
+/// state_groundtruth_estimate0, vicon0 or mocap0, each with sensor.yaml and data.csv. TUM-VI's is the same.
+///
+/// The body frame B of a Recording is the IMU's, so T_B_C = T_BI⁻¹ T_BC of the files.
+///
+/// Source: Burri et al., "The EuRoC micro aerial vehicle datasets", IJRR 2016.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "ch5_backend/track/lens.h"
+#include "ch5_backend/types/recording.h"
+
+namespace ch5 {
+
+struct ImageFile {
+  double t = 0.0;  ///< [s] since Recording::origin_ns
+  std::filesystem::path path;
+};
+
+struct EurocFolder {
+  Recording recording;  ///< without frames
+  Lens lens;
+  std::vector<ImageFile> images;   ///< of cam0, while the IMU measured
+  std::vector<std::string> notes;  ///< what is left out, and other things that a user should know
+};
+
+/// @param folder  mav0, or the folder that holds it
+/// @throws FileError naming file, line and value for whatever is missing or cannot be: a file, a column, a key, a number,
+///         a T_BS that is no rigid transform, an unknown camera model, a camera and an IMU that have no time in common, an
+///         IMU that does not feel gravity
+EurocFolder ReadEurocFolder(const std::filesystem::path& folder);
+
+}  // namespace ch5

@@ -1,0 +1,60 @@
+#include "ch5_backend/track/track_images.h"
+
+#include <algorithm>
+#include <ctime>
+#include <set>
+
+#include <opencv2/core/utility.hpp>
+
+#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/track/png_image.h"
+
+namespace ch5 {
+namespace {
+
+// R_C1_C0 by the gyroscope, without its bias: what it turned from t0 to t1.
+Qd RotationBetween(const Recording& recording, double t0, double t1) {
+  Qd R_B0_B = Qd::Identity();
+  for (const ImuSample& sample : SamplesBetween(recording.imu, t0, t1)) {
+    R_B0_B = R_B0_B * ExpSO3(sample.gyroscope * sample.dt);
+  }
+  const Qd& R_B_C = recording.calibration.T_B_C.q;
+  return (R_B_C.conjugate() * R_B0_B * R_B_C).conjugate();
+}
+
+cv::Mat ReadImage(const ImageFile& image, const Calibration& calibration) {
+  const cv::Mat gray = ReadPng(image.path);
+  if (gray.cols == calibration.width && gray.rows == calibration.height) return gray;
+  const auto size = [](int width, int height) { return std::to_string(width) + " × " + std::to_string(height); };
+  throw FileError(image.path.string() + ": an image of " + size(gray.cols, gray.rows) +
+                  " pixels, but sensor.yaml says " + size(calibration.width, calibration.height));
+}
+
+}  // namespace
+
+TrackedRecording TrackImages(const EurocFolder& folder, const TrackerOptions& options,
+                             const std::function<void(double)>& progress) {
+  const std::clock_t begin = std::clock();
+  cv::setNumThreads(1);
+  TrackedRecording result{folder.recording};
+  Tracker tracker(folder.recording.calibration, folder.lens, options);
+  std::set<int> ids;
+  size_t observations = 0;
+  double last = folder.images.front().t;
+  for (const ImageFile& image : folder.images) {
+    if (image.t - last > 5.0 / folder.recording.calibration.camera_rate) tracker.Forget();
+    const cv::Mat gray = ReadImage(image, folder.recording.calibration);
+    result.recording.frames.push_back({image.t, tracker.Track(gray, RotationBetween(folder.recording, last, image.t))});
+    for (const TrackedPoint& track : result.recording.frames.back().tracks) ids.insert(track.id);
+    observations += result.recording.frames.back().tracks.size();
+    last = image.t;
+    if (progress) {
+      progress(static_cast<double>(result.recording.frames.size()) / static_cast<double>(folder.images.size()));
+    }
+  }
+  result.mean_length = static_cast<double>(observations) / static_cast<double>(std::max<size_t>(ids.size(), 1));
+  result.seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  return result;
+}
+
+}  // namespace ch5

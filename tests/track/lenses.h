@@ -1,0 +1,25 @@
+#pragma once
+/// Two cameras to render with: distortions of the size that EuRoC's and TUM-VI's cameras have.
+
+#include "tests/track/textured_room.h"
+
+namespace ch5 {
+
+inline RenderOptions EurocLens() {
+  RenderOptions options;
+  options.lens.k << -0.28, 0.07, 0.0002, -0.0001;
+  return options;
+}
+
+inline RenderOptions WideLens() {
+  RenderOptions options;
+  options.lens.model = Lens::Model::kEquidistant;
+  options.lens.k << 0.0035, 0.0007, -0.002, 0.0002;
+  Calibration& c = options.calibration;
+  c.fx = c.fy = 190.0;
+  c.cx = c.cy = 255.5;
+  c.width = c.height = 512;
+  return options;
+}
+
+}  // namespace ch5

@@ -1,0 +1,224 @@
+"""ch5_track, ./course track and ./course run on a folder in EuRoC's layout: what they write, and what they say of broken ones."""
+
+import re
+import shutil
+import tempfile
+from pathlib import Path
+
+from tests.experiments.programs_under_test import BUILD, DATA, ROOT, AppTest, needs, run, table
+
+MOTION = "imu0/data.csv"
+SENSOR = "cam0/sensor.yaml"
+IMAGES = "cam0/data.csv"
+TRUTH = "state_groundtruth_estimate0/data.csv"
+
+
+def edit(file: str, change):
+    """A change of a text file below mav0."""
+    def apply(mav0: Path):
+        path = mav0 / file
+        path.write_bytes(change(path.read_bytes().decode("utf-8")).encode("utf-8"))
+    return apply
+
+
+def replace(file: str, pattern: str, words: str):
+    def change(text: str) -> str:
+        changed, count = re.subn(pattern, words, text, flags=re.MULTILINE)
+        assert count, f"nothing to change in {file}"
+        return changed
+    return edit(file, change)
+
+
+def on_line(file: str, number: int, change):
+    """A change of one line, from 1."""
+    def change_text(text: str) -> str:
+        lines = text.split("\n")
+        lines[number - 1] = change(lines[number - 1])
+        return "\n".join(lines)
+    return edit(file, change_text)
+
+
+def image(mav0: Path, index: int) -> Path:
+    return sorted((mav0 / "cam0" / "data").iterdir())[index]
+
+
+def cut(mav0: Path) -> None:
+    path = image(mav0, 3)
+    path.write_bytes(path.read_bytes()[:20000])
+
+
+def other_size(mav0: Path) -> None:
+    replace(SENSOR, r"resolution: .*", "resolution: [640, 480]")(mav0)
+
+
+def late_camera(mav0: Path) -> None:
+    """The camera's clock counts from another day: names of files and the table agree."""
+    replace(IMAGES, r"^15", "16")(mav0)
+    for path in list((mav0 / "cam0" / "data").iterdir()):
+        path.rename(path.with_name("16" + path.name[2:]))
+
+
+def swap_vectors(line: str) -> str:
+    cells = line.split(",")
+    return ",".join(cells[:1] + cells[4:7] + cells[1:4]) if len(cells) == 7 and not line.startswith("#") else line
+
+
+def swap_vectors_everywhere(text: str) -> str:
+    return "\n".join(map(swap_vectors, text.split("\n")))
+
+
+# What is done to the folder, and the sentence; FOLDER stands for mav0, STAMP for any time stamp.
+BROKEN = {
+    "no IMU table": (lambda mav0: (mav0 / MOTION).unlink(),
+                     r"FOLDER/imu0/data\.csv: cannot be read: No such file or directory"),
+    "no image file": (lambda mav0: image(mav0, 3).unlink(),
+                      r"FOLDER/cam0/data\.csv:5: there is no image FOLDER/cam0/data/STAMP\.png"),
+    "an image that is cut": (cut, r"FOLDER/cam0/data/STAMP\.png: cannot be read as PNG; is it cut or damaged\? .+"),
+    "a camera's clock of another day": (
+        late_camera, r"FOLDER/cam0/data\.csv: the clocks of camera and IMU differ: no image lies within the IMU's time; the "
+        r"images are from 1\d+\.00 s to 1\d+\.00 s after its first reading, its last is at 1\.00 s"),
+    "swapped columns": (
+        edit(MOTION, swap_vectors_everywhere), r"FOLDER/imu0/data\.csv:\d+: the columns a are 0\.\d+ m/s² long on average, where "
+        r"gravity alone is 9\.81: are the columns of a and w swapped, or is the unit another\?"),
+    "no header": (edit(MOTION, lambda text: text.split("\n", 1)[1]),
+                  r"FOLDER/imu0/data\.csv:1: the first line must name the columns and begin with \"#timestamp \[ns\]\", got .+"),
+    "a number that is none": (on_line(MOTION, 7, lambda line: re.sub(r",[^,]*$", ",nan", line)),
+                              r"FOLDER/imu0/data\.csv:7: a_z: not finite, got \"nan\""),
+    "a row that is cut": (on_line(MOTION, 9, lambda line: line.rsplit(",", 2)[0]),
+                          r"FOLDER/imu0/data\.csv:9: a row of 5 columns, but the first line names 7, got .+"),
+    "a time that goes backwards": (on_line(MOTION, 9, lambda line: "14" + line[2:]),
+                                   r"FOLDER/imu0/data\.csv:9: the timestamps must increase, got 14\d+ after 15\d+"),
+    "a T_BS that is no rotation": (
+        replace(SENSOR, r"data: \[[^,]*,", "data: [0.9,"), r"FOLDER/cam0/sensor\.yaml:6: T_BS\.data: the upper left 3 × 3 part must "
+        r"be a rotation, but RᵀR differs from I by 0\.\d+ and det R is .+"),
+    "a T_BS column by column": (
+        replace(SENSOR, r"0\.0, 0\.0, 0\.0, 1\.0\]", "0.05, 0.04, 0.03, 1.0]"), r"FOLDER/cam0/sensor\.yaml:6: T_BS\.data: the last row "
+        r"must be 0 0 0 1, got 0\.05\d* 0\.04\d* 0\.03\d* 1\.0+; the numbers stand row by row"),
+    "no intrinsics": (replace(SENSOR, r"^intrinsics.*\n", ""), r"FOLDER/cam0/sensor\.yaml: intrinsics is missing"),
+    "three intrinsics": (replace(SENSOR, r"^intrinsics.*", "intrinsics: [460, 460, 376]"),
+                         r"FOLDER/cam0/sensor\.yaml:13: intrinsics: must be 4 numbers, got 3"),
+    "an unknown lens": (
+        replace(SENSOR, "radial-tangential", "fov"),
+        r"FOLDER/cam0/sensor\.yaml:14: distortion_model: must be radial-tangential, equidistant or none, got \"fov\""),
+    "an unknown camera": (replace(SENSOR, "pinhole", "omni"),
+                          r"FOLDER/cam0/sensor\.yaml:12: camera_model: must be pinhole, got \"omni\""),
+    "images of another size": (
+        other_size, r"FOLDER/cam0/data/STAMP\.png: an image of 752 × 480 pixels, but sensor\.yaml says 640 × 480"),
+}
+
+
+def with_returns(mav0: Path) -> None:
+    for path in [*mav0.rglob("*.csv"), *mav0.rglob("*.yaml")]:
+        path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n") + b"\r\n")
+
+
+def other_headers(mav0: Path) -> None:
+    on_line(MOTION, 1, lambda line: "timestamp,w_x,w_y,w_z,a_x,a_y,a_z")(mav0)
+    on_line(IMAGES, 1, lambda line: "# timestamp [ns], filename")(mav0)
+
+
+# What is done to the folder, which remains the same recording.
+HARMLESS = {
+    "ends of lines as Windows has them, and blank lines": with_returns,
+    "other names of columns": other_headers,
+    "columns in another order, with their names": edit(
+        MOTION, lambda text: "\n".join(swap_vectors(line.replace("#", "")) for line in text.split("\n"))),
+    "no newline at the end": edit(MOTION, lambda text: text.rstrip("\n")),
+    "a list over several lines, with comments": replace(SENSOR, r"^intrinsics: \[(.*?),(.*)\].*", r"intrinsics: [\1,  # fu\n  \2]"),
+}
+
+
+class TrackApp(AppTest):
+    app = "ch5_track"
+
+    @classmethod
+    def setUpClass(cls):
+        needs(BUILD / "bin" / "ch5_track")  # without OpenCV there is none
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.flight = Path(folder.name, "flight")
+        done = run(BUILD / "tests" / "track" / "render_flight", cls.flight, 1)
+        assert done.returncode == 0, done.stderr
+
+    def copy(self, change=lambda mav0: None, name="copy") -> Path:
+        place = self.folder / name
+        shutil.copytree(self.flight, place)
+        change(place / "mav0")
+        return place
+
+    def test_each_broken_folder_is_named_in_a_sentence(self):
+        for name, (change, sentence) in BROKEN.items():
+            with self.subTest(name):
+                place = self.copy(change, name.replace(" ", "_"))
+                done = self.program(place, "--out", self.out)
+                self.assertEqual(done.returncode, 2, done.stderr)
+                said = done.stderr.replace(str(place / "mav0"), "FOLDER")
+                self.assertRegex(said, "^ch5_track: " + sentence.replace("STAMP", r"\d{19}") + "\n$")
+                self.assertFalse(self.out.exists(), "nothing is written")
+
+    def test_other_spellings_of_a_folder_are_the_same_recording(self):
+        self.solve(self.copy(name="plain"), "--out", self.folder / "expected")
+        expected = {path.name: path.read_bytes() for path in (self.folder / "expected").iterdir()}
+        self.assertEqual(set(expected), {"calibration.yaml", "imu.csv", "tracks.csv", "groundtruth.csv"})
+        for name, change in HARMLESS.items():
+            with self.subTest(name):
+                out = self.folder / "out" / name
+                self.solve(self.copy(change, name) / "mav0", "--out", out)
+                for file, content in expected.items():
+                    self.assertEqual((out / file).read_bytes(), content, file)
+
+    def test_a_gap_in_the_images_is_noted_and_ends_the_tracks(self):
+        def without_half_a_second(mav0):
+            edit(IMAGES, lambda text: "\n".join(line for i, line in enumerate(text.split("\n")) if not 6 <= i < 15))(mav0)
+        done = self.solve(self.copy(without_half_a_second), "--out", self.out)
+        self.assertIn("cam0 has no image from 0.20 s to 0.70 s; its tracks end there", done.stdout)
+        rows = table(self.out / "tracks.csv")
+        ids = {}
+        for row in rows:
+            ids.setdefault(row["#timestamp [ns]"], set()).add(row["track_id"])
+        before, after = sorted(ids)[4:6]
+        self.assertFalse(ids[before] & ids[after])
+
+    def test_without_ground_truth_it_goes_on(self):
+        done = self.solve(self.copy(lambda mav0: shutil.rmtree((mav0 / TRUTH).parent)), "--out", self.out)
+        self.assertIn("ground truth: none", done.stdout)
+        self.assertFalse((self.out / "groundtruth.csv").exists())
+
+    def test_poses_of_a_motion_capture_system_are_taken_where_there_is_nothing_better(self):
+        def only_mocap(mav0):
+            (mav0 / "state_groundtruth_estimate0").rename(mav0 / "mocap0")
+            edit("mocap0/data.csv", lambda text: "\n".join(",".join(line.split(",")[:8]) for line in text.split("\n")))(mav0)
+        done = self.solve(self.copy(only_mocap), "--out", self.out)
+        self.assertIn("ground truth: mocap0", done.stdout)
+        self.assertEqual(len(table(self.out / "groundtruth.csv")), 201)
+
+    def test_the_real_folder_is_tracked(self):
+        mav0 = needs(DATA / "euroc_v1_01_mav0")
+        done = self.solve(mav0, "--out", self.out)
+        self.assertIn("cam1 is not used", done.stdout)
+        self.assertIn("20 images of 752 × 480 pixels", done.stdout)
+        tracks = table(self.out / "tracks.csv")
+        self.assertGreater(len(tracks), 20 * 80)
+        # It stands still: what is followed through all images hardly moves. 1 px is 0.0022.
+        places = {}
+        for row in tracks:
+            places.setdefault(row["track_id"], []).append((float(row["x [normalized]"]), float(row["y [normalized]"])))
+        whole = [place for place in places.values() if len(place) == 20]
+        self.assertGreater(len(whole), 60)
+        moved = sorted(max(abs(place[-1][0] - place[0][0]), abs(place[-1][1] - place[0][1])) for place in whole)
+        self.assertLess(moved[len(moved) // 2], 0.0022)
+
+    def test_run_on_a_vehicle_that_stands_still_says_so(self):
+        mav0 = needs(DATA / "euroc_v1_01_mav0")
+        done = run(ROOT / "course", "run", mav0, "--out", self.out)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("no policy found a start", done.stderr)
+        self.assertNotIn("Traceback", done.stderr)
+
+    def test_track_writes_a_folder_that_run_reads(self):
+        done = run(ROOT / "course", "track", self.copy(), "--out", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue((self.out / "copy" / "tracks.csv").exists())
+        refused = run(ROOT / "course", "track", self.out, "--out", self.out)
+        self.assertIn("neither this folder nor its mav0 holds cam0", refused.stderr)
+        self.assertEqual(refused.returncode, 2)
