@@ -193,9 +193,12 @@ class DynamicInitializer {
 
   bool MeasureParallax() {
     result_.parallax = options_.focal_length * MedianParallax(tracks_, imu_, options_.T_B_C.q);
-    return result_.parallax >= options_.least_parallax ||
-           Fail(InitializationFailure::kTooLittleParallax, "a median of %.1f px, %g px are needed", result_.parallax,
-                options_.least_parallax);
+    if (result_.parallax >= options_.least_parallax) return true;
+    constexpr double kStill = 1.0;  // [px]
+    return Fail(InitializationFailure::kTooLittleParallax,
+                result_.parallax < kStill ? "the camera stands still, a median of %.1f px, %g px are needed"
+                                          : "a median of %.1f px, %g px are needed",
+                result_.parallax, options_.least_parallax);
   }
 
   bool SolveLinearProblem() {
