@@ -17,8 +17,12 @@ DESCRIPTIONS = {
            "explains them: report.html in English, report.zh.html in Chinese. With DATA: solves each bundle "
            "adjustment, pose graph or window and writes the result in the format that it was read in or as a "
            "trajectory, its iterations as CSV, and a picture of before and after; follows each recording with both "
-           "window policies and writes trajectories and a report in both languages. With --mine: runs your homework's "
-           "functions beside the solution's, on the chapter's problems or on DATA, and shows where they differ: mine.html.",
+           "window policies, after ./course track where it is a folder of images (EuRoC's mav0), and writes trajectories and "
+           "a report in both languages. With --mine: runs your homework's functions beside the solution's, on the chapter's problems or on DATA, and shows where they differ: mine.html.",
+    "track": "The front end: follows corners through the images of a folder in EuRoC's layout (mav0/ with cam0 and imu0, "
+             "or the folder that holds it; TUM-VI's is the same) and writes the recording DIR/NAME: tracks.csv, imu.csv, "
+             "calibration.yaml and, where the truth is known, groundtruth.csv. ./course run FOLDER does this by itself. It "
+             "needs OpenCV, which it installs: libopencv-video-dev and libpng-dev, 46 MB.",
     "fly": "Flies with your functions of stages 5 and 6 beside the solution's: through a simulated room, or the recording in "
            "DATA, a folder; given a BAL file, your block solver of stage 7 adjusts it. Writes mine.html.",
     "test": "Builds everything and runs the tests. What follows -- goes to CTest: ./course test -- --rerun-failed",
@@ -58,6 +62,7 @@ JSON_FIELDS = {
            "yaw_error_deg, realtime_factor, p99_window_ms, frames, restarts, rpe_m, path_m, drift_percent, segments}, null where there is no truth to "
            "compare with, and segments, one more than restarts as a rule, a list of {segment, first_s, last_s, frames, ate_m, "
            "scale_error, yaw_error_deg}; with several DATA results, a list of these; with --mine, as fly",
+    "track": "out, a list of folders",
     "fly": "out, report, and failures, {experiment: what your program said when it failed, or nothing}",
     "bench": "rows, a list of {problem, threads, ours_ms, peer, peer_ms, ratio, ours_cost, peer_cost, ours_peak_mb, "
              "peer_peak_mb}; ratio is peer_ms / ours_ms, null where a side did not get there",
@@ -65,7 +70,7 @@ JSON_FIELDS = {
     "grade": "out, records, a list of {name, status, score, points}",
     "status": "stages, a list of {id, state, hint}",
 }
-SPEAKING = ("run", "fly", "check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
+SPEAKING = ("run", "track", "fly", "check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
 PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out",
          "site": "where the folder site is made, default: out"}
 
@@ -107,7 +112,7 @@ class Parser(argparse.ArgumentParser):
 
 def add_run_options(parser: Parser) -> None:
     parser.add_argument("data", nargs="*", metavar="DATA", help="a bundle adjustment in BAL's text "
-                        "format, a pose graph in g2o's, a window (VIOWIN), or a recording's folder")
+                        "format, a pose graph in g2o's, a window (VIOWIN), or a recording's folder, EuRoC's mav0 too")
     parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FILE.txt gets a "
                         "folder DIR/FILE")
     parser.add_argument("--mine", action="store_true", help="with your files in ch5_homework/")
@@ -185,6 +190,9 @@ def make_parser(command: str) -> Parser:
                     formatter_class=Folded)
     if command == "run":
         add_run_options(parser)
+    elif command == "track":
+        parser.add_argument("data", nargs="*", metavar="FOLDER", help="in EuRoC's layout: mav0, or the folder that holds it")
+        parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FOLDER gets DIR/NAME")
     elif command == "fly":
         parser.add_argument("data", nargs="*", metavar="DATA", help="a recording's folder, or a BAL file; default: simulated")
         parser.add_argument("--out", metavar="DIR", help="where the results go, default: out")
@@ -261,6 +269,10 @@ def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
         from .experiments.run import run
         arguments.data += extra
         return run(arguments)
+    if command == "track":
+        from .experiments.track import track
+        arguments.data += extra
+        return track(arguments)
     if command == "fly":
         from .experiments.fly import fly
         arguments.data += extra

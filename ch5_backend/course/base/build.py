@@ -41,7 +41,7 @@ def configure() -> None:
     wanted, cached = _cache_entries(), cached_entries(BUILD)
     if _is_foreign(cached):
         shutil.rmtree(BUILD)
-    elif (BUILD / "build.ninja").exists() and wanted.items() <= cached.items() and not _lacks_tests(cached):
+    elif (BUILD / "build.ninja").exists() and wanted.items() <= cached.items() and not _lacks_a_part(cached):
         return
     with Progress("configure") as progress, _lock():
         command = ["cmake", "--preset", "release", "-B", str(BUILD), *(f"-D{key}={value}" for key, value in wanted.items())]
@@ -63,9 +63,12 @@ def was_moved(cached: dict) -> bool:
     return cached.get("CMAKE_HOME_DIRECTORY", str(ROOT)) != str(ROOT)
 
 
-def _lacks_tests(cached: dict) -> bool:
-    """Whether GoogleTest has been installed since CMake did not find it."""
-    return cached.get("GTest_DIR", "").endswith("-NOTFOUND") and Path("/usr/include/gtest/gtest.h").exists()
+def _lacks_a_part(cached: dict) -> bool:
+    """Whether GoogleTest, OpenCV or libpng has been installed since CMake did not find it."""
+    headers = {"GTest_DIR": "gtest/gtest.h", "CH5_OPENCV_INCLUDE": "opencv4/opencv2/video/tracking.hpp",
+               "CH5_PNG_INCLUDE": "png.h"}
+    return any(cached.get(entry, "").endswith("-NOTFOUND") and Path("/usr/include", header).exists()
+               for entry, header in headers.items())
 
 
 def build(targets=()) -> subprocess.CompletedProcess:

@@ -5,7 +5,7 @@ from pathlib import Path
 from ..base.errors import CourseError
 
 KNOWN = ("a BAL file begins with its counts of cameras, points and observations, a pose graph (.g2o) with a tag such as "
-         "VERTEX_SE3:QUAT, a window with VIOWIN 1, and a recording is a folder with imu.csv")
+         "VERTEX_SE3:QUAT, a window with VIOWIN 1, and a recording is a folder with imu.csv, or EuRoC's mav0")
 
 
 def kind_of(path: str) -> str:
@@ -15,9 +15,9 @@ def kind_of(path: str) -> str:
     """
     place = Path(path)
     if place.is_dir():
-        if (place / "imu.csv").exists():
+        if (place / "imu.csv").exists() or has_images(path):
             return "recording"
-        raise CourseError(f"{path}: a folder without imu.csv, so no recording; give that or a data file")
+        raise CourseError(f"{path}: a folder without imu.csv or mav0, so no recording; give that or a data file")
     if not place.exists():
         raise CourseError(f"{path}: there is no such file")
     if not place.is_file():
@@ -28,6 +28,11 @@ def kind_of(path: str) -> str:
     except OSError as error:
         raise CourseError(f"{path}: cannot be read: {error.strerror}") from error
     return _kind_of_head(path, head)
+
+
+def has_images(path: str) -> bool:
+    """Whether it is EuRoC's mav0, or the folder that holds it: a recording whose images are still to be tracked."""
+    return not Path(path, "imu.csv").exists() and (Path(path, "cam0").is_dir() or Path(path, "mav0", "cam0").is_dir())
 
 
 def _kind_of_head(path: str, head: bytes) -> str:

@@ -26,8 +26,8 @@ from ..homework.check import folder
 from ..homework.compiler import anew, does_not_compile
 from ..homework.diagnosis import in_short
 from ..homework.regions import FILES
-from .data import kind_of
-from .run import app
+from .data import has_images, kind_of
+from .run import TRACKER, app, follow_images
 
 NEEDS = {"recording": FLIGHTS, "bal": ("blocks",)}  # what flies, or adjusts, the data that is given
 SOLUTION, OWN = "ch5_homework", os.environ.get("CH5_CHECK_PREFIX", "") + "ch5_homework_mine"
@@ -46,7 +46,12 @@ def fly(arguments, only_flights: bool) -> int:
     out = Path(arguments.out or "out")
     make_writable(out)
     files = compile_files()
+    has_tracks = not data or not has_images(data)
+    if not has_tracks:
+        build_or_fail([TRACKER])
     with alone_in(out):
+        if not has_tracks:
+            data = follow_images(data, out / "mine" / "recording", arguments.json)
         runs = {"files": files, "experiments": run_all(chosen, out / "mine", data)}
         (out / "mine" / "runs.json").write_text(json.dumps(runs, ensure_ascii=False), encoding="utf-8")
         app([sys.executable, "-m", "ch5_backend.figures.mine", out, "--language", arguments.language], arguments.json)

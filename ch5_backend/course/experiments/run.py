@@ -14,11 +14,12 @@ from ..base import jsonout, language
 from ..base.language import sentence
 from ..base.build import BIN, build_or_fail
 from ..base.processes import running
-from .data import kind_of
+from .data import has_images, kind_of
 from ..base.errors import CourseError
 from ..base.output_dir import alone_in, make_writable, result_places
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
+TRACKER = "ch5_track"
 OPENER = "open" if sys.platform == "darwin" else "xdg-open"
 SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
 POSE_GRAPH_OPTIONS = ("init", "project-information")
@@ -49,7 +50,8 @@ def run(arguments) -> int:
             if (option in SOLVER_OPTIONS and kind == "recording") or (kind, option) == ("window", "huber"):
                 raise CourseError(f"--{option} does not apply to {path}: {WHY_NOT[kind]}")
     make_writable(out)
-    build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))])
+    trackers = [TRACKER] if any(map(has_images, arguments.data)) else []
+    build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))] + trackers)
     results = [solve(path, kinds[path], place, arguments) for path, place in places.items()]
     if arguments.json:
         jsonout.emit(results[0] if len(results) == 1 else {"results": results})
@@ -85,6 +87,8 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
     try:
         with alone_in(out):
             file = f"./{path}" if path.startswith("-") else path  # a name is not an option
+            if has_images(path):
+                file = follow_images(file, out / "recording", arguments.json)
             app([BIN / f"ch5_{kind}", file, "--out", out, *options], arguments.json)
             app([sys.executable, "-m", f"ch5_backend.figures.{kind}", out], arguments.json)
             result = read_result(kind, out, arguments.language)
@@ -93,6 +97,12 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
         return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
     tell(sentence("run.results", path=str(out)), arguments)
     return result
+
+
+def follow_images(folder: str, out: Path, as_json: bool) -> str:
+    """Makes a recording, `out`, of a folder in EuRoC's layout; returns its name."""
+    app([BIN / TRACKER, folder, "--out", out], as_json)
+    return str(out)
 
 
 def tell(text, arguments) -> None:

@@ -1,0 +1,29 @@
+"""./course track: the front end, which makes a recording of a folder of images and IMU readings."""
+
+from pathlib import Path
+
+from ..base import jsonout
+from ..base.build import build_or_fail
+from ..base.errors import CourseError
+from ..base.language import sentence
+from ..base.output_dir import alone_in, result_places
+from .data import has_images
+from .run import TRACKER, follow_images, tell
+
+
+def track(arguments) -> int:
+    """Writes DIR/NAME for each folder; returns the exit code, raises CourseError for what is no such folder."""
+    if not arguments.data:
+        raise CourseError("which FOLDER? see ./course track --help")
+    for path in arguments.data:
+        if not has_images(path):
+            raise CourseError(f"{path}: neither this folder nor its mav0 holds cam0")
+    places = result_places(arguments.data, Path(arguments.out or "out"))
+    build_or_fail([TRACKER])
+    for path, place in places.items():
+        with alone_in(place):
+            follow_images(f"./{path}" if path.startswith("-") else path, place, arguments.json)
+        tell(sentence("run.results", path=str(place)), arguments)
+    if arguments.json:
+        jsonout.emit({"out": [str(place) for place in places.values()]})
+    return 0
