@@ -42,7 +42,7 @@ def figure(directory, name, caption, alternative, say):
 @lru_cache(maxsize=64)
 def small(path, _):
     """The same picture in 256 colors of its own, in a third of the bytes, as base64: both languages show it. Where lines and
-    letters fade into the paper a thousandth of the pixels change, by 5 % at most."""
+    letters fade into the paper a thousandth of the pixels change, hardly one by more than 5 %."""
     packed = io.BytesIO()
     with Image.open(path) as image:
         palette = image.convert("RGB").quantize(256, method=0, kmeans=2, dither=0)  # median cut, no dither

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tests.conventions.project import BUILD, ROOT
 
-COMMANDS = ("run", "test", "check", "hint", "deep", "status", "grade", "pack", "bench", "plots", "slides", "docs",
+COMMANDS = ("run", "track", "test", "check", "hint", "deep", "status", "grade", "pack", "bench", "plots", "slides", "docs",
             "lab", "site")
 TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
 
