@@ -8,7 +8,7 @@ from .style import BLUE, GRAY, VERMILION, plt
 from .tables import dense, read
 
 COLORS = {"vins": BLUE, "okvis": VERMILION}
-NAMES = {"vins": "VINS", "okvis": "OKVIS", "batch": "batch"}
+NAMES = {"vins": "VINS", "okvis": "OKVIS"}
 
 
 def policies(table):
