@@ -9,6 +9,7 @@
 
 namespace ch5 {
 
+/// Where the optimization of a pose graph begins.
 enum class PoseGraphStart {
   kGiven,         ///< the poses as they are
   kOdometry,      ///< along the path: spanning_tree.h

@@ -43,6 +43,7 @@ struct ImuIncrement {
 ImuIncrement IntegrateImu(const ImuIncrement& before, const Vec3& acceleration, const Vec3& gyroscope, double dt,
                           double sigma_a, double sigma_g);
 
+/// A range's residual and its derivative by the pose.
 struct RangeTerm {
   double residual = 0.0;                                ///< prediction − measurement [m]
   JacobianBlock<1, 6> J = JacobianBlock<1, 6>::Zero();  ///< over [δp, δθ]

@@ -20,6 +20,7 @@ struct BatchOptions {
   int threads = 1;
 };
 
+/// What one solve of all images has found.
 struct BatchResult {
   std::vector<StampedState> states;  ///< one per image
   Transform T_B_C;                   ///< as estimated
