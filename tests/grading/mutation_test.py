@@ -5,9 +5,9 @@ import unittest
 from concurrent.futures import ThreadPoolExecutor
 
 from tests.grading.kill import EQUIVALENTS, KILLED, PAGE, judge, read_equivalents
-from tests.grading.mutants import all_mutants
+from tests.grading.mutants import NAMES, all_mutants
 from tests.grading.one_stage import READY, Grader
-from ch5_backend.course.homework.regions import FILES, regions, solution_text
+from ch5_backend.course.homework.regions import regions, solution_text
 from ch5_backend.course.base.build import CORES
 
 SAMPLE = 20
@@ -19,7 +19,7 @@ class Mutation(unittest.TestCase):
 
     def test_there_are_mutants_of_every_blank(self):
         self.assertGreaterEqual(len(self.mutants), 300)
-        blanks = {region.todo for name in FILES for region in regions(solution_text(name))}
+        blanks = {region.todo for name in NAMES for region in regions(solution_text(name))}
         self.assertEqual({mutant.todo for mutant in self.mutants.values()}, blanks)
 
     def test_each_differs_from_the_solution_in_its_line_alone(self):
