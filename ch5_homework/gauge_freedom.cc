@@ -105,10 +105,11 @@ MatXX GaugeMotionJacobian(const Vertices& vertices, double yaw) {
   return motion;
 }
 
-// Eq. 15 of Zhang (2018).
-MatXX TransformCovariance(const MatXX& covariance, const MatXX& Q, const MatXX& motion) {
+// Eq. 15 of Zhang (2018). One of Q and Q_C is enough.
+MatXX TransformCovariance(const MatXX& covariance, const MatXX& motion, [[maybe_unused]] const MatXX& Q,
+                          [[maybe_unused]] const MatXX& Q_C) {
   MatXX transformed = MatXX::Zero(covariance.rows(), covariance.cols());
-  // TODO:: home work 4e. Cov_C out of Cov, Q and ∂θ_C/∂θ (motion).
+  // TODO:: home work 4e. Cov_C out of Cov. motion = ∂θ_C/∂θ leads from θ, where Q is taken, to θ_C, where Q_C is.
   // const MatXX T = ?;
   // transformed = ?;
   throw HomeworkMissing("4e TransformCovariance, the covariance of the other gauge");

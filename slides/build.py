@@ -9,7 +9,7 @@ usage: build.py [--csv DIR] [--out DIR] [--html] [--images] [--tools] [--check] 
   --images     also one PNG a page, in build/slides/pages, and sheets of twelve pages, to look at
   --tools      builds nothing: fails with words if Node.js or, without --html, Chromium is missing or too old
   --check      builds nothing: says which numbers, figures and words of the built decks are no longer those of the tables
-  --figures    only draw the figures, into the folder figures of --out; needs no Node.js
+  --figures    only draw the figures, SVG and PDF, into the folder figures of --out; needs no Node.js
   --overview   only redraw the guide's picture, slides/figures/overview.*.svg
   DECK         only those whose names begin so, such as 2-solvers.en or 2-solvers
 
@@ -221,8 +221,11 @@ def check(chosen, arguments):
 def draw_figures(chosen, arguments):
     for deck in chosen:
         for name, draw in module_of(deck).FIGURES.items():
-            svg = draw(tables_of(arguments.csv), language(deck))
-            write(arguments.out / "figures" / f"{name}.{language(deck)}.svg", svg)
+            place, tables, lang = arguments.out / "figures" / f"{name}.{language(deck)}", tables_of(arguments.csv), language(deck)
+            write(place.with_name(f"{place.name}.svg"), draw(tables, lang))
+            if lang == "en":  # matplotlib embeds Chinese letters under a wrong kind
+                with atomic_write(place.with_name(f"{place.name}.pdf")) as partial:
+                    partial.write_bytes(draw(tables, lang, "pdf"))
 
 
 def choose(names):

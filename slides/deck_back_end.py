@@ -298,9 +298,9 @@ def side_view(slide, box, tables, state, color):
     """The course's scene from the side, x to the right and z up: truth in gray, `state` in color."""
     axes = slide.axes(box, (-5.5, 5.5), (-1.2, 9.8))
     axes.set_axis_off()
-    for which, shade, size in (("truth", mix(INK, 0.25), 9), (state, LANDMARK, 5.4)):
+    for which, shade, size in (("truth", mix(INK, 0.25), 18), (state, LANDMARK, 10.8)):
         rows = tables("mono_ba_points", scene="course", state=which)
-        axes.plot(rows["x_m"], rows["z_m"], "o", color=shade, markersize=size, markeredgewidth=0)
+        axes.plot(rows["x_m"], rows["z_m"], ".", color=shade, markersize=size, markeredgewidth=0)
     rows = tables("mono_ba_frames", scene="course", state=state)
     axes.plot(rows["x_m"], rows["z_m"] + 0.35, "v", color=mix(color, 0.3), markeredgecolor=color, markersize=15)
 

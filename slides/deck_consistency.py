@@ -5,7 +5,7 @@ from math import ceil
 
 import numpy as np
 
-from ch5_backend.figures import nees, odometry, systems
+from ch5_backend.figures import nees, odometry, style, systems
 from ch5_backend.figures.numbers.windows import KEPT, consistency
 from ch5_backend.figures.slide import INK, LANDMARK, MUTED, POSE, PRIOR, Figures, decades, mix
 
@@ -31,7 +31,7 @@ def product(slide, tables, say):
         dx, dy = x - middle[0], y - middle[1]
         cost = float(H[0][0]) * dx**2 + 2 * float(H[0][1]) * dx * dy + float(H[1][1]) * dy**2
         axes.contour(x, y, cost, levels, colors=[mix(POSE, 0.6)], linewidths=1.35)
-        axes.plot(x[0, 56:], toy.PRODUCT / x[0, 56:], color=LANDMARK, linewidth=3)
+        axes.plot(x[0, 56:], toy.PRODUCT / x[0, 56:], color=LANDMARK, linewidth=3, linestyle=style.SOLID)
         if name == "mixed":
             axes.plot(*middle, "o", color=PRIOR, markersize=9)
         for x0, y0 in ((float(a), float(b)) for a, b in points):  # the tangent y0 (x − x0) + x0 (y − y0) = 0
@@ -46,9 +46,9 @@ def yaw_leak(slide, tables, say):
     ticks = decades([1e-6, every["information"].max()])
     axes = time_axes(slide, say, (80, 40, 690, 230), every["t_s"].max(), ticks[[0, -1]], "leak", log="y", yticks=ticks[::2])
     for policy, name in POLICIES.items():
-        for direction, what, dashes in (("yaw", "yaw of", "-"), ("x", "position of", ":")):
+        for direction, what, width in (("yaw", "yaw of", None), ("x", "position of", 1.0)):
             rows = every.where(policy=policy, direction=direction)
-            odometry.leak_line(axes, rows["t_s"], rows["information"], policy, least=1e-7, linestyle=dashes,
+            odometry.leak_line(axes, rows["t_s"], rows["information"], policy, least=1e-7, linewidth=width,
                                label=say(what) + name)
     slide.legend(axes, 800, 80)
 

@@ -169,9 +169,9 @@ def time_axes(slide, say, box):
 @FIGURES.figure(1120, 400, "What each idea gained")
 def rungs(slide, tables, say):
     """An iteration's time on each rung of the ladder."""
-    axes = time_axes(slide, say, (70, 60, 800, 250))
+    axes = time_axes(slide, say, (70, 60, 770, 250))
     bars(axes, {problem: ladder(tables, problem) for problem in PROBLEMS}, LADDER_COLORS, say)
-    slide.legend(axes, 888, 84, handlelength=1.2, fontsize=16.4 * PX)
+    slide.legend(axes, 852, 84, handlelength=1.2, fontsize=16.4 * PX)
 
 
 @FIGURES.figure(1080, 380, "Registers of four, step by step")

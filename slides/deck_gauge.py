@@ -4,7 +4,7 @@ from math import ceil
 
 import numpy as np
 
-from ch5_backend.figures import gauge, gauge_choice, gauge_covariance
+from ch5_backend.figures import gauge, gauge_choice, gauge_covariance, style
 from ch5_backend.figures.numbers import gauge_paper
 from ch5_backend.figures.numbers.gauge import STARTS, over_weight, of_scene, relative_spectrum, usual
 from ch5_backend.figures.slide import CROSS, INK, LANDMARK, MUTED, POSE, PRIOR, Figures, decades, mix
@@ -23,7 +23,7 @@ def three_ways(slide, tables, say):
     axes = slide.axes((60, 38, 420, 272), (-1.05, 0.55), (-0.1, 1.3), "b", "a", "", (-1, -0.5, 0, 0.5), (0, 0.5, 1))
     for shift in (-0.45, -0.2, 0.2, 0.45):  # level lines b = a + 1 + shift
         axes.axline((0, 1 + shift), slope=1, color=mix(POSE, 0.3), linewidth=1)
-    axes.axline((0, 1), slope=1, color=LANDMARK, linewidth=3.75)
+    axes.axline((0, 1), slope=1, color=LANDMARK, linewidth=3.75, linestyle=style.SOLID)
     axes.text(-1.0, 1.18, say("valley"), color=LANDMARK, fontsize=12.75)
     for weight, name, color in ((None, "fix", POSE), (0.0, "free", CROSS), (toy.WEAK, "weak", PRIOR)):
         axes.plot(*zip(*toy.walk(weight)), "o-", color=color, label=say(name), clip_on=False)
@@ -34,7 +34,7 @@ def three_ways(slide, tables, say):
     counts = np.array([len(toy.walk(weight)) - 1 for weight in weights])
     top = 10 * (counts.max() // 10 + 1)
     axes = slide.axes((600, 45, 430, 265), y=(0, top), title=say("steps"), yticks=range(0, top + 1, 10))
-    gauge.weight_line(axes, weights, counts, PRIOR, None)
+    gauge.weight_line(axes, weights, counts, PRIOR, None, linestyle=style.SOLID)
     axes.set_xlabel(say("weight"))
 
 
@@ -65,9 +65,9 @@ def gauge_weights(slide, tables, say):
     table = tables(GAUGE + "sweep")
     axes = slide.axes((70, 40, 760, 260), y=(0, 16), title=say("iterations"), yticks=range(0, 17, 4))
     for path, color in zip(gauge.PATHS, (PRIOR, CROSS, POSE)):
-        for points, dashes in (("planes", "-"), ("random", "--")):
-            gauge.sweep_line(axes, of_scene(table, (path, points)), "iterations", color, None, f"{say(path)}, {say(points)}",
-                             band=False, linestyle=dashes)
+        for points, fill in (("planes", "full"), ("random", "none")):
+            gauge.sweep_line(axes, of_scene(table, (path, points)), "iterations", color, "o", f"{say(path)}, {say(points)}",
+                             band=False, fillstyle=fill)
     gauge.paper_sweep(axes, table, say("paper"))
     axes.set_xlabel(say("weight"))
     slide.legend(axes, 860, 70)
@@ -94,8 +94,8 @@ def gauge_arrival(slide, tables, say):
                                                     ("prior_error", "distance", (1e-5, 1.0)))):
         axes = slide.axes((75 + 470 * panel, 40, 380, 245), (0, last), limits, say(name), say("iteration"), "y",
                           range(0, int(last) + 1, 2), decades(limits))
-        for weight, color in ARRIVAL.items():
-            gauge.arrival_line(axes, table.where(weight=weight), column, color=color, marker="o",
+        for (weight, color), mark in zip(ARRIVAL.items(), style.MARKS):
+            gauge.arrival_line(axes, table.where(weight=weight), column, color=color, marker=mark,
                                label=f"10{'⁰¹²³⁴⁵'[round(np.log10(weight))]}")
     slide.legend(axes, 965, 80)
     slide.text(965, 66, "w", 17, anchor="start", italic=True)

@@ -5,7 +5,7 @@
 ///
 ///   4a, 4b  U = ∂(g(θ) ⊟ θ)/∂g at g = 1                the null space of H
 ///   4c      Q = I − U (VᵀU)⁻¹ Vᵀ                       moves δ along U until Vᵀδ = 0
-///   4d, 4e  Cov_C = (Q ∂θ_C/∂θ) Cov (Q ∂θ_C/∂θ)ᵀ       the covariance of the gauge Vᵀδ = 0
+///   4d, 4e  Cov_C = (Q_C ∂θ_C/∂θ) Cov (Q_C ∂θ_C/∂θ)ᵀ   the covariance of the gauge Vᵀδ = 0, Q_C being Q at θ_C
 ///
 /// Source: Zhang, Gallego, Scaramuzza, "On the Comparison of Gauge Freedom Handling in Optimization-based
 /// Visual-Inertial State Estimation", RA-L 2018, §III and §VI, eqs. 12–15; here with right perturbations R Exp(δθ),
@@ -53,7 +53,8 @@ MatXX GaugeProjection(const MatXX& U, const MatXX& V);
 MatXX GaugeMotionJacobian(const Vertices& vertices, double yaw);
 
 /// Cov_C out of Cov: from a free gauge to a fixed one, back, or between any two.
-/// @param covariance  n×n, of θ in any gauge;  @param Q  at θ_C, for the gauge that is wanted;  @param motion  ∂θ_C/∂θ
-MatXX TransformCovariance(const MatXX& covariance, const MatXX& Q, const MatXX& motion);
+/// @param covariance  n×n, of θ in any gauge;  @param motion  ∂θ_C/∂θ
+/// @param Q, Q_C  for the gauge that is wanted, at θ and at θ_C: Q_C ∂θ_C/∂θ = ∂θ_C/∂θ Q, so either will do
+MatXX TransformCovariance(const MatXX& covariance, const MatXX& motion, const MatXX& Q, const MatXX& Q_C);
 
 }  // namespace ch5

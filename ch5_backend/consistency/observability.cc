@@ -19,14 +19,16 @@ const double* FirstEstimateOf(const Prior& prior, const std::shared_ptr<Vertex>&
 // ∂(g(ε)·x ⊟ x)/∂ε of g(ε): p ↦ c + R_z(ε)(p − c):  δp = e_z × (p − c),  δθ = Rᵀe_z,  δv = e_z × v
 Eigen::Matrix<double, Eigen::Dynamic, 4> PositionYawDirections(const std::vector<std::shared_ptr<Vertex>>& vertices,
                                                                const std::vector<const double*>& x,
-                                                               const Vertex* local_pose, const Vec3& center) {
+                                                               const std::vector<const Vertex*>& local_poses,
+                                                               const Vec3& center) {
   Eigen::Index rows = 0;
   for (const auto& vertex : vertices) rows += vertex->LocalDimension();
   Eigen::Matrix<double, Eigen::Dynamic, 4> N = Eigen::Matrix<double, Eigen::Dynamic, 4>::Zero(rows, 4);
   Eigen::Index row = 0;
   for (size_t i = 0; i < vertices.size(); ++i) {
     const Vertex* vertex = vertices[i].get();
-    if (vertex != local_pose && dynamic_cast<const VertexPose*>(vertex)) {
+    const bool is_local = std::find(local_poses.begin(), local_poses.end(), vertex) != local_poses.end();
+    if (!is_local && dynamic_cast<const VertexPose*>(vertex)) {
       const Vec3 p = Eigen::Map<const Vec3>(x[i]);
       const Qd q(x[i][6], x[i][3], x[i][4], x[i][5]);
       N.block<3, 3>(row, 0).setIdentity();
@@ -41,8 +43,8 @@ Eigen::Matrix<double, Eigen::Dynamic, 4> PositionYawDirections(const std::vector
 }
 
 EdgeObservabilityConstrained::EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior* prior,
-                                                           const Vertex* local_pose)
-    : EdgeWithModifiedJacobians(std::move(edge)), local_pose_(local_pose) {
+                                                           const std::vector<const Vertex*>& local_poses)
+    : EdgeWithModifiedJacobians(std::move(edge)), local_poses_(local_poses) {
   for (const auto& vertex : Vertices()) {
     const double* first = FirstEstimateOf(*prior, vertex);
     now_.push_back(vertex->Parameters().data());
@@ -56,20 +58,21 @@ void EdgeObservabilityConstrained::ComputeJacobians() {
   for (size_t i = 0; i < Vertices().size(); ++i) {
     if (dynamic_cast<const VertexPose*>(Vertices()[i].get())) center = Eigen::Map<const Vec3>(first_[i]);
   }
-  const auto N0 = PositionYawDirections(Vertices(), first_, local_pose_, center);
-  const auto N = PositionYawDirections(Vertices(), now_, local_pose_, center);
+  const auto N0 = PositionYawDirections(Vertices(), first_, local_poses_, center);
+  const auto N = PositionYawDirections(Vertices(), now_, local_poses_, center);
   const Eigen::Matrix4d normal = N0.transpose() * N0;
   const MatXX J_dN = J_ * (N0 - N);
   J_.noalias() -= J_dN * normal.ldlt().solve(N0.transpose());
 }
 
-std::shared_ptr<Edge> ConstrainObservability(std::shared_ptr<Edge> edge, const Prior& prior, const Vertex* local_pose) {
+std::shared_ptr<Edge> ConstrainObservability(std::shared_ptr<Edge> edge, const Prior& prior,
+                                             const std::vector<const Vertex*>& local_poses) {
   const auto& vertices = edge->Vertices();
   if (std::none_of(vertices.begin(), vertices.end(),
                    [&](const auto& v) { return FirstEstimateOf(prior, v) != nullptr; })) {
     return edge;
   }
-  return std::make_shared<EdgeObservabilityConstrained>(std::move(edge), &prior, local_pose);
+  return std::make_shared<EdgeObservabilityConstrained>(std::move(edge), &prior, local_poses);
 }
 
 }  // namespace ch5

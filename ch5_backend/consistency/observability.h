@@ -28,25 +28,28 @@ enum class ObservabilityConstraints {
 /// The directions x, y, z and yaw about `center` in closed form, for states other than the present ones: the same as
 /// GaugeDirections by differences (gauge_directions.h).
 /// @param x           the parameters of each vertex
-/// @param local_pose  a pose that is not expressed in W, such as an extrinsic; null: none
+/// @param local_poses  poses that are not expressed in W, such as extrinsics
 /// @return Σ LocalDimension × 4. Rows of poses and of speeds; all others are zero
 Eigen::Matrix<double, Eigen::Dynamic, 4> PositionYawDirections(const std::vector<std::shared_ptr<Vertex>>& vertices,
                                                                const std::vector<const double*>& x,
-                                                               const Vertex* local_pose, const Vec3& center);
+                                                               const std::vector<const Vertex*>& local_poses,
+                                                               const Vec3& center);
 
 /// An edge on poses, speeds and biases, and vertices that are not expressed in W, with J' in place of J.
 class EdgeObservabilityConstrained : public EdgeWithModifiedJacobians {
  public:
-  /// @param edge  must not be in any graph;  @param prior  must outlive this edge;  @param local_pose  as above
-  EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior* prior, const Vertex* local_pose);
+  /// @param edge  must not be in any graph;  @param prior  must outlive this edge;  @param local_poses  as above
+  EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior* prior,
+                               const std::vector<const Vertex*>& local_poses);
   void ComputeJacobians() override;
 
  private:
-  const Vertex* local_pose_;
+  std::vector<const Vertex*> local_poses_;
   std::vector<const double*> now_, first_;  // parameters of each vertex
 };
 
 /// The edge with the constraint; the edge itself if the prior holds none of its vertices.
-std::shared_ptr<Edge> ConstrainObservability(std::shared_ptr<Edge> edge, const Prior& prior, const Vertex* local_pose);
+std::shared_ptr<Edge> ConstrainObservability(std::shared_ptr<Edge> edge, const Prior& prior,
+                                             const std::vector<const Vertex*>& local_poses);
 
 }  // namespace ch5

@@ -19,7 +19,7 @@ DESCRIPTIONS = {
            "trajectory, its iterations as CSV, and a picture of before and after; follows each recording with both "
            "window policies, after ./course track where it is a folder of images (EuRoC's mav0), and writes trajectories and "
            "a report in both languages. With --mine: runs your homework's functions beside the solution's, on the chapter's problems or on DATA, and shows where they differ: mine.html.",
-    "track": "The front end: follows corners through the images of a folder in EuRoC's layout (mav0/ with cam0 and imu0, "
+    "track": "The front end: follows corners through the images of a folder in EuRoC's layout (mav0/ with cam0 and imu0, perhaps cam1, "
              "or the folder that holds it; TUM-VI's is the same) and writes the recording DIR/NAME: tracks.csv, imu.csv, "
              "calibration.yaml and, where the truth is known, groundtruth.csv. ./course run FOLDER does this by itself. It "
              "needs OpenCV, which it installs: libopencv-video-dev and libpng-dev, 46 MB.",
@@ -46,7 +46,8 @@ DESCRIPTIONS = {
              "name contains it, such as bal/ or vio_M.",
     "plots": "Draws all figures of the project, or those of the sets whose name contains a NAME, from the tables in DIR; "
              "runs what makes the tables where they are missing. Everything takes about ten minutes on two cores, --quick "
-             "less than two. Stopped, it goes on where it was, trial by trial; the same tables give the same bytes.",
+             "less than two. Stopped, it goes on where it was, trial by trial; the same tables give the same bytes. Each figure "
+             "is a PNG, and an SVG and a PDF with letters as letters, for a paper.",
     "slides": "Builds the decks in slides/, or those that are named, such as 2-solvers.en, to self-contained HTML and "
               "PDF in out/slides; tables that are missing are made first. What follows -- goes to the builder.",
     "docs": "Makes the pages of the API with Doxygen, formulas set by MathJax: one folder that needs no network, with the "
@@ -134,8 +135,9 @@ def add_run_options(parser: Parser) -> None:
     parser.add_argument("--max-features", metavar="N", help="at most N tracks of an image, those followed longest")
     parser.add_argument("--first-estimates", metavar="WHICH", help="observability constraints, which stand for first "
                         "estimates: none, prior or full; default: none")
-    parser.add_argument("--estimate-extrinsic", action="store_true", default=None, help="refines the camera's place on the body")
-    parser.add_argument("--estimate-time-offset", action="store_true", default=None, help="and the delay of its clock")
+    parser.add_argument("--estimate-extrinsic", action="store_true", default=None, help="refines the cameras' places on the body")
+    parser.add_argument("--estimate-time-offset", action="store_true", default=None, help="and the delay of their clock")
+    parser.add_argument("--mono", action="store_true", default=None, help="of a recording with two cameras: camera 1 is left out")
 
 
 def best_or_last(word: str) -> str:
@@ -193,6 +195,7 @@ def make_parser(command: str) -> Parser:
     elif command == "track":
         parser.add_argument("data", nargs="*", metavar="FOLDER", help="in EuRoC's layout: mav0, or the folder that holds it")
         parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FOLDER gets DIR/NAME")
+        parser.add_argument("--mono", action="store_true", help="of a recording with two cameras: camera 1 is left out")
     elif command == "fly":
         parser.add_argument("data", nargs="*", metavar="DATA", help="a recording's folder, or a BAL file; default: simulated")
         parser.add_argument("--out", metavar="DIR", help="where the results go, default: out")

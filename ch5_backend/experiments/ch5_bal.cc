@@ -32,6 +32,8 @@ void Run(const ch5::FileCommand& command) {
   char error[80];
   std::snprintf(error, sizeof error, ", mean error %.3f -> %.3f px", study.mean_error_before, study.mean_error_after);
   ch5::PrintSummary(study.summary, error);
+  if (study.behind_camera > 0)
+    std::printf("in %d observations the point lies behind its camera\n", study.behind_camera);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 
 #include "ch5_backend/experiments/studies/command_line.h"
@@ -13,12 +14,14 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_recording FOLDER --out DIR [--policy vins|okvis] [--batch] [--seconds A:B] [--window N]\n"
-    "       [--max-features N] [--first-estimates none|prior|full] [--estimate-extrinsic] [--estimate-time-offset]\n"
+    "       [--max-features N] [--first-estimates none|prior|full] [--estimate-extrinsic] [--estimate-time-offset] "
+    "[--mono]\n"
     "Follows the camera and IMU recorded in FOLDER (calibration.yaml, imu.csv, tracks.csv and, to compare with,\n"
     "groundtruth.csv; ch5_backend/GUIDE.md has their format) with both window policies, and writes into DIR: "
     "trajectories in TUM's and EuRoC's format, and\n"
     "tables in DIR/csv, which figures/recording.py draws. What follows a restart is a segment with files of its own,\n"
     "POLICY_1.tum and so on, and is compared with the truth by itself.\n"
+    "A second camera, camera1 of calibration.yaml, is followed too; --mono leaves it out.\n"
     "--batch also solves the longest segment at once. --window is VINS's frames or OKVIS's keyframes. The other "
     "settings\n"
     "may stand in calibration.yaml too, as `max_features: 60` under `estimator:`; the command line prevails.\n";
@@ -29,16 +32,47 @@ struct Command {
   bool batch = false;
 };
 
+// At rest the truth's positions are one point, to which any scale and any yaw aligns a trajectory.
+bool HasMoved(const ch5::OdometryRun& run, const std::vector<ch5::StampedState>& truth) {
+  constexpr double kLeast = 0.05;  // [m]
+  std::optional<ch5::Vec3> first;
+  for (const ch5::StampedState& state : run.states) {
+    const auto at = ch5::StateAt(truth, state.t);
+    if (at && !first) first = at->T_W_B.p;
+    if (at && (at->T_W_B.p - *first).norm() > kLeast) return true;
+  }
+  return false;
+}
+
+// See the table in the guide: up to this time between images the policies go on.
+void WarnOfDistantImages(const ch5::Recording& recording) {
+  constexpr double kMost = 0.5;  // [s]
+  std::vector<double> seconds;
+  for (size_t k = 1; k < recording.frames.size(); ++k) {
+    seconds.push_back(recording.frames[k].t - recording.frames[k - 1].t);
+  }
+  if (seconds.empty()) return;
+  const auto middle = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
+  std::nth_element(seconds.begin(), middle, seconds.end());
+  if (*middle <= kMost) return;
+  std::fprintf(
+      stderr,
+      "ch5_recording: warning: the images are %.2f s apart (median); above %.1f s too few tracks last, and the "
+      "estimates drift or start anew\n",
+      *middle, kMost);
+}
+
 void Run(const Command& command) {
   ch5::Recording recording = ch5::ReadRecording(command.folder);
   const auto extras = ch5::ReadCalibrationExtras(std::filesystem::path(command.folder) / "calibration.yaml");
   const ch5::OdometrySettings settings = ch5::ReadOdometrySettings(extras.estimator, command.given);
   if (!extras.not_used.empty()) {
     std::fprintf(stderr,
-                 "ch5_recording: warning: only the first camera is used; keys of others: %zu, the first is %s\n",
+                 "ch5_recording: warning: only camera and camera1 are used; keys of others: %zu, the first is %s\n",
                  extras.not_used.size(), extras.not_used.front().c_str());
   }
   settings.Restrict(&recording);
+  WarnOfDistantImages(recording);
   std::filesystem::create_directories(command.out);
   std::printf("%zu images, %zu IMU readings, %.1f s\n\n", recording.frames.size(), recording.imu.size(),
               recording.frames.back().t - recording.frames.front().t);
@@ -64,10 +98,18 @@ void Run(const Command& command) {
       "images  restarts\n");
   for (const ch5::OdometryRun& run : study.runs) {
     if (run.error) {
-      const ch5::RelativeError relative = run.relative.value_or(ch5::RelativeError());
-      std::printf("%-8s  %7.4f  %7.4f  %9.2f  %8.2f  %6.4f  %9.3f  ", run.policy.c_str(), run.error->position_rmse,
-                  relative.position_rmse, relative.DriftPercent(), relative.path, run.error->scale,
-                  run.error->yaw_rmse * 180.0 / M_PI);
+      std::printf("%-8s  %7.4f  ", run.policy.c_str(), run.error->position_rmse);
+      if (run.relative) {
+        std::printf("%7.4f  %9.2f  %8.2f  ", run.relative->position_rmse, run.relative->DriftPercent(),
+                    run.relative->path);
+      } else {
+        std::printf("%7s  %9s  %8s  ", "-", "-", "-");
+      }
+      if (HasMoved(run, recording.truth)) {
+        std::printf("%6.4f  %9.3f  ", run.error->scale, run.error->yaw_rmse * 180.0 / M_PI);
+      } else {
+        std::printf("%6s  %9s  ", "-", "-");
+      }
     } else {
       std::printf("%-8s  %7s  %7s  %9s  %8s  %6s  %9s  ", run.policy.c_str(), "-", "-", "-", "-", "-", "-");
     }

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws a solved bundle adjustment before and after, and how its cost fell: DIR/figures/before_after.png and .svg.
+"""Draws a solved bundle adjustment before and after, and how its cost fell: DIR/figures/before_after.png, .svg and .pdf.
 
 usage: bal.py DIR        the folder that ch5_bal FILE --out DIR has filled
 
@@ -103,7 +103,7 @@ def panel(axes, view, points, cameras, title, error):
     axes.set_title(f"{title}: mean error {error:.2f} px", weight="bold")
     if len(shown) < len(points):
         axes.text(0.99, 0.02, f"{len(points) - len(shown)} of {len(points)} points lie outside", ha="right", color=GRAY,
-                  transform=axes.transAxes, fontsize=9.5)
+                  transform=axes.transAxes, fontsize=11.5)
 
 
 def cost_panel(axes, trace, summary):
@@ -114,7 +114,7 @@ def cost_panel(axes, trace, summary):
     axes.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
     axes.set_title("cost ½ Σ ρ(‖r‖²) [px²]" if float(summary["huber_px"]) > 0 else "cost ½ Σ ‖r‖² [px²]")
     axes.text(0.97, 0.95, f"{style.number(cost[0], 4)} → {style.number(cost[-1], 4)}\n{float(summary['seconds']):.2f} s", ha="right", va="top",
-              transform=axes.transAxes, fontsize=11)
+              transform=axes.transAxes, fontsize=11.5)
 
 
 def layout(view):

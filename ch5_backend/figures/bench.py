@@ -24,7 +24,7 @@ def cost_figure(directory, traces):
                 excess = np.maximum(np.minimum.accumulate(run["cost"]) / best - 1.0, 1e-9)
                 axes.plot(1e3 * run["seconds"], excess, color=color, marker="o", markersize=3, label=side)
         style.plain_log(axes.xaxis)
-        axes.tick_params(axis="x", labelsize=10)
+        axes.tick_params(axis="x", labelsize=10.5)
         style.log_axis(axes.yaxis)
         axes.axhline(1e-3, color=style.GRAY, linewidth=0.8, linestyle=":")
         axes.set_title(name)
@@ -33,7 +33,7 @@ def cost_figure(directory, traces):
         axes.set_visible(False)
     for axes in panels[:, 0]:
         axes.set_ylabel("cost / best − 1")
-    panels[0, 0].text(0.02, 1.3e-3, "0.1 %", color=style.GRAY, fontsize=10, transform=panels[0, 0].get_yaxis_transform())
+    panels[0, 0].text(0.02, 1.3e-3, "0.1 %", color=style.GRAY, fontsize=10.5, transform=panels[0, 0].get_yaxis_transform())
     style.legend_above(fig, panels[0, 0])
     style.save(fig, directory, "bench_cost")
 

@@ -19,9 +19,9 @@ def curves(panels, trace, **look):
 def draw(directory):
     trace, summary = read(directory, "mono_ba_trace"), read(directory, "mono_ba_summary")
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
-    for scene, color, marker in (("course", BLUE, "o"), ("large", VERMILION, "s")):
+    for scene, color in (("course", BLUE), ("large", VERMILION)):
         size = summary.row(scene=scene)
-        curves(dict(zip(PANELS, panels)), trace.where(scene=scene), color=color, marker=marker,
+        curves(dict(zip(PANELS, panels)), trace.where(scene=scene), color=color, marker="o",
                label=f"{int(size['frames'])} frames × {int(size['points'])} points")
     for axes, title in zip(panels, PANELS.values()):
         axes.set(title=title, xlabel="iteration")

@@ -53,7 +53,6 @@ def methods(directory):
     paper_iterations(top, len(METHODS), "the paper's")
     dots(top, table, "iterations", METHODS)
     dots(bottom, table, "milliseconds", METHODS)
-    top.set_ylim(0, 8.5)
     top.set_ylabel("iterations")
     style.plain_log(bottom.yaxis)
     bottom.set_ylabel("time an iteration [ms]")
@@ -71,7 +70,6 @@ def errors(directory):
             axes.plot([at - 0.35, at + 0.35], 2 * [gauge_paper.RMSE[scene]["fixation"][k]], color=INK, linewidth=1.5,
                       label="the paper's, all methods" if at == 0 else None)
         dots(axes, table, column, ("fixation", "free", "prior"))
-        axes.set_ylim(bottom=0)
         axes.set_title(title)
     for k, (axes, column) in enumerate(zip(panels[1], ERRORS)):
         draw_differences(axes, table, column, k)
@@ -89,7 +87,7 @@ def draw_differences(axes, table, column, k):
         _, color, marker = METHODS[method]
         worst = differences(table, column, method).reshape(6, -1).max(axis=1)
         axes.plot(range(6), worst, color=color, marker=marker, linestyle="none", markersize=7)
-        axes.axhline(asked, color=color, linewidth=1.0, linestyle=(0, (4, 3)))
+        axes.axhline(asked, color=color, linewidth=1.0)
     paper = [gauge_paper.RMSE[scene] for scene in gauge_paper.SCENES]
     theirs = np.array([abs(rmse["free"][k] / rmse["fixation"][k] - 1) for rmse in paper])
     axes.plot(np.arange(6)[theirs > 0], theirs[theirs > 0], color=INK, marker="^", linestyle="none",
@@ -102,8 +100,8 @@ def draw_differences(axes, table, column, k):
 def weight_line(axes, weights, values, color, marker, label=None, **look):
     """Values against the weight; w = 0 stands apart. Returns where each weight is drawn."""
     x = style.weight_axis(axes, weights)
-    axes.plot(x[1:], values[1:], color=color, marker=marker, markersize=4, label=label, **look)
-    axes.plot(x[:1], values[:1], color=color, marker=marker or "o", markersize=4)
+    axes.plot(x[1:], values[1:], color=color, marker=marker, markersize=5, label=label, **look)
+    axes.plot(x[:1], values[:1], color=color, marker=marker or "o", markersize=5)
     return x
 
 
@@ -126,13 +124,13 @@ def sweep_errors(panels, table):
     for axes, (error, title) in zip(panels, ERRORS.items()):
         x = style.weight_axis(axes, weights)
         for path, color in zip(PATHS, (VERMILION, GREEN, SKY)):
-            for name, dashes in (("planes", "-"), ("random", ":")):
+            for name, fill in (("planes", "full"), ("random", "none")):
                 relative = [change(of_scene(table, (path, name)), error, weight) for weight in weights]
-                axes.plot(x[1:], relative[1:], dashes, color=color, linewidth=1.5, label=f"{path}, {name}")
-                axes.plot(x[:1], relative[:1], marker="o" if name == "planes" else "^", color=color, markersize=4)
+                for part, label in ((slice(1, None), f"{path}, {name}"), (slice(1), None)):
+                    axes.plot(x[part], np.array(relative)[part], marker="o", fillstyle=fill, markersize=5, color=color, linewidth=1,
+                              label=label)
         axes.set_title(title.rpartition(" ")[0])
     panels[0].set_ylabel("mean RMSE − that at 10⁸ [%]")
-    panels[1].legend(fontsize=10, ncol=2, loc="lower right", columnspacing=1.0, handlelength=1.5)
 
 
 def paper_sweep(axes, table, label):
@@ -160,8 +158,9 @@ def sweep(directory):
         axes.set_xlabel("prior weight w" if axes in panels[2] else "")
     for axes, title in zip(panels[:2, 0], ("iterations", "processor time [ms]")):
         axes.set_ylabel(title)
-        axes.set_ylim(bottom=0)
     style.legend_above(fig, panels[0, 0])
+    style.space(fig, rect=(0, 0.04, 1, 0.91))
+    fig.legend(*panels[2, 0].get_legend_handles_labels(), loc="lower left", ncol=6, fontsize=11, columnspacing=1.4)
     style.save(fig, directory, "gauge_sweep")
 
 
@@ -200,7 +199,8 @@ def convergence(directory):
     fig, (path, left, right) = plt.subplots(1, 3, figsize=(10.5, 4.6), layout="constrained")
     for k, weight in enumerate(weights):
         rows = table.where(weight=weight)
-        look = dict(color=plt.cm.viridis(0.9 * k / (len(weights) - 1)), marker="o", markersize=4, linewidth=1.5)
+        look = dict(color=plt.cm.viridis(0.9 * k / (len(weights) - 1)), marker=style.MARKS[k % len(style.MARKS)], markersize=5,
+                    linewidth=1.5)
         path.plot(rows["prior_error"], rows["reprojection_px"], label=f"w = {style.number(weight, 1)}", **look)
         arrival_line(left, rows, "reprojection_px", **look)
         arrival_line(right, rows, "prior_error", **look)

@@ -34,19 +34,18 @@ def error_lines(axes, table, start, names):
     for (place, label), (color, marker) in zip(names.items(), LOOKS):
         weight_line(axes, *error_ratio(table, place, start), color, marker, label)
     style.plain_log(axes.yaxis, [0.5, 1, 2, 5, 10, 20, 50])
-    axes.set_ylim(0.3, 60)
 
 
 def draw_factor(axes, table, factor):
     title, values = FACTORS[factor]
     factor_lines(axes, table, factor, values)
-    axes.set_title(f"iterations: {title}")
-    axes.set_ylim(0, 44)
-    axes.legend(loc="upper right", fontsize=10.5)
+    style.legend_over(axes, f"iterations: {title}")
 
 
 def draw_error(axes, table, start, title):
     error_lines(axes, table, start, FACTORS["place"][1])
+    if start == "truth":  # all are near 1
+        axes.set_yscale("linear")
     axes.set_title(title)
 
 

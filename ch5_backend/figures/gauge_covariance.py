@@ -78,7 +78,6 @@ def deviations(directory):
     fig, panels = plt.subplots(1, 3, figsize=(10.5, 4.4), layout="constrained")
     for axes, (column, title) in zip(panels, ERRORS.items()):
         deviation_lines(axes, table, column, GAUGES)
-        axes.set_ylim(0, 1.08 * table[column].max())
         axes.set_xticks(range(0, int(table["keyframe"].max()) + 1, 3))
         axes.set(title=f"σ of {title}", xlabel="keyframe")
     style.legend_above(fig, panels[0], columns=4)

@@ -13,8 +13,8 @@ from .tables import read
 
 MODES = {"none": ("no first estimates", ORANGE, "-"), "prior_only": ("in the prior only", BLUE, "--"),
          "full": ("full first estimates", GREEN, "-")}
-CAUSES = {("twice", "exact"): ("used twice, host exact", VERMILION, "-"),
-          ("once", "exact"): ("used once, host exact", VERMILION, "--"),
+CAUSES = {("twice", "exact"): ("used twice, host exact", VERMILION, "-."),
+          ("once", "exact"): ("used once, host exact", VERMILION, ":"),
           ("twice", "noisy"): ("used twice, host noisy", BLUE, "-"),
           ("once", "noisy"): ("used once, host noisy", BLUE, "--")}
 

@@ -8,6 +8,7 @@ from .style import BLUE, GRAY, VERMILION, plt
 from .tables import dense, read
 
 COLORS = {"vins": BLUE, "okvis": VERMILION}
+DOTS = {"vins": ".", "okvis": "x"}
 NAMES = {"vins": "VINS", "okvis": "OKVIS"}
 
 
@@ -65,8 +66,8 @@ def timing(directory):
                                       gridspec_kw={"width_ratios": (1.6, 1.0)})
     for name in policies(tracking):
         rows, p99 = tracking.where(policy=name), summary.row(policy=name)["p99_window_ms"]
-        left.plot(rows["t_s"], rows["milliseconds"], ".", color=COLORS[name], markersize=2.5)
-        left.axhline(p99, color=COLORS[name], linewidth=1.0, linestyle=(0, (4, 3)))
+        left.plot(rows["t_s"], rows["milliseconds"], DOTS[name], color=COLORS[name], markersize=3, markeredgewidth=0.7)
+        left.axhline(p99, color=COLORS[name], linewidth=1.0)
         ordered = np.sort(rows["milliseconds"])
         right.plot(ordered, 100 * (np.arange(len(ordered)) + 1) / len(ordered), color=COLORS[name],
                    label=f"{NAMES[name]}: 99 % in {p99:.2g} ms")
@@ -92,8 +93,8 @@ def spectrum(directory):
         for k, t in enumerate(times):
             values = rows.where(t_s=t)["eigenvalue"]
             shade = plt.get_cmap("viridis")(0.85 * k / max(1, len(times) - 1))
-            axes.plot(np.arange(1, len(values) + 1), np.maximum(values, 1e-10), "o-", color=shade, markersize=3,
-                      linewidth=0.8, label=f"{t:.1f} s")
+            axes.plot(np.arange(1, len(values) + 1), np.maximum(values, 1e-10), color=shade, marker=style.MARKS[k % len(style.MARKS)],
+                      markersize=3.5, linewidth=0.8, label=f"{t:.1f} s")
         style.log_axis(axes.yaxis)
         axes.axvspan(0.5, 4.5, color=style.PALE, zorder=0)
         axes.set(xlabel="number, ascending", title=f"{NAMES[name]}: the prior's spectrum")
@@ -120,8 +121,8 @@ def leak(directory, say, policy):
 
 
 def leak_line(axes, times, values, policy, least=1e-12, **look):
-    """|nᵀHn| of the priors over time."""
-    axes.plot(times, np.maximum(np.abs(values), least), color=COLORS[policy], **look)
+    """|nᵀHn| of the priors over time, where it is above `least`."""
+    axes.plot(times, np.where(np.abs(values) > least, np.abs(values), np.nan), color=COLORS[policy], **look)
 
 
 def gauge(directory):

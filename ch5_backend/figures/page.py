@@ -33,10 +33,13 @@ def formulas(text):
 
 
 def figure(directory, name, caption, alternative, say):
-    """DIR/figures/NAME.png, or NAME.zh.png on a Chinese page, with its words, alternative text for screen readers, and a link to the SVG."""
-    own = Path(directory) / "figures" / f"{name}.{say.language}.png"
-    path = own if own.exists() else own.with_name(f"{name}.png")
-    return PIECES.picture(name, small(path, path.stat().st_mtime_ns), caption, alternative, say)
+    """DIR/figures/NAME.png, or NAME.zh.png on a Chinese page, with its words, alternative text for screen readers, and links to
+    the SVG and the PDF."""
+    folder = Path(directory) / "figures"
+    own = {kind: f"{name}.{say.language}.{kind}" for kind in ("png", "svg", "pdf")}
+    files = {kind: file if (folder / file).exists() else f"{name}.{kind}" for kind, file in own.items()}
+    path = folder / files.pop("png")
+    return PIECES.picture([(file, kind.upper()) for kind, file in files.items()], small(path, path.stat().st_mtime_ns), caption, alternative, say)
 
 
 @lru_cache(maxsize=64)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws a pose graph before and after it was optimized, and how its cost fell: DIR/figures/pose_graph.png and .svg.
+"""Draws a pose graph before and after it was optimized, and how its cost fell: DIR/figures/pose_graph.png, .svg and .pdf.
 
 usage: pose_graph.py DIR        the folder that ch5_pose_graph FILE --out DIR has filled
 
@@ -62,7 +62,7 @@ def cost_panel(axes, trace, summary):
     axes.set_title("cost ½ Σ ρ(rᵀWr)" if float(summary["huber"]) > 0 else "cost ½ Σ rᵀWr")
     axes.text(0.97, 0.95, f"{style.number(trace['cost'][0], 4)} → {style.number(trace['cost'][-1], 4)}\n"
               f"{float(summary['seconds']):.2f} s",
-              ha="right", va="top", transform=axes.transAxes, fontsize=11)
+              ha="right", va="top", transform=axes.transAxes, fontsize=11.5)
 
 
 def draw(directory):

@@ -5,28 +5,28 @@ from . import style
 from .style import BLUE, GREEN, GRAY, INK, ORANGE, PINK, SKY, VERMILION, plt
 from .tables import Table, read
 
-VARIANTS = {  # name: (label, color, marker)
-    "course": ("course: starts at the truth, W = I", VERMILION, "o"),
-    "perturbed": ("perturbed start, W = 1/σ²", BLUE, "s"),
-    "minimal": ("the same, minimal gauge", GREEN, "^"),
+VARIANTS = {  # name: (label, color)
+    "course": ("course: starts at the truth, W = I", VERMILION),
+    "perturbed": ("perturbed start, W = 1/σ²", BLUE),
+    "minimal": ("the same, minimal gauge", GREEN),
 }
 
-OTHERS = ((ORANGE, "D"), (SKY, "v"), (PINK, "P"))
+OTHERS = (ORANGE, SKY, PINK)
 CAPPED = "maximum of iterations"
 TICKS = [digit * 10.0**exponent for exponent in range(-4, 8) for digit in (1, 2, 5)]
 
 
 def curves(table, labels):
-    """(rows, label, color, marker) of each variant; those that are not the chapter's go by their own name."""
+    """(rows, label, color) of each variant; those that are not the chapter's go by their own name."""
     if labels:
-        return [(table.where(variant=name), labels[name], *VARIANTS[name][1:]) for name in labels]
+        return [(table.where(variant=name), labels[name], VARIANTS[name][1]) for name in labels]
     if "variant" not in table.columns:
-        return [(table, None, BLUE, "o")]
+        return [(table, None, BLUE)]
     names = list(dict.fromkeys(table["variant"]))
     known = [name for name in VARIANTS if name in names]
     others = [name for name in names if name not in VARIANTS]
     return [(table.where(variant=name), *VARIANTS[name]) for name in known] + [
-        (table.where(variant=name), str(name), *OTHERS[i % len(OTHERS)]) for i, name in enumerate(others)]
+        (table.where(variant=name), str(name), OTHERS[i % len(OTHERS)]) for i, name in enumerate(others)]
 
 
 def lines(axes, table, column, scale=lambda rows, values: values, names=None, marks=True):
@@ -35,13 +35,13 @@ def lines(axes, table, column, scale=lambda rows, values: values, names=None, ma
     A deck names its variants, {variant: label}, and may leave the marks out.
     """
     table = Table({**table.columns, "x": style.weight_axis(axes, table["weight"])})
-    for rows, label, color, marker in curves(table, names):
+    for rows, label, color in curves(table, names):
         x, y, free = rows["x"], scale(rows, rows[column]), rows["weight"] == 0
-        axes.plot(x[~free], y[~free], color=color, marker=marker if marks else None, label=label)
-        axes.plot(x[free], y[free], color=color, marker=marker)
+        axes.plot(x[~free], y[~free], color=color, marker="o" if marks else None, label=label)
+        axes.plot(x[free], y[free], color=color, marker="o")
         if marks and "termination" in rows.columns:
             capped = rows["termination"] == CAPPED
-            axes.plot(x[capped], y[capped], linestyle="none", marker=marker, color=color, markerfacecolor="white")
+            axes.plot(x[capped], y[capped], linestyle="none", marker="o", color=color, markerfacecolor="white")
 
 
 def sweep_figure(table):
@@ -89,7 +89,7 @@ def traces(directory):
     fig, panels = plt.subplots(1, 3, figsize=style.WIDE, sharey=True, layout="constrained")
     decades = np.array([w for w in np.unique(table["weight"]) if w > 0 and abs(np.log10(w) % 1) < 1e-9])
     norm = plt.matplotlib.colors.LogNorm(decades.min(), decades.max())
-    for axes, (variant, (label, color, _)) in zip(panels, VARIANTS.items()):
+    for axes, (variant, (label, color)) in zip(panels, VARIANTS.items()):
         rows = table.where(variant=variant)
         for weight in (*decades, 0.0):
             cost, k = (rows.where(weight=weight)[name] for name in ("cost", "iteration"))
@@ -128,11 +128,11 @@ DAMPINGS = {"identity": "H + λ I (Levenberg, the course)", "diagonal": "H + λ 
 
 def damping_lines(axes, table, column, names):
     """One line a damping against the weight."""
-    for name, color, marker in (("identity", VERMILION, "o"), ("diagonal", BLUE, "s")):
+    for name, color in (("identity", VERMILION), ("diagonal", BLUE)):
         rows = table.where(damping=name)
         x = style.weight_axis(axes, rows["weight"])
-        axes.plot(x[1:], rows[column][1:], color=color, marker=marker, label=names[name])
-        axes.plot(x[:1], rows[column][:1], color=color, marker=marker)
+        axes.plot(x[1:], rows[column][1:], color=color, marker="o", label=names[name])
+        axes.plot(x[:1], rows[column][:1], color=color, marker="o")
 
 
 def damping(directory):

@@ -46,7 +46,8 @@ def mix(color, share):
 
 
 class Figures(dict):
-    """The figures of a deck's module: {name: draw(tables, language) -> SVG text}; its words have this prefix."""
+    """The figures of a deck's module: {name: draw(tables, language) -> SVG text, or draw(…, "pdf") -> bytes}; its words have this
+    prefix."""
 
     def __init__(self, prefix):
         super().__init__()
@@ -56,11 +57,11 @@ class Figures(dict):
         """Adds draw(slide, tables, say), which draws on a Slide of that size, under its name."""
         def add(draw):
             @functools.wraps(draw)
-            def drawn(tables, language):
+            def drawn(tables, language, kind="svg"):
                 with plt.rc_context({**LOOK, **look}):
                     slide = Slide(width, height, title)
                     draw(slide, tables, Words(language, self.prefix))
-                    return slide.render()
+                    return slide.render(kind)
             self[draw.__name__] = drawn
             return drawn
         return add
@@ -155,11 +156,14 @@ class Slide:
         return self.figure.legend(*axes.get_legend_handles_labels(), loc="upper left", ncol=columns, **look,
                                   bbox_to_anchor=(x / self.width, 1 - y / self.height))
 
-    def render(self):
-        """The SVG's text."""
-        text = io.StringIO()
-        self.figure.savefig(text, format="svg", metadata={**style.METADATA[".svg"], "Title": self.title})
+    def render(self, kind="svg"):
+        """The SVG's text, or the bytes of a PDF."""
+        style.tell_apart(self.figure)
+        text = io.StringIO() if kind == "svg" else io.BytesIO()
+        self.figure.savefig(text, format=kind, metadata={**style.METADATA[f".{kind}"], "Title": self.title})
         plt.close(self.figure)
+        if kind == "pdf":
+            return text.getvalue()
         return re.sub(r' ?\n(?=[MLQCz"])', " ", text.getvalue()[text.getvalue().index("<svg"):])  # a path is a line
 
 

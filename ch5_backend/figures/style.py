@@ -7,6 +7,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import to_hex
+from matplotlib.lines import Line2D
 
 from . import translate
 from .atomic_write import atomic_write
@@ -16,6 +18,11 @@ from .tables import TableError
 PALETTE = ["#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"]
 BLUE, VERMILION, GREEN, ORANGE, SKY, PINK = "C0", "C1", "C2", "C3", "C4", "C5"  # of the palette, or of the decks' own
 INK, GRAY, PALE = "#222222", "#8a8a8a", "#d9d9d9"
+
+# Beside its color each curve has dashes, or marks, of its own: in gray it can still be followed.
+DASHES = ("-", (0, (5, 1.6)), (0, (6, 1.5, 1, 1.5)), (0, (1, 1.1)), (0, (3, 1.2, 1, 1.2, 1, 1.2)), (0, (9, 2)))
+SOLID = (0, None)  # of a line that stays so in any color, because it is alone
+MARKS = ("o", "s", "^", "D", "v", "P", "X")
 
 WIDE = (10.0, 5.0)  # inches: fills a slide below its title
 
@@ -44,7 +51,8 @@ plt.rcParams.update({
     "image.cmap": "viridis",
     "image.interpolation": "nearest",
     "svg.hashsalt": "ch5",  # element names in an SVG are drawn from this, not from chance
-    "svg.fonttype": "path",
+    "svg.fonttype": "none",  # words stay words: they can be searched, and set in a paper's own font
+    "pdf.fonttype": 42,      # the letters as TrueType, which publishers ask for
 })
 
 
@@ -53,27 +61,44 @@ METADATA = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None},
 
 
 def save(figure, directory, name, chinese=False):
-    """DIR/figures/NAME.png and NAME.svg: the same table gives the same bytes. With `chinese` NAME.zh.png too, if this machine
-    has the letters."""
+    """DIR/figures/NAME.png for the page, NAME.svg and NAME.pdf for a paper: the same table gives the same bytes. With
+    `chinese` NAME.zh.png and NAME.zh.svg too, if this machine has the letters."""
     folder = Path(directory) / "figures"
     folder.mkdir(parents=True, exist_ok=True)
-    for suffix in (".png", ".svg"):
+    for suffix in (".png", ".svg", ".pdf"):
         save_as(figure, folder / f"{name}{suffix}")
-        freeze(figure)  # the second picture keeps the first one's layout, and saves half the time
+        freeze(figure)  # the others keep the first one's layout, and save half the time
     if chinese and translate.to_chinese(figure):
-        save_as(figure, folder / f"{name}.zh.png")
+        for suffix in (".zh.png", ".zh.svg"):  # in a PDF matplotlib would embed these letters under a wrong kind
+            save_as(figure, folder / f"{name}{suffix}")
     plt.close(figure)
+
+
+def tell_apart(figure):
+    """Gives each solid line the dashes of its color, and each round mark its color's shape; in legends too. A line with
+    marks stays solid, and one that has dashes of its own keeps them."""
+    colors = [to_hex(color) for color in plt.rcParams["axes.prop_cycle"].by_key()["color"]]
+    for line in figure.findobj(Line2D):
+        color = to_hex(line.get_color())
+        if color not in colors or getattr(line.axes, "name", "") == "3d":  # there, lines are the edges of things
+            continue
+        k = colors.index(color)
+        if line.get_marker() == "o":
+            line.set_marker(MARKS[k])
+        elif line.get_linestyle() == "-" and line.get_marker() in ("None", ""):
+            line.set_linestyle(DASHES[k])
 
 
 def save_as(figure, path):
     """One file, of the kind that its ending tells."""
+    tell_apart(figure)
     with atomic_write(path) as partial:
         figure.savefig(partial, metadata=METADATA[Path(path).suffix])
 
 
 def discard(directory, name):
     """Removes what an earlier run has drawn, where this one has nothing to draw."""
-    for suffix in (".png", ".svg", ".zh.png"):
+    for suffix in (".png", ".svg", ".pdf", ".zh.png", ".zh.svg"):
         (Path(directory) / "figures" / f"{name}{suffix}").unlink(missing_ok=True)
 
 
@@ -165,7 +190,14 @@ def legend_above(figure, axes, columns=3):
     if handles:
         space(figure, rect=(0, 0, 1, 1 - 0.45 / figure.get_figheight()))
         figure.legend(handles, labels, loc="upper left", bbox_to_anchor=(0.005, 1.0), ncol=columns, fontsize=12,
-                      columnspacing=1.8, handlelength=1.8)
+                      columnspacing=1.8, handlelength=2.2)
+
+
+def legend_over(axes, title):
+    """The title, and below it, still above the axes, what the lines are."""
+    legend = axes.legend(title=title, title_fontsize=plt.rcParams["axes.titlesize"], fontsize=11, loc="lower left",
+                         bbox_to_anchor=(0, 1), borderaxespad=0.3, borderpad=0, handlelength=2.2)
+    legend._legend_box.align = "left"  # Matplotlib 3.5 has no word for it
 
 
 def main(draw):

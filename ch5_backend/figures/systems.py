@@ -93,9 +93,9 @@ def segments_path(axes, tables, names):
     axes.plot(truth["x_m"], truth["y_m"], color=GRAY, linewidth=4, alpha=0.5, label=names("truth"))
     for policy in NAMES:
         rows = tables("restart", policy=policy)
-        for segment, dashes in zip(np.unique(rows["segment"]), ("-", "--", ":")):
+        for segment in np.unique(rows["segment"]):
             one = rows.where(segment=segment)
-            axes.plot(one["x_m"], one["y_m"], dashes, color=COLORS[policy], label=NAMES[policy] if segment == 0 else None)
+            axes.plot(one["x_m"], one["y_m"], color=COLORS[policy], label=NAMES[policy] if segment == 0 else None)
     axes.set_aspect("equal", adjustable="datalim")
 
 
@@ -104,10 +104,10 @@ def segments_error(axes, tables, names):
     for policy in NAMES:
         rows = tables("restart", policy=policy)
         axes.axvspan(*numbers.SILENT, color=PALE, linewidth=0)
-        for segment, dashes in zip(np.unique(rows["segment"]), ("-", "--", ":")):
+        for segment in np.unique(rows["segment"]):
             one = rows.where(segment=segment)
-            axes.plot(one["t_s"], one["error_m"], dashes, color=COLORS[policy])
-            axes.plot(one["t_s"], one["joint_error_m"], dashes, color=COLORS[policy], linewidth=0.8)
+            axes.plot(one["t_s"], one["error_m"], color=COLORS[policy])
+            axes.plot(one["t_s"], one["joint_error_m"], color=COLORS[policy], linewidth=0.8)
     style.plain_log(axes.yaxis)
 
 
@@ -126,7 +126,7 @@ def distance(axes, tables, recording):
 
 
 def window_size(axes, tables, recording, column, names):
-    for temporal, color in zip(numbers.TEMPORAL, (GRAY, ORANGE, BLUE, GREEN)):
+    for temporal, color in zip(numbers.TEMPORAL, (PINK, ORANGE, BLUE, GREEN)):
         keyframes, values = numbers.over_keyframes(tables, recording, temporal, column)
         axes.plot(keyframes, values, color=color, marker="o", markersize=4, label=names("newest frames", n=temporal))
     axes.set_xticks(keyframes)
@@ -225,11 +225,11 @@ def draw_preintegration(directory, tables):
 
 
 def draw_restart(directory, tables):
-    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained", width_ratios=(1, 1.4))
+    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained", gridspec_kw={"width_ratios": (1, 1.4)})
     segments_path(panels[0], tables, plain)
     panels[0].set(xlabel="x [m]", ylabel="y [m]", title="from above")
     segments_error(panels[1], tables, plain)
-    panels[1].set(xlabel="time [s]", title="error of the position [m]; thin: one alignment of both segments")
+    panels[1].set(xlabel="time [s]", title="position error [m]; thin: segments aligned as one")
     style.legend_above(fig, panels[0])
     style.save(fig, directory, "systems_restart", chinese=True)
 
@@ -270,11 +270,11 @@ def draw_pose_graphs(directory, tables):
     for axes, (column, title) in zip(panels[0], (("milliseconds", "time of an iteration [ms]"), ("megabytes", "memory [MB]"))):
         solver_column(axes, tables, column, plain)
         axes.set(xlabel="unknowns", title=title)
-    panels[0, 1].legend(fontsize=10, loc="lower right", handlelength=1.0, borderaxespad=0.0)
     for axes, data_set in zip([panels[0, 2], *panels[1]], DATA_SETS):
         algorithm_costs(axes, tables, data_set, plain)
         axes.set(xlabel="iteration", title=f"{data_set}: cost / least")
     panels[1, 0].legend(fontsize=10)
+    style.legend_above(fig, panels[0, 0], columns=4)
     style.save(fig, directory, "systems_pose_graphs", chinese=True)
 
 
@@ -309,7 +309,7 @@ def captions(say):
     largest = DATA_SETS[-1]
     by = lambda solver, data_set: one(of[solver, data_set]["milliseconds"] / of["sparse", data_set]["milliseconds"])  # noqa: E731
     mit = {algorithm: KEPT("pose_graphs", data_set="MIT", solver="sparse", algorithm=algorithm) for algorithm in OF_ALGORITHM}
-    about = KEPT("systems_about").rows()[0]
+    about = KEPT("machine").rows()[0]
     least = min(rows["cost"].min() for rows in mit.values())
     words = {
         "systems_ablation": dict(

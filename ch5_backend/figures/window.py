@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws a window before and after its solve, and how its cost fell: DIR/figures/window.png and .svg.
+"""Draws a window before and after its solve, and how its cost fell: DIR/figures/window.png, .svg and .pdf.
 
 usage: window.py DIR        the folder that ch5_window FILE --out DIR has filled
 

@@ -1,7 +1,7 @@
 #include "ch5_backend/files/csv_reader.h"
 
 namespace ch5 {
-CsvReader::CsvReader(const std::string& path, std::vector<std::string> columns)
+CsvReader::CsvReader(const std::string& path, std::vector<std::string> columns, const std::string& optional)
     : reader_(path), columns_(std::move(columns)) {
   const std::optional<std::string_view> header = reader_.ReadLine();
   if (!header) Fail("the file is empty");
@@ -10,9 +10,12 @@ CsvReader::CsvReader(const std::string& path, std::vector<std::string> columns)
     Fail("the first line must name the columns and begin with \"" + columns_.front() + "\", got " +
          TextReader::Quote(*header));
   }
+  has_optional_ = !optional.empty() && cells_.size() == columns_.size() + 1 && Trim(cells_.back()) == optional;
+  if (has_optional_) columns_.push_back(optional);
   if (cells_.size() != columns_.size()) {
     Fail("the first line names " + std::to_string(cells_.size()) + " columns, must be " +
-         std::to_string(columns_.size()));
+         std::to_string(columns_.size()) +
+         (optional.empty() || cells_.size() <= columns_.size() ? "" : ", or a last one more, " + optional));
   }
 }
 

@@ -12,8 +12,12 @@ class CsvReader {
  public:
   /// Opens `path`, whose first line must begin with `columns.front()` and have as many columns.
   /// @param columns  their names with units, for the check and for messages
+  /// @param optional  the name of a further column that may follow; empty: none
   /// @throws FileError
-  CsvReader(const std::string& path, std::vector<std::string> columns);
+  CsvReader(const std::string& path, std::vector<std::string> columns, const std::string& optional = "");
+
+  /// Whether the optional column, behind the others, is there.
+  bool HasOptional() const { return has_optional_; }
 
   /// Goes to the next row; false after the last. Lines that are blank are passed over.
   /// @throws FileError if the row has too few or too many cells, or no end: then its last number may be cut
@@ -30,6 +34,7 @@ class CsvReader {
   TextReader reader_;
   std::vector<std::string> columns_;
   std::vector<std::string_view> cells_;
+  bool has_optional_ = false;
 };
 
 }  // namespace ch5

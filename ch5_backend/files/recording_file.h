@@ -4,6 +4,7 @@
 ///
 ///   imu.csv          #timestamp [ns],w_x [rad/s],w_y,w_z,a_x [m/s^2],a_y,a_z
 ///   tracks.csv       #timestamp [ns],track_id,x [normalized],y [normalized]        rows of an image together
+///                    or one column more, camera: 0, or 1 for the calibration's camera1, under the same track_id
 ///   groundtruth.csv  #timestamp [ns],p_x [m],p_y,p_z,q_w,q_x,q_y,q_z,v_x [m/s],…,bg_x [rad/s],…,ba_x [m/s^2],…
 
 #include <filesystem>
@@ -18,7 +19,7 @@ namespace ch5 {
 /// Reads a folder; time 0 is the first IMU reading.
 /// @throws FileError "file:line: what is wrong, got value" for a missing file or column, a number that is none or not
 ///         finite, a timestamp that is repeated, goes backwards or is more than ten days from the first IMU reading, a
-///         track twice in an image, a quaternion that is not of length 1, an unknown or missing key of the calibration,
+///         track twice in an image, a point of a camera that has no calibration, a quaternion that is not of length 1, an unknown or missing key of the calibration,
 ///         fewer than two IMU readings, no image, a table that ends within a line, or a truth whose quaternions agree with
 ///         the gyroscope in the order x, y, z, w only
 Recording ReadRecording(const std::filesystem::path& folder);
@@ -35,7 +36,7 @@ using EstimatorWords = std::vector<EstimatorWord>;
 /// What calibration.yaml says besides the calibration.
 struct CalibrationExtras {
   EstimatorWords estimator;           ///< of the section `estimator:`, for the program that uses it to judge
-  std::vector<std::string> not_used;  ///< keys of further cameras, as "file:line: key"
+  std::vector<std::string> not_used;  ///< keys of cameras beyond camera1, as "file:line: key"
 };
 /// @throws FileError
 CalibrationExtras ReadCalibrationExtras(const std::filesystem::path& file);

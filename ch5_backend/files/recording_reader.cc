@@ -57,24 +57,32 @@ void ReadImu(const std::string& path, Recording* recording) {
 }
 
 void ReadTracks(const std::string& path, Recording* recording) {
-  CsvReader csv(path, {"#timestamp [ns]", "track_id", "x", "y"});
+  CsvReader csv(path, {"#timestamp [ns]", "track_id", "x", "y"}, "camera");
   TimeStamps stamps;
-  std::set<int> ids;  // of the current image
+  std::set<std::pair<int, int>> seen;  // of the current image: camera and id
   while (csv.NextRow()) {
     const double t = SecondsAt(stamps.Read(csv, true, recording->origin_ns), recording->origin_ns);
     if (recording->frames.empty() || recording->frames.back().t != t) {
       recording->frames.push_back({t, {}});
-      ids.clear();
+      seen.clear();
     }
     const int id = static_cast<int>(csv.Integer(1, 0, std::numeric_limits<int>::max()));
-    if (!ids.insert(id).second) csv.Fail("the track is in this image already, got track_id " + std::to_string(id));
+    const int camera = csv.HasOptional() ? static_cast<int>(csv.Integer(4, 0, 1)) : 0;
+    if (camera == 1 && !recording->calibration.camera1) {
+      csv.Fail("a point of camera 1, but calibration.yaml has no camera1");
+    }
+    if (!seen.insert({camera, id}).second) {
+      csv.Fail("the track is in this image already, got track_id " + std::to_string(id) +
+               (csv.HasOptional() ? " of camera " + std::to_string(camera) : ""));
+    }
     const Vec2 x(csv.Double(2), csv.Double(3));
     // 10 is 84° off the axis.
     if (x.cwiseAbs().maxCoeff() > 10.0) {
       csv.Fail("coordinates must be normalized (within ±10), not pixels, got " + std::to_string(x.x()) + ", " +
                std::to_string(x.y()));
     }
-    recording->frames.back().tracks.push_back({id, x});
+    Image& image = recording->frames.back();
+    (camera == 0 ? image.tracks : image.tracks1).push_back({id, x});
   }
   if (recording->frames.empty()) csv.Fail("at least one image is needed");
 }
@@ -136,27 +144,37 @@ void CheckOrderOfQuaternions(const std::string& path, const Recording& recording
                   "x, y, z, w");
 }
 
+constexpr double kTiny = 1e-12, kLarge = 1e6;
+
+// @param name  of its section, camera or camera1
+Camera ReadCamera(const std::string& file, const std::string& name, YamlNumbers* yaml) {
+  const auto take = [&](const std::string& key, double low, double high) {
+    return yaml->Take(name + "." + key, low, high);
+  };
+  Camera c;
+  c.fx = take("intrinsics.fx", kTiny, kLarge);
+  c.fy = take("intrinsics.fy", kTiny, kLarge);
+  c.cx = take("intrinsics.cx", -kLarge, kLarge);
+  c.cy = take("intrinsics.cy", -kLarge, kLarge);
+  c.width = static_cast<int>(take("resolution[0]", 1, kLarge));
+  c.height = static_cast<int>(take("resolution[1]", 1, kLarge));
+  for (int i = 0; i < 3; ++i) c.T_B_C.p[i] = take("p_B_C[" + std::to_string(i) + "]", -kLarge, kLarge);
+  const auto part = [&](const char* of_q) { return take(std::string("q_B_C.") + of_q, -1.01, 1.01); };
+  const double w = part("w"), x = part("x"), y = part("y"), z = part("z");
+  const Qd q(w, x, y, z);
+  if (const std::string why = WhyNotUnit(q); !why.empty()) throw FileError(file + ": " + name + ".q_B_C: " + why);
+  c.T_B_C.q = q.normalized();
+  return c;
+}
+
 }  // namespace
 
 Calibration ReadCalibration(const std::filesystem::path& file) {
-  constexpr double kTiny = 1e-12, kLarge = 1e6;
   YamlNumbers yaml(file.string());
   Calibration c;
-  c.fx = yaml.Take("camera.intrinsics.fx", kTiny, kLarge);
-  c.fy = yaml.Take("camera.intrinsics.fy", kTiny, kLarge);
-  c.cx = yaml.Take("camera.intrinsics.cx", -kLarge, kLarge);
-  c.cy = yaml.Take("camera.intrinsics.cy", -kLarge, kLarge);
-  c.width = static_cast<int>(yaml.Take("camera.resolution[0]", 1, kLarge));
-  c.height = static_cast<int>(yaml.Take("camera.resolution[1]", 1, kLarge));
+  static_cast<Camera&>(c) = ReadCamera(file.string(), "camera", &yaml);
   c.camera_rate = yaml.Take("camera.rate_hz", kTiny, kLarge);
-  for (int i = 0; i < 3; ++i) {
-    c.T_B_C.p[i] = yaml.Take("camera.p_B_C[" + std::to_string(i) + "]", -kLarge, kLarge);
-  }
-  const auto part = [&](const char* name) { return yaml.Take(std::string("camera.q_B_C.") + name, -1.01, 1.01); };
-  const double w = part("w"), x = part("x"), y = part("y"), z = part("z");
-  const Qd q(w, x, y, z);
-  if (const std::string why = WhyNotUnit(q); !why.empty()) throw FileError(file.string() + ": camera.q_B_C: " + why);
-  c.T_B_C.q = q.normalized();
+  if (yaml.HasSection("camera1")) c.camera1 = ReadCamera(file.string(), "camera1", &yaml);
   c.imu_rate = yaml.Take("imu.rate_hz", kTiny, kLarge);
   c.noise.gyroscope = yaml.Take("imu.gyroscope_noise_density", kTiny, kLarge);
   c.noise.gyroscope_walk = yaml.Take("imu.gyroscope_random_walk", kTiny, kLarge);

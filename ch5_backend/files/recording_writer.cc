@@ -22,16 +22,25 @@ std::string Fill(std::string_view form, std::initializer_list<double> numbers) {
   return text;
 }
 
-std::string FormatCalibration(const Calibration& c) {
+// @param rate  a line of its own, which camera 1 does not have
+std::string FormatCamera(const Camera& c, const std::string& rate) {
   const auto& [q, p] = c.T_B_C;
-  return Fill(R"(camera:
-  intrinsics: {fx: %, fy: %, cx: %, cy: %}  # [px]
+  return Fill(R"(  intrinsics: {fx: %, fy: %, cx: %, cy: %}  # [px]
   resolution: [%, %]                        # [px]
-  rate_hz: %
-  # T_B_C maps camera coordinates into the body (= IMU) frame.
+)",
+              {c.fx, c.fy, c.cx, c.cy, 1.0 * c.width, 1.0 * c.height}) +
+         rate +
+         Fill(R"(  # T_B_C maps camera coordinates into the body (= IMU) frame.
   p_B_C: [%, %, %]                          # [m]
   q_B_C: {w: %, x: %, y: %, z: %}           # Hamilton
-imu:
+)",
+              {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()});
+}
+
+std::string FormatCalibration(const Calibration& c) {
+  std::string text = "camera:\n" + FormatCamera(c, Fill("  rate_hz: %\n", {c.camera_rate}));
+  if (c.camera1) text += "camera1:  # takes its images at the same times\n" + FormatCamera(*c.camera1, "");
+  return text + Fill(R"(imu:
   rate_hz: %
   gyroscope_noise_density: %      # [rad/s/sqrt(Hz)]
   gyroscope_random_walk: %        # [rad/s^2/sqrt(Hz)]
@@ -39,26 +48,8 @@ imu:
   accelerometer_random_walk: %    # [m/s^3/sqrt(Hz)]
   gravity: %                      # [m/s^2], along -z of the world frame
 )",
-              {c.fx,
-               c.fy,
-               c.cx,
-               c.cy,
-               1.0 * c.width,
-               1.0 * c.height,
-               c.camera_rate,  //
-               p.x(),
-               p.y(),
-               p.z(),
-               q.w(),
-               q.x(),
-               q.y(),
-               q.z(),  //
-               c.imu_rate,
-               c.noise.gyroscope,
-               c.noise.gyroscope_walk,
-               c.noise.accelerometer,  //
-               c.noise.accelerometer_walk,
-               c.gravity});
+                     {c.imu_rate, c.noise.gyroscope, c.noise.gyroscope_walk, c.noise.accelerometer,
+                      c.noise.accelerometer_walk, c.gravity});
 }
 
 std::string FormatImu(const Recording& recording) {
@@ -72,15 +63,22 @@ std::string FormatImu(const Recording& recording) {
 }
 
 std::string FormatTracks(const Recording& recording) {
-  std::string text = "#timestamp [ns],track_id,x [normalized],y [normalized]\n";
+  const bool has_two = recording.calibration.camera1.has_value();
+  std::string text = "#timestamp [ns],track_id,x [normalized],y [normalized]";
+  text += has_two ? ",camera\n" : "\n";
   for (const Image& frame : recording.frames) {
     const std::string stamp = std::to_string(NanosecondsAt(frame.t, recording.origin_ns)) + ',';
-    for (const TrackedPoint& track : frame.tracks) {
-      text += stamp;
-      AppendNumber(track.id, ',', &text);
-      AppendNumber(track.x.x(), ',', &text);
-      AppendNumber(track.x.y(), '\n', &text);
-    }
+    const auto add = [&](const std::vector<TrackedPoint>& tracks, const char* end) {
+      for (const TrackedPoint& track : tracks) {
+        text += stamp;
+        AppendNumber(track.id, ',', &text);
+        AppendNumber(track.x.x(), ',', &text);
+        AppendNumber(track.x.y(), '\n', &text);
+        text.replace(text.size() - 1, 1, end);
+      }
+    };
+    add(frame.tracks, has_two ? ",0\n" : "\n");
+    if (has_two) add(frame.tracks1, ",1\n");
   }
   return text;
 }

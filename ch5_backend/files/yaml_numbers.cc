@@ -14,8 +14,9 @@ std::string_view WithoutComment(std::string_view line) {
   return line;
 }
 
-// Of the estimator's section, or of a camera after the first: camera1, cam1, ….
+// Of the estimator's section, or of a camera that is not one of the two: camera2, cam1, ….
 bool IsWord(const std::string& key) {
+  if (key.rfind("camera1.", 0) == 0) return false;
   const size_t digit = key.rfind("camera", 0) == 0 ? 6 : 3;
   return key.rfind("estimator.", 0) == 0 || (key.rfind("cam", 0) == 0 && key[digit] >= '1' && key[digit] <= '9');
 }
@@ -94,6 +95,12 @@ double YamlNumbers::Take(const std::string& key, double low, double high) {
   }
   numbers_.erase(found);
   return value;
+}
+
+bool YamlNumbers::HasSection(const std::string& name) const {
+  const std::string prefix = name + ".";
+  const auto first = numbers_.lower_bound(prefix);
+  return first != numbers_.end() && first->first.rfind(prefix, 0) == 0;
 }
 
 void YamlNumbers::ExpectAllTaken() const {

@@ -18,7 +18,9 @@ class YamlNumbers {
   /// Takes the number at a path such as "camera.intrinsics.fx" or "camera.resolution[1]".
   /// @throws FileError if there is none, or it lies outside [low, high]
   double Take(const std::string& key, double low, double high);
-  /// What stands under `estimator:` and under further cameras (camera1, cam1, …), in the order of the file: words, which
+  /// Whether any number stands under a section that is not indented.
+  bool HasSection(const std::string& name) const;
+  /// What stands under `estimator:` and under further cameras (camera2, cam1, …), in the order of the file: words, which
   /// need not be numbers, for others to judge.
   struct Word {
     std::string key, word;

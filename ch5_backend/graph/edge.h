@@ -33,9 +33,12 @@ class Edge {
     ComputeResidual();
     ComputeJacobians();
   }
-  /// True once the Jacobians have been differentiated numerically. That moves the vertices for a moment, so such
-  /// edges cannot be linearized by several threads at once.
+  /// True once the Jacobians have been differentiated numerically. That moves the vertices for a moment, so two such
+  /// edges at one vertex cannot be linearized at once.
   bool HasNumericJacobians() const { return numeric_jacobians_; }
+  /// False where the residual is a number but the model does not hold at the present state: a point behind its camera,
+  /// which a pinhole projects as if it were ahead. Solvers do not ask; EdgesOutOfDomain finds these edges.
+  virtual bool InDomain() const { return true; }
   virtual std::string TypeInfo() const = 0;
 
   /// r, ResidualDimension()×1, of the last ComputeResidual.

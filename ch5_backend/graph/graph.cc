@@ -171,4 +171,11 @@ std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector
   return edges;
 }
 
+std::vector<std::shared_ptr<Edge>> EdgesOutOfDomain(const Graph& graph) {
+  std::vector<std::shared_ptr<Edge>> edges;
+  const auto is_out = [](const auto& edge) { return !edge->InDomain(); };
+  std::copy_if(graph.Edges().begin(), graph.Edges().end(), std::back_inserter(edges), is_out);
+  return edges;
+}
+
 }  // namespace ch5

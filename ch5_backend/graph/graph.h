@@ -112,6 +112,9 @@ class GraphPointer {
 /// The edges of the graph at one or more of these vertices, each once, in order of id. Walks all edges.
 std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices);
 
+/// The edges that are not in their domain at the present state, in order of id (Edge::InDomain).
+std::vector<std::shared_ptr<Edge>> EdgesOutOfDomain(const Graph& graph);
+
 /// ½ Σ ρ(rᵀWr) over the edges, or over all of the graph's, at the present state; the residuals are computed on the way.
 double Cost(const std::vector<std::shared_ptr<Edge>>& edges);
 inline double Cost(const Graph& graph) { return Cost(graph.Edges()); }

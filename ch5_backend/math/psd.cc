@@ -1,5 +1,6 @@
 #include "ch5_backend/math/psd.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
@@ -64,6 +65,14 @@ MatXX PseudoInversePsd(const MatXX& A, int nullity) {
   }
   const MatXX vectors = eigen.eigenvectors().rightCols(rank);
   return vectors * eigen.eigenvalues().tail(rank).cwiseInverse().asDiagonal() * vectors.transpose();
+}
+
+MatXX InverseOfCovariance(const MatXX& covariance) {
+  const std::string fault = WhyNotPositiveSemiDefinite(covariance);
+  if (!fault.empty()) throw std::invalid_argument("the covariance " + fault);
+  const Eigen::LLT<MatXX> factor(covariance);
+  if (factor.info() != Eigen::Success) throw std::invalid_argument("the covariance is singular");
+  return factor.solve(MatXX::Identity(covariance.rows(), covariance.cols()));
 }
 
 }  // namespace ch5

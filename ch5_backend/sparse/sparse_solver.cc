@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <typeindex>
 
 #include "ch5_backend/sparse/hessian_product.h"
 
@@ -36,7 +34,7 @@ void SparseSolver::SetOrdering() {
                                                    [](const std::vector<int>& rows) { return rows.size() == 1; });
   const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
   AssignBatch();
-  FindNumericJacobians();
+  if (pool_.Threads() > 1) numeric_edges_.Find(&structure_);
   linearized_.Resize(structure_);
   eliminated_.Resize(structure_);
   delta_poses_.setZero(structure_.ordering.dim_poses);
@@ -51,19 +49,6 @@ void SparseSolver::AssignBatch() {
   structure_.sizes.AreFixed() ? batch_.Assign(structure_) : batch_.Clear();
   if (is_ordered_ && batch_.Active() == was_active) return;
   linearized_.factors.Prepare(structure_, batch_.Active() ? structure_.num_landmark_edges : 0);
-}
-
-// One edge of each type tells whether the type brings its own Jacobians.
-void SparseSolver::FindNumericJacobians() {
-  has_numeric_jacobians_ = false;
-  if (pool_.Threads() == 1) return;
-  std::set<std::type_index> seen;
-  for (int e = 0; e < structure_.num_active_edges; ++e) {
-    Edge& edge = *structure_.edges[e].edge;
-    if (!seen.insert(typeid(edge)).second) continue;
-    edge.Linearize();
-    has_numeric_jacobians_ = has_numeric_jacobians_ || edge.HasNumericJacobians();
-  }
 }
 
 // A solver that is kept knows its last pattern, and need not plan anew for the same one.
@@ -101,7 +86,8 @@ void SparseSolver::SetReducedSolver(std::unique_ptr<ReducedSolver> solver) {
 void SparseSolver::MakeHessian() {
   has_step_ = false;
   if (batch_.Active()) batch_.LoadPoses();
-  Linearize(structure_, batch_, has_numeric_jacobians_ ? &one_thread_ : &pool_, &linearized_);
+  numeric_edges_.Linearize(&pool_);
+  Linearize(structure_, batch_, &pool_, &linearized_);
   held_poses_ = FindHeldPoses(structure_, held_);
   HoldPoses(structure_, held_poses_, &linearized_);
 }

@@ -18,6 +18,7 @@
 #include "ch5_backend/sparse/hold_poses.h"
 #include "ch5_backend/sparse/steps/back_substitute.h"
 #include "ch5_backend/sparse/steps/implicit_solver.h"
+#include "ch5_backend/sparse/steps/numeric_edges.h"
 
 namespace ch5 {
 
@@ -68,7 +69,6 @@ class SparseSolver : public NormalEquations {
 
  private:
   void AssignBatch();
-  void FindNumericJacobians();
   void PrepareReducedSolver(ReducedSolverType type);
   bool SolvePoses(const DampingRule& rule, VecX* delta_poses);
 
@@ -77,8 +77,6 @@ class SparseSolver : public NormalEquations {
   std::vector<HeldDirections> held_;
   std::vector<HeldPose> held_poses_;  // of this Hessian
   mutable ThreadPool pool_;
-  ThreadPool one_thread_;  // for edges whose Jacobians are numeric
-  bool has_numeric_jacobians_ = false;
 
   ReducedSolverType reduced_type_ = ReducedSolverType::kAutomatic;
   IterativeOptions iterative_;
@@ -87,6 +85,7 @@ class SparseSolver : public NormalEquations {
 
   bool is_ordered_ = false;  // all below fits the structure's ordering
   Structure structure_;
+  NumericEdges numeric_edges_;  // if there are several threads
   WeightedEdgeBatch batch_;
   Linearized linearized_;
   SchurGroups groups_;

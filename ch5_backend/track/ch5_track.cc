@@ -10,13 +10,13 @@
 namespace {
 
 constexpr char kUsage[] =
-    "usage: ch5_track FOLDER --out DIR\n"
+    "usage: ch5_track FOLDER --out DIR [--mono]\n"
     "Follows corners through the images of FOLDER, which is in EuRoC's layout (mav0/ with cam0, imu0 and perhaps\n"
-    "state_groundtruth_estimate0; ch5_backend/GUIDE.md), and writes the recording DIR: tracks.csv, imu.csv,\n"
-    "calibration.yaml and, where the truth is known, groundtruth.csv.\n";
+    "cam1 and state_groundtruth_estimate0; ch5_backend/GUIDE.md), and writes the recording DIR: tracks.csv, imu.csv,\n"
+    "calibration.yaml and, where the truth is known, groundtruth.csv. --mono leaves cam1 out.\n";
 
-void Run(const std::string& folder, const std::string& out) {
-  const ch5::EurocFolder euroc = ch5::ReadEurocFolder(folder);
+void Run(const std::string& folder, const std::string& out, bool mono) {
+  const ch5::EurocFolder euroc = ch5::ReadEurocFolder(folder, mono);
   for (const std::string& note : euroc.notes) std::printf("%s\n", note.c_str());
   std::fflush(stdout);
   const ch5::Progress progress;
@@ -24,8 +24,11 @@ void Run(const std::string& folder, const std::string& out) {
       ch5::TrackImages(euroc, {}, [&](double fraction) { progress.Show("track", fraction); });
   progress.Clear();
   const auto& frames = tracked.recording.frames;
-  size_t observations = 0;
-  for (const ch5::Image& frame : frames) observations += frame.tracks.size();
+  size_t observations = 0, matched = 0;
+  for (const ch5::Image& frame : frames) {
+    observations += frame.tracks.size();
+    matched += frame.tracks1.size();
+  }
   if (observations == 0)
     throw std::invalid_argument("no corner was found in " + std::to_string(frames.size()) + " images");
   ch5::WriteRecording(tracked.recording, out);
@@ -35,14 +38,20 @@ void Run(const std::string& folder, const std::string& out) {
       "average\n",
       frames.size(), tracked.recording.calibration.width, tracked.recording.calibration.height, count / tracked.seconds,
       static_cast<double>(observations) / count, tracked.mean_length);
+  if (euroc.recording.calibration.camera1) {
+    std::printf("cam1 sees %.0f %% of them\n",
+                100.0 * static_cast<double>(matched) / static_cast<double>(observations));
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   std::string folder, out;
+  bool mono = false;
   ch5::CommandLine line("ch5_track", kUsage);
   line.Argument("FOLDER", &folder);
   line.Text("--out", &out);
-  return line.Run(argc, argv, [&] { Run(folder, out); });
+  line.Flag("--mono", [&] { mono = true; });
+  return line.Run(argc, argv, [&] { Run(folder, out, mono); });
 }

@@ -75,10 +75,8 @@ Lens ReadLens(const SensorYaml& yaml) {
   return lens;
 }
 
-void ReadCamera(const fs::path& folder, const Transform& T_B_I, EurocFolder* result) {
-  const SensorYaml yaml((folder / "sensor.yaml").string());
-  Calibration& c = result->recording.calibration;
-  result->lens = ReadLens(yaml);
+Camera ReadIntrinsics(const SensorYaml& yaml, const Transform& T_B_I) {
+  Camera c;
   c.T_B_C = Compose(Inverse(T_B_I), yaml.T_B_S());
   const std::vector<double> f = yaml.Numbers("intrinsics", 4), size = yaml.Numbers("resolution", 2);
   if (!(f[0] > 0.0 && f[1] > 0.0)) yaml.Fail("intrinsics", "fu and fv must be positive");
@@ -86,6 +84,20 @@ void ReadCamera(const fs::path& folder, const Transform& T_B_I, EurocFolder* res
     yaml.Fail("resolution", "must be in pixels");
   c.fx = f[0], c.fy = f[1], c.cx = f[2], c.cy = f[3];
   c.width = static_cast<int>(size[0]), c.height = static_cast<int>(size[1]);
+  return c;
+}
+
+fs::path ImageOfRow(const fs::path& folder, const NamedCsv& csv) {
+  const fs::path image = folder / "data" / std::string(csv.Cell("filename"));
+  if (!fs::exists(image)) csv.Fail("there is no image " + image.string());
+  return image;
+}
+
+void ReadCamera(const fs::path& folder, const Transform& T_B_I, EurocFolder* result) {
+  const SensorYaml yaml((folder / "sensor.yaml").string());
+  Calibration& c = result->recording.calibration;
+  result->lens = ReadLens(yaml);
+  static_cast<Camera&>(c) = ReadIntrinsics(yaml, T_B_I);
   c.camera_rate = yaml.Positive("rate_hz");
 
   NamedCsv csv((folder / "data.csv").string());
@@ -96,8 +108,7 @@ void ReadCamera(const fs::path& folder, const Transform& T_B_I, EurocFolder* res
     last = SecondsAt(csv.Stamp(), result->recording.origin_ns);
     if (count++ == 0) first = last;
     if (last < 0.0 || last > end) continue;
-    const fs::path image = folder / "data" / std::string(csv.Cell("filename"));
-    if (!fs::exists(image)) csv.Fail("there is no image " + image.string());
+    const fs::path image = ImageOfRow(folder, csv);
     if (!result->images.empty() && last - result->images.back().t > 5.0 / c.camera_rate) {
       result->notes.push_back("cam0 has no image from " + Seconds(result->images.back().t) + " to " + Seconds(last) +
                               "; its tracks end there");
@@ -113,6 +124,32 @@ void ReadCamera(const fs::path& folder, const Transform& T_B_I, EurocFolder* res
   }
   if (const size_t left_out = count - result->images.size(); left_out > 0) {
     result->notes.push_back(std::to_string(left_out) + " images before or after the IMU's readings are left out");
+  }
+}
+
+// Each image of cam1 goes with cam0's of the same time; where the two are not synchronized, cam1 is of no use.
+void ReadSecondCamera(const fs::path& folder, const Transform& T_B_I, EurocFolder* result) {
+  constexpr double kSameTime = 1e-3;  // [s]: a camera that turns by 1 rad/s has turned by half a pixel
+  const SensorYaml yaml((folder / "sensor.yaml").string());
+  result->lens1 = ReadLens(yaml);
+  const Camera camera = ReadIntrinsics(yaml, T_B_I);
+  NamedCsv csv((folder / "data.csv").string());
+  auto image = result->images.begin();
+  size_t count = 0;
+  while (csv.NextRow()) {
+    const double t = SecondsAt(csv.Stamp(), result->recording.origin_ns);
+    while (image != result->images.end() && image->t < t - kSameTime) ++image;
+    if (image == result->images.end() || image->t > t + kSameTime) continue;
+    image->path1 = ImageOfRow(folder, csv);
+    ++count;
+  }
+  if (count == 0) {
+    result->notes.push_back("cam1 is not used: it has no image within 1 ms of one of cam0's");
+    return;
+  }
+  result->recording.calibration.camera1 = camera;
+  if (const size_t without = result->images.size() - count; without > 0) {
+    result->notes.push_back(std::to_string(without) + " images of cam0 are without one of cam1 at the same time");
   }
 }
 
@@ -172,13 +209,13 @@ void FindTruth(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result
 
 }  // namespace
 
-EurocFolder ReadEurocFolder(const fs::path& folder) {
+EurocFolder ReadEurocFolder(const fs::path& folder, bool mono) {
   const fs::path mav0 = FindMav0(folder);
   EurocFolder result;
   const Transform T_B_I = ReadImu(mav0 / "imu0", &result.recording);
   ReadCamera(mav0 / "cam0", T_B_I, &result);
+  if (!mono && fs::exists(mav0 / "cam1")) ReadSecondCamera(mav0 / "cam1", T_B_I, &result);
   FindTruth(mav0, T_B_I, &result);
-  if (fs::exists(mav0 / "cam1")) result.notes.push_back("cam1 is not used: one camera is followed, cam0");
   return result;
 }
 

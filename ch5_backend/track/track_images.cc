@@ -8,6 +8,7 @@
 
 #include "ch5_backend/files/text_reader.h"
 #include "ch5_backend/track/png_image.h"
+#include "ch5_backend/track/stereo_match.h"
 
 namespace ch5 {
 namespace {
@@ -22,12 +23,12 @@ Qd RotationBetween(const Recording& recording, double t0, double t1) {
   return (R_B_C.conjugate() * R_B0_B * R_B_C).conjugate();
 }
 
-cv::Mat ReadImage(const ImageFile& image, const Calibration& calibration) {
-  const cv::Mat gray = ReadPng(image.path);
-  if (gray.cols == calibration.width && gray.rows == calibration.height) return gray;
+cv::Mat ReadImage(const std::filesystem::path& path, const Camera& camera) {
+  const cv::Mat gray = ReadPng(path);
+  if (gray.cols == camera.width && gray.rows == camera.height) return gray;
   const auto size = [](int width, int height) { return std::to_string(width) + " × " + std::to_string(height); };
-  throw FileError(image.path.string() + ": an image of " + size(gray.cols, gray.rows) +
-                  " pixels, but sensor.yaml says " + size(calibration.width, calibration.height));
+  throw FileError(path.string() + ": an image of " + size(gray.cols, gray.rows) + " pixels, but sensor.yaml says " +
+                  size(camera.width, camera.height));
 }
 
 }  // namespace
@@ -37,14 +38,20 @@ TrackedRecording TrackImages(const EurocFolder& folder, const TrackerOptions& op
   const std::clock_t begin = std::clock();
   cv::setNumThreads(1);
   TrackedRecording result{folder.recording};
-  Tracker tracker(folder.recording.calibration, folder.lens, options);
+  const Calibration& calibration = folder.recording.calibration;
+  Tracker tracker(calibration, folder.lens, options);
+  std::optional<StereoMatcher> matcher;
+  if (calibration.camera1) matcher.emplace(calibration, folder.lens1, options);
   std::set<int> ids;
   size_t observations = 0;
   double last = folder.images.front().t;
   for (const ImageFile& image : folder.images) {
-    if (image.t - last > 5.0 / folder.recording.calibration.camera_rate) tracker.Forget();
-    const cv::Mat gray = ReadImage(image, folder.recording.calibration);
+    if (image.t - last > 5.0 / calibration.camera_rate) tracker.Forget();
+    const cv::Mat gray = ReadImage(image.path, calibration);
     result.recording.frames.push_back({image.t, tracker.Track(gray, RotationBetween(folder.recording, last, image.t))});
+    if (matcher && !image.path1.empty()) {
+      result.recording.frames.back().tracks1 = matcher->Match(tracker, ReadImage(image.path1, *calibration.camera1));
+    }
     for (const TrackedPoint& track : result.recording.frames.back().tracks) ids.insert(track.id);
     observations += result.recording.frames.back().tracks.size();
     last = image.t;

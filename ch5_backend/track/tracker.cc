@@ -7,23 +7,62 @@ namespace ch5 {
 namespace {
 
 const cv::Size kPatch(21, 21);
-constexpr int kLevels = 3;
 constexpr double kQuality = 0.01;  // of a corner, times the image's best
 constexpr float kBorder = 5.0f;    // nearer to the image's edge a patch lacks too much [px]
 
-// Contrast that is the same in bright and dark parts.
+}  // namespace
+
 cv::Mat Equalize(const cv::Mat& gray) {
   cv::Mat equal;
   cv::createCLAHE(3.0, {8, 8})->apply(gray, equal);
   return equal;
 }
 
-}  // namespace
+std::vector<cv::Mat> MakePyramid(const cv::Mat& image) {
+  std::vector<cv::Mat> pyramid;
+  cv::buildOpticalFlowPyramid(image, pyramid, kPatch, kLevels);
+  return pyramid;
+}
+
+std::vector<bool> FollowThereAndBack(const std::vector<cv::Mat>& pyramid0, const std::vector<cv::Mat>& pyramid1,
+                                     const std::vector<cv::Point2f>& from, int levels, double max_round_trip,
+                                     std::vector<cv::Point2f>* to) {
+  if (from.empty()) return {};
+  std::vector<cv::Point2f> back = from;
+  std::vector<uchar> found, found_back;
+  const cv::TermCriteria stop(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.01);
+  const auto follow = [&](const auto& first, const auto& second, const auto& p0, auto* p1, auto* ok) {
+    cv::calcOpticalFlowPyrLK(first, second, p0, *p1, *ok, cv::noArray(), kPatch, levels, stop,
+                             cv::OPTFLOW_USE_INITIAL_FLOW);
+  };
+  follow(pyramid0, pyramid1, from, to, &found);
+  follow(pyramid1, pyramid0, *to, &back, &found_back);
+  std::vector<bool> good(from.size());
+  for (size_t i = 0; i < from.size(); ++i) {
+    good[i] = found[i] && found_back[i] && !(cv::norm(back[i] - from[i]) > max_round_trip);
+  }
+  return good;
+}
+
+std::optional<Vec2> RayOf(const cv::Point2f& pixel, const Camera& camera, const Lens& lens) {
+  return lens.Undistort(camera.Normalized({pixel.x, pixel.y}));
+}
+
+std::optional<cv::Point2f> PixelOf(const Vec2& x, const Camera& camera, const Lens& lens) {
+  const Vec2 pixel = camera.Pixel(lens.Distort(x));
+  const bool inside = pixel.minCoeff() >= 0.0 && pixel.x() < camera.width && pixel.y() < camera.height;
+  if (!inside) return std::nullopt;
+  return cv::Point2f(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+}
+
+cv::Rect2f Inside(const Camera& camera) {
+  return {kBorder, kBorder, static_cast<float>(camera.width) - 2 * kBorder,
+          static_cast<float>(camera.height) - 2 * kBorder};
+}
 
 std::vector<TrackedPoint> Tracker::Track(const cv::Mat& gray, const Qd& R_C1_C0) {
   const cv::Mat image = Equalize(gray);
-  std::vector<cv::Mat> pyramid;
-  cv::buildOpticalFlowPyramid(image, pyramid, kPatch, kLevels);
+  std::vector<cv::Mat> pyramid = MakePyramid(image);
   corners_ = corners_.empty() ? corners_ : Follow(pyramid, R_C1_C0);
   pyramid_ = std::move(pyramid);
   AddCorners(image);
@@ -37,29 +76,18 @@ std::vector<Tracker::Corner> Tracker::Follow(const std::vector<cv::Mat>& pyramid
   for (const Corner& corner : corners_) {
     from.push_back(corner.pixel);
     const Vec3 ray = R_C1_C0 * corner.x.homogeneous();
-    const std::optional<cv::Point2f> predicted = ray.z() > 0.1 ? Pixel(ray.hnormalized()) : std::nullopt;
+    const std::optional<cv::Point2f> predicted =
+        ray.z() > 0.1 ? PixelOf(ray.hnormalized(), calibration_, lens_) : std::nullopt;
     to.push_back(predicted.value_or(corner.pixel));
   }
-  std::vector<cv::Point2f> back = from;
-  std::vector<uchar> found, found_back;
-  const cv::TermCriteria stop(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.01);
-  const auto follow = [&](const auto& pyramid0, const auto& pyramid1, const auto& p0, auto* p1, auto* ok) {
-    cv::calcOpticalFlowPyrLK(pyramid0, pyramid1, p0, *p1, *ok, cv::noArray(), kPatch, kLevels, stop,
-                             cv::OPTFLOW_USE_INITIAL_FLOW);
-  };
-  follow(pyramid_, pyramid, from, &to, &found);
-  follow(pyramid, pyramid_, to, &back, &found_back);
+  const std::vector<bool> found = FollowThereAndBack(pyramid_, pyramid, from, kLevels, options_.max_round_trip, &to);
 
   std::vector<Corner> followed;
   std::vector<Vec3> f0, f1;
-  const cv::Rect2f inside(kBorder, kBorder, static_cast<float>(calibration_.width) - 2 * kBorder,
-                          static_cast<float>(calibration_.height) - 2 * kBorder);
+  const cv::Rect2f inside = Inside(calibration_);
   for (size_t i = 0; i < from.size(); ++i) {
-    if (!found[i] || !found_back[i] || !inside.contains(to[i]) ||
-        cv::norm(back[i] - from[i]) > options_.max_round_trip) {
-      continue;
-    }
-    const std::optional<Vec2> x = Normalized(to[i]);
+    if (!found[i] || !inside.contains(to[i])) continue;
+    const std::optional<Vec2> x = RayOf(to[i], calibration_, lens_);
     if (!x) continue;
     followed.push_back({corners_[i].id, to[i], *x});
     f0.push_back(corners_[i].x.homogeneous().normalized());
@@ -89,19 +117,8 @@ void Tracker::AddCorners(const cv::Mat& image) {
   std::vector<cv::Point2f> found;
   cv::goodFeaturesToTrack(image, found, missing, kQuality, options_.min_distance, mask);
   for (const cv::Point2f& pixel : found) {
-    if (const std::optional<Vec2> x = Normalized(pixel)) corners_.push_back({next_id_++, pixel, *x});
+    if (const std::optional<Vec2> x = RayOf(pixel, calibration_, lens_)) corners_.push_back({next_id_++, pixel, *x});
   }
-}
-
-std::optional<Vec2> Tracker::Normalized(const cv::Point2f& pixel) const {
-  return lens_.Undistort(calibration_.Normalized({pixel.x, pixel.y}));
-}
-
-std::optional<cv::Point2f> Tracker::Pixel(const Vec2& x) const {
-  const Vec2 pixel = calibration_.Pixel(lens_.Distort(x));
-  const bool inside = pixel.minCoeff() >= 0.0 && pixel.x() < calibration_.width && pixel.y() < calibration_.height;
-  if (!inside) return std::nullopt;
-  return cv::Point2f(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
 }
 
 }  // namespace ch5

@@ -1,6 +1,6 @@
 #pragma once
 /// A prior on a pose:  r = [Log(R₀ᵀR); p − p₀]  — rotation first, translation second, while the pose's increment is
-/// [δp, δθ]. So the Jacobian's blocks stand across (course slides; Forster 2017, eq. A.32):
+/// [δp, δθ]. So the Jacobian is block-antidiagonal (course slides; Forster 2017, eq. A.32):
 ///
 ///         δp    δθ
 ///   r_R [  0   J_r⁻¹(r_R) ]
@@ -13,8 +13,13 @@ namespace ch5 {
 
 class EdgeSE3Prior : public SizedEdge<6, VertexPose> {
  public:
-  /// @param q0, p0  the pose that the prior asks for;  W weighs [rad²; m²] in the order [rotation, translation]
+  /// @param q0, p0  the pose that the prior asks for;  W weighs [rotation; translation], [rad⁻²; m⁻²]
   EdgeSE3Prior(std::shared_ptr<VertexPose> pose, const Qd& q0, const Vec3& p0);
+
+  /// W of a pose's uncertainty, whatever r's order.
+  /// @param covariance  of the increment [δp; δθ], [m; rad], as Covariance gives it
+  /// @throws std::invalid_argument unless it is symmetric positive definite
+  void SetCovariance(const Mat66& covariance);
 
   void ComputeResidual() override;
   void ComputeJacobians() override;

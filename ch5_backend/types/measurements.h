@@ -35,15 +35,17 @@ struct ImuSample {
   Vec3 gyroscope = Vec3::Zero();     ///< rate in B [rad/s]
 };
 
-/// A point followed through the images under one `id`, on the normalized plane z = 1 of an ideal camera.
+/// A point followed through the images under one `id`, on the normalized plane z = 1 of an ideal camera. A point that two
+/// cameras see has the same id in both.
 struct TrackedPoint {
   int id = 0;
   Vec2 x = Vec2::Zero();
 };
 
 struct Image {
-  double t = 0.0;                    ///< the camera's own stamp; its clock may be off against the IMU's
-  std::vector<TrackedPoint> tracks;  ///< each id at most once; may be empty
+  double t = 0.0;                          ///< the camera's own stamp; its clock may be off against the IMU's
+  std::vector<TrackedPoint> tracks;        ///< each id at most once; may be empty
+  std::vector<TrackedPoint> tracks1 = {};  ///< likewise, of camera 1 at the same time; empty with one camera
 };
 
 /// Pose, speed and biases at one time: the ground truth's row, and an estimator's answer.

@@ -12,6 +12,12 @@ void Calibration::Validate() const {
   CheckPositive("Calibration::fx", fx);
   CheckPositive("Calibration::fy", fy);
   CheckPositive("Calibration::gravity", gravity);
+  if (camera1) {
+    CheckOption("Calibration::camera1->T_B_C.q.norm()", camera1->T_B_C.q.norm(), 0.99, 1.01);
+    CheckOption("Calibration::camera1->T_B_C.p.norm()", camera1->T_B_C.p.norm(), 0, 1e3);
+    CheckPositive("Calibration::camera1->fx", camera1->fx);
+    CheckPositive("Calibration::camera1->fy", camera1->fy);
+  }
   noise.Validate();
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// A visual-inertial recording as plain values: the measurements of a camera and an IMU on a body B, real or simulated.
+/// A visual-inertial recording as plain values: the measurements of one camera or two and an IMU on a body B, real or simulated.
 ///
 /// Times `t` are seconds since `Recording::origin_ns`, each the nearest double of a whole number of nanoseconds, so
 /// that NanosecondsAt returns the recorded time stamp exactly (up to kLongestRecordingNs from the origin).
@@ -16,21 +16,27 @@
 
 namespace ch5 {
 
-/// Camera and IMU: a pinhole without distortion, its place on the body, and noise densities.
-struct Calibration {
+/// A pinhole without distortion, and its place on the body.
+struct Camera {
   Transform T_B_C;                                    ///< camera coordinates into body coordinates
   double fx = 460.0, fy = 460.0, cx = 376, cy = 240;  ///< [px]
   int width = 752, height = 480;                      ///< [px]
-  double camera_rate = 20.0, imu_rate = 200.0;        ///< nominal [Hz]
-  ImuNoise noise{2e-3, 1.6968e-4, 3e-3, 1.9393e-5, /*continuous=*/true};
-  double gravity = 9.81;  ///< along −z of W [m/s²]
 
   /// The mean of fx and fy [px], for what is the same in all directions.
   double FocalLength() const { return 0.5 * (fx + fy); }
-  Vec3 GravityInWorld() const { return {0.0, 0.0, -gravity}; }
   /// From the normalized plane to pixels and back.
   Vec2 Pixel(const Vec2& x) const { return {fx * x.x() + cx, fy * x.y() + cy}; }
   Vec2 Normalized(const Vec2& pixel) const { return {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy}; }
+};
+
+/// Camera 0, perhaps a second one that takes its images at the same times, and the IMU with its noise densities.
+struct Calibration : Camera {
+  std::optional<Camera> camera1;
+  double camera_rate = 20.0, imu_rate = 200.0;  ///< nominal [Hz]
+  ImuNoise noise{2e-3, 1.6968e-4, 3e-3, 1.9393e-5, /*continuous=*/true};
+  double gravity = 9.81;  ///< along −z of W [m/s²]
+
+  Vec3 GravityInWorld() const { return {0.0, 0.0, -gravity}; }
 
   /// @throws OptionError
   void Validate() const;

@@ -35,9 +35,7 @@ void AddFrames(const std::vector<Image>& images, const std::vector<StampedState>
       frame.imu =
           IntegrateFrom(start[k - 1], ReadingsOver(imu, start[k - 1].t, frame.t), frame.t, window->calibration.noise);
     }
-    for (const TrackedPoint& point : images[k].tracks) {
-      AppendToTrack({frame.id, images[k].t, point.x}, &window->landmarks[point.id]);
-    }
+    AppendImage(frame.id, images[k], window);
     window->frames.push_back(std::move(frame));
   }
 }
@@ -98,6 +96,7 @@ BatchResult SolveBatch(const EstimatorOptions& options, const std::vector<Image>
   result.solve.seconds = seconds;
   for (const Frame& frame : window.frames) result.states.push_back(window.StateOf(frame));
   result.T_B_C = window.T_B_C();
+  if (window.extrinsic1) result.T_B_C1 = window.T_B_C1();
   result.time_offset = window.time_offset->GetEstimate()[0];
   for (const auto& [id, landmark] : window.landmarks) {
     if (!landmark.inverse_depth || !IsUsed(window, landmark)) continue;

@@ -24,6 +24,7 @@ struct BatchOptions {
 struct BatchResult {
   std::vector<StampedState> states;  ///< one per image
   Transform T_B_C;                   ///< as estimated
+  std::optional<Transform> T_B_C1;   ///< that of camera 1, if there is one
   double time_offset = 0.0;          ///< likewise [s]
   int landmarks = 0, observations = 0;
   Summary solve;  ///< of the last round; its seconds are those of all

@@ -11,9 +11,8 @@
 namespace ch5 {
 namespace {
 
-// What RejectsImages takes for few landmarks, for many tracks, and for a landmark that lasts.
-constexpr int kFewLandmarks = 10;
-constexpr size_t kPlentyOfTracks = 20, kLastingImages = 4;
+// What RejectsImages takes for few landmarks, for many tracks, and for one that lasts.
+constexpr int kFewLandmarks = 10, kPlentyOfTracks = 20, kLastingImages = 4;
 
 // Of a bias that cannot be one.
 std::string LikelyCause(Failure failure) {
@@ -29,6 +28,9 @@ void EstimatorOptions::Validate() const {
   calibration.Validate();
   weights.Validate();
   standstill.Validate();
+  if (calibration.camera1 && weights.noisy_hosts) {
+    throw OptionError("WindowWeights::noisy_hosts is for one camera, but there is a Calibration::camera1");
+  }
   CheckOption("EstimatorOptions::time_offset", time_offset, -10, 10);
   CheckPositive("EstimatorOptions::max_outlier_pixels", max_outlier_pixels);
   CheckPositive("EstimatorOptions::max_imu_gap", max_imu_gap);
@@ -150,9 +152,7 @@ void Estimator::AppendFrame(const Image& image) {
   frame.pose = std::make_shared<VertexPose>();
   frame.speed_bias = std::make_shared<VertexSpeedBias>();
   if (!window_.frames.empty()) PredictFrame(&frame);
-  for (const TrackedPoint& point : image.tracks) {
-    AppendToTrack({frame.id, image.t, point.x}, &window_.landmarks[point.id]);
-  }
+  AppendImage(frame.id, image, &window_);
   window_.frames.push_back(std::move(frame));
   DropUsedReadings();
 }
@@ -186,6 +186,7 @@ Snapshot Estimator::TakeSnapshot() const {
     snapshot.landmarks.push_back({track, LandmarkInWorld(window_, landmark), landmark.Host()});
   }
   snapshot.T_B_C = window_.T_B_C();
+  if (window_.extrinsic1) snapshot.T_B_C1 = window_.T_B_C1();
   snapshot.time_offset = TimeOffset();
   return snapshot;
 }
@@ -238,38 +239,49 @@ Summary Estimator::Solve() {
   if (refine) window_.observability_constraints = ObservabilityConstraints::kMarginalizedEdges;
   const auto uses = [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); };
   BuildGraph(options_.weights, uses, &window_, options_.own_edges);
-  const Summary summary = optimizer_.Solve(policy_->Options());
+  // A vertex of one's own may be tied to the world (where a satellite receiver's frame lies), so that must not slip.
+  const Summary summary =
+      options_.own_edges ? SolveWithGaugeHeld(policy_->Options()) : optimizer_.Solve(policy_->Options());
   if (refine) {
     RemoveFailures(&window_);
     window_.observability_constraints = ObservabilityConstraints::kAllEdges;
     BuildGraph(options_.weights, uses, &window_, options_.own_edges);
-    RefineWithObservabilityConstraints();
+    SolveOptions
+        two_steps;  // to the nearby point with Σ J'ᵀ W r = 0, to which no information along the gauge contributes
+    two_steps.algorithm = Algorithm::kGaussNewton;
+    two_steps.max_iterations = 2;
+    SolveWithGaugeHeld(two_steps);  // there is no damping
   }
   return summary;
 }
 
-// Two Gauss-Newton steps to the nearby point with Σ J'ᵀ W r = 0, to which no information along the gauge contributes.
-// They have no damping, so the gauge must be fixed.
-void Estimator::RefineWithObservabilityConstraints() {
+// Position and yaw of the oldest frame are held, if nothing else holds them.
+Summary Estimator::SolveWithGaugeHeld(const SolveOptions& options) {
   std::shared_ptr<Edge> gauge_prior;
   if (!window_.prior_fixes_gauge && !window_.gauge_prior) {
     gauge_prior = MakePositionYawPrior(window_.frames.front().pose, 1e8);
     window_.graph.AddEdge(gauge_prior);
   }
-  SolveOptions options;
-  options.algorithm = Algorithm::kGaussNewton;
-  options.max_iterations = 2;
-  optimizer_.Solve(options);
+  const Summary summary = optimizer_.Solve(options);
   if (gauge_prior) window_.graph.RemoveEdge(gauge_prior);
+  return summary;
 }
 
 // When images and IMU contradict each other, all observations are removed as outliers, and the dead reckoning would go on
-// forever: landmarks come and go, but none lasts.
+// forever: tracks last, but landmarks come and go.
 bool Estimator::RejectsImages(const Image& image) {
+  std::map<int, int> ages;
+  for (const auto& [id, x] : image.tracks) {
+    const auto before = track_ages_.find(id);
+    ages[id] = before == track_ages_.end() ? 1 : before->second + 1;
+  }
+  track_ages_ = std::move(ages);
+  const auto lasting_tracks = std::count_if(track_ages_.begin(), track_ages_.end(),
+                                            [](const auto& entry) { return entry.second >= kLastingImages; });
   const auto lasting = std::count_if(window_.landmarks.begin(), window_.landmarks.end(), [](const auto& entry) {
-    return entry.second.inverse_depth && entry.second.seen.size() >= kLastingImages;
+    return entry.second.inverse_depth && static_cast<int>(entry.second.seen.size()) >= kLastingImages;
   });
-  if (lasting >= kFewLandmarks || image.tracks.size() < kPlentyOfTracks) last_time_with_landmarks_ = image.t;
+  if (lasting >= kFewLandmarks || lasting_tracks < kPlentyOfTracks) last_time_with_landmarks_ = image.t;
   return image.t - last_time_with_landmarks_ > options_.max_rejecting;
 }
 

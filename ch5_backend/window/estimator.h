@@ -8,7 +8,8 @@
 ///   AddFrame ─► tracks ─┘
 ///
 /// Initialization is static (at rest, gravity and gyroscope bias are the readings' mean) or dynamic (in motion, vision is
-/// aligned with the IMU). The estimator restarts when its estimate can no longer be true, or when a gap in the
+/// aligned with the IMU). With a second camera (Calibration::camera1, Image::tracks1), whose place on the body is known,
+/// the dynamic one needs no motion: the first image has its scale already. The estimator restarts when its estimate can no longer be true, or when a gap in the
 /// measurements leaves nothing between two images. A restart begins a new *segment*: its poses are known relative to one
 /// another, and not to those before. It begins at the position and yaw that were estimated last, for want of better.
 ///
@@ -17,6 +18,7 @@
 /// and OKVIS do differently), start/dynamic_initialization.h.
 
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,7 +41,7 @@ struct EstimatorOptions {
   WindowWeights weights = {};
   double time_offset = 0.0;  ///< initial guess of the delay of the camera's clock [s]
   bool estimate_time_offset = false;
-  bool estimate_extrinsic = false;
+  bool estimate_extrinsic = false;      ///< of both cameras, if there are two
   double max_outlier_pixels = 3.0;      ///< a landmark with a larger mean reprojection error is dropped [px]
   double max_imu_gap = 0.1;             ///< after a longer time without IMU reading the estimator restarts [s]
   double max_rejecting = 1.0;           ///< so does it if plenty of tracks give hardly a landmark for longer [s]
@@ -62,7 +64,8 @@ struct EstimatorOptions {
   /// Called when the graph of a window is made, with the window and that graph, which has the frames' poses, speeds and
   /// biases already: adds the edges of further sensors at those of their measurements whose frames are in the window, and
   /// vertices of its own, which it must add each time. What leaves the window takes its edges along into the prior. An
-  /// edge at a speed and bias must not be added again once that is null (OKVIS): the prior has it.
+  /// edge at a speed and bias must not be added again once that is null (OKVIS): the prior has it. Position and yaw of the
+  /// oldest frame are held during the solve, so a vertex of one's own may be expressed in the world.
   OwnEdges own_edges = nullptr;
 
   /// @throws OptionError
@@ -99,6 +102,7 @@ struct Snapshot {
   std::vector<FrameState> frames;   ///< oldest first
   std::vector<Landmark> landmarks;  ///< those with a depth, by track
   Transform T_B_C;                  ///< as estimated
+  std::optional<Transform> T_B_C1;  ///< that of camera 1, if there is one
   double time_offset = 0.0;         ///< likewise [s]
 };
 
@@ -163,7 +167,7 @@ class Estimator {
   FrameReport Track(const Image& image);
   void Reintegrate();
   Summary Solve();
-  void RefineWithObservabilityConstraints();
+  Summary SolveWithGaugeHeld(const SolveOptions& options);
   bool RejectsImages(const Image& image);
 
   EstimatorOptions options_;
@@ -184,7 +188,8 @@ class Estimator {
   int restarts_ = 0, segment_ = 0;
   std::optional<StampedState> last_state_;  // the last that was given out, of this segment or one before
   Vec3 last_p_ = Vec3::Zero();              // of the newest frame after the previous solve
-  double last_time_with_landmarks_ = 0.0;   // or with too few tracks in the image to expect any
+  double last_time_with_landmarks_ = 0.0;   // or with too few lasting tracks to expect any
+  std::map<int, int> track_ages_;           // in how many images in a row each track has been, since the start
 };
 
 }  // namespace ch5

@@ -77,15 +77,19 @@ bool Estimator::HasMovedSinceStandstill(const Image& image) const {
 
 bool Estimator::InitializeInMotion() {
   if (window_.frames.size() < kFramesToStartMoving) {
-    start_message_ = "neither a second at rest nor " + std::to_string(kFramesToStartMoving) +
-                     " images in motion yet, but " + std::to_string(window_.frames.size());
+    start_message_ = (window_.HasStereoDepth() ? "not yet " : "neither a second at rest nor ") +
+                     std::to_string(kFramesToStartMoving) +
+                     (window_.HasStereoDepth() ? " images, but " : " images in motion yet, but ") +
+                     std::to_string(window_.frames.size());
     return false;
   }
   std::vector<InitializationImage> frames;
   for (const Frame& frame : window_.frames) frames.push_back({frame.t, {}, frame.imu});
   for (const auto& [id, landmark] : window_.landmarks) {
     for (const WindowObservation& seen : landmark.seen) {
-      frames[static_cast<size_t>(window_.IndexOf(seen.frame))].tracks.push_back({id, seen.x});
+      InitializationImage& frame = frames[static_cast<size_t>(window_.IndexOf(seen.frame))];
+      frame.tracks.push_back({id, seen.x});
+      if (seen.second) frame.tracks1.push_back({id, seen.second->x});
     }
   }
   DynamicInitializationOptions options;
@@ -94,6 +98,7 @@ bool Estimator::InitializeInMotion() {
   options.pixel_sigma = options_.weights.pixel_sigma;
   options.gravity = options_.calibration.gravity;
   options.b_a_sigma = options_.start_bias_accelerometer;
+  if (window_.HasStereoDepth()) options.camera1 = options_.calibration.camera1;
   const DynamicInitialization start = InitializeDynamically(frames, options);
   start_message_ = "no start in motion: " + start.message;
   if (start.failure != InitializationFailure::kNone) return false;
@@ -124,6 +129,7 @@ void Estimator::LayUponLastSegment() {
 void Estimator::BeginTracking() {
   last_p_ = window_.frames.back().pose->p();
   last_time_with_landmarks_ = window_.frames.back().t;
+  track_ages_.clear();
   started_ = true;
 }
 

@@ -11,24 +11,37 @@ namespace {
 constexpr double kFalseMatch = 30.0;
 
 // T_W_C of a frame.
-Transform CameraOf(const Window& window, int frame) {
+Transform CameraOf(const Window& window, int frame, const Transform& T_B_C) {
   const VertexPose& pose = *window.frames.at(static_cast<size_t>(window.IndexOf(frame))).pose;
-  const Transform T_B_C = window.T_B_C();
   return {pose.q() * T_B_C.q, pose.q() * T_B_C.p + pose.p()};
+}
+Transform CameraOf(const Window& window, int frame) { return CameraOf(window, frame, window.T_B_C()); }
+
+// Calls view(T_W_C, x) for each image of a landmark, camera 0's before camera 1's of the same time.
+template <typename View>
+void ForEachView(const Window& window, const WindowLandmark& landmark, const View& view) {
+  for (const WindowObservation& seen : landmark.seen) {
+    view(CameraOf(window, seen.frame), window.PointOf(seen));
+    if (seen.second) view(CameraOf(window, seen.frame, window.T_B_C1()), window.SecondPointOf(seen));
+  }
 }
 
 Vec3 ToCamera(const Transform& T_W_C, const Vec3& p_W) { return T_W_C.q.conjugate() * (p_W - T_W_C.p); }
 
-double ReprojectionError(const Window& window, const Vec3& p_W, const WindowObservation& seen) {
-  return (ToCamera(CameraOf(window, seen.frame), p_W).hnormalized() - window.PointOf(seen)).norm();
+double ReprojectionError(const Transform& T_W_C, const Vec3& p_W, const Vec2& x) {
+  return (ToCamera(T_W_C, p_W).hnormalized() - x).norm();
 }
 
 // Over all observations but the host's, whose error is zero.
 double MeanReprojectionError(const Window& window, const WindowLandmark& landmark) {
   const Vec3 p_W = LandmarkInWorld(window, landmark);
   double sum = 0.0;
-  for (const WindowObservation& seen : landmark.seen) sum += ReprojectionError(window, p_W, seen);
-  return sum / static_cast<double>(landmark.seen.size() - 1);
+  int views = 0;
+  ForEachView(window, landmark, [&](const Transform& T_W_C, const Vec2& x) {
+    sum += ReprojectionError(T_W_C, p_W, x);
+    ++views;
+  });
+  return sum / static_cast<double>(views - 1);
 }
 
 // Removes the newest observation if it alone is a false match. If the previous one was removed too, the track has jumped to
@@ -38,7 +51,8 @@ void RemoveFalseMatch(double false_match, Window* window, WindowLandmark* landma
   auto& seen = landmark->seen;
   if (seen.size() < 3 || recent.size() < 2 || seen.back().frame != recent.back().frame) return;
   if (seen[seen.size() - 2].frame != recent[recent.size() - 2].frame) return;
-  if (ReprojectionError(*window, LandmarkInWorld(*window, *landmark), seen.back()) < false_match) return;
+  const Transform T_W_C = CameraOf(*window, seen.back().frame);
+  if (ReprojectionError(T_W_C, LandmarkInWorld(*window, *landmark), window->PointOf(seen.back())) < false_match) return;
   const auto pose = window->frames[static_cast<size_t>(window->IndexOf(seen.back().frame))].pose;
   for (const auto& edge : EdgesAt(window->graph, {landmark->inverse_depth})) {
     if (edge->Vertices()[2] == pose) window->graph.RemoveEdge(edge);
@@ -79,15 +93,19 @@ void ChangeHost(const std::function<double(const Transform&, const Vec3&)>& dept
 double TriangulateDepth(const Window& window, const WindowLandmark& landmark) {
   const Transform T_W_C0 = CameraOf(window, landmark.Host());
   Eigen::Matrix4d AtA = Eigen::Matrix4d::Zero();
-  for (const WindowObservation& seen : landmark.seen) {
-    const Transform T_W_C = CameraOf(window, seen.frame);
+  const auto add = [&](const Transform& T_W_C, const Vec2& x) {
     Eigen::Matrix<double, 3, 4> P;
     P << (T_W_C.q.conjugate() * T_W_C0.q).toRotationMatrix(), T_W_C.q.conjugate() * (T_W_C0.p - T_W_C.p);
-    const Vec3 ray = window.PointOf(seen).homogeneous().normalized();
+    const Vec3 ray = x.homogeneous().normalized();
     for (int row = 0; row < 2; ++row) {
       const Eigen::Matrix<double, 1, 4> a = ray[row] * P.row(2) - ray[2] * P.row(row);
       AtA += a.transpose() * a;
     }
+  };
+  for (const WindowObservation& seen : landmark.seen) {
+    add(CameraOf(window, seen.frame), window.PointOf(seen));
+    if (!seen.second || !window.HasStereoDepth()) continue;
+    add(CameraOf(window, seen.frame, window.T_B_C1()), window.SecondPointOf(seen));
   }
   // The solver for matrices of any size is compiled once for all files (math/precompiled.h); the same bits.
   const Eigen::Vector4d p = Eigen::SelfAdjointEigenSolver<MatXX>(AtA).eigenvectors().col(0);
@@ -95,31 +113,69 @@ double TriangulateDepth(const Window& window, const WindowLandmark& landmark) {
   return std::isfinite(depth) && depth >= kLeastDepth ? depth : kInitialDepth;
 }
 
-void AppendToTrack(const RecentPoint& point, WindowLandmark* landmark) {
-  std::vector<RecentPoint>& last = landmark->recent;
+namespace {
+
+// Adds a point to the last three of a camera's track, and calls set(frame, ẋ) for those whose velocity has become another.
+template <typename Set>
+void UpdateVelocities(const RecentPoint& point, std::vector<RecentPoint>* recent, int* images, const Set& set) {
+  std::vector<RecentPoint>& last = *recent;
   if (last.size() == 3) last.erase(last.begin());
   last.push_back(point);
-  ++landmark->images;
-  landmark->seen.push_back({point.frame, point.x, Vec2::Zero()});
+  ++*images;
   const auto slope = [&](size_t a, size_t b) -> Vec2 { return (last[b].x - last[a].x) / (last[b].t - last[a].t); };
-  const auto set = [&](int frame, const Vec2& velocity) {
-    for (auto seen = landmark->seen.rbegin(); seen != landmark->seen.rend() && seen->frame >= frame; ++seen) {
-      if (seen->frame == frame) seen->velocity = velocity;
-    }
-  };
   if (last.size() == 2) {
     set(last[0].frame, slope(0, 1));
     set(last[1].frame, slope(0, 1));
   } else if (last.size() == 3) {
-    if (landmark->images == 3) set(last[0].frame, slope(1, 2));  // the track's first image
+    if (*images == 3) set(last[0].frame, slope(1, 2));  // the track's first image
     set(last[1].frame, slope(0, 2));
     set(last[2].frame, slope(0, 1));
   }
 }
 
+// Calls change(observation) for that of a frame, if it is still there.
+template <typename Change>
+void ChangeObservation(int frame, WindowLandmark* landmark, const Change& change) {
+  for (auto seen = landmark->seen.rbegin(); seen != landmark->seen.rend() && seen->frame >= frame; ++seen) {
+    if (seen->frame == frame) change(&*seen);
+  }
+}
+
+}  // namespace
+
+void AppendToTrack(const RecentPoint& point, WindowLandmark* landmark) {
+  landmark->seen.push_back({point.frame, point.x, Vec2::Zero()});
+  UpdateVelocities(point, &landmark->recent, &landmark->images, [&](int frame, const Vec2& velocity) {
+    ChangeObservation(frame, landmark, [&](WindowObservation* seen) { seen->velocity = velocity; });
+  });
+}
+
+void AppendSecondView(const RecentPoint& point, WindowLandmark* landmark) {
+  if (landmark->seen.empty() || landmark->seen.back().frame != point.frame) return;
+  landmark->seen.back().second = SecondView{point.x, Vec2::Zero()};
+  UpdateVelocities(point, &landmark->recent1, &landmark->images1, [&](int frame, const Vec2& velocity) {
+    ChangeObservation(frame, landmark, [&](WindowObservation* seen) {
+      if (seen->second) seen->second->velocity = velocity;
+    });
+  });
+}
+
+void AppendImage(int frame, const Image& image, Window* window) {
+  for (const TrackedPoint& point : image.tracks) {
+    AppendToTrack({frame, image.t, point.x}, &window->landmarks[point.id]);
+  }
+  if (!window->extrinsic1) return;
+  for (const TrackedPoint& point : image.tracks1) {
+    const auto landmark = window->landmarks.find(point.id);
+    if (landmark != window->landmarks.end()) AppendSecondView({frame, image.t, point.x}, &landmark->second);
+  }
+}
+
 void TriangulateLandmarks(Window* window) {
   for (auto& [id, landmark] : window->landmarks) {
-    if (landmark.inverse_depth || landmark.seen.size() < 2) continue;
+    const bool has_two_views =
+        landmark.seen.size() >= 2 || (window->HasStereoDepth() && landmark.seen.front().second.has_value());
+    if (landmark.inverse_depth || !has_two_views) continue;
     landmark.inverse_depth = std::make_shared<VertexInverseDepth>(1.0 / TriangulateDepth(*window, landmark));
   }
 }
@@ -133,14 +189,13 @@ Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark) {
 double LandmarkQuality(const Window& window, const WindowLandmark& landmark, double sqrt_information) {
   const Vec3 p_W = LandmarkInWorld(window, landmark);
   Mat33 H = Mat33::Zero();
-  for (const WindowObservation& seen : landmark.seen) {
-    const Transform T_W_C = CameraOf(window, seen.frame);
+  ForEachView(window, landmark, [&](const Transform& T_W_C, const Vec2&) {
     const Vec3 p_C = ToCamera(T_W_C, p_W);
     Mat23 dr_dp_C;
     dr_dp_C << Mat22::Identity(), -p_C.hnormalized();
     const Mat23 J = (sqrt_information / p_C.z()) * dr_dp_C * T_W_C.q.conjugate().toRotationMatrix();
     H += J.transpose() * J;
-  }
+  });
   const Vec3 lambda = Eigen::SelfAdjointEigenSolver<Mat33>(H).eigenvalues();
   return lambda[0] < 1e-12 ? 0.0 : std::sqrt(lambda[0] / lambda[2]);
 }

@@ -11,7 +11,8 @@ namespace ch5 {
 constexpr double kInitialDepth = 5.0;
 constexpr double kLeastDepth = 0.1;
 
-/// Depth in the host's camera from all its observations: the smallest singular vector of the rays' equations.
+/// Depth in the host's camera from all its observations, with those of camera 1 where it tells depths: the smallest
+/// singular vector of the rays' equations.
 /// @return meters; kInitialDepth if less than kLeastDepth comes out, or nothing finite
 double TriangulateDepth(const Window& window, const WindowLandmark& landmark);
 
@@ -22,7 +23,15 @@ double TriangulateDepth(const Window& window, const WindowLandmark& landmark);
 ///   inside   ẋ_k = (x_{k+1} − x_{k−1}) / (t_{k+1} − t_{k−1}),     at an end   the slope between the next two
 void AppendToTrack(const RecentPoint& point, WindowLandmark* landmark);
 
-/// Gives a depth to every landmark that has none and is seen at least twice.
+/// Adds what camera 1 sees in the image that was appended last. A point that camera 0 does not see there is passed over
+/// (as in VINS-Fusion): each landmark has its host in camera 0.
+void AppendSecondView(const RecentPoint& point, WindowLandmark* landmark);
+
+/// Appends the points of an image to their tracks, those of camera 1 if the window has one.
+/// @param frame  id of the image's frame
+void AppendImage(int frame, const Image& image, Window* window);
+
+/// Gives a depth to every landmark that has none and is seen at least twice, or by both cameras at once.
 void TriangulateLandmarks(Window* window);
 
 /// The landmark in the world, at its present depth.

@@ -25,32 +25,41 @@ void CheckReading(const ImuMeasurement& reading, const std::vector<ImuMeasuremen
   }
 }
 
-void CheckImage(const Image& image, double last_time) {
-  if (!std::isfinite(image.t)) throw MeasurementError("the image's time is not finite");
-  if (image.t <= last_time) {
-    throw MeasurementError("the image" + At(image.t) + RepeatsOrPrecedes(image.t, last_time));
-  }
+namespace {
+
+// @param image  " of the image at t = …", or of camera 1's
+void CheckTracks(const std::vector<TrackedPoint>& tracks, const std::string& image) {
   constexpr double kFar = 10.0;  // 84° off the axis
   size_t far = 0;
   std::vector<int> ids;
-  for (const TrackedPoint& point : image.tracks) {
-    if (!point.x.allFinite()) {
-      throw MeasurementError("track " + std::to_string(point.id) + " of the image" + At(image.t) + " is not finite");
-    }
+  for (const TrackedPoint& point : tracks) {
+    if (!point.x.allFinite()) throw MeasurementError("track " + std::to_string(point.id) + image + " is not finite");
     ids.push_back(point.id);
     if (point.x.norm() > kFar) ++far;
   }
-  if (2 * far > image.tracks.size()) {
+  if (2 * far > tracks.size()) {
     std::ostringstream text;
-    text << "most tracks of the image" << At(image.t) << " are far from the normalized plane's center, one at ("
-         << image.tracks.front().x.transpose() << "): are they pixels?";
+    text << "most tracks" << image << " are far from the normalized plane's center, one at ("
+         << tracks.front().x.transpose() << "): are they pixels?";
     throw MeasurementError(text.str());
   }
   std::sort(ids.begin(), ids.end());
   const auto repeated = std::adjacent_find(ids.begin(), ids.end());
   if (repeated != ids.end()) {
-    throw MeasurementError("track " + std::to_string(*repeated) + " stands twice in the image" + At(image.t));
+    const std::string where = " stands twice in" + image.substr(std::string(" of").size());
+    throw MeasurementError("track " + std::to_string(*repeated) + where);
   }
+}
+
+}  // namespace
+
+void CheckImage(const Image& image, double last_time) {
+  if (!std::isfinite(image.t)) throw MeasurementError("the image's time is not finite");
+  if (image.t <= last_time) {
+    throw MeasurementError("the image" + At(image.t) + RepeatsOrPrecedes(image.t, last_time));
+  }
+  CheckTracks(image.tracks, " of the image" + At(image.t));
+  CheckTracks(image.tracks1, " of camera 1's image" + At(image.t));
 }
 
 bool HasImuGap(const std::vector<ImuMeasurement>& imu, double t0, double t1, double max_gap) {

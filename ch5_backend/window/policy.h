@@ -36,6 +36,7 @@ struct VinsOptions {
   int window_size = 10;           ///< frames beside the newest one
   int least_tracked = 20;         ///< fewer landmarks followed into the newest image make a keyframe
   double parallax_pixels = 10.0;  ///< more between the second and third newest frame makes a keyframe [px]
+  double slow_seconds = 0.3;  ///< between images: from then on landmarks of all hosts are used, not only of older ones
   int max_iterations = 8;
   double cost_tolerance = 1e-3;  ///< loose: the next image solves the window again
   /// Stops a solve by the clock, before the oldest frame leaves after 4/5 of it; VINS-Mono: 0.04. Without a limit, as a

@@ -12,9 +12,10 @@ namespace {
 // The edges with observability constraints, where the graph's are not constrained already.
 std::vector<std::shared_ptr<Edge>> Constrained(std::vector<std::shared_ptr<Edge>> edges, const Window& window) {
   if (window.observability_constraints == ObservabilityConstraints::kAllEdges) return edges;
+  const std::vector<const Vertex*> local_poses = window.LocalPoses();
   for (auto& edge : edges) {
     if (edge == window.prior) continue;
-    edge = ConstrainObservability(edge, window.prior->GetPrior(), window.extrinsic.get());
+    edge = ConstrainObservability(edge, window.prior->GetPrior(), local_poses);
   }
   return edges;
 }

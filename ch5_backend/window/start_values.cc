@@ -8,6 +8,10 @@ void SetCalibration(const EstimatorOptions& options, Window* window) {
   window->calibration = options.calibration;
   window->extrinsic->SetPose(options.calibration.T_B_C.q, options.calibration.T_B_C.p);
   window->extrinsic->SetFixed(!options.estimate_extrinsic);
+  if (const auto& camera1 = options.calibration.camera1) {
+    window->extrinsic1 = std::make_shared<VertexPose>(camera1->T_B_C.q, camera1->T_B_C.p);
+    window->extrinsic1->SetFixed(!options.estimate_extrinsic);
+  }
   window->time_offset->SetEstimate(VertexScalar::Estimate(options.time_offset));
   window->time_offset->SetFixed(!options.estimate_time_offset);
 }
@@ -23,8 +27,14 @@ std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const 
       for (int k = 0; k < std::min(3, vertex->LocalDimension()); ++k) sigmas.push_back(sigma);
     }
   };
-  add(window.frames.front().speed_bias, {speed, options.start_bias_accelerometer, options.start_bias_gyroscope});
+  // At rest one component of the accelerometer's bias is seen, along gravity; the other two may be as large.
+  const VertexSpeedBias& start = *window.frames.front().speed_bias;
+  const double bias_accelerometer = std::max(options.start_bias_accelerometer, start.b_a().norm());
+  add(window.frames.front().speed_bias, {speed, bias_accelerometer, options.start_bias_gyroscope});
   add(window.extrinsic, {options.start_extrinsic_position, options.start_extrinsic_rotation});
+  if (window.extrinsic1) {
+    add(window.extrinsic1, {options.start_extrinsic_position, options.start_extrinsic_rotation});
+  }
   add(window.time_offset, {options.start_time_offset});
   prior.J = Eigen::Map<VecX>(sigmas.data(), static_cast<Eigen::Index>(sigmas.size())).cwiseInverse().asDiagonal();
   prior.r0 = VecX::Zero(prior.J.rows());

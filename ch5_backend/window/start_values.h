@@ -8,7 +8,7 @@
 
 namespace ch5 {
 
-/// Sets extrinsic and time offset to what the options give, fixed unless they are to be estimated.
+/// Sets extrinsics and time offset to what the options give, fixed unless they are to be estimated.
 void SetCalibration(const EstimatorOptions& options, Window* window);
 
 /// One prior of speed and biases of the oldest frame at its present state, and of the estimated part of the calibration.

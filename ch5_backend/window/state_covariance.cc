@@ -64,6 +64,7 @@ StateCovariance CovarianceOf(const Window& window, const Frame& frame) {
   covariance.state.topRightCorner<6, 9>() = covariance.state.bottomLeftCorner<9, 6>().transpose();
   covariance.state.bottomRightCorner<9, 9>() = inverse.Rows(of_speed_bias, *frame.speed_bias);
   if (!window.extrinsic->IsFixed()) covariance.extrinsic = inverse.Block(*window.extrinsic);
+  if (window.extrinsic1 && !window.extrinsic1->IsFixed()) covariance.extrinsic1 = inverse.Block(*window.extrinsic1);
   if (!window.time_offset->IsFixed()) covariance.time_offset_variance = inverse.Block(*window.time_offset)(0, 0);
   return covariance;
 }

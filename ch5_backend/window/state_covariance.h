@@ -17,6 +17,7 @@ struct StateCovariance {
   Reference reference = Reference::kOldestFrame;
   Mat1515 state = Mat1515::Zero();  ///< of [δp, δθ, δv, δb_a, δb_g], right perturbation; [m, rad, m/s, m/s², rad/s]
   std::optional<Mat66> extrinsic;              ///< of [δp, δθ] of T_B_C
+  std::optional<Mat66> extrinsic1;             ///< likewise of camera 1
   std::optional<double> time_offset_variance;  ///< [s²]
 
   Mat66 Pose() const { return state.topLeftCorner<6, 6>(); }

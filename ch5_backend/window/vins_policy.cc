@@ -24,10 +24,13 @@ class VinsPolicy : public WindowPolicy {
     p0_ = oldest.pose->p();
   }
 
-  // Seen twice, and hosted before the last three frames.
+  // Seen twice, and hosted before the last three frames; where images are far apart, these three would be too long a time
+  // without landmarks.
   bool Uses(const Window& window, const WindowLandmark& landmark) const override {
-    const int newest = static_cast<int>(window.frames.size()) - 1;
-    return landmark.seen.size() >= 2 && window.IndexOf(landmark.Host()) < newest - 2;
+    const size_t n = window.frames.size();
+    const bool is_slow = n > 1 && window.frames[n - 1].t - window.frames[n - 2].t > options_.slow_seconds;
+    const int newest_host = static_cast<int>(n) - (is_slow ? 2 : 4);
+    return landmark.seen.size() >= 2 && window.IndexOf(landmark.Host()) <= newest_host;
   }
 
   SolveOptions Options() const override {
@@ -115,6 +118,7 @@ void VinsOptions::Validate() const {
   CheckOption("VinsOptions::window_size", window_size, 4);  // three newest frames, and a host before them
   CheckOption("VinsOptions::least_tracked", least_tracked, 0);
   CheckOption("VinsOptions::parallax_pixels", parallax_pixels, 0);
+  CheckPositive("VinsOptions::slow_seconds", slow_seconds);
   CheckOption("VinsOptions::max_iterations", max_iterations, 1);
   CheckOption("VinsOptions::cost_tolerance", cost_tolerance, 0);
   if (max_solve_seconds) CheckOption("VinsOptions::max_solve_seconds", *max_solve_seconds, 0);

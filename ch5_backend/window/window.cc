@@ -4,6 +4,7 @@
 
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/types/visual/edge_reprojection_calibration.h"
+#include "ch5_backend/types/visual/edge_stereo.h"
 #include "ch5_backend/types/visual/edge_track.h"
 
 namespace ch5 {
@@ -44,6 +45,16 @@ Vec2 Window::PointOf(const WindowObservation& seen) const {
   return MovingPoint{seen.x, seen.velocity, clock_offset}.At(time_offset->GetEstimate()[0]);
 }
 
+Vec2 Window::SecondPointOf(const WindowObservation& seen) const {
+  const double clock_offset = frames[static_cast<size_t>(IndexOf(seen.frame))].clock_offset;
+  return MovingPoint{seen.second->x, seen.second->velocity, clock_offset}.At(time_offset->GetEstimate()[0]);
+}
+
+std::vector<const Vertex*> Window::LocalPoses() const {
+  if (!extrinsic1) return {extrinsic.get()};
+  return {extrinsic.get(), extrinsic1.get()};
+}
+
 namespace {
 
 // The parts of BuildGraph.
@@ -55,6 +66,7 @@ class GraphBuilder {
         graph_(window->graph),
         calibrating_(!window->extrinsic->IsFixed() || !window->time_offset->IsFixed()),
         T_B_C_(window->T_B_C()),
+        local_poses_(window->LocalPoses()),
         loss_(weights.cauchy > 0.0 ? std::make_shared<CauchyLoss>(weights.cauchy) : nullptr) {}
 
   void AddStates() {
@@ -63,6 +75,7 @@ class GraphBuilder {
       if (frame.speed_bias) graph_.AddVertex(frame.speed_bias);
     }
     graph_.AddVertex(window_.extrinsic);
+    if (window_.extrinsic1) graph_.AddVertex(window_.extrinsic1);
     graph_.AddVertex(window_.time_offset);
   }
 
@@ -99,6 +112,7 @@ class GraphBuilder {
       edge->SetLossFunction(loss_);
       Add(edge);
     }
+    if (window_.extrinsic1) AddSecondViews(landmark);
   }
 
   void AddPriors() {
@@ -110,6 +124,30 @@ class GraphBuilder {
   }
 
  private:
+  // What camera 1 sees of it, in the host's frame and in the others.
+  void AddSecondViews(const WindowLandmark& landmark) {
+    const double sqrt_information = window_.calibration.camera1->FocalLength() / weights_.pixel_sigma;
+    const WindowObservation& host = landmark.seen.front();
+    const Frame& host_frame = FrameOf(host);
+    const MovingPoint host_point{host.x, host.velocity, host_frame.clock_offset};
+    for (const WindowObservation& seen : landmark.seen) {
+      if (!seen.second) continue;
+      const Frame& frame = FrameOf(seen);
+      const MovingPoint point{seen.second->x, seen.second->velocity, frame.clock_offset};
+      std::shared_ptr<Edge> edge;
+      if (&seen == &host) {
+        edge = std::make_shared<EdgeStereoHost>(landmark.inverse_depth, window_.extrinsic, window_.extrinsic1,
+                                                window_.time_offset, host_point, point);
+      } else {
+        edge = std::make_shared<EdgeStereo>(landmark.inverse_depth, host_frame.pose, frame.pose, window_.extrinsic,
+                                            window_.extrinsic1, window_.time_offset, host_point, point);
+      }
+      edge->SetInformation(sqrt_information * sqrt_information * Mat22::Identity());
+      edge->SetLossFunction(loss_);
+      Add(edge);
+    }
+  }
+
   void AddTrack(const WindowLandmark& landmark) {
     std::vector<EdgeTrack::View> views;
     for (const WindowObservation& seen : landmark.seen) views.push_back({FrameOf(seen).pose, seen.x});
@@ -119,7 +157,7 @@ class GraphBuilder {
 
   void Add(std::shared_ptr<Edge> edge) {
     if (window_.prior && window_.observability_constraints == ObservabilityConstraints::kAllEdges) {
-      edge = ConstrainObservability(std::move(edge), window_.prior->GetPrior(), window_.extrinsic.get());
+      edge = ConstrainObservability(std::move(edge), window_.prior->GetPrior(), local_poses_);
     }
     graph_.AddEdge(std::move(edge));
   }
@@ -133,6 +171,7 @@ class GraphBuilder {
   Graph& graph_;
   bool calibrating_;
   Transform T_B_C_;
+  std::vector<const Vertex*> local_poses_;
   std::shared_ptr<const LossFunction> loss_;
 };
 

@@ -3,7 +3,7 @@
 /// has been marginalized.
 ///
 ///   frames      f₀ ──IMU── f₁ ──IMU── f₂ ── … ──IMU── f_n        pose, speed and biases each
-///   landmarks      ╲____╲____╱   inverse depth in the camera of the host, the first frame that sees it
+///   landmarks      ╲____╲____╱   inverse depth in camera 0 of the host, the first frame that sees it
 ///   prior       on the vertices that shared an edge with something marginalized
 ///
 /// BuildGraph makes the graph of one solve from these values. A policy (VINS's, OKVIS's) decides what leaves.
@@ -11,6 +11,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "ch5_backend/consistency/observability.h"
@@ -33,11 +34,18 @@ struct Frame {
 };
 using WindowFrame = Frame;  // its name in homework that was written before
 
+/// What camera 1 sees of a landmark.
+struct SecondView {
+  Vec2 x = Vec2::Zero();         ///< normalized plane
+  Vec2 velocity = Vec2::Zero();  ///< [1/s]
+};
+
 /// Where a frame of the window sees a landmark.
 struct WindowObservation {
-  int frame = 0;                 ///< id
-  Vec2 x = Vec2::Zero();         ///< normalized plane
-  Vec2 velocity = Vec2::Zero();  ///< dx/dt, see AppendToTrack [1/s]
+  int frame = 0;                          ///< id
+  Vec2 x = Vec2::Zero();                  ///< normalized plane
+  Vec2 velocity = Vec2::Zero();           ///< dx/dt, see AppendToTrack [1/s]
+  std::optional<SecondView> second = {};  ///< the same of camera 1, if there is one and it sees the landmark too
 };
 
 /// A track in one of the last images.
@@ -51,8 +59,10 @@ struct RecentPoint {
 struct WindowLandmark {
   std::vector<WindowObservation> seen;                ///< in order of time; the first is the host's
   std::shared_ptr<VertexInverseDepth> inverse_depth;  ///< in the host's camera; null until triangulated
-  std::vector<RecentPoint> recent;  ///< the track's last three images, also those no longer in the window
-  int images = 0;                   ///< number of images of the track so far
+  std::vector<RecentPoint> recent;   ///< the track's last three images, also those no longer in the window
+  int images = 0;                    ///< number of images of the track so far
+  std::vector<RecentPoint> recent1;  ///< as `recent` and `images`, of camera 1
+  int images1 = 0;
   int Host() const { return seen.front().frame; }
 };
 
@@ -67,6 +77,7 @@ struct Window {
   std::shared_ptr<EdgePrior> prior;         ///< null until there is one
   std::shared_ptr<Edge> gauge_prior;        ///< holds position and yaw of a frame if the policy wants it; else null
   std::shared_ptr<VertexPose> extrinsic = std::make_shared<VertexPose>();  ///< T_B_C
+  std::shared_ptr<VertexPose> extrinsic1;                                  ///< that of camera 1; null with one camera
   std::shared_ptr<VertexScalar> time_offset =                              ///< delay of the camera's clock [s]
       std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
   ObservabilityConstraints observability_constraints = ObservabilityConstraints::kNone;
@@ -77,8 +88,16 @@ struct Window {
   /// Position in `frames` of the frame `id`, or −1.
   int IndexOf(int id) const;
   Transform T_B_C() const { return {extrinsic->q(), extrinsic->p()}; }
+  /// Of camera 1, which must be there.
+  Transform T_B_C1() const { return {extrinsic1->q(), extrinsic1->p()}; }
+  /// Whether camera 1 tells depths: it is there, and its place on the body is known, not estimated.
+  bool HasStereoDepth() const { return extrinsic1 && extrinsic1->IsFixed(); }
+  /// The extrinsics: poses that are not expressed in W.
+  std::vector<const Vertex*> LocalPoses() const;
   /// The point at the time of the frame's pose:  x − (td − td_k) ẋ.
   Vec2 PointOf(const WindowObservation& seen) const;
+  /// The same of seen.second, which must be there.
+  Vec2 SecondPointOf(const WindowObservation& seen) const;
   StampedState StateOf(const Frame& frame) const;
   /// Sets pose, speed and biases of a frame; its time stays.
   static void SetState(const StampedState& state, const Frame& frame);
@@ -104,7 +123,7 @@ using OwnEdges = std::function<void(const Window&, Graph*)>;
 
 /// Makes window->graph: every frame's states, one's own edges, the IMU between consecutive frames that have a speed-bias,
 /// the observations of the landmarks that `uses` accepts, the prior and the gauge prior. Where extrinsic and time offset
-/// are both fixed, they are constants of the edges.
+/// are both fixed, they are constants of camera 0's edges.
 void BuildGraph(const WindowWeights& weights, const std::function<bool(const Window&, const WindowLandmark&)>& uses,
                 Window* window, const OwnEdges& own_edges = nullptr);
 

@@ -157,14 +157,6 @@ TEST(Stage4, TheNullSpaceIsTheDerivativeOfTheWorldsMotion) {
 
 // ---- 4c, the projection ---------------------------------------------------------------------------------------------
 
-// Q by what it does: it takes U to zero, and leaves alone what satisfies Vᵀδ = 0.
-MatXX ProjectionByItsEffect(const MatXX& U, const MatXX& V) {
-  MatXX basis(U.rows(), U.rows()), image = MatXX::Zero(U.rows(), U.rows());
-  basis << U, Complement(V);
-  image.rightCols(U.rows() - U.cols()) = Complement(V);
-  return image * basis.inverse();
-}
-
 void CheckProjection(const MatXX& U, const MatXX& V, const Names& names, const Text& what) {
   const MatXX I = MatXX::Identity(U.rows(), U.rows()), Vt = V.transpose(), A = Vt * U;
   const auto minus = [&](const MatXX& lost) { return Is(I - lost); };

@@ -16,29 +16,37 @@ constexpr double kSmallestEigenvalue = 5e-9;  // of the largest one
 TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
   for (const int n : {3, 6, 10}) {
     Random random(Seed(109 + static_cast<uint64_t>(n)));
-    const MatXX Q = RandomMatrix(n, n, &random), C = RandomPositiveDefinite(n, &random);
+    const MatXX C = RandomPositiveDefinite(n, &random);
     const MatXX M = RandomMatrix(n, n, &random).householderQr().householderQ();  // orthogonal, as every ∂θ_C/∂θ is
-    const MatXX T = Q * M, Tt = T.transpose(), MQ = M * Q;
+    const MatXX U = RandomMatrix(n, n / 3, &random), V = U + RandomMatrix(n, n / 3, &random);
+    const MatXX Q = ProjectionByItsEffect(U, V), Q_C = M * Q * M.transpose();  // the same gauge at θ and at θ_C
+    const MatXX T = Q_C * M, Tt = T.transpose();
     const auto is = [](const MatXX& answer) { return [answer] { return answer; }; };
+    const auto by = [&](const MatXX& factor) { return is(factor * C * factor.transpose()); };
     ASSERT_CLAIM({"4",
                   {"4.covariance_of_random", {{"size", Word(std::to_string(n) + "×" + std::to_string(n))}}},
                   T * C * Tt,
-                  Chosen().gauge_freedom.transform_covariance(C, Q, M),
+                  Chosen().gauge_freedom.transform_covariance(C, M, Q, Q_C),
                   {},
                   {{"4e", "4.covariance_not_changed", is(C)},
                    {"4e", "4.result_still_zero", is(MatXX::Zero(n, n))},
-                   {"4e", "4.Q_motion_exchanged_places", is(MQ * C * MQ.transpose())},
+                   {"4e", "4.Q_motion_exchanged_places", by(M * Q_C)},
+                   {"4e", "4.Q_of_other_place", by(Q * M)},
                    {"4e", "4.second_factor_missing", is(T * C)},
                    {"4e", "4.first_factor_missing", is(C * Tt)},
                    {"4e", "4.transpose_missing", is(T * C * T)},
                    {"4e", "4.transpose_wrong_side", is(Tt * C * T)},
                    {"4e", "4.Q_missing_right", is(T * C * M.transpose())},
                    {"4e", "4.Q_missing_left", is(M * C * Tt)},
-                   {"4e", "4.motion_missing_right", is(T * C * Q.transpose())},
-                   {"4e", "4.motion_missing", is(Q * C * Q.transpose())},
-                   {"4e", "4.Q_missing", is(M * C * M.transpose())},
-                   {"4e", "4.Q_transposed", is(Q.transpose() * M * C * (Q.transpose() * M).transpose())},
-                   {"4e", "4.motion_transposed", is(Q * M.transpose() * C * (Q * M.transpose()).transpose())}}});
+                   {"4e", "4.motion_missing_right", is(T * C * Q_C.transpose())},
+                   {"4e", "4.motion_missing", by(Q_C)},
+                   {"4e", "4.motion_missing", by(Q)},
+                   {"4e", "4.motion_missing", by(Q_C * Q)},
+                   {"4e", "4.Q_missing", by(M)},
+                   {"4e", "4.Q_transposed", by(Q_C.transpose() * M)},
+                   {"4e", "4.Q_transposed", by(M * Q.transpose())},
+                   {"4e", "4.motion_transposed", by(Q_C * M.transpose())},
+                   {"4e", "4.motion_transposed", by(M.transpose() * Q)}}});
   }
 }
 
@@ -52,13 +60,13 @@ TEST(Stage4, TheExampleOfTheHandout) {
   ASSERT_CLAIM({"4",
                 "4.handout_held",
                 fixed,
-                functions.transform_covariance(free, functions.projection(U, V), I),
+                functions.transform_covariance(free, I, functions.projection(U, V), functions.projection(U, V)),
                 Words({"x1", "x2"}),
                 {}});
   ASSERT_CLAIM({"4",
                 "4.handout_set_free",
                 free,
-                functions.transform_covariance(fixed, functions.projection(U, U), I),
+                functions.transform_covariance(fixed, I, functions.projection(U, U), functions.projection(U, U)),
                 Words({"x1", "x2"}),
                 {}});
 }
@@ -94,18 +102,26 @@ void CheckGauges(GaugeGroup group, int frames, int points, int seed) {
                 1e-9,
                 DirectionNames(group)});
   const MatXX free = FreeCovariance(H, static_cast<int>(U.cols()));
+  const MatXX Q = functions.projection(U, scene.FirstFrame(group)), Q_free = functions.projection(U, U);
 
   const double yaw = 0.4 + 0.1 * static_cast<double>(frames);
   MoveAll({1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(3, -2, 1)}, scene.vertices);
   const MatXX V = scene.FirstFrame(group), fixed = FixedCovariance(scene.Hessian(), V);
-  const MatXX Q = functions.projection(functions.null_space(scene.vertices, group), V);
+  const MatXX U_C = functions.null_space(scene.vertices, group);
+  const MatXX Q_C = functions.projection(U_C, V), Q_C_free = functions.projection(U_C, U_C);
   const MatXX motion = functions.motion_jacobian(scene.vertices, yaw);
   ASSERT_GT((free - fixed).norm(), 0.1 * fixed.norm()) << "the scene is too easy: both gauges have one covariance";
-  ASSERT_CLAIM({"4", of("4.covariance_held"), fixed, functions.transform_covariance(free, Q, motion), names, {}, 1e-7});
-
-  const MatXX Q_free = functions.projection(U, U), back = functions.motion_jacobian(scene.vertices, -yaw);
   ASSERT_CLAIM(
-      {"4", of("4.covariance_set_free"), free, functions.transform_covariance(fixed, Q_free, back), names, {}, 1e-7});
+      {"4", of("4.covariance_held"), fixed, functions.transform_covariance(free, motion, Q, Q_C), names, {}, 1e-7});
+
+  const MatXX back = functions.motion_jacobian(scene.vertices, -yaw);
+  ASSERT_CLAIM({"4",
+                of("4.covariance_set_free"),
+                free,
+                functions.transform_covariance(fixed, back, Q_C_free, Q_free),
+                names,
+                {},
+                1e-7});
 }
 
 TEST(Stage4, FreeAndFixedCovariancesOfACameraWithAnImuAreOne) {

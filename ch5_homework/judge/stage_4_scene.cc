@@ -135,4 +135,11 @@ MatXX Complement(const MatXX& V) {
   return basis.rightCols(V.rows() - V.cols());
 }
 
+MatXX ProjectionByItsEffect(const MatXX& U, const MatXX& V) {
+  MatXX basis(U.rows(), U.rows()), image = MatXX::Zero(U.rows(), U.rows());
+  basis << U, Complement(V);
+  image.rightCols(U.rows() - U.cols()) = Complement(V);
+  return image * basis.inverse();
+}
+
 }  // namespace ch5::homework

@@ -47,6 +47,8 @@ struct FreeScene : FreeGraph {
 MatXX FreeCovariance(const MatXX& H, int nullity);
 /// E[δ δᵀ] of the problem that knows Vᵀδ = 0:  N (Nᵀ H N)⁻¹ Nᵀ,  N a basis of these δ.
 MatXX FixedCovariance(const MatXX& H, const MatXX& V);
+/// Q by what it does: it takes U to zero, and leaves alone what satisfies Vᵀδ = 0.
+MatXX ProjectionByItsEffect(const MatXX& U, const MatXX& V);
 /// An orthonormal basis of {δ: Vᵀδ = 0}, n×(n − columns of V).
 MatXX Complement(const MatXX& V);
 

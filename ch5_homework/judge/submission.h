@@ -81,7 +81,7 @@ struct GaugeFreedom {
   MatXX (*null_space)(const Vertices& vertices, GaugeGroup group);
   MatXX (*projection)(const MatXX& U, const MatXX& V);
   MatXX (*motion_jacobian)(const Vertices& vertices, double yaw);
-  MatXX (*transform_covariance)(const MatXX& covariance, const MatXX& Q, const MatXX& motion);
+  MatXX (*transform_covariance)(const MatXX& covariance, const MatXX& motion, const MatXX& Q, const MatXX& Q_C);
 };
 
 /// The free functions of stage 6.

@@ -36,7 +36,7 @@ TEST(GaugeFreedom, HoldingOneOfTwoNumbersByHand) {
   EXPECT_DOUBLE_EQ(InverseOfVtU(U, V)(0, 0), 1.0);
   const MatXX Q = GaugeProjection(U, V);
   EXPECT_EQ(Q, (MatXX(2, 2) << 0, 0, -1, 1).finished());
-  EXPECT_EQ(TransformCovariance(I, Q, I), (MatXX(2, 2) << 0, 0, 0, 2).finished());
+  EXPECT_EQ(TransformCovariance(I, I, Q, Q), (MatXX(2, 2) << 0, 0, 0, 2).finished());
   EXPECT_THROW(InverseOfVtU(U, Vec2(1, -1)), std::invalid_argument);
 }
 
@@ -93,10 +93,11 @@ TEST(GaugeFreedom, TheProjectionStandsWhereTheCovarianceGoesOrWhereItComesFrom) 
 TEST(GaugeFreedom, FreeDependsOnUnitsAndHeldDoesNot) {
   const MatXX U = Vec2(1, 10), I = MatXX::Identity(2, 2);
   const MatXX held = (MatXX(2, 2) << 0, 0, 0, 400).finished();  // σ = 2 in the old units
-  const MatXX free = TransformCovariance(held, GaugeProjection(U, U), I);
+  const MatXX free = TransformCovariance(held, I, GaugeProjection(U, U), GaugeProjection(U, U));
   EXPECT_NEAR(std::sqrt(free(0, 0)), 1.98, 5e-3);
   EXPECT_NEAR(std::sqrt(free(1, 1)) / 10.0, 0.02, 5e-4);
-  EXPECT_LT((TransformCovariance(free, GaugeProjection(U, Vec2(1, 0)), I) - held).norm(), 1e-9);
+  const MatXX Q = GaugeProjection(U, Vec2(1, 0));
+  EXPECT_LT((TransformCovariance(free, I, Q, Q) - held).norm(), 1e-9);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ TEST(Observability, ClosedFormDirectionsAreThoseByDifferences) {
   for (const auto& vertex : vertices) x.push_back(vertex->Parameters().data());
   Vec3 center = Vec3::Zero();
   for (const auto& pose : window.poses) center += pose->p() / 4.0;
-  const MatXX closed_form = PositionYawDirections(vertices, x, window.extrinsic.get(), center);
+  const MatXX closed_form = PositionYawDirections(vertices, x, {window.extrinsic.get()}, center);
   const MatXX differences = GaugeDirections(vertices, window.options);
   ASSERT_EQ(closed_form.rows(), differences.rows());
   EXPECT_LT((closed_form - differences).cwiseAbs().maxCoeff(), kDifferences);
@@ -62,7 +62,7 @@ MatXX JacobianOf(Edge* edge) {
 TEST(Observability, ConstrainedJacobiansKeepTheFirstNullSpace) {
   const MovedWindow window;
   for (const auto& edge : {window.ImuEdge(), window.graph.Edges().back()}) {
-    const auto constrained = ConstrainObservability(edge, window.prior, window.extrinsic.get());
+    const auto constrained = ConstrainObservability(edge, window.prior, {window.extrinsic.get()});
     ASSERT_NE(constrained, edge);
     const MatXX N0 = window.FirstDirections(*edge), J = JacobianOf(edge.get()), J_new = JacobianOf(constrained.get());
     EXPECT_GT((J * N0).norm(), 1e-4 * J.norm()) << edge->TypeInfo();
@@ -76,7 +76,7 @@ TEST(Observability, ConstrainedJacobiansKeepTheFirstNullSpace) {
 TEST(Observability, TheCorrectionIsTheLeastOne) {
   const MovedWindow window;
   const auto edge = window.ImuEdge();
-  const auto constrained = ConstrainObservability(edge, window.prior, window.extrinsic.get());
+  const auto constrained = ConstrainObservability(edge, window.prior, {window.extrinsic.get()});
   const MatXX N0 = window.FirstDirections(*edge);
   const MatXX correction = JacobianOf(constrained.get()) - JacobianOf(edge.get());
   // Its rows lie in the span of N₀, which is orthogonal to all changes that keep J'N₀.
@@ -87,7 +87,7 @@ TEST(Observability, TheCorrectionIsTheLeastOne) {
 TEST(Observability, AnEdgeWithoutStatesOfThePriorStaysItself) {
   const MovedWindow window;
   Prior elsewhere;
-  EXPECT_EQ(ConstrainObservability(window.ImuEdge(), elsewhere, nullptr), window.ImuEdge());
+  EXPECT_EQ(ConstrainObservability(window.ImuEdge(), elsewhere, {}), window.ImuEdge());
 }
 
 }  // namespace

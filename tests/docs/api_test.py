@@ -10,6 +10,7 @@ from pathlib import Path
 from tests.docs.engineers_test import rows
 from tests.docs.markdown import ROOT, read
 
+from ch5_backend.course.documents import formulas
 from slides import browser
 
 BUILD = "ch5_backend.course.documents.api"
@@ -42,6 +43,30 @@ class Api(unittest.TestCase):
         dom = browser.headless("--virtual-time-budget=20000", "--dump-dom", (PAGES / "index.html").as_uri())
         self.assertEqual(dom.count("<mjx-container"), wanted)
         self.assertNotIn("data-mjx-error", dom)
+
+    def test_formulas_of_functions_are_set_too(self):
+        for page in ("so3_8h", "classch5_1_1EdgeImu", "structch5_1_1Step", "loss_8h"):
+            text = read(PAGES / f"{page}.html")
+            wanted = len(re.findall(r"\\\(.+?\\\)|\\\[.+?\\\]", text))
+            self.assertGreater(wanted, 3, page)
+            try:
+                dom = browser.headless("--virtual-time-budget=20000", "--dump-dom", (PAGES / f"{page}.html").as_uri())
+            except browser.BuildError as missing:
+                self.skipTest(str(missing))
+            self.assertEqual(dom.count("<mjx-container"), wanted, page)
+            self.assertNotIn("data-mjx-error", dom, page)
+
+    def test_unicode_becomes_tex(self):
+        for line, wanted in (
+                ("Solves (H + λD) Δx = b; A Schur complement.", r"Solves \f$(H + λD) \Delta x = b\f$; A Schur complement."),
+                ("S and b_p − Σ_l H_pl H_ll⁻¹ b_l of it", r"S and \f$b_{p} - \sum _{l} H_{pl} H_{ll}^{-1} b_{l}\f$ of it"),
+                ("T_A_B maps (see `H_pp_`, x_k) a J̃ᵀJ̃", r"\f$T_{AB}\f$ maps (see `H_pp_`, \f$x_{k}\f$) a \f$\tilde{J}^{\top }\tilde{J}\f$"),
+                ("@param q_z, p_z  the measured T_z", r"@param q_z, p_z  the measured \f$T_{z}\f$"),
+                ("fills a 3×3 matrix A in place, dim_m last", "fills a 3×3 matrix A in place, dim_m last")):
+            self.assertEqual(formulas.set_line(line), wanted)
+        self.assertEqual(formulas.set_block("///   S = H_pp,  where it is\n"), "/// \\f[S = H_{pp},\\quad \\text{where }\\text{it }\\text{is}\\f]\n")
+        drawing = "///   │ H_pp │\n"
+        self.assertEqual(formulas.set_block(drawing), drawing.replace("/  ", "/      "))
 
     def test_a_class_has_the_words_at_the_head_of_its_header(self):
         page = read(PAGES / "classch5_1_1SymmetricBlockMatrix.html")

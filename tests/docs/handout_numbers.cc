@@ -178,7 +178,7 @@ void ThreeNumbers() {
   const MatXX covariance = PseudoInversePsd(H);
   const MatXX Q = GaugeProjection(VecX::Ones(3), VecX::Unit(3, 0));
   Print("line.free", covariance.diagonal().transpose());
-  Print("line.held", TransformCovariance(covariance, Q, MatXX::Identity(3, 3)).diagonal().transpose());
+  Print("line.held", TransformCovariance(covariance, MatXX::Identity(3, 3), Q, Q).diagonal().transpose());
 }
 
 // Stage 5: the example of rank 1.

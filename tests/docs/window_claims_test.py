@@ -207,5 +207,5 @@ class Systems(unittest.TestCase):
         headers = "".join(path.read_text(encoding="utf-8") for path in
                           sorted((ROOT / "ch5_backend/experiments/studies/systems").glob("*.cc")))
         for name in ("ablation", "ablation_recording", "back_ends", "calibration", "preintegration", "distance",
-                     "window_size", "okvis_matrices", "okvis_vertices", "pose_graphs", "pose_graph_starts"):
+                     "window_size", "okvis_matrices", "okvis_vertices", "pose_graphs", "pose_graph_starts", "restart", "machine"):
             self.assertIn('"' + ",".join(KEPT(name).columns) + '"', headers, name)

@@ -73,7 +73,7 @@ class BalApp(AppTest):
         self.solve(self.good, "--out", self.out)
         self.draw()
         first = contents(self.out / "figures")
-        self.assertEqual({path.name for path in first}, {"before_after.png", "before_after.svg"})
+        self.assertEqual({path.name for path in first}, {f"before_after.{kind}" for kind in ("pdf", "png", "svg")})
         self.draw()
         self.assertEqual(contents(self.out / "figures"), first)
 

@@ -140,14 +140,17 @@ TEST(GaugeHandling, TransformedFreeCovarianceIsTheFixedOneAndBack) {
   EXPECT_GT(Distance(free_covariance, fixed_covariance), 0.5);
 
   const double yaw = YawBetween(*free.problem.first, *fixed.problem.first);
-  const auto transform = [](const MatXX& covariance, const Vertices& from, double turn, const Vertices& to,
-                            const MatXX& V) {
-    const MatXX U = GaugeNullSpace(to, GaugeGroup::kVisualInertial);
-    return TransformCovariance(covariance, GaugeProjection(U, V.cols() ? V : U), GaugeMotionJacobian(from, turn));
+  const auto projection = [](const Vertices& vertices, const MatXX& V) {
+    const MatXX U = GaugeNullSpace(vertices, GaugeGroup::kVisualInertial);
+    return GaugeProjection(U, V.cols() ? V : U);
   };
-  const MatXX V = HeldColumns(fixed.vertices, fixed.gauge);
-  EXPECT_LT(Distance(transform(free_covariance, free.vertices, yaw, fixed.vertices, V), fixed_covariance), 1e-6);
-  EXPECT_LT(Distance(transform(fixed_covariance, fixed.vertices, -yaw, free.vertices, MatXX()), free_covariance), 1e-6);
+  const MatXX there = GaugeMotionJacobian(free.vertices, yaw), back = GaugeMotionJacobian(fixed.vertices, -yaw);
+  const MatXX Q = projection(free.vertices, HeldColumns(free.vertices, HoldGauge(free.problem.first)));
+  const MatXX Q_C = projection(fixed.vertices, HeldColumns(fixed.vertices, fixed.gauge));
+  EXPECT_LT(Distance(TransformCovariance(free_covariance, there, Q, Q_C), fixed_covariance), 1e-6);
+  EXPECT_LT(Distance(there * Q * free_covariance * (there * Q).transpose(), fixed_covariance), 1e-6) << "the other way";
+  const MatXX Q_free = projection(fixed.vertices, {}), Q_C_free = projection(free.vertices, {});
+  EXPECT_LT(Distance(TransformCovariance(fixed_covariance, back, Q_free, Q_C_free), free_covariance), 1e-6);
 }
 
 TEST(GaugeHandling, SparseMarginalsChangeTheirGaugeBlockByBlock) {
@@ -155,7 +158,8 @@ TEST(GaugeHandling, SparseMarginalsChangeTheirGaugeBlockByBlock) {
   Covariance covariance(&fixed.problem.graph, {}, CovarianceFactor::kSparse, 1, fixed.held);
   const MatXX dense = fixed.DenseCovariance(0);
   const MatXX U = GaugeNullSpace(fixed.vertices, GaugeGroup::kVisualInertial);
-  const MatXX free = TransformCovariance(dense, GaugeProjection(U, U), MatXX::Identity(U.rows(), U.rows()));
+  const MatXX free =
+      TransformCovariance(dense, MatXX::Identity(U.rows(), U.rows()), GaugeProjection(U, U), GaugeProjection(U, U));
   GaugeCovariance to_free(&covariance, GaugeGroup::kVisualInertial);
   GaugeCovariance to_fixed(&covariance, GaugeGroup::kVisualInertial, fixed.gauge);
   int row_a = 0;

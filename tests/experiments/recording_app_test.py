@@ -1,6 +1,7 @@
 """ch5_recording, and ./course run FOLDER: what they print, write and refuse."""
 
 import re
+import shutil
 
 from tests.experiments.programs_under_test import BUILD, DATA, ROOT, AppTest, contents, needs, run, table
 
@@ -14,10 +15,10 @@ TRAJECTORIES = {"vins.tum", "vins.csv", "okvis.tum", "okvis.csv"}
 class RecordingApp(AppTest):
     app = "ch5_recording"
 
-    def simulate(self, seconds=8):
-        """A folder with some seconds of a hand-held camera in a room."""
+    def simulate(self, seconds=8, *stereo):
+        """A folder with some seconds of a hand-held camera, or a stereo pair, in a room."""
         recording = self.folder / "room"
-        done = run(BUILD / "tests" / "experiments" / "simulate_recording", recording, seconds)
+        done = run(BUILD / "tests" / "experiments" / "simulate_recording", recording, seconds, *stereo)
         self.assertEqual(done.returncode, 0, done.stderr)
         return recording
 
@@ -68,7 +69,7 @@ class RecordingApp(AppTest):
             self.assertTrue(row["ate_m"] > 0 and row["realtime_factor"] > 0 and row["p99_window_ms"] > 0, row)
             self.assertTrue(isinstance(row["frames"], int) and isinstance(row["restarts"], int), row)
         out = self.out / "room"
-        for suffix in (".csv", ".tum", ".png", ".svg"):
+        for suffix in (".csv", ".tum", ".png", ".svg", ".pdf"):
             self.assertTrue(list(out.rglob("*" + suffix)), f"no {suffix} among the results")
         page = (out / "report.html").read_text(encoding="utf-8")
         self.assertEqual(result["report"], str(out / "report.zh.html"))
@@ -88,11 +89,11 @@ class RecordingApp(AppTest):
         recording = self.simulate()
         calibration = recording / "calibration.yaml"
         known = calibration.read_text()
-        calibration.write_text(known + "camera1:\n  model: pinhole\nestimator:\n  policy: okvis\n  seconds: 0:7\n")
+        calibration.write_text(known + "camera2:\n  model: pinhole\nestimator:\n  policy: okvis\n  seconds: 0:7\n")
         done = run(BUILD / "bin" / "ch5_recording", recording, "--out", self.out, "--policy", "vins", "--batch")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("141 images", done.stdout)
-        self.assertIn("camera1.model", done.stderr)
+        self.assertIn("camera2.model", done.stderr)
         vins, batch = table(self.out / "csv" / "odometry_policies.csv")
         self.assertEqual((vins["policy"], batch["policy"]), ("vins", "batch"))
         self.assertEqual(vins["frames"], batch["frames"])
@@ -104,6 +105,16 @@ class RecordingApp(AppTest):
         done = run(BUILD / "bin" / "ch5_recording", recording, "--out", self.out)
         self.assertEqual(done.returncode, 2)
         self.assertIn(f"calibration.yaml:{line}: estimator.polcy: nothing of this name is known here", done.stderr)
+
+    def test_a_second_camera_is_followed_unless_it_is_left_out(self):
+        trajectories = {}
+        for name, cameras, words in (("one", [], []), ("left out", ["stereo"], ["--mono"]), ("two", ["stereo"], [])):
+            self.solve(self.simulate(6, *cameras), "--out", self.out, "--policy", "vins", *words)
+            trajectories[name] = (self.out / "vins.tum").read_text()
+        self.assertEqual(trajectories["one"], trajectories["left out"], "to the byte")
+        first = {name: float(text.split()[0]) for name, text in trajectories.items()}
+        self.assertLess(first["two"], first["one"] - 1.0, "two cameras start at rest")
+        self.assertLess(float(table(self.out / "csv" / "odometry_policies.csv")[0]["ate_m"]), 0.05)
 
     def test_a_gap_in_the_imu_begins_a_segment(self):
         recording = self.simulate(16)
@@ -131,6 +142,23 @@ class RecordingApp(AppTest):
         page = self.page()
         self.assertIn("Each restart begins a segment", page)
         self.assertIn("vins_1.tum", page)
+
+    def test_images_far_apart_are_followed_or_said_to_be_too_far(self):
+        whole = needs(DATA / "euroc_v1_01_easy")
+        for every, warned in ((10, False), (20, True)):
+            recording = self.folder / f"every_{every}"
+            shutil.copytree(whole, recording)
+            head, *rows = (whole / "tracks.csv").read_text().splitlines(keepends=True)
+            times = sorted({row.split(",")[0] for row in rows}, key=int)[::every]
+            (recording / "tracks.csv").write_text(head + "".join(row for row in rows if row.split(",")[0] in times))
+            done = run(BUILD / "bin" / "ch5_recording", recording, "--out", self.out)
+            self.assertEqual(done.returncode, 0)
+            self.assertEqual("the images are 1.00 s apart" in done.stderr, warned, done.stderr)
+            if warned:
+                continue
+            for row in table(self.out / "csv" / "odometry_policies.csv"):
+                self.assertEqual(row["restarts"], "0", row["policy"])
+                self.assertLess(float(row["ate_m"]), 0.15, row["policy"])
 
     def page(self) -> str:
         """Draws the results; returns the page without its pictures."""

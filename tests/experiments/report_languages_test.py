@@ -133,6 +133,6 @@ class Reports(unittest.TestCase):
         english, _ = pages_of("chapter")
         seen = words_of(english)
         for part in ("Bundle adjustment", "eigenvalues of H under four gauges", "can be scrolled", "stopped by",
-                     "no edge touches both", "iteration 3", "each adds", "as SVG", "landmark 7", "prior weight w"):
+                     "no edge touches both", "iteration 3", "each adds", "as SVG", "as PDF", "landmark 7", "prior weight w"):
             self.assertIn(part, seen)
         self.assertGreater(sum(bool(english_in(line)) for line in seen.splitlines()), 100)

@@ -139,8 +139,10 @@ class Tables(unittest.TestCase):
             return {path.name: path.read_bytes() for path in (self.out / "figures").glob("marginalize_chain.*")}
 
         first, second = drawn(), drawn()
-        self.assertEqual(sorted(first), ["marginalize_chain.png", "marginalize_chain.svg",
-                                         *["marginalize_chain.zh.png"] * bool(translate.font())])
+        self.assertEqual(sorted(first), [f"marginalize_chain.{kind}" for kind in (
+            "pdf", "png", "svg", *["zh.png", "zh.svg"] * bool(translate.font()))])
+        self.assertIn(b">move</text>", first["marginalize_chain.svg"])
+        self.assertIn(b"/CIDFontType2", first["marginalize_chain.pdf"])  # TrueType
         self.assertEqual(first, second)
         self.assertTrue(first["marginalize_chain.png"].startswith(b"\x89PNG"))
 

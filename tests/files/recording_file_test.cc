@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <limits>
 #include <sstream>
@@ -112,6 +113,52 @@ TEST_F(RecordingFile, WhatIsWrittenIsReadBackToTheBit) {
   EXPECT_EQ(a.noise.gyroscope, b.noise.gyroscope);
   EXPECT_EQ(a.noise.accelerometer_walk, b.noise.accelerometer_walk);
   EXPECT_EQ(a.noise.gyroscope_walk, b.noise.gyroscope_walk);
+}
+
+TEST_F(RecordingFile, ASecondCameraIsReadBackToTheBit) {
+  recording_.calibration.camera1 = ForwardStereo().camera1;
+  recording_.calibration.camera1->fx = 455.5;
+  recording_.frames[1].tracks1 = {{recording_.frames[1].tracks[0].id, Vec2(0.1, -0.2)}, {99, Vec2(0.3, 0.4)}};
+  WriteRecording(recording_, folder_);
+  const Recording read = ReadRecording(folder_);
+  ASSERT_TRUE(read.calibration.camera1);
+  const Camera &a = *read.calibration.camera1, &b = *recording_.calibration.camera1;
+  EXPECT_EQ(a.T_B_C.p, b.T_B_C.p);
+  EXPECT_EQ(a.T_B_C.q.coeffs(), b.T_B_C.q.coeffs());
+  EXPECT_TRUE(a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy && a.width == b.width);
+  ASSERT_EQ(read.frames.size(), recording_.frames.size());
+  for (size_t n = 0; n < read.frames.size(); ++n) {
+    EXPECT_EQ(read.frames[n].tracks.size(), recording_.frames[n].tracks.size());
+    ASSERT_EQ(read.frames[n].tracks1.size(), recording_.frames[n].tracks1.size());
+  }
+  EXPECT_EQ(read.frames[1].tracks1[1].id, 99);
+  EXPECT_EQ(read.frames[1].tracks1[1].x, Vec2(0.3, 0.4));
+}
+
+TEST_F(RecordingFile, OfASecondCameraEveryMistakeIsNamed) {
+  const std::string columns = "#timestamp [ns],track_id,x [normalized],y [normalized]";
+  ReplaceLine("tracks.csv", 1, columns + ",eye");
+  EXPECT_EQ(Message(), "tracks.csv:1: the first line names 5 columns, must be 4, or a last one more, camera");
+  const std::string row = Line("tracks.csv", 2);
+  Write("tracks.csv", columns + ",camera\n" + row + ",1\n");
+  EXPECT_EQ(Message(), "tracks.csv:2: a point of camera 1, but calibration.yaml has no camera1");
+  const std::string known = Read("calibration.yaml");
+  std::string section = known.substr(0, known.find("imu:"));
+  section.replace(0, 7, "camera1:")
+      .erase(section.find("  rate_hz"), section.find("  # T_B_C") - section.find("  rate_hz"));
+  Write("calibration.yaml", known + section);
+  EXPECT_EQ(Message(), "");
+  Write("tracks.csv", columns + ",camera\n" + row + ",1\n" + row + ",0\n" + row + ",1\n");
+  EXPECT_EQ(Message(), "tracks.csv:4: the track is in this image already, got track_id 0 of camera 1");
+  Write("tracks.csv", columns + ",camera\n" + row + ",2\n");
+  EXPECT_EQ(Message(), "tracks.csv:2: camera: must lie in [0, 1], got \"2\"");
+  Write("calibration.yaml", known + "camera1:\n  rate_hz: 20\n");
+  EXPECT_EQ(Message(), "calibration.yaml: camera1.intrinsics.fx is missing");
+  Write("calibration.yaml", known + section + "  rate_hz: 20\n");
+  EXPECT_EQ(Message(), "calibration.yaml:" +
+                           std::to_string(std::count(known.begin(), known.end(), '\n') +
+                                          std::count(section.begin(), section.end(), '\n') + 1) +
+                           ": camera1.rate_hz: nothing of this name is known here");
 }
 
 TEST_F(RecordingFile, WorksWithoutTruthWithBlankLinesAndWithWindowsLineEnds) {

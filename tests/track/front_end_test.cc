@@ -129,6 +129,43 @@ TEST_F(RenderedFlight, TracksLieWhereTheTruthProjectsThemAndEstimatorsFollow) {
   }
 }
 
+// Each match against the point of the wall that camera 0 sees.
+TEST_F(RenderedFlight, ASecondCameraSeesTheSamePointsAndStartsAtRest) {
+  const RenderOptions options = StereoLenses();
+  const Recording recording = Follow(options, 4.0).recording;
+  ASSERT_TRUE(recording.calibration.camera1);
+  const Camera& camera1 = *recording.calibration.camera1;
+  EXPECT_LT((camera1.T_B_C.p - options.calibration.camera1->T_B_C.p).norm(), 1e-6);
+  std::vector<double> errors;
+  size_t all = 0;
+  for (const Image& image : recording.frames) {
+    const Transform T_W_B = StateAt(recording.truth, image.t)->T_W_B;
+    const auto place = [&](const Transform& T_B_C) -> Transform {
+      return {T_W_B.q * T_B_C.q, T_W_B.p + T_W_B.q * T_B_C.p};
+    };
+    const Transform T_W_C0 = place(options.calibration.T_B_C), T_W_C1 = place(options.calibration.camera1->T_B_C);
+    std::map<int, Vec2> in_camera0;
+    for (const auto& [id, x] : image.tracks) in_camera0[id] = x;
+    all += in_camera0.size();
+    for (const auto& [id, x] : image.tracks1) {
+      const Vec3 p_W = WallPoint(T_W_C0.p, T_W_C0.q * in_camera0.at(id).homogeneous());
+      const Vec3 p_C1 = T_W_C1.q.conjugate() * (p_W - T_W_C1.p);
+      errors.push_back((p_C1.hnormalized() - x).norm() * camera1.FocalLength());
+    }
+  }
+  EXPECT_GT(errors.size(), 0.7 * static_cast<double>(all));
+  std::sort(errors.begin(), errors.end());
+  EXPECT_LT(errors[errors.size() / 2], 0.3);
+  EXPECT_LT(errors[errors.size() * 98 / 100], 3.0) << "few are false";
+  for (auto&& policy : AllPolicies()) {
+    const std::string name = policy->Name();
+    const OdometryRun run = RunOdometry(recording, EstimatorOptions{recording.calibration}, std::move(policy));
+    ASSERT_TRUE(run.error) << name;
+    EXPECT_LT(run.states.front().t, 0.6) << name;
+    EXPECT_LT(run.error->position_rmse, 0.05) << name;
+  }
+}
+
 TEST_F(RenderedFlight, AWideLensIsTrackedAsWell) {
   const RenderOptions options = WideLens();
   const Recording recording = Follow(options, 3.0).recording;

@@ -11,6 +11,14 @@ inline RenderOptions EurocLens() {
   return options;
 }
 
+inline RenderOptions StereoLenses() {
+  RenderOptions options = EurocLens();
+  options.calibration.camera1 = ForwardStereo().camera1;
+  // Toed in and rolled a little, as no real pair is parallel.
+  options.calibration.camera1->T_B_C.q = options.calibration.T_B_C.q * ExpSO3({0.01, -0.02, 0.015});
+  return options;
+}
+
 inline RenderOptions WideLens() {
   RenderOptions options;
   options.lens.model = Lens::Model::kEquidistant;

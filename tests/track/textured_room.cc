@@ -59,7 +59,7 @@ std::pair<double, int> Hit(const Vec3& from, const Vec3& direction) {
   return nearest;
 }
 
-void WritePng(const std::vector<uint8_t>& gray, const Calibration& c, const fs::path& file) {
+void WritePng(const std::vector<uint8_t>& gray, const Camera& c, const fs::path& file) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(c.width);
@@ -77,16 +77,15 @@ std::string List(std::initializer_list<double> numbers) {
   return text;
 }
 
-std::string CameraYaml(const Calibration& c, const Lens& lens) {
+std::string CameraYaml(const Camera& c, double rate, const Lens& lens) {
   const Mat33 R = c.T_B_C.q.toRotationMatrix();
   const Vec3& p = c.T_B_C.p;
   std::string T;
   for (int i = 0; i < 3; ++i) T += List({R(i, 0), R(i, 1), R(i, 2), p[i]}) + ",\n         ";
   const bool is_wide = lens.model == Lens::Model::kEquidistant;
   return "%YAML:1.0\nsensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n  data: [" + T +
-         "0.0, 0.0, 0.0, 1.0]\nrate_hz: " + List({c.camera_rate}) + "\nresolution: [" +
-         List({1.0 * c.width, 1.0 * c.height}) + "]\ncamera_model: pinhole\nintrinsics: [" +
-         List({c.fx, c.fy, c.cx, c.cy}) +
+         "0.0, 0.0, 0.0, 1.0]\nrate_hz: " + List({rate}) + "\nresolution: [" + List({1.0 * c.width, 1.0 * c.height}) +
+         "]\ncamera_model: pinhole\nintrinsics: [" + List({c.fx, c.fy, c.cx, c.cy}) +
          "] # fu, fv, cu, cv\ndistortion_model: " + (is_wide ? "equidistant" : "radial-tangential") +
          "\ndistortion_coefficients: [" + List({lens.k[0], lens.k[1], lens.k[2], lens.k[3]}) + "]\n";
 }
@@ -103,16 +102,18 @@ std::string ImuYaml(const Calibration& c) {
 
 Vec3 WallPoint(const Vec3& from, const Vec3& direction) { return from + Hit(from, direction).first * direction; }
 
-RoomRenderer::RoomRenderer(const Calibration& calibration, const Lens& lens) : calibration_(calibration) {
-  for (int v = 0; v < calibration.height; ++v) {
-    for (int u = 0; u < calibration.width; ++u) {
-      const std::optional<Vec2> x = lens.Undistort(calibration.Normalized({u, v}));
+RoomRenderer::RoomRenderer(const Camera& camera, const Lens& lens) : camera_(camera) {
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      const std::optional<Vec2> x = lens.Undistort(camera.Normalized({u, v}));
       rays_.push_back(x ? Vec3(x->homogeneous()) : Vec3::Zero());
     }
   }
 }
 
-std::vector<uint8_t> RoomRenderer::Render(const Transform& T_W_C, uint32_t seed) const {
+std::vector<uint8_t> RoomRenderer::Render(const Transform& T_W_B, uint32_t seed) const {
+  const Transform& T_B_C = camera_.T_B_C;
+  const Transform T_W_C = {T_W_B.q * T_B_C.q, T_W_B.p + T_W_B.q * T_B_C.p};
   std::vector<uint8_t> gray(rays_.size());
   const Mat33 R = T_W_C.q.toRotationMatrix();
   for (size_t i = 0; i < rays_.size(); ++i) {
@@ -128,6 +129,28 @@ std::vector<uint8_t> RoomRenderer::Render(const Transform& T_W_C, uint32_t seed)
   return gray;
 }
 
+namespace {
+
+// Both cameras have one lens, but not one noise.
+void WriteImages(const Trajectory& trajectory, const Camera& camera, const RenderOptions& options, uint32_t number,
+                 const fs::path& folder) {
+  const double rate = options.calibration.camera_rate;
+  fs::create_directories(folder / "data");
+  WriteFileAtomically(folder / "sensor.yaml", CameraYaml(camera, rate, options.lens));
+  const RoomRenderer renderer(camera, options.lens);
+  std::string images = "#timestamp [ns],filename\n";
+  const auto count = static_cast<uint32_t>(options.path.duration * rate) + 1;
+  for (uint32_t i = 0; i < count; ++i) {
+    const double t = i / rate;
+    const std::string stamp = std::to_string(NanosecondsAt(t, kOrigin));
+    WritePng(renderer.Render(trajectory.At(t).T_W_B, i + 100'000 * number), camera, folder / "data" / (stamp + ".png"));
+    images += stamp + "," + stamp + ".png\n";
+  }
+  WriteFileAtomically(folder / "data.csv", images);
+}
+
+}  // namespace
+
 void WriteRenderedFlight(const RenderOptions& options, const fs::path& folder) {
   const Calibration& c = options.calibration;
   const Trajectory trajectory = Handheld(options.path);
@@ -139,25 +162,13 @@ void WriteRenderedFlight(const RenderOptions& options, const fs::path& folder) {
     table += std::to_string(NanosecondsAt(t, kOrigin)) + "," + List({w.x(), w.y(), w.z(), a.x(), a.y(), a.z()}) + "\n";
   }
   const fs::path mav0 = folder / "mav0";
-  fs::create_directories(mav0 / "cam0" / "data");
   WriteFileAtomically(mav0 / "imu0" / "data.csv", table);
   WriteFileAtomically(mav0 / "imu0" / "sensor.yaml", ImuYaml(c));
-  WriteFileAtomically(mav0 / "cam0" / "sensor.yaml", CameraYaml(c, options.lens));
   if (options.with_truth) {
     WriteFileAtomically(mav0 / "state_groundtruth_estimate0" / "data.csv", FormatEuroc(imu.truth, kOrigin));
   }
-  const RoomRenderer renderer(c, options.lens);
-  std::string images = "#timestamp [ns],filename\n";
-  const auto count = static_cast<uint32_t>(options.path.duration * c.camera_rate) + 1;
-  for (uint32_t i = 0; i < count; ++i) {
-    const double t = i / c.camera_rate;
-    const Transform T_W_B = trajectory.At(t).T_W_B;
-    const std::string stamp = std::to_string(NanosecondsAt(t, kOrigin));
-    WritePng(renderer.Render({T_W_B.q * c.T_B_C.q, T_W_B.p + T_W_B.q * c.T_B_C.p}, i), c,
-             mav0 / "cam0" / "data" / (stamp + ".png"));
-    images += stamp + "," + stamp + ".png\n";
-  }
-  WriteFileAtomically(mav0 / "cam0" / "data.csv", images);
+  WriteImages(trajectory, c, options, 0, mav0 / "cam0");
+  if (c.camera1) WriteImages(trajectory, *c.camera1, options, 1, mav0 / "cam1");
 }
 
 }  // namespace ch5

@@ -16,12 +16,12 @@ Vec3 WallPoint(const Vec3& from, const Vec3& direction);
 
 class RoomRenderer {
  public:
-  RoomRenderer(const Calibration& calibration, const Lens& lens);
+  RoomRenderer(const Camera& camera, const Lens& lens);
   /// Gray values row by row, with noise of σ ≈ 2.
-  std::vector<uint8_t> Render(const Transform& T_W_C, uint32_t seed) const;
+  std::vector<uint8_t> Render(const Transform& T_W_B, uint32_t seed) const;
 
  private:
-  Calibration calibration_;
+  Camera camera_;
   std::vector<Vec3> rays_;  ///< of the pixels, in C; 0 where the lens has none
 };
 
@@ -32,7 +32,7 @@ struct RenderOptions {
   bool with_truth = true;
 };
 
-/// Flies and writes a folder in EuRoC's layout: folder/mav0.
+/// Flies and writes a folder in EuRoC's layout: folder/mav0, with cam1 if the calibration has camera1.
 void WriteRenderedFlight(const RenderOptions& options, const std::filesystem::path& folder);
 
 }  // namespace ch5

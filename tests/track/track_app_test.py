@@ -179,6 +179,33 @@ class TrackApp(AppTest):
         before, after = sorted(ids)[4:6]
         self.assertFalse(ids[before] & ids[after])
 
+    def test_a_second_camera_that_is_not_what_it_must_be_is_named(self):
+        def second(change):
+            def apply(mav0):
+                shutil.copytree(mav0 / "cam0", mav0 / "cam1")
+                change(mav0)
+            return apply
+
+        late = edit("cam1/data.csv", lambda text: re.sub(
+            r"^\d{19},", lambda stamp: f"{int(stamp[0][:-1]) + 10_000_000},", text, flags=re.MULTILINE))
+        done = self.solve(self.copy(second(late), "late"), "--out", self.out)
+        self.assertIn("cam1 is not used: it has no image within 1 ms of one of cam0's", done.stdout)
+        done = self.solve(self.copy(second(edit("cam1/data.csv", lambda text: "\n".join(text.split("\n")[:11]) + "\n")), "short"),
+                          "--out", self.out)
+        self.assertIn("11 images of cam0 are without one of cam1 at the same time", done.stdout)
+        for name, change, sentence in (
+                ("table", lambda mav0: (mav0 / "cam1" / "data.csv").unlink(), r"FOLDER/cam1/data\.csv: cannot be read: .+"),
+                ("model", replace("cam1/sensor.yaml", "pinhole", "omni"), r"FOLDER/cam1/sensor\.yaml:12: camera_model: must be "
+                 r"pinhole, got \"omni\""),
+                ("size", replace("cam1/sensor.yaml", r"resolution: .*", "resolution: [640, 480]"),
+                 r"FOLDER/cam1/data/\d+\.png: an image of 752 × 480 pixels, but sensor\.yaml says 640 × 480")):
+            with self.subTest(name):
+                place = self.copy(second(change), name)
+                done = self.program(place, "--out", self.folder / "none")
+                self.assertEqual(done.returncode, 2)
+                self.assertRegex(done.stderr.replace(str(place / "mav0"), "FOLDER"), "^ch5_track: " + sentence + "\n$")
+                self.assertEqual(self.program(place, "--out", self.folder / "mono", "--mono").returncode, 0)
+
     def test_without_ground_truth_it_goes_on(self):
         done = self.solve(self.copy(lambda mav0: shutil.rmtree((mav0 / TRUTH).parent)), "--out", self.out)
         self.assertIn("ground truth: none", done.stdout)
@@ -195,9 +222,14 @@ class TrackApp(AppTest):
     def test_the_real_folder_is_tracked(self):
         mav0 = needs(DATA / "euroc_v1_01_mav0")
         done = self.solve(mav0, "--out", self.out)
-        self.assertIn("cam1 is not used", done.stdout)
+        self.assertRegex(done.stdout, "cam1 sees [5-9][0-9] % of them")
         self.assertIn("20 images of 752 × 480 pixels", done.stdout)
-        tracks = table(self.out / "tracks.csv")
+        both = table(self.out / "tracks.csv")
+        tracks = [row for row in both if row["camera"] == "0"]
+        self.assertGreater(len(both) - len(tracks), 20 * 70)
+        self.solve(mav0, "--out", self.folder / "one", "--mono")
+        one = table(self.folder / "one" / "tracks.csv")
+        self.assertEqual([{**row, "camera": "0"} for row in one], tracks, "camera 0 is followed the same without cam1")
         self.assertGreater(len(tracks), 20 * 80)
         # It stands still: what is followed through all images hardly moves. 1 px is 0.0022.
         places = {}
@@ -208,9 +240,20 @@ class TrackApp(AppTest):
         moved = sorted(max(abs(place[-1][0] - place[0][0]), abs(place[-1][1] - place[0][1])) for place in whole)
         self.assertLess(moved[len(moved) // 2], 0.0022)
 
-    def test_run_on_a_vehicle_that_stands_still_says_so(self):
+    def test_run_on_a_vehicle_that_stands_still_starts_with_two_cameras(self):
         mav0 = needs(DATA / "euroc_v1_01_mav0")
         done = run(ROOT / "course", "run", mav0, "--out", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        out = self.out / mav0.name
+        for policy in table(out / "csv" / "odometry_policies.csv"):
+            self.assertEqual(policy["frames"], "13", "the first seven are the start")
+            self.assertLess(float(policy["ate_m"]), 0.002)
+            speeds = [float(row["v_x [m/s]"]) for row in table(out / f"{policy['policy']}.csv")]
+            self.assertLess(max(map(abs, speeds)), 0.05)
+
+    def test_run_on_a_vehicle_that_stands_still_says_so_with_one_camera(self):
+        mav0 = needs(DATA / "euroc_v1_01_mav0")
+        done = run(ROOT / "course", "run", mav0, "--out", self.out, "--mono")
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("no policy found a start", done.stderr)
         self.assertNotIn("Traceback", done.stderr)

@@ -187,6 +187,38 @@ TEST(EdgeSE3Prior, HoldsTheGaugeThatBetweenEdgesLeaveFree) {
   EXPECT_GT(smallest(0), 1e-3);
 }
 
+Mat66 SomeCovariance(Random* random) {
+  Mat66 A;
+  for (int k = 0; k < 6; ++k) A.col(k) << NormalVector(random, 0.1), NormalVector(random, 0.02);
+  return A * A.transpose();
+}
+
+// A pose that one edge determines is as uncertain as was said, in the order and units of its increment.
+TEST(PoseEdges, TheCovarianceThatIsSetIsThatOfThePose) {
+  Random random(38);
+  const Mat66 covariance = SomeCovariance(&random);
+  const auto of_vertex = [](Edge* edge, size_t k) {
+    edge->Linearize();
+    return Mat66((edge->Jacobian(k).transpose() * edge->Information() * edge->Jacobian(k)).inverse());
+  };
+  const auto i = std::make_shared<VertexPose>(ExpSO3(NormalVector(&random, 1.0)), NormalVector(&random, 1.0));
+  EdgeSE3Prior prior(i, i->q(), i->p());
+  prior.SetCovariance(covariance);
+  EXPECT_LT((of_vertex(&prior, 0) - covariance).norm(), 1e-12);
+
+  // From pose i, which is known, to j: δp_j = R_i δp, δθ_j = δθ.
+  const Qd q_z = ExpSO3(NormalVector(&random, 1.0));
+  const Vec3 p_z = NormalVector(&random, 1.0);
+  EdgeSE3Between between(i, std::make_shared<VertexPose>(i->q() * q_z, i->p() + i->q() * p_z), q_z, p_z);
+  between.SetCovariance(covariance);
+  Mat66 turn = Mat66::Identity();
+  turn.topLeftCorner<3, 3>() = i->R();
+  EXPECT_LT((of_vertex(&between, 1) - turn * covariance * turn.transpose()).norm(), 1e-12);
+
+  EXPECT_THROW(prior.SetCovariance(Mat66::Zero()), std::invalid_argument) << "singular";
+  EXPECT_THROW(between.SetCovariance(-covariance), std::invalid_argument);
+}
+
 TEST(VertexSE2, HeadingStaysWrapped) {
   VertexSE2 vertex(Vec2(1, 2), 3.0);
   const Vec3 delta(0.5, 0.5, 1.0);

@@ -10,7 +10,7 @@
 #include "ch5_backend/types/edge_curve_fitting.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/types/visual/edge_reprojection.h"
-#include "ch5_backend/types/visual/edge_reprojection_calibration.h"
+#include "ch5_backend/types/visual/edge_stereo.h"
 #include "tests/derivatives.h"
 
 namespace ch5 {
@@ -83,6 +83,24 @@ TEST(Jacobian, ReprojectionWithACalibration) {
     seen += CheckIfSeen(&edge, Where(angle, target.x));
   }
   EXPECT_GE(seen, 10);  // of 13
+}
+
+// A second camera: in another frame than the host's, and in the host's own.
+TEST(Jacobian, ReprojectionIntoASecondCamera) {
+  Random random(8);
+  int seen = 0;
+  for (const double angle : kAngles) {
+    const Sight sight(&random);
+    const MovingPoint host{sight.u_host, Vec2(0.4, -0.3), 0.01}, target{Vec2(0.1, 0.2), Vec2(-0.6, 0.5), -0.02};
+    const auto time_offset = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.03));
+    EdgeStereo edge(sight.inverse_depth, RandomPose(angle, &random), RandomPose(0.3 * angle, &random),
+                    RandomPose(angle, &random), RandomPose(0.5 * angle, &random), time_offset, host, target);
+    seen += CheckIfSeen(&edge, Where(angle, target.x));
+    EdgeStereoHost in_host(sight.inverse_depth, RandomPose(angle, &random), RandomPose(0.5 * angle, &random),
+                           time_offset, host, target);
+    seen += CheckIfSeen(&in_host, Where(angle, target.x));
+  }
+  EXPECT_GE(seen, 20);  // of 26
 }
 
 TEST(Jacobian, ReprojectionAtTheIdentity) {

@@ -5,9 +5,11 @@
 
 #include <cmath>
 
+#include "ch5_backend/graph/graph.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/bal/edge_bal.h"
-#include "ch5_backend/types/visual/edge_reprojection_calibration.h"
+#include "ch5_backend/types/visual/edge_stereo.h"
+#include "ch5_backend/types/visual/edge_track.h"
 
 namespace ch5 {
 namespace {
@@ -100,6 +102,54 @@ TEST(Reprojection, PointInTheCamerasPlaneIsNotFinite) {
   EXPECT_FALSE(ResidualOf(&known).allFinite());
 }
 
+// Mirrored through the camera's center a point has the same picture, so its residual is zero; the model does not hold.
+TEST(Reprojection, APointBehindItsCameraIsOutOfTheDomain) {
+  const auto at_origin = Pose(Qd::Identity(), Vec3::Zero()), ahead = Pose(Qd::Identity(), Vec3(0, 0, 1));
+  const auto extrinsic = Pose(Qd::Identity(), Vec3::Zero());
+  const auto offset = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
+  const auto beside = Pose(Qd::Identity(), Vec3(0.2, 0, 0));
+  for (const double sign : {1.0, -1.0}) {
+    const auto depth = std::make_shared<VertexInverseDepth>(sign / 4.0);
+    const Vec2 u(0.1, -0.2), u_ahead = u * 4.0 / (4.0 - sign), none(0, 0);
+    const Vec3 p = sign * 4.0 * u.homogeneous();
+    const auto point = std::make_shared<VertexPointXYZ>(p);
+    std::vector<std::unique_ptr<Edge>> edges;
+    edges.push_back(std::make_unique<EdgeReprojection>(depth, at_origin, ahead, u, u_ahead));
+    edges.push_back(std::make_unique<EdgeReprojectionExtrinsic>(depth, at_origin, ahead, extrinsic, u, u_ahead));
+    edges.push_back(std::make_unique<EdgeReprojectionCalibration>(
+        depth, at_origin, ahead, extrinsic, offset, MovingPoint{u, none, 0.0}, MovingPoint{u_ahead, none, 0.0}));
+    edges.push_back(std::make_unique<EdgeReprojectionXYZ>(point, at_origin, u));
+    edges.push_back(std::make_unique<EdgeReprojectionPoseOnly>(at_origin, p, u));
+    Vec9 camera = Vec9::Zero();  // looks along −z
+    camera[6] = 1.0;
+    edges.push_back(
+        std::make_unique<EdgeBAL>(std::make_shared<VertexCameraBAL>(camera), std::make_shared<VertexPointXYZ>(-p), -u));
+    for (const auto& edge : edges) {
+      EXPECT_LT(ResidualOf(edge.get()).norm(), 1e-15) << edge->TypeInfo();
+      EXPECT_EQ(edge->InDomain(), sign > 0.0) << edge->TypeInfo();
+    }
+    const EdgeTrack track(depth, {{at_origin, u}, {beside, u}, {ahead, u_ahead}}, {}, 0.01);
+    EXPECT_EQ(track.InDomain(), sign > 0.0);
+  }
+  // A point 0.5 m before the host lies behind a target that stands 1 m ahead.
+  EXPECT_FALSE(
+      EdgeReprojection(std::make_shared<VertexInverseDepth>(2.0), at_origin, ahead, {0, 0}, {0, 0}).InDomain());
+}
+
+TEST(Graph, TellsTheEdgesThatAreOutOfTheirDomain) {
+  Graph graph;
+  const auto camera = Pose(Qd::Identity(), Vec3::Zero());
+  graph.AddVertex(camera);
+  for (const double z : {2.0, -2.0, 3.0}) {
+    const auto point = std::make_shared<VertexPointXYZ>(Vec3(0.1, 0.2, z));
+    graph.AddVertex(point);
+    graph.AddEdge(std::make_shared<EdgeReprojectionXYZ>(point, camera, Vec2::Zero()));
+  }
+  const auto edges = EdgesOutOfDomain(graph);
+  ASSERT_EQ(edges.size(), 1u);
+  EXPECT_EQ(edges[0]->Id(), 1);
+}
+
 // How a residual answers to a motion of the world: translation t, rotation ω, and a scale of everything.
 // δp = t + ω × p + s p, δθ = Rᵀω, δλ = −s λ. With a camera beside the body's center the scale can be seen.
 TEST(Reprojection, SevenDirectionsCannotBeSeenAndOnlySixWithALeverArm) {
@@ -164,6 +214,43 @@ TEST(ReprojectionCalibration, IsTheOrdinaryOneAtTheKnownOffset) {
   plain.Linearize();
   EXPECT_LT((edge.Residual() - plain.Residual()).norm(), 1e-14);
   for (size_t i = 0; i < 4; ++i) EXPECT_LT((edge.Jacobian(i) - plain.Jacobian(i)).norm(), 1e-13) << i;
+}
+
+// Camera 1 is 0.1 m to the right of camera 0, so a point 4 m ahead is seen 0.025 further to the left.
+TEST(Stereo, APointIsSeenTwiceByTheBaseLineOverItsDepth) {
+  const auto depth = std::make_shared<VertexInverseDepth>(0.25);
+  const auto camera0 = Pose(Qd::Identity(), Vec3(0.3, 0.2, 0.1)), camera1 = Pose(Qd::Identity(), Vec3(0.4, 0.2, 0.1));
+  const auto offset = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
+  const MovingPoint from{Vec2(0.2, -0.1)}, to{Vec2(0.0, 0.0)};
+  EdgeStereoHost host(depth, camera0, camera1, offset, from, to);
+  host.ComputeResidual();
+  EXPECT_LT((host.GetResidual() - Vec2(0.175, -0.1)).norm(), 1e-15);
+  // One meter ahead the point is at 3 m: (0.8 − 0.1)/3, −0.4/3.
+  EdgeStereo ahead(depth, Pose(Qd::Identity(), Vec3(5, 6, 7)), Pose(Qd::Identity(), Vec3(5, 6, 8)), camera0, camera1,
+                   offset, from, to);
+  ahead.ComputeResidual();
+  EXPECT_TRUE(host.InDomain() && ahead.InDomain());
+  EXPECT_LT((ahead.GetResidual() - Vec2(0.7 / 3.0, -0.4 / 3.0)).norm(), 1e-15);
+  EdgeStereo past(depth, Pose(Qd::Identity(), Vec3(5, 6, 7)), Pose(Qd::Identity(), Vec3(5, 6, 12)), camera0, camera1,
+                  offset, from, to);
+  EXPECT_FALSE(past.InDomain()) << "behind the second camera";
+}
+
+// With both cameras in one place, camera 1 is camera 0.
+TEST(Stereo, OfTwoCamerasInOnePlaceIsTheOrdinaryReprojection) {
+  Random random(46);
+  const auto depth = std::make_shared<VertexInverseDepth>(0.3);
+  const auto host = RandomPose(&random, 0.2), target = RandomPose(&random, 0.2), T_B_C = RandomPose(&random, 0.1);
+  const auto offset = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.03));
+  const MovingPoint from{Vec2(0.1, -0.2), Vec2(0.5, 0.3), 0.02}, to{Vec2(0.3, 0.1), Vec2(-0.4, 0.6), 0.01};
+  EdgeReprojectionCalibration one(depth, host, target, T_B_C, offset, from, to);
+  EdgeStereo two(depth, host, target, T_B_C, Pose(T_B_C->q(), T_B_C->p()), offset, from, to);
+  one.Linearize();
+  two.Linearize();
+  EXPECT_LT((one.Residual() - two.Residual()).norm(), 1e-14);
+  for (size_t i = 0; i < 3; ++i) EXPECT_LT((one.Jacobian(i) - two.Jacobian(i)).norm(), 1e-13) << i;
+  EXPECT_LT((one.Jacobian(3) - two.Jacobian(3) - two.Jacobian(4)).norm(), 1e-13);
+  EXPECT_LT((one.Jacobian(4) - two.Jacobian(5)).norm(), 1e-13);
 }
 
 // Two images of a camera that moves along its x axis at 2 m/s and then at `speed`, and whose clock is 30 ms late: the poses

@@ -216,6 +216,15 @@ TEST(Vertices, LandmarksAreEliminatedAndStatesAreNot) {
   EXPECT_EQ(pose.Parameters(), (Vec7() << 1, 2, 3, 0.5, -0.5, 0.5, 0.5).finished());
 }
 
+// q and 3q are one rotation, and [0, 0, 0, 0] is none.
+TEST(VertexPose, KeepsAUnitQuaternionHoweverItIsSet) {
+  VertexPose pose;
+  pose.SetEstimate((Vec7() << 1, 2, 3, 1.5, -1.5, 1.5, 1.5).finished());
+  EXPECT_EQ(pose.Parameters(), (Vec7() << 1, 2, 3, 0.5, -0.5, 0.5, 0.5).finished());
+  EXPECT_THROW(pose.SetEstimate(Vec7::Zero()), std::invalid_argument);
+  EXPECT_EQ(pose.p(), Vec3(1, 2, 3)) << "as before";
+}
+
 // Either side of ±π; ±π are one heading, so both may stand for it.
 TEST(VertexSE2, DifferencesOfHeadingsTakeTheShorterWay) {
   EXPECT_DOUBLE_EQ(WrapAngle(3.0 + 2 * M_PI), 3.0);

@@ -8,8 +8,11 @@
 
 #include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/graph/auto_diff_edge.h"
 #include "ch5_backend/math/option_checks.h"
+#include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/covariance.h"
+#include "ch5_backend/types/plus_jacobian.h"
 #include "tests/window/simulations.h"
 
 namespace ch5 {
@@ -243,6 +246,58 @@ TEST(Estimator, EdgesOfOnesOwnTakePart) {
     const OdometryRun with = RunOdometry(recording, with_wheels, std::move(AllPolicies()[k]));
     EXPECT_GT(speed_rmse(without), 0.005) << without.policy;
     EXPECT_LT(speed_rmse(with), 0.003) << with.policy;
+  }
+}
+
+// A position in the frame G of a satellite receiver:  r = R_z(ψ) p_W_B + t − z,  [t; ψ] being W in G.
+class EdgeGps : public AutoDiffEdge<EdgeGps, 3, VertexPose, VertexVector<4>> {
+ public:
+  EdgeGps(std::shared_ptr<VertexPose> pose, std::shared_ptr<VertexVector<4>> T_G_W, const Vec3& z)
+      : AutoDiffEdge(std::move(pose), std::move(T_G_W)), z_(z) {}
+  template <typename T>
+  Eigen::Matrix<T, 3, 1> Evaluate(const Eigen::Matrix<T, 7, 1>& pose, const Eigen::Matrix<T, 4, 1>& T_G_W) const {
+    using std::cos;
+    using std::sin;
+    const T c = cos(T_G_W[3]), s = sin(T_G_W[3]);
+    return {c * pose[0] - s * pose[1] + T_G_W[0] - z_.x(), s * pose[0] + c * pose[1] + T_G_W[1] - z_.y(),
+            pose[2] + T_G_W[2] - z_.z()};
+  }
+  std::string TypeInfo() const override { return "EdgeGps"; }
+
+ private:
+  Vec3 z_;
+};
+
+// Positions with 2 cm of noise tell where G lies in W, and take away the drift. What left the window has left its
+// knowledge of G in the prior.
+TEST(Estimator, AnOwnVertexStaysKnownWhenItsFramesHaveLeft) {
+  const Recording recording = SimulateSixSeconds();
+  const Qd q_G_W(Eigen::AngleAxisd(0.8, Vec3::UnitZ()));
+  const Vec3 p_G_W(100, -50, 20);
+  for (size_t k = 0; k < AllPolicies().size(); ++k) {
+    const auto T_G_W = std::make_shared<VertexVector<4>>(VertexVector<4>::Estimate::Zero());
+    EstimatorOptions options{recording.calibration};
+    options.own_edges = [&](const Window& window, Graph* graph) {
+      graph->AddVertex(T_G_W);
+      for (const Frame& frame : window.frames) {
+        Random random(static_cast<uint64_t>(frame.id + 1));
+        const Vec3 z = q_G_W * StateAt(recording.truth, frame.t)->T_W_B.p + p_G_W + NormalVector(&random, 0.02);
+        const auto edge = std::make_shared<EdgeGps>(frame.pose, T_G_W, z);
+        edge->SetInformation(Mat33::Identity() / (0.02 * 0.02));
+        graph->AddEdge(edge);
+      }
+    };
+    const OdometryRun run = RunOdometry(recording, options, std::move(AllPolicies()[k]));
+    SCOPED_TRACE(run.policy);
+    EXPECT_EQ(run.restarts, 0);
+    double worst = 0.0;
+    for (const StampedState& state : run.states) {
+      if (state.t < 4.0) continue;
+      const Eigen::AngleAxisd turn(T_G_W->GetEstimate()[3], Vec3::UnitZ());
+      const Vec3 p_G = turn * state.T_W_B.p + Vec3(T_G_W->GetEstimate().head(3));
+      worst = std::max(worst, (p_G - q_G_W * StateAt(recording.truth, state.t)->T_W_B.p - p_G_W).norm());
+    }
+    EXPECT_LT(worst, 0.04);
   }
 }
 

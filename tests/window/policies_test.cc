@@ -43,12 +43,18 @@ TEST(Landmark, WithANegativeDepthIsAFailure) {
 TEST(Vins, UsesLandmarksHostedBeforeTheLastThreeFrames) {
   Window window = Straight(11);
   const auto policy = MakeVinsPolicy();
+  const auto take_images_every = [&](double seconds) {
+    for (size_t k = 0; k < window.frames.size(); ++k) window.frames[k].t = seconds * static_cast<double>(k);
+  };
+  take_images_every(0.1);
   See(7, Vec3(0, 0, 9), 7, 10, &window);
   See(8, Vec3(0, 0, 9), 8, 10, &window);
   See(1, Vec3(0, 0, 9), 1, 1, &window);
   EXPECT_TRUE(policy->Uses(window, window.landmarks[7]));
   EXPECT_FALSE(policy->Uses(window, window.landmarks[8]));
   EXPECT_FALSE(policy->Uses(window, window.landmarks[1])) << "seen once";
+  take_images_every(0.4);
+  EXPECT_TRUE(policy->Uses(window, window.landmarks[8])) << "at 2.5 Hz";
 }
 
 TEST(Vins, MarginOldDropsFrameZeroAndWhatItHosts) {

@@ -1,20 +1,23 @@
 #!/usr/bin/python3
 """What Doxygen reads in place of a file: filter.py FILE prints it, each line where the original has it.
 
-Of a header, the comment at its head describes the file, and its main class unless that has a comment of its own;
-drawings and formulas that are indented stay as they are. In a page, $formulas$ become Doxygen's, and the index of
-formulas leads to the functions.
+Of a header, the comment at its head describes the file, and its main class unless that has a comment of its own.
+Its formulas are written in Unicode, to be read in an editor, and become TeX here: formulas.py. Drawings stay as they are.
+In a page, $formulas$ become Doxygen's, and the index of formulas leads to the functions.
 """
 
 import re
 import sys
 from pathlib import Path
 
+from formulas import set_block, set_line
+
 BACKEND = Path(__file__).resolve().parents[2]
 HEADERS = sorted(BACKEND.rglob("*.h"))
 CLASS = re.compile(r"^(?!\s*///)(.*)\n(?=(?:template .*\n)?(?:class|struct) (\w+)[^;]*$)", re.M)
 INDEX_ROW = re.compile(r"^(\|.*\| )`([\w/]+\.(?:h|cc))` \| (.*)$", re.M)
-DRAWING = re.compile(r"(?<=///\n)((?:\s*///(?:   +.*)?\n)*\s*///   +.*\n)")  # after an empty line
+INDENTED = re.compile(r"(?:^ *///(?:   +.*)?\n)*^ *///   (?!       ).*\n", re.M)  # a block; continued words are further right
+PROSE = re.compile(r"^( *///<? )(?! )(.*)$", re.M)
 
 
 def header(text: str, path: Path) -> str:
@@ -24,7 +27,7 @@ def header(text: str, path: Path) -> str:
     main = next((match for match in bare if match[2].lower() == path.stem.replace("_", "")), bare[0] if bare else None)
     if main:
         text = f"{text[:main.end()]}/** @copydoc {name} */ {text[main.end():]}"
-    return DRAWING.sub(lambda match: match[1].replace("///   ", "///       "), text)
+    return PROSE.sub(lambda match: match[1] + set_line(match[2]), INDENTED.sub(lambda block: set_block(block[0]), text))
 
 
 def page(text: str) -> str:

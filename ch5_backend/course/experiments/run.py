@@ -24,7 +24,7 @@ OPENER = "open" if sys.platform == "darwin" else "xdg-open"
 SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
 POSE_GRAPH_OPTIONS = ("init", "project-information")
 RECORDING_OPTIONS = ("policy", "first-estimates", "window", "max-features", "seconds", "batch", "estimate-extrinsic",
-                     "estimate-time-offset")
+                     "estimate-time-offset", "mono")
 POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts", "rpe_m",
                  "path_m", "drift_percent")
 
@@ -88,7 +88,7 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
         with alone_in(out):
             file = f"./{path}" if path.startswith("-") else path  # a name is not an option
             if has_images(path):
-                file = follow_images(file, out / "recording", arguments.json)
+                file = follow_images(file, out / "recording", arguments)
             app([BIN / f"ch5_{kind}", file, "--out", out, *options], arguments.json)
             app([sys.executable, "-m", f"ch5_backend.figures.{kind}", out], arguments.json)
             result = read_result(kind, out, arguments.language)
@@ -99,9 +99,9 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
     return result
 
 
-def follow_images(folder: str, out: Path, as_json: bool) -> str:
+def follow_images(folder: str, out: Path, arguments) -> str:
     """Makes a recording, `out`, of a folder in EuRoC's layout; returns its name."""
-    app([BIN / TRACKER, folder, "--out", out], as_json)
+    app([BIN / TRACKER, folder, "--out", out, *(["--mono"] if arguments.mono else [])], arguments.json)
     return str(out)
 
 

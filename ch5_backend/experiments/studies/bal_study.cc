@@ -24,6 +24,7 @@ CsvTable SummaryOf(const BalStudy& study, const FileSolveOptions& options, const
   table.Row("observations", study.after.observations.size());
   table.Row("mean_error_before_px", study.mean_error_before);
   table.Row("mean_error_after_px", study.mean_error_after);
+  table.Row("observations_behind_camera", study.behind_camera);
   table.Row("huber_px", options.huber);
   return table;
 }
@@ -64,6 +65,7 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, co
 
   study.summary = SolveGraph(&bal.graph, options, listener);
   study.mean_error_after = MeanReprojectionError(bal.graph);
+  study.behind_camera = static_cast<int>(EdgesOutOfDomain(bal.graph).size());
   ReadBack(bal, &study.after);
   return study;
 }

@@ -11,7 +11,7 @@ namespace ch5 {
 namespace {
 
 constexpr const char* kNames[] = {"policy", "first_estimates", "window", "max_features", "seconds"};
-constexpr const char* kFlags[] = {"estimate_extrinsic", "estimate_time_offset"};
+constexpr const char* kFlags[] = {"estimate_extrinsic", "estimate_time_offset", "mono"};
 
 std::string OptionOf(std::string name) {
   std::replace(name.begin(), name.end(), '_', '-');
@@ -63,6 +63,8 @@ void OdometrySettings::Set(const std::string& name, const std::string& word) {
     estimate_extrinsic = flag();
   } else if (name == "estimate_time_offset") {
     estimate_time_offset = flag();
+  } else if (name == "mono") {
+    mono = flag();
   } else if (name == "first_estimates") {
     using Constraints = ObservabilityConstraints;
     first_estimates = OneOf<Constraints>(
@@ -107,6 +109,10 @@ void OdometrySettings::Restrict(Recording* recording) const {
   cut(&recording->frames);
   if (recording->imu.size() < 2 || recording->frames.size() < 2) {
     throw std::invalid_argument("fewer than two images or IMU readings lie in the seconds asked for");
+  }
+  if (mono) {
+    recording->calibration.camera1.reset();
+    for (Image& frame : recording->frames) frame.tracks1.clear();
   }
   if (max_features == 0) return;
   std::map<int, int> images;  // of each track so far

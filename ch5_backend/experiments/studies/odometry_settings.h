@@ -15,6 +15,7 @@ namespace ch5 {
 struct OdometrySettings {
   std::string policy;  ///< vins or okvis; empty: both
   bool estimate_extrinsic = false, estimate_time_offset = false;
+  bool mono = false;  ///< camera 1 is left out
   ObservabilityConstraints first_estimates = ObservabilityConstraints::kNone;
   int window = 0;        ///< VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
   int max_features = 0;  ///< tracks used of an image; 0: all
@@ -26,7 +27,8 @@ struct OdometrySettings {
 
   EstimatorOptions Estimator(const Calibration& calibration) const;
   std::vector<std::unique_ptr<WindowPolicy>> Policies() const;
-  /// Leaves out images and readings outside [from, to], and tracks beyond max_features: those followed longest stay.
+  /// Leaves out images and readings outside [from, to], tracks beyond max_features (those followed longest stay), and with
+  /// `mono` camera 1.
   /// @throws std::invalid_argument if less than two images or readings are left
   void Restrict(Recording* recording) const;
 };

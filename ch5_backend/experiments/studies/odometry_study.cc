@@ -132,7 +132,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
       const Window& window = estimator.GetWindow();
       if (row.report.state && window.prior) {
         GaugeOptions gauge;
-        gauge.local_poses = {window.extrinsic.get()};
+        gauge.local_poses = window.LocalPoses();
         audits.push_back({row.t, AuditPrior(window.prior->GetPrior(), gauge)});
       }
       // Snapshots are spread over the second half, the last one at the end.

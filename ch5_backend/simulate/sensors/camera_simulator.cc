@@ -32,17 +32,23 @@ class FrontEnd {
         calibration_(calibration),
         options_(options),
         random_(options.seed),
+        random1_(options.seed ^ 0x1ca7e4a1),
         tracks_(points_W.size()) {}
 
-  std::vector<TrackedPoint> Look(const Transform& T_W_B) {
-    const Transform& T_B_C = calibration_.T_B_C;
-    const Qd q_C_W = (T_W_B.q * T_B_C.q).conjugate();
-    const Vec3 p_W_C = T_W_B.q * T_B_C.p + T_W_B.p;
+  Image Look(double stamp, const Transform& T_W_B) {
+    Image image{stamp, LookWithCamera0(T_W_B)};
+    if (calibration_.camera1) image.tracks1 = LookWithCamera1(T_W_B);
+    return image;
+  }
+
+ private:
+  std::vector<TrackedPoint> LookWithCamera0(const Transform& T_W_B) {
     std::vector<TrackedPoint> observations;
     std::vector<size_t> candidates;
+    const Transform T_W_C = Place(calibration_, T_W_B);
     for (size_t k = 0; k < points_W_.size(); ++k) {
       Track& track = tracks_[k];
-      track.x = Project(q_C_W * (points_W_[k] - p_W_C));
+      track.x = Project(calibration_, T_W_C, points_W_[k]);
       if (track.id && Loses(track)) {
         track.id.reset();
       } else if (track.id) {
@@ -60,18 +66,35 @@ class FrontEnd {
     return observations;
   }
 
- private:
+  // Those of camera 0's points that it sees too, as a front end finds them.
+  std::vector<TrackedPoint> LookWithCamera1(const Transform& T_W_B) {
+    const Camera& camera = *calibration_.camera1;
+    std::vector<TrackedPoint> observations;
+    const Transform T_W_C = Place(camera, T_W_B);
+    for (size_t k = 0; k < points_W_.size(); ++k) {
+      if (!tracks_[k].id) continue;
+      const std::optional<Vec2> x = Project(camera, T_W_C, points_W_[k]);
+      if (x) observations.push_back(Disturb(camera, *tracks_[k].id, *x, &random1_));
+    }
+    return observations;
+  }
+
   struct Track {
     std::optional<int> id;  // while it is followed
     int length = 0;         // images
     std::optional<Vec2> x;  // where the point is in this image [normalized], if in it
   };
 
-  std::optional<Vec2> Project(const Vec3& p_C) const {
+  static Transform Place(const Camera& camera, const Transform& T_W_B) {
+    return {T_W_B.q * camera.T_B_C.q, T_W_B.q * camera.T_B_C.p + T_W_B.p};
+  }
+
+  std::optional<Vec2> Project(const Camera& camera, const Transform& T_W_C, const Vec3& p_W) const {
+    const Vec3 p_C = T_W_C.q.conjugate() * (p_W - T_W_C.p);
     if (!(p_C.z() >= options_.near && p_C.z() <= options_.far)) return std::nullopt;
-    const Vec2 x = p_C.hnormalized(), pixel = calibration_.Pixel(x);
-    const bool inside = pixel.x() >= 0.0 && pixel.x() < calibration_.width &&  //
-                        pixel.y() >= 0.0 && pixel.y() < calibration_.height;
+    const Vec2 x = p_C.hnormalized(), pixel = camera.Pixel(x);
+    const bool inside = pixel.x() >= 0.0 && pixel.x() < camera.width &&  //
+                        pixel.y() >= 0.0 && pixel.y() < camera.height;
     return inside ? std::optional<Vec2>(x) : std::nullopt;
   }
 
@@ -81,20 +104,24 @@ class FrontEnd {
 
   TrackedPoint Observe(Track* track) {
     ++track->length;
-    const double du = options_.pixel_sigma * random_.Normal();
-    const double dv = options_.pixel_sigma * random_.Normal();
-    if (random_.Uniform() < options_.outlier_fraction) {
-      const double u = random_.Uniform(0.0, calibration_.width);
-      const double v = random_.Uniform(0.0, calibration_.height);
-      return {*track->id, calibration_.Normalized({u, v})};
+    return Disturb(calibration_, *track->id, *track->x, &random_);
+  }
+
+  TrackedPoint Disturb(const Camera& camera, int id, const Vec2& x, Random* random) const {
+    const double du = options_.pixel_sigma * random->Normal();
+    const double dv = options_.pixel_sigma * random->Normal();
+    if (random->Uniform() < options_.outlier_fraction) {
+      const double u = random->Uniform(0.0, camera.width);
+      const double v = random->Uniform(0.0, camera.height);
+      return {id, camera.Normalized({u, v})};
     }
-    return {*track->id, *track->x + Vec2(du / calibration_.fx, dv / calibration_.fy)};
+    return {id, x + Vec2(du / camera.fx, dv / camera.fy)};
   }
 
   const std::vector<Vec3>& points_W_;
   const Calibration& calibration_;
   const CameraOptions& options_;
-  Random random_;
+  Random random_, random1_;    // camera 1 has its own: camera 0's tracks are the same without it
   std::vector<Track> tracks_;  // [point]
   int next_id_ = 0;
 };
@@ -111,7 +138,7 @@ std::vector<Image> SimulateCamera(const Trajectory& trajectory, const std::vecto
     const double stamp = RoundToNanosecond(static_cast<double>(n) / calibration.camera_rate);
     const double t = stamp + options.time_offset;
     if (t < 0.0 || t > trajectory.Duration()) continue;
-    frames.push_back({stamp, front_end.Look(trajectory.At(t).T_W_B)});
+    frames.push_back(front_end.Look(stamp, trajectory.At(t).T_W_B));
   }
   return frames;
 }

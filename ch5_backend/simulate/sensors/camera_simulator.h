@@ -5,6 +5,7 @@
 /// An image stamped t is taken at t + time_offset: the camera's clock is late by so much (VINS-Mono's td).
 /// A point keeps its id while it is followed. It is lost when it leaves the image or the range of depths, by chance,
 /// or when its track is as long as allowed; found again, it is a new track with a new id, as in a real front end.
+/// Camera 1, if the calibration has one, sees what it can of camera 0's points; camera 0's tracks are the same without it.
 
 #include <limits>
 
@@ -25,7 +26,7 @@ struct CameraOptions {
 };
 
 /// @param points_W     landmarks in W [m]
-/// @param calibration  camera_rate, T_B_C, intrinsics and image size
+/// @param calibration  camera_rate, and of each camera T_B_C, intrinsics and image size
 /// @return  the images stamped n/camera_rate whose time n/camera_rate + time_offset lies within the trajectory
 /// @throws std::invalid_argument unless rates, sizes and depths are positive and fractions lie in [0, 1]
 std::vector<Image> SimulateCamera(const Trajectory& trajectory, const std::vector<Vec3>& points_W,

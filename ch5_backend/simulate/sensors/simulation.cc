@@ -11,6 +11,13 @@ Calibration ForwardCamera() {
   return calibration;
 }
 
+Calibration ForwardStereo() {
+  Calibration calibration = ForwardCamera();
+  calibration.camera1 = calibration;
+  calibration.camera1->T_B_C.p.y() -= 0.11;
+  return calibration;
+}
+
 Recording SimulateRecording(const Trajectory& trajectory, const std::vector<Vec3>& points_W,
                             const SimulationOptions& options) {
   SimulatedImu imu = SimulateImu(trajectory, options.calibration, options.imu);

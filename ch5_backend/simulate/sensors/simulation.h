@@ -10,6 +10,9 @@ namespace ch5 {
 /// A camera that looks along B's x axis, its image upright when B's z axis points up, 6–7 cm from the IMU.
 Calibration ForwardCamera();
 
+/// The same with a second camera like it, 11 cm to the right.
+Calibration ForwardStereo();
+
 struct SimulationOptions {
   Calibration calibration = ForwardCamera();
   ImuOptions imu;

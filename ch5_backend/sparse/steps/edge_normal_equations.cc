@@ -76,7 +76,7 @@ void LinearizeAndMultiplyOut(const Structure& structure, int e, InformationFacto
   if (record.landmark_position >= 0) list(record.landmark_position);
   columns.push_back(begin.back());
   if (NegativeProducts(record.edge, columns, C)) return;
-  record.edge->Linearize();
+  if (!record.is_numeric) record.edge->Linearize();
   MultiplyOut(structure, e, factors, C);
 }
 

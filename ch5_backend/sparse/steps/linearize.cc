@@ -126,7 +126,7 @@ class ChunkLinearizer {
   }
 
   const double* NegativeNormalEquations(int e) {
-    s_.edges[e].edge->Linearize();
+    if (!s_.edges[e].is_numeric) s_.edges[e].edge->Linearize();
     thread_local AlignedVector memory;
     const auto most = static_cast<size_t>((s_.max_width + 1) * (s_.max_width + 1));
     if (memory.size() < most) memory.resize(most);

@@ -37,6 +37,7 @@ struct EdgeRecord {
   int width;                   ///< columns of all free vertices together
   int blocks_begin;            ///< its blocks of H_pp in Structure::edge_blocks: (0, 0), (1, 0), (1, 1), (2, 0), …
   int normal_equations;        ///< of an edge between poses: where its normal equations are stored
+  bool is_numeric = false;     ///< it is linearized before the others (numeric_edges.h)
 };
 
 /// What an edge between poses adds to a block of H_pp: a block of its normal equations.

@@ -4,6 +4,11 @@
 
 namespace ch5 {
 
+bool EdgeBAL::InDomain() const {
+  VertexCameraBAL::Rotation other;
+  return GetVertex<0>().GetRotation(&other).R.row(2) * GetVertex<1>().GetEstimate() < -GetVertex<0>().GetEstimate()[5];
+}
+
 CH5_FLATTEN void EdgeBAL::ComputeResidual() {
   const Vec9& camera = GetVertex<0>().GetEstimate();
   VertexCameraBAL::Rotation other;

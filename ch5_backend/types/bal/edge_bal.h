@@ -17,6 +17,8 @@ class EdgeBAL : public SizedEdge<2, VertexCameraBAL, VertexPointXYZ>, public Fas
   void Linearize() override;
   bool LinearizeInto(double* r, double* const* J) const override;
   std::unique_ptr<EdgeBatch> MakeBatch() const override;
+  /// P.z < 0: this camera looks along its −z axis.
+  bool InDomain() const override;
   const Vec2& Pixel() const { return pixel_; }
   std::string TypeInfo() const override { return "EdgeBAL"; }
 

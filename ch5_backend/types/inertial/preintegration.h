@@ -35,14 +35,21 @@ class Preintegration {
   const Vec3& BiasGyroscope() const { return b_g_; }
 
   /// Covariance of the error state; the biases' block is that of their random walk.
-  const Mat1515& Covariance() const { return P_; }
+  Mat1515 Covariance() const { return P_.selfadjointView<Eigen::Upper>(); }
   /// d[α, γ, β] / d[b_a, b_g], the two right block columns of the error state's transition.
-  Eigen::Matrix<double, 9, 6> BiasJacobian() const { return J_.topRightCorner<9, 6>(); }
+  const Eigen::Matrix<double, 9, 6>& BiasJacobian() const { return J_; }
   const std::vector<ImuSample>& Samples() const { return samples_; }
 
  private:
   void Reset();
   void Step(const ImuSample& s0, const ImuSample& s1);
+  // The blocks of F that are neither zero nor I, but for the row p; q stands for θ.
+  struct Transition {
+    double dt;
+    Mat33 qq, vq, va, vg;
+  };
+  void MoveBiasJacobian(const Transition& F);
+  void MoveCovariance(const Transition& F);
   void AddNoise(const Mat33& A1, double dt);
 
   std::vector<ImuSample> samples_;
@@ -51,7 +58,8 @@ class Preintegration {
   double sum_dt_;
   Vec3 alpha_, beta_;
   Qd gamma_;
-  Mat1515 J_, P_;
+  Eigen::Matrix<double, 9, 6> J_;
+  Mat1515 P_;  // its upper half
 };
 
 }  // namespace ch5

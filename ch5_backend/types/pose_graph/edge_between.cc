@@ -1,5 +1,7 @@
 #include "ch5_backend/types/pose_graph/edge_between.h"
 
+#include "ch5_backend/math/psd.h"
+
 namespace ch5 {
 namespace {
 
@@ -11,6 +13,14 @@ Qd Discrepancy(const Qd& q_z, const Qd& q_i, const Qd& q_j) {
 }
 
 }  // namespace
+
+// r ≈ −[R_zᵀ δp; ½δθ], so W = A⁻ᵀ Σ⁻¹ A⁻¹ with A = diag(R_zᵀ, ½I).
+void EdgeSE3Between::SetCovariance(const Mat66& covariance) {
+  Mat66 A_inverse = Mat66::Zero();
+  A_inverse.topLeftCorner<3, 3>() = q_z_.toRotationMatrix();
+  A_inverse.bottomRightCorner<3, 3>() = 2.0 * Mat33::Identity();
+  SetInformation(A_inverse.transpose() * InverseOfCovariance(covariance) * A_inverse);
+}
 
 void EdgeSE3Between::ComputeResidual() {
   const VertexPose &i = GetVertex<0>(), &j = GetVertex<1>();

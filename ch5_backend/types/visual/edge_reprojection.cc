@@ -79,6 +79,12 @@ CH5_FLATTEN void EdgeReprojection::ComputeResidual() {
   r_ = Project(Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), R_B_C_, p_B_C_).p_Cj) - u_target_;
 }
 
+bool EdgeReprojection::InDomain() const {
+  const double inverse_depth = GetVertex<0>().InverseDepth();
+  return inverse_depth > 0.0 &&
+         Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), R_B_C_, p_B_C_).p_Cj.z() > 0.0;
+}
+
 void EdgeReprojection::Linearize() { LinearizeInto(OwnResidual(), OwnJacobians()); }
 
 CH5_FLATTEN bool EdgeReprojection::LinearizeInto(double* r, double* const* J) const {
@@ -109,6 +115,13 @@ void EdgeReprojectionExtrinsic::ComputeResidual() {
   r_ = Project(Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), T_B_C.R(), T_B_C.p()).p_Cj) - u_target_;
 }
 
+bool EdgeReprojectionExtrinsic::InDomain() const {
+  const VertexPose& T_B_C = GetVertex<3>();
+  const double inverse_depth = GetVertex<0>().InverseDepth();
+  return inverse_depth > 0.0 &&
+         Transfer(inverse_depth, f_host_, GetVertex<1>(), GetVertex<2>(), T_B_C.R(), T_B_C.p()).p_Cj.z() > 0.0;
+}
+
 void EdgeReprojectionExtrinsic::ComputeJacobians() {
   const Mat33 R_B_C = GetVertex<3>().R();
   const double inverse_depth = GetVertex<0>().InverseDepth();
@@ -135,6 +148,10 @@ CH5_FLATTEN void EdgeReprojectionXYZ::ComputeResidual() {
   r_ = Project(WorldToCamera(GetVertex<1>(), R_B_C_, p_B_C_, GetVertex<0>().GetEstimate())) - u_;
 }
 
+bool EdgeReprojectionXYZ::InDomain() const {
+  return WorldToCamera(GetVertex<1>(), R_B_C_, p_B_C_, GetVertex<0>().GetEstimate()).z() > 0.0;
+}
+
 void EdgeReprojectionXYZ::Linearize() { LinearizeInto(OwnResidual(), OwnJacobians()); }
 
 CH5_FLATTEN bool EdgeReprojectionXYZ::LinearizeInto(double* r, double* const* J) const {
@@ -158,6 +175,10 @@ EdgeReprojectionPoseOnly::EdgeReprojectionPoseOnly(std::shared_ptr<VertexPose> T
 
 void EdgeReprojectionPoseOnly::ComputeResidual() {
   r_ = Project(WorldToCamera(GetVertex<0>(), R_B_C_, p_B_C_, p_W_)) - u_;
+}
+
+bool EdgeReprojectionPoseOnly::InDomain() const {
+  return WorldToCamera(GetVertex<0>(), R_B_C_, p_B_C_, p_W_).z() > 0.0;
 }
 
 void EdgeReprojectionPoseOnly::ComputeJacobians() {

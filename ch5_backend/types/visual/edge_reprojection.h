@@ -5,7 +5,8 @@
 ///   p_Bi = T_B_C p_Ci,  p_W = T_W_Bi p_Bi,  p_Bj = T_W_Bj⁻¹ p_W,  p_Cj = T_B_C⁻¹ p_Bj
 ///   r = [p_Cj.x, p_Cj.y]/p_Cj.z − [u_j, v_j]
 ///
-/// A point in the camera's plane (p_Cj.z = 0) gives a residual that is not finite; algorithms reject such a step.
+/// A point in the camera's plane (p_Cj.z = 0) gives a residual that is not finite; algorithms reject such a step. One behind
+/// a camera is projected through its center as if it were ahead; InDomain tells.
 
 #include "ch5_backend/graph/fast_edge.h"
 #include "ch5_backend/graph/sized_edge.h"
@@ -25,6 +26,7 @@ class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, Ver
   void Linearize() override;
   bool LinearizeInto(double* r, double* const* J) const override;
   std::unique_ptr<EdgeBatch> MakeBatch() const override;
+  bool InDomain() const override;
   std::string TypeInfo() const override { return "EdgeReprojection"; }
 
  private:
@@ -43,6 +45,7 @@ class EdgeReprojectionExtrinsic : public SizedEdge<2, VertexInverseDepth, Vertex
                             const Vec2& u_target);
   void ComputeResidual() override;
   void ComputeJacobians() override;
+  bool InDomain() const override;
   std::string TypeInfo() const override { return "EdgeReprojectionExtrinsic"; }
 
  private:
@@ -59,6 +62,7 @@ class EdgeReprojectionXYZ : public SizedEdge<2, VertexPointXYZ, VertexPose>, pub
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override;
   bool LinearizeInto(double* r, double* const* J) const override;
+  bool InDomain() const override;
   std::string TypeInfo() const override { return "EdgeReprojectionXYZ"; }
 
  private:
@@ -74,6 +78,7 @@ class EdgeReprojectionPoseOnly : public SizedEdge<2, VertexPose> {
                            const Transform& T_B_C = {});
   void ComputeResidual() override;
   void ComputeJacobians() override;
+  bool InDomain() const override;
   std::string TypeInfo() const override { return "EdgeReprojectionPoseOnly"; }
 
  private:

@@ -13,14 +13,21 @@ EdgeReprojectionCalibration::EdgeReprojectionCalibration(std::shared_ptr<VertexI
       host_(host),
       target_(target) {}
 
-void EdgeReprojectionCalibration::ComputeResidual() {
+Vec3 EdgeReprojectionCalibration::PointInTarget() const {
   const VertexPose &T_W_Bi = GetVertex<1>(), &T_W_Bj = GetVertex<2>(), &T_B_C = GetVertex<3>();
   const double td = GetVertex<4>().GetEstimate()[0];
   const Vec3 p_Ci = host_.At(td).homogeneous() / GetVertex<0>().InverseDepth();
   const Vec3 p_W = T_W_Bi.q() * (T_B_C.q() * p_Ci + T_B_C.p()) + T_W_Bi.p();
   const Vec3 p_Bj = T_W_Bj.q().conjugate() * (p_W - T_W_Bj.p());
-  const Vec3 p_Cj = T_B_C.q().conjugate() * (p_Bj - T_B_C.p());
-  r_ = p_Cj.hnormalized() - target_.At(td);
+  return T_B_C.q().conjugate() * (p_Bj - T_B_C.p());
+}
+
+void EdgeReprojectionCalibration::ComputeResidual() {
+  r_ = PointInTarget().hnormalized() - target_.At(GetVertex<4>().GetEstimate()[0]);
+}
+
+bool EdgeReprojectionCalibration::InDomain() const {
+  return GetVertex<0>().InverseDepth() > 0.0 && PointInTarget().z() > 0.0;
 }
 
 void EdgeReprojectionCalibration::ComputeJacobians() {

@@ -33,9 +33,12 @@ class EdgeReprojectionCalibration
                               const MovingPoint& target);
   void ComputeResidual() override;
   void ComputeJacobians() override;
+  bool InDomain() const override;
   std::string TypeInfo() const override { return "EdgeReprojectionCalibration"; }
 
  private:
+  Vec3 PointInTarget() const;  // p_Cj
+
   MovingPoint host_, target_;
 };
 

@@ -1,6 +1,7 @@
 #include "ch5_backend/types/visual/edge_track.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 
 namespace ch5 {
 namespace {
@@ -50,6 +51,10 @@ void EdgeTrack::ComputeResidual() {
     views_[j]->ComputeResidual();
     r_.segment<2>(2 * static_cast<int>(j)) = views_[j]->GetResidual();
   }
+}
+
+bool EdgeTrack::InDomain() const {
+  return std::all_of(views_.begin(), views_.end(), [](const auto& view) { return view->InDomain(); });
 }
 
 void EdgeTrack::Linearize() {

@@ -27,6 +27,7 @@ class EdgeTrack : public Edge {
   void ComputeResidual() override;
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override;
+  bool InDomain() const override;
   std::string TypeInfo() const override { return "EdgeTrack"; }
 
  private:

@@ -58,19 +58,21 @@ struct ViewEquation {
 
 using TrackEquations = std::vector<ViewEquation>;
 
-TrackEquations MakeEquations(const FeatureTrack& track, const std::vector<LinearMotion>& motion, const Transform& T_B_C,
-                             double weight) {
+TrackEquations MakeEquations(const FeatureTrack& track, const std::vector<LinearMotion>& motion,
+                             const ClosedFormOptions& options, double weight) {
+  const Transform& T_B_Ci = options.T_B_C;
   TrackEquations equations;
   const LinearMotion& i = motion[static_cast<size_t>(track.views.front().frame)];
-  const Vec3 f_Bi = T_B_C.q * track.views.front().x.homogeneous();
+  const Vec3 f_Bi = T_B_Ci.q * track.views.front().x.homogeneous();
   for (size_t v = 1; v < track.views.size(); ++v) {
     const LinearMotion& j = motion[static_cast<size_t>(track.views[v].frame)];
-    const Mat33 R_Cj_B0 = (j.R * T_B_C.q.toRotationMatrix()).transpose();
+    const Transform& T_B_Cj = track.views[v].camera == 0 ? options.T_B_C : options.T_B_C1;
+    const Mat33 R_Cj_B0 = (j.R * T_B_Cj.q.toRotationMatrix()).transpose();
     ViewEquation e;
     e.x_image = track.views[v].x;
     e.y_d = R_Cj_B0 * i.R * f_Bi;
     e.Y = R_Cj_B0 * (i.P - j.P);
-    e.y_0 = R_Cj_B0 * (i.a + i.R * T_B_C.p - j.a - j.R * T_B_C.p);
+    e.y_0 = R_Cj_B0 * (i.a + i.R * T_B_Ci.p - j.a - j.R * T_B_Cj.p);
     e.weight = weight;
     equations.push_back(e);
   }
@@ -195,7 +197,7 @@ ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::v
   const std::vector<LinearMotion> motion = DeadReckon(imu);
   std::vector<TrackEquations> equations;
   for (const FeatureTrack& track : tracks) {
-    equations.push_back(MakeEquations(track, motion, options.T_B_C, 1.0 / Square(options.sigma * kFirstDepth)));
+    equations.push_back(MakeEquations(track, motion, options, 1.0 / Square(options.sigma * kFirstDepth)));
   }
 
   ClosedForm result;

@@ -9,6 +9,8 @@
 ///
 ///   [1 0 −u; 0 1 −v] R_Cjᵀ (p_Ci + d R_Ci f − p_Cj) = 0,   linear in d and x.
 ///
+/// With a second camera, C_j is either of the two: its image of the same time (p_j = p_i) gives d in meters.
+///
 /// The depths are eliminated by Schur complements. The remaining 9×9 system is minimized under ‖G‖ = g: with the reduced
 /// S and c of G, (S + μI)G = c has one solution μ > −λ_min(S) with ‖G‖ = g, the global minimum. The weights, 1/depth² and
 /// Cauchy's, are found iteratively.
@@ -26,6 +28,7 @@ struct ClosedFormOptions {
   double sigma = 1.5 / 460.0;  ///< of an observation on the normalized plane
   double gravity = 9.81;       ///< [m/s²]
   double b_a_sigma = 0.1;      ///< of the accelerometer's bias about zero [m/s²]
+  Transform T_B_C1 = {};       ///< of views of camera 1
 };
 
 struct ClosedForm {

@@ -9,20 +9,46 @@
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/inertial/edge_imu.h"
-#include "ch5_backend/types/visual/edge_reprojection.h"
+#include "ch5_backend/types/visual/edge_stereo.h"
 #include "ch5_backend/window/start/closed_form.h"
 
 namespace ch5 {
 namespace {
 
-std::vector<FeatureTrack> CollectTracks(const std::vector<InitializationImage>& frames) {
+// By ascending id.
+std::vector<FeatureTrack> CollectTracks(const std::vector<InitializationImage>& frames, std::vector<int>* ids) {
   std::map<int, FeatureTrack> by_id;
   for (size_t k = 0; k < frames.size(); ++k) {
     for (const TrackedPoint& point : frames[k].tracks) by_id[point.id].views.push_back({static_cast<int>(k), point.x});
   }
   std::vector<FeatureTrack> tracks;
-  for (auto& [id, track] : by_id) tracks.push_back(std::move(track));
+  for (auto& [id, track] : by_id) {
+    ids->push_back(id);
+    tracks.push_back(std::move(track));
+  }
   return tracks;
+}
+
+// What camera 1 sees of the tracks, behind camera 0's view of the same image.
+// @return how many tracks it sees
+int AddSecondViews(const std::vector<InitializationImage>& frames, const std::vector<int>& ids,
+                   std::vector<FeatureTrack>* tracks) {
+  std::vector<std::map<int, Vec2>> seen(frames.size());
+  for (size_t k = 0; k < frames.size(); ++k) {
+    for (const TrackedPoint& point : frames[k].tracks1) seen[k][point.id] = point.x;
+  }
+  int count = 0;
+  for (size_t n = 0; n < ids.size(); ++n) {
+    std::vector<FeatureTrack::View> views;
+    for (const FeatureTrack::View& view : (*tracks)[n].views) {
+      views.push_back(view);
+      const auto& image = seen[static_cast<size_t>(view.frame)];
+      if (const auto point = image.find(ids[n]); point != image.end()) views.push_back({view.frame, point->second, 1});
+    }
+    if (views.size() > (*tracks)[n].views.size()) ++count;
+    (*tracks)[n].views = std::move(views);
+  }
+  return count;
 }
 
 // Two views determine a depth; only a third one constrains the scale of the motion.
@@ -42,7 +68,9 @@ double MedianParallax(const std::vector<FeatureTrack>& tracks, const std::vector
       return (R[static_cast<size_t>(view.frame)] * (R_B_C * view.x.homogeneous())).normalized();
     };
     double largest = 0.0;
-    for (const auto& view : track.views) largest = std::max(largest, ray(view).cross(ray(track.views[0])).norm());
+    for (const auto& view : track.views) {
+      if (view.camera == 0) largest = std::max(largest, ray(view).cross(ray(track.views[0])).norm());
+    }
     angles.push_back(largest);
   }
   std::nth_element(angles.begin(), angles.begin() + angles.size() / 2, angles.end());
@@ -55,6 +83,8 @@ struct StartGraph {
   std::vector<std::shared_ptr<VertexPose>> poses;
   std::vector<std::shared_ptr<VertexSpeedBias>> speed_biases;
   std::vector<std::shared_ptr<Edge>> observations;
+  std::shared_ptr<VertexPose> T_B_C0, T_B_C1;  // fixed, as the time offset is; null with one camera
+  std::shared_ptr<VertexScalar> time_offset;
 };
 
 void AddBody(const ClosedForm& start, const std::vector<Preintegration>& imu,
@@ -76,9 +106,36 @@ void AddBody(const ClosedForm& start, const std::vector<Preintegration>& imu,
   g->graph.AddEdge(std::make_shared<EdgePrior>(zero_b_a));
 }
 
+void AddSecondCamera(const DynamicInitializationOptions& options, StartGraph* g) {
+  const auto fixed = [&](auto vertex) {
+    vertex->SetFixed();
+    g->graph.AddVertex(vertex);
+    return vertex;
+  };
+  const Transform &T_B_C0 = options.T_B_C, &T_B_C1 = options.camera1->T_B_C;
+  g->T_B_C0 = fixed(std::make_shared<VertexPose>(T_B_C0.q, T_B_C0.p));
+  g->T_B_C1 = fixed(std::make_shared<VertexPose>(T_B_C1.q, T_B_C1.p));
+  g->time_offset = fixed(std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0)));
+}
+
+std::shared_ptr<Edge> ViewEdge(const std::shared_ptr<VertexInverseDepth>& inverse_depth, const FeatureTrack::View& host,
+                               const FeatureTrack::View& view, const Transform& T_B_C, const StartGraph& g) {
+  const auto &T_W_Bi = g.poses[static_cast<size_t>(host.frame)], &T_W_Bj = g.poses[static_cast<size_t>(view.frame)];
+  if (view.camera == 0) return std::make_shared<EdgeReprojection>(inverse_depth, T_W_Bi, T_W_Bj, host.x, view.x, T_B_C);
+  const MovingPoint from{host.x}, to{view.x};
+  if (view.frame == host.frame) {
+    return std::make_shared<EdgeStereoHost>(inverse_depth, g.T_B_C0, g.T_B_C1, g.time_offset, from, to);
+  }
+  return std::make_shared<EdgeStereo>(inverse_depth, T_W_Bi, T_W_Bj, g.T_B_C0, g.T_B_C1, g.time_offset, from, to);
+}
+
 void AddTracks(const ClosedForm& start, const std::vector<FeatureTrack>& tracks,
                const DynamicInitializationOptions& options, StartGraph* g) {
-  const Mat22 W = std::pow(options.focal_length / options.pixel_sigma, 2) * Mat22::Identity();
+  const auto information = [&](double focal_length) -> Mat22 {
+    return std::pow(focal_length / options.pixel_sigma, 2) * Mat22::Identity();
+  };
+  const Mat22 W = information(options.focal_length);
+  const Mat22 W1 = options.camera1 ? information(options.camera1->FocalLength()) : W;
   const auto loss = std::make_shared<CauchyLoss>(1.0);
   for (size_t k = 0; k < tracks.size(); ++k) {
     if (!(start.depths[k] > 0.1)) continue;
@@ -87,10 +144,8 @@ void AddTracks(const ClosedForm& start, const std::vector<FeatureTrack>& tracks,
     const auto& host = tracks[k].views.front();
     for (size_t v = 1; v < tracks[k].views.size(); ++v) {
       const auto& view = tracks[k].views[v];
-      auto edge =
-          std::make_shared<EdgeReprojection>(inverse_depth, g->poses[static_cast<size_t>(host.frame)],
-                                             g->poses[static_cast<size_t>(view.frame)], host.x, view.x, options.T_B_C);
-      edge->SetInformation(W);
+      const std::shared_ptr<Edge> edge = ViewEdge(inverse_depth, host, view, options.T_B_C, *g);
+      edge->SetInformation(view.camera == 0 ? W : W1);
       edge->SetLossFunction(loss);
       g->graph.AddEdge(edge);
       g->observations.push_back(edge);
@@ -103,6 +158,7 @@ void Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegr
             const DynamicInitializationOptions& options, ClosedForm* start, double* inliers) {
   StartGraph g;
   AddBody(*start, imu, options, &g);
+  if (options.camera1) AddSecondCamera(options, &g);
   AddTracks(*start, tracks, options, &g);
   SparseOptimizer optimizer(&g.graph);
   optimizer.SetDamping(Damping::kDiagonal);
@@ -183,8 +239,10 @@ class DynamicInitializer {
                   static_cast<double>(frames.size()), kLeastFrames);
     }
     imu_ = CopyImu(frames);
-    tracks_ = CollectTracks(frames);
+    std::vector<int> ids;
+    tracks_ = CollectTracks(frames, &ids);
     EstimateGyroscopeBias(options_.T_B_C.q, Sigma(), &tracks_, &imu_);
+    if (options_.camera1) knows_scale_ = AddSecondViews(frames, ids, &tracks_) >= options_.least_tracks;
     RemoveShortTracks(&tracks_);
     const auto count = static_cast<double>(tracks_.size());
     return count >= options_.least_tracks || Fail(InitializationFailure::kTooFewTracks,
@@ -193,7 +251,7 @@ class DynamicInitializer {
 
   bool MeasureParallax() {
     result_.parallax = options_.focal_length * MedianParallax(tracks_, imu_, options_.T_B_C.q);
-    if (result_.parallax >= options_.least_parallax) return true;
+    if (knows_scale_ || result_.parallax >= options_.least_parallax) return true;
     constexpr double kStill = 1.0;  // [px]
     return Fail(InitializationFailure::kTooLittleParallax,
                 result_.parallax < kStill ? "the camera stands still, a median of %.1f px, %g px are needed"
@@ -202,10 +260,12 @@ class DynamicInitializer {
   }
 
   bool SolveLinearProblem() {
-    start_ = SolveClosedForm(tracks_, imu_, {options_.T_B_C, Sigma(), options_.gravity, options_.b_a_sigma});
+    ClosedFormOptions closed_form{options_.T_B_C, Sigma(), options_.gravity, options_.b_a_sigma};
+    if (options_.camera1) closed_form.T_B_C1 = options_.camera1->T_B_C;
+    start_ = SolveClosedForm(tracks_, imu_, closed_form);
     result_.scale_sigma = start_.scale_sigma;
     result_.gravity_sigma = start_.gravity_sigma;
-    if (!(start_.scale_sigma <= options_.largest_scale_sigma)) {
+    if (!knows_scale_ && !(start_.scale_sigma <= options_.largest_scale_sigma)) {
       return Fail(InitializationFailure::kTooLittleExcitation, "the scale is known to %.3g, %g is needed",
                   start_.scale_sigma, options_.largest_scale_sigma);
     }
@@ -226,6 +286,7 @@ class DynamicInitializer {
   const DynamicInitializationOptions& options_;
   std::vector<Preintegration> imu_;
   std::vector<FeatureTrack> tracks_;
+  bool knows_scale_ = false;  // by the second camera
   ClosedForm start_;
   DynamicInitialization result_;
 };

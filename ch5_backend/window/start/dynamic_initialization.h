@@ -5,12 +5,16 @@
 ///
 /// The images alone determine the gyroscope's bias (gyroscope_bias.h); with the rotations known, everything else is one
 /// linear problem (closed_form.h). Each step can fail, and reports why. At rest, see standstill.h.
+///
+/// A second camera gives the depths in meters, so neither parallax nor acceleration is needed: the first images will do, at
+/// rest too, once they hold the body's motion well enough for what remains of the specific force to be gravity.
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "ch5_backend/types/inertial/preintegration.h"
-#include "ch5_backend/types/measurements.h"
+#include "ch5_backend/types/recording.h"
 
 namespace ch5 {
 
@@ -19,6 +23,7 @@ struct InitializationImage {
   double t = 0.0;                             ///< by the IMU's clock [s]
   std::vector<TrackedPoint> tracks;           ///< each id at most once
   std::shared_ptr<const Preintegration> imu;  ///< from the previous image to this one; null for the first
+  std::vector<TrackedPoint> tracks1 = {};     ///< of camera 1; used where camera 0 sees the point too
 };
 
 /// What the start in motion is told of the sensors, and what it must reach.
@@ -33,6 +38,8 @@ struct DynamicInitializationOptions {
   double largest_scale_sigma = 0.05;    ///< relative
   double largest_gravity_sigma = 0.05;  ///< [rad]
   double least_inliers = 0.6;           ///< fraction of the observations within 3 σ
+  /// The second camera, if there is one: where `least_tracks` are seen by both, neither parallax nor scale is asked for.
+  std::optional<Camera> camera1 = {};
 
   /// @throws OptionError
   void Validate() const;
@@ -57,7 +64,7 @@ struct DynamicInitialization {
   std::vector<StampedState>
       states;                  ///< one per frame, gravity along −z of W, the first at the origin; empty on failure
   double parallax = 0.0;       ///< [px]
-  double scale_sigma = 0.0;    ///< relative
+  double scale_sigma = 0.0;    ///< relative; of little meaning at rest
   double gravity_sigma = 0.0;  ///< [rad]
   double inliers = 0.0;        ///< fraction of the observations
 };

@@ -21,12 +21,13 @@ struct FeatureTrack {
   struct View {
     int frame = 0;  ///< 0, 1, …
     Vec2 x = Vec2::Zero();
+    int camera = 0;  ///< or 1
   };
-  std::vector<View> views;  ///< in order of frames
+  std::vector<View> views;  ///< in order of frames, of each camera 0's before camera 1's; the first is camera 0's
 };
 
 /// @param R_B_C   the camera's rotation;  @param sigma  of an observation on the normalized plane
-/// @param tracks  outlier views are removed; a track may be left with one or none
+/// @param tracks  of camera 0 alone; outlier views are removed; a track may be left with one or none
 /// @param imu     imu[k] leads from frame k to frame k + 1; on return it is integrated at the bias that is returned
 /// @return b_g [rad/s]
 Vec3 EstimateGyroscopeBias(const Qd& R_B_C, double sigma, std::vector<FeatureTrack>* tracks,

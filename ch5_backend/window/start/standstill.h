@@ -13,7 +13,7 @@ namespace ch5 {
 struct StandstillOptions {
   double seconds = 1.0;       ///< at rest if for this time [s] …
   double pixels = 3.0;        ///< … the median motion of the points in the image is less than this [px] …
-  double acceleration = 0.3;  ///< … and the mean specific force differs from gravity by less than this [m/s²]
+  double acceleration = 1.0;  ///< … and the mean specific force differs from gravity by less than this [m/s²]
 
   /// @throws OptionError
   void Validate() const;

@@ -55,10 +55,13 @@ Solution SolveFor(const VisualInertialScene& scene, GaugeHandling handling) {
 
 // Σ of `from` in the gauge of `to`.
 MatXX Transform(const Solution& from, const Solution& to, bool to_fixed) {
-  const MatXX U = GaugeNullSpace(to.vertices, GaugeGroup::kVisualInertial);
-  const MatXX V = to_fixed ? HeldColumns(to.vertices, HoldGauge(to.problem.first)) : U;
+  const auto projection = [to_fixed](const Solution& at) {
+    const MatXX U = GaugeNullSpace(at.vertices, GaugeGroup::kVisualInertial);
+    return GaugeProjection(U, to_fixed ? HeldColumns(at.vertices, HoldGauge(at.problem.first)) : U);
+  };
   const double yaw = LogSO3(to.problem.first->q() * from.problem.first->q().conjugate()).z();
-  return TransformCovariance(from.covariance, GaugeProjection(U, V), GaugeMotionJacobian(from.vertices, yaw));
+  return TransformCovariance(from.covariance, GaugeMotionJacobian(from.vertices, yaw), projection(from),
+                             projection(to));
 }
 
 struct FourCovariances {

@@ -52,7 +52,7 @@ std::vector<std::unique_ptr<WindowPolicy>> Policies() {
 std::vector<std::pair<const char*, std::vector<GaugeLeak>>> Audit(const Window& window) {
   GaugeOptions options;
   options.group = GaugeGroup::kMonocular;  // roll, pitch and scale too: these are known
-  options.local_poses = {window.extrinsic.get()};
+  options.local_poses = window.LocalPoses();
   std::vector<std::shared_ptr<Edge>> measurements, all;
   for (const auto& edge : window.graph.Edges()) {
     if (edge != window.prior && edge != window.gauge_prior) measurements.push_back(edge);

@@ -16,6 +16,7 @@ const std::vector<TrialStudy>& SystemStudies() {
       {"okvis_vertices", OkvisVerticesTable},
       {"pose_graphs", PoseGraphsTable},
       {"pose_graph_starts", PoseGraphStartsTable},
+      {"machine", MachineTable},
   };
   return studies;
 }

@@ -33,5 +33,7 @@ CsvTable OkvisVerticesTable(int trial, const std::filesystem::path&);
 CsvTable PoseGraphsTable(int trial, const std::filesystem::path& data);
 /// A pose graph a trial, the last one simulated with large noise: where each start leads to.
 CsvTable PoseGraphStartsTable(int trial, const std::filesystem::path& data);
+/// What times were measured on: the processor's name, its cores, and the load of the last minute.
+CsvTable MachineTable(int trial, const std::filesystem::path&);
 
 }  // namespace ch5

@@ -24,8 +24,8 @@ struct MotionJacobian {
 };
 struct TransformCovariance {
   static constexpr char kName[] = "TransformCovariance";
-  static MatXX Run(const MatXX& covariance, const MatXX& Q, const MatXX& motion) {
-    return Chosen().gauge_freedom.transform_covariance(covariance, Q, motion);
+  static MatXX Run(const MatXX& covariance, const MatXX& motion, const MatXX& Q, const MatXX& Q_C) {
+    return Chosen().gauge_freedom.transform_covariance(covariance, motion, Q, Q_C);
   }
 };
 
@@ -52,9 +52,9 @@ inline void Remote(Submission* s) {
         const int size = TotalLocalDimension(vertices);
         return OfSize<MotionJacobian>(size, size, AskAbout<MotionJacobian>(vertices, yaw));
       },
-      [](const MatXX& covariance, const MatXX& Q, const MatXX& motion) {
+      [](const MatXX& covariance, const MatXX& motion, const MatXX& Q, const MatXX& Q_C) {
         return OfSize<TransformCovariance>(covariance.rows(), covariance.cols(),
-                                           Ask<TransformCovariance>(covariance, Q, motion));
+                                           Ask<TransformCovariance>(covariance, motion, Q, Q_C));
       }};
 }
 inline void Serve() { HandleAll<NullSpace, Projection, MotionJacobian, TransformCovariance>(); }

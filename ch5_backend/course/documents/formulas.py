@@ -1,0 +1,102 @@
+"""Formulas in Unicode, as the headers have them, as TeX for Doxygen: H_pm H_mm⁻¹ becomes H_{pm} H_{mm}^{-1}."""
+
+import re
+
+RAISED = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ᵀ", [*"0123456789+-", r"\top "]))
+LOWERED = dict(zip("₀₁₂₃₄₅₆₇₈₉", "0123456789"))
+ACCENTS = {"\u0302": r"\hat", "\u0303": r"\tilde", "\u0307": r"\dot", "\u0304": r"\bar", "\u0308": r"\ddot"}
+SIGNS = {"½": r"{\tfrac12}", "¼": r"{\tfrac14}", "Σ": r"\sum ", "‖": r"\|", "⊞": r"\boxplus ", "⊟": r"\boxminus ", "⊗": r"\otimes ",
+         "∘": r"\circ ", "×": r"\times ", "·": r"\cdot ", "−": "-", "≤": r"\le ", "≥": r"\ge ", "≠": r"\ne ", "≈": r"\approx ",
+         "∝": r"\propto ", "→": r"\to ", "←": r"\leftarrow ", "↦": r"\mapsto ", "∂": r"\partial ", "√": r"\surd ", "∈": r"\in ",
+         "…": r"\ldots ", "±": r"\pm ", "∞": r"\infty ", "ẋ": r"\dot x", "ḟ": r"\dot f", "δ": r"\delta ", "Δ": r"\Delta ", "{": r"\{", "}": r"\}",
+         "%": r"\%", "#": r"\#", "&": r"\&", "§": r"\S "}
+FUNCTIONS = "Exp|Log|vec|cos|sin|cot|exp|log|diag|min|max|argmin|wrap|rank|cov|Cov"
+LETTER = "[A-Za-z\u0391-\u03c9]"
+BELOW = "[A-Za-z0-9\u03b1-\u03c9]"
+TOKEN = re.compile(
+    rf"(?P<function>(?<![A-Za-z])(?:{FUNCTIONS})(?![A-Za-z]))"
+    rf"|(?P<code>[A-Za-z]{{3,}}_\w+)|(?P<braced>_{{[^}}]*}})"
+    rf"|(?P<word> ?(?<![A-Za-z_])(?!(?:{FUNCTIONS})(?![A-Za-z]))(?:[A-Za-z][A-Za-z-]{{2,}}(?:'s)?|an|as|at|by|if|in|is|it|of|on|or|so|to)(?![A-Za-z_]) ?)"
+    rf"|(?P<accented>{LETTER})(?P<accent>[{''.join(ACCENTS)}])|(?P<low>_(?:[\u03b1-\u03c9][a-z]?|[A-Za-z0-9]{BELOW}*(?:_[A-Z][a-z]?)*(?:,[ij])?))|(?P<half>\^-?½)"
+    rf"|(?P<raised>[{''.join(RAISED)}]+)|(?P<lowered>[{''.join(LOWERED)}]+)|(?P<sign>[{re.escape(''.join(SIGNS))}])|(?P<gap> {{2,}})", re.S)
+
+# A piece of a sentence that is surely of a formula: a letter with an index, or a sign that prose does not have.
+STRONG = re.compile(rf"(?<![A-Za-z_])[dδΔ∂]?(?:{LETTER}[\u0302\u0303]?|td)_{BELOW}{{1,3}}(?:_[A-Z][a-z]?)*(?![A-Za-z0-9_:])"
+                    "|[\u0302\u0303\u0308ẋḟᵀ⁻₀-₉½ΣΔ‖⊞⊟⊗∂√∈\u0391-\u03c9]")
+# And one that may be: an operator, a number, a letter that is no word, a function.
+WEAK = re.compile(rf"(?!\[(?:m|s)\b)[-+−(\[|]*(?:[B-HJ-Zb-z]|(?<=[-−])A|\d[\d.e]*|(?:1−)?(?:{FUNCTIONS})(?:\(\S*)?)[)\]|,;'².:]*|[-+=−·×/<>≤≥≈←→↦,]+|:=")
+OPERATOR = re.compile(r"[-+=−·×/<>≤≥≈←→↦]+|:=")
+# Code, links, and the names that Doxygen reads.
+KEPT = re.compile(r"`[^`]*`|\\f\$.*?\\f\$|\\f\[.*?\\f\]|@param\s+(?:[\w, ]|\[[^]]*\])*?(?=  |$)|@\w+(?: [\w./:]+)?|https?://\S+|\S*\w\(\S*::\S*|\S*(?:[/.]h|[.]cc)\b\S*")
+DRAWN = re.compile(r"[│┌└├┤┐┘─►#]|//|[;{}]\s*$|::|\b(?:const|template|class|public)\b")
+
+
+def tex(formula: str) -> str:
+    """The TeX of a formula; words in it stay words."""
+    def one(token):
+        kind, found = token.lastgroup, token[0]
+        if kind == "accent":
+            return rf"{ACCENTS[token['accent']]}{{{token['accented']}}}"
+        return {"function": lambda: rf"\mathrm{{{found}}}", "word": lambda: rf"\text{{{found}}}",
+                "code": lambda: r"\mathtt{" + found.replace("_", r"\_") + "}", "braced": lambda: "_{" + tex(found[2:-1]) + "}",
+                "low": lambda: f"_{{{found[1:].replace('_', '')}}}", "half": lambda: f"^{{{found[1:-1]}" + r"\tfrac12}",
+                "raised": lambda: "^{" + "".join(map(RAISED.get, found)) + "}",
+                "lowered": lambda: "_{" + "".join(map(LOWERED.get, found)) + "}",
+                "sign": lambda: SIGNS[found], "gap": lambda: r"\quad "}[kind]()
+    return TOKEN.sub(one, formula)
+
+
+def set_line(words: str) -> str:
+    """A line of prose, its formulas between Doxygen's signs."""
+    done, at = [], 0
+    for kept in KEPT.finditer(words):
+        done += [set_prose(words[at:kept.start()]), kept[0]]
+        at = kept.end()
+    return "".join([*done, set_prose(words[at:])])
+
+
+def set_prose(words: str) -> str:
+    """The longest runs of pieces that are of formulas, each with at least one that surely is."""
+    done, run, pieces = [], [], [*re.split(r"( +)", words), ""]
+    for k, piece in enumerate(pieces):
+        beside = piece.strip("()[],") in ("A", "I", "a") and any(map(OPERATOR.fullmatch, pieces[max(0, k - 2):k + 3:2]))  # no word
+        if run and piece == " " or beside or STRONG.search(piece) or WEAK.fullmatch(piece):
+            run.append(piece)
+            if not piece.endswith((".", ":", ";")):
+                continue
+            piece = ""
+        done += [set_run("".join(run)), piece]
+        run = []
+    return "".join(done)
+
+
+def set_run(run: str) -> str:
+    """Without stops, and in parts at brackets that are the sentence's."""
+    before, formula, after = re.fullmatch(r"((?:[ ,]|− )*)(.*?)((?:'s)?[ .,:;]*)", run, re.S).groups()
+    if not STRONG.search(formula):
+        return run
+    lone = unmatched(formula)
+    if lone is not None:
+        return set_run(before + formula[:lone]) + formula[lone] + set_run(formula[lone + 1:] + after)
+    return rf"{before}\f${tex(formula)}\f${after}"
+
+
+def unmatched(formula: str):
+    """Where a bracket stands alone, or None; intervals may be half open."""
+    opened = []
+    for k, sign in enumerate(formula):
+        if sign in "([":
+            opened.append(k)
+        elif sign in ")]":
+            if not opened:
+                return k
+            opened.pop()
+    return opened[0] if opened else None
+
+
+def set_block(block: str) -> str:
+    """An indented block, set line by line if all of it is formulas; else a drawing, which keeps its look."""
+    lines = [line for line in re.findall(r"///(.*)", block) if line.strip()]
+    if any(map(DRAWN.search, lines)) or not all(re.search(r"[=≈←↦]", line) for line in lines):
+        return block.replace("///   ", "///       ")
+    return re.sub(r"///   +(.*)", lambda line: rf"/// \f[{tex(line[1])}\f]", block)

@@ -1,0 +1,175 @@
+"""The figures of the report and of the decks as a paper's reader sees them: letters large enough, legends beside the data, axes
+that fit the data, and lines that are told apart without color. What is measured is drawn, in pixels."""
+
+import os
+import unittest
+from collections import defaultdict
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.text import Text
+
+from tests.conventions.project import ROOT
+from ch5_backend.figures import gauge_report, report, slide, style
+from slides import build
+
+TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
+SHOWN = 1280   # pixels, the width at which a figure is read
+LEAST = 14     # pixels, of its letters
+FILLED = 0.45  # of an axis, at least, by the data
+
+
+def small_words(figure, shown):
+    """Texts that are below LEAST pixels where the figure is `shown` pixels wide."""
+    pixels = shown / figure.get_figwidth() / 72  # a point
+    return [f"{text.get_fontsize() * pixels:.1f} px: {text.get_text()!r}" for text in figure.findobj(Text)
+            if text.get_visible() and text.get_text().strip() and text.get_fontsize() * pixels < LEAST - 1e-6 and in_sight(text)]
+
+
+def cut_words(figure):
+    """Texts that reach over the edge of the figure."""
+    renderer, paper = figure.canvas.get_renderer(), figure.bbox.padded(1)
+    ticks = {text for axes in figure.axes for axis in axes._axis_map.values() for text in axis.get_ticklabels(which="both")}
+    seen = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip() and in_sight(text)]
+    boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in seen if text not in ticks]
+    return [f"cut off: {words!r}" for words, box in boxes
+            if not paper.contains(box.x0, box.y0) or not paper.contains(box.x1, box.y1)]
+
+
+def in_sight(text):
+    return text.axes is None or text.axes.axison or text in text.axes.texts
+
+
+def legends(figure):
+    return [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend())]
+
+
+def curves(axes):
+    """The lines of the data, not those that reach over the whole axes or name something beside them."""
+    return [line for line in axes.lines if line.get_transform().contains_branch(axes.transData) and len(line.get_xdata()) and
+            all(line.get_transform().contains_branch_seperately(axes.transData))]
+
+
+def path_of(line):
+    """The points of a line in pixels, and where it is drawn between them one every pixel."""
+    points = line.get_transform().transform(np.column_stack([line.get_xdata(), line.get_ydata()]).astype(float))
+    if line.get_linestyle() in ("None", "none", "", " ") or len(points) < 2:
+        return points
+    pieces = [np.linspace(a, b, 2 + int(min(np.abs(b - a).max(), 5000))) for a, b in zip(points, points[1:])
+              if np.isfinite(a).all() and np.isfinite(b).all()]
+    return np.vstack(pieces) if pieces else points
+
+
+def hidden_data(figure):
+    """Legends that lie on data."""
+    renderer, found = figure.canvas.get_renderer(), []
+    for legend in legends(figure):
+        box = legend.get_window_extent(renderer).padded(-1)
+        for axes in figure.axes:
+            shapes = [path_of(line) for line in curves(axes)]
+            shapes += [each.get_offset_transform().transform(each.get_offsets()) for each in axes.collections
+                       if len(each.get_offsets()) > 1]
+            inside = axes.get_window_extent(renderer)
+            for points in shapes:
+                shown = points[[inside.contains(*p) for p in points]]
+                if any(box.contains(*p) for p in shown):
+                    found.append(f"a legend lies on data: {[text.get_text() for text in legend.get_texts()]}")
+                    break
+    return found
+
+
+def span_of(direction, shared):
+    """What the data of all that share this axis fill of it."""
+    points = np.hstack([each.transAxes.inverted().transform(path_of(line))[:, direction] for each in shared for line in curves(each)])
+    return np.ptp(np.clip(points[np.isfinite(points)], 0, 1))
+
+
+def loose_axes(figure):
+    """Axes of which the data fill too little."""
+    found = []
+    for axes in figure.axes:
+        sketch = any(type(line).__name__ == "_AxLine" for line in axes.lines)  # its lines have no ends
+        if axes.name == "3d" or not axes.axison or axes.images or sketch or not curves(axes):
+            continue
+        spans = [span_of(k, shared.get_siblings(axes)) for k, shared in
+                 enumerate((axes.get_shared_x_axes(), axes.get_shared_y_axes()))]
+        if axes.get_aspect() != "auto":  # equal scales: one direction is filled
+            spans = [max(spans)]
+        found += [f"{axes.get_title(loc='left') or axes.get_title()!r}: the data fill {100 * span:.0f} % of {name}"
+                  for name, span in zip("xy", spans) if span < FILLED]
+    return found
+
+
+def look_of(line):
+    """What is left of a line in gray: its dashes and its marks."""
+    dashes = line._dash_pattern if hasattr(line, "_dash_pattern") else (line._dashOffset, line._dashSeq)
+    marks = line.get_marker(), line.get_fillstyle() if to_hex(line.get_markerfacecolor()) == to_hex(line.get_color()) else "open"
+    broad = line.get_linewidth() > 3.5  # the truth, below the estimates
+    return str((broad, dashes)) if marks[0] in ("None", None, "") else str((line.get_linestyle() != "None", marks))
+
+
+def alike_in_gray(figure):
+    """Lines of two colors in one axes that look alike without color. A scale of shades is told by its bar."""
+    scale, found = any(axes.get_label() == "<colorbar>" for axes in figure.axes), []
+    for axes in figure.axes:
+        colors = defaultdict(set)
+        for line in curves(axes):
+            if np.ptp(to_rgb(line.get_color())) > 0.1:  # shades of gray stay
+                colors[look_of(line)].add(to_hex(line.get_color()))
+        found += [f"{axes.get_title(loc='left') or axes.get_title()!r}: {sorted(same)} look alike: {look}"
+                  for look, same in colors.items() if len(same) > 1 and not scale and axes.name != "3d"]
+    return found
+
+
+def faults(figure, shown=SHOWN):
+    figure.canvas.draw()
+    return [*small_words(figure, shown), *cut_words(figure), *hidden_data(figure), *loose_axes(figure), *alike_in_gray(figure)]
+
+
+class Look(unittest.TestCase):
+    maxDiff = None
+
+    def drawn(self, draw):
+        """{name: its faults} of what `draw` saves."""
+        found = {}
+
+        def measure(figure, directory, name, chinese=False):
+            style.tell_apart(figure)
+            found[name] = faults(figure)
+            style.plt.close(figure)
+        with mock.patch.object(style, "save", measure):
+            draw()
+        return found
+
+    def test_the_reports_figures_suit_a_paper(self):
+        found = self.drawn(lambda: [script.draw(TABLES) for script in report.SCRIPTS])
+        self.assertGreater(len(found), 19)
+        self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})
+
+    def test_the_gauge_pages_figures_suit_a_paper(self):
+        found = self.drawn(lambda: [draw(TABLES / "gauge") for table, draw in gauge_report.FIGURES.values()
+                                    if (TABLES / "gauge" / "csv" / f"{table}.csv").exists()])
+        self.assertGreater(len(found), 8)
+        self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})
+
+    def test_the_decks_figures_suit_a_paper(self):
+        found = {}
+        render = slide.Slide.render
+
+        def measure(page, kind):
+            text = render(page, kind)
+            found[language, page.title] = faults(page.figure, shown=page.width)  # a page of 1280 pixels shows it as it is
+            return text
+        with mock.patch.object(slide.Slide, "render", measure):
+            for deck in build.decks():
+                tables, language = build.tables_of(TABLES / "csv"), build.language(deck)
+                for draw in build.module_of(deck).FIGURES.values():
+                    draw(tables, language)
+        self.assertGreater(len(found), 40)
+        self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})
+
+
+if __name__ == "__main__":
+    unittest.main()
