@@ -1,5 +1,6 @@
 #include "ch5_backend/types/vertices.h"
 
+#include <cmath>
 #include <stdexcept>
 
 namespace ch5 {
@@ -23,6 +24,11 @@ VertexPose::VertexPose() : VertexPose(Qd::Identity(), Vec3::Zero()) {}
 VertexPose::VertexPose(const Qd& q, const Vec3& p) : SizedVertex(Pack(q, p), Role::kPose) {}
 
 void VertexPose::SetPose(const Qd& q, const Vec3& p) { x_ = Pack(q, p); }
+
+void VertexPose::SetEstimate(const Estimate& x) {
+  const bool is_unit = std::abs(x.tail<4>().squaredNorm() - 1.0) < 1e-15;
+  x_ = is_unit ? x : Pack(Qd(x[6], x[3], x[4], x[5]), x.head<3>());
+}
 
 void VertexPose::Plus(const double* delta) {
   const Qd rotated = q() * ExpSO3(Eigen::Map<const Vec3>(delta + 3));

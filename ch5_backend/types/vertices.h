@@ -22,8 +22,8 @@ class VertexPose : public SizedVertex<7, 6> {
   Mat33 R() const { return q().toRotationMatrix(); }
   /// As the constructor.
   void SetPose(const Qd& q, const Vec3& p);
-  /// The same of [p, q_x, q_y, q_z, q_w].
-  void SetEstimate(const Estimate& x) { SetPose(Qd(x[6], x[3], x[4], x[5]), x.head<3>()); }
+  /// The same of [p, q_x, q_y, q_z, q_w]; what another pose gave stays as it is, to the bit.
+  void SetEstimate(const Estimate& x);
 
   void Plus(const double* delta) override;
   /// [p − p₀; 2 vec(q₀⁻¹ q)] with the sign of q₀⁻¹q that makes its scalar positive: the shorter way round.

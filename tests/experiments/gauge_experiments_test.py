@@ -128,7 +128,7 @@ class GaugeExperiments(programs_under_test.AppTest):
             shutil.rmtree(self.out / "figures")
         self.assertEqual(drawn[0], drawn[1])
         figures = [name for name, (table, _) in gauge_report.FIGURES.items() if table in studies]
-        self.assertEqual(len(drawn[0]), 2 * len(figures) + 2, "with the page and the summary")
+        self.assertEqual(len(drawn[0]), 3 * len(figures) + 2, "with the page and the summary")
         text = re.sub(r'src="[^"]*"', "", drawn[0][self.out / "report.html"].decode())
         self.assertNotRegex(text, r"\bnan\b|\binf\b")
         self.assertIn("has 4 zero eigenvalues", text)
@@ -137,4 +137,4 @@ class GaugeExperiments(programs_under_test.AppTest):
             if table.stem != "spectrum":
                 table.unlink()
         gauge_report.draw(self.out)
-        self.assertEqual(sorted(path.stem for path in (self.out / "figures").iterdir()), 2 * ["gauge_spectrum"])
+        self.assertEqual(sorted(path.stem for path in (self.out / "figures").iterdir()), 3 * ["gauge_spectrum"])

@@ -145,8 +145,8 @@ TEST(GaugeHandling, TransformedFreeCovarianceIsTheFixedOneAndBack) {
     return GaugeProjection(U, V.cols() ? V : U);
   };
   const MatXX there = GaugeMotionJacobian(free.vertices, yaw), back = GaugeMotionJacobian(fixed.vertices, -yaw);
-  const MatXX Q = projection(free.vertices, HeldColumns(free.vertices, HoldGauge(free.problem.first)));
-  const MatXX Q_C = projection(fixed.vertices, HeldColumns(fixed.vertices, fixed.gauge));
+  const MatXX V_C = HeldColumns(fixed.vertices, fixed.gauge);
+  const MatXX Q = projection(free.vertices, there.transpose() * V_C), Q_C = projection(fixed.vertices, V_C);
   EXPECT_LT(Distance(TransformCovariance(free_covariance, there, Q, Q_C), fixed_covariance), 1e-6);
   EXPECT_LT(Distance(there * Q * free_covariance * (there * Q).transpose(), fixed_covariance), 1e-6) << "the other way";
   const MatXX Q_free = projection(fixed.vertices, {}), Q_C_free = projection(free.vertices, {});

@@ -51,7 +51,7 @@ def build(out):
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=".api-") as folder:
         done = doxygen(OUTPUT_DIRECTORY=folder, HTML_OUTPUT="api")
-        if done.returncode:
+        if done.returncode or done.stderr:  # a filter that fails is no warning
             raise BuildError(f"Doxygen warns:\n{done.stderr.strip()}", code=1)
         pages = Path(folder) / "api"
         for page in pages.glob("*.html"):
