@@ -10,10 +10,9 @@ import re
 import sys
 from pathlib import Path
 
-BACKEND = Path(__file__).resolve().parents[2]
-sys.path.append(str(BACKEND.parent))  # Doxygen calls this file by its name
 from ch5_backend.course.documents.formulas import set_block, set_line
 
+BACKEND = Path(__file__).resolve().parents[2]
 HEADERS = sorted(BACKEND.rglob("*.h"))
 CLASS = re.compile(r"^(?!\s*///)(.*)\n(?=(?:template .*\n)?(?:class|struct) (\w+)[^;]*$)", re.M)
 INDEX_ROW = re.compile(r"^(\|.*\| )`([\w/]+\.(?:h|cc))` \| (.*)$", re.M)
