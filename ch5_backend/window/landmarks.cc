@@ -44,6 +44,16 @@ double MeanReprojectionError(const Window& window, const WindowLandmark& landmar
   return sum / static_cast<double>(views - 1);
 }
 
+// Removes what camera 1 sees of a landmark: its point there is another.
+void ForgetSecondViews(Window* window, WindowLandmark* landmark) {
+  for (const auto& edge : EdgesAt(window->graph, {landmark->inverse_depth})) {
+    const auto& vertices = edge->Vertices();
+    if (std::find(vertices.begin(), vertices.end(), window->extrinsic1) != vertices.end())
+      window->graph.RemoveEdge(edge);
+  }
+  for (WindowObservation& seen : landmark->seen) seen.second.reset();
+}
+
 // Removes the newest observation if it alone is a false match. If the previous one was removed too, the track has jumped to
 // another point, and is kept.
 void RemoveFalseMatch(double false_match, Window* window, WindowLandmark* landmark) {
@@ -227,6 +237,10 @@ int RemoveOutliers(double max_error, Window* window) {
   return EraseIf(window, [&](WindowLandmark& landmark) {
     if (!landmark.inverse_depth || landmark.seen.size() < 2) return false;
     RemoveFalseMatch(kFalseMatch * max_error, window, &landmark);
+    if (MeanReprojectionError(*window, landmark) < max_error) return false;
+    if (!window->extrinsic1) return true;
+    ForgetSecondViews(window, &landmark);  // a landmark that fits camera 0 stays
+    landmark.inverse_depth->SetEstimate(VertexInverseDepth::Estimate(1.0 / TriangulateDepth(*window, landmark)));
     return !(MeanReprojectionError(*window, landmark) < max_error);
   });
 }

@@ -177,6 +177,32 @@ TEST(Stereo, APointOfCameraOneIsCheckedToo) {
   }
 }
 
+// A third of camera 1's points lie 40 px beside their own, the whole track long.
+TEST(Stereo, AFalseMatchInCameraOneCostsItsViewsThereAlone) {
+  const Recording clean = GentleStereoFlight(8.0);
+  Recording wrong = clean;
+  for (Image& image : wrong.frames) {
+    for (TrackedPoint& point : image.tracks1) {
+      if (point.id % 3 == 0) point.x += Vec2(0, 40.0 / clean.calibration.FocalLength());
+    }
+  }
+  auto policies = AllPolicies(), again = AllPolicies();
+  for (size_t k = 0; k < policies.size(); ++k) {
+    const OdometryRun with = RunOdometry(wrong, EstimatorOptions{wrong.calibration}, std::move(policies[k]));
+    const OdometryRun without = RunOdometry(clean, EstimatorOptions{clean.calibration}, std::move(again[k]));
+    SCOPED_TRACE(with.policy);
+    ASSERT_TRUE(with.error && without.error);
+    EXPECT_EQ(with.restarts, 0);
+    EXPECT_LT(with.error->position_rmse, 2.0 * without.error->position_rmse);
+    const auto landmarks = [](const OdometryRun& run) {
+      double sum = 0.0;
+      for (const WindowRow& row : run.rows) sum += row.report.landmarks;
+      return sum / static_cast<double>(run.rows.size());
+    };
+    EXPECT_GT(landmarks(with), 0.85 * landmarks(without));
+  }
+}
+
 TEST(Stereo, NoisyHostsAreForOneCamera) {
   EstimatorOptions options{ForwardStereo()};
   options.weights.noisy_hosts = true;
