@@ -33,6 +33,16 @@ class Rows(unittest.TestCase):
             self.assertEqual((row["ours_cost"], row["peer_cost"]), (100.0, 100.2))
             self.assertEqual((row["ours_peak_mb"], row["peer_peak_mb"]), (10.0, 30.0))
 
+    def test_an_estimator_is_measured_against_its_recording(self):
+        images = [{"seconds": 0.001 * k, "steps": 3, "final_cost": 5.0} for k in range(1, 101)]
+        rows = {row["problem"]: row for row in bench.rows_of("odometry/vins", 1, [images], "Ceres", [])}
+        self.assertEqual(set(rows), {f"odometry/vins {what}" for what in ("mean", "median", "99th percentile")})
+        self.assertAlmostEqual(rows["odometry/vins mean"]["ours_ms"], 50.5)
+        self.assertAlmostEqual(rows["odometry/vins mean"]["ratio"], 50.0 / 50.5, msg="of an image's 50 ms")
+        self.assertAlmostEqual(rows["odometry/vins 99th percentile"]["ours_ms"], 99.99)
+        for row in rows.values():
+            self.assertEqual(tuple(row), bench.FIELDS)
+
     def test_times_and_ratio(self):
         rows = self.rows([[FAST]], [[SLOW]])
         self.assertAlmostEqual(rows["case iteration"]["ours_ms"], 100.0)

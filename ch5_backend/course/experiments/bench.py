@@ -32,8 +32,11 @@ PROBLEMS = {
     **{f"marginalize/{name}": (f"marginalize:windows/{name}.txt", 6)
        for name in ("vio_S", "vio_M", "vio_L", "vio_Md", "real_euroc_sub2")},
     **{f"covariance/{name}": (f"covariance:windows/{name}.txt", 6) for name in ("vio_M", "vio_L")},
+    **{f"odometry/{policy}": (f"odometry:{policy}", 1) for policy in ("vins", "okvis")},
 }
 TASKS = ("marginalize/", "covariance/")  # no solves: one time, and the trace of JᵀJ or Σ in place of a cost
+ODOMETRY = "odometry/"   # an estimator on a simulated flight, 200 tracks an image at 20 Hz: an answer is one image
+IMAGE_MS, RECORDING = 50.0, "the recording"  # its peer: a ratio says how many times faster than the recording
 VINS = "VINS-Mono's way"                 # the peer where Ceres has nothing to offer
 TWO_THREADS = ("scene/30x1000", "scene/30x4000", "bal/")  # also measured with two threads, ours against Ceres with the number that serves it better
 ROUNDS, QUICK_ROUNDS = 5, 3
@@ -107,7 +110,7 @@ def cases_of(names: list, quick: bool) -> list:
 def source(name: str):
     """What the programs read, or None if the file is not there."""
     task, file = PROBLEMS[name][0].rpartition(":")[::2]
-    if task == "scene":
+    if task in ("scene", "odometry"):
         return PROBLEMS[name][0]
     return (f"{task}:" if task else "") + str(data_folder() / file) if (data_folder() / file).exists() else None
 
@@ -147,7 +150,7 @@ def run_turn(case: Case, peer, seconds) -> None:
         return run_side(side, case, threads, seconds and max(0.1, seconds - (time.monotonic() - start)))
 
     ours = run("ours", case.threads)
-    if peer:
+    if peer and not case.name.startswith(ODOMETRY):
         tried = {threads: run("ceres", threads) for threads in case.peer_threads}
         fastest = min(tried, key=lambda threads: statistics.median(one["seconds"] for one in tried[threads]))
         case.peer_threads = (fastest,)
@@ -157,15 +160,18 @@ def run_turn(case: Case, peer, seconds) -> None:
 
 
 def run_side(side: str, case: Case, threads: int, seconds) -> list:
-    """The runs of one process; without the first, which warms up, if there are several."""
+    """The runs of one process, without the first, which warms up, if there are several; of an estimator its images."""
     repeat = PROBLEMS[case.name][1]
     command = [BIN / f"measure_{side}", case.source, "--threads", str(threads), "--repeat", str(repeat)]
+    if case.name.startswith(ODOMETRY):
+        command = [BIN / "measure_odometry", case.source.rpartition(":")[2], "--repeat", str(repeat)]
     with running(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                  env={**os.environ, "OPENBLAS_NUM_THREADS": "1"}) as process:
         output, errors = process.communicate(timeout=seconds)
     if process.returncode:
         raise CourseError(f"measuring {case.name} failed: {errors.strip()}", 1)
-    return [json.loads(line) for line in output.splitlines()][-max(1, repeat - 1):]
+    runs = [json.loads(line) for line in output.splitlines()]
+    return runs if case.name.startswith(ODOMETRY) else runs[-max(1, repeat - 1):]
 
 
 def seconds_to(run: dict, cost: float):
@@ -175,6 +181,8 @@ def seconds_to(run: dict, cost: float):
 
 def rows_of(name: str, threads: int, ours: list, peer, theirs: list) -> list:
     """A row for each question that the runs answer; ratio is peer_ms / ours_ms, null where a side has no answer."""
+    if name.startswith(ODOMETRY):
+        return odometry_rows(name, ours)
     best = min(run["final_cost"] for turn in ours + theirs for run in turn)
     questions = {"iteration": lambda run: run["seconds"] / max(1, run["steps"]),
                  "total": lambda run: run["seconds"],
@@ -196,6 +204,18 @@ def rows_of(name: str, threads: int, ours: list, peer, theirs: list) -> list:
     return rows
 
 
+def odometry_rows(name: str, turns: list) -> list:
+    """A row for each question about an image's time."""
+    questions = {"mean": statistics.mean, "median": statistics.median,
+                 "99th percentile": lambda seconds: statistics.quantiles(seconds, n=100)[-1]}
+    rows = []
+    for question, answer in questions.items():
+        ours_ms = 1e3 * statistics.median(answer([image["seconds"] for image in turn]) for turn in turns)
+        rows.append({**dict.fromkeys(FIELDS), "problem": f"{name} {question}", "threads": 1, "ours_ms": ours_ms,
+                     "peer": RECORDING, "peer_ms": IMAGE_MS, "ratio": IMAGE_MS / ours_ms})
+    return rows
+
+
 def milliseconds(turns: list, answer):
     """The median over the turns of the median within each; None if a run had no answer, or there was none."""
     values = [[answer(run) for run in turn] for turn in turns]
@@ -211,7 +231,7 @@ def median(turns: list, key: str):
 def traces_of(case: Case) -> list:
     """The iterations of each side's last run."""
     return [[case.name, case.threads, side, seconds, cost] for side, turns in (("ours", case.ours), ("Ceres", case.theirs))
-            if turns and not case.name.startswith(TASKS) for seconds, cost in turns[-1][-1]["trace"]]
+            if turns and not case.name.startswith((*TASKS, ODOMETRY)) for seconds, cost in turns[-1][-1]["trace"]]
 
 
 def write(path: Path, head, rows) -> None:
