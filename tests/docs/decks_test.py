@@ -5,8 +5,6 @@ import io
 import json
 import os
 import re
-import subprocess
-import sys
 import unittest
 from pathlib import Path
 from unittest import mock
@@ -14,9 +12,11 @@ from unittest import mock
 from matplotlib.pyplot import imread
 
 from tests.docs.markdown import DECKS, ROOT, fences, formulas, prose, read, slides
+from tests.experiments.figure_look_test import faults
 
 from slides import build
 from slides import deck_back_end, toy_graph
+from ch5_backend.figures import slide
 from ch5_backend.figures.tables import Tables
 from ch5_backend.figures.words import SENTENCES, TOPICS, Words
 
@@ -85,26 +85,42 @@ class Decks(unittest.TestCase):
         used = {name for name, page in results if re.search(PLACEHOLDER, page) or re.search(FIGURE, page)}
         self.assertEqual(used, {name for name, _ in results}, "a result page without a result")
 
-    def test_every_placeholder_resolves(self):
+    def test_numbers_and_figures_are_there_and_can_be_read(self):
+        """Drawn once for all: every placeholder has its number, every word of a figure is said, and none is small at its width."""
         self.need_tables()
-        for deck in build.decks():
-            made = build.Prepared(deck, TABLES.folder)
-            self.assertNotIn("{{", made.text)
-            self.assertNotIn("<!-- slide:", made.text)
-            self.assertGreater(len(made.figures), 5)
-            for name, svg in made.figures.items():
-                self.assertTrue(svg.startswith("<svg "), name)
-                self.assertNotRegex(svg, r"\b(nan|inf)\b", name)
+        said, found, say, render = set(), {}, Words.__call__, slide.Slide.render
 
-    def test_no_word_of_a_figure_is_smaller_than_14_pixels_of_1280(self):
-        self.need_tables()
-        for deck in build.decks():
-            made = build.Prepared(deck, TABLES.folder)
-            for width, name in re.findall(r"!\[w:(\d+)\]\(figures/(\w+)\.svg\)", read(deck)):
-                units = float(re.search(r'viewBox="0 0 ([\d.]+)', made.figures[name])[1])
-                small = {word for size, word in re.findall(r"<text[^>]*?([\d.]+)px[^>]*>([^<]*)<", made.figures[name])
-                         if float(size) * int(width) / units < 13.9}
-                self.assertEqual(small, set(), f"{deck.name}: {name}")
+        def noted(words, key, **values):
+            said.add(words.prefix + key)
+            return say(words, key, **values)
+
+        def measured(page, kind):
+            text = render(page, kind)
+            found[language, page.title] = faults(page.figure, shown=page.width)  # a page of 1280 pixels shows it as it is
+            return text
+        with mock.patch.object(Words, "__call__", noted), mock.patch.object(slide.Slide, "render", measured):
+            for language in build.LANGUAGES:
+                deck_back_end.overview(TABLES, language)  # the guide's picture
+            for deck in build.decks():
+                language = build.language(deck)
+                made = build.Prepared(deck, TABLES.folder)
+                self.assertNotIn("{{", made.text)
+                self.assertNotIn("<!-- slide:", made.text)
+                self.assertGreater(len(made.figures), 5)
+                for name, svg in made.figures.items():
+                    self.assertTrue(svg.startswith("<svg "), name)
+                    self.assertNotRegex(svg, r"\b(nan|inf)\b", name)
+                self.assertEqual(self.small_words(deck, made), [])
+        self.assertEqual({key for key in SENTENCES["en"] if key.startswith(TOPICS)}, said)
+        self.assertGreater(len(found), 40)
+        self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})
+
+    def small_words(self, deck, made):
+        """Words that are smaller than 14 pixels of 1280."""
+        return [(name, word) for width, name in re.findall(r"!\[w:(\d+)\]\(figures/(\w+)\.svg\)", read(deck))
+                for units in [float(re.search(r'viewBox="0 0 ([\d.]+)', made.figures[name])[1])]
+                for size, word in re.findall(r"<text[^>]*?([\d.]+)px[^>]*>([^<]*)<", made.figures[name])
+                if float(size) * int(width) / units < 13.9]
 
     def test_every_page_ends_with_its_speaker_note_and_a_deck_takes_60_to_90_minutes(self):
         note = r"\n\n<!-- \((\d+) min\) (?:(?!-->).){10,} -->\s*\Z"
@@ -131,26 +147,6 @@ class Decks(unittest.TestCase):
     def test_an_unknown_placeholder_is_an_error(self):
         with self.assertRaisesRegex(build.BuildError, r"deck.md:2: .*no\.such"):
             build.fill("one\n{{no.such}}", {}, "deck.md")
-
-    def test_figures_are_the_same_every_time(self):
-        self.need_tables()
-        script = ("import sys; from slides import build; from pathlib import Path;"
-                  "print([build.Prepared(deck, Path(sys.argv[1])).figures for deck in build.decks()[::2]])")
-        drawn = [subprocess.run([sys.executable, "-c", script, TABLES.folder], check=True,
-                                env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True).stdout
-                 for seed in "12"]  # the order of a set depends on the seed
-        self.assertGreater(len(drawn[0]), 10000)
-        self.assertEqual(len(set(drawn)), 1)
-
-    def test_every_word_of_a_figure_is_said(self):
-        self.need_tables()
-        said, say = set(), Words.__call__
-        with mock.patch.object(Words, "__call__", lambda self, key, **values: said.add(self.prefix + key) or say(self, key, **values)):
-            for deck in build.decks()[::2]:
-                tables = build.tables_of(TABLES.folder)
-                for draw in build.module_of(deck).FIGURES.values():
-                    draw(tables, "en")
-        self.assertEqual({key for key in SENTENCES["en"] if key.startswith(TOPICS)}, said)
 
     def test_overview_is_current(self):
         self.need_tables()

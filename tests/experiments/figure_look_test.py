@@ -1,5 +1,6 @@
-"""The figures of the report and of the decks as a paper's reader sees them: letters large enough, legends beside the data, axes
-that fit the data, and lines that are told apart without color. What is measured is drawn, in pixels."""
+"""The figures of the report as a paper's reader sees them: letters large enough, legends beside the data, axes that fit the
+data, and lines that are told apart without color; on the Chinese page without an English word. What is measured is drawn, in
+pixels. tests/docs/decks_test.py asks the same of the decks' figures."""
 
 import os
 import unittest
@@ -12,8 +13,7 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.text import Text
 
 from tests.conventions.project import ROOT
-from ch5_backend.figures import gauge_report, report, slide, style
-from slides import build
+from ch5_backend.figures import gauge_report, report, style, translate
 
 TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
 SHOWN = 1280   # pixels, the width at which a figure is read
@@ -131,20 +131,26 @@ def faults(figure, shown=SHOWN):
 class Look(unittest.TestCase):
     maxDiff = None
 
-    def drawn(self, draw):
+    def drawn(self, draw, more=lambda figure, chinese: []):
         """{name: its faults} of what `draw` saves."""
         found = {}
 
         def measure(figure, directory, name, chinese=False):
             style.tell_apart(figure)
-            found[name] = faults(figure)
+            found[name] = [*faults(figure), *more(figure, chinese)]
             style.plt.close(figure)
         with mock.patch.object(style, "save", measure):
             draw()
         return found
 
-    def test_the_reports_figures_suit_a_paper(self):
-        found = self.drawn(lambda: [script.draw(TABLES) for script in report.SCRIPTS])
+    def test_the_reports_figures_suit_a_paper_and_are_chinese_on_the_chinese_page(self):
+        def english_left(figure, chinese):
+            style.freeze(figure)
+            if not translate.to_chinese(figure):  # no font for it here
+                return []
+            figure.canvas.draw()
+            return translate.english_left(figure) if chinese else ["is not drawn in Chinese"]
+        found = self.drawn(lambda: [script.draw(TABLES) for script in report.SCRIPTS], english_left)
         self.assertGreater(len(found), 19)
         self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})
 
@@ -154,22 +160,8 @@ class Look(unittest.TestCase):
         self.assertGreater(len(found), 8)
         self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})
 
-    def test_the_decks_figures_suit_a_paper(self):
-        found = {}
-        render = slide.Slide.render
-
-        def measure(page, kind):
-            text = render(page, kind)
-            found[language, page.title] = faults(page.figure, shown=page.width)  # a page of 1280 pixels shows it as it is
-            return text
-        with mock.patch.object(slide.Slide, "render", measure):
-            for deck in build.decks():
-                tables, language = build.tables_of(TABLES / "csv"), build.language(deck)
-                for draw in build.module_of(deck).FIGURES.values():
-                    draw(tables, language)
-        self.assertGreater(len(found), 40)
-        self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})
-
-
-if __name__ == "__main__":
-    unittest.main()
+    def test_a_translated_sentence_may_hold_what_varies(self):
+        for english, chinese in (("time [s]", "时间 [s]"), ("VINS: 99 % in 9.8 ms", "VINS：99 % 不超过 9.8 ms"),
+                                 ("before\n42 × 42, 68 % filled", "之前\n42 × 42，68 % 非零"), ("x [m]", "x [m]"),
+                                 ("OKVIS: the prior's spectrum", "OKVIS：先验的谱")):
+            self.assertEqual(translate.translate(english), chinese)

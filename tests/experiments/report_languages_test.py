@@ -9,6 +9,7 @@ import string
 import tempfile
 import unittest
 from collections import Counter
+from functools import cache
 from pathlib import Path
 from unittest import mock
 
@@ -40,11 +41,14 @@ def words_of(page):
     return html.unescape("\n".join([re.sub(r"<[^>]*>", "\n", page), *SPOKEN.findall(page)]))
 
 
+@cache
 def pages_of(of):
-    """The English page and the Chinese one."""
-    with tempfile.TemporaryDirectory(prefix="ch5-report-") as folder:
+    """The English page, the Chinese one, and the keys of their sentences."""
+    said, say = set(), words.Words.__call__
+    noted = lambda self, key, **values: said.add(key) or say(self, key, **values)
+    with tempfile.TemporaryDirectory(prefix="ch5-report-") as folder, mock.patch.object(words.Words, "__call__", noted):
         report_texts.write_reports(Path(folder), of)
-        return [(Path(folder) / name).read_text(encoding="utf-8") for name in PAGES.values()]
+        return *((Path(folder) / name).read_text(encoding="utf-8") for name in PAGES.values()), said
 
 
 def ways_to_stop():
@@ -75,11 +79,7 @@ class Sentences(unittest.TestCase):
         self.assertLessEqual(ways_to_stop(), set(SENTENCES["en"]))
 
     def test_every_sentence_is_said(self):
-        said, say = set(), words.Words.__call__
-        noted = lambda self, key, **values: said.add(key) or say(self, key, **values)
-        with mock.patch.object(words.Words, "__call__", noted):
-            for of in ("chapter", "recording"):
-                pages_of(of)
+        said = pages_of("chapter")[2] | pages_of("recording")[2]
         # The decks' are asked in decks.py; of a student's page those that need a mistake are rare.
         of_pages = {key for key in SENTENCES["en"] if not key.startswith((*words.TOPICS, "mine."))}
         self.assertEqual(of_pages - said - SELDOM - ways_to_stop(), set())
@@ -106,7 +106,7 @@ class Pictures(unittest.TestCase):
 
 class Reports(unittest.TestCase):
     def are_alike(self, of):
-        english, chinese = pages_of(of)
+        english, chinese, _ = pages_of(of)
         for pattern in (r'id="([^"]*)"', r'href="#([^"]*)"', r'href="(?:figures|csv)/([^"]*)"', r'data-at="(\d+)"',
                         r'data-parts="([^"]*)"', r' d="([^"]*)"', r"<(\w+)"):
             found = [re.findall(pattern, without_code(page)) for page in (english, chinese)]
@@ -130,7 +130,7 @@ class Reports(unittest.TestCase):
         self.are_alike("recording")
 
     def test_what_a_reader_meets_is_looked_at(self):
-        english, _ = pages_of("chapter")
+        english, *_ = pages_of("chapter")
         seen = words_of(english)
         for part in ("Bundle adjustment", "eigenvalues of H under four gauges", "can be scrolled", "stopped by",
                      "no edge touches both", "iteration 3", "each adds", "as SVG", "as PDF", "landmark 7", "prior weight w"):

@@ -23,42 +23,47 @@ addEventListener("message", (event) => {
   pre.textContent = event.data;
   document.body.append(pre);
 });</script>"""
+WIDTHS = (1280, 1000, 360)
 NIGHT = "--blink-settings=preferredColorScheme=0"
 
 
 class Report(unittest.TestCase):
-    def setUp(self):
+    @classmethod
+    def setUpClass(cls):
         try:
             browser.chromium()
             axe = npm.installed() / "axe-core" / "axe.min.js"
         except browser.BuildError as error:
             if error.code != 2:  # 2: something is missing
                 raise
-            self.skipTest(str(error))
+            raise unittest.SkipTest(str(error)) from error
         folder = tempfile.TemporaryDirectory(prefix="ch5-report-")
-        self.addCleanup(folder.cleanup)
-        self.out = Path(folder.name)
-        write_reports(self.out)
-        self.texts = {language: (self.out / name).read_text(encoding="utf-8") for language, name in PAGES.items()}
+        cls.addClassCleanup(folder.cleanup)
+        cls.out = Path(folder.name)
+        write_reports(cls.out)
+        cls.texts = {language: (cls.out / name).read_text(encoding="utf-8") for language, name in PAGES.items()}
         scripts = f"<script>{axe.read_text(encoding='utf-8')}</script><script>{PROBE}</script>"
-        self.probed = {language: text.replace("<head>", f"<head>{NOTHING_FROM_OUTSIDE}{scripts}", 1)
-                       for language, text in self.texts.items()}
+        cls.probed = {language: text.replace("<head>", f"<head>{NOTHING_FROM_OUTSIDE}{scripts}", 1)
+                      for language, text in cls.texts.items()}
+        cls.day = {language: cls.tried(widths=WIDTHS, language=language) for language in PAGES}
 
-    def tried(self, *words, widths=(1000,), language="en", text=None):
+    @classmethod
+    def tried(cls, *words, widths=(1000,), language="en", text=None):
         """{width: what the probe found in a frame of this width}; a window is never narrower than 500 pixels."""
-        (self.out / "probed.html").write_text(text or self.probed[language], encoding="utf-8")
+        (cls.out / "probed.html").write_text(text or cls.probed[language], encoding="utf-8")
         frames = "".join(f'<iframe src="probed.html" style="width:{width}px;height:900px;border:0"></iframe>'
                          for width in widths)
-        (self.out / "frames.html").write_text(FRAMES.replace("FRAMES", frames), encoding="utf-8")
-        dom = browser.headless("--virtual-time-budget=60000", *words, "--dump-dom", (self.out / "frames.html").as_uri())
+        (cls.out / "frames.html").write_text(FRAMES.replace("FRAMES", frames), encoding="utf-8")
+        dom = browser.headless("--virtual-time-budget=60000", *words, "--dump-dom", (cls.out / "frames.html").as_uri())
         found = [json.loads(html.unescape(pre)) for pre in re.findall(r"<pre>(.*?)</pre>", dom, re.S)]
-        self.assertEqual(len(found), len(widths), dom[:2000])
+        assert len(found) == len(widths), dom[:2000]
         return {one["width"]: one for one in found}
 
     def nothing_is_at_fault(self, language):
         """By day and by night, wide and narrow."""
-        for words, paper in (((), "rgb(255, 255, 255)"), ((NIGHT,), "rgb(23, 25, 28)")):
-            for width, found in self.tried(*words, widths=(1280, 1000, 360), language=language).items():
+        night = self.tried(NIGHT, widths=WIDTHS, language=language)
+        for frames, paper in ((self.day[language], "rgb(255, 255, 255)"), (night, "rgb(23, 25, 28)")):
+            for width, found in frames.items():
                 with self.subTest(width=width, paper=paper):
                     self.assertEqual(found["faults"], [])
                     self.assertEqual(found["paper"], paper)
@@ -73,7 +78,7 @@ class Report(unittest.TestCase):
         self.nothing_is_at_fault("zh")
 
     def test_the_figures_answer_in_chinese(self):
-        found = self.tried(language="zh")[1000]
+        found = self.day["zh"][1000]
         self.assertEqual([slider["label"] for slider in found["sliders"]], ["迭代", "先验权重", "窗口"])
         self.assertEqual(found["sliders"][0]["seen"][2]["spoken"], "第 2 次迭代")
         self.assertEqual(found["tapped"], "位姿 1 × 位姿 2：没有边同时连接两者，所以这个块为零。")
@@ -82,7 +87,7 @@ class Report(unittest.TestCase):
             self.assertEqual(english_in(words), "")
 
     def test_sliders_step_through_the_tables(self):
-        sliders = {slider["label"]: slider["seen"] for slider in self.tried()[1000]["sliders"]}
+        sliders = {slider["label"]: slider["seen"] for slider in self.day["en"][1000]["sliders"]}
         self.assertEqual(list(sliders), ["Iteration", "Prior weight", "Window"])
         trace, sweep = tables.read(TABLES, "mono_ba_trace"), tables.read(TABLES, "prior_sweep")
         self.assertEqual([at["words"] for at in sliders["Iteration"]],
@@ -101,7 +106,7 @@ class Report(unittest.TestCase):
         self.assertIn(style.number(cost, 6), sliders["Iteration"][-1]["rows"][1])
 
     def test_every_block_tells_what_made_it(self):
-        found = self.tried()[1000]
+        found = self.day["en"][1000]
         edges, table = {}, tables.read(TABLES, "hessian_edges").where(scene="course")
         for edge, vertex in zip(table["edge"], table["vertex"]):
             edges.setdefault(edge, set()).add(vertex)
