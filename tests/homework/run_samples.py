@@ -58,10 +58,12 @@ def judge(asked, one: Sample, stage: dict, seed) -> tuple:
 
 
 def stages_of(one: Sample, own: bool) -> list:
-    """The stages in which it is judged: all, or those whose verdict or code is its own."""
+    """The stages in which it is judged: those of its files, or only those whose verdict or code is its own."""
     places = {word.split()[1] for word in one.code}
-    held = {stage["id"] for stage in STAGES if places.intersection([stage["id"], *stage["todos"]])}
-    return [stage for stage in STAGES if not own or one.name == "linked" or stage["id"] in (one.expected or held)]
+    held = {stage["id"] for stage in STAGES if places.intersection([stage["id"], *stage["todos"], *stage.get("deep", [])])}
+    files = {stage["file"] for stage in STAGES if stage["id"] in {*one.expected, *held}}
+    return [stage for stage in STAGES if one.name == "linked" or
+            (stage["id"] in (one.expected or held) if own else stage["file"] in files)]
 
 
 def main() -> int:
