@@ -28,7 +28,9 @@ Iterator<T> Find(const std::vector<std::shared_ptr<T>>& items, const T& item) {
 
 template <typename T>
 std::string Name(const T& item) {
-  return item.TypeInfo() + (item.Id() < 0 ? "" : " " + std::to_string(item.Id()));
+  std::string name = item.TypeInfo();
+  if (item.Id() >= 0) name.append(" ").append(std::to_string(item.Id()));
+  return name;
 }
 
 }  // namespace
