@@ -88,7 +88,12 @@ double CauchyLoss::Sum(const double* s, int n) const {
 
 void CauchyLoss::Weigh(const double* s, int n, double* weight, double* rank_one) const {
   const bool second_order = Correction() == LossCorrection::kTriggs;
-  for (int k = 0; k < n; ++k) {
+  int k = 0;
+  for (; !second_order && k + kPack <= n; k += kPack) {
+    *AsWide(weight + k) = 1.0 / (1.0 + *AsWide(s + k) / square_);
+    *AsWide(rank_one + k) = WideLanes{};
+  }
+  for (; k < n; ++k) {
     const double slope = 1.0 / (1.0 + s[k] / square_);
     weight[k] = slope;
     rank_one[k] = second_order ? RankOne(slope, -slope * slope / square_, s[k]) : 0.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "ch5_backend/math/large_pages.h"
+#include "ch5_backend/sparse/kernels/edge_run.h"
 #include "ch5_backend/sparse/kernels/landmark.h"
 
 namespace ch5 {
@@ -32,6 +33,9 @@ class ChunkLinearizer {
     std::fill(sums_.H_pp.begin(), sums_.H_pp.end(), 0.0);
     std::fill(sums_.b.begin(), sums_.b.end(), 0.0);
     const int first = s_.chunk_begin[chunk_], last = s_.chunk_begin[chunk_ + 1];
+    if constexpr (kFixed && L == 1) {
+      if (batch_.Active()) return LinearizeRuns(first, last);
+    }
     EdgePack pack(s_.landmark_edges[first], s_.landmark_edges[last]);
     for (int l = first; l < last; ++l) LinearizeLandmark(l, &pack);
   }
@@ -70,7 +74,6 @@ class ChunkLinearizer {
 
   // An edge of the batch, whose J̃ and r̃ stand in the pack.
   CH5_INLINE void AddPackedEdge(int e, EdgePack* pack, const LandmarkSums& sums) {
-    constexpr int kR = WeightedEdgeBatch::kRows;
     const EdgeRecord& record = s_.edges[e];
     const int lane = pack->LaneOf(batch_, e), num_poses = record.poses_end - record.poses_begin;
     const EdgePose* poses = s_.edge_poses.data() + record.poses_begin;
@@ -92,6 +95,76 @@ class ChunkLinearizer {
         rows_i.template AddTransposeProduct<P>(jacobian(poses[j].position), BlockOfSums(*block++));
       }
       rows_i.template AddTransposeProduct<P, true>(J_i, BlockOfSums(*block++));
+    }
+  }
+
+  // Landmarks that are numbers: run by run, so that a block of H_pp is changed once for many edges.
+  CH5_INLINE void LinearizeRuns(int first, int last) {
+    double *H_pl = system_.H_pl.data(), *H_ll = system_.H_ll.data(), *b = system_.b.data();
+    std::fill(H_pl + s_.slot_block[s_.landmark_slots[first]], H_pl + s_.slot_block[s_.landmark_slots[last]], 0.0);
+    for (int l = first; l < last; ++l) H_ll[s_.landmark_block[l]] = b[s_.landmark_offset[l]] = 0.0;
+    for (int k = s_.chunk_runs[chunk_]; k < s_.chunk_runs[chunk_ + 1]; ++k) LinearizeRun(s_.runs[k]);
+  }
+
+  static constexpr int kR = WeightedEdgeBatch::kRows, kTile = kWide ? 3 : 1;
+  static constexpr int kPackSize = kR * (1 + WeightedEdgeBatch::kMostColumns) * kPack, kPacks = 8;
+
+  CH5_INLINE void LinearizeRun(const EdgeRun& run) {
+    const EdgeRecord& first = s_.edges[s_.batch_edges[run.begin]];
+    const EdgePose* poses = s_.edge_poses.data() + first.poses_begin;
+    const int num_poses = first.poses_end - first.poses_begin;
+    alignas(64) double r[kPackSize * kPacks];  // of each pack r, then J
+    double* J = r + kR * kPack;
+    const auto jacobian = [&](int i) { return J + batch_.JacobianBegin(poses[i].position) * kPack; };
+    for (int begin = run.begin; begin < run.end; begin += kPacks * kPack) {
+      const int packs = NumChunks(std::min(run.end - begin, kPacks * kPack), kPack);
+      for (int k = 0; k < packs; ++k) {
+        const int e = begin + k * kPack, count = std::min(kPack, run.end - e), pack = k * kPackSize;
+        batch_.Linearize(e, count, r + pack, J + pack);
+        batch_.Whiten(e, count, r + pack, J + pack);
+        const double* J_l = J + pack + batch_.JacobianBegin(first.landmark_position) * kPack;
+        AddToLandmarks(e, count, r + pack, J_l);
+        for (int i = 0; i < num_poses; ++i) AddToSlots(e, count, i, jacobian(i) + pack, J_l);
+      }
+      const int* block = s_.edge_blocks.data() + first.blocks_begin;
+      for (int i = 0; i < num_poses; ++i) {
+        alignas(64) double Jt_r[Stride(P)] = {};
+        kernels::AddPackProducts<kR, P, 1, 1>(jacobian(i), r, packs, kPackSize, Jt_r);
+        double* b_i = &sums_.b[poses[i].pose * system_.b_stride];
+        for (int c = 0; c < P; ++c) b_i[c] -= Jt_r[c];
+        for (int j = 0; j < i; ++j) {
+          kernels::AddPackProducts<kR, P, P, kTile>(jacobian(i), jacobian(j), packs, kPackSize, BlockOfSums(*block++));
+        }
+        kernels::AddPackProducts<kR, P, P, kTile, true>(jacobian(i), jacobian(i), packs, kPackSize,
+                                                        BlockOfSums(*block++));
+      }
+    }
+  }
+
+  CH5_INLINE void AddToLandmarks(int e, int count, const double* r, const double* J_l) {
+    const auto *J = AsWide(J_l), *r_lanes = AsWide(r);
+    const WideLanes JtJ = J[0] * J[0] + J[1] * J[1], Jt_r = J[0] * r_lanes[0] + J[1] * r_lanes[1];
+    for (int k = 0; k < count; ++k) {
+      const int l = s_.edges[s_.batch_edges[e + k]].landmark;
+      system_.H_ll[s_.landmark_block[l]] += JtJ[k];
+      system_.b[s_.landmark_offset[l]] -= Jt_r[k];
+    }
+  }
+
+  // The edges' i-th poses: J_iᵀJ_l.
+  CH5_INLINE void AddToSlots(int e, int count, int i, const double* J_i, const double* J_l) {
+    WideLanes products[Stride(P)] = {};
+    CH5_UNROLL
+    for (int c = 0; c < P; ++c) {
+      CH5_UNROLL
+      for (int r = 0; r < kR; ++r) products[c] += AsWide(J_i)[c * kR + r] * AsWide(J_l)[r];
+    }
+    alignas(64) double of_edge[kPack * Stride(P)];
+    kernels::TurnPack<Stride(P)>(products, of_edge);
+    for (int k = 0; k < count; ++k) {
+      const EdgePose& pose = s_.edge_poses[s_.edges[s_.batch_edges[e + k]].poses_begin + i];
+      double* H_il = system_.H_pl.data() + s_.slot_block[pose.slot];
+      kernels::AddTight<P>(of_edge + k * Stride(P), H_il);
     }
   }
 

@@ -124,7 +124,7 @@ void FindSlots(const std::vector<int>& order, const Lists& seen_by, Structure* s
                                   [&](int slot) { return s->slot_pose[slot]; });
 }
 
-void ListEdge(int e, int landmark_dim, const std::vector<int>& slot_of_pose, Structure* s) {
+void ListEdge(int e, int landmark, const std::vector<int>& slot_of_pose, Structure* s) {
   const Incidence& incidence = s->ordering.incidence;
   const int begin = static_cast<int>(s->edge_poses.size());
   EdgeRecord record{s->ordering.edges[e].get(), begin, begin, kNone, 0, 0, 0};
@@ -144,7 +144,8 @@ void ListEdge(int e, int landmark_dim, const std::vector<int>& slot_of_pose, Str
     s->edge_poses[t].column = record.width;
     record.width += s->pose_dim[s->edge_poses[t].pose];
   }
-  record.width += landmark_dim;
+  record.landmark = landmark;
+  record.width += landmark == kNone ? 0 : s->landmark_dim[landmark];
   s->max_width = std::max(s->max_width, record.width);
   s->edges.push_back(record);
 }
@@ -161,13 +162,13 @@ void ListEdges(const std::vector<int>& order, const Lists& edges, Structure* s) 
     s->landmark_edges.push_back(static_cast<int>(s->edges.size()));
     for (int k = s->landmark_slots[l]; k < s->landmark_slots[l + 1]; ++k) slot_of_pose[s->slot_pose[k]] = k;
     for (int k = edges.begin[order[l]]; k < edges.begin[order[l] + 1]; ++k) {
-      ListEdge(edges.items[k], s->landmark_dim[l], slot_of_pose, s);
+      ListEdge(edges.items[k], l, slot_of_pose, s);
     }
   }
   s->landmark_edges.push_back(s->num_landmark_edges);
   s->num_landmark_edge_poses = static_cast<int>(s->edge_poses.size());
   slot_of_pose.assign(s->poses.size(), kNone);
-  for (size_t k = s->edges.size(); k < edges.items.size(); ++k) ListEdge(edges.items[k], 0, slot_of_pose, s);
+  for (size_t k = s->edges.size(); k < edges.items.size(); ++k) ListEdge(edges.items[k], kNone, slot_of_pose, s);
 }
 
 // Calls pair(record, i, j) for each two free poses of the active edges from `first` on, and each with itself: the edge's
@@ -250,6 +251,36 @@ void CutChunks(Structure* s) {
   s->chunk_begin.push_back(s->NumLandmarks());
 }
 
+// Sorts each chunk's edges by their free poses, and cuts them into runs.
+void FindRuns(Structure* s) {
+  const auto pose = [s](int e, int i) {
+    const EdgeRecord& record = s->edges[e];
+    return record.poses_begin + i < record.poses_end ? s->edge_poses[record.poses_begin + i].pose : s->NumPoses();
+  };
+  const auto same_poses = [s](int a, int b) {
+    const EdgeRecord &x = s->edges[a], &y = s->edges[b];
+    const auto begin = s->edge_poses.begin();
+    return x.landmark_position == y.landmark_position &&
+           std::equal(begin + x.poses_begin, begin + x.poses_end, begin + y.poses_begin, begin + y.poses_end,
+                      [](const EdgePose& p, const EdgePose& q) { return p.pose == q.pose && p.position == q.position; });
+  };
+  int most = 0;
+  for (int e = 0; e < s->num_landmark_edges; ++e) most = std::max(most, s->edges[e].poses_end - s->edges[e].poses_begin);
+  s->chunk_runs.push_back(0);
+  for (int chunk = 0; chunk < s->NumChunks(); ++chunk) {
+    const int begin = s->landmark_edges[s->chunk_begin[chunk]], end = s->landmark_edges[s->chunk_begin[chunk + 1]];
+    for (int i = most - 1; i >= 0; --i) {
+      SortByKey(s->batch_edges.begin() + begin, s->batch_edges.begin() + end, s->NumPoses() + 1,
+                [&](int e) { return pose(e, i); });
+    }
+    for (int k = begin; k < end; ++k) {
+      if (k == begin || !same_poses(s->batch_edges[k - 1], s->batch_edges[k])) s->runs.push_back({k, k});
+      s->runs.back().end = k + 1;
+    }
+    s->chunk_runs.push_back(static_cast<int>(s->runs.size()));
+  }
+}
+
 // Speeds and biases have no part in a landmark's edges, so their sizes do not count.
 BlockSizes CommonSizes(const Structure& s) {
   const auto common = [](const std::vector<int>& items, const std::vector<int>& dim) {
@@ -278,6 +309,8 @@ Structure BuildStructure(Ordering ordering) {
   ListPoseEdgeBlocks(&s);
   CutChunks(&s);
   s.sizes = CommonSizes(s);
+  s.batch_edges = Numbers(static_cast<size_t>(s.num_landmark_edges));
+  if (s.sizes.AreFixed() && s.sizes.columns == 1) FindRuns(&s);
   s.ordering.incidence = {};
   return s;
 }

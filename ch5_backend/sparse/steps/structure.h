@@ -38,6 +38,12 @@ struct EdgeRecord {
   int blocks_begin;            ///< its blocks of H_pp in Structure::edge_blocks: (0, 0), (1, 0), (1, 1), (2, 0), …
   int normal_equations;        ///< of an edge between poses: where its normal equations are stored
   bool is_numeric = false;     ///< it is linearized before the others (numeric_edges.h)
+  int landmark = -1;           ///< its number
+};
+
+/// Landmarks' edges with the same free poses at the same positions: they change the same blocks of H_pp.
+struct EdgeRun {
+  int begin, end;  ///< of Structure::batch_edges
 };
 
 /// What an edge between poses adds to a block of H_pp: a block of its normal equations.
@@ -68,6 +74,12 @@ struct Structure {
   std::vector<int> slot_block;
   std::vector<int> pose_slots_begin, pose_slots;  ///< the slots of each pose, by ascending landmark
   std::vector<int> chunk_begin;                   ///< chunk c has landmarks [chunk_begin[c], chunk_begin[c + 1])
+
+  /// The landmarks' edges in the order of a batch: by their poses in each chunk where a landmark is a number, as they are
+  /// where it is a point (then there are few with the same poses).
+  std::vector<int> batch_edges;
+  std::vector<EdgeRun> runs;    ///< none if they stay as they are
+  std::vector<int> chunk_runs;  ///< chunk c has runs [chunk_runs[c], chunk_runs[c + 1])
 
   std::vector<std::vector<int>> H_pp_pattern;  ///< rows i ≥ j of each column
   std::vector<int> edge_blocks;                ///< numbers of blocks of H_pp, see EdgeRecord

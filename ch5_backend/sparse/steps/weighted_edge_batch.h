@@ -16,7 +16,7 @@ class WeightedEdgeBatch {
   static constexpr int kRows = 2;
   static constexpr int kMostColumns = 16;  ///< of all vertices of an edge together
 
-  /// Copies the structure's edges with a landmark, in its order. Packs them only if all are of one type that has
+  /// Copies the structure's edges with a landmark, in the order of its batch_edges: the functions below count them so. Packs them only if all are of one type that has
   /// batches, with two rows and W = w I; otherwise Active() is false.
   void Assign(const Structure& structure);
   void Clear() { active_ = false; }
@@ -28,7 +28,7 @@ class WeightedEdgeBatch {
   double Cost(int begin, int end) const;
   /// r and J of edges [first, first + count), count ≤ kPack, as packs; J_i begins at number JacobianBegin(i).
   void Linearize(int first, int count, double* r, double* J) const { batch_->Linearize(first, count, r, J); }
-  /// r̃ and J̃ of what Linearize has given, in its place.
+  /// r̃ and J̃ of what Linearize has given, in its place; J̃ is zero in lanes without an edge.
   CH5_INLINE void Whiten(int first, int count, double* r, double* J) const;
   int JacobianBegin(int position) const { return jacobian_begin_[position]; }
   int NumJacobians() const { return jacobian_begin_.back(); }  ///< numbers in all J_i of an edge
@@ -39,16 +39,13 @@ class WeightedEdgeBatch {
   int BlocksSize() const { return block_begin_.back(); }
 
  private:
-  struct Weight {
-    double information;
-    const LossFunction* loss;
-  };
-
-  // s = rᵀWr of edges [first, first + count), eight in any case.
-  CH5_INLINE void SquareNorms(int first, int count, const double* r, double* s) const {
+  // w and s = rᵀWr of edges [first, first + count), zero in lanes without an edge.
+  CH5_INLINE void Weights(int first, int count, double* w) const {
+    if (!unweighted_ && count == kPack) return void(*AsWide(w) = *AsWide(information_.data() + first));
+    for (int k = 0; k < kPack; ++k) w[k] = k >= count ? 0.0 : unweighted_ ? 1.0 : information_[first + k];
+  }
+  CH5_INLINE void SquareNorms(const double* w, const double* r, double* s) const {
     const auto* lanes = AsWide(r);
-    alignas(64) double w[kPack];
-    for (int k = 0; k < kPack; ++k) w[k] = unweighted_ ? 1.0 : weights_[first + std::min(k, count - 1)].information;
     *AsWide(s) = *AsWide(w) * (lanes[0] * lanes[0] + lanes[1] * lanes[1]);
   }
   // Σ ρ(s_k) and CorrectLoss(s_k) of the edges from `first` on.
@@ -57,30 +54,33 @@ class WeightedEdgeBatch {
 
   std::shared_ptr<EdgeBatch> batch_;      // a copy of this shares it
   const std::type_info* type_ = nullptr;  // of the batch's edges
-  std::vector<Weight> weights_;           // none if unweighted_
+  std::vector<double> information_;       // w of each edge; none if unweighted_
+  std::vector<const LossFunction*> losses_;
   std::vector<int> jacobian_begin_, block_begin_;
   bool active_ = false, unweighted_ = false;
   const LossFunction* common_loss_ = nullptr;  // of all edges, or null
 };
 
 CH5_INLINE void WeightedEdgeBatch::Whiten(int first, int count, double* r, double* J) const {
-  if (unweighted_) return;
-  alignas(64) double s[kPack], weight[kPack], rank_one[kPack], M[3][kPack] = {};  // M_00, M_01 = M_10, M_11
-  SquareNorms(first, count, r, s);
+  if (unweighted_ && count == kPack) return;
+  alignas(64) double s[kPack], w[kPack], weight[kPack] = {}, rank_one[kPack] = {}, M[3][kPack] = {};
+  Weights(first, count, w);
+  SquareNorms(w, r, s);
   WeighLosses(first, s, count, weight, rank_one);
-  bool is_scalar = true;  // M = √(wρ') I
-  for (int k = 0; k < count; ++k) is_scalar = is_scalar && rank_one[k] == 0.0;
+  bool is_scalar = true;  // M = √(wρ') I, else M_00, M_01 = M_10, M_11
+  for (int k = 0; k < kPack; ++k) is_scalar = is_scalar && rank_one[k] == 0.0;
   auto *r_lanes = AsWide(r), *J_lanes = AsWide(J);
   const auto* m = AsWide(M[0]);
   if (is_scalar) {
-    for (int k = 0; k < count; ++k) M[0][k] = std::sqrt(weights_[first + k].information * weight[k]);
-    for (int i = 0; i < kRows; ++i) r_lanes[i] *= m[0];
-    for (int i = 0; i < NumJacobians(); ++i) J_lanes[i] *= m[0];
+    for (int k = 0; k < kPack; ++k) M[0][k] = std::sqrt(w[k] * weight[k]);
+    const WideLanes root = *m;
+    for (int i = 0; i < kRows; ++i) r_lanes[i] *= root;
+    for (int i = 0; i < NumJacobians(); ++i) J_lanes[i] *= root;
     return;
   }
   for (int k = 0; k < count; ++k) {
     const double r_k[kRows] = {r[k], r[kPack + k]};
-    const TwoRowWhitening white(weights_[first + k].information, RobustWeight{weight[k], rank_one[k]}, r_k);
+    const TwoRowWhitening white(w[k], RobustWeight{weight[k], rank_one[k]}, r_k);
     for (int i = 0; i < kRows; ++i) r[i * kPack + k] = white.r[i];
     for (int i = 0; i < 3; ++i) M[i][k] = white.M[i / 2][(i + 1) / 2];
   }

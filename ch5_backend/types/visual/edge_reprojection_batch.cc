@@ -72,7 +72,12 @@ struct Projection {
       numbers[k] = seen.pairs[static_cast<size_t>(seen.pair[e])].T_Cj_Ci.R;
       inverse_depth[k] = seen.inverse_depth[e]->GetEstimate().data();
     }
-    GatherLanes<N>(numbers, pair);
+    if (std::all_of(numbers + 1, numbers + kPack, [&](const double* other) { return other == numbers[0]; })) {
+      CH5_UNROLL
+      for (int i = 0; i < N; ++i) pair[i] = WideLanes{} + numbers[0][i];
+    } else {
+      GatherLanes<N>(numbers, pair);
+    }
     GatherLanes<1>(inverse_depth, &lambda);
     WideLanes u_j[2];
     Load(seen.u_i, first, count, f);
