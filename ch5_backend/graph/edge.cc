@@ -43,17 +43,10 @@ void Edge::SetLevel(int level) {
 }
 
 double Edge::Chi2() const {
-  // Written out: a product of dynamic views would allocate, and this is called for every residual.
+  if (isotropic_information_ >= 0.0) return isotropic_information_ * Residual().squaredNorm();
+  // A product of dynamic views would allocate, and this is called for every residual.
   double s = 0.0;
-  if (isotropic_information_ >= 0.0) {
-    for (int i = 0; i < residual_dimension_; ++i) s += residual_[i] * residual_[i];
-    return isotropic_information_ * s;
-  }
-  for (int j = 0; j < residual_dimension_; ++j) {
-    double column = 0.0;
-    for (int i = 0; i < residual_dimension_; ++i) column += information_[j * residual_dimension_ + i] * residual_[i];
-    s += column * residual_[j];
-  }
+  for (int j = 0; j < residual_dimension_; ++j) s += Information().col(j).dot(Residual()) * residual_[j];
   return s;
 }
 

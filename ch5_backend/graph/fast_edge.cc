@@ -12,7 +12,7 @@ bool NegativeProducts(Edge* edge, const std::vector<int>& columns, double* C) {
   thread_local std::vector<double> memory;
   memory.resize(n * n + kernels::kOverread);
   double* own = memory.data();
-  if (!fast->ProductsInto(own)) return false;
+  if (!fast->NegativeProductsInto(own)) return false;
   // A run of successive numbers (a vertex) does not hold j again: it lies below own's diagonal, or above it.
   const auto size = columns.size();
   for (size_t c = 0; c < size; ++c) {
@@ -23,7 +23,7 @@ bool NegativeProducts(Edge* edge, const std::vector<int>& columns, double* C) {
       const double* from = own + (i >= j ? j * n + i : i * n + j);
       double* to = C + c * size;
       do {
-        to[r++] = -*from;
+        to[r++] = *from;
         from += step;
       } while (r < size && columns[r] == columns[r - 1] + 1);
     }

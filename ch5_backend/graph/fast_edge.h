@@ -41,18 +41,18 @@ class FastEdge {
   virtual bool LinearizeInto(double* /*r*/, double* const* /*J*/) const { return false; }
   /// An empty batch for edges of this type, or null if there is none.
   virtual std::unique_ptr<EdgeBatch> MakeBatch() const { return nullptr; }
-  /// For an edge that gets JᵀJ more cheaply than from J: the lower half of C = [J r]ᵀ[J r] at the present state, over the
-  /// columns of all its vertices in their order, (n + 1)×(n + 1), column-major; r is left computed, J is not.
+  /// For an edge that gets JᵀWJ more cheaply than from J: the lower half of C = −[J r]ᵀW[J r] at the present state (negative
+  /// because the dense kernels subtract), over the columns of all its vertices in their order, (n + 1)×(n + 1),
+  /// column-major; above the diagonal anything is left. r is left computed, J is not.
   /// @return false if the type does not offer it, or if W or a loss would make it another matrix
-  virtual bool ProductsInto(double* /*C*/) { return false; }
+  virtual bool NegativeProductsInto(double* /*C*/) { return false; }
 };
 
 /// The edge's fast side, or null if it has none.
 inline FastEdge* AsFast(Edge* edge) { return dynamic_cast<FastEdge*>(edge); }
 inline const FastEdge* AsFast(const Edge& edge) { return dynamic_cast<const FastEdge*>(&edge); }
 
-/// FastEdge::ProductsInto over some of the columns, the residual's among them, negative: C = −[J r]ᵀ[J r], lower half,
-/// column-major. @return false if the edge has no products of its own
+/// FastEdge::NegativeProductsInto over some of the columns, the residual's among them, in any order. @return false if the edge has no products of its own
 bool NegativeProducts(Edge* edge, const std::vector<int>& columns, double* C);
 
 /// Numbers vertices in the order in which they come.

@@ -15,14 +15,14 @@ Eigen::Index LeadingIdentity(const MatXX& B) {
   return k;
 }
 
-// JᵀJ. By the kernels, as each image makes a new prior and Eigen takes many times as long without AVX.
-MatXX Gram(const MatXX& J) {
+// −JᵀJ. By the kernels, as each image makes a new prior and Eigen takes many times as long without AVX.
+MatXX MinusGram(const MatXX& J) {
   const int rows = static_cast<int>(J.rows()), n = static_cast<int>(J.cols());
   VecX Jt(J.size() + kernels::kOverread);
   Eigen::Map<MatXX>(Jt.data(), n, rows) = J.transpose();
   MatXX minus_JtJ = MatXX::Zero(n, n);
   kernels::SubtractProductAAt(n, rows, Jt.data(), n, minus_JtJ.data(), n);
-  return (MatXX::Zero(n, n) - minus_JtJ).selfadjointView<Eigen::Lower>();
+  return minus_JtJ.selfadjointView<Eigen::Lower>();
 }
 
 }  // namespace
@@ -58,13 +58,18 @@ void EdgePrior::TakeJacobians() const {
 
 // r = r₀ + J (x ⊟ x₀).  Leutenegger (2015), §4.3
 void EdgePrior::ComputeResidual() {
-  r_ = prior_.r0;
-  Eigen::Index column = 0;
+  bool is_known = delta_.size() == prior_.J.cols();
+  delta_.resize(prior_.J.cols());
+  Eigen::Index row = 0;
   for (size_t i = 0; i < prior_.vertices.size(); ++i) {
-    const Vertex& vertex = *prior_.vertices[i];
-    r_.noalias() += prior_.J.middleCols(column, vertex.LocalDimension()) * vertex.Minus(prior_.x0[i]);
-    column += vertex.LocalDimension();
+    const VecX delta = prior_.vertices[i]->Minus(prior_.x0[i]);
+    is_known = is_known && delta_.segment(row, delta.size()) == delta;
+    delta_.segment(row, delta.size()) = delta;
+    row += delta.size();
   }
+  if (is_known) return;  // as a solver asks for the Hessian where it has just asked for the cost
+  r_ = prior_.r0;
+  r_.noalias() += prior_.J * delta_;
 }
 
 void EdgePrior::ComputeJacobians() {
@@ -82,19 +87,19 @@ void EdgePrior::ComputeJacobians() {
   }
 }
 
-bool EdgePrior::ProductsInto(double* products) {
+bool EdgePrior::NegativeProductsInto(double* products) {
   if (GetLossFunction() || IsotropicInformation() != 1.0) return false;
   ComputeResidual();
   const Eigen::Index n = prior_.J.cols();
-  if (JtJ_.size() == 0) JtJ_ = Gram(prior_.J);
+  if (minus_JtJ_.size() == 0) minus_JtJ_ = MinusGram(prior_.J);
   Eigen::Map<MatXX> C(products, n + 1, n + 1);
   Eigen::Index column = 0;
   for (const auto& vertex : prior_.vertices) {  // the lower half, and all of the blocks on the diagonal
     const Eigen::Index begin = column, end = begin + vertex->LocalDimension();
-    for (; column < end; ++column) std::copy_n(&JtJ_(begin, column), n - begin, &C(begin, column));
+    for (; column < end; ++column) std::copy_n(&minus_JtJ_(begin, column), n - begin, &C(begin, column));
   }
-  C.row(n).head(n).noalias() = (prior_.J.transpose() * r_).transpose();
-  C(n, n) = r_.squaredNorm();
+  C.row(n).head(n).noalias() = -(prior_.J.transpose() * r_).transpose();
+  C(n, n) = -r_.squaredNorm();
   if (keep_jacobian_) return true;
   Eigen::Index begin = 0;
   for (size_t i = 0; i < prior_.vertices.size(); ++i) {

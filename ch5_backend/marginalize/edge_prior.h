@@ -30,7 +30,7 @@ class EdgePrior : public Edge, public FastEdge {
   explicit EdgePrior(Prior prior);
   void ComputeResidual() override;
   void ComputeJacobians() override;
-  bool ProductsInto(double* C) override;
+  bool NegativeProductsInto(double* C) override;
   std::string TypeInfo() const override { return "EdgePrior"; }
 
   /// First-estimate Jacobians: J stays that of x₀, without the factor B. Off by default.
@@ -40,16 +40,19 @@ class EdgePrior : public Edge, public FastEdge {
 
  protected:
   /// For a residual that another class computes.  @param r  as long as r₀
-  void SetResidual(const VecX& r) { r_ = r; }
+  void SetResidual(const VecX& r) {
+    r_ = r;
+    delta_.resize(0);
+  }
 
  private:
   void TakeJacobians() const override;
 
   Prior prior_;
-  VecX r_;
+  VecX r_, delta_;  // r, and the x ⊟ x₀ that it was computed at
   MatXX W_;
   mutable MatXX J_;  // the vertices' blocks side by side
-  MatXX JtJ_;        // at x₀; empty until it is asked for
+  MatXX minus_JtJ_;  // at x₀; empty until it is asked for
   bool keep_jacobian_ = false;
 };
 

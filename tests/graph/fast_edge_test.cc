@@ -20,11 +20,11 @@ class EdgeOfConstants : public SizedEdge<3, VertexVector<2>, VertexVector<3>>, p
     columns << 1, 2, 3, 4, 5, 0.5, 6, 7, 8, 9, 10, -1.0, 11, 12, 14, 14, 16, 2.0;
     return columns;
   }
-  bool ProductsInto(double* C) override {
+  bool NegativeProductsInto(double* C) override {
     ComputeResidual();
     // Only the lower half is promised.
     Eigen::Map<MatXX>(C, 6, 6).setConstant(std::nan(""));
-    Eigen::Map<MatXX>(C, 6, 6).triangularView<Eigen::Lower>() = Columns().transpose() * Columns();
+    Eigen::Map<MatXX>(C, 6, 6).triangularView<Eigen::Lower>() = -Columns().transpose() * Columns();
     return true;
   }
   std::string TypeInfo() const override { return "EdgeOfConstants"; }

@@ -18,7 +18,7 @@ TEST(EdgePrior, ProductsAreThoseOfItsJacobians) {
       size += vertex->LocalDimension();
     }
     MatXX C(size, size), rows(prior.ResidualDimension(), size);
-    ASSERT_TRUE(prior.ProductsInto(C.data()));
+    ASSERT_TRUE(prior.NegativeProductsInto(C.data()));
     prior.Linearize();
     size = 0;
     for (size_t i = 0; i < prior.Vertices().size(); ++i) {
@@ -27,11 +27,11 @@ TEST(EdgePrior, ProductsAreThoseOfItsJacobians) {
       size += static_cast<int>(J.cols());
     }
     rows.rightCols<1>() = prior.Residual();
-    const MatXX expected = rows.transpose() * rows;
+    const MatXX expected = -rows.transpose() * rows;
     EXPECT_LT(RelativeError(MatXX(C.selfadjointView<Eigen::Lower>()), expected), 1e-14) << step;
   }
   prior.SetLossFunction(std::make_shared<HuberLoss>(1.0));
-  EXPECT_FALSE(prior.ProductsInto(nullptr));
+  EXPECT_FALSE(prior.NegativeProductsInto(nullptr));
 }
 
 // By hand:  r = r₀ + J (x − x₀) on a scalar, and the Jacobian is J.

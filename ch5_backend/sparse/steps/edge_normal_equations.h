@@ -27,7 +27,7 @@ class InformationFactors {
 /// C of edge e at its last Linearize.
 void MultiplyOut(const Structure& structure, int e, InformationFactors* factors, double* C);
 
-/// C of edge e at the present states: linearizes the edge, or takes its own products (FastEdge::ProductsInto).
+/// C of edge e at the present states: linearizes the edge, or takes its own products (FastEdge::NegativeProductsInto).
 void LinearizeAndMultiplyOut(const Structure& structure, int e, InformationFactors* factors, double* C);
 
 }  // namespace ch5

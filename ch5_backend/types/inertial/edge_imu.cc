@@ -3,7 +3,14 @@
 #include <Eigen/Cholesky>
 #include <stdexcept>
 
+#include "ch5_backend/math/dispatch.h"
+
 namespace ch5 {
+namespace {
+
+constexpr int kRows = EdgeImu::kResidualDimension;
+
+}  // namespace
 
 EdgeImu::EdgeImu(std::shared_ptr<VertexPose> T_W_Bi, std::shared_ptr<VertexSpeedBias> speed_bias_i,
                  std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexSpeedBias> speed_bias_j,
@@ -23,70 +30,140 @@ EdgeImu::EdgeImu(std::shared_ptr<VertexPose> T_W_Bi, std::shared_ptr<VertexSpeed
   SetW(scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal());
 }
 
-Vec3 EdgeImu::GyroscopeCorrection() const {
-  return imu_->BiasJacobian().block<3, 3>(3, 3) * (GetVertex<1>().b_g() - imu_->BiasGyroscope());
+CH5_FLATTEN EdgeImu::Terms EdgeImu::ComputeTerms() const {
+  const VertexPose &pose_i = GetVertex<0>(), &pose_j = GetVertex<2>();
+  const VertexSpeedBias &sb_i = GetVertex<1>(), &sb_j = GetVertex<3>();
+  const double t = imu_->SumDt();
+  Terms terms;
+  terms.phi = imu_->BiasJacobian().block<3, 3>(3, 3) * (sb_i.b_g() - imu_->BiasGyroscope());
+  terms.R_i_T = pose_i.R().transpose();
+  terms.gamma = imu_->Gamma() * ExpSO3(terms.phi);
+  terms.Q = terms.gamma.conjugate() * pose_i.q().conjugate() * pose_j.q();
+  terms.position = terms.R_i_T * (0.5 * t * t * G_ + pose_j.p() - pose_i.p() - t * sb_i.v());
+  terms.speed = terms.R_i_T * (t * G_ + sb_j.v() - sb_i.v());
+  return terms;
 }
 
-void EdgeImu::ComputeResidual() {
-  const VertexPose& pose_i = GetVertex<0>();
-  const VertexPose& pose_j = GetVertex<2>();
-  const VertexSpeedBias& sb_i = GetVertex<1>();
-  const VertexSpeedBias& sb_j = GetVertex<3>();
-  const double t = imu_->SumDt();
-  const Eigen::Matrix<double, 9, 6> J_bias = imu_->BiasJacobian();
-  Vec6 delta_b;
-  delta_b << sb_i.b_a() - imu_->BiasAccelerometer(), sb_i.b_g() - imu_->BiasGyroscope();
-
-  const Qd q_i_inverse = pose_i.q().conjugate();
-  const Qd gamma = imu_->Gamma() * ExpSO3(GyroscopeCorrection());
-  const Vec3 alpha = imu_->Alpha() + J_bias.topRows<3>() * delta_b;
-  const Vec3 beta = imu_->Beta() + J_bias.bottomRows<3>() * delta_b;
-  r_ << q_i_inverse * (0.5 * t * t * G_ + pose_j.p() - pose_i.p() - t * sb_i.v()) - alpha,
-      2.0 * (gamma.conjugate() * q_i_inverse * pose_j.q()).vec(),  //
-      q_i_inverse * (t * G_ + sb_j.v() - sb_i.v()) - beta,         //
-      sb_j.b_a() - sb_i.b_a(), sb_j.b_g() - sb_i.b_g();
+CH5_FLATTEN EdgeImu::ResidualVector EdgeImu::ResidualOf(const Terms& terms) const {
+  const VertexSpeedBias &sb_i = GetVertex<1>(), &sb_j = GetVertex<3>();
+  const Vec3 delta_a = sb_i.b_a() - imu_->BiasAccelerometer(), delta_g = sb_i.b_g() - imu_->BiasGyroscope();
+  const auto& J = imu_->BiasJacobian();
+  ResidualVector r;
+  r.segment<3>(0) = terms.position - imu_->Alpha() - J.block<3, 3>(0, 0) * delta_a - J.block<3, 3>(0, 3) * delta_g;
+  r.segment<3>(3) = 2.0 * terms.Q.vec();
+  r.segment<3>(6) = terms.speed - imu_->Beta() - J.block<3, 3>(6, 0) * delta_a - J.block<3, 3>(6, 3) * delta_g;
+  r.segment<3>(9) = sb_j.b_a() - sb_i.b_a();
+  r.segment<3>(12) = sb_j.b_g() - sb_i.b_g();
+  return r;
 }
 
-void EdgeImu::ComputeJacobians() {
-  const VertexPose& pose_i = GetVertex<0>();
-  const VertexPose& pose_j = GetVertex<2>();
-  const VertexSpeedBias& sb_i = GetVertex<1>();
-  const VertexSpeedBias& sb_j = GetVertex<3>();
-  const double t = imu_->SumDt();
-  const Mat33 I = Mat33::Identity();
-  const Mat33 R_i_T = pose_i.R().transpose();
-  const Eigen::Matrix<double, 9, 6> J_bias = imu_->BiasJacobian();
+// With Q = γ̂⁻¹ q_i⁻¹ q_j:  2 vec(Q ⊗ [1, ½δ]) = 2 vec Q + (Q_w I + [Q_v]) δ,  and from the left with −[Q_v].
+template <typename Set>
+void EdgeImu::ListJacobians(const Terms& terms, const Set& set) const {
+  constexpr int kPoseI = 0, kSpeedBiasI = 1, kPoseJ = 2, kSpeedBiasJ = 3;
+  const Mat33 I = Mat33::Identity(), &R_i_T = terms.R_i_T;
+  const Mat33 right = terms.Q.w() * I + Hat(terms.Q.vec()), left = terms.Q.w() * I - Hat(terms.Q.vec());
+  const auto& J = imu_->BiasJacobian();
 
-  // Q = γ̂⁻¹ q_i⁻¹ q_j;  2 vec(Q ⊗ [1, ½δ]) = 2 vec Q + (Q_w I + [Q_v]) δ,  and from the left with −[Q_v].
-  const Vec3 phi = GyroscopeCorrection();
-  const Qd gamma = imu_->Gamma() * ExpSO3(phi);
-  const Qd Q = gamma.conjugate() * pose_i.q().conjugate() * pose_j.q();
-  const Mat33 right = Q.w() * I + Hat(Q.vec());
-  const Mat33 left = Q.w() * I - Hat(Q.vec());
+  set(kPoseI, 0, 0, -R_i_T);
+  set(kPoseI, 0, 3, Hat(terms.position));
+  set(kPoseI, 3, 3, -left * terms.gamma.toRotationMatrix().transpose());
+  set(kPoseI, 6, 3, Hat(terms.speed));
 
-  auto& J_pose_i = J<0>();
-  J_pose_i.setZero();
-  J_pose_i.block<3, 3>(0, 0) = -R_i_T;
-  J_pose_i.block<3, 3>(0, 3) = Hat(R_i_T * (0.5 * t * t * G_ + pose_j.p() - pose_i.p() - t * sb_i.v()));
-  J_pose_i.block<3, 3>(3, 3) = -left * gamma.toRotationMatrix().transpose();
-  J_pose_i.block<3, 3>(6, 3) = Hat(R_i_T * (t * G_ + sb_j.v() - sb_i.v()));
+  set(kSpeedBiasI, 0, 0, -imu_->SumDt() * R_i_T);
+  set(kSpeedBiasI, 6, 0, -R_i_T);
+  set(kSpeedBiasI, 0, 3, -J.block<3, 3>(0, 0));
+  set(kSpeedBiasI, 6, 3, -J.block<3, 3>(6, 0));
+  set(kSpeedBiasI, 9, 3, -I);
+  set(kSpeedBiasI, 0, 6, -J.block<3, 3>(0, 3));
+  set(kSpeedBiasI, 3, 6, -left * RightJacobianSO3(terms.phi) * J.block<3, 3>(3, 3));
+  set(kSpeedBiasI, 6, 6, -J.block<3, 3>(6, 3));
+  set(kSpeedBiasI, 12, 6, -I);
 
-  auto& J_speed_bias_i = J<1>();
-  J_speed_bias_i.setZero();
-  J_speed_bias_i.block<3, 3>(0, 0) = -t * R_i_T;
-  J_speed_bias_i.block<3, 3>(6, 0) = -R_i_T;
-  J_speed_bias_i.block<3, 6>(0, 3) = -J_bias.topRows<3>();
-  J_speed_bias_i.block<3, 6>(6, 3) = -J_bias.bottomRows<3>();
-  J_speed_bias_i.block<3, 3>(3, 6) = -left * RightJacobianSO3(phi) * J_bias.block<3, 3>(3, 3);
-  J_speed_bias_i.bottomRightCorner<6, 6>() = -Mat66::Identity();
+  set(kPoseJ, 0, 0, R_i_T);
+  set(kPoseJ, 3, 3, right);
 
+  set(kSpeedBiasJ, 6, 0, R_i_T);
+  set(kSpeedBiasJ, 9, 3, I);
+  set(kSpeedBiasJ, 12, 6, I);
+}
+
+void EdgeImu::ComputeResidual() { r_ = ResidualOf(ComputeTerms()); }
+
+CH5_FLATTEN void EdgeImu::ComputeJacobians() {
+  double* const* blocks = OwnJacobians();
+  J<0>().setZero();
+  J<1>().setZero();
   J<2>().setZero();
-  J<2>().block<3, 3>(0, 0) = R_i_T;
-  J<2>().block<3, 3>(3, 3) = right;
-
   J<3>().setZero();
-  J<3>().block<3, 3>(6, 0) = R_i_T;
-  J<3>().bottomRightCorner<6, 6>().setIdentity();
+  ListJacobians(ComputeTerms(), [&](int vertex, int row, int column, const Mat33& block) {
+    Eigen::Map<Mat33, 0, Eigen::OuterStride<kRows>>(blocks[vertex] + column * kRows + row) = block;
+  });
+}
+
+namespace {
+
+constexpr int kColumns = 31, kStride = 32;  // of [J r]
+
+// C = −[J r]ᵀW[J r], its lower half, from the rows of [J r], kStride numbers each. Most of J is zero, and is skipped.
+struct ProductsOfRows {
+  using Signature = void(const double* W, const double* J_r, double* C);
+  template <SimdLevel>
+  static CH5_INLINE void Run(const double* W, const double* J_r, double* C) {
+    constexpr int kGroups = kStride / kPack;
+    alignas(64) double WJ[kRows * kStride];  // −W [J r]
+    for (int i = 0; i < kRows; ++i) {
+      WideLanes sum[kGroups] = {};
+      for (int k = 0; k < kRows; ++k) {
+        CH5_UNROLL
+        for (int g = 0; g < kGroups; ++g) sum[g] -= W[i * kRows + k] * AsWide(J_r + k * kStride)[g];
+      }
+      CH5_UNROLL
+      for (int g = 0; g < kGroups; ++g) AsWide(WJ + i * kStride)[g] = sum[g];
+    }
+    AddColumns<0, kGroups>(J_r, WJ, C);
+    AddColumns<1, kGroups>(J_r, WJ, C);
+    AddColumns<2, kGroups>(J_r, WJ, C);
+    AddColumns<3, kGroups>(J_r, WJ, C);
+  }
+
+  // Eight columns of C, from the first one's diagonal on: JᵀWJ is symmetric, so that a row of WJ goes along a column.
+  template <int First, int kGroups>
+  static CH5_INLINE void AddColumns(const double* J_r, const double* WJ, double* C) {
+    for (int c = First * kPack; c < First * kPack + kPack && c < kColumns; ++c) {
+      alignas(64) WideLanes sum[kGroups] = {};
+      for (int k = 0; k < kRows; ++k) {
+        const double J_kc = J_r[k * kStride + c];
+        if (J_kc == 0.0) continue;
+        CH5_UNROLL
+        for (int g = First; g < kGroups; ++g) sum[g] += J_kc * AsWide(WJ + k * kStride)[g];
+      }
+      double* column = C + c * kColumns;
+      CH5_UNROLL
+      for (int g = First; g < kGroups - 1; ++g) AsWide(column)[g] = sum[g];
+      CH5_UNROLL
+      for (int i = 0; i < kColumns % kPack; ++i) column[kColumns / kPack * kPack + i] = sum[kGroups - 1][i];
+    }
+  }
+};
+
+}  // namespace
+
+CH5_FLATTEN bool EdgeImu::NegativeProductsInto(double* C) {
+  if (GetLossFunction()) return false;
+  constexpr int kColumnOf[] = {0, 6, 15, 21};
+  alignas(64) double J_r[kRows * kStride] = {};
+  const Terms terms = ComputeTerms();
+  r_ = ResidualOf(terms);
+  ListJacobians(terms, [&](int vertex, int row, int column, const Mat33& block) {
+    double* to = J_r + row * kStride + kColumnOf[vertex] + column;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) to[r * kStride + c] = block(r, c);
+    }
+  });
+  for (int i = 0; i < kRows; ++i) J_r[i * kStride + kColumns - 1] = r_[i];
+  Dispatch<ProductsOfRows>()(W().data(), J_r, C);
+  return true;
 }
 
 }  // namespace ch5

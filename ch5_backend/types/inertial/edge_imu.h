@@ -8,13 +8,14 @@
 ///
 /// Information: the inverse of the preintegration's covariance.  Source: VINS-Mono §IV-B, Forster 2017.
 
+#include "ch5_backend/graph/fast_edge.h"
 #include "ch5_backend/graph/sized_edge.h"
 #include "ch5_backend/types/inertial/preintegration.h"
 #include "ch5_backend/types/vertices.h"
 
 namespace ch5 {
 
-class EdgeImu : public SizedEdge<15, VertexPose, VertexSpeedBias, VertexPose, VertexSpeedBias> {
+class EdgeImu : public SizedEdge<15, VertexPose, VertexSpeedBias, VertexPose, VertexSpeedBias>, public FastEdge {
  public:
   /// @param imu  from frame i to frame j, shared with the window;  @param reaction  G in W [m/s²]
   /// @throws std::invalid_argument if the covariance is singular (no samples, or a noise of zero)
@@ -23,10 +24,22 @@ class EdgeImu : public SizedEdge<15, VertexPose, VertexSpeedBias, VertexPose, Ve
           std::shared_ptr<const Preintegration> imu, const Vec3& reaction = Vec3(0, 0, 9.81));
   void ComputeResidual() override;
   void ComputeJacobians() override;
+  bool NegativeProductsInto(double* C) override;
   std::string TypeInfo() const override { return "EdgeImu"; }
 
  private:
-  Vec3 GyroscopeCorrection() const;  // J_γg δb_g
+  // What r and its Jacobians are made of.
+  struct Terms {
+    Vec3 phi;              // J_γg δb_g
+    Mat33 R_i_T;           // R_iᵀ
+    Qd gamma, Q;           // γ̂, and γ̂⁻¹ q_i⁻¹ q_j
+    Vec3 position, speed;  // R_iᵀ(…) of r_p and r_v
+  };
+  Terms ComputeTerms() const;
+  ResidualVector ResidualOf(const Terms& terms) const;
+  // Calls set(vertex, row, column, block) for the 3×3 blocks of the Jacobians that are not zero.
+  template <typename Set>
+  void ListJacobians(const Terms& terms, const Set& set) const;
 
   std::shared_ptr<const Preintegration> imu_;
   Vec3 G_;
