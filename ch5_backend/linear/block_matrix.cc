@@ -2,7 +2,41 @@
 
 #include <algorithm>
 
+#include "ch5_backend/math/dispatch.h"
+
 namespace ch5 {
+namespace {
+
+// y += A x over vectors whose blocks are padded like A's, each at padded_offset[block].
+struct MultiplyPadded {
+  using Signature = void(const SymmetricBlockMatrix&, const int* padded_offset, const double* x, double* y);
+  template <SimdLevel>
+  static CH5_INLINE void Run(const SymmetricBlockMatrix& A, const int* padded_offset, const double* x, double* y) {
+    for (int j = 0; j < A.NumColumns(); ++j) {
+      const double* x_j = x + padded_offset[j];
+      const int diagonal = A.ColumnBegin(j), end = A.ColumnBegin(j + 1), stride_j = Stride(A.Dim(j));
+      for (int c = 0; c < A.Dim(j); ++c) {
+        const double* column = A.Values(diagonal) + c * stride_j;
+        double* y_j = y + padded_offset[j];
+        for (int r = 0; r < stride_j; r += kLanes) *AsLanes(y_j + r) += *AsLanes(column + r) * x_j[c];
+        Lanes mirrored = {};
+        for (int block = diagonal + 1; block < end; ++block) {
+          const int i = A.Row(block), stride = Stride(A.Dim(i));
+          column = A.Values(block) + c * stride;
+          const double* x_i = x + padded_offset[i];
+          double* y_i = y + padded_offset[i];
+          for (int r = 0; r < stride; r += kLanes) {
+            *AsLanes(y_i + r) += *AsLanes(column + r) * x_j[c];
+            mirrored += *AsLanes(column + r) * *AsLanes(x_i + r);
+          }
+        }
+        y_j[c] += (mirrored[0] + mirrored[1]) + (mirrored[2] + mirrored[3]);
+      }
+    }
+  }
+};
+
+}  // namespace
 
 void SymmetricBlockMatrix::SetPattern(std::vector<int> dims, const std::vector<std::vector<int>>& rows_of_column) {
   dims_ = std::move(dims);
@@ -30,25 +64,15 @@ int SymmetricBlockMatrix::Find(int i, int j) const {
 }
 
 void SymmetricBlockMatrix::Multiply(const double* x, double* y) const {
-  std::fill_n(y, Size(), 0.0);
-  for (int j = 0; j < NumColumns(); ++j) {
-    const double* x_j = x + offsets_[j];
-    double* y_j = y + offsets_[j];
-    for (int block = column_begin_[j]; block < column_begin_[j + 1]; ++block) {
-      const int i = rows_[block], rows = dims_[i], stride = Stride(rows);
-      const double* A = Values(block);
-      const double* x_i = x + offsets_[i];
-      double* y_i = y + offsets_[i];
-      for (int c = 0; c < dims_[j]; ++c, A += stride) {
-        double mirrored = 0.0;
-        for (int r = 0; r < rows; ++r) {
-          y_i[r] += A[r] * x_j[c];
-          mirrored += A[r] * x_i[r];
-        }
-        if (i != j) y_j[c] += mirrored;
-      }
-    }
-  }
+  thread_local std::vector<int> padded_offset;
+  thread_local AlignedVector padded;
+  padded_offset.assign(1, 0);
+  for (const int dim : dims_) padded_offset.push_back(padded_offset.back() + Stride(dim));
+  padded.assign(2 * static_cast<size_t>(padded_offset.back()), 0.0);
+  double *x_padded = padded.data(), *y_padded = x_padded + padded_offset.back();
+  for (int j = 0; j < NumColumns(); ++j) std::copy_n(x + offsets_[j], dims_[j], x_padded + padded_offset[j]);
+  Dispatch<MultiplyPadded>()(*this, padded_offset.data(), x_padded, y_padded);
+  for (int j = 0; j < NumColumns(); ++j) std::copy_n(y_padded + padded_offset[j], dims_[j], y + offsets_[j]);
 }
 
 VecX SymmetricBlockMatrix::Diagonal() const {
