@@ -20,6 +20,36 @@ CH5_INLINE void SubtractBlock(const double* C, int stride, int rows, int columns
   }
 }
 
+// The same of any block, `rows` a constant; what lies above the diagonal of a diagonal one is meaningless then.
+template <int Rows>
+CH5_INLINE void SubtractColumns(const double* C, int stride, int columns, double* H) {
+  for (int c = 0; c < columns; ++c, C += stride, H += Stride(Rows)) {
+    CH5_UNROLL
+    for (int k = 0; k < Rows / kLanes; ++k) AsLanes(H)[k] -= AsLanes(C)[k];
+    CH5_UNROLL
+    for (int r = Rows / kLanes * kLanes; r < Rows; ++r) H[r] -= C[r];
+  }
+}
+CH5_INLINE void SubtractColumns(const double* C, int stride, int rows, int columns, double* H) {
+  if (rows == 6) return SubtractColumns<6>(C, stride, columns, H);
+  if (rows == 9) return SubtractColumns<9>(C, stride, columns, H);
+  for (int c = 0; c < columns; ++c, C += stride, H += Stride(rows)) {
+    for (int r = 0; r < rows; ++r) H[r] -= C[r];
+  }
+}
+
+// One half of a diagonal block to the other.
+CH5_INLINE void MirrorUpper(int dim, double* H) {
+  for (int c = 0; c < dim; ++c) {
+    for (int r = c + 1; r < dim; ++r) H[c * Stride(dim) + r] = H[r * Stride(dim) + c];
+  }
+}
+CH5_INLINE void MirrorLower(int dim, double* H) {
+  for (int c = 0; c < dim; ++c) {
+    for (int r = c + 1; r < dim; ++r) H[r * Stride(dim) + c] = H[c * Stride(dim) + r];
+  }
+}
+
 // The landmarks of one chunk, edge by edge. P×L are the sizes of H_pl's blocks; kWide: registers of eight numbers.
 template <int P, int L, bool kWide>
 class ChunkLinearizer {
@@ -242,19 +272,18 @@ struct SumColumn {
       for (ptrdiff_t k = 0; k < end - column; ++k) column[k] += H[k];
       for (int r = 0; r < dim; ++r) b_j[r] += b[r];
     }
-    for (int c = 0; c < dim; ++c) {  // of the diagonal block only the upper half has been summed
-      for (int r = c + 1; r < dim; ++r) column[c * Stride(dim) + r] = column[r * Stride(dim) + c];
-    }
+    MirrorUpper(dim, column);  // of the diagonal block only that half has been summed
     for (int block = H_pp.ColumnBegin(j); block < H_pp.ColumnBegin(j + 1); ++block) {
       const int i = H_pp.Row(block);
       for (int k = s.pose_edge_blocks_begin[block]; k < s.pose_edge_blocks_begin[block + 1]; ++k) {
         const PoseEdgeBlock& part = s.pose_edge_blocks[k];
         const double* C = system->normal_equations.data();
-        SubtractBlock(C + part.values, part.stride, s.pose_dim[i], dim, i == j, H_pp.Values(block));
+        SubtractColumns(C + part.values, part.stride, s.pose_dim[i], dim, H_pp.Values(block));
         if (i != j) continue;
         for (int r = 0; r < dim; ++r) b_j[r] += C[part.rhs + r * part.stride];
       }
     }
+    MirrorLower(dim, column);  // and of these only this one is meant
   }
 };
 

@@ -9,7 +9,7 @@
 ///      │ H_plᵀ │ H_ll │
 ///      └───────┴──────┘
 ///
-/// Chunk by chunk, the edges of each landmark are linearized: its blocks of H_ll, H_pl and b_l are then complete, and its
+/// Chunk by chunk, the edges of the landmarks are linearized, run by run or landmark by landmark: a landmark's blocks of H_ll, H_pl and b_l are then complete, and its
 /// part of H_pp and b_p goes to sums of the chunk's own. The edges between poses follow. Then each column of H_pp adds up
 /// what belongs to it, in the order of the structure: the result is the same to the bit for any number of threads.
 

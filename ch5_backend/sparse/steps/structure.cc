@@ -171,40 +171,69 @@ void ListEdges(const std::vector<int>& order, const Lists& edges, Structure* s) 
   for (size_t k = s->edges.size(); k < edges.items.size(); ++k) ListEdge(edges.items[k], kNone, slot_of_pose, s);
 }
 
-// Calls pair(record, i, j) for each two free poses of the active edges from `first` on, and each with itself: the edge's
-// i-th and j-th, i ≥ j.
+// Calls pair(record, i, j) for each two free poses of an edge, and each with itself: the edge's i-th and j-th, i ≥ j.
 template <typename Pair>
-void ForEachPair(int first, Structure* s, const Pair& pair) {
-  for (int e = first; e < s->num_active_edges; ++e) {
-    EdgeRecord& record = s->edges[e];
-    for (int i = 0; i < record.poses_end - record.poses_begin; ++i) {
-      for (int j = 0; j <= i; ++j) pair(record, i, j);
-    }
+void ForEachPair(EdgeRecord* record, const Pair& pair) {
+  for (int i = 0; i < record->poses_end - record->poses_begin; ++i) {
+    for (int j = 0; j <= i; ++j) pair(*record, i, j);
   }
 }
 
-// H_pp's pattern, and which of its blocks each edge changes.
+// Whether two edges have the same free poses, at the same positions of their vertices.
+bool HaveSamePoses(const Structure& s, const EdgeRecord& a, const EdgeRecord& b) {
+  const auto begin = s.edge_poses.begin();
+  return a.landmark_position == b.landmark_position &&
+         std::equal(begin + a.poses_begin, begin + a.poses_end, begin + b.poses_begin, begin + b.poses_end,
+                    [](const EdgePose& p, const EdgePose& q) { return p.pose == q.pose && p.position == q.position; });
+}
+
+// The landmarks' edges by their free poses, where a landmark is a number; equal ones in their order.
+void SortBatchEdges(Structure* s) {
+  s->batch_edges = Numbers(static_cast<size_t>(s->num_landmark_edges));
+  if (!s->BatchGoesByRuns()) return;
+  const auto pose = [s](int e, int i) {
+    const EdgeRecord& record = s->edges[e];
+    return record.poses_begin + i < record.poses_end ? s->edge_poses[record.poses_begin + i].pose : s->NumPoses();
+  };
+  int most = 0;
+  for (int e = 0; e < s->num_landmark_edges; ++e)
+    most = std::max(most, s->edges[e].poses_end - s->edges[e].poses_begin);
+  for (int i = most - 1; i >= 0; --i) {
+    SortByKey(s->batch_edges.begin(), s->batch_edges.end(), s->NumPoses() + 1, [&](int e) { return pose(e, i); });
+  }
+}
+
+// H_pp's pattern, and which of its blocks each edge changes. Edges with the same poses share their entries.
 void ListHessianBlocks(Structure* s) {
   const auto pose = [s](const EdgeRecord& record, int i) { return s->edge_poses[record.poses_begin + i].pose; };
-  size_t num_edge_blocks = 0;
+  std::vector<int> active = s->batch_edges;
+  for (int e = s->num_landmark_edges; e < s->num_active_edges; ++e) active.push_back(e);
+  const auto like_last = [&](size_t k) {
+    return k > 0 && HaveSamePoses(*s, s->edges[active[k]], s->edges[active[k - 1]]);
+  };
   s->H_pp_pattern.resize(s->poses.size());
   for (int j = 0; j < s->NumPoses(); ++j) s->H_pp_pattern[j] = {j};
-  ForEachPair(0, s, [&](const EdgeRecord& record, int i, int j) {
-    ++num_edge_blocks;
-    if (i == j) return;
-    std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
-    const auto it = std::lower_bound(rows.begin(), rows.end(), pose(record, i));
-    if (it == rows.end() || *it != pose(record, i)) rows.insert(it, pose(record, i));
-  });
+  for (size_t k = 0; k < active.size(); ++k) {
+    if (like_last(k)) continue;
+    ForEachPair(&s->edges[active[k]], [&](const EdgeRecord& record, int i, int j) {
+      if (i == j) return;
+      std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
+      const auto it = std::lower_bound(rows.begin(), rows.end(), pose(record, i));
+      if (it == rows.end() || *it != pose(record, i)) rows.insert(it, pose(record, i));
+    });
+  }
   std::vector<int> column_begin{0};
   for (const auto& rows : s->H_pp_pattern) column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
-  s->edge_blocks.reserve(num_edge_blocks);
-  ForEachPair(0, s, [&](EdgeRecord& record, int i, int j) {
-    if (i == 0) record.blocks_begin = static_cast<int>(s->edge_blocks.size());
-    const std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
-    const auto row = i == j ? 0 : std::lower_bound(rows.begin(), rows.end(), pose(record, i)) - rows.begin();
-    s->edge_blocks.push_back(column_begin[pose(record, j)] + static_cast<int>(row));
-  });
+  for (size_t k = 0; k < active.size(); ++k) {
+    EdgeRecord& edge = s->edges[active[k]];
+    edge.blocks_begin = like_last(k) ? s->edges[active[k - 1]].blocks_begin : static_cast<int>(s->edge_blocks.size());
+    if (like_last(k)) continue;
+    ForEachPair(&edge, [&](const EdgeRecord& record, int i, int j) {
+      const std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
+      const auto row = i == j ? 0 : std::lower_bound(rows.begin(), rows.end(), pose(record, i)) - rows.begin();
+      s->edge_blocks.push_back(column_begin[pose(record, j)] + static_cast<int>(row));
+    });
+  }
   s->pose_edge_blocks_begin.assign(static_cast<size_t>(column_begin.back()) + 1, 0);
 }
 
@@ -219,16 +248,18 @@ void ListPoseEdgeBlocks(Structure* s) {
     return s->edge_blocks[record.blocks_begin + i * (i + 1) / 2 + j];
   };
   std::vector<int>& begin = s->pose_edge_blocks_begin;
-  ForEachPair(first, s, [&](const EdgeRecord& record, int i, int j) { ++begin[block(record, i, j) + 1]; });
+  for (int e = first; e < s->num_active_edges; ++e)
+    ForEachPair(&s->edges[e], [&](const EdgeRecord& record, int i, int j) { ++begin[block(record, i, j) + 1]; });
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   std::vector<int> next(begin.begin(), begin.end() - 1);
   s->pose_edge_blocks.resize(static_cast<size_t>(begin.back()));
-  ForEachPair(first, s, [&](const EdgeRecord& record, int i, int j) {
+  const auto list = [&](const EdgeRecord& record, int i, int j) {
     const EdgePose &a = s->edge_poses[record.poses_begin + i], &b = s->edge_poses[record.poses_begin + j];
     const int stride = record.width + 1, column = record.normal_equations + b.column * stride;
     s->pose_edge_blocks[next[block(record, i, j)]++] = {column + a.column, stride,
                                                         i == j ? column + record.width : kNone};
-  });
+  };
+  for (int e = first; e < s->num_active_edges; ++e) ForEachPair(&s->edges[e], list);
 }
 
 // As many chunks as make the work of one clearly more than that of clearing and adding its sums; the number of threads
@@ -251,30 +282,22 @@ void CutChunks(Structure* s) {
   s->chunk_begin.push_back(s->NumLandmarks());
 }
 
-// Sorts each chunk's edges by their free poses, and cuts them into runs.
-void FindRuns(Structure* s) {
-  const auto pose = [s](int e, int i) {
-    const EdgeRecord& record = s->edges[e];
-    return record.poses_begin + i < record.poses_end ? s->edge_poses[record.poses_begin + i].pose : s->NumPoses();
+// The batch's edges chunk by chunk, cut into runs.
+void CutRuns(Structure* s) {
+  if (!s->BatchGoesByRuns()) return;
+  const auto chunk_of = [s](int e) {
+    const auto begin = s->chunk_begin.begin();
+    return static_cast<int>(std::upper_bound(begin, s->chunk_begin.end(), s->edges[e].landmark) - begin) - 1;
   };
-  const auto same_poses = [s](int a, int b) {
-    const EdgeRecord &x = s->edges[a], &y = s->edges[b];
-    const auto begin = s->edge_poses.begin();
-    return x.landmark_position == y.landmark_position &&
-           std::equal(begin + x.poses_begin, begin + x.poses_end, begin + y.poses_begin, begin + y.poses_end,
-                      [](const EdgePose& p, const EdgePose& q) { return p.pose == q.pose && p.position == q.position; });
-  };
-  int most = 0;
-  for (int e = 0; e < s->num_landmark_edges; ++e) most = std::max(most, s->edges[e].poses_end - s->edges[e].poses_begin);
+  const int num_chunks = s->NumChunks();
+  std::vector<int> chunk_edges{0, s->num_landmark_edges};
+  if (num_chunks > 1) chunk_edges = SortByKey(s->batch_edges.begin(), s->batch_edges.end(), num_chunks, chunk_of);
   s->chunk_runs.push_back(0);
-  for (int chunk = 0; chunk < s->NumChunks(); ++chunk) {
-    const int begin = s->landmark_edges[s->chunk_begin[chunk]], end = s->landmark_edges[s->chunk_begin[chunk + 1]];
-    for (int i = most - 1; i >= 0; --i) {
-      SortByKey(s->batch_edges.begin() + begin, s->batch_edges.begin() + end, s->NumPoses() + 1,
-                [&](int e) { return pose(e, i); });
-    }
-    for (int k = begin; k < end; ++k) {
-      if (k == begin || !same_poses(s->batch_edges[k - 1], s->batch_edges[k])) s->runs.push_back({k, k});
+  for (int chunk = 0; chunk < num_chunks; ++chunk) {
+    for (int k = chunk_edges[chunk]; k < chunk_edges[chunk + 1]; ++k) {
+      const bool is_new =
+          k == chunk_edges[chunk] || !HaveSamePoses(*s, s->edges[s->batch_edges[k - 1]], s->edges[s->batch_edges[k]]);
+      if (is_new) s->runs.push_back({k, k});
       s->runs.back().end = k + 1;
     }
     s->chunk_runs.push_back(static_cast<int>(s->runs.size()));
@@ -304,13 +327,13 @@ Structure BuildStructure(Ordering ordering) {
   const std::vector<int> order = SortLandmarks(s.ordering, seen_by);
   NumberVertices(order, &s);
   FindSlots(order, seen_by, &s);
+  s.sizes = CommonSizes(s);
   ListEdges(order, edges, &s);
+  SortBatchEdges(&s);
   ListHessianBlocks(&s);
   ListPoseEdgeBlocks(&s);
   CutChunks(&s);
-  s.sizes = CommonSizes(s);
-  s.batch_edges = Numbers(static_cast<size_t>(s.num_landmark_edges));
-  if (s.sizes.AreFixed() && s.sizes.columns == 1) FindRuns(&s);
+  CutRuns(&s);
   s.ordering.incidence = {};
   return s;
 }

@@ -95,6 +95,8 @@ struct Structure {
   int NumPoses() const { return static_cast<int>(poses.size()); }
   int NumLandmarks() const { return static_cast<int>(landmarks.size()); }
   int NumChunks() const { return chunk_begin.empty() ? 0 : static_cast<int>(chunk_begin.size()) - 1; }
+  /// See batch_edges.
+  bool BatchGoesByRuns() const { return sizes.AreFixed() && sizes.columns == 1; }
   /// No landmark has two edges with the same pose, as in plain bundle adjustment: each slot is then one edge's work.
   bool OneEdgePerSlot() const { return num_landmark_edge_poses == static_cast<int>(slot_pose.size()); }
 };

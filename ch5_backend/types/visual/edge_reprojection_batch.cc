@@ -15,10 +15,6 @@ namespace ch5 {
 // A rotation (row-major) and a position.
 struct RigidNumbers {
   double R[9], p[3];
-
-  bool operator==(const RigidNumbers& other) const {
-    return std::equal(R, R + 9, other.R) && std::equal(p, p + 3, other.p);
-  }
 };
 static_assert(sizeof(RigidNumbers) == 12 * sizeof(double));
 
@@ -210,15 +206,22 @@ class EdgeReprojectionBatch : public EdgeBatch {
     poses_.Clear();
     pair_number_.clear();
     pairs_.clear();
-    seen_ = {};
+    seen_.T_B_C.clear();
+    for (auto* numbers : {&seen_.pair, &seen_.extrinsic}) numbers->clear();
+    for (auto* numbers : {&seen_.u_i, &seen_.v_i, &seen_.u_j, &seen_.v_j}) numbers->clear();
+    seen_.inverse_depth.clear();
   }
   void Add(const Edge& base) override {
     const auto& edge = static_cast<const EdgeReprojection&>(base);
     const size_t extrinsic = ExtrinsicOf(edge);
     const PairKey key{&edge.GetVertex<1>(), &edge.GetVertex<2>(), extrinsic};
-    const auto [it, is_new] = pair_number_.try_emplace(key, static_cast<int>(pairs_.size()));
-    if (is_new) pairs_.push_back({poses_.Of(*key.host), poses_.Of(*key.target), extrinsic});
-    seen_.pair.push_back(it->second);
+    if (seen_.pair.empty() || !(key == last_key_)) {  // edges come sorted, as a rule
+      last_pair_ = pair_number_.try_emplace(key, static_cast<int>(pairs_.size())).first->second;
+      if (last_pair_ == static_cast<int>(pairs_.size()))
+        pairs_.push_back({poses_.Of(*key.host), poses_.Of(*key.target), extrinsic});
+      last_key_ = key;
+    }
+    seen_.pair.push_back(last_pair_);
     seen_.extrinsic.push_back(static_cast<int>(extrinsic));
     seen_.inverse_depth.push_back(&edge.GetVertex<0>());
     seen_.u_i.push_back(edge.f_host_.x());
@@ -259,16 +262,21 @@ class EdgeReprojectionBatch : public EdgeBatch {
 
   // One, or one for each camera.
   size_t ExtrinsicOf(const EdgeReprojection& edge) {
-    const RigidNumbers T_B_C = Numbers(edge.R_B_C_, edge.p_B_C_);
     size_t known = 0;
-    while (known < seen_.T_B_C.size() && !(seen_.T_B_C[known] == T_B_C)) ++known;
-    if (known == seen_.T_B_C.size()) seen_.T_B_C.push_back(T_B_C);
+    while (known < seen_.T_B_C.size() && !IsAt(edge, seen_.T_B_C[known])) ++known;
+    if (known == seen_.T_B_C.size()) seen_.T_B_C.push_back(Numbers(edge.R_B_C_, edge.p_B_C_));
     return known;
+  }
+  static bool IsAt(const EdgeReprojection& edge, const RigidNumbers& T_B_C) {
+    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(T_B_C.R) == edge.R_B_C_ &&
+           Eigen::Map<const Vec3>(T_B_C.p) == edge.p_B_C_;
   }
 
   VertexNumbers<VertexPose> poses_;
   std::unordered_map<PairKey, int, PairHash> pair_number_;
   std::vector<Pair> pairs_;
+  PairKey last_key_ = {};
+  int last_pair_ = 0;
   std::vector<RigidNumbers> T_W_C_;  // [extrinsic][pose]
   Reprojections seen_;
 };
