@@ -80,7 +80,7 @@ class Sentences(unittest.TestCase):
 
     def test_every_sentence_is_said(self):
         said = pages_of("chapter")[2] | pages_of("recording")[2]
-        # The decks' are asked in decks.py; of a student's page those that need a mistake are rare.
+        # The decks' are asked in decks_test.py; of a student's page those that need a mistake are rare.
         of_pages = {key for key in SENTENCES["en"] if not key.startswith((*words.TOPICS, "mine."))}
         self.assertEqual(of_pages - said - SELDOM - ways_to_stop(), set())
 

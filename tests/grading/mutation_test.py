@@ -10,8 +10,6 @@ from tests.grading.one_stage import READY, Grader
 from ch5_backend.course.homework.regions import regions, solution_text
 from ch5_backend.course.base.build import CORES
 
-SAMPLE = 20
-
 
 class Mutation(unittest.TestCase):
     def setUp(self):
@@ -40,10 +38,16 @@ class Mutation(unittest.TestCase):
         self.assertEqual([int(number) for number in found.groups()],
                          [len(self.mutants), len(read_equivalents()), 0, 0], "mend with: kill.py --write")
 
-    @unittest.skipUnless(READY, "no Clang: without ./course grade")
     def test_a_sample_is_killed(self):
+        self.are_killed(10)
+
+    def test_a_larger_sample_is_killed(self):
+        self.are_killed(100)
+
+    @unittest.skipUnless(READY, "no Clang: without ./course grade")
+    def are_killed(self, count: int):
         grader, wrong = Grader(), [one for name, one in self.mutants.items() if name not in read_equivalents()]
-        sample = wrong[len(wrong) // SAMPLE // 2::len(wrong) // SAMPLE]
+        sample = wrong[len(wrong) // count // 2::len(wrong) // count]
         with ThreadPoolExecutor(CORES) as pool:
             found = list(pool.map(lambda mutant: judge(grader, mutant, seeds=(7,)), sample))
         for mutant, verdict in zip(sample, found):
