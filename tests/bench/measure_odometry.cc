@@ -19,7 +19,8 @@ namespace {
 constexpr char kUsage[] =
     "usage: measure_odometry POLICY [--tracks N] [--seconds N] [--cameras N] [--calibrate] [--recording FOLDER]\n"
     "                        [--repeat N] [--states FILE]\n"
-    "Runs an estimator (vins or okvis) over a simulated flight at 20 Hz, or over a recording, N times. Prints a line of\n"
+    "Runs an estimator (vins or okvis) over a simulated flight at 20 Hz, or over a recording, N times. Prints a line "
+    "of\n"
     "JSON for each image that it answers: the least time of all runs, of this thread alone.\n";
 
 struct Options {
