@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/experiments/studies/consistency_flight.h"
+#include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
 #include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/files/recording_file.h"
@@ -15,6 +17,8 @@
 
 namespace ch5 {
 namespace {
+
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 using Edges = std::vector<std::shared_ptr<Edge>>;
 using Vertices = std::vector<std::shared_ptr<Vertex>>;
@@ -81,10 +85,14 @@ Motion MotionAcross(const Window& window) {
 // Compares the motion across every few windows with the truth.
 class AblatedPolicy : public WrappedPolicy {
  public:
-  struct Found {
-    double nees = 0.0;  ///< sum
-    int windows = 0;
+  struct Found {  // sums
+    double nees = 0.0;
+    Vec2 errors2 = Vec2::Zero(), claimed2 = Vec2::Zero();  ///< of position [m²] and rotation [rad²]
+    double yaw_leak = 0.0;                                 ///< of the priors, its absolute value [rad⁻²]
+    int windows = 0, priors = 0;
     double seconds = 0.0;  ///< spent on this
+    Vec2 Errors() const { return (errors2 / windows).cwiseSqrt(); }
+    Vec2 Claimed() const { return (claimed2 / windows).cwiseSqrt(); }
   };
 
   AblatedPolicy(std::unique_ptr<WindowPolicy> policy, const Recording& recording, int every, Found* found)
@@ -107,8 +115,19 @@ class AblatedPolicy : public WrappedPolicy {
     const Motion motion = MotionAcross(window);
     const Qd inverse = first->T_W_B.q.conjugate();
     const Transform truth{inverse * last->T_W_B.q, inverse * (last->T_W_B.p - first->T_W_B.p)};
-    found_.nees += ComparePose(motion.T_0n, motion.covariance, truth).nees;
+    const PoseConsistency pose = ComparePose(motion.T_0n, motion.covariance, truth);
+    const Vec6 claimed2 = motion.covariance.diagonal();
+    found_.nees += pose.nees;
+    found_.errors2 += Vec2(pose.error.head<3>().squaredNorm(), pose.error.tail<3>().squaredNorm());
+    found_.claimed2 += Vec2(claimed2.head<3>().sum(), claimed2.tail<3>().sum());
     ++found_.windows;
+    if (!window.prior) return;
+    GaugeOptions gauge;
+    gauge.local_poses = window.LocalPoses();
+    for (const GaugeLeak& leak : AuditPrior(window.prior->GetPrior(), gauge)) {
+      if (leak.direction == "yaw") found_.yaw_leak += std::abs(leak.information);
+    }
+    ++found_.priors;
   }
 
   const Recording& recording_;
@@ -121,11 +140,18 @@ CsvTable EmptyTable() {
   return CsvTable("recording,policy,way,hosts,trial,images,restarts,ate_m,nees_world,nees_motion,milliseconds");
 }
 
-// @param start  of a simulated flight, in whose W the pose is compared too
-void Append(const std::string& name, const Recording& recording, const EstimatorOptions& options,
-            std::unique_ptr<WindowPolicy> policy, const Way& way, const DrawnStart* start, int trial, CsvTable* table) {
+struct Flown {
   AblatedPolicy::Found found;
-  const std::string policy_name = policy->Name();
+  size_t images = 0;
+  int restarts = 0;
+  double ate = kNoNumber, nees_world = kNoNumber, nees_motion = kNoNumber, milliseconds = kNoNumber;
+};
+
+// @param start  of a simulated flight, in whose W the pose is compared too
+Flown Fly(const Recording& recording, const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy,
+          const DrawnStart* start) {
+  Flown flown;
+  AblatedPolicy::Found& found = flown.found;
   Estimator estimator(options, std::make_unique<AblatedPolicy>(std::move(policy), recording, start ? 1 : 10, &found));
   if (start) estimator.StartFrom(start->state, start->J);
   std::vector<StampedState> states;
@@ -138,13 +164,21 @@ void Append(const std::string& name, const Recording& recording, const Estimator
     const StampedState truth = *StateAt(recording.truth, row.t);
     nees += ComparePose(row.report.state->T_W_B, row.report.covariance->Pose(), truth.T_W_B).nees;
   });
-  const double none = std::numeric_limits<double>::quiet_NaN();
-  const auto error = CompareTrajectories(states, recording.truth);
-  const double images = static_cast<double>(states.size());
+  flown.images = states.size();
+  flown.restarts = estimator.Restarts();
+  if (const auto error = CompareTrajectories(states, recording.truth)) flown.ate = error->position_rmse;
+  if (start) flown.nees_world = nees / static_cast<double>(states.size());
+  if (found.windows > 0) flown.nees_motion = found.nees / found.windows;
+  flown.milliseconds = 1e3 * (seconds - found.seconds) / static_cast<double>(recording.frames.size());
+  return flown;
+}
+
+void Append(const std::string& name, const Recording& recording, const EstimatorOptions& options,
+            std::unique_ptr<WindowPolicy> policy, const Way& way, const DrawnStart* start, int trial, CsvTable* table) {
+  const std::string policy_name = policy->Name();
+  const Flown flown = Fly(recording, options, std::move(policy), start);
   table->Row(name, policy_name, way.name, options.weights.noisy_hosts ? "noisy" : "exact with loss", trial,
-             states.size(), estimator.Restarts(), error ? error->position_rmse : none, start ? nees / images : none,
-             found.windows > 0 ? found.nees / found.windows : none,
-             1e3 * (seconds - found.seconds) / static_cast<double>(recording.frames.size()));
+             flown.images, flown.restarts, flown.ate, flown.nees_world, flown.nees_motion, flown.milliseconds);
 }
 
 }  // namespace
@@ -179,6 +213,61 @@ CsvTable AblationRecordingTable(int trial, const std::filesystem::path& data) {
         options.marginalizer = way.marginalizer;
         Append("euroc_v1_01_easy", recording, options, std::move(policy), way, nullptr, trial, &table);
       }
+    }
+  }
+  return table;
+}
+
+namespace {
+
+void ScaleImu(double factor, EstimatorOptions* options) {
+  ImuNoise& noise = options->calibration.noise;
+  for (double* sigma : {&noise.accelerometer, &noise.gyroscope, &noise.accelerometer_walk, &noise.gyroscope_walk}) {
+    *sigma *= factor;
+  }
+}
+
+// What the estimator is told; all recordings have the first three, V1_01 has all.
+struct Told {
+  const char* name;
+  void (*set)(EstimatorOptions*);
+};
+using Constraints = ObservabilityConstraints;
+const Told kTold[] = {
+    {"none", [](EstimatorOptions*) {}},
+    {"prior", [](EstimatorOptions* o) { o->observability_constraints = Constraints::kMarginalizedEdges; }},
+    {"full", [](EstimatorOptions* o) { o->observability_constraints = Constraints::kAllEdges; }},
+    {"noisy hosts", [](EstimatorOptions* o) { o->weights.noisy_hosts = true, o->weights.cauchy = 0.0; }},
+    {"outliers beyond 1.5 px", [](EstimatorOptions* o) { o->max_outlier_pixels = 1.5; }},
+    {"T_B_C and clock estimated", [](EstimatorOptions* o) { o->estimate_extrinsic = o->estimate_time_offset = true; }},
+    {"pixels x 3", [](EstimatorOptions* o) { o->weights.pixel_sigma *= 3.0; }},
+    {"IMU x 3", [](EstimatorOptions* o) { ScaleImu(3.0, o); }},
+    {"both x 3", [](EstimatorOptions* o) { o->weights.pixel_sigma *= 3.0, ScaleImu(3.0, o); }},
+    {"both x 5", [](EstimatorOptions* o) { o->weights.pixel_sigma *= 5.0, ScaleImu(5.0, o); }}};
+
+}  // namespace
+
+CsvTable ConsistencyRecordingTable(int trial, const std::filesystem::path& data) {
+  CsvTable table(
+      "recording,policy,told,trial,images,restarts,ate_m,nees_motion,position_m,position_claimed_m,rotation_deg,"
+      "rotation_claimed_deg,yaw_leak,milliseconds");
+  const char* names[] = {"euroc_v1_01_easy", "tango_walk"};
+  const bool simulated = trial > 1;
+  const std::string name = simulated ? "simulated" : names[trial];
+  const Recording recording =
+      simulated ? SimulatedOdometryRecording(static_cast<uint64_t>(trial) - 1) : ReadRecording(data / name);
+  const std::ptrdiff_t cases = trial == 0 ? std::size(kTold) : 3;
+  for (const Told* told = kTold; told != kTold + cases; ++told) {
+    for (auto&& policy : AllPolicies()) {
+      EstimatorOptions options{recording.calibration};
+      told->set(&options);
+      const std::string policy_name = policy->Name();
+      const Flown flown = Fly(recording, options, std::move(policy), nullptr);
+      const auto& found = flown.found;
+      const double degrees = 180.0 / M_PI;
+      table.Row(name, policy_name, told->name, trial, flown.images, flown.restarts, flown.ate, flown.nees_motion,
+                found.Errors()[0], found.Claimed()[0], degrees * found.Errors()[1], degrees * found.Claimed()[1],
+                found.yaw_leak / found.priors, flown.milliseconds);
     }
   }
   return table;

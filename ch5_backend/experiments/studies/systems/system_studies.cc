@@ -6,6 +6,8 @@ const std::vector<TrialStudy>& SystemStudies() {
   static const std::vector<TrialStudy> studies = {
       {"ablation", AblationTable},
       {"ablation_recording", AblationRecordingTable},
+      {"consistency_recording", ConsistencyRecordingTable},
+      {"walk_scale", WalkScaleTable},
       {"back_ends", BackEndsTable},
       {"calibration", CalibrationTable},
       {"preintegration", PreintegrationTable},

@@ -12,6 +12,13 @@ const std::vector<TrialStudy>& SystemStudies();
 CsvTable AblationTable(int trial, const std::filesystem::path&);
 /// … and on EuRoC's V1_01.
 CsvTable AblationRecordingTable(int trial, const std::filesystem::path& data);
+/// Observability constraints for no edge, marginalized edges or all, and other noise than the default's: error, NEES of the
+/// motion across the window and its parts, the prior's leak of yaw. Trial 0 is EuRoC's V1_01, 1 Tango's walk, others are
+/// simulated.
+CsvTable ConsistencyRecordingTable(int trial, const std::filesystem::path& data);
+/// The batch on Tango's walk with its observations, gyroscope and accelerometer as recorded, or each replaced by what the
+/// publisher's trajectory would give: ATE and scale. Trials differ in the observations' noise.
+CsvTable WalkScaleTable(int trial, const std::filesystem::path& data);
 /// The Schur complement with pivoted Cholesky and with eigenvalues, and QR: error of the prior the less the old prior knew,
 /// and time over the size of the window. The measure is QR in extended precision.
 CsvTable BackEndsTable(int trial, const std::filesystem::path&);
