@@ -42,7 +42,7 @@ DESCRIPTIONS = {
     "status": "Shows the state of every stage at a glance.",
     "bench": "Measures our solvers and, where it is installed, Ceres on the same problems: same start, same loss, "
              "analytic Jacobians, one process for each measurement, taking turns; medians of five rounds, which take "
-             "about five minutes. Prints a table, and writes CSV and plots into out/bench. NAME picks the problems whose "
+             "about eight minutes. Prints a table, and writes CSV and plots into out/bench. NAME picks the problems whose "
              "name contains it, such as bal/ or vio_M.",
     "plots": "Draws all figures of the project, or those of the sets whose name contains a NAME, from the tables in DIR; "
              "runs what makes the tables where they are missing. Everything takes about ten minutes on two cores, --quick "
@@ -66,7 +66,8 @@ JSON_FIELDS = {
     "track": "out, a list of folders",
     "fly": "out, report, and failures, {experiment: what your program said when it failed, or nothing}",
     "bench": "rows, a list of {problem, threads, ours_ms, peer, peer_ms, ratio, ours_cost, peer_cost, ours_peak_mb, "
-             "peer_peak_mb}; ratio is peer_ms / ours_ms, null where a side did not get there",
+             "peer_peak_mb, ours_bytes, peer_bytes}; ratio is peer_ms / ours_ms, null where a side did not get there; bytes are "
+             "those that the solver adds to each observation of a BAL problem or a city",
     "check": "stages, a list of {id, state, hint}",
     "grade": "out, records, a list of {name, status, score, points}",
     "status": "stages, a list of {id, state, hint}",

@@ -9,22 +9,10 @@
 #include <vector>
 
 #include "ch5_backend/graph/graph.h"
+#include "ch5_backend/types/bal/bal_problem.h"
 #include "ch5_backend/types/vertices.h"
 
 namespace ch5 {
-
-struct BalObservation {
-  int camera;
-  int point;
-  Vec2 pixel;
-};
-
-/// A file's content; cameras are [ω, t, f, k₁, k₂], see VertexCameraBAL, points X_W.
-struct BalProblem {
-  std::vector<BalObservation> observations;
-  std::vector<Vec9> cameras;
-  std::vector<Vec3> points;
-};
 
 /// @throws FileError "file:line: what, got value" if the file is missing, empty, cut short, not text, or holds
 ///         counts that the file is too small for, an index out of range, a repeated observation, a number that is

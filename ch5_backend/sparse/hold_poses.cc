@@ -29,10 +29,17 @@ void ProjectPoseBlocks(const Structure& s, int i, const MatXX& projection, Symme
   }
 }
 
-void ProjectCoupling(const Structure& s, int i, const MatXX& projection, double* H_pl) {
+void ProjectCoupling(const Structure& s, int i, const MatXX& projection, Linearized* system) {
   for (int k = s.pose_slots_begin[i]; k < s.pose_slots_begin[i + 1]; ++k) {
     const int slot = s.pose_slots[k];
-    Eigen::Map<MatXX> block(H_pl + s.slot_block[slot], s.pose_dim[i], s.landmark_dim[s.slot_landmark[slot]]);
+    if (!system->H_pl_factors.empty()) {  // H_pl = J̃_pᵀJ̃_l, and J̃_p takes the projection
+      const int dim = s.pose_dim[i], row = dim + s.landmark_dim[s.slot_landmark[slot]];
+      Eigen::Map<Eigen::MatrixXf> J(&system->H_pl_factors[static_cast<size_t>(slot) * 2 * row], row, 2);  // transposed
+      J.topRows(dim) = (projection * J.topRows(dim).cast<double>()).cast<float>().eval();
+      continue;
+    }
+    Eigen::Map<MatXX> block(system->H_pl.data() + s.slot_block[slot], s.pose_dim[i],
+                            s.landmark_dim[s.slot_landmark[slot]]);
     block = projection.lazyProduct(block).eval();
   }
 }
@@ -61,7 +68,7 @@ std::vector<HeldPose> FindHeldPoses(const Structure& s, const std::vector<HeldDi
 void HoldPoses(const Structure& s, const std::vector<HeldPose>& held, Linearized* system) {
   for (const auto& [i, projection] : held) {
     ProjectPoseBlocks(s, i, projection, &system->H_pp);
-    ProjectCoupling(s, i, projection, system->H_pl.data());
+    ProjectCoupling(s, i, projection, system);
     auto b = system->b.segment(s.pose_offset[i], s.pose_dim[i]);
     b = (projection * b).eval();
   }

@@ -34,7 +34,7 @@ std::vector<Entry> EntriesOf(const Structure& s, const Linearized& system) {
     add(&system.H_ll[s.landmark_block[l]], dim, column, dim, column, dim);
     for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
       const int p = s.slot_pose[slot];
-      add(&system.H_pl[s.slot_block[slot]], s.pose_dim[p], s.pose_offset[p], s.pose_dim[p], column, dim);
+      add(system.Coupling(s, slot).data(), s.pose_dim[p], s.pose_offset[p], s.pose_dim[p], column, dim);
     }
   }
   std::sort(entries.begin(), entries.end());

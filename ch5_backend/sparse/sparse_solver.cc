@@ -20,6 +20,9 @@ bool NeverForms(ReducedSolverType type) {
   return type == ReducedSolverType::kImplicitPcg || type == ReducedSolverType::kPowerSeries;
 }
 
+// Whether the last digits of H make no difference to the step, so that single precision will do for H_pl.
+bool IsInexact(const IterativeOptions& options) { return options.model_tolerance > 0.0 || options.tolerance >= 1e-6; }
+
 }  // namespace
 
 // ---- Structure --------------------------------------------------------------------------------------------------
@@ -27,7 +30,11 @@ bool NeverForms(ReducedSolverType type) {
 void SparseSolver::SetOrdering() {
   has_step_ = false;
   Ordering ordering = MakeOrdering(*graph_, selection_);
-  if (is_ordered_ && IsSame(ordering, structure_.ordering)) return AssignBatch();  // a loss or W may be another one
+  if (is_ordered_ && IsSame(ordering, structure_.ordering)) {
+    const bool was_active = batch_.Active();
+    AssignBatch();  // a loss or W may be another one
+    if (batch_.Active() == was_active) return;
+  }
   is_ordered_ = false;
   structure_ = BuildStructure(std::move(ordering));
   const bool tied_by_landmarks_alone = std::all_of(structure_.H_pp_pattern.begin(), structure_.H_pp_pattern.end(),
@@ -35,8 +42,9 @@ void SparseSolver::SetOrdering() {
   const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
   AssignBatch();
   if (pool_.Threads() > 1) numeric_edges_.Find(&structure_);
-  linearized_.Resize(structure_);
-  eliminated_.Resize(structure_);
+  const bool factored = NeverForms(type) && IsInexact(iterative_) && batch_.Active() && structure_.OnePoseAnEdge();
+  linearized_.Resize(structure_, factored);
+  eliminated_.Resize(structure_, NeverForms(type));
   delta_poses_.setZero(structure_.ordering.dim_poses);
   step_.H_pp_delta.setZero(structure_.ordering.dim_poses);
   PrepareReducedSolver(type);

@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FIELDS = ["problem", "threads", "ours_ms", "peer", "peer_ms", "ratio", "ours_cost", "peer_cost", "ours_peak_mb",
-          "peer_peak_mb"]
+          "peer_peak_mb", "ours_bytes", "peer_bytes"]
 
 
 class BenchCommand(unittest.TestCase):

@@ -72,6 +72,12 @@ class Rows(unittest.TestCase):
         self.assertAlmostEqual(rows[0]["ratio"], 7.5)
         self.assertEqual(bench.traces_of(bench.Case("covariance/a", "", 1, ours=[[FAST]], theirs=[[SLOW]])), [])
 
+    def test_bytes_an_observation(self):
+        ours, theirs = [dict(FAST, observations=4, solver_bytes=1000.0)], [dict(SLOW, observations=4, solver_bytes=2400.0)]
+        row = self.rows([ours], [theirs])["case total"]
+        self.assertEqual((row["ours_bytes"], row["peer_bytes"]), (250.0, 600.0))
+        self.assertIsNone(self.rows([[FAST]], [[SLOW]])["case total"]["ours_bytes"], "a window has no such count")
+
     def test_medians_of_turns(self):
         def lasting(seconds):
             return run([[0.0, 2.0], [seconds, 1.0]], steps=1)

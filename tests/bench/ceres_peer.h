@@ -27,6 +27,7 @@ struct PeerResult {
   double initial_cost = 0.0, final_cost = 0.0, seconds = 0.0;
   int iterations = 0;  ///< linear systems solved, those of rejected steps included
   std::vector<PeerPoint> trace;
+  double bytes_before = 0.0;  ///< of memory, with the problem in it, before the solver was called
 };
 
 /// A BAL problem; Ceres' damping is λ diag(H), as our Damping::kDiagonal with tau = 1e-4.

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "tests/bench/memory.h"
+
 namespace ch5::peer {
 namespace {
 
@@ -31,12 +33,14 @@ PeerResult SolveWithCeres(const PeerOptions& options, std::shared_ptr<ceres::Par
   ceres_options.gradient_tolerance = ceres_options.parameter_tolerance = 0.0;
   ceres_options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
+  const double bytes_before = bench::MemoryBytes("VmRSS:");
   ceres::Solve(ceres_options, problem, &summary);
   PeerResult result{summary.initial_cost,
                     summary.final_cost,
                     summary.total_time_in_seconds,
                     static_cast<int>(summary.iterations.size()) - 1,
-                    {}};
+                    {},
+                    bytes_before};
   for (const auto& it : summary.iterations) {
     result.trace.push_back({it.cumulative_time_in_seconds + summary.preprocessor_time_in_seconds, it.cost});
   }

@@ -7,37 +7,35 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <stdexcept>
 
 #include "ch5_backend/experiments/studies/command_line.h"
+#include "tests/bench/memory.h"
 
 namespace ch5::bench {
 namespace {
 
 constexpr char kUsage[] =
     "usage: measure PROBLEM [--threads N] [--repeat N]\n"
-    "Solves PROBLEM (a BAL file, a window, a .g2o file, or scene:FRAMESxPOINTS) N times, and prints a line of JSON "
-    "for\n"
-    "each run.\n";
+    "Solves PROBLEM (a BAL file, a window, a .g2o file, scene:FRAMESxPOINTS, or city:CAMERAS) N times, and\n"
+    "prints a line of JSON for each run.\n";
 
 // VmHWM, which begins anew with each program, where getrusage remembers the parent's size; that one elsewhere.
-long PeakKilobytes() {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);) {
-    if (line.rfind("VmHWM:", 0) == 0) return std::atol(line.c_str() + 6);
-  }
+double PeakBytes() {
+  const double bytes = MemoryBytes("VmHWM:");
+  if (bytes > 0.0) return bytes;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  return usage.ru_maxrss;
+  return 1024.0 * static_cast<double>(usage.ru_maxrss);
 }
 
-void Print(const peer::PeerResult& result) {
+void Print(const peer::PeerResult& result, size_t observations) {
+  const double peak = PeakBytes(), added = peak - result.bytes_before;
   std::printf(
       "{\"initial_cost\": %.17g, \"final_cost\": %.17g, \"seconds\": %.9g, \"steps\": %d, \"peak_mb\": %.3f, "
-      "\"trace\": [",
-      result.initial_cost, result.final_cost, result.seconds, result.iterations,
-      static_cast<double>(PeakKilobytes()) / 1024.0);
+      "\"observations\": %zu, \"solver_bytes\": %.0f, \"trace\": [",
+      result.initial_cost, result.final_cost, result.seconds, result.iterations, peak / 1048576.0, observations,
+      result.bytes_before > 0.0 ? added : 0.0);
   const char* comma = "";
   for (const peer::PeerPoint& point : result.trace) {
     std::printf("%s[%.9g, %.17g]", comma, point.seconds, point.cost);
@@ -65,6 +63,6 @@ int main(int argc, char** argv) {
   return line.Run(argc, argv, [&] {
     ch5::bench::Problem problem = ch5::bench::ReadProblem(name);
     problem.options.threads = threads;
-    for (int k = 0; k < repeat; ++k) ch5::bench::Print(ch5::bench::Solve(problem));
+    for (int k = 0; k < repeat; ++k) ch5::bench::Print(ch5::bench::Solve(problem), problem.bal.observations.size());
   });
 }

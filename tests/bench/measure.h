@@ -24,7 +24,7 @@ struct Problem {
   peer::PeerOptions options;  ///< with which both sides solve it
 };
 
-/// @param name  a BAL file, a window dump, a .g2o file, or "scene:FRAMESxPOINTS", behind a task's word if that is not to
+/// @param name  a BAL file, a window dump, a .g2o file, "scene:FRAMESxPOINTS" or "city:CAMERAS", behind a task's word if that is not to
 ///              solve it: "marginalize:" or "covariance:"
 /// @throws FileError, std::invalid_argument
 Problem ReadProblem(const std::string& name);

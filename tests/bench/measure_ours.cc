@@ -2,6 +2,7 @@
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "tests/bench/measure.h"
+#include "tests/bench/memory.h"
 
 namespace ch5::bench {
 namespace {
@@ -19,8 +20,10 @@ peer::PeerResult Run(Graph* graph, const Problem& problem) {
     optimizer.SetDamping(Damping::kDiagonal);
     solve.tau = 1e-4;  // where Ceres begins
   }
+  const double bytes_before = MemoryBytes("VmRSS:");
   const Summary summary = optimizer.Solve(solve);
-  peer::PeerResult result{summary.initial_cost, summary.final_cost, summary.seconds, summary.cost_evaluations, {}};
+  peer::PeerResult result{summary.initial_cost, summary.final_cost, summary.seconds, summary.cost_evaluations, {},
+                          bytes_before};
   for (const IterationInfo& info : summary.trace) result.trace.push_back({info.seconds, info.cost});
   return result;
 }

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "ch5_backend/simulate/city.h"
 #include "ch5_backend/simulate/mono_ba.h"
 #include "tests/bench/measure.h"
 
@@ -35,6 +36,14 @@ WindowDump SceneWindow(const std::string& size) {
   return window;
 }
 
+BalProblem CityProblem(const std::string& cameras) {
+  CityOptions options;
+  char rest;
+  if (std::sscanf(cameras.c_str(), "%d%c", &options.cameras, &rest) != 1)
+    throw std::invalid_argument("a city has a number of cameras, got '" + cameras + "'");
+  return SimulateCity(options).start;
+}
+
 }  // namespace
 
 Problem ReadProblem(const std::string& name) {
@@ -50,8 +59,8 @@ Problem ReadProblem(const std::string& name) {
   }
   Problem problem;
   std::string word;
-  const bool is_scene = name.rfind("scene:", 0) == 0;
-  if (!is_scene) std::ifstream(name) >> word;
+  const bool is_scene = name.rfind("scene:", 0) == 0, is_city = name.rfind("city:", 0) == 0;
+  if (!is_scene && !is_city) std::ifstream(name) >> word;
   if (is_scene || word == "VIOWIN") {
     problem.kind = Problem::Kind::kWindow;
     problem.window = is_scene ? SceneWindow(name.substr(6)) : ReadWindowDump(name);
@@ -66,7 +75,8 @@ Problem ReadProblem(const std::string& name) {
     problem.options.iterations = 50;
     problem.options.tolerance = 1e-6;
   } else {
-    problem.bal = ReadBal(name);
+    problem.bal = is_city ? CityProblem(name.substr(5)) : ReadBal(name);
+    if (problem.bal.cameras.size() > 5000) problem.options.iterations = 5;  // of some seconds each
     // Of Ceres' solvers each is the fastest on its side of this.
     if (problem.bal.cameras.size() > 400) problem.options.linear_solver = peer::LinearSolver::kIterativeSchur;
   }

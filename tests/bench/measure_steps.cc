@@ -21,7 +21,8 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: measure_steps PROBLEM [--solver sparse|plain|dense] [--threads N] [--repeat N]\n"
-    "Times each step of an iteration at the start of PROBLEM (a BAL file, a window, or scene:FRAMESxPOINTS), the "
+    "Times each step of an iteration at the start of PROBLEM (a BAL file, a window, scene:FRAMESxPOINTS, or "
+    "city:CAMERAS), the "
     "median\n"
     "of N; prints step,milliseconds,flop,bytes. The last two are counted, 0 where they are not. PROBLEM may be\n"
     "'machine': prints peak,GFLOP/s and read,megabytes,GB/s.\n";

@@ -34,7 +34,7 @@ MAY_INCLUDE = {
     "consistency": SPARSE + TYPES + " marginalize",
     "window/start": SPARSE + TYPES + " marginalize consistency",
     "window": SPARSE + TYPES + " marginalize consistency window/start",
-    "simulate": "math graph types types/visual",
+    "simulate": "math graph types types/visual types/bal",
     "simulate/sensors": "math graph types types/visual types/inertial simulate",
     "files/tables": "math types",
     "files": "math graph files/tables" + TYPES,

@@ -1,6 +1,9 @@
 // The solvers that never form the Schur complement; that they find the same steps as all others is in equality_test.cc.
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/sparse_solver.h"
@@ -97,6 +100,41 @@ TEST(ImplicitSchur, MultipliesByTheSchurComplement) {
     schur.Multiply(x, &y);
     // H_pl H_ll⁻¹ H_plᵀ may be larger than S, of which it takes away the most.
     EXPECT_LT((y - expected).norm(), 1e-11 * bound);
+  }
+}
+
+// An inexact solver keeps the Jacobians of H_pl in single precision. The rest of H is summed from the same, so that it
+// stays positive semi-definite to double precision; b is exact.
+TEST(SlotFactors, LeaveHPositiveAndTheGradientExact) {
+  System exact(SceneNamed("Bal"), ReducedSolverType::kPowerSeries, IterativeOptions::Exact());
+  System inexact(SceneNamed("Bal"), ReducedSolverType::kPowerSeries, {});
+  EXPECT_TRUE(exact.solver->GetLinearized().H_pl_factors.empty());
+  EXPECT_TRUE(inexact.solver->GetLinearized().H_pl.empty());
+  const VecX b = exact.solver->RightHandSide();
+  EXPECT_LT((inexact.solver->RightHandSide() - b).norm(), 1e-14 * b.norm());
+
+  const MatXX H = inexact.solver->DenseHessian(), H_exact = exact.solver->DenseHessian();
+  const VecX d = H_exact.diagonal().cwiseSqrt().cwiseInverse();
+  const MatXX scaled = d.asDiagonal() * H * d.asDiagonal();
+  EXPECT_LT((scaled - MatXX(d.asDiagonal() * H_exact * d.asDiagonal())).cwiseAbs().maxCoeff(), 3e-7);
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatXX>(scaled).eigenvalues()[0], -1e-13 * static_cast<double>(H.rows()));
+
+  const VecX v = RandomVector(static_cast<int>(H.rows())), product = inexact.solver->MultiplyHessian(v);
+  EXPECT_LT((product - H * v).norm(), 1e-12 * H.norm() * v.norm());
+}
+
+// Every product that the step takes is one with that H.
+TEST(SlotFactors, SolveTheSystemThatTheyStandFor) {
+  for (const auto preconditioner : {Preconditioner::kBlockJacobi, Preconditioner::kSchurJacobi}) {
+    const IterativeOptions options{1e-6, 0.0, 10000, 0, preconditioner};
+    System system(SceneNamed("Bal"), ReducedSolverType::kImplicitPcg, options);
+    const VecX step = system.Step(1e-2), b = system.solver->RightHandSide();
+    ASSERT_TRUE(system.solver->GetLinearized().H_pl.empty());
+    MatXX H = system.solver->DenseHessian();
+    H.diagonal() *= 1.01;
+    const VecX expected = H.ldlt().solve(b);
+    EXPECT_LT((step - expected).norm(), 1e-3 * expected.norm());
+    EXPECT_NEAR(b.dot(step) - 0.5 * step.dot(H * step), b.dot(expected) / 2, 1e-8 * b.dot(expected));
   }
 }
 

@@ -9,6 +9,7 @@
 #include "ch5_backend/linear/block_matrix.h"
 #include "ch5_backend/linear/pivot_rule.h"
 #include "ch5_backend/math/dispatch.h"
+#include "ch5_backend/sparse/kernels/slot_factors.h"
 
 namespace ch5::kernels {
 
@@ -135,12 +136,41 @@ struct LandmarkSlots {
   const int *pose, *block;            ///< of each slot: its pose, and where its block begins in H_pl
   const int *pose_offset, *pose_dim;  ///< of each pose: its first row, and how many
   const double* H_pl;
+  const float* factors;  ///< in its place, slot by slot, or null
 };
+
+/// The numbers in a block, and what is read behind it; 1 for any sizes.
+constexpr int BlockSize(int rows, int columns) {
+  return rows == Eigen::Dynamic || columns == Eigen::Dynamic ? 1 : rows * columns + kLanes;
+}
+
+/// A slot's block of H_pl, which `expanded` (BlockSize numbers) takes if it is stored by its factors.
+template <int P, int L>
+CH5_INLINE const double* Block(const LandmarkSlots& slots, int slot, double* expanded) {
+  if constexpr (P != Eigen::Dynamic && L != Eigen::Dynamic) {
+    using Factors = SlotFactors<P, L>;
+    if (slots.factors) {
+      Factors::Expand(slots.factors + static_cast<ptrdiff_t>(slot) * Factors::kSize, expanded);
+      return expanded;
+    }
+  }
+  return slots.H_pl + slots.block[slot];
+}
 
 /// w (l) += Σ_p H_plᵀ v_p over the poses that see a landmark.
 template <int P, int L>
 CH5_INLINE void SumOverPoses(const LandmarkSlots& slots, int l_size, const double* v, double* w) {
   constexpr bool kFixed = P != Eigen::Dynamic && L != Eigen::Dynamic;
+  if constexpr (kFixed) {
+    using Factors = SlotFactors<P, L>;
+    if (slots.factors) {
+      for (int slot = slots.begin; slot < slots.end; ++slot) {
+        Factors::AddTransposed(slots.factors + static_cast<ptrdiff_t>(slot) * Factors::kSize,
+                               v + slots.pose_offset[slots.pose[slot]], w);
+      }
+      return;
+    }
+  }
   TransposedSum<kFixed ? P : 1, kFixed ? L : 1> sum;
   for (int slot = slots.begin; slot < slots.end; ++slot) {
     const int pose = slots.pose[slot];

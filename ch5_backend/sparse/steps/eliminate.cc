@@ -39,10 +39,11 @@ CH5_INLINE bool InvertPack(const Structure& s, const Linearized& y, int first, i
     product[r] = V[r] * b[0];
     for (int c = 1; c < L; ++c) product[r] += V[c * L + r] * b[c];
   }
+  const bool has_roots = !out->G_inverse.empty();
   for (int k = 0; k < count; ++k) {
     const int block = s.landmark_block[first + k], row = s.landmark_offset[first + k] - s.ordering.dim_poses;
     for (int i = 0; i < L * L; ++i) out->H_ll_inverse[block + i] = V[i][k];
-    for (int i = 0; i < L * L; ++i) out->G_inverse[block + i] = A[i][k];
+    for (int i = 0; i < L * L && has_roots; ++i) out->G_inverse[block + i] = A[i][k];
     for (int i = 0; i < L; ++i) out->H_ll_inverse_b[row + i] = product[i][k];
   }
   return true;
@@ -51,7 +52,9 @@ CH5_INLINE bool InvertPack(const Structure& s, const Linearized& y, int first, i
 // One landmark of any size.
 CH5_INLINE bool InvertOne(const Structure& s, const Linearized& y, int l, const DampingRule& rule, Eliminated* out) {
   const int dim = s.landmark_dim[l], first = s.landmark_offset[l], block = s.landmark_block[l];
-  double *G = &out->G_inverse[block], *inverse = &out->H_ll_inverse[block];
+  thread_local std::vector<double> scratch;
+  if (out->G_inverse.empty()) scratch.resize(static_cast<size_t>(dim * dim));
+  double *G = out->G_inverse.empty() ? scratch.data() : &out->G_inverse[block], *inverse = &out->H_ll_inverse[block];
   Damp(&y.H_ll[block], dim, rule, G);
   if (!kernels::InvertSymmetric<Eigen::Dynamic>(G, dim, inverse)) return false;
   double* product = out->H_ll_inverse_b.data() + first - s.ordering.dim_poses;
@@ -171,9 +174,9 @@ void Mirror(int dim, double* block) {
 
 }  // namespace
 
-void Eliminated::Resize(const Structure& s) {
+void Eliminated::Resize(const Structure& s, bool is_implicit) {
   H_ll_inverse.assign(static_cast<size_t>(s.num_H_ll_values), 0.0);
-  G_inverse.assign(static_cast<size_t>(s.num_H_ll_values), 0.0);
+  G_inverse = std::vector<double>(is_implicit ? 0 : static_cast<size_t>(s.num_H_ll_values));
   H_ll_inverse_b.setZero(s.ordering.dim_landmarks);
   b_S.setZero(s.ordering.dim_poses);
   damped_diagonal.setZero(s.ordering.dim_poses);

@@ -29,21 +29,21 @@ struct DampingRule {
 
 struct Eliminated {
   std::vector<double> H_ll_inverse;  ///< (H_ll + λD)⁻¹, see Structure::landmark_block
-  std::vector<double> G_inverse;     ///< its lower triangles G⁻¹
+  std::vector<double> G_inverse;     ///< its lower triangles G⁻¹, which only forming S wants; or empty
   VecX H_ll_inverse_b;               ///< (H_ll + λD)⁻¹ b_l, the landmarks' rows
   SymmetricBlockMatrix S;            ///< empty if S is implicit
   VecX b_S;
   VecX damped_diagonal;  ///< of H_pp + λD: what a pivot of S is compared with, linear/pivot_rule.h
 
   /// Takes all memory for this structure, S's aside.
-  void Resize(const Structure& structure);
+  void Resize(const Structure& structure, bool is_implicit = false);
 };
 
 /// What stands for G⁻¹ where A = H_ll + λD is not positive definite: K, lower triangular, of which KᵀK counts as A⁻¹.
 using SingularRoot = MatXX (*)(const MatXX& A);
 
 /// (H_ll + λD)⁻¹ and its product with b_l, for every landmark.
-/// @param singular_root  for blocks that are not positive definite, or null
+/// @param singular_root  for blocks that are not positive definite, where S is formed; or null
 /// @return false if one of the damped blocks is not positive definite, and there is nothing to stand for its inverse
 bool InvertLandmarks(const Structure& structure, const Linearized& system, const DampingRule& rule, ThreadPool* pool,
                      Eliminated* eliminated, SingularRoot singular_root = nullptr);

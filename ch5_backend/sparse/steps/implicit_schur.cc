@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
 
 #include "ch5_backend/linear/pivot_rule.h"
 
@@ -68,6 +69,18 @@ CH5_INLINE void SubtractProductVector(const double* H, const double* x, int p_si
   }
 }
 
+// The same for a slot, whichever way its block is stored.
+template <int P, int L>
+CH5_INLINE void SubtractFromPose(const kernels::LandmarkSlots& slots, int slot, const double* x, int p_size, int l_size,
+                                 double* y) {
+  if constexpr (P != Eigen::Dynamic && L != Eigen::Dynamic) {
+    using Factors = kernels::SlotFactors<P, L>;
+    if (slots.factors)
+      return Factors::SubtractProduct(slots.factors + static_cast<ptrdiff_t>(slot) * Factors::kSize, x, y);
+  }
+  SubtractProductVector<P, L>(slots.H_pl + slots.block[slot], x, p_size, l_size, y);
+}
+
 // sums += C x over the landmarks [begin, end).
 template <int P, int L>
 struct MultiplyCouplingRange {
@@ -84,10 +97,10 @@ struct MultiplyCouplingRange {
       kernels::SumOverPoses<P, L>(y.Slots(s, l), dim, x, w);
       for (int m = 0; m < dim; ++m) w[m] = -w[m];
       kernels::AddSymmetric<L>(&eliminated.H_ll_inverse[s.landmark_block[l]], w, dim, v);
-      for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
+      const kernels::LandmarkSlots slots = y.Slots(s, l);
+      for (int slot = slots.begin; slot < slots.end; ++slot) {
         const int p = s.slot_pose[slot];
-        const double* H_pl = &y.H_pl[s.slot_block[slot]];
-        SubtractProductVector<P, L>(H_pl, v, s.pose_dim[p], dim, sums + padded_offset[p]);
+        SubtractFromPose<P, L>(slots, slot, v, s.pose_dim[p], dim, sums + padded_offset[p]);
       }
     }
   }
@@ -108,21 +121,31 @@ struct ReducePose {
     scratch.assign(static_cast<size_t>(stride * (1 + Pick<L>(max_landmark_dim))), 0.0);
     double *b_j = scratch.data(), *Y = b_j + stride;  // Y = H_jl (H_ll + λD)⁻¹
     std::copy_n(y.b.data() + s.pose_offset[j], dim, b_j);
+    alignas(64) double expanded[kernels::BlockSize(P, L)] = {};
     for (int k = s.pose_slots_begin[j]; k < end; ++k) {
-      if (k + kAhead < end) Prefetch(&y.H_pl[s.slot_block[s.pose_slots[k + kAhead]]]);
+      if (k + kAhead < end) Prefetch(s, y, s.pose_slots[k + kAhead]);
       const int slot = s.pose_slots[k], l = s.slot_landmark[slot], landmark_dim = Pick<L>(s.landmark_dim[l]);
-      const double* H_jl = &y.H_pl[s.slot_block[slot]];
+      const kernels::LandmarkSlots slots = y.Slots(s, l);
       const double* H_ll_inverse_b = eliminated->H_ll_inverse_b.data() + s.landmark_offset[l] - s.ordering.dim_poses;
-      SubtractProductVector<P, L>(H_jl, H_ll_inverse_b, dim, landmark_dim, b_j);
+      SubtractFromPose<P, L>(slots, slot, H_ll_inverse_b, dim, landmark_dim, b_j);
       if (!subtract_coupling) continue;
+      const double* H_jl = kernels::Block<P, L>(slots, slot, expanded);
       Multiply<P, L>(H_jl, &eliminated->H_ll_inverse[s.landmark_block[l]], dim, landmark_dim, Y);
       SubtractProduct<P, P, L>(H_jl, Y, dim, dim, landmark_dim, block);
     }
     std::copy_n(b_j, dim, eliminated->b_S.data() + s.pose_offset[j]);
   }
 
-  static CH5_INLINE void Prefetch(const double* H_jl) {
-    for (int i = 0; i < (P > 0 && L > 0 ? P * L : 0); i += 8) __builtin_prefetch(H_jl + i);
+  static CH5_INLINE void Prefetch(const Structure& s, const Linearized& y, int slot) {
+    if constexpr (P != Eigen::Dynamic && L != Eigen::Dynamic) {
+      using Factors = kernels::SlotFactors<P, L>;
+      const bool factored = !y.H_pl_factors.empty();
+      const auto* block =
+          factored ? reinterpret_cast<const char*>(&y.H_pl_factors[static_cast<size_t>(slot) * Factors::kSize])
+                   : reinterpret_cast<const char*>(&y.H_pl[s.slot_block[slot]]);
+      const int bytes = factored ? Factors::kSize * 4 : P * L * 8;
+      for (int i = 0; i < bytes; i += 64) __builtin_prefetch(block + i);
+    }
   }
 };
 
@@ -138,13 +161,8 @@ void ImplicitSchur::Prepare(const Structure& s, ThreadPool* pool) {
   sizes_ = {CommonDimension(s.pose_dim), CommonDimension(s.landmark_dim)};
   max_landmark_dim_ = s.landmark_dim.empty() ? 0 : *std::max_element(s.landmark_dim.begin(), s.landmark_dim.end());
   CutChunks();
-  padded_offset_.assign(1, 0);
   block_begin_.assign(1, 0);
-  for (const int dim : s.pose_dim) {
-    padded_offset_.push_back(padded_offset_.back() + Stride(dim));
-    block_begin_.push_back(block_begin_.back() + dim * dim);
-  }
-  chunk_sums_.assign((chunk_begin_.size() - 1) * static_cast<size_t>(padded_offset_.back()), 0.0);
+  for (const int dim : s.pose_dim) block_begin_.push_back(block_begin_.back() + dim * dim);
   inverses_.assign(static_cast<size_t>(block_begin_.back()), 0.0);
   Cx_.assign(static_cast<size_t>(s.ordering.dim_poses), 0.0);
   damping_.setZero(s.ordering.dim_poses);
@@ -153,15 +171,24 @@ void ImplicitSchur::Prepare(const Structure& s, ThreadPool* pool) {
 // Of about equal work, cut by the structure alone.
 void ImplicitSchur::CutChunks() {
   constexpr int kSlots = 8192, kMost = 64;
-  const int slots = static_cast<int>(structure_->slot_pose.size());
+  const Structure& s = *structure_;
+  const int slots = static_cast<int>(s.slot_pose.size());
   const auto count = static_cast<size_t>(std::clamp(slots / kSlots, 1, kMost));
-  chunk_begin_.assign(1, 0);
-  for (int l = 0; l < structure_->NumLandmarks(); ++l) {
-    const double goal =
-        static_cast<double>(slots) * static_cast<double>(chunk_begin_.size()) / static_cast<double>(count);
-    if (chunk_begin_.size() < count && structure_->landmark_slots[l] >= goal) chunk_begin_.push_back(l);
+  std::vector<int> begin(1, 0);
+  for (int l = 0; l < s.NumLandmarks(); ++l) {
+    const double goal = static_cast<double>(slots) * static_cast<double>(begin.size()) / static_cast<double>(count);
+    if (begin.size() < count && s.landmark_slots[l] >= goal) begin.push_back(l);
   }
-  chunk_begin_.push_back(structure_->NumLandmarks());
+  begin.push_back(s.NumLandmarks());
+  chunks_.resize(begin.size() - 1);
+  for (size_t k = 0; k < chunks_.size(); ++k) {
+    std::vector<int> offset = NumberPosesOfLandmarks(s, begin[k], begin[k + 1]);
+    int size = 0;
+    for (size_t j = 0; j < offset.size(); ++j) {
+      if (offset[j] >= 0) offset[j] = std::exchange(size, size + Stride(s.pose_dim[j]));
+    }
+    chunks_[k] = {begin[k], begin[k + 1], std::move(offset), AlignedVector(static_cast<size_t>(size))};
+  }
 }
 
 bool ImplicitSchur::Damp(const Linearized& system, const DampingRule& rule, Preconditioner preconditioner,
@@ -212,20 +239,18 @@ void ImplicitSchur::Multiply(const VecX& x, VecX* y) {
 void ImplicitSchur::MultiplyCoupling(const double* x, double* y) {
   const Structure& s = *structure_;
   const auto multiply_range = Dispatch<MultiplyCouplingRange>(sizes_);
-  const int chunks = static_cast<int>(chunk_begin_.size()) - 1;
-  const ptrdiff_t size = padded_offset_.back();
-  pool_->Run(chunks, [&](int chunk) {
-    double* sums = chunk_sums_.data() + chunk * size;
-    std::fill_n(sums, size, 0.0);
-    multiply_range(s, *system_, *eliminated_, chunk_begin_[chunk], chunk_begin_[chunk + 1], x, padded_offset_.data(),
-                   sums);
+  pool_->Run(static_cast<int>(chunks_.size()), [&](int k) {
+    Chunk& chunk = chunks_[k];
+    std::fill(chunk.sums.begin(), chunk.sums.end(), 0.0);
+    multiply_range(s, *system_, *eliminated_, chunk.begin, chunk.end, x, chunk.padded_offset.data(), chunk.sums.data());
   });
   ParallelFor(pool_, s.NumPoses(), 256, [&](int begin, int end) {
     for (int j = begin; j < end; ++j) {
       double* y_j = y + s.pose_offset[j];
       std::fill_n(y_j, s.pose_dim[j], 0.0);
-      for (int chunk = 0; chunk < chunks; ++chunk) {
-        const double* sum = chunk_sums_.data() + chunk * size + padded_offset_[j];
+      for (const Chunk& chunk : chunks_) {
+        if (chunk.padded_offset[j] < 0) continue;
+        const double* sum = chunk.sums.data() + chunk.padded_offset[j];
         for (int i = 0; i < s.pose_dim[j]; ++i) y_j[i] += sum[i];
       }
     }

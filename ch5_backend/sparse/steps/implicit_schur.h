@@ -5,8 +5,9 @@
 ///
 /// C x, landmark by landmark:   v = (H_ll + λD)⁻¹ Σ_p H_plᵀ x_p,   (C x)_p += H_pl v  while its blocks are still cached.
 /// That is two small products a slot, where S would have a block for each pair of poses of each landmark. It is bound by
-/// the memory that H_pl fills. Each chunk of landmarks has sums of its own, added in order; chunks are cut by the
-/// structure alone, so the result is the same to the bit for any number of threads.
+/// the memory that H_pl fills: an inexact solver has it by its factors (kernels/slot_factors.h). Each chunk of landmarks
+/// has sums of its own, added in order; chunks are cut by the structure alone, so the result is the same to the bit for
+/// any number of threads.
 /// Source: Agarwal et al., "Bundle adjustment in the large", ECCV 2010.
 
 #include "ch5_backend/linear/reduced_solver.h"
@@ -38,8 +39,13 @@ class ImplicitSchur {
   ThreadPool* pool_ = nullptr;
   BlockSizes sizes_;  // of all poses and landmarks
   int max_landmark_dim_ = 0;
-  std::vector<int> chunk_begin_, padded_offset_;  // of landmarks; of a pose in a chunk's sums
-  AlignedVector chunk_sums_;
+  // A chunk of landmarks, and y of the poses that see them: each begins at padded_offset, or has −1.
+  struct Chunk {
+    int begin, end;
+    std::vector<int> padded_offset;
+    AlignedVector sums;
+  };
+  std::vector<Chunk> chunks_;
   std::vector<int> block_begin_;       // of each pose's block of M⁻¹
   std::vector<double> inverses_, Cx_;  // without padding
   VecX damping_;                       // λD

@@ -78,8 +78,8 @@ class ChunkLinearizer {
 
   CH5_INLINE void LinearizeLandmark(int l, EdgePack* pack) {
     const int dim = kernels::Pick<L>(s_.landmark_dim[l]);
-    const bool packed = kFixed && batch_.Active();
-    if (!packed || !s_.OneEdgePerSlot()) {
+    const bool packed = kFixed && batch_.Active(), factored = !system_.H_pl_factors.empty();
+    if (!factored && (!packed || !s_.OneEdgePerSlot())) {
       double* H_pl = system_.H_pl.data();
       std::fill(H_pl + s_.slot_block[s_.landmark_slots[l]], H_pl + s_.slot_block[s_.landmark_slots[l + 1]], 0.0);
     }
@@ -89,7 +89,7 @@ class ChunkLinearizer {
     for (int e = s_.landmark_edges[l]; e < s_.landmark_edges[l + 1]; ++e) {
       if constexpr (kFixed) {
         if (packed) {
-          AddPackedEdge(e, pack, sums);
+          factored ? AddFactoredEdge(e, pack, sums) : AddPackedEdge(e, pack, sums);
           continue;
         }
       }
@@ -120,11 +120,11 @@ class ChunkLinearizer {
       const kernels::Rows<kR, P, kWide> rows_i(J_i);
       double* H_il = system_.H_pl.data() + s_.slot_block[poses[i].slot];
       rows_i.template AddTransposeProductTight<L>(J_l, s_.OneEdgePerSlot(), H_il);
-      rows_i.SubtractTransposeVector(r, &sums_.b[poses[i].pose * system_.b_stride]);
+      rows_i.SubtractTransposeVector(r, RowsOfSums(poses[i].pose));
       for (int j = 0; j < i; ++j) {
-        rows_i.template AddTransposeProduct<P>(jacobian(poses[j].position), BlockOfSums(*block++));
+        rows_i.template AddTransposeProduct<P>(jacobian(poses[j].position), BlockOfSums(*block++, poses[j].pose));
       }
-      rows_i.template AddTransposeProduct<P, true>(J_i, BlockOfSums(*block++));
+      rows_i.template AddTransposeProduct<P, true>(J_i, BlockOfSums(*block++, poses[i].pose));
     }
   }
 
@@ -160,13 +160,14 @@ class ChunkLinearizer {
       for (int i = 0; i < num_poses; ++i) {
         alignas(64) double Jt_r[Stride(P)] = {};
         kernels::AddPackProducts<kR, P, 1, 1>(jacobian(i), r, packs, kPackSize, Jt_r);
-        double* b_i = &sums_.b[poses[i].pose * system_.b_stride];
+        double* b_i = RowsOfSums(poses[i].pose);
         for (int c = 0; c < P; ++c) b_i[c] -= Jt_r[c];
         for (int j = 0; j < i; ++j) {
-          kernels::AddPackProducts<kR, P, P, kTile>(jacobian(i), jacobian(j), packs, kPackSize, BlockOfSums(*block++));
+          kernels::AddPackProducts<kR, P, P, kTile>(jacobian(i), jacobian(j), packs, kPackSize,
+                                                    BlockOfSums(*block++, poses[j].pose));
         }
         kernels::AddPackProducts<kR, P, P, kTile, true>(jacobian(i), jacobian(i), packs, kPackSize,
-                                                        BlockOfSums(*block++));
+                                                        BlockOfSums(*block++, poses[i].pose));
       }
     }
   }
@@ -198,6 +199,24 @@ class ChunkLinearizer {
     }
   }
 
+  // The same for an edge whose block of H_pl is stored by its factors: b takes J̃ as it is, H as it is stored.
+  CH5_INLINE void AddFactoredEdge(int e, EdgePack* pack, const LandmarkSums& sums) {
+    using Factors = kernels::SlotFactors<P, L>;
+    const EdgeRecord& record = s_.edges[e];
+    if (record.poses_begin == record.poses_end) return AddPackedEdge(e, pack, sums);  // its pose is fixed
+    const EdgePose& pose = s_.edge_poses[record.poses_begin];
+    const int lane = pack->LaneOf(batch_, e);
+    const double r[kR] = {pack->Residual(lane, 0), pack->Residual(lane, 1)};
+    double *J_l = pack->Jacobian(batch_, lane, record.landmark_position),
+           *J_p = pack->Jacobian(batch_, lane, pose.position);
+    kernels::Rows<kR, L, kWide>(J_l).SubtractTransposeVector(r, sums.b_l);
+    kernels::Rows<kR, P, kWide>(J_p).SubtractTransposeVector(r, RowsOfSums(pose.pose));
+    Factors::Store(J_p, J_l, &system_.H_pl_factors[static_cast<size_t>(pose.slot) * Factors::kSize]);
+    kernels::Rows<kR, L, kWide>(J_l).template AddTransposeProduct<L>(J_l, sums.H_ll);
+    double* H_pp = BlockOfSums(s_.edge_blocks[record.blocks_begin], pose.pose);
+    kernels::Rows<kR, P, kWide>(J_p).template AddTransposeProduct<P, true>(J_p, H_pp);
+  }
+
   // Any other edge: its normal equations, block by block.
   CH5_INLINE void AddAnyEdge(int e, int dim, const LandmarkSums& sums) {
     const EdgeRecord& record = s_.edges[e];
@@ -214,7 +233,7 @@ class ChunkLinearizer {
       const EdgePose& a = s_.edge_poses[i];
       const int dim_a = s_.pose_dim[a.pose];
       double* H_al = system_.H_pl.data() + s_.slot_block[a.slot];
-      double* b_a = &sums_.b[a.pose * system_.b_stride];
+      double* b_a = RowsOfSums(a.pose);
       for (int c = 0; c < dim_a; ++c) {
         const double* column = C + (a.column + c) * stride;
         for (int m = 0; m < dim; ++m) H_al[m * dim_a + c] -= column[row_l + m];
@@ -223,7 +242,7 @@ class ChunkLinearizer {
       for (int j = record.poses_begin; j <= i; ++j) {
         const EdgePose& b = s_.edge_poses[j];
         SubtractBlock(C + b.column * stride + a.column, stride, dim_a, s_.pose_dim[b.pose], i == j,
-                      BlockOfSums(*block++));
+                      BlockOfSums(*block++, b.pose));
       }
     }
   }
@@ -237,7 +256,10 @@ class ChunkLinearizer {
     return memory.data();
   }
 
-  CH5_INLINE double* BlockOfSums(int block) { return &sums_.H_pp[system_.H_pp.ValueBegin(block)]; }
+  CH5_INLINE double* BlockOfSums(int block, int column) {
+    return &sums_.H_pp[system_.H_pp.ValueBegin(block) + sums_.shift[column]];
+  }
+  CH5_INLINE double* RowsOfSums(int pose) { return &sums_.b[sums_.number[pose] * system_.b_stride]; }
 
   const Structure& s_;
   const WeightedEdgeBatch& batch_;
@@ -263,12 +285,14 @@ struct SumColumn {
     SymmetricBlockMatrix& H_pp = system->H_pp;
     const int dim = s.pose_dim[j];
     double* b_j = system->b.data() + s.pose_offset[j];
-    const ptrdiff_t begin = H_pp.ValueBegin(H_pp.ColumnBegin(j)), first = static_cast<ptrdiff_t>(j) * system->b_stride;
+    const ptrdiff_t begin = H_pp.ValueBegin(H_pp.ColumnBegin(j));
     double *column = H_pp.AllValues() + begin, *end = H_pp.ColumnEnd(j);
     std::fill(column, end, 0.0);
     std::fill_n(b_j, dim, 0.0);
     for (const Linearized::PoseSums& sums : system->chunk_sums) {
-      const double *H = sums.H_pp.data() + begin, *b = sums.b.data() + first;
+      if (sums.number[j] < 0) continue;
+      const double *H = sums.H_pp.data() + begin + sums.shift[j],
+                   *b = sums.b.data() + sums.number[j] * system->b_stride;
       for (ptrdiff_t k = 0; k < end - column; ++k) column[k] += H[k];
       for (int r = 0; r < dim; ++r) b_j[r] += b[r];
     }
@@ -289,11 +313,12 @@ struct SumColumn {
 
 }  // namespace
 
-void Linearized::Resize(const Structure& s) {
+void Linearized::Resize(const Structure& s, bool factored) {
   H_pp.SetPattern(s.pose_dim, s.H_pp_pattern);
   normal_equations.resize(static_cast<size_t>(s.num_normal_equation_values));  // Linearize writes what is read
-  const auto num_H_pl =
-      static_cast<size_t>(s.num_H_pl_values + kLanes);  // the last block is read in whole registers too
+  H_pl_factors = std::vector<float>(factored ? s.slot_pose.size() * 2 * (s.sizes.rows + s.sizes.columns) : 0);
+  // The last block is read in whole registers too.
+  const size_t num_H_pl = factored ? 0 : static_cast<size_t>(s.num_H_pl_values + kLanes);
   H_pl.clear();
   H_pl.reserve(num_H_pl);
   AskForLargePages(H_pl.data(), num_H_pl * sizeof(double));
@@ -301,11 +326,36 @@ void Linearized::Resize(const Structure& s) {
   H_ll.assign(static_cast<size_t>(s.num_H_ll_values), 0.0);
   b.setZero(s.Size());
   b_stride = s.pose_dim.empty() ? 0 : Stride(*std::max_element(s.pose_dim.begin(), s.pose_dim.end()));
+  ResizeChunkSums(s);
+}
+
+void Linearized::ResizeChunkSums(const Structure& s) {
   chunk_sums.resize(static_cast<size_t>(s.NumChunks()));
-  for (PoseSums& sums : chunk_sums) {
-    sums.H_pp.assign(static_cast<size_t>(H_pp.NumValues()), 0.0);
-    sums.b.assign(s.poses.size() * static_cast<size_t>(b_stride), 0.0);
+  for (int chunk = 0; chunk < s.NumChunks(); ++chunk) {
+    PoseSums& sums = chunk_sums[chunk];
+    sums.number = NumberPosesOfLandmarks(s, s.chunk_begin[chunk], s.chunk_begin[chunk + 1]);
+    sums.shift.assign(s.poses.size(), 0);
+    ptrdiff_t num_values = 0;
+    int num_poses = 0;
+    for (int j = 0; j < s.NumPoses(); ++j) {
+      if (sums.number[j] < 0) continue;
+      const ptrdiff_t begin = H_pp.ValueBegin(H_pp.ColumnBegin(j));
+      sums.shift[j] = num_values - begin;
+      num_values += H_pp.ColumnEnd(j) - H_pp.AllValues() - begin;
+      ++num_poses;
+    }
+    sums.H_pp.assign(static_cast<size_t>(num_values), 0.0);
+    sums.b.assign(static_cast<size_t>(num_poses * b_stride), 0.0);
   }
+}
+
+MatXX Linearized::Coupling(const Structure& s, int slot) const {
+  const int p = s.pose_dim[s.slot_pose[slot]], l = s.landmark_dim[s.slot_landmark[slot]];
+  if (H_pl_factors.empty()) return Eigen::Map<const MatXX>(&H_pl[s.slot_block[slot]], p, l);
+  using Rows = Eigen::Matrix<float, 2, Eigen::Dynamic, Eigen::RowMajor>;
+  const MatXX J =
+      Eigen::Map<const Rows>(&H_pl_factors[static_cast<size_t>(slot) * 2 * (p + l)], 2, p + l).cast<double>();
+  return J.leftCols(p).transpose() * J.rightCols(l);
 }
 
 void Linearize(const Structure& s, const WeightedEdgeBatch& batch, ThreadPool* pool, Linearized* system) {

@@ -22,30 +22,35 @@ namespace ch5 {
 
 struct Linearized {
   SymmetricBlockMatrix H_pp;
-  AlignedVector H_pl;        ///< see Structure::slot_block
-  std::vector<double> H_ll;  ///< see Structure::landmark_block
-  VecX b;                    ///< all rows, poses first
+  AlignedVector H_pl;               ///< see Structure::slot_block; or empty, and then
+  std::vector<float> H_pl_factors;  ///< of each slot's block, kernels/slot_factors.h
+  std::vector<double> H_ll;         ///< see Structure::landmark_block
+  VecX b;                           ///< all rows, poses first
 
-  /// Memory that Linearize works in.
+  /// Memory that Linearize works in: the columns of H_pp, and b_p, of the poses that see a chunk's landmarks.
   struct PoseSums {
-    AlignedVector H_pp, b;  ///< laid out as H_pp, and b_p with `b_stride` numbers a pose
+    AlignedVector H_pp, b;         ///< each column laid out as in H_pp; `b_stride` numbers a pose
+    std::vector<int> number;       ///< of each pose in b, or −1
+    std::vector<ptrdiff_t> shift;  ///< of each column: from its values in H_pp to those here
   };
   std::vector<PoseSums> chunk_sums;
   int b_stride = 0;
+  void ResizeChunkSums(const Structure& structure);
   AlignedVector normal_equations;  ///< of each edge between poses, negative
   InformationFactors factors;
 
   /// Takes all memory for this structure.
-  void Resize(const Structure& structure);
+  /// @param factored  H_pl by its factors, which only products with it want: Structure::OnePoseAnEdge, an active batch
+  void Resize(const Structure& structure, bool factored = false);
   /// What the kernels need of the poses that see landmark `l`.
   kernels::LandmarkSlots Slots(const Structure& s, int l) const {
-    return {s.landmark_slots[l],  s.landmark_slots[l + 1], s.slot_pose.data(), s.slot_block.data(),
-            s.pose_offset.data(), s.pose_dim.data(),       H_pl.data()};
+    return {s.landmark_slots[l],  s.landmark_slots[l + 1],
+            s.slot_pose.data(),   s.slot_block.data(),
+            s.pose_offset.data(), s.pose_dim.data(),
+            H_pl.data(),          H_pl_factors.empty() ? nullptr : H_pl_factors.data()};
   }
   /// The block of H_pl that belongs to a slot.
-  Eigen::Map<const MatXX> Coupling(const Structure& s, int slot) const {
-    return {&H_pl[s.slot_block[slot]], s.pose_dim[s.slot_pose[slot]], s.landmark_dim[s.slot_landmark[slot]]};
-  }
+  MatXX Coupling(const Structure& s, int slot) const;
 };
 
 /// Fills H and b.

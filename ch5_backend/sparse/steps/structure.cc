@@ -319,6 +319,20 @@ BlockSizes CommonSizes(const Structure& s) {
 
 }  // namespace
 
+bool Structure::OnePoseAnEdge() const {
+  return !BatchGoesByRuns() && OneEdgePerSlot() &&
+         std::all_of(edges.begin(), edges.begin() + num_landmark_edges,
+                     [](const EdgeRecord& record) { return record.poses_end - record.poses_begin <= 1; });
+}
+
+std::vector<int> NumberPosesOfLandmarks(const Structure& s, int begin, int end) {
+  std::vector<int> number(s.poses.size(), kNone);
+  for (int slot = s.landmark_slots[begin]; slot < s.landmark_slots[end]; ++slot) number[s.slot_pose[slot]] = 0;
+  int next = 0;
+  for (int& n : number) n = n == kNone ? kNone : next++;
+  return number;
+}
+
 Structure BuildStructure(Ordering ordering) {
   Structure s;
   s.ordering = std::move(ordering);

@@ -99,11 +99,17 @@ struct Structure {
   bool BatchGoesByRuns() const { return sizes.AreFixed() && sizes.columns == 1; }
   /// No landmark has two edges with the same pose, as in plain bundle adjustment: each slot is then one edge's work.
   bool OneEdgePerSlot() const { return num_landmark_edge_poses == static_cast<int>(slot_pose.size()); }
+  /// Besides, no landmark's edge has two free poses: each block of H_pl is then a product of one edge's Jacobians.
+  bool OnePoseAnEdge() const;
 };
 
 /// Finds the structure above for an ordering that MakeOrdering has just made.
 /// @throws GraphError if an edge ties two free landmarks; both are named
 Structure BuildStructure(Ordering ordering);
+
+/// Numbers the poses that see the landmarks [begin, end), ascending; −1 for all others. A task that sums over these landmarks
+/// needs memory for these poses alone: in a city they are few.
+std::vector<int> NumberPosesOfLandmarks(const Structure& structure, int begin, int end);
 
 /// Asks the memory for an object, or for edge e, that is needed soon: edges and vertices lie scattered, where no processor
 /// foresees them.

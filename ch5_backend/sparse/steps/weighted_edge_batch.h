@@ -108,7 +108,7 @@ class EdgePack {
   /// r̃_i of the edge in a lane.
   CH5_INLINE double Residual(int lane, int i) const { return r_[i * kPack + lane]; }
   /// J̃ (kRows×dim, Stride(dim) numbers a row) of the edge in a lane for a vertex's position.
-  CH5_INLINE const double* Jacobian(const WeightedEdgeBatch& edges, int lane, int position) const {
+  CH5_INLINE double* Jacobian(const WeightedEdgeBatch& edges, int lane, int position) {
     return blocks_ + lane * edges.BlocksSize() + edges.BlockBegin(position);
   }
 

@@ -1,0 +1,24 @@
+#pragma once
+/// A "Bundle Adjustment in the Large" problem as plain values (Agarwal et al., ECCV 2010).
+
+#include <vector>
+
+#include "ch5_backend/math/eigen_types.h"
+
+namespace ch5 {
+
+/// Where a camera saw a point.
+struct BalObservation {
+  int camera;
+  int point;
+  Vec2 pixel;  ///< [px, y up]
+};
+
+/// A problem: its observations, and all unknowns at their start. Cameras are [ω, t, f, k₁, k₂], see VertexCameraBAL, points X_W.
+struct BalProblem {
+  std::vector<BalObservation> observations;
+  std::vector<Vec9> cameras;
+  std::vector<Vec3> points;
+};
+
+}  // namespace ch5
