@@ -29,6 +29,17 @@ void Edge::SetInformation(const MatXX& information) {
   NoteInformation();
 }
 
+void Edge::SetIsotropicInformation(double w) {
+  if (!(w >= 0.0) || !std::isfinite(w)) {
+    throw std::invalid_argument(TypeInfo() + ": the information must be a finite w >= 0, got " + std::to_string(w));
+  }
+  for (int i = 0; i < residual_dimension_ * residual_dimension_; ++i) {
+    information_[i] = i % (residual_dimension_ + 1) == 0 ? w : 0.0;
+  }
+  ++information_version_;
+  isotropic_information_ = w;
+}
+
 void Edge::NoteInformation() {
   ++information_version_;
   const auto W = Information();

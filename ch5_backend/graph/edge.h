@@ -58,6 +58,8 @@ class Edge {
   /// @throws std::invalid_argument if W has the wrong size, a number that is not finite, or is not symmetric
   ///         positive semi-definite (relative tolerance 1e-9).
   void SetInformation(const MatXX& information);
+  /// W = w I: the same, without a matrix to check.  @throws std::invalid_argument unless w ≥ 0 is finite
+  void SetIsotropicInformation(double w);
 
   /// Shared by many edges; none means ρ(s) = s.
   void SetLossFunction(std::shared_ptr<const LossFunction> loss) { loss_ = std::move(loss); }

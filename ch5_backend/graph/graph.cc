@@ -103,13 +103,20 @@ void Graph::RemoveEdge(const std::shared_ptr<Edge>& edge) {
   edges_.erase(it);
 }
 
-void Graph::RemoveVertex(const std::shared_ptr<Vertex>& vertex) {
-  if (!vertex || !Contains(*vertex)) throw GraphError("RemoveVertex: the vertex is not in this graph");
-  for (const auto& edge : EdgesOf(*vertex)) RemoveEdge(edge);
-  const auto it = Find<Vertex>(vertices_, *vertex);
-  (*it)->id_ = -1;
-  (*it)->ordering_id_ = -1;
-  vertices_.erase(it);
+void Graph::RemoveVertices(const std::vector<std::shared_ptr<Vertex>>& vertices) {
+  for (const auto& vertex : vertices) {
+    if (!vertex || !Contains(*vertex)) throw GraphError("RemoveVertex: the vertex is not in this graph");
+  }
+  if (vertices.empty()) return;
+  for (const auto& vertex : vertices) vertex->id_ = vertex->ordering_id_ = -1;
+  const auto is_removed = [](const auto& vertex) { return vertex->id_ < 0; };
+  const auto lost_one = [&](const std::shared_ptr<Edge>& edge) {
+    const bool lost = std::any_of(edge->Vertices().begin(), edge->Vertices().end(), is_removed);
+    if (lost) edge->id_ = -1;
+    return lost;
+  };
+  edges_.erase(std::remove_if(edges_.begin(), edges_.end(), lost_one), edges_.end());
+  vertices_.erase(std::remove_if(vertices_.begin(), vertices_.end(), is_removed), vertices_.end());
 }
 
 std::vector<std::shared_ptr<Edge>> Graph::EdgesOf(const Vertex& vertex) const {
@@ -164,11 +171,14 @@ double Cost(const std::vector<std::shared_ptr<Edge>>& edges) {
 
 std::vector<std::shared_ptr<Edge>> EdgesAt(const Graph& graph, const std::vector<std::shared_ptr<Vertex>>& vertices) {
   std::vector<std::shared_ptr<Edge>> edges;
+  if (graph.Vertices().empty()) return edges;
+  std::vector<char> wanted(static_cast<size_t>(graph.Vertices().back()->Id()) + 1, false);  // by id
+  for (const auto& vertex : vertices) {
+    if (vertex && graph.Contains(*vertex)) wanted[static_cast<size_t>(vertex->Id())] = true;
+  }
+  const auto is_wanted = [&](const auto& vertex) { return wanted[static_cast<size_t>(vertex->Id())]; };
   for (const auto& edge : graph.Edges()) {
-    const bool at = std::any_of(edge->Vertices().begin(), edge->Vertices().end(), [&](const auto& vertex) {
-      return std::find(vertices.begin(), vertices.end(), vertex) != vertices.end();
-    });
-    if (at) edges.push_back(edge);
+    if (std::any_of(edge->Vertices().begin(), edge->Vertices().end(), is_wanted)) edges.push_back(edge);
   }
   return edges;
 }

@@ -48,7 +48,9 @@ class Graph {
   /// Removes an edge, or a vertex with all its edges. The other ids stay.
   /// @throws GraphError if it is not in this graph
   void RemoveEdge(const std::shared_ptr<Edge>& edge);
-  void RemoveVertex(const std::shared_ptr<Vertex>& vertex);
+  void RemoveVertex(const std::shared_ptr<Vertex>& vertex) { RemoveVertices({vertex}); }
+  /// Several at once, which walks the edges once.
+  void RemoveVertices(const std::vector<std::shared_ptr<Vertex>>& vertices);
   /// Removes everything, the pushed states too; ids begin at 0 again.
   void Clear();
 

@@ -270,11 +270,12 @@ Summary Estimator::SolveWithGaugeHeld(const SolveOptions& options) {
 // When images and IMU contradict each other, all observations are removed as outliers, and the dead reckoning would go on
 // forever: tracks last, but landmarks come and go.
 bool Estimator::RejectsImages(const Image& image) {
-  std::map<int, int> ages;
-  for (const auto& [id, x] : image.tracks) {
-    const auto before = track_ages_.find(id);
-    ages[id] = before == track_ages_.end() ? 1 : before->second + 1;
+  std::vector<std::pair<int, int>> ages;
+  for (const TrackedPoint& point : image.tracks) {
+    const auto before = std::lower_bound(track_ages_.begin(), track_ages_.end(), std::pair(point.id, 0));
+    ages.emplace_back(point.id, before != track_ages_.end() && before->first == point.id ? before->second + 1 : 1);
   }
+  std::sort(ages.begin(), ages.end());
   track_ages_ = std::move(ages);
   const auto lasting_tracks = std::count_if(track_ages_.begin(), track_ages_.end(),
                                             [](const auto& entry) { return entry.second >= kLastingImages; });

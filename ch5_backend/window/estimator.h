@@ -18,7 +18,6 @@
 /// and OKVIS do differently), start/dynamic_initialization.h.
 
 #include <limits>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -189,7 +188,8 @@ class Estimator {
   std::optional<StampedState> last_state_;  // the last that was given out, of this segment or one before
   Vec3 last_p_ = Vec3::Zero();              // of the newest frame after the previous solve
   double last_time_with_landmarks_ = 0.0;   // or with too few lasting tracks to expect any
-  std::map<int, int> track_ages_;           // in how many images in a row each track has been, since the start
+  // By id: in how many images in a row each track of the last one has been, since the start.
+  std::vector<std::pair<int, int>> track_ages_;
 };
 
 }  // namespace ch5

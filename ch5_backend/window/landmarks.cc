@@ -17,32 +17,69 @@ Transform CameraOf(const Window& window, int frame, const Transform& T_B_C) {
 }
 Transform CameraOf(const Window& window, int frame) { return CameraOf(window, frame, window.T_B_C()); }
 
-// Calls view(T_W_C, x) for each image of a landmark, camera 0's before camera 1's of the same time.
-template <typename View>
-void ForEachView(const Window& window, const WindowLandmark& landmark, const View& view) {
-  for (const WindowObservation& seen : landmark.seen) {
-    view(CameraOf(window, seen.frame), window.PointOf(seen));
-    if (seen.second) view(CameraOf(window, seen.frame, window.T_B_C1()), window.SecondPointOf(seen));
+// T_W_C of one frame.
+struct View {
+  Mat33 R_C_W;
+  Vec3 p_W_C;
+
+  explicit View(const Transform& T_W_C) : R_C_W(T_W_C.q.conjugate().toRotationMatrix()), p_W_C(T_W_C.p) {}
+  Vec3 ToCamera(const Vec3& p_W) const { return R_C_W * (p_W - p_W_C); }
+  Vec3 ToWorld(const Vec3& p_C) const { return R_C_W.transpose() * p_C + p_W_C; }
+  double ReprojectionError(const Vec3& p_W, const Vec2& x) const { return (ToCamera(p_W).hnormalized() - x).norm(); }
+};
+
+// Those of all frames, found once for many landmarks.
+class Views {
+ public:
+  explicit Views(const Window& window) : window_(window) {
+    const double td = window.time_offset->GetEstimate()[0];
+    for (const Frame& frame : window.frames) {
+      views_.emplace_back(CameraOf(window, frame.id));
+      delays_.push_back(td - frame.clock_offset);
+      if (window.extrinsic1) views1_.emplace_back(CameraOf(window, frame.id, window.T_B_C1()));
+    }
   }
-}
 
-Vec3 ToCamera(const Transform& T_W_C, const Vec3& p_W) { return T_W_C.q.conjugate() * (p_W - T_W_C.p); }
+  // Calls call(view, x) for each image of a landmark, camera 0's before camera 1's of the same time.
+  template <typename Call>
+  void ForEach(const WindowLandmark& landmark, const Call& call) const {
+    size_t k = 0;  // both are in order of time
+    for (const WindowObservation& seen : landmark.seen) {
+      while (window_.frames[k].id != seen.frame) ++k;
+      call(views_[k], Vec2(seen.x - delays_[k] * seen.velocity));  // as Window::PointOf
+      if (seen.second) call(views1_[k], Vec2(seen.second->x - delays_[k] * seen.second->velocity));
+    }
+  }
 
-double ReprojectionError(const Transform& T_W_C, const Vec3& p_W, const Vec2& x) {
-  return (ToCamera(T_W_C, p_W).hnormalized() - x).norm();
-}
+  Vec3 InWorld(const WindowLandmark& landmark) const {
+    const WindowObservation& host = landmark.seen.front();
+    return views_[IndexOf(host)].ToWorld(PointOf(host).homogeneous() / landmark.inverse_depth->InverseDepth());
+  }
 
-// Over all observations but the host's, whose error is zero.
-double MeanReprojectionError(const Window& window, const WindowLandmark& landmark) {
-  const Vec3 p_W = LandmarkInWorld(window, landmark);
-  double sum = 0.0;
-  int views = 0;
-  ForEachView(window, landmark, [&](const Transform& T_W_C, const Vec2& x) {
-    sum += ReprojectionError(T_W_C, p_W, x);
-    ++views;
-  });
-  return sum / static_cast<double>(views - 1);
-}
+  double ErrorOf(const WindowObservation& seen, const WindowLandmark& landmark) const {
+    return views_[IndexOf(seen)].ReprojectionError(InWorld(landmark), PointOf(seen));
+  }
+
+  // Over all observations but the host's, whose error is zero.
+  double MeanReprojectionError(const WindowLandmark& landmark) const {
+    const Vec3 p_W = InWorld(landmark);
+    double sum = 0.0;
+    int views = 0;
+    ForEach(landmark, [&](const View& view, const Vec2& x) {
+      sum += view.ReprojectionError(p_W, x);
+      ++views;
+    });
+    return sum / static_cast<double>(views - 1);
+  }
+
+ private:
+  size_t IndexOf(const WindowObservation& seen) const { return static_cast<size_t>(window_.IndexOf(seen.frame)); }
+  Vec2 PointOf(const WindowObservation& seen) const { return seen.x - delays_[IndexOf(seen)] * seen.velocity; }
+
+  const Window& window_;
+  std::vector<View> views_, views1_;
+  std::vector<double> delays_;  // td − td_k
+};
 
 // Removes what camera 1 sees of a landmark: its point there is another.
 void ForgetSecondViews(Window* window, WindowLandmark* landmark) {
@@ -56,13 +93,12 @@ void ForgetSecondViews(Window* window, WindowLandmark* landmark) {
 
 // Removes the newest observation if it alone is a false match. If the previous one was removed too, the track has jumped to
 // another point, and is kept.
-void RemoveFalseMatch(double false_match, Window* window, WindowLandmark* landmark) {
+void RemoveFalseMatch(double false_match, const Views& views, Window* window, WindowLandmark* landmark) {
   const auto& recent = landmark->recent;
   auto& seen = landmark->seen;
   if (seen.size() < 3 || recent.size() < 2 || seen.back().frame != recent.back().frame) return;
   if (seen[seen.size() - 2].frame != recent[recent.size() - 2].frame) return;
-  const Transform T_W_C = CameraOf(*window, seen.back().frame);
-  if (ReprojectionError(T_W_C, LandmarkInWorld(*window, *landmark), window->PointOf(seen.back())) < false_match) return;
+  if (views.ErrorOf(seen.back(), *landmark) < false_match) return;
   const auto pose = window->frames[static_cast<size_t>(window->IndexOf(seen.back().frame))].pose;
   for (const auto& edge : EdgesAt(window->graph, {landmark->inverse_depth})) {
     if (edge->Vertices()[2] == pose) window->graph.RemoveEdge(edge);
@@ -74,15 +110,17 @@ void RemoveFalseMatch(double false_match, Window* window, WindowLandmark* landma
 template <typename Predicate>
 int EraseIf(Window* window, const Predicate& predicate) {
   const size_t before = window->landmarks.size();
+  std::vector<std::shared_ptr<Vertex>> erased;
   for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
     if (!predicate(it->second)) {
       ++it;
       continue;
     }
     const auto& vertex = it->second.inverse_depth;
-    if (vertex && window->graph.Contains(*vertex)) window->graph.RemoveVertex(vertex);
+    if (vertex && window->graph.Contains(*vertex)) erased.push_back(vertex);
     it = window->landmarks.erase(it);
   }
+  window->graph.RemoveVertices(erased);
   return static_cast<int>(before - window->landmarks.size());
 }
 
@@ -199,11 +237,11 @@ Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark) {
 double LandmarkQuality(const Window& window, const WindowLandmark& landmark, double sqrt_information) {
   const Vec3 p_W = LandmarkInWorld(window, landmark);
   Mat33 H = Mat33::Zero();
-  ForEachView(window, landmark, [&](const Transform& T_W_C, const Vec2&) {
-    const Vec3 p_C = ToCamera(T_W_C, p_W);
+  Views(window).ForEach(landmark, [&](const View& view, const Vec2&) {
+    const Vec3 p_C = view.ToCamera(p_W);
     Mat23 dr_dp_C;
     dr_dp_C << Mat22::Identity(), -p_C.hnormalized();
-    const Mat23 J = (sqrt_information / p_C.z()) * dr_dp_C * T_W_C.q.conjugate().toRotationMatrix();
+    const Mat23 J = (sqrt_information / p_C.z()) * dr_dp_C * view.R_C_W;
     H += J.transpose() * J;
   });
   const Vec3 lambda = Eigen::SelfAdjointEigenSolver<Mat33>(H).eigenvalues();
@@ -234,14 +272,15 @@ int RemoveFailures(Window* window) {
 }
 
 int RemoveOutliers(double max_error, Window* window) {
+  const Views views(*window);
   return EraseIf(window, [&](WindowLandmark& landmark) {
     if (!landmark.inverse_depth || landmark.seen.size() < 2) return false;
-    RemoveFalseMatch(kFalseMatch * max_error, window, &landmark);
-    if (MeanReprojectionError(*window, landmark) < max_error) return false;
+    RemoveFalseMatch(kFalseMatch * max_error, views, window, &landmark);
+    if (views.MeanReprojectionError(landmark) < max_error) return false;
     if (!window->extrinsic1) return true;
     ForgetSecondViews(window, &landmark);  // a landmark that fits camera 0 stays
     landmark.inverse_depth->SetEstimate(VertexInverseDepth::Estimate(1.0 / TriangulateDepth(*window, landmark)));
-    return !(MeanReprojectionError(*window, landmark) < max_error);
+    return !(views.MeanReprojectionError(landmark) < max_error);
   });
 }
 

@@ -1,6 +1,7 @@
 #include "ch5_backend/window/window.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/types/visual/edge_reprojection_calibration.h"
@@ -50,6 +51,11 @@ Vec2 Window::SecondPointOf(const WindowObservation& seen) const {
   return MovingPoint{seen.second->x, seen.second->velocity, clock_offset}.At(time_offset->GetEstimate()[0]);
 }
 
+bool ObservationModel::Fits(const ObservationModel& other) const {
+  return calibrating == other.calibrating && T_B_C.q.coeffs() == other.T_B_C.q.coeffs() && T_B_C.p == other.T_B_C.p &&
+         information == other.information && information1 == other.information1 && cauchy == other.cauchy;
+}
+
 std::vector<const Vertex*> Window::LocalPoses() const {
   if (!extrinsic1) return {extrinsic.get()};
   return {extrinsic.get(), extrinsic1.get()};
@@ -64,10 +70,8 @@ class GraphBuilder {
       : weights_(weights),
         window_(*window),
         graph_(window->graph),
-        calibrating_(!window->extrinsic->IsFixed() || !window->time_offset->IsFixed()),
-        T_B_C_(window->T_B_C()),
-        local_poses_(window->LocalPoses()),
-        loss_(weights.cauchy > 0.0 ? std::make_shared<CauchyLoss>(weights.cauchy) : nullptr) {}
+        model_(window->model),
+        local_poses_(window->LocalPoses()) {}
 
   void AddStates() {
     for (const Frame& frame : window_.frames) {
@@ -88,31 +92,30 @@ class GraphBuilder {
     }
   }
 
-  void AddLandmark(const WindowLandmark& landmark) {
-    graph_.AddVertex(landmark.inverse_depth);
-    if (weights_.noisy_hosts) return AddTrack(landmark);
-    const double sqrt_information = window_.calibration.FocalLength() / weights_.pixel_sigma;
-    const Mat22 W = sqrt_information * sqrt_information * Mat22::Identity();
-    const WindowObservation& host = landmark.seen.front();
+  void AddLandmark(WindowLandmark* landmark) {
+    graph_.AddVertex(landmark->inverse_depth);
+    if (weights_.noisy_hosts) return AddTrack(*landmark);
+    const WindowObservation& host = landmark->seen.front();
     const Frame& host_frame = FrameOf(host);
-    for (size_t k = 1; k < landmark.seen.size(); ++k) {
-      const WindowObservation& seen = landmark.seen[k];
+    const auto& depth = landmark->inverse_depth;
+    const auto& pose_i = host_frame.pose;
+    const MovingPoint host_point = PointAt(host, host_frame);
+    for (size_t k = 1; k < landmark->seen.size(); ++k) {
+      WindowObservation& seen = landmark->seen[k];
       const Frame& frame = FrameOf(seen);
-      std::shared_ptr<Edge> edge;
-      if (calibrating_) {
-        edge = std::make_shared<EdgeReprojectionCalibration>(
-            landmark.inverse_depth, host_frame.pose, frame.pose, window_.extrinsic, window_.time_offset,
-            MovingPoint{host.x, host.velocity, host_frame.clock_offset},
-            MovingPoint{seen.x, seen.velocity, frame.clock_offset});
+      if (!model_.calibrating) {
+        AddKept<EdgeReprojection>(depth, model_.information, &seen.edge, [&] {
+          return std::make_shared<EdgeReprojection>(depth, pose_i, frame.pose, host.x, seen.x, model_.T_B_C);
+        });
       } else {
-        edge = std::make_shared<EdgeReprojection>(landmark.inverse_depth, host_frame.pose, frame.pose, host.x, seen.x,
-                                                  T_B_C_);
+        const MovingPoint point = PointAt(seen, frame);
+        AddKept<EdgeReprojectionCalibration>(depth, model_.information, &seen.edge, [&] {
+          return std::make_shared<EdgeReprojectionCalibration>(depth, pose_i, frame.pose, window_.extrinsic,
+                                                               window_.time_offset, host_point, point);
+        })->SetPoints(host_point, point);
       }
-      edge->SetInformation(W);
-      edge->SetLossFunction(loss_);
-      Add(edge);
     }
-    if (window_.extrinsic1) AddSecondViews(landmark);
+    if (window_.extrinsic1) AddSecondViews(host_point, host_frame, landmark);
   }
 
   void AddPriors() {
@@ -125,33 +128,50 @@ class GraphBuilder {
 
  private:
   // What camera 1 sees of it, in the host's frame and in the others.
-  void AddSecondViews(const WindowLandmark& landmark) {
-    const double sqrt_information = window_.calibration.camera1->FocalLength() / weights_.pixel_sigma;
-    const WindowObservation& host = landmark.seen.front();
-    const Frame& host_frame = FrameOf(host);
-    const MovingPoint host_point{host.x, host.velocity, host_frame.clock_offset};
-    for (const WindowObservation& seen : landmark.seen) {
+  void AddSecondViews(const MovingPoint& host_point, const Frame& host_frame, WindowLandmark* landmark) {
+    const auto& depth = landmark->inverse_depth;
+    for (WindowObservation& seen : landmark->seen) {
       if (!seen.second) continue;
       const Frame& frame = FrameOf(seen);
-      const MovingPoint point{seen.second->x, seen.second->velocity, frame.clock_offset};
-      std::shared_ptr<Edge> edge;
-      if (&seen == &host) {
-        edge = std::make_shared<EdgeStereoHost>(landmark.inverse_depth, window_.extrinsic, window_.extrinsic1,
-                                                window_.time_offset, host_point, point);
+      const MovingPoint point = PointAt(*seen.second, frame);
+      if (&frame == &host_frame) {
+        AddKept<EdgeStereoHost>(depth, model_.information1, &seen.second->edge, [&] {
+          return std::make_shared<EdgeStereoHost>(depth, window_.extrinsic, window_.extrinsic1, window_.time_offset,
+                                                  host_point, point);
+        })->SetPoints(host_point, point);
       } else {
-        edge = std::make_shared<EdgeStereo>(landmark.inverse_depth, host_frame.pose, frame.pose, window_.extrinsic,
-                                            window_.extrinsic1, window_.time_offset, host_point, point);
+        AddKept<EdgeStereo>(depth, model_.information1, &seen.second->edge, [&] {
+          return std::make_shared<EdgeStereo>(depth, host_frame.pose, frame.pose, window_.extrinsic, window_.extrinsic1,
+                                              window_.time_offset, host_point, point);
+        })->SetPoints(host_point, point);
       }
-      edge->SetInformation(sqrt_information * sqrt_information * Mat22::Identity());
-      edge->SetLossFunction(loss_);
-      Add(edge);
     }
+  }
+
+  // An observation's edge: that of the graph before if its landmark has the same vertex still, and with it the same host,
+  // else a new one. What a kept edge measures is the same but for velocities, which the caller sets.
+  template <typename EdgeType, typename Make>
+  EdgeType* AddKept(const std::shared_ptr<VertexInverseDepth>& depth, double information, std::shared_ptr<Edge>* kept,
+                    const Make& make) {
+    if (!*kept || (*kept)->Vertices().front() != depth) {
+      *kept = make();
+      (*kept)->SetIsotropicInformation(information);
+      (*kept)->SetLossFunction(model_.loss);
+    }
+    Add(*kept);
+    return static_cast<EdgeType*>(kept->get());
+  }
+
+  // Of an observation, or of what camera 1 sees.
+  template <typename Seen>
+  static MovingPoint PointAt(const Seen& seen, const Frame& frame) {
+    return {seen.x, seen.velocity, frame.clock_offset};
   }
 
   void AddTrack(const WindowLandmark& landmark) {
     std::vector<EdgeTrack::View> views;
     for (const WindowObservation& seen : landmark.seen) views.push_back({FrameOf(seen).pose, seen.x});
-    Add(std::make_shared<EdgeTrack>(landmark.inverse_depth, views, T_B_C_,
+    Add(std::make_shared<EdgeTrack>(landmark.inverse_depth, views, window_.T_B_C(),
                                     weights_.pixel_sigma / window_.calibration.FocalLength()));
   }
 
@@ -169,23 +189,44 @@ class GraphBuilder {
   const WindowWeights& weights_;
   const Window& window_;
   Graph& graph_;
-  bool calibrating_;
-  Transform T_B_C_;
+  const ObservationModel& model_;
   std::vector<const Vertex*> local_poses_;
-  std::shared_ptr<const LossFunction> loss_;
 };
+
+// Forgets the edges of the graph before if they were made for another model.
+void UpdateModel(const WindowWeights& weights, Window* window) {
+  const auto information = [&](const Camera& camera) {
+    return std::pow(camera.FocalLength() / weights.pixel_sigma, 2);
+  };
+  ObservationModel model;
+  model.calibrating = !window->extrinsic->IsFixed() || !window->time_offset->IsFixed();
+  if (!model.calibrating) model.T_B_C = window->T_B_C();
+  model.information = information(window->calibration);
+  if (window->extrinsic1) model.information1 = information(*window->calibration.camera1);
+  model.cauchy = weights.cauchy;
+  if (model.Fits(window->model)) return;
+  if (model.cauchy > 0.0) model.loss = std::make_shared<CauchyLoss>(model.cauchy);
+  window->model = std::move(model);
+  for (auto& [id, landmark] : window->landmarks) {
+    for (WindowObservation& seen : landmark.seen) {
+      seen.edge = nullptr;
+      if (seen.second) seen.second->edge = nullptr;
+    }
+  }
+}
 
 }  // namespace
 
 void BuildGraph(const WindowWeights& weights, const std::function<bool(const Window&, const WindowLandmark&)>& uses,
                 Window* window, const OwnEdges& own_edges) {
-  window->graph = Graph();  // releases the vertices and edges of the old graph
+  window->graph.Clear();  // releases the vertices and edges of the old graph
+  UpdateModel(weights, window);
   GraphBuilder builder(weights, window);
   builder.AddStates();
   if (own_edges) own_edges(*window, &window->graph);
   builder.AddImu();
-  for (const auto& [id, landmark] : window->landmarks) {
-    if (landmark.inverse_depth && uses(*window, landmark)) builder.AddLandmark(landmark);
+  for (auto& [id, landmark] : window->landmarks) {
+    if (landmark.inverse_depth && uses(*window, landmark)) builder.AddLandmark(&landmark);
   }
   builder.AddPriors();
 }

@@ -36,8 +36,9 @@ using WindowFrame = Frame;  // its name in homework that was written before
 
 /// What camera 1 sees of a landmark.
 struct SecondView {
-  Vec2 x = Vec2::Zero();         ///< normalized plane
-  Vec2 velocity = Vec2::Zero();  ///< [1/s]
+  Vec2 x = Vec2::Zero();            ///< normalized plane
+  Vec2 velocity = Vec2::Zero();     ///< [1/s]
+  std::shared_ptr<Edge> edge = {};  ///< as WindowObservation::edge
 };
 
 /// Where a frame of the window sees a landmark.
@@ -46,6 +47,7 @@ struct WindowObservation {
   Vec2 x = Vec2::Zero();                  ///< normalized plane
   Vec2 velocity = Vec2::Zero();           ///< dx/dt, see AppendToTrack [1/s]
   std::optional<SecondView> second = {};  ///< the same of camera 1, if there is one and it sees the landmark too
+  std::shared_ptr<Edge> edge = {};        ///< that BuildGraph has made of it, and uses again while it is the same
 };
 
 /// A track in one of the last images.
@@ -70,6 +72,18 @@ struct WindowLandmark {
 using Marginalizer = std::function<std::shared_ptr<EdgePrior>(const std::vector<std::shared_ptr<Edge>>& edges,
                                                               const std::vector<std::shared_ptr<Vertex>>& drop)>;
 
+/// What the edges of observations have in common.
+struct ObservationModel {
+  bool calibrating = false;  ///< extrinsic or time offset are estimated; else these are constants of camera 0's edges
+  Transform T_B_C;           ///< the constant
+  double information = 0.0, information1 = 0.0;  ///< w of each camera, W = w I on the normalized plane
+  double cauchy = 0.0;                           ///< WindowWeights::cauchy
+  std::shared_ptr<const LossFunction> loss;      ///< made of it
+
+  /// Whether edges that were made for the one are right for the other, too.
+  bool Fits(const ObservationModel& other) const;
+};
+
 struct Window {
   Calibration calibration;    ///< as it was given; what is estimated of it is in extrinsic and time_offset
   std::vector<Frame> frames;  ///< oldest first, ids ascend
@@ -83,7 +97,8 @@ struct Window {
   ObservabilityConstraints observability_constraints = ObservabilityConstraints::kNone;
   Marginalizer marginalizer;       ///< null: Marginalize; not used with observability constraints
   bool prior_fixes_gauge = false;  ///< the prior contains position and yaw: no gauge prior is needed
-  Graph graph;                     ///< of the last BuildGraph
+  Graph graph;                     ///< of the last BuildGraph …
+  ObservationModel model;          ///< … and what its observations' edges were made for
 
   /// Position in `frames` of the frame `id`, or −1.
   int IndexOf(int id) const;

@@ -102,6 +102,10 @@ TEST(Graph, RemovingAVertexTakesItsEdgesAndKeepsTheOtherIds) {
   ExpectGraphError([&] { graph.RemoveEdge(sight); }, "RemoveEdge: the edge is not in this graph");
   ExpectGraphError([&] { graph.RemoveEdge(nullptr); }, "not in this graph");
   EXPECT_EQ(graph.AddVertex(a), 3);  // free again, with a number of its own
+  ExpectGraphError([&] { graph.RemoveVertices({b, nullptr}); }, "RemoveVertex: the vertex is not in this graph");
+  EXPECT_EQ(graph.Vertices().size(), 3u) << "none is removed where one is missing";
+  graph.RemoveVertices({depth, a});
+  EXPECT_EQ(graph.Vertices(), std::vector<std::shared_ptr<Vertex>>{b});
   graph.RemoveEdge(graph.Edges()[0]);
   EXPECT_TRUE(graph.Edges().empty());
 }

@@ -25,6 +25,19 @@ void ExpectRefused(const MatXX& W, const std::string& words) {
   EXPECT_EQ(edge.Information(), MatXX::Identity(2, 2));  // as it was
 }
 
+TEST(Information, IsANumberTimesTheIdentity) {
+  auto edge = NewEdge();
+  edge.SetInformation((Mat22() << 2, 1, 1, 2).finished());
+  edge.SetIsotropicInformation(3.0);
+  EXPECT_EQ(edge.Information(), 3.0 * MatXX::Identity(2, 2));
+  EXPECT_EQ(edge.IsotropicInformation(), 3.0);
+  EXPECT_EQ(edge.InformationVersion(), 2);
+  for (const double w : {-1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(edge.SetIsotropicInformation(w), std::invalid_argument);
+  }
+  EXPECT_EQ(edge.IsotropicInformation(), 3.0);
+}
+
 TEST(Information, RefusesWhatIsNoInformation) {
   Mat22 W = Mat22::Identity();
   ExpectRefused(MatXX::Identity(3, 3), "must be 2x2, got 3x3");

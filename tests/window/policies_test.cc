@@ -40,6 +40,33 @@ TEST(Landmark, WithANegativeDepthIsAFailure) {
   EXPECT_EQ(window.landmarks.count(1), 0u);
 }
 
+TEST(Graph, KeepsTheEdgesOfObservationsThatAreTheSame) {
+  Window window = Straight(4);
+  See(1, Vec3(1, 2, 8), 0, 3, &window);
+  See(2, Vec3(0, 1, 5), 1, 3, &window);
+  TriangulateLandmarks(&window);
+  WindowWeights weights;
+  const auto edges_of = [&](int track) {
+    BuildGraph(weights, UseAll, &window);
+    return EdgesAt(window.graph, {window.landmarks[track].inverse_depth});
+  };
+  const auto first = edges_of(1), second = edges_of(2);
+  ASSERT_EQ(first.size(), 3u);
+  EXPECT_EQ(edges_of(1), first);
+  ForgetObservations(window.frames[0].id, DepthInCamera, &window);
+  const auto moved = edges_of(1);
+  ASSERT_EQ(moved.size(), 2u) << "with another host";
+  for (const auto& edge : moved) EXPECT_EQ(std::count(first.begin(), first.end(), edge), 0);
+  EXPECT_EQ(edges_of(2), second);
+  weights.pixel_sigma *= 2.0;
+  for (const auto& edge : edges_of(2)) {
+    EXPECT_EQ(std::count(second.begin(), second.end(), edge), 0) << "with another weight";
+    EXPECT_DOUBLE_EQ(edge->IsotropicInformation(), second[0]->IsotropicInformation() / 4.0);
+  }
+  window.extrinsic->SetFixed(false);
+  for (const auto& edge : edges_of(2)) EXPECT_EQ(edge->TypeInfo(), "EdgeReprojectionCalibration");
+}
+
 TEST(Vins, UsesLandmarksHostedBeforeTheLastThreeFrames) {
   Window window = Straight(11);
   const auto policy = MakeVinsPolicy();

@@ -31,6 +31,11 @@ class EdgeReprojectionCalibration
                               std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexPose> T_B_C,
                               std::shared_ptr<VertexScalar> time_offset, const MovingPoint& host,
                               const MovingPoint& target);
+  /// Other measurements; the vertices stay.
+  void SetPoints(const MovingPoint& host, const MovingPoint& target) {
+    host_ = host;
+    target_ = target;
+  }
   void ComputeResidual() override;
   void ComputeJacobians() override;
   bool InDomain() const override;

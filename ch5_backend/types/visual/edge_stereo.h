@@ -23,6 +23,11 @@ class EdgeStereo
   EdgeStereo(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_W_Bi,
              std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexPose> T_B_C0, std::shared_ptr<VertexPose> T_B_C1,
              std::shared_ptr<VertexScalar> time_offset, const MovingPoint& host, const MovingPoint& target);
+  /// Other measurements; the vertices stay.
+  void SetPoints(const MovingPoint& host, const MovingPoint& target) {
+    host_ = host;
+    target_ = target;
+  }
   void ComputeResidual() override;
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override { LinearizeInto(OwnResidual(), OwnJacobians()); }
@@ -42,6 +47,11 @@ class EdgeStereoHost : public SizedEdge<2, VertexInverseDepth, VertexPose, Verte
   EdgeStereoHost(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_B_C0,
                  std::shared_ptr<VertexPose> T_B_C1, std::shared_ptr<VertexScalar> time_offset, const MovingPoint& host,
                  const MovingPoint& target);
+  /// Other measurements; the vertices stay.
+  void SetPoints(const MovingPoint& host, const MovingPoint& target) {
+    host_ = host;
+    target_ = target;
+  }
   void ComputeResidual() override;
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override { LinearizeInto(OwnResidual(), OwnJacobians()); }
