@@ -28,7 +28,8 @@ class EdgeBatch {
   virtual void LoadPoses() = 0;
   /// r of edges [first, first + count), count ≤ kPack, as one pack; lanes without an edge hold copies of the last one.
   virtual void ComputeResiduals(int first, int count, double* r) const = 0;
-  /// r, and J_0, J_1, … behind each other, each column-major: FastEdge::LinearizeInto for all edges of the pack.
+  /// r, and J_0, J_1, … behind each other, each column-major: FastEdge::LinearizeInto for all edges of the pack. Those of
+  /// vertices that were fixed when the edges were added may be left zero.
   virtual void Linearize(int first, int count, double* r, double* J) const = 0;
 };
 

@@ -56,22 +56,22 @@ void CheckDropped(const Vertices& drop, const std::vector<std::shared_ptr<Edge>>
 // Memory of the solver's steps, which a thread keeps from one window to the next.
 struct Workspace {
   ThreadPool pool{1};
-  WeightedEdgeBatch batch;
+  LandmarkEdgeBatches batches;
   Linearized system;
   Eliminated eliminated;
 };
 
 // 1. The landmarks, by the solver's steps at λ = 0: what remains is in eliminated.S and b_S.
 void EliminateLandmarks(const Structure& s, Workspace* w) {
-  s.sizes.AreFixed() ? w->batch.Assign(s) : w->batch.Clear();
-  if (w->batch.Active()) w->batch.LoadPoses();
-  w->system.factors.Prepare(s, w->batch.Active() ? s.num_landmark_edges : 0);
+  s.sizes.AreFixed() ? w->batches.Assign(s) : w->batches.Clear();
+  if (w->batches.Active()) w->batches.LoadPoses();
+  w->system.factors.Prepare(s, w->batches.Active() ? s.num_landmark_edges : 0);
   w->system.Resize(s);
   w->eliminated.Resize(s);
   w->eliminated.S.SetPattern(s.pose_dim, SchurPattern(s));
   SchurGroups groups = PrepareSchurGroups(s, w->eliminated.S, 1);
   const DampingRule undamped{0.0, Damping::kIdentity};
-  Linearize(s, w->batch, &w->pool, &w->system);
+  Linearize(s, w->batches, &w->pool, &w->system);
   InvertLandmarks(s, w->system, undamped, &w->pool, &w->eliminated, RootOfPseudoInverse);
   FormSchurComplement(s, w->system, undamped, &groups, &w->pool, &w->eliminated);
 }

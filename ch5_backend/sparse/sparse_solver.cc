@@ -31,18 +31,18 @@ void SparseSolver::SetOrdering() {
   has_step_ = false;
   Ordering ordering = MakeOrdering(*graph_, selection_);
   if (is_ordered_ && IsSame(ordering, structure_.ordering)) {
-    const bool was_active = batch_.Active();
-    AssignBatch();  // a loss or W may be another one
-    if (batch_.Active() == was_active) return;
+    const bool was_active = batches_.Active();
+    AssignBatches();  // a loss or W may be another one
+    if (batches_.Active() == was_active) return;
   }
   is_ordered_ = false;
   structure_ = BuildStructure(std::move(ordering));
   const bool tied_by_landmarks_alone = std::all_of(structure_.H_pp_pattern.begin(), structure_.H_pp_pattern.end(),
                                                    [](const std::vector<int>& rows) { return rows.size() == 1; });
   const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
-  AssignBatch();
+  AssignBatches();
   if (pool_.Threads() > 1) numeric_edges_.Find(&structure_);
-  const bool factored = NeverForms(type) && IsInexact(iterative_) && batch_.Active() && structure_.OnePoseAnEdge();
+  const bool factored = NeverForms(type) && IsInexact(iterative_) && batches_.Active() && structure_.OnePoseAnEdge();
   linearized_.Resize(structure_, factored);
   eliminated_.Resize(structure_, NeverForms(type));
   delta_poses_.setZero(structure_.ordering.dim_poses);
@@ -52,11 +52,11 @@ void SparseSolver::SetOrdering() {
 }
 
 // Also where nothing else is new: a loss or a W may be another one. The edges outside of a batch need factors of their W.
-void SparseSolver::AssignBatch() {
-  const bool was_active = batch_.Active();
-  structure_.sizes.AreFixed() ? batch_.Assign(structure_) : batch_.Clear();
-  if (is_ordered_ && batch_.Active() == was_active) return;
-  linearized_.factors.Prepare(structure_, batch_.Active() ? structure_.num_landmark_edges : 0);
+void SparseSolver::AssignBatches() {
+  const bool was_active = batches_.Active();
+  structure_.sizes.AreFixed() ? batches_.Assign(structure_) : batches_.Clear();
+  if (is_ordered_ && batches_.Active() == was_active) return;
+  linearized_.factors.Prepare(structure_, batches_.Active() ? structure_.num_landmark_edges : 0);
 }
 
 // A solver that is kept knows its last pattern, and need not plan anew for the same one.
@@ -93,19 +93,19 @@ void SparseSolver::SetReducedSolver(std::unique_ptr<ReducedSolver> solver) {
 
 void SparseSolver::MakeHessian() {
   has_step_ = false;
-  if (batch_.Active()) batch_.LoadPoses();
+  if (batches_.Active()) batches_.LoadPoses();
   numeric_edges_.Linearize(&pool_);
-  Linearize(structure_, batch_, &pool_, &linearized_);
+  Linearize(structure_, batches_, &pool_, &linearized_);
   held_poses_ = FindHeldPoses(structure_, held_);
   HoldPoses(structure_, held_poses_, &linearized_);
 }
 
 double SparseSolver::Cost() {
   const std::vector<EdgeRecord>& edges = structure_.edges;
-  const int in_batch = batch_.Active() ? structure_.num_landmark_edges : 0;
-  if (in_batch > 0) batch_.LoadPoses();
+  const int in_batch = batches_.Active() ? structure_.num_landmark_edges : 0;
+  if (in_batch > 0) batches_.LoadPoses();
   return ParallelSum(&pool_, static_cast<int>(edges.size()), kEdges, &partial_sums_, [&](int begin, int end) {
-    double sum = begin < in_batch ? batch_.Cost(begin, std::min(end, in_batch)) : 0.0;
+    double sum = begin < in_batch ? batches_.Cost(begin, std::min(end, in_batch)) : 0.0;
     for (int e = std::max(begin, in_batch); e < end; ++e) {
       PrefetchEdge(edges, e + kAhead);
       edges[e].edge->ComputeResidual();

@@ -68,7 +68,7 @@ class SparseSolver : public NormalEquations {
   int ReducedProducts() const { return implicit_ ? implicit_->Products() : 0; }
 
  private:
-  void AssignBatch();
+  void AssignBatches();
   void PrepareReducedSolver(ReducedSolverType type);
   bool SolvePoses(const DampingRule& rule, VecX* delta_poses);
 
@@ -86,7 +86,7 @@ class SparseSolver : public NormalEquations {
   bool is_ordered_ = false;  // all below fits the structure's ordering
   Structure structure_;
   NumericEdges numeric_edges_;  // if there are several threads
-  WeightedEdgeBatch batch_;
+  LandmarkEdgeBatches batches_;
   Linearized linearized_;
   SchurGroups groups_;
   Eliminated eliminated_;

@@ -7,7 +7,7 @@
 #include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/sparse/steps/weighted_edge_batch.h"
 #include "ch5_backend/types/bal/edge_bal.h"
-#include "ch5_backend/types/visual/edge_reprojection.h"
+#include "ch5_backend/types/visual/edge_stereo.h"
 
 namespace ch5::test {
 namespace {
@@ -49,6 +49,54 @@ std::vector<std::shared_ptr<Edge>> ReprojectionEdges(int count, Random* random) 
   return edges;
 }
 
+// Two rigs of two cameras each, whose clocks are late, and moving points: edges of the three kinds that know this.
+class Rigs {
+ public:
+  explicit Rigs(Random* random) : random_(*random) {
+    for (int i = 0; i < 3; ++i) poses_.push_back(Pose(0.2, 0.3));
+    for (int i = 0; i < 4; ++i) cameras_.push_back(Pose(0.1, 0.1));
+    for (const double offset : {0.01, -0.02})
+      clocks_.push_back(std::make_shared<VertexScalar>(VertexScalar::Estimate(offset)));
+  }
+  void Fix() {
+    for (const auto& camera : cameras_) camera->SetFixed();
+    for (const auto& clock : clocks_) clock->SetFixed();
+  }
+  static std::shared_ptr<VertexInverseDepth> Depth(int k) {
+    return std::make_shared<VertexInverseDepth>(0.1 + 0.02 * k);
+  }
+  std::shared_ptr<Edge> Calibration(int k, const std::shared_ptr<VertexInverseDepth>& depth) {
+    return std::make_shared<EdgeReprojectionCalibration>(depth, Host(k), Target(k), cameras_[Rig(k)], clocks_[Rig(k)],
+                                                         Point(), Point());
+  }
+  std::shared_ptr<Edge> Stereo(int k, const std::shared_ptr<VertexInverseDepth>& depth) {
+    return std::make_shared<EdgeStereo>(depth, Host(k), Target(k), cameras_[Rig(k)], cameras_[2 + Rig(k)],
+                                        clocks_[Rig(k)], Point(), Point());
+  }
+  std::shared_ptr<Edge> StereoHost(int k, const std::shared_ptr<VertexInverseDepth>& depth) {
+    return std::make_shared<EdgeStereoHost>(depth, cameras_[Rig(k)], cameras_[2 + Rig(k)], clocks_[Rig(k)], Point(),
+                                            Point());
+  }
+  std::shared_ptr<Edge> Plain(int k, const std::shared_ptr<VertexInverseDepth>& depth) {
+    return std::make_shared<EdgeReprojection>(depth, Host(k), Target(k), Point().x, Point().x);
+  }
+
+ private:
+  static size_t Rig(int k) { return k % 5 == 3 ? 1 : 0; }
+  const std::shared_ptr<VertexPose>& Host(int k) const { return poses_[static_cast<size_t>(k % 3)]; }
+  const std::shared_ptr<VertexPose>& Target(int k) const {
+    return poses_[static_cast<size_t>((k + 1 + k / 3 % 2) % 3)];
+  }
+  std::shared_ptr<VertexPose> Pose(double rotation, double position) {
+    return std::make_shared<VertexPose>(ExpSO3(RandomVec3(&random_, rotation)), RandomVec3(&random_, position));
+  }
+  MovingPoint Point() { return {RandomVec3(&random_, 0.1).head<2>(), RandomVec3(&random_, 0.3).head<2>(), 0.005}; }
+
+  Random& random_;
+  std::vector<std::shared_ptr<VertexPose>> poses_, cameras_;
+  std::vector<std::shared_ptr<VertexScalar>> clocks_;
+};
+
 void ExpectBatchEqualsEdges(const std::vector<std::shared_ptr<Edge>>& edges) {
   const std::unique_ptr<EdgeBatch> batch = AsFast(*edges[0])->MakeBatch();
   ASSERT_TRUE(batch);
@@ -82,6 +130,16 @@ TEST(EdgeBatches, AreTheEdgesEightAtATime) {
   Random random(5);
   ExpectBatchEqualsEdges(BalEdges(21, &random));
   ExpectBatchEqualsEdges(ReprojectionEdges(21, &random));
+  Rigs rigs(&random);
+  std::vector<std::shared_ptr<Edge>> calibration, stereo, host;
+  for (int k = 0; k < 21; ++k) {
+    calibration.push_back(rigs.Calibration(k, Rigs::Depth(k)));
+    stereo.push_back(rigs.Stereo(k, Rigs::Depth(k)));
+    host.push_back(rigs.StereoHost(k, Rigs::Depth(k)));
+  }
+  ExpectBatchEqualsEdges(calibration);
+  ExpectBatchEqualsEdges(stereo);
+  ExpectBatchEqualsEdges(host);
 }
 
 void Fill(const std::vector<std::shared_ptr<Edge>>& edges, Graph* graph) {
@@ -105,12 +163,13 @@ TEST(WeightedEdgeBatch, WhitensAsEachEdgeAlone) {
     graph.Edges()[k]->SetLossFunction(losses[k % 3]);
   }
   const Structure structure = BuildStructure(MakeOrdering(graph));
-  WeightedEdgeBatch batch;
-  batch.Assign(structure);
-  ASSERT_TRUE(batch.Active());
+  LandmarkEdgeBatches batches;
+  batches.Assign(structure);
+  ASSERT_TRUE(batches.Active());
+  batches.LoadPoses();
+  const WeightedEdgeBatch& batch = batches.Batch(0);
   ASSERT_EQ(batch.NumPositions(), 2);
   EXPECT_EQ(batch.Dimension(0), 9);
-  batch.LoadPoses();
   double chi2 = 0.0;
   for (int first = 0; first < structure.num_landmark_edges; first += kPack) {
     const int count = std::min(kPack, structure.num_landmark_edges - first);
@@ -157,12 +216,63 @@ TEST(EdgeBatches, FollowTheStatesAndTheWeights) {
   const VecX b = solver.RightHandSide();
   graph.Edges()[5]->SetInformation(Vec2(1.0, 1.0 + 1e-15).asDiagonal());
   solver.SetOrdering();
-  WeightedEdgeBatch batch;
-  batch.Assign(solver.GetStructure());
-  EXPECT_FALSE(batch.Active());
+  LandmarkEdgeBatches batches;
+  batches.Assign(solver.GetStructure());
+  EXPECT_FALSE(batches.Active());
   solver.MakeHessian();
   EXPECT_LT((solver.DenseHessian() - H).norm(), 1e-13 * H.norm());
   EXPECT_LT((solver.RightHandSide() - b).norm(), 1e-13 * b.norm());
+}
+
+// Landmarks with edges of three types, 1 to 5 of them, whose cameras are free or fixed.
+TEST(EdgeBatches, OfSeveralTypesGiveTheSameSystemAsEdgesOneByOne) {
+  for (const bool fixed : {false, true}) {
+    Random random(8);
+    Graph graph;
+    Rigs rigs(&random);
+    std::vector<std::shared_ptr<Edge>> edges;
+    for (int k = 0; k < 50; ++k) {
+      const auto depth = Rigs::Depth(k % 20);
+      if (k % 2 == 0) edges.push_back(rigs.StereoHost(k, depth));
+      if (k % 3 != 1) edges.push_back(rigs.Plain(k, depth));
+      if (k % 4 != 2) edges.push_back(rigs.Stereo(k + 1, depth));
+      edges.push_back(rigs.Plain(k + 4, depth));
+      edges.push_back(rigs.Stereo(k, depth));
+    }
+    Fill(edges, &graph);
+    if (fixed) rigs.Fix();
+    for (const auto& vertex : graph.Vertices()) {
+      if (dynamic_cast<VertexScalar*>(vertex.get())) vertex->SetFixed();
+    }
+    const auto loss = std::make_shared<CauchyLoss>(0.3);
+    for (const auto& edge : edges) {
+      edge->SetIsotropicInformation(edge->TypeInfo() == "EdgeStereo" ? 2.0 : 5.0);
+      edge->SetLossFunction(loss);
+    }
+    SparseSolver packed(&graph), alone(&graph), two_threads(&graph, 2);
+    for (SparseSolver* solver : {&packed, &two_threads}) {
+      solver->SetOrdering();
+      solver->MakeHessian();
+    }
+    LandmarkEdgeBatches batches;
+    batches.Assign(packed.GetStructure());
+    ASSERT_TRUE(batches.Active());
+    EXPECT_GT(packed.GetStructure().runs.size(), 10u);
+    const double cost = packed.Cost();
+    EXPECT_NEAR(cost, Cost(graph), 1e-12 * cost);
+    EXPECT_EQ(two_threads.Cost(), cost);
+    EXPECT_EQ(two_threads.DenseHessian(), packed.DenseHessian());
+    EXPECT_EQ(two_threads.RightHandSide(), packed.RightHandSide());
+    const double w = graph.Edges()[5]->IsotropicInformation();
+    graph.Edges()[5]->SetInformation(Vec2(w, w * (1.0 + 1e-15)).asDiagonal());
+    alone.SetOrdering();
+    batches.Assign(alone.GetStructure());
+    ASSERT_FALSE(batches.Active());
+    alone.MakeHessian();
+    const MatXX H = alone.DenseHessian();
+    EXPECT_LT((packed.DenseHessian() - H).norm(), 1e-12 * H.norm()) << "fixed: " << fixed;
+    EXPECT_LT((packed.RightHandSide() - alone.RightHandSide()).norm(), 1e-12 * alone.RightHandSide().norm());
+  }
 }
 
 }  // namespace

@@ -26,15 +26,15 @@ struct Steps {
   Step step;
 
   explicit Steps(const Graph& graph) : structure(BuildStructure(MakeOrdering(graph))) {
-    WeightedEdgeBatch batch;
-    if (structure.sizes.AreFixed()) batch.Assign(structure);
-    if (batch.Active()) batch.LoadPoses();
-    linearized.factors.Prepare(structure, batch.Active() ? structure.num_landmark_edges : 0);
+    LandmarkEdgeBatches batches;
+    if (structure.sizes.AreFixed()) batches.Assign(structure);
+    if (batches.Active()) batches.LoadPoses();
+    linearized.factors.Prepare(structure, batches.Active() ? structure.num_landmark_edges : 0);
     linearized.Resize(structure);
     eliminated.Resize(structure);
     eliminated.S.SetPattern(structure.pose_dim, SchurPattern(structure));
     groups = PrepareSchurGroups(structure, eliminated.S, 1);
-    Linearize(structure, batch, &pool, &linearized);
+    Linearize(structure, batches, &pool, &linearized);
   }
   bool Eliminate(const DampingRule& rule) {
     if (!InvertLandmarks(structure, linearized, rule, &pool, &eliminated)) return false;

@@ -56,18 +56,19 @@ class ChunkLinearizer {
   static constexpr bool kFixed = P != Eigen::Dynamic && L != Eigen::Dynamic;
 
  public:
-  CH5_INLINE ChunkLinearizer(const Structure& structure, const WeightedEdgeBatch& batch, int chunk, Linearized* system)
-      : s_(structure), batch_(batch), system_(*system), sums_(system->chunk_sums[chunk]), chunk_(chunk) {}
+  CH5_INLINE ChunkLinearizer(const Structure& structure, const LandmarkEdgeBatches& batches, int chunk,
+                             Linearized* system)
+      : s_(structure), batches_(batches), system_(*system), sums_(system->chunk_sums[chunk]), chunk_(chunk) {}
 
   CH5_INLINE void Run() {
     std::fill(sums_.H_pp.begin(), sums_.H_pp.end(), 0.0);
     std::fill(sums_.b.begin(), sums_.b.end(), 0.0);
     const int first = s_.chunk_begin[chunk_], last = s_.chunk_begin[chunk_ + 1];
     if constexpr (kFixed && L == 1) {
-      if (batch_.Active()) return LinearizeRuns(first, last);
+      if (batches_.Active()) return LinearizeRuns(first, last);
     }
-    EdgePack pack(s_.landmark_edges[first], s_.landmark_edges[last]);
-    for (int l = first; l < last; ++l) LinearizeLandmark(l, &pack);
+    EdgePack packs[LandmarkEdgeBatches::kMostTypes];
+    for (int l = first; l < last; ++l) LinearizeLandmark(l, packs);
   }
 
  private:
@@ -76,9 +77,9 @@ class ChunkLinearizer {
     double *H_ll, *b_l;
   };
 
-  CH5_INLINE void LinearizeLandmark(int l, EdgePack* pack) {
+  CH5_INLINE void LinearizeLandmark(int l, EdgePack* packs) {
     const int dim = kernels::Pick<L>(s_.landmark_dim[l]);
-    const bool packed = kFixed && batch_.Active(), factored = !system_.H_pl_factors.empty();
+    const bool packed = kFixed && batches_.Active(), factored = !system_.H_pl_factors.empty();
     if (!factored && (!packed || !s_.OneEdgePerSlot())) {
       double* H_pl = system_.H_pl.data();
       std::fill(H_pl + s_.slot_block[s_.landmark_slots[l]], H_pl + s_.slot_block[s_.landmark_slots[l + 1]], 0.0);
@@ -89,7 +90,7 @@ class ChunkLinearizer {
     for (int e = s_.landmark_edges[l]; e < s_.landmark_edges[l + 1]; ++e) {
       if constexpr (kFixed) {
         if (packed) {
-          factored ? AddFactoredEdge(e, pack, sums) : AddPackedEdge(e, pack, sums);
+          factored ? AddFactoredEdge(e, packs, sums) : AddPackedEdge(e, packs, sums);
           continue;
         }
       }
@@ -102,14 +103,16 @@ class ChunkLinearizer {
     std::copy_n(sums.b_l, dim, system_.b.data() + s_.landmark_offset[l]);
   }
 
-  // An edge of the batch, whose J̃ and r̃ stand in the pack.
-  CH5_INLINE void AddPackedEdge(int e, EdgePack* pack, const LandmarkSums& sums) {
+  // An edge of a batch, whose J̃ and r̃ stand in the pack of its type.
+  CH5_INLINE void AddPackedEdge(int e, EdgePack* packs, const LandmarkSums& sums) {
     const EdgeRecord& record = s_.edges[e];
-    const int lane = pack->LaneOf(batch_, e), num_poses = record.poses_end - record.poses_begin;
+    const WeightedEdgeBatch& batch = batches_.Batch(e);
+    EdgePack& pack = packs[batches_.Type(e)];
+    const int lane = pack.LaneOf(batch, batches_.Number(e)), num_poses = record.poses_end - record.poses_begin;
     const EdgePose* poses = s_.edge_poses.data() + record.poses_begin;
-    const auto jacobian = [&](int position) { return pack->Jacobian(batch_, lane, position); };
+    const auto jacobian = [&](int position) { return pack.Jacobian(batch, lane, position); };
 
-    const double r[kR] = {pack->Residual(lane, 0), pack->Residual(lane, 1)};
+    const double r[kR] = {pack.Residual(lane, 0), pack.Residual(lane, 1)};
     const double* J_l = jacobian(record.landmark_position);
     const kernels::Rows<kR, L, kWide> rows_l(J_l);
     rows_l.template AddTransposeProduct<L>(J_l, sums.H_ll);
@@ -141,18 +144,20 @@ class ChunkLinearizer {
 
   CH5_INLINE void LinearizeRun(const EdgeRun& run) {
     const EdgeRecord& first = s_.edges[s_.batch_edges[run.begin]];
+    const WeightedEdgeBatch& batch = batches_.Batch(run.begin);
+    const int number = batches_.Number(run.begin) - run.begin;  // those of a run follow one another in their batch
     const EdgePose* poses = s_.edge_poses.data() + first.poses_begin;
     const int num_poses = first.poses_end - first.poses_begin;
     alignas(64) double r[kPackSize * kPacks];  // of each pack r, then J
     double* J = r + kR * kPack;
-    const auto jacobian = [&](int i) { return J + batch_.JacobianBegin(poses[i].position) * kPack; };
+    const auto jacobian = [&](int i) { return J + batch.JacobianBegin(poses[i].position) * kPack; };
     for (int begin = run.begin; begin < run.end; begin += kPacks * kPack) {
       const int packs = NumChunks(std::min(run.end - begin, kPacks * kPack), kPack);
       for (int k = 0; k < packs; ++k) {
         const int e = begin + k * kPack, count = std::min(kPack, run.end - e), pack = k * kPackSize;
-        batch_.Linearize(e, count, r + pack, J + pack);
-        batch_.Whiten(e, count, r + pack, J + pack);
-        const double* J_l = J + pack + batch_.JacobianBegin(first.landmark_position) * kPack;
+        batch.Linearize(number + e, count, r + pack, J + pack);
+        batch.Whiten(number + e, count, r + pack, J + pack);
+        const double* J_l = J + pack + batch.JacobianBegin(first.landmark_position) * kPack;
         AddToLandmarks(e, count, r + pack, J_l);
         for (int i = 0; i < num_poses; ++i) AddToSlots(e, count, i, jacobian(i) + pack, J_l);
       }
@@ -200,15 +205,17 @@ class ChunkLinearizer {
   }
 
   // The same for an edge whose block of H_pl is stored by its factors: b takes J̃ as it is, H as it is stored.
-  CH5_INLINE void AddFactoredEdge(int e, EdgePack* pack, const LandmarkSums& sums) {
+  CH5_INLINE void AddFactoredEdge(int e, EdgePack* packs, const LandmarkSums& sums) {
     using Factors = kernels::SlotFactors<P, L>;
     const EdgeRecord& record = s_.edges[e];
-    if (record.poses_begin == record.poses_end) return AddPackedEdge(e, pack, sums);  // its pose is fixed
+    if (record.poses_begin == record.poses_end) return AddPackedEdge(e, packs, sums);  // its pose is fixed
     const EdgePose& pose = s_.edge_poses[record.poses_begin];
-    const int lane = pack->LaneOf(batch_, e);
-    const double r[kR] = {pack->Residual(lane, 0), pack->Residual(lane, 1)};
-    double *J_l = pack->Jacobian(batch_, lane, record.landmark_position),
-           *J_p = pack->Jacobian(batch_, lane, pose.position);
+    const WeightedEdgeBatch& batch = batches_.Batch(e);
+    EdgePack& pack = packs[batches_.Type(e)];
+    const int lane = pack.LaneOf(batch, batches_.Number(e));
+    const double r[kR] = {pack.Residual(lane, 0), pack.Residual(lane, 1)};
+    double *J_l = pack.Jacobian(batch, lane, record.landmark_position),
+           *J_p = pack.Jacobian(batch, lane, pose.position);
     kernels::Rows<kR, L, kWide>(J_l).SubtractTransposeVector(r, sums.b_l);
     kernels::Rows<kR, P, kWide>(J_p).SubtractTransposeVector(r, RowsOfSums(pose.pose));
     Factors::Store(J_p, J_l, &system_.H_pl_factors[static_cast<size_t>(pose.slot) * Factors::kSize]);
@@ -262,7 +269,7 @@ class ChunkLinearizer {
   CH5_INLINE double* RowsOfSums(int pose) { return &sums_.b[sums_.number[pose] * system_.b_stride]; }
 
   const Structure& s_;
-  const WeightedEdgeBatch& batch_;
+  const LandmarkEdgeBatches& batches_;
   Linearized& system_;
   Linearized::PoseSums& sums_;
   int chunk_;
@@ -270,10 +277,10 @@ class ChunkLinearizer {
 
 template <int P, int L>
 struct LinearizeChunk {
-  using Signature = void(const Structure&, const WeightedEdgeBatch&, int chunk, Linearized*);
+  using Signature = void(const Structure&, const LandmarkEdgeBatches&, int chunk, Linearized*);
   template <SimdLevel kSimd>
-  static CH5_INLINE void Run(const Structure& s, const WeightedEdgeBatch& batch, int chunk, Linearized* system) {
-    ChunkLinearizer<P, L, kSimd == SimdLevel::kAvx512>(s, batch, chunk, system).Run();
+  static CH5_INLINE void Run(const Structure& s, const LandmarkEdgeBatches& batches, int chunk, Linearized* system) {
+    ChunkLinearizer<P, L, kSimd == SimdLevel::kAvx512>(s, batches, chunk, system).Run();
   }
 };
 
@@ -358,9 +365,9 @@ MatXX Linearized::Coupling(const Structure& s, int slot) const {
   return J.leftCols(p).transpose() * J.rightCols(l);
 }
 
-void Linearize(const Structure& s, const WeightedEdgeBatch& batch, ThreadPool* pool, Linearized* system) {
+void Linearize(const Structure& s, const LandmarkEdgeBatches& batches, ThreadPool* pool, Linearized* system) {
   const auto linearize_chunk = Dispatch<LinearizeChunk>(s.sizes);
-  pool->Run(s.NumChunks(), [&](int chunk) { linearize_chunk(s, batch, chunk, system); });
+  pool->Run(s.NumChunks(), [&](int chunk) { linearize_chunk(s, batches, chunk, system); });
 
   ParallelFor(pool, s.num_active_edges - s.num_landmark_edges, kEdges, [&](int begin, int end) {
     for (int e = s.num_landmark_edges + begin; e < s.num_landmark_edges + end; ++e) {

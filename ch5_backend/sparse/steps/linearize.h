@@ -54,8 +54,8 @@ struct Linearized {
 };
 
 /// Fills H and b.
-/// @param batch  the landmarks' edges where they fit into one, its poses just loaded; otherwise it is not active
+/// @param batches  the landmarks' edges where they fit into some, their poses just loaded; otherwise they are not active
 /// @param pool   of one thread if an edge has numeric Jacobians, which move the vertices
-void Linearize(const Structure& structure, const WeightedEdgeBatch& batch, ThreadPool* pool, Linearized* system);
+void Linearize(const Structure& structure, const LandmarkEdgeBatches& batches, ThreadPool* pool, Linearized* system);
 
 }  // namespace ch5

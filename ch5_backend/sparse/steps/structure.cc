@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <typeinfo>
 
 namespace ch5 {
 namespace {
@@ -179,6 +180,19 @@ void ForEachPair(EdgeRecord* record, const Pair& pair) {
   }
 }
 
+// Numbers the types of the landmarks' edges.
+void NumberEdgeTypes(Structure* s) {
+  std::vector<const std::type_info*> types;
+  for (int e = 0; e < s->num_landmark_edges; ++e) {
+    const Edge& edge = *s->edges[e].edge;
+    const auto is_it = [&](const std::type_info* type) { return *type == typeid(edge); };
+    const auto it = std::find_if(types.begin(), types.end(), is_it);
+    s->edges[e].type = static_cast<int>(it - types.begin());
+    if (it == types.end()) types.push_back(&typeid(edge));
+  }
+  s->num_edge_types = static_cast<int>(types.size());
+}
+
 // Whether two edges have the same free poses, at the same positions of their vertices.
 bool HaveSamePoses(const Structure& s, const EdgeRecord& a, const EdgeRecord& b) {
   const auto begin = s.edge_poses.begin();
@@ -187,7 +201,7 @@ bool HaveSamePoses(const Structure& s, const EdgeRecord& a, const EdgeRecord& b)
                     [](const EdgePose& p, const EdgePose& q) { return p.pose == q.pose && p.position == q.position; });
 }
 
-// The landmarks' edges by their free poses, where a landmark is a number; equal ones in their order.
+// The landmarks' edges by their free poses, then by type, where a landmark is a number; equal ones in their order.
 void SortBatchEdges(Structure* s) {
   s->batch_edges = Numbers(static_cast<size_t>(s->num_landmark_edges));
   if (!s->BatchGoesByRuns()) return;
@@ -195,6 +209,9 @@ void SortBatchEdges(Structure* s) {
     const EdgeRecord& record = s->edges[e];
     return record.poses_begin + i < record.poses_end ? s->edge_poses[record.poses_begin + i].pose : s->NumPoses();
   };
+  if (s->num_edge_types > 1) {
+    SortByKey(s->batch_edges.begin(), s->batch_edges.end(), s->num_edge_types, [&](int e) { return s->edges[e].type; });
+  }
   int most = 0;
   for (int e = 0; e < s->num_landmark_edges; ++e)
     most = std::max(most, s->edges[e].poses_end - s->edges[e].poses_begin);
@@ -295,9 +312,11 @@ void CutRuns(Structure* s) {
   s->chunk_runs.push_back(0);
   for (int chunk = 0; chunk < num_chunks; ++chunk) {
     for (int k = chunk_edges[chunk]; k < chunk_edges[chunk + 1]; ++k) {
-      const bool is_new =
-          k == chunk_edges[chunk] || !HaveSamePoses(*s, s->edges[s->batch_edges[k - 1]], s->edges[s->batch_edges[k]]);
-      if (is_new) s->runs.push_back({k, k});
+      const auto like_last = [&] {
+        const EdgeRecord &last = s->edges[s->batch_edges[k - 1]], &edge = s->edges[s->batch_edges[k]];
+        return last.type == edge.type && HaveSamePoses(*s, last, edge);
+      };
+      if (k == chunk_edges[chunk] || !like_last()) s->runs.push_back({k, k});
       s->runs.back().end = k + 1;
     }
     s->chunk_runs.push_back(static_cast<int>(s->runs.size()));
@@ -343,6 +362,7 @@ Structure BuildStructure(Ordering ordering) {
   FindSlots(order, seen_by, &s);
   s.sizes = CommonSizes(s);
   ListEdges(order, edges, &s);
+  NumberEdgeTypes(&s);
   SortBatchEdges(&s);
   ListHessianBlocks(&s);
   ListPoseEdgeBlocks(&s);

@@ -39,9 +39,10 @@ struct EdgeRecord {
   int normal_equations;        ///< of an edge between poses: where its normal equations are stored
   bool is_numeric = false;     ///< it is linearized before the others (numeric_edges.h)
   int landmark = -1;           ///< its number
+  int type = 0;                ///< of an edge with a free landmark: counts their types
 };
 
-/// Landmarks' edges with the same free poses at the same positions: they change the same blocks of H_pp.
+/// Landmarks' edges of one type with the same free poses at the same positions: they change the same blocks of H_pp.
 struct EdgeRun {
   int begin, end;  ///< of Structure::batch_edges
 };
@@ -87,8 +88,9 @@ struct Structure {
   /// Block k of H_pp sums the pose_edge_blocks [pose_edge_blocks_begin[k], pose_edge_blocks_begin[k + 1]).
   std::vector<int> pose_edge_blocks_begin;
 
-  int max_width = 0;  ///< of an edge's free columns
-  int max_rows = 0;   ///< of a residual
+  int num_edge_types = 0;  ///< of the landmarks' edges
+  int max_width = 0;       ///< of an edge's free columns
+  int max_rows = 0;        ///< of a residual
   int num_H_ll_values = 0, num_H_pl_values = 0, num_normal_equation_values = 0;
 
   int Size() const { return ordering.Size(); }

@@ -5,48 +5,80 @@
 
 namespace ch5 {
 
-void WeightedEdgeBatch::Assign(const Structure& s) {
-  active_ = false;
-  if (s.num_landmark_edges == 0) return;
-  const Edge& first = *s.edges[0].edge;
+bool WeightedEdgeBatch::Start(const Edge& first) {
   if (!type_ || *type_ != typeid(first)) batch_ = AsFast(first) ? AsFast(first)->MakeBatch() : nullptr;
   type_ = &typeid(first);
-  if (!batch_) return;
-
+  if (!batch_) return false;
   jacobian_begin_.assign(1, 0);
   block_begin_.assign(1, 0);
   for (const auto& vertex : first.Vertices()) {
     jacobian_begin_.push_back(jacobian_begin_.back() + kRows * vertex->LocalDimension());
     block_begin_.push_back(block_begin_.back() + kRows * Stride(vertex->LocalDimension()));
   }
-  if (first.ResidualDimension() != kRows || NumJacobians() > kRows * kMostColumns) return;
-
   batch_->Clear();
   information_.clear();
   losses_.clear();
+  size_ = 0;
   unweighted_ = true;
   common_loss_ = first.GetLossFunction();
+  return first.ResidualDimension() == kRows && NumJacobians() <= kRows * kMostColumns;
+}
+
+bool WeightedEdgeBatch::Add(const Edge& edge) {
+  const double information = edge.IsotropicInformation();
+  const LossFunction* loss = edge.GetLossFunction();
+  if (information < 0.0) return false;
+  batch_->Add(edge);
+  if (loss != common_loss_) common_loss_ = nullptr;
+  if (unweighted_ && (information != 1.0 || loss)) {
+    unweighted_ = false;
+    information_.assign(static_cast<size_t>(size_), 1.0);
+    losses_.assign(static_cast<size_t>(size_), nullptr);
+  }
+  ++size_;
+  if (unweighted_) return true;
+  information_.push_back(information);
+  losses_.push_back(loss);
+  return true;
+}
+
+void LandmarkEdgeBatches::Assign(const Structure& s) {
+  active_ = s.num_landmark_edges > 0 && s.num_edge_types <= kMostTypes && AddAll(s);
+}
+
+bool LandmarkEdgeBatches::AddAll(const Structure& s) {
   constexpr int kAhead = 12, kLines = 6;  // whole edges, with what their batch copies
+  batches_.resize(static_cast<size_t>(s.num_edge_types));
+  places_.clear();
+  bool started[kMostTypes] = {};
   for (int e = 0; e < s.num_landmark_edges; ++e) {
     if (e + kAhead < s.num_landmark_edges) PrefetchObject(s.edges[s.batch_edges[e + kAhead]].edge, kLines);
-    const Edge& edge = *s.edges[s.batch_edges[e]].edge;
-    const double information = edge.IsotropicInformation();
-    const LossFunction* loss = edge.GetLossFunction();
-    if (typeid(edge) != *type_ || information < 0.0) return;
-    batch_->Add(edge);
-    if (loss != common_loss_) common_loss_ = nullptr;
-    if (unweighted_ && (information != 1.0 || loss)) {
-      unweighted_ = false;
-      information_.reserve(static_cast<size_t>(s.num_landmark_edges));
-      losses_.reserve(static_cast<size_t>(s.num_landmark_edges));
-      information_.assign(static_cast<size_t>(e), 1.0);
-      losses_.assign(static_cast<size_t>(e), nullptr);
-    }
-    if (unweighted_) continue;
-    information_.push_back(information);
-    losses_.push_back(loss);
+    const EdgeRecord& record = s.edges[s.batch_edges[e]];
+    WeightedEdgeBatch& batch = batches_[record.type];
+    if (!started[record.type] && !batch.Start(*record.edge)) return false;
+    started[record.type] = true;
+    places_.push_back({record.type, batch.Size()});
+    if (!batch.Add(*record.edge)) return false;
   }
-  active_ = true;
+  return true;
+}
+
+void LandmarkEdgeBatches::LoadPoses() {
+  for (WeightedEdgeBatch& batch : batches_) batch.LoadPoses();
+}
+
+// A type's edges in a range are a range of its batch.
+double LandmarkEdgeBatches::Cost(int begin, int end) const {
+  int first[kMostTypes], count[kMostTypes] = {};
+  for (int e = begin; e < end; ++e) {
+    const Place& place = places_[e];
+    if (count[place.type]++ == 0) first[place.type] = place.number;
+  }
+  double sum = 0.0;
+  for (size_t type = 0; type < batches_.size(); ++type) {
+    if (count[type] > 0) sum += batches_[type].Cost(first[type], first[type] + count[type]);
+  }
+  return sum;
 }
 
 double WeightedEdgeBatch::Cost(int begin, int end) const {

@@ -1,6 +1,6 @@
 #pragma once
-/// The landmarks' edges of a structure as one batch (graph/fast_edge.h), whitened as in graph/whitening.h. Measurements,
-/// losses and W are those at Assign, which SparseSolver calls in SetOrdering.
+/// The landmarks' edges of a structure in batches (graph/fast_edge.h), one for each type of edge, whitened as in
+/// graph/whitening.h. Measurements, losses and W are those at Assign, which SparseSolver calls in SetOrdering.
 
 #include <algorithm>
 
@@ -11,16 +11,18 @@
 
 namespace ch5 {
 
+/// Those of one type, numbered in the order in which they were added.
 class WeightedEdgeBatch {
  public:
   static constexpr int kRows = 2;
-  static constexpr int kMostColumns = 16;  ///< of all vertices of an edge together
+  static constexpr int kMostColumns = 28;  ///< of all vertices of an edge together
 
-  /// Copies the structure's edges with a landmark, in the order of its batch_edges: the functions below count them so. Packs them only if all are of one type that has
-  /// batches, with two rows and W = w I; otherwise Active() is false.
-  void Assign(const Structure& structure);
-  void Clear() { active_ = false; }
-  bool Active() const { return active_; }
+  /// Makes it a batch for edges of this one's type; none is in it yet.
+  /// @return false if the type has no batches, or not two rows
+  bool Start(const Edge& first);
+  /// @return false unless W = w I
+  bool Add(const Edge& edge);
+  int Size() const { return size_; }
 
   /// Once before the two below, whenever the states have changed.
   void LoadPoses() { batch_->LoadPoses(); }
@@ -57,8 +59,41 @@ class WeightedEdgeBatch {
   std::vector<double> information_;       // w of each edge; none if unweighted_
   std::vector<const LossFunction*> losses_;
   std::vector<int> jacobian_begin_, block_begin_;
-  bool active_ = false, unweighted_ = false;
+  int size_ = 0;
+  bool unweighted_ = false;
   const LossFunction* common_loss_ = nullptr;  // of all edges, or null
+};
+
+/// Those of all types, in the order of Structure::batch_edges: the functions below count them so.
+class LandmarkEdgeBatches {
+ public:
+  static constexpr int kMostTypes = 3;
+
+  /// Copies the structure's edges with a landmark. Packs them only if they are of few types, each with batches, two rows
+  /// and W = w I; otherwise Active() is false.
+  void Assign(const Structure& structure);
+  void Clear() { active_ = false; }
+  bool Active() const { return active_; }
+
+  /// As those of WeightedEdgeBatch.
+  void LoadPoses();
+  double Cost(int begin, int end) const;
+
+  /// Edge e is edge Number(e) of Batch(e).
+  int Type(int e) const { return places_[e].type; }
+  int Number(int e) const { return places_[e].number; }
+  const WeightedEdgeBatch& Batch(int e) const { return batches_[places_[e].type]; }
+
+ private:
+  struct Place {
+    int type, number;
+  };
+
+  bool AddAll(const Structure& structure);
+
+  std::vector<WeightedEdgeBatch> batches_;  // of each type
+  std::vector<Place> places_;
+  bool active_ = false;
 };
 
 CH5_INLINE void WeightedEdgeBatch::Whiten(int first, int count, double* r, double* J) const {
@@ -97,12 +132,9 @@ class EdgePack {
  public:
   static constexpr int kRows = WeightedEdgeBatch::kRows;
 
-  /// Of the edges [begin, end) it will hold eight after eight.
-  EdgePack(int begin, int end) : next_(begin), end_(end) {}
-
-  /// Edge e's place; e goes from begin to end, one by one.
+  /// The place of the batch's edge e, which goes on one by one from wherever it begins.
   CH5_INLINE int LaneOf(const WeightedEdgeBatch& edges, int e) {
-    if (e == next_) Fill(edges);
+    if (e >= next_) Fill(edges, e);
     return e - first_;
   }
   /// r̃_i of the edge in a lane.
@@ -113,10 +145,10 @@ class EdgePack {
   }
 
  private:
-  CH5_INLINE void Fill(const WeightedEdgeBatch& edges) {
-    const int count = std::min(kPack, end_ - next_);
-    first_ = next_;
-    next_ += count;
+  CH5_INLINE void Fill(const WeightedEdgeBatch& edges, int e) {
+    const int count = std::min(kPack, edges.Size() - e);
+    first_ = e;
+    next_ = e + count;
     edges.Linearize(first_, count, r_, J_);
     edges.Whiten(first_, count, r_, J_);
     for (int i = 0; i < edges.NumPositions(); ++i) {
@@ -153,7 +185,7 @@ class EdgePack {
   alignas(64) double r_[kRows * kPack];
   alignas(64) double J_[kRows * WeightedEdgeBatch::kMostColumns * kPack];
   alignas(64) double blocks_[kRows * WeightedEdgeBatch::kMostColumns * kLanes * kPack];
-  int first_ = 0, next_, end_;  // edges
+  int first_ = 0, next_ = 0;  // edges
 };
 
 }  // namespace ch5

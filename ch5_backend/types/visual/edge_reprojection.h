@@ -30,7 +30,7 @@ class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, Ver
   std::string TypeInfo() const override { return "EdgeReprojection"; }
 
  private:
-  friend class EdgeReprojectionBatch;
+  friend struct ReprojectionReader;  // of its batch
   Vec3 f_host_;  // [u, v, 1]
   Vec2 u_target_;
   Mat33 R_B_C_;

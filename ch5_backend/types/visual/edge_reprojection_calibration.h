@@ -25,7 +25,8 @@ struct MovingPoint {
 };
 
 class EdgeReprojectionCalibration
-    : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose, VertexPose, VertexScalar> {
+    : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose, VertexPose, VertexScalar>,
+      public FastEdge {
  public:
   EdgeReprojectionCalibration(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_W_Bi,
                               std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexPose> T_B_C,
@@ -38,10 +39,12 @@ class EdgeReprojectionCalibration
   }
   void ComputeResidual() override;
   void ComputeJacobians() override;
+  std::unique_ptr<EdgeBatch> MakeBatch() const override;
   bool InDomain() const override;
   std::string TypeInfo() const override { return "EdgeReprojectionCalibration"; }
 
  private:
+  friend struct ReprojectionReader;
   Vec3 PointInTarget() const;  // p_Cj
 
   MovingPoint host_, target_;

@@ -32,10 +32,12 @@ class EdgeStereo
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override { LinearizeInto(OwnResidual(), OwnJacobians()); }
   bool LinearizeInto(double* r, double* const* J) const override;
+  std::unique_ptr<EdgeBatch> MakeBatch() const override;
   bool InDomain() const override { return GetVertex<0>().InverseDepth() > 0.0 && PointInTarget().z() > 0.0; }
   std::string TypeInfo() const override { return "EdgeStereo"; }
 
  private:
+  friend struct ReprojectionReader;
   Vec3 PointInTarget() const;
 
   MovingPoint host_, target_;
@@ -56,10 +58,12 @@ class EdgeStereoHost : public SizedEdge<2, VertexInverseDepth, VertexPose, Verte
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override { LinearizeInto(OwnResidual(), OwnJacobians()); }
   bool LinearizeInto(double* r, double* const* J) const override;
+  std::unique_ptr<EdgeBatch> MakeBatch() const override;
   bool InDomain() const override { return GetVertex<0>().InverseDepth() > 0.0 && PointInTarget().z() > 0.0; }
   std::string TypeInfo() const override { return "EdgeStereoHost"; }
 
  private:
+  friend struct ReprojectionReader;
   Vec3 PointInTarget() const;
 
   MovingPoint host_, target_;
