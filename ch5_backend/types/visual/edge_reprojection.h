@@ -31,7 +31,7 @@ class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, Ver
 
  private:
   friend struct ReprojectionReader;  // of its batch
-  Vec3 f_host_;  // [u, v, 1]
+  Vec3 f_host_;                      // [u, v, 1]
   Vec2 u_target_;
   Mat33 R_B_C_;
   Vec3 p_B_C_;
