@@ -6,6 +6,7 @@ certain besides its linearization: observations used twice, and hosts whose bear
 import numpy as np
 
 from . import page, style
+from .numbers.systems import RECORDINGS
 from .numbers.windows import KEPT, consistency
 from .odometry import NAMES
 from .style import BLUE, GREEN, ORANGE, PALE, VERMILION, plt
@@ -97,6 +98,26 @@ def hosts_table(say):
              f"{row['rotation_error_deg']:.2f}") for row in KEPT("host_noise").rows()]
     head = [say("consistency.recording"), say("images"), say("restarts"), "ATE [m]", say("scale_error"), say("consistency.rotation")]
     return page.table(head, rows)
+
+
+def first_estimates_table(say):
+    """Recordings and simulated flights (means) with no first estimates, with them in the prior only, and in full."""
+    rows = []
+    for policy, policy_name in NAMES.items():
+        for recording in RECORDINGS:
+            for told, mode in (("none", "none"), ("prior", "prior_only"), ("full", "full")):
+                of = KEPT("consistency_recording", recording=recording, policy=policy, told=told)
+                ate, nees, leak = (of[column].mean() for column in ("ate_m", "nees_motion", "yaw_leak"))
+                rows.append((f"{policy_name}: {say('recording.' + recording)}, {say('consistency.' + mode)}", f"{ate:.3f}", f"{nees:.0f}",
+                             style.number(abs(leak), 2)))
+    head = [say("consistency.first_estimates"), "ATE [m]", say("consistency.nees_motion"), say("consistency.leak")]
+    return page.table(head, rows)
+
+
+def why_none(say):
+    """Why no first estimates are the default."""
+    wide = KEPT("consistency_recording", recording="euroc_v1_01_easy", told="both x 5")
+    return say("consistency.default", **{policy: f"{wide.row(policy=policy)['nees_motion']:.0f}" for policy in NAMES})
 
 
 def in_short():

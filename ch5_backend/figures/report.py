@@ -101,7 +101,8 @@ def body_of(directory, say):
         pieces += [EXPLORERS[section](directory, say)] if section in EXPLORERS else []
         pieces += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
         if section == "consistency":
-            pieces += [nees.cases_table(say), Markup("<p>{}</p>").format(say("consistency.hosts")), nees.hosts_table(say)]
+            pieces += [nees.cases_table(say), Markup("<p>{}</p>").format(say("consistency.hosts")), nees.hosts_table(say),
+                       Markup("<p>{}</p>").format(nees.why_none(say)), nees.first_estimates_table(say)]
         if section == "systems":
             pieces.insert(2, systems.ablation_table(say))
             pieces += [Markup("<p>{}</p>").format(say("starts.lead")), systems.starts_table(say)]
