@@ -93,7 +93,7 @@ def cases_table(say):
 
 def hosts_table(say):
     """Recordings with hosts exact, with and without the loss, and noisy."""
-    rows = [(f"{row['recording']}: {NAMES[row['policy']]}, {say('consistency.' + row['hosts'])}", f"{row['images']:.0f}",
+    rows = [(f"{say('recording.' + row['recording'])}: {NAMES[row['policy']]}, {say('consistency.' + row['hosts'])}", f"{row['images']:.0f}",
              f"{row['restarts']:.0f}", f"{row['ate_m']:.3f}", f"{100 * row['scale_error']:+.1f}".replace("-", "−"),
              f"{row['rotation_error_deg']:.2f}") for row in KEPT("host_noise").rows()]
     head = [say("consistency.recording"), say("images"), say("restarts"), "ATE [m]", say("scale_error"), say("consistency.rotation")]
