@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/math/transform.h"
 #include "ch5_backend/track/named_csv.h"
 #include "ch5_backend/track/sensor_yaml.h"
 
@@ -12,8 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Transform Inverse(const Transform& T) { return {T.q.conjugate(), -(T.q.conjugate() * T.p)}; }
-Transform Compose(const Transform& A, const Transform& B) { return {A.q * B.q, A.p + A.q * B.p}; }
 bool IsIdentity(const Transform& T) { return T.p.norm() < 1e-9 && T.q.vec().norm() < 1e-9; }
 
 std::string Seconds(double t) {
@@ -29,18 +28,43 @@ fs::path FindMav0(const fs::path& folder) {
   throw FileError(folder.string() + ": neither this folder nor its mav0 holds cam0");
 }
 
+// Kalibr's file of cameras or IMU, by its name: camchain.yaml, camchain-imucam-….yaml; imu_config.yaml, imu-….yaml, …
+bool IsKalibrFile(const std::string& name, const std::string& sensor) {
+  if (fs::path(name).extension() != ".yaml") return false;
+  return sensor == "imu0" ? name.rfind("imu", 0) == 0 : name.find("camchain") != std::string::npos;
+}
+
+// What the sensor's own sensor.yaml says, or else a file of Kalibr's: in mav0, beside it, or as TUM-VI has it in dso/.
+SensorYaml ReadSensor(const fs::path& mav0, const std::string& sensor) {
+  const fs::path own = mav0 / sensor / "sensor.yaml", beside = (mav0 / "..").lexically_normal();
+  if (fs::exists(own)) return SensorYaml(own.string());
+  std::vector<std::string> found;
+  for (const fs::path& folder : {mav0, beside, beside / "dso"}) {
+    if (!found.empty() || !fs::is_directory(folder)) continue;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+      if (IsKalibrFile(entry.path().filename().string(), sensor)) found.push_back(entry.path().string());
+  }
+  if (found.size() > 1) {
+    std::sort(found.begin(), found.end());
+    throw FileError("two calibrations, " + found[0] + " and " + found[1] + "; leave the one that is meant");
+  }
+  if (!found.empty()) return SensorYaml(found[0], sensor);
+  throw FileError(own.string() + ": there is no such file, nor one of Kalibr's (" +
+                  (sensor == "imu0" ? "imu….yaml" : "…camchain….yaml") + ") in mav0, beside it or in dso/ there");
+}
+
 // The IMU's own T_BS; most publishers take the IMU for the body.
-Transform ReadImu(const fs::path& folder, Recording* recording) {
-  const SensorYaml yaml((folder / "sensor.yaml").string());
+Transform ReadImu(const fs::path& mav0, Recording* recording) {
+  const SensorYaml yaml = ReadSensor(mav0, "imu0");
   Calibration& c = recording->calibration;
   c.noise.continuous = true;
   c.noise.gyroscope = yaml.Positive("gyroscope_noise_density");
   c.noise.gyroscope_walk = yaml.Positive("gyroscope_random_walk");
   c.noise.accelerometer = yaml.Positive("accelerometer_noise_density");
   c.noise.accelerometer_walk = yaml.Positive("accelerometer_random_walk");
-  c.imu_rate = yaml.Positive("rate_hz");
+  c.imu_rate = yaml.Positive(yaml.Name("rate_hz", "update_rate"));
 
-  NamedCsv csv((folder / "data.csv").string());
+  NamedCsv csv((mav0 / "imu0" / "data.csv").string());
   double force = 0.0;
   while (csv.NextRow()) {
     const int64_t stamp = csv.Stamp();
@@ -70,14 +94,14 @@ Lens ReadLens(const SensorYaml& yaml) {
   } else if (model != "radial-tangential" && model != "radtan") {
     yaml.Fail("distortion_model", "must be radial-tangential, equidistant or none, got " + TextReader::Quote(model));
   }
-  const std::vector<double> k = yaml.Numbers("distortion_coefficients", 4);
+  const std::vector<double> k = yaml.Numbers(yaml.Name("distortion_coefficients", "distortion_coeffs"), 4);
   lens.k = Eigen::Map<const Eigen::Vector4d>(k.data());
   return lens;
 }
 
 Camera ReadIntrinsics(const SensorYaml& yaml, const Transform& T_B_I) {
   Camera c;
-  c.T_B_C = Compose(Inverse(T_B_I), yaml.T_B_S());
+  c.T_B_C = Inverse(T_B_I) * yaml.T_B_S();
   const std::vector<double> f = yaml.Numbers("intrinsics", 4), size = yaml.Numbers("resolution", 2);
   if (!(f[0] > 0.0 && f[1] > 0.0)) yaml.Fail("intrinsics", "fu and fv must be positive");
   if (!(size[0] >= 1.0 && size[1] >= 1.0 && size[0] < 1e5 && size[1] < 1e5))
@@ -93,27 +117,43 @@ fs::path ImageOfRow(const fs::path& folder, const NamedCsv& csv) {
   return image;
 }
 
-void ReadCamera(const fs::path& folder, const Transform& T_B_I, EurocFolder* result) {
-  const SensorYaml yaml((folder / "sensor.yaml").string());
+// How much later the IMU's clock is than the camera's [s]: Kalibr's t_imu = t_cam + shift.
+double ClockShift(const SensorYaml& yaml) {
+  return yaml.Has("timeshift_cam_imu") ? yaml.Numbers("timeshift_cam_imu", 1)[0] : 0.0;
+}
+
+// The rate that the file names, or that of the images.
+double CameraRate(const SensorYaml& yaml, size_t images, double duration) {
+  if (yaml.Has("rate_hz") || images < 2) return yaml.Positive("rate_hz");
+  return static_cast<double>(images - 1) / duration;
+}
+
+void NoteGaps(EurocFolder* result) {
+  for (size_t i = 1; i < result->images.size(); ++i) {
+    const double last = result->images[i - 1].t, t = result->images[i].t;
+    if (t - last > 5.0 / result->recording.calibration.camera_rate)
+      result->notes.push_back("cam0 has no image from " + Seconds(last) + " to " + Seconds(t) +
+                              "; its tracks end there");
+  }
+}
+
+void ReadCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result) {
+  const SensorYaml yaml = ReadSensor(mav0, "cam0");
+  const fs::path folder = mav0 / "cam0";
   Calibration& c = result->recording.calibration;
   result->lens = ReadLens(yaml);
   static_cast<Camera&>(c) = ReadIntrinsics(yaml, T_B_I);
-  c.camera_rate = yaml.Positive("rate_hz");
+  const double shift = ClockShift(yaml);
 
   NamedCsv csv((folder / "data.csv").string());
   const double end = result->recording.imu.back().t;
   double first = 0.0, last = 0.0;
   size_t count = 0;
   while (csv.NextRow()) {
-    last = SecondsAt(csv.Stamp(), result->recording.origin_ns);
+    last = SecondsAt(csv.Stamp(), result->recording.origin_ns) + shift;
     if (count++ == 0) first = last;
     if (last < 0.0 || last > end) continue;
-    const fs::path image = ImageOfRow(folder, csv);
-    if (!result->images.empty() && last - result->images.back().t > 5.0 / c.camera_rate) {
-      result->notes.push_back("cam0 has no image from " + Seconds(result->images.back().t) + " to " + Seconds(last) +
-                              "; its tracks end there");
-    }
-    result->images.push_back({last, image});
+    result->images.push_back({last, ImageOfRow(folder, csv)});
   }
   if (count == 0) csv.Fail("at least one image is needed");
   if (result->images.empty()) {
@@ -122,22 +162,26 @@ void ReadCamera(const fs::path& folder, const Transform& T_B_I, EurocFolder* res
                     Seconds(first) + " to " + Seconds(last) + " after its first reading, its last is at " +
                     Seconds(end));
   }
+  c.camera_rate = CameraRate(yaml, count, last - first);
+  NoteGaps(result);
   if (const size_t left_out = count - result->images.size(); left_out > 0) {
     result->notes.push_back(std::to_string(left_out) + " images before or after the IMU's readings are left out");
   }
 }
 
 // Each image of cam1 goes with cam0's of the same time; where the two are not synchronized, cam1 is of no use.
-void ReadSecondCamera(const fs::path& folder, const Transform& T_B_I, EurocFolder* result) {
+void ReadSecondCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result) {
   constexpr double kSameTime = 1e-3;  // [s]: a camera that turns by 1 rad/s has turned by half a pixel
-  const SensorYaml yaml((folder / "sensor.yaml").string());
+  const SensorYaml yaml = ReadSensor(mav0, "cam1");
+  const fs::path folder = mav0 / "cam1";
   result->lens1 = ReadLens(yaml);
   const Camera camera = ReadIntrinsics(yaml, T_B_I);
+  const double shift = ClockShift(yaml);
   NamedCsv csv((folder / "data.csv").string());
   auto image = result->images.begin();
   size_t count = 0;
   while (csv.NextRow()) {
-    const double t = SecondsAt(csv.Stamp(), result->recording.origin_ns);
+    const double t = SecondsAt(csv.Stamp(), result->recording.origin_ns) + shift;
     while (image != result->images.end() && image->t < t - kSameTime) ++image;
     if (image == result->images.end() || image->t > t + kSameTime) continue;
     image->path1 = ImageOfRow(folder, csv);
@@ -166,7 +210,7 @@ std::vector<StampedState> ReadTruth(const fs::path& folder, const Transform& T_B
   Transform T_S_I = T_B_I;
   if (const fs::path file = folder / "sensor.yaml"; fs::exists(file)) {
     const SensorYaml yaml(file.string());
-    if (yaml.Has("T_BS")) T_S_I = Compose(Inverse(yaml.T_B_S()), T_B_I);
+    if (yaml.Has("T_BS")) T_S_I = Inverse(yaml.T_B_S()) * T_B_I;
   }
   NamedCsv csv((folder / "data.csv").string());
   const bool has_velocity = csv.Has("v_x") && IsIdentity(T_S_I), has_biases = csv.Has("b_w_x") && csv.Has("b_a_x");
@@ -177,7 +221,7 @@ std::vector<StampedState> ReadTruth(const fs::path& folder, const Transform& T_B
     const Qd q(csv.Number("q_w"), csv.Number("q_x"), csv.Number("q_y"), csv.Number("q_z"));
     if (std::abs(q.norm() - 1.0) > 1e-3)
       csv.Fail("the quaternion must be of length 1, got " + std::to_string(q.norm()));
-    state.T_W_B = Compose({q.normalized(), csv.Vector("p_")}, T_S_I);
+    state.T_W_B = Transform{q.normalized(), csv.Vector("p_")} * T_S_I;
     if (has_velocity) state.v_W = csv.Vector("v_");
     if (has_biases) {
       state.b_g = csv.Vector("b_w_");
@@ -212,9 +256,9 @@ void FindTruth(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result
 EurocFolder ReadEurocFolder(const fs::path& folder, bool mono) {
   const fs::path mav0 = FindMav0(folder);
   EurocFolder result;
-  const Transform T_B_I = ReadImu(mav0 / "imu0", &result.recording);
-  ReadCamera(mav0 / "cam0", T_B_I, &result);
-  if (!mono && fs::exists(mav0 / "cam1")) ReadSecondCamera(mav0 / "cam1", T_B_I, &result);
+  const Transform T_B_I = ReadImu(mav0, &result.recording);
+  ReadCamera(mav0, T_B_I, &result);
+  if (!mono && fs::exists(mav0 / "cam1")) ReadSecondCamera(mav0, T_B_I, &result);
   FindTruth(mav0, T_B_I, &result);
   return result;
 }

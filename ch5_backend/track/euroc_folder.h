@@ -1,6 +1,7 @@
 #pragma once
 /// Recordings in EuRoC's own layout, as published: a folder `mav0` with cam0, perhaps cam1, imu0 and, where the truth is known,
-/// state_groundtruth_estimate0, vicon0 or mocap0, each with sensor.yaml and data.csv. TUM-VI's is the same.
+/// state_groundtruth_estimate0, vicon0 or mocap0, each with sensor.yaml and data.csv. TUM-VI's is the same, but for its
+/// calibrations, which are Kalibr's, dso/camchain.yaml and dso/imu_config.yaml.
 ///
 /// The body frame B of a Recording is the IMU's, so T_B_C = T_BI⁻¹ T_BC of the files.
 ///

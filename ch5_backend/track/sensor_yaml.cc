@@ -7,40 +7,55 @@
 #include <Eigen/LU>
 
 #include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/math/transform.h"
 
 namespace ch5 {
 
-SensorYaml::SensorYaml(const std::string& path) : path_(path) {
+SensorYaml::SensorYaml(const std::string& path, const std::string& section) : path_(path), section_(section) {
   TextReader reader(path);
-  std::string section;          // the last key that is not indented
-  std::string* open = nullptr;  // a list whose ']' is still to come
+  std::string above;             // the last key that is not indented
+  std::string* value = nullptr;  // of the last key
+  const auto is_open = [&] {     // a list whose ']' is still to come
+    return value && std::count(value->begin(), value->end(), '[') > std::count(value->begin(), value->end(), ']');
+  };
   while (const std::optional<std::string_view> line = reader.ReadLine()) {
     const std::string_view text = line->substr(0, line->find('#'));
-    const std::string_view words = Trim(text);
+    std::string_view words = Trim(text);
     if (words.empty() || words.front() == '%' || words == "---" || words == "...") continue;
-    if (open == nullptr) {
-      const size_t colon = words.find(':');
-      if (colon == std::string_view::npos) reader.Fail("expected \"key: value\", got " + TextReader::Quote(words));
-      std::string key(Trim(words.substr(0, colon)));
-      const bool is_indented = text.front() == ' ' || text.front() == '\t';
-      if (is_indented) key = section + "." + key;
-      if (!is_indented) section = key;
-      const auto [entry, is_new] =
-          values_.emplace(key, Value{std::string(Trim(words.substr(colon + 1))), reader.Line()});
-      if (!is_new) reader.Fail(key + ": given in line " + std::to_string(entry->second.line) + " already");
-      open = &entry->second.text;
-    } else {
-      *open += " " + std::string(words);
+    const bool is_item = words.substr(0, 2) == "- ";
+    if (value && (is_open() || is_item)) {
+      if (is_item && !is_open()) *value += ",";
+      while (words.substr(0, 2) == "- ") words = Trim(words.substr(2));
+      *value += " " + std::string(words);
+      continue;
     }
-    const auto count = [&](char c) { return std::count(open->begin(), open->end(), c); };
-    if (count('[') <= count(']')) open = nullptr;
+    const size_t colon = words.find(':');
+    if (colon == std::string_view::npos) reader.Fail("expected \"key: value\", got " + TextReader::Quote(words));
+    std::string key(Trim(words.substr(0, colon)));
+    const bool is_indented = text.front() == ' ' || text.front() == '\t';
+    if (is_indented) key = above + "." + key;
+    if (!is_indented) above = key;
+    const auto [entry, is_new] = values_.emplace(key, Value{std::string(Trim(words.substr(colon + 1))), reader.Line()});
+    if (!is_new) reader.Fail(key + ": given in line " + std::to_string(entry->second.line) + " already");
+    value = &entry->second.text;
   }
-  if (open != nullptr) reader.Fail("the file ends within a list, whose ] is missing");
+  if (is_open()) reader.Fail("the file ends within a list, whose ] is missing");
+}
+
+std::map<std::string, SensorYaml::Value>::const_iterator SensorYaml::Find(const std::string& key) const {
+  const auto found = values_.find(section_ + "." + key);
+  return found != values_.end() ? found : values_.find(key);
+}
+
+std::string SensorYaml::Name(const std::string& euroc, const std::string& kalibr) const {
+  return Has(euroc) || !Has(kalibr) ? euroc : kalibr;
 }
 
 std::string SensorYaml::Word(const std::string& key) const {
-  const auto found = values_.find(key);
-  if (found == values_.end() || found->second.text.empty()) throw FileError(path_ + ": " + key + " is missing");
+  const auto found = Find(key);
+  if (found == values_.end() || found->second.text.empty()) {
+    throw FileError(path_ + ": " + (section_.empty() ? "" : section_ + ": ") + key + " is missing");
+  }
   std::string word = found->second.text;
   word.erase(std::remove_if(word.begin(), word.end(), [](char c) { return c == '"' || c == '\''; }), word.end());
   return word;
@@ -73,7 +88,11 @@ double SensorYaml::Positive(const std::string& key) const {
 }
 
 Transform SensorYaml::T_B_S() const {
-  const std::string key = Has("T_BS.data") || !Has("T_BS") ? "T_BS.data" : "T_BS";
+  if (Has("T_cam_imu")) return Inverse(RigidTransform("T_cam_imu"));
+  return RigidTransform(Has("T_BS.data") || !Has("T_BS") ? "T_BS.data" : "T_BS");
+}
+
+Transform SensorYaml::RigidTransform(const std::string& key) const {
   const std::vector<double> numbers = Numbers(key, 16);
   const Eigen::Matrix4d T = Eigen::Map<const Eigen::Matrix4d>(numbers.data()).transpose();
   const Mat33 R = T.topLeftCorner<3, 3>();
@@ -92,7 +111,7 @@ Transform SensorYaml::T_B_S() const {
 }
 
 void SensorYaml::Fail(const std::string& key, const std::string& message) const {
-  throw FileError(path_ + ":" + std::to_string(values_.at(key).line) + ": " + key + ": " + message);
+  throw FileError(path_ + ":" + std::to_string(Find(key)->second.line) + ": " + key + ": " + message);
 }
 
 }  // namespace ch5

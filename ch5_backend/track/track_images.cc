@@ -27,7 +27,7 @@ cv::Mat ReadImage(const std::filesystem::path& path, const Camera& camera) {
   const cv::Mat gray = ReadPng(path);
   if (gray.cols == camera.width && gray.rows == camera.height) return gray;
   const auto size = [](int width, int height) { return std::to_string(width) + " × " + std::to_string(height); };
-  throw FileError(path.string() + ": an image of " + size(gray.cols, gray.rows) + " pixels, but sensor.yaml says " +
+  throw FileError(path.string() + ": an image of " + size(gray.cols, gray.rows) + " pixels, but its calibration says " +
                   size(camera.width, camera.height));
 }
 

@@ -5,6 +5,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 from tests.experiments.programs_under_test import BUILD, DATA, ROOT, AppTest, needs, run, table
 
 MOTION = "imu0/data.csv"
@@ -103,7 +105,7 @@ BROKEN = {
     "an unknown camera": (replace(SENSOR, "pinhole", "omni"),
                           r"FOLDER/cam0/sensor\.yaml:12: camera_model: must be pinhole, got \"omni\""),
     "images of another size": (
-        other_size, r"FOLDER/cam0/data/STAMP\.png: an image of 752 × 480 pixels, but sensor\.yaml says 640 × 480"),
+        other_size, r"FOLDER/cam0/data/STAMP\.png: an image of 752 × 480 pixels, but its calibration says 640 × 480"),
 }
 
 
@@ -126,6 +128,32 @@ HARMLESS = {
     "no newline at the end": edit(MOTION, lambda text: text.rstrip("\n")),
     "a list over several lines, with comments": replace(SENSOR, r"^intrinsics: \[(.*?),(.*)\].*", r"intrinsics: [\1,  # fu\n  \2]"),
 }
+
+
+def with_kalibr(mav0: Path) -> None:
+    """Calibrations as Kalibr writes them and TUM-VI has them: dso/camchain.yaml and dso/imu_config.yaml, no sensor.yaml."""
+    text = (mav0 / SENSOR).read_text()
+    numbers = lambda key: [float(number) for number in re.search(key + r": *\[([^\]]*)\]", text)[1].split(",")]
+    value = lambda key: re.search(rf"^{key}: *(.*)$", text, re.MULTILINE)[1]
+    T_cam_imu = np.linalg.inv(np.reshape(numbers("data"), (4, 4)))
+    rows = "".join(f"\n  - [{', '.join(map(repr, map(float, row)))}]" for row in T_cam_imu)
+    (mav0.parent / "dso").mkdir()
+    (mav0.parent / "dso" / "camchain.yaml").write_text(
+        f"cam0:\n  T_cam_imu:{rows}\n  cam_overlaps: [1]\n  camera_model: pinhole\n"
+        f"  distortion_coeffs: {numbers('distortion_coefficients')}\n  distortion_model: radtan\n"
+        f"  intrinsics: {numbers('intrinsics')}\n  resolution: {value('resolution')}\n  rostopic: /cam0/image_raw\n"
+        "cam1:\n  camera_model: omni\n")
+    imu = (mav0 / "imu0" / "sensor.yaml").read_text()
+    noises = re.findall(r"^(?:gyro|accel).*$", imu, re.MULTILINE)
+    rate = re.search(r"rate_hz: *(.*)", imu)[1]
+    (mav0.parent / "dso" / "imu_config.yaml").write_text("\n".join(["#Accelerometers", *noises, "rostopic: /imu0",
+                                                                   f"update_rate: {rate}"]) + "\n")
+    for sensor in mav0.rglob("sensor.yaml"):
+        sensor.unlink()
+
+
+def numbers_of(path: Path) -> list:
+    return [float(word) for word in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", path.read_text(encoding="utf-8"))]
 
 
 class TrackApp(AppTest):
@@ -167,6 +195,34 @@ class TrackApp(AppTest):
                 for file, content in expected.items():
                     self.assertEqual((out / file).read_bytes(), content, file)
 
+    def test_calibrations_of_kalibr_stand_for_sensor_yaml(self):
+        self.solve(self.copy(name="plain"), "--out", self.folder / "expected")
+        place = self.copy(with_kalibr, "kalibr")
+        done = self.solve(place, "--out", self.out)
+        for file in ("imu.csv", "tracks.csv", "groundtruth.csv"):
+            self.assertEqual((self.out / file).read_bytes(), (self.folder / "expected" / file).read_bytes(), file)
+        for one, other in zip(numbers_of(self.out / "calibration.yaml"), numbers_of(self.folder / "expected" / "calibration.yaml")):
+            self.assertAlmostEqual(abs(one), abs(other), 9)  # q and −q are one rotation
+
+        chain = place / "dso" / "camchain.yaml"
+        text = chain.read_text()
+        chain.write_text(text.replace("rostopic: /cam0/image_raw", "timeshift_cam_imu: -0.0125"))
+        done = self.solve(place, "--out", self.folder / "shifted")
+        self.assertIn("1 images before or after", done.stdout)
+        stamps = [[int(row["#timestamp [ns]"]) for row in table(folder / "tracks.csv")] for folder in (self.out, self.folder / "shifted")]
+        self.assertEqual(max(stamps[0]) - max(stamps[1]), 12_500_000)
+
+        for change, sentence in ((text.replace("intrinsics", "focal"), r"dso/camchain\.yaml: cam0: intrinsics is missing"),
+                                 (text.replace("radtan", "fov"), r"dso/camchain\.yaml:\d+: distortion_model: must be .* got \"fov\""),
+                                 (text.replace("T_cam_imu", "T_cam"), r"dso/camchain\.yaml: cam0: T_BS\.data is missing")):
+            chain.write_text(change)
+            done = self.program(place, "--out", self.folder / "none")
+            self.assertEqual(done.returncode, 2)
+            self.assertRegex(done.stderr, sentence)
+        chain.rename(place / "camchain.yaml.txt")
+        done = self.program(place, "--out", self.folder / "none")
+        self.assertRegex(done.stderr, r"mav0/cam0/sensor\.yaml: there is no such file, nor one of Kalibr's")
+
     def test_a_gap_in_the_images_is_noted_and_ends_the_tracks(self):
         def without_half_a_second(mav0):
             edit(IMAGES, lambda text: "\n".join(line for i, line in enumerate(text.split("\n")) if not 6 <= i < 15))(mav0)
@@ -198,7 +254,7 @@ class TrackApp(AppTest):
                 ("model", replace("cam1/sensor.yaml", "pinhole", "omni"), r"FOLDER/cam1/sensor\.yaml:12: camera_model: must be "
                  r"pinhole, got \"omni\""),
                 ("size", replace("cam1/sensor.yaml", r"resolution: .*", "resolution: [640, 480]"),
-                 r"FOLDER/cam1/data/\d+\.png: an image of 752 × 480 pixels, but sensor\.yaml says 640 × 480")):
+                 r"FOLDER/cam1/data/\d+\.png: an image of 752 × 480 pixels, but its calibration says 640 × 480")):
             with self.subTest(name):
                 place = self.copy(second(change), name)
                 done = self.program(place, "--out", self.folder / "none")
