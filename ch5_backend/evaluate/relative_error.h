@@ -10,7 +10,7 @@ namespace ch5 {
 
 struct RelativeError {
   double position_rmse = 0.0;  ///< RPE: of the motion over an interval, position and yaw agreeing at its beginning [m]
-  double path = 0.0;           ///< length of the truth's path over the compared states [m]
+  double path = 0.0;           ///< length of the truth's path over the compared states, the estimate's in its gaps [m]
   double end = 0.0;            ///< distance of the ends when position and yaw agree at the beginning [m]
 
   /// `end` in per cent of the path; NaN if there is none.
@@ -18,7 +18,7 @@ struct RelativeError {
 };
 
 /// Compares each estimate with the truth interpolated at its time, as CompareTrajectories does.
-/// @param seconds  the interval of the RPE [s]
+/// @param seconds  the interval of the RPE [s]; where the truth has a gap, it may be up to twice as long
 /// @return nullopt with fewer than two states to compare, or none `seconds` apart
 /// Source: Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", IROS 2012, §IV; the alignment in
 /// position and yaw is that of Zhang & Scaramuzza, IROS 2018, §IV.

@@ -21,6 +21,10 @@ void Calibration::Validate() const {
   noise.Validate();
 }
 
+namespace {
+constexpr double kLongestGap = 1.0;  // [s]
+}
+
 std::optional<StampedState> StateAt(const std::vector<StampedState>& states, double t) {
   const auto after = std::lower_bound(states.begin(), states.end(), t,
                                       [](const StampedState& state, double s) { return state.t < s; });
@@ -28,6 +32,7 @@ std::optional<StampedState> StateAt(const std::vector<StampedState>& states, dou
   if (after->t == t) return *after;
   if (after == states.begin()) return std::nullopt;
   const auto before = std::prev(after);
+  if (after->t - before->t > kLongestGap) return std::nullopt;
   const double weight = (t - before->t) / (after->t - before->t);
   const auto blend = [weight](const Vec3& x0, const Vec3& x1) -> Vec3 { return x0 + weight * (x1 - x0); };
   StampedState state;

@@ -62,7 +62,8 @@ inline double RoundToNanosecond(double t) { return SecondsAt(NanosecondsAt(t, 0)
 
 /// The state at time `t`, interpolated between its neighbors: rotations along the shortest arc, the rest linearly.
 /// @param states  strictly increasing in time
-/// @return        nullopt before the first and after the last
+/// @return        nullopt before the first, after the last, and between two that are more than 1 s apart, as where a motion
+///                capture system has lost sight
 std::optional<StampedState> StateAt(const std::vector<StampedState>& states, double t);
 
 }  // namespace ch5

@@ -1,7 +1,10 @@
 #include "ch5_backend/evaluate/trajectory_error.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
+#include "ch5_backend/evaluate/relative_error.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/simulate/sensors/paths.h"
 
@@ -168,6 +171,39 @@ TEST(TrajectoryError, ComparesOnlyWhereTheTruthIsKnown) {
   EXPECT_EQ(error->position.size(), 21u);  // 29 … 30 s, every 0.05 s
   EXPECT_FALSE(CompareTrajectories(estimate, {}));
   EXPECT_FALSE(CompareTrajectories({}, truth));
+}
+
+// A walk along x at 1 m/s for 30 s, of which the estimate takes 2 % too much.
+std::vector<StampedState> Walk(double scale) {
+  std::vector<StampedState> states;
+  for (int k = 0; k <= 300; ++k) {
+    states.emplace_back();
+    states.back().t = 0.1 * k;
+    states.back().T_W_B.p.x() = scale * 0.1 * k;
+  }
+  return states;
+}
+
+TEST(RelativeError, OfAWalkWhoseScaleIsWrong) {
+  const auto error = CompareMotions(Walk(1.02), Walk(1.0));
+  ASSERT_TRUE(error);
+  EXPECT_NEAR(error->position_rmse, 0.02, 1e-12);
+  EXPECT_NEAR(error->path, 30.0, 1e-9);
+  EXPECT_NEAR(error->DriftPercent(), 2.0, 1e-9);
+}
+
+TEST(RelativeError, ATruthOfBothEndsTellsTheDrift) {
+  std::vector<StampedState> truth = Walk(1.0);
+  truth.erase(truth.begin() + 50, truth.begin() + 250);  // as a motion capture system in one room of many
+  for (StampedState& state : truth) state.T_W_B.p.y() = state.t > 20.0 ? 3.0 : 0.0;  // which no line between them shows
+  std::vector<StampedState> estimate = Walk(1.02);
+  for (StampedState& state : estimate) state.T_W_B.p.y() = state.t > 20.0 ? 3.0 : 0.0;
+  const auto error = CompareMotions(estimate, truth);
+  ASSERT_TRUE(error);
+  EXPECT_NEAR(error->position_rmse, 0.02, 1e-12) << "no interval goes over the gap";
+  EXPECT_NEAR(error->path, 4.9 + 5.0 + 1.02 * 20.1 + std::hypot(1.02 * 0.1, 3.0) - 1.02 * 0.1, 1e-9);
+  EXPECT_NEAR(error->end, 0.6, 1e-9);
+  EXPECT_EQ(CompareTrajectories(estimate, truth)->position.size(), 101u);
 }
 
 }  // namespace

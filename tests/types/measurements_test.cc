@@ -38,16 +38,19 @@ TEST(SamplesBetween, IsEmptyWhereTheReadingsDoNotReach) {
 TEST(StateAt, TurnsHalfWayHalfTheAngleAndEndsWhereTheTruthEnds) {
   std::vector<StampedState> states(2);
   states[0].t = 1.0;
-  states[1].t = 3.0;
+  states[1].t = 2.0;
   states[1].T_W_B = {ExpSO3(Vec3(0, 0, 1.0)), Vec3(2, 4, 6)};
   states[1].v_W = Vec3(1, 1, 1);
-  const std::optional<StampedState> middle = StateAt(states, 2.0);
+  const std::optional<StampedState> middle = StateAt(states, 1.5);
   ASSERT_TRUE(middle);
   EXPECT_LT((LogSO3(middle->T_W_B.q) - Vec3(0, 0, 0.5)).norm(), 1e-15);
   EXPECT_EQ(middle->T_W_B.p, Vec3(1, 2, 3));
   EXPECT_EQ(middle->v_W, Vec3(0.5, 0.5, 0.5));
-  EXPECT_TRUE(StateAt(states, 1.0) && StateAt(states, 3.0));
-  EXPECT_FALSE(StateAt(states, 0.999) || StateAt(states, 3.001) || StateAt({}, 0.0));
+  EXPECT_TRUE(StateAt(states, 1.0) && StateAt(states, 2.0));
+  EXPECT_FALSE(StateAt(states, 0.999) || StateAt(states, 2.001) || StateAt({}, 0.0));
+  states[1].t = 3.0;
+  EXPECT_TRUE(StateAt(states, 3.0));
+  EXPECT_FALSE(StateAt(states, 2.0)) << "nobody knows what was between";
 }
 
 TEST(Recording, NanosecondsSurviveTheirTimeAsADouble) {
