@@ -17,8 +17,8 @@ from ch5_backend.course.base.language import speaker
 from ch5_backend.course.__main__ import main
 from ch5_backend.course.grading import classbook, grade, outputs, pages, summary
 from ch5_backend.course.grading.likeness import alike, fingerprint
-from ch5_backend.course.homework.regions import STAGES, fill, solution_text, stage_of
-from tests.homework.samples import read_samples
+from ch5_backend.course.homework.regions import STAGES
+from tests.homework.samples import read_samples, source
 from tests.grading.languages_test import english_in, row, words_of
 
 POINTS = {"1.1": 12, "1.2": 14}
@@ -204,12 +204,12 @@ class Command(InAFolder):
 
 class Likeness(unittest.TestCase):
     SAMPLES = [one for path in sorted((ROOT / "tests" / "homework" / "samples").glob("stage_*.samples"))
-               for one in read_samples(path) if not one.expected and all(key.startswith("REGION") for key in one.code)]
+               for one in read_samples(path) if one.state == "right" and all(key.startswith("REGION") for key in one.code)]
 
     @staticmethod
     def of(one) -> tuple:
-        file = stage_of(next(iter(one.code)).split()[1])["file"]
-        return file, fill(solution_text(file), lambda region: "".join(one.code.get(f"REGION {region.todo}", region.solution)))
+        file = one.stages[0]["file"]
+        return file, source(file, one.code)
 
     @staticmethod
     def made(texts: dict) -> list:

@@ -6,7 +6,7 @@ import unittest
 from pathlib import Path
 
 from tests.conventions.project import ROOT
-from tests.homework.samples import Sample, blank_samples, read_samples
+from tests.homework.samples import Sample, blank_samples, read_samples, source
 from ch5_backend.course.grading import job
 from ch5_backend.course.grading.follow_through import blanks_of, follow_through, mended
 from ch5_backend.course.grading.rubric import read_rubric
@@ -16,18 +16,13 @@ from ch5_backend.course.homework import judge as course_judge
 from ch5_backend.course.homework.blanks import explain
 from ch5_backend.course.homework.diagnosis import Verdict
 from ch5_backend.course.homework.make_skeleton import skeleton
-from ch5_backend.course.homework.regions import FILES, STAGES, fill, regions, solution_text, stage_of
+from ch5_backend.course.homework.regions import FILES, STAGES, regions, solution_text, stage_of
 
 BIN = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release")) / "bin"
 SAMPLES = {one.name: one for path in sorted((ROOT / "tests" / "homework" / "samples").glob("stage_*.samples"))
            for one in read_samples(path)}
 BLANKS = {one.name: one for one in blank_samples()}
 STAGE = {stage["id"]: stage for stage in STAGES}
-
-
-def solution(file: str, own={}) -> str:
-    """The solution, with a sample's code in its regions."""
-    return fill(solution_text(file), lambda region: "".join(own.get(f"REGION {region.todo}", region.solution)))
 
 
 def in_regions(one) -> list:
@@ -43,7 +38,7 @@ class Texts(unittest.TestCase):
                 todos = {region.todo for region in regions(solution_text(file)) if deep or region.kind == "SOLUTION"}
                 text = skeleton(file, deep=deep)
                 self.assertEqual(set(blanks_of(file, text)), todos)
-                self.assertEqual(mended(file, text, todos), solution(file))
+                self.assertEqual(mended(file, text, todos), source(file))
 
     def test_what_students_write_is_found_and_the_rest_stays(self):
         held, lost = 0, []
@@ -52,9 +47,9 @@ class Texts(unittest.TestCase):
             if not todos:
                 continue
             file = stage_of(todos[0])["file"]
-            text = solution(file, one.code)
+            text = source(file, one.code)
             one_less = {key: code for key, code in one.code.items() if key != f"REGION {todos[0]}"}
-            good = mended(file, text, todos) == solution(file) and mended(file, text, todos[:1]) == solution(file, one_less)
+            good = mended(file, text, todos) == source(file) and mended(file, text, todos[:1]) == source(file, one_less)
             held, lost = held + good, lost + [one.name] * (not good)
         self.assertGreater(held, 500)
         self.assertLess(len(lost), 3, lost)
@@ -65,7 +60,7 @@ class Judged:
 
     def __init__(self, stage: dict, one):
         self.stage, self.file, self.asked = stage, stage["file"], 0
-        self.names = {solution(self.file, one.code): one.name, solution(self.file): "linked"}
+        self.names = {source(self.file, one.code): one.name, source(self.file): "linked"}
 
     def __call__(self, content: bytes) -> Verdict:
         self.asked += 1
@@ -80,7 +75,7 @@ class Judged:
 @unittest.skipUnless((BIN / "worker_samples").exists(), "no worker_samples")
 class Scores(unittest.TestCase):
     def found(self, one, stage: str, score=0, points=14) -> dict:
-        content = solution(STAGE[stage]["file"], one.code).encode()
+        content = source(STAGE[stage]["file"], one.code).encode()
         judge = Judged(STAGE[stage], one)
         return follow_through(STAGE[stage], content, judge(content), {"score": score, "points": points}, judge)
 
@@ -102,7 +97,7 @@ class Scores(unittest.TestCase):
 
     def test_a_crash_counts_for_the_blank_that_it_happens_in(self):
         crash = next(one for one in SAMPLES.values() if len(in_regions(one)) == 1
-                     and one.expected.get("1.2", ("",))[0] == "crashes")
+                     and one.state == "crashes" and one.stages == [STAGE["1.2"]])
         self.assertEqual(self.found(crash, "1.2")["replaced"], in_regions(crash))
 
     def test_nothing_filled_in_earns_nothing(self):
@@ -126,8 +121,8 @@ class Prebuilt:
     box, judge = Unguarded, BIN / "homework_judge"
 
     def __init__(self, file: str, samples):
-        self.names = {solution(file, one.code): one.name for one in samples}
-        self.names[solution(file)] = "linked"
+        self.names = {source(file, one.code): one.name for one in samples}
+        self.names[source(file)] = "linked"
         self.compiled = []
 
     def compile(self, file: str, content: bytes, folder: Path) -> Built:
@@ -146,7 +141,7 @@ class Grades(unittest.TestCase):
     def graded(self, one) -> tuple:
         file = "problem.cc"
         toolchain = Prebuilt(file, [one])
-        found = job.grade_file(toolchain, file, solution(file, one.code).encode(),
+        found = job.grade_file(toolchain, file, source(file, one.code).encode(),
                                [stage for stage in STAGES if stage["file"] == file], read_rubric(), 3)
         return {row["id"]: row for row in found["stages"]}, toolchain.compiled
 

@@ -37,7 +37,7 @@ def said_in(text) -> set:
 
 def judge(asked, one: Sample, stage: dict, seed) -> tuple:
     """Empty if the verdict is the expected one, otherwise a line about the difference; and whether it names its cause."""
-    state, wanted = one.verdict(stage["id"])
+    state, wanted = one.verdict(stage)
     limit = TIME_LIMIT if state == "times-out" else course_judge.TIME_LIMIT
     options, worker, name = [f"--seed={seed}"] if seed else [], [], f"--submission={one.name}"
     if asked.worker:
@@ -59,11 +59,9 @@ def judge(asked, one: Sample, stage: dict, seed) -> tuple:
 
 def stages_of(one: Sample, own: bool) -> list:
     """The stages in which it is judged: those of its files, or only those whose verdict or code is its own."""
-    places = {word.split()[1] for word in one.code}
-    held = {stage["id"] for stage in STAGES if places.intersection([stage["id"], *stage["todos"], *stage.get("deep", [])])}
-    files = {stage["file"] for stage in STAGES if stage["id"] in {*one.expected, *held}}
+    files = {stage["file"] for stage in one.stages}
     return [stage for stage in STAGES if one.name == "linked" or
-            (stage["id"] in (one.expected or held) if own else stage["file"] in files)]
+            (stage in one.stages if own else stage["file"] in files)]
 
 
 def main() -> int:
@@ -79,13 +77,13 @@ def main() -> int:
         samples += blank_samples() if file == "blanks" else read_samples(Path(file))
     seeds = asked.seed or [None]
     cases = [(one, stage, seed) for one in samples for stage in stages_of(one, asked.own)
-             for seed in (seeds[:1] if one.expected else seeds)]
+             for seed in (seeds if one.state == "right" else seeds[:1])]
     with ThreadPoolExecutor(2) as pool:
         verdicts = list(pool.map(lambda case: judge(asked, *case), cases))
     differences = [difference for difference, _ in verdicts if difference]
-    named = [told for (one, stage, _), (_, told) in zip(cases, verdicts) if stage["id"] in one.expected]
+    named = [told for (one, stage, _), (_, told) in zip(cases, verdicts) if one.verdict(stage)[0] != "right"]
     print("\n".join(differences))
-    right = sum(not one.expected for one in samples)
+    right = sum(one.state == "right" for one in samples)
     print(f"{right} right and {len(samples) - right} wrong samples, {len(cases)} verdicts, {len(differences)} unexpected, "
           f"named {sum(named)} of {len(named)}")
     return 1 if differences or sum(named) < NAMED * len(named) else 0

@@ -3,8 +3,9 @@
 
 samples/*.samples hold them, told apart by these lines:
 
-    // SAMPLE name
-    // EXPECT 1.1 wrong 1.1.mirror_missing            a stage, its state, ids and values of its cause; unnamed stages: right
+    // SAMPLE name                                    one that is right
+    // SAMPLE name wrong 1.1.mirror_missing           or the verdict on its stage: its state, ids and values of its cause
+    // CHANGE 1.2b - tempH => + tempH                 in the solution of this TODO, or of this stage, one text for another
     // REGION 1.1b                                    the code below stands in this TODO's region
     // STAGE 1.2                                      or in place of the stage's whole function
 
@@ -40,30 +41,61 @@ CLASSES = {"Problem": ["1.1", "1.2", "2"], "MarginalizationError": ["5"], "Margi
 @dataclass
 class Sample:
     name: str
-    expected: dict = field(default_factory=dict)  # stage id → (state, ids and values of the cause)
-    code: dict = field(default_factory=dict)      # "REGION 1.1b" or "STAGE 1.2" → text
+    state: str = "right"
+    cause: str = ""                           # ids and values
+    code: dict = field(default_factory=dict)  # "REGION 1.1b" or "STAGE 1.2" → text
 
-    def verdict(self, stage: str) -> tuple:
-        return self.expected.get(stage, ("right", ""))
+    @property
+    def stages(self) -> list:
+        """The stages of whose code it changes something; one that is wrong changes one."""
+        places = {key.split()[1] for key in self.code}
+        return [stage for stage in STAGES if places & {stage["id"], *stage["todos"], *stage.get("deep", [])}]
+
+    def verdict(self, stage: dict) -> tuple:
+        return (self.state, self.cause) if stage in self.stages else ("right", "")
+
+
+def original(place: str) -> tuple:
+    """The key of a TODO or of a stage, and the solution's text there."""
+    for section in (section for name in FILES for section in sections(solution_text(name))):
+        found = {region.todo: region.solution for region in regions(section)}
+        if place in found:
+            return f"REGION {place}", found[place]
+        if place == stage_of(next(iter(found)))["id"]:
+            return f"STAGE {place}", fill(section, lambda region: region.solution)
+    raise ValueError(f"no such region: {place}")
+
+
+def change(code: dict, place: str, old: str, new: str) -> None:
+    """One text for another, which must be there once."""
+    key, text = original(place)
+    text = code.get(key, text)
+    if text.count(old) != 1:
+        raise ValueError(f"{place}: {text.count(old)} × {old}")
+    code[key] = text.replace(old, new)
 
 
 def read_samples(path: Path) -> list:
     """The samples of a file; raises ValueError with the line that cannot be read."""
-    samples, lines = [], None
+    samples, key = [], ""
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(keepends=True), 1):
-        marker = re.match(r"// (SAMPLE|EXPECT|REGION|STAGE) (\S+) ?(\S*) ?(.*)$", line)
+        marker = re.match(r"// (SAMPLE|CHANGE|REGION|STAGE) (\S+) ?(.*)$", line)
+        if marker:
+            key = ""
         if not marker:
-            if lines is not None:
-                lines.append(line)
+            if key:
+                samples[-1].code[key] += line
             elif line.strip() and not line.startswith("//"):
                 raise ValueError(f"{path}:{number}: code outside of a region")
         elif marker[1] == "SAMPLE":
-            samples.append(Sample(marker[2]))
-            lines = None
-        elif marker[1] == "EXPECT":
-            samples[-1].expected[marker[2]] = (marker[3], marker[4])
+            state, _, cause = marker[3].partition(" ")
+            samples.append(Sample(marker[2], state or "right", cause))
+        elif marker[1] == "CHANGE":
+            old, new = re.fullmatch(r"(.*?) =>(?: (.*))?", marker[3]).groups(default="")
+            change(samples[-1].code, marker[2], old, new)
         else:
-            lines = samples[-1].code.setdefault(f"{marker[1]} {marker[2]}", [])
+            key = f"{marker[1]} {marker[2]}"
+            samples[-1].code[key] = ""
     return samples
 
 
@@ -71,9 +103,8 @@ def blank_samples() -> list:
     """One sample for each TODO that is left blank."""
     blanks = []
     for region in (region for name in FILES for region in regions(solution_text(name))):
-        code = region.blank().splitlines(keepends=True)
-        expected = {stage_of(region.todo)["id"]: ("not-started", f"judge.not_started {region.todo}")}
-        blanks.append(Sample("blank_" + region.todo.replace(".", "_"), expected, {f"REGION {region.todo}": code}))
+        blanks.append(Sample("blank_" + region.todo.replace(".", "_"), "not-started", f"judge.not_started {region.todo}",
+                             {f"REGION {region.todo}": region.blank()}))
     return blanks
 
 
@@ -81,6 +112,20 @@ def sections(text: str) -> list:
     """The functions of a solution: what stands in its namespace, parted at the lines `// ---- …`."""
     body = re.search(r"^namespace ch5 \{\n(.*)^\}  // namespace ch5$", text, re.MULTILINE | re.DOTALL)[1]
     return [part for part in re.split(r"^(?=// ---- )", body, flags=re.MULTILINE) if regions(part)]
+
+
+def filled(section: str, code: dict) -> str:
+    """A function, with this code in its place or in its regions."""
+    return code.get(f"STAGE {stage_of(regions(section)[0].todo)['id']}") or fill(
+        section, lambda region: code.get(f"REGION {region.todo}", region.solution))
+
+
+def source(file: str, code: dict = {}) -> str:
+    """A file of the homework: the solution, but for this code."""
+    text = solution_text(file)
+    for section in sections(text):
+        text = text.replace(section, filled(section, code))
+    return text
 
 
 def code_of(one: Sample) -> tuple:
@@ -93,9 +138,7 @@ def code_of(one: Sample) -> tuple:
             continue
         unused -= keys
         stages.append(stage["id"])
-        whole = one.code.get(f"STAGE {stage['id']}")
-        text += "".join(whole) if whole else fill(
-            section, lambda region: "".join(one.code.get(f"REGION {region.todo}", region.solution)))
+        text += filled(section, one.code)
     if unused:
         raise ValueError(f"sample {one.name}: no such region: {', '.join(sorted(unused))}")
     return text, stages
@@ -139,8 +182,6 @@ def main(folder: str, paths: list) -> None:
     names = [one.name for one in samples]
     if len(set(names)) < len(names):
         raise ValueError("two samples of one name: " + ", ".join(sorted({name for name in names if names.count(name) > 1})))
-    if unknown := {stage for one in samples for stage in one.expected} - {stage["id"] for stage in STAGES}:
-        raise ValueError(f"unknown stages: {unknown}")
     for name, part in corpus.items():
         output, text = Path(folder, f"samples_{name}.cc"), translation_unit(part)
         if not output.exists() or output.read_text(encoding="utf-8") != text:  # what is unchanged need not be compiled
