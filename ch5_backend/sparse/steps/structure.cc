@@ -203,8 +203,8 @@ bool HaveSamePoses(const Structure& s, const EdgeRecord& a, const EdgeRecord& b)
 
 // The landmarks' edges by their free poses, then by type, where a landmark is a number; equal ones in their order.
 void SortBatchEdges(Structure* s) {
-  s->batch_edges = Numbers(static_cast<size_t>(s->num_landmark_edges));
   if (!s->BatchGoesByRuns()) return;
+  s->batch_edges = Numbers(static_cast<size_t>(s->num_landmark_edges));
   const auto pose = [s](int e, int i) {
     const EdgeRecord& record = s->edges[e];
     return record.poses_begin + i < record.poses_end ? s->edge_poses[record.poses_begin + i].pose : s->NumPoses();
@@ -223,16 +223,13 @@ void SortBatchEdges(Structure* s) {
 // H_pp's pattern, and which of its blocks each edge changes. Edges with the same poses share their entries.
 void ListHessianBlocks(Structure* s) {
   const auto pose = [s](const EdgeRecord& record, int i) { return s->edge_poses[record.poses_begin + i].pose; };
-  std::vector<int> active = s->batch_edges;
-  for (int e = s->num_landmark_edges; e < s->num_active_edges; ++e) active.push_back(e);
-  const auto like_last = [&](size_t k) {
-    return k > 0 && HaveSamePoses(*s, s->edges[active[k]], s->edges[active[k - 1]]);
-  };
+  const auto active = [s](int k) -> EdgeRecord& { return s->edges[k < s->num_landmark_edges ? s->BatchEdge(k) : k]; };
+  const auto like_last = [&](int k) { return k > 0 && HaveSamePoses(*s, active(k), active(k - 1)); };
   s->H_pp_pattern.resize(s->poses.size());
   for (int j = 0; j < s->NumPoses(); ++j) s->H_pp_pattern[j] = {j};
-  for (size_t k = 0; k < active.size(); ++k) {
+  for (int k = 0; k < s->num_active_edges; ++k) {
     if (like_last(k)) continue;
-    ForEachPair(&s->edges[active[k]], [&](const EdgeRecord& record, int i, int j) {
+    ForEachPair(&active(k), [&](const EdgeRecord& record, int i, int j) {
       if (i == j) return;
       std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
       const auto it = std::lower_bound(rows.begin(), rows.end(), pose(record, i));
@@ -241,9 +238,9 @@ void ListHessianBlocks(Structure* s) {
   }
   std::vector<int> column_begin{0};
   for (const auto& rows : s->H_pp_pattern) column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
-  for (size_t k = 0; k < active.size(); ++k) {
-    EdgeRecord& edge = s->edges[active[k]];
-    edge.blocks_begin = like_last(k) ? s->edges[active[k - 1]].blocks_begin : static_cast<int>(s->edge_blocks.size());
+  for (int k = 0; k < s->num_active_edges; ++k) {
+    EdgeRecord& edge = active(k);
+    edge.blocks_begin = like_last(k) ? active(k - 1).blocks_begin : static_cast<int>(s->edge_blocks.size());
     if (like_last(k)) continue;
     ForEachPair(&edge, [&](const EdgeRecord& record, int i, int j) {
       const std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];

@@ -77,7 +77,7 @@ struct Structure {
   std::vector<int> chunk_begin;                   ///< chunk c has landmarks [chunk_begin[c], chunk_begin[c + 1])
 
   /// The landmarks' edges in the order of a batch: by their poses in each chunk where a landmark is a number, as they are
-  /// where it is a point (then there are few with the same poses).
+  /// where it is a point (then there are few with the same poses, and the list is empty).
   std::vector<int> batch_edges;
   std::vector<EdgeRun> runs;    ///< none if they stay as they are
   std::vector<int> chunk_runs;  ///< chunk c has runs [chunk_runs[c], chunk_runs[c + 1])
@@ -99,6 +99,7 @@ struct Structure {
   int NumChunks() const { return chunk_begin.empty() ? 0 : static_cast<int>(chunk_begin.size()) - 1; }
   /// See batch_edges.
   bool BatchGoesByRuns() const { return sizes.AreFixed() && sizes.columns == 1; }
+  int BatchEdge(int k) const { return batch_edges.empty() ? k : batch_edges[static_cast<size_t>(k)]; }
   /// No landmark has two edges with the same pose, as in plain bundle adjustment: each slot is then one edge's work.
   bool OneEdgePerSlot() const { return num_landmark_edge_poses == static_cast<int>(slot_pose.size()); }
   /// Besides, no landmark's edge has two free poses: each block of H_pl is then a product of one edge's Jacobians.

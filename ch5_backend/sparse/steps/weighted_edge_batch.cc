@@ -52,12 +52,12 @@ bool LandmarkEdgeBatches::AddAll(const Structure& s) {
   places_.clear();
   bool started[kMostTypes] = {};
   for (int e = 0; e < s.num_landmark_edges; ++e) {
-    if (e + kAhead < s.num_landmark_edges) PrefetchObject(s.edges[s.batch_edges[e + kAhead]].edge, kLines);
-    const EdgeRecord& record = s.edges[s.batch_edges[e]];
+    if (e + kAhead < s.num_landmark_edges) PrefetchObject(s.edges[s.BatchEdge(e + kAhead)].edge, kLines);
+    const EdgeRecord& record = s.edges[s.BatchEdge(e)];
     WeightedEdgeBatch& batch = batches_[record.type];
     if (!started[record.type] && !batch.Start(*record.edge)) return false;
     started[record.type] = true;
-    places_.push_back({record.type, batch.Size()});
+    if (s.num_edge_types > 1) places_.push_back({record.type, batch.Size()});
     if (!batch.Add(*record.edge)) return false;
   }
   return true;
@@ -69,6 +69,7 @@ void LandmarkEdgeBatches::LoadPoses() {
 
 // A type's edges in a range are a range of its batch.
 double LandmarkEdgeBatches::Cost(int begin, int end) const {
+  if (places_.empty()) return batches_.front().Cost(begin, end);
   int first[kMostTypes], count[kMostTypes] = {};
   for (int e = begin; e < end; ++e) {
     const Place& place = places_[e];

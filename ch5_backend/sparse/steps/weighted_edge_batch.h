@@ -80,9 +80,9 @@ class LandmarkEdgeBatches {
   double Cost(int begin, int end) const;
 
   /// Edge e is edge Number(e) of Batch(e).
-  int Type(int e) const { return places_[e].type; }
-  int Number(int e) const { return places_[e].number; }
-  const WeightedEdgeBatch& Batch(int e) const { return batches_[places_[e].type]; }
+  int Type(int e) const { return places_.empty() ? 0 : places_[e].type; }
+  int Number(int e) const { return places_.empty() ? e : places_[e].number; }
+  const WeightedEdgeBatch& Batch(int e) const { return batches_[Type(e)]; }
 
  private:
   struct Place {
@@ -92,7 +92,7 @@ class LandmarkEdgeBatches {
   bool AddAll(const Structure& structure);
 
   std::vector<WeightedEdgeBatch> batches_;  // of each type
-  std::vector<Place> places_;
+  std::vector<Place> places_;               // none if there is one type
   bool active_ = false;
 };
 
