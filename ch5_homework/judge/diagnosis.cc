@@ -213,9 +213,9 @@ bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
   return got.allFinite() && expected.allFinite() && LargestEntry(got - expected) <= tolerance * LargestEntry(expected);
 }
 
-std::string Report(const Claim& claim) {
+void Require(const Claim& claim) {
   RecordMargin(claim);
-  if (Equal(claim.got, claim.expected, claim.tolerance)) return "";
+  if (Equal(claim.got, claim.expected, claim.tolerance)) return;
   testing::Test::RecordProperty("picture", Picture(claim));
   Diagnosis diagnosis{claim.stage, claim.what, {}, {}, {}, claim.todo};
   if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) {
@@ -223,7 +223,7 @@ std::string Report(const Claim& claim) {
     diagnosis.got = {"matrix.size_got", {{"size", Word(Size(claim.got))}}};
     diagnosis.cause =
         claim.got.size() == 0 ? Text("matrix.still_empty", {{"variable", Called(claim)}}) : "matrix.size_mismatch";
-    return Report(diagnosis);
+    Fail(diagnosis);
   }
   if (claim.got.rows() <= kSmall && claim.got.cols() <= kSmall) {
     diagnosis.expected = Word(Whole(claim.expected));
@@ -234,10 +234,10 @@ std::string Report(const Claim& claim) {
   const Mistake* mistake = FindMistake(claim);
   diagnosis.cause = mistake == nullptr ? Symptom(claim) : mistake->cause;
   if (mistake != nullptr && !mistake->todo.empty()) diagnosis.todo = mistake->todo;
-  return Report(diagnosis);
+  Fail(diagnosis);
 }
 
-std::string Report(const Diagnosis& diagnosis) {
+void Fail(const Diagnosis& diagnosis) {
   std::string json = "{\"stage\": " + JsonString(diagnosis.stage) + ", \"check\": " + diagnosis.check.Json();
   for (const auto& [name, text] :
        {std::pair{"expected", &diagnosis.expected}, {"got", &diagnosis.got}, {"cause", &diagnosis.cause}}) {
@@ -249,7 +249,8 @@ std::string Report(const Diagnosis& diagnosis) {
   }
   json += ", \"places\": [" + places + "], \"todo\": " + JsonString(diagnosis.todo) + "}";
   testing::Test::RecordProperty("diagnosis", json);
-  return json;
+  ADD_FAILURE() << json;
+  throw testing::AssertionException({testing::TestPartResult::kFatalFailure, __FILE__, __LINE__, "told"});
 }
 
 Names Words(const std::vector<std::string>& words) {

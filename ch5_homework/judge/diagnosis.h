@@ -85,12 +85,12 @@ struct Diagnosis {
   std::vector<std::pair<Text, Text>> places = {};  ///< ("row 3", "VertexPose 1, δp.y")
 };
 
-/// The diagnosis as one line of JSON, which the test's report holds from now on as its property "diagnosis": a worker cannot
-/// write there.
-std::string Report(const Diagnosis& diagnosis);
+/// Fails the test with a diagnosis, and leaves it. As one line of JSON it is the property "diagnosis" of the test's report,
+/// where a worker cannot write.
+[[noreturn]] void Fail(const Diagnosis& diagnosis);
 
-/// Empty if the claim holds, otherwise the report of its failure.
-std::string Report(const Claim& claim);
+/// Fails the test if a claim does not hold.
+void Require(const Claim& claim);
 
 /// The names of the rows of H: by type and graph id, "VertexPose 4, δp.x", or the place in the list if it is in no graph;
 /// or numbered as stage 7 does, "pose 0, δp.x".
@@ -103,10 +103,3 @@ bool HoldsUnset(const MatXX& A);
 bool Equal(const MatXX& got, const MatXX& expected, double tolerance);
 
 }  // namespace ch5::homework
-
-/// Reports a claim that does not hold, and leaves the test.
-#define ASSERT_CLAIM(...)                                                                   \
-  do {                                                                                      \
-    const std::string report = ::ch5::homework::Report(::ch5::homework::Claim __VA_ARGS__); \
-    if (!report.empty()) FAIL() << report;                                                  \
-  } while (false)

@@ -75,8 +75,7 @@ TEST(Stage3, OnePriorOnEachOfTheFirstTwoFrames) {
   for (const auto& priors : built.Priors()) counts.push_back(static_cast<int>(priors.size()));
   const std::vector<int> right{1, 1, 0, 0};
   if (counts != right) {
-    FAIL() << Report(
-        Diagnosis{"3", "3.number_of_priors", Word(Join(right)), Word(Join(counts)), CauseOfCounts(counts), "3"});
+    Fail({"3", "3.number_of_priors", Word(Join(right)), Word(Join(counts)), CauseOfCounts(counts), "3"});
   }
 }
 
@@ -128,18 +127,17 @@ TEST(Stage3, InformationIsTheWeight) {
     for (size_t i = 0; i < 2; ++i) {
       const auto of_prior = [&](const char* what) { return Text(what, {{"n", Word(i)}, {"w", Word(weight)}}); };
       if (all_priors[i].size() != 1) {
-        FAIL() << Report(Diagnosis{"3", of_prior("3.prior_frame"), "3.one", Word(all_priors[i].size()),
-                                   "3.every_weight_above_0_priors", "3"});
+        Fail({"3", of_prior("3.prior_frame"), "3.one", Word(all_priors[i].size()), "3.every_weight_above_0_priors",
+              "3"});
       }
       const LossFunction* loss = all_priors[i][0]->GetLossFunction();
       if (loss != nullptr && dynamic_cast<const TrivialLoss*>(loss) == nullptr) {
-        FAIL() << Report(Diagnosis{"3", of_prior("3.loss_function_prior_frame"), "3.no_loss", "3.loss",
-                                   "3.prior_no_loss_function", "3"});
+        Fail({"3", of_prior("3.loss_function_prior_frame"), "3.no_loss", "3.loss", "3.prior_no_loss_function", "3"});
       }
       const MatXX W = all_priors[i][0]->Information();
       if (Equal(W, weight * MatXX::Identity(6, 6), 1e-12)) continue;
-      FAIL() << Report(Diagnosis{"3", of_prior("3.information_prior_frame"), Word(Number(weight) + "·I₆"),
-                                 WorstEntry(W, weight), CauseOfInformation(W, weight, pixel_information), "3"});
+      Fail({"3", of_prior("3.information_prior_frame"), Word(Number(weight) + "·I₆"), WorstEntry(W, weight),
+            CauseOfInformation(W, weight, pixel_information), "3"});
     }
   }
 }
@@ -187,52 +185,46 @@ TEST(Stage3, PriorAsksForTheTruePose) {
     Edge* prior = all_priors[i][0].get();
     const double residual = ResidualAt(scene.frames[i], pose, prior);
     if (residual < 1e-9) continue;
-    FAIL() << Report(Diagnosis{"3", Text("3.residual_at_true_pose", {{"n", Word(i)}}), Word(0), Word(residual),
-                               CauseOfPose(scene, i, pose, prior), "3"});
+    Fail({"3", Text("3.residual_at_true_pose", {{"n", Word(i)}}), Word(0), Word(residual),
+          CauseOfPose(scene, i, pose, prior), "3"});
   }
 }
 
 TEST(Stage3, NoneAtWeightZero) {
   const Built with_priors(1.0, 100.0);
-  if (with_priors.Priors()[0].empty())
-    FAIL() << Report(Diagnosis{"3", "3.no_prior_weight_100"});  // otherwise nothing is shown
+  if (with_priors.Priors()[0].empty()) Fail({"3", "3.no_prior_weight_100"});  // otherwise nothing is shown
   const Built built(1.0, 0.0);
   for (const auto& priors : built.Priors()) {
     for (const auto& prior : priors) {
       if (prior->Information().isZero(0.0)) continue;
-      FAIL() << Report(Diagnosis{"3", "3.prior_at_weight_zero", "3.none_or_one_zero_information", "3.one_information",
-                                 "3.zero_weight_means_free", "3"});
+      Fail({"3", "3.prior_at_weight_zero", "3.none_or_one_zero_information", "3.one_information",
+            "3.zero_weight_means_free", "3"});
     }
   }
 }
 
 TEST(Stage3, NoFrameIsFixed) {
   const Built built(1.0, 100.0);
-  if (built.Priors()[0].empty())
-    FAIL() << Report(Diagnosis{"3", "3.no_prior_weight_100"});  // otherwise nothing is shown
+  if (built.Priors()[0].empty()) Fail({"3", "3.no_prior_weight_100"});  // otherwise nothing is shown
   for (size_t i = 0; i < built.ba.poses.size(); ++i) {
     if (!built.ba.poses[i]->IsFixed()) continue;
-    FAIL() << Report(Diagnosis{"3", Text("3.frame", {{"n", Word(i)}}), "3.free_held_prior_alone", "3.fixed",
-                               "3.prior_and_fixed", "3"});
+    Fail({"3", Text("3.frame", {{"n", Word(i)}}), "3.free_held_prior_alone", "3.fixed", "3.prior_and_fixed", "3"});
   }
 }
 
 TEST(Stage3, MeasurementsAreUntouched) {
   const MonoBaScene scene = PerturbedScene();
   const Built built(7.0, 100.0);
-  if (built.Priors()[0].empty())
-    FAIL() << Report(Diagnosis{"3", "3.no_prior_weight_100"});  // otherwise nothing is shown
+  if (built.Priors()[0].empty()) Fail({"3", "3.no_prior_weight_100"});  // otherwise nothing is shown
   int measurements = 0;
   for (const auto& edge : built.ba.graph.Edges()) {
     if (edge->TypeInfo() != "EdgeReprojection") continue;
     ++measurements;
     if (edge->Information().isApprox(7.0 * Mat22::Identity())) continue;
-    FAIL() << Report(
-        Diagnosis{"3", "3.information_reprojection_edge", Word("7·I₂"), "3.another", "3.measurements_changed", ""});
+    Fail({"3", "3.information_reprojection_edge", Word("7·I₂"), "3.another", "3.measurements_changed", ""});
   }
   if (measurements != kPoints * (kFrames - 1)) {
-    FAIL() << Report(
-        Diagnosis{"3", "3.number_of_reprojection_edges", Word(18), Word(measurements), "3.measurements_changed", ""});
+    Fail({"3", "3.number_of_reprojection_edges", Word(18), Word(measurements), "3.measurements_changed", ""});
   }
 }
 
@@ -248,15 +240,14 @@ TEST(Stage3, DriftOfTheFirstFrameGoesToZero) {
     const double drift = (built.ba.poses[0]->p() - scene.frames[0].p).norm();
     // While the pixels outweigh the priors, it need not fall.
     if (!(drift < 2.0 * last_drift)) {
-      FAIL() << Report(Diagnosis{"3", Text("3.drift_after_solving", {{"w", Word(weight)}}), "3.vanishes_weight_grows",
-                                 Text("3.more_twice_smaller_weight", {{"drift", Word(drift)}}), "3.something_else_acts",
-                                 "3"});
+      Fail({"3", Text("3.drift_after_solving", {{"w", Word(weight)}}), "3.vanishes_weight_grows",
+            Text("3.more_twice_smaller_weight", {{"drift", Word(drift)}}), "3.something_else_acts", "3"});
     }
     last_drift = drift;
   }
   if (!(last_drift < 1e-6)) {
-    FAIL() << Report(Diagnosis{"3", Text("3.drift_after_solving", {{"w", Word("1e11")}}), "3.less_than_a_millionth",
-                               Word(last_drift), "3.frame_not_held", "3"});
+    Fail({"3", Text("3.drift_after_solving", {{"w", Word("1e11")}}), "3.less_than_a_millionth", Word(last_drift),
+          "3.frame_not_held", "3"});
   }
 }
 

@@ -22,22 +22,21 @@ TEST(Stage6, RemembersTheFreeBlocks) {
   for (const auto& vertex : scene.free) right += (right.empty() ? "" : ", ") + NameOf(*vertex);
   for (const auto& [id, block] : blocks) got += (got.empty() ? "" : ", ") + NameOf(*block.vertex);
   if (got != right) {
-    FAIL() << Report(Diagnosis{"6", "6.blocks_remembered", Word(right), got.empty() ? "6.none" : Word(got),
-                               blocks.empty()                        ? "6.no_vertex_remembered"
-                               : blocks.count(scene.fixed->Id()) > 0 ? "6.fixed_vertex_no_columns"
-                               : blocks.size() < scene.free.size()   ? "6.free_vertex_missing"
-                                                                     : "6.block_under_wrong_id",
-                               "6a"});
+    Fail({"6", "6.blocks_remembered", Word(right), got.empty() ? "6.none" : Word(got),
+          blocks.empty()                        ? "6.no_vertex_remembered"
+          : blocks.count(scene.fixed->Id()) > 0 ? "6.fixed_vertex_no_columns"
+          : blocks.size() < scene.free.size()   ? "6.free_vertex_missing"
+                                                : "6.block_under_wrong_id",
+          "6a"});
   }
   for (const auto& [id, block] : blocks) {
     const VecX x = block.vertex->Parameters();
     ASSERT_EQ(block.vertex->Id(), id);
     if (Equal(block.x0, x, 0.0)) continue;
-    FAIL() << Report(
-        Diagnosis{"6", Text("6.remembered_state", {{"vertex", Word(NameOf(*block.vertex))}}),
-                  Text("6.numbers_parameters", {{"n", Word(x.size())}}),
-                  block.x0.size() == x.size() ? "6.other_numbers" : Text("6.numbers", {{"n", Word(block.x0.size())}}),
-                  "6.x0_is_parameters", "6a"});
+    Fail({"6", Text("6.remembered_state", {{"vertex", Word(NameOf(*block.vertex))}}),
+          Text("6.numbers_parameters", {{"n", Word(x.size())}}),
+          block.x0.size() == x.size() ? "6.other_numbers" : Text("6.numbers", {{"n", Word(block.x0.size())}}),
+          "6.x0_is_parameters", "6a"});
   }
 }
 
@@ -47,8 +46,8 @@ TEST(Stage6, EvaluatesEachResidual) {
   term->PreMarginalize();
   for (const auto& factor : scene.factors) {
     if (scene.IsFresh(*factor.edge)) continue;
-    FAIL() << Report(Diagnosis{"6", Text("6.residual_evaluated", {{"edge", Word(factor.edge->TypeInfo())}}),
-                               "6.r_J_present_states", "6.those_older_state", "6.edge_linearize", "6a"});
+    Fail({"6", Text("6.residual_evaluated", {{"edge", Word(factor.edge->TypeInfo())}}), "6.r_J_present_states",
+          "6.those_older_state", "6.edge_linearize", "6a"});
   }
 }
 
@@ -138,31 +137,31 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
     term->PreMarginalize();
     const Layout layout{scene};
     const auto blocks = term->Blocks();
-    if (blocks.size() != scene.free.size()) FAIL() << Report(Diagnosis{"6", "6.number_of_blocks"});
+    if (blocks.size() != scene.free.size()) Fail({"6", "6.number_of_blocks"});
     VecX rows(layout.Of({}).size());
     int k = 0;
     for (const auto& [id, block] : blocks) rows[k++] = block.idx;
     rows.tail<2>() << *term->Inside().m, *term->Inside().n;
-    ASSERT_CLAIM({"6",
-                  "6.first_rows_blocks",
-                  layout.Of(scene.Dropped()),
-                  rows,
-                  layout.RowNames(),
-                  layout.Mistakes(),
-                  1e-12,
-                  {},
-                  "6b"});
+    Require({"6",
+             "6.first_rows_blocks",
+             layout.Of(scene.Dropped()),
+             rows,
+             layout.RowNames(),
+             layout.Mistakes(),
+             1e-12,
+             {},
+             "6b"});
     std::vector<int> right;
     for (const auto& vertex : scene.Kept()) right.push_back(vertex->Id());
     const std::vector<int>& got = *term->Inside().keep;
     if (got != right) {
-      FAIL() << Report(Diagnosis{"6", "6.keep", Text("6.ids_order_rows", {{"n", Word(right.size())}}),
-                                 Text("6.ids", {{"n", Word(got.size())}}),
-                                 got.empty()                       ? "6.keep_push_back"
-                                 : got.size() == scene.free.size() ? "6.keep_holds_dropped_blocks_ids"
-                                 : got.size() < right.size()       ? "6.keep_holds_other_ids"
-                                                                   : "6.keep_holds_ids_twice",
-                                 "6b"});
+      Fail({"6", "6.keep", Text("6.ids_order_rows", {{"n", Word(right.size())}}),
+            Text("6.ids", {{"n", Word(got.size())}}),
+            got.empty()                       ? "6.keep_push_back"
+            : got.size() == scene.free.size() ? "6.keep_holds_dropped_blocks_ids"
+            : got.size() < right.size()       ? "6.keep_holds_other_ids"
+                                              : "6.keep_holds_ids_twice",
+            "6b"});
     }
   }
 }
@@ -175,17 +174,17 @@ void CheckA(const FactorScene& scene, const Text& what) {
   term->ConstructA();
   const VinsTerm::Members got = term->Inside();
   const Names names = scene.RowNames();
-  ASSERT_CLAIM({"6",
-                {"scene.b_of", {{"what", what}}},
-                scene.VectorB({}),
-                *got.b,
-                names,
-                MistakesInB(scene),
-                1e-10,
-                {},
-                "6c",
-                "b_"});
-  ASSERT_CLAIM(
+  Require({"6",
+           {"scene.b_of", {{"what", what}}},
+           scene.VectorB({}),
+           *got.b,
+           names,
+           MistakesInB(scene),
+           1e-10,
+           {},
+           "6c",
+           "b_"});
+  Require(
       {"6", {"6.A_of", {{"what", what}}}, scene.MatrixA({}), *got.A, names, MistakesInA(scene), 1e-10, {}, "6c", "A_"});
 }
 

@@ -43,7 +43,7 @@ TEST(Stage6, MarginOldTakesTheOldestFrameAndWhatItHosts) {
   if (Same(drop, right)) return;
   Text cause = CauseOfVertices(window, drop);
   if (cause.empty()) cause = CauseOfEdges(drop, right);
-  FAIL() << Report(Diagnosis{"6", "6.margin_old_full_window", Inventory(right), Inventory(drop), cause, "6g"});
+  Fail({"6", "6.margin_old_full_window", Inventory(right), Inventory(drop), cause, "6g"});
 }
 
 TEST(Stage6, MarginOldWithoutAPrior) {
@@ -51,8 +51,7 @@ TEST(Stage6, MarginOldWithoutAPrior) {
   const Window& window = scene.window;
   const DropSet drop = Chosen().vins_window.margin_old(window), right = RightMarginOld(window);
   if (Same(drop, right)) return;
-  FAIL() << Report(Diagnosis{"6", "6.margin_old_without_prior", Inventory(right), Inventory(drop),
-                             "6.without_prior_one_edge_less", "6g"});
+  Fail({"6", "6.margin_old_without_prior", Inventory(right), Inventory(drop), "6.without_prior_one_edge_less", "6g"});
 }
 
 Text CauseOfSecondNew(const Window& window, const DropSet& drop) {
@@ -76,8 +75,7 @@ TEST(Stage6, MarginSecondNewTakesOnePoseFromThePrior) {
   const DropSet right{{window.prior}, {window.frames[9].pose}};
   const DropSet drop = Chosen().vins_window.margin_second_new(window);
   if (Same(drop, right)) return;
-  FAIL() << Report(
-      Diagnosis{"6", "6.margin_second_new", Inventory(right), Inventory(drop), CauseOfSecondNew(window, drop), "6h"});
+  Fail({"6", "6.margin_second_new", Inventory(right), Inventory(drop), CauseOfSecondNew(window, drop), "6h"});
 }
 
 // Who never marginalizes passes nothing: first a window in which there is something to do.
@@ -85,19 +83,17 @@ TEST(Stage6, MarginSecondNewRestsWithoutAPriorOnThatPose) {
   const WindowScene full("full window");
   const DropSet something = Chosen().vins_window.margin_second_new(full.window);
   if (something.edges.empty()) {
-    FAIL() << Report(Diagnosis{"6", "6.margin_second_new",
-                               Inventory({{full.window.prior}, {full.window.frames[9].pose}}), Inventory(something),
-                               "6.prior_holds_pose", "6h"});
+    Fail({"6", "6.margin_second_new", Inventory({{full.window.prior}, {full.window.frames[9].pose}}),
+          Inventory(something), "6.prior_holds_pose", "6h"});
   }
   for (const bool with_prior : {true, false}) {
     const WindowScene scene(with_prior ? "full window, other prior" : "full window without prior");
     const Window& window = scene.window;
     const DropSet drop = Chosen().vins_window.margin_second_new(window);
     if (drop.edges.empty()) continue;
-    FAIL() << Report(
-        Diagnosis{"6", with_prior ? "6.margin_second_new_prior_elsewhere" : "6.margin_second_new_without_prior",
-                  "6.nothing_marginalize", Inventory(drop),
-                  with_prior ? "6.ask_first_whether_prior_holds_pose" : "6.ask_first_whether_prior", "6h"});
+    Fail({"6", with_prior ? "6.margin_second_new_prior_elsewhere" : "6.margin_second_new_without_prior",
+          "6.nothing_marginalize", Inventory(drop),
+          with_prior ? "6.ask_first_whether_prior_holds_pose" : "6.ask_first_whether_prior", "6h"});
   }
 }
 

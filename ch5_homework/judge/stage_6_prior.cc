@@ -22,29 +22,29 @@ void CheckSchur(const SchurCase& c, const Text& where) {
   *inside.n = c.n();
   const VinsTerm::KeptSystem got = term->SchurComplement();
   if (!got.A.allFinite() && !HoldsUnset(got.A)) {
-    FAIL() << Report(Diagnosis{"6", Text("6.A_r_where", {{"where", where}}), "matrix.finite_numbers", "6.infinite_ones",
-                               "6.cut_missing", "6d"});
+    Fail({"6", Text("6.A_r_where", {{"where", where}}), "matrix.finite_numbers", "6.infinite_ones", "6.cut_missing",
+          "6d"});
   }
-  ASSERT_CLAIM({"6",
-                Text("6.A_r_where", {{"where", where}}),
-                c.Schur(c.mm_pinv),
-                got.A,
-                {},
-                c.Mistakes(),
-                1e-8,
-                {},
-                "6d",
-                "kept.A"});
-  ASSERT_CLAIM({"6",
-                Text("6.b_r_where", {{"where", where}}),
-                c.Reduced(c.mm_pinv),
-                got.b,
-                {},
-                c.MistakesInB(),
-                1e-8,
-                {},
-                "6d",
-                "kept.b"});
+  Require({"6",
+           Text("6.A_r_where", {{"where", where}}),
+           c.Schur(c.mm_pinv),
+           got.A,
+           {},
+           c.Mistakes(),
+           1e-8,
+           {},
+           "6d",
+           "kept.A"});
+  Require({"6",
+           Text("6.b_r_where", {{"where", where}}),
+           c.Reduced(c.mm_pinv),
+           got.b,
+           {},
+           c.MistakesInB(),
+           1e-8,
+           {},
+           "6d",
+           "kept.b"});
 }
 
 TEST(Stage6, SchurComplementOfTheDroppedRows) {
@@ -54,7 +54,6 @@ TEST(Stage6, SchurComplementOfTheDroppedRows) {
     const MatXX A = RandomPositiveDefinite(m + n, &random);
     const SchurCase c(A, RandomMatrix(m + n, 1, &random), m);
     CheckSchur(c, {"6.where_rows_go_stay", {{"m", Word(m)}, {"n", Word(n)}}});
-    if (HasFatalFailure()) return;
   }
 }
 
@@ -81,11 +80,9 @@ TEST(Stage6, SchurComplementWithUnknownDepths) {
   J(0, 1) = 1e-5;
   const MatXX A = J.transpose() * J;
   CheckSchur(SchurCase(A, J.transpose() * RandomMatrix(20, 1, &random), m), "6.two_unknown_depths");
-  if (HasFatalFailure()) return;
   // Far apart: those up to kEps count as zero, however large the largest is.
   const VecX S = (VecX(6) << 2e4, 1e-5, 3e-8, 5e-9, 0.0, 2.0).finished();
   CheckTheCut(S, S.cwiseSqrt(), "6.eigenvalues_far_apart");
-  if (HasFatalFailure()) return;
   // S⁺ is 0 for them, kEps itself among them, also where A_mr and b_m speak of them.
   CheckTheCut((VecX(3) << 1.0, 1e-8, 0.0).finished(), VecX::Ones(3), "6.eigenvalues_one_eps_zero");
 }
@@ -94,47 +91,46 @@ TEST(Stage6, SchurComplementWithUnknownDepths) {
 
 void CheckJ(const FactorCase& c, const MatXX& J, const VecX& r0, const Text& what) {
   if (J.cols() != c.A.rows() || r0.size() != J.rows()) {
-    FAIL() << Report(Diagnosis{
-        "6", Text("6.sizes_J_r0", {{"what", what}}), Text("6.J_columns", {{"n", Word(c.A.rows())}}),
-        Text("6.J_r0",
-             {{"size", Word(std::to_string(J.rows()) + "×" + std::to_string(J.cols()))}, {"n", Word(r0.size())}}),
-        J.size() == 0    ? Text("matrix.still_empty", {{"variable", Word("linearized_jacobians_")}})
-        : r0.size() == 0 ? Text("matrix.still_empty", {{"variable", Word("linearized_residuals_")}})
-                         : "6.r0_belongs_rows_J",
-        "6e"});
+    Fail({"6", Text("6.sizes_J_r0", {{"what", what}}), Text("6.J_columns", {{"n", Word(c.A.rows())}}),
+          Text("6.J_r0",
+               {{"size", Word(std::to_string(J.rows()) + "×" + std::to_string(J.cols()))}, {"n", Word(r0.size())}}),
+          J.size() == 0    ? Text("matrix.still_empty", {{"variable", Word("linearized_jacobians_")}})
+          : r0.size() == 0 ? Text("matrix.still_empty", {{"variable", Word("linearized_residuals_")}})
+                           : "6.r0_belongs_rows_J",
+          "6e"});
   }
-  ASSERT_CLAIM({"6",
-                Text("6.must_A_r", {{"what", Text("6.JTJ_of", {{"what", what}})}}),
-                c.V * c.S * c.V.transpose(),
-                J.transpose() * J,
-                {},
-                c.Mistakes(),
-                1e-9,
-                {},
-                "6e",
-                "linearized_jacobians_"});
+  Require({"6",
+           Text("6.must_A_r", {{"what", Text("6.JTJ_of", {{"what", what}})}}),
+           c.V * c.S * c.V.transpose(),
+           J.transpose() * J,
+           {},
+           c.Mistakes(),
+           1e-9,
+           {},
+           "6e",
+           "linearized_jacobians_"});
 }
 
 void CheckR0(const FactorCase& c, const MatXX& J, const VecX& r0, const Text& what) {
   if (!r0.allFinite() && !HoldsUnset(r0)) {
-    FAIL() << Report(Diagnosis{"6", Text("6.r0_of", {{"what", what}}), "matrix.finite_numbers", "6.infinite_ones",
-                               "6.divided_by_zero_eigenvalue", "6e"});
+    Fail({"6", Text("6.r0_of", {{"what", what}}), "matrix.finite_numbers", "6.infinite_ones",
+          "6.divided_by_zero_eigenvalue", "6e"});
   }
   const VecX right = c.V * (c.S * c.S_pinv) * c.V.transpose() * c.b;  // b_r in the range of A_r
-  ASSERT_CLAIM({"6",
-                Text("6.must_b_r", {{"what", Text("6.JT_r0_of", {{"what", what}})}}),
-                right,
-                J.transpose() * r0,
-                {},
-                c.MistakesInR0(),
-                1e-8,
-                {},
-                "6e",
-                "linearized_residuals_"});
+  Require({"6",
+           Text("6.must_b_r", {{"what", Text("6.JT_r0_of", {{"what", what}})}}),
+           right,
+           J.transpose() * r0,
+           {},
+           c.MistakesInR0(),
+           1e-8,
+           {},
+           "6e",
+           "linearized_residuals_"});
   const double cost = c.b.dot(c.V * c.S_pinv * c.V.transpose() * c.b);
   if (std::abs(r0.squaredNorm() - cost) > 1e-8 * cost) {
-    FAIL() << Report(Diagnosis{"6", Text("6.r0T_r0_of", {{"what", what}}), Word(cost), Word(r0.squaredNorm()),
-                               "6.eigenvalues_up_kEps_count_r0", "6e"});
+    Fail({"6", Text("6.r0T_r0_of", {{"what", what}}), Word(cost), Word(r0.squaredNorm()),
+          "6.eigenvalues_up_kEps_count_r0", "6e"});
   }
 }
 
@@ -146,7 +142,7 @@ void CheckFactor(const FactorCase& c, const Text& what) {
   const MatXX& J = *inside.J;
   const VecX& r0 = *inside.r0;
   CheckJ(c, J, r0, what);
-  if (!::testing::Test::HasFatalFailure()) CheckR0(c, J, r0, what);
+  CheckR0(c, J, r0, what);
 }
 
 TEST(Stage6, FactorsARegularSystem) {
@@ -158,14 +154,11 @@ TEST(Stage6, FactorsASystemWithFreeDirections) {  // position and yaw: four eige
   Random random(Seed(64));
   const MatXX B = RandomMatrix(8, 12, &random);
   CheckFactor({B.transpose() * B, B.transpose() * RandomMatrix(8, 1, &random)}, "6.twelve_rows_rank_eight");
-  if (HasFatalFailure()) return;
   VecX A(4);
   A << 5e-8, 0.0, 9e-9, 1e-7;
   CheckFactor({A.asDiagonal(), VecX::Ones(4)}, "6.eigenvalues_around_eps");
-  if (HasFatalFailure()) return;
   A << 2e4, 1e-5, 3.0, 1e-7;
   CheckFactor({A.asDiagonal(), A.cwiseSqrt()}, "6.eigenvalues_large_and_small");
-  if (HasFatalFailure()) return;
   A << 1.0, 1e-8, 0.0, 0.5;
   CheckFactor({A.asDiagonal(), VecX::Ones(4)}, "6.eigenvalue_at_eps");
 }
@@ -186,22 +179,20 @@ TEST(Stage6, PriorStandsOnTheShiftedBlocks) {
   auto right = kept;
   right[0] = taker;
   if (prior.vertices != right) {
-    FAIL() << Report(Diagnosis{
-        "6", Text("6.priors_vertices", {{"taker", Word(NameOf(*taker))}, {"vertex", Word(NameOf(*kept[0]))}}),
-        Text("6.vertices_one_first", {{"n", Word(right.size())}}),
-        prior.vertices == kept ? "6.vertices_before_shift" : Text("6.others", {{"n", Word(prior.vertices.size())}}),
-        prior.vertices == kept ? "6.shift_forgotten" : "6.unshifted_stays", "6f"});
+    Fail({"6", Text("6.priors_vertices", {{"taker", Word(NameOf(*taker))}, {"vertex", Word(NameOf(*kept[0]))}}),
+          Text("6.vertices_one_first", {{"n", Word(right.size())}}),
+          prior.vertices == kept ? "6.vertices_before_shift" : Text("6.others", {{"n", Word(prior.vertices.size())}}),
+          prior.vertices == kept ? "6.shift_forgotten" : "6.unshifted_stays", "6f"});
   }
   for (size_t k = 0; k < kept.size(); ++k) {
     if (k < prior.x0.size() && Equal(prior.x0[k], x0[kept[k]->Id()], 1e-12)) continue;
     const bool now = k < prior.x0.size() && (Equal(prior.x0[k], kept[k]->Parameters(), 1e-12) ||
                                              Equal(prior.x0[k], right[k]->Parameters(), 1e-12));
-    FAIL() << Report(Diagnosis{"6", Text("6.linearization_point", {{"vertex", Word(NameOf(*kept[k]))}}),
-                               "6.parameters_premarginalize",
-                               k >= prior.x0.size() ? "6.nothing"
-                               : now                ? "6.parameters_now"
-                                                    : "6.other_numbers",
-                               "6.linearized_at_x0", "6f"});
+    Fail({"6", Text("6.linearization_point", {{"vertex", Word(NameOf(*kept[k]))}}), "6.parameters_premarginalize",
+          k >= prior.x0.size() ? "6.nothing"
+          : now                ? "6.parameters_now"
+                               : "6.other_numbers",
+          "6.linearized_at_x0", "6f"});
   }
 }
 
@@ -215,8 +206,8 @@ TEST(Stage6, EqualsADenseSchurComplement) {
   term->Factor(term->SchurComplement());
   const Prior prior = term->GetParameterBlocks({});
   const SchurCase c(scene.MatrixA({}), scene.VectorB({}), scene.DimDropped());
-  ASSERT_CLAIM({"6", "6.JTJ_of_prior", c.Schur(c.mm_pinv), prior.J.transpose() * prior.J, {}, {}, 1e-8});
-  ASSERT_CLAIM({"6", "6.JTr0_of_prior", c.Reduced(c.mm_pinv), prior.J.transpose() * prior.r0, {}, {}, 1e-8});
+  Require({"6", "6.JTJ_of_prior", c.Schur(c.mm_pinv), prior.J.transpose() * prior.J, {}, {}, 1e-8});
+  Require({"6", "6.JTr0_of_prior", c.Reduced(c.mm_pinv), prior.J.transpose() * prior.r0, {}, {}, 1e-8});
 }
 
 }  // namespace

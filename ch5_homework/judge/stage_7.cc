@@ -22,33 +22,32 @@ void CheckSystem(PlainBlockSolver* solver, const Graph& graph, const Text& scene
   const Ordering& ordering = solver->GetOrdering();
   const System right = StackedNormalEquations(graph, ordering.Size());
   const Names names = RowNames(ordering, true);
-  ASSERT_CLAIM({"7",
-                {"scene.b_of", {{"what", scene}}},
-                right.b,
-                solver->RightHandSide(),
-                names,
-                MistakesInB(graph, ordering),
-                1e-10,
-                {},
-                "7b",
-                "b_"});
-  ASSERT_CLAIM({"7",
-                {"scene.H_of", {{"what", scene}}},
-                right.H,
-                solver->DenseHessian(),
-                names,
-                MistakesInH(graph, ordering.Size()),
-                1e-10,
-                {},
-                "7c",
-                "H"});
+  Require({"7",
+           {"scene.b_of", {{"what", scene}}},
+           right.b,
+           solver->RightHandSide(),
+           names,
+           MistakesInB(graph, ordering),
+           1e-10,
+           {},
+           "7b",
+           "b_"});
+  Require({"7",
+           {"scene.H_of", {{"what", scene}}},
+           right.H,
+           solver->DenseHessian(),
+           names,
+           MistakesInH(graph, ordering.Size()),
+           1e-10,
+           {},
+           "7c",
+           "H"});
 }
 
 TEST(Stage7, RightHandSideAndHessian) {
   for (const bool fix_one : {false, true}) {
     GraphScene row("row", {fix_one});
     CheckSystem(MakeSolver(&row.graph).get(), row.graph, fix_one ? "7.row_one_fixed" : "7.row");
-    if (HasFatalFailure()) return;
   }
 }
 
@@ -57,7 +56,6 @@ TEST(Stage7, HessianOfMixedLandmarksAndLosses) {
   const auto solver = MakeSolver(&scene.graph);
   for (int again = 0; again < 2; ++again) {  // the second time H is not empty at the start
     CheckSystem(solver.get(), scene.graph, "7.mixed_landmarks");
-    if (HasFatalFailure()) return;
   }
 }
 
@@ -72,26 +70,26 @@ Text With(const Text& quantity, const Text& scene, double lambda, Damping dampin
 void CheckReducedSystem(const Case& c, const PlainBlockSolver& solver,
                         const std::function<Text(const Text& quantity)>& with) {
   const Names names = RowNames(solver.GetOrdering(), true);
-  ASSERT_CLAIM({"7",
-                with(Word("b_p − Σ_l H_pl H_ll⁻¹ b_l")),
-                c.Reduced(),
-                solver.ReducedRightHandSide(),
-                names,
-                ReducedMistakes(c),
-                1e-9,
-                {},
-                "7d",
-                "b_schur_"});
-  ASSERT_CLAIM({"7",
-                with(Word("S = H_pp − Σ_l H_pl H_ll⁻¹ H_plᵀ")),
-                c.Schur(),
-                solver.SchurComplement(),
-                names,
-                SchurMistakes(c),
-                1e-9,
-                {},
-                "7d",
-                "S_"});
+  Require({"7",
+           with(Word("b_p − Σ_l H_pl H_ll⁻¹ b_l")),
+           c.Reduced(),
+           solver.ReducedRightHandSide(),
+           names,
+           ReducedMistakes(c),
+           1e-9,
+           {},
+           "7d",
+           "b_schur_"});
+  Require({"7",
+           with(Word("S = H_pp − Σ_l H_pl H_ll⁻¹ H_plᵀ")),
+           c.Schur(),
+           solver.SchurComplement(),
+           names,
+           SchurMistakes(c),
+           1e-9,
+           {},
+           "7d",
+           "S_"});
 }
 
 void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Damping damping, const Text& scene) {
@@ -103,26 +101,23 @@ void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Dam
   const bool solved = solver->Solve(lambda, &delta_x);
   const auto with = [&](const Text& quantity) { return With(quantity, scene, lambda, damping); };
   CheckReducedSystem(c, *solver, with);
-  if (::testing::Test::HasFatalFailure()) return;
   const Names names = RowNames(solver->GetOrdering(), true);
   if (!solved) {
-    FAIL() << Report(
-        Diagnosis{"7", with(Word("Δx")), "7.solver_returns_true", Word("false"), "7.function_gave_up", "7d"});
+    Fail({"7", with(Word("Δx")), "7.solver_returns_true", Word("false"), "7.function_gave_up", "7d"});
   }
-  ASSERT_CLAIM({"7",
-                with(Word("Δx")),
-                c.Step(c.H_ll_inverse * c.Rest(-1.0)),
-                delta_x,
-                names,
-                StepMistakes(c),
-                1e-8,
-                {},
-                "7e",
-                "delta_x"});
-  ASSERT_CLAIM({"7", with("7.H_after_solve"), system.H, solver->DenseHessian(), names, {}, 1e-9});
+  Require({"7",
+           with(Word("Δx")),
+           c.Step(c.H_ll_inverse * c.Rest(-1.0)),
+           delta_x,
+           names,
+           StepMistakes(c),
+           1e-8,
+           {},
+           "7e",
+           "delta_x"});
+  Require({"7", with("7.H_after_solve"), system.H, solver->DenseHessian(), names, {}, 1e-9});
   if (!Equal(solver->RightHandSide(), system.b, 1e-9)) {
-    FAIL() << Report(
-        Diagnosis{"7", with("7.b_after_solve"), "7.b_unchanged", "7.another_b", "7.b_changed_in_place", "7e"});
+    Fail({"7", with("7.b_after_solve"), "7.b_unchanged", "7.another_b", "7.b_changed_in_place", "7e"});
   }
 }
 
@@ -130,7 +125,6 @@ TEST(Stage7, SchurComplementAndStep) {
   for (const bool fix_one : {false, true}) {
     GraphScene row("row", {fix_one});
     CheckSolve(MakeSolver(&row.graph).get(), row.graph, 0.0, Damping::kIdentity, fix_one ? "7.row_one_fixed" : "7.row");
-    if (HasFatalFailure()) return;
   }
 }
 
@@ -140,7 +134,6 @@ TEST(Stage7, LambdaOnEveryDiagonalEntry) {
   for (const double lambda : {10.0, 1e-3, 0.5}) {  // the same solver each time
     for (const Damping damping : {Damping::kIdentity, Damping::kDiagonal}) {
       CheckSolve(solver.get(), row.graph, lambda, damping, "7.row");
-      if (HasFatalFailure()) return;
     }
   }
 }
@@ -152,7 +145,6 @@ TEST(Stage7, LandmarksOrPosesAlone) {
     for (const auto& point : row.points) point->SetFixed(!landmarks);
     CheckSolve(MakeSolver(&row.graph).get(), row.graph, 0.1, Damping::kIdentity,
                landmarks ? "7.only_points" : "7.only_poses");
-    if (HasFatalFailure()) return;
   }
 }
 
@@ -160,15 +152,13 @@ TEST(Stage7, BundleAdjustmentOfTheCourse) {
   BundleScene scene(4, Vary(20, 30, 74), true);
   const auto solver = MakeSolver(&scene.ba.graph);
   CheckSolve(solver.get(), scene.ba.graph, 1e-2, Damping::kIdentity, "7.course_scene");
-  if (HasFatalFailure()) return;
   const double before = solver->Cost();
   const Summary summary = Minimize(solver.get(), SolveOptions{});
   if (!IsConverged(summary.termination) || summary.final_cost > 1e-2 * before) {
-    FAIL() << Report(Diagnosis{
-        "7", "7.course_scene_solved", "7.converged",
-        Text("7.ended_at",
-             {{"message", Text::Quoted(summary.message)}, {"a", Word(summary.final_cost)}, {"b", Word(before)}}),
-        "7.something_kept_between_calls", ""});
+    Fail({"7", "7.course_scene_solved", "7.converged",
+          Text("7.ended_at",
+               {{"message", Text::Quoted(summary.message)}, {"a", Word(summary.final_cost)}, {"b", Word(before)}}),
+          "7.something_kept_between_calls", ""});
   }
 }
 
