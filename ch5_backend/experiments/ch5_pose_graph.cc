@@ -27,15 +27,6 @@ constexpr char kUsage[] =
     "                   replaces each information matrix that is not positive semi-definite by the nearest one that "
     "is\n";
 
-ch5::PoseGraphStart ParseStart(const std::string& word) {
-  std::string known;
-  for (const auto& [name, start] : ch5::kPoseGraphStartNames) {
-    if (word == name) return start;
-    known += (known.empty() ? "" : ", ") + name;
-  }
-  throw std::invalid_argument("--init must be one of " + known + ", got '" + word + "'");
-}
-
 void PrintUnknown(const ch5::G2oFile& graph, const std::string& file) {
   constexpr size_t kMost = 5;
   for (size_t k = 0; k < graph.unknown.size() && k < kMost; ++k) {
@@ -82,7 +73,8 @@ int main(int argc, char** argv) {
   };
   return ch5::RunFileCommand("ch5_pose_graph", kUsage, argc, argv, run, [&](auto* line, auto* of_file) {
     of_file->iterations = options.iterations;
-    line->Option("--init", [&](const std::string& word) { options.start = ParseStart(word); });
+    line->Option("--init",
+                 [&](const std::string& word) { options.start = ch5::OneOf(word, ch5::kPoseGraphStartNames); });
     line->Flag("--project-information", [&] { reading.project_information = true; });
   });
 }

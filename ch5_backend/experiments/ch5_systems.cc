@@ -3,8 +3,24 @@
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
 
 int main(int argc, char** argv) {
-  return ch5::RunTrialStudies("ch5_systems",
-                              "What OKVIS, VINS-Mono and g2o do, as curves; ./course plots systems runs all trials.\n"
-                              "Recordings and pose graphs are read from DIR.\n",
-                              ch5::SystemStudies(), argc, argv);
+  using namespace ch5;
+  return RunTrialStudies("ch5_systems",
+                         "What OKVIS, VINS-Mono and g2o do, as curves; ./course plots systems runs all trials.\n"
+                         "Recordings and pose graphs are read from DIR.\n",
+                         {{"ablation", AblationTable},
+                          {"ablation_recording", AblationRecordingTable},
+                          {"consistency_recording", ConsistencyRecordingTable},
+                          {"walk_scale", WalkScaleTable},
+                          {"back_ends", BackEndsTable},
+                          {"calibration", CalibrationTable},
+                          {"preintegration", PreintegrationTable},
+                          {"restart", RestartTable},
+                          {"distance", DistanceTable},
+                          {"window_size", WindowSizeTable},
+                          {"okvis_matrices", OkvisMatricesTable},
+                          {"okvis_vertices", OkvisVerticesTable},
+                          {"pose_graphs", PoseGraphsTable},
+                          {"pose_graph_starts", PoseGraphStartsTable},
+                          {"machine", MachineTable}},
+                         argc, argv);
 }

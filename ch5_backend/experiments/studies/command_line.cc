@@ -19,6 +19,19 @@ bool IsOption(const std::string& word) { return word.size() > 1 && word[0] == '-
 
 }  // namespace
 
+template <typename T>
+T NumberIn(const std::string& word, T low, T high) {
+  T number{};
+  const char* end = word.data() + word.size();
+  const auto [stop, error] = std::from_chars(word.data(), end, number);
+  if (error == std::errc() && stop == end && number >= low && number <= high) return number;
+  std::ostringstream message;
+  message << "must be a " << (std::is_integral_v<T> ? "whole " : "") << "number from " << low << " to " << high
+          << ", got '" << word << "'";
+  throw std::invalid_argument(message.str());
+}
+template int NumberIn(const std::string&, int, int);
+
 CommandLine::CommandLine(std::string program, std::string usage)
     : program_(std::move(program)), usage_(std::move(usage)) {}
 
@@ -37,29 +50,15 @@ void CommandLine::Flag(const std::string& option, std::function<void()> set) {
 
 void CommandLine::Text(const std::string& option, std::string* value) {
   texts_.emplace_back(option, value);
-  Option(option, [option, value](const std::string& word) {
-    if (word.empty() || word.rfind("--", 0) == 0) {
-      throw std::invalid_argument(option + " needs a value, got '" + word + "'");
-    }
+  Option(option, [value](const std::string& word) {
+    if (word.empty() || word.rfind("--", 0) == 0) throw std::invalid_argument("needs a value, got '" + word + "'");
     *value = word;
   });
 }
 
 template <typename T>
 void CommandLine::Number(const std::string& option, T low, T high, T* value) {
-  Option(option, [=](const std::string& word) {
-    T number{};
-    const char* end = word.data() + word.size();
-    const auto [stop, error] = std::from_chars(word.data(), end, number);
-    if (error == std::errc() && stop == end && number >= low && number <= high) {
-      *value = number;
-      return;
-    }
-    std::ostringstream message;
-    message << option << " must be a " << (std::is_integral_v<T> ? "whole " : "") << "number from " << low << " to "
-            << high << ", got '" << word << "'";
-    throw std::invalid_argument(message.str());
-  });
+  Option(option, [=](const std::string& word) { *value = NumberIn(word, low, high); });
 }
 template void CommandLine::Number(const std::string&, int, int, int*);
 template void CommandLine::Number(const std::string&, double, double, double*);
@@ -74,7 +73,11 @@ void CommandLine::Parse(int argc, char** argv) {
       flag->second();
     } else if (option != options_.end()) {
       if (i + 1 == argc) throw std::invalid_argument(word + " needs a value");
-      option->second(argv[++i]);
+      try {
+        option->second(argv[++i]);
+      } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(word + " " + error.what());
+      }
     } else if (IsOption(word)) {
       throw std::invalid_argument("unknown option '" + word + "'");
     } else if (argument_ == nullptr) {

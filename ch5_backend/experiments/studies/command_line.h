@@ -6,11 +6,30 @@
 
 #include <cstdio>
 #include <functional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace ch5 {
+
+/// The number in [low, high] that a word is, whole if T is.
+/// @throws std::invalid_argument "must be a number from …"
+template <typename T>  // int or double
+T NumberIn(const std::string& word, T low, T high);
+
+/// The value of the choice of this name.
+/// @param choices  pairs of a name and a value
+/// @throws std::invalid_argument "must be one of …"
+template <typename T>
+T OneOf(const std::string& word, const std::vector<std::pair<std::string, T>>& choices) {
+  std::string known;
+  for (const auto& [name, value] : choices) {
+    if (name == word) return value;
+    known += (known.empty() ? "" : ", ") + name;
+  }
+  throw std::invalid_argument("must be one of " + known + ", got '" + word + "'");
+}
 
 /// Declare what the program accepts, then call Run, which refuses everything else.
 class CommandLine {
@@ -25,7 +44,7 @@ class CommandLine {
   /// `option` NUMBER in [low, high], whole if T is.
   template <typename T>  // int or double
   void Number(const std::string& option, T low, T high, T* value);
-  /// `option` WORD, which `take` reads; it throws std::invalid_argument where it cannot.
+  /// `option` WORD, which `take` reads; it throws std::invalid_argument with what the word must be.
   void Option(const std::string& option, std::function<void(const std::string& word)> take);
 
   /// `option`, which takes no value.

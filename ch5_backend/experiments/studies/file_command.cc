@@ -4,22 +4,9 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <stdexcept>
 #include <thread>
 
 namespace ch5 {
-namespace {
-
-ReducedSolverType ParseSolver(const std::string& word) {
-  std::string known;
-  for (const auto& [name, type] : kReducedSolverNames) {
-    if (word == name) return type;
-    known += (known.empty() ? "" : ", ") + name;
-  }
-  throw std::invalid_argument("--solver must be one of " + known + ", got '" + word + "'");
-}
-
-}  // namespace
 
 std::string FileCommand::Name() const { return std::filesystem::path(file).stem().string(); }
 
@@ -37,7 +24,8 @@ int RunFileCommand(const char* program, const char* usage, int argc, char** argv
   if (is_named("--iterations")) line.Number("--iterations", 0, 1000000, &options.iterations);
   if (is_named("--threads")) line.Number("--threads", 1, 256, &options.threads);
   if (is_named("--huber")) line.Number("--huber", 1e-6, 1e6, &options.huber);
-  if (is_named("--solver")) line.Option("--solver", [&](const auto& word) { options.solver = ParseSolver(word); });
+  if (is_named("--solver"))
+    line.Option("--solver", [&](const auto& word) { options.solver = OneOf(word, kReducedSolverNames); });
   if (declare) declare(&line, &options);
   return line.Run(argc, argv, [&] {
     options.input = command.file;

@@ -78,10 +78,12 @@ void Summarize(const Recording& recording, OdometryRun* run) {
 
 }  // namespace
 
-std::vector<std::unique_ptr<WindowPolicy>> AllPolicies() {
+std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(int window) {
   std::vector<std::unique_ptr<WindowPolicy>> policies;
-  policies.push_back(MakeVinsPolicy());
+  VinsOptions vins;
   OkvisOptions okvis;
+  if (window > 0) vins.window_size = okvis.keyframes = window;
+  policies.push_back(MakeVinsPolicy(vins));
   okvis.temporal_frames = 5;  // one camera needs a longer base line than the stereo pair that OKVIS's 3 are meant for
   policies.push_back(MakeOkvisPolicy(okvis));
   return policies;

@@ -14,7 +14,8 @@
 namespace ch5 {
 
 /// One policy of each kind.
-std::vector<std::unique_ptr<WindowPolicy>> AllPolicies();
+/// @param window  VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
+std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(int window = 0);
 
 /// The time and result of one image.
 struct WindowRow {

@@ -18,37 +18,19 @@ std::string OptionOf(std::string name) {
   return "--" + name;
 }
 
-template <typename T>
-std::optional<T> Parse(const std::string& word) {
-  T value{};
+std::optional<double> Parse(const std::string& word) {
+  double value = 0.0;
   const char* end = word.data() + word.size();
   const auto [stop, error] = std::from_chars(word.data(), end, value);
   return error == std::errc() && stop == end ? std::optional(value) : std::nullopt;
-}
-
-int WholeNumber(const std::string& word, int low, int high) {
-  const std::optional<int> number = Parse<int>(word);
-  if (number && *number >= low && *number <= high) return *number;
-  throw std::invalid_argument("must be a whole number from " + std::to_string(low) + " to " + std::to_string(high) +
-                              ", got '" + word + "'");
-}
-
-template <typename T>
-T OneOf(const std::string& word, const std::vector<std::pair<std::string, T>>& choices) {
-  std::string known;
-  for (const auto& [name, value] : choices) {
-    if (name == word) return value;
-    known += (known.empty() ? "" : ", ") + name;
-  }
-  throw std::invalid_argument("must be one of " + known + ", got '" + word + "'");
 }
 
 // "A:B", either of which may be empty.
 std::pair<double, double> Interval(const std::string& word) {
   const size_t colon = word.find(':');
   const std::string first = word.substr(0, colon), last = colon == std::string::npos ? "" : word.substr(colon + 1);
-  const std::optional<double> from = first.empty() ? 0.0 : Parse<double>(first);
-  const std::optional<double> to = last.empty() ? std::numeric_limits<double>::infinity() : Parse<double>(last);
+  const std::optional<double> from = first.empty() ? 0.0 : Parse(first);
+  const std::optional<double> to = last.empty() ? std::numeric_limits<double>::infinity() : Parse(last);
   if (colon != std::string::npos && from && to && *from >= 0.0 && *from < *to) return {*from, *to};
   throw std::invalid_argument("must be A:B with 0 ≤ A < B, in seconds since the first IMU reading, got '" + word + "'");
 }
@@ -71,9 +53,9 @@ void OdometrySettings::Set(const std::string& name, const std::string& word) {
         word,
         {{"none", Constraints::kNone}, {"prior", Constraints::kMarginalizedEdges}, {"full", Constraints::kAllEdges}});
   } else if (name == "window") {
-    window = WholeNumber(word, 4, 1000);
+    window = NumberIn(word, 4, 1000);
   } else if (name == "max_features") {
-    max_features = WholeNumber(word, 8, 100000);
+    max_features = NumberIn(word, 8, 100000);
   } else if (name == "seconds") {
     std::tie(from, to) = Interval(word);
   } else {
@@ -90,13 +72,9 @@ EstimatorOptions OdometrySettings::Estimator(const Calibration& calibration) con
 }
 
 std::vector<std::unique_ptr<WindowPolicy>> OdometrySettings::Policies() const {
-  std::vector<std::unique_ptr<WindowPolicy>> policies;
-  VinsOptions vins;
-  OkvisOptions okvis;
-  okvis.temporal_frames = 5;  // as AllPolicies
-  if (window > 0) vins.window_size = okvis.keyframes = window;
-  if (policy != "okvis") policies.push_back(MakeVinsPolicy(vins));
-  if (policy != "vins") policies.push_back(MakeOkvisPolicy(okvis));
+  auto policies = AllPolicies(window);
+  const auto is_other = [&](const auto& one) { return !policy.empty() && one->Name() != policy; };
+  policies.erase(std::remove_if(policies.begin(), policies.end(), is_other), policies.end());
   return policies;
 }
 

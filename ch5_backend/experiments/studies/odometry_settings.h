@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "ch5_backend/experiments/studies/command_line.h"
+#include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/files/recording_file.h"
-#include "ch5_backend/window/estimator.h"
 
 namespace ch5 {
 

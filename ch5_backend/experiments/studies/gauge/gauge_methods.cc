@@ -23,15 +23,6 @@ GaugeSettings Tight() {
 
 }  // namespace
 
-const std::vector<TrialStudy>& GaugeStudies() {
-  static const std::vector<TrialStudy> studies = {
-      {"methods", GaugeMethodsTable},   {"sweep", GaugeSweepTable},           {"convergence", GaugeConvergenceTable},
-      {"spectrum", GaugeSpectrumTable}, {"covariance", GaugeCovarianceTable}, {"deviations", GaugeDeviationsTable},
-      {"matrices", GaugeMatricesTable}, {"prior_choice", PriorChoiceTable},   {"recordings", GaugeRecordingsTable},
-      {"audit", WindowAuditTable},      {"near_start", GaugeNearStartTable},  {"variants", GaugeVariantsTable}};
-  return studies;
-}
-
 std::vector<GaugeConfiguration> GaugeConfigurations(int trial) {
   std::vector<GaugeConfiguration> configurations;
   for (const GaugePoints points : {GaugePoints::kPlanes, GaugePoints::kRandom}) {

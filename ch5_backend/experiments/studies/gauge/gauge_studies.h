@@ -8,8 +8,6 @@
 
 namespace ch5 {
 
-const std::vector<TrialStudy>& GaugeStudies();
-
 /// Table II and Fig. 7: iterations, time and errors of each way to handle the gauge, in six scenes; errors where the
 /// iteration stops by the usual rules, and at convergence. Each trial begins with another way, since what comes first
 /// takes longer.

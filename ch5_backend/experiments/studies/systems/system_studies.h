@@ -5,8 +5,6 @@
 
 namespace ch5 {
 
-const std::vector<TrialStudy>& SystemStudies();
-
 /// What leaves the window marginalized, held fixed, dropped, or marginalized with first estimates: error, NEES and time on
 /// the same simulated flight …
 CsvTable AblationTable(int trial, const std::filesystem::path&);
