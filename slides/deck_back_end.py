@@ -16,7 +16,7 @@ from . import toy_graph as toy
 from .deck_back_end_facts import facts  # noqa: F401
 from .toy_graph import EDGES, LANDMARKS, POSES, POSE_WIDTH, decimal, ordering, pattern, schur_pattern, vertices, width
 
-FIGURES = Figures("backend.")
+FIGURES = Figures({"cost": "cost above its least / first cost", "lambda": "λ", "identity": "λI", "diagonal": "λ diag(H)"})
 
 
 def color(a, b):
@@ -85,7 +85,7 @@ def one_edge(slide, tables, say):
                      PAPER if direct else INK, weight="bold")
     slide.rect(x, y, 15 * cell, 15 * cell, stroke=MUTED, radius=3, line=1.2)
     slide.line(x, y, x + 15 * cell, y + 15 * cell, FAINT, 1.2, "4 5")
-    for row, (mark, name, strength) in enumerate((("a", "first", 0.85), ("b", "mirror", 0.3))):
+    for row, (mark, name, strength) in enumerate((("a", "write of 1.1a", 0.85), ("b", "write of 1.1b", 0.3))):
         top = 150 + 46 * row
         slide.rect(440, top, 26, 26, mix(POSE, strength), radius=3)
         slide.text(453, top + 19, mark, 17, PAPER if row == 0 else INK, weight="bold")
@@ -162,7 +162,7 @@ def moves(slide, tables, say):
     """Stage 2: where rows and columns go, for a variable in the middle of five."""
     n, idx = 5, 1
     order = [k for k in range(n) if k != idx] + [idx]
-    steps = ((range(n), range(n), "before"), (order, range(n), "rows"), (order, order, "columns"))
+    steps = ((range(n), range(n), "before"), (order, range(n), "rows moved"), (order, order, "columns moved"))
     cell = 42
     for step, (rows, columns, name) in enumerate(steps):
         x, y = 50 + step * 360, 50
@@ -183,7 +183,7 @@ def moves(slide, tables, say):
 def river(slide, tables, say):
     """The chapter's flow of values, one box a step."""
     boxes = [("Graph", say("what")), ("Ordering", say("where")), ("MakeHessian", "H, b"),
-             ("SolveLinearSystem", "(H + λD) Δx = b"), ("UpdateStates", "x ⊞ Δx"), (say("accept"), "ρ")]
+             ("SolveLinearSystem", "(H + λD) Δx = b"), ("UpdateStates", "x ⊞ Δx"), (say("better?"), "ρ")]
     wide = [105, 130, 165, 235, 165, 120]
     x, places = 15, []
     for (name, below), w in zip(boxes, wide):
@@ -197,7 +197,7 @@ def river(slide, tables, say):
     for (x1, w), (x2, _) in zip(places, places[1:]):
         slide.line(x1 + w + 4, 122, x2 - 5, 122, arrow=True)
     last, solve, make = places[5], places[3], places[2]
-    for target, y, name in ((solve, 40, say("no")), (make, 215, say("yes"))):
+    for target, y, name in ((solve, 40, say("no: larger λ")), (make, 215, say("yes: linearize again"))):
         edge = 80 if y < 122 else 164
         right, left = last[0] + last[1] / 2, target[0] + target[1] / 2
         slide.polyline([(right, edge), (right, y), (left, y), (left, edge)], width=1.5, arrow=True)
@@ -224,7 +224,7 @@ def valley(slide, tables, say):
                 slide.polyline(points, mix(POSE, 0.75), 1.8)
         if weight == 0.0:
             slide.line(ox - 2.3 * unit, oy + 2.3 * unit, ox + 2.3 * unit, oy - 2.3 * unit, LANDMARK, 4)
-            slide.text(ox + 10, oy + 150, say("valley"), 18, LANDMARK, anchor="start")
+            slide.text(ox + 10, oy + 150, say("valley of equal cost"), 18, LANDMARK, anchor="start")
         else:
             slide.circle(ox, oy, 7, PRIOR)
             slide.text(ox + 16, oy + 150, say("prior"), 18, PRIOR, anchor="start")
@@ -258,7 +258,7 @@ def convergence(slide, tables, say):
 def spectrum(slide, tables, say):
     """With a free gauge and with the smallest prior that holds it."""
     axes = slide.axes((200, 15, 780, 215))
-    hessian.eigenvalues(axes, tables("spectrum"), {"free": say("free"), "minimal prior": say("held")}, say)
+    hessian.eigenvalues(axes, tables("spectrum"), {"free": say("gauge free"), "minimal prior": say("pose 0 and scale held")}, say)
 
 
 def variants(say, *names):
@@ -268,9 +268,9 @@ def variants(say, *names):
 @FIGURES.figure(1080, 430, "Iterations against the weight of the prior")
 def prior_iterations(slide, tables, say):
     """Mean iterations against the weight, three variants."""
-    axes = slide.axes((80, 45, 800, 310), None, None, say("mean"))
+    axes = slide.axes((80, 45, 800, 310), None, None, say("mean iterations"))
     prior.lines(axes, tables("prior_trials"), "mean_iterations", names=variants(say, "course", "perturbed", "minimal"))
-    axes.set(ylim=(0, None), xlabel=say("weight"))
+    axes.set(ylim=(0, None), xlabel=say("weight w"))
     slide.legend(axes, 905, 70)
 
 
@@ -279,18 +279,18 @@ def prior_damping(slide, tables, say):
     """The course's variant with identity and with diagonal damping."""
     axes = slide.axes((80, 45, 800, 280), None, None, say("iterations"))
     prior.damping_lines(axes, tables("prior_damping"), "iterations", variants(say, "identity", "diagonal"))
-    axes.set(ylim=(0, None), xlabel=say("weight"), yticks=range(0, 21, 5))
+    axes.set(ylim=(0, None), xlabel=say("weight w"), yticks=range(0, 21, 5))
     slide.legend(axes, 905, 70)
 
 
 @FIGURES.figure(1130, 420, "What the weight does to the answer")
 def prior_answer(slide, tables, say):
     """What the weight does to the answer: reprojection cost and drift, full and minimal priors."""
-    for panel, (column, name, limits, log) in enumerate((("reprojection_cost", "reprojection", None, ""),
-                                                         ("drift_position", "drift", (1e-12, 1.0), "y"))):
+    for panel, (column, name, limits, log) in enumerate((("reprojection_cost", "reprojection cost", None, ""),
+                                                         ("drift_position", "drift of frame 0 [m]", (1e-12, 1.0), "y"))):
         axes = slide.axes((80 + 560 * panel, 60, 460, 275), None, limits, say(name), "", log)
         prior.lines(axes, tables("prior_sweep"), column, names=variants(say, "perturbed", "minimal"), marks=False)
-        axes.set_xlabel(say("weight"))
+        axes.set_xlabel(say("weight w"))
     slide.legend(axes, 820, 12, columns=2)
 
 
@@ -316,7 +316,7 @@ def overview(slide, tables, say):
     side_view(slide, (915, 25, 250, 250), tables, "final", POSE)
     for x in (275, 578, 873):
         slide.line(x, 150, x + 36, 150, arrow=True)
-    slide.text(145, 305, say("initial"))
+    slide.text(145, 305, say("start"))
     slide.formula(440, 305, r"H = \Sigma\, J^T W J", 17)
     slide.formula(745, 305, r"H_{pp} - H_{pm}\, H_{mm}^{-1} H_{mp}", 17)
-    slide.text(1040, 305, say("final"))
+    slide.text(1040, 305, say("result, aligned"))

@@ -13,7 +13,9 @@ from . import marginalization_examples as toy
 from .deck_consistency_facts import facts  # noqa: F401
 from .deck_marginalization import POLICIES, time_axes
 
-FIGURES = Figures("certainty.")
+FIGURES = Figures({  # what the tables' words read as
+    "none": "no constraints", "prior_only": "prior only", "full": "all edges", "poses fixed": "poses\nfixed",
+    "marginalized": "margi-\nnalized", "first estimates": "first\nestimates"})
 
 
 @FIGURES.figure(1080, 390, "Linearized twice, at one point and at two")
@@ -23,8 +25,8 @@ def product(slide, tables, say):
     cross = [float(v) for v in toy.solve([[1, 1], [toy.POINTS[1][1], toy.POINTS[1][0]]], [2, 2 * toy.PRODUCT])]
     x, y = np.meshgrid(np.linspace(0, 2.8, 281), np.linspace(0, 1.8, 181))
     for left, name, H, middle, levels, points in (
-            (60, "same", same, (1, 1), (0.0128, 0.18, 0.845), toy.POINTS[:1]),
-            (610, "mixed", mixed, cross, (0.05, 0.25, 0.6), toy.POINTS)):
+            (60, "linearized at one point", same, (1, 1), (0.0128, 0.18, 0.845), toy.POINTS[:1]),
+            (610, "linearized at two points", mixed, cross, (0.05, 0.25, 0.6), toy.POINTS)):
         axes = slide.axes((left, 45, 420, 270), (0, 2.8), (0, 1.8), below="x", xticks=(0, 1, 2), yticks=(0, 1))
         slide.text(left - 16, 50, "y", 17)
         slide.text(left + 210, 30, say(name), 18, MUTED)
@@ -32,7 +34,7 @@ def product(slide, tables, say):
         cost = float(H[0][0]) * dx**2 + 2 * float(H[0][1]) * dx * dy + float(H[1][1]) * dy**2
         axes.contour(x, y, cost, levels, colors=[mix(POSE, 0.6)], linewidths=1.35)
         axes.plot(x[0, 56:], toy.PRODUCT / x[0, 56:], color=LANDMARK, linewidth=3, linestyle=style.SOLID)
-        if name == "mixed":
+        if name == "linearized at two points":
             axes.plot(*middle, "o", color=PRIOR, markersize=9)
         for x0, y0 in ((float(a), float(b)) for a, b in points):  # the tangent y0 (x − x0) + x0 (y − y0) = 0
             axes.plot((0, 2 * x0), (2 * y0, 0), color=INK, linewidth=1.35, linestyle=(0, (4, 3)))
@@ -44,9 +46,9 @@ def yaw_leak(slide, tables, say):
     """What the priors of the longer flight claim to know of yaw and of position."""
     every = tables("odometry_gauge")
     ticks = decades([1e-6, every["information"].max()])
-    axes = time_axes(slide, say, (80, 40, 690, 230), every["t_s"].max(), ticks[[0, -1]], "leak", log="y", yticks=ticks[::2])
+    axes = time_axes(slide, say, (80, 40, 690, 230), every["t_s"].max(), ticks[[0, -1]], "nᵀHn of the prior", log="y", yticks=ticks[::2])
     for policy, name in POLICIES.items():
-        for direction, what, width in (("yaw", "yaw of", None), ("x", "position of", 1.0)):
+        for direction, what, width in (("yaw", "yaw, ", None), ("x", "position, ", 1.0)):
             rows = every.where(policy=policy, direction=direction)
             odometry.leak_line(axes, rows["t_s"], rows["information"], policy, least=1e-7, linewidth=width,
                                label=say(what) + name)
@@ -54,18 +56,18 @@ def yaw_leak(slide, tables, say):
 
 
 def nees_axes(slide, say, rows, top):
-    return time_axes(slide, say, (70, 40, 740, 245), rows["t_s"].max(), (0, top), "nees", yticks=range(0, top + 1, top // 5))
+    return time_axes(slide, say, (70, 40, 740, 245), rows["t_s"].max(), (0, top), "NEES of the pose, mean of the flights", yticks=range(0, top + 1, top // 5))
 
 
 def band(axes, rows, say):
-    axes.fill_between(rows["t_s"], rows["pose_low"], rows["pose_high"], color=nees.PALE, zorder=0, label=say("band"))
+    axes.fill_between(rows["t_s"], rows["pose_low"], rows["pose_high"], color=nees.PALE, zorder=0, label=say("95 % of honest means"))
 
 
 @FIGURES.figure(1080, 290, "NEES of observations used once and twice, with hosts exact and noisy")
 def nees_causes(slide, tables, say):
     """The VINS policy without constraints; the axis is logarithmic."""
     rows = consistency(KEPT, "vins", "none")
-    axes = time_axes(slide, say, (70, 40, 700, 190), rows["t_s"].max(), (3, 300), "nees", log="y", yticks=(10, 100))
+    axes = time_axes(slide, say, (70, 40, 700, 190), rows["t_s"].max(), (3, 300), "NEES of the pose, mean of the flights", log="y", yticks=(10, 100))
     nees.cause_lines(axes, KEPT, "vins", say)
     band(axes, rows, say)
     slide.legend(axes, 795, 60)
@@ -88,7 +90,7 @@ def yaw_information(slide, tables, say):
     every = {mode: consistency(KEPT, "vins", mode) for mode in nees.MODES}
     share = {mode: rows["yaw_information"] / rows["yaw_information"][0] for mode, rows in every.items()}
     top = ceil(max(values.max() for values in share.values()))
-    axes = time_axes(slide, say, (70, 40, 740, 245), every["none"]["t_s"].max(), (0, top), "yaw", yticks=range(top + 1))
+    axes = time_axes(slide, say, (70, 40, 740, 245), every["none"]["t_s"].max(), (0, top), "information on yaw, of its start", yticks=range(top + 1))
     for mode, rows in every.items():
         nees.curve(axes, rows, share[mode], nees.MODES[mode][1], say(mode))
     slide.legend(axes, 840, 70)
@@ -97,7 +99,7 @@ def yaw_information(slide, tables, say):
 @FIGURES.figure(1120, 400, "Dropped, fixed, marginalized, with first estimates")
 def ablation(slide, tables, say):
     """Error and NEES of the motion across the window, a dot a flight."""
-    for left, column, title in ((50, "ate_m", "ate"), (625, "nees_motion", "motion")):
+    for left, column, title in ((50, "ate_m", "error of the position, ATE [m]"), (625, "nees_motion", "NEES of the motion across the window")):
         axes = slide.axes((left + 20, 75, 455, 265), title=say(title))
         systems.ablation(axes, KEPT, column, say, size=5)
         if column == "nees_motion":
@@ -109,9 +111,9 @@ def ablation(slide, tables, say):
 @FIGURES.figure(1120, 400, "What a preintegration claims, and what is measured")
 def imu(slide, tables, say):
     """Over its length, and over the rate of the IMU."""
-    axes = slide.axes((70, 75, 440, 255), title=say("sigma"), below=say("length"))
+    axes = slide.axes((70, 75, 440, 255), title=say("σ [m, rad, m/s]"), below=say("length [s]"))
     systems.preintegration_length(axes, KEPT, say)
     slide.legend(axes, 60, 10, columns=3)
-    axes = slide.axes((660, 75, 440, 255), title=say("ratio"), below=say("rate"))
+    axes = slide.axes((660, 75, 440, 255), title=say("claimed σ / measured σ"), below=say("rate of the IMU [Hz]"))
     systems.preintegration_rate(axes, KEPT, say)
     slide.legend(axes, 650, 10, columns=2)

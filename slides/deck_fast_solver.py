@@ -11,7 +11,12 @@ from ch5_backend.figures.slide import CROSS, INK, LANDMARK, MUTED, POSE, PRIOR, 
 from .deck_fast_solver_facts import BEST, PROBLEMS, STEPS, facts, iteration, ladder, time_of  # noqa: F401
 from .toy_graph import EDGES, LANDMARKS, POSES
 
-FIGURES = Figures("speed.")
+FIGURES = Figures({  # what the tables' words read as
+    "invert": "invert H_ll", "schur": "form S", "poses": "solve S", "dense": "dense, any H", "plain": "blocks in a map",
+    "fixed": "fixed sizes, structure once", "avx2": "and registers of four", "scene/30x1000": "scene, 30 frames",
+    "window/vio_M": "IMU window", "bal/49-7776": "49 cameras", "bal/16-22106": "16 cameras", "ceres": "Ceres",
+    "sparse": "S formed, sparse Cholesky", "implicit-pcg": "implicit, PCG", "power-series": "implicit, power series",
+    "milliseconds": "an iteration [ms]", "megabytes": "memory [MB]", "Gauss-Newton": "Gauss–Newton", "Levenberg-Marquardt": "LM"})
 SHADES = {"linearize": POSE, "invert": mix(LANDMARK, 0.5), "schur": LANDMARK, "poses": CROSS, "back": PRIOR,
           "cost": mix(INK, 0.45), "update": mix(INK, 0.2)}
 SIDES = {"ceres": PRIOR, "ours": POSE}
@@ -29,10 +34,10 @@ def box(slide, x, y, width, name, below, color, strong=False):
 @FIGURES.figure(1130, 330, "g2o's classes")
 def g2o(slide, tables, say):
     """Who owns whom in g2o; the three choices of the user in strong colors."""
-    box(slide, 20, 40, 250, "SparseOptimizer", say("graph"), POSE)
-    box(slide, 330, 40, 250, "OptimizationAlgorithm", say("algorithm"), CROSS, True)
-    box(slide, 640, 40, 220, "BlockSolver<p, l>", say("block"), CROSS, True)
-    box(slide, 920, 40, 190, "LinearSolver", say("linear"), CROSS, True)
+    box(slide, 20, 40, 250, "SparseOptimizer", say("unknowns, measurements"), POSE)
+    box(slide, 330, 40, 250, "OptimizationAlgorithm", say("how far"), CROSS, True)
+    box(slide, 640, 40, 220, "BlockSolver<p, l>", say("H, b, Schur complement"), CROSS, True)
+    box(slide, 920, 40, 190, "LinearSolver", say("S Δx = b"), CROSS, True)
     for x in (272, 582, 862):
         slide.line(x, 79, x + 54, 79, arrow=True)
     box(slide, 20, 210, 115, "Vertex", "oplusImpl", LANDMARK)
@@ -42,7 +47,7 @@ def g2o(slide, tables, say):
     for x, name in ((455, "GN · LM · Dogleg"), (750, "6 × 3, 3 × 2, dynamic"), (1015, "PCG · CSparse · Cholmod")):
         slide.text(x, 160, name, 16, CROSS)
     slide.line(330, 190, 1110, 190, CROSS, 1.6)
-    slide.text(720, 222, say("choice"), 18, CROSS)
+    slide.text(720, 222, say("you choose"), 18, CROSS)
 
 
 @FIGURES.figure(1060, 360, "g2o's mapped memory")
@@ -64,21 +69,21 @@ def mapping(slide, tables, say):
         start, end = 120 + 40 * k, y + tall * cell / 2
         slide.polyline([(340, start), (480, start), (480, end), (x - 4, end)], PRIOR, 1.6, arrow=True, curved=True)
     slide.rect(110, 90, 230, 140, mix(INK, 0.06), INK, radius=10)
-    slide.text(225, 80, say("edge"), 18)
+    slide.text(225, 80, say("edges"), 18)
     for k, name in enumerate(("_hessian[0]", "_hessian[1]", "_hessian[2]")):
         slide.text(225, 126 + 40 * k, name, 17, mono=True)
-    slide.text(225, 275, say("points"), 17, PRIOR)
-    slide.text(225, 303, say("owned"), 16, MUTED)
+    slide.text(225, 275, say("an edge knows its places"), 17, PRIOR)
+    slide.text(225, 303, say("H_pp, H_pl, H_ll in one block matrix"), 16, MUTED)
 
 
 @FIGURES.figure(1130, 190, "Structure, Linearized, Eliminated, Step")
 def flow(slide, tables, say):
     """Our four values and the functions between them."""
-    names = (("Structure", say("lies"), POSE), ("Linearized", "H_pp, H_pl, H_ll, b", LANDMARK),
+    names = (("Structure", say("what lies where; once"), POSE), ("Linearized", "H_pp, H_pl, H_ll, b", LANDMARK),
              ("Eliminated", "H_ll⁻¹, S, b_S", CROSS), ("Step", "Δx", PRIOR))
     for k, (name, below, color) in enumerate(names):
         box(slide, 10 + 296 * k, 70, 222, name, below, color)
-    for k, name in enumerate(("linearize", "eliminate", "solve")):
+    for k, name in enumerate(("linearize", "eliminate", "solve, go back")):
         slide.line(236 + 296 * k, 109, 300 + 296 * k, 109, arrow=True)
         slide.text(268 + 296 * k, 50, say(name), 17, MUTED)
 
@@ -88,7 +93,7 @@ def lanes(slide, tables, say):
     """The numbers of eight edges, one after the other and side by side."""
     shades = [mix(color, 0.75) for color in (POSE, LANDMARK, CROSS, PRIOR)] + [
         mix(color, 0.4) for color in (POSE, LANDMARK, CROSS, PRIOR)]
-    for panel, name in enumerate(("one", "eight")):
+    for panel, name in enumerate(("one edge at a time", "eight edges at a time")):
         left = 60 + 540 * panel
         slide.text(left + 200, 40, say(name), 19)
         for row in range(5):
@@ -117,7 +122,7 @@ def groups(slide, tables, say):
         slide.text(x + cell / 2, 48, "ℓ" + "₀₁₂₃₄₅"[landmark], 18.3, shades[seen[landmark]], italic=True)
     for pose in range(POSES):
         slide.text(56, 60 + (pose + 0.5) * 3 * cell * 0.75 + 6, "x" + "₀₁₂"[pose], 18.3, POSE, anchor="end", italic=True)
-    slide.text(70 + 3 * cell, 325, say("landmarks"), 18.3, MUTED)
+    slide.text(70 + 3 * cell, 325, say("landmarks, sorted by who sees them"), 18.3, MUTED)
     for k, kind in enumerate(kinds):
         left, size = 380 + 240 * k, 60
         for a in range(POSES):
@@ -126,7 +131,7 @@ def groups(slide, tables, say):
                 slide.rect(left + b * size + 2, 70 + a * size + 2, size - 4, size - 4,
                          mix(shades[kind], 0.75) if inside else mix(INK, 0.05), radius=4)
         slide.text(left + 1.5 * size, 288, "S −= A Aᵀ", 18.3, shades[kind], italic=True)
-    slide.text(380 + 330, 325, say("group"), 18.3, MUTED)
+    slide.text(380 + 330, 325, say("one group, one product"), 18.3, MUTED)
 
 
 @FIGURES.figure(1080, 380, "Where the time goes")
@@ -163,7 +168,7 @@ def bars(axes, groups, colors, say):
 
 
 def time_axes(slide, say, box):
-    return slide.axes(box, None, MILLISECONDS, say("ms"), "", "y", None, decades(MILLISECONDS))
+    return slide.axes(box, None, MILLISECONDS, say("ms an iteration"), "", "y", None, decades(MILLISECONDS))
 
 
 @FIGURES.figure(1120, 400, "What each idea gained")
@@ -181,7 +186,7 @@ def lanes_gain(slide, tables, say):
     steps = [step for step in STEPS if step != "update"]
     ratios = [time_of(tables, problem, s, "sparse", "portable") / time_of(tables, problem, s, *BEST) for s in steps]
     top = ceil(1.1 * max(ratios))
-    axes = slide.axes((90, 50, 900, 260), None, (0, top), say("gain"), yticks=range(top + 1))
+    axes = slide.axes((90, 50, 900, 260), None, (0, top), say("times faster with registers of four"), yticks=range(top + 1))
     axes.bar_label(axes.bar(range(len(steps)), ratios, 0.52, color=[SHADES[step] for step in steps]), fmt="%.1f", **NUMBER)
     axes.axhline(1, color=INK, linewidth=1, linestyle=(0, (4, 4)))
     axes.set_xticks(range(len(steps)), map(say, steps), fontsize=16.6 * PX, color=INK)
@@ -193,9 +198,9 @@ def roofline(slide, tables, say):
     machine = tables("speed_machine")
     reading = machine.where(simd="avx2", limit="read")
     bandwidth = reading["value"][reading["megabytes"].argmax()]
-    axes = slide.axes((90, 45, 740, 310), (0.1, 100), (0.5, 200), say("speed"), say("intensity"), "xy", (0.1, 1, 10, 100),
+    axes = slide.axes((90, 45, 740, 310), (0.1, 100), (0.5, 200), say("GFLOP/s"), say("flop per byte"), "xy", (0.1, 1, 10, 100),
                       (1, 10, 100))
-    for simd, name, dashes in (("avx2", "peak", "-"), ("portable", "portable", (0, (4, 3)))):
+    for simd, name, dashes in (("avx2", "multiply-adds, four at once", "-"), ("portable", "two at once", (0, (4, 3)))):
         peak = machine.row(simd=simd, limit="peak")["value"]
         axes.plot((0.1, peak / bandwidth, 100), (0.1 * bandwidth, peak, peak), color=INK, linewidth=1.65, linestyle=dashes)
         axes.annotate(say(name), (100, peak), (7, -4), textcoords="offset points", color=MUTED, annotation_clip=False)
@@ -224,7 +229,7 @@ def reduced(slide, tables, say):
     """Cost over time for the cameras' system solved in three ways."""
     every = tables("speed_reduced")
     last = every["seconds"].max()
-    axes = slide.axes((90, 45, 700, 290), (0.1, last), (1e-4, 10), say("excess"), say("seconds"), "xy",
+    axes = slide.axes((90, 45, 700, 290), (0.1, last), (1e-4, 10), say("cost above the best"), say("seconds"), "xy",
                       [t for t in (0.1, 1, 10, 100) if t <= last], decades((1e-4, 10)))
     for name, color in (("sparse", PRIOR), ("implicit-pcg", LANDMARK), ("power-series", POSE)):
         rows = every.where(solver=name)
@@ -240,6 +245,6 @@ def pose_graphs(slide, tables, say):
         systems.solver_column(axes, KEPT, column, say)
         axes.set_xticks([2500, 5000, 10000])
     slide.legend(axes, 60, 10, columns=2)
-    axes = slide.axes((760, 110, 330, 205), title=say("least"), below=say("iteration"))
+    axes = slide.axes((760, 110, 330, 205), title=say("MIT: cost by the least"), below=say("iteration"))
     systems.algorithm_costs(axes, KEPT, "MIT", say)
     slide.legend(axes, 700, 10, columns=3, columnspacing=1.4)

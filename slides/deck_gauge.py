@@ -12,7 +12,10 @@ from ch5_backend.figures.slide import CROSS, INK, LANDMARK, MUTED, POSE, PRIOR, 
 from . import gauge_examples as toy
 from .deck_gauge_facts import facts  # noqa: F401
 
-FIGURES = Figures("gauge.")
+FIGURES = Figures({  # what the tables' words read as
+    "prior": "prior, w = 10⁵", "stated": "our start", "fixed to free": "fixed, transformed", "free to fixed": "free, transformed",
+    "identity": "λ I (the course)", "diagonal": "λ diag(H)", "radius": "radius (Dogleg)", "gauge": "gauge: 4", "pose 0": "pose 0: 6",
+    "poses 0 and 1": "poses 0 and 1: 12", "rec": "rectangle"})
 GAUGE = "../gauge/csv/"  # its tables, beside the chapter's
 ARRIVAL = {10.0: mix(PRIOR, 0.45), 100.0: PRIOR, 1000.0: LANDMARK, 1e5: POSE}
 
@@ -24,8 +27,8 @@ def three_ways(slide, tables, say):
     for shift in (-0.45, -0.2, 0.2, 0.45):  # level lines b = a + 1 + shift
         axes.axline((0, 1 + shift), slope=1, color=mix(POSE, 0.3), linewidth=1)
     axes.axline((0, 1), slope=1, color=LANDMARK, linewidth=3.75, linestyle=style.SOLID)
-    axes.text(-1.0, 1.18, say("valley"), color=LANDMARK, fontsize=12.75)
-    for weight, name, color in ((None, "fix", POSE), (0.0, "free", CROSS), (toy.WEAK, "weak", PRIOR)):
+    axes.text(-1.0, 1.18, say("b − a = 1: the valley"), color=LANDMARK, fontsize=12.75)
+    for weight, name, color in ((None, "fixation", POSE), (0.0, "free", CROSS), (toy.WEAK, "weak prior", PRIOR)):
         axes.plot(*zip(*toy.walk(weight)), "o-", color=color, label=say(name), clip_on=False)
     axes.plot(0, 0, "o", color=INK, markersize=10.5, zorder=3)
     axes.annotate(say("start"), (0, 0), (10, 5), textcoords="offset points", fontsize=12.75)
@@ -33,15 +36,15 @@ def three_ways(slide, tables, say):
     weights = np.array([0.0] + [10.0 ** (k / 4) for k in range(-20, 13)])
     counts = np.array([len(toy.walk(weight)) - 1 for weight in weights])
     top = 10 * (counts.max() // 10 + 1)
-    axes = slide.axes((600, 45, 430, 265), y=(0, top), title=say("steps"), yticks=range(0, top + 1, 10))
+    axes = slide.axes((600, 45, 430, 265), y=(0, top), title=say("iterations of this walk"), yticks=range(0, top + 1, 10))
     gauge.weight_line(axes, weights, counts, PRIOR, None, linestyle=style.SOLID)
-    axes.set_xlabel(say("weight"))
+    axes.set_xlabel(say("weight w"))
 
 
 @FIGURES.figure(1080, 360, "Zero eigenvalues with and without an IMU")
 def gauge_zeros(slide, tables, say):
     for panel, problem in enumerate(("camera and IMU", "camera alone")):
-        axes = slide.axes((80 + 545 * panel, 45, 430, 240), title=f"{say(problem)}: {say('relative')}", below=say("index"))
+        axes = slide.axes((80 + 545 * panel, 45, 430, 240), title=f"{say(problem)}: {say('|λ| / largest')}", below=say("eigenvalue, ascending"))
         gauge_covariance.spectrum_dots(axes, relative_spectrum(tables(GAUGE + "spectrum"), problem))
         axes.set_ylim(1e-20, 2)
 
@@ -50,8 +53,8 @@ def gauge_zeros(slide, tables, say):
 def gauge_iterations(slide, tables, say):
     """Fig. 7: mean iterations of each method in each scene, the paper's as gray bars."""
     methods = ("fixation", "free", "prior")
-    axes = slide.axes((70, 40, 800, 235), (-0.6, 5.6), (3, 8), say("iterations"), xticks=(), yticks=range(3, 9))
-    gauge.paper_iterations(axes, len(methods), say("paper"))
+    axes = slide.axes((70, 40, 800, 235), (-0.6, 5.6), (3, 8), say("mean iterations"), xticks=(), yticks=range(3, 9))
+    gauge.paper_iterations(axes, len(methods), say("the paper"))
     gauge.dots(axes, tables(GAUGE + "methods"), "iterations", methods, {method: say(method) for method in methods}, spread=None)
     for at, scene in enumerate(gauge_paper.SCENES):
         for word, y, color in zip(scene, (300, 324), (INK, MUTED)):
@@ -63,13 +66,13 @@ def gauge_iterations(slide, tables, say):
 def gauge_weights(slide, tables, say):
     """Figs. 4 and 5: mean iterations against the weight, all scenes; the paper's as squares."""
     table = tables(GAUGE + "sweep")
-    axes = slide.axes((70, 40, 760, 260), y=(0, 16), title=say("iterations"), yticks=range(0, 17, 4))
+    axes = slide.axes((70, 40, 760, 260), y=(0, 16), title=say("mean iterations"), yticks=range(0, 17, 4))
     for path, color in zip(gauge.PATHS, (PRIOR, CROSS, POSE)):
         for points, fill in (("planes", "full"), ("random", "none")):
             gauge.sweep_line(axes, of_scene(table, (path, points)), "iterations", color, "o", f"{say(path)}, {say(points)}",
                              band=False, fillstyle=fill)
-    gauge.paper_sweep(axes, table, say("paper"))
-    axes.set_xlabel(say("weight"))
+    gauge.paper_sweep(axes, table, say("the paper"))
+    axes.set_xlabel(say("weight w"))
     slide.legend(axes, 860, 70)
 
 
@@ -80,8 +83,8 @@ def gauge_readings(slide, tables, say):
     names = {"the cost": "w ‖r‖²", "the residual": "‖w r‖²"}
     for panel, start in enumerate(STARTS):
         axes = slide.axes((50 + 295 * panel, 40, 245, 180), y=(0, 15), title=say(start), yticks=range(0, 16, 5))
-        gauge.reading_lines(axes, table, start, names.get, say("paper"))
-        axes.set_xlabel(say("weight"))
+        gauge.reading_lines(axes, table, start, names.get, say("the paper"))
+        axes.set_xlabel(say("weight w"))
     slide.legend(axes, 935, 60, handlelength=1.2)
 
 
@@ -90,8 +93,8 @@ def gauge_arrival(slide, tables, say):
     """Fig. 6: when the reprojection error and the prior error have arrived, trial 0."""
     table = tables(GAUGE + "convergence", trial=0)
     last = max(table.where(weight=weight)["iteration"].max() for weight in ARRIVAL)
-    for panel, (column, name, limits) in enumerate((("reprojection_px", "pixels", (1.0, 100.0)),
-                                                    ("prior_error", "distance", (1e-5, 1.0)))):
+    for panel, (column, name, limits) in enumerate((("reprojection_px", "reprojection error [px]", (1.0, 100.0)),
+                                                    ("prior_error", "prior error [m, rad]", (1e-5, 1.0)))):
         axes = slide.axes((75 + 470 * panel, 40, 380, 245), (0, last), limits, say(name), say("iteration"), "y",
                           range(0, int(last) + 1, 2), decades(limits))
         for (weight, color), mark in zip(ARRIVAL.items(), style.MARKS):
@@ -107,19 +110,19 @@ def choice_damping(slide, tables, say):
     table = tables(GAUGE + "prior_choice")
     names = {name: say(name) for name in ("diagonal", "identity", "radius")}
     top = 4 * ceil(max(over_weight(usual(table, damping=name), "iterations")[1].max() for name in names) / 4)
-    axes = slide.axes((70, 40, 740, 245), y=(0, 1.03 * top), title=say("iterations"), yticks=range(0, top + 1, 4))
+    axes = slide.axes((70, 40, 740, 245), y=(0, 1.03 * top), title=say("mean iterations"), yticks=range(0, top + 1, 4))
     gauge_choice.factor_lines(axes, table, "damping", names)
-    axes.set_xlabel(say("weight"))
+    axes.set_xlabel(say("weight w"))
     slide.legend(axes, 840, 80)
 
 
 @FIGURES.figure(1080, 340, "What the prior holds, and the error")
 def choice_place(slide, tables, say):
     """What a prior at a wrong value does to the answer, by what it holds."""
-    axes = slide.axes((70, 40, 740, 225), title=say("ratio"))
+    axes = slide.axes((70, 40, 740, 225), title=say("RMSE of the position / that without a prior"))
     gauge_choice.error_lines(axes, tables(GAUGE + "prior_choice"), "perturbed",
                              {place: say(place) for place in ("gauge", "pose 0", "poses 0 and 1")})
-    axes.set_xlabel(say("weight"))
+    axes.set_xlabel(say("weight w"))
     slide.legend(axes, 840, 80)
 
 
@@ -128,7 +131,7 @@ def gauge_sigma(slide, tables, say):
     """Fig. 9: the uncertainty of the positions, in each gauge and transformed into the other."""
     table = tables(GAUGE + "deviations")
     top, last = ceil(100 * table["position_m"].max()), table["keyframe"].max()
-    axes = slide.axes((70, 40, 730, 230), (-0.2, last + 0.2), (-0.1, top + 0.1), say("sigma"), say("keyframe"), "",
+    axes = slide.axes((70, 40, 730, 230), (-0.2, last + 0.2), (-0.1, top + 0.1), say("σ of the position [cm]"), say("keyframe"), "",
                       range(int(last) + 1), range(top + 1))
     gauge_covariance.deviation_lines(axes, table, "position_m", {name: say(name) for name in gauge_covariance.GAUGES}, 100)
     slide.legend(axes, 830, 80)

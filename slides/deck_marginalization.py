@@ -13,7 +13,9 @@ from ch5_backend.figures.tables import dense
 from . import marginalization_examples as toy
 from .deck_marginalization_facts import facts  # noqa: F401
 
-FIGURES = Figures("windows.")
+FIGURES = Figures({  # what the tables' words read as
+    "prior": "into the prior", "again": "into the prior, and used again", "stays": "untouched",
+    "no keyframe": "a frame that is no keyframe leaves", "keyframe": "a keyframe leaves"})
 SUB = "₀₁₂₃₄₅"
 POLICIES = {"vins": "VINS-Mono", "okvis": "OKVIS"}
 FATES = {"prior": PRIOR, "again": LANDMARK, "lost": mix(INK, 0.3), "stays": POSE}
@@ -51,10 +53,10 @@ def clique(slide, tables, say):
             draw_vertex(slide, vertex, left, faded=after and vertex in gone)
             if not after and vertex in gone:
                 slide.circle(*place(vertex, left), 28, "none", PRIOR, 2)
-        slide.text(left + 250, 40, say("after" if after else "before"), 19, MUTED)
+        slide.text(left + 250, 40, say("after: one prior" if after else "before"), 19, MUTED)
     slide.line(505, 180, 555, 180, arrow=True)
     slide.circle(40, 325, 9, "none", PRIOR, 2)
-    slide.text(58, 331, say("goes"), 17, PRIOR, anchor="start")
+    slide.text(58, 331, say("leaves"), 17, PRIOR, anchor="start")
 
 
 @FIGURES.figure(860, 190, "The chain of three scalars and its hidden prior")
@@ -64,10 +66,10 @@ def chain_graph(slide, tables, say):
     for (x1, x2), sigma in zip(zip(at, at[1:]), ("0.1", "0.3")):
         slide.line(x1, 75, x2, 75, MUTED, 2)
         slide.rect((x1 + x2) / 2 - 10, 65, 20, 20, POSE, radius=3)
-        slide.text((x1 + x2) / 2, 48, f"{say('measured')}, σ = {sigma}", 17, MUTED)
+        slide.text((x1 + x2) / 2, 48, f"{say('measured distance')}, σ = {sigma}", 17, MUTED)
     slide.line(420, 75, 420, 150, PRIOR, 2)
     slide.rect(410, 140, 20, 20, PRIOR, radius=3)
-    slide.text(445, 157, say("hidden"), 18, PRIOR, anchor="start")
+    slide.text(445, 157, say("prior, σ = 0.2"), 18, PRIOR, anchor="start")
     for k, x in enumerate(at):
         slide.circle(x, 75, 25, mix(POSE, 0.25), POSE, 2)
         slide.text(x, 82, "x" + SUB[k], 20, italic=True)
@@ -104,17 +106,17 @@ def windows(slide, tables, say):
     frame(slide, 60, 325, False)
     slide.text(88, 331, say("pose"), 17, anchor="start")
     frame(slide, 210, 325, True)
-    slide.text(244, 331, say("pose and speed"), 17, anchor="start")
+    slide.text(244, 331, say("pose with speed and biases"), 17, anchor="start")
     slide.line(560, 325, 600, 325, LANDMARK, 2.5)
-    slide.text(612, 331, say("imu"), 17, anchor="start")
+    slide.text(612, 331, say("IMU"), 17, anchor="start")
 
 
 @FIGURES.figure(1090, 385, "What the order of marginalization fills in")
 def fill(slide, tables, say):
     """H of a scene: whole, without landmarks and frame 0, and without frame 0 only."""
     whole = len(dense(tables("marginalize_scene", stage="before")))
-    for k, (stage, name) in enumerate((("before", "before"), ("without landmarks and frame 0", "good"),
-                                       ("without frame 0", "bad"))):
+    for k, (stage, name) in enumerate((("before", "before"), ("without landmarks and frame 0", "landmarks, then frame 0"),
+                                       ("without frame 0", "frame 0 at once"))):
         matrix = dense(tables("marginalize_scene", stage=stage))
         side = 320 * len(matrix) / whole
         slide.cells(20 + 365 * k + (320 - side) / 2, 20 + (320 - side) / 2, side, matrix)
@@ -124,11 +126,11 @@ def fill(slide, tables, say):
 @FIGURES.figure(1080, 370, "Eigenvalues of a prior, and where they are cut")
 def prior_spectrum(slide, tables, say):
     plain, scaled = spectra(tables)
-    panels = zip((plain, scaled), cuts(scaled), ("absolute", "scaled"), ("vins cut", "okvis cut"))
+    panels = zip((plain, scaled), cuts(scaled), ("eigenvalues of H", "of P⁻¹HP⁻¹"), ("VINS-Mono's cut", "OKVIS's cut"))
     for panel, (values, cut, title, name) in enumerate(panels):
         sizes = np.maximum(np.abs(values), 1e-17)
         ticks = decades([*sizes, cut])
-        axes = slide.axes((75 + 545 * panel, 42, 440, 250), (0, len(values)), ticks[[0, -1]], say(title), say("index"), "y",
+        axes = slide.axes((75 + 545 * panel, 42, 440, 250), (0, len(values)), ticks[[0, -1]], say(title), say("eigenvalue, ascending"), "y",
                           range(0, len(values) + 1, 10), ticks[::4])
         axes.axhline(cut, color=PRIOR, linewidth=1.2, linestyle=(0, (4, 3)))
         axes.annotate(say(name), (len(values), cut), (-5, 6), textcoords="offset points", color=PRIOR, ha="right")
@@ -186,9 +188,9 @@ def slide_priors(slide, tables, say):
         slide.line(left + side + 12, 180, left + side + 42, 180, arrow=True)
         shown = len(prior) * 190 / 51
         slide.cells(left + side + 55, 180 - shown / 2, shown, prior)
-        slide.text(left + 135, 30, f"{name}: {say('window')}", 17)
+        slide.text(left + 135, 30, f"{name}: {say('H of the window')}", 17)
         slide.text(left + 135, 340, f"{len(window)} × {len(window)}", 17, MUTED)
-        slide.text(left + side + 55 + shown / 2, 340, f"{say('after.plots')}: {len(prior)} × {len(prior)}", 17, MUTED)
+        slide.text(left + side + 55 + shown / 2, 340, f"{say('prior after the slide')}: {len(prior)} × {len(prior)}", 17, MUTED)
 
 
 @FIGURES.figure(1120, 412, "The windows image by image")
@@ -210,7 +212,7 @@ def slide_film(slide, tables, say):
 
 
 def time_axes(slide, say, box, end, y, title, **more):
-    return slide.axes(box, (0, end), y, say(title), say("time"), xticks=range(0, int(end) + 1, 2 if end < 15 else 5), **more)
+    return slide.axes(box, (0, end), y, say(title), say("time [s]"), xticks=range(0, int(end) + 1, 2 if end < 15 else 5), **more)
 
 
 @FIGURES.figure(1060, 330, "Distance from the truth")
@@ -218,7 +220,7 @@ def odometry_error(slide, tables, say):
     """The distance from the truth over the longer flight."""
     paths = {policy: tables("odometry_path", policy=policy) for policy in POLICIES}
     top = 5 * ceil(20 * max(rows["error_m"].max() for rows in paths.values()))
-    axes = time_axes(slide, say, (70, 40, 800, 225), max(rows["t_s"].max() for rows in paths.values()), (0, top), "error",
+    axes = time_axes(slide, say, (70, 40, 800, 225), max(rows["t_s"].max() for rows in paths.values()), (0, top), "distance from the truth [cm]",
                      yticks=range(0, top + 1, 5))
     for policy, rows in paths.items():
         odometry.error_line(axes, rows, policy, label=POLICIES[policy])
@@ -228,10 +230,10 @@ def odometry_error(slide, tables, say):
 @FIGURES.figure(1120, 400, "Errors and times of three ways to marginalize")
 def back_ends(slide, tables, say):
     """Over how little the old prior knows, and over the landmarks that leave."""
-    axes = slide.axes((75, 75, 400, 255), title=say("worst"), below=say("weakness"))
+    axes = slide.axes((75, 75, 400, 255), title=say("worst relative error of an information"), below=say("σ of the old prior, times"))
     systems.back_end_errors(axes, KEPT, say)
     slide.legend(axes, 810, 70)
-    systems.back_end_times(slide.axes((545, 75, 245, 255), title=say("milliseconds"), below=say("landmarks")), KEPT, say)
+    systems.back_end_times(slide.axes((545, 75, 245, 255), title=say("time [ms]"), below=say("landmarks that leave")), KEPT, say)
 
 
 @FIGURES.figure(1120, 330, "H before and after OKVIS's marginalization")
@@ -246,4 +248,4 @@ def okvis_cases(slide, tables, say):
         systems.okvis_case(slide.axes((left + side + 65, 170 - shown / 2, shown, shown)), KEPT, case, "prior")
         slide.text(left, 24, say(case), 18, anchor="start")
         slide.text(left + side / 2, 322, f"H: {sizes[0]:.0f} × {sizes[0]:.0f}", 17, MUTED)
-        slide.text(left + side + 65 + shown / 2, 322, f"{say('after.plots')}: {sizes[1]:.0f} × {sizes[1]:.0f}", 17, MUTED)
+        slide.text(left + side + 65 + shown / 2, 322, f"{say('prior after the slide')}: {sizes[1]:.0f} × {sizes[1]:.0f}", 17, MUTED)

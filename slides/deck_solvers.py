@@ -9,7 +9,14 @@ from ch5_backend.figures.slide import CROSS, FAINT, INK, LANDMARK, MUTED, POSE, 
 from .deck_solvers_facts import facts  # noqa: F401
 from .toy_graph import ordering, pattern, width
 
-FIGURES = Figures("solvers.")
+FIGURES = Figures({  # what the tables' words read as
+    "none": "M = I", "blocks": "6 × 6 blocks", "nielsen": "Nielsen, the course", "ceres": "without the limit ⅔",
+    "tenfold": "Marquardt, ×10 and ÷10", "curve": "curve fitting", "valley": "Rosenbrock's valley", "bundle": "bundle adjustment",
+    "Gauss-Newton": "Gauss–Newton", "gauss-newton": "Gauss–Newton", "levenberg-marquardt": "Levenberg–Marquardt",
+    "huber": "Huber", "cauchy": "Cauchy", "tukey": "Tukey", "half_rho": "cost ½ρ", "weight": "weight ρ′",
+    "second": "curvature ρ′ + 2ρ″s"})
+QUESTIONS = (("eliminate what first?", "Schur complement"), ("factorize or iterate?", "Cholesky, PCG"),
+             ("how long a step?", "λ, radius Δ"), ("which direction?", "LM, dogleg"), ("whom to believe?", "robust loss ρ"))
 PRECONDITIONERS = {"none": PRIOR, "diagonal": LANDMARK, "blocks": POSE}
 RULES = {"nielsen": POSE, "ceres": CROSS, "tenfold": LANDMARK}
 STEPS = {"steepest descent": PRIOR, "dogleg": LANDMARK, "Gauss-Newton": POSE}
@@ -20,11 +27,11 @@ RESIDUALS = (1e-10, 1e2)
 @FIGURES.figure(1130, 190, "Five questions to a solver")
 def questions(slide, tables, say):
     """The five decisions of the lecture on their way from H to the next state."""
-    for k, (question, answer) in enumerate(zip(*([say(f"{kind}.{k}") for k in range(5)] for kind in ("questions", "answers")))):
+    for k, (question, answer) in enumerate(QUESTIONS):
         x, shade = 8 + 226 * k, (POSE, POSE, CROSS, CROSS, PRIOR)[k]
         slide.rect(x, 40, 196, 96, mix(shade, 0.16), shade, radius=10, line=1.6)
-        slide.text(x + 98, 80, question, 17, weight="bold")
-        slide.text(x + 98, 112, answer, 14.5, MUTED)
+        slide.text(x + 98, 80, say(question), 17, weight="bold")
+        slide.text(x + 98, 112, say(answer), 14.5, MUTED)
         if k:
             slide.line(x - 26, 88, x - 5, 88, arrow=True)
 
@@ -45,7 +52,7 @@ def order(slide, tables, say):
     poses_first = list(ordering())
     landmarks_first = sorted(poses_first, key=lambda vertex: vertex[0] != "l")
     cell, top = 19, 40
-    for panel, (name, sequence) in enumerate((("H", landmarks_first), ("landmarks", landmarks_first), ("poses", poses_first))):
+    for panel, (name, sequence) in enumerate((("H", landmarks_first), ("landmarks first", landmarks_first), ("poses first", poses_first))):
         left, start, places = 60 + 370 * panel, 0, {}
         for vertex in sequence:
             places[vertex] = start
@@ -61,7 +68,7 @@ def order(slide, tables, say):
         slide.text(left + start * cell / 2, top - 14, say(name), 18)
         if panel:
             count = len(fill & {(a, b) for a, b in blocks if places[a] >= places[b]})
-            slide.text(left + start * cell / 2, top + start * cell + 32, f"{say('filled')}: {count}", 17,
+            slide.text(left + start * cell / 2, top + start * cell + 32, f"{say('filled in')}: {count}", 17,
                      PRIOR if count > 3 else MUTED)
 
 
@@ -103,17 +110,17 @@ def trust(slide, tables, say):
     slide.polyline([at((0, 0)), at(steepest), at(newton)], LANDMARK, 3, dash="9 6")
     for h, color in (((0, 0), INK), (steepest, LANDMARK), (newton, POSE)):
         slide.circle(*at(h), 7, color)
-    slide.text(ox - 14, oy + 24, say("start"), 17, anchor="end")
-    slide.text(at(newton)[0] + 14, at(newton)[1] + 6, say("newton"), 17, POSE, anchor="start")
-    slide.text(at(steepest)[0] + 2, at(steepest)[1] - 16, say("steepest"), 17, LANDMARK)
-    for k, (name, color, dash) in enumerate((("damped", CROSS, None), ("dogleg", LANDMARK, "9 6"), ("radius", PRIOR, None))):
+    slide.text(ox - 14, oy + 24, say("here"), 17, anchor="end")
+    slide.text(at(newton)[0] + 14, at(newton)[1] + 6, say("Gauss–Newton"), 17, POSE, anchor="start")
+    slide.text(at(steepest)[0] + 2, at(steepest)[1] - 16, say("steepest descent"), 17, LANDMARK)
+    for k, (name, color, dash) in enumerate((("all λ", CROSS, None), ("dogleg", LANDMARK, "9 6"), ("radius Δ", PRIOR, None))):
         slide.line(800, 120 + 34 * k, 836, 120 + 34 * k, color, 3, dash)
         slide.text(848, 126 + 34 * k, say(name), 17, anchor="start")
 
 
 def residual_axes(slide, say, box, last, step):
     """Of the relative residual against the iteration."""
-    return slide.axes(box, (0, last), RESIDUALS, say("residual"), say("iteration"), "y", range(0, int(last) + 1, step),
+    return slide.axes(box, (0, last), RESIDUALS, say("relative residual ‖b − Sx‖ / ‖b‖"), say("iteration"), "y", range(0, int(last) + 1, step),
                       decades(RESIDUALS, 2))
 
 
@@ -132,7 +139,7 @@ def conditioning(slide, tables, say):
     """The eigenvalues that conjugate gradients see."""
     count = len(tables("solver_spectrum", preconditioner="none"))
     ticks = decades(tables("solver_spectrum")["eigenvalue"])
-    axes = slide.axes((90, 45, 780, 300), (0, count), ticks[[0, -1]], say("eigenvalue"), say("index"), "y",
+    axes = slide.axes((90, 45, 780, 300), (0, count), ticks[[0, -1]], say("eigenvalue"), say("eigenvalue of M⁻¹S, ascending"), "y",
                       range(0, count + 1, 20), ticks[::3])
     for name, color in PRECONDITIONERS.items():
         axes.plot(np.arange(count) + 0.5, tables("solver_spectrum", preconditioner=name)["eigenvalue"], "o", color=color,
@@ -145,7 +152,7 @@ def first_step(slide, tables, say):
     """What is left of the residual if α₀p₀ is never added."""
     rows = tables("solver_pcg", preconditioner="blocks")
     axes = residual_axes(slide, say, (90, 45, 740, 270), rows["iteration"][-1], 10)
-    for column, name, color in (("relative_residual", "full", POSE), ("without_first_step", "missing", PRIOR)):
+    for column, name, color in (("relative_residual", "correct", POSE), ("without_first_step", "first step missing", PRIOR)):
         axes.plot(rows["iteration"], rows[column], color=color, label=say(name))
     slide.legend(axes, 850, 70)
 
@@ -153,7 +160,7 @@ def first_step(slide, tables, say):
 @FIGURES.figure(1080, 400, "Rules for the damping")
 def factors(slide, tables, say):
     """What the three rules make of a gain ratio."""
-    axes = slide.axes((90, 45, 640, 280), (0, 1.5), (0, 2), say("factor"), say("rho"), "", (0, 0.5, 1, 1.5),
+    axes = slide.axes((90, 45, 640, 280), (0, 1.5), (0, 2), say("factor of λ after a success"), say("gain ratio ρ"), "", (0, 0.5, 1, 1.5),
                       (0, 0.5, 1, 1.5, 2))
     rho = np.linspace(0, 1.5, 151)
     cubic = np.maximum(1 / 3, 1 - (2 * rho - 1) ** 3)
@@ -184,9 +191,9 @@ def half_damped(slide, tables, say):
     rows = tables("solver_half_damped")
     ticks = decades(rows["relative_lambda"], 2)
     for panel, (column, name, limits, marks, log) in enumerate((
-            ("step", "step", (1e-4, 1), decades((1e-4, 1)), "xy"), ("gain_ratio", "rho", (0, 1.2), (0, 0.5, 1), "x"))):
-        axes = slide.axes((90 + 540 * panel, 60, 430, 260), ticks[[0, -1]], limits, say(name), say("lambda"), log, ticks, marks)
-        for prefix, whole, color in (("", "whole", POSE), ("half_damped_", "half", PRIOR)):
+            ("step", "‖Δx‖", (1e-4, 1), decades((1e-4, 1)), "xy"), ("gain_ratio", "gain ratio ρ", (0, 1.2), (0, 0.5, 1), "x"))):
+        axes = slide.axes((90 + 540 * panel, 60, 430, 260), ticks[[0, -1]], limits, say(name), say("λ / max diag(H)"), log, ticks, marks)
+        for prefix, whole, color in (("", "all of H damped", POSE), ("half_damped_", "poses alone damped", PRIOR)):
             axes.plot(rows["relative_lambda"], rows[prefix + column], color=color, label=say(whole))
     slide.legend(axes, 330, 12, columns=2)
 
@@ -228,11 +235,11 @@ def curves(slide, tables, say, panels):
     """One panel a column: (column, range of y, ticks)."""
     wide = 900 / len(panels) - 70
     for panel, (column, limits, ticks) in enumerate(panels):
-        axes = slide.axes((60 + (wide + 85) * panel, 45, wide, 275), (0, 8), limits, say(column), say("r"), "",
+        axes = slide.axes((60 + (wide + 85) * panel, 45, wide, 275), (0, 8), limits, say(column), say("residual r [σ]"), "",
                           range(0, 9, 2), ticks)
         for name, color in LOSSES.items():
             rows = tables("solver_losses", loss=name)
-            axes.plot(rows["r"], rows[column], color=color, label=say("none.losses" if name == "none" else name))
+            axes.plot(rows["r"], rows[column], color=color, label=say("least squares" if name == "none" else name))
     slide.legend(axes, 960, 90)
 
 
@@ -250,9 +257,9 @@ def curvature(slide, tables, say):
 def outliers(slide, tables, say):
     """The error against the fraction of outliers."""
     ticks = decades(tables("solver_outliers")["rmse_position_m"])
-    axes = slide.axes((90, 45, 740, 300), (0, 40), ticks[[0, -1]], say("error"), say("fraction"), "y", range(0, 41, 10), ticks)
+    axes = slide.axes((90, 45, 740, 300), (0, 40), ticks[[0, -1]], say("RMSE of positions, aligned by cameras [m]"), say("outliers [%]"), "y", range(0, 41, 10), ticks)
     for name, color in LOSSES.items():
         rows = tables("solver_outliers", loss=name)
         axes.plot(100 * rows["fraction"], rows["rmse_position_m"], "o-", color=color, clip_on=False,
-                  label=say("none.losses" if name == "none" else name))
+                  label=say("least squares" if name == "none" else name))
     slide.legend(axes, 860, 80)

@@ -4,11 +4,7 @@ import numpy as np
 from . import style
 from .style import BLUE, GREEN, GRAY, INK, ORANGE, VERMILION, plt
 from .tables import dense, read
-from .words import Words
-
-
-def percent(fraction):
-    return f"{100 * fraction:.0f} %"
+from .words import Labels
 
 
 def magnitudes(axes, matrix, lines, limits):
@@ -43,8 +39,8 @@ def pair(axes, entries, say, names=("$H$", "$H_{pp} - H_{pm} H_{mm}^{-1} H_{mp}$
     high = np.log10(max(np.abs(matrix).max() for matrix in matrices))
     for panel, matrix, name in zip(axes, matrices, names):
         image = magnitudes(panel, matrix, [at for at in range(6, poses + 1, 6) if at < len(matrix)], (high - 8, high))
-        filled = percent(np.count_nonzero(matrix) / matrix.size)
-        panel.set_title(say("matrix", name=name, size=len(matrix), filled=filled))
+        filled = f"{100 * np.count_nonzero(matrix) / matrix.size:.0f}"
+        panel.set_title(say("{matrix}, {n} % filled", matrix=f"{name}: {len(matrix)} × {len(matrix)}", n=filled))
     bracket(axes[0], 0, poses, say("poses"))
     bracket(axes[0], poses, size, say("landmarks"))
     return image
@@ -52,7 +48,7 @@ def pair(axes, entries, say, names=("$H$", "$H_{pp} - H_{pm} H_{mm}^{-1} H_{mp}$
 
 def draw_pair(directory, scene, entries):
     fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
-    image = pair(panels, entries, Words("en", "backend."))
+    image = pair(panels, entries, Labels("en"))
     fig.colorbar(image, ax=list(panels), label="log₁₀ |entry|", shrink=0.85, pad=0.02)
     style.space(fig, wspace=0.04)
     style.save(fig, directory, f"hessian_{scene}", chinese=True)
@@ -64,9 +60,9 @@ def eigenvalues(axes, table, gauges, say):
         values = table.where(gauge=gauge)["eigenvalue"]
         zeros = (np.abs(values) <= 1e-10 * values.max()).sum()
         axes.vlines(np.maximum(np.abs(values), 1e-10), y - 0.3, y + 0.3, color=color, linewidth=2)
-        axes.text(3e-1, y, say("zeros", zeros=zeros, size=len(values)), ha="right", va="center", fontsize=12.6, color=color)
+        axes.text(3e-1, y, say("{n} of {m} are zero", n=zeros, m=len(values)), ha="right", va="center", fontsize=12.6, color=color)
     axes.axvspan(1e-10, 1e-6, color="#f3f3f3", zorder=0)
-    axes.text(1.5e-10, -0.62, say("rounding"), color=GRAY, fontsize=12, va="center")
+    axes.text(1.5e-10, -0.62, say("rounding of zero"), color=GRAY, fontsize=12, va="center")
     style.log_axis(axes.xaxis)
     axes.set_xlim(1e-10, 3e9)
     axes.set_ylim(len(gauges) - 0.5, -0.85)
@@ -74,7 +70,7 @@ def eigenvalues(axes, table, gauges, say):
     axes.set_yticklabels(gauges.values())
     axes.tick_params(axis="y", length=0)
     axes.grid(False, axis="y")
-    axes.set_xlabel(say("eigenvalue"))
+    axes.set_xlabel(say("|eigenvalue| of H at the optimum"))
 
 
 def draw(directory):
@@ -82,5 +78,5 @@ def draw(directory):
     for scene in dict.fromkeys(table["scene"]):
         draw_pair(directory, scene, table.where(scene=scene))
     fig, axes = plt.subplots(figsize=(10.0, 4.2), layout="constrained")
-    eigenvalues(axes, spectrum, {gauge: gauge for gauge in spectrum["gauge"]}, Words("en", "backend."))
+    eigenvalues(axes, spectrum, {gauge: gauge for gauge in spectrum["gauge"]}, Labels("en"))
     style.save(fig, directory, "spectrum", chinese=True)

@@ -2,7 +2,7 @@
 import numpy as np
 
 from . import style
-from .hessian import bracket, magnitudes, percent
+from .hessian import bracket, magnitudes
 from .style import GRAY, INK, plt
 from .tables import dense, read
 
@@ -70,7 +70,7 @@ def scene(directory):
         axes = fig.add_axes(place)
         M = dense(table.where(stage=stage), size, size)
         image = magnitudes(axes, M, [6 * i for i in range(1, frames + (points > 0))], (high - 8, high))
-        filled = percent(row["density"])
+        filled = f"{100 * row['density']:.0f} %"
         axes.set_title(f"{title}\n{size} × {size}, {filled} filled", fontsize=11.5, loc="center", pad=6)
         if points:
             bracket(axes, 0, 6 * frames, "poses")

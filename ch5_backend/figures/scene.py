@@ -4,7 +4,7 @@ import numpy as np
 from . import style
 from .style import BLUE, GRAY, INK, VERMILION, plt
 from .tables import read
-from .words import Words
+from .words import Labels
 
 
 def rotate(q, v):
@@ -69,22 +69,23 @@ def before_and_after(fig, frames, points, summary, say):
     """A scene's start and result; the tables hold this scene alone."""
     everything = np.vstack([matrix(table.where(state="truth"), XYZ) for table in (points, frames)])
     limits, row = (everything.min(axis=0) - 1.0, everything.max(axis=0) + 1.0), summary.row()
-    for i, (state, color) in enumerate((("initial", VERMILION), ("final", BLUE))):
+    for i, (state, name, color) in enumerate((("initial", "start", VERMILION), ("final", "result, aligned", BLUE))):
         axes = fig.add_axes([0.005 + 0.5 * i, 0.06, 0.475, 0.88], projection="3d")
         outside = panel(axes, frames, points, state, limits, color)
         decorate(axes, limits)
-        fig.text(0.04 + 0.5 * i, 0.93, say(state), fontsize=15, weight="bold", color=color)
-        note = say("rmse" if state == "initial" else "rmse.aligned", points=length(row[f"{state}_rmse_landmark_m"]),
-                   cameras=length(row[f"{state}_rmse_position_m"]))
+        fig.text(0.04 + 0.5 * i, 0.93, say(name), fontsize=15, weight="bold", color=color)
+        note = say("RMSE: points {a}, cameras {b}" if state == "initial" else
+                   "RMSE, points aligned by points: {a},\ncameras by cameras: {b}",
+                   a=length(row[f"{state}_rmse_landmark_m"]), b=length(row[f"{state}_rmse_position_m"]))
         if outside:
-            note += "\n" + say("outside", count=outside, all=int(row["points"]))
+            note += "\n" + say("{n} of {m} points lie outside the picture", n=outside, m=int(row["points"]))
         fig.text(0.04 + 0.5 * i, 0.905, note, fontsize=10.5, color=INK, va="top")
-    fig.text(0.5, 0.015, say("tied"), ha="center", fontsize=10.5, color=GRAY)
+    fig.text(0.5, 0.015, say("gray: truth; color: estimate, tied to its truth by a line"), ha="center", fontsize=10.5, color=GRAY)
 
 
 def draw(directory):
     tables = [read(directory, name) for name in ("mono_ba_frames", "mono_ba_points", "mono_ba_summary")]
     for scene in tables[2]["scene"]:
         fig = plt.figure(figsize=style.WIDE)
-        before_and_after(fig, *(table.where(scene=scene) for table in tables), Words("en", "backend."))
+        before_and_after(fig, *(table.where(scene=scene) for table in tables), Labels("en"))
         style.save(fig, directory, f"scene_{scene}", chinese=True)

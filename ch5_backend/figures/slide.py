@@ -16,7 +16,7 @@ from matplotlib.transforms import Affine2D
 
 from . import style
 from .style import plt
-from .words import Words
+from .words import Labels
 
 # One meaning, one color, on every page: poses, landmarks, what ties them, priors.
 INK, MUTED, FAINT, PAPER = "#22303c", "#6b7a88", "#d5dce2", "#ffffff"
@@ -46,12 +46,12 @@ def mix(color, share):
 
 
 class Figures(dict):
-    """The figures of a deck's module: {name: draw(tables, language) -> SVG text, or draw(…, "pdf") -> bytes}; its words have this
-    prefix."""
+    """The figures of a deck's module: {name: draw(tables, language) -> SVG text, or draw(…, "pdf") -> bytes}; `names` says
+    how a word of its tables reads."""
 
-    def __init__(self, prefix):
+    def __init__(self, names):
         super().__init__()
-        self.prefix = prefix
+        self.names = names
 
     def figure(self, width, height, title, **look):
         """Adds draw(slide, tables, say), which draws on a Slide of that size, under its name."""
@@ -60,7 +60,7 @@ class Figures(dict):
             def drawn(tables, language, kind="svg"):
                 with plt.rc_context({**LOOK, **look}):
                     slide = Slide(width, height, title)
-                    draw(slide, tables, Words(language, self.prefix))
+                    draw(slide, tables, Labels(language, self.names))
                     return slide.render(kind)
             self[draw.__name__] = drawn
             return drawn

@@ -11,7 +11,9 @@ from .numbers.windows import KEPT
 from .odometry import COLORS, NAMES
 from .style import BLUE, GRAY, GREEN, INK, ORANGE, PALE, PINK, VERMILION, plt
 from .tables import read
+from .words import Labels
 
+LABELS = Labels("en")  # of the report's figures, which translate.py turns
 MARKS = {"vins": ("o", -0.14), "okvis": ("s", 0.14)}
 OF_BACK_END = {"schur": (BLUE, "-"), "eigen okvis": (ORANGE, "--"), "eigen vins": (PINK, ":"), "qr": (GREEN, "-"),
                "qr float": (VERMILION, "-")}
@@ -128,7 +130,7 @@ def distance(axes, tables, recording):
 def window_size(axes, tables, recording, column, names):
     for temporal, color in zip(numbers.TEMPORAL, (PINK, ORANGE, BLUE, GREEN)):
         keyframes, values = numbers.over_keyframes(tables, recording, temporal, column)
-        axes.plot(keyframes, values, color=color, marker="o", markersize=4, label=names("newest frames", n=temporal))
+        axes.plot(keyframes, values, color=color, marker="o", markersize=4, label=names("{n} newest frames", n=temporal))
     axes.set_xticks(keyframes)
     style.plain_log(axes.yaxis)
 
@@ -176,11 +178,6 @@ def algorithm_costs(axes, tables, data_set, names):
 # ---- the report's figures
 
 
-def plain(key, **values):
-    """The report's figures are in English."""
-    return {"newest frames": "{n} newest frames"}.get(key, key).format(**values)
-
-
 def draw_ablation(directory, tables):
     fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
     for axes, (column, title) in zip(panels, (("ate_m", "error of the position, ATE [m]"),
@@ -194,9 +191,9 @@ def draw_ablation(directory, tables):
 
 def draw_back_ends(directory, tables):
     fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
-    back_end_errors(panels[0], tables, plain)
+    back_end_errors(panels[0], tables, LABELS)
     panels[0].set(xlabel="old prior's σ, times", title="worst relative error of an information")
-    back_end_times(panels[1], tables, plain)
+    back_end_times(panels[1], tables, LABELS)
     panels[1].set(xlabel="landmarks that leave", title="time [ms]")
     style.legend_above(fig, panels[0], columns=5)
     style.save(fig, directory, "systems_back_ends", chinese=True)
@@ -206,7 +203,7 @@ def draw_calibration(directory, tables):
     fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
     for axes, (quantity, title) in zip(panels, (("offset_ms", "error of the clock's offset [ms]"),
                                                 ("rotation_deg", "error of the camera's rotation [deg]"))):
-        calibration(axes, tables, quantity, plain)
+        calibration(axes, tables, quantity, LABELS)
         axes.axhline(numbers.CALIBRATION_GOALS[quantity], color=GRAY, linewidth=1)
         axes.set(xlabel="time [s]", title=title)
     style.legend_above(fig, panels[0])
@@ -215,10 +212,10 @@ def draw_calibration(directory, tables):
 
 def draw_preintegration(directory, tables):
     fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
-    preintegration_length(panels[0], tables, plain)
+    preintegration_length(panels[0], tables, LABELS)
     panels[0].set(xlabel="length [s]", title="σ [m, rad, m/s]: claimed, and measured (dots)")
     panels[0].legend()
-    preintegration_rate(panels[1], tables, plain)
+    preintegration_rate(panels[1], tables, LABELS)
     panels[1].set(xlabel="rate of the IMU [Hz]", title="claimed σ / measured σ")
     panels[1].legend()
     style.save(fig, directory, "systems_preintegration", chinese=True)
@@ -226,9 +223,9 @@ def draw_preintegration(directory, tables):
 
 def draw_restart(directory, tables):
     fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained", gridspec_kw={"width_ratios": (1, 1.4)})
-    segments_path(panels[0], tables, plain)
+    segments_path(panels[0], tables, LABELS)
     panels[0].set(xlabel="x [m]", ylabel="y [m]", title="from above")
-    segments_error(panels[1], tables, plain)
+    segments_error(panels[1], tables, LABELS)
     panels[1].set(xlabel="time [s]", title="position error [m]; thin: segments aligned as one")
     style.legend_above(fig, panels[0])
     style.save(fig, directory, "systems_restart", chinese=True)
@@ -249,7 +246,7 @@ def draw_window_size(directory, tables):
     for axes, recording, column, title in zip(panels, ("euroc_v1_01_easy", "simulated", "euroc_v1_01_easy"),
                                               ("ate_m", "ate_m", "milliseconds"),
                                               ("EuRoC V1_01: ATE [m]", "simulated: ATE [m]", "EuRoC: time of an image [ms]")):
-        window_size(axes, tables, recording, column, plain)
+        window_size(axes, tables, recording, column, LABELS)
         axes.set(xlabel="keyframes", title=title)
     style.legend_above(fig, panels[0], columns=4)
     style.save(fig, directory, "systems_window_size", chinese=True)
@@ -268,10 +265,10 @@ def draw_okvis_cases(directory, tables):
 def draw_pose_graphs(directory, tables):
     fig, panels = plt.subplots(2, 3, figsize=(11.0, 7.0), layout="constrained")
     for axes, (column, title) in zip(panels[0], (("milliseconds", "time of an iteration [ms]"), ("megabytes", "memory [MB]"))):
-        solver_column(axes, tables, column, plain)
+        solver_column(axes, tables, column, LABELS)
         axes.set(xlabel="unknowns", title=title)
     for axes, data_set in zip([panels[0, 2], *panels[1]], DATA_SETS):
-        algorithm_costs(axes, tables, data_set, plain)
+        algorithm_costs(axes, tables, data_set, LABELS)
         axes.set(xlabel="iteration", title=f"{data_set}: cost / least")
     panels[1, 0].legend(fontsize=10)
     style.legend_above(fig, panels[0, 0], columns=4)

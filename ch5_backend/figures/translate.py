@@ -1,27 +1,26 @@
 """The words inside a figure in Chinese: words/figures.zh.json has a sentence for each, with {names} for what varies."""
-import json
 import re
 from functools import lru_cache
-from pathlib import Path
 
 from matplotlib import font_manager
 from matplotlib.text import Text
+
+from .words import IN_CHINESE
 
 FONTS = ("Noto Sans CJK SC", "Noto Sans CJK JP")
 WORD = re.compile(r"[A-Za-z]{2,}")
 # In all languages.
 SAME = re.compile(r"\$[^$]*\$|log|RMSE|NEES|VINS|OKVIS|(?<=\d )(?:mm|cm|ms|m)\b|\[[a-z]+\]|diag|Levenberg|Marquardt|rad"
-                  r"|Cholesky|CHOLMOD|PCG|QR|Dogleg|-Mono|IMU|ATE|EuRoC V1_01|EuRoC|Tango|Hz|MB|intel|MIT|parking-garage|sphere2500")
+                  r"|Cholesky|CHOLMOD|PCG|QR|Dogleg|-Mono|IMU|ATE|EuRoC V1_01|EuRoC|Tango|Hz|MB|intel|MIT|parking-garage|sphere2500"
+                  r"|Huber|Cauchy|Tukey|Nielsen|Rosenbrock|Ceres|GFLOP/s|LM|dogleg|max|map|Sx|Hn|HP|H_[a-z]+")
 
 
 @lru_cache
 def known():
     """[(what a pattern fits, its translation)], those with more words of their own first."""
-    path = Path(__file__).parent / "words" / "figures.zh.json"
-    pairs = json.loads(path.read_text(encoding="utf-8")).items()
     plain = lambda english: len(re.sub(r"\{\w+\}", "", english))
     return [(re.compile(re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>.+?)", re.escape(english)), re.DOTALL), chinese)
-            for english, chinese in sorted(pairs, key=lambda pair: -plain(pair[0]))]
+            for english, chinese in sorted(IN_CHINESE.items(), key=lambda pair: -plain(pair[0]))]
 
 
 def translate(words):
@@ -32,10 +31,9 @@ def translate(words):
     return words
 
 
-def english_left(figure):
-    """The texts of a translated figure that still hold an English word."""
-    words = [text.get_text() for text in figure.findobj(Text) if text.get_visible()]
-    return [text for text in words if WORD.search(SAME.sub("", text))]
+def has_english(words):
+    """Whether it holds an English word that is not the same in all languages."""
+    return WORD.search(SAME.sub("", words)) is not None
 
 
 @lru_cache

@@ -1,24 +1,35 @@
 """What pages and figures say, in the reader's language.
 
-words/en.json and words/zh.json have the same keys; {names} in braces stand for what a script fills in. The keys of the
-decks begin with their topic, TOPICS. The words inside the report's figures are drawn in English, and
-translate.py turns them by figures.zh.json.
+words/en.json and words/zh.json have the same keys, the sentences of pages; {names} in braces stand for what a script fills
+in. What stands inside a figure is its own key: words/figures.zh.json has it in Chinese.
 """
 import json
 from pathlib import Path
 
 PAGES = {"en": "report.html", "zh": "report.zh.html"}  # a language's page
 NAMES = {"en": "English", "zh": "中文"}
-TOPICS = ("backend.", "solvers.", "windows.", "gauge.", "speed.", "certainty.")
 SENTENCES = {language: json.loads((Path(__file__).parent / "words" / f"{language}.json").read_text(encoding="utf-8"))
              for language in PAGES}
+IN_CHINESE = json.loads((Path(__file__).parent / "words" / "figures.zh.json").read_text(encoding="utf-8"))
 
 
 class Words:
-    """say(key, name=value, …) is the sentence of that key; `prefix`, such as "gauge.", stands before every key."""
+    """say(key, name=value, …) is the sentence of that key."""
 
-    def __init__(self, language, prefix=""):
-        self.language, self.prefix = language, prefix
+    def __init__(self, language):
+        self.language = language
 
     def __call__(self, key, **values):
-        return SENTENCES[self.language][self.prefix + key].format(**values)
+        return SENTENCES[self.language][key].format(**values)
+
+
+class Labels:
+    """say("prior weight w") is what stands in a figure; what has no Chinese, such as a name, is the same in both languages.
+    `names` says how a word of the tables reads."""
+
+    def __init__(self, language, names=None):
+        self.language, self.names = language, names or {}
+
+    def __call__(self, label, **values):
+        english = self.names.get(label, label)
+        return (IN_CHINESE.get(english, english) if self.language == "zh" else english).format(**values)

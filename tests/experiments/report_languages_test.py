@@ -70,8 +70,7 @@ class Sentences(unittest.TestCase):
 
     def test_chinese_is_chinese(self):
         for key, sentence in SENTENCES["zh"].items():
-            if not key.startswith(words.TOPICS):  # figures of decks name methods and people
-                self.assertEqual(english_in(sentence), "", key)
+            self.assertEqual(english_in(sentence), "", key)
             self.assertNotRegex(sentence, HALF_WIDTH, key)
 
     def test_every_way_to_stop_has_a_sentence(self):
@@ -80,9 +79,16 @@ class Sentences(unittest.TestCase):
 
     def test_every_sentence_is_said(self):
         said = pages_of("chapter")[2] | pages_of("recording")[2]
-        # The decks' are asked in decks_test.py; of a student's page those that need a mistake are rare.
-        of_pages = {key for key in SENTENCES["en"] if not key.startswith((*words.TOPICS, "mine."))}
+        # Of a student's page those that need a mistake are rare.
+        of_pages = {key for key in SENTENCES["en"] if not key.startswith("mine.")}
         self.assertEqual(of_pages - said - SELDOM - ways_to_stop(), set())
+
+    def test_every_label_stands_in_a_figure(self):
+        sources = [*ROOT.glob("ch5_backend/figures/**/*.py"), *ROOT.glob("slides/*.py"), *ROOT.glob("ch5_backend/experiments/**/*.cc")]
+        text = re.sub(r'(?:\\n)?"\s+f?"', "", "".join(path.read_text(encoding="utf-8") for path in sources))
+        for label in words.IN_CHINESE:
+            for part in re.split(r"\{\w+\}|\n|: ", label):
+                self.assertIn(part, text, label)
 
 
 class Escapes(unittest.TestCase):
