@@ -102,14 +102,11 @@ class Scores(unittest.TestCase):
 
     def test_nothing_filled_in_earns_nothing(self):
         for stage in STAGES:
-            started = re.sub(r".*throw HomeworkMissing.*\n", "", skeleton(stage["file"])).encode()
-            row = {"score": 0, "points": 14}
-            never = lambda content: Verdict("wrong", {"todo": stage["todos"][0]})
-            self.assertEqual(follow_through(stage, started, never(b""), row, never), {})
-            asked = []
-            verdict = Verdict("not-started", {"todo": stage["todos"][0]})
-            self.assertEqual(follow_through(stage, skeleton(stage["file"]).encode(), verdict, row, asked.append), {})
-            self.assertEqual(asked, [])
+            untouched, asked = skeleton(stage["file"]), []
+            for text, state in ((untouched, "not-started"), (re.sub(r".*throw HomeworkMissing.*\n", "", untouched), "wrong")):
+                verdict = Verdict(state, {"todo": stage["todos"][0]})
+                self.assertEqual(follow_through(stage, text.encode(), verdict, {"score": 0, "points": 14}, asked.append), {})
+            self.assertEqual(asked, [], "nothing is judged for it")
 
     def test_what_is_no_text_of_the_homework_earns_nothing(self):
         for content in (b"", b"\xff\x00", b"int main() {}\n" * 1000):
