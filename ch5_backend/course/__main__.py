@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import sys
+from importlib import import_module
 from pathlib import Path
 
 from .base import jsonout, language, processes
@@ -73,6 +74,25 @@ JSON_FIELDS = {
     "status": "stages, a list of {id, state, hint}",
 }
 SPEAKING = ("run", "track", "fly", "check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
+COMMANDS = {  # its module, and the function of it that does it
+    "run": (".experiments.run", lambda module, given: module.run(given)),
+    "track": (".experiments.track", lambda module, given: module.track(given)),
+    "fly": (".experiments.fly", lambda module, given: module.fly(given, only_flights=True)),
+    "test": (".test", lambda module, given: module.test(given.names, given.quick, given.nightly, given.extra)),
+    "check": (".homework.check", lambda module, given: module.run_check(given.asked, given.json, given.seed, given.language)),
+    "status": (".homework.check", lambda module, given: module.run_status(given.json, given.language)),
+    "hint": (".homework.hint", lambda module, given: module.show(given.stage, given.number, given.language)),
+    "deep": (".homework.make_skeleton", lambda module, given: module.deepen(not given.off, given.language)),
+    "grade": (".grading.grade", lambda module, given: module.run_grade(given)),
+    "pack": (".grading.pack", lambda module, given: module.pack(given.what, given.out, given.language)),
+    "bench": (".experiments.bench", lambda module, given: module.bench(given)),
+    "plots": (".experiments.plots", lambda module, given: module.plots(given)),
+    "slides": (".documents.slides", lambda module, given: module.slides(given, given.extra)),
+    "docs": (".documents.docs", lambda module, given: module.docs(given.out)),
+    "lab": (".documents.lab", lambda module, given: module.lab(given.out)),
+    "site": (".documents.site", lambda module, given: module.site(given.out)),
+}
+FORWARDING = ("test", "slides")  # to CTest and the builder, what follows --; elsewhere it is data, whatever it begins with
 PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out",
          "site": "where the folder site is made, default: out"}
 
@@ -221,7 +241,7 @@ def make_parser(command: str) -> Parser:
     elif command in PAGES:
         parser.add_argument("--out", metavar="DIR", help=PAGES[command])
     elif command == "check":
-        parser.add_argument("stages", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
+        parser.add_argument("asked", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
         parser.add_argument("--seed", type=whole_number("--seed", 0, 10**18 - 1), metavar="S", help="other random numbers "
                             "and sizes than the usual ones: the case that a grader has met under this number")
     elif command == "hint":
@@ -267,54 +287,10 @@ def unknown(command: str) -> dict:
     return language.sentence("command.unknown", command=command, commands=", ".join([*DESCRIPTIONS, "help"]))
 
 
-def dispatch(command: str, arguments: argparse.Namespace, extra: list) -> int:
+def dispatch(command: str, given: argparse.Namespace) -> int:
     """A command's module is imported only here, so that ./course is quick to say no."""
-    if command == "run":
-        from .experiments.run import run
-        arguments.data += extra
-        return run(arguments)
-    if command == "track":
-        from .experiments.track import track
-        arguments.data += extra
-        return track(arguments)
-    if command == "fly":
-        from .experiments.fly import fly
-        arguments.data += extra
-        return fly(arguments, only_flights=True)
-    if command == "test":
-        from .test import test
-        return test(arguments.names, arguments.quick, arguments.nightly, extra)
-    if command == "bench":
-        from .experiments.bench import bench
-        arguments.names += extra
-        return bench(arguments)
-    if command == "plots":
-        from .experiments.plots import plots
-        arguments.names += extra
-        return plots(arguments)
-    if command == "grade":
-        from .grading.grade import run_grade
-        arguments.submissions += extra
-        return run_grade(arguments)
-    if command == "pack":
-        from .grading.pack import pack
-        return pack(arguments.what, arguments.out, arguments.language)
-    if command == "slides":
-        from .documents.slides import slides
-        return slides(arguments, extra)
-    if command in PAGES:
-        from .documents import docs, lab, site
-        return {"docs": docs.docs, "lab": lab.lab, "site": site.site}[command](arguments.out)
-    if command == "hint":
-        from .homework.hint import show
-        return show(arguments.stage, arguments.number, arguments.language)
-    if command == "deep":
-        from .homework.make_skeleton import deepen
-        return deepen(not arguments.off, arguments.language)
-    from .homework import check
-    if command == "check":
-        return check.run_check(arguments.stages + extra, arguments.json, arguments.seed, arguments.language)
-    return check.run_status(arguments.json, arguments.language)
+    module, do = COMMANDS[command]
+    return do(import_module(module, __package__), given)
 
 
 def main(argv: list, only_read: bool = False) -> int:
@@ -337,7 +313,10 @@ def main(argv: list, only_read: bool = False) -> int:
         if only_read:
             return 0
         processes.listen()
-        code = dispatch(command, arguments, extra)
+        arguments.extra = extra
+        for name in () if command in FORWARDING else vars(arguments).keys() & {"data", "names", "submissions", "asked"}:
+            setattr(arguments, name, getattr(arguments, name) + extra)
+        code = dispatch(command, arguments)
         sys.stdout.flush()
         processes.end_all()
         return code
