@@ -89,13 +89,8 @@ class BalApp(AppTest):
             path = self.write("bad.txt", text)
             self.refuses(path, "--out", self.out, message=f"{path}:{message}")
             self.assertFalse(self.out.exists())
-        refuses("", "1: number of cameras: the file ends where a number is expected")
-        refuses(GOOD[:-4], "12: point 2, z: the file ends where a number is expected")
-        refuses(GOOD.replace("0 1 -25", "0 7 -25"), '4: observation 2, point: must lie in [0, 2], got "7"')
-        refuses(GOOD.replace("2 3 6", "-2 3 6"), '1: number of cameras: must lie in [1, 2147483647], got "-2"')
+        refuses("", "1: number of cameras: the file ends where a number is expected")  # the others: tests/files/bad_bal_test.cc
         refuses(GOOD.replace("-75", "nan"), '5: observation 3, x: not finite, got "nan"')
-        refuses(GOOD.replace("500", "1e300"), '8: camera 0, f: absurdly large (beyond 1e15), got "1e300"')
-        refuses(GOOD + "7\n", '13: text after the end of the data, got "7"')
         refuses(GOOD.replace("1 0 -25", "0 0 -25"),
                 "3: observation 1 is repeated: camera 0 saw point 0 in line 2 already")
         missing = self.folder / "missing.txt"

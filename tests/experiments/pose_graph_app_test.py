@@ -94,8 +94,3 @@ class PoseGraphApp(AppTest):
             self.assertEqual(summary["final_cost"], summary["initial_cost"])
             self.assertEqual(float(summary["initial_cost"]) == 0.0, name == "straight")
             self.draw()
-
-    def test_the_input_is_not_overwritten(self):
-        path = self.write("edges.csv", GOOD)
-        self.refuses(path, "--out", self.folder,
-                     message=f"cannot write {path}: it is the input; choose another folder for the results")

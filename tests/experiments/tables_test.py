@@ -9,9 +9,9 @@ import unittest
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-from ch5_backend.figures import captions, marginalize, nees, odometry, report, style, systems, tables, translate
-from ch5_backend.figures.numbers.chapter import Chapter
+from ch5_backend.figures import marginalize, report, style, tables, translate
 from ch5_backend.figures.words import Words
+from tests.experiments import report_texts
 
 CHAPTER = os.environ["CH5_CHAPTER"]
 SWEEP = ("variant,weight,iterations,cost_evaluations,milliseconds,reprojection_cost,prior_cost,drift_position,"
@@ -150,8 +150,7 @@ class Tables(unittest.TestCase):
         figures = self.out / "figures"
         figures.mkdir(exist_ok=True)
         say = Words("en")
-        names = [name for section in captions.sections(Chapter(tables.Tables(self.out / "csv")), say).values() for name in section]
-        for name in [*names, *odometry.captions(self.out, say), *nees.captions(say), *systems.captions(say)]:
+        for name in report_texts.figures_of(self.out):
             if not (figures / f"{name}.png").exists():
                 style.plt.imsave(figures / f"{name}.png", [[0.0]])
         page = "".join(report.body_of(self.out, say))

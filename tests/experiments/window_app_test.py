@@ -65,11 +65,6 @@ class WindowApp(AppTest):
         self.assertEqual([row["cost"] for row in table(self.out / "bare" / "trace.csv")], ["0"])
         self.assertTrue((self.out / "bare" / "figures" / "window.png").exists())
 
-    def test_the_input_is_not_overwritten(self):
-        path = self.write("frames.csv", corner())
-        self.refuses(path, "--out", self.folder,
-                     message=f"cannot write {path}: it is the input; choose another folder for the results")
-
     def test_faulty_windows_are_named_and_nothing_is_lost(self):
         path = self.write("corner.txt", corner())
         self.assertEqual(self.program(path, "--out", self.out).returncode, 0)
