@@ -18,19 +18,6 @@
 
 namespace ch5::homework {
 
-// ---- members ---------------------------------------------------------------------------------------------------------
-
-template <typename... T>
-Writer& operator<<(Writer& out, const std::tuple<T&...>& members) {
-  std::apply([&](const auto&... member) { ((out << member), ...); }, members);
-  return out;
-}
-template <typename... T>
-Reader& operator>>(Reader& in, const std::tuple<T&...>& members) {
-  std::apply([&](auto&... member) { ((in >> member), ...); }, members);
-  return in;
-}
-
 // ---- scenes ----------------------------------------------------------------------------------------------------------
 
 /// Parameters of vertices, and whether each is fixed.

@@ -4,28 +4,6 @@
 
 namespace ch5::homework {
 
-// ---- reading and writing ---------------------------------------------------------------------------------------------
-
-static Writer& operator<<(Writer& out, const ImuSample& s) { return out << s.dt << s.acceleration << s.gyroscope; }
-static Reader& operator>>(Reader& in, ImuSample& s) { return in >> s.dt >> s.acceleration >> s.gyroscope; }
-static Writer& operator<<(Writer& out, const WindowObservation& o) { return out << o.frame << o.x << o.velocity; }
-static Reader& operator>>(Reader& in, WindowObservation& o) { return in >> o.frame >> o.x >> o.velocity; }
-static Writer& operator<<(Writer& out, const SlotNumbers& slot) { return out << slot.place << slot.x; }
-static Reader& operator>>(Reader& in, SlotNumbers& slot) { return in >> slot.place >> slot.x; }
-static Writer& operator<<(Writer& out, const FrameNumbers& f) {
-  return out << f.id << f.t << f.pose << f.speed_bias << f.has_imu << f.b_a << f.b_g << f.imu;
-}
-static Reader& operator>>(Reader& in, FrameNumbers& f) {
-  return in >> f.id >> f.t >> f.pose >> f.speed_bias >> f.has_imu >> f.b_a >> f.b_g >> f.imu;
-}
-static Writer& operator<<(Writer& out, const LandmarkNumbers& l) { return out << l.track << l.inverse_depth << l.seen; }
-static Reader& operator>>(Reader& in, LandmarkNumbers& l) { return in >> l.track >> l.inverse_depth >> l.seen; }
-
-Writer& operator<<(Writer& out, const WindowNumbers& w) { return out << w.frames << w.landmarks << w.has_prior; }
-Reader& operator>>(Reader& in, WindowNumbers& w) { return in >> w.frames >> w.landmarks >> w.has_prior; }
-Writer& operator<<(Writer& out, const PriorNumbers& p) { return out << p.vertices << p.x0 << p.J << p.r0; }
-Reader& operator>>(Reader& in, PriorNumbers& p) { return in >> p.vertices >> p.x0 >> p.J >> p.r0; }
-
 // ---- a window --------------------------------------------------------------------------------------------------------
 
 WindowNumbers NumbersOf(const Window& window, const VertexList& known) {

@@ -52,9 +52,14 @@ PriorNumbers NumbersOf(const Prior& prior, const VertexList& vertices);
 /// @throws WireError if it has none at all, or J and r₀ do not fit together
 Prior MakePrior(const PriorNumbers& numbers, const VertexList& vertices, const std::shared_ptr<Vertex>& foreign);
 
-Writer& operator<<(Writer& out, const WindowNumbers& window);
-Reader& operator>>(Reader& in, WindowNumbers& window);
-Writer& operator<<(Writer& out, const PriorNumbers& prior);
-Reader& operator>>(Reader& in, PriorNumbers& prior);
+inline auto Fields(ImuSample& s, Wire) { return std::tie(s.dt, s.acceleration, s.gyroscope); }
+inline auto Fields(WindowObservation& o, Wire) { return std::tie(o.frame, o.x, o.velocity); }
+inline auto Fields(SlotNumbers& slot, Wire) { return std::tie(slot.place, slot.x); }
+inline auto Fields(FrameNumbers& f, Wire) {
+  return std::tie(f.id, f.t, f.pose, f.speed_bias, f.has_imu, f.b_a, f.b_g, f.imu);
+}
+inline auto Fields(LandmarkNumbers& l, Wire) { return std::tie(l.track, l.inverse_depth, l.seen); }
+inline auto Fields(WindowNumbers& w, Wire) { return std::tie(w.frames, w.landmarks, w.has_prior); }
+inline auto Fields(PriorNumbers& p, Wire) { return std::tie(p.vertices, p.x0, p.J, p.r0); }
 
 }  // namespace ch5::homework

@@ -12,6 +12,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -135,6 +136,28 @@ Reader& operator>>(Reader& in, std::vector<T>& items) {
 template <typename A, typename B>
 Reader& operator>>(Reader& in, std::pair<A, B>& two) {
   return in >> two.first >> two.second;
+}
+
+template <typename... T>
+Writer& operator<<(Writer& out, const std::tuple<T&...>& members) {
+  std::apply([&](const auto&... member) { ((out << member), ...); }, members);
+  return out;
+}
+template <typename... T>
+Reader& operator>>(Reader& in, const std::tuple<T&...>& members) {
+  std::apply([&](auto&... member) { ((in >> member), ...); }, members);
+  return in;
+}
+
+/// What has a function Fields(x, Wire()), which ties its members, travels as these do.
+struct Wire {};
+template <typename T>
+auto operator<<(Writer& out, const T& x) -> decltype(Fields(const_cast<T&>(x), Wire()), out) {
+  return out << Fields(const_cast<T&>(x), Wire());
+}
+template <typename T>
+auto operator>>(Reader& in, T& x) -> decltype(Fields(x, Wire()), in) {
+  return in >> Fields(x, Wire());
 }
 
 /// Everything one after the other.

@@ -21,11 +21,8 @@ struct EdgeNumbers {
 
 }  // namespace gauge_prior
 
-inline Writer& operator<<(Writer& out, const gauge_prior::EdgeNumbers& e) {
-  return out << e.type << e.vertices << e.W << e.has_loss << e.level << e.r;
-}
-inline Reader& operator>>(Reader& in, gauge_prior::EdgeNumbers& e) {
-  return in >> e.type >> e.vertices >> e.W >> e.has_loss >> e.level >> e.r;
+inline auto Fields(gauge_prior::EdgeNumbers& e, Wire) {
+  return std::tie(e.type, e.vertices, e.W, e.has_loss, e.level, e.r);
 }
 
 namespace gauge_prior {

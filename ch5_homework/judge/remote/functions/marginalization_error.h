@@ -15,8 +15,7 @@ struct ObjectOf<OkvisTerm> {
   }
 };
 
-inline Writer& operator<<(Writer& out, const OkvisTerm::Remainder& rest) { return out << rest.H << rest.b0 << rest.J; }
-inline Reader& operator>>(Reader& in, OkvisTerm::Remainder& rest) { return in >> rest.H >> rest.b0 >> rest.J; }
+inline auto Fields(OkvisTerm::Remainder& rest, Wire) { return std::tie(rest.H, rest.b0, rest.J); }
 
 namespace marginalization_error {
 

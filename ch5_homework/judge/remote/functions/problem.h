@@ -26,11 +26,8 @@ struct ObjectOf<Problem> {
   }
 };
 
-inline Writer& operator<<(Writer& out, const MarginalizeResult& result) {
-  return out << result.H_moved << result.b_moved << result.H_prior << result.b_prior;
-}
-inline Reader& operator>>(Reader& in, MarginalizeResult& result) {
-  return in >> result.H_moved >> result.b_moved >> result.H_prior >> result.b_prior;
+inline auto Fields(MarginalizeResult& result, Wire) {
+  return std::tie(result.H_moved, result.b_moved, result.H_prior, result.b_prior);
 }
 
 namespace problem {

@@ -20,8 +20,7 @@ struct ObjectOf<VinsTerm> {
   }
 };
 
-inline Writer& operator<<(Writer& out, const VinsTerm::KeptSystem& kept) { return out << kept.A << kept.b; }
-inline Reader& operator>>(Reader& in, VinsTerm::KeptSystem& kept) { return in >> kept.A >> kept.b; }
+inline auto Fields(VinsTerm::KeptSystem& kept, Wire) { return std::tie(kept.A, kept.b); }
 
 namespace vins_window {
 
@@ -38,12 +37,8 @@ struct Evaluated {
 
 }  // namespace vins_window
 
-inline Writer& operator<<(Writer& out, const vins_window::BlockNumbers& b) {
-  return out << b.id << b.place << b.x0 << b.idx;
-}
-inline Reader& operator>>(Reader& in, vins_window::BlockNumbers& b) { return in >> b.id >> b.place >> b.x0 >> b.idx; }
-inline Writer& operator<<(Writer& out, const vins_window::Evaluated& e) { return out << e.fresh << e.blocks; }
-inline Reader& operator>>(Reader& in, vins_window::Evaluated& e) { return in >> e.fresh >> e.blocks; }
+inline auto Fields(vins_window::BlockNumbers& b, Wire) { return std::tie(b.id, b.place, b.x0, b.idx); }
+inline auto Fields(vins_window::Evaluated& e, Wire) { return std::tie(e.fresh, e.blocks); }
 
 namespace vins_window {
 
