@@ -23,18 +23,17 @@ def color(a, b):
     return POSE if a[0] == b[0] == "p" else LANDMARK if a[0] == b[0] == "l" else CROSS
 
 
-def draw_matrix(slide, x, y, cell, counts, total, place=None, outline=True):
-    place = place or ordering()
+def draw_matrix(slide, x, y, cell, counts, total):
+    place = ordering()
     strongest = max(counts.values())
     for (a, b), count in sorted(counts.items()):
         strength = 0.35 + 0.55 * count / strongest
         slide.rect(x + place[b] * cell + 1, y + place[a] * cell + 1, width(b) * cell - 2, width(a) * cell - 2,
                  mix(color(a, b), strength), radius=3)
-    if outline:
-        slide.rect(x, y, total * cell, total * cell, stroke=MUTED, radius=3, line=1.2)
+    slide.rect(x, y, total * cell, total * cell, stroke=MUTED, radius=3, line=1.2)
 
 
-def label_axes(slide, x, y, cell, names=True):
+def label_axes(slide, x, y, cell):
     for vertex, start in ordering().items():
         name = ("x" if vertex[0] == "p" else "ℓ") + "₀₁₂₃₄₅"[vertex[1]]
         middle = (start + width(vertex) / 2) * cell

@@ -27,11 +27,9 @@ def chain_facts(tables):
             for j, value in enumerate(row):
                 if abs(solver[i, j] - float(value)) > 1e-9 * 200:
                     raise ValueError(f"marginalize_chain.csv, {name} ({i}, {j}): {solver[i, j]}, not {value}")
-    plain = lambda v: decimal(v).replace("−", "-")  # noqa: E731
     steps = [rf"{tex(H[i][j])} - {bracketed(H[i][1])}\cdot{bracketed(H[1][j])}\,/\,{tex(H[1][1])} &= "
-             rf"{tex(prior[i // 2][j // 2])} = {plain(prior[i // 2][j // 2])}" for i, j in ((0, 0), (0, 2), (2, 2))]
-    return {"chain.H": matrix(H, tex), "chain.H_decimal": matrix(H, plain), "chain.prior": matrix(prior, plain),
-            "chain.step00": steps[0], "chain.step02": steps[1], "chain.step22": steps[2],
+             rf"{tex(prior[i // 2][j // 2])} = {decimal(prior[i // 2][j // 2]).replace('−', '-')}" for i, j in ((0, 0), (0, 2), (2, 2))]
+    return {"chain.H": matrix(H, tex), "chain.step00": steps[0], "chain.step02": steps[1], "chain.step22": steps[2],
             "chain.fraction": common_factor(prior)}
 
 
@@ -60,25 +58,21 @@ def bundle_facts(tables):
 def gauge_facts(tables):
     """The gap in the spectrum of the free problem: zeros, then the smallest true eigenvalue."""
     sizes, zeros = Chapter(tables).spectrum("free")
-    null = tables("marginalize_fill")["null_dimension"]
     return {"gauge.zeros": str(zeros), "gauge.largest_zero": scientific(sizes[zeros - 1], 1),
-            "gauge.smallest": scientific(sizes[zeros], 1), "gauge.null_dimension": f"{null[0]:.0f}",
-            "gauge.null_dimension_after": f"{null[-1]:.0f}"}
+            "gauge.smallest": scientific(sizes[zeros], 1)}
 
 
 def prior_facts(tables):
     n = Chapter(tables)
-    mean = lambda variant, weight: n.at("prior_trials", "mean_iterations", weight, variant=variant)  # noqa: E731
+    mean = lambda weight: n.at("prior_trials", "mean_iterations", weight, variant="perturbed")  # noqa: E731
     damping = lambda name, column: n.ends("prior_damping", column, damping=name)  # noqa: E731
-    cost, rmse, drift = (n.ends("prior_sweep", column, variant="perturbed")
-                         for column in ("reprojection_cost", "rmse_position", "drift_position"))
+    cost, rmse = (n.ends("prior_sweep", column, variant="perturbed") for column in ("reprojection_cost", "rmse_position"))
     weights, minimal = tables("prior_trials", variant="course")["weight"], tables("prior_sweep", variant="minimal")["reprojection_cost"]
     peak_weight, peak = n.peak("perturbed")
     return {
         "prior.trials": f"{tables('prior_trials')['trials'][0]:.0f}",
         "prior.peak_weight": scientific(peak_weight, 1), "prior.peak": f"{peak:.1f}",
-        "prior.free": f"{mean('perturbed', 0.0):.1f}", "prior.plateau": f"{mean('perturbed', 1e5):.1f}",
-        "prior.course_unit": f"{mean('course', 1.0):.1f}", "prior.course_heaviest": f"{mean('course', weights.max()):.1f}",
+        "prior.free": f"{mean(0.0):.1f}", "prior.plateau": f"{mean(1e5):.1f}",
         "prior.heaviest": scientific(weights.max(), 1),
         "prior.identity_heaviest": f"{damping('identity', 'iterations')[1]:.0f}",
         "prior.diagonal_heaviest": f"{damping('diagonal', 'iterations')[1]:.0f}",
@@ -87,7 +81,6 @@ def prior_facts(tables):
         "prior.cost_light": f"{cost[0]:.2f}", "prior.cost_heavy": f"{cost[1]:.2f}",
         "prior.minimal_spread": scientific(np.ptp(minimal) / minimal.min(), 1),
         "prior.rmse_light": f"{1e3 * rmse[0]:.1f}", "prior.rmse_heavy": f"{1e3 * rmse[1]:.1f}",
-        "prior.drift_free_mm": f"{1e3 * drift[0]:.0f}", "prior.drift_heavy": scientific(drift[1], 1),
     }
 
 

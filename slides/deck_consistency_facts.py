@@ -42,8 +42,7 @@ def consistency_facts(tables):
             one, exact, name = of(policy, mode), of(policy, mode, hosts="exact"), f"{policy}_{mode}"
             facts.update({
                 f"nees.{name}_mean": f"{one['nees_pose']:.1f} ± {one['nees_pose_error']:.1f}",
-                f"nees.{name}_inside": f"{one['pose_inside']:.0%}", f"nees.{name}_yaw": f"{one['nees_yaw']:.2f}",
-                f"nees.{name}_yaw_inside": f"{one['yaw_inside']:.0%}", f"nees.{name}_rmse": f"{one['position_rmse_m']:.3f}",
+                f"nees.{name}_yaw": f"{one['nees_yaw']:.2f}", f"nees.{name}_rmse": f"{one['position_rmse_m']:.3f}",
                 f"nees.{name}_exact": f"{exact['nees_pose']:.1f}", f"yaw.{name}": f"{one['yaw_information_gain']:.2f}"})
     return facts
 

@@ -49,7 +49,6 @@ def facts(tables):
     found = {"about.processor": about["processor"], "about.rounds": f"{about['rounds']:.0f}"}
     for problem in PROBLEMS:
         name, whole, rungs = NAMES[problem], iteration(tables, problem, *BEST), ladder(tables, problem)
-        found[f"{name}.ms"] = short(whole)
         for step in STEPS:
             found[f"{name}.{step}.share"] = f"{100 * time_of(tables, problem, step, *BEST) / whole:.0f}"
         for a, b in (("plain", "fixed"), ("fixed", "avx2"), ("dense", "plain")):
@@ -65,8 +64,7 @@ def facts(tables):
     for step in ("linearize", "schur", "back"):
         row = tables("speed_steps").row(problem=ROOFED, step=step, solver="sparse", simd="avx2")
         speed = 1e-6 * row["flop"] / row["milliseconds"]
-        found |= {f"roof.{step}.flop": f"{row['flop'] / 1e6:.0f}", f"roof.{step}.intensity": f"{row['flop'] / row['bytes']:.1f}",
-                  f"roof.{step}.speed": short(speed), f"roof.{step}.share": f"{100 * speed / peak:.0f}"}
+        found |= {f"roof.{step}.intensity": f"{row['flop'] / row['bytes']:.1f}", f"roof.{step}.share": f"{100 * speed / peak:.0f}"}
     found |= pose_graph_facts()
     rows = tables("speed_reduced").rows()
     best = min(r["cost"] for r in rows)

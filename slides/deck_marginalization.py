@@ -75,8 +75,8 @@ def chain_graph(slide, tables, say):
         slide.text(x, 82, "x" + SUB[k], 20, italic=True)
 
 
-def frame(slide, x, y, whole, color=POSE):
-    slide.circle(x, y, 15, mix(color, 0.85 if whole else 0.3), color, 1.6)
+def frame(slide, x, y, whole):
+    slide.circle(x, y, 15, mix(POSE, 0.85 if whole else 0.3), POSE, 1.6)
     if whole:
         slide.circle(x, y, 22, "none", LANDMARK, 3)
 

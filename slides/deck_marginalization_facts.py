@@ -57,10 +57,8 @@ def fill_facts(tables):
     stage = {name: tables("marginalize_fill").row(stage=name) for name in tables("marginalize_fill")["stage"].tolist()}
     source = (ROOT / "ch5_backend/experiments/studies/marginalize_study.cc").read_text(encoding="utf-8")
     frames, points = re.search(r"kFrames = (\d+), kPoints = (\d+)", source).groups()
-    good, bad = stage["without landmarks and frame 0"], stage["without frame 0"]
     dimensions = {f"{one['null_dimension']:.0f}" for one in stage.values()}
-    return {"fill.frames": frames, "fill.points": points, "fill.good_size": f"{good['size']:.0f}",
-            "fill.bad_size": f"{bad['size']:.0f}", "fill.bad_density": f"{bad['density']:.0%}",
+    return {"fill.frames": frames, "fill.points": points, "fill.bad_density": f"{stage['without frame 0']['density']:.0%}",
             "fill.before_density": f"{stage['before']['density']:.0%}", "fill.null": " / ".join(sorted(dimensions))}
 
 

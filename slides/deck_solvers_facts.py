@@ -29,7 +29,6 @@ def pcg_facts(tables):
     rows = tables("solver_pcg", preconditioner="blocks").rows()
     facts |= {"pcg.size": str(len(tables("solver_spectrum", preconditioner="none").rows())),
               "pcg.correct": scientific(rows[-1]["relative_residual"], 1), "pcg.course": f"{rows[-1]['without_first_step']:.2f}",
-              "pcg.last": f"{rows[-1]['iteration']:.0f}",
               "pcg.condition_ratio": f"{condition['diagonal'] / condition['blocks']:.1f}",
               "pcg.iteration_ratio": f"{iterations['diagonal'] / iterations['blocks']:.1f}"}
     return facts
@@ -47,9 +46,8 @@ def rule_facts(tables):
 def half_facts(tables):
     last = tables("solver_half_damped").rows()[-1]
     one = min(tables("solver_half_damped").rows(), key=lambda r: abs(log10(r["relative_lambda"])))
-    return {"half.lambda": scientific(last["relative_lambda"], 1, shortest=False), "half.step": f"{last['half_damped_step']:.2f}",
-            "half.whole": f"{last['step']:.4f}", "half.gain": f"{last['half_damped_gain_ratio']:.3f}",
-            "half.gain_one": f"{one['half_damped_gain_ratio']:.2f}", "half.whole_gain_one": f"{one['gain_ratio']:.2f}"}
+    return {"half.step": f"{last['half_damped_step']:.2f}", "half.gain": f"{last['half_damped_gain_ratio']:.3f}",
+            "half.gain_one": f"{one['half_damped_gain_ratio']:.2f}"}
 
 
 def stop_facts(tables):

@@ -26,10 +26,10 @@ def width(vertex):
     return POSE_WIDTH if vertex[0] == "p" else LANDMARK_WIDTH
 
 
-def pattern(edges=EDGES):
+def pattern():
     """{(row vertex, column vertex): number of edges that add to the block}."""
     counts = {}
-    for edge in edges:
+    for edge in EDGES:
         for a in vertices(edge):
             for b in vertices(edge):
                 counts[a, b] = counts.get((a, b), 0) + 1

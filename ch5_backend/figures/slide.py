@@ -102,11 +102,11 @@ class Slide:
     def line(self, x1, y1, x2, y2, stroke=MUTED, width=1.5, dash=None, arrow=False):
         return self.polyline([(x1, y1), (x2, y2)], stroke, width, dash, arrow)
 
-    def polyline(self, points, stroke=MUTED, width=2.5, dash=None, arrow=False, curved=False, fill=None):
+    def polyline(self, points, stroke=MUTED, width=2.5, dash=None, arrow=False, curved=False):
         """Through the points; `curved` makes the inner ones, one or two, the control points of a Bézier curve."""
         codes = [Path.MOVETO] + [(Path.CURVE3, Path.CURVE4)[len(points) - 3]] * (len(points) - 1) if curved else None
         cap = "butt" if dash else "round"
-        self.patch(patches.PathPatch, Path(points, codes), stroke=stroke, width=width, dash=dash, cap=cap, fill=fill)
+        self.patch(patches.PathPatch, Path(points, codes), stroke=stroke, width=width, dash=dash, cap=cap)
         if arrow:  # its head is a triangle at the end
             (x0, y0), (x1, y1) = points[-2:]
             head = np.array([[1, 0], [-7, 4], [-7, -4]]) @ np.array([[x1 - x0, y1 - y0], [y0 - y1, x1 - x0]])

@@ -1,16 +1,15 @@
 """Configures and builds the project out of source, in Release, in build/release."""
 
-import fcntl
 import os
 import re
 import shutil
 import subprocess
-import sys
 from contextlib import contextmanager
 from pathlib import Path
 
 from .processes import running
 from .errors import CourseError
+from .output_dir import hold
 from .progress import Progress
 
 for name in ("CH5_BUILD_DIR", "CH5_DATA_DIR", "CH5_HOMEWORK_DIR"):
@@ -142,9 +141,5 @@ def _lock():
     """Two ./course at once must not write the same build folder; the second one waits."""
     BUILD.mkdir(parents=True, exist_ok=True)
     with open(BUILD / ".lock", "w", encoding="utf-8") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            print("waiting for another ./course that builds …", file=sys.stderr, flush=True)
-            fcntl.flock(file, fcntl.LOCK_EX)
+        hold(file, "builds")
         yield

@@ -34,19 +34,24 @@ def make_writable(out: Path) -> None:
         raise CourseError(f"cannot write into {out}: {error.strerror}") from error
 
 
+def hold(file, what: str) -> None:
+    """Locks a file or descriptor until it is closed; waits for another ./course that does `what`, and says so."""
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        print(f"waiting for another ./course that {what} …", file=sys.stderr, flush=True)
+        fcntl.flock(file, fcntl.LOCK_EX)
+    except OSError:  # a file system without locks: then only the names of temporary files keep two runs apart
+        pass
+
+
 @contextmanager
 def alone_in(out: Path):
     """Makes the folder ours while the block runs: two ./course at once would mix their results, so the second waits."""
     make_writable(out)
     folder = os.open(out, os.O_RDONLY)
     try:
-        try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            print(f"waiting for another ./course that writes into {out} …", file=sys.stderr, flush=True)
-            fcntl.flock(folder, fcntl.LOCK_EX)
-        except OSError:  # a file system without locks: then only the names of temporary files keep two runs apart
-            pass
+        hold(folder, f"writes into {out}")
         yield
     finally:
         os.close(folder)

@@ -12,9 +12,9 @@ def consistency(tables, policy, mode, table="consistency", hosts="noisy", observ
     return tables(table, policy=policy, mode=mode, hosts=hosts, observations=observations)
 
 
-def spectra(tables, policy="vins"):
-    """Eigenvalues of the last prior of the flight, and of P⁻¹HP⁻¹ with OKVIS's P."""
-    rows = tables("odometry_spectrum", policy=policy)
+def spectra(tables):
+    """Eigenvalues of VINS's last prior of the flight, and of P⁻¹HP⁻¹ with OKVIS's P."""
+    rows = tables("odometry_spectrum", policy="vins")
     last = rows.where(t_s=rows["t_s"].max())
     return [last[name] for name in ("eigenvalue", "scaled")]
 

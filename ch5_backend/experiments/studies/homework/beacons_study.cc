@@ -1,4 +1,4 @@
-#include "ch5_backend/experiments/studies/homework/beacons_study.h"
+#include "ch5_backend/experiments/studies/homework/homework_study.h"
 
 #include <Eigen/LU>
 #include <cmath>

@@ -5,7 +5,6 @@
 #include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
 #include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
-#include "ch5_backend/experiments/studies/homework/beacons_study.h"
 #include "ch5_backend/experiments/studies/homework/graded_priors.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"

@@ -28,4 +28,7 @@ struct HomeworkExperiment {
 /// beacons   8         convergence.csv, path.csv: an IMU's guess, corrected by points and three beacons
 const std::vector<HomeworkExperiment>& HomeworkExperiments();
 
+/// The last of them: a body flies a circle, an IMU guesses its path, points and three beacons correct it.
+void RunBeacons(const std::filesystem::path& csv);
+
 }  // namespace ch5

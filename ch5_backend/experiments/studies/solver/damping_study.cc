@@ -72,12 +72,6 @@ void BuildCurve(Graph* graph) {
   }
 }
 
-void BuildRosenbrock(Graph* graph) {
-  auto xy = std::make_shared<VertexVector<2>>(Vec2(-1.2, 1.0));
-  graph->AddVertex(xy);
-  graph->AddEdge(std::make_shared<EdgeRosenbrock>(xy));
-}
-
 void AppendRules(CsvTable* table) {
   for (const Rule& rule : Rules()) {
     Graph curve, valley;

@@ -24,9 +24,7 @@ const char* NameOf(StepType type) {
 // Every iterate on the way from (−1.2, 1).
 void AppendPath(const std::string& name, Algorithm algorithm, CsvTable* table) {
   Graph graph;
-  auto xy = std::make_shared<VertexVector<2>>(Vec2(-1.2, 1.0));
-  graph.AddVertex(xy);
-  graph.AddEdge(std::make_shared<EdgeRosenbrock>(xy));
+  const auto xy = BuildRosenbrock(&graph);
   Problem problem(&graph);
   SolveOptions options;
   options.algorithm = algorithm;
