@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "ch5_homework/judge/mistakes/stage_1_1_places.h"
-#include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/scenes/bundle.h"
 #include "ch5_homework/judge/submission.h"
 

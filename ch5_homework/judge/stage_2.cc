@@ -5,7 +5,7 @@
 #include <array>
 
 #include "ch5_homework/judge/mistakes/stage_2.h"
-#include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ch5_homework/judge/diagnosis.h"
-#include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/scenes/free.h"
 
 namespace ch5::homework {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "ch5_homework/judge/mistakes/stage_5.h"
-#include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {

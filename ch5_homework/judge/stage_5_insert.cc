@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "ch5_homework/judge/diagnosis.h"
-#include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {

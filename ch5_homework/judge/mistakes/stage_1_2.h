@@ -8,7 +8,7 @@
 #include "ch5_backend/dense/dense_solvers.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
-#include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/oracle.h"
 
 namespace ch5::homework::stage_1_2 {
 

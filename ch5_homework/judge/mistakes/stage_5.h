@@ -7,7 +7,7 @@
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
-#include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/oracle.h"
 
 namespace ch5::homework::stage_5 {
 

@@ -1,4 +1,4 @@
-#include "ch5_homework/judge/scenes.h"
+#include "ch5_homework/judge/oracle.h"
 
 #include "ch5_backend/dense/block_diagonal.h"
 
