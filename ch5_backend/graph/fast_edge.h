@@ -20,6 +20,8 @@ class EdgeBatch {
  public:
   virtual ~EdgeBatch() = default;
   virtual void Clear() = 0;
+  /// Makes room for so many edges in all.
+  virtual void Reserve(size_t count) = 0;
   /// Copies an edge's measurement and notes its vertices, behind the edges that are there.
   /// @param edge  of the type whose batch this is; its vertices must outlive the batch
   virtual void Add(const Edge& edge) = 0;

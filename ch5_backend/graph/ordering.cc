@@ -41,6 +41,7 @@ void ListEdges(const Graph& graph, const Selection& selection, Ordering* orderin
   Incidence& incidence = ordering->incidence;
   ordering->edges.reserve(graph.Edges().size());
   incidence.begin.reserve(graph.Edges().size() + 1);
+  incidence.entries.reserve(2 * graph.Edges().size());
   const Selected is_selected(selection);
   for (size_t e = 0; e < graph.Edges().size(); ++e) {
     const auto& edge = graph.Edges()[e];

@@ -54,6 +54,7 @@ Lists ListPosesOfLandmarks(const Ordering& ordering, const Lists& edges) {
   const int num_poses = static_cast<int>(ordering.poses.size());
   std::vector<int> last_seen_by(ordering.poses.size(), kNone);
   Lists poses{{}, {0}};
+  poses.items.reserve(incidence.entries.size());
   for (int l = 0; l < static_cast<int>(ordering.landmarks.size()); ++l) {
     for (int k = edges.begin[l]; k < edges.begin[l + 1]; ++k) {
       for (int i = incidence.begin[edges.items[k]]; i < incidence.begin[edges.items[k] + 1]; ++i) {
@@ -125,30 +126,36 @@ void FindSlots(const std::vector<int>& order, const Lists& seen_by, Structure* s
                                   [&](int slot) { return s->slot_pose[slot]; });
 }
 
+// Each number is written where it stays: a copy of what has just been written piece by piece would have to wait for it.
 void ListEdge(int e, int landmark, const std::vector<int>& slot_of_pose, Structure* s) {
   const Incidence& incidence = s->ordering.incidence;
-  const int begin = static_cast<int>(s->edge_poses.size());
-  EdgeRecord record{s->ordering.edges[e].get(), begin, begin, kNone, 0, 0, 0};
+  const int num_poses = s->NumPoses();
+  EdgeRecord& record = s->edges.emplace_back();
+  record.edge = s->ordering.edges[e].get();
+  record.poses_begin = static_cast<int>(s->edge_poses.size());
+  record.landmark_position = kNone;
+  record.landmark = landmark;
   for (int k = incidence.begin[e]; k < incidence.begin[e + 1]; ++k) {
-    const auto [position, number] = incidence.entries[k];
-    if (number < s->NumPoses()) {
-      s->edge_poses.push_back({position, number, slot_of_pose[number], 0});
-    } else {
-      record.landmark_position = position;
+    const auto& entry = incidence.entries[k];
+    if (entry.number >= num_poses) {
+      record.landmark_position = entry.position;
+      continue;
     }
+    EdgePose& pose = s->edge_poses.emplace_back();
+    pose.position = entry.position;
+    pose.pose = entry.number;
+    pose.slot = slot_of_pose[entry.number];
   }
   record.poses_end = static_cast<int>(s->edge_poses.size());
+  const auto begin = s->edge_poses.begin() + record.poses_begin, end = s->edge_poses.end();
   const auto by_number = [](const EdgePose& a, const EdgePose& b) { return a.pose < b.pose; };
-  if (!std::is_sorted(s->edge_poses.begin() + begin, s->edge_poses.end(), by_number))
-    std::sort(s->edge_poses.begin() + begin, s->edge_poses.end(), by_number);
-  for (int t = begin; t < record.poses_end; ++t) {
-    s->edge_poses[t].column = record.width;
-    record.width += s->pose_dim[s->edge_poses[t].pose];
+  if (!std::is_sorted(begin, end, by_number)) std::sort(begin, end, by_number);
+  for (auto pose = begin; pose != end; ++pose) {
+    pose->column = record.width;
+    record.width += s->pose_dim[pose->pose];
   }
-  record.landmark = landmark;
   record.width += landmark == kNone ? 0 : s->landmark_dim[landmark];
   s->max_width = std::max(s->max_width, record.width);
-  s->edges.push_back(record);
 }
 
 void ListEdges(const std::vector<int>& order, const Lists& edges, Structure* s) {
@@ -174,9 +181,9 @@ void ListEdges(const std::vector<int>& order, const Lists& edges, Structure* s) 
 
 // Calls pair(record, i, j) for each two free poses of an edge, and each with itself: the edge's i-th and j-th, i ≥ j.
 template <typename Pair>
-void ForEachPair(EdgeRecord* record, const Pair& pair) {
-  for (int i = 0; i < record->poses_end - record->poses_begin; ++i) {
-    for (int j = 0; j <= i; ++j) pair(*record, i, j);
+void ForEachPair(const EdgeRecord& record, const Pair& pair) {
+  for (int i = 0; i < record.poses_end - record.poses_begin; ++i) {
+    for (int j = 0; j <= i; ++j) pair(record, i, j);
   }
 }
 
@@ -220,16 +227,24 @@ void SortBatchEdges(Structure* s) {
   }
 }
 
+// Where, in the order of the batch and then of the edges between poses, those with the same poses begin; and the end.
+std::vector<int> FindEdgesOfSamePoses(const Structure& s) {
+  std::vector<int> begins;
+  for (int k = 0; k < s.num_active_edges; ++k) {
+    if (k == 0 || !HaveSamePoses(s, s.edges[s.BatchEdge(k)], s.edges[s.BatchEdge(k - 1)])) begins.push_back(k);
+  }
+  begins.push_back(s.num_active_edges);
+  return begins;
+}
+
 // H_pp's pattern, and which of its blocks each edge changes. Edges with the same poses share their entries.
 void ListHessianBlocks(Structure* s) {
+  const std::vector<int> begins = FindEdgesOfSamePoses(*s);
   const auto pose = [s](const EdgeRecord& record, int i) { return s->edge_poses[record.poses_begin + i].pose; };
-  const auto active = [s](int k) -> EdgeRecord& { return s->edges[k < s->num_landmark_edges ? s->BatchEdge(k) : k]; };
-  const auto like_last = [&](int k) { return k > 0 && HaveSamePoses(*s, active(k), active(k - 1)); };
   s->H_pp_pattern.resize(s->poses.size());
   for (int j = 0; j < s->NumPoses(); ++j) s->H_pp_pattern[j] = {j};
-  for (int k = 0; k < s->num_active_edges; ++k) {
-    if (like_last(k)) continue;
-    ForEachPair(&active(k), [&](const EdgeRecord& record, int i, int j) {
+  for (size_t set = 0; set + 1 < begins.size(); ++set) {
+    ForEachPair(s->edges[s->BatchEdge(begins[set])], [&](const EdgeRecord& record, int i, int j) {
       if (i == j) return;
       std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
       const auto it = std::lower_bound(rows.begin(), rows.end(), pose(record, i));
@@ -238,11 +253,10 @@ void ListHessianBlocks(Structure* s) {
   }
   std::vector<int> column_begin{0};
   for (const auto& rows : s->H_pp_pattern) column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
-  for (int k = 0; k < s->num_active_edges; ++k) {
-    EdgeRecord& edge = active(k);
-    edge.blocks_begin = like_last(k) ? active(k - 1).blocks_begin : static_cast<int>(s->edge_blocks.size());
-    if (like_last(k)) continue;
-    ForEachPair(&edge, [&](const EdgeRecord& record, int i, int j) {
+  for (size_t set = 0; set + 1 < begins.size(); ++set) {
+    const auto blocks_begin = static_cast<int>(s->edge_blocks.size());
+    for (int k = begins[set]; k < begins[set + 1]; ++k) s->edges[s->BatchEdge(k)].blocks_begin = blocks_begin;
+    ForEachPair(s->edges[s->BatchEdge(begins[set])], [&](const EdgeRecord& record, int i, int j) {
       const std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
       const auto row = i == j ? 0 : std::lower_bound(rows.begin(), rows.end(), pose(record, i)) - rows.begin();
       s->edge_blocks.push_back(column_begin[pose(record, j)] + static_cast<int>(row));
@@ -263,7 +277,7 @@ void ListPoseEdgeBlocks(Structure* s) {
   };
   std::vector<int>& begin = s->pose_edge_blocks_begin;
   for (int e = first; e < s->num_active_edges; ++e)
-    ForEachPair(&s->edges[e], [&](const EdgeRecord& record, int i, int j) { ++begin[block(record, i, j) + 1]; });
+    ForEachPair(s->edges[e], [&](const EdgeRecord& record, int i, int j) { ++begin[block(record, i, j) + 1]; });
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   std::vector<int> next(begin.begin(), begin.end() - 1);
   s->pose_edge_blocks.resize(static_cast<size_t>(begin.back()));
@@ -273,7 +287,7 @@ void ListPoseEdgeBlocks(Structure* s) {
     s->pose_edge_blocks[next[block(record, i, j)]++] = {column + a.column, stride,
                                                         i == j ? column + record.width : kNone};
   };
-  for (int e = first; e < s->num_active_edges; ++e) ForEachPair(&s->edges[e], list);
+  for (int e = first; e < s->num_active_edges; ++e) ForEachPair(s->edges[e], list);
 }
 
 // As many chunks as make the work of one clearly more than that of clearing and adding its sums; the number of threads
@@ -311,7 +325,8 @@ void CutRuns(Structure* s) {
     for (int k = chunk_edges[chunk]; k < chunk_edges[chunk + 1]; ++k) {
       const auto like_last = [&] {
         const EdgeRecord &last = s->edges[s->batch_edges[k - 1]], &edge = s->edges[s->batch_edges[k]];
-        return last.type == edge.type && HaveSamePoses(*s, last, edge);
+        return last.type == edge.type && last.blocks_begin == edge.blocks_begin &&  // and so have the same poses
+               last.landmark_position == edge.landmark_position;
       };
       if (k == chunk_edges[chunk] || !like_last()) s->runs.push_back({k, k});
       s->runs.back().end = k + 1;

@@ -99,7 +99,8 @@ struct Structure {
   int NumChunks() const { return chunk_begin.empty() ? 0 : static_cast<int>(chunk_begin.size()) - 1; }
   /// See batch_edges.
   bool BatchGoesByRuns() const { return sizes.AreFixed() && sizes.columns == 1; }
-  int BatchEdge(int k) const { return batch_edges.empty() ? k : batch_edges[static_cast<size_t>(k)]; }
+  /// Edge k in that order, those between poses behind.
+  int BatchEdge(int k) const { return k < static_cast<int>(batch_edges.size()) ? batch_edges[k] : k; }
   /// No landmark has two edges with the same pose, as in plain bundle adjustment: each slot is then one edge's work.
   bool OneEdgePerSlot() const { return num_landmark_edge_poses == static_cast<int>(slot_pose.size()); }
   /// Besides, no landmark's edge has two free poses: each block of H_pl is then a product of one edge's Jacobians.

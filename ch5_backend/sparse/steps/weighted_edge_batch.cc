@@ -32,6 +32,8 @@ bool WeightedEdgeBatch::Add(const Edge& edge) {
   if (loss != common_loss_) common_loss_ = nullptr;
   if (unweighted_ && (information != 1.0 || loss)) {
     unweighted_ = false;
+    information_.reserve(capacity_);
+    losses_.reserve(capacity_);
     information_.assign(static_cast<size_t>(size_), 1.0);
     losses_.assign(static_cast<size_t>(size_), nullptr);
   }
@@ -56,6 +58,7 @@ bool LandmarkEdgeBatches::AddAll(const Structure& s) {
     const EdgeRecord& record = s.edges[s.BatchEdge(e)];
     WeightedEdgeBatch& batch = batches_[record.type];
     if (!started[record.type] && !batch.Start(*record.edge)) return false;
+    if (s.num_edge_types == 1 && e == 0) batch.Reserve(static_cast<size_t>(s.num_landmark_edges));
     started[record.type] = true;
     if (s.num_edge_types > 1) places_.push_back({record.type, batch.Size()});
     if (!batch.Add(*record.edge)) return false;

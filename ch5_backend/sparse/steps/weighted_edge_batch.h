@@ -20,6 +20,11 @@ class WeightedEdgeBatch {
   /// Makes it a batch for edges of this one's type; none is in it yet.
   /// @return false if the type has no batches, or not two rows
   bool Start(const Edge& first);
+  /// Makes room for so many edges in all.
+  void Reserve(size_t count) {
+    capacity_ = count;
+    batch_->Reserve(count);
+  }
   /// @return false unless W = w I
   bool Add(const Edge& edge);
   int Size() const { return size_; }
@@ -60,6 +65,7 @@ class WeightedEdgeBatch {
   std::vector<const LossFunction*> losses_;
   std::vector<int> jacobian_begin_, block_begin_;
   int size_ = 0;
+  size_t capacity_ = 0;
   bool unweighted_ = false;
   const LossFunction* common_loss_ = nullptr;  // of all edges, or null
 };

@@ -111,6 +111,12 @@ class EdgeBALBatch : public EdgeBatch {
     cameras_.Clear();
     seen_ = {};
   }
+  void Reserve(size_t count) override {
+    seen_.camera.reserve(count);
+    seen_.point.reserve(count);
+    seen_.u.reserve(count);
+    seen_.v.reserve(count);
+  }
   void Add(const Edge& edge) override {
     const auto& bal = static_cast<const EdgeBAL&>(edge);
     seen_.camera.push_back(cameras_.Of(bal.GetVertex<0>()));

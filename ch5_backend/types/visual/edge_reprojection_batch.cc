@@ -5,6 +5,7 @@
 //   q = λ p_Cj = R_Cj_Ci f + λ p_Cj_Ci,   [x, y] = [q_x, q_y]/q_z,   ∂r/∂p_Cj = λ/q_z G,   G = [1 0 −x; 0 1 −y]
 
 #include <algorithm>
+#include <optional>
 #include <unordered_map>
 
 #include "ch5_backend/math/dispatch.h"
@@ -41,11 +42,12 @@ enum class Kind {
 struct MovingPoints {
   std::vector<double> x[2], velocity[2], clock_offset;
 
+  void Add(const Vec2& point) {
+    for (int i = 0; i < 2; ++i) x[i].push_back(point[i]);
+  }
   void Add(const MovingPoint& point) {
-    for (int i = 0; i < 2; ++i) {
-      x[i].push_back(point.x[i]);
-      velocity[i].push_back(point.velocity[i]);
-    }
+    Add(point.x);
+    for (int i = 0; i < 2; ++i) velocity[i].push_back(point.velocity[i]);
     clock_offset.push_back(point.clock_offset);
   }
   void Clear() {
@@ -53,12 +55,18 @@ struct MovingPoints {
   }
 };
 
+// What edges with the same vertices, but for the inverse depth, have in common: numbers of poses and of cameras.
+struct Pair {
+  int host, target, camera_i, camera_j;
+};
+
 struct Reprojections {
   std::vector<RigidNumbers> T_B_C;
-  std::vector<PairNumbers> pairs;
+  std::vector<Pair> pairs;
+  std::vector<PairNumbers> pair_numbers;
+  std::vector<int> pair;  // of each edge, as all below
   std::vector<const VertexInverseDepth*> inverse_depth;
   std::vector<const VertexScalar*> time_offset;
-  std::vector<int> pair, camera_i, camera_j;
   MovingPoints host, target;
   bool calibrating = false;  // a camera's place or its clock is free
 };
@@ -109,7 +117,7 @@ struct Projection {
     const double *numbers[kPack], *inverse_depth[kPack], *time_offset[kPack];
     for (int k = 0; k < kPack; ++k) {
       const auto e = static_cast<size_t>(first + std::min(k, count - 1));
-      numbers[k] = seen.pairs[static_cast<size_t>(seen.pair[e])].T_Cj_Ci.R;
+      numbers[k] = seen.pair_numbers[static_cast<size_t>(seen.pair[e])].T_Cj_Ci.R;
       inverse_depth[k] = seen.inverse_depth[e]->GetEstimate().data();
       if constexpr (kKind != Kind::kReprojection) time_offset[k] = seen.time_offset[e]->GetEstimate().data();
     }
@@ -151,13 +159,12 @@ struct Residuals {
   }
 };
 
-CH5_INLINE void LoadCamera(const Reprojections& seen, const std::vector<int>& camera, int first, int count,
-                           WideLanes* T_B_C) {
+CH5_INLINE void LoadCamera(const Reprojections& seen, int Pair::*camera, int first, int count, WideLanes* T_B_C) {
   const double* numbers[kPack];
   bool is_one = true;
   for (int k = 0; k < kPack; ++k) {
     const auto e = static_cast<size_t>(first + std::min(k, count - 1));
-    numbers[k] = seen.T_B_C[static_cast<size_t>(camera[e])].R;
+    numbers[k] = seen.T_B_C[static_cast<size_t>(seen.pairs[static_cast<size_t>(seen.pair[e])].*camera)].R;
     is_one = is_one && numbers[k] == numbers[0];
   }
   if (!is_one) return GatherLanes<12>(numbers, T_B_C);
@@ -178,8 +185,8 @@ struct ResidualsAndJacobians {
     c.Compute<kKind, 21>(seen, first, count);
     const WideLanes *R_Cj_Ci = c.pair, *p_Cj_Ci = c.pair + 9, *R_Cj_W = c.pair + 12, s = c.z_inverse;
     WideLanes T_B_Ci[12], T_B_Cj_own[12], p_Bi[3], p_Bj[3];  // the points times λ/q_z
-    LoadCamera(seen, seen.camera_i, first, count, T_B_Ci);
-    if (!kOneCamera) LoadCamera(seen, seen.camera_j, first, count, T_B_Cj_own);
+    LoadCamera(seen, &Pair::camera_i, first, count, T_B_Ci);
+    if (!kOneCamera) LoadCamera(seen, &Pair::camera_j, first, count, T_B_Cj_own);
     const WideLanes* T_B_Cj = kOneCamera ? T_B_Ci : T_B_Cj_own;
     RowTimesTransposed(c.f, T_B_Ci, p_Bi);
     RowTimesTransposed(c.q, T_B_Cj, p_Bj);
@@ -277,7 +284,7 @@ PairNumbers Numbers(const RigidNumbers& T_W_Ci, const RigidNumbers& T_W_Cj) {
   return pair;
 }
 
-// What edges with the same vertices, but for the inverse depth, have in common. Poses are null in the host's own frame.
+// Poses are null in the host's own frame.
 struct PairKey {
   const VertexPose *host, *target;
   int camera_i, camera_j;
@@ -311,7 +318,8 @@ struct ReprojectionReader {
     const VertexPose* vertex;
     RigidNumbers T_B_C;
   };
-  CameraPlace camera_i, camera_j;
+  CameraPlace camera_i;
+  std::optional<CameraPlace> camera_j;  // unless it is camera_i
   const VertexPose *host = nullptr, *target = nullptr;
   const VertexScalar* time_offset = nullptr;
   MovingPoint host_point, target_point;
@@ -319,16 +327,12 @@ struct ReprojectionReader {
   static CameraPlace Place(const VertexPose& T_B_C) { return {&T_B_C, Numbers(T_B_C)}; }
 
   explicit ReprojectionReader(const EdgeReprojection& edge)
-      : camera_i{nullptr, Numbers(edge.R_B_C_, edge.p_B_C_)},
-        camera_j(camera_i),
-        host(&edge.GetVertex<1>()),
-        target(&edge.GetVertex<2>()) {
+      : camera_i{nullptr, Numbers(edge.R_B_C_, edge.p_B_C_)}, host(&edge.GetVertex<1>()), target(&edge.GetVertex<2>()) {
     host_point.x = edge.f_host_.head<2>();
     target_point.x = edge.u_target_;
   }
   explicit ReprojectionReader(const EdgeReprojectionCalibration& edge)
       : camera_i(Place(edge.GetVertex<3>())),
-        camera_j(camera_i),
         host(&edge.GetVertex<1>()),
         target(&edge.GetVertex<2>()),
         time_offset(&edge.GetVertex<4>()),
@@ -359,37 +363,47 @@ class ReprojectionBatch : public EdgeBatch {
     poses_.Clear();
     cameras_.clear();
     pair_number_.clear();
-    pairs_.clear();
+    seen_.pairs.clear();
+    seen_.pair.clear();
     seen_.inverse_depth.clear();
     seen_.time_offset.clear();
-    for (auto* numbers : {&seen_.pair, &seen_.camera_i, &seen_.camera_j}) numbers->clear();
     seen_.host.Clear();
     seen_.target.Clear();
     seen_.calibrating = false;
   }
+  void Reserve(size_t count) override {
+    seen_.pair.reserve(count);
+    seen_.inverse_depth.reserve(count);
+    for (MovingPoints* points : {&seen_.host, &seen_.target}) {
+      for (std::vector<double>& x : points->x) x.reserve(count);
+    }
+  }
   void Add(const Edge& base) override {
     const auto& edge = static_cast<const EdgeType&>(base);
     const ReprojectionReader read(edge);
-    const PairKey key{read.host, read.target, CameraOf(read.camera_i), CameraOf(read.camera_j)};
+    const int camera_i = CameraOf(read.camera_i);
+    const PairKey key{read.host, read.target, camera_i, read.camera_j ? CameraOf(*read.camera_j) : camera_i};
     if (seen_.pair.empty() || !(key == last_key_)) {  // edges come sorted, as a rule
-      last_pair_ = pair_number_.try_emplace(key, static_cast<int>(pairs_.size())).first->second;
-      if (last_pair_ == static_cast<int>(pairs_.size())) {
-        pairs_.push_back({read.host ? poses_.Of(*read.host) : 0, read.target ? poses_.Of(*read.target) : 0,
-                          key.camera_i, key.camera_j});
+      last_pair_ = pair_number_.try_emplace(key, static_cast<int>(seen_.pairs.size())).first->second;
+      if (last_pair_ == static_cast<int>(seen_.pairs.size())) {
+        seen_.pairs.push_back({read.host ? poses_.Of(*read.host) : 0, read.target ? poses_.Of(*read.target) : 0,
+                               key.camera_i, key.camera_j});
       }
       last_key_ = key;
     }
     seen_.pair.push_back(last_pair_);
-    seen_.camera_i.push_back(key.camera_i);
-    seen_.camera_j.push_back(key.camera_j);
     seen_.inverse_depth.push_back(&edge.template GetVertex<0>());
-    seen_.host.Add(read.host_point);
-    seen_.target.Add(read.target_point);
-    if (!read.time_offset) return;
-    seen_.time_offset.push_back(read.time_offset);
-    const auto is_free = [](const Vertex* vertex) { return !vertex->IsFixed(); };
-    seen_.calibrating = seen_.calibrating || is_free(read.camera_i.vertex) || is_free(read.camera_j.vertex) ||
-                        is_free(read.time_offset);
+    if constexpr (kKind == Kind::kReprojection) {
+      seen_.host.Add(read.host_point.x);
+      seen_.target.Add(read.target_point.x);
+    } else {
+      seen_.host.Add(read.host_point);
+      seen_.target.Add(read.target_point);
+      seen_.time_offset.push_back(read.time_offset);
+      const auto is_free = [](const Vertex* vertex) { return !vertex->IsFixed(); };
+      seen_.calibrating = seen_.calibrating || is_free(read.camera_i.vertex) ||
+                          (read.camera_j && is_free(read.camera_j->vertex)) || is_free(read.time_offset);
+    }
   }
 
   void LoadPoses() override {
@@ -405,13 +419,14 @@ class ReprojectionBatch : public EdgeBatch {
         T_W_C_[c * num_poses + i] = Compose(Numbers(*poses_.Vertices()[i]), seen_.T_B_C[c]);
       }
     }
-    seen_.pairs.resize(pairs_.size());
+    seen_.pair_numbers.resize(seen_.pairs.size());
     const size_t stride = std::max<size_t>(num_poses, 1);
-    for (size_t k = 0; k < pairs_.size(); ++k) {
+    for (size_t k = 0; k < seen_.pairs.size(); ++k) {
       const auto at = [&](int camera, int pose) -> const RigidNumbers& {
         return T_W_C_[static_cast<size_t>(camera) * stride + static_cast<size_t>(pose)];
       };
-      seen_.pairs[k] = Numbers(at(pairs_[k].camera_i, pairs_[k].host), at(pairs_[k].camera_j, pairs_[k].target));
+      const Pair& pair = seen_.pairs[k];
+      seen_.pair_numbers[k] = Numbers(at(pair.camera_i, pair.host), at(pair.camera_j, pair.target));
     }
   }
   void ComputeResiduals(int first, int count, double* r) const override {
@@ -422,11 +437,6 @@ class ReprojectionBatch : public EdgeBatch {
   }
 
  private:
-  struct Pair {
-    int host, target;  // in poses_
-    int camera_i, camera_j;
-  };
-
   // One, or one for each camera.
   int CameraOf(const ReprojectionReader::CameraPlace& place) {
     const auto is_it = [&](const ReprojectionReader::CameraPlace& known) {
@@ -441,7 +451,6 @@ class ReprojectionBatch : public EdgeBatch {
   VertexNumbers<VertexPose> poses_;
   std::vector<ReprojectionReader::CameraPlace> cameras_;
   std::unordered_map<PairKey, int, PairHash> pair_number_;
-  std::vector<Pair> pairs_;
   PairKey last_key_ = {};
   int last_pair_ = 0;
   std::vector<RigidNumbers> T_W_C_;  // [camera][pose]
