@@ -1,0 +1,79 @@
+#pragma once
+/// Observations of landmarks by inverse depth, side by side: the equations of edge_reprojection.h,
+/// edge_reprojection_calibration.h and edge_stereo.h for eight at a time.
+///
+/// Edges with the same host, target and cameras share T_Cj_Ci = T_W_Cj⁻¹ T_W_Ci, which is worked out once a pair. Scaled by
+/// λ, no distance is left to divide by: with f = [u_i, v_i, 1]
+///   q = λ p_Cj = R_Cj_Ci f + λ p_Cj_Ci,   [x, y] = [q_x, q_y]/q_z,   ∂r/∂p_Cj = λ/q_z G,   G = [1 0 −x; 0 1 −y]
+
+#include <algorithm>
+#include <vector>
+
+#include "ch5_backend/types/visual/edge_stereo.h"
+
+namespace ch5 {
+
+/// A rotation (row-major) and a position.
+struct RigidNumbers {
+  double R[9], p[3];
+
+  bool operator==(const RigidNumbers& other) const {
+    return std::equal(R, R + 9, other.R) && std::equal(p, p + 3, other.p);
+  }
+};
+static_assert(sizeof(RigidNumbers) == 12 * sizeof(double));
+
+/// The same of host and target, and what turns W into the target's camera.
+struct PairNumbers {
+  RigidNumbers T_Cj_Ci;
+  double R_Cj_W[9];
+};
+static_assert(sizeof(PairNumbers) == 21 * sizeof(double));
+
+/// Which edges a batch has, by their vertices.
+enum class ReprojectionKind {
+  kReprojection,  ///< λ, i, j
+  kCalibration,   ///< λ, i, j, T_B_C, td
+  kStereo,        ///< λ, i, j, T_B_C0, T_B_C1, td
+  kStereoHost     ///< λ, T_B_C0, T_B_C1, td
+};
+
+/// A point of each edge; all but x only where the camera's clock is a vertex.
+struct MovingPoints {
+  std::vector<double> x[2], velocity[2], clock_offset;
+
+  void Add(const Vec2& point) {
+    for (int i = 0; i < 2; ++i) x[i].push_back(point[i]);
+  }
+  void Add(const MovingPoint& point) {
+    Add(point.x);
+    for (int i = 0; i < 2; ++i) velocity[i].push_back(point.velocity[i]);
+    clock_offset.push_back(point.clock_offset);
+  }
+  void Clear() {
+    for (auto* numbers : {&x[0], &x[1], &velocity[0], &velocity[1], &clock_offset}) numbers->clear();
+  }
+};
+
+/// What edges with the same vertices, but for the inverse depth, have in common: numbers of poses and of cameras.
+struct ReprojectionPair {
+  int host, target, camera_i, camera_j;
+};
+
+struct Reprojections {
+  std::vector<RigidNumbers> T_B_C;
+  std::vector<ReprojectionPair> pairs;
+  std::vector<PairNumbers> pair_numbers;
+  std::vector<int> pair;  ///< of each edge, as all below
+  std::vector<const VertexInverseDepth*> inverse_depth;
+  std::vector<const VertexScalar*> time_offset;
+  MovingPoints host, target;
+  bool calibrating = false;  ///< a camera's place or its clock is free
+};
+
+/// r of edges [first, first + count), count ≤ kPack, as one pack (graph/fast_edge.h).
+void ComputeResiduals(ReprojectionKind kind, const Reprojections& seen, int first, int count, double* r);
+/// The same, and J of all vertices in their order.
+void Linearize(ReprojectionKind kind, const Reprojections& seen, int first, int count, double* r, double* J);
+
+}  // namespace ch5
