@@ -31,6 +31,31 @@ struct RelativeRotation {
   Mat33 J = Mat33::Zero();
 };
 
+// The same at a bias, for all edges between the two frames: what costs sines is worked out once.
+class BiasedRotation {
+ public:
+  explicit BiasedRotation(RelativeRotation rotation) : rotation_(std::move(rotation)) { Compute(Vec3::Zero()); }
+  void SetBias(const Vec3& delta_b) {
+    if (delta_b != delta_b_) Compute(delta_b);
+  }
+  const Mat33& R() const { return R_; }
+  /// ∂φ/∂b of R = γ Exp(J b + φ), as two factors.
+  const Mat33& RightJacobian() const { return right_jacobian_; }
+  const Mat33& J() const { return rotation_.J; }
+
+ private:
+  void Compute(const Vec3& delta_b) {
+    delta_b_ = delta_b;
+    const Vec3 phi = rotation_.J * delta_b;
+    R_ = (rotation_.gamma * ExpSO3(phi)).toRotationMatrix();
+    right_jacobian_ = RightJacobianSO3(phi);
+  }
+
+  RelativeRotation rotation_;
+  Vec3 delta_b_;
+  Mat33 R_, right_jacobian_;
+};
+
 // γ_ij = Π γ_k,  J_ij = Σ γ_{k+1…j}ᵀ J_k.
 RelativeRotation RelativeRotationBetween(const std::vector<Preintegration>& imu, size_t i, size_t j) {
   RelativeRotation rotation;
@@ -46,24 +71,32 @@ RelativeRotation RelativeRotationBetween(const std::vector<Preintegration>& imu,
 class EdgeEpipolar : public SizedEdge<1, VertexVector<3>, VertexDirection> {
  public:
   EdgeEpipolar(std::shared_ptr<VertexVector<3>> bias, std::shared_ptr<VertexDirection> direction,
-               const RelativeRotation& rotation, const Vec3& m_i, const Vec3& m_j)
-      : SizedEdge(std::move(bias), std::move(direction)), rotation_(rotation), m_i_(m_i), m_j_(m_j) {}
-  void ComputeResidual() override { r_[0] = c().dot(R() * m_j_) / Length(); }
+               std::shared_ptr<BiasedRotation> rotation, const Vec3& m_i, const Vec3& m_j)
+      : SizedEdge(std::move(bias), std::move(direction)), rotation_(std::move(rotation)), m_i_(m_i), m_j_(m_j) {}
+  void ComputeResidual() override {
+    const Vec3 c = this->c();
+    r_[0] = c.dot(R() * m_j_) / Length(c);
+  }
   void ComputeJacobians() override {
-    const Vec3 Rm_j = R() * m_j_, phi = rotation_.J * GetVertex<0>().GetEstimate();
-    const double s = Length();
-    J<0>() = -(c().transpose() / s) * R() * Hat(m_j_) * RightJacobianSO3(phi) * rotation_.J;
-    const Vec3 dr_dc = Rm_j / s - c().dot(Rm_j) / (s * s * s) * c();
+    const Vec3 c = this->c(), Rm_j = R() * m_j_;
+    const double s = Length(c);
+    J<0>() = -(c.transpose() / s) * R() * Hat(m_j_) * rotation_->RightJacobian() * rotation_->J();
+    const Vec3 dr_dc = Rm_j / s - c.dot(Rm_j) / (s * s * s) * c;
     J<1>() = -dr_dc.transpose() * Hat(m_i_) * GetVertex<1>().Basis();
   }
   std::string TypeInfo() const override { return "EdgeEpipolar"; }
 
  private:
   Vec3 c() const { return GetVertex<1>().GetEstimate().cross(m_i_); }
-  double Length() const { return std::sqrt(c().squaredNorm() + 1e-4); }  // ε = 0.01: at the epipole there is no plane
-  Mat33 R() const { return (rotation_.gamma * ExpSO3(rotation_.J * GetVertex<0>().GetEstimate())).toRotationMatrix(); }
+  static double Length(const Vec3& c) {
+    return std::sqrt(c.squaredNorm() + 1e-4);
+  }  // ε = 0.01: at the epipole there is no plane
+  const Mat33& R() const {
+    rotation_->SetBias(GetVertex<0>().GetEstimate());
+    return rotation_->R();
+  }
 
-  RelativeRotation rotation_;
+  std::shared_ptr<BiasedRotation> rotation_;
   Vec3 m_i_, m_j_;
 };
 
@@ -129,9 +162,10 @@ EpipolarGraph MakeGraph(const std::vector<FeatureTrack>& tracks, const std::vect
       if (matches.size() < kLeastMatches) continue;
       const RelativeRotation rotation = RelativeRotationBetween(imu, i, i + step);
       auto direction = std::make_shared<VertexDirection>(FindDirection(matches, rotation.gamma, width * sigma));
+      const auto biased = std::make_shared<BiasedRotation>(rotation);
       g.graph.AddVertex(direction);
       for (const Match& match : matches) {
-        auto edge = std::make_shared<EdgeEpipolar>(g.delta_b, direction, rotation, match.m_i, match.m_j);
+        auto edge = std::make_shared<EdgeEpipolar>(g.delta_b, direction, biased, match.m_i, match.m_j);
         edge->SetInformation(Eigen::Matrix<double, 1, 1>(1.0 / (sigma * sigma)));
         edge->SetLossFunction(loss);
         g.graph.AddEdge(edge);
@@ -169,7 +203,7 @@ Vec3 EstimateGyroscopeBias(const Qd& R_B_C, double sigma, std::vector<FeatureTra
   // First with a loss wide enough for a bias of 0.1 rad/s, then with one that suppresses outliers.
   for (const double width : {15.0, 3.0, 3.0}) {
     g = MakeGraph(*tracks, *imu, R_B_C, sigma, width);
-    SparseOptimizer(&g.graph).Solve();
+    SparseOptimizer(&g.graph).Solve();  // with one thread: edges share their rotations
     b_g += g.delta_b->GetEstimate();
     for (Preintegration& piece : *imu) piece.Reintegrate(piece.BiasAccelerometer(), b_g);
   }
