@@ -38,7 +38,7 @@ void ProjectCoupling(const Structure& s, int i, const MatXX& projection, Lineari
       J.topRows(dim) = (projection * J.topRows(dim).cast<double>()).cast<float>().eval();
       continue;
     }
-    Eigen::Map<MatXX> block(system->H_pl.data() + s.slot_block[slot], s.pose_dim[i],
+    Eigen::Map<MatXX> block(system->H_pl.data() + s.SlotBlock(slot), s.pose_dim[i],
                             s.landmark_dim[s.slot_landmark[slot]]);
     block = projection.lazyProduct(block).eval();
   }

@@ -39,7 +39,7 @@ TEST(Structure, SortsLandmarksByThePosesThatSeeThem) {
   EXPECT_EQ(s.landmark_slots, (Numbers{0, 2, 4, 6}));
   EXPECT_EQ(s.pose_slots_begin, (Numbers{0, 1, 4, 6}));
   EXPECT_EQ(s.pose_slots, (Numbers{0, 1, 2, 4, 3, 5}));
-  EXPECT_EQ(s.slot_block, (Numbers{0, 1, 2, 3, 4, 5, 6})) << "one number each, and the end";
+  for (int slot = 0; slot <= 6; ++slot) EXPECT_EQ(s.SlotBlock(slot), slot) << "one number each, and the end";
   EXPECT_TRUE(s.OneEdgePerSlot());
 }
 

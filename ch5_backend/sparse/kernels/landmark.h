@@ -133,10 +133,13 @@ CH5_INLINE void AddTransposed(const double* H, const double* x, int p_size, int 
 /// The slots of one landmark: of each a block of H_pl, without padding, and the rows of its pose.
 struct LandmarkSlots {
   int begin, end;
-  const int *pose, *block;            ///< of each slot: its pose, and where its block begins in H_pl
+  const int *pose, *block;            ///< of each slot: its pose, and where its block begins in H_pl, or null if
+  int block_size;                     ///< all have this many numbers
   const int *pose_offset, *pose_dim;  ///< of each pose: its first row, and how many
   const double* H_pl;
   const float* factors;  ///< in its place, slot by slot, or null
+
+  const double* Block(int slot) const { return H_pl + (block ? block[slot] : slot * block_size); }
 };
 
 /// The numbers in a block, and what is read behind it; 1 for any sizes.
@@ -154,7 +157,7 @@ CH5_INLINE const double* Block(const LandmarkSlots& slots, int slot, double* exp
       return expanded;
     }
   }
-  return slots.H_pl + slots.block[slot];
+  return slots.Block(slot);
 }
 
 /// w (l) += Σ_p H_plᵀ v_p over the poses that see a landmark.
@@ -174,7 +177,7 @@ CH5_INLINE void SumOverPoses(const LandmarkSlots& slots, int l_size, const doubl
   TransposedSum<kFixed ? P : 1, kFixed ? L : 1> sum;
   for (int slot = slots.begin; slot < slots.end; ++slot) {
     const int pose = slots.pose[slot];
-    const double *H = slots.H_pl + slots.block[slot], *v_p = v + slots.pose_offset[pose];
+    const double *H = slots.Block(slot), *v_p = v + slots.pose_offset[pose];
     if constexpr (kFixed) {
       sum.Add(H, v_p);
     } else {

@@ -78,7 +78,7 @@ CH5_INLINE void SubtractFromPose(const kernels::LandmarkSlots& slots, int slot, 
     if (slots.factors)
       return Factors::SubtractProduct(slots.factors + static_cast<ptrdiff_t>(slot) * Factors::kSize, x, y);
   }
-  SubtractProductVector<P, L>(slots.H_pl + slots.block[slot], x, p_size, l_size, y);
+  SubtractProductVector<P, L>(slots.Block(slot), x, p_size, l_size, y);
 }
 
 // sums += C x over the landmarks [begin, end).
@@ -142,7 +142,7 @@ struct ReducePose {
       const bool factored = !y.H_pl_factors.empty();
       const auto* block =
           factored ? reinterpret_cast<const char*>(&y.H_pl_factors[static_cast<size_t>(slot) * Factors::kSize])
-                   : reinterpret_cast<const char*>(&y.H_pl[s.slot_block[slot]]);
+                   : reinterpret_cast<const char*>(&y.H_pl[s.SlotBlock(slot)]);
       const int bytes = factored ? Factors::kSize * 4 : P * L * 8;
       for (int i = 0; i < bytes; i += 64) __builtin_prefetch(block + i);
     }

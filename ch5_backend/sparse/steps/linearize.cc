@@ -82,7 +82,7 @@ class ChunkLinearizer {
     const bool packed = kFixed && batches_.Active(), factored = !system_.H_pl_factors.empty();
     if (!factored && (!packed || !s_.OneEdgePerSlot())) {
       double* H_pl = system_.H_pl.data();
-      std::fill(H_pl + s_.slot_block[s_.landmark_slots[l]], H_pl + s_.slot_block[s_.landmark_slots[l + 1]], 0.0);
+      std::fill(H_pl + s_.SlotBlock(s_.landmark_slots[l]), H_pl + s_.SlotBlock(s_.landmark_slots[l + 1]), 0.0);
     }
     kernels::Scratch<kernels::ScratchSize(L, L)> H_scratch;
     kernels::Scratch<kernels::ScratchSize(L, 1), 1> b_scratch;
@@ -121,7 +121,7 @@ class ChunkLinearizer {
     for (int i = 0; i < num_poses; ++i) {
       const double* J_i = jacobian(poses[i].position);
       const kernels::Rows<kR, P, kWide> rows_i(J_i);
-      double* H_il = system_.H_pl.data() + s_.slot_block[poses[i].slot];
+      double* H_il = system_.H_pl.data() + s_.SlotBlock(poses[i].slot);
       rows_i.template AddTransposeProductTight<L>(J_l, s_.OneEdgePerSlot(), H_il);
       rows_i.SubtractTransposeVector(r, RowsOfSums(poses[i].pose));
       for (int j = 0; j < i; ++j) {
@@ -134,7 +134,7 @@ class ChunkLinearizer {
   // Landmarks that are numbers: run by run, so that a block of H_pp is changed once for many edges.
   CH5_INLINE void LinearizeRuns(int first, int last) {
     double *H_pl = system_.H_pl.data(), *H_ll = system_.H_ll.data(), *b = system_.b.data();
-    std::fill(H_pl + s_.slot_block[s_.landmark_slots[first]], H_pl + s_.slot_block[s_.landmark_slots[last]], 0.0);
+    std::fill(H_pl + s_.SlotBlock(s_.landmark_slots[first]), H_pl + s_.SlotBlock(s_.landmark_slots[last]), 0.0);
     for (int l = first; l < last; ++l) H_ll[s_.landmark_block[l]] = b[s_.landmark_offset[l]] = 0.0;
     for (int k = s_.chunk_runs[chunk_]; k < s_.chunk_runs[chunk_ + 1]; ++k) LinearizeRun(s_.runs[k]);
   }
@@ -199,7 +199,7 @@ class ChunkLinearizer {
     kernels::TurnPack<Stride(P)>(products, of_edge);
     for (int k = 0; k < count; ++k) {
       const EdgePose& pose = s_.edge_poses[s_.edges[s_.batch_edges[e + k]].poses_begin + i];
-      double* H_il = system_.H_pl.data() + s_.slot_block[pose.slot];
+      double* H_il = system_.H_pl.data() + s_.SlotBlock(pose.slot);
       kernels::AddTight<P>(of_edge + k * Stride(P), H_il);
     }
   }
@@ -239,7 +239,7 @@ class ChunkLinearizer {
     for (int i = record.poses_begin; i < record.poses_end; ++i) {
       const EdgePose& a = s_.edge_poses[i];
       const int dim_a = s_.pose_dim[a.pose];
-      double* H_al = system_.H_pl.data() + s_.slot_block[a.slot];
+      double* H_al = system_.H_pl.data() + s_.SlotBlock(a.slot);
       double* b_a = RowsOfSums(a.pose);
       for (int c = 0; c < dim_a; ++c) {
         const double* column = C + (a.column + c) * stride;
@@ -358,7 +358,7 @@ void Linearized::ResizeChunkSums(const Structure& s) {
 
 MatXX Linearized::Coupling(const Structure& s, int slot) const {
   const int p = s.pose_dim[s.slot_pose[slot]], l = s.landmark_dim[s.slot_landmark[slot]];
-  if (H_pl_factors.empty()) return Eigen::Map<const MatXX>(&H_pl[s.slot_block[slot]], p, l);
+  if (H_pl_factors.empty()) return Eigen::Map<const MatXX>(&H_pl[s.SlotBlock(slot)], p, l);
   using Rows = Eigen::Matrix<float, 2, Eigen::Dynamic, Eigen::RowMajor>;
   const MatXX J =
       Eigen::Map<const Rows>(&H_pl_factors[static_cast<size_t>(slot) * 2 * (p + l)], 2, p + l).cast<double>();

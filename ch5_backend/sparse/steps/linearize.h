@@ -22,7 +22,7 @@ namespace ch5 {
 
 struct Linearized {
   SymmetricBlockMatrix H_pp;
-  AlignedVector H_pl;               ///< see Structure::slot_block; or empty, and then
+  AlignedVector H_pl;               ///< see Structure::SlotBlock; or empty, and then
   std::vector<float> H_pl_factors;  ///< of each slot's block, kernels/slot_factors.h
   std::vector<double> H_ll;         ///< see Structure::landmark_block
   VecX b;                           ///< all rows, poses first
@@ -44,10 +44,15 @@ struct Linearized {
   void Resize(const Structure& structure, bool factored = false);
   /// What the kernels need of the poses that see landmark `l`.
   kernels::LandmarkSlots Slots(const Structure& s, int l) const {
-    return {s.landmark_slots[l],  s.landmark_slots[l + 1],
-            s.slot_pose.data(),   s.slot_block.data(),
-            s.pose_offset.data(), s.pose_dim.data(),
-            H_pl.data(),          H_pl_factors.empty() ? nullptr : H_pl_factors.data()};
+    return {s.landmark_slots[l],
+            s.landmark_slots[l + 1],
+            s.slot_pose.data(),
+            s.slot_block.empty() ? nullptr : s.slot_block.data(),
+            s.SlotSize(),
+            s.pose_offset.data(),
+            s.pose_dim.data(),
+            H_pl.data(),
+            H_pl_factors.empty() ? nullptr : H_pl_factors.data()};
   }
   /// The block of H_pl that belongs to a slot.
   MatXX Coupling(const Structure& s, int slot) const;

@@ -108,22 +108,29 @@ void NumberVertices(const std::vector<int>& order, Structure* s) {
 
 // A slot for each landmark in its new order, and pose that sees it.
 void FindSlots(const std::vector<int>& order, const Lists& seen_by, Structure* s) {
-  for (std::vector<int>* list : {&s->slot_pose, &s->slot_landmark, &s->slot_block})
-    list->reserve(seen_by.items.size() + 1);
+  for (std::vector<int>* list : {&s->slot_pose, &s->slot_landmark}) list->reserve(seen_by.items.size());
   s->landmark_slots.push_back(0);
   for (int l = 0; l < s->NumLandmarks(); ++l) {
     for (int k = seen_by.begin[order[l]]; k < seen_by.begin[order[l] + 1]; ++k) {
       s->slot_pose.push_back(seen_by.items[k]);
       s->slot_landmark.push_back(l);
-      s->slot_block.push_back(s->num_H_pl_values);
-      s->num_H_pl_values += s->pose_dim[seen_by.items[k]] * s->landmark_dim[l];
     }
     s->landmark_slots.push_back(static_cast<int>(s->slot_pose.size()));
   }
-  s->slot_block.push_back(s->num_H_pl_values);
   s->pose_slots = Numbers(s->slot_pose.size());
   s->pose_slots_begin = SortByKey(s->pose_slots.begin(), s->pose_slots.end(), s->NumPoses(),
                                   [&](int slot) { return s->slot_pose[slot]; });
+}
+
+// Where their blocks begin, unless the sizes tell.
+void PlaceSlots(Structure* s) {
+  s->num_H_pl_values = s->SlotSize() * static_cast<int>(s->slot_pose.size());
+  if (s->sizes.AreFixed()) return;
+  for (size_t slot = 0; slot < s->slot_pose.size(); ++slot) {
+    s->slot_block.push_back(s->num_H_pl_values);
+    s->num_H_pl_values += s->pose_dim[s->slot_pose[slot]] * s->landmark_dim[s->slot_landmark[slot]];
+  }
+  s->slot_block.push_back(s->num_H_pl_values);
 }
 
 // Each number is written where it stays: a copy of what has just been written piece by piece would have to wait for it.
@@ -194,7 +201,7 @@ void NumberEdgeTypes(Structure* s) {
     const Edge& edge = *s->edges[e].edge;
     const auto is_it = [&](const std::type_info* type) { return *type == typeid(edge); };
     const auto it = std::find_if(types.begin(), types.end(), is_it);
-    s->edges[e].type = static_cast<int>(it - types.begin());
+    s->edges[e].type = static_cast<int16_t>(it - types.begin());
     if (it == types.end()) types.push_back(&typeid(edge));
   }
   s->num_edge_types = static_cast<int>(types.size());
@@ -253,10 +260,18 @@ void ListHessianBlocks(Structure* s) {
   }
   std::vector<int> column_begin{0};
   for (const auto& rows : s->H_pp_pattern) column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
+  std::vector<int> of_one_pose(s->poses.size(), kNone);  // an edge of one pose changes one block
   for (size_t set = 0; set + 1 < begins.size(); ++set) {
-    const auto blocks_begin = static_cast<int>(s->edge_blocks.size());
+    const EdgeRecord& first = s->edges[s->BatchEdge(begins[set])];
+    int blocks_begin = static_cast<int>(s->edge_blocks.size());
+    const bool has_one_pose = first.poses_end == first.poses_begin + 1;
+    int* known = has_one_pose && !s->BatchGoesByRuns() ? &of_one_pose[pose(first, 0)] : nullptr;
+    const bool is_known = known && *known != kNone;
+    if (is_known) blocks_begin = *known;
+    if (known) *known = blocks_begin;
     for (int k = begins[set]; k < begins[set + 1]; ++k) s->edges[s->BatchEdge(k)].blocks_begin = blocks_begin;
-    ForEachPair(s->edges[s->BatchEdge(begins[set])], [&](const EdgeRecord& record, int i, int j) {
+    if (is_known) continue;
+    ForEachPair(first, [&](const EdgeRecord& record, int i, int j) {
       const std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
       const auto row = i == j ? 0 : std::lower_bound(rows.begin(), rows.end(), pose(record, i)) - rows.begin();
       s->edge_blocks.push_back(column_begin[pose(record, j)] + static_cast<int>(row));
@@ -373,6 +388,7 @@ Structure BuildStructure(Ordering ordering) {
   NumberVertices(order, &s);
   FindSlots(order, seen_by, &s);
   s.sizes = CommonSizes(s);
+  PlaceSlots(&s);
   ListEdges(order, edges, &s);
   NumberEdgeTypes(&s);
   SortBatchEdges(&s);

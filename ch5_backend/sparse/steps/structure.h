@@ -37,9 +37,9 @@ struct EdgeRecord {
   int width;                   ///< columns of all free vertices together
   int blocks_begin;            ///< its blocks of H_pp in Structure::edge_blocks: (0, 0), (1, 0), (1, 1), (2, 0), …
   int normal_equations;        ///< of an edge between poses: where its normal equations are stored
-  bool is_numeric = false;     ///< it is linearized before the others (numeric_edges.h)
   int landmark = -1;           ///< its number
-  int type = 0;                ///< of an edge with a free landmark: counts their types
+  int16_t type = 0;            ///< of an edge with a free landmark: counts their types
+  bool is_numeric = false;     ///< it is linearized before the others (numeric_edges.h)
 };
 
 /// Landmarks' edges of one type with the same free poses at the same positions: they change the same blocks of H_pp.
@@ -71,8 +71,7 @@ struct Structure {
   std::vector<int> landmark_edges;  ///< landmark l has edges [landmark_edges[l], landmark_edges[l + 1])
   std::vector<int> landmark_slots;  ///< and slots [landmark_slots[l], landmark_slots[l + 1]), by ascending pose
   std::vector<int> slot_pose, slot_landmark;
-  /// Where the slot's block, d_p×d_l without padding, begins among those of H_pl; and the end of all.
-  std::vector<int> slot_block;
+  std::vector<int> slot_block;  ///< SlotBlock of each slot and of the end, unless all have the same size
   std::vector<int> pose_slots_begin, pose_slots;  ///< the slots of each pose, by ascending landmark
   std::vector<int> chunk_begin;                   ///< chunk c has landmarks [chunk_begin[c], chunk_begin[c + 1])
 
@@ -94,6 +93,10 @@ struct Structure {
   int num_H_ll_values = 0, num_H_pl_values = 0, num_normal_equation_values = 0;
 
   int Size() const { return ordering.Size(); }
+  /// Where the slot's block, d_p×d_l without padding, begins among those of H_pl; that of the end is behind all.
+  int SlotBlock(int slot) const { return slot_block.empty() ? slot * SlotSize() : slot_block[slot]; }
+  /// The numbers of each block, where all have the same size.
+  int SlotSize() const { return sizes.AreFixed() ? sizes.rows * sizes.columns : 0; }
   int NumPoses() const { return static_cast<int>(poses.size()); }
   int NumLandmarks() const { return static_cast<int>(landmarks.size()); }
   int NumChunks() const { return chunk_begin.empty() ? 0 : static_cast<int>(chunk_begin.size()) - 1; }
