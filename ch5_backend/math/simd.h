@@ -10,6 +10,7 @@
 /// to the bit on one machine, not between machines.
 
 #include <cstddef>
+#include <type_traits>
 
 #define CH5_UNROLL _Pragma("GCC unroll 16")  // without it, -O2 keeps the registers of a block in memory
 
@@ -59,6 +60,15 @@ CH5_INLINE LanesInMemory* AsLanes(double* x) { return reinterpret_cast<LanesInMe
 CH5_INLINE const LanesInMemory* AsLanes(const double* x) { return reinterpret_cast<const LanesInMemory*>(x); }
 CH5_INLINE WideLanesInMemory* AsWide(double* x) { return reinterpret_cast<WideLanesInMemory*>(x); }
 CH5_INLINE const WideLanesInMemory* AsWide(const double* x) { return reinterpret_cast<const WideLanesInMemory*>(x); }
+
+/// The longer vector that fits into the processor's registers: GCC 12 takes longer ones apart through memory, which costs
+/// several times as much.
+template <SimdLevel kSimd>
+using FittingLanes = std::conditional_t<kSimd == SimdLevel::kAvx512, WideLanes, Lanes>;
+CH5_INLINE void Load(const double* x, Lanes* v) { *v = *AsLanes(x); }
+CH5_INLINE void Load(const double* x, WideLanes* v) { *v = *AsWide(x); }
+CH5_INLINE void Store(const Lanes& v, double* x) { *AsLanes(x) = v; }
+CH5_INLINE void Store(const WideLanes& v, double* x) { *AsWide(x) = v; }
 
 /// A pack: eight items side by side, item k in lane k of WideLanes.
 constexpr int kPack = 8;

@@ -8,37 +8,46 @@
 
 namespace ch5::kernels {
 
+/// FittingLanes (math/simd.h) in a pack: one, or two halves.
+template <typename Vector>
+constexpr int kParts = kPack * sizeof(double) / sizeof(Vector);
+
 /// Numbers [0, 4) of the result are the sums over the lanes of x[0] … x[3].
+CH5_INLINE void SumLanes(const Lanes* x, Lanes* sums) {
+  Lanes columns[4] = {x[0], x[1], x[2], x[3]};
+  Transpose(columns);
+  *sums = (columns[0] + columns[1]) + (columns[2] + columns[3]);
+}
 CH5_INLINE void SumLanes(const WideLanes* x, Lanes* sums) {
   Lanes halves[4];
   CH5_UNROLL
   for (int i = 0; i < 4; ++i) {
     halves[i] = Lanes{x[i][0], x[i][1], x[i][2], x[i][3]} + Lanes{x[i][4], x[i][5], x[i][6], x[i][7]};
   }
-  Transpose(halves);
-  *sums = (halves[0] + halves[1]) + (halves[2] + halves[3]);
+  SumLanes(halves, sums);
 }
 
-/// The N numbers of each edge behind each other; x[i] has number i of all edges.
+/// The N numbers of each edge behind each other; x[i] has number i of four edges, or of all eight.
 template <int N>
-CH5_INLINE void TurnPack(const WideLanes* x, double* of_edge) {
+CH5_INLINE void TurnPack(const Lanes* x, double* of_edge) {
   CH5_UNROLL
   for (int first = 0; first < N; first += kLanes) {
-    Lanes low[kLanes], high[kLanes];
+    Lanes turned[kLanes] = {x[first], x[first + 1], x[first + 2], x[first + 3]};
+    Transpose(turned);
     CH5_UNROLL
-    for (int i = 0; i < kLanes; ++i) {
-      const WideLanes& v = x[first + i];
-      low[i] = Lanes{v[0], v[1], v[2], v[3]};
-      high[i] = Lanes{v[4], v[5], v[6], v[7]};
-    }
-    Transpose(low);
-    Transpose(high);
-    CH5_UNROLL
-    for (int k = 0; k < kLanes; ++k) {
-      *AsLanes(of_edge + k * N + first) = low[k];
-      *AsLanes(of_edge + (kLanes + k) * N + first) = high[k];
-    }
+    for (int k = 0; k < kLanes; ++k) *AsLanes(of_edge + k * N + first) = turned[k];
   }
+}
+template <int N>
+CH5_INLINE void TurnPack(const WideLanes* x, double* of_edge) {
+  Lanes low[N], high[N];
+  CH5_UNROLL
+  for (int i = 0; i < N; ++i) {
+    low[i] = Lanes{x[i][0], x[i][1], x[i][2], x[i][3]};
+    high[i] = Lanes{x[i][4], x[i][5], x[i][6], x[i][7]};
+  }
+  TurnPack<N>(low, of_edge);
+  TurnPack<N>(high, of_edge + kLanes * N);
 }
 
 /// y (P, without padding) += x
@@ -53,18 +62,26 @@ CH5_INLINE void AddTight(const double* x, double* y) {
 /// C (P×Q, Stride(P) numbers a column) += Σ AᵀB over all lanes of `packs` packs, which lie `step` numbers apart; A and B
 /// have R rows and are column-major. Only the upper half of C, at least, if `kUpper`. `Tile` columns of C at a time, as many
 /// as there are registers for.
-template <int R, int P, int Q, int Tile, bool kUpper = false, int First = 0>
+template <typename Vector, int R, int P, int Q, int Tile, bool kUpper = false, int First = 0>
 CH5_INLINE void AddPackProducts(const double* A, const double* B, int packs, int step, double* C) {
   constexpr int kTile = std::min(Tile, Q - First), kRows = kUpper ? std::min(P, First + kTile) : P;
-  WideLanes sums[kTile][Stride(P)] = {};
+  constexpr int kWidth = kPack / kParts<Vector>;
+  Vector sums[kTile][Stride(P)] = {};
   for (int k = 0; k < packs; ++k) {
-    const auto *a = AsWide(A + k * step), *b = AsWide(B + k * step) + First * R;
     CH5_UNROLL
-    for (int r = 0; r < R; ++r) {
+    for (int part = 0; part < kParts<Vector>; ++part) {
+      const double *a = A + k * step + part * kWidth, *b = B + k * step + part * kWidth + First * R * kPack;
       CH5_UNROLL
-      for (int i = 0; i < kRows; ++i) {
+      for (int r = 0; r < R; ++r) {
+        Vector b_r[kTile], a_ir;
         CH5_UNROLL
-        for (int c = 0; c < kTile; ++c) sums[c][i] += a[i * R + r] * b[c * R + r];
+        for (int c = 0; c < kTile; ++c) Load(b + (c * R + r) * kPack, b_r + c);
+        CH5_UNROLL
+        for (int i = 0; i < kRows; ++i) {
+          Load(a + (i * R + r) * kPack, &a_ir);
+          CH5_UNROLL
+          for (int c = 0; c < kTile; ++c) sums[c][i] += a_ir * b_r[c];
+        }
       }
     }
   }
@@ -77,7 +94,7 @@ CH5_INLINE void AddPackProducts(const double* A, const double* B, int packs, int
       *AsLanes(C + (First + c) * Stride(P) + i) += sum;
     }
   }
-  if constexpr (First + kTile < Q) AddPackProducts<R, P, Q, Tile, kUpper, First + kTile>(A, B, packs, step, C);
+  if constexpr (First + kTile < Q) AddPackProducts<Vector, R, P, Q, Tile, kUpper, First + kTile>(A, B, packs, step, C);
 }
 
 }  // namespace ch5::kernels

@@ -139,6 +139,7 @@ class ChunkLinearizer {
     for (int k = s_.chunk_runs[chunk_]; k < s_.chunk_runs[chunk_ + 1]; ++k) LinearizeRun(s_.runs[k]);
   }
 
+  using Vector = FittingLanes<kWide ? SimdLevel::kAvx512 : SimdLevel::kAvx2>;
   static constexpr int kR = WeightedEdgeBatch::kRows, kTile = kWide ? 3 : 1;
   static constexpr int kPackSize = kR * (1 + WeightedEdgeBatch::kMostColumns) * kPack, kPacks = 8;
 
@@ -164,15 +165,15 @@ class ChunkLinearizer {
       const int* block = s_.edge_blocks.data() + first.blocks_begin;
       for (int i = 0; i < num_poses; ++i) {
         alignas(64) double Jt_r[Stride(P)] = {};
-        kernels::AddPackProducts<kR, P, 1, 1>(jacobian(i), r, packs, kPackSize, Jt_r);
+        kernels::AddPackProducts<Vector, kR, P, 1, 1>(jacobian(i), r, packs, kPackSize, Jt_r);
         double* b_i = RowsOfSums(poses[i].pose);
         for (int c = 0; c < P; ++c) b_i[c] -= Jt_r[c];
         for (int j = 0; j < i; ++j) {
-          kernels::AddPackProducts<kR, P, P, kTile>(jacobian(i), jacobian(j), packs, kPackSize,
-                                                    BlockOfSums(*block++, poses[j].pose));
+          kernels::AddPackProducts<Vector, kR, P, P, kTile>(jacobian(i), jacobian(j), packs, kPackSize,
+                                                            BlockOfSums(*block++, poses[j].pose));
         }
-        kernels::AddPackProducts<kR, P, P, kTile, true>(jacobian(i), jacobian(i), packs, kPackSize,
-                                                        BlockOfSums(*block++, poses[i].pose));
+        kernels::AddPackProducts<Vector, kR, P, P, kTile, true>(jacobian(i), jacobian(i), packs, kPackSize,
+                                                                BlockOfSums(*block++, poses[i].pose));
       }
     }
   }
@@ -189,14 +190,22 @@ class ChunkLinearizer {
 
   // The edges' i-th poses: J_iᵀJ_l.
   CH5_INLINE void AddToSlots(int e, int count, int i, const double* J_i, const double* J_l) {
-    WideLanes products[Stride(P)] = {};
-    CH5_UNROLL
-    for (int c = 0; c < P; ++c) {
-      CH5_UNROLL
-      for (int r = 0; r < kR; ++r) products[c] += AsWide(J_i)[c * kR + r] * AsWide(J_l)[r];
-    }
     alignas(64) double of_edge[kPack * Stride(P)];
-    kernels::TurnPack<Stride(P)>(products, of_edge);
+    CH5_UNROLL
+    for (int part = 0; part < kernels::kParts<Vector>; ++part) {
+      const int lane = part * kPack / kernels::kParts<Vector>;
+      Vector products[Stride(P)] = {}, a, b;
+      CH5_UNROLL
+      for (int r = 0; r < kR; ++r) {
+        Load(J_l + r * kPack + lane, &b);
+        CH5_UNROLL
+        for (int c = 0; c < P; ++c) {
+          Load(J_i + (c * kR + r) * kPack + lane, &a);
+          products[c] += a * b;
+        }
+      }
+      kernels::TurnPack<Stride(P)>(products, of_edge + lane * Stride(P));
+    }
     for (int k = 0; k < count; ++k) {
       const EdgePose& pose = s_.edge_poses[s_.edges[s_.batch_edges[e + k]].poses_begin + i];
       double* H_il = system_.H_pl.data() + s_.SlotBlock(pose.slot);

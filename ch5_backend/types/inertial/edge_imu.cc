@@ -108,42 +108,49 @@ constexpr int kColumns = 31, kStride = 32;  // of [J r]
 // C = −[J r]ᵀW[J r], its lower half, from the rows of [J r], kStride numbers each. Most of J is zero, and is skipped.
 struct ProductsOfRows {
   using Signature = void(const double* W, const double* J_r, double* C);
-  template <SimdLevel>
+  template <SimdLevel kSimd>
   static CH5_INLINE void Run(const double* W, const double* J_r, double* C) {
-    constexpr int kGroups = kStride / kPack;
+    using Vector = FittingLanes<kSimd>;
+    constexpr int kWidth = sizeof(Vector) / sizeof(double), kGroups = kStride / kWidth;
     alignas(64) double WJ[kRows * kStride];  // −W [J r]
     for (int i = 0; i < kRows; ++i) {
-      WideLanes sum[kGroups] = {};
+      Vector sum[kGroups] = {}, row;
       for (int k = 0; k < kRows; ++k) {
         CH5_UNROLL
-        for (int g = 0; g < kGroups; ++g) sum[g] -= W[i * kRows + k] * AsWide(J_r + k * kStride)[g];
+        for (int g = 0; g < kGroups; ++g) {
+          Load(J_r + k * kStride + g * kWidth, &row);
+          sum[g] -= W[i * kRows + k] * row;
+        }
       }
       CH5_UNROLL
-      for (int g = 0; g < kGroups; ++g) AsWide(WJ + i * kStride)[g] = sum[g];
+      for (int g = 0; g < kGroups; ++g) Store(sum[g], WJ + i * kStride + g * kWidth);
     }
-    AddColumns<0, kGroups>(J_r, WJ, C);
-    AddColumns<1, kGroups>(J_r, WJ, C);
-    AddColumns<2, kGroups>(J_r, WJ, C);
-    AddColumns<3, kGroups>(J_r, WJ, C);
+    AddColumns<Vector>(J_r, WJ, C);
   }
 
-  // Eight columns of C, from the first one's diagonal on: JᵀWJ is symmetric, so that a row of WJ goes along a column.
-  template <int First, int kGroups>
+  // The columns of C from a group on, from the group's first row on: JᵀWJ is symmetric, so that a row of WJ goes along a
+  // column.
+  template <typename Vector, int First = 0>
   static CH5_INLINE void AddColumns(const double* J_r, const double* WJ, double* C) {
-    for (int c = First * kPack; c < First * kPack + kPack && c < kColumns; ++c) {
-      alignas(64) WideLanes sum[kGroups] = {};
+    constexpr int kWidth = sizeof(Vector) / sizeof(double), kGroups = kStride / kWidth;
+    for (int c = First * kWidth; c < First * kWidth + kWidth && c < kColumns; ++c) {
+      Vector sum[kGroups] = {}, row;
       for (int k = 0; k < kRows; ++k) {
         const double J_kc = J_r[k * kStride + c];
         if (J_kc == 0.0) continue;
         CH5_UNROLL
-        for (int g = First; g < kGroups; ++g) sum[g] += J_kc * AsWide(WJ + k * kStride)[g];
+        for (int g = First; g < kGroups; ++g) {
+          Load(WJ + k * kStride + g * kWidth, &row);
+          sum[g] += J_kc * row;
+        }
       }
       double* column = C + c * kColumns;
       CH5_UNROLL
-      for (int g = First; g < kGroups - 1; ++g) AsWide(column)[g] = sum[g];
+      for (int g = First; g < kGroups - 1; ++g) Store(sum[g], column + g * kWidth);
       CH5_UNROLL
-      for (int i = 0; i < kColumns % kPack; ++i) column[kColumns / kPack * kPack + i] = sum[kGroups - 1][i];
+      for (int i = 0; i < kColumns % kWidth; ++i) column[kColumns / kWidth * kWidth + i] = sum[kGroups - 1][i];
     }
+    if constexpr (First + 1 < kGroups) AddColumns<Vector, First + 1>(J_r, WJ, C);
   }
 };
 
