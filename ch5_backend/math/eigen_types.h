@@ -40,7 +40,6 @@ using Vec9 = Eigen::Matrix<double, 9, 1>;
 using Mat22 = Eigen::Matrix2d;
 using Mat23 = Eigen::Matrix<double, 2, 3>;
 using Mat26 = Eigen::Matrix<double, 2, 6>;
-using Mat29 = Eigen::Matrix<double, 2, 9>;
 using Mat33 = Eigen::Matrix3d;
 using Mat66 = Eigen::Matrix<double, 6, 6>;
 

@@ -61,8 +61,8 @@ CH5_INLINE const LanesInMemory* AsLanes(const double* x) { return reinterpret_ca
 CH5_INLINE WideLanesInMemory* AsWide(double* x) { return reinterpret_cast<WideLanesInMemory*>(x); }
 CH5_INLINE const WideLanesInMemory* AsWide(const double* x) { return reinterpret_cast<const WideLanesInMemory*>(x); }
 
-/// The longer vector that fits into the processor's registers: GCC 12 takes longer ones apart through memory, which costs
-/// several times as much.
+/// The longer vector that is not longer than the registers of AVX2 or AVX-512: GCC 12 takes such vectors apart through
+/// memory, which costs several times as much. Without either even Lanes are two registers.
 template <SimdLevel kSimd>
 using FittingLanes = std::conditional_t<kSimd == SimdLevel::kAvx512, WideLanes, Lanes>;
 CH5_INLINE void Load(const double* x, Lanes* v) { *v = *AsLanes(x); }

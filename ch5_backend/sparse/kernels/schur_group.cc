@@ -89,10 +89,9 @@ constexpr int kMostRows = Stride(9);
 typedef double Pair __attribute__((vector_size(16)));
 typedef double PairInMemory __attribute__((vector_size(16), aligned(8)));
 
+using ch5::Load;
 CH5_INLINE void Load(const double* x, Pair* v) { *v = *reinterpret_cast<const PairInMemory*>(x); }
 CH5_INLINE void Subtract(const Pair& v, double* x) { *reinterpret_cast<PairInMemory*>(x) -= v; }
-CH5_INLINE void Load(const double* x, Lanes* v) { *v = *AsLanes(x); }
-CH5_INLINE void Load(const double* x, WideLanes* v) { *v = *AsWide(x); }
 CH5_INLINE void Subtract(const Lanes& v, double* x) { *AsLanes(x) -= v; }
 CH5_INLINE void Subtract(const WideLanes& v, double* x) { *AsWide(x) -= v; }
 

@@ -260,17 +260,17 @@ void ListHessianBlocks(Structure* s) {
   }
   std::vector<int> column_begin{0};
   for (const auto& rows : s->H_pp_pattern) column_begin.push_back(column_begin.back() + static_cast<int>(rows.size()));
-  std::vector<int> of_one_pose(s->poses.size(), kNone);  // an edge of one pose changes one block
+  // An edge of one pose changes one block, which all such edges share; but runs are told apart by where theirs begin.
+  std::vector<int> of_one_pose(s->poses.size(), kNone);
   for (size_t set = 0; set + 1 < begins.size(); ++set) {
     const EdgeRecord& first = s->edges[s->BatchEdge(begins[set])];
-    int blocks_begin = static_cast<int>(s->edge_blocks.size());
-    const bool has_one_pose = first.poses_end == first.poses_begin + 1;
-    int* known = has_one_pose && !s->BatchGoesByRuns() ? &of_one_pose[pose(first, 0)] : nullptr;
-    const bool is_known = known && *known != kNone;
-    if (is_known) blocks_begin = *known;
-    if (known) *known = blocks_begin;
+    const bool shares = first.poses_end == first.poses_begin + 1 && !s->BatchGoesByRuns();
+    int own = kNone;
+    int& blocks_begin = shares ? of_one_pose[pose(first, 0)] : own;
+    const bool is_new = blocks_begin == kNone;
+    if (is_new) blocks_begin = static_cast<int>(s->edge_blocks.size());
     for (int k = begins[set]; k < begins[set + 1]; ++k) s->edges[s->BatchEdge(k)].blocks_begin = blocks_begin;
-    if (is_known) continue;
+    if (!is_new) continue;
     ForEachPair(first, [&](const EdgeRecord& record, int i, int j) {
       const std::vector<int>& rows = s->H_pp_pattern[pose(record, j)];
       const auto row = i == j ? 0 : std::lower_bound(rows.begin(), rows.end(), pose(record, i)) - rows.begin();

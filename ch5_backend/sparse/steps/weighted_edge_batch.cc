@@ -52,15 +52,18 @@ bool LandmarkEdgeBatches::AddAll(const Structure& s) {
   constexpr int kAhead = 12, kLines = 6;  // whole edges, with what their batch copies
   batches_.resize(static_cast<size_t>(s.num_edge_types));
   places_.clear();
+  const bool is_one_type = s.num_edge_types == 1;
   bool started[kMostTypes] = {};
   for (int e = 0; e < s.num_landmark_edges; ++e) {
     if (e + kAhead < s.num_landmark_edges) PrefetchObject(s.edges[s.BatchEdge(e + kAhead)].edge, kLines);
     const EdgeRecord& record = s.edges[s.BatchEdge(e)];
     WeightedEdgeBatch& batch = batches_[record.type];
-    if (!started[record.type] && !batch.Start(*record.edge)) return false;
-    if (s.num_edge_types == 1 && e == 0) batch.Reserve(static_cast<size_t>(s.num_landmark_edges));
-    started[record.type] = true;
-    if (s.num_edge_types > 1) places_.push_back({record.type, batch.Size()});
+    if (!started[record.type]) {
+      if (!batch.Start(*record.edge)) return false;
+      if (is_one_type) batch.Reserve(static_cast<size_t>(s.num_landmark_edges));
+      started[record.type] = true;
+    }
+    if (!is_one_type) places_.push_back({record.type, batch.Size()});
     if (!batch.Add(*record.edge)) return false;
   }
   return true;

@@ -34,26 +34,26 @@ struct RelativeRotation {
 // The same at a bias, for all edges between the two frames: what costs sines is worked out once.
 class BiasedRotation {
  public:
+  // R = γ Exp(J b), and its derivative by b,  R Hat(J_r J δb),  as the two factors of J_r J.
+  struct Values {
+    Mat33 R, right_jacobian, J;
+  };
   explicit BiasedRotation(RelativeRotation rotation) : rotation_(std::move(rotation)) { Compute(Vec3::Zero()); }
-  void SetBias(const Vec3& delta_b) {
+  const Values& At(const Vec3& delta_b) {
     if (delta_b != delta_b_) Compute(delta_b);
+    return values_;
   }
-  const Mat33& R() const { return R_; }
-  /// ∂φ/∂b of R = γ Exp(J b + φ), as two factors.
-  const Mat33& RightJacobian() const { return right_jacobian_; }
-  const Mat33& J() const { return rotation_.J; }
 
  private:
   void Compute(const Vec3& delta_b) {
     delta_b_ = delta_b;
     const Vec3 phi = rotation_.J * delta_b;
-    R_ = (rotation_.gamma * ExpSO3(phi)).toRotationMatrix();
-    right_jacobian_ = RightJacobianSO3(phi);
+    values_ = {(rotation_.gamma * ExpSO3(phi)).toRotationMatrix(), RightJacobianSO3(phi), rotation_.J};
   }
 
   RelativeRotation rotation_;
   Vec3 delta_b_;
-  Mat33 R_, right_jacobian_;
+  Values values_;
 };
 
 // γ_ij = Π γ_k,  J_ij = Σ γ_{k+1…j}ᵀ J_k.
@@ -75,12 +75,13 @@ class EdgeEpipolar : public SizedEdge<1, VertexVector<3>, VertexDirection> {
       : SizedEdge(std::move(bias), std::move(direction)), rotation_(std::move(rotation)), m_i_(m_i), m_j_(m_j) {}
   void ComputeResidual() override {
     const Vec3 c = this->c();
-    r_[0] = c.dot(R() * m_j_) / Length(c);
+    r_[0] = c.dot(Rotation().R * m_j_) / Length(c);
   }
   void ComputeJacobians() override {
-    const Vec3 c = this->c(), Rm_j = R() * m_j_;
+    const auto& [R, right_jacobian, J_b] = Rotation();
+    const Vec3 c = this->c(), Rm_j = R * m_j_;
     const double s = Length(c);
-    J<0>() = -(c.transpose() / s) * R() * Hat(m_j_) * rotation_->RightJacobian() * rotation_->J();
+    J<0>() = -(c.transpose() / s) * R * Hat(m_j_) * right_jacobian * J_b;
     const Vec3 dr_dc = Rm_j / s - c.dot(Rm_j) / (s * s * s) * c;
     J<1>() = -dr_dc.transpose() * Hat(m_i_) * GetVertex<1>().Basis();
   }
@@ -91,10 +92,7 @@ class EdgeEpipolar : public SizedEdge<1, VertexVector<3>, VertexDirection> {
   static double Length(const Vec3& c) {
     return std::sqrt(c.squaredNorm() + 1e-4);
   }  // ε = 0.01: at the epipole there is no plane
-  const Mat33& R() const {
-    rotation_->SetBias(GetVertex<0>().GetEstimate());
-    return rotation_->R();
-  }
+  const BiasedRotation::Values& Rotation() const { return rotation_->At(GetVertex<0>().GetEstimate()); }
 
   std::shared_ptr<BiasedRotation> rotation_;
   Vec3 m_i_, m_j_;
