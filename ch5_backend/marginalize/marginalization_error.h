@@ -22,6 +22,8 @@ namespace ch5 {
 
 class MarginalizationError {
  public:
+  virtual ~MarginalizationError();
+
   /// Adds an edge's part of H and b₀. New vertices are connected at their present states; a fixed one has no columns.
   /// The caller removes the edge from its graph.
   /// @throws std::invalid_argument if the edge connects two landmarks
@@ -29,7 +31,7 @@ class MarginalizationError {
 
   /// Stage 5.1. Opens rows and columns for a new block of `dim`: a landmark's at the tail of H, any other's at the end
   /// of the dense part. @return its first row
-  int InsertBlock(int dim, bool is_landmark);
+  virtual int InsertBlock(int dim, bool is_landmark);
 
   /// Marginalizes vertices: landmarks one small block at a time, then the others in one dense block.
   /// @throws std::invalid_argument if a vertex is not connected
@@ -37,13 +39,13 @@ class MarginalizationError {
 
   /// Stage 5.2.  U ← U − W V⁺ Wᵀ,  b_a ← b_a − W V⁺ b_b  for one block of variables.
   /// @param V  m×m, of the dropped block;  @param W  n×m;  @param U, b_a  of the rest, changed in place;  @param b_b  m×1
-  static void SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a);
+  virtual void SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a);
 
   /// Stage 5.3.  J and e₀ from H and b₀; call it after adding and marginalizing, before use.
-  void UpdateErrorComputation();
+  virtual void UpdateErrorComputation();
 
   /// Stage 5.4.  e = e₀ + J Δχ for a given Δχ (n×1).
-  VecX Residual(const VecX& delta_chi) const;
+  virtual VecX Residual(const VecX& delta_chi) const;
 
   /// x ⊟ x₀ of all blocks at their present states.
   VecX ComputeDeltaChi() const;

@@ -18,7 +18,16 @@ std::vector<int> RowsWithout(const std::vector<bool>& is_left_out) {
   return rows;
 }
 
+// What is left by a graded function, on whose sizes the rest relies.
+void RequireRows(Eigen::Index n, const MatXX& H, const VecX& b0, const char* function) {
+  if (H.rows() == n && H.cols() == n && b0.size() == n) return;
+  throw std::logic_error(std::string(function) + " leaves " + std::to_string(H.rows()) + " rows, not " +
+                         std::to_string(n));
+}
+
 }  // namespace
+
+MarginalizationError::~MarginalizationError() = default;
 
 int MarginalizationError::Find(const Vertex& vertex) const {
   const auto it =
@@ -34,8 +43,10 @@ int MarginalizationError::OrderingIdx(const Vertex& vertex) const {
 void MarginalizationError::Connect(const std::shared_ptr<Vertex>& vertex) {
   if (vertex->IsFixed() || Find(*vertex) >= 0) return;
   const bool is_landmark = vertex->GetRole() == Role::kLandmark;
-  const int dim = vertex->LocalDimension();
+  const int dim = vertex->LocalDimension(), size = static_cast<int>(H_.rows());
   const int idx = InsertBlock(dim, is_landmark);
+  RequireRows(size + dim, H_, b0_, "InsertBlock");
+  if (idx < 0 || idx > size) throw std::logic_error("InsertBlock returns " + std::to_string(idx));
   if (!is_landmark) {  // the landmarks behind it move back
     for (Block& block : blocks_) block.ordering_idx += block.is_landmark ? dim : 0;
     dense_size_ += dim;
@@ -111,6 +122,7 @@ void MarginalizationError::EliminateLandmarks(const std::vector<const Block*>& l
   for (const Block* block : landmarks) {
     const int idx = block->ordering_idx, dim = block->dim;
     SchurComplement(H_.block(idx, idx, dim, dim), H_(rows, Eigen::seqN(idx, dim)), b0_.segment(idx, dim), &U, &b_a);
+    RequireRows(static_cast<Eigen::Index>(rows.size()), U, b_a, "SchurComplement");
   }
   H_ = std::move(U);
   b0_ = std::move(b_a);
@@ -127,6 +139,7 @@ void MarginalizationError::EliminateDense(const std::vector<int>& rows, const st
   H_ = H(kept, kept);
   b0_ = b0(kept);
   if (!dropped.empty()) SchurComplement(H(dropped, dropped), H(kept, dropped), b0(dropped), &H_, &b0_);
+  RequireRows(static_cast<Eigen::Index>(kept.size()), H_, b0_, "SchurComplement");
 }
 
 // Removes the dropped blocks and renumbers the others, which are all connected after the Schur complement.

@@ -32,26 +32,6 @@ class MarginalizationInfo {
  public:
   static constexpr double kEps = 1e-8;  ///< eigenvalues up to it count as zero
 
-  /// @throws std::invalid_argument if a position lies outside of the edge's vertices
-  void AddResidualBlockInfo(const ResidualBlockInfo& info);
-
-  /// Stage 6a, 6b. Evaluates every residual at the present states, remembers the states, and numbers the blocks: those
-  /// that any residual drops first, the others after them, each in order of id. Fixed vertices have no columns.
-  void PreMarginalize();
-
-  /// A and b, their Schur complement, and back to a residual; after PreMarginalize.
-  void Marginalize();
-
-  /// Stage 6f. The prior on the kept blocks. A window that slides hands its states on: `shift` maps the id of a kept
-  /// vertex to the vertex that takes over its state (VINS' addr_shift); all others stay.
-  Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift = {}) const;
-
-  int m() const { return m_; }  ///< rows of the dropped blocks
-  int n() const { return n_; }  ///< rows of the kept blocks
-  const MatXX& A() const { return A_; }
-  const VecX& b() const { return b_; }
-
- protected:
   /// A vertex and where it stands in A.
   struct Block {
     std::shared_ptr<Vertex> vertex;
@@ -64,13 +44,34 @@ class MarginalizationInfo {
     VecX b;
   };
 
-  /// Stage 6c. A_ and b_, (m + n)×(m + n) and (m + n)×1.
-  void ConstructA();
-  /// Stage 6d. A_r and b_r.
-  KeptSystem SchurComplement() const;
-  /// Stage 6e. linearized_jacobians_ and linearized_residuals_ from A_r and b_r.
-  void Factor(const KeptSystem& kept);
+  virtual ~MarginalizationInfo();
 
+  /// @throws std::invalid_argument if a position lies outside of the edge's vertices
+  void AddResidualBlockInfo(const ResidualBlockInfo& info);
+
+  /// Stage 6a, 6b. Evaluates every residual at the present states, remembers the states, and numbers the blocks: those
+  /// that any residual drops first, the others after them, each in order of id. Fixed vertices have no columns.
+  virtual void PreMarginalize();
+
+  /// Stage 6c. A_ and b_, (m + n)×(m + n) and (m + n)×1.
+  virtual void ConstructA();
+  /// Stage 6d. A_r and b_r.
+  virtual KeptSystem SchurComplement() const;
+  /// Stage 6e. linearized_jacobians_ and linearized_residuals_ from A_r and b_r.
+  virtual void Factor(const KeptSystem& kept);
+  /// The three of them; after PreMarginalize.
+  void Marginalize();
+
+  /// Stage 6f. The prior on the kept blocks. A window that slides hands its states on: `shift` maps the id of a kept
+  /// vertex to the vertex that takes over its state (VINS' addr_shift); all others stay.
+  virtual Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift = {}) const;
+
+  int m() const { return m_; }  ///< rows of the dropped blocks
+  int n() const { return n_; }  ///< rows of the kept blocks
+  const MatXX& A() const { return A_; }
+  const VecX& b() const { return b_; }
+
+ protected:
   std::vector<ResidualBlockInfo> factors_;
   std::map<int, Block> blocks_;  // by vertex id
   std::vector<int> keep_;        // ids of the kept blocks, in the order of their rows

@@ -4,6 +4,8 @@
 
 namespace ch5 {
 
+MarginalizationInfo::~MarginalizationInfo() = default;
+
 void MarginalizationInfo::AddResidualBlockInfo(const ResidualBlockInfo& info) {
   for (const int position : info.drop_set) {
     if (position < 0 || position >= static_cast<int>(info.edge->Vertices().size())) {

@@ -7,7 +7,7 @@ namespace ch5::homework {
 
 namespace problem {
 inline void Link(Submission* s) {
-  s->make_problem = &Make<Problem>;
+  s->make_problem = &Make<Problem, Problem>;
   s->test_marginalize = &Problem::TestMarginalize;
 }
 }  // namespace problem
@@ -20,16 +20,16 @@ inline void Link(Submission* s) {
 }
 }  // namespace gauge_freedom
 namespace marginalization_error {
-inline void Link(Submission* s) { s->make_okvis_term = &MakeOkvisTerm<MarginalizationError>; }
+inline void Link(Submission* s) { s->make_marginalization_error = &Make<MarginalizationError, MarginalizationError>; }
 }  // namespace marginalization_error
 namespace vins_window {
 inline void Link(Submission* s) {
-  s->make_vins_term = &MakeVinsTerm<MarginalizationInfo>;
+  s->make_marginalization_info = &Make<MarginalizationInfo, MarginalizationInfo>;
   s->vins_window = {&DropSetOfMarginOld, &DropSetOfMarginSecondNew, &SlideWindow, &DetectFailure};
 }
 }  // namespace vins_window
 namespace block_solver {
-inline void Link(Submission* s) { s->make_block_solver = &MakeBlockSolver<PlainBlockSolver>; }
+inline void Link(Submission* s) { s->make_block_solver = &Make<PlainBlockSolver, PlainBlockSolver>; }
 }  // namespace block_solver
 namespace open_tasks {
 inline void Link(Submission* s) {

@@ -32,7 +32,7 @@ void CheckSchur(int poses, int goes) {
   };
   MatXX U = c.U;
   VecX b_a = c.b_a;
-  Chosen().make_okvis_term()->SchurComplement(c.V, c.W, c.b_b, &U, &b_a);
+  Chosen().make_marginalization_error()->SchurComplement(c.V, c.W, c.b_b, &U, &b_a);
   Require({"5", of("U"), c.U - c.Subtracted(), U, NamesOfPoses(poses), c.Mistakes(), 1e-9, {}, "5.2", "*U"});
   Require({"5",
            of("b_a"),
@@ -60,7 +60,7 @@ TEST(Stage5, EliminatesASingularBlock) {  // a landmark seen once: its depth is 
   const MatXX W = B.transpose() * A;
   const VecX b_b = -A.transpose() * r;
   const MatXX right_U = U - W * V_pinv * W.transpose(), right_b = b_a - W * (V_pinv * b_b);
-  Chosen().make_okvis_term()->SchurComplement(V, W, b_b, &U, &b_a);
+  Chosen().make_marginalization_error()->SchurComplement(V, W, b_b, &U, &b_a);
   if (Equal(U, right_U, 1e-7) && Equal(b_a, right_b, 1e-7)) return;
   Fail({"5", "5.singular_V", Word("U(0, 0) = " + Number(right_U(0, 0))), Word("U(0, 0) = " + Number(U(0, 0))),
         "5.V_no_inverse", "5.5 5.2"});
@@ -77,7 +77,7 @@ TEST(Stage5, EliminatesABlockThatNothingObserves) {
   const MatXX right_U = U - w * w.transpose() / v, right_b = b_a - w * (b / v);
   MatXX got_U = U;
   VecX got_b = b_a;
-  Chosen().make_okvis_term()->SchurComplement(V, W, Vec2(b, 0.0), &got_U, &got_b);
+  Chosen().make_marginalization_error()->SchurComplement(V, W, Vec2(b, 0.0), &got_U, &got_b);
   if (Equal(got_U, right_U, 1e-10) && Equal(got_b, right_b, 1e-10)) return;
   Fail({"5", "5.one_of_two_observed", Word("U(0, 0) = " + Number(right_U(0, 0))),
         Word("U(0, 0) = " + Number(got_U(0, 0))), "5.pinv_of_zero_is_zero", "5.5 5.2"});
@@ -107,13 +107,11 @@ void CheckSizesAndNumbers(const MatXX& J, const VecX& e0, const MatXX& H, const 
 }
 
 void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text& scene) {
-  const auto term = Chosen().make_okvis_term();
-  const OkvisTerm::Members inside = term->Inside();
-  *inside.H = H;
-  *inside.b0 = b0;
+  const auto term = Chosen().make_marginalization_error();
+  const auto [term_H, J, term_b0, e0, dense_size] = MembersOf(*term);
+  term_H = H;
+  term_b0 = b0;
   term->UpdateErrorComputation();
-  const MatXX& J = *inside.J;
-  const VecX& e0 = *inside.e0;
   CheckSizesAndNumbers(J, e0, H, b0, scene);
   const Factored right(H, b0);
   // Awkward units must not hide small entries: everything is compared in units of the diagonal.
@@ -172,12 +170,12 @@ TEST(Stage5, TakesTheRootInAwkwardUnits) {
 
 TEST(Stage5, TheResidualMovesWithTheStates) {
   Random random(Seed(59));
-  const auto term = Chosen().make_okvis_term();
-  const OkvisTerm::Members inside = term->Inside();
+  const auto term = Chosen().make_marginalization_error();
   const MatXX J = RandomMatrix(6, 6, &random);
   const VecX e0 = RandomMatrix(6, 1, &random), delta_chi = RandomMatrix(6, 1, &random);
-  *inside.J = J;
-  *inside.e0 = e0;
+  const auto [term_H, term_J, term_b0, term_e0, dense_size] = MembersOf(*term);
+  term_J = J;
+  term_e0 = e0;
   const MatXX e = term->Residual(delta_chi);
   const auto is = [](const VecX& answer) { return [answer] { return MatXX(answer); }; };
   Require({"5",
@@ -204,8 +202,10 @@ TEST(Stage5, TheWholeTermIsTheDenseSchurComplement) {
   GraphScene scene("poses and landmarks");
   const Graph& graph = scene.graph;
   const auto& v = graph.Vertices();  // 3 poses, 2 points, 2 inverse depths
-  const OkvisTerm::Remainder rest =
-      Chosen().make_okvis_term()->Marginalize(graph.Edges(), {v[3], v[0], v[4], v[6], v[5]}, {v[1], v[2]});
+  const auto term = Chosen().make_marginalization_error();
+  for (const auto& edge : graph.Edges()) term->AddResidualBlock(edge);
+  term->MarginalizeOut({v[3], v[0], v[4], v[6], v[5]});  // v[1] and v[2] are left, in this order
+  term->UpdateErrorComputation();
 
   const Ordering ordering = MakeOrdering(graph);
   const System all = StackedNormalEquations(graph, ordering.Size());
@@ -216,9 +216,9 @@ TEST(Stage5, TheWholeTermIsTheDenseSchurComplement) {
   const VecX b = all.b(stay) - H_rm * (H_mm_inverse * all.b(go));
   Names names = RowNames(ordering);
   names = {names.begin() + 6, names.begin() + 18};
-  Require({"5", "5.H_in_all", H, rest.H, names, {}, 1e-8});
-  Require({"5", "5.b0_in_all", b, rest.b0, names, {}, 1e-8});
-  Require({"5", "5.JTJ_in_all", H, rest.J.transpose() * rest.J, names, {}, 1e-8});
+  Require({"5", "5.H_in_all", H, term->H(), names, {}, 1e-8});
+  Require({"5", "5.b0_in_all", b, term->b0(), names, {}, 1e-8});
+  Require({"5", "5.JTJ_in_all", H, term->J().transpose() * term->J(), names, {}, 1e-8});
 }
 
 }  // namespace

@@ -105,9 +105,9 @@ int Rows(const std::vector<std::shared_ptr<Vertex>>& vertices) {
 
 Text After(const char* what, const Text& scene) { return {"5.after_insert", {{"what", Word(what)}, {"scene", scene}}}; }
 
-void CheckOpened(const Insertion& c, const OkvisTerm::Members& inside, const Names& names, const Text& scene) {
-  Require({"5", After("H", scene), c.Opened(), *inside.H, names, c.Mistakes(), 1e-10, {}, "5.1", "H"});
-  Require({"5", After("b0", scene), c.OpenedB(), *inside.b0, names, c.MistakesInB(), 1e-10, {}, "5.1", "b0"});
+void CheckOpened(const Insertion& c, const MarginalizationError& term, const Names& names, const Text& scene) {
+  Require({"5", After("H", scene), c.Opened(), term.H(), names, c.Mistakes(), 1e-10, {}, "5.1", "H"});
+  Require({"5", After("b0", scene), c.OpenedB(), term.b0(), names, c.MistakesInB(), 1e-10, {}, "5.1", "b0"});
 }
 
 /// A term over poses and landmarks with random numbers, and one more vertex to come.
@@ -129,16 +129,16 @@ void CheckInsertion(const std::vector<std::shared_ptr<Vertex>>& dense,
   const int dense_size = Rows(dense), size = dense_size + Rows(landmarks);
   const Insertion c{RandomPositiveDefinite(size, &random), RandomMatrix(size, 1, &random),
                     is_landmark ? size : dense_size, coming->LocalDimension()};
-  const auto term = Chosen().make_okvis_term();
-  const OkvisTerm::Members inside = term->Inside();
-  *inside.H = c.H;
-  *inside.b0 = c.b0;
-  *inside.dense_size = dense_size;
+  const auto term = Chosen().make_marginalization_error();
+  const auto [H, J, b0, e0, term_dense_size] = MembersOf(*term);
+  H = c.H;
+  b0 = c.b0;
+  term_dense_size = dense_size;
   const int row = term->InsertBlock(c.dim, is_landmark);
 
-  CheckOpened(c, inside, RowNames(after), scene);
-  if (*inside.dense_size != dense_size) {
-    Fail({"5", After("dense_size_", scene), Text("5.as_before", {{"size", Word(dense_size)}}), Word(*inside.dense_size),
+  CheckOpened(c, *term, RowNames(after), scene);
+  if (term_dense_size != dense_size) {
+    Fail({"5", After("dense_size_", scene), Text("5.as_before", {{"size", Word(dense_size)}}), Word(term_dense_size),
           "5.dense_size_grows_twice", "5.1"});
   }
   if (row != c.idx) Fail({"5", "5.returns_first_row"});

@@ -18,7 +18,7 @@ TEST(Stage6, RemembersTheFreeBlocks) {
   const auto term = scene.Fill();
   term->PreMarginalize();
   std::string right, got;
-  const auto blocks = term->Blocks();
+  const auto& blocks = BlocksOf(*term);
   for (const auto& vertex : scene.free) right += (right.empty() ? "" : ", ") + NameOf(*vertex);
   for (const auto& [id, block] : blocks) got += (got.empty() ? "" : ", ") + NameOf(*block.vertex);
   if (got != right) {
@@ -136,12 +136,12 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
   for (int again = 0; again < 2; ++again) {  // the second time finds the numbers of the first
     term->PreMarginalize();
     const Layout layout{scene};
-    const auto blocks = term->Blocks();
+    const auto& blocks = BlocksOf(*term);
     if (blocks.size() != scene.free.size()) Fail({"6", "6.number_of_blocks"});
     VecX rows(layout.Of({}).size());
     int k = 0;
     for (const auto& [id, block] : blocks) rows[k++] = block.idx;
-    rows.tail<2>() << *term->Inside().m, *term->Inside().n;
+    rows.tail<2>() << term->m(), term->n();
     Require({"6",
              "6.first_rows_blocks",
              layout.Of(scene.Dropped()),
@@ -153,7 +153,7 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
              "6b"});
     std::vector<int> right;
     for (const auto& vertex : scene.Kept()) right.push_back(vertex->Id());
-    const std::vector<int>& got = *term->Inside().keep;
+    const std::vector<int>& got = std::get<6>(MembersOf(*term));
     if (got != right) {
       Fail({"6", "6.keep", Text("6.ids_order_rows", {{"n", Word(right.size())}}),
             Text("6.ids", {{"n", Word(got.size())}}),
@@ -172,20 +172,27 @@ void CheckA(const FactorScene& scene, const Text& what) {
   const auto term = scene.Fill();
   term->PreMarginalize();
   term->ConstructA();
-  const VinsTerm::Members got = term->Inside();
   const Names names = scene.RowNames();
   Require({"6",
            {"scene.b_of", {{"what", what}}},
            scene.VectorB({}),
-           *got.b,
+           term->b(),
            names,
            MistakesInB(scene),
            1e-10,
            {},
            "6c",
            "b_"});
-  Require(
-      {"6", {"6.A_of", {{"what", what}}}, scene.MatrixA({}), *got.A, names, MistakesInA(scene), 1e-10, {}, "6c", "A_"});
+  Require({"6",
+           {"6.A_of", {{"what", what}}},
+           scene.MatrixA({}),
+           term->A(),
+           names,
+           MistakesInA(scene),
+           1e-10,
+           {},
+           "6c",
+           "A_"});
 }
 
 TEST(Stage6, AOfOneResidual) { CheckA(FactorScene(FactorScene::kOneEdge), "6.one_residual_between_two_poses"); }

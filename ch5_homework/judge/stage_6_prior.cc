@@ -14,13 +14,13 @@ using namespace stage_6;
 // ---- 6d SchurComplement -------------------------------------------------------------------------------------------
 
 void CheckSchur(const SchurCase& c, const Text& where) {
-  const auto term = Chosen().make_vins_term();
-  const VinsTerm::Members inside = term->Inside();
-  *inside.A = c.A;
-  *inside.b = c.b;
-  *inside.m = c.m;
-  *inside.n = c.n();
-  const VinsTerm::KeptSystem got = term->SchurComplement();
+  const auto term = Chosen().make_marginalization_info();
+  const auto [A, J, b, r0, m, n, keep] = MembersOf(*term);
+  A = c.A;
+  b = c.b;
+  m = c.m;
+  n = c.n();
+  const MarginalizationInfo::KeptSystem got = term->SchurComplement();
   if (!got.A.allFinite() && !HoldsUnset(got.A)) {
     Fail({"6", Text("6.A_r_where", {{"where", where}}), "matrix.finite_numbers", "6.infinite_ones", "6.cut_missing",
           "6d"});
@@ -135,12 +135,10 @@ void CheckR0(const FactorCase& c, const MatXX& J, const VecX& r0, const Text& wh
 }
 
 void CheckFactor(const FactorCase& c, const Text& what) {
-  const auto term = Chosen().make_vins_term();
-  const VinsTerm::Members inside = term->Inside();
-  *inside.n = static_cast<int>(c.A.rows());
+  const auto term = Chosen().make_marginalization_info();
+  const auto [A, J, b, r0, m, n, keep] = MembersOf(*term);
+  n = static_cast<int>(c.A.rows());
   term->Factor({c.A, c.b});
-  const MatXX& J = *inside.J;
-  const VecX& r0 = *inside.r0;
   CheckJ(c, J, r0, what);
   CheckR0(c, J, r0, what);
 }
@@ -202,8 +200,7 @@ TEST(Stage6, EqualsADenseSchurComplement) {
   const FactorScene scene;
   const auto term = scene.Fill();
   term->PreMarginalize();
-  term->ConstructA();
-  term->Factor(term->SchurComplement());
+  term->Marginalize();
   const Prior prior = term->GetParameterBlocks({});
   const SchurCase c(scene.MatrixA({}), scene.VectorB({}), scene.DimDropped());
   Require({"6", "6.JTJ_of_prior", c.Schur(c.mm_pinv), prior.J.transpose() * prior.J, {}, {}, 1e-8});

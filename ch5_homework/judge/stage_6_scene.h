@@ -19,8 +19,8 @@ class FactorScene : public FactorGraph {
  public:
   using FactorGraph::FactorGraph;
 
-  std::unique_ptr<VinsTerm> Fill() const {
-    auto term = Chosen().make_vins_term();
+  std::unique_ptr<MarginalizationInfo> Fill() const {
+    auto term = Chosen().make_marginalization_info();
     for (const auto& factor : factors) term->AddResidualBlockInfo(factor);
     return term;
   }

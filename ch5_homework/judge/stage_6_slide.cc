@@ -230,7 +230,7 @@ TEST(Stage6, FailuresAtTheirThresholds) {
 // ---- all of it -------------------------------------------------------------------------------------------------------
 
 std::shared_ptr<EdgePrior> MarginalizeByTheHomework(const DropSet& drop) {
-  const auto term = Chosen().make_vins_term();
+  const auto term = Chosen().make_marginalization_info();
   for (const auto& edge : drop.edges) {
     ResidualBlockInfo info{edge, {}};
     for (size_t i = 0; i < edge->Vertices().size(); ++i) {
@@ -239,8 +239,7 @@ std::shared_ptr<EdgePrior> MarginalizeByTheHomework(const DropSet& drop) {
     term->AddResidualBlockInfo(info);
   }
   term->PreMarginalize();
-  term->ConstructA();
-  term->Factor(term->SchurComplement());
+  term->Marginalize();
   return std::make_shared<EdgePrior>(term->GetParameterBlocks({}));
 }
 

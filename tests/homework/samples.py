@@ -26,10 +26,12 @@ DECLARATIONS = {
     "1.1": "void MakeHessian() override;",
     "1.2": "bool SolveLinearSystem(double lambda, VecX* delta_x) override;",
     "2": "static MarginalizeResult TestMarginalize(MatXX H_marg, VecX b_marg, int idx, int dim);",
-    "5": "int InsertBlock(int dim, bool is_landmark); static void SchurComplement(const MatXX& V, const MatXX& W, "
-         "const VecX& b_b, MatXX* U, VecX* b_a); void UpdateErrorComputation(); VecX Residual(const VecX& delta_chi) const;",
-    "6": "void PreMarginalize(); void ConstructA(); KeptSystem SchurComplement() const; void Factor(const KeptSystem& kept); "
-         "Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift = {}) const;",
+    "5": "int InsertBlock(int dim, bool is_landmark) override; void SchurComplement(const MatXX& V, const MatXX& W, "
+         "const VecX& b_b, MatXX* U, VecX* b_a) override; void UpdateErrorComputation() override; "
+         "VecX Residual(const VecX& delta_chi) const override;",
+    "6": "void PreMarginalize() override; void ConstructA() override; KeptSystem SchurComplement() const override; "
+         "void Factor(const KeptSystem& kept) override; "
+         "Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift = {}) const override;",
     "7": "void BuildStructure() override; void BuildSystem() override; bool Solve(double lambda, VecX* delta_x) override;",
 }
 
@@ -165,11 +167,12 @@ namespace ch5::sample_{one.name} {{
 {classes}
 {text}
 [[maybe_unused]] const bool registered = homework::Register(
-    "{one.name}", {{&homework::Make<Problem>, &Problem::TestMarginalize, &AddMonoBaEdges,
+    "{one.name}", {{&homework::Make<ch5::Problem, Problem>, &Problem::TestMarginalize, &AddMonoBaEdges,
                    {{&GaugeNullSpace, &GaugeProjection, &GaugeMotionJacobian, &TransformCovariance}},
-                   &homework::MakeOkvisTerm<MarginalizationError>, &homework::MakeVinsTerm<MarginalizationInfo>,
+                   &homework::Make<ch5::MarginalizationError, MarginalizationError>,
+                   &homework::Make<ch5::MarginalizationInfo, MarginalizationInfo>,
                    {{&DropSetOfMarginOld, &DropSetOfMarginSecondNew, &SlideWindow, &DetectFailure}},
-                   &homework::MakeBlockSolver<PlainBlockSolver>,
+                   &homework::Make<ch5::PlainBlockSolver, PlainBlockSolver>,
                    {{&UpdateDamping, &LinearizeProjection, &IntegrateImu, &LinearizeRange}}}});
 }}  // namespace ch5::sample_{one.name}""")
     return "\n".join(parts) + "\n"

@@ -117,7 +117,7 @@ class RemoteBlockSolver : public PlainBlockSolver {
   Solver twin_;
 };
 
-inline void Remote(Submission* s) { s->make_block_solver = &MakeBlockSolver<RemoteBlockSolver>; }
+inline void Remote(Submission* s) { s->make_block_solver = &Make<PlainBlockSolver, RemoteBlockSolver>; }
 inline void Serve() { HandleAll<BuildStructure, BuildSystem, Solve>(); }
 
 }  // namespace block_solver

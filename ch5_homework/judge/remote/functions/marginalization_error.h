@@ -7,19 +7,14 @@
 namespace ch5::homework {
 
 template <>
-struct ObjectOf<OkvisTerm> {
-  static std::unique_ptr<OkvisTerm> Make(Scene*) { return Chosen().make_okvis_term(); }
-  static auto Members(OkvisTerm& term) {
-    const OkvisTerm::Members m = term.Inside();
-    return std::tie(*m.H, *m.J, *m.b0, *m.e0, *m.dense_size);
-  }
+struct ObjectOf<MarginalizationError> {
+  static std::unique_ptr<MarginalizationError> Make(Scene*) { return Chosen().make_marginalization_error(); }
+  static auto Members(MarginalizationError& term) { return MembersOf(term); }
 };
-
-inline auto Fields(OkvisTerm::Remainder& rest, Wire) { return std::tie(rest.H, rest.b0, rest.J); }
 
 namespace marginalization_error {
 
-using Term = Twin<OkvisTerm>;
+using Term = Twin<MarginalizationError>;
 
 struct InsertBlock {
   static constexpr char kName[] = "InsertBlock";
@@ -27,8 +22,9 @@ struct InsertBlock {
 };
 struct SchurComplement {
   static constexpr char kName[] = "MarginalizationError::SchurComplement";
-  static void Run(Term term, const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a) {
-    term.object->SchurComplement(V, W, b_b, U, b_a);
+  /// No members: it is a function of its arguments.
+  static void Run(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a) {
+    Chosen().make_marginalization_error()->SchurComplement(V, W, b_b, U, b_a);
   }
 };
 struct UpdateErrorComputation {
@@ -39,44 +35,31 @@ struct Residual {
   static constexpr char kName[] = "Residual";
   static VecX Run(Term term, const VecX& delta_chi) { return term.object->Residual(delta_chi); }
 };
-/// All of it, on the edges of a scene.
-struct Marginalize {
-  static constexpr char kName[] = "MarginalizationError";
-  static OkvisTerm::Remainder Run(Term term, Scene& scene, const std::vector<int>& edges, const std::vector<int>& drop,
-                                  const std::vector<int>& keep) {
-    return term.object->Marginalize(At(edges, scene.Edges()), At(drop, scene.Vertices()), At(keep, scene.Vertices()));
-  }
-};
 
-class RemoteTerm : public OkvisTerm {
+/// A MarginalizationError whose four graded functions run in the worker.
+class RemoteMarginalizationError : public MarginalizationError {
  public:
-  Members Inside() override { return {&H_, &J_, &b0_, &e0_, &dense_size_}; }
   int InsertBlock(int dim, bool is_landmark) override {
-    return Ask<marginalization_error::InsertBlock>(twin_, dim, is_landmark);
+    return Ask<marginalization_error::InsertBlock>(Here(), dim, is_landmark);
   }
   void SchurComplement(const MatXX& V, const MatXX& W, const VecX& b_b, MatXX* U, VecX* b_a) override {
-    Ask<marginalization_error::SchurComplement>(twin_, V, W, b_b, U, b_a);
+    Ask<marginalization_error::SchurComplement>(V, W, b_b, U, b_a);
   }
-  void UpdateErrorComputation() override { Ask<marginalization_error::UpdateErrorComputation>(twin_); }
-  VecX Residual(const VecX& delta_chi) override { return Ask<marginalization_error::Residual>(twin_, delta_chi); }
-  Remainder Marginalize(const EdgeList& edges, const VertexList& drop, const VertexList& keep) override {
-    Scene& scene = Scene::Of(edges.at(0).get());
-    const VertexList vertices = scene.Vertices();
-    return Ask<marginalization_error::Marginalize>(twin_, scene, PlacesOf(edges, scene.Edges()),
-                                                   PlacesOf(drop, vertices), PlacesOf(keep, vertices));
+  void UpdateErrorComputation() override { Ask<marginalization_error::UpdateErrorComputation>(Here()); }
+  VecX Residual(const VecX& delta_chi) const override {
+    return Ask<marginalization_error::Residual>(Here(), delta_chi);
   }
 
  private:
-  Term twin_{NewHandle(), nullptr, this};
-  MatXX H_, J_;
-  VecX b0_, e0_;
-  int dense_size_ = 0;
+  Term Here() const { return {handle_, nullptr, const_cast<RemoteMarginalizationError*>(this)}; }
+
+  int handle_ = NewHandle();
 };
 
 inline void Remote(Submission* s) {
-  s->make_okvis_term = [] { return std::unique_ptr<OkvisTerm>(new RemoteTerm); };
+  s->make_marginalization_error = &Make<MarginalizationError, RemoteMarginalizationError>;
 }
-inline void Serve() { HandleAll<InsertBlock, SchurComplement, UpdateErrorComputation, Residual, Marginalize>(); }
+inline void Serve() { HandleAll<InsertBlock, SchurComplement, UpdateErrorComputation, Residual>(); }
 
 }  // namespace marginalization_error
 }  // namespace ch5::homework

@@ -65,7 +65,7 @@ class RemoteProblem : public Problem {
 };
 
 inline void Remote(Submission* s) {
-  s->make_problem = &Make<RemoteProblem>;
+  s->make_problem = &Make<Problem, RemoteProblem>;
   s->test_marginalize = [](MatXX H, VecX b, int idx, int dim) { return Ask<TestMarginalize>(H, b, idx, dim); };
 }
 inline void Serve() { HandleAll<MakeHessian, SolveLinearSystem, TestMarginalize>(); }

@@ -12,15 +12,12 @@ namespace ch5::homework {
 // ---- MarginalizationInfo ---------------------------------------------------------------------------------------------
 
 template <>
-struct ObjectOf<VinsTerm> {
-  static std::unique_ptr<VinsTerm> Make(Scene*) { return Chosen().make_vins_term(); }
-  static auto Members(VinsTerm& term) {
-    const VinsTerm::Members m = term.Inside();
-    return std::tie(*m.A, *m.J, *m.b, *m.r0, *m.m, *m.n, *m.keep);
-  }
+struct ObjectOf<MarginalizationInfo> {
+  static std::unique_ptr<MarginalizationInfo> Make(Scene*) { return Chosen().make_marginalization_info(); }
+  static auto Members(MarginalizationInfo& term) { return MembersOf(term); }
 };
 
-inline auto Fields(VinsTerm::KeptSystem& kept, Wire) { return std::tie(kept.A, kept.b); }
+inline auto Fields(MarginalizationInfo::KeptSystem& kept, Wire) { return std::tie(kept.A, kept.b); }
 
 namespace vins_window {
 
@@ -42,14 +39,15 @@ inline auto Fields(vins_window::Evaluated& e, Wire) { return std::tie(e.fresh, e
 
 namespace vins_window {
 
-using Term = Twin<VinsTerm>;
+using Term = Twin<MarginalizationInfo>;
 
 struct PreMarginalize {
   static constexpr char kName[] = "PreMarginalize";
-  /// @param added  the edges that AddResidualBlockInfo has got since the last call, and their drop sets
-  static Evaluated Run(Term term, Scene& scene, const std::vector<std::pair<int, std::vector<int>>>& added) {
+  /// @param factors  the edges that AddResidualBlockInfo has got, and their drop sets
+  static Evaluated Run(Term term, Scene& scene, const std::vector<std::pair<int, std::vector<int>>>& factors) {
     const EdgeList edges = scene.Edges();
-    for (const auto& [edge, drop_set] : added) {
+    (term.object->*(&VinsAccess::factors_)).clear();
+    for (const auto& [edge, drop_set] : factors) {
       term.object->AddResidualBlockInfo({At({edge}, edges)[0], drop_set});
     }
     term.object->PreMarginalize();
@@ -58,7 +56,7 @@ struct PreMarginalize {
       const auto* aged = dynamic_cast<const AgedEdge*>(edge.get());
       evaluated.fresh.push_back(aged ? aged->Fresh() : 0);
     }
-    for (const auto& [id, block] : term.object->Blocks()) {
+    for (const auto& [id, block] : BlocksOf(*term.object)) {
       evaluated.blocks.push_back({id, PlaceOf(block.vertex, scene.Vertices()), block.x0, block.idx});
     }
     return evaluated;
@@ -70,11 +68,11 @@ struct ConstructA {
 };
 struct SchurComplement {
   static constexpr char kName[] = "MarginalizationInfo::SchurComplement";
-  static VinsTerm::KeptSystem Run(Term term) { return term.object->SchurComplement(); }
+  static MarginalizationInfo::KeptSystem Run(Term term) { return term.object->SchurComplement(); }
 };
 struct Factor {
   static constexpr char kName[] = "Factor";
-  static void Run(Term term, const VinsTerm::KeptSystem& kept) { term.object->Factor(kept); }
+  static void Run(Term term, const MarginalizationInfo::KeptSystem& kept) { term.object->Factor(kept); }
 };
 struct GetParameterBlocks {
   static constexpr char kName[] = "GetParameterBlocks";
@@ -90,22 +88,18 @@ struct GetParameterBlocks {
 // What a student's function names and the scene does not have.
 inline std::shared_ptr<Vertex> ForeignVertex() { return std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0)); }
 
-class RemoteTerm : public VinsTerm {
+/// A MarginalizationInfo whose five graded functions run in the worker.
+class RemoteMarginalizationInfo : public MarginalizationInfo {
  public:
-  Members Inside() override { return {&A_, &J_, &b_, &r0_, &m_, &n_, &keep_}; }
-  std::map<int, Block> Blocks() const override { return blocks_; }
-  void AddResidualBlockInfo(const ResidualBlockInfo& info) override { added_.push_back(info); }
-
   void PreMarginalize() override {
-    if (!scene_) scene_ = &Scene::Of(added_.at(0).edge.get());
-    const EdgeList edges = scene_->Edges();
-    std::vector<std::pair<int, std::vector<int>>> added;
-    for (const auto& info : added_) added.emplace_back(PlaceOf(info.edge, edges), info.drop_set);
-    added_.clear();
-    const auto evaluated = Ask<vins_window::PreMarginalize>(Here(), *scene_, added);
+    Scene& scene = SceneOfFactors();
+    const EdgeList edges = scene.Edges();
+    std::vector<std::pair<int, std::vector<int>>> factors;
+    for (const auto& factor : factors_) factors.emplace_back(PlaceOf(factor.edge, edges), factor.drop_set);
+    const auto evaluated = Ask<vins_window::PreMarginalize>(Here(), scene, factors);
     try {
       TakeEdges(evaluated.fresh, edges);
-      TakeBlocks(evaluated.blocks, scene_->Vertices());
+      TakeBlocks(evaluated.blocks, scene.Vertices());
     } catch (const WireError& error) {
       ThrowGarbage(vins_window::PreMarginalize::kName, error.what());
     }
@@ -114,10 +108,11 @@ class RemoteTerm : public VinsTerm {
   KeptSystem SchurComplement() const override { return Ask<vins_window::SchurComplement>(Here()); }
   void Factor(const KeptSystem& kept) override { Ask<vins_window::Factor>(Here(), kept); }
   Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift) const override {
-    const VertexList vertices = scene_->Vertices();
+    Scene& scene = SceneOfFactors();
+    const VertexList vertices = scene.Vertices();
     std::vector<std::pair<int, int>> places;
     for (const auto& [id, vertex] : shift) places.emplace_back(id, PlaceOf(vertex, vertices));
-    const PriorNumbers numbers = Ask<vins_window::GetParameterBlocks>(Here(), *scene_, places);
+    const PriorNumbers numbers = Ask<vins_window::GetParameterBlocks>(Here(), scene, places);
     try {
       return MakePrior(numbers, vertices, ForeignVertex());
     } catch (const WireError& error) {
@@ -126,7 +121,8 @@ class RemoteTerm : public VinsTerm {
   }
 
  private:
-  Term Here() const { return {handle_, nullptr, const_cast<RemoteTerm*>(this)}; }
+  Term Here() const { return {handle_, nullptr, const_cast<RemoteMarginalizationInfo*>(this)}; }
+  Scene& SceneOfFactors() const { return Scene::Of(factors_.at(0).edge.get()); }
 
   static void TakeEdges(const std::vector<int>& fresh, const EdgeList& edges) {
     if (fresh.size() != edges.size()) throw WireError("not one answer for each edge");
@@ -143,13 +139,6 @@ class RemoteTerm : public VinsTerm {
   }
 
   int handle_ = NewHandle();
-  Scene* scene_ = nullptr;
-  MatXX A_, J_;
-  VecX b_, r0_;
-  int m_ = 0, n_ = 0;
-  std::vector<int> keep_;
-  std::map<int, Block> blocks_;
-  std::vector<ResidualBlockInfo> added_;
 };
 
 // ---- the window ------------------------------------------------------------------------------------------------------
@@ -227,7 +216,7 @@ inline void RemoteSlide(MarginalizationFlag flag, Window* window) {
 }
 
 inline void Remote(Submission* s) {
-  s->make_vins_term = [] { return std::unique_ptr<VinsTerm>(new RemoteTerm); };
+  s->make_marginalization_info = &Make<MarginalizationInfo, RemoteMarginalizationInfo>;
   s->vins_window = {&AskForDropSet<MarginOld>, &AskForDropSet<MarginSecondNew>, &RemoteSlide,
                     [](const Window& window, const Vec3& last_p) { return Ask<Detect>(SceneOf(window), last_p); }};
 }
