@@ -86,8 +86,10 @@ class Decks(unittest.TestCase):
         self.assertEqual(used, {name for name, _ in results}, "a result page without a result")
 
     def test_numbers_and_figures_are_there_and_can_be_read(self):
-        """Drawn once for all: every placeholder has its number, every word of a figure is in the page's language, and none is small at its width."""
+        """Drawn once for all: every placeholder has its number, every word of a figure is in the page's language, none is small at
+        its width, and what has been built was drawn the same to the byte."""
         self.need_tables()
+        built = build.read_record(TABLES.folder.parent / "slides")  # none without Node.js
         english, found, say, render = set(), {}, Labels.__call__, slide.Slide.render
 
         def noted(labels, label, **values):
@@ -113,6 +115,8 @@ class Decks(unittest.TestCase):
                     self.assertTrue(svg.startswith("<svg "), name)
                     self.assertNotRegex(svg, r"\b(nan|inf)\b", name)
                 self.assertEqual(self.small_words(deck, made), [])
+                if deck.stem in built:
+                    self.assertEqual(made.record(), {kind: built[deck.stem][kind] for kind in made.record()})
         self.assertEqual(english, set())
         self.assertGreater(len(found), 40)
         self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})

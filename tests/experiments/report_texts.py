@@ -20,12 +20,20 @@ def figures_of(out):
 
 
 def write_reports(out, of="chapter"):
-    """report.html and report.zh.html in this folder."""
-    (out / "figures").mkdir()
-    (out / "csv").symlink_to(TABLES / "csv")
+    """report.html and report.zh.html in this folder, each figure white in all kinds that they link to."""
+    (out / "figures").mkdir(exist_ok=True)
+    if out != TABLES:
+        (out / "csv").symlink_to(TABLES / "csv")
     style.plt.imsave(out / "white.png", [[[1.0] * 3] * 1600] * 800)
     for name in figures_of(out):
-        (out / "figures" / f"{name}.png").hardlink_to(out / "white.png")
+        for kind in ("png", "svg", "pdf"):
+            path = out / "figures" / f"{name}.{kind}"
+            path.unlink(missing_ok=True)
+            path.hardlink_to(out / "white.png")
     white = page.small(out / "white.png", 0)
     with mock.patch.object(page, "small", return_value=white):
         page.write_all(out, *{"chapter": ("title", report.body_of), "recording": ("recording.title", recording.body_of)}[of])
+
+
+if __name__ == "__main__":
+    write_reports(TABLES)
