@@ -1,6 +1,5 @@
 """./course run --mine and ./course fly on a folder of homework of their own: whose lines run, and where they differ."""
 
-import json
 import os
 import shutil
 import subprocess
@@ -93,13 +92,13 @@ class Fly(unittest.TestCase):
         """The program is linked once for each function, which then throws: its experiment must fail or change."""
         hand_in(**{Path(name).stem: skeleton(name) for name in FILES})
         self.course("fly")
-        link = subprocess.run(["ninja", "-C", str(BUILD), "-t", "commands", OWN], check=True, capture_output=True, text=True).stdout
-        link = link.splitlines()[-1]
+        commands = subprocess.run(["ninja", "-C", str(BUILD), "-t", "commands", OWN], check=True, capture_output=True, text=True).stdout.splitlines()
+        link = commands[-1]
         idle = []
         for file in FILES:
             functions = unfinished(skeleton(file))
             made = next(Path(word) for word in link.split() if word.endswith(f"{file}.o") and f"/{OWN}_" in f"/{word}")
-            whole = self.whole_object(file)
+            whole = self.whole_object(file, commands)
             for function in functions:
                 one = self.out / f"{file}.{function}.o"
                 shutil.copy(whole, one)
@@ -112,13 +111,12 @@ class Fly(unittest.TestCase):
                     idle.append(f"{file}: {function}")
         self.assertEqual(idle, [])
 
-    def whole_object(self, file) -> Path:
-        """The skeleton's object with all its functions, as the compiler makes it."""
-        commands = json.loads((BUILD / "compile_commands.json").read_text(encoding="utf-8"))
-        entry = next(entry for entry in commands if entry["file"] == str(FOLDER / file) and f"{OWN}_" in entry["command"])
-        words, made = entry["command"].split(), self.out / f"{file}.o"
+    def whole_object(self, file, commands) -> Path:
+        """The skeleton's object with all its functions, as the compiler, or its cache, hands it to own_functions.py."""
+        command = next(line for line in commands if line.endswith(f"-c {FOLDER / file}") and f"/{OWN}." in line)
+        words, made = command.partition(".json ")[2].split(), self.out / f"{file}.o"
         words[words.index("-o") + 1] = str(made)
-        subprocess.run(words, check=True, cwd=entry["directory"])
+        subprocess.run(words, check=True, cwd=BUILD)
         return made
 
     def changes(self, program, experiment) -> bool:
