@@ -8,14 +8,16 @@ import unittest
 
 from tests.conventions.project import BUILD, CXX, EIGEN, ROOT
 
-HERE = BUILD / "tests" / "consumer"  # always the same place, so that ccache knows it again
+HERE = BUILD / "tests" / "consumer"
+CACHE = {"CCACHE_BASEDIR": str(ROOT), "CCACHE_NOHASHDIR": "1"}  # it knows them again wherever the project lies
 SOURCE = ROOT / "tests" / "conventions" / "consumer"
 LAUNCHER = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
+COMPILER = ["ccache", CXX] if LAUNCHER else [CXX]
 PROGRAMS = ("consumer", "consumer_mavx2", "consumer_march_native")
 
 
 def call(*command, **environment) -> str:
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, env={**os.environ, **environment})
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, env={**os.environ, **CACHE, **environment})
     if done.returncode:
         raise AssertionError(f"{' '.join(map(str, command))} failed with {done.returncode}:\n{done.stdout}{done.stderr}")
     return done.stdout
@@ -65,8 +67,9 @@ class Consumer(unittest.TestCase):
             self.skipTest("pkg-config is not installed")
         prefix, program = install(BUILD), HERE / "by_hand"
         folder, = prefix.rglob("pkgconfig")
-        flags = call("pkg-config", "--cflags", "--libs", "ch5_backend", PKG_CONFIG_PATH=str(folder)).split()
-        call(CXX, "-std=c++17", "-O0", "-march=native", SOURCE / "main.cc", "-o", program, *flags)
+        cflags, libs = (call("pkg-config", kind, "ch5_backend", PKG_CONFIG_PATH=str(folder)).split() for kind in ("--cflags", "--libs"))
+        call(*COMPILER, "-std=c++17", "-O0", "-march=native", *cflags, "-c", SOURCE / "main.cc", "-o", program.with_suffix(".o"))
+        call(CXX, program.with_suffix(".o"), "-o", program, *libs)
         call(program)
 
     def test_a_program_with_another_alignment_does_not_compile(self):
