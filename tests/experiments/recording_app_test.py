@@ -142,6 +142,8 @@ class RecordingApp(AppTest):
         page = self.page()
         self.assertIn("Each restart begins a segment", page)
         self.assertIn("vins_1.tum", page)
+        self.assertNotIn("found no start", page)
+        self.assertTrue((self.out / "figures" / "odometry_film_okvis.png").exists())
 
     def test_images_far_apart_are_followed_or_said_to_be_too_far(self):
         whole = needs(DATA / "euroc_v1_01_easy")
@@ -181,8 +183,8 @@ class RecordingApp(AppTest):
     def test_a_policy_that_never_starts_is_drawn_as_such(self):
         self.solve(self.simulate(), "--out", self.out)
         films = {name: self.out / "figures" / f"odometry_film_{name}.png" for name in ("vins", "okvis")}
-        self.assertNotIn("found no start", self.page())
-        self.assertTrue(films["vins"].exists() and films["okvis"].exists())
+        films["okvis"].parent.mkdir()
+        films["okvis"].write_text("of an earlier run")
         self.silence("okvis")
         page = self.page()
         self.assertIn("OKVIS found no start in this recording", page)
