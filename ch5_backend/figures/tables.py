@@ -1,6 +1,7 @@
 """The one reader of tables: CSV files as columns of numbers or words."""
 import csv
 import os
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -51,8 +52,15 @@ def _numbers_or_words(cells):
 
 
 def read(directory, name, folder="csv", may_be_empty=False):
-    """DIR/FOLDER/NAME.csv, see read_table()."""
-    return read_table(Path(directory) / folder / f"{name}.csv", may_be_empty)
+    """DIR/FOLDER/NAME.csv, see read_table(); read once, unless it has been written anew."""
+    path = Path(directory) / folder / f"{name}.csv"
+    stamp = (path.stat().st_mtime_ns, path.stat().st_size) if path.exists() else None
+    return _read_once(path, may_be_empty, stamp)
+
+
+@lru_cache(maxsize=64)
+def _read_once(path, may_be_empty, _):
+    return read_table(path, may_be_empty)
 
 
 def read_table(path, may_be_empty=False, numbers=()):
