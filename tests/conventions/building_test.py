@@ -13,6 +13,7 @@ from unittest import mock
 from tests.conventions.project import BUILD, CXX, ROOT
 
 from ch5_backend.course.base import build, progress
+from ch5_backend.course.base.errors import CourseError
 
 
 class Clock:
@@ -93,6 +94,15 @@ class BuildFolder(unittest.TestCase):
                                        ([], {**here, "CMAKE_HOME_DIRECTORY": "/elsewhere"}, True)):
             with self.subTest(words=words, cached=cached), mock.patch.object(build, "CXX", words):
                 self.assertEqual(build._is_foreign(cached), foreign)
+
+    def test_the_named_folder_of_another_checkout_stays(self):
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(build, "BUILD", Path(folder)), \
+                mock.patch.dict(os.environ, CH5_BUILD_DIR=folder):
+            cache = Path(folder, "CMakeCache.txt")
+            cache.write_text("CMAKE_HOME_DIRECTORY:INTERNAL=/elsewhere\n", encoding="utf-8")
+            with self.assertRaisesRegex(CourseError, f"{folder}.* made by /elsewhere"):
+                build.configure()
+            self.assertTrue(cache.exists())
 
 
 class Targets(unittest.TestCase):

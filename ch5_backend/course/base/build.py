@@ -35,9 +35,11 @@ CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os
 def configure() -> None:
     """Runs CMake if the build folder is new, was made elsewhere or by another compiler, or should read other data.
 
-    Raises CourseError with CMake's first error and the log's name.
+    Raises CourseError with CMake's first error and the log's name; or for another checkout's folder in CH5_BUILD_DIR.
     """
     wanted, cached = _cache_entries(), cached_entries(BUILD)
+    if was_moved(cached) and os.environ.get("CH5_BUILD_DIR"):  # it may be in use there
+        raise CourseError(f"CH5_BUILD_DIR names {BUILD}, which was made by {cached['CMAKE_HOME_DIRECTORY']}; name another folder")
     if _is_foreign(cached):
         shutil.rmtree(BUILD)
     elif (BUILD / "build.ninja").exists() and wanted.items() <= cached.items() and not _lacks_a_part(cached):
