@@ -57,8 +57,6 @@ class MarginalizationError {
   const VecX& b0() const { return b0_; }
   const MatXX& J() const { return J_; }
   const VecX& e0() const { return e0_; }
-  int DenseSize() const { return dense_size_; }
-  bool IsConnected(const Vertex& vertex) const { return Find(vertex) >= 0; }
   /// First row of a connected vertex in H, −1 otherwise.
   int OrderingIdx(const Vertex& vertex) const;
 

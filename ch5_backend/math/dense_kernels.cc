@@ -263,11 +263,9 @@ void SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx) {
   SolveRows(m, k_2, L_21 + static_cast<long>(k_1) * ldl, ldl, X_2, ldx);
 }
 
-const char* InstructionSet() { return Best().name; }
-
 bool SetInstructionSet(const char* name) {
   for (const Kernels* const* kernels = Available(); *kernels; ++kernels) {
-    if (std::strcmp((*kernels)->name, name) != 0) continue;
+    if (name && std::strcmp((*kernels)->name, name) != 0) continue;
     chosen = *kernels;
     return true;
   }

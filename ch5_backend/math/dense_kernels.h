@@ -31,9 +31,7 @@ bool Factor(int k, double* A, int lda, const double* min_pivot);
 /// X ← X L⁻ᵀ with X m×k and L k×k, lower triangular.
 void SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx);
 
-/// The one in use: "AVX-512", "AVX2" or "portable".
-const char* InstructionSet();
-/// For tests and benchmarks: uses another one from now on. @return false if the processor does not have it
+/// For tests: uses "AVX-512", "AVX2" or "portable" from now on; null: the best. @return false if the processor lacks it
 bool SetInstructionSet(const char* name);
 
 }  // namespace ch5::kernels

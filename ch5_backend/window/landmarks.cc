@@ -234,20 +234,6 @@ Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark) {
   return T_W_C.q * p_C + T_W_C.p;
 }
 
-double LandmarkQuality(const Window& window, const WindowLandmark& landmark, double sqrt_information) {
-  const Vec3 p_W = LandmarkInWorld(window, landmark);
-  Mat33 H = Mat33::Zero();
-  Views(window).ForEach(landmark, [&](const View& view, const Vec2&) {
-    const Vec3 p_C = view.ToCamera(p_W);
-    Mat23 dr_dp_C;
-    dr_dp_C << Mat22::Identity(), -p_C.hnormalized();
-    const Mat23 J = (sqrt_information / p_C.z()) * dr_dp_C * view.R_C_W;
-    H += J.transpose() * J;
-  });
-  const Vec3 lambda = Eigen::SelfAdjointEigenSolver<Mat33>(H).eigenvalues();
-  return lambda[0] < 1e-12 ? 0.0 : std::sqrt(lambda[0] / lambda[2]);
-}
-
 void ForgetObservations(int frame, const std::function<double(const Transform& T_W_C, const Vec3& p_W)>& depth_in,
                         Window* window) {
   EraseIf(window, [&](WindowLandmark& landmark) {

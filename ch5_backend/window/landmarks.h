@@ -37,11 +37,6 @@ void TriangulateLandmarks(Window* window);
 /// The landmark in the world, at its present depth.
 Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark);
 
-/// How well its observations determine a landmark in space, from 0 (not at all) to 1: √(λ_min/λ_max) of its 3×3
-/// information, 0 if λ_min < 1e-12 (OKVIS).
-/// @param sqrt_information  of an observation on the normalized plane
-double LandmarkQuality(const Window& window, const WindowLandmark& landmark, double sqrt_information);
-
 /// Depth of the point `p_W` in the camera `T_W_C` [m], negative behind it.
 inline double DepthInCamera(const Transform& T_W_C, const Vec3& p_W) {
   return (T_W_C.q.conjugate() * (p_W - T_W_C.p)).z();
