@@ -5,18 +5,6 @@
 namespace ch5 {
 namespace {
 
-// A point in a camera's plane projects to infinity, and the cost is not finite.
-void RequireFiniteResiduals(const BalProblem& problem, const Graph& graph) {
-  for (size_t i = 0; i < graph.Edges().size(); ++i) {
-    graph.Edges()[i]->ComputeResidual();
-    if (graph.Edges()[i]->Residual().allFinite()) continue;
-    const BalObservation& observation = problem.observations[i];
-    throw std::invalid_argument("observation " + std::to_string(i) + ": point " + std::to_string(observation.point) +
-                                " cannot be projected into camera " + std::to_string(observation.camera) +
-                                ": the residual is not finite");
-  }
-}
-
 CsvTable SummaryOf(const BalStudy& study, const FileSolveOptions& options, const std::string& name) {
   CsvTable table = SummaryTable(name, study.summary, options);
   table.Row("cameras", study.after.cameras.size());
@@ -60,7 +48,12 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, co
   study.before = study.after = problem;
   BalGraph bal;
   BuildBal(problem, options.huber > 0.0 ? std::make_shared<HuberLoss>(options.huber) : nullptr, &bal);
-  RequireFiniteResiduals(problem, bal.graph);
+  if (const int i = FirstInfiniteResidual(bal.graph); i >= 0) {
+    const BalObservation& observation = problem.observations[i];
+    throw std::invalid_argument("observation " + std::to_string(i) + ": point " + std::to_string(observation.point) +
+                                " cannot be projected into camera " + std::to_string(observation.camera) +
+                                ": the residual is not finite");
+  }
   study.mean_error_before = MeanReprojectionError(bal.graph);
 
   study.summary = SolveGraph(&bal.graph, options, listener);

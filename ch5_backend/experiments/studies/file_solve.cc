@@ -15,21 +15,23 @@ std::string CsvWord(std::string text) {
   return text;
 }
 
-// A point in a camera's plane projects to infinity, for example, and the cost is not finite.
-void RequireFiniteResiduals(const Graph& graph) {
-  for (size_t k = 0; k < graph.Edges().size(); ++k) {
-    graph.Edges()[k]->ComputeResidual();
-    if (graph.Edges()[k]->Residual().allFinite()) continue;
-    throw std::invalid_argument("residual " + std::to_string(k) + " (" + graph.Edges()[k]->TypeInfo() +
-                                ") is not finite at the start");
-  }
-}
-
 }  // namespace
+
+int FirstInfiniteResidual(const Graph& graph) {
+  const auto& edges = graph.Edges();
+  const auto it = std::find_if(edges.begin(), edges.end(), [](const auto& edge) {
+    edge->ComputeResidual();
+    return !edge->Residual().allFinite();
+  });
+  return it == edges.end() ? -1 : static_cast<int>(it - edges.begin());
+}
 
 Summary SolveGraph(Graph* graph, const FileSolveOptions& options, const IterationCallback& listener,
                    SolveOptions solve) {
-  RequireFiniteResiduals(*graph);
+  if (const int k = FirstInfiniteResidual(*graph); k >= 0) {
+    throw std::invalid_argument("residual " + std::to_string(k) + " (" + graph->Edges()[k]->TypeInfo() +
+                                ") is not finite at the start");
+  }
   SparseOptimizer optimizer(graph, options.threads);
   optimizer.SetDamping(Damping::kDiagonal);
   optimizer.SetReducedSolver(options.solver);

@@ -22,6 +22,9 @@ struct FileSolveOptions {
 /// Called after each iteration.
 using IterationCallback = std::function<void(const IterationInfo&)>;
 
+/// The first edge whose residual is not finite at the present states, as of a point in a camera's plane; or none, as −1.
+int FirstInfiniteResidual(const Graph& graph);
+
 /// Solves by the sparse solver with diagonal damping: in no format do all unknowns have the same unit.
 /// @param solve  the format's own settings; the iterations follow `options`
 /// @throws std::invalid_argument if a residual is not finite at the start; names it
