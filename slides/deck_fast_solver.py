@@ -16,7 +16,7 @@ FIGURES = Figures({  # what the tables' words read as
     "fixed": "fixed sizes, structure once", "avx2": "and registers of four", "scene/30x1000": "scene, 30 frames",
     "window/vio_M": "IMU window", "bal/49-7776": "49 cameras", "bal/16-22106": "16 cameras", "ceres": "Ceres",
     "sparse": "S formed, sparse Cholesky", "implicit-pcg": "implicit, PCG", "power-series": "implicit, power series",
-    "milliseconds": "an iteration [ms]", "megabytes": "memory [MB]", "Gauss-Newton": "Gauss–Newton", "Levenberg-Marquardt": "LM"})
+    "milliseconds": "an iteration [ms]", "megabytes": "memory [MB]", "Levenberg-Marquardt": "LM"})
 SHADES = {"linearize": POSE, "invert": mix(LANDMARK, 0.5), "schur": LANDMARK, "poses": CROSS, "back": PRIOR,
           "cost": mix(INK, 0.45), "update": mix(INK, 0.2)}
 SIDES = {"ceres": PRIOR, "ours": POSE}

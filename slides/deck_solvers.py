@@ -12,7 +12,7 @@ from .toy_graph import ordering, pattern, width
 FIGURES = Figures({  # what the tables' words read as
     "none": "M = I", "blocks": "6 × 6 blocks", "nielsen": "Nielsen, the course", "ceres": "without the limit ⅔",
     "tenfold": "Marquardt, ×10 and ÷10", "curve": "curve fitting", "valley": "Rosenbrock's valley", "bundle": "bundle adjustment",
-    "Gauss-Newton": "Gauss–Newton", "gauss-newton": "Gauss–Newton", "levenberg-marquardt": "Levenberg–Marquardt",
+    "gauss-newton": "Gauss-Newton", "levenberg-marquardt": "Levenberg–Marquardt",
     "huber": "Huber", "cauchy": "Cauchy", "tukey": "Tukey", "half_rho": "cost ½ρ", "weight": "weight ρ′",
     "second": "curvature ρ′ + 2ρ″s"})
 QUESTIONS = (("eliminate what first?", "Schur complement"), ("factorize or iterate?", "Cholesky, PCG"),
@@ -111,7 +111,7 @@ def trust(slide, tables, say):
     for h, color in (((0, 0), INK), (steepest, LANDMARK), (newton, POSE)):
         slide.circle(*at(h), 7, color)
     slide.text(ox - 14, oy + 24, say("here"), 17, anchor="end")
-    slide.text(at(newton)[0] + 14, at(newton)[1] + 6, say("Gauss–Newton"), 17, POSE, anchor="start")
+    slide.text(at(newton)[0] + 14, at(newton)[1] + 6, say("Gauss-Newton"), 17, POSE, anchor="start")
     slide.text(at(steepest)[0] + 2, at(steepest)[1] - 16, say("steepest descent"), 17, LANDMARK)
     for k, (name, color, dash) in enumerate((("all λ", CROSS, None), ("dogleg", LANDMARK, "9 6"), ("radius Δ", PRIOR, None))):
         slide.line(800, 120 + 34 * k, 836, 120 + 34 * k, color, 3, dash)
