@@ -18,15 +18,12 @@ def emit(fields: dict) -> None:
 
 
 def read_summary(path: Path) -> dict:
-    """Reads a summary.csv of key,value rows; numbers become numbers; empty cells, and numbers that
-    JSON cannot hold, become null."""
-    with open(path, newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.reader(file) if len(row) == 2]
-    return {key: _value(text) for key, text in rows if (key, text) != ("key", "value")}
+    """Reads a summary.csv of key,value rows."""
+    return {row["key"]: row["value"] for row in read_rows(path)}
 
 
 def read_rows(path: Path) -> list:
-    """Reads a table: one dictionary a row."""
+    """Reads a table: one dictionary a row. Numbers become numbers; empty cells, and numbers that JSON cannot hold, null."""
     with open(path, newline="", encoding="utf-8") as file:
         return [{key: _value(text) for key, text in row.items()} for row in csv.DictReader(file)]
 
