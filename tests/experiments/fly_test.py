@@ -54,7 +54,7 @@ class Fly(unittest.TestCase):
         self.assertEqual({name: mine.finding(name).key for name in EXPERIMENTS}, {name: "same" for name in EXPERIMENTS}, told)
         page = (self.out / "mine.html").read_text(encoding="utf-8")
         self.assertEqual(page.count("<details>"), 3)  # the questions at the end
-        self.assertEqual(page.count("data:image/png"), len(EXPERIMENTS))
+        self.assertEqual(page.count("data:image/webp"), len(EXPERIMENTS))
 
     def test_what_is_empty_is_the_solutions(self):
         half = solution_text("problem.cc").replace("H.block(index_i", 'throw HomeworkMissing("1.1a MakeHessian, x");\nH.block(index_i')
