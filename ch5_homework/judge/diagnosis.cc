@@ -25,6 +25,16 @@ std::string Whole(const MatXX& A) {
 
 double LargestEntry(const MatXX& A) { return A.size() == 0 ? 0.0 : A.cwiseAbs().maxCoeff(); }
 
+// What Require compares.
+struct Claim {
+  const MatXX &expected, &got;
+  const Names &names, &columns;
+  const std::vector<Mistake>& mistakes;
+  const Mistake& not_finite;
+  double tolerance;
+  const std::string& variable;
+};
+
 // |got − expected|, with infinity where `got` is not finite.
 MatXX Deviation(const Claim& claim) {
   return (claim.got - claim.expected).unaryExpr([](double x) {
@@ -213,21 +223,24 @@ bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
   return got.allFinite() && expected.allFinite() && LargestEntry(got - expected) <= tolerance * LargestEntry(expected);
 }
 
-void Require(const Claim& claim) {
+void Require(const std::string& stage, const Text& what, const MatXX& expected, const MatXX& got, const Names& names,
+             const std::vector<Mistake>& mistakes, double tolerance, const std::string& todo,
+             const std::string& variable, const Names& columns, const Mistake& not_finite) {
+  const Claim claim{expected, got, names, columns, mistakes, not_finite, tolerance, variable};
   RecordMargin(claim);
-  if (Equal(claim.got, claim.expected, claim.tolerance)) return;
+  if (Equal(got, expected, tolerance)) return;
   testing::Test::RecordProperty("picture", Picture(claim));
-  Diagnosis diagnosis{claim.stage, claim.what, {}, {}, {}, claim.todo};
-  if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) {
-    diagnosis.expected = {"matrix.size_expected", {{"size", Word(Size(claim.expected))}}};
-    diagnosis.got = {"matrix.size_got", {{"size", Word(Size(claim.got))}}};
+  Diagnosis diagnosis{stage, what, {}, {}, {}, todo};
+  if (got.rows() != expected.rows() || got.cols() != expected.cols()) {
+    diagnosis.expected = {"matrix.size_expected", {{"size", Word(Size(expected))}}};
+    diagnosis.got = {"matrix.size_got", {{"size", Word(Size(got))}}};
     diagnosis.cause =
-        claim.got.size() == 0 ? Text("matrix.still_empty", {{"variable", Called(claim)}}) : "matrix.size_mismatch";
+        got.size() == 0 ? Text("matrix.still_empty", {{"variable", Called(claim)}}) : "matrix.size_mismatch";
     Fail(diagnosis);
   }
-  if (claim.got.rows() <= kSmall && claim.got.cols() <= kSmall) {
-    diagnosis.expected = Word(Whole(claim.expected));
-    diagnosis.got = Word(Whole(claim.got));
+  if (got.rows() <= kSmall && got.cols() <= kSmall) {
+    diagnosis.expected = Word(Whole(expected));
+    diagnosis.got = Word(Whole(got));
   } else {
     CompareEntry(claim, &diagnosis);
   }

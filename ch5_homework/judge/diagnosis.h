@@ -60,21 +60,6 @@ struct Mistake {
 using Names = std::vector<Text>;
 Names Words(const std::vector<std::string>& words);
 
-/// One comparison of a student's matrix or vector with the right one.
-struct Claim {
-  std::string stage;  ///< "1.1"
-  Text what;          ///< "H of one edge between two poses"
-  MatXX expected;
-  MatXX got;
-  Names names;                    ///< of the rows, and of the columns of a square matrix; may be empty
-  std::vector<Mistake> mistakes;  ///< the likelier ones first
-  double tolerance = 1e-10;       ///< of the largest expected entry
-  Names columns = {};             ///< of a matrix whose columns have other names than its rows
-  std::string todo = {};          ///< where to look if no typical mistake explains it
-  std::string variable = {};      ///< what the student's code calls it: "H_prior"
-  Mistake not_finite = {};        ///< the one that gives NaN or infinity here, if one does
-};
-
 /// Why a check has failed. All but the stage and the check may be empty.
 struct Diagnosis {
   std::string stage;  ///< "1.1"
@@ -89,8 +74,16 @@ struct Diagnosis {
 /// where a worker cannot write.
 [[noreturn]] void Fail(const Diagnosis& diagnosis);
 
-/// Fails the test if a claim does not hold.
-void Require(const Claim& claim);
+/// Compares a student's matrix or vector with the right one, and fails the test if they differ.
+/// @param what  "H of one edge between two poses"
+/// @param names  of the rows, and of the columns of a square matrix;  @param mistakes  the likelier ones first
+/// @param tolerance  of the largest expected entry;  @param todo  where to look if no typical mistake explains it
+/// @param variable  what the student's code calls it: "H_prior";  @param columns  if they have other names than the rows
+/// @param not_finite  the mistake that gives NaN or infinity here, if one does
+void Require(const std::string& stage, const Text& what, const MatXX& expected, const MatXX& got,
+             const Names& names = {}, const std::vector<Mistake>& mistakes = {}, double tolerance = 1e-10,
+             const std::string& todo = {}, const std::string& variable = {}, const Names& columns = {},
+             const Mistake& not_finite = {});
 
 /// The names of the rows of H: by type and graph id, "VertexPose 4, δp.x", or the place in the list if it is in no graph;
 /// or numbered as stage 7 does, "pose 0, δp.x".

@@ -22,18 +22,9 @@ void CheckSystem(const Graph& graph, const Problem& problem, const Text& scene, 
     mistakes.push_back({"", "1.1.H_not_zeroed", [=] { return MatXX(before + right.H); }});
   }
   if (problem.Hessian().rows() == problem.Size()) mistakes.push_back(FoundPlaces(graph, problem.Hessian()));
-  Require(
-      {"1.1", {"scene.H_of", {{"what", scene}}}, right.H, problem.Hessian(), names, mistakes, 1e-10, {}, "1.1a", "H"});
-  Require({"1.1",
-           {"scene.b_of", {{"what", scene}}},
-           right.b,
-           problem.RightHandSide(),
-           names,
-           MistakesInB(graph, problem.Size()),
-           1e-10,
-           {},
-           "1.1b",
-           "b"});
+  Require("1.1", {"scene.H_of", {{"what", scene}}}, right.H, problem.Hessian(), names, mistakes, 1e-10, "1.1a", "H");
+  Require("1.1", {"scene.b_of", {{"what", scene}}}, right.b, problem.RightHandSide(), names,
+          MistakesInB(graph, problem.Size()), 1e-10, "1.1b", "b");
 }
 
 void CheckMakeHessian(Graph* graph, const Text& scene) {

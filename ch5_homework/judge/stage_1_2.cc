@@ -40,18 +40,10 @@ void CheckCall(Problem* problem, const Case& c, const Text& scene) {
   // Who solves the whole system without a Schur complement is right too: then there is none to compare.
   const bool reduced = problem->SchurComplement().size() > 0 && right.b_m.size() > 0;
   if (reduced) {
-    Require({"1.2", with("H_pp − H_pm H_mm⁻¹ H_mp"), right.Schur(), problem->SchurComplement(), names,
-             c.SchurMistakes(), 1e-9});
-    Require({"1.2",
-             with("b_p − H_pm H_mm⁻¹ b_m"),
-             right.Reduced(),
-             ReducedRightHandSide(*problem),
-             names,
-             c.ReducedMistakes(),
-             1e-9,
-             {},
-             {},
-             "b_pp_schur_"});
+    Require("1.2", with("H_pp − H_pm H_mm⁻¹ H_mp"), right.Schur(), problem->SchurComplement(), names, c.SchurMistakes(),
+            1e-9);
+    Require("1.2", with("b_p − H_pm H_mm⁻¹ b_m"), right.Reduced(), ReducedRightHandSide(*problem), names,
+            c.ReducedMistakes(), 1e-9, {}, "b_pp_schur_");
   }
   if (!solved) {
     Fail({"1.2", with("Δx"), "1.2.solver_returns_true", Word("false"), CauseOfGivingUp(*problem, right, delta_x),
@@ -66,16 +58,8 @@ void CheckCall(Problem* problem, const Case& c, const Text& scene) {
           "1.2.returned_too_early"});
   }
   // Explicit inverses and conjugate gradients are welcome, and lose some digits.
-  Require({"1.2",
-           with("Δx"),
-           Solve(c.Damped(), c.system.b),
-           delta_x,
-           names,
-           c.StepMistakes(),
-           1e-7,
-           {},
-           "1.2c",
-           "delta_x_ll"});
+  Require("1.2", with("Δx"), Solve(c.Damped(), c.system.b), delta_x, names, c.StepMistakes(), 1e-7, "1.2c",
+          "delta_x_ll");
 }
 
 /// How many vertices a problem has, in this order.
@@ -132,14 +116,9 @@ TEST(Stage12, BundleAdjustmentWithManyLambdas) {
     const Case c{system, problem->GetOrdering().dim_poses, lambda, Damping::kIdentity};
     CheckCall(problem.get(), c, "1.2.course_scene");
     const Mistake damped{"1.2a", "1.2.hessian_damped_in_place", [&] { return c.Damped(); }};
-    Require(
-        {"1.2", "1.2.hessian_after_call", system.H, problem->Hessian(), RowNames(problem->GetOrdering()), {damped}});
-    Require({"1.2",
-             "1.2.b_after_call",
-             system.b,
-             problem->RightHandSide(),
-             RowNames(problem->GetOrdering()),
-             {{"1.2b", "1.2.b_changed_in_place", [&] { return MatXX(problem->RightHandSide()); }}}});
+    Require("1.2", "1.2.hessian_after_call", system.H, problem->Hessian(), RowNames(problem->GetOrdering()), {damped});
+    Require("1.2", "1.2.b_after_call", system.b, problem->RightHandSide(), RowNames(problem->GetOrdering()),
+            {{"1.2b", "1.2.b_changed_in_place", [&] { return MatXX(problem->RightHandSide()); }}});
   }
 }
 

@@ -62,14 +62,8 @@ void CheckPose(const VertexPose& pose, const MatXX& U, const MatXX& right, Gauge
   const Eigen::Index k = mistakes.axes.cols();
   const auto check = [&](const Text& what, const MatXX& expected, const MatXX& got, const std::string& row,
                          const Names& columns, const std::vector<Mistake>& typical) {
-    Require({"4",
-             {"4.rows_pose", {{"what", what}, {"system", NameOf(group)}}},
-             expected,
-             got,
-             Words({row + ".x", row + ".y", row + ".z"}),
-             typical,
-             kTolerance,
-             columns});
+    Require("4", {"4.rows_pose", {{"what", what}, {"system", NameOf(group)}}}, expected, got,
+            Words({row + ".x", row + ".y", row + ".z"}), typical, kTolerance, {}, {}, columns);
   };
   const Names all = DirectionNames(group), shifts(all.begin(), all.begin() + 3),
               turns(all.begin() + 3, all.begin() + 3 + k);
@@ -117,18 +111,13 @@ TEST(Stage4, AVelocityTurnsAndIsNotShifted) {
         return Is((MatXX(3, columns) << left, turns).finished());
       };
       const MatXX O = MatXX::Zero(3, 3), I = MatXX::Identity(3, 3);
-      Require({"4",
-               {"4.U_rows_velocity", {{"system", NameOf(group)}}},
-               right,
-               got,
-               Words({"δv.x", "δv.y", "δv.z"}),
-               {{"4b", "4.rows_still_zero", rows(O, O.leftCols(columns - 3))},
-                {"4b", "4.sign_of_omega_v", rows(O, turn)},
-                {"4b", "4.velocity_not_shifted", rows(I, -turn)},
-                {"4b", "4.velocity_not_shifted_and_sign", rows(I, turn)},
-                {"4b", "4.axes_alone_of_velocity", rows(O, AxesOf(group))}},
-               kTolerance,
-               DirectionNames(group)});
+      Require("4", {"4.U_rows_velocity", {{"system", NameOf(group)}}}, right, got, Words({"δv.x", "δv.y", "δv.z"}),
+              {{"4b", "4.rows_still_zero", rows(O, O.leftCols(columns - 3))},
+               {"4b", "4.sign_of_omega_v", rows(O, turn)},
+               {"4b", "4.velocity_not_shifted", rows(I, -turn)},
+               {"4b", "4.velocity_not_shifted_and_sign", rows(I, turn)},
+               {"4b", "4.axes_alone_of_velocity", rows(O, AxesOf(group))}},
+              kTolerance, {}, {}, DirectionNames(group));
     }
   }
 }
@@ -139,14 +128,9 @@ TEST(Stage4, TheNullSpaceIsTheDerivativeOfTheWorldsMotion) {
     for (const int count : {4, 9, 17}) {
       const GraphScene scene("vertices of all types", {count, 97});
       const Vertices& vertices = scene.vertices;
-      Require({"4",
-               {"4.U_of_vertices", {{"n", Word(count)}, {"system", NameOf(group)}}},
-               NumericNullSpace(vertices, group),
-               Chosen().gauge_freedom.null_space(vertices, group),
-               RowNames(vertices),
-               {},
-               kTolerance,
-               DirectionNames(group)});
+      Require("4", {"4.U_of_vertices", {{"n", Word(count)}, {"system", NameOf(group)}}},
+              NumericNullSpace(vertices, group), Chosen().gauge_freedom.null_space(vertices, group), RowNames(vertices),
+              {}, kTolerance, {}, {}, DirectionNames(group));
     }
   }
 }
@@ -157,23 +141,19 @@ void CheckProjection(const MatXX& U, const MatXX& V, const Names& names, const T
   const MatXX I = MatXX::Identity(U.rows(), U.rows()), Vt = V.transpose(), A = Vt * U;
   const auto minus = [&](const MatXX& lost) { return Is(I - lost); };
   const MatXX right = ProjectionByItsEffect(U, V), lost = I - right;
-  Require({"4",
-           what,
-           right,
-           Chosen().gauge_freedom.projection(U, V),
-           names,
-           {{"4c", "4.Q_still_identity", Is(I)},
-            {"4c", "4.U_V_exchanged", Is(right.transpose())},
-            {"4c", Text("formula.sign_added", {{"term", Word("U (VᵀU)⁻¹ Vᵀ")}}), Is(I + lost)},
-            {"4c", "4.lost_part_itself", Is(lost)},
-            {"4c", "4.identity_lost", Is(-lost)},
-            {"4c", "4.UTV_inv_for_VTU_inv", minus(U * A.transpose().inverse() * Vt)},
-            {"4c", "4.VTU_inv_missing", minus(U * Vt)},
-            {"4c", Text("formula.inverse_meant", {{"matrix", Word("VᵀU")}}), minus(U * A * Vt)},
-            {"4c", "4.V_for_U", minus(V * A.inverse() * Vt)},
-            {"4c", "4.U_for_V", minus(U * A.inverse() * U.transpose())},
-            {"4c", "4.V_nowhere", minus(U * (U.transpose() * U).inverse() * U.transpose())}},
-           1e-9});
+  Require("4", what, right, Chosen().gauge_freedom.projection(U, V), names,
+          {{"4c", "4.Q_still_identity", Is(I)},
+           {"4c", "4.U_V_exchanged", Is(right.transpose())},
+           {"4c", Text("formula.sign_added", {{"term", Word("U (VᵀU)⁻¹ Vᵀ")}}), Is(I + lost)},
+           {"4c", "4.lost_part_itself", Is(lost)},
+           {"4c", "4.identity_lost", Is(-lost)},
+           {"4c", "4.UTV_inv_for_VTU_inv", minus(U * A.transpose().inverse() * Vt)},
+           {"4c", "4.VTU_inv_missing", minus(U * Vt)},
+           {"4c", Text("formula.inverse_meant", {{"matrix", Word("VᵀU")}}), minus(U * A * Vt)},
+           {"4c", "4.V_for_U", minus(V * A.inverse() * Vt)},
+           {"4c", "4.U_for_V", minus(U * A.inverse() * U.transpose())},
+           {"4c", "4.V_nowhere", minus(U * (U.transpose() * U).inverse() * U.transpose())}},
+          1e-9);
 }
 
 // Two scalars and their difference: U = (1, 1)ᵀ, and the first is held.
@@ -200,13 +180,8 @@ TEST(Stage4, TheProjectionRemovesTheGaugesMotionsAndNothingElse) {
       const MatXX V = held ? scene.FirstFrame(group) : U;
       const MatXX Q = Chosen().gauge_freedom.projection(U, V), I = MatXX::Identity(U.rows(), U.rows());
       const auto check = [&](const Text& what, const MatXX& expected, const MatXX& got) {
-        Require({"4",
-                 Text("4.for_system", {{"what", what}, {"system", NameOf(group)}, {"gauge", gauge}}),
-                 expected,
-                 got,
-                 {},
-                 {},
-                 1e-9});
+        Require("4", Text("4.for_system", {{"what", what}, {"system", NameOf(group)}, {"gauge", gauge}}), expected, got,
+                {}, {}, 1e-9);
       };
       check("4.I_Q_U", MatXX::Ones(U.rows(), U.cols()), MatXX::Ones(U.rows(), U.cols()) + Q * U);
       check("4.I_VT_Q", MatXX::Ones(U.cols(), U.rows()), MatXX::Ones(U.cols(), U.rows()) + V.transpose() * Q);
@@ -250,15 +225,10 @@ std::vector<Mistake> MotionMistakes(const MatXX& R_z, int n, bool single) {
 
 void CheckMotion(const Vertices& vertices, double yaw, const Text& scene) {
   const Motion g{1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(1, -2, 3)};  // t must not matter
-  Require({"4",
-           {"4.motion_jacobian_of", {{"scene", scene}, {"n", Word(yaw)}}},
-           NumericMotionJacobian(vertices, g),
-           Chosen().gauge_freedom.motion_jacobian(vertices, yaw),
-           RowNames(vertices),
-           MotionMistakes(g.R.toRotationMatrix(), TotalLocalDimension(vertices), vertices.size() == 1),
-           kTolerance,
-           {},
-           "4d"});
+  Require("4", {"4.motion_jacobian_of", {{"scene", scene}, {"n", Word(yaw)}}}, NumericMotionJacobian(vertices, g),
+          Chosen().gauge_freedom.motion_jacobian(vertices, yaw), RowNames(vertices),
+          MotionMistakes(g.R.toRotationMatrix(), TotalLocalDimension(vertices), vertices.size() == 1), kTolerance,
+          "4d");
 }
 
 TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {

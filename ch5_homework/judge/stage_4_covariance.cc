@@ -23,30 +23,27 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
     const MatXX T = Q_C * M, Tt = T.transpose();
     const auto is = [](const MatXX& answer) { return [answer] { return answer; }; };
     const auto by = [&](const MatXX& factor) { return is(factor * C * factor.transpose()); };
-    Require({"4",
-             {"4.covariance_of_random", {{"size", Word(std::to_string(n) + "×" + std::to_string(n))}}},
-             T * C * Tt,
-             Chosen().gauge_freedom.transform_covariance(C, M, Q, Q_C),
-             {},
-             {{"4e", "4.covariance_not_changed", is(C)},
-              {"4e", "4.result_still_zero", is(MatXX::Zero(n, n))},
-              {"4e", "4.Q_motion_exchanged_places", by(M * Q_C)},
-              {"4e", "4.Q_of_other_place", by(Q * M)},
-              {"4e", "4.second_factor_missing", is(T * C)},
-              {"4e", "4.first_factor_missing", is(C * Tt)},
-              {"4e", "4.transpose_missing", is(T * C * T)},
-              {"4e", "4.transpose_wrong_side", is(Tt * C * T)},
-              {"4e", "4.Q_missing_right", is(T * C * M.transpose())},
-              {"4e", "4.Q_missing_left", is(M * C * Tt)},
-              {"4e", "4.motion_missing_right", is(T * C * Q_C.transpose())},
-              {"4e", "4.motion_missing", by(Q_C)},
-              {"4e", "4.motion_missing", by(Q)},
-              {"4e", "4.motion_missing", by(Q_C * Q)},
-              {"4e", "4.Q_missing", by(M)},
-              {"4e", "4.Q_transposed", by(Q_C.transpose() * M)},
-              {"4e", "4.Q_transposed", by(M * Q.transpose())},
-              {"4e", "4.motion_transposed", by(Q_C * M.transpose())},
-              {"4e", "4.motion_transposed", by(M.transpose() * Q)}}});
+    Require("4", {"4.covariance_of_random", {{"size", Word(std::to_string(n) + "×" + std::to_string(n))}}}, T * C * Tt,
+            Chosen().gauge_freedom.transform_covariance(C, M, Q, Q_C), {},
+            {{"4e", "4.covariance_not_changed", is(C)},
+             {"4e", "4.result_still_zero", is(MatXX::Zero(n, n))},
+             {"4e", "4.Q_motion_exchanged_places", by(M * Q_C)},
+             {"4e", "4.Q_of_other_place", by(Q * M)},
+             {"4e", "4.second_factor_missing", is(T * C)},
+             {"4e", "4.first_factor_missing", is(C * Tt)},
+             {"4e", "4.transpose_missing", is(T * C * T)},
+             {"4e", "4.transpose_wrong_side", is(Tt * C * T)},
+             {"4e", "4.Q_missing_right", is(T * C * M.transpose())},
+             {"4e", "4.Q_missing_left", is(M * C * Tt)},
+             {"4e", "4.motion_missing_right", is(T * C * Q_C.transpose())},
+             {"4e", "4.motion_missing", by(Q_C)},
+             {"4e", "4.motion_missing", by(Q)},
+             {"4e", "4.motion_missing", by(Q_C * Q)},
+             {"4e", "4.Q_missing", by(M)},
+             {"4e", "4.Q_transposed", by(Q_C.transpose() * M)},
+             {"4e", "4.Q_transposed", by(M * Q.transpose())},
+             {"4e", "4.motion_transposed", by(Q_C * M.transpose())},
+             {"4e", "4.motion_transposed", by(M.transpose() * Q)}});
   }
 }
 
@@ -57,18 +54,12 @@ TEST(Stage4, TheExampleOfTheHandout) {
   const MatXX free = (MatXX(2, 2) << 1, -1, -1, 1).finished(), fixed = (MatXX(2, 2) << 0, 0, 0, 4).finished();
   const MatXX I = MatXX::Identity(2, 2), H = 0.25 * free;
   ASSERT_TRUE(FreeCovariance(H, 1).isApprox(free) && FixedCovariance(H, V).isApprox(fixed)) << "the handout is wrong";
-  Require({"4",
-           "4.handout_held",
-           fixed,
-           functions.transform_covariance(free, I, functions.projection(U, V), functions.projection(U, V)),
-           Words({"x1", "x2"}),
-           {}});
-  Require({"4",
-           "4.handout_set_free",
-           free,
-           functions.transform_covariance(fixed, I, functions.projection(U, U), functions.projection(U, U)),
-           Words({"x1", "x2"}),
-           {}});
+  Require("4", "4.handout_held", fixed,
+          functions.transform_covariance(free, I, functions.projection(U, V), functions.projection(U, V)),
+          Words({"x1", "x2"}));
+  Require("4", "4.handout_set_free", free,
+          functions.transform_covariance(fixed, I, functions.projection(U, U), functions.projection(U, U)),
+          Words({"x1", "x2"}));
 }
 
 // ---- all together ---------------------------------------------------------------------------------------------------
@@ -93,14 +84,9 @@ void CheckGauges(GaugeGroup group, int frames, int points, int seed) {
     return Text("4.frames", {{"what", what}, {"system", NameOf(group)}, {"n", Word(frames)}});
   };
   const MatXX H = scene.Hessian(), U = functions.null_space(scene.vertices, group);
-  Require({"4",
-           of("4.I_H_U"),
-           MatXX::Ones(U.rows(), U.cols()),
-           MatXX::Ones(U.rows(), U.cols()) + H * U / H.cwiseAbs().maxCoeff(),
-           names,
-           {},
-           1e-9,
-           DirectionNames(group)});
+  Require("4", of("4.I_H_U"), MatXX::Ones(U.rows(), U.cols()),
+          MatXX::Ones(U.rows(), U.cols()) + H * U / H.cwiseAbs().maxCoeff(), names, {}, 1e-9, {}, {},
+          DirectionNames(group));
   const MatXX free = FreeCovariance(H, static_cast<int>(U.cols()));
   const MatXX Q = functions.projection(U, scene.FirstFrame(group)), Q_free = functions.projection(U, U);
 
@@ -111,16 +97,11 @@ void CheckGauges(GaugeGroup group, int frames, int points, int seed) {
   const MatXX Q_C = functions.projection(U_C, V), Q_C_free = functions.projection(U_C, U_C);
   const MatXX motion = functions.motion_jacobian(scene.vertices, yaw);
   ASSERT_GT((free - fixed).norm(), 0.1 * fixed.norm()) << "the scene is too easy: both gauges have one covariance";
-  Require({"4", of("4.covariance_held"), fixed, functions.transform_covariance(free, motion, Q, Q_C), names, {}, 1e-7});
+  Require("4", of("4.covariance_held"), fixed, functions.transform_covariance(free, motion, Q, Q_C), names, {}, 1e-7);
 
   const MatXX back = functions.motion_jacobian(scene.vertices, -yaw);
-  Require({"4",
-           of("4.covariance_set_free"),
-           free,
-           functions.transform_covariance(fixed, back, Q_C_free, Q_free),
-           names,
-           {},
-           1e-7});
+  Require("4", of("4.covariance_set_free"), free, functions.transform_covariance(fixed, back, Q_C_free, Q_free), names,
+          {}, 1e-7);
 }
 
 TEST(Stage4, FreeAndFixedCovariancesOfACameraWithAnImuAreOne) {

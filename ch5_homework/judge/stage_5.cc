@@ -33,17 +33,9 @@ void CheckSchur(int poses, int goes) {
   MatXX U = c.U;
   VecX b_a = c.b_a;
   Chosen().make_marginalization_error()->SchurComplement(c.V, c.W, c.b_b, &U, &b_a);
-  Require({"5", of("U"), c.U - c.Subtracted(), U, NamesOfPoses(poses), c.Mistakes(), 1e-9, {}, "5.2", "*U"});
-  Require({"5",
-           of("b_a"),
-           c.b_a - c.W * (c.V_inverse * c.b_b),
-           b_a,
-           NamesOfPoses(poses),
-           c.MistakesInB(),
-           1e-9,
-           {},
-           "5.2",
-           "*b_a"});
+  Require("5", of("U"), c.U - c.Subtracted(), U, NamesOfPoses(poses), c.Mistakes(), 1e-9, "5.2", "*U");
+  Require("5", of("b_a"), c.b_a - c.W * (c.V_inverse * c.b_b), b_a, NamesOfPoses(poses), c.MistakesInB(), 1e-9, "5.2",
+          "*b_a");
 }
 
 TEST(Stage5, EliminatesADenseBlock) { CheckSchur(1, 6); }  // sizes that hide an exchange
@@ -121,26 +113,10 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
   for (const Mistake& m : right.MistakesInE0()) {
     mistakes_in_e0.push_back({m.todo, m.cause, [=] { return MatXX(right.P_inverse * m.answer()); }});
   }
-  Require({"5",
-           {"5.JTJ_is_H", {{"scene", scene}}},
-           scaled(H),
-           scaled(J.transpose() * J),
-           names,
-           mistakes,
-           1e-9,
-           {},
-           "5.3",
-           "J_"});
-  Require({"5",
-           {"5.JTe0_is_minus_b0", {{"scene", scene}}},
-           right.P_inverse * -b0,
-           right.P_inverse * J.transpose() * e0,
-           names,
-           mistakes_in_e0,
-           1e-7,
-           {},
-           "5.3",
-           "e0_"});
+  Require("5", {"5.JTJ_is_H", {{"scene", scene}}}, scaled(H), scaled(J.transpose() * J), names, mistakes, 1e-9, "5.3",
+          "J_");
+  Require("5", {"5.JTe0_is_minus_b0", {{"scene", scene}}}, right.P_inverse * -b0, right.P_inverse * J.transpose() * e0,
+          names, mistakes_in_e0, 1e-7, "5.3", "e0_");
 }
 
 TEST(Stage5, TakesTheRootOfARegularH) {
@@ -178,22 +154,15 @@ TEST(Stage5, TheResidualMovesWithTheStates) {
   term_e0 = e0;
   const MatXX e = term->Residual(delta_chi);
   const auto is = [](const VecX& answer) { return [answer] { return MatXX(answer); }; };
-  Require({"5",
-           Text("5.e_of", {{"what", "5.random_J_e0"}}),
-           e0 + J * delta_chi,
-           e,
-           {},
-           {{"5.4", "5.J_dchi_missing", is(e0)},
-            {"5.4", "5.e0_missing", is(J * delta_chi)},
-            {"5.4", "5.sign_of_J_dchi", is(e0 - J * delta_chi)},
-            {"5.4", "5.both_signs", is(J * delta_chi - e0)},
-            {"5.4", Text("formula.stands_for", {{"this", Word("Jᵀ")}, {"that", Word("J")}}),
-             is(e0 + J.transpose() * delta_chi)},
-            {"5.4", "5.J_missing_before_dchi", is(e0 + delta_chi)}},
-           1e-10,
-           {},
-           "5.4",
-           "e"});
+  Require("5", Text("5.e_of", {{"what", "5.random_J_e0"}}), e0 + J * delta_chi, e, {},
+          {{"5.4", "5.J_dchi_missing", is(e0)},
+           {"5.4", "5.e0_missing", is(J * delta_chi)},
+           {"5.4", "5.sign_of_J_dchi", is(e0 - J * delta_chi)},
+           {"5.4", "5.both_signs", is(J * delta_chi - e0)},
+           {"5.4", Text("formula.stands_for", {{"this", Word("Jᵀ")}, {"that", Word("J")}}),
+            is(e0 + J.transpose() * delta_chi)},
+           {"5.4", "5.J_missing_before_dchi", is(e0 + delta_chi)}},
+          1e-10, "5.4", "e");
 }
 
 // ---- all together ---------------------------------------------------------------------------------------------------
@@ -216,9 +185,9 @@ TEST(Stage5, TheWholeTermIsTheDenseSchurComplement) {
   const VecX b = all.b(stay) - H_rm * (H_mm_inverse * all.b(go));
   Names names = RowNames(ordering);
   names = {names.begin() + 6, names.begin() + 18};
-  Require({"5", "5.H_in_all", H, term->H(), names, {}, 1e-8});
-  Require({"5", "5.b0_in_all", b, term->b0(), names, {}, 1e-8});
-  Require({"5", "5.JTJ_in_all", H, term->J().transpose() * term->J(), names, {}, 1e-8});
+  Require("5", "5.H_in_all", H, term->H(), names, {}, 1e-8);
+  Require("5", "5.b0_in_all", b, term->b0(), names, {}, 1e-8);
+  Require("5", "5.JTJ_in_all", H, term->J().transpose() * term->J(), names, {}, 1e-8);
 }
 
 }  // namespace

@@ -106,8 +106,8 @@ int Rows(const std::vector<std::shared_ptr<Vertex>>& vertices) {
 Text After(const char* what, const Text& scene) { return {"5.after_insert", {{"what", Word(what)}, {"scene", scene}}}; }
 
 void CheckOpened(const Insertion& c, const MarginalizationError& term, const Names& names, const Text& scene) {
-  Require({"5", After("H", scene), c.Opened(), term.H(), names, c.Mistakes(), 1e-10, {}, "5.1", "H"});
-  Require({"5", After("b0", scene), c.OpenedB(), term.b0(), names, c.MistakesInB(), 1e-10, {}, "5.1", "b0"});
+  Require("5", After("H", scene), c.Opened(), term.H(), names, c.Mistakes(), 1e-10, "5.1", "H");
+  Require("5", After("b0", scene), c.OpenedB(), term.b0(), names, c.MistakesInB(), 1e-10, "5.1", "b0");
 }
 
 /// A term over poses and landmarks with random numbers, and one more vertex to come.

@@ -142,15 +142,8 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
     int k = 0;
     for (const auto& [id, block] : blocks) rows[k++] = block.idx;
     rows.tail<2>() << term->m(), term->n();
-    Require({"6",
-             "6.first_rows_blocks",
-             layout.Of(scene.Dropped()),
-             rows,
-             layout.RowNames(),
-             layout.Mistakes(),
-             1e-12,
-             {},
-             "6b"});
+    Require("6", "6.first_rows_blocks", layout.Of(scene.Dropped()), rows, layout.RowNames(), layout.Mistakes(), 1e-12,
+            "6b");
     std::vector<int> right;
     for (const auto& vertex : scene.Kept()) right.push_back(vertex->Id());
     const std::vector<int>& got = std::get<6>(MembersOf(*term));
@@ -173,26 +166,10 @@ void CheckA(const FactorScene& scene, const Text& what) {
   term->PreMarginalize();
   term->ConstructA();
   const Names names = scene.RowNames();
-  Require({"6",
-           {"scene.b_of", {{"what", what}}},
-           scene.VectorB({}),
-           term->b(),
-           names,
-           MistakesInB(scene),
-           1e-10,
-           {},
-           "6c",
-           "b_"});
-  Require({"6",
-           {"6.A_of", {{"what", what}}},
-           scene.MatrixA({}),
-           term->A(),
-           names,
-           MistakesInA(scene),
-           1e-10,
-           {},
-           "6c",
-           "A_"});
+  Require("6", {"scene.b_of", {{"what", what}}}, scene.VectorB({}), term->b(), names, MistakesInB(scene), 1e-10, "6c",
+          "b_");
+  Require("6", {"6.A_of", {{"what", what}}}, scene.MatrixA({}), term->A(), names, MistakesInA(scene), 1e-10, "6c",
+          "A_");
 }
 
 TEST(Stage6, AOfOneResidual) { CheckA(FactorScene(FactorScene::kOneEdge), "6.one_residual_between_two_poses"); }

@@ -51,21 +51,14 @@ DampingUpdate Update(const Trial& t) {
 }
 
 void CheckDecision(const Trial& t, bool accepted, const Text& what) {
-  Require({"8",
-           what,
-           MatXX::Constant(1, 1, accepted),
-           MatXX::Constant(1, 1, Update(t).accepted),
-           Words({"accepted"}),
-           {{"8a", accepted ? "8.lower_rejected" : "8.higher_accepted", Is(MatXX::Constant(1, 1, !accepted))}},
-           1e-10,
-           {},
-           "8a",
-           "next.accepted"});
+  Require("8", what, MatXX::Constant(1, 1, accepted), MatXX::Constant(1, 1, Update(t).accepted), Words({"accepted"}),
+          {{"8a", accepted ? "8.lower_rejected" : "8.higher_accepted", Is(MatXX::Constant(1, 1, !accepted))}}, 1e-10,
+          "8a", "next.accepted");
 }
 
 void CheckDamping(const Trial& t, const MatXX& right, const std::vector<Mistake>& mistakes, const Text& what) {
   const DampingUpdate got = Update(t);
-  Require({"8", what, right, Vec2(got.lambda, got.nu), Words({"λ", "ν"}), mistakes, 1e-10, {}, "8a", "next.lambda"});
+  Require("8", what, right, Vec2(got.lambda, got.nu), Words({"λ", "ν"}), mistakes, 1e-10, "8a", "next.lambda");
 }
 
 TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
@@ -148,16 +141,8 @@ void CheckView(const View& view, const Text& what) {
   const MatXX pose = view.OverPose(), point = view.OverPoint();
   const auto check = [&](const Text& part, const MatXX& right, const MatXX& got, const Names& columns,
                          const std::vector<Mistake>& mistakes, const std::string& variable) {
-    Require({"8",
-             {"8.part_of", {{"part", part}, {"scene", what}}},
-             right,
-             got,
-             Words({"r.x", "r.y"}),
-             mistakes,
-             kTolerance,
-             columns,
-             "8b",
-             variable});
+    Require("8", {"8.part_of", {{"part", part}, {"scene", what}}}, right, got, Words({"r.x", "r.y"}), mistakes,
+            kTolerance, "8b", variable, columns);
   };
   const auto with = [&](const Mat23& camera) { return Is(camera * C.transpose() * R.transpose()); };
   check("8.over_point", point, J.point, Axes("δp_W"),
@@ -187,19 +172,13 @@ void CheckView(const View& view, const Text& what) {
 // At the origin, looking along z: ∂r/∂p = [¼ 0 −1/16; 0 ¼ −⅛] at (1, 2, 4).
 TEST(Stage8, TheProjectionOnPaper) {
   const auto with = [](double x, double y) { return (Mat23() << 0.25, 0, x, 0, 0.25, y).finished(); };
-  Require({"8",
-           "8.projection_on_paper",
-           with(-0.0625, -0.125),
-           Chosen().open_tasks.linearize_projection({}, {}, Vec3(1, 2, 4)).point,
-           Words({"r.x", "r.y"}),
-           {{"8b", "8.depth_column_missing", Is(with(0, 0))},
-            {"8b", "8.depth_column_sign", Is(with(0.0625, 0.125))},
-            {"8b", "8.depth_column_not_squared", Is(with(-0.25, -0.5))},
-            {"8b", "8.not_divided_by_depth", Is(4.0 * with(-0.0625, -0.125))}},
-           1e-10,
-           Axes("δp_W"),
-           "8b",
-           "J.point"});
+  Require("8", "8.projection_on_paper", with(-0.0625, -0.125),
+          Chosen().open_tasks.linearize_projection({}, {}, Vec3(1, 2, 4)).point, Words({"r.x", "r.y"}),
+          {{"8b", "8.depth_column_missing", Is(with(0, 0))},
+           {"8b", "8.depth_column_sign", Is(with(0.0625, 0.125))},
+           {"8b", "8.depth_column_not_squared", Is(with(-0.25, -0.5))},
+           {"8b", "8.not_divided_by_depth", Is(4.0 * with(-0.0625, -0.125))}},
+          1e-10, "8b", "J.point", Axes("δp_W"));
 }
 
 TEST(Stage8, TheProjectionIsDifferentiated) {
@@ -272,36 +251,23 @@ TEST(Stage8, AnImuStepMovesTheState) {
   const Vec3 moved = was.p + step.dt * was.v, half = 0.5 * step.dt * step.dt * (was.q * step.a);
   const Vec3 unturned = 0.5 * step.dt * step.dt * step.a, turned = 0.5 * step.dt * step.dt * (right.q * step.a);
   const double rate = 2.0 / step.dt;  // ½ a dt² → a dt
-  Require({"8",
-           "8.imu_position_velocity",
-           stacked(right.p, right.v),
-           stacked(got.p, got.v),
-           Words({"p.x", "p.y", "p.z", "v.x", "v.y", "v.z"}),
-           {{"8c", "8.imu_half_missing", Is(stacked(moved, right.v))},
-            {"8c", "8.imu_half_not_halved", Is(stacked(moved + 2.0 * half, right.v))},
-            {"8c", "8.imu_velocity_first", Is(stacked(was.p + step.dt * right.v, right.v))},
-            {"8c", "8.imu_velocity_first", Is(stacked(was.p + step.dt * right.v + half, right.v))},
-            {"8c", "8.imu_not_turned", Is(stacked(moved + unturned, was.v + rate * unturned))},
-            {"8c", "8.imu_turned_by_new", Is(stacked(moved + turned, was.v + rate * turned))}},
-           1e-10,
-           {},
-           "8c",
-           "after.p"});
+  Require("8", "8.imu_position_velocity", stacked(right.p, right.v), stacked(got.p, got.v),
+          Words({"p.x", "p.y", "p.z", "v.x", "v.y", "v.z"}),
+          {{"8c", "8.imu_half_missing", Is(stacked(moved, right.v))},
+           {"8c", "8.imu_half_not_halved", Is(stacked(moved + 2.0 * half, right.v))},
+           {"8c", "8.imu_velocity_first", Is(stacked(was.p + step.dt * right.v, right.v))},
+           {"8c", "8.imu_velocity_first", Is(stacked(was.p + step.dt * right.v + half, right.v))},
+           {"8c", "8.imu_not_turned", Is(stacked(moved + unturned, was.v + rate * unturned))},
+           {"8c", "8.imu_turned_by_new", Is(stacked(moved + turned, was.v + rate * turned))}},
+          1e-10, "8c", "after.p");
   const auto is = [](const Qd& q) { return Is(q.toRotationMatrix()); };
   const Qd turn = ExpSO3(step.dt * step.w);
-  Require({"8",
-           "8.imu_rotation",
-           right.q.toRotationMatrix(),
-           got.q.toRotationMatrix(),
-           {},
-           {{"8c", "8.imu_rotation_kept", is(was.q)},
-            {"8c", "8.imu_turned_on_the_left", is(turn * was.q)},
-            {"8c", "8.imu_turned_back", is(was.q * turn.conjugate())},
-            {"8c", "8.imu_rate_without_dt", is(was.q * ExpSO3(step.w))}},
-           1e-10,
-           {},
-           "8c",
-           "after.q"});
+  Require("8", "8.imu_rotation", right.q.toRotationMatrix(), got.q.toRotationMatrix(), {},
+          {{"8c", "8.imu_rotation_kept", is(was.q)},
+           {"8c", "8.imu_turned_on_the_left", is(turn * was.q)},
+           {"8c", "8.imu_turned_back", is(was.q * turn.conjugate())},
+           {"8c", "8.imu_rate_without_dt", is(was.q * ExpSO3(step.w))}},
+          1e-10, "8c", "after.q");
 }
 
 void CheckCovariance(const Step& step, const Text& what) {
@@ -325,30 +291,24 @@ void CheckCovariance(const Step& step, const Text& what) {
   MatXX B_no_p = B;
   B_no_p.block(0, 0, 3, 3).setZero();
   const MatXX got = step.Got().covariance;
-  Require({"8",
-           what,
-           A * P * A.transpose() + noise(B, -1.0),
-           got,
-           Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z", "δv.x", "δv.y", "δv.z"}),
-           {{"8c", "8.noise_missing", Is(A * P * A.transpose())},
-            {"8c", "8.density_not_divided", sum(A, B, 0.0)},
-            {"8c", "8.density_times_dt", sum(A, B, 1.0)},
-            {"8c", "8.density_for_variance",
-             Is(A * P * A.transpose() +
-                B * (Vec6() << Vec3::Constant(step.sigma_a), Vec3::Constant(step.sigma_g)).finished().asDiagonal() *
-                    B.transpose() / dt)},
-            {"8c", "8.covariance_not_moved", sum(MatXX::Identity(9, 9), B)},
-            {"8c", "8.covariance_lost", Is(noise(B, -1.0))},
-            {"8c", "8.A_transposed", sum(A.transpose(), B)},
-            {"8c", "8.A_sign", sum(A_sign, B)},
-            {"8c", "8.A_without_acceleration", sum(A_no_arm, B)},
-            {"8c", "8.A_without_turn", sum(A_no_turn, B)},
-            {"8c", "8.B_without_jacobian", sum(A, B_no_jacobian)},
-            {"8c", "8.B_without_position", sum(A, B_no_p)}},
-           kTolerance,
-           {},
-           "8c",
-           "after.covariance"});
+  Require("8", what, A * P * A.transpose() + noise(B, -1.0), got,
+          Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z", "δv.x", "δv.y", "δv.z"}),
+          {{"8c", "8.noise_missing", Is(A * P * A.transpose())},
+           {"8c", "8.density_not_divided", sum(A, B, 0.0)},
+           {"8c", "8.density_times_dt", sum(A, B, 1.0)},
+           {"8c", "8.density_for_variance",
+            Is(A * P * A.transpose() +
+               B * (Vec6() << Vec3::Constant(step.sigma_a), Vec3::Constant(step.sigma_g)).finished().asDiagonal() *
+                   B.transpose() / dt)},
+           {"8c", "8.covariance_not_moved", sum(MatXX::Identity(9, 9), B)},
+           {"8c", "8.covariance_lost", Is(noise(B, -1.0))},
+           {"8c", "8.A_transposed", sum(A.transpose(), B)},
+           {"8c", "8.A_sign", sum(A_sign, B)},
+           {"8c", "8.A_without_acceleration", sum(A_no_arm, B)},
+           {"8c", "8.A_without_turn", sum(A_no_turn, B)},
+           {"8c", "8.B_without_jacobian", sum(A, B_no_jacobian)},
+           {"8c", "8.B_without_position", sum(A, B_no_p)}},
+          kTolerance, "8c", "after.covariance");
 }
 
 TEST(Stage8, AnImuStepAddsItsNoise) {
@@ -370,41 +330,28 @@ void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, dou
   const auto distance = [&](const Transform& at) { return (at.p + at.q * antenna - beacon).norm(); };
   const auto is = [](double r) { return Is(MatXX::Constant(1, 1, r)); };
   const double h = distance(T);
-  Require({"8",
-           {"8.part_of", {{"part", "8.range_residual"}, {"scene", what}}},
-           MatXX::Constant(1, 1, h - range),
-           MatXX::Constant(1, 1, got.residual),
-           Words({"r"}),
-           {{"8d", "8.measurement_minus_prediction", is(range - h)},
-            {"8d", "8.antenna_forgotten", is((T.p - beacon).norm() - range)},
-            {"8d", "8.antenna_not_turned", is((T.p + antenna - beacon).norm() - range)},
-            {"8d", "8.range_not_subtracted", is(h)},
-            {"8d", "8.squares_compared", is(h * h - range * range)}},
-           1e-10,
-           {},
-           "8d",
-           "term.residual"});
+  Require("8", {"8.part_of", {{"part", "8.range_residual"}, {"scene", what}}}, MatXX::Constant(1, 1, h - range),
+          MatXX::Constant(1, 1, got.residual), Words({"r"}),
+          {{"8d", "8.measurement_minus_prediction", is(range - h)},
+           {"8d", "8.antenna_forgotten", is((T.p - beacon).norm() - range)},
+           {"8d", "8.antenna_not_turned", is((T.p + antenna - beacon).norm() - range)},
+           {"8d", "8.range_not_subtracted", is(h)},
+           {"8d", "8.squares_compared", is(h * h - range * range)}},
+          1e-10, "8d", "term.residual");
   const MatXX right = Differences(6, [&](const VecX& d) { return MatXX::Constant(1, 1, distance(Moved(T, d))); });
   const Eigen::RowVector3d u = (T.p + T.q * antenna - beacon).normalized().transpose(), none = u * 0.0;
   const Mat33 R = T.q.toRotationMatrix();
   const auto row = [](const Eigen::RowVector3d& a, const Eigen::RowVector3d& b) {
     return Is((Eigen::Matrix<double, 1, 6>() << a, b).finished());
   };
-  Require({"8",
-           {"8.part_of", {{"part", "8.range_jacobian"}, {"scene", what}}},
-           right,
-           got.J,
-           Words({"r"}),
-           {{"8d", "8.range_jacobian_sign", row(-u, u * R * Hat(antenna))},
-            {"8d", "8.range_turn_sign", row(u, u * R * Hat(antenna))},
-            {"8d", "8.range_turn_missing", row(u, none)},
-            {"8d", "8.range_turn_on_the_left", row(u, -u * Hat(R * antenna))},
-            {"8d", "8.range_not_turned", row(u, -u * Hat(antenna))},
-            {"8d", "8.range_not_a_unit", row(h * u, -h * u * R * Hat(antenna))}},
-           kTolerance,
-           Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z"}),
-           "8d",
-           "term.J"});
+  Require("8", {"8.part_of", {{"part", "8.range_jacobian"}, {"scene", what}}}, right, got.J, Words({"r"}),
+          {{"8d", "8.range_jacobian_sign", row(-u, u * R * Hat(antenna))},
+           {"8d", "8.range_turn_sign", row(u, u * R * Hat(antenna))},
+           {"8d", "8.range_turn_missing", row(u, none)},
+           {"8d", "8.range_turn_on_the_left", row(u, -u * Hat(R * antenna))},
+           {"8d", "8.range_not_turned", row(u, -u * Hat(antenna))},
+           {"8d", "8.range_not_a_unit", row(h * u, -h * u * R * Hat(antenna))}},
+          kTolerance, "8d", "term.J", Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z"}));
 }
 
 // The antenna at (3, 4, 0), the beacon at the origin: the distance is 5, measured as 4.5.
