@@ -123,13 +123,6 @@ TEST(G2o, G12_PopPassesOverVerticesThatCameOrLeft) {
   EXPECT_EQ(leaver->GetEstimate(), Vec3(5, 5, 5));
 }
 
-TEST(G2o, G12_RemoveVertexTakesItsEdgesAlong) {
-  PointChain chain(4);
-  chain.graph.RemoveVertex(chain.points[1]);
-  EXPECT_EQ(Ids(chain.graph.Edges()), (std::vector<int>{2}));
-  EXPECT_EQ(chain.points[1]->Id(), -1);
-}
-
 // ---- G14: what a graph refuses, and its second life --------------------------------------------------------------
 
 TEST(G2o, G14_DuplicateIdsAndUnsetOrRepeatedVerticesAreRejected) {

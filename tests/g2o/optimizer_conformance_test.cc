@@ -12,7 +12,7 @@
 //   G10  what optimize returns                    sparse/sparse_optimizer.h     optimizer_conformance_test.cc
 //   G11  computeMarginals, the true ones          sparse/covariance.h           covariance_conformance_test.cc
 //   G12  push, pop, clear, gauge …                graph/graph.h                graph_conformance_test.cc, optimizer_conformance_test.cc
-//   G13  all linear solvers give the same x       linear/reduced_solver.h       system_conformance_test.cc
+//   G13  all linear solvers give the same x       linear/reduced_solver.h       ../sparse/equality_test.cc
 //   G14  what a graph refuses                     graph/graph.h                graph_conformance_test.cc
 //   G15  .g2o files, the choice in three steps    files/g2o_file.h                   optimizer_conformance_test.cc, ../pose_graph
 //        buildStructure, setLambda, saveHessian   sparse/sparse_solver.h                system_conformance_test.cc

@@ -201,29 +201,5 @@ TEST(G2o, SaveHessian_ReadsBackToTheSameBits) {
   EXPECT_EQ(nnz, (H.array() != 0.0).count());
 }
 
-TEST(G2o, G13_AllLinearSolversGiveTheSameX) {
-  Bundle bundle(12, 200);
-  Problem oracle(&bundle.graph);
-  oracle.MakeHessian();
-  VecX expected, x;
-  ASSERT_TRUE(oracle.SolveLinearSystem(0.0, &expected));
-  Problem pcg(&bundle.graph, LinearSolver::kPcg);
-  pcg.MakeHessian();
-  ASSERT_TRUE(pcg.SolveLinearSystem(0.0, &x));
-  EXPECT_LT((x - expected).norm(), 1e-6 * expected.norm()) << "dense, PCG";
-  for (const ReducedSolverType type :
-       {ReducedSolverType::kAutomatic, ReducedSolverType::kDenseCholesky, ReducedSolverType::kSparseCholesky,
-        ReducedSolverType::kPcg, ReducedSolverType::kImplicitPcg, ReducedSolverType::kPowerSeries}) {
-    SparseOptimizer optimizer(&bundle.graph);
-    optimizer.SetReducedSolver(type, IterativeOptions::Exact());
-    SparseSolver& solver = optimizer.GetSolver();
-    solver.MakeHessian();
-    for (int twice = 0; twice < 2; ++twice) {
-      ASSERT_TRUE(solver.SolveLinearSystem(0.0, &x));
-      EXPECT_LT((x - expected).norm(), 1e-6 * expected.norm()) << "reduced solver " << static_cast<int>(type);
-    }
-  }
-}
-
 }  // namespace
 }  // namespace ch5::test

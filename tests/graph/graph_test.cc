@@ -62,15 +62,6 @@ TEST(Graph, RefusesNullAndForeignAndDoubledMembers) {
   EXPECT_EQ(other.Edges().size(), 0u);
 }
 
-TEST(Graph, RefusesARepeatedVertexInAnEdge) {
-  Graph graph;
-  const auto pose = NewPose();
-  const auto depth = NewDepth();
-  graph.AddVertex(pose);
-  graph.AddVertex(depth);
-  ExpectGraphError([&] { graph.AddEdge(NewReprojection(depth, pose, pose)); }, "vertex 2: VertexPose 0 is repeated");
-}
-
 TEST(Graph, RefusesAVertexThatIsNotFinite) {
   Graph graph;
   for (const double x : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {

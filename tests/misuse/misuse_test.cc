@@ -215,34 +215,8 @@ std::function<std::string()> Do(const Function& function) {
   return [function] { return function(), std::string(); };
 }
 
+// Who may not come into a graph: ../graph/graph_test.cc, ../g2o/graph_conformance_test.cc.
 const std::vector<Case> kGraphs = {
-    {"a null vertex", Do([] { Graph().AddVertex(nullptr); }), "AddVertex: the vertex is null"},
-    {"a null edge", Do([] { Graph().AddEdge(nullptr); }), "AddEdge: the edge is null"},
-    {"an edge without a vertex", Do([] {
-       TwoSteps g;
-       g.graph.AddEdge(std::make_shared<EdgeStep>(g.x_[0], nullptr));
-     }),
-     "vertex 1: missing (null)"},
-    {"a vertex of two graphs", Do([] {
-       TwoSteps g;
-       Graph().AddVertex(g.x_[0]);
-     }),
-     "is already in a graph"},
-    {"an edge to a stranger", Do([] {
-       TwoSteps g;
-       g.graph.AddEdge(std::make_shared<EdgeStep>(g.x_[0], std::make_shared<VertexScalar>(Scalar(0))));
-     }),
-     "is not in this graph"},
-    {"an id twice", Do([] {
-       TwoSteps g;
-       g.graph.AddVertex(std::make_shared<VertexScalar>(Scalar(0)), 1);
-     }),
-     "cannot have the id 1: VertexVector1 has it"},
-    {"an edge twice", Do([] {
-       TwoSteps g;
-       g.graph.AddEdge(g.edges_[0]);
-     }),
-     "EdgeStep 0 is already in a graph"},
     {"an information of another size", Do([] { TwoSteps().edges_[0]->SetInformation(MatXX::Identity(2, 2)); }),
      "the information matrix must be 1x1, got 2x2"},
     {"an infinite information", Do([] { TwoSteps().edges_[0]->SetInformation(MatXX::Constant(1, 1, 1.0 / 0.0)); }),

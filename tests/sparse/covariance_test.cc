@@ -5,10 +5,9 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <sstream>
 
 #include "ch5_backend/sparse/joint_covariance.h"
-#include "ch5_backend/sparse/save_hessian.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/scenes.h"
 #include "tests/sparse/scalar_graph.h"
 
@@ -73,24 +72,6 @@ TEST(JointCovariance, IsTheInverseOfTheHessian) {
     }
     row += a->LocalDimension();
   }
-}
-
-TEST(Covariance, AFreeGaugeHasNone) {
-  ScalarGraph line(2, 1);
-  line.Tie(line.poses[0], line.landmarks[0], 1.0);
-  line.Tie(line.poses[1], line.landmarks[0], 1.0);
-  EXPECT_THROW(Covariance(&line.graph).Block(*line.poses[0], *line.poses[0]), CovarianceError);
-}
-
-TEST(SaveHessian, WritesItColumnByColumn) {
-  OnePoseOneLandmark small;
-  SparseSolver solver(&small.graph);
-  solver.SetOrdering();
-  solver.MakeHessian();
-  std::ostringstream file;
-  SaveHessian(solver, "H", &file);
-  EXPECT_NE(file.str().find("# nnz: 4\n"), std::string::npos) << file.str();
-  EXPECT_NE(file.str().find("\n1 1 2\n2 1 -1\n1 2 -1\n2 2 2\n"), std::string::npos) << file.str();
 }
 
 }  // namespace

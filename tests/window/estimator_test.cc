@@ -338,14 +338,5 @@ TEST(MeasurementChecks, GapsBeforeBetweenAndAfterReadingsCount) {
   EXPECT_TRUE(HasImuGap(at({0.0, 0.1, 0.5}), 0.0, 0.15, 0.11)) << "around the end";
 }
 
-TEST(MeasurementChecks, ARepeatedTrackIsNamed) {
-  try {
-    CheckImage({1.0, {{3, Vec2(0, 0)}, {7, Vec2(0, 0)}, {3, Vec2(0.1, 0)}}}, 0.5);
-    FAIL();
-  } catch (const MeasurementError& error) {
-    EXPECT_STREQ(error.what(), "track 3 stands twice in the image at t = 1.000000 s");
-  }
-}
-
 }  // namespace
 }  // namespace ch5
