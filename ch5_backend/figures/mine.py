@@ -12,8 +12,8 @@ import numpy as np
 from markupsafe import Markup
 
 from . import page, style
-from .numbers.mine import EXPERIMENTS, FLIGHTS, Mine, dense_of, different
-from .style import BLUE, GRAY, INK, PALE, VERMILION, plt
+from .numbers.mine import EXPERIMENTS, Mine, dense_of, different
+from .style import BLUE, GRAY, PALE, VERMILION, plt
 from .words import Words
 
 STAGES = json.loads((Path(__file__).resolve().parents[2] / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
