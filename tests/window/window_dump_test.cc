@@ -14,10 +14,10 @@
 namespace ch5 {
 namespace {
 
-// Reference costs by Ceres 2.1 with analytic Jacobians (½ Σ ρ): at the start, after 8 Dogleg iterations, converged.
+// Reference costs by Ceres 2.1 with analytic Jacobians (½ Σ ρ): at the start, converged.
 struct Reference {
   const char* name;
-  double initial, after_8, converged;
+  double initial, converged;
 };
 void PrintTo(const Reference& reference, std::ostream* out) { *out << reference.name; }
 
@@ -49,7 +49,6 @@ TEST_P(WindowDumps, DenseAndSparseSolverAgreeOnTheFirstStep) {
 }
 
 TEST_P(WindowDumps, ConvergesToTheReference) {
-  if (GetParam().converged == 0.0) GTEST_SKIP() << "the reference itself has not converged";
   WindowGraph window = BuildWindowGraph(ReadWindowDump(path_));
   SparseOptimizer optimizer(&window.graph);
   optimizer.SetDamping(Damping::kDiagonal);
@@ -98,15 +97,15 @@ TEST(WindowGraph, RefusesAPriorOnSpeedsWithoutImu) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, WindowDumps,
-                         testing::Values(Reference{"vio_S", 3.394001e+02, 2.800099524e+02, 2.799642868e+02},
-                                         Reference{"vio_M", 6.118261e+02, 4.761200317e+02, 4.760831319e+02},
-                                         Reference{"vio_L", 1.051793e+03, 8.180401294e+02, 8.178433323e+02},
-                                         Reference{"vio_Md", 6.114825e+02, 4.757768796e+02, 4.757463687e+02},
-                                         Reference{"real_euroc_sub2", 1.572934e+08, 2.271352557e+02, 2.259314504e+02},
-                                         Reference{"real_tango_100", 1.587520e+10, 0.0, 4.573231082e+02},
-                                         Reference{"mono_3_20", 5.698152e+03, 0.0, 1.868353921e+01},
-                                         Reference{"mono_10_500", 3.935362e+05, 0.0, 1.745162987e+03},
-                                         Reference{"mono_20_1500", 2.440128e+06, 0.0, 9.778462418e+03}),
+                         testing::Values(Reference{"vio_S", 3.394001e+02, 2.799642868e+02},
+                                         Reference{"vio_M", 6.118261e+02, 4.760831319e+02},
+                                         Reference{"vio_L", 1.051793e+03, 8.178433323e+02},
+                                         Reference{"vio_Md", 6.114825e+02, 4.757463687e+02},
+                                         Reference{"real_euroc_sub2", 1.572934e+08, 2.259314504e+02},
+                                         Reference{"real_tango_100", 1.587520e+10, 4.573231082e+02},
+                                         Reference{"mono_3_20", 5.698152e+03, 1.868353921e+01},
+                                         Reference{"mono_10_500", 3.935362e+05, 1.745162987e+03},
+                                         Reference{"mono_20_1500", 2.440128e+06, 9.778462418e+03}),
                          [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
