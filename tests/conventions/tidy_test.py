@@ -19,8 +19,9 @@ def git(*words) -> str:
 def faults_in(diff: str) -> str:
     """What clang-tidy says of the lines that a diff (without context) adds, or ""."""
     commands = (BUILD / "compile_commands.json").read_text(encoding="utf-8")
-    with tempfile.TemporaryDirectory() as folder:  # the build's commands without precompiled headers: clang reads no GCC's
-        Path(folder, "compile_commands.json").write_text(re.sub(r"-include \S+cmake_pch\.hxx ", "", commands), encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:  # the build's commands without what is GCC's: headers, collecting garbage
+        commands = re.sub(r"-include \S+cmake_pch\.hxx |--param=ggc\S+ ", "", commands)
+        Path(folder, "compile_commands.json").write_text(commands, encoding="utf-8")
         done = subprocess.run(["clang-tidy-diff", "-p1", "-quiet", "-path", folder, "-regex", SOURCES, "-j", "2"],
                               cwd=ROOT, input=diff, capture_output=True, text=True)
     return "".join(line for line in done.stdout.splitlines(True) if "error:" in line)
