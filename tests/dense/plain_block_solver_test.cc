@@ -1,4 +1,4 @@
-/// PlainBlockSolver against Problem, which computes the same without blocks.
+/// PlainBlockSolver's blocks; ../sparse/equality_test.cc compares its system and its steps with Problem's.
 #include "ch5_backend/dense/blocks/plain_block_solver.h"
 
 #include <gtest/gtest.h>
@@ -6,23 +6,10 @@
 #include <set>
 #include <stdexcept>
 
-#include "ch5_backend/dense/problem.h"
-#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/types/visual/edge_reprojection.h"
 
 namespace ch5::test {
 namespace {
-
-struct Scene {
-  MonoBa ba;
-  Scene() {
-    MonoBaOptions options;
-    options.frames = 4;
-    options.points = 12;
-    options.position_sigma = 0.05;
-    BuildMonoBa(SimulateMonoBa(options), Gauge::kPriorMinimal, 1e3, 1e3, &ba);
-  }
-};
 
 TEST(SparseBlocks, HaveTheBlocksThatWereAddedAndNameTheOthers) {
   SparseBlocks A("H_pl");
@@ -38,43 +25,6 @@ TEST(SparseBlocks, HaveTheBlocksThatWereAddedAndNameTheOthers) {
     FAIL() << "there is no such block";
   } catch (const std::out_of_range& error) {
     EXPECT_STREQ(error.what(), "H_pl has no block (4, 1)");
-  }
-}
-
-TEST(PlainBlockSolver, HasTheSystemOfProblem) {
-  Scene scene;
-  Problem problem(&scene.ba.graph);
-  problem.MakeHessian();
-  PlainBlockSolver blocks(&scene.ba.graph);
-  blocks.SetOrdering();
-  blocks.BuildSystem();
-  ASSERT_EQ(blocks.Size(), problem.Size());
-  const MatXX& H = problem.Hessian();
-  EXPECT_LT((blocks.DenseHessian() - H).cwiseAbs().maxCoeff(), 1e-13 * H.cwiseAbs().maxCoeff());
-  EXPECT_LT((blocks.RightHandSide() - problem.RightHandSide()).norm(), 1e-13 * problem.RightHandSide().norm());
-  EXPECT_LT((blocks.HessianDiagonal() - H.diagonal()).norm(), 1e-13 * H.diagonal().norm());
-  const VecX v = VecX::LinSpaced(blocks.Size(), -1.0, 1.0);
-  EXPECT_LT((blocks.MultiplyHessian(v) - H * v).norm(), 1e-12 * (H * v).norm());
-  EXPECT_DOUBLE_EQ(blocks.Cost(), problem.Cost());
-  EXPECT_DOUBLE_EQ(blocks.StateNorm(), problem.StateNorm());
-}
-
-TEST(PlainBlockSolver, TakesTheStepOfProblem) {
-  for (const auto damping : {Damping::kIdentity, Damping::kDiagonal}) {
-    Scene scene;
-    Problem problem(&scene.ba.graph);
-    PlainBlockSolver blocks(&scene.ba.graph);
-    blocks.SetOrdering();
-    VecX expected, step;
-    for (NormalEquations* system : {static_cast<NormalEquations*>(&problem), static_cast<NormalEquations*>(&blocks)}) {
-      system->SetDamping(damping);
-      system->MakeHessian();
-      ASSERT_TRUE(system->SolveLinearSystem(1e-2, system == &problem ? &expected : &step));
-    }
-    // S has a condition of some 1e6.
-    EXPECT_LT((step - expected).norm(), 1e-9 * expected.norm());
-    const MatXX& S = problem.SchurComplement();
-    EXPECT_LT((blocks.SchurComplement() - S).cwiseAbs().maxCoeff(), 1e-11 * S.cwiseAbs().maxCoeff());
   }
 }
 
