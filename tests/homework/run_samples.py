@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Judges the reference and every sample submission of a file, stage by stage: run_samples.py [options] EXECUTABLE FILE…
+"""Judges every sample submission of a file, stage by stage: run_samples.py [options] EXECUTABLE FILE…
 
-FILE is a .samples file, or "blanks" for every single blank TODO. Exit code 0 if each verdict is the expected one and can be
-told in every language, no right sample comes within ten times a tolerance, and NAMED of the wrong ones say what the mistake
-is, not only where it shows.
+FILE is a .samples file, or "blanks" for the reference and every single blank TODO. Exit code 0 if each verdict is the
+expected one and can be told in every language, no right sample comes within ten times a tolerance, and NAMED of the wrong
+ones say what the mistake is, not only where it shows.
 EXECUTABLE is homework_samples, which judges as ./course check does; or, with --worker worker_samples, homework_judge.
 """
 
@@ -72,9 +72,9 @@ def main() -> int:
     parser.add_argument("--seed", type=int, action="append", help="may be repeated: right samples are judged with each")
     parser.add_argument("--own", action="store_true", help="only the stages whose verdict or code is the sample's")
     asked = parser.parse_args()
-    samples = [Sample("linked")]
+    samples = []
     for file in asked.files:
-        samples += blank_samples() if file == "blanks" else read_samples(Path(file))
+        samples += [Sample("linked"), *blank_samples()] if file == "blanks" else read_samples(Path(file))
     seeds = asked.seed or [None]
     cases = [(one, stage, seed) for one in samples for stage in stages_of(one, asked.own)
              for seed in (seeds if one.state == "right" else seeds[:1])]
