@@ -106,19 +106,20 @@ class EndToEnd(unittest.TestCase):
             self.assertEqual((FOLDER / name).read_text(encoding="utf-8"), wanted)
 
     def test_a_student_reads_chinese(self):
+        """All that is said of the samples is looked at by run_samples.py."""
         wrong = {"problem": ("H.block(index_j, index_i, dim_j, dim_i).noalias() += hessian.transpose()", "(void)hessian"),
-                 "gauge_prior": ("i < 2", "i < 1"), "gauge_freedom": ("-Hat(p)", "Hat(p)"),
-                 "marginalization_error": ("e0_ + J_ * delta_chi", "e0_"), "vins_window": ("norm() > 2.5", "norm() > 0.05"),
-                 "block_solver": ("S_(i, j) -=", "S_(i, j) +=")}
+                 "gauge_prior": ("i < 2", "i < 1")}
         files = {name: self.replaced(f"{name}.cc", *change) for name, change in wrong.items()}
         self.hand_in(**files)
         (BUILD / "failures.json").unlink(missing_ok=True)  # of an earlier run of this test
-        causes = {"1.1": "缺少镜像块", "3": "只有第 0 帧有先验", "4": "符号：ω × p", "5": "漏了 J Δχ", "6": "有一个比较写反了",
-                  "7": "加上去了，应当减去"}
+        causes = {"1.1": "缺少镜像块", "3": "只有第 0 帧有先验"}
         for _ in range(2):  # looking again at the same files names no cause
             self.assertNotIn("缺少镜像块", course("check", "1.1", "--language", "zh").stdout)
         course("check", *causes, "--language", "zh")
+        built = {path: path.stat().st_mtime_ns for path in (FOLDER / f"{name}.cc" for name in files)}
         self.hand_in(**{name: text + "// looked at again\n" for name, text in files.items()})
+        for path, time in built.items():  # a comment more: nothing to build
+            os.utime(path, ns=(time, time))
         told = course("check", *causes, "--language", "zh").stdout
         self.assertEqual(english_in(told), "", told)
         for stage, words in causes.items():

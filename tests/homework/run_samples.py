@@ -12,6 +12,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from tests.homework.chinese import english_in
 from tests.homework.samples import Sample, blank_samples, read_samples
 from ch5_backend.course.base.language import LANGUAGES, speaker
 from ch5_backend.course.homework import judge as course_judge
@@ -52,6 +53,8 @@ def judge(asked, one: Sample, stage: dict, seed) -> tuple:
             for language in LANGUAGES]  # a sentence that lacks a value is a KeyError here
     if verdict.state != state or not set(wanted.split()) <= said_in(verdict.diagnosis.get("cause", "")):
         return f"{where}: expected {state} “{wanted}”, got {verdict.state} “{told[0]}” {verdict.diagnosis}", False
+    if english := english_in(told[LANGUAGES.index("zh")]):
+        return f"{where}: in Chinese it says “{english}”", False
     near = [f"{where}: {test['name']} uses {float(test['margin']):.2g} of its tolerance" for test in verdict.tests
             if state == "right" and float(test.get("margin", 0)) > MARGIN]
     return "\n".join(near), is_named(verdict)
