@@ -21,23 +21,8 @@ from pathlib import Path
 
 from ch5_backend.course.homework.regions import FILES, STAGES, fill, regions, solution_text, stage_of
 
-# How the class of a sample announces the function that a stage replaces.
-DECLARATIONS = {
-    "1.1": "void MakeHessian() override;",
-    "1.2": "bool SolveLinearSystem(double lambda, VecX* delta_x) override;",
-    "2": "static MarginalizeResult TestMarginalize(MatXX H_marg, VecX b_marg, int idx, int dim);",
-    "5": "int InsertBlock(int dim, bool is_landmark) override; void SchurComplement(const MatXX& V, const MatXX& W, "
-         "const VecX& b_b, MatXX* U, VecX* b_a) override; void UpdateErrorComputation() override; "
-         "VecX Residual(const VecX& delta_chi) const override;",
-    "6": "void PreMarginalize() override; void ConstructA() override; KeptSystem SchurComplement() const override; "
-         "void Factor(const KeptSystem& kept) override; "
-         "Prior GetParameterBlocks(const std::map<int, std::shared_ptr<Vertex>>& shift = {}) const override;",
-    "7": "void BuildStructure() override; void BuildSystem() override; bool Solve(double lambda, VecX* delta_x) override;",
-}
-
-# The classes that they are members of.
-CLASSES = {"Problem": ["1.1", "1.2", "2"], "MarginalizationError": ["5"], "MarginalizationInfo": ["6"],
-           "PlainBlockSolver": ["7"]}
+# Whose functions students write, the others being free.
+CLASSES = ("Problem", "MarginalizationError", "MarginalizationInfo", "PlainBlockSolver")
 
 
 @dataclass
@@ -130,38 +115,37 @@ def source(file: str, code: dict = {}) -> str:
     return text
 
 
-def code_of(one: Sample) -> tuple:
-    """The text of the changed functions, and the stages that they belong to."""
-    text, stages, unused = "", [], set(one.code)
+def code_of(one: Sample) -> str:
+    """The text of the changed functions."""
+    text, unused = "", set(one.code)
     for section in (section for name in FILES for section in sections(solution_text(name))):
-        stage = stage_of(regions(section)[0].todo)
-        keys = {f"STAGE {stage['id']}", *(f"REGION {region.todo}" for region in regions(section))} & unused
+        keys = {f"STAGE {stage_of(regions(section)[0].todo)['id']}", *(f"REGION {region.todo}" for region in regions(section))} & unused
         if not keys:
             continue
         unused -= keys
-        stages.append(stage["id"])
         text += filled(section, one.code)
     if unused:
         raise ValueError(f"sample {one.name}: no such region: {', '.join(sorted(unused))}")
-    return text, stages
+    return text
 
 
-def derived_class(name: str, stages: list) -> str:
-    """A class of the same name as the reference's, with the functions of these stages its own; without any the name
+def derived_class(name: str, text: str) -> str:
+    """A class of the same name as the reference's, with the functions that the text defines its own; without any the name
     means the reference's, whose templates all samples share."""
-    if not stages:
+    functions = re.findall(rf"^(\S+) {name}::((\w+)\([^)]*\)(?: const)?)\s*\{{", text, re.MULTILINE)
+    if not functions:
         return ""
-    members = "\n  ".join([f"using ch5::{name}::{name};", *(DECLARATIONS[stage] for stage in stages)])
-    return f"class {name} : public ch5::{name} {{\n public:\n  {members}\n}};"
+    members = "\n  ".join(f"static {returned} {signature};" if function == "TestMarginalize" else f"{returned} {signature} override;"
+                          for returned, signature, function in functions)
+    return f"class {name} : public ch5::{name} {{\n public:\n  using ch5::{name}::{name};\n  {members}\n}};"
 
 
 def translation_unit(samples: list) -> str:
     includes = sorted({line for name in FILES for line in re.findall(r"^#include .*$", solution_text(name), re.MULTILINE)})
     parts = ["// Written by tests/homework/samples.py.", *includes, '#include "ch5_homework/judge/submission.h"']
     for one in samples:
-        text, stages = code_of(one)
-        classes = "\n".join(derived_class(name, [stage for stage in own if stage in stages and f"{name}::" in text])
-                            for name, own in CLASSES.items())
+        text = code_of(one)
+        classes = "\n".join(derived_class(name, text) for name in CLASSES)
         parts.append(f"""
 namespace ch5::sample_{one.name} {{
 {classes}
