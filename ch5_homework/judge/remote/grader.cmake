@@ -12,7 +12,7 @@ set(grader ${PROJECT_BINARY_DIR}/grader)
 
 file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/ch5_backend/*.h)
 list(FILTER headers EXCLUDE REGEX "^ch5_backend/(experiments|lab)/")
-foreach(header IN LISTS headers ITEMS ch5_homework/judge/remote/phrases.h)
+foreach(header IN LISTS headers ITEMS ch5_homework/judge/remote/instantiations.h)
   add_custom_command(OUTPUT ${grader}/include/${header} DEPENDS ${PROJECT_SOURCE_DIR}/${header} VERBATIM
     COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/${header} ${grader}/include/${header})
   list(APPEND copies ${grader}/include/${header})
@@ -23,12 +23,12 @@ get_target_property(alignment ch5_settings INTERFACE_COMPILE_DEFINITIONS)
 list(TRANSFORM alignment PREPEND -D)
 set(flags -std=c++17 -O0 -g1 -w -D_GLIBCXX_ASSERTIONS ${alignment} -I${grader}/include -isystem ${eigen})
 set(filled -ftrivial-auto-var-init=pattern)  # poison.h
-set(phrases ${grader}/phrases.pch)
-add_custom_command(OUTPUT ${phrases} DEPENDS ${copies} VERBATIM
-  COMMAND ${CH5_CLANG} ${flags} ${filled} -x c++-header ${grader}/include/ch5_homework/judge/remote/phrases.h -o ${phrases}
-          -fpch-instantiate-templates -Xclang -fmodules-codegen)
-add_custom_command(OUTPUT ${grader}/phrases.o DEPENDS ${phrases} VERBATIM
-  COMMAND ${CH5_CLANG} -O0 -c ${phrases} -o ${grader}/phrases.o)
+set(instantiations ${grader}/instantiations.pch)
+add_custom_command(OUTPUT ${instantiations} DEPENDS ${copies} VERBATIM
+  COMMAND ${CH5_CLANG} ${flags} ${filled} -x c++-header ${grader}/include/ch5_homework/judge/remote/instantiations.h
+          -o ${instantiations} -fpch-instantiate-templates -Xclang -fmodules-codegen)
+add_custom_command(OUTPUT ${grader}/instantiations.o DEPENDS ${instantiations} VERBATIM
+  COMMAND ${CH5_CLANG} -O0 -c ${instantiations} -o ${grader}/instantiations.o)
 
 # "a;b" as "a", "b".
 function(ch5_json_words variable)
@@ -39,14 +39,14 @@ function(ch5_json_words variable)
 endfunction()
 file(REAL_PATH ${CH5_CLANG} clang)  # the sandbox has no /etc/alternatives
 file(REAL_PATH ${CMAKE_CXX_COMPILER} compiler)
-ch5_json_words(quick ${clang} --driver-mode=g++ ${fast_linker} ${flags} ${filled} -include-pch ${phrases})
+ch5_json_words(quick ${clang} --driver-mode=g++ ${fast_linker} ${flags} ${filled} -include-pch ${instantiations})
 if(NOT CH5_FILLS_THE_STACK)
   set(filled)
 endif()
 ch5_json_words(usual ${compiler} ${flags} ${filled})
 file(CONFIGURE OUTPUT ${grader}/toolchain.json @ONLY CONTENT [=[{
   "include": "@grader@/include",
-  "phrases": ["@grader@/phrases.pch", "@grader@/phrases.o"],
+  "instantiations": ["@grader@/instantiations.pch", "@grader@/instantiations.o"],
   "compile": [[@quick@], [@usual@]],
   "archives": "@PROJECT_BINARY_DIR@/lib",
   "judge": "@PROJECT_BINARY_DIR@/bin/homework_judge"
@@ -55,4 +55,4 @@ file(CONFIGURE OUTPUT ${grader}/toolchain.json @ONLY CONTENT [=[{
 
 list(TRANSFORM homework_names PREPEND worker_ OUTPUT_VARIABLE workers)
 list(TRANSFORM homework_names PREPEND worker_layers_ OUTPUT_VARIABLE worker_layers)
-add_custom_target(homework_grader DEPENDS ${grader}/phrases.o ${workers} ${worker_layers} homework_judge)
+add_custom_target(homework_grader DEPENDS ${grader}/instantiations.o ${workers} ${worker_layers} homework_judge)
