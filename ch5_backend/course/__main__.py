@@ -38,7 +38,7 @@ DESCRIPTIONS = {
             "gradescope, the zip of an autograder; classroom, a workflow for GitHub Classroom.",
     "hint": "Prints one of the three hints on a stage of the handout, such as ./course hint 1.2 1. Try again before you ask "
             "for the next.",
-    "deep": "Turns your files in ch5_homework/ to the second depth: more gaps, and no lines with question marks to fill in. "
+    "deep": "Turns your files in ch5_homework/ to the second depth: more blanks, and no lines with question marks to fill in. "
             "A file that you have begun stays as it is.",
     "status": "Shows the state of every stage at a glance.",
     "bench": "Measures our solvers and, where it is installed, Ceres on the same problems: same start, same loss, "
