@@ -2,7 +2,7 @@
 /// The sparse solver: the normal equations in small blocks, landmarks eliminated one by one (g2o's BlockSolver).
 ///
 ///   Structure  ─►  Linearized            ─►  Eliminated     ─►  Step
-///   what lies      H_pp, H_pl, H_ll, b       H_ll⁻¹, S, b_S     Δx, promised decrease
+///   what lies      H_pp, H_pl, H_ll, b       H_ll⁻¹, S, b_S     Δx, model cost change
 ///   where; once    linearize.h               eliminate.h        back_substitute.h
 ///
 /// Each arrow is one file with its formula on top. Same meaning as the dense solver (dense/problem.h) in everything: λ,

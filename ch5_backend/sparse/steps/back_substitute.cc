@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kLandmarks = 64;  // a task's
 
-// Δx_l, and the landmark's part of the promised decrease.
+// Δx_l, and the landmark's part of the model cost change.
 template <int P, int L>
 CH5_INLINE double CompleteLandmark(const Structure& s, const Linearized& y, const Eliminated& eliminated, int l,
                                    double* delta_x) {
