@@ -5,13 +5,13 @@
 namespace ch5::homework {
 namespace {
 
-std::map<std::string, Submission>& Shelf() {
-  static std::map<std::string, Submission> shelf{{"linked", {}}};
-  return shelf;
+std::map<std::string, Submission>& Registered() {
+  static std::map<std::string, Submission> submissions{{"linked", {}}};
+  return submissions;
 }
 
 const Submission*& Current() {
-  static const Submission* current = &Shelf().at("linked");
+  static const Submission* current = &Registered().at("linked");
   return current;
 }
 
@@ -20,15 +20,15 @@ const Submission*& Current() {
 const Submission& Chosen() { return *Current(); }
 
 bool Choose(const std::string& name) {
-  const auto it = Shelf().find(name);
-  if (it != Shelf().end()) Current() = &it->second;
-  return it != Shelf().end();
+  const auto it = Registered().find(name);
+  if (it != Registered().end()) Current() = &it->second;
+  return it != Registered().end();
 }
 
-Submission* Linked() { return &Shelf().at("linked"); }
+Submission* Linked() { return &Registered().at("linked"); }
 
 bool Register(const std::string& name, const Submission& submission) {
-  return Shelf().emplace(name, submission).second;
+  return Registered().emplace(name, submission).second;
 }
 
 }  // namespace ch5::homework
