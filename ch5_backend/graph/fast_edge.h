@@ -13,6 +13,13 @@
 
 namespace ch5 {
 
+/// A of one vertex of an edge that sees its poses only through T_ji, that of i in j. With ξ = [δt; φ] moving it to
+/// (Exp(φ) R_ji, p_ji + δt):  ξ = A [δp; δθ],  J = J_ξ A.  Row-major, kPack numbers a row; the lower left 3×3 is zero.
+struct alignas(64) RelativeJacobian {
+  static constexpr int kDim = 6;
+  double row[kDim][kPack];
+};
+
 /// Edges of one type side by side in memory: eight at a time are linearized in the lanes of SIMD registers, where single
 /// edges would each wait for their own place in memory. Numbers go in packs: number i of edge k of a pack lies at
 /// [kPack·i + k].
@@ -30,9 +37,15 @@ class EdgeBatch {
   virtual void LoadPoses() = 0;
   /// r of edges [first, first + count), count ≤ kPack, as one pack; lanes without an edge hold copies of the last one.
   virtual void ComputeResiduals(int first, int count, double* r) const = 0;
-  /// r, and J_0, J_1, … behind each other, each column-major: FastEdge::LinearizeInto for all edges of the pack. Those of
-  /// vertices that were fixed when the edges were added may be left zero.
+  /// r, and J_0, J_1, … behind each other, each column-major: FastEdge::LinearizeInto for all edges of the pack. If
+  /// IsRelative, only those of vertex 0, the landmark, and J_ξ; the edges must have the same RelativeJacobians.
   virtual void Linearize(int first, int count, double* r, double* J) const = 0;
+
+  /// Whether J_v = J_ξ A_v for all poses v of an edge.
+  virtual bool IsRelative() const { return false; }
+  /// If so: for each vertex of edge `first` its A, which is left as it is where the vertex is no pose.
+  /// @return how many edges from `first` on, at most `count`, have the same
+  virtual int RelativeJacobians(int /*first*/, int /*count*/, RelativeJacobian* /*A*/) const { return 0; }
 };
 
 class FastEdge {

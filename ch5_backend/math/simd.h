@@ -46,27 +46,36 @@ inline bool HasAvx512() { return GetSimdLevel() >= SimdLevel::kAvx512; }
 
 constexpr int kLanes = 4;
 
-/// Four or eight doubles in registers; compilers split them where registers are shorter.
+/// Two, four or eight doubles in registers; compilers split them where registers are shorter. Any 64-bit processor has two.
+typedef double NarrowLanes __attribute__((vector_size(16)));
 typedef double Lanes __attribute__((vector_size(32)));
 typedef double WideLanes __attribute__((vector_size(64)));
 /// The same anywhere in memory. Only these are read or written through a pointer into an array of numbers: a compiler may
 /// take a Lanes* for aligned to 32 bytes. (To GCC and Clang a vector may alias its elements; with may_alias said besides,
 /// GCC 12 keeps such sums in memory, which costs a third of the time of schur_group.h.)
+typedef double NarrowLanesInMemory __attribute__((vector_size(16), aligned(8)));
 typedef double LanesInMemory __attribute__((vector_size(32), aligned(8)));
 typedef double WideLanesInMemory __attribute__((vector_size(64), aligned(8)));
 
-/// Four, or eight, numbers in memory, at any address.
+/// Two, four or eight numbers in memory, at any address.
+CH5_INLINE NarrowLanesInMemory* AsNarrow(double* x) { return reinterpret_cast<NarrowLanesInMemory*>(x); }
+CH5_INLINE const NarrowLanesInMemory* AsNarrow(const double* x) {
+  return reinterpret_cast<const NarrowLanesInMemory*>(x);
+}
 CH5_INLINE LanesInMemory* AsLanes(double* x) { return reinterpret_cast<LanesInMemory*>(x); }
 CH5_INLINE const LanesInMemory* AsLanes(const double* x) { return reinterpret_cast<const LanesInMemory*>(x); }
 CH5_INLINE WideLanesInMemory* AsWide(double* x) { return reinterpret_cast<WideLanesInMemory*>(x); }
 CH5_INLINE const WideLanesInMemory* AsWide(const double* x) { return reinterpret_cast<const WideLanesInMemory*>(x); }
 
-/// The longer vector that is not longer than the registers of AVX2 or AVX-512: GCC 12 takes such vectors apart through
-/// memory, which costs several times as much. Without either even Lanes are two registers.
+/// The longest that is not longer than a register: GCC 12 takes longer ones apart through memory, which costs several
+/// times as much.
 template <SimdLevel kSimd>
-using FittingLanes = std::conditional_t<kSimd == SimdLevel::kAvx512, WideLanes, Lanes>;
+using FittingLanes = std::conditional_t<kSimd == SimdLevel::kAvx512, WideLanes,
+                                        std::conditional_t<kSimd == SimdLevel::kAvx2, Lanes, NarrowLanes>>;
+CH5_INLINE void Load(const double* x, NarrowLanes* v) { *v = *AsNarrow(x); }
 CH5_INLINE void Load(const double* x, Lanes* v) { *v = *AsLanes(x); }
 CH5_INLINE void Load(const double* x, WideLanes* v) { *v = *AsWide(x); }
+CH5_INLINE void Store(const NarrowLanes& v, double* x) { *AsNarrow(x) = v; }
 CH5_INLINE void Store(const Lanes& v, double* x) { *AsLanes(x) = v; }
 CH5_INLINE void Store(const WideLanes& v, double* x) { *AsWide(x) = v; }
 
@@ -74,6 +83,16 @@ CH5_INLINE void Store(const WideLanes& v, double* x) { *AsWide(x) = v; }
 constexpr int kPack = 8;
 
 /// Lane k of v[i] = from[k][i].
+template <int N>
+CH5_INLINE void GatherLanes(const double* const* from, NarrowLanes* v) {
+  CH5_UNROLL
+  for (int i = 0; i < N; ++i) v[i] = NarrowLanes{from[0][i], from[1][i]};
+}
+template <int N>
+CH5_INLINE void GatherLanes(const double* const* from, Lanes* v) {
+  CH5_UNROLL
+  for (int i = 0; i < N; ++i) v[i] = Lanes{from[0][i], from[1][i], from[2][i], from[3][i]};
+}
 template <int N>
 CH5_INLINE void GatherLanes(const double* const* from, WideLanes* v) {
   CH5_UNROLL

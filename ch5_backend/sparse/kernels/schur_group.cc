@@ -85,13 +85,7 @@ void SubtractGeneralGroup(const GroupSystem& y, const PoseRange& range, double* 
 constexpr int kColumns = 24;  // of A at a time: A then stays in the first-level cache
 constexpr int kMostRows = Stride(9);
 
-// What any 64-bit processor has.
-typedef double Pair __attribute__((vector_size(16)));
-typedef double PairInMemory __attribute__((vector_size(16), aligned(8)));
-
-using ch5::Load;
-CH5_INLINE void Load(const double* x, Pair* v) { *v = *reinterpret_cast<const PairInMemory*>(x); }
-CH5_INLINE void Subtract(const Pair& v, double* x) { *reinterpret_cast<PairInMemory*>(x) -= v; }
+CH5_INLINE void Subtract(const NarrowLanes& v, double* x) { *AsNarrow(x) -= v; }
 CH5_INLINE void Subtract(const Lanes& v, double* x) { *AsLanes(x) -= v; }
 CH5_INLINE void Subtract(const WideLanes& v, double* x) { *AsWide(x) -= v; }
 
@@ -256,7 +250,7 @@ struct SubtractGroup {
     } else if constexpr (kSimd == SimdLevel::kAvx2) {
       SubtractPair<P, Lanes, 4>(A_i, A_j, count * L, S_ij);
     } else {
-      SubtractPair<P, Pair, 2>(A_i, A_j, count * L, S_ij);
+      SubtractPair<P, NarrowLanes, 2>(A_i, A_j, count * L, S_ij);
     }
   }
 };

@@ -50,10 +50,11 @@ CH5_INLINE void MirrorLower(int dim, double* H) {
   }
 }
 
-// The landmarks of one chunk, edge by edge. P×L are the sizes of H_pl's blocks; kWide: registers of eight numbers.
-template <int P, int L, bool kWide>
+// The landmarks of one chunk, edge by edge. P×L are the sizes of H_pl's blocks.
+template <int P, int L, SimdLevel kSimd>
 class ChunkLinearizer {
-  static constexpr bool kFixed = P != Eigen::Dynamic && L != Eigen::Dynamic;
+  static constexpr bool kFixed = P != Eigen::Dynamic && L != Eigen::Dynamic, kByRuns = kFixed && L == 1;
+  static constexpr bool kWide = kSimd == SimdLevel::kAvx512;  // registers of eight numbers
 
  public:
   CH5_INLINE ChunkLinearizer(const Structure& structure, const LandmarkEdgeBatches& batches, int chunk,
@@ -64,7 +65,7 @@ class ChunkLinearizer {
     std::fill(sums_.H_pp.begin(), sums_.H_pp.end(), 0.0);
     std::fill(sums_.b.begin(), sums_.b.end(), 0.0);
     const int first = s_.chunk_begin[chunk_], last = s_.chunk_begin[chunk_ + 1];
-    if constexpr (kFixed && L == 1) {
+    if constexpr (kByRuns) {
       if (batches_.Active()) return LinearizeRuns(first, last);
     }
     EdgePack packs[LandmarkEdgeBatches::kMostTypes];
@@ -79,7 +80,7 @@ class ChunkLinearizer {
 
   CH5_INLINE void LinearizeLandmark(int l, EdgePack* packs) {
     const int dim = kernels::Pick<L>(s_.landmark_dim[l]);
-    const bool packed = kFixed && batches_.Active(), factored = !system_.H_pl_factors.empty();
+    const bool packed = kFixed && !kByRuns && batches_.Active(), factored = !system_.H_pl_factors.empty();
     if (!factored && (!packed || !s_.OneEdgePerSlot())) {
       double* H_pl = system_.H_pl.data();
       std::fill(H_pl + s_.SlotBlock(s_.landmark_slots[l]), H_pl + s_.SlotBlock(s_.landmark_slots[l + 1]), 0.0);
@@ -88,7 +89,7 @@ class ChunkLinearizer {
     kernels::Scratch<kernels::ScratchSize(L, 1), 1> b_scratch;
     const LandmarkSums sums{H_scratch.Zeros(Stride(dim) * dim), b_scratch.Zeros(Stride(dim))};
     for (int e = s_.landmark_edges[l]; e < s_.landmark_edges[l + 1]; ++e) {
-      if constexpr (kFixed) {
+      if constexpr (kFixed && !kByRuns) {
         if (packed) {
           factored ? AddFactoredEdge(e, packs, sums) : AddPackedEdge(e, packs, sums);
           continue;
@@ -139,43 +140,43 @@ class ChunkLinearizer {
     for (int k = s_.chunk_runs[chunk_]; k < s_.chunk_runs[chunk_ + 1]; ++k) LinearizeRun(s_.runs[k]);
   }
 
-  using Vector = FittingLanes<kWide ? SimdLevel::kAvx512 : SimdLevel::kAvx2>;
+  using Vector = FittingLanes<kSimd>;
   static constexpr int kR = WeightedEdgeBatch::kRows, kTile = kWide ? 3 : 1;
-  static constexpr int kPackSize = kR * (1 + WeightedEdgeBatch::kMostColumns) * kPack, kPacks = 8;
+  static constexpr int kXi = kernels::kXi, kPackSize = kR * (1 + L + kXi) * kPack, kPacks = 8;
 
+  // J_i = J_ξ A_i, and edges of a run share the A_i. So only J_ξᵀJ_ξ and J_ξᵀr are sums over edges:
+  //   H_ij = A_iᵀ (Σ J_ξᵀJ_ξ) A_j,   b_i = −A_iᵀ Σ J_ξᵀr.
   CH5_INLINE void LinearizeRun(const EdgeRun& run) {
-    const EdgeRecord& first = s_.edges[s_.batch_edges[run.begin]];
+    const EdgeRecord& record = s_.edges[s_.batch_edges[run.begin]];
     const WeightedEdgeBatch& batch = batches_.Batch(run.begin);
     const int number = batches_.Number(run.begin) - run.begin;  // those of a run follow one another in their batch
-    const EdgePose* poses = s_.edge_poses.data() + first.poses_begin;
-    const int num_poses = first.poses_end - first.poses_begin;
-    alignas(64) double r[kPackSize * kPacks];  // of each pack r, then J
-    double* J = r + kR * kPack;
-    const auto jacobian = [&](int i) { return J + batch.JacobianBegin(poses[i].position) * kPack; };
-    for (int begin = run.begin; begin < run.end; begin += kPacks * kPack) {
-      const int packs = NumChunks(std::min(run.end - begin, kPacks * kPack), kPack);
-      for (int k = 0; k < packs; ++k) {
-        const int e = begin + k * kPack, count = std::min(kPack, run.end - e), pack = k * kPackSize;
-        batch.Linearize(number + e, count, r + pack, J + pack);
-        batch.Whiten(number + e, count, r + pack, J + pack);
-        const double* J_l = J + pack + batch.JacobianBegin(first.landmark_position) * kPack;
-        AddToLandmarks(e, count, r + pack, J_l);
-        for (int i = 0; i < num_poses; ++i) AddToSlots(e, count, i, jacobian(i) + pack, J_l);
+    RelativeJacobian A[WeightedEdgeBatch::kMostVertices];
+    for (int begin = run.begin, end; begin < run.end; begin = end) {  // once, unless their cameras differ
+      end = begin + batch.RelativeJacobians(number + begin, run.end - begin, A);
+      alignas(64) double JtJ[kXi * kPack] = {}, Jt_r[kPack] = {};
+      for (int e = begin; e < end; e += kPacks * kPack) {
+        AddEdges(batch, number, e, std::min(e + kPacks * kPack, end), A, JtJ, Jt_r);
       }
-      const int* block = s_.edge_blocks.data() + first.blocks_begin;
-      for (int i = 0; i < num_poses; ++i) {
-        alignas(64) double Jt_r[Stride(P)] = {};
-        kernels::AddPackProducts<Vector, kR, P, 1, 1>(jacobian(i), r, packs, kPackSize, Jt_r);
-        double* b_i = RowsOfSums(poses[i].pose);
-        for (int c = 0; c < P; ++c) b_i[c] -= Jt_r[c];
-        for (int j = 0; j < i; ++j) {
-          kernels::AddPackProducts<Vector, kR, P, P, kTile>(jacobian(i), jacobian(j), packs, kPackSize,
-                                                            BlockOfSums(*block++, poses[j].pose));
-        }
-        kernels::AddPackProducts<Vector, kR, P, P, kTile, true>(jacobian(i), jacobian(i), packs, kPackSize,
-                                                                BlockOfSums(*block++, poses[i].pose));
-      }
+      MirrorUpper(kXi, JtJ);
+      AddToPoses(record, A, JtJ, Jt_r);
     }
+  }
+
+  // Edges [begin, end), at most kPacks packs: to their landmarks, to H_pl, and the sums over J_ξ.
+  CH5_INLINE void AddEdges(const WeightedEdgeBatch& batch, int number, int begin, int end, const RelativeJacobian* A,
+                           double* JtJ, double* Jt_r) {
+    alignas(64) double r[kPackSize * kPacks];  // of each pack r, J_l and J_ξ
+    double *J_l = r + kR * kPack, *J_xi = J_l + kR * L * kPack;
+    int packs = 0;
+    for (int e = begin; e < end; e += kPack, ++packs) {
+      const int count = std::min(kPack, end - e), pack = packs * kPackSize;
+      batch.Linearize(number + e, count, r + pack, J_l + pack);
+      batch.Whiten(number + e, count, r + pack, J_l + pack);
+      AddToLandmarks(e, count, r + pack, J_l + pack);
+      AddToSlots(e, count, A, J_l + pack, J_xi + pack);
+    }
+    kernels::AddPackProducts<Vector, kR, kXi, 1, 1>(J_xi, r, packs, kPackSize, Jt_r);
+    kernels::AddPackProducts<Vector, kR, kXi, kXi, kTile, true>(J_xi, J_xi, packs, kPackSize, JtJ);
   }
 
   CH5_INLINE void AddToLandmarks(int e, int count, const double* r, const double* J_l) {
@@ -188,28 +189,37 @@ class ChunkLinearizer {
     }
   }
 
-  // The edges' i-th poses: J_iᵀJ_l.
-  CH5_INLINE void AddToSlots(int e, int count, int i, const double* J_i, const double* J_l) {
-    alignas(64) double of_edge[kPack * Stride(P)];
-    CH5_UNROLL
-    for (int part = 0; part < kernels::kParts<Vector>; ++part) {
-      const int lane = part * kPack / kernels::kParts<Vector>;
-      Vector products[Stride(P)] = {}, a, b;
-      CH5_UNROLL
-      for (int r = 0; r < kR; ++r) {
-        Load(J_l + r * kPack + lane, &b);
-        CH5_UNROLL
-        for (int c = 0; c < P; ++c) {
-          Load(J_i + (c * kR + r) * kPack + lane, &a);
-          products[c] += a * b;
-        }
+  // J_iᵀJ_l = A_iᵀ (J_ξᵀJ_l) of each edge and pose.
+  CH5_INLINE void AddToSlots(int e, int count, const RelativeJacobian* A, const double* J_l, const double* J_xi) {
+    const EdgeRecord& record = s_.edges[s_.batch_edges[e]];
+    const int num_poses = record.poses_end - record.poses_begin;
+    Vector products[kernels::kParts<Vector>][kXi];
+    kernels::LanesTransposeProduct<kR>(J_xi, J_l, products);
+    for (int i = 0; i < num_poses; ++i) {
+      alignas(64) double of_edge[kPack * Stride(P)];
+      kernels::LanesTransposeProduct(A[s_.edge_poses[record.poses_begin + i].position].row[0], products, of_edge);
+      for (int k = 0; k < count; ++k) {
+        const EdgePose& pose = s_.edge_poses[s_.edges[s_.batch_edges[e + k]].poses_begin + i];
+        kernels::AddTight<P>(of_edge + k * Stride(P), system_.H_pl.data() + s_.SlotBlock(pose.slot));
       }
-      kernels::TurnPack<Stride(P)>(products, of_edge + lane * Stride(P));
     }
-    for (int k = 0; k < count; ++k) {
-      const EdgePose& pose = s_.edge_poses[s_.edges[s_.batch_edges[e + k]].poses_begin + i];
-      double* H_il = system_.H_pl.data() + s_.SlotBlock(pose.slot);
-      kernels::AddTight<P>(of_edge + k * Stride(P), H_il);
+  }
+
+  CH5_INLINE void AddToPoses(const EdgeRecord& record, const RelativeJacobian* A, const double* JtJ,
+                             const double* Jt_r) {
+    const EdgePose* poses = s_.edge_poses.data() + record.poses_begin;
+    const int* block = s_.edge_blocks.data() + record.blocks_begin;
+    alignas(64) double JtJ_A[WeightedEdgeBatch::kMostVertices][kXi * kPack];
+    for (int i = 0; i < record.poses_end - record.poses_begin; ++i) {
+      const double* A_i = A[poses[i].position].row[0];
+      alignas(64) double At_Jt_r[kPack] = {};
+      kernels::AddTransposeProduct<Vector, 1>(A_i, Jt_r, At_Jt_r);
+      double* b_i = RowsOfSums(poses[i].pose);
+      for (int c = 0; c < P; ++c) b_i[c] -= At_Jt_r[c];
+      kernels::Product<Vector>(JtJ, A_i, JtJ_A[i]);
+      for (int j = 0; j <= i; ++j) {
+        kernels::AddTransposeProduct<Vector, kXi>(A_i, JtJ_A[j], BlockOfSums(*block++, poses[j].pose));
+      }
     }
   }
 
@@ -289,7 +299,7 @@ struct LinearizeChunk {
   using Signature = void(const Structure&, const LandmarkEdgeBatches&, int chunk, Linearized*);
   template <SimdLevel kSimd>
   static CH5_INLINE void Run(const Structure& s, const LandmarkEdgeBatches& batches, int chunk, Linearized* system) {
-    ChunkLinearizer<P, L, kSimd == SimdLevel::kAvx512>(s, batches, chunk, system).Run();
+    ChunkLinearizer<P, L, kSimd>(s, batches, chunk, system).Run();
   }
 };
 

@@ -5,23 +5,28 @@
 
 namespace ch5 {
 
-bool WeightedEdgeBatch::Start(const Edge& first) {
+bool WeightedEdgeBatch::Start(const Edge& first, bool relative) {
   if (!type_ || *type_ != typeid(first)) batch_ = AsFast(first) ? AsFast(first)->MakeBatch() : nullptr;
   type_ = &typeid(first);
-  if (!batch_) return false;
+  if (!batch_ || batch_->IsRelative() != relative) return false;
   jacobian_begin_.assign(1, 0);
   block_begin_.assign(1, 0);
+  const auto append = [this](int dim) {
+    jacobian_begin_.push_back(jacobian_begin_.back() + kRows * dim);
+    block_begin_.push_back(block_begin_.back() + kRows * Stride(dim));
+  };
   for (const auto& vertex : first.Vertices()) {
-    jacobian_begin_.push_back(jacobian_begin_.back() + kRows * vertex->LocalDimension());
-    block_begin_.push_back(block_begin_.back() + kRows * Stride(vertex->LocalDimension()));
+    if (!relative || jacobian_begin_.size() == 1) append(vertex->LocalDimension());
   }
+  if (relative) append(RelativeJacobian::kDim);
   batch_->Clear();
   information_.clear();
   losses_.clear();
   size_ = 0;
   unweighted_ = true;
   common_loss_ = first.GetLossFunction();
-  return first.ResidualDimension() == kRows && NumJacobians() <= kRows * kMostColumns;
+  return first.ResidualDimension() == kRows && first.Vertices().size() <= kMostVertices &&
+         NumJacobians() <= kRows * kMostColumns;
 }
 
 bool WeightedEdgeBatch::Add(const Edge& edge) {
@@ -59,7 +64,7 @@ bool LandmarkEdgeBatches::AddAll(const Structure& s) {
     const EdgeRecord& record = s.edges[s.BatchEdge(e)];
     WeightedEdgeBatch& batch = batches_[record.type];
     if (!started[record.type]) {
-      if (!batch.Start(*record.edge)) return false;
+      if (!batch.Start(*record.edge, s.BatchGoesByRuns())) return false;
       if (is_one_type) batch.Reserve(static_cast<size_t>(s.num_landmark_edges));
       started[record.type] = true;
     }

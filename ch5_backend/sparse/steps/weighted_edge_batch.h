@@ -15,11 +15,12 @@ namespace ch5 {
 class WeightedEdgeBatch {
  public:
   static constexpr int kRows = 2;
-  static constexpr int kMostColumns = 28;  ///< of all vertices of an edge together
+  static constexpr int kMostVertices = 6;  ///< of an edge
+  static constexpr int kMostColumns = 12;  ///< of all that Linearize gives of an edge together
 
   /// Makes it a batch for edges of this one's type; none is in it yet.
-  /// @return false if the type has no batches, or not two rows
-  bool Start(const Edge& first);
+  /// @return false if the type has no batches of this kind, or not two rows
+  bool Start(const Edge& first, bool relative);
   /// Makes room for so many edges in all.
   void Reserve(size_t count) {
     capacity_ = count;
@@ -33,8 +34,12 @@ class WeightedEdgeBatch {
   void LoadPoses() { batch_->LoadPoses(); }
   /// ½ Σ ρ(rᵀWr) over edges [begin, end).
   double Cost(int begin, int end) const;
-  /// r and J of edges [first, first + count), count ≤ kPack, as packs; J_i begins at number JacobianBegin(i).
+  /// r and J of edges [first, first + count), count ≤ kPack, as packs; J_i begins at number JacobianBegin(i). In a relative
+  /// batch J_0 is that of the landmark and J_1 = J_ξ, see RelativeJacobians.
   void Linearize(int first, int count, double* r, double* J) const { batch_->Linearize(first, count, r, J); }
+  int RelativeJacobians(int first, int count, RelativeJacobian* A) const {
+    return batch_->RelativeJacobians(first, count, A);
+  }
   /// r̃ and J̃ of what Linearize has given, in its place; J̃ is zero in lanes without an edge.
   CH5_INLINE void Whiten(int first, int count, double* r, double* J) const;
   int JacobianBegin(int position) const { return jacobian_begin_[position]; }
@@ -113,7 +118,8 @@ CH5_INLINE void WeightedEdgeBatch::Whiten(int first, int count, double* r, doubl
   auto *r_lanes = AsWide(r), *J_lanes = AsWide(J);
   const auto* m = AsWide(M[0]);
   if (is_scalar) {
-    for (int k = 0; k < kPack; ++k) M[0][k] = std::sqrt(w[k] * weight[k]);
+    *AsWide(weight) *= *AsWide(w);
+    for (int k = 0; k < kPack; ++k) M[0][k] = std::sqrt(weight[k]);
     const WideLanes root = *m;
     for (int i = 0; i < kRows; ++i) r_lanes[i] *= root;
     for (int i = 0; i < NumJacobians(); ++i) J_lanes[i] *= root;

@@ -15,20 +15,20 @@ RigidNumbers Numbers(const Mat33& R, const Vec3& p) {
   return T;
 }
 
-PairNumbers Numbers(const RigidNumbers& T_W_Ci, const RigidNumbers& T_W_Cj) {
-  PairNumbers pair;
+// T_Cj_Ci = T_W_Cj⁻¹ T_W_Ci
+RigidNumbers Relative(const RigidNumbers& T_W_Ci, const RigidNumbers& T_W_Cj) {
+  RigidNumbers T;
   for (int r = 0; r < 3; ++r) {
     double p = 0.0;
     for (int c = 0; c < 3; ++c) {
       double product = 0.0;
       for (int k = 0; k < 3; ++k) product += T_W_Cj.R[3 * k + r] * T_W_Ci.R[3 * k + c];
-      pair.T_Cj_Ci.R[3 * r + c] = product;
-      pair.R_Cj_W[3 * r + c] = T_W_Cj.R[3 * c + r];
+      T.R[3 * r + c] = product;
       p += T_W_Cj.R[3 * c + r] * (T_W_Ci.p[c] - T_W_Cj.p[c]);
     }
-    pair.T_Cj_Ci.p[r] = p;
+    T.p[r] = p;
   }
-  return pair;
+  return T;
 }
 
 // Poses are null in the host's own frame.
@@ -49,11 +49,23 @@ struct PairHash {
 
 RigidNumbers Numbers(const VertexPose& T) { return Numbers(T.R(), T.p()); }
 
+auto R(const RigidNumbers& T) { return Eigen::Map<const Mat33>(T.R).transpose(); }
+auto p(const RigidNumbers& T) { return Eigen::Map<const Vec3>(T.p); }
+
 // T_W_C = T_W_B T_B_C
 RigidNumbers Compose(const RigidNumbers& T_W_B, const RigidNumbers& T_B_C) {
-  const auto R = [](const RigidNumbers& T) { return Eigen::Map<const Mat33>(T.R).transpose(); };
-  const auto p = [](const RigidNumbers& T) { return Eigen::Map<const Vec3>(T.p); };
   return Numbers(R(T_W_B) * R(T_B_C), p(T_W_B) + R(T_W_B) * p(T_B_C));
+}
+
+// A of RelativeJacobian += [A_tp A_tθ; 0 A_φθ]
+void AddBlocks(const Mat33& A_tp, const Mat33& A_ttheta, const Mat33& A_phitheta, RelativeJacobian* A) {
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      A->row[r][c] += A_tp(r, c);
+      A->row[r][3 + c] += A_ttheta(r, c);
+      A->row[3 + r][3 + c] += A_phitheta(r, c);
+    }
+  }
 }
 
 }  // namespace
@@ -116,7 +128,6 @@ class ReprojectionBatch : public EdgeBatch {
     seen_.time_offset.clear();
     seen_.host.Clear();
     seen_.target.Clear();
-    seen_.calibrating = false;
   }
   void Reserve(size_t count) override {
     seen_.pair.reserve(count);
@@ -147,33 +158,25 @@ class ReprojectionBatch : public EdgeBatch {
       seen_.host.Add(read.host_point);
       seen_.target.Add(read.target_point);
       seen_.time_offset.push_back(read.time_offset);
-      const auto is_free = [](const Vertex* vertex) { return !vertex->IsFixed(); };
-      seen_.calibrating = seen_.calibrating || is_free(read.camera_i.vertex) ||
-                          (read.camera_j && is_free(read.camera_j->vertex)) || is_free(read.time_offset);
     }
   }
 
   void LoadPoses() override {
-    seen_.T_B_C.resize(cameras_.size());
+    T_B_C_.resize(cameras_.size());
     for (size_t c = 0; c < cameras_.size(); ++c) {
-      seen_.T_B_C[c] = cameras_[c].vertex ? Numbers(*cameras_[c].vertex) : cameras_[c].T_B_C;
+      T_B_C_[c] = cameras_[c].vertex ? Numbers(*cameras_[c].vertex) : cameras_[c].T_B_C;
     }
-    const size_t num_poses = poses_.Vertices().size();
-    T_W_C_.resize(std::max<size_t>(num_poses, 1) * cameras_.size());
+    const std::vector<const VertexPose*>& poses = poses_.Vertices();
+    num_bodies_ = std::max<size_t>(poses.size(), 1);
+    T_W_C_.resize(num_bodies_ * cameras_.size());
     for (size_t c = 0; c < cameras_.size(); ++c) {
-      if (num_poses == 0) T_W_C_[c] = seen_.T_B_C[c];  // W is the body
-      for (size_t i = 0; i < num_poses; ++i) {
-        T_W_C_[c * num_poses + i] = Compose(Numbers(*poses_.Vertices()[i]), seen_.T_B_C[c]);
-      }
+      if (poses.empty()) T_W_C_[c] = T_B_C_[c];  // W is the body
+      for (size_t i = 0; i < poses.size(); ++i) T_W_C_[c * num_bodies_ + i] = Compose(Numbers(*poses[i]), T_B_C_[c]);
     }
-    seen_.pair_numbers.resize(seen_.pairs.size());
-    const size_t stride = std::max<size_t>(num_poses, 1);
+    seen_.T_Cj_Ci.resize(seen_.pairs.size());
     for (size_t k = 0; k < seen_.pairs.size(); ++k) {
-      const auto at = [&](int camera, int pose) -> const RigidNumbers& {
-        return T_W_C_[static_cast<size_t>(camera) * stride + static_cast<size_t>(pose)];
-      };
       const ReprojectionPair& pair = seen_.pairs[k];
-      seen_.pair_numbers[k] = Numbers(at(pair.camera_i, pair.host), at(pair.camera_j, pair.target));
+      seen_.T_Cj_Ci[k] = Relative(T_W_C(pair.camera_i, pair.host), T_W_C(pair.camera_j, pair.target));
     }
   }
   void ComputeResiduals(int first, int count, double* r) const override {
@@ -181,6 +184,32 @@ class ReprojectionBatch : public EdgeBatch {
   }
   void Linearize(int first, int count, double* r, double* J) const override {
     ch5::Linearize(kKind, seen_, first, count, r, J);
+  }
+
+  bool IsRelative() const override { return true; }
+  int RelativeJacobians(int first, int count, RelativeJacobian* A) const override {
+    const auto begin = seen_.pair.begin() + first;
+    const auto number = static_cast<size_t>(*begin);
+    const ReprojectionPair& pair = seen_.pairs[number];
+    const RigidNumbers &T_Cj_Ci = seen_.T_Cj_Ci[number], &T_B_Ci = T_B_C_[static_cast<size_t>(pair.camera_i)],
+                       &T_B_Cj = T_B_C_[static_cast<size_t>(pair.camera_j)];
+    const Mat33 R_Cj_Bj = R(T_B_Cj).transpose(), R_Cj_Bi = R(T_Cj_Ci) * R(T_B_Ci).transpose(), none = Mat33::Zero();
+    if constexpr (kKind != ReprojectionKind::kStereoHost) {
+      const Mat33 R_Cj_W = R(T_W_C(pair.camera_j, pair.target)).transpose();
+      const Vec3 p_Bj_Ci = R(T_B_Cj) * p(T_Cj_Ci) + p(T_B_Cj);
+      A[1] = A[2] = {};
+      AddBlocks(R_Cj_W, -R_Cj_Bi * Hat(p(T_B_Ci)), R_Cj_Bi, &A[1]);
+      AddBlocks(-R_Cj_W, R_Cj_Bj * Hat(p_Bj_Ci), -R_Cj_Bj, &A[2]);
+    }
+    if constexpr (kKind != ReprojectionKind::kReprojection) {  // the cameras' own, which may be one vertex
+      RelativeJacobian *A_i = A + (kKind == ReprojectionKind::kStereoHost ? 1 : 3),
+                       *A_j = A_i + (kKind == ReprojectionKind::kCalibration ? 0 : 1);
+      *A_i = *A_j = {};
+      AddBlocks(R_Cj_Bi, none, R(T_Cj_Ci), A_i);
+      AddBlocks(-R_Cj_Bj, Hat(p(T_Cj_Ci)), -Mat33::Identity(), A_j);
+    }
+    const auto is_other = [&](int other) { return other != *begin; };
+    return static_cast<int>(std::find_if(begin + 1, begin + count, is_other) - begin);
   }
 
  private:
@@ -195,12 +224,18 @@ class ReprojectionBatch : public EdgeBatch {
     return number;
   }
 
+  // Of a body's number and a camera's.
+  const RigidNumbers& T_W_C(int camera, int body) const {
+    return T_W_C_[static_cast<size_t>(camera) * num_bodies_ + static_cast<size_t>(body)];
+  }
+
   VertexNumbers<VertexPose> poses_;
   std::vector<ReprojectionReader::CameraPlace> cameras_;
   std::unordered_map<PairKey, int, PairHash> pair_number_;
   PairKey last_key_ = {};
   int last_pair_ = 0;
-  std::vector<RigidNumbers> T_W_C_;  // [camera][pose]
+  std::vector<RigidNumbers> T_B_C_, T_W_C_;  // of each camera, and of each camera for each body
+  size_t num_bodies_ = 1;
   Reprojections seen_;
 };
 

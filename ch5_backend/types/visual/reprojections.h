@@ -4,7 +4,9 @@
 ///
 /// Edges with the same host, target and cameras share T_Cj_Ci = T_W_Cj⁻¹ T_W_Ci, which is worked out once a pair. Scaled by
 /// λ, no distance is left to divide by: with f = [u_i, v_i, 1]
-///   q = λ p_Cj = R_Cj_Ci f + λ p_Cj_Ci,   [x, y] = [q_x, q_y]/q_z,   ∂r/∂p_Cj = λ/q_z G,   G = [1 0 −x; 0 1 −y]
+///   q = λ p_Cj = R_Cj_Ci f + λ p_Cj_Ci,   [x, y] = [q_x, q_y]/q_z,   ∂r/∂q = G/q_z,   G = [1 0 −x; 0 1 −y]
+/// All poses act through T_Cj_Ci alone: with ξ = [δt; φ] of RelativeJacobian (graph/fast_edge.h)
+///   J_λ = G/q_z p_Cj_Ci,   J_ξ = G/q_z [λ I  −[R_Cj_Ci f]]
 
 #include <algorithm>
 #include <vector>
@@ -22,13 +24,6 @@ struct RigidNumbers {
   }
 };
 static_assert(sizeof(RigidNumbers) == 12 * sizeof(double));
-
-/// The same of host and target, and what turns W into the target's camera.
-struct PairNumbers {
-  RigidNumbers T_Cj_Ci;
-  double R_Cj_W[9];
-};
-static_assert(sizeof(PairNumbers) == 21 * sizeof(double));
 
 /// Which edges a batch has, by their vertices.
 enum class ReprojectionKind {
@@ -61,19 +56,17 @@ struct ReprojectionPair {
 };
 
 struct Reprojections {
-  std::vector<RigidNumbers> T_B_C;
   std::vector<ReprojectionPair> pairs;
-  std::vector<PairNumbers> pair_numbers;
-  std::vector<int> pair;  ///< of each edge, as all below
+  std::vector<RigidNumbers> T_Cj_Ci;  ///< of each pair
+  std::vector<int> pair;              ///< of each edge, as all below
   std::vector<const VertexInverseDepth*> inverse_depth;
   std::vector<const VertexScalar*> time_offset;
   MovingPoints host, target;
-  bool calibrating = false;  ///< a camera's place or its clock is free
 };
 
 /// r of edges [first, first + count), count ≤ kPack, as one pack (graph/fast_edge.h).
 void ComputeResiduals(ReprojectionKind kind, const Reprojections& seen, int first, int count, double* r);
-/// The same, and J of all vertices in their order.
+/// The same of edges of one pair, J_λ and J_ξ.
 void Linearize(ReprojectionKind kind, const Reprojections& seen, int first, int count, double* r, double* J);
 
 }  // namespace ch5
