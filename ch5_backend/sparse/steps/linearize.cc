@@ -142,6 +142,7 @@ class ChunkLinearizer {
 
   using Vector = FittingLanes<kSimd>;
   static constexpr int kR = WeightedEdgeBatch::kRows, kTile = kWide ? 3 : 1;
+  static_assert(kernels::kXi == RelativeJacobian::kDim);
   static constexpr int kXi = kernels::kXi, kPackSize = kR * (1 + L + kXi) * kPack, kPacks = 8;
 
   // J_i = J_ξ A_i, and edges of a run share the A_i. So only J_ξᵀJ_ξ and J_ξᵀr are sums over edges:

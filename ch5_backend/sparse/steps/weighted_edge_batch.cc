@@ -15,9 +15,8 @@ bool WeightedEdgeBatch::Start(const Edge& first, bool relative) {
     jacobian_begin_.push_back(jacobian_begin_.back() + kRows * dim);
     block_begin_.push_back(block_begin_.back() + kRows * Stride(dim));
   };
-  for (const auto& vertex : first.Vertices()) {
-    if (!relative || jacobian_begin_.size() == 1) append(vertex->LocalDimension());
-  }
+  const size_t own = relative ? 1 : first.Vertices().size();  // the others are seen through ξ
+  for (size_t v = 0; v < own; ++v) append(first.Vertices()[v]->LocalDimension());
   if (relative) append(RelativeJacobian::kDim);
   batch_->Clear();
   information_.clear();

@@ -118,8 +118,7 @@ CH5_INLINE void WeightedEdgeBatch::Whiten(int first, int count, double* r, doubl
   auto *r_lanes = AsWide(r), *J_lanes = AsWide(J);
   const auto* m = AsWide(M[0]);
   if (is_scalar) {
-    *AsWide(weight) *= *AsWide(w);
-    for (int k = 0; k < kPack; ++k) M[0][k] = std::sqrt(weight[k]);
+    for (int k = 0; k < kPack; ++k) M[0][k] = std::sqrt(w[k] * weight[k]);
     const WideLanes root = *m;
     for (int i = 0; i < kRows; ++i) r_lanes[i] *= root;
     for (int i = 0; i < NumJacobians(); ++i) J_lanes[i] *= root;

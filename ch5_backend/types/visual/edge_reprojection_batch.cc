@@ -167,11 +167,10 @@ class ReprojectionBatch : public EdgeBatch {
       T_B_C_[c] = cameras_[c].vertex ? Numbers(*cameras_[c].vertex) : cameras_[c].T_B_C;
     }
     const std::vector<const VertexPose*>& poses = poses_.Vertices();
-    num_bodies_ = std::max<size_t>(poses.size(), 1);
-    T_W_C_.resize(num_bodies_ * cameras_.size());
+    T_W_C_.resize(NumBodies() * cameras_.size());
     for (size_t c = 0; c < cameras_.size(); ++c) {
       if (poses.empty()) T_W_C_[c] = T_B_C_[c];  // W is the body
-      for (size_t i = 0; i < poses.size(); ++i) T_W_C_[c * num_bodies_ + i] = Compose(Numbers(*poses[i]), T_B_C_[c]);
+      for (size_t i = 0; i < poses.size(); ++i) T_W_C_[c * NumBodies() + i] = Compose(Numbers(*poses[i]), T_B_C_[c]);
     }
     seen_.T_Cj_Ci.resize(seen_.pairs.size());
     for (size_t k = 0; k < seen_.pairs.size(); ++k) {
@@ -224,9 +223,10 @@ class ReprojectionBatch : public EdgeBatch {
     return number;
   }
 
+  size_t NumBodies() const { return std::max<size_t>(poses_.Vertices().size(), 1); }
   // Of a body's number and a camera's.
   const RigidNumbers& T_W_C(int camera, int body) const {
-    return T_W_C_[static_cast<size_t>(camera) * num_bodies_ + static_cast<size_t>(body)];
+    return T_W_C_[static_cast<size_t>(camera) * NumBodies() + static_cast<size_t>(body)];
   }
 
   VertexNumbers<VertexPose> poses_;
@@ -235,7 +235,6 @@ class ReprojectionBatch : public EdgeBatch {
   PairKey last_key_ = {};
   int last_pair_ = 0;
   std::vector<RigidNumbers> T_B_C_, T_W_C_;  // of each camera, and of each camera for each body
-  size_t num_bodies_ = 1;
   Reprojections seen_;
 };
 
