@@ -68,9 +68,6 @@ class FastEdge {
 inline FastEdge* AsFast(Edge* edge) { return dynamic_cast<FastEdge*>(edge); }
 inline const FastEdge* AsFast(const Edge& edge) { return dynamic_cast<const FastEdge*>(&edge); }
 
-/// FastEdge::NegativeProductsInto over some of the columns, the residual's among them, in any order. @return false if the edge has no products of its own
-bool NegativeProducts(Edge* edge, const std::vector<int>& columns, double* C);
-
 /// Numbers vertices in the order in which they come.
 template <typename V>
 class VertexNumbers {

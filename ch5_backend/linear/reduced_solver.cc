@@ -7,6 +7,7 @@
 #include "ch5_backend/linear/sparse_cholesky.h"
 #include "ch5_backend/math/dense_kernels.h"
 #include "ch5_backend/math/option_checks.h"
+#include "ch5_backend/math/vector_kernels.h"
 
 namespace ch5 {
 namespace {
@@ -27,9 +28,8 @@ class DenseCholesky : public ReducedSolver {
     MinPivots(scale, &min_pivot_);
     if (!kernels::Factor(S.Size(), A_.data(), S.Size(), min_pivot_.data())) return false;
     *x = b;
-    const auto L = A_.leftCols(S.Size()).triangularView<Eigen::Lower>();
-    L.solveInPlace(*x);
-    L.transpose().solveInPlace(*x);
+    kernels::SolveLower(S.Size(), A_.data(), S.Size(), x->data());
+    kernels::SolveLowerTranspose(S.Size(), A_.data(), S.Size(), x->data());
     return x->allFinite();
   }
 

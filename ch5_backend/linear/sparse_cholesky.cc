@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "ch5_backend/math/dense_kernels.h"
+#include "ch5_backend/math/vector_kernels.h"
 
 namespace ch5 {
 namespace {
@@ -46,9 +47,9 @@ bool SparseCholesky::FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPoo
   const Front& front = plan_.fronts[f];
   const FrontMemory& place = places_[f];
   const int k = front.pivots, r = front.rows_below, m = k + r;
-  double* columns = L_.data() + place.columns;
+  double* columns = L_.get() + place.columns;
   double* L_21 = columns + k;
-  double* U = updates_.data() + place.update;
+  double* U = updates_.get() + place.update;
 
   std::fill_n(columns, static_cast<ptrdiff_t>(m) * k, 0.0);
   CopyBlocks(A, place, m);
@@ -70,18 +71,29 @@ bool SparseCholesky::FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPoo
   return true;
 }
 
+// The columns of a block, `Rows` a constant where it is not 0.
+template <int Rows>
+inline void CopyColumns(const double* block, int rows, int columns, double* target, ptrdiff_t m) {
+  if constexpr (Rows > 0) rows = Rows;
+  for (int j = 0; j < columns; ++j, block += Stride(rows), target += m) std::copy_n(block, rows, target);
+}
+
 // Copies the front's blocks of A into its columns of L, m numbers each.
 void SparseCholesky::CopyBlocks(const SymmetricBlockMatrix& A, const FrontMemory& place, ptrdiff_t m) {
   for (int c = place.copies_begin; c < place.copies_end; ++c) {
     const Copy& copy = copies_[c];
     const double* block = A.Values(copy.block);
-    double* target = L_.data() + copy.target;
-    for (int j = 0; j < copy.dim_j; ++j, block += Stride(copy.dim_i)) {
-      if (copy.transposed) {
+    double* target = L_.get() + copy.target;
+    if (copy.transposed) {
+      for (int j = 0; j < copy.dim_j; ++j, block += Stride(copy.dim_i)) {
         for (int i = 0; i < copy.dim_i; ++i) target[j + i * m] = block[i];
-      } else {
-        for (int i = 0; i < copy.dim_i; ++i) target[i + j * m] = block[i];
       }
+    } else if (copy.dim_i == 6) {
+      CopyColumns<6>(block, 6, copy.dim_j, target, m);
+    } else if (copy.dim_i == 9) {
+      CopyColumns<9>(block, 9, copy.dim_j, target, m);
+    } else {
+      CopyColumns<0>(block, copy.dim_i, copy.dim_j, target, m);
     }
   }
 }
@@ -90,21 +102,21 @@ void SparseCholesky::CopyBlocks(const SymmetricBlockMatrix& A, const FrontMemory
 void SparseCholesky::AddToColumns(int child, int parent) {
   const Front& front = plan_.fronts[parent];
   const ptrdiff_t m = front.pivots + front.rows_below;
-  double* columns = L_.data() + places_[parent].columns;
+  double* columns = L_.get() + places_[parent].columns;
   AddRuns(child, places_[child].runs_begin, places_[child].runs_below, columns, m, 0);
 }
 
 // Adds the other columns to this front's own U, whose first row is row k of the front.
 void SparseCholesky::AddToUpdate(int child, int parent) {
   const ptrdiff_t k = plan_.fronts[parent].pivots, r = plan_.fronts[parent].rows_below;
-  double* U = updates_.data() + places_[parent].update;
+  double* U = updates_.get() + places_[parent].update;
   AddRuns(child, places_[child].runs_below, places_[child].runs_end, U, r, k);
 }
 
 // Columns [begin, end) of the runs, with all rows from the diagonal on; (first, first) goes to target[0].
 void SparseCholesky::AddRuns(int child, int begin, int end, double* target, ptrdiff_t ld, ptrdiff_t first) {
   const ptrdiff_t r = plan_.fronts[child].rows_below;
-  const double* U = updates_.data() + places_[child].update;
+  const double* U = updates_.get() + places_[child].update;
   const Run* last = runs_.data() + places_[child].runs_end;
   for (const Run* run = runs_.data() + begin; run != runs_.data() + end; ++run) {
     for (int c = 0; c < run->length; ++c) {
@@ -121,7 +133,6 @@ void SparseCholesky::AddRuns(int child, int begin, int end, double* target, ptrd
 // ---- Solve -----------------------------------------------------------------------------------------------------
 
 void SparseCholesky::Solve(const VecX& b, VecX* x) {
-  using Columns = Eigen::Map<const MatXX, 0, Eigen::OuterStride<>>;
   const int n = static_cast<int>(permutation_.size());
   for (int i = 0; i < n; ++i) x_[i] = b[permutation_[i]];
 
@@ -137,22 +148,21 @@ void SparseCholesky::Solve(const VecX& b, VecX* x) {
   for (size_t f = 0; f < places_.size(); ++f) {  // L y = b
     const Front& front = plan_.fronts[f];
     const int k = front.pivots, r = front.rows_below;
-    const Columns L_11(L_.data() + places_[f].columns, k, k, Eigen::OuterStride<>(k + r));
-    const Columns L_21(L_.data() + places_[f].columns + k, r, k, Eigen::OuterStride<>(k + r));
-    auto x_k = x_.segment(plan_.offset[front.first], k);
-    L_11.triangularView<Eigen::Lower>().solveInPlace(x_k);
-    gathered_.head(r).noalias() = L_21 * x_k;
-    for_rows_below(front, [&](int i, int row, int length) { x_.segment(i, length) -= gathered_.segment(row, length); });
+    const double* L_11 = L_.get() + places_[f].columns;
+    double* x_k = x_.data() + plan_.offset[front.first];
+    kernels::SolveLower(k, L_11, k + r, x_k);
+    gathered_.head(r).setZero();
+    kernels::SubtractProductAx(r, k, L_11 + k, k + r, x_k, gathered_.data());
+    for_rows_below(front, [&](int i, int row, int length) { x_.segment(i, length) += gathered_.segment(row, length); });
   }
   for (int f = static_cast<int>(places_.size()) - 1; f >= 0; --f) {  // Lᵀ x = y
     const Front& front = plan_.fronts[f];
     const int k = front.pivots, r = front.rows_below;
-    const Columns L_11(L_.data() + places_[f].columns, k, k, Eigen::OuterStride<>(k + r));
-    const Columns L_21(L_.data() + places_[f].columns + k, r, k, Eigen::OuterStride<>(k + r));
-    auto x_k = x_.segment(plan_.offset[front.first], k);
+    const double* L_11 = L_.get() + places_[f].columns;
+    double* x_k = x_.data() + plan_.offset[front.first];
     for_rows_below(front, [&](int i, int row, int length) { gathered_.segment(row, length) = x_.segment(i, length); });
-    x_k.noalias() -= L_21.transpose() * gathered_.head(r);
-    L_11.triangularView<Eigen::Lower>().transpose().solveInPlace(x_k);
+    kernels::SubtractProductAtx(r, k, L_11 + k, k + r, gathered_.data(), x_k);
+    kernels::SolveLowerTranspose(k, L_11, k + r, x_k);
   }
   x->resize(n);
   for (int i = 0; i < n; ++i) (*x)[permutation_[i]] = x_[i];

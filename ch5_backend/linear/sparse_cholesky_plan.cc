@@ -38,7 +38,7 @@ void SparseCholesky::PlaceColumns() {
     places_[f].columns = size;
     size += static_cast<ptrdiff_t>(front.pivots + front.rows_below) * front.pivots + kernels::kOverread;
   }
-  L_.assign(static_cast<size_t>(size), 0.0);
+  L_.reset(new double[static_cast<size_t>(size)]);  // Factorize writes what is read
 }
 
 // A block (i, j) of A goes to the front that eliminates the earlier of the two; a child's U goes to its parent.
@@ -171,7 +171,7 @@ void SparseCholesky::PlaceUpdates() {
     for (const int f : task.fronts) places_[f].update += base + (generation[f] == 0 ? 0 : peak[0]);
     base += peak[0] + peak[1];
   }
-  updates_.assign(static_cast<size_t>(base), 0.0);
+  updates_.reset(new double[static_cast<size_t>(base)]);
 }
 
 }  // namespace ch5

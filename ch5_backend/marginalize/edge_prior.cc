@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "ch5_backend/math/dense_kernels.h"
+#include "ch5_backend/math/vector_kernels.h"
 
 namespace ch5 {
 namespace {
@@ -15,14 +16,29 @@ Eigen::Index LeadingIdentity(const MatXX& B) {
   return k;
 }
 
-// −JᵀJ. By the kernels, as each image makes a new prior and Eigen takes many times as long without AVX.
+// −JᵀJ, its lower half. By the kernels, as each image makes a new prior and Eigen takes many times as long without AVX.
 MatXX MinusGram(const MatXX& J) {
   const int rows = static_cast<int>(J.rows()), n = static_cast<int>(J.cols());
   VecX Jt(J.size() + kernels::kOverread);
   Eigen::Map<MatXX>(Jt.data(), n, rows) = J.transpose();
   MatXX minus_JtJ = MatXX::Zero(n, n);
   kernels::SubtractProductAAt(n, rows, Jt.data(), n, minus_JtJ.data(), n);
-  return minus_JtJ.selfadjointView<Eigen::Lower>();
+  return minus_JtJ;
+}
+
+// H ← BᵀHB where B differs from the identity in N rows and columns, which are `rows` and `columns` of H. Row by row, as a
+// product of the whole would need a copy of it.
+template <int N, typename Columns, typename Rows>
+void MultiplyBothSides(const MatXX& B, Columns columns, Rows rows) {
+  const Eigen::Matrix<double, N, N> B_N = B;
+  for (Eigen::Index i = 0; i < columns.rows(); ++i) {
+    const Eigen::Matrix<double, N, 1> h = columns.row(i).transpose();
+    columns.row(i).noalias() = (B_N.transpose() * h).transpose();
+  }
+  for (Eigen::Index j = 0; j < rows.cols(); ++j) {
+    const Eigen::Matrix<double, N, 1> h = rows.col(j);
+    rows.col(j).noalias() = B_N.transpose() * h;
+  }
 }
 
 }  // namespace
@@ -58,18 +74,20 @@ void EdgePrior::TakeJacobians() const {
 
 // r = r₀ + J (x ⊟ x₀).  Leutenegger (2015), §4.3
 void EdgePrior::ComputeResidual() {
-  bool is_known = delta_.size() == prior_.J.cols();
-  delta_.resize(prior_.J.cols());
+  bool is_known = minus_delta_.size() == prior_.J.cols();
+  minus_delta_.resize(prior_.J.cols());
   Eigen::Index row = 0;
   for (size_t i = 0; i < prior_.vertices.size(); ++i) {
     const VecX delta = prior_.vertices[i]->Minus(prior_.x0[i]);
-    is_known = is_known && delta_.segment(row, delta.size()) == delta;
-    delta_.segment(row, delta.size()) = delta;
+    auto before = minus_delta_.segment(row, delta.size());
+    is_known = is_known && before == -delta;
+    before = -delta;
     row += delta.size();
   }
   if (is_known) return;  // as a solver asks for the Hessian where it has just asked for the cost
   r_ = prior_.r0;
-  r_.noalias() += prior_.J * delta_;
+  const int rows = static_cast<int>(prior_.J.rows()), n = static_cast<int>(prior_.J.cols());
+  kernels::SubtractProductAx(rows, n, prior_.J.data(), rows, minus_delta_.data(), r_.data());
 }
 
 void EdgePrior::ComputeJacobians() {
@@ -96,21 +114,27 @@ bool EdgePrior::NegativeProductsInto(double* products) {
   Eigen::Index column = 0;
   for (const auto& vertex : prior_.vertices) {  // the lower half, and all of the blocks on the diagonal
     const Eigen::Index begin = column, end = begin + vertex->LocalDimension();
-    for (; column < end; ++column) std::copy_n(&minus_JtJ_(begin, column), n - begin, &C(begin, column));
+    for (; column < end; ++column) {
+      for (Eigen::Index row = begin; row < column; ++row) C(row, column) = minus_JtJ_(column, row);
+      std::copy_n(&minus_JtJ_(column, column), n - column, &C(column, column));
+    }
   }
-  C.row(n).head(n).noalias() = -(prior_.J.transpose() * r_).transpose();
+  b_.setZero(n);
+  const int rows = static_cast<int>(prior_.J.rows());
+  kernels::SubtractProductAtx(rows, static_cast<int>(n), prior_.J.data(), rows, r_.data(), b_.data());
+  C.row(n).head(n) = b_.transpose();
   C(n, n) = -r_.squaredNorm();
   if (keep_jacobian_) return true;
   Eigen::Index begin = 0;
   for (size_t i = 0; i < prior_.vertices.size(); ++i) {
     const MatXX B = prior_.vertices[i]->MinusJacobian(prior_.x0[i]);
     const Eigen::Index same = LeadingIdentity(B), rest = B.rows() - same, first = begin + same;
-    if (rest > 0) {
-      const auto B_rest = B.bottomRightCorner(rest, rest);
-      auto columns = C.block(begin, first, n + 1 - begin, rest);
-      columns = columns.lazyProduct(B_rest).eval();
-      auto rows = C.block(first, 0, rest, begin + B.rows());
-      rows = B_rest.transpose().lazyProduct(rows).eval();
+    if (rest == 3) {
+      MultiplyBothSides<3>(B.bottomRightCorner(3, 3), C.block<Eigen::Dynamic, 3>(begin, first, n + 1 - begin, 3),
+                           C.block<3, Eigen::Dynamic>(first, 0, 3, begin + B.rows()));
+    } else if (rest > 0) {
+      MultiplyBothSides<Eigen::Dynamic>(B.bottomRightCorner(rest, rest), C.block(begin, first, n + 1 - begin, rest),
+                                        C.block(first, 0, rest, begin + B.rows()));
     }
     begin += B.rows();
   }

@@ -42,17 +42,18 @@ class EdgePrior : public Edge, public FastEdge {
   /// For a residual that another class computes.  @param r  as long as r₀
   void SetResidual(const VecX& r) {
     r_ = r;
-    delta_.resize(0);
+    minus_delta_.resize(0);
   }
 
  private:
   void TakeJacobians() const override;
 
   Prior prior_;
-  VecX r_, delta_;  // r, and the x ⊟ x₀ that it was computed at
+  VecX r_, minus_delta_;  // r, and the −(x ⊟ x₀) that it was computed at
+  VecX b_;                // −Jᵀr, where NegativeProductsInto makes it
   MatXX W_;
   mutable MatXX J_;  // the vertices' blocks side by side
-  MatXX minus_JtJ_;  // at x₀; empty until it is asked for
+  MatXX minus_JtJ_;  // at x₀, its lower half; empty until it is asked for
   bool keep_jacobian_ = false;
 };
 

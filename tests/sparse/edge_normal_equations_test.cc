@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "ch5_backend/graph/fast_edge.h"
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "tests/sparse/scalar_graph.h"
 
@@ -83,6 +85,62 @@ TEST(EdgeNormalEquations, AreThoseOfJAndW) {
         (MatXX(C.topLeftCorner(6, 6).triangularView<Eigen::Lower>()) + MatXX(H.triangularView<Eigen::Lower>())).norm(),
         1e-13 * H.norm());
     EXPECT_LT((C.bottomLeftCorner(1, 6).transpose() + g).norm(), 1e-13 * g.norm());
+  }
+}
+
+// An edge that has products of its own: r and J are constants.
+class EdgeOfConstants : public SizedEdge<3, VertexVector<2>, VertexVector<3>>, public FastEdge {
+ public:
+  EdgeOfConstants(std::shared_ptr<VertexVector<2>> a, std::shared_ptr<VertexVector<3>> b)
+      : SizedEdge(std::move(a), std::move(b)) {}
+  void ComputeResidual() override { r_ = Vec3(0.5, -1.0, 2.0); }
+  void ComputeJacobians() override {
+    J<0>() << 1, 2, 6, 7, 11, 12;
+    J<1>() << 3, 4, 5, 8, 9, 10, 14, 14, 16;
+  }
+  bool NegativeProductsInto(double* C) override {
+    if (!has_products) return false;
+    Linearize();
+    MatXX J_r(3, 6);
+    J_r << J<0>(), J<1>(), r_;
+    // Only the lower half is promised.
+    Eigen::Map<MatXX>(C, 6, 6).setConstant(std::nan(""));
+    Eigen::Map<MatXX>(C, 6, 6).triangularView<Eigen::Lower>() = -J_r.transpose() * J_r;
+    return true;
+  }
+  std::string TypeInfo() const override { return "EdgeOfConstants"; }
+
+  bool has_products = true;
+};
+
+// Whatever the order of its vertices in H, and whichever of them is fixed.
+TEST(EdgeNormalEquations, AreAddedWhereTheVerticesAre) {
+  for (const bool in_order : {true, false}) {
+    for (const int fixed : {-1, 0, 1}) {
+      for (const bool has_products : {true, false}) {
+        Graph graph;
+        const auto a = std::make_shared<VertexVector<2>>(Vec2::Zero());
+        const auto b = std::make_shared<VertexVector<3>>(Vec3::Zero());
+        const std::vector<std::shared_ptr<Vertex>> vertices{a, b};
+        for (const int k : {0, 1}) graph.AddVertex(vertices[in_order ? k : 1 - k]);
+        const auto edge = std::make_shared<EdgeOfConstants>(a, b);
+        edge->has_products = has_products;
+        graph.AddEdge(edge);
+        if (fixed >= 0) vertices[fixed]->SetFixed();
+        SparseSolver solver(&graph);
+        solver.SetOrdering();
+        solver.MakeHessian();
+
+        edge->Linearize();
+        MatXX J(3, solver.Size());
+        for (const int k : {0, 1}) {
+          if (k == fixed) continue;
+          J.middleCols(vertices[k]->OrderingId(), vertices[k]->LocalDimension()) = edge->Jacobian(k);
+        }
+        EXPECT_EQ(solver.DenseHessian(), J.transpose() * J) << in_order << fixed << has_products;
+        EXPECT_EQ(solver.RightHandSide(), -J.transpose() * edge->Residual()) << in_order << fixed << has_products;
+      }
+    }
   }
 }
 

@@ -49,8 +49,12 @@ void Gather(const Structure& structure, const EdgeRecord& record, double* X) {
       for (int k = 0; k < rows; ++k) X[column + k * stride] = J(k, c);
     }
   };
-  for (int t = record.poses_begin; t < record.poses_end; ++t) append(structure.edge_poses[t].position);
-  if (record.landmark_position >= 0) append(record.landmark_position);
+  if (record.landmark_position < 0) {
+    for (int i = 0; i < static_cast<int>(record.edge->Vertices().size()); ++i) append(i);
+  } else {
+    for (int t = record.poses_begin; t < record.poses_end; ++t) append(structure.edge_poses[t].position);
+    append(record.landmark_position);
+  }
   for (int k = 0; k < rows; ++k) X[record.width + k * stride] = record.edge->Residual()[k];
 }
 
@@ -63,30 +67,10 @@ double* Scratch(size_t size) {
 
 }  // namespace
 
-// All of the edge's vertices are free poses, numbered in its order: its own products are then C.
-static bool IsInOrder(const Structure& structure, const EdgeRecord& record) {
-  const EdgePose* poses = structure.edge_poses.data() + record.poses_begin;
-  const int num_poses = record.poses_end - record.poses_begin;
-  bool in_order = num_poses == static_cast<int>(record.edge->Vertices().size());
-  for (int i = 0; i < num_poses && in_order; ++i) in_order = poses[i].position == i;
-  return in_order;
-}
-
 void LinearizeAndMultiplyOut(const Structure& structure, int e, InformationFactors* factors, double* C) {
   const EdgeRecord& record = structure.edges[e];
   FastEdge* fast = AsFast(record.edge);
-  if (fast && IsInOrder(structure, record) && fast->NegativeProductsInto(C)) return;
-  thread_local std::vector<int> columns, begin;
-  begin.assign(1, 0);
-  for (const auto& vertex : record.edge->Vertices()) begin.push_back(begin.back() + vertex->LocalDimension());
-  columns.clear();
-  const auto list = [&](int position) {
-    for (int c = begin[position]; c < begin[position + 1]; ++c) columns.push_back(c);
-  };
-  for (int t = record.poses_begin; t < record.poses_end; ++t) list(structure.edge_poses[t].position);
-  if (record.landmark_position >= 0) list(record.landmark_position);
-  columns.push_back(begin.back());
-  if (fast && NegativeProducts(record.edge, columns, C)) return;
+  if (fast && fast->NegativeProductsInto(C)) return;
   if (!record.is_numeric) record.edge->Linearize();
   MultiplyOut(structure, e, factors, C);
 }

@@ -38,6 +38,13 @@ CH5_INLINE void SubtractColumns(const double* C, int stride, int rows, int colum
   }
 }
 
+// H −= Cᵀ.
+CH5_INLINE void SubtractRows(const double* C, int stride, int rows, int columns, double* H) {
+  for (int r = 0; r < rows; ++r, C += stride) {
+    for (int c = 0; c < columns; ++c) H[c * Stride(rows) + r] -= C[c];
+  }
+}
+
 // One half of a diagonal block to the other.
 CH5_INLINE void MirrorUpper(int dim, double* H) {
   for (int c = 0; c < dim; ++c) {
@@ -59,10 +66,15 @@ class ChunkLinearizer {
  public:
   CH5_INLINE ChunkLinearizer(const Structure& structure, const LandmarkEdgeBatches& batches, int chunk,
                              Linearized* system)
-      : s_(structure), batches_(batches), system_(*system), sums_(system->chunk_sums[chunk]), chunk_(chunk) {}
+      : s_(structure),
+        batches_(batches),
+        system_(*system),
+        sums_(system->chunk_sums[chunk]),
+        H_pp_sums_(structure.NumChunks() == 1 ? system->H_pp.AllValues() : sums_.H_pp.data()),
+        chunk_(chunk) {}
 
   CH5_INLINE void Run() {
-    std::fill(sums_.H_pp.begin(), sums_.H_pp.end(), 0.0);
+    std::fill_n(H_pp_sums_, s_.NumChunks() == 1 ? system_.H_pp.NumValues() : sums_.H_pp.size(), 0.0);
     std::fill(sums_.b.begin(), sums_.b.end(), 0.0);
     const int first = s_.chunk_begin[chunk_], last = s_.chunk_begin[chunk_ + 1];
     if constexpr (kByRuns) {
@@ -284,7 +296,7 @@ class ChunkLinearizer {
   }
 
   CH5_INLINE double* BlockOfSums(int block, int column) {
-    return &sums_.H_pp[system_.H_pp.ValueBegin(block) + sums_.shift[column]];
+    return H_pp_sums_ + system_.H_pp.ValueBegin(block) + sums_.shift[column];
   }
   CH5_INLINE double* RowsOfSums(int pose) { return &sums_.b[sums_.number[pose] * system_.b_stride]; }
 
@@ -292,6 +304,7 @@ class ChunkLinearizer {
   const LandmarkEdgeBatches& batches_;
   Linearized& system_;
   Linearized::PoseSums& sums_;
+  double* H_pp_sums_;
   int chunk_;
 };
 
@@ -314,14 +327,15 @@ struct SumColumn {
     double* b_j = system->b.data() + s.pose_offset[j];
     const ptrdiff_t begin = H_pp.ValueBegin(H_pp.ColumnBegin(j));
     double *column = H_pp.AllValues() + begin, *end = H_pp.ColumnEnd(j);
-    std::fill(column, end, 0.0);
+    if (s.NumChunks() != 1) std::fill(column, end, 0.0);
     std::fill_n(b_j, dim, 0.0);
     for (const Linearized::PoseSums& sums : system->chunk_sums) {
       if (sums.number[j] < 0) continue;
-      const double *H = sums.H_pp.data() + begin + sums.shift[j],
-                   *b = sums.b.data() + sums.number[j] * system->b_stride;
-      for (ptrdiff_t k = 0; k < end - column; ++k) column[k] += H[k];
+      const double* b = sums.b.data() + sums.number[j] * system->b_stride;
       for (int r = 0; r < dim; ++r) b_j[r] += b[r];
+      if (s.NumChunks() == 1) continue;
+      const double* H = sums.H_pp.data() + begin + sums.shift[j];
+      for (ptrdiff_t k = 0; k < end - column; ++k) column[k] += H[k];
     }
     MirrorUpper(dim, column);  // of the diagonal block only that half has been summed
     for (int block = H_pp.ColumnBegin(j); block < H_pp.ColumnBegin(j + 1); ++block) {
@@ -329,6 +343,10 @@ struct SumColumn {
       for (int k = s.pose_edge_blocks_begin[block]; k < s.pose_edge_blocks_begin[block + 1]; ++k) {
         const PoseEdgeBlock& part = s.pose_edge_blocks[k];
         const double* C = system->normal_equations.data();
+        if (part.is_transposed) {
+          SubtractRows(C + part.values, part.stride, s.pose_dim[i], dim, H_pp.Values(block));
+          continue;
+        }
         SubtractColumns(C + part.values, part.stride, s.pose_dim[i], dim, H_pp.Values(block));
         if (i != j) continue;
         for (int r = 0; r < dim; ++r) b_j[r] += C[part.rhs + r * part.stride];
@@ -371,7 +389,8 @@ void Linearized::ResizeChunkSums(const Structure& s) {
       num_values += H_pp.ColumnEnd(j) - H_pp.AllValues() - begin;
       ++num_poses;
     }
-    sums.H_pp.assign(static_cast<size_t>(num_values), 0.0);
+    if (s.NumChunks() == 1) sums.shift.assign(s.poses.size(), 0);
+    sums.H_pp = AlignedVector(s.NumChunks() == 1 ? 0 : static_cast<size_t>(num_values));
     sums.b.assign(static_cast<size_t>(num_poses * b_stride), 0.0);
   }
 }

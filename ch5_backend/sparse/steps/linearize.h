@@ -29,7 +29,8 @@ struct Linearized {
 
   /// Memory that Linearize works in: the columns of H_pp, and b_p, of the poses that see a chunk's landmarks.
   struct PoseSums {
-    AlignedVector H_pp, b;         ///< each column laid out as in H_pp; `b_stride` numbers a pose
+    AlignedVector H_pp, b;         ///< each column laid out as in H_pp; `b_stride` numbers a pose. One chunk alone sums
+                                   ///< its H_pp in that of the whole
     std::vector<int> number;       ///< of each pose in b, or −1
     std::vector<ptrdiff_t> shift;  ///< of each column: from its values in H_pp to those here
   };

@@ -155,13 +155,23 @@ void ListEdge(int e, int landmark, const std::vector<int>& slot_of_pose, Structu
   }
   record.poses_end = static_cast<int>(s->edge_poses.size());
   const auto begin = s->edge_poses.begin() + record.poses_begin, end = s->edge_poses.end();
+  if (landmark == kNone) {  // the columns of all its vertices, the fixed ones too
+    auto pose = begin;
+    const auto& vertices = record.edge->Vertices();
+    for (int i = 0; i < static_cast<int>(vertices.size()); ++i) {
+      if (pose != end && pose->position == i) (pose++)->column = record.width;
+      record.width += vertices[i]->LocalDimension();
+    }
+  }
   const auto by_number = [](const EdgePose& a, const EdgePose& b) { return a.pose < b.pose; };
   if (!std::is_sorted(begin, end, by_number)) std::sort(begin, end, by_number);
-  for (auto pose = begin; pose != end; ++pose) {
-    pose->column = record.width;
-    record.width += s->pose_dim[pose->pose];
+  if (landmark != kNone) {
+    for (auto pose = begin; pose != end; ++pose) {
+      pose->column = record.width;
+      record.width += s->pose_dim[pose->pose];
+    }
+    record.width += s->landmark_dim[landmark];
   }
-  record.width += landmark == kNone ? 0 : s->landmark_dim[landmark];
   s->max_width = std::max(s->max_width, record.width);
 }
 
@@ -298,9 +308,10 @@ void ListPoseEdgeBlocks(Structure* s) {
   s->pose_edge_blocks.resize(static_cast<size_t>(begin.back()));
   const auto list = [&](const EdgeRecord& record, int i, int j) {
     const EdgePose &a = s->edge_poses[record.poses_begin + i], &b = s->edge_poses[record.poses_begin + j];
-    const int stride = record.width + 1, column = record.normal_equations + b.column * stride;
-    s->pose_edge_blocks[next[block(record, i, j)]++] = {column + a.column, stride,
-                                                        i == j ? column + record.width : kNone};
+    const int stride = record.width + 1, first_column = std::min(a.column, b.column);
+    const int column = record.normal_equations + first_column * stride;
+    s->pose_edge_blocks[next[block(record, i, j)]++] = {column + std::max(a.column, b.column), stride,
+                                                        i == j ? column + record.width : kNone, a.column < b.column};
   };
   for (int e = first; e < s->num_active_edges; ++e) ForEachPair(s->edges[e], list);
 }

@@ -7,7 +7,8 @@
 ///   chunks     of landmarks, of about equal work, each the work of one task
 ///
 /// An edge's own normal equations  [J̃ r̃]ᵀ[J̃ r̃]  are a small square matrix. Its columns are those of the free poses by
-/// ascending number, then of the landmark, then the residual:
+/// ascending number, then of the landmark, then the residual (of an edge between poses: those of all its vertices in its
+/// own order, then the residual):
 ///
 ///      ┌───────────────┐
 ///      │ J̃_pᵀJ̃_p       │      H and b take what is on and below the diagonal
@@ -34,7 +35,7 @@ struct EdgeRecord {
   Edge* edge;
   int poses_begin, poses_end;  ///< its free poses in Structure::edge_poses, by ascending number
   int landmark_position;       ///< in Edge::Vertices(), or −1 without a free landmark
-  int width;                   ///< columns of all free vertices together
+  int width;                   ///< columns of J̃ in the edge's normal equations
   int blocks_begin;            ///< its blocks of H_pp in Structure::edge_blocks: (0, 0), (1, 0), (1, 1), (2, 0), …
   int normal_equations;        ///< of an edge between poses: where its normal equations are stored
   int landmark = -1;           ///< its number
@@ -49,9 +50,10 @@ struct EdgeRun {
 
 /// What an edge between poses adds to a block of H_pp: a block of its normal equations.
 struct PoseEdgeBlock {
-  int values;  ///< where it begins
-  int stride;  ///< from column to column
-  int rhs;     ///< of a diagonal block: where r̃ᵀJ̃_j begins, in steps of `stride`; else −1
+  int values;          ///< where it begins
+  int stride;          ///< from column to column
+  int rhs;             ///< of a diagonal block: where r̃ᵀJ̃_j begins, in steps of `stride`; else −1
+  bool is_transposed;  ///< the block is J̃_jᵀJ̃_i, as the edge has pose i before pose j
 };
 
 struct Structure {
@@ -88,7 +90,7 @@ struct Structure {
   std::vector<int> pose_edge_blocks_begin;
 
   int num_edge_types = 0;  ///< of the landmarks' edges
-  int max_width = 0;       ///< of an edge's free columns
+  int max_width = 0;       ///< of an edge's J̃
   int max_rows = 0;        ///< of a residual
   int num_H_ll_values = 0, num_H_pl_values = 0, num_normal_equation_values = 0;
 

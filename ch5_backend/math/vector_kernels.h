@@ -1,0 +1,17 @@
+#pragma once
+/// Products of a dense matrix and a vector, and solves with a triangle, for matrices of a window's size: Eigen compiled for
+/// any processor takes two to three times as long. Matrices are as in dense_kernels.h, but nothing is read behind them.
+
+namespace ch5::kernels {
+
+/// y −= A x, A m×n.
+void SubtractProductAx(int m, int n, const double* A, int lda, const double* x, double* y);
+/// y −= Aᵀ x, A m×n.
+void SubtractProductAtx(int m, int n, const double* A, int lda, const double* x, double* y);
+
+/// x ← L⁻¹ x, L k×k, lower triangular.
+void SolveLower(int k, const double* L, int ldl, double* x);
+/// x ← L⁻ᵀ x.
+void SolveLowerTranspose(int k, const double* L, int ldl, double* x);
+
+}  // namespace ch5::kernels
