@@ -198,10 +198,12 @@ Vec3 EstimateGyroscopeBias(const Qd& R_B_C, double sigma, std::vector<FeatureTra
                            std::vector<Preintegration>* imu) {
   Vec3 b_g = imu->front().BiasGyroscope();
   EpipolarGraph g;
+  SolveOptions options;
+  options.max_iterations = 6;  // the bias stands after three; the directions, which nobody asks for, go on creeping
   // First with a loss wide enough for a bias of 0.1 rad/s, then with one that suppresses outliers.
   for (const double width : {15.0, 3.0, 3.0}) {
     g = MakeGraph(*tracks, *imu, R_B_C, sigma, width);
-    SparseOptimizer(&g.graph).Solve();  // with one thread: edges share their rotations
+    SparseOptimizer(&g.graph).Solve(options);  // with one thread: edges share their rotations
     b_g += g.delta_b->GetEstimate();
     for (Preintegration& piece : *imu) piece.Reintegrate(piece.BiasAccelerometer(), b_g);
   }
