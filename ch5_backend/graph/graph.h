@@ -99,7 +99,7 @@ class GraphPointer {
  public:
   /// @throws GraphError if it is null
   explicit GraphPointer(Graph* graph);
-  /// @throws GraphError if the graph is no more
+  /// @throws GraphError if the graph has been destroyed
   Graph* Get() const;
   /// So that what was written for a Graph* compiles.
   operator Graph*() const { return Get(); }

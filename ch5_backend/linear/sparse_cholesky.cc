@@ -58,11 +58,11 @@ bool SparseCholesky::FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPoo
 
   const auto solve_rows = [&](int begin, int end) { kernels::SolveRows(end - begin, k, columns, m, L_21 + begin, m); };
   const auto multiply_columns = [&](int begin, int end) {
-    constexpr auto kForget = kernels::Old::kForget;
+    constexpr auto kNo = kernels::Accumulate::kNo;
     double* diagonal = U + begin + static_cast<ptrdiff_t>(begin) * r;
-    kernels::SubtractProductAAt(end - begin, k, L_21 + begin, m, diagonal, r, kForget);
+    kernels::SubtractProductAAt(end - begin, k, L_21 + begin, m, diagonal, r, kNo);
     kernels::SubtractProductABt(r - end, end - begin, k, L_21 + end, m, L_21 + begin, m, diagonal + end - begin, r,
-                                kForget);
+                                kNo);
   };
   ThreadPool alone;
   ParallelFor(pool ? pool : &alone, r, kChunk, solve_rows);

@@ -237,11 +237,11 @@ const Kernels& Best() {
 }  // namespace
 
 void SubtractProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc,
-                        Old old) {
-  Best().product_abt(m, n, k, A, lda, B, ldb, C, ldc, old == Old::kForget);
+                        Accumulate accumulate) {
+  Best().product_abt(m, n, k, A, lda, B, ldb, C, ldc, accumulate == Accumulate::kNo);
 }
-void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Old old, int room) {
-  Best().product_aat(n, k, A, lda, C, ldc, old == Old::kForget, room);
+void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Accumulate accumulate, int room) {
+  Best().product_aat(n, k, A, lda, C, ldc, accumulate == Accumulate::kNo, room);
 }
 bool Factor(int k, double* A, int lda, const double* min_pivot) {
   if (k <= kTriangle) return Best().factor(k, A, lda, min_pivot);

@@ -10,18 +10,19 @@ namespace ch5::kernels {
 
 constexpr int kOverread = 24;
 
-/// What happens to C's old values.
-enum class Old { kKeep, kForget };
+/// Whether the product is added to C's old values.
+enum class Accumulate { kYes, kNo };
 
-/// C −= A Bᵀ, or C = −A Bᵀ; A m×k, B n×k, C m×n, k > 0 if the old C is forgotten. C may lie in A's or B's matrix if it
+/// C −= A Bᵀ, or C = −A Bᵀ; A m×k, B n×k, C m×n, k > 0 unless it accumulates. C may lie in A's or B's matrix if it
 /// shares no column with them.
 void SubtractProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc,
-                        Old old = Old::kKeep);
+                        Accumulate accumulate = Accumulate::kYes);
 
 /// The lower half of C −= A Aᵀ, or of C = −A Aᵀ; A n×k, C n×n. What lies above C's diagonal is overwritten with
 /// meaningless values.
 /// @param room  how many numbers behind each column of C may be overwritten; with 7, only whole vectors are written
-void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Old old = Old::kKeep, int room = 0);
+void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc,
+                        Accumulate accumulate = Accumulate::kYes, int room = 0);
 
 /// A = L Lᵀ in place, A k×k; reads and writes the lower half.
 /// @param min_pivot  k numbers: the square of each diagonal entry of L must exceed its own

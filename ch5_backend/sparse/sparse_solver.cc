@@ -9,7 +9,7 @@ namespace ch5 {
 namespace {
 
 constexpr int kEdges = 256, kVertices = 512;  // a task's
-constexpr int kAhead = 8;                     // edges that are asked for ahead
+constexpr int kPrefetchDistance = 8;          // edges that are asked for ahead
 
 // Then all blocks are where they were: an edge never changes its vertices.
 bool IsSame(const Ordering& a, const Ordering& b) {
@@ -107,7 +107,7 @@ double SparseSolver::Cost() {
   return ParallelSum(&pool_, static_cast<int>(edges.size()), kEdges, &partial_sums_, [&](int begin, int end) {
     double sum = begin < in_batch ? batches_.Cost(begin, std::min(end, in_batch)) : 0.0;
     for (int e = std::max(begin, in_batch); e < end; ++e) {
-      PrefetchEdge(edges, e + kAhead);
+      PrefetchEdge(edges, e + kPrefetchDistance);
       edges[e].edge->ComputeResidual();
       sum += edges[e].edge->Cost();
     }

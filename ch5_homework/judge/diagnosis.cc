@@ -42,7 +42,7 @@ MatXX Deviation(const Claim& claim) {
   });
 }
 
-// Of memory that was never set, or is no more, other words are due than those of a mistake.
+// Of memory that was never set, or has been freed, other words are due than those of a mistake.
 const Mistake* FindMistake(const Claim& claim) {
   if (HoldsUnset(claim.got)) return nullptr;
   if (!claim.got.allFinite()) return claim.not_finite.cause.empty() ? nullptr : &claim.not_finite;
@@ -57,7 +57,7 @@ Text Called(const Claim& claim) { return claim.variable.empty() ? Text("matrix.i
 
 bool Any(const MatXX& A, bool (*is)(double)) { return std::any_of(A.data(), A.data() + A.size(), is); }
 
-// What numbers that are none say: memory that was never written to, or is no more, has a mark of its own.
+// What numbers that are none say: memory that was never written to, or has been freed, has a mark of its own.
 Text SymptomOfNaN(const Claim& claim) {
   if (Any(claim.got, &IsFreed)) return "matrix.freed_memory_read";
   if (Any(claim.got, &IsFresh)) {

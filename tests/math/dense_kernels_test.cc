@@ -39,7 +39,8 @@ TEST_P(DenseKernels, ProductsAgreeWithEigen) {
         if (k == 0) continue;
         C.topLeftCorner(m, n).setConstant(std::numeric_limits<double>::quiet_NaN());
         expected.topLeftCorner(m, n) = -A.topLeftCorner(m, k) * B.topLeftCorner(n, k).transpose();
-        kernels::SubtractProductABt(m, n, k, A.data(), m + 4, B.data(), n + 3, C.data(), m + 2, kernels::Old::kForget);
+        kernels::SubtractProductABt(m, n, k, A.data(), m + 4, B.data(), n + 3, C.data(), m + 2,
+                                    kernels::Accumulate::kNo);
         EXPECT_LT((C - expected).cwiseAbs().maxCoeff(), 1e-15 * (k + 4)) << m << ' ' << n << ' ' << k;
       }
     }

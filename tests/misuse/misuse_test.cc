@@ -223,7 +223,7 @@ const std::vector<Case> kGraphs = {
      "EdgeStep: the information matrix"},
     {"no graph", Do([] { SparseOptimizer(nullptr); }), "the solver's graph is null"},
     {"no graph, dense", Do([] { Problem(nullptr); }), "the solver's graph is null"},
-    {"a graph that is no more", Do([] {
+    {"a graph that has been destroyed", Do([] {
        auto g = std::make_unique<TwoSteps>();
        SparseOptimizer optimizer(&g->graph);
        g.reset();

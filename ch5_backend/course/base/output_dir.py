@@ -46,7 +46,7 @@ def hold(file, what: str) -> None:
 
 
 @contextmanager
-def alone_in(out: Path):
+def locked_dir(out: Path):
     """Makes the folder ours while the block runs: two ./course at once would mix their results, so the second waits."""
     make_writable(out)
     folder = os.open(out, os.O_RDONLY)

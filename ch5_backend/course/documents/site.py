@@ -20,7 +20,7 @@ from ch5_backend.figures.words import PAGES
 from ..base import prebuilt
 from ..base.build import ROOT
 from ..base.errors import CourseError
-from ..base.output_dir import alone_in, make_writable
+from ..base.output_dir import locked_dir, make_writable
 from ..base.processes import running
 
 HERE = Path(__file__).resolve().parent
@@ -45,7 +45,7 @@ def site(folder: str) -> int:
     course("docs", "--out", parts / "api")
     if prebuilt.why_not_lab(parts) and shutil.which("em++"):
         course("lab", "--out", parts)
-    with alone_in(target):
+    with locked_dir(target):
         assemble(parts, target / "site")
     return 0
 

@@ -15,7 +15,7 @@ from ..base.build import BIN, build_or_fail, data_folder
 from ..base.processes import running
 from ..base.errors import CourseError
 from ..base.progress import Progress
-from ..base.output_dir import alone_in, make_writable
+from ..base.output_dir import locked_dir, make_writable
 from .run import app
 
 # name: what the programs read ("scene:", "city:", or a file below the data folder), and runs inside of one process: a short one
@@ -71,7 +71,7 @@ def bench(arguments) -> int:
     measured = run_rounds(cases_of(names, arguments.quick), peer, arguments.quick)
     rows = [row for case in measured for row in rows_of(case.name, case.threads, case.ours, peer, case.theirs)]
     traces = [row for case in measured for row in traces_of(case)]
-    with alone_in(out):
+    with locked_dir(out):
         write(out / "rows.csv", FIELDS, [[row[field] for field in FIELDS] for row in rows])
         write(out / "traces.csv", ("problem", "threads", "side", "seconds", "cost"), traces)
         if traces:

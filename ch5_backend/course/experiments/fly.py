@@ -18,7 +18,7 @@ from ..base import jsonout
 from ..base.build import BIN, BUILD, CORES, build_or_fail
 from ..base.errors import CourseError
 from ..base.language import LANGUAGES, sentence, speaker
-from ..base.output_dir import alone_in, make_writable
+from ..base.output_dir import locked_dir, make_writable
 from ..base.processes import running
 from ..base.progress import Progress
 from ..homework import blanks
@@ -49,7 +49,7 @@ def fly(arguments, only_flights: bool) -> int:
     has_tracks = not data or not has_images(data)
     if not has_tracks:
         build_or_fail([TRACKER])
-    with alone_in(out):
+    with locked_dir(out):
         if not has_tracks:
             data = follow_images(data, out / "mine" / "recording", arguments.json)
         runs = {"files": files, "experiments": run_all(chosen, out / "mine", data)}

@@ -21,7 +21,7 @@ from ch5_backend.figures.atomic_write import atomic_write
 from ..base import processes
 from ..base.build import BIN, CORES, build_or_fail, data_folder
 from ..base.errors import CourseError
-from ..base.output_dir import alone_in, make_writable
+from ..base.output_dir import locked_dir, make_writable
 from ..base.progress import Progress
 from .figure_sets import SETS
 from .run import check_exit
@@ -151,7 +151,7 @@ def key_of(words: tuple) -> str:
 def make_tables(due: list, out: Path, quick=False, draw=()) -> None:
     """Makes the tables of these sets, then runs the jobs `draw`."""
     jobs = [job for one in due for job in jobs_of(one, out, quick)]
-    with alone_in(out), progress_of("plots" if draw else "tables", [*jobs, *draw]) as progress:
+    with locked_dir(out), progress_of("plots" if draw else "tables", [*jobs, *draw]) as progress:
         run_unfinished(jobs, progress)
         for one in due:
             if one.trials:

@@ -16,7 +16,7 @@ from ..base.build import BIN, build_or_fail
 from ..base.processes import running
 from .data import has_images, kind_of
 from ..base.errors import CourseError
-from ..base.output_dir import alone_in, make_writable, result_places
+from ..base.output_dir import locked_dir, make_writable, result_places
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
 TRACKER = "ch5_track"
@@ -65,7 +65,7 @@ def run_chapter(out: Path, arguments) -> int:
     make_writable(out)
     build_or_fail(["ch5_chapter"])
     start = time.monotonic()
-    with alone_in(out):
+    with locked_dir(out):
         app([BIN / "ch5_chapter", "--out", out], arguments.json)
         app([sys.executable, "-m", "ch5_backend.figures.report", out], arguments.json)
     report = out / PAGES[arguments.language]
@@ -85,7 +85,7 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
     options = [word for name, value in given_options(arguments).items()
                for word in (f"--{name}", *([] if value is True else [str(value)]))]
     try:
-        with alone_in(out):
+        with locked_dir(out):
             file = f"./{path}" if path.startswith("-") else path  # a name is not an option
             if has_images(path):
                 file = follow_images(file, out / "recording", arguments)

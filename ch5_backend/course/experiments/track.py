@@ -6,7 +6,7 @@ from ..base import jsonout
 from ..base.build import build_or_fail
 from ..base.errors import CourseError
 from ..base.language import sentence
-from ..base.output_dir import alone_in, result_places
+from ..base.output_dir import locked_dir, result_places
 from .data import has_images
 from .run import TRACKER, follow_images, tell
 
@@ -21,7 +21,7 @@ def track(arguments) -> int:
     places = result_places(arguments.data, Path(arguments.out or "out"))
     build_or_fail([TRACKER])
     for path, place in places.items():
-        with alone_in(place):
+        with locked_dir(place):
             follow_images(f"./{path}" if path.startswith("-") else path, place, arguments)
         tell(sentence("run.results", path=str(place)), arguments)
     if arguments.json:

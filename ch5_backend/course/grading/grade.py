@@ -18,7 +18,7 @@ from ..base.build import CORES
 from ..homework.check import select
 from ..base.errors import CourseError
 from ..base.language import Speaker, speaker
-from ..base.output_dir import alone_in, make_writable
+from ..base.output_dir import locked_dir, make_writable
 from ..base.progress import Progress, duration
 from . import classbook, likeness, outputs, pages, summary
 from .job import grade
@@ -54,7 +54,7 @@ def run_grade(arguments) -> int:
         return 0
     out = Path(arguments.out or "out/grades")
     make_writable(out)
-    with nullcontext() if arguments.shard else alone_in(out):  # shards may work side by side
+    with nullcontext() if arguments.shard else locked_dir(out):  # shards may work side by side
         say = speaker(arguments.language)
         session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed), say)
         session.grade_all(share(submissions, arguments.shard), arguments.jobs or CORES)

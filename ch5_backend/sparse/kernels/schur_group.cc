@@ -72,10 +72,10 @@ void SubtractGeneralGroup(const GroupSystem& y, const PoseRange& range, double* 
   for (int first = 0; first < y.num_landmarks; first += batch) {
     const int count = std::min(batch, y.num_landmarks - first), k = count * dim;
     for (int l = 0; l < count; ++l) FillColumns(y, range, first + l, lda, A + l * dim * lda);
-    const Old old = first == 0 ? Old::kForget : Old::kKeep;
-    SubtractProductAAt(columns, k, A, lda, C, lda, old, columns == rows + 1 ? kRoom : 0);
+    const Accumulate accumulate = first == 0 ? Accumulate::kNo : Accumulate::kYes;
+    SubtractProductAAt(columns, k, A, lda, C, lda, accumulate, columns == rows + 1 ? kRoom : 0);
     if (columns < rows)
-      SubtractProductABt(rows + 1 - columns, columns, k, A + columns, lda, A, lda, C + columns, lda, old);
+      SubtractProductABt(rows + 1 - columns, columns, k, A + columns, lda, A, lda, C + columns, lda, accumulate);
   }
   AddBlocks(y, range, lda, C, S, b_S);
 }

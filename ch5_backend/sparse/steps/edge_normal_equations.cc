@@ -99,10 +99,10 @@ void MultiplyOut(const Structure& structure, int e, InformationFactors* factors,
     } else {  // M = F, also for the residual
       M_columns = Eigen::Map<const MatXX>(F, rows, rows).transpose();
     }
-    kernels::SubtractProductABt(stride, rows, rows, X, stride, M, rows, A, stride, kernels::Old::kForget);  // −X Mᵀ
+    kernels::SubtractProductABt(stride, rows, rows, X, stride, M, rows, A, stride, kernels::Accumulate::kNo);  // −X Mᵀ
     for (int k = 0; k < rows && edge.GetLossFunction(); ++k) A[record.width + k * stride] = -r_tilde[k];
   }
-  kernels::SubtractProductAAt(stride, rows, A, stride, C, stride, kernels::Old::kForget);
+  kernels::SubtractProductAAt(stride, rows, A, stride, C, stride, kernels::Accumulate::kNo);
 }
 
 }  // namespace ch5

@@ -111,7 +111,7 @@ template <int P, int L>
 struct ReducePose {
   using Signature = void(const Structure&, const Linearized&, int j, bool subtract_coupling, int max_landmark_dim,
                          Eliminated*, double* block);
-  static constexpr int kAhead = 4;  // slots: one pose's blocks are scattered over memory
+  static constexpr int kPrefetchDistance = 4;  // slots: one pose's blocks are scattered over memory
 
   template <SimdLevel>
   static CH5_INLINE void Run(const Structure& s, const Linearized& y, int j, bool subtract_coupling,
@@ -123,7 +123,7 @@ struct ReducePose {
     std::copy_n(y.b.data() + s.pose_offset[j], dim, b_j);
     alignas(64) double expanded[kernels::BlockSize(P, L)] = {};
     for (int k = s.pose_slots_begin[j]; k < end; ++k) {
-      if (k + kAhead < end) Prefetch(s, y, s.pose_slots[k + kAhead]);
+      if (k + kPrefetchDistance < end) Prefetch(s, y, s.pose_slots[k + kPrefetchDistance]);
       const int slot = s.pose_slots[k], l = s.slot_landmark[slot], landmark_dim = Pick<L>(s.landmark_dim[l]);
       const kernels::LandmarkSlots slots = y.Slots(s, l);
       const double* H_ll_inverse_b = eliminated->H_ll_inverse_b.data() + s.landmark_offset[l] - s.ordering.dim_poses;

@@ -10,7 +10,7 @@ namespace ch5 {
 namespace {
 
 constexpr int kEdges = 256, kPoses = 8;  // a task's
-constexpr int kAhead = 6;                // edges that are asked for ahead
+constexpr int kPrefetchDistance = 6;     // edges that are asked for ahead
 
 // H −= C, rows×columns; of a diagonal block C holds the lower half, H is full.
 CH5_INLINE void SubtractBlock(const double* C, int stride, int rows, int columns, bool diagonal, double* H) {
@@ -107,7 +107,7 @@ class ChunkLinearizer {
           continue;
         }
       }
-      PrefetchEdge(s_.edges, e + kAhead);
+      PrefetchEdge(s_.edges, e + kPrefetchDistance);
       AddAnyEdge(e, dim, sums);
     }
     for (int c = 0; c < dim; ++c) {

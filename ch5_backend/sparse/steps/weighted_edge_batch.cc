@@ -53,13 +53,14 @@ void LandmarkEdgeBatches::Assign(const Structure& s) {
 }
 
 bool LandmarkEdgeBatches::AddAll(const Structure& s) {
-  constexpr int kAhead = 12, kLines = 6;  // whole edges, with what their batch copies
+  constexpr int kPrefetchDistance = 12, kLines = 6;  // whole edges, with what their batch copies
   batches_.resize(static_cast<size_t>(s.num_edge_types));
   places_.clear();
   const bool is_one_type = s.num_edge_types == 1;
   bool started[kMostTypes] = {};
   for (int e = 0; e < s.num_landmark_edges; ++e) {
-    if (e + kAhead < s.num_landmark_edges) PrefetchObject(s.edges[s.BatchEdge(e + kAhead)].edge, kLines);
+    if (e + kPrefetchDistance < s.num_landmark_edges)
+      PrefetchObject(s.edges[s.BatchEdge(e + kPrefetchDistance)].edge, kLines);
     const EdgeRecord& record = s.edges[s.BatchEdge(e)];
     WeightedEdgeBatch& batch = batches_[record.type];
     if (!started[record.type]) {
