@@ -19,10 +19,11 @@ endif()
 
 find_program(CH5_CCACHE ccache)
 if(CH5_CCACHE)
-  # The two permissions are what ccache needs beside precompiled headers; with paths relative to the project, and the
-  # folder left out of the hash, a second clone finds what the first one compiled. By the included files' content (depend
-  # mode) and never by preprocessed text: a header whose comment has changed is another one to #pragma once, and a
-  # precompiled header that was made of the old one would not keep it from being included again.
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_DEPEND=1 CCACHE_SLOPPINESS=pch_defines,time_macros
+  # The first two permissions are what ccache needs beside precompiled headers; the locale changes the compiler's messages
+  # alone. With paths relative to the project, and the folder left out of the hash, a second clone finds what the first
+  # one compiled. By the included files' content (depend mode) and never by preprocessed text: a header whose comment has
+  # changed is another one to #pragma once, and a precompiled header that was made of the old one would not keep it from
+  # being included again.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_DEPEND=1 CCACHE_SLOPPINESS=pch_defines,time_macros,locale
       CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CH5_CCACHE})
 endif()
