@@ -1,6 +1,6 @@
 #include "ch5_backend/math/vector_kernels.h"
 
-#include <algorithm>
+#include <type_traits>
 
 #include "ch5_backend/math/dispatch.h"
 
@@ -51,13 +51,21 @@ CH5_INLINE void SubtractRows(int m, const double* A, ptrdiff_t lda, const double
 template <SimdLevel kSimd>
 constexpr int kWidth = sizeof(FittingLanes<kSimd>) / sizeof(double);
 
+// Calls strip(j, number) for the columns [j, j + number), `number` a constant: kStrip of them, and at the end one by one.
+template <typename Strip>
+CH5_INLINE void ForEachStrip(int n, const Strip& strip) {
+  int j = 0;
+  for (; j + kStrip <= n; j += kStrip) strip(j, std::integral_constant<int, kStrip>());
+  for (; j < n; ++j) strip(j, std::integral_constant<int, 1>());
+}
+
 struct ProductAx {
   using Signature = void(int m, int n, const double* A, int lda, const double* x, double* y);
   template <SimdLevel kSimd>
   static CH5_INLINE void Run(int m, int n, const double* A, ptrdiff_t lda, const double* x, double* y) {
-    int j = 0;
-    for (; j + kStrip <= n; j += kStrip) SubtractColumns<kWidth<kSimd>, kStrip>(m, A + j * lda, lda, x + j, y);
-    for (; j < n; ++j) SubtractColumns<kWidth<kSimd>, 1>(m, A + j * lda, lda, x + j, y);
+    ForEachStrip(n, [&](int j, auto number) {
+      SubtractColumns<kWidth<kSimd>, decltype(number)::value>(m, A + j * lda, lda, x + j, y);
+    });
   }
 };
 
@@ -65,9 +73,9 @@ struct ProductAtx {
   using Signature = void(int m, int n, const double* A, int lda, const double* x, double* y);
   template <SimdLevel kSimd>
   static CH5_INLINE void Run(int m, int n, const double* A, ptrdiff_t lda, const double* x, double* y) {
-    int j = 0;
-    for (; j + kStrip <= n; j += kStrip) SubtractRows<kWidth<kSimd>, kStrip>(m, A + j * lda, lda, x, y + j);
-    for (; j < n; ++j) SubtractRows<kWidth<kSimd>, 1>(m, A + j * lda, lda, x, y + j);
+    ForEachStrip(n, [&](int j, auto number) {
+      SubtractRows<kWidth<kSimd>, decltype(number)::value>(m, A + j * lda, lda, x, y + j);
+    });
   }
 };
 
@@ -110,16 +118,12 @@ struct Lower {
   using Signature = void(int k, const double* L, int ldl, double* x);
   template <SimdLevel kSimd>
   static CH5_INLINE void Run(int k, const double* L, ptrdiff_t ldl, double* x) {
-    int j = 0;
-    const auto solve = [&](auto columns) {
-      constexpr int kColumns = decltype(columns)::value;
+    ForEachStrip(k, [&](int j, auto number) {
+      constexpr int kColumns = decltype(number)::value;
       const double* L_j = L + j * (ldl + 1);
       SolveTriangle<kColumns>(L_j, ldl, x + j);
       SubtractColumns<kWidth<kSimd>, kColumns>(k - j - kColumns, L_j + kColumns, ldl, x + j, x + j + kColumns);
-      j += kColumns;
-    };
-    while (j + kStrip <= k) solve(std::integral_constant<int, kStrip>());
-    while (j < k) solve(std::integral_constant<int, 1>());
+    });
   }
 };
 
