@@ -375,6 +375,7 @@ void Linearized::Resize(const Structure& s, bool factored) {
 }
 
 void Linearized::ResizeChunkSums(const Structure& s) {
+  const bool sums_in_place = s.NumChunks() == 1;
   chunk_sums.resize(static_cast<size_t>(s.NumChunks()));
   for (int chunk = 0; chunk < s.NumChunks(); ++chunk) {
     PoseSums& sums = chunk_sums[chunk];
@@ -385,12 +386,11 @@ void Linearized::ResizeChunkSums(const Structure& s) {
     for (int j = 0; j < s.NumPoses(); ++j) {
       if (sums.number[j] < 0) continue;
       const ptrdiff_t begin = H_pp.ValueBegin(H_pp.ColumnBegin(j));
-      sums.shift[j] = num_values - begin;
+      sums.shift[j] = sums_in_place ? 0 : num_values - begin;
       num_values += H_pp.ColumnEnd(j) - H_pp.AllValues() - begin;
       ++num_poses;
     }
-    if (s.NumChunks() == 1) sums.shift.assign(s.poses.size(), 0);
-    sums.H_pp = AlignedVector(s.NumChunks() == 1 ? 0 : static_cast<size_t>(num_values));
+    sums.H_pp.resize(sums_in_place ? 0 : static_cast<size_t>(num_values));  // Linearize clears it
     sums.b.assign(static_cast<size_t>(num_poses * b_stride), 0.0);
   }
 }
