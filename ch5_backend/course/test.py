@@ -3,7 +3,7 @@
 import re
 import sys
 
-from .base.build import BUILD, CORES, build_or_fail, run_logged
+from .base.cmake_build import BUILD, CORES, build_or_fail, run_logged
 from .base.progress import Progress
 
 

@@ -12,7 +12,7 @@ from unittest import mock
 
 from tests.conventions.project import BUILD, CXX, ROOT
 
-from ch5_backend.course.base import build, progress
+from ch5_backend.course.base import cmake_build, progress
 from ch5_backend.course.base.errors import CourseError
 
 
@@ -79,7 +79,7 @@ class BuildProgress(unittest.TestCase):
 class BuildFolder(unittest.TestCase):
     def folder(self, **variables) -> str:
         kept = {name: value for name, value in os.environ.items() if name not in ("CXX", "CH5_BUILD_DIR")}
-        done = subprocess.run([sys.executable, "-c", "from ch5_backend.course.base import build; print(build.BUILD)"], text=True,
+        done = subprocess.run([sys.executable, "-c", "from ch5_backend.course.base.cmake_build import BUILD; print(BUILD)"], text=True,
                               env={**kept, **variables}, capture_output=True)
         return str(Path(done.stdout.strip()).relative_to(ROOT)) if done.returncode == 0 else done.stderr
 
@@ -92,16 +92,16 @@ class BuildFolder(unittest.TestCase):
         here = {"CMAKE_HOME_DIRECTORY": str(ROOT), "CMAKE_CXX_COMPILER": shutil.which("sh")}
         for words, cached, foreign in (([], here, False), (["sh"], here, False), (["cat"], here, True), (["cat"], {}, False),
                                        ([], {**here, "CMAKE_HOME_DIRECTORY": "/elsewhere"}, True)):
-            with self.subTest(words=words, cached=cached), mock.patch.object(build, "CXX", words):
-                self.assertEqual(build._is_foreign(cached), foreign)
+            with self.subTest(words=words, cached=cached), mock.patch.object(cmake_build, "CXX", words):
+                self.assertEqual(cmake_build._is_foreign(cached), foreign)
 
     def test_the_named_folder_of_another_checkout_stays(self):
-        with tempfile.TemporaryDirectory() as folder, mock.patch.object(build, "BUILD", Path(folder)), \
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(cmake_build, "BUILD", Path(folder)), \
                 mock.patch.dict(os.environ, CH5_BUILD_DIR=folder):
             cache = Path(folder, "CMakeCache.txt")
             cache.write_text("CMAKE_HOME_DIRECTORY:INTERNAL=/elsewhere\n", encoding="utf-8")
             with self.assertRaisesRegex(CourseError, f"{folder}.* made by /elsewhere"):
-                build.configure()
+                cmake_build.configure()
             self.assertTrue(cache.exists())
 
 

@@ -82,7 +82,7 @@ class PythonModule(unittest.TestCase):
         shutil.rmtree(wheels, ignore_errors=True)
         wheels.mkdir(parents=True)
         # As pip calls it; a wheel is a zip.
-        call(sys.executable, "-c", f"import build; build.build_wheel({str(wheels)!r})", PYTHONPATH=str(PYTHON),
+        call(sys.executable, "-c", f"import wheel_backend; wheel_backend.build_wheel({str(wheels)!r})", PYTHONPATH=str(PYTHON),
              CMAKE_CXX_COMPILER_LAUNCHER="ccache" if shutil.which("ccache") else "")
         wheel, = wheels.glob("ch5-*.whl")
         shutil.unpack_archive(wheel, wheels / "site", "zip")

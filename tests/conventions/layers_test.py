@@ -154,12 +154,12 @@ class Layers(unittest.TestCase):
     def test_the_rule_for_imports_finds_faults(self):
         def faults(path, text):
             return [words for _, words in python_faults(path, text)]
-        self.assertEqual(faults("ch5_backend/course/grading/a.py", "from ..base.build import ROOT\nfrom . import b\nimport os"), [])
+        self.assertEqual(faults("ch5_backend/course/grading/a.py", "from ..base.cmake_build import ROOT\nfrom . import b\nimport os"), [])
         self.assertEqual(faults("tests/docs/a.py", "from slides import build\nfrom tests.docs import markdown"), [])
         for path, text in (("ch5_backend/course/base/a.py", "from ..homework import judge"),
                            ("ch5_backend/course/homework/a.py", "from ch5_backend.course.grading.job import grade"),
-                           ("ch5_backend/figures/a.py", "import ch5_backend.course.base.build"),
-                           ("slides/a.py", "from ch5_backend.course.base import build"),
+                           ("ch5_backend/figures/a.py", "import ch5_backend.course.base.cmake_build"),
+                           ("slides/a.py", "from ch5_backend.course.base import cmake_build"),
                            ("ch5_backend/course/grading/a.py", "from tests.homework import samples")):
             self.assertEqual(len(faults(path, text)), 1, (path, text))
 

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from tests.grading.one_stage import READY, Grader
-from ch5_backend.course.base.build import CORES
+from ch5_backend.course.base.cmake_build import CORES
 
 HOMEWORK = Path(__file__).resolve().parents[1] / "homework"
 from tests.homework.samples import read_samples, source

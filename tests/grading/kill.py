@@ -16,7 +16,7 @@ from pathlib import Path
 from tests.grading.mutants import Mutant, all_mutants
 from tests.grading.one_stage import SEEDS, Grader
 from tests.homework.run_samples import is_named
-from ch5_backend.course.base.build import BUILD, CORES
+from ch5_backend.course.base.cmake_build import BUILD, CORES
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import in_short
 from ch5_backend.course.base.progress import Progress, duration

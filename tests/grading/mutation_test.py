@@ -8,7 +8,7 @@ from tests.grading.kill import EQUIVALENTS, KILLED, PAGE, judge, read_equivalent
 from tests.grading.mutants import NAMES, all_mutants
 from tests.grading.one_stage import READY, Grader
 from ch5_backend.course.homework.regions import regions, solution_text
-from ch5_backend.course.base.build import CORES
+from ch5_backend.course.base.cmake_build import CORES
 
 
 class Mutation(unittest.TestCase):

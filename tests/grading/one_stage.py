@@ -7,7 +7,7 @@ from pathlib import Path
 if os.environ.get("CH5_BUILD"):  # CTest's word for the build folder
     os.environ.setdefault("CH5_BUILD_DIR", os.environ["CH5_BUILD"])
 
-from ch5_backend.course.base.build import BUILD
+from ch5_backend.course.base.cmake_build import BUILD
 from ch5_backend.course.homework.blanks import explain
 from ch5_backend.course.grading import job
 from ch5_backend.course.grading.sandbox import preflight

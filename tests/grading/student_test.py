@@ -15,7 +15,7 @@ from pathlib import Path
 from tests.conventions.project import ROOT
 
 os.environ.setdefault("CH5_BUILD_DIR", os.environ.get("CH5_BUILD", ""))  # before it is read
-from ch5_backend.course.base.build import BUILD
+from ch5_backend.course.base.cmake_build import BUILD
 from ch5_backend.course.base import prebuilt
 from ch5_backend.course.grading import student
 from ch5_backend.course.homework.regions import FILES, STAGES, regions, solution_text

@@ -9,7 +9,7 @@ import sys
 import unittest
 from pathlib import Path
 
-from ch5_backend.course.base.build import BUILD
+from ch5_backend.course.base.cmake_build import BUILD
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, fill, solution_text
 from tests.homework.chinese import english_in

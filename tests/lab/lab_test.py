@@ -10,7 +10,7 @@ import sys
 import unittest
 from pathlib import Path
 
-from ch5_backend.lab import build
+from ch5_backend.lab import assemble_page
 from slides import browser, npm
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -52,7 +52,7 @@ def native(query, program=PROGRAM):
 def build_twin():
     """ch5_lab, native, with the arithmetic of WebAssembly."""
     folder = BUILD / "lab_twin"
-    os.environ.pop("PYTHONSAFEPATH", None)  # as in ch5_backend/lab/build.py
+    os.environ.pop("PYTHONSAFEPATH", None)  # as in ch5_backend/lab/assemble_page.py
     for command in (["cmake", "-G", "Ninja", "-S", Path(__file__).with_name("twin"), "-B", folder],
                     ["cmake", "--build", folder, "--target", "ch5_lab"]):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -117,7 +117,7 @@ class LabCase(unittest.TestCase):
         if not PAGE.exists():
             self.skipTest("there is no lab.html: emscripten is not installed")
         try:
-            from tests.lab.page import Page
+            from tests.lab.chromium_page import Page
             self.page = Page()
         except (ImportError, browser.BuildError) as missing:
             self.skipTest(f"{missing}; Debian: apt-get install python3-selenium chromium-driver")
@@ -229,7 +229,7 @@ class Lab(LabCase):
     def test_texts_are_complete_and_used(self):
         texts = json.loads((ROOT / "ch5_backend/lab/page/text.json").read_text(encoding="utf-8"))
         page = ROOT / "ch5_backend/lab/page"
-        source = "".join((page / name).read_text(encoding="utf-8") for name in ("lab.html", *build.SCRIPTS))
+        source = "".join((page / name).read_text(encoding="utf-8") for name in ("lab.html", *assemble_page.SCRIPTS))
         controls = re.findall(r'(?:range|log|choice)\("(\w+)"', source)
         for key, words in texts.items():
             self.assertEqual(set(words), {"en", "zh"}, key)
@@ -455,7 +455,7 @@ class Lab(LabCase):
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--images"]:  # FOLDER: each panel, light and dark, wide and narrow, in both languages
-        from tests.lab.page import Page
+        from tests.lab.chromium_page import Page
         with Page() as shown:
             for one in (*PANELS, "solve&task=gauge", "marginalize&system=chain&drop=1", "solve&beside=weight%3D100"):
                 for word, wide, is_dark in (("en", 1280, False), ("zh", 1280, True), ("zh", 390, False), ("en", 390, True)):

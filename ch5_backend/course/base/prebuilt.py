@@ -13,7 +13,7 @@ from pathlib import Path
 
 from ch5_backend.figures.atomic_write import atomic_write
 
-from .build import ROOT
+from .cmake_build import ROOT
 
 RECORD = "lab.sources.json"
 OF_THE_LAB = ("ch5_backend/**/*.h", "ch5_backend/**/*.cc", "ch5_backend/lab/page/*", "solutions/*.cc")

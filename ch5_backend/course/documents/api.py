@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Makes the pages of the API with Doxygen and MathJax: readable offline, the index of formulas in front.
 
-usage: build.py [--out DIR] [--undocumented]
+usage: api.py [--out DIR] [--undocumented]
 
   --out DIR       where the pages go, default out/api
   --undocumented  makes no pages: prints the classes, enumerations and functions that have no words

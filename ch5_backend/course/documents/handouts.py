@@ -9,7 +9,7 @@ from markupsafe import Markup, escape
 from ch5_backend.figures import page
 
 from ..base.anchors import anchor, page_of
-from ..base.build import ROOT
+from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 
 try:

@@ -4,10 +4,10 @@ import shlex
 import sys
 from pathlib import Path
 
-from ch5_backend.lab import build
+from ch5_backend.lab import assemble_page
 
 from ..base import prebuilt
-from ..base.build import ROOT
+from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 
 
@@ -16,7 +16,7 @@ def lab(folder: str) -> int:
     if not (ROOT / "solutions" / "problem.cc").exists():  # assembly for one processor is no source for another
         return given()
     sources = prebuilt.lab_sources()  # as they are when the work begins
-    code = build.lab(folder)
+    code = assemble_page.lab(folder)
     if code == 0:
         prebuilt.record_lab(Path(folder or "out"), sources)
     return code

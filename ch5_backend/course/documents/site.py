@@ -18,7 +18,7 @@ from ch5_backend.figures import page
 from ch5_backend.figures.words import PAGES
 
 from ..base import prebuilt
-from ..base.build import ROOT
+from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 from ..base.output_dir import locked_dir, make_writable
 from ..base.processes import running

@@ -2,7 +2,7 @@
 
 import sys
 
-from ..base.build import ROOT
+from ..base.cmake_build import ROOT
 from ..base.processes import running
 from ..experiments.figure_sets import SETS
 from ..base.output_dir import make_writable

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..base import jsonout
-from ..base.build import BIN, build_or_fail, data_folder
+from ..base.cmake_build import BIN, build_or_fail, data_folder
 from ..base.processes import running
 from ..base.errors import CourseError
 from ..base.progress import Progress

@@ -4,7 +4,7 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..base.build import BIN, ROOT, data_folder
+from ..base.cmake_build import BIN, ROOT, data_folder
 
 
 @dataclass(frozen=True)

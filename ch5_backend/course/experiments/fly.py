@@ -15,7 +15,7 @@ from pathlib import Path
 from ch5_backend.figures.numbers.mine import EXPERIMENTS, FLIGHTS
 
 from ..base import jsonout
-from ..base.build import BIN, BUILD, CORES, build_or_fail
+from ..base.cmake_build import BIN, BUILD, CORES, build_or_fail
 from ..base.errors import CourseError
 from ..base.language import LANGUAGES, sentence, speaker
 from ..base.output_dir import locked_dir, make_writable

@@ -19,7 +19,7 @@ from pathlib import Path
 from ch5_backend.figures.atomic_write import atomic_write
 
 from ..base import processes
-from ..base.build import BIN, CORES, build_or_fail, data_folder
+from ..base.cmake_build import BIN, CORES, build_or_fail, data_folder
 from ..base.errors import CourseError
 from ..base.output_dir import locked_dir, make_writable
 from ..base.progress import Progress

@@ -12,7 +12,7 @@ from ch5_backend.figures.words import PAGES
 
 from ..base import jsonout, language
 from ..base.language import sentence
-from ..base.build import BIN, build_or_fail
+from ..base.cmake_build import BIN, build_or_fail
 from ..base.processes import running
 from .data import has_images, kind_of
 from ..base.errors import CourseError

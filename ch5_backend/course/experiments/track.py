@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from ..base import jsonout
-from ..base.build import build_or_fail
+from ..base.cmake_build import build_or_fail
 from ..base.errors import CourseError
 from ..base.language import sentence
 from ..base.output_dir import locked_dir, result_places

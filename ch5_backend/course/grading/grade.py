@@ -14,7 +14,7 @@ from pathlib import Path
 from ch5_backend.figures.atomic_write import atomic_write
 
 from ..base import jsonout, processes
-from ..base.build import CORES
+from ..base.cmake_build import CORES
 from ..homework.check import select
 from ..base.errors import CourseError
 from ..base.language import Speaker, speaker

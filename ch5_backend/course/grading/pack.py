@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ch5_backend.figures.atomic_write import atomic_write
 
-from ..base.build import ROOT
+from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 from .student import pack_student
 

@@ -3,7 +3,7 @@ denominator."""
 
 import json
 
-from ..base.build import ROOT
+from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 
 PATH = ROOT / "ch5_homework" / "rubric.json"

@@ -17,7 +17,7 @@ from ch5_backend.figures.atomic_write import atomic_write
 
 from ..base import prebuilt
 from ..base.anchors import page_of
-from ..base.build import BUILD, ROOT, build_or_fail
+from ..base.cmake_build import BUILD, ROOT, build_or_fail
 from ..base.errors import CourseError
 from .outputs import short_hash
 

@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from ..base.build import BUILD, build_or_fail
+from ..base.cmake_build import BUILD, build_or_fail
 from ..homework.compiler import does_not_compile
 from ..homework.diagnosis import Verdict, because
 from ..base.scratch import scratch

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from . import blanks, hint_policy
 from ..base import jsonout
-from ..base.build import BIN, HOMEWORK, ROOT, build
+from ..base.cmake_build import BIN, HOMEWORK, ROOT, build
 from .compiler import does_not_compile, shown
 from ..base.errors import CourseError
 from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
@@ -168,5 +168,5 @@ def next_step(stage: dict, verdict: Verdict) -> dict:
         return sentence("check.next_ended_by_itself", file=file, command=again)
     todo = verdict.diagnosis.get("todo", "") if verdict.state == "not-started" else ""
     if todo and blanks.keeps_throw(folder() / stage["file"], todo):
-        return sentence("check.throw_left", todo=todo, command=again)
+        return sentence("check.leftover_throw", todo=todo, command=again)
     return sentence(f"check.next_{verdict.state.replace('-', '_')}", file=file, todo=todo, stage=stage["id"], command=again)

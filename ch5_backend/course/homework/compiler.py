@@ -4,7 +4,7 @@ import os
 import re
 from pathlib import Path
 
-from ..base.build import HOMEWORK, ROOT
+from ..base.cmake_build import HOMEWORK, ROOT
 from ..base.language import sentence
 from .regions import solution_text
 from .diagnosis import SHOWN_LINES, Verdict

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from ..base.build import ROOT
+from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 from ..base.language import sentence, spoken
 from .regions import STAGES, covers, sections_of

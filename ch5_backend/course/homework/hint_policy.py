@@ -8,7 +8,7 @@ import hashlib
 import json
 
 from . import hint
-from ..base.build import BUILD, HOMEWORK
+from ..base.cmake_build import BUILD, HOMEWORK
 from ..base.language import sentence
 from .diagnosis import SYMPTOMS, UNSET, Verdict, cause_of
 from .regions import sections_of

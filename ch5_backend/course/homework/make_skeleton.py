@@ -15,7 +15,7 @@ import os
 import sys
 from pathlib import Path
 
-from ..base.build import HOMEWORK
+from ..base.cmake_build import HOMEWORK
 from ..base.language import Speaker, speaker
 from .regions import FILES, ROOT, STAGES, fill, regions, solution_text
 

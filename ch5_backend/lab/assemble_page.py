@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ch5_backend.figures.atomic_write import atomic_write
 
-from ch5_backend.course.base.build import BUILD, CORES, ROOT, cached_entries, failure, run_logged, was_moved
+from ch5_backend.course.base.cmake_build import BUILD, CORES, ROOT, cached_entries, failure, run_logged, was_moved
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.output_dir import make_writable
 from ch5_backend.course.base.progress import Progress
