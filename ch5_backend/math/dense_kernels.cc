@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "ch5_backend/math/simd.h"
 
@@ -105,20 +106,39 @@ CH5_INLINE void ProductAAt(int n, int k, const double* A, int lda, double* C, in
   }
 }
 
-// L of a small block.
-CH5_INLINE bool FactorBlock(int n, double* A, int lda, const double* min_pivot) {
-  for (int j = 0; j < n; ++j) {
-    double* column = A + static_cast<long>(j) * lda;
-    for (int p = 0; p < j; ++p) {
-      const double factor = A[j + static_cast<long>(p) * lda];
-      for (int i = j; i < n; ++i) column[i] -= A[i + static_cast<long>(p) * lda] * factor;
-    }
-    if (!(column[j] > min_pivot[j]) || !std::isfinite(column[j])) return false;
-    column[j] = std::sqrt(column[j]);
-    const double inverse = 1.0 / column[j];
-    for (int i = j + 1; i < n; ++i) column[i] *= inverse;
+// L of a small block, and 1/L_jj. From pivot to pivot only one division is waited for: √d and 1/√d = √d/d stand aside.
+template <int N>
+CH5_INLINE bool FactorBlock(double* A, long lda, const double* min_pivot, double* inverse) {
+  double a[N][N];
+  CH5_UNROLL
+  for (int j = 0; j < N; ++j) {
+    CH5_UNROLL
+    for (int i = j; i < N; ++i) a[j][i] = A[i + j * lda];
   }
-  return true;
+  bool ok = true;
+  CH5_UNROLL
+  for (int j = 0; j < N; ++j) {
+    const double d = a[j][j], inverse_d = 1.0 / d, root = std::sqrt(d);
+    ok = ok && d > min_pivot[j] && d <= std::numeric_limits<double>::max();
+    CH5_UNROLL
+    for (int k = j + 1; k < N; ++k) {
+      const double factor = a[j][k] * inverse_d;
+      CH5_UNROLL
+      for (int i = k; i < N; ++i) a[k][i] -= a[j][i] * factor;
+    }
+    inverse[j] = root * inverse_d;
+    A[j + j * lda] = root;
+    CH5_UNROLL
+    for (int i = j + 1; i < N; ++i) A[i + j * lda] = a[j][i] * inverse[j];
+  }
+  return ok;
+}
+template <int N = kStrip>
+CH5_INLINE bool FactorBlock(int n, double* A, long lda, const double* min_pivot, double* inverse) {
+  if constexpr (N > 1) {
+    if (n < N) return FactorBlock<N - 1>(n, A, lda, min_pivot, inverse);
+  }
+  return FactorBlock<N>(A, lda, min_pivot, inverse);
 }
 
 // X ← X L⁻ᵀ for W rows of X with N columns, all in registers.
@@ -137,23 +157,28 @@ CH5_INLINE void SolveTile(const double* L, int ldl, const double* inverse, doubl
   for (int j = 0; j < N; ++j) *reinterpret_cast<V*>(X + static_cast<long>(j) * ldx) = x[j];
 }
 
-// The same for m rows and n ≤ kStrip columns.
+// The same for m rows: in whole registers, then in shorter ones.
 template <int W>
-CH5_INLINE void SolveStrip(int m, int n, const double* L, int ldl, double* X, int ldx) {
-  double inverse[kStrip];
-  for (int j = 0; j < n; ++j) inverse[j] = 1.0 / L[j + static_cast<long>(j) * ldl];
+CH5_INLINE void SolveTiles(int m, const double* L, int ldl, const double* inverse, double* X, int ldx) {
   int i = 0;
-  if (n == kStrip) {
-    for (; i + W <= m; i += W) SolveTile<W, kStrip>(L, ldl, inverse, X + i, ldx);
+  for (; i + W <= m; i += W) SolveTile<W, kStrip>(L, ldl, inverse, X + i, ldx);
+  if constexpr (W > 1) {
+    if (i < m) SolveTiles<W / 2>(m - i, L, ldl, inverse, X + i, ldx);
   }
+}
+
+// The same for n ≤ kStrip columns; the last ones come one by one.
+template <int W>
+CH5_INLINE void SolveStrip(int m, int n, const double* L, int ldl, const double* inverse, double* X, int ldx) {
+  if (n == kStrip) return SolveTiles<W>(m, L, ldl, inverse, X, ldx);
   for (int j = 0; j < n; ++j) {
     double* x = X + static_cast<long>(j) * ldx;
     for (int p = 0; p < j; ++p) {
       const double* y = X + static_cast<long>(p) * ldx;
       const double factor = L[j + static_cast<long>(p) * ldl];
-      for (int r = i; r < m; ++r) x[r] -= y[r] * factor;
+      for (int r = 0; r < m; ++r) x[r] -= y[r] * factor;
     }
-    for (int r = i; r < m; ++r) x[r] *= inverse[j];
+    for (int r = 0; r < m; ++r) x[r] *= inverse[j];
   }
 }
 
@@ -162,9 +187,11 @@ template <int W, int R>
 CH5_INLINE void Solve(int m, int k, const double* L, int ldl, double* X, int ldx) {
   for (int j = 0; j < k; j += kStrip) {
     const int n = std::min(kStrip, k - j);
-    double* strip = X + static_cast<long>(j) * ldx;
+    const double* L_jj = L + j + static_cast<long>(j) * ldl;
+    double inverse[kStrip], *strip = X + static_cast<long>(j) * ldx;
+    for (int i = 0; i < n; ++i) inverse[i] = 1.0 / L_jj[i + static_cast<long>(i) * ldl];
     Strip<W, R>(m, n, j, X, ldx, L + j, ldl, strip, ldx, false);
-    SolveStrip<W>(m, n, L + j + static_cast<long>(j) * ldl, ldl, strip, ldx);
+    SolveStrip<W>(m, n, L_jj, ldl, inverse, strip, ldx);
   }
 }
 
@@ -172,10 +199,10 @@ template <int W, int R>
 CH5_INLINE bool FactorSquare(int k, double* A, int lda, const double* min_pivot) {
   for (int j = 0; j < k; j += kStrip) {
     const int n = std::min(kStrip, k - j);
-    double* block = A + j + static_cast<long>(j) * lda;
+    double inverse[kStrip], *block = A + j + static_cast<long>(j) * lda;
     Strip<W, R>(k - j, n, j, A + j, lda, A + j, lda, block, lda, false);
-    if (!FactorBlock(n, block, lda, min_pivot + j)) return false;
-    SolveStrip<W>(k - j - n, n, block, lda, block + n, lda);
+    if (!FactorBlock(n, block, lda, min_pivot + j, inverse)) return false;
+    SolveStrip<W>(k - j - n, n, block, lda, inverse, block + n, lda);
   }
   return true;
 }
