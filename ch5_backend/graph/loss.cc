@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "ch5_backend/math/simd.h"
+#include "ch5_backend/math/dispatch.h"
 
 namespace ch5 {
 namespace {
@@ -61,43 +61,75 @@ Rho CauchyLoss::Evaluate(double s) const {
 }
 
 Rho CauchyLoss::EvaluateSlopes(double s) const {
-  const double slope = 1.0 / (1.0 + s / square_);
+  const double slope = square_ / (square_ + s);
   return {s, slope, -slope * slope / square_};
 }
 
-// One logarithm for many: Σ log(1 + x_k) = log Π(1 + x_k), and q = Π(1 + x_k) − 1 grows by x + qx. Its terms are all
-// positive, so that no digits of small x are lost: 64 factors leave a relative error below 130 ε.
-double CauchyLoss::Sum(const double* s, int n) const {
-  constexpr int kAtOnce = 64, kWide = sizeof(WideLanes) / sizeof(double);
-  double sum = 0.0;
-  for (int first = 0; first < n; first += kAtOnce) {
-    const int end = std::min(n, first + kAtOnce);
-    WideLanes products = {};
-    int k = first;
-    for (; k + kWide <= end; k += kWide) {
-      const WideLanes x = *AsWide(s + k) / square_;
+namespace {
+
+// Π(1 + x_k) − 1 for x = s/δ². It grows by x + qx: all terms are positive, so that no digits of small x are lost.
+struct CauchyProduct {
+  using Signature = double(const double* s, int n, double square);
+  template <SimdLevel kSimd>
+  static CH5_INLINE double Run(const double* s, int n, double square) {
+    using Vector = FittingLanes<kSimd>;
+    constexpr int kWidth = sizeof(Vector) / sizeof(double);
+    Vector products = {}, x;
+    int k = 0;
+    for (; k + kWidth <= n; k += kWidth) {
+      Load(s + k, &x);
+      x = x / square;
       products += x + products * x;
     }
-    double q = 0.0;
-    for (int lane = 0; lane < kWide; ++lane) q += products[lane] + q * products[lane];
-    for (; k < end; ++k) q += s[k] / square_ + q * (s[k] / square_);
-    sum += std::isfinite(q) ? square_ * std::log1p(q) : LossFunction::Sum(s + first, end - first);
+    double q[kWidth];
+    Store(products, q);
+    CH5_UNROLL
+    for (int half = kWidth / 2; half > 0; half /= 2) {
+      CH5_UNROLL
+      for (int i = 0; i < half; ++i) q[i] += q[i + half] + q[i] * q[i + half];
+    }
+    for (; k < n; ++k) q[0] += s[k] / square + q[0] * (s[k] / square);
+    return q[0];
+  }
+};
+
+// ρ' = 1 / (1 + s/δ²)
+struct CauchySlopes {
+  using Signature = void(const double* s, int n, double square, double* slope);
+  template <SimdLevel kSimd>
+  static CH5_INLINE void Run(const double* s, int n, double square, double* slope) {
+    using Vector = FittingLanes<kSimd>;
+    constexpr int kWidth = sizeof(Vector) / sizeof(double);
+    int k = 0;
+    for (; k + kWidth <= n; k += kWidth) {
+      Vector s_k;
+      Load(s + k, &s_k);
+      Store(square / (square + s_k), slope + k);
+    }
+    for (; k < n; ++k) slope[k] = square / (square + s[k]);
+  }
+};
+
+}  // namespace
+
+// One logarithm for many: Σ log(1 + x_k) = log Π(1 + x_k). 64 factors leave a relative error below 130 ε.
+double CauchyLoss::Sum(const double* s, int n) const {
+  constexpr int kAtOnce = 64;
+  const auto product = Dispatch<CauchyProduct>();
+  double sum = 0.0;
+  for (int first = 0; first < n; first += kAtOnce) {
+    const int count = std::min(n - first, kAtOnce);
+    const double q = product(s + first, count, square_);
+    sum += std::isfinite(q) ? square_ * std::log1p(q) : LossFunction::Sum(s + first, count);
   }
   return sum;
 }
 
 void CauchyLoss::Weigh(const double* s, int n, double* weight, double* rank_one) const {
-  const bool second_order = Correction() == LossCorrection::kTriggs;
-  int k = 0;
-  for (; !second_order && k + kPack <= n; k += kPack) {
-    *AsWide(weight + k) = 1.0 / (1.0 + *AsWide(s + k) / square_);
-    *AsWide(rank_one + k) = WideLanes{};
-  }
-  for (; k < n; ++k) {
-    const double slope = 1.0 / (1.0 + s[k] / square_);
-    weight[k] = slope;
-    rank_one[k] = second_order ? RankOne(slope, -slope * slope / square_, s[k]) : 0.0;
-  }
+  Dispatch<CauchySlopes>()(s, n, square_, weight);
+  std::fill_n(rank_one, n, 0.0);
+  if (Correction() != LossCorrection::kTriggs) return;
+  for (int k = 0; k < n; ++k) rank_one[k] = RankOne(weight[k], -weight[k] * weight[k] / square_, s[k]);
 }
 
 TukeyLoss::TukeyLoss(double delta, LossCorrection correction)

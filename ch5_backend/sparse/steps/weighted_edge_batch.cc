@@ -121,7 +121,7 @@ double WeightedEdgeBatch::SumLosses(int first, const double* s, int count) const
 }
 
 void WeightedEdgeBatch::WeighLosses(int first, const double* s, int count, double* weight, double* rank_one) const {
-  if (common_loss_) return common_loss_->Weigh(s, count, weight, rank_one);
+  if (common_loss_) return common_loss_->Weigh(s, kPack, weight, rank_one);
   for (int k = 0; k < count; ++k) {
     const RobustWeight robust = WeightAt(unweighted_ ? nullptr : losses_[first + k], s[k]);
     weight[k] = robust.weight;
