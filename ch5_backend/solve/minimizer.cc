@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "ch5_backend/math/option_checks.h"
@@ -9,6 +10,9 @@
 
 namespace ch5 {
 namespace {
+
+// A smaller change of the cost, relative to it, is lost in its last digit: what follows would be chance.
+constexpr double kRounding = std::numeric_limits<double>::epsilon();
 
 std::unique_ptr<StepStrategy> MakeStrategy(const SolveOptions& options) {
   switch (options.algorithm) {
@@ -27,7 +31,7 @@ class Run {
 
   Summary Solve() {
     system_->SetOrdering();
-    cost_ = system_->Cost();
+    cost_ = Evaluate(system_->Size() > 0);
     summary_.initial_cost = cost_;
     if (system_->Size() == 0) {
       Stop(Termination::kNothingToOptimize, "no free vertex has an edge");
@@ -48,7 +52,7 @@ class Run {
       if (iteration > 0 && iteration >= options_.max_iterations) {  // before computing a Hessian that would not be used
         return Stop(Termination::kMaxIterations, "after ", iteration, " iterations");
       }
-      system_->MakeHessian();
+      if (!has_hessian_) system_->MakeHessian();
       info_.gradient_max = system_->RightHandSide().cwiseAbs().maxCoeff();
       if (iteration == 0) {
         first_gradient_max_ = info_.gradient_max;
@@ -83,11 +87,11 @@ class Run {
         info_.step_norm = delta_x_.norm();
         const double predicted = system_->ModelCostChange(delta_x_);
         system_->UpdateStates(delta_x_);
-        const double new_cost = system_->Cost();
+        const double new_cost = Evaluate(ExpectsNextIteration(predicted));
         ++summary_.cost_evaluations;
         info_.gain_ratio = (cost_ - new_cost) / predicted;
         if (std::isfinite(new_cost) && (takes_all || (predicted > 0.0 && new_cost < cost_))) {
-          return Accept(new_cost, yardstick);
+          return Accept(new_cost, predicted, yardstick);
         }
         system_->RollbackStates();
         // No step large enough to change x helps, or the predicted decrease is below the rounding of the cost.
@@ -100,6 +104,7 @@ class Run {
         if (std::abs(predicted) <= 1e-13 * cost_) {
           return Stop(Termination::kCostConverged, "the model promises only ", predicted, " of ", cost_);
         }
+        if (has_hessian_) system_->MakeHessian();  // as it was before the trial
       }
       if (!strategy_->Rejected()) break;
     }
@@ -108,12 +113,28 @@ class Run {
          "; is a gauge free, or a landmark seen too little?");
   }
 
-  void Accept(double new_cost, double yardstick) {
+  // The cost at the present states; with the Hessian there, if it is wanted and comes along.
+  double Evaluate(bool with_hessian) {
+    double cost = 0.0;
+    has_hessian_ = with_hessian && system_->MakeHessianAndCost(&cost);
+    return has_hessian_ ? cost : system_->Cost();
+  }
+
+  // Whether the step will probably be taken, and not end the run: then the Hessian is needed too.
+  bool ExpectsNextIteration(double predicted) const {
+    const bool trusts_model = summary_.cost_evaluations == 0 || info_.gain_ratio > 0.5;
+    return trusts_model && predicted > std::max(options_.cost_tolerance, kRounding) * cost_ &&
+           summary_.iterations < options_.max_iterations;
+  }
+
+  void Accept(double new_cost, double predicted, double yardstick) {
     const double decrease = cost_ - new_cost;
     strategy_->Accepted(info_.gain_ratio);
     // Cost first: a zero cost cannot fall further, and a tiny fraction of the first cost counts as zero.
     if (std::abs(decrease) <= options_.cost_tolerance * cost_ || new_cost <= 1e-28 * summary_.initial_cost) {
       Stop(Termination::kCostConverged, "the cost fell by ", decrease, " of ", cost_);
+    } else if (predicted <= kRounding * cost_) {
+      Stop(Termination::kCostConverged, "the model promises only ", predicted, " of ", cost_);
     } else if (info_.step_norm <= yardstick) {
       Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm);
     }
@@ -152,6 +173,7 @@ class Run {
   VecX delta_x_;
   double cost_ = 0.0;
   double first_gradient_max_ = 0.0;
+  bool has_hessian_ = false;  // of the states that were evaluated last
   bool stopped_ = false;
 };
 

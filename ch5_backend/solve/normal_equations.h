@@ -33,6 +33,9 @@ class NormalEquations {
   virtual double Cost() = 0;
   /// Linearizes at the current states; called once per accepted step.
   virtual void MakeHessian() = 0;
+  /// Both at once, for a system that computes them in one pass.
+  /// @return false if it does not, and has done nothing
+  virtual bool MakeHessianAndCost(double* /*cost*/) { return false; }
   /// Solves (H + λD) Δx = b; called for several λ with the same H.
   /// @return false if the damped system is not positive definite; `delta_x` is then not to be used
   virtual bool SolveLinearSystem(double lambda, VecX* delta_x) = 0;

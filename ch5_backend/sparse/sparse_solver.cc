@@ -92,12 +92,18 @@ void SparseSolver::SetReducedSolver(std::unique_ptr<ReducedSolver> solver) {
 // ---- Linearized -------------------------------------------------------------------------------------------------
 
 void SparseSolver::MakeHessian() {
+  double cost;
+  MakeHessianAndCost(&cost);
+}
+
+bool SparseSolver::MakeHessianAndCost(double* cost) {
   has_step_ = false;
   if (batches_.Active()) batches_.LoadPoses();
   numeric_edges_.Linearize(&pool_);
-  Linearize(structure_, batches_, &pool_, &linearized_);
+  *cost = Linearize(structure_, batches_, &pool_, &linearized_);
   held_poses_ = FindHeldPoses(structure_, held_);
   HoldPoses(structure_, held_poses_, &linearized_);
+  return true;
 }
 
 double SparseSolver::Cost() {

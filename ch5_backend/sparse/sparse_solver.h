@@ -39,6 +39,7 @@ class SparseSolver : public NormalEquations {
   double Cost() override;
   /// g2o's buildSystem.
   void MakeHessian() override;
+  bool MakeHessianAndCost(double* cost) override;
   bool SolveLinearSystem(double lambda, VecX* delta_x) override;
   void UpdateStates(const VecX& delta_x) override;
   void RollbackStates() override;

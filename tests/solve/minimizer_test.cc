@@ -27,6 +27,14 @@ TEST(StopRules, CostConverged) {
   EXPECT_EQ(summary.trace.back().cost, 6.999);
 }
 
+TEST(StopRules, ADecreaseBelowTheRoundingOfTheCostEndsTheRun) {
+  ScriptedSystem system = OneUnknown(4.0, 1e-8, {10.0, 10.0 - 4e-15, 10.0 - 8e-15});
+  const Summary summary = Minimize(&system, WithoutStopRules(Algorithm::kLevenbergMarquardt, 20));
+  ExpectStop(summary, Termination::kCostConverged, true);
+  EXPECT_EQ(summary.iterations, 1);
+  EXPECT_EQ(summary.final_cost, 10.0 - 4e-15);
+}
+
 TEST(StopRules, GradientConverged) {
   ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0});
   SolveOptions options = WithoutStopRules(Algorithm::kLevenbergMarquardt, 20);
@@ -112,6 +120,28 @@ TEST(StopRules, TheCallbackStopsAtOnce) {
     EXPECT_EQ(summary.iterations, last);
     EXPECT_EQ(calls, last + 1);
     EXPECT_EQ(summary.final_cost, 10.0 - 2.0 * last);
+  }
+}
+
+// Costs that fall, then rise twice, then fall; the Hessian of a rejected trial must not be solved with.
+TEST(OnePass, SavesTheCostsAndLeadsToTheSameSteps) {
+  for (const Algorithm algorithm : {Algorithm::kGaussNewton, Algorithm::kLevenbergMarquardt, Algorithm::kDogleg}) {
+    Summary summaries[2];
+    for (const bool one_pass : {false, true}) {
+      ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 6.0, 3.0, 8.0, 9.0, 1.0, 0.5, 0.4});
+      system.one_pass_ = one_pass;
+      summaries[one_pass] = Minimize(&system, WithoutStopRules(algorithm, 4));
+      EXPECT_EQ(system.solves_with_old_hessian_, 0);
+      const int rejected = summaries[one_pass].cost_evaluations - summaries[one_pass].iterations;
+      EXPECT_EQ(rejected, algorithm == Algorithm::kGaussNewton ? 0 : 2);
+      EXPECT_EQ(system.hessians_, one_pass && rejected > 0 ? 6 : 4);  // one too early, and the one before it again
+    }
+    ASSERT_EQ(summaries[0].trace.size(), summaries[1].trace.size());
+    for (size_t k = 0; k < summaries[0].trace.size(); ++k) {
+      EXPECT_EQ(summaries[0].trace[k].cost, summaries[1].trace[k].cost);
+      EXPECT_EQ(summaries[0].trace[k].step_norm, summaries[1].trace[k].step_norm);
+      EXPECT_EQ(summaries[0].trace[k].lambda, summaries[1].trace[k].lambda);
+    }
   }
 }
 

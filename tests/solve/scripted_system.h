@@ -16,25 +16,33 @@ class ScriptedSystem : public NormalEquations {
   void SetOrdering() override {}
   int Size() const override { return static_cast<int>(b_.size()); }
   double Cost() override { return costs_[std::min(next_++, costs_.size() - 1)]; }
-  void MakeHessian() override { ++hessians_; }
+  void MakeHessian() override { ++hessians_, hessian_at_ = x_; }
+  bool MakeHessianAndCost(double* cost) override {
+    if (!one_pass_) return false;
+    MakeHessian();
+    *cost = Cost();
+    return true;
+  }
   bool SolveLinearSystem(double lambda, VecX* delta_x) override {
     if (lambda < solvable_from_) return false;
+    solves_with_old_hessian_ += hessians_ > 0 && hessian_at_ != x_;
     *delta_x = (H_ + lambda * MatXX::Identity(Size(), Size())).inverse() * b_;
     return true;
   }
   const VecX& RightHandSide() const override { return b_; }
   VecX HessianDiagonal() const override { return H_.diagonal(); }
   VecX MultiplyHessian(const VecX& v) const override { return H_ * v; }
-  void UpdateStates(const VecX& delta_x) override { x_ += delta_x, last_ = delta_x; }
-  void RollbackStates() override { x_ -= last_; }
+  void UpdateStates(const VecX& delta_x) override { before_ = x_, x_ += delta_x; }
+  void RollbackStates() override { x_ = before_; }
   double StateNorm() const override { return 1.0; }
 
   double solvable_from_ = 0.0;
-  int hessians_ = 0;
+  bool one_pass_ = false;
+  int hessians_ = 0, solves_with_old_hessian_ = 0;
 
  private:
   MatXX H_;
-  VecX b_, x_, last_;
+  VecX b_, x_, before_, hessian_at_;
   std::vector<double> costs_;
   size_t next_ = 0;
 };

@@ -194,12 +194,13 @@ TEST(WeightedEdgeBatch, WhitensAsEachEdgeAlone) {
   const WeightedEdgeBatch& batch = batches.Batch(0);
   ASSERT_EQ(batch.NumPositions(), 2);
   EXPECT_EQ(batch.Dimension(0), 9);
-  double chi2 = 0.0;
+  double chi2 = 0.0, sum_of_losses = 0.0;
   for (int first = 0; first < structure.num_landmark_edges; first += kPack) {
     const int count = std::min(kPack, structure.num_landmark_edges - first);
-    alignas(64) double r[2 * kPack], J[64 * kPack];
+    alignas(64) double r[2 * kPack], J[64 * kPack], s[kPack];
     batch.Linearize(first, count, r, J);
-    batch.Whiten(first, count, r, J);
+    batch.Whiten(first, count, r, J, s);
+    sum_of_losses += batch.SumLosses(first, s, count);
     for (int k = 0; k < count; ++k) {
       Edge& edge = *structure.edges[static_cast<size_t>(first + k)].edge;
       edge.Linearize();
@@ -216,6 +217,7 @@ TEST(WeightedEdgeBatch, WhitensAsEachEdgeAlone) {
     }
   }
   EXPECT_NEAR(batch.Cost(0, structure.num_landmark_edges), chi2, 1e-12 * chi2);
+  EXPECT_NEAR(0.5 * sum_of_losses, chi2, 1e-12 * chi2);
 }
 
 TEST(EdgeBatches, FollowTheStatesAndTheWeights) {

@@ -95,6 +95,9 @@ TEST_P(AllSolvers, AgreeOnHessianAndGradient) {
     EXPECT_LT(RelativeError(candidate.system->HessianDiagonal(), oracle.HessianDiagonal()), 1e-12);
     EXPECT_LT(RelativeError(candidate.system->MultiplyHessian(v), oracle.MultiplyHessian(v)), 1e-12);
     EXPECT_NEAR(candidate.system->Cost(), oracle.Cost(), 1e-12 * oracle.Cost());
+    double cost = oracle.Cost();
+    EXPECT_EQ(candidate.system->MakeHessianAndCost(&cost), candidate.block != nullptr);
+    EXPECT_NEAR(cost, oracle.Cost(), 1e-12 * oracle.Cost());
     EXPECT_NEAR(candidate.system->StateNorm(), oracle.StateNorm(), 1e-12 * oracle.StateNorm());
     if (candidate.block) {
       EXPECT_LT(RelativeError(candidate.block->DenseHessian(), oracle.Hessian()), 1e-12);

@@ -76,12 +76,16 @@ class ChunkLinearizer {
   CH5_INLINE void Run() {
     std::fill_n(H_pp_sums_, s_.NumChunks() == 1 ? system_.H_pp.NumValues() : sums_.H_pp.size(), 0.0);
     std::fill(sums_.b.begin(), sums_.b.end(), 0.0);
+    sums_.cost = 0.0;
     const int first = s_.chunk_begin[chunk_], last = s_.chunk_begin[chunk_ + 1];
     if constexpr (kByRuns) {
       if (batches_.Active()) return LinearizeRuns(first, last);
     }
     EdgePack packs[LandmarkEdgeBatches::kMostTypes];
     for (int l = first; l < last; ++l) LinearizeLandmark(l, packs);
+    for (int type = 0; type < batches_.NumTypes(); ++type) {
+      sums_.cost += 0.5 * packs[type].SumOfLosses(batches_.OfType(type));
+    }
   }
 
  private:
@@ -178,16 +182,17 @@ class ChunkLinearizer {
   // Edges [begin, end), at most kPacks packs: to their landmarks, to H_pl, and the sums over J_ξ.
   CH5_INLINE void AddEdges(const WeightedEdgeBatch& batch, int number, int begin, int end, const RelativeJacobian* A,
                            double* JtJ, double* Jt_r) {
-    alignas(64) double r[kPackSize * kPacks];  // of each pack r, J_l and J_ξ
+    alignas(64) double r[kPackSize * kPacks], s[kPack * kPacks];  // of each pack r, J_l, J_ξ; and s
     double *J_l = r + kR * kPack, *J_xi = J_l + kR * L * kPack;
     int packs = 0;
     for (int e = begin; e < end; e += kPack, ++packs) {
       const int count = std::min(kPack, end - e), pack = packs * kPackSize;
       batch.Linearize(number + e, count, r + pack, J_l + pack);
-      batch.Whiten(number + e, count, r + pack, J_l + pack);
+      batch.Whiten(number + e, count, r + pack, J_l + pack, s + packs * kPack);
       AddToLandmarks(e, count, r + pack, J_l + pack);
       AddToSlots(e, count, A, J_l + pack, J_xi + pack);
     }
+    sums_.cost += 0.5 * batch.SumLosses(number + begin, s, end - begin);
     kernels::AddPackProducts<Vector, kR, kXi, 1, 1>(J_xi, r, packs, kPackSize, Jt_r);
     kernels::AddPackProducts<Vector, kR, kXi, kXi, kTile, true>(J_xi, J_xi, packs, kPackSize, JtJ);
   }
@@ -292,6 +297,7 @@ class ChunkLinearizer {
     const auto most = static_cast<size_t>((s_.max_width + 1) * (s_.max_width + 1));
     if (memory.size() < most) memory.resize(most);
     MultiplyOut(s_, e, &system_.factors, memory.data());
+    sums_.cost += s_.edges[e].edge->Cost();
     return memory.data();
   }
 
@@ -404,20 +410,30 @@ MatXX Linearized::Coupling(const Structure& s, int slot) const {
   return J.leftCols(p).transpose() * J.rightCols(l);
 }
 
-void Linearize(const Structure& s, const LandmarkEdgeBatches& batches, ThreadPool* pool, Linearized* system) {
+double Linearize(const Structure& s, const LandmarkEdgeBatches& batches, ThreadPool* pool, Linearized* system) {
   const auto linearize_chunk = Dispatch<LinearizeChunk>(s.sizes);
   pool->Run(s.NumChunks(), [&](int chunk) { linearize_chunk(s, batches, chunk, system); });
 
-  ParallelFor(pool, s.num_active_edges - s.num_landmark_edges, kEdges, [&](int begin, int end) {
+  const int other_edges = static_cast<int>(s.edges.size()) - s.num_landmark_edges;
+  double cost = ParallelSum(pool, other_edges, kEdges, &system->other_costs, [&](int begin, int end) {
+    double sum = 0.0;
     for (int e = s.num_landmark_edges + begin; e < s.num_landmark_edges + end; ++e) {
-      LinearizeAndMultiplyOut(s, e, &system->factors, &system->normal_equations[s.edges[e].normal_equations]);
+      if (e < s.num_active_edges) {
+        LinearizeAndMultiplyOut(s, e, &system->factors, &system->normal_equations[s.edges[e].normal_equations]);
+      } else {
+        s.edges[e].edge->ComputeResidual();
+      }
+      sum += s.edges[e].edge->Cost();
     }
+    return sum;
   });
+  for (const Linearized::PoseSums& sums : system->chunk_sums) cost += sums.cost;
 
   const auto sum_column = Dispatch<SumColumn>();
   ParallelFor(pool, s.NumPoses(), kPoses, [&](int begin, int end) {
     for (int j = begin; j < end; ++j) sum_column(s, j, system);
   });
+  return cost;
 }
 
 }  // namespace ch5

@@ -29,15 +29,17 @@ struct Linearized {
 
   /// Memory that Linearize works in: the columns of H_pp, and b_p, of the poses that see a chunk's landmarks.
   struct PoseSums {
-    AlignedVector H_pp, b;         ///< each column laid out as in H_pp; `b_stride` numbers a pose. One chunk alone sums
-                                   ///< its H_pp in that of the whole
+    AlignedVector H_pp, b;  ///< each column laid out as in H_pp; `b_stride` numbers a pose. One chunk alone sums
+                            ///< its H_pp in that of the whole
+    double cost = 0.0;
     std::vector<int> number;       ///< of each pose in b, or −1
     std::vector<ptrdiff_t> shift;  ///< of each column: from its values in H_pp to those here
   };
   std::vector<PoseSums> chunk_sums;
   int b_stride = 0;
   void ResizeChunkSums(const Structure& structure);
-  AlignedVector normal_equations;  ///< of each edge between poses, negative
+  AlignedVector normal_equations;   ///< of each edge between poses, negative
+  std::vector<double> other_costs;  ///< sums over the edges without a free landmark
   InformationFactors factors;
 
   /// Takes all memory for this structure.
@@ -59,9 +61,9 @@ struct Linearized {
   MatXX Coupling(const Structure& s, int slot) const;
 };
 
-/// Fills H and b.
+/// Fills H and b. @return the cost, ½ Σ ρ(rᵀWr) over all edges: Cost of the solver but for rounding
 /// @param batches  the landmarks' edges where they fit into some, their poses just loaded; otherwise they are not active
 /// @param pool   of one thread if an edge has numeric Jacobians, which move the vertices
-void Linearize(const Structure& structure, const LandmarkEdgeBatches& batches, ThreadPool* pool, Linearized* system);
+double Linearize(const Structure& structure, const LandmarkEdgeBatches& batches, ThreadPool* pool, Linearized* system);
 
 }  // namespace ch5

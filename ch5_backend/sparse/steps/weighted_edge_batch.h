@@ -40,8 +40,10 @@ class WeightedEdgeBatch {
   int RelativeJacobians(int first, int count, RelativeJacobian* A) const {
     return batch_->RelativeJacobians(first, count, A);
   }
-  /// r̃ and J̃ of what Linearize has given, in its place; J̃ is zero in lanes without an edge.
-  CH5_INLINE void Whiten(int first, int count, double* r, double* J) const;
+  /// r̃ and J̃ of what Linearize has given, in its place; J̃ is zero in lanes without an edge. And s = rᵀWr of each lane.
+  CH5_INLINE void Whiten(int first, int count, double* r, double* J, double* s) const;
+  /// Σ ρ(s_k) of the edges from `first` on.
+  double SumLosses(int first, const double* s, int count) const;
   int JacobianBegin(int position) const { return jacobian_begin_[position]; }
   int NumJacobians() const { return jacobian_begin_.back(); }  ///< numbers in all J_i of an edge
   int NumPositions() const { return static_cast<int>(jacobian_begin_.size()) - 1; }
@@ -60,8 +62,7 @@ class WeightedEdgeBatch {
     const auto* lanes = AsWide(r);
     *AsWide(s) = *AsWide(w) * (lanes[0] * lanes[0] + lanes[1] * lanes[1]);
   }
-  // Σ ρ(s_k) and CorrectLoss(s_k) of the edges from `first` on.
-  double SumLosses(int first, const double* s, int count) const;
+  // CorrectLoss(s_k) of the edges from `first` on.
   void WeighLosses(int first, const double* s, int count, double* weight, double* rank_one) const;
 
   std::shared_ptr<EdgeBatch> batch_;      // a copy of this shares it
@@ -94,6 +95,8 @@ class LandmarkEdgeBatches {
   int Type(int e) const { return places_.empty() ? 0 : places_[e].type; }
   int Number(int e) const { return places_.empty() ? e : places_[e].number; }
   const WeightedEdgeBatch& Batch(int e) const { return batches_[Type(e)]; }
+  int NumTypes() const { return active_ ? static_cast<int>(batches_.size()) : 0; }
+  const WeightedEdgeBatch& OfType(int type) const { return batches_[type]; }
 
  private:
   struct Place {
@@ -107,11 +110,11 @@ class LandmarkEdgeBatches {
   bool active_ = false;
 };
 
-CH5_INLINE void WeightedEdgeBatch::Whiten(int first, int count, double* r, double* J) const {
-  if (unweighted_ && count == kPack) return;
-  alignas(64) double s[kPack], w[kPack], weight[kPack] = {}, rank_one[kPack] = {}, M[3][kPack] = {};
+CH5_INLINE void WeightedEdgeBatch::Whiten(int first, int count, double* r, double* J, double* s) const {
+  alignas(64) double w[kPack], weight[kPack] = {}, rank_one[kPack] = {}, M[3][kPack] = {};
   Weights(first, count, w);
   SquareNorms(w, r, s);
+  if (unweighted_ && count == kPack) return;
   WeighLosses(first, s, count, weight, rank_one);
   bool is_scalar = true;  // M = √(wρ') I, else M_00, M_01 = M_10, M_11
   for (int k = 0; k < kPack; ++k) is_scalar = is_scalar && rank_one[k] == 0.0;
@@ -145,8 +148,13 @@ class EdgePack {
 
   /// The place of the batch's edge e, which goes on one by one from wherever it begins.
   CH5_INLINE int LaneOf(const WeightedEdgeBatch& edges, int e) {
-    if (e >= next_) Fill(edges, e);
+    if (e >= first_ + kPack || used_ == 0) Fill(edges, e);
+    used_ = e - first_ + 1;
     return e - first_;
+  }
+  /// Σ ρ(s) of all edges that have been asked for.
+  CH5_INLINE double SumOfLosses(const WeightedEdgeBatch& edges) const {
+    return sum_of_losses_ + edges.SumLosses(first_, s_, used_);
   }
   /// r̃_i of the edge in a lane.
   CH5_INLINE double Residual(int lane, int i) const { return r_[i * kPack + lane]; }
@@ -158,10 +166,10 @@ class EdgePack {
  private:
   CH5_INLINE void Fill(const WeightedEdgeBatch& edges, int e) {
     const int count = std::min(kPack, edges.Size() - e);
+    if (used_ > 0) sum_of_losses_ = SumOfLosses(edges);
     first_ = e;
-    next_ = e + count;
     edges.Linearize(first_, count, r_, J_);
-    edges.Whiten(first_, count, r_, J_);
+    edges.Whiten(first_, count, r_, J_, s_);
     for (int i = 0; i < edges.NumPositions(); ++i) {
       Turn(J_ + edges.JacobianBegin(i) * kPack, edges.Dimension(i), edges.BlocksSize(), blocks_ + edges.BlockBegin(i));
     }
@@ -196,7 +204,9 @@ class EdgePack {
   alignas(64) double r_[kRows * kPack];
   alignas(64) double J_[kRows * WeightedEdgeBatch::kMostColumns * kPack];
   alignas(64) double blocks_[kRows * WeightedEdgeBatch::kMostColumns * kLanes * kPack];
-  int first_ = 0, next_ = 0;  // edges
+  alignas(64) double s_[kPack];
+  double sum_of_losses_ = 0.0;  // of the packs before this one
+  int first_ = 0, used_ = 0;    // edges of this one: the first, and how many have been asked for
 };
 
 }  // namespace ch5
