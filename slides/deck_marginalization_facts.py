@@ -40,11 +40,11 @@ def chain_facts(tables):
 
 
 def hand_facts(tables):
-    H, marginal, conditional = toy.twin()
+    H, marginal, conditional = toy.two_scalars()
     u, H1, b, e0 = toy.rank_one()
     square = sum(value * value for value in u)
     return {
-        "twin.H": "H = " + matrix(H, tex), "twin.marginal": tex(marginal), "twin.conditional": tex(conditional),
+        "two_scalars.H": "H = " + matrix(H, tex), "two_scalars.marginal": tex(marginal), "two_scalars.conditional": tex(conditional),
         "rank1.H": matrix(H1, tex), "rank1.b": column(b), "rank1.S": tex(square),
         "rank1.u": rf"\tfrac{{1}}{{\sqrt{{{tex(square)}}}}}{column(u)}", "rank1.J": row(u), "rank1.e0": tex(e0),
         "rank1.back": column([-value * e0 for value in u]), "rank1.knows": f"{tex(u[0])}x - y",

@@ -64,7 +64,7 @@ def chain():
     return H, b, prior, b_prior
 
 
-def twin():
+def two_scalars():
     """x₀ measured and x₁ − x₀ measured, σ = 1: H, and the information on x₁ with x₀ marginalized and fixed."""
     H = [[F(2), F(-1)], [F(-1), F(1)]]
     return H, H[1][1] - H[1][0] * H[0][1] / H[0][0], H[1][1]

@@ -47,7 +47,7 @@ DESCRIPTIONS = {
              "name contains it, such as bal/ or vio_M.",
     "plots": "Draws all figures of the project, or those of the sets whose name contains a NAME, from the tables in DIR; "
              "runs what makes the tables where they are missing. Everything takes about ten minutes on two cores, --quick "
-             "less than two. Stopped, it goes on where it was, trial by trial; the same tables give the same bytes. Each figure "
+             "less than two. Stopped, it resumes, trial by trial; the same tables give the same bytes. Each figure "
              "is a PNG, and an SVG and a PDF with letters as letters, for a paper.",
     "slides": "Builds the decks in slides/, or those that are named, such as 2-solvers.en, to self-contained HTML and "
               "PDF in out/slides; tables that are missing are made first. What follows -- goes to the builder.",
@@ -151,7 +151,7 @@ def add_run_options(parser: Parser) -> None:
                         "information matrix that is not positive semi-definite by the nearest one that is")
     parser.add_argument("--policy", metavar="NAME", help="of a recording: vins or okvis only; default: both")
     parser.add_argument("--batch", action="store_true", default=None, help="also solves the recording at once, to compare with")
-    parser.add_argument("--seconds", metavar="A:B", help="only this part of a recording, from its first IMU reading on")
+    parser.add_argument("--seconds", metavar="A:B", help="only this part of a recording, from its first IMU measurement on")
     parser.add_argument("--window", metavar="N", help="VINS: frames beside the newest, default 10; OKVIS: keyframes, default 5")
     parser.add_argument("--max-features", metavar="N", help="at most N tracks of an image, those followed longest")
     parser.add_argument("--first-estimates", metavar="WHICH", help="observability constraints, which stand for first "
@@ -186,7 +186,7 @@ def add_grade_options(parser: Parser) -> None:
     parser.add_argument("--stages", type=lambda text: text.split(","), default=[], metavar="LIST",
                         help="only these, such as 1.1,3; default: all")
     parser.add_argument("--seed", type=whole_number("--seed", 0, 10**18 - 1), metavar="S", help="of the random problems; "
-                        "default: one by chance, which the records name")
+                        "default: one at random, which the records name")
     parser.add_argument("--shard", type=shard_option, metavar="I/N", help="only the I-th of N shares; all may have the same "
                         "DIR, in which a last run without this option makes the class's tables")
     parser.add_argument("--class", dest="class_file", metavar="FILE", help="who is in the class, and what a human has "

@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
         std::printf("%.3f s, segment %d: %7.3f %7.3f %7.3f\n", report.state->t, report.segment, p.x(), p.y(), p.z());
       });
   std::thread driver([&] {
-    for (const ch5::ImuMeasurement& reading : recording.imu) estimator.AddImu(reading);
+    for (const ch5::ImuMeasurement& measurement : recording.imu) estimator.AddImu(measurement);
   });
   for (const ch5::Image& image : recording.frames) estimator.AddFrame(image);
   driver.join();

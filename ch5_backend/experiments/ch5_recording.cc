@@ -74,7 +74,7 @@ void Run(const Command& command) {
   settings.Restrict(&recording);
   WarnOfDistantImages(recording);
   std::filesystem::create_directories(command.out);
-  std::printf("%zu images, %zu IMU readings, %.1f s\n\n", recording.frames.size(), recording.imu.size(),
+  std::printf("%zu images, %zu IMU measurements, %.1f s\n\n", recording.frames.size(), recording.imu.size(),
               recording.frames.back().t - recording.frames.front().t);
   std::fflush(stdout);
   const ch5::Progress progress;
@@ -120,7 +120,7 @@ void Run(const Command& command) {
       std::printf("%13.1f  %8.2f", run.tracking_factor, run.p99_window_ms);
     }
     std::printf("  %6zu  %8d\n", run.states.size(), run.restarts);
-    for (const ch5::WindowRow& row : run.rows) {
+    for (const ch5::ImageResult& row : run.rows) {
       if (row.report.status != ch5::FrameReport::Status::kRestarted) continue;
       std::printf("          segment %d begins at %.2f s: %s\n", row.report.segment, row.t, row.report.message.c_str());
     }

@@ -105,8 +105,8 @@ def first_estimates_table(say):
     rows = []
     for policy, policy_name in NAMES.items():
         for recording in RECORDINGS:
-            for told, mode in (("none", "none"), ("prior", "prior_only"), ("full", "full")):
-                of = KEPT("consistency_recording", recording=recording, policy=policy, told=told)
+            for setting, mode in (("none", "none"), ("prior", "prior_only"), ("full", "full")):
+                of = KEPT("consistency_recording", recording=recording, policy=policy, setting=setting)
                 ate, nees, leak = (of[column].mean() for column in ("ate_m", "nees_motion", "yaw_leak"))
                 rows.append((f"{policy_name}: {say('recording.' + recording)}, {say('consistency.' + mode)}", f"{ate:.3f}", f"{nees:.0f}",
                              style.number(abs(leak), 2)))
@@ -116,7 +116,7 @@ def first_estimates_table(say):
 
 def why_none(say):
     """Why no first estimates are the default."""
-    wide = KEPT("consistency_recording", recording="euroc_v1_01_easy", told="both x 5")
+    wide = KEPT("consistency_recording", recording="euroc_v1_01_easy", setting="both x 5")
     return say("consistency.default", **{policy: f"{wide.row(policy=policy)['nees_motion']:.0f}" for policy in NAMES})
 
 

@@ -16,11 +16,11 @@
 
 namespace ch5 {
 
-/// Reads a folder; time 0 is the first IMU reading.
+/// Reads a folder; time 0 is the first IMU measurement.
 /// @throws FileError "file:line: what is wrong, got value" for a missing file or column, a number that is none or not
-///         finite, a timestamp that is repeated, goes backwards or is more than ten days from the first IMU reading, a
+///         finite, a timestamp that is repeated, goes backwards or is more than ten days from the first IMU measurement, a
 ///         track twice in an image, a point of a camera that has no calibration, a quaternion that is not of length 1, an unknown or missing key of the calibration,
-///         fewer than two IMU readings, no image, a table that ends within a line, or a truth whose quaternions agree with
+///         fewer than two IMU measurements, no image, a table that ends within a line, or a truth whose quaternions agree with
 ///         the gyroscope in the order x, y, z, w only
 Recording ReadRecording(const std::filesystem::path& folder);
 

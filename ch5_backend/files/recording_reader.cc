@@ -20,7 +20,7 @@ class TimeStamps {
   int64_t Read(const CsvReader& csv, bool may_repeat, std::optional<int64_t> origin) {
     const int64_t stamp = csv.Integer(0, 0, std::numeric_limits<int64_t>::max());
     if (origin && std::abs(stamp - *origin) > kLongestRecordingNs) {
-      csv.Fail("the timestamp is more than ten days from the first IMU reading, got " + std::to_string(stamp) +
+      csv.Fail("the timestamp is more than ten days from the first IMU measurement, got " + std::to_string(stamp) +
                " against " + std::to_string(*origin));
     }
     const std::string got = ", got " + std::to_string(stamp) + " after " + std::to_string(last_);
@@ -53,7 +53,7 @@ void ReadImu(const std::string& path, Recording* recording) {
     if (is_first) recording->origin_ns = stamp;
     recording->imu.push_back({SecondsAt(stamp, recording->origin_ns), ReadVector(csv, 4), ReadVector(csv, 1)});
   }
-  if (recording->imu.size() < 2) csv.Fail("at least two IMU readings are needed");
+  if (recording->imu.size() < 2) csv.Fail("at least two IMU measurements are needed");
 }
 
 void ReadTracks(const std::string& path, Recording* recording) {
@@ -111,15 +111,16 @@ template <typename Reorder>
 double AgreementWithGyroscope(const Recording& recording, const Reorder& reorder) {
   constexpr double kStep = 0.1;
   double both = 0.0, by_truth = 0.0, by_gyroscope = 0.0;
-  auto reading = recording.imu.begin();
+  auto measurement = recording.imu.begin();
   const StampedState* from = nullptr;
   for (const StampedState& to : recording.truth) {
     if (!from) from = &to;
     if (to.t - from->t < kStep) continue;
-    while (reading != recording.imu.end() && reading->t < from->t) ++reading;
+    while (measurement != recording.imu.end() && measurement->t < from->t) ++measurement;
     Vec3 rate = Vec3::Zero();
     int count = 0;
-    for (; reading != recording.imu.end() && reading->t < to.t; ++reading, ++count) rate += reading->gyroscope;
+    for (; measurement != recording.imu.end() && measurement->t < to.t; ++measurement, ++count)
+      rate += measurement->gyroscope;
     if (count > 0) {
       const Vec3 turn = LogSO3(reorder(from->T_W_B.q).conjugate() * reorder(to.T_W_B.q));
       const Vec3 measured = rate * (to.t - from->t) / count;

@@ -137,18 +137,19 @@ class WindowDumpReader {
 
   void ReadImu() {
     reader_.ExpectWord("IMUS");
-    const int count = Count("number of IMU pieces", 10);
+    const int count = Count("number of IMU intervals", 10);
     for (int k = 0; k < count; ++k) {
-      reader_.BeginRecord("IMU piece", k);
+      reader_.BeginRecord("IMU interval", k);
       reader_.ExpectWord("I");
-      WindowDump::ImuInterval& piece = dump_.imu.emplace_back();
-      piece.i = Frame("frame i");
-      piece.j = Frame("frame j");
-      if (piece.i == piece.j) reader_.Fail("frame j: must differ from frame i, got " + std::to_string(piece.j));
+      WindowDump::ImuInterval& interval = dump_.imu.emplace_back();
+      interval.i = Frame("frame i");
+      interval.j = Frame("frame j");
+      if (interval.i == interval.j)
+        reader_.Fail("frame j: must differ from frame i, got " + std::to_string(interval.j));
       const int samples = Count("number of samples", 7);
-      piece.b_a = Vector3("accelerometer bias");
-      piece.b_g = Vector3("gyroscope bias");
-      for (int n = 0; n < samples; ++n) piece.samples.push_back(Sample(n == 0));
+      interval.b_a = Vector3("accelerometer bias");
+      interval.b_g = Vector3("gyroscope bias");
+      for (int n = 0; n < samples; ++n) interval.samples.push_back(Sample(n == 0));
     }
     reader_.EndRecord();
   }

@@ -18,7 +18,7 @@ struct WindowDump {
   /// Of the observations.
   enum class Loss { kNone, kHuber, kCauchy };
 
-  /// The readings between two frames.
+  /// The measurements between two frames.
   struct ImuInterval {
     int i = 0, j = 0;                             ///< from frame i to frame j
     Vec3 b_a = Vec3::Zero(), b_g = Vec3::Zero();  ///< the biases at which it was integrated

@@ -31,9 +31,9 @@ Json Linearized(const Observation& one) {
 }
 
 /// Stands between the algorithm and the dense solver, and writes down what passes: the loop is Minimize's own.
-class Watched : public NormalEquations {
+class LoggedSystem : public NormalEquations {
  public:
-  explicit Watched(const SceneSettings& settings, SceneGraph* graph) : graph_(*graph), problem_(&graph->ba.graph) {
+  explicit LoggedSystem(const SceneSettings& settings, SceneGraph* graph) : graph_(*graph), problem_(&graph->ba.graph) {
     SetDamping(settings.damping);
     problem_.SetDamping(settings.damping);
   }
@@ -102,7 +102,7 @@ class Watched : public NormalEquations {
   std::vector<Trial> trials_;
 };
 
-// Where the model promises less than a millionth of the cost, the rounding of the cost decides about the gain ratio: it
+// Where the model predicts less than a millionth of the cost, the rounding of the cost decides about the gain ratio: it
 // is not given then.
 Json Row(const Trial& trial) {
   Json row;
@@ -118,7 +118,7 @@ Json Row(const Trial& trial) {
 }
 
 // What a trial adds to the diagonal of H.
-VecX Damping(const Watched& system, const Trial& trial) {
+VecX Damping(const LoggedSystem& system, const Trial& trial) {
   return trial.H.diagonal().unaryExpr([&](double H_ii) { return trial.lambda * system.DampingEntry(H_ii); });
 }
 
@@ -132,7 +132,7 @@ void StepsPanel(Query* query, Json* json) {
 
   SceneGraph graph(settings);
   json->Add("truth", Truth(graph)).Add("start", Estimate(graph));
-  Watched system(settings, &graph);
+  LoggedSystem system(settings, &graph);
   const Summary summary = Minimize(&system, settings.options);
   std::vector<Json> rows;
   for (const Trial& trial : system.Trials()) rows.push_back(Row(trial));

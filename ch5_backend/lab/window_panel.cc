@@ -48,29 +48,29 @@ void AddPrior(const Window& window, Json* json) {
 }
 
 /// One policy's flight, as far as it has been asked for: an answer for each image.
-class Flown {
+class PolicyFlight {
  public:
-  Flown(const Recording& recording, const char* policy)
+  PolicyFlight(const Recording& recording, const char* policy)
       : recording_(&recording), estimator_(StartFlight(recording, MakeFlightPolicy(policy))) {}
 
   std::vector<Json> windows;
   std::vector<Vec3> positions;  // estimated, of the newest frame
 
-  // The images up to `image`, each with the readings that it needs: one beyond its time, as FeedRecording asks for.
+  // The images up to `image`, each with the measurements that it needs: one beyond its time, as FeedRecording asks for.
   void FlyUntil(size_t image) {
     while (windows.size() <= image) {
       const Image& frame = recording_->frames[windows.size()];
       Recording part;
       part.frames = {frame};
-      while (reading_ < recording_->imu.size() && (part.imu.empty() || part.imu.back().t < frame.t)) {
-        part.imu.push_back(recording_->imu[reading_++]);
+      while (measurement_ < recording_->imu.size() && (part.imu.empty() || part.imu.back().t < frame.t)) {
+        part.imu.push_back(recording_->imu[measurement_++]);
       }
-      FeedRecording(part, estimator_.get(), [&](const Estimator&, const WindowRow& row) { Note(row); });
+      FeedRecording(part, estimator_.get(), [&](const Estimator&, const ImageResult& row) { Note(row); });
     }
   }
 
  private:
-  void Note(const WindowRow& row) {
+  void Note(const ImageResult& row) {
     const Window& window = estimator_->GetWindow();
     Json json;
     json.Add("frames", FramesOf(window)).Add("landmarks", row.report.landmarks);
@@ -82,7 +82,7 @@ class Flown {
 
   const Recording* recording_;
   std::unique_ptr<Estimator> estimator_;
-  size_t reading_ = 0;  // the next one
+  size_t measurement_ = 0;  // the next one
 };
 
 /// The flight of both policies.
@@ -97,7 +97,7 @@ struct FlightRun {
   FlightOptions options;
   Recording recording;
   std::vector<Vec3> truth;  // at the images
-  std::vector<Flown> by_policy;
+  std::vector<PolicyFlight> by_policy;
 };
 
 bool IsSame(const FlightOptions& a, const FlightOptions& b) {
@@ -132,13 +132,13 @@ void WindowPanel(Query* query, Json* json) {
   FlightRun* run = FlightOf(options);
   json->Add("images", kImages).Add("image", static_cast<int>(image)).Add("truth", run->truth);
   for (size_t i = 0; i < 2; ++i) {
-    Flown& flown = run->by_policy[i];
-    flown.FlyUntil(until);
-    const auto end = flown.positions.begin() + std::min(flown.positions.size(), until + 1);
-    Json policy = flown.windows[image];
-    policy.Add("positions", std::vector<Vec3>(flown.positions.begin(), end));
-    if (image < flown.positions.size() && image < run->truth.size()) {
-      policy.Add("position_error", (flown.positions[image] - run->truth[image]).norm());
+    PolicyFlight& flight = run->by_policy[i];
+    flight.FlyUntil(until);
+    const auto end = flight.positions.begin() + std::min(flight.positions.size(), until + 1);
+    Json policy = flight.windows[image];
+    policy.Add("positions", std::vector<Vec3>(flight.positions.begin(), end));
+    if (image < flight.positions.size() && image < run->truth.size()) {
+      policy.Add("position_error", (flight.positions[image] - run->truth[image]).norm());
     }
     json->Add(kPolicies[i], policy);
   }

@@ -57,8 +57,8 @@ class MarginalizationError {
   const VecX& b0() const { return b0_; }
   const MatXX& J() const { return J_; }
   const VecX& e0() const { return e0_; }
-  /// First row of a connected vertex in H, −1 otherwise.
-  int OrderingIdx(const Vertex& vertex) const;
+  /// First row of a connected vertex in this H, −1 otherwise; the vertex's own OrderingId is its row in the solver's.
+  int OrderingId(const Vertex& vertex) const;
 
  protected:
   int dense_size_ = 0;
@@ -70,7 +70,7 @@ class MarginalizationError {
  private:
   struct Block {
     std::shared_ptr<Vertex> vertex;
-    int ordering_idx;
+    int ordering_id;
     int dim;
     bool is_landmark;
     VecX x0;

@@ -35,9 +35,9 @@ int MarginalizationError::Find(const Vertex& vertex) const {
   return it == blocks_.end() ? -1 : static_cast<int>(it - blocks_.begin());
 }
 
-int MarginalizationError::OrderingIdx(const Vertex& vertex) const {
+int MarginalizationError::OrderingId(const Vertex& vertex) const {
   const int i = Find(vertex);
-  return i < 0 ? -1 : blocks_[static_cast<size_t>(i)].ordering_idx;
+  return i < 0 ? -1 : blocks_[static_cast<size_t>(i)].ordering_id;
 }
 
 void MarginalizationError::Connect(const std::shared_ptr<Vertex>& vertex) {
@@ -48,7 +48,7 @@ void MarginalizationError::Connect(const std::shared_ptr<Vertex>& vertex) {
   RequireRows(size + dim, H_, b0_, "InsertBlock");
   if (idx < 0 || idx > size) throw std::logic_error("InsertBlock returns " + std::to_string(idx));
   if (!is_landmark) {  // the landmarks behind it move back
-    for (Block& block : blocks_) block.ordering_idx += block.is_landmark ? dim : 0;
+    for (Block& block : blocks_) block.ordering_id += block.is_landmark ? dim : 0;
     dense_size_ += dim;
   }
   blocks_.push_back({vertex, idx, dim, is_landmark, vertex->Parameters()});
@@ -74,11 +74,11 @@ void MarginalizationError::AddResidualBlock(const std::shared_ptr<Edge>& edge) {
 
   for (size_t i = 0; i < vertices.size(); ++i) {
     if (vertices[i]->IsFixed()) continue;
-    const int row = OrderingIdx(*vertices[i]), dim_i = vertices[i]->LocalDimension();
+    const int row = OrderingId(*vertices[i]), dim_i = vertices[i]->LocalDimension();
     const MatXX JtW = edge->Jacobian(i).transpose() * W;
     for (size_t j = 0; j < vertices.size(); ++j) {
       if (vertices[j]->IsFixed()) continue;
-      H_.block(row, OrderingIdx(*vertices[j]), dim_i, vertices[j]->LocalDimension()) += JtW * edge->Jacobian(j);
+      H_.block(row, OrderingId(*vertices[j]), dim_i, vertices[j]->LocalDimension()) += JtW * edge->Jacobian(j);
     }
     b0_.segment(row, dim_i) -= drho * edge->Jacobian(i).transpose() * (edge->Information() * edge->Residual());
   }
@@ -94,9 +94,9 @@ void MarginalizationError::MarginalizeOut(const std::vector<std::shared_ptr<Vert
       throw std::invalid_argument("MarginalizeOut: " + (vertex ? Name(*vertex) : "null") + " is not connected");
     }
     const Block& block = blocks_[static_cast<size_t>(i)];
-    std::fill_n(is_dropped.begin() + block.ordering_idx, block.dim, true);
+    std::fill_n(is_dropped.begin() + block.ordering_id, block.dim, true);
     if (!block.is_landmark) continue;
-    std::fill_n(is_dropped_landmark.begin() + block.ordering_idx, block.dim, true);
+    std::fill_n(is_dropped_landmark.begin() + block.ordering_id, block.dim, true);
     landmarks.push_back(&block);
   }
   // Scaled to a unit diagonal, so that the cutoff of the pseudo-inverses does not depend on units.
@@ -120,7 +120,7 @@ void MarginalizationError::EliminateLandmarks(const std::vector<const Block*>& l
   MatXX U = H_(rows, rows);
   VecX b_a = b0_(rows);
   for (const Block* block : landmarks) {
-    const int idx = block->ordering_idx, dim = block->dim;
+    const int idx = block->ordering_id, dim = block->dim;
     SchurComplement(H_.block(idx, idx, dim, dim), H_(rows, Eigen::seqN(idx, dim)), b0_.segment(idx, dim), &U, &b_a);
     RequireRows(static_cast<Eigen::Index>(rows.size()), U, b_a, "SchurComplement");
   }
@@ -146,25 +146,24 @@ void MarginalizationError::EliminateDense(const std::vector<int>& rows, const st
 void MarginalizationError::RemoveRows(const std::vector<bool>& is_dropped) {
   std::vector<int> new_row(is_dropped.size(), 0);
   for (size_t row = 1; row < is_dropped.size(); ++row) new_row[row] = new_row[row - 1] + (is_dropped[row - 1] ? 0 : 1);
-  const auto dropped = [&](const Block& block) { return is_dropped[static_cast<size_t>(block.ordering_idx)]; };
+  const auto dropped = [&](const Block& block) { return is_dropped[static_cast<size_t>(block.ordering_id)]; };
   blocks_.erase(std::remove_if(blocks_.begin(), blocks_.end(), dropped), blocks_.end());
   dense_size_ = 0;
   for (Block& block : blocks_) {
-    block.ordering_idx = new_row[static_cast<size_t>(block.ordering_idx)];
+    block.ordering_id = new_row[static_cast<size_t>(block.ordering_id)];
     dense_size_ += block.is_landmark ? 0 : block.dim;
   }
 }
 
 VecX MarginalizationError::ComputeDeltaChi() const {
   VecX delta_chi(H_.rows());
-  for (const Block& block : blocks_) delta_chi.segment(block.ordering_idx, block.dim) = block.vertex->Minus(block.x0);
+  for (const Block& block : blocks_) delta_chi.segment(block.ordering_id, block.dim) = block.vertex->Minus(block.x0);
   return delta_chi;
 }
 
 Prior MarginalizationError::GetPrior() const {
   std::vector<Block> blocks = blocks_;
-  std::sort(blocks.begin(), blocks.end(),
-            [](const Block& a, const Block& b) { return a.ordering_idx < b.ordering_idx; });
+  std::sort(blocks.begin(), blocks.end(), [](const Block& a, const Block& b) { return a.ordering_id < b.ordering_id; });
   Prior prior;
   for (const Block& block : blocks) {
     prior.vertices.push_back(block.vertex);

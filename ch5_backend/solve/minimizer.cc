@@ -102,7 +102,7 @@ class Run {
           return Stop(Termination::kCostConverged, "a step of |dx| = ", info_.step_norm, " leaves the cost as it is");
         }
         if (std::abs(predicted) <= 1e-13 * cost_) {
-          return Stop(Termination::kCostConverged, "the model promises only ", predicted, " of ", cost_);
+          return Stop(Termination::kCostConverged, "the model predicts only ", predicted, " of ", cost_);
         }
         if (has_hessian_) system_->MakeHessian();  // as it was before the trial
       }

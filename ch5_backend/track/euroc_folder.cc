@@ -72,7 +72,7 @@ Transform ReadImu(const fs::path& mav0, Recording* recording) {
     recording->imu.push_back({SecondsAt(stamp, recording->origin_ns), csv.Vector("a_"), csv.Vector("w_")});
     force += recording->imu.back().acceleration.norm();
   }
-  if (recording->imu.size() < 2) csv.Fail("at least two IMU readings are needed");
+  if (recording->imu.size() < 2) csv.Fail("at least two IMU measurements are needed");
   force /= static_cast<double>(recording->imu.size());
   if (force < 4.0 || force > 25.0) {
     csv.Fail("the columns a are " + std::to_string(force) +
@@ -159,13 +159,13 @@ void ReadCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder* resul
   if (result->images.empty()) {
     throw FileError((folder / "data.csv").string() +
                     ": the clocks of camera and IMU differ: no image lies within the IMU's time; the images are from " +
-                    Seconds(first) + " to " + Seconds(last) + " after its first reading, its last is at " +
+                    Seconds(first) + " to " + Seconds(last) + " after its first measurement, its last is at " +
                     Seconds(end));
   }
   c.camera_rate = CameraRate(yaml, count, last - first);
   NoteGaps(result);
   if (const size_t left_out = count - result->images.size(); left_out > 0) {
-    result->notes.push_back(std::to_string(left_out) + " images before or after the IMU's readings are left out");
+    result->notes.push_back(std::to_string(left_out) + " images before or after the IMU's measurements are left out");
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// A folder of images and IMU readings as a Recording: its tracks.
+/// A folder of images and IMU measurements as a Recording: its tracks.
 
 #include <functional>
 

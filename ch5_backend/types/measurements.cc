@@ -29,7 +29,7 @@ std::vector<ImuSample> SamplesBetween(const std::vector<ImuMeasurement>& imu, do
         before->gyroscope + weight * (after->gyroscope - before->gyroscope));
   };
   auto next = std::lower_bound(imu.begin(), imu.end(), t0,
-                               [](const ImuMeasurement& reading, double t) { return reading.t < t; });
+                               [](const ImuMeasurement& measurement, double t) { return measurement.t < t; });
   add_interpolated(t0, next);
   if (next->t == t0) ++next;
   for (; next->t < t1; ++next) add(next->t, next->acceleration, next->gyroscope);

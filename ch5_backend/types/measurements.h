@@ -7,13 +7,13 @@
 
 namespace ch5 {
 
-/// Noise of one IMU sample.
+/// Noise of one IMU measurement.
 struct ImuNoise {
   double accelerometer = 0.08;       ///< σ [m/s²]
   double gyroscope = 0.004;          ///< σ [rad/s]
   double accelerometer_walk = 4e-5;  ///< σ of the bias' drift [m/s³]
   double gyroscope_walk = 2e-6;      ///< [rad/s²]
-  /// VINS takes σ for the deviation of a sample, so its results depend on the IMU's rate. With `continuous` they are
+  /// VINS takes σ for the deviation of a measurement, so its results depend on the IMU's rate. With `continuous` they are
   /// densities (per √Hz) and the result does not.
   bool continuous = false;
 
@@ -28,7 +28,7 @@ struct ImuMeasurement {
   Vec3 gyroscope = Vec3::Zero();     ///< rate [rad/s]
 };
 
-/// One measurement, `dt` seconds after the one before it (0 for the first).
+/// The IMU's signal at one time, measured or interpolated, `dt` seconds after the sample before it (0 for the first).
 struct ImuSample {
   double dt = 0.0;
   Vec3 acceleration = Vec3::Zero();  ///< specific force in B [m/s²]
@@ -57,9 +57,9 @@ struct StampedState {
   Vec3 b_g = Vec3::Zero();  ///< gyroscope bias [rad/s]
 };
 
-/// What the IMU felt from `t0` to `t1`: the readings in between, and one interpolated linearly at each end.
+/// What the IMU felt from `t0` to `t1`: the measurements in between, and one interpolated linearly at each end.
 /// @param imu  strictly increasing in time
-/// @return     samples for a Preintegration; empty if t0 ≥ t1 or the readings do not span [t0, t1]
+/// @return     samples for a Preintegration; empty if t0 ≥ t1 or the measurements do not span [t0, t1]
 std::vector<ImuSample> SamplesBetween(const std::vector<ImuMeasurement>& imu, double t0, double t1);
 
 }  // namespace ch5

@@ -11,9 +11,9 @@
 namespace ch5 {
 namespace {
 
-// The readings of [t0, t1] and one more at each end, so that they can be interpolated there.
+// The measurements of [t0, t1] and one more at each end, so that they can be interpolated there.
 std::vector<ImuMeasurement> ReadingsOver(const std::vector<ImuMeasurement>& imu, double t0, double t1) {
-  const auto before = [](const ImuMeasurement& reading, double t) { return reading.t < t; };
+  const auto before = [](const ImuMeasurement& measurement, double t) { return measurement.t < t; };
   auto first = std::lower_bound(imu.begin(), imu.end(), t0, before);
   auto last = std::lower_bound(first, imu.end(), t1, before);
   if (first != imu.begin()) --first;
@@ -66,7 +66,7 @@ BatchResult SolveBatch(const EstimatorOptions& options, const std::vector<Image>
                        const BatchOptions& batch) {
   options.Validate();
   if (images.size() < 2 || images.size() != start.size() || imu.empty()) {
-    throw std::invalid_argument("SolveBatch: two images or more are needed, with a state each, and IMU readings");
+    throw std::invalid_argument("SolveBatch: two images or more are needed, with a state each, and IMU measurements");
   }
   Window window;
   SetCalibration(options, &window);

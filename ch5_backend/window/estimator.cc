@@ -72,30 +72,30 @@ void Estimator::Reset() {
   started_ = false;
 }
 
-void Estimator::AddImu(const ImuMeasurement& reading) {
-  CheckReading(reading, imu_);
-  imu_.push_back(reading);
-  ForgetOldReadings();
-  sensor_check_.AddImu(reading);
-  if (!started_) standstill_detector_.AddImu(reading);
+void Estimator::AddImu(const ImuMeasurement& measurement) {
+  CheckMeasurement(measurement, imu_);
+  imu_.push_back(measurement);
+  ForgetOldMeasurements();
+  sensor_check_.AddImu(measurement);
+  if (!started_) standstill_detector_.AddImu(measurement);
 }
 
-// Without images the readings would fill the memory. No image uses readings from before the longest preintegration.
-void Estimator::ForgetOldReadings() {
+// Without images the measurements would fill the memory. No image uses measurements from before the longest preintegration.
+void Estimator::ForgetOldMeasurements() {
   constexpr double kKept = 60.0;
   const double kept = std::max(kKept, 2.0 * options_.weights.max_imu_seconds);
   if (imu_.back().t - imu_.front().t <= 2.0 * kept) return;  // seldom, as it moves the rest
   forgotten_until_ = imu_.back().t - kept;
   imu_.erase(imu_.begin(), std::find_if(imu_.begin(), imu_.end(),
-                                        [&](const auto& reading) { return reading.t >= forgotten_until_; }));
+                                        [&](const auto& measurement) { return measurement.t >= forgotten_until_; }));
 }
 
 FrameReport Estimator::AddFrame(const Image& image) {
   CheckImage(image, last_image_time_);
   if (image.t + TimeOffset() < forgotten_until_) {
     throw MeasurementError("the image at t = " + std::to_string(image.t) +
-                           " s comes a minute or more after IMU readings of its "
-                           "time, which are forgotten: feed images and readings in order of time");
+                           " s comes a minute or more after IMU measurements of its "
+                           "time, which are forgotten: feed images and measurements in order of time");
   }
   const Failure gap = GapBefore(image);
   FrameReport report = gap == Failure::kNone ? FrameReport() : Restart(gap, "");
@@ -154,7 +154,7 @@ void Estimator::AppendFrame(const Image& image) {
   if (!window_.frames.empty()) PredictFrame(&frame);
   AppendImage(frame.id, image, &window_);
   window_.frames.push_back(std::move(frame));
-  DropUsedReadings();
+  DropUsedMeasurements();
 }
 
 // The new frame's states from the newest frame's by the IMU.
@@ -169,9 +169,10 @@ std::optional<StampedState> Estimator::PredictAt(double t) const {
   return ch5::PredictAt(window_.StateOf(window_.frames.back()), imu_, t, options_.calibration, options_.max_imu_gap);
 }
 
-void Estimator::DropUsedReadings() {
+void Estimator::DropUsedMeasurements() {
   const double t = window_.frames.back().t;
-  const auto used = std::find_if(imu_.rbegin(), imu_.rend(), [t](const auto& reading) { return reading.t <= t; });
+  const auto used =
+      std::find_if(imu_.rbegin(), imu_.rend(), [t](const auto& measurement) { return measurement.t <= t; });
   if (used != imu_.rend()) imu_.erase(imu_.begin(), used.base() - 1);
 }
 

@@ -3,17 +3,17 @@
 /// Threads: an estimator is used by one thread at a time; two estimators share nothing. To feed it from several threads,
 /// or without waiting for its solves, see live_estimator.h. Its results depend on the measurements alone, not on the clock.
 ///
-///   AddImu ─► readings ─┐
-///                       ├─► new frame, predicted ─► [not initialized: static or dynamic] ─► solve ─► slide
-///   AddFrame ─► tracks ─┘
+///   AddImu ─► measurements ─┐
+///                           ├─► new frame, predicted ─► [not initialized: static or dynamic] ─► solve ─► slide
+///   AddFrame ─► tracks ─────┘
 ///
-/// Initialization is static (at rest, gravity and gyroscope bias are the readings' mean) or dynamic (in motion, vision is
-/// aligned with the IMU). With a second camera (Calibration::camera1, Image::tracks1), whose place on the body is known,
+/// Initialization is static (at rest, gravity and gyroscope bias are the measurements' mean) or dynamic (in motion, vision
+/// is aligned with the IMU). With a second camera (Calibration::camera1, Image::tracks1), whose place on the body is known,
 /// the dynamic one needs no motion: the first image has its scale already. The estimator restarts when its estimate can no longer be true, or when a gap in the
 /// measurements leaves nothing between two images. A restart begins a new *segment*: its poses are known relative to one
 /// another, and not to those before. It begins at the position and yaw that were estimated last, for want of better.
 ///
-/// This folder, `window/`, holds the sliding-window estimators. In: IMU readings and feature tracks. Out: a state per
+/// This folder, `window/`, holds the sliding-window estimators. In: IMU measurements and feature tracks. Out: a state per
 /// image. Reading order: window.h (the values), this file, estimator.cc (one image, step by step), policy.h (what VINS-Mono
 /// and OKVIS do differently), start/dynamic_initialization.h.
 
@@ -42,7 +42,7 @@ struct EstimatorOptions {
   bool estimate_time_offset = false;
   bool estimate_extrinsic = false;      ///< of both cameras, if there are two
   double max_outlier_pixels = 3.0;      ///< a landmark with a larger mean reprojection error is dropped [px]
-  double max_imu_gap = 0.1;             ///< after a longer time without IMU reading the estimator restarts [s]
+  double max_imu_gap = 0.1;             ///< after a longer time without IMU measurement the estimator restarts [s]
   double max_rejecting = 1.0;           ///< so does it if plenty of tracks give hardly a landmark for longer [s]
   double reintegrate_gyroscope = 1e-4;  ///< preintegrate again if ‖δb_g‖ Δt exceeds this [rad]
   FailureDetector detect_failure = DetectFailure;  ///< VINS-Mono's limits; others: DetectFailuresBeyond
@@ -110,10 +110,10 @@ class Estimator {
   /// @throws OptionError, or std::invalid_argument if the policy is null
   Estimator(const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy);
 
-  /// Readings are kept until an image has used them, at most for a minute.
+  /// IMU measurements are kept until an image has used them, at most for a minute.
   /// @throws MeasurementError
-  void AddImu(const ImuMeasurement& reading);
-  /// The readings must reach beyond the image's time (plus the time offset): what is missing counts as a gap.
+  void AddImu(const ImuMeasurement& measurement);
+  /// The measurements must reach beyond the image's time (plus the time offset): what is missing counts as a gap.
   /// @throws MeasurementError
   FrameReport AddFrame(const Image& frame);
 
@@ -124,10 +124,10 @@ class Estimator {
   /// @throws std::invalid_argument if a number of state or J is not finite, or J has another number of columns
   void StartFrom(const StampedState& state, const MatXX& J);
 
-  /// The newest state, carried on by the IMU to a later time: for output at the IMU's rate. The readings so far are used;
-  /// the last one holds to t.
+  /// The newest state, carried on by the IMU to a later time: for output at the IMU's rate. The measurements so far are
+  /// used; the last one holds to t.
   /// @param t  by the IMU's clock [s]
-  /// @return nullopt while there is no estimate, before its newest frame, or further than max_imu_gap from a reading
+  /// @return nullopt while there is no estimate, before its newest frame, or further than max_imu_gap from a measurement
   std::optional<StampedState> PredictAt(double t) const;
 
   Snapshot TakeSnapshot() const;
@@ -144,13 +144,13 @@ class Estimator {
   void Reset();
   Failure GapBefore(const Image& image) const;
   FrameReport Restart(Failure failure, const std::string& message);
-  void ForgetOldReadings();
+  void ForgetOldMeasurements();
   std::string WhyNotStarted() const;
 
   // A new frame (estimator.cc).
   void AppendFrame(const Image& image);
   void PredictFrame(Frame* frame) const;
-  void DropUsedReadings();
+  void DropUsedMeasurements();
 
   // Initialization (estimator_start.cc).
   void TryToStart(const Image& image);
@@ -177,7 +177,7 @@ class Estimator {
   SensorCheck sensor_check_;
   std::string start_message_;                                          // why the last image did not start the estimator
   std::vector<ImuMeasurement> imu_;                                    // from shortly before the newest frame on
-  double forgotten_until_ = -std::numeric_limits<double>::infinity();  // readings before were too many to keep
+  double forgotten_until_ = -std::numeric_limits<double>::infinity();  // measurements before were too many to keep
   double last_image_time_ = -std::numeric_limits<double>::infinity();
   int next_frame_ = 0;
   std::optional<std::pair<StampedState, MatXX>> given_start_;  // of StartFrom, until the next image

@@ -15,7 +15,7 @@ enum class Failure {
   kGyroscopeBias,
   kPositionJump,
   kHeightJump,
-  kImuGap,          ///< no IMU reading for too long
+  kImuGap,          ///< no IMU measurement for too long
   kImageGap,        ///< no image for so long that the IMU cannot bridge the time
   kImagesRejected,  ///< plenty of tracks, but hardly one that fits, for too long
   kSolveFailed      ///< the window has no solution: its normal equations are singular, or a number is not finite

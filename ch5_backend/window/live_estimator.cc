@@ -20,13 +20,13 @@ LiveEstimator::~LiveEstimator() {
   thread_.join();
 }
 
-void LiveEstimator::AddImu(const ImuMeasurement& reading) {
+void LiveEstimator::AddImu(const ImuMeasurement& measurement) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     RethrowError();
-    CheckReading(reading, recent_);
-    readings_.push_back(reading);
-    recent_.push_back(reading);
+    CheckMeasurement(measurement, recent_);
+    measurements_.push_back(measurement);
+    recent_.push_back(measurement);
   }
   changed_.notify_all();
 }
@@ -63,17 +63,17 @@ std::optional<StampedState> LiveEstimator::PredictAt(double t) const {
 bool LiveEstimator::IsReady(const Image& image) const {
   constexpr double kPatience = 10.0;
   return finishing_ || last_image_ - image.t > kPatience ||
-         std::max(last_taken_, readings_.empty() ? last_taken_ : readings_.back().t) >= image.t + time_offset_;
+         std::max(last_taken_, measurements_.empty() ? last_taken_ : measurements_.back().t) >= image.t + time_offset_;
 }
 
 bool LiveEstimator::HasWork() const { return !images_.empty() && IsReady(images_.front()); }
 
-// One reading beyond the image, so that the IMU can be interpolated at its time.
-void LiveEstimator::TakeReadings(double until, std::vector<ImuMeasurement>* taken) {
-  while (!readings_.empty() && last_taken_ < until) {
-    last_taken_ = readings_.front().t;
-    taken->push_back(readings_.front());
-    readings_.pop_front();
+// One measurement beyond the image, so that the IMU can be interpolated at its time.
+void LiveEstimator::TakeMeasurements(double until, std::vector<ImuMeasurement>* taken) {
+  while (!measurements_.empty() && last_taken_ < until) {
+    last_taken_ = measurements_.front().t;
+    taken->push_back(measurements_.front());
+    measurements_.pop_front();
   }
 }
 
@@ -89,13 +89,13 @@ void LiveEstimator::Run() {
     const Image image = std::move(images_.front());
     images_.pop_front();
     std::vector<ImuMeasurement> taken;
-    TakeReadings(image.t + time_offset_, &taken);
+    TakeMeasurements(image.t + time_offset_, &taken);
     working_ = true;
     lock.unlock();
     FrameReport report;
     std::exception_ptr error;
     try {
-      for (const ImuMeasurement& reading : taken) estimator_.AddImu(reading);
+      for (const ImuMeasurement& measurement : taken) estimator_.AddImu(measurement);
       report = estimator_.AddFrame(image);
       if (callback_) callback_(report, estimator_);
     } catch (...) {
@@ -106,7 +106,7 @@ void LiveEstimator::Run() {
     error_ = error;
     newest_ = error ? std::nullopt : report.state;
     time_offset_ = estimator_.TimeOffset();
-    // What is before the newest estimate, but for one reading, no prediction asks for.
+    // What is before the newest estimate, but for one measurement, no prediction asks for.
     const double from = newest_ ? newest_->t : last_taken_;
     const auto after = std::find_if(recent_.begin(), recent_.end(), [&](const auto& r) { return r.t > from; });
     if (after - recent_.begin() > 1) recent_.erase(recent_.begin(), after - 1);

@@ -5,8 +5,8 @@
 ///                                   ├─► in order of time ─► Estimator ┤
 ///   tracker of images ── AddFrame ─►┘                                 └─► PredictAt, at the IMU's rate
 ///
-/// An image waits until a reading has come from its time or later. So the estimates are those of a single thread that feeds
-/// the recording in order of time, to the bit, whenever what arrives; only how late they come depends on the machine.
+/// An image waits until a measurement has come from its time or later. So the estimates are those of a single thread that
+/// feeds the recording in order of time, to the bit, whenever what arrives; only how late they come depends on the machine.
 
 #include <condition_variable>
 #include <deque>
@@ -29,34 +29,34 @@ class LiveEstimator {
   /// Ends after the image that is being solved. What still waits is lost, unless Finish was called.
   ~LiveEstimator();
 
-  /// May be called by any threads at once, but the readings must come in order of time, and so must the images.
+  /// May be called by any threads at once, but the measurements must come in order of time, and so must the images.
   /// @throws MeasurementError, which leaves everything as it was, or what has ended the estimator's thread: an exception of
   ///         the callback or of the policy
-  void AddImu(const ImuMeasurement& reading);
+  void AddImu(const ImuMeasurement& measurement);
   /// An image more than ten seconds younger than one that waits is taken as a sign that the IMU is silent, and ends the
   /// waiting.
   void AddFrame(Image image);
 
-  /// Waits until all images have been answered, with the readings that there are.  @throws as AddImu
+  /// Waits until all images have been answered, with the measurements that there are.  @throws as AddImu
   void Finish();
 
-  /// The newest estimate, carried on by the readings fed since: Estimator::PredictAt, by any thread at any time.
+  /// The newest estimate, carried on by the measurements fed since: Estimator::PredictAt, by any thread at any time.
   std::optional<StampedState> PredictAt(double t) const;
 
  private:
   void Run();
   bool HasWork() const;
   bool IsReady(const Image& image) const;
-  void TakeReadings(double until, std::vector<ImuMeasurement>* taken);
+  void TakeMeasurements(double until, std::vector<ImuMeasurement>* taken);
   void RethrowError() const;
 
   Estimator estimator_;  // of the thread alone
   Callback callback_;
   mutable std::mutex mutex_;  // of all below
   std::condition_variable changed_;
-  std::deque<ImuMeasurement> readings_;  // not yet taken
-  std::deque<Image> images_;             // likewise
-  std::vector<ImuMeasurement> recent_;   // from shortly before the newest estimate on
+  std::deque<ImuMeasurement> measurements_;  // not yet taken
+  std::deque<Image> images_;                 // likewise
+  std::vector<ImuMeasurement> recent_;       // from shortly before the newest estimate on
   std::optional<StampedState> newest_;
   double time_offset_;
   double last_taken_ = -std::numeric_limits<double>::infinity();

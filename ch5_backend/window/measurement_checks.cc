@@ -16,12 +16,13 @@ std::string RepeatsOrPrecedes(double t, double last) {
 
 }  // namespace
 
-void CheckReading(const ImuMeasurement& reading, const std::vector<ImuMeasurement>& earlier) {
-  if (!std::isfinite(reading.t) || !reading.acceleration.allFinite() || !reading.gyroscope.allFinite()) {
-    throw MeasurementError("the IMU reading" + At(reading.t) + " holds a number that is not finite");
+void CheckMeasurement(const ImuMeasurement& measurement, const std::vector<ImuMeasurement>& earlier) {
+  if (!std::isfinite(measurement.t) || !measurement.acceleration.allFinite() || !measurement.gyroscope.allFinite()) {
+    throw MeasurementError("the IMU measurement" + At(measurement.t) + " holds a number that is not finite");
   }
-  if (!earlier.empty() && reading.t <= earlier.back().t) {
-    throw MeasurementError("the IMU reading" + At(reading.t) + RepeatsOrPrecedes(reading.t, earlier.back().t));
+  if (!earlier.empty() && measurement.t <= earlier.back().t) {
+    throw MeasurementError("the IMU measurement" + At(measurement.t) +
+                           RepeatsOrPrecedes(measurement.t, earlier.back().t));
   }
 }
 
@@ -65,9 +66,9 @@ void CheckImage(const Image& image, double last_time) {
 bool HasImuGap(const std::vector<ImuMeasurement>& imu, double t0, double t1, double max_gap) {
   if (imu.empty()) return true;
   double last = std::min(t0, imu.front().t);
-  for (auto reading = imu.begin(); reading != imu.end() && last < t1; ++reading) {
-    if (reading->t - last > max_gap) return true;
-    last = reading->t;
+  for (auto measurement = imu.begin(); measurement != imu.end() && last < t1; ++measurement) {
+    if (measurement->t - last > max_gap) return true;
+    last = measurement->t;
   }
   return t1 - last > max_gap;
 }

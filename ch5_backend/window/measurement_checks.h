@@ -15,14 +15,14 @@ class MeasurementError : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// @param earlier  the readings so far;  @throws MeasurementError
-void CheckReading(const ImuMeasurement& reading, const std::vector<ImuMeasurement>& earlier);
+/// @param earlier  the measurements so far;  @throws MeasurementError
+void CheckMeasurement(const ImuMeasurement& measurement, const std::vector<ImuMeasurement>& earlier);
 
 /// @param last_time  of the previous image, −∞ for the first;  @throws MeasurementError
 void CheckImage(const Image& image, double last_time);
 
-/// Whether two consecutive readings around a part of [t0, t1], or an end of it and the nearest reading, are more than
-/// `max_gap` apart [s].
+/// Whether two consecutive measurements around a part of [t0, t1], or an end of it and the nearest measurement, are more
+/// than `max_gap` apart [s].
 bool HasImuGap(const std::vector<ImuMeasurement>& imu, double t0, double t1, double max_gap);
 
 }  // namespace ch5

@@ -10,8 +10,8 @@
 
 namespace ch5 {
 
-/// What the IMU felt from a state to the time t1, at the state's biases. Before the first and after the last reading, that
-/// reading is held constant.
+/// What the IMU felt from a state to the time t1, at the state's biases. Before the first and after the last measurement,
+/// that one is held constant.
 /// @param imu  strictly increasing in time, at least one;  @param t1  after from.t [s]
 std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, std::vector<ImuMeasurement> imu, double t1,
                                               const ImuNoise& noise);
@@ -24,8 +24,8 @@ std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, std::vec
 StampedState Predict(const StampedState& from, const Preintegration& imu, double gravity);
 
 /// The state at a later time t; `from` itself at its own.
-/// @param imu  strictly increasing in time;  @param max_gap  the longest time without a reading [s]
-/// @return nullopt before `from`, or if there is a longer gap in the readings from there to t
+/// @param imu  strictly increasing in time;  @param max_gap  the longest time without a measurement [s]
+/// @return nullopt before `from`, or if there is a longer gap in the measurements from there to t
 std::optional<StampedState> PredictAt(const StampedState& from, const std::vector<ImuMeasurement>& imu, double t,
                                       const Calibration& calibration, double max_gap);
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <sstream>
 
-#include "ch5_homework/judge/poison.h"
+#include "ch5_homework/judge/unset_memory.h"
 
 namespace ch5::homework {
 namespace {

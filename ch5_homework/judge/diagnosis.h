@@ -89,7 +89,7 @@ void Require(const std::string& stage, const Text& what, const MatXX& expected, 
 /// or numbered as stage 7 does, "pose 0, δp.x".
 Names RowNames(const Ordering& ordering, bool numbered = false);
 
-/// Whether it holds numbers from memory that was never written to, or has been freed (poison.h).
+/// Whether it holds numbers from memory that was never written to, or has been freed (unset_memory.h).
 bool HoldsUnset(const MatXX& A);
 
 /// Whether the matrices have one size and differ by at most `tolerance` of the largest entry of `expected`.

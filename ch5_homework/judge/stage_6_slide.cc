@@ -107,7 +107,7 @@ struct ImuInterval {
     return std::abs(seconds - other.seconds) < 1e-9 && (alpha - other.alpha).norm() < 1e-9;
   }
 };
-ImuInterval Piece(const std::shared_ptr<Preintegration>& imu) {
+ImuInterval IntervalOf(const std::shared_ptr<Preintegration>& imu) {
   return imu ? ImuInterval{imu->SumDt(), imu->Alpha()} : ImuInterval{};
 }
 ImuInterval Merged(Preintegration first, const Preintegration& second) {
@@ -119,10 +119,10 @@ void CheckImu(const Window& before, const Window& after, size_t gone, const char
   const auto own = [&](size_t k) { return before.frames[k].imu; };
   for (size_t k = 0; k < after.frames.size(); ++k) {
     const size_t old = k < gone ? k : k + 1;
-    ImuInterval right = Piece(own(old));
+    ImuInterval right = IntervalOf(own(old));
     if (k == 0) right = {};
     if (gone > 0 && old == gone + 1) right = Merged(*own(gone), *own(old));
-    const ImuInterval got = Piece(after.frames[k].imu);
+    const ImuInterval got = IntervalOf(after.frames[k].imu);
     if (got.Is(right)) continue;
     Text cause = "6.other_IMU_changed";
     if (k == 0) {
@@ -130,8 +130,8 @@ void CheckImu(const Window& before, const Window& after, size_t gone, const char
     } else if (gone > 0 && old == gone + 1) {
       cause = "6.IMU_not_merged";
       if (got.Is({})) cause = "6.IMU_between_two_frames_gone";
-      if (got.Is(Piece(own(old)))) cause = "6.leaving_samples_lost";
-      if (got.Is(Piece(own(gone)))) cause = "6.own_samples_lost";
+      if (got.Is(IntervalOf(own(old)))) cause = "6.leaving_samples_lost";
+      if (got.Is(IntervalOf(own(gone)))) cause = "6.own_samples_lost";
       if (got.Is(Merged(*own(old), *own(gone)))) cause = "6.pieces_in_wrong_order";
     } else if (gone == 0 && k == 1 && std::abs(got.seconds - right.seconds) > 1e-9) {
       cause = "6.MARGIN_OLD_merges_nothing";

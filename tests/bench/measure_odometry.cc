@@ -69,7 +69,7 @@ std::vector<Answer> RunOnce(const Recording& recording, const Options& options) 
   Estimator estimator(settings, PolicyOf(options.policy));
   std::vector<Answer> answers;
   double last = Now();
-  FeedRecording(recording, &estimator, [&](const Estimator&, const WindowRow& row) {
+  FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
     const double now = Now();
     if (row.report.state) answers.push_back({now - last, *row.report.state, row.report.solve});
     last = Now();

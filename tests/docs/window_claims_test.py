@@ -160,7 +160,7 @@ class Systems(unittest.TestCase):
 
     def test_on_a_recording_noise_five_times_as_large_is_nearly_right(self):
         for policy in ("vins", "okvis"):
-            of = {row["told"]: row for row in KEPT("consistency_recording", recording="euroc_v1_01_easy", policy=policy).rows()}
+            of = {row["setting"]: row for row in KEPT("consistency_recording", recording="euroc_v1_01_easy", policy=policy).rows()}
             self.assertLess(of["both x 5"]["nees_motion"], 10)
             self.assertLess(of["both x 5"]["ate_m"], 1.05 * of["none"]["ate_m"])
 

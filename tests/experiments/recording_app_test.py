@@ -33,7 +33,7 @@ class RecordingApp(AppTest):
     def test_recording_is_followed(self):
         recording = self.simulate()
         done = self.solve(recording, "--out", self.out)
-        self.assertIn("161 images, 1601 IMU readings, 8.0 s", done.stdout)
+        self.assertIn("161 images, 1601 IMU measurements, 8.0 s", done.stdout)
         self.assertEqual({path.name for path in self.out.iterdir()}, TRAJECTORIES | {"csv"})
         self.assertEqual({path.name for path in (self.out / "csv").iterdir()}, TABLES)
         policies = table(self.out / "csv" / "odometry_policies.csv")

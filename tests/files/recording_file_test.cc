@@ -221,7 +221,7 @@ TEST_F(RecordingFile, MissingColumnsRowsHeadersAndFilesAreNamed) {
   EXPECT_EQ(Message(), "tracks.csv: cannot be read: No such file or directory");
   WriteRecording(recording_, folder_);
   Write("imu.csv", Line("imu.csv", 1) + "\n" + Line("imu.csv", 2) + "\n");
-  EXPECT_EQ(Message(), "imu.csv:3: at least two IMU readings are needed");
+  EXPECT_EQ(Message(), "imu.csv:3: at least two IMU measurements are needed");
 }
 
 TEST_F(RecordingFile, ValuesThatMakeNoSenseAreNamed) {
@@ -270,7 +270,7 @@ TEST_F(RecordingFile, AFailedWriteLeavesTheOlderRecording) {
   }
 }
 
-// In nanoseconds, so far from the origin, doubles in seconds no longer tell the readings apart, or even overflow.
+// In nanoseconds, so far from the origin, doubles in seconds no longer tell the measurements apart, or even overflow.
 TEST_F(RecordingFile, TimestampsFarFromTheFirstReadingAreRefused) {
   const int64_t origin = recording_.origin_ns, farthest = origin + kLongestRecordingNs;
   const int last = 1 + static_cast<int>(recording_.imu.size());
@@ -278,15 +278,16 @@ TEST_F(RecordingFile, TimestampsFarFromTheFirstReadingAreRefused) {
   for (const int64_t stamp : {farthest + 1, std::numeric_limits<int64_t>::max()}) {
     ReplaceLine("imu.csv", last, row(stamp));
     EXPECT_EQ(Message(), "imu.csv:" + std::to_string(last) +
-                             ": the timestamp is more than ten days from the first IMU reading, got " +
+                             ": the timestamp is more than ten days from the first IMU measurement, got " +
                              std::to_string(stamp) + " against " + std::to_string(origin));
   }
   ReplaceLine("imu.csv", last, row(farthest));
   const Recording read = ReadRecording(folder_);
   EXPECT_EQ(NanosecondsAt(read.imu.back().t, read.origin_ns), farthest);
-  ReplaceLine("tracks.csv", 2, "0,1,0,0");  // images, and the truth, before the first reading as well
-  EXPECT_EQ(Message(), "tracks.csv:2: the timestamp is more than ten days from the first IMU reading, got 0 against " +
-                           std::to_string(origin));
+  ReplaceLine("tracks.csv", 2, "0,1,0,0");  // images, and the truth, before the first measurement as well
+  EXPECT_EQ(Message(),
+            "tracks.csv:2: the timestamp is more than ten days from the first IMU measurement, got 0 against " +
+                std::to_string(origin));
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Two frames, an IMU piece, a landmark, a prior on a speed: small enough to be checked by eye.
+// Two frames, an IMU interval, a landmark, a prior on a speed: small enough to be checked by eye.
 constexpr char kGood[] = R"(VIOWIN 1
 G 0 0 9.81
 NOISE 0.08 0.004 4e-05 2e-06
@@ -132,11 +132,11 @@ TEST_F(WindowDumpFile, ErrorsNameTheLineTheRecordAndTheValue) {
   EXPECT_EQ(Spoilt("0.5 -0.5 0.5 -0.5", "0 0 0 0"), ":6: quaternion: must be of length 1, got 0.000000");
   EXPECT_EQ(Spoilt("F 1 1.6", "F 2 1.6"), ":10: frame 1, index: must lie in [1, 1], got \"2\"");
   EXPECT_EQ(Spoilt("F 0 1.5 1", "F 0 1.5 nan"), ":8: frame 0, position: not finite, got \"nan\"");
-  EXPECT_EQ(Spoilt("I 0 1", "I 0 2"), ":13: IMU piece 0, frame j: must lie in [0, 1], got \"2\"");
-  EXPECT_EQ(Spoilt("I 0 1", "I 0 0"), ":13: IMU piece 0, frame j: must differ from frame i, got 0");
-  EXPECT_EQ(Spoilt("0.1 7 8", "-0.1 7 8"), ":15: IMU piece 0, dt: must be positive, got -0.100000");
+  EXPECT_EQ(Spoilt("I 0 1", "I 0 2"), ":13: IMU interval 0, frame j: must lie in [0, 1], got \"2\"");
+  EXPECT_EQ(Spoilt("I 0 1", "I 0 0"), ":13: IMU interval 0, frame j: must differ from frame i, got 0");
+  EXPECT_EQ(Spoilt("0.1 7 8", "-0.1 7 8"), ":15: IMU interval 0, dt: must be positive, got -0.100000");
   EXPECT_EQ(Spoilt("0 1 2 3 4 5 6\n", "0.1 1 2 3 4 5 6\n"),
-            ":14: IMU piece 0, dt: must be 0 in the first sample, got 0.100000");
+            ":14: IMU interval 0, dt: must be 0 in the first sample, got 0.100000");
   EXPECT_EQ(Spoilt("1 1 0.25 0.5", "1 1 0 0.5"), ":17: landmark 0, inverse depth: must not be 0");
   EXPECT_EQ(Spoilt("\n0 0.3 0.4", "\n1 0.3 0.4"), ":18: landmark 0, frame: seen twice from it, got 1");
   EXPECT_EQ(Spoilt("B S 1", "B Q 1"), ":20: prior block 0, kind: must be P, S or E, got \"Q\"");
@@ -150,7 +150,7 @@ TEST_F(WindowDumpFile, ErrorsNameTheLineTheRecordAndTheValue) {
 TEST_F(WindowDumpFile, CountsBeyondTheFileAreRefusedBeforeMemoryIsTaken) {
   EXPECT_EQ(Spoilt("FRAMES 2", "FRAMES 2000000000").find(":7: number of frames: 70000000000 numbers cannot be in the"),
             0u);
-  EXPECT_EQ(Spoilt("I 0 1 2", "I 0 1 200000000").find(":13: IMU piece 0, number of samples: "), 0u);
+  EXPECT_EQ(Spoilt("I 0 1 2", "I 0 1 200000000").find(":13: IMU interval 0, number of samples: "), 0u);
   EXPECT_EQ(Spoilt("PRIOR 1", "PRIOR 1000000").find(":19: rows of the prior: "), 0u);
 }
 

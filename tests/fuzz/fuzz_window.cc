@@ -27,10 +27,10 @@ void Check(const WindowDump& dump) {
   for (const StampedState& state : dump.frames) {
     fuzz::Require(std::abs(state.T_W_B.q.norm() - 1.0) < 1e-12, "rotations are of length 1");
   }
-  for (const WindowDump::ImuInterval& piece : dump.imu) {
-    require_frame(piece.i);
-    require_frame(piece.j);
-    for (size_t n = 1; n < piece.samples.size(); ++n) fuzz::Require(piece.samples[n].dt > 0.0, "time goes on");
+  for (const WindowDump::ImuInterval& interval : dump.imu) {
+    require_frame(interval.i);
+    require_frame(interval.j);
+    for (size_t n = 1; n < interval.samples.size(); ++n) fuzz::Require(interval.samples[n].dt > 0.0, "time goes on");
   }
   for (const WindowDump::Landmark& landmark : dump.landmarks) {
     require_frame(landmark.host);

@@ -19,7 +19,7 @@ TEST(G2o, G7_LambdaFollowsItsTrace) {
   options.tau = 0.25;
   const Summary summary = Minimize(&system, options);
   ASSERT_EQ(summary.trace.size(), 4u);
-  // Δx = (2/2, 4/5), promised bᵀΔx − ½ΔxᵀHΔx = 5.2 − ½ (1 + 2.56) = 3.42.
+  // Δx = (2/2, 4/5), predicted bᵀΔx − ½ΔxᵀHΔx = 5.2 − ½ (1 + 2.56) = 3.42.
   EXPECT_DOUBLE_EQ(summary.trace[1].lambda, 1.0);
   EXPECT_NEAR(summary.trace[1].gain_ratio, 2.0 / 3.42, 1e-14);
   EXPECT_EQ(summary.trace[1].step_type, StepType::kDamped);
@@ -67,7 +67,7 @@ TEST(G2o, G8_EachStepTellsItsType) {
 }
 
 TEST(G2o, G8_TheRadiusGrowsToThreeStepsOrHalves) {
-  // At Δ = 3.2 Gauss-Newton promises ½bᵀH⁻¹b = 9. ρ = 8/9 > ¾: Δ = 3 √10; ρ = 4.5/9: as it is; ρ = 0.9/9 < ¼: Δ/2.
+  // At Δ = 3.2 Gauss-Newton predicts ½bᵀH⁻¹b = 9. ρ = 8/9 > ¾: Δ = 3 √10; ρ = 4.5/9: as it is; ρ = 0.9/9 < ¼: Δ/2.
   ScriptedSystem system = TwoUnknowns({100.0, 92.0, 87.5, 86.6, 80.0});
   SolveOptions options = WithoutStopRules(Algorithm::kDogleg, 4);
   options.initial_radius = 3.2;

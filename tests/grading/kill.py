@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Judges mutants (mutants.py) as ./course grade judges a submission: kill.py [--all] [--write] [PATTERN…]
 
-Without --all it goes on where it was: what has been killed before is not judged again. A mutant is killed if no seed
+Without --all it resumes: what has been killed before is not judged again. A mutant is killed if no seed
 lets it pass. --write puts the table into MUTANTS.md. Exit code 0 if equivalents.json explains all that survive.
 """
 

@@ -49,11 +49,11 @@ def native(query, program=PROGRAM):
     return json.loads(done.stdout)
 
 
-def build_twin():
+def build_with_wasm_arithmetic():
     """ch5_lab, native, with the arithmetic of WebAssembly."""
-    folder = BUILD / "lab_twin"
+    folder = BUILD / "lab_wasm_arithmetic"
     os.environ.pop("PYTHONSAFEPATH", None)  # as in ch5_backend/lab/assemble_page.py
-    for command in (["cmake", "-G", "Ninja", "-S", Path(__file__).with_name("twin"), "-B", folder],
+    for command in (["cmake", "-G", "Ninja", "-S", Path(__file__).with_name("wasm_arithmetic"), "-B", folder],
                     ["cmake", "--build", folder, "--target", "ch5_lab"]):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return folder / "ch5_lab"
@@ -171,7 +171,7 @@ class Lab(LabCase):
 
     @unittest.skipUnless("CH5_LONG" in os.environ, "CH5_LONG=1: the library is compiled once more, five minutes")
     def test_every_number_of_a_flight_is_the_native_programs(self):
-        self.compare(FLIGHTS, build_twin())
+        self.compare(FLIGHTS, build_with_wasm_arithmetic())
 
     def test_the_page_begins_with_the_programs_defaults(self):
         for panel in PANELS:

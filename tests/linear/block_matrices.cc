@@ -63,7 +63,7 @@ Ties Everything(int n) {
   return ties;
 }
 
-Ties Chance(int n, int count, uint64_t seed) {
+Ties RandomTies(int n, int count, uint64_t seed) {
   Random random(seed);
   Ties ties;
   for (int k = 0; k < count; ++k) {
@@ -95,8 +95,8 @@ std::vector<SymmetricBlockMatrix> Matrices() {
   }
   matrices.push_back(MakeMatrix(MixedDims(50), Chain(50), 5));
   matrices.push_back(MakeMatrix(MixedDims(100), Grid(10), 6));
-  matrices.push_back(MakeMatrix(MixedDims(80), Chance(80, 60, 7), 8));  // several parts, and single blocks
-  matrices.push_back(MakeMatrix(MixedDims(60), Chance(60, 400, 9), 10));
+  matrices.push_back(MakeMatrix(MixedDims(80), RandomTies(80, 60, 7), 8));  // several parts, and single blocks
+  matrices.push_back(MakeMatrix(MixedDims(60), RandomTies(60, 400, 9), 10));
   return matrices;
 }
 

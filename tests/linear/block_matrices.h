@@ -12,10 +12,10 @@ namespace ch5::test {
 /// Pairs (i, j), i > j, of blocks that are tied: that have a block in the matrix.
 using Ties = std::vector<std::pair<int, int>>;
 
-Ties Chain(int n);                             ///< of n blocks, like a trajectory
-Ties Grid(int side);                           ///< of side², like a map
-Ties Everything(int n);                        ///< all pairs
-Ties Chance(int n, int count, uint64_t seed);  ///< `count` pairs by chance, fewer where one comes twice
+Ties Chain(int n);                                 ///< of n blocks, like a trajectory
+Ties Grid(int side);                               ///< of side², like a map
+Ties Everything(int n);                            ///< all pairs
+Ties RandomTies(int n, int count, uint64_t seed);  ///< `count` random pairs, fewer where one comes twice
 
 /// Random blocks of the given sizes where there are ties; diagonally dominant, so positive definite.
 SymmetricBlockMatrix MakeMatrix(const std::vector<int>& dims, const Ties& ties, uint64_t seed);

@@ -17,8 +17,7 @@ MarginalizationError Accumulate(const SmallWindow& window, bool reversed = false
 MatXX ById(const MarginalizationError& error, const SmallWindow& window, VecX* b) {
   std::vector<int> rows;
   for (const auto& v : window.graph.Vertices()) {
-    for (int k = 0; error.OrderingIdx(*v) >= 0 && k < v->LocalDimension(); ++k)
-      rows.push_back(error.OrderingIdx(*v) + k);
+    for (int k = 0; error.OrderingId(*v) >= 0 && k < v->LocalDimension(); ++k) rows.push_back(error.OrderingId(*v) + k);
   }
   *b = error.b0()(rows);
   return error.H()(rows, rows);
@@ -64,7 +63,7 @@ TEST(MarginalizationError, KeepsLandmarksAtTheTail) {
     const MarginalizationError error = Accumulate(window, reversed);
     int last_other = -1, first_landmark = static_cast<int>(error.H().rows());
     for (const auto& v : window.graph.Vertices()) {
-      const int row = error.OrderingIdx(*v);
+      const int row = error.OrderingId(*v);
       if (v->GetRole() == Role::kLandmark && row >= 0) first_landmark = std::min(first_landmark, row);
       if (v->GetRole() != Role::kLandmark) last_other = std::max(last_other, row);
     }
@@ -91,7 +90,7 @@ TEST(MarginalizationError, FreezesTheLinearizationPointAtTheFirstConnection) {
     moved.AddResidualBlock(edges[k]);
     if (k == edges.size() / 2) {
       for (const auto& v : window.graph.Vertices()) {
-        if (moved.OrderingIdx(*v) < 0) continue;
+        if (moved.OrderingId(*v) < 0) continue;
         const VecX delta = VecX::Constant(v->LocalDimension(), 1e-2);
         v->Plus(delta.data());
       }
@@ -99,7 +98,7 @@ TEST(MarginalizationError, FreezesTheLinearizationPointAtTheFirstConnection) {
   }
   // Blocks that were connected only after the move differ; those before it do not: all poses are among them.
   const auto pose = window.poses[0];
-  const int a = still.OrderingIdx(*pose), b = moved.OrderingIdx(*pose);
+  const int a = still.OrderingId(*pose), b = moved.OrderingId(*pose);
   EXPECT_LT(RelativeError(moved.H().block(b, b, 6, 6), still.H().block(a, a, 6, 6)), 1e-12);
   EXPECT_GT(moved.ComputeDeltaChi().norm(), 1e-2);
 }
@@ -123,7 +122,7 @@ TEST(MarginalizationError, FixedVerticesHaveNoColumns) {
   const SmallWindow window;
   window.extrinsic->SetFixed();
   const MarginalizationError error = Accumulate(window);
-  EXPECT_EQ(error.OrderingIdx(*window.extrinsic), -1);
+  EXPECT_EQ(error.OrderingId(*window.extrinsic), -1);
   MarginalizationError free_error;
   window.extrinsic->SetFixed(false);
   free_error = Accumulate(window);
@@ -141,7 +140,7 @@ TEST(MarginalizationError, PriorIsAnEdgeWithTheSameNormalEquations) {
   EXPECT_EQ(edge.Residual(), error.e0());
   EXPECT_EQ(error.ComputeDeltaChi().norm(), 0.0);
   for (const auto& v : window.graph.Vertices()) {
-    if (error.OrderingIdx(*v) < 0) continue;
+    if (error.OrderingId(*v) < 0) continue;
     const VecX delta = VecX::Constant(v->LocalDimension(), 1e-3);
     v->Plus(delta.data());
   }

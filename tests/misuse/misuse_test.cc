@@ -111,10 +111,11 @@ std::string Follow(const std::function<void(Recording*)>& change_flight,
   okvis.temporal_frames = 5;
   Estimator estimator(options, MakeOkvisPolicy(okvis));
   std::string last;
-  auto reading = recording.imu.begin();
+  auto measurement = recording.imu.begin();
   for (const Image& image : recording.frames) {
-    while (reading != recording.imu.end() && (reading == recording.imu.begin() || std::prev(reading)->t < image.t)) {
-      estimator.AddImu(*reading++);
+    while (measurement != recording.imu.end() &&
+           (measurement == recording.imu.begin() || std::prev(measurement)->t < image.t)) {
+      estimator.AddImu(*measurement++);
     }
     const FrameReport report = estimator.AddFrame(image);
     EXPECT_EQ(report.message.empty(), report.status == FrameReport::Status::kTracking) << report.message;
@@ -127,7 +128,7 @@ std::string Follow(const std::function<void(Recording*)>& change_flight,
 template <typename Change>
 std::string ChangeEach(const Change& change) {
   return Follow([&](Recording* recording) {
-    for (ImuMeasurement& reading : recording->imu) change(&reading);
+    for (ImuMeasurement& measurement : recording->imu) change(&measurement);
   });
 }
 
@@ -172,7 +173,7 @@ std::string StartFrom(const StampedState& state, const MatXX& J,
   options.calibration = Flight().calibration;
   Estimator estimator(options, std::move(policy));
   estimator.StartFrom(state, J);
-  for (const ImuMeasurement& reading : Flight().imu) estimator.AddImu(reading);
+  for (const ImuMeasurement& measurement : Flight().imu) estimator.AddImu(measurement);
   std::string message;
   for (size_t k = 0; message.empty() && k < Flight().frames.size(); ++k) {
     message = estimator.AddFrame(Flight().frames[k]).message;
@@ -332,12 +333,12 @@ const std::vector<Case> kOptions = {
 };
 
 const std::vector<Case> kMeasurements = {
-    {"readings out of order", Do([] {
+    {"measurements out of order", Do([] {
        Estimator estimator({}, MakeVinsPolicy());
        estimator.AddImu({1.0, Vec3(0, 0, 9.81), Vec3::Zero()});
        estimator.AddImu({0.5, Vec3(0, 0, 9.81), Vec3::Zero()});
      }),
-     "the IMU reading at t = 0.500000 s is before the one at t = 1.000000 s"},
+     "the IMU measurement at t = 0.500000 s is before the one at t = 1.000000 s"},
     {"a track twice",
      [] { return Follow([](Recording* r) { r->frames[3].tracks.push_back(r->frames[3].tracks[0]); }); },
      "stands twice in the image"},
@@ -365,7 +366,9 @@ const std::vector<Case> kMeasurements = {
     {"a silent IMU",
      [] {
        return Follow([](Recording* r) {
-         const auto is_lost = [](const ImuMeasurement& reading) { return reading.t > 3.0 && reading.t < 3.5; };
+         const auto is_lost = [](const ImuMeasurement& measurement) {
+           return measurement.t > 3.0 && measurement.t < 3.5;
+         };
          r->imu.erase(std::remove_if(r->imu.begin(), r->imu.end(), is_lost), r->imu.end());
        });
      },
@@ -397,12 +400,12 @@ const std::vector<Case> kMeasurements = {
                         std::make_unique<SingularPolicy>());
      },
      "the window's solve failed"},
-    {"readings for an hour and no image", Do([] {
+    {"measurements for an hour and no image", Do([] {
        Estimator estimator({}, MakeVinsPolicy());
        for (int k = 0; k < 360'000; ++k) estimator.AddImu({0.01 * k, Vec3(0, 0, 9.81), Vec3::Zero()});
        estimator.AddFrame({1.0, {}});
      }),
-     "feed images and readings in order of time"},
+     "feed images and measurements in order of time"},
     {"a file that is cut",
      [] { return ReadChanged("tracks.csv", [](std::string* text) { text->resize(text->size() - 4); }); },
      "the file ends in the middle of a line; is it cut?"},

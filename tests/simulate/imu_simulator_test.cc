@@ -27,7 +27,7 @@ double PredictionError(const Trajectory& trajectory, double rate, double t0, dou
   Calibration calibration;
   calibration.imu_rate = rate;
   const SimulatedImu run = SimulateImu(trajectory, calibration, Perfect());
-  const Preintegration imu = Integrate(SamplesBetween(run.readings, t0, t1), calibration.noise);
+  const Preintegration imu = Integrate(SamplesBetween(run.measurements, t0, t1), calibration.noise);
   EXPECT_NEAR(imu.SumDt(), t1 - t0, 1e-12);
   const Motion i = trajectory.At(t0), j = trajectory.At(t1);
   const Vec3 g = calibration.GravityInWorld();
@@ -59,10 +59,10 @@ TEST(ImuSimulator, AtRestItFeelsTheReactionToGravityAndItsBiases) {
   options.b_a = Vec3(0.1, -0.2, 0.3);
   options.b_g = Vec3(0.01, 0.02, -0.03);
   const SimulatedImu run = SimulateImu(Handheld(handheld), Calibration{}, options);
-  ASSERT_EQ(run.readings.size(), 401u);
-  EXPECT_LT((run.readings[77].acceleration - Vec3(0.1, -0.2, 10.11)).norm(), 1e-12);
-  EXPECT_LT((run.readings[77].gyroscope - options.b_g).norm(), 1e-12);
-  EXPECT_EQ(run.readings[77].t, RoundToNanosecond(77 / 200.0));
+  ASSERT_EQ(run.measurements.size(), 401u);
+  EXPECT_LT((run.measurements[77].acceleration - Vec3(0.1, -0.2, 10.11)).norm(), 1e-12);
+  EXPECT_LT((run.measurements[77].gyroscope - options.b_g).norm(), 1e-12);
+  EXPECT_EQ(run.measurements[77].t, RoundToNanosecond(77 / 200.0));
 }
 
 // 20,001 samples × 3 axes: the sampled deviation of a sample's noise is good to 1/√(2n) ≈ 0.3 % (one sigma), and so is
@@ -75,11 +75,11 @@ TEST(ImuSimulator, NoiseHasTheDensitiesOfTheCalibration) {
   const SimulatedImu noisy = SimulateImu(trajectory, calibration, {}),
                      clean = SimulateImu(trajectory, calibration, Perfect());
   double acc = 0.0, gyr = 0.0, acc_walk = 0.0, gyr_walk = 0.0;
-  const size_t n = noisy.readings.size();
+  const size_t n = noisy.measurements.size();
   for (size_t k = 0; k < n; ++k) {
     const StampedState& truth = noisy.truth[k];
-    acc += (noisy.readings[k].acceleration - clean.readings[k].acceleration - truth.b_a).squaredNorm();
-    gyr += (noisy.readings[k].gyroscope - clean.readings[k].gyroscope - truth.b_g).squaredNorm();
+    acc += (noisy.measurements[k].acceleration - clean.measurements[k].acceleration - truth.b_a).squaredNorm();
+    gyr += (noisy.measurements[k].gyroscope - clean.measurements[k].gyroscope - truth.b_g).squaredNorm();
     if (k == 0) continue;
     acc_walk += (truth.b_a - noisy.truth[k - 1].b_a).squaredNorm();
     gyr_walk += (truth.b_g - noisy.truth[k - 1].b_g).squaredNorm();
@@ -108,7 +108,7 @@ TEST(ImuSimulator, ErrorsOfPreintegrationFitItsCovariance) {
   };
   for (size_t k = 0; k + 100 < run.truth.size(); k += 100, ++n) {
     const StampedState &i = run.truth[k], &j = run.truth[k + 100];
-    const std::vector<ImuSample> samples = SamplesBetween(run.readings, i.t, j.t);
+    const std::vector<ImuSample> samples = SamplesBetween(run.measurements, i.t, j.t);
     auto imu = std::make_shared<Preintegration>(samples.front(), i.b_a, i.b_g, calibration.noise);
     for (size_t m = 1; m < samples.size(); ++m) imu->Add(samples[m]);
     EdgeImu edge(pose(i), speed_bias(i), pose(j), speed_bias(j), imu, -calibration.GravityInWorld());
@@ -123,7 +123,9 @@ TEST(ImuSimulator, RepeatsWithItsSeed) {
   const Trajectory trajectory = CourseArc(1.0);
   ImuOptions a, b;
   b.seed = 2;
-  const auto last = [&](const ImuOptions& o) { return SimulateImu(trajectory, {}, o).readings.back().acceleration; };
+  const auto last = [&](const ImuOptions& o) {
+    return SimulateImu(trajectory, {}, o).measurements.back().acceleration;
+  };
   EXPECT_EQ(last(a), last(a));
   EXPECT_NE(last(a), last(b));
 }

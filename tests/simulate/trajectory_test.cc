@@ -99,7 +99,7 @@ TEST(Trajectory, CourseArcPassesThroughTheFramesOfTheCourse) {
   }
 }
 
-TEST(Trajectory, GaugePaperPathsAreFiveMetresAtTwoMetresASecond) {
+TEST(Trajectory, GaugePaperPathsAreFiveMetersAtTwoMetersASecond) {
   for (const GaugePath path : {GaugePath::kSine, GaugePath::kArc, GaugePath::kRectangle}) {
     const Trajectory trajectory = GaugePaperPath(path);
     EXPECT_NEAR(PathLength(trajectory), 5.0, 1e-9);

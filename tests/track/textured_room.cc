@@ -158,7 +158,7 @@ void WriteRenderedFlight(const RenderOptions& options, const fs::path& folder) {
   std::string table =
       "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m s^-2],"
       "a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
-  for (const auto& [t, a, w] : imu.readings) {
+  for (const auto& [t, a, w] : imu.measurements) {
     table += std::to_string(NanosecondsAt(t, kOrigin)) + "," + List({w.x(), w.y(), w.z(), a.x(), a.y(), a.z()}) + "\n";
   }
   const fs::path mav0 = folder / "mav0";

@@ -78,7 +78,7 @@ BROKEN = {
     "an image that is cut": (cut, r"FOLDER/cam0/data/STAMP\.png: cannot be read as PNG; is it cut or damaged\? .+"),
     "a camera's clock of another day": (
         late_camera, r"FOLDER/cam0/data\.csv: the clocks of camera and IMU differ: no image lies within the IMU's time; the "
-        r"images are from 1\d+\.00 s to 1\d+\.00 s after its first reading, its last is at 1\.00 s"),
+        r"images are from 1\d+\.00 s to 1\d+\.00 s after its first measurement, its last is at 1\.00 s"),
     "swapped columns": (
         edit(MOTION, swap_vectors_everywhere), r"FOLDER/imu0/data\.csv:\d+: the columns a are 0\.\d+ m/s² long on average, where "
         r"gravity alone is 9\.81: are the columns of a and w swapped, or is the unit another\?"),

@@ -105,13 +105,13 @@ struct Flight {
     x << run.truth[k].v_W, run.truth[k].b_a, run.truth[k].b_g;
     return std::make_shared<VertexSpeedBias>(x);
   }
-  /// From reading i to reading j, integrated at the given biases.
+  /// From measurement i to measurement j, integrated at the given biases.
   EdgeImu Between(size_t i, size_t j, const Vec3& b_a, const Vec3& b_g) const {
     const auto sample = [this](size_t k, double dt) {
-      return ImuSample{dt, run.readings[k].acceleration, run.readings[k].gyroscope};
+      return ImuSample{dt, run.measurements[k].acceleration, run.measurements[k].gyroscope};
     };
     auto imu = std::make_shared<Preintegration>(sample(i, 0.0), b_a, b_g, calibration.noise);
-    for (size_t k = i + 1; k <= j; ++k) imu->Add(sample(k, run.readings[k].t - run.readings[k - 1].t));
+    for (size_t k = i + 1; k <= j; ++k) imu->Add(sample(k, run.measurements[k].t - run.measurements[k - 1].t));
     return EdgeImu(Pose(i), SpeedBias(i), Pose(j), SpeedBias(j), imu, -calibration.GravityInWorld());
   }
   Calibration calibration;

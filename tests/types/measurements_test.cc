@@ -21,9 +21,9 @@ TEST(SamplesBetween, InterpolatesTheEndsAndKeepsTheReadingsBetween) {
     EXPECT_DOUBLE_EQ(samples[k].acceleration.x(), t[k]);
     EXPECT_DOUBLE_EQ(samples[k].gyroscope.y(), 2 * t[k]);
   }
-  EXPECT_EQ(SamplesBetween(ramp, 2.0, 3.0).size(), 2u);  // ends on readings: none is doubled
+  EXPECT_EQ(SamplesBetween(ramp, 2.0, 3.0).size(), 2u);  // ends on measurements: none is doubled
   EXPECT_EQ(SamplesBetween(ramp, 1.0, 4.0).size(), 4u);
-  EXPECT_EQ(SamplesBetween(ramp, 2.25, 2.75).size(), 2u);  // between two readings
+  EXPECT_EQ(SamplesBetween(ramp, 2.25, 2.75).size(), 2u);  // between two measurements
 }
 
 TEST(SamplesBetween, IsEmptyWhereTheReadingsDoNotReach) {

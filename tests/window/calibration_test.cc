@@ -89,9 +89,10 @@ struct Found {
 
 Found Calibrate(const Recording& recording, const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy) {
   Found found;
-  const OdometryRun run = RunOdometry(recording, options, std::move(policy), [&](const Estimator& e, const WindowRow&) {
-    found = {e.TimeOffset(), e.GetWindow().T_B_C().q};
-  });
+  const OdometryRun run =
+      RunOdometry(recording, options, std::move(policy), [&](const Estimator& e, const ImageResult&) {
+        found = {e.TimeOffset(), e.GetWindow().T_B_C().q};
+      });
   EXPECT_EQ(run.restarts, 0);
   EXPECT_TRUE(run.error && run.error->position_rmse < 0.1);
   return found;

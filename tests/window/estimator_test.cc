@@ -105,22 +105,22 @@ TEST(Estimator, DoesNotDependOnTheClock) {
   EXPECT_FALSE(AreSame(cut.states, whole.states)) << "else the slow machine would be none";
 }
 
-// Before an image is added, the readings alone tell where it will be found, up to what the image corrects.
+// Before an image is added, the measurements alone tell where it will be found, up to what the image corrects.
 TEST(Estimator, PredictsAtTheRateOfTheImu) {
   const Recording recording = SimulateSixSeconds();
   Estimator estimator(EstimatorOptions{recording.calibration}, MakeVinsPolicy());
   EXPECT_FALSE(estimator.PredictAt(0.0)) << "not before there is an estimate";
-  auto reading = recording.imu.begin();
+  auto measurement = recording.imu.begin();
   std::vector<double> meters, meters_a_second, radians;
   for (const Image& image : recording.frames) {
-    while (reading != recording.imu.end() && reading->t <= image.t) estimator.AddImu(*reading++);
+    while (measurement != recording.imu.end() && measurement->t <= image.t) estimator.AddImu(*measurement++);
     const auto predicted = estimator.PredictAt(image.t);
     const auto state = estimator.AddFrame(image).state;
     EXPECT_FALSE(predicted && !state);
     if (!state) continue;
     EXPECT_EQ(estimator.PredictAt(state->t)->T_W_B.p, state->T_W_B.p);
     EXPECT_FALSE(estimator.PredictAt(state->t - 0.01)) << "into the past";
-    EXPECT_FALSE(estimator.PredictAt(state->t + 0.2)) << "far beyond the readings";
+    EXPECT_FALSE(estimator.PredictAt(state->t + 0.2)) << "far beyond the measurements";
     if (!predicted) continue;
     EXPECT_EQ(predicted->t, state->t);
     meters.push_back((predicted->T_W_B.p - state->T_W_B.p).norm());
@@ -144,7 +144,7 @@ TEST(Estimator, ReportsTheCovarianceOfTheWholeState) {
   for (auto&& policy : AllPolicies()) {
     SCOPED_TRACE(policy->Name());
     int reports = 0;
-    RunOdometry(recording, options, std::move(policy), [&](const Estimator& now, const WindowRow& row) {
+    RunOdometry(recording, options, std::move(policy), [&](const Estimator& now, const ImageResult& row) {
       if (!row.report.state) return;
       if (++reports % 20 != 0) return;
       const StateCovariance& covariance = *row.report.covariance;
@@ -167,7 +167,7 @@ TEST(Estimator, ItsCovarianceIsABlockOfTheInverse) {
   const Recording recording = SimulateSixSeconds();
   EstimatorOptions options{recording.calibration};
   options.report_covariance = true;
-  class Watched : public OnASlowMachine {  // looks at the solved window, before it slides
+  class ChecksCovariance : public OnASlowMachine {  // looks at the solved window, before it slides
    public:
     using OnASlowMachine::OnASlowMachine;
     void AfterSolve(Window* window) override {
@@ -185,7 +185,7 @@ TEST(Estimator, ItsCovarianceIsABlockOfTheInverse) {
   };
   OkvisOptions okvis;
   okvis.temporal_frames = 5;
-  RunOdometry(recording, options, std::make_unique<Watched>(MakeOkvisPolicy(okvis)));
+  RunOdometry(recording, options, std::make_unique<ChecksCovariance>(MakeOkvisPolicy(okvis)));
 }
 
 TEST(Estimator, ASnapshotStaysAsItWas) {
@@ -193,7 +193,7 @@ TEST(Estimator, ASnapshotStaysAsItWas) {
   Estimator estimator(EstimatorOptions{recording.calibration}, MakeVinsPolicy());
   std::optional<Snapshot> first, last;
   std::optional<StampedState> at_first;
-  FeedRecording(recording, &estimator, [&](const Estimator& now, const WindowRow& row) {
+  FeedRecording(recording, &estimator, [&](const Estimator& now, const ImageResult& row) {
     if (!row.report.state) return;
     last = now.TakeSnapshot();
     if (first) return;

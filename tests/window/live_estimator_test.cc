@@ -43,7 +43,7 @@ TEST(LiveEstimator, TwoThreadsFeedItToTheSameBits) {
                        if (report.state) states.push_back(*report.state);
                      });
   std::thread driver([&] {
-    for (const ImuMeasurement& reading : recording.imu) live.AddImu(reading);
+    for (const ImuMeasurement& measurement : recording.imu) live.AddImu(measurement);
   });
   std::thread tracker([&] {
     for (const Image& image : recording.frames) live.AddFrame(image);
@@ -64,7 +64,7 @@ TEST(LiveEstimator, AllImagesBeforeAllReadingsGiveTheSameBits) {
                        if (report.state) states.push_back(*report.state);
                      });
   for (const Image& image : recording.frames) live.AddFrame(image);
-  for (const ImuMeasurement& reading : recording.imu) live.AddImu(reading);
+  for (const ImuMeasurement& measurement : recording.imu) live.AddImu(measurement);
   live.Finish();
   ExpectSame(states, InOneThread(recording));
 }
@@ -78,7 +78,7 @@ TEST(LiveEstimator, PredictsFromTheNewestEstimate) {
                        if (newest) predicted = estimator.PredictAt(newest->t + 0.004);
                      });
   EXPECT_FALSE(live.PredictAt(1.0));
-  for (const ImuMeasurement& reading : recording.imu) live.AddImu(reading);
+  for (const ImuMeasurement& measurement : recording.imu) live.AddImu(measurement);
   for (const Image& image : recording.frames) {
     if (image.t < recording.imu.back().t - 0.5) live.AddFrame(image);
   }
@@ -86,8 +86,8 @@ TEST(LiveEstimator, PredictsFromTheNewestEstimate) {
   ASSERT_TRUE(newest && predicted);
   EXPECT_EQ(live.PredictAt(newest->t)->T_W_B.p, newest->T_W_B.p);
   EXPECT_LT((live.PredictAt(newest->t + 0.004)->T_W_B.p - predicted->T_W_B.p).norm(), 1e-5)
-      << "it knows readings after";
-  EXPECT_TRUE(live.PredictAt(newest->t + 0.4)) << "the readings reach so far";
+      << "it knows measurements after";
+  EXPECT_TRUE(live.PredictAt(newest->t + 0.4)) << "the measurements reach so far";
 }
 
 TEST(LiveEstimator, RefusesAMeasurementWhereItIsFed) {

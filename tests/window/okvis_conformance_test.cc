@@ -244,7 +244,7 @@ class Drive {
   StampedState last_;
 };
 
-TEST(OkvisRow13, TenSecondsAtOneMetrePerSecond) {
+TEST(OkvisRow13, TenSecondsAtOneMeterPerSecond) {
   const Transform at_the_body, aside{ExpSO3(Vec3(0.05, -0.1, 0.3)), Vec3(0.1, -0.05, 0.02)};
   for (const Transform& T_B_C : {at_the_body, aside}) {
     for (const bool estimate_extrinsic : {false, true}) {

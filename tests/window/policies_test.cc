@@ -171,7 +171,7 @@ TEST(Vins, RestoresPositionAndYawOfTheOldestFrame) {
   EXPECT_LT((window.frames[0].pose->q().conjugate() * window.frames[3].pose->q()).angularDistance(relative), 1e-7);
 }
 
-TEST(Window, LeavesOutImuPiecesOverTenSeconds) {
+TEST(Window, LeavesOutImuIntervalsOverTenSeconds) {
   Window window = Straight(2);
   for (const double seconds : {9.4, 9.6}) {  // 0.5 s are there already
     const ImuSample sample{seconds, Vec3(0, 0, 9.81), Vec3::Zero()};

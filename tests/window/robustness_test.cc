@@ -25,9 +25,9 @@ void LoseTracks(double t0, double t1, Recording* recording) {
 
 void SilenceImu(double t0, double t1, Recording* recording) {
   auto& imu = recording->imu;
-  imu.erase(
-      std::remove_if(imu.begin(), imu.end(), [&](const auto& reading) { return reading.t > t0 && reading.t < t1; }),
-      imu.end());
+  imu.erase(std::remove_if(imu.begin(), imu.end(),
+                           [&](const auto& measurement) { return measurement.t > t0 && measurement.t < t1; }),
+            imu.end());
 }
 
 std::vector<OdometryRun> RunAll(const Recording& recording) {
@@ -43,7 +43,7 @@ std::vector<OdometryRun> RunAll(const Recording& recording) {
 
 std::vector<Failure> FailuresOf(const OdometryRun& run) {
   std::vector<Failure> failures;
-  for (const WindowRow& row : run.rows) {
+  for (const ImageResult& row : run.rows) {
     if (row.report.failure != Failure::kNone) failures.push_back(row.report.failure);
   }
   return failures;
@@ -90,7 +90,7 @@ void ExpectOneRestart(const Recording& recording, const OdometryRun& run, Failur
   ASSERT_TRUE(run.segments[1].error);
   EXPECT_GT(run.segments[1].error->time.size(), 60u);
   EXPECT_LT(run.segments[1].error->position_rmse, 0.15);
-  for (const WindowRow& row : run.rows) {
+  for (const ImageResult& row : run.rows) {
     EXPECT_EQ(row.report.segment, row.t < run.segments[0].states.back().t + 1e-9 ? 0 : 1) << row.t;
   }
 }
@@ -146,8 +146,8 @@ TEST(Robustness, BearsOutliers) {
 
 // The accelerometer's x axis is off by so much for a while.
 void Strike(double acceleration, double seconds, Recording* recording) {
-  for (ImuMeasurement& reading : recording->imu) {
-    if (reading.t > 6.0 && reading.t < 6.0 + seconds) reading.acceleration.x() += acceleration;
+  for (ImuMeasurement& measurement : recording->imu) {
+    if (measurement.t > 6.0 && measurement.t < 6.0 + seconds) measurement.acceleration.x() += acceleration;
   }
 }
 

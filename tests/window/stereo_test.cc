@@ -65,7 +65,7 @@ TEST(Stereo, StartsAtRestWithTheScaleOfItsBaseLine) {
   for (auto&& policy : AllPolicies()) {
     Snapshot last;
     const OdometryRun run = RunOdometry(recording, EstimatorOptions{recording.calibration}, std::move(policy),
-                                        [&](const Estimator& e, const WindowRow&) { last = e.TakeSnapshot(); });
+                                        [&](const Estimator& e, const ImageResult&) { last = e.TakeSnapshot(); });
     SCOPED_TRACE(run.policy);
     ASSERT_GT(run.states.size(), 25u);
     EXPECT_LT((run.states.back().T_W_B.p - run.states.front().T_W_B.p).norm(), 0.02);
@@ -104,7 +104,7 @@ TEST(Stereo, ExtrinsicsOffByTwoDegreesAndTwoCentimetersConverge) {
   for (auto&& policy : AllPolicies()) {
     Snapshot last;
     const OdometryRun run = RunOdometry(recording, options, std::move(policy),
-                                        [&](const Estimator& e, const WindowRow&) { last = e.TakeSnapshot(); });
+                                        [&](const Estimator& e, const ImageResult&) { last = e.TakeSnapshot(); });
     SCOPED_TRACE(run.policy);
     ASSERT_TRUE(run.error && last.T_B_C1);
     EXPECT_EQ(run.restarts, 0);
@@ -196,7 +196,7 @@ TEST(Stereo, AFalseMatchInCameraOneCostsItsViewsThereAlone) {
     EXPECT_LT(with.error->position_rmse, 2.0 * without.error->position_rmse);
     const auto landmarks = [](const OdometryRun& run) {
       double sum = 0.0;
-      for (const WindowRow& row : run.rows) sum += row.report.landmarks;
+      for (const ImageResult& row : run.rows) sum += row.report.landmarks;
       return sum / static_cast<double>(run.rows.size());
     };
     EXPECT_GT(landmarks(with), 0.85 * landmarks(without));

@@ -169,7 +169,7 @@ TEST(VinsRow17, TheFlagDecidesWhoLeaves) {
   }
 }
 
-TEST(VinsRow18, ALandmarkBehindItsNewHostGetsFiveMetres) {
+TEST(VinsRow18, ALandmarkBehindItsNewHostGetsFiveMeters) {
   Window window = Straight(4);
   See(1, Vec3(1, 2, 8), 0, 3, &window);
   TriangulateLandmarks(&window);

@@ -1,4 +1,4 @@
-"""./course track: the front end, which makes a recording of a folder of images and IMU readings."""
+"""./course track: the front end, which makes a recording of a folder of images and IMU measurements."""
 
 from pathlib import Path
 

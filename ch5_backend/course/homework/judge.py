@@ -35,7 +35,7 @@ ASSERTIONS = [
 EXCEPTIONS = [
     (r"std::bad_alloc|length_error|vector::_M_\w*append|_M_realloc_insert", "judge.out_of_memory"),
     (r"map::at", "judge.not_in_map"),
-    (r"not finite: \(\d+, \d+\) = -?nan|-\d\.\d+e\+30[0-9]", "judge.unset_numbers"),  # poison.h
+    (r"not finite: \(\d+, \d+\) = -?nan|-\d\.\d+e\+30[0-9]", "judge.unset_numbers"),  # unset_memory.h
     (r"vector::_M_range_check", "judge.index_outside_vector"),
 ]
 

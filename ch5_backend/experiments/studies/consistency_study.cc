@@ -43,7 +43,7 @@ Run RunOnce(const Recording& recording, const ConsistencyCase& c, const Consiste
   Estimator estimator(settings, ConsistencyPolicy(c));
   estimator.StartFrom(start.state, start.J);
   Run samples;
-  FeedRecording(recording, &estimator, [&](const Estimator& now, const WindowRow& row) {
+  FeedRecording(recording, &estimator, [&](const Estimator& now, const ImageResult& row) {
     if (now.Restarts() > 0) return;
     const StampedState truth = *StateAt(recording.truth, row.t);
     samples.push_back(
@@ -54,7 +54,7 @@ Run RunOnce(const Recording& recording, const ConsistencyCase& c, const Consiste
   Estimator free(settings, ConsistencyPolicy(c));
   free.StartFrom(start.state, start.J_free);
   size_t k = 0;
-  FeedRecording(recording, &free, [&](const Estimator& now, const WindowRow&) {
+  FeedRecording(recording, &free, [&](const Estimator& now, const ImageResult&) {
     if (now.Restarts() > 0 || k == samples.size()) return;
     for (const GaugeLeak& leak : AuditPrior(now.GetWindow().prior->GetPrior())) {
       (leak.direction == "yaw" ? samples[k].yaw_leak : samples[k].position_leak) += leak.information;

@@ -9,7 +9,7 @@
 ///
 /// Errors in position and yaw need a frame in which both are known, here that of the first state: each run starts from a
 /// state drawn around the truth, its prior has the σ of that draw, and all later errors and covariances are in that W. No
-/// gauge prior is needed besides (Window::prior_fixes_gauge). Nothing measures yaw afterwards, so its information can
+/// gauge prior is needed in addition (Window::prior_fixes_gauge). Nothing measures yaw afterwards, so its information can
 /// only decrease; where it increases, it is spurious. A second set of runs starts without position and yaw, as usual, and
 /// the gauge auditor (consistency/gauge_audit.h) reads the spurious information off the prior itself: nᵀHn.
 ///

@@ -69,7 +69,7 @@ void RunPolicy(const Recording& recording, const EnduranceOptions& options, std:
   PathLength path;
   int frame = 0;
   double seconds = 0.0;
-  FeedRecording(recording, &estimator, [&](const Estimator&, const WindowRow& row) {
+  FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
     ++frame;
     seconds += row.seconds;
     const StampedState truth = *StateAt(recording.truth, row.t);

@@ -28,7 +28,7 @@ void AppendHostNoise(const std::string& name, const Recording& recording, CsvTab
       options.weights.noisy_hosts = way.noisy;
       const OdometryRun run = RunOdometry(recording, options, std::move(policy));
       double seconds = 0.0;
-      for (const WindowRow& row : run.rows) seconds += row.seconds;
+      for (const ImageResult& row : run.rows) seconds += row.seconds;
       const TrajectoryError error = run.error.value_or(TrajectoryError());
       table->Row(name, run.policy, way.hosts, run.states.size(), run.restarts, error.position_rmse, error.scale - 1.0,
                  error.rotation_rmse * 180.0 / M_PI, 1e3 * seconds / static_cast<double>(run.rows.size()));

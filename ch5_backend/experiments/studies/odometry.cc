@@ -58,7 +58,7 @@ std::vector<OdometrySegment>::const_iterator LongestSegment(const OdometryRun& r
 void Summarize(const Recording& recording, OdometryRun* run) {
   double total = 0.0, answered = 0.0;
   std::vector<double> milliseconds;
-  for (const WindowRow& row : run->rows) {
+  for (const ImageResult& row : run->rows) {
     total += row.seconds;
     if (!row.report.state) continue;
     answered += row.seconds;
@@ -97,7 +97,7 @@ std::optional<OdometryRun> RunBatch(const Recording& recording, const EstimatorO
   run.policy = "batch";
   std::vector<Image> images;
   for (size_t k = 0; k < start.rows.size(); ++k) {
-    const WindowRow& row = start.rows[k];
+    const ImageResult& row = start.rows[k];
     if (!row.report.state || row.report.segment != segment->id) continue;
     images.push_back(recording.frames[k]);
     run.rows.push_back({row.t, 0.0, {}});
@@ -122,15 +122,16 @@ std::optional<OdometryRun> RunBatch(const Recording& recording, const EstimatorO
 
 void FeedRecording(const Recording& recording, Estimator* estimator, const OdometryCallback& watch) {
   using Clock = std::chrono::steady_clock;
-  auto reading = recording.imu.begin();
+  auto measurement = recording.imu.begin();
   for (const Image& frame : recording.frames) {
     const Clock::time_point start = Clock::now();
-    // One reading beyond the image, so that the IMU can be interpolated at its time.
+    // One measurement beyond the image, so that the IMU can be interpolated at its time.
     const double until = frame.t + estimator->TimeOffset();
-    while (reading != recording.imu.end() && (reading == recording.imu.begin() || std::prev(reading)->t < until)) {
-      estimator->AddImu(*reading++);
+    while (measurement != recording.imu.end() &&
+           (measurement == recording.imu.begin() || std::prev(measurement)->t < until)) {
+      estimator->AddImu(*measurement++);
     }
-    WindowRow row{frame.t, 0.0, estimator->AddFrame(frame)};
+    ImageResult row{frame.t, 0.0, estimator->AddFrame(frame)};
     row.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     watch(*estimator, row);
   }
@@ -141,7 +142,7 @@ OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& opti
   Estimator estimator(options, std::move(policy));
   OdometryRun run;
   run.policy = estimator.Policy().Name();
-  FeedRecording(recording, &estimator, [&](const Estimator& now, const WindowRow& row) {
+  FeedRecording(recording, &estimator, [&](const Estimator& now, const ImageResult& row) {
     if (row.report.state) {
       run.states.push_back(*row.report.state);
       if (run.segments.empty() || run.segments.back().id != row.report.segment)

@@ -18,9 +18,9 @@ namespace ch5 {
 std::vector<std::unique_ptr<WindowPolicy>> AllPolicies(int window = 0);
 
 /// The time and result of one image.
-struct WindowRow {
+struct ImageResult {
   double t = 0.0;
-  double seconds = 0.0;  ///< for the image and its IMU readings
+  double seconds = 0.0;  ///< for the image and its IMU measurements
   FrameReport report;
 };
 
@@ -33,7 +33,7 @@ struct OdometrySegment {
 
 struct OdometryRun {
   std::string policy;
-  std::vector<WindowRow> rows;            ///< one per image
+  std::vector<ImageResult> rows;          ///< one per image
   std::vector<StampedState> states;       ///< of the images with an estimate
   std::vector<OdometrySegment> segments;  ///< the same, those with an estimate
   /// Root mean squares over all segments, each with an alignment of its own; that of the longest stands here, and its scale.
@@ -46,7 +46,7 @@ struct OdometryRun {
   double p99_window_ms = 0.0;  ///< of the images with an estimate; NaN if there is none
 };
 
-using OdometryCallback = std::function<void(const Estimator&, const WindowRow&)>;
+using OdometryCallback = std::function<void(const Estimator&, const ImageResult&)>;
 
 /// The longest segment of a run solved at once (window/batch.h), as a run named "batch": its rows are those images, with
 /// the seconds of the solve shared equally.

@@ -32,7 +32,8 @@ std::pair<double, double> Interval(const std::string& word) {
   const std::optional<double> from = first.empty() ? 0.0 : Parse(first);
   const std::optional<double> to = last.empty() ? std::numeric_limits<double>::infinity() : Parse(last);
   if (colon != std::string::npos && from && to && *from >= 0.0 && *from < *to) return {*from, *to};
-  throw std::invalid_argument("must be A:B with 0 ≤ A < B, in seconds since the first IMU reading, got '" + word + "'");
+  throw std::invalid_argument("must be A:B with 0 ≤ A < B, in seconds since the first IMU measurement, got '" + word +
+                              "'");
 }
 
 }  // namespace
@@ -86,7 +87,7 @@ void OdometrySettings::Restrict(Recording* recording) const {
   cut(&recording->imu);
   cut(&recording->frames);
   if (recording->imu.size() < 2 || recording->frames.size() < 2) {
-    throw std::invalid_argument("fewer than two images or IMU readings lie in the seconds asked for");
+    throw std::invalid_argument("fewer than two images or IMU measurements lie in the seconds asked for");
   }
   if (mono) {
     recording->calibration.camera1.reset();

@@ -19,7 +19,7 @@ struct OdometrySettings {
   ObservabilityConstraints first_estimates = ObservabilityConstraints::kNone;
   int window = 0;        ///< VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
   int max_features = 0;  ///< tracks used of an image; 0: all
-  double from = 0.0, to = std::numeric_limits<double>::infinity();  ///< since the first IMU reading [s]
+  double from = 0.0, to = std::numeric_limits<double>::infinity();  ///< since the first IMU measurement [s]
 
   /// Sets one by its name in calibration.yaml, such as max_features; on the command line it is --max-features.
   /// @throws std::invalid_argument with what it must be, or for an unknown name
@@ -27,9 +27,9 @@ struct OdometrySettings {
 
   EstimatorOptions Estimator(const Calibration& calibration) const;
   std::vector<std::unique_ptr<WindowPolicy>> Policies() const;
-  /// Leaves out images and readings outside [from, to], tracks beyond max_features (those followed longest stay), and with
-  /// `mono` camera 1.
-  /// @throws std::invalid_argument if less than two images or readings are left
+  /// Leaves out images and measurements outside [from, to], tracks beyond max_features (those followed longest stay), and
+  /// with `mono` camera 1.
+  /// @throws std::invalid_argument if less than two images or measurements are left
   void Restrict(Recording* recording) const;
 };
 

@@ -16,8 +16,8 @@ namespace {
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr int kSnapshots = 4;  // per policy
 
-WindowSnapshot TakeSnapshot(const Window& window, double t) {
-  WindowSnapshot snapshot;
+WindowMatrices TakeSnapshot(const Window& window, double t) {
+  WindowMatrices snapshot;
   snapshot.t = t;
   snapshot.H = DenseHessian(window.graph, &snapshot.pose_rows);
   const MatXX& J = window.prior->GetPrior().J;
@@ -78,7 +78,7 @@ CsvTable PathTable(const OdometryStudy& study) {
 CsvTable WindowTable(const OdometryStudy& study) {
   CsvTable table("policy,t_s,milliseconds,status,landmarks,iterations,initial_cost,final_cost");
   for (const OdometryRun& run : study.runs) {
-    for (const WindowRow& row : run.rows) {
+    for (const ImageResult& row : run.rows) {
       const char* names[] = {"starting", "tracking", "restarted"};
       const FrameReport& report = row.report;
       table.Row(run.policy, row.t, 1e3 * row.seconds, names[static_cast<int>(report.status)], report.landmarks,
@@ -122,11 +122,11 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
   const auto& frames = study.recording.frames;
   const EstimatorOptions options = settings.Estimator(study.recording.calibration);
   for (auto&& policy : settings.Policies()) {
-    std::vector<WindowSnapshot> snapshots;
+    std::vector<WindowMatrices> snapshots;
     std::vector<PriorAudit> audits;
     const std::string name = policy->Name();
     size_t image = 0;
-    const auto watch = [&](const Estimator& estimator, const WindowRow& row) {
+    const auto watch = [&](const Estimator& estimator, const ImageResult& row) {
       ++image;
       if (progress) progress(name, static_cast<double>(image) / static_cast<double>(frames.size()));
       const Window& window = estimator.GetWindow();
@@ -161,7 +161,7 @@ void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path
   for (size_t r = 0; r < study.runs.size(); ++r) {
     const std::string& policy = study.runs[r].policy;
     for (size_t k = 0; k < study.snapshots[r].size(); ++k) {
-      const WindowSnapshot& snapshot = study.snapshots[r][k];
+      const WindowMatrices& snapshot = study.snapshots[r][k];
       AppendNonZeros(snapshot.H, &matrices, policy, k, snapshot.t, "window", snapshot.H.rows(), snapshot.pose_rows);
       AppendNonZeros(snapshot.H_prior, &matrices, policy, k, snapshot.t, "prior", snapshot.H_prior.rows(),
                      snapshot.H_prior.rows());

@@ -13,7 +13,7 @@
 namespace ch5 {
 
 /// The window at one image: H of its graph, and H of the prior after its slide.
-struct WindowSnapshot {
+struct WindowMatrices {
   double t = 0.0;
   MatXX H;            ///< frame by frame (pose, then speed and biases), landmarks last
   int pose_rows = 0;  ///< rows above the landmarks
@@ -29,7 +29,7 @@ struct PriorAudit {
 struct OdometryStudy {
   Recording recording;
   std::vector<OdometryRun> runs;                       ///< one per policy
-  std::vector<std::vector<WindowSnapshot>> snapshots;  ///< likewise
+  std::vector<std::vector<WindowMatrices>> snapshots;  ///< likewise
   std::vector<std::vector<PriorAudit>> audits;  ///< likewise; after every image, not included in the measured time
 };
 

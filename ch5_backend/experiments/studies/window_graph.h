@@ -18,9 +18,9 @@ struct WindowGraph {
   std::shared_ptr<VertexPose> extrinsic;                       ///< T_B_C
 };
 
-/// The dump's problem at its initial estimates, with its IMU pieces integrated, its losses and its prior.
-/// @throws std::invalid_argument if an IMU piece has no samples, or the prior holds speeds and biases of a window without
-///         an IMU
+/// The dump's problem at its initial estimates, with its IMU intervals integrated, its losses and its prior.
+/// @throws std::invalid_argument if an IMU interval has no samples, or the prior holds speeds and biases of a window
+///         without an IMU
 WindowGraph BuildWindowGraph(const WindowDump& dump);
 
 }  // namespace ch5

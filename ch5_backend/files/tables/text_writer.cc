@@ -18,14 +18,14 @@ void Check(const fs::path& path, int error) {
   if (error != 0) throw WriteError("cannot write " + path.string() + ": " + std::strerror(error));
 }
 
-struct Closer {
+struct FileCloser {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
 // 0, or the errno of what failed. A full disk may show only when the last buffer is flushed.
 // Mode "x": the file must be new.
 int WriteAll(const fs::path& path, const char* mode, std::string_view text) {
-  std::unique_ptr<std::FILE, Closer> file(std::fopen(path.c_str(), mode));
+  std::unique_ptr<std::FILE, FileCloser> file(std::fopen(path.c_str(), mode));
   if (!file) return errno;
   if (std::fwrite(text.data(), 1, text.size(), file.get()) != text.size()) return errno;
   if (std::fflush(file.get()) != 0) return errno;

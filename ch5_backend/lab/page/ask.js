@@ -43,7 +43,7 @@ function pump() {
   }
 }
 
-// What a check asks besides: the answer to other settings of a panel.
+// What a check asks in addition: the answer to other settings of a panel.
 const known = new Map();
 async function answerTo(panel, values) {
   const words = query(panel, {...firstValues(panel), ...values});

@@ -3,7 +3,7 @@
 /// a recording holds.
 ///
 /// An image stamped t is taken at t + time_offset: the camera's clock is late by so much (VINS-Mono's td).
-/// A point keeps its id while it is followed. It is lost when it leaves the image or the range of depths, by chance,
+/// A point keeps its id while it is followed. It is lost when it leaves the image or the range of depths, at random,
 /// or when its track is as long as allowed; found again, it is a new track with a new id, as in a real front end.
 /// Camera 1, if the calibration has one, sees what it can of camera 0's points; camera 0's tracks are the same without it.
 

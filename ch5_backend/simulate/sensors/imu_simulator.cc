@@ -36,7 +36,7 @@ SimulatedImu SimulateImu(const Trajectory& trajectory, const Calibration& calibr
     const Vec3 f_B = m.T_W_B.q.conjugate() * (m.a_W - calibration.GravityInWorld());
     const Vec3 n_a = NormalVector(&random, scale * noise.accelerometer * sqrt_rate);
     const Vec3 n_g = NormalVector(&random, scale * noise.gyroscope * sqrt_rate);
-    run.readings.push_back({t, f_B + b_a + n_a, m.omega_B + b_g + n_g});
+    run.measurements.push_back({t, f_B + b_a + n_a, m.omega_B + b_g + n_g});
     run.truth.push_back({t, m.T_W_B, m.v_W, b_a, b_g});
     b_a += NormalVector(&random, scale * noise.accelerometer_walk / sqrt_rate);
     b_g += NormalVector(&random, scale * noise.gyroscope_walk / sqrt_rate);

@@ -21,8 +21,8 @@ struct ImuOptions {
 
 /// What the IMU reads along a trajectory.
 struct SimulatedImu {
-  std::vector<ImuMeasurement> readings;  ///< at imu_rate, from time 0 to the trajectory's end
-  std::vector<StampedState> truth;       ///< at the same times, with the true biases
+  std::vector<ImuMeasurement> measurements;  ///< at imu_rate, from time 0 to the trajectory's end
+  std::vector<StampedState> truth;           ///< at the same times, with the true biases
 };
 
 /// @param calibration  the IMU's rate, its noise densities, gravity

@@ -23,7 +23,7 @@ Recording SimulateRecording(const Trajectory& trajectory, const std::vector<Vec3
   SimulatedImu imu = SimulateImu(trajectory, options.calibration, options.imu);
   Recording recording;
   recording.calibration = options.calibration;
-  recording.imu = std::move(imu.readings);
+  recording.imu = std::move(imu.measurements);
   recording.truth = std::move(imu.truth);
   recording.frames = SimulateCamera(trajectory, points_W, options.calibration, options.camera);
   return recording;

@@ -94,7 +94,8 @@ VisualInertialScene SimulateVisualInertial(const VisualInertialOptions& o) {
     scene.truth.push_back({t, motion.T_W_B, motion.v_W, Vec3::Zero(), Vec3::Zero()});
   }
   for (int i = 0; i + 1 < o.keyframes; ++i) {
-    scene.imu.push_back(IntegrateBetween(imu.readings, scene.truth[i], scene.truth[i + 1].t, scene.calibration.noise));
+    scene.imu.push_back(
+        IntegrateBetween(imu.measurements, scene.truth[i], scene.truth[i + 1].t, scene.calibration.noise));
   }
   Random random(3 * o.seed + 1);
   AddPoints(path, o, &random, &scene);
@@ -106,8 +107,8 @@ std::shared_ptr<const Preintegration> IntegrateBetween(const std::vector<ImuMeas
                                                        double t1, const ImuNoise& noise) {
   const std::vector<ImuSample> samples = SamplesBetween(imu, from.t, t1);
   if (samples.empty()) {
-    throw std::invalid_argument("IntegrateBetween: the IMU has no readings from " + std::to_string(from.t) + " to " +
-                                std::to_string(t1) + " s");
+    throw std::invalid_argument("IntegrateBetween: the IMU has no measurements from " + std::to_string(from.t) +
+                                " to " + std::to_string(t1) + " s");
   }
   auto preintegration = std::make_shared<Preintegration>(samples.front(), from.b_a, from.b_g, noise);
   for (size_t k = 1; k < samples.size(); ++k) preintegration->Add(samples[k]);

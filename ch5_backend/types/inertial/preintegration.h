@@ -24,7 +24,7 @@ class Preintegration {
   void Add(const ImuSample& sample);
   /// Integrates all samples afresh at other biases.
   void Reintegrate(const Vec3& b_a, const Vec3& b_g);
-  /// Appends another piece that begins where this one ends (its first sample is this one's last).
+  /// Appends another interval that begins where this one ends (its first sample is this one's last).
   void Append(const Preintegration& next);
 
   double SumDt() const { return sum_dt_; }

@@ -129,7 +129,7 @@ void ComputeUncertainty(const Mat99& H, const Vec9& x, const std::vector<LinearM
 }  // namespace
 
 // With x_r the other six:  S = H_GG − H_Gr H_rr⁻¹ H_rG,  c = b_G − H_Gr H_rr⁻¹ b_r,  x_r = H_rr⁻¹ (b_r − H_rG G).
-Vec9 MinimizeWithGravity(const Mat99& H, const Vec9& b, double g) {
+Vec9 SolveWithGravityNorm(const Mat99& H, const Vec9& b, double g) {
   const std::array<int, 6> r{0, 1, 2, 6, 7, 8};
   const std::array<int, 3> G{3, 4, 5};
   const Eigen::LDLT<Mat66> H_rr(Mat66(H(r, r)));
@@ -210,7 +210,7 @@ ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::v
     Vec9 b = Vec9::Zero();
     std::vector<TrackSystem> systems;
     for (const TrackEquations& track : equations) systems.push_back(AddTrack(track, &H, &b));
-    x = MinimizeWithGravity(H, b, options.gravity);
+    x = SolveWithGravityNorm(H, b, options.gravity);
     // At first so wide that a bad start rejects no observation.
     const double width = options.sigma * std::max(2.0, 40.0 * std::pow(0.5, iteration));
     for (size_t k = 0; k < tracks.size(); ++k) {

@@ -43,6 +43,6 @@ ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::v
                            const ClosedFormOptions& options);
 
 /// argmin ½xᵀHx − bᵀx under ‖x_G‖ = g, where x_G are the entries 3, 4, 5 of nine.
-Vec9 MinimizeWithGravity(const Eigen::Matrix<double, 9, 9>& H, const Vec9& b, double g);
+Vec9 SolveWithGravityNorm(const Eigen::Matrix<double, 9, 9>& H, const Vec9& b, double g);
 
 }  // namespace ch5

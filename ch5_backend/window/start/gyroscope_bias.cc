@@ -205,7 +205,7 @@ Vec3 EstimateGyroscopeBias(const Qd& R_B_C, double sigma, std::vector<FeatureTra
     g = MakeGraph(*tracks, *imu, R_B_C, sigma, width);
     SparseOptimizer(&g.graph).Solve(options);  // with one thread: edges share their rotations
     b_g += g.delta_b->GetEstimate();
-    for (Preintegration& piece : *imu) piece.Reintegrate(piece.BiasAccelerometer(), b_g);
+    for (Preintegration& interval : *imu) interval.Reintegrate(interval.BiasAccelerometer(), b_g);
   }
   RemoveOutliers(g, tracks);
   return b_g;

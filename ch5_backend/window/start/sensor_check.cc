@@ -10,7 +10,7 @@ namespace {
 
 // Before that, nothing is said.
 constexpr double kLeastSeconds = 0.5;
-constexpr int kLeastReadings = 20, kLeastImages = 5;
+constexpr int kLeastMeasurements = 20, kLeastImages = 5;
 
 template <typename... Values>
 std::string Sentence(const char* format, Values... values) {
@@ -21,17 +21,17 @@ std::string Sentence(const char* format, Values... values) {
 
 }  // namespace
 
-void SensorCheck::AddImu(const ImuMeasurement& reading) {
-  if (readings_ > 0) seconds_ += reading.t - last_.t;
-  force_ += reading.acceleration.norm();
-  rate_ += reading.gyroscope.norm();
-  fastest_ = std::max(fastest_, reading.gyroscope.norm());
-  if (readings_ > 1) {
-    force_scatter_ += (before_last_.acceleration - 2.0 * last_.acceleration + reading.acceleration).squaredNorm();
+void SensorCheck::AddImu(const ImuMeasurement& measurement) {
+  if (measurements_ > 0) seconds_ += measurement.t - last_.t;
+  force_ += measurement.acceleration.norm();
+  rate_ += measurement.gyroscope.norm();
+  fastest_ = std::max(fastest_, measurement.gyroscope.norm());
+  if (measurements_ > 1) {
+    force_scatter_ += (before_last_.acceleration - 2.0 * last_.acceleration + measurement.acceleration).squaredNorm();
   }
-  ++readings_;
+  ++measurements_;
   before_last_ = last_;
-  last_ = reading;
+  last_ = measurement;
 }
 
 void SensorCheck::AddFrame(const Image& image) {
@@ -46,7 +46,7 @@ void SensorCheck::AddFrame(const Image& image) {
 std::string SensorCheck::SuspectForce(double gravity) const {
   constexpr double kNear = 0.3;          // of gravity
   constexpr double kFastestTurn = 10.0;  // of a hand or a camera on a vehicle [rad/s]
-  const double force = force_ / readings_, rate = rate_ / readings_;
+  const double force = force_ / measurements_, rate = rate_ / measurements_;
   const bool is_gravity = std::abs(force - gravity) < 0.5 * gravity;
   if (!is_gravity && std::abs(rate - gravity) < kNear * gravity) {
     return Sentence("the gyroscope's mean is %.3g and the accelerometer's %.3g: are their columns swapped?", rate,
@@ -69,11 +69,11 @@ std::string SensorCheck::SuspectForce(double gravity) const {
 // A second difference of noise has six times its variance, on each of three axes; of motion it has next to nothing.
 std::string SensorCheck::SuspectNoise(const ImuNoise& noise) const {
   constexpr double kTimes = 5.0;
-  const double sigma = std::sqrt(force_scatter_ / (18.0 * (readings_ - 2)));
+  const double sigma = std::sqrt(force_scatter_ / (18.0 * (measurements_ - 2)));
   if (noise.continuous || sigma < kTimes * noise.accelerometer) return "";
   return Sentence(
       "the accelerometer scatters by %.2g m/s², but ImuNoise::accelerometer = %.2g is taken for that of one "
-      "reading: if it is a density, set ImuNoise::continuous",
+      "measurement: if it is a density, set ImuNoise::continuous",
       sigma, noise.accelerometer);
 }
 
@@ -81,7 +81,7 @@ std::string SensorCheck::Suspicion(double gravity, const ImuNoise& noise) const 
   if (images_ >= kLeastImages && !last_image_.tracks.empty() && tracked_ == 0) {
     return "no point of an image has the id of one in the image before: are they tracks?";
   }
-  if (seconds_ < kLeastSeconds || readings_ < kLeastReadings) return "";
+  if (seconds_ < kLeastSeconds || measurements_ < kLeastMeasurements) return "";
   const std::string force = SuspectForce(gravity);
   return force.empty() ? SuspectNoise(noise) : force;
 }

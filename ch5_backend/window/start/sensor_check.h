@@ -10,12 +10,12 @@ namespace ch5 {
 /// Adds up what the IMU and the images have in common with gravity, with their noise and with one another.
 class SensorCheck {
  public:
-  void AddImu(const ImuMeasurement& reading);
+  void AddImu(const ImuMeasurement& measurement);
   void AddFrame(const Image& image);
   void Reset() { *this = SensorCheck(); }
 
   /// What is suspicious, in one sentence with the numbers; empty if nothing is. In a second of motion the mean specific
-  /// force is near gravity, and a sensor's noise is what remains of three neighboring readings.
+  /// force is near gravity, and a sensor's noise is what remains of three neighboring measurements.
   /// @param gravity [m/s²], noise  as the estimator is told
   std::string Suspicion(double gravity, const ImuNoise& noise) const;
 
@@ -23,7 +23,7 @@ class SensorCheck {
   std::string SuspectForce(double gravity) const;
   std::string SuspectNoise(const ImuNoise& noise) const;
 
-  int readings_ = 0;
+  int measurements_ = 0;
   double seconds_ = 0.0;
   double fastest_ = 0.0;             // ‖ω‖
   double force_ = 0.0, rate_ = 0.0;  // Σ ‖a‖, Σ ‖ω‖

@@ -15,10 +15,10 @@ void StandstillOptions::Validate() const {
   CheckOption("StandstillOptions::acceleration", acceleration, 0);
 }
 
-void StandstillDetector::AddImu(const ImuMeasurement& reading) {
+void StandstillDetector::AddImu(const ImuMeasurement& measurement) {
   constexpr double kWithoutImage = 60.0;  // what is older cannot be asked for any more [s]
-  imu_.push_back(reading);
-  while (imu_.front().t < reading.t - options_.seconds - kWithoutImage) imu_.pop_front();
+  imu_.push_back(measurement);
+  while (imu_.front().t < measurement.t - options_.seconds - kWithoutImage) imu_.pop_front();
 }
 
 std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame) {
@@ -31,9 +31,9 @@ std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame) 
   if (!motion || *motion * focal_length_ > options_.pixels) return std::nullopt;
   StandstillState state;
   Vec3 force = Vec3::Zero();
-  for (const ImuMeasurement& reading : imu_) {
-    force += reading.acceleration / static_cast<double>(imu_.size());
-    state.b_g += reading.gyroscope / static_cast<double>(imu_.size());
+  for (const ImuMeasurement& measurement : imu_) {
+    force += measurement.acceleration / static_cast<double>(imu_.size());
+    state.b_g += measurement.gyroscope / static_cast<double>(imu_.size());
   }
   if (std::abs(force.norm() - gravity_) > options_.acceleration) return std::nullopt;
   state.q_W_B = RotationBetween(force, Vec3::UnitZ());

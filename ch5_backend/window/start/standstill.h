@@ -1,6 +1,6 @@
 #pragma once
-/// Static initialization: at rest the images do not move and the accelerometer measures gravity alone. The readings then
-/// give roll, pitch and the gyroscope's bias.
+/// Static initialization: at rest the images do not move and the accelerometer measures gravity alone. The
+/// measurements then give roll, pitch and the gyroscope's bias.
 
 #include <deque>
 #include <optional>
@@ -35,7 +35,7 @@ class StandstillDetector {
     options.Validate();
   }
 
-  void AddImu(const ImuMeasurement& reading);
+  void AddImu(const ImuMeasurement& measurement);
   /// @return the state at this image, if the body has been at rest until then
   std::optional<StandstillState> AddFrame(const Image& frame);
   void Reset();

@@ -22,7 +22,7 @@ get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 get_target_property(alignment ch5_settings INTERFACE_COMPILE_DEFINITIONS)
 list(TRANSFORM alignment PREPEND -D)
 set(flags -std=c++17 -O0 -g1 -w -D_GLIBCXX_ASSERTIONS ${alignment} -I${grader}/include -isystem ${eigen})
-set(filled -ftrivial-auto-var-init=pattern)  # poison.h
+set(filled -ftrivial-auto-var-init=pattern)  # unset_memory.h
 set(instantiations ${grader}/instantiations.pch)
 add_custom_command(OUTPUT ${instantiations} DEPENDS ${copies} VERBATIM
   COMMAND ${CH5_CLANG} ${flags} ${filled} -x c++-header ${grader}/include/ch5_homework/judge/remote/instantiations.h

@@ -2,10 +2,10 @@
 /// A graded function on both sides of the wire, described once: struct F { static constexpr char kName[]; static R Run(A…); }.
 /// The judge calls Ask<F>(arguments…), the worker runs F::Run. How each kind of argument travels:
 ///
-///   T, const T&   a value, to the worker
-///   T*            a value, to the worker and back
-///   S&            a scene: its name, sizes and seed, how many steps it has gone, and its vertices' states; nothing else
-///   Twin<T>       an object of the student's class, which the worker keeps: its members, to the worker and back
+///   T, const T&      a value, to the worker
+///   T*               a value, to the worker and back
+///   S&               a scene: its name, sizes and seed, how many steps it has gone, and its vertices' states; nothing else
+///   RemoteObject<T>  an object of the student's class, which the worker keeps: its members, to the worker and back
 ///
 /// What F::Run returns comes back.
 
@@ -74,7 +74,7 @@ template <typename T>
 struct ObjectOf;
 
 template <typename T>
-struct Twin {
+struct RemoteObject {
   int handle = 0;  ///< the judge's number of the object
   Scene* scene = nullptr;
   T* object = nullptr;
@@ -119,12 +119,12 @@ struct Travel<S&, std::enable_if_t<std::is_base_of_v<Scene, S>>> {
   static void TakeBack(Reader*, S&) {}
 };
 template <typename T>
-struct Travel<Twin<T>> {
-  using Held = Twin<T>;
-  static void Send(const Held& twin, Writer* out) {
-    *out << twin.handle << (twin.scene != nullptr);
-    if (twin.scene) SendScene(twin.scene, out);
-    *out << ObjectOf<T>::Members(*twin.object);
+struct Travel<RemoteObject<T>> {
+  using Held = RemoteObject<T>;
+  static void Send(const Held& held, Writer* out) {
+    *out << held.handle << (held.scene != nullptr);
+    if (held.scene) SendScene(held.scene, out);
+    *out << ObjectOf<T>::Members(*held.object);
   }
   static void Fetch(Reader* in, Held* held) {
     bool has_scene;
@@ -135,7 +135,7 @@ struct Travel<Twin<T>> {
   }
   static Held Pass(const Held& held) { return held; }
   static void GiveBack(const Held& held, Writer* out) { *out << ObjectOf<T>::Members(*held.object); }
-  static void TakeBack(Reader* in, const Held& twin) { *in >> ObjectOf<T>::Members(*twin.object); }
+  static void TakeBack(Reader* in, const Held& held) { *in >> ObjectOf<T>::Members(*held.object); }
 };
 
 // ---- the judge's side ------------------------------------------------------------------------------------------------

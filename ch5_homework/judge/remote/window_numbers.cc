@@ -48,7 +48,7 @@ bool Same(const ImuSample& a, const ImuSample& b) {
   return a.dt == b.dt && a.acceleration == b.acceleration && a.gyroscope == b.gyroscope;
 }
 
-// The piece of the window that the samples are, or begin with, goes on with the others: so it keeps its noise.
+// The interval of the window that the samples are, or begin with, goes on with the others: so it keeps its noise.
 std::shared_ptr<Preintegration> ImuOf(const FrameNumbers& numbers, const Window& window) {
   const auto& samples = numbers.imu;
   std::shared_ptr<Preintegration> begun;
@@ -60,7 +60,7 @@ std::shared_ptr<Preintegration> ImuOf(const FrameNumbers& numbers, const Window&
     if (own.size() == samples.size()) return frame.imu;
     begun = std::make_shared<Preintegration>(*frame.imu);
   }
-  if (samples.empty()) throw WireError("an IMU piece without samples");
+  if (samples.empty()) throw WireError("an IMU interval without samples");
   if (!begun) begun = std::make_shared<Preintegration>(samples[0], numbers.b_a, numbers.b_g, ImuNoise{});
   for (size_t k = begun->Samples().size(); k < samples.size(); ++k) begun->Add(samples[k]);
   return begun;

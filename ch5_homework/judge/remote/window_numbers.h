@@ -35,8 +35,8 @@ struct WindowNumbers {
 
 /// @param known  the window's vertices before the slide
 WindowNumbers NumbersOf(const Window& window, const VertexList& known);
-/// Frames and landmarks, and whether there is a prior. Of the IMU's pieces, those that the window holds already, or begins
-/// with, are kept.
+/// Frames and landmarks, and whether there is a prior. Of the IMU's intervals, those that the window holds already, or
+/// begins with, are kept.
 /// @throws WireError if a frame lacks its states, one is not of its type, or a number is not finite
 void SetInto(const WindowNumbers& numbers, const VertexList& known, Window* window);
 

@@ -8,7 +8,7 @@
 namespace ch5::homework {
 namespace {
 
-// A frame 0.3 m further along x, with an IMU piece whose readings are its own.
+// A frame 0.3 m further along x, with an IMU interval whose measurements are its own.
 void AddFrame(Window* window) {
   Frame frame;
   frame.id = window->frames.empty() ? kFirstId : window->frames.back().id + 1;

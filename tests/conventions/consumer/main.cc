@@ -75,11 +75,12 @@ bool FollowACamera() {
   ch5::OkvisOptions okvis;
   okvis.temporal_frames = 5;
   ch5::Estimator estimator(options, ch5::MakeOkvisPolicy(okvis));
-  auto reading = recording.imu.begin();
+  auto measurement = recording.imu.begin();
   ch5::FrameReport report;
   for (const ch5::Image& image : recording.frames) {
-    while (reading != recording.imu.end() && (reading == recording.imu.begin() || std::prev(reading)->t < image.t)) {
-      estimator.AddImu(*reading++);
+    while (measurement != recording.imu.end() &&
+           (measurement == recording.imu.begin() || std::prev(measurement)->t < image.t)) {
+      estimator.AddImu(*measurement++);
     }
     report = estimator.AddFrame(image);
   }

@@ -224,7 +224,7 @@ TEST(ClosedFormGravity, IsTheMinimumOnTheSphere) {
     for (int k = 0; k < 9; ++k) b[k] = 10.0 * random.Normal();
     const Eigen::Matrix<double, 9, 9> H = A.transpose() * A;
     const auto cost = [&](const Vec9& x) { return 0.5 * x.dot(H * x) - b.dot(x); };
-    const Vec9 x = MinimizeWithGravity(H, b, 9.81);
+    const Vec9 x = SolveWithGravityNorm(H, b, 9.81);
     EXPECT_NEAR(x.segment<3>(3).norm(), 9.81, 1e-9);
     for (int other = 0; other < 200; ++other) {
       Vec9 y = x;

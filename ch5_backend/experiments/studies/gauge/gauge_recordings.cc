@@ -15,12 +15,12 @@ constexpr double kPixelSigma = 1.0, kOutlierPixels = 3.0;
 constexpr double kNearest = 1.0;  // depth [m]: a start 7.5 cm beside a nearer point may lie behind a camera
 
 // Where trial k takes its keyframes.
-struct Excerpt {
+struct Segment {
   const char* recording;
   double first, shift;  ///< time of the first keyframe of trial 0, and from trial to trial [s]
   int stride;           ///< images from keyframe to keyframe, about a quarter of a second
 };
-constexpr Excerpt kExcerpts[] = {{"euroc_v1_01_easy", 7.0, 0.3, 5}, {"tango_walk", 7.0, 2.0, 2}};
+constexpr Segment kSegments[] = {{"euroc_v1_01_easy", 7.0, 0.3, 5}, {"tango_walk", 7.0, 2.0, 2}};
 
 struct Ray {
   int keyframe;
@@ -33,9 +33,9 @@ Vec3 NearestPoint(const std::vector<Ray>& rays) {
   Mat33 A = Mat33::Zero();
   Vec3 b = Vec3::Zero();
   for (const Ray& ray : rays) {
-    const Mat33 besides = Mat33::Identity() - ray.direction * ray.direction.transpose();
-    A += besides;
-    b += besides * ray.center;
+    const Mat33 across = Mat33::Identity() - ray.direction * ray.direction.transpose();
+    A += across;
+    b += across * ray.center;
   }
   return A.ldlt().solve(b);
 }
@@ -97,13 +97,13 @@ CsvTable GaugeRecordingsTable(int trial, const std::filesystem::path& data) {
   const std::pair<const char*, GaugeMethod> methods[] = {{"fixation", {GaugeHandling::kFixation}},
                                                          {"free", {GaugeHandling::kFree}},
                                                          {"prior", {GaugeHandling::kPrior, 1e5}}};
-  for (const Excerpt& excerpt : kExcerpts) {
-    const Recording recording = ReadRecording(data / excerpt.recording);
-    VisualInertialScene scene = SceneOf(recording, excerpt.first + excerpt.shift * trial, excerpt.stride);
+  for (const Segment& segment : kSegments) {
+    const Recording recording = ReadRecording(data / segment.recording);
+    VisualInertialScene scene = SceneOf(recording, segment.first + segment.shift * trial, segment.stride);
     PerturbStart({}, static_cast<uint64_t>(trial) + 1, &scene);
     for (const auto& [name, method] : methods) {
       const GaugeRun run = SolveGauge(scene, method);
-      table.Row(excerpt.recording, name, trial, scene.points.size(), run.summary.iterations, run.milliseconds,
+      table.Row(segment.recording, name, trial, scene.points.size(), run.summary.iterations, run.milliseconds,
                 run.error.position_rmse, run.error.rotation_rmse * 180.0 / M_PI, run.error.velocity_rmse,
                 run.reprojection_px.back());
     }

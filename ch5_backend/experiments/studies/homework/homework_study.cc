@@ -176,7 +176,7 @@ void Fly(const std::string& policy, const Marginalizer& marginalizer, const Path
   Estimator estimator(options, std::move(*chosen));
   std::vector<StampedState> states;
   int image = 0;
-  const auto note = [&](const Estimator&, const WindowRow& row) {
+  const auto note = [&](const Estimator&, const ImageResult& row) {
     if (row.report.state) {
       const Vec3 p = row.report.state->T_W_B.p;
       path.Row(image, row.t, p.x(), p.y(), p.z());

@@ -44,16 +44,16 @@ void AppendRun(const std::string& name, const Rule& rule, Problem* problem, CsvT
   for (int trial = 1; trial <= kMaxTrials && !converged; ++trial) {
     if (accepted) problem->MakeHessian();
     problem->SolveLinearSystem(lambda, &delta_x);
-    const double promised = problem->ModelCostChange(delta_x);
+    const double model_cost_change = problem->ModelCostChange(delta_x);
     problem->UpdateStates(delta_x);
-    const double new_cost = problem->Cost(), rho = (cost - new_cost) / promised;
+    const double new_cost = problem->Cost(), rho = (cost - new_cost) / model_cost_change;
     accepted = new_cost < cost;
     if (accepted) {
       converged = cost - new_cost <= 1e-9 * cost || new_cost < 1e-20;
       cost = new_cost;
     } else {
       problem->RollbackStates();
-      converged = promised <= 1e-12 * cost;
+      converged = model_cost_change <= 1e-12 * cost;
     }
     table->Row(name, rule.name, trial, lambda, std::isfinite(rho) ? rho : -1.0, accepted ? 1 : 0, cost);
     lambda *= rule.factor(accepted ? rho : 0.0, nu);
@@ -103,7 +103,7 @@ VecX HalfDampedStep(const Problem& problem, double lambda, Eigen::Index poses) {
 }
 
 // The course's scene at its start, W = I as in the course: for λ, the step of the true damped system and the other one,
-// the decrease that the gain ratio of the course takes for promised, ½ Δxᵀ(λΔx + b), and what each step really gains.
+// the decrease that the course's gain ratio predicts, ½ Δxᵀ(λΔx + b), and what each step really gains.
 void AppendHalfDamped(CsvTable* table) {
   MonoBa ba;
   BuildMonoBa(SimulateMonoBa(MonoBaOptions()), Gauge::kFixTwoFrames, 1.0, 0.0, &ba);
@@ -123,9 +123,9 @@ void AppendHalfDamped(CsvTable* table) {
     VecX whole;
     problem.SolveLinearSystem(lambda, &whole);
     const VecX half = HalfDampedStep(problem, lambda, problem.SchurComplement().rows());
-    const auto promise = [&](const VecX& dx) { return 0.5 * dx.dot(lambda * dx + problem.RightHandSide()); };
+    const auto model_cost_change = [&](const VecX& dx) { return 0.5 * dx.dot(lambda * dx + problem.RightHandSide()); };
     table->Row(lambda / largest, whole.norm(), half.norm(), (half - whole).norm() / whole.norm(),
-               gained(whole) / promise(whole), gained(half) / promise(half));
+               gained(whole) / model_cost_change(whole), gained(half) / model_cost_change(half));
   }
 }
 

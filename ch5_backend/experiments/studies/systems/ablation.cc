@@ -140,7 +140,7 @@ CsvTable EmptyTable() {
   return CsvTable("recording,policy,way,hosts,trial,images,restarts,ate_m,nees_world,nees_motion,milliseconds");
 }
 
-struct Flown {
+struct FlightResult {
   AblatedPolicy::Found found;
   size_t images = 0;
   int restarts = 0;
@@ -148,15 +148,15 @@ struct Flown {
 };
 
 // @param start  of a simulated flight, in whose W the pose is compared too
-Flown Fly(const Recording& recording, const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy,
-          const DrawnStart* start) {
-  Flown flown;
-  AblatedPolicy::Found& found = flown.found;
+FlightResult Fly(const Recording& recording, const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy,
+                 const DrawnStart* start) {
+  FlightResult flight;
+  AblatedPolicy::Found& found = flight.found;
   Estimator estimator(options, std::make_unique<AblatedPolicy>(std::move(policy), recording, start ? 1 : 10, &found));
   if (start) estimator.StartFrom(start->state, start->J);
   std::vector<StampedState> states;
   double nees = 0.0, seconds = 0.0;
-  FeedRecording(recording, &estimator, [&](const Estimator&, const WindowRow& row) {
+  FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
     seconds += row.seconds;
     if (!row.report.state) return;
     states.push_back(*row.report.state);
@@ -164,21 +164,21 @@ Flown Fly(const Recording& recording, const EstimatorOptions& options, std::uniq
     const StampedState truth = *StateAt(recording.truth, row.t);
     nees += ComparePose(row.report.state->T_W_B, row.report.covariance->Pose(), truth.T_W_B).nees;
   });
-  flown.images = states.size();
-  flown.restarts = estimator.Restarts();
-  if (const auto error = CompareTrajectories(states, recording.truth)) flown.ate = error->position_rmse;
-  if (start) flown.nees_world = nees / static_cast<double>(states.size());
-  if (found.windows > 0) flown.nees_motion = found.nees / found.windows;
-  flown.milliseconds = 1e3 * (seconds - found.seconds) / static_cast<double>(recording.frames.size());
-  return flown;
+  flight.images = states.size();
+  flight.restarts = estimator.Restarts();
+  if (const auto error = CompareTrajectories(states, recording.truth)) flight.ate = error->position_rmse;
+  if (start) flight.nees_world = nees / static_cast<double>(states.size());
+  if (found.windows > 0) flight.nees_motion = found.nees / found.windows;
+  flight.milliseconds = 1e3 * (seconds - found.seconds) / static_cast<double>(recording.frames.size());
+  return flight;
 }
 
 void Append(const std::string& name, const Recording& recording, const EstimatorOptions& options,
             std::unique_ptr<WindowPolicy> policy, const Way& way, const DrawnStart* start, int trial, CsvTable* table) {
   const std::string policy_name = policy->Name();
-  const Flown flown = Fly(recording, options, std::move(policy), start);
+  const FlightResult flight = Fly(recording, options, std::move(policy), start);
   table->Row(name, policy_name, way.name, options.weights.noisy_hosts ? "noisy" : "exact with loss", trial,
-             flown.images, flown.restarts, flown.ate, flown.nees_world, flown.nees_motion, flown.milliseconds);
+             flight.images, flight.restarts, flight.ate, flight.nees_world, flight.nees_motion, flight.milliseconds);
 }
 
 }  // namespace
@@ -227,13 +227,13 @@ void ScaleImu(double factor, EstimatorOptions* options) {
   }
 }
 
-// What the estimator is told; all recordings have the first three, V1_01 has all.
-struct Told {
+// Settings of the estimator; all recordings have the first three, V1_01 has all.
+struct Setting {
   const char* name;
   void (*set)(EstimatorOptions*);
 };
 using Constraints = ObservabilityConstraints;
-const Told kTold[] = {
+const Setting kSettings[] = {
     {"none", [](EstimatorOptions*) {}},
     {"prior", [](EstimatorOptions* o) { o->observability_constraints = Constraints::kMarginalizedEdges; }},
     {"full", [](EstimatorOptions* o) { o->observability_constraints = Constraints::kAllEdges; }},
@@ -249,25 +249,25 @@ const Told kTold[] = {
 
 CsvTable ConsistencyRecordingTable(int trial, const std::filesystem::path& data) {
   CsvTable table(
-      "recording,policy,told,trial,images,restarts,ate_m,nees_motion,position_m,position_claimed_m,rotation_deg,"
+      "recording,policy,setting,trial,images,restarts,ate_m,nees_motion,position_m,position_claimed_m,rotation_deg,"
       "rotation_claimed_deg,yaw_leak,milliseconds");
   const char* names[] = {"euroc_v1_01_easy", "tango_walk"};
   const bool simulated = trial > 1;
   const std::string name = simulated ? "simulated" : names[trial];
   const Recording recording =
       simulated ? SimulatedOdometryRecording(static_cast<uint64_t>(trial) - 1) : ReadRecording(data / name);
-  const std::ptrdiff_t cases = trial == 0 ? std::size(kTold) : 3;
-  for (const Told* told = kTold; told != kTold + cases; ++told) {
+  const std::ptrdiff_t cases = trial == 0 ? std::size(kSettings) : 3;
+  for (const Setting* setting = kSettings; setting != kSettings + cases; ++setting) {
     for (auto&& policy : AllPolicies()) {
       EstimatorOptions options{recording.calibration};
-      told->set(&options);
+      setting->set(&options);
       const std::string policy_name = policy->Name();
-      const Flown flown = Fly(recording, options, std::move(policy), nullptr);
-      const auto& found = flown.found;
+      const FlightResult flight = Fly(recording, options, std::move(policy), nullptr);
+      const auto& found = flight.found;
       const double degrees = 180.0 / M_PI;
-      table.Row(name, policy_name, told->name, trial, flown.images, flown.restarts, flown.ate, flown.nees_motion,
+      table.Row(name, policy_name, setting->name, trial, flight.images, flight.restarts, flight.ate, flight.nees_motion,
                 found.Errors()[0], found.Claimed()[0], degrees * found.Errors()[1], degrees * found.Claimed()[1],
-                found.yaw_leak / found.priors, flown.milliseconds);
+                found.yaw_leak / found.priors, flight.milliseconds);
     }
   }
   return table;

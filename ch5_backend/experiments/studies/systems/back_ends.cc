@@ -144,7 +144,7 @@ CsvTable BackEndsTable(int /*trial*/, const std::filesystem::path& data) {
   Estimator estimator(ConsistencyEstimator(c, recording.calibration, study),
                       std::make_unique<FirstSlide>(MakeVinsPolicy(), show));
   estimator.StartFrom(start.state, start.J);
-  FeedRecording(recording, &estimator, [](const Estimator&, const WindowRow&) {});
+  FeedRecording(recording, &estimator, [](const Estimator&, const ImageResult&) {});
   return table;
 }
 

@@ -38,7 +38,7 @@ CsvTable CalibrationTable(int trial, const std::filesystem::path&) {
     for (auto&& policy : AllPolicies()) {
       const std::string name = policy->Name();
       size_t image = 0;
-      RunOdometry(recording, options, std::move(policy), [&](const Estimator& now, const WindowRow& row) {
+      RunOdometry(recording, options, std::move(policy), [&](const Estimator& now, const ImageResult& row) {
         if (!row.report.state || image++ % kImages != 0) return;
         const double error = offset ? 1e3 * std::abs(now.TimeOffset() - kLate)
                                     : now.GetWindow().T_B_C().q.angularDistance(truth) / kDegree;

@@ -76,7 +76,7 @@ CsvTable WindowSizeTable(int trial, const std::filesystem::path& data) {
       okvis.temporal_frames = temporal;
       const OdometryRun run = RunOdometry(recording, EstimatorOptions{recording.calibration}, MakeOkvisPolicy(okvis));
       double seconds = 0.0;
-      for (const WindowRow& row : run.rows) seconds += row.seconds;
+      for (const ImageResult& row : run.rows) seconds += row.seconds;
       table.Row(real ? "euroc_v1_01_easy" : "simulated", trial, keyframes, temporal,
                 run.error ? run.error->position_rmse : std::nan(""), run.restarts,
                 1e3 * seconds / static_cast<double>(run.rows.size()));

@@ -97,7 +97,7 @@ Tables Watch() {
   const Recording recording = Flight(options);
   Tables tables;
   Fly(recording, kImages, std::make_unique<CaseWatch>(MakeFlightPolicy("okvis"), &tables),
-      [](const Estimator&, const WindowRow&) {});
+      [](const Estimator&, const ImageResult&) {});
   return tables;
 }
 

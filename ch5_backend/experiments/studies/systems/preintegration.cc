@@ -31,7 +31,7 @@ Preintegration Integrate(const std::vector<ImuSample>& samples, const ImuNoise& 
   return imu;
 }
 
-// The same readings with one draw of noise a sample, which two midpoint steps share, and biases that walk.
+// The same measurements with one draw of noise a sample, which two midpoint steps share, and biases that walk.
 std::vector<ImuSample> Disturbed(std::vector<ImuSample> samples, const ImuNoise& density, Random* random) {
   const double dt = samples[1].dt;
   Vec3 b_a = Vec3::Zero(), b_g = Vec3::Zero();

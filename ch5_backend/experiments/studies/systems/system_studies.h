@@ -22,7 +22,7 @@ CsvTable WalkScaleTable(int trial, const std::filesystem::path& data);
 CsvTable BackEndsTable(int trial, const std::filesystem::path&);
 /// The error of the clock's offset and of the camera's rotation, image by image.
 CsvTable CalibrationTable(int trial, const std::filesystem::path&);
-/// σ of a preintegration over its length and over the IMU's rate, claimed and measured on simulated readings.
+/// σ of a preintegration over its length and over the IMU's rate, claimed and measured on simulated measurements.
 CsvTable PreintegrationTable(int trial, const std::filesystem::path&);
 /// A flight whose IMU is silent for a second: positions and errors of the segments before and after, and the truth's.
 CsvTable RestartTable(int trial, const std::filesystem::path&);

@@ -1,4 +1,4 @@
-// Whose is the scale of Tango's walk? Its truth is taken for what happened, and the observations, the readings, or both are
+// Whose is the scale of Tango's walk? Its truth is taken for what happened, and the observations, the IMU, or both are
 // replaced by what would have been measured then.
 #include <Eigen/LU>
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kPixels = 0.8;  // the publisher's median error of a triangulated track is 0.78 px
 
-// The truth of each image, its bias zero where the readings have none.
+// The truth of each image, its bias zero where the measurements have none.
 std::vector<StampedState> StatesOf(const Recording& recording, bool gyroscope, bool accelerometer) {
   std::vector<StampedState> states;
   for (const Image& image : recording.frames) {
@@ -57,7 +57,7 @@ void SimulateObservations(int seed, Recording* recording) {
   }
 }
 
-// α, β and γ from one state to the next by the states, less those by the readings.
+// α, β and γ from one state to the next by the states, less those by the measurements.
 Vec9 ReadingError(const StampedState& from, const StampedState& to, const Preintegration& imu, double gravity) {
   const double t = imu.SumDt();
   const Vec3 G(0, 0, gravity);
@@ -68,23 +68,23 @@ Vec9 ReadingError(const StampedState& from, const StampedState& to, const Preint
   return error;
 }
 
-// Takes the truth's bias from the readings and adds what makes each interval lead from state to state: two shapes for the
-// accelerometer and one for the gyroscope, all zero at the images.
+// Takes the truth's bias from the measurements and adds what makes each interval lead from state to state: two shapes for
+// the accelerometer and one for the gyroscope, all zero at the images.
 void MakeConsistent(bool gyroscope, bool accelerometer, Recording* recording) {
   const std::vector<StampedState> states = StatesOf(*recording, gyroscope, accelerometer);
   const auto recorded = [&](double t) {
     const auto next = std::lower_bound(recording->imu.begin() + 1, std::prev(recording->imu.end()), t,
-                                       [](const ImuMeasurement& reading, double at) { return reading.t < at; });
+                                       [](const ImuMeasurement& measurement, double at) { return measurement.t < at; });
     const ImuMeasurement &a = *std::prev(next), &b = *next;
     const double u = (t - a.t) / (b.t - a.t);
-    ImuMeasurement reading;
-    reading.t = t;
-    reading.acceleration = (1.0 - u) * a.acceleration + u * b.acceleration;
-    reading.gyroscope = (1.0 - u) * a.gyroscope + u * b.gyroscope;
+    ImuMeasurement measurement;
+    measurement.t = t;
+    measurement.acceleration = (1.0 - u) * a.acceleration + u * b.acceleration;
+    measurement.gyroscope = (1.0 - u) * a.gyroscope + u * b.gyroscope;
     const StampedState truth = *StateAt(recording->truth, t);
-    if (gyroscope) reading.gyroscope -= truth.b_g;
-    if (accelerometer) reading.acceleration -= truth.b_a;
-    return reading;
+    if (gyroscope) measurement.gyroscope -= truth.b_g;
+    if (accelerometer) measurement.acceleration -= truth.b_a;
+    return measurement;
   };
   std::vector<ImuMeasurement> all;
   auto next = recording->imu.begin();
@@ -96,13 +96,13 @@ void MakeConsistent(bool gyroscope, bool accelerometer, Recording* recording) {
     }
     base.push_back(recorded(t1));
     const auto corrected = [&](const Vec9& x) {
-      std::vector<ImuMeasurement> readings = base;
-      for (ImuMeasurement& reading : readings) {
-        const double u = (reading.t - t0) / (t1 - t0), shape = u * (1.0 - u);
-        reading.acceleration += shape * (x.head<3>() + (1.0 - 2.0 * u) * x.segment<3>(3));
-        reading.gyroscope += shape * x.tail<3>();
+      std::vector<ImuMeasurement> measurements = base;
+      for (ImuMeasurement& measurement : measurements) {
+        const double u = (measurement.t - t0) / (t1 - t0), shape = u * (1.0 - u);
+        measurement.acceleration += shape * (x.head<3>() + (1.0 - 2.0 * u) * x.segment<3>(3));
+        measurement.gyroscope += shape * x.tail<3>();
       }
-      return readings;
+      return measurements;
     };
     const auto error = [&](const Vec9& x) {
       const auto imu = IntegrateFrom(states[k - 1], corrected(x), t1, recording->calibration.noise);
@@ -118,9 +118,9 @@ void MakeConsistent(bool gyroscope, bool accelerometer, Recording* recording) {
       if (accelerometer)
         x.head<6>() -= J.topLeftCorner<6, 6>().inverse() * (e.head<6>() - J.topRightCorner<6, 3>() * turn);
     }
-    const std::vector<ImuMeasurement> readings = corrected(x);
-    all.insert(all.end(), readings.begin(), std::prev(readings.end()));
-    if (k + 1 == states.size()) all.push_back(readings.back());
+    const std::vector<ImuMeasurement> measurements = corrected(x);
+    all.insert(all.end(), measurements.begin(), std::prev(measurements.end()));
+    if (k + 1 == states.size()) all.push_back(measurements.back());
   }
   recording->imu = all;
 }

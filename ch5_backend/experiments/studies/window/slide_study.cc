@@ -36,7 +36,7 @@ void AppendPrior(const std::string& policy, const std::string& stage, const Prio
 }
 
 // A window's frames and landmarks, and where they stood in H: what is left of it once it has slid.
-struct Before {
+struct WindowBeforeSlide {
   std::vector<Frame> frames;
   std::map<int, WindowLandmark> landmarks;
   FirstRows row;
@@ -46,7 +46,7 @@ struct Before {
 };
 
 // The states of the frames, and whether the slide has left them alone, made them part of the prior, or marginalized them.
-void AppendStates(const std::string& policy, const Before& before, const Window& after, Tables* tables) {
+void AppendStates(const std::string& policy, const WindowBeforeSlide& before, const Window& after, Tables* tables) {
   const auto& held = after.prior->Vertices();
   const auto append = [&](const char* name, int frame, const std::shared_ptr<Vertex>& vertex, bool is_left) {
     const bool is_held = std::find(held.begin(), held.end(), vertex) != held.end();
@@ -63,7 +63,7 @@ void AppendStates(const std::string& policy, const Before& before, const Window&
 }
 
 // VINS-Mono names what it drops. OKVIS erases the landmarks that it marginalizes, and those seen once.
-bool IsMarginalized(const std::string& policy, int id, const Before& before, const Window& after) {
+bool IsMarginalized(const std::string& policy, int id, const WindowBeforeSlide& before, const Window& after) {
   const WindowLandmark& landmark = before.landmarks.at(id);
   if (!before.Has(landmark)) return false;
   const auto& drops = before.vins_drops;
@@ -72,7 +72,7 @@ bool IsMarginalized(const std::string& policy, int id, const Before& before, con
 }
 
 // Each landmark, whether it has been marginalized, and what has become of each of its observations.
-void AppendLandmarks(const std::string& policy, const Before& before, const Window& after, Tables* tables) {
+void AppendLandmarks(const std::string& policy, const WindowBeforeSlide& before, const Window& after, Tables* tables) {
   for (const auto& [id, landmark] : before.landmarks) {
     const bool is_taken = IsMarginalized(policy, id, before, after);
     if (before.Has(landmark)) {
@@ -103,8 +103,8 @@ class SlideOnce : public WindowPolicy {
     policy_->NoteNewFrame(window);
     BuildGraph(
         {}, [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); }, window);
-    const Before before{window->frames, window->landmarks, FirstRowsOf(window->graph),
-                        DropSetOfMarginOld(*window).vertices};
+    const WindowBeforeSlide before{window->frames, window->landmarks, FirstRowsOf(window->graph),
+                                   DropSetOfMarginOld(*window).vertices};
     int pose_rows = 0;
     const MatXX H = DenseHessian(window->graph, &pose_rows);
     AppendNonZeros(H, &tables_.matrices, Name(), "window", H.rows(), pose_rows);
@@ -123,7 +123,7 @@ class SlideOnce : public WindowPolicy {
 // The policy's own windows, from the start on.
 void AppendFrames(const Recording& recording, const std::string& name, Tables* tables) {
   int image = 0;
-  Fly(recording, kImages, MakeFlightPolicy(name), [&](const Estimator& now, const WindowRow&) {
+  Fly(recording, kImages, MakeFlightPolicy(name), [&](const Estimator& now, const ImageResult&) {
     const Window& window = now.GetWindow();
     for (const Frame& frame : window.frames) {
       tables->frames.Row(name, image, frame.id, frame.is_keyframe, frame.speed_bias != nullptr,
@@ -142,7 +142,7 @@ void RunSlideStudy(const std::filesystem::path& csv) {
   Tables tables;
   for (const char* name : {"vins", "okvis"}) {
     Fly(wide, kFlightWindow, std::make_unique<SlideOnce>(MakeFlightPolicy(name), &tables),
-        [](const Estimator&, const WindowRow&) {});
+        [](const Estimator&, const ImageResult&) {});
     AppendFrames(dense, name, &tables);
   }
   FileBatch files;

@@ -45,40 +45,40 @@ struct ObjectOf<PlainBlockSolver> {
 
 namespace block_solver {
 
-using Solver = Twin<PlainBlockSolver>;
+using Solver = RemoteObject<PlainBlockSolver>;
 
 struct BuildStructure {
   static constexpr char kName[] = "BuildStructure";
-  static void Run(Solver twin) { twin.object->SetOrdering(); }  // calls it
+  static void Run(Solver solver) { solver.object->SetOrdering(); }  // calls it
 };
 struct BuildSystem {
   static constexpr char kName[] = "BuildSystem";
-  static void Run(Solver twin) { twin.object->BuildSystem(); }
+  static void Run(Solver solver) { solver.object->BuildSystem(); }
 };
 struct Solve {
   static constexpr char kName[] = "Solve";
-  static bool Run(Solver twin, Damping damping, double lambda, VecX* delta_x) {
-    twin.object->SetDamping(damping);
-    return twin.object->Solve(lambda, delta_x);
+  static bool Run(Solver solver, Damping damping, double lambda, VecX* delta_x) {
+    solver.object->SetDamping(damping);
+    return solver.object->Solve(lambda, delta_x);
   }
 };
 
 /// A PlainBlockSolver whose three graded functions run in the worker.
 class RemoteBlockSolver : public PlainBlockSolver {
  public:
-  explicit RemoteBlockSolver(Graph* graph) : PlainBlockSolver(graph), twin_{NewHandle(), &Scene::Of(graph), this} {}
+  explicit RemoteBlockSolver(Graph* graph) : PlainBlockSolver(graph), remote_{NewHandle(), &Scene::Of(graph), this} {}
 
   void BuildStructure() override {
     MakeHessianBlocks();
-    Ask<block_solver::BuildStructure>(twin_);
+    Ask<block_solver::BuildStructure>(remote_);
     CheckBlocks();
   }
   void BuildSystem() override {
-    Ask<block_solver::BuildSystem>(twin_);
+    Ask<block_solver::BuildSystem>(remote_);
     CheckBlocks();
   }
   bool Solve(double lambda, VecX* delta_x) override {
-    const bool solved = Ask<block_solver::Solve>(twin_, GetDamping(), lambda, delta_x);
+    const bool solved = Ask<block_solver::Solve>(remote_, GetDamping(), lambda, delta_x);
     CheckBlocks();
     return solved;
   }
@@ -114,7 +114,7 @@ class RemoteBlockSolver : public PlainBlockSolver {
     }
   }
 
-  Solver twin_;
+  Solver remote_;
 };
 
 inline void Remote(Submission* s) { s->make_block_solver = &Make<PlainBlockSolver, RemoteBlockSolver>; }

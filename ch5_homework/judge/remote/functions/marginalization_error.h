@@ -14,7 +14,7 @@ struct ObjectOf<MarginalizationError> {
 
 namespace marginalization_error {
 
-using Term = Twin<MarginalizationError>;
+using Term = RemoteObject<MarginalizationError>;
 
 struct InsertBlock {
   static constexpr char kName[] = "InsertBlock";

@@ -34,13 +34,13 @@ namespace problem {
 
 struct MakeHessian {
   static constexpr char kName[] = "MakeHessian";
-  static void Run(Twin<Problem> twin) { twin.object->MakeHessian(); }
+  static void Run(RemoteObject<Problem> problem) { problem.object->MakeHessian(); }
 };
 struct SolveLinearSystem {
   static constexpr char kName[] = "SolveLinearSystem";
-  static bool Run(Twin<Problem> twin, Damping damping, double lambda, VecX* delta_x) {
-    twin.object->SetDamping(damping);
-    return twin.object->SolveLinearSystem(lambda, delta_x);
+  static bool Run(RemoteObject<Problem> problem, Damping damping, double lambda, VecX* delta_x) {
+    problem.object->SetDamping(damping);
+    return problem.object->SolveLinearSystem(lambda, delta_x);
   }
 };
 struct TestMarginalize {
@@ -53,15 +53,15 @@ struct TestMarginalize {
 /// A Problem whose two graded functions run in the worker.
 class RemoteProblem : public Problem {
  public:
-  explicit RemoteProblem(Graph* graph) : Problem(graph), twin_{NewHandle(), &Scene::Of(graph), this} {}
+  explicit RemoteProblem(Graph* graph) : Problem(graph), remote_{NewHandle(), &Scene::Of(graph), this} {}
 
-  void MakeHessian() override { Ask<problem::MakeHessian>(twin_); }
+  void MakeHessian() override { Ask<problem::MakeHessian>(remote_); }
   bool SolveLinearSystem(double lambda, VecX* delta_x) override {
-    return Ask<problem::SolveLinearSystem>(twin_, GetDamping(), lambda, delta_x);
+    return Ask<problem::SolveLinearSystem>(remote_, GetDamping(), lambda, delta_x);
   }
 
  private:
-  Twin<Problem> twin_;
+  RemoteObject<Problem> remote_;
 };
 
 inline void Remote(Submission* s) {

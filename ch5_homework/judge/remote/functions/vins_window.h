@@ -39,7 +39,7 @@ inline auto Fields(vins_window::Evaluated& e, Wire) { return std::tie(e.fresh, e
 
 namespace vins_window {
 
-using Term = Twin<MarginalizationInfo>;
+using Term = RemoteObject<MarginalizationInfo>;
 
 struct PreMarginalize {
   static constexpr char kName[] = "PreMarginalize";

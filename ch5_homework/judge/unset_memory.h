@@ -1,6 +1,6 @@
 #pragma once
-/// Where a student's code runs, memory holds NaN before it is written to and after it is given back (poison.cc): what is
-/// read too early or too late is wrong in every run, not by luck, and the two NaN tell which of both it was. The stack is
+/// Where a student's code runs, memory holds NaN before it is written to and after it is given back (unset_memory.cc): what
+/// is read too early or too late is wrong in every run, not by luck, and the two NaN tell which of both it was. The stack is
 /// filled by the compiler, with a pattern of its own (-ftrivial-auto-var-init=pattern, judge/CMakeLists.txt).
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "ch5_homework/judge/poison.h"
+#include "ch5_homework/judge/unset_memory.h"
 
 #include <algorithm>
 #include <atomic>
