@@ -14,12 +14,14 @@ constexpr int kChains = 12;  // independent sums, so that one need not wait for 
 constexpr int kSteps = 2000000;
 
 volatile double sink;  // results go here, or the compiler would leave the work out
+volatile double start = 0.5;  // read for each sum, or the compiler would find them equal and keep one
 
 double Seconds(Clock::time_point since) { return std::chrono::duration<double>(Clock::now() - since).count(); }
 
 template <typename Vector>
 CH5_INLINE void MultiplyAddBody() {
-  Vector sums[kChains] = {}, a = {}, b = {};
+  Vector sums[kChains], a = {}, b = {};
+  for (Vector& sum : sums) sum = Vector{} + start;
   for (size_t i = 0; i < sizeof(Vector) / sizeof(double); ++i) {
     a[i] = 0.999999;
     b[i] = 1e-6;
