@@ -20,17 +20,11 @@ constexpr int kRows = 192;
 // Triangles up to this size are factored without recursion; a multiple of kStrip.
 constexpr int kTriangle = 96;
 
-// W numbers in one register, of any alignment.
-template <int W>
-struct Pack {
-  typedef double Type __attribute__((vector_size(8 * W), aligned(8), may_alias));
-};
-
 // C −= A Bᵀ for R·W rows, of which the first `rows` are stored, and kStrip columns, of which `columns` are stored.
 template <int W, int R>
 CH5_INLINE void Tile(int rows, int columns, int k, const double* A, int lda, const double* B, int ldb, double* C,
                      int ldc, bool forget) {
-  using V = typename Pack<W>::Type;
+  using V = typename Register<W>::Type;
   V sum[R][kStrip] = {};
   for (int p = 0; p < k; ++p, A += lda, B += ldb) {
     V a[R];
@@ -144,7 +138,7 @@ CH5_INLINE bool FactorBlock(int n, double* A, long lda, const double* min_pivot,
 // X ← X L⁻ᵀ for W rows of X with N columns, all in registers.
 template <int W, int N>
 CH5_INLINE void SolveTile(const double* L, int ldl, const double* inverse, double* X, int ldx) {
-  using V = typename Pack<W>::Type;
+  using V = typename Register<W>::Type;
   V x[N];
   CH5_UNROLL
   for (int j = 0; j < N; ++j) {

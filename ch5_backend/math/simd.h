@@ -57,6 +57,12 @@ typedef double NarrowLanesInMemory __attribute__((vector_size(16), aligned(8)));
 typedef double LanesInMemory __attribute__((vector_size(32), aligned(8)));
 typedef double WideLanesInMemory __attribute__((vector_size(64), aligned(8)));
 
+/// Any number of them, likewise, for code that also takes rows that are left over one by one.
+template <int N>
+struct Register {
+  typedef double Type __attribute__((vector_size(8 * N), aligned(8), may_alias));
+};
+
 /// Two, four or eight numbers in memory, at any address.
 CH5_INLINE NarrowLanesInMemory* AsNarrow(double* x) { return reinterpret_cast<NarrowLanesInMemory*>(x); }
 CH5_INLINE const NarrowLanesInMemory* AsNarrow(const double* x) {

@@ -9,12 +9,6 @@ namespace {
 
 constexpr int kStrip = 4;  // columns at a time
 
-// `Width` numbers anywhere in memory.
-template <int Width>
-struct Register {
-  typedef double Type __attribute__((vector_size(8 * Width), aligned(8), may_alias));
-};
-
 // y −= A x for N columns: in whole registers, then in shorter ones.
 template <int Width, int N>
 CH5_INLINE void SubtractColumns(int m, const double* A, ptrdiff_t lda, const double* x, double* y) {
