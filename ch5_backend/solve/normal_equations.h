@@ -31,10 +31,11 @@ class NormalEquations {
 
   /// ½ Σ ρ(rᵀWr) at the current states; may be infinite or NaN at states that make no sense.
   virtual double Cost() = 0;
-  /// Linearizes at the current states; called once per accepted step.
+  /// Linearizes at the current states; called once per accepted step, unless the next function has done it.
   virtual void MakeHessian() = 0;
-  /// Both at once, for a system that computes them in one pass.
-  /// @return false if it does not, and has done nothing
+  /// Both, for a system that computes them in one pass. Minimize asks for it at states that it expects to keep; if it does
+  /// not, it rolls back and calls MakeHessian once more.
+  /// @return false if the system has no such pass; nothing has been done then
   virtual bool MakeHessianAndCost(double* /*cost*/) { return false; }
   /// Solves (H + λD) Δx = b; called for several λ with the same H.
   /// @return false if the damped system is not positive definite; `delta_x` is then not to be used
