@@ -13,7 +13,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int kChains = 12;  // independent sums, so that one need not wait for the other
 constexpr int kSteps = 2000000;
 
-volatile double sink;  // results go here, or the compiler would leave the work out
+volatile double sink;         // results go here, or the compiler would leave the work out
 volatile double start = 0.5;  // read for each sum, or the compiler would find them equal and keep one
 
 double Seconds(Clock::time_point since) { return std::chrono::duration<double>(Clock::now() - since).count(); }
