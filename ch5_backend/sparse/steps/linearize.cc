@@ -70,11 +70,11 @@ class ChunkLinearizer {
         batches_(batches),
         system_(*system),
         sums_(system->chunk_sums[chunk]),
-        H_pp_sums_(structure.NumChunks() == 1 ? system->H_pp.AllValues() : sums_.H_pp.data()),
+        H_pp_sums_(structure.SumsInPlace() ? system->H_pp.AllValues() : sums_.H_pp.data()),
         chunk_(chunk) {}
 
   CH5_INLINE void Run() {
-    std::fill_n(H_pp_sums_, s_.NumChunks() == 1 ? system_.H_pp.NumValues() : sums_.H_pp.size(), 0.0);
+    std::fill_n(H_pp_sums_, s_.SumsInPlace() ? system_.H_pp.NumValues() : sums_.H_pp.size(), 0.0);
     std::fill(sums_.b.begin(), sums_.b.end(), 0.0);
     sums_.cost = 0.0;
     const int first = s_.chunk_begin[chunk_], last = s_.chunk_begin[chunk_ + 1];
@@ -333,13 +333,13 @@ struct SumColumn {
     double* b_j = system->b.data() + s.pose_offset[j];
     const ptrdiff_t begin = H_pp.ValueBegin(H_pp.ColumnBegin(j));
     double *column = H_pp.AllValues() + begin, *end = H_pp.ColumnEnd(j);
-    if (s.NumChunks() != 1) std::fill(column, end, 0.0);
+    if (!s.SumsInPlace()) std::fill(column, end, 0.0);
     std::fill_n(b_j, dim, 0.0);
     for (const Linearized::PoseSums& sums : system->chunk_sums) {
       if (sums.number[j] < 0) continue;
       const double* b = sums.b.data() + sums.number[j] * system->b_stride;
       for (int r = 0; r < dim; ++r) b_j[r] += b[r];
-      if (s.NumChunks() == 1) continue;
+      if (s.SumsInPlace()) continue;
       const double* H = sums.H_pp.data() + begin + sums.shift[j];
       for (ptrdiff_t k = 0; k < end - column; ++k) column[k] += H[k];
     }
@@ -381,7 +381,6 @@ void Linearized::Resize(const Structure& s, bool factored) {
 }
 
 void Linearized::ResizeChunkSums(const Structure& s) {
-  const bool sums_in_place = s.NumChunks() == 1;
   chunk_sums.resize(static_cast<size_t>(s.NumChunks()));
   for (int chunk = 0; chunk < s.NumChunks(); ++chunk) {
     PoseSums& sums = chunk_sums[chunk];
@@ -392,11 +391,11 @@ void Linearized::ResizeChunkSums(const Structure& s) {
     for (int j = 0; j < s.NumPoses(); ++j) {
       if (sums.number[j] < 0) continue;
       const ptrdiff_t begin = H_pp.ValueBegin(H_pp.ColumnBegin(j));
-      sums.shift[j] = sums_in_place ? 0 : num_values - begin;
+      sums.shift[j] = s.SumsInPlace() ? 0 : num_values - begin;
       num_values += H_pp.ColumnEnd(j) - H_pp.AllValues() - begin;
       ++num_poses;
     }
-    sums.H_pp.resize(sums_in_place ? 0 : static_cast<size_t>(num_values));  // Linearize clears it
+    sums.H_pp.resize(s.SumsInPlace() ? 0 : static_cast<size_t>(num_values));  // Linearize clears it
     sums.b.assign(static_cast<size_t>(num_poses * b_stride), 0.0);
   }
 }

@@ -102,6 +102,8 @@ struct Structure {
   int NumPoses() const { return static_cast<int>(poses.size()); }
   int NumLandmarks() const { return static_cast<int>(landmarks.size()); }
   int NumChunks() const { return chunk_begin.empty() ? 0 : static_cast<int>(chunk_begin.size()) - 1; }
+  /// One chunk alone needs no sums of its own: it adds to H_pp itself.
+  bool SumsInPlace() const { return NumChunks() == 1; }
   /// See batch_edges.
   bool BatchGoesByRuns() const { return sizes.AreFixed() && sizes.columns == 1; }
   /// Edge k in that order, those between poses behind.
