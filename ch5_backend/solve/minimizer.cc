@@ -102,7 +102,7 @@ class Run {
           return Stop(Termination::kCostConverged, "a step of |dx| = ", info_.step_norm, " leaves the cost as it is");
         }
         if (std::abs(predicted) <= 1e-13 * cost_) {
-          return Stop(Termination::kCostConverged, "the model predicts only ", predicted, " of ", cost_);
+          return StopBelowRounding(predicted);
         }
         if (has_hessian_) system_->MakeHessian();  // as it was before the trial
       }
@@ -134,11 +134,15 @@ class Run {
     if (std::abs(decrease) <= options_.cost_tolerance * cost_ || new_cost <= 1e-28 * summary_.initial_cost) {
       Stop(Termination::kCostConverged, "the cost fell by ", decrease, " of ", cost_);
     } else if (predicted <= kRounding * cost_) {
-      Stop(Termination::kCostConverged, "the model promises only ", predicted, " of ", cost_);
+      StopBelowRounding(predicted);
     } else if (info_.step_norm <= yardstick) {
       Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm);
     }
     cost_ = new_cost;
+  }
+
+  void StopBelowRounding(double predicted) {
+    Stop(Termination::kCostConverged, "the model predicts only ", predicted, " of ", cost_);
   }
 
   void Report(int iteration) {

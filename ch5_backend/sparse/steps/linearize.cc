@@ -266,6 +266,7 @@ class ChunkLinearizer {
     const EdgeRecord& record = s_.edges[e];
     const int stride = record.width + 1, row_l = record.width - dim;
     const double* C = NegativeNormalEquations(e);
+    sums_.cost += record.edge->Cost();
     for (int c = 0; c < dim; ++c) {
       const double* column = C + (row_l + c) * stride;
       for (int r = c; r < dim; ++r) sums.H_ll[c * Stride(dim) + r] -= column[row_l + r];
@@ -297,7 +298,6 @@ class ChunkLinearizer {
     const auto most = static_cast<size_t>((s_.max_width + 1) * (s_.max_width + 1));
     if (memory.size() < most) memory.resize(most);
     MultiplyOut(s_, e, &system_.factors, memory.data());
-    sums_.cost += s_.edges[e].edge->Cost();
     return memory.data();
   }
 

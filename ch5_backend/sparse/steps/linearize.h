@@ -9,9 +9,10 @@
 ///      │ H_plᵀ │ H_ll │
 ///      └───────┴──────┘
 ///
-/// Chunk by chunk, the edges of the landmarks are linearized, run by run or landmark by landmark: a landmark's blocks of H_ll, H_pl and b_l are then complete, and its
-/// part of H_pp and b_p goes to sums of the chunk's own. The edges between poses follow. Then each column of H_pp adds up
-/// what belongs to it, in the order of the structure: the result is the same to the bit for any number of threads.
+/// Chunk by chunk, the edges of the landmarks are linearized, run by run or landmark by landmark: a landmark's blocks of
+/// H_ll, H_pl and b_l are then complete, and its part of H_pp, b_p and the cost goes to sums of the chunk's own. The edges
+/// between poses follow. Then each column of H_pp adds up what belongs to it, in the order of the structure: the result is
+/// the same to the bit for any number of threads.
 
 #include "ch5_backend/math/parallel.h"
 #include "ch5_backend/sparse/kernels/landmark.h"
@@ -29,9 +30,9 @@ struct Linearized {
 
   /// Memory that Linearize works in: the columns of H_pp, and b_p, of the poses that see a chunk's landmarks.
   struct PoseSums {
-    AlignedVector H_pp, b;  ///< each column laid out as in H_pp; `b_stride` numbers a pose. One chunk alone sums
-                            ///< its H_pp in that of the whole
-    double cost = 0.0;
+    AlignedVector H_pp, b;         ///< each column laid out as in H_pp; `b_stride` numbers a pose. One chunk alone sums
+                                   ///< its H_pp in that of the whole
+    double cost = 0.0;             ///< of the chunk's edges
     std::vector<int> number;       ///< of each pose in b, or −1
     std::vector<ptrdiff_t> shift;  ///< of each column: from its values in H_pp to those here
   };

@@ -62,7 +62,7 @@ class WeightedEdgeBatch {
     const auto* lanes = AsWide(r);
     *AsWide(s) = *AsWide(w) * (lanes[0] * lanes[0] + lanes[1] * lanes[1]);
   }
-  // CorrectLoss(s_k) of the edges from `first` on.
+  // CorrectLoss(s_k) of the edges from `first` on; in lanes without an edge it does not matter, as their w is 0.
   void WeighLosses(int first, const double* s, int count, double* weight, double* rank_one) const;
 
   std::shared_ptr<EdgeBatch> batch_;      // a copy of this shares it
@@ -166,7 +166,7 @@ class EdgePack {
  private:
   CH5_INLINE void Fill(const WeightedEdgeBatch& edges, int e) {
     const int count = std::min(kPack, edges.Size() - e);
-    if (used_ > 0) sum_of_losses_ = SumOfLosses(edges);
+    sum_of_losses_ = SumOfLosses(edges);
     first_ = e;
     edges.Linearize(first_, count, r_, J_);
     edges.Whiten(first_, count, r_, J_, s_);
