@@ -3,7 +3,7 @@
 namespace ch5 {
 
 EdgeWithModifiedJacobians::EdgeWithModifiedJacobians(std::shared_ptr<Edge> edge)
-    : Edge(edge->ResidualDimension(), edge->Vertices(), nullptr, nullptr),
+    : Edge(edge->ResidualDimension(), std::vector<std::shared_ptr<Vertex>>(edge->Vertices()), nullptr, nullptr),
       edge_(std::move(edge)),
       r_(VecX::Zero(ResidualDimension())),
       W_(edge_->Information()) {

@@ -85,7 +85,7 @@ void Edge::RobustInfo(double* drho, MatXX* robust_information) const {
 void Edge::ComputeJacobiansNumerically() {
   constexpr double kStep = 1e-6;
   numeric_jacobians_ = true;
-  if (!vertices_.empty() && !jacobians_[0]) TakeJacobians();
+  if (!HasJacobians()) TakeJacobians();
   for (size_t i = 0; i < vertices_.size(); ++i) {
     Vertex& vertex = *vertices_[i];
     const PutBack put_back{&vertex, vertex.Parameters()};

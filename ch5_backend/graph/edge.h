@@ -6,6 +6,7 @@
 
 #include <array>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -15,13 +16,37 @@
 
 namespace ch5 {
 
+/// The vertices of an edge in its own order: a view, valid while the edge lives.
+class VertexSpan {
+ public:
+  VertexSpan(const std::shared_ptr<Vertex>* first, size_t size) : first_(first), size_(size) {}
+
+  const std::shared_ptr<Vertex>* begin() const { return first_; }
+  const std::shared_ptr<Vertex>* end() const { return first_ + size_; }
+  size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+  const std::shared_ptr<Vertex>& operator[](size_t i) const { return first_[i]; }
+  const std::shared_ptr<Vertex>& front() const { return *first_; }
+  const std::shared_ptr<Vertex>& back() const { return first_[size_ - 1]; }
+  /// @throws std::out_of_range
+  const std::shared_ptr<Vertex>& at(size_t i) const {
+    if (i >= size_) throw std::out_of_range("an edge has no vertex " + std::to_string(i));
+    return first_[i];
+  }
+  operator std::vector<std::shared_ptr<Vertex>>() const { return {begin(), end()}; }
+
+ private:
+  const std::shared_ptr<Vertex>* first_;
+  size_t size_;
+};
+
 class Edge {
  public:
   virtual ~Edge() = default;
   Edge(const Edge&) = delete;
   Edge& operator=(const Edge&) = delete;
 
-  const std::vector<std::shared_ptr<Vertex>>& Vertices() const { return vertices_; }
+  VertexSpan Vertices() const { return vertices_; }
   int ResidualDimension() const { return residual_dimension_; }
 
   virtual void ComputeResidual() = 0;
@@ -45,7 +70,7 @@ class Edge {
   Eigen::Map<const VecX> Residual() const { return {residual_, residual_dimension_}; }
   /// J_i, ResidualDimension()×LocalDimension() of vertex i, of the last ComputeJacobians.
   Eigen::Map<const MatXX> Jacobian(size_t i) const {
-    if (!jacobians_[i]) TakeJacobians();
+    if (!HasJacobians()) TakeJacobians();
     return {jacobians_[i], residual_dimension_, vertices_[i]->LocalDimension()};
   }
 
@@ -83,12 +108,15 @@ class Edge {
   void SetLevel(int level);
 
  protected:
+  /// For an edge with its vertices in its own memory, as SizedEdge: that costs no allocation, and they are found beside it.
+  Edge(int residual_dimension, VertexSpan vertices, double* residual, double* information)
+      : residual_dimension_(residual_dimension), vertices_(vertices), residual_(residual), information_(information) {}
   Edge(int residual_dimension, std::vector<std::shared_ptr<Vertex>> vertices, double* residual, double* information)
-      : residual_dimension_(residual_dimension),
-        vertices_(std::move(vertices)),
-        jacobians_(vertices_.size(), nullptr),
-        residual_(residual),
-        information_(information) {}
+      : Edge(residual_dimension, VertexSpan(nullptr, 0), residual, information) {
+    listed_vertices_ = std::move(vertices);
+    vertices_ = VertexSpan(listed_vertices_.data(), listed_vertices_.size());
+    jacobians_.assign(vertices_.size(), nullptr);
+  }
 
   /// For an edge whose sizes are known at run time only.
   void SetMemory(double* residual, double* information) {
@@ -105,13 +133,16 @@ class Edge {
   /// Central differences, δ = 1e-6 (error O(δ²) + ε/δ ≈ 1e-10 relative).
   void ComputeJacobiansNumerically();
 
+  bool HasJacobians() const { return !jacobians_.empty() && jacobians_[0]; }
+
   int residual_dimension_;
-  std::vector<std::shared_ptr<Vertex>> vertices_;
-  mutable std::vector<double*> jacobians_;  // column-major; null until they are needed; the memory is SizedEdge's
+  VertexSpan vertices_;
+  mutable std::vector<double*> jacobians_;  // column-major; empty or null until they are needed
 
  private:
   friend class Graph;  // numbers its edges
 
+  std::vector<std::shared_ptr<Vertex>> listed_vertices_;  // empty where the derived class keeps them
   double* residual_;
   double* information_;
   std::shared_ptr<const LossFunction> loss_;

@@ -24,7 +24,7 @@ class SizedEdge : public Edge {
   /// The `I`-th vertex in its own type.
   template <size_t I>
   const auto& GetVertex() const {
-    return *std::get<I>(typed_vertices_);
+    return static_cast<const std::tuple_element_t<I, std::tuple<V...>>&>(*own_vertices_[I]);
   }
 
   const ResidualVector& GetResidual() const { return r_; }
@@ -37,8 +37,8 @@ class SizedEdge : public Edge {
  protected:
   /// Graph::AddEdge reports a null vertex. (The base class needs addresses; data() would be a call to what is not made yet.)
   explicit SizedEdge(std::shared_ptr<V>... vertices)
-      : Edge(R, {vertices...}, reinterpret_cast<double*>(&r_), reinterpret_cast<double*>(&W_)),
-        typed_vertices_(vertices.get()...),
+      : Edge(R, VertexSpan(own_vertices_, kVertices), reinterpret_cast<double*>(&r_), reinterpret_cast<double*>(&W_)),
+        own_vertices_{std::move(vertices)...},
         r_(ResidualVector::Zero()),
         W_(InformationMatrix::Identity()) {}
 
@@ -61,7 +61,7 @@ class SizedEdge : public Edge {
   }
 
  private:
-  std::tuple<const V*...> typed_vertices_;  // beside the residual: one cache miss less
+  std::shared_ptr<Vertex> own_vertices_[kVertices];  // beside the residual: one cache miss less
 
  protected:
   ResidualVector r_;
@@ -80,7 +80,7 @@ class SizedEdge : public Edge {
   template <size_t... I>
   void MapJacobians(std::index_sequence<I...>) const {
     (std::get<I>(*J_).setConstant(std::numeric_limits<double>::quiet_NaN()), ...);
-    ((jacobians_[I] = std::get<I>(*J_).data()), ...);
+    jacobians_ = {std::get<I>(*J_).data()...};
   }
 
   mutable std::unique_ptr<JacobianTuple> J_;

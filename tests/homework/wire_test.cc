@@ -58,7 +58,8 @@ void ExpectTheSameBits(Scene* one, Scene* other) {
   for (size_t k = 0; k < one->Edges().size(); ++k) {
     const auto a = one->Edges()[k], b = other->Edges()[k];
     EXPECT_EQ(a->TypeInfo(), b->TypeInfo());
-    EXPECT_EQ(PlacesOf(a->Vertices(), one->Vertices()), PlacesOf(b->Vertices(), other->Vertices()));
+    EXPECT_EQ(PlacesOf(VertexList(a->Vertices()), one->Vertices()),
+              PlacesOf(VertexList(b->Vertices()), other->Vertices()));
     a->Linearize();
     b->Linearize();
     EXPECT_EQ(Bytes(a->Residual()), Bytes(b->Residual()));

@@ -38,7 +38,7 @@ struct AddMonoBaEdges {
     for (const auto& edge : scene.ba.graph.Edges()) {
       edge->ComputeResidual();
       const LossFunction* loss = edge->GetLossFunction();
-      numbers.push_back({edge->TypeInfo(), PlacesOf(edge->Vertices(), vertices), edge->Information(),
+      numbers.push_back({edge->TypeInfo(), PlacesOf(VertexList(edge->Vertices()), vertices), edge->Information(),
                          loss != nullptr && dynamic_cast<const TrivialLoss*>(loss) == nullptr, edge->Level(),
                          edge->Residual()});
     }
