@@ -36,6 +36,9 @@ void CheckEdges(const std::vector<std::shared_ptr<Edge>>& edges) {
     if (!edge) throw std::invalid_argument("Marginalize: an edge is null");
     sorted.push_back(edge.get());
   }
+  // Where ids ascend, as a graph lists its edges, none stands twice; those outside of a graph are all −1.
+  const auto not_ascending = [](const Edge* a, const Edge* b) { return a->Id() >= b->Id(); };
+  if (std::adjacent_find(sorted.begin(), sorted.end(), not_ascending) == sorted.end()) return;
   std::sort(sorted.begin(), sorted.end());
   const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
   if (twice != sorted.end())

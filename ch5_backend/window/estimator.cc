@@ -211,7 +211,6 @@ FrameReport Estimator::Track(const Image& image) {
   const Failure failure = options_.detect_failure(window_, last_p_);
   if (failure != Failure::kNone) return Restart(failure, LikelyCause(failure));
   if (options_.report_covariance) report.covariance = CovarianceOf(window_, window_.frames.back());
-  RemoveFailures(&window_);
   RemoveOutliers(options_.max_outlier_pixels / options_.calibration.FocalLength(), &window_);
   if (RejectsImages(image)) return Restart(Failure::kImagesRejected, "");
   last_p_ = window_.frames.back().pose->p();
@@ -272,6 +271,7 @@ Summary Estimator::SolveWithGaugeHeld(const SolveOptions& options) {
 // forever: tracks last, but landmarks come and go.
 bool Estimator::RejectsImages(const Image& image) {
   std::vector<std::pair<int, int>> ages;
+  ages.reserve(image.tracks.size());
   for (const TrackedPoint& point : image.tracks) {
     const auto before = std::lower_bound(track_ages_.begin(), track_ages_.end(), std::pair(point.id, 0));
     ages.emplace_back(point.id, before != track_ages_.end() && before->first == point.id ? before->second + 1 : 1);
@@ -280,10 +280,11 @@ bool Estimator::RejectsImages(const Image& image) {
   track_ages_ = std::move(ages);
   const auto lasting_tracks = std::count_if(track_ages_.begin(), track_ages_.end(),
                                             [](const auto& entry) { return entry.second >= kLastingImages; });
-  const auto lasting = std::count_if(window_.landmarks.begin(), window_.landmarks.end(), [](const auto& entry) {
-    return entry.second.inverse_depth && static_cast<int>(entry.second.seen.size()) >= kLastingImages;
-  });
-  if (lasting >= kFewLandmarks || lasting_tracks < kPlentyOfTracks) last_time_with_landmarks_ = image.t;
+  int lasting = 0;  // landmarks; there are mostly plenty among the first ones
+  for (auto it = window_.landmarks.begin(); it != window_.landmarks.end() && lasting < kFewLandmarks; ++it) {
+    if (it->second.inverse_depth && static_cast<int>(it->second.seen.size()) >= kLastingImages) ++lasting;
+  }
+  if (lasting == kFewLandmarks || lasting_tracks < kPlentyOfTracks) last_time_with_landmarks_ = image.t;
   return image.t - last_time_with_landmarks_ > options_.max_rejecting;
 }
 

@@ -30,14 +30,10 @@ double HullArea(std::vector<Vec2> points) {
 ImageOverlap ImageOverlapOf(const Window& window, int older, int newer) {
   std::vector<Vec2> all, matched;
   for (const auto& [id, landmark] : window.landmarks) {
-    const auto find = [&landmark = landmark](int frame) {  // a lambda may not capture a structured binding itself
-      return std::find_if(landmark.seen.begin(), landmark.seen.end(),
-                          [&](const WindowObservation& seen) { return seen.frame == frame; });
-    };
-    const auto now = find(newer);
-    if (now == landmark.seen.end()) continue;
+    const WindowObservation* now = landmark.In(newer);
+    if (!now) continue;
     all.push_back(now->x);
-    if (find(older) != landmark.seen.end()) matched.push_back(now->x);
+    if (landmark.In(older)) matched.push_back(now->x);
   }
   if (all.empty()) return {};
   const double area = HullArea(all);

@@ -237,11 +237,10 @@ Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark) {
 void ForgetObservations(int frame, const std::function<double(const Transform& T_W_C, const Vec3& p_W)>& depth_in,
                         Window* window) {
   EraseIf(window, [&](WindowLandmark& landmark) {
-    const auto seen = std::find_if(landmark.seen.begin(), landmark.seen.end(),
-                                   [&](const WindowObservation& observation) { return observation.frame == frame; });
-    if (seen == landmark.seen.end()) return false;
-    if (seen != landmark.seen.begin()) {
-      landmark.seen.erase(seen);
+    const WindowObservation* seen = landmark.In(frame);
+    if (!seen) return false;
+    if (landmark.Host() != frame) {
+      landmark.seen.erase(landmark.seen.begin() + (seen - landmark.seen.data()));
       return false;
     }
     const size_t left = landmark.seen.size() - 1;
@@ -251,15 +250,20 @@ void ForgetObservations(int frame, const std::function<double(const Transform& T
   });
 }
 
-int RemoveFailures(Window* window) {
-  return EraseIf(window, [](const WindowLandmark& landmark) {
-    return landmark.inverse_depth && !(landmark.inverse_depth->InverseDepth() > 0.0);
-  });
+namespace {
+
+bool HasFailed(const WindowLandmark& landmark) {
+  return landmark.inverse_depth && !(landmark.inverse_depth->InverseDepth() > 0.0);
 }
+
+}  // namespace
+
+int RemoveFailures(Window* window) { return EraseIf(window, HasFailed); }
 
 int RemoveOutliers(double max_error, Window* window) {
   const Views views(*window);
   return EraseIf(window, [&](WindowLandmark& landmark) {
+    if (HasFailed(landmark)) return true;
     if (!landmark.inverse_depth || landmark.seen.size() < 2) return false;
     RemoveFalseMatch(kFalseMatch * max_error, views, window, &landmark);
     if (views.MeanReprojectionError(landmark) < max_error) return false;
@@ -272,13 +276,9 @@ int RemoveOutliers(double max_error, Window* window) {
 
 Parallax ParallaxBetween(const Window& window, int frame_a, int frame_b) {
   Parallax parallax;
-  const auto find = [](const WindowLandmark& landmark, int frame) {
-    return std::find_if(landmark.seen.begin(), landmark.seen.end(),
-                        [&](const WindowObservation& seen) { return seen.frame == frame; });
-  };
   for (const auto& [id, landmark] : window.landmarks) {
-    const auto a = find(landmark, frame_a), b = find(landmark, frame_b);
-    if (a == landmark.seen.end() || b == landmark.seen.end()) continue;
+    const WindowObservation *a = landmark.In(frame_a), *b = landmark.In(frame_b);
+    if (!a || !b) continue;
     ++parallax.common;
     parallax.mean += (a->x - b->x).norm();
   }

@@ -53,9 +53,9 @@ void ForgetObservations(int frame, const std::function<double(const Transform& T
 /// @return how many
 int RemoveFailures(Window* window);
 
-/// Erases landmarks whose mean reprojection error exceeds `max_error`. Before that, if only the newest observation of a
-/// landmark has an error, of 30 times as much, that observation is removed as a false match; and a landmark that fits
-/// camera 0 alone stays, without what camera 1 sees of it.
+/// The same, and erases landmarks whose mean reprojection error exceeds `max_error`. Before that, if only the newest
+/// observation of a landmark has an error, of 30 times as much, that observation is removed as a false match; and a landmark
+/// that fits camera 0 alone stays, without what camera 1 sees of it.
 /// @param max_error  on the normalized plane;  @return how many
 int RemoveOutliers(double max_error, Window* window);
 

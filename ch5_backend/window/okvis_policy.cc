@@ -92,9 +92,8 @@ class OkvisPolicy : public WindowPolicy {
     }
     const int c = window.frames[static_cast<size_t>(walked - 1)].id;
     for (const auto& [id, landmark] : window.landmarks) {
-      const bool touched = std::any_of(landmark.seen.begin(), landmark.seen.end(), [&](const WindowObservation& seen) {
-        return plan.dropped_frames.count(seen.frame) > 0;
-      });
+      const auto sees = [&landmark = landmark](int frame) { return landmark.In(frame) != nullptr; };
+      const bool touched = std::any_of(plan.dropped_frames.begin(), plan.dropped_frames.end(), sees);
       if (!touched || landmark.seen.back().frame >= c) continue;
       plan.dropped_landmarks.push_back(id);
       if (landmark.inverse_depth && landmark.seen.size() >= 2) plan.drop.push_back(landmark.inverse_depth);

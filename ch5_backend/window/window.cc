@@ -22,6 +22,12 @@ int Window::IndexOf(int id) const {
   return it != frames.end() && it->id == id ? static_cast<int>(it - frames.begin()) : -1;
 }
 
+const WindowObservation* WindowLandmark::In(int frame) const {
+  const auto it = std::lower_bound(seen.begin(), seen.end(), frame,
+                                   [](const WindowObservation& one, int wanted) { return one.frame < wanted; });
+  return it != seen.end() && it->frame == frame ? &*it : nullptr;
+}
+
 StampedState Window::StateOf(const Frame& frame) const {
   StampedState state;
   state.t = frame.t;

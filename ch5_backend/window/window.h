@@ -66,6 +66,8 @@ struct WindowLandmark {
   std::vector<RecentPoint> recent1;  ///< as `recent` and `images`, of camera 1
   int images1 = 0;
   int Host() const { return seen.front().frame; }
+  /// Where the frame with this id sees it, or null.
+  const WindowObservation* In(int frame) const;
 };
 
 /// What makes a prior of the edges that leave and the vertices to drop; each of these is at one of the edges.

@@ -14,11 +14,6 @@ namespace {
 
 constexpr size_t kImages = 30;
 
-bool Sees(const WindowLandmark& landmark, int frame) {
-  return std::any_of(landmark.seen.begin(), landmark.seen.end(),
-                     [frame](const WindowObservation& seen) { return seen.frame == frame; });
-}
-
 struct Tables {
   CsvTable vertices{"policy,vertex,number,row,rows,fate"};
   CsvTable observations{"policy,landmark,frame,host,fate"};
@@ -81,7 +76,7 @@ void AppendLandmarks(const std::string& policy, const WindowBeforeSlide& before,
     }
     for (const WindowObservation& seen : landmark.seen) {
       const auto left = after.landmarks.find(id);
-      const bool is_left = left != after.landmarks.end() && Sees(left->second, seen.frame);
+      const bool is_left = left != after.landmarks.end() && left->second.In(seen.frame) != nullptr;
       const char* fate = is_taken ? (is_left ? "again" : "prior") : (is_left ? "stays" : "lost");
       tables->observations.Row(policy, id, seen.frame, seen.frame == landmark.Host(), fate);
     }
