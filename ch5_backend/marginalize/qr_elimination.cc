@@ -11,6 +11,8 @@ namespace {
 
 template <typename Scalar>
 using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+template <typename Scalar>
+using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
 // Rows [J̃ | r̃] of one edge, whitened:  J̃ = M J,  J̃ᵀr̃ = ρ'JᵀWr (graph/whitening.h).
 // @param column_of  the column of a vertex's first row in H
@@ -45,6 +47,33 @@ MatXX StackRows(const std::vector<Edge*>& edges, int columns, const ColumnOf& co
   return rows;
 }
 
+// Householder's reflections one by one: Eigen's blocks of them cost 20 s of compilation for three types of numbers.
+
+// A ← Qᵀ A for the Q of a decomposition of as many rows.
+template <typename Scalar>
+void Reflect(const Eigen::ColPivHouseholderQR<Matrix<Scalar>>& qr, Matrix<Scalar>* A) {
+  const Eigen::Index rows = A->rows();
+  Vector<Scalar> workspace(A->cols());
+  for (Eigen::Index k = 0; k < qr.hCoeffs().size(); ++k) {
+    A->bottomRows(rows - k).applyHouseholderOnTheLeft(qr.matrixQR().col(k).tail(rows - k - 1), qr.hCoeffs()[k],
+                                                      workspace.data());
+  }
+}
+
+// A ← R of A = Q R; what is below the diagonal is of no use.
+template <typename Scalar>
+void MakeTriangular(Matrix<Scalar>* A) {
+  const Eigen::Index rows = A->rows(), cols = A->cols();
+  Vector<Scalar> workspace(cols);
+  for (Eigen::Index k = 0; k < std::min(rows, cols); ++k) {
+    Scalar tau, beta;
+    A->col(k).tail(rows - k).makeHouseholderInPlace(tau, beta);
+    (*A)(k, k) = beta;
+    A->bottomRightCorner(rows - k, cols - k - 1)
+        .applyHouseholderOnTheLeft(A->col(k).tail(rows - k - 1), tau, workspace.data());
+  }
+}
+
 // A ← Qᵀ A for the Q that makes the first `columns` columns upper triangular; returns the rows below them.
 template <typename Scalar>
 Matrix<Scalar> RowsBelow(const Matrix<Scalar>& A, int columns) {
@@ -55,7 +84,7 @@ Matrix<Scalar> RowsBelow(const Matrix<Scalar>& A, int columns) {
   Matrix<Scalar> tail = A.rightCols(A.cols() - columns);
   // Pivoting puts unobservable columns last: they are zero, and their rows must not be dropped.
   const Eigen::ColPivHouseholderQR<Matrix<Scalar>> qr(head);
-  tail.applyOnTheLeft(qr.householderQ().adjoint());
+  Reflect(qr, &tail);
   const Eigen::Index rank = std::min(drop, qr.rank());
   return tail.bottomRows(A.rows() - rank);
 }
@@ -97,9 +126,9 @@ Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::
   if (dropped > 0) stack = RowsBelow<Scalar>(stack, dropped);
 
   // One more QR makes the remaining rows triangular; r's part below the triangle is a constant of the cost.
-  const Eigen::HouseholderQR<Matrix<Scalar>> qr(stack);
+  MakeTriangular(&stack);
   const Eigen::Index n = std::min<Eigen::Index>(kept, stack.rows());
-  const Matrix<Scalar> R = qr.matrixQR().topRows(n).template triangularView<Eigen::Upper>();
+  const Matrix<Scalar> R = stack.topRows(n).template triangularView<Eigen::Upper>();
   Prior prior;
   prior.vertices.assign(poses.begin(), poses.begin() + order.num_kept);
   for (const auto& vertex : prior.vertices) prior.x0.emplace_back(vertex->Parameters());

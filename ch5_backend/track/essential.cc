@@ -53,11 +53,11 @@ std::vector<bool> EssentialInliers(const std::vector<Vec3>& f0, const std::vecto
     if (count > most) most = count, best = inliers;
   }
   // Once more with all inliers, which a sample's noise no longer sways.
-  Eigen::Matrix<double, 9, 9> AtA = Eigen::Matrix<double, 9, 9>::Zero();
+  MatXX AtA = MatXX::Zero(9, 9);
   for (size_t i = 0; i < f0.size(); ++i) {
     if (const Vec9 a = Row(f0[i], f1[i]); best[i]) AtA += a * a.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(AtA);
+  const Eigen::SelfAdjointEigenSolver<MatXX> eigen(AtA);  // compiled once for all files (math/precompiled.h)
   size_t count = 0;
   const std::vector<bool> inliers = Inliers(eigen.eigenvectors().col(0), f0, f1, max_angle, &count);
   return count > most ? inliers : best;

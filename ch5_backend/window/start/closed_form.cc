@@ -109,10 +109,10 @@ void ComputeUncertainty(const Mat99& H, const Vec9& x, const std::vector<LinearM
   const Vec3 up = x.segment<3>(3).normalized();
   Mat99 H_on_sphere = H;  // ‖G‖ is known to 1 mm/s²
   H_on_sphere.block<3, 3>(3, 3) += 1e6 * up * up.transpose();
-  const Eigen::LLT<Mat99> llt(H_on_sphere);
+  const Eigen::LLT<MatXX> llt(H_on_sphere);
   result->scale_sigma = result->gravity_sigma = std::numeric_limits<double>::infinity();
   if (llt.info() != Eigen::Success) return;
-  const Mat99 covariance = llt.solve(Mat99::Identity());
+  const MatXX covariance = llt.solve(MatXX::Identity(9, 9));
   const LinearMotion* farthest = &motion.front();
   const auto displacement = [&](const LinearMotion& m) -> Vec3 { return m.P * x + m.a; };
   for (const LinearMotion& m : motion) {
@@ -128,17 +128,18 @@ void ComputeUncertainty(const Mat99& H, const Vec9& x, const std::vector<LinearM
 
 }  // namespace
 
-// With x_r the other six:  S = H_GG − H_Gr H_rr⁻¹ H_rG,  c = b_G − H_Gr H_rr⁻¹ b_r,  x_r = H_rr⁻¹ (b_r − H_rG G).
+// With x_r the other six,  Y = H_rr⁻¹ H_rG,  y = H_rr⁻¹ b_r:  S = H_GG − H_Gr Y,  c = b_G − H_Gr y,  x_r = y − Y G.
 Vec9 SolveWithGravityNorm(const Mat99& H, const Vec9& b, double g) {
   const std::array<int, 6> r{0, 1, 2, 6, 7, 8};
   const std::array<int, 3> G{3, 4, 5};
-  const Eigen::LDLT<Mat66> H_rr(Mat66(H(r, r)));
-  const Eigen::Matrix<double, 6, 3> H_rG = H(r, G);
-  const Vec6 b_r = b(r);
-  const Mat33 S = Mat33(H(G, G)) - H_rG.transpose() * H_rr.solve(H_rG);
-  const Vec3 c = Vec3(b(G)) - H_rG.transpose() * H_rr.solve(b_r);
+  const Eigen::LDLT<MatXX> H_rr(MatXX(H(r, r)));
+  const MatXX H_rG = H(r, G);
+  const MatXX Y = H_rr.solve(H_rG);
+  const VecX y = H_rr.solve(VecX(b(r)));
+  const MatXX S = H.block<3, 3>(3, 3) - H_rG.transpose() * Y;
+  const Vec3 c = b.segment<3>(3) - H_rG.transpose() * y;
 
-  const Eigen::SelfAdjointEigenSolver<Mat33> eigen(S);
+  const Eigen::SelfAdjointEigenSolver<MatXX> eigen(S);
   const Vec3 lambda = eigen.eigenvalues(), c_Q = eigen.eigenvectors().transpose() * c;
   const auto gravity = [&](double mu) -> Vec3 { return c_Q.array() / (lambda.array() + mu); };
   // ‖G(μ)‖ falls from ∞ at −λ_min to less than g at ‖c‖/g − λ_min.
@@ -149,7 +150,7 @@ Vec9 SolveWithGravityNorm(const Mat99& H, const Vec9& b, double g) {
     (gravity(middle).norm() > g ? low : high) = middle;
   }
   const Vec3 best = eigen.eigenvectors() * gravity(high).normalized() * g;
-  const Vec6 rest = H_rr.solve(b_r - H_rG * best);
+  const Vec6 rest = y - Y * best;
   Vec9 x;
   x << rest.head<3>(), best, rest.tail<3>();
   return x;
