@@ -7,6 +7,7 @@ import base64
 import io
 import json
 import re
+from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from pathlib import Path
 
@@ -65,9 +66,11 @@ def other_languages(say, pages=PAGES):
 def write_all(directory, title, body_of, pages=PAGES):
     """DIR/report.html and the same in the other languages, unless other `pages` are meant; body_of(directory, say) gives the
     pieces."""
-    for language, name in pages.items():
-        say = Words(language)
-        write(Path(directory) / name, say(title), body_of(directory, say), language)
+    says = [Words(language) for language in pages]
+    with ThreadPoolExecutor() as pool:  # most of the time goes into packing pictures, which Pillow does without Python's lock
+        bodies = list(pool.map(lambda say: body_of(directory, say), says))
+    for say, body in zip(says, bodies):
+        write(Path(directory) / pages[say.language], say(title), body, say.language)
 
 
 def write(path, title, body, language="en"):
