@@ -4,7 +4,7 @@
 /// r = prediction − measurement.  J_i = ∂r(x_i ⊞ δ)/∂δ at δ = 0.  Storage is fixed-size (SizedEdge); the virtual
 /// boundary hands out views, so solvers need not know the sizes.
 
-#include <array>
+#include <cassert>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -25,9 +25,13 @@ class VertexSpan {
   const std::shared_ptr<Vertex>* end() const { return first_ + size_; }
   size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
-  const std::shared_ptr<Vertex>& operator[](size_t i) const { return first_[i]; }
-  const std::shared_ptr<Vertex>& front() const { return *first_; }
-  const std::shared_ptr<Vertex>& back() const { return first_[size_ - 1]; }
+  const std::shared_ptr<Vertex>* data() const { return first_; }
+  const std::shared_ptr<Vertex>& operator[](size_t i) const {
+    assert(i < size_);
+    return first_[i];
+  }
+  const std::shared_ptr<Vertex>& front() const { return (*this)[0]; }
+  const std::shared_ptr<Vertex>& back() const { return (*this)[size_ - 1]; }
   /// @throws std::out_of_range
   const std::shared_ptr<Vertex>& at(size_t i) const {
     if (i >= size_) throw std::out_of_range("an edge has no vertex " + std::to_string(i));
@@ -46,7 +50,7 @@ class Edge {
   Edge(const Edge&) = delete;
   Edge& operator=(const Edge&) = delete;
 
-  VertexSpan Vertices() const { return vertices_; }
+  const VertexSpan& Vertices() const { return vertices_; }
   int ResidualDimension() const { return residual_dimension_; }
 
   virtual void ComputeResidual() = 0;

@@ -26,7 +26,7 @@ ASSERTIONS = [
     (r"rows\(\) == \w+\.rows\(\)|resize", "eigen.assignment_sizes"),
     (r"SolverBase::solve", "eigen.solve_sizes"),
     (r"A·D|D·A", "eigen.Hmm_inv_sizes"),
-    (r"__n < this->size\(\)", "judge.index_outside_vector"),
+    (r"__n < this->size\(\)|i < size_", "judge.index_outside_vector"),
     (r"get\(\) != (nullptr|pointer\(\))", "judge.null_pointer"),
     (r"index >= 0|row >= 0", "eigen.index_outside"),
 ]
@@ -36,7 +36,7 @@ EXCEPTIONS = [
     (r"std::bad_alloc|length_error|vector::_M_\w*append|_M_realloc_insert", "judge.out_of_memory"),
     (r"map::at", "judge.not_in_map"),
     (r"not finite: \(\d+, \d+\) = -?nan|-\d\.\d+e\+30[0-9]", "judge.unset_numbers"),  # unset_memory.h
-    (r"vector::_M_range_check", "judge.index_outside_vector"),
+    (r"vector::_M_range_check|an edge has no vertex", "judge.index_outside_vector"),
 ]
 
 
