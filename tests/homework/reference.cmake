@@ -3,13 +3,14 @@
 # The reference passes every stage, test by test; and each sample submission gets the verdict that it deserves.
 file(GLOB sample_files CONFIGURE_DEPENDS samples/*.samples)
 list(TRANSFORM sample_files REPLACE ".*/(.*)\\.samples" "samples_\\1.cc" OUTPUT_VARIABLE sample_sources)
-list(APPEND sample_sources samples_blanks.cc)
 add_custom_command(OUTPUT ${sample_sources}
   COMMAND ${ch5_python_module} tests.homework.samples ${CMAKE_CURRENT_BINARY_DIR} ${sample_files}
   DEPENDS samples.py ${skeleton_sources} ${stage_table} ${sample_files} ${solution_files})
 add_library(samples OBJECT ${sample_sources})
-target_link_libraries(samples PRIVATE student_flags GTest::gtest)
-target_precompile_headers(samples REUSE_FROM student_pch)
+add_library(without_lines INTERFACE)  # there are none to find in a generated file
+target_compile_options(without_lines INTERFACE -g0)
+target_link_libraries(samples PRIVATE student_flags without_lines GTest::gtest)
+target_precompile_headers(samples PRIVATE <ch5_homework/judge/student_pch.h>)
 target_compile_options(samples PRIVATE -w)
 # As in a check, the objects with assertions come first.
 add_executable(homework_samples $<TARGET_OBJECTS:samples> ${all_stage_tests})
@@ -19,7 +20,6 @@ if(CH5_SANITIZE)
   target_link_libraries(samples PRIVATE ch5_warnings)
   target_link_libraries(homework_samples PRIVATE ch5_warnings)
 endif()
-target_link_options(homework_samples PRIVATE -s)  # no lines to find in a generated file
 gtest_discover_tests(homework_samples TEST_PREFIX Reference. DISCOVERY_MODE PRE_TEST)
 foreach(samples IN LISTS sample_files ITEMS blanks)
   cmake_path(GET samples STEM name)

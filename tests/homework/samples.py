@@ -10,8 +10,8 @@ samples/*.samples hold them, told apart by these lines:
     // STAGE 1.2                                      or in place of the stage's whole function
 
 Every single blank TODO is a sample too. `samples.py FOLDER FILE.samples…` writes them as C++, a translation unit for each
-file and one for the blanks: each sample in a namespace of its own holds only the functions that it changes, in classes
-derived from the reference's; so hundreds of them share one executable.
+file, which holds the blanks of its stage too and so compiles their templates once: each sample in a namespace of its own
+holds only the functions that it changes, in classes derived from the reference's; so hundreds of them share one executable.
 """
 
 import re
@@ -164,7 +164,8 @@ namespace ch5::sample_{one.name} {{
 
 def main(folder: str, paths: list) -> None:
     corpus = {Path(path).stem: read_samples(Path(path)) for path in paths}
-    corpus["blanks"] = blank_samples()
+    for blank in blank_samples():
+        corpus[f"stage_{blank.stages[0]['id'].replace('.', '_')}"].append(blank)
     samples = [one for part in corpus.values() for one in part]
     names = [one.name for one in samples]
     if len(set(names)) < len(names):
