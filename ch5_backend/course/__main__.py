@@ -48,7 +48,7 @@ DESCRIPTIONS = {
     "plots": "Draws all figures of the project, or those of the sets whose name contains a NAME, from the tables in DIR; "
              "runs what makes the tables where they are missing. Everything takes about ten minutes on two cores, --quick "
              "less than two. Stopped, it resumes, trial by trial; the same tables give the same bytes. Each figure "
-             "is a PNG, and an SVG and a PDF with letters as letters, for a paper.",
+             "is a PNG, and an SVG and a PDF with text kept as text, for a paper.",
     "slides": "Builds the decks in slides/, or those that are named, such as 2-solvers.en, to self-contained HTML and "
               "PDF in out/slides; tables that are missing are made first. What follows -- goes to the builder.",
     "docs": "Makes the pages of the API with Doxygen, formulas set by MathJax: one folder that needs no network, with the "

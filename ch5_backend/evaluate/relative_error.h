@@ -13,7 +13,7 @@ struct RelativeError {
   double path = 0.0;           ///< length of the truth's path over the compared states, the estimate's in its gaps [m]
   double end = 0.0;            ///< distance of the ends when position and yaw agree at the beginning [m]
 
-  /// `end` in per cent of the path; NaN if there is none.
+  /// `end` in percent of the path; NaN if there is none.
   double DriftPercent() const { return 100.0 * end / path; }
 };
 

@@ -155,7 +155,7 @@ def audit(n):
     return {"gauge_audit": "Beyond the paper: what H claims to know of each motion of the world, in VINS-Mono's and OKVIS's "
             "windows on a simulated flight; the largest value of all windows, and 0 for what is free. The "
             f"measurements alone leave position and yaw free, to {number(free, 1)}; roll, pitch and scale they know. The "
-            f"prior was linearized at other states and has learnt yaw by mistake, {yaw('none', 'prior')} at its first "
+            f"prior was linearized at other states and has learned yaw by mistake, {yaw('none', 'prior')} at its first "
             f"estimates; with observability constraints on what is marginalized it is clean there, "
             f"{yaw('marginalized edges', 'prior')}. Beside measurements that are linearized at the present estimates "
             f"that is not enough: their sum knows yaw to {yaw('none', 'window')} without constraints and to "

@@ -27,7 +27,7 @@ class YamlNumbers {
     int line;
   };
   const std::vector<Word>& Words() const { return words_; }
-  /// @throws FileError naming a number that was not taken: a misspelt key
+  /// @throws FileError naming a number that was not taken: a misspelled key
   void ExpectAllTaken() const;
 
  private:

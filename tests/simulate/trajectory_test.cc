@@ -104,7 +104,7 @@ TEST(Trajectory, GaugePaperPathsAreFiveMetersAtTwoMetersASecond) {
     const Trajectory trajectory = GaugePaperPath(path);
     EXPECT_NEAR(PathLength(trajectory), 5.0, 1e-9);
     EXPECT_EQ(trajectory.Duration(), 2.5);
-    // Flyable: B's x axis looks towards +y, accelerations stay below a racing drone's.
+    // Flyable: B's x axis looks toward +y, accelerations stay below a racing drone's.
     for (double t = 0.0; t <= 2.5; t += 0.05) {
       const Motion motion = trajectory.At(t);
       EXPECT_GT((motion.T_W_B.q * Vec3::UnitX()).y(), 0.3);

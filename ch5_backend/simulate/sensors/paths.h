@@ -11,7 +11,7 @@ namespace ch5 {
 enum class GaugePath { kSine, kArc, kRectangle };
 
 /// 5 m in 2.5 s, a mean speed of 2 m/s as in the paper, whose shapes are known from a figure only: a sine, an arc of
-/// 120° and a rectangle with round corners. B's x axis looks along +y of W, towards the scene, and sways a little; on
+/// 120° and a rectangle with rounded corners. B's x axis looks along +y of W, toward the scene, and sways a little; on
 /// the arc it keeps looking at the arc's center.
 Trajectory GaugePaperPath(GaugePath path);
 

@@ -20,7 +20,7 @@ std::vector<Vec3> PointsOnPlanes(const std::vector<PlanePatch>& patches, int cou
 /// The six faces of a box: a room with bare walls.
 std::vector<PlanePatch> RoomWalls(const Vec3& low, const Vec3& high);
 
-/// Three patches at different depths and slants in front of GaugePaperPath's camera, 3–6 m towards +y.
+/// Three patches at different depths and slants in front of GaugePaperPath's camera, 3–6 m toward +y.
 std::vector<PlanePatch> GaugePaperPlanes();
 
 /// `count` points, each in the image at a random time, at a depth between `near` and `far` [m].
