@@ -74,6 +74,10 @@ double Ratio(const MatXX& got, const MatXX& expected) {
   return is ? k : std::numeric_limits<double>::quiet_NaN();
 }
 
+bool HasIntegersAlone(const MatXX& A) {
+  return A == A.unaryExpr([](double x) { return std::trunc(x); });
+}
+
 bool SameNumbersElsewhere(MatXX got, MatXX expected, double tolerance) {
   std::sort(got.data(), got.data() + got.size());
   std::sort(expected.data(), expected.data() + expected.size());
@@ -92,7 +96,10 @@ Text SymptomOfTheWhole(const Claim& claim) {
   if (std::abs(k - 1.0) < 1e-3) {
     return {"matrix.nearly", {{"difference", Word(LargestEntry(got - expected) / LargestEntry(expected))}}};
   }
-  if (std::isfinite(k)) return {"matrix.factor", {{"k", Word(k)}}};
+  const auto is_set = (expected.array() != 0.0).eval();
+  if (std::isfinite(k) && is_set.count() > 1)
+    return {"matrix.factor", {{"k", Word(k)}}};  // one number alone has any ratio
+  if (HasIntegersAlone(got) && !HasIntegersAlone(expected) && LargestEntry(got) > 1.0) return "matrix.integers";
   const bool square = got.rows() == got.cols() && got.rows() > 1;
   if (square && Equal(got, expected.transpose(), kMistakeMatch)) return "matrix.transposed";
   if (square && IsSymmetric(expected)) {
@@ -102,7 +109,10 @@ Text SymptomOfTheWhole(const Claim& claim) {
   }
   if (SameNumbersElsewhere(got, expected, kMistakeMatch)) return "matrix.wrong_places";
   const auto wrong = ((got - expected).array().abs() > claim.tolerance * LargestEntry(expected)).eval();
-  if (wrong.select(got, 0.0).isZero(0.0)) return "matrix.wrong_entries_are_zero";
+  const MatXX wrong_got = wrong.select(got, 0.0), meant = wrong.select(expected, 0.0);
+  if (wrong_got.isZero(0.0)) return "matrix.wrong_entries_are_zero";
+  const double k_wrong = wrong.count() > 1 && !meant.isZero(0.0) ? Ratio(wrong_got, meant) : k;
+  if (std::isfinite(k_wrong) && wrong.count() > 1) return {"matrix.wrong_entries_factor", {{"k", Word(k_wrong)}}};
   return {};
 }
 
@@ -110,7 +120,8 @@ Text SymptomOfTheWhole(const Claim& claim) {
 Text Symptom(const Claim& claim) {
   if (!claim.got.allFinite() || HoldsUnset(claim.got)) return SymptomOfNaN(claim);
   if (const Text whole = SymptomOfTheWhole(claim); !whole.empty()) return whole;
-  if (IsSymmetric(claim.expected) && !IsSymmetric(claim.got)) return "matrix.none_typical_not_symmetric";
+  if (IsSymmetric(claim.expected) && !claim.expected.isDiagonal() && !IsSymmetric(claim.got))
+    return "matrix.none_typical_not_symmetric";
   return "matrix.none_typical";
 }
 

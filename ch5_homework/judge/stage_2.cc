@@ -35,7 +35,7 @@ void CheckMove(const Marginalization& c, const Order& order, const MarginalizeRe
 }
 
 void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
-  const Mistake singular{"2e", "2.inverse_of_a_singular_matrix", {}};
+  const Mistake singular{"2e 2d", "2.inverse_of_a_singular_matrix", {}};
   const Parts right(Move(c.H, order), MoveRows(c.b, order), c.dim);
   Require("2", c.Of(Word("H_prior = A_rr − A_rm A_mm⁻¹ A_mr")),
           right.A_rr - right.A_rm * right.A_mm_inverse * right.A_mr, result.H_prior, VariableNames(order),

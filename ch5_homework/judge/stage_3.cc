@@ -163,6 +163,11 @@ Text CauseOfPose(const MonoBaScene& scene, size_t i, VertexPose* pose, Edge* pri
   const Qd inverse = T.q.conjugate(), identity = Qd::Identity();
   if (asks_for(inverse, T.p)) return "3.quaternion_conjugated";
   if (asks_for(inverse, -(inverse * T.p))) return "3.inverse_pose";
+  const Transform& first = scene.frames[0];
+  const Qd to_first = first.q.conjugate();
+  if (i > 0 && asks_for(to_first * T.q, to_first * (T.p - first.p))) return "3.relative_to_frame_0";
+  const Qd reordered = Qd(T.q.x(), T.q.y(), T.q.z(), T.q.w());  // read as w, x, y, z
+  if (asks_for(reordered, T.p)) return "3.quaternion_order";
   if (asks_for(identity, T.p)) return "3.asks_for_no_rotation";
   if (asks_for(T.q, Vec3::Zero())) return "3.asks_for_origin";
   if (asks_for(identity, Vec3::Zero())) return "3.asks_for_identity";
@@ -179,7 +184,7 @@ TEST(Stage3, PriorAsksForTheTruePose) {
   const MonoBaScene scene = PerturbedScene();
   const Built built(1.0, 100.0);
   const auto all_priors = built.Priors();
-  for (const size_t i : {1u, 0u}) {  // frame 0 stands at the origin, where more mistakes look alike
+  for (const size_t i : {1u, 0u}) {  // a pose relative to frame 0 shows at frame 1
     ASSERT_EQ(all_priors[i].size(), 1u);
     VertexPose* pose = built.ba.poses[i].get();
     Edge* prior = all_priors[i][0].get();

@@ -130,6 +130,12 @@ struct Layout {
   }
 };
 
+std::string Join(const std::vector<int>& numbers) {
+  std::string text;
+  for (const int number : numbers) text += (text.empty() ? "" : " ") + std::to_string(number);
+  return text;
+}
+
 TEST(Stage6, NumbersTheDroppedBlocksFirst) {
   const FactorScene scene;
   const auto term = scene.Fill();
@@ -148,9 +154,11 @@ TEST(Stage6, NumbersTheDroppedBlocksFirst) {
     for (const auto& vertex : scene.Kept()) right.push_back(vertex->Id());
     const std::vector<int>& got = std::get<6>(MembersOf(*term));
     if (got != right) {
-      Fail({"6", "6.keep", Text("6.ids_order_rows", {{"n", Word(right.size())}}),
-            Text("6.ids", {{"n", Word(got.size())}}),
+      std::vector<int> first_rows;
+      for (const int id : right) first_rows.push_back(blocks.at(id).idx);
+      Fail({"6", "6.keep", Text("6.ids_order_rows", {{"ids", Word(Join(right))}}), Word(Join(got)),
             got.empty()                       ? "6.keep_push_back"
+            : got == first_rows               ? "6.keep_holds_rows"
             : got.size() == scene.free.size() ? "6.keep_holds_dropped_blocks_ids"
             : got.size() < right.size()       ? "6.keep_holds_other_ids"
                                               : "6.keep_holds_ids_twice",

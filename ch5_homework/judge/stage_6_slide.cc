@@ -79,13 +79,16 @@ void CheckLandmarks(const Window& before, const Window& after, size_t gone, cons
     }
     if (got != right) {
       const auto text = [](const std::vector<int>& frames) {
-        return frames.empty() ? "6.erased" : Text("6.seen_frames", {{"n", Word(frames.size())}});
+        std::string numbers;
+        for (const int frame : frames) numbers += (numbers.empty() ? "" : " ") + std::to_string(frame);
+        return frames.empty() ? "6.erased" : Text("6.seen_frames", {{"frames", Word(numbers)}});
       };
       const bool still = std::count(got.begin(), got.end(), left - kFirstId) > 0;
       Fail({"6", AfterSlide(name, flag), text(right), text(got),
-            still         ? "6.observation_left_behind"
-            : got.empty() ? "6.thrown_away"
-                          : "6.other_observations_lost",
+            still && got.size() == right.size() ? "6.other_frame_forgotten"
+            : still                             ? "6.observation_left_behind"
+            : got.empty()                       ? "6.thrown_away"
+                                                : "6.other_observations_lost",
             "6i"});
     }
     if (got.empty() || !landmark.inverse_depth) continue;
@@ -132,6 +135,7 @@ void CheckImu(const Window& before, const Window& after, size_t gone, const char
       if (got.Is({})) cause = "6.IMU_between_two_frames_gone";
       if (got.Is(IntervalOf(own(old)))) cause = "6.leaving_samples_lost";
       if (got.Is(IntervalOf(own(gone)))) cause = "6.own_samples_lost";
+      if (got.Is(Merged(*own(gone), *own(gone)))) cause = "6.appended_to_itself";
       if (got.Is(Merged(*own(old), *own(gone)))) cause = "6.pieces_in_wrong_order";
     } else if (gone == 0 && k == 1 && std::abs(got.seconds - right.seconds) > 1e-9) {
       cause = "6.MARGIN_OLD_merges_nothing";
@@ -221,8 +225,10 @@ TEST(Stage6, FailuresAtTheirThresholds) {
       const Vec3 last_p = p - c.step;
       const Failure got = Chosen().vins_window.detect_failure(window, last_p);
       if (got == c.right) continue;
+      const bool not_the_height = got == Failure::kHeightJump && std::abs(c.step.z()) < 0.95;
       Fail({"6", Text("6.detect_failure", {{"what", tracks ? c.what : Text("6.no_tracks", {{"what", c.what}})}}),
-            NameOf(c.right), NameOf(got), c.cause, "6j"});
+            NameOf(c.right), NameOf(got), not_the_height ? Text("6.height_is_z", {{"z", Word(c.step.z())}}) : c.cause,
+            "6j"});
     }
   }
 }

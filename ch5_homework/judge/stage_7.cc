@@ -86,6 +86,8 @@ TEST(Stage7, SchurComplementAndStep) {
     GraphScene row("row", {fix_one});
     CheckSolve(MakeSolver(&row.graph).get(), row.graph, 0.0, Damping::kIdentity, fix_one ? "7.row_one_fixed" : "7.row");
   }
+  GraphScene scene("poses of two sizes");
+  CheckSolve(MakeSolver(&scene.graph).get(), scene.graph, 0.0, Damping::kIdentity, "7.poses_of_two_sizes");
 }
 
 TEST(Stage7, LambdaOnEveryDiagonalEntry) {

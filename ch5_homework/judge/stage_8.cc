@@ -77,6 +77,9 @@ TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
          {"8a", "8.floor_missing", is(std::min(2.0 * third, cube))},
          {"8a", "8.both_limits_missing", is(cube)},
          {"8a", "8.third_always", is(third)},
+         {"8a", "8.integers_divided", is(0.0)},
+         {"8a", "8.integers_divided", is(std::max(0.0, cube))},
+         {"8a", "8.nu_not_assigned", is(factor, 0.0)},
          {"8a", "8.lambda_kept", is(1.0)},
          {"8a", "8.lambda_raised", is(t.nu, 2.0 * t.nu)},
          {"8a", "8.square_for_cube", is(std::max(third, std::min(2.0 * third, 1.0 - std::pow(2.0 * gain - 1.0, 2))))},
@@ -93,6 +96,7 @@ TEST(Stage8, ARejectedStepRaisesTheDamping) {
     const auto is = [&](double by, double next_nu) { return Is(Vec2(t.lambda * by, next_nu)); };
     CheckDamping(t, Vec2(t.lambda * nu, 2.0 * nu),
                  {{"8a", "8.nu_not_doubled", is(nu, nu)},
+                  {"8a", "8.nu_not_assigned", is(nu, 0.0)},
                   {"8a", "8.nu_doubled_first", is(2.0 * nu, 2.0 * nu)},
                   {"8a", "8.lambda_not_raised", is(1.0, 2.0 * nu)},
                   {"8a", "8.lambda_not_raised", is(1.0, nu)},
@@ -154,10 +158,14 @@ void CheckView(const View& view, const Text& what) {
          {"8b", "8.extrinsic_rotation_missing", Is(E * R.transpose())},
          {"8b", "8.body_rotation_missing", Is(to_body)},
          {"8b", "8.rotations_not_transposed", Is(E * C * R)},
-         {"8b", "8.rotations_exchanged", Is(E * R.transpose() * C.transpose())}},
+         {"8b", "8.rotations_exchanged", Is(E * R.transpose() * C.transpose())},
+         {"8b", "8.x_y_exchanged", Is(point.colwise().reverse())}},
         "J.point");
   check("8.over_position", pose.leftCols(3), J.pose.leftCols<3>(), Axes("δp"),
-        {{"8b", "8.position_sign", Is(point)}, {"8b", "8.position_in_body", Is(-to_body)}}, "J.pose");
+        {{"8b", "8.position_sign", Is(point)},
+         {"8b", "8.position_in_body", Is(-to_body)},
+         {"8b", "8.increments_exchanged", Is(pose.rightCols(3))}},
+        "J.pose");
   const Vec3 d = view.p_W - view.T_W_B.p;
   check("8.over_rotation", pose.rightCols(3), J.pose.rightCols<3>(), Axes("δθ"),
         {{"8b", "8.rotation_sign", Is(-to_body * Hat(p_B))},
@@ -176,6 +184,7 @@ TEST(Stage8, TheProjectionOnPaper) {
           Chosen().open_tasks.linearize_projection({}, {}, Vec3(1, 2, 4)).point, Words({"r.x", "r.y"}),
           {{"8b", "8.depth_column_missing", Is(with(0, 0))},
            {"8b", "8.depth_column_sign", Is(with(0.0625, 0.125))},
+           {"8b", "8.x_y_exchanged", Is(with(-0.0625, -0.125).colwise().reverse())},
            {"8b", "8.depth_column_not_squared", Is(with(-0.25, -0.5))},
            {"8b", "8.not_divided_by_depth", Is(4.0 * with(-0.0625, -0.125))}},
           1e-10, "8b", "J.point", Axes("δp_W"));
@@ -257,6 +266,9 @@ TEST(Stage8, AnImuStepMovesTheState) {
            {"8c", "8.imu_half_not_halved", Is(stacked(moved + 2.0 * half, right.v))},
            {"8c", "8.imu_velocity_first", Is(stacked(was.p + step.dt * right.v, right.v))},
            {"8c", "8.imu_velocity_first", Is(stacked(was.p + step.dt * right.v + half, right.v))},
+           {"8c", "8.imu_before_missing", Is(stacked(right.p - was.p, right.v))},
+           {"8c", "8.imu_before_missing", Is(stacked(right.p, right.v - was.v))},
+           {"8c", "8.imu_before_missing", Is(stacked(right.p - was.p, right.v - was.v))},
            {"8c", "8.imu_not_turned", Is(stacked(moved + unturned, was.v + rate * unturned))},
            {"8c", "8.imu_turned_by_new", Is(stacked(moved + turned, was.v + rate * turned))}},
           1e-10, "8c", "after.p");
@@ -332,7 +344,10 @@ void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, dou
   const double h = distance(T);
   Require("8", {"8.part_of", {{"part", "8.range_residual"}, {"scene", what}}}, MatXX::Constant(1, 1, h - range),
           MatXX::Constant(1, 1, got.residual), Words({"r"}),
-          {{"8d", "8.measurement_minus_prediction", is(range - h)},
+          {{"8d", "8.range_absolute", is(std::abs(h - range))},  // on paper h > range: other wrong signs show there
+           {"8d", "8.measurement_minus_prediction", is(range - h)},
+           {"8d", "8.antenna_subtracted", is((T.p - T.q * antenna - beacon).norm() - range)},
+           {"8d", "8.antenna_turned_back", is((T.p + T.q.conjugate() * antenna - beacon).norm() - range)},
            {"8d", "8.antenna_forgotten", is((T.p - beacon).norm() - range)},
            {"8d", "8.antenna_not_turned", is((T.p + antenna - beacon).norm() - range)},
            {"8d", "8.range_not_subtracted", is(h)},
@@ -347,6 +362,7 @@ void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, dou
   Require("8", {"8.part_of", {{"part", "8.range_jacobian"}, {"scene", what}}}, right, got.J, Words({"r"}),
           {{"8d", "8.range_jacobian_sign", row(-u, u * R * Hat(antenna))},
            {"8d", "8.range_turn_sign", row(u, u * R * Hat(antenna))},
+           {"8d", "8.increments_exchanged", row(-u * R * Hat(antenna), u)},
            {"8d", "8.range_turn_missing", row(u, none)},
            {"8d", "8.range_turn_on_the_left", row(u, -u * Hat(R * antenna))},
            {"8d", "8.range_not_turned", row(u, -u * Hat(antenna))},
@@ -364,7 +380,8 @@ TEST(Stage8, TheRangeIsDifferentiated) {
   for (int k = 0; k < 4; ++k) {
     const Transform T = RandomPose(&random);
     const Vec3 antenna = RandomMatrix(3, 1, &random), beacon = Vec3(4, 0, 0) + Vec3(RandomMatrix(3, 1, &random));
-    CheckRange(T, antenna, beacon, random.Uniform(1, 6), {"8.random_beacon", {{"n", Word(k + 1)}}});
+    const double distance = (T.p + T.q * antenna - beacon).norm();
+    CheckRange(T, antenna, beacon, distance * (k % 2 == 0 ? 1.3 : 0.7), {"8.random_beacon", {{"n", Word(k + 1)}}});
   }
 }
 

@@ -56,6 +56,20 @@ class WordsOfTheCompiler(unittest.TestCase):
     def test_a_missing_brace(self):
         self.assertRegex(self.hint(TINY.replace("  }\n}\nvoid", "}\nvoid")), r"problem.cc:10: a closing brace is missing")
 
+    def test_typical_slips(self):
+        line = "if (sizeof(int) > 2) {"
+        for slip, words in (("int a = 1；", "problem.cc:7: a full-width ； stands in this line, which C.. does not know; write ;"),
+                            ("int a = sizeof（int);", "a full-width （ stands in this line.*; write [(]"),
+                            ("int a = ?;", "problem.cc:7: a . of the skeleton is still there"),
+                            ("int a = 1 + Solve;", "problem.cc:7: the . . of a function are missing"),
+                            ("const std::map<int, int> shift; int a = shift[3];", "problem.cc:7: what is to be changed here is const")):
+            text = TINY.replace(line, f"{slip} {line}").replace("#include <memory>", "#include <map>\n#include <memory>").replace(
+                "struct Qd {};\n", "struct Qd {}; ")
+            for name in ("g++", "clang++"):
+                with self.subTest(slip=slip, compiler=name):
+                    if shutil.which(name):
+                        self.assertRegex(self.hint(text, compiler_name=name), words)
+
     def test_a_brace_too_many(self):
         self.assertRegex(self.hint(TINY.replace("  }\n}\nvoid", "  }\n}\n}\nvoid")), "problem.cc:11: one closing brace too many")
 

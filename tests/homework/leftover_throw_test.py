@@ -9,15 +9,12 @@ from ch5_backend.course.homework.regions import FILES, STAGES, fill, solution_te
 
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework import blanks, check, judge
-from ch5_backend.course.homework.diagnosis import Verdict
+from ch5_backend.course.homework.diagnosis import Verdict, cause_of
 
 
 class ThrowLeft(unittest.TestCase):
     def keeps_throw(self, text: str, todo: str) -> bool:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "file.cc"
-            path.write_text(text, encoding="utf-8")
-            return blanks.keeps_throw(path, todo)
+        return blanks.keeps_throw(text.encode(), todo)
 
     def test_lines_above_the_throw_are_seen(self):
         for name in FILES:
@@ -26,6 +23,8 @@ class ThrowLeft(unittest.TestCase):
                 self.assertTrue(self.keeps_throw(left, todo), todo)
                 self.assertFalse(self.keeps_throw(skeleton(name), todo), todo)
                 self.assertFalse(self.keeps_throw(solution_text(name), todo), todo)
+                verdict = blanks.explain(Verdict("not-started", judge.not_started(todo, "")), name, left.encode())
+                self.assertEqual(cause_of(verdict.diagnosis), "judge.leftover_throw")
 
     def test_a_mistake_belongs_to_a_blank_that_the_file_has(self):
         verdict = Verdict("wrong", {**judge.because("1.1.sign_b"), "todo": "1.1d 1.1b"})

@@ -15,9 +15,9 @@ def content_of(path: Path):
         return None
 
 
-def keeps_throw(path: Path, todo: str) -> bool:
+def keeps_throw(content, todo: str) -> bool:
     """Whether code stands in this blank, and below it still the throw that says it is empty."""
-    name, text = re.escape(todo), (content_of(path) or b"").decode("utf-8", "replace")
+    name, text = re.escape(todo), (content or b"").decode("utf-8", "replace")
     blank = re.search(rf'TODO:: home work {name}\.(.*?)throw HomeworkMissing\("{name} ', text, re.DOTALL)
     return bool(blank) and any(line.strip() and not line.strip().startswith("//") for line in blank[1].splitlines()[1:])
 
@@ -55,11 +55,14 @@ def own_todo(todos: str, content: bytes) -> str:
 
 
 def explain(verdict: Verdict, file: str, content) -> Verdict:
-    """The TODO is one of this file's; and a crash in lines that the student did not write is told as what it is: a blank
-    left empty."""
+    """The TODO is one of this file's; a throw below a student's lines is told apart from an empty blank; and a crash in lines
+    that the student did not write is told as what it is: a blank left empty."""
     if " " in verdict.diagnosis.get("todo", ""):
         todo = own_todo(verdict.diagnosis["todo"], content or b"")
         verdict = verdict._replace(diagnosis={**verdict.diagnosis, "todo": todo})
+    todo = verdict.diagnosis.get("todo", "")
+    if verdict.state == "not-started" and keeps_throw(content, todo):
+        return verdict._replace(diagnosis={**verdict.diagnosis, "cause": sentence("judge.leftover_throw", todo=todo)})
     number = verdict.diagnosis.get("place", "").removeprefix(f"{file}:") if verdict.state == "crashes" else ""
     found = still_empty(content.decode("utf-8", "replace"), int(number)) if number.isdigit() and content else None
     if not found:

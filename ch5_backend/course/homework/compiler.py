@@ -13,6 +13,14 @@ from .diagnosis import SHOWN_LINES, Verdict
 OPEN_BRACE = r"qualified-id in declaration before|function-definition is not allowed here|function definition is not " \
              r"allowed here|expected ['‘]}['’] at end of input|expected '}'"
 SPARE_BRACE = r"expected declaration before ['‘]}['’]|extraneous closing brace"
+# What the compiler says of a typical slip, in that line of the student's file.
+SLIPS = [
+    (r"unresolved overloaded function type|invalid use of (?:non-static )?member function|reference to non-static member function must be called", "compiler.call_without_brackets"),
+    (r"discards qualifiers|no viable overloaded operator\[\] for type 'const", "compiler.const"),
+    (r"YOU_MIXED_MATRICES_OF_DIFFERENT_SIZES", "eigen.assignment_sizes"),
+    (r"INVALID_MATRIX_PRODUCT|INVALID_VECTOR_VECTOR_PRODUCT", "eigen.product_sizes"),
+]
+FULL_WIDTH = {chr(code): chr(code - 0xFEE0) for code in range(0xFF01, 0xFF5F)} | {"。": ".", "“": '"', "”": '"', "‘": "'", "’": "'"}
 UNDEFINED = r"undefined (?:reference to|symbol:) [`'‘]?(?:ch5::)?((?!vtable|typeinfo)[\w:]+)\("
 
 
@@ -46,7 +54,8 @@ def does_not_compile(file: str, output: str, content) -> Verdict:
     if not cause and lines:
         calling = where_called(file, lines, first) if not re.search(patterns[0], lines[first]) else ""
         words = f"{calling}: " + re.sub(r"^.*?error: ", "", lines[first]) if calling else lines[first]
-        cause = (not calling and (of_a_header(lines[first]) or of_braces(file, lines))) or {"quoted": shorten(words)}
+        cause = of_a_slip(calling or lines[first], lines[first], content) \
+            or (not calling and (of_a_header(lines[first]) or of_braces(file, lines))) or {"quoted": shorten(words)}
     shown_lines = "\n".join(shorten(line) for line in lines[first:first + SHOWN_LINES])
     return Verdict("does-not-compile", {"cause": cause or sentence("compiler.silent")}, shown_lines)
 
@@ -73,6 +82,21 @@ def of_the_linker(file: str, output: str, content: bytes):
     if re.search(rf"\b{re.escape(name)}\(", content.decode("utf-8", "replace")):
         return sentence("compiler.function_changed", name=name, file=file)
     return sentence("compiler.function_missing", name=name, file=file, command=anew(file))
+
+
+def of_a_slip(place: str, error: str, content: bytes):
+    """A typical slip in the line of the student's file from which the error comes, or None."""
+    found = re.search(r"([^/:]+:(\d+)):\d+", place)
+    code = content.decode("utf-8", "replace").splitlines() if found else []
+    line = code[int(found[2]) - 1].partition("//")[0] if found and int(found[2]) <= len(code) else ""
+    cause = None
+    if wide := next((letter for letter in re.sub(r'"[^"]*"', "", line) if letter in FULL_WIDTH), None):
+        cause = sentence("compiler.full_width", wide=wide, narrow=FULL_WIDTH[wide])
+    elif "?" in line and ":" not in line.partition("?")[2]:
+        cause = sentence("compiler.question_mark")
+    else:
+        cause = next((sentence(name) for words, name in SLIPS if re.search(words, error)), None)
+    return cause and sentence("compiler.at", place=found[1], cause=cause)
 
 
 def of_a_header(error: str):

@@ -25,6 +25,7 @@ ASSERTIONS = [
     (r"aLhs\.rows\(\) == aRhs\.rows\(\)", "eigen.sum_sizes"),
     (r"rows\(\) == \w+\.rows\(\)|resize", "eigen.assignment_sizes"),
     (r"SolverBase::solve", "eigen.solve_sizes"),
+    (r"empty matrix", "eigen.empty_matrix"),
     (r"A·D|D·A", "eigen.Hmm_inv_sizes"),
     (r"__n < this->size\(\)|i < size_", "judge.index_outside_vector"),
     (r"get\(\) != (nullptr|pointer\(\))", "judge.null_pointer"),

@@ -41,7 +41,8 @@ void Preintegration::Reintegrate(const Vec3& b_a, const Vec3& b_g) {
 }
 
 void Preintegration::Append(const Preintegration& next) {
-  for (size_t k = 1; k < next.samples_.size(); ++k) Add(next.samples_[k]);
+  const size_t size = next.samples_.size();  // `next` may be this one, which grows
+  for (size_t k = 1; k < size; ++k) Add(ImuSample(next.samples_[k]));
 }
 
 void Preintegration::Reset() {

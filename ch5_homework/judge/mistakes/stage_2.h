@@ -129,7 +129,8 @@ inline std::vector<Mistake> MoveMistakes(const MatXX& H, const Order& order, int
 }
 
 inline std::vector<Mistake> MoveMistakesInB(const VecX& b, const Order& order, int idx, int dim) {
-  std::vector<Mistake> mistakes{{"2a", "2.b_not_moved", [=] { return b; }}};
+  std::vector<Mistake> mistakes{{"2a", "2.b_not_moved", [=] { return b; }},
+                                {"2b", "2.b_moved_twice", [=] { return MoveRows(MoveRows(b, order), order); }}};
   for (const Mover& entries : Movers(order, idx, dim, "2.entries_b")) {
     if (!entries.cause.empty()) mistakes.push_back({"2a", entries.cause, [=] { return entries.move(b); }});
   }

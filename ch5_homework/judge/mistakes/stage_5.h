@@ -44,6 +44,11 @@ struct SchurCase {
              [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S * W.transpose()) : U; }},
             {"5.5 5.2", "5.only_one_root",
              [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * W.transpose()) : U; }},
+            {"5.2", "5.MTM_for_MMT",
+             [this, S] {
+               const MatXX M = W * S;
+               return M.rows() == M.cols() ? MatXX(U - M.transpose() * M) : U;
+             }},
             {"5.2", "5.U_changed_twice", [this] { return MatXX(U - 2.0 * Subtracted()); }},
             {"5.2", "5.only_one_triangle_U_changed",
              [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Upper>())); }},

@@ -34,7 +34,17 @@ MonoScene::MonoScene(std::string name, Sizes sizes, const MonoBaOptions& options
   }
 }
 
-StartScene::StartScene() : MonoScene("start", {}, Options(4, 6, 0.1, 0.02)) {}
+// Away from the identity, where frame 0 of the course stands: there a pose and one relative to frame 0 are the same.
+StartScene::StartScene() : MonoScene("start", {}, Options(4, 6, 0.1, 0.02)) {
+  const Transform away{ExpSO3(Vec3(0.5, -0.4, 0.8)), Vec3(3.0, -2.0, 1.0)};
+  const auto move = [&](const Vec3& p) -> Vec3 { return away.p + away.q * p; };
+  for (std::vector<Transform>* frames : {&scene.frames, &scene.initial_frames}) {
+    for (Transform& T_W_C : *frames) T_W_C = {away.q * T_W_C.q, move(T_W_C.p)};
+  }
+  for (Vec3& p_W : scene.points) p_W = move(p_W);
+  for (size_t i = 0; i < ba.poses.size(); ++i)
+    ba.poses[i]->SetPose(scene.initial_frames[i].q, scene.initial_frames[i].p);
+}
 
 // Not BuildMonoBa, which calls stage 3's function.
 BundleScene::BundleScene(int frames, int points, bool fixed)

@@ -158,6 +158,22 @@ void MixedLandmarks(GraphScene* s) {
   for (const auto& point : s->points) AddRandomEdge<2>(&s->graph, &s->random, poses[1], point);
 }
 
+// A speed with its biases, nine rows, between poses of six. Every vertex has an edge of its own.
+void PosesOfTwoSizes(GraphScene* s) {
+  s->random = Random(Seed(75));
+  s->poses = AddPoses(&s->graph, 1);
+  const auto speed = AddVertices<VertexSpeedBias>(&s->graph, 1, [] { return std::make_shared<VertexSpeedBias>(); })[0];
+  for (const auto& pose : AddPoses(&s->graph, 2)) s->poses.push_back(pose);
+  s->points = AddPoints(&s->graph, 2);
+  AddRandomEdge<9>(&s->graph, &s->random, speed);
+  for (const auto& pose : s->poses) AddRandomEdge<6>(&s->graph, &s->random, pose);
+  for (const auto& point : s->points) {
+    AddRandomEdge<3>(&s->graph, &s->random, point);
+    for (const auto& pose : s->poses) AddRandomEdge<2>(&s->graph, &s->random, pose, point);
+  }
+  AddRandomEdge<6>(&s->graph, &s->random, s->poses[0], speed, s->poses[1]);
+}
+
 [[maybe_unused]] const bool added = GraphScene::Add({{"one edge", &OneEdge},
                                                      {"one pair", &OnePair},
                                                      {"chain", &Chain},
@@ -168,7 +184,8 @@ void MixedLandmarks(GraphScene* s) {
                                                      {"poses and landmarks", &PosesAndLandmarks},
                                                      {"row", &Row},
                                                      {"without landmarks", &WithoutLandmarks},
-                                                     {"mixed landmarks", &MixedLandmarks}});
+                                                     {"mixed landmarks", &MixedLandmarks},
+                                                     {"poses of two sizes", &PosesOfTwoSizes}});
 
 }  // namespace
 }  // namespace ch5::homework
