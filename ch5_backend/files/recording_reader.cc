@@ -53,7 +53,7 @@ void ReadImu(const std::string& path, Recording* recording) {
     if (is_first) recording->origin_ns = stamp;
     recording->imu.push_back({SecondsAt(stamp, recording->origin_ns), ReadVector(csv, 4), ReadVector(csv, 1)});
   }
-  if (recording->imu.size() < 2) csv.Fail("at least two IMU measurements are needed");
+  if (const std::string why = WhyNotInUnits(recording->imu, recording->calibration); !why.empty()) csv.Fail(why);
 }
 
 void ReadTracks(const std::string& path, Recording* recording) {
@@ -139,13 +139,14 @@ void CheckOrderOfQuaternions(const std::string& path, const Recording& recording
   const auto scalar_last = [](const Qd& q) {
     return Qd(q.z(), q.w(), q.x(), q.y());
   };  // columns x, y, z, w were read as w, x, y, z
-  if (AgreementWithGyroscope(recording, as_is) > 0.7 || AgreementWithGyroscope(recording, scalar_last) < 0.9) return;
+  const double agreement = AgreementWithGyroscope(recording, scalar_last);
+  if (agreement < 0.9 || agreement < AgreementWithGyroscope(recording, as_is) + 0.1) return;
   throw FileError(path +
                   ": the quaternions must stand in the order w, x, y, z; these agree with the gyroscope in the order "
                   "x, y, z, w");
 }
 
-constexpr double kTiny = 1e-12, kLarge = 1e6;
+constexpr double kTiny = 1e-12, kLarge = 1e6, kFar = 500.0;  // [m]
 
 // @param name  of its section, camera or camera1
 Camera ReadCamera(const std::string& file, const std::string& name, YamlNumbers* yaml) {
@@ -159,7 +160,7 @@ Camera ReadCamera(const std::string& file, const std::string& name, YamlNumbers*
   c.cy = take("intrinsics.cy", -kLarge, kLarge);
   c.width = static_cast<int>(take("resolution[0]", 1, kLarge));
   c.height = static_cast<int>(take("resolution[1]", 1, kLarge));
-  for (int i = 0; i < 3; ++i) c.T_B_C.p[i] = take("p_B_C[" + std::to_string(i) + "]", -kLarge, kLarge);
+  for (int i = 0; i < 3; ++i) c.T_B_C.p[i] = take("p_B_C[" + std::to_string(i) + "]", -kFar, kFar);
   const auto part = [&](const char* of_q) { return take(std::string("q_B_C.") + of_q, -1.01, 1.01); };
   const double w = part("w"), x = part("x"), y = part("y"), z = part("z");
   const Qd q(w, x, y, z);

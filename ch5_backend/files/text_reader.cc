@@ -79,6 +79,7 @@ std::vector<std::string_view> SplitAtCommas(std::string_view text) {
 TextReader::TextReader(const std::string& path) : path_(path), text_(ReadAll(path)) {
   next_ = text_.data();
   end_ = next_ + text_.size();
+  if (text_.compare(0, 3, "\xef\xbb\xbf") == 0) next_ += 3;  // a byte order mark, as spreadsheets write
   const bool is_bzip2 = text_.size() > 9 && text_.compare(0, 3, "BZh") == 0 && text_.compare(4, 6, "1AY&SY") == 0;
   if (is_bzip2 || text_.compare(0, 2, "\x1f\x8b") == 0) {
     Fail("the file is compressed; unpack it first (bunzip2 or gunzip)");

@@ -147,6 +147,7 @@ class WindowDumpReader {
       if (interval.i == interval.j)
         reader_.Fail("frame j: must differ from frame i, got " + std::to_string(interval.j));
       const int samples = Count("number of samples", 7);
+      if (samples < 2) reader_.Fail("number of samples: must be 2 or more, got " + std::to_string(samples));
       interval.b_a = Vector3("accelerometer bias");
       interval.b_g = Vector3("gyroscope bias");
       for (int n = 0; n < samples; ++n) interval.samples.push_back(Sample(n == 0));

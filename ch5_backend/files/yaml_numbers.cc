@@ -1,5 +1,6 @@
 #include "ch5_backend/files/yaml_numbers.h"
 
+#include <algorithm>
 #include <sstream>
 #include <vector>
 
@@ -9,7 +10,7 @@ namespace {
 // A '#' begins a comment at the start of the line or after a space.
 std::string_view WithoutComment(std::string_view line) {
   for (size_t i = 0; i < line.size(); ++i) {
-    if (line[i] == '#' && (i == 0 || line[i - 1] == ' ')) return line.substr(0, i);
+    if (line[i] == '#' && (i == 0 || line[i - 1] == ' ' || line[i - 1] == '\t')) return line.substr(0, i);
   }
   return line;
 }
@@ -48,7 +49,9 @@ YamlNumbers::YamlNumbers(const std::string& path) : path_(path) {
   while (const std::optional<std::string_view> line = reader.ReadLine()) {
     const std::string_view text = WithoutComment(*line);
     const size_t indent = text.find_first_not_of(' ');
-    if (indent == std::string_view::npos) continue;
+    if (Trim(text).empty() || text.front() == '%' || Trim(text) == "---")
+      continue;  // or %YAML:1.0, which OpenCV writes
+    if (text[indent] == '\t') reader.Fail("a tab indents the line; YAML takes spaces alone");
     while (!sections.empty() && indent <= sections.back().indent) sections.pop_back();
     const auto [name, value] = SplitAtColon(reader, Trim(text));
     const std::string key = (sections.empty() ? "" : sections.back().prefix) + name;
@@ -78,7 +81,15 @@ void YamlNumbers::ReadValue(const TextReader& reader, const std::string& key, st
 }
 
 void YamlNumbers::Add(const TextReader& reader, const std::string& key, std::string_view number) {
-  if (IsWord(key)) return words_.push_back({key, std::string(number), reader.Line()});
+  const bool is_quoted =
+      number.size() >= 2 && (number.front() == '"' || number.front() == '\'') && number.back() == number.front();
+  if (is_quoted) number = number.substr(1, number.size() - 2);
+  if (IsWord(key)) {
+    const auto same = [&](const Word& word) { return word.key == key; };
+    const auto before = std::find_if(words_.begin(), words_.end(), same);
+    if (before != words_.end()) reader.Fail(key + ": given in line " + std::to_string(before->line) + " already");
+    return words_.push_back({key, std::string(number), reader.Line()});
+  }
   const Number entry{reader.ToDouble(number, key.c_str()), reader.Line()};
   const auto [existing, is_new] = numbers_.emplace(key, entry);
   if (!is_new) reader.Fail(key + ": given in line " + std::to_string(existing->second.line) + " already");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <stdexcept>
 
 namespace ch5 {
 namespace {
@@ -27,6 +28,7 @@ MatXX DifferentiateNumerically(Edge* edge, Vertex* vertex) {
 }  // namespace
 
 JacobianCheck CheckJacobians(Edge* edge, double tolerance) {
+  if (!edge) throw std::invalid_argument("CheckJacobians: the edge is null");
   JacobianCheck check;
   std::ostringstream message;
   edge->ComputeResidual();

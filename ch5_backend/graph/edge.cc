@@ -82,6 +82,11 @@ void Edge::RobustInfo(double* drho, MatXX* robust_information) const {
   }
 }
 
+void Edge::TakeJacobians() const {
+  throw std::logic_error(TypeInfo() +
+                         ": an edge whose sizes are known at run time only needs a TakeJacobians of its own");
+}
+
 void Edge::ComputeJacobiansNumerically() {
   constexpr double kStep = 1e-6;
   numeric_jacobians_ = true;

@@ -131,13 +131,14 @@ class Edge {
   /// To be called when W has been changed in its memory.
   void NoteInformation();
 
-  /// Takes the Jacobians' memory and fills in jacobians_, when they are first asked for.
-  virtual void TakeJacobians() const {}
+  /// Takes the Jacobians' memory and fills in jacobians_, when they are first asked for. An edge whose sizes are known at
+  /// run time only needs one of its own: without, it throws std::logic_error.
+  virtual void TakeJacobians() const;
 
   /// Central differences, δ = 1e-6 (error O(δ²) + ε/δ ≈ 1e-10 relative).
   void ComputeJacobiansNumerically();
 
-  bool HasJacobians() const { return !jacobians_.empty() && jacobians_[0]; }
+  bool HasJacobians() const { return vertices_.empty() || (!jacobians_.empty() && jacobians_[0]); }
 
   int residual_dimension_;
   VertexSpan vertices_;

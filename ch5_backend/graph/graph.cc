@@ -83,6 +83,7 @@ int Graph::AddEdge(std::shared_ptr<Edge> edge, int id) {
   if (!edge) throw GraphError("AddEdge: the edge is null");
   if (edge->Id() >= 0) throw GraphError("AddEdge: " + Name(*edge) + " is already in a graph");
   const auto& vertices = edge->Vertices();
+  if (vertices.empty()) throw GraphError("AddEdge: " + Name(*edge) + " has no vertices");
   for (size_t i = 0; i < vertices.size(); ++i) {
     const auto fail = [&](const std::string& fault) {
       throw GraphError("AddEdge: " + Name(*edge) + ", vertex " + std::to_string(i) + ": " + fault);

@@ -2,6 +2,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -79,6 +80,25 @@ void EliminateLandmarks(const Structure& s, Workspace* w) {
   FormSchurComplement(s, w->system, undamped, &groups, &w->pool, &w->eliminated);
 }
 
+// A number that is none reaches the diagonal or b; a pseudo-inverse would take it for a direction of which nothing is known.
+void CheckFinite(const std::vector<std::shared_ptr<Edge>>& edges, const Eliminated& eliminated) {
+  bool finite = eliminated.b_S.allFinite();
+  for (int j = 0; j < eliminated.S.NumColumns() && finite; ++j) {
+    const int dim = eliminated.S.Dim(j);
+    const double* diagonal = eliminated.S.Values(eliminated.S.ColumnBegin(j));
+    for (int k = 0; k < dim; ++k) finite = finite && std::isfinite(diagonal[k * (Stride(dim) + 1)]);
+  }
+  if (finite) return;
+  for (const auto& edge : edges) {
+    edge->Linearize();
+    bool is_finite = edge->Residual().allFinite();
+    for (size_t i = 0; i < edge->Vertices().size(); ++i) is_finite = is_finite && edge->Jacobian(i).allFinite();
+    if (!is_finite)
+      throw GraphError("marginalizing: " + Name(*edge) + " has a residual or a Jacobian that is not finite");
+  }
+  throw GraphError("marginalizing: the normal equations are not finite");
+}
+
 // 2. The dropped vertices that are left, the last of H:  M = H_kd N,  N Nᵀ = H_dd⁺.
 MarginalSystem EliminateDense(Vertices kept, int n, const SymmetricBlockMatrix& S, const VecX& b) {
   MatXX H_all(S.Size(), S.Size());
@@ -102,6 +122,7 @@ MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges
   const Structure structure = BuildStructure(std::move(order.ordering));
   thread_local Workspace workspace;
   EliminateLandmarks(structure, &workspace);
+  CheckFinite(edges, workspace.eliminated);
   return EliminateDense(std::move(kept), order.kept_size, workspace.eliminated.S, workspace.eliminated.b_S);
 }
 
@@ -120,6 +141,7 @@ Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::ve
 }
 
 std::shared_ptr<EdgePrior> MarginalizeInto(Graph* graph, const std::vector<std::shared_ptr<Vertex>>& drop) {
+  if (!graph) throw GraphError("MarginalizeInto: the graph is null");
   for (const auto& vertex : drop) {
     if (!vertex) throw GraphError("MarginalizeInto: a vertex to drop is null");
     if (!graph->Contains(*vertex)) throw GraphError("MarginalizeInto: " + Name(*vertex) + " is not in this graph");

@@ -65,20 +65,12 @@ Transform ReadImu(const fs::path& mav0, Recording* recording) {
   c.imu_rate = yaml.Positive(yaml.Name("rate_hz", "update_rate"));
 
   NamedCsv csv((mav0 / "imu0" / "data.csv").string());
-  double force = 0.0;
   while (csv.NextRow()) {
     const int64_t stamp = csv.Stamp();
     if (recording->imu.empty()) recording->origin_ns = stamp;
     recording->imu.push_back({SecondsAt(stamp, recording->origin_ns), csv.Vector("a_"), csv.Vector("w_")});
-    force += recording->imu.back().acceleration.norm();
   }
-  if (recording->imu.size() < 2) csv.Fail("at least two IMU measurements are needed");
-  force /= static_cast<double>(recording->imu.size());
-  if (force < 4.0 || force > 25.0) {
-    csv.Fail("the columns a are " + std::to_string(force) +
-             " m/s² long on average, where gravity alone is 9.81: are the columns of a and w swapped, or is the unit "
-             "another?");
-  }
+  if (const std::string why = WhyNotInUnits(recording->imu, recording->calibration); !why.empty()) csv.Fail(why);
   return yaml.Has("T_BS") ? yaml.T_B_S() : Transform{};
 }
 

@@ -5,7 +5,7 @@
 namespace ch5 {
 
 EdgeSE3Prior::EdgeSE3Prior(std::shared_ptr<VertexPose> pose, const Qd& q0, const Vec3& p0)
-    : SizedEdge(std::move(pose)), q0_(q0.normalized()), p0_(p0) {}
+    : SizedEdge(std::move(pose)), q0_(RotationOf(q0, "EdgeSE3Prior")), p0_(p0) {}
 
 // r ≈ [δθ; δp]
 void EdgeSE3Prior::SetCovariance(const Mat66& covariance) {

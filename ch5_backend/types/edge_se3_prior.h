@@ -14,6 +14,7 @@ namespace ch5 {
 class EdgeSE3Prior : public SizedEdge<6, VertexPose> {
  public:
   /// @param q0, p0  the pose that the prior asks for;  W weighs [rotation; translation], [rad⁻²; m⁻²]
+  /// @throws std::invalid_argument if q0 is zero or not finite
   EdgeSE3Prior(std::shared_ptr<VertexPose> pose, const Qd& q0, const Vec3& p0);
 
   /// W of a pose's uncertainty, whatever r's order.

@@ -1,6 +1,7 @@
 #include "ch5_backend/types/recording.h"
 
 #include <algorithm>
+#include <sstream>
 
 #include "ch5_backend/math/option_checks.h"
 
@@ -23,6 +24,26 @@ void Calibration::Validate() const {
 
 namespace {
 constexpr double kLongestGap = 1.0;  // [s]
+}
+
+std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibration& calibration) {
+  if (imu.size() < 2) return "at least two IMU measurements are needed";
+  std::vector<double> steps;
+  double force = 0.0;
+  for (size_t k = 1; k < imu.size(); ++k) steps.push_back(imu[k].t - imu[k - 1].t);
+  for (const ImuMeasurement& measurement : imu) force += measurement.acceleration.norm();
+  force /= static_cast<double>(imu.size());
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  std::ostringstream why;
+  if (const double rate = 1.0 / *middle; rate > 20.0 * calibration.imu_rate || rate < calibration.imu_rate / 20.0) {
+    why << "the timestamps tell of " << rate << " measurements a second, the calibration of " << calibration.imu_rate
+        << ": timestamps are in nanoseconds";
+  } else if (force < 0.4 * calibration.gravity || force > 2.5 * calibration.gravity) {
+    why << "the accelerations are " << force << " m/s² long on average, where gravity alone is " << calibration.gravity
+        << ": are they swapped with the rates, or in another unit?";
+  }
+  return why.str();
 }
 
 std::optional<StampedState> StateAt(const std::vector<StampedState>& states, double t) {

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "ch5_backend/types/measurements.h"
@@ -59,6 +60,9 @@ inline int64_t NanosecondsAt(double t, int64_t origin_ns) { return origin_ns + s
 
 /// The time rounded as a recorder with time stamps in whole nanoseconds does.
 inline double RoundToNanosecond(double t) { return SecondsAt(NanosecondsAt(t, 0), 0); }
+
+/// Why its IMU measurements cannot be in seconds and m/s², told from their rate and from gravity; empty if they may be.
+std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibration& calibration);
 
 /// The state at time `t`, interpolated between its neighbors: rotations along the shortest arc, the rest linearly.
 /// @param states  strictly increasing in time

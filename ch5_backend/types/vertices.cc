@@ -19,6 +19,12 @@ VertexCameraBAL::Rotation Rotate(const Vec3& omega) {
 
 }  // namespace
 
+Qd RotationOf(const Qd& q, const char* of) {
+  if (q.squaredNorm() == 0.0) throw std::invalid_argument(std::string(of) + ": the quaternion is zero");
+  if (!q.coeffs().allFinite()) throw std::invalid_argument(std::string(of) + ": the quaternion is not finite");
+  return q.normalized();
+}
+
 VertexPose::VertexPose() : VertexPose(Qd::Identity(), Vec3::Zero()) {}
 
 VertexPose::VertexPose(const Qd& q, const Vec3& p) : SizedVertex(Pack(q, p), Role::kPose) {}

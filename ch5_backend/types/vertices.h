@@ -8,6 +8,10 @@
 
 namespace ch5 {
 
+/// q of length 1.  @param of  what asks, for the message
+/// @throws std::invalid_argument if q is zero or not finite
+Qd RotationOf(const Qd& q, const char* of);
+
 /// A rigid transform (position p [m], Hamilton quaternion q) stored as [p, q_x, q_y, q_z, q_w].
 /// Increment [δp, δθ]:  p ← p + δp,  q ← q ⊗ Exp(δθ);  ‖q‖ = 1 is kept by normalizing after every step.
 class VertexPose : public SizedVertex<7, 6> {

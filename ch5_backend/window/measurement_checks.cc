@@ -20,6 +20,10 @@ void CheckMeasurement(const ImuMeasurement& measurement, const std::vector<ImuMe
   if (!std::isfinite(measurement.t) || !measurement.acceleration.allFinite() || !measurement.gyroscope.allFinite()) {
     throw MeasurementError("the IMU measurement" + At(measurement.t) + " holds a number that is not finite");
   }
+  constexpr double kMost = 1e4;  // m/s² and rad/s: no sensor's
+  if (measurement.acceleration.norm() > kMost || measurement.gyroscope.norm() > kMost) {
+    throw MeasurementError("the IMU measurement" + At(measurement.t) + " is larger than 1e4 m/s² or rad/s");
+  }
   if (!earlier.empty() && measurement.t <= earlier.back().t) {
     throw MeasurementError("the IMU measurement" + At(measurement.t) +
                            RepeatsOrPrecedes(measurement.t, earlier.back().t));

@@ -235,6 +235,30 @@ TEST_F(RecordingFile, ValuesThatMakeNoSenseAreNamed) {
   EXPECT_EQ(Message(), "groundtruth.csv:2: the quaternion must be of length 1, got 0.000000");
 }
 
+TEST_F(RecordingFile, OtherUnitsAreNoticed) {
+  for (ImuMeasurement& measurement : recording_.imu) measurement.acceleration /= 9.81;
+  WriteRecording(recording_, folder_);
+  EXPECT_NE(Message().find(" long on average, where gravity alone is 9.81"), std::string::npos) << Message();
+  for (ImuMeasurement& measurement : recording_.imu)
+    measurement = {measurement.t / 1e3, 9.81 * measurement.acceleration, {}};
+  recording_.frames.resize(1);
+  recording_.truth.clear();
+  WriteRecording(recording_, folder_);
+  EXPECT_NE(Message().find("the timestamps tell of 200000 measurements a second, the calibration of 200"),
+            std::string::npos)
+      << Message();
+}
+
+// As spreadsheets, OpenCV and people write it.
+TEST_F(RecordingFile, HarmlessMarksAreRead) {
+  for (const char* name : {"imu.csv", "tracks.csv", "calibration.yaml"}) Write(name, "\xef\xbb\xbf" + Read(name));
+  EXPECT_EQ(ReadRecording(folder_).imu.size(), recording_.imu.size());
+  WriteRecording(recording_, folder_);
+  Write("calibration.yaml", "%YAML:1.0\n---\n" + Read("calibration.yaml"));
+  Replace("calibration.yaml", "rate_hz: 20", "rate_hz: \"20\"\t# Hz");
+  EXPECT_EQ(ReadRecording(folder_).calibration.camera_rate, recording_.calibration.camera_rate);
+}
+
 TEST_F(RecordingFile, TheCalibrationIsReadStrictly) {
   const auto spoilt = [&](const std::string& what, const std::string& by) {
     WriteRecording(recording_, folder_);
@@ -252,6 +276,8 @@ TEST_F(RecordingFile, TheCalibrationIsReadStrictly) {
   EXPECT_EQ(spoilt("rate_hz: 20", "rate_hz 20"), "calibration.yaml:4: expected \"key: value\", got \"rate_hz 20\"");
   EXPECT_EQ(spoilt("{w: 0.5", "{w: 0.9").find("calibration.yaml: camera.q_B_C: the quaternion must be of length 1"),
             0u);
+  EXPECT_EQ(spoilt("  rate_hz: 20", "\trate_hz: 20"),
+            "calibration.yaml:4: a tab indents the line; YAML takes spaces alone");
   EXPECT_EQ(spoilt("[752, 480]", "[752]"), "calibration.yaml: camera.resolution[1] is missing");
   EXPECT_EQ(spoilt("[752, 480]", "[752, 480"),
             "calibration.yaml:3: camera.resolution: not a number, got \"[752, 480\"");

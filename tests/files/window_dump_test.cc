@@ -150,6 +150,7 @@ TEST_F(WindowDumpFile, ErrorsNameTheLineTheRecordAndTheValue) {
 TEST_F(WindowDumpFile, CountsBeyondTheFileAreRefusedBeforeMemoryIsTaken) {
   EXPECT_EQ(Spoilt("FRAMES 2", "FRAMES 2000000000").find(":7: number of frames: 70000000000 numbers cannot be in the"),
             0u);
+  EXPECT_EQ(Spoilt("I 0 1 2", "I 0 1 1"), ":13: IMU interval 0, number of samples: must be 2 or more, got 1");
   EXPECT_EQ(Spoilt("I 0 1 2", "I 0 1 200000000").find(":13: IMU interval 0, number of samples: "), 0u);
   EXPECT_EQ(Spoilt("PRIOR 1", "PRIOR 1000000").find(":19: rows of the prior: "), 0u);
 }

@@ -15,6 +15,8 @@
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/types/pose_graph/edge_between.h"
 #include "ch5_backend/types/vertices.h"
 #include "ch5_backend/window/estimator.h"
 
@@ -63,6 +65,20 @@ struct TwoSteps {
   Graph graph;
   std::vector<std::shared_ptr<VertexScalar>> x_;
   std::vector<std::shared_ptr<Edge>> edges_;
+};
+
+// Its residual has memory; its Jacobians have none.
+class EdgeWithoutMemory : public Edge {
+ public:
+  explicit EdgeWithoutMemory(std::shared_ptr<VertexScalar> x)
+      : Edge(1, std::vector<std::shared_ptr<Vertex>>{std::move(x)}, nullptr, nullptr) {
+    SetMemory(&r_, &W_);
+  }
+  void ComputeResidual() override { r_ = Vertices()[0]->Parameters()[0]; }
+  std::string TypeInfo() const override { return "EdgeWithoutMemory"; }
+
+ private:
+  double r_ = 0.0, W_ = 1.0;
 };
 
 // On a sphere, it should be; but nobody says how.
@@ -246,6 +262,27 @@ const std::vector<Case> kGraphs = {
      "the cost of the initial states is not finite"},
     {"a Jacobian that is never filled", [] { return TwoSteps(Spoilt::kNoJacobian).Solve(); },
      "the gradient is not finite: a Jacobian holds NaN"},
+    {"a residual of NaN, marginalized", Do([] {
+       TwoSteps g(Spoilt::kNaN);
+       MarginalizeInto(&g.graph, {g.x_[0]});
+     }),
+     "marginalizing: EdgeStep 0 has a residual or a Jacobian that is not finite"},
+    {"no graph to marginalize in", Do([] { MarginalizeInto(nullptr, {}); }), "MarginalizeInto: the graph is null"},
+    {"an edge of sizes known at run time alone, without their memory",
+     [] {
+       TwoSteps g;
+       g.graph.AddEdge(std::make_shared<EdgeWithoutMemory>(g.x_[0]));
+       return g.Solve();
+     },
+     "EdgeWithoutMemory: an edge whose sizes are known at run time only needs a TakeJacobians"},
+    {"a measured rotation of zero", Do([] {
+       const auto pose = std::make_shared<VertexPose>();
+       EdgeSE3Between(pose, pose, Qd(0, 0, 0, 0), Vec3::Zero());
+     }),
+     "EdgeSE3Between: the quaternion is zero"},
+    {"a prior's rotation of NaN",
+     Do([] { EdgeSE3Prior(std::make_shared<VertexPose>(), Qd(kNaN, 0, 0, 0), Vec3::Zero()); }),
+     "EdgeSE3Prior: the quaternion is not finite"},
     {"an exception while differentiating",
      [] {
        TwoSteps g(Spoilt::kThrows);

@@ -80,8 +80,8 @@ BROKEN = {
         late_camera, r"FOLDER/cam0/data\.csv: the clocks of camera and IMU differ: no image lies within the IMU's time; the "
         r"images are from 1\d+\.00 s to 1\d+\.00 s after its first measurement, its last is at 1\.00 s"),
     "swapped columns": (
-        edit(MOTION, swap_vectors_everywhere), r"FOLDER/imu0/data\.csv:\d+: the columns a are 0\.\d+ m/s² long on average, where "
-        r"gravity alone is 9\.81: are the columns of a and w swapped, or is the unit another\?"),
+        edit(MOTION, swap_vectors_everywhere), r"FOLDER/imu0/data\.csv:\d+: the accelerations are 0\.\d+ m/s² long on average, where "
+        r"gravity alone is 9\.81: are they swapped with the rates, or in another unit\?"),
     "no header": (edit(MOTION, lambda text: text.split("\n", 1)[1]),
                   r"FOLDER/imu0/data\.csv:1: the first line must name the columns and begin with \"#timestamp \[ns\]\", got .+"),
     "a number that is none": (on_line(MOTION, 7, lambda line: re.sub(r",[^,]*$", ",nan", line)),

@@ -21,8 +21,9 @@ class EdgeSE3Between : public SizedEdge<6, VertexPose, VertexPose> {
  public:
   /// @param q_z, p_z  the measured T_z: rotation (normalized here) and position [m] of j as seen from i
   /// W weighs [p_d; vec(q_d)], [m; half radians].
+  /// @throws std::invalid_argument if q_z is zero or not finite
   EdgeSE3Between(std::shared_ptr<VertexPose> i, std::shared_ptr<VertexPose> j, const Qd& q_z, const Vec3& p_z)
-      : SizedEdge(std::move(i), std::move(j)), q_z_(q_z.normalized()), p_z_(p_z) {}
+      : SizedEdge(std::move(i), std::move(j)), q_z_(RotationOf(q_z, "EdgeSE3Between")), p_z_(p_z) {}
 
   /// W of the measurement's uncertainty, so that nobody need halve an angle.
   /// @param covariance  of the increment [δp; δθ] of T_z, [m; rad], as VertexPose::Plus applies it: δp along i's axes
