@@ -33,8 +33,9 @@ struct PoseMistakes {
         O(MatXX::Zero(3, axes.cols())),
         phi(LogSO3(pose.q())) {}
 
-  std::vector<Mistake> InShifts() const {
-    return {{"4a", "4.block_still_zero", Is(MatXX::Zero(3, 3))},
+  std::vector<Mistake> InShifts(const MatXX& of_rotation) const {
+    const bool below = of_rotation.isIdentity();
+    return {{"4a", below ? "4.rows_exchanged" : "4.block_still_zero", Is(MatXX::Zero(3, 3))},
             {"4a", "4.R_stands", Is(R)},
             {"4a", "4.RT_stands", Is(Rt)}};
   }
@@ -68,7 +69,8 @@ void CheckPose(const VertexPose& pose, const MatXX& U, const MatXX& right, Gauge
   const Names all = DirectionNames(group), shifts(all.begin(), all.begin() + 3),
               turns(all.begin() + 3, all.begin() + 3 + k);
   const MatXX I = MatXX::Identity(3, 3);
-  check("4.shift_of_position", right.topLeftCorner(3, 3), U.topLeftCorner(3, 3), "δp", shifts, mistakes.InShifts());
+  check("4.shift_of_position", right.topLeftCorner(3, 3), U.topLeftCorner(3, 3), "δp", shifts,
+        mistakes.InShifts(U.block(3, 0, 3, 3)));
   check("4.turn_of_position", right.block(0, 3, 3, k), U.block(0, 3, 3, k), "δp", turns,
         mistakes.InTurnsOfThePosition());
   check("4.turn_of_rotation", right.block(3, 3, 3, k), U.block(3, 3, 3, k), "δθ", turns,
@@ -213,6 +215,7 @@ std::vector<Mistake> MotionMistakes(const MatXX& R_z, int n, bool single) {
     mistakes.push_back({"4d", second, blocks(R_z, R_z)});
     if (!is_pose) mistakes.push_back({"4d", second, blocks(R_z, R_z, R_z)});
     mistakes.push_back({"4d", {"4.dp_left_out", {{"cause", second}}}, blocks(I, R_z)});
+    mistakes.push_back({"4d", "4.added_to_identity", blocks(I + R_z, I)});
     mistakes.push_back({"4d", "4.R_z_acts_both_sides", blocks(R_z * R_z, I)});
     mistakes.push_back({"4d", "4.sign_R_z_itself", blocks(-R_z, I)});
     mistakes.push_back({"4d", "4.R_z_in_second_rows", blocks(I, R_z)});

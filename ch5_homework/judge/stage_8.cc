@@ -153,6 +153,7 @@ void CheckView(const View& view, const Text& what) {
         {{"8b", "8.depth_column_missing", with(of_camera(0, 0))},
          {"8b", "8.depth_column_sign", with(of_camera(p_C.x() / z / z, p_C.y() / z / z))},
          {"8b", "8.depth_column_not_squared", with(of_camera(-p_C.x() / z, -p_C.y() / z))},
+         {"8b", "8.x_in_both_rows", with(of_camera(-p_C.x() / z / z, -p_C.x() / z / z))},
          {"8b", "8.not_divided_by_depth", with(z * E)},
          {"8b", "8.camera_frame_alone", Is(E)},
          {"8b", "8.extrinsic_rotation_missing", Is(E * R.transpose())},
@@ -171,6 +172,7 @@ void CheckView(const View& view, const Text& what) {
         {{"8b", "8.rotation_sign", Is(-to_body * Hat(p_B))},
          {"8b", "8.left_perturbation", Is(point * Hat(d))},
          {"8b", "8.point_in_world", Is(to_body * Hat(d))},
+         {"8b", "8.point_in_world", Is(to_body * Hat(view.p_W))},
          {"8b", "8.arm_of_camera", Is(E * Hat(p_C) * C.transpose())},
          {"8b", "8.arm_of_camera", Is(to_body * Hat(p_C))},
          {"8b", "8.extrinsic_rotation_missing_in_turn", Is(E * Hat(p_B))}},
@@ -186,6 +188,7 @@ TEST(Stage8, TheProjectionOnPaper) {
            {"8b", "8.depth_column_sign", Is(with(0.0625, 0.125))},
            {"8b", "8.x_y_exchanged", Is(with(-0.0625, -0.125).colwise().reverse())},
            {"8b", "8.depth_column_not_squared", Is(with(-0.25, -0.5))},
+           {"8b", "8.x_in_both_rows", Is(with(-0.0625, -0.0625))},
            {"8b", "8.not_divided_by_depth", Is(4.0 * with(-0.0625, -0.125))}},
           1e-10, "8b", "J.point", Axes("δp_W"));
 }
@@ -260,6 +263,7 @@ TEST(Stage8, AnImuStepMovesTheState) {
   const Vec3 moved = was.p + step.dt * was.v, half = 0.5 * step.dt * step.dt * (was.q * step.a);
   const Vec3 unturned = 0.5 * step.dt * step.dt * step.a, turned = 0.5 * step.dt * step.dt * (right.q * step.a);
   const double rate = 2.0 / step.dt;  // ½ a dt² → a dt
+  const Vec3 drop = 0.5 * step.dt * step.dt * 9.81 * Vec3::UnitZ();
   Require("8", "8.imu_position_velocity", stacked(right.p, right.v), stacked(got.p, got.v),
           Words({"p.x", "p.y", "p.z", "v.x", "v.y", "v.z"}),
           {{"8c", "8.imu_half_missing", Is(stacked(moved, right.v))},
@@ -269,6 +273,8 @@ TEST(Stage8, AnImuStepMovesTheState) {
            {"8c", "8.imu_before_missing", Is(stacked(right.p - was.p, right.v))},
            {"8c", "8.imu_before_missing", Is(stacked(right.p, right.v - was.v))},
            {"8c", "8.imu_before_missing", Is(stacked(right.p - was.p, right.v - was.v))},
+           {"8c", "8.imu_gravity_added", Is(stacked(right.p - drop, right.v - rate * drop))},
+           {"8c", "8.imu_gravity_added", Is(stacked(right.p + drop, right.v + rate * drop))},
            {"8c", "8.imu_not_turned", Is(stacked(moved + unturned, was.v + rate * unturned))},
            {"8c", "8.imu_turned_by_new", Is(stacked(moved + turned, was.v + rate * turned))}},
           1e-10, "8c", "after.p");
@@ -293,7 +299,8 @@ void CheckCovariance(const Step& step, const Text& what) {
     return Is(F * P * F.transpose() + noise(J, power));
   };
   // The blocks that are most often wrong.
-  MatXX A_sign = A, A_no_turn = A, B_no_jacobian = B, A_no_arm = A;
+  MatXX A_sign = A, A_no_turn = A, B_no_jacobian = B, A_no_arm = A, A_no_velocity = A;
+  A_no_velocity.block(0, 6, 3, 3).setZero();
   for (const int row : {0, 6}) {
     A_sign.block(row, 3, 3, 3) *= -1.0;
     A_no_arm.block(row, 3, 3, 3).setZero();
@@ -318,6 +325,7 @@ void CheckCovariance(const Step& step, const Text& what) {
            {"8c", "8.A_sign", sum(A_sign, B)},
            {"8c", "8.A_without_acceleration", sum(A_no_arm, B)},
            {"8c", "8.A_without_turn", sum(A_no_turn, B)},
+           {"8c", "8.A_without_velocity", sum(A_no_velocity, B)},
            {"8c", "8.B_without_jacobian", sum(A, B_no_jacobian)},
            {"8c", "8.B_without_position", sum(A, B_no_p)}},
           kTolerance, "8c", "after.covariance");

@@ -240,7 +240,7 @@ TEST_F(RecordingFile, OtherUnitsAreNoticed) {
   WriteRecording(recording_, folder_);
   EXPECT_NE(Message().find(" long on average, where gravity alone is 9.81"), std::string::npos) << Message();
   for (ImuMeasurement& measurement : recording_.imu)
-    measurement = {measurement.t / 1e3, 9.81 * measurement.acceleration, {}};
+    measurement = {measurement.t / 1e3, 9.81 * measurement.acceleration, Vec3::Zero()};
   recording_.frames.resize(1);
   recording_.truth.clear();
   WriteRecording(recording_, folder_);

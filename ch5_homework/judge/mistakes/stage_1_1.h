@@ -19,6 +19,7 @@ struct Turn {
   int i, j;                                ///< where v_i and v_j begin
   bool diagonal;                           ///< v_i is v_j
   int at_i, at_j;                          ///< their numbers in the edge's list
+  int id_i, id_j;                          ///< and in the graph
 };
 
 /// How a student may put the block into H.
@@ -59,7 +60,8 @@ inline MatXX Assemble(const Graph& graph, int size, Placement place) {
   ForEachTurn(graph, [&](const Edge& edge, double drho, const MatXX& W, size_t i, size_t j) {
     const MatXX Jt = edge.Jacobian(i).transpose(), J = edge.Jacobian(j), plain = Jt * edge.Information() * J;
     place(&H, {Jt * W * J, plain, drho * plain, Jt * J, drho, edge.Vertices()[i]->OrderingId(),
-               edge.Vertices()[j]->OrderingId(), i == j, static_cast<int>(i), static_cast<int>(j)});
+               edge.Vertices()[j]->OrderingId(), i == j, static_cast<int>(i), static_cast<int>(j),
+               edge.Vertices()[i]->Id(), edge.Vertices()[j]->Id()});
   });
   return H;
 }
@@ -168,6 +170,12 @@ inline const PlacementMistake kPlacementMistakes[] = {
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);
        if (!t.diagonal) Add(H, t.at_j, t.at_i, t.block.transpose());
+     }},
+    {"1.1a", "1.1.id_for_first_row",
+     [](MatXX* H, const Turn& t) {
+       const int i = t.id_i * static_cast<int>(t.block.rows()), j = t.id_j * static_cast<int>(t.block.cols());
+       Add(H, i, j, t.block);
+       if (!t.diagonal) Add(H, j, i, t.block.transpose());
      }},
     {"1.1a", "1.1.only_first_block_kept",
      [](MatXX* H, const Turn& t) {

@@ -101,6 +101,13 @@ struct Case {
            const MatXX inverse = r.H_mm.diagonal().cwiseInverse().asDiagonal();
            return MatXX(r.H_pp - r.H_pm * inverse * r.H_pm.transpose());
          }}};
+    mistakes.push_back({"1.2b", "1.2.only_diagonal_blocks_reduced", [=] {
+                          MatXX S = r.H_pp;
+                          for (Eigen::Index k = 0; k + 6 <= S.rows(); k += 6) {  // pose by pose
+                            S.block(k, k, 6, 6) = r.Schur().block(k, k, 6, 6);
+                          }
+                          return S;
+                        }});
     for (const Mistake& mistake : CornerMistakes(r)) mistakes.push_back(mistake);
     for (const DampingMistake& damping_mistake : DampingMistakes()) {
       const MatXX wrong = Parts(damping_mistake.H, system.b, p).Schur();

@@ -176,6 +176,12 @@ struct SchurCase {
            const VecX root = (mm.S.array() > 1e-8).select(mm.S.cwiseInverse().cwiseAbs().cwiseSqrt(), 0.0);
            return Schur(mm.V * root.asDiagonal() * mm.V.transpose());
          }},
+        {"6d", "6.VT_missing_in_pinv",
+         [this] {
+           const SymmetricEigen mm = DecomposeSymmetric(A.topLeftCorner(m, m));
+           const VecX S = (mm.S.array() > 1e-8).select(mm.S.cwiseInverse(), 0.0);
+           return Schur(mm.V * S.asDiagonal() * mm.V);
+         }},
         {"6d", "6.V_transposed_in_pinv", [this] {
            const SymmetricEigen mm = DecomposeSymmetric(A.topLeftCorner(m, m));
            const VecX S = (mm.S.array() > 1e-8).select(mm.S.cwiseInverse(), 0.0);

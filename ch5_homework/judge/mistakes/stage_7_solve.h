@@ -179,6 +179,9 @@ inline std::vector<Mistake> SchurMistakes(const Case& c) {
           {"7d", "7.H_pp_lost", [&c] { return MatXX(-c.Subtrahend()); }},
           {"7d", Text("7.subtracted_twice", {{"term", Word("K_il H_jlᵀ")}}),
            [&c] { return MatXX(c.H_pp - 2.0 * c.Subtrahend()); }},
+          {"7d", "7.off_diagonal_twice", is([right](const Case& of, int i, int j, int l) {
+             return MatXX((i == j ? 1.0 : 2.0) * right(of, i, j, l));
+           })},
           {"7d", "7.H_il_for_H_jl", is([right](const Case& of, int i, int, int l) { return right(of, i, i, l); })},
           {"7d", "7.H_jl_for_H_il", is([right](const Case& of, int, int j, int l) { return right(of, j, j, l); })},
           {"7d", "7.block_transposed", is([right](const Case& of, int i, int j, int l) { return right(of, j, i, l); })},
@@ -245,6 +248,7 @@ inline std::vector<Mistake> StepMistakes(const Case& c) {
       {"7e", Text("formula.inverse_meant", {{"matrix", Word("H_ll")}}), step(c.H_ll * c.Rest(-1.0))},
       {"7e", "7.sum_subtracted_twice", step(inverse * (2.0 * c.Rest(-1.0) - c.b_l))},
       {"7e", "7.H_llinv_acts_b_l_only", step(inverse * c.b_l + c.Rest(-1.0) - c.b_l)},
+      {"7e", "7.H_llinv_acts_sum_only", step(c.b_l - inverse * (c.b_l - c.Rest(-1.0)))},
       {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kFirst)))},
       {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kLast)))},
       {"7e", Text("formula.b_p_for_step", {{"step", Word("Δx_i")}}),
