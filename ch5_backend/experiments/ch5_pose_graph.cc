@@ -64,7 +64,7 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading, c
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): RunFileCommand catches
   ch5::PoseGraphOptions options;
   ch5::G2oOptions reading;
   const auto run = [&](const ch5::FileCommand& command) {

@@ -44,6 +44,7 @@ struct Dual {
   friend bool operator<=(const Dual& f, const Dual& g) { return f.value <= g.value; }
   friend bool operator>=(const Dual& f, const Dual& g) { return f.value >= g.value; }
 
+  // NOLINTBEGIN(readability-identifier-naming): std's and Eigen's names
   // (φ∘f)' = φ'(f) f'; found by name, as std's are for numbers: using std::sqrt; sqrt(x).
   friend Dual sqrt(const Dual& f) {
     const double root = std::sqrt(f.value);
@@ -85,6 +86,8 @@ struct NumTraits<ch5::Dual<N>> : NumTraits<double> {
     MulCost = 3
   };
 };
+// NOLINTEND(readability-identifier-naming)
+
 /// And a matrix of duals be multiplied by one of numbers.
 template <int N, typename Operation>
 struct ScalarBinaryOpTraits<ch5::Dual<N>, double, Operation> {

@@ -22,7 +22,7 @@ EdgeSE2Between Copy(const EdgeSE2Between& edge, const PlanarPointer& i, const Pl
 // The residual of EdgeSE3Between or EdgeSE2Between, whitened by a factor of W that is worked out once.
 template <typename EdgeBetween, typename Pose>
 class Between : public ceres::SizedCostFunction<EdgeBetween::kResidualDimension, Pose::kDimension, Pose::kDimension> {
-  static constexpr int R = EdgeBetween::kResidualDimension, D = Pose::kDimension;
+  static constexpr int R = EdgeBetween::kResidualDimension, D = Pose::kDimension;  // NOLINT: Ceres' letters
   using Square = Eigen::Matrix<double, R, R>;
 
  public:

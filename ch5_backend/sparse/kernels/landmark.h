@@ -174,7 +174,7 @@ CH5_INLINE void SumOverPoses(const LandmarkSlots& slots, int l_size, const doubl
       return;
     }
   }
-  TransposedSum<kFixed ? P : 1, kFixed ? L : 1> sum;
+  TransposedSum<kFixed ? P : 1, kFixed ? L : 1> sum;  // NOLINT(bugprone-branch-clone): P may be 1
   for (int slot = slots.begin; slot < slots.end; ++slot) {
     const int pose = slots.pose[slot];
     const double *H = slots.Block(slot), *v_p = v + slots.pose_offset[pose];
