@@ -135,7 +135,7 @@ struct LowerTranspose {
       SolveTriangleTranspose<kColumns>(L_j, ldl, x + j);
     };
     while (j % kStrip != 0) solve(std::integral_constant<int, 1>());
-    while (j > 0) solve(std::integral_constant<int, kStrip>());
+    while (j > 0) solve(std::integral_constant<int, kStrip>());  // NOLINT(bugprone-infinite-loop): solve changes j
   }
 };
 
