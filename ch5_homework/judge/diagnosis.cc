@@ -111,7 +111,7 @@ Text SymptomOfTheWhole(const Claim& claim) {
   const auto wrong = ((got - expected).array().abs() > claim.tolerance * LargestEntry(expected)).eval();
   const MatXX wrong_got = wrong.select(got, 0.0), meant = wrong.select(expected, 0.0);
   if (wrong_got.isZero(0.0)) return "matrix.wrong_entries_are_zero";
-  const double k_wrong = wrong.count() > 1 && !meant.isZero(0.0) ? Ratio(wrong_got, meant) : k;
+  const double k_wrong = Ratio(wrong_got, meant);  // not finite where zeros are meant
   if (std::isfinite(k_wrong) && wrong.count() > 1) return {"matrix.wrong_entries_factor", {{"k", Word(k_wrong)}}};
   return {};
 }
@@ -224,6 +224,12 @@ std::string Number(double x) {
   std::ostringstream out;
   out << x;
   return out.str();
+}
+
+std::string Join(const std::vector<int>& numbers) {
+  std::string text;
+  for (const int number : numbers) text += (text.empty() ? "" : ", ") + std::to_string(number);
+  return text;
 }
 
 bool HoldsUnset(const MatXX& A) { return Any(A, &IsFresh) || Any(A, &IsFreed); }

@@ -42,6 +42,9 @@ struct Text::Argument {
 /// As few digits as tell it from others: "100", "0.25".
 std::string Number(double x);
 
+/// "1, 1, 0".
+std::string Join(const std::vector<int>& numbers);
+
 inline Text Word(const std::string& word) { return Text::Word(word); }
 inline Text Word(double x) { return Text::Word(Number(x)); }
 template <class Integer, std::enable_if_t<std::is_integral_v<Integer>, int> = 0>

@@ -42,12 +42,6 @@ struct Built {
   }
 };
 
-std::string Join(const std::vector<int>& numbers) {
-  std::string text;
-  for (const int number : numbers) text += (text.empty() ? "" : ", ") + std::to_string(number);
-  return text;
-}
-
 // The counts of priors per frame that typical mistakes give.
 Text CauseOfCounts(const std::vector<int>& counts) {
   const auto both = [&](int count) { return counts[0] == count && counts[1] == count; };

@@ -130,12 +130,6 @@ struct Layout {
   }
 };
 
-std::string Join(const std::vector<int>& numbers) {
-  std::string text;
-  for (const int number : numbers) text += (text.empty() ? "" : " ") + std::to_string(number);
-  return text;
-}
-
 TEST(Stage6, NumbersTheDroppedBlocksFirst) {
   const FactorScene scene;
   const auto term = scene.Fill();

@@ -79,9 +79,7 @@ void CheckLandmarks(const Window& before, const Window& after, size_t gone, cons
     }
     if (got != right) {
       const auto text = [](const std::vector<int>& frames) {
-        std::string numbers;
-        for (const int frame : frames) numbers += (numbers.empty() ? "" : " ") + std::to_string(frame);
-        return frames.empty() ? "6.erased" : Text("6.seen_frames", {{"frames", Word(numbers)}});
+        return frames.empty() ? "6.erased" : Text("6.seen_frames", {{"frames", Word(Join(frames))}});
       };
       const bool still = std::count(got.begin(), got.end(), left - kFirstId) > 0;
       Fail({"6", AfterSlide(name, flag), text(right), text(got),
