@@ -1,22 +1,48 @@
 #include "ch5_backend/files/csv_reader.h"
 
+#include <algorithm>
+#include <cctype>
+#include <limits>
+
 namespace ch5 {
-CsvReader::CsvReader(const std::string& path, std::vector<std::string> columns, const std::string& optional)
-    : reader_(path), columns_(std::move(columns)) {
+namespace {
+
+// "#w_RS_S_x [rad s^-1]" → "w_x".
+std::string PlainName(std::string_view cell) {
+  cell = Trim(cell.substr(0, cell.find('[')));
+  if (!cell.empty() && cell.front() == '#') cell = Trim(cell.substr(1));
+  std::string name;
+  while (!cell.empty()) {
+    const std::string_view part = cell.substr(0, cell.find('_'));
+    const bool is_frame = std::all_of(part.begin(), part.end(), [](unsigned char c) { return std::isupper(c) != 0; });
+    if (!is_frame) name += (name.empty() ? "" : "_") + std::string(part);
+    cell.remove_prefix(std::min(cell.size(), part.size() + 1));
+  }
+  return name;
+}
+
+bool IsInOtherUnit(std::string_view timestamp) {
+  const size_t unit = timestamp.find('[');
+  return unit != std::string_view::npos && timestamp.substr(unit) != "[ns]";
+}
+
+}  // namespace
+
+CsvReader::CsvReader(const std::string& path) : reader_(path) {
   const std::optional<std::string_view> header = reader_.ReadLine();
   if (!header) Fail("the file is empty");
-  cells_ = SplitAtCommas(*header);
-  if (cells_.front() != columns_.front()) {
-    Fail("the first line must name the columns and begin with \"" + columns_.front() + "\", got " +
-         TextReader::Quote(*header));
+  bool is_in_ns = false;
+  for (const std::string_view cell : SplitAtCommas(*header)) {
+    columns_.push_back(PlainName(cell));
+    if (columns_.back() == "timestamp") is_in_ns = !IsInOtherUnit(cell);
   }
-  has_optional_ = !optional.empty() && cells_.size() == columns_.size() + 1 && Trim(cells_.back()) == optional;
-  if (has_optional_) columns_.push_back(optional);
-  if (cells_.size() != columns_.size()) {
-    Fail("the first line names " + std::to_string(cells_.size()) + " columns, must be " +
-         std::to_string(columns_.size()) +
-         (optional.empty() || cells_.size() <= columns_.size() ? "" : ", or a last one more, " + optional));
+  if (!is_in_ns) {
+    Fail("the first line must name the columns and begin with \"#timestamp [ns]\", got " + TextReader::Quote(*header));
   }
+}
+
+bool CsvReader::Has(const std::string& column) const {
+  return std::find(columns_.begin(), columns_.end(), column) != columns_.end();
 }
 
 bool CsvReader::NextRow() {
@@ -26,16 +52,33 @@ bool CsvReader::NextRow() {
     if (!line) return false;
   } while (Trim(*line).empty());
   cells_ = SplitAtCommas(*line);
-  if (reader_.EndsInLine()) Fail("the file ends in the middle of a line; is it cut? got " + TextReader::Quote(*line));
   if (cells_.size() == columns_.size()) return true;
-  Fail("a row of " + std::to_string(cells_.size()) + " columns, must be " + std::to_string(columns_.size()) + ", got " +
-       TextReader::Quote(*line));
+  Fail("a row of " + std::to_string(cells_.size()) + " columns, but the first line names " +
+       std::to_string(columns_.size()) + ", got " + TextReader::Quote(*line));
 }
 
-double CsvReader::Double(size_t column) const { return reader_.ToDouble(cells_[column], columns_[column].c_str()); }
+int64_t CsvReader::Stamp(bool may_repeat) {
+  const int64_t stamp = Integer("timestamp", 0, std::numeric_limits<int64_t>::max());
+  const bool is_repeated = stamp == last_stamp_ && !may_repeat;
+  if (stamp < last_stamp_ || is_repeated) {
+    Fail(std::string("the timestamp ") + (is_repeated ? "is repeated" : "goes backwards") + ", got " +
+         std::to_string(stamp) + " after " + std::to_string(last_stamp_));
+  }
+  return last_stamp_ = stamp;
+}
 
-int64_t CsvReader::Integer(size_t column, int64_t low, int64_t high) const {
-  return reader_.ToInteger(cells_[column], columns_[column].c_str(), low, high);
+std::string_view CsvReader::Cell(const std::string& column) const {
+  const auto found = std::find(columns_.begin(), columns_.end(), column);
+  if (found != columns_.end()) return cells_[static_cast<size_t>(found - columns_.begin())];
+  std::string names;
+  for (const std::string& name : columns_) names += (names.empty() ? "" : ", ") + name;
+  Fail("there is no column " + column + "; the first line names " + names);
+}
+
+double CsvReader::Number(const std::string& column) const { return reader_.ToDouble(Cell(column), column.c_str()); }
+
+int64_t CsvReader::Integer(const std::string& column, int64_t low, int64_t high) const {
+  return reader_.ToInteger(Cell(column), column.c_str(), low, high);
 }
 
 }  // namespace ch5

@@ -1,32 +1,38 @@
 #pragma once
-/// Comma-separated numbers, strictly checked: every error names the file, the line and the value.
+/// A table of numbers with commas, strictly checked: every error names the file, the line and the value. Its columns are found
+/// by the names in the first line, in whatever order they stand.
+///
+/// Publishers' names differ in '#', in units and in frames: "#timestamp [ns]", "timestamp", "w_RS_S_x [rad s^-1]",
+/// "w_x" …; here they are called "timestamp", "w_x", "b_a_z", without units and capital letters.
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/math/eigen_types.h"
 
 namespace ch5 {
 
 class CsvReader {
  public:
-  /// Opens `path`, whose first line must begin with `columns.front()` and have as many columns.
-  /// @param columns  their names with units, for the check and for messages
-  /// @param optional  the name of a further column that may follow; empty: none
-  /// @throws FileError
-  CsvReader(const std::string& path, std::vector<std::string> columns, const std::string& optional = "");
+  /// @throws FileError if it cannot be read, or the first line names no columns, a timestamp [ns] among them
+  explicit CsvReader(const std::string& path);
 
-  /// Whether the optional column, behind the others, is there.
-  bool HasOptional() const { return has_optional_; }
-
-  /// Goes to the next row; false after the last. Lines that are blank are passed over.
-  /// @throws FileError if the row has too few or too many cells, or no end: then its last number may be cut
+  bool Has(const std::string& column) const;
+  /// Goes to the next row; false after the last. Blank lines are passed over.
+  /// @throws FileError unless it has as many cells as there are columns
   bool NextRow();
-
-  /// @throws FileError unless the cell is a finite number, or a whole one in [low, high]
-  double Double(size_t column) const;
-  int64_t Integer(size_t column, int64_t low, int64_t high) const;
-
+  /// Whether the row is the file's last line, which has no end: it may be cut in its last number.
+  bool EndsInRow() const { return reader_.EndsInLine(); }
+  /// The row's time stamp [ns].  @throws FileError unless it is a whole number, not before that of the row before
+  int64_t Stamp(bool may_repeat = false);
+  std::string_view Cell(const std::string& column) const;
+  /// @throws FileError unless it is a finite number, or a whole one in [low, high]
+  double Number(const std::string& column) const;
+  int64_t Integer(const std::string& column, int64_t low, int64_t high) const;
+  /// The columns `stem`x, `stem`y and `stem`z.
+  Vec3 Vector(const std::string& stem) const { return {Number(stem + "x"), Number(stem + "y"), Number(stem + "z")}; }
   /// "file:line: message"
   [[noreturn]] void Fail(const std::string& message) const { reader_.Fail(message); }
 
@@ -34,7 +40,7 @@ class CsvReader {
   TextReader reader_;
   std::vector<std::string> columns_;
   std::vector<std::string_view> cells_;
-  bool has_optional_ = false;
+  int64_t last_stamp_ = -1;
 };
 
 }  // namespace ch5

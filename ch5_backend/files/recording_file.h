@@ -1,6 +1,7 @@
 #pragma once
 /// Recordings as folders of four text files: calibration.yaml, imu.csv, tracks.csv and, where the truth is known,
-/// groundtruth.csv. Each CSV names its columns and units in its first line; time stamps are whole nanoseconds.
+/// groundtruth.csv. Each CSV names its columns and units in its first line, by which they are found; time stamps are whole
+/// nanoseconds.
 ///
 ///   imu.csv          #timestamp [ns],w_x [rad/s],w_y,w_z,a_x [m/s^2],a_y,a_z
 ///   tracks.csv       #timestamp [ns],track_id,x [normalized],y [normalized]        rows of an image together

@@ -1,41 +1,32 @@
 // The reading half of recording_file.h.
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <optional>
 #include <set>
 
 #include "ch5_backend/files/csv_reader.h"
 #include "ch5_backend/files/recording_file.h"
-#include "ch5_backend/files/yaml_numbers.h"
+#include "ch5_backend/files/yaml_file.h"
 
 namespace ch5 {
 namespace {
 
-// The time stamps of a file, which must increase and be near the origin.
-class TimeStamps {
- public:
-  // The time stamp of the current row [ns].
-  // @param origin  nullopt: this one is the origin
-  int64_t Read(const CsvReader& csv, bool may_repeat, std::optional<int64_t> origin) {
-    const int64_t stamp = csv.Integer(0, 0, std::numeric_limits<int64_t>::max());
-    if (origin && std::abs(stamp - *origin) > kLongestRecordingNs) {
-      csv.Fail("the timestamp is more than ten days from the first IMU measurement, got " + std::to_string(stamp) +
-               " against " + std::to_string(*origin));
-    }
-    const std::string got = ", got " + std::to_string(stamp) + " after " + std::to_string(last_);
-    if (stamp < last_) csv.Fail("the timestamp goes backwards" + got);
-    if (stamp == last_ && !may_repeat) csv.Fail("the timestamp is repeated" + got);
-    last_ = stamp;
-    return stamp;
+// The time of a row from the first IMU measurement [s], which it must be near.
+double TimeOf(const CsvReader& csv, int64_t stamp, const Recording& recording) {
+  if (std::abs(stamp - recording.origin_ns) > kLongestRecordingNs) {
+    csv.Fail("the timestamp is more than ten days from the first IMU measurement, got " + std::to_string(stamp) +
+             " against " + std::to_string(recording.origin_ns));
   }
+  return SecondsAt(stamp, recording.origin_ns);
+}
 
- private:
-  int64_t last_ = -1;
-};
-
-Vec3 ReadVector(const CsvReader& csv, size_t column) {
-  return {csv.Double(column), csv.Double(column + 1), csv.Double(column + 2)};
+// Goes to the next row. The writer ends each one, so that one without an end is cut, perhaps in its last number.
+bool NextRow(CsvReader* csv) {
+  if (!csv->NextRow()) return false;
+  if (csv->EndsInRow()) csv->Fail("the file ends in the middle of a line; is it cut? If not, end it with a newline");
+  return true;
 }
 
 // Empty if ‖q‖ = 1 within 1e-3. Six printed digits give 1e-5; a larger error means another column.
@@ -45,37 +36,35 @@ std::string WhyNotUnit(const Qd& q) {
 }
 
 void ReadImu(const std::string& path, Recording* recording) {
-  CsvReader csv(path, {"#timestamp [ns]", "w_x", "w_y", "w_z", "a_x", "a_y", "a_z"});
-  TimeStamps stamps;
-  while (csv.NextRow()) {
-    const bool is_first = recording->imu.empty();
-    const int64_t stamp = stamps.Read(csv, false, is_first ? std::nullopt : std::optional(recording->origin_ns));
-    if (is_first) recording->origin_ns = stamp;
-    recording->imu.push_back({SecondsAt(stamp, recording->origin_ns), ReadVector(csv, 4), ReadVector(csv, 1)});
+  CsvReader csv(path);
+  while (NextRow(&csv)) {
+    const int64_t stamp = csv.Stamp();
+    if (recording->imu.empty()) recording->origin_ns = stamp;
+    recording->imu.push_back({TimeOf(csv, stamp, *recording), csv.Vector("a_"), csv.Vector("w_")});
   }
   if (const std::string why = WhyNotInUnits(recording->imu, recording->calibration); !why.empty()) csv.Fail(why);
 }
 
 void ReadTracks(const std::string& path, Recording* recording) {
-  CsvReader csv(path, {"#timestamp [ns]", "track_id", "x", "y"}, "camera");
-  TimeStamps stamps;
+  CsvReader csv(path);
   std::set<std::pair<int, int>> seen;  // of the current image: camera and id
-  while (csv.NextRow()) {
-    const double t = SecondsAt(stamps.Read(csv, true, recording->origin_ns), recording->origin_ns);
+  const bool has_camera = csv.Has("camera");
+  while (NextRow(&csv)) {
+    const double t = TimeOf(csv, csv.Stamp(/*may_repeat=*/true), *recording);
     if (recording->frames.empty() || recording->frames.back().t != t) {
       recording->frames.push_back({t, {}});
       seen.clear();
     }
-    const int id = static_cast<int>(csv.Integer(1, 0, std::numeric_limits<int>::max()));
-    const int camera = csv.HasOptional() ? static_cast<int>(csv.Integer(4, 0, 1)) : 0;
+    const int id = static_cast<int>(csv.Integer("track_id", 0, std::numeric_limits<int>::max()));
+    const int camera = has_camera ? static_cast<int>(csv.Integer("camera", 0, 1)) : 0;
     if (camera == 1 && !recording->calibration.camera1) {
       csv.Fail("a point of camera 1, but calibration.yaml has no camera1");
     }
     if (!seen.insert({camera, id}).second) {
       csv.Fail("the track is in this image already, got track_id " + std::to_string(id) +
-               (csv.HasOptional() ? " of camera " + std::to_string(camera) : ""));
+               (has_camera ? " of camera " + std::to_string(camera) : ""));
     }
-    const Vec2 x(csv.Double(2), csv.Double(3));
+    const Vec2 x(csv.Number("x"), csv.Number("y"));
     // 10 is 84° off the axis.
     if (x.cwiseAbs().maxCoeff() > 10.0) {
       csv.Fail("coordinates must be normalized (within ±10), not pixels, got " + std::to_string(x.x()) + ", " +
@@ -88,18 +77,16 @@ void ReadTracks(const std::string& path, Recording* recording) {
 }
 
 void ReadTruth(const std::string& path, Recording* recording) {
-  CsvReader csv(path, {"#timestamp [ns]", "p_x", "p_y", "p_z", "q_w", "q_x", "q_y", "q_z", "v_x", "v_y", "v_z", "bg_x",
-                       "bg_y", "bg_z", "ba_x", "ba_y", "ba_z"});
-  TimeStamps stamps;
-  while (csv.NextRow()) {
+  CsvReader csv(path);
+  while (NextRow(&csv)) {
     StampedState state;
-    state.t = SecondsAt(stamps.Read(csv, false, recording->origin_ns), recording->origin_ns);
-    const Qd q(csv.Double(4), csv.Double(5), csv.Double(6), csv.Double(7));
+    state.t = TimeOf(csv, csv.Stamp(), *recording);
+    const Qd q(csv.Number("q_w"), csv.Number("q_x"), csv.Number("q_y"), csv.Number("q_z"));
     if (const std::string why = WhyNotUnit(q); !why.empty()) csv.Fail(why);
-    state.T_W_B = {q.normalized(), ReadVector(csv, 1)};
-    state.v_W = ReadVector(csv, 8);
-    state.b_g = ReadVector(csv, 11);
-    state.b_a = ReadVector(csv, 14);
+    state.T_W_B = {q.normalized(), csv.Vector("p_")};
+    state.v_W = csv.Vector("v_");
+    state.b_g = csv.Vector("bg_");
+    state.b_a = csv.Vector("ba_");
     recording->truth.push_back(state);
   }
 }
@@ -148,53 +135,75 @@ void CheckOrderOfQuaternions(const std::string& path, const Recording& recording
 
 constexpr double kTiny = 1e-12, kLarge = 1e6, kFar = 500.0;  // [m]
 
+// Of the estimator's section, or of a camera that is not one of the two (camera2, cam1, …): not the calibration's.
+bool IsExtra(const std::string& key) {
+  if (key.rfind("camera1.", 0) == 0) return false;
+  const size_t digit = key.rfind("camera", 0) == 0 ? 6 : 3;
+  return key.rfind("estimator.", 0) == 0 || (key.rfind("cam", 0) == 0 && key[digit] >= '1' && key[digit] <= '9');
+}
+
+// The numbers `names` under `key`, which no list may give: publishers differ in the order.
+std::vector<double> ReadNamed(const YamlFile& yaml, const std::string& key, const std::vector<std::string>& names,
+                              double low, double high) {
+  if (yaml.Has(key)) yaml.Fail(key, "name its numbers: {" + names[0] + ": …, " + names[1] + ": …, …}");
+  std::vector<double> numbers;
+  for (const std::string& name : names) numbers.push_back(yaml.Number(key + "." + name, low, high));
+  return numbers;
+}
+
 // @param name  of its section, camera or camera1
-Camera ReadCamera(const std::string& file, const std::string& name, YamlNumbers* yaml) {
-  const auto take = [&](const std::string& key, double low, double high) {
-    return yaml->Take(name + "." + key, low, high);
-  };
+Camera ReadCamera(const YamlFile& yaml, const std::string& name) {
   Camera c;
-  c.fx = take("intrinsics.fx", kTiny, kLarge);
-  c.fy = take("intrinsics.fy", kTiny, kLarge);
-  c.cx = take("intrinsics.cx", -kLarge, kLarge);
-  c.cy = take("intrinsics.cy", -kLarge, kLarge);
-  c.width = static_cast<int>(take("resolution[0]", 1, kLarge));
-  c.height = static_cast<int>(take("resolution[1]", 1, kLarge));
-  for (int i = 0; i < 3; ++i) c.T_B_C.p[i] = take("p_B_C[" + std::to_string(i) + "]", -kFar, kFar);
-  const auto part = [&](const char* of_q) { return take(std::string("q_B_C.") + of_q, -1.01, 1.01); };
-  const double w = part("w"), x = part("x"), y = part("y"), z = part("z");
-  const Qd q(w, x, y, z);
-  if (const std::string why = WhyNotUnit(q); !why.empty()) throw FileError(file + ": " + name + ".q_B_C: " + why);
-  c.T_B_C.q = q.normalized();
+  const std::vector<double> f = ReadNamed(yaml, name + ".intrinsics", {"fx", "fy", "cx", "cy"}, -kLarge, kLarge);
+  c.fx = f[0], c.fy = f[1], c.cx = f[2], c.cy = f[3];
+  for (const char* key : {".intrinsics.fx", ".intrinsics.fy"}) yaml.Positive(name + key);
+  const std::vector<double> size = yaml.Numbers(name + ".resolution", 2);
+  for (const double pixels : size) {
+    if (!(pixels >= 1.0 && pixels <= kLarge && pixels == std::floor(pixels)))
+      yaml.Fail(name + ".resolution", "must be two numbers of pixels, got " + yaml.Word(name + ".resolution"));
+  }
+  c.width = static_cast<int>(size[0]), c.height = static_cast<int>(size[1]);
+  const std::vector<double> p = yaml.Numbers(name + ".p_B_C", 3);
+  c.T_B_C.p = Vec3(p[0], p[1], p[2]);
+  if (c.T_B_C.p.cwiseAbs().maxCoeff() > kFar)
+    yaml.Fail(name + ".p_B_C", "must be in meters, got " + yaml.Word(name + ".p_B_C"));
+  const std::vector<double> q = ReadNamed(yaml, name + ".q_B_C", {"w", "x", "y", "z"}, -1.01, 1.01);
+  c.T_B_C.q = Qd(q[0], q[1], q[2], q[3]);
+  if (const std::string why = WhyNotUnit(c.T_B_C.q); !why.empty()) yaml.Fail(name + ".q_B_C.w", why);
+  c.T_B_C.q.normalize();
   return c;
 }
 
 }  // namespace
 
 Calibration ReadCalibration(const std::filesystem::path& file) {
-  YamlNumbers yaml(file.string());
+  const YamlFile yaml(file.string());
   Calibration c;
-  static_cast<Camera&>(c) = ReadCamera(file.string(), "camera", &yaml);
-  c.camera_rate = yaml.Take("camera.rate_hz", kTiny, kLarge);
-  if (yaml.HasSection("camera1")) c.camera1 = ReadCamera(file.string(), "camera1", &yaml);
-  c.imu_rate = yaml.Take("imu.rate_hz", kTiny, kLarge);
-  c.noise.gyroscope = yaml.Take("imu.gyroscope_noise_density", kTiny, kLarge);
-  c.noise.gyroscope_walk = yaml.Take("imu.gyroscope_random_walk", kTiny, kLarge);
-  c.noise.accelerometer = yaml.Take("imu.accelerometer_noise_density", kTiny, kLarge);
-  c.noise.accelerometer_walk = yaml.Take("imu.accelerometer_random_walk", kTiny, kLarge);
-  c.gravity = yaml.Take("imu.gravity", kTiny, kLarge);
-  yaml.ExpectAllTaken();
+  const auto is_of_camera1 = [](const auto& value) { return value.first.rfind("camera1.", 0) == 0; };
+  static_cast<Camera&>(c) = ReadCamera(yaml, "camera");
+  c.camera_rate = yaml.Number("camera.rate_hz", kTiny, kLarge);
+  if (std::any_of(yaml.Values().begin(), yaml.Values().end(), is_of_camera1)) c.camera1 = ReadCamera(yaml, "camera1");
+  c.imu_rate = yaml.Number("imu.rate_hz", kTiny, kLarge);
+  c.noise.gyroscope = yaml.Number("imu.gyroscope_noise_density", kTiny, kLarge);
+  c.noise.gyroscope_walk = yaml.Number("imu.gyroscope_random_walk", kTiny, kLarge);
+  c.noise.accelerometer = yaml.Number("imu.accelerometer_noise_density", kTiny, kLarge);
+  c.noise.accelerometer_walk = yaml.Number("imu.accelerometer_random_walk", kTiny, kLarge);
+  c.gravity = yaml.Number("imu.gravity", kTiny, kLarge);
+  for (const auto& [key, value] : yaml.Values()) {
+    if (!value.is_asked && !IsExtra(key)) yaml.Fail(key, "nothing of this name is known here");
+  }
   return c;
 }
 
 CalibrationExtras ReadCalibrationExtras(const std::filesystem::path& file) {
   const std::string section = "estimator.";
   CalibrationExtras extras;
-  const YamlNumbers yaml(file.string());
-  for (const auto& [key, word, line] : yaml.Words()) {
-    const std::string where = file.string() + ":" + std::to_string(line) + ": " + key;
+  const YamlFile yaml(file.string());
+  for (const auto& [key, value] : yaml.Values()) {
+    if (!IsExtra(key)) continue;
+    const std::string where = file.string() + ":" + std::to_string(value.line) + ": " + key;
     if (key.rfind(section, 0) == 0) {
-      extras.estimator.push_back({key.substr(section.size()), word, where});
+      extras.estimator.push_back({key.substr(section.size()), value.text, where});
     } else {
       extras.not_used.push_back(where);
     }

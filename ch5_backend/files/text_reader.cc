@@ -107,17 +107,22 @@ int64_t TextReader::ToInteger(std::string_view token, const char* what, int64_t 
   return value;
 }
 
-double TextReader::ToDouble(std::string_view token, const char* what) const {
+std::string TextReader::ParseDouble(std::string_view token, double* value) {
   const std::string_view digits = WithoutPlus(token);
-  double value = 0.0;
-  const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), *value);
   if (stop != digits.data() + digits.size() || error == std::errc::invalid_argument) {
-    Fail(std::string(what) + ": not a number, got " + Quote(token));
+    return "not a number, got " + Quote(token);
   }
   // Out of range is too large or too small for a double, and from_chars does not say which: strtod does.
-  if (error == std::errc::result_out_of_range) value = std::strtod(std::string(digits).c_str(), nullptr);
-  if (!std::isfinite(value) && error == std::errc()) Fail(std::string(what) + ": not finite, got " + Quote(token));
-  if (std::abs(value) > kLargest) Fail(std::string(what) + ": absurdly large (beyond 1e15), got " + Quote(token));
+  if (error == std::errc::result_out_of_range) *value = std::strtod(std::string(digits).c_str(), nullptr);
+  if (!std::isfinite(*value) && error == std::errc()) return "not finite, got " + Quote(token);
+  if (std::abs(*value) > kLargest) return "absurdly large (beyond 1e15), got " + Quote(token);
+  return "";
+}
+
+double TextReader::ToDouble(std::string_view token, const char* what) const {
+  double value = 0.0;
+  if (const std::string why = ParseDouble(token, &value); !why.empty()) Fail(std::string(what) + ": " + why);
   return value;
 }
 

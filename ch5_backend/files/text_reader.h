@@ -60,6 +60,8 @@ class TextReader {
   /// A piece of the current line as a number; the same errors as ReadInt and ReadDouble.
   int64_t ToInteger(std::string_view token, const char* what, int64_t low, int64_t high) const;
   double ToDouble(std::string_view token, const char* what) const;
+  /// The same without a line: what is wrong with `token` as a number, or empty and `value` is set.
+  static std::string ParseDouble(std::string_view token, double* value);
 
   /// "file:line: record: message", the line being that of the last number.
   [[noreturn]] void Fail(const std::string& message) const;

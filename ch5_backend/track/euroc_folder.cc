@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/files/csv_reader.h"
 #include "ch5_backend/math/transform.h"
-#include "ch5_backend/track/named_csv.h"
 #include "ch5_backend/track/sensor_yaml.h"
 
 namespace ch5 {
@@ -54,7 +53,8 @@ SensorYaml ReadSensor(const fs::path& mav0, const std::string& sensor) {
 }
 
 // The IMU's own T_BS; most publishers take the IMU for the body.
-Transform ReadImu(const fs::path& mav0, Recording* recording) {
+Transform ReadImu(const fs::path& mav0, EurocFolder* result) {
+  Recording* recording = &result->recording;
   const SensorYaml yaml = ReadSensor(mav0, "imu0");
   Calibration& c = recording->calibration;
   c.noise.continuous = true;
@@ -64,11 +64,13 @@ Transform ReadImu(const fs::path& mav0, Recording* recording) {
   c.noise.accelerometer_walk = yaml.Positive("accelerometer_random_walk");
   c.imu_rate = yaml.Positive(yaml.Name("rate_hz", "update_rate"));
 
-  NamedCsv csv((mav0 / "imu0" / "data.csv").string());
+  CsvReader csv((mav0 / "imu0" / "data.csv").string());
   while (csv.NextRow()) {
     const int64_t stamp = csv.Stamp();
     if (recording->imu.empty()) recording->origin_ns = stamp;
     recording->imu.push_back({SecondsAt(stamp, recording->origin_ns), csv.Vector("a_"), csv.Vector("w_")});
+    if (csv.EndsInRow())
+      result->notes.push_back("imu0: the last line has no end; if the file is cut, so may be its last number");
   }
   if (const std::string why = WhyNotInUnits(recording->imu, recording->calibration); !why.empty()) csv.Fail(why);
   return yaml.Has("T_BS") ? yaml.T_B_S() : Transform{};
@@ -103,7 +105,7 @@ Camera ReadIntrinsics(const SensorYaml& yaml, const Transform& T_B_I) {
   return c;
 }
 
-fs::path ImageOfRow(const fs::path& folder, const NamedCsv& csv) {
+fs::path ImageOfRow(const fs::path& folder, const CsvReader& csv) {
   const fs::path image = folder / "data" / std::string(csv.Cell("filename"));
   if (!fs::exists(image)) csv.Fail("there is no image " + image.string());
   return image;
@@ -137,7 +139,7 @@ void ReadCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder* resul
   static_cast<Camera&>(c) = ReadIntrinsics(yaml, T_B_I);
   const double shift = ClockShift(yaml);
 
-  NamedCsv csv((folder / "data.csv").string());
+  CsvReader csv((folder / "data.csv").string());
   const double end = result->recording.imu.back().t;
   double first = 0.0, last = 0.0;
   size_t count = 0;
@@ -169,7 +171,7 @@ void ReadSecondCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder*
   result->lens1 = ReadLens(yaml);
   const Camera camera = ReadIntrinsics(yaml, T_B_I);
   const double shift = ClockShift(yaml);
-  NamedCsv csv((folder / "data.csv").string());
+  CsvReader csv((folder / "data.csv").string());
   auto image = result->images.begin();
   size_t count = 0;
   while (csv.NextRow()) {
@@ -204,7 +206,7 @@ std::vector<StampedState> ReadTruth(const fs::path& folder, const Transform& T_B
     const SensorYaml yaml(file.string());
     if (yaml.Has("T_BS")) T_S_I = Inverse(yaml.T_B_S()) * T_B_I;
   }
-  NamedCsv csv((folder / "data.csv").string());
+  CsvReader csv((folder / "data.csv").string());
   const bool has_velocity = csv.Has("v_x") && IsIdentity(T_S_I), has_biases = csv.Has("b_w_x") && csv.Has("b_a_x");
   std::vector<StampedState> states;
   while (csv.NextRow()) {
@@ -248,7 +250,7 @@ void FindTruth(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result
 EurocFolder ReadEurocFolder(const fs::path& folder, bool mono) {
   const fs::path mav0 = FindMav0(folder);
   EurocFolder result;
-  const Transform T_B_I = ReadImu(mav0, &result.recording);
+  const Transform T_B_I = ReadImu(mav0, &result);
   ReadCamera(mav0, T_B_I, &result);
   if (!mono && fs::exists(mav0 / "cam1")) ReadSecondCamera(mav0, T_B_I, &result);
   FindTruth(mav0, T_B_I, &result);

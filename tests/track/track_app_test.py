@@ -89,7 +89,7 @@ BROKEN = {
     "a row that is cut": (on_line(MOTION, 9, lambda line: line.rsplit(",", 2)[0]),
                           r"FOLDER/imu0/data\.csv:9: a row of 5 columns, but the first line names 7, got .+"),
     "a time that goes backwards": (on_line(MOTION, 9, lambda line: "14" + line[2:]),
-                                   r"FOLDER/imu0/data\.csv:9: the timestamps must increase, got 14\d+ after 15\d+"),
+                                   r"FOLDER/imu0/data\.csv:9: the timestamp goes backwards, got 14\d+ after 15\d+"),
     "a T_BS that is no rotation": (
         replace(SENSOR, r"data: \[[^,]*,", "data: [0.9,"), r"FOLDER/cam0/sensor\.yaml:6: T_BS\.data: the upper left 3 × 3 part must "
         r"be a rotation, but RᵀR differs from I by 0\.\d+ and det R is .+"),
@@ -194,6 +194,8 @@ class TrackApp(AppTest):
                 self.solve(self.copy(change, name) / "mav0", "--out", out)
                 for file, content in expected.items():
                     self.assertEqual((out / file).read_bytes(), content, file)
+        done = self.solve(self.copy(HARMLESS["no newline at the end"], "cut"), "--out", self.out)
+        self.assertIn("imu0: the last line has no end", done.stdout)
 
     def test_calibrations_of_kalibr_stand_for_sensor_yaml(self):
         self.solve(self.copy(name="plain"), "--out", self.folder / "expected")

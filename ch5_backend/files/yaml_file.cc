@@ -1,0 +1,161 @@
+#include "ch5_backend/files/yaml_file.h"
+
+#include <algorithm>
+#include <limits>
+#include <sstream>
+
+namespace ch5 {
+namespace {
+
+// A '#' begins a comment at the start of the line or after a space.
+std::string_view WithoutComment(std::string_view line) {
+  for (size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '#' && (i == 0 || line[i - 1] == ' ' || line[i - 1] == '\t')) return line.substr(0, i);
+  }
+  return line;
+}
+
+bool IsItem(std::string_view text) { return text == "-" || text.substr(0, 2) == "- "; }
+
+// Whether it is a list or a map whose bracket is still to be closed.
+bool IsOpen(std::string_view text) {
+  if (text.empty() || (text.front() != '[' && text.front() != '{')) return false;
+  const auto count = [&](char c) { return std::count(text.begin(), text.end(), c); };
+  return count('[') + count('{') > count(']') + count('}');
+}
+
+// A line's key and what stands behind it, which may go on in the next lines.
+struct Entry {
+  std::string key, text;
+  int line;
+};
+
+// @throws FileError
+Entry SplitAtColon(const std::string& path, int line, std::string_view text) {
+  const size_t colon = text.find(':');
+  const std::string_view key = Trim(text.substr(0, colon));
+  const bool separates = colon != std::string_view::npos &&
+                         (colon + 1 == text.size() || text[colon + 1] == ' ' || text[colon + 1] == '\t');
+  if (!separates || key.empty() || key.find_first_of(" \t[]{}.\"'") != std::string_view::npos) {
+    throw FileError(path + ":" + std::to_string(line) + ": expected \"key: value\", got " + TextReader::Quote(text));
+  }
+  return {std::string(key), std::string(Trim(text.substr(colon + 1))), line};
+}
+
+// All keys by their paths, those of sections too, whose text is empty.
+std::vector<Entry> ReadEntries(const std::string& path) {
+  struct Section {
+    size_t indent;  // of its key
+    std::string prefix;
+  };
+  std::vector<Section> sections;
+  std::vector<Entry> entries;
+  TextReader reader(path);
+  while (const std::optional<std::string_view> line = reader.ReadLine()) {
+    const std::string_view text = WithoutComment(*line);
+    std::string_view words = Trim(text);
+    if (words.empty() || text.front() == '%' || words == "---" || words == "...") continue;
+    if (!entries.empty() && (IsOpen(entries.back().text) || IsItem(words))) {
+      std::string& list = entries.back().text;
+      if (!list.empty()) list += IsOpen(list) ? " " : ", ";
+      while (IsItem(words)) words = Trim(words.substr(1));
+      list += words;
+      continue;
+    }
+    const size_t indent = text.find_first_not_of(' ');
+    if (text[indent] == '\t') reader.Fail("a tab indents the line; YAML takes spaces alone");
+    while (!sections.empty() && indent <= sections.back().indent) sections.pop_back();
+    Entry entry = SplitAtColon(path, reader.Line(), words);
+    if (entry.text.rfind("!!", 0) == 0) entry.text.clear();  // OpenCV's "T_BS: !!opencv-matrix" is a section
+    if (!sections.empty()) entry.key.insert(0, sections.back().prefix);
+    if (entry.text.empty()) sections.push_back({indent, entry.key + "."});
+    entries.push_back(std::move(entry));
+  }
+  return entries;
+}
+
+std::string WithoutQuotes(std::string_view text) {
+  const bool is_quoted =
+      text.size() >= 2 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front();
+  return std::string(is_quoted ? text.substr(1, text.size() - 2) : text);
+}
+
+}  // namespace
+
+YamlFile::YamlFile(const std::string& path, const std::string& section) : path_(path), section_(section) {
+  for (const Entry& entry : ReadEntries(path)) {
+    if (IsOpen(entry.text))
+      Fail(entry.line, entry.key + ": a bracket is not closed, got " + TextReader::Quote(entry.text));
+    if (entry.text.empty()) continue;
+    if (entry.text.front() != '{' || entry.text.back() != '}') {
+      Add(entry.key, entry.text, entry.line);
+      continue;
+    }
+    for (const std::string_view part : SplitAtCommas(std::string_view(entry.text).substr(1, entry.text.size() - 2))) {
+      const Entry inner = SplitAtColon(path, entry.line, part);
+      Add(entry.key + "." + inner.key, inner.text, entry.line);
+    }
+  }
+}
+
+void YamlFile::Add(const std::string& key, const std::string& text, int line) {
+  const auto [existing, is_new] = values_.emplace(key, Value{WithoutQuotes(text), line});
+  if (!is_new) Fail(line, key + ": given in line " + std::to_string(existing->second.line) + " already");
+}
+
+const YamlFile::Value* YamlFile::Find(const std::string& key) const {
+  for (const std::string& path : {section_ + "." + key, key}) {
+    if (const auto found = values_.find(path); found != values_.end()) {
+      found->second.is_asked = true;
+      return &found->second;
+    }
+  }
+  return nullptr;
+}
+
+const YamlFile::Value& YamlFile::Get(const std::string& key) const {
+  if (const Value* value = Find(key)) return *value;
+  throw FileError(path_ + ": " + (section_.empty() ? "" : section_ + ": ") + key + " is missing");
+}
+
+std::vector<double> YamlFile::Numbers(const std::string& key, size_t count) const {
+  std::string list = Get(key).text;
+  std::replace_if(
+      list.begin(), list.end(), [](char c) { return c == '[' || c == ']'; }, ' ');
+  std::vector<double> numbers;
+  for (const std::string_view part : SplitAtCommas(list)) {
+    if (part.empty() && count > 1) continue;  // behind a last comma
+    numbers.emplace_back();
+    if (const std::string why = TextReader::ParseDouble(WithoutQuotes(part), &numbers.back()); !why.empty())
+      Fail(key, why);
+  }
+  if (numbers.size() != count) {
+    Fail(key, "must be " + std::to_string(count) + (count == 1 ? " number" : " numbers") + ", got " +
+                  std::to_string(numbers.size()));
+  }
+  return numbers;
+}
+
+double YamlFile::Number(const std::string& key, double low, double high) const {
+  const double number = Numbers(key, 1)[0];
+  if (number >= low && number <= high) return number;
+  std::ostringstream message;
+  message << "must lie in [" << low << ", " << high << "], got " << number;
+  Fail(key, message.str());
+}
+
+double YamlFile::Positive(const std::string& key) const {
+  const double number = Numbers(key, 1)[0];
+  if (!(number > 0.0)) Fail(key, "must be positive, got " + std::to_string(number));
+  return number;
+}
+
+void YamlFile::Fail(const std::string& key, const std::string& message) const {
+  Fail(Get(key).line, key + ": " + message);
+}
+
+void YamlFile::Fail(int line, const std::string& message) const {
+  throw FileError(path_ + ":" + std::to_string(line) + ": " + message);
+}
+
+}  // namespace ch5
