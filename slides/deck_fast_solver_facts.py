@@ -44,6 +44,18 @@ def pose_graph_facts():
     return {**found, "graphs.newton": short(ends["Gauss-Newton"] / min(ends.values()))}
 
 
+def refined_facts(tables):
+    """How far above the minimum a window's cost is after each step, and when it is within 0.1 %."""
+    best = min(r["cost"] for r in tables("speed_refined").rows())
+    found = {}
+    for name, steps in (("plain", 0), ("refined", 2)):
+        rows = tables("speed_refined", landmark_steps=steps).rows()
+        for r in rows[1:4]:
+            found[f"landmarks.{name}.{r['iteration']:.0f}"] = f"{100 * (r['cost'] / best - 1):.3f}"
+        found[f"landmarks.{name}.ms"] = f"{1e3 * next(r['seconds'] for r in rows if r['cost'] <= 1.001 * best):.2f}"
+    return found
+
+
 def facts(tables):
     about = tables("speed_about").row()
     found = {"about.processor": about["processor"], "about.rounds": f"{about['rounds']:.0f}"}
@@ -65,7 +77,7 @@ def facts(tables):
         row = tables("speed_steps").row(problem=ROOFED, step=step, solver="sparse", simd="avx2")
         speed = 1e-6 * row["flop"] / row["milliseconds"]
         found |= {f"roof.{step}.intensity": f"{row['flop'] / row['bytes']:.1f}", f"roof.{step}.share": f"{100 * speed / peak:.0f}"}
-    found |= pose_graph_facts()
+    found |= pose_graph_facts() | refined_facts(tables)
     rows = tables("speed_reduced").rows()
     best = min(r["cost"] for r in rows)
     for name, solver in (("sparse", "sparse"), ("pcg", "implicit-pcg"), ("series", "power-series")):

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <limits>
 
 namespace ch5 {
 
@@ -9,7 +10,9 @@ PoseConsistency ComparePose(const Transform& T_W_B, const Mat66& covariance, con
   PoseConsistency result;
   Vec6& e = result.error;
   e << T_W_B.p - T_W_B_true.p, LogSO3(T_W_B_true.q.conjugate() * T_W_B.q);
-  result.nees = e.dot(Eigen::LDLT<Mat66>(covariance).solve(e));
+  const Eigen::LDLT<Mat66> factors(covariance);
+  const bool is_definite = (factors.vectorD().array() > 0.0).all();
+  result.nees = is_definite ? e.dot(factors.solve(e)) : std::numeric_limits<double>::quiet_NaN();
   const Vec3 up = T_W_B.q.conjugate() * Vec3::UnitZ();  // W's z axis, seen from the body
   result.yaw_error = up.dot(e.tail<3>());
   result.yaw_variance = up.dot(covariance.bottomRightCorner<3, 3>() * up);

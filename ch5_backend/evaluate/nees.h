@@ -14,14 +14,14 @@ namespace ch5 {
 /// The error of one pose and what was claimed of it.
 struct PoseConsistency {
   Vec6 error;                 ///< e = [δp, δθ] [m, rad], right perturbation as the covariance's
-  double nees = 0.0;          ///< eᵀ P⁻¹ e, 6 degrees of freedom
+  double nees = 0.0;          ///< eᵀ P⁻¹ e, 6 degrees of freedom; NaN unless P is positive definite
   double yaw_error = 0.0;     ///< δθ about W's z axis [rad]
   double yaw_variance = 0.0;  ///< claimed [rad²]
 
   double YawNees() const { return yaw_error * yaw_error / yaw_variance; }  ///< 1 degree of freedom
 };
 
-/// @param T_W_B       the estimate;  @param covariance  6×6 of its [δp, δθ], positive definite
+/// @param T_W_B       the estimate;  @param covariance  6×6 of its [δp, δθ]
 /// @param T_W_B_true  the truth, in the same W
 PoseConsistency ComparePose(const Transform& T_W_B, const Mat66& covariance, const Transform& T_W_B_true);
 

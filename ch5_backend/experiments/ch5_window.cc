@@ -13,13 +13,14 @@ namespace {
 using namespace ch5;
 
 constexpr char kUsage[] =
-    "usage: ch5_window FILE --out DIR [--iterations N] [--threads N] [--solver NAME]\n"
+    "usage: ch5_window FILE --out DIR [--iterations N] [--threads N] [--solver NAME] [--landmark-steps N]\n"
     "Solves the window of a visual-inertial estimator in FILE (VIOWIN text) and writes into DIR: its frames before "
     "and\n"
     "after, the table of iterations, a summary, and what figures/window.py draws.\n"
     "  --iterations N   at most N iterations (50)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
-    "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n";
+    "  --solver NAME    dense, sparse, pcg, implicit-pcg, power-series, or automatic (the default): dense or sparse\n"
+    "  --landmark-steps N  after each step, so many of each landmark alone (0)\n";
 
 std::vector<StampedState> StatesOf(const WindowDump& dump, const WindowGraph& window) {
   std::vector<StampedState> states = dump.frames;

@@ -28,9 +28,10 @@ class YamlFile {
   double Number(const std::string& key, double low, double high) const;
   double Positive(const std::string& key) const;
 
+  /// What stands behind a key.
   struct Value {
-    std::string text;
-    int line;
+    std::string text;               ///< without quotes
+    int line;                       ///< of the key
     mutable bool is_asked = false;  ///< by one of the functions above
   };
   /// All of them, for what nobody has asked for.

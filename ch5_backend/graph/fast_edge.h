@@ -38,7 +38,7 @@ class EdgeBatch {
   /// r of edges [first, first + count), count ≤ kPack, as one pack; lanes without an edge hold copies of the last one.
   virtual void ComputeResiduals(int first, int count, double* r) const = 0;
   /// r, and J_0, J_1, … behind each other, each column-major: FastEdge::LinearizeInto for all edges of the pack. If
-  /// IsRelative, only those of vertex 0, the landmark, and J_ξ; the edges must have the same RelativeJacobians.
+  /// IsRelative, only those of vertex 0, the landmark, and J_ξ.
   virtual void Linearize(int first, int count, double* r, double* J) const = 0;
 
   /// Whether J_v = J_ξ A_v for all poses v of an edge.

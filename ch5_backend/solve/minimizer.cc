@@ -27,7 +27,7 @@ std::unique_ptr<StepStrategy> MakeStrategy(const SolveOptions& options) {
 class Run {
  public:
   Run(NormalEquations* system, const SolveOptions& options)
-      : system_(system), options_(options), strategy_(MakeStrategy(options)) {}
+      : system_(system), options_(options), strategy_(MakeStrategy(options)), refines_(options.landmark_steps > 0) {}
 
   Summary Solve() {
     system_->SetOrdering();
@@ -87,9 +87,10 @@ class Run {
         info_.step_norm = delta_x_.norm();
         const double predicted = system_->ModelCostChange(delta_x_);
         system_->UpdateStates(delta_x_);
+        const double refined = RefineLandmarks();
         const double new_cost = Evaluate(ExpectsNextIteration(predicted));
         ++summary_.cost_evaluations;
-        info_.gain_ratio = (cost_ - new_cost) / predicted;
+        info_.gain_ratio = (cost_ - new_cost - refined) / predicted;
         if (std::isfinite(new_cost) && (takes_all || (predicted > 0.0 && new_cost < cost_))) {
           return Accept(new_cost, predicted, yardstick);
         }
@@ -111,6 +112,15 @@ class Run {
     if (solved) return Stop(Termination::kNoDecrease, "no step lowered the cost below ", cost_);
     Stop(Termination::kLinearSolverFailed, "H + lambda D is not positive definite at lambda = ", info_.lambda,
          "; is a gauge free, or a landmark seen too little?");
+  }
+
+  // By how much the cost falls as each landmark is moved alone; no more of it once that is too little.
+  double RefineLandmarks() {
+    constexpr double kLeast = 1e-3;  // of the cost
+    if (!refines_) return 0.0;
+    const double decrease = system_->RefineLandmarks(options_.landmark_steps);
+    refines_ = decrease > kLeast * cost_;
+    return std::isfinite(decrease) ? decrease : 0.0;
   }
 
   // The cost at the present states; with the Hessian there, if it is wanted and comes along.
@@ -179,6 +189,7 @@ class Run {
   double first_gradient_max_ = 0.0;
   bool has_hessian_ = false;  // of the states that were evaluated last
   bool stopped_ = false;
+  bool refines_;
 };
 
 }  // namespace
@@ -211,6 +222,7 @@ void SolveOptions::Validate() const {
   CheckOption("SolveOptions::tau", tau, 0);
   CheckPositive("SolveOptions::initial_radius", initial_radius);
   CheckOption("SolveOptions::max_trials", max_trials, 1);
+  CheckOption("SolveOptions::landmark_steps", landmark_steps, 0);
 }
 
 Summary Minimize(NormalEquations* system, const SolveOptions& options) {

@@ -55,6 +55,9 @@ struct SolveOptions {
   double tau = 1e-5;            ///< λ₀ = τ max diag(H) with identity damping, λ₀ = τ with diagonal damping
   double initial_radius = 1e4;  ///< Dogleg
   int max_trials = 10;          ///< per iteration
+  /// Steps of each landmark alone after each step of all (sparse/steps/refine_landmarks.h), as long as they lower the cost by
+  /// 0.1 %. For landmarks that are far from linear.
+  int landmark_steps = 0;
   std::function<bool(const IterationInfo&)> callback;  ///< called after each iteration; false stops
 
   /// @throws OptionError

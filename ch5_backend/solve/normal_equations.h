@@ -52,6 +52,10 @@ class NormalEquations {
   /// ‖x‖ over the free vertices, which a step is measured against.
   virtual double StateNorm() const = 0;
 
+  /// Moves each landmark by itself to a lower cost, the poses held, in at most so many steps; RollbackStates undoes this too.
+  /// @return by how much the cost fell; 0 from a system that has no such steps
+  virtual double RefineLandmarks(int /*steps*/) { return 0.0; }
+
   /// The decrease that the quadratic model predicts, m(0) − m(Δx) = bᵀΔx − ½ ΔxᵀHΔx: valid for any Δx, so LM's damped
   /// steps and Dogleg's are judged by the same measure.
   virtual double ModelCostChange(const VecX& delta_x) const {

@@ -5,6 +5,24 @@
 #include "ch5_backend/sparse/sparse_solver.h"
 
 namespace ch5 {
+namespace {
+
+bool IsFinite(Edge* edge) {
+  edge->Linearize();
+  bool is_finite = edge->Residual().allFinite();
+  for (size_t i = 0; i < edge->Vertices().size(); ++i) is_finite = is_finite && edge->Jacobian(i).allFinite();
+  return is_finite;
+}
+
+// The first edge that is not, in words.
+std::string FirstNotFinite(const Graph& graph) {
+  const auto& edges = graph.Edges();
+  const auto first = std::find_if(edges.begin(), edges.end(), [](const auto& edge) { return !IsFinite(edge.get()); });
+  if (first == edges.end()) return "";
+  return "; edge " + std::to_string(first - edges.begin()) + " (" + (*first)->TypeInfo() + ") is the first such one";
+}
+
+}  // namespace
 
 SparseOptimizer::SparseOptimizer(Graph* graph, int threads)
     : graph_(graph), threads_(threads), solver_(std::make_unique<SparseSolver>(graph, threads)) {}
@@ -26,7 +44,11 @@ void SparseOptimizer::Hold(std::vector<HeldDirections> held) {
   solver_->Hold(held_);
 }
 
-Summary SparseOptimizer::Solve(const SolveOptions& options) { return Minimize(solver_.get(), options); }
+Summary SparseOptimizer::Solve(const SolveOptions& options) {
+  Summary summary = Minimize(solver_.get(), options);
+  if (summary.termination == Termination::kNotFinite) summary.message += FirstNotFinite(*graph_);
+  return summary;
+}
 
 bool SparseOptimizer::Initialize(Selection selection) {
   selection_ = std::move(selection);

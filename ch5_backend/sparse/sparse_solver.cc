@@ -175,6 +175,12 @@ void SparseSolver::UpdateStates(const VecX& delta_x) {
   }
 }
 
+double SparseSolver::RefineLandmarks(int steps) {
+  if (!batches_.Active()) return 0.0;
+  batches_.LoadPoses();
+  return ch5::RefineLandmarks(structure_, batches_, steps, &pool_, &refinement_);
+}
+
 void SparseSolver::RollbackStates() { RollBack(structure_.ordering); }
 
 double SparseSolver::StateNorm() const { return ch5::StateNorm(structure_.ordering); }

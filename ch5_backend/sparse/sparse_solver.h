@@ -19,6 +19,7 @@
 #include "ch5_backend/sparse/steps/back_substitute.h"
 #include "ch5_backend/sparse/steps/implicit_solver.h"
 #include "ch5_backend/sparse/steps/numeric_edges.h"
+#include "ch5_backend/sparse/steps/refine_landmarks.h"
 
 namespace ch5 {
 
@@ -43,6 +44,8 @@ class SparseSolver : public NormalEquations {
   bool SolveLinearSystem(double lambda, VecX* delta_x) override;
   void UpdateStates(const VecX& delta_x) override;
   void RollbackStates() override;
+  /// Landmarks whose edges are not of a fast type (graph/fast_edge.h) stay where they are.
+  double RefineLandmarks(int steps) override;
   double StateNorm() const override;
 
   const VecX& RightHandSide() const override { return linearized_.b; }
@@ -94,6 +97,7 @@ class SparseSolver : public NormalEquations {
   VecX delta_poses_;
   Step step_;              // the last solution
   bool has_step_ = false;  // of this Hessian
+  LandmarkRefinement refinement_;
   std::vector<double> partial_sums_;
 };
 

@@ -267,7 +267,8 @@ int RemoveOutliers(double max_error, Window* window) {
     if (!landmark.inverse_depth || landmark.seen.size() < 2) return false;
     RemoveFalseMatch(kFalseMatch * max_error, views, window, &landmark);
     if (views.MeanReprojectionError(landmark) < max_error) return false;
-    if (!window->extrinsic1) return true;
+    const auto has_second = [](const WindowObservation& seen) { return seen.second.has_value(); };
+    if (std::none_of(landmark.seen.begin(), landmark.seen.end(), has_second)) return true;
     ForgetSecondViews(window, &landmark);  // a landmark that fits camera 0 stays
     landmark.inverse_depth->SetEstimate(VertexInverseDepth::Estimate(1.0 / TriangulateDepth(*window, landmark)));
     return !(views.MeanReprojectionError(landmark) < max_error);

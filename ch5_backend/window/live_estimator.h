@@ -30,6 +30,7 @@ class LiveEstimator {
   ~LiveEstimator();
 
   /// May be called by any threads at once, but the measurements must come in order of time, and so must the images.
+  /// Measurements wait for the image that needs them: without images they take 40 MB an hour at 200 Hz.
   /// @throws MeasurementError, which leaves everything as it was, or what has ended the estimator's thread: an exception of
   ///         the callback or of the policy
   void AddImu(const ImuMeasurement& measurement);

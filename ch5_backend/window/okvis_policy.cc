@@ -39,6 +39,7 @@ class OkvisPolicy : public WindowPolicy {
     options.algorithm = Algorithm::kDogleg;
     options.max_iterations = options_.max_iterations;
     options.cost_tolerance = options_.cost_tolerance;
+    options.landmark_steps = options_.landmark_steps;
     return options;
   }
 
@@ -144,6 +145,7 @@ void OkvisOptions::Validate() const {
   CheckPositive("OkvisOptions::later_gauge_information", later_gauge_information);
   CheckOption("OkvisOptions::max_iterations", max_iterations, 1);
   CheckOption("OkvisOptions::cost_tolerance", cost_tolerance, 0);
+  CheckOption("OkvisOptions::landmark_steps", landmark_steps, 0);
 }
 
 std::unique_ptr<WindowPolicy> MakeOkvisPolicy(const OkvisOptions& options) {

@@ -39,6 +39,7 @@ struct VinsOptions {
   double slow_seconds = 0.3;  ///< between images: from then on landmarks of all hosts are used, not only of older ones
   int max_iterations = 8;
   double cost_tolerance = 1e-3;  ///< loose: the next image solves the window again
+  int landmark_steps = 2;        ///< SolveOptions::landmark_steps
   /// Stops a solve by the clock, before the oldest frame leaves after 4/5 of it; VINS-Mono: 0.04. Without a limit, as a
   /// rule, the result is the same on every machine and under every load.
   std::optional<double> max_solve_seconds;
@@ -62,6 +63,7 @@ struct OkvisOptions {
   double later_gauge_information = 1e14;  ///< … and of the oldest frame once the first has left
   int max_iterations = 10;
   double cost_tolerance = 1e-3;  ///< loose: the next image solves the window again
+  int landmark_steps = 2;        ///< SolveOptions::landmark_steps
 
   /// @throws OptionError
   void Validate() const;

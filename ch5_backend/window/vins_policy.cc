@@ -38,6 +38,7 @@ class VinsPolicy : public WindowPolicy {
     options.algorithm = Algorithm::kDogleg;
     options.max_iterations = options_.max_iterations;
     options.cost_tolerance = options_.cost_tolerance;
+    options.landmark_steps = options_.landmark_steps;
     if (options_.max_solve_seconds) {
       const double budget = *options_.max_solve_seconds * (flag_ == MarginalizationFlag::kOld ? 0.8 : 1.0);
       options.callback = [budget](const IterationInfo& info) { return info.seconds < budget; };
@@ -121,6 +122,7 @@ void VinsOptions::Validate() const {
   CheckPositive("VinsOptions::slow_seconds", slow_seconds);
   CheckOption("VinsOptions::max_iterations", max_iterations, 1);
   CheckOption("VinsOptions::cost_tolerance", cost_tolerance, 0);
+  CheckOption("VinsOptions::landmark_steps", landmark_steps, 0);
   if (max_solve_seconds) CheckOption("VinsOptions::max_solve_seconds", *max_solve_seconds, 0);
 }
 

@@ -14,6 +14,7 @@ peer::PeerResult Run(Graph* graph, const Problem& problem) {
   solve.max_iterations = options.iterations;
   solve.cost_tolerance = options.tolerance;
   solve.gradient_tolerance = solve.step_tolerance = 0.0;
+  solve.landmark_steps = problem.landmark_steps;
   if (options.dogleg) {
     solve.algorithm = Algorithm::kDogleg;
   } else {

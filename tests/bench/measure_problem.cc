@@ -5,6 +5,7 @@
 
 #include "ch5_backend/simulate/city.h"
 #include "ch5_backend/simulate/mono_ba.h"
+#include "ch5_backend/window/policy.h"
 #include "tests/bench/measure.h"
 
 namespace ch5::bench {
@@ -68,6 +69,7 @@ Problem ReadProblem(const std::string& name) {
     problem.options.dogleg = has_imu;  // VINS-Mono's settings
     problem.options.iterations = has_imu ? 8 : 20;
     problem.options.tolerance = has_imu ? 0.0 : 1e-6;
+    problem.landmark_steps = has_imu ? VinsOptions().landmark_steps : 0;
   } else if (name.size() > 4 && name.substr(name.size() - 4) == ".g2o") {
     problem.kind = Problem::Kind::kPoseGraph;
     problem.pose_graph = name;

@@ -23,6 +23,12 @@ TEST(Nees, OfAPoseByHand) {
   EXPECT_NEAR(pose.YawNees(), 4.0, 1e-9);
 }
 
+TEST(Nees, OfAnIndefiniteCovarianceIsNoNumber) {
+  Mat66 covariance = Mat66::Identity();
+  covariance(2, 2) = -1e-12;
+  EXPECT_TRUE(std::isnan(ComparePose({Qd::Identity(), Vec3(0, 0, 1)}, covariance, {}).nees));
+}
+
 // Errors drawn from the claimed covariance are consistent; claiming half the σ is overconfident by a factor of four.
 TEST(Nees, OfErrorsWithTheClaimedCovarianceLiesInTheBand) {
   constexpr int kRuns = 500;

@@ -45,6 +45,7 @@ TEST_P(NoAllocation, AfterTheFirstIteration) {
     const bool solved = solver.SolveLinearSystem(1e-3, &delta_x);
     const double decrease = solver.ModelCostChange(delta_x);
     solver.UpdateStates(delta_x);
+    solver.RefineLandmarks(2);
     const double chi = solver.Cost();
     solver.RollbackStates();
     counting = false;

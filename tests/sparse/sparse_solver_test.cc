@@ -78,6 +78,20 @@ TEST(SparseSolver, EmptyAndFixedProblemsHaveNothingToOptimize) {
   EXPECT_GT(summary.final_cost, 0.0);
 }
 
+TEST(SparseSolver, AnEdgeThatIsNotFiniteIsNamed) {
+  Graph graph;
+  const auto camera = std::make_shared<VertexCameraBAL>(Vec9::Zero());
+  graph.AddVertex(camera);
+  for (const double z : {-1.0, 0.0}) {  // in front of the camera, and in its plane
+    const auto point = std::make_shared<VertexPointXYZ>(Vec3(1, 1, z));
+    graph.AddVertex(point);
+    graph.AddEdge(std::make_shared<EdgeBAL>(camera, point, Vec2::Zero()));
+  }
+  const Summary summary = SparseOptimizer(&graph).Solve();
+  EXPECT_EQ(summary.termination, Termination::kNotFinite);
+  EXPECT_NE(summary.message.find("; edge 1 (EdgeBAL) is the first such one"), std::string::npos) << summary.message;
+}
+
 TEST(SparseSolver, ALandmarkSeenOnceIsSingularUntilItIsDamped) {
   TwoViews scene(6);
   auto lonely = std::make_shared<VertexPointXYZ>(Vec3(0.3, 0.2, 5.0));

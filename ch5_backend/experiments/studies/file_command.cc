@@ -23,6 +23,7 @@ int RunFileCommand(const char* program, const char* usage, int argc, char** argv
   const auto is_named = [&](const char* option) { return std::strstr(usage, option) != nullptr; };
   if (is_named("--iterations")) line.Number("--iterations", 0, 1000000, &options.iterations);
   if (is_named("--threads")) line.Number("--threads", 1, 256, &options.threads);
+  if (is_named("--landmark-steps")) line.Number("--landmark-steps", 0, 1000, &options.landmark_steps);
   if (is_named("--huber")) line.Number("--huber", 1e-6, 1e6, &options.huber);
   if (is_named("--solver"))
     line.Option("--solver", [&](const auto& word) { options.solver = OneOf(word, kReducedSolverNames); });

@@ -36,6 +36,7 @@ Summary SolveGraph(Graph* graph, const FileSolveOptions& options, const Iteratio
   optimizer.SetDamping(Damping::kDiagonal);
   optimizer.SetReducedSolver(options.solver);
   solve.max_iterations = options.iterations;
+  solve.landmark_steps = options.landmark_steps;
   solve.callback = [&](const IterationInfo& info) {
     if (listener) listener(info);
     return true;

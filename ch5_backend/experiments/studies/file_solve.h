@@ -15,6 +15,7 @@ struct FileSolveOptions {
   std::string input;    ///< the file that is solved; no result may overwrite it
   int iterations = 50;  ///< at most
   int threads = 1;
+  int landmark_steps = 0;  ///< SolveOptions::landmark_steps
   double huber = 0.0;  ///< threshold of Huber's loss on √(rᵀWr), which is [px] in BAL; 0 for plain least squares
   ReducedSolverType solver = ReducedSolverType::kAutomatic;
 };

@@ -95,15 +95,14 @@ double LandmarkEdgeBatches::Cost(int begin, int end) const {
 
 double WeightedEdgeBatch::Cost(int begin, int end) const {
   constexpr int kAtOnce = 8 * kPack;
-  alignas(64) double r[kRows * kPack], w[kPack], s[kAtOnce];
+  alignas(64) double r[kRows * kPack], s[kAtOnce];
   double sum = 0.0;
   for (int start = begin; start < end; start += kAtOnce) {
     const int num = std::min(kAtOnce, end - start);
     for (int k = 0; k < num; k += kPack) {
       const int count = std::min(kPack, num - k);
-      batch_->ComputeResiduals(start + k, count, r);
-      Weights(start + k, count, w);
-      SquareNorms(w, r, s + k);
+      ComputeResiduals(start + k, count, r);
+      Square(start + k, count, r, s + k);
     }
     sum += SumLosses(start, s, num);
   }

@@ -37,8 +37,22 @@ class WeightedEdgeBatch {
   /// r and J of edges [first, first + count), count ≤ kPack, as packs; J_i begins at number JacobianBegin(i). In a relative
   /// batch J_0 is that of the landmark and J_1 = J_ξ, see RelativeJacobians.
   void Linearize(int first, int count, double* r, double* J) const { batch_->Linearize(first, count, r, J); }
+  /// r alone.
+  void ComputeResiduals(int first, int count, double* r) const { batch_->ComputeResiduals(first, count, r); }
   int RelativeJacobians(int first, int count, RelativeJacobian* A) const {
     return batch_->RelativeJacobians(first, count, A);
+  }
+  /// s = rᵀWr of each lane, and, given these, ρ'(s) and wρ'(s); zero in lanes without an edge, but for ρ'.
+  CH5_INLINE void Square(int first, int count, const double* r, double* s) const {
+    alignas(64) double w[kPack];
+    Weights(first, count, w);
+    SquareNorms(w, r, s);
+  }
+  CH5_INLINE void Weigh(int first, int count, const double* s, double* slope, double* weight) const {
+    alignas(64) double rank_one[kPack];
+    WeighLosses(first, s, count, slope, rank_one);
+    Weights(first, count, weight);
+    *AsWide(weight) *= *AsWide(slope);
   }
   /// r̃ and J̃ of what Linearize has given, in its place; J̃ is zero in lanes without an edge. And s = rᵀWr of each lane.
   CH5_INLINE void Whiten(int first, int count, double* r, double* J, double* s) const;

@@ -19,7 +19,7 @@ struct Projection {
   static constexpr int kWidth = sizeof(Vector) / sizeof(double);
   Vector lambda, p[3], Rf[3], z_inverse, xy[2], r[2];
 
-  CH5_INLINE Projection(const Reprojections& seen, int first, int last, bool of_one_pair) {
+  CH5_INLINE Projection(const Reprojections& seen, int first, int last) {
     const double *inverse_depth[kWidth], *time_offset[kWidth], *numbers[kWidth];
     for (int k = 0; k < kWidth; ++k) {
       const auto e = static_cast<size_t>(std::min(first + k, last));
@@ -30,7 +30,7 @@ struct Projection {
     }
     GatherLanes<1>(inverse_depth, &lambda);
     Vector T[12], f[2], x_j[2], td = {};
-    if (of_one_pair || std::all_of(numbers + 1, numbers + kWidth, [&](const double* x) { return x == numbers[0]; })) {
+    if (std::all_of(numbers + 1, numbers + kWidth, [&](const double* x) { return x == numbers[0]; })) {
       CH5_UNROLL
       for (int i = 0; i < 12; ++i) T[i] = Vector{} + numbers[0][i];
     } else {
@@ -75,7 +75,7 @@ struct Residuals {
     using Edges = Projection<Vector, kKind>;
     CH5_UNROLL
     for (int lane = 0; lane < kPack; lane += Edges::kWidth) {
-      const Edges edges(seen, first + lane, first + count - 1, false);
+      const Edges edges(seen, first + lane, first + count - 1);
       for (int i = 0; i < 2; ++i) Store(edges.r[i], r + i * kPack + lane);
     }
   }
@@ -90,7 +90,7 @@ struct ResidualsAndJacobians {
     using Edges = Projection<Vector, kKind>;
     CH5_UNROLL
     for (int lane = 0; lane < kPack; lane += Edges::kWidth, r += Edges::kWidth, J += Edges::kWidth) {
-      const Edges edges(seen, first + lane, first + count - 1, true);
+      const Edges edges(seen, first + lane, first + count - 1);
       const Vector *Rf = edges.Rf, *xy = edges.xy, s = edges.z_inverse, s_lambda = s * edges.lambda, none = {};
       const auto store = [](int number, const Vector& row_0, const Vector& row_1, double* out) {
         Store(row_0, out + 2 * number * kPack);

@@ -66,7 +66,7 @@ struct Reprojections {
 
 /// r of edges [first, first + count), count ≤ kPack, as one pack (graph/fast_edge.h).
 void ComputeResiduals(ReprojectionKind kind, const Reprojections& seen, int first, int count, double* r);
-/// The same of edges of one pair, J_λ and J_ξ.
+/// The same, J_λ and J_ξ.
 void Linearize(ReprojectionKind kind, const Reprojections& seen, int first, int count, double* r, double* J);
 
 }  // namespace ch5
