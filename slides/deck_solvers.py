@@ -195,7 +195,7 @@ def half_damped(slide, tables, say):
         axes = slide.axes((90 + 540 * panel, 60, 430, 260), ticks[[0, -1]], limits, say(name), say("λ / max diag(H)"), log, ticks, marks)
         for prefix, whole, color in (("", "all of H damped", POSE), ("half_damped_", "poses alone damped", PRIOR)):
             axes.plot(rows["relative_lambda"], rows[prefix + column], color=color, label=say(whole))
-    slide.legend(axes, 330, 12, columns=2)
+    slide.legend(axes, 650, 240)
 
 
 @FIGURES.figure(1080, 410, "Dogleg on a bundle adjustment")
@@ -207,7 +207,8 @@ def dogleg(slide, tables, say):
     for k, radius in enumerate(np.unique(rows["first_radius"])):
         mine = rows.where(first_radius=radius)
         axes.plot(mine["iteration"], mine["cost"], color=mix(INK, 0.25 + 0.18 * k), linewidth=1.5)
-        axes.annotate(f"Δ = {radius:g}", (3, mine["cost"][3]), (9, 4.5), textcoords="offset points", color=MUTED)
+        axes.annotate(f"Δ = {radius:g}", (mine["iteration"][-1], mine["cost"][-1]), (0, -6), textcoords="offset points", color=MUTED,
+                      ha="center", va="top")
     for name, color in STEPS.items():
         taken = rows.where(step=name)
         after = taken["iteration"] > 0
