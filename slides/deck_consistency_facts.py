@@ -10,7 +10,7 @@ from ch5_backend.figures.numbers.systems import WAYS
 from ch5_backend.figures.numbers.windows import KEPT, consistency, leak
 from ch5_backend.figures.style import number
 
-from .tex import matrix, scientific, tex
+from .tex import matrix, percent, scientific, tex
 
 from . import marginalization_examples as toy
 
@@ -31,7 +31,7 @@ def hand_facts(tables):
 def consistency_facts(tables):
     of = lambda policy, mode, **case: consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]  # noqa: E731
     first = consistency(KEPT, "vins", "none").rows()[0]
-    facts = {"nees.dof": "6", "nees.band": "95 %", "nees.runs": f"{first['runs']:.0f}",
+    facts = {"nees.dof": "6", "nees.band": percent(0.95), "nees.runs": f"{first['runs']:.0f}",
              "nees.first_yaw": f"{first['nees_yaw']:.2f}", "yaw.dof": "1"}
     for observations in ("twice", "once"):
         for hosts in ("exact", "noisy"):
@@ -81,8 +81,8 @@ def ablation_facts(_):
         for way in WAYS:
             rows, name = KEPT("ablation", policy=policy, way=way), f"ablation.{policy}_{way.replace(' ', '_')}"
             facts.update({f"{name}_ate": f"{np.nanmedian(rows['ate_m']):.2f}",
-                          f"{name}_nees": number(np.nanmedian(rows["nees_motion"]), 2),
-                          f"{name}_lost": f"{(rows['restarts'] > 0).mean():.0%}",
+                          f"{name}_nees": number(float(f"{np.nanmedian(rows['nees_motion']):.2g}"), 2),
+                          f"{name}_lost": percent((rows['restarts'] > 0).mean()),
                           f"{name}_time": f"{np.median(rows['milliseconds']) / usual:.1f} ×"})
     return facts
 
@@ -94,9 +94,9 @@ def imu_facts(_):
     share = dict(zip(turns["rate_hz"], turns["claimed_per_sample"] / turns["measured"]))
     tuned, fast = 200, 1600
     source = (ROOT / "ch5_backend/experiments/studies/systems/preintegration.cc").read_text(encoding="utf-8")
-    return {"imu.draws": re.search(r"kDraws = (\d+)", source)[1], "imu.worst": f"{100 * np.abs(ratio - 1).max():.0f} %",
-            "imu.tuned": str(tuned), "imu.fast": str(fast), "imu.vins_tuned": f"{share[tuned]:.0%}",
-            "imu.vins_fast": f"{share[fast]:.0%}"}
+    return {"imu.draws": re.search(r"kDraws = (\d+)", source)[1], "imu.worst": percent(np.abs(ratio - 1).max()),
+            "imu.tuned": str(tuned), "imu.fast": str(fast), "imu.vins_tuned": percent(share[tuned]),
+            "imu.vins_fast": percent(share[fast])}
 
 
 def facts(tables):

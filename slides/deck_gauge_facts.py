@@ -6,7 +6,7 @@ from pathlib import Path
 from ch5_backend.figures.numbers import gauge, gauge_paper
 from ch5_backend.figures.tables import TableError
 
-from .tex import matrix, scientific, tex
+from .tex import matrix, percent, scientific, tex
 
 from . import gauge_examples as toy
 
@@ -45,7 +45,7 @@ CITED = {
     "methods.prior": ("methods", "prior and fixation", TIGHT, lambda v: scientific(v, 1)),
     "methods.free": ("methods", "free and fixation", TIGHT, lambda v: scientific(v, 1)),
     "methods.usual": ("methods", "prior and fixation", USUAL, lambda v: scientific(v, 1, shortest=False)),
-    "methods.as_many": ("methods", "all scenes", "share of trials in which free needs as many iterations", "{:.0%}".format),
+    "methods.as_many": ("methods", "all scenes", "share of trials in which free needs as many iterations", percent),
     "sweep.zero": ("sweep", "sine planes", "iterations at 0", "{:.1f}".format),
     "sweep.peak": ("sweep", "sine planes", AT_PEAK, "{:.1f}".format),
     "sweep.peak_weight": ("sweep", "sine planes", "weight of the peak", "{:g}".format),
@@ -55,7 +55,7 @@ CITED = {
     "choice.low": ("prior_choice", "any damping", "least right weight", power),
     "choice.high": ("prior_choice", "any damping", "greatest right weight", power),
     "choice.moved": ("prior_choice", "gauge, perturbed", "error / that without a prior farthest from 1",
-                     lambda v: f"{abs(v - 1):.1%}"),
+                     lambda v: percent(abs(v - 1), 1)),
     "sigma.fixed_last": ("deviations", "fixed", "σ of the last position [m]", lambda v: f"{100 * v:.1f}"),
     "sigma.free_least": ("deviations", "free", "least σ of a position [m]", lambda v: f"{100 * v:.1f}"),
     "cov.free_to_fixed": ("covariance", "free to fixed", "largest relative Frobenius distance", lambda v: scientific(v, 1)),
@@ -94,8 +94,8 @@ def cited_facts(tables):
             "sweep.paper_peak": str(gauge_paper.SWEEP[paper]), "sweep.paper_weight": str(paper),
             "arrival.pixels": f"{max(pixels):.1f}", "arrival.weight": "100", "arrival.strong_weight": power(1e5),
             "damping.heaviest": power(tables("../gauge/csv/prior_choice")["weight"].max()), "place.weight": power(1e5),
-            "place.twelve": "12", "place.freedoms": "4", "cov.untransformed": f"{untransformed:.0%}",
-            "cov.paper": f"{100 * gauge_paper.COVARIANCE_DISTANCE:.2g} %"}
+            "place.twelve": "12", "place.freedoms": "4", "cov.untransformed": percent(untransformed),
+            "cov.paper": percent(gauge_paper.COVARIANCE_DISTANCE, 2)}
 
 
 def reading_facts(tables):
@@ -110,8 +110,8 @@ def reading_facts(tables):
     mean = lambda variant: "/".join(  # noqa: E731
         f"{variants[f'{variant}, rec planes', f'mean {method}_iterations']:.1f}" for method in gauge.METHODS[:3])
     facts = {"start.paper": f"{gauge_paper.FIRST_PIXELS}", "readings.least": "7", "readings.noise": "4.5",
-             "readings.three": f"{near['stated', 'iterations at 3']:.1f}", "time.least": f"{min(longer):.0%}",
-             "time.most": f"{max(longer):.0%}", "views.two": "2", "views.four": "4", "views.rec_two": mean("two views"),
+             "readings.three": f"{near['stated', 'iterations at 3']:.1f}", "time.least": percent(min(longer)),
+             "time.most": percent(max(longer)), "views.two": "2", "views.four": "4", "views.rec_two": mean("two views"),
              "views.rec_four": mean("as shown"), "variants.least": f"{min(turned):.1f}", "variants.most": f"{max(turned):.1f}"}
     for name, start in zip(("stated", "rotations", "all", "noise"), (*gauge.STARTS, gauge.NOISY)):
         facts[f"start.{name}"] = f"{near[start, 'mean first reprojection error [px]']:.1f}"

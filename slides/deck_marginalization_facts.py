@@ -7,7 +7,7 @@ from ch5_backend.figures.numbers.systems import WINDOWS
 from ch5_backend.figures.numbers.windows import KEPT, cuts, spectra
 from ch5_backend.figures.tables import dense
 
-from .tex import matrix, scientific, tex
+from .tex import matrix, percent, scientific, tex
 
 from . import marginalization_examples as toy
 
@@ -58,8 +58,8 @@ def fill_facts(tables):
     source = (ROOT / "ch5_backend/experiments/studies/marginalize_study.cc").read_text(encoding="utf-8")
     frames, points = re.search(r"kFrames = (\d+), kPoints = (\d+)", source).groups()
     dimensions = {f"{one['null_dimension']:.0f}" for one in stage.values()}
-    return {"fill.frames": frames, "fill.points": points, "fill.bad_density": f"{stage['without frame 0']['density']:.0%}",
-            "fill.before_density": f"{stage['before']['density']:.0%}", "fill.null": " / ".join(sorted(dimensions))}
+    return {"fill.frames": frames, "fill.points": points, "fill.bad_density": percent(stage['without frame 0']['density']),
+            "fill.before_density": percent(stage['before']['density']), "fill.null": " / ".join(sorted(dimensions))}
 
 
 def spectrum_facts(tables):
@@ -118,10 +118,10 @@ def flight_facts(tables):
     for policy in ("vins", "okvis"):
         one = tables("odometry_policies").row(policy=policy)
         facts[f"flight.{policy}"] = f"{100 * one['ate_m']:.1f}"
-        facts[f"flight.{policy}_scale"] = f"{100 * one['scale_error']:+.1f} %".replace("-", "−")
+        facts[f"flight.{policy}_scale"] = percent(one["scale_error"], 1, "+")
     source = (ROOT / "ch5_backend/experiments/studies/odometry_study.cc").read_text(encoding="utf-8")
     outliers, seconds = (float(re.search(rf"{name} = ([\d.]+);", source)[1]) for name in ("outlier_fraction", "duration"))
-    return {**facts, "flight.outliers": f"{outliers:.0%}", "flight.seconds": f"{seconds:.0f}"}
+    return {**facts, "flight.outliers": percent(outliers), "flight.seconds": f"{seconds:.0f}"}
 
 
 def back_end_facts(_):
