@@ -60,7 +60,8 @@ class Decks(unittest.TestCase):
             one, other = one[2], other[2]
             self.assertEqual(sorted(formulas(one)), sorted(formulas(other)), f"{name}: formulas")
             self.assertEqual(re.findall(FIGURE, one), re.findall(FIGURE, other), f"{name}: figures")
-            self.assertEqual(fences(one), fences(other), f"{name}: code")
+            self.assertEqual(*([(language, re.sub(r" +# .*", "", code) if language == "sh" else code) for language, code in fences(page)]
+                               for page in (one, other)), f"{name}: code")  # comments to a command may be translated
             self.assertEqual(re.findall(LAB, one), re.findall(LAB, other), f"{name}: states of the lab")
             self.assertEqual(sorted(re.findall(PLACEHOLDER, one)), sorted(re.findall(PLACEHOLDER, other)), name)
             self.assertEqual(re.findall(r"_class: .*", one), re.findall(r"_class: .*", other), name)
