@@ -90,7 +90,7 @@ def yaw_information(slide, tables, say):
     every = {mode: consistency(KEPT, "vins", mode) for mode in nees.MODES}
     share = {mode: rows["yaw_information"] / rows["yaw_information"][0] for mode, rows in every.items()}
     top = ceil(max(values.max() for values in share.values()))
-    axes = time_axes(slide, say, (70, 40, 740, 245), every["none"]["t_s"].max(), (0, top), "information on yaw, of its start", yticks=range(top + 1))
+    axes = time_axes(slide, say, (70, 40, 740, 245), every["none"]["t_s"].max(), (0, top), "information on yaw / at the start", yticks=range(top + 1))
     for mode, rows in every.items():
         nees.curve(axes, rows, share[mode], nees.MODES[mode][1], say(mode))
     slide.legend(axes, 840, 70)

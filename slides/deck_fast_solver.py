@@ -245,6 +245,6 @@ def pose_graphs(slide, tables, say):
         systems.solver_column(axes, KEPT, column, say)
         axes.set_xticks([2500, 5000, 10000])
     slide.legend(axes, 60, 10, columns=2)
-    axes = slide.axes((760, 110, 330, 205), title=say("MIT: cost by the least"), below=say("iteration"))
+    axes = slide.axes((760, 110, 330, 205), title=say("MIT: cost / least cost"), below=say("iteration"))
     systems.algorithm_costs(axes, KEPT, "MIT", say)
     slide.legend(axes, 700, 10, columns=3, columnspacing=1.4)
