@@ -8,9 +8,10 @@ import numpy as np
 
 from ch5_backend.figures.numbers.systems import WAYS
 from ch5_backend.figures.numbers.windows import KEPT, consistency, leak
-from ch5_backend.figures.style import number
+from ch5_backend.figures.style import percent
+from ch5_backend.figures.systems import nees_of
 
-from .tex import matrix, percent, scientific, tex
+from .tex import matrix, scientific, tex
 
 from . import marginalization_examples as toy
 
@@ -81,7 +82,7 @@ def ablation_facts(_):
         for way in WAYS:
             rows, name = KEPT("ablation", policy=policy, way=way), f"ablation.{policy}_{way.replace(' ', '_')}"
             facts.update({f"{name}_ate": f"{np.nanmedian(rows['ate_m']):.2f}",
-                          f"{name}_nees": number(float(f"{np.nanmedian(rows['nees_motion']):.2g}"), 2),
+                          f"{name}_nees": nees_of(rows),
                           f"{name}_lost": percent((rows['restarts'] > 0).mean()),
                           f"{name}_time": f"{np.median(rows['milliseconds']) / usual:.1f} ×"})
     return facts

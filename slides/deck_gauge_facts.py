@@ -4,9 +4,10 @@ import re
 from pathlib import Path
 
 from ch5_backend.figures.numbers import gauge, gauge_paper
+from ch5_backend.figures.style import percent
 from ch5_backend.figures.tables import TableError
 
-from .tex import matrix, percent, scientific, tex
+from .tex import matrix, scientific, tex
 
 from . import gauge_examples as toy
 

@@ -5,9 +5,10 @@ from pathlib import Path
 
 from ch5_backend.figures.numbers.systems import WINDOWS
 from ch5_backend.figures.numbers.windows import KEPT, cuts, spectra
+from ch5_backend.figures.style import percent
 from ch5_backend.figures.tables import dense
 
-from .tex import matrix, percent, scientific, tex
+from .tex import matrix, scientific, tex
 
 from . import marginalization_examples as toy
 

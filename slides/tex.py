@@ -1,4 +1,4 @@
-"""Numbers and matrices in TeX, and percentages."""
+"""Numbers and matrices in TeX."""
 
 from math import floor, log10
 
@@ -12,11 +12,6 @@ def scientific(value, digits=3, shortest=True):
         return f"{value:.{max(0, digits - 1 - exponent)}f}"
     mantissa = f"{value / 10 ** exponent:.{digits - 1}f}"
     return f"10^{{{exponent}}}" if float(mantissa) == 1 else rf"{mantissa}\times 10^{{{exponent}}}"
-
-
-def percent(share, digits=0, sign=""):
-    """0.12 as 12 %, which no line breaks."""
-    return f"{100 * share:{sign}.{digits}f}\u00a0%".replace("-", "−")
 
 
 def tex(value):

@@ -84,8 +84,8 @@ def cases_table(say):
     rows = []
     for row in KEPT("consistency_summary").rows():
         words = (NAMES[row["policy"]], *(say(f"consistency.{row[key]}") for key in ("observations", "hosts", "mode")))
-        rows.append((say("list").join(words), f"{row['nees_pose']:.1f} ± {row['nees_pose_error']:.1f}", f"{row['pose_inside']:.0%}",
-                     f"{row['nees_yaw']:.2f} ± {row['nees_yaw_error']:.2f}", f"{row['yaw_inside']:.0%}",
+        rows.append((say("list").join(words), f"{row['nees_pose']:.1f} ± {row['nees_pose_error']:.1f}", style.percent(row["pose_inside"]),
+                     f"{row['nees_yaw']:.2f} ± {row['nees_yaw_error']:.2f}", style.percent(row["yaw_inside"]),
                      f"{row['yaw_information_gain']:.2f}", f"{row['position_rmse_m']:.3f}"))
     head = ("case", "nees_pose", "inside", "nees_yaw", "inside", "gain", "position")
     return page.table([say(f"consistency.{name}") for name in head], rows)
@@ -117,7 +117,8 @@ def first_estimates_table(say):
 def why_none(say):
     """Why no first estimates are the default."""
     wide = KEPT("consistency_recording", recording="euroc_v1_01_easy", setting="both x 5")
-    return say("consistency.default", **{policy: f"{wide.row(policy=policy)['nees_motion']:.0f}" for policy in NAMES})
+    flights = len(KEPT("consistency_recording", recording="simulated", setting="none", policy="vins").rows())
+    return say("consistency.default", flights=flights, **{policy: f"{wide.row(policy=policy)['nees_motion']:.0f}" for policy in NAMES})
 
 
 def in_short():

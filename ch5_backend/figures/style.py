@@ -136,6 +136,11 @@ def number(value, digits=3):
     return power if float(mantissa) == 1 else f"{mantissa} × {power}"
 
 
+def percent(share, digits=0, sign=""):
+    """0.12 as 12 %, which no line breaks."""
+    return f"{100 * share:{sign}.{digits}f}\u00a0%".replace("-", "−")
+
+
 def log_axis(axis):
     """A logarithmic axis with at most nine labeled powers of ten."""
     (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")

@@ -3,6 +3,7 @@
 Each panel draws into given axes, so that the report and the decks show the same; `names` says a label in the reader's words.
 """
 import numpy as np
+from markupsafe import Markup
 
 from . import page, style
 from .numbers import systems as numbers
@@ -338,6 +339,12 @@ def captions(say):
     return {figure: say(figure, **values) for figure, values in words.items()}
 
 
+def nees_of(flights):
+    """The median, large ones in two digits, or a dash where a covariance was not positive definite."""
+    nees = np.nanmedian(flights["nees_motion"])
+    return style.number(nees if nees < 1000 else float(f"{nees:.2g}"), 2) if nees > 0 else "–"
+
+
 def ablation_table(say):
     """Medians over the flights, and EuRoC's V1_01."""
     rows = []
@@ -346,8 +353,7 @@ def ablation_table(say):
             for way in WAYS:
                 of = KEPT(table, policy=policy, way=way, **more)
                 rows.append((f"{say(f'ablation.{name}')}: {NAMES[policy]}, {say(f'ablation.{way}')}",
-                             f"{np.nanmedian(of['ate_m']):.3f}", style.number(np.nanmedian(of["nees_motion"]), 2),
-                             f"{(of['restarts'] > 0).mean():.0%}"))
+                             f"{np.nanmedian(of['ate_m']):.3f}", nees_of(of), style.percent((of["restarts"] > 0).mean())))
     return page.table([say("ablation.case"), "ATE [m]", say("ablation.nees"), say("ablation.lost")], rows)
 
 
@@ -357,8 +363,8 @@ def starts_table(say):
     rows = {}
     for row in KEPT("pose_graph_starts").rows():
         cells = rows.setdefault(row["data_set"], {})
-        cells[row["start"]] = (f"{style.number(row['first_cost'], 3)} → {style.number(row['cost'], 4)} "
-                               f"({row['iterations']:.0f}; {row['seconds_to_start'] + row['seconds']:.2f} s)")
+        cells[row["start"]] = Markup("{} → {}<br>({:.0f}; {:.2f} s)").format(
+            style.number(row["first_cost"], 3), style.number(row["cost"], 4), row["iterations"], row["seconds_to_start"] + row["seconds"])
     return page.table([say("starts.case"), *(say(f"starts.{start}") for start in starts)],
                       [(say(name) if name == "simulated sphere" else name, *(cells.get(start, "–") for start in starts))
                        for name, cells in rows.items()])
