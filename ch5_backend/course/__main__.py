@@ -59,19 +59,18 @@ DESCRIPTIONS = {
             "static host; makes first what is missing or out of date. Speaker notes stay in out/slides.",
 }
 JSON_FIELDS = {
-    "run": "out, report, seconds; with a FILE problem, initial_cost, final_cost, iterations, seconds, termination, "
-           "out and more; with a recording problem, out, report and policies, a list of {policy, ate_m, scale_error, "
-           "yaw_error_deg, realtime_factor, p99_window_ms, frames, restarts, rpe_m, path_m, drift_percent, segments}, null where there is no truth to "
-           "compare with, and segments, one more than restarts as a rule, a list of {segment, first_s, last_s, frames, ate_m, "
-           "scale_error, yaw_error_deg}; with several DATA results, a list of these; with --mine, as fly",
-    "track": "out, a list of folders",
-    "fly": "out, report, and failures, {experiment: what your program said when it failed, or nothing}",
-    "bench": "rows, a list of {problem, threads, ours_ms, peer, peer_ms, ratio, ours_cost, peer_cost, ours_peak_mb, "
-             "peer_peak_mb, ours_bytes, peer_bytes}; ratio is peer_ms / ours_ms, null where a side did not get there; bytes are "
+    "run": "out, report, seconds; with a FILE: problem, initial_cost, final_cost, iterations, seconds, termination, out …; "
+           "with a recording: problem, out, report, policies: [{policy, ate_m, scale_error, yaw_error_deg, realtime_factor, "
+           "p99_window_ms, frames, restarts, rpe_m, path_m, drift_percent, segments: [{segment, first_s, last_s, frames, ate_m, "
+           "scale_error, yaw_error_deg}]}], errors null without a truth; with several DATA: results, all these; with --mine: as fly",
+    "track": "out: [DIR, …]",
+    "fly": "out, report, failures: {experiment: message or null}",
+    "bench": "rows: [{problem, threads, ours_ms, peer, peer_ms, ratio, ours_cost, peer_cost, ours_peak_mb, "
+             "peer_peak_mb, ours_bytes, peer_bytes}]; ratio is peer_ms / ours_ms, null where a side did not get there; bytes are "
              "those that the solver adds to each observation of a BAL problem or a city",
-    "check": "stages, a list of {id, state, hint}",
-    "grade": "out, records, a list of {name, status, score, points}",
-    "status": "stages, a list of {id, state, hint}",
+    "check": "stages: [{id, state, hint}]",
+    "grade": "out, records: [{name, status, score, points}]",
+    "status": "stages: [{id, state, hint}]",
 }
 SPEAKING = ("run", "track", "fly", "check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
 COMMANDS = {  # its module, and the function of it that does it
@@ -156,9 +155,9 @@ def add_run_options(parser: Parser) -> None:
     parser.add_argument("--max-features", metavar="N", help="at most N tracks of an image, those followed longest")
     parser.add_argument("--first-estimates", metavar="WHICH", help="observability constraints, which stand for first "
                         "estimates: none, prior or full; default: none")
-    parser.add_argument("--estimate-extrinsic", action="store_true", default=None, help="refines the cameras' places on the body")
-    parser.add_argument("--estimate-time-offset", action="store_true", default=None, help="and the delay of their clock")
-    parser.add_argument("--mono", action="store_true", default=None, help="of a recording with two cameras: camera 1 is left out")
+    parser.add_argument("--estimate-extrinsic", action="store_true", default=None, help="refines the poses of the cameras on the body")
+    parser.add_argument("--estimate-time-offset", action="store_true", default=None, help="refines the delay of the cameras' clock")
+    parser.add_argument("--mono", action="store_true", default=None, help="leaves out camera 1 of a recording with two")
 
 
 def best_or_last(word: str) -> str:
@@ -216,7 +215,7 @@ def make_parser(command: str) -> Parser:
     elif command == "track":
         parser.add_argument("data", nargs="*", metavar="FOLDER", help="in EuRoC's layout: mav0, or the folder that holds it")
         parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FOLDER gets DIR/NAME")
-        parser.add_argument("--mono", action="store_true", help="of a recording with two cameras: camera 1 is left out")
+        parser.add_argument("--mono", action="store_true", help="leaves out camera 1 of a recording with two")
     elif command == "fly":
         parser.add_argument("data", nargs="*", metavar="DATA", help="a recording's folder, or a BAL file; default: simulated")
         parser.add_argument("--out", metavar="DIR", help="where the results go, default: out")
@@ -265,7 +264,7 @@ def translated(parser: Parser, command: str) -> Parser:
     parser._positionals.title, parser._optionals.title = "参数", "选项"
     for action in parser._actions:
         if action.dest == "json":
-            for english in [words for words in chinese if words.startswith(("print one JSON", "; after"))]:
+            for english in [words for words in chinese if words.startswith(("print one JSON", "; ", "], "))]:
                 action.help = action.help.replace(english, chinese[english])
         else:
             action.help = chinese[action.help]

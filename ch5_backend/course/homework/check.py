@@ -41,7 +41,7 @@ def run_status(as_json: bool, language: str) -> int:
     following = sentence("status.next", command=f"./course check {open_stages[0]}") if open_stages else sentence("check.last_stage")
     out = sys.stderr if as_json else sys.stdout
     said = (say("status.right", n=len(stages) - len(open_stages), all=len(stages)), points(open_stages, say), say.text(following))
-    print("\n" + fitted(" ".join(said), out), file=out)
+    print("\n" + fitted(("" if say.language == "zh" else " ").join(said), out), file=out)
     return 0
 
 

@@ -9,6 +9,7 @@ from ..base.language import sentence, spoken
 from .regions import STAGES, covers, sections_of
 
 SUFFIX = {"en": ".md", "zh": ".zh.md"}
+STAGE = {"en": "Stage", "zh": "阶段"}
 
 
 def show(name: str, number: str, language: str = "") -> int:
@@ -16,16 +17,16 @@ def show(name: str, number: str, language: str = "") -> int:
     Raises CourseError(2)."""
     sections = handout(language or spoken())
     for section in named(name, sections):
-        show_one(section, hints_of(sections[section]), number)
+        show_one(section, hints_of(sections[section]), number, language or spoken())
     return 0
 
 
-def show_one(section: str, hints: dict, number: str) -> None:
+def show_one(section: str, hints: dict, number: str, language: str) -> None:
     if number not in hints:
         raise CourseError(sentence("hint.unknown_number", stage=section, numbers=", ".join(hints), number=number,
                                    command=f"./course hint {section} 1"))
     title, text = hints[number]
-    print(f"Stage {section} · {title}\n\n{text}\n")
+    print(f"{STAGE[language]} {section} · {title}\n\n{text}\n")
     following = str(int(number) + 1)
     print(f"./course check {section}" + (f"   ./course hint {section} {following}" if following in hints else ""))
 
