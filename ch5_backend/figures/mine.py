@@ -68,11 +68,11 @@ def draw_weights(mine, experiment):
     fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
     for axes, column, title in zip(panels, ("iterations", "drift_m"), ("iterations", "drift of frame 0 [m]")):
         for variant, marker in (("course", "o"), ("perturbed", "s")):
-            for table, look in ((solution, SOLUTION), (own, OWN)):
+            for table, look, label in ((solution, SOLUTION, f"{variant}, solution"), (own, OWN, f"{variant}, yours")):
                 if table is not None:
                     rows = table.where(variant=variant)
                     known = rows[column] > 0
-                    axes.plot(rows["weight"][known], rows[column][known], marker=marker, **{**look, "label": f"{variant}, {look['label']}"})
+                    axes.plot(rows["weight"][known], rows[column][known], marker=marker, **{**look, "label": label})
         style.log_axis(axes.xaxis)
         axes.set(title=title, xlabel="prior weight w")
     style.log_axis(panels[1].yaxis)
@@ -115,7 +115,7 @@ def draw_flight(mine, experiment):
         apart.axhline(1e-3, color=GRAY, linestyle=":")
         apart.set_ylim(1e-12, max(10.0, 3 * np.nanmax(distance, initial=0)))
         style.log_axis(apart.yaxis)
-    apart.set(title="your flight from the solution's [m]", xlabel="t [s]")
+    apart.set(title="your flight from the solution's [m]", xlabel="time [s]", visible=bool(len(paths["own"])))
     above.legend(fontsize=11)
     return fig
 
@@ -124,6 +124,7 @@ def draw_blocks(mine, experiment):
     fig, (left, right) = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
     draw_convergence(left, mine, experiment)
     times = mine.table(experiment, "own", "times")
+    right.set_visible(times is not None)
     if times is not None:
         right.barh(times["solver"], times["milliseconds"], color=[BLUE if name == "PlainBlockSolver" else GRAY for name in times["solver"]])
         for name, value in zip(times["solver"], times["milliseconds"]):
@@ -219,7 +220,7 @@ def body_of(directory, mine, say):
 def make(directory, language):
     mine = Mine(directory)
     for experiment in mine.failures:
-        style.save(DRAW[experiment](mine, experiment), directory, f"mine_{experiment}")
+        style.save(DRAW[experiment](mine, experiment), directory, f"mine_{experiment}", chinese=True)
     page.write_all(directory, "mine.heading", lambda place, say: body_of(place, mine, say), PAGES)
     say = Words(language)
     for experiment in mine.failures:

@@ -6,6 +6,7 @@ these figures/mine.py makes the page, and says in the terminal what differs.
 
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -112,5 +113,8 @@ def run_one(program: str, experiment: str, place: Path, data: str, limit) -> str
             process.kill()
             process.wait()
             return f"stopped after {limit:.0f} s"
-    lines = printed.strip().splitlines() or [f"signal {-process.returncode}"]
-    return lines[-1].removeprefix(f"{SOLUTION}: ") if process.returncode else ""
+    if not process.returncode:
+        return ""
+    last = [f"signal {-process.returncode}", *printed.strip().splitlines()][-1]
+    assertion = re.search(r"Assertion [`'].*' failed", last)  # without the names of Eigen's types
+    return assertion[0] if assertion else last.removeprefix(f"{SOLUTION}: ")
