@@ -21,7 +21,7 @@ except ImportError:
 HOMEWORK = {f"ch5_homework/README{end}.md": f"homework/index{end}.html" for end in ("", ".zh")}
 GUIDE = {f"ch5_backend/GUIDE{end}.md": f"guide{end}.html" for end in ("", ".zh")}
 STYLE = Markup("""
-article pre { white-space: pre; overflow-x: auto; line-height: 1.3; }
+article pre { white-space: pre; overflow-x: auto; line-height: 1.3; font-size: .8rem; }
 article pre code { padding: 0; background: none; }
 article table { display: block; overflow-x: auto; width: max-content; max-width: 100%; }
 article th, article td { text-align: left; white-space: normal; min-width: 4.5rem; }
