@@ -1,8 +1,6 @@
 """A student who has filled a blank and left its throw is told so: "not started" alone would be a riddle."""
 
-import tempfile
 import unittest
-from pathlib import Path
 
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, STAGES, fill, solution_text
@@ -42,13 +40,3 @@ class ThrowLeft(unittest.TestCase):
         self.assertTrue(blanks.some_filled(stage, deep.replace('throw HomeworkMissing("1.1c', 'hessian = ("').encode()))
         half = Verdict("not-started", {**judge.not_started("1.1b", ""), "begun": True})
         self.assertEqual(check.state_of(half, speaker("en")), "half-done")
-
-    def test_the_next_step_says_delete_it(self):
-        say, stage, verdict = speaker("en"), STAGES[0], Verdict("not-started", judge.not_started("1.1a", ""))
-        self.assertIn("Search problem.cc", say.text(check.next_step(stage, verdict)))
-        with tempfile.TemporaryDirectory() as folder:
-            Path(folder, "problem.cc").write_text(fill(solution_text("problem.cc"), lambda r: r.solution + r.blank()),
-                                                  encoding="utf-8")
-            self.addCleanup(setattr, check, "HOMEWORK", check.HOMEWORK)
-            check.HOMEWORK = Path(folder)
-            self.assertIn("throw below them: delete it", say.text(check.next_step(stage, verdict)))

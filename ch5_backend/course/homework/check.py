@@ -166,7 +166,5 @@ def next_step(stage: dict, verdict: Verdict) -> dict:
         return sentence("check.next_stage", command=f"./course check {following[0]}") if following else sentence("check.last_stage")
     if cause_of(verdict.diagnosis) == "judge.ended_by_itself":
         return sentence("check.next_ended_by_itself", file=file, command=again)
-    todo = verdict.diagnosis.get("todo", "") if verdict.state == "not-started" else ""
-    if todo and blanks.keeps_throw(blanks.content_of(folder() / stage["file"]), todo):
-        return sentence("check.leftover_throw", todo=todo, command=again)
-    return sentence(f"check.next_{verdict.state.replace('-', '_')}", file=file, todo=todo, stage=stage["id"], command=again)
+    return sentence(f"check.next_{verdict.state.replace('-', '_')}", file=file, todo=verdict.diagnosis.get("todo", ""),
+                    stage=stage["id"], command=again)
