@@ -232,6 +232,14 @@ std::string Join(const std::vector<int>& numbers) {
   return text;
 }
 
+Mistake CholeskyOfSingular(const std::string& todo, const char* matrix, const VecX& eigenvalues, const MatXX& J,
+                           const MatXX& gram) {
+  const bool is = (eigenvalues.array() == 0.0).any() && J.isUpperTriangular(1e-12) && !J.isDiagonal(1e-12);
+  return {todo, {"formula.cholesky_of_singular", {{"matrix", Word(std::string(matrix))}}}, [is, gram] {
+            return is ? gram : MatXX();
+          }};
+}
+
 bool HoldsUnset(const MatXX& A) { return Any(A, &IsFresh) || Any(A, &IsFreed); }
 
 bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
@@ -251,8 +259,12 @@ void Require(const std::string& stage, const Text& what, const MatXX& expected, 
   if (got.rows() != expected.rows() || got.cols() != expected.cols()) {
     diagnosis.expected = {"matrix.size_expected", {{"size", Word(Size(expected))}}};
     diagnosis.got = {"matrix.size_got", {{"size", Word(Size(got))}}};
-    diagnosis.cause =
-        got.size() == 0 ? Text("matrix.still_empty", {{"variable", Called(claim)}}) : "matrix.size_mismatch";
+    const auto mistake = std::find_if(mistakes.begin(), mistakes.end(), [&](const Mistake& one) {
+      const MatXX answer = one.answer();
+      return answer.rows() == got.rows() && answer.cols() == got.cols();
+    });
+    diagnosis.cause = mistake == mistakes.end() ? "matrix.size_mismatch" : mistake->cause;
+    if (got.size() == 0) diagnosis.cause = {"matrix.still_empty", {{"variable", Called(claim)}}};
     Fail(diagnosis);
   }
   if (got.rows() <= kSmall && got.cols() <= kSmall) {

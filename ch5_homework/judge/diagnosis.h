@@ -59,6 +59,11 @@ struct Mistake {
   std::function<MatXX()> answer;
 };
 
+/// That J, which was to be a root of a singular matrix with these eigenvalues, comes from LLT.
+/// @param gram  JᵀJ, as the check compares it
+Mistake CholeskyOfSingular(const std::string& todo, const char* matrix, const VecX& eigenvalues, const MatXX& J,
+                           const MatXX& gram);
+
 /// What each row or column stands for: "VertexPose 1, δp.y".
 using Names = std::vector<Text>;
 Names Words(const std::vector<std::string>& words);

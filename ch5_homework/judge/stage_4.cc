@@ -64,7 +64,7 @@ void CheckPose(const VertexPose& pose, const MatXX& U, const MatXX& right, Gauge
   const auto check = [&](const Text& what, const MatXX& expected, const MatXX& got, const std::string& row,
                          const Names& columns, const std::vector<Mistake>& typical) {
     Require("4", {"4.rows_pose", {{"what", what}, {"system", NameOf(group)}}}, expected, got,
-            Words({row + ".x", row + ".y", row + ".z"}), typical, kTolerance, {}, {}, columns);
+            Words({row + ".x", row + ".y", row + ".z"}), typical, kTolerance, "4a", {}, columns);
   };
   const Names all = DirectionNames(group), shifts(all.begin(), all.begin() + 3),
               turns(all.begin() + 3, all.begin() + 3 + k);
@@ -119,7 +119,7 @@ TEST(Stage4, AVelocityTurnsAndIsNotShifted) {
                {"4b", "4.velocity_not_shifted", rows(I, -turn)},
                {"4b", "4.velocity_not_shifted_and_sign", rows(I, turn)},
                {"4b", "4.axes_alone_of_velocity", rows(O, AxesOf(group))}},
-              kTolerance, {}, {}, DirectionNames(group));
+              kTolerance, "4b", {}, DirectionNames(group));
     }
   }
 }
@@ -155,7 +155,7 @@ void CheckProjection(const MatXX& U, const MatXX& V, const Names& names, const T
            {"4c", "4.V_for_U", minus(V * A.inverse() * Vt)},
            {"4c", "4.U_for_V", minus(U * A.inverse() * U.transpose())},
            {"4c", "4.V_nowhere", minus(U * (U.transpose() * U).inverse() * U.transpose())}},
-          1e-9);
+          1e-9, "4c", "Q");
 }
 
 // Two scalars and their difference: U = (1, 1)ᵀ, and the first is held.
@@ -195,8 +195,21 @@ TEST(Stage4, TheProjectionRemovesTheGaugesMotionsAndNothingElse) {
 
 // ---- 4d, the Jacobian of the motion ---------------------------------------------------------------------------------
 
-/// Of a vertex with n rows, or of several vertices with n rows in all.
-std::vector<Mistake> MotionMistakes(const MatXX& R_z, int n, bool single) {
+/// R_z of each vertex in the first columns or rows, where `row` stands once in block(…).
+MatXX OffTheDiagonal(const Vertices& vertices, const Mat33& R_z, bool columns) {
+  const int n = TotalLocalDimension(vertices);
+  MatXX J = MatXX::Identity(n, n);
+  int row = 0;
+  for (const auto& vertex : vertices) {
+    if (vertex->TypeInfo() != "VertexInverseDepth") J.block<3, 3>(columns ? row : 0, columns ? 0 : row) = R_z;
+    row += vertex->LocalDimension();
+  }
+  return J;
+}
+
+/// Of one vertex, or of several.
+std::vector<Mistake> MotionMistakes(const Vertices& vertices, const Mat33& R_z) {
+  const int n = TotalLocalDimension(vertices);
   const MatXX I = MatXX::Identity(3, 3), O = MatXX::Zero(3, 3);
   // Of one vertex alone.
   const auto blocks = [n](const MatXX& first, const MatXX& second, const MatXX& third = MatXX::Identity(3, 3)) {
@@ -207,7 +220,7 @@ std::vector<Mistake> MotionMistakes(const MatXX& R_z, int n, bool single) {
     return Is(J);
   };
   std::vector<Mistake> mistakes = {{"4d", "4.motion_still_identity", Is(MatXX::Identity(n, n))}};
-  if (single) {
+  if (vertices.size() == 1) {
     mistakes.push_back({"4d", "4.motions_block_zero", blocks(O, I)});
     mistakes.push_back({"4d", "4.R_zT_for_R_z", blocks(R_z.transpose(), I)});
     const bool is_pose = n == 6;
@@ -222,6 +235,8 @@ std::vector<Mistake> MotionMistakes(const MatXX& R_z, int n, bool single) {
   } else {
     mistakes.push_back({"4d", "4.only_first_vertex_turns", blocks(R_z, I)});
     mistakes.push_back({"4d", "4.only_first_vertex_turns", blocks(R_z, R_z)});
+    mistakes.push_back({"4d", "4.row_once_in_block", Is(OffTheDiagonal(vertices, R_z, true))});
+    mistakes.push_back({"4d", "4.row_once_in_block", Is(OffTheDiagonal(vertices, R_z, false))});
   }
   return mistakes;
 }
@@ -230,8 +245,7 @@ void CheckMotion(const Vertices& vertices, double yaw, const Text& scene) {
   const Motion g{1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(1, -2, 3)};  // t must not matter
   Require("4", {"4.motion_jacobian_of", {{"scene", scene}, {"n", Word(yaw)}}}, NumericMotionJacobian(vertices, g),
           Chosen().gauge_freedom.motion_jacobian(vertices, yaw), RowNames(vertices),
-          MotionMistakes(g.R.toRotationMatrix(), TotalLocalDimension(vertices), vertices.size() == 1), kTolerance,
-          "4d");
+          MotionMistakes(vertices, g.R.toRotationMatrix()), kTolerance, "4d");
 }
 
 TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {

@@ -23,8 +23,11 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
     const MatXX T = Q_C * M, Tt = T.transpose();
     const auto is = [](const MatXX& answer) { return [answer] { return answer; }; };
     const auto by = [&](const MatXX& factor) { return is(factor * C * factor.transpose()); };
+    const MatXX got = Chosen().gauge_freedom.transform_covariance(C, M, Q, Q_C);
+    const bool exploded = got.size() > 0 && got.cwiseAbs().maxCoeff() > 1e8;  // all that is given is near 1
+    const Mistake inverse{"4e", "4.T_has_no_inverse", is(exploded ? got : MatXX())};
     Require("4", {"4.covariance_of_random", {{"size", Word(std::to_string(n) + "×" + std::to_string(n))}}}, T * C * Tt,
-            Chosen().gauge_freedom.transform_covariance(C, M, Q, Q_C), {},
+            got, {},
             {{"4e", "4.covariance_not_changed", is(C)},
              {"4e", "4.result_still_zero", is(MatXX::Zero(n, n))},
              {"4e", "4.Q_motion_exchanged_places", by(M * Q_C)},
@@ -33,6 +36,7 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
              {"4e", "4.first_factor_missing", is(C * Tt)},
              {"4e", "4.transpose_missing", is(T * C * T)},
              {"4e", "4.transpose_wrong_side", is(Tt * C * T)},
+             inverse,
              {"4e", "4.Q_missing_right", is(T * C * M.transpose())},
              {"4e", "4.Q_missing_left", is(M * C * Tt)},
              {"4e", "4.motion_missing_right", is(T * C * Q_C.transpose())},
@@ -43,7 +47,8 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
              {"4e", "4.Q_transposed", by(Q_C.transpose() * M)},
              {"4e", "4.Q_transposed", by(M * Q.transpose())},
              {"4e", "4.motion_transposed", by(Q_C * M.transpose())},
-             {"4e", "4.motion_transposed", by(M.transpose() * Q)}});
+             {"4e", "4.motion_transposed", by(M.transpose() * Q)}},
+            1e-10, "4e", "transformed", {}, inverse);
   }
 }
 

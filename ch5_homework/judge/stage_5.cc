@@ -110,6 +110,7 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
   const auto scaled = [&](const MatXX& A) { return MatXX(right.P_inverse * A * right.P_inverse); };
   std::vector<Mistake> mistakes, mistakes_in_e0;
   for (const Mistake& m : right.Mistakes()) mistakes.push_back({m.todo, m.cause, [=] { return scaled(m.answer()); }});
+  mistakes.push_back(CholeskyOfSingular("5.3", "H", right.S.diagonal(), J, scaled(J.transpose() * J)));
   for (const Mistake& m : right.MistakesInE0()) {
     mistakes_in_e0.push_back({m.todo, m.cause, [=] { return MatXX(right.P_inverse * m.answer()); }});
   }

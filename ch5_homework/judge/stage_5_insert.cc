@@ -63,7 +63,12 @@ struct Insertion {
         }
       }
     }
-    MatXX known = Opened();
+    MatXX late = MatXX::Zero(H.rows() + dim, H.cols() + dim), known = Opened();
+    const auto moved = [this](Eigen::Index row) { return row <= idx ? row : row + dim; };
+    for (Eigen::Index i = 0; i < H.rows(); ++i) {
+      for (Eigen::Index j = 0; j < H.cols(); ++j) late(moved(i), moved(j)) = H(i, j);
+    }
+    mistakes.push_back({"5.1", "5.row_idx_made_no_room", [late] { return late; }});
     known.block(idx, idx, dim, dim).setIdentity();
     mistakes.push_back({"5.1", "5.new_block_holds_identity", [known] { return known; }});
     return mistakes;

@@ -83,8 +83,10 @@ void CheckJ(const FactorCase& c, const MatXX& J, const VecX& r0, const Text& wha
                            : "6.r0_belongs_rows_J",
           "6e"});
   }
+  std::vector<Mistake> mistakes = c.Mistakes();
+  mistakes.push_back(CholeskyOfSingular("6e", "A_r", c.S.diagonal(), J, J.transpose() * J));
   Require("6", Text("6.must_A_r", {{"what", Text("6.JTJ_of", {{"what", what}})}}), c.V * c.S * c.V.transpose(),
-          J.transpose() * J, {}, c.Mistakes(), 1e-9, "6e", "linearized_jacobians_");
+          J.transpose() * J, {}, mistakes, 1e-9, "6e", "linearized_jacobians_");
 }
 
 void CheckR0(const FactorCase& c, const MatXX& J, const VecX& r0, const Text& what) {

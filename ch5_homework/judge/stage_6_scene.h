@@ -37,6 +37,7 @@ class FactorScene : public FactorGraph {
     bool transpose = true;                             ///< of the mirror
     bool exchanged = false;                            ///< (i, j) at (j, i), its mirror at (i, j)
     bool stops_at_fixed = false;                       ///< no pair behind a fixed vertex
+    bool idx_of_i = false, J_of_i = false;             ///< for that of j
     double with_each_j = 0.0;                          ///< b's share once more for each j ≥ i
     double with_each_i = 0.0;                          ///< of vertex j, once more for each i < j
     MatXX (*weight_A)(const Edge& edge, double drho, const MatXX& W_rho) = nullptr;
@@ -119,15 +120,16 @@ class FactorScene : public FactorGraph {
   void AddPair(const Edge& edge, size_t i, size_t j, const MatXX& W, const Way& way, MatXX* A) const {
     const Vertex *v = edge.Vertices()[i].get(), *w = edge.Vertices()[j].get();
     if (v->IsFixed() || w->IsFixed()) return;
-    const MatXX share = edge.Jacobian(i).transpose() * W * edge.Jacobian(j);
-    if (way.exchanged && share.rows() == share.cols()) std::swap(v, w);
+    const bool alike = v->LocalDimension() == w->LocalDimension();
+    const MatXX share = edge.Jacobian(i).transpose() * W * edge.Jacobian(way.J_of_i && alike ? i : j);
+    if (way.exchanged && alike) std::swap(v, w);
+    if (way.idx_of_i && alike) w = v;
     auto block = A->block(RowOf(*v), RowOf(*w), v->LocalDimension(), w->LocalDimension());
     const MatXX first = (i == j ? way.diagonal : way.first) * share;
     block = way.last_only ? first : MatXX(block + first);
     if (i == j) return;
     auto mirror = A->block(RowOf(*w), RowOf(*v), w->LocalDimension(), v->LocalDimension());
-    const MatXX mirrored =
-        way.mirror * (way.transpose || share.rows() != share.cols() ? MatXX(share.transpose()) : share);
+    const MatXX mirrored = way.mirror * (way.transpose || !alike ? MatXX(share.transpose()) : share);
     mirror = way.last_only ? mirrored : MatXX(mirror + mirrored);
   }
 };

@@ -77,7 +77,8 @@ void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Dam
           "delta_x");
   Require("7", with("7.H_after_solve"), system.H, solver->DenseHessian(), names, {}, 1e-9);
   if (!Equal(solver->RightHandSide(), system.b, 1e-9)) {
-    Fail({"7", with("7.b_after_solve"), "7.b_unchanged", "7.another_b", "7.b_changed_in_place", "7e"});
+    Fail({"7", with("7.b_after_solve"), "7.b_unchanged", "7.another_b", "7.b_changed_in_place",
+          Equal(solver->RightHandSide().head(c.p), system.b.head(c.p), 1e-9) ? "7e" : "7d"});
   }
 }
 

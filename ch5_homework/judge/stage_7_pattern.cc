@@ -80,6 +80,14 @@ Text CauseOf(const Pattern& got, const Groups& groups, int poses) {
   if (is_H_pp_and(PairsOf(groups.of_landmarks, [](int, int) { return true; }))) {
     return "7.both_halves_stored";
   }
+  std::vector<int> positions;  // in the longest of the landmarks' lists
+  for (const auto& group : groups.of_landmarks) {
+    const auto length = std::set<int>(group.begin(), group.end()).size();
+    while (positions.size() < length) positions.push_back(static_cast<int>(positions.size()));
+  }
+  if (is_H_pp_and(PairsOf({positions}, IsLower))) {
+    return "7.positions_for_numbers";
+  }
   const auto chain = [&](const auto& keep) {
     std::vector<std::vector<int>> pairs;
     for (const auto& group : groups.of_landmarks) {

@@ -80,13 +80,23 @@ inline Order WithItsNeighbor(int n, int idx, int dim) {
   return order;
 }
 
+// Row by row to the end, from idx upwards, though the rows behind move up each time.
+inline Order OneByOne(int n, int idx, int dim) {
+  Order order(n);
+  std::iota(order.begin(), order.end(), 0);
+  for (auto from = order.begin() + idx; from != order.begin() + idx + dim; ++from) {
+    std::rotate(from, from + 1, order.end());
+  }
+  return order;
+}
+
 /// `rows` is what moves: "2.rows", "2.columns" or "2.entries_b".
 inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Text& rows) {
   const int n = static_cast<int>(order.size()), tail = n - idx - dim;
   Order front = order, backwards = order;  // the marginalized variable first; or its rows in the other order
   std::rotate(front.begin(), front.end() - dim, front.end());
   std::reverse(backwards.end() - dim, backwards.end());
-  const Order neighbor = WithItsNeighbor(n, idx, dim);
+  const Order neighbor = WithItsNeighbor(n, idx, dim), one_by_one = OneByOne(n, idx, dim);
   const auto partly = [=](bool others, int own_at) {
     return [=](const MatXX& A) {
       MatXX moved = A;
@@ -109,6 +119,7 @@ inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Tex
              return moved;
            }},
           {{"2.others_not_moved_up", {{"rows", rows}}}, partly(false, n - dim)},
+          {{"2.one_by_one", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, one_by_one); }},
           {{"2.reverse_order", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, backwards); }},
           {{"2.written_over_first", {{"rows", rows}}}, partly(true, 0)}};
 }
@@ -116,7 +127,12 @@ inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Tex
 inline std::vector<Mistake> MoveMistakes(const MatXX& H, const Order& order, int idx, int dim) {
   std::vector<Mistake> mistakes{{"2a", "2.nothing_moved", [=] { return H; }},
                                 {"2a", "2.columns_moved", [=] { return MoveColumns(H, order); }},
-                                {"2b", "2.rows_moved", [=] { return MoveRows(H, order); }}};
+                                {"2b", "2.rows_moved", [=] { return MoveRows(H, order); }},
+                                {"2b", "2.columns_before_rows_moved", [=] {
+                                   MatXX moved = MoveColumns(H, order);
+                                   moved.leftCols(idx) = MoveRows(H, order).leftCols(idx);
+                                   return moved;
+                                 }}};
   for (const Mover& rows : Movers(order, idx, dim, "2.rows")) {
     for (const Mover& columns : Movers(order, idx, dim, "2.columns")) {
       const Text cause = rows.cause.empty() ? columns.cause : rows.cause;
@@ -175,13 +191,15 @@ inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx) {
   std::vector<Mistake> mistakes{
       {"2d", "2.sign_added", [=] { return MatXX(r.A_rr + r.A_rm * r.A_mm_inverse * r.A_mr); }},
       {"2d", "2.A_rr_alone", [=] { return r.A_rr; }},
+      {"2d", Text("formula.as_large_as", {{"matrix", Word("H_marg")}}), [=] { return r.H; }},
       {"2d", "2.covariance_for_information",
        [=] { return MatXX(PseudoInversePsd(r.H).topLeftCorner(r.A_rr.rows(), r.A_rr.cols())); }},
       {"2e 2d", "2.A_mminv_missing", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr); }},
       {"2e 2d", Text("formula.inverse_meant", {{"matrix", Word("A_mm")}}),
        [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm * r.A_mr); }},
       {"2d", "2.order_difference", [=] { return MatXX(r.A_rm * r.A_mm_inverse * r.A_mr - r.A_rr); }},
-      {"2d", "2.product_alone", [=] { return MatXX(r.A_rm * r.A_mm_inverse * r.A_mr); }}};
+      {"2d", "2.product_alone", [=] { return MatXX(r.A_rm * r.A_mm_inverse * r.A_mr); }},
+      {"2d", "2.product_alone", [=] { return MatXX(-r.A_rm * r.A_mm_inverse * r.A_mr); }}};
   mistakes.push_back(
       {"2e 2d", "2.divided_by_a_number", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr / r.A_mm(0, 0)); }});
   mistakes.push_back(
@@ -210,6 +228,7 @@ inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_
   }());
   return {
       {"2d", "2.b_not_reduced", [=] { return r.b_r; }},
+      {"2d", Text("formula.as_large_as", {{"matrix", Word("b_marg")}}), [=] { return r.b; }},
       {"2d", Text("formula.sign_added", {{"term", Word("A_rm A_mm⁻¹ b_m")}}),
        [=] { return VecX(r.b_r + r.A_rm * r.A_mm_inverse * r.b_m); }},
       {"2d", "2.A_mminv_missing_in_b", [=] { return VecX(r.b_r - r.A_rm * r.b_m); }},

@@ -51,6 +51,8 @@ inline std::vector<WayMistake> WrongWaysToA() {
           {"6.only_diagonal_blocks_arrive", times(1, 0, 0)},
           {"6.mirrored_block_not_transposed", Changed([](Way* way) { way->transpose = false; })},
           {"6.places_exchanged", Changed([](Way* way) { way->exchanged = true; })},
+          {"6.idx_of_i_for_j", Changed([](Way* way) { way->idx_of_i = true; })},
+          {"6.J_of_i_for_j", Changed([](Way* way) { way->J_of_i = true; })},
           {"6.diagonal_blocks_doubled", times(2, 1, 1)},
           {"6.off_diagonal_added_twice", times(1, 2, 2)},
           {"6.diagonal_blocks_missing", times(0, 1, 1)},
@@ -75,14 +77,20 @@ struct WeightMistake {
 };
 
 inline std::vector<WeightMistake> WeightsInB() {
-  return {{{}, nullptr},
-          {"6.loss_forgotten_in_b", [](const Edge& edge, double, const MatXX&) { return MatXX(edge.Information()); }},
-          {"6.loss_acts_twice_in_b",
-           [](const Edge& edge, double drho, const MatXX&) { return MatXX(drho * drho * edge.Information()); }},
-          {"6.W_rho_in_b", [](const Edge&, double, const MatXX& W_rho) { return W_rho; }},
-          {"6.W_rho_in_b", [](const Edge&, double drho, const MatXX& W_rho) { return MatXX(drho * W_rho); }},
-          {"6.W_missing_in_b",
-           [](const Edge&, double drho, const MatXX& W) { return MatXX(drho * MatXX::Identity(W.rows(), W.cols())); }}};
+  return {
+      {{}, nullptr},
+      {"6.loss_forgotten_in_b", [](const Edge& edge, double, const MatXX&) { return MatXX(edge.Information()); }},
+      {"6.loss_acts_twice_in_b",
+       [](const Edge& edge, double drho, const MatXX&) { return MatXX(drho * drho * edge.Information()); }},
+      {"6.W_rho_in_b", [](const Edge&, double, const MatXX& W_rho) { return W_rho; }},
+      {"6.W_rho_in_b", [](const Edge&, double drho, const MatXX& W_rho) { return MatXX(drho * W_rho); }},
+      {"formula.W_acts_twice", [](const Edge& edge, double drho,
+                                  const MatXX&) { return MatXX(drho * edge.Information() * edge.Information()); }},
+      {"formula.W_acts_twice", [](const Edge& edge, double, const MatXX& W) { return MatXX(W * edge.Information()); }},
+      {"formula.W_acts_twice",
+       [](const Edge& edge, double drho, const MatXX& W) { return MatXX(drho * W * edge.Information()); }},
+      {"6.W_missing_in_b",
+       [](const Edge&, double drho, const MatXX& W) { return MatXX(drho * MatXX::Identity(W.rows(), W.cols())); }}};
 }
 
 inline std::vector<Mistake> MistakesInB(const FactorScene& scene) {
@@ -152,6 +160,7 @@ struct SchurCase {
     const MatXX A_mm = A.topLeftCorner(m, m);
     return {
         {"6d", "6.nothing_subtracted", [this] { return MatXX(A.bottomRightCorner(n(), n())); }},
+        {"6d", Text("formula.as_large_as", {{"matrix", Word("A_")}}), [this] { return A; }},
         {"6d", Text("formula.sign_added", {{"term", Word("A_rm A_mm⁺ A_mr")}}), [this] { return Schur(mm_pinv, 1.0); }},
         {"6d", Text("formula.stands_for", {{"this", Word("A_mm")}, {"that", Word("A_mm⁺")}}),
          [=] { return Schur(A_mm); }},
@@ -212,6 +221,7 @@ struct SchurCase {
   }
   std::vector<Mistake> MistakesInB() const {
     return {{"6d", "6.b_not_reduced", [this] { return VecX(b.tail(n())); }},
+            {"6d", Text("formula.as_large_as", {{"matrix", Word("b_")}}), [this] { return b; }},
             {"6d", Text("formula.sign_added", {{"term", Word("A_rm A_mm⁺ b_m")}}),
              [this] { return Reduced(mm_pinv, 1.0); }},
             {"6d", Text("formula.missing_leaves", {{"this", Word("A_mm⁺")}, {"that", Word("b_r − A_rm b_m")}}),

@@ -176,6 +176,8 @@ inline std::vector<Mistake> SchurMistakes(const Case& c) {
           {"7d", "7.H_llinv_missing", [&c] { return MatXX(c.H_pp - c.H_pl * c.H_pl.transpose()); }},
           {"7d", Text("formula.inverse_meant", {{"matrix", Word("H_ll")}}),
            [&c] { return MatXX(c.H_pp - c.H_pl * c.H_ll * c.H_pl.transpose()); }},
+          {"7d", "7.undamped_H_ll_inverted",
+           [&c] { return MatXX(c.H_pp - c.H_pl * PseudoInversePsd(c.H_ll_undamped) * c.H_pl.transpose()); }},
           {"7d", "7.H_pp_lost", [&c] { return MatXX(-c.Subtrahend()); }},
           {"7d", Text("7.subtracted_twice", {{"term", Word("K_il H_jlᵀ")}}),
            [&c] { return MatXX(c.H_pp - 2.0 * c.Subtrahend()); }},

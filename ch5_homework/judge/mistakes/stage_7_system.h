@@ -88,7 +88,8 @@ inline std::vector<Mistake> MistakesInB(const Graph& graph, const Ordering& orde
       {"7.drho_acts_twice", [](const Edge& edge) { return WeightedResidual(edge, 2, false); }},
       {"7.loss_forgotten", [](const Edge& edge) { return WeightedResidual(edge, 0, false); }},
       {"7.W_rho_in_b", [](const Edge& edge) { return WeightedResidual(edge, 0, true); }},
-      {"7.W_acts_twice", [](const Edge& edge) { return VecX(edge.Information() * WeightedResidual(edge, 1, false)); }},
+      {"formula.W_acts_twice",
+       [](const Edge& edge) { return VecX(edge.Information() * WeightedResidual(edge, 1, false)); }},
       {"7.W_missing", [](const Edge& edge) { return VecX(edge.Residual()); }}};
   const std::vector<Operation> operations{{{}, -1.0, false},
                                           {"7.sign_of_b", 1.0, false},

@@ -91,6 +91,12 @@ void BuildOtherPrior(Window* window) {
   BuildGraph({}, UseAll, window);
 }
 
+void BuildLong(Window* window) {
+  AddFrames(12, window);
+  window->prior = PriorOn({window->frames[9].pose, window->frames[10].pose});
+  BuildGraph({}, UseAll, window);
+}
+
 void BuildFrames(Window* window) { AddFrames(11, window); }
 
 void BuildSliding(Window* window) {
@@ -104,6 +110,7 @@ const std::map<std::string, void (*)(Window*)>& Builds() {
   static const std::map<std::string, void (*)(Window*)> builds{{"full window", &BuildFull},
                                                                {"full window without prior", &BuildWithoutPrior},
                                                                {"full window, other prior", &BuildOtherPrior},
+                                                               {"long window", &BuildLong},
                                                                {"frames", &BuildFrames},
                                                                {"sliding window", &BuildSliding}};
   return builds;

@@ -18,6 +18,7 @@ VertexList VerticesOf(const Window& window);
 ///                                 landmarks of each kind
 ///   "full window without prior"
 ///   "full window, other prior"    the prior knows neither of the frames that may leave
+///   "long window"                 twelve frames, of which the prior knows the third and second newest; no landmarks
 ///   "frames"                      eleven frames alone
 ///   "sliding window"              six frames, a prior, few landmarks; each step brings a landmark and the graph, each but
 ///                                 the first one a frame too
