@@ -227,7 +227,6 @@ std::vector<Mistake> MotionMistakes(const Vertices& vertices, const Mat33& R_z) 
     const Text second = is_pose ? "4.R_z_acts_dtheta" : "4.R_z_acts_bias";
     mistakes.push_back({"4d", second, blocks(R_z, R_z)});
     if (!is_pose) mistakes.push_back({"4d", second, blocks(R_z, R_z, R_z)});
-    mistakes.push_back({"4d", {"4.dp_left_out", {{"cause", second}}}, blocks(I, R_z)});
     mistakes.push_back({"4d", "4.added_to_identity", blocks(I + R_z, I)});
     mistakes.push_back({"4d", "4.R_z_acts_both_sides", blocks(R_z * R_z, I)});
     mistakes.push_back({"4d", "4.sign_R_z_itself", blocks(-R_z, I)});

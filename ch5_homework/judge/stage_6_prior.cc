@@ -65,7 +65,7 @@ TEST(Stage6, SchurComplementWithUnknownDepths) {
   const MatXX A = J.transpose() * J;
   CheckSchur(SchurCase(A, J.transpose() * RandomMatrix(20, 1, &random), m), "6.two_unknown_depths");
   // Far apart: those up to kEps count as zero, however large the largest is.
-  const VecX S = (VecX(6) << 2e4, 1e-5, 3e-8, 5e-9, 0.0, 2.0).finished();
+  const VecX S = (VecX(7) << 2e3, 5e-5, 1e-5, 3e-8, 5e-9, 0.0, 2.0).finished();
   CheckTheCut(S, S.cwiseSqrt(), "6.eigenvalues_far_apart");
   // S⁺ is 0 for them, kEps itself among them, also where A_mr and b_m speak of them.
   CheckTheCut((VecX(3) << 1.0, 1e-8, 0.0).finished(), VecX::Ones(3), "6.eigenvalues_one_eps_zero");

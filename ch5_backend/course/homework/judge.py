@@ -21,7 +21,7 @@ TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
 # What Eigen's assertions mean; the first pattern that occurs in the assertion counts.
 ASSERTIONS = [
     (r"comma initializer", "eigen.comma"),
-    (r"memory is given back once", "judge.given_back_twice"),  # unset_memory.cc
+    (r"given_back_once", "judge.given_back_twice"),  # unset_memory.cc
     (r"startRow >= 0|i>=0", "eigen.block_outside"),
     (r"invalid matrix product|lhs\.cols\(\) == a?_?rhs\.rows\(\)", "eigen.product_sizes"),
     (r"aLhs\.rows\(\) == aRhs\.rows\(\)", "eigen.sum_sizes"),

@@ -222,7 +222,6 @@ struct Case {
         {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (StartingAtItsLength(r.b_m.size()) - H_mp_x))}};
     if (r.b_p.size() == r.b_m.size()) {  // here Eigen does not see it
       mistakes.push_back({"1.2c", "1.2.H_pm_for_H_mp", step(r.H_mm_inverse * (r.b_m - r.H_pm * x_p))});
-      mistakes.push_back({"1.2c", "1.2.poses_b_p_for_landmarks_b_m", step(r.H_mm_inverse * (r.b_p - H_mp_x))});
       mistakes.push_back(
           {"1.2c", "1.2.poses_reduced_b_for_landmarks_b_m", step(r.H_mm_inverse * (r.Reduced() - H_mp_x))});
     }

@@ -163,8 +163,6 @@ inline std::vector<Mistake> MistakesInH(const Graph& graph, int size) {
       {"7c", "7.diagonal_blocks_H_pp_missing", is({{d, 0, false}})},
       {"7c", "7.last_edge_left_in_H", is({{d, 1, true}, {p, 1, true}, {pl, 1, true}, {l, 1, true}})},
       {"7c", Text("7.assigned_not_added_in", {{"matrix", Word("H_pp")}}), is({{d, 1, true}, {p, 1, true}})},
-      {"7c", Text("7.assigned_not_added_in", {{"matrix", Word("H_pl")}}), is({{pl, 1, true}})},
-      {"7c", Text("7.assigned_not_added_in", {{"matrix", Word("H_ll")}}), is({{l, 1, true}})},
       {"7c", "7.blocks_subtracted", is({{d, -1, false}, {p, -1, false}, {pl, -1, false}, {l, -1, false}})},
       {"7c", "7.loss_forgotten_in_H", is({}, LossWay::kForgotten)},
       {"7c", "7.first_order_loss", is({}, LossWay::kFirstOrder)}};
@@ -173,7 +171,7 @@ inline std::vector<Mistake> MistakesInH(const Graph& graph, int size) {
   for (const auto& [part, name] : parts) {
     mistakes.push_back({"7c", {"7.added_twice", {{"blocks", name}}}, is({{part, 2, false}})});
     mistakes.push_back({"7c", {"7.subtracted_not_added", {{"blocks", name}}}, is({{part, -1, false}})});
-    mistakes.push_back({"7c", {"7.assigned", {{"blocks", name}}}, is({{part, 1, true}})});
+    mistakes.push_back({"7c", {"7.assigned_not_added_in", {{"matrix", name}}}, is({{part, 1, true}})});
   }
   return mistakes;
 }
