@@ -159,7 +159,7 @@ TEST(Stage5, TheResidualMovesWithTheStates) {
           {{"5.4", "5.J_dchi_missing", is(e0)},
            {"5.4", "5.e0_missing", is(J * delta_chi)},
            {"5.4", "5.sign_of_J_dchi", is(e0 - J * delta_chi)},
-           {"5.4", "5.both_signs", is(J * delta_chi - e0)},
+           {"5.4", "5.sign_of_J_dchi", is(J * delta_chi - e0)},
            {"5.4", Text("formula.stands_for", {{"this", Word("Jᵀ")}, {"that", Word("J")}}),
             is(e0 + J.transpose() * delta_chi)},
            {"5.4", "5.J_missing_before_dchi", is(e0 + delta_chi)}},
@@ -186,9 +186,9 @@ TEST(Stage5, TheWholeTermIsTheDenseSchurComplement) {
   const VecX b = all.b(stay) - H_rm * (H_mm_inverse * all.b(go));
   Names names = RowNames(ordering);
   names = {names.begin() + 6, names.begin() + 18};
-  Require("5", "5.H_in_all", H, term->H(), names, {}, 1e-8);
-  Require("5", "5.b0_in_all", b, term->b0(), names, {}, 1e-8);
-  Require("5", "5.JTJ_in_all", H, term->J().transpose() * term->J(), names, {}, 1e-8);
+  Require("5", {"5.in_all", {{"what", Word("H")}}}, H, term->H(), names, {}, 1e-8);
+  Require("5", {"5.in_all", {{"what", Word("b0")}}}, b, term->b0(), names, {}, 1e-8);
+  Require("5", {"5.in_all", {{"what", Word("JᵀJ")}}}, H, term->J().transpose() * term->J(), names, {}, 1e-8);
 }
 
 }  // namespace

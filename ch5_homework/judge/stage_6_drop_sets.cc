@@ -21,7 +21,7 @@ Text CauseOfVertices(const Window& window, const DropSet& drop) {
   if (has(frames[1].pose)) return "6.second_oldest_frames_pose_goes";
   if (!has(frames[0].speed_bias)) return "6.oldest_frames_speed_biases_stay";
   if (depth(kHostedByNext)) return "6.depth_another_frame_hosts_goes";
-  if (!depth(kHostedByOldest)) return "6.depths_oldest_frame_hosts_stay";
+  if (!depth(kHostedByOldest) || !depth(kSeenTwice)) return "6.depths_oldest_frame_hosts_stay";
   return {};
 }
 

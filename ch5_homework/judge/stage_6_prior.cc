@@ -22,13 +22,13 @@ void CheckSchur(const SchurCase& c, const Text& where) {
   n = c.n();
   const MarginalizationInfo::KeptSystem got = term->SchurComplement();
   if (!got.A.allFinite() && !HoldsUnset(got.A)) {
-    Fail({"6", Text("6.A_r_where", {{"where", where}}), "matrix.finite_numbers", "6.infinite_ones", "6.cut_missing",
-          "6d"});
+    Fail({"6", Text("6.quantity_of", {{"quantity", Word("A_r")}, {"what", where}}), "matrix.finite_numbers",
+          "6.infinite_ones", "6.cut_missing", "6d"});
   }
-  Require("6", Text("6.A_r_where", {{"where", where}}), c.Schur(c.mm_pinv), got.A, {}, c.Mistakes(), 1e-8, "6d",
-          "kept.A");
-  Require("6", Text("6.b_r_where", {{"where", where}}), c.Reduced(c.mm_pinv), got.b, {}, c.MistakesInB(), 1e-8, "6d",
-          "kept.b");
+  Require("6", Text("6.quantity_of", {{"quantity", Word("A_r")}, {"what", where}}), c.Schur(c.mm_pinv), got.A, {},
+          c.Mistakes(), 1e-8, "6d", "kept.A");
+  Require("6", Text("6.quantity_of", {{"quantity", Word("b_r")}, {"what", where}}), c.Reduced(c.mm_pinv), got.b, {},
+          c.MistakesInB(), 1e-8, "6d", "kept.b");
 }
 
 TEST(Stage6, SchurComplementOfTheDroppedRows) {
@@ -85,21 +85,23 @@ void CheckJ(const FactorCase& c, const MatXX& J, const VecX& r0, const Text& wha
   }
   std::vector<Mistake> mistakes = c.Mistakes();
   mistakes.push_back(CholeskyOfSingular("6e", "A_r", c.S.diagonal(), J, J.transpose() * J));
-  Require("6", Text("6.must_A_r", {{"what", Text("6.JTJ_of", {{"what", what}})}}), c.V * c.S * c.V.transpose(),
+  const Text JTJ("6.quantity_of", {{"quantity", Word("JᵀJ")}, {"what", what}});
+  Require("6", Text("6.must_be", {{"what", JTJ}, {"that", Word("A_r")}}), c.V * c.S * c.V.transpose(),
           J.transpose() * J, {}, mistakes, 1e-9, "6e", "linearized_jacobians_");
 }
 
 void CheckR0(const FactorCase& c, const MatXX& J, const VecX& r0, const Text& what) {
   if (!r0.allFinite() && !HoldsUnset(r0)) {
-    Fail({"6", Text("6.r0_of", {{"what", what}}), "matrix.finite_numbers", "6.infinite_ones",
-          "6.divided_by_zero_eigenvalue", "6e"});
+    Fail({"6", Text("6.quantity_of", {{"quantity", Word("r₀")}, {"what", what}}), "matrix.finite_numbers",
+          "6.infinite_ones", "6.divided_by_zero_eigenvalue", "6e"});
   }
   const VecX right = c.V * (c.S * c.S_pinv) * c.V.transpose() * c.b;  // b_r in the range of A_r
-  Require("6", Text("6.must_b_r", {{"what", Text("6.JT_r0_of", {{"what", what}})}}), right, J.transpose() * r0, {},
+  const Text JTr0("6.quantity_of", {{"quantity", Word("Jᵀr₀")}, {"what", what}});
+  Require("6", Text("6.must_be", {{"what", JTr0}, {"that", Word("b_r")}}), right, J.transpose() * r0, {},
           c.MistakesInR0(), 1e-8, "6e", "linearized_residuals_");
   const double cost = c.b.dot(c.V * c.S_pinv * c.V.transpose() * c.b);
   if (std::abs(r0.squaredNorm() - cost) > 1e-8 * cost) {
-    Fail({"6", Text("6.r0T_r0_of", {{"what", what}}), Word(cost), Word(r0.squaredNorm()),
+    Fail({"6", Text("6.quantity_of", {{"quantity", Word("r₀ᵀr₀")}, {"what", what}}), Word(cost), Word(r0.squaredNorm()),
           "6.eigenvalues_up_kEps_count_r0", "6e"});
   }
 }
@@ -173,8 +175,10 @@ TEST(Stage6, EqualsADenseSchurComplement) {
   term->Marginalize();
   const Prior prior = term->GetParameterBlocks({});
   const SchurCase c(scene.MatrixA({}), scene.VectorB({}), scene.DimDropped());
-  Require("6", "6.JTJ_of_prior", c.Schur(c.mm_pinv), prior.J.transpose() * prior.J, {}, {}, 1e-8);
-  Require("6", "6.JTr0_of_prior", c.Reduced(c.mm_pinv), prior.J.transpose() * prior.r0, {}, {}, 1e-8);
+  Require("6", {"6.of_prior", {{"quantity", Word("JᵀJ")}}}, c.Schur(c.mm_pinv), prior.J.transpose() * prior.J, {}, {},
+          1e-8);
+  Require("6", {"6.of_prior", {{"quantity", Word("Jᵀr₀")}}}, c.Reduced(c.mm_pinv), prior.J.transpose() * prior.r0, {},
+          {}, 1e-8);
 }
 
 }  // namespace

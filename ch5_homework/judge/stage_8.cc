@@ -108,6 +108,7 @@ TEST(Stage8, ATrialWithoutSenseIsRejected) {
   const double infinity = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<std::pair<Trial, Text>> trials{{{10.0, infinity, 4.0, 0.3, 2.0}, "8.cost_infinite"},
                                                    {{10.0, nan, 4.0, 0.3, 2.0}, "8.cost_nan"},
+                                                   {{10.0, 10.0, 4.0, 0.3, 2.0}, "8.cost_as_before"},
                                                    {{10.0, 12.0, -4.0, 0.3, 2.0}, "8.model_uphill"}};
   for (const auto& [t, what] : trials) {
     CheckDecision(t, false, what);

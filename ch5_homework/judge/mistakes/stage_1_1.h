@@ -211,7 +211,8 @@ inline const PlacementMistake kPlacementMistakes[] = {
        Add(H, t.i, t.j, t.block);
        if (!t.diagonal) Add(H, t.j, t.i, t.without_weight.transpose());
      }},
-    {"1.1c 1.1a", "1.1.drho_acts_twice", [](MatXX* H, const Turn& t) { AddBoth(H, t, t.drho * t.block); }},
+    {"1.1c 1.1a", Text("formula.acts_twice", {{"this", Word("ρ'")}, {"that", Word("W_ρ")}}),
+     [](MatXX* H, const Turn& t) { AddBoth(H, t, t.drho * t.block); }},
     {"1.1b", "1.1.mirror_takes_sum",
      [](MatXX* H, const Turn& t) {
        Add(H, t.i, t.j, t.block);

@@ -95,8 +95,10 @@ struct Case {
          [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm * r.H_pm.transpose()); }},
         {"1.2b", "1.2.H_mminv_acts_twice",
          [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * r.H_mm_inverse * r.H_pm.transpose()); }},
-        {"1.2b", "1.2.H_pp_missing_minus", [=] { return MatXX(r.Schur() - r.H_pp); }},
-        {"1.2b", "1.2.H_pp_missing_plus", [=] { return MatXX(r.H_pp - r.Schur()); }},
+        {"1.2b", Text("formula.missing_leaves", {{"this", Word("H_pp")}, {"that", Word("−H_pm H_mm⁻¹ H_mp")}}),
+         [=] { return MatXX(r.Schur() - r.H_pp); }},
+        {"1.2b", Text("formula.missing_leaves", {{"this", Word("H_pp")}, {"that", Word("H_pm H_mm⁻¹ H_mp")}}),
+         [=] { return MatXX(r.H_pp - r.Schur()); }},
         {"1.2d 1.2b", "1.2.H_mm_only_diagonal_inverted", [=] {
            const MatXX inverse = r.H_mm.diagonal().cwiseInverse().asDiagonal();
            return MatXX(r.H_pp - r.H_pm * inverse * r.H_pm.transpose());
@@ -138,6 +140,8 @@ struct Case {
       mistakes.push_back({"1.2a", "1.2.H_pm_holds_H_mp", [=] { return MatXX(r.H_pp - Q * r.H_mm_inverse * Q); }});
       mistakes.push_back(
           {"1.2d 1.2b", "1.2.H_pp_inverted", [=] { return MatXX(r.H_pp - r.H_pm * r.H_pp.inverse() * Q); }});
+      const MatXX corner = r.H_pp.diagonal().cwiseInverse().asDiagonal();  // of inverse depths, block by block
+      mistakes.push_back({"1.2a", "1.2.Hmm_at_wrong_corner", [=] { return MatXX(r.H_pp - r.H_pm * corner * Q); }});
       mistakes.push_back({"1.2b", "1.2.H_mm_for_H_pp", [=] { return MatXX(r.H_mm - r.H_pm * r.H_mm_inverse * Q); }});
     }
     return mistakes;
@@ -151,8 +155,10 @@ struct Case {
          [=] { return VecX(r.b_p + r.H_pm * r.H_mm_inverse * r.b_m); }},
         {"1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ b_m")}}),
          [=] { return VecX(r.b_p - r.H_pm * r.b_m); }},
-        {"1.2b", "1.2.b_p_missing_minus", [=] { return VecX(r.Reduced() - r.b_p); }},
-        {"1.2b", "1.2.b_p_missing_plus", [=] { return VecX(r.b_p - r.Reduced()); }},
+        {"1.2b", Text("formula.missing_leaves", {{"this", Word("b_p")}, {"that", Word("−H_pm H_mm⁻¹ b_m")}}),
+         [=] { return VecX(r.Reduced() - r.b_p); }},
+        {"1.2b", Text("formula.missing_leaves", {{"this", Word("b_p")}, {"that", Word("H_pm H_mm⁻¹ b_m")}}),
+         [=] { return VecX(r.b_p - r.Reduced()); }},
         {"1.2b", "1.2.H_mminv_acts_twice",
          [=] { return VecX(r.b_p - r.H_pm * r.H_mm_inverse * r.H_mm_inverse * r.b_m); }},
         {"1.2a", "1.2.bpp_starts_own_length",
@@ -203,9 +209,11 @@ struct Case {
         {"1.2c", "1.2.landmarks_not_hear_poses", step(r.H_mm_inverse * r.b_m)},
         {"1.2c", "1.2.sign_in_landmark_step", step(r.H_mm_inverse * (r.b_m + H_mp_x))},
         {"1.2c", "formula.sign_of_landmark_step", step(-r.H_mm_inverse * (r.b_m - H_mp_x))},
-        {"1.2c", "1.2.H_mminv_missing_in_step", step(r.b_m - H_mp_x)},
+        {"1.2c", Text("formula.missing_leaves", {{"this", Word("H_mm⁻¹")}, {"that", Word("b_m − H_mp Δx_p")}}),
+         step(r.b_m - H_mp_x)},
         {"1.2c", Text("formula.inverse_meant", {{"matrix", Word("H_mm")}}), step(r.H_mm * (r.b_m - H_mp_x))},
-        {"1.2c", "1.2.b_m_missing", step(-r.H_mm_inverse * H_mp_x)},
+        {"1.2c", Text("formula.missing_leaves", {{"this", Word("b_m")}, {"that", Word("−H_mm⁻¹ H_mp Δx_p")}}),
+         step(-r.H_mm_inverse * H_mp_x)},
         {"1.2c", "1.2.H_mminv_applied_b_m_only", step(r.H_mm_inverse * r.b_m - H_mp_x)},
         {"1.2c", "1.2.landmarks_not_move", step(VecX::Zero(r.b_m.size()))},
         {"1.2c", "1.2.sign_b_m", step(r.H_mm_inverse * (-r.b_m - H_mp_x))},

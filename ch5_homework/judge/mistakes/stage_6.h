@@ -77,20 +77,19 @@ struct WeightMistake {
 };
 
 inline std::vector<WeightMistake> WeightsInB() {
-  return {
-      {{}, nullptr},
-      {"6.loss_forgotten_in_b", [](const Edge& edge, double, const MatXX&) { return MatXX(edge.Information()); }},
-      {"6.loss_acts_twice_in_b",
-       [](const Edge& edge, double drho, const MatXX&) { return MatXX(drho * drho * edge.Information()); }},
-      {"6.W_rho_in_b", [](const Edge&, double, const MatXX& W_rho) { return W_rho; }},
-      {"6.W_rho_in_b", [](const Edge&, double drho, const MatXX& W_rho) { return MatXX(drho * W_rho); }},
-      {"formula.W_acts_twice", [](const Edge& edge, double drho,
-                                  const MatXX&) { return MatXX(drho * edge.Information() * edge.Information()); }},
-      {"formula.W_acts_twice", [](const Edge& edge, double, const MatXX& W) { return MatXX(W * edge.Information()); }},
-      {"formula.W_acts_twice",
-       [](const Edge& edge, double drho, const MatXX& W) { return MatXX(drho * W * edge.Information()); }},
-      {"6.W_missing_in_b",
-       [](const Edge&, double drho, const MatXX& W) { return MatXX(drho * MatXX::Identity(W.rows(), W.cols())); }}};
+  const Text W_twice = {"formula.acts_twice", {{"this", Word("W")}, {"that", Word("Wr")}}};
+  return {{{}, nullptr},
+          {"6.loss_forgotten_in_b", [](const Edge& edge, double, const MatXX&) { return MatXX(edge.Information()); }},
+          {"6.loss_acts_twice_in_b",
+           [](const Edge& edge, double drho, const MatXX&) { return MatXX(drho * drho * edge.Information()); }},
+          {"6.W_rho_in_b", [](const Edge&, double, const MatXX& W_rho) { return W_rho; }},
+          {"6.W_rho_in_b", [](const Edge&, double drho, const MatXX& W_rho) { return MatXX(drho * W_rho); }},
+          {W_twice, [](const Edge& edge, double drho,
+                       const MatXX&) { return MatXX(drho * edge.Information() * edge.Information()); }},
+          {W_twice, [](const Edge& edge, double, const MatXX& W) { return MatXX(W * edge.Information()); }},
+          {W_twice, [](const Edge& edge, double drho, const MatXX& W) { return MatXX(drho * W * edge.Information()); }},
+          {"6.W_missing_in_b",
+           [](const Edge&, double drho, const MatXX& W) { return MatXX(drho * MatXX::Identity(W.rows(), W.cols())); }}};
 }
 
 inline std::vector<Mistake> MistakesInB(const FactorScene& scene) {

@@ -116,35 +116,35 @@ inline std::vector<Mistake> ReducedMistakes(const Case& c) {
   const Text inner = "7.b_schur_in_inner_loop";
   const Text number = "7.pose_number_for_row";
   const auto K_b = [](const Case& of, int i, int l) { return VecX(of.Pl(i, l) * of.Inverse(l) * of.Bl(l)); };
-  return {
-      {"7d", "7.b_not_reduced", [&c] { return c.b_p; }},
-      {"7d", Text("formula.sign_added", {{"term", Word("K_il b_l")}}),
-       [&c] { return VecX(c.b_p + c.H_pl * c.H_ll_inverse * c.b_l); }},
-      {"7d", "7.H_llinv_missing", [&c] { return VecX(c.b_p - c.H_pl * c.b_l); }},
-      {"7d", Text("formula.inverse_meant", {{"matrix", Word("H_ll")}}),
-       [&c] { return VecX(c.b_p - c.H_pl * c.H_ll * c.b_l); }},
-      {"7d", Text("7.subtracted_twice", {{"term", Word("K_il b_l")}}),
-       [&c] { return VecX(2.0 * c.Reduced() - c.b_p); }},
-      {"7d", "7.b_p_lost", [&c] { return VecX(c.Reduced() - c.b_p); }},
-      {"7d", "7.H_llinv_acts_twice", [&c] { return VecX(c.b_p - c.H_pl * c.H_ll_inverse * c.H_ll_inverse * c.b_l); }},
-      {"7d", inner, is([=](const Case& of, int i, int, int l) {
-         return Share{of.rows[i], K_b(of, i, l)};
-       })},
-      {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-         return Share{i >= j ? of.rows[i] : -1, K_b(of, i, l)};
-       })},
-      {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-         return Share{of.rows[j], K_b(of, i, l)};
-       })},
-      {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-         return Share{i >= j ? of.rows[j] : -1, K_b(of, i, l)};
-       })},
-      {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-         return Share{i > j ? of.rows[i] : -1, K_b(of, i, l)};
-       })},
-      {"7d", number, is([=](const Case& of, int i, int j, int l) {
-         return Share{i == j ? i : -1, K_b(of, i, l)};
-       })}};
+  return {{"7d", "7.b_not_reduced", [&c] { return c.b_p; }},
+          {"7d", Text("formula.sign_added", {{"term", Word("K_il b_l")}}),
+           [&c] { return VecX(c.b_p + c.H_pl * c.H_ll_inverse * c.b_l); }},
+          {"7d", "7.H_llinv_missing", [&c] { return VecX(c.b_p - c.H_pl * c.b_l); }},
+          {"7d", Text("formula.inverse_meant", {{"matrix", Word("H_ll")}}),
+           [&c] { return VecX(c.b_p - c.H_pl * c.H_ll * c.b_l); }},
+          {"7d", Text("7.subtracted_twice", {{"term", Word("K_il b_l")}}),
+           [&c] { return VecX(2.0 * c.Reduced() - c.b_p); }},
+          {"7d", "7.b_p_lost", [&c] { return VecX(c.Reduced() - c.b_p); }},
+          {"7d", Text("formula.acts_twice", {{"this", Word("H_ll⁻¹")}, {"that", Word("K_il")}}),
+           [&c] { return VecX(c.b_p - c.H_pl * c.H_ll_inverse * c.H_ll_inverse * c.b_l); }},
+          {"7d", inner, is([=](const Case& of, int i, int, int l) {
+             return Share{of.rows[i], K_b(of, i, l)};
+           })},
+          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
+             return Share{i >= j ? of.rows[i] : -1, K_b(of, i, l)};
+           })},
+          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
+             return Share{of.rows[j], K_b(of, i, l)};
+           })},
+          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
+             return Share{i >= j ? of.rows[j] : -1, K_b(of, i, l)};
+           })},
+          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
+             return Share{i > j ? of.rows[i] : -1, K_b(of, i, l)};
+           })},
+          {"7d", number, is([=](const Case& of, int i, int j, int l) {
+             return Share{i == j ? i : -1, K_b(of, i, l)};
+           })}};
 }
 
 /// S where each block is set, not added to: of H_pp and the landmarks only the last landmark's part is left.

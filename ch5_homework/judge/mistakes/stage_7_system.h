@@ -85,10 +85,11 @@ inline std::vector<Mistake> MistakesInB(const Graph& graph, const Ordering& orde
   const std::vector<Rows> rows = RowsInB(ordering);
   const std::vector<Weight> weights{
       {{}, [](const Edge& edge) { return WeightedResidual(edge, 1, false); }},
-      {"7.drho_acts_twice", [](const Edge& edge) { return WeightedResidual(edge, 2, false); }},
+      {Text("formula.acts_twice", {{"this", Word("ρ'")}, {"that", Word("Wr")}}),
+       [](const Edge& edge) { return WeightedResidual(edge, 2, false); }},
       {"7.loss_forgotten", [](const Edge& edge) { return WeightedResidual(edge, 0, false); }},
       {"7.W_rho_in_b", [](const Edge& edge) { return WeightedResidual(edge, 0, true); }},
-      {"formula.W_acts_twice",
+      {Text("formula.acts_twice", {{"this", Word("W")}, {"that", Word("Wr")}}),
        [](const Edge& edge) { return VecX(edge.Information() * WeightedResidual(edge, 1, false)); }},
       {"7.W_missing", [](const Edge& edge) { return VecX(edge.Residual()); }}};
   const std::vector<Operation> operations{{{}, -1.0, false},
@@ -156,13 +157,13 @@ inline std::vector<Mistake> MistakesInH(const Graph& graph, int size) {
       {"7c", Text("7.nothing_added", {{"matrix", Word("H_pp")}}), is({{d, 0, false}, {p, 0, false}})},
       {"7c", Text("7.nothing_added", {{"matrix", Word("H_pl")}}), is({{pl, 0, false}})},
       {"7c", Text("7.nothing_added", {{"matrix", Word("H_ll")}}), is({{l, 0, false}})},
-      {"7c", "7.only_H_pp_filled", is({{pl, 0, false}, {l, 0, false}})},
-      {"7c", "7.only_H_ll_filled", is({{d, 0, false}, {p, 0, false}, {pl, 0, false}})},
-      {"7c", "7.only_H_pl_filled", is({{d, 0, false}, {p, 0, false}, {l, 0, false}})},
+      {"7c", Text("7.only_one_filled", {{"matrix", Word("H_pp")}}), is({{pl, 0, false}, {l, 0, false}})},
+      {"7c", Text("7.only_one_filled", {{"matrix", Word("H_ll")}}), is({{d, 0, false}, {p, 0, false}, {pl, 0, false}})},
+      {"7c", Text("7.only_one_filled", {{"matrix", Word("H_pl")}}), is({{d, 0, false}, {p, 0, false}, {l, 0, false}})},
       {"7c", "7.off_diagonal_H_pp_missing", is({{p, 0, false}})},
       {"7c", "7.diagonal_blocks_H_pp_missing", is({{d, 0, false}})},
       {"7c", "7.last_edge_left_in_H", is({{d, 1, true}, {p, 1, true}, {pl, 1, true}, {l, 1, true}})},
-      {"7c", Text("7.assigned_not_added_in", {{"matrix", Word("H_pp")}}), is({{d, 1, true}, {p, 1, true}})},
+      {"7c", Text("7.assigned", {{"blocks", Word("H_pp")}}), is({{d, 1, true}, {p, 1, true}})},
       {"7c", "7.blocks_subtracted", is({{d, -1, false}, {p, -1, false}, {pl, -1, false}, {l, -1, false}})},
       {"7c", "7.loss_forgotten_in_H", is({}, LossWay::kForgotten)},
       {"7c", "7.first_order_loss", is({}, LossWay::kFirstOrder)}};
@@ -171,7 +172,7 @@ inline std::vector<Mistake> MistakesInH(const Graph& graph, int size) {
   for (const auto& [part, name] : parts) {
     mistakes.push_back({"7c", {"7.added_twice", {{"blocks", name}}}, is({{part, 2, false}})});
     mistakes.push_back({"7c", {"7.subtracted_not_added", {{"blocks", name}}}, is({{part, -1, false}})});
-    mistakes.push_back({"7c", {"7.assigned_not_added_in", {{"matrix", name}}}, is({{part, 1, true}})});
+    mistakes.push_back({"7c", {"7.assigned", {{"blocks", name}}}, is({{part, 1, true}})});
   }
   return mistakes;
 }
