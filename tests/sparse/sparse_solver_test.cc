@@ -5,6 +5,7 @@
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/sparse_solver.h"
+#include "ch5_backend/types/bal/edge_bal.h"
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/types/visual/edge_reprojection.h"
 #include "tests/scenes.h"
