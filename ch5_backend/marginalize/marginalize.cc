@@ -90,10 +90,7 @@ void CheckFinite(const std::vector<std::shared_ptr<Edge>>& edges, const Eliminat
   }
   if (finite) return;
   for (const auto& edge : edges) {
-    edge->Linearize();
-    bool is_finite = edge->Residual().allFinite();
-    for (size_t i = 0; i < edge->Vertices().size(); ++i) is_finite = is_finite && edge->Jacobian(i).allFinite();
-    if (!is_finite)
+    if (!IsFinite(edge.get()))
       throw GraphError("marginalizing: " + Name(*edge) + " has a residual or a Jacobian that is not finite");
   }
   throw GraphError("marginalizing: the normal equations are not finite");

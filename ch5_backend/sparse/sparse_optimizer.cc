@@ -7,13 +7,6 @@
 namespace ch5 {
 namespace {
 
-bool IsFinite(Edge* edge) {
-  edge->Linearize();
-  bool is_finite = edge->Residual().allFinite();
-  for (size_t i = 0; i < edge->Vertices().size(); ++i) is_finite = is_finite && edge->Jacobian(i).allFinite();
-  return is_finite;
-}
-
 // The first edge that is not, in words.
 std::string FirstNotFinite(const Graph& graph) {
   const auto& edges = graph.Edges();

@@ -67,6 +67,13 @@ double* Scratch(size_t size) {
 
 }  // namespace
 
+bool IsFinite(Edge* edge) {
+  edge->Linearize();
+  bool is_finite = edge->Residual().allFinite();
+  for (size_t i = 0; i < edge->Vertices().size(); ++i) is_finite = is_finite && edge->Jacobian(i).allFinite();
+  return is_finite;
+}
+
 void LinearizeAndMultiplyOut(const Structure& structure, int e, InformationFactors* factors, double* C) {
   const EdgeRecord& record = structure.edges[e];
   FastEdge* fast = AsFast(record.edge);

@@ -24,6 +24,9 @@ class InformationFactors {
   std::vector<double> values_;
 };
 
+/// Linearizes the edge: whether its residual and its Jacobians are finite.
+bool IsFinite(Edge* edge);
+
 /// C of edge e at its last Linearize.
 void MultiplyOut(const Structure& structure, int e, InformationFactors* factors, double* C);
 
