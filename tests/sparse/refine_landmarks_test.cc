@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <limits>
 
 #include "ch5_backend/graph/loss.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
@@ -140,6 +141,11 @@ TEST_P(RefineLandmarks, IsRolledBackWithTheStep) {
   EXPECT_GT(solver_.RefineLandmarks(1), 0.0);
   solver_.RollbackStates();
   EXPECT_EQ(Parameters(graph_), before);
+}
+
+TEST_P(RefineLandmarks, EndsOnceNoLandmarkMoves) {
+  EXPECT_GT(solver_.RefineLandmarks(std::numeric_limits<int>::max()), 0.0);
+  EXPECT_LT(solver_.RefineLandmarks(1), 1e-9 * solver_.Cost());
 }
 
 TEST_P(RefineLandmarks, LeadsToTheSameMinimum) {

@@ -50,10 +50,13 @@ struct RefineChunk {
         if (step > 0) AddChanges(s, begin, count, squares, x);
         if (step < steps) AddEdges(s, batches, begin, count, r, J, squares, x);
       });
+      bool any_moves = false;
       for (int l = first; l < last; ++l) {
         if (step > 0) Judge(s.landmarks[l], &x->landmarks[l]);
         if (step < steps) Move(s.landmarks[l], &x->landmarks[l]);
+        any_moves = any_moves || !x->landmarks[l].is_done;
       }
+      if (!any_moves) break;
     }
     double decrease = 0.0;
     for (int l = first; l < last; ++l) decrease += x->landmarks[l].decrease;
