@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <limits>
+#include <set>
 
 namespace ch5 {
 namespace {
@@ -32,8 +33,12 @@ CsvReader::CsvReader(const std::string& path) : reader_(path) {
   const std::optional<std::string_view> header = reader_.ReadLine();
   if (!header) Fail("the file is empty");
   bool is_in_ns = false;
+  std::set<std::string> names;
   for (const std::string_view cell : SplitAtCommas(*header)) {
     columns_.push_back(PlainName(cell));
+    if (!columns_.back().empty() && !names.insert(columns_.back()).second) {
+      Fail("two columns are called " + columns_.back() + " (without units and frames)");
+    }
     if (columns_.back() == "timestamp") is_in_ns = !IsInOtherUnit(cell);
   }
   if (!is_in_ns) {

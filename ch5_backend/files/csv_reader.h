@@ -16,7 +16,7 @@ namespace ch5 {
 
 class CsvReader {
  public:
-  /// @throws FileError if it cannot be read, or the first line names no columns, a timestamp [ns] among them
+  /// @throws FileError if it cannot be read, or the first line names no columns, no timestamp [ns] or one column twice
   explicit CsvReader(const std::string& path);
 
   bool Has(const std::string& column) const;

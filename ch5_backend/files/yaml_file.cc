@@ -17,17 +17,52 @@ std::string_view WithoutComment(std::string_view line) {
 
 bool IsItem(std::string_view text) { return text == "-" || text.substr(0, 2) == "- "; }
 
-// Whether it is a list or a map whose bracket is still to be closed.
-bool IsOpen(std::string_view text) {
-  if (text.empty() || (text.front() != '[' && text.front() != '{')) return false;
-  const auto count = [&](char c) { return std::count(text.begin(), text.end(), c); };
-  return count('[') + count('{') > count(']') + count('}');
+// How many more brackets `text` opens than it closes.
+int Depth(std::string_view text) {
+  int depth = 0;
+  for (const char c : text) depth += (c == '[' || c == '{' ? 1 : 0) - (c == ']' || c == '}' ? 1 : 0);
+  return depth;
+}
+
+// Behind YAML's tags and anchors: of OpenCV's "T_BS: !!opencv-matrix" nothing, so that it is a section.
+std::string_view WithoutTags(std::string_view text) {
+  while (!text.empty() && (text.front() == '!' || text.front() == '&')) {
+    text = Trim(text.substr(std::min(text.find_first_of(" \t"), text.size())));
+  }
+  return text;
+}
+
+// The parts of a map in braces between its own commas, not those of lists in it; none behind a last comma.
+std::vector<std::string_view> PartsOfMap(std::string_view map) {
+  const std::string_view inside = map.substr(1, map.size() - 2);
+  std::vector<std::string_view> parts;
+  size_t begin = 0;
+  int depth = 0;
+  for (size_t i = 0; i < inside.size(); ++i) {
+    depth += Depth(inside.substr(i, 1));
+    if (inside[i] != ',' || depth > 0) continue;
+    parts.push_back(Trim(inside.substr(begin, i - begin)));
+    begin = i + 1;
+  }
+  const std::string_view last = Trim(inside.substr(begin));
+  if (!last.empty()) parts.push_back(last);
+  return parts;
 }
 
 // A line's key and what stands behind it, which may go on in the next lines.
 struct Entry {
   std::string key, text;
   int line;
+  size_t indent = 0;     // of the key
+  int depth = 0;         // brackets that are still open
+  bool is_list = false;  // with dashes
+
+  void Append(std::string_view words) {
+    const bool counts = depth > 0 || (!words.empty() && (words.front() == '[' || words.front() == '{'));
+    if (!text.empty()) text += depth > 0 ? " " : ", ";
+    text += words;
+    if (counts) depth += Depth(words);
+  }
 };
 
 // @throws FileError
@@ -39,7 +74,9 @@ Entry SplitAtColon(const std::string& path, int line, std::string_view text) {
   if (!separates || key.empty() || key.find_first_of(" \t[]{}.\"'") != std::string_view::npos) {
     throw FileError(path + ":" + std::to_string(line) + ": expected \"key: value\", got " + TextReader::Quote(text));
   }
-  return {std::string(key), std::string(Trim(text.substr(colon + 1))), line};
+  Entry entry{std::string(key), "", line};
+  entry.Append(WithoutTags(Trim(text.substr(colon + 1))));
+  return entry;
 }
 
 // All keys by their paths, those of sections too, whose text is empty.
@@ -55,18 +92,24 @@ std::vector<Entry> ReadEntries(const std::string& path) {
     const std::string_view text = WithoutComment(*line);
     std::string_view words = Trim(text);
     if (words.empty() || text.front() == '%' || words == "---" || words == "...") continue;
-    if (!entries.empty() && (IsOpen(entries.back().text) || IsItem(words))) {
-      std::string& list = entries.back().text;
-      if (!list.empty()) list += IsOpen(list) ? " " : ", ";
+    Entry* const last = entries.empty() ? nullptr : &entries.back();
+    const bool is_open = last && last->depth > 0, has_value = last && !last->text.empty() && !last->is_list;
+    if (last && (is_open || IsItem(words))) {
+      if (!is_open && has_value) reader.Fail(last->key + ": it has a value already, got " + TextReader::Quote(words));
+      if (!is_open) last->is_list = true;
       while (IsItem(words)) words = Trim(words.substr(1));
-      list += words;
+      last->Append(words);
       continue;
     }
     const size_t indent = text.find_first_not_of(' ');
     if (text[indent] == '\t') reader.Fail("a tab indents the line; YAML takes spaces alone");
+    if (has_value && indent > last->indent) {
+      reader.Fail("the line is indented further than " + last->key + ", which has a value already, got " +
+                  TextReader::Quote(words));
+    }
     while (!sections.empty() && indent <= sections.back().indent) sections.pop_back();
     Entry entry = SplitAtColon(path, reader.Line(), words);
-    if (entry.text.rfind("!!", 0) == 0) entry.text.clear();  // OpenCV's "T_BS: !!opencv-matrix" is a section
+    entry.indent = indent;
     if (!sections.empty()) entry.key.insert(0, sections.back().prefix);
     if (entry.text.empty()) sections.push_back({indent, entry.key + "."});
     entries.push_back(std::move(entry));
@@ -84,14 +127,16 @@ std::string WithoutQuotes(std::string_view text) {
 
 YamlFile::YamlFile(const std::string& path, const std::string& section) : path_(path), section_(section) {
   for (const Entry& entry : ReadEntries(path)) {
-    if (IsOpen(entry.text))
+    if (entry.depth > 0)
       Fail(entry.line, entry.key + ": a bracket is not closed, got " + TextReader::Quote(entry.text));
+    if (entry.depth < 0)
+      Fail(entry.line, entry.key + ": a bracket is closed that none opens, got " + TextReader::Quote(entry.text));
     if (entry.text.empty()) continue;
-    if (entry.text.front() != '{' || entry.text.back() != '}') {
+    if (entry.is_list || entry.text.front() != '{' || entry.text.back() != '}') {
       Add(entry.key, entry.text, entry.line);
       continue;
     }
-    for (const std::string_view part : SplitAtCommas(std::string_view(entry.text).substr(1, entry.text.size() - 2))) {
+    for (const std::string_view part : PartsOfMap(entry.text)) {
       const Entry inner = SplitAtColon(path, entry.line, part);
       Add(entry.key + "." + inner.key, inner.text, entry.line);
     }

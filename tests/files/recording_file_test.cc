@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "ch5_backend/files/tables/text_writer.h"
+#include "ch5_backend/files/yaml_file.h"
 #include "ch5_backend/simulate/sensors/paths.h"
 #include "ch5_backend/simulate/sensors/scene_points.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
@@ -274,6 +275,8 @@ TEST_F(RecordingFile, ColumnsMayStandInAnotherOrder) {
   Write("imu.csv", changed);
   EXPECT_EQ(ReadRecording(folder_).imu.back().acceleration, recording_.imu.back().acceleration);
   EXPECT_EQ(ReadRecording(folder_).imu.back().gyroscope, recording_.imu.back().gyroscope);
+  ReplaceLine("imu.csv", 1, "timestamp,a_x,a_y,a_z,w_x,w_y,w_z,w_RS_S_z");
+  EXPECT_EQ(Message(), "imu.csv:1: two columns are called w_z (without units and frames)");
   ReplaceLine("imu.csv", 1, "timestamp,a_x,a_y,a_z,w_x,w_y,wz,note");
   EXPECT_EQ(Message(),
             "imu.csv:2: there is no column w_z; the first line names timestamp, a_x, a_y, a_z, w_x, w_y, wz, note");
@@ -304,9 +307,44 @@ TEST_F(RecordingFile, TheCalibrationIsReadStrictly) {
   EXPECT_EQ(spoilt("[752, 480]", "\n    - 752  # pixels\n    - 480"), "");
   EXPECT_EQ(spoilt("{fx: 460, ", "[460, 460, 376, 240]\n  unknown: {"),
             "calibration.yaml:2: camera.intrinsics: name its numbers: {fx: …, fy: …, …}");
+  EXPECT_EQ(spoilt("[752, 480]", "[752, 480]]"),
+            "calibration.yaml:3: camera.resolution: a bracket is closed that none opens, got \"[752, 480]]\"");
+  EXPECT_EQ(spoilt("rate_hz: 20", "rate_hz: 20\n  - 30"),
+            "calibration.yaml:5: camera.rate_hz: it has a value already, got \"- 30\"");
+  EXPECT_EQ(spoilt("rate_hz: 20", "rate_hz: 20\n    unit: Hz"),
+            "calibration.yaml:5: the line is indented further than camera.rate_hz, which has a value already, got "
+            "\"unit: Hz\"");
   EXPECT_EQ(
       spoilt("[752, 480]", "[752, 480"),
       "calibration.yaml:3: camera.resolution: a bracket is not closed, got \"[752, 480 rate_hz: 20 p_B_C: [0.…\"");
+}
+
+TEST_F(RecordingFile, YamlOfOtherWritersIsRead) {
+  const std::string path = (folder_ / "other.yaml").string();
+  Write("other.yaml",
+        "%YAML:1.0\ncam0: &first\n  T: !!opencv-matrix\n    rows: 1\n    data: [ 1., 2.,\n      3. ]\n"
+        "  rate: !!float 20\n  flow: {size: [4, 5], none: {}, last: 6,}\n  empty: {}\n"
+        "  points:\n  - {x: 1}\n  - {x: 2}\n");
+  const YamlFile yaml(path, "cam0");
+  EXPECT_EQ(yaml.Numbers("T.data", 3), (std::vector<double>{1, 2, 3}));
+  EXPECT_EQ(yaml.Positive("rate"), 20.0);
+  EXPECT_EQ(yaml.Numbers("flow.size", 2), (std::vector<double>{4, 5}));
+  EXPECT_EQ(yaml.Positive("flow.last"), 6.0);
+  EXPECT_FALSE(yaml.Has("empty"));
+  EXPECT_EQ(yaml.Word("points"), "{x: 1}, {x: 2}");
+}
+
+// Where each line was joined to a list that was counted anew, a megabyte took minutes.
+TEST_F(RecordingFile, LongListsInYamlAreReadInLinearTime) {
+  std::string rows = "a:\n", open = "a: [0";
+  for (int i = 0; i < 200000; ++i) {
+    rows += "- [1]\n";
+    open += ",\n1";
+  }
+  Write("other.yaml", rows);
+  EXPECT_EQ(YamlFile((folder_ / "other.yaml").string()).Numbers("a", 200000).back(), 1.0);
+  Write("other.yaml", open + "]\n");
+  EXPECT_EQ(YamlFile((folder_ / "other.yaml").string()).Numbers("a", 200001).back(), 1.0);
 }
 
 TEST_F(RecordingFile, AFailedWriteLeavesTheOlderRecording) {
