@@ -22,7 +22,7 @@ struct Problem {
   WindowDump window;
   std::string pose_graph;     ///< its file, which both sides read anew
   peer::PeerOptions options;  ///< with which both sides solve it
-  int landmark_steps = 0;  ///< of ours, as the estimators take them; Ceres' inner iterations cost more than they gain
+  int landmark_steps = 0;  ///< of ours, as the estimators take them; Ceres' inner iterations lengthen its whole solve
 };
 
 /// @param name  a BAL file, a window dump, a .g2o file, "scene:FRAMESxPOINTS" or "city:CAMERAS", behind a task's word if that is not to

@@ -31,7 +31,7 @@ struct LandmarkRefinement {
 };
 
 /// Moves the landmarks, by at most so many steps each. The batches are active, their poses loaded.
-/// @return by how much the cost fell, at least; NaN if it is not finite
+/// @return by how much the cost fell, at least
 double RefineLandmarks(const Structure& structure, const LandmarkEdgeBatches& batches, int steps, ThreadPool* pool,
                        LandmarkRefinement* refinement);
 
