@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <limits>
 #include <set>
 
@@ -28,6 +29,11 @@ bool IsInOtherUnit(std::string_view timestamp) {
 }
 
 }  // namespace
+
+std::string WhyNotUnit(const Qd& q) {
+  if (std::abs(q.norm() - 1.0) < 1e-3) return "";
+  return "the quaternion must be of length 1, got " + std::to_string(q.norm());
+}
 
 CsvReader::CsvReader(const std::string& path) : reader_(path) {
   const std::optional<std::string_view> header = reader_.ReadLine();
@@ -84,6 +90,12 @@ double CsvReader::Number(const std::string& column) const { return reader_.ToDou
 
 int64_t CsvReader::Integer(const std::string& column, int64_t low, int64_t high) const {
   return reader_.ToInteger(Cell(column), column.c_str(), low, high);
+}
+
+Qd CsvReader::Rotation() const {
+  const Qd q(Number("q_w"), Number("q_x"), Number("q_y"), Number("q_z"));
+  if (const std::string why = WhyNotUnit(q); !why.empty()) Fail(why);
+  return q.normalized();
 }
 
 }  // namespace ch5

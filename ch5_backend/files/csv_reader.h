@@ -14,6 +14,9 @@
 
 namespace ch5 {
 
+/// Empty if ‖q‖ = 1 within 1e-3, else what is wrong. Six printed digits give 1e-5; a larger error means another column.
+std::string WhyNotUnit(const Qd& q);
+
 class CsvReader {
  public:
   /// @throws FileError if it cannot be read, or the first line names no columns, no timestamp [ns] or one column twice
@@ -33,6 +36,8 @@ class CsvReader {
   int64_t Integer(const std::string& column, int64_t low, int64_t high) const;
   /// The columns `stem`x, `stem`y and `stem`z.
   Vec3 Vector(const std::string& stem) const { return {Number(stem + "x"), Number(stem + "y"), Number(stem + "z")}; }
+  /// The columns q_w, q_x, q_y and q_z, normalized.  @throws FileError unless of length 1
+  Qd Rotation() const;
   /// "file:line: message"
   [[noreturn]] void Fail(const std::string& message) const { reader_.Fail(message); }
 

@@ -29,12 +29,6 @@ bool NextRow(CsvReader* csv) {
   return true;
 }
 
-// Empty if ‖q‖ = 1 within 1e-3. Six printed digits give 1e-5; a larger error means another column.
-std::string WhyNotUnit(const Qd& q) {
-  if (std::abs(q.norm() - 1.0) < 1e-3) return "";
-  return "the quaternion must be of length 1, got " + std::to_string(q.norm());
-}
-
 void ReadImu(const std::string& path, Recording* recording) {
   CsvReader csv(path);
   while (NextRow(&csv)) {
@@ -81,9 +75,7 @@ void ReadTruth(const std::string& path, Recording* recording) {
   while (NextRow(&csv)) {
     StampedState state;
     state.t = TimeOf(csv, csv.Stamp(), *recording);
-    const Qd q(csv.Number("q_w"), csv.Number("q_x"), csv.Number("q_y"), csv.Number("q_z"));
-    if (const std::string why = WhyNotUnit(q); !why.empty()) csv.Fail(why);
-    state.T_W_B = {q.normalized(), csv.Vector("p_")};
+    state.T_W_B = {csv.Rotation(), csv.Vector("p_")};
     state.v_W = csv.Vector("v_");
     state.b_g = csv.Vector("bg_");
     state.b_a = csv.Vector("ba_");

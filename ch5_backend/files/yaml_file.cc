@@ -1,7 +1,6 @@
 #include "ch5_backend/files/yaml_file.h"
 
 #include <algorithm>
-#include <limits>
 #include <sstream>
 
 namespace ch5 {

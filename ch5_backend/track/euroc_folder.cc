@@ -212,10 +212,7 @@ std::vector<StampedState> ReadTruth(const fs::path& folder, const Transform& T_B
   while (csv.NextRow()) {
     StampedState state;
     state.t = SecondsAt(csv.Stamp(), recording.origin_ns);
-    const Qd q(csv.Number("q_w"), csv.Number("q_x"), csv.Number("q_y"), csv.Number("q_z"));
-    if (std::abs(q.norm() - 1.0) > 1e-3)
-      csv.Fail("the quaternion must be of length 1, got " + std::to_string(q.norm()));
-    state.T_W_B = Transform{q.normalized(), csv.Vector("p_")} * T_S_I;
+    state.T_W_B = Transform{csv.Rotation(), csv.Vector("p_")} * T_S_I;
     if (has_velocity) state.v_W = csv.Vector("v_");
     if (has_biases) {
       state.b_g = csv.Vector("b_w_");
