@@ -29,7 +29,7 @@ class Documents(unittest.TestCase):
         for english, chinese in PAIRS:
             levels = [[level for level, _ in headings(read(path))] for path in (english, chinese)]
             self.assertEqual(*levels, f"{english.name} and {chinese.name}")
-            stages = [re.findall(r"^##? (Stage [\d.]+[AB]?) ·", read(path), re.M) for path in (english, chinese)]
+            stages = [re.findall(r"^##? (?:Stage|阶段) ([\d.]+[AB]?) ·", read(path), re.M) for path in (english, chinese)]
             self.assertEqual(*stages)
 
     def test_both_languages_have_the_same_code_and_pictures(self):
@@ -150,7 +150,7 @@ class Documents(unittest.TestCase):
 
     def test_handout_has_three_hints_a_stage_and_no_answer(self):
         for (path, *_), text in handouts():
-            for body in re.split(r"^##? Stage \S+ ·", text, flags=re.M)[1:]:
+            for body in re.split(r"^##? (?:Stage|阶段) \S+ ·", text, flags=re.M)[1:]:
                 self.assertEqual(re.findall(r"<summary>(?:Hint|提示) (\d)", body), ["1", "2", "3"], f"{path}: {body[:40]}")
             # The answers are the lines between BEGIN SOLUTION and BLANK.
             for file in (ROOT / "solutions").glob("*.cc"):

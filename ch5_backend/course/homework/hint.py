@@ -38,7 +38,7 @@ def page(stage: dict, language: str) -> Path:
 def handout(language: str) -> dict:
     """{"1.1": its section of the handout}, in order."""
     text = "".join(page(stage, language).read_text(encoding="utf-8") for stage in STAGES)
-    parts = re.split(r"^##? Stage (\S+) ·.*$", text, flags=re.MULTILINE)
+    parts = re.split(r"^##? (?:Stage|阶段) (\S+) ·.*$", text, flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2]))
 
 
