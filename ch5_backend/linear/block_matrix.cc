@@ -59,6 +59,7 @@ void SymmetricBlockMatrix::SetPattern(std::vector<int> dims, const std::vector<s
 
 int SymmetricBlockMatrix::Find(int i, int j) const {
   const auto begin = rows_.begin() + column_begin_[j], end = rows_.begin() + column_begin_[j + 1];
+  if (i >= j && i - j < end - begin && begin[i - j] == i) return column_begin_[j] + i - j;  // as in a dense column
   const auto it = std::lower_bound(begin, end, i);
   return it != end && *it == i ? static_cast<int>(it - rows_.begin()) : -1;
 }

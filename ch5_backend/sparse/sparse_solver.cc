@@ -9,7 +9,7 @@ namespace ch5 {
 namespace {
 
 constexpr int kEdges = 256, kVertices = 512;  // a task's
-constexpr int kPrefetchDistance = 8;          // edges that are asked for ahead
+constexpr int kPrefetchDistance = 8;          // edges or vertices that are asked for ahead
 
 // Then all blocks are where they were: an edge never changes its vertices.
 bool IsSame(const Ordering& a, const Ordering& b) {
@@ -167,6 +167,7 @@ void SparseSolver::UpdateStates(const VecX& delta_x) {
   for (const auto* vertices : {&structure_.poses, &structure_.landmarks}) {
     ParallelFor(&pool_, static_cast<int>(vertices->size()), kVertices, [&](int begin, int end) {
       for (int i = begin; i < end; ++i) {
+        if (i + kPrefetchDistance < end) PrefetchObject((*vertices)[i + kPrefetchDistance], 2);
         Vertex& vertex = *(*vertices)[i];
         vertex.BackUpParameters();
         vertex.Plus(delta_x.data() + vertex.OrderingId());
