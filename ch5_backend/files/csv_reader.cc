@@ -23,6 +23,12 @@ std::string PlainName(std::string_view cell) {
   return name;
 }
 
+// Some programs write semicolons, where a comma stands in numbers, or tabs.
+char SeparatorOf(std::string_view header) {
+  const size_t first = header.find_first_of(",;\t");
+  return first == std::string_view::npos ? ',' : header[first];
+}
+
 bool IsInOtherUnit(std::string_view timestamp) {
   const size_t unit = timestamp.find('[');
   return unit != std::string_view::npos && timestamp.substr(unit) != "[ns]";
@@ -40,7 +46,8 @@ CsvReader::CsvReader(const std::string& path) : reader_(path) {
   if (!header) Fail("the file is empty");
   bool is_in_ns = false;
   std::set<std::string> names;
-  for (const std::string_view cell : SplitAtCommas(*header)) {
+  separator_ = SeparatorOf(*header);
+  for (const std::string_view cell : SplitAt(separator_, *header)) {
     columns_.push_back(PlainName(cell));
     if (!columns_.back().empty() && !names.insert(columns_.back()).second) {
       Fail("two columns are called " + columns_.back() + " (without units and frames)");
@@ -62,14 +69,14 @@ bool CsvReader::NextRow() {
     line = reader_.ReadLine();
     if (!line) return false;
   } while (Trim(*line).empty());
-  cells_ = SplitAtCommas(*line);
+  cells_ = SplitAt(separator_, *line);
   if (cells_.size() == columns_.size()) return true;
   Fail("a row of " + std::to_string(cells_.size()) + " columns, but the first line names " +
        std::to_string(columns_.size()) + ", got " + TextReader::Quote(*line));
 }
 
 int64_t CsvReader::Stamp(bool may_repeat) {
-  const int64_t stamp = Integer("timestamp", 0, std::numeric_limits<int64_t>::max());
+  const int64_t stamp = reader_.ToInteger(Cell("timestamp"), "timestamp [ns]", 0, std::numeric_limits<int64_t>::max());
   const bool is_repeated = stamp == last_stamp_ && !may_repeat;
   if (stamp < last_stamp_ || is_repeated) {
     Fail(std::string("the timestamp ") + (is_repeated ? "is repeated" : "goes backwards") + ", got " +

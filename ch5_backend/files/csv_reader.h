@@ -1,6 +1,6 @@
 #pragma once
-/// A table of numbers with commas, strictly checked: every error names the file, the line and the value. Its columns are found
-/// by the names in the first line, in whatever order they stand.
+/// A table of numbers between commas, semicolons or tabs, strictly checked: every error names the file, the line and the value.
+/// Its columns are found by the names in the first line, in whatever order they stand.
 ///
 /// Publishers' names differ in '#', in units and in frames: "#timestamp [ns]", "timestamp", "w_RS_S_x [rad s^-1]",
 /// "w_x" …; here they are called "timestamp", "w_x", "b_a_z", without units and capital letters.
@@ -43,6 +43,7 @@ class CsvReader {
 
  private:
   TextReader reader_;
+  char separator_ = ',';
   std::vector<std::string> columns_;
   std::vector<std::string_view> cells_;
   int64_t last_stamp_ = -1;

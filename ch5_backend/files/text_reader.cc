@@ -67,10 +67,10 @@ std::string_view Trim(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
 
-std::vector<std::string_view> SplitAtCommas(std::string_view text) {
+std::vector<std::string_view> SplitAt(char separator, std::string_view text) {
   std::vector<std::string_view> pieces;
-  for (size_t comma; (comma = text.find(',')) != std::string_view::npos; text.remove_prefix(comma + 1)) {
-    pieces.push_back(Trim(text.substr(0, comma)));
+  for (size_t end; (end = text.find(separator)) != std::string_view::npos; text.remove_prefix(end + 1)) {
+    pieces.push_back(Trim(text.substr(0, end)));
   }
   pieces.push_back(Trim(text));
   return pieces;

@@ -167,7 +167,7 @@ std::vector<double> YamlFile::Numbers(const std::string& key, size_t count) cons
   std::replace_if(
       list.begin(), list.end(), [](char c) { return c == '[' || c == ']'; }, ' ');
   std::vector<double> numbers;
-  for (const std::string_view part : SplitAtCommas(list)) {
+  for (const std::string_view part : SplitAt(',', list)) {
     if (part.empty() && count > 1) continue;  // behind a last comma
     numbers.emplace_back();
     if (const std::string why = TextReader::ParseDouble(WithoutQuotes(part), &numbers.back()); !why.empty())

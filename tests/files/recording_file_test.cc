@@ -197,7 +197,7 @@ TEST_F(RecordingFile, NumbersThatAreNoneAreNamed) {
   EXPECT_EQ(Message(), "imu.csv:5: w_y: not a number, got \"\"");
   WriteRecording(recording_, folder_);
   ReplaceLine("imu.csv", 2, "1.5,0,0,0,0,0,9.8");
-  EXPECT_EQ(Message(), "imu.csv:2: timestamp: not a whole number, got \"1.5\"");
+  EXPECT_EQ(Message(), "imu.csv:2: timestamp [ns]: not a whole number, got \"1.5\"");
   WriteRecording(recording_, folder_);
   ReplaceLine("tracks.csv", 2, "1403715273262143232,-3,0,0");
   EXPECT_EQ(Message(), "tracks.csv:2: track_id: must lie in [0, 2147483647], got \"-3\"");
@@ -254,6 +254,15 @@ TEST_F(RecordingFile, OtherUnitsAreNoticed) {
 TEST_F(RecordingFile, HarmlessMarksAreRead) {
   for (const char* name : {"imu.csv", "tracks.csv", "calibration.yaml"}) Write(name, "\xef\xbb\xbf" + Read(name));
   EXPECT_EQ(ReadRecording(folder_).imu.size(), recording_.imu.size());
+  for (const char separator : {';', '\t'}) {
+    WriteRecording(recording_, folder_);
+    std::string text = Read("imu.csv");
+    std::replace(text.begin(), text.end(), ',', separator);
+    Write("imu.csv", text);
+    EXPECT_EQ(ReadRecording(folder_).imu.back().acceleration, recording_.imu.back().acceleration);
+    ReplaceLine("imu.csv", 2, std::string("1403715273262143232") + separator + "0,1");
+    EXPECT_EQ(Message().find("imu.csv:2: a row of 2 columns, but the first line names 7"), 0u) << Message();
+  }
   WriteRecording(recording_, folder_);
   Write("calibration.yaml", "%YAML:1.0\n---\n" + Read("calibration.yaml"));
   Replace("calibration.yaml", "rate_hz: 20", "rate_hz: \"20\"\t# Hz");
@@ -267,7 +276,7 @@ TEST_F(RecordingFile, ColumnsMayStandInAnotherOrder) {
       changed = "timestamp,a_RS_S_x [m s^-2],a_RS_S_y,a_RS_S_z,w_RS_S_x [rad s^-1],w_RS_S_y,w_RS_S_z,note\n";
   std::getline(lines, line);
   while (std::getline(lines, line)) {
-    std::vector<std::string_view> cells = SplitAtCommas(line);
+    std::vector<std::string_view> cells = SplitAt(',', line);
     std::rotate(cells.begin() + 1, cells.begin() + 4, cells.end());
     for (const std::string_view cell : cells) changed += std::string(cell) + ",";
     changed += "none\n";

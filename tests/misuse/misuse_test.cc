@@ -452,7 +452,7 @@ const std::vector<Case> kMeasurements = {
          std::istringstream lines(*text);
          std::string line, changed;
          for (int k = 0; std::getline(lines, line); ++k) {
-           std::vector<std::string_view> cells = SplitAtCommas(line);
+           std::vector<std::string_view> cells = SplitAt(',', line);
            if (k > 0) std::rotate(cells.begin() + 4, cells.begin() + 5, cells.begin() + 8);
            for (size_t c = 0; c < cells.size(); ++c) changed += (c > 0 ? "," : "") + std::string(cells[c]);
            changed += "\n";
