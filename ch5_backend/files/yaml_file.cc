@@ -6,12 +6,24 @@
 namespace ch5 {
 namespace {
 
-// A '#' begins a comment at the start of the line or after a space.
+// A '#' begins a comment at the start of the line or after a space, but not in quotes. These begin where a word may: the
+// apostrophe of "camera's" is none.
 std::string_view WithoutComment(std::string_view line) {
-  for (size_t i = 0; i < line.size(); ++i) {
-    if (line[i] == '#' && (i == 0 || line[i - 1] == ' ' || line[i - 1] == '\t')) return line.substr(0, i);
+  char last = ' ';
+  for (size_t i = 0; i < line.size(); last = line[i++]) {
+    const bool is_after_space = last == ' ' || last == '\t';
+    if (line[i] == '#' && is_after_space) return line.substr(0, i);
+    const bool is_quote = (line[i] == '"' || line[i] == '\'') && (is_after_space || last == '[' || last == '{');
+    const size_t end = is_quote ? line.find(line[i], i + 1) : std::string_view::npos;
+    if (end != std::string_view::npos) i = end;
   }
   return line;
+}
+
+std::string WithoutQuotes(std::string_view text) {
+  const bool is_quoted =
+      text.size() >= 2 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front();
+  return std::string(is_quoted ? text.substr(1, text.size() - 2) : text);
 }
 
 bool IsItem(std::string_view text) { return text == "-" || text.substr(0, 2) == "- "; }
@@ -67,13 +79,13 @@ struct Entry {
 // @throws FileError
 Entry SplitAtColon(const std::string& path, int line, std::string_view text) {
   const size_t colon = text.find(':');
-  const std::string_view key = Trim(text.substr(0, colon));
+  const std::string key = WithoutQuotes(Trim(text.substr(0, colon)));
   const bool separates = colon != std::string_view::npos &&
                          (colon + 1 == text.size() || text[colon + 1] == ' ' || text[colon + 1] == '\t');
-  if (!separates || key.empty() || key.find_first_of(" \t[]{}.\"'") != std::string_view::npos) {
+  if (!separates || key.empty() || key.find_first_of(" \t[]{}.\"'") != std::string::npos) {
     throw FileError(path + ":" + std::to_string(line) + ": expected \"key: value\", got " + TextReader::Quote(text));
   }
-  Entry entry{std::string(key), "", line};
+  Entry entry{key, "", line};
   entry.Append(WithoutTags(Trim(text.substr(colon + 1))));
   return entry;
 }
@@ -114,12 +126,6 @@ std::vector<Entry> ReadEntries(const std::string& path) {
     entries.push_back(std::move(entry));
   }
   return entries;
-}
-
-std::string WithoutQuotes(std::string_view text) {
-  const bool is_quoted =
-      text.size() >= 2 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front();
-  return std::string(is_quoted ? text.substr(1, text.size() - 2) : text);
 }
 
 }  // namespace

@@ -333,7 +333,8 @@ TEST_F(RecordingFile, YamlOfOtherWritersIsRead) {
   Write("other.yaml",
         "%YAML:1.0\ncam0: &first\n  T: !!opencv-matrix\n    rows: 1\n    data: [ 1., 2.,\n      3. ]\n"
         "  rate: !!float 20\n  flow: {size: [4, 5], none: {}, last: 6,}\n  empty: {}\n"
-        "  points:\n  - {x: 1}\n  - {x: 2}\n");
+        "  points:\n  - {x: 1}\n  - {x: 2}\n"
+        "  \"maker\": \"No. # 1\"  # camera's\n  'json': {\"fx\": 7}\n");
   const YamlFile yaml(path, "cam0");
   EXPECT_EQ(yaml.Numbers("T.data", 3), (std::vector<double>{1, 2, 3}));
   EXPECT_EQ(yaml.Positive("rate"), 20.0);
@@ -349,6 +350,8 @@ TEST_F(RecordingFile, LongListsInYamlAreReadInLinearTime) {
   for (int i = 0; i < 200000; ++i) {
     rows += "- [1]\n";
     open += ",\n1";
+  EXPECT_EQ(yaml.Word("maker"), "No. # 1");
+  EXPECT_EQ(yaml.Positive("json.fx"), 7.0);
   }
   Write("other.yaml", rows);
   EXPECT_EQ(YamlFile((folder_ / "other.yaml").string()).Numbers("a", 200000).back(), 1.0);
