@@ -168,7 +168,7 @@ const YamlFile::Value& YamlFile::Get(const std::string& key) const {
   throw FileError(path_ + ": " + (section_.empty() ? "" : section_ + ": ") + key + " is missing");
 }
 
-std::vector<double> YamlFile::Numbers(const std::string& key, size_t count) const {
+std::vector<double> YamlFile::Numbers(const std::string& key, size_t count, size_t most) const {
   std::string list = Get(key).text;
   std::replace_if(
       list.begin(), list.end(), [](char c) { return c == '[' || c == ']'; }, ' ');
@@ -179,8 +179,9 @@ std::vector<double> YamlFile::Numbers(const std::string& key, size_t count) cons
     if (const std::string why = TextReader::ParseDouble(WithoutQuotes(part), &numbers.back()); !why.empty())
       Fail(key, why);
   }
-  if (numbers.size() != count) {
-    Fail(key, "must be " + std::to_string(count) + (count == 1 ? " number" : " numbers") + ", got " +
+  if (numbers.size() < count || numbers.size() > std::max(count, most)) {
+    const std::string or_most = most > count ? " to " + std::to_string(most) : "";
+    Fail(key, "must be " + std::to_string(count) + or_most + (count == 1 ? " number" : " numbers") + ", got " +
                   std::to_string(numbers.size()));
   }
   return numbers;

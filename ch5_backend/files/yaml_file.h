@@ -22,8 +22,8 @@ class YamlFile {
   bool Has(const std::string& key) const { return Find(key) != nullptr; }
   /// The text behind `key`, without quotes.  @throws FileError if there is none
   const std::string& Word(const std::string& key) const { return Get(key).text; }
-  /// @throws FileError unless they are so many finite numbers
-  std::vector<double> Numbers(const std::string& key, size_t count) const;
+  /// @throws FileError unless they are so many finite numbers, or up to `most`
+  std::vector<double> Numbers(const std::string& key, size_t count, size_t most = 0) const;
   /// @throws FileError unless it is one number in [low, high], or above 0
   double Number(const std::string& key, double low, double high) const;
   double Positive(const std::string& key) const;

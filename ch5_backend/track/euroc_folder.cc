@@ -85,11 +85,13 @@ Lens ReadLens(const SensorYaml& yaml) {
   if (model == "none") return lens;
   if (model == "equidistant") {
     lens.model = Lens::Model::kEquidistant;
-  } else if (model != "radial-tangential" && model != "radtan") {
+  } else if (model != "radial-tangential" && model != "radtan" && model != "plumb_bob") {
     yaml.Fail("distortion_model", "must be radial-tangential, equidistant or none, got " + TextReader::Quote(model));
   }
-  const std::vector<double> k = yaml.Numbers(yaml.Name("distortion_coefficients", "distortion_coeffs"), 4);
+  const size_t most = lens.model == Lens::Model::kRadialTangential ? 5 : 4;
+  const std::vector<double> k = yaml.Numbers(yaml.Name("distortion_coefficients", "distortion_coeffs"), 4, most);
   lens.k = Eigen::Map<const Eigen::Vector4d>(k.data());
+  if (k.size() == 5) lens.k3 = k[4];
   return lens;
 }
 

@@ -20,12 +20,12 @@ std::pair<double, double> BendAngle(const Eigen::Vector4d& k, double angle) {
 }
 
 // x_d(x) and dx_d/dx.
-std::pair<Vec2, Mat22> Bend(const Eigen::Vector4d& k, const Vec2& x) {
-  const double n = x.squaredNorm(), radial = 1.0 + n * (k[0] + n * k[1]);
+std::pair<Vec2, Mat22> Bend(const Eigen::Vector4d& k, double k3, const Vec2& x) {
+  const double n = x.squaredNorm(), radial = 1.0 + n * (k[0] + n * (k[1] + n * k3));
   const double p1 = k[2], p2 = k[3], xy = x.x() * x.y();
   const Vec2 x_d =
       radial * x + Vec2(2.0 * p1 * xy + p2 * (n + 2.0 * x.x() * x.x()), p1 * (n + 2.0 * x.y() * x.y()) + 2.0 * p2 * xy);
-  Mat22 J = radial * Mat22::Identity() + 2.0 * (k[0] + 2.0 * k[1] * n) * x * x.transpose();
+  Mat22 J = radial * Mat22::Identity() + 2.0 * (k[0] + n * (2.0 * k[1] + n * 3.0 * k3)) * x * x.transpose();
   const double off_diagonal = 2.0 * (p1 * x.x() + p2 * x.y());
   J(0, 0) += 2.0 * p1 * x.y() + 6.0 * p2 * x.x();
   J(1, 1) += 6.0 * p1 * x.y() + 2.0 * p2 * x.x();
@@ -52,7 +52,7 @@ std::optional<Vec2> UndistortEquidistant(const Eigen::Vector4d& k, const Vec2& x
 }  // namespace
 
 Vec2 Lens::Distort(const Vec2& x) const {
-  if (model == Model::kRadialTangential) return Bend(k, x).first;
+  if (model == Model::kRadialTangential) return Bend(k, k3, x).first;
   const double r = x.norm();
   return r == 0.0 ? x : Vec2(BendAngle(k, std::atan(r)).first / r * x);
 }
@@ -61,7 +61,7 @@ std::optional<Vec2> Lens::Undistort(const Vec2& x_d) const {
   if (model == Model::kEquidistant) return UndistortEquidistant(k, x_d);
   Vec2 x = x_d;
   for (int step = 0; step < kSteps; ++step) {
-    const auto [bent, J] = Bend(k, x);
+    const auto [bent, J] = Bend(k, k3, x);
     if (J.determinant() <= 0.0) return std::nullopt;  // likewise
     if ((bent - x_d).norm() < kAccuracy) {
       return std::atan(x.norm()) > kLargestAngle ? std::nullopt : std::optional(x);

@@ -2,7 +2,8 @@
 /// How a lens bends rays: between the ideal normalized plane z = 1, which recordings use, and the distorted one, which the
 /// intrinsics map to pixels.
 ///
-///   radial-tangential (Brown)  x_d = (1 + k1 n + k2 n²) x + (2 p1 x y + p2 (n + 2x²), p1 (n + 2y²) + 2 p2 x y),  n = ‖x‖²
+///   radial-tangential (Brown)  x_d = (1 + k1 n + k2 n² + k3 n³) x + (2 p1 x y + p2 (n + 2x²), p1 (n + 2y²) + 2 p2 x y),
+///                              n = ‖x‖²
 ///   equidistant (Kannala & Brandt 2006, eq. 6)  ‖x_d‖ = θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸),  θ = atan ‖x‖
 
 #include <optional>
@@ -15,6 +16,7 @@ struct Lens {
   enum class Model { kRadialTangential, kEquidistant };
   Model model = Model::kRadialTangential;
   Eigen::Vector4d k = Eigen::Vector4d::Zero();  ///< k1, k2, p1, p2; or k1, k2, k3, k4
+  double k3 = 0.0;                              ///< of the radial-tangential model, OpenCV's fifth
 
   /// @param x  on the ideal plane
   Vec2 Distort(const Vec2& x) const;

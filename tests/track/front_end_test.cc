@@ -18,6 +18,8 @@ TEST(Lens, BendsAsWorkedByHand) {
   Lens lens;
   lens.k << 0.1, 0.01, 0.001, 0.002;  // n = 5: 1 + 0.5 + 0.25 = 1.75; tangential (0.004 + 0.014, 0.013 + 0.008)
   EXPECT_LT((lens.Distort({1, 2}) - Vec2(1.75 + 0.018, 3.5 + 0.021)).norm(), 1e-12);
+  lens.k3 = 0.002;  // 125 · 0.002 = 0.25 more
+  EXPECT_LT((lens.Distort({1, 2}) - Vec2(2.0 + 0.018, 4.0 + 0.021)).norm(), 1e-12);
   lens.model = Lens::Model::kEquidistant;
   lens.k << 0.1, 0, 0, 0;
   const double angle = M_PI / 4;
@@ -25,7 +27,9 @@ TEST(Lens, BendsAsWorkedByHand) {
 }
 
 TEST(Lens, UndistortIsTheInverseInTheWholeImage) {
-  for (const RenderOptions& options : {EurocLens(), WideLens()}) {
+  RenderOptions five = EurocLens();
+  five.lens.k3 = -0.02;
+  for (const RenderOptions& options : {EurocLens(), five, WideLens()}) {
     const Calibration& c = options.calibration;
     int described = 0, all = 0;
     for (int v = 0; v < c.height; v += 16) {

@@ -135,6 +135,8 @@ def with_kalibr(mav0: Path) -> None:
     text = (mav0 / SENSOR).read_text()
     numbers = lambda key: [float(number) for number in re.search(key + r": *\[([^\]]*)\]", text)[1].split(",")]
     value = lambda key: re.search(rf"^{key}: *(.*)$", text, re.MULTILINE)[1]
+    "OpenCV's five coefficients": lambda mav0: [
+        replace(SENSOR, "radial-tangential", "plumb_bob")(mav0), replace(SENSOR, r"(distortion_coefficients: .*)\]", r"\1, 0.0]")(mav0)],
     T_cam_imu = np.linalg.inv(np.reshape(numbers("data"), (4, 4)))
     rows = "".join(f"\n  - [{', '.join(map(repr, map(float, row)))}]" for row in T_cam_imu)
     (mav0.parent / "dso").mkdir()
