@@ -125,7 +125,7 @@ void CheckOrderOfQuaternions(const std::string& path, const Recording& recording
                   "x, y, z, w");
 }
 
-constexpr double kTiny = 1e-12, kLarge = 1e6, kFar = 500.0;  // [m]
+constexpr double kTiny = 1e-12, kLarge = 1e6;
 
 // Of the estimator's section, or of a camera that is not one of the two (camera2, cam1, …): not the calibration's.
 bool IsExtra(const std::string& key) {
@@ -148,7 +148,6 @@ Camera ReadCamera(const YamlFile& yaml, const std::string& name) {
   Camera c;
   const std::vector<double> f = ReadNamed(yaml, name + ".intrinsics", {"fx", "fy", "cx", "cy"}, -kLarge, kLarge);
   c.fx = f[0], c.fy = f[1], c.cx = f[2], c.cy = f[3];
-  for (const char* key : {".intrinsics.fx", ".intrinsics.fy"}) yaml.Positive(name + key);
   const std::vector<double> size = yaml.Numbers(name + ".resolution", 2);
   for (const double pixels : size) {
     if (!(pixels >= 1.0 && pixels <= kLarge && pixels == std::floor(pixels)))
@@ -157,13 +156,14 @@ Camera ReadCamera(const YamlFile& yaml, const std::string& name) {
   c.width = static_cast<int>(size[0]), c.height = static_cast<int>(size[1]);
   const std::vector<double> p = yaml.Numbers(name + ".p_B_C", 3);
   c.T_B_C.p = Vec3(p[0], p[1], p[2]);
-  if (c.T_B_C.p.cwiseAbs().maxCoeff() > kFar)
+  if (c.T_B_C.p.cwiseAbs().maxCoeff() > kLongestLever)
     yaml.Fail(name + ".p_B_C", "must be in meters, got " + yaml.Word(name + ".p_B_C"));
   const std::vector<double> q = ReadNamed(yaml, name + ".q_B_C", {"w", "x", "y", "z"}, -1.01, 1.01);
   c.T_B_C.q = Qd(q[0], q[1], q[2], q[3]);
   if (const std::string why = WhyNotUnit(c.T_B_C.q); !why.empty()) yaml.Fail(name + ".q_B_C.w", why);
   c.T_B_C.q.normalize();
   return c;
+  if (const std::string why = WhyNotInPixels(c); !why.empty()) yaml.Fail(name + ".intrinsics.fx", why);
 }
 
 }  // namespace

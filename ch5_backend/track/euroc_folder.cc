@@ -99,11 +99,11 @@ Camera ReadIntrinsics(const SensorYaml& yaml, const Transform& T_B_I) {
   Camera c;
   c.T_B_C = Inverse(T_B_I) * yaml.T_B_S();
   const std::vector<double> f = yaml.Numbers("intrinsics", 4), size = yaml.Numbers("resolution", 2);
-  if (!(f[0] > 0.0 && f[1] > 0.0)) yaml.Fail("intrinsics", "fu and fv must be positive");
   if (!(size[0] >= 1.0 && size[1] >= 1.0 && size[0] < 1e5 && size[1] < 1e5))
     yaml.Fail("resolution", "must be in pixels");
   c.fx = f[0], c.fy = f[1], c.cx = f[2], c.cy = f[3];
   c.width = static_cast<int>(size[0]), c.height = static_cast<int>(size[1]);
+  if (const std::string why = WhyNotInPixels(c); !why.empty()) yaml.Fail("intrinsics", why);
   return c;
 }
 

@@ -1,8 +1,11 @@
 #include "ch5_backend/track/sensor_yaml.h"
 
+#include <sstream>
+
 #include <Eigen/LU>
 
 #include "ch5_backend/math/transform.h"
+#include "ch5_backend/types/recording.h"
 
 namespace ch5 {
 
@@ -11,7 +14,8 @@ std::string SensorYaml::Name(const std::string& euroc, const std::string& kalibr
 }
 
 Transform SensorYaml::T_B_S() const {
-  if (Has("T_cam_imu")) return Inverse(RigidTransform("T_cam_imu"));
+  const bool is_kalibrs = !Has("T_BS.data") && !Has("T_BS") && Has("distortion_coeffs");
+  if (is_kalibrs || Has("T_cam_imu")) return Inverse(RigidTransform("T_cam_imu"));
   return RigidTransform(Has("T_BS.data") || !Has("T_BS") ? "T_BS.data" : "T_BS");
 }
 
@@ -30,7 +34,13 @@ Transform SensorYaml::RigidTransform(const std::string& key) const {
     Fail(key, "the upper left 3 × 3 part must be a rotation, but RᵀR differs from I by " + std::to_string(error) +
                   " and det R is " + std::to_string(R.determinant()));
   }
-  return {Qd(R).normalized(), T.topRightCorner<3, 1>()};
+  const Vec3 p = T.topRightCorner<3, 1>();
+  if (p.cwiseAbs().maxCoeff() > kLongestLever) {
+    std::ostringstream point;
+    point << p.x() << ", " << p.y() << ", " << p.z();
+    Fail(key, "the last column must be in meters, got " + point.str());
+  }
+  return {Qd(R).normalized(), p};
 }
 
 }  // namespace ch5

@@ -27,6 +27,21 @@ constexpr double kLongestGap = 1.0;  // [s]
 }
 
 std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibration& calibration) {
+std::string WhyNotInPixels(const Camera& camera) {
+  const double size = std::max(camera.width, camera.height), cx = camera.cx, cy = camera.cy;
+  const auto [least, most] = std::minmax(camera.fx, camera.fy);
+  std::ostringstream why;
+  if (!(least >= 0.1 * size && most <= 100.0 * size)) {  // a fisheye of 270° has 0.21, half a degree 115
+    why << "focal lengths of " << camera.fx << " and " << camera.fy << " px do not fit";
+  } else if (!(cx >= 0.0 && cx <= camera.width && cy >= 0.0 && cy <= camera.height)) {
+    why << "the principal point (" << cx << ", " << cy << ") px does not lie in";
+  } else {
+    return "";
+  }
+  why << " an image of " << camera.width << " × " << camera.height << " pixels";
+  return why.str();
+}
+
   if (imu.size() < 2) return "at least two IMU measurements are needed";
   std::vector<double> steps;
   double force = 0.0;
@@ -38,7 +53,7 @@ std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibrat
   std::ostringstream why;
   if (const double rate = 1.0 / *middle; rate > 20.0 * calibration.imu_rate || rate < calibration.imu_rate / 20.0) {
     why << "the timestamps tell of " << rate << " measurements a second, the calibration of " << calibration.imu_rate
-        << ": timestamps are in nanoseconds";
+        << ": is one of them wrong? Timestamps are in nanoseconds";
   } else if (force < 0.4 * calibration.gravity || force > 2.5 * calibration.gravity) {
     why << "the accelerations are " << force << " m/s² long on average, where gravity alone is " << calibration.gravity
         << ": are they swapped with the rates, or in another unit?";

@@ -17,6 +17,9 @@
 
 namespace ch5 {
 
+/// From the IMU to a camera it is less; more is in another unit [m].
+inline constexpr double kLongestLever = 20.0;
+
 /// A pinhole without distortion, and its place on the body.
 struct Camera {
   Transform T_B_C;                                    ///< camera coordinates into body coordinates
@@ -60,6 +63,9 @@ inline int64_t NanosecondsAt(double t, int64_t origin_ns) { return origin_ns + s
 
 /// The time rounded as a recorder with time stamps in whole nanoseconds does.
 inline double RoundToNanosecond(double t) { return SecondsAt(NanosecondsAt(t, 0), 0); }
+
+/// Why a camera's intrinsics cannot be pixels of its image; empty if they may be.
+std::string WhyNotInPixels(const Camera& camera);
 
 /// Why its IMU measurements cannot be in seconds and m/s², told from their rate and from gravity; empty if they may be.
 std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibration& calibration);

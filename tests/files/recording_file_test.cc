@@ -300,6 +300,14 @@ TEST_F(RecordingFile, TheCalibrationIsReadStrictly) {
   EXPECT_EQ(spoilt("rate_hz: 20", "rate_hz: 0"),
             "calibration.yaml:4: camera.rate_hz: must lie in [1e-12, 1e+06], got 0");
   EXPECT_EQ(spoilt("rate_hz: 20", "rate_hz: fast"), "calibration.yaml:4: camera.rate_hz: not a number, got \"fast\"");
+  EXPECT_EQ(spoilt("fx: 460", "fx: 0.5"),
+            "calibration.yaml:2: camera.intrinsics.fx: focal lengths of 0.5 and 460 px do not fit an image of 752 × "
+            "480 pixels");
+  EXPECT_EQ(spoilt("cx: 376", "cx: 37600"),
+            "calibration.yaml:2: camera.intrinsics.fx: the principal point (37600, 240) px does not lie in an image of "
+            "752 × 480 pixels");
+  EXPECT_EQ(spoilt("p_B_C: [", "p_B_C: [-64.7, 0, 0]  # ").find("calibration.yaml:6: camera.p_B_C: must be in meters"),
+            0u);
   EXPECT_EQ(spoilt("fx: 460, ", ""), "calibration.yaml: camera.intrinsics.fx is missing");
   EXPECT_EQ(spoilt("rate_hz: 20", "rate_hz: 20\n  rate_hertz: 20"),
             "calibration.yaml:5: camera.rate_hertz: nothing of this name is known here");

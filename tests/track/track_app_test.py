@@ -97,6 +97,15 @@ BROKEN = {
         replace(SENSOR, r"0\.0, 0\.0, 0\.0, 1\.0\]", "0.05, 0.04, 0.03, 1.0]"), r"FOLDER/cam0/sensor\.yaml:6: T_BS\.data: the last row "
         r"must be 0 0 0 1, got 0\.05\d* 0\.04\d* 0\.03\d* 1\.0+; the numbers stand row by row"),
     "no intrinsics": (replace(SENSOR, r"^intrinsics.*\n", ""), r"FOLDER/cam0/sensor\.yaml: intrinsics is missing"),
+    "intrinsics in parts of the image": (
+        replace(SENSOR, r"^intrinsics.*", "intrinsics: [0.61, 0.95, 0.5, 0.5]"), r"FOLDER/cam0/sensor\.yaml:13: intrinsics: focal "
+        r"lengths of 0\.61 and 0\.95 px do not fit an image of 752 × 480 pixels"),
+    "a principal point outside of the image": (
+        replace(SENSOR, r"^intrinsics.*", "intrinsics: [460, 460, 3760, 240]"), r"FOLDER/cam0/sensor\.yaml:13: intrinsics: the "
+        r"principal point \(3760, 240\) px does not lie in an image of 752 × 480 pixels"),
+    "a T_BS in millimeters": (
+        replace(SENSOR, r"data: \[([^,]*,[^,]*,[^,]*),[^,]*,", r"data: [\1, -64.7,"), r"FOLDER/cam0/sensor\.yaml:6: T_BS\.data: the "
+        r"last column must be in meters, got -64\.7, .+"),
     "three intrinsics": (replace(SENSOR, r"^intrinsics.*", "intrinsics: [460, 460, 376]"),
                          r"FOLDER/cam0/sensor\.yaml:13: intrinsics: must be 4 numbers, got 3"),
     "an unknown lens": (
@@ -126,6 +135,8 @@ HARMLESS = {
     "columns in another order, with their names": edit(
         MOTION, lambda text: "\n".join(swap_vectors(line.replace("#", "")) for line in text.split("\n"))),
     "no newline at the end": edit(MOTION, lambda text: text.rstrip("\n")),
+    "OpenCV's five coefficients": lambda mav0: [
+        replace(SENSOR, "radial-tangential", "plumb_bob")(mav0), replace(SENSOR, r"(distortion_coefficients: .*)\]", r"\1, 0.0]")(mav0)],
     "a list over several lines, with comments": replace(SENSOR, r"^intrinsics: \[(.*?),(.*)\].*", r"intrinsics: [\1,  # fu\n  \2]"),
 }
 
@@ -135,8 +146,6 @@ def with_kalibr(mav0: Path) -> None:
     text = (mav0 / SENSOR).read_text()
     numbers = lambda key: [float(number) for number in re.search(key + r": *\[([^\]]*)\]", text)[1].split(",")]
     value = lambda key: re.search(rf"^{key}: *(.*)$", text, re.MULTILINE)[1]
-    "OpenCV's five coefficients": lambda mav0: [
-        replace(SENSOR, "radial-tangential", "plumb_bob")(mav0), replace(SENSOR, r"(distortion_coefficients: .*)\]", r"\1, 0.0]")(mav0)],
     T_cam_imu = np.linalg.inv(np.reshape(numbers("data"), (4, 4)))
     rows = "".join(f"\n  - [{', '.join(map(repr, map(float, row)))}]" for row in T_cam_imu)
     (mav0.parent / "dso").mkdir()
@@ -218,7 +227,7 @@ class TrackApp(AppTest):
 
         for change, sentence in ((text.replace("intrinsics", "focal"), r"dso/camchain\.yaml: cam0: intrinsics is missing"),
                                  (text.replace("radtan", "fov"), r"dso/camchain\.yaml:\d+: distortion_model: must be .* got \"fov\""),
-                                 (text.replace("T_cam_imu", "T_cam"), r"dso/camchain\.yaml: cam0: T_BS\.data is missing")):
+                                 (text.replace("T_cam_imu", "T_cam"), r"dso/camchain\.yaml: cam0: T_cam_imu is missing")):
             chain.write_text(change)
             done = self.program(place, "--out", self.folder / "none")
             self.assertEqual(done.returncode, 2)
