@@ -67,20 +67,29 @@ void ReadTracks(const std::string& path, Recording* recording) {
     Image& image = recording->frames.back();
     (camera == 0 ? image.tracks : image.tracks1).push_back({id, x});
   }
-  if (recording->frames.empty()) csv.Fail("at least one image is needed");
+  const std::vector<Image>& frames = recording->frames;
+  if (frames.empty()) csv.Fail("at least one image is needed");
+  const auto in_imus_time = [&](const Image& image) { return image.t >= 0.0 && image.t <= recording->imu.back().t; };
+  if (std::none_of(frames.begin(), frames.end(), in_imus_time)) {
+    throw FileError(path + ": " + ClocksDiffer(frames.front().t, frames.back().t, recording->imu));
+  }
 }
 
 void ReadTruth(const std::string& path, Recording* recording) {
   CsvReader csv(path);
+  const bool has_velocity = csv.Has("v_x"), has_biases = csv.Has("bg_x") || csv.Has("ba_x");
   while (NextRow(&csv)) {
     StampedState state;
     state.t = TimeOf(csv, csv.Stamp(), *recording);
     state.T_W_B = {csv.Rotation(), csv.Vector("p_")};
-    state.v_W = csv.Vector("v_");
-    state.b_g = csv.Vector("bg_");
-    state.b_a = csv.Vector("ba_");
+    if (has_velocity) state.v_W = csv.Vector("v_");
+    if (has_biases) {
+      state.b_g = csv.Vector("bg_");
+      state.b_a = csv.Vector("ba_");
+    }
     recording->truth.push_back(state);
   }
+  if (!has_velocity) DifferentiatePositions(&recording->truth);
 }
 
 // How well the truth's rotations agree with the gyroscope's, as a correlation of the angles between rows 0.1 s apart: 1 if
@@ -154,6 +163,7 @@ Camera ReadCamera(const YamlFile& yaml, const std::string& name) {
       yaml.Fail(name + ".resolution", "must be two numbers of pixels, got " + yaml.Word(name + ".resolution"));
   }
   c.width = static_cast<int>(size[0]), c.height = static_cast<int>(size[1]);
+  if (const std::string why = WhyNotInPixels(c); !why.empty()) yaml.Fail(name + ".intrinsics.fx", why);
   const std::vector<double> p = yaml.Numbers(name + ".p_B_C", 3);
   c.T_B_C.p = Vec3(p[0], p[1], p[2]);
   if (c.T_B_C.p.cwiseAbs().maxCoeff() > kLongestLever)
@@ -163,7 +173,6 @@ Camera ReadCamera(const YamlFile& yaml, const std::string& name) {
   if (const std::string why = WhyNotUnit(c.T_B_C.q); !why.empty()) yaml.Fail(name + ".q_B_C.w", why);
   c.T_B_C.q.normalize();
   return c;
-  if (const std::string why = WhyNotInPixels(c); !why.empty()) yaml.Fail(name + ".intrinsics.fx", why);
 }
 
 }  // namespace

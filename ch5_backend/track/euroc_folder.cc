@@ -153,10 +153,7 @@ void ReadCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder* resul
   }
   if (count == 0) csv.Fail("at least one image is needed");
   if (result->images.empty()) {
-    throw FileError((folder / "data.csv").string() +
-                    ": the clocks of camera and IMU differ: no image lies within the IMU's time; the images are from " +
-                    Seconds(first) + " to " + Seconds(last) + " after its first measurement, its last is at " +
-                    Seconds(end));
+    throw FileError((folder / "data.csv").string() + ": " + ClocksDiffer(first, last, result->recording.imu));
   }
   c.camera_rate = CameraRate(yaml, count, last - first);
   NoteGaps(result);
@@ -190,15 +187,6 @@ void ReadSecondCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder*
   result->recording.calibration.camera1 = camera;
   if (const size_t without = result->images.size() - count; without > 0) {
     result->notes.push_back(std::to_string(without) + " images of cam0 are without one of cam1 at the same time");
-  }
-}
-
-// Velocities as differences of positions, where a motion capture system gives none.
-void DifferentiatePositions(std::vector<StampedState>* states) {
-  for (size_t i = 0; i < states->size(); ++i) {
-    const StampedState& before = (*states)[i == 0 ? 0 : i - 1];
-    const StampedState& after = (*states)[std::min(i + 1, states->size() - 1)];
-    if (after.t > before.t) (*states)[i].v_W = (after.T_W_B.p - before.T_W_B.p) / (after.t - before.t);
   }
 }
 

@@ -1,6 +1,7 @@
 #include "ch5_backend/types/recording.h"
 
 #include <algorithm>
+#include <iomanip>
 #include <sstream>
 
 #include "ch5_backend/math/option_checks.h"
@@ -26,7 +27,6 @@ namespace {
 constexpr double kLongestGap = 1.0;  // [s]
 }
 
-std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibration& calibration) {
 std::string WhyNotInPixels(const Camera& camera) {
   const double size = std::max(camera.width, camera.height), cx = camera.cx, cy = camera.cy;
   const auto [least, most] = std::minmax(camera.fx, camera.fy);
@@ -42,6 +42,7 @@ std::string WhyNotInPixels(const Camera& camera) {
   return why.str();
 }
 
+std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibration& calibration) {
   if (imu.size() < 2) return "at least two IMU measurements are needed";
   std::vector<double> steps;
   double force = 0.0;
@@ -59,6 +60,22 @@ std::string WhyNotInPixels(const Camera& camera) {
         << ": are they swapped with the rates, or in another unit?";
   }
   return why.str();
+}
+
+std::string ClocksDiffer(double first, double last, const std::vector<ImuMeasurement>& imu) {
+  std::ostringstream what;
+  what << std::fixed << std::setprecision(2)
+       << "the clocks of camera and IMU differ: no image lies within the IMU's time; the images are from " << first
+       << " s to " << last << " s after its first measurement, its last is at " << imu.back().t << " s";
+  return what.str();
+}
+
+void DifferentiatePositions(std::vector<StampedState>* states) {
+  for (size_t i = 0; i < states->size(); ++i) {
+    const StampedState& before = (*states)[i == 0 ? 0 : i - 1];
+    const StampedState& after = (*states)[std::min(i + 1, states->size() - 1)];
+    if (after.t > before.t) (*states)[i].v_W = (after.T_W_B.p - before.T_W_B.p) / (after.t - before.t);
+  }
 }
 
 std::optional<StampedState> StateAt(const std::vector<StampedState>& states, double t) {

@@ -70,6 +70,12 @@ std::string WhyNotInPixels(const Camera& camera);
 /// Why its IMU measurements cannot be in seconds and m/s², told from their rate and from gravity; empty if they may be.
 std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibration& calibration);
 
+/// What to say if no image, from the first at `first` to the last at `last` [s], lies within the IMU's time.
+std::string ClocksDiffer(double first, double last, const std::vector<ImuMeasurement>& imu);
+
+/// Sets the velocities to differences of the neighbors' positions, where a motion capture system gives none.
+void DifferentiatePositions(std::vector<StampedState>* states);
+
 /// The state at time `t`, interpolated between its neighbors: rotations along the shortest arc, the rest linearly.
 /// @param states  strictly increasing in time
 /// @return        nullopt before the first, after the last, and between two that are more than 1 s apart, as where a motion

@@ -350,6 +350,8 @@ TEST_F(RecordingFile, YamlOfOtherWritersIsRead) {
   EXPECT_EQ(yaml.Positive("flow.last"), 6.0);
   EXPECT_FALSE(yaml.Has("empty"));
   EXPECT_EQ(yaml.Word("points"), "{x: 1}, {x: 2}");
+  EXPECT_EQ(yaml.Word("maker"), "No. # 1");
+  EXPECT_EQ(yaml.Positive("json.fx"), 7.0);
 }
 
 // Where each line was joined to a list that was counted anew, a megabyte took minutes.
@@ -358,8 +360,6 @@ TEST_F(RecordingFile, LongListsInYamlAreReadInLinearTime) {
   for (int i = 0; i < 200000; ++i) {
     rows += "- [1]\n";
     open += ",\n1";
-  EXPECT_EQ(yaml.Word("maker"), "No. # 1");
-  EXPECT_EQ(yaml.Positive("json.fx"), 7.0);
   }
   Write("other.yaml", rows);
   EXPECT_EQ(YamlFile((folder_ / "other.yaml").string()).Numbers("a", 200000).back(), 1.0);
@@ -378,6 +378,34 @@ TEST_F(RecordingFile, AFailedWriteLeavesTheOlderRecording) {
   for (const auto& entry : fs::directory_iterator(folder_)) {
     EXPECT_NE(entry.path().extension(), ".partial") << entry.path();
   }
+}
+
+// As a motion capture system gives it.
+TEST_F(RecordingFile, OfTheTruthPosesAreEnough) {
+  std::istringstream lines(Read("groundtruth.csv"));
+  std::string line, poses;
+  while (std::getline(lines, line)) {
+    size_t end = 0;
+    for (int cell = 0; cell < 8; ++cell) end = line.find(',', end + 1);
+    poses += line.substr(0, end) + "\n";
+  }
+  Write("groundtruth.csv", poses);
+  const std::vector<StampedState> truth = ReadRecording(folder_).truth;
+  ASSERT_EQ(truth.size(), recording_.truth.size());
+  for (size_t i = 1; i + 1 < truth.size(); ++i) {
+    EXPECT_LT((truth[i].v_W - recording_.truth[i].v_W).norm(), 1e-3) << i;
+    EXPECT_EQ(truth[i].b_g, Vec3::Zero());
+  }
+}
+
+TEST_F(RecordingFile, ClocksThatDifferAreNamed) {
+  for (Image& image : recording_.frames) image.t -= 3600.0;
+  WriteRecording(recording_, folder_);
+  EXPECT_EQ(
+      Message().find("tracks.csv: the clocks of camera and IMU differ: no image lies within the IMU's time; the images "
+                     "are from -3600.00 s to "),
+      0u)
+      << Message();
 }
 
 // In nanoseconds, so far from the origin, doubles in seconds no longer tell the measurements apart, or even overflow.
