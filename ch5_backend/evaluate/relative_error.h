@@ -1,6 +1,7 @@
 #pragma once
 /// What an estimate drifts by, without an alignment of the whole.
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -14,7 +15,7 @@ struct RelativeError {
   double end = 0.0;            ///< distance of the ends when position and yaw agree at the beginning [m]
 
   /// `end` in percent of the path; NaN if there is none.
-  double DriftPercent() const { return 100.0 * end / path; }
+  double DriftPercent() const { return path > 0.0 ? 100.0 * end / path : std::numeric_limits<double>::quiet_NaN(); }
 };
 
 /// Compares each estimate with the truth interpolated at its time, as CompareTrajectories does.

@@ -190,6 +190,7 @@ TEST(RelativeError, OfAWalkWhoseScaleIsWrong) {
   EXPECT_NEAR(error->position_rmse, 0.02, 1e-12);
   EXPECT_NEAR(error->path, 30.0, 1e-9);
   EXPECT_NEAR(error->DriftPercent(), 2.0, 1e-9);
+  EXPECT_TRUE(std::isnan(CompareMotions(Walk(0.1), Walk(0.0))->DriftPercent())) << "the truth turns on the spot";
 }
 
 TEST(RelativeError, ATruthOfBothEndsTellsTheDrift) {
