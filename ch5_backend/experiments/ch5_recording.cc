@@ -63,6 +63,18 @@ void WarnOfDistantImages(const ch5::Recording& recording) {
 }
 
 void Run(const Command& command) {
+void WarnOfUselessTruth(const ch5::OdometryStudy& study) {
+  const std::vector<ch5::StampedState>& truth = study.recording.truth;
+  const auto is_compared = [](const ch5::OdometryRun& run) { return run.error || run.relative; };
+  if (truth.empty() || std::any_of(study.runs.begin(), study.runs.end(), is_compared)) return;
+  std::fprintf(stderr,
+               "ch5_recording: warning: no estimate was compared with groundtruth.csv: its %zu poses are from %.2f to "
+               "%.2f s, the images from %.2f to %.2f s after the first IMU measurement; nothing is compared between "
+               "poses more than 1 s apart\n",
+               truth.size(), truth.front().t, truth.back().t, study.recording.frames.front().t,
+               study.recording.frames.back().t);
+}
+
   ch5::Recording recording = ch5::ReadRecording(command.folder);
   const auto extras = ch5::ReadCalibrationExtras(std::filesystem::path(command.folder) / "calibration.yaml");
   const ch5::OdometrySettings settings = ch5::ReadOdometrySettings(extras.estimator, command.given);
@@ -91,6 +103,7 @@ void Run(const Command& command) {
     throw std::invalid_argument(message);
   }
   ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
+  WarnOfUselessTruth(study);
   ch5::WriteOdometryTrajectories(study, command.out);
 
   std::printf(

@@ -145,6 +145,16 @@ class RecordingApp(AppTest):
         self.assertNotIn("found no start", page)
         self.assertTrue((self.out / "figures" / "odometry_film_okvis.png").exists())
 
+    def test_a_truth_of_another_time_is_named(self):
+        recording = self.simulate()
+        truth = recording / "groundtruth.csv"
+        head, *rows = truth.read_text().splitlines(keepends=True)
+        truth.write_text(head + "".join(str(int(row.split(",", 1)[0]) + 3_600_000_000_000) + "," + row.split(",", 1)[1] for row in rows))
+        done = self.program(recording, "--out", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("no estimate was compared with groundtruth.csv: its 1601 poses are from 3600.00 to 3608.00 s, the images "
+                      "from 0.00 to 8.00 s", done.stderr)
+
     def test_images_far_apart_are_followed_or_said_to_be_too_far(self):
         whole = needs(DATA / "euroc_v1_01_easy")
         for every, warned in ((10, False), (20, True)):
