@@ -68,7 +68,7 @@ class PoseGraphApp(AppTest):
         self.assertNotIn(words, self.solve(good, "--out", self.out, "--init", "file").stdout)
 
     def test_course_run_gives_the_numbers_as_json(self):
-        result = self.course_run(self.write("good.g2o", GOOD), "--init", "odometry", "--project-information")
+        result = self.course_run(self.write("good.g2o", "\ufeff" + GOOD), "--init", "odometry", "--project-information")
         self.assertEqual((result["start"], result["projected_information"]), ("odometry", 0))
         self.assertEqual((result["vertices"], result["edges"]), (3, 3))
         self.assertIn("converged", result["termination"])

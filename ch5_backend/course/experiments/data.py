@@ -36,6 +36,7 @@ def has_images(path: str) -> bool:
 
 
 def _kind_of_head(path: str, head: bytes) -> str:
+    head = head.removeprefix(b"\xef\xbb\xbf")  # a byte order mark, as spreadsheets write
     if not head.strip():
         raise CourseError(f"{path}, line 1: the file is empty; {KNOWN}")
     if head.startswith((b"BZh", b"\x1f\x8b", b"\xfd7zXZ", b"PK\x03\x04")):
