@@ -1,11 +1,11 @@
 /// Solves a "Bundle Adjustment in the Large" file: ch5_bal FILE --out DIR.
 
 #include <cstdio>
-#include <filesystem>
 #include <string>
 
 #include "ch5_backend/experiments/studies/bal_study.h"
 #include "ch5_backend/experiments/studies/file_command.h"
+#include "ch5_backend/files/tables/text_writer.h"
 
 namespace {
 
@@ -22,7 +22,7 @@ constexpr char kUsage[] =
 void Run(const ch5::FileCommand& command) {
   const std::string name = command.Name();
   const ch5::BalProblem problem = ch5::ReadBal(command.file);
-  std::filesystem::create_directories(command.out);
+  const ch5::OutputFolder made(command.out);
   std::printf("%s: %zu cameras, %zu points, %zu observations\n\n", name.c_str(), problem.cameras.size(),
               problem.points.size(), problem.observations.size());
   ch5::IterationTable table;

@@ -5,6 +5,7 @@
 
 #include "ch5_backend/experiments/studies/command_line.h"
 #include "ch5_backend/experiments/studies/endurance_study.h"
+#include "ch5_backend/files/tables/text_writer.h"
 
 namespace {
 
@@ -23,7 +24,7 @@ int main(int argc, char** argv) {
   line.Number("--frames", 100, 1000000, &options.frames);
   return line.Run(argc, argv, [&] {
     const std::filesystem::path csv = std::filesystem::path(out) / "csv";
-    std::filesystem::create_directories(csv);  // fails now and not after minutes
+    const ch5::OutputFolder made(csv);
     const ch5::Progress progress;
     const auto rows = ch5::RunEnduranceStudy(
         options, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); });

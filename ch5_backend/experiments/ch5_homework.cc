@@ -1,11 +1,11 @@
 /// The homework's functions at work: ch5_homework EXPERIMENT --out DIR [--data PATH]
 
-#include <filesystem>
 #include <stdexcept>
 #include <string>
 
 #include "ch5_backend/experiments/studies/command_line.h"
 #include "ch5_backend/experiments/studies/homework/homework_study.h"
+#include "ch5_backend/files/tables/text_writer.h"
 
 namespace {
 
@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
   line.Option("--data", [&](const std::string& word) { data = word; });
   return line.Run(argc, argv, [&] {
     const ch5::Progress progress;
-    std::filesystem::create_directories(out);
+    const ch5::OutputFolder made(out);
     Find(name).run(out, data, [&](double fraction) { progress.Show(name, fraction); });
   });
 }

@@ -8,6 +8,7 @@
 #include "ch5_backend/experiments/studies/host_noise_study.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/files/tables/text_writer.h"
 
 namespace {
 
@@ -41,7 +42,7 @@ int main(int argc, char** argv) {
   line.Number("--seconds", 1.0, 1e4, &options.seconds);
   return line.Run(argc, argv, [&] {
     const std::filesystem::path csv = std::filesystem::path(out) / "csv";
-    std::filesystem::create_directories(csv);  // fails now and not after minutes
+    const ch5::OutputFolder made(csv);
     if (!recordings.empty()) return CompareHosts(recordings, csv);
     const ch5::Progress progress;
     const ch5::ConsistencyStudy study =

@@ -1,12 +1,12 @@
 /// Optimizes a pose graph: ch5_pose_graph FILE.g2o --out DIR.
 
 #include <cstdio>
-#include <filesystem>
 #include <stdexcept>
 #include <string>
 
 #include "ch5_backend/experiments/studies/file_command.h"
 #include "ch5_backend/experiments/studies/pose_graph_study.h"
+#include "ch5_backend/files/tables/text_writer.h"
 
 namespace {
 
@@ -46,7 +46,7 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading, c
   const std::string name = command.Name();
   ch5::G2oFile graph = ch5::ReadG2o(command.file, reading);
   if (graph.graph.Edges().empty()) throw std::invalid_argument("no edge of a known type, so nothing to optimize");
-  std::filesystem::create_directories(command.out);
+  const ch5::OutputFolder made(command.out);
   PrintUnknown(graph, command.file);
   std::printf("%s: %zu poses, %zu edges\n", name.c_str(), graph.ids.size(), graph.graph.Edges().size());
   if (graph.projected > 0) {

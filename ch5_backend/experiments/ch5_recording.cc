@@ -9,6 +9,7 @@
 #include "ch5_backend/experiments/studies/command_line.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/files/tables/text_writer.h"
 
 namespace {
 
@@ -62,7 +63,6 @@ void WarnOfDistantImages(const ch5::Recording& recording) {
       *middle, kMost);
 }
 
-void Run(const Command& command) {
 void WarnOfUselessTruth(const ch5::OdometryStudy& study) {
   const std::vector<ch5::StampedState>& truth = study.recording.truth;
   const auto is_compared = [](const ch5::OdometryRun& run) { return run.error || run.relative; };
@@ -75,6 +75,7 @@ void WarnOfUselessTruth(const ch5::OdometryStudy& study) {
                study.recording.frames.back().t);
 }
 
+void Run(const Command& command) {
   ch5::Recording recording = ch5::ReadRecording(command.folder);
   const auto extras = ch5::ReadCalibrationExtras(std::filesystem::path(command.folder) / "calibration.yaml");
   const ch5::OdometrySettings settings = ch5::ReadOdometrySettings(extras.estimator, command.given);
@@ -85,7 +86,7 @@ void WarnOfUselessTruth(const ch5::OdometryStudy& study) {
   }
   settings.Restrict(&recording);
   WarnOfDistantImages(recording);
-  std::filesystem::create_directories(command.out);
+  const ch5::OutputFolder made(command.out);
   std::printf("%zu images, %zu IMU measurements, %.1f s\n\n", recording.frames.size(), recording.imu.size(),
               recording.frames.back().t - recording.frames.front().t);
   std::fflush(stdout);
@@ -102,8 +103,8 @@ void WarnOfUselessTruth(const ch5::OdometryStudy& study) {
       message += "\n  " + run.policy + ": " + run.rows.back().report.message;
     throw std::invalid_argument(message);
   }
-  ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
   WarnOfUselessTruth(study);
+  ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
   ch5::WriteOdometryTrajectories(study, command.out);
 
   std::printf(

@@ -6,6 +6,7 @@
 #include "ch5_backend/evaluate/trajectory_error.h"
 #include "ch5_backend/experiments/studies/file_command.h"
 #include "ch5_backend/experiments/studies/window_graph.h"
+#include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/tables/trajectory_file.h"
 
 namespace {
@@ -61,7 +62,7 @@ void Run(const FileCommand& command) {
   const std::string name = command.Name();
   const WindowDump dump = ReadWindowDump(command.file);
   WindowGraph window = BuildWindowGraph(dump);
-  std::filesystem::create_directories(out);
+  const OutputFolder made(out);
   std::printf("%s: %zu frames, %zu landmarks, a prior of %td rows\n\n", name.c_str(), dump.frames.size(),
               dump.landmarks.size(), dump.prior_r.size());
   SolveOptions solve;

@@ -111,6 +111,7 @@ class BalApp(AppTest):
         path = self.write("plane.txt", GOOD.replace("0.25 0.5 0\n", "0.25 0.5 5\n", 1))
         self.refuses(path, "--out", self.out, message=f"{path}: observation 0: point 0 cannot be projected into "
                                                       "camera 0: the residual is not finite")
+        self.assertFalse(self.out.exists(), "no empty folder is left")
 
     def test_out_that_cannot_be_a_folder(self):
         file = self.write("file", "mine")

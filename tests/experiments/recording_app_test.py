@@ -240,6 +240,9 @@ class RecordingApp(AppTest):
         self.assertEqual(done.returncode, 2)
         self.assertIn("no image was answered", done.stderr)
         self.assertEqual(contents(self.folder), before)
+        for program in (self.program, lambda *words: run(ROOT / "course", "run", *words)):
+            self.assertEqual(program(recording, "--out", self.folder / "new" / "out").returncode, 2)
+            self.assertFalse((self.folder / "new").exists(), "no empty folder is left")
         tracks.unlink()
         done = self.program(recording, "--out", self.out)
         self.assertEqual(done.returncode, 2)

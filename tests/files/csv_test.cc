@@ -108,6 +108,17 @@ TEST_F(Csv, TheInputIsNotOverwrittenUnderAnyOfItsNames) {
   EXPECT_FALSE(std::filesystem::exists(other));
 }
 
+TEST_F(Csv, AFolderThatRemainsEmptyGoesAgain) {
+  const auto empty = folder_ / "was there", full = folder_ / "a" / "b";
+  std::filesystem::create_directory(empty);
+  {
+    const OutputFolder of_old(empty), of_new(empty / "c" / "d"), used(full);
+    WriteFileAtomically(full / "c.csv", "x\n");
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(empty)) << "it is there, and c is not";
+  EXPECT_EQ(Read(full / "c.csv"), "x\n");
+}
+
 TEST_F(Csv, APlaceThatCannotBeWrittenIsNamed) {
   WriteFileAtomically(folder_ / "file", "old");
   EXPECT_NE(WhyNot(folder_ / "file" / "table.csv").find((folder_ / "file").string()), std::string::npos);

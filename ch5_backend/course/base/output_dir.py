@@ -4,7 +4,7 @@ import fcntl
 import os
 import sys
 import tempfile
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import CourseError
@@ -46,12 +46,25 @@ def hold(file, what: str) -> None:
 
 
 @contextmanager
-def locked_dir(out: Path):
-    """Makes the folder ours while the block runs: two ./course at once would mix their results, so the second waits."""
+def made_dir(out: Path):
+    """Makes the folder; at the end removes what it has made and is still empty, as when nothing came of it."""
+    new = [folder for folder in (out, *out.parents) if not folder.exists()]
     make_writable(out)
-    folder = os.open(out, os.O_RDONLY)
     try:
-        hold(folder, f"writes into {out}")
         yield
     finally:
-        os.close(folder)
+        with suppress(OSError):  # not empty
+            for folder in new:
+                folder.rmdir()
+
+
+@contextmanager
+def locked_dir(out: Path):
+    """Makes the folder ours while the block runs: two ./course at once would mix their results, so the second waits."""
+    with made_dir(out):
+        folder = os.open(out, os.O_RDONLY)
+        try:
+            hold(folder, f"writes into {out}")
+            yield
+        finally:
+            os.close(folder)

@@ -16,7 +16,7 @@ from ..base.cmake_build import BIN, build_or_fail
 from ..base.processes import running
 from .data import has_images, kind_of
 from ..base.errors import CourseError
-from ..base.output_dir import locked_dir, make_writable, result_places
+from ..base.output_dir import locked_dir, made_dir, make_writable, result_places
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
 TRACKER = "ch5_track"
@@ -49,10 +49,10 @@ def run(arguments) -> int:
                 raise CourseError(f"--{option} does not apply to {path}: it is for recordings")
             if (option in SOLVER_OPTIONS and kind == "recording") or (kind, option) == ("window", "huber"):
                 raise CourseError(f"--{option} does not apply to {path}: {WHY_NOT[kind]}")
-    make_writable(out)
-    trackers = [TRACKER] if any(map(has_images, arguments.data)) else []
-    build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))] + trackers)
-    results = [solve(path, kinds[path], place, arguments) for path, place in places.items()]
+    with made_dir(out):
+        trackers = [TRACKER] if any(map(has_images, arguments.data)) else []
+        build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))] + trackers)
+        results = [solve(path, kinds[path], place, arguments) for path, place in places.items()]
     if arguments.json:
         jsonout.emit(results[0] if len(results) == 1 else {"results": results})
     return next((r["exit_code"] for r in results if "exit_code" in r), 0)

@@ -81,6 +81,18 @@ void FileBatch::Commit() {
   files_.clear();
 }
 
+OutputFolder::OutputFolder(const fs::path& path) {
+  for (fs::path folder = path; !folder.empty() && !fs::exists(folder); folder = folder.parent_path()) {
+    made_.push_back(folder);
+  }
+  fs::create_directories(path);
+}
+
+OutputFolder::~OutputFolder() {
+  std::error_code is_not_empty;
+  for (const fs::path& folder : made_) fs::remove(folder, is_not_empty);
+}
+
 void WriteFileAtomically(const fs::path& path, std::string_view text) {
   FileBatch batch;
   batch.Add(path, text);

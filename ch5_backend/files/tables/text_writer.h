@@ -42,6 +42,20 @@ class FileBatch {
   std::vector<File> files_;
 };
 
+/// A folder for results, made before the work so that a place that cannot be written fails at once. What is still empty at
+/// the end, as when the work has failed, is removed again, but no folder that was there before.
+class OutputFolder {
+ public:
+  /// @throws std::filesystem::filesystem_error
+  explicit OutputFolder(const std::filesystem::path& path);
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+  ~OutputFolder();
+
+ private:
+  std::vector<std::filesystem::path> made_;  // the innermost first
+};
+
 /// A batch of one: `text` becomes `path`, whole or not at all.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view text);
 
