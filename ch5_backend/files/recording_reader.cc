@@ -134,6 +134,23 @@ void CheckOrderOfQuaternions(const std::string& path, const Recording& recording
                   "x, y, z, w");
 }
 
+// Turned into W, the accelerations are upwards on average, since speeds hardly change in the long run.
+void CheckUp(const std::string& path, const Recording& recording) {
+  Vec3 sum = Vec3::Zero();
+  int count = 0;
+  for (const ImuMeasurement& measurement : recording.imu) {
+    const auto state = StateAt(recording.truth, measurement.t);
+    if (!state) continue;
+    sum += state->T_W_B.q * measurement.acceleration;
+    ++count;
+  }
+  const double tilt = std::atan2(sum.head<2>().norm(), sum.z()) * 180.0 / M_PI;
+  if (count < 2.0 * recording.calibration.imu_rate || tilt < 40.0) return;  // in 2 s, 4 m/s² may last
+  throw FileError(path + ": z must be up in its world, but turned into it the accelerations are " +
+                  std::to_string(std::lround(tilt)) +
+                  "° off on average; are these the IMU's poses, and is its acceleration +9.81 upwards at rest?");
+}
+
 constexpr double kTiny = 1e-12, kLarge = 1e6;
 
 // Of the estimator's section, or of a camera that is not one of the two (camera2, cam1, …): not the calibration's.
@@ -221,6 +238,7 @@ Recording ReadRecording(const std::filesystem::path& folder) {
   if (std::filesystem::exists(truth)) {
     ReadTruth(truth.string(), &recording);
     CheckOrderOfQuaternions(truth.string(), recording);
+    CheckUp(truth.string(), recording);
   }
   return recording;
 }

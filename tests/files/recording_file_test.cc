@@ -398,6 +398,19 @@ TEST_F(RecordingFile, OfTheTruthPosesAreEnough) {
   }
 }
 
+// Motion capture systems often have y upwards.
+TEST_F(RecordingFile, ATruthWhoseZIsNotUpIsRefused) {
+  HandheldOptions path;
+  path.duration = 3.0;
+  recording_ = SimulateRecording(Handheld(path), {Vec3(5, 0, 0), Vec3(0, 5, 0), Vec3(-5, 0, 0), Vec3(0, -5, 0)});
+  WriteRecording(recording_, folder_);
+  EXPECT_EQ(Message(), "");
+  for (StampedState& state : recording_.truth) state.T_W_B.q = ExpSO3({-M_PI / 2, 0, 0}) * state.T_W_B.q;
+  WriteRecording(recording_, folder_);
+  EXPECT_EQ(Message().find("groundtruth.csv: z must be up in its world, but turned into it the accelerations are "),
+            0u);
+}
+
 TEST_F(RecordingFile, ClocksThatDifferAreNamed) {
   for (Image& image : recording_.frames) image.t -= 3600.0;
   WriteRecording(recording_, folder_);
