@@ -79,7 +79,7 @@ void CauchyLosses(GraphScene* s) {
   for (const auto& point : s->points) {
     for (const auto& pose : s->poses) {
       AddRandomEdge<2>(&s->graph, &s->random, point, pose);
-      s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(1.0));
+      s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(kCauchyScale));
     }
   }
 }
@@ -153,7 +153,7 @@ void MixedLandmarks(GraphScene* s) {
   for (const auto& depth : depths) {
     AddRandomEdge<2>(&s->graph, &s->random, depth, poses[0], poses[2]);
     AddRandomEdge<2>(&s->graph, &s->random, poses[2], depth, poses[1]);  // the later pose first
-    s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(1.0));
+    s->graph.Edges().back()->SetLossFunction(std::make_shared<CauchyLoss>(kCauchyScale));
   }
   for (const auto& point : s->points) AddRandomEdge<2>(&s->graph, &s->random, poses[1], point);
 }

@@ -86,6 +86,9 @@ MatXX RandomMatrix(int rows, int columns, Random* random);
 /// Symmetric, positive definite, smallest eigenvalue ≥ 1, far from a multiple of the identity.
 MatXX RandomPositiveDefinite(int size, Random* random);
 
+/// δ of the scenes' Cauchy losses: with r and W of a RandomEdge, s is below δ² at nearly every edge, so that W_ρ is not just ρ'W.
+constexpr double kCauchyScale = 2.0;
+
 /// An edge whose residual, Jacobians and information are random numbers: H has no structure to hide a mistake in.
 template <int R, typename... V>
 class RandomEdge : public SizedEdge<R, V...> {
