@@ -97,6 +97,13 @@ void BuildLong(Window* window) {
   BuildGraph({}, UseAll, window);
 }
 
+// On its depth a solve has failed: it lies behind its host, and behind the next.
+void BuildBehind(Window* window) {
+  AddFrames(11, window);
+  See(kHostedByOldest, Vec3(1, 1, 6), 0, 5, window);
+  window->landmarks[kHostedByOldest].inverse_depth = std::make_shared<VertexInverseDepth>(-0.25);
+}
+
 void BuildFrames(Window* window) { AddFrames(11, window); }
 
 void BuildSliding(Window* window) {
@@ -111,6 +118,7 @@ const std::map<std::string, void (*)(Window*)>& Builds() {
                                                                {"full window without prior", &BuildWithoutPrior},
                                                                {"full window, other prior", &BuildOtherPrior},
                                                                {"long window", &BuildLong},
+                                                               {"landmark behind", &BuildBehind},
                                                                {"frames", &BuildFrames},
                                                                {"sliding window", &BuildSliding}};
   return builds;

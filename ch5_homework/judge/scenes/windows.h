@@ -19,6 +19,7 @@ VertexList VerticesOf(const Window& window);
 ///   "full window without prior"
 ///   "full window, other prior"    the prior knows neither of the frames that may leave
 ///   "long window"                 twelve frames, of which the prior knows the third and second newest; no landmarks
+///   "landmark behind"             eleven frames, a landmark behind all that see it
 ///   "frames"                      eleven frames alone
 ///   "sliding window"              six frames, a prior, few landmarks; each step brings a landmark and the graph, each but
 ///                                 the first one a frame too
