@@ -40,6 +40,12 @@ class Texts(unittest.TestCase):
                 self.assertEqual(set(blanks_of(file, text)), todos)
                 self.assertEqual(mended(file, text, todos), source(file))
 
+    def test_blanks_are_found_whose_comments_are_deleted(self):
+        for file in FILES:
+            todos = {region.todo for region in regions(solution_text(file)) if region.kind == "SOLUTION"}
+            text = re.sub(r" *// TODO:: .*\n( *//.*\n)*", "", source(file))
+            self.assertEqual(set(blanks_of(file, text)), todos)
+
     def test_what_students_write_is_found_and_the_rest_stays(self):
         held, lost = 0, []
         for one in SAMPLES.values():

@@ -7,6 +7,7 @@ points passes every check, on the same cases, in the same sandbox; what such a p
 
 import difflib
 import math
+import re
 
 from ..homework.blanks import own_todo
 from ..homework.diagnosis import Verdict
@@ -19,19 +20,28 @@ def blanks_of(file: str, text: str) -> dict:
     Without the blanks around which these lines have been changed."""
     solved = {region.todo: region for region in regions(solution_text(file))}
     deep = any(region.kind == "DEEP" and f"home work {todo}." in text for todo, region in solved.items())
-    frame, places = frame_of(file, [region for region in solved.values() if deep or region.kind == "SOLUTION"], deep)
+    blanks = [region for region in solved.values() if deep or region.kind == "SOLUTION"]
     lines = [line.strip() for line in text.splitlines()]
-    at = {}
-    for block in difflib.SequenceMatcher(None, frame, lines, autojunk=False).get_matching_blocks():
-        at.update({block.a + k: block.b + k for k in range(block.size)})
-    return {todo: (at[place - 1] + 1, at[place]) for todo, place in places.items() if place - 1 in at and place in at}
+    found = {}
+    for tasks in (False, True):  # some delete the comment above a blank together with its throw
+        frame, places = frame_of(file, blanks, deep, tasks)
+        at = {}
+        for block in difflib.SequenceMatcher(None, frame, lines, autojunk=False).get_matching_blocks():
+            at.update({block.a + k: block.b + k for k in range(block.size)})
+        found.update({todo: (at[place - 1] + 1, at[place])
+                      for todo, place in places.items()
+                      if place - 1 in at and place in at and list(places.values()).count(place) == 1})
+    return found
 
 
-def frame_of(file: str, blanks: list, deep: bool) -> tuple:
-    """The lines of a skeleton outside of its blanks, and {todo: how many of them come before it}."""
+def frame_of(file: str, blanks: list, deep: bool, tasks: bool) -> tuple:
+    """The lines of a skeleton outside of its blanks, with or without the comments that say what to write there, and
+    {todo: how many of them come before it}."""
     text, frame, places = skeleton(file, deep=deep), [], {}
     for region in blanks:
         before, _, text = text.partition(region.blank(deep))
+        if not tasks:
+            before = re.sub(r" *// TODO:: .*\n( *//.*\n)*\Z", "", before)
         frame += before.splitlines()
         places[region.todo] = len(frame)
     return [line.strip() for line in frame + text.splitlines()], places
