@@ -55,9 +55,12 @@ TEST(Stage6, EvaluatesEachResidual) {
 struct Layout {
   const FactorScene& scene;
 
-  VecX Of(const std::vector<std::shared_ptr<Vertex>>& first, bool global = false) const {
+  using SizeOf = Eigen::Index (*)(const Vertex&);
+  static Eigen::Index LocalSize(const Vertex& v) { return v.LocalDimension(); }
+
+  VecX Of(const std::vector<std::shared_ptr<Vertex>>& first, SizeOf size_of = &LocalSize) const {
     const auto goes = [&](const auto& v) { return std::find(first.begin(), first.end(), v) != first.end(); };
-    const auto size = [&](const auto& v) { return global ? v->Parameters().size() : v->LocalDimension(); };
+    const auto size = [&](const auto& v) { return size_of(*v); };
     VecX rows = VecX::Zero(static_cast<Eigen::Index>(scene.free.size()) + 2);
     double m = 0, n = 0;
     for (const auto& v : scene.free) m += goes(v) ? static_cast<double>(size(v)) : 0.0;
@@ -76,27 +79,37 @@ struct Layout {
   }
   std::vector<Mistake> CountingMistakes() const {
     const VecX right = Of(scene.Dropped());
-    VecX alike = right, alone = right, counted = right, all_again = right, late = right, from_zero = right;
+    VecX alike = right, running = right, alone = right, all_again = right, from_zero = right, kept_in_m = right;
+    VecX late = right, late_dropped = right, late_kept = right, copies = VecX::Zero(right.size());
+    copies.tail<2>() = right.tail<2>();
+    kept_in_m.tail<2>() << right.tail<2>().sum(), 0.0;
     const auto dropped = scene.Dropped();
-    double row = 0.0, number = 0.0, m = right[right.size() - 2];
+    double row = 0.0, row_dropped = 0.0, m = right[right.size() - 2];
     for (size_t k = 0; k < scene.free.size(); ++k) {
       const bool drops = std::find(dropped.begin(), dropped.end(), scene.free[k]) != dropped.end();
       const int size = scene.free[k]->LocalDimension();
       alike[k] = row;
+      running[k] = drops ? row_dropped : row;
       all_again[k] = m + row;
-      counted[k] = number++;
       if (!drops) alone[k] = m;
       if (!drops) from_zero[k] -= m;
       late[k] += size;
+      (drops ? late_dropped : late_kept)[k] += size;
       row += size;
+      if (drops) row_dropped += size;
     }
     all_again[right.size() - 1] = row;
     return {{"6b", "6.one_loop_for_both", Is(alike)},
+            {"6b", "6.one_loop_for_both", Is(running)},
             {"6b", "6.second_loop_numbers_dropped", Is(all_again)},
             {"6b", "6.every_kept_block_begins_m", Is(alone)},
-            {"6b", "6.block_counted_one_row", Is(counted)},
+            {"6b", "6.block_counted_one_row", Is(Of(dropped, [](const Vertex&) { return Eigen::Index{1}; }))},
             {"6b", "6.no_rows_given", Is(VecX::Zero(right.size()))},
+            {"6b", "6.idx_written_to_copy", Is(copies)},
+            {"6b", "6.kept_rows_counted_in_m", Is(kept_in_m)},
             {"6b", "6.idx_set_after_count_moved", Is(late)},
+            {"6b", "6.idx_set_after_count_moved", Is(late_dropped)},
+            {"6b", "6.idx_set_after_count_moved", Is(late_kept)},
             {"6b", "6.kept_begin_at_zero", Is(from_zero)}};
   }
   std::vector<Mistake> Mistakes(const VecX& got) const {
@@ -116,7 +129,8 @@ struct Layout {
     }
     std::vector<Mistake> mistakes = CountingMistakes();
     const std::vector<Mistake> mistaken_blocks{
-        {"6b", "6.parameters_size_for_local_dimension", Is(Of(scene.Dropped(), true))},
+        {"6b", "6.parameters_size_for_local_dimension",
+         Is(Of(scene.Dropped(), [](const Vertex& v) { return v.Parameters().size(); }))},
         {"6b", "6.kept_first", Is(swapped)},
         {"6b", "6.kept_first_m_n_exchanged", Is(Of(scene.Kept()))},
         {"6a", "6.no_block_dropped", Is(Of({}))},

@@ -63,7 +63,6 @@ Text CauseOfSecondNew(const Window& window, const DropSet& drop) {
   }
   if (Count(drop, "EdgeImu") > 0) return "6.IMU_swallowed";
   const size_t newest = frames.size() - 1;
-  if (Holds(drop.vertices, frames[newest - 1].speed_bias)) return "6.speed_biases_go_merged_IMU";
   if (has(newest)) return "6.newest_for_second_newest";
   if (has(newest - 2)) return "6.third_newest_for_second_newest";
   if (has(0)) return "6.MARGIN_OLDs_pose";

@@ -152,6 +152,11 @@ inline const PlacementMistake kPlacementMistakes[] = {
        Add(H, t.i, t.j, t.block);
        if (t.i < t.j) Add(H, t.j, t.i, t.block.transpose());
      }},
+    {"1.1a", "1.1.moved_to_triangle_not_transposed",
+     [](MatXX* H, const Turn& t) {
+       Add(H, std::min(t.i, t.j), std::max(t.i, t.j), t.block);
+       if (!t.diagonal) Add(H, std::max(t.i, t.j), std::min(t.i, t.j), t.block.transpose());
+     }},
     {"1.1a", "1.1.block_only_if_v_i_first",
      [](MatXX* H, const Turn& t) {
        if (t.i <= t.j) AddBoth(H, t, t.block);

@@ -222,6 +222,7 @@ struct Case {
         {"1.2c", "1.2.poses_reduced_b_for_step_dx_p",
          step(r.H_mm_inverse * (r.b_m - r.H_pm.transpose() * r.Reduced()))},
         {"1.2c", "1.2.H_mminv_acts_once_more_b_m", step(r.H_mm_inverse * (r.H_mm_inverse * r.b_m - H_mp_x))},
+        {"1.2c", "1.2.H_mminv_acts_once_more_step", step(r.H_mm_inverse * (r.b_m - r.H_mm_inverse * H_mp_x))},
         {"1.2c", "1.2.H_mminv_applied_to_product_only", step(r.b_m - r.H_mm_inverse * H_mp_x)},
         {"1.2c", "1.2.H_mminv_acts_twice_on_step", step(r.H_mm_inverse * (r.H_mm_inverse * (r.b_m - H_mp_x)))},
         {"1.2c", "1.2.H_mm_only_diagonal_inverted",

@@ -146,6 +146,21 @@ inline MatXX AssembleH(const Graph& graph, int size, const std::vector<PartWay>&
   return H;
 }
 
+/// Of two poses, block and mirror image are both added at the place that is stored, neither of them transposed.
+inline MatXX MirrorAddedToo(const Graph& graph, int size) {
+  MatXX H = AssembleH(graph, size, {});
+  for (const auto& a : graph.Vertices()) {
+    for (const auto& c : graph.Vertices()) {
+      if (a == c || !IsPose(*a) || !IsPose(*c) || a->OrderingId() < 0 || c->OrderingId() < 0) continue;
+      const int rows = a->LocalDimension();
+      if (c->LocalDimension() != rows) continue;
+      auto block = H.block(a->OrderingId(), c->OrderingId(), rows, rows);
+      block += block.transpose().eval();
+    }
+  }
+  return H;
+}
+
 inline std::vector<Mistake> MistakesInH(const Graph& graph, int size) {
   const auto is = [&graph, size](const std::vector<PartWay>& ways, LossWay loss = LossWay::kRight) {
     return [=, &graph] { return AssembleH(graph, size, ways, loss); };
@@ -165,6 +180,7 @@ inline std::vector<Mistake> MistakesInH(const Graph& graph, int size) {
       {"7c", "7.last_edge_left_in_H", is({{d, 1, true}, {p, 1, true}, {pl, 1, true}, {l, 1, true}})},
       {"7c", Text("7.assigned", {{"blocks", Word("H_pp")}}), is({{d, 1, true}, {p, 1, true}})},
       {"7c", "7.blocks_subtracted", is({{d, -1, false}, {p, -1, false}, {pl, -1, false}, {l, -1, false}})},
+      {"7c", "7.mirror_added_too", [=, &graph] { return MirrorAddedToo(graph, size); }},
       {"7c", "7.loss_forgotten_in_H", is({}, LossWay::kForgotten)},
       {"7c", "7.first_order_loss", is({}, LossWay::kFirstOrder)}};
   const std::vector<std::pair<Part, Text>> parts{
