@@ -21,11 +21,14 @@ MonoBaScene PerturbedScene() { return StartScene().scene; }
 struct Built {
   StartScene start;
   MonoBa& ba = start.ba;
+  int moved = -1;  // a frame that the submission has moved
 
   Built(double pixel_information, double prior_weight) {
     Chosen().add_mono_ba_edges(start.scene, pixel_information, prior_weight, &ba);
     for (size_t i = 0; i < ba.poses.size(); ++i) {  // whoever moves a vertex to the truth needs no priors
+      const VecX got = ba.poses[i]->Parameters();
       ba.poses[i]->SetPose(start.scene.initial_frames[i].q, start.scene.initial_frames[i].p);
+      if (!Equal(got, ba.poses[i]->Parameters(), 1e-12)) moved = static_cast<int>(i);
     }
   }
 
@@ -209,6 +212,8 @@ TEST(Stage3, NoFrameIsFixed) {
     if (!built.ba.poses[i]->IsFixed()) continue;
     Fail({"3", Text("3.frame", {{"n", Word(i)}}), "3.free_held_prior_alone", "3.fixed", "3.prior_and_fixed", "3"});
   }
+  if (built.moved < 0) return;
+  Fail({"3", Text("3.frame", {{"n", Word(built.moved)}}), "3.at_its_start", "3.elsewhere", "3.frame_moved", "3"});
 }
 
 TEST(Stage3, MeasurementsAreUntouched) {

@@ -164,6 +164,8 @@ TEST(Stage5, TheResidualMovesWithTheStates) {
             is(e0 + J.transpose() * delta_chi)},
            {"5.4", "5.J_missing_before_dchi", is(e0 + delta_chi)}},
           1e-10, "5.4", "e");
+  Require("5", Text("5.e_of", {{"what", "5.no_motion"}}), e0, term->Residual(VecX::Zero(6)), {},
+          {{"5.4", "5.e0_missing", is(VecX::Zero(6))}}, 1e-10, "5.4");
 }
 
 // ---- all together ---------------------------------------------------------------------------------------------------
