@@ -22,12 +22,13 @@ std::function<MatXX()> Is(const MatXX& answer) {
 
 // What typical mistakes give for the blocks of a pose's rows.
 struct PoseMistakes {
-  MatXX axes, turn, R, Rt, O;
+  MatXX axes, turn, in_the_body, R, Rt, O;
   Vec3 phi;
 
   PoseMistakes(const VertexPose& pose, GaugeGroup group)
       : axes(AxesOf(group)),
         turn(Hat(pose.p()) * axes),
+        in_the_body(-Hat(pose.p()) * pose.R().transpose() * axes),
         R(pose.R()),
         Rt(R.transpose()),
         O(MatXX::Zero(3, axes.cols())),
@@ -44,6 +45,7 @@ struct PoseMistakes {
             {"4a", {"4.sign_of_omega", {{"p", Word("p")}}}, Is(turn)},
             {"4a", {"4.R_stands_before_turn", {{"R", Word("R")}}}, Is(-R * turn)},
             {"4a", {"4.R_stands_before_turn", {{"R", Word("Rᵀ")}}}, Is(-Rt * turn)},
+            {"4a", {"4.R_stands_before_turn", {{"R", Word("Rᵀ")}}}, Is(in_the_body)},
             {"4a", {"4.axes_alone", {{"p", Word("p")}}}, Is(axes)}};
   }
   std::vector<Mistake> InTurnsOfTheRotation() const {

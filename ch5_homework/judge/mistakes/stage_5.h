@@ -120,6 +120,7 @@ struct Factored {
          {Factor{{}, P},
           {Text("formula.missing_from", {{"this", Word("P")}, {"formula", Word("J = (P U S^½)ᵀ")}}), I()},
           {Text("formula.stands_for", {{"this", Word("P⁻¹")}, {"that", Word("P")}}), P_inverse},
+          {"5.root_of_P_drawn", MatXX(P.cwiseSqrt())},
           {"5.P_stands_twice_J", MatXX(P * P)}}) {
       for (const Factor& last :
            {Factor{{}, S_sqrt},
