@@ -1,8 +1,5 @@
 #include "ch5_backend/experiments/studies/gauge/gauge_handling.h"
 
-#include <Eigen/LU>
-#include <stdexcept>
-
 namespace ch5 {
 namespace {
 
@@ -18,15 +15,6 @@ Eigen::Matrix<double, 4, 6> PositionYawJacobian(const VertexReferencePose& pose)
 
 std::vector<HeldDirections> HoldGauge(const std::shared_ptr<VertexReferencePose>& first) {
   return {{first, [first] { return PositionYawJacobian(*first); }}};
-}
-
-std::vector<HeldDirections> HoldGauge(const std::shared_ptr<VertexReferencePose>& first,
-                                      const std::shared_ptr<VertexPose>& second) {
-  const Vec3 baseline = second->p() - first->p();
-  if (!(baseline.norm() > 0.0)) throw std::invalid_argument("HoldGauge: the two poses are at one place");
-  MatXX along = MatXX::Zero(1, 6);
-  along.leftCols<3>() = baseline.normalized().transpose();
-  return {{first, [] { return MatXX::Identity(6, 6); }}, {second, [along] { return along; }}};
 }
 
 EdgeGaugePrior::EdgeGaugePrior(std::shared_ptr<VertexReferencePose> first, double weight)
@@ -54,30 +42,6 @@ MatXX HeldColumns(const Vertices& vertices, const std::vector<HeldDirections>& h
     }
   }
   return V;
-}
-
-GaugeCovariance::GaugeCovariance(Covariance* covariance, GaugeGroup group, const std::vector<HeldDirections>& held)
-    : covariance_(covariance) {
-  Vertices vertices = covariance->GetOrdering().poses;
-  const Vertices& landmarks = covariance->GetOrdering().landmarks;
-  vertices.insert(vertices.end(), landmarks.begin(), landmarks.end());
-  const MatXX U = GaugeNullSpace(vertices, group);
-  const MatXX V = held.empty() ? U : HeldColumns(vertices, held);
-  const Eigen::FullPivLU<MatXX> VtU(V.transpose() * U);
-  if (V.cols() != U.cols() || !VtU.isInvertible()) {
-    throw std::invalid_argument("GaugeCovariance: the held directions do not hold the gauge");
-  }
-  UG_ = U * VtU.inverse();
-  SV_ = covariance->Multiply(V);
-  B_ = V.transpose() * SV_;
-}
-
-MatXX GaugeCovariance::Block(const Vertex& a, const Vertex& b) {
-  const auto rows_of = [](const MatXX& A, const Vertex& v) { return A.middleRows(v.OrderingId(), v.LocalDimension()); };
-  MatXX block = covariance_->Block(a, b);  // refuses vertices that take no part
-  const MatXX UG_a = rows_of(UG_, a), UG_b = rows_of(UG_, b);
-  block -= UG_a * rows_of(SV_, b).transpose() + rows_of(SV_, a) * UG_b.transpose();
-  return block + UG_a * B_ * UG_b.transpose();
 }
 
 }  // namespace ch5
