@@ -64,6 +64,7 @@ void Summarize(const Recording& recording, OdometryRun* run) {
     answered += row.seconds;
     milliseconds.push_back(1e3 * row.seconds);
   }
+  run->milliseconds = 1e3 * total / static_cast<double>(run->rows.size());
   run->p99_window_ms = Percentile(milliseconds, 0.99);
   const double duration = run->rows.back().t - run->rows.front().t;
   run->realtime_factor = duration / std::max(total, 1e-9);

@@ -43,6 +43,7 @@ struct OdometryRun {
   double realtime_factor = 0.0;  ///< duration of the recording / time spent
   double tracking_factor =
       0.0;  ///< the same of the images with an estimate, without those of the start; NaN if there is none
+  double milliseconds = 0.0;   ///< mean over the images
   double p99_window_ms = 0.0;  ///< of the images with an estimate; NaN if there is none
 };
 
