@@ -28,10 +28,9 @@ FirstRows FirstRowsOf(const Graph& graph) {
   return rows;
 }
 
-MatXX DenseHessian(const Graph& graph, int* pose_rows) {
+MatXX DenseHessian(const Graph& graph) {
   Problem problem(const_cast<Graph*>(&graph));  // only Solve would move the states
   problem.MakeHessian();
-  *pose_rows = problem.GetOrdering().dim_poses;
   return problem.Hessian();
 }
 

@@ -22,8 +22,7 @@ using FirstRows = std::unordered_map<const Vertex*, int>;
 FirstRows FirstRowsOf(const Graph& graph);
 
 /// H of the dense solver at the present states, in that order.
-/// @param pose_rows  is set to the number of rows above the landmarks
-MatXX DenseHessian(const Graph& graph, int* pose_rows);
+MatXX DenseHessian(const Graph& graph);
 
 /// H of the slides' chain of three scalars: x₁ is measured, and its distances to x₀ and x₂.
 ///

@@ -19,7 +19,8 @@ constexpr int kSnapshots = 4;  // per policy
 WindowMatrices TakeSnapshot(const Window& window, double t) {
   WindowMatrices snapshot;
   snapshot.t = t;
-  snapshot.H = DenseHessian(window.graph, &snapshot.pose_rows);
+  snapshot.H = DenseHessian(window.graph);
+  snapshot.pose_rows = MakeOrdering(window.graph).dim_poses;
   const MatXX& J = window.prior->GetPrior().J;
   snapshot.H_prior = J.transpose() * J;
   return snapshot;

@@ -22,31 +22,6 @@ Recording RecordingOf(int trial) {
   return SimulateInRoom(path, 1000, options);
 }
 
-// Audits what each solve has seen, before its policy slides the window.
-class AuditedPolicy : public WrappedPolicy {
- public:
-  /// @param audit  of every kImages-th window that has a prior
-  AuditedPolicy(std::unique_ptr<WindowPolicy> policy, std::function<void(const Window&)> audit)
-      : WrappedPolicy(std::move(policy)), audit_(std::move(audit)) {}
-  void Slide(Window* window) override {
-    if (window->prior && ++windows_ % kImages == 0) audit_(*window);
-    WrappedPolicy::Slide(window);
-  }
-
- private:
-  std::function<void(const Window&)> audit_;
-  int windows_ = 0;
-};
-
-std::vector<std::unique_ptr<WindowPolicy>> Policies() {
-  OkvisOptions okvis;
-  okvis.temporal_frames = 5;
-  std::vector<std::unique_ptr<WindowPolicy>> policies;
-  policies.push_back(MakeVinsPolicy());
-  policies.push_back(MakeOkvisPolicy(okvis));
-  return policies;
-}
-
 // The measurements alone, the prior alone at its first estimates, and the window's H, which is their sum. The prior that
 // a policy itself places on the gauge is no part of it.
 std::vector<std::pair<const char*, std::vector<GaugeLeak>>> Audit(const Window& window) {
@@ -70,19 +45,23 @@ CsvTable WindowAuditTable(int trial, const std::filesystem::path&) {
   const Recording recording = RecordingOf(trial);
   for (const auto& [name, constraints] : {std::pair("none", ObservabilityConstraints::kNone),
                                           {"marginalized edges", ObservabilityConstraints::kMarginalizedEdges}}) {
-    for (auto&& policy : Policies()) {
+    for (auto&& policy : AllPolicies()) {
       EstimatorOptions options{recording.calibration};
       options.observability_constraints = constraints;
       const std::string policy_name = policy->Name();
-      const auto audit = [&, name = name](const Window& window) {
-        for (const auto& [part, leaks] : Audit(window)) {
-          for (const GaugeLeak& leak : leaks) {
-            table.Row(policy_name, name, trial, window.frames.back().t, part, leak.direction, leak.information,
-                      leak.relative);
+      int windows = 0;  // with a prior; audited is what a solve has seen, before its window slides
+      const auto watch = [&, name = name](Window* window, const std::function<void()>& slide) {
+        if (window->prior && ++windows % kImages == 0) {
+          for (const auto& [part, leaks] : Audit(*window)) {
+            for (const GaugeLeak& leak : leaks) {
+              table.Row(policy_name, name, trial, window->frames.back().t, part, leak.direction, leak.information,
+                        leak.relative);
+            }
           }
         }
+        slide();
       };
-      RunOdometry(recording, options, std::make_unique<AuditedPolicy>(std::move(policy), audit));
+      RunOdometry(recording, options, std::make_unique<WrappedPolicy>(std::move(policy), watch));
     }
   }
   return table;

@@ -44,10 +44,6 @@ const Way kWays[] = {
     {"marginalized", nullptr},
     {"first estimates", nullptr, ObservabilityConstraints::kAllEdges}};
 
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 // Of the newest frame against the oldest, T_0n = T_W_0⁻¹ T_W_n: it does not depend on the gauge, so it can be compared
 // with the truth of a recording whose W is another.
 struct Motion {
@@ -82,66 +78,46 @@ Motion MotionAcross(const Window& window) {
   return motion;
 }
 
-// Compares the motion across every few windows with the truth.
-class AblatedPolicy : public WrappedPolicy {
- public:
-  struct Found {  // sums
-    double nees = 0.0;
-    Vec2 errors2 = Vec2::Zero(), claimed2 = Vec2::Zero();  ///< of position [m²] and rotation [rad²]
-    double yaw_leak = 0.0;                                 ///< of the priors, its absolute value [rad⁻²]
-    int windows = 0, priors = 0;
-    double seconds = 0.0;  ///< spent on this
-    Vec2 Errors() const { return (errors2 / windows).cwiseSqrt(); }
-    Vec2 Claimed() const { return (claimed2 / windows).cwiseSqrt(); }
-  };
-
-  AblatedPolicy(std::unique_ptr<WindowPolicy> policy, const Recording& recording, int every, Found* found)
-      : WrappedPolicy(std::move(policy)), recording_(recording), every_(every), found_(*found) {}
-  void Slide(Window* window) override {
-    const size_t before = window->frames.size();
-    const auto start = std::chrono::steady_clock::now();
-    if (has_slid_ && ++windows_ % every_ == 0) Compare(*window);
-    found_.seconds += SecondsSince(start);
-    WrappedPolicy::Slide(window);
-    has_slid_ |= window->frames.size() < before;
-    window->prior_fixes_gauge &= window->prior != nullptr;  // dropped: position and yaw are free again
-  }
-
- private:
-  void Compare(const Window& window) {
-    const auto first = StateAt(recording_.truth, window.frames.front().t);
-    const auto last = StateAt(recording_.truth, window.frames.back().t);
-    if (!first || !last) return;
-    const Motion motion = MotionAcross(window);
-    const Qd inverse = first->T_W_B.q.conjugate();
-    const Transform truth{inverse * last->T_W_B.q, inverse * (last->T_W_B.p - first->T_W_B.p)};
-    const PoseConsistency pose = ComparePose(motion.T_0n, motion.covariance, truth);
-    const Vec6 claimed2 = motion.covariance.diagonal();
-    found_.nees += pose.nees;
-    found_.errors2 += Vec2(pose.error.head<3>().squaredNorm(), pose.error.tail<3>().squaredNorm());
-    found_.claimed2 += Vec2(claimed2.head<3>().sum(), claimed2.tail<3>().sum());
-    ++found_.windows;
-    if (!window.prior) return;
-    GaugeOptions gauge;
-    gauge.local_poses = window.LocalPoses();
-    for (const GaugeLeak& leak : AuditPrior(window.prior->GetPrior(), gauge)) {
-      if (leak.direction == "yaw") found_.yaw_leak += std::abs(leak.information);
-    }
-    ++found_.priors;
-  }
-
-  const Recording& recording_;
-  int every_, windows_ = 0;
-  bool has_slid_ = false;
-  Found& found_;
+// What the windows show; sums.
+struct Found {
+  double nees = 0.0;
+  Vec2 errors2 = Vec2::Zero(), claimed2 = Vec2::Zero();  // of position [m²] and rotation [rad²]
+  double yaw_leak = 0.0;                                 // of the priors, its absolute value [rad⁻²]
+  int windows = 0, priors = 0;
+  double seconds = 0.0;  // spent on this
+  Vec2 Errors() const { return (errors2 / windows).cwiseSqrt(); }
+  Vec2 Claimed() const { return (claimed2 / windows).cwiseSqrt(); }
 };
+
+// Compares the motion across the window with the truth.
+void Compare(const Recording& recording, const Window& window, Found* found) {
+  const auto first = StateAt(recording.truth, window.frames.front().t);
+  const auto last = StateAt(recording.truth, window.frames.back().t);
+  if (!first || !last) return;
+  const Motion motion = MotionAcross(window);
+  const Qd inverse = first->T_W_B.q.conjugate();
+  const Transform truth{inverse * last->T_W_B.q, inverse * (last->T_W_B.p - first->T_W_B.p)};
+  const PoseConsistency pose = ComparePose(motion.T_0n, motion.covariance, truth);
+  const Vec6 claimed2 = motion.covariance.diagonal();
+  found->nees += pose.nees;
+  found->errors2 += Vec2(pose.error.head<3>().squaredNorm(), pose.error.tail<3>().squaredNorm());
+  found->claimed2 += Vec2(claimed2.head<3>().sum(), claimed2.tail<3>().sum());
+  ++found->windows;
+  if (!window.prior) return;
+  GaugeOptions gauge;
+  gauge.local_poses = window.LocalPoses();
+  for (const GaugeLeak& leak : AuditPrior(window.prior->GetPrior(), gauge)) {
+    if (leak.direction == "yaw") found->yaw_leak += std::abs(leak.information);
+  }
+  ++found->priors;
+}
 
 CsvTable EmptyTable() {
   return CsvTable("recording,policy,way,hosts,trial,images,restarts,ate_m,nees_world,nees_motion,milliseconds");
 }
 
 struct FlightResult {
-  AblatedPolicy::Found found;
+  Found found;
   size_t images = 0;
   int restarts = 0;
   double ate = kNoNumber, nees_world = kNoNumber, nees_motion = kNoNumber, milliseconds = kNoNumber;
@@ -151,8 +127,20 @@ struct FlightResult {
 FlightResult Fly(const Recording& recording, const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy,
                  const DrawnStart* start) {
   FlightResult flight;
-  AblatedPolicy::Found& found = flight.found;
-  Estimator estimator(options, std::make_unique<AblatedPolicy>(std::move(policy), recording, start ? 1 : 10, &found));
+  Found& found = flight.found;
+  const int every = start ? 1 : 10;  // windows
+  int windows = 0;
+  bool has_slid = false;
+  const auto watch = [&](Window* window, const std::function<void()>& slide) {
+    const size_t before = window->frames.size();
+    const auto begin = std::chrono::steady_clock::now();
+    if (has_slid && ++windows % every == 0) Compare(recording, *window, &found);
+    found.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    slide();
+    has_slid |= window->frames.size() < before;
+    window->prior_fixes_gauge &= window->prior != nullptr;  // dropped: position and yaw are free again
+  };
+  Estimator estimator(options, std::make_unique<WrappedPolicy>(std::move(policy), watch));
   if (start) estimator.StartFrom(start->state, start->J);
   std::vector<StampedState> states;
   double nees = 0.0, seconds = 0.0;

@@ -33,20 +33,17 @@ void AppendBlocks(const MatXX& H, const std::vector<Rows>& blocks, const std::st
 }
 
 // Writes the first slide of each case after the window has been full for a while.
-class CaseWatch : public WrappedPolicy {
+class CaseWatch {
  public:
-  CaseWatch(std::unique_ptr<WindowPolicy> policy, Tables* tables)
-      : WrappedPolicy(std::move(policy)), tables_(*tables) {}
-  void Slide(Window* window) override {
+  void Slide(Window* window, const std::function<void()>& slide) {
     const std::vector<Frame> frames = window->frames;
     const FirstRows rows = FirstRowsOf(window->graph);
-    int pose_rows = 0;  // not wanted
-    const MatXX H = DenseHessian(window->graph, &pose_rows);
+    const MatXX H = DenseHessian(window->graph);
     std::vector<std::pair<int, std::shared_ptr<Vertex>>> landmarks;
     for (const auto& [id, landmark] : window->landmarks) {
       if (rows.count(landmark.inverse_depth.get())) landmarks.emplace_back(id, landmark.inverse_depth);
     }
-    WrappedPolicy::Slide(window);
+    slide();
 
     const auto gone =
         std::find_if(frames.begin(), frames.end(), [&](const Frame& frame) { return window->IndexOf(frame.id) < 0; });
@@ -56,22 +53,22 @@ class CaseWatch : public WrappedPolicy {
     std::vector<Rows> blocks, prior_blocks;
     for (const auto& [vertex, first] : rows) blocks.push_back({first, vertex->LocalDimension()});
     std::sort(blocks.begin(), blocks.end(), [](const Rows& a, const Rows& b) { return a.first < b.first; });
-    AppendBlocks(H, blocks, name, "window", &tables_.matrices);
+    AppendBlocks(H, blocks, name, "window", &tables.matrices);
     const Prior& prior = window->prior->GetPrior();
     int row = 0;
     for (const auto& vertex : prior.vertices) {
       prior_blocks.push_back({row, vertex->LocalDimension()});
       row += vertex->LocalDimension();
     }
-    AppendBlocks(prior.J.transpose() * prior.J, prior_blocks, name, "prior", &tables_.matrices);
+    AppendBlocks(prior.J.transpose() * prior.J, prior_blocks, name, "prior", &tables.matrices);
 
     const auto append = [&](const char* kind, int number, bool is_keyframe, const Vertex* vertex, bool is_left) {
       const auto is_it = [&](const auto& other) { return other.get() == vertex; };
       const bool is_held = std::any_of(prior.vertices.begin(), prior.vertices.end(), is_it);
-      tables_.vertices.Row(name, kind, number, is_keyframe, rows.at(vertex), vertex->LocalDimension(),
-                           !is_left  ? "marginalized"
-                           : is_held ? "in the prior"
-                                     : "untouched");
+      tables.vertices.Row(name, kind, number, is_keyframe, rows.at(vertex), vertex->LocalDimension(),
+                          !is_left  ? "marginalized"
+                          : is_held ? "in the prior"
+                                    : "untouched");
     };
     for (const Frame& frame : frames) {
       const int at = window->IndexOf(frame.id);
@@ -85,8 +82,9 @@ class CaseWatch : public WrappedPolicy {
     }
   }
 
+  Tables tables;
+
  private:
-  Tables& tables_;
   std::set<std::string> written_;
 };
 
@@ -95,10 +93,11 @@ Tables Watch() {
   options.camera_rate = 15.0;
   options.max_tracks = 16;
   const Recording recording = Flight(options);
-  Tables tables;
-  Fly(recording, kImages, std::make_unique<CaseWatch>(MakeFlightPolicy("okvis"), &tables),
+  CaseWatch cases;
+  const auto watch = [&](Window* window, const std::function<void()>& slide) { cases.Slide(window, slide); };
+  Fly(recording, kImages, std::make_unique<WrappedPolicy>(MakeFlightPolicy("okvis"), watch),
       [](const Estimator&, const ImageResult&) {});
-  return tables;
+  return cases.tables;
 }
 
 }  // namespace

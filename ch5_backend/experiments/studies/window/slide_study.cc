@@ -100,8 +100,8 @@ class SlideOnce : public WindowPolicy {
         {}, [&](const Window& w, const WindowLandmark& l) { return policy_->Uses(w, l); }, window);
     const WindowBeforeSlide before{window->frames, window->landmarks, FirstRowsOf(window->graph),
                                    DropSetOfMarginOld(*window).vertices};
-    int pose_rows = 0;
-    const MatXX H = DenseHessian(window->graph, &pose_rows);
+    const MatXX H = DenseHessian(window->graph);
+    const int pose_rows = MakeOrdering(window->graph).dim_poses;
     AppendNonZeros(H, &tables_.matrices, Name(), "window", H.rows(), pose_rows);
     AppendPrior(Name(), "before", window->prior->GetPrior(), &tables_);
     policy_->Slide(window);
