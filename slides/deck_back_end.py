@@ -12,9 +12,10 @@ from ch5_backend.figures.scene import before_and_after
 from ch5_backend.figures.slide import (CROSS, FAINT, INK, LANDMARK, MUTED, PAPER, POSE, PRIOR, Figures, decades, mix)
 from ch5_backend.figures.tables import dense
 
-from . import toy_graph as toy
+from . import marginalization_examples
 from .deck_back_end_facts import facts  # noqa: F401
-from .toy_graph import EDGES, LANDMARKS, POSES, POSE_WIDTH, decimal, ordering, pattern, schur_pattern, vertices, width
+from .tex import decimal
+from .toy_graph import EDGES, LANDMARKS, POSES, POSE_WIDTH, ordering, pattern, schur_pattern, vertices, width
 
 FIGURES = Figures({"cost": "cost above its least / first cost", "lambda": "λ", "identity": "λI", "diagonal": "λ diag(H)"})
 
@@ -134,7 +135,7 @@ def heat(slide, x, y, cell, rows, names):
 @FIGURES.figure(1060, 380, "Marginalizing the middle of a chain")
 def chain(slide, tables, say):
     """The 3×3 example before and after, as a heat map with its numbers."""
-    H, prior = toy.chain()
+    H, _, prior, _ = marginalization_examples.chain()
     for n, (x, shade) in enumerate(((70, POSE), (200, PRIOR), (330, POSE))):
         slide.circle(x, 60, 25, mix(shade, 0.2), shade, 2)
         slide.text(x, 67, "x" + "₀₁₂"[n], 20, italic=True)

@@ -1,32 +1,22 @@
 """Every number of the deck, by name. Each comes from a table of ./course run, or is exact arithmetic that is held
 against one; the deck writes {{name}} and never a digit of a result."""
 
-import re
 from fractions import Fraction
 from math import gcd, lcm
-from pathlib import Path
 
 import numpy as np
 
 from ch5_backend.figures.numbers.chapter import Chapter
 from ch5_backend.figures.tables import dense
 
-from .tex import bracketed, matrix, scientific, tex
-
-from .toy_graph import chain, decimal
-
-ROOT = Path(__file__).resolve().parents[1]
+from .facts import gathered, typed_in
+from .marginalization_examples import solved_chain
+from .tex import bracketed, decimal, matrix, scientific, tex
 
 
 def chain_facts(tables):
-    """The 3×3 example in exact fractions, held against what the solver wrote."""
-    H, prior = chain()
-    for name, exact in (("before", H), ("after", prior)):
-        solver = dense(tables("marginalize_chain", stage=name))
-        for i, row in enumerate(exact):
-            for j, value in enumerate(row):
-                if abs(solver[i, j] - float(value)) > 1e-9 * 200:
-                    raise ValueError(f"marginalize_chain.csv, {name} ({i}, {j}): {solver[i, j]}, not {value}")
+    """The 3×3 example in exact fractions."""
+    H, _, prior, _ = solved_chain(tables)
     steps = [rf"{tex(H[i][j])} - {bracketed(H[i][1])}\cdot{bracketed(H[1][j])}\,/\,{tex(H[1][1])} &= "
              rf"{tex(prior[i // 2][j // 2])} = {decimal(prior[i // 2][j // 2]).replace('−', '-')}" for i, j in ((0, 0), (0, 2), (2, 2))]
     return {"chain.H": matrix(H, tex), "chain.step00": steps[0], "chain.step02": steps[1], "chain.step22": steps[2],
@@ -86,16 +76,11 @@ def prior_facts(tables):
 
 def study_facts(tables):
     """How the experiment is set up: the starts from its source, the weights from its table."""
-    source = (ROOT / "ch5_backend/experiments/studies/prior_study.cc").read_text(encoding="utf-8")
-    position = re.search(r"options\.position_sigma = ([\d.]+);", source)
-    rotation = re.search(r"options\.rotation_sigma = ([\d.]+) \* M_PI / 180\.0;", source)
+    position, rotation = typed_in("ch5_backend/experiments/studies/prior_study.cc",
+                                  r"position_sigma = ([\d.]+);.*rotation_sigma = ([\d.]+) \* M_PI / 180\.0;")
     weights = [w for w in tables("prior_sweep", variant="course")["weight"].tolist() if w > 0]
-    return {"study.position_cm": f"{100 * float(position[1]):g}", "study.rotation_deg": f"{float(rotation[1]):g}",
+    return {"study.position_cm": f"{100 * float(position):g}", "study.rotation_deg": f"{float(rotation):g}",
             "study.lightest": scientific(min(weights), 1, shortest=False), "study.heaviest": scientific(max(weights), 1)}
 
 
-def facts(tables):
-    facts = {}
-    for part in (bundle_facts, chain_facts, gauge_facts, prior_facts, study_facts):
-        facts.update(part(tables))
-    return facts
+facts = gathered(bundle_facts, chain_facts, gauge_facts, prior_facts, study_facts)

@@ -1,8 +1,6 @@
 """Every number of the deck, by name: from a table, or exact arithmetic on the examples of marginalization_examples.py."""
 
-import re
 from math import degrees, sqrt
-from pathlib import Path
 
 import numpy as np
 
@@ -11,11 +9,9 @@ from ch5_backend.figures.numbers.windows import KEPT, consistency, leak
 from ch5_backend.figures.style import percent
 from ch5_backend.figures.systems import nees_of
 
-from .tex import matrix, scientific, tex
-
 from . import marginalization_examples as toy
-
-ROOT = Path(__file__).resolve().parents[1]
+from .facts import gathered, typed_in
+from .tex import matrix, scientific, tex
 
 
 def hand_facts(tables):
@@ -94,14 +90,10 @@ def imu_facts(_):
     turns = KEPT("preintegration", quantity="rotation", seconds=0.5)
     share = dict(zip(turns["rate_hz"], turns["claimed_per_sample"] / turns["measured"]))
     tuned, fast = 200, 1600
-    source = (ROOT / "ch5_backend/experiments/studies/systems/preintegration.cc").read_text(encoding="utf-8")
-    return {"imu.draws": re.search(r"kDraws = (\d+)", source)[1], "imu.worst": percent(np.abs(ratio - 1).max()),
+    draws = typed_in("ch5_backend/experiments/studies/systems/preintegration.cc", r"kDraws = (\d+)")
+    return {"imu.draws": draws, "imu.worst": percent(np.abs(ratio - 1).max()),
             "imu.tuned": str(tuned), "imu.fast": str(fast), "imu.vins_tuned": percent(share[tuned]),
             "imu.vins_fast": percent(share[fast])}
 
 
-def facts(tables):
-    facts = {}
-    for part in (hand_facts, consistency_facts, leak_facts, band_facts, ablation_facts, imu_facts):
-        facts.update(part(tables))
-    return facts
+facts = gathered(hand_facts, consistency_facts, leak_facts, band_facts, ablation_facts, imu_facts)

@@ -1,17 +1,14 @@
 """Every number of the deck, by name: from the tables of ./course plots gauge, the sources, or the examples of gauge_examples.py."""
 
 import re
-from pathlib import Path
 
 from ch5_backend.figures.numbers import gauge, gauge_paper
 from ch5_backend.figures.style import percent
 from ch5_backend.figures.tables import TableError
 
-from .tex import matrix, scientific, tex
-
 from . import gauge_examples as toy
-
-ROOT = Path(__file__).resolve().parents[1]
+from .facts import ROOT, gathered, typed_in
+from .tex import matrix, scientific, tex
 
 
 def power(weight):
@@ -20,9 +17,9 @@ def power(weight):
 
 
 def scene_facts(tables):
-    header = (ROOT / "ch5_backend/simulate/sensors/visual_inertial_ba.h").read_text(encoding="utf-8")
-    value = lambda name: re.search(rf"{name} = ([\d.]+);", header)[1]  # noqa: E731
-    focal, rate = re.search(r"f = (\d+) px.*?IMU of (\d+) Hz", header).groups()
+    header = "ch5_backend/simulate/sensors/visual_inertial_ba.h"
+    value = lambda name: typed_in(header, rf"{name} = ([\d.]+);")  # noqa: E731
+    focal, rate = typed_in(header, r"f = (\d+) px.*?IMU of (\d+) Hz")
     return {"scene.keyframes": value("keyframes"), "scene.points": value("num_points"), "scene.focal": focal,
             "scene.pixel": f"{float(value('pixel_sigma')):g}", "scene.imu": rate}
 
@@ -30,7 +27,7 @@ def scene_facts(tables):
 def toy_facts(tables):
     H, U, free, V, Q, fixed = toy.two_numbers()
     return {"hand.sigma": str(toy.SIGMA), "hand.H": matrix(H, tex), "hand.U": matrix(U, tex), "hand.free": matrix(free, tex),
-            "hand.V": matrix(toy.transpose(V), tex), "hand.Q": matrix(Q, tex), "hand.fixed": matrix(fixed, tex),
+            "hand.V": matrix(V.T, tex), "hand.Q": matrix(Q, tex), "hand.fixed": matrix(fixed, tex),
             "hand.difference_free": tex(toy.difference_variance(free)),
             "hand.difference_fixed": tex(toy.difference_variance(fixed)),
             "tilt.step": str(toy.TILT), "tilt.yaw": f"{abs(toy.tilted_yaw()):.2f}",
@@ -134,5 +131,4 @@ def recording_facts(tables):
     return facts
 
 
-def facts(tables):
-    return scene_facts(tables) | toy_facts(tables) | cited_facts(tables) | reading_facts(tables) | recording_facts(tables)
+facts = gathered(scene_facts, toy_facts, cited_facts, reading_facts, recording_facts)

@@ -1,18 +1,14 @@
 """Every number of the deck, by name: from a table, or exact arithmetic on the examples of marginalization_examples.py."""
 
-import re
-from pathlib import Path
-
 from ch5_backend.figures.numbers.systems import WINDOWS
 from ch5_backend.figures.numbers.windows import KEPT, cuts, spectra
 from ch5_backend.figures.style import percent
-from ch5_backend.figures.tables import dense
-
-from .tex import matrix, scientific, tex
 
 from . import marginalization_examples as toy
+from .facts import gathered, typed_in
+from .tex import matrix, scientific, tex
 
-ROOT = Path(__file__).resolve().parents[1]
+STUDIES = "ch5_backend/experiments/studies"
 
 
 def short(value):
@@ -28,12 +24,7 @@ def column(values, cell=tex):
 
 
 def chain_facts(tables):
-    """Held against the solver's own table."""
-    H, b, prior, b_prior = toy.chain()
-    solver = dense(tables("marginalize_chain", stage="after"))
-    for i, j in ((0, 0), (0, 1), (1, 1)):
-        if abs(solver[i, j] - float(prior[i][j])) > 1e-9 * 200:
-            raise ValueError(f"marginalize_chain.csv, after ({i}, {j}): {solver[i, j]}, not {prior[i][j]}")
+    H, b, prior, b_prior = toy.solved_chain(tables)
     number = lambda value: f"{float(value):.4f}".rstrip("0").rstrip(".")  # noqa: E731
     return {"chain3.H": matrix(H, short), "chain3.b": column(b), "chain3.dx": column(toy.solve(H, b), short),
             "chain3.prior": matrix(prior, short), "chain3.b_prior": column(b_prior, number),
@@ -56,8 +47,7 @@ def hand_facts(tables):
 
 def fill_facts(tables):
     stage = {name: tables("marginalize_fill").row(stage=name) for name in tables("marginalize_fill")["stage"].tolist()}
-    source = (ROOT / "ch5_backend/experiments/studies/marginalize_study.cc").read_text(encoding="utf-8")
-    frames, points = re.search(r"kFrames = (\d+), kPoints = (\d+)", source).groups()
+    frames, points = typed_in(f"{STUDIES}/marginalize_study.cc", r"kFrames = (\d+), kPoints = (\d+)")
     dimensions = {f"{one['null_dimension']:.0f}" for one in stage.values()}
     return {"fill.frames": frames, "fill.points": points, "fill.bad_density": percent(stage['without frame 0']['density']),
             "fill.before_density": percent(stage['before']['density']), "fill.null": " / ".join(sorted(dimensions))}
@@ -88,13 +78,10 @@ def slide_facts(tables):
             f"slide.{policy}_rehosted": str(len({one["landmark"] for one in observations if one["fate"] == "again"}))})
         for fate in ("prior", "again", "lost", "stays"):
             facts[f"fate.{policy}_{fate}"] = str(sum(one["fate"] == fate for one in observations))
-    flight = ROOT / "ch5_backend/experiments/studies/window"
-    source = "".join((flight / name).read_text(encoding="utf-8") for name in ("flight.h", "flight.cc"))
-    frames = int(re.search(r"kFlightWindow = (\d+)", source)[1])
-    temporal = int(re.search(r"temporal_frames = (\d+)", source)[1])
-    facts.update({"slide.frames": str(frames), "slide.okvis_temporal": str(temporal),
-                  "slide.okvis_c": str(frames - temporal - 1),
-                  "slide.okvis_keyframes": re.search(r"keyframes = (\d+)", source)[1],
+    frames = int(typed_in(f"{STUDIES}/window/flight.h", r"kFlightWindow = (\d+)"))
+    keyframes, temporal = typed_in(f"{STUDIES}/window/flight.cc", r"keyframes = (\d+).*temporal_frames = (\d+)")
+    facts.update({"slide.frames": str(frames), "slide.okvis_temporal": temporal,
+                  "slide.okvis_c": str(frames - int(temporal) - 1), "slide.okvis_keyframes": keyframes,
                   "slide.landmarks": str(len(set(tables("slide_observations", policy="vins")["landmark"].tolist())))})
     return facts
 
@@ -120,8 +107,7 @@ def flight_facts(tables):
         one = tables("odometry_policies").row(policy=policy)
         facts[f"flight.{policy}"] = f"{100 * one['ate_m']:.1f}"
         facts[f"flight.{policy}_scale"] = percent(one["scale_error"], 1, "+")
-    source = (ROOT / "ch5_backend/experiments/studies/odometry_study.cc").read_text(encoding="utf-8")
-    outliers, seconds = (float(re.search(rf"{name} = ([\d.]+);", source)[1]) for name in ("outlier_fraction", "duration"))
+    seconds, outliers = map(float, typed_in(f"{STUDIES}/odometry_study.cc", r"duration = ([\d.]+);.*outlier_fraction = ([\d.]+);"))
     return {**facts, "flight.outliers": percent(outliers), "flight.seconds": f"{seconds:.0f}"}
 
 
@@ -142,9 +128,5 @@ def okvis_facts(_):
     return {"cases.landmarks": count(gone, "landmark"), "cases.poses": count(held, "pose"), "cases.speeds": count(held, "speed")}
 
 
-def facts(tables):
-    facts = {}
-    for part in (chain_facts, hand_facts, fill_facts, spectrum_facts, slide_facts, film_facts, flight_facts,
-                 back_end_facts, okvis_facts):
-        facts.update(part(tables))
-    return facts
+facts = gathered(chain_facts, hand_facts, fill_facts, spectrum_facts, slide_facts, film_facts, flight_facts, back_end_facts,
+                 okvis_facts)

@@ -2,6 +2,7 @@
 
 from math import log10
 
+from .facts import gathered
 from .tex import scientific
 
 
@@ -85,8 +86,4 @@ def loss_facts(tables):
     return facts
 
 
-def facts(tables):
-    found = {}
-    for part in (schur_facts, pcg_facts, rule_facts, half_facts, stop_facts, step_facts, loss_facts):
-        found.update(part(tables))
-    return found
+facts = gathered(schur_facts, pcg_facts, rule_facts, half_facts, stop_facts, step_facts, loss_facts)

@@ -1,7 +1,9 @@
 """The examples of the deck that need no solver: two numbers on a line, a walk into a valley, and a tilting book."""
 
-from fractions import Fraction as F
+from fractions import Fraction
 from math import asin, atan2, cos, degrees, pi, radians, sin, sqrt
+
+import numpy as np
 
 SIGMA = 2                     # of the measurement x₂ − x₁
 TILT = 6                      # degrees: the σ of the paper's initial rotations
@@ -9,29 +11,17 @@ DAMPING, STOP = 0.02, 5e-3    # of the walk: λ, and the step that ends it
 WEAK = 0.05                   # its weak prior
 
 
-def product(a, b):
-    return [[sum(x * y for x, y in zip(row, column)) for column in zip(*b)] for row in a]
-
-
-def transpose(a):
-    return [list(row) for row in zip(*a)]
-
-
 def two_numbers():
     """H, U, the pseudo-inverse of H, V, Q and the covariance with x₁ held, in exact fractions."""
-    J = [[F(-1), F(1)]]
-    H = [[value / SIGMA ** 2 for value in row] for row in product(transpose(J), J)]
-    U, V = [[F(1)], [F(1)]], [[F(1)], [F(0)]]
-    size = product(J, transpose(J))[0][0]  # J Jᵀ: the eigenvalue of JᵀJ
-    free = [[value * SIGMA ** 2 / size ** 2 for value in row] for row in product(transpose(J), J)]
-    VtU = product(transpose(V), U)[0][0]
-    UV = product(U, transpose(V))
-    Q = [[F(i == j) - UV[i][j] / VtU for j in range(2)] for i in range(2)]
-    return H, U, free, V, Q, product(product(Q, free), transpose(Q))
+    J, U, V = (np.vectorize(Fraction)(rows) for rows in ([[-1, 1]], [[1], [1]], [[1], [0]]))
+    H = J.T @ J / SIGMA ** 2
+    free = J.T @ J * SIGMA ** 2 / (J @ J.T).item() ** 2  # J Jᵀ: the eigenvalue of JᵀJ
+    Q = np.eye(2, dtype=int) - U @ V.T / (V.T @ U).item()
+    return H, U, free, V, Q, Q @ free @ Q.T
 
 
 def difference_variance(covariance):
-    return covariance[0][0] + covariance[1][1] - 2 * covariance[0][1]
+    return covariance[0, 0] + covariance[1, 1] - 2 * covariance[0, 1]
 
 
 def walk(weight):

@@ -1,4 +1,4 @@
-"""Numbers and matrices in TeX."""
+"""Numbers and matrices in TeX, and how a fraction is typed."""
 
 from math import floor, log10
 
@@ -12,6 +12,10 @@ def scientific(value, digits=3, shortest=True):
         return f"{value:.{max(0, digits - 1 - exponent)}f}"
     mantissa = f"{value / 10 ** exponent:.{digits - 1}f}"
     return f"10^{{{exponent}}}" if float(mantissa) == 1 else rf"{mantissa}\times 10^{{{exponent}}}"
+
+
+def decimal(value):
+    return f"{float(value):.6g}".replace("-", "−")
 
 
 def tex(value):

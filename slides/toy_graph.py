@@ -1,8 +1,4 @@
-"""The toy problems behind the block pictures: a graph of three poses, six landmarks and one edge a view, and a chain of
-three scalars in exact fractions.
-"""
-
-from fractions import Fraction
+"""The toy problem behind the block pictures: a graph of three poses, six landmarks and one edge a view."""
 
 POSES, LANDMARKS = 3, 6
 POSE_WIDTH, LANDMARK_WIDTH = 3, 1  # cells; in the code 6 and 1
@@ -45,15 +41,3 @@ def schur_pattern():
             for b in seen:
                 counts[a, b] = counts.get((a, b), 0) + 1
     return counts
-
-
-def chain():
-    """The course's chain: H of three scalars with σ = 0.1, 0.2, 0.3, in exact fractions, and what remains."""
-    w01, w1, w12 = (1 / Fraction(s, 10) ** 2 for s in (1, 2, 3))
-    H = [[w01, -w01, Fraction(0)], [-w01, w01 + w1 + w12, -w12], [Fraction(0), -w12, w12]]
-    prior = [[H[i][j] - H[i][1] / H[1][1] * H[1][j] for j in (0, 2)] for i in (0, 2)]
-    return H, prior
-
-
-def decimal(value):
-    return f"{float(value):.6g}".replace("-", "−")

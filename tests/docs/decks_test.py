@@ -15,7 +15,7 @@ from tests.docs.markdown import DECKS, ROOT, fences, formulas, prose, read, slid
 from tests.experiments.figure_look_test import faults
 
 from slides import build
-from slides import deck_back_end, toy_graph
+from slides import deck_back_end, marginalization_examples, tex
 from ch5_backend.figures import slide, translate
 from ch5_backend.figures.tables import Tables
 from ch5_backend.figures.words import Labels
@@ -166,10 +166,10 @@ class Decks(unittest.TestCase):
             self.assertLess(worst, 0.05, "redraw it: slides/build.py --overview")
 
     def test_chain_is_exact(self):
-        H, prior = toy_graph.chain()
-        self.assertEqual([[toy_graph.decimal(v) for v in row] for row in prior],
+        H, _, prior, _ = marginalization_examples.chain()
+        self.assertEqual([[tex.decimal(v) for v in row] for row in prior],
                          [["26.5306", "−8.16327"], ["−8.16327", "10.2041"]])
-        self.assertEqual([toy_graph.decimal(v) for v in H[1]], ["−100", "136.111", "−11.1111"])
+        self.assertEqual([tex.decimal(v) for v in H[1]], ["−100", "136.111", "−11.1111"])
 
     def test_marp_is_pinned_to_a_public_release(self):
         package = json.loads(read(ROOT / "slides/package.json"))

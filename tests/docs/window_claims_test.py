@@ -34,7 +34,7 @@ class Examples(unittest.TestCase):
     def test_prior_of_rank_one_gives_its_right_hand_side_back(self):
         u, H, b, e0 = toy.rank_one()
         self.assertEqual(toy.det(H), 0)
-        self.assertEqual([-value * e0 for value in u], b)
+        self.assertEqual([-value * e0 for value in u], list(b))
 
     def test_two_tangents_cross_and_one_does_not(self):
         same, mixed = toy.two_tangents()
