@@ -72,7 +72,8 @@ void BuildCurve(Graph* graph) {
   }
 }
 
-void AppendRules(CsvTable* table) {
+CsvTable CompareRules() {
+  CsvTable table("problem,rule,trial,lambda,gain_ratio,accepted,cost");
   for (const Rule& rule : Rules()) {
     Graph curve, valley;
     BuildCurve(&curve);
@@ -82,9 +83,10 @@ void AppendRules(CsvTable* table) {
     for (const auto& [name, graph] :
          {std::pair("curve", &curve), std::pair("valley", &valley), std::pair("bundle", &ba.graph)}) {
       Problem problem(graph);
-      AppendRun(name, rule, &problem, table);
+      AppendRun(name, rule, &problem, &table);
     }
   }
+  return table;
 }
 
 // The step of the poses' block damped alone: λ is added to S, which was formed from the undamped H.
@@ -104,7 +106,8 @@ VecX HalfDampedStep(const Problem& problem, double lambda, Eigen::Index poses) {
 
 // The course's scene at its start, W = I as in the course: for λ, the step of the true damped system and the other one,
 // the decrease that the course's gain ratio predicts, ½ Δxᵀ(λΔx + b), and what each step really gains.
-void AppendHalfDamped(CsvTable* table) {
+CsvTable HalfDampedSteps() {
+  CsvTable table("relative_lambda,step,half_damped_step,relative_difference,gain_ratio,half_damped_gain_ratio");
   MonoBa ba;
   BuildMonoBa(SimulateMonoBa(MonoBaOptions()), Gauge::kFixTwoFrames, 1.0, 0.0, &ba);
   Problem problem(&ba.graph);
@@ -124,13 +127,15 @@ void AppendHalfDamped(CsvTable* table) {
     problem.SolveLinearSystem(lambda, &whole);
     const VecX half = HalfDampedStep(problem, lambda, problem.SchurComplement().rows());
     const auto model_cost_change = [&](const VecX& dx) { return 0.5 * dx.dot(lambda * dx + problem.RightHandSide()); };
-    table->Row(lambda / largest, whole.norm(), half.norm(), (half - whole).norm() / whole.norm(),
-               gained(whole) / model_cost_change(whole), gained(half) / model_cost_change(half));
+    table.Row(lambda / largest, whole.norm(), half.norm(), (half - whole).norm() / whole.norm(),
+              gained(whole) / model_cost_change(whole), gained(half) / model_cost_change(half));
   }
+  return table;
 }
 
 // The course's scene with W = I, W = 1/σ² and a still larger one: the same states, the cost so many times as large.
-void AppendStopTraces(CsvTable* table) {
+CsvTable StopTraces() {
+  CsvTable table("information,iteration,cost,gradient_max");
   for (const double information : {1.0, 1e6, 1e10}) {
     MonoBa ba;
     BuildMonoBa(SimulateMonoBa(MonoBaOptions()), Gauge::kFixTwoFrames, information, 0.0, &ba);
@@ -139,23 +144,18 @@ void AppendStopTraces(CsvTable* table) {
     options.max_iterations = 12;
     options.cost_tolerance = options.step_tolerance = options.gradient_tolerance = 0.0;
     for (const IterationInfo& info : problem.Solve(options).trace) {
-      table->Row(information, info.iteration, info.cost, info.gradient_max);
+      table.Row(information, info.iteration, info.cost, info.gradient_max);
     }
   }
+  return table;
 }
 
 }  // namespace
 
 void RunDampingStudy(const std::filesystem::path& csv) {
-  CsvTable rules("problem,rule,trial,lambda,gain_ratio,accepted,cost");
-  AppendRules(&rules);
-  rules.Write(csv / "solver_rules.csv");
-  CsvTable half("relative_lambda,step,half_damped_step,relative_difference,gain_ratio,half_damped_gain_ratio");
-  AppendHalfDamped(&half);
-  half.Write(csv / "solver_half_damped.csv");
-  CsvTable stop("information,iteration,cost,gradient_max");
-  AppendStopTraces(&stop);
-  stop.Write(csv / "solver_stop.csv");
+  CompareRules().Write(csv / "solver_rules.csv");
+  HalfDampedSteps().Write(csv / "solver_half_damped.csv");
+  StopTraces().Write(csv / "solver_stop.csv");
 }
 
 }  // namespace ch5

@@ -24,14 +24,16 @@ std::vector<std::pair<std::string, Loss>> Losses(LossCorrection correction = Los
           {"tukey", std::make_shared<TukeyLoss>(4.685, correction)}};
 }
 
-void AppendCurves(CsvTable* table) {
+CsvTable Curves() {
+  CsvTable table("loss,r,half_rho,weight,second");
   for (const auto& [name, loss] : Losses()) {
     for (int i = 0; i <= 160; ++i) {
       const double r = 0.05 * i, s = r * r;
       const Rho rho = loss->Evaluate(s);
-      table->Row(name, r, 0.5 * rho[0], rho[1], rho[1] + 2.0 * rho[2] * s);
+      table.Row(name, r, 0.5 * rho[0], rho[1], rho[1] + 2.0 * rho[2] * s);
     }
   }
+  return table;
 }
 
 // A scene of which a fraction of the observations, the host's excepted, lies anywhere in the image.
@@ -81,7 +83,8 @@ double Median(std::vector<double> values) {
   return values[kTrials / 2];
 }
 
-void AppendOutliers(CsvTable* table) {
+CsvTable CompareOutliers() {
+  CsvTable table("fraction,loss,trials,rmse_position_m,iterations");
   for (const double fraction : {0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4}) {
     for (const auto& [name, loss] : Losses()) {
       std::vector<double> errors, iterations;
@@ -90,13 +93,15 @@ void AppendOutliers(CsvTable* table) {
         errors.push_back(outcome.rmse_position);
         iterations.push_back(outcome.iterations);
       }
-      table->Row(fraction, name, kTrials, Median(errors), Median(iterations));
+      table.Row(fraction, name, kTrials, Median(errors), Median(iterations));
     }
   }
+  return table;
 }
 
 // Triggs' second term, or none (IRLS): the same minimum, another way there.
-void AppendCorrections(CsvTable* table) {
+CsvTable CompareCorrections() {
+  CsvTable table("loss,correction,trials,final_cost,iterations");
   for (const auto& [correction, word] :
        {std::pair(LossCorrection::kTriggs, "triggs"), std::pair(LossCorrection::kIrls, "irls")}) {
     for (const auto& [name, loss] : Losses(correction)) {
@@ -106,23 +111,18 @@ void AppendCorrections(CsvTable* table) {
         costs.push_back(outcome.final_cost);
         iterations.push_back(outcome.iterations);
       }
-      table->Row(name, word, kTrials, Median(costs), Median(iterations));
+      table.Row(name, word, kTrials, Median(costs), Median(iterations));
     }
   }
+  return table;
 }
 
 }  // namespace
 
 void RunLossStudy(const std::filesystem::path& csv) {
-  CsvTable losses("loss,r,half_rho,weight,second");
-  AppendCurves(&losses);
-  losses.Write(csv / "solver_losses.csv");
-  CsvTable outliers("fraction,loss,trials,rmse_position_m,iterations");
-  AppendOutliers(&outliers);
-  outliers.Write(csv / "solver_outliers.csv");
-  CsvTable corrections("loss,correction,trials,final_cost,iterations");
-  AppendCorrections(&corrections);
-  corrections.Write(csv / "solver_corrections.csv");
+  Curves().Write(csv / "solver_losses.csv");
+  CompareOutliers().Write(csv / "solver_outliers.csv");
+  CompareCorrections().Write(csv / "solver_corrections.csv");
 }
 
 }  // namespace ch5
