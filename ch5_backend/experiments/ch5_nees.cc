@@ -66,8 +66,7 @@ int main(int argc, char** argv) {
     const ch5::OutputFolder made(csv);
     if (!recordings.empty()) return CompareHosts(recordings, csv);
     const ch5::Progress progress;
-    const ch5::ConsistencyStudy study =
-        ch5::RunConsistencyStudy(options, [&](double f) { progress.Show("consistency", f); });
-    ch5::WriteConsistencyTables(study, csv);
+    const auto results = ch5::RunConsistencyStudy(options, [&](double f) { progress.Show("consistency", f); });
+    ch5::WriteConsistencyTables(results, csv);
   });
 }

@@ -13,27 +13,24 @@ class ConsistencyOfPolicies : public testing::Test {
     ConsistencyOptions options;
     options.runs = 6;
     options.seconds = 6.0;
-    rows_ = RunConsistencyStudy(options).rows;
+    results_ = RunConsistencyStudy(options);
   }
   static std::vector<ConsistencyRow> Rows(const std::string& policy, const std::string& mode,
                                           const std::string& hosts = "noisy",
                                           const std::string& observations = "once") {
-    std::vector<ConsistencyRow> rows;
-    for (const ConsistencyRow& row : rows_) {
-      if (row.policy == policy && row.mode == mode && row.hosts == hosts && row.observations == observations) {
-        rows.push_back(row);
-      }
+    for (const ConsistencyResult& c : results_) {
+      if (c.policy == policy && c.mode == mode && c.hosts == hosts && c.observations == observations) return c.rows;
     }
-    return rows;
+    return {};
   }
   static double Mean(const std::vector<ConsistencyRow>& rows, double ConsistencyRow::*value) {
     double sum = 0.0;
     for (const ConsistencyRow& row : rows) sum += row.*value;
     return sum / static_cast<double>(rows.size());
   }
-  static std::vector<ConsistencyRow> rows_;
+  static std::vector<ConsistencyResult> results_;
 };
-std::vector<ConsistencyRow> ConsistencyOfPolicies::rows_;
+std::vector<ConsistencyResult> ConsistencyOfPolicies::results_;
 
 // Six runs: the band is 3.6 to 9.1 at one time, and the times are far from independent.
 TEST_F(ConsistencyOfPolicies, ConstrainingAllEdgesIsNotOverconfident) {
@@ -87,9 +84,9 @@ TEST(Consistency, DoesNotDependOnTheNumberOfThreads) {
   options.runs = 2;
   options.seconds = 3.0;
   options.threads = 1;
-  const auto one = RunConsistencyStudy(options).rows;
+  const auto one = RunConsistencyStudy(options).front().rows;
   options.threads = 2;
-  const auto two = RunConsistencyStudy(options).rows;
+  const auto two = RunConsistencyStudy(options).front().rows;
   ASSERT_EQ(one.size(), two.size());
   for (size_t k = 0; k < one.size(); ++k) {
     EXPECT_EQ(one[k].nees_pose, two[k].nees_pose);

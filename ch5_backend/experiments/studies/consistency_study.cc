@@ -6,26 +6,22 @@
 #include <thread>
 
 #include "ch5_backend/consistency/gauge_audit.h"
-#include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/files/tables/csv.h"
 #include "ch5_backend/math/parallel.h"
 
 namespace ch5 {
 namespace {
 
-std::vector<ConsistencyCase> AllCases() {
-  std::vector<ConsistencyCase> cases;
-  for (const char* hosts : {"exact", "noisy"}) cases.push_back({"vins", "twice", hosts, "none"});
+std::vector<ConsistencyResult> AllCases() {
+  std::vector<ConsistencyResult> cases;
+  const auto add = [&](const ConsistencyCase& c) { cases.push_back({c, {}, {}, {}}); };
+  for (const char* hosts : {"exact", "noisy"}) add({"vins", "twice", hosts, "none"});
   for (const char* policy : {"vins", "okvis"}) {
     for (const char* hosts : {"exact", "noisy"}) {
-      for (const char* mode : {"none", "prior_only", "full"}) cases.push_back({policy, "once", hosts, mode});
+      for (const char* mode : {"none", "prior_only", "full"}) add({policy, "once", hosts, mode});
     }
   }
   return cases;
-}
-
-bool SameCase(const ConsistencyCase& a, const ConsistencyCase& b) {
-  return a.policy == b.policy && a.observations == b.observations && a.hosts == b.hosts && a.mode == b.mode;
 }
 
 // One image of one run.
@@ -65,9 +61,8 @@ Run RunOnce(const Recording& recording, const ConsistencyCase& c, const Consiste
 }
 
 // Over the runs that reached image k.
-ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs, const ConsistencyCase& c, int audited_runs) {
+ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs, int audited_runs) {
   ConsistencyRow row;
-  static_cast<ConsistencyCase&>(row) = c;
   row.t = runs.front()[k].t;
   for (const Run& run : runs) row.runs += k < run.size();
   double squared_yaw_error = 0.0, squared_position_error = 0.0;  // means
@@ -84,44 +79,46 @@ ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs, const ConsistencyC
   }
   row.yaw_rmse = std::sqrt(squared_yaw_error);
   row.position_rmse = std::sqrt(squared_position_error);
+  row.pose_band = ChiSquaredBand(6, row.runs);
+  row.yaw_band = ChiSquaredBand(1, row.runs);
   return row;
 }
 
-ConsistencyRun MeanOf(const Run& run, const ConsistencyCase& c) {
-  ConsistencyRun mean;
-  static_cast<ConsistencyCase&>(mean) = c;
-  for (const Sample& sample : run) {
-    mean.nees_pose += sample.pose.nees / static_cast<double>(run.size());
-    mean.nees_yaw += sample.pose.YawNees() / static_cast<double>(run.size());
+void Summarize(const std::vector<Run>& runs, int audited_runs, ConsistencyResult* result) {
+  for (size_t k = 0; k < runs.front().size(); ++k) result->rows.push_back(MeanAt(k, runs, audited_runs));
+  for (const Run& run : runs) {
+    double nees_pose = 0.0, nees_yaw = 0.0;
+    for (const Sample& sample : run) {
+      nees_pose += sample.pose.nees / static_cast<double>(run.size());
+      nees_yaw += sample.pose.YawNees() / static_cast<double>(run.size());
+    }
+    result->nees_pose_of_run.push_back(nees_pose);
+    result->nees_yaw_of_run.push_back(nees_yaw);
   }
-  return mean;
 }
 
 }  // namespace
 
-ConsistencyStudy RunConsistencyStudy(const ConsistencyOptions& options, const std::function<void(double)>& progress) {
-  const std::vector<ConsistencyCase> cases = AllCases();
-  std::vector<std::vector<Run>> results(cases.size(), std::vector<Run>(static_cast<size_t>(options.runs)));
+std::vector<ConsistencyResult> RunConsistencyStudy(const ConsistencyOptions& options,
+                                                   const std::function<void(double)>& progress) {
+  std::vector<ConsistencyResult> results = AllCases();
+  std::vector<std::vector<Run>> runs(results.size(), std::vector<Run>(static_cast<size_t>(options.runs)));
   std::mutex mutex;
   int done = 0;
   ThreadPool pool(options.threads > 0 ? options.threads
                                       : std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
   pool.Run(options.runs, [&](int run) {
     const Recording recording = ConsistencyFlight(options, run);
-    for (size_t c = 0; c < cases.size(); ++c) {
-      results[c][static_cast<size_t>(run)] = RunOnce(recording, cases[c], options, run);
+    for (size_t c = 0; c < results.size(); ++c) {
+      runs[c][static_cast<size_t>(run)] = RunOnce(recording, results[c], options, run);
     }
     const std::lock_guard lock(mutex);
     if (progress) progress(static_cast<double>(++done) / options.runs);
   });
-  ConsistencyStudy study;
-  for (size_t c = 0; c < cases.size(); ++c) {
-    for (size_t k = 0; k < results[c].front().size(); ++k) {
-      study.rows.push_back(MeanAt(k, results[c], cases[c], std::min(options.audited_runs, options.runs)));
-    }
-    for (const Run& run : results[c]) study.runs.push_back(MeanOf(run, cases[c]));
+  for (size_t c = 0; c < results.size(); ++c) {
+    Summarize(runs[c], std::min(options.audited_runs, options.runs), &results[c]);
   }
-  return study;
+  return results;
 }
 
 namespace {
@@ -133,67 +130,40 @@ double StandardError(const std::vector<double>& values) {
   return n > 1.0 ? (v.array() - v.mean()).matrix().norm() / std::sqrt(n * (n - 1.0)) : 0.0;
 }
 
-// What consistency_summary.csv says of one case.
-class CaseSummary {
- public:
-  void Add(const ConsistencyRow& row, const ConfidenceBand& pose, const ConfidenceBand& yaw) {
-    if (count_++ == 0) first_information_ = row.yaw_information;
-    pose_inside_ += pose.Contains(row.nees_pose);
-    pose_above_ += row.nees_pose > pose.high;
-    yaw_inside_ += yaw.Contains(row.nees_yaw);
-    yaw_above_ += row.nees_yaw > yaw.high;
-    nees_pose_ += row.nees_pose;
-    nees_yaw_ += row.nees_yaw;
-    largest_information_ = std::max(largest_information_, row.yaw_information);
-    last_ = row;
-  }
-  void Add(const ConsistencyRun& run) {
-    run_pose_.push_back(run.nees_pose);
-    run_yaw_.push_back(run.nees_yaw);
-  }
-  void AppendTo(CsvTable* table) const {
-    if (count_ == 0) return;
-    const double n = count_;
-    table->Row(last_.policy, last_.observations, last_.hosts, last_.mode, last_.runs, nees_pose_ / n,
-               StandardError(run_pose_), nees_yaw_ / n, StandardError(run_yaw_), pose_inside_ / n, pose_above_ / n,
-               yaw_inside_ / n, yaw_above_ / n, largest_information_ / first_information_, last_.yaw_leak,
-               last_.position_leak, last_.yaw_rmse, last_.position_rmse);
-  }
-
- private:
-  int count_ = 0, pose_inside_ = 0, pose_above_ = 0, yaw_inside_ = 0, yaw_above_ = 0;
-  double nees_pose_ = 0.0, nees_yaw_ = 0.0;  // sums
-  double first_information_ = 0.0, largest_information_ = 0.0;
-  std::vector<double> run_pose_, run_yaw_;
-  ConsistencyRow last_;
-};
-
 }  // namespace
 
-void WriteConsistencyTables(const ConsistencyStudy& study, const std::filesystem::path& csv) {
+void WriteConsistencyTables(const std::vector<ConsistencyResult>& results, const std::filesystem::path& csv) {
   CsvTable table(
       "policy,observations,hosts,mode,t_s,runs,nees_pose,pose_low,pose_high,nees_yaw,yaw_low,yaw_high,yaw_information,"
       "yaw_rmse_rad,position_rmse_m,yaw_leak,position_leak");
-  CsvTable summaries(
+  CsvTable summary(
       "policy,observations,hosts,mode,runs,nees_pose,nees_pose_error,nees_yaw,nees_yaw_error,pose_inside,pose_above,"
       "yaw_inside,yaw_above,yaw_information_gain,yaw_leak,position_leak,yaw_rmse_rad,position_rmse_m");
-  for (const ConsistencyCase& c : AllCases()) {
-    CaseSummary summary;
-    for (const ConsistencyRow& row : study.rows) {
-      if (!SameCase(row, c)) continue;
-      const ConfidenceBand pose = ChiSquaredBand(6, row.runs), yaw = ChiSquaredBand(1, row.runs);
-      table.Row(row.policy, row.observations, row.hosts, row.mode, row.t, row.runs, row.nees_pose, pose.low, pose.high,
-                row.nees_yaw, yaw.low, yaw.high, row.yaw_information, row.yaw_rmse, row.position_rmse, row.yaw_leak,
-                row.position_leak);
-      summary.Add(row, pose, yaw);
+  for (const ConsistencyResult& c : results) {
+    if (c.rows.empty()) continue;
+    double nees_pose = 0.0, nees_yaw = 0.0, largest_information = 0.0;
+    double pose_inside = 0.0, pose_above = 0.0, yaw_inside = 0.0, yaw_above = 0.0;
+    for (const ConsistencyRow& row : c.rows) {
+      table.Row(c.policy, c.observations, c.hosts, c.mode, row.t, row.runs, row.nees_pose, row.pose_band.low,
+                row.pose_band.high, row.nees_yaw, row.yaw_band.low, row.yaw_band.high, row.yaw_information,
+                row.yaw_rmse, row.position_rmse, row.yaw_leak, row.position_leak);
+      nees_pose += row.nees_pose;
+      nees_yaw += row.nees_yaw;
+      largest_information = std::max(largest_information, row.yaw_information);
+      pose_inside += row.pose_band.Contains(row.nees_pose);
+      pose_above += row.nees_pose > row.pose_band.high;
+      yaw_inside += row.yaw_band.Contains(row.nees_yaw);
+      yaw_above += row.nees_yaw > row.yaw_band.high;
     }
-    for (const ConsistencyRun& run : study.runs) {
-      if (SameCase(run, c)) summary.Add(run);
-    }
-    summary.AppendTo(&summaries);
+    const auto n = static_cast<double>(c.rows.size());
+    const ConsistencyRow& last = c.rows.back();
+    summary.Row(c.policy, c.observations, c.hosts, c.mode, last.runs, nees_pose / n, StandardError(c.nees_pose_of_run),
+                nees_yaw / n, StandardError(c.nees_yaw_of_run), pose_inside / n, pose_above / n, yaw_inside / n,
+                yaw_above / n, largest_information / c.rows.front().yaw_information, last.yaw_leak, last.position_leak,
+                last.yaw_rmse, last.position_rmse);
   }
   table.Write(csv / "consistency.csv");
-  summaries.Write(csv / "consistency_summary.csv");
+  summary.Write(csv / "consistency_summary.csv");
 }
 
 }  // namespace ch5

@@ -18,18 +18,19 @@
 
 #include <filesystem>
 #include <functional>
-#include <string>
 #include <vector>
 
+#include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/experiments/studies/consistency_flight.h"
 
 namespace ch5 {
 
 /// One case at one time, over all runs.
-struct ConsistencyRow : ConsistencyCase {
+struct ConsistencyRow {
   double t = 0.0;
   int runs = 0;                            ///< that have not failed
-  double nees_pose = 0.0, nees_yaw = 0.0;  ///< means
+  double nees_pose = 0.0, nees_yaw = 0.0;  ///< means …
+  ConfidenceBand pose_band, yaw_band;      ///< … and where 95 % of honest ones are
   double yaw_information = 0.0;            ///< mean of the claimed 1/σ² [rad⁻²]
   double yaw_rmse = 0.0;                   ///< of the true error [rad]
   double position_rmse = 0.0;              ///< of the true error [m]
@@ -37,23 +38,19 @@ struct ConsistencyRow : ConsistencyCase {
   double position_leak = 0.0;  ///< … and on position, sum of the three directions [m⁻²]
 };
 
-/// One case in one run, over its images. Runs are independent of each other; the images of a run are not.
-struct ConsistencyRun : ConsistencyCase {
-  double nees_pose = 0.0, nees_yaw = 0.0;  ///< means
-};
-
-struct ConsistencyStudy {
-  std::vector<ConsistencyRow> rows;  ///< by case and time
-  std::vector<ConsistencyRun> runs;  ///< by case and run
+struct ConsistencyResult : ConsistencyCase {
+  std::vector<ConsistencyRow> rows;  ///< by time
+  /// Means over the images of each run. Runs are independent of each other; the images of a run are not.
+  std::vector<double> nees_pose_of_run, nees_yaw_of_run;
 };
 
 /// Each policy with each mode, and VINS-Mono's with observations used twice, all with hosts exact and noisy.
-ConsistencyStudy RunConsistencyStudy(const ConsistencyOptions& options,
-                                     const std::function<void(double)>& progress = nullptr);
+std::vector<ConsistencyResult> RunConsistencyStudy(const ConsistencyOptions& options,
+                                                   const std::function<void(double)>& progress = nullptr);
 
 /// Writes consistency.csv (a row per case and time, with the 95 % bands) and consistency_summary.csv, where the
 /// standard errors of the mean NEES are over runs.
 /// @throws WriteError
-void WriteConsistencyTables(const ConsistencyStudy& study, const std::filesystem::path& csv);
+void WriteConsistencyTables(const std::vector<ConsistencyResult>& results, const std::filesystem::path& csv);
 
 }  // namespace ch5
