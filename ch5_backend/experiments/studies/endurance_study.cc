@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
 
 #include "ch5_backend/evaluate/align.h"
@@ -43,22 +44,6 @@ void RequireFinite(const StampedState& state, const std::string& policy) {
   }
 }
 
-// Length of the true path up to an image.
-class PathLength {
- public:
-  double Add(const Vec3& p) {
-    if (length_ > 0.0 || started_) length_ += (p - last_).norm();
-    started_ = true;
-    last_ = p;
-    return length_;
-  }
-
- private:
-  bool started_ = false;
-  double length_ = 0.0;
-  Vec3 last_ = Vec3::Zero();
-};
-
 void RunPolicy(const Recording& recording, const EnduranceOptions& options, std::unique_ptr<WindowPolicy> policy,
                const std::function<void(double)>& progress, std::vector<EnduranceRow>* rows) {
   Estimator estimator(EstimatorOptions{recording.calibration}, std::move(policy));
@@ -66,14 +51,15 @@ void RunPolicy(const Recording& recording, const EnduranceOptions& options, std:
   std::vector<StampedState> first_minute;
   YawTransform to_truth;
   bool aligned = false;
-  PathLength path;
+  std::optional<Vec3> last;  // of the true positions
   int frame = 0;
-  double seconds = 0.0;
+  double distance = 0.0, seconds = 0.0;
   FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
     ++frame;
     seconds += row.seconds;
     const StampedState truth = *StateAt(recording.truth, row.t);
-    const double distance = path.Add(truth.T_W_B.p);
+    if (last) distance += (truth.T_W_B.p - *last).norm();
+    last = truth.T_W_B.p;
     if (row.report.state) RequireFinite(*row.report.state, name);
     if (row.report.state && !aligned) first_minute.push_back(*row.report.state);
     if (!aligned && row.t >= kAlignSeconds) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <regex>
 #include <set>
 
 #include "ch5_backend/experiments/studies/matrices.h"
@@ -187,17 +188,10 @@ namespace {
 
 // Those that an earlier run has left in the folder.
 void RemoveOlderTrajectories(const std::set<std::filesystem::path>& names, const std::filesystem::path& out) {
-  const auto is_number = [](const std::string& text) {
-    return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-  };
+  static const std::regex kTrajectory(R"((vins|okvis|batch)(_\d+)?\.(tum|csv))");
   for (const auto& entry : std::filesystem::directory_iterator(out)) {
-    const std::string name = entry.path().stem(), kind = entry.path().extension();
-    if ((kind != ".tum" && kind != ".csv") || names.count(name) > 0) continue;
-    for (const std::string policy : {"vins", "okvis", "batch"}) {
-      const std::string begin = policy + "_";
-      const bool is_segment = name.rfind(begin, 0) == 0 && is_number(name.substr(begin.size()));
-      if (name == policy || is_segment) std::filesystem::remove(entry.path());
-    }
+    const bool is_ours = std::regex_match(entry.path().filename().string(), kTrajectory);
+    if (is_ours && names.count(entry.path().stem()) == 0) std::filesystem::remove(entry.path());
   }
 }
 
