@@ -1,10 +1,8 @@
 /// Solves a "Bundle Adjustment in the Large" file: ch5_bal FILE --out DIR.
 
 #include <cstdio>
-#include <string>
 
 #include "ch5_backend/experiments/studies/bal_study.h"
-#include "ch5_backend/experiments/studies/file_command.h"
 #include "ch5_backend/files/tables/text_writer.h"
 
 namespace {
@@ -19,16 +17,13 @@ constexpr char kUsage[] =
     "  --solver NAME    of the cameras' system: dense, sparse or pcg form it, implicit-pcg and power-series do not;\n"
     "                   automatic (the default) is power-series for more than 400 cameras\n";
 
-void Run(const ch5::FileCommand& command) {
-  const std::string name = command.Name();
-  const ch5::BalProblem problem = ch5::ReadBal(command.file);
-  const ch5::OutputFolder made(command.out);
-  std::printf("%s: %zu cameras, %zu points, %zu observations\n\n", name.c_str(), problem.cameras.size(),
+void Run(const ch5::FileSolveOptions& options) {
+  const ch5::BalProblem problem = ch5::ReadBal(options.input);
+  const ch5::OutputFolder made(options.out);
+  std::printf("%s: %zu cameras, %zu points, %zu observations\n\n", options.Name().c_str(), problem.cameras.size(),
               problem.points.size(), problem.observations.size());
-  ch5::IterationTable table;
-  const ch5::BalStudy study =
-      ch5::SolveBal(problem, command.options, [&](const ch5::IterationInfo& info) { table.Print(info); });
-  ch5::WriteBalStudy(study, command.options, name, command.out);
+  const ch5::BalStudy study = ch5::SolveBal(problem, options);
+  ch5::WriteBalStudy(study, options);
   char error[80];
   std::snprintf(error, sizeof error, ", mean error %.3f -> %.3f px", study.mean_error_before, study.mean_error_after);
   ch5::PrintSummary(study.summary, error);
@@ -38,4 +33,7 @@ void Run(const ch5::FileCommand& command) {
 
 }  // namespace
 
-int main(int argc, char** argv) { return ch5::RunFileCommand("ch5_bal", kUsage, argc, argv, Run); }
+int main(int argc, char** argv) {
+  ch5::FileSolveOptions options;
+  return ch5::RunFileCommand("ch5_bal", kUsage, argc, argv, &options, [&] { Run(options); });
+}

@@ -4,7 +4,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "ch5_backend/experiments/studies/file_command.h"
 #include "ch5_backend/experiments/studies/pose_graph_study.h"
 #include "ch5_backend/files/tables/text_writer.h"
 
@@ -42,22 +41,20 @@ void PrintStart(const ch5::PoseGraphStudy& study) {
   std::printf("  (%.3f s)\n\n", study.seconds_to_start);
 }
 
-void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading, const ch5::FileCommand& command) {
-  const std::string name = command.Name();
-  ch5::G2oFile graph = ch5::ReadG2o(command.file, reading);
+void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
+  ch5::G2oFile graph = ch5::ReadG2o(options.input, reading);
   if (graph.graph.Edges().empty()) throw std::invalid_argument("no edge of a known type, so nothing to optimize");
-  const ch5::OutputFolder made(command.out);
-  PrintUnknown(graph, command.file);
-  std::printf("%s: %zu poses, %zu edges\n", name.c_str(), graph.ids.size(), graph.graph.Edges().size());
+  const ch5::OutputFolder made(options.out);
+  PrintUnknown(graph, options.input);
+  std::printf("%s: %zu poses, %zu edges\n", options.Name().c_str(), graph.ids.size(), graph.graph.Edges().size());
   if (graph.projected > 0) {
     std::printf("%d information matrices were not positive semi-definite, and were projected\n", graph.projected);
   }
 
   ch5::PoseGraphStudy study = ch5::StartPoseGraph(options, &graph);
   PrintStart(study);
-  ch5::IterationTable table;
-  ch5::SolvePoseGraph(options, &graph, &study, [&](const ch5::IterationInfo& info) { table.Print(info); });
-  ch5::WritePoseGraphStudy(study, graph, options, name, command.out);
+  ch5::SolvePoseGraph(options, &graph, &study);
+  ch5::WritePoseGraphStudy(study, graph, options);
   for (const int id : study.fixed_ids) std::printf("pose %d was held: the file fixes none of its part\n", id);
   ch5::PrintSummary(study.summary);
 }
@@ -67,12 +64,8 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading, c
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): RunFileCommand catches
   ch5::PoseGraphOptions options;
   ch5::G2oOptions reading;
-  const auto run = [&](const ch5::FileCommand& command) {
-    static_cast<ch5::FileSolveOptions&>(options) = command.options;
-    Run(options, reading, command);
-  };
-  return ch5::RunFileCommand("ch5_pose_graph", kUsage, argc, argv, run, [&](auto* line, auto* of_file) {
-    of_file->iterations = options.iterations;
+  const auto run = [&] { Run(options, reading); };
+  return ch5::RunFileCommand("ch5_pose_graph", kUsage, argc, argv, &options, run, [&](ch5::CommandLine* line) {
     line->Option("--init",
                  [&](const std::string& word) { options.start = ch5::OneOf(word, ch5::kPoseGraphStartNames); });
     line->Flag("--project-information", [&] { reading.project_information = true; });

@@ -49,18 +49,18 @@ CsvTable FrameTable(const WindowDump& dump, const std::vector<StampedState>& aft
   return table;
 }
 
-CsvTable SummaryOf(const Summary& summary, const WindowDump& dump, const FileCommand& command) {
-  CsvTable table = SummaryTable(command.Name(), summary, command.options);
+CsvTable SummaryOf(const Summary& summary, const WindowDump& dump, const FileSolveOptions& options) {
+  CsvTable table = SummaryTable(summary, options);
   table.Row("frames", dump.frames.size());
   table.Row("landmarks", dump.landmarks.size());
   table.Row("prior_rows", dump.prior_r.size());
   return table;
 }
 
-void Run(const FileCommand& command) {
-  const std::filesystem::path out = command.out;
-  const std::string name = command.Name();
-  const WindowDump dump = ReadWindowDump(command.file);
+void Run(const FileSolveOptions& options) {
+  const std::filesystem::path out = options.out;
+  const std::string name = options.Name();
+  const WindowDump dump = ReadWindowDump(options.input);
   WindowGraph window = BuildWindowGraph(dump);
   const OutputFolder made(out);
   std::printf("%s: %zu frames, %zu landmarks, a prior of %td rows\n\n", name.c_str(), dump.frames.size(),
@@ -68,20 +68,21 @@ void Run(const FileCommand& command) {
   SolveOptions solve;
   solve.cost_tolerance = 1e-9;
   solve.algorithm = Algorithm::kDogleg;
-  IterationTable table;
-  const Summary summary = SolveGraph(
-      &window.graph, command.options, [&](const IterationInfo& info) { table.Print(info); }, solve);
+  const Summary summary = SolveGraph(&window.graph, options, solve);
 
   const std::vector<StampedState> after = StatesOf(dump, window);
-  FileBatch files(command.options.input);
+  FileBatch files(options.input);
   files.Add(out / "frames.csv", FrameTable(dump, after).Text());
   files.Add(out / (name + "-result.tum"), FormatTum(after, 0));
   files.Add(out / "trace.csv", TraceTable(summary).Text());
-  files.Add(out / "summary.csv", SummaryOf(summary, dump, command).Text());
+  files.Add(out / "summary.csv", SummaryOf(summary, dump, options).Text());
   files.Commit();
   PrintSummary(summary);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) { return RunFileCommand("ch5_window", kUsage, argc, argv, Run); }
+int main(int argc, char** argv) {
+  FileSolveOptions options;
+  return RunFileCommand("ch5_window", kUsage, argc, argv, &options, [&] { Run(options); });
+}

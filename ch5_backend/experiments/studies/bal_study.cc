@@ -1,12 +1,13 @@
 #include "ch5_backend/experiments/studies/bal_study.h"
 
+#include <filesystem>
 #include <stdexcept>
 
 namespace ch5 {
 namespace {
 
-CsvTable SummaryOf(const BalStudy& study, const FileSolveOptions& options, const std::string& name) {
-  CsvTable table = SummaryTable(name, study.summary, options);
+CsvTable SummaryOf(const BalStudy& study, const FileSolveOptions& options) {
+  CsvTable table = SummaryTable(study.summary, options);
   table.Row("cameras", study.after.cameras.size());
   table.Row("points", study.after.points.size());
   table.Row("observations", study.after.observations.size());
@@ -43,7 +44,7 @@ CsvTable CameraTable(const BalStudy& study) {
 
 }  // namespace
 
-BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, const IterationCallback& listener) {
+BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options) {
   BalStudy study;
   study.before = study.after = problem;
   BalGraph bal;
@@ -56,15 +57,16 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, co
   }
   study.mean_error_before = MeanReprojectionError(bal.graph);
 
-  study.summary = SolveGraph(&bal.graph, options, listener);
+  study.summary = SolveGraph(&bal.graph, options);
   study.mean_error_after = MeanReprojectionError(bal.graph);
   study.behind_camera = static_cast<int>(EdgesOutOfDomain(bal.graph).size());
   ReadBack(bal, &study.after);
   return study;
 }
 
-void WriteBalStudy(const BalStudy& study, const FileSolveOptions& options, const std::string& name,
-                   const std::filesystem::path& out) {
+void WriteBalStudy(const BalStudy& study, const FileSolveOptions& options) {
+  const std::filesystem::path out = options.out;
+  const std::string name = options.Name();
   FileBatch files(options.input);
   files.Add(out / (name + "-result.txt"), FormatBal(study.after));
   files.Add(out / (name + "-before.ply"), FormatBalPly(study.before));
@@ -72,7 +74,7 @@ void WriteBalStudy(const BalStudy& study, const FileSolveOptions& options, const
   files.Add(out / "points.csv", PointTable(study).Text());
   files.Add(out / "cameras.csv", CameraTable(study).Text());
   files.Add(out / "trace.csv", TraceTable(study.summary).Text());
-  files.Add(out / "summary.csv", SummaryOf(study, options, name).Text());
+  files.Add(out / "summary.csv", SummaryOf(study, options).Text());
   files.Commit();
 }
 

@@ -1,10 +1,7 @@
 #pragma once
 /// Solves a "Bundle Adjustment in the Large" problem and writes its results.
 
-#include <filesystem>
-#include <string>
-
-#include "ch5_backend/experiments/studies/file_solve.h"
+#include "ch5_backend/experiments/studies/file_command.h"
 #include "ch5_backend/files/bal.h"
 
 namespace ch5 {
@@ -19,12 +16,11 @@ struct BalStudy {
 
 /// Levenberg-Marquardt, as SolveGraph.
 /// @throws std::invalid_argument if an observation's residual is not finite at the start; names it
-BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, const IterationCallback& listener = {});
+BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options);
 
-/// Writes, all or none, into `out`: NAME-result.txt (BAL), NAME-before.ply, NAME-after.ply, summary.csv (key, value),
+/// Writes, all or none, into options.out: NAME-result.txt (BAL), NAME-before.ply, NAME-after.ply, summary.csv (key, value),
 /// trace.csv, and for the picture points.csv and cameras.csv.
 /// @throws WriteError
-void WriteBalStudy(const BalStudy& study, const FileSolveOptions& options, const std::string& name,
-                   const std::filesystem::path& out);
+void WriteBalStudy(const BalStudy& study, const FileSolveOptions& options);
 
 }  // namespace ch5

@@ -4,46 +4,53 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <stdexcept>
 #include <thread>
 
+#include "ch5_backend/sparse/sparse_optimizer.h"
+
 namespace ch5 {
+namespace {
 
-std::string FileCommand::Name() const { return std::filesystem::path(file).stem().string(); }
-
-int RunFileCommand(const char* program, const char* usage, int argc, char** argv,
-                   const std::function<void(const FileCommand&)>& run,
-                   const std::function<void(CommandLine*, FileSolveOptions*)>& declare) {
-  FileCommand command;
-  FileSolveOptions& options = command.options;
-  options.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
-  CommandLine line(program, usage);
-  line.Argument("FILE", &command.file);
-  line.Text("--out", &command.out);
-  // A program accepts the options in its usage and no others.
-  const auto is_named = [&](const char* option) { return std::strstr(usage, option) != nullptr; };
-  if (is_named("--iterations")) line.Number("--iterations", 0, 1000000, &options.iterations);
-  if (is_named("--threads")) line.Number("--threads", 1, 256, &options.threads);
-  if (is_named("--landmark-steps")) line.Number("--landmark-steps", 0, 1000, &options.landmark_steps);
-  if (is_named("--huber")) line.Number("--huber", 1e-6, 1e6, &options.huber);
-  if (is_named("--solver"))
-    line.Option("--solver", [&](const auto& word) { options.solver = OneOf(word, kReducedSolverNames); });
-  if (declare) declare(&line, &options);
-  return line.Run(argc, argv, [&] {
-    options.input = command.file;
-    run(command);
-  });
-}
-
-IterationTable::IterationTable() {
-  std::printf("iter           cost      change    gradient        step     gain    lambda  trials  seconds\n");
-}
-
-void IterationTable::Print(const IterationInfo& info) {
-  const double change = info.iteration == 0 ? 0.0 : info.cost - previous_cost_;
-  previous_cost_ = info.cost;
+void PrintIteration(const IterationInfo& info, double change) {
+  if (info.iteration == 0)
+    std::printf("iter           cost      change    gradient        step     gain    lambda  trials  seconds\n");
   std::printf("%4d  %13.6e  %10.2e  %10.2e  %10.2e  %7.3f  %8.1e  %6d  %7.3f\n", info.iteration, info.cost, change,
               info.gradient_max, info.step_norm, info.gain_ratio, info.lambda, info.trials, info.seconds);
   std::fflush(stdout);
+}
+
+// `text` with _ for what a cell cannot hold: commas, quotes and line ends.
+std::string CsvWord(std::string text) {
+  const auto is_special = [](char c) { return c == ',' || c == '"' || c == '\n'; };
+  std::replace_if(text.begin(), text.end(), is_special, '_');
+  return text;
+}
+
+}  // namespace
+
+std::string FileSolveOptions::Name() const { return std::filesystem::path(input).stem().string(); }
+
+int RunFileCommand(const char* program, const char* usage, int argc, char** argv, FileSolveOptions* options,
+                   const std::function<void()>& run, const std::function<void(CommandLine*)>& declare) {
+  options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+  options->listener = [previous = 0.0](const IterationInfo& info) mutable {
+    PrintIteration(info, info.iteration == 0 ? 0.0 : info.cost - previous);
+    previous = info.cost;
+  };
+  CommandLine line(program, usage);
+  line.Argument("FILE", &options->input);
+  line.Text("--out", &options->out);
+  // A program accepts the options in its usage and no others.
+  const auto is_named = [&](const char* option) { return std::strstr(usage, option) != nullptr; };
+  if (is_named("--iterations")) line.Number("--iterations", 0, 1000000, &options->iterations);
+  if (is_named("--threads")) line.Number("--threads", 1, 256, &options->threads);
+  if (is_named("--landmark-steps")) line.Number("--landmark-steps", 0, 1000, &options->landmark_steps);
+  if (is_named("--huber")) line.Number("--huber", 1e-6, 1e6, &options->huber);
+  if (is_named("--solver"))
+    line.Option("--solver", [&](const auto& word) { options->solver = OneOf(word, kReducedSolverNames); });
+  if (declare) declare(&line);
+  return line.Run(argc, argv, run);
 }
 
 void PrintSummary(const Summary& summary, const std::string& more) {
@@ -54,6 +61,56 @@ void PrintSummary(const Summary& summary, const std::string& more) {
   std::printf(
       "not converged: the last iteration still lowered the cost by %.1e of itself; --iterations N allows more\n",
       (summary.trace[last - 1].cost - summary.trace[last].cost) / summary.trace[last].cost);
+}
+
+int FirstInfiniteResidual(const Graph& graph) {
+  const auto& edges = graph.Edges();
+  const auto it = std::find_if(edges.begin(), edges.end(), [](const auto& edge) {
+    edge->ComputeResidual();
+    return !edge->Residual().allFinite();
+  });
+  return it == edges.end() ? -1 : static_cast<int>(it - edges.begin());
+}
+
+Summary SolveGraph(Graph* graph, const FileSolveOptions& options, SolveOptions solve) {
+  if (const int k = FirstInfiniteResidual(*graph); k >= 0) {
+    throw std::invalid_argument("residual " + std::to_string(k) + " (" + graph->Edges()[k]->TypeInfo() +
+                                ") is not finite at the start");
+  }
+  SparseOptimizer optimizer(graph, options.threads);
+  optimizer.SetDamping(Damping::kDiagonal);
+  optimizer.SetReducedSolver(options.solver);
+  solve.max_iterations = options.iterations;
+  solve.landmark_steps = options.landmark_steps;
+  solve.callback = [&](const IterationInfo& info) {
+    if (options.listener) options.listener(info);
+    return true;
+  };
+  return optimizer.Solve(solve);
+}
+
+CsvTable SummaryTable(const Summary& summary, const FileSolveOptions& options) {
+  CsvTable table("key,value");
+  table.Row("problem", CsvWord(options.Name()));
+  table.Row("initial_cost", summary.initial_cost);
+  table.Row("final_cost", summary.final_cost);
+  table.Row("iterations", summary.iterations);
+  table.Row("cost_evaluations", summary.cost_evaluations);
+  table.Row("seconds", summary.seconds);
+  table.Row("termination", ToString(summary.termination));
+  table.Row("threads", options.threads);
+  return table;
+}
+
+CsvTable TraceTable(const Summary& summary) {
+  CsvTable table("iteration,cost,change,gradient_max,step_norm,gain_ratio,lambda,trials,seconds");
+  double previous = summary.initial_cost;
+  for (const IterationInfo& info : summary.trace) {
+    table.Row(info.iteration, info.cost, info.cost - previous, info.gradient_max, info.step_norm, info.gain_ratio,
+              info.lambda, info.trials, info.seconds);
+    previous = info.cost;
+  }
+  return table;
 }
 
 }  // namespace ch5

@@ -1,40 +1,53 @@
 #pragma once
-/// What the programs that solve one file have in common: their command line, their errors, how they report the run.
+/// What the programs that solve one file have in common: their command line, the run of the sparse solver, its report on
+/// the terminal, and the tables that every format has.
 
 #include <functional>
 #include <string>
 
 #include "ch5_backend/experiments/studies/command_line.h"
-#include "ch5_backend/experiments/studies/file_solve.h"
+#include "ch5_backend/files/tables/csv.h"
+#include "ch5_backend/graph/graph.h"
+#include "ch5_backend/linear/reduced_solver.h"
+#include "ch5_backend/solve/minimizer.h"
 
 namespace ch5 {
 
-struct FileCommand {
-  std::string file, out;
-  FileSolveOptions options;  ///< as many threads as the machine has, unless given
+struct FileSolveOptions {
+  std::string input, out;  ///< the file that is solved, which no result may overwrite; the folder of the results
+  int iterations = 50;     ///< at most
+  int threads = 1;
+  int landmark_steps = 0;  ///< SolveOptions::landmark_steps
+  double huber = 0.0;  ///< threshold of Huber's loss on √(rᵀWr), which is [px] in BAL; 0 for plain least squares
+  ReducedSolverType solver = ReducedSolverType::kAutomatic;
+  std::function<void(const IterationInfo&)> listener;  ///< called after each iteration
 
-  std::string Name() const;  ///< the file's, without folders and extension
+  std::string Name() const;  ///< the input's, without folders and extension
 };
 
-/// The whole of main(), see CommandLine: FILE --out DIR, and those of --iterations N, --threads N, --huber X
-/// and --solver NAME that `usage` names.
-/// @param declare  the program's own options, and its defaults
-int RunFileCommand(const char* program, const char* usage, int argc, char** argv,
-                   const std::function<void(const FileCommand&)>& run,
-                   const std::function<void(CommandLine*, FileSolveOptions*)>& declare = {});
+/// The whole of main(), see CommandLine: FILE --out DIR, and those of --iterations N, --threads N, --huber X and
+/// --solver NAME that `usage` names. Prints the table of iterations while it grows.
+/// @param options  the program's defaults, then as set; as many threads as the machine has, unless given
+/// @param declare  the program's own options
+int RunFileCommand(const char* program, const char* usage, int argc, char** argv, FileSolveOptions* options,
+                   const std::function<void()>& run, const std::function<void(CommandLine*)>& declare = {});
 
-/// Prints the table of iterations while it grows.
-class IterationTable {
- public:
-  IterationTable();
-  void Print(const IterationInfo& info);
-
- private:
-  double previous_cost_ = 0.0;
-};
-
-/// The lines below that table: how it ended, and whether more iterations would help.
+/// The lines below the table of iterations: how it ended, and whether more would help.
 /// @param more  what the format adds, such as ", mean error 2.1 px"
 void PrintSummary(const Summary& summary, const std::string& more = "");
+
+/// The first edge whose residual is not finite at the present states, as of a point in a camera's plane; or none, as −1.
+int FirstInfiniteResidual(const Graph& graph);
+
+/// Solves by the sparse solver with diagonal damping: in no format do all unknowns have the same unit.
+/// @param solve  the format's own settings; the iterations follow `options`
+/// @throws std::invalid_argument if a residual is not finite at the start; names it
+Summary SolveGraph(Graph* graph, const FileSolveOptions& options, SolveOptions solve = {});
+
+/// key,value: the rows of every summary, to which a format adds its own.
+CsvTable SummaryTable(const Summary& summary, const FileSolveOptions& options);
+
+/// A row for each line of the convergence table, the start included.
+CsvTable TraceTable(const Summary& summary);
 
 }  // namespace ch5

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <numeric>
 #include <stdexcept>
 
@@ -22,9 +23,8 @@ std::vector<double> Chi2OfEdges(const Graph& graph) {
 
 double Sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options,
-                   const std::string& name) {
-  CsvTable table = SummaryTable(name, study.summary, options);
+CsvTable SummaryOf(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options) {
+  CsvTable table = SummaryTable(study.summary, options);
   table.Row("vertices", file.graph.Vertices().size());
   table.Row("edges", file.graph.Edges().size());
   table.Row("chi2_before", Sum(study.chi2_before));
@@ -109,11 +109,10 @@ PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file) {
   return study;
 }
 
-void SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file, PoseGraphStudy* study,
-                    const IterationCallback& listener) {
+void SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file, PoseGraphStudy* study) {
   SolveOptions solve;
   solve.cost_tolerance = 1e-9;  // a long path's valley is flat: an iteration gains little, and many gain much
-  study->summary = SolveGraph(&file->graph, options, listener, solve);
+  study->summary = SolveGraph(&file->graph, options, solve);
 }
 
 PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file) {
@@ -122,14 +121,14 @@ PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file) {
   return study;
 }
 
-void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options,
-                         const std::string& name, const std::filesystem::path& out) {
+void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options) {
+  const std::filesystem::path out = options.out;
   FileBatch files(options.input);
-  files.Add(out / (name + "-result.g2o"), FormatG2o(file));
+  files.Add(out / (options.Name() + "-result.g2o"), FormatG2o(file));
   files.Add(out / "poses.csv", PoseTable(study, file).Text());
   files.Add(out / "edges.csv", EdgeTable(study, file).Text());
   files.Add(out / "trace.csv", TraceTable(study.summary).Text());
-  files.Add(out / "summary.csv", SummaryOf(study, file, options, name).Text());
+  files.Add(out / "summary.csv", SummaryOf(study, file, options).Text());
   files.Commit();
 }
 

@@ -1,11 +1,10 @@
 #pragma once
 /// Solves a pose graph and writes its results.
 
-#include <filesystem>
 #include <optional>
 #include <string>
 
-#include "ch5_backend/experiments/studies/file_solve.h"
+#include "ch5_backend/experiments/studies/file_command.h"
 #include "ch5_backend/files/g2o_file.h"
 #include "ch5_backend/initialize/initialize_pose_graph.h"
 
@@ -35,18 +34,16 @@ std::vector<int> FixFreeParts(const Graph& graph);
 PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file);
 
 /// Levenberg-Marquardt, as SolveGraph; `file` then holds the result.
-void SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file, PoseGraphStudy* study,
-                    const IterationCallback& listener = {});
+void SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file, PoseGraphStudy* study);
 /// Both.
 PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file);
 
 /// "file", "chordal", …
 std::string NameOf(PoseGraphStart start);
 
-/// Writes, all or none, into `out`: NAME-result.g2o, summary.csv (key, value), trace.csv, and for the picture
+/// Writes, all or none, into options.out: NAME-result.g2o, summary.csv (key, value), trace.csv, and for the picture
 /// poses.csv and edges.csv.
 /// @throws WriteError
-void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options,
-                         const std::string& name, const std::filesystem::path& out);
+void WritePoseGraphStudy(const PoseGraphStudy& study, const G2oFile& file, const PoseGraphOptions& options);
 
 }  // namespace ch5
