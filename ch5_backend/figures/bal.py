@@ -10,7 +10,7 @@ import numpy as np
 
 from . import style
 from .style import GRAY, ORANGE, plt
-from .tables import read
+from .tables import read, read_summary
 
 ELEVATION = np.radians(40.0)  # of the viewer above the horizon
 TURN = np.radians(12.0)       # off the scene's long side, which would look flat head-on
@@ -97,24 +97,11 @@ def panel(axes, view, points, cameras, title, error):
     draw_cameras(axes, view, cameras, 0.014 * view.size.max() * min(1.0, (100 / len(cameras))**0.5))
     axes.set_xlim(view.low[0], view.high[0])
     axes.set_ylim(view.low[1], view.high[1])
-    axes.grid(False)
-    axes.set(xticks=[], yticks=[])
-    axes.spines[:].set_visible(False)
+    style.bare(axes)
     axes.set_title(f"{title}: mean error {error:.2f} px", weight="bold")
     if len(shown) < len(points):
         axes.text(0.99, 0.02, f"{len(points) - len(shown)} of {len(points)} points lie outside", ha="right", color=GRAY,
                   transform=axes.transAxes, fontsize=11.5)
-
-
-def cost_panel(axes, trace, summary):
-    cost = trace["cost"]
-    axes.plot(trace["iteration"], cost, color=style.BLUE, marker="o", markersize=3.5)
-    style.cost_axis(axes, cost)
-    axes.set_xlabel("iteration")
-    axes.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
-    axes.set_title("cost ½ Σ ρ(‖r‖²) [px²]" if float(summary["huber_px"]) > 0 else "cost ½ Σ ‖r‖² [px²]")
-    axes.text(0.97, 0.95, f"{style.number(cost[0], 4)} → {style.number(cost[-1], 4)}\n{float(summary['seconds']):.2f} s", ha="right", va="top",
-              transform=axes.transAxes, fontsize=11.5)
 
 
 def layout(view):
@@ -131,9 +118,8 @@ def layout(view):
 
 
 def draw(directory):
-    points, cameras, trace, summary = (read(directory, name, folder="")
-                                       for name in ("points", "cameras", "trace", "summary"))
-    summary = dict(zip(summary["key"], summary["value"]))
+    points, cameras, trace = (read(directory, name, folder="") for name in ("points", "cameras", "trace"))
+    summary = read_summary(directory)
     after = matrix(points, "x_after", "y_after", "z_after")
     before = matrix(points, "x_before", "y_before", "z_before")
     view = View(cameras.where(state="after"), after)
@@ -141,7 +127,8 @@ def draw(directory):
     for state, p in (("before", before), ("after", after)):
         error = float(summary[f"mean_error_{state}_px"])
         panel(panels[state], view, p, cameras.where(state=state), state, error)
-    cost_panel(panels["cost"], trace, summary)
+    title = "cost ½ Σ ρ(‖r‖²) [px²]" if float(summary["huber_px"]) > 0 else "cost ½ Σ ‖r‖² [px²]"
+    style.cost_panel(panels["cost"], trace, summary, title)
     style.save(fig, directory, "before_after")
 
 

@@ -14,11 +14,7 @@ def magnitudes(axes, matrix, lines, limits):
     for at in lines:
         axes.axhline(at - 0.5, color="white", linewidth=thin)
         axes.axvline(at - 0.5, color="white", linewidth=thin)
-    axes.grid(False)
-    axes.set_xticks([])
-    axes.set_yticks([])
-    for spine in axes.spines.values():
-        spine.set_visible(True)
+    style.bare(axes, frame=True)
     return image
 
 

@@ -20,13 +20,11 @@ def numbers(axes, matrix, names, limit):
     axes.set_yticklabels(names, fontsize=14)
     axes.tick_params(length=0, top=False)
     axes.grid(False)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.spines[:].set_visible(False)
 
 
-def arrow(fig, start, end, y, text):
-    fig.text((start + end) / 2, y + 0.045, text, ha="center", va="bottom", fontsize=11, linespacing=1.3)
-    fig.add_artist(plt.matplotlib.patches.FancyArrowPatch((start, y), (end, y), transform=fig.transFigure, color=GRAY,
+def arrow(fig, start, end):
+    fig.add_artist(plt.matplotlib.patches.FancyArrowPatch(start, end, transform=fig.transFigure, color=GRAY,
                                                           arrowstyle="-|>", mutation_scale=18, linewidth=1.6))
 
 
@@ -48,8 +46,9 @@ def chain(directory):
             for line in (axes.axhline, axes.axvline):
                 line(1.5, color=INK, linewidth=1.2, linestyle=(0, (4, 3)))
     middle = bottom + tall / 2
-    arrow(fig, 0.305, 0.36, middle, "move")
-    arrow(fig, 0.66, 0.75, middle, "Schur\ncomplement")
+    for start, end, text in ((0.305, 0.36, "move"), (0.66, 0.75, "Schur\ncomplement")):
+        fig.text((start + end) / 2, middle + 0.045, text, ha="center", va="bottom", fontsize=11, linespacing=1.3)
+        arrow(fig, (start, middle), (end, middle))
     style.save(fig, directory, "marginalize_chain", chinese=True)
 
 
@@ -81,8 +80,7 @@ def scene(directory):
     bar = fig.add_axes([0.715, 0.13, 0.256, 0.025])
     fig.colorbar(image, cax=bar, orientation="horizontal", label="log₁₀ |entry|")
     for start, end in (((0.35, 0.58), (0.445, 0.70)), ((0.35, 0.38), (0.425, 0.25)), ((0.685, 0.73), (0.755, 0.73))):
-        fig.add_artist(plt.matplotlib.patches.FancyArrowPatch(start, end, transform=fig.transFigure, color=GRAY,
-                                                              arrowstyle="-|>", mutation_scale=18, linewidth=1.6))
+        arrow(fig, start, end)
     style.save(fig, directory, "marginalize_scene", chinese=True)
 
 

@@ -36,10 +36,7 @@ def draw_matrix(axes, mine, experiment, name):
     wrong = different(ours, theirs)
     axes.imshow(np.ma.masked_where(~wrong, wrong), cmap="autumn", vmin=1, vmax=2, alpha=0.75)
     axes.set_title(f"{name}: {wrong.sum()} of {wrong.size} differ", fontsize=12)
-    axes.set(xticks=[], yticks=[])
-    axes.grid(False)
-    for spine in axes.spines.values():
-        spine.set_visible(True)
+    style.bare(axes, frame=True)
 
 
 def draw_convergence(axes, mine, experiment):

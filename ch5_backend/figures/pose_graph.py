@@ -11,7 +11,7 @@ import numpy as np
 
 from . import style
 from .style import plt
-from .tables import read
+from .tables import read, read_summary
 
 ELEVATION = np.radians(35.0)  # of the viewer above the horizon
 TURN = np.radians(25.0)       # off the graph's long side
@@ -47,28 +47,14 @@ def panel(axes, lines, on_path, title, chi2):
     path = kind(lines[on_path], cmap=PATH, linewidths=1.1, rasterized=True)
     path.set_array(np.arange(on_path.sum()))
     axes.add_collection(path)
-    axes.grid(False)
-    axes.set(xticks=[], yticks=[])
+    style.bare(axes)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.spines[:].set_visible(False)
     axes.set_title(f"{title}: χ² = {style.number(chi2, 4)}", weight="bold")
 
 
-def cost_panel(axes, trace, summary):
-    axes.plot(trace["iteration"], trace["cost"], color=style.BLUE, marker="o", markersize=3.5)
-    style.cost_axis(axes, trace["cost"])
-    axes.set_xlabel("iteration")
-    axes.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
-    axes.set_title("cost ½ Σ ρ(rᵀWr)" if float(summary["huber"]) > 0 else "cost ½ Σ rᵀWr")
-    axes.text(0.97, 0.95, f"{style.number(trace['cost'][0], 4)} → {style.number(trace['cost'][-1], 4)}\n"
-              f"{float(summary['seconds']):.2f} s",
-              ha="right", va="top", transform=axes.transAxes, fontsize=11.5)
-
-
 def draw(directory):
-    poses, trace, summary = (read(directory, name, folder="") for name in ("poses", "trace", "summary"))
-    edges = read(directory, "edges", folder="")
-    summary = dict(zip(summary["key"], summary["value"]))
+    poses, edges, trace = (read(directory, name, folder="") for name in ("poses", "edges", "trace"))
+    summary = read_summary(directory)
     before, after = positions(poses, "before"), positions(poses, "after")
     view = axes_of_view(np.array(list(after.values())))
     # The path is made of the edges between poses that follow each other in the file.
@@ -86,7 +72,7 @@ def draw(directory):
         panel(axes, lines[state], on_path, state, float(summary[chi2]))
         axes.set_xlim(low[0] - margin, high[0] + margin)
         axes.set_ylim(low[1] - margin, high[1] + margin)
-    cost_panel(panels[2], trace, summary)
+    style.cost_panel(panels[2], trace, summary, "cost ½ Σ ρ(rᵀWr)" if float(summary["huber"]) > 0 else "cost ½ Σ rᵀWr")
     style.save(fig, directory, "pose_graph")
 
 

@@ -43,7 +43,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from . import blocks, captions, convergence, findings, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style, systems
+from . import blocks, captions, convergence, hessian, marginalize, nees, odometry, page, prior, scene, sliders, style, systems
 from .numbers.chapter import Chapter
 from .tables import Tables
 
@@ -89,15 +89,14 @@ def body_of(directory, say):
     n = Chapter(Tables(Path(directory) / "csv"))
     sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
                 "consistency": nees.captions(say), "systems": systems.captions(say)}
-    found = findings.sentences(Path(directory), say)
     body = [Markup("<h1>{}</h1>").format(say("heading")), page.other_languages(say),
-            Markup("<p>{}</p>").format(say("lead")), page.PIECES.findings(say("findings"), found),
+            Markup("<p>{}</p>").format(say("lead")), page.PIECES.findings(say("findings"), captions.findings(n, say)),
             contents(sections, directory, say), solves_table(n, say)]
     for section, figures in sections.items():
         lecture, *stages = BELONGS[section]
         pieces = [Markup("<p class=\"belongs\">{}</p>").format(say("belongs", lectures=lecture, stages=say("list").join(stages)))]
         if section == "the-hessian":
-            pieces.append(Markup("<p>{}</p>").format(size_of_h(n, directory, say)))
+            pieces.append(Markup("<p>{}</p>").format(size_of_h(n, say)))
         pieces += [EXPLORERS[section](directory, say)] if section in EXPLORERS else []
         pieces += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
         if section == "consistency":
@@ -111,9 +110,9 @@ def body_of(directory, say):
     return [*body, page.PIECES.steps(say("next"), steps), page.links_to_tables(directory, say)]
 
 
-def size_of_h(n, directory, say):
+def size_of_h(n, say):
     """Why H has more rows than the table has unknowns."""
-    small, (poses, size) = n.solve("course"), findings.unknowns(directory, "course")
+    small, (poses, size) = n.solve("course"), n.rows_of_h("course")
     return say("hessian_size", poses=poses, landmarks=size - poses, size=size, frames=f"{small['frames']:.0f}",
                unknowns=f"{small['unknowns']:.0f}")
 

@@ -168,6 +168,24 @@ def plain_log(axis, ticks=None):
     axis.set_major_formatter(lambda value, _: number(value, 1))
 
 
+def cost_panel(axes, trace, summary, title):
+    """How the cost of a solve fell, from where to where, and in what time."""
+    cost, seconds = trace["cost"], float(summary["seconds"])
+    axes.plot(trace["iteration"], cost, color=BLUE, marker="o", markersize=3.5)
+    cost_axis(axes, cost)
+    axes.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
+    axes.set(xlabel="iteration", title=title)
+    axes.text(0.97, 0.95, f"{number(cost[0], 4)} → {number(cost[-1], 4)}\n{seconds:.2f} s", ha="right", va="top",
+              transform=axes.transAxes, fontsize=11.5)
+
+
+def bare(axes, frame=False):
+    """Without ticks and grid, as suits a matrix or a map."""
+    axes.grid(False)
+    axes.set(xticks=[], yticks=[])
+    axes.spines[:].set_visible(frame)
+
+
 def magnitudes(axes, matrix, low, high, **look):
     """log10 |entry| as shades; zeros stay white."""
     with np.errstate(divide="ignore"):

@@ -58,6 +58,12 @@ def read(directory, name, folder="csv", may_be_empty=False):
     return _read_once(path, may_be_empty, stamp)
 
 
+def read_summary(directory):
+    """DIR/summary.csv, of rows of key and value, as a dictionary of words."""
+    table = read(directory, "summary", folder="")
+    return dict(zip(table["key"], table["value"]))
+
+
 @lru_cache(maxsize=64)
 def _read_once(path, may_be_empty, _):
     return read_table(path, may_be_empty)

@@ -9,12 +9,11 @@ import numpy as np
 
 from . import style
 from .style import BLUE, GRAY, INK, VERMILION, plt
-from .tables import read
+from .tables import read, read_summary
 
 
 def draw(directory):
-    frames, trace, summary = (read(directory, name, folder="") for name in ("frames", "trace", "summary"))
-    summary = dict(zip(summary["key"], summary["value"]))
+    frames, trace, summary = read(directory, "frames", folder=""), read(directory, "trace", folder=""), read_summary(directory)
     fig, (above, apart, cost) = plt.subplots(1, 3, figsize=(13.0, 4.4), layout="constrained")
     looks = {"truth": dict(color=GRAY, linewidth=5.0, alpha=0.45), "before": dict(color=VERMILION, marker="o"),
              "after": dict(color=BLUE, marker="o")}

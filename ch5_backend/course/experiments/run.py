@@ -69,8 +69,8 @@ def run_chapter(out: Path, arguments) -> int:
         app([BIN / "ch5_chapter", "--out", out], arguments.json)
         app([sys.executable, "-m", "ch5_backend.figures.report", out], arguments.json)
     report = out / PAGES[arguments.language]
-    from ch5_backend.figures import findings, words  # what reads tables takes half a second
-    tell(findings.bundle_adjustment_of(out, words.Words(arguments.language)), arguments)
+    from ch5_backend.figures import captions, words  # what reads tables takes half a second
+    tell(captions.first_finding(out, words.Words(arguments.language)), arguments)
     tell(sentence("run.report", path=str(report), command=f"{OPENER} {shlex.quote(str(report))}"), arguments)
     if arguments.json:
         jsonout.emit({"out": str(out), "report": str(report), "seconds": round(time.monotonic() - start, 3)})

@@ -17,6 +17,11 @@ class Chapter:
         sizes = np.sort(np.abs(self.tables("spectrum", gauge=gauge)["eigenvalue"]))
         return sizes, int((sizes <= 1e-10 * sizes[-1]).sum())
 
+    def rows_of_h(self, scene):
+        """(rows of the poses, of all vertices) in a free H."""
+        rows = self.tables("hessian_vertices", scene=scene)["rows"]
+        return int(rows[rows > 1].sum()), int(rows.sum())
+
     def at(self, table, column, weight, **conditions):
         """The value at a weight of the prior."""
         return self.tables(table, **conditions).row(weight=weight)[column]
