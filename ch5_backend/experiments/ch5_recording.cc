@@ -1,8 +1,10 @@
 /// Visual-inertial odometry on a recording: ch5_recording FOLDER --out DIR.
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -75,6 +77,46 @@ void WarnOfUselessTruth(const ch5::OdometryStudy& study) {
                study.recording.frames.back().t);
 }
 
+// A number, or "-" for NaN.
+std::string Cell(double value, int width, int digits) {
+  char text[32];
+  if (std::isnan(value)) {
+    std::snprintf(text, sizeof text, "%*s", width, "-");
+  } else {
+    std::snprintf(text, sizeof text, "%*.*f", width, digits, value);
+  }
+  return text;
+}
+
+// A row of the table, and below it each restart and segment.
+void PrintRun(const ch5::OdometryRun& run, const std::vector<ch5::StampedState>& truth) {
+  constexpr double kDegrees = 180.0 / M_PI, kUnknown = std::numeric_limits<double>::quiet_NaN();
+  const bool is_relative = run.error && run.relative, has_moved = run.error && HasMoved(run, truth);
+  std::printf("%-8s  %s  %s  %s  %s  %s  %s  %15.1f  %s  %s  %6zu  %8d\n", run.policy.c_str(),
+              Cell(run.error ? run.error->position_rmse : kUnknown, 7, 4).c_str(),
+              Cell(is_relative ? run.relative->position_rmse : kUnknown, 7, 4).c_str(),
+              Cell(is_relative ? run.relative->DriftPercent() : kUnknown, 9, 2).c_str(),
+              Cell(is_relative ? run.relative->path : kUnknown, 8, 2).c_str(),
+              Cell(has_moved ? run.error->scale : kUnknown, 6, 4).c_str(),
+              Cell(has_moved ? run.error->yaw_rmse * kDegrees : kUnknown, 9, 3).c_str(), run.realtime_factor,
+              Cell(run.tracking_factor, 13, 1).c_str(), Cell(run.p99_window_ms, 8, 2).c_str(), run.states.size(),
+              run.restarts);
+  for (const ch5::ImageResult& row : run.rows) {
+    if (row.report.status != ch5::FrameReport::Status::kRestarted) continue;
+    std::printf("          segment %d begins at %.2f s: %s\n", row.report.segment, row.t, row.report.message.c_str());
+  }
+  if (run.segments.size() < 2) return;
+  for (const ch5::OdometrySegment& segment : run.segments) {
+    std::printf("          segment %d, %.2f to %.2f s, %zu images", segment.id, segment.states.front().t,
+                segment.states.back().t, segment.states.size());
+    if (segment.error) {
+      std::printf(": ATE %.4f m, scale %.4f, yaw %.3f deg", segment.error->position_rmse, segment.error->scale,
+                  segment.error->yaw_rmse * kDegrees);
+    }
+    std::printf("\n");
+  }
+}
+
 void Run(const Command& command) {
   ch5::Recording recording = ch5::ReadRecording(command.folder);
   const auto extras = ch5::ReadCalibrationExtras(std::filesystem::path(command.folder) / "calibration.yaml");
@@ -110,45 +152,7 @@ void Run(const Command& command) {
   std::printf(
       "policy    ATE [m]  RPE [m]  drift [%%]  path [m]   scale  yaw [deg]  times real time  without start  p99 [ms]  "
       "images  restarts\n");
-  for (const ch5::OdometryRun& run : study.runs) {
-    if (run.error) {
-      std::printf("%-8s  %7.4f  ", run.policy.c_str(), run.error->position_rmse);
-      if (run.relative) {
-        std::printf("%7.4f  %9.2f  %8.2f  ", run.relative->position_rmse, run.relative->DriftPercent(),
-                    run.relative->path);
-      } else {
-        std::printf("%7s  %9s  %8s  ", "-", "-", "-");
-      }
-      if (HasMoved(run, recording.truth)) {
-        std::printf("%6.4f  %9.3f  ", run.error->scale, run.error->yaw_rmse * 180.0 / M_PI);
-      } else {
-        std::printf("%6s  %9s  ", "-", "-");
-      }
-    } else {
-      std::printf("%-8s  %7s  %7s  %9s  %8s  %6s  %9s  ", run.policy.c_str(), "-", "-", "-", "-", "-", "-");
-    }
-    std::printf("%15.1f  ", run.realtime_factor);
-    if (run.states.empty()) {
-      std::printf("%13s  %8s", "-", "-");
-    } else {
-      std::printf("%13.1f  %8.2f", run.tracking_factor, run.p99_window_ms);
-    }
-    std::printf("  %6zu  %8d\n", run.states.size(), run.restarts);
-    for (const ch5::ImageResult& row : run.rows) {
-      if (row.report.status != ch5::FrameReport::Status::kRestarted) continue;
-      std::printf("          segment %d begins at %.2f s: %s\n", row.report.segment, row.t, row.report.message.c_str());
-    }
-    if (run.segments.size() < 2) continue;
-    for (const ch5::OdometrySegment& segment : run.segments) {
-      std::printf("          segment %d, %.2f to %.2f s, %zu images", segment.id, segment.states.front().t,
-                  segment.states.back().t, segment.states.size());
-      if (segment.error) {
-        std::printf(": ATE %.4f m, scale %.4f, yaw %.3f deg", segment.error->position_rmse, segment.error->scale,
-                    segment.error->yaw_rmse * 180.0 / M_PI);
-      }
-      std::printf("\n");
-    }
-  }
+  for (const ch5::OdometryRun& run : study.runs) PrintRun(run, recording.truth);
 }
 
 }  // namespace
