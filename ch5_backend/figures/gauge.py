@@ -5,7 +5,6 @@ from . import style
 from .numbers import gauge_paper
 from .numbers.gauge import READINGS, STARTS, as_the_paper, differences, of_scene, over_weight
 from .style import BLUE, GREEN, GRAY, INK, ORANGE, PINK, SKY, VERMILION, plt
-from .tables import read
 
 METHODS = {"fixation": ("fixation", BLUE, "o"), "free": ("free, damped", GREEN, "^"),
            "prior": ("prior, w = 10⁵", VERMILION, "s"), "pseudo-inverse": ("free, pseudo-inverse", PINK, "D")}
@@ -46,10 +45,10 @@ def paper_iterations(axes, methods, label):
                       label=label if i + k == 0 else None)
 
 
-def methods(directory):
+@style.drawn("gauge_methods", 2, 1, (10.0, 6.4), legend=5, chinese=False, sharex=True)
+def methods(panels, table):
     """Fig. 7."""
-    table = read(directory, "methods")
-    fig, (top, bottom) = plt.subplots(2, 1, figsize=(10.0, 6.4), layout="constrained", sharex=True)
+    top, bottom = panels
     paper_iterations(top, len(METHODS), "the paper's")
     dots(top, table, "iterations", METHODS)
     dots(bottom, table, "milliseconds", METHODS)
@@ -57,14 +56,11 @@ def methods(directory):
     style.plain_log(bottom.yaxis)
     bottom.set_ylabel("time an iteration [ms]")
     scene_axis(bottom)
-    style.legend_above(fig, top, columns=5)
-    style.save(fig, directory, "gauge_methods")
 
 
-def errors(directory):
+@style.drawn("gauge_errors", 2, 3, (10.5, 6.8), legend=4, chinese=False, sharex=True)
+def errors(panels, table):
     """Table II: at convergence."""
-    table = read(directory, "methods")
-    fig, panels = plt.subplots(2, 3, figsize=(10.5, 6.8), layout="constrained", sharex=True)
     for k, (axes, (column, title)) in enumerate(zip(panels[0], ERRORS.items())):
         for at, scene in enumerate(gauge_paper.SCENES):
             axes.plot([at - 0.35, at + 0.35], 2 * [gauge_paper.RMSE[scene]["fixation"][k]], color=INK, linewidth=1.5,
@@ -77,8 +73,6 @@ def errors(directory):
     panels[1, 0].set_ylabel("largest |RMSE / fixation's − 1|")
     panels[1, 0].text(0.02, 0.96, "△ free, the paper's means", transform=panels[1, 0].transAxes, fontsize=10.5,
                       va="top")
-    style.legend_above(fig, panels[0, 0], columns=4)
-    style.save(fig, directory, "gauge_errors")
 
 
 def draw_differences(axes, table, column, k):
@@ -141,9 +135,8 @@ def paper_sweep(axes, table, label):
               markersize=6, markerfacecolor="none", color=INK, label=label)
 
 
-def sweep(directory):
+def sweep(directory, table):
     """Figs. 4 and 5."""
-    table = read(directory, "sweep")
     fig, panels = plt.subplots(3, 3, figsize=(10.5, 8.8), layout="constrained", sharey="row", sharex=True)
     for (iterations, time), path in zip(panels[:2].T, PATHS):
         for name, (label, color, marker) in POINTS.items():
@@ -174,17 +167,14 @@ def reading_lines(axes, table, start, names, paper):
     axes.plot(at, theirs, linestyle="none", marker="s", markersize=6, markerfacecolor="none", color=INK, label=paper)
 
 
-def readings(directory):
+@style.drawn("gauge_readings", 1, 3, (10.5, 4.2), legend=3, chinese=False, sharey=True)
+def readings(panels, table):
     """Fig. 5, sine among planes, by the start and by what w multiplies."""
-    table = read(directory, "near_start")
-    fig, panels = plt.subplots(1, 3, figsize=(10.5, 4.2), layout="constrained", sharey=True)
     for axes, start in zip(panels, STARTS):
         reading_lines(axes, table, start, "w multiplies {}".format, "the paper's")
         axes.set(title=f"{start}: {table.where(start=start, weight=0)['start_px'].mean():.0f} px", xlabel="the paper's w")
         axes.set_ylim(0, 15)
     panels[0].set_ylabel("iterations")
-    style.legend_above(fig, panels[0])
-    style.save(fig, directory, "gauge_readings")
 
 
 def arrival_line(axes, rows, column, **look):
@@ -192,11 +182,11 @@ def arrival_line(axes, rows, column, **look):
     axes.plot(rows["iteration"], np.where(rows[column] > 0, rows[column], np.nan), **look)
 
 
-def convergence(directory):
+@style.drawn("gauge_convergence", 1, 3, (10.5, 4.6), legend=7, chinese=False)
+def convergence(panels, table):
     """Fig. 6, of trial 0."""
-    table = read(directory, "convergence").where(trial=0)
+    table, (path, left, right) = table.where(trial=0), panels
     weights = np.unique(table["weight"])
-    fig, (path, left, right) = plt.subplots(1, 3, figsize=(10.5, 4.6), layout="constrained")
     for k, weight in enumerate(weights):
         rows = table.where(weight=weight)
         look = dict(color=plt.cm.viridis(0.9 * k / (len(weights) - 1)), marker=style.MARKS[k % len(style.MARKS)], markersize=5,
@@ -211,5 +201,3 @@ def convergence(directory):
     path.annotate("start", (0, table["reprojection_px"].max()), (8, -4), textcoords="offset points", fontsize=11)
     left.set(xlabel="iteration", title="reprojection error [px]")
     right.set(xlabel="iteration", title="prior error [m, rad]")
-    style.legend_above(fig, path, columns=7)
-    style.save(fig, directory, "gauge_convergence")

@@ -6,8 +6,7 @@ from . import style
 from .gauge import ERRORS, METHODS, sweep_line, weight_line
 from .numbers import gauge_paper
 from .numbers.gauge import error_ratio, right_weights, usual
-from .style import BLUE, GREEN, INK, ORANGE, VERMILION, plt
-from .tables import read
+from .style import BLUE, GREEN, INK, ORANGE, VERMILION
 
 FACTORS = {  # what is varied: (title, {value: label})
     "damping": ("damping", {"diagonal": "λ diag(H)", "identity": "λ I (the course)", "radius": "radius (Dogleg)"}),
@@ -49,9 +48,8 @@ def draw_error(axes, table, start, title):
     axes.set_title(title)
 
 
-def prior_choice(directory):
-    table = read(directory, "prior_choice")
-    fig, panels = plt.subplots(2, 3, figsize=(11.0, 7.2), layout="constrained")
+@style.drawn("gauge_prior_choice", 2, 3, (11.0, 7.2), chinese=False)
+def prior_choice(panels, table):
     for axes, factor in zip(panels.flat, FACTORS):
         draw_factor(axes, table, factor)
     draw_error(panels[1, 1], table, "perturbed", "RMSE / free: prior at a wrong value")
@@ -59,8 +57,7 @@ def prior_choice(directory):
     for axes in panels.flat:
         band(axes, table)
         axes.set_xlabel("prior weight w" if axes in panels[1] else "")
-    fig.suptitle(answer(table), x=0.01, ha="left", fontsize=13, fontweight="bold")
-    style.save(fig, directory, "gauge_prior_choice")
+    panels[0, 0].figure.suptitle(answer(table), x=0.01, ha="left", fontsize=13, fontweight="bold")
 
 
 def answer(table):
@@ -74,10 +71,9 @@ def answer(table):
             f"A strong prior on two wrong poses makes it {style.number(wrong, 2)} times worse.")
 
 
-def recordings(directory):
+@style.drawn("gauge_recordings", 1, 4, (11.0, 4.4), legend=3, chinese=False)
+def recordings(panels, table):
     """Table III: median and quartiles of each method."""
-    table = read(directory, "recordings")
-    fig, panels = plt.subplots(1, 4, figsize=(11.0, 4.4), layout="constrained")
     for axes, (column, title) in zip(panels, {"iterations": "iterations", **ERRORS}.items()):
         for k, method in enumerate(("fixation", "free", "prior")):
             label, color, marker = METHODS[method]
@@ -94,5 +90,3 @@ def recordings(directory):
         axes.grid(axis="x", visible=False)
         axes.set_ylim(bottom=0)
         axes.set_title(title)
-    style.legend_above(fig, panels[0])
-    style.save(fig, directory, "gauge_recordings")

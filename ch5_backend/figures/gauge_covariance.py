@@ -5,8 +5,8 @@ from . import style
 from .gauge import ERRORS
 from .numbers.gauge import ZERO, relative_spectrum
 from .hessian import magnitudes
-from .style import BLUE, GREEN, GRAY, VERMILION, plt
-from .tables import dense, read
+from .style import BLUE, GREEN, GRAY, VERMILION
+from .tables import dense
 
 KEYFRAME = 9  # rows: p, δθ, v
 
@@ -21,9 +21,8 @@ def spectrum_dots(axes, values):
     return number, zeros
 
 
-def spectrum(directory):
-    table = read(directory, "spectrum")
-    fig, panels = plt.subplots(1, 2, figsize=(10.0, 4.6), layout="constrained", sharey=True)
+@style.drawn("gauge_spectrum", 1, 2, (10.0, 4.6), chinese=False, sharey=True)
+def spectrum(panels, table):
     for axes, problem in zip(panels, ("camera and IMU", "camera alone")):
         values = relative_spectrum(table, problem)
         number, zeros = spectrum_dots(axes, values)
@@ -33,7 +32,6 @@ def spectrum(directory):
         axes.set_title(f"{problem}: {len(values)} eigenvalues")
         axes.set_xlabel("number of the eigenvalue, ascending")
     panels[0].set_ylabel("|λ| / largest λ")
-    style.save(fig, directory, "gauge_spectrum")
 
 
 def matrix_of(table, gauge):
@@ -44,19 +42,18 @@ def matrix_of(table, gauge):
     return lower + np.tril(lower, -1).T
 
 
-def matrices(directory):
-    table = read(directory, "matrices")
+@style.drawn("gauge_matrices", 1, 4, (12.0, 3.3), chinese=False)
+def matrices(panels, table):
     fixed, free, moved = (matrix_of(table, gauge) for gauge in ("fixed", "free", "free to fixed"))
     top = np.log10(max(np.abs(fixed).max(), np.abs(free).max()))
-    fig, panels = plt.subplots(1, 4, figsize=(12.0, 3.3), layout="constrained")
     shown = (("Σ fixed", fixed), ("Σ free", free), ("Σ free, transformed", moved), ("their difference", moved - fixed))
     for axes, (title, matrix) in zip(panels, shown):
         image = magnitudes(axes, matrix, range(KEYFRAME, len(matrix), KEYFRAME), (top - 12, top))
         axes.set_title(title)
     panels[0].set_ylabel("keyframes 0 to 9: p, δθ, v", fontsize=11)
+    fig = panels[0].figure
     fig.colorbar(image, ax=list(panels), label="log₁₀ |entry|", shrink=0.8, pad=0.02)
     style.space(fig, wspace=0.04)
-    style.save(fig, directory, "gauge_matrices")
 
 
 GAUGES = {"fixed": "fixed", "free": "free", "free to fixed": "free, transformed to fixed",
@@ -73,12 +70,9 @@ def deviation_lines(axes, table, column, names, scale=1.0):
         axes.plot(rows["keyframe"], scale * rows[column], label=names[gauge], **look)
 
 
-def deviations(directory):
-    table = read(directory, "deviations")
-    fig, panels = plt.subplots(1, 3, figsize=(10.5, 4.4), layout="constrained")
+@style.drawn("gauge_deviations", 1, 3, (10.5, 4.4), legend=4, chinese=False)
+def deviations(panels, table):
     for axes, (column, title) in zip(panels, ERRORS.items()):
         deviation_lines(axes, table, column, GAUGES)
         axes.set_xticks(range(0, int(table["keyframe"].max()) + 1, 3))
         axes.set(title=f"σ of {title}", xlabel="keyframe")
-    style.legend_above(fig, panels[0], columns=4)
-    style.save(fig, directory, "gauge_deviations")

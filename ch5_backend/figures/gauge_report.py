@@ -11,7 +11,7 @@ from . import gauge, gauge_captions, gauge_choice, gauge_covariance, page, style
 from .numbers import gauge as gauge_numbers, gauge_paper
 from .style import number
 from .words import Words
-from .tables import TableError
+from .tables import TableError, read
 
 FIGURES = {  # name: its table, what draws it
     "gauge_prior_choice": ("prior_choice", gauge_choice.prior_choice),
@@ -114,13 +114,20 @@ def body_of(directory, drawn, found):
             page.links_to_tables(directory, say)]
 
 
-def draw(directory):
-    """All figures that have their table, the page and the summary."""
+def draw_figures(directory):
+    """All that have their table; returns their names."""
     drawn = [name for name, (table, _) in FIGURES.items() if (Path(directory) / "csv" / f"{table}.csv").exists()]
+    for name in drawn:
+        table, draw_one = FIGURES[name]
+        draw_one(directory, read(directory, table))
+    return drawn
+
+
+def draw(directory):
+    """The figures, the page and the summary."""
+    drawn = draw_figures(directory)
     if not drawn:
         raise TableError(f"{directory}/csv: none of the tables of the gauge experiments is there")
-    for name in drawn:
-        FIGURES[name][1](directory)
     found = gauge_numbers.numbers(directory)
     gauge_numbers.write_summary(Path(directory) / "summary.csv", found)
     page.write(Path(directory) / "report.html", "Three ways to handle a gauge", body_of(directory, drawn, found))

@@ -9,7 +9,7 @@ from . import page, style
 from .numbers.systems import RECORDINGS
 from .numbers.windows import KEPT, consistency
 from .odometry import NAMES
-from .style import BLUE, GREEN, ORANGE, PALE, VERMILION, plt
+from .style import BLUE, GREEN, ORANGE, PALE, VERMILION
 from .tables import read
 
 MODES = {"none": ("no first estimates", ORANGE, "-"), "prior_only": ("in the prior only", BLUE, "--"),
@@ -36,8 +36,8 @@ def cause_lines(axes, tables, policy, names, **look):
         curve(axes, rows, rows["nees_pose"], color, names(label), dashes, "pose", **look)
 
 
-def modes(directory, tables):
-    fig, panels = plt.subplots(2, 4, figsize=(11.0, 5.6), layout="constrained", sharex=True)
+@style.drawn("consistency", 2, 4, (11.0, 5.6), legend=4, sharex=True)
+def modes(panels, tables):
     columns = (("nees_pose", "pose", "NEES of the pose (6)"), ("nees_yaw", "yaw", "NEES of yaw (1)"),
                ("yaw_information", None, "yaw claimed [rad⁻²]"), ("yaw_leak", None, "the prior's leak [rad⁻²]"))
     for line, (policy, name) in zip(panels, NAMES.items()):
@@ -53,19 +53,15 @@ def modes(directory, tables):
                 style.plain_log(axes.yaxis)
     for axes in panels[1]:
         axes.set_xlabel("time [s]")
-    style.legend_above(fig, panels[0, 0], columns=4)
-    style.save(fig, directory, "consistency", chinese=True)
 
 
-def causes(directory, tables):
-    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.4), layout="constrained", sharey=True)
+@style.drawn("consistency_causes", 1, 2, (11.0, 4.4), legend=4, sharey=True)
+def causes(panels, tables):
     for axes, (policy, name) in zip(panels, NAMES.items()):
         cause_lines(axes, tables, policy, str, linewidth=1.5)
         axes.set_title(f"{name}: NEES of the pose (6)")
         axes.set_xlabel("time [s]")
         style.plain_log(axes.yaxis)
-    style.legend_above(fig, panels[0], columns=4)
-    style.save(fig, directory, "consistency_causes", chinese=True)
 
 
 def draw(directory, tables=KEPT):

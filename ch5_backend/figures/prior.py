@@ -62,12 +62,8 @@ def sweep_figure(table):
     return fig
 
 
-def sweep(directory, table):
-    style.save(sweep_figure(table), directory, "prior_sweep", chinese=True)
-
-
-def costs(directory, table):
-    fig, panels = plt.subplots(1, 3, figsize=style.WIDE, layout="constrained")
+@style.drawn("prior_costs", 1, 3, legend=3)
+def costs(panels, table):
     per_free = lambda rows, values: values / rows["reprojection_cost"][0]  # of w = 0, the first row
     lines(panels[0], table, "reprojection_cost", scale=per_free)
     positive = lambda rows, values: np.where(values > 0, per_free(rows, values), np.nan)
@@ -80,13 +76,10 @@ def costs(directory, table):
     for axes in panels[1:]:  # below lies rounding
         style.log_axis(axes.yaxis)
         axes.set_ylim(bottom=1e-12)
-    style.legend_above(fig, panels[0])
-    style.save(fig, directory, "prior_costs", chinese=True)
 
 
-def traces(directory):
-    table = read(directory, "prior_trace")
-    fig, panels = plt.subplots(1, 3, figsize=style.WIDE, sharey=True, layout="constrained")
+@style.drawn("prior_traces", 1, 3, sharey=True)
+def traces(panels, table):
     decades = np.array([w for w in np.unique(table["weight"]) if w > 0 and abs(np.log10(w) % 1) < 1e-9])
     norm = plt.matplotlib.colors.LogNorm(decades.min(), decades.max())
     for axes, (variant, (label, color)) in zip(panels, VARIANTS.items()):
@@ -104,23 +97,19 @@ def traces(directory):
         axes.set_xlabel("iteration + 1")
     panels[0].set_ylabel("(cost − final cost) / first cost")
     panels[0].legend(loc="lower left")
-    bar = fig.colorbar(plt.cm.ScalarMappable(norm, "viridis"), ax=list(panels), label="prior weight w", pad=0.02)
+    bar = panels[0].figure.colorbar(plt.cm.ScalarMappable(norm, "viridis"), ax=list(panels), label="prior weight w", pad=0.02)
     bar.set_ticks(decades[::2], labels=[style.power_of_ten(round(np.log10(w))) for w in decades[::2]])
     bar.minorticks_off()
-    style.save(fig, directory, "prior_traces", chinese=True)
 
 
-def trials(directory):
-    table = read(directory, "prior_trials")
-    fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
+@style.drawn("prior_trials", 1, 2, legend=3)
+def trials(panels, table):
     lines(panels[0], table, "mean_iterations")
     lines(panels[1], table, "mean_drift_position")
     panels[0].set_ylim(bottom=0)
     style.log_axis(panels[1].yaxis)
     panels[0].set_title(f"iterations, mean of {int(table['trials'][0])} scenes")
     panels[1].set_title("drift of frame 0 at the end [m]")
-    style.legend_above(fig, panels[0])
-    style.save(fig, directory, "prior_trials", chinese=True)
 
 
 DAMPINGS = {"identity": "H + λ I (Levenberg, the course)", "diagonal": "H + λ diag(H) (Marquardt)"}
@@ -135,9 +124,8 @@ def damping_lines(axes, table, column, names):
         axes.plot(x[:1], rows[column][:1], color=color, marker="o")
 
 
-def damping(directory):
-    table = read(directory, "prior_damping")
-    fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
+@style.drawn("prior_damping", 1, 2, legend=3)
+def damping(panels, table):
     for axes, column in zip(panels, ("lambda0", "iterations")):
         damping_lines(axes, table, column, DAMPINGS)
     style.log_axis(panels[0].yaxis)
@@ -145,14 +133,12 @@ def damping(directory):
     panels[1].yaxis.set_major_locator(plt.MaxNLocator(integer=True))
     panels[0].set_title("first damping λ₀")
     panels[1].set_title("iterations")
-    style.legend_above(fig, panels[0])
-    style.save(fig, directory, "prior_damping", chinese=True)
 
 
 def draw(directory):
     table = read(directory, "prior_sweep")
-    sweep(directory, table)
+    style.save(sweep_figure(table), directory, "prior_sweep", chinese=True)
     costs(directory, table)
-    traces(directory)
-    trials(directory)
-    damping(directory)
+    traces(directory, read(directory, "prior_trace"))
+    trials(directory, read(directory, "prior_trials"))
+    damping(directory, read(directory, "prior_damping"))

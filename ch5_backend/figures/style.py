@@ -1,4 +1,5 @@
 """What all figures share: the look, and files that are the same to the byte when drawn again."""
+import functools
 import sys
 from pathlib import Path
 
@@ -72,6 +73,21 @@ def save(figure, directory, name, chinese=False):
         for suffix in (".zh.png", ".zh.svg"):  # in a PDF matplotlib would embed these letters under a wrong kind
             save_as(figure, folder / f"{name}{suffix}")
     plt.close(figure)
+
+
+def drawn(name, rows, columns, size=WIDE, legend=0, chinese=True, **shape):
+    """Makes draw(directory, tables) of a function that draws on panels, fill(panels, tables): it saves the figure NAME of so
+    many rows and columns, with a legend of so many columns above, of what the first panel has labeled."""
+    def of(fill):
+        @functools.wraps(fill)
+        def draw(directory, tables):
+            figure, panels = plt.subplots(rows, columns, figsize=size, layout="constrained", **shape)
+            fill(panels, tables)
+            if legend:
+                legend_above(figure, panels.flat[0], legend)
+            save(figure, directory, name, chinese)
+        return draw
+    return of
 
 
 def tell_apart(figure):

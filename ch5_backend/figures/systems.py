@@ -179,92 +179,78 @@ def algorithm_costs(axes, tables, data_set, names):
 # ---- the report's figures
 
 
-def draw_ablation(directory, tables):
-    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
+@style.drawn("systems_ablation", 1, 2, (11.0, 4.6), legend=3)
+def draw_ablation(panels, tables):
     for axes, (column, title) in zip(panels, (("ate_m", "error of the position, ATE [m]"),
                                               ("nees_motion", "NEES of the motion across the window (6)"))):
         ablation(axes, tables, column, lambda key: key.replace(" ", "\n") if key in WAYS else key)
         axes.set_title(title)
     panels[1].axhline(6, color=GRAY, linewidth=1)
-    style.legend_above(fig, panels[0])
-    style.save(fig, directory, "systems_ablation", chinese=True)
 
 
-def draw_back_ends(directory, tables):
-    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
+@style.drawn("systems_back_ends", 1, 2, (11.0, 4.6), legend=5)
+def draw_back_ends(panels, tables):
     back_end_errors(panels[0], tables, LABELS)
     panels[0].set(xlabel="old prior's σ, times", title="worst relative error of an information")
     back_end_times(panels[1], tables, LABELS)
     panels[1].set(xlabel="landmarks that leave", title="time [ms]")
-    style.legend_above(fig, panels[0], columns=5)
-    style.save(fig, directory, "systems_back_ends", chinese=True)
 
 
-def draw_calibration(directory, tables):
-    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
+@style.drawn("systems_calibration", 1, 2, (11.0, 4.2), legend=3)
+def draw_calibration(panels, tables):
     for axes, (quantity, title) in zip(panels, (("offset_ms", "error of the clock's offset [ms]"),
                                                 ("rotation_deg", "error of the camera's rotation [deg]"))):
         calibration(axes, tables, quantity, LABELS)
         axes.axhline(numbers.CALIBRATION_GOALS[quantity], color=GRAY, linewidth=1)
         axes.set(xlabel="time [s]", title=title)
-    style.legend_above(fig, panels[0])
-    style.save(fig, directory, "systems_calibration", chinese=True)
 
 
-def draw_preintegration(directory, tables):
-    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
+@style.drawn("systems_preintegration", 1, 2, (11.0, 4.6))
+def draw_preintegration(panels, tables):
     preintegration_length(panels[0], tables, LABELS)
     panels[0].set(xlabel="length [s]", title="σ [m, rad, m/s]: claimed, and measured (dots)")
     panels[0].legend()
     preintegration_rate(panels[1], tables, LABELS)
     panels[1].set(xlabel="rate of the IMU [Hz]", title="claimed σ / measured σ")
     panels[1].legend()
-    style.save(fig, directory, "systems_preintegration", chinese=True)
 
 
-def draw_restart(directory, tables):
-    fig, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained", gridspec_kw={"width_ratios": (1, 1.4)})
+@style.drawn("systems_restart", 1, 2, (11.0, 4.6), legend=3, gridspec_kw={"width_ratios": (1, 1.4)})
+def draw_restart(panels, tables):
     segments_path(panels[0], tables, LABELS)
     panels[0].set(xlabel="x [m]", ylabel="y [m]", title="from above")
     segments_error(panels[1], tables, LABELS)
     panels[1].set(xlabel="time [s]", title="position error [m]; thin: segments aligned as one")
-    style.legend_above(fig, panels[0])
-    style.save(fig, directory, "systems_restart", chinese=True)
 
 
-def draw_distance(directory, tables):
-    fig, panels = plt.subplots(1, 3, figsize=(11.0, 4.4), layout="constrained")
+@style.drawn("systems_distance", 1, 3, (11.0, 4.4), legend=3)
+def draw_distance(panels, tables):
     for axes, (recording, name) in zip(panels, numbers.RECORDINGS.items()):
         distance(axes, tables, recording)
         axes.set(title=name, xlabel="part of the path [%]\ndistance [m]")
     panels[0].set_ylabel("error over the distance [m]")
-    style.legend_above(fig, panels[0])
-    style.save(fig, directory, "systems_distance", chinese=True)
 
 
-def draw_window_size(directory, tables):
-    fig, panels = plt.subplots(1, 3, figsize=(11.0, 4.2), layout="constrained")
+@style.drawn("systems_window_size", 1, 3, (11.0, 4.2), legend=4)
+def draw_window_size(panels, tables):
     for axes, recording, column, title in zip(panels, ("euroc_v1_01_easy", "simulated", "euroc_v1_01_easy"),
                                               ("ate_m", "ate_m", "milliseconds"),
                                               ("EuRoC V1_01: ATE [m]", "simulated: ATE [m]", "EuRoC: time of an image [ms]")):
         window_size(axes, tables, recording, column, LABELS)
         axes.set(xlabel="keyframes", title=title)
-    style.legend_above(fig, panels[0], columns=4)
-    style.save(fig, directory, "systems_window_size", chinese=True)
 
 
-def draw_okvis_cases(directory, tables):
-    fig, panels = plt.subplots(1, 4, figsize=(11.0, 3.3), layout="constrained")
+@style.drawn("systems_okvis_cases", 1, 4, (11.0, 3.3))
+def draw_okvis_cases(panels, tables):
     titles = iter(("a frame leaves: window", "its prior", "a keyframe leaves: window", "its prior"))
     for k, case in enumerate(("no keyframe", "keyframe")):
         for axes, stage in zip(panels[2 * k:2 * k + 2], ("window", "prior")):
             okvis_case(axes, tables, case, stage)
             axes.set_title(next(titles), fontsize=12)
-    style.save(fig, directory, "systems_okvis_cases", chinese=True)
 
 
-def draw_pose_graphs(directory, tables):
-    fig, panels = plt.subplots(2, 3, figsize=(11.0, 7.0), layout="constrained")
+@style.drawn("systems_pose_graphs", 2, 3, (11.0, 7.0), legend=4)
+def draw_pose_graphs(panels, tables):
     for axes, (column, title) in zip(panels[0], (("milliseconds", "time of an iteration [ms]"), ("megabytes", "memory [MB]"))):
         solver_column(axes, tables, column, LABELS)
         axes.set(xlabel="unknowns", title=title)
@@ -272,8 +258,6 @@ def draw_pose_graphs(directory, tables):
         algorithm_costs(axes, tables, data_set, LABELS)
         axes.set(xlabel="iteration", title=f"{data_set}: cost / least")
     panels[1, 0].legend(fontsize=10)
-    style.legend_above(fig, panels[0, 0], columns=4)
-    style.save(fig, directory, "systems_pose_graphs", chinese=True)
 
 
 def draw(directory, tables=KEPT):
