@@ -43,7 +43,7 @@ ROOT = HERE.parent
 from . import browser, npm
 from .browser import BuildError
 from .npm import WORK
-from ch5_backend.figures.atomic_write import atomic_write
+from ch5_backend.figures.atomic_write import atomic_write, write_whole
 from ch5_backend.figures.tables import TableError, Tables
 
 LANGUAGES = ("en", "zh")
@@ -151,10 +151,8 @@ def say(words):
 
 
 def write(path, text):
-    """Whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with atomic_write(path) as partial:
-        partial.write_text(text, encoding="utf-8")
+    write_whole(path, text)
 
 
 def find_tools(arguments):

@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 
 from .base import jsonout, language, processes
-from .base.errors import CourseError
+from .base.errors import CourseError, warn
 
 DESCRIPTIONS = {
     "run": "Without DATA: runs the whole chapter in under a minute and writes its tables, figures and a report that "
@@ -334,7 +334,7 @@ def main(argv: list, only_read: bool = False) -> int:
 
 
 def fail(message: str, exit_code: int, as_json: bool) -> int:
-    print(f"course: {message}", file=sys.stderr)
+    warn(message)
     try:
         if as_json:
             jsonout.emit({"error": message})

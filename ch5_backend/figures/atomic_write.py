@@ -18,3 +18,9 @@ def atomic_write(path):
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def write_whole(path, text, errors="strict"):
+    """The text as a file that appears whole or not at all; `errors` as of str.encode."""
+    with atomic_write(path) as partial:
+        partial.write_text(text, encoding="utf-8", errors=errors)

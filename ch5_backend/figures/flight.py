@@ -14,7 +14,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from .atomic_write import atomic_write
+from .atomic_write import write_whole
 
 ROOT = Path(__file__).resolve().parents[2]
 FLIGHT = "panel=window&rate=5&tracks=30"
@@ -137,8 +137,7 @@ def main(argv):
     arguments = parser.parse_args(argv)
     flight = fly(arguments.lab)
     for language in WORDS:
-        with atomic_write(arguments.out / f"flight.{language}.svg") as partial:
-            partial.write_text(picture(flight, language), encoding="utf-8")
+        write_whole(arguments.out / f"flight.{language}.svg", picture(flight, language))
     return 0
 
 

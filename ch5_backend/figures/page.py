@@ -15,7 +15,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from PIL import Image
 
-from .atomic_write import atomic_write
+from .atomic_write import write_whole
 from .words import NAMES, PAGES, Words
 
 HERE = Path(__file__).resolve().parent
@@ -78,5 +78,4 @@ def write(path, title, body, language="en"):
     style, script = (Markup((HERE / name).read_text(encoding="utf-8")) for name in ("page.css", "page.js"))
     needed = any('class="explore' in piece for piece in body)
     text = PIECES.page(language, title, style, needed and script, Words(language)("scrolls"), Markup("\n".join(body)))
-    with atomic_write(path) as partial:
-        partial.write_text(text, encoding="utf-8", errors="replace")
+    write_whole(path, text, errors="replace")

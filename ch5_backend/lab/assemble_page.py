@@ -5,7 +5,7 @@ import re
 import shutil
 from pathlib import Path
 
-from ch5_backend.figures.atomic_write import atomic_write
+from ch5_backend.figures.atomic_write import write_whole
 
 from ch5_backend.course.base.cmake_build import BUILD, CORES, ROOT, cached_entries, failure, run_logged, was_moved
 from ch5_backend.course.base.errors import CourseError
@@ -26,8 +26,7 @@ def lab(folder: str) -> int:
     if len(page.encode()) > MOST_BYTES:
         raise CourseError(f"the page has {len(page.encode())} bytes, more than {MOST_BYTES}", 1)
     target = out / "lab.html"
-    with atomic_write(target) as partial:
-        partial.write_text(page, encoding="utf-8")
+    write_whole(target, page)
     print(f"The lab: {target}")
     return 0
 

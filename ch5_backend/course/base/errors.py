@@ -1,5 +1,7 @@
 """How a command ends when it cannot do what was asked."""
 
+import sys
+
 from .language import speaker
 
 
@@ -13,3 +15,8 @@ class CourseError(Exception):
 
     def __str__(self) -> str:
         return speaker("en").text(self.message)
+
+
+def warn(text: str) -> None:
+    """A line for who reads the terminal, which standard output may not be."""
+    print(f"course: {text}", file=sys.stderr)

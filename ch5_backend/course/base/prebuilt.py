@@ -11,7 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from ch5_backend.figures.atomic_write import atomic_write
+from ch5_backend.figures.atomic_write import write_whole
 
 from .cmake_build import ROOT
 
@@ -23,14 +23,12 @@ NOT_OF_THE_LAB = ("ch5_backend/examples/", "ch5_backend/python/")
 def lab_sources() -> dict:
     """{file: hash}"""
     names = {str(path.relative_to(ROOT)): path for pattern in OF_THE_LAB for path in ROOT.glob(pattern)}
-    return {name: hashlib.sha256(path.read_bytes()).hexdigest()[:16] for name, path in sorted(names.items())
-            if not name.startswith(NOT_OF_THE_LAB)}
+    return {name: digest(path) for name, path in sorted(names.items()) if not name.startswith(NOT_OF_THE_LAB)}
 
 
 def record_lab(folder: Path, sources: dict) -> None:
     """Says beside FOLDER/lab.html what it was made of."""
-    with atomic_write(folder / RECORD) as partial:
-        partial.write_text(json.dumps({"lab.html": digest(folder / "lab.html"), **sources}, indent=1) + "\n", encoding="utf-8")
+    write_whole(folder / RECORD, json.dumps({"lab.html": digest(folder / "lab.html"), **sources}, indent=1) + "\n")
 
 
 def why_not_lab(folder: Path) -> str:

@@ -1,14 +1,13 @@
 """./course lab: hands over to the builder of the page, and records what it was made of; the students' archive has the page."""
 
 import shlex
-import sys
 from pathlib import Path
 
 from ch5_backend.lab import assemble_page
 
 from ..base import prebuilt
 from ..base.cmake_build import ROOT
-from ..base.errors import CourseError
+from ..base.errors import CourseError, warn
 
 
 def lab(folder: str) -> int:
@@ -31,6 +30,6 @@ def given() -> int:
     if not page.exists():
         raise CourseError("this is the students' archive, packed without the lab, which only the project itself can compile")
     if why_not := prebuilt.why_not_lab(ROOT):
-        print(f"course: the lab shows the library as it was packed: {why_not}", file=sys.stderr)
+        warn(f"the lab shows the library as it was packed: {why_not}")
     print(f"The lab: {page}   to open it: xdg-open {shlex.quote(str(page))}")
     return 0

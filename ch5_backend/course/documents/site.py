@@ -19,7 +19,7 @@ from ch5_backend.figures.words import PAGES
 
 from ..base import prebuilt
 from ..base.cmake_build import ROOT
-from ..base.errors import CourseError
+from ..base.errors import CourseError, warn
 from ..base.output_dir import locked_dir, make_writable
 from ..base.processes import running
 
@@ -75,7 +75,7 @@ def assemble(out: Path, target: Path) -> None:
             shutil.rmtree(target)
         new.rename(target)
     for what in left_out:
-        print(f"course: the site is without {what}", file=sys.stderr)
+        warn(f"the site is without {what}")
     size = sum(path.stat().st_size for path in target.rglob("*") if path.is_file())
     print(f"The site: {target / 'index.html'}   {size / 1e6:.1f} MB")
 
@@ -171,5 +171,5 @@ if __name__ == "__main__":
     try:
         assemble(Path(sys.argv[1]), Path(sys.argv[1]) / "site")
     except CourseError as error:
-        print(f"course: {error}", file=sys.stderr)
+        warn(error)
         sys.exit(error.exit_code)

@@ -13,7 +13,7 @@ from pathlib import Path
 from ..base import jsonout
 from ..base.cmake_build import BIN, build_or_fail, data_folder
 from ..base.processes import running
-from ..base.errors import CourseError
+from ..base.errors import CourseError, warn
 from ..base.progress import Progress
 from ..base.output_dir import locked_dir, make_writable
 from .run import app
@@ -67,7 +67,7 @@ def bench(arguments) -> int:
     build_or_fail(["bench_programs"])
     peer = "Ceres" if (BIN / "measure_ceres").exists() else None
     if peer is None:
-        say("Ceres is not installed (Debian: libceres-dev): our times stand alone")
+        warn("Ceres is not installed (Debian: libceres-dev): our times stand alone")
     measured = run_rounds(cases_of(names, arguments.quick), peer, arguments.quick)
     rows = [row for case in measured for row in rows_of(case.name, case.threads, case.ours, peer, case.theirs)]
     traces = [row for case in measured for row in traces_of(case)]
@@ -81,10 +81,6 @@ def bench(arguments) -> int:
     else:
         print(table(rows) + f"\nThe tables and plots: {out}")
     return 0
-
-
-def say(text: str) -> None:
-    print(f"course: {text}", file=sys.stderr)
 
 
 def chosen(names) -> list:
@@ -103,7 +99,7 @@ def cases_of(names: list, quick: bool) -> list:
         raise CourseError(f"nothing to measure: {', '.join(names)} are read from {data_folder()}, where no such file is; "
                           "set CH5_DATA_DIR")
     if missing:
-        say(f"left out, for want of their files in {data_folder()}: {', '.join(missing)}")
+        warn(f"left out, for want of their files in {data_folder()}: {', '.join(missing)}")
     return [Case(name, sources[name], threads, peer_threads=tuple(range(1, threads + 1)))
             for name in names if sources[name] and not (quick and name in LONG) for threads in (1, 2)
             if threads == 1 or (name.startswith(TWO_THREADS) and not quick)]
@@ -137,7 +133,7 @@ def run_rounds(cases: list, peer, quick: bool) -> list:
     measured = [case for case in cases if case.ours]
     late = [case.name for case in cases if not case.ours]
     if late:
-        say(f"left out, for want of time: {', '.join(late)}; without --quick there is enough")
+        warn(f"left out, for want of time: {', '.join(late)}; without --quick there is enough")
     if not measured:
         raise CourseError("nothing was measured", 1)
     return measured

@@ -16,11 +16,11 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from ch5_backend.figures.atomic_write import atomic_write
+from ch5_backend.figures.atomic_write import atomic_write, write_whole
 
 from ..base import processes
 from ..base.cmake_build import BIN, CORES, build_or_fail, data_folder
-from ..base.errors import CourseError
+from ..base.errors import CourseError, warn
 from ..base.output_dir import locked_dir, make_writable
 from ..base.progress import Progress
 from .figure_sets import SETS
@@ -81,10 +81,6 @@ def make_missing(sets: list, out: Path) -> None:
         make_tables(due, out)
 
 
-def say(text: str) -> None:
-    print(f"course: {text}", file=sys.stderr)
-
-
 def chosen(names: list) -> list:
     """The sets whose name contains one of `names`; all without names."""
     for name in names:
@@ -99,7 +95,7 @@ def possible(sets: list, out: Path, arguments) -> list:
     blind = [one for one in sets if one not in late and (arguments.rerun or one.lacks_tables(out)) and not one.has_data()]
     for left_out, why in ((late, "they take too long for --quick"), (blind, f"their data are not in {data_folder()}")):
         if left_out:
-            say(f"left out: {', '.join(one.name for one in left_out)}; {why}")
+            warn(f"left out: {', '.join(one.name for one in left_out)}; {why}")
     rest = [one for one in sets if one not in late + blind]
     if not rest:
         raise CourseError("nothing is left to draw")
@@ -116,7 +112,7 @@ def due_of(makers: list, out: Path, rerun=False) -> list:
     """Those of the makers that are to run, with their programs built; says which tables are missing."""
     due = [one for one in makers if rerun or one.lacks_tables(out) or trials_folder(one, out).exists()]
     if missing := [one.name for one in due if one.lacks_tables(out) and not rerun]:
-        say(f"tables are missing in {out}, and are made first: {', '.join(missing)}")
+        warn(f"tables are missing in {out}, and are made first: {', '.join(missing)}")
     programs = {Path(one.command(one.made_by, out)[0]) for one in due}
     if targets := sorted(path.name for path in programs if path.parent == BIN):
         build_or_fail(targets)
@@ -193,8 +189,7 @@ def merge(jobs: list, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for place, trials in itertools.groupby(jobs, lambda job: job.result.parent):
         texts = [job.result.read_text(encoding="utf-8") for job in trials]
-        with atomic_write(folder / f"{place.name.rpartition('-')[0]}.csv") as partial:
-            partial.write_text(texts[0] + "".join(text.partition("\n")[2] for text in texts[1:]), encoding="utf-8")
+        write_whole(folder / f"{place.name.rpartition('-')[0]}.csv", texts[0] + "".join(text.partition("\n")[2] for text in texts[1:]))
 
 
 def run_share(makers: list, due: list, out: Path, arguments) -> int:

@@ -15,7 +15,7 @@ from ..base.language import sentence
 from ..base.cmake_build import BIN, build_or_fail
 from ..base.processes import running
 from .data import has_images, kind_of
-from ..base.errors import CourseError
+from ..base.errors import CourseError, warn
 from ..base.output_dir import locked_dir, made_dir, make_writable, result_places
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
@@ -93,7 +93,7 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
             app([sys.executable, "-m", f"ch5_backend.figures.{kind}", out], arguments.json)
             result = read_result(kind, out, arguments.language)
     except CourseError as error:
-        print(f"course: {error}", file=sys.stderr)
+        warn(error)
         return {"problem": Path(path).stem, "error": str(error), "exit_code": error.exit_code}
     tell(sentence("run.results", path=str(out)), arguments)
     return result

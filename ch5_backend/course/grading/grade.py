@@ -4,19 +4,18 @@ import json
 import os
 import random
 import re
-import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import nullcontext
 from pathlib import Path
 
-from ch5_backend.figures.atomic_write import atomic_write
+from ch5_backend.figures.atomic_write import write_whole
 
 from ..base import jsonout, processes
 from ..base.cmake_build import CORES
 from ..homework.check import select
-from ..base.errors import CourseError
+from ..base.errors import CourseError, warn
 from ..base.language import Speaker, speaker
 from ..base.output_dir import locked_dir, make_writable
 from ..base.progress import Progress, duration
@@ -45,7 +44,7 @@ def run_grade(arguments) -> int:
         raise CourseError(f"{PATH}: no points for stage {', '.join(lacking)}")
     submissions = named([Path(path) for path in arguments.submissions])
     if arguments.trust:
-        print("course: --trust: NO SANDBOX. The submissions' code runs as you, with all that you may do.", file=sys.stderr)
+        warn("--trust: NO SANDBOX. The submissions' code runs as you, with all that you may do.")
     else:
         preflight()
     toolchain = ready_toolchain(Unguarded if arguments.trust else Sandbox)
@@ -66,7 +65,7 @@ def run_grade(arguments) -> int:
                 outputs.write_table(out / name, rows)
             summary.write(out, records, points, book, marks, nobodys, say)
             if nobodys:
-                print("course: " + say("grade.nobodys", names=", ".join(nobodys)), file=sys.stderr)
+                warn(say("grade.nobodys", names=", ".join(nobodys)))
     failed = [record for record in records if "error" in record]
     tell(out, records, failed, arguments.json, say)
     return 1 if failed else 0
@@ -183,7 +182,7 @@ class Session:
         record["fingerprint"] = likeness.fingerprint(submission.files)
         folder.mkdir(exist_ok=True)
         self.tell(folder, record)
-        write_whole(folder / "record.json", json.dumps(record, ensure_ascii=False, indent=1))  # last: now it is done
+        write_whole(folder / "record.json", json.dumps(record, ensure_ascii=False, indent=1), "backslashreplace")  # last: now it is done
         return True
 
     def tell(self, folder: Path, record: dict) -> None:
@@ -205,7 +204,7 @@ class Session:
             result = make()
             if processes.stopped_by() is None:
                 path.parent.mkdir(exist_ok=True)
-                write_whole(path, json.dumps(result, ensure_ascii=False))
+                write_whole(path, json.dumps(result, ensure_ascii=False), "backslashreplace")
             return result
 
 
@@ -221,15 +220,9 @@ def read_records(out: Path) -> list:
     return [record for record in map(read_record, sorted(path for path in out.iterdir() if path.is_dir())) if record]
 
 
-def write_whole(path: Path, text: str) -> None:
-    """The file appears whole or not at all."""
-    with atomic_write(path) as partial:
-        partial.write_text(text, encoding="utf-8", errors="backslashreplace")
-
-
 def tell(out: Path, records: list, failed: list, as_json: bool, say: Speaker) -> None:
     for record in failed:
-        print(f"course: {record['name']}: not graded: {record['error']}", file=sys.stderr)
+        warn(f"{record['name']}: not graded: {record['error']}")
     if as_json:
         jsonout.emit({"out": str(out), "records": [{key: record[key] for key in ("name", "status", "score", "points")}
                                                    for record in records]})

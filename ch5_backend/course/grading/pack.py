@@ -5,7 +5,7 @@ import subprocess
 import zipfile
 from pathlib import Path
 
-from ch5_backend.figures.atomic_write import atomic_write
+from ch5_backend.figures.atomic_write import atomic_write, write_whole
 
 from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
@@ -67,8 +67,7 @@ def pack(what: str, out: str, language: str) -> int:
         write_zip(path, {**project_files(), "setup.sh": SETUP.encode(), "run_autograder": RUN.replace("LANGUAGE", language).encode()})
     elif what == "classroom":
         path = Path(out or "classroom.yml")
-        with atomic_write(path) as partial:
-            partial.write_text(CLASSROOM.replace("LANGUAGE", language), encoding="utf-8")
+        write_whole(path, CLASSROOM.replace("LANGUAGE", language))
     elif what == "student":
         path = Path(out or "chapter5.tar.gz")
         pack_student(path)

@@ -8,7 +8,6 @@ import platform
 import posixpath
 import re
 import subprocess
-import sys
 import tarfile
 import zlib
 from pathlib import Path
@@ -18,7 +17,7 @@ from ch5_backend.figures.atomic_write import atomic_write
 from ..base import prebuilt
 from ..base.anchors import page_of
 from ..base.cmake_build import BUILD, ROOT, build_or_fail
-from ..base.errors import CourseError
+from ..base.errors import CourseError, warn
 from .outputs import short_hash
 
 from ..homework.make_skeleton import skeleton
@@ -80,20 +79,16 @@ def built_pages(out: Path) -> dict:
     """{name: bytes} of the lab and the decks as PDF, as far as they are what their sources would give; says what is left out."""
     files = {}
     if why_not := prebuilt.why_not_lab(out):
-        say(f"{out / 'lab.html'} is left out: {why_not}; ./course lab makes it")
+        warn(f"{out / 'lab.html'} is left out: {why_not}; ./course lab makes it")
     else:
         files = {name: (out / name).read_bytes() for name in ("lab.html", prebuilt.RECORD)}
     stale = prebuilt.stale_decks(out)
     for deck in sorted(path.stem for path in (ROOT / "slides").glob("[0-9]-*.md")):
         if deck in stale:
-            say(f"{out / 'slides' / deck}.pdf is left out: {stale[deck]}; ./course slides makes it")
+            warn(f"{out / 'slides' / deck}.pdf is left out: {stale[deck]}; ./course slides makes it")
         else:
             files[f"slides/{deck}.pdf"] = (out / "slides" / f"{deck}.pdf").read_bytes()
     return files
-
-
-def say(words: str) -> None:
-    print(f"course: {words}", file=sys.stderr)
 
 
 def student_files(files: dict, compiled: dict, built: dict) -> dict:
