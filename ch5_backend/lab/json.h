@@ -45,4 +45,9 @@ class Json {
   std::string text_;
 };
 
+/// A variable of a matrix: its kind ("pose", "landmark", …), number, first row and number of rows.
+inline Json VariableJson(const std::string& kind, int number, int row, int rows) {
+  return Json().Add("kind", kind).Add("number", number).Add("row", row).Add("rows", rows);
+}
+
 }  // namespace ch5::lab

@@ -68,9 +68,7 @@ Json Shape(const System& system) {
   std::vector<Json> variables;
   int row = 0;
   for (const Variable& one : system.variables) {
-    Json variable;
-    variable.Add("kind", one.kind).Add("number", one.number).Add("row", row).Add("rows", one.rows);
-    variables.push_back(variable);
+    variables.push_back(VariableJson(one.kind, one.number, row, one.rows));
     row += one.rows;
   }
   Json json;

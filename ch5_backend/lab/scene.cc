@@ -166,9 +166,7 @@ std::unique_ptr<NormalEquations> MakeSystem(const SceneSettings& settings, Graph
 std::vector<Json> VariablesOf(const SceneGraph& graph) {
   std::vector<Json> variables;
   const auto add = [&](const char* kind, size_t number, const Vertex& vertex) {
-    Json variable;
-    variable.Add("kind", kind).Add("number", static_cast<int>(number));
-    variables.push_back(variable.Add("row", vertex.OrderingId()).Add("rows", vertex.LocalDimension()));
+    variables.push_back(VariableJson(kind, static_cast<int>(number), vertex.OrderingId(), vertex.LocalDimension()));
   };
   for (size_t i = 0; i < graph.ba.poses.size(); ++i) add("pose", i, *graph.ba.poses[i]);
   for (size_t k = 0; k < graph.ba.landmarks.size(); ++k) add("landmark", k, *graph.ba.landmarks[k]);

@@ -29,16 +29,14 @@ void AddPrior(const Window& window, Json* json) {
   std::vector<Json> variables;
   int row = 0;
   for (const auto& vertex : prior.vertices) {
-    Json variable;
-    variable.Add("kind", vertex->TypeInfo()).Add("number", -1).Add("row", row).Add("rows", vertex->LocalDimension());
+    std::string kind = vertex->TypeInfo();
+    int number = -1;
     for (const Frame& frame : window.frames) {
-      const bool is_pose = vertex == frame.pose;
-      if (is_pose || vertex == frame.speed_bias) {
-        variable = Json().Add("kind", is_pose ? "pose" : "speed").Add("number", frame.id).Add("row", row);
-        variable.Add("rows", vertex->LocalDimension());
-      }
+      if (vertex != frame.pose && vertex != frame.speed_bias) continue;
+      kind = vertex == frame.pose ? "pose" : "speed";
+      number = frame.id;
     }
-    variables.push_back(variable);
+    variables.push_back(VariableJson(kind, number, row, vertex->LocalDimension()));
     row += vertex->LocalDimension();
   }
   json->Add("variables", variables).Add("H", H);
