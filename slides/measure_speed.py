@@ -32,11 +32,20 @@ LARGEST = "bal/maplab-969-22767.txt"
 
 
 def run(*words, **environment):
+    """The lines that a program prints."""
     done = subprocess.run([str(word) for word in words], env={**os.environ, "OPENBLAS_NUM_THREADS": "1", **environment},
                           capture_output=True, text=True)
     if done.returncode:
         sys.exit(f"measure_speed.py: {done.stderr.strip()}")
-    return done.stdout.split("\n")
+    return done.stdout.splitlines()
+
+
+def trace(program, *words):
+    """(iteration, seconds, cost) of each iteration of a program that solves a file, one thread."""
+    with tempfile.TemporaryDirectory() as out:
+        run(BIN / program, *words, "--out", out, "--threads", 1)
+        with open(Path(out) / "trace.csv", newline="", encoding="utf-8") as file:
+            return [(row["iteration"], row["seconds"], row["cost"]) for row in csv.DictReader(file)]
 
 
 def source(problem):
@@ -51,20 +60,18 @@ def steps(best):
             repeat = 3 if solver != "sparse" else 9
             for line in run(BIN / "measure_steps", source(problem), "--solver", solver, "--threads", threads, "--repeat",
                             repeat, CH5_SIMD=simd):
-                if line:
-                    step, time, flop, size = line.split(",")
-                    key = problem, solver, simd, threads, step
-                    if key not in best or float(time) < float(best[key][0]):
-                        best[key] = time, flop, size
+                step, time, flop, size = line.split(",")
+                key = problem, solver, simd, threads, step
+                if key not in best or float(time) < float(best[key][0]):
+                    best[key] = time, flop, size
 
 
 def machine(best):
     for simd in ("portable", "avx2"):
         for line in run(BIN / "measure_steps", "machine", CH5_SIMD=simd):
-            if line:
-                *name, value = line.split(",")
-                key = simd, name[0], name[1] if len(name) > 1 else "0"
-                best[key] = max(best.get(key, "0"), value, key=float)
+            *name, value = line.split(",")
+            key = simd, name[0], name[1] if len(name) > 1 else "0"
+            best[key] = max(best.get(key, "0"), value, key=float)
 
 
 def peers(best):
@@ -73,38 +80,24 @@ def peers(best):
         repeat = 1 if problem.startswith("bal/") else 3
         for side in ("ours", "ceres"):
             for line in run(BIN / f"measure_{side}", source(problem), "--repeat", repeat):
-                if line:
-                    one = json.loads(line)
-                    iteration = 1e3 * one["seconds"] / max(1, one["steps"])
-                    if (problem, side) not in best or iteration < best[problem, side][0]:
-                        best[problem, side] = iteration, one["steps"], one["final_cost"], one["peak_mb"]
+                one = json.loads(line)
+                iteration = 1e3 * one["seconds"] / max(1, one["steps"])
+                if (problem, side) not in best or iteration < best[problem, side][0]:
+                    best[problem, side] = iteration, one["steps"], one["final_cost"], one["peak_mb"]
 
 
 def reduced():
-    """The way of each solver for the cameras' system through 20 iterations, one thread."""
-    rows = []
-    for solver in REDUCED:
-        with tempfile.TemporaryDirectory() as out:
-            run(BIN / "ch5_bal", DATA / LARGEST, "--out", out, "--threads", "1", "--iterations", "20", "--solver", solver)
-            with open(Path(out) / "trace.csv", newline="", encoding="utf-8") as file:
-                rows += [(solver, row["iteration"], row["seconds"], row["cost"]) for row in csv.DictReader(file)]
-    return rows
+    """The way of each solver for the cameras' system through 20 iterations."""
+    return [(solver, *row) for solver in REDUCED
+            for row in trace("ch5_bal", DATA / LARGEST, "--iterations", 20, "--solver", solver)]
 
 
 def refined(rounds):
     """The way through 8 iterations of a window, without and with steps of each landmark alone; of the fastest round."""
     rows = []
     for steps in (0, 2):
-        best = None
-        for _ in range(rounds):
-            with tempfile.TemporaryDirectory() as out:
-                run(BIN / "ch5_window", source("window/vio_M"), "--out", out, "--threads", "1", "--iterations", "8",
-                    "--landmark-steps", steps)
-                with open(Path(out) / "trace.csv", newline="", encoding="utf-8") as file:
-                    trace = [(steps, row["iteration"], row["seconds"], row["cost"]) for row in csv.DictReader(file)]
-            if best is None or float(trace[-1][2]) < float(best[-1][2]):
-                best = trace
-        rows += best
+        ways = [trace("ch5_window", source("window/vio_M"), "--iterations", 8, "--landmark-steps", steps) for _ in range(rounds)]
+        rows += [(steps, *row) for row in min(ways, key=lambda way: float(way[-1][1]))]
     return rows
 
 
