@@ -110,23 +110,21 @@ def dense(table, rows=None, columns=None):
 
 
 class Tables:
-    """The tables of one folder, read once each: tables("prior_sweep", variant="course") has the rows of that variant.
+    """The tables of one folder: tables("prior_sweep", variant="course") has the rows of that variant.
 
     A table that is in the folder `kept` is taken from there. Raises TableError also where no row is left.
     """
 
     def __init__(self, folder, kept=None):
-        self.folder, self.kept, self._read = Path(folder), kept, {}
+        self.folder, self.kept = Path(folder), kept
 
     def __call__(self, name, **where):
-        if name not in self._read:
-            path = Path(os.path.normpath(self.folder / f"{name}.csv"))  # "../nees/csv/consistency" without a csv
-            if self.kept and (self.kept / path.name).exists():
-                path = self.kept / path.name
-            if not path.exists():
-                raise TableError(f"{path} is missing; run ./course run first")
-            self._read[name] = read_table(path)
-        table = self._read[name]
+        path = Path(os.path.normpath(self.folder / f"{name}.csv"))  # "../nees/csv/consistency" without a csv
+        if self.kept and (self.kept / path.name).exists():
+            path = self.kept / path.name
+        if not path.exists():
+            raise TableError(f"{path} is missing; run ./course run first")
+        table = read(path.parent, path.stem, folder="")
         if old := set(where) - set(table.columns):
             raise TableError(f"{name}.csv has no column {', '.join(sorted(old))}: run ./course run again")
         found = table.where(**where)

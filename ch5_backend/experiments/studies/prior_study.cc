@@ -86,10 +86,8 @@ struct Tables {
       "variant,weight,iterations,cost_evaluations,milliseconds,reprojection_cost,prior_cost,drift_position,"
       "drift_rotation,rmse_position,rmse_rotation,rmse_landmark,termination"};
   CsvTable trace{"variant,weight,iteration,cost,lambda"};
-  CsvTable trials{
-      "variant,weight,trials,converged,mean_iterations,max_iterations,mean_cost_evaluations,mean_drift_position,"
-      "mean_rmse_position"};
-  CsvTable damping{"damping,weight,iterations,cost_evaluations,lambda0"};
+  CsvTable trials{"variant,weight,trials,converged,mean_iterations,max_iterations,mean_drift_position"};
+  CsvTable damping{"damping,weight,iterations,lambda0"};
 };
 
 double Median(std::vector<double> values) {
@@ -135,20 +133,17 @@ void AppendRun(const PriorVariant& variant, const MonoBaScene& scene, double wei
 
 // Many scenes, differing in the seed alone, with the usual stop rules.
 void AverageScenes(const PriorVariant& variant, double weight, Tables* tables) {
-  double iterations = 0.0, most = 0.0, evaluations = 0.0, converged = 0.0, drift = 0.0, rmse = 0.0;
+  double iterations = 0.0, most = 0.0, converged = 0.0, drift = 0.0;
   for (int trial = 0; trial < kTrials; ++trial) {
     MonoBaOptions options = variant.scene;
     options.seed = static_cast<uint64_t>(100 + trial);
     const PriorRun run = RunPrior(variant, SimulateMonoBa(options), weight, UsualOptions());
     iterations += run.summary.iterations;
     most = std::max<double>(most, run.summary.iterations);
-    evaluations += run.summary.cost_evaluations;
     converged += IsConverged(run.summary.termination);
     drift += run.drift_position;
-    rmse += run.rmse.position;
   }
-  tables->trials.Row(variant.name, weight, kTrials, converged / kTrials, iterations / kTrials, most,
-                     evaluations / kTrials, drift / kTrials, rmse / kTrials);
+  tables->trials.Row(variant.name, weight, kTrials, converged / kTrials, iterations / kTrials, most, drift / kTrials);
 }
 
 // The control: the course's variant with nothing changed but the damping.
@@ -158,7 +153,7 @@ void CompareDampings(double weight, Tables* tables) {
   for (const auto& [name, damping] : {std::pair("identity", Damping::kIdentity), {"diagonal", Damping::kDiagonal}}) {
     variant.damping = damping;
     const Summary summary = RunPrior(variant, scene, weight, TightOptions()).summary;
-    tables->damping.Row(name, weight, summary.iterations, summary.cost_evaluations, summary.trace.at(1).lambda);
+    tables->damping.Row(name, weight, summary.iterations, summary.trace.at(1).lambda);
   }
 }
 
