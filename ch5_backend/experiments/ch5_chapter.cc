@@ -1,15 +1,13 @@
 /// The chapter's experiments on simulated scenes, as tables: ch5_chapter [--out DIR] writes DIR/csv/*.csv.
 
 #include <filesystem>
-#include <functional>
 #include <string>
 
+#include "ch5_backend/experiments/studies/chapter_studies.h"
 #include "ch5_backend/experiments/studies/command_line.h"
-#include "ch5_backend/experiments/studies/marginalize_study.h"
 #include "ch5_backend/experiments/studies/mono_ba_study.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/experiments/studies/prior_study.h"
-#include "ch5_backend/experiments/studies/window/slide_study.h"
 
 namespace {
 
@@ -21,15 +19,11 @@ constexpr char kUsage[] =
 
 void RunStudies(const std::filesystem::path& csv) {
   const ch5::Progress progress;
-  using Show = std::function<void(double)>;
-  const auto show = [&](const char* study) -> Show {
-    return [&progress, study](double fraction) { progress.Show(study, fraction); };
-  };
-  ch5::RunMonoBaStudy(csv, show("bundle adjustment"));
-  ch5::RunMarginalizeStudy(csv, show("marginalization"));
-  ch5::RunPriorStudy(csv, show("prior weights"));
-  const auto show_policy = [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); };
-  ch5::WriteOdometryTables(ch5::RunOdometryStudy(ch5::SimulatedOdometryRecording(), show_policy), csv);
+  const auto show = [&](const std::string& study, double fraction) { progress.Show(study, fraction); };
+  ch5::RunMonoBaStudy(csv, [&](double fraction) { show("bundle adjustment", fraction); });
+  ch5::RunMarginalizeStudy(csv);
+  ch5::RunPriorStudy(csv, [&](double fraction) { show("prior weights", fraction); });
+  ch5::WriteOdometryTables(ch5::RunOdometryStudy(ch5::SimulatedOdometryRecording(), show), csv);
   ch5::RunSlideStudy(csv);
 }
 

@@ -1,9 +1,8 @@
-#include "ch5_backend/experiments/studies/marginalize_study.h"
-
 #include <cmath>
 #include <string>
 
 #include "ch5_backend/dense/problem.h"
+#include "ch5_backend/experiments/studies/chapter_studies.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/simulate/mono_ba.h"
 
@@ -44,7 +43,7 @@ void AppendStage(const MatXX& H, const std::string& stage, CsvTable* entries, Cs
 
 }  // namespace
 
-void RunMarginalizeStudy(const std::filesystem::path& csv, const std::function<void(double)>& progress) {
+void RunMarginalizeStudy(const std::filesystem::path& csv) {
   CsvTable chain("stage,row,column,value");
   const MarginalizeResult result = Problem::TestMarginalize(SlidesChain(), VecX::Zero(3), /*idx=*/1, /*dim=*/1);
   AppendAll(SlidesChain(), "before", &chain);
@@ -63,7 +62,6 @@ void RunMarginalizeStudy(const std::filesystem::path& csv, const std::function<v
   chain.Write(csv / "marginalize_chain.csv");
   entries.Write(csv / "marginalize_scene.csv");
   fill.Write(csv / "marginalize_fill.csv");
-  progress(1.0);
 }
 
 }  // namespace ch5

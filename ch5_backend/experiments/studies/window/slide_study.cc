@@ -1,9 +1,8 @@
-#include "ch5_backend/experiments/studies/window/slide_study.h"
-
 #include <algorithm>
 #include <map>
 
 #include "ch5_backend/consistency/gauge_audit.h"
+#include "ch5_backend/experiments/studies/chapter_studies.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/window/flight.h"
 #include "ch5_backend/files/tables/text_writer.h"

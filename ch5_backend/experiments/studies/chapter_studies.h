@@ -1,10 +1,17 @@
 #pragma once
-/// The two policies side by side: what each of them takes out of one and the same window, and then frame by frame.
+/// Two of the chapter's studies, which need to be told nothing: each writes its tables into the folder `csv`.
 
 #include <filesystem>
 
 namespace ch5 {
 
+/// Stage 2 as pictures: the slides' chain of three scalars, and what marginalizing fills in on a real scene. Writes
+/// marginalize_chain.csv (before, moved, after), marginalize_scene.csv and marginalize_fill.csv: a scene of
+/// 5 frames × 12 points loses its landmarks, then frame 0; or frame 0 at once, which couples every landmark.
+/// @throws WriteError
+void RunMarginalizeStudy(const std::filesystem::path& csv);
+
+/// The two window policies side by side: what each of them takes out of one and the same window, and then frame by frame.
 /// Writes five tables of a simulated flight with few tracks; all or none:
 ///
 ///   slide_vertices      each vertex of one window of eight frames, and whether a policy's slide marginalizes it
