@@ -19,12 +19,19 @@ from .words import Words
 STAGES = json.loads((Path(__file__).resolve().parents[2] / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
 PAGES = {"en": "mine.html", "zh": "mine.zh.html"}
 OWN, SOLUTION = {"color": BLUE, "label": "yours"}, {"color": GRAY, "linestyle": "--", "label": "solution"}
+BROAD, DOTTED = {**SOLUTION, "linewidth": 5, "color": PALE, "linestyle": "-"}, {**OWN, "marker": "o"}
 MATRICES = {"hessian": ("H", "S"), "marginal": ("prior of the chain", "without points", "without frame 1")}
 DEVIATIONS = (("free", "free"), ("fixed", "fixed"), ("free to fixed", "free → fixed"), ("fixed to free", "fixed → free"))
 QUESTIONS = ("first_estimate", "sign", "free_gauge")
 
 
 # ---- Pictures -------------------------------------------------------------------------------------------------------
+
+def sides(mine, experiment, name, solution=SOLUTION, own=OWN):
+    """(table, its look) of the solution's and the student's, of those that are there."""
+    theirs, ours = reversed(mine.both(experiment, name))
+    return [(table, look) for table, look in ((theirs, solution), (ours, own)) if table is not None]
+
 
 def draw_matrix(axes, mine, experiment, name):
     """The student's entries as shades; what differs from the solution's is red."""
@@ -40,10 +47,8 @@ def draw_matrix(axes, mine, experiment, name):
 
 
 def draw_convergence(axes, mine, experiment):
-    own, solution = mine.both(experiment, "convergence")
-    for table, look in ((solution, {**SOLUTION, "linewidth": 5, "color": PALE, "linestyle": "-"}), (own, {**OWN, "marker": "o"})):
-        if table is not None:
-            axes.plot(table["iteration"], table["cost"], **look)
+    for table, look in sides(mine, experiment, "convergence", BROAD, DOTTED):
+        axes.plot(table["iteration"], table["cost"], **look)
     style.log_axis(axes.yaxis)
     axes.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
     axes.set(title="cost", xlabel="iteration")
@@ -61,15 +66,14 @@ def draw_matrices(mine, experiment):
 
 
 def draw_weights(mine, experiment):
-    own, solution = mine.both(experiment, "weights")
     fig, panels = plt.subplots(1, 2, figsize=style.WIDE, layout="constrained")
     for axes, column, title in zip(panels, ("iterations", "drift_m"), ("iterations", "drift of frame 0 [m]")):
         for variant, marker in (("course", "o"), ("perturbed", "s")):
-            for table, look, label in ((solution, SOLUTION, f"{variant}, solution"), (own, OWN, f"{variant}, yours")):
-                if table is not None:
-                    rows = table.where(variant=variant)
-                    known = rows[column] > 0
-                    axes.plot(rows["weight"][known], rows[column][known], marker=marker, **{**look, "label": label})
+            for table, look in sides(mine, experiment, "weights"):
+                rows = table.where(variant=variant)
+                known = rows[column] > 0
+                axes.plot(rows["weight"][known], rows[column][known], marker=marker,
+                          **{**look, "label": f"{variant}, {look['label']}"})
         style.log_axis(axes.xaxis)
         axes.set(title=title, xlabel="prior weight w")
     style.log_axis(panels[1].yaxis)
@@ -78,13 +82,11 @@ def draw_weights(mine, experiment):
 
 
 def draw_gauge(mine, experiment):
-    own, solution = mine.both(experiment, "deviations")
     fig, panels = plt.subplots(1, 4, figsize=style.WIDE, sharey=True, layout="constrained")
     for axes, (gauge, title) in zip(panels, DEVIATIONS):
-        for table, look in ((solution, {**SOLUTION, "linewidth": 5, "color": PALE, "linestyle": "-"}), (own, {**OWN, "marker": "o"})):
-            if table is not None:
-                rows = table.where(gauge=gauge)
-                axes.plot(rows["keyframe"], rows["position_m"], **look)
+        for table, look in sides(mine, experiment, "deviations", BROAD, DOTTED):
+            rows = table.where(gauge=gauge)
+            axes.plot(rows["keyframe"], rows["position_m"], **look)
         axes.set(title=title, xlabel="keyframe")
     panels[0].set_ylabel("σ of the position [m]")
     panels[0].legend()
@@ -136,9 +138,8 @@ def draw_beacons(mine, experiment):
     draw_convergence(left, mine, experiment)
     own, solution = mine.both(experiment, "path")
     right.plot(solution["true_x_m"], solution["true_y_m"], color=PALE, linewidth=6, label="truth")
-    for table, look in ((solution, SOLUTION), (own, OWN)):
-        if table is not None:
-            right.plot(table["x_m"], table["y_m"], **look)
+    for table, look in sides(mine, experiment, "path"):
+        right.plot(table["x_m"], table["y_m"], **look)
     if own is not None:
         right.plot(own["guess_x_m"], own["guess_y_m"], ":", color=VERMILION, label="your IMU alone")
     right.set(title="from above", xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=(-6, 6), ylim=(-6, 6))
