@@ -32,7 +32,7 @@ struct Solved {
     biases = HoldBiases(problem);
     held = biases;
     gauge = HoldGauge(problem.first);
-    if (hold_gauge) held.push_back(gauge[0]);
+    if (hold_gauge) held.push_back(gauge);
     SparseOptimizer optimizer(&problem.graph);
     optimizer.SetDamping(Damping::kDiagonal);
     optimizer.Hold(held);
@@ -73,7 +73,8 @@ struct Solved {
   }
 
   VisualInertialBa problem;
-  std::vector<HeldDirections> biases, gauge, held;
+  std::vector<HeldDirections> biases, held;
+  HeldDirections gauge;
   Summary summary;
   Vertices vertices;
 };

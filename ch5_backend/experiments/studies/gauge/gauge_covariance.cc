@@ -48,7 +48,7 @@ Solution SolveFor(const VisualInertialScene& scene, GaugeHandling handling) {
   }
   for (const auto& point : solution.problem.points) solution.vertices.push_back(point);
   std::vector<HeldDirections> held = HoldBiases(solution.problem);
-  if (handling == GaugeHandling::kFixation) held.push_back(HoldGauge(solution.problem.first).front());
+  if (handling == GaugeHandling::kFixation) held.push_back(HoldGauge(solution.problem.first));
   solution.covariance = CovarianceOf(held, handling == GaugeHandling::kFree ? 4 : 0, &solution);
   return solution;
 }

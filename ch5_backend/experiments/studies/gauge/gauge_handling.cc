@@ -13,8 +13,8 @@ Eigen::Matrix<double, 4, 6> PositionYawJacobian(const VertexReferencePose& pose)
 
 }  // namespace
 
-std::vector<HeldDirections> HoldGauge(const std::shared_ptr<VertexReferencePose>& first) {
-  return {{first, [first] { return PositionYawJacobian(*first); }}};
+HeldDirections HoldGauge(const std::shared_ptr<VertexReferencePose>& first) {
+  return {first, [first] { return PositionYawJacobian(*first); }};
 }
 
 EdgeGaugePrior::EdgeGaugePrior(std::shared_ptr<VertexReferencePose> first, double weight)
@@ -29,17 +29,13 @@ void EdgeGaugePrior::ComputeResidual() {
 
 void EdgeGaugePrior::ComputeJacobians() { J<0>() = PositionYawJacobian(GetVertex<0>()); }
 
-MatXX HeldColumns(const Vertices& vertices, const std::vector<HeldDirections>& held) {
-  MatXX V(TotalLocalDimension(vertices), 0);
-  for (const HeldDirections& h : held) {
-    const MatXX C = h.rows();
-    V.conservativeResize(Eigen::NoChange, V.cols() + C.rows());
-    V.rightCols(C.rows()).setZero();
-    int row = 0;
-    for (const auto& vertex : vertices) {
-      if (vertex == h.vertex) V.block(row, V.cols() - C.rows(), C.cols(), C.rows()) = C.transpose();
-      row += vertex->LocalDimension();
-    }
+MatXX HeldColumns(const Vertices& vertices, const HeldDirections& held) {
+  const MatXX C = held.rows();
+  MatXX V = MatXX::Zero(TotalLocalDimension(vertices), C.rows());
+  int row = 0;
+  for (const auto& vertex : vertices) {
+    if (vertex == held.vertex) V.middleRows(row, C.cols()) = C.transpose();
+    row += vertex->LocalDimension();
   }
   return V;
 }

@@ -1,7 +1,7 @@
 #pragma once
 /// Three ways to handle the free gauge of a graph with an IMU, which is position and yaw:
 ///
-///   fixation   optimizer.Hold(HoldGauge(first));                              n − 4 unknowns
+///   fixation   optimizer.Hold({HoldGauge(first)});                            n − 4 unknowns
 ///   prior      graph.AddEdge(std::make_shared<EdgeGaugePrior>(first, w));     n unknowns, the gauge held by a weight
 ///   free       nothing, as Levenberg-Marquardt's damping makes H regular; or Gauss-Newton with
 ///              optimizer.SetReducedSolver(MakePseudoInverse(4));              n unknowns, H of rank n − 4
@@ -17,7 +17,7 @@
 namespace ch5 {
 
 /// p and e_zᵀΔφ of the first pose stay at their initial values.
-std::vector<HeldDirections> HoldGauge(const std::shared_ptr<VertexReferencePose>& first);
+HeldDirections HoldGauge(const std::shared_ptr<VertexReferencePose>& first);
 
 /// The prior of weight w on what HoldGauge holds:  r = [p − p⁰; e_zᵀΔφ],  W = w I₄  [1/m², 1/rad²].
 class EdgeGaugePrior : public SizedEdge<4, VertexReferencePose> {
@@ -29,6 +29,6 @@ class EdgeGaugePrior : public SizedEdge<4, VertexReferencePose> {
 };
 
 /// V of GaugeProjection: the held directions as columns, with rows in the order of the vertices.
-MatXX HeldColumns(const Vertices& vertices, const std::vector<HeldDirections>& held);
+MatXX HeldColumns(const Vertices& vertices, const HeldDirections& held);
 
 }  // namespace ch5

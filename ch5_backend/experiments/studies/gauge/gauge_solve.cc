@@ -59,9 +59,7 @@ std::vector<HeldDirections> HoldBiases(const VisualInertialBa& problem) {
 void HandleGauge(const VisualInertialScene& scene, const GaugeMethod& method, VisualInertialBa* problem,
                  SparseOptimizer* optimizer) {
   std::vector<HeldDirections> held = HoldBiases(*problem);
-  if (method.handling == GaugeHandling::kFixation) {
-    for (HeldDirections& h : HoldGauge(problem->first)) held.push_back(std::move(h));
-  }
+  if (method.handling == GaugeHandling::kFixation) held.push_back(HoldGauge(problem->first));
   if (method.handling == GaugeHandling::kPrior && method.weight > 0.0) AddPriors(scene, method, problem);
   if (method.handling == GaugeHandling::kPseudoInverse) {
     optimizer->SetReducedSolver(MakePseudoInverse(NumGaugeDirections(GaugeGroup::kVisualInertial)));
