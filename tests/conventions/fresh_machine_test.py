@@ -3,10 +3,8 @@
 import os
 import shutil
 import subprocess
-import tempfile
-import unittest
-from pathlib import Path
 
+from tests.folder import FolderTest
 from tests.conventions.project import ROOT
 
 PLAIN_TOOLS = ("sh", "dirname", "sed", "cat", "mktemp", "grep", "sort", "head", "rm", "ls", "env", "touch", "chmod")
@@ -14,11 +12,10 @@ MISSING = "g++ cmake ninja-build ccache"  # what `run` needs and this PATH lacks
 COMMANDS = ("g++", "cmake", "ninja", "ccache")
 
 
-class FreshMachine(unittest.TestCase):
+class FreshMachine(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.bin, self.log = Path(folder.name, "bin"), Path(folder.name, "calls")
+        super().setUp()
+        self.bin, self.log = self.folder / "bin", self.folder / "calls"
         self.bin.mkdir()
         for tool in PLAIN_TOOLS:
             (self.bin / tool).symlink_to(shutil.which(tool))

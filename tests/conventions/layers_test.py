@@ -134,34 +134,22 @@ class Layers(unittest.TestCase):
         sources = [path for path in tracked_files(".py") if re.search(r"\bsys\.path\b", (ROOT / path).read_text(encoding="utf-8"))]
         self.assertEqual(sources, [])
 
-    def test_the_rule_for_includes_finds_faults(self):
-        def faults(path, *included):
-            text = "".join(f'#include "{name}"\n' for name in included)
-            return [words for _, words in cpp_faults(path, text, lambda name: name != "edge.h")]
-        self.assertEqual(faults("ch5_backend/sparse/a.cc", "ch5_backend/graph/edge.h", "ch5_backend/sparse/a.h"), [])
-        self.assertEqual(faults("ch5_backend/simulate/a.cc", "ch5_backend/types/a.h", "ch5_backend/math/a.h"), [])
-        self.assertEqual(faults("ch5_backend/experiments/a.cc", "ch5_backend/window/a.h", "ch5_backend/evaluate/a.h"), [])
-        self.assertEqual(faults("ch5_homework/judge/a.cc", "ch5_homework/judge/a.h", "ch5_backend/window/a.h"), [])
-        for user, used in (("graph", "types"), ("simulate", "solve"), ("solve", "simulate"), ("solve", "graph"),
-                           ("window/start", "window"), ("sparse/kernels", "sparse/steps"), ("sparse/steps", "sparse"),
-                           ("files", "simulate"), ("types", "types/visual"), ("sparse", "types"), ("window", "experiments"),
-                           ("experiments", "lab")):
-            self.assertEqual(len(faults(f"ch5_backend/{user}/a.h", f"ch5_backend/{used}/a.h")), 1, (user, used))
-        self.assertEqual(len(faults("ch5_backend/graph/a.h", "edge.h")), 1)
-        self.assertEqual(len(faults("ch5_backend/graph/a.h", "solutions/problem.h")), 1)
-        self.assertEqual(len(faults("ch5_homework/judge/a.h", "tests/scenes.h")), 1)
-
-    def test_the_rule_for_imports_finds_faults(self):
-        def faults(path, text):
-            return [words for _, words in python_faults(path, text)]
-        self.assertEqual(faults("ch5_backend/course/grading/a.py", "from ..base.cmake_build import ROOT\nfrom . import b\nimport os"), [])
-        self.assertEqual(faults("tests/docs/a.py", "from slides import build\nfrom tests.docs import markdown"), [])
-        for path, text in (("ch5_backend/course/base/a.py", "from ..homework import judge"),
-                           ("ch5_backend/course/homework/a.py", "from ch5_backend.course.grading.job import grade"),
-                           ("ch5_backend/figures/a.py", "import ch5_backend.course.base.cmake_build"),
-                           ("slides/a.py", "from ch5_backend.course.base import cmake_build"),
-                           ("ch5_backend/course/grading/a.py", "from tests.homework import samples")):
-            self.assertEqual(len(faults(path, text)), 1, (path, text))
+    def test_the_rules_find_faults(self):
+        for path, included, count in (("ch5_backend/sparse/a.cc", "ch5_backend/graph/edge.h", 0),
+                                      ("ch5_homework/judge/a.cc", "ch5_backend/window/a.h", 0),
+                                      ("ch5_backend/solve/a.h", "ch5_backend/graph/a.h", 1),
+                                      ("ch5_backend/sparse/kernels/a.h", "ch5_backend/sparse/steps/a.h", 1),
+                                      ("ch5_backend/types/a.h", "ch5_backend/types/visual/a.h", 1),
+                                      ("ch5_backend/graph/a.h", "edge.h", 1), ("ch5_backend/graph/a.h", "solutions/problem.h", 1),
+                                      ("ch5_homework/judge/a.h", "tests/scenes.h", 1)):
+            found = cpp_faults(path, f'#include "{included}"\n', lambda name: name != "edge.h")
+            self.assertEqual(len(found), count, (path, included))
+        for path, text, count in (("ch5_backend/course/grading/a.py", "from ..base.cmake_build import ROOT\nfrom . import b\nimport os", 0),
+                                  ("tests/docs/a.py", "from slides import build", 0),
+                                  ("ch5_backend/course/base/a.py", "from ..homework import judge", 1),
+                                  ("ch5_backend/figures/a.py", "import ch5_backend.course.base.cmake_build", 1),
+                                  ("ch5_backend/course/grading/a.py", "from tests.homework import samples", 1)):
+            self.assertEqual(len(python_faults(path, text)), count, (path, text))
 
     def test_every_folder_is_on_the_map(self):
         found = {path.parts[1] for path in tracked_files(".h", ".cc") if path.parts[0] == "ch5_backend" and len(path.parts) > 2}

@@ -5,11 +5,10 @@ import json
 import os
 import signal
 import subprocess
-import tempfile
 import time
-import unittest
 from pathlib import Path
 
+from tests.folder import FolderTest
 from tests.conventions.project import ROOT
 
 TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
@@ -23,11 +22,9 @@ def is_alive(pid: int) -> bool:
         return False
 
 
-class Stopping(unittest.TestCase):
+class Stopping(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
+        super().setUp()
         self.pids, self.out = self.folder / "pids", self.folder / "out"
         self.data = self.folder / "tiny.txt"
         self.data.write_text(TINY_BAL, encoding="utf-8")
