@@ -34,21 +34,9 @@ class Api(unittest.TestCase):
 
     def test_formulas_are_set_offline(self):
         self.assertNotRegex(self.front, r'(src|href)="(https?:)?//(?!www\.doxygen\.org)')
-        wanted = len(re.findall(r"\\\(.+?\\\)", self.front))
-        self.assertGreater(wanted, 40)
-        try:
-            browser.chromium()
-        except browser.BuildError as missing:
-            self.skipTest(str(missing))
-        dom = browser.headless("--virtual-time-budget=20000", "--dump-dom", (PAGES / "index.html").as_uri())
-        self.assertEqual(dom.count("<mjx-container"), wanted)
-        self.assertNotIn("data-mjx-error", dom)
-
-    def test_formulas_of_functions_are_set_too(self):
-        for page in ("so3_8h", "classch5_1_1EdgeImu", "structch5_1_1Step", "loss_8h"):
-            text = read(PAGES / f"{page}.html")
-            wanted = len(re.findall(r"\\\(.+?\\\)|\\\[.+?\\\]", text))
-            self.assertGreater(wanted, 3, page)
+        for page, least in (("index", 40), ("so3_8h", 3), ("classch5_1_1EdgeImu", 3), ("structch5_1_1Step", 3), ("loss_8h", 3)):
+            wanted = len(re.findall(r"\\\(.+?\\\)|\\\[.+?\\\]", read(PAGES / f"{page}.html")))
+            self.assertGreater(wanted, least, page)
             try:
                 dom = browser.headless("--virtual-time-budget=20000", "--dump-dom", (PAGES / f"{page}.html").as_uri())
             except browser.BuildError as missing:

@@ -15,7 +15,7 @@ from tests.docs.markdown import DECKS, ROOT, fences, formulas, prose, read, slid
 from tests.experiments.figure_look_test import faults
 
 from slides import build
-from slides import deck_back_end, marginalization_examples, tex
+from slides import deck_back_end
 from ch5_backend.figures import slide, translate
 from ch5_backend.figures.tables import Tables
 from ch5_backend.figures.words import Labels
@@ -165,11 +165,11 @@ class Decks(unittest.TestCase):
             worst = max(abs(a - b) for a, b in zip(committed[1], drawn[1]))
             self.assertLess(worst, 0.05, "redraw it: slides/build.py --overview")
 
-    def test_chain_is_exact(self):
-        H, _, prior, _ = marginalization_examples.chain()
-        self.assertEqual([[tex.decimal(v) for v in row] for row in prior],
-                         [["26.5306", "−8.16327"], ["−8.16327", "10.2041"]])
-        self.assertEqual([tex.decimal(v) for v in H[1]], ["−100", "136.111", "−11.1111"])
+    def test_the_front_pages_picture_is_whole_and_small(self):
+        for language in build.LANGUAGES:
+            text = read(ROOT / f"slides/figures/flight.{language}.svg")
+            self.assertLess(len(text.encode()), 500_000)
+            self.assertEqual(text.count("<g "), 30, "an image of the flight is missing")
 
     def test_marp_is_pinned_to_a_public_release(self):
         package = json.loads(read(ROOT / "slides/package.json"))

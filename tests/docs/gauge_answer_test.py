@@ -2,21 +2,18 @@
 
 import contextlib
 import io
-import tempfile
-import unittest
 from pathlib import Path
 from unittest import mock
 
 ROOT = Path(__file__).resolve().parents[2]
+from tests.folder import FolderTest
 from ch5_backend.figures import gauge_answer
 
 
-class GaugeAnswer(unittest.TestCase):
+class GaugeAnswer(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.summary = Path(folder.name) / "summary.csv"
-        self.answer = Path(folder.name) / "answer.md"
+        super().setUp()
+        self.summary, self.answer = self.folder / "summary.csv", self.folder / "answer.md"
         self.summary.write_text("study,of,what,value\nsweep,sine planes,iterations at 0,5.04\nspectrum,camera,gap,2.4e-09\n",
                                 encoding="utf-8")
 
