@@ -1,7 +1,5 @@
 """A page in Chromium, driven by Selenium: real time, real keys and clicks, and what its console says."""
 
-import base64
-from pathlib import Path
 
 from selenium import webdriver
 from selenium.webdriver import ActionChains, Keys
@@ -88,10 +86,3 @@ class Page:
         for _ in range(4):
             chain = chain.move_by_offset(round(right / 4), round(down / 4))
         chain.release().perform()
-
-    def image(self, path):
-        """The whole page as PNG."""
-        height = self.evaluate("document.documentElement.scrollHeight")
-        clip = {"x": 0, "y": 0, "width": self.evaluate("innerWidth"), "height": height, "scale": 1}
-        shot = self.driver.execute_cdp_cmd("Page.captureScreenshot", {"format": "png", "captureBeyondViewport": True, "clip": clip})
-        Path(path).write_bytes(base64.b64decode(shot["data"]))

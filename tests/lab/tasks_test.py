@@ -1,7 +1,6 @@
 """The lab's tasks are played: predicted, tried and solved, by mouse and by key."""
 
 import re
-import unittest
 
 from tests.lab.lab_test import LabCase, ROOT
 
@@ -133,7 +132,3 @@ class Tasks(LabCase):
                 return
             self.page.press("ArrowRight")
         self.fail("no weight solved the task")
-
-
-if __name__ == "__main__":
-    unittest.main()
