@@ -74,13 +74,10 @@ class WordsOfTheCompiler(unittest.TestCase):
         self.assertRegex(self.hint(TINY.replace("  }\n}\nvoid", "  }\n}\n}\nvoid")), "problem.cc:11: one closing brace too many")
 
     def test_exchanged_arguments_show_the_students_line(self):
-        hint = self.hint(TINY.replace("Qd(), Vec3()", "Vec3(), Qd()"))
-        self.assertRegex(hint, r"problem.cc:8:\d+: no matching function .*Edge::Edge\(Vec3, Qd\)")
-
-    @unittest.skipUnless(shutil.which("clang++"), "no clang++")
-    def test_exchanged_arguments_show_the_students_line_by_clang(self):
-        hint = self.hint(TINY.replace("Qd(), Vec3()", "Vec3(), Qd()"), compiler_name="clang++")
-        self.assertRegex(hint, r"problem.cc:8:\d+: no matching constructor .*Edge")
+        for name, words in (("g++", r"function .*Edge::Edge\(Vec3, Qd\)"), ("clang++", "constructor .*Edge")):
+            if shutil.which(name):
+                hint = self.hint(TINY.replace("Qd(), Vec3()", "Vec3(), Qd()"), compiler_name=name)
+                self.assertRegex(hint, rf"problem.cc:8:\d+: no matching {words}")
 
     def test_a_missing_function(self):
         call = TINY.replace("{\n  if", ";//").split("void Problem::")[0] + "int main() { Problem().MakeHessian(); }"

@@ -215,13 +215,6 @@ class Printed(unittest.TestCase):
                 self.assertIn(CHINESE(f"state.{state}"), words)
                 self.assertEqual(english_in(words.replace("the student's own words", "")), "")
 
-    def test_columns_stand_below_each_other(self):
-        width = len("1.1  ✓ ") + check.STATE_WIDTH
-        for state in check.COLORS:
-            line = self.told(check.tell_line, Verdict(state))
-            before = line[:line.index("  Problem")]
-            self.assertEqual(len(language.pad(before, 0)) + sum(letter > "⺀" for letter in before), width, line)
-
     def test_the_terminals_language_is_spoken(self):
         for locale, spoken in (({"LC_ALL": "zh_CN.UTF-8", "LANG": "C"}, "zh"), ({"LC_MESSAGES": "zh_TW"}, "zh"),
                                ({"LANG": "zh_CN.UTF-8"}, "zh"), ({"LC_ALL": "C", "LANG": "zh_CN"}, "en"),
