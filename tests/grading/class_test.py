@@ -3,14 +3,13 @@
 import csv
 import io
 import re
-import tempfile
 import unittest
 from contextlib import redirect_stderr, redirect_stdout
 from datetime import datetime
-from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
+from tests.folder import FolderTest
 from tests.conventions.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import speaker
@@ -39,12 +38,7 @@ class Terminal(io.StringIO):
         """As a stream of the terminal has."""
 
 
-class InAFolder(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-
+class InAFolder(FolderTest):
     def read(self, *lines) -> classbook.Class:
         self.path = self.folder / "class.csv"
         self.path.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -235,7 +229,3 @@ class Likeness(unittest.TestCase):
 
     def test_what_is_no_text_of_the_homework_has_no_likeness(self):
         self.assertEqual(fingerprint({"problem.cc": b"\xff\x00/*"}), {"problem.cc": []})
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -15,6 +15,7 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
+from tests.folder import FolderTest
 from tests.conventions.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.grading.grade import named, share
@@ -61,11 +62,9 @@ class Rubric(unittest.TestCase):
 
 
 @unittest.skipUnless(GRADER.exists(), "no Clang: without ./course grade")
-class Grades(unittest.TestCase):
+class Grades(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
+        super().setUp()
         self.out = self.folder / "out"
 
     def submission(self, name: str, file: str = "gauge_prior.cc", change=lambda text: text, base="solutions") -> Path:

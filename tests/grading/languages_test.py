@@ -3,12 +3,11 @@
 import html
 import json
 import re
-import tempfile
-import unittest
 from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
+from tests.folder import FolderTest
 from tests.conventions.project import ROOT
 from ch5_backend.course.grading import grade as grading, outputs, pages, summary
 from ch5_backend.course.base.language import sentence, speaker
@@ -50,12 +49,7 @@ def words_of(path: Path) -> str:
     return html.unescape(re.sub(r"<[^>]*>", "\n", text))
 
 
-class Pages(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-
+class Pages(FolderTest):
     def test_a_students_page_is_chinese(self):
         pages.write_feedback(self.folder, record(), CHINESE)
         text, words = (self.folder / "feedback.html").read_text(encoding="utf-8"), words_of(self.folder / "feedback.html")

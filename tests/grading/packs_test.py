@@ -4,21 +4,16 @@ import json
 import os
 import shutil
 import subprocess
-import tempfile
 import unittest
 import zipfile
 from pathlib import Path
 
+from tests.folder import FolderTest
 from tests.grading.grade_test import GRADER, environment
 from tests.conventions.project import ROOT
 
 
-class Packs(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-
+class Packs(FolderTest):
     def pack(self, what: str, name: str, language: str = "en") -> Path:
         subprocess.run([ROOT / "course", "pack", what, "--out", self.folder / name, "--language", language], check=True,
                        capture_output=True)

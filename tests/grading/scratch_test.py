@@ -3,21 +3,15 @@
 import os
 import subprocess
 import sys
-import tempfile
-import unittest
 from pathlib import Path
 
+from tests.folder import FolderTest
 from tests.conventions.project import ROOT
 
 HOLD = "import sys; from ch5_backend.course.base.scratch import scratch; (scratch() / 'file').touch(); print(scratch(), flush=True); sys.stdin.read()"
 
 
-class Scratch(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-
+class Scratch(FolderTest):
     def run_one(self) -> tuple:
         """(process, its folder)"""
         process = subprocess.Popen([sys.executable, "-c", HOLD], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,

@@ -4,12 +4,10 @@ import gzip
 import io
 import os
 import tarfile
-import tempfile
 import tracemalloc
-import unittest
 import zipfile
-from pathlib import Path
 
+from tests.folder import FolderTest
 from tests.conventions.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import speaker
@@ -19,12 +17,7 @@ CODE = b"// mine\n"
 ENGLISH = speaker("en")
 
 
-class Submissions(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-
+class Submissions(FolderTest):
     def zip(self, *members, name="anna.zip"):
         path = self.folder / name
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
