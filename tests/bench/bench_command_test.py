@@ -43,9 +43,3 @@ class BenchCommand(unittest.TestCase):
                 self.assertEqual([row["problem"] for row in csv.DictReader(file)], names)
             for name in ("bench_cost", "bench_size"):
                 self.assertTrue((out / "figures" / f"{name}.png").exists())
-
-    def test_a_name_that_no_problem_has_is_refused(self):
-        done = subprocess.run([ROOT / "course", "bench", "frobnicate"], stdin=subprocess.DEVNULL, capture_output=True,
-                              text=True)
-        self.assertEqual((done.returncode, done.stdout), (2, ""))
-        self.assertIn("course: no problem is called 'frobnicate'", done.stderr)
