@@ -93,33 +93,6 @@ TEST(EdgeTrack, ManyTargetsCannotBeSurerThanTheirHost) {
   }
 }
 
-// The oracle: the host's bearing as two more unknowns, measured once with σ, then eliminated. H and b must be the same.
-TEST(EdgeTrack, EqualsEstimatingTheHostsBearingToo) {
-  const Track track(5);
-  EdgeTrack edge = track.MakeEdge();
-  edge.Linearize();
-  const int n = 1 + 6 * 6, rows = edge.ResidualDimension();
-  MatXX J(rows, n);
-  J.col(0) = edge.Jacobian(0);
-  for (size_t k = 1; k < edge.Vertices().size(); ++k)
-    J.middleCols<6>(1 + 6 * (static_cast<int>(k) - 1)) = edge.Jacobian(k);
-
-  const MatXX B = track.HostJacobian();
-  MatXX with_bearing(rows + 2, n + 2);  // unknowns [states, δu]; the last two rows measure the bearing
-  with_bearing << J, B, MatXX::Zero(2, n), Mat22::Identity();
-  with_bearing /= kSigma;
-  VecX r(rows + 2);
-  r << edge.Residual() / kSigma, 0.0, 0.0;
-  const MatXX H = with_bearing.transpose() * with_bearing;
-  const VecX b = -with_bearing.transpose() * r;
-  const MatXX H_su_H_uu = H.topRightCorner(n, 2) * H.bottomRightCorner<2, 2>().inverse();
-  const MatXX H_s = H.topLeftCorner(n, n) - H_su_H_uu * H.bottomLeftCorner(2, n);
-  const VecX b_s = b.head(n) - H_su_H_uu * b.tail<2>();
-
-  EXPECT_LT((J.transpose() * edge.Information() * J - H_s).norm(), 1e-8 * H_s.norm());
-  EXPECT_LT((-J.transpose() * edge.Information() * edge.Residual() - b_s).norm(), 1e-8 * b.norm());
-}
-
 TEST(EdgeTrack, RefusesASingleViewAndPointsWithoutNoise) {
   const Track track(2);
   EXPECT_THROW(EdgeTrack(track.inverse_depth, {track.views[0]}, track.T_B_C, kSigma), std::invalid_argument);

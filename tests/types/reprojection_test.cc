@@ -150,57 +150,6 @@ TEST(Graph, TellsTheEdgesThatAreOutOfTheirDomain) {
   EXPECT_EQ(edges[0]->Id(), 1);
 }
 
-// How a residual answers to a motion of the world: translation t, rotation ω, and a scale of everything.
-// δp = t + ω × p + s p, δθ = Rᵀω, δλ = −s λ. With a camera beside the body's center the scale can be seen.
-TEST(Reprojection, SevenDirectionsCannotBeSeenAndOnlySixWithALeverArm) {
-  Random random(43);
-  for (const double arm : {0.0, 0.2}) {
-    const auto host = RandomPose(&random, 0.3), target = RandomPose(&random, 0.3);
-    const auto depth = std::make_shared<VertexInverseDepth>(0.4);
-    EdgeReprojection edge(depth, host, target, Vec2(0.1, -0.2), Vec2(0.7, 0.4),
-                          Transform{Qd::Identity(), Vec3(arm, 0, 0)});
-    edge.Linearize();
-    MatXX moved = MatXX::Zero(2, 7);
-    for (const size_t k : {1, 2}) {
-      const VertexPose& pose = *(k == 1 ? host : target);
-      Eigen::Matrix<double, 6, 7> N = Eigen::Matrix<double, 6, 7>::Zero();
-      N.topLeftCorner<3, 3>().setIdentity();
-      N.block<3, 3>(0, 3) = -Hat(pose.p());
-      N.block<3, 3>(3, 3) = pose.R().transpose();
-      N.topRightCorner<3, 1>() = pose.p();
-      moved += edge.Jacobian(k) * N;
-    }
-    moved.col(6) -= edge.Jacobian(0) * depth->InverseDepth();
-    EXPECT_LT(moved.leftCols<6>().norm(), 1e-14);
-    if (arm == 0.0) {
-      EXPECT_LT(moved.col(6).norm(), 1e-14);
-    }
-    if (arm > 0.0) {
-      EXPECT_GT(moved.col(6).norm(), 1e-3);
-    }
-  }
-}
-
-// λ and p_W are two coordinates of one point: dr/dλ = dr/dp_W · dp_W/dλ with p_W = p_C + R f/λ.
-TEST(Reprojection, InverseDepthAndPointInSpaceAgree) {
-  Random random(44);
-  for (int k = 0; k < 10; ++k) {
-    const Transform T_B_C{ExpSO3(NormalVector(&random, 0.2)), NormalVector(&random, 0.1)};
-    const auto host = RandomPose(&random, 0.2), target = RandomPose(&random, 0.2);
-    const Vec3 f(0.1, -0.2, 1.0);
-    const double lambda = random.Uniform(0.1, 0.4);
-    EdgeReprojection edge(std::make_shared<VertexInverseDepth>(lambda), host, target, f.head<2>(), Vec2(1, 2), T_B_C);
-    edge.Linearize();
-    const Vec3 along = host->q() * (T_B_C.q * f);
-    const Vec3 p_W = along / lambda + host->q() * T_B_C.p + host->p();
-    EdgeReprojectionXYZ in_space(std::make_shared<VertexPointXYZ>(p_W), target, Vec2(1, 2), T_B_C);
-    in_space.Linearize();
-    EXPECT_LT((edge.Residual() - in_space.Residual()).norm(), 1e-13);
-    EXPECT_LT((edge.Jacobian(2) - in_space.Jacobian(1)).norm(), 1e-13);
-    EXPECT_LT((edge.Jacobian(0) + in_space.Jacobian(0) * along / (lambda * lambda)).norm(), 1e-12);
-  }
-}
-
 // With the offset that was known when the frames came, a camera being calibrated is an ordinary one.
 TEST(ReprojectionCalibration, IsTheOrdinaryOneAtTheKnownOffset) {
   Random random(45);
@@ -293,23 +242,6 @@ TEST(Bal, TurnedCameraAndItsIntrinsicsByHand) {
   EXPECT_LT((edge.Jacobian(0).col(6) - d * p).norm(), 1e-14);
   EXPECT_LT((edge.Jacobian(0).col(7) - 2 * n * p).norm(), 1e-14);
   EXPECT_LT((edge.Jacobian(0).col(8) - 2 * n * n * p).norm(), 1e-14);
-}
-
-// A similarity changes no pixel: X' = s R X + t, and cameras with R_c' = R_c Rᵀ, t_c' = s t_c − R_c' t.
-TEST(Bal, PixelsDoNotChangeUnderASimilarity) {
-  Random random(46);
-  const double s = 1.7;
-  const Vec3 omega(0.2, -0.4, 0.1), t(3, -2, 1), X(0.3, -0.2, 0.5);
-  Vec9 camera;
-  camera << 0.1, 0.2, -0.3, 0.2, 0.1, -4, 500, 0.05, -0.01;
-  Vec9 moved = camera;
-  moved.head<3>() = LogSO3(ExpSO3(camera.head<3>()) * ExpSO3(-omega));
-  moved.segment<3>(3) = s * camera.segment<3>(3) - ExpSO3(moved.head<3>()) * t;
-  EdgeBAL before(std::make_shared<VertexCameraBAL>(camera), std::make_shared<VertexPointXYZ>(X), Vec2::Zero());
-  EdgeBAL after(std::make_shared<VertexCameraBAL>(moved),
-                std::make_shared<VertexPointXYZ>(Vec3(s * (ExpSO3(omega) * X) + t)), Vec2::Zero());
-  EXPECT_LT((ResidualOf(&before) - ResidualOf(&after)).norm(), 1e-11);
-  EXPECT_GT(ResidualOf(&before).norm(), 10.0);
 }
 
 }  // namespace

@@ -197,17 +197,8 @@ TEST(VertexCameraBAL, GivesTheRotationOfItsPresentState) {
   EXPECT_EQ(VertexCameraBAL(x).Minus(x - Vec9::Ones()), Vec9::Ones());
 }
 
-// What is eliminated and what is not, and how each is stored.
-TEST(Vertices, LandmarksAreEliminatedAndStatesAreNot) {
-  EXPECT_EQ(VertexPose().GetRole(), Role::kPose);
-  EXPECT_EQ(VertexSpeedBias().GetRole(), Role::kPose);
-  EXPECT_EQ(VertexCameraBAL(Vec9::Zero()).GetRole(), Role::kPose);
-  EXPECT_EQ(VertexScalar(VertexScalar::Estimate(1.0)).GetRole(), Role::kPose);
-  EXPECT_EQ(VertexSE2().GetRole(), Role::kPose);
-  EXPECT_EQ(VertexInverseDepth(0.5).GetRole(), Role::kLandmark);
-  EXPECT_EQ(VertexPointXYZ(Vec3::Zero()).GetRole(), Role::kLandmark);
-  EXPECT_EQ(VertexPose().Dimension(), 7);
-  EXPECT_EQ(VertexPose().LocalDimension(), 6);
+// How states are stored.
+TEST(Vertices, AreStoredInTheOrderOfTheConventions) {
   const VertexSpeedBias state((Vec9() << 1, 2, 3, 4, 5, 6, 7, 8, 9).finished());
   EXPECT_EQ(state.v(), Vec3(1, 2, 3));
   EXPECT_EQ(state.b_a(), Vec3(4, 5, 6));
@@ -222,6 +213,7 @@ TEST(VertexPose, KeepsAUnitQuaternionHoweverItIsSet) {
   pose.SetEstimate((Vec7() << 1, 2, 3, 1.5, -1.5, 1.5, 1.5).finished());
   EXPECT_EQ(pose.Parameters(), (Vec7() << 1, 2, 3, 0.5, -0.5, 0.5, 0.5).finished());
   EXPECT_THROW(pose.SetEstimate(Vec7::Zero()), std::invalid_argument);
+  EXPECT_THROW(VertexPose(Qd(0, 0, 0, 0), Vec3::Zero()), std::invalid_argument);
   EXPECT_EQ(pose.p(), Vec3(1, 2, 3)) << "as before";
 }
 
