@@ -201,45 +201,6 @@ TEST(ScenePoints, LieOnTheirPlanesInProportionToTheirArea) {
   EXPECT_NEAR(first, 3000, 3 * 27.4);  // binomial, three sigma
 }
 
-TEST(ScenePoints, WallsOfARoomEncloseIt) {
-  Random random(3);
-  const Vec3 low(-4, -5, -1.5), high(4, 5, 1.5);
-  for (const Vec3& p : PointsOnPlanes(RoomWalls(low, high), 500, &random)) {
-    int faces = 0;
-    for (int i = 0; i < 3; ++i) {
-      EXPECT_GE(p[i], low[i] - 1e-12);
-      EXPECT_LE(p[i], high[i] + 1e-12);
-      faces += std::abs(p[i] - low[i]) < 1e-12 || std::abs(p[i] - high[i]) < 1e-12;
-    }
-    EXPECT_GE(faces, 1);
-  }
-}
-
-// Every scene gives the estimators something to see at every moment.
-TEST(Simulation, EveryPathSeesAtLeastThirtyPointsInEachImage) {
-  Random random(11);
-  HandheldOptions handheld;
-  handheld.duration = 20.0;
-  const Trajectory hand = Handheld(handheld);
-  std::vector<std::pair<Trajectory, std::vector<Vec3>>> scenes = {
-      {hand, PointsOnPlanes(RoomWalls(Vec3(-5, -5, -2), Vec3(5, 5, 2)), 800, &random)},
-      {hand, PointsAlongPath(hand, ForwardCamera(), 2.0, 8.0, 2000, &random)}};
-  for (const GaugePath path : {GaugePath::kSine, GaugePath::kArc, GaugePath::kRectangle}) {
-    const Trajectory trajectory = GaugePaperPath(path);
-    scenes.emplace_back(trajectory, PointsOnPlanes(GaugePaperPlanes(), 300, &random));
-    std::vector<Vec3> in_a_box(300);
-    for (Vec3& point : in_a_box) point = UniformVector(&random, Vec3(-5, 3, -3), Vec3(5, 8, 3));
-    scenes.emplace_back(trajectory, std::move(in_a_box));
-    scenes.emplace_back(trajectory, PointsAlongPath(trajectory, ForwardCamera(), 2.0, 8.0, 300, &random));
-  }
-  for (size_t i = 0; i < scenes.size(); ++i) {
-    const Recording recording = SimulateRecording(scenes[i].first, scenes[i].second);
-    size_t fewest = 1000;
-    for (const Image& frame : recording.frames) fewest = std::min(fewest, frame.tracks.size());
-    EXPECT_GE(fewest, 30u) << "scene " << i;
-  }
-}
-
 // The truth of the recording explains its images: every observation is of one point, within the noise.
 TEST(Simulation, RecordingIsConsistentWithItsTruth) {
   const Trajectory trajectory = GaugePaperPath(GaugePath::kArc);

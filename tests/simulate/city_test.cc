@@ -54,15 +54,6 @@ TEST(City, EachCameraSeesHundredsAndEachPointHasViews) {
   EXPECT_LT(mean, 700.0);
 }
 
-TEST(City, SameSeedSameCity) {
-  CityOptions options;
-  options.cameras = 30;
-  const City a = SimulateCity(options), b = SimulateCity(options);
-  EXPECT_EQ(FormatBal(a.start), FormatBal(b.start));
-  options.seed = 2;
-  EXPECT_NE(FormatBal(a.start), FormatBal(SimulateCity(options).start));
-}
-
 // Both kinds of reduced solver come to the noise that the unknowns leave: ½ σ² (2m − n) on average.
 TEST(City, IsSolved) {
   CityOptions options;

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "ch5_backend/simulate/sensors/paths.h"
-#include "ch5_backend/types/inertial/edge_imu.h"
+#include "ch5_backend/types/inertial/preintegration.h"
 #include "tests/simulate/course_arc.h"
 
 namespace ch5 {
@@ -89,45 +89,6 @@ TEST(ImuSimulator, NoiseHasTheDensitiesOfTheCalibration) {
   EXPECT_NEAR(std::sqrt(gyr / samples / rate) / calibration.noise.gyroscope, 1.0, 0.015);
   EXPECT_NEAR(std::sqrt(acc_walk / samples * rate) / calibration.noise.accelerometer_walk, 1.0, 0.015);
   EXPECT_NEAR(std::sqrt(gyr_walk / samples * rate) / calibration.noise.gyroscope_walk, 1.0, 0.015);
-}
-
-// The edge's whitened error at the truth is a standard normal of 15 dimensions: rᵀWr averages 15 ± √(30/199) ≈ 0.4.
-// The noise of shared samples is counted twice a step in the model's 2/dt, which makes it slightly pessimistic.
-TEST(ImuSimulator, ErrorsOfPreintegrationFitItsCovariance) {
-  HandheldOptions handheld;
-  handheld.duration = 100.0;
-  const Calibration calibration;
-  const SimulatedImu run = SimulateImu(Handheld(handheld), calibration, {});
-  double sum = 0.0;
-  int n = 0;
-  const auto pose = [](const StampedState& s) { return std::make_shared<VertexPose>(s.T_W_B.q, s.T_W_B.p); };
-  const auto speed_bias = [](const StampedState& s) {
-    Vec9 x;
-    x << s.v_W, s.b_a, s.b_g;
-    return std::make_shared<VertexSpeedBias>(x);
-  };
-  for (size_t k = 0; k + 100 < run.truth.size(); k += 100, ++n) {
-    const StampedState &i = run.truth[k], &j = run.truth[k + 100];
-    const std::vector<ImuSample> samples = SamplesBetween(run.measurements, i.t, j.t);
-    auto imu = std::make_shared<Preintegration>(samples.front(), i.b_a, i.b_g, calibration.noise);
-    for (size_t m = 1; m < samples.size(); ++m) imu->Add(samples[m]);
-    EdgeImu edge(pose(i), speed_bias(i), pose(j), speed_bias(j), imu, -calibration.GravityInWorld());
-    edge.ComputeResidual();
-    sum += edge.Residual().dot(edge.Information() * edge.Residual());
-  }
-  EXPECT_EQ(n, 200);
-  EXPECT_NEAR(sum / n, 15.0, 1.2);  // three sigma
-}
-
-TEST(ImuSimulator, RepeatsWithItsSeed) {
-  const Trajectory trajectory = CourseArc(1.0);
-  ImuOptions a, b;
-  b.seed = 2;
-  const auto last = [&](const ImuOptions& o) {
-    return SimulateImu(trajectory, {}, o).measurements.back().acceleration;
-  };
-  EXPECT_EQ(last(a), last(a));
-  EXPECT_NE(last(a), last(b));
 }
 
 TEST(ImuSimulator, RefusesARateOrANoiseThatMakesNoSense) {
