@@ -60,11 +60,5 @@ TEST(Nees, BandIsThatOfTheTables) {
   EXPECT_NEAR(10.0 * ChiSquaredBand(10, 10).high, 129.561, 1e-2);
 }
 
-TEST(Nees, BandContainsItsEndsAndNothingBeyond) {
-  const ConfidenceBand band{1.0, 2.0};
-  EXPECT_TRUE(band.Contains(1.0) && band.Contains(2.0));
-  EXPECT_FALSE(band.Contains(0.99) || band.Contains(2.01));
-}
-
 }  // namespace
 }  // namespace ch5
