@@ -1,11 +1,15 @@
-// The rules that end Minimize.
+// The rules that end Minimize; Levenberg-Marquardt and Dogleg: how λ and the radius follow the gain, with numbers by hand.
 #include "ch5_backend/solve/minimizer.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/simulate/mono_ba.h"
+#include "ch5_backend/solve/step_strategy.h"
 #include "tests/solve/scripted_system.h"
 
 namespace ch5::test {
@@ -17,71 +21,43 @@ void ExpectStop(const Summary& summary, Termination expected, bool converged) {
   EXPECT_EQ(summary.message.rfind(ToString(expected) + ": ", 0), 0u) << summary.message;
 }
 
-TEST(StopRules, CostConverged) {
-  ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0, 7.0, 6.999});
+// A run of H = 4 and this b, whose costs are those of the start and of each trial: 20 iterations of Levenberg-Marquardt at
+// most, without stop rules but for what `set` changes.
+void ExpectEnd(const char* rule, double b, std::vector<double> costs, Termination expected, int iterations,
+               double final_cost, const std::function<void(SolveOptions*)>& set = nullptr) {
+  SCOPED_TRACE(rule);
+  ScriptedSystem system = OneUnknown(4.0, b, std::move(costs));
   SolveOptions options = WithoutStopRules(Algorithm::kLevenbergMarquardt, 20);
-  options.cost_tolerance = 1e-3;
+  if (set) set(&options);
   const Summary summary = Minimize(&system, options);
-  ExpectStop(summary, Termination::kCostConverged, true);
-  EXPECT_EQ(summary.iterations, 3);
-  EXPECT_EQ(summary.trace.back().cost, 6.999);
+  const bool is_converged = expected == Termination::kCostConverged || expected == Termination::kStepConverged ||
+                            expected == Termination::kGradientConverged;
+  ExpectStop(summary, expected, is_converged);
+  EXPECT_EQ(summary.iterations, iterations);
+  EXPECT_EQ(summary.final_cost, final_cost);
 }
 
-TEST(StopRules, ADecreaseBelowTheRoundingOfTheCostEndsTheRun) {
-  ScriptedSystem system = OneUnknown(4.0, 1e-8, {10.0, 10.0 - 4e-15, 10.0 - 8e-15});
-  const Summary summary = Minimize(&system, WithoutStopRules(Algorithm::kLevenbergMarquardt, 20));
-  ExpectStop(summary, Termination::kCostConverged, true);
-  EXPECT_EQ(summary.iterations, 1);
-  EXPECT_EQ(summary.final_cost, 10.0 - 4e-15);
-}
-
-TEST(StopRules, GradientConverged) {
-  ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0});
-  SolveOptions options = WithoutStopRules(Algorithm::kLevenbergMarquardt, 20);
-  options.gradient_tolerance = 1.0;  // the script's gradient never falls
-  const Summary summary = Minimize(&system, options);
-  ExpectStop(summary, Termination::kGradientConverged, true);
-  EXPECT_EQ(summary.iterations, 0);
-}
-
-TEST(StopRules, StepConverged) {
-  ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0});
-  SolveOptions options = WithoutStopRules(Algorithm::kGaussNewton, 20);
-  options.step_tolerance = 1.5;  // the step is 6/4 and ‖x‖ counts as 1
-  ExpectStop(Minimize(&system, options), Termination::kStepConverged, true);
-}
-
-TEST(StopRules, AStepThatIsNoLongerVisibleInTheStatesEndsTheRun) {
-  ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 11.0});
-  SolveOptions options = WithoutStopRules(Algorithm::kLevenbergMarquardt, 20);
-  options.step_tolerance = 0.5;
-  ExpectStop(Minimize(&system, options), Termination::kStepConverged, true);
-}
-
-TEST(StopRules, MaxIterations) {
-  ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0, 6.0, 4.0, 2.0});
-  const Summary summary = Minimize(&system, WithoutStopRules(Algorithm::kLevenbergMarquardt, 3));
-  ExpectStop(summary, Termination::kMaxIterations, false);
-  EXPECT_EQ(summary.iterations, 3);
-  EXPECT_EQ(summary.trace.size(), 4u);
-  EXPECT_EQ(summary.final_cost, 4.0);
-}
-
-TEST(StopRules, NoIterationsAllowed) {
-  ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 8.0});
-  const Summary summary = Minimize(&system, WithoutStopRules(Algorithm::kLevenbergMarquardt, 0));
-  ExpectStop(summary, Termination::kMaxIterations, false);
-  EXPECT_EQ(summary.final_cost, 10.0);
-}
-
-TEST(StopRules, NoDecrease) {
-  ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 11.0});
-  SolveOptions options = WithoutStopRules(Algorithm::kLevenbergMarquardt, 20);
-  options.max_trials = 4;
-  const Summary summary = Minimize(&system, options);
-  ExpectStop(summary, Termination::kNoDecrease, false);
-  EXPECT_EQ(summary.cost_evaluations, 4);
-  EXPECT_EQ(summary.final_cost, 10.0);
+TEST(StopRules, EachEndsTheRunWhereItShould) {
+  ExpectEnd("cost tolerance", 6.0, {10, 8, 7, 6.999}, Termination::kCostConverged, 3, 6.999,
+            [](auto* o) { o->cost_tolerance = 1e-3; });
+  ExpectEnd("a decrease below the rounding of the cost", 1e-8, {10.0, 10.0 - 4e-15, 10.0 - 8e-15},
+            Termination::kCostConverged, 1, 10.0 - 4e-15);
+  ExpectEnd("gradient tolerance", 6.0, {10, 8}, Termination::kGradientConverged, 0, 10,
+            [](auto* o) { o->gradient_tolerance = 1.0; });
+  ExpectEnd("a step of 6/4, and ‖x‖ counts as 1", 6.0, {10, 8}, Termination::kStepConverged, 1, 8,
+            [](auto* o) { o->algorithm = Algorithm::kGaussNewton, o->step_tolerance = 1.5; });
+  ExpectEnd("a step that is not visible in the states", 6.0, {10, 11}, Termination::kStepConverged, 1, 10,
+            [](auto* o) { o->step_tolerance = 0.5; });
+  ExpectEnd("iterations", 6.0, {10, 8, 6, 4, 2}, Termination::kMaxIterations, 3, 4,
+            [](auto* o) { o->max_iterations = 3; });
+  ExpectEnd("no iteration", 6.0, {10, 8}, Termination::kMaxIterations, 0, 10, [](auto* o) { o->max_iterations = 0; });
+  ExpectEnd("trials", 6.0, {10, 11, 11, 11, 11, 8}, Termination::kNoDecrease, 1, 10,
+            [](auto* o) { o->max_trials = 4; });
+  ExpectEnd("a gradient of NaN", NAN, {1}, Termination::kNotFinite, 0, 1);
+  ExpectEnd("costs that are not finite are no decrease", 6.0, {10, INFINITY, NAN, 8, 8}, Termination::kMaxIterations, 1,
+            8, [](auto* o) { o->max_iterations = 1; });
+  ScriptedSystem bad_cost = OneUnknown(4.0, 6.0, {NAN});
+  ExpectStop(Minimize(&bad_cost), Termination::kNotFinite, false);
 }
 
 TEST(StopRules, LinearSolverFailed) {
@@ -90,20 +66,6 @@ TEST(StopRules, LinearSolverFailed) {
     system.solvable_from_ = 1e300;
     ExpectStop(Minimize(&system, WithoutStopRules(algorithm, 20)), Termination::kLinearSolverFailed, false);
   }
-}
-
-TEST(StopRules, NotFinite) {
-  ScriptedSystem bad_cost = OneUnknown(4.0, 6.0, {NAN});
-  ExpectStop(Minimize(&bad_cost), Termination::kNotFinite, false);
-  ScriptedSystem bad_gradient = OneUnknown(4.0, NAN, {1.0});
-  ExpectStop(Minimize(&bad_gradient), Termination::kNotFinite, false);
-}
-
-TEST(StopRules, AStepToAnInfiniteCostIsRejected) {
-  ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, INFINITY, NAN, 8.0, 8.0});
-  const Summary summary = Minimize(&system, WithoutStopRules(Algorithm::kLevenbergMarquardt, 1));
-  EXPECT_EQ(summary.final_cost, 8.0);
-  EXPECT_EQ(summary.cost_evaluations, 3);
 }
 
 TEST(StopRules, TheCallbackStopsAtOnce) {
@@ -142,6 +104,110 @@ TEST(OnePass, SavesTheCostsAndLeadsToTheSameSteps) {
       EXPECT_EQ(summaries[0].trace[k].step_norm, summaries[1].trace[k].step_norm);
       EXPECT_EQ(summaries[0].trace[k].lambda, summaries[1].trace[k].lambda);
     }
+  }
+}
+
+// ---- Levenberg-Marquardt -----------------------------------------------------------------------------------------
+
+TEST(LevenbergMarquardt, DampingFollowsNielsen) {
+  ScriptedSystem system = OneUnknown(400.0, 1.0, {1.0});
+  const auto strategy = MakeLevenbergMarquardt(1e-3);
+  strategy->Begin(&system);
+  EXPECT_DOUBLE_EQ(strategy->Parameter(), 0.4);  // τ max diag H
+  strategy->Accepted(0.5);                       // 1 − (2ρ − 1)³ = 1, at most 2/3
+  EXPECT_DOUBLE_EQ(strategy->Parameter(), 0.4 * 2 / 3);
+  strategy->Accepted(0.9);  // 1 − 0.8³ = 0.488
+  EXPECT_NEAR(strategy->Parameter(), 0.4 * 2 / 3 * 0.488, 1e-15);
+  strategy->Accepted(1.0);  // 1 − 1 = 0, at least 1/3
+  const double lambda = 0.4 * 2 / 3 * 0.488 / 3;
+  EXPECT_NEAR(strategy->Parameter(), lambda, 1e-15);
+  EXPECT_TRUE(strategy->Rejected());  // ν = 2, 4, 8
+  EXPECT_TRUE(strategy->Rejected());
+  EXPECT_TRUE(strategy->Rejected());
+  EXPECT_NEAR(strategy->Parameter(), 64 * lambda, 1e-14);
+  strategy->Begin(&system);  // the next Hessian keeps λ
+  EXPECT_NEAR(strategy->Parameter(), 64 * lambda, 1e-14);
+  strategy->Accepted(1.0);  // and success puts ν back to 2
+  EXPECT_TRUE(strategy->Rejected());
+  EXPECT_NEAR(strategy->Parameter(), 64 * lambda / 3 * 2, 1e-14);
+}
+
+TEST(LevenbergMarquardt, DiagonalDampingBeginsAtTau) {
+  ScriptedSystem system = OneUnknown(400.0, 1.0, {1.0});
+  system.SetDamping(Damping::kDiagonal);
+  const auto strategy = MakeLevenbergMarquardt(1e-3);
+  strategy->Begin(&system);
+  EXPECT_DOUBLE_EQ(strategy->Parameter(), 1e-3);
+}
+
+// ---- Dogleg ------------------------------------------------------------------------------------------------------
+
+// H = diag(1, 9), b = (3, 9):  Gauss-Newton (3, 1), ‖·‖ = √10;  along the gradient bᵀb/bᵀHb = 90/738 of b.
+class DoglegSteps : public testing::Test {
+ protected:
+  VecX Step(double radius) {
+    const auto strategy = MakeDogleg(radius);
+    strategy->Begin(&system_);
+    VecX step;
+    EXPECT_TRUE(strategy->Propose(&system_, &step));
+    EXPECT_LE(step.norm(), radius * (1.0 + 4.0 * std::numeric_limits<double>::epsilon()));
+    return step;
+  }
+  const VecX b_ = (VecX(2) << 3, 9).finished();
+  const VecX cauchy_ = 90.0 / 738.0 * b_;
+  const VecX newton_ = (VecX(2) << 3, 1).finished();
+  ScriptedSystem system_{(MatXX(2, 2) << 1, 0, 0, 9).finished(), b_, {1.0}};
+};
+
+TEST_F(DoglegSteps, InsideTheRadiusIsGaussNewtons) { EXPECT_LT((Step(4.0) - newton_).norm(), 1e-14); }
+
+TEST_F(DoglegSteps, AtASmallRadiusFollowsTheGradient) { EXPECT_LT((Step(0.5) - 0.5 * b_.normalized()).norm(), 1e-15); }
+
+TEST_F(DoglegSteps, BetweenBendsFromCauchyToNewton) {
+  for (const double radius : {1.2, 2.0, 3.0}) {
+    const VecX step = Step(radius);
+    EXPECT_NEAR(step.norm(), radius, 1e-14);
+    const VecX d = newton_ - cauchy_;
+    const double beta = (step - cauchy_).dot(d) / d.squaredNorm();
+    EXPECT_GT(beta, 0.0);
+    EXPECT_LT(beta, 1.0);
+    EXPECT_LT((cauchy_ + beta * d - step).norm(), 1e-14);
+  }
+}
+
+TEST_F(DoglegSteps, RadiusFollowsTheGain) {
+  const auto strategy = MakeDogleg(2.0);
+  strategy->Begin(&system_);
+  VecX step;
+  strategy->Propose(&system_, &step);  // of length 2
+  strategy->Accepted(0.5);
+  EXPECT_EQ(strategy->Parameter(), 2.0);
+  strategy->Accepted(0.8);
+  EXPECT_DOUBLE_EQ(strategy->Parameter(), 6.0);  // 3‖h‖
+  strategy->Accepted(0.1);
+  EXPECT_DOUBLE_EQ(strategy->Parameter(), 3.0);
+  strategy->Propose(&system_, &step);
+  EXPECT_TRUE(strategy->Rejected());
+  EXPECT_DOUBLE_EQ(strategy->Parameter(), 1.5);
+}
+
+TEST(Dogleg, StaysInsideItsRadiusInAWholeRun) {
+  MonoBaOptions scene_options;
+  scene_options.frames = 5;
+  scene_options.points = 40;
+  scene_options.position_sigma = 0.1;
+  scene_options.rotation_sigma = 0.05;
+  MonoBa scene;
+  BuildMonoBa(SimulateMonoBa(scene_options), Gauge::kFixTwoFrames, 1e6, 0.0, &scene);
+  SolveOptions options;
+  options.algorithm = Algorithm::kDogleg;
+  options.initial_radius = 0.05;  // so that all kinds of steps occur
+  options.max_iterations = 50;
+  const Summary summary = Problem(&scene.graph).Solve(options);
+  EXPECT_TRUE(IsConverged(summary.termination)) << summary.message;
+  for (size_t k = 1; k < summary.trace.size(); ++k) {
+    const IterationInfo& info = summary.trace[k];
+    EXPECT_LE(info.step_norm, info.lambda * (1.0 + 4.0 * std::numeric_limits<double>::epsilon())) << k;
   }
 }
 
