@@ -1,5 +1,7 @@
 #include "tests/scenes.h"
 
+#include <stdexcept>
+
 #include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/bal/edge_bal.h"
@@ -281,6 +283,13 @@ const std::vector<Scene>& AllScenes() {
     return all;
   }();
   return scenes;
+}
+
+const Scene& SceneNamed(const std::string& name) {
+  for (const Scene& scene : AllScenes()) {
+    if (scene.name == name) return scene;
+  }
+  throw std::logic_error("no scene " + name);
 }
 
 }  // namespace ch5::test

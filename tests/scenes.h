@@ -18,5 +18,6 @@ struct Scene {
 inline void PrintTo(const Scene& scene, std::ostream* out) { *out << scene.name; }
 
 const std::vector<Scene>& AllScenes();
+const Scene& SceneNamed(const std::string& name);
 
 }  // namespace ch5::test

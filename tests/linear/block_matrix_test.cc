@@ -76,13 +76,6 @@ TEST(SymmetricBlockMatrix, BlocksBeginOnWholeRegistersAndPaddingIsZero) {
   }
 }
 
-TEST(SymmetricBlockMatrix, ColumnsEndWhereTheNextOnesBegin) {
-  SymmetricBlockMatrix A = Picture();
-  EXPECT_EQ(A.ColumnEnd(0), A.Values(2));
-  EXPECT_EQ(A.ColumnEnd(1), A.Values(3));
-  EXPECT_EQ(A.ColumnEnd(2), A.AllValues() + A.NumValues());
-}
-
 TEST(SymmetricBlockMatrix, MultipliesLikeTheDenseMatrix) {
   for (const SymmetricBlockMatrix& A : Matrices()) {
     const VecX x = RandomVector(A.Size(), 30);

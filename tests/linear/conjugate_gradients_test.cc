@@ -78,24 +78,6 @@ TEST(ConjugateGradients, NeedAsManyIterationsAsThereAreEigenvalues) {
   }
 }
 
-TEST(ConjugateGradients, GoOnFromAnIterateOfAnotherSolver) {
-  System s = MakeSystem(3);
-  LinearIterate iterate = s.Start();
-  VecX x = 0.5 * iterate.z;  // half a Jacobi step
-  iterate.r = s.b - s.A * x;
-  iterate.z = s.M_inverse * iterate.r;
-  iterate.rMr = iterate.r.dot(iterate.z);
-  iterate.decrease = s.b.dot(x) - 0.5 * x.dot(s.A * x);
-  iterate.count = 7;
-  const double begun_with = iterate.decrease;
-  EXPECT_TRUE(ConjugateGradients(s.Multiply(), s.Precondition(), kNever, 7 + 40, &iterate, &x));
-  EXPECT_LT((s.A * x - s.b).norm(), 1e-13 * s.b.norm());
-  EXPECT_GT(iterate.decrease, begun_with);
-  EXPECT_NEAR(iterate.decrease, 0.5 * s.b.dot(x), 1e-12 * iterate.decrease);
-  EXPECT_LE(iterate.count, 47) << "the iterations before count";
-  EXPECT_EQ(iterate.count, 7 + s.products);
-}
-
 TEST(ConjugateGradients, ZeroNeedsNoIteration) {
   System s = MakeSystem(4);
   s.b.setZero();

@@ -137,11 +137,5 @@ TEST(ReducedSolver, ManyPosesTiedByLandmarksAloneAreSolvedImplicitly) {
   EXPECT_EQ(ChooseReducedSolver(Type::kSparseCholesky, 401, true), Type::kSparseCholesky);
 }
 
-TEST(ReducedSolver, EveryTypeHasItsName) {
-  ASSERT_EQ(kReducedSolverNames.size(), 6u);
-  for (size_t k = 0; k < 6; ++k) EXPECT_EQ(static_cast<size_t>(kReducedSolverNames[k].second), k);
-  EXPECT_EQ(kReducedSolverNames[4].first, "implicit-pcg");
-}
-
 }  // namespace
 }  // namespace ch5::test

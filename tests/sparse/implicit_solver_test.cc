@@ -7,7 +7,6 @@
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/sparse_solver.h"
-#include "ch5_backend/sparse/steps/implicit_schur.h"
 #include "tests/scenes.h"
 
 namespace ch5::test {
@@ -73,35 +72,6 @@ TEST_P(ImplicitSolvers, AnInexactStepHasMostOfTheDecrease) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ImplicitSolvers, testing::ValuesIn(AllScenes()),
                          [](const testing::TestParamInfo<Scene>& info) { return info.param.name; });
-
-const Scene& SceneNamed(const std::string& name) {
-  for (const Scene& scene : AllScenes()) {
-    if (scene.name == name) return scene;
-  }
-  throw std::logic_error("no scene " + name);
-}
-
-// S x by the operator against the Schur complement that another solver formed.
-TEST(ImplicitSchur, MultipliesByTheSchurComplement) {
-  for (const char* name : {"Bal", "Points", "Mono10x50Priors", "MixedDimensions"}) {
-    SCOPED_TRACE(name);
-    System formed(SceneNamed(name), ReducedSolverType::kDenseCholesky, {});
-    formed.Step(1e-2);
-    const MatXX S = formed.solver->SchurComplement();
-    const VecX x = RandomVector(static_cast<int>(S.rows())), expected = S * x;
-    const double bound = (S.cwiseAbs() * x.cwiseAbs()).norm();
-    Eliminated eliminated = formed.solver->GetEliminated();
-    ThreadPool pool(2);
-    ImplicitSchur schur;
-    schur.Prepare(formed.solver->GetStructure(), &pool);
-    ASSERT_TRUE(schur.Damp(formed.solver->GetLinearized(), {1e-2, Damping::kDiagonal}, Preconditioner::kSchurJacobi,
-                           &eliminated));
-    VecX y(x.size());
-    schur.Multiply(x, &y);
-    // H_pl H_ll⁻¹ H_plᵀ may be larger than S, of which it takes away the most.
-    EXPECT_LT((y - expected).norm(), 1e-11 * bound);
-  }
-}
 
 // An inexact solver keeps the Jacobians of H_pl in single precision. The rest of H is summed from the same, so that it
 // stays positive semi-definite to double precision; b is exact.

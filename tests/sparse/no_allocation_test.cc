@@ -1,19 +1,23 @@
-// An iteration of the sparse solver takes no memory: every way to it is counted, Eigen's malloc included.
+// An iteration of the sparse solver takes no memory, and neither does a factorization: every way to it is counted, Eigen's
+// malloc included.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 
+#include "ch5_backend/linear/sparse_cholesky.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/sparse_solver.h"
+#include "tests/linear/block_matrices.h"
 #include "tests/scenes.h"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define CH5_COUNTS_MALLOC
 
 namespace {
-thread_local bool counting = false;
-thread_local int allocations = 0;
+std::atomic<bool> counting = false;
+std::atomic<int> allocations = 0;
 }  // namespace
 
 // operator new ends here too.
@@ -27,9 +31,9 @@ extern "C" void* malloc(size_t size) {
 namespace ch5::test {
 namespace {
 
-class NoAllocation : public testing::TestWithParam<Scene> {};
+class NoAllocationOfScenes : public testing::TestWithParam<Scene> {};
 
-TEST_P(NoAllocation, AfterTheFirstIteration) {
+TEST_P(NoAllocationOfScenes, AfterTheFirstIteration) {
 #ifndef CH5_COUNTS_MALLOC
   GTEST_SKIP() << "malloc cannot be counted here";
 #else
@@ -66,7 +70,29 @@ TEST_P(NoAllocation, AfterTheFirstIteration) {
 #endif
 }
 
-INSTANTIATE_TEST_SUITE_P(, NoAllocation, testing::ValuesIn(AllScenes()),
+TEST(NoAllocation, InAFactorizationByAnyNumberOfThreads) {
+#ifndef CH5_COUNTS_MALLOC
+  GTEST_SKIP() << "malloc cannot be counted here";
+#else
+  const SymmetricBlockMatrix A = MakeMatrix(std::vector<int>(400, 6), Grid(20), 12);
+  const VecX b = RandomVector(A.Size(), 23), min_pivot = VecX::Zero(A.Size());
+  for (const int threads : {1, 2}) {
+    SparseCholesky cholesky(threads);
+    cholesky.Analyze(A);
+    VecX x(A.Size());
+    allocations = 0;
+    counting = true;
+    for (int repeat = 0; repeat < 3; ++repeat) {
+      EXPECT_TRUE(cholesky.Factorize(A, min_pivot));
+      cholesky.Solve(b, &x);
+    }
+    counting = false;
+    EXPECT_EQ(allocations, 0) << threads << " threads";
+  }
+#endif
+}
+
+INSTANTIATE_TEST_SUITE_P(, NoAllocationOfScenes, testing::ValuesIn(AllScenes()),
                          [](const testing::TestParamInfo<Scene>& info) { return info.param.name; });
 
 }  // namespace

@@ -26,8 +26,7 @@ struct Case {
 
 // A scene; with losses, of which half of the residuals feel something.
 void Build(const Case& one, Graph* graph) {
-  const auto& all = AllScenes();
-  std::find_if(all.begin(), all.end(), [&](const Scene& scene) { return scene.name == one.scene; })->build(graph);
+  SceneNamed(one.scene).build(graph);
   if (!one.has_losses) return;
   std::vector<Edge*> edges;
   std::vector<double> squares;

@@ -1,10 +1,11 @@
-// What lies where, of a graph that is numbered by hand.
+// What lies where, and the steps of the sparse solver, of graphs that are done by hand: H and b, S and b_S, Δx. Against the
+// dense solver: equality_test.cc.
 #include "ch5_backend/sparse/steps/structure.h"
 
 #include <gtest/gtest.h>
 
+#include "ch5_backend/sparse/sparse_solver.h"
 #include "ch5_backend/sparse/steps/eliminate.h"
-#include "tests/graph_error.h"
 #include "tests/sparse/scalar_graph.h"
 
 namespace ch5::test {
@@ -58,12 +59,6 @@ TEST(Structure, ListsEdgesLandmarkByLandmarkThenThoseOfPosesThenConstantOnes) {
   EXPECT_EQ(s.pose_edge_blocks_begin, (Numbers{0, 2, 3, 3, 4})) << "of blocks 00, 20, 11, 22";
 }
 
-TEST(Structure, RefusesAnEdgeOfTwoFreeLandmarks) {
-  SmallGraph small;
-  small.Tie(small.landmarks[0], small.landmarks[2], 0.0);
-  EXPECT_THROW(BuildStructure(MakeOrdering(small.graph)), GraphError);
-}
-
 TEST(SchurGroups, TakeTogetherWhatTheSamePosesSee) {
   const SmallGraph small;
   const Structure s = BuildStructure(MakeOrdering(small.graph));
@@ -78,22 +73,69 @@ TEST(SchurGroups, TakeTogetherWhatTheSamePosesSee) {
     EXPECT_EQ(found.groups[1].last, 3) << "landmarks a and c";
     // Blocks of S are numbered 00, 10, 20, 11, 21, 22; poses 0 and 1 change 00, 10, 11, poses 1 and 2 change 11, 21, 22.
     EXPECT_EQ(found.blocks, (Numbers{0, 1, 3, 3, 4, 5}));
-    int column = 0, poses = 0;
-    for (const SchurGroups::ColumnRange& range : found.ranges) {
-      EXPECT_EQ(range.begin, column) << "the ranges follow each other";
-      column = range.end;
-      const kernels::GroupMemory memory =
-          kernels::GroupMemoryFor(s.sizes, /*poses=*/2, /*rows=*/2);  // the most of a group
-      EXPECT_EQ(range.A.size(), memory.A);
-      EXPECT_EQ(range.C.size(), memory.C);
-      const auto [first, second] = found.PosesIn(found.groups[1], range);
-      poses += static_cast<int>(second - first);
-      for (const kernels::GroupPose* pose = first; pose != second; ++pose)
-        EXPECT_TRUE(range.begin <= pose->pose && pose->pose < range.end);
-    }
-    EXPECT_EQ(column, 3);
-    EXPECT_EQ(poses, 2) << "each pose of a group is in one range";
   }
+}
+
+struct Case {
+  double lambda;
+  Damping damping;
+  double S, b_S;
+  VecX delta_x;
+  double model_cost_change;  // bᵀΔx − ½ΔxᵀHΔx, H without damping
+};
+
+TEST(Elimination, OfOneLandmarkByHand) {
+  OnePoseOneLandmark small;
+  SparseSolver solver(&small.graph);
+  solver.SetOrdering();
+  solver.MakeHessian();
+  EXPECT_EQ(solver.DenseHessian(), (MatXX(2, 2) << 2, -1, -1, 2).finished());
+  EXPECT_EQ(solver.RightHandSide(), Vec2(-1, 7));
+  EXPECT_EQ(solver.HessianDiagonal(), Vec2(2, 2));
+  EXPECT_EQ(solver.MultiplyHessian(Vec2(1, 3)), Vec2(-1, 5));
+  for (const Case& one :
+       {Case{0.0, Damping::kIdentity, 2.0 - 1.0 / 2.0, -1.0 + 7.0 / 2.0, Vec2(5, 13) / 3.0, 43.0 / 3.0},
+        Case{1.0, Damping::kIdentity, 3.0 - 1.0 / 3.0, -1.0 + 7.0 / 3.0, Vec2(0.5, 2.5), 11.75},
+        Case{1.0, Damping::kDiagonal, 4.0 - 1.0 / 4.0, -1.0 + 7.0 / 4.0, Vec2(0.2, 1.8), 9.48}}) {
+    SCOPED_TRACE(one.S);
+    solver.SetDamping(one.damping);
+    VecX step;
+    ASSERT_TRUE(solver.SolveLinearSystem(one.lambda, &step));
+    EXPECT_DOUBLE_EQ(solver.SchurComplement()(0, 0), one.S);
+    EXPECT_DOUBLE_EQ(solver.GetEliminated().b_S[0], one.b_S);
+    EXPECT_LT((step - one.delta_x).norm(), 1e-14);
+    EXPECT_DOUBLE_EQ(solver.ModelCostChange(step), one.model_cost_change);
+  }
+}
+
+TEST(Elimination, RefusesALandmarkThatIsNotPositiveDefinite) {
+  OnePoseOneLandmark small;
+  for (const auto& edge : small.graph.Edges()) edge->SetInformation(MatXX::Zero(1, 1));
+  SparseSolver solver(&small.graph);
+  solver.SetOrdering();
+  solver.MakeHessian();
+  VecX step;
+  EXPECT_FALSE(solver.SolveLinearSystem(0.0, &step));
+  EXPECT_TRUE(solver.SolveLinearSystem(1.0, &step));
+}
+
+// C δ = 0 with C = (1): the pose is held, its row and column leave the system.
+TEST(HoldPoses, TakesTheHeldDirectionsOut) {
+  OnePoseOneLandmark small;
+  SparseSolver solver(&small.graph);
+  solver.SetOrdering();
+  const auto one = [] { return MatXX(MatXX::Ones(1, 1)); };
+  EXPECT_TRUE(FindHeldPoses(solver.GetStructure(), {{small.origin, one}}).empty()) << "what is fixed is held already";
+  EXPECT_THROW(FindHeldPoses(solver.GetStructure(), {{small.landmarks[0], one}}), std::invalid_argument);
+  solver.Hold({{small.poses[0], one}});
+  solver.MakeHessian();
+  ASSERT_EQ(solver.HeldPoses().size(), 1u);
+  EXPECT_DOUBLE_EQ(solver.HeldPoses()[0].projection(0, 0), 0.0);
+  const MatXX H = solver.DenseHessian();
+  EXPECT_GT(H(0, 0), 0.0) << "to keep it regular";
+  EXPECT_DOUBLE_EQ(H(0, 1), 0.0);
+  EXPECT_DOUBLE_EQ(H(1, 1), 2.0);
+  EXPECT_EQ(solver.RightHandSide(), Vec2(0, 7));
 }
 
 }  // namespace
