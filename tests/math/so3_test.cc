@@ -62,17 +62,6 @@ TEST(SO3, RightJacobianInverseInvertsTheRightJacobian) {
   EXPECT_LT(Distance(RightJacobianSO3(theta) * RightJacobianInverseSO3(theta), Mat33::Identity()), 1e-13);
 }
 
-TEST(SO3, SeriesJoinTheClosedFormsWithoutAStep) {
-  const Vec3 axis = Vec3(1, -2, 2) / 3.0;
-  for (const double threshold : {1e-8, 1e-4, 2e-4, 0.2}) {
-    const Vec3 below = std::nextafter(threshold, 0.0) * axis, above = std::nextafter(threshold, 1.0) * axis;
-    EXPECT_LT(Distance(LeftJacobianSO3(below), LeftJacobianSO3(above)), 1e-15) << threshold;
-    EXPECT_LT(Distance(RightJacobianInverseSO3(below), RightJacobianInverseSO3(above)), 1e-15) << threshold;
-    EXPECT_LT((ExpSO3(below).coeffs() - ExpSO3(above).coeffs()).norm(), 1e-15) << threshold;
-    EXPECT_LT((LogSO3(ExpSO3(below)) - LogSO3(ExpSO3(above))).norm(), 1e-15) << threshold;
-  }
-}
-
 TEST(SO3, LogUndoesExpToTheLastDigitsOfTheAngle) {
   Random random(3);
   for (const double angle : kAngles) {
