@@ -120,29 +120,6 @@ TEST(Graph, FreesItsMembersWhenItIsGone) {
   EXPECT_EQ(next.AddEdge(prior), 0);
 }
 
-TEST(Ordering, PosesComeFirstAndFixedOrIsolatedVerticesAreLeftOut) {
-  Graph graph;
-  const auto depth = NewDepth(), isolated_depth = NewDepth();
-  const auto fixed = NewPose(), a = NewPose(), isolated = NewPose(), b = NewPose();
-  const std::vector<std::shared_ptr<Vertex>> all = {depth, isolated_depth, fixed, a, isolated, b};
-  for (const auto& vertex : all) graph.AddVertex(vertex);
-  fixed->SetFixed();
-  graph.AddEdge(NewReprojection(depth, fixed, b));
-  graph.AddEdge(NewPrior(a));
-  const Ordering ordering = MakeOrdering(graph);
-  EXPECT_EQ(ordering.poses, (std::vector<std::shared_ptr<Vertex>>{a, b}));
-  EXPECT_EQ(ordering.landmarks, (std::vector<std::shared_ptr<Vertex>>{depth}));
-  EXPECT_EQ(ordering.dim_poses, 12);
-  EXPECT_EQ(ordering.dim_landmarks, 1);
-  EXPECT_EQ(ordering.Size(), 13);
-  EXPECT_EQ(a->OrderingId(), 0);
-  EXPECT_EQ(b->OrderingId(), 6);
-  EXPECT_EQ(depth->OrderingId(), 12);
-  for (const auto& vertex : {std::shared_ptr<Vertex>(fixed), {isolated}, {isolated_depth}}) {
-    EXPECT_EQ(vertex->OrderingId(), -1);
-  }
-}
-
 TEST(Ordering, RoleDecidesWhoIsEliminated) {
   Graph graph;
   const auto pose = NewPose(), other = NewPose();
