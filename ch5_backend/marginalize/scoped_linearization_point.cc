@@ -2,10 +2,6 @@
 
 namespace ch5 {
 
-ScopedLinearizationPoint::ScopedLinearizationPoint(const Prior* prior) {
-  for (size_t i = 0; prior && i < prior->vertices.size(); ++i) Move(prior->vertices[i].get(), prior->x0[i]);
-}
-
 ScopedLinearizationPoint::~ScopedLinearizationPoint() {
   for (auto it = former_.rbegin(); it != former_.rend(); ++it) it->first->Parameters() = it->second;
 }

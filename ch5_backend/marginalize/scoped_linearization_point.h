@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "ch5_backend/marginalize/edge_prior.h"
+#include "ch5_backend/graph/vertex.h"
 
 namespace ch5 {
 
@@ -12,8 +12,6 @@ namespace ch5 {
 class ScopedLinearizationPoint {
  public:
   ScopedLinearizationPoint() = default;
-  /// Moves the prior's vertices to its x₀; null: none.
-  explicit ScopedLinearizationPoint(const Prior* prior);
   ~ScopedLinearizationPoint();
   ScopedLinearizationPoint(const ScopedLinearizationPoint&) = delete;
   ScopedLinearizationPoint& operator=(const ScopedLinearizationPoint&) = delete;

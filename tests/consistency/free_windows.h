@@ -1,5 +1,5 @@
 #pragma once
-/// Windows whose gauge nothing fixes, at rest and sliding.
+/// Windows whose gauge nothing fixes.
 
 #include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/marginalize/marginalize.h"

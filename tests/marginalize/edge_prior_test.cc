@@ -1,6 +1,7 @@
 #include "ch5_backend/marginalize/edge_prior.h"
 
 #include "ch5_backend/marginalize/marginalize.h"
+#include "ch5_backend/marginalize/scoped_linearization_point.h"
 #include "tests/marginalize/small_graphs.h"
 
 namespace ch5 {
@@ -62,6 +63,18 @@ TEST(EdgePrior, RefusesPartsThatDoNotFitTogether) {
   EXPECT_THROW(EdgePrior(Prior{{x}, {}, MatXX::Identity(1, 1), one}), std::invalid_argument);
   EXPECT_THROW(EdgePrior(Prior{{x}, {VecX::Zero(2)}, MatXX::Identity(1, 1), one}), std::invalid_argument);
   EXPECT_THROW(EdgePrior(Prior{{x}, {one}, MatXX::Identity(1, 2), one}), std::invalid_argument);
+}
+
+TEST(ScopedLinearizationPoint, VerticesReturnToTheBitAlsoWhenMovedTwice) {
+  auto pose = std::make_shared<VertexPose>(ExpSO3({0.3, 0.2, 0.1}), Vec3(0.1, 0.2, 0.3));
+  const VecX before = pose->Parameters(), there = VertexPose().Parameters();
+  {
+    ScopedLinearizationPoint scope;
+    scope.Move(pose.get(), there);
+    EXPECT_EQ(pose->Parameters(), there);
+    scope.Move(pose.get(), before + VecX::Ones(7));
+  }
+  EXPECT_EQ(pose->Parameters(), before);
 }
 
 }  // namespace

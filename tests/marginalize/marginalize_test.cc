@@ -2,7 +2,9 @@
 
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <algorithm>
 
+#include "ch5_backend/marginalize/drop_ordering.h"
 #include "ch5_backend/sparse/covariance.h"
 #include "tests/marginalize/small_graphs.h"
 
@@ -214,6 +216,52 @@ TEST(Marginalize, TakesThePseudoInverseOfAPointOfRankTwo) {
               (H.topLeftCorner(1, 1) - H.topRightCorner(1, 6) * inverse * H.bottomLeftCorner(6, 1))(0, 0),
               1e-12 * H(0, 0));
   EXPECT_NEAR(system.b[0], b[0] - (H.topRightCorner(1, 6) * inverse * b.tail(6))(0), 1e-12 * b.norm());
+}
+
+// Frame 0 and its landmarks are dropped: the rows of the kept vertices come first, then those of the dropped, by id.
+TEST(DropOrdering, KeptRowsComeFirstThenDroppedOnesInOrderOfIds) {
+  const SmallWindow window;
+  const auto drop = window.Oldest();
+  const DropOrdering order = MakeDropOrdering(window.EdgesAt(drop), drop);
+  const std::vector<std::shared_ptr<Vertex>> poses{window.poses[1],       window.speed_biases[1], window.poses[2],
+                                                   window.poses[3],       window.extrinsic,       window.poses[0],
+                                                   window.speed_biases[0]};
+  EXPECT_EQ(order.ordering.poses, poses);
+  EXPECT_EQ(order.num_kept, 5);
+  EXPECT_EQ(order.ordering.landmarks.size(), 6u);
+  EXPECT_EQ(order.kept_size, 6 + 9 + 6 + 6 + 6);
+  EXPECT_EQ(order.ordering.dim_poses, order.kept_size + 6 + 9);
+  int row = 0;
+  for (const auto* vertices : {&order.ordering.poses, &order.ordering.landmarks}) {
+    for (const auto& vertex : *vertices) {
+      EXPECT_EQ(vertex->OrderingId(), row);
+      row += vertex->LocalDimension();
+    }
+  }
+  EXPECT_EQ(row, order.ordering.Size());
+}
+
+TEST(DropOrdering, FixedVerticesHaveNoRows) {
+  const SmallWindow window;
+  window.poses[1]->SetFixed();
+  const auto drop = window.Oldest();
+  const auto edges = window.EdgesAt(drop);
+  const DropOrdering order = MakeDropOrdering(edges, drop);
+  EXPECT_EQ(window.poses[1]->OrderingId(), -1);
+  EXPECT_EQ(order.num_kept, 4);
+  const Incidence& incidence = order.ordering.incidence;
+  for (size_t e = 0; e < edges.size(); ++e) {
+    const auto& vertices = edges[e]->Vertices();
+    const auto free = std::count_if(vertices.begin(), vertices.end(), [](const auto& v) { return !v->IsFixed(); });
+    EXPECT_EQ(incidence.begin[e + 1] - incidence.begin[e], free);
+  }
+}
+
+TEST(DropOrdering, AnEdgeBetweenTwoDroppedLandmarksIsRefused) {
+  std::vector<std::shared_ptr<Vertex>> points{std::make_shared<VertexPointXYZ>(Vec3::Zero()),
+                                              std::make_shared<VertexPointXYZ>(Vec3::Ones())};
+  auto edge = std::make_shared<LinearEdge>(points, std::vector<MatXX>(2, MatXX::Identity(3, 3)), VecX::Zero(3));
+  EXPECT_THROW(EliminateVertices({edge}, points), std::invalid_argument);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 ///   VN6  MARGIN_OLD                        policies_test.cc, ../marginalize/marginalization_info_test.cc
 ///   VN7  MARGIN_SECOND_NEW                 ../marginalize/marginalization_info_test.cc
 ///   VN8  eigenvalue cutoff                 ../marginalize/marginalization_info_test.cc
-///   VN9  no first estimates                ../consistency/first_estimates_test.cc
+///   VN9  no first estimates                ../experiments/consistency_study_test.cc
 ///   VN10 observations used twice           ../experiments/consistency_study_test.cc
 ///   VN11 gauge restored                    policies_test.cc
 ///   VN12 failure thresholds                policies_test.cc
