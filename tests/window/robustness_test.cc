@@ -168,18 +168,6 @@ TEST(Robustness, ImagesThatContradictTheImuForTooLongAreNamed) {
                    Failure::kImagesRejected);
 }
 
-TEST(Robustness, ATrackTwiceInAnImageIsRefused) {
-  Estimator estimator(EstimatorOptions{}, MakeVinsPolicy());
-  estimator.AddImu({1.0, Vec3(0, 0, 9.81), Vec3::Zero()});
-  try {
-    estimator.AddFrame({1.0, {{7, Vec2(0, 0)}, {8, Vec2(0, 0)}, {7, Vec2(1, 0)}}});
-    FAIL() << "accepted";
-  } catch (const MeasurementError& error) {
-    EXPECT_NE(std::string(error.what()).find("track 7"), std::string::npos) << error.what();
-  }
-  EXPECT_NO_THROW(estimator.AddFrame({1.0, {{7, Vec2(0, 0)}}})) << "the estimator is as before";
-}
-
 TEST(Robustness, ImagesBeforeAnyReadingOfTheImuWait) {
   Estimator estimator(EstimatorOptions{}, MakeVinsPolicy());
   for (int k = 0; k < 30; ++k) {

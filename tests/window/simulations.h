@@ -1,6 +1,8 @@
 #pragma once
 /// Recordings for the estimators: a hand-held camera in a room.
 
+#include <algorithm>
+
 #include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 
@@ -21,6 +23,15 @@ inline Recording SimulateRoom(RoomOptions options = {}) {
   path.seed = options.seed;
   options.simulation.camera.max_tracks = options.max_tracks;
   return SimulateInRoom(path, 1500, options.simulation, options.seed);
+}
+
+/// To the bit.
+inline bool AreSame(const std::vector<StampedState>& a, const std::vector<StampedState>& b) {
+  const auto same = [](const StampedState& x, const StampedState& y) {
+    return x.t == y.t && x.T_W_B.p == y.T_W_B.p && x.T_W_B.q.coeffs() == y.T_W_B.q.coeffs() && x.v_W == y.v_W &&
+           x.b_a == y.b_a && x.b_g == y.b_g;
+  };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
 }
 
 }  // namespace ch5
