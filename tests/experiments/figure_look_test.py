@@ -1,6 +1,6 @@
-"""The figures of the report as a paper's reader sees them: letters large enough, legends beside the data, axes that fit the
-data, and lines that are told apart without color; on the Chinese page without an English word. What is measured is drawn, in
-pixels. tests/docs/decks_test.py asks the same of the decks' figures."""
+"""The figures of the report as a paper's reader sees them: letters large enough, legends beside the data, and lines that are
+told apart without color; on the Chinese page without an English word. What is measured is drawn, in pixels.
+tests/docs/decks_test.py asks the same of the decks' figures."""
 
 import os
 import unittest
@@ -18,7 +18,6 @@ from ch5_backend.figures import gauge_report, report, style, translate
 TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
 SHOWN = 1280   # pixels, the width at which a figure is read
 LEAST = 14     # pixels, of its letters
-FILLED = 0.45  # of an axis, at least, by the data
 
 
 def small_words(figure, shown):
@@ -80,28 +79,6 @@ def hidden_data(figure):
     return found
 
 
-def span_of(direction, shared):
-    """What the data of all that share this axis fill of it."""
-    points = np.hstack([each.transAxes.inverted().transform(path_of(line))[:, direction] for each in shared for line in curves(each)])
-    return np.ptp(np.clip(points[np.isfinite(points)], 0, 1))
-
-
-def loose_axes(figure):
-    """Axes of which the data fill too little."""
-    found = []
-    for axes in figure.axes:
-        sketch = any(type(line).__name__ == "_AxLine" for line in axes.lines)  # its lines have no ends
-        if axes.name == "3d" or not axes.axison or axes.images or sketch or not curves(axes):
-            continue
-        spans = [span_of(k, shared.get_siblings(axes)) for k, shared in
-                 enumerate((axes.get_shared_x_axes(), axes.get_shared_y_axes()))]
-        if axes.get_aspect() != "auto":  # equal scales: one direction is filled
-            spans = [max(spans)]
-        found += [f"{axes.get_title(loc='left') or axes.get_title()!r}: the data fill {100 * span:.0f} % of {name}"
-                  for name, span in zip("xy", spans) if span < FILLED]
-    return found
-
-
 def look_of(line):
     """What is left of a line in gray: its dashes and its marks."""
     dashes = line._dash_pattern if hasattr(line, "_dash_pattern") else (line._dashOffset, line._dashSeq)
@@ -125,7 +102,7 @@ def alike_in_gray(figure):
 
 def faults(figure, shown=SHOWN):
     figure.canvas.draw()
-    return [*small_words(figure, shown), *cut_words(figure), *hidden_data(figure), *loose_axes(figure), *alike_in_gray(figure)]
+    return [*small_words(figure, shown), *cut_words(figure), *hidden_data(figure), *alike_in_gray(figure)]
 
 
 class Look(unittest.TestCase):

@@ -122,7 +122,3 @@ class Fly(unittest.TestCase):
     def changes(self, program, experiment) -> bool:
         done = subprocess.run([program, experiment, "--out", self.out / "table"], check=False, capture_output=True, text=True)
         return done.returncode != 0
-
-
-if __name__ == "__main__":
-    unittest.main(verbosity=2)

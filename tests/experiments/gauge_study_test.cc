@@ -96,16 +96,5 @@ TEST(MonoBaScene, KeepsEveryInitialDepthPositive) {
   }
 }
 
-TEST(MonoBaScene, LiesOnTheCoursesQuarterCircle) {
-  const MonoBaScene scene = SimulateMonoBa(Scene(3, 20));
-  for (int n = 0; n < 3; ++n) {
-    const double theta = n * 2.0 * M_PI / 12.0;
-    const Vec3 p(8.0 * std::cos(theta) - 8.0, 8.0 * std::sin(theta), std::sin(2.0 * theta));
-    EXPECT_LT((scene.frames[n].p - p).norm(), 1e-14);
-    EXPECT_NEAR(LogSO3(scene.frames[n].q).z(), theta, 1e-14);
-    EXPECT_EQ(scene.initial_frames[n].p, scene.frames[n].p) << "the course starts at the truth";
-  }
-}
-
 }  // namespace
 }  // namespace ch5

@@ -23,7 +23,3 @@ class MineNumbers(unittest.TestCase):
             found = Mine(folder).finding("vins")
         self.assertEqual(found.key, "flight")
         self.assertEqual((found.values["image"], found.values["t"], found.values["apart"]), (3, 0.3, 1.0))
-
-
-if __name__ == "__main__":
-    unittest.main()

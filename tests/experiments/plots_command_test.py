@@ -6,26 +6,23 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
-import unittest
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from tests.folder import FolderTest
 from tests.experiments.programs_under_test import BUILD, ROOT, contents, run
 
 HERE = Path(__file__).resolve().parent
-from ch5_backend.course.experiments import figure_sets, plots
+from ch5_backend.course.experiments import figure_sets
 
 FAKE = [sys.executable, "-m", "tests.experiments.fake_course", "plots"]
 TRIALS = 14  # of the fake set
 
 
-class PlotsTest(unittest.TestCase):
+class PlotsTest(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
+        super().setUp()
         self.out, self.log = self.folder / "out", self.folder / "log"
 
     def environment(self, **more) -> dict:
@@ -199,11 +196,3 @@ class Trials(PlotsTest):
         self.succeed(FAKE_PROGRAM=str(program))
         self.assertEqual(self.runs(), 2 * TRIALS)
         self.assertIn("squares,3,27\n", (self.out / "fake/csv/squares.csv").read_text(encoding="utf-8"))
-
-    def test_the_key_depends_on_words_contents_and_registers(self):
-        file = self.folder / "program"
-        file.write_text("one", encoding="utf-8")
-        keys = {plots.key_of((str(file), "a")), plots.key_of((str(file), "b")), plots.key_of((f"{file}a",))}
-        file.write_text("two", encoding="utf-8")
-        keys.add(plots.key_of((str(file), "a")))
-        self.assertEqual(len(keys), 4)

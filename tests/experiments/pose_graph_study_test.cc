@@ -12,11 +12,6 @@
 namespace ch5 {
 namespace {
 
-Vec3 RandomVector(Random* random, double scale) {
-  const double x = random->Normal(), y = random->Normal(), z = random->Normal();
-  return scale * Vec3(x, y, z);
-}
-
 // A walk of `n` poses with perfect odometry and closures, which starts from poses that are off by `noise`.
 struct Walk {
   std::vector<Qd> q;
@@ -29,13 +24,13 @@ Walk MakeWalk(int n, double noise, uint64_t seed) {
   Random random(seed);
   for (int i = 0; i < n; ++i) {
     const bool first = i == 0;
-    const Qd q = first ? Qd::Identity() : walk.q.back() * ExpSO3(RandomVector(&random, 0.3));
+    const Qd q = first ? Qd::Identity() : walk.q.back() * ExpSO3(NormalVector(&random, 0.3));
     const Vec3 p = first ? Vec3::Zero() : Vec3(walk.p.back() + walk.q.back() * Vec3(1, 0, 0));
     walk.q.push_back(q);
     walk.p.push_back(p);
     const double off = first ? 0.0 : noise;
     walk.file.graph.AddVertex(
-        std::make_shared<VertexPose>(q * ExpSO3(RandomVector(&random, off)), p + RandomVector(&random, off)));
+        std::make_shared<VertexPose>(q * ExpSO3(NormalVector(&random, off)), p + NormalVector(&random, off)));
     walk.file.ids.push_back(10 * i);
   }
   const auto pose = [&](int i) { return std::static_pointer_cast<VertexPose>(walk.file.graph.Vertices()[i]); };
@@ -105,25 +100,6 @@ TEST(PoseGraph, PlanarSquare) {
   for (int i = 0; i < 4; ++i) EXPECT_LT(poses[i]->Minus(expected[i]).norm(), 1e-6) << i;
 }
 
-TEST(PoseGraph, EveryFreePartIsHeldOnce) {
-  Graph graph;
-  std::vector<std::shared_ptr<VertexSE2>> poses;
-  for (int i = 0; i < 8; ++i) {
-    poses.push_back(std::make_shared<VertexSE2>());
-    graph.AddVertex(poses.back());
-  }
-  const auto tie = [&](int i, int j) {
-    graph.AddEdge(std::make_shared<EdgeSE2Between>(poses[i], poses[j], Vec2(1, 0), 0.0));
-  };
-  tie(2, 1);  // {1, 2, 5}: nothing fixed
-  tie(5, 2);
-  tie(3, 4);  // {3, 4}: 4 is fixed
-  tie(7, 6);  // {6, 7}: nothing fixed;  {0}: no edge
-  poses[4]->SetFixed();
-  EXPECT_EQ(FixFreeParts(graph), (std::vector<int>{1, 6}));
-  EXPECT_EQ(FixFreeParts(graph), std::vector<int>{});
-}
-
 TEST(PoseGraph, ResultDoesNotDependOnThreads) {
   std::string results[2];
   for (const int threads : {1, 3}) {
@@ -164,16 +140,6 @@ INSTANTIATE_TEST_SUITE_P(Shared, RealGraph,
                          testing::Values(Known{"sphere2500", 363.574840}, Known{"parking-garage", 0.619345},
                                          Known{"intel", 22.502348}, Known{"MIT", 20.581635}, Known{"CSAIL", 20.277561}),
                          [](const auto& info) { return std::string(info.param.name).substr(0, 6); });
-
-TEST(PoseGraph, AFileOfEdgesAloneCannotStartFromItsPoses) {
-  Walk walk = MakeWalk(5, 0.0, 44);
-  walk.file.has_poses = false;
-  PoseGraphOptions options;
-  options.start = PoseGraphStart::kGiven;
-  EXPECT_THROW(SolvePoseGraph(options, &walk.file), std::invalid_argument);
-  options.start.reset();
-  EXPECT_EQ(StartPoseGraph(options, &walk.file).costs_of_starts.size(), 3u);
-}
 
 }  // namespace
 }  // namespace ch5

@@ -27,33 +27,6 @@ PriorRun Solve(const PriorVariant& variant, double weight) {
   return RunPrior(variant, SimulateMonoBa(variant.scene), weight, TightOptions());
 }
 
-TEST(PriorEdges, AreExactlyOneOnEachOfTheFirstTwoFrames) {
-  const MonoBaScene scene = SimulateMonoBa(MonoBaOptions());
-  MonoBa ba;
-  BuildMonoBa(scene, Gauge::kPriorTwoFrames, 1.0, /*prior_weight=*/7.0, &ba);
-  const auto priors = Priors(ba);
-  ASSERT_EQ(priors.size(), 2u);
-  EXPECT_EQ(ba.graph.Edges().size(), 2u + 2u * 20u) << "and one reprojection for each landmark and frame behind 0";
-  for (size_t i = 0; i < 2; ++i) {
-    EXPECT_EQ(priors[i]->Vertices()[0], ba.poses[i]);
-    EXPECT_EQ(priors[i]->Information(), 7.0 * MatXX::Identity(6, 6));
-    ba.poses[i]->SetPose(scene.frames[i].q, scene.frames[i].p);
-    priors[i]->ComputeResidual();
-    EXPECT_LT(priors[i]->Residual().norm(), 1e-15) << "the prior asks for the frame's true pose";
-  }
-}
-
-TEST(PriorEdges, AreAbsentAtWeightZeroAndUnderOtherGauges) {
-  const MonoBaScene scene = SimulateMonoBa(MonoBaOptions());
-  const std::pair<Gauge, double> none[] = {
-      {Gauge::kPriorTwoFrames, 0.0}, {Gauge::kPriorMinimal, 0.0}, {Gauge::kFree, 7.0}, {Gauge::kFixTwoFrames, 7.0}};
-  for (const auto& [gauge, weight] : none) {
-    MonoBa ba;
-    BuildMonoBa(scene, gauge, 1.0, weight, &ba);
-    EXPECT_TRUE(Priors(ba).empty());
-  }
-}
-
 TEST(PriorEdges, OfTheMinimalGaugeAreSevenConstraints) {
   MonoBa ba;
   BuildMonoBa(SimulateMonoBa(MonoBaOptions()), Gauge::kPriorMinimal, 1.0, 7.0, &ba);
@@ -137,25 +110,6 @@ TEST(Damping, OfTheIdentityMakesIterationsGrowWithTheWeight) {
   EXPECT_LE(more, 7);
   variant.damping = Damping::kDiagonal;
   EXPECT_NEAR(Solve(variant, 1e10).summary.iterations, Solve(variant, 1e7).summary.iterations, 1);
-}
-
-TEST(PriorStudy, WeightsAreZeroAndThenLogarithmic) {
-  const auto weights = PriorWeights();
-  EXPECT_EQ(weights.front(), 0.0);
-  EXPECT_EQ(weights[1], 1e-3);
-  EXPECT_EQ(weights.back(), 1e10);
-  for (size_t i = 2; i < weights.size(); ++i) {
-    EXPECT_GT(weights[i] / weights[i - 1], 2.9);
-    EXPECT_LT(weights[i] / weights[i - 1], 3.4);
-  }
-}
-
-TEST(PriorStudy, RunsRepeatToTheBit) {
-  const PriorVariant variant = Variant("perturbed");
-  const PriorRun a = Solve(variant, 10.0), b = Solve(variant, 10.0);
-  EXPECT_EQ(a.reprojection_cost, b.reprojection_cost);
-  EXPECT_EQ(a.drift_position, b.drift_position);
-  EXPECT_EQ(a.summary.cost_evaluations, b.summary.cost_evaluations);
 }
 
 }  // namespace

@@ -5,23 +5,20 @@ import io
 import os
 import subprocess
 import sys
-import tempfile
-import unittest
 from pathlib import Path
 
 
 SCRIPT = "ch5_backend.figures.plot_prior_weight"
+from tests.folder import FolderTest
 from ch5_backend.figures import plot_prior_weight
 
 SWEEP = Path(os.environ["CH5_TABLES"]) / "csv" / "prior_sweep.csv"
 HEAD = "weight,iterations,milliseconds,rmse_position\n"
 
 
-class PriorWeightPlot(unittest.TestCase):
+class PriorWeightPlot(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
+        super().setUp()
         self.table = self.folder / "own.csv"
 
     def draw(self, *words):
@@ -58,11 +55,6 @@ class PriorWeightPlot(unittest.TestCase):
         columns = [[line.split(",")[i] for i in (4, 2, 0, 3, 1)] for line in lines]
         self.table.write_text("\n".join(map(",".join, columns)) + "\n", encoding="utf-8")
         self.assertEqual(self.picture(self.table, "b.png"), one)
-
-    def test_a_table_without_variants_lands_beside_it(self):
-        self.table.write_text(HEAD + "0,4,2,0.03\n1e3,5,2.5,0.01\n", encoding="utf-8")
-        self.assertEqual(self.draw(self.table), (0, f"{self.folder / 'prior_weight.png'}\n", ""))
-        self.assertTrue((self.folder / "prior_weight.png").exists())
 
     def test_bad_tables_are_named_with_line_and_value(self):
         self.refuses("", "no rows")

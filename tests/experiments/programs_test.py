@@ -2,9 +2,9 @@
 
 import os
 import subprocess
-import tempfile
-import unittest
 from pathlib import Path
+
+from tests.folder import FolderTest
 
 BIN = Path(os.environ["CH5_BUILD"]) / "bin"
 
@@ -17,11 +17,9 @@ NUMBERS = {"--iterations": SOLVERS, "--threads": SOLVERS, "--huber": ("ch5_bal",
 NO_NUMBERS = ("-1", "1e999", "nan", "many", "", "5x", "99999999999999", "+5", " 5", "1_0", "0x10", "--out")
 
 
-class Programs(unittest.TestCase):
+class Programs(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
+        super().setUp()
         (self.folder / "out").mkdir()
         (self.folder / "out" / "old.csv").write_text("of an earlier run\n")
 

@@ -5,9 +5,10 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 import unittest
 from pathlib import Path
+
+from tests.folder import FolderTest
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
@@ -34,13 +35,11 @@ def needs(path) -> Path:
     return path
 
 
-class AppTest(unittest.TestCase):
+class AppTest(FolderTest):
     app = ""  # the program's name
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
+        super().setUp()
         self.out = self.folder / "out"
 
     def write(self, name, text) -> Path:

@@ -68,20 +68,6 @@ class Tables(unittest.TestCase):
                 self.assertAlmostEqual(cost[-1] / total, 1.0, delta=1e-12)
                 self.assertTrue((cost[1:] <= cost[:-1]).all())
 
-    def test_scene_tables_have_a_row_for_each_frame_and_point(self):
-        frames, points = tables.read(self.out, "mono_ba_frames"), tables.read(self.out, "mono_ba_points")
-        for scene, frame_count, point_count in (("course", 3, 20), ("large", 10, 300)):
-            for state in ("truth", "initial", "final"):
-                self.assertEqual(len(frames.where(scene=scene, state=state)), frame_count)
-                self.assertEqual(len(points.where(scene=scene, state=state)), point_count)
-
-    def test_landmarks_corner_of_the_hessian_is_diagonal(self):
-        H = tables.dense(tables.read(self.out, "hessian").where(scene="course", matrix="H"), 38, 38)
-        corner = H[18:, 18:]
-        self.assertTrue((corner.diagonal() > 0).all())
-        self.assertEqual((corner != 0).sum(), 20)
-        self.assertTrue((abs(H - H.T) <= 1e-12 * abs(H).max()).all())
-
     def test_blocks_of_the_hessian_are_those_that_edges_and_landmarks_made(self):
         names = ("hessian", "hessian_vertices", "hessian_blocks")
         for scene, edges in (("course", 40), ("large", 2700)):
@@ -94,13 +80,6 @@ class Tables(unittest.TestCase):
                 self.assertEqual({(i, j) for i, j in filled if i >= j}, set(zip(made["row_vertex"], made["column_vertex"])))
             corner = blocks.where(matrix="H", row_vertex=0, column_vertex=0)
             self.assertEqual(len(set(corner["number"])), edges, "frame 0 hosts every landmark")
-
-    def test_marginalization_keeps_the_seven_free_directions(self):
-        fill = tables.read(self.out, "marginalize_fill")
-        self.assertEqual(list(fill["size"]), [42, 30, 24, 36])
-        self.assertEqual(set(fill["null_dimension"]), {7})
-        self.assertLess(fill["density"][0], 0.7)
-        self.assertEqual(set(fill["density"][1:]), {1.0})
 
     def test_both_policies_slide_the_same_window_and_only_vins_uses_observations_twice(self):
         table = tables.read(self.out, "slide_observations")
@@ -125,13 +104,6 @@ class Tables(unittest.TestCase):
             self.assertEqual(after["columns"], held["rows"].sum(), policy)
             self.assertLessEqual(after["rank"], after["columns"] - 3, "position is free")
             self.assertEqual(priors.row(policy=policy, stage="before")["null_dimension"], 4)
-
-    def test_windows_keep_seven_frames_and_okvis_speeds_of_four(self):
-        table = tables.read(self.out, "slide_frames")
-        last = table.where(image=table["image"].max())
-        for policy, speeds in (("vins", 7), ("okvis", 4)):
-            rows = last.where(policy=policy)
-            self.assertEqual((len(rows), rows["speed"].sum()), (7, speeds), policy)
 
     def test_figures_are_the_same_to_the_byte_when_drawn_again(self):
         def drawn():
@@ -174,8 +146,3 @@ class BadInput(unittest.TestCase):
                 self.assertIn("consistency.csv", done.stderr)
                 self.assertIn(words, done.stderr)
                 self.assertFalse((Path(folder) / "figures").exists())
-
-    def test_plot_scripts_have_help(self):
-        done = run(sys.executable, "-m", "ch5_backend.figures.report", "--help")
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
-        self.assertIn("usage: report.py [DIR]", done.stdout)

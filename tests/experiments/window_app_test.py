@@ -2,7 +2,7 @@
 
 import random
 
-from tests.experiments.programs_under_test import DATA, ROOT, AppTest, needs, run, table
+from tests.experiments.programs_under_test import ROOT, AppTest, contents, run, table
 
 RESULTS = {"frames.csv", "trace.csv", "summary.csv", "corner-result.tum"}
 
@@ -65,17 +65,14 @@ class WindowApp(AppTest):
         self.assertEqual([row["cost"] for row in table(self.out / "bare" / "trace.csv")], ["0"])
         self.assertTrue((self.out / "bare" / "figures" / "window.png").exists())
 
-    def test_faulty_windows_are_named_and_nothing_is_lost(self):
-        path = self.write("corner.txt", corner())
-        self.assertEqual(self.program(path, "--out", self.out).returncode, 0)
-        lines = corner().splitlines()
-        for line, words, value in ((5, "LOSS quadratic 1", "quadratic"), (4, "SQRTINFO -3", "-3"),
-                                   (10, lines[9].replace("0.5", "half"), "half"), (12, lines[11].replace("1.05", "nan"), "nan"),
-                                   (16, lines[15].replace("L 0 0", "L 0 7"), "7"),
-                                   (16, "L 0 0 2 1e-310 0.2 0.3 0.4", "inverse depth: must not be 0")):
-            spoilt = [*lines[:line - 1], words, *lines[line:]]
-            self.refuses_line(self.write("corner.txt", "\n".join(spoilt) + "\n"), line, value)
-        self.refuses_line(self.write("corner.txt", "\n".join(lines[:20]) + "\n"), None, "")  # breaks off
+    def test_a_faulty_window_is_named_and_nothing_is_lost(self):
+        self.solve(self.write("corner.txt", corner()), "--out", self.out)
+        path = self.write("corner.txt", corner().replace("SQRTINFO 300", "SQRTINFO -3"))  # others: tests/files/window_dump_test.cc
+        before = contents(self.folder)
+        done = self.program(path, "--out", self.out)
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
+        self.assertRegex(done.stderr, rf"^ch5_window: {path}:4: .*-3")
+        self.assertEqual(contents(self.folder), before)
 
     def test_a_point_in_a_cameras_plane_has_no_cost(self):
         lines = corner().splitlines()
@@ -84,23 +81,8 @@ class WindowApp(AppTest):
         path = self.write("corner.txt", "\n".join(lines) + "\n")
         self.refuses(path, "--out", self.out, message=f"{path}: residual 0 (EdgeReprojection) is not finite at the start")
 
-    def refuses_line(self, path, line, value):
-        before = {file.name: file.read_bytes() for file in self.out.iterdir()}
-        done = self.program(path, "--out", self.out)
-        self.assertEqual((done.returncode, done.stdout), (2, ""), value)
-        self.assertIn(f"ch5_window: {path}:" + (f"{line}: " if line else ""), done.stderr)
-        self.assertIn(value, done.stderr)
-        self.assertEqual(done.stderr.count("\n"), 1, "one message")
-        self.assertEqual({file.name: file.read_bytes() for file in self.out.iterdir()}, before)
-
     def test_a_window_is_refused_a_loss(self):
         done = run(ROOT / "course", "run", self.write("corner.txt", corner()), "--huber", "1", "--out", self.out)
         self.assertEqual(done.returncode, 2)
         self.assertIn("--huber does not apply", done.stderr)
         self.assertFalse(self.out.exists())
-
-    def test_stored_windows_reach_their_known_costs(self):
-        for name, initial, converged in (("vio_S", 3.394001e2, 2.799642868e2), ("real_euroc_sub2", 1.572934e8, 2.259314504e2)):
-            result = self.course_run(needs(DATA / "windows" / f"{name}.txt"), "--iterations", "200")
-            self.assertAlmostEqual(result["initial_cost"], initial, delta=1e-6 * initial)
-            self.assertLessEqual(result["final_cost"], converged * (1 + 1e-4))
