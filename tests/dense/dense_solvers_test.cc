@@ -83,16 +83,6 @@ TEST(BlockDiagonal, HoldsTheInverseOfEachBlock) {
   EXPECT_LT((Inverse().Dense() * Blocks() - identity).cwiseAbs().maxCoeff(), 1e-15);
 }
 
-TEST(BlockDiagonal, MultipliesLikeTheDenseMatrix) {
-  const BlockDiagonal D = Inverse();
-  const VecX numbers = VecX::LinSpaced(21, -3.0, 7.0);
-  const MatXX A = Eigen::Map<const MatXX>(numbers.data(), 3, 7).array().square();
-  EXPECT_LT((A * D - A * D.Dense()).cwiseAbs().maxCoeff(), 1e-14);
-  EXPECT_LT((D * A.transpose() - D.Dense() * A.transpose()).cwiseAbs().maxCoeff(), 1e-14);
-  const VecX v = VecX::LinSpaced(7, 1.0, 2.0);
-  EXPECT_LT((D * (v + v) - 2.0 * D.Dense() * v).norm(), 1e-14) << "any expression will do";
-}
-
 TEST(BlockDiagonal, RefusesBlocksThatAreNotPositiveDefinite) {
   BlockDiagonal D(3);
   EXPECT_FALSE(D.SetInverse(0, MatXX::Zero(1, 1)));

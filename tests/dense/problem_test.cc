@@ -96,19 +96,6 @@ TEST(Problem, HessianIsTheDenseOne) {
   }
 }
 
-TEST(Problem, OrderOfEdgesIsIrrelevant) {
-  MixedScene scene;
-  Problem problem(&scene.graph);
-  problem.MakeHessian();
-  const MatXX H = problem.Hessian();
-  const auto edges = scene.graph.Edges();
-  for (const auto& edge : edges) scene.graph.RemoveEdge(edge);
-  for (auto it = edges.rbegin(); it != edges.rend(); ++it) scene.graph.AddEdge(*it);
-  problem.SetOrdering();
-  problem.MakeHessian();
-  EXPECT_LT((problem.Hessian() - H).cwiseAbs().maxCoeff(), 1e-13 * H.cwiseAbs().maxCoeff());
-}
-
 TEST(Problem, RightHandSideIsTheNegativeGradientOfTheCost) {
   MixedScene scene;
   Problem problem(&scene.graph);
