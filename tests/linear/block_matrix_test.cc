@@ -76,15 +76,6 @@ TEST(SymmetricBlockMatrix, BlocksBeginOnWholeRegistersAndPaddingIsZero) {
   }
 }
 
-TEST(SymmetricBlockMatrix, MultipliesLikeTheDenseMatrix) {
-  for (const SymmetricBlockMatrix& A : Matrices()) {
-    const VecX x = RandomVector(A.Size(), 30);
-    VecX y = VecX::Constant(A.Size(), std::numeric_limits<double>::quiet_NaN());  // y is overwritten
-    A.Multiply(x.data(), y.data());
-    EXPECT_LT((y - A.Dense() * x).norm(), 1e-14 * y.norm());
-  }
-}
-
 TEST(SymmetricBlockMatrix, CopyLowerLeavesTheUpperHalfOfOtherBlocksAlone) {
   const SymmetricBlockMatrix A = Picture();
   MatXX copy = MatXX::Constant(10, 10, 77.0);

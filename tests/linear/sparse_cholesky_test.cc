@@ -32,19 +32,6 @@ TEST(SparseCholesky, AnyNumberOfThreadsGivesTheSameBits) {
   }
 }
 
-TEST(SparseCholesky, NewValuesInTheOldPattern) {
-  const SymmetricBlockMatrix first = MakeMatrix(MixedDims(64), Grid(8), 13);
-  const SymmetricBlockMatrix second = MakeMatrix(MixedDims(64), Grid(8), 14);
-  const VecX b = RandomVector(first.Size(), 24);
-  SparseCholesky cholesky;
-  cholesky.Analyze(first);
-  ASSERT_TRUE(cholesky.Factorize(first, VecX::Zero(first.Size())));
-  ASSERT_TRUE(cholesky.Factorize(second, VecX::Zero(first.Size())));
-  VecX x;
-  cholesky.Solve(b, &x);
-  EXPECT_LT((x - SolveByEigen(second, b)).norm(), 1e-13 * x.norm());
-}
-
 // One diagonal entry, anywhere, is made too small: that must show, and leave nothing behind.
 TEST(SparseCholesky, IndefiniteMatricesAreRefused) {
   const SymmetricBlockMatrix good = MakeMatrix(std::vector<int>(100, 6), Grid(10), 15);
@@ -102,17 +89,6 @@ TEST(EliminationPlan, IsAPermutationWithChildrenBeforeParents) {
     }
     EXPECT_EQ(next, A.NumColumns());
   }
-}
-
-TEST(EliminationPlan, OneFrontTakesTheMatrixAsDense) {
-  const SymmetricBlockMatrix A = MakeMatrix({6, 3, 1}, Chain(3), 17);
-  const EliminationPlan plan = PlanOneFront(A);
-  ASSERT_EQ(plan.fronts.size(), 1u);
-  EXPECT_EQ(plan.fronts[0].last, 3);
-  EXPECT_EQ(plan.fronts[0].pivots, 10);
-  EXPECT_EQ(plan.fronts[0].parent, -1);
-  EXPECT_EQ(plan.order, (std::vector<int>{0, 1, 2}));
-  EXPECT_EQ(plan.offset, (std::vector<int>{0, 6, 9, 10}));
 }
 
 SelectedInverse Invert(const SymmetricBlockMatrix& A, EliminationPlan plan) {
