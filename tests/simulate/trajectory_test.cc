@@ -20,18 +20,6 @@ std::vector<std::pair<std::string, Trajectory>> AllPaths() {
           {"handheld", Handheld(handheld)}};
 }
 
-// By hand at t = 2: f = t² sin t, ḟ = 2t sin t + t² cos t, f̈ = (2 − t²) sin t + 4t cos t.
-TEST(Jet, ProductAndChainRulesGiveExactDerivatives) {
-  const Jet t = Jet::Time(2.0);
-  const Jet f = t * t * Sin(t);
-  EXPECT_DOUBLE_EQ(f.value, 4.0 * std::sin(2.0));
-  EXPECT_DOUBLE_EQ(f.rate, 4.0 * std::sin(2.0) + 4.0 * std::cos(2.0));
-  EXPECT_DOUBLE_EQ(f.second, -2.0 * std::sin(2.0) + 8.0 * std::cos(2.0));
-  const Jet one = Sin(t) * Sin(t) + Cos(t) * Cos(t);
-  EXPECT_NEAR(one.rate, 0.0, 1e-15);
-  EXPECT_NEAR(one.second, 0.0, 1e-15);
-}
-
 // Marsden's identity: control points on the line c_k = k make the line u + 2 (the mean of the knots that shape it).
 TEST(Spline, ControlPointsOnALineGiveTheLine) {
   const Spline line({0, 1, 2, 3, 4, 5, 6, 7}, 10.0, 0.5);
