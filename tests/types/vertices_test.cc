@@ -53,20 +53,6 @@ TEST(VertexPose, TurnsAboutTheBodysAxesAndMovesAlongTheWorlds) {
   EXPECT_LT((pose.R() * Vec3::UnitZ() - Vec3::UnitX()).norm(), 1e-15);
 }
 
-// Rodrigues' formula, by Eigen, is the oracle of Exp.
-TEST(VertexPose, PlusIsTheProductWithTheRotationOfItsIncrement) {
-  Random random(21);
-  for (const double angle : kAngles) {
-    const Qd q = ExpSO3(NormalVector(&random, 1.0));
-    const Vec3 axis = Direction(&random);
-    VertexPose pose(q, Vec3::Zero());
-    const Vec6 delta = Increment(Vec3::Zero(), angle * axis);
-    pose.Plus(delta.data());
-    EXPECT_LT((pose.R() - q.toRotationMatrix() * Eigen::AngleAxisd(angle, axis).toRotationMatrix()).norm(), 2e-15)
-        << angle;
-  }
-}
-
 // (x ⊞ δ) ⊟ x = [δp; 2 sin(‖δθ‖/2) δθ/‖δθ‖]: δ itself up to the third order.
 TEST(VertexPose, MinusUndoesPlusUpToTheThirdOrder) {
   Random random(22);
