@@ -124,23 +124,20 @@ TEST(VinsRow13, ABiasIsAFailureWhateverTheTracks) {
   }
 }
 
-TEST(VinsRow17, TheFirstFramesAreKeyframes) {
-  for (const int frames : {1, 2}) {
-    Window window = Parallel(30, 5.0, frames);
-    EXPECT_TRUE(MakesAKeyframe(&window)) << frames;
+TEST(VinsRow17, WhatMakesAKeyframe) {
+  const struct {
+    const char* why;
+    int tracks;
+    double pixels;
+    int frames;
+    bool is_keyframe;
+  } cases[] = {{"the first", 30, 5.0, 1, true},     {"the second", 30, 5.0, 2, true},
+               {"19 tracks", 19, 5.0, 3, true},     {"20 tracks", 20, 5.0, 3, false},
+               {"9.9 px apart", 30, 9.9, 3, false}, {"10.1 px apart", 30, 10.1, 3, true}};
+  for (const auto& [why, tracks, pixels, frames, is_keyframe] : cases) {
+    Window window = Parallel(tracks, pixels, frames);
+    EXPECT_EQ(MakesAKeyframe(&window), is_keyframe) << why;
   }
-}
-
-TEST(VinsRow17, FewerThanTwentyTracksMakeAKeyframe) {
-  Window nineteen = Parallel(19, 5.0), twenty = Parallel(20, 5.0);
-  EXPECT_TRUE(MakesAKeyframe(&nineteen));
-  EXPECT_FALSE(MakesAKeyframe(&twenty));
-}
-
-TEST(VinsRow17, TenPixelsOfMeanParallaxMakeAKeyframe) {
-  Window less = Parallel(30, 9.9), more = Parallel(30, 10.1);
-  EXPECT_FALSE(MakesAKeyframe(&less));
-  EXPECT_TRUE(MakesAKeyframe(&more));
 }
 
 TEST(VinsRow17, NoPairOfPointsMakesAKeyframe) {
