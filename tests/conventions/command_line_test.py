@@ -9,11 +9,10 @@ import subprocess
 from pathlib import Path
 
 from tests.folder import FolderTest
-from tests.conventions.project import BUILD, ROOT
+from tests.conventions.project import BUILD, ROOT, TINY_BAL
 
 COMMANDS = ("run", "track", "test", "check", "hint", "deep", "status", "grade", "pack", "bench", "plots", "slides", "docs",
             "lab", "site")
-TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
 
 
 def course(*words, **options):

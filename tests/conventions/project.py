@@ -7,6 +7,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
+TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
 CXX = os.environ.get("CH5_CXX", "g++")
 EIGEN = next((path for path in ("/usr/include/eigen3", "/usr/local/include/eigen3", "/opt/homebrew/include/eigen3")
               if os.path.isdir(path)), "/usr/include/eigen3")

@@ -9,9 +9,8 @@ import time
 from pathlib import Path
 
 from tests.folder import FolderTest
-from tests.conventions.project import ROOT
+from tests.conventions.project import ROOT, TINY_BAL
 
-TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
 STUCK = 'echo $$ >> "$PIDS"; sleep 300 & echo $! >> "$PIDS"; wait'  # a tool that has started another one
 
 

@@ -2,10 +2,8 @@
 
 import contextlib
 import io
-from pathlib import Path
 from unittest import mock
 
-ROOT = Path(__file__).resolve().parents[2]
 from tests.folder import FolderTest
 from ch5_backend.figures import gauge_answer
 

@@ -7,7 +7,6 @@ import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
 from slides import browser, npm
 from ch5_backend.figures import style, tables
 from tests.experiments.report_texts import TABLES, write_reports

@@ -7,7 +7,6 @@ import os
 import re
 import signal
 import subprocess
-import tempfile
 import time
 import unittest
 from concurrent.futures import ThreadPoolExecutor
@@ -193,37 +192,34 @@ class Grades(FolderTest):
             self.assertIn(told, done.stderr)
 
 
-class Names(unittest.TestCase):
+class Names(FolderTest):
     def test_submissions_of_one_name_are_told_apart_by_their_folders(self):
-        with tempfile.TemporaryDirectory() as folder:
-            paths = [Path(folder) / student / "homework.zip" for student in ("ada", "bob")] + [Path(folder) / "a\nb.zip"]
-            for path in paths:
-                path.parent.mkdir(exist_ok=True)
-                path.touch()
-            self.assertEqual(list(named(paths)), ["homework.zip", "bob-homework.zip", "a_b.zip"])
+        paths = [self.folder / student / "homework.zip" for student in ("ada", "bob")] + [self.folder / "a\nb.zip"]
+        for path in paths:
+            path.parent.mkdir(exist_ok=True)
+            path.touch()
+        self.assertEqual(list(named(paths)), ["homework.zip", "bob-homework.zip", "a_b.zip"])
 
     def test_none_is_called_as_a_table_of_the_class_or_too_long(self):
-        with tempfile.TemporaryDirectory() as folder:
-            paths = [Path(folder) / "a" / "summary.html", Path(folder) / "a" / "grades.csv", Path(folder) / "a" / (250 * "b"),
-                     Path(folder) / ".cache"]
-            for path in paths:
-                path.mkdir(parents=True)
-            self.assertEqual(list(named(paths)), ["a-summary.html", "a-grades.csv", 200 * "b", "cache"])
+        paths = [self.folder / "a" / "summary.html", self.folder / "a" / "grades.csv", self.folder / "a" / (250 * "b"),
+                 self.folder / ".cache"]
+        for path in paths:
+            path.mkdir(parents=True)
+        self.assertEqual(list(named(paths)), ["a-summary.html", "a-grades.csv", 200 * "b", "cache"])
 
     def test_names_keep_the_letters_of_any_language_and_differ(self):
-        with tempfile.TemporaryDirectory() as folder:
-            raw = [os.fsdecode(os.fsencode(folder) + b"/a/" + name) for name in (b"m\xfcller.zip", b"m\xf6ller.zip")]
-            paths = [Path(folder) / "a" / name for name in ("张三.zip", "李四.zip", "a?.zip", "a*.zip", 70 * "王")] + [*map(Path, raw)]
-            for path in paths:
-                path.parent.mkdir(exist_ok=True)
-                path.touch()
-            self.assertEqual(list(named(paths)), ["张三.zip", "李四.zip", "a_.zip", "a-a_.zip", 66 * "王", "m_FCller.zip",
-                                                  "m_F6ller.zip"])
-            with self.assertRaisesRegex(CourseError, "named twice"):
-                named(2 * paths[:1])
-            both = [Path("/same?"), Path("/same*")]  # no folder tells them apart
-            with self.assertRaisesRegex(CourseError, "no such submission"):
-                named(both)
+        raw = [os.fsdecode(os.fsencode(self.folder) + b"/a/" + name) for name in (b"m\xfcller.zip", b"m\xf6ller.zip")]
+        paths = [self.folder / "a" / name for name in ("张三.zip", "李四.zip", "a?.zip", "a*.zip", 70 * "王")] + [*map(Path, raw)]
+        for path in paths:
+            path.parent.mkdir(exist_ok=True)
+            path.touch()
+        self.assertEqual(list(named(paths)), ["张三.zip", "李四.zip", "a_.zip", "a-a_.zip", 66 * "王", "m_FCller.zip",
+                                              "m_F6ller.zip"])
+        with self.assertRaisesRegex(CourseError, "named twice"):
+            named(2 * paths[:1])
+        both = [Path("/same?"), Path("/same*")]  # no folder tells them apart
+        with self.assertRaisesRegex(CourseError, "no such submission"):
+            named(both)
 
     def test_shares_are_all_of_it(self):
         names = {str(k): k for k in range(7)}
