@@ -72,8 +72,8 @@ def draw_weights(mine, experiment):
             for table, look in sides(mine, experiment, "weights"):
                 rows = table.where(variant=variant)
                 known = rows[column] > 0
-                axes.plot(rows["weight"][known], rows[column][known], marker=marker,
-                          **{**look, "label": f"{variant}, {look['label']}"})
+                label = f"{variant}, yours" if look is OWN else f"{variant}, solution"
+                axes.plot(rows["weight"][known], rows[column][known], marker=marker, **{**look, "label": label})
         style.log_axis(axes.xaxis)
         axes.set(title=title, xlabel="prior weight w")
     style.log_axis(panels[1].yaxis)
