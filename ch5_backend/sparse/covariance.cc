@@ -60,8 +60,6 @@ Covariance::Covariance(Graph* graph, const Selection& selection, CovarianceFacto
 
 Covariance::~Covariance() = default;
 
-const Ordering& Covariance::GetOrdering() const { return solver_->GetStructure().ordering; }
-
 void Covariance::ThrowSingular() const {
   const Structure& s = solver_->GetStructure();
   for (size_t l = 0; l < s.landmarks.size() && !factorization_->Refused(); ++l) {
@@ -141,37 +139,6 @@ MatXX Covariance::Block(const Vertex& a, const Vertex& b) {
     for (const Influence& j : on_b) block += i.coefficient.transpose() * PoseBlock(i.pose, j.pose) * j.coefficient;
   }
   return block;
-}
-
-// x_p = S⁻¹ (a_p − Σ K_pl a_l),  x_l = H_ll⁻¹ a_l − Σ K_plᵀ x_p
-MatXX Covariance::Multiply(const MatXX& A) {
-  const Structure& s = solver_->GetStructure();
-  const SymmetricBlockMatrix& S = solver_->GetEliminated().S;
-  MatXX a_p = A.topRows(S.Size()), X(A.rows(), A.cols());
-  std::vector<std::vector<Influence>> influences;
-  for (int l = 0; l < s.NumLandmarks(); ++l) {
-    int landmark;
-    influences.push_back(InfluencesOn(*s.landmarks[l], &landmark));
-    for (const Influence& i : influences.back()) {
-      a_p.middleRows(S.Offset(i.pose), S.Dim(i.pose)) +=
-          i.coefficient * A.middleRows(s.landmark_offset[l], s.landmark_dim[l]);
-    }
-  }
-  for (int k = 0; k < S.NumColumns(); ++k) Project(k, a_p.middleRows(S.Offset(k), S.Dim(k)));
-  VecX x;
-  for (int c = 0; c < static_cast<int>(A.cols()); ++c) {
-    factorization_->Cholesky().Solve(a_p.col(c), &x);
-    X.col(c).head(S.Size()) = x;
-  }
-  for (int l = 0; l < s.NumLandmarks(); ++l) {
-    const int row = s.landmark_offset[l], dim = s.landmark_dim[l];
-    const Eigen::Map<const MatXX> H_ll_inverse(&solver_->GetEliminated().H_ll_inverse[s.landmark_block[l]], dim, dim);
-    X.middleRows(row, dim) = H_ll_inverse * A.middleRows(row, dim);
-    for (const Influence& i : influences[l]) {
-      X.middleRows(row, dim) += i.coefficient.transpose() * X.middleRows(S.Offset(i.pose), S.Dim(i.pose));
-    }
-  }
-  return X;
 }
 
 std::vector<MatXX> Covariance::Blocks(const std::vector<VertexPair>& pairs) {

@@ -50,11 +50,6 @@ class Covariance {
   /// @throws CovarianceError if a vertex is fixed, or takes no part
   MatXX Block(const Vertex& a, const Vertex& b);
   std::vector<MatXX> Blocks(const std::vector<VertexPair>& pairs);
-  /// The free vertices, as their rows are ordered.
-  const Ordering& GetOrdering() const;
-  /// Σ A over all free vertices, with rows as OrderingId says.
-  /// @param A  as many rows as there are unknowns
-  MatXX Multiply(const MatXX& A);
 
  private:
   class Factorization;
