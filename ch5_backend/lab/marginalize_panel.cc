@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/lab/panels.h"
 #include "ch5_backend/lab/scene.h"

@@ -5,7 +5,6 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <limits>
 
 #include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/simulate/random.h"

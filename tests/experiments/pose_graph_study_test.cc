@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"

@@ -2,7 +2,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <functional>
 #include <utility>
 
