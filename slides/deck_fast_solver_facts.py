@@ -56,6 +56,13 @@ def refined_facts(tables):
     return found
 
 
+def ray_facts(tables):
+    """After how many iterations 49 cameras are within each fraction of the least cost, by how their points move."""
+    best = min(r["cost"] for r in tables("speed_rays").rows())
+    return {f"rays.{points}.{name}": f"{next(r['iteration'] for r in tables('speed_rays', points=points).rows() if r['cost'] <= (1 + within) * best):.0f}"
+            for points in ("xyz", "ray") for name, within in (("percent", 1e-2), ("thousandth", 1e-3), ("myriad", 1e-4))}
+
+
 def facts(tables):
     about = tables("speed_about").row()
     found = {"about.processor": about["processor"], "about.rounds": f"{about['rounds']:.0f}"}
@@ -77,7 +84,7 @@ def facts(tables):
         row = tables("speed_steps").row(problem=ROOFED, step=step, solver="sparse", simd="avx2")
         speed = 1e-6 * row["flop"] / row["milliseconds"]
         found |= {f"roof.{step}.intensity": f"{row['flop'] / row['bytes']:.1f}", f"roof.{step}.share": f"{100 * speed / peak:.0f}"}
-    found |= pose_graph_facts() | refined_facts(tables)
+    found |= pose_graph_facts() | refined_facts(tables) | ray_facts(tables)
     rows = tables("speed_reduced").rows()
     best = min(r["cost"] for r in rows)
     for name, solver in (("sparse", "sparse"), ("pcg", "implicit-pcg"), ("series", "power-series")):

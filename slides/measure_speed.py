@@ -101,6 +101,12 @@ def refined(rounds):
     return rows
 
 
+def rays():
+    """The way of 49 cameras through 20 iterations, points moved by x + δ and along their rays."""
+    return [(points, *row) for points in ("xyz", "ray")
+            for row in trace("ch5_bal", source("bal/49-7776"), "--iterations", 20, "--points", points)]
+
+
 def write(name, head, rows):
     with open(ROOT / "slides" / "measured" / f"{name}.csv", "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -130,6 +136,7 @@ def main():
           [(*key, *value) for key, value in by_side.items()])
     write("speed_reduced", ("solver", "iteration", "seconds", "cost"), reduced())
     write("speed_refined", ("landmark_steps", "iteration", "seconds", "cost"), refined(5 * rounds))
+    write("speed_rays", ("points", "iteration", "seconds", "cost"), rays())
     write("speed_about", ("processor", "cores", "rounds"), [(processor(), os.cpu_count(), rounds)])
 
 

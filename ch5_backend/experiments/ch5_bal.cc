@@ -9,20 +9,22 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: ch5_bal FILE --out DIR [--iterations N] [--threads N] [--huber PIXELS] [--solver NAME]\n"
+    "               [--points NAME]\n"
     "Solves the bundle adjustment in FILE (BAL text) and writes into DIR: the result as BAL and PLY, the table of\n"
     "iterations, a summary, and what figures/bal.py draws.\n"
     "  --iterations N   at most N iterations (50)\n"
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
     "  --huber PIXELS   Huber's loss with this threshold, for data with outliers (none)\n"
     "  --solver NAME    of the cameras' system: dense, sparse or pcg form it, implicit-pcg and power-series do not;\n"
-    "                   automatic (the default) is power-series for more than 400 cameras\n";
+    "                   automatic (the default) is power-series for more than 400 cameras\n"
+    "  --points NAME    how a step moves a point: ray (the default), along the ray from a camera, or xyz, by x + dx\n";
 
-void Run(const ch5::FileSolveOptions& options) {
+void Run(const ch5::FileSolveOptions& options, ch5::BalPoints move) {
   const ch5::BalProblem problem = ch5::ReadBal(options.input);
   const ch5::OutputFolder made(options.out);
   std::printf("%s: %zu cameras, %zu points, %zu observations\n\n", options.Name().c_str(), problem.cameras.size(),
               problem.points.size(), problem.observations.size());
-  const ch5::BalStudy study = ch5::SolveBal(problem, options);
+  const ch5::BalStudy study = ch5::SolveBal(problem, options, move);
   ch5::WriteBalStudy(study, options);
   char error[80];
   std::snprintf(error, sizeof error, ", mean error %.3f -> %.3f px", study.mean_error_before, study.mean_error_after);
@@ -35,5 +37,12 @@ void Run(const ch5::FileSolveOptions& options) {
 
 int main(int argc, char** argv) {
   ch5::FileSolveOptions options;
-  return ch5::RunFileCommand("ch5_bal", kUsage, argc, argv, &options, [&] { Run(options); });
+  ch5::BalPoints move = ch5::BalPoints::kOnRay;
+  return ch5::RunFileCommand(
+      "ch5_bal", kUsage, argc, argv, &options, [&] { Run(options, move); },
+      [&](ch5::CommandLine* line) {
+        line->Option("--points", [&](const std::string& name) {
+          move = ch5::OneOf<ch5::BalPoints>(name, {{"ray", ch5::BalPoints::kOnRay}, {"xyz", ch5::BalPoints::kXyz}});
+        });
+      });
 }

@@ -46,6 +46,29 @@ void RefuseRepetitions(const BalProblem& problem, const std::vector<int>& lines,
 
 Qd Rotation(const Vec9& camera) { return ExpSO3(camera.head<3>()); }
 
+void RequireIndices(const BalProblem& problem) {
+  for (size_t i = 0; i < problem.observations.size(); ++i) {
+    const auto& [camera, point, pixel] = problem.observations[i];
+    if (static_cast<size_t>(camera) < problem.cameras.size() && static_cast<size_t>(point) < problem.points.size())
+      continue;
+    throw std::invalid_argument("BuildBal: observation " + std::to_string(i) + " names camera " +
+                                std::to_string(camera) + " and point " + std::to_string(point) +
+                                "; one of them does not exist");
+  }
+}
+
+// For each point the center of the farthest camera that sees it.
+std::vector<Vec3> FarthestCenters(const BalProblem& problem) {
+  std::vector<Vec3> centers, farthest = problem.points;
+  for (const Vec9& camera : problem.cameras) centers.push_back(CameraCenter(camera));
+  for (const auto& [camera, point, pixel] : problem.observations) {
+    const Vec3& p_W = problem.points[point];
+    if ((centers[camera] - p_W).squaredNorm() > (farthest[point] - p_W).squaredNorm())
+      farthest[point] = centers[camera];
+  }
+  return farthest;
+}
+
 }  // namespace
 
 BalProblem ReadBal(const std::string& path) {
@@ -122,26 +145,23 @@ Mat33 CameraAxes(const Vec9& camera) {
   return axes;
 }
 
-void BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalGraph* bal) {
+void BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalGraph* bal, BalPoints move) {
+  RequireIndices(problem);
   std::vector<std::shared_ptr<VertexCameraBAL>> cameras;
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
   for (const Vec9& camera : problem.cameras) {
     cameras.push_back(std::make_shared<VertexCameraBAL>(camera));
     bal->graph.AddVertex(cameras.back());
   }
-  for (const Vec3& point : problem.points) {
-    points.push_back(std::make_shared<VertexPointXYZ>(point));
+  const std::vector<Vec3> anchors = FarthestCenters(problem);
+  for (size_t i = 0; i < anchors.size(); ++i) {
+    const Vec3& p_W = problem.points[i];
+    points.push_back(move == BalPoints::kXyz ? std::make_shared<VertexPointXYZ>(p_W)
+                                             : std::make_shared<VertexPointOnRay>(p_W, anchors[i]));
     bal->graph.AddVertex(points.back());
   }
-  for (size_t i = 0; i < problem.observations.size(); ++i) {
-    const BalObservation& observation = problem.observations[i];
-    const auto camera = static_cast<size_t>(observation.camera), point = static_cast<size_t>(observation.point);
-    if (camera >= cameras.size() || point >= points.size()) {
-      throw std::invalid_argument("BuildBal: observation " + std::to_string(i) + " names camera " +
-                                  std::to_string(observation.camera) + " and point " +
-                                  std::to_string(observation.point) + "; one of them does not exist");
-    }
-    auto edge = std::make_shared<EdgeBAL>(cameras[camera], points[point], observation.pixel);
+  for (const auto& [camera, point, pixel] : problem.observations) {
+    auto edge = std::make_shared<EdgeBAL>(cameras[camera], points[point], pixel);
     edge->SetLossFunction(loss);
     bal->graph.AddEdge(std::move(edge));
   }

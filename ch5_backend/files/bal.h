@@ -30,16 +30,21 @@ Vec3 CameraCenter(const Vec9& camera);
 /// Columns: to the right, up, and into the picture, in the world's frame; a BAL camera looks along its −z.
 Mat33 CameraAxes(const Vec9& camera);
 
+/// How a step moves a point: by x + δ, or along the ray from the farthest camera that sees it (VertexPointOnRay), which
+/// takes fewer steps where points are far away.
+enum class BalPoints { kXyz, kOnRay };
+
 /// The problem as a graph: cameras are poses, points are landmarks, one EdgeBAL per observation, W = I [1/px²].
 struct BalGraph {
   Graph graph;
   std::vector<std::shared_ptr<Vertex>> cameras;  ///< VertexCameraBAL, as in BalProblem::cameras
-  std::vector<std::shared_ptr<Vertex>> points;   ///< VertexPointXYZ
+  std::vector<std::shared_ptr<Vertex>> points;   ///< VertexPointXYZ or VertexPointOnRay
 };
 
 /// @param loss  of every observation, its threshold in pixels; null for plain least squares
 /// @throws std::invalid_argument if an observation's index is out of range
-void BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalGraph* bal);
+void BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalGraph* bal,
+              BalPoints move = BalPoints::kOnRay);
 
 /// Copies the vertices' present values into `problem`, which must have built them.
 void ReadBack(const BalGraph& bal, BalProblem* problem);

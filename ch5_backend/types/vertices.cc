@@ -80,6 +80,15 @@ VertexInverseDepth::VertexInverseDepth(double inverse_depth) : SizedVertex(Estim
 
 VertexPointXYZ::VertexPointXYZ(const Vec3& p_W) : SizedVertex(p_W, Role::kLandmark) {}
 
+VertexPointOnRay::VertexPointOnRay(const Vec3& p_W, const Vec3& anchor) : VertexPointXYZ(p_W), anchor_(anchor) {}
+
+void VertexPointOnRay::Plus(const double* delta) {
+  constexpr double kFarthest = 20.0;  // times as far
+  const Vec3 v = x_ - anchor_, d = Eigen::Map<const Vec3>(delta);
+  const double v2 = v.squaredNorm(), q = v2 > 0.0 ? v.dot(d) / v2 : 0.0;
+  x_ = anchor_ + (v + d - q * v) / std::max(1.0 - q, 1.0 / kFarthest);
+}
+
 VertexCameraBAL::VertexCameraBAL(const Vec9& camera)
     : SizedVertex(camera, Role::kPose), rotation_(Rotate(camera.head<3>())), before_(rotation_) {}
 

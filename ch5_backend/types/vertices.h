@@ -92,6 +92,26 @@ class VertexPointXYZ : public SizedVertex<3, 3> {
   std::string TypeInfo() const override { return "VertexPointXYZ"; }
 };
 
+/// A landmark that may be far away. A step along the ray from the anchor c changes 1/distance evenly, one across it the
+/// direction:
+///
+///   v = x − c,   q = vᵀδ / vᵀv,   x ← c + (v + δ − q v) / (1 − q)
+///
+/// To first order that is x + δ, so the Jacobians are those of VertexPointXYZ. But images of a distant point are nearly
+/// linear in 1/distance, and not in the distance: steps may be longer, and the point reaches infinity in a few of them.
+/// One step takes it 20 times as far at most. Source: Civera, Davison, Montiel, T-RO 2008, on inverse depth.
+class VertexPointOnRay : public VertexPointXYZ {
+ public:
+  /// @param anchor  in W [m]; of the cameras that see the point the farthest is best, since its q is the smallest
+  VertexPointOnRay(const Vec3& p_W, const Vec3& anchor);
+
+  void Plus(const double* delta) override;
+  std::string TypeInfo() const override { return "VertexPointOnRay"; }
+
+ private:
+  Vec3 anchor_;
+};
+
 /// `N` numbers that add, such as the coefficients of a curve. Counts as a pose: it is not eliminated.
 template <int N>
 class VertexVector : public SizedVertex<N, N> {

@@ -15,12 +15,8 @@ peer::PeerResult Run(Graph* graph, const Problem& problem) {
   solve.cost_tolerance = options.tolerance;
   solve.gradient_tolerance = solve.step_tolerance = 0.0;
   solve.landmark_steps = problem.landmark_steps;
-  if (options.dogleg) {
-    solve.algorithm = Algorithm::kDogleg;
-  } else {
-    optimizer.SetDamping(Damping::kDiagonal);
-    solve.tau = 1e-4;  // where Ceres begins
-  }
+  optimizer.SetDamping(Damping::kDiagonal);
+  if (options.dogleg) solve.algorithm = Algorithm::kDogleg;
   const double bytes_before = MemoryBytes("VmRSS:");
   const Summary summary = optimizer.Solve(solve);
   peer::PeerResult result{summary.initial_cost, summary.final_cost, summary.seconds, summary.cost_evaluations, {},

@@ -68,14 +68,12 @@ Problem ReadProblem(const std::string& name) {
     const bool has_imu = !problem.window.imu.empty();
     problem.options.dogleg = has_imu;  // VINS-Mono's settings
     problem.options.iterations = has_imu ? 8 : 20;
-    problem.options.tolerance = has_imu ? 0.0 : 1e-6;
     problem.landmark_steps = has_imu ? VinsOptions().landmark_steps : 0;
   } else if (name.size() > 4 && name.substr(name.size() - 4) == ".g2o") {
     problem.kind = Problem::Kind::kPoseGraph;
     problem.pose_graph = name;
     problem.options.dogleg = true;  // few and long steps; Ceres is tried with both algorithms
     problem.options.iterations = 50;
-    problem.options.tolerance = 1e-6;
   } else {
     problem.bal = is_city ? CityProblem(name.substr(5)) : ReadBal(name);
     if (problem.bal.cameras.size() > 5000) problem.options.iterations = 5;  // of some seconds each

@@ -42,6 +42,21 @@ std::string DataPath(const std::string& name) { return std::string(CH5_DATA_DIR)
 #define SKIP_WITHOUT(path) \
   if (!fs::exists(path)) GTEST_SKIP() << "needs the real data set " << path
 
+// Each camera sees each point, without noise.
+void Observe(BalProblem* problem) {
+  for (size_t k = 0; k < problem->points.size(); ++k) {
+    for (size_t i = 0; i < problem->cameras.size(); ++i) {
+      problem->observations.push_back({static_cast<int>(i), static_cast<int>(k), Vec2::Zero()});
+    }
+  }
+  BalGraph bal;
+  BuildBal(*problem, nullptr, &bal);
+  for (size_t i = 0; i < problem->observations.size(); ++i) {
+    bal.graph.Edges()[i]->ComputeResidual();  // the prediction, since the measurement is zero
+    problem->observations[i].pixel = bal.graph.Edges()[i]->Residual();
+  }
+}
+
 // Four cameras on a circle look at a cloud of points around the origin; pixels without noise.
 BalProblem SmallProblem() {
   Random random(1);
@@ -57,14 +72,8 @@ BalProblem SmallProblem() {
   for (int k = 0; k < 12; ++k) {
     const double x = random.Uniform(-1, 1), y = random.Uniform(-1, 1), z = random.Uniform(-1, 1);
     problem.points.emplace_back(x, y, z);
-    for (int i = 0; i < 4; ++i) problem.observations.push_back({i, k, Vec2::Zero()});
   }
-  BalGraph bal;
-  BuildBal(problem, nullptr, &bal);
-  for (size_t i = 0; i < problem.observations.size(); ++i) {
-    bal.graph.Edges()[i]->ComputeResidual();  // the prediction, since the measurement is zero
-    problem.observations[i].pixel = bal.graph.Edges()[i]->Residual();
-  }
+  Observe(&problem);
   return problem;
 }
 
@@ -191,6 +200,33 @@ TEST(Bal, PerturbedProblemReturnsToItsPerfectFit) {
   EXPECT_GT(study.mean_error_before, 1.0);
   EXPECT_LT(study.mean_error_after, 1e-3);
   EXPECT_EQ(study.before.points, problem.points);
+}
+
+// Cameras half a meter apart, points 5 to 200 m away, each believed nearer or farther by a factor of two or so.
+TEST(Bal, DistantPointsTakeFewerStepsAlongTheirRays) {
+  for (const int seed : {4, 5, 6}) {
+    Random random(seed);
+    BalProblem problem;
+    for (int i = 0; i < 4; ++i) {
+      problem.cameras.push_back((Vec9() << 0, 0, 0, 0.5 * i, 0, 0, 500, 0, 0).finished());
+    }
+    for (int k = 0; k < 40; ++k) {
+      const double x = random.Uniform(-0.5, 0.5), y = random.Uniform(-0.5, 0.5), d = random.Uniform(5, 200);
+      problem.points.push_back(d * Vec3(x, y, -1));
+    }
+    Observe(&problem);
+    for (BalObservation& observation : problem.observations) observation.pixel += NormalVector(&random, 0.5).head<2>();
+    for (Vec3& point : problem.points) point *= std::exp2(random.Normal());
+    const auto cost_after = [&](int iterations, BalPoints move) {
+      FileSolveOptions options;
+      options.iterations = iterations;
+      return SolveBal(problem, options, move).summary.final_cost;
+    };
+    const double least = cost_after(200, BalPoints::kOnRay);
+    const double ray = cost_after(5, BalPoints::kOnRay) - least, xyz = cost_after(5, BalPoints::kXyz) - least;
+    EXPECT_LT(4.0 * ray, xyz) << seed;
+    EXPECT_LT(least, 1.01 * cost_after(200, BalPoints::kXyz)) << seed;
+  }
 }
 
 // One measurement is off by 1000 px: Huber's loss keeps the others' fit.

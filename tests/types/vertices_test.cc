@@ -131,6 +131,28 @@ TEST(VertexReferencePose, AgreesWithAPoseToFirstOrder) {
   }
 }
 
+// By hand, from an anchor at the origin: 1/distance falls by 1/4 and rises by 1/2; a step across turns the ray.
+TEST(VertexPointOnRay, StepsEvenlyInInverseDistance) {
+  const auto moved = [](const Vec3& anchor, const Vec3& delta) {
+    VertexPointOnRay point(Vec3(0, 0, 2), anchor);
+    point.Plus(delta.data());
+    return point.GetEstimate();
+  };
+  const Vec3 origin = Vec3::Zero();
+  EXPECT_EQ(moved(origin, {0, 0, 1}), Vec3(0, 0, 4));
+  EXPECT_EQ(moved(origin, {0, 0, -2}), Vec3(0, 0, 1));
+  EXPECT_EQ(moved(origin, {3, 0, 0}), Vec3(3, 0, 2));
+  EXPECT_EQ(moved(origin, {1, 0, 1}), Vec3(2, 0, 4));
+  EXPECT_EQ(moved(origin, {0, 0, 2}), Vec3(0, 0, 40)) << "beyond infinity";
+  EXPECT_EQ(moved({0, 0, 2}, {1, 2, 3}), Vec3(1, 2, 5)) << "at its anchor";
+}
+
+TEST(VertexPointOnRay, AddsToFirstOrder) {
+  const Vec3 x(1, -2, 3);
+  VertexPointOnRay point(x, Vec3(-0.5, 0.2, 0.1));
+  EXPECT_LT((NumericMinusJacobian(&point, x) - MatXX::Identity(3, 3)).norm(), 1e-9);
+}
+
 TEST(VertexReferencePose, DeltaPhiJacobianIsTheDerivative) {
   Random random(26);
   for (const double angle : kAngles) {

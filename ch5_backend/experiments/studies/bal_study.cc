@@ -44,11 +44,11 @@ CsvTable CameraTable(const BalStudy& study) {
 
 }  // namespace
 
-BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options) {
+BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, BalPoints move) {
   BalStudy study;
   study.before = study.after = problem;
   BalGraph bal;
-  BuildBal(problem, options.huber > 0.0 ? std::make_shared<HuberLoss>(options.huber) : nullptr, &bal);
+  BuildBal(problem, options.huber > 0.0 ? std::make_shared<HuberLoss>(options.huber) : nullptr, &bal, move);
   if (const int i = FirstInfiniteResidual(bal.graph); i >= 0) {
     const BalObservation& observation = problem.observations[i];
     throw std::invalid_argument("observation " + std::to_string(i) + ": point " + std::to_string(observation.point) +
