@@ -46,6 +46,11 @@ class SpeedClaims(unittest.TestCase):
             self.assertLess(ours["final_cost"], 1.001 * ceres["final_cost"], problem)
             self.assertGreater(ceres["iteration_ms"], 2.0 * ours["iteration_ms"], problem)
 
+    def test_points_that_move_along_their_rays_take_fewer_iterations(self):
+        found = facts(TABLES)
+        for within in ("percent", "thousandth", "myriad"):
+            self.assertLess(float(found[f"rays.ray.{within}"]), 0.7 * float(found[f"rays.xyz.{within}"]), within)
+
     def test_implicit_solvers_are_first_for_hundreds_of_cameras(self):
         found = facts(TABLES)
         for name in ("pcg", "series"):
