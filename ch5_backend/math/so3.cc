@@ -38,17 +38,16 @@ Qd ExpSO3(const Vec3& theta) {
   return Qd(std::cos(0.5 * angle), k * theta.x(), k * theta.y(), k * theta.z());
 }
 
-// q = [1 + cos θ, â × b̂] / √(2 (1 + cos θ))
+// q = [½s, â × b̂/s],  s = ‖â + b̂‖ = 2 cos ½θ, which near half a turn has digits that 1 + cos θ has lost.
 Qd RotationBetween(const Vec3& a, const Vec3& b) {
   const Vec3 a_unit = a.normalized(), b_unit = b.normalized();
-  const double cos_angle = b_unit.dot(a_unit);
-  if (cos_angle < -1.0 + 1e-12) {
+  const double s = (a_unit + b_unit).norm();
+  if (s < 1e-8) {  // â × b̂/s has an error of ε/s: any axis across a is as good
     const Vec3 axis = a_unit.unitOrthogonal();
     return Qd(0.0, axis.x(), axis.y(), axis.z());
   }
-  const double s = std::sqrt((1.0 + cos_angle) * 2.0);
-  const Vec3 v = a_unit.cross(b_unit) * (1.0 / s);
-  return Qd(s * 0.5, v.x(), v.y(), v.z());
+  const Vec3 v = a_unit.cross(b_unit) / s;
+  return Qd(0.5 * s, v.x(), v.y(), v.z()).normalized();
 }
 
 Vec3 LogSO3(const Qd& q) {
