@@ -80,6 +80,7 @@ Motion MotionAcross(const Window& window) {
 
 // What the windows show; sums.
 struct Found {
+  Mat66 truth = Mat66::Zero();  // covariance of the truth's own motion
   double nees = 0.0;
   Vec2 errors2 = Vec2::Zero(), claimed2 = Vec2::Zero();  // of position [m²] and rotation [rad²]
   double yaw_leak = 0.0;                                 // of the priors, its absolute value [rad⁻²]
@@ -97,7 +98,7 @@ void Compare(const Recording& recording, const Window& window, Found* found) {
   const Motion motion = MotionAcross(window);
   const Qd inverse = first->T_W_B.q.conjugate();
   const Transform truth{inverse * last->T_W_B.q, inverse * (last->T_W_B.p - first->T_W_B.p)};
-  const PoseConsistency pose = ComparePose(motion.T_0n, motion.covariance, truth);
+  const PoseConsistency pose = ComparePose(motion.T_0n, motion.covariance + found->truth, truth);
   const Vec6 claimed2 = motion.covariance.diagonal();
   found->nees += pose.nees;
   found->errors2 += Vec2(pose.error.head<3>().squaredNorm(), pose.error.tail<3>().squaredNorm());
@@ -125,9 +126,10 @@ struct FlightResult {
 
 // @param start  of a simulated flight, in whose W the pose is compared too
 FlightResult Fly(const Recording& recording, const EstimatorOptions& options, std::unique_ptr<WindowPolicy> policy,
-                 const DrawnStart* start) {
+                 const DrawnStart* start, const Mat66& truth = Mat66::Zero()) {
   FlightResult flight;
   Found& found = flight.found;
+  found.truth = truth;
   const int every = start ? 1 : 10;  // windows
   int windows = 0;
   bool has_slid = false;
@@ -219,6 +221,7 @@ void ScaleImu(double factor, EstimatorOptions* options) {
 struct Setting {
   const char* name;
   void (*set)(EstimatorOptions*);
+  double truth_position = 0.0, truth_rotation = 0.0;  // the truth's own σ on each axis [m, rad]
 };
 using Constraints = ObservabilityConstraints;
 const Setting kSettings[] = {
@@ -231,7 +234,8 @@ const Setting kSettings[] = {
     {"pixels x 3", [](EstimatorOptions* o) { o->weights.pixel_sigma *= 3.0; }},
     {"IMU x 3", [](EstimatorOptions* o) { ScaleImu(3.0, o); }},
     {"both x 3", [](EstimatorOptions* o) { o->weights.pixel_sigma *= 3.0, ScaleImu(3.0, o); }},
-    {"both x 5", [](EstimatorOptions* o) { o->weights.pixel_sigma *= 5.0, ScaleImu(5.0, o); }}};
+    {"both x 5", [](EstimatorOptions* o) { o->weights.pixel_sigma *= 5.0, ScaleImu(5.0, o); }},
+    {"truth errs too", [](EstimatorOptions*) {}, 3e-3, 0.1 * M_PI / 180.0}};
 
 }  // namespace
 
@@ -250,7 +254,9 @@ CsvTable ConsistencyRecordingTable(int trial, const std::filesystem::path& data)
       EstimatorOptions options{recording.calibration};
       setting->set(&options);
       const std::string policy_name = policy->Name();
-      const FlightResult flight = Fly(recording, options, std::move(policy), nullptr);
+      Vec6 truth = Vec6::Constant(std::pow(setting->truth_position, 2));
+      truth.tail<3>().setConstant(std::pow(setting->truth_rotation, 2));
+      const FlightResult flight = Fly(recording, options, std::move(policy), nullptr, truth.asDiagonal());
       const auto& found = flight.found;
       const double degrees = 180.0 / M_PI;
       table.Row(name, policy_name, setting->name, trial, flight.images, flight.restarts, flight.ate, flight.nees_motion,
