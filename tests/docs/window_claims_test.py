@@ -206,6 +206,7 @@ class Systems(unittest.TestCase):
                 ends[row["algorithm"]] = row["cost"]
             if data_set == "MIT":
                 self.assertEqual(min(ends, key=ends.get), "Dogleg")
+                self.assertGreater(ends["Dogleg"], 5 * numbers.least_cost(KEPT, data_set), "a wrong valley too")
             else:
                 self.assertLess(max(ends.values()), (1 + 1e-6) * min(ends.values()), data_set)
 

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "ch5_backend/simulate/random.h"
+#include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
 
 namespace ch5 {
@@ -133,6 +134,24 @@ TEST_P(RealGraph, ReachesTheLeastCostKnown) {
   EXPECT_TRUE(IsConverged(study.summary.termination)) << study.summary.message;
   EXPECT_LT(study.summary.final_cost, optimum * (1 + 1e-6));
   EXPECT_LE(study.summary.iterations, 30);
+}
+
+TEST_P(RealGraph, AllAlgorithmsReachItFromChordalRelaxation) {
+  const auto [name, optimum] = GetParam();
+  const std::filesystem::path path = std::filesystem::path(CH5_DATA_DIR) / "posegraph" / (std::string(name) + ".g2o");
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  for (const Algorithm algorithm : {Algorithm::kGaussNewton, Algorithm::kLevenbergMarquardt, Algorithm::kDogleg}) {
+    G2oFile file = ReadG2o(path.string());
+    FixFreeParts(file.graph);
+    InitializePoseGraph(PoseGraphStart::kChordal, &file.graph);
+    SparseOptimizer optimizer(&file.graph);
+    optimizer.SetDamping(Damping::kDiagonal);
+    SolveOptions options;
+    options.algorithm = algorithm;
+    options.max_iterations = 30;
+    options.cost_tolerance = 1e-9;
+    EXPECT_LT(optimizer.Solve(options).final_cost, optimum * (1 + 1e-6)) << static_cast<int>(algorithm);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Shared, RealGraph,

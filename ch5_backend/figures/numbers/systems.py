@@ -27,6 +27,11 @@ def over_keyframes(tables, recording, temporal, column):
     return keyframes, np.array([rows.where(keyframes=k)[column].mean() for k in keyframes])
 
 
+def least_cost(tables, data_set):
+    """The least cost known of a pose graph, from whatever start."""
+    return min(tables(name, data_set=data_set)["cost"].min() for name in ("pose_graphs", "pose_graph_starts"))
+
+
 def solves(tables, **which):
     """A row a solve: median time of an iteration, memory, iterations, costs."""
     every = tables("pose_graphs", **which)
