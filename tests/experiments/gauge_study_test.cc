@@ -1,6 +1,8 @@
-// The null space of monocular bundle adjustment, and the marginalization that keeps it.
+// The null space of monocular bundle adjustment, the marginalization that keeps it, and what holding a gauge costs.
 #include <gtest/gtest.h>
 
+#include "ch5_backend/experiments/studies/gauge/gauge_solve.h"
+#include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/experiments/studies/mono_ba_study.h"
 
@@ -71,6 +73,34 @@ TEST(SlidesChain, LosesItsMiddleWithTheSlidesNumbers) {
   EXPECT_NEAR(result.H_prior(0, 1), -8.16327, 1e-5);
   EXPECT_NEAR(result.H_prior(1, 0), -8.16327, 1e-5);
   EXPECT_NEAR(result.H_prior(1, 1), 10.2041, 1e-4);
+}
+
+// Arc among planes, sums over trials: fixation takes more iterations than the free gauge, also where its first pose has its
+// place from the start, so that its way is no longer; but not where little is damped.
+TEST(GaugeMethods, FixationTakesMoreIterationsThroughTheDampingAlone) {
+  const auto more = [](GaugeHandling free, bool first_pose_in_place, const GaugeSettings& settings) {
+    int iterations = 0;
+    for (int trial = 0; trial < 20; ++trial) {
+      VisualInertialScene scene = SimulateVisualInertial(GaugeConfigurations(trial)[1].options);
+      if (first_pose_in_place) {
+        Transform& first = scene.initial.front().T_W_B;
+        const Transform& truth = scene.truth.front().T_W_B;
+        const Vec3 error = LogSO3(first.q * truth.q.conjugate());
+        first = {ExpSO3(Vec3(error.x(), error.y(), 0.0)) * truth.q, truth.p};
+      }
+      iterations += SolveGauge(scene, {GaugeHandling::kFixation}, settings).summary.iterations;
+      iterations -= SolveGauge(scene, {free}, settings).summary.iterations;
+    }
+    return iterations;
+  };
+  const GaugeSettings usual;
+  EXPECT_GE(more(GaugeHandling::kFree, false, usual), 7);
+  EXPECT_GE(more(GaugeHandling::kFree, true, usual), 7);
+  GaugeSettings tenth, none;
+  tenth.solve.tau = 0.1 * usual.solve.tau;
+  none.solve.algorithm = Algorithm::kGaussNewton;
+  EXPECT_LE(more(GaugeHandling::kFree, false, tenth), 3);
+  EXPECT_LE(more(GaugeHandling::kPseudoInverse, false, none), 1);
 }
 
 TEST(MonoBaCases, EndNearerToTheTruthThanTheyBegan) {
