@@ -65,6 +65,12 @@ class SolverClaims(unittest.TestCase):
             self.assertEqual(self.last("solver_dogleg", "step", first_radius=radius), "Gauss-Newton")
         self.assertEqual(TABLES("solver_dogleg", first_radius=radii[0]).rows()[1]["step"], "steepest descent")
 
+    def test_each_of_the_last_steps_is_shorter_by_a_greater_factor(self):
+        for scene in ("course", "large"):
+            steps = [row["step_norm"] for row in TABLES("mono_ba_trace", scene=scene).rows()][-4:]
+            factors = [before / after for before, after in zip(steps, steps[1:])]
+            self.assertEqual(factors, sorted(factors), scene)
+
     def test_cauchy_holds_huber_breaks_last_of_the_others_and_tukey_fails_without_outliers(self):
         error = {(row["loss"], row["fraction"]): row["rmse_position_m"] for row in TABLES("solver_outliers").rows()}
         self.assertLess(error["cauchy", 0.4], 0.01)

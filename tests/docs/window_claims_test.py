@@ -172,7 +172,7 @@ class Systems(unittest.TestCase):
             self.assertTrue((of[name]["worst_error"][weak] > 1).all(), name)
             self.assertLess(of[name]["worst_error"][0], 1e-8)
         self.assertLess(of["qr"]["worst_error"].max(), 1e-5)
-        self.assertTrue((of["qr float"]["worst_error"][weak] < 10 * of["schur"]["worst_error"][weak]).all())
+        self.assertTrue((of["qr float"]["worst_error"] > of["schur"]["worst_error"]).all())
 
     def test_calibration_comes_down_to_what_the_tests_ask(self):
         for policy in ("vins", "okvis"):

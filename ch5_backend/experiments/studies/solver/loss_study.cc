@@ -16,7 +16,8 @@ namespace {
 constexpr int kTrials = 20;
 using Loss = std::shared_ptr<const LossFunction>;
 
-// Residuals are in σ: the thresholds are the usual ones for 95 % efficiency on Gaussian noise, Holland & Welsch 1977.
+// Residuals are in σ: the thresholds are the usual ones for 95 % efficiency on Gaussian noise of one number (93 to
+// 94 % of two), Holland & Welsch 1977.
 std::vector<std::pair<std::string, Loss>> Losses(LossCorrection correction = LossCorrection::kTriggs) {
   return {{"none", std::make_shared<TrivialLoss>()},
           {"huber", std::make_shared<HuberLoss>(1.345, correction)},
