@@ -15,7 +15,7 @@ inline Mat33 Hat(const Vec3& a) {
   return A;
 }
 
-/// A [b] for a 2×3 matrix A: each row aᵀ[b] = (a × b)ᵀ, at a third of the products' cost.
+/// A [b] for a 2×3 matrix A: each row aᵀ[b] = (a × b)ᵀ, with two thirds of the multiplications.
 inline Mat23 RowsCross(const Mat23& A, const Vec3& b) {
   Mat23 C;
   C.col(0) = A.col(1) * b.z() - A.col(2) * b.y();
