@@ -9,7 +9,7 @@ from ch5_backend.figures.atomic_write import write_whole
 
 from ch5_backend.course.base.cmake_build import BUILD, CORES, ROOT, cached_entries, failure, run_logged, was_moved
 from ch5_backend.course.base.errors import CourseError
-from ch5_backend.course.base.output_dir import make_writable
+from ch5_backend.course.base.output_dir import made_dir
 from ch5_backend.course.base.progress import Progress
 
 LAB = ROOT / "ch5_backend" / "lab"
@@ -21,12 +21,12 @@ MOST_BYTES = 3_000_000
 def lab(folder: str) -> int:
     """Writes lab.html; raises CourseError if emscripten is missing or the build fails."""
     out = Path(folder or "out")
-    make_writable(out)
-    page = assemble(build_wasm())
-    if len(page.encode()) > MOST_BYTES:
-        raise CourseError(f"the page has {len(page.encode())} bytes, more than {MOST_BYTES}", 1)
-    target = out / "lab.html"
-    write_whole(target, page)
+    with made_dir(out):
+        page = assemble(build_wasm())
+        if len(page.encode()) > MOST_BYTES:
+            raise CourseError(f"the page has {len(page.encode())} bytes, more than {MOST_BYTES}", 1)
+        target = out / "lab.html"
+        write_whole(target, page)
     print(f"The lab: {target}")
     return 0
 

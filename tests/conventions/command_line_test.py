@@ -6,8 +6,12 @@ import os
 import re
 import signal
 import subprocess
+from importlib import import_module
 from pathlib import Path
+from unittest import mock
 
+from ch5_backend.course.__main__ import dispatch, make_parser
+from ch5_backend.course.base.errors import CourseError
 from tests.folder import FolderTest
 from tests.conventions.project import BUILD, ROOT, TINY_BAL
 
@@ -102,6 +106,19 @@ class CommandLine(FolderTest):
         for path in cases:
             self.refuses("run", path, "--out", out, naming=[path])
         self.assertFalse(out.exists(), "bad input must leave no trace")
+
+    def test_a_failure_leaves_no_empty_folder(self):
+        """As where there is no compiler."""
+        out = self.folder / "new" / "out"
+        for command, module, step in (("run", "course.experiments.run", "build_or_fail"),
+                                      ("bench", "course.experiments.bench", "build_or_fail"),
+                                      ("plots", "course.experiments.plots", "build_or_fail"),
+                                      ("fly", "course.experiments.fly", "build_or_fail"),
+                                      ("lab", "lab.assemble_page", "build_wasm")):
+            failing = mock.patch.object(import_module(f"ch5_backend.{module}"), step, side_effect=CourseError("no compiler"))
+            with failing, self.assertRaisesRegex(CourseError, "no compiler"):
+                dispatch(command, make_parser(command).parse_args(["--out", str(out)]))
+            self.assertFalse(out.parent.exists(), command)
 
     def test_a_pipe_that_nobody_writes_into_is_refused(self):
         pipe = self.folder / "pipe.txt"

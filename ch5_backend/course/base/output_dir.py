@@ -24,16 +24,6 @@ def result_places(paths, out: Path) -> dict:
     return places
 
 
-def make_writable(out: Path) -> None:
-    """Makes the folder and proves that a file can be written in it."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=out) as probe:
-            probe.write(b"probe")
-    except OSError as error:
-        raise CourseError(f"cannot write into {out}: {error.strerror}") from error
-
-
 def hold(file, what: str) -> None:
     """Locks a file or descriptor until it is closed; waits for another ./course that does `what`, and says so."""
     try:
@@ -47,9 +37,15 @@ def hold(file, what: str) -> None:
 
 @contextmanager
 def made_dir(out: Path):
-    """Makes the folder; at the end removes what it has made and is still empty, as when nothing came of it."""
+    """Makes the folder, once a file can be written in it; at the end removes what it has made and is still empty, as when
+    nothing came of it."""
     new = [folder for folder in (out, *out.parents) if not folder.exists()]
-    make_writable(out)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out) as probe:
+            probe.write(b"probe")
+    except OSError as error:
+        raise CourseError(f"cannot write into {out}: {error.strerror}") from error
     try:
         yield
     finally:

@@ -4,12 +4,12 @@ import sys
 from pathlib import Path
 
 from ..base.processes import running
-from ..base.output_dir import make_writable
+from ..base.output_dir import made_dir
 
 
 def docs(out: str) -> int:
     """Runs api.py and returns its exit code."""
     target = Path(out or "out/api")
-    make_writable(target.parent)
-    with running([sys.executable, "-B", "-m", "ch5_backend.course.documents.api", "--out", str(target)]) as process:
+    api = [sys.executable, "-B", "-m", "ch5_backend.course.documents.api", "--out", str(target)]
+    with made_dir(target.parent), running(api) as process:
         return process.wait()

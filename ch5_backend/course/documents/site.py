@@ -20,7 +20,7 @@ from ch5_backend.figures.words import PAGES
 from ..base import prebuilt
 from ..base.cmake_build import ROOT
 from ..base.errors import CourseError, warn
-from ..base.output_dir import locked_dir, make_writable
+from ..base.output_dir import locked_dir, made_dir
 from ..base.processes import running
 
 HERE = Path(__file__).resolve().parent
@@ -37,16 +37,15 @@ def site(folder: str) -> int:
     """Makes what is missing or out of date in the project's out/, and FOLDER/site of it; 0."""
     from . import handouts  # noqa: F401  what is missing is said before minutes are spent
     parts, target = ROOT / "out", Path(folder or "out")
-    for place in {parts, target}:
-        make_writable(place)
-    course("run", "--out", parts)
-    if stale := prebuilt.stale_decks(parts):
-        course("slides", *sorted(stale))
-    course("docs", "--out", parts / "api")
-    if prebuilt.why_not_lab(parts) and shutil.which("em++"):
-        course("lab", "--out", parts)
-    with locked_dir(target):
-        assemble(parts, target / "site")
+    with made_dir(parts), made_dir(target):
+        course("run", "--out", parts)
+        if stale := prebuilt.stale_decks(parts):
+            course("slides", *sorted(stale))
+        course("docs", "--out", parts / "api")
+        if prebuilt.why_not_lab(parts) and shutil.which("em++"):
+            course("lab", "--out", parts)
+        with locked_dir(target):
+            assemble(parts, target / "site")
     return 0
 
 

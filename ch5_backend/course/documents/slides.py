@@ -5,7 +5,7 @@ import sys
 from ..base.cmake_build import ROOT
 from ..base.processes import running
 from ..experiments.figure_sets import SETS
-from ..base.output_dir import make_writable
+from ..base.output_dir import made_dir
 from ..experiments.plots import make_missing
 
 
@@ -16,8 +16,8 @@ def slides(arguments, extra: list) -> int:
         return code
     if "--csv" not in extra:
         out = ROOT / "out"
-        make_writable(out)
-        make_missing([one for one in SETS if one.name.startswith("slides/")], out)
+        with made_dir(out):
+            make_missing([one for one in SETS if one.name.startswith("slides/")], out)
     return build_decks(*words)
 
 

@@ -15,7 +15,7 @@ from ..base.cmake_build import BIN, build_or_fail, data_folder
 from ..base.processes import running
 from ..base.errors import CourseError, warn
 from ..base.progress import Progress
-from ..base.output_dir import locked_dir, make_writable
+from ..base.output_dir import locked_dir
 from .run import app
 
 # name: what the programs read ("scene:", "city:", or a file below the data folder), and runs inside of one process: a short one
@@ -63,15 +63,14 @@ def bench(arguments) -> int:
     """Returns the exit code; raises CourseError for a name that no problem has, or a program that failed."""
     names = chosen(arguments.names)
     out = Path(arguments.out or "out") / "bench"
-    make_writable(out)
-    build_or_fail(["bench_programs"])
-    peer = "Ceres" if (BIN / "measure_ceres").exists() else None
-    if peer is None:
-        warn("Ceres is not installed (Debian: libceres-dev): our times stand alone")
-    measured = run_rounds(cases_of(names, arguments.quick), peer, arguments.quick)
-    rows = [row for case in measured for row in rows_of(case.name, case.threads, case.ours, peer, case.theirs)]
-    traces = [row for case in measured for row in traces_of(case)]
     with locked_dir(out):
+        build_or_fail(["bench_programs"])
+        peer = "Ceres" if (BIN / "measure_ceres").exists() else None
+        if peer is None:
+            warn("Ceres is not installed (Debian: libceres-dev): our times stand alone")
+        measured = run_rounds(cases_of(names, arguments.quick), peer, arguments.quick)
+        rows = [row for case in measured for row in rows_of(case.name, case.threads, case.ours, peer, case.theirs)]
+        traces = [row for case in measured for row in traces_of(case)]
         write(out / "rows.csv", FIELDS, [[row[field] for field in FIELDS] for row in rows])
         write(out / "traces.csv", ("problem", "threads", "side", "seconds", "cost"), traces)
         if traces:

@@ -19,7 +19,7 @@ from ..base import jsonout
 from ..base.cmake_build import BIN, BUILD, CORES, build_or_fail
 from ..base.errors import CourseError
 from ..base.language import LANGUAGES, sentence, speaker
-from ..base.output_dir import locked_dir, make_writable
+from ..base.output_dir import locked_dir
 from ..base.processes import running
 from ..base.progress import Progress
 from ..homework import blanks
@@ -45,12 +45,11 @@ def fly(arguments, only_flights: bool) -> int:
         raise CourseError(sentence("fly.no_such_data", path=data))
     chosen = NEEDS[kind] if data else FLIGHTS if only_flights else tuple(EXPERIMENTS)
     out = Path(arguments.out or "out")
-    make_writable(out)
-    files = compile_files()
-    has_tracks = not data or not has_images(data)
-    if not has_tracks:
-        build_or_fail([TRACKER])
     with locked_dir(out):
+        files = compile_files()
+        has_tracks = not data or not has_images(data)
+        if not has_tracks:
+            build_or_fail([TRACKER])
         if not has_tracks:
             data = follow_images(data, out / "mine" / "recording", arguments.json)
         runs = {"files": files, "experiments": run_all(chosen, out / "mine", data)}

@@ -21,7 +21,7 @@ from ch5_backend.figures.atomic_write import atomic_write, write_whole
 from ..base import processes
 from ..base.cmake_build import BIN, CORES, build_or_fail, data_folder
 from ..base.errors import CourseError, warn
-from ..base.output_dir import locked_dir, make_writable
+from ..base.output_dir import locked_dir, made_dir
 from ..base.progress import Progress
 from .figure_sets import SETS
 from .run import check_exit
@@ -63,14 +63,14 @@ def plots(arguments) -> int:
         print(listing(sets, out))
         return 0
     sets = possible(sets, out, arguments)
-    make_writable(out)
-    makers = makers_of(sets)
-    due = due_of(makers, out, arguments.rerun)
-    if arguments.shard:
-        return run_share(makers, due, out, arguments)
-    drawing = {one.command(one.drawn_by, out): one for one in sets}  # a script that draws several sets runs once
-    draw = [Job(command, one.seconds[1] / CORES, one.name) for command, one in drawing.items()]
-    make_tables(due, out, arguments.quick, draw)
+    with made_dir(out):
+        makers = makers_of(sets)
+        due = due_of(makers, out, arguments.rerun)
+        if arguments.shard:
+            return run_share(makers, due, out, arguments)
+        drawing = {one.command(one.drawn_by, out): one for one in sets}  # a script that draws several sets runs once
+        draw = [Job(command, one.seconds[1] / CORES, one.name) for command, one in drawing.items()]
+        make_tables(due, out, arguments.quick, draw)
     print(f"The figures: {out}")
     return 0
 

@@ -16,7 +16,7 @@ from ..base.cmake_build import BIN, build_or_fail
 from ..base.processes import running
 from .data import has_images, kind_of
 from ..base.errors import CourseError, warn
-from ..base.output_dir import locked_dir, made_dir, make_writable, result_places
+from ..base.output_dir import locked_dir, made_dir, result_places
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
 TRACKER = "ch5_track"
@@ -62,10 +62,9 @@ def run_chapter(out: Path, arguments) -> int:
     """Every study of the chapter on the course's own scenes, then the report."""
     for option in given_options(arguments):
         raise CourseError(f"--{option} needs DATA: the chapter's own studies choose their settings")
-    make_writable(out)
-    build_or_fail(["ch5_chapter"])
-    start = time.monotonic()
     with locked_dir(out):
+        build_or_fail(["ch5_chapter"])
+        start = time.monotonic()
         app([BIN / "ch5_chapter", "--out", out], arguments.json)
         app([sys.executable, "-m", "ch5_backend.figures.report", out], arguments.json)
     report = out / PAGES[arguments.language]

@@ -7,7 +7,6 @@ import re
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import nullcontext
 from pathlib import Path
 
 from ch5_backend.figures.atomic_write import write_whole
@@ -17,7 +16,7 @@ from ..base.cmake_build import CORES
 from ..homework.check import select
 from ..base.errors import CourseError, warn
 from ..base.language import Speaker, speaker
-from ..base.output_dir import locked_dir, make_writable
+from ..base.output_dir import locked_dir, made_dir
 from ..base.progress import Progress, duration
 from . import classbook, likeness, outputs, pages, summary
 from .job import grade
@@ -52,8 +51,7 @@ def run_grade(arguments) -> int:
         print("ready: the sandbox holds, and the compilers work in it")
         return 0
     out = Path(arguments.out or "out/grades")
-    make_writable(out)
-    with nullcontext() if arguments.shard else locked_dir(out):  # shards may work side by side
+    with made_dir(out) if arguments.shard else locked_dir(out):  # shards may work side by side
         say = speaker(arguments.language)
         session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed), say)
         session.grade_all(share(submissions, arguments.shard), arguments.jobs or CORES)
