@@ -31,17 +31,17 @@ class SymmetricBlockMatrix {
   void SetPattern(std::vector<int> dims, const std::vector<std::vector<int>>& rows_of_column);
 
   int NumColumns() const { return static_cast<int>(dims_.size()); }
-  int Dim(int block) const { return dims_[block]; }
-  int Offset(int block) const { return offsets_[block]; }  ///< first scalar row; Offset(NumColumns()) = Size()
+  int Dim(int block) const { return At(dims_, block); }
+  int Offset(int block) const { return At(offsets_, block); }  ///< first scalar row; Offset(NumColumns()) = Size()
   int Size() const { return offsets_.back(); }
 
   /// The stored blocks of column j are numbered [ColumnBegin(j), ColumnBegin(j + 1)).
-  int ColumnBegin(int j) const { return column_begin_[j]; }
-  int Row(int block) const { return rows_[block]; }
-  double* Values(int block) { return values_.data() + value_begin_[block]; }
-  const double* Values(int block) const { return values_.data() + value_begin_[block]; }
+  int ColumnBegin(int j) const { return At(column_begin_, j); }
+  int Row(int block) const { return At(rows_, block); }
+  double* Values(int block) { return values_.data() + At(value_begin_, block); }
+  const double* Values(int block) const { return values_.data() + At(value_begin_, block); }
   /// Where a block's numbers begin in AllValues().
-  int ValueBegin(int block) const { return value_begin_[block]; }
+  int ValueBegin(int block) const { return At(value_begin_, block); }
   int NumValues() const { return static_cast<int>(values_.size()); }
   double* AllValues() { return values_.data(); }
   /// The end of the numbers of column j, whose blocks are stored consecutively.
@@ -61,6 +61,8 @@ class SymmetricBlockMatrix {
   MatXX Dense() const;
 
  private:
+  static int At(const std::vector<int>& numbers, int i) { return numbers[static_cast<size_t>(i)]; }
+
   std::vector<int> dims_;
   std::vector<int> offsets_{0};
   std::vector<int> column_begin_{0};

@@ -13,6 +13,9 @@ CACHE = {"CCACHE_BASEDIR": str(ROOT), "CCACHE_NOHASHDIR": "1"}  # it knows them 
 SOURCE = ROOT / "tests" / "conventions" / "consumer"
 LAUNCHER = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
 COMPILER = ["ccache", CXX] if LAUNCHER else [CXX]
+STRICT = ("-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wdouble-promotion "
+          "-Wnon-virtual-dtor -Woverloaded-virtual -Werror").split()
+ALIGNMENT = ("-DEIGEN_MAX_ALIGN_BYTES=64", "-DEIGEN_MAX_STATIC_ALIGN_BYTES=16")
 PROGRAMS = ("consumer", "consumer_mavx2", "consumer_march_native")
 
 
@@ -62,6 +65,13 @@ class Consumer(unittest.TestCase):
             for name in re.findall(r'#\s*include "([^"]+)"', header.read_text(encoding="utf-8")):
                 self.assertTrue((include / name).is_file(), f"{header.relative_to(include)} includes {name}")
 
+    def test_no_public_header_has_a_warning(self):
+        """As a subproject's headers would, which are not the system's."""
+        include = install(BUILD) / "include"
+        every = HERE / "every_header.cc"
+        every.write_text("".join(f'#include "{header.relative_to(include)}"\n' for header in sorted(include.rglob("*.h"))))
+        call(*COMPILER, "-std=c++20", "-fsyntax-only", *STRICT, f"-I{include}", "-isystem", EIGEN, *ALIGNMENT, every)
+
     def test_a_program_without_cmake_takes_its_flags_from_pkg_config(self):
         if not shutil.which("pkg-config"):
             self.skipTest("pkg-config is not installed")
@@ -77,10 +87,11 @@ class Consumer(unittest.TestCase):
             done = subprocess.run([CXX, "-std=c++17", "-fsyntax-only", f"-I{ROOT}", f"-I{EIGEN}", *words, "-x", "c++",
                                    ROOT / "ch5_backend/math/eigen_types.h"], capture_output=True, text=True)
             self.assertNotEqual(done.returncode, 0, words)
-            self.assertIn("-DEIGEN_MAX_ALIGN_BYTES=64 -DEIGEN_MAX_STATIC_ALIGN_BYTES=16", done.stderr)
+            self.assertIn(" ".join(ALIGNMENT), done.stderr)
 
     def test_a_subproject_leaves_its_parent_alone(self):
-        said = configure("guest", f"-DCH5_SOURCE={ROOT}", f"-DCMAKE_CXX_COMPILER={CXX}", "-DCMAKE_CXX_FLAGS_RELEASE=-O1")
+        said = configure("guest", f"-DCH5_SOURCE={ROOT}", f"-DCMAKE_CXX_COMPILER={CXX}", "-DCMAKE_CXX_FLAGS_RELEASE=-O1",
+                         "-DCMAKE_CXX_FLAGS=-ffast-math", "-DCMAKE_UNITY_BUILD=ON")
         self.assertIn("build type: '', flags: '-O1'", said)
         added = re.search("added to the cache: (.*)", said)[1].split(";")
         foreign = [name for name in added if not re.match("CH5_|ch5_backend_|Eigen3_|FIND_PACKAGE_|CMAKE_HAVE_|CMAKE_PROJECT_VERSION|_", name)]
@@ -90,5 +101,7 @@ class Consumer(unittest.TestCase):
         self.assertIn("ch5_layer_math", names)
         self.assertEqual([name for name in names if not name.startswith("ch5_") and name not in PROGRAMS], [])
         commands = call("ninja", "-C", HERE / "guest", "-t", "commands", "ch5_backend")
-        self.assertNotIn("-Wpedantic", commands)
         self.assertNotIn("-fsanitize", commands)
+        self.assertNotIn("/unity_", commands)
+        for command in re.findall(".* -c .*", commands):  # the last word counts
+            self.assertRegex(command, "-ffast-math .*-Werror .*-w -fno-fast-math ")

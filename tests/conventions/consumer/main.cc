@@ -2,6 +2,7 @@
 /// round; classes with matrices of fixed and of dynamic size cross the border in both directions.
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <vector>
 
@@ -41,7 +42,7 @@ bool MarginalizeAPose() {
   ch5::Graph graph;
   ch5::Qd q = ch5::Qd::Identity();
   ch5::Vec3 p = ch5::Vec3::Zero();
-  for (int k = 0; k < 4; ++k) {
+  for (size_t k = 0; k < 4; ++k) {
     poses.push_back(std::make_shared<ch5::VertexPose>(q, p + 0.05 * ch5::Vec3::Random()));
     graph.AddVertex(poses.back());
     if (k == 0) edges.push_back(std::make_shared<ch5::EdgeSE3Prior>(poses[0], q, p));
@@ -91,9 +92,21 @@ bool FollowACamera() {
   return Report("speed", std::abs(report.state->v_W.norm() - truth.v_W.norm()), 0.1) && is_one_run;
 }
 
+// Also where -ffast-math has told the compiler that there is no such number.
+bool RefusesNaN() {
+  const auto pose = std::make_shared<ch5::VertexPose>();
+  ch5::Graph graph;
+  graph.AddVertex(pose);
+  graph.AddEdge(
+      std::make_shared<ch5::EdgeSE3Prior>(pose, ch5::Qd::Identity(), ch5::Vec3(std::strtod("nan", nullptr), 0, 0)));
+  const ch5::Summary summary = ch5::SparseOptimizer(&graph).Solve();
+  std::printf("a prior at NaN: %s\n", summary.message.c_str());
+  return summary.termination == ch5::Termination::kNotFinite;
+}
+
 }  // namespace
 
 int main() {
-  const bool is_marginalized = MarginalizeAPose();
-  return FollowACamera() && is_marginalized ? 0 : 1;
+  const bool is_marginalized = MarginalizeAPose(), is_refused = RefusesNaN();
+  return FollowACamera() && is_marginalized && is_refused ? 0 : 1;
 }
