@@ -45,13 +45,16 @@ class EdgeFunction : public ch5::Edge {
     SetMemory(r_.data(), W_.data());
   }
 
-  void ComputeResidual() override { Take(residual_function_(*Arguments()).cast<ch5::VecX>(), &r_); }
+  void ComputeResidual() override { Take(residual_function_(*Arguments()), &r_); }
   void ComputeJacobians() override {
     if (jacobian_function_.is_none()) return Edge::ComputeJacobians();
     TakeJacobians();
-    const auto given = jacobian_function_(*Arguments()).cast<std::vector<ch5::MatXX>>();
-    if (given.size() != J_.size()) throw std::invalid_argument("an edge's jacobians: one matrix a vertex is wanted");
-    for (size_t i = 0; i < J_.size(); ++i) Take(given[i], &J_[i]);
+    const py::object given = jacobian_function_(*Arguments());
+    if (!py::isinstance<py::sequence>(given) || py::len(given) != J_.size()) {
+      throw std::invalid_argument(TypeInfo() + " " + std::to_string(Id()) + ": its jacobians are no list of " +
+                                  std::to_string(J_.size()) + " matrices, one a vertex");
+    }
+    for (size_t i = 0; i < J_.size(); ++i) Take(given[py::int_(i)], &J_[i]);
   }
   std::string TypeInfo() const override { return "Edge of Python"; }
 
@@ -61,14 +64,22 @@ class EdgeFunction : public ch5::Edge {
     for (size_t i = 0; i < vertices_.size(); ++i) x[i] = ch5::VecX(vertices_[i]->Parameters());
     return x;
   }
+  // What a function has returned; for a single number a float will do.
   template <typename Matrix>
-  static void Take(const Matrix& given, Matrix* own) {
-    if (given.rows() != own->rows() || given.cols() != own->cols()) {
-      throw std::invalid_argument("an edge's function returned " + std::to_string(given.rows()) + "x" +
-                                  std::to_string(given.cols()) + " numbers, expected " + std::to_string(own->rows()) +
-                                  "x" + std::to_string(own->cols()));
+  void Take(const py::handle& given, Matrix* own) const {
+    if (PyFloat_Check(given.ptr()) && own->size() == 1) return void(own->setConstant(given.cast<double>()));
+    const auto size = [](Eigen::Index rows, Eigen::Index columns) {
+      return std::to_string(rows) + "x" + std::to_string(columns) + " numbers";
+    };
+    std::string got = py::str(py::type::of(given).attr("__name__"));
+    try {
+      const auto numbers = given.cast<Matrix>();
+      got = size(numbers.rows(), numbers.cols());
+      if (numbers.rows() == own->rows() && numbers.cols() == own->cols()) return void(*own = numbers);
+    } catch (const py::cast_error&) {  // got is its type
     }
-    *own = given;
+    throw std::invalid_argument(TypeInfo() + " " + std::to_string(Id()) + ": its function returned " + got +
+                                ", expected " + size(own->rows(), own->cols()));
   }
   void TakeJacobians() const override {
     if (!J_.empty()) return;
@@ -171,12 +182,17 @@ PYBIND11_MODULE(ch5, module) {
       .def(py::init([](const ch5::Vec3& p, const Eigen::Vector4d& q) {
              return std::make_shared<ch5::VertexPose>(ch5::Qd(q[3], q[0], q[1], q[2]), p);
            }),
-           py::arg("p"), py::arg("q"));
+           py::arg("p"), py::arg("q"))
+      .def_property(
+          "x", [](const ch5::VertexPose& pose) { return pose.GetEstimate(); },
+          [](ch5::VertexPose& pose, const ch5::VertexPose::Estimate& x) { pose.SetEstimate(x); },
+          "[p, q]; q is normalized.");
 
   py::class_<ch5::Edge, std::shared_ptr<ch5::Edge>>(module, "Edge",
                                                     "r(x_0, x_1, ...) of `size` rows; cost rho(r^T W r) / 2.")
       .def(py::init([](std::vector<std::shared_ptr<ch5::Vertex>> vertices, py::function residual, int size,
                        py::object jacobians) -> std::shared_ptr<ch5::Edge> {
+             if (size < 1) throw std::invalid_argument("Edge: size = " + std::to_string(size) + ": must be at least 1");
              return std::make_shared<EdgeFunction>(std::move(vertices), std::move(residual), size,
                                                    std::move(jacobians));
            }),
