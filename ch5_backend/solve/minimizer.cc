@@ -62,6 +62,9 @@ class Run {
       if (!std::isfinite(info_.gradient_max)) {
         return Stop(Termination::kNotFinite, "the gradient is not finite: a Jacobian holds NaN or infinity");
       }
+      if (info_.gradient_max == 0.0 && system_->HessianDiagonal().isZero(0.0)) {
+        return Stop(Termination::kNothingToOptimize, "H is zero; is all information zero, or every edge an outlier?");
+      }
       if (info_.gradient_max <= options_.gradient_tolerance * first_gradient_max_) {
         return Stop(Termination::kGradientConverged, "max|b| = ", info_.gradient_max, " from ", first_gradient_max_);
       }
@@ -97,6 +100,11 @@ class Run {
         system_->RollbackStates();
         // No step large enough to change x helps, or the predicted decrease is below the rounding of the cost.
         if (info_.step_norm <= yardstick) {
+          // So small a step is a linear one: the cost must follow its gradient, as far as rounding lets it be seen.
+          if (predicted > 1e-10 * cost_ && info_.gain_ratio < -0.5) {
+            return Stop(Termination::kNoDecrease, "a step of |dx| = ", info_.step_norm,
+                        " raises the cost where the Jacobians say that it falls; CheckJacobians tells which are wrong");
+          }
           return Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm, " does not lower the cost any more");
         }
         if (new_cost == cost_) {  // ρ = 0

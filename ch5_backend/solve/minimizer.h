@@ -18,7 +18,7 @@ enum class Termination {
   kGradientConverged,   ///< max|b| fell below gradient_tolerance of its first value
   kStepConverged,       ///< ‖Δx‖ ≤ step_tolerance (‖x‖ + step_tolerance)
   kMaxIterations,       ///< not converged yet
-  kNothingToOptimize,   ///< no free vertex has an edge
+  kNothingToOptimize,   ///< no free vertex has an edge, or all weights are zero
   kNoDecrease,          ///< no damping or trust region gave a lower cost
   kLinearSolverFailed,  ///< H is singular; a gauge is free, or a landmark is not observed enough
   kNotFinite,           ///< the cost at the start is infinite or NaN

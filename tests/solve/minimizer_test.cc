@@ -46,7 +46,9 @@ TEST(StopRules, EachEndsTheRunWhereItShould) {
             [](auto* o) { o->gradient_tolerance = 1.0; });
   ExpectEnd("a step of 6/4, and ‖x‖ counts as 1", 6.0, {10, 8}, Termination::kStepConverged, 1, 8,
             [](auto* o) { o->algorithm = Algorithm::kGaussNewton, o->step_tolerance = 1.5; });
-  ExpectEnd("a step that is not visible in the states", 6.0, {10, 11}, Termination::kStepConverged, 1, 10,
+  ExpectEnd("a step that is not visible in the states", 6.0, {10, 10.1}, Termination::kStepConverged, 1, 10,
+            [](auto* o) { o->step_tolerance = 0.5; });
+  ExpectEnd("a small step up where it should be down", 6.0, {10, 13}, Termination::kNoDecrease, 1, 10,
             [](auto* o) { o->step_tolerance = 0.5; });
   ExpectEnd("iterations", 6.0, {10, 8, 6, 4, 2}, Termination::kMaxIterations, 3, 4,
             [](auto* o) { o->max_iterations = 3; });
@@ -54,8 +56,11 @@ TEST(StopRules, EachEndsTheRunWhereItShould) {
   ExpectEnd("trials", 6.0, {10, 11, 11, 11, 11, 8}, Termination::kNoDecrease, 1, 10,
             [](auto* o) { o->max_trials = 4; });
   ExpectEnd("a gradient of NaN", NAN, {1}, Termination::kNotFinite, 0, 1);
+  ExpectEnd("a minimum at the start", 0.0, {1}, Termination::kGradientConverged, 0, 1);
   ExpectEnd("costs that are not finite are no decrease", 6.0, {10, INFINITY, NAN, 8, 8}, Termination::kMaxIterations, 1,
             8, [](auto* o) { o->max_iterations = 1; });
+  ScriptedSystem weightless = OneUnknown(0.0, 0.0, {1});
+  ExpectStop(Minimize(&weightless), Termination::kNothingToOptimize, false);
   ScriptedSystem bad_cost = OneUnknown(4.0, 6.0, {NAN});
   ExpectStop(Minimize(&bad_cost), Termination::kNotFinite, false);
 }
