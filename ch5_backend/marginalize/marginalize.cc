@@ -89,11 +89,8 @@ void CheckFinite(const std::vector<std::shared_ptr<Edge>>& edges, const Eliminat
     for (int k = 0; k < dim; ++k) finite = finite && std::isfinite(diagonal[k * (Stride(dim) + 1)]);
   }
   if (finite) return;
-  for (const auto& edge : edges) {
-    if (!IsFinite(edge.get()))
-      throw GraphError("marginalizing: " + Name(*edge) + " has a residual or a Jacobian that is not finite");
-  }
-  throw GraphError("marginalizing: the normal equations are not finite");
+  const std::string what = WhatIsNotFinite(edges);
+  throw GraphError("marginalizing: " + (what.empty() ? "the normal equations are not finite" : what));
 }
 
 // 2. The dropped vertices that are left, the last of H:  M = H_kd N,  N Nᵀ = H_dd⁺.

@@ -67,11 +67,11 @@ MatXX PseudoInversePsd(const MatXX& A, int nullity) {
   return vectors * eigen.eigenvalues().tail(rank).cwiseInverse().asDiagonal() * vectors.transpose();
 }
 
-MatXX InverseOfCovariance(const MatXX& covariance) {
+MatXX InverseOfCovariance(const MatXX& covariance, const std::string& of) {
   const std::string fault = WhyNotPositiveSemiDefinite(covariance);
-  if (!fault.empty()) throw std::invalid_argument("the covariance " + fault);
+  if (!fault.empty()) throw std::invalid_argument(of + ": the covariance " + fault);
   const Eigen::LLT<MatXX> factor(covariance);
-  if (factor.info() != Eigen::Success) throw std::invalid_argument("the covariance is singular");
+  if (factor.info() != Eigen::Success) throw std::invalid_argument(of + ": the covariance is singular");
   return factor.solve(MatXX::Identity(covariance.rows(), covariance.cols()));
 }
 

@@ -22,8 +22,8 @@ MatXX PseudoInversePsd(const MatXX& A);
 /// @throws std::invalid_argument if another eigenvalue is not positive
 MatXX PseudoInversePsd(const MatXX& A, int nullity);
 
-/// Σ⁻¹ of a covariance (n×n).
+/// Σ⁻¹ of a covariance (n×n).  @param of  what has it, for the message
 /// @throws std::invalid_argument, saying why, unless it is symmetric positive definite
-MatXX InverseOfCovariance(const MatXX& covariance);
+MatXX InverseOfCovariance(const MatXX& covariance, const std::string& of);
 
 }  // namespace ch5

@@ -5,6 +5,7 @@
 #include "ch5_backend/linear/pivot_rule.h"
 #include "ch5_backend/linear/selected_inverse.h"
 #include "ch5_backend/sparse/sparse_solver.h"
+#include "ch5_backend/sparse/steps/edge_normal_equations.h"
 
 namespace ch5 {
 namespace {
@@ -62,6 +63,8 @@ Covariance::~Covariance() = default;
 
 void Covariance::ThrowSingular() const {
   const Structure& s = solver_->GetStructure();
+  const std::string what = WhatIsNotFinite(s.ordering.edges);
+  if (!what.empty()) throw CovarianceError("Covariance: " + what);
   for (size_t l = 0; l < s.landmarks.size() && !factorization_->Refused(); ++l) {
     const int dim = s.landmark_dim[l];
     const Eigen::LDLT<MatXX> ldlt(

@@ -49,6 +49,7 @@ void ProjectCoupling(const Structure& s, int i, const MatXX& projection, Lineari
 std::vector<HeldPose> FindHeldPoses(const Structure& s, const std::vector<HeldDirections>& held) {
   std::vector<HeldPose> poses;
   for (const HeldDirections& h : held) {
+    if (!h.vertex || !h.rows) throw std::invalid_argument("HeldDirections: the vertex or its rows are missing (null)");
     const MatXX C = h.rows();
     const int dim = h.vertex->LocalDimension();
     if (C.cols() != dim || h.vertex->GetRole() == Role::kLandmark) {

@@ -3,20 +3,9 @@
 #include <algorithm>
 
 #include "ch5_backend/sparse/sparse_solver.h"
+#include "ch5_backend/sparse/steps/edge_normal_equations.h"
 
 namespace ch5 {
-namespace {
-
-// The first edge that is not, in words.
-std::string FirstNotFinite(const Graph& graph) {
-  const auto& edges = graph.Edges();
-  const auto first = std::find_if(edges.begin(), edges.end(), [](const auto& edge) { return !IsFinite(edge.get()); });
-  if (first == edges.end()) return "";
-  return "; edge " + std::to_string(first - edges.begin()) + " (" + (*first)->TypeInfo() + ") is the first such one";
-}
-
-}  // namespace
-
 SparseOptimizer::SparseOptimizer(Graph* graph, int threads)
     : graph_(graph), threads_(threads), solver_(std::make_unique<SparseSolver>(graph, threads)) {}
 
@@ -39,7 +28,10 @@ void SparseOptimizer::Hold(std::vector<HeldDirections> held) {
 
 Summary SparseOptimizer::Solve(const SolveOptions& options) {
   Summary summary = Minimize(solver_.get(), options);
-  if (summary.termination == Termination::kNotFinite) summary.message += FirstNotFinite(*graph_);
+  if (summary.termination == Termination::kNotFinite) {
+    const std::string what = WhatIsNotFinite(solver_->GetStructure().ordering.edges);
+    if (!what.empty()) summary.message += "; " + what;
+  }
   return summary;
 }
 

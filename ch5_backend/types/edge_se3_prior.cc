@@ -12,7 +12,7 @@ void EdgeSE3Prior::SetCovariance(const Mat66& covariance) {
   Mat66 A = Mat66::Zero();
   A.topRightCorner<3, 3>().setIdentity();
   A.bottomLeftCorner<3, 3>().setIdentity();
-  SetInformation(A * InverseOfCovariance(covariance) * A.transpose());
+  SetInformation(A * InverseOfCovariance(covariance, TypeInfo()) * A.transpose());
 }
 
 void EdgeSE3Prior::ComputeResidual() { r_ << LogSO3(q0_.conjugate() * GetVertex<0>().q()), GetVertex<0>().p() - p0_; }

@@ -79,7 +79,8 @@ class WindowApp(AppTest):
         lines[9] = "F 1 0.1 0 0 1 0 0 0 1" + 9 * " 0"    # 1 m ahead,
         lines[15] = "L 0 0 2 1 0.2 0.3 0.4"              # where the first landmark is, 1 m from the first camera
         path = self.write("corner.txt", "\n".join(lines) + "\n")
-        self.refuses(path, "--out", self.out, message=f"{path}: residual 0 (EdgeReprojection) is not finite at the start")
+        self.refuses(path, "--out", self.out, message=f"{path}: not finite: the cost of the initial states is not "
+                                                      "finite; EdgeReprojection 0 has a residual or a Jacobian that is not finite")
 
     def test_a_window_is_refused_a_loss(self):
         done = run(ROOT / "course", "run", self.write("corner.txt", corner()), "--huber", "1", "--out", self.out)

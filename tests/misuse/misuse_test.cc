@@ -28,7 +28,7 @@ using Scalar = VertexScalar::Estimate;
 // ---- what goes into a graph ------------------------------------------------------------------------------------------
 
 // r = x_1 − x_0 − 1, spoilt in one way.
-enum class Spoilt { kNot, kNoJacobian, kNaN, kThrows };
+enum class Spoilt { kNot, kNoJacobian, kWrongSign, kNaN, kThrows };
 class EdgeStep : public SizedEdge<1, VertexScalar, VertexScalar> {
  public:
   EdgeStep(std::shared_ptr<VertexScalar> a, std::shared_ptr<VertexScalar> b, Spoilt spoilt = Spoilt::kNot)
@@ -40,6 +40,7 @@ class EdgeStep : public SizedEdge<1, VertexScalar, VertexScalar> {
   }
   void ComputeJacobians() override {
     if (spoilt_ != Spoilt::kNoJacobian) ComputeJacobiansNumerically();
+    if (spoilt_ == Spoilt::kWrongSign) J<0>() *= -1.0, J<1>() *= -1.0;
   }
   std::string TypeInfo() const override { return "EdgeStep"; }
 
@@ -252,6 +253,36 @@ const std::vector<Case> kGraphs = {
      "the cost of the initial states is not finite"},
     {"a Jacobian that is never filled", [] { return TwoSteps(Spoilt::kNoJacobian).Solve(); },
      "the gradient is not finite: a Jacobian holds NaN"},
+    {"Jacobians of the wrong sign", [] { return TwoSteps(Spoilt::kWrongSign).Solve(); }, "CheckJacobians tells which"},
+    {"a residual of NaN, its covariance", Do([] {
+       TwoSteps g(Spoilt::kNaN);
+       Covariance{&g.graph};
+     }),
+     "Covariance: EdgeStep 0 has a residual or a Jacobian that is not finite"},
+    {"no information",
+     [] {
+       TwoSteps g;
+       for (const auto& edge : g.edges_) edge->SetIsotropicInformation(0.0);
+       return g.Solve();
+     },
+     "H is zero; is all information zero"},
+    {"no preintegration", Do([] {
+       const auto pose = std::make_shared<VertexPose>();
+       const auto speed = std::make_shared<VertexSpeedBias>();
+       EdgeImu(pose, speed, pose, speed, nullptr);
+     }),
+     "EdgeImu: the preintegration is null"},
+    {"a singular covariance", Do([] {
+       EdgeSE3Prior(std::make_shared<VertexPose>(), Qd::Identity(), Vec3::Zero()).SetCovariance(Mat66::Zero());
+     }),
+     "EdgeSE3Prior: the covariance is singular"},
+    {"directions of no vertex", Do([] {
+       TwoSteps g;
+       SparseOptimizer optimizer(&g.graph);
+       optimizer.Hold({{nullptr, [] { return MatXX::Identity(1, 1); }}});
+       optimizer.Solve();
+     }),
+     "HeldDirections: the vertex or its rows are missing (null)"},
     {"a residual of NaN, marginalized", Do([] {
        TwoSteps g(Spoilt::kNaN);
        MarginalizeInto(&g.graph, {g.x_[0]});

@@ -49,7 +49,9 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, Ba
   study.before = study.after = problem;
   BalGraph bal;
   BuildBal(problem, options.huber > 0.0 ? std::make_shared<HuberLoss>(options.huber) : nullptr, &bal, move);
-  if (const int i = FirstInfiniteResidual(bal.graph); i >= 0) {
+  for (size_t i = 0; i < problem.observations.size(); ++i) {
+    bal.graph.Edges()[i]->ComputeResidual();
+    if (bal.graph.Edges()[i]->Residual().allFinite()) continue;
     const BalObservation& observation = problem.observations[i];
     throw std::invalid_argument("observation " + std::to_string(i) + ": point " + std::to_string(observation.point) +
                                 " cannot be projected into camera " + std::to_string(observation.camera) +

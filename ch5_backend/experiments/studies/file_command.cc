@@ -63,20 +63,7 @@ void PrintSummary(const Summary& summary, const std::string& more) {
       (summary.trace[last - 1].cost - summary.trace[last].cost) / summary.trace[last].cost);
 }
 
-int FirstInfiniteResidual(const Graph& graph) {
-  const auto& edges = graph.Edges();
-  const auto it = std::find_if(edges.begin(), edges.end(), [](const auto& edge) {
-    edge->ComputeResidual();
-    return !edge->Residual().allFinite();
-  });
-  return it == edges.end() ? -1 : static_cast<int>(it - edges.begin());
-}
-
 Summary SolveGraph(Graph* graph, const FileSolveOptions& options, SolveOptions solve) {
-  if (const int k = FirstInfiniteResidual(*graph); k >= 0) {
-    throw std::invalid_argument("residual " + std::to_string(k) + " (" + graph->Edges()[k]->TypeInfo() +
-                                ") is not finite at the start");
-  }
   SparseOptimizer optimizer(graph, options.threads);
   optimizer.SetDamping(Damping::kDiagonal);
   optimizer.SetReducedSolver(options.solver);
@@ -86,7 +73,9 @@ Summary SolveGraph(Graph* graph, const FileSolveOptions& options, SolveOptions s
     if (options.listener) options.listener(info);
     return true;
   };
-  return optimizer.Solve(solve);
+  Summary summary = optimizer.Solve(solve);
+  if (summary.termination == Termination::kNotFinite) throw std::invalid_argument(summary.message);
+  return summary;
 }
 
 CsvTable SummaryTable(const Summary& summary, const FileSolveOptions& options) {

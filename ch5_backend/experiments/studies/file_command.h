@@ -36,12 +36,9 @@ int RunFileCommand(const char* program, const char* usage, int argc, char** argv
 /// @param more  what the format adds, such as ", mean error 2.1 px"
 void PrintSummary(const Summary& summary, const std::string& more = "");
 
-/// The first edge whose residual is not finite at the present states, as of a point in a camera's plane; or none, as −1.
-int FirstInfiniteResidual(const Graph& graph);
-
 /// Solves by the sparse solver with diagonal damping: in no format do all unknowns have the same unit.
 /// @param solve  the format's own settings; the iterations follow `options`
-/// @throws std::invalid_argument if a residual is not finite at the start; names it
+/// @throws std::invalid_argument if a residual or a Jacobian is not finite; names its edge
 Summary SolveGraph(Graph* graph, const FileSolveOptions& options, SolveOptions solve = {});
 
 /// key,value: the rows of every summary, to which a format adds its own.

@@ -19,7 +19,7 @@ void EdgeSE3Between::SetCovariance(const Mat66& covariance) {
   Mat66 A_inverse = Mat66::Zero();
   A_inverse.topLeftCorner<3, 3>() = q_z_.toRotationMatrix();
   A_inverse.bottomRightCorner<3, 3>() = 2.0 * Mat33::Identity();
-  SetInformation(A_inverse.transpose() * InverseOfCovariance(covariance) * A_inverse);
+  SetInformation(A_inverse.transpose() * InverseOfCovariance(covariance, TypeInfo()) * A_inverse);
 }
 
 void EdgeSE3Between::ComputeResidual() {
