@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
+#include <stdexcept>
 
 #include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/text_reader.h"
@@ -220,47 +222,106 @@ void AppendNumbers(const Numbers& numbers, std::string* text) {
   for (Eigen::Index k = 0; k < numbers.size(); ++k) AppendNumber(static_cast<double>(numbers[k]), ' ', text);
 }
 
-void AppendVertex(const Vertex& vertex, int id, std::string* text) {
-  *text += dynamic_cast<const VertexPose*>(&vertex) ? kVertexSE3 : kVertexSE2;
-  *text += ' ';
-  AppendNumber(id, ' ', text);
-  AppendNumbers(vertex.Parameters(), text);
-  text->back() = '\n';
+[[noreturn]] void HasNoRecord(const std::string& type, int id) {
+  throw std::invalid_argument("FormatG2o: " + type + " " + std::to_string(id) + " has no record in g2o's format");
 }
 
-void AppendEdge(const Edge& edge, const std::vector<int>& ids, std::string* text) {
-  const auto* between = dynamic_cast<const EdgeSE3Between*>(&edge);
-  *text += between ? kEdgeSE3 : kEdgeSE2;
-  *text += ' ';
-  // Nothing is ever removed from this graph, so that a vertex' id there is its index.
-  for (const auto& vertex : edge.Vertices()) AppendNumber(ids[vertex->Id()], ' ', text);
-  if (between) {
-    AppendNumbers(between->p_z(), text);
-    AppendNumbers(between->q_z().coeffs(), text);
-  } else {
-    const auto& planar = static_cast<const EdgeSE2Between&>(edge);
-    AppendNumbers(planar.p_z(), text);
-    AppendNumber(planar.ThetaZ(), ' ', text);
+class Writer {
+ public:
+  explicit Writer(const G2oFile& file) : file_(file) {
+    std::set<int> taken(file.ids.begin(), file.ids.end());
+    int free = 0;
+    for (const auto& vertex : file.graph.Vertices()) {
+      while (IsNew(*vertex) && !taken.insert(free).second) ++free;
+      const int name = IsNew(*vertex) ? free : file.ids[vertex->Id()];
+      names_.emplace(vertex->Id(), name);
+      present_.insert(name);
+      vertices_[vertex->Id()] = vertex.get();
+    }
+    for (const auto& edge : file.graph.Edges()) edges_[edge->Id()] = edge.get();
   }
-  const auto W = edge.Information();
-  for (int i = 0; i < W.rows(); ++i) AppendNumbers(W.row(i).tail(W.cols() - i), text);
-  text->back() = '\n';
-}
+
+  std::string Text() {
+    for (const G2oFile::Line& line : file_.lines) {
+      switch (line.kind) {
+        case G2oFile::Kind::kVertex: AppendVertex(vertices_.extract(line.index)); break;
+        case G2oFile::Kind::kEdge: AppendEdge(edges_.extract(line.index)); break;
+        case G2oFile::Kind::kOther: AppendOther(line.text); break;
+      }
+    }
+    while (!vertices_.empty()) AppendVertex(vertices_.extract(vertices_.begin()));
+    while (!edges_.empty()) AppendEdge(edges_.extract(edges_.begin()));
+    return std::move(text_);
+  }
+
+ private:
+  template <typename T>
+  using ById = std::map<int, const T*>;
+
+  bool IsNew(const Vertex& vertex) const { return static_cast<size_t>(vertex.Id()) >= file_.ids.size(); }
+
+  // Nothing, if it has been removed; the same below.
+  void AppendVertex(const ById<Vertex>::node_type& vertex) {
+    if (vertex.empty()) return;
+    const auto* pose = vertex.mapped();
+    const bool is_3d = dynamic_cast<const VertexPose*>(pose);
+    if (!is_3d && !dynamic_cast<const VertexSE2*>(pose)) HasNoRecord(pose->TypeInfo(), pose->Id());
+    Begin(is_3d ? kVertexSE3 : kVertexSE2);
+    AppendNumber(names_.at(pose->Id()), ' ', &text_);
+    AppendNumbers(pose->Parameters(), &text_);
+    text_.back() = '\n';
+    if (!IsNew(*pose) || !pose->IsFixed()) return;
+    Begin(kFix);
+    AppendNumber(names_.at(pose->Id()), '\n', &text_);
+  }
+
+  void AppendEdge(const ById<Edge>::node_type& edge) {
+    if (edge.empty()) return;
+    const auto* between = dynamic_cast<const EdgeSE3Between*>(edge.mapped());
+    const auto* planar = dynamic_cast<const EdgeSE2Between*>(edge.mapped());
+    if (!between && !planar) HasNoRecord(edge.mapped()->TypeInfo(), edge.key());
+    Begin(between ? kEdgeSE3 : kEdgeSE2);
+    for (const auto& vertex : edge.mapped()->Vertices()) AppendNumber(names_.at(vertex->Id()), ' ', &text_);
+    if (between) {
+      AppendNumbers(between->p_z(), &text_);
+      AppendNumbers(between->q_z().coeffs(), &text_);
+    } else {
+      AppendNumbers(planar->p_z(), &text_);
+      AppendNumber(planar->ThetaZ(), ' ', &text_);
+    }
+    const auto W = edge.mapped()->Information();
+    for (int i = 0; i < W.rows(); ++i) AppendNumbers(W.row(i).tail(W.cols() - i), &text_);
+    text_.back() = '\n';
+  }
+
+  // As it was, but for the poses of a FIX that have been removed.
+  void AppendOther(const std::string& line) {
+    const Words words = Split(line);
+    std::string left;
+    size_t removed = 0;
+    for (size_t k = 1; k < words.size() && words[0] == kFix; ++k) {
+      const bool is_there = present_.count(std::stoi(std::string(words[k]))) > 0;
+      if (is_there) left.append(" ").append(words[k]);
+      removed += !is_there;
+    }
+    if (removed == 0) text_ += line + '\n';
+    if (removed > 0 && !left.empty()) text_ += kFix + left + '\n';
+  }
+
+  void Begin(const char* tag) { (text_ += tag) += ' '; }
+
+  const G2oFile& file_;
+  std::map<int, int> names_;  // in the file, by id in the graph
+  std::set<int> present_;     // these names
+  ById<Vertex> vertices_;     // not yet written
+  ById<Edge> edges_;
+  std::string text_;
+};
 
 }  // namespace
 
 G2oFile ReadG2o(const std::string& path, const G2oOptions& options) { return Reader(path, options).Read(); }
 
-std::string FormatG2o(const G2oFile& file) {
-  std::string text;
-  for (const G2oFile::Line& line : file.lines) {
-    switch (line.kind) {
-      case G2oFile::Kind::kVertex: AppendVertex(*file.graph.Vertices()[line.index], file.ids[line.index], &text); break;
-      case G2oFile::Kind::kEdge: AppendEdge(*file.graph.Edges()[line.index], file.ids, &text); break;
-      case G2oFile::Kind::kOther: text += line.text + '\n'; break;
-    }
-  }
-  return text;
-}
+std::string FormatG2o(const G2oFile& file) { return Writer(file).Text(); }
 
 }  // namespace ch5

@@ -23,13 +23,13 @@ struct G2oFile {
   /// What stood in a line of the file.
   struct Line {
     Kind kind;
-    int index;         ///< of the vertex or edge in the graph's lists
+    int index;         ///< id of the vertex or edge in the graph
     int number;        ///< in the file, from 1
     std::string text;  ///< kOther: the line itself, such as FIX, a comment or an unknown tag
   };
 
   Graph graph;
-  std::vector<int> ids;  ///< the file's name of each of graph.Vertices()
+  std::vector<int> ids;  ///< the file's name of each vertex, by its id in the graph
   std::vector<Line> lines;
   std::vector<Line> unknown;  ///< those of `lines` that were not understood
   bool has_poses = true;      ///< false if the file holds edges only: all poses are then at the origin, in order of id
@@ -49,6 +49,9 @@ struct G2oOptions {
 G2oFile ReadG2o(const std::string& path, const G2oOptions& options = {});
 
 /// The file with the present states, its lines in the order in which they were read; poses that it did not have go first.
+/// What has been removed from the graph since is left out, what has been added comes last, with the least ids that are free:
+/// so a graph of one's own is written too, moved into a G2oFile.
+/// @throws std::invalid_argument naming a vertex or edge of a type that the format does not have
 std::string FormatG2o(const G2oFile& file);
 
 }  // namespace ch5

@@ -123,6 +123,28 @@ TEST_F(G2o, WritesWhatItReadUnknownLinesIncluded) {
   EXPECT_EQ(file.unknown[1].text, "VERTEX_TRACKXYZ 9 1 2 3");
 }
 
+TEST_F(G2o, WritesTheGraphAsItHasBecome) {
+  G2oFile file = Read(
+      "VERTEX_SE2 1 1 0 0\nVERTEX_SE2 0 0 0 0\nVERTEX_SE2 5 5 0 0\nFIX 1 0\nFIX 1\n"
+      "EDGE_SE2 1 0 1 0 0 1 0 0 1 0 1\nEDGE_SE2 0 5 1 0 0 1 0 0 1 0 1\n");
+  file.graph.RemoveVertex(file.graph.Vertices()[0]);
+  const auto pose = std::make_shared<VertexSE2>(Vec2(2, 3), 0.5);
+  pose->SetFixed();
+  file.graph.AddVertex(pose);
+  const auto last = std::dynamic_pointer_cast<VertexSE2>(file.graph.Vertices()[1]);
+  file.graph.AddEdge(std::make_shared<EdgeSE2Between>(last, pose, Vec2(4, 0), 0.25));
+  EXPECT_EQ(FormatG2o(file),
+            "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 5 5 0 0\nFIX 0\nEDGE_SE2 0 5 1 0 0 1 0 0 1 0 1\n"
+            "VERTEX_SE2 2 2 3 0.5\nFIX 2\nEDGE_SE2 5 2 4 0 0.25 1 0 0 1 0 1\n");
+  EXPECT_EQ(FormatG2o(Read(FormatG2o(file))), FormatG2o(file));
+
+  file.graph.AddVertex(std::make_shared<VertexPointXYZ>(Vec3::Zero()));
+  EXPECT_THROW(FormatG2o(file), std::invalid_argument) << "the format has no record for it";
+  G2oFile own;
+  own.graph.AddVertex(std::make_shared<VertexPose>());
+  EXPECT_EQ(FormatG2o(own), "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n");
+}
+
 TEST_F(G2o, NearlyUnitQuaternionsAreNormalized) {
   const G2oFile file = Read("VERTEX_SE3:QUAT 0 0 0 0 0 0 0.6004 0.8004\n");
   EXPECT_NEAR(static_cast<const VertexPose&>(*file.graph.Vertices()[0]).q().norm(), 1.0, 1e-15);
