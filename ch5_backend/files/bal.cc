@@ -149,6 +149,7 @@ void BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> los
   RequireIndices(problem);
   std::vector<std::shared_ptr<VertexCameraBAL>> cameras;
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
+  bal->graph.Clear();
   for (const Vec9& camera : problem.cameras) {
     cameras.push_back(std::make_shared<VertexCameraBAL>(camera));
     bal->graph.AddVertex(cameras.back());
@@ -170,6 +171,9 @@ void BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> los
 }
 
 void ReadBack(const BalGraph& bal, BalProblem* problem) {
+  if (problem->cameras.size() != bal.cameras.size() || problem->points.size() != bal.points.size()) {
+    throw std::invalid_argument("ReadBack: the problem is not the one that the graph was built of");
+  }
   for (size_t i = 0; i < bal.cameras.size(); ++i) problem->cameras[i] = bal.cameras[i]->Parameters();
   for (size_t i = 0; i < bal.points.size(); ++i) problem->points[i] = bal.points[i]->Parameters();
 }

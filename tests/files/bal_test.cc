@@ -187,6 +187,17 @@ TEST(Bal, GraphRefusesAnIndexOutOfRange) {
   EXPECT_THROW(BuildBal(problem, nullptr, &bal), std::invalid_argument);
 }
 
+TEST(Bal, AGraphIsBuiltAnewAndReadBackIntoItsOwnProblem) {
+  BalProblem problem = SmallProblem(), other;
+  BalGraph bal;
+  for (int times = 0; times < 2; ++times) BuildBal(problem, nullptr, &bal);
+  EXPECT_EQ(bal.graph.Edges().size(), problem.observations.size());
+  EXPECT_THROW(ReadBack(bal, &other), std::invalid_argument);
+  bal.points[0]->Parameters() << 1, 2, 3;
+  ReadBack(bal, &problem);
+  EXPECT_EQ(problem.points[0], Vec3(1, 2, 3));
+}
+
 TEST(Bal, PerturbedProblemReturnsToItsPerfectFit) {
   BalProblem problem = SmallProblem();
   BalGraph bal;
