@@ -19,13 +19,13 @@ class Axes:
         self.parts.append(Markup('<path class="axis" d="M{} {}V{}H{}"/><text x="0" y="13">{}</text>'
                                  '<text x="{}" y="{}" text-anchor="end">{}</text>').format(
                                      LEFT, TOP, bottom, right, title, right, HEIGHT - 3, x_label))
-        for tick in ticks(*x_limits, x_log):
+        for tick, label in ticks(*x_limits, x_log):
             x, _ = self.at(tick, y_limits[0])
-            self.parts.append(f'<text x="{x:.0f}" y="{bottom + 17}" text-anchor="middle">{number(tick)}</text>')
-        for tick in ticks(*y_limits, y_log):
+            self.parts.append(f'<text x="{x:.0f}" y="{bottom + 17}" text-anchor="middle">{label}</text>')
+        for tick, label in ticks(*y_limits, y_log):
             _, y = self.at(x_limits[0], tick)
             self.parts.append(f'<path class="axis" d="M{LEFT} {y:.1f}h-4"/><text x="{LEFT - 6}" y="{y + 4:.0f}" '
-                              f'text-anchor="end">{number(tick)}</text>')
+                              f'text-anchor="end">{label}</text>')
 
     def at(self, x, y):
         """The place of a value on the drawing."""
@@ -56,13 +56,15 @@ class Axes:
 
 
 def ticks(low, high, log):
-    """At most six round numbers from low to high."""
+    """At most six round numbers from low to high, and how each is written: with as many decimals as tell it from the next."""
     if log:
         first, last = np.ceil(np.log10(low) - 1e-9), np.floor(np.log10(high) + 1e-9)
-        return 10.0 ** np.arange(first, last + 1, max(1, np.ceil((last - first) / 5)))
+        return [(tick, number(tick)) for tick in 10.0 ** np.arange(first, last + 1, max(1, np.ceil((last - first) / 5)))]
     step = 10.0 ** np.floor(np.log10(high - low))
     step = next(step * part for part in (0.1, 0.2, 0.5, 1, 2) if (high - low) / (step * part) <= 6)
-    return np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1) * step
+    decimals = max(0, int(np.ceil(-np.log10(step) - 1e-9)))
+    values = np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1) * step + 0.0  # no −0
+    return [(tick, f"{tick:.{decimals}f}".replace("-", "−")) for tick in values]
 
 
 def limits(values, log=False):

@@ -89,7 +89,7 @@ def cases_table(say):
 
 def hosts_table(say):
     """Recordings with hosts exact, with and without the loss, and noisy."""
-    rows = [(f"{say('recording.' + row['recording'])}: {NAMES[row['policy']]}, {say('consistency.' + row['hosts'])}", f"{row['images']:.0f}",
+    rows = [(say("list").join((say(f"recording.{row['recording']}"), NAMES[row["policy"]], say(f"consistency.{row['hosts']}"))), f"{row['images']:.0f}",
              f"{row['restarts']:.0f}", f"{row['ate_m']:.3f}", f"{100 * row['scale_error']:+.1f}".replace("-", "−"),
              f"{row['rotation_error_deg']:.2f}") for row in KEPT("host_noise").rows()]
     head = [say("consistency.recording"), say("images"), say("restarts"), "ATE [m]", say("scale_error"), say("consistency.rotation")]
@@ -104,7 +104,7 @@ def first_estimates_table(say):
             for setting, mode in (("none", "none"), ("prior", "prior_only"), ("full", "full")):
                 of = KEPT("consistency_recording", recording=recording, policy=policy, setting=setting)
                 ate, nees, leak = (of[column].mean() for column in ("ate_m", "nees_motion", "yaw_leak"))
-                rows.append((f"{policy_name}: {say('recording.' + recording)}, {say('consistency.' + mode)}", f"{ate:.3f}", f"{nees:.0f}",
+                rows.append((say("list").join((policy_name, say(f"recording.{recording}"), say(f"consistency.{mode}"))), f"{ate:.3f}", f"{nees:.0f}",
                              style.number(abs(leak), 2)))
     head = [say("consistency.first_estimates"), "ATE [m]", say("consistency.nees_motion"), say("consistency.leak")]
     return page.table(head, rows)

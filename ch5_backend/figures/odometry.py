@@ -92,7 +92,7 @@ def spectrum(directory):
         times = np.unique(rows["t_s"])
         for k, t in enumerate(times):
             values = rows.where(t_s=t)["eigenvalue"]
-            shade = plt.get_cmap("viridis")(0.85 * k / max(1, len(times) - 1))
+            shade = style.SHADES(k / max(1, len(times) - 1))
             axes.plot(np.arange(1, len(values) + 1), np.maximum(values, 1e-10), color=shade, marker=style.MARKS[k % len(style.MARKS)],
                       markersize=3.5, linewidth=0.8, label=f"{t:.1f} s")
         style.log_axis(axes.yaxis)
@@ -176,7 +176,8 @@ def path_words(say, rows, answered):
     started = [name for name in rows if answered[name]]
     words = say("odometry_path.alone")
     if all(np.isfinite(rows[name]["ate_m"]) for name in started):
-        errors = [say("odometry_path.error", policy=NAMES[name], distance=f"{100 * rows[name]['ate_m']:.1f}",
+        errors = [say("odometry_path.error" if np.isfinite(rows[name]["scale_error"]) else "odometry_path.at_rest",
+                      policy=NAMES[name], distance=style.number(100 * rows[name]["ate_m"], 2),
                       scale=f"{100 * rows[name]['scale_error']:+.1f}".replace("-", "−")) for name in started]
         words = say("odometry_path", errors=say("semicolon").join(errors))
     return words + "".join(say("odometry_path.silent", policy=NAMES[name]) for name in rows if not answered[name])

@@ -15,7 +15,6 @@ from .tables import read, read_summary
 
 ELEVATION = np.radians(35.0)  # of the viewer above the horizon
 TURN = np.radians(25.0)       # off the graph's long side
-PATH = plt.matplotlib.colors.ListedColormap(plt.get_cmap("viridis")(np.linspace(0.0, 0.88, 256)))
 
 
 def axes_of_view(p):
@@ -44,7 +43,7 @@ def segments(edges, position, view):
 def panel(axes, lines, on_path, title, chi2):
     kind = plt.matplotlib.collections.LineCollection
     axes.add_collection(kind(lines[~on_path], colors=style.GRAY, linewidths=0.4, alpha=0.45, rasterized=True))
-    path = kind(lines[on_path], cmap=PATH, linewidths=1.1, rasterized=True)
+    path = kind(lines[on_path], cmap=style.SHADES, linewidths=1.1, rasterized=True)
     path.set_array(np.arange(on_path.sum()))
     axes.add_collection(path)
     style.bare(axes)

@@ -88,7 +88,7 @@ def traces(panels, table):
             cost, k = (rows.where(weight=weight)[name] for name in ("cost", "iteration"))
             excess = (cost - cost[-1]) / cost[0]
             keep = excess > 0
-            shade = INK if weight == 0 else plt.cm.viridis(norm(weight))
+            shade = INK if weight == 0 else style.SHADES(norm(weight))
             axes.plot(k[keep] + 1, excess[keep], color=shade, linewidth=1.5, linestyle=":" if weight == 0 else "-",
                       label="w = 0" if weight == 0 else None)
         axes.set_title(label, color=color, fontsize=11)
@@ -97,7 +97,7 @@ def traces(panels, table):
         axes.set_xlabel("iteration + 1")
     panels[0].set_ylabel("(cost − final cost) / first cost")
     panels[0].legend(loc="lower left")
-    bar = panels[0].figure.colorbar(plt.cm.ScalarMappable(norm, "viridis"), ax=list(panels), label="prior weight w", pad=0.02)
+    bar = panels[0].figure.colorbar(plt.cm.ScalarMappable(norm, style.SHADES), ax=list(panels), label="prior weight w", pad=0.02)
     bar.set_ticks(decades[::2], labels=[style.power_of_ten(round(np.log10(w))) for w in decades[::2]])
     bar.minorticks_off()
 

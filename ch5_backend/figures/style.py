@@ -8,7 +8,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.colors import to_hex
+from matplotlib.colors import ListedColormap, to_hex
 from matplotlib.lines import Line2D
 
 from . import translate
@@ -24,6 +24,7 @@ INK, GRAY, PALE = "#222222", "#8a8a8a", "#d9d9d9"
 DASHES = ("-", (0, (5, 1.6)), (0, (6, 1.5, 1, 1.5)), (0, (1, 1.1)), (0, (3, 1.2, 1, 1.2, 1, 1.2)), (0, (9, 2)))
 SOLID = (0, None)  # of a line that stays so in any color, because it is alone
 MARKS = ("o", "s", "^", "D", "v", "P", "X")
+SHADES = ListedColormap(plt.get_cmap("viridis")(np.linspace(0.0, 0.88, 256)))  # of lines in order, none as pale as the paper
 
 WIDE = (10.0, 5.0)  # inches: fills a slide below its title
 
@@ -49,7 +50,7 @@ plt.rcParams.update({
     "lines.linewidth": 2.0,
     "lines.markersize": 5,
     "legend.frameon": False,
-    "image.cmap": "viridis",
+    "image.cmap": "viridis_r",  # zeros are white: the larger, the darker
     "image.interpolation": "nearest",
     "svg.hashsalt": "ch5",  # element names in an SVG are drawn from this, not from chance
     "svg.fonttype": "none",  # words stay words: they can be searched, and set in a paper's own font

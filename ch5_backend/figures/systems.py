@@ -32,7 +32,7 @@ def ablation(axes, tables, column, names, size=4):
                       label=NAMES[policy] if k == 0 else None)
             real = tables("ablation_recording", policy=policy, way=way, hosts="exact with loss")[column]
             axes.plot(np.full(len(real), k + shift), real, "x", color=INK, markersize=2 * size, markeredgewidth=2,
-                      label=names("EuRoC V1_01") if k == 0 and policy == "vins" else None)
+                      label=names("EuRoC V1_01") if k == 0 and policy == "okvis" else None)
     axes.set_xlim(-0.5, len(WAYS) - 0.5)
     axes.set_xticks(range(len(WAYS)), [names(way) for way in WAYS])
     style.log_axis(axes.yaxis)
@@ -85,7 +85,8 @@ def preintegration_rate(axes, tables, names):
             rows = tables("preintegration", quantity=quantity, seconds=0.5)
             order = np.argsort(rows["rate_hz"])
             axes.plot(rows["rate_hz"][order], (rows[column] / rows["measured"])[order], dashes, color=color, marker="o",
-                      markersize=4, label=names(label) if quantity == "velocity" else None)
+                      markersize=4)
+        axes.plot([], [], dashes, color=INK, label=names(label))
     style.plain_log(axes.xaxis, [50, 100, 200, 400, 800, 1600])
     style.plain_log(axes.yaxis)
 
@@ -144,8 +145,8 @@ def okvis_case(axes, tables, case, stage):
     for block in rows.rows():
         i, j, height, width = (int(block[key]) for key in ("row", "column", "rows", "columns"))
         matrix[i:i + height, j:j + width] = block["largest"]
-    high = np.log10(rows["largest"].max())
-    style.magnitudes(axes, matrix, high - 12, high, cmap="Greys")
+    low, high = np.log10([rows["largest"][rows["largest"] > 0].min(), rows["largest"].max()])
+    style.magnitudes(axes, matrix, low - 1, high, cmap="Greys")
     if stage == "window":
         for vertex in tables("okvis_vertices", case=case, fate="marginalized").rows():
             first, last = vertex["row"] - 0.5, vertex["row"] + vertex["rows"] - 0.5
@@ -337,7 +338,7 @@ def ablation_table(say):
         for policy in NAMES:
             for way in WAYS:
                 of = KEPT(table, policy=policy, way=way, **more)
-                rows.append((f"{say(f'ablation.{name}')}: {NAMES[policy]}, {say(f'ablation.{way}')}",
+                rows.append((say("list").join((say(f"ablation.{name}"), NAMES[policy], say(f"ablation.{way}"))),
                              f"{np.nanmedian(of['ate_m']):.3f}", nees_of(of), style.percent((of["restarts"] > 0).mean())))
     return page.table([say("ablation.case"), "ATE [m]", say("ablation.nees"), say("ablation.lost")], rows)
 

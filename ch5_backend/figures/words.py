@@ -4,6 +4,7 @@ words/en.json and words/zh.json have the same keys, the sentences of pages; {nam
 in. What stands inside a figure is its own key: words/figures.zh.json has it in Chinese.
 """
 import json
+import re
 from pathlib import Path
 
 PAGES = {"en": "report.html", "zh": "report.zh.html"}  # a language's page
@@ -13,14 +14,17 @@ SENTENCES = {language: json.loads((Path(__file__).parent / "words" / f"{language
 IN_CHINESE = json.loads((Path(__file__).parent / "words" / "figures.zh.json").read_text(encoding="utf-8"))
 
 
+UNITS = re.compile(r"(?<=\d) (?=(?:[cm]?m|m?s|rad|%|×)(?![A-Za-z]))|(?<=×) (?=\d)")
+
+
 class Words:
-    """say(key, name=value, …) is the sentence of that key."""
+    """say(key, name=value, …) is the sentence of that key, in which no line breaks between a number and its unit."""
 
     def __init__(self, language):
         self.language = language
 
     def __call__(self, key, **values):
-        return SENTENCES[self.language][key].format(**values)
+        return UNITS.sub("\u00a0", SENTENCES[self.language][key].format(**values))
 
 
 class Labels:
