@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 
 #include "ch5_backend/experiments/studies/command_line.h"
@@ -34,18 +33,6 @@ struct Command {
   ch5::EstimatorWords given;
   bool batch = false;
 };
-
-// At rest the truth's positions are one point, to which any scale and any yaw aligns a trajectory.
-bool HasMoved(const ch5::OdometryRun& run, const std::vector<ch5::StampedState>& truth) {
-  constexpr double kLeast = 0.05;  // [m]
-  std::optional<ch5::Vec3> first;
-  for (const ch5::StampedState& state : run.states) {
-    const auto at = ch5::StateAt(truth, state.t);
-    if (at && !first) first = at->T_W_B.p;
-    if (at && (at->T_W_B.p - *first).norm() > kLeast) return true;
-  }
-  return false;
-}
 
 // See the table in the guide: up to this time between images the policies go on.
 void WarnOfDistantImages(const ch5::Recording& recording) {
@@ -89,16 +76,16 @@ std::string Cell(double value, int width, int digits) {
 }
 
 // A row of the table, and below it each restart and segment.
-void PrintRun(const ch5::OdometryRun& run, const std::vector<ch5::StampedState>& truth) {
+void PrintRun(const ch5::OdometryRun& run) {
   constexpr double kDegrees = 180.0 / M_PI, kUnknown = std::numeric_limits<double>::quiet_NaN();
-  const bool is_relative = run.error && run.relative, has_moved = run.error && HasMoved(run, truth);
+  const bool is_relative = run.error && run.relative;
   std::printf("%-8s  %s  %s  %s  %s  %s  %s  %15.1f  %s  %s  %6zu  %8d\n", run.policy.c_str(),
               Cell(run.error ? run.error->position_rmse : kUnknown, 7, 4).c_str(),
               Cell(is_relative ? run.relative->position_rmse : kUnknown, 7, 4).c_str(),
               Cell(is_relative ? run.relative->DriftPercent() : kUnknown, 9, 2).c_str(),
               Cell(is_relative ? run.relative->path : kUnknown, 8, 2).c_str(),
-              Cell(has_moved ? run.error->scale : kUnknown, 6, 4).c_str(),
-              Cell(has_moved ? run.error->yaw_rmse * kDegrees : kUnknown, 9, 3).c_str(), run.realtime_factor,
+              Cell(run.error ? run.error->scale : kUnknown, 6, 4).c_str(),
+              Cell(run.error ? run.error->yaw_rmse * kDegrees : kUnknown, 9, 3).c_str(), run.realtime_factor,
               Cell(run.tracking_factor, 13, 1).c_str(), Cell(run.p99_window_ms, 8, 2).c_str(), run.states.size(),
               run.restarts);
   for (const ch5::ImageResult& row : run.rows) {
@@ -110,8 +97,8 @@ void PrintRun(const ch5::OdometryRun& run, const std::vector<ch5::StampedState>&
     std::printf("          segment %d, %.2f to %.2f s, %zu images", segment.id, segment.states.front().t,
                 segment.states.back().t, segment.states.size());
     if (segment.error) {
-      std::printf(": ATE %.4f m, scale %.4f, yaw %.3f deg", segment.error->position_rmse, segment.error->scale,
-                  segment.error->yaw_rmse * kDegrees);
+      std::printf(": ATE %.4f m, scale %s, yaw %s deg", segment.error->position_rmse,
+                  Cell(segment.error->scale, 0, 4).c_str(), Cell(segment.error->yaw_rmse * kDegrees, 0, 3).c_str());
     }
     std::printf("\n");
   }
@@ -152,7 +139,7 @@ void Run(const Command& command) {
   std::printf(
       "policy    ATE [m]  RPE [m]  drift [%%]  path [m]   scale  yaw [deg]  times real time  without start  p99 [ms]  "
       "images  restarts\n");
-  for (const ch5::OdometryRun& run : study.runs) PrintRun(run, recording.truth);
+  for (const ch5::OdometryRun& run : study.runs) PrintRun(run);
 }
 
 }  // namespace

@@ -55,6 +55,8 @@ class RecordingApp(AppTest):
             windows = [line for line in table(self.out / "csv" / "odometry_windows.csv")
                        if line["policy"] == row["policy"]]
             self.assertEqual(len(windows), 161, "one row an image")
+            times = [float(line["milliseconds"]) for line in windows if line["status"] == "tracking"]
+            self.assertGreaterEqual(sum(time <= float(row["p99_window_ms"]) for time in times), 0.99 * len(times))
 
     def test_course_run_gives_the_numbers_as_json(self):
         recording = self.simulate()
@@ -115,6 +117,12 @@ class RecordingApp(AppTest):
         first = {name: float(text.split()[0]) for name, text in trajectories.items()}
         self.assertLess(first["two"], first["one"] - 1.0, "two cameras start at rest")
         self.assertLess(float(table(self.out / "csv" / "odometry_policies.csv")[0]["ate_m"]), 0.05)
+
+        # While it hardly moves, any scale and any yaw lay the estimate upon the truth.
+        row = self.course_run(self.simulate(6, "stereo"), "--seconds", "0:1.7")["policies"][0]
+        self.assertLess(row["ate_m"], 0.01)
+        self.assertEqual([row["scale_error"], row["yaw_error_deg"]], [None, None])
+        self.assertIn("at rest, which tells no scale", (self.out / "room" / "report.html").read_text(encoding="utf-8"))
 
     def test_a_gap_in_the_imu_begins_a_segment(self):
         recording = self.simulate(16)

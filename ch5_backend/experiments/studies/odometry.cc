@@ -12,9 +12,21 @@ namespace {
 
 double Percentile(std::vector<double> values, double fraction) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto at = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
+  const auto at = static_cast<std::ptrdiff_t>(std::ceil(fraction * static_cast<double>(values.size()))) - 1;
   std::nth_element(values.begin(), values.begin() + at, values.end());
   return values[static_cast<size_t>(at)];
+}
+
+// At rest the truth's positions are one point, to which any scale and any yaw aligns a trajectory.
+bool HasMoved(const std::vector<StampedState>& states, const std::vector<StampedState>& truth) {
+  constexpr double kLeast = 0.05;  // [m]
+  std::optional<Vec3> first;
+  for (const StampedState& state : states) {
+    const auto at = StateAt(truth, state.t);
+    if (at && !first) first = at->T_W_B.p;
+    if (at && (at->T_W_B.p - *first).norm() > kLeast) return true;
+  }
+  return false;
 }
 
 // Each segment counts as often as it has states that were compared.
@@ -30,6 +42,7 @@ std::optional<TrajectoryError> Together(const std::vector<OdometrySegment>& segm
   const auto root_mean = [&](double TrajectoryError::*rmse) {
     double sum = 0.0, count = 0.0;
     for (const TrajectoryError& error : errors) {
+      if (std::isnan(error.*rmse)) continue;
       const double states = static_cast<double>(error.time.size());
       sum += states * error.*rmse * error.*rmse;
       count += states;
@@ -71,7 +84,12 @@ void Summarize(const Recording& recording, OdometryRun* run) {
   const double share = static_cast<double>(milliseconds.size()) / static_cast<double>(run->rows.size());
   run->tracking_factor =
       share > 0.0 ? share * duration / std::max(answered, 1e-9) : std::numeric_limits<double>::quiet_NaN();
-  for (OdometrySegment& segment : run->segments) segment.error = CompareTrajectories(segment.states, recording.truth);
+  for (OdometrySegment& segment : run->segments) {
+    segment.error = CompareTrajectories(segment.states, recording.truth);
+    if (!segment.error || HasMoved(segment.states, recording.truth)) continue;
+    segment.error->scale = segment.error->yaw_rmse = segment.error->rotation_rmse =
+        std::numeric_limits<double>::quiet_NaN();
+  }
   run->error = Together(run->segments);
   const auto longest = LongestSegment(*run);
   if (longest != run->segments.end()) run->relative = CompareMotions(longest->states, recording.truth);

@@ -26,9 +26,9 @@ struct ImageResult {
 
 /// What lies between two restarts: poses of one world frame, so it is compared with the truth by itself.
 struct OdometrySegment {
-  int id = 0;                        ///< FrameReport::segment
-  std::vector<StampedState> states;  ///< at least one
-  std::optional<TrajectoryError> error;
+  int id = 0;                            ///< FrameReport::segment
+  std::vector<StampedState> states;      ///< at least one
+  std::optional<TrajectoryError> error;  ///< scale and rotations are NaN where the truth has not moved by 5 cm
 };
 
 struct OdometryRun {
