@@ -45,7 +45,7 @@ def paper_iterations(axes, methods, label):
                       label=label if i + k == 0 else None)
 
 
-@style.drawn("gauge_methods", 2, 1, (10.0, 6.4), legend=5, chinese=False, sharex=True)
+@style.drawn("gauge_methods", 2, 1, (10.0, 6.4), legend=5, sharex=True)
 def methods(panels, table):
     """Fig. 7."""
     top, bottom = panels
@@ -58,7 +58,7 @@ def methods(panels, table):
     scene_axis(bottom)
 
 
-@style.drawn("gauge_errors", 2, 3, (10.5, 6.8), legend=4, chinese=False, sharex=True)
+@style.drawn("gauge_errors", 2, 3, (10.5, 6.8), legend=4, sharex=True)
 def errors(panels, table):
     """Table II: at convergence."""
     for k, (axes, (column, title)) in enumerate(zip(panels[0], ERRORS.items())):
@@ -120,7 +120,7 @@ def sweep_errors(panels, table):
         for path, color in zip(PATHS, (VERMILION, GREEN, SKY)):
             for name, fill in (("planes", "full"), ("random", "none")):
                 relative = [change(of_scene(table, (path, name)), error, weight) for weight in weights]
-                for part, label in ((slice(1, None), f"{path}, {name}"), (slice(1), None)):
+                for part, label in ((slice(1, None), f"{path}: {name}"), (slice(1), None)):
                     axes.plot(x[part], np.array(relative)[part], marker="o", fillstyle=fill, markersize=5, color=color, linewidth=1,
                               label=label)
         axes.set_title(title.rpartition(" ")[0])
@@ -154,7 +154,7 @@ def sweep(directory, table):
     style.legend_above(fig, panels[0, 0])
     style.space(fig, rect=(0, 0.04, 1, 0.91))
     fig.legend(*panels[2, 0].get_legend_handles_labels(), loc="lower left", ncol=6, fontsize=11, columnspacing=1.4)
-    style.save(fig, directory, "gauge_sweep")
+    style.save(fig, directory, "gauge_sweep", chinese=True)
 
 
 def reading_lines(axes, table, start, names, paper):
@@ -167,7 +167,7 @@ def reading_lines(axes, table, start, names, paper):
     axes.plot(at, theirs, linestyle="none", marker="s", markersize=6, markerfacecolor="none", color=INK, label=paper)
 
 
-@style.drawn("gauge_readings", 1, 3, (10.5, 4.2), legend=3, chinese=False, sharey=True)
+@style.drawn("gauge_readings", 1, 3, (10.5, 4.2), legend=3, sharey=True)
 def readings(panels, table):
     """Fig. 5, sine among planes, by the start and by what w multiplies."""
     for axes, start in zip(panels, STARTS):
@@ -182,14 +182,14 @@ def arrival_line(axes, rows, column, **look):
     axes.plot(rows["iteration"], np.where(rows[column] > 0, rows[column], np.nan), **look)
 
 
-@style.drawn("gauge_convergence", 1, 3, (10.5, 4.6), legend=7, chinese=False)
+@style.drawn("gauge_convergence", 1, 3, (10.5, 4.6), legend=7)
 def convergence(panels, table):
     """Fig. 6, of trial 0."""
     table, (path, left, right) = table.where(trial=0), panels
     weights = np.unique(table["weight"])
     for k, weight in enumerate(weights):
         rows = table.where(weight=weight)
-        look = dict(color=plt.cm.viridis(0.9 * k / (len(weights) - 1)), marker=style.MARKS[k % len(style.MARKS)], markersize=5,
+        look = dict(color=style.SHADES(k / (len(weights) - 1)), marker=style.MARKS[k % len(style.MARKS)], markersize=5,
                     linewidth=1.5)
         path.plot(rows["prior_error"], rows["reprojection_px"], label=f"w = {style.number(weight, 1)}", **look)
         arrival_line(left, rows, "reprojection_px", **look)

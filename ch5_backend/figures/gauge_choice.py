@@ -48,7 +48,7 @@ def draw_error(axes, table, start, title):
     axes.set_title(title)
 
 
-@style.drawn("gauge_prior_choice", 2, 3, (11.0, 7.2), chinese=False)
+@style.drawn("gauge_prior_choice", 2, 3, (11.0, 7.2))
 def prior_choice(panels, table):
     for axes, factor in zip(panels.flat, FACTORS):
         draw_factor(axes, table, factor)
@@ -71,7 +71,7 @@ def answer(table):
             f"A strong prior on two wrong poses makes it {style.number(wrong, 2)} times worse.")
 
 
-@style.drawn("gauge_recordings", 1, 4, (11.0, 4.4), legend=3, chinese=False)
+@style.drawn("gauge_recordings", 1, 4, (11.0, 4.4), legend=3)
 def recordings(panels, table):
     """Table III: median and quartiles of each method."""
     for axes, (column, title) in zip(panels, {"iterations": "iterations", **ERRORS}.items()):

@@ -21,7 +21,7 @@ def spectrum_dots(axes, values):
     return number, zeros
 
 
-@style.drawn("gauge_spectrum", 1, 2, (10.0, 4.6), chinese=False, sharey=True)
+@style.drawn("gauge_spectrum", 1, 2, (10.0, 4.6), sharey=True)
 def spectrum(panels, table):
     for axes, problem in zip(panels, ("camera and IMU", "camera alone")):
         values = relative_spectrum(table, problem)
@@ -42,7 +42,7 @@ def matrix_of(table, gauge):
     return lower + np.tril(lower, -1).T
 
 
-@style.drawn("gauge_matrices", 1, 4, (12.0, 3.3), chinese=False)
+@style.drawn("gauge_matrices", 1, 4, (12.0, 3.3))
 def matrices(panels, table):
     fixed, free, moved = (matrix_of(table, gauge) for gauge in ("fixed", "free", "free to fixed"))
     top = np.log10(max(np.abs(fixed).max(), np.abs(free).max()))
@@ -70,7 +70,7 @@ def deviation_lines(axes, table, column, names, scale=1.0):
         axes.plot(rows["keyframe"], scale * rows[column], label=names[gauge], **look)
 
 
-@style.drawn("gauge_deviations", 1, 3, (10.5, 4.4), legend=4, chinese=False)
+@style.drawn("gauge_deviations", 1, 3, (10.5, 4.4), legend=4)
 def deviations(panels, table):
     for axes, (column, title) in zip(panels, ERRORS.items()):
         deviation_lines(axes, table, column, GAUGES)

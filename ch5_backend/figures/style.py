@@ -76,7 +76,7 @@ def save(figure, directory, name, chinese=False):
     plt.close(figure)
 
 
-def drawn(name, rows, columns, size=WIDE, legend=0, chinese=True, **shape):
+def drawn(name, rows, columns, size=WIDE, legend=0, **shape):
     """Makes draw(directory, tables) of a function that draws on panels, fill(panels, tables): it saves the figure NAME of so
     many rows and columns, with a legend of so many columns above, of what the first panel has labeled."""
     def of(fill):
@@ -86,7 +86,7 @@ def drawn(name, rows, columns, size=WIDE, legend=0, chinese=True, **shape):
             fill(panels, tables)
             if legend:
                 legend_above(figure, panels.flat[0], legend)
-            save(figure, directory, name, chinese)
+            save(figure, directory, name, chinese=True)
         return draw
     return of
 

@@ -10,7 +10,7 @@ from .words import IN_CHINESE
 FONTS = ("Noto Sans CJK SC", "Noto Sans CJK JP")
 WORD = re.compile(r"[A-Za-z]{2,}")
 # In all languages.
-SAME = re.compile(r"\$[^$]*\$|log|RMSE|NEES|VINS|OKVIS|(?<=\d )(?:mm|cm|ms|m)\b|\[[a-z]+\]|diag|Levenberg|Marquardt|rad"
+SAME = re.compile(r"\$[^$]*\$|log|RMSE|NEES|VINS|OKVIS|(?<=\d )(?:mm|cm|ms|m|px)\b|\[[a-z]+\]|diag|Levenberg|Marquardt|rad"
                   r"|Cholesky|CHOLMOD|PCG|QR|Dogleg|-Mono|IMU|ATE|EuRoC V1_01|EuRoC|Tango|Hz|MB|intel|MIT|parking-garage|sphere2500"
                   r"|Huber|Cauchy|Tukey|Nielsen|Rosenbrock|Ceres|GFLOP/s|LM|dogleg|max|map|Sx|Hn|HP|H_[a-z]+")
 
@@ -47,8 +47,9 @@ def to_chinese(figure):
     """Translates the figure, and says whether this machine has the letters for it."""
     if font() is None:
         return False
-    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
-        english = [label.get_text() for label in axis.get_ticklabels()]
+    ticks = [(axis, [label.get_text() for label in axis.get_ticklabels()])  # read first: panels that share an axis share its words
+             for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
+    for axis, english in ticks:
         if (chinese := [*map(translate, english)]) != english:
             axis.set_ticks(axis.get_ticklocs(), chinese, fontfamily=[font(), "DejaVu Sans"])
     for text in figure.findobj(Text):

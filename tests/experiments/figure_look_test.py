@@ -3,6 +3,7 @@ told apart without color; on the Chinese page without an English word. What is m
 tests/docs/decks_test.py asks the same of the decks' figures."""
 
 import os
+import re
 import unittest
 from collections import defaultdict
 from pathlib import Path
@@ -120,7 +121,7 @@ class Look(unittest.TestCase):
             draw()
         return found
 
-    def test_the_reports_figures_suit_a_paper_and_are_chinese_on_the_chinese_page(self):
+    def test_the_pages_figures_suit_a_paper_and_are_chinese_on_the_chinese_page(self):
         def english_left(figure, chinese):
             style.freeze(figure)
             if not translate.to_chinese(figure):  # no font for it here
@@ -128,16 +129,15 @@ class Look(unittest.TestCase):
             figure.canvas.draw()
             if not chinese:
                 return ["is not drawn in Chinese"]
-            words = [text.get_text() for text in figure.findobj(Text) if text.get_visible()]
-            return list(filter(translate.has_english, words))
-        found = self.drawn(lambda: [script.draw(TABLES) for script in report.SCRIPTS], english_left)
-        self.assertGreater(len(found), 19)
-        self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})
-
-    def test_the_gauge_pages_figures_suit_a_paper(self):
-        found = self.drawn(lambda: gauge_report.draw_figures(TABLES / "gauge"))
-        self.assertGreater(len(found), 8)
-        self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})
+            words = [text for text in figure.findobj(Text) if text.get_visible()]
+            boxes = [f"is set in a font without its letters: {text.get_text()!r}" for text in words
+                     if re.search("[\u4e00-\u9fff]", text.get_text()) and translate.font() not in text.get_fontfamily()]
+            return [*filter(translate.has_english, (text.get_text() for text in words)), *boxes]
+        for least, draw in ((19, lambda: [script.draw(TABLES) for script in report.SCRIPTS]),
+                            (8, lambda: gauge_report.draw_figures(TABLES / "gauge"))):
+            found = self.drawn(draw, english_left)
+            self.assertGreater(len(found), least)
+            self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})
 
     def test_a_translated_sentence_may_hold_what_varies(self):
         for english, chinese in (("time [s]", "时间 [s]"), ("VINS: 99 % in 9.8 ms", "VINS：99 % 不超过 9.8 ms"),

@@ -5,7 +5,8 @@ from pathlib import Path
 from unittest import mock
 
 ROOT = Path(__file__).resolve().parents[2]
-from ch5_backend.figures import captions, nees, odometry, page, recording, report, style, systems
+from ch5_backend.figures import captions, gauge_report, nees, odometry, page, recording, report, style, systems
+from ch5_backend.figures.numbers import gauge
 from ch5_backend.figures.numbers.chapter import Chapter
 from ch5_backend.figures.tables import Tables
 from ch5_backend.figures.words import Words
@@ -13,7 +14,9 @@ from ch5_backend.figures.words import Words
 TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
 
 
-def figures_of(out):
+def figures_of(out, of):
+    if of == "gauge":
+        return gauge_report.drawn_of(out)
     say = Words("en")
     names = [name for section in captions.sections(Chapter(Tables(out / "csv")), say).values() for name in section]
     return [*names, *odometry.captions(out, say), *nees.captions(say), *systems.captions(say)]
@@ -23,16 +26,17 @@ def write_reports(out, of="chapter"):
     """report.html and report.zh.html in this folder, each figure white in all kinds that they link to."""
     (out / "figures").mkdir(exist_ok=True)
     if out != TABLES:
-        (out / "csv").symlink_to(TABLES / "csv")
+        (out / "csv").symlink_to((TABLES / "gauge" if of == "gauge" else TABLES) / "csv")
     style.plt.imsave(out / "white.png", [[[1.0] * 3] * 1600] * 800)
-    for name in figures_of(out):
+    for name in figures_of(out, of):
         for kind in ("png", "svg", "pdf"):
             path = out / "figures" / f"{name}.{kind}"
             path.unlink(missing_ok=True)
             path.hardlink_to(out / "white.png")
     white = page.small(out / "white.png", 0)
     with mock.patch.object(page, "small", return_value=white):
-        page.write_all(out, *{"chapter": ("title", report.body_of), "recording": ("recording.title", recording.body_of)}[of])
+        page.write_all(out, *{"chapter": ("title", report.body_of), "recording": ("recording.title", recording.body_of),
+                              "gauge": ("gauge.title", lambda *where: gauge_report.body_of(*where, gauge.numbers(out)))}[of])
 
 
 if __name__ == "__main__":
