@@ -28,9 +28,9 @@ function figure(key, title, caption, ...content) {
 // Four digits, as a table shows them.
 function short(value) {
   if (value === null || value === undefined) return "–";
-  if (value === 0 || Number.isInteger(value) && Math.abs(value) < 1e5) return String(value);
-  const size = Math.abs(value);
-  return size >= 1e4 || size < 1e-3 ? value.toExponential(2) : value.toPrecision(4);
+  const size = Math.abs(value), sign = value < 0 ? "−" : "";
+  if (value === 0 || Number.isInteger(value) && size < 1e5) return sign + size;
+  return sign + (size >= 1e4 || size < 1e-3 ? size.toExponential(2) : size.toPrecision(4));
 }
 
 function color(name) { return getComputedStyle(document.documentElement).getPropertyValue(name).trim(); }
@@ -41,11 +41,11 @@ const DECADES = 8;  // entries so much smaller than the largest are as pale as c
 function variableAt(variables, row) { return variables.findIndex(one => row >= one.row && row < one.row + one.rows); }
 
 // A matrix that can be worked out on paper shows its numbers.
-function writeNumbers(context, M, scale) {
-  context.fillStyle = color("--ink");
+function writeNumbers(context, M, scale, fill) {
   context.font = `${Math.round(scale / 5)}px sans-serif`;
   [context.textAlign, context.textBaseline] = ["center", "middle"];
   M.values.forEach((value, i) => {
+    context.fillStyle = fill && fill.values[i] ? "black" : color("--ink");  // on yellow, by night too
     context.fillText(short(value), scale * (i % M.cols + 0.5), scale * (Math.floor(i / M.cols) + 0.5));
   });
 }
@@ -68,7 +68,7 @@ function matrix(M, {variables = [], fill = null, label, act = null, tell = () =>
     context.fillRect(scale * (i % M.cols), scale * Math.floor(i / M.cols), scale, scale);
   });
   context.globalAlpha = 1;
-  if (M.rows <= 6) writeNumbers(context, M, scale);
+  if (M.rows <= 6) writeNumbers(context, M, scale, fill);
   context.fillStyle = line;
   for (const one of variables.filter(one => one.row > 0 && (one.rows > 1 || M.rows < 12))) {
     context.fillRect(scale * one.row - 1, 0, 2, canvas.height);
@@ -108,7 +108,10 @@ function explore(node, [rows, columns], blocks, tell, act) {
   node.addEventListener("click", event => act(...cell(event)));
 }
 
-const [WIDTH, HEIGHT, LEFT, BOTTOM] = [420, 260, 52, 34];
+const [WIDTH, HEIGHT, LEFT, BOTTOM] = [340, 230, 62, 38];  // as narrow as a column, so that the letters keep their size
+
+const LETTER = 15;
+const wordWidth = words => LETTER * [...words].reduce((sum, letter) => sum + (letter > "\u2e80" ? 1 : 0.55), 0);
 
 // Curves over whole numbers. A series: {name, values, color, dashed, dots}; on a logarithmic axis what is not positive
 // stands at its foot.
@@ -124,18 +127,18 @@ function chart({series, log = true, x, y, label}) {
   const py = value => value === null ? null : 22 + (HEIGHT - BOTTOM - 22)
     * (1 - ((log && value <= 0 ? low : map(value)) - low) / (high - low));
   const svg = element("svg", {viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": label});
-  const ticks = log ? Array.from({length: high - low + 1}, (_, i) => low + i) : [low, (low + high) / 2, high];
+  const ticks = log ? Array.from({length: high - low + 1}, (_, i) => low + i) : [low, Math.round((low + high) / 2), high];
   const every = Math.ceil(ticks.length / 7);
   ticks.filter((_, i) => i % every === 0).forEach(tick => {
     const at = py(log ? 10 ** tick : tick);
     svg.append(element("line", {class: "axis", x1: LEFT, x2: WIDTH - 12, y1: at, y2: at}),
-      element("text", {x: LEFT - 5, y: at + 4, "text-anchor": "end"}, log ? `1e${tick}` : short(tick)));
+      element("text", {x: LEFT - 5, y: at + 5, "text-anchor": "end"}, log ? `1e${tick}` : short(tick)));
   });
   svg.append(element("text", {x: WIDTH - 12, y: HEIGHT - 4, "text-anchor": "end"}, x),
-    element("text", {x: LEFT, y: HEIGHT - 18, "text-anchor": "middle"}, "0"),
-    element("text", {x: px(most), y: HEIGHT - 18, "text-anchor": "middle"}, String(most)),
+    element("text", {x: LEFT, y: HEIGHT - 21, "text-anchor": "middle"}, "0"),
+    element("text", {x: px(most), y: HEIGHT - 21, "text-anchor": "middle"}, String(most)),
     element("text", {x: 4, y: 12}, y));
-  let legend = 110;
+  let legend = LEFT;
   for (const one of series) {
     const stroke = `var(${one.color})`;
     const points = one.values.map((value, i) => [px(i), py(value)]).filter(point => point[1] !== null);
@@ -145,8 +148,8 @@ function chart({series, log = true, x, y, label}) {
     }
     points.forEach(([cx, cy]) => svg.append(element("circle", {cx, cy, r: one.dots ? 2.6 : 3.2, fill: stroke})));
     svg.append(element("circle", {cx: legend, cy: 8, r: 4, fill: stroke}),
-      element("text", {x: legend + 8, y: 12}, one.name));
-    legend += 22 + 13 * [...one.name].reduce((sum, letter) => sum + (letter > "\u2e80" ? 1 : 0.55), 0);
+      element("text", {x: legend + 8, y: 13}, one.name));
+    legend += 24 + wordWidth(one.name);
   }
   return svg;
 }

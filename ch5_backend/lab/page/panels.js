@@ -265,8 +265,8 @@ function drawMarginalize(a, values, set) {
 // The frames of a window on the line of all images: filled if a keyframe, ringed if in the prior, with a foot if its
 // speed is kept.
 function strip(frames, image, label) {
-  const svg = element("svg", {viewBox: `0 0 ${WIDTH} 62`, role: "img", "aria-label": label});
-  const x = id => 12 + (WIDTH - 24) * id / 29;
+  const svg = element("svg", {viewBox: "0 0 420 62", role: "img", "aria-label": label});
+  const x = id => 12 + 396 * id / 29;
   for (let id = 0; id <= 29; ++id) {
     svg.append(element("circle", {cx: x(id), cy: 28, r: 1.5, fill: `var(${id <= image ? "--gray" : "--line"})`}));
     if (id % 5 === 0) svg.append(element("text", {x: x(id), y: 58, "text-anchor": "middle"}, String(id)));

@@ -11,8 +11,8 @@ function legend(layers) {
   let at = 10;
   return layers.flatMap(one => {
     const x = at;
-    at += 22 + 13 * [...one.name].reduce((sum, letter) => sum + (letter > "\u2e80" ? 1 : 0.55), 0);
-    return [element("circle", {cx: x, cy: 10, r: 4, ...paintOf(one)}), element("text", {x: x + 8, y: 14}, one.name)];
+    at += 24 + wordWidth(one.name);
+    return [element("circle", {cx: x, cy: 10, r: 4, ...paintOf(one)}), element("text", {x: x + 8, y: 15}, one.name)];
   });
 }
 
