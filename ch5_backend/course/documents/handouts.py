@@ -29,7 +29,7 @@ article img { max-width: 100%; background: #fff; border-radius: .5rem; }
 article details { border-left: 3px solid var(--line); padding-left: .9rem; margin: .6rem 0; }
 article summary { cursor: pointer; font-weight: 600; }
 """)
-SUBSCRIPT = re.compile(r"(?<!\w)([A-Za-zΔδΣ])_([A-Za-z0-9]{1,3})(?![A-Za-z0-9_])")
+SUBSCRIPT = re.compile(r"(?<!\w)([A-Za-zΑ-Ωα-ω])_([A-Za-z0-9]{1,3})(?![A-Za-z0-9_])")
 
 
 def sources() -> dict:
