@@ -23,7 +23,7 @@ WORDS = {  # what the picture says; the report's and the decks' words are in wor
     "en": {"alt": "Two windows slide along a simulated flight: VINS-Mono's keeps neighboring frames, OKVIS's keeps old keyframes",
            "full": "in the window, with its speed", "pose": "in the window, pose only", "prior": "held by the prior",
            "lines": "estimate; gray: the true path", "row": "the {} images of the flight"},
-    "zh": {"alt": "两种滑动窗口沿一段模拟飞行前进：VINS-Mono 保留相邻的帧，OKVIS 保留较早的关键帧",
+    "zh": {"alt": "两种滑动窗口沿一段仿真飞行前进：VINS-Mono 保留相邻的帧，OKVIS 保留较早的关键帧",
            "full": "在窗口里，带速度", "pose": "在窗口里，只有位姿", "prior": "先验所约束的", "lines": "估计的轨迹；灰色：真实轨迹", "row": "飞行中的 {} 帧图像"}}
 SECONDS = 0.45  # an image is shown
 PANEL, HEIGHT, MARGIN = 430, 300, 26
