@@ -154,3 +154,5 @@ def gauge_covariances(slide, tables, say):
     for k, (name, matrix) in enumerate(norms.items()):
         slide.cells(10 + 272 * k, 12, 250, np.where(matrix > 1e-2 * largest, matrix, 0), largest, decades=2)
         slide.text(10 + 272 * k + 125, 292, say(name), 18)
+        if matrix.max() < 1e-2 * largest:
+            slide.text(10 + 272 * k + 125, 142, say("all below 1 %"), 18, MUTED)

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib import colormaps, patches
 from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgb
 from matplotlib.path import Path
+from matplotlib.text import Text
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
 
@@ -22,6 +23,7 @@ from .words import Labels
 INK, MUTED, FAINT, PAPER = "#22303c", "#6b7a88", "#d5dce2", "#ffffff"
 POSE, LANDMARK, CROSS, PRIOR = "#3b76a8", "#d99a3c", "#5d9c86", "#c2555b"
 PX = 0.75  # points
+SUBSCRIPT = re.compile(r"\b([Hb])_([a-z]{2}|S)(?![A-Za-z])")  # of H_ll and b_S in a figure's words
 
 LOOK = {
     "svg.fonttype": "none", "font.family": ["Noto Sans", "Noto Sans CJK SC", "Noto Sans CJK JP", "PingFang SC",
@@ -159,12 +161,22 @@ class Slide:
     def render(self, kind="svg"):
         """The SVG's text, or the bytes of a PDF."""
         style.tell_apart(self.figure)
+        for words in self.figure.findobj(Text):
+            words.set_text(in_chinese_marks(words.get_text()))
         text = io.StringIO() if kind == "svg" else io.BytesIO()
         self.figure.savefig(text, format=kind, metadata={**style.METADATA[f".{kind}"], "Title": self.title})
         plt.close(self.figure)
         if kind == "pdf":
             return text.getvalue()
-        return re.sub(r' ?\n(?=[MLQCz"])', " ", text.getvalue()[text.getvalue().index("<svg"):])  # a path is a line
+        svg = re.sub(r' ?\n(?=[MLQCz"])', " ", text.getvalue()[text.getvalue().index("<svg"):])  # a path is a line
+        return SUBSCRIPT.sub(r'\1<tspan dy=".25em" font-size="75%">\2</tspan><tspan dy="-.19em">&#8203;</tspan>', svg)
+
+
+def in_chinese_marks(words):
+    """A sentence with Chinese in it has Chinese commas and colons, but for those in brackets, as in [m, rad]."""
+    if not re.search("[\u4e00-\u9fff]", words):
+        return words
+    return re.sub(r"([,:]) (?![^\[]*\])", lambda mark: {",": "，", ":": "："}[mark[1]], words)
 
 
 def decades(values, step=1):

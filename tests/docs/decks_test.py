@@ -115,6 +115,8 @@ class Decks(unittest.TestCase):
                 for name, svg in made.figures.items():
                     self.assertTrue(svg.startswith("<svg "), name)
                     self.assertNotRegex(svg, r"\b(nan|inf)\b", name)
+                    self.assertNotRegex(svg, r">[^<]*\b[A-Za-z]_[A-Za-z]", f"{name}: an index that is not set as one")
+                    self.assertNotRegex(svg, r">[^<]*[\u4e00-\u9fff][,:] ", f"{name}: a comma or colon of half width")
                 self.assertEqual(self.small_words(deck, made), [])
                 if deck.stem in built:
                     self.assertEqual(made.record(), {kind: built[deck.stem][kind] for kind in made.record()})
