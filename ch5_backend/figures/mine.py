@@ -38,8 +38,8 @@ def draw_matrix(axes, mine, experiment, name):
     own, solution = mine.both(experiment, "matrices")
     theirs = dense_of(solution, name, solution)
     ours = np.zeros_like(theirs) if own is None or name not in own["matrix"] else dense_of(own, name, solution)
-    high = np.log10(np.abs(theirs).max())
-    style.magnitudes(axes, ours, high - 8, high, cmap="Greys")
+    low, high = np.log10([np.abs(theirs[theirs != 0]).min(), np.abs(theirs).max()])
+    style.magnitudes(axes, ours, max(low - 1, high - 8), high, cmap="Greys")
     wrong = different(ours, theirs)
     axes.imshow(np.ma.masked_where(~wrong, wrong), cmap="autumn", vmin=1, vmax=2, alpha=0.75)
     axes.set_title(f"{name}: {wrong.sum()} of {wrong.size} differ", fontsize=12)
@@ -77,7 +77,7 @@ def draw_weights(mine, experiment):
         style.log_axis(axes.xaxis)
         axes.set(title=title, xlabel="prior weight w")
     style.log_axis(panels[1].yaxis)
-    panels[0].legend(fontsize=11)
+    style.legend_above(fig, panels[0], 4)
     return fig
 
 
@@ -87,6 +87,7 @@ def draw_gauge(mine, experiment):
         for table, look in sides(mine, experiment, "deviations", BROAD, DOTTED):
             rows = table.where(gauge=gauge)
             axes.plot(rows["keyframe"], rows["position_m"], **look)
+        axes.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
         axes.set(title=title, xlabel="keyframe")
     panels[0].set_ylabel("σ of the position [m]")
     panels[0].legend()
@@ -204,10 +205,10 @@ def body_of(directory, mine, say):
             Markup("<p>{}</p>").format(say("mine.lead")),
             page.table((say("mine.stage"), say("mine.lines"), say("mine.finding")), rows, "words said")]
     for experiment in mine.failures:
-        ids = ", ".join(EXPERIMENTS[experiment])
+        ids = say("list").join(EXPERIMENTS[experiment])
         picture = page.figure(directory, f"mine_{experiment}", f"{say(f'mine.{experiment}.caption')} {said_of(mine, experiment, say)}",
                               say(f"mine.{experiment}"), say)
-        body.append(page.PIECES.section(experiment, f"{ids}: {say(f'mine.{experiment}')}", [picture]))
+        body.append(page.PIECES.section(experiment, say("mine.section", stages=ids, title=say(f"mine.{experiment}")), [picture]))
     if all_own(mine, say):
         questions = [Markup("<details><summary>{}</summary><p>{}</p></details>").format(say(f"mine.question.{name}"), say(f"mine.answer.{name}"))
                      for name in QUESTIONS]
