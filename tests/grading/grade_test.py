@@ -125,6 +125,8 @@ class Grades(FolderTest):
         self.assertIn("broken", (self.out / "summary.html").read_text(encoding="utf-8"))
         self.assertRegex(hint_of(found["broken"]), r"gauge_prior\.cc:\d+:\d+: error: expected expression|error:")
         self.assertEqual(found["wrong"]["stages"][1]["state"], "missing")
+        grade(self.folder / "trusted", broken, "--stages", "3", "--trust")
+        self.assertRegex(hint_of(records(self.folder / "trusted")["broken"]), r"(?m)^gauge_prior\.cc:\d+", "no folder of ours")
 
     def test_killed_in_the_middle_it_goes_on_and_grades_nothing_twice(self):
         paths = [self.submission(f"s{k}", change=lambda text, k=k: text + f"\n// {k}\n") for k in range(4)]
