@@ -54,7 +54,7 @@ def size_figure(directory, rows):
         if not np.isfinite(ms.astype(float)).all():
             continue
         slope, offset = np.polyfit(np.log(observations), np.log(ms), 1)
-        axes.plot(observations, ms, "o", color=SIDES[side], label=f"{side}: time ∝ n^{slope:.2f}")
+        axes.plot(observations, ms, "o", color=SIDES[side], label=f"{side}: time ∝ $n^{{{slope:.2f}}}$")
         axes.plot(observations, np.exp(offset) * observations**slope, color=SIDES[side], linewidth=1.0)
     style.log_axis(axes.xaxis)
     style.log_axis(axes.yaxis)
