@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <sstream>
 
@@ -29,8 +30,6 @@ double LargestEntry(const MatXX& A) { return A.size() == 0 ? 0.0 : A.cwiseAbs().
 struct Claim {
   const MatXX &expected, &got;
   const Names &names, &columns;
-  const std::vector<Mistake>& mistakes;
-  const Mistake& not_finite;
   double tolerance;
   const std::string& variable;
 };
@@ -42,15 +41,20 @@ MatXX Deviation(const Claim& claim) {
   });
 }
 
+bool HaveSameBits(const MatXX& A, const MatXX& B) {
+  const auto bytes = static_cast<size_t>(B.size()) * sizeof(double);
+  return A.rows() == B.rows() && A.cols() == B.cols() && std::memcmp(A.data(), B.data(), bytes) == 0;
+}
+
 // Of memory that was never set, or has been freed, other words are due than those of a mistake.
-const Mistake* FindMistake(const Claim& claim) {
-  if (HoldsUnset(claim.got)) return nullptr;
-  if (!claim.got.allFinite()) return claim.not_finite.cause.empty() ? nullptr : &claim.not_finite;
-  for (const Mistake& mistake : claim.mistakes) {
-    const MatXX answer = mistake.answer();
-    if (Equal(claim.got, answer, kMistakeMatch) && !Equal(answer, claim.expected, 10 * kMistakeMatch)) return &mistake;
-  }
-  return nullptr;
+const Mistake* FindMistake(const Claim& claim, const std::vector<Mistake>& mistakes) {
+  const auto is = [&](const Mistake& mistake) {
+    if (!claim.got.allFinite()) return HaveSameBits(mistake.answer, claim.got);
+    return Equal(claim.got, mistake.answer, kMistakeMatch) &&
+           !Equal(mistake.answer, claim.expected, 10 * kMistakeMatch);
+  };
+  const auto found = std::find_if(mistakes.begin(), mistakes.end(), is);
+  return found == mistakes.end() || HoldsUnset(claim.got) ? nullptr : &*found;
 }
 
 Text Called(const Claim& claim) { return claim.variable.empty() ? Text("matrix.it") : Word(claim.variable); }
@@ -235,9 +239,7 @@ std::string Join(const std::vector<int>& numbers) {
 Mistake CholeskyOfSingular(const std::string& todo, const char* matrix, const VecX& eigenvalues, const MatXX& J,
                            const MatXX& gram) {
   const bool is = (eigenvalues.array() == 0.0).any() && J.isUpperTriangular(1e-12) && !J.isDiagonal(1e-12);
-  return {todo, {"formula.cholesky_of_singular", {{"matrix", Word(std::string(matrix))}}}, [is, gram] {
-            return is ? gram : MatXX();
-          }};
+  return {todo, {"formula.cholesky_of_singular", {{"matrix", Word(std::string(matrix))}}}, is ? gram : MatXX()};
 }
 
 bool HoldsUnset(const MatXX& A) { return Any(A, &IsFresh) || Any(A, &IsFreed); }
@@ -249,19 +251,19 @@ bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
 }
 
 void Require(const std::string& stage, const Text& what, const MatXX& expected, const MatXX& got, const Names& names,
-             const std::vector<Mistake>& mistakes, double tolerance, const std::string& todo,
-             const std::string& variable, const Names& columns, const Mistake& not_finite) {
-  const Claim claim{expected, got, names, columns, mistakes, not_finite, tolerance, variable};
+             const Mistakes& make_mistakes, double tolerance, const std::string& todo, const std::string& variable,
+             const Names& columns) {
+  const Claim claim{expected, got, names, columns, tolerance, variable};
   RecordMargin(claim);
   if (Equal(got, expected, tolerance)) return;
   testing::Test::RecordProperty("picture", Picture(claim));
   Diagnosis diagnosis{stage, what, {}, {}, {}, todo};
+  const std::vector<Mistake> mistakes = make_mistakes();
   if (got.rows() != expected.rows() || got.cols() != expected.cols()) {
     diagnosis.expected = {"matrix.size_expected", {{"size", Word(Size(expected))}}};
     diagnosis.got = {"matrix.size_got", {{"size", Word(Size(got))}}};
     const auto mistake = std::find_if(mistakes.begin(), mistakes.end(), [&](const Mistake& one) {
-      const MatXX answer = one.answer();
-      return answer.rows() == got.rows() && answer.cols() == got.cols();
+      return one.answer.rows() == got.rows() && one.answer.cols() == got.cols();
     });
     diagnosis.cause = mistake == mistakes.end() ? "matrix.size_mismatch" : mistake->cause;
     if (got.size() == 0) diagnosis.cause = {"matrix.still_empty", {{"variable", Called(claim)}}};
@@ -273,7 +275,7 @@ void Require(const std::string& stage, const Text& what, const MatXX& expected, 
   } else {
     CompareEntry(claim, &diagnosis);
   }
-  const Mistake* mistake = FindMistake(claim);
+  const Mistake* mistake = FindMistake(claim, mistakes);
   diagnosis.cause = mistake == nullptr ? Symptom(claim) : mistake->cause;
   if (mistake != nullptr && !mistake->todo.empty()) diagnosis.todo = mistake->todo;
   Fail(diagnosis);

@@ -56,7 +56,22 @@ Text Word(Integer n) {
 struct Mistake {
   std::string todo;  ///< "1.1b"
   Text cause;        ///< "1.1.mirror_missing"
-  std::function<MatXX()> answer;
+  MatXX answer;
+};
+
+/// The likelier ones first; of a function, which is called only where something is wrong.
+class Mistakes {
+ public:
+  Mistakes() = default;
+  Mistakes(std::vector<Mistake> all) : make_([all = std::move(all)] { return all; }) {}
+  Mistakes(std::initializer_list<Mistake> all) : Mistakes(std::vector(all)) {}
+  template <typename Make, std::enable_if_t<std::is_invocable_v<Make>, int> = 0>
+  Mistakes(Make make) : make_(std::move(make)) {}
+
+  std::vector<Mistake> operator()() const { return make_ ? make_() : std::vector<Mistake>(); }
+
+ private:
+  std::function<std::vector<Mistake>()> make_;
 };
 
 /// That J, which was to be a root of a singular matrix with these eigenvalues, comes from LLT.
@@ -84,14 +99,12 @@ struct Diagnosis {
 
 /// Compares a student's matrix or vector with the right one, and fails the test if they differ.
 /// @param what  "H of one edge between two poses"
-/// @param names  of the rows, and of the columns of a square matrix;  @param mistakes  the likelier ones first
+/// @param names  of the rows, and of the columns of a square matrix
 /// @param tolerance  of the largest expected entry;  @param todo  where to look if no typical mistake explains it
 /// @param variable  what the student's code calls it: "H_prior";  @param columns  if they have other names than the rows
-/// @param not_finite  the mistake that gives NaN or infinity here, if one does
 void Require(const std::string& stage, const Text& what, const MatXX& expected, const MatXX& got,
-             const Names& names = {}, const std::vector<Mistake>& mistakes = {}, double tolerance = 1e-10,
-             const std::string& todo = {}, const std::string& variable = {}, const Names& columns = {},
-             const Mistake& not_finite = {});
+             const Names& names = {}, const Mistakes& mistakes = {}, double tolerance = 1e-10,
+             const std::string& todo = {}, const std::string& variable = {}, const Names& columns = {});
 
 /// The names of the rows of H: by type and graph id, "VertexPose 4, δp.x", or the place in the list if it is in no graph;
 /// or numbered as stage 7 does, "pose 0, δp.x".

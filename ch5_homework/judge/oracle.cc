@@ -14,15 +14,15 @@ struct Access : Problem {
 
 }  // namespace
 
-System StackedNormalEquations(const Graph& graph, int size) {
+System StackedNormalEquations(const EdgeList& edges, int size, const std::function<int(const Vertex&)>& row_of) {
   int rows = 0;
-  for (const auto& edge : graph.Edges()) rows += edge->ResidualDimension();
+  for (const auto& edge : edges) rows += edge->ResidualDimension();
   MatXX J = MatXX::Zero(rows, size);
   MatXX W = MatXX::Zero(rows, rows);
   VecX weighted_residual = VecX::Zero(rows);
 
   int row = 0;
-  for (const auto& edge : graph.Edges()) {
+  for (const auto& edge : edges) {
     edge->ComputeResidual();
     edge->ComputeJacobians();
     double drho;
@@ -32,13 +32,17 @@ System StackedNormalEquations(const Graph& graph, int size) {
     for (size_t i = 0; i < edge->Vertices().size(); ++i) {
       const Vertex& vertex = *edge->Vertices()[i];
       if (vertex.IsFixed()) continue;
-      J.block(row, vertex.OrderingId(), dim, vertex.LocalDimension()) = edge->Jacobian(i);
+      J.block(row, row_of(vertex), dim, vertex.LocalDimension()) = edge->Jacobian(i);
     }
     W.block(row, row, dim, dim) = robust_information;
     weighted_residual.segment(row, dim) = drho * (edge->Information() * edge->Residual());
     row += dim;
   }
   return {J.transpose() * W * J, -J.transpose() * weighted_residual};
+}
+
+System StackedNormalEquations(const Graph& graph, int size) {
+  return StackedNormalEquations(graph.Edges(), size, [](const Vertex& vertex) { return vertex.OrderingId(); });
 }
 
 System RandomSystem(const Ordering& ordering, Random* random) {

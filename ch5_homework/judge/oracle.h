@@ -1,6 +1,8 @@
 #pragma once
 /// Systems with fixed seeds on which the homework is checked, and the dense oracle: what the judge alone knows of scenes.
 
+#include <functional>
+
 #include "ch5_backend/dense/problem.h"
 #include "ch5_homework/judge/scenes/scene.h"
 
@@ -11,7 +13,9 @@ struct System {
   VecX b;
 };
 
-/// H = JᵀW_ρJ and b = −Jᵀρ'Wr from the stacked J of all edges, at the present state: the oracle of stage 1.1.
+/// H = JᵀW_ρJ and b = −Jᵀρ'Wr from the stacked J of all edges, at the present state: the oracle of stages 1.1, 6 and 7.
+/// @param row_of  where a vertex begins in H
+System StackedNormalEquations(const EdgeList& edges, int size, const std::function<int(const Vertex&)>& row_of);
 System StackedNormalEquations(const Graph& graph, int size);
 
 /// A positive definite H with the ordering's structure (H_mm block diagonal) and b, all entries random.

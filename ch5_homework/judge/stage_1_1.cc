@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ch5_homework/judge/mistakes/stage_1_1_places.h"
+#include "ch5_homework/judge/mistakes/stage_1_1.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/scenes/bundle.h"
 #include "ch5_homework/judge/submission.h"
@@ -17,14 +17,17 @@ using namespace stage_1_1;
 void CheckSystem(const Graph& graph, const Problem& problem, const Text& scene, const MatXX& before = {}) {
   const System right = StackedNormalEquations(graph, problem.Size());
   const Names names = RowNames(problem.GetOrdering());
-  std::vector<Mistake> mistakes = MistakesInH(graph, problem.Size());
-  if (before.size() > 0) {
-    mistakes.push_back({"", "1.1.H_not_zeroed", [=] { return MatXX(before + right.H); }});
-  }
-  if (problem.Hessian().rows() == problem.Size()) mistakes.push_back(FoundPlaces(graph, problem.Hessian()));
-  Require("1.1", {"scene.H_of", {{"what", scene}}}, right.H, problem.Hessian(), names, mistakes, 1e-10, "1.1a", "H");
-  Require("1.1", {"scene.b_of", {{"what", scene}}}, right.b, problem.RightHandSide(), names,
-          MistakesInB(graph, problem.Size()), 1e-10, "1.1b", "b");
+  const Loop loop{graph.Edges(), problem.Size()};
+  const auto in_H = [&] {
+    std::vector<Mistake> mistakes = MistakesInH(loop);
+    if (before.size() > 0) mistakes.push_back({"", "1.1.H_not_zeroed", before + right.H});
+    if (problem.Hessian().rows() == problem.Size()) mistakes.push_back(FoundPlaces(loop, problem.Hessian()));
+    return mistakes;
+  };
+  Require("1.1", {"scene.H_of", {{"what", scene}}}, right.H, problem.Hessian(), names, in_H, 1e-10, "1.1a", "H");
+  Require(
+      "1.1", {"scene.b_of", {{"what", scene}}}, right.b, problem.RightHandSide(), names,
+      [&] { return MistakesInB(loop); }, 1e-10, "1.1b", "b");
 }
 
 void CheckMakeHessian(Graph* graph, const Text& scene) {

@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/stage_4_scene.h"
 #include "ch5_homework/judge/submission.h"
 
@@ -13,10 +14,6 @@ namespace {
 
 constexpr GaugeGroup kGroups[] = {GaugeGroup::kVisualInertial, GaugeGroup::kMonocular};
 constexpr double kTolerance = 1e-7;  // of numerical derivatives
-
-std::function<MatXX()> Is(const MatXX& answer) {
-  return [answer] { return answer; };
-}
 
 // ---- 4a, the rows of a pose -----------------------------------------------------------------------------------------
 
@@ -36,26 +33,26 @@ struct PoseMistakes {
 
   std::vector<Mistake> InShifts(const MatXX& of_rotation) const {
     const bool below = of_rotation.isIdentity();
-    return {{"4a", below ? "4.rows_exchanged" : "4.block_still_zero", Is(MatXX::Zero(3, 3))},
-            {"4a", {"4.R_stands", {{"R", Word("R")}}}, Is(R)},
-            {"4a", {"4.R_stands", {{"R", Word("Rᵀ")}}}, Is(Rt)}};
+    return {{"4a", below ? "4.rows_exchanged" : "4.block_still_zero", MatXX::Zero(3, 3)},
+            {"4a", {"4.R_stands", {{"R", Word("R")}}}, R},
+            {"4a", {"4.R_stands", {{"R", Word("Rᵀ")}}}, Rt}};
   }
   std::vector<Mistake> InTurnsOfThePosition() const {
-    return {{"4a", "4.block_still_zero", Is(O)},
-            {"4a", {"4.sign_of_omega", {{"p", Word("p")}}}, Is(turn)},
-            {"4a", {"4.R_stands_before_turn", {{"R", Word("R")}}}, Is(-R * turn)},
-            {"4a", {"4.R_stands_before_turn", {{"R", Word("Rᵀ")}}}, Is(-Rt * turn)},
-            {"4a", {"4.R_stands_before_turn", {{"R", Word("Rᵀ")}}}, Is(in_the_body)},
-            {"4a", {"4.axes_alone", {{"p", Word("p")}}}, Is(axes)}};
+    return {{"4a", "4.block_still_zero", O},
+            {"4a", {"4.sign_of_omega", {{"p", Word("p")}}}, turn},
+            {"4a", {"4.R_stands_before_turn", {{"R", Word("R")}}}, -R * turn},
+            {"4a", {"4.R_stands_before_turn", {{"R", Word("Rᵀ")}}}, -Rt * turn},
+            {"4a", {"4.R_stands_before_turn", {{"R", Word("Rᵀ")}}}, in_the_body},
+            {"4a", {"4.axes_alone", {{"p", Word("p")}}}, axes}};
   }
   std::vector<Mistake> InTurnsOfTheRotation() const {
-    return {{"4a", "4.block_still_zero", Is(O)},
-            {"4a", "4.left_perturbation", Is(axes)},
-            {"4a", "4.R_for_RT", Is(R * axes)},
-            {"4a", "4.sign_of_RT_omega", Is(-Rt * axes)},
-            {"4a", "4.J_linv", Is(RightJacobianInverseSO3(-phi) * axes)},
-            {"4a", "4.J_rinv", Is(RightJacobianInverseSO3(phi) * axes)},
-            {"4a", "4.turn_position", Is(-turn)}};
+    return {{"4a", "4.block_still_zero", O},
+            {"4a", "4.left_perturbation", axes},
+            {"4a", "4.R_for_RT", R * axes},
+            {"4a", "4.sign_of_RT_omega", -Rt * axes},
+            {"4a", "4.J_linv", RightJacobianInverseSO3(-phi) * axes},
+            {"4a", "4.J_rinv", RightJacobianInverseSO3(phi) * axes},
+            {"4a", "4.turn_position", -turn}};
   }
 };
 
@@ -77,8 +74,7 @@ void CheckPose(const VertexPose& pose, const MatXX& U, const MatXX& right, Gauge
         mistakes.InTurnsOfThePosition());
   check("4.turn_of_rotation", right.block(3, 3, 3, k), U.block(3, 3, 3, k), "δθ", turns,
         mistakes.InTurnsOfTheRotation());
-  check("4.shift_of_rotation", I, I + U.block(3, 0, 3, 3), "δθ", shifts,
-        {{"4a", "4.shift_turns_nothing", Is(2.0 * I)}});
+  check("4.shift_of_rotation", I, I + U.block(3, 0, 3, 3), "δθ", shifts, {{"4a", "4.shift_turns_nothing", 2.0 * I}});
 }
 
 // Paper and pencil: R takes x to y, y to z and z to x; p = (2, 1, 0).
@@ -112,7 +108,7 @@ TEST(Stage4, AVelocityTurnsAndIsNotShifted) {
       const MatXX got = Chosen().gauge_freedom.null_space({speed}, group).topLeftCorner(3, columns);
       const MatXX turn = Hat(dynamic_cast<const VertexSpeedBias&>(*speed).v()) * AxesOf(group);
       const auto rows = [&](const MatXX& left, const MatXX& turns) {
-        return Is((MatXX(3, columns) << left, turns).finished());
+        return MatXX((MatXX(3, columns) << left, turns).finished());
       };
       const MatXX O = MatXX::Zero(3, 3), I = MatXX::Identity(3, 3);
       Require("4", {"4.U_rows_velocity", {{"system", NameOf(group)}}}, right, got, Words({"δv.x", "δv.y", "δv.z"}),
@@ -143,17 +139,17 @@ TEST(Stage4, TheNullSpaceIsTheDerivativeOfTheWorldsMotion) {
 
 void CheckProjection(const MatXX& U, const MatXX& V, const Names& names, const Text& what) {
   const MatXX I = MatXX::Identity(U.rows(), U.rows()), Vt = V.transpose(), A = Vt * U;
-  const auto minus = [&](const MatXX& lost) { return Is(I - lost); };
+  const auto minus = [&](const MatXX& lost) { return MatXX(I - lost); };
   const MatXX right = ProjectionByItsEffect(U, V), lost = I - right;
   Require("4", what, right, Chosen().gauge_freedom.projection(U, V), names,
-          {{"4c", "4.Q_still_identity", Is(I)},
-           {"4c", "4.U_V_exchanged", Is(right.transpose())},
-           {"4c", Text("formula.sign_added", {{"term", Word("U (VᵀU)⁻¹ Vᵀ")}}), Is(I + lost)},
-           {"4c", "4.lost_part_itself", Is(lost)},
-           {"4c", "4.identity_lost", Is(-lost)},
+          {{"4c", "4.Q_still_identity", I},
+           {"4c", "4.U_V_exchanged", right.transpose()},
+           {"4c", SignAdded("U (VᵀU)⁻¹ Vᵀ"), I + lost},
+           {"4c", "4.lost_part_itself", lost},
+           {"4c", "4.identity_lost", -lost},
            {"4c", "4.UTV_inv_for_VTU_inv", minus(U * A.transpose().inverse() * Vt)},
            {"4c", "4.VTU_inv_missing", minus(U * Vt)},
-           {"4c", Text("formula.inverse_meant", {{"matrix", Word("VᵀU")}}), minus(U * A * Vt)},
+           {"4c", InverseMeant("VᵀU"), minus(U * A * Vt)},
            {"4c", "4.V_for_U", minus(V * A.inverse() * Vt)},
            {"4c", "4.U_for_V", minus(U * A.inverse() * U.transpose())},
            {"4c", "4.V_nowhere", minus(U * (U.transpose() * U).inverse() * U.transpose())}},
@@ -211,9 +207,9 @@ std::vector<Mistake> MotionMistakes(const Vertices& vertices, const Mat33& R_z) 
     J.topLeftCorner(3, 3) = first;
     if (n >= 6) J.block(3, 3, 3, 3) = second;
     if (n >= 9) J.block(6, 6, 3, 3) = third;
-    return Is(J);
+    return MatXX(J);
   };
-  std::vector<Mistake> mistakes = {{"4d", "4.motion_still_identity", Is(MatXX::Identity(n, n))}};
+  std::vector<Mistake> mistakes = {{"4d", "4.motion_still_identity", MatXX::Identity(n, n)}};
   if (vertices.size() == 1) {
     mistakes.push_back({"4d", "4.motions_block_zero", blocks(O, I)});
     mistakes.push_back({"4d", "4.R_zT_for_R_z", blocks(R_z.transpose(), I)});
@@ -228,8 +224,8 @@ std::vector<Mistake> MotionMistakes(const Vertices& vertices, const Mat33& R_z) 
   } else {
     mistakes.push_back({"4d", "4.only_first_vertex_turns", blocks(R_z, I)});
     mistakes.push_back({"4d", "4.only_first_vertex_turns", blocks(R_z, R_z)});
-    mistakes.push_back({"4d", "4.row_once_in_block", Is(OffTheDiagonal(vertices, R_z, true))});
-    mistakes.push_back({"4d", "4.row_once_in_block", Is(OffTheDiagonal(vertices, R_z, false))});
+    mistakes.push_back({"4d", "4.row_once_in_block", OffTheDiagonal(vertices, R_z, true)});
+    mistakes.push_back({"4d", "4.row_once_in_block", OffTheDiagonal(vertices, R_z, false)});
   }
   return mistakes;
 }

@@ -21,25 +21,23 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
     const MatXX U = RandomMatrix(n, n / 3, &random), V = U + RandomMatrix(n, n / 3, &random);
     const MatXX Q = ProjectionByItsEffect(U, V), Q_C = M * Q * M.transpose();  // the same gauge at θ and at θ_C
     const MatXX T = Q_C * M, Tt = T.transpose();
-    const auto is = [](const MatXX& answer) { return [answer] { return answer; }; };
-    const auto by = [&](const MatXX& factor) { return is(factor * C * factor.transpose()); };
+    const auto by = [&](const MatXX& factor) { return MatXX(factor * C * factor.transpose()); };
     const MatXX got = Chosen().gauge_freedom.transform_covariance(C, M, Q, Q_C);
-    const bool exploded = got.size() > 0 && got.cwiseAbs().maxCoeff() > 1e8;  // all that is given is near 1
-    const Mistake inverse{"4e", "4.T_has_no_inverse", is(exploded ? got : MatXX())};
+    const bool exploded = !got.allFinite() || (got.size() > 0 && got.norm() > 1e8);  // all that is given is near 1
     Require("4", {"4.covariance_of_random", {{"size", Word(std::to_string(n) + "×" + std::to_string(n))}}}, T * C * Tt,
             got, {},
-            {{"4e", "4.covariance_not_changed", is(C)},
-             {"4e", "4.result_still_zero", is(MatXX::Zero(n, n))},
+            {{"4e", "4.T_has_no_inverse", exploded ? got : MatXX()},
+             {"4e", "4.covariance_not_changed", C},
+             {"4e", "4.result_still_zero", MatXX::Zero(n, n)},
              {"4e", "4.Q_motion_exchanged_places", by(M * Q_C)},
              {"4e", "4.Q_of_other_place", by(Q * M)},
-             {"4e", "4.one_side_only", is(T * C)},
-             {"4e", "4.one_side_only", is(C * Tt)},
-             {"4e", "4.transpose_missing", is(T * C * T)},
-             {"4e", "4.transpose_wrong_side", is(Tt * C * T)},
-             inverse,
-             {"4e", "4.Q_missing_right", is(T * C * M.transpose())},
-             {"4e", "4.Q_missing_left", is(M * C * Tt)},
-             {"4e", "4.motion_missing_right", is(T * C * Q_C.transpose())},
+             {"4e", "4.one_side_only", T * C},
+             {"4e", "4.one_side_only", C * Tt},
+             {"4e", "4.transpose_missing", T * C * T},
+             {"4e", "4.transpose_wrong_side", Tt * C * T},
+             {"4e", "4.Q_missing_right", T * C * M.transpose()},
+             {"4e", "4.Q_missing_left", M * C * Tt},
+             {"4e", "4.motion_missing_right", T * C * Q_C.transpose()},
              {"4e", "4.motion_missing", by(Q_C)},
              {"4e", "4.motion_missing", by(Q)},
              {"4e", "4.motion_missing", by(Q_C * Q)},
@@ -47,7 +45,7 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
              {"4e", "4.Q_transposed", by(Q_C.transpose() * M)},
              {"4e", "4.motion_transposed", by(Q_C * M.transpose())},
              {"4e", "4.motion_transposed", by(M.transpose() * Q)}},
-            1e-10, "4e", "transformed", {}, inverse);
+            1e-10, "4e", "transformed");
   }
 }
 

@@ -14,10 +14,6 @@ namespace {
 
 constexpr double kStep = 1e-5, kTolerance = 1e-7;  // of central differences
 
-std::function<MatXX()> Is(const MatXX& answer) {
-  return [answer] { return answer; };
-}
-
 Names Axes(const std::string& of) { return Words({of + ".x", of + ".y", of + ".z"}); }
 
 Transform RandomPose(Random* random) { return {ExpSO3(RandomMatrix(3, 1, random)), Vec3(RandomMatrix(3, 1, random))}; }
@@ -52,8 +48,8 @@ DampingUpdate Update(const Trial& t) {
 
 void CheckDecision(const Trial& t, bool accepted, const Text& what) {
   Require("8", what, MatXX::Constant(1, 1, accepted), MatXX::Constant(1, 1, Update(t).accepted), Words({"accepted"}),
-          {{"8a", accepted ? "8.lower_rejected" : "8.higher_accepted", Is(MatXX::Constant(1, 1, !accepted))}}, 1e-10,
-          "8a", "next.accepted");
+          {{"8a", accepted ? "8.lower_rejected" : "8.higher_accepted", MatXX::Constant(1, 1, !accepted)}}, 1e-10, "8a",
+          "next.accepted");
 }
 
 void CheckDamping(const Trial& t, const MatXX& right, const std::vector<Mistake>& mistakes, const Text& what) {
@@ -68,7 +64,7 @@ TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
     CheckDecision(t, true, what);
     const double cube = 1.0 - std::pow(2.0 * gain - 1.0, 3), third = 1.0 / 3.0;
     const double factor = std::max(third, std::min(2.0 * third, cube));
-    const auto is = [&](double by, double nu = 2.0) { return Is(Vec2(t.lambda * by, nu)); };
+    const auto is = [&](double by, double nu = 2.0) { return MatXX(Vec2(t.lambda * by, nu)); };
     CheckDamping(
         t, Vec2(t.lambda * factor, 2.0),
         {{"8a", "8.nu_not_reset", is(factor, t.nu)},
@@ -91,7 +87,7 @@ TEST(Stage8, ARejectedStepRaisesTheDamping) {
     const Trial t{10.0, 10.5, 4.0, 0.3, nu};
     const Text what{"8.rejected_with_nu", {{"nu", Word(nu)}}};
     CheckDecision(t, false, what);
-    const auto is = [&](double by, double next_nu) { return Is(Vec2(t.lambda * by, next_nu)); };
+    const auto is = [&](double by, double next_nu) { return MatXX(Vec2(t.lambda * by, next_nu)); };
     CheckDamping(t, Vec2(t.lambda * nu, 2.0 * nu),
                  {{"8a", "8.nu_not_doubled", is(nu, nu)},
                   {"8a", "8.nu_not_assigned", is(nu, 0.0)},
@@ -147,34 +143,34 @@ void CheckView(const View& view, const Text& what) {
     Require("8", {"8.part_of", {{"part", part}, {"scene", what}}}, right, got, Words({"r.x", "r.y"}), mistakes,
             kTolerance, "8b", variable, columns);
   };
-  const auto with = [&](const Mat23& camera) { return Is(camera * C.transpose() * R.transpose()); };
+  const auto with = [&](const Mat23& camera) { return MatXX(camera * C.transpose() * R.transpose()); };
   check("8.over_point", point, J.point, Axes("δp_W"),
         {{"8b", "8.depth_column_missing", with(of_camera(0, 0))},
          {"8b", "8.depth_column_sign", with(of_camera(p_C.x() / z / z, p_C.y() / z / z))},
          {"8b", "8.depth_column_not_squared", with(of_camera(-p_C.x() / z, -p_C.y() / z))},
          {"8b", "8.x_in_both_rows", with(of_camera(-p_C.x() / z / z, -p_C.x() / z / z))},
          {"8b", "8.not_divided_by_depth", with(z * E)},
-         {"8b", "8.camera_frame_alone", Is(E)},
-         {"8b", "8.extrinsic_rotation_missing", Is(E * R.transpose())},
-         {"8b", "8.body_rotation_missing", Is(to_body)},
-         {"8b", "8.rotations_not_transposed", Is(E * C * R)},
-         {"8b", "8.rotations_exchanged", Is(E * R.transpose() * C.transpose())},
-         {"8b", "8.x_y_exchanged", Is(point.colwise().reverse())}},
+         {"8b", "8.camera_frame_alone", E},
+         {"8b", "8.extrinsic_rotation_missing", E * R.transpose()},
+         {"8b", "8.body_rotation_missing", to_body},
+         {"8b", "8.rotations_not_transposed", E * C * R},
+         {"8b", "8.rotations_exchanged", E * R.transpose() * C.transpose()},
+         {"8b", "8.x_y_exchanged", point.colwise().reverse()}},
         "J.point");
   check("8.over_position", pose.leftCols(3), J.pose.leftCols<3>(), Axes("δp"),
-        {{"8b", "8.position_sign", Is(point)},
-         {"8b", "8.position_in_body", Is(-to_body)},
-         {"8b", "8.increments_exchanged", Is(pose.rightCols(3))}},
+        {{"8b", "8.position_sign", point},
+         {"8b", "8.position_in_body", -to_body},
+         {"8b", "8.increments_exchanged", pose.rightCols(3)}},
         "J.pose");
   const Vec3 d = view.p_W - view.T_W_B.p;
   check("8.over_rotation", pose.rightCols(3), J.pose.rightCols<3>(), Axes("δθ"),
-        {{"8b", "8.rotation_sign", Is(-to_body * Hat(p_B))},
-         {"8b", "8.left_perturbation", Is(point * Hat(d))},
-         {"8b", "8.point_in_world", Is(to_body * Hat(d))},
-         {"8b", "8.point_in_world", Is(to_body * Hat(view.p_W))},
-         {"8b", "8.arm_of_camera", Is(E * Hat(p_C) * C.transpose())},
-         {"8b", "8.arm_of_camera", Is(to_body * Hat(p_C))},
-         {"8b", "8.extrinsic_rotation_missing_in_turn", Is(E * Hat(p_B))}},
+        {{"8b", "8.rotation_sign", -to_body * Hat(p_B)},
+         {"8b", "8.left_perturbation", point * Hat(d)},
+         {"8b", "8.point_in_world", to_body * Hat(d)},
+         {"8b", "8.point_in_world", to_body * Hat(view.p_W)},
+         {"8b", "8.arm_of_camera", E * Hat(p_C) * C.transpose()},
+         {"8b", "8.arm_of_camera", to_body * Hat(p_C)},
+         {"8b", "8.extrinsic_rotation_missing_in_turn", E * Hat(p_B)}},
         "J.pose");
 }
 
@@ -183,12 +179,12 @@ TEST(Stage8, TheProjectionOnPaper) {
   const auto with = [](double x, double y) { return (Mat23() << 0.25, 0, x, 0, 0.25, y).finished(); };
   Require("8", "8.projection_on_paper", with(-0.0625, -0.125),
           Chosen().open_tasks.linearize_projection({}, {}, Vec3(1, 2, 4)).point, Words({"r.x", "r.y"}),
-          {{"8b", "8.depth_column_missing", Is(with(0, 0))},
-           {"8b", "8.depth_column_sign", Is(with(0.0625, 0.125))},
-           {"8b", "8.x_y_exchanged", Is(with(-0.0625, -0.125).colwise().reverse())},
-           {"8b", "8.depth_column_not_squared", Is(with(-0.25, -0.5))},
-           {"8b", "8.x_in_both_rows", Is(with(-0.0625, -0.0625))},
-           {"8b", "8.not_divided_by_depth", Is(4.0 * with(-0.0625, -0.125))}},
+          {{"8b", "8.depth_column_missing", with(0, 0)},
+           {"8b", "8.depth_column_sign", with(0.0625, 0.125)},
+           {"8b", "8.x_y_exchanged", with(-0.0625, -0.125).colwise().reverse()},
+           {"8b", "8.depth_column_not_squared", with(-0.25, -0.5)},
+           {"8b", "8.x_in_both_rows", with(-0.0625, -0.0625)},
+           {"8b", "8.not_divided_by_depth", 4.0 * with(-0.0625, -0.125)}},
           1e-10, "8b", "J.point", Axes("δp_W"));
 }
 
@@ -265,18 +261,18 @@ TEST(Stage8, AnImuStepMovesTheState) {
   const Vec3 drop = 0.5 * step.dt * step.dt * 9.81 * Vec3::UnitZ();
   Require("8", "8.imu_position_velocity", stacked(right.p, right.v), stacked(got.p, got.v),
           Words({"p.x", "p.y", "p.z", "v.x", "v.y", "v.z"}),
-          {{"8c", "8.imu_half_missing", Is(stacked(moved, right.v))},
-           {"8c", "8.imu_half_not_halved", Is(stacked(moved + 2.0 * half, right.v))},
-           {"8c", "8.imu_velocity_first", Is(stacked(was.p + step.dt * right.v + half, right.v))},
-           {"8c", "8.imu_before_missing", Is(stacked(right.p - was.p, right.v))},
-           {"8c", "8.imu_before_missing", Is(stacked(right.p, right.v - was.v))},
-           {"8c", "8.imu_before_missing", Is(stacked(right.p - was.p, right.v - was.v))},
-           {"8c", "8.imu_gravity_added", Is(stacked(right.p - drop, right.v - rate * drop))},
-           {"8c", "8.imu_gravity_added", Is(stacked(right.p + drop, right.v + rate * drop))},
-           {"8c", "8.imu_not_turned", Is(stacked(moved + unturned, was.v + rate * unturned))},
-           {"8c", "8.imu_turned_by_new", Is(stacked(moved + turned, was.v + rate * turned))}},
+          {{"8c", "8.imu_half_missing", stacked(moved, right.v)},
+           {"8c", "8.imu_half_not_halved", stacked(moved + 2.0 * half, right.v)},
+           {"8c", "8.imu_velocity_first", stacked(was.p + step.dt * right.v + half, right.v)},
+           {"8c", "8.imu_before_missing", stacked(right.p - was.p, right.v)},
+           {"8c", "8.imu_before_missing", stacked(right.p, right.v - was.v)},
+           {"8c", "8.imu_before_missing", stacked(right.p - was.p, right.v - was.v)},
+           {"8c", "8.imu_gravity_added", stacked(right.p - drop, right.v - rate * drop)},
+           {"8c", "8.imu_gravity_added", stacked(right.p + drop, right.v + rate * drop)},
+           {"8c", "8.imu_not_turned", stacked(moved + unturned, was.v + rate * unturned)},
+           {"8c", "8.imu_turned_by_new", stacked(moved + turned, was.v + rate * turned)}},
           1e-10, "8c", "after.p");
-  const auto is = [](const Qd& q) { return Is(q.toRotationMatrix()); };
+  const auto is = [](const Qd& q) { return MatXX(q.toRotationMatrix()); };
   const Qd turn = ExpSO3(step.dt * step.w);
   Require("8", "8.imu_rotation", right.q.toRotationMatrix(), got.q.toRotationMatrix(), {},
           {{"8c", "8.imu_rotation_kept", is(was.q)},
@@ -294,7 +290,7 @@ void CheckCovariance(const Step& step, const Text& what) {
     return MatXX(J * Q.asDiagonal() * J.transpose());
   };
   const auto sum = [&](const MatXX& F, const MatXX& J, double power = -1.0) {
-    return Is(F * P * F.transpose() + noise(J, power));
+    return MatXX(F * P * F.transpose() + noise(J, power));
   };
   // The blocks that are most often wrong.
   MatXX A_sign = A, A_no_turn = A, B_no_jacobian = B, A_no_arm = A, A_no_velocity = A, A_turn_back = A, A_left = A;
@@ -317,18 +313,18 @@ void CheckCovariance(const Step& step, const Text& what) {
   Require(
       "8", what, A * P * A.transpose() + noise(B, -1.0), got,
       Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z", "δv.x", "δv.y", "δv.z"}),
-      {{"8c", "8.noise_missing", Is(A * P * A.transpose())},
+      {{"8c", "8.noise_missing", A * P * A.transpose()},
        {"8c", "8.density_not_divided", sum(A, B, 0.0)},
        {"8c", "8.density_times_dt", sum(A, B, 1.0)},
        {"8c", "8.density_for_variance",
-        Is(A * P * A.transpose() +
-           B * (Vec6() << Vec3::Constant(step.sigma_a), Vec3::Constant(step.sigma_g)).finished().asDiagonal() *
-               B.transpose() / dt)},
+        A * P * A.transpose() +
+            B * (Vec6() << Vec3::Constant(step.sigma_a), Vec3::Constant(step.sigma_g)).finished().asDiagonal() *
+                B.transpose() / dt},
        {"8c", "8.sigmas_exchanged",
-        Is(A * P * A.transpose() +
-           B * (Vec6() << Vec3::Constant(var_g), Vec3::Constant(var_a)).finished().asDiagonal() * B.transpose() / dt)},
+        A * P * A.transpose() +
+            B * (Vec6() << Vec3::Constant(var_g), Vec3::Constant(var_a)).finished().asDiagonal() * B.transpose() / dt},
        {"8c", "8.covariance_not_moved", sum(MatXX::Identity(9, 9), B)},
-       {"8c", "8.covariance_lost", Is(noise(B, -1.0))},
+       {"8c", "8.covariance_lost", noise(B, -1.0)},
        {"8c", "8.A_transposed", sum(A.transpose(), B)},
        {"8c", "8.A_sign", sum(A_sign, B)},
        {"8c", "8.A_without_acceleration", sum(A_no_arm, B)},
@@ -360,7 +356,7 @@ TEST(Stage8, AnImuStepMovesTheCovariance) {
 void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, double range, const Text& what) {
   const RangeTerm got = Chosen().open_tasks.linearize_range(T, antenna, beacon, range);
   const auto distance = [&](const Transform& at) { return (at.p + at.q * antenna - beacon).norm(); };
-  const auto is = [](double r) { return Is(MatXX::Constant(1, 1, r)); };
+  const auto is = [](double r) { return MatXX(MatXX::Constant(1, 1, r)); };
   const double h = distance(T);
   Require("8", {"8.part_of", {{"part", "8.range_residual"}, {"scene", what}}}, MatXX::Constant(1, 1, h - range),
           MatXX::Constant(1, 1, got.residual), Words({"r"}),
@@ -377,7 +373,7 @@ void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, dou
   const Eigen::RowVector3d u = (T.p + T.q * antenna - beacon).normalized().transpose(), none = u * 0.0;
   const Mat33 R = T.q.toRotationMatrix();
   const auto row = [](const Eigen::RowVector3d& a, const Eigen::RowVector3d& b) {
-    return Is((Eigen::Matrix<double, 1, 6>() << a, b).finished());
+    return MatXX((Eigen::Matrix<double, 1, 6>() << a, b).finished());
   };
   Require("8", {"8.part_of", {{"part", "8.range_jacobian"}, {"scene", what}}}, right, got.J, Words({"r"}),
           {{"8d", "8.range_jacobian_sign", row(-u, u * R * Hat(antenna))},

@@ -8,6 +8,7 @@
 #include "ch5_backend/dense/dense_solvers.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
 
 namespace ch5::homework::stage_1_2 {
@@ -26,8 +27,11 @@ struct Parts {
     b_p = b.head(p);
     b_m = b.tail(m);
   }
-  MatXX Schur() const { return H_pp - H_pm * H_mm_inverse * H_pm.transpose(); }
-  VecX Reduced() const { return b_p - H_pm * H_mm_inverse * b_m; }
+  MatXX Schur() const { return Schur(H_mm_inverse); }
+  VecX Reduced() const { return Reduced(H_mm_inverse); }
+  /// With something else in place of H_mm⁻¹.
+  MatXX Schur(const MatXX& middle) const { return H_pp - H_pm * middle * H_pm.transpose(); }
+  VecX Reduced(const MatXX& middle) const { return b_p - H_pm * middle * b_m; }
 };
 
 inline VecX Solve(const MatXX& A, const VecX& b) {
@@ -85,118 +89,88 @@ struct Case {
 
   std::vector<Mistake> SchurMistakes() const {
     const Parts r = Right();
+    const MatXX &inverse = r.H_mm_inverse, one = MatXX::Identity(r.H_mm.rows(), r.H_mm.cols());
+    MatXX diagonal_blocks = r.H_pp;
+    for (Eigen::Index k = 0; k + 6 <= r.H_pp.rows(); k += 6) {  // pose by pose
+      diagonal_blocks.block(k, k, 6, 6) = r.Schur().block(k, k, 6, 6);
+    }
     std::vector<Mistake> mistakes{
-        {"1.2b", Text("formula.sign_added", {{"term", Word("H_pm H_mm⁻¹ H_mp")}}),
-         [=] { return MatXX(r.H_pp + r.H_pm * r.H_mm_inverse * r.H_pm.transpose()); }},
-        {"1.2b", "1.2.nothing_subtracted", [=] { return r.H_pp; }},
-        {"1.2d 1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ H_mp")}}),
-         [=] { return MatXX(r.H_pp - r.H_pm * r.H_pm.transpose()); }},
-        {"1.2d 1.2b", Text("formula.inverse_meant", {{"matrix", Word("H_mm")}}),
-         [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm * r.H_pm.transpose()); }},
-        {"1.2b", "1.2.H_mminv_acts_twice",
-         [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * r.H_mm_inverse * r.H_pm.transpose()); }},
-        {"1.2b", Text("formula.missing_leaves", {{"this", Word("H_pp")}, {"that", Word("−H_pm H_mm⁻¹ H_mp")}}),
-         [=] { return MatXX(r.Schur() - r.H_pp); }},
-        {"1.2b", Text("formula.missing_leaves", {{"this", Word("H_pp")}, {"that", Word("H_pm H_mm⁻¹ H_mp")}}),
-         [=] { return MatXX(r.H_pp - r.Schur()); }},
-        {"1.2d 1.2b", "1.2.H_mm_only_diagonal_inverted", [=] {
-           const MatXX inverse = r.H_mm.diagonal().cwiseInverse().asDiagonal();
-           return MatXX(r.H_pp - r.H_pm * inverse * r.H_pm.transpose());
-         }}};
-    mistakes.push_back({"1.2b", "1.2.only_diagonal_blocks_reduced", [=] {
-                          MatXX S = r.H_pp;
-                          for (Eigen::Index k = 0; k + 6 <= S.rows(); k += 6) {  // pose by pose
-                            S.block(k, k, 6, 6) = r.Schur().block(k, k, 6, 6);
-                          }
-                          return S;
-                        }});
+        {"1.2b", SignAdded("H_pm H_mm⁻¹ H_mp"), r.Schur(-inverse)},
+        {"1.2b", "1.2.nothing_subtracted", r.H_pp},
+        {"1.2d 1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ H_mp")}}), r.Schur(one)},
+        {"1.2d 1.2b", InverseMeant("H_mm"), r.Schur(r.H_mm)},
+        {"1.2b", "1.2.H_mminv_acts_twice", r.Schur(inverse * inverse)},
+        {"1.2b", Missing("H_pp", "−H_pm H_mm⁻¹ H_mp"), r.Schur() - r.H_pp},
+        {"1.2b", Missing("H_pp", "H_pm H_mm⁻¹ H_mp"), r.H_pp - r.Schur()},
+        {"1.2d 1.2b", "1.2.H_mm_only_diagonal_inverted", r.Schur(r.H_mm.diagonal().cwiseInverse().asDiagonal())},
+        {"1.2b", "1.2.only_diagonal_blocks_reduced", diagonal_blocks}};
     for (const Mistake& mistake : CornerMistakes(r)) mistakes.push_back(mistake);
-    for (const DampingMistake& damping_mistake : DampingMistakes()) {
-      const MatXX wrong = Parts(damping_mistake.H, system.b, p).Schur();
-      mistakes.push_back({damping_mistake.todo, damping_mistake.cause, [=] { return wrong; }});
+    for (const auto& [cause, H, todo] : DampingMistakes()) {
+      mistakes.push_back({todo, cause, Parts(H, system.b, p).Schur()});
     }
     return mistakes;
   }
 
   /// One corner of H stands where another is meant.
   static std::vector<Mistake> CornerMistakes(const Parts& r) {
-    std::vector<Mistake> mistakes{{"1.2a", "1.2.coupling_at_wrong_place",
-                                   [=] {
-                                     const MatXX corner = r.H_pp.leftCols(std::min(r.H_pp.cols(), r.H_pm.cols()));
-                                     if (corner.cols() < r.H_pm.cols()) return r.H_pp;
-                                     return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * corner.transpose());
-                                   }},
-                                  {"1.2a", "1.2.coupling_at_wrong_place", [=] {
-                                     const MatXX corner = r.H_pp.leftCols(std::min(r.H_pp.cols(), r.H_pm.cols()));
-                                     if (corner.cols() < r.H_pm.cols()) return r.H_pp;
-                                     return MatXX(r.H_pp - corner * r.H_mm_inverse * r.H_pm.transpose());
-                                   }}};
-    if (r.H_pm.rows() == r.H_pm.cols()) {  // here an exchange of p and m goes unseen by Eigen
-      const MatXX Q = r.H_pm.transpose();
-      mistakes.push_back(
-          {"1.2a", "1.2.H_pm_H_mp_exchanged", [=] { return MatXX(r.H_pp - Q * r.H_mm_inverse * r.H_pm); }});
-      mistakes.push_back(
-          {"1.2a", "1.2.H_mp_holds_H_pm", [=] { return MatXX(r.H_pp - r.H_pm * r.H_mm_inverse * r.H_pm); }});
-      mistakes.push_back({"1.2a", "1.2.H_pm_holds_H_mp", [=] { return MatXX(r.H_pp - Q * r.H_mm_inverse * Q); }});
-      mistakes.push_back(
-          {"1.2d 1.2b", "1.2.H_pp_inverted", [=] { return MatXX(r.H_pp - r.H_pm * r.H_pp.inverse() * Q); }});
-      const MatXX corner = r.H_pp.diagonal().cwiseInverse().asDiagonal();  // of inverse depths, block by block
-      mistakes.push_back({"1.2a", "1.2.Hmm_at_wrong_corner", [=] { return MatXX(r.H_pp - r.H_pm * corner * Q); }});
-      mistakes.push_back({"1.2b", "1.2.H_mm_for_H_pp", [=] { return MatXX(r.H_mm - r.H_pm * r.H_mm_inverse * Q); }});
+    const MatXX &P = r.H_pm, Q = r.H_pm.transpose(), &inverse = r.H_mm_inverse;
+    std::vector<Mistake> mistakes;
+    if (r.H_pp.cols() >= P.cols()) {
+      const MatXX corner = r.H_pp.leftCols(P.cols());
+      mistakes = {{"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - P * inverse * corner.transpose()},
+                  {"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - corner * inverse * Q}};
     }
+    if (P.rows() != P.cols()) return mistakes;
+    // Here an exchange of p and m goes unseen by Eigen.
+    const std::vector<Mistake> exchanges{
+        {"1.2a", "1.2.H_pm_H_mp_exchanged", r.H_pp - Q * inverse * P},
+        {"1.2a", "1.2.H_mp_holds_H_pm", r.H_pp - P * inverse * P},
+        {"1.2a", "1.2.H_pm_holds_H_mp", r.H_pp - Q * inverse * Q},
+        {"1.2d 1.2b", "1.2.H_pp_inverted", r.Schur(r.H_pp.inverse())},
+        {"1.2a", "1.2.Hmm_at_wrong_corner", r.Schur(r.H_pp.diagonal().cwiseInverse().asDiagonal())},  // inverse depths
+        {"1.2b", "1.2.H_mm_for_H_pp", r.H_mm - P * inverse * Q}};
+    mistakes.insert(mistakes.end(), exchanges.begin(), exchanges.end());
     return mistakes;
   }
 
   std::vector<Mistake> ReducedMistakes() const {
     const Parts r = Right();
+    const MatXX &inverse = r.H_mm_inverse, one = MatXX::Identity(r.H_mm.rows(), r.H_mm.cols());
+    const VecX b_p = StartingAtItsLength(r.b_p.size()), b_m = StartingAtItsLength(r.b_m.size());
+    const auto with = [&](const VecX& other_b_m) { return MatXX(r.b_p - r.H_pm * inverse * other_b_m); };
     std::vector<Mistake> mistakes{
-        {"1.2b", "1.2.b_not_reduced", [=] { return r.b_p; }},
-        {"1.2b", Text("formula.sign_added", {{"term", Word("H_pm H_mm⁻¹ b_m")}}),
-         [=] { return VecX(r.b_p + r.H_pm * r.H_mm_inverse * r.b_m); }},
-        {"1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ b_m")}}),
-         [=] { return VecX(r.b_p - r.H_pm * r.b_m); }},
-        {"1.2b", Text("formula.missing_leaves", {{"this", Word("b_p")}, {"that", Word("−H_pm H_mm⁻¹ b_m")}}),
-         [=] { return VecX(r.Reduced() - r.b_p); }},
-        {"1.2b", Text("formula.missing_leaves", {{"this", Word("b_p")}, {"that", Word("H_pm H_mm⁻¹ b_m")}}),
-         [=] { return VecX(r.b_p - r.Reduced()); }},
-        {"1.2b", "1.2.H_mminv_acts_twice",
-         [=] { return VecX(r.b_p - r.H_pm * r.H_mm_inverse * r.H_mm_inverse * r.b_m); }},
-        {"1.2a", "1.2.bpp_starts_own_length",
-         [=] { return VecX(StartingAtItsLength(r.b_p.size()) - r.H_pm * r.H_mm_inverse * r.b_m); }},
-        {"1.2a", "1.2.bmm_starts_own_length",
-         [=] { return VecX(r.b_p - r.H_pm * r.H_mm_inverse * StartingAtItsLength(r.b_m.size())); }},
-        {"1.2a", "1.2.bpp_bmm_start_own_lengths",
-         [=] {
-           return VecX(StartingAtItsLength(r.b_p.size()) - r.H_pm * r.H_mm_inverse * StartingAtItsLength(r.b_m.size()));
-         }},
-        {"1.2a", "1.2.b_m_at_wrong_place",
-         [=] { return VecX(r.b_p - r.H_pm * r.H_mm_inverse * OneRowEarly(r.b_m.size())); }},
-        {"1.2a", "1.2.signs_both_segments", [=] { return VecX(-r.Reduced()); }},
-        {"1.2a", "1.2.poses_b_for_b_m",
-         [=] { return VecX(r.b_p - r.H_pm * r.H_mm_inverse * system.b.head(r.b_m.size())); }}};
+        {"1.2b", "1.2.b_not_reduced", r.b_p},
+        {"1.2b", SignAdded("H_pm H_mm⁻¹ b_m"), r.Reduced(-inverse)},
+        {"1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ b_m")}}), r.Reduced(one)},
+        {"1.2b", Missing("b_p", "−H_pm H_mm⁻¹ b_m"), r.Reduced() - r.b_p},
+        {"1.2b", Missing("b_p", "H_pm H_mm⁻¹ b_m"), r.b_p - r.Reduced()},
+        {"1.2b", "1.2.H_mminv_acts_twice", r.Reduced(inverse * inverse)},
+        {"1.2a", "1.2.bpp_starts_own_length", b_p - r.b_p + r.Reduced()},
+        {"1.2a", "1.2.bmm_starts_own_length", with(b_m)},
+        {"1.2a", "1.2.bpp_bmm_start_own_lengths", b_p - r.b_p + with(b_m)},
+        {"1.2a", "1.2.b_m_at_wrong_place", with(OneRowEarly(r.b_m.size()))},
+        {"1.2a", "1.2.signs_both_segments", -r.Reduced()},
+        {"1.2a", "1.2.poses_b_for_b_m", with(system.b.head(r.b_m.size()))}};
     if (r.b_p.size() == r.b_m.size()) {
-      mistakes.push_back(
-          {"1.2a", "1.2.b_p_b_m_exchanged", [=] { return VecX(r.b_m - r.H_pm * r.H_mm_inverse * r.b_p); }});
+      mistakes.push_back({"1.2a", "1.2.b_p_b_m_exchanged", r.b_m - r.b_p + with(r.b_p)});
     }
     return mistakes;
   }
 
-  static std::function<MatXX()> Step(const VecX& x_p, const VecX& x_m) {
+  static MatXX Step(const VecX& x_p, const VecX& x_m) {
     VecX x(x_p.size() + x_m.size());
     x << x_p, x_m;
-    return [x] { return x; };
+    return x;
   }
 
   std::vector<Mistake> StepMistakes() const {
     const Parts r = Right();
     const VecX x_p = Solve(r.Schur(), r.Reduced());
     std::vector<Mistake> mistakes = LandmarkMistakes(r, x_p);
-    for (const DampingMistake& damping_mistake : DampingMistakes()) {
-      const VecX wrong = Solve(damping_mistake.H, system.b);
-      mistakes.push_back({damping_mistake.todo, damping_mistake.cause, [=] { return wrong; }});
-      const MatXX H_mm_inverse = Parts(damping_mistake.H, system.b, p).H_mm_inverse;
-      mistakes.push_back({"1.2c", Text("1.2.right_for_poses", {{"cause", damping_mistake.cause}}),
-                          Step(x_p, H_mm_inverse * (r.b_m - r.H_pm.transpose() * x_p))});
+    for (const auto& [cause, H, todo] : DampingMistakes()) {
+      mistakes.push_back({todo, cause, Solve(H, system.b)});
+      mistakes.push_back({"1.2c", Text("1.2.right_for_poses", {{"cause", cause}}),
+                          Step(x_p, Parts(H, system.b, p).H_mm_inverse * (r.b_m - r.H_pm.transpose() * x_p))});
     }
     return mistakes;
   }
@@ -209,16 +183,13 @@ struct Case {
         {"1.2c", "1.2.landmarks_not_hear_poses", step(r.H_mm_inverse * r.b_m)},
         {"1.2c", "1.2.sign_in_landmark_step", step(r.H_mm_inverse * (r.b_m + H_mp_x))},
         {"1.2c", "formula.sign_of_landmark_step", step(-r.H_mm_inverse * (r.b_m - H_mp_x))},
-        {"1.2c", Text("formula.missing_leaves", {{"this", Word("H_mm⁻¹")}, {"that", Word("b_m − H_mp Δx_p")}}),
-         step(r.b_m - H_mp_x)},
-        {"1.2c", Text("formula.inverse_meant", {{"matrix", Word("H_mm")}}), step(r.H_mm * (r.b_m - H_mp_x))},
-        {"1.2c", Text("formula.missing_leaves", {{"this", Word("b_m")}, {"that", Word("−H_mm⁻¹ H_mp Δx_p")}}),
-         step(-r.H_mm_inverse * H_mp_x)},
+        {"1.2c", Missing("H_mm⁻¹", "b_m − H_mp Δx_p"), step(r.b_m - H_mp_x)},
+        {"1.2c", InverseMeant("H_mm"), step(r.H_mm * (r.b_m - H_mp_x))},
+        {"1.2c", Missing("b_m", "−H_mm⁻¹ H_mp Δx_p"), step(-r.H_mm_inverse * H_mp_x)},
         {"1.2c", "1.2.H_mminv_applied_b_m_only", step(r.H_mm_inverse * r.b_m - H_mp_x)},
         {"1.2c", "1.2.landmarks_not_move", step(VecX::Zero(r.b_m.size()))},
         {"1.2c", "1.2.sign_b_m", step(r.H_mm_inverse * (-r.b_m - H_mp_x))},
-        {"1.2c", Text("formula.b_p_for_step", {{"step", Word("Δx_p")}}),
-         step(r.H_mm_inverse * (r.b_m - r.H_pm.transpose() * r.b_p))},
+        {"1.2c", StepMeant("Δx_p"), step(r.H_mm_inverse * (r.b_m - r.H_pm.transpose() * r.b_p))},
         {"1.2c", "1.2.poses_reduced_b_for_step_dx_p",
          step(r.H_mm_inverse * (r.b_m - r.H_pm.transpose() * r.Reduced()))},
         {"1.2c", "1.2.H_mminv_acts_once_more_b_m", step(r.H_mm_inverse * (r.H_mm_inverse * r.b_m - H_mp_x))},

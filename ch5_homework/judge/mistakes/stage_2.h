@@ -9,6 +9,7 @@
 
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/mistakes/formula.h"
 
 namespace ch5::homework::stage_2 {
 
@@ -63,6 +64,12 @@ struct Parts {
     b_r = b.head(n);
     b_m = b.tail(dim);
   }
+  MatXX Schur() const { return Schur(A_mm_inverse); }
+  VecX Reduced() const { return Reduced(b_r, b_m); }
+  /// With something else in place of A_mm⁻¹, or of the parts of b.
+  MatXX Schur(const MatXX& middle) const { return A_rr - A_rm * middle * A_mr; }
+  VecX Reduced(const MatXX& middle) const { return b_r - A_rm * middle * b_m; }
+  VecX Reduced(const VecX& other_r, const VecX& other_m) const { return other_r - A_rm * A_mm_inverse * other_m; }
 };
 
 /// How rows may move, by Eigen's rows; columns do it transposed.
@@ -125,30 +132,27 @@ inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Tex
 }
 
 inline std::vector<Mistake> MoveMistakes(const MatXX& H, const Order& order, int idx, int dim) {
-  std::vector<Mistake> mistakes{{"2a", "2.nothing_moved", [=] { return H; }},
-                                {"2a", "2.columns_moved", [=] { return MoveColumns(H, order); }},
-                                {"2b", "2.rows_moved", [=] { return MoveRows(H, order); }},
-                                {"2b", "2.columns_before_rows_moved", [=] {
-                                   MatXX moved = MoveColumns(H, order);
-                                   moved.leftCols(idx) = MoveRows(H, order).leftCols(idx);
-                                   return moved;
-                                 }}};
+  MatXX before_moved = MoveColumns(H, order);
+  before_moved.leftCols(idx) = MoveRows(H, order).leftCols(idx);
+  std::vector<Mistake> mistakes{{"2a", "2.nothing_moved", H},
+                                {"2a", "2.columns_moved", MoveColumns(H, order)},
+                                {"2b", "2.rows_moved", MoveRows(H, order)},
+                                {"2b", "2.columns_before_rows_moved", before_moved}};
   for (const Mover& rows : Movers(order, idx, dim, "2.rows")) {
     for (const Mover& columns : Movers(order, idx, dim, "2.columns")) {
       const Text cause = rows.cause.empty() ? columns.cause : rows.cause;
       if (cause.empty()) continue;
-      mistakes.push_back({rows.cause.empty() ? "2b" : "2a", cause,
-                          [=] { return MatXX(columns.move(rows.move(H).transpose()).transpose()); }});
+      mistakes.push_back({rows.cause.empty() ? "2b" : "2a", cause, columns.move(rows.move(H).transpose()).transpose()});
     }
   }
   return mistakes;
 }
 
 inline std::vector<Mistake> MoveMistakesInB(const VecX& b, const Order& order, int idx, int dim) {
-  std::vector<Mistake> mistakes{{"2a", "2.b_not_moved", [=] { return b; }},
-                                {"2b", "2.b_moved_twice", [=] { return MoveRows(MoveRows(b, order), order); }}};
+  std::vector<Mistake> mistakes{{"2a", "2.b_not_moved", b},
+                                {"2b", "2.b_moved_twice", MoveRows(MoveRows(b, order), order)}};
   for (const Mover& entries : Movers(order, idx, dim, "2.entries_b")) {
-    if (!entries.cause.empty()) mistakes.push_back({"2a", entries.cause, [=] { return entries.move(b); }});
+    if (!entries.cause.empty()) mistakes.push_back({"2a", entries.cause, entries.move(b)});
   }
   return mistakes;
 }
@@ -171,7 +175,7 @@ inline std::vector<Mistake> CornerMistakes(const Parts& r, int idx) {
       for (const Block& A_mr : {Block{{}, r.A_mr}, {mr, H.topLeftCorner(m, n)}, {mr, H.block(at, 0, m, n)}}) {
         const Text cause = !A_rr.cause.empty() ? A_rr.cause : (!A_rm.cause.empty() ? A_rm.cause : A_mr.cause);
         if (cause.empty()) continue;
-        mistakes.push_back({"2c", cause, [=] { return MatXX(A_rr.A - A_rm.A * r.A_mm_inverse * A_mr.A); }});
+        mistakes.push_back({"2c", cause, A_rr.A - A_rm.A * r.A_mm_inverse * A_mr.A});
       }
     }
   }
@@ -181,75 +185,61 @@ inline std::vector<Mistake> CornerMistakes(const Parts& r, int idx) {
 /// Corners of one size, which Eigen lets exchange.
 inline std::vector<Mistake> ExchangeMistakes(const Parts& r) {
   if (r.A_rm.rows() != r.A_rm.cols()) return {};
-  return {{"2c", "2.A_rm_A_mr_exchanged", [=] { return MatXX(r.A_rr - r.A_mr * r.A_mm_inverse * r.A_rm); }},
-          {"2c", "2.A_mr_holds_A_rm", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm_inverse * r.A_rm); }},
-          {"2c", "2.A_rm_holds_A_mr", [=] { return MatXX(r.A_rr - r.A_mr * r.A_mm_inverse * r.A_mr); }},
-          {"2c", "2.A_rr_corner_goes", [=] { return MatXX(r.A_mm - r.A_rm * r.A_mm_inverse * r.A_mr); }}};
+  return {{"2c", "2.A_rm_A_mr_exchanged", r.A_rr - r.A_mr * r.A_mm_inverse * r.A_rm},
+          {"2c", "2.A_mr_holds_A_rm", r.A_rr - r.A_rm * r.A_mm_inverse * r.A_rm},
+          {"2c", "2.A_rm_holds_A_mr", r.A_rr - r.A_mr * r.A_mm_inverse * r.A_mr},
+          {"2c", "2.A_rr_corner_goes", r.A_mm - r.A_rm * r.A_mm_inverse * r.A_mr}};
 }
 
-inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx) {
+/// Where A_mm is singular, NaN or infinity comes of its inverse: then what the student has is the answer.
+inline Mistake InverseOfSingular(const MatXX& got) {
+  return {"2e 2d", "2.inverse_of_a_singular_matrix", got.allFinite() ? MatXX() : got};
+}
+
+inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& got) {
+  const auto m = r.A_mm.rows();
+  const MatXX &inverse = r.A_mm_inverse, one = MatXX::Identity(m, m), subtrahend = r.A_rr - r.Schur();
   std::vector<Mistake> mistakes{
-      {"2d", "2.sign_added", [=] { return MatXX(r.A_rr + r.A_rm * r.A_mm_inverse * r.A_mr); }},
-      {"2d", "2.A_rr_alone", [=] { return r.A_rr; }},
-      {"2d", Text("formula.as_large_as", {{"matrix", Word("H_marg")}}), [=] { return r.H; }},
-      {"2d", "2.covariance_for_information",
-       [=] { return MatXX(PseudoInversePsd(r.H).topLeftCorner(r.A_rr.rows(), r.A_rr.cols())); }},
-      {"2e 2d", "2.A_mminv_missing", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr); }},
-      {"2e 2d", Text("formula.inverse_meant", {{"matrix", Word("A_mm")}}),
-       [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm * r.A_mr); }},
-      {"2d", "2.order_difference", [=] { return MatXX(r.A_rm * r.A_mm_inverse * r.A_mr - r.A_rr); }},
-      {"2d", "2.product_alone", [=] { return MatXX(r.A_rm * r.A_mm_inverse * r.A_mr); }},
-      {"2d", "2.product_alone", [=] { return MatXX(-r.A_rm * r.A_mm_inverse * r.A_mr); }}};
-  mistakes.push_back(
-      {"2e 2d", "2.divided_by_a_number", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr / r.A_mm(0, 0)); }});
-  mistakes.push_back(
-      {"2e 2d", "2.divided_by_a_number", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mr / r.A_mm.determinant()); }});
-  mistakes.push_back(
-      {"2e 2d", "2.inverse_by_entries", [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm.cwiseInverse() * r.A_mr); }});
-  mistakes.push_back({"2e 2d", "2.inverse_by_entries",
-                      [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm.diagonal().cwiseInverse().asDiagonal() * r.A_mr); }});
-  mistakes.push_back({"2d", "2.A_mminv_acts_twice",
-                      [=] { return MatXX(r.A_rr - r.A_rm * r.A_mm_inverse * r.A_mm_inverse * r.A_mr); }});
+      InverseOfSingular(got),
+      {"2d", "2.sign_added", r.Schur(-inverse)},
+      {"2d", "2.A_rr_alone", r.A_rr},
+      {"2d", AsLargeAs("H_marg"), r.H},
+      {"2d", "2.covariance_for_information", PseudoInversePsd(r.H).topLeftCorner(r.A_rr.rows(), r.A_rr.cols())},
+      {"2e 2d", "2.A_mminv_missing", r.Schur(one)},
+      {"2e 2d", InverseMeant("A_mm"), r.Schur(r.A_mm)},
+      {"2d", "2.order_difference", -r.Schur()},
+      {"2d", "2.product_alone", subtrahend},
+      {"2d", "2.product_alone", -subtrahend},
+      {"2e 2d", "2.divided_by_a_number", r.Schur(one / r.A_mm(0, 0))},
+      {"2e 2d", "2.divided_by_a_number", r.Schur(one / r.A_mm.determinant())},
+      {"2e 2d", "2.inverse_by_entries", r.Schur(r.A_mm.cwiseInverse())},
+      {"2e 2d", "2.inverse_by_entries", r.Schur(r.A_mm.diagonal().cwiseInverse().asDiagonal())},
+      {"2d", "2.A_mminv_acts_twice", r.Schur(inverse * inverse)}};
   for (const Mistake& mistake : ExchangeMistakes(r)) mistakes.push_back(mistake);
-  mistakes.push_back({"2e 2d", "2.inverse_wrong_corner", [=] {
-                        const auto m = r.A_mm.rows();
-                        return MatXX(r.A_rr - r.A_rm * PseudoInversePsd(r.H.topLeftCorner(m, m)) * r.A_mr);
-                      }});
+  mistakes.push_back({"2e 2d", "2.inverse_wrong_corner", r.Schur(PseudoInversePsd(r.H.topLeftCorner(m, m)))});
   for (const Mistake& mistake : CornerMistakes(r, idx)) mistakes.push_back(mistake);
   return mistakes;
 }
 
-inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_given, int idx) {
-  const Parts unmoved([&] {
-    Parts parts = r;
-    parts.b_r = b_given.head(r.b_r.size());
-    parts.b_m = b_given.tail(r.b_m.size());
-    return parts;
-  }());
-  return {
-      {"2d", "2.b_not_reduced", [=] { return r.b_r; }},
-      {"2d", Text("formula.as_large_as", {{"matrix", Word("b_marg")}}), [=] { return r.b; }},
-      {"2d", Text("formula.sign_added", {{"term", Word("A_rm A_mm⁻¹ b_m")}}),
-       [=] { return VecX(r.b_r + r.A_rm * r.A_mm_inverse * r.b_m); }},
-      {"2d", "2.A_mminv_missing_in_b", [=] { return VecX(r.b_r - r.A_rm * r.b_m); }},
-      {"2d", "2.b_m_taken_front_b_marg",
-       [=] { return VecX(r.b_r - r.A_rm * r.A_mm_inverse * r.b_r.head(r.b_m.size())); }},
-      {"2d", "2.b_m_taken_idx", [=] { return VecX(r.b_r - r.A_rm * r.A_mm_inverse * r.b.segment(idx, r.b_m.size())); }},
-      {"2e 2d", "2.divided_by_a_number", [=] { return VecX(r.b_r - r.A_rm * r.b_m / r.A_mm(0, 0)); }},
-      {"2d", "2.A_mminv_acts_twice", [=] { return VecX(r.b_r - r.A_rm * r.A_mm_inverse * r.A_mm_inverse * r.b_m); }},
-      {"2d", Text("formula.missing_leaves", {{"this", Word("b_r")}, {"that", Word("−A_rm A_mm⁻¹ b_m")}}),
-       [=] { return VecX(-r.A_rm * r.A_mm_inverse * r.b_m); }},
-      {"2d", Text("formula.missing_leaves", {{"this", Word("b_r")}, {"that", Word("A_rm A_mm⁻¹ b_m")}}),
-       [=] { return VecX(r.A_rm * r.A_mm_inverse * r.b_m); }},
-      {"2d", "2.b_r_read_wrong_place", [=] { return VecX(r.b.tail(r.b_r.size()) - r.A_rm * r.A_mm_inverse * r.b_m); }},
-      {"2d", "2.b_r_b_m_exchanged",
-       [=] { return VecX(r.b.tail(r.b_r.size()) - r.A_rm * r.A_mm_inverse * r.b.head(r.b_m.size())); }},
-      {"2d", "2.b_prior_solved",
-       [=] {
-         const MatXX H_prior = r.A_rr - r.A_rm * r.A_mm_inverse * r.A_mr;
-         return VecX(PseudoInversePsd(H_prior) * (r.b_r - r.A_rm * r.A_mm_inverse * r.b_m));
-       }},
-      {"2a", "2.b_before_move", [=] { return VecX(unmoved.b_r - r.A_rm * r.A_mm_inverse * unmoved.b_m); }}};
+inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_given, int idx, const VecX& got) {
+  const auto n = r.b_r.size(), m = r.b_m.size();
+  const MatXX &inverse = r.A_mm_inverse, one = MatXX::Identity(m, m);
+  const VecX subtrahend = r.b_r - r.Reduced();
+  return {InverseOfSingular(got),
+          {"2d", "2.b_not_reduced", r.b_r},
+          {"2d", AsLargeAs("b_marg"), r.b},
+          {"2d", SignAdded("A_rm A_mm⁻¹ b_m"), r.Reduced(-inverse)},
+          {"2d", "2.A_mminv_missing_in_b", r.Reduced(one)},
+          {"2d", "2.b_m_taken_front_b_marg", r.Reduced(r.b_r, r.b_r.head(m))},
+          {"2d", "2.b_m_taken_idx", r.Reduced(r.b_r, r.b.segment(idx, m))},
+          {"2e 2d", "2.divided_by_a_number", r.Reduced(one / r.A_mm(0, 0))},
+          {"2d", "2.A_mminv_acts_twice", r.Reduced(inverse * inverse)},
+          {"2d", Missing("b_r", "−A_rm A_mm⁻¹ b_m"), -subtrahend},
+          {"2d", Missing("b_r", "A_rm A_mm⁻¹ b_m"), subtrahend},
+          {"2d", "2.b_r_read_wrong_place", r.Reduced(r.b.tail(n), r.b_m)},
+          {"2d", "2.b_r_b_m_exchanged", r.Reduced(r.b.tail(n), r.b.head(m))},
+          {"2d", "2.b_prior_solved", PseudoInversePsd(r.Schur()) * r.Reduced()},
+          {"2a", "2.b_before_move", r.Reduced(b_given.head(n), b_given.tail(m))}};
 }
 
 }  // namespace ch5::homework::stage_2

@@ -7,6 +7,7 @@
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
 
 namespace ch5::homework::stage_5 {
@@ -24,58 +25,54 @@ struct SchurCase {
     U = RandomPositiveDefinite(stays, random) + W * V_inverse * W.transpose();
   }
 
-  MatXX Subtracted() const { return W * V_inverse * W.transpose(); }
-  std::vector<Mistake> Mistakes() const {
-    const MatXX S = PseudoInverseSquareRoot(V);
-    return {{"5.2", "5.U_not_changed", [this] { return U; }},
-            {"5.2", Text("formula.sign_added", {{"term", Word("M Mᵀ")}}), [this] { return MatXX(U + Subtracted()); }},
-            {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("−M Mᵀ")}}),
-             [this] { return MatXX(-Subtracted()); }},
-            {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("M Mᵀ")}}),
-             [this] { return Subtracted(); }},
-            {"5.5 5.2", Text("formula.missing_leaves", {{"this", Word("V⁺")}, {"that", Word("U − W Wᵀ")}}),
-             [this] { return MatXX(U - W * W.transpose()); }},
-            {"5.5 5.2", Text("formula.inverse_meant", {{"matrix", Word("V")}}),
-             [this] { return MatXX(U - W * V * W.transpose()); }},
-            {"5.5 5.2", "5.V_inv_sqrt_not_symmetric",
-             [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * S * W.transpose()) : U; }},
-            {"5.5 5.2", "5.pinv_squared", [this] { return MatXX(U - W * V_inverse * V_inverse * W.transpose()); }},
-            {"5.5 5.2", "5.only_one_root",
-             [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S * W.transpose()) : U; }},
-            {"5.5 5.2", "5.only_one_root",
-             [this, S] { return S.rows() == S.cols() ? MatXX(U - W * S.transpose() * W.transpose()) : U; }},
-            {"5.2", "5.MTM_for_MMT",
-             [this, S] {
-               const MatXX M = W * S;
-               return M.rows() == M.cols() ? MatXX(U - M.transpose() * M) : U;
-             }},
-            {"5.2", "5.U_changed_twice", [this] { return MatXX(U - 2.0 * Subtracted()); }},
-            {"5.2", "5.only_one_triangle_U_changed",
-             [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Upper>())); }},
-            {"5.2", "5.only_one_triangle_U_changed",
-             [this] { return MatXX(U - MatXX(Subtracted().triangularView<Eigen::Lower>())); }},
-            {"5.2", "5.half_M_MT_subtracted", [this] { return MatXX(U - 0.5 * Subtracted()); }}};
-  }
-  std::vector<Mistake> MistakesInB() const {
-    const MatXX S = PseudoInverseSquareRoot(V);
-    const auto minus = [this](const VecX& b) { return [=] { return MatXX(b_a - b); }; };
+  /// With something in place of V⁺.
+  MatXX Schur(const MatXX& middle) const { return U - W * middle * W.transpose(); }
+  VecX Reduced(const MatXX& middle) const { return b_a - W * middle * b_b; }
+
+  std::vector<Mistake> InU() const {
+    const MatXX S = PseudoInverseSquareRoot(V), M = W * S, subtracted = U - Schur(V_inverse);
+    const MatXX upper = subtracted.triangularView<Eigen::Upper>(), lower = subtracted.triangularView<Eigen::Lower>();
     std::vector<Mistake> mistakes{
-        {"5.2", "5.b_a_not_changed", minus(VecX::Zero(b_a.size()))},
-        {"5.2", Text("formula.sign_added", {{"term", Word("M V_inv_sqrtᵀ b_b")}}), minus(-W * (V_inverse * b_b))},
-        {"5.2", "5.b_a_overwritten", [this] { return MatXX(-W * (V_inverse * b_b)); }},
-        {"5.5 5.2", Text("formula.missing_leaves", {{"this", Word("V⁺")}, {"that", Word("b_a − W b_b")}}),
-         minus(W * b_b)},
-        {"5.5 5.2", Text("formula.inverse_meant", {{"matrix", Word("V")}}), minus(W * (V * b_b))},
-        {"5.2", "5.pinv_squared_in_b", minus(W * (V_inverse * (V_inverse * b_b)))},
-        {"5.2", "5.b_a_changed_twice", minus(2.0 * W * (V_inverse * b_b))},
-        {"5.2", "5.b_a_overwritten", [this] { return MatXX(W * (V_inverse * b_b)); }}};
+        {"5.2", "5.U_not_changed", U},
+        {"5.2", SignAdded("M Mᵀ"), Schur(-V_inverse)},
+        {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("−M Mᵀ")}}), -subtracted},
+        {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("M Mᵀ")}}), subtracted},
+        {"5.5 5.2", Missing("V⁺", "U − W Wᵀ"), Schur(I())},
+        {"5.5 5.2", InverseMeant("V"), Schur(V)},
+        {"5.5 5.2", "5.pinv_squared", Schur(V_inverse * V_inverse)},
+        {"5.2", "5.U_changed_twice", Schur(2.0 * V_inverse)},
+        {"5.2", "5.only_one_triangle_U_changed", U - upper},
+        {"5.2", "5.only_one_triangle_U_changed", U - lower},
+        {"5.2", "5.half_M_MT_subtracted", Schur(0.5 * V_inverse)}};
     if (S.rows() == S.cols()) {
-      mistakes.push_back({"5.2", "5.root_acts_once", minus(W * (S * b_b))});
-      mistakes.push_back({"5.2", "5.M_missing", minus(W * (S.transpose() * b_b))});
-      mistakes.push_back({"5.2", "5.transpose_of_root_missing", minus(W * (S * (S * b_b)))});
+      mistakes.push_back({"5.5 5.2", "5.V_inv_sqrt_not_symmetric", Schur(S.transpose() * S)});
+      mistakes.push_back({"5.5 5.2", "5.only_one_root", Schur(S)});
+      mistakes.push_back({"5.5 5.2", "5.only_one_root", Schur(S.transpose())});
+    }
+    if (M.rows() == M.cols()) mistakes.push_back({"5.2", "5.MTM_for_MMT", U - M.transpose() * M});
+    return mistakes;
+  }
+  std::vector<Mistake> InB() const {
+    const MatXX S = PseudoInverseSquareRoot(V);
+    const VecX subtracted = b_a - Reduced(V_inverse);
+    std::vector<Mistake> mistakes{{"5.2", "5.b_a_not_changed", b_a},
+                                  {"5.2", SignAdded("M V_inv_sqrtᵀ b_b"), Reduced(-V_inverse)},
+                                  {"5.2", "5.b_a_overwritten", -subtracted},
+                                  {"5.5 5.2", Missing("V⁺", "b_a − W b_b"), Reduced(I())},
+                                  {"5.5 5.2", InverseMeant("V"), Reduced(V)},
+                                  {"5.2", "5.pinv_squared_in_b", Reduced(V_inverse * V_inverse)},
+                                  {"5.2", "5.b_a_changed_twice", Reduced(2.0 * V_inverse)},
+                                  {"5.2", "5.b_a_overwritten", subtracted}};
+    if (S.rows() == S.cols()) {
+      mistakes.push_back({"5.2", "5.root_acts_once", Reduced(S)});
+      mistakes.push_back({"5.2", "5.M_missing", Reduced(S.transpose())});
+      mistakes.push_back({"5.2", "5.transpose_of_root_missing", Reduced(S * S)});
     }
     return mistakes;
   }
+
+ private:
+  MatXX I() const { return MatXX::Identity(V.rows(), V.cols()); }
 };
 
 /// What follows from H and b₀, with OKVIS's letters: P⁻¹HP⁻¹ = U S Uᵀ.
@@ -102,32 +99,27 @@ struct Factored {
 
   /// As answers of JᵀJ, whatever rows J has.
   std::vector<Mistake> Mistakes() const {
-    const auto gram = [](const MatXX& J) { return [J] { return MatXX(J.transpose() * J); }; };
+    const auto gram = [](const MatXX& J) { return MatXX(J.transpose() * J); };
     MatXX S_first = S_sqrt;  // as many of the first eigenvalues as are not zero
     S_first.diagonal().tail((S_sqrt.diagonal().array() == 0.0).count()).setZero();
-    std::vector<Mistake> mistakes{
-        {"5.3", "5.transpose_of_J_missing", gram(P * U * S_sqrt)},
-        {"5.3",
-         Text("formula.stands_for_in", {{"this", Word("U")}, {"that", Word("Uᵀ")}, {"formula", Word("J = S^½ Uᵀ P")}}),
-         gram(S_sqrt * U * P)},
-        {"5.3", "5.P_S_sqrt_exchanged_places", gram(P * U.transpose() * S_sqrt)},
-        {"5.3", "5.J_H_itself", gram(H)},
-        {"5.3", "5.P_on_the_rows", gram(P * S_sqrt * U.transpose())},
-        {"5.3", "5.eigenvalues_ascend", gram(S_first * U.transpose() * P)},
-        {"5.6 5.3", "5.diagonal_for_its_root", [this] { return GramScaledBy(H.diagonal()); }},
-        {"5.6 5.3", "5.no_scaling", [this] { return GramScaledBy(VecX::Ones(H.rows())); }}};
-    for (const Factor& first :
-         {Factor{{}, P},
-          {Text("formula.missing_from", {{"this", Word("P")}, {"formula", Word("J = (P U S^½)ᵀ")}}), I()},
-          {Text("formula.stands_for", {{"this", Word("P⁻¹")}, {"that", Word("P")}}), P_inverse},
-          {"5.root_of_P_drawn", MatXX(P.cwiseSqrt())},
-          {"5.P_stands_twice_J", MatXX(P * P)}}) {
-      for (const Factor& last :
-           {Factor{{}, S_sqrt},
-            {Text("formula.root_meant", {{"this", Word("S")}}), S},
-            {"5.root_drawn_twice", S_sqrt.cwiseSqrt()},
-            {Text("formula.missing_from", {{"this", Word("S^½")}, {"formula", Word("J = (P U S^½)ᵀ")}}), I()},
-            {Text("formula.stands_for", {{"this", Word("S^-½")}, {"that", Word("S^½")}}), S_pinv_sqrt}}) {
+    std::vector<Mistake> mistakes{{"5.3", "5.transpose_of_J_missing", gram(P * U * S_sqrt)},
+                                  {"5.3", StandsFor("U", "Uᵀ", "J = S^½ Uᵀ P"), gram(S_sqrt * U * P)},
+                                  {"5.3", "5.P_S_sqrt_exchanged_places", gram(P * U.transpose() * S_sqrt)},
+                                  {"5.3", "5.J_H_itself", gram(H)},
+                                  {"5.3", "5.P_on_the_rows", gram(P * S_sqrt * U.transpose())},
+                                  {"5.3", "5.eigenvalues_ascend", gram(S_first * U.transpose() * P)},
+                                  {"5.6 5.3", "5.diagonal_for_its_root", GramScaledBy(H.diagonal())},
+                                  {"5.6 5.3", "5.no_scaling", GramScaledBy(VecX::Ones(H.rows()))}};
+    for (const Factor& first : {Factor{{}, P},
+                                {MissingFrom("P", "J = (P U S^½)ᵀ"), I()},
+                                {StandsFor("P⁻¹", "P"), P_inverse},
+                                {"5.root_of_P_drawn", MatXX(P.cwiseSqrt())},
+                                {"5.P_stands_twice_J", MatXX(P * P)}}) {
+      for (const Factor& last : {Factor{{}, S_sqrt},
+                                 {RootMeant("S"), S},
+                                 {"5.root_drawn_twice", S_sqrt.cwiseSqrt()},
+                                 {MissingFrom("S^½", "J = (P U S^½)ᵀ"), I()},
+                                 {StandsFor("S^-½", "S^½"), S_pinv_sqrt}}) {
         const Text cause = first.cause.empty() ? last.cause : first.cause;
         if (!cause.empty()) mistakes.push_back({"5.3", cause, gram((first.A * U * last.A).transpose())});
       }
@@ -143,25 +135,19 @@ struct Factored {
   /// As answers of Jᵀe₀.
   std::vector<Mistake> MistakesInE0() const {
     const MatXX Jt = P * U * S_sqrt;
-    const auto e0 = [=](const MatXX& e) { return [Jt, e] { return MatXX(Jt * e); }; };
-    std::vector<Mistake> mistakes{
-        {"5.3", "5.e0_zero", e0(VecX::Zero(b0.size()))},
-        {"5.3", "5.e0_is_b0", e0(b0)},
-        {"5.3", "5.e0_is_minus_b0", e0(-b0)},
-        {"5.3", Text("formula.stands_for", {{"this", Word("J")}, {"that", Word("(Jᵀ)⁺")}}), e0(-Jt.transpose() * b0)},
-        {"5.3", Text("formula.stands_for", {{"this", Word("U")}, {"that", Word("Uᵀ")}}),
-         e0(-S_pinv_sqrt * U * P_inverse * b0)},
-        {"5.3", "5.JT_pinv_transposed", e0(-P_inverse * U * S_pinv_sqrt * b0)}};
-    for (const Factor& first :
-         {Factor{{}, S_pinv_sqrt},
-          {Text("formula.stands_for", {{"this", Word("S^½")}, {"that", Word("S^-½")}}), S_sqrt},
-          {Text("formula.missing_in", {{"this", Word("S^-½")}, {"product", Word("(Jᵀ)⁺ = S^-½ Uᵀ P⁻¹")}}), I()},
-          {Text("formula.stands_for", {{"this", Word("S⁻¹")}, {"that", Word("S^-½")}}),
-           MatXX(S_pinv_sqrt * S_pinv_sqrt)}}) {
+    const auto e0 = [=](const MatXX& e) { return MatXX(Jt * e); };
+    std::vector<Mistake> mistakes{{"5.3", "5.e0_zero", e0(VecX::Zero(b0.size()))},
+                                  {"5.3", "5.e0_is_b0", e0(b0)},
+                                  {"5.3", "5.e0_is_minus_b0", e0(-b0)},
+                                  {"5.3", StandsFor("J", "(Jᵀ)⁺"), e0(-Jt.transpose() * b0)},
+                                  {"5.3", StandsFor("U", "Uᵀ"), e0(-S_pinv_sqrt * U * P_inverse * b0)},
+                                  {"5.3", "5.JT_pinv_transposed", e0(-P_inverse * U * S_pinv_sqrt * b0)}};
+    for (const Factor& first : {Factor{{}, S_pinv_sqrt},
+                                {StandsFor("S^½", "S^-½"), S_sqrt},
+                                {MissingIn("S^-½", "(Jᵀ)⁺ = S^-½ Uᵀ P⁻¹"), I()},
+                                {StandsFor("S⁻¹", "S^-½"), MatXX(S_pinv_sqrt * S_pinv_sqrt)}}) {
       for (const Factor& last :
-           {Factor{{}, P_inverse},
-            {Text("formula.stands_for", {{"this", Word("P")}, {"that", Word("P⁻¹")}}), P},
-            {Text("formula.missing_in", {{"this", Word("P⁻¹")}, {"product", Word("(Jᵀ)⁺ = S^-½ Uᵀ P⁻¹")}}), I()}}) {
+           {Factor{{}, P_inverse}, {StandsFor("P", "P⁻¹"), P}, {MissingIn("P⁻¹", "(Jᵀ)⁺ = S^-½ Uᵀ P⁻¹"), I()}}) {
         for (const Factor& sign : {Factor{{}, -I()}, {"5.sign_of_e0", I()}}) {
           const Text cause = first.cause.empty() ? (last.cause.empty() ? sign.cause : last.cause) : first.cause;
           if (!cause.empty()) mistakes.push_back({"5.3", cause, e0(first.A * U.transpose() * last.A * sign.A * b0)});

@@ -11,6 +11,7 @@
 #include "ch5_backend/math/psd.h"
 #include "ch5_backend/solve/normal_equations.h"
 #include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
 
 namespace ch5::homework::stage_7 {
@@ -43,9 +44,11 @@ struct Case {
       l_at.push_back(landmark->OrderingId() - p);
     }
   }
-  MatXX Subtrahend() const { return H_pl * H_ll_inverse * H_pl.transpose(); }
-  MatXX Schur() const { return H_pp - Subtrahend(); }
-  VecX Reduced() const { return b_p - H_pl * H_ll_inverse * b_l; }
+  MatXX Schur() const { return Schur(H_ll_inverse); }
+  VecX Reduced() const { return Reduced(H_ll_inverse); }
+  /// With something else in place of H_ll⁻¹.
+  MatXX Schur(const MatXX& middle) const { return H_pp - H_pl * middle * H_pl.transpose(); }
+  VecX Reduced(const MatXX& middle) const { return b_p - H_pl * middle * b_l; }
   VecX Step(const VecX& of_landmarks) const {
     VecX x(p + of_landmarks.size());
     x << StepOfPoses(), of_landmarks;
@@ -56,7 +59,6 @@ struct Case {
     if (p > 0) SolveLdlt(Schur(), Reduced(), &x);
     return x;
   }
-  VecX Rest(double sign) const { return b_l + sign * H_pl.transpose() * StepOfPoses(); }
 
   // Blocks, by numbers.
   MatXX Pl(int i, int l) const { return H_pl.block(rows[i], l_at[l], dims[i], l_dims[l]); }
@@ -71,128 +73,100 @@ struct Case {
   }
 };
 
+/// `with(i, j, l)` for all pairs of poses that see landmark l.
+template <typename With>
+void ForEachPair(const Case& c, const With& with) {
+  for (int l = 0; l < static_cast<int>(c.l_dims.size()); ++l) {
+    for (const int i : c.Seeing(l)) {
+      for (const int j : c.Seeing(l)) with(i, j, l);
+    }
+  }
+}
+
 /// What is subtracted from S_(i, j), i ≥ j, for landmark l.
-using Product = std::function<MatXX(const Case& c, int i, int j, int l)>;
-/// What is subtracted from b_schur_ for pose i, landmark l and one j of the inner loop, and from whose rows.
-struct Share {
-  int row;
-  VecX entries;
-};
-using ShareOf = std::function<Share(const Case& c, int i, int j, int l)>;
+using Product = std::function<MatXX(int i, int j, int l)>;
 
 inline MatXX SchurWith(const Case& c, const Product& product) {
   MatXX S = c.H_pp;
-  for (int l = 0; l < static_cast<int>(c.l_dims.size()); ++l) {
-    for (const int i : c.Seeing(l)) {
-      for (const int j : c.Seeing(l)) {
-        if (i < j) continue;
-        const MatXX block = product(c, i, j, l);
-        if (block.rows() != c.dims[i] || block.cols() != c.dims[j]) continue;
-        S.block(c.rows[i], c.rows[j], c.dims[i], c.dims[j]) -= block;
-        if (i != j) S.block(c.rows[j], c.rows[i], c.dims[j], c.dims[i]) -= block.transpose();
-      }
-    }
-  }
+  ForEachPair(c, [&](int i, int j, int l) {
+    const MatXX block = product(i, j, l);
+    if (i < j || block.rows() != c.dims[i] || block.cols() != c.dims[j]) return;
+    S.block(c.rows[i], c.rows[j], c.dims[i], c.dims[j]) -= block;
+    if (i != j) S.block(c.rows[j], c.rows[i], c.dims[j], c.dims[i]) -= block.transpose();
+  });
   return S;
 }
 
-inline VecX ReducedWith(const Case& c, const ShareOf& share_of) {
+/// K_il b_l subtracted for each pair (i, j), from this row on; negative: not.
+using RowOfPair = int (*)(const Case& c, int i, int j);
+
+inline VecX ReducedInTheInnerLoop(const Case& c, RowOfPair row_of) {
   VecX b = c.b_p;
-  for (int l = 0; l < static_cast<int>(c.l_dims.size()); ++l) {
-    for (const int i : c.Seeing(l)) {
-      for (const int j : c.Seeing(l)) {
-        const Share share = share_of(c, i, j, l);
-        if (share.row >= 0 && share.row + share.entries.size() <= b.size()) {
-          b.segment(share.row, share.entries.size()) -= share.entries;
-        }
-      }
-    }
-  }
+  ForEachPair(c, [&](int i, int j, int l) {
+    const int row = row_of(c, i, j);
+    if (row < 0 || row + c.dims[i] > b.size()) return;
+    b.segment(row, c.dims[i]) -= c.Pl(i, l) * c.Inverse(l) * c.Bl(l);
+  });
   return b;
 }
 
 inline std::vector<Mistake> ReducedMistakes(const Case& c) {
-  const auto is = [&c](const ShareOf& share) { return [&c, share] { return MatXX(ReducedWith(c, share)); }; };
-  const Text inner = "7.b_schur_in_inner_loop";
-  const Text number = "7.pose_number_for_row";
-  const auto K_b = [](const Case& of, int i, int l) { return VecX(of.Pl(i, l) * of.Inverse(l) * of.Bl(l)); };
-  return {{"7d", "7.b_not_reduced", [&c] { return c.b_p; }},
-          {"7d", Text("formula.sign_added", {{"term", Word("K_il b_l")}}),
-           [&c] { return VecX(c.b_p + c.H_pl * c.H_ll_inverse * c.b_l); }},
-          {"7d", "7.H_llinv_missing", [&c] { return VecX(c.b_p - c.H_pl * c.b_l); }},
-          {"7d", Text("formula.inverse_meant", {{"matrix", Word("H_ll")}}),
-           [&c] { return VecX(c.b_p - c.H_pl * c.H_ll * c.b_l); }},
-          {"7d", Text("7.subtracted_twice", {{"term", Word("K_il b_l")}}),
-           [&c] { return VecX(2.0 * c.Reduced() - c.b_p); }},
-          {"7d", "7.b_p_lost", [&c] { return VecX(c.Reduced() - c.b_p); }},
-          {"7d", Text("formula.acts_twice", {{"this", Word("H_ll⁻¹")}, {"that", Word("K_il")}}),
-           [&c] { return VecX(c.b_p - c.H_pl * c.H_ll_inverse * c.H_ll_inverse * c.b_l); }},
-          {"7d", inner, is([=](const Case& of, int i, int, int l) {
-             return Share{of.rows[i], K_b(of, i, l)};
-           })},
-          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-             return Share{i >= j ? of.rows[i] : -1, K_b(of, i, l)};
-           })},
-          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-             return Share{of.rows[j], K_b(of, i, l)};
-           })},
-          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-             return Share{i >= j ? of.rows[j] : -1, K_b(of, i, l)};
-           })},
-          {"7d", inner, is([=](const Case& of, int i, int j, int l) {
-             return Share{i > j ? of.rows[i] : -1, K_b(of, i, l)};
-           })},
-          {"7d", number, is([=](const Case& of, int i, int j, int l) {
-             return Share{i == j ? i : -1, K_b(of, i, l)};
-           })}};
+  const MatXX &inverse = c.H_ll_inverse, one = MatXX::Identity(inverse.rows(), inverse.cols());
+  std::vector<Mistake> mistakes{
+      {"7d", "7.b_not_reduced", c.b_p},
+      {"7d", SignAdded("K_il b_l"), c.Reduced(-inverse)},
+      {"7d", "7.H_llinv_missing", c.Reduced(one)},
+      {"7d", InverseMeant("H_ll"), c.Reduced(c.H_ll)},
+      {"7d", Text("7.subtracted_twice", {{"term", Word("K_il b_l")}}), c.Reduced(2.0 * inverse)},
+      {"7d", "7.b_p_lost", c.Reduced() - c.b_p},
+      {"7d", ActsTwice("H_ll⁻¹", "K_il"), c.Reduced(inverse * inverse)}};
+  const RowOfPair in_the_inner_loop[] = {[](const Case& of, int i, int) { return of.rows[i]; },
+                                         [](const Case& of, int i, int j) { return i >= j ? of.rows[i] : -1; },
+                                         [](const Case& of, int, int j) { return of.rows[j]; },
+                                         [](const Case& of, int i, int j) { return i >= j ? of.rows[j] : -1; },
+                                         [](const Case& of, int i, int j) { return i > j ? of.rows[i] : -1; }};
+  for (const RowOfPair row_of : in_the_inner_loop) {
+    mistakes.push_back({"7d", "7.b_schur_in_inner_loop", ReducedInTheInnerLoop(c, row_of)});
+  }
+  const RowOfPair number = [](const Case&, int i, int j) { return i == j ? i : -1; };
+  mistakes.push_back({"7d", "7.pose_number_for_row", ReducedInTheInnerLoop(c, number)});
+  return mistakes;
 }
 
 /// S where each block is set, not added to: of H_pp and the landmarks only the last landmark's part is left.
 inline MatXX SchurOfTheLastLandmark(const Case& c, double sign) {
   MatXX S = c.H_pp;
-  for (int l = 0; l < static_cast<int>(c.l_dims.size()); ++l) {
-    for (const int i : c.Seeing(l)) {
-      for (const int j : c.Seeing(l)) {
-        S.block(c.rows[i], c.rows[j], c.dims[i], c.dims[j]) = sign * c.Pl(i, l) * c.Inverse(l) * c.Pl(j, l).transpose();
-      }
-    }
-  }
+  ForEachPair(c, [&](int i, int j, int l) {
+    S.block(c.rows[i], c.rows[j], c.dims[i], c.dims[j]) = sign * c.Pl(i, l) * c.Inverse(l) * c.Pl(j, l).transpose();
+  });
   return S;
 }
 
 inline std::vector<Mistake> SchurMistakes(const Case& c) {
-  const auto is = [&c](const Product& product) { return [&c, product] { return SchurWith(c, product); }; };
-  const auto right = [](const Case& of, int i, int j, int l) {
-    return MatXX(of.Pl(i, l) * of.Inverse(l) * of.Pl(j, l).transpose());
+  const MatXX &inverse = c.H_ll_inverse, one = MatXX::Identity(inverse.rows(), inverse.cols());
+  const auto right = [&](int i, int j, int l) { return MatXX(c.Pl(i, l) * c.Inverse(l) * c.Pl(j, l).transpose()); };
+  const auto is = [&](const Product& product) { return SchurWith(c, product); };
+  const auto times = [&](double diagonal, double others) {
+    return is([=](int i, int j, int l) { return MatXX((i == j ? diagonal : others) * right(i, j, l)); });
   };
-  const auto only = [right](bool diagonal) {
-    return [=](const Case& of, int i, int j, int l) { return MatXX(((i == j) == diagonal) * right(of, i, j, l)); };
-  };
-  return {{"7d", "7.nothing_subtracted", [&c] { return c.H_pp; }},
-          {"7d", Text("formula.sign_added", {{"term", Word("K_il H_jlᵀ")}}),
-           [&c] { return MatXX(c.H_pp + c.Subtrahend()); }},
-          {"7d", "7.only_diagonal_blocks_reduced", is(only(true))},
-          {"7d", "7.diagonal_blocks_not_reduced", is(only(false))},
-          {"7d", "7.H_llinv_missing", [&c] { return MatXX(c.H_pp - c.H_pl * c.H_pl.transpose()); }},
-          {"7d", Text("formula.inverse_meant", {{"matrix", Word("H_ll")}}),
-           [&c] { return MatXX(c.H_pp - c.H_pl * c.H_ll * c.H_pl.transpose()); }},
-          {"7d", "7.undamped_H_ll_inverted",
-           [&c] { return MatXX(c.H_pp - c.H_pl * PseudoInversePsd(c.H_ll_undamped) * c.H_pl.transpose()); }},
-          {"7d", "7.H_pp_lost", [&c] { return MatXX(-c.Subtrahend()); }},
-          {"7d", Text("7.subtracted_twice", {{"term", Word("K_il H_jlᵀ")}}),
-           [&c] { return MatXX(c.H_pp - 2.0 * c.Subtrahend()); }},
-          {"7d", "7.off_diagonal_twice", is([right](const Case& of, int i, int j, int l) {
-             return MatXX((i == j ? 1.0 : 2.0) * right(of, i, j, l));
-           })},
-          {"7d", "7.H_il_for_H_jl", is([right](const Case& of, int i, int, int l) { return right(of, i, i, l); })},
-          {"7d", "7.H_jl_for_H_il", is([right](const Case& of, int, int j, int l) { return right(of, j, j, l); })},
-          {"7d", "7.block_transposed", is([right](const Case& of, int i, int j, int l) { return right(of, j, i, l); })},
-          {"7d", "7.K_jl_for_H_jl",
-           [&c] { return MatXX(c.H_pp - c.H_pl * c.H_ll_inverse * c.H_ll_inverse * c.H_pl.transpose()); }},
+  return {{"7d", "7.nothing_subtracted", c.H_pp},
+          {"7d", SignAdded("K_il H_jlᵀ"), c.Schur(-inverse)},
+          {"7d", "7.only_diagonal_blocks_reduced", times(1, 0)},
+          {"7d", "7.diagonal_blocks_not_reduced", times(0, 1)},
+          {"7d", "7.H_llinv_missing", c.Schur(one)},
+          {"7d", InverseMeant("H_ll"), c.Schur(c.H_ll)},
+          {"7d", "7.undamped_H_ll_inverted", c.Schur(PseudoInversePsd(c.H_ll_undamped))},
+          {"7d", "7.H_pp_lost", c.Schur() - c.H_pp},
+          {"7d", Text("7.subtracted_twice", {{"term", Word("K_il H_jlᵀ")}}), c.Schur(2.0 * inverse)},
+          {"7d", "7.off_diagonal_twice", times(1, 2)},
+          {"7d", "7.H_il_for_H_jl", is([&](int i, int, int l) { return right(i, i, l); })},
+          {"7d", "7.H_jl_for_H_il", is([&](int, int j, int l) { return right(j, j, l); })},
+          {"7d", "7.block_transposed", is([&](int i, int j, int l) { return right(j, i, l); })},
+          {"7d", "7.K_jl_for_H_jl", c.Schur(inverse * inverse)},
           {"7d", "7.only_first_landmark_taken_S",
-           is([right](const Case& of, int i, int j, int l) { return MatXX((l == 0) * right(of, i, j, l)); })},
-          {"7d", "7.last_landmark_left", [&c] { return SchurOfTheLastLandmark(c, -1.0); }},
-          {"7d", "7.last_landmark_left", [&c] { return SchurOfTheLastLandmark(c, 1.0); }}};
+           is([&](int i, int j, int l) { return MatXX((l == 0) * right(i, j, l)); })},
+          {"7d", "7.last_landmark_left", SchurOfTheLastLandmark(c, -1.0)},
+          {"7d", "7.last_landmark_left", SchurOfTheLastLandmark(c, 1.0)}};
 }
 
 // Which poses that see a landmark are taken.
@@ -227,36 +201,28 @@ inline VecX InvertedInTheLoop(const Case& c, const VecX& x, bool backwards) {
 }
 
 inline std::vector<Mistake> StepMistakes(const Case& c) {
-  const VecX x_p = c.StepOfPoses();
-  const auto step = [&](const VecX& of_landmarks) {
-    const VecX x = c.Step(of_landmarks);
-    return std::function<MatXX()>([x] { return x; });
-  };
+  const VecX x_p = c.StepOfPoses(), sum = c.H_pl.transpose() * x_p, rest = c.b_l - sum;
+  const auto step = [&](const VecX& of_landmarks) { return c.Step(of_landmarks); };
   const MatXX& inverse = c.H_ll_inverse;
   const Text one = "7.only_one_pose_taken_rest";
   const Text in_loop = "7.H_llinv_acts_once_for_each_pose";
-  std::vector<Mistake> mistakes{
-      {"7e", "7.landmarks_not_hear_poses", step(inverse * c.b_l)},
-      {"7e", "7.sign_in_landmark_step", step(inverse * c.Rest(+1.0))},
-      {"7e", Text("formula.missing_leaves", {{"this", Word("H_ll⁻¹")}, {"that", Word("b_l − Σ_i H_ilᵀ Δx_i")}}),
-       step(c.Rest(-1.0))},
-      {"7e", "7.landmarks_not_move", step(VecX::Zero(c.b_l.size()))},
-      {"7e", Text("formula.missing_leaves", {{"this", Word("b_l")}, {"that", Word("−H_ll⁻¹ Σ_i H_ilᵀ Δx_i")}}),
-       step(inverse * (c.Rest(-1.0) - c.b_l))},
-      {"7e", Text("formula.missing_leaves", {{"this", Word("b_l")}, {"that", Word("H_ll⁻¹ Σ_i H_ilᵀ Δx_i")}}),
-       step(inverse * (c.b_l - c.Rest(-1.0)))},
-      {"7e", "formula.sign_of_landmark_step", step(-inverse * c.Rest(-1.0))},
-      {"7e", "7.undamped_H_ll_inverted", step(PseudoInversePsd(c.H_ll_undamped) * c.Rest(-1.0))},
-      {"7e", Text("formula.inverse_meant", {{"matrix", Word("H_ll")}}), step(c.H_ll * c.Rest(-1.0))},
-      {"7e", "7.sum_subtracted_twice", step(inverse * (2.0 * c.Rest(-1.0) - c.b_l))},
-      {"7e", "7.H_llinv_acts_b_l_only", step(inverse * c.b_l + c.Rest(-1.0) - c.b_l)},
-      {"7e", "7.H_llinv_acts_sum_only", step(c.b_l - inverse * (c.b_l - c.Rest(-1.0)))},
-      {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kFirst)))},
-      {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kLast)))},
-      {"7e", Text("formula.b_p_for_step", {{"step", Word("Δx_i")}}),
-       step(inverse * (c.b_l - c.H_pl.transpose() * c.b_p))},
-      {"7e", in_loop, step(InvertedInTheLoop(c, x_p, false))},
-      {"7e", in_loop, step(InvertedInTheLoop(c, x_p, true))}};
+  std::vector<Mistake> mistakes{{"7e", "7.landmarks_not_hear_poses", step(inverse * c.b_l)},
+                                {"7e", "7.sign_in_landmark_step", step(inverse * (c.b_l + sum))},
+                                {"7e", Missing("H_ll⁻¹", "b_l − Σ_i H_ilᵀ Δx_i"), step(rest)},
+                                {"7e", "7.landmarks_not_move", step(VecX::Zero(c.b_l.size()))},
+                                {"7e", Missing("b_l", "−H_ll⁻¹ Σ_i H_ilᵀ Δx_i"), step(-inverse * sum)},
+                                {"7e", Missing("b_l", "H_ll⁻¹ Σ_i H_ilᵀ Δx_i"), step(inverse * sum)},
+                                {"7e", "formula.sign_of_landmark_step", step(-inverse * rest)},
+                                {"7e", "7.undamped_H_ll_inverted", step(PseudoInversePsd(c.H_ll_undamped) * rest)},
+                                {"7e", InverseMeant("H_ll"), step(c.H_ll * rest)},
+                                {"7e", "7.sum_subtracted_twice", step(inverse * (rest - sum))},
+                                {"7e", "7.H_llinv_acts_b_l_only", step(inverse * c.b_l - sum)},
+                                {"7e", "7.H_llinv_acts_sum_only", step(c.b_l - inverse * sum)},
+                                {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kFirst)))},
+                                {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kLast)))},
+                                {"7e", StepMeant("Δx_i"), step(inverse * (c.b_l - c.H_pl.transpose() * c.b_p))},
+                                {"7e", in_loop, step(InvertedInTheLoop(c, x_p, false))},
+                                {"7e", in_loop, step(InvertedInTheLoop(c, x_p, true))}};
   bool fits = true;
   for (size_t i = 0; i < c.dims.size(); ++i) fits = fits && static_cast<int>(i) + c.dims[i] <= c.p;
   if (fits) {
