@@ -43,7 +43,7 @@ class Toolchain:
         table = json.loads((BUILD / "grader" / "toolchain.json").read_text(encoding="utf-8"))
         self.compilers, self.judge = table["compile"], Path(table["judge"])
         self.include, self.archives = Path(table["include"]), Path(table["archives"])
-        self.header, self.object = map(Path, table["instantiations"])
+        self.header, self.object = map(Path, table["precompiled"])
         self.digest = self._digest()
         self._copies = None if everyone_reaches(self.include) else tempfile.TemporaryDirectory(dir=scratch())
 

@@ -12,7 +12,7 @@ set(grader ${PROJECT_BINARY_DIR}/grader)
 
 file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/ch5_backend/*.h)
 list(FILTER headers EXCLUDE REGEX "^ch5_backend/(experiments|lab)/")
-foreach(header IN LISTS headers ITEMS ch5_homework/judge/remote/instantiations.h)
+foreach(header IN LISTS headers ITEMS ch5_homework/judge/compiled_products.h ch5_homework/judge/remote/precompiled.h)
   add_custom_command(OUTPUT ${grader}/include/${header} DEPENDS ${PROJECT_SOURCE_DIR}/${header} VERBATIM
     COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/${header} ${grader}/include/${header})
   list(APPEND copies ${grader}/include/${header})
@@ -23,12 +23,12 @@ get_target_property(alignment ch5_settings INTERFACE_COMPILE_DEFINITIONS)
 list(TRANSFORM alignment PREPEND -D)
 set(flags -std=c++17 -O0 -g1 -w -D_GLIBCXX_ASSERTIONS ${alignment} -I${grader}/include -isystem ${eigen})
 set(filled -ftrivial-auto-var-init=pattern)  # unset_memory.h
-set(instantiations ${grader}/instantiations.pch)
-add_custom_command(OUTPUT ${instantiations} DEPENDS ${copies} VERBATIM
-  COMMAND ${CH5_CLANG} ${flags} ${filled} -x c++-header ${grader}/include/ch5_homework/judge/remote/instantiations.h
-          -o ${instantiations} -fpch-instantiate-templates -Xclang -fmodules-codegen)
-add_custom_command(OUTPUT ${grader}/instantiations.o DEPENDS ${instantiations} VERBATIM
-  COMMAND ${CH5_CLANG} -O0 -c ${instantiations} -o ${grader}/instantiations.o)
+set(precompiled ${grader}/precompiled.pch)
+add_custom_command(OUTPUT ${precompiled} DEPENDS ${copies} VERBATIM
+  COMMAND ${CH5_CLANG} ${flags} ${filled} -x c++-header ${grader}/include/ch5_homework/judge/remote/precompiled.h
+          -o ${precompiled} -fpch-instantiate-templates -Xclang -fmodules-codegen)
+add_custom_command(OUTPUT ${grader}/precompiled.o DEPENDS ${precompiled} VERBATIM
+  COMMAND ${CH5_CLANG} -O0 -c ${precompiled} -o ${grader}/precompiled.o)
 
 # "a;b" as "a", "b".
 function(ch5_json_words variable)
@@ -39,14 +39,14 @@ function(ch5_json_words variable)
 endfunction()
 file(REAL_PATH ${CH5_CLANG} clang)  # the sandbox has no /etc/alternatives
 file(REAL_PATH ${CMAKE_CXX_COMPILER} compiler)
-ch5_json_words(quick ${clang} --driver-mode=g++ ${fast_linker} ${flags} ${filled} -include-pch ${instantiations})
+ch5_json_words(quick ${clang} --driver-mode=g++ ${fast_linker} ${flags} ${filled} -include-pch ${precompiled})
 if(NOT CH5_FILLS_THE_STACK)
   set(filled)
 endif()
 ch5_json_words(usual ${compiler} ${flags} ${filled})
 file(CONFIGURE OUTPUT ${grader}/toolchain.json @ONLY CONTENT [=[{
   "include": "@grader@/include",
-  "instantiations": ["@grader@/instantiations.pch", "@grader@/instantiations.o"],
+  "precompiled": ["@grader@/precompiled.pch", "@grader@/precompiled.o"],
   "compile": [[@quick@], [@usual@]],
   "archives": "@PROJECT_BINARY_DIR@/lib",
   "judge": "@PROJECT_BINARY_DIR@/bin/homework_judge"
@@ -55,4 +55,4 @@ file(CONFIGURE OUTPUT ${grader}/toolchain.json @ONLY CONTENT [=[{
 
 list(TRANSFORM homework_names PREPEND worker_ OUTPUT_VARIABLE workers)
 list(TRANSFORM homework_names PREPEND worker_layers_ OUTPUT_VARIABLE worker_layers)
-add_custom_target(homework_grader DEPENDS ${grader}/instantiations.o ${workers} ${worker_layers} homework_judge)
+add_custom_target(homework_grader DEPENDS ${grader}/precompiled.o ${workers} ${worker_layers} homework_judge)
