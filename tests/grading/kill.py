@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""Judges mutants (mutants.py) as ./course grade judges a submission: kill.py [--all] [--write] [PATTERN…]
+"""Judges mutants (mutants.py) as ./course grade judges a submission: kill.py [PATTERN…], of ids: regular expressions.
 
-Without --all it resumes: what has been killed before is not judged again. A mutant is killed if no seed
-lets it pass. --write puts the table into MUTANTS.md. Exit code 0 if equivalents.json explains all that survive.
+It resumes: what has been killed before is not judged again. A mutant is killed if no seed lets it pass. The last line is for
+MUTANTS.md. Exit code 0 if that explains all that survive.
 """
 
-import argparse
 import json
 import re
 import sys
@@ -23,13 +22,14 @@ from ch5_backend.course.base.progress import Progress, duration
 
 KNOWN = BUILD / "mutants.json"
 PAGE = Path(__file__).with_name("MUTANTS.md")
-EQUIVALENTS = Path(__file__).with_name("equivalents.json")
+EQUIVALENT = re.compile(r"^\| (\S+:\d+:\w+:\d+) \| `(.*)` \| (.*) \|$", re.MULTILINE)
 KILLED = ("wrong", "crashes", "times-out")
 
 
 def read_equivalents() -> dict:
     """{id: {"line": as it stands in the mutant, "reason"}}"""
-    return json.loads(EQUIVALENTS.read_text(encoding="utf-8"))
+    rows = EQUIVALENT.findall(PAGE.read_text(encoding="utf-8").replace(r"\|", "|"))
+    return {name: {"line": line, "reason": reason} for name, line, reason in rows}
 
 
 def judge(grader: Grader, mutant: Mutant, seeds=SEEDS) -> dict:
@@ -64,29 +64,6 @@ def verdict_on(mutant: Mutant, known: dict, equivalents: dict) -> str:
     return "equivalent" if mutant.id in equivalents else "survives"
 
 
-def table(mutants: list, known: dict, equivalents: dict) -> str:
-    """Stage by operator: "12 + 1≡ + 2✗" are 12 killed, one equivalent, two no C++."""
-    stages = sorted({mutant.stage["id"] for mutant in mutants})
-    operators = sorted({mutant.operator for mutant in mutants})
-    counts = Counter()
-    for mutant in mutants:
-        for row in (mutant.operator, "all"):
-            for column in (mutant.stage["id"], "all"):
-                counts[row, column, verdict_on(mutant, known, equivalents)] += 1
-    rows = [["", *stages, "all"]]
-    for row in (*operators, "all"):
-        rows.append([row, *(cell(counts, row, column) for column in (*stages, "all"))])
-    lines = ["| " + " | ".join(row) + " |" for row in rows]
-    return "\n".join([lines[0], "| --- " + "| --: " * (len(stages) + 1) + "|", *lines[1:]]) + "\n"
-
-
-def cell(counts: Counter, row: str, column: str) -> str:
-    parts = [f"{counts[row, column, verdict]}{sign}" for verdict, sign in
-             (("killed", ""), ("equivalent", "≡"), ("no C++", "✗"), ("survives", "!"), ("not judged", "?"))
-             if counts[row, column, verdict]]
-    return " + ".join(parts) or "–"
-
-
 def totals(mutants: list, known: dict, equivalents: dict) -> str:
     verdicts = Counter(verdict_on(mutant, known, equivalents) for mutant in mutants)
     killed = [known[mutant.id] for mutant in mutants if verdict_on(mutant, known, equivalents) == "killed"]
@@ -94,27 +71,18 @@ def totals(mutants: list, known: dict, equivalents: dict) -> str:
     return (f"{len(mutants)} mutants: {verdicts['killed']} killed ({ways['wrong']} wrong, {ways['crashes']} crash, "
             f"{ways['times-out']} do not end), {verdicts['equivalent']} equivalent, {verdicts['no C++']} are no C++, "
             f"{verdicts['survives']} survive, {verdicts['not judged']} not judged. Of {ways['wrong']} wrong ones "
-            f"{sum(found['named'] for found in killed if found['state'] == 'wrong')} are told their cause.\n")
+            f"{sum(found['named'] for found in killed if found['state'] == 'wrong')} are told their cause.")
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("patterns", nargs="*", metavar="PATTERN", help="of ids: regular expressions")
-    parser.add_argument("--all", action="store_true", help="judge all anew")
-    parser.add_argument("--write", action="store_true", help=f"write the table into {PAGE.name}")
-    asked = parser.parse_args()
-    mutants, equivalents = all_mutants(), read_equivalents()
-    known = json.loads(KNOWN.read_text(encoding="utf-8")) if KNOWN.exists() and not asked.all else {}
-    chosen = [one for one in mutants if not asked.patterns or any(re.search(p, one.id) for p in asked.patterns)]
+    mutants, equivalents, patterns = all_mutants(), read_equivalents(), sys.argv[1:]
+    known = json.loads(KNOWN.read_text(encoding="utf-8")) if KNOWN.exists() else {}
+    chosen = [one for one in mutants if not patterns or any(re.search(pattern, one.id) for pattern in patterns)]
     judge_all([one for one in chosen if verdict_on(one, known, equivalents) in ("survives", "not judged")], known)
     survivors = [one for one in chosen if verdict_on(one, known, equivalents) == "survives"]
     for one in survivors:
         print(f"{one.id}: survives: {one.text.strip()}")
-    words = totals(mutants, known, equivalents) + "\n" + table(mutants, known, equivalents)
-    print(words)
-    if asked.write:
-        head = PAGE.read_text(encoding="utf-8").partition("\n## Table\n")[0]
-        PAGE.write_text(f"{head}\n## Table\n\n{words}", encoding="utf-8")
+    print(totals(mutants, known, equivalents))
     return 1 if survivors else 0
 
 

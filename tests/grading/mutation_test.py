@@ -4,7 +4,7 @@ import re
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
-from tests.grading.kill import EQUIVALENTS, KILLED, PAGE, judge, read_equivalents
+from tests.grading.kill import KILLED, PAGE, judge, read_equivalents
 from tests.grading.mutants import NAMES, all_mutants
 from tests.grading.one_stage import READY, Grader
 from ch5_backend.course.homework.regions import regions, solution_text
@@ -28,15 +28,15 @@ class Mutation(unittest.TestCase):
 
     def test_the_equivalent_ones_exist_and_have_a_reason(self):
         for name, row in read_equivalents().items():
-            self.assertIn(name, self.mutants, f"{EQUIVALENTS.name}: there is no such mutant")
+            self.assertIn(name, self.mutants, f"{PAGE.name}: there is no such mutant")
             self.assertEqual(row["line"], self.mutants[name].text.strip(), name)
             self.assertGreater(len(row["reason"]), 20, name)
 
-    def test_the_table_is_of_these_mutants(self):
+    def test_the_page_is_of_these_mutants(self):
         words = PAGE.read_text(encoding="utf-8")
         found = re.search(r"(\d+) mutants: .* (\d+) equivalent, .* (\d+) survive, (\d+) not judged", words)
         self.assertEqual([int(number) for number in found.groups()],
-                         [len(self.mutants), len(read_equivalents()), 0, 0], "mend with: kill.py --write")
+                         [len(self.mutants), len(read_equivalents()), 0, 0], "mend with what kill.py says")
 
     def test_a_sample_is_killed(self):
         self.are_killed(10)
