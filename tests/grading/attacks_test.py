@@ -1,8 +1,5 @@
 """Hostile submissions through ./course grade: none scores, leaves a process or a file, learns a secret, writes into a page
-of the class, or harms an honest submission that is graded beside it.
-
-attacks/*.attacks hold them: wrong homework of stage 3, each with what stands behind its line "// ATTACK name" in front
-of the graded function, which begins with ACT if the attack defines it.
+of the class, or harms an honest submission that is graded beside it. hostile.py tells what they are.
 """
 
 import json
@@ -16,13 +13,13 @@ import unittest
 from pathlib import Path
 
 from tests.conventions.project import ROOT
+from tests.grading.hostile import FOLDER, HEAD, TAIL, read_attacks
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import in_short
 from ch5_backend.course.homework.regions import FILES, STAGES, fill, solution_text
 
 BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
-FOLDER = Path(__file__).with_name("attacks")
 MARK = f"atk{os.getpid()}"  # the name of processes and files that should not be there, and of what must not be found out
 LIMITS = """
 import sys
@@ -40,63 +37,6 @@ if sys.argv.pop() == "one-compiler":  # the second needs five times as long for 
 sys.exit(entry.main(sys.argv[1:]))
 """
 
-HEAD = """#include <fcntl.h>
-#include <sched.h>
-#include <signal.h>
-#include <sys/ipc.h>
-#include <sys/mman.h>
-#include <sys/mount.h>
-#include <sys/prctl.h>
-#include <sys/ptrace.h>
-#include <sys/resource.h>
-#include <sys/shm.h>
-#include <sys/socket.h>
-#include <sys/uio.h>
-#include <unistd.h>
-#include <cassert>
-#include <cstring>
-#include <ctime>
-#include <fstream>
-#include <iterator>
-#include <new>
-#include <stdexcept>
-#include <string>
-#include <thread>
-#include <typeinfo>
-#include "ch5_backend/homework_missing.h"
-#include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_backend/simulate/mono_ba.h"
-inline void Say(int to, const std::string& text) { if (write(to, text.data(), text.size()) < 0) return; }
-inline void Outlive() {
-  for (int k = 1; k < 32; ++k) signal(k, SIG_IGN);
-  setsid();
-  prctl(PR_SET_NAME, "@MARK@");
-  sleep(600);
-  _exit(0);
-}
-inline void Fill(const std::string& folder) {
-  static const std::string mebibyte(1 << 20, 'x');
-  for (int file = 0; file < 40; ++file) {
-    const int to = open((folder + "/@MARK@" + std::to_string(file)).c_str(), O_WRONLY | O_CREAT, 0600);
-    for (int k = 0; k < 60 && to >= 0 && write(to, mebibyte.data(), mebibyte.size()) > 0; ++k) {}
-    if (file * 60 > 200 && to >= 0 && lseek(to, 0, SEEK_END) >= 60 << 20) Say(2, "@MARK@");
-    if (to >= 0) close(to);
-  }
-}
-"""
-TAIL = """
-#ifndef ACT
-#define ACT
-#endif
-namespace ch5 {
-void AddMonoBaEdges(const MonoBaScene& scene, double, double weight, MonoBa* problem) {
-  ACT;
-  problem->poses[0]->SetFixed();
-  problem->graph.AddEdge(std::make_shared<EdgeSE3Prior>(problem->poses[2], scene.frames[1].q, scene.frames[1].p));
-}
-}  // namespace ch5
-"""
-
 ANSWERS = """#include "ch5_backend/consistency/gauge_freedom.h"
 #include "ch5_backend/dense/blocks/plain_block_solver.h"
 #include "ch5_backend/dense/problem.h"
@@ -112,12 +52,6 @@ System StackedNormalEquations(const Graph& graph, int size);
 MatXX NumericNullSpace(const std::vector<std::shared_ptr<Vertex>>& vertices, GaugeGroup group);
 }
 """
-
-
-def read_attacks(path: Path) -> dict:
-    """{name: what stands in front of the graded function}"""
-    pieces = re.split(r"^// ATTACK (\w+)\n", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
-    return dict(zip(pieces[1::2], pieces[2::2]))
 
 
 def awkward_bytes() -> dict:
@@ -205,7 +139,7 @@ class Attacks(unittest.TestCase):
 
     def texts_of(self, name: str) -> dict:
         words = {"@ROOT@": str(ROOT), "@MARK@": MARK, "@SECRET@": str(self.secret), "@TMP@": str(self.folder)}
-        attacks = read_attacks(FOLDER / f"{name}.attacks")
+        attacks = read_attacks(name)
         # What the compiler should not survive comes first: it then has nothing else to do.
         whole = {attack: (text + HEAD + TAIL if name == "compiling" else HEAD + text + TAIL) for attack, text in attacks.items()}
         return {attack: re.sub("@[A-Z]+@", lambda found: words[found[0]], text).encode() for attack, text in whole.items()}

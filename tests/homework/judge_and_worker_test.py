@@ -9,20 +9,11 @@ import time
 import unittest
 from pathlib import Path
 
+from tests.grading.hostile import bare_attacks
+
 BIN = Path(os.environ["CH5_BUILD"]) / "bin"
 STAGES = json.loads(Path(__file__).parents[2].joinpath("ch5_homework/stages.json").read_text(encoding="utf-8"))["stages"]
-A_FEW = "Stage11.OneEdge*:Stage12.AsMany*:Stage2.TheSlides*"  # of problem.cc
-
-ATTACKS = {
-    "endings": "exit_in_constructor throw_in_constructor exit_at_exit exit quick_exit abort kill_group crash throw_number "
-               "throw_not_started memory recursion",
-    "loops": "loop_in_constructor loop stop",
-    "leftovers": "daemon children",
-    "descriptors": "nan garbage_in_constructor reply_in_constructor garbage two_replies nan_reply empty_reply huge_reply "
-                   "huge_matrix negative_matrix prints_a_report close close_and_wait",
-    "floods": "promised_reply flood swallow",
-    "reports": "forge_report",
-}
+A_FEW = "Stage3.OnePrior*:Stage3.NoneAt*:Stage3.Drift*"  # in the last one weights are large
 
 
 def judge(worker: list, tests: str, *options, **environment):
@@ -134,51 +125,30 @@ class Archives(unittest.TestCase):
 
 
 class Attacks(unittest.TestCase):
-    def none_is_right(self, group: str, seconds: float) -> None:
+    """Those of tests/grading/attacks that harm nobody, without a sandbox."""
+
+    def test_none_is_right_or_leaves_anything(self):
         folder = tempfile.TemporaryDirectory(dir=BIN)
         self.addCleanup(folder.cleanup)
         worker = Path(folder.name) / "worker"  # a name of its own: other tests run the same program
         os.link(BIN / "worker_attacks", worker)
-        for name in ATTACKS[group].split():
+        for name in bare_attacks():
             with self.subTest(attack=name):
                 failures, printed, took = judge([str(worker)], A_FEW, "--time-limit=1", CH5_ATTACK=name)
                 self.assertEqual(len(failures), 3)
                 for test, words in failures.items():
                     self.assertNotEqual(words, "", test)
+                if "large_weight" in name or "promised" in name:
+                    self.assertIn("TIMEOUT", failures["Stage3.DriftOfTheFirstFrameGoesToZero"])
                 self.assertLess(len(printed), 1 << 20)
-                self.assertLess(took, seconds)
+                self.assertLess(took, 30)  # generous: other tests run at the same time
                 self.assertEqual(left_behind(worker), [])
 
     def test_without_an_attack_the_answers_are_merely_wrong(self):
         failures, _, _ = judge([str(BIN / "worker_attacks")], A_FEW)
         for words in failures.values():
-            self.assertIn("expected", words)
+            self.assertIn("check", words)
 
     def test_what_is_printed_is_shown(self):
-        _, printed, _ = judge([str(BIN / "worker_attacks")], "Stage2.TheSlides*", CH5_ATTACK="prints_a_report")
-        self.assertIn(b"[  PASSED  ] 100 tests.", printed)
-
-    # The limits are generous: other tests run at the same time.
-    def test_who_ends_the_process_is_not_right(self):
-        self.none_is_right("endings", 30)
-
-    def test_who_does_not_end_is_stopped(self):
-        self.none_is_right("loops", 30)
-
-    def test_who_leaves_processes_leaves_none(self):
-        self.none_is_right("leftovers", 30)
-
-    def test_who_writes_to_all_descriptors_is_not_right(self):
-        self.none_is_right("descriptors", 30)
-
-    def test_who_floods_is_stopped(self):
-        self.none_is_right("floods", 30)
-
-    def test_who_forges_the_report_is_not_right(self):
-        self.none_is_right("reports", 30)
-
-    def test_every_attack_is_tried(self):
-        written = set()
-        for path in Path(__file__).parent.joinpath("attacks").glob("*.cc"):
-            written.update(part.split('"')[0] for part in path.read_text(encoding="utf-8").split('Add("')[1:])
-        self.assertEqual(written, set(" ".join(ATTACKS.values()).split()))
+        _, printed, _ = judge([str(BIN / "worker_attacks")], "Stage3.OnePrior*", CH5_ATTACK="report_printed")
+        self.assertIn(b"[  PASSED  ] 7 tests.", printed)

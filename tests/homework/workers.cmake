@@ -15,11 +15,15 @@ add_executable(worker_samples $<TARGET_OBJECTS:samples> $<TARGET_OBJECTS:worker_
 target_link_libraries(worker_samples PRIVATE student_flags ch5_backend ch5_warnings -s)
 set_target_properties(worker_samples PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 
-file(GLOB attacks CONFIGURE_DEPENDS attacks/*.cc)
-add_library(attacks OBJECT ${attacks})
+set(hostile ${PROJECT_SOURCE_DIR}/tests/grading)
+file(GLOB attacks CONFIGURE_DEPENDS ${hostile}/attacks/*.attacks)
+add_custom_command(OUTPUT attacks.cc DEPENDS ${hostile}/hostile.py ${attacks}
+  COMMAND ${ch5_python_module} tests.grading.hostile ${CMAKE_CURRENT_BINARY_DIR}/attacks.cc)
+add_library(attacks OBJECT attacks.cc)
 target_link_libraries(attacks PRIVATE student_flags)
+target_compile_options(attacks PRIVATE -w)
 target_precompile_headers(attacks REUSE_FROM student_pch)
-ch5_add_worker(worker_attacks problem $<TARGET_OBJECTS:attacks>)
+ch5_add_worker(worker_attacks gauge_prior $<TARGET_OBJECTS:attacks>)
 
 ch5_add_python_tests(Homework judge_and_worker_test.py LABELS grading)
 

@@ -1,0 +1,133 @@
+"""The corpus of hostile submissions: wrong homework of stage 3, which does something else as well.
+
+attacks/*.attacks hold them, each behind a line "// ATTACK name". START is what an attack does before main, ACT in the graded
+function; any other code stands in front of that. Those marked "bare" harm nobody, so that the judge withstands them without
+a sandbox too: `hostile FILE` writes them as one translation unit, in which the variable CH5_ATTACK names the one that acts.
+"""
+
+import re
+import sys
+from pathlib import Path
+
+FOLDER = Path(__file__).with_name("attacks")
+ATTACK = re.compile(r"^// ATTACK (\w+)( bare)?\n", re.MULTILINE)
+
+HEAD = """#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/ipc.h>
+#include <sys/mman.h>
+#include <sys/mount.h>
+#include <sys/prctl.h>
+#include <sys/ptrace.h>
+#include <sys/resource.h>
+#include <sys/shm.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
+#include <unistd.h>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <typeinfo>
+#include "ch5_backend/homework_missing.h"
+#include "ch5_backend/types/edge_se3_prior.h"
+#include "ch5_backend/simulate/mono_ba.h"
+inline void Say(int to, const std::string& text) { if (write(to, text.data(), text.size()) < 0) return; }
+inline void SayEverywhere(const std::string& text) { for (int k = 0; k < 64; ++k) if (fcntl(k, F_GETFL) >= 0) Say(k, text); }
+inline std::string Numbers(std::initializer_list<int64_t> numbers) {
+  return {reinterpret_cast<const char*>(numbers.begin()), numbers.size() * sizeof(int64_t)};
+}
+inline std::string Frame(const std::string& payload, size_t length) {
+  return "ch5!" + std::string(reinterpret_cast<const char*>(&length), 4) + payload;
+}
+inline std::string Reply(std::initializer_list<int64_t> numbers) { return Frame(Numbers(numbers), 8 * numbers.size()); }
+inline void Outlive() {
+  for (int k = 1; k < 32; ++k) signal(k, SIG_IGN);
+  setsid();
+  prctl(PR_SET_NAME, "@MARK@");
+  sleep(600);
+  _exit(0);
+}
+inline void Fill(const std::string& folder) {
+  static const std::string mebibyte(1 << 20, 'x');
+  for (int file = 0; file < 40; ++file) {
+    const int to = open((folder + "/@MARK@" + std::to_string(file)).c_str(), O_WRONLY | O_CREAT, 0600);
+    for (int k = 0; k < 60 && to >= 0 && write(to, mebibyte.data(), mebibyte.size()) > 0; ++k) {}
+    if (file * 60 > 200 && to >= 0 && lseek(to, 0, SEEK_END) >= 60 << 20) Say(2, "@MARK@");
+    if (to >= 0) close(to);
+  }
+}
+"""
+TAIL = """
+#ifdef START
+__attribute__((constructor)) void Start() { START; }
+#endif
+#ifndef ACT
+#define ACT
+#endif
+namespace ch5 {
+void AddMonoBaEdges(const MonoBaScene& scene, double, double weight, MonoBa* problem) {
+  ACT;
+  problem->poses[0]->SetFixed();
+  problem->graph.AddEdge(std::make_shared<EdgeSE3Prior>(problem->poses[2], scene.frames[1].q, scene.frames[1].p));
+}
+}  // namespace ch5
+"""
+
+# Of an attack among others: what it does at the start, and in the graded function.
+ONE_OF_MANY = """
+namespace attack_@NAME@ {
+@TEXT@
+#ifdef START
+const bool started = IsNamed("@NAME@") && ([] { START; }(), true);
+#undef START
+#endif
+#ifndef ACT
+#define ACT
+#endif
+void Act(const ch5::MonoBaScene& scene, double weight, ch5::MonoBa* problem) { ACT; }
+#undef ACT
+const bool added = Attacks().emplace("@NAME@", &Act).second;
+}
+"""
+BEFORE_MANY = """
+#include <map>
+using namespace ch5;
+std::map<std::string, void (*)(const MonoBaScene&, double, MonoBa*)>& Attacks() {
+  static std::map<std::string, void (*)(const MonoBaScene&, double, MonoBa*)> attacks;
+  return attacks;
+}
+std::string Named() {
+  const char* name = getenv("CH5_ATTACK");
+  return name == nullptr ? "" : name;
+}
+bool IsNamed(const std::string& name) { return Named() == name; }
+"""
+
+
+def read_attacks(name: str, bare: bool = False) -> dict:
+    """{name: its code}, of all or of those that are bare."""
+    pieces = ATTACK.split((FOLDER / f"{name}.attacks").read_text(encoding="utf-8"))
+    return {one: text for one, mark, text in zip(pieces[1::3], pieces[2::3], pieces[3::3]) if mark or not bare}
+
+
+def bare_attacks() -> dict:
+    return {**read_attacks("start", bare=True), **read_attacks("running", bare=True)}
+
+
+def all_bare() -> str:
+    """All bare attacks as one file of the homework."""
+    many = "".join(ONE_OF_MANY.replace("@NAME@", name).replace("@TEXT@", text) for name, text in bare_attacks().items())
+    act = "\n#define ACT if (Attacks().count(Named()) > 0) Attacks().at(Named())(scene, weight, problem)\n"
+    return (HEAD + BEFORE_MANY + many + act + TAIL).replace("@MARK@", "bare")
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(all_bare(), encoding="utf-8")
