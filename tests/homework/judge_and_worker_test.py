@@ -1,4 +1,4 @@
-"""homework_judge and its workers: the reference is right, the skeleton not started, and no attack is judged right."""
+"""homework_judge and its workers: what does not speak is told, no answer is linked, and no attack is judged right."""
 
 import json
 import os
@@ -39,10 +39,6 @@ def names() -> list:
     return sorted({Path(stage["file"]).stem for stage in STAGES})
 
 
-def tests_of(name: str) -> str:
-    return ":".join(stage["tests"] for stage in STAGES if stage["file"] == f"{name}.cc")
-
-
 def left_behind(worker: Path) -> list:
     """The ids of processes that still run this program."""
     left = []
@@ -56,20 +52,6 @@ def left_behind(worker: Path) -> list:
 
 
 class Verdicts(unittest.TestCase):
-    def test_the_reference_is_right_with_any_seed(self):
-        for seed in ([], ["--seed=1"], ["--seed=987654321987654321"]):
-            for name in names():
-                failures, _, _ = judge([str(BIN / f"worker_reference_{name}")], tests_of(name), *seed)
-                self.assertGreater(len(failures), 4, name)
-                self.assertEqual({test: words for test, words in failures.items() if words}, {}, (name, seed))
-
-    def test_the_skeleton_is_not_started(self):
-        for name in names():
-            failures, _, _ = judge([str(BIN / f"worker_skeleton_{name}")], tests_of(name))
-            self.assertGreater(len(failures), 4, name)
-            for test, words in failures.items():
-                self.assertRegex(words, r'"TODO .* is not started"', test)
-
     def test_a_worker_that_does_not_speak_is_told(self):
         for worker, words in (["/bin/true"], "START: EXIT 0"), (["/nowhere"], "START: EXIT 127"), \
                 (["/bin/cat"], "START: TIMEOUT"), (["/bin/echo", "hello"], "GARBAGE"), (["/bin/sleep", "9"], "TIMEOUT"):
