@@ -22,19 +22,13 @@ Text CauseOfGivingUp(const Problem& problem, const Parts& right, const VecX& del
   return "1.2.function_gave_up";
 }
 
-// "Δx of the scene, λ = 0.5, D = diag(H)"
-Text With(const char* quantity, const Text& scene, double lambda, Damping damping) {
-  return {damping == Damping::kIdentity ? "scene.with_lambda" : "scene.with_lambda_and_D",
-          {{"quantity", Word(quantity)}, {"scene", scene}, {"l", Word(lambda)}}};
-}
-
 // One call, checked in the order in which a student computes.
 void CheckCall(Problem* problem, const Case& c, const Text& scene) {
   problem->SetDamping(c.damping);
   VecX delta_x;
   const bool solved = problem->SolveLinearSystem(c.lambda, &delta_x);
 
-  const auto with = [&](const char* quantity) { return With(quantity, scene, c.lambda, c.damping); };
+  const auto with = [&](const char* quantity) { return With(Word(quantity), scene, c.lambda, c.damping); };
   const Names names = RowNames(problem->GetOrdering());
   const Parts right = c.Right();
   const VecX step = Solve(c.Damped(), c.system.b);

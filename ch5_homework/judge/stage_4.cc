@@ -1,60 +1,25 @@
-/// Stage 4, one function after the other: the null space of the gauge's motions (4a, 4b), the projection (4c) and the
-/// motion's Jacobian (4d). stage_4_covariance.cc has the covariance (4e) and the whole.
+/// Stage 4, one function after the other: the null space of the gauge's motions (4a, 4b), the projection (4c), the
+/// motion's Jacobian (4d), and the covariance of another gauge (4e), first on matrices without structure, then on whole
+/// problems, where it must be the one that is computed directly in the other gauge.
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
-#include "ch5_homework/judge/mistakes/formula.h"
+#include "ch5_homework/judge/mistakes/stage_4.h"
 #include "ch5_homework/judge/stage_4_scene.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
 
+using namespace stage_4;
+
 constexpr GaugeGroup kGroups[] = {GaugeGroup::kVisualInertial, GaugeGroup::kMonocular};
-constexpr double kTolerance = 1e-7;  // of numerical derivatives
+constexpr double kTolerance = 1e-7;           // of numerical derivatives
+constexpr double kSmallestEigenvalue = 5e-9;  // of the largest one
 
 // ---- 4a, the rows of a pose -----------------------------------------------------------------------------------------
-
-// What typical mistakes give for the blocks of a pose's rows.
-struct PoseMistakes {
-  MatXX axes, turn, in_the_body, R, Rt, O;
-  Vec3 phi;
-
-  PoseMistakes(const VertexPose& pose, GaugeGroup group)
-      : axes(AxesOf(group)),
-        turn(Hat(pose.p()) * axes),
-        in_the_body(-Hat(pose.p()) * pose.R().transpose() * axes),
-        R(pose.R()),
-        Rt(R.transpose()),
-        O(MatXX::Zero(3, axes.cols())),
-        phi(LogSO3(pose.q())) {}
-
-  std::vector<Mistake> InShifts(const MatXX& of_rotation) const {
-    const bool below = of_rotation.isIdentity();
-    return {{"4a", below ? "4.rows_exchanged" : "4.block_still_zero", MatXX::Zero(3, 3)},
-            {"4a", {"4.R_stands", {{"R", Word("R")}}}, R},
-            {"4a", {"4.R_stands", {{"R", Word("Rᵀ")}}}, Rt}};
-  }
-  std::vector<Mistake> InTurnsOfThePosition() const {
-    return {{"4a", "4.block_still_zero", O},
-            {"4a", {"4.sign_of_omega", {{"p", Word("p")}}}, turn},
-            {"4a", {"4.R_stands_before_turn", {{"R", Word("R")}}}, -R * turn},
-            {"4a", {"4.R_stands_before_turn", {{"R", Word("Rᵀ")}}}, -Rt * turn},
-            {"4a", {"4.R_stands_before_turn", {{"R", Word("Rᵀ")}}}, in_the_body},
-            {"4a", {"4.axes_alone", {{"p", Word("p")}}}, axes}};
-  }
-  std::vector<Mistake> InTurnsOfTheRotation() const {
-    return {{"4a", "4.block_still_zero", O},
-            {"4a", "4.left_perturbation", axes},
-            {"4a", "4.R_for_RT", R * axes},
-            {"4a", "4.sign_of_RT_omega", -Rt * axes},
-            {"4a", "4.J_linv", RightJacobianInverseSO3(-phi) * axes},
-            {"4a", "4.J_rinv", RightJacobianInverseSO3(phi) * axes},
-            {"4a", "4.turn_position", -turn}};
-  }
-};
 
 // The blocks of a pose, so that each mistake is told whatever the other blocks are.
 void CheckPose(const VertexPose& pose, const MatXX& U, const MatXX& right, GaugeGroup group) {
@@ -185,51 +150,6 @@ TEST(Stage4, TheProjectionRemovesTheGaugesMotionsAndNothingElse) {
 
 // ---- 4d, the Jacobian of the motion ---------------------------------------------------------------------------------
 
-/// R_z of each vertex in the first columns or rows, where `row` stands once in block(…).
-MatXX OffTheDiagonal(const Vertices& vertices, const Mat33& R_z, bool columns) {
-  const int n = TotalLocalDimension(vertices);
-  MatXX J = MatXX::Identity(n, n);
-  int row = 0;
-  for (const auto& vertex : vertices) {
-    if (vertex->TypeInfo() != "VertexInverseDepth") J.block<3, 3>(columns ? row : 0, columns ? 0 : row) = R_z;
-    row += vertex->LocalDimension();
-  }
-  return J;
-}
-
-/// Of one vertex, or of several.
-std::vector<Mistake> MotionMistakes(const Vertices& vertices, const Mat33& R_z) {
-  const int n = TotalLocalDimension(vertices);
-  const MatXX I = MatXX::Identity(3, 3), O = MatXX::Zero(3, 3);
-  // Of one vertex alone.
-  const auto blocks = [n](const MatXX& first, const MatXX& second, const MatXX& third = MatXX::Identity(3, 3)) {
-    MatXX J = MatXX::Identity(n, n);
-    J.topLeftCorner(3, 3) = first;
-    if (n >= 6) J.block(3, 3, 3, 3) = second;
-    if (n >= 9) J.block(6, 6, 3, 3) = third;
-    return MatXX(J);
-  };
-  std::vector<Mistake> mistakes = {{"4d", "4.motion_still_identity", MatXX::Identity(n, n)}};
-  if (vertices.size() == 1) {
-    mistakes.push_back({"4d", "4.motions_block_zero", blocks(O, I)});
-    mistakes.push_back({"4d", "4.R_zT_for_R_z", blocks(R_z.transpose(), I)});
-    const bool is_pose = n == 6;
-    const Text second = is_pose ? "4.R_z_acts_dtheta" : "4.R_z_acts_bias";
-    mistakes.push_back({"4d", second, blocks(R_z, R_z)});
-    if (!is_pose) mistakes.push_back({"4d", second, blocks(R_z, R_z, R_z)});
-    mistakes.push_back({"4d", "4.added_to_identity", blocks(I + R_z, I)});
-    mistakes.push_back({"4d", "4.R_z_acts_both_sides", blocks(R_z * R_z, I)});
-    mistakes.push_back({"4d", "4.sign_R_z_itself", blocks(-R_z, I)});
-    mistakes.push_back({"4d", "4.R_z_in_second_rows", blocks(I, R_z)});
-  } else {
-    mistakes.push_back({"4d", "4.only_first_vertex_turns", blocks(R_z, I)});
-    mistakes.push_back({"4d", "4.only_first_vertex_turns", blocks(R_z, R_z)});
-    mistakes.push_back({"4d", "4.row_once_in_block", OffTheDiagonal(vertices, R_z, true)});
-    mistakes.push_back({"4d", "4.row_once_in_block", OffTheDiagonal(vertices, R_z, false)});
-  }
-  return mistakes;
-}
-
 void CheckMotion(const Vertices& vertices, double yaw, const Text& scene) {
   const Motion g{1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(1, -2, 3)};  // t must not matter
   Require("4", {"4.motion_jacobian_of", {{"scene", scene}, {"n", Word(yaw)}}}, NumericMotionJacobian(vertices, g),
@@ -249,6 +169,111 @@ TEST(Stage4, TheMotionTurnsWhatIsExpressedInTheWorld) {
     const GraphScene scene("vertices of all types", {count, 109});
     CheckMotion(scene.vertices, -random.Uniform(0.0, 3.0), {"4.vertices", {{"n", Word(count)}}});
   }
+}
+
+// ---- 4e, the product ------------------------------------------------------------------------------------------------
+
+TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
+  for (const int n : {3, 6, 10}) {
+    Random random(Seed(109 + static_cast<uint64_t>(n)));
+    const MatXX C = RandomPositiveDefinite(n, &random);
+    const MatXX M = RandomMatrix(n, n, &random).householderQr().householderQ();  // orthogonal, as every ∂θ_C/∂θ is
+    const MatXX U = RandomMatrix(n, n / 3, &random), V = U + RandomMatrix(n, n / 3, &random);
+    const MatXX Q = ProjectionByItsEffect(U, V), Q_C = M * Q * M.transpose();  // the same gauge at θ and at θ_C
+    const MatXX T = Q_C * M, Tt = T.transpose();
+    const auto by = [&](const MatXX& factor) { return MatXX(factor * C * factor.transpose()); };
+    const MatXX got = Chosen().gauge_freedom.transform_covariance(C, M, Q, Q_C);
+    const bool exploded = !got.allFinite() || (got.size() > 0 && got.norm() > 1e8);  // all that is given is near 1
+    Require("4", {"4.covariance_of_random", {{"size", Word(std::to_string(n) + "×" + std::to_string(n))}}}, T * C * Tt,
+            got, {},
+            {{"4e", "4.T_has_no_inverse", exploded ? got : MatXX()},
+             {"4e", "4.covariance_not_changed", C},
+             {"4e", "4.result_still_zero", MatXX::Zero(n, n)},
+             {"4e", "4.Q_motion_exchanged_places", by(M * Q_C)},
+             {"4e", "4.Q_of_other_place", by(Q * M)},
+             {"4e", "4.one_side_only", T * C},
+             {"4e", "4.one_side_only", C * Tt},
+             {"4e", "4.transpose_missing", T * C * T},
+             {"4e", "4.transpose_wrong_side", Tt * C * T},
+             {"4e", "4.Q_missing_right", T * C * M.transpose()},
+             {"4e", "4.Q_missing_left", M * C * Tt},
+             {"4e", "4.motion_missing_right", T * C * Q_C.transpose()},
+             {"4e", "4.motion_missing", by(Q_C)},
+             {"4e", "4.motion_missing", by(Q)},
+             {"4e", "4.motion_missing", by(Q_C * Q)},
+             {"4e", "4.Q_missing", by(M)},
+             {"4e", "4.Q_transposed", by(Q_C.transpose() * M)},
+             {"4e", "4.motion_transposed", by(Q_C * M.transpose())},
+             {"4e", "4.motion_transposed", by(M.transpose() * Q)}},
+            1e-10, "4e", "transformed");
+  }
+}
+
+// The handout's example: one measurement of x2 − x1 with σ = 2.
+TEST(Stage4, TheExampleOfTheHandout) {
+  const GaugeFreedom& functions = Chosen().gauge_freedom;
+  const Vec2 U(1, 1), V(1, 0);
+  const MatXX free = (MatXX(2, 2) << 1, -1, -1, 1).finished(), fixed = (MatXX(2, 2) << 0, 0, 0, 4).finished();
+  const MatXX I = MatXX::Identity(2, 2), H = 0.25 * free;
+  ASSERT_TRUE(FreeCovariance(H, 1).isApprox(free) && FixedCovariance(H, V).isApprox(fixed)) << "the handout is wrong";
+  Require("4", "4.handout_held", fixed,
+          functions.transform_covariance(free, I, functions.projection(U, V), functions.projection(U, V)),
+          Words({"x1", "x2"}));
+  Require("4", "4.handout_set_free", free,
+          functions.transform_covariance(fixed, I, functions.projection(U, U), functions.projection(U, U)),
+          Words({"x1", "x2"}));
+}
+
+// ---- all together ---------------------------------------------------------------------------------------------------
+
+// A scene whose covariances can be compared to 1e-7: none of its directions is nearly as free as the gauge.
+std::unique_ptr<FreeScene> WellConditioned(GaugeGroup group, int frames, int points, int seed) {
+  const int nullity = group == GaugeGroup::kVisualInertial ? 4 : 7;
+  for (;; seed += 1000) {
+    auto scene = std::make_unique<FreeScene>(group, frames, points, seed);
+    const VecX eigenvalues = scene->Hessian().selfadjointView<Eigen::Lower>().eigenvalues();
+    if (eigenvalues(nullity) > kSmallestEigenvalue * eigenvalues(eigenvalues.size() - 1)) return scene;
+  }
+}
+
+// The free estimate is moved by g, so that it holds the gauge of the first frame; and back.
+void CheckGauges(GaugeGroup group, int frames, int points, int seed) {
+  const auto drawn = WellConditioned(group, frames, points, seed);
+  FreeScene& scene = *drawn;
+  const GaugeFreedom& functions = Chosen().gauge_freedom;
+  const Names names = RowNames(scene.vertices);
+  const auto of = [&](const Text& what) {
+    return Text("4.frames", {{"what", what}, {"system", NameOf(group)}, {"n", Word(frames)}});
+  };
+  const MatXX H = scene.Hessian(), U = functions.null_space(scene.vertices, group);
+  Require("4", of("4.I_H_U"), MatXX::Ones(U.rows(), U.cols()),
+          MatXX::Ones(U.rows(), U.cols()) + H * U / H.cwiseAbs().maxCoeff(), names, {}, 1e-9, {}, {},
+          DirectionNames(group));
+  const MatXX free = FreeCovariance(H, static_cast<int>(U.cols()));
+  const MatXX Q = functions.projection(U, scene.FirstFrame(group)), Q_free = functions.projection(U, U);
+
+  const double yaw = 0.4 + 0.1 * static_cast<double>(frames);
+  MoveAll({1.0, ExpSO3(Vec3(0, 0, yaw)), Vec3(3, -2, 1)}, scene.vertices);
+  const MatXX V = scene.FirstFrame(group), fixed = FixedCovariance(scene.Hessian(), V);
+  const MatXX U_C = functions.null_space(scene.vertices, group);
+  const MatXX Q_C = functions.projection(U_C, V), Q_C_free = functions.projection(U_C, U_C);
+  const MatXX motion = functions.motion_jacobian(scene.vertices, yaw);
+  ASSERT_GT((free - fixed).norm(), 0.1 * fixed.norm()) << "the scene is too easy: both gauges have one covariance";
+  Require("4", of("4.covariance_held"), fixed, functions.transform_covariance(free, motion, Q, Q_C), names, {}, 1e-7);
+
+  const MatXX back = functions.motion_jacobian(scene.vertices, -yaw);
+  Require("4", of("4.covariance_set_free"), free, functions.transform_covariance(fixed, back, Q_C_free, Q_free), names,
+          {}, 1e-7);
+}
+
+TEST(Stage4, FreeAndFixedCovariancesOfACameraWithAnImuAreOne) {
+  CheckGauges(GaugeGroup::kVisualInertial, 4, 6, 113);
+  CheckGauges(GaugeGroup::kVisualInertial, 6, 5, 127);
+}
+
+TEST(Stage4, FreeAndFixedCovariancesOfACameraAloneAreOne) {
+  CheckGauges(GaugeGroup::kMonocular, 3, 8, 131);
+  CheckGauges(GaugeGroup::kMonocular, 5, 6, 137);
 }
 
 }  // namespace

@@ -192,12 +192,6 @@ TEST(Stage7, HessianOfMixedLandmarksAndLosses) {
 
 // ---- 7d, 7e: S and Δx --------------------------------------------------------------------------------------------
 
-// "Δx of the scene, λ = 0.5, D = diag(H)"
-Text With(const Text& quantity, const Text& scene, double lambda, Damping damping) {
-  return {damping == Damping::kIdentity ? "scene.with_lambda" : "scene.with_lambda_and_D",
-          {{"quantity", quantity}, {"scene", scene}, {"l", Word(lambda)}}};
-}
-
 void CheckReducedSystem(const Case& c, const PlainBlockSolver& solver,
                         const std::function<Text(const Text& quantity)>& with) {
   const Names names = RowNames(solver.GetOrdering(), true);

@@ -1,6 +1,7 @@
 #pragma once
-/// What goes wrong in any formula, in words.
+/// In words: what goes wrong in any formula, and which damped system it is of.
 
+#include "ch5_backend/solve/normal_equations.h"
 #include "ch5_homework/judge/diagnosis.h"
 
 namespace ch5::homework {
@@ -29,5 +30,11 @@ inline Text MissingIn(const char* it, const char* product) {
   return {"formula.missing_in", {{"this", Word(it)}, {"product", Word(product)}}};
 }
 inline Text StepMeant(const char* step) { return {"formula.b_p_for_step", {{"step", Word(step)}}}; }
+
+/// "Δx of the scene, λ = 0.5, D = diag(H)"
+inline Text With(const Text& quantity, const Text& scene, double lambda, Damping damping) {
+  return {damping == Damping::kIdentity ? "scene.with_lambda" : "scene.with_lambda_and_D",
+          {{"quantity", quantity}, {"scene", scene}, {"l", Word(lambda)}}};
+}
 
 }  // namespace ch5::homework

@@ -2,7 +2,6 @@
 /// gauge_prior.cc: stage 3. The edges that it adds come back as numbers, and the judge adds equal ones.
 
 #include "ch5_backend/types/edge_se3_prior.h"
-#include "ch5_homework/judge/remote/foreign_edge.h"
 #include "ch5_homework/judge/remote/remote.h"
 #include "ch5_homework/judge/scenes/bundle.h"
 #include "ch5_homework/judge/submission.h"

@@ -1,7 +1,6 @@
 #pragma once
 /// vins_window.cc: stage 6.
 
-#include "ch5_homework/judge/remote/foreign_edge.h"
 #include "ch5_homework/judge/remote/remote.h"
 #include "ch5_homework/judge/remote/window_numbers.h"
 #include "ch5_homework/judge/scenes/factors.h"
