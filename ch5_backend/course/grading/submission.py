@@ -3,30 +3,24 @@
 import bz2
 import gzip
 import hashlib
-import json
 import lzma
 import stat
 import tarfile
 import zipfile
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import partial
 from pathlib import Path, PurePosixPath
 
-from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 from ..base.language import sentence
+from ..homework.regions import FILES
 from .outputs import plain
 
 LARGEST = 256 << 10       # bytes of a file; the largest solution has 20,000
 LARGEST_ARCHIVE = 64 << 20  # bytes, and of what a tar unpacks to
 MOST_MEMBERS = 10_000     # of an archive or folder that are looked at
 COMPRESSIONS = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ": lzma.open}  # of a tar, by its first bytes
-
-
-def homework_files() -> tuple:
-    """The names that count, from the table of stages."""
-    stages = json.loads((ROOT / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]
-    return tuple(dict.fromkeys(stage["file"] for stage in stages))
 
 
 @dataclass
@@ -46,16 +40,13 @@ class Submission:
     def take(self, path: str, size: int, read, places: dict) -> None:
         """Takes a member if it is one of the homework's files. Of two with one name, the one nearer to the top counts."""
         name, depth = PurePosixPath(path).name, len(PurePosixPath(path).parts)
-        if name not in homework_files() or "__MACOSX" in path:
+        if name not in FILES or "__MACOSX" in path:
             return
         if name in places and places[name] <= depth:
             self.faults.append(sentence("submission.file_twice", file=name))
             return
-        if size > LARGEST:
-            self.faults.append(sentence("submission.file_too_large", file=name, n=LARGEST >> 10))
-            return
-        content = read()
-        if len(content) > LARGEST:
+        content = read() if size <= LARGEST else None
+        if content is None or len(content) > LARGEST:  # a size may lie
             self.faults.append(sentence("submission.file_too_large", file=name, n=LARGEST >> 10))
             return
         places[name], self.files[name] = depth, content
@@ -72,7 +63,7 @@ def collect(path: Path) -> Submission:
     try:
         kind = path.lstat()
         if stat.S_ISDIR(kind.st_mode):
-            collect_folder(path, submission)
+            collect_members(in_folder(path), submission)
         elif not stat.S_ISREG(kind.st_mode):  # a link may lead anywhere, a pipe may never end
             submission.faults.append(sentence("submission.link_or_device"))
         elif path.suffix == ".cc":
@@ -80,40 +71,46 @@ def collect(path: Path) -> Submission:
         elif kind.st_size > LARGEST_ARCHIVE:
             submission.faults.append(sentence("submission.too_large", n=LARGEST_ARCHIVE >> 20))
         elif zipfile.is_zipfile(path):
-            collect_zip(path, submission)
+            collect_members(in_zip(path), submission)
         else:
-            collect_tar(path, submission)
+            collect_members(in_tar(path), submission)
     except Exception as error:  # whatever an archive holds that Python's modules do not expect
         reason = error.message if isinstance(error, CourseError) else plain(str(error))
         submission.faults.append(sentence("submission.unreadable", reason=reason))
     if not submission.files and not submission.faults:
-        submission.faults.append(sentence("submission.holds_nothing", files=", ".join(homework_files())))
+        submission.faults.append(sentence("submission.holds_nothing", files=", ".join(FILES)))
     return submission
 
 
 def handed_in(path: Path) -> str:
     """When it was last written, as far as the file or what lies in the folder says; a copy may have another time."""
     members = [member for count, member in zip(range(MOST_MEMBERS), path.rglob("*"))] if path.is_dir() else []
-    times = [member.lstat().st_mtime for member in members if member.name in homework_files()]
+    times = [member.lstat().st_mtime for member in members if member.name in FILES]
     return datetime.fromtimestamp(max(times, default=path.lstat().st_mtime)).astimezone().isoformat(timespec="seconds")
 
 
 def collect_file(path: Path, submission: Submission) -> None:
     """A single file counts by its name, or by the name that its own begins with, such as "problem (2).cc"."""
-    fitting = [name for name in homework_files() if path.name.startswith(Path(name).stem)]
+    fitting = [name for name in FILES if path.name.startswith(Path(name).stem)]
     name = max(fitting, key=len, default=path.name)
     submission.take(name, path.stat().st_size, lambda: read_regular(path), {})
 
 
-def collect_folder(folder: Path, submission: Submission) -> None:
+def collect_members(members, submission: Submission) -> None:
+    """Takes from (path, size, read) of each member, without a read where it is no usual file."""
     places = {}
-    for count, member in enumerate(sorted(folder.rglob("*"))):
+    for count, (path, size, read) in enumerate(members):
         if count >= MOST_MEMBERS:
             submission.faults.append(sentence("submission.too_many_members", n=MOST_MEMBERS))
             return
-        if stat.S_ISREG(member.lstat().st_mode):
-            size = member.lstat().st_size
-            submission.take(str(member.relative_to(folder)), size, lambda member=member: read_regular(member), places)
+        if read:
+            submission.take(path, size, read, places)
+
+
+def in_folder(folder: Path):
+    for member in sorted(folder.rglob("*")):
+        kind = member.lstat()
+        yield str(member.relative_to(folder)), kind.st_size, partial(read_regular, member) if stat.S_ISREG(kind.st_mode) else None
 
 
 def read_regular(path: Path) -> bytes:
@@ -121,37 +118,27 @@ def read_regular(path: Path) -> bytes:
         return file.read(LARGEST + 1)
 
 
-def collect_zip(path: Path, submission: Submission) -> None:
-    places = {}
+def in_zip(path: Path):
     with zipfile.ZipFile(path) as archive:
-        for count, member in enumerate(archive.infolist()):
-            if count >= MOST_MEMBERS:
-                submission.faults.append(sentence("submission.too_many_members", n=MOST_MEMBERS))
-                return
-            kind = stat.S_IFMT(member.external_attr >> 16)
-            if kind not in (0, stat.S_IFREG) or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-                continue
-
-            def read(member=member):
-                with archive.open(member) as file:  # reads no more than is asked for, however much it unpacks to
-                    return file.read(LARGEST + 1)
-            submission.take(member.filename, member.file_size, read, places)
+        for member in archive.infolist():
+            usual = stat.S_IFMT(member.external_attr >> 16) in (0, stat.S_IFREG) and \
+                member.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+            yield member.filename, member.file_size, partial(read_in_zip, archive, member) if usual else None
 
 
-def collect_tar(path: Path, submission: Submission) -> None:
-    places = {}
+def read_in_zip(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
+    with archive.open(member) as file:  # reads no more than is asked for, however much it unpacks to
+        return file.read(LARGEST + 1)
+
+
+def in_tar(path: Path):
     with open(path, "rb") as file:
         first = file.read(6)
     unpack = next((unpack for magic, unpack in COMPRESSIONS.items() if first.startswith(magic)), open)
     # As a stream: nothing is sought, and little is held.
     with unpack(path, "rb") as file, tarfile.open(fileobj=Bounded(file), mode="r|") as archive:
-        for count, member in enumerate(archive):
-            if count >= MOST_MEMBERS:
-                submission.faults.append(sentence("submission.too_many_members", n=MOST_MEMBERS))
-                return
-            if member.isreg():
-                submission.take(member.name, member.size,
-                                lambda member=member: archive.extractfile(member).read(LARGEST + 1), places)
+        for member in archive:
+            yield member.name, member.size, (lambda: archive.extractfile(member).read(LARGEST + 1)) if member.isreg() else None
 
 
 class Bounded:
