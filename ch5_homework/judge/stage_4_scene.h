@@ -5,9 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/consistency/gauge_freedom.h"
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/oracle.h"
-#include "ch5_homework/judge/scenes/free.h"
+#include "ch5_homework/judge/scenes/scene.h"
 
 namespace ch5::homework {
 
@@ -34,8 +35,10 @@ MatXX AxesOf(GaugeGroup group);
 MatXX NumericNullSpace(const Vertices& vertices, GaugeGroup group);
 MatXX NumericMotionJacobian(const Vertices& vertices, const Motion& g);
 
-struct FreeScene : FreeGraph {
-  using FreeGraph::FreeGraph;
+/// The scene "free graph", in which nothing holds the gauge.
+struct FreeScene : GraphScene {
+  FreeScene(GaugeGroup group, int frames, int points, int seed)
+      : GraphScene("free graph", {static_cast<int>(group), frames, points, seed}) {}
 
   /// H at the present states.
   MatXX Hessian() const;

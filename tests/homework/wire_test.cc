@@ -11,7 +11,6 @@
 #include "ch5_homework/judge/remote/functions/block_solver.h"
 #include "ch5_homework/judge/remote/functions/gauge_prior.h"
 #include "ch5_homework/judge/remote/functions/vins_window.h"
-#include "ch5_homework/judge/scenes/free.h"
 
 namespace ch5::homework {
 namespace {

@@ -1,8 +1,10 @@
-#include "ch5_homework/judge/scenes/free.h"
+/// States without a gauge: stage 4.
 
+#include "ch5_backend/consistency/gauge_freedom.h"
 #include "ch5_backend/graph/ordering.h"
 #include "ch5_backend/types/inertial/edge_imu.h"
 #include "ch5_backend/types/visual/edge_reprojection.h"
+#include "ch5_homework/judge/scenes/scene.h"
 
 namespace ch5::homework {
 namespace {
@@ -68,6 +70,8 @@ void AddImu(GraphScene* s) {
   }
 }
 
+// A few frames that see points and an inverse depth; with an IMU between them if the group is the visual-inertial one.
+// The states are not those of a minimum, and need not be: H U = 0 holds everywhere. `vertices` is in the order of H's rows.
 void BuildFreeGraph(GraphScene* s) {
   const auto group = static_cast<GaugeGroup>(s->GetSizes().at(0));
   const int frames = s->GetSizes().at(1), points = s->GetSizes().at(2);
