@@ -50,7 +50,6 @@ inline void TellCrash(int signal_number, siginfo_t* info, void*) {
   std::raise(signal_number);
 }
 
-/// To be called by main.
 inline void TellCrashes(Where where) {
   static char spare[1 << 16];  // a stack for the one who tells that the stack is full
   WhereNow() = where;
@@ -69,6 +68,15 @@ inline void TellCrashes(Where where) {
 inline void LimitMemory() {
   const rlimit limit{kMemory, kMemory};
   setrlimit(RLIMIT_AS, &limit);
+}
+
+/// To be called by main.
+inline void PrepareForCrashes([[maybe_unused]] Where where) {
+#ifndef CH5_SANITIZED  // a sanitizer tells its own crashes, and its shadow memory has no limit
+  LimitMemory();
+  TellCrashes(where);
+#endif
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // a crash must not take the words of GCC 11's assertions along
 }
 
 }  // namespace ch5::homework

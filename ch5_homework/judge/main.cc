@@ -7,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <iostream>
 #include <string>
 
@@ -28,20 +27,15 @@ int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
-    const std::string submission = "--submission=";
-    if (ch5::homework::TakeSeed(argument)) continue;
+    if (ch5::homework::TakeSeed(argument) || ch5::homework::TakeSubmission(argument)) continue;
     if (argument == "--quiet") {
       testing::TestEventListeners& listeners = testing::UnitTest::GetInstance()->listeners();
       delete listeners.Release(listeners.default_result_printer());
-    } else if (argument.rfind(submission, 0) != 0 || !ch5::homework::Choose(argument.substr(submission.size()))) {
+    } else {
       std::cerr << argv[0] << ": unknown option or submission " << argument << "\n";
       return 2;
     }
   }
-#ifndef CH5_SANITIZED  // a sanitizer tells its own crashes, and its shadow memory has no limit
-  ch5::homework::LimitMemory();
-  ch5::homework::TellCrashes(&TestNow);
-#endif
-  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // a crash must not take the words of GCC 11's assertions along
+  ch5::homework::PrepareForCrashes(&TestNow);
   return RUN_ALL_TESTS();
 }

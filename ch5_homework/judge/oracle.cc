@@ -45,6 +45,18 @@ System StackedNormalEquations(const Graph& graph, int size) {
   return StackedNormalEquations(graph.Edges(), size, [](const Vertex& vertex) { return vertex.OrderingId(); });
 }
 
+MatXX Differences(int size, const std::function<MatXX(const VecX& delta)>& f) {
+  constexpr double kStep = 1e-5;  // the error kStep² is about that of rounding, 1e-16 / kStep
+  MatXX J;
+  for (int k = 0; k < size; ++k) {
+    const VecX delta = kStep * VecX::Unit(size, k);
+    const MatXX column = (f(delta) - f(-delta)) / (2.0 * kStep);
+    if (k == 0) J.resize(column.rows(), size);
+    J.col(k) = column;
+  }
+  return J;
+}
+
 System RandomSystem(const Ordering& ordering, Random* random) {
   const int p = ordering.dim_poses, m = ordering.dim_landmarks;
   MatXX H_mm = MatXX::Zero(m, m), H_mm_inverse = MatXX::Zero(m, m);

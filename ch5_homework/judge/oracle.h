@@ -18,6 +18,9 @@ struct System {
 System StackedNormalEquations(const EdgeList& edges, int size, const std::function<int(const Vertex&)>& row_of);
 System StackedNormalEquations(const Graph& graph, int size);
 
+/// The Jacobian of f at 0, by central differences: exact to about 1e-9.  @param size  of f's argument
+MatXX Differences(int size, const std::function<MatXX(const VecX& delta)>& f);
+
 /// A positive definite H with the ordering's structure (H_mm block diagonal) and b, all entries random.
 System RandomSystem(const Ordering& ordering, Random* random);
 

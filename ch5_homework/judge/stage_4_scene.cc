@@ -6,13 +6,11 @@
 namespace ch5::homework {
 namespace {
 
-constexpr double kStep = 1e-5;  // error of central differences: kStep² ≈ rounding / kStep
-
-// The motion by ε along one direction of the gauge.
-Motion Along(GaugeGroup group, int direction, double epsilon) {
-  if (direction < 3) return {1.0, Qd::Identity(), epsilon * Vec3::Unit(direction)};
-  if (direction == 6) return {std::exp(epsilon), Qd::Identity(), Vec3::Zero()};
-  return {1.0, ExpSO3(epsilon * AxesOf(group).col(direction - 3)), Vec3::Zero()};
+// The motion along the directions of the gauge: a shift, a turn about each axis, a scale.
+Motion Along(GaugeGroup group, const VecX& delta) {
+  const MatXX axes = AxesOf(group);
+  const double s = delta.size() > 6 ? std::exp(delta[6]) : 1.0;
+  return {s, ExpSO3(axes * delta.segment(3, axes.cols())), delta.head<3>()};
 }
 
 // What g makes of a vertex, as a step from x0.
@@ -69,10 +67,8 @@ MatXX NumericNullSpace(const Vertices& vertices, GaugeGroup group) {
   int row = 0;
   for (const auto& vertex : vertices) {
     const VecX x = vertex->Parameters();
-    for (int k = 0; k < columns; ++k) {
-      const VecX forward = Moved(Along(group, k, kStep), vertex.get(), x);
-      U.block(row, k, forward.size(), 1) = (forward - Moved(Along(group, k, -kStep), vertex.get(), x)) / (2.0 * kStep);
-    }
+    const auto moved = [&](const VecX& delta) { return Moved(Along(group, delta), vertex.get(), x); };
+    U.middleRows(row, vertex->LocalDimension()) = Differences(columns, moved);
     row += vertex->LocalDimension();
   }
   return U;
@@ -87,15 +83,11 @@ MatXX NumericMotionJacobian(const Vertices& vertices, const Motion& g) {
     const VecX x = vertex->Parameters();
     g.ActOn(vertex.get());
     const VecX y = vertex->Parameters();
-    const auto from = [&](int k, double step) {
+    J.block(row, row, dim, dim) = Differences(dim, [&](const VecX& delta) {
       vertex->Parameters() = x;
-      const VecX delta = step * VecX::Unit(dim, k);
       vertex->Plus(delta.data());
       return Moved(g, vertex.get(), y);
-    };
-    for (int k = 0; k < dim; ++k) {
-      J.block(row, row + k, dim, 1) = (from(k, kStep) - from(k, -kStep)) / (2.0 * kStep);
-    }
+    });
     vertex->Parameters() = x;
     row += dim;
   }

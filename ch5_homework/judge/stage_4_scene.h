@@ -31,7 +31,7 @@ Text NameOf(GaugeGroup group);
 /// e_z, or e_z, e_x, e_y, as columns.
 MatXX AxesOf(GaugeGroup group);
 
-/// Central differences with step 1e-5: exact to about 1e-9.
+/// By differences.
 MatXX NumericNullSpace(const Vertices& vertices, GaugeGroup group);
 MatXX NumericMotionJacobian(const Vertices& vertices, const Motion& g);
 

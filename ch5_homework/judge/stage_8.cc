@@ -6,13 +6,13 @@
 #include <limits>
 
 #include "ch5_homework/judge/diagnosis.h"
-#include "ch5_homework/judge/scenes/scene.h"
+#include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
 
-constexpr double kStep = 1e-5, kTolerance = 1e-7;  // of central differences
+constexpr double kTolerance = 1e-7;  // of central differences
 
 Names Axes(const std::string& of) { return Words({of + ".x", of + ".y", of + ".z"}); }
 
@@ -21,19 +21,6 @@ Transform RandomPose(Random* random) { return {ExpSO3(RandomMatrix(3, 1, random)
 // x ⊞ δ, the pose's increment [δp, δθ].
 Transform Moved(const Transform& T, const Vec6& delta) {
   return {T.q * ExpSO3(delta.tail<3>()), T.p + delta.head<3>()};
-}
-
-// Column by column (f(δ) − f(−δ)) / 2‖δ‖.
-template <typename F>
-MatXX Differences(int size, F f) {
-  MatXX J;
-  for (int k = 0; k < size; ++k) {
-    const VecX delta = kStep * VecX::Unit(size, k);
-    const MatXX column = (f(delta) - f(-delta)) / (2.0 * kStep);
-    if (k == 0) J.resize(column.rows(), size);
-    J.col(k) = column;
-  }
-  return J;
 }
 
 // ---- 8a, the damping ------------------------------------------------------------------------------------------------

@@ -19,8 +19,10 @@ const Submission*& Current() {
 
 const Submission& Chosen() { return *Current(); }
 
-bool Choose(const std::string& name) {
-  const auto it = Registered().find(name);
+bool TakeSubmission(const std::string& option) {
+  const std::string name = "--submission=";
+  if (option.rfind(name, 0) != 0) return false;
+  const auto it = Registered().find(option.substr(name.size()));
   if (it != Registered().end()) Current() = &it->second;
   return it != Registered().end();
 }

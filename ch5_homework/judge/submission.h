@@ -98,10 +98,10 @@ inline auto MembersOf(MarginalizationInfo& term) {
 }
 inline auto& BlocksOf(MarginalizationInfo& term) { return term.*(&VinsAccess::blocks_); }
 
-/// The one under test: the functions that are linked in, unless Choose has named another.
+/// The one under test: the functions that are linked in, unless an option has named another.
 const Submission& Chosen();
-/// @return false if no submission has this name
-bool Choose(const std::string& name);
+/// Whether this is the option "--submission=NAME", NAME that of a submission; then it is taken.
+bool TakeSubmission(const std::string& option);
 /// The linked functions, to which each linked_NAME.cc adds those of NAME.cc before main; a check links only its own.
 Submission* Linked();
 /// Before main.

@@ -143,7 +143,7 @@ WorkerProcess::~WorkerProcess() {
 void WorkerProcess::Meet() {
   for (bool more = true; !has_greeted_; more = Receive()) {
     if (const auto greeting = TakeFrame(&received_)) {
-      if (*greeting != kGreeting) throw WorkerFailure("GARBAGE for a greeting");
+      if (*greeting != kGreeting) throw WireError("no greeting");
       has_greeted_ = true;
       return;
     }
@@ -156,7 +156,7 @@ void WorkerProcess::Meet() {
 std::string WorkerProcess::Ask(const std::string& request, const std::string& what) {
   Meet();
   Receive();
-  if (!received_.empty()) throw WorkerFailure("GARBAGE: it wrote a reply before " + what + " was asked for");
+  if (!received_.empty()) throw WireError("a reply before " + what + " was asked for");
   const std::string frame = Framed(request);
   size_t sent = 0;
   for (;;) {
@@ -166,7 +166,7 @@ std::string WorkerProcess::Ask(const std::string& request, const std::string& wh
     const bool more = Receive();
     if (auto reply = TakeFrame(&received_)) {
       if (received_.empty()) return *reply;
-      throw WorkerFailure("GARBAGE behind the reply to " + what);
+      throw WireError("more behind the reply to " + what);
     }
     if (!more) throw WorkerFailure(HowEnded(what));
   }

@@ -18,7 +18,7 @@ constexpr char kItsStart[] = "its start";
 ///   CRASH     a signal ended it; its name follows
 ///   EXIT      it ended by itself, or closed its side; the exit code follows
 ///   TIMEOUT   it did not answer in time
-///   GARBAGE   what it wrote is no reply
+/// What is no reply is a WireError, whose words begin with GARBAGE.
 class WorkerFailure : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

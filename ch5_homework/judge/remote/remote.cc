@@ -65,13 +65,7 @@ Reader Call(const std::string& function, const Writer& arguments) {
       if (words.find(kItsStart) != std::string::npos) session.never_started = words;
     }
     throw;
-  } catch (const WireError& error) {
-    ThrowGarbage(function, error.what());
   }
-}
-
-void ThrowGarbage(const std::string& function, const std::string& what) {
-  throw WorkerFailure("GARBAGE in the reply to " + function + ": " + what);
 }
 
 int NewHandle() {

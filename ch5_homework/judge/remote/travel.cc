@@ -16,7 +16,7 @@ void States::SetInto(const VertexList& vertices) const {
   }
   for (size_t k = 0; k < vertices.size(); ++k) {
     vertices[k]->Parameters() = x[k];
-    vertices[k]->SetFixed(fixed[k]);
+    vertices[k]->SetFixed(fixed[k] != 0);
   }
 }
 
@@ -24,16 +24,6 @@ void States::RequireFinite() const {
   for (const VecX& one : x) {
     if (!one.allFinite()) throw WireError("a vertex holds a number that is not finite");
   }
-}
-
-Writer& operator<<(Writer& out, const States& states) {
-  return out << states.x << std::vector<int>(states.fixed.begin(), states.fixed.end());
-}
-Reader& operator>>(Reader& in, States& states) {
-  std::vector<int> fixed;
-  in >> states.x >> fixed;
-  states.fixed.assign(fixed.begin(), fixed.end());
-  return in;
 }
 
 void SendScene(Scene* scene, Writer* out) {
@@ -49,7 +39,7 @@ Scene* FetchScene(Reader* in) {
   bool seeded;
   uint64_t seed;
   States states;
-  Unpack(in, &number, &name, &sizes, &steps, &seeded, &seed, &states);
+  *in >> number >> name >> sizes >> steps >> seeded >> seed >> states;
   if (seeded) DrawnSeed() = seed;
   std::unique_ptr<Scene>& scene = scenes[number];
   if (!scene) scene = Scene::Make(name, sizes);

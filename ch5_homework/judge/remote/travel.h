@@ -23,7 +23,7 @@ namespace ch5::homework {
 /// Parameters of vertices, and whether each is fixed.
 struct States {
   std::vector<VecX> x;
-  std::vector<bool> fixed;
+  std::vector<int> fixed;  ///< 0 or 1
 
   States() = default;
   explicit States(const VertexList& vertices);
@@ -32,8 +32,7 @@ struct States {
   /// @throws WireError if a number is not finite
   void RequireFinite() const;
 };
-Writer& operator<<(Writer& out, const States& states);
-Reader& operator>>(Reader& in, States& states);
+inline auto Fields(States& states, Wire) { return std::tie(states.x, states.fixed); }
 
 void SendScene(Scene* scene, Writer* out);
 /// The worker's scene, built at its first use, in the judge's state.
@@ -141,31 +140,26 @@ struct Travel<RemoteObject<T>> {
 // ---- the judge's side ------------------------------------------------------------------------------------------------
 
 /// Calls a function of the worker. @return its reply
-/// @throws WorkerFailure, RemoteException (remote.h)
+/// @throws WorkerFailure, WireError, RemoteException (remote.h)
 Reader Call(const std::string& function, const Writer& arguments);
-[[noreturn]] void ThrowGarbage(const std::string& function, const std::string& what);
 
 template <typename R, typename... A, typename... Given>
 R AskAs(R (*)(A...), const std::string& name, Given&&... given) {
   Writer request;
   (Travel<A>::Send(given, &request), ...);
   Reader reply = Call(name, request);
-  try {
-    if constexpr (std::is_void_v<R>) {
-      (Travel<A>::TakeBack(&reply, given), ...);
-      reply.End();
-    } else {
-      R result;
-      reply >> result;
-      (Travel<A>::TakeBack(&reply, given), ...);
-      reply.End();
-      return result;
-    }
-  } catch (const WireError& error) {
-    ThrowGarbage(name, error.what());
+  if constexpr (std::is_void_v<R>) {
+    (Travel<A>::TakeBack(&reply, given), ...);
+    reply.End();
+  } else {
+    R result;
+    reply >> result;
+    (Travel<A>::TakeBack(&reply, given), ...);
+    reply.End();
+    return result;
   }
 }
-/// @throws WorkerFailure, also if the results do not fit; RemoteException
+/// @throws WorkerFailure; WireError if the results do not fit; RemoteException
 template <typename F, typename... Given>
 auto Ask(Given&&... given) {
   return AskAs(decltype (&F::Run)(nullptr), F::kName, std::forward<Given>(given)...);

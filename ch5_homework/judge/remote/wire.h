@@ -25,9 +25,10 @@ constexpr size_t kMaxFrame = size_t{64} << 20;  ///< bytes of a payload
 constexpr int kMaxRows = 4096;                  ///< rows or columns of a matrix
 constexpr char kGreeting[] = "hello";
 
+/// What came is no reply, or none that fits: a failure of the worker (WorkerFailure in process.h), told as such.
 class WireError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit WireError(const std::string& what) : std::runtime_error("GARBAGE: " + what) {}
 };
 
 class Writer {
@@ -167,11 +168,6 @@ Writer Pack(const A&... values) {
   ((out << values), ...);
   return out;
 }
-template <typename... A>
-void Unpack(Reader* in, A*... values) {
-  ((*in >> *values), ...);
-}
-
 // ---- frames ----------------------------------------------------------------------------------------------------------
 
 /// @throws WireError if the payload is too long

@@ -64,17 +64,11 @@ void Handle(const std::string& function, Handler handler) { Handlers()[function]
 int main(int argc, char** argv) {
   using namespace ch5::homework;
   for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i], submission = "--submission=";
-    if (argument.rfind(submission, 0) != 0 || !Choose(argument.substr(submission.size()))) {
-      std::cerr << argv[0] << ": unknown option or submission " << argument << "\n";
-      return 2;
-    }
+    if (TakeSubmission(argv[i])) continue;
+    std::cerr << argv[0] << ": unknown option or submission " << argv[i] << "\n";
+    return 2;
   }
-#ifndef CH5_SANITIZED  // a sanitizer tells its own crashes, and its shadow memory has no limit
-  LimitMemory();
-  TellCrashes(&FunctionNow);
-#endif
-  std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  PrepareForCrashes(&FunctionNow);
   for (std::string request; ReadFrame(requests, &request);) {
     if (!WriteFrame(replies, Answer(request))) break;
   }

@@ -86,7 +86,7 @@ class RemoteBlockSolver : public PlainBlockSolver {
   // The algorithms, unlike the tests, do not look at sizes.
   void MakeHessian() override {
     BuildSystem();
-    if (b_.size() != Size()) ThrowGarbage(block_solver::BuildSystem::kName, "b has another size");
+    if (b_.size() != Size()) throw WireError("b has another size");
   }
   bool SolveLinearSystem(double lambda, VecX* delta_x) override {
     return Solve(lambda, delta_x) && delta_x->size() == Size();
@@ -108,9 +108,8 @@ class RemoteBlockSolver : public PlainBlockSolver {
           block.cols() == columns[j]->LocalDimension()) {
         continue;
       }
-      throw WorkerFailure("GARBAGE: " + name + " has a block (" + std::to_string(place.first) + ", " +
-                          std::to_string(place.second) + ") of size " + std::to_string(block.rows()) + "×" +
-                          std::to_string(block.cols()));
+      throw WireError(name + " has a block (" + std::to_string(place.first) + ", " + std::to_string(place.second) +
+                      ") of size " + std::to_string(block.rows()) + "×" + std::to_string(block.cols()));
     }
   }
 

@@ -33,7 +33,7 @@ struct TransformCovariance {
 template <typename F>
 MatXX OfSize(Eigen::Index rows, Eigen::Index columns, const MatXX& A) {
   if (A.rows() == rows && A.cols() == columns) return A;
-  ThrowGarbage(F::kName, "a matrix of " + std::to_string(A.rows()) + "×" + std::to_string(A.cols()));
+  throw WireError(std::string("a matrix of another size from ") + F::kName);
 }
 template <typename F, typename Argument>
 MatXX AskAbout(const VertexList& vertices, Argument argument) {

@@ -89,13 +89,9 @@ inline void RemoteAddMonoBaEdges(const MonoBaScene&, double pixel_information, d
   auto& scene = dynamic_cast<StartScene&>(Scene::Of(&problem->graph));
   States states;
   const auto edges = Ask<AddMonoBaEdges>(scene, pixel_information, prior_weight, &states);
-  try {
-    states.RequireFinite();
-    states.SetInto(scene.Vertices());
-    for (const EdgeNumbers& one : edges) problem->graph.AddEdge(MakeEdge(one, scene));
-  } catch (const WireError& error) {
-    ThrowGarbage(AddMonoBaEdges::kName, error.what());
-  }
+  states.RequireFinite();
+  states.SetInto(scene.Vertices());
+  for (const EdgeNumbers& one : edges) problem->graph.AddEdge(MakeEdge(one, scene));
 }
 
 inline void Remote(Submission* s) { s->add_mono_ba_edges = &RemoteAddMonoBaEdges; }

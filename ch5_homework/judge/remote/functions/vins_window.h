@@ -96,12 +96,8 @@ class RemoteMarginalizationInfo : public MarginalizationInfo {
     std::vector<std::pair<int, std::vector<int>>> factors;
     for (const auto& factor : factors_) factors.emplace_back(PlaceOf(factor.edge, edges), factor.drop_set);
     const auto evaluated = Ask<vins_window::PreMarginalize>(Here(), scene, factors);
-    try {
-      TakeEdges(evaluated.fresh, edges);
-      TakeBlocks(evaluated.blocks, scene.Vertices());
-    } catch (const WireError& error) {
-      ThrowGarbage(vins_window::PreMarginalize::kName, error.what());
-    }
+    TakeEdges(evaluated.fresh, edges);
+    TakeBlocks(evaluated.blocks, scene.Vertices());
   }
   void ConstructA() override { Ask<vins_window::ConstructA>(Here()); }
   KeptSystem SchurComplement() const override { return Ask<vins_window::SchurComplement>(Here()); }
@@ -111,12 +107,7 @@ class RemoteMarginalizationInfo : public MarginalizationInfo {
     const VertexList vertices = scene.Vertices();
     std::vector<std::pair<int, int>> places;
     for (const auto& [id, vertex] : shift) places.emplace_back(id, PlaceOf(vertex, vertices));
-    const PriorNumbers numbers = Ask<vins_window::GetParameterBlocks>(Here(), scene, places);
-    try {
-      return MakePrior(numbers, vertices, ForeignVertex());
-    } catch (const WireError& error) {
-      ThrowGarbage(vins_window::GetParameterBlocks::kName, error.what());
-    }
+    return MakePrior(Ask<vins_window::GetParameterBlocks>(Here(), scene, places), vertices, ForeignVertex());
   }
 
  private:
@@ -208,9 +199,7 @@ inline void RemoteSlide(MarginalizationFlag flag, Window* window) {
   try {
     SetInto(after, known, window);
   } catch (const std::invalid_argument& error) {
-    ThrowGarbage(Slide::kName, error.what());
-  } catch (const WireError& error) {
-    ThrowGarbage(Slide::kName, error.what());
+    throw WireError(error.what());
   }
 }
 
