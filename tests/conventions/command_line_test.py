@@ -113,7 +113,7 @@ class CommandLine(FolderTest):
         for command, module, step in (("run", "course.experiments.run", "build_or_fail"),
                                       ("bench", "course.experiments.bench", "build_or_fail"),
                                       ("plots", "course.experiments.plots", "build_or_fail"),
-                                      ("fly", "course.experiments.fly", "build_or_fail"),
+                                      ("fly", "course.experiments.fly", "compile_files"),
                                       ("lab", "lab.assemble_page", "build_wasm")):
             failing = mock.patch.object(import_module(f"ch5_backend.{module}"), step, side_effect=CourseError("no compiler"))
             with failing, self.assertRaisesRegex(CourseError, "no compiler"):
