@@ -14,7 +14,7 @@ SENTENCES = {language: json.loads((Path(__file__).parent / "words" / f"{language
 IN_CHINESE = json.loads((Path(__file__).parent / "words" / "figures.zh.json").read_text(encoding="utf-8"))
 
 
-UNITS = re.compile(r"(?<=\d) (?=(?:[cm]?m|m?s|rad|%|×)(?![A-Za-z]))|(?<=×) (?=\d)")
+UNITS = re.compile(r"(?<=\d) (?=(?:[cm]?m|m?s|rad|%)(?![A-Za-z])|× \d)|(?<=\d ×) (?=\d)")
 
 
 class Words:

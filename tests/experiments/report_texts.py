@@ -14,7 +14,7 @@ from ch5_backend.figures.words import Words
 TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
 
 
-def figures_of(out, of):
+def figures_of(out, of="chapter"):
     if of == "gauge":
         return gauge_report.drawn_of(out)
     say = Words("en")
