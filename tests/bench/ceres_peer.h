@@ -30,7 +30,7 @@ struct PeerResult {
   double bytes_before = 0.0;  ///< of memory, with the problem in it, before the solver was called
 };
 
-/// A BAL problem; Ceres' damping is λ diag(H), as our Damping::kDiagonal, from λ = 1e-4 on: 1e-5 takes as many steps.
+/// A BAL problem; Ceres' damping is λ diag(H), as our Damping::kDiagonal, from λ = 1e-4 on.
 PeerResult SolveBalWithCeres(const BalProblem& problem, const PeerOptions& options);
 
 /// A window as VINS-Mono solves it; the preintegration and what it needs is made before the clock starts, as for us.
