@@ -192,19 +192,18 @@ TEST(Marginalize, SurvivesAnUnobservedLandmark) {
   EXPECT_EQ(prior.vertices.size(), 2u);
 }
 
-// Of a point that is seen along one line only, one direction is unobserved: H_ll has rank two beside one of full rank.
-TEST(Marginalize, TakesThePseudoInverseOfAPointOfRankTwo) {
+// `seen_once` is seen through A (2×3): it has a direction that nobody observes, beside one of full rank.
+void ExpectPseudoInverse(const std::shared_ptr<Vertex>& seen_once, const MatXX& A,
+                         const std::shared_ptr<Vertex>& seen_well) {
   Random random(3);
   const auto matrix = [&](int rows, int cols) {
     return MatXX(MatXX::NullaryExpr(rows, cols, [&] { return random.Normal(); }));
   };
   const auto x = std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0));
-  const auto seen_once = std::make_shared<VertexPointXYZ>(Vec3::Zero());
-  const auto seen_well = std::make_shared<VertexPointXYZ>(Vec3::Zero());
   const std::vector<std::shared_ptr<Edge>> edges{
       std::make_shared<LinearEdge>(std::vector<std::shared_ptr<Vertex>>{x}, std::vector{matrix(1, 1)}, matrix(1, 1)),
-      std::make_shared<LinearEdge>(std::vector<std::shared_ptr<Vertex>>{x, seen_once},
-                                   std::vector{matrix(2, 1), matrix(2, 3)}, matrix(2, 1)),
+      std::make_shared<LinearEdge>(std::vector<std::shared_ptr<Vertex>>{x, seen_once}, std::vector{matrix(2, 1), A},
+                                   matrix(2, 1)),
       std::make_shared<LinearEdge>(std::vector<std::shared_ptr<Vertex>>{x, seen_well},
                                    std::vector{matrix(4, 1), matrix(4, 3)}, matrix(4, 1))};
   const MarginalSystem system = EliminateVertices(edges, {seen_once, seen_well});
@@ -216,6 +215,17 @@ TEST(Marginalize, TakesThePseudoInverseOfAPointOfRankTwo) {
               (H.topLeftCorner(1, 1) - H.topRightCorner(1, 6) * inverse * H.bottomLeftCorner(6, 1))(0, 0),
               1e-12 * H(0, 0));
   EXPECT_NEAR(system.b[0], b[0] - (H.topRightCorner(1, 6) * inverse * b.tail(6))(0), 1e-12 * b.norm());
+}
+
+TEST(Marginalize, TakesThePseudoInverseOfASingularPointOrState) {
+  const auto point = [] { return std::make_shared<VertexPointXYZ>(Vec3::Zero()); };
+  const auto state = [] { return std::make_shared<VertexVector<3>>(Vec3::Zero()); };
+  const MatXX rank_two = (MatXX(2, 3) << 0.3, -1.2, 0.7, 1.1, 0.4, -0.6).finished();
+  const MatXX rank_one = (MatXX(2, 3) << 1.0, 1.0, 0.0, 2.0, 2.0, 0.0).finished();  // its pivots are exactly zero
+  for (const MatXX& A : {rank_two, rank_one}) {
+    ExpectPseudoInverse(point(), A, point());
+    ExpectPseudoInverse(state(), A, state());
+  }
 }
 
 // Frame 0 and its landmarks are dropped: the rows of the kept vertices come first, then those of the dropped, by id.
