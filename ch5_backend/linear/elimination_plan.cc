@@ -12,15 +12,16 @@ using Lists = std::vector<std::vector<int>>;
 
 // All neighbors of each block, on both sides of the diagonal, itself left out.
 Lists Neighbors(const SymmetricBlockMatrix& A) {
-  Lists neighbors(static_cast<size_t>(A.NumColumns()));
-  for (int j = 0; j < A.NumColumns(); ++j) {
-    for (int block = A.ColumnBegin(j); block < A.ColumnBegin(j + 1); ++block) {
-      const int i = A.Row(block);
-      if (i == j) continue;
-      neighbors[i].push_back(j);
-      neighbors[j].push_back(i);
+  const auto for_each_pair = [&A](const auto& pair) {
+    for (int j = 0; j < A.NumColumns(); ++j) {
+      for (int block = A.ColumnBegin(j) + 1; block < A.ColumnBegin(j + 1); ++block) pair(A.Row(block), j);
     }
-  }
+  };
+  std::vector<size_t> count(static_cast<size_t>(A.NumColumns()), 0);
+  for_each_pair([&](int i, int j) { ++count[i], ++count[j]; });
+  Lists neighbors(count.size());
+  for (size_t k = 0; k < count.size(); ++k) neighbors[k].reserve(count[k]);
+  for_each_pair([&](int i, int j) { neighbors[i].push_back(j), neighbors[j].push_back(i); });
   return neighbors;
 }
 

@@ -26,21 +26,6 @@ MatXX MinusGram(const MatXX& J) {
   return minus_JtJ;
 }
 
-// H ← BᵀHB where B differs from the identity in N rows and columns, which are `rows` and `columns` of H. Row by row, as a
-// product of the whole would need a copy of it.
-template <int N, typename Columns, typename Rows>
-void MultiplyBothSides(const MatXX& B, Columns columns, Rows rows) {
-  const Eigen::Matrix<double, N, N> B_N = B;
-  for (Eigen::Index i = 0; i < columns.rows(); ++i) {
-    const Eigen::Matrix<double, N, 1> h = columns.row(i).transpose();
-    columns.row(i).noalias() = (B_N.transpose() * h).transpose();
-  }
-  for (Eigen::Index j = 0; j < rows.cols(); ++j) {
-    const Eigen::Matrix<double, N, 1> h = rows.col(j);
-    rows.col(j).noalias() = B_N.transpose() * h;
-  }
-}
-
 }  // namespace
 
 EdgePrior::EdgePrior(Prior prior)
@@ -129,12 +114,15 @@ bool EdgePrior::NegativeProductsInto(double* products) {
   for (size_t i = 0; i < prior_.vertices.size(); ++i) {
     const MatXX B = prior_.vertices[i]->MinusJacobian(prior_.x0[i]);
     const Eigen::Index same = LeadingIdentity(B), rest = B.rows() - same, first = begin + same;
+    const int rows_below = static_cast<int>(n + 1 - begin), columns_before = static_cast<int>(begin + B.rows());
     if (rest == 3) {
-      MultiplyBothSides<3>(B.bottomRightCorner(3, 3), C.block<Eigen::Dynamic, 3>(begin, first, n + 1 - begin, 3),
-                           C.block<3, Eigen::Dynamic>(first, 0, 3, begin + B.rows()));
+      const Mat33 B_rest = B.bottomRightCorner<3, 3>();
+      kernels::MultiplyThreeColumns(rows_below, B_rest.data(), &C(begin, first), static_cast<int>(n + 1));
+      kernels::MultiplyThreeRows(columns_before, B_rest.data(), &C(first, 0), static_cast<int>(n + 1));
     } else if (rest > 0) {
-      MultiplyBothSides<Eigen::Dynamic>(B.bottomRightCorner(rest, rest), C.block(begin, first, n + 1 - begin, rest),
-                                        C.block(first, 0, rest, begin + B.rows()));
+      const MatXX B_rest = B.bottomRightCorner(rest, rest);
+      C.block(begin, first, rows_below, rest) *= B_rest;
+      C.block(first, 0, rest, columns_before).applyOnTheLeft(B_rest.transpose());
     }
     begin += B.rows();
   }

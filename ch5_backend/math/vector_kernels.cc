@@ -73,6 +73,42 @@ struct ProductAtx {
   }
 };
 
+// C ← C B for three columns, likewise.
+template <int Width>
+CH5_INLINE void MultiplyThreeColumns(int m, const double* B, double* C, ptrdiff_t ldc) {
+  using V = typename Register<Width>::Type;
+  int i = 0;
+  for (; i + Width <= m; i += Width) {
+    V c[3];
+    CH5_UNROLL
+    for (int k = 0; k < 3; ++k) c[k] = *reinterpret_cast<const V*>(C + i + k * ldc);
+    CH5_UNROLL
+    for (int j = 0; j < 3; ++j) {
+      *reinterpret_cast<V*>(C + i + j * ldc) = c[0] * B[3 * j] + c[1] * B[3 * j + 1] + c[2] * B[3 * j + 2];
+    }
+  }
+  if constexpr (Width > 1) MultiplyThreeColumns<Width / 2>(m - i, B, C + i, ldc);
+}
+
+struct ThreeColumns {
+  using Signature = void(int m, const double* B, double* C, int ldc);
+  template <SimdLevel kSimd>
+  static CH5_INLINE void Run(int m, const double* B, double* C, ptrdiff_t ldc) {
+    MultiplyThreeColumns<kWidth<kSimd>>(m, B, C, ldc);
+  }
+};
+
+// A column's three numbers in one register, with the one below them, which stays as it is.
+struct ThreeRows {
+  using Signature = void(int n, const double* B, double* C, int ldc);
+  template <SimdLevel>
+  static CH5_INLINE void Run(int n, const double* B, double* C, ptrdiff_t ldc) {
+    const Lanes b[4] = {
+        {B[0], B[3], B[6], 0.0}, {B[1], B[4], B[7], 0.0}, {B[2], B[5], B[8], 0.0}, {0.0, 0.0, 0.0, 1.0}};
+    for (int j = 0; j < n; ++j, C += ldc) *AsLanes(C) = b[0] * C[0] + b[1] * C[1] + b[2] * C[2] + b[3] * C[3];
+  }
+};
+
 // x ← L⁻¹ x for N columns. The inverses do not wait for x.
 template <int N>
 CH5_INLINE void SolveTriangle(const double* L, ptrdiff_t ldl, double* x) {
@@ -147,6 +183,8 @@ void SubtractProductAx(int m, int n, const double* A, int lda, const double* x, 
 void SubtractProductAtx(int m, int n, const double* A, int lda, const double* x, double* y) {
   Dispatch<ProductAtx>()(m, n, A, lda, x, y);
 }
+void MultiplyThreeColumns(int m, const double* B, double* C, int ldc) { Dispatch<ThreeColumns>()(m, B, C, ldc); }
+void MultiplyThreeRows(int n, const double* B, double* C, int ldc) { Dispatch<ThreeRows>()(n, B, C, ldc); }
 void SolveLower(int k, const double* L, int ldl, double* x) { Dispatch<Lower>()(k, L, ldl, x); }
 void SolveLowerTranspose(int k, const double* L, int ldl, double* x) { Dispatch<LowerTranspose>()(k, L, ldl, x); }
 

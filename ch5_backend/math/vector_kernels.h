@@ -9,6 +9,11 @@ void SubtractProductAx(int m, int n, const double* A, int lda, const double* x, 
 /// y −= Aᵀ x, A m×n.
 void SubtractProductAtx(int m, int n, const double* A, int lda, const double* x, double* y);
 
+/// C ← C B, C m×3, B 3×3.
+void MultiplyThreeColumns(int m, const double* B, double* C, int ldc);
+/// C ← Bᵀ C, C 3×n, B 3×3. The number below each column is read, and written as it was.
+void MultiplyThreeRows(int n, const double* B, double* C, int ldc);
+
 /// x ← L⁻¹ x, L k×k, lower triangular.
 void SolveLower(int k, const double* L, int ldl, double* x);
 /// x ← L⁻ᵀ x.

@@ -115,6 +115,23 @@ TEST(VectorKernels, ProductsAgreeWithEigen) {
   }
 }
 
+TEST(VectorKernels, ProductsWithThreeColumnsOrRowsAgreeWithEigen) {
+  Random random(43);
+  const Mat33 B = RandomMatrix(3, 3, &random);
+  for (const int m : {0, 1, 3, 7, 8, 9, 15, 76}) {
+    MatXX C = RandomMatrix(m + 2, 4, &random), D = RandomMatrix(5, m + 1, &random);
+    MatXX expected_C = C, expected_D = D;
+    expected_C.topLeftCorner(m, 3) *= B;
+    expected_D.topLeftCorner(3, m).applyOnTheLeft(B.transpose());
+    kernels::MultiplyThreeColumns(m, B.data(), C.data(), m + 2);
+    kernels::MultiplyThreeRows(m, B.data(), D.data(), 5);
+    EXPECT_LT((C - expected_C).norm(), 1e-15 * (m + 4)) << m;
+    EXPECT_LT((D - expected_D).norm(), 1e-15 * (m + 4)) << m;
+    EXPECT_EQ(C.bottomRows(2), expected_C.bottomRows(2));
+    EXPECT_EQ(D.bottomRows(2), expected_D.bottomRows(2));
+  }
+}
+
 TEST(VectorKernels, SolvesAgreeWithEigen) {
   Random random(42);
   for (const int k : {0, 1, 2, 3, 4, 5, 9, 18, 93}) {

@@ -1,5 +1,6 @@
 // Copies edges into Reprojections; edges with the same vertices, but for the inverse depth, become one of its pairs.
 
+#include <algorithm>
 #include <optional>
 #include <unordered_map>
 
@@ -72,10 +73,16 @@ void AddBlocks(const Mat33& A_tp, const Mat33& A_ttheta, const Mat33& A_phitheta
 
 // The four kinds of edges: what Add reads of them is all that differs.
 struct ReprojectionReader {
-  // A camera that is a vertex, or a constant.
+  // A camera that is a vertex, or a constant of an edge.
   struct CameraPlace {
     const VertexPose* vertex;
-    RigidNumbers T_B_C;
+    const Mat33* R_B_C = nullptr;
+    const Vec3* p_B_C = nullptr;
+
+    bool operator==(const CameraPlace& other) const {
+      return vertex == other.vertex && (vertex || (*R_B_C == *other.R_B_C && *p_B_C == *other.p_B_C));
+    }
+    RigidNumbers T_B_C() const { return vertex ? Numbers(*vertex) : Numbers(*R_B_C, *p_B_C); }
   };
   CameraPlace camera_i;
   std::optional<CameraPlace> camera_j;  // unless it is camera_i
@@ -83,31 +90,29 @@ struct ReprojectionReader {
   const VertexScalar* time_offset = nullptr;
   MovingPoint host_point, target_point;
 
-  static CameraPlace Place(const VertexPose& T_B_C) { return {&T_B_C, Numbers(T_B_C)}; }
-
   explicit ReprojectionReader(const EdgeReprojection& edge)
-      : camera_i{nullptr, Numbers(edge.R_B_C_, edge.p_B_C_)}, host(&edge.GetVertex<1>()), target(&edge.GetVertex<2>()) {
+      : camera_i{nullptr, &edge.R_B_C_, &edge.p_B_C_}, host(&edge.GetVertex<1>()), target(&edge.GetVertex<2>()) {
     host_point.x = edge.f_host_.head<2>();
     target_point.x = edge.u_target_;
   }
   explicit ReprojectionReader(const EdgeReprojectionCalibration& edge)
-      : camera_i(Place(edge.GetVertex<3>())),
+      : camera_i{&edge.GetVertex<3>()},
         host(&edge.GetVertex<1>()),
         target(&edge.GetVertex<2>()),
         time_offset(&edge.GetVertex<4>()),
         host_point(edge.host_),
         target_point(edge.target_) {}
   explicit ReprojectionReader(const EdgeStereo& edge)
-      : camera_i(Place(edge.GetVertex<3>())),
-        camera_j(Place(edge.GetVertex<4>())),
+      : camera_i{&edge.GetVertex<3>()},
+        camera_j(CameraPlace{&edge.GetVertex<4>()}),
         host(&edge.GetVertex<1>()),
         target(&edge.GetVertex<2>()),
         time_offset(&edge.GetVertex<5>()),
         host_point(edge.host_),
         target_point(edge.target_) {}
   explicit ReprojectionReader(const EdgeStereoHost& edge)
-      : camera_i(Place(edge.GetVertex<1>())),
-        camera_j(Place(edge.GetVertex<2>())),
+      : camera_i{&edge.GetVertex<1>()},
+        camera_j(CameraPlace{&edge.GetVertex<2>()}),
         time_offset(&edge.GetVertex<3>()),
         host_point(edge.host_),
         target_point(edge.target_) {}
@@ -163,9 +168,7 @@ class ReprojectionBatch : public EdgeBatch {
 
   void LoadPoses() override {
     T_B_C_.resize(cameras_.size());
-    for (size_t c = 0; c < cameras_.size(); ++c) {
-      T_B_C_[c] = cameras_[c].vertex ? Numbers(*cameras_[c].vertex) : cameras_[c].T_B_C;
-    }
+    for (size_t c = 0; c < cameras_.size(); ++c) T_B_C_[c] = cameras_[c].T_B_C();
     const std::vector<const VertexPose*>& poses = poses_.Vertices();
     T_W_C_.resize(NumBodies() * cameras_.size());
     for (size_t c = 0; c < cameras_.size(); ++c) {
@@ -214,10 +217,7 @@ class ReprojectionBatch : public EdgeBatch {
  private:
   // One, or one for each camera.
   int CameraOf(const ReprojectionReader::CameraPlace& place) {
-    const auto is_it = [&](const ReprojectionReader::CameraPlace& known) {
-      return known.vertex == place.vertex && (place.vertex || known.T_B_C == place.T_B_C);
-    };
-    const auto it = std::find_if(cameras_.begin(), cameras_.end(), is_it);
+    const auto it = std::find(cameras_.begin(), cameras_.end(), place);
     const auto number = static_cast<int>(it - cameras_.begin());
     if (it == cameras_.end()) cameras_.push_back(place);
     return number;

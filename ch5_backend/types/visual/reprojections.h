@@ -8,7 +8,6 @@
 /// All poses act through T_Cj_Ci alone: with ξ = [δt; φ] of RelativeJacobian (graph/fast_edge.h)
 ///   J_λ = G/q_z p_Cj_Ci,   J_ξ = G/q_z [λ I  −[R_Cj_Ci f]]
 
-#include <algorithm>
 #include <vector>
 
 #include "ch5_backend/types/visual/edge_stereo.h"
@@ -18,10 +17,6 @@ namespace ch5 {
 /// A rotation (row-major) and a position.
 struct RigidNumbers {
   double R[9], p[3];
-
-  bool operator==(const RigidNumbers& other) const {
-    return std::equal(R, R + 9, other.R) && std::equal(p, p + 3, other.p);
-  }
 };
 static_assert(sizeof(RigidNumbers) == 12 * sizeof(double));
 
