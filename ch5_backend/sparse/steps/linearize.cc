@@ -57,32 +57,49 @@ CH5_INLINE void MirrorLower(int dim, double* H) {
   }
 }
 
-// The landmarks of one chunk, edge by edge. P×L are the sizes of H_pl's blocks.
-template <int P, int L, SimdLevel kSimd>
-class ChunkLinearizer {
-  static constexpr bool kFixed = P != Eigen::Dynamic && L != Eigen::Dynamic, kByRuns = kFixed && L == 1;
-  static constexpr bool kWide = kSimd == SimdLevel::kAvx512;  // registers of eight numbers
-
+// What the landmarks of one chunk write to: their own blocks of the system, and the chunk's sums for the poses.
+class Chunk {
  public:
-  CH5_INLINE ChunkLinearizer(const Structure& structure, const LandmarkEdgeBatches& batches, int chunk,
-                             Linearized* system)
+  CH5_INLINE Chunk(const Structure& structure, const LandmarkEdgeBatches& batches, int chunk, Linearized* system)
       : s_(structure),
         batches_(batches),
         system_(*system),
         sums_(system->chunk_sums[chunk]),
         H_pp_sums_(structure.SumsInPlace() ? system->H_pp.AllValues() : sums_.H_pp.data()),
-        chunk_(chunk) {}
-
-  CH5_INLINE void Run() {
+        chunk_(chunk) {
     std::fill_n(H_pp_sums_, s_.SumsInPlace() ? system_.H_pp.NumValues() : sums_.H_pp.size(), 0.0);
     std::fill(sums_.b.begin(), sums_.b.end(), 0.0);
     sums_.cost = 0.0;
-    const int first = s_.chunk_begin[chunk_], last = s_.chunk_begin[chunk_ + 1];
-    if constexpr (kByRuns) {
-      if (batches_.Active()) return LinearizeRuns(first, last);
-    }
+  }
+
+ protected:
+  CH5_INLINE double* BlockOfSums(int block, int column) {
+    return H_pp_sums_ + system_.H_pp.ValueBegin(block) + sums_.shift[column];
+  }
+  CH5_INLINE double* RowsOfSums(int pose) { return &sums_.b[sums_.number[pose] * system_.b_stride]; }
+
+  static constexpr int kR = WeightedEdgeBatch::kRows;
+
+  const Structure& s_;
+  const LandmarkEdgeBatches& batches_;
+  Linearized& system_;
+  Linearized::PoseSums& sums_;
+  double* H_pp_sums_;
+  int chunk_;
+};
+
+// Landmark by landmark, and edge by edge. P×L are the sizes of H_pl's blocks.
+template <int P, int L, SimdLevel kSimd>
+class LandmarkLinearizer : Chunk {
+  static constexpr bool kPacked = P != Eigen::Dynamic && L > 1;  // where the batches are active
+  static constexpr bool kWide = kSimd == SimdLevel::kAvx512;     // registers of eight numbers
+
+ public:
+  using Chunk::Chunk;
+
+  CH5_INLINE void Run() {
     EdgePack packs[LandmarkEdgeBatches::kMostTypes];
-    for (int l = first; l < last; ++l) LinearizeLandmark(l, packs);
+    for (int l = s_.chunk_begin[chunk_]; l < s_.chunk_begin[chunk_ + 1]; ++l) LinearizeLandmark(l, packs);
     for (int type = 0; type < batches_.NumTypes(); ++type) {
       sums_.cost += 0.5 * packs[type].SumOfLosses(batches_.OfType(type));
     }
@@ -96,7 +113,7 @@ class ChunkLinearizer {
 
   CH5_INLINE void LinearizeLandmark(int l, EdgePack* packs) {
     const int dim = kernels::Pick<L>(s_.landmark_dim[l]);
-    const bool packed = kFixed && !kByRuns && batches_.Active(), factored = !system_.H_pl_factors.empty();
+    const bool packed = kPacked && batches_.Active(), factored = !system_.H_pl_factors.empty();
     if (!factored && (!packed || !s_.OneEdgePerSlot())) {
       double* H_pl = system_.H_pl.data();
       std::fill(H_pl + s_.SlotBlock(s_.landmark_slots[l]), H_pl + s_.SlotBlock(s_.landmark_slots[l + 1]), 0.0);
@@ -105,7 +122,7 @@ class ChunkLinearizer {
     kernels::Scratch<kernels::ScratchSize(L, 1), 1> b_scratch;
     const LandmarkSums sums{H_scratch.Zeros(Stride(dim) * dim), b_scratch.Zeros(Stride(dim))};
     for (int e = s_.landmark_edges[l]; e < s_.landmark_edges[l + 1]; ++e) {
-      if constexpr (kFixed && !kByRuns) {
+      if constexpr (kPacked) {
         if (packed) {
           factored ? AddFactoredEdge(e, packs, sums) : AddPackedEdge(e, packs, sums);
           continue;
@@ -145,99 +162,6 @@ class ChunkLinearizer {
         rows_i.template AddTransposeProduct<P>(jacobian(poses[j].position), BlockOfSums(*block++, poses[j].pose));
       }
       rows_i.template AddTransposeProduct<P, true>(J_i, BlockOfSums(*block++, poses[i].pose));
-    }
-  }
-
-  // Landmarks that are numbers: run by run, so that a block of H_pp is changed once for many edges.
-  CH5_INLINE void LinearizeRuns(int first, int last) {
-    double *H_pl = system_.H_pl.data(), *H_ll = system_.H_ll.data(), *b = system_.b.data();
-    std::fill(H_pl + s_.SlotBlock(s_.landmark_slots[first]), H_pl + s_.SlotBlock(s_.landmark_slots[last]), 0.0);
-    for (int l = first; l < last; ++l) H_ll[s_.landmark_block[l]] = b[s_.landmark_offset[l]] = 0.0;
-    for (int k = s_.chunk_runs[chunk_]; k < s_.chunk_runs[chunk_ + 1]; ++k) LinearizeRun(s_.runs[k]);
-  }
-
-  using Vector = FittingLanes<kSimd>;
-  static constexpr int kR = WeightedEdgeBatch::kRows, kTile = kWide ? 3 : 1;
-  static_assert(kernels::kXi == RelativeJacobian::kDim);
-  static constexpr int kXi = kernels::kXi, kPackSize = kR * (1 + L + kXi) * kPack, kPacks = 8;
-
-  // J_i = J_ξ A_i, and edges of a run share the A_i. So only J_ξᵀJ_ξ and J_ξᵀr are sums over edges:
-  //   H_ij = A_iᵀ (Σ J_ξᵀJ_ξ) A_j,   b_i = −A_iᵀ Σ J_ξᵀr.
-  CH5_INLINE void LinearizeRun(const EdgeRun& run) {
-    const EdgeRecord& record = s_.edges[s_.batch_edges[run.begin]];
-    const WeightedEdgeBatch& batch = batches_.Batch(run.begin);
-    const int number = batches_.Number(run.begin) - run.begin;  // those of a run follow one another in their batch
-    RelativeJacobian A[WeightedEdgeBatch::kMostVertices];
-    for (int begin = run.begin, end; begin < run.end; begin = end) {  // once, unless their cameras differ
-      end = begin + batch.RelativeJacobians(number + begin, run.end - begin, A);
-      alignas(64) double JtJ[kXi * kPack] = {}, Jt_r[kPack] = {};
-      for (int e = begin; e < end; e += kPacks * kPack) {
-        AddEdges(batch, number, e, std::min(e + kPacks * kPack, end), A, JtJ, Jt_r);
-      }
-      MirrorUpper(kXi, JtJ);
-      AddToPoses(record, A, JtJ, Jt_r);
-    }
-  }
-
-  // Edges [begin, end), at most kPacks packs: to their landmarks, to H_pl, and the sums over J_ξ.
-  CH5_INLINE void AddEdges(const WeightedEdgeBatch& batch, int number, int begin, int end, const RelativeJacobian* A,
-                           double* JtJ, double* Jt_r) {
-    alignas(64) double r[kPackSize * kPacks], s[kPack * kPacks];  // of each pack r, J_l, J_ξ; and s
-    double *J_l = r + kR * kPack, *J_xi = J_l + kR * L * kPack;
-    int packs = 0;
-    for (int e = begin; e < end; e += kPack, ++packs) {
-      const int count = std::min(kPack, end - e), pack = packs * kPackSize;
-      batch.Linearize(number + e, count, r + pack, J_l + pack);
-      batch.Whiten(number + e, count, r + pack, J_l + pack, s + packs * kPack);
-      AddToLandmarks(e, count, r + pack, J_l + pack);
-      AddToSlots(e, count, A, J_l + pack, J_xi + pack);
-    }
-    sums_.cost += 0.5 * batch.SumLosses(number + begin, s, end - begin);
-    kernels::AddPackProducts<Vector, kR, kXi, 1, 1>(J_xi, r, packs, kPackSize, Jt_r);
-    kernels::AddPackProducts<Vector, kR, kXi, kXi, kTile, true>(J_xi, J_xi, packs, kPackSize, JtJ);
-  }
-
-  CH5_INLINE void AddToLandmarks(int e, int count, const double* r, const double* J_l) {
-    const auto *J = AsWide(J_l), *r_lanes = AsWide(r);
-    const WideLanes JtJ = J[0] * J[0] + J[1] * J[1], Jt_r = J[0] * r_lanes[0] + J[1] * r_lanes[1];
-    for (int k = 0; k < count; ++k) {
-      const int l = s_.edges[s_.batch_edges[e + k]].landmark;
-      system_.H_ll[s_.landmark_block[l]] += JtJ[k];
-      system_.b[s_.landmark_offset[l]] -= Jt_r[k];
-    }
-  }
-
-  // J_iᵀJ_l = A_iᵀ (J_ξᵀJ_l) of each edge and pose.
-  CH5_INLINE void AddToSlots(int e, int count, const RelativeJacobian* A, const double* J_l, const double* J_xi) {
-    const EdgeRecord& record = s_.edges[s_.batch_edges[e]];
-    const int num_poses = record.poses_end - record.poses_begin;
-    Vector products[kernels::kParts<Vector>][kXi];
-    kernels::LanesTransposeProduct<kR>(J_xi, J_l, products);
-    for (int i = 0; i < num_poses; ++i) {
-      alignas(64) double of_edge[kPack * Stride(P)];
-      kernels::LanesTransposeProduct(A[s_.edge_poses[record.poses_begin + i].position].row[0], products, of_edge);
-      for (int k = 0; k < count; ++k) {
-        const EdgePose& pose = s_.edge_poses[s_.edges[s_.batch_edges[e + k]].poses_begin + i];
-        kernels::AddTight<P>(of_edge + k * Stride(P), system_.H_pl.data() + s_.SlotBlock(pose.slot));
-      }
-    }
-  }
-
-  CH5_INLINE void AddToPoses(const EdgeRecord& record, const RelativeJacobian* A, const double* JtJ,
-                             const double* Jt_r) {
-    const EdgePose* poses = s_.edge_poses.data() + record.poses_begin;
-    const int* block = s_.edge_blocks.data() + record.blocks_begin;
-    alignas(64) double JtJ_A[WeightedEdgeBatch::kMostVertices][kXi * kPack];
-    for (int i = 0; i < record.poses_end - record.poses_begin; ++i) {
-      const double* A_i = A[poses[i].position].row[0];
-      alignas(64) double At_Jt_r[kPack] = {};
-      kernels::AddTransposeProduct<Vector, 1>(A_i, Jt_r, At_Jt_r);
-      double* b_i = RowsOfSums(poses[i].pose);
-      for (int c = 0; c < P; ++c) b_i[c] -= At_Jt_r[c];
-      kernels::Product<Vector>(JtJ, A_i, JtJ_A[i]);
-      for (int j = 0; j <= i; ++j) {
-        kernels::AddTransposeProduct<Vector, kXi>(A_i, JtJ_A[j], BlockOfSums(*block++, poses[j].pose));
-      }
     }
   }
 
@@ -300,18 +224,107 @@ class ChunkLinearizer {
     MultiplyOut(s_, e, &system_.factors, memory.data());
     return memory.data();
   }
+};
 
-  CH5_INLINE double* BlockOfSums(int block, int column) {
-    return H_pp_sums_ + system_.H_pp.ValueBegin(block) + sums_.shift[column];
+// Landmarks that are numbers (L = 1), run by run (Structure::runs): a block of H_pp is changed once for many edges.
+template <int P, SimdLevel kSimd>
+class RunLinearizer : Chunk {
+  using Vector = FittingLanes<kSimd>;
+  static constexpr int kXi = kernels::kXi, kTile = kSimd == SimdLevel::kAvx512 ? 3 : 1;
+  static_assert(kXi == RelativeJacobian::kDim);
+  static constexpr int kPacks = 8, kPackSize = kR * (1 + 1 + kXi) * kPack;  // r, J_l and J_ξ
+
+ public:
+  using Chunk::Chunk;
+
+  CH5_INLINE void Run() {
+    const int first = s_.chunk_begin[chunk_], last = s_.chunk_begin[chunk_ + 1];
+    double *H_pl = system_.H_pl.data(), *H_ll = system_.H_ll.data(), *b = system_.b.data();
+    std::fill(H_pl + s_.SlotBlock(s_.landmark_slots[first]), H_pl + s_.SlotBlock(s_.landmark_slots[last]), 0.0);
+    for (int l = first; l < last; ++l) H_ll[s_.landmark_block[l]] = b[s_.landmark_offset[l]] = 0.0;
+    for (int k = s_.chunk_runs[chunk_]; k < s_.chunk_runs[chunk_ + 1]; ++k) LinearizeRun(s_.runs[k]);
   }
-  CH5_INLINE double* RowsOfSums(int pose) { return &sums_.b[sums_.number[pose] * system_.b_stride]; }
 
-  const Structure& s_;
-  const LandmarkEdgeBatches& batches_;
-  Linearized& system_;
-  Linearized::PoseSums& sums_;
-  double* H_pp_sums_;
-  int chunk_;
+ private:
+  // J_i = J_ξ A_i, and edges of a run share the A_i. So only J_ξᵀJ_ξ and J_ξᵀr are sums over edges:
+  //   H_ij = A_iᵀ (Σ J_ξᵀJ_ξ) A_j,   b_i = −A_iᵀ Σ J_ξᵀr.
+  CH5_INLINE void LinearizeRun(const EdgeRun& run) {
+    const EdgeRecord& record = s_.edges[s_.batch_edges[run.begin]];
+    const WeightedEdgeBatch& batch = batches_.Batch(run.begin);
+    const int number = batches_.Number(run.begin) - run.begin;  // those of a run follow one another in their batch
+    RelativeJacobian A[WeightedEdgeBatch::kMostVertices];
+    for (int begin = run.begin, end; begin < run.end; begin = end) {  // once, unless their cameras differ
+      end = begin + batch.RelativeJacobians(number + begin, run.end - begin, A);
+      alignas(64) double JtJ[kXi * kPack] = {}, Jt_r[kPack] = {};
+      for (int e = begin; e < end; e += kPacks * kPack) {
+        AddEdges(batch, number, e, std::min(e + kPacks * kPack, end), A, JtJ, Jt_r);
+      }
+      MirrorUpper(kXi, JtJ);
+      AddToPoses(record, A, JtJ, Jt_r);
+    }
+  }
+
+  // Edges [begin, end), at most kPacks packs: to their landmarks, to H_pl, and the sums over J_ξ.
+  CH5_INLINE void AddEdges(const WeightedEdgeBatch& batch, int number, int begin, int end, const RelativeJacobian* A,
+                           double* JtJ, double* Jt_r) {
+    alignas(64) double r[kPackSize * kPacks], s[kPack * kPacks];  // packs, and s of each of their edges
+    double *J_l = r + kR * kPack, *J_xi = J_l + kR * kPack;
+    int packs = 0;
+    for (int e = begin; e < end; e += kPack, ++packs) {
+      const int count = std::min(kPack, end - e), pack = packs * kPackSize;
+      batch.Linearize(number + e, count, r + pack, J_l + pack);
+      batch.Whiten(number + e, count, r + pack, J_l + pack, s + packs * kPack);
+      AddToLandmarks(e, count, r + pack, J_l + pack);
+      AddToSlots(e, count, A, J_l + pack, J_xi + pack);
+    }
+    sums_.cost += 0.5 * batch.SumLosses(number + begin, s, end - begin);
+    kernels::AddPackProducts<Vector, kR, kXi, 1, 1>(J_xi, r, packs, kPackSize, Jt_r);
+    kernels::AddPackProducts<Vector, kR, kXi, kXi, kTile, true>(J_xi, J_xi, packs, kPackSize, JtJ);
+  }
+
+  CH5_INLINE void AddToLandmarks(int e, int count, const double* r, const double* J_l) {
+    const auto *J = AsWide(J_l), *r_lanes = AsWide(r);
+    const WideLanes JtJ = J[0] * J[0] + J[1] * J[1], Jt_r = J[0] * r_lanes[0] + J[1] * r_lanes[1];
+    for (int k = 0; k < count; ++k) {
+      const int l = s_.edges[s_.batch_edges[e + k]].landmark;
+      system_.H_ll[s_.landmark_block[l]] += JtJ[k];
+      system_.b[s_.landmark_offset[l]] -= Jt_r[k];
+    }
+  }
+
+  // J_iᵀJ_l = A_iᵀ (J_ξᵀJ_l) of each edge and pose.
+  CH5_INLINE void AddToSlots(int e, int count, const RelativeJacobian* A, const double* J_l, const double* J_xi) {
+    const EdgeRecord& record = s_.edges[s_.batch_edges[e]];
+    const int num_poses = record.poses_end - record.poses_begin;
+    Vector products[kernels::kParts<Vector>][kXi];
+    kernels::LanesTransposeProduct<kR>(J_xi, J_l, products);
+    for (int i = 0; i < num_poses; ++i) {
+      alignas(64) double of_edge[kPack * Stride(P)];
+      kernels::LanesTransposeProduct(A[s_.edge_poses[record.poses_begin + i].position].row[0], products, of_edge);
+      for (int k = 0; k < count; ++k) {
+        const EdgePose& pose = s_.edge_poses[s_.edges[s_.batch_edges[e + k]].poses_begin + i];
+        kernels::AddTight<P>(of_edge + k * Stride(P), system_.H_pl.data() + s_.SlotBlock(pose.slot));
+      }
+    }
+  }
+
+  CH5_INLINE void AddToPoses(const EdgeRecord& record, const RelativeJacobian* A, const double* JtJ,
+                             const double* Jt_r) {
+    const EdgePose* poses = s_.edge_poses.data() + record.poses_begin;
+    const int* block = s_.edge_blocks.data() + record.blocks_begin;
+    alignas(64) double JtJ_A[WeightedEdgeBatch::kMostVertices][kXi * kPack];
+    for (int i = 0; i < record.poses_end - record.poses_begin; ++i) {
+      const double* A_i = A[poses[i].position].row[0];
+      alignas(64) double At_Jt_r[kPack] = {};
+      kernels::AddTransposeProduct<Vector, 1>(A_i, Jt_r, At_Jt_r);
+      double* b_i = RowsOfSums(poses[i].pose);
+      for (int c = 0; c < P; ++c) b_i[c] -= At_Jt_r[c];
+      kernels::Product<Vector>(JtJ, A_i, JtJ_A[i]);
+      for (int j = 0; j <= i; ++j) {
+        kernels::AddTransposeProduct<Vector, kXi>(A_i, JtJ_A[j], BlockOfSums(*block++, poses[j].pose));
+      }
+    }
+  }
 };
 
 template <int P, int L>
@@ -319,7 +332,10 @@ struct LinearizeChunk {
   using Signature = void(const Structure&, const LandmarkEdgeBatches&, int chunk, Linearized*);
   template <SimdLevel kSimd>
   static CH5_INLINE void Run(const Structure& s, const LandmarkEdgeBatches& batches, int chunk, Linearized* system) {
-    ChunkLinearizer<P, L, kSimd>(s, batches, chunk, system).Run();
+    if constexpr (P != Eigen::Dynamic && L == 1) {
+      if (batches.Active()) return RunLinearizer<P, kSimd>(s, batches, chunk, system).Run();
+    }
+    LandmarkLinearizer<P, L, kSimd>(s, batches, chunk, system).Run();
   }
 };
 
