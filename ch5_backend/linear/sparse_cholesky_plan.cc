@@ -5,8 +5,19 @@
 
 #include "ch5_backend/linear/sparse_cholesky.h"
 #include "ch5_backend/math/dense_kernels.h"
+#include "ch5_backend/math/large_pages.h"
 
 namespace ch5 {
+namespace {
+
+// Nothing is set to zero: Factorize writes what is read.
+std::unique_ptr<double[]> Allocate(ptrdiff_t size) {
+  std::unique_ptr<double[]> numbers(new double[static_cast<size_t>(size)]);
+  AskForLargePages(numbers.get(), static_cast<size_t>(size) * sizeof(double));
+  return numbers;
+}
+
+}  // namespace
 
 void SparseCholesky::Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan) {
   plan_ = std::move(plan);
@@ -38,7 +49,7 @@ void SparseCholesky::PlaceColumns() {
     places_[f].columns = size;
     size += static_cast<ptrdiff_t>(front.pivots + front.rows_below) * front.pivots + kernels::kOverread;
   }
-  L_.reset(new double[static_cast<size_t>(size)]);  // Factorize writes what is read
+  L_ = Allocate(size);
 }
 
 // A block (i, j) of A goes to the front that eliminates the earlier of the two; a child's U goes to its parent.
@@ -171,7 +182,7 @@ void SparseCholesky::PlaceUpdates() {
     for (const int f : task.fronts) places_[f].update += base + (generation[f] == 0 ? 0 : peak[0]);
     base += peak[0] + peak[1];
   }
-  updates_.reset(new double[static_cast<size_t>(base)]);
+  updates_ = Allocate(base);
 }
 
 }  // namespace ch5
