@@ -120,6 +120,16 @@ class CommandLine(FolderTest):
                 dispatch(command, make_parser(command).parse_args(["--out", str(out)]))
             self.assertFalse(out.parent.exists(), command)
 
+    def test_fly_follows_the_images_of_a_folder_first(self):
+        fly, out = import_module("ch5_backend.course.experiments.fly"), self.folder / "out"
+        (self.folder / "mav0" / "cam0").mkdir(parents=True)
+        (out / "mine").mkdir(parents=True)
+        with mock.patch.multiple(fly, compile_files=dict, build_or_fail=mock.DEFAULT, app=mock.DEFAULT), \
+                mock.patch("ch5_backend.course.experiments.run.app") as tracker, mock.patch.object(fly, "run_all", return_value={}) as flown:
+            dispatch("fly", make_parser("fly").parse_args([str(self.folder), "--out", str(out)]))
+        self.assertEqual(tracker.call_args[0][0][1:], [str(self.folder), "--out", out / "mine/recording"])
+        self.assertEqual(flown.call_args[0][2], str(out / "mine/recording"))
+
     def test_a_pipe_that_nobody_writes_into_is_refused(self):
         pipe = self.folder / "pipe.txt"
         os.mkfifo(pipe)

@@ -47,10 +47,8 @@ def fly(arguments, only_flights: bool) -> int:
     out = Path(arguments.out or "out")
     with locked_dir(out):
         files = compile_files()
-        has_tracks = not data or not has_images(data)
-        if not has_tracks:
+        if data and has_images(data):
             build_or_fail([TRACKER])
-        if not has_tracks:
             data = follow_images(data, out / "mine" / "recording", arguments.json)
         runs = {"files": files, "experiments": run_all(chosen, out / "mine", data)}
         (out / "mine" / "runs.json").write_text(json.dumps(runs, ensure_ascii=False), encoding="utf-8")

@@ -87,7 +87,7 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
         with locked_dir(out):
             file = f"./{path}" if path.startswith("-") else path  # a name is not an option
             if has_images(path):
-                file = follow_images(file, out / "recording", arguments)
+                file = follow_images(file, out / "recording", arguments.json, arguments.mono)
             app([BIN / f"ch5_{kind}", file, "--out", out, *options], arguments.json)
             app([sys.executable, "-m", f"ch5_backend.figures.{kind}", out], arguments.json)
             result = read_result(kind, out, arguments.language)
@@ -98,9 +98,9 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
     return result
 
 
-def follow_images(folder: str, out: Path, arguments) -> str:
+def follow_images(folder: str, out: Path, as_json: bool, mono=False) -> str:
     """Makes a recording, `out`, of a folder in EuRoC's layout; returns its name."""
-    app([BIN / TRACKER, folder, "--out", out, *(["--mono"] if arguments.mono else [])], arguments.json)
+    app([BIN / TRACKER, folder, "--out", out, *(["--mono"] if mono else [])], as_json)
     return str(out)
 
 

@@ -22,7 +22,7 @@ def track(arguments) -> int:
     build_or_fail([TRACKER])
     for path, place in places.items():
         with locked_dir(place):
-            follow_images(f"./{path}" if path.startswith("-") else path, place, arguments)
+            follow_images(f"./{path}" if path.startswith("-") else path, place, arguments.json, arguments.mono)
         tell(sentence("run.results", path=str(place)), arguments)
     if arguments.json:
         jsonout.emit({"out": [str(place) for place in places.values()]})
