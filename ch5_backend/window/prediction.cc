@@ -15,9 +15,7 @@ std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, std::vec
                                          0.5 * (samples[0].gyroscope + samples[1].gyroscope)});
     samples[2].dt = half;
   }
-  auto result = std::make_shared<Preintegration>(samples.at(0), from.b_a, from.b_g, noise);
-  for (size_t k = 1; k < samples.size(); ++k) result->Add(samples[k]);
-  return result;
+  return std::make_shared<Preintegration>(samples, from.b_a, from.b_g, noise);
 }
 
 StampedState Predict(const StampedState& from, const Preintegration& imu, double gravity) {

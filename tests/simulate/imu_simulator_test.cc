@@ -16,18 +16,12 @@ ImuOptions Perfect() {
   return options;
 }
 
-Preintegration Integrate(const std::vector<ImuSample>& samples, const ImuNoise& noise) {
-  Preintegration imu(samples.front(), Vec3::Zero(), Vec3::Zero(), noise);
-  for (size_t k = 1; k < samples.size(); ++k) imu.Add(samples[k]);
-  return imu;
-}
-
 // ‖error‖ of position, rotation and velocity at t1, predicted from the truth at t0 and a perfect IMU.
 double PredictionError(const Trajectory& trajectory, double rate, double t0, double t1) {
   Calibration calibration;
   calibration.imu_rate = rate;
   const SimulatedImu run = SimulateImu(trajectory, calibration, Perfect());
-  const Preintegration imu = Integrate(SamplesBetween(run.measurements, t0, t1), calibration.noise);
+  const Preintegration imu(SamplesBetween(run.measurements, t0, t1), Vec3::Zero(), Vec3::Zero(), calibration.noise);
   EXPECT_NEAR(imu.SumDt(), t1 - t0, 1e-12);
   const Motion i = trajectory.At(t0), j = trajectory.At(t1);
   const Vec3 g = calibration.GravityInWorld();

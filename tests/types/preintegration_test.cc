@@ -24,9 +24,7 @@ std::vector<ImuSample> Samples(double rate = 200.0, double seconds = 0.2) {
 
 Preintegration Integrate(const std::vector<ImuSample>& samples, const Vec3& b_a, const Vec3& b_g,
                          const ImuNoise& noise = {}) {
-  Preintegration imu(samples.front(), b_a, b_g, noise);
-  for (size_t k = 1; k < samples.size(); ++k) imu.Add(samples[k]);
-  return imu;
+  return {samples, b_a, b_g, noise};
 }
 
 // gtsam testImuFactor: 1 m/s² for 1 s gives half a meter and one meter a second.
@@ -127,7 +125,7 @@ TEST(Preintegration, BiasJacobianByHand) {
 TEST(Preintegration, CovarianceOfAStepByHand) {
   const double dt = 0.1;
   const ImuNoise noise{0.2, 0.03, 0.04, 0.005, false};
-  Preintegration imu({}, Vec3::Zero(), Vec3::Zero(), noise);
+  Preintegration imu(ImuSample(), Vec3::Zero(), Vec3::Zero(), noise);
   imu.Add({dt, Vec3::Zero(), Vec3::Zero()});
   Mat1515 expected = Mat1515::Zero();
   const Mat33 I = Mat33::Identity();
@@ -196,7 +194,7 @@ TEST(Preintegration, ContinuousDensitiesDoNotDependOnTheRate) {
 }
 
 TEST(Preintegration, RefusesTimeThatStandsStillAndNumbersThatAreNotFinite) {
-  Preintegration imu({}, Vec3::Zero(), Vec3::Zero(), {});
+  Preintegration imu(ImuSample(), Vec3::Zero(), Vec3::Zero(), {});
   EXPECT_THROW(imu.Add({0.0, Vec3::Zero(), Vec3::Zero()}), std::invalid_argument);
   EXPECT_THROW(imu.Add({-0.1, Vec3::Zero(), Vec3::Zero()}), std::invalid_argument);
   EXPECT_THROW(imu.Add({0.1, Vec3(NAN, 0, 0), Vec3::Zero()}), std::invalid_argument);

@@ -18,6 +18,7 @@
 #include "ch5_backend/window/image_overlap.h"
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/policy.h"
+#include "ch5_backend/window/prediction.h"
 #include "tests/window/straight.h"
 
 namespace ch5 {
@@ -200,24 +201,15 @@ class Drive {
     Frame frame;
     frame.id = id;
     frame.t = image.t;
-    Vec9 v_ba_bg = Vec9::Zero();
-    v_ba_bg[0] = 1.0;
-    frame.pose = std::make_shared<VertexPose>();
+    StampedState state;
+    state.v_W = Vec3::UnitX();
     if (id > 0) {
-      const Frame& last = window_.frames.back();
-      const auto samples = SamplesBetween(recording_.imu, last.t, frame.t);
-      v_ba_bg = last.speed_bias->GetEstimate();
-      frame.imu = std::make_shared<Preintegration>(samples[0], last.speed_bias->b_a(), last.speed_bias->b_g(),
-                                                   recording_.calibration.noise);
-      for (size_t s = 1; s < samples.size(); ++s) frame.imu->Add(samples[s]);
-      const double t = frame.imu->SumDt();
-      const Vec3 G(0, 0, 9.81);
-      const Qd q = last.pose->q();
-      frame.pose->SetPose(q * frame.imu->Gamma(),
-                          last.pose->p() + t * last.speed_bias->v() - 0.5 * t * t * G + q * frame.imu->Alpha());
-      v_ba_bg.head<3>() += q * frame.imu->Beta() - t * G;
+      const StampedState last = window_.StateOf(window_.frames.back());
+      frame.imu = IntegrateFrom(last, recording_.imu, frame.t, recording_.calibration.noise);
+      state = Predict(last, *frame.imu, 9.81);
     }
-    frame.speed_bias = std::make_shared<VertexSpeedBias>(v_ba_bg);
+    frame.pose = std::make_shared<VertexPose>(state.T_W_B.q, state.T_W_B.p);
+    frame.speed_bias = std::make_shared<VertexSpeedBias>((Vec9() << state.v_W, state.b_a, state.b_g).finished());
     if (id == 0) window_.prior = StartPrior(frame.speed_bias);
     window_.frames.push_back(frame);
     for (const TrackedPoint& point : image.tracks) AppendToTrack({id, image.t, point.x}, &window_.landmarks[point.id]);

@@ -39,8 +39,7 @@ void AddStates(const WindowDump& dump, WindowGraph* window) {
 
 void AddImu(const WindowDump& dump, WindowGraph* window) {
   for (const WindowDump::ImuInterval& interval : dump.imu) {
-    auto imu = std::make_shared<Preintegration>(interval.samples.at(0), interval.b_a, interval.b_g, dump.noise);
-    for (size_t k = 1; k < interval.samples.size(); ++k) imu->Add(interval.samples[k]);
+    const auto imu = std::make_shared<Preintegration>(interval.samples, interval.b_a, interval.b_g, dump.noise);
     const auto i = static_cast<size_t>(interval.i), j = static_cast<size_t>(interval.j);
     window->graph.AddEdge(std::make_shared<EdgeImu>(window->poses[i], window->speed_biases[i], window->poses[j],
                                                     window->speed_biases[j], imu, dump.reaction));

@@ -110,9 +110,7 @@ std::shared_ptr<const Preintegration> IntegrateBetween(const std::vector<ImuMeas
     throw std::invalid_argument("IntegrateBetween: the IMU has no measurements from " + std::to_string(from.t) +
                                 " to " + std::to_string(t1) + " s");
   }
-  auto preintegration = std::make_shared<Preintegration>(samples.front(), from.b_a, from.b_g, noise);
-  for (size_t k = 1; k < samples.size(); ++k) preintegration->Add(samples[k]);
-  return preintegration;
+  return std::make_shared<Preintegration>(samples, from.b_a, from.b_g, noise);
 }
 
 void PerturbStart(const Perturbation& start, uint64_t seed, VisualInertialScene* scene) {

@@ -24,6 +24,12 @@ Preintegration::Preintegration(const ImuSample& first, const Vec3& b_a, const Ve
   Reset();
 }
 
+Preintegration::Preintegration(const std::vector<ImuSample>& samples, const Vec3& b_a, const Vec3& b_g,
+                               const ImuNoise& noise)
+    : Preintegration(samples.at(0), b_a, b_g, noise) {
+  for (size_t k = 1; k < samples.size(); ++k) Add(samples[k]);
+}
+
 void Preintegration::Add(const ImuSample& sample) {
   RequireFinite(sample);
   if (!(sample.dt > 0.0) || !std::isfinite(sample.dt)) {

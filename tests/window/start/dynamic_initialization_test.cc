@@ -21,10 +21,7 @@ std::vector<InitializationImage> Cut(const Recording& recording, size_t first, s
     InitializationImage frame{recording.frames[k].t, recording.frames[k].tracks, nullptr};
     if (!frames.empty()) {
       const auto samples = SamplesBetween(recording.imu, frames.back().t, frame.t);
-      auto imu =
-          std::make_shared<Preintegration>(samples.at(0), Vec3::Zero(), Vec3::Zero(), recording.calibration.noise);
-      for (size_t s = 1; s < samples.size(); ++s) imu->Add(samples[s]);
-      frame.imu = imu;
+      frame.imu = std::make_shared<Preintegration>(samples, Vec3::Zero(), Vec3::Zero(), recording.calibration.noise);
     }
     frames.push_back(frame);
   }

@@ -26,9 +26,7 @@ std::vector<ImuSample> Samples(double rate, double seconds) {
 }
 
 Preintegration Integrate(const std::vector<ImuSample>& samples, const ImuNoise& noise) {
-  Preintegration imu(samples.front(), Vec3::Zero(), Vec3::Zero(), noise);
-  for (size_t k = 1; k < samples.size(); ++k) imu.Add(samples[k]);
-  return imu;
+  return {samples, Vec3::Zero(), Vec3::Zero(), noise};
 }
 
 // The same measurements with one draw of noise a sample, which two midpoint steps share, and biases that walk.
