@@ -11,6 +11,7 @@
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/files/tables/text_writer.h"
+#include "ch5_backend/math/median.h"
 
 namespace {
 
@@ -42,14 +43,13 @@ void WarnOfDistantImages(const ch5::Recording& recording) {
     seconds.push_back(recording.frames[k].t - recording.frames[k - 1].t);
   }
   if (seconds.empty()) return;
-  const auto middle = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
-  std::nth_element(seconds.begin(), middle, seconds.end());
-  if (*middle <= kMost) return;
+  const double median = ch5::Median(seconds);
+  if (median <= kMost) return;
   std::fprintf(
       stderr,
       "ch5_recording: warning: the images are %.2f s apart (median); above %.1f s too few tracks last, and the "
       "estimates drift or start anew\n",
-      *middle, kMost);
+      median, kMost);
 }
 
 void WarnOfUselessTruth(const ch5::OdometryStudy& study) {

@@ -4,6 +4,7 @@
 #include <iomanip>
 #include <sstream>
 
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
 
 namespace ch5 {
@@ -49,10 +50,9 @@ std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibrat
   for (size_t k = 1; k < imu.size(); ++k) steps.push_back(imu[k].t - imu[k - 1].t);
   for (const ImuMeasurement& measurement : imu) force += measurement.acceleration.norm();
   force /= static_cast<double>(imu.size());
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
   std::ostringstream why;
-  if (const double rate = 1.0 / *middle; rate > 20.0 * calibration.imu_rate || rate < calibration.imu_rate / 20.0) {
+  if (const double rate = 1.0 / Median(steps);
+      rate > 20.0 * calibration.imu_rate || rate < calibration.imu_rate / 20.0) {
     why << "the timestamps tell of " << rate << " measurements a second, the calibration of " << calibration.imu_rate
         << ": is one of them wrong? Timestamps are in nanoseconds";
   } else if (force < 0.4 * calibration.gravity || force > 2.5 * calibration.gravity) {

@@ -2,7 +2,6 @@
 
 #include <time.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <functional>
 #include <stdexcept>
@@ -12,6 +11,7 @@
 #include "ch5_backend/experiments/studies/command_line.h"
 #include "ch5_backend/experiments/studies/pose_graph_study.h"
 #include "ch5_backend/experiments/studies/window_graph.h"
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/measure_machine.h"
@@ -62,8 +62,7 @@ void MeasureAll(std::vector<bench::Step> steps, int repeat, bool one_thread) {
     }
   }
   for (bench::Step& step : steps) {
-    std::nth_element(step.times.begin(), step.times.begin() + repeat / 2, step.times.end());
-    std::printf("%s,%.6g,%.6g,%.6g\n", step.name, step.times[static_cast<size_t>(repeat / 2)], step.flop, step.bytes);
+    std::printf("%s,%.6g,%.6g,%.6g\n", step.name, Median(step.times), step.flop, step.bytes);
   }
 }
 

@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <limits>
 
 #include "ch5_backend/graph/loss.h"
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/sparse_solver.h"
 #include "tests/scenes.h"
@@ -36,8 +36,7 @@ void Build(const Case& one, Graph* graph) {
     edges.push_back(edge.get());
     squares.push_back(edge->Chi2());
   }
-  std::nth_element(squares.begin(), squares.begin() + squares.size() / 2, squares.end());
-  const double delta = std::sqrt(squares[squares.size() / 2]);
+  const double delta = std::sqrt(Median(squares));
   const std::shared_ptr<LossFunction> losses[] = {std::make_shared<CauchyLoss>(delta),
                                                   std::make_shared<HuberLoss>(delta), nullptr};
   for (size_t e = 0; e < edges.size(); ++e) edges[e]->SetLossFunction(losses[e % 3]);

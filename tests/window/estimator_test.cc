@@ -7,6 +7,7 @@
 
 #include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/graph/auto_diff_edge.h"
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/covariance.h"
@@ -98,13 +99,9 @@ TEST(Estimator, PredictsAtTheRateOfTheImu) {
     radians.push_back(predicted->T_W_B.q.angularDistance(state->T_W_B.q));
   }
   ASSERT_GT(meters.size(), 60u);
-  const auto median = [](std::vector<double> values) {
-    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-    return values[values.size() / 2];
-  };
-  EXPECT_LT(median(meters), 0.01);
-  EXPECT_LT(median(meters_a_second), 0.05);  // gravity forgotten: 0.5
-  EXPECT_LT(median(radians), 0.005);
+  EXPECT_LT(Median(meters), 0.01);
+  EXPECT_LT(Median(meters_a_second), 0.05);  // gravity forgotten: 0.5
+  EXPECT_LT(Median(radians), 0.005);
 }
 
 TEST(Estimator, ReportsTheCovarianceOfTheWholeState) {

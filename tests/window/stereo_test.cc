@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/window/batch.h"
 #include "ch5_backend/window/landmarks.h"
@@ -84,8 +85,7 @@ TEST(Stereo, StartsAtRestWithTheScaleOfItsBaseLine) {
       ratios.push_back(DepthInCamera(T_W_C, landmark.p_W) * (left->x.x() - right->x.x()) / 0.11);
     }
     ASSERT_GT(ratios.size(), 20u);
-    std::nth_element(ratios.begin(), ratios.begin() + ratios.size() / 2, ratios.end());
-    EXPECT_NEAR(ratios[ratios.size() / 2], 1.0, 0.03);
+    EXPECT_NEAR(Median(ratios), 1.0, 0.03);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ch5_backend/files/tables/csv.h"
+#include "ch5_backend/math/median.h"
 
 namespace ch5 {
 namespace {
@@ -89,12 +90,6 @@ struct Tables {
   CsvTable trials{"variant,weight,trials,converged,mean_iterations,max_iterations,mean_drift_position"};
   CsvTable damping{"damping,weight,iterations,lambda0"};
 };
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Median time of a solve [ms] per variant and weight. Each round goes through all of them, so that a moment's
 // disturbance touches one round of a few, and no median.

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "ch5_backend/marginalize/edge_prior.h"
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/inertial/edge_imu.h"
@@ -73,8 +74,7 @@ double MedianParallax(const std::vector<FeatureTrack>& tracks, const std::vector
     }
     angles.push_back(largest);
   }
-  std::nth_element(angles.begin(), angles.begin() + angles.size() / 2, angles.end());
-  return angles[angles.size() / 2];
+  return Median(angles);
 }
 
 // The window as a graph, at the closed form's states.

@@ -1,9 +1,9 @@
 #include "ch5_backend/window/start/standstill.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/math/so3.h"
 
@@ -55,9 +55,7 @@ std::optional<double> MedianMotion(const Image& a, const Image& b) {
     if (it != points.end()) distances.push_back((point.x - it->second).norm());
   }
   if (distances.size() < 5) return std::nullopt;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return Median(distances);
 }
 
 }  // namespace ch5

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -7,6 +6,7 @@
 #include "ch5_backend/evaluate/reconstruction.h"
 #include "ch5_backend/experiments/studies/solver/solver_studies.h"
 #include "ch5_backend/files/tables/csv.h"
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 
@@ -77,11 +77,6 @@ Outcome SolveWith(const MonoBaScene& scene, const Loss& loss) {
   const Summary summary = optimizer.Solve(options);
   const Reconstruction truth = TruthOf(scene);
   return {CompareAligned(EstimateOf(scene, ba), truth).value().position, summary.final_cost, summary.iterations};
-}
-
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + kTrials / 2, values.end());
-  return values[kTrials / 2];
 }
 
 CsvTable CompareOutliers() {
