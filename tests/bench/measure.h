@@ -33,13 +33,6 @@ Problem ReadProblem(const std::string& name);
 /// The side that this program was linked with: its setup is made before the clock starts, as an estimator has it.
 peer::PeerResult Solve(const Problem& problem);
 
-/// What leaves a window with its oldest frame: its pose, speed and biases, and the landmarks that it hosts.
-struct OldestFrame {
-  std::vector<std::shared_ptr<Edge>> edges;  ///< at these vertices
-  std::vector<std::shared_ptr<Vertex>> drop;
-};
-OldestFrame FindOldestFrame(const Problem& problem, const WindowGraph& window);
-
 /// A task that is no solve, timed.
 /// @param work  returns what both sides must agree on, in place of a final cost: the trace of the prior's JᵀJ, or of all Σ
 peer::PeerResult Timed(const std::function<double()>& work);

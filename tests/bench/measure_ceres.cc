@@ -17,8 +17,8 @@ peer::PeerResult SolvePoseGraph(const Problem& problem) {
 // VINS-Mono's own way, with two eigendecompositions of dense matrices; Ceres has none.
 peer::PeerResult MarginalizeOldest(const Problem& problem) {
   const WindowGraph window = BuildWindowGraph(problem.window);
-  const OldestFrame oldest = FindOldestFrame(problem, window);
-  return Timed([&] { return PriorByMarginalizationInfo(oldest.edges, oldest.drop)->GetPrior().J.squaredNorm(); });
+  const DropSet oldest = OldestFrameOf(problem.window, window);
+  return Timed([&] { return PriorByMarginalizationInfo(oldest.edges, oldest.vertices)->GetPrior().J.squaredNorm(); });
 }
 
 }  // namespace

@@ -26,8 +26,8 @@ peer::PeerResult Run(Graph* graph, const Problem& problem) {
 }
 
 peer::PeerResult MarginalizeOldest(const WindowGraph& window, const Problem& problem) {
-  const OldestFrame oldest = FindOldestFrame(problem, window);
-  return Timed([&] { return Marginalize(oldest.edges, oldest.drop).J.squaredNorm(); });
+  const DropSet oldest = OldestFrameOf(problem.window, window);
+  return Timed([&] { return Marginalize(oldest.edges, oldest.vertices).J.squaredNorm(); });
 }
 
 peer::PeerResult PoseCovariances(Graph* graph, const Problem& problem) {

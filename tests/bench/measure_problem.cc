@@ -83,17 +83,6 @@ Problem ReadProblem(const std::string& name) {
   return problem;
 }
 
-OldestFrame FindOldestFrame(const Problem& problem, const WindowGraph& window) {
-  OldestFrame oldest;
-  oldest.drop = {window.poses.front()};
-  if (!window.speed_biases.empty()) oldest.drop.push_back(window.speed_biases.front());
-  for (size_t l = 0; l < window.landmarks.size(); ++l) {
-    if (problem.window.landmarks[l].host == 0) oldest.drop.push_back(window.landmarks[l]);
-  }
-  oldest.edges = EdgesAt(window.graph, oldest.drop);
-  return oldest;
-}
-
 peer::PeerResult Timed(const std::function<double()>& work) {
   const auto start = std::chrono::steady_clock::now();
   const double agreed = work();

@@ -66,11 +66,7 @@ TEST_P(WindowDumps, MarginalizingTheOldestFrameEqualsVins) {
   const WindowDump dump = ReadWindowDump(path_);
   const WindowGraph window = BuildWindowGraph(dump);
   if (dump.imu.empty()) GTEST_SKIP() << "a window without IMU";
-  std::vector<std::shared_ptr<Vertex>> drop{window.poses[0], window.speed_biases[0]};
-  for (size_t l = 0; l < dump.landmarks.size(); ++l) {
-    if (dump.landmarks[l].host == 0) drop.push_back(window.landmarks[l]);
-  }
-  const auto edges = EdgesAt(window.graph, drop);
+  const auto [edges, drop] = OldestFrameOf(dump, window);
   const Prior vins = PriorByMarginalizationInfo(edges, drop)->GetPrior();
   const MatXX H = vins.J.transpose() * vins.J;
   const VecX b = vins.J.transpose() * vins.r0;

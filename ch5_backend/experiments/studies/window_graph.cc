@@ -102,4 +102,14 @@ WindowGraph BuildWindowGraph(const WindowDump& dump) {
   return window;
 }
 
+DropSet OldestFrameOf(const WindowDump& dump, const WindowGraph& window) {
+  DropSet oldest{{}, {window.poses.front()}};
+  if (!window.speed_biases.empty()) oldest.vertices.push_back(window.speed_biases.front());
+  for (size_t l = 0; l < dump.landmarks.size(); ++l) {
+    if (dump.landmarks[l].host == 0) oldest.vertices.push_back(window.landmarks[l]);
+  }
+  oldest.edges = EdgesAt(window.graph, oldest.vertices);
+  return oldest;
+}
+
 }  // namespace ch5

@@ -7,6 +7,7 @@
 #include "ch5_backend/files/window_dump.h"
 #include "ch5_backend/graph/graph.h"
 #include "ch5_backend/types/vertices.h"
+#include "ch5_backend/window/vins_window.h"
 
 namespace ch5 {
 
@@ -22,5 +23,8 @@ struct WindowGraph {
 /// @throws std::invalid_argument if an IMU interval has no samples, or the prior holds speeds and biases of a window
 ///         without an IMU
 WindowGraph BuildWindowGraph(const WindowDump& dump);
+
+/// What leaves with the oldest frame: its pose, its speed and biases, the landmarks that it hosts, and all edges at these.
+DropSet OldestFrameOf(const WindowDump& dump, const WindowGraph& window);
 
 }  // namespace ch5

@@ -1,6 +1,5 @@
 // Three ways from edges to a prior.  Demmel et al., ICCV 2021; rootba (arXiv 2103.01843)
 #include <Eigen/SVD>
-#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <utility>
@@ -11,7 +10,7 @@
 #include "ch5_backend/experiments/studies/window_graph.h"
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/marginalize/qr_elimination.h"
-#include "ch5_backend/window/vins_window.h"
+#include "ch5_backend/math/median.h"
 
 namespace ch5 {
 namespace {
@@ -54,8 +53,7 @@ double MedianMicroseconds(const BackEnd& back_end, const DropSet& drop) {
     back_end.marginalize(drop);
     times.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
   }
-  std::nth_element(times.begin(), times.begin() + kRepeats / 2, times.end());
-  return times[kRepeats / 2];
+  return Median(times);
 }
 
 // The prior of the first slide, with J of the old prior made `weakness` times as small.
@@ -79,34 +77,14 @@ void Compare(const Window& window, double weakness, CsvTable* table) {
   }
 }
 
-// The oldest frame of a recorded window, and the landmarks that it hosts.
-DropSet OldestOf(const WindowGraph& window) {
-  std::vector<std::shared_ptr<Vertex>> leaving{window.poses.front()};
-  if (!window.speed_biases.empty()) leaving.push_back(window.speed_biases.front());
-  DropSet drop{EdgesAt(window.graph, leaving), leaving};
-  for (const auto& edge : drop.edges) {
-    const auto& vertices = edge->Vertices();
-    const bool is_hosted = vertices[0]->GetRole() == Role::kLandmark && vertices[1] == window.poses.front();
-    if (is_hosted && vertices[0] != drop.vertices.back()) drop.vertices.push_back(vertices[0]);
-  }
-  drop = {EdgesAt(window.graph, drop.vertices), drop.vertices};
-  // A landmark that another frame hosts stays, and so do its observations.
-  const auto stays = [&](const std::shared_ptr<Edge>& edge) {
-    const auto& first = edge->Vertices().front();
-    return first->GetRole() == Role::kLandmark &&
-           std::find(drop.vertices.begin(), drop.vertices.end(), first) == drop.vertices.end();
-  };
-  drop.edges.erase(std::remove_if(drop.edges.begin(), drop.edges.end(), stays), drop.edges.end());
-  return drop;
-}
-
 }  // namespace
 
 CsvTable BackEndsTable(int /*trial*/, const std::filesystem::path& data) {
   CsvTable table("window,landmarks,columns,weakness,back_end,rows,worst_error,microseconds");
   for (const char* name : {"vio_S", "vio_M", "vio_L"}) {
-    const WindowGraph window = BuildWindowGraph(ReadWindowDump(data / "windows" / (std::string(name) + ".txt")));
-    const DropSet drop = OldestOf(window);
+    const WindowDump dump = ReadWindowDump(data / "windows" / (std::string(name) + ".txt"));
+    const WindowGraph window = BuildWindowGraph(dump);
+    const DropSet drop = OldestFrameOf(dump, window);
     for (const BackEnd& back_end : kBackEnds) {
       const Prior prior = back_end.marginalize(drop);
       table.Row(name, drop.vertices.size() - 2, prior.J.cols(), 1.0, back_end.name, prior.J.rows(), std::nan(""),
