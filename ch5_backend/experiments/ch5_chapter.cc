@@ -5,7 +5,6 @@
 
 #include "ch5_backend/experiments/studies/chapter_studies.h"
 #include "ch5_backend/experiments/studies/command_line.h"
-#include "ch5_backend/experiments/studies/mono_ba_study.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/experiments/studies/prior_study.h"
 

@@ -41,6 +41,11 @@ class Tables(unittest.TestCase):
         listed += re.findall(r"^  \w+\.csv, (\w+)\.csv", report.__doc__, re.MULTILINE)
         self.assertEqual(sorted(path.stem for path in (self.out / "csv").iterdir()), sorted(listed))
 
+    def test_each_scene_converges_much_nearer_to_the_truth(self):
+        for row in tables.read(self.out, "mono_ba_summary").rows():
+            self.assertIn("converged", row["termination"], row["scene"])
+            self.assertLess(row["final_rmse_landmark_m"], 0.05 * row["initial_rmse_landmark_m"], row["scene"])
+
     def test_sweep_has_a_row_for_each_variant_and_weight(self):
         sweep = tables.read(self.out, "prior_sweep")
         self.assertEqual(list(sweep.columns), SWEEP)

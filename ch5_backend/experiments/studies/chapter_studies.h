@@ -1,9 +1,16 @@
 #pragma once
-/// Two of the chapter's studies, which need to be told nothing: each writes its tables into the folder `csv`.
+/// Three of the chapter's studies, which need to be told nothing: each writes its tables into the folder `csv`.
 
 #include <filesystem>
+#include <functional>
 
 namespace ch5 {
+
+/// Bundle adjustment of the course's scene and of a larger one: how it converges, what it finds, what H looks like. Writes
+/// mono_ba_….csv (summary, trace, frames, points, iterations), hessian.csv, spectrum.csv, and hessian_….csv (vertices,
+/// edges, blocks).
+/// @param progress  called with the fraction done;  @throws WriteError
+void RunMonoBaStudy(const std::filesystem::path& csv, const std::function<void(double)>& progress);
 
 /// Stage 2 as pictures: the slides' chain of three scalars, and what marginalizing fills in on a real scene. Writes
 /// marginalize_chain.csv (before, moved, after), marginalize_scene.csv and marginalize_fill.csv: a scene of

@@ -1,11 +1,36 @@
-#include "ch5_backend/experiments/studies/mono_ba_study.h"
-
 #include <cmath>
+#include <string>
+#include <vector>
 
+#include "ch5_backend/dense/problem.h"
+#include "ch5_backend/evaluate/reconstruction.h"
+#include "ch5_backend/experiments/studies/chapter_studies.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 
 namespace ch5 {
 namespace {
+
+struct MonoBaCase {
+  std::string name;
+  MonoBaOptions scene;
+  Gauge gauge;
+  double prior_weight;
+  double pixel_information;  // W = pixel_information·I₂
+  Damping damping;
+};
+
+// "course": 3 frames × 20 points as the course sets it: poses start at the truth, two are fixed, W = I.
+// "large": 10 × 300, poses start 20 cm and 3° (one σ, each axis) beside the truth, W = 1/σ², minimal gauge.
+std::vector<MonoBaCase> MonoBaCases() {
+  MonoBaOptions large;
+  large.frames = 10;
+  large.points = 300;
+  large.position_sigma = 0.2;
+  large.rotation_sigma = 3.0 * M_PI / 180.0;
+  const double information = 1.0 / std::pow(large.pixel_sigma, 2);
+  return {{"course", MonoBaOptions(), Gauge::kFixTwoFrames, 0.0, 1.0, Damping::kIdentity},
+          {"large", large, Gauge::kPriorMinimal, information, information, Damping::kDiagonal}};
+}
 
 struct Tables {
   CsvTable summary{
@@ -42,6 +67,23 @@ void AppendSummary(const MonoBaCase& study, const Summary& s, int unknowns, size
   }
 }
 
+// Appends H of the scene with a free gauge at the states of `ba`, its Schur complement on the poses, and what made their blocks.
+void AppendFreeHessian(const MonoBaCase& study, const MonoBaScene& scene, const MonoBa& ba, Tables* tables) {
+  MonoBa free;
+  BuildMonoBa(scene, Gauge::kFree, study.pixel_information, /*prior_weight=*/0.0, &free);
+  for (size_t i = 0; i < free.poses.size(); ++i) free.poses[i]->SetEstimate(ba.poses[i]->GetEstimate());
+  for (size_t k = 0; k < free.landmarks.size(); ++k) {
+    free.landmarks[k]->SetEstimate(ba.landmarks[k]->GetEstimate());
+  }
+  Problem problem(&free.graph);
+  problem.MakeHessian();
+  VecX none;  // without damping the free system has no solution, but the Schur complement is made on the way
+  problem.SolveLinearSystem(/*lambda=*/0.0, &none);
+  AppendNonZeros(problem.Hessian(), &tables->hessian, study.name, "H");
+  AppendNonZeros(problem.SchurComplement(), &tables->hessian, study.name, "S");
+  AppendHessianBlocks(free.graph, study.name, &tables->hessian_blocks);
+}
+
 void RunCase(const MonoBaCase& study, Tables* tables) {
   const MonoBaScene scene = SimulateMonoBa(study.scene);
   MonoBa ba;
@@ -66,11 +108,7 @@ void RunCase(const MonoBaCase& study, Tables* tables) {
   AppendReconstruction(study.name, "final", final_state, tables);
   AppendSummary(study, summary, problem.Size(), ba.graph.Edges().size(), Compare(initial, truth),
                 CompareAligned(estimate, truth).value(), tables);
-  MonoBa free = FreeMonoBa(scene, study.pixel_information, ba);
-  const HessianPair hessian = FreeHessian(&free);
-  AppendNonZeros(hessian.H, &tables->hessian, study.name, "H");
-  AppendNonZeros(hessian.S, &tables->hessian, study.name, "S");
-  AppendHessianBlocks(free.graph, study.name, &tables->hessian_blocks);
+  AppendFreeHessian(study, scene, ba, tables);
 }
 
 // The eigenvalues of H at the optimum of the small scene under each gauge: seven zeros, or none.
@@ -94,35 +132,6 @@ void AppendSpectra(Tables* tables) {
 }
 
 }  // namespace
-
-std::vector<MonoBaCase> MonoBaCases() {
-  MonoBaOptions large;
-  large.frames = 10;
-  large.points = 300;
-  large.position_sigma = 0.2;
-  large.rotation_sigma = 3.0 * M_PI / 180.0;
-  const double information = 1.0 / std::pow(large.pixel_sigma, 2);
-  return {{"course", MonoBaOptions(), Gauge::kFixTwoFrames, 0.0, 1.0, Damping::kIdentity},
-          {"large", large, Gauge::kPriorMinimal, information, information, Damping::kDiagonal}};
-}
-
-MonoBa FreeMonoBa(const MonoBaScene& scene, double pixel_information, const MonoBa& states) {
-  MonoBa free;
-  BuildMonoBa(scene, Gauge::kFree, pixel_information, /*prior_weight=*/0.0, &free);
-  for (size_t i = 0; i < free.poses.size(); ++i) free.poses[i]->SetEstimate(states.poses[i]->GetEstimate());
-  for (size_t k = 0; k < free.landmarks.size(); ++k) {
-    free.landmarks[k]->SetEstimate(states.landmarks[k]->GetEstimate());
-  }
-  return free;
-}
-
-HessianPair FreeHessian(MonoBa* free) {
-  Problem problem(&free->graph);
-  problem.MakeHessian();
-  VecX none;  // without damping the free system has no solution, but the Schur complement is made on the way
-  problem.SolveLinearSystem(/*lambda=*/0.0, &none);
-  return {problem.Hessian(), problem.SchurComplement()};
-}
 
 void RunMonoBaStudy(const std::filesystem::path& csv, const std::function<void(double)>& progress) {
   Tables tables;
