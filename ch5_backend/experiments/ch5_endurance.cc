@@ -28,6 +28,6 @@ int main(int argc, char** argv) {
     const ch5::Progress progress;
     const auto rows = ch5::RunEnduranceStudy(
         options, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); });
-    ch5::WriteEnduranceTables(rows, csv);
+    ch5::EnduranceTable(rows).Write(csv / "endurance.csv");
   });
 }

@@ -9,7 +9,6 @@
 
 #include "ch5_backend/evaluate/align.h"
 #include "ch5_backend/experiments/studies/odometry.h"
-#include "ch5_backend/files/tables/csv.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
@@ -96,28 +95,12 @@ std::vector<EnduranceRow> RunEnduranceStudy(const EnduranceOptions& options,
   return rows;
 }
 
-void WriteEnduranceTables(const std::vector<EnduranceRow>& rows, const std::filesystem::path& csv) {
+CsvTable EnduranceTable(const std::vector<EnduranceRow>& rows) {
   CsvTable table("policy,frame,t_s,distance_m,error_m,resident_mb,milliseconds,restarts");
-  CsvTable summary("policy,frames,distance_m,largest_error_m,drift,resident_early_mb,resident_mb,restarts");
-  for (size_t begin = 0; begin < rows.size();) {
-    size_t end = begin;
-    double largest = 0.0;
-    for (; end < rows.size() && rows[end].policy == rows[begin].policy; ++end) {
-      const EnduranceRow& row = rows[end];
-      table.Row(row.policy, row.frame, row.t, row.distance, row.error, row.resident_mb, row.milliseconds, row.restarts);
-      largest = std::max(largest, row.error);
-    }
-    const EnduranceRow& last = rows[end - 1];
-    size_t early = begin;
-    while (early + 1 < end && rows[early].frame < std::min(1000, last.frame / 10)) ++early;
-    summary.Row(last.policy, last.frame, last.distance, largest, largest / last.distance, rows[early].resident_mb,
-                last.resident_mb, last.restarts);
-    begin = end;
+  for (const EnduranceRow& row : rows) {
+    table.Row(row.policy, row.frame, row.t, row.distance, row.error, row.resident_mb, row.milliseconds, row.restarts);
   }
-  FileBatch files;
-  files.Add(csv / "endurance.csv", table.Text());
-  files.Add(csv / "endurance_summary.csv", summary.Text());
-  files.Commit();
+  return table;
 }
 
 }  // namespace ch5

@@ -1,10 +1,11 @@
 #pragma once
 /// Ten thousand images: does an estimator's memory stay constant, and its error in proportion to the path's length?
 
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
+
+#include "ch5_backend/files/tables/csv.h"
 
 namespace ch5 {
 
@@ -31,8 +32,6 @@ struct EnduranceRow {
 std::vector<EnduranceRow> RunEnduranceStudy(const EnduranceOptions& options,
                                             const std::function<void(const std::string&, double)>& progress = nullptr);
 
-/// endurance.csv, one row each, and endurance_summary.csv: memory after 1,000 images (or a tenth) and at the end, drift.
-/// @throws WriteError
-void WriteEnduranceTables(const std::vector<EnduranceRow>& rows, const std::filesystem::path& csv);
+CsvTable EnduranceTable(const std::vector<EnduranceRow>& rows);
 
 }  // namespace ch5
