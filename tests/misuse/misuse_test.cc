@@ -7,6 +7,8 @@
 #include <functional>
 #include <limits>
 
+#include "ch5_backend/experiments/studies/odometry.h"
+#include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/graph/sized_edge.h"
@@ -17,7 +19,6 @@
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
 #include "ch5_backend/types/vertices.h"
-#include "ch5_backend/window/estimator.h"
 
 namespace ch5 {
 namespace {
@@ -126,19 +127,14 @@ std::string Follow(const std::function<void(Recording*)>& change_flight,
   OkvisOptions okvis;
   okvis.temporal_frames = 5;
   Estimator estimator(options, MakeOkvisPolicy(okvis));
-  std::string last;
-  auto measurement = recording.imu.begin();
-  for (const Image& image : recording.frames) {
-    while (measurement != recording.imu.end() &&
-           (measurement == recording.imu.begin() || std::prev(measurement)->t < image.t)) {
-      estimator.AddImu(*measurement++);
-    }
-    const FrameReport report = estimator.AddFrame(image);
+  std::string last, restart;
+  FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
+    const FrameReport& report = row.report;
     EXPECT_EQ(report.message.empty(), report.status == FrameReport::Status::kTracking) << report.message;
     last = report.message;
-    if (report.status == FrameReport::Status::kRestarted) break;
-  }
-  return last;
+    if (restart.empty() && report.status == FrameReport::Status::kRestarted) restart = last;
+  });
+  return restart.empty() ? last : restart;
 }
 
 template <typename Change>
@@ -163,23 +159,14 @@ Options With(const Change& change) {
 }
 
 // VINS-Mono's window, whose gauge is free, by a method that cannot do with a free gauge.
-class SingularPolicy : public WindowPolicy {
+class SingularPolicy : public WrappedPolicy {
  public:
-  std::string Name() const override { return "singular"; }
-  void NoteNewFrame(Window* window) override { vins_->NoteNewFrame(window); }
-  bool Uses(const Window& window, const WindowLandmark& landmark) const override {
-    return vins_->Uses(window, landmark);
-  }
+  SingularPolicy() : WrappedPolicy(MakeVinsPolicy()) {}
   SolveOptions Options() const override {
     SolveOptions options;
     options.algorithm = Algorithm::kGaussNewton;
     return options;
   }
-  void Slide(Window* window) override { vins_->Slide(window); }
-  void SlideWithoutEstimate(Window* window) override { vins_->SlideWithoutEstimate(window); }
-
- private:
-  std::unique_ptr<WindowPolicy> vins_ = MakeVinsPolicy();
 };
 
 // StartFrom, and images until the estimator says something.
