@@ -74,6 +74,12 @@ class GaugeExperiments(programs_under_test.AppTest):
             self.assertLess(arrived, 0.5 * found[f"w = {weight}", "mean last iteration"])
             self.assertGreater(found[f"w = {weight}", "mean prior error left then, of its greatest"], 0.2)
 
+    def test_a_covariance_transformed_is_that_of_the_other_gauge(self):
+        table = self.make("covariance", 1)
+        for there, untransformed in (("free_to_fixed", "free_untransformed"), ("fixed_to_free", "fixed_untransformed")):
+            self.assertLess(table[there].max(), 1e-6)
+            self.assertGreater(table[untransformed].min(), 0.5)
+
     def test_the_prior_on_the_gauge_is_free_and_on_wrong_poses_is_dear(self):
         table = self.make("prior_choice", 1)
         found = numbers.prior_choice(table)
