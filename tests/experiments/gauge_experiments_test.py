@@ -15,14 +15,8 @@ class GaugeExperiments(programs_under_test.AppTest):
 
     def make(self, study: str, trials: int):
         """OUT/csv/STUDY.csv of the trials 0, 1, …, as a table."""
-        (self.out / "csv").mkdir(parents=True, exist_ok=True)
-        table, text = self.out / "csv" / f"{study}.csv", ""
-        for k in range(trials):
-            done = self.program(study, "--trial", k, "--out", self.folder / "trial.csv", "--data", programs_under_test.DATA)
-            self.assertEqual((done.returncode, done.stderr), (0, ""))
-            rows = (self.folder / "trial.csv").read_text(encoding="utf-8")
-            text += rows if k == 0 else rows.partition("\n")[2]
-        table.write_text(text, encoding="utf-8")
+        table = self.out / "csv" / f"{study}.csv"
+        programs_under_test.make_trials(programs_under_test.BUILD / "bin" / self.app, study, trials, table)
         return tables.read_table(table)
 
     def test_all_methods_agree_and_free_needs_no_more_iterations(self):

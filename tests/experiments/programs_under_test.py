@@ -25,6 +25,18 @@ def table(path) -> list:
         return list(csv.DictReader(file))
 
 
+def make_trials(program, study, trials, path) -> None:
+    """The table of a study: the rows of the trials 0, 1, … one below the other."""
+    text = ""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    for trial in range(trials):
+        done = run(program, study, "--trial", trial, "--out", path, "--data", DATA)
+        assert (done.returncode, done.stderr) == (0, ""), done
+        rows = path.read_text(encoding="utf-8")
+        text += rows if trial == 0 else rows.partition("\n")[2]
+    path.write_text(text, encoding="utf-8")
+
+
 def contents(folder) -> dict:
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 

@@ -9,9 +9,8 @@ from ch5_backend.figures import tables
 class SystemExperiments(programs_under_test.AppTest):
     app = "ch5_systems"
 
-    def make(self, study: str, trial=0):
-        done = self.program(study, "--trial", trial, "--out", self.folder / "trial.csv", "--data", programs_under_test.DATA)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+    def make(self, study: str):
+        programs_under_test.make_trials(programs_under_test.BUILD / "bin" / self.app, study, 1, self.folder / "trial.csv")
         return tables.read_table(self.folder / "trial.csv")
 
     def test_what_is_fixed_is_worse_and_far_too_certain(self):
