@@ -4,7 +4,7 @@ from math import degrees, sqrt
 
 import numpy as np
 
-from ch5_backend.figures.numbers.systems import WAYS
+from ch5_backend.figures.numbers.systems import WAYS, rotation_by_sample
 from ch5_backend.figures.numbers.windows import KEPT, consistency, leak
 from ch5_backend.figures.style import percent
 from ch5_backend.figures.systems import nees_of
@@ -88,8 +88,7 @@ def ablation_facts(_):
 def imu_facts(_):
     rows = KEPT("preintegration")
     ratio = rows["claimed"] / rows["measured"]
-    turns = KEPT("preintegration", quantity="rotation", seconds=0.5)
-    share = dict(zip(turns["rate_hz"], turns["claimed_per_sample"] / turns["measured"]))
+    share = rotation_by_sample(KEPT)
     tuned, fast = 200, 1600
     draws = typed_in("ch5_backend/experiments/studies/systems/preintegration.cc", r"kDraws = (\d+)")
     return {"imu.draws": draws, "imu.worst": percent(np.abs(ratio - 1).max()),

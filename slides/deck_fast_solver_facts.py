@@ -1,6 +1,6 @@
 """Every number of deck 5, from the tables that measure_speed.py keeps, and that of ch5_systems."""
 
-from ch5_backend.figures.numbers.systems import SOLVERS, least_cost, solves
+from ch5_backend.figures.numbers.systems import by_sparse, end_by_least
 from ch5_backend.figures.numbers.windows import KEPT
 
 NAMES = {"scene/30x1000": "scene", "window/vio_M": "window", "bal/49-7776": "bal49", "bal/16-22106": "bal16"}
@@ -35,14 +35,11 @@ def short(value):
 
 def pose_graph_facts():
     """Times by our sparse Cholesky's, and where the algorithms end on MIT."""
-    of = {(solver, one["data_set"]): one["milliseconds"] for solver in SOLVERS
-          for one in solves(KEPT, solver=solver, algorithm="Levenberg-Marquardt")}
-    found = {f"graphs.{solver}": short(of[solver, name] / of["sparse", name])
+    times = {f"graphs.{solver}": short(by_sparse(KEPT, solver, name))
              for solver, name in (("dense", "intel"), ("cholmod", "sphere2500"), ("pcg", "sphere2500"))}
-    ends = {algorithm: KEPT("pose_graphs", data_set="MIT", solver="sparse", algorithm=algorithm)["cost"][-1]
-            for algorithm in ("Gauss-Newton", "Levenberg-Marquardt", "Dogleg")}
-    least = least_cost(KEPT, "MIT")
-    return {**found, "graphs.newton": short(ends["Gauss-Newton"] / least), "graphs.dogleg": short(ends["Dogleg"] / least)}
+    ends = {f"graphs.{name}": short(end_by_least(KEPT, "MIT", algorithm))
+            for name, algorithm in (("newton", "Gauss-Newton"), ("dogleg", "Dogleg"))}
+    return times | ends
 
 
 def refined_facts(tables):

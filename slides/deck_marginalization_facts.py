@@ -1,6 +1,6 @@
 """Every number of the deck, by name: from a table, or exact arithmetic on the examples of marginalization_examples.py."""
 
-from ch5_backend.figures.numbers.systems import WINDOWS
+from ch5_backend.figures.numbers.systems import lost_to_schur, qr_by_schur
 from ch5_backend.figures.numbers.windows import KEPT, cuts, spectra
 from ch5_backend.figures.style import percent
 
@@ -112,13 +112,10 @@ def flight_facts(tables):
 
 
 def back_end_facts(_):
-    """Of the table that is kept; lost is the first σ, in steps of ten, at which Schur's error exceeds the information."""
-    errors = {name: KEPT("back_ends", window="simulated", back_end=name).rows() for name in ("schur", "qr")}
-    k = next(k for k, one in enumerate(errors["schur"]) if one["worst_error"] > 1)
-    slower = sorted(KEPT("back_ends", window=window, back_end="qr")["microseconds"][0] /
-                    KEPT("back_ends", window=window, back_end="schur")["microseconds"][0] for window in WINDOWS)
-    return {"back.digits": "19", "back.lost": f"${scientific(1 / errors['schur'][k]['weakness'], 1)}$",
-            "back.qr": f"${scientific(errors['qr'][k]['worst_error'], 1)}$", "back.slower": f"{slower[0]:.0f}–{slower[-1]:.0f}"}
+    schur, qr = lost_to_schur(KEPT)
+    slower = qr_by_schur(KEPT)
+    return {"back.digits": "19", "back.lost": f"${scientific(1 / schur['weakness'], 1)}$",
+            "back.qr": f"${scientific(qr['worst_error'], 1)}$", "back.slower": f"{slower[0]:.0f}–{slower[-1]:.0f}"}
 
 
 def okvis_facts(_):

@@ -275,33 +275,25 @@ def captions(say):
     both = lambda tell: say("both", **{policy: tell(policy) for policy in NAMES})  # noqa: E731
     real = lambda way, column: both(lambda policy: one(KEPT("ablation_recording", policy=policy, way=way, hosts="exact with loss")[column][0]))  # noqa: E731
     usual, constrained = (np.median(KEPT("ablation", policy="vins", way=way)["milliseconds"]) for way in WAYS[-2:])
-    errors = {name: KEPT("back_ends", window="simulated", back_end=name) for name in ("schur", "qr", "qr float")}
-    lost = next(k for k, error in enumerate(errors["schur"]["worst_error"]) if error > 1)
-    slower = [KEPT("back_ends", window=window, back_end="qr")["microseconds"][0] /
-              KEPT("back_ends", window=window, back_end="schur")["microseconds"][0] for window in numbers.WINDOWS]
+    schur, qr = numbers.lost_to_schur(KEPT)
+    slower = numbers.qr_by_schur(KEPT)
     last = lambda quantity: both(lambda policy: one(  # noqa: E731
         numbers.median_over_flights(KEPT("calibration", policy=policy, quantity=quantity))[1][-1]))
     imu = KEPT("preintegration")
-    turns = KEPT("preintegration", quantity="rotation", seconds=0.5)
-    share = dict(zip(turns["rate_hz"], turns["claimed_per_sample"] / turns["measured"]))
+    share = numbers.rotation_by_sample(KEPT)
     fifth = lambda recording: both(lambda policy: one(  # noqa: E731
         KEPT("distance", recording=recording, policy=policy, share=0.2)["q50"][0]))
     ates = lambda keyframes: [numbers.over_keyframes(KEPT, "euroc_v1_01_easy", temporal, "ate_m")[1][keyframes] for temporal in numbers.TEMPORAL]  # noqa: E731
     gone = KEPT("okvis_vertices", case="keyframe", fate="marginalized")["vertex"]
-    of = {(solver, row["data_set"]): row for solver in SOLVERS
-          for row in numbers.solves(KEPT, solver=solver, algorithm="Levenberg-Marquardt")}
-    largest = DATA_SETS[-1]
-    by = lambda solver, data_set: one(of[solver, data_set]["milliseconds"] / of["sparse", data_set]["milliseconds"])  # noqa: E731
-    mit = {algorithm: KEPT("pose_graphs", data_set="MIT", solver="sparse", algorithm=algorithm) for algorithm in OF_ALGORITHM}
+    largest = numbers.solves(KEPT, solver="sparse", algorithm="Levenberg-Marquardt")[-1]
+    by = lambda solver, data_set: one(numbers.by_sparse(KEPT, solver, data_set))  # noqa: E731
     about = KEPT("machine").rows()[0]
-    least = numbers.least_cost(KEPT, "MIT")
     words = {
         "systems_ablation": dict(
             flights=len(np.unique(KEPT("ablation")["trial"])), real_ate=real("marginalized", "ate_m"),
             real_fej=real("first estimates", "ate_m"), real_nees=real("marginalized", "nees_motion"),
             time=one(constrained / usual)),
-        "systems_back_ends": dict(lost=one(1 / errors["schur"]["weakness"][lost]), qr=one(errors["qr"]["worst_error"][lost]),
-                                  low=one(min(slower)), high=one(max(slower))),
+        "systems_back_ends": dict(lost=one(1 / schur["weakness"]), qr=one(qr["worst_error"]), low=one(slower[0]), high=one(slower[-1])),
         "systems_calibration": dict(flights=len(np.unique(KEPT("calibration")["trial"])), offset=last("offset_ms"),
                                     rotation=last("rotation_deg")),
         "systems_preintegration": dict(worst=one(100 * np.abs(imu["claimed"] / imu["measured"] - 1).max()),
@@ -317,9 +309,10 @@ def captions(say):
                                     high=one(max(ates(2))), twelve_low=one(min(ates(-1))), twelve_high=one(max(ates(-1)))),
         "systems_okvis_cases": dict(landmarks=int((gone == "landmark").sum())),
         "systems_pose_graphs": dict(
-            largest=largest, unknowns=int(of["sparse", largest]["unknowns"]), sparse=one(of["sparse", largest]["milliseconds"]),
-            cholmod=by("cholmod", largest), pcg=by("pcg", largest), dense=by("dense", "intel"),
-            **{name: one(rows["cost"][-1] / least) for name, rows in zip(("newton", "levenberg", "dogleg"), mit.values())},
+            largest=largest["data_set"], unknowns=int(largest["unknowns"]), sparse=one(largest["milliseconds"]),
+            cholmod=by("cholmod", largest["data_set"]), pcg=by("pcg", largest["data_set"]), dense=by("dense", "intel"),
+            **{name: one(numbers.end_by_least(KEPT, "MIT", algorithm))
+               for name, algorithm in zip(("newton", "levenberg", "dogleg"), OF_ALGORITHM)},
             processor=about["processor"], cores=f"{about['cores']:.0f}", load=f"{about['load']:.0f}"),
     }
     return {figure: say(figure, **values) for figure, values in words.items()}

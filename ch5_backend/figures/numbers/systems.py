@@ -45,3 +45,35 @@ def solves(tables, **which):
                       "milliseconds": 1e3 * np.median(np.diff(rows["seconds"])), "megabytes": rows["megabytes"][0],
                       "first": rows["cost"][0], "last": rows["cost"][-1]})
     return found
+
+
+def lost_to_schur(tables):
+    """The rows of Schur and of QR at the first σ, in steps of ten, at which Schur's error exceeds the information."""
+    both = zip(*(tables("back_ends", window="simulated", back_end=name).rows() for name in ("schur", "qr")))
+    return next((schur, qr) for schur, qr in both if schur["worst_error"] > 1)
+
+
+def qr_by_schur(tables):
+    """QR's time by Schur's on the recorded windows, ascending."""
+    qr, schur = ([tables("back_ends", window=window, back_end=name)["microseconds"][0] for window in WINDOWS]
+                 for name in ("qr", "schur"))
+    return sorted(np.divide(qr, schur))
+
+
+def rotation_by_sample(tables):
+    """{IMU's rate: σ of a rotation as VINS-Mono's σ of a sample claims it, by the measured one}"""
+    turns = tables("preintegration", quantity="rotation", seconds=0.5)
+    return dict(zip(turns["rate_hz"], turns["claimed_per_sample"] / turns["measured"]))
+
+
+def by_sparse(tables, solver, data_set):
+    """The time of an iteration by that of our sparse Cholesky."""
+    times = [next(one["milliseconds"] for one in solves(tables, solver=name, algorithm="Levenberg-Marquardt")
+                  if one["data_set"] == data_set) for name in (solver, "sparse")]
+    return times[0] / times[1]
+
+
+def end_by_least(tables, data_set, algorithm):
+    """The cost where an algorithm ends, by the least that is known."""
+    end = tables("pose_graphs", data_set=data_set, solver="sparse", algorithm=algorithm)["cost"][-1]
+    return end / least_cost(tables, data_set)
