@@ -1,12 +1,6 @@
 #!/usr/bin/python3
-"""Draws how the solve converges against the prior's weight: iterations, time, and RMSE of the positions.
-
-usage: plot_prior_weight.py CSV [-o FILE]
-
-  CSV       a table such as out/csv/prior_sweep.csv; the columns weight, iterations, milliseconds and rmse_position [m]
-            are drawn, a line for each word in the column variant, where there is one
-  -o FILE   the picture: .png, .svg or .pdf; default: prior_weight.png in the folder of the table
-"""
+"""Draws how the solve converges against the prior's weight: iterations, time, and RMSE of the positions."""
+import argparse
 import sys
 from pathlib import Path
 
@@ -15,6 +9,8 @@ import numpy as np
 from . import prior, style
 from .tables import Table, TableError, read_table
 
+TABLE = ("a table such as out/csv/prior_sweep.csv; the columns weight, iterations, milliseconds and rmse_position [m] are "
+         "drawn, a line for each word in the column variant, where there is one")
 COLUMNS = ("weight", "iterations", "milliseconds", "rmse_position")
 
 
@@ -33,28 +29,20 @@ def read_sweep(path):
 
 
 def main(arguments):
-    if arguments in (["-h"], ["--help"]):
-        print(__doc__)
-        return 0
-    words = list(arguments)
-    target = words.pop(words.index("-o") + 1) if "-o" in words[:-1] else None
-    words = [word for word in words if word != "-o"] if target else words
-    if len(words) != 1 or words[0].startswith("-"):
-        print(f"plot_prior_weight.py: expected CSV [-o FILE], got '{' '.join(arguments)}'", file=sys.stderr)
-        return 2
-    target = Path(target or Path(words[0]).with_name("prior_weight.png"))
+    parser = argparse.ArgumentParser(prog="plot_prior_weight.py", description=__doc__.partition("\n")[0])
+    parser.add_argument("csv", metavar="CSV", type=Path, help=TABLE)
+    parser.add_argument("-o", metavar="FILE", type=Path, dest="target",
+                        help="the picture: .png, .svg or .pdf; default: prior_weight.png in the folder of the table")
+    words = parser.parse_args(arguments)
+    target = words.target or words.csv.with_name("prior_weight.png")
     if target.suffix not in style.METADATA:
-        print(f"plot_prior_weight.py: {target}: cannot draw '{target.suffix}', only {', '.join(style.METADATA)}",
-              file=sys.stderr)
-        return 2
+        parser.error(f"{target}: cannot draw '{target.suffix}', only {', '.join(style.METADATA)}")
     try:
-        style.save_as(prior.sweep_figure(read_sweep(words[0])), target)
+        style.save_as(prior.sweep_figure(read_sweep(words.csv)), target)
     except (TableError, OSError) as error:
-        print(f"plot_prior_weight.py: {error}", file=sys.stderr)
-        return 2
+        parser.exit(2, f"{parser.prog}: {error}\n")
     print(target)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    main(sys.argv[1:])

@@ -1,4 +1,5 @@
 """What all figures share: the look, and files that are the same to the byte when drawn again."""
+import argparse
 import functools
 import sys
 from pathlib import Path
@@ -167,11 +168,14 @@ def log_axis(axis):
 
 
 def cost_axis(axes, costs):
-    """A logarithmic axis for costs, unless all are 0; a single 0, where the data fit exactly, is not drawn there."""
+    """A logarithmic axis for costs, unless they fall by little or all are 0; a single 0, where the data fit exactly, is
+    not drawn there."""
     positive = costs[costs > 0]
     if not len(positive):
         axes.set_ylim(-1, 1)
         axes.set_yticks([0])
+    elif costs.max() < 30 * costs.min():
+        return
     elif positive.max() < 100 * positive.min():  # powers of ten alone would be too few
         plain_log(axes.yaxis)
     else:
@@ -188,11 +192,12 @@ def plain_log(axis, ticks=None):
 def cost_panel(axes, trace, summary, title):
     """How the cost of a solve fell, from where to where, and in what time."""
     cost, seconds = trace["cost"], float(summary["seconds"])
+    time = f"{seconds:.2f} s" if seconds >= 0.1 else f"{1e3 * seconds:.1f} ms"
     axes.plot(trace["iteration"], cost, color=BLUE, marker="o", markersize=3.5)
     cost_axis(axes, cost)
     axes.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
     axes.set(xlabel="iteration", title=title)
-    axes.text(0.97, 0.95, f"{number(cost[0], 4)} → {number(cost[-1], 4)}\n{seconds:.2f} s", ha="right", va="top",
+    axes.text(0.97, 0.95, f"{number(cost[0], 4)} → {number(cost[-1], 4)}\n{time}", ha="right", va="top",
               transform=axes.transAxes, fontsize=11.5)
 
 
@@ -242,16 +247,9 @@ def legend_over(axes, title):
 
 def main(draw):
     """Command line of a plot script: DIR, out/ unless given."""
-    arguments = sys.argv[1:]
-    script = Path(sys.argv[0]).name
-    if arguments in (["-h"], ["--help"]):
-        print(f"usage: {script} [DIR]\nReads DIR/csv and writes DIR/figures; DIR is out/ unless given.")
-        return
-    if len(arguments) > 1 or (arguments and arguments[0].startswith("-")):
-        print(f"{script}: expected one directory, got {' '.join(arguments)}", file=sys.stderr)
-        sys.exit(2)
+    parser = argparse.ArgumentParser(prog=Path(sys.argv[0]).name, description="Reads DIR/csv and writes DIR/figures.")
+    parser.add_argument("directory", metavar="DIR", type=Path, nargs="?", default=Path("out"), help="default: out")
     try:
-        draw(Path(arguments[0] if arguments else "out"))
+        draw(parser.parse_args().directory)
     except (TableError, OSError) as error:
-        print(f"{script}: {error}", file=sys.stderr)
-        sys.exit(2)
+        parser.exit(2, f"{parser.prog}: {error}\n")

@@ -8,7 +8,7 @@ Reads DIR/frames.csv, DIR/trace.csv and DIR/summary.csv.
 import numpy as np
 
 from . import style
-from .style import BLUE, GRAY, INK, VERMILION, plt
+from .style import BLUE, GRAY, VERMILION, plt
 from .tables import read, read_summary
 
 
@@ -28,14 +28,7 @@ def draw(directory):
     above.legend(loc="best", fontsize=11)
     apart.set(xlabel="frame", ylabel="[cm]", title="distance from the truth, not aligned")
     apart.set_ylim(bottom=0)
-    cost.plot(trace["iteration"], trace["cost"], color=BLUE, marker="o", markersize=3.5)
-    if trace["cost"][0] > 30 * trace["cost"][-1] or not np.any(trace["cost"]):
-        style.cost_axis(cost, trace["cost"])
-    cost.set(xlabel="iteration", title="cost ½ Σ ρ(rᵀWr)")
-    cost.xaxis.set_major_locator(plt.MaxNLocator(6, integer=True))
-    cost.text(0.97, 0.95, f"{style.number(trace['cost'][0], 4)} → {style.number(trace['cost'][-1], 4)}\n"
-              f"{1e3 * float(summary['seconds']):.1f} ms",
-              ha="right", va="top", transform=cost.transAxes, fontsize=11, color=INK)
+    style.cost_panel(cost, trace, summary, "cost ½ Σ ρ(rᵀWr)")
     style.save(fig, directory, "window")
 
 
