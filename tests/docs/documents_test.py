@@ -7,7 +7,8 @@ import subprocess
 import unittest
 from collections import Counter
 
-from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, READMES, ROOT, anchor, fences, handouts,
+from ch5_backend.course.base.anchors import anchor
+from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, READMES, ROOT, fences, handouts,
                                  headings, links, prose, read, sections, slides, spans)
 
 PAIRS = (READMES, ENGINEERS, HANDOUTS, *PAGES, GUIDES)

@@ -41,11 +41,6 @@ def headings(text):
     return [(len(marks), words) for marks, words in re.findall(r"^(#+) (.*)$", prose(text), re.M)]
 
 
-def anchor(words):
-    """What GitHub makes of a heading."""
-    return re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")
-
-
 def spans(text):
     """Inline code that is code, not a sentence in code's dress."""
     return [span for span in re.findall(r"`([^`\n]+)`", prose(text)) if not re.search(r"[\u3000-\u9fff]|\w \w+ \w", span)]

@@ -61,14 +61,6 @@ class BalApp(AppTest):
     def test_too_few_iterations_are_no_error(self):
         self.assertIn("maximum of iterations", self.solve(self.good, "--out", self.out, "--iterations", 1).stdout)
 
-    def test_picture_is_drawn_and_the_same_twice(self):
-        self.solve(self.good, "--out", self.out)
-        self.draw()
-        first = contents(self.out / "figures")
-        self.assertEqual({path.name for path in first}, {f"before_after.{kind}" for kind in ("pdf", "png", "svg")})
-        self.draw()
-        self.assertEqual(contents(self.out / "figures"), first)
-
     def test_every_solver_finds_the_same_optimum(self):
         costs = []
         for solver in ("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series"):
