@@ -1,6 +1,5 @@
 """A page in Chromium, driven by Selenium: real time, real keys and clicks, and what its console says."""
 
-
 from selenium import webdriver
 from selenium.webdriver import ActionChains, Keys
 from selenium.webdriver.chrome.service import Service
@@ -17,7 +16,7 @@ class PageError(Exception):
 
 
 class Page:
-    """One page in a Chromium of its own; use as a context. Raises browser.BuildError where Chromium or its driver is missing."""
+    """One page in a Chromium of its own. Raises browser.BuildError where Chromium or its driver is missing."""
 
     def __init__(self, width=1280, height=900):
         options = webdriver.ChromeOptions()
@@ -27,12 +26,6 @@ class Page:
             options.add_argument(word)
         self.driver = webdriver.Chrome(options=options, service=Service(browser.chromedriver()))
         self.show_as(width, height)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.driver.quit()
 
     def complaints(self):
         """The console's errors and warnings since the last call."""
@@ -63,26 +56,22 @@ class Page:
     def press(self, key):
         ActionChains(self.driver).send_keys(KEYS.get(key, key)).perform()
 
-    def click(self, selector, across=0.5, down=0.5):
-        """Clicks into an element, at a fraction of its width and height."""
-        node = self.driver.find_element(By.CSS_SELECTOR, selector)
-        self.driver.execute_script("arguments[0].scrollIntoView()", node)
-        size = node.size  # offsets count from the middle
-        ActionChains(self.driver).move_to_element_with_offset(node, (across - 0.5) * size["width"],
-                                                              (down - 0.5) * size["height"]).click().perform()
-
-    def point(self, selector, across, down):
-        """Moves the pointer over an element, to a fraction of its width and height."""
+    def over(self, selector, across=0.5, down=0.5):
+        """A move over an element, to a fraction of its width and height, and what is chained to it."""
         node = self.driver.find_element(By.CSS_SELECTOR, selector)
         self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", node)
-        size = node.size
-        ActionChains(self.driver).move_to_element_with_offset(node, (across - 0.5) * size["width"], (down - 0.5) * size["height"]).perform()
+        size = node.size  # offsets count from the middle
+        return ActionChains(self.driver).move_to_element_with_offset(node, (across - 0.5) * size["width"], (down - 0.5) * size["height"])
+
+    def point(self, selector, across=0.5, down=0.5):
+        self.over(selector, across, down).perform()
+
+    def click(self, selector, across=0.5, down=0.5):
+        self.over(selector, across, down).click().perform()
 
     def drag(self, selector, right, down):
         """Drags an element by pixels, in a few moves."""
-        node = self.driver.find_element(By.CSS_SELECTOR, selector)
-        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", node)
-        chain = ActionChains(self.driver).move_to_element(node).click_and_hold()
+        chain = self.over(selector).click_and_hold()
         for _ in range(4):
             chain = chain.move_by_offset(round(right / 4), round(down / 4))
         chain.release().perform()

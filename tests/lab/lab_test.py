@@ -118,7 +118,7 @@ class LabCase(unittest.TestCase):
             self.page = Page()
         except (ImportError, browser.BuildError) as missing:
             self.skipTest(f"{missing}; Debian: apt-get install python3-selenium chromium-driver")
-        self.addCleanup(self.page.__exit__)
+        self.addCleanup(self.page.driver.quit)
 
     def open(self, state="", **search):
         words = "&".join(f"{key}={value}" for key, value in search.items())
@@ -321,7 +321,7 @@ class Lab(LabCase):
         self.assertEqual(self.page.evaluate(lit), "landmark 4,pose 1")
         self.assertEqual(self.page.evaluate("[...document.querySelectorAll('.ray.lit')].map(one => one.dataset.landmark + ' ' + one.dataset.pose).join()"), "4 1")
         self.assertIn("pose 1 × landmark 4", self.page.evaluate("document.querySelector('[data-key=H] figcaption').textContent"))
-        self.page.point("h1", 0.5, 0.5)
+        self.page.point("h1")
         self.assertEqual(self.page.evaluate(lit), "")
         self.page.evaluate("document.querySelector('[data-key=H] canvas').focus({focusVisible: true})")
         self.page.press("ArrowDown")
