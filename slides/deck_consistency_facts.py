@@ -5,7 +5,7 @@ from math import degrees, sqrt
 import numpy as np
 
 from ch5_backend.figures.numbers.systems import WAYS, rotation_by_sample
-from ch5_backend.figures.numbers.windows import KEPT, consistency, leak
+from ch5_backend.figures.numbers.windows import KEPT, consistency, kept_summary, leak
 from ch5_backend.figures.style import percent
 from ch5_backend.figures.systems import nees_of
 
@@ -26,17 +26,16 @@ def hand_facts(tables):
 
 
 def consistency_facts(tables):
-    of = lambda policy, mode, **case: consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]  # noqa: E731
     first = consistency(KEPT, "vins", "none").rows()[0]
     facts = {"nees.dof": "6", "nees.band": percent(0.95), "nees.runs": f"{first['runs']:.0f}",
              "nees.first_yaw": f"{first['nees_yaw']:.2f}", "yaw.dof": "1"}
     for observations in ("twice", "once"):
         for hosts in ("exact", "noisy"):
-            one = of("vins", "none", hosts=hosts, observations=observations)
+            one = kept_summary("vins", hosts=hosts, observations=observations)
             facts[f"nees.{observations}_{hosts}"] = f"{one['nees_pose']:.1f}"
     for policy in ("vins", "okvis"):
         for mode in ("none", "prior_only", "full"):
-            one, exact, name = of(policy, mode), of(policy, mode, hosts="exact"), f"{policy}_{mode}"
+            one, exact, name = kept_summary(policy, mode), kept_summary(policy, mode, hosts="exact"), f"{policy}_{mode}"
             facts.update({
                 f"nees.{name}_mean": f"{one['nees_pose']:.1f} ± {one['nees_pose_error']:.1f}",
                 f"nees.{name}_yaw": f"{one['nees_yaw']:.2f}", f"nees.{name}_rmse": f"{one['position_rmse_m']:.3f}",

@@ -7,7 +7,7 @@ import numpy as np
 
 from . import page, style
 from .numbers.systems import RECORDINGS
-from .numbers.windows import KEPT, consistency
+from .numbers.windows import KEPT, consistency, kept_summary
 from .odometry import NAMES
 from .style import BLUE, GREEN, ORANGE, PALE, VERMILION
 from .tables import read
@@ -120,23 +120,21 @@ def why_none(say):
 
 def in_short():
     """The pose's NEES with the policy of VINS: with all mistakes, and with none."""
-    of = lambda mode, **case: consistency(KEPT, "vins", mode, "consistency_summary", **case).rows()[0]  # noqa: E731
-    worst, best = of("none", hosts="exact", observations="twice"), of("full")
+    worst, best = kept_summary("vins", hosts="exact", observations="twice"), kept_summary("vins", "full")
     return {"runs": f"{best['runs']:.0f}", "worst": f"{worst['nees_pose']:.1f}", "best": f"{best['nees_pose']:.1f}"}
 
 
 def captions(say):
     """{figure: its words}, with every number taken from the kept tables."""
-    of = lambda policy, mode, **case: consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]  # noqa: E731
     tell = {"nees": lambda row: f"{row['nees_pose']:.1f}",
             "gain": lambda row: f"{row['yaw_information_gain']:.2f}",
             "leak": lambda row: style.number(abs(row["yaw_leak"]), 2)}
-    numbers = {f"{mode}_{what}": say("both", **{policy: word(of(policy, mode)) for policy in NAMES})
+    numbers = {f"{mode}_{what}": say("both", **{policy: word(kept_summary(policy, mode)) for policy in NAMES})
                for mode in MODES for what, word in tell.items()}
-    exact = {f"{policy}_{mode}": tell["nees"](of(policy, mode, hosts="exact")) for policy in NAMES for mode in ("none", "full")}
-    four = {f"{observations}_{hosts}": tell["nees"](of("vins", "none", hosts=hosts, observations=observations))
+    exact = {f"{policy}_{mode}": tell["nees"](kept_summary(policy, mode, hosts="exact")) for policy in NAMES for mode in ("none", "full")}
+    four = {f"{observations}_{hosts}": tell["nees"](kept_summary("vins", hosts=hosts, observations=observations))
             for observations, hosts in CAUSES}
-    runs = f"{of('vins', 'none')['runs']:.0f}"
+    runs = f"{kept_summary('vins')['runs']:.0f}"
     first_yaw = consistency(KEPT, "vins", "none")["nees_yaw"][0]
     return {"consistency_causes": say("consistency_causes", runs=runs, **four, **exact),
             "consistency": say("consistency", runs=runs, first_yaw=f"{first_yaw:.2f}", **numbers)}

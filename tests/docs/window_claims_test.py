@@ -12,7 +12,7 @@ from tests.docs.markdown import ROOT
 
 from slides import marginalization_examples as toy
 from ch5_backend.figures.numbers import systems as numbers
-from ch5_backend.figures.numbers.windows import KEPT, consistency, cuts, spectra
+from ch5_backend.figures.numbers.windows import KEPT, cuts, kept_summary, spectra
 from ch5_backend.figures.tables import Tables
 
 TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
@@ -81,31 +81,28 @@ class WindowClaims(unittest.TestCase):
 class Certainty(unittest.TestCase):
     """Of the kept tables, which ch5_nees wrote."""
 
-    def nees(self, policy="vins", mode="none", **case):
-        return consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]
-
     def test_an_exact_host_is_the_larger_mistake_and_the_second_use_the_smaller(self):
-        right = self.nees()
+        right = kept_summary("vins")
         self.assertLess(abs(right["nees_pose"] - 6), 1.5)
-        host, twice = self.nees(hosts="exact"), self.nees(observations="twice")
+        host, twice = kept_summary("vins", hosts="exact"), kept_summary("vins", observations="twice")
         for wrong in (host, twice):
             self.assertGreater(wrong["nees_pose"] - right["nees_pose"], 4 * wrong["nees_pose_error"])
         self.assertGreater(host["nees_pose"], 3 * twice["nees_pose"])
 
     def test_with_exact_hosts_full_constraints_help_vins_and_nothing_is_consistent(self):
-        self.assertLess(self.nees(mode="full", hosts="exact")["nees_pose"], 0.5 * self.nees(hosts="exact")["nees_pose"])
+        self.assertLess(kept_summary("vins", "full", hosts="exact")["nees_pose"], 0.5 * kept_summary("vins", hosts="exact")["nees_pose"])
         for policy in ("vins", "okvis"):
             for mode in ("none", "prior_only", "full"):
-                self.assertEqual(self.nees(policy, mode, hosts="exact")["pose_inside"] < 0.2, True, (policy, mode))
+                self.assertEqual(kept_summary(policy, mode, hosts="exact")["pose_inside"] < 0.2, True, (policy, mode))
 
     def test_full_constraints_are_consistent_and_change_little_for_okvis(self):
         for policy in ("vins", "okvis"):
-            full = self.nees(policy, "full")
+            full = kept_summary(policy, "full")
             self.assertLess(abs(full["nees_pose"] - 6), 3 * full["nees_pose_error"] + 0.3, policy)
-        self.assertLess(abs(self.nees("okvis", "full")["nees_pose"] - self.nees("okvis")["nees_pose"]), 0.5)
+        self.assertLess(abs(kept_summary("okvis", "full")["nees_pose"] - kept_summary("okvis")["nees_pose"]), 0.5)
 
     def test_a_clean_prior_alone_claims_more_yaw_than_none(self):
-        most = {mode: self.nees(mode=mode)["yaw_information_gain"] for mode in ("none", "prior_only", "full")}
+        most = {mode: kept_summary("vins", mode)["yaw_information_gain"] for mode in ("none", "prior_only", "full")}
         self.assertLess(most["full"], most["none"])
         self.assertGreater(most["prior_only"], 1.5 * most["none"])
 
@@ -184,8 +181,7 @@ class Systems(unittest.TestCase):
     def test_densities_are_true_and_a_samples_sigma_is_not(self):
         rows = KEPT("preintegration")
         self.assertLess(np.abs(rows["claimed"] / rows["measured"] - 1).max(), 0.08)
-        turns = KEPT("preintegration", quantity="rotation", seconds=0.5)
-        share = dict(zip(turns["rate_hz"], turns["claimed_per_sample"] / turns["measured"]))
+        share = numbers.rotation_by_sample(KEPT)
         self.assertAlmostEqual(share[200], 0.5**0.5, delta=0.03)
         self.assertAlmostEqual(share[1600], 0.25, delta=0.02)
 

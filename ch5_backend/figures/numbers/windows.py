@@ -12,6 +12,11 @@ def consistency(tables, policy, mode, table="consistency", hosts="noisy", observ
     return tables(table, policy=policy, mode=mode, hosts=hosts, observations=observations)
 
 
+def kept_summary(policy, mode="none", **case):
+    """The row of one case over all flights and times, of the kept tables."""
+    return consistency(KEPT, policy, mode, "consistency_summary", **case).rows()[0]
+
+
 def spectra(tables):
     """Eigenvalues of VINS's last prior of the flight, and of P⁻¹HP⁻¹ with OKVIS's P."""
     rows = tables("odometry_spectrum", policy="vins")
