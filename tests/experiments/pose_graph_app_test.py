@@ -1,5 +1,7 @@
 """ch5_pose_graph, and ./course run FILE on a pose graph: results, exit codes, messages."""
 
+import math
+
 from tests.experiments.programs_under_test import AppTest, table
 
 UNIT = "1 0 0 1 0 1"
@@ -66,6 +68,16 @@ class PoseGraphApp(AppTest):
         words = "not converged: the last iteration still lowered the cost by"
         self.assertIn(words, self.solve(good, "--out", self.out, "--init", "file", "--iterations", 1).stdout)
         self.assertNotIn(words, self.solve(good, "--out", self.out, "--init", "file").stdout)
+
+    def test_the_place_of_the_origin_is_of_no_matter(self):
+        costs, turn = [], math.tau / 12
+        for east, north in ((0, 0), (512345.678, 4649776.22)):  # UTM
+            circle = "".join(f"VERTEX_SE2 {i} {east + 1.9 * math.cos(i * turn) + 0.5 * math.sin(1.7 * i)} "
+                             f"{north + 1.9 * math.sin(i * turn) + 0.5 * math.cos(2.3 * i)} {i * turn + 1.6}\n" for i in range(12))
+            edges = "".join(f"EDGE_SE2 {i} {(i + 1) % 12} 1 {0.05 * math.sin(i)} {turn} {UNIT}\n" for i in range(12))
+            self.solve(self.write("map.g2o", circle + edges + f"EDGE_SE2 0 6 3 4 3 {UNIT}\n"), "--out", self.out, "--init", "file")
+            costs.append(float(self.summary()["final_cost"]))
+        self.assertAlmostEqual(costs[0] / costs[1], 1.0, 6)
 
     def test_course_run_gives_the_numbers_as_json(self):
         result = self.course_run(self.write("good.g2o", "\ufeff" + GOOD), "--init", "odometry", "--project-information")
