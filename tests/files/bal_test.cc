@@ -213,6 +213,25 @@ TEST(Bal, PerturbedProblemReturnsToItsPerfectFit) {
   EXPECT_EQ(study.before.points, problem.points);
 }
 
+TEST(Bal, TheWorldsOriginIsOfNoMatter) {
+  std::vector<double> costs;
+  for (const Vec3& origin : {Vec3(0, 0, 0), Vec3(512345.678, 4649776.22, 100.0)}) {  // UTM
+    BalProblem problem = SmallProblem();
+    Random random(3);
+    for (BalObservation& observation : problem.observations) observation.pixel += NormalVector(&random, 0.5).head<2>();
+    for (Vec9& camera : problem.cameras) camera.segment<3>(3) -= ExpSO3(camera.head<3>()) * origin;
+    for (Vec3& point : problem.points) point += origin + NormalVector(&random, 0.3);
+    FileSolveOptions options;
+    options.iterations = 200;
+    const BalStudy study = SolveBal(problem, options);
+    costs.push_back(study.summary.final_cost);
+    BalGraph bal;
+    BuildBal(study.after, nullptr, &bal);
+    EXPECT_NEAR(Cost(bal.graph) / costs.back(), 1.0, 1e-4) << "what is returned is where the file has it";
+  }
+  EXPECT_NEAR(costs[1] / costs[0], 1.0, 1e-4);
+}
+
 // Cameras half a meter apart, points 5 to 200 m away, each believed nearer or farther by a factor of two or so.
 TEST(Bal, DistantPointsTakeFewerStepsAlongTheirRays) {
   for (const int seed : {4, 5, 6}) {
