@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "ch5_backend/evaluate/turn_agreement.h"
 #include "ch5_backend/experiments/studies/command_line.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
 #include "ch5_backend/files/recording_file.h"
@@ -52,6 +53,31 @@ void WarnOfDistantImages(const ch5::Recording& recording) {
       median, kMost);
 }
 
+// Warns of what makes an estimator drift, or start anew since images and IMU disagree. If the delay of the camera's clock is
+// to be estimated, what the turns tell of it is the first guess.
+void CheckTurns(const ch5::Recording& recording, ch5::OdometrySettings* settings) {
+  constexpr double kPoor = 0.7;          // 0.87 to 0.99 in recordings that are in order
+  constexpr double kGain = 1.03;         // of the variance that is left; up to 1.005 in order
+  constexpr double kLeastDelay = 0.015;  // [s]
+  const auto turns = ch5::CompareTurns(recording);
+  if (!turns) return;
+  const auto left = [](double correlation) { return 1.0 - correlation * correlation; };
+  const bool is_delayed = std::abs(turns->delay) > kLeastDelay && left(turns->as_given) > kGain * left(turns->at_delay);
+  if (turns->at_delay < kPoor) {
+    std::fprintf(stderr,
+                 "ch5_recording: warning: the images turn otherwise than the gyroscope (correlation %.2f; with the "
+                 "inverse of camera.q_B_C %.2f): it must rotate camera coordinates into the IMU's\n",
+                 turns->as_given, turns->with_inverse);
+  } else if (is_delayed && settings->estimate_time_offset) {
+    settings->time_offset = turns->delay;
+  } else if (is_delayed) {
+    std::fprintf(stderr,
+                 "ch5_recording: warning: the images seem to be stamped about %.0f ms too %s for the IMU; "
+                 "--estimate-time-offset estimates how much\n",
+                 1e3 * std::abs(turns->delay), turns->delay < 0.0 ? "late" : "early");
+  }
+}
+
 void WarnOfUselessTruth(const ch5::OdometryStudy& study) {
   const std::vector<ch5::StampedState>& truth = study.recording.truth;
   const auto is_compared = [](const ch5::OdometryRun& run) { return run.error || run.relative; };
@@ -88,6 +114,9 @@ void PrintRun(const ch5::OdometryRun& run) {
               Cell(run.error ? run.error->yaw_rmse * kDegrees : kUnknown, 9, 3).c_str(), run.realtime_factor,
               Cell(run.tracking_factor, 13, 1).c_str(), Cell(run.p99_window_ms, 8, 2).c_str(), run.states.size(),
               run.restarts);
+  if (run.time_offset != 0.0)
+    std::printf("          images are taken %.1f ms %s than stamped\n", 1e3 * std::abs(run.time_offset),
+                run.time_offset < 0.0 ? "earlier" : "later");
   for (const ch5::ImageResult& row : run.rows) {
     if (row.report.status != ch5::FrameReport::Status::kRestarted) continue;
     std::printf("          segment %d begins at %.2f s: %s\n", row.report.segment, row.t, row.report.message.c_str());
@@ -107,7 +136,7 @@ void PrintRun(const ch5::OdometryRun& run) {
 void Run(const Command& command) {
   ch5::Recording recording = ch5::ReadRecording(command.folder);
   const auto extras = ch5::ReadCalibrationExtras(std::filesystem::path(command.folder) / "calibration.yaml");
-  const ch5::OdometrySettings settings = ch5::ReadOdometrySettings(extras.estimator, command.given);
+  ch5::OdometrySettings settings = ch5::ReadOdometrySettings(extras.estimator, command.given);
   if (!extras.not_used.empty()) {
     std::fprintf(stderr,
                  "ch5_recording: warning: only camera and camera1 are used; keys of others: %zu, the first is %s\n",
@@ -115,6 +144,7 @@ void Run(const Command& command) {
   }
   settings.Restrict(&recording);
   WarnOfDistantImages(recording);
+  CheckTurns(recording, &settings);
   const ch5::OutputFolder made(command.out);
   std::printf("%zu images, %zu IMU measurements, %.1f s\n\n", recording.frames.size(), recording.imu.size(),
               recording.frames.back().t - recording.frames.front().t);

@@ -163,6 +163,21 @@ class RecordingApp(AppTest):
         self.assertIn("no estimate was compared with groundtruth.csv: its 1601 poses are from 3600.00 to 3608.00 s, the images "
                       "from 0.00 to 8.00 s", done.stderr)
 
+    def test_a_clock_that_is_late_and_an_inverted_extrinsic_are_named(self):
+        recording = self.simulate(12)
+        tracks, calibration = recording / "tracks.csv", recording / "calibration.yaml"
+        head, *rows = tracks.read_text().splitlines(keepends=True)
+        known = calibration.read_text()
+        tracks.write_text(head + "".join(str(int(row.split(",", 1)[0]) + 50_000_000) + "," + row.split(",", 1)[1] for row in rows))
+        done = self.program(recording, "--out", self.out, "--policy", "vins")
+        self.assertRegex(done.stderr, r"the images seem to be stamped about \d+ ms too late for the IMU; --estimate-time-offset")
+        done = self.program(recording, "--out", self.out, "--policy", "vins", "--estimate-time-offset")
+        self.assertNotIn("warning", done.stderr)
+        self.assertAlmostEqual(float(re.search(r"images are taken (.*) ms earlier than stamped", done.stdout)[1]), 50, delta=10)
+        calibration.write_text(re.sub(r"(q_B_C: .*)", lambda q: re.sub(r"([xyz]): (-?)", lambda axis: axis[1] + ": " + ("" if axis[2] else "-"), q[1]), known))
+        done = self.program(recording, "--out", self.out, "--policy", "vins")
+        self.assertRegex(done.stderr, r"\(correlation 0\.\d+; with the inverse of camera\.q_B_C 0\.9\d\): it must rotate camera")
+
     def test_images_far_apart_are_followed_or_said_to_be_too_far(self):
         whole = needs(DATA / "euroc_v1_01_easy")
         for every, warned in ((10, False), (20, True)):

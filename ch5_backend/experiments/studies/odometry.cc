@@ -172,6 +172,7 @@ OdometryRun RunOdometry(const Recording& recording, const EstimatorOptions& opti
     run.rows.push_back(row);
   });
   run.restarts = estimator.Restarts();
+  run.time_offset = estimator.TimeOffset();
   Summarize(recording, &run);
   return run;
 }

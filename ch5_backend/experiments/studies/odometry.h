@@ -40,6 +40,7 @@ struct OdometryRun {
   std::optional<TrajectoryError> error;
   std::optional<RelativeError> relative;  ///< of the longest segment
   int restarts = 0;
+  double time_offset = 0.0;      ///< of the camera's clock, as estimated last [s]
   double realtime_factor = 0.0;  ///< duration of the recording / time spent
   double tracking_factor =
       0.0;  ///< the same of the images with an estimate, without those of the start; NaN if there is none

@@ -68,6 +68,7 @@ EstimatorOptions OdometrySettings::Estimator(const Calibration& calibration) con
   EstimatorOptions options{calibration};
   options.estimate_extrinsic = estimate_extrinsic;
   options.estimate_time_offset = estimate_time_offset;
+  options.time_offset = time_offset;
   options.observability_constraints = first_estimates;
   return options;
 }

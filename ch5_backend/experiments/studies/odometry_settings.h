@@ -15,7 +15,8 @@ namespace ch5 {
 struct OdometrySettings {
   std::string policy;  ///< vins or okvis; empty: both
   bool estimate_extrinsic = false, estimate_time_offset = false;
-  bool mono = false;  ///< camera 1 is left out
+  double time_offset = 0.0;  ///< where its estimate begins [s]; from the recording, not from the user
+  bool mono = false;         ///< camera 1 is left out
   ObservabilityConstraints first_estimates = ObservabilityConstraints::kNone;
   int window = 0;        ///< VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
   int max_features = 0;  ///< tracks used of an image; 0: all

@@ -1,0 +1,101 @@
+#include "ch5_backend/evaluate/turn_agreement.h"
+
+#include <map>
+
+#include <Eigen/Cholesky>
+
+namespace ch5 {
+namespace {
+
+constexpr double kMostBetween = 0.3;  // [s]
+constexpr double kLongestDelay = 0.2, kStep = 0.01;
+
+// The mean rate from one image to another, in C [rad/s].
+struct Turn {
+  double t0, t1;
+  Vec3 rate;
+};
+
+// θ of argmin Σ ρ(‖f₀ − f₁ − θ × f₁ − (I − f₁f₁ᵀ) v‖) over the rays that both images have, ρ being Cauchy's; v is the
+// translation over the scene's depth, as if all points had the same.
+std::optional<Vec3> TurnBetween(const Image& from, const Image& to) {
+  constexpr int kFewest = 12, kRounds = 5;
+  constexpr double kScale = 3e-3;  // [rad]: a pixel and a half
+  std::map<int, Vec3> rays;
+  for (const TrackedPoint& point : from.tracks) rays.emplace(point.id, point.x.homogeneous().normalized());
+  Vec6 x = Vec6::Zero();
+  for (int round = 0; round < kRounds; ++round) {
+    Mat66 A = Mat66::Zero();
+    Vec6 b = Vec6::Zero();
+    int common = 0;
+    for (const TrackedPoint& point : to.tracks) {
+      const auto ray = rays.find(point.id);
+      if (ray == rays.end()) continue;
+      const Vec3 f1 = point.x.homogeneous().normalized(), flow = ray->second - f1;
+      Eigen::Matrix<double, 3, 6> J;
+      J << -Hat(f1), Mat33::Identity() - f1 * f1.transpose();
+      const double weight = 1.0 / (1.0 + (flow - J * x).squaredNorm() / (kScale * kScale));
+      A += weight * J.transpose() * J;
+      b += weight * J.transpose() * flow;
+      ++common;
+    }
+    if (common < kFewest) return std::nullopt;
+    x = A.ldlt().solve(b);
+  }
+  return x.head<3>();
+}
+
+// The gyroscope's mean rate, in B; nullopt where it did not measure.
+std::optional<Vec3> MeanRate(const std::vector<ImuMeasurement>& imu, double t0, double t1) {
+  const std::vector<ImuSample> samples = SamplesBetween(imu, t0, t1);
+  if (samples.empty()) return std::nullopt;
+  Vec3 turn = Vec3::Zero();
+  for (const ImuSample& sample : samples) turn += sample.gyroscope * sample.dt;
+  return turn / (t1 - t0);
+}
+
+// Of the rates about their means, which hold the gyroscope's bias.
+double Correlate(const std::vector<Turn>& turns, const std::vector<ImuMeasurement>& imu, const Qd& q_B_C,
+                 double delay) {
+  constexpr size_t kFewest = 50;
+  constexpr double kLeast = 0.05;  // [rad/s]
+  std::vector<Vec3> a, b;
+  Vec3 mean_a = Vec3::Zero(), mean_b = Vec3::Zero();
+  for (const Turn& turn : turns) {
+    const auto rate = MeanRate(imu, turn.t0 + delay, turn.t1 + delay);
+    if (!rate) continue;
+    mean_a += a.emplace_back(q_B_C * turn.rate);
+    mean_b += b.emplace_back(*rate);
+  }
+  const double n = static_cast<double>(a.size());
+  double aa = 0.0, ab = 0.0, bb = 0.0;
+  for (size_t k = 0; k < a.size(); ++k) {
+    const Vec3 x = a[k] - mean_a / n, y = b[k] - mean_b / n;
+    aa += x.squaredNorm(), ab += x.dot(y), bb += y.squaredNorm();
+  }
+  return a.size() < kFewest || bb < n * kLeast * kLeast || aa == 0.0 ? 0.0 : ab / std::sqrt(aa * bb);
+}
+
+}  // namespace
+
+std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
+  std::vector<Turn> turns;
+  for (size_t k = 1; k < recording.frames.size(); ++k) {
+    const Image &from = recording.frames[k - 1], &to = recording.frames[k];
+    if (to.t - from.t > kMostBetween) continue;
+    if (const auto theta = TurnBetween(from, to)) turns.push_back({from.t, to.t, *theta / (to.t - from.t)});
+  }
+  const Qd& q_B_C = recording.calibration.T_B_C.q;
+  const auto correlate = [&](const Qd& q, double delay) { return Correlate(turns, recording.imu, q, delay); };
+  TurnAgreement result;
+  result.as_given = result.at_delay = correlate(q_B_C, 0.0);
+  if (result.as_given == 0.0) return std::nullopt;
+  result.with_inverse = correlate(q_B_C.conjugate(), 0.0);
+  for (double delay = -kLongestDelay; delay < kLongestDelay + 0.5 * kStep; delay += kStep) {
+    const double correlation = correlate(q_B_C, delay);
+    if (correlation > result.at_delay) result.at_delay = correlation, result.delay = delay;
+  }
+  return result;
+}
+
+}  // namespace ch5
