@@ -135,6 +135,12 @@ class CommandLine(FolderTest):
         os.mkfifo(pipe)
         self.refuses("run", pipe, naming=[pipe, "not a regular file"])
 
+    def test_a_folder_above_or_below_a_recording_is_told_which_one(self):
+        cam0 = self.folder / "room" / "mav0" / "cam0"
+        cam0.mkdir(parents=True)
+        for path, near in ((cam0, cam0.parent), (self.folder, self.folder / "room")):
+            self.refuses("run", path, naming=[path, f"no recording; {near.resolve()} is one"])
+
     def test_results_that_would_overwrite_an_input_are_refused(self):
         folder = self.folder / "out" / "street"
         folder.mkdir(parents=True)

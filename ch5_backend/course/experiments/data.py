@@ -15,9 +15,11 @@ def kind_of(path: str) -> str:
     """
     place = Path(path)
     if place.is_dir():
-        if (place / "imu.csv").exists() or has_images(path):
+        if _is_recording(place):
             return "recording"
-        raise CourseError(f"{path}: a folder without imu.csv or mav0, so no recording; give that or a data file")
+        near = next(filter(_is_recording, (place.resolve().parent, *sorted(place.iterdir()))), None)
+        raise CourseError(f"{path}: a folder without imu.csv or mav0, so no recording; " +
+                          (f"{near} is one" if near else "give that or a data file"))
     if not place.exists():
         raise CourseError(f"{path}: there is no such file")
     if not place.is_file():
@@ -28,6 +30,10 @@ def kind_of(path: str) -> str:
     except OSError as error:
         raise CourseError(f"{path}: cannot be read: {error.strerror}") from error
     return _kind_of_head(path, head)
+
+
+def _is_recording(place: Path) -> bool:
+    return (place / "imu.csv").exists() or has_images(str(place))
 
 
 def has_images(path: str) -> bool:
