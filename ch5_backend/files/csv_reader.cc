@@ -70,6 +70,7 @@ bool CsvReader::NextRow() {
     if (!line) return false;
   } while (Trim(*line).empty());
   cells_ = SplitAt(separator_, *line);
+  if (cells_.size() == columns_.size() + 1 && cells_.back().empty()) cells_.pop_back();  // behind a last comma
   if (cells_.size() == columns_.size()) return true;
   Fail("a row of " + std::to_string(cells_.size()) + " columns, but the first line names " +
        std::to_string(columns_.size()) + ", got " + TextReader::Quote(*line));

@@ -107,6 +107,19 @@ Camera ReadIntrinsics(const SensorYaml& yaml, const Transform& T_B_I) {
   return c;
 }
 
+// Half-way to the image's edges any lens bends rays one to one, to less than 80°, and hardly together. Coefficients of another
+// model, or in another order or unit, do not.
+void CheckLens(const SensorYaml& yaml, const Lens& lens, const Camera& c) {
+  constexpr double kLeast = 0.5;  // of the distance from the axis
+  for (const Vec2& part : {Vec2(0.25, 0), Vec2(-0.25, 0), Vec2(0, 0.25), Vec2(0, -0.25)}) {
+    const Vec2 pixel(c.cx + part.x() * c.width, c.cy + part.y() * c.height), x_d = c.Normalized(pixel);
+    if (const auto x = lens.Undistort(x_d); x && x->norm() > kLeast * x_d.norm()) continue;
+    yaml.Fail(yaml.Name("distortion_coefficients", "distortion_coeffs"),
+              "no lens bends the ray of pixel (" + std::to_string(std::lround(pixel.x())) + ", " +
+                  std::to_string(std::lround(pixel.y())) + ") so much; are the model and their order right?");
+  }
+}
+
 fs::path ImageOfRow(const fs::path& folder, const CsvReader& csv) {
   const fs::path image = folder / "data" / std::string(csv.Cell("filename"));
   if (!fs::exists(image)) csv.Fail("there is no image " + image.string());
@@ -139,6 +152,7 @@ void ReadCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder* resul
   Calibration& c = result->recording.calibration;
   result->lens = ReadLens(yaml);
   static_cast<Camera&>(c) = ReadIntrinsics(yaml, T_B_I);
+  CheckLens(yaml, result->lens, c);
   const double shift = ClockShift(yaml);
 
   CsvReader csv((folder / "data.csv").string());
@@ -168,7 +182,12 @@ void ReadSecondCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder*
   const SensorYaml yaml = ReadSensor(mav0, "cam1");
   const fs::path folder = mav0 / "cam1";
   result->lens1 = ReadLens(yaml);
-  const Camera camera = ReadIntrinsics(yaml, T_B_I);
+  const Camera camera = ReadIntrinsics(yaml, T_B_I), &first = result->recording.calibration;
+  CheckLens(yaml, result->lens1, camera);
+  if (camera.width != first.width || camera.height != first.height) {
+    result->notes.push_back("cam1 is not used: its images are of another size than cam0's");
+    return;
+  }
   const double shift = ClockShift(yaml);
   CsvReader csv((folder / "data.csv").string());
   auto image = result->images.begin();

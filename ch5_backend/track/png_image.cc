@@ -13,7 +13,11 @@ cv::Mat ReadPng(const std::filesystem::path& file) {
     if (done != 0) return;
     const std::string why = png.message;
     png_image_free(&png);
-    throw FileError(file.string() + ": cannot be read as PNG; is it cut or damaged? " + why);
+    const bool is_other = why == "Not a PNG file";
+    throw FileError(file.string() +
+                    (is_other ? ": this is no PNG image; convert all of them, as `mogrify -format png` does, "
+                                "and name them in data.csv"
+                              : ": cannot be read as PNG; is it cut or damaged? " + why));
   };
   check(png_image_begin_read_from_file(&png, file.c_str()));
   png.format = PNG_FORMAT_GRAY;

@@ -26,7 +26,8 @@ void Calibration::Validate() const {
 
 namespace {
 constexpr double kLongestGap = 1.0;  // [s]
-}
+constexpr double kOffCenter = 0.45;  // of the image: what is cut off an image may shift its principal point far
+}  // namespace
 
 std::string WhyNotInPixels(const Camera& camera) {
   const double size = std::max(camera.width, camera.height), cx = camera.cx, cy = camera.cy;
@@ -34,8 +35,8 @@ std::string WhyNotInPixels(const Camera& camera) {
   std::ostringstream why;
   if (!(least >= 0.1 * size && most <= 100.0 * size)) {  // a fisheye of 270° has 0.21, half a degree 115
     why << "focal lengths of " << camera.fx << " and " << camera.fy << " px do not fit";
-  } else if (!(cx >= 0.0 && cx <= camera.width && cy >= 0.0 && cy <= camera.height)) {
-    why << "the principal point (" << cx << ", " << cy << ") px does not lie in";
+  } else if (std::abs(cx / camera.width - 0.5) > kOffCenter || std::abs(cy / camera.height - 0.5) > kOffCenter) {
+    why << "the principal point (" << cx << ", " << cy << ") px lies outside or at the edge of";
   } else {
     return "";
   }

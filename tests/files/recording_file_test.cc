@@ -304,7 +304,8 @@ TEST_F(RecordingFile, TheCalibrationIsReadStrictly) {
             "calibration.yaml:2: camera.intrinsics.fx: focal lengths of 0.5 and 460 px do not fit an image of 752 × "
             "480 pixels");
   EXPECT_EQ(spoilt("cx: 376", "cx: 37600"),
-            "calibration.yaml:2: camera.intrinsics.fx: the principal point (37600, 240) px does not lie in an image of "
+            "calibration.yaml:2: camera.intrinsics.fx: the principal point (37600, 240) px lies outside or at the edge "
+            "of an image of "
             "752 × 480 pixels");
   EXPECT_EQ(spoilt("p_B_C: [", "p_B_C: [-64.7, 0, 0]  # ").find("calibration.yaml:6: camera.p_B_C: must be in meters"),
             0u);

@@ -102,7 +102,7 @@ BROKEN = {
         r"lengths of 0\.61 and 0\.95 px do not fit an image of 752 × 480 pixels"),
     "a principal point outside of the image": (
         replace(SENSOR, r"^intrinsics.*", "intrinsics: [460, 460, 3760, 240]"), r"FOLDER/cam0/sensor\.yaml:13: intrinsics: the "
-        r"principal point \(3760, 240\) px does not lie in an image of 752 × 480 pixels"),
+        r"principal point \(3760, 240\) px lies outside or at the edge of an image of 752 × 480 pixels"),
     "a T_BS in millimeters": (
         replace(SENSOR, r"data: \[([^,]*,[^,]*,[^,]*),[^,]*,", r"data: [\1, -64.7,"), r"FOLDER/cam0/sensor\.yaml:6: T_BS\.data: the "
         r"last column must be in meters, got -64\.7, .+"),
@@ -113,6 +113,16 @@ BROKEN = {
         r"FOLDER/cam0/sensor\.yaml:14: distortion_model: must be radial-tangential, equidistant or none, got \"fov\""),
     "an unknown camera": (replace(SENSOR, "pinhole", "omni"),
                           r"FOLDER/cam0/sensor\.yaml:12: camera_model: must be pinhole, got \"omni\""),
+    "a principal point of parts of the image": (
+        replace(SENSOR, r"^intrinsics.*", "intrinsics: [460, 460, 0.5, 0.5]"), r"FOLDER/cam0/sensor\.yaml:13: intrinsics: the "
+        r"principal point \(0\.5, 0\.5\) px lies outside or at the edge of an image of 752 × 480 pixels"),
+    "absurd coefficients of the lens": (
+        replace(SENSOR, r"(distortion_coefficients: \[)[^,]*", r"\1-28"), r"FOLDER/cam0/sensor\.yaml:\d+: distortion_coefficients: no "
+        r"lens bends the ray of pixel \(564, 240\) so much; are the model and their order right\?"),
+    "coefficients of the lens that bend it together": (
+        replace(SENSOR, r"(distortion_coefficients: \[).*", r"\1-280, 70000, 0, 0]"), r"FOLDER/cam0/sensor\.yaml:\d+: .* so much; .+"),
+    "an image of another kind": (lambda mav0: image(mav0, 3).write_bytes(b"\xff\xd8\xff\xe0\0\x10JFIF\0" + bytes(99)),
+                                 r"FOLDER/cam0/data/STAMP\.png: this is no PNG image; convert all of them, .+"),
     "images of another size": (
         other_size, r"FOLDER/cam0/data/STAMP\.png: an image of 752 × 480 pixels, but its calibration says 640 × 480"),
 }
@@ -135,6 +145,7 @@ HARMLESS = {
     "columns in another order, with their names": edit(
         MOTION, lambda text: "\n".join(swap_vectors(line.replace("#", "")) for line in text.split("\n"))),
     "no newline at the end": edit(MOTION, lambda text: text.rstrip("\n")),
+    "a comma at the end of each row": edit(MOTION, lambda text: re.sub(r"(\d)$", r"\1,", text, flags=re.MULTILINE)),
     "OpenCV's five coefficients": lambda mav0: [
         replace(SENSOR, "radial-tangential", "plumb_bob")(mav0), replace(SENSOR, r"(distortion_coefficients: .*)\]", r"\1, 0.0]")(mav0)],
     "a list over several lines, with comments": replace(SENSOR, r"^intrinsics: \[(.*?),(.*)\].*", r"intrinsics: [\1,  # fu\n  \2]"),
@@ -259,6 +270,8 @@ class TrackApp(AppTest):
             r"^\d{19},", lambda stamp: f"{int(stamp[0][:-1]) + 10_000_000},", text, flags=re.MULTILINE))
         done = self.solve(self.copy(second(late), "late"), "--out", self.out)
         self.assertIn("cam1 is not used: it has no image within 1 ms of one of cam0's", done.stdout)
+        done = self.solve(self.copy(second(replace("cam1/sensor.yaml", "resolution: .*", "resolution: [640, 480]")), "size"), "--out", self.out)
+        self.assertIn("cam1 is not used: its images are of another size than cam0's", done.stdout)
         done = self.solve(self.copy(second(edit("cam1/data.csv", lambda text: "\n".join(text.split("\n")[:11]) + "\n")), "short"),
                           "--out", self.out)
         self.assertIn("11 images of cam0 are without one of cam1 at the same time", done.stdout)
@@ -266,8 +279,8 @@ class TrackApp(AppTest):
                 ("table", lambda mav0: (mav0 / "cam1" / "data.csv").unlink(), r"FOLDER/cam1/data\.csv: cannot be read: .+"),
                 ("model", replace("cam1/sensor.yaml", "pinhole", "omni"), r"FOLDER/cam1/sensor\.yaml:12: camera_model: must be "
                  r"pinhole, got \"omni\""),
-                ("size", replace("cam1/sensor.yaml", r"resolution: .*", "resolution: [640, 480]"),
-                 r"FOLDER/cam1/data/\d+\.png: an image of 752 × 480 pixels, but its calibration says 640 × 480")):
+                ("lens", replace("cam1/sensor.yaml", r"(distortion_coefficients: \[)[^,]*", r"\1-28"),
+                 r"FOLDER/cam1/sensor\.yaml:\d+: distortion_coefficients: no lens .+")):
             with self.subTest(name):
                 place = self.copy(second(change), name)
                 done = self.program(place, "--out", self.folder / "none")
