@@ -14,21 +14,8 @@
 namespace ch5 {
 namespace {
 
-using Words = std::vector<std::string_view>;
-
 constexpr char kVertexSE2[] = "VERTEX_SE2", kVertexSE3[] = "VERTEX_SE3:QUAT";
 constexpr char kEdgeSE2[] = "EDGE_SE2", kEdgeSE3[] = "EDGE_SE3:QUAT", kFix[] = "FIX";
-
-Words Split(std::string_view line) {
-  constexpr char kSpaces[] = " \t\r\v\f";
-  Words words;
-  for (size_t begin; (begin = line.find_first_not_of(kSpaces)) != std::string_view::npos;) {
-    const size_t end = std::min(line.find_first_of(kSpaces, begin), line.size());
-    words.push_back(line.substr(begin, end - begin));
-    line.remove_prefix(end);
-  }
-  return words;
-}
 
 // A letter, then letters, digits and a little punctuation.
 bool IsTag(std::string_view word) {
@@ -65,7 +52,7 @@ class Reader {
   };
 
   void ReadRecord(std::string_view line) {
-    const Words words = Split(line);
+    const auto words = Words(line);
     if (words.empty()) return;
     const std::string_view tag = words[0];
     if (tag == kVertexSE2 || tag == kVertexSE3) {
@@ -88,7 +75,7 @@ class Reader {
     return static_cast<int>(text_.ToInteger(word, "vertex id", 0, std::numeric_limits<int>::max()));
   }
 
-  std::vector<double> ToNumbers(const Words& words, size_t first, size_t count) const {
+  std::vector<double> ToNumbers(const std::vector<std::string_view>& words, size_t first, size_t count) const {
     if (words.size() != first + count) {
       text_.Fail(std::string(words[0]) + " has " + std::to_string(first + count - 1) + " numbers, got " +
                  std::to_string(words.size() - 1));
@@ -108,7 +95,7 @@ class Reader {
     return q.normalized();
   }
 
-  void ReadVertex(const Words& words, bool is_3d) {
+  void ReadVertex(const std::vector<std::string_view>& words, bool is_3d) {
     const std::vector<double> x = ToNumbers(words, 2, is_3d ? 7 : 3);
     const int id = ToId(words[1]), index = static_cast<int>(file_.ids.size());
     const auto [known, is_new] = index_of_.emplace(id, index);
@@ -126,7 +113,7 @@ class Reader {
     file_.lines.push_back({G2oFile::Kind::kVertex, index, text_.Line(), ""});
   }
 
-  void ReadEdge(const Words& words, bool is_3d) {
+  void ReadEdge(const std::vector<std::string_view>& words, bool is_3d) {
     std::vector<double> numbers = ToNumbers(words, 3, is_3d ? 7 + 21 : 3 + 6);
     if (is_3d) ToQuaternion(&numbers[3]);
     const int i = ToId(words[1]), j = ToId(words[2]);
@@ -296,7 +283,7 @@ class Writer {
 
   // As it was, but for the poses of a FIX that have been removed.
   void AppendOther(const std::string& line) {
-    const Words words = Split(line);
+    const auto words = Words(line);
     std::string left;
     size_t removed = 0;
     for (size_t k = 1; k < words.size() && words[0] == kFix; ++k) {

@@ -7,6 +7,7 @@
 ///   tracks.csv       #timestamp [ns],track_id,x [normalized],y [normalized]        rows of an image together
 ///                    or one column more, camera: 0, or 1 for the calibration's camera1, under the same track_id
 ///   groundtruth.csv  #timestamp [ns],p_x [m],p_y,p_z,q_w,q_x,q_y,q_z,v_x [m/s],…,bg_x [rad/s],…,ba_x [m/s^2],…
+///                    or groundtruth.txt in TUM's format, see ReadTum
 
 #include <filesystem>
 #include <string>
@@ -24,6 +25,12 @@ namespace ch5 {
 ///         fewer than two IMU measurements, no image, a table that ends within a line, or a truth whose quaternions agree with
 ///         the gyroscope in the order x, y, z, w only
 Recording ReadRecording(const std::filesystem::path& folder);
+
+/// Poses in TUM's format: `timestamp tx ty tz qx qy qz qw` in a line, in seconds; lines that begin with # are comments. IsTum
+/// tells by the first pose. Velocities become differences of the positions.
+/// @throws FileError likewise
+bool IsTum(const std::string& path);
+std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns);
 
 /// The calibration alone.
 Calibration ReadCalibration(const std::filesystem::path& file);

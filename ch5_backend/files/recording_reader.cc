@@ -194,6 +194,42 @@ Camera ReadCamera(const YamlFile& yaml, const std::string& name) {
 
 }  // namespace
 
+bool IsTum(const std::string& path) {
+  TextReader reader(path);
+  while (const auto line = reader.ReadLine()) {
+    const auto words = Words(*line);
+    if (!words.empty() && words[0][0] != '#') return words.size() == 8 && line->find(',') == std::string_view::npos;
+  }
+  return false;
+}
+
+std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns) {
+  constexpr const char* kNames[] = {"timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
+  TextReader reader(path);
+  std::vector<StampedState> states;
+  while (const auto line = reader.ReadLine()) {
+    const auto words = Words(*line);
+    if (words.empty() || words[0][0] == '#') continue;
+    if (words.size() != 8)
+      reader.Fail("a pose is timestamp tx ty tz qx qy qz qw, eight numbers, got " + TextReader::Quote(*line));
+    double x[8];
+    for (size_t k = 0; k < 8; ++k) x[k] = reader.ToDouble(words[k], kNames[k]);
+    StampedState state;
+    state.t = RoundToNanosecond(x[0] - 1e-9 * static_cast<double>(origin_ns));
+    if (std::abs(state.t) > 1e-9 * kLongestRecordingNs)
+      reader.Fail("the timestamp is more than ten days from the first IMU measurement, got " + std::string(words[0]) +
+                  ", which must be in seconds");
+    if (!states.empty() && state.t <= states.back().t)
+      reader.Fail("the timestamp is repeated or goes backwards, got " + std::string(words[0]));
+    state.T_W_B = {Qd(x[7], x[4], x[5], x[6]), Vec3(x[1], x[2], x[3])};
+    if (const std::string why = WhyNotUnit(state.T_W_B.q); !why.empty()) reader.Fail(why);
+    state.T_W_B.q.normalize();
+    states.push_back(state);
+  }
+  DifferentiatePositions(&states);
+  return states;
+}
+
 Calibration ReadCalibration(const std::filesystem::path& file) {
   const YamlFile yaml(file.string());
   Calibration c;
@@ -234,11 +270,17 @@ Recording ReadRecording(const std::filesystem::path& folder) {
   recording.calibration = ReadCalibration(folder / "calibration.yaml");
   ReadImu((folder / "imu.csv").string(), &recording);
   ReadTracks((folder / "tracks.csv").string(), &recording);
-  const std::filesystem::path truth = folder / "groundtruth.csv";
-  if (std::filesystem::exists(truth)) {
-    ReadTruth(truth.string(), &recording);
+  for (const char* name : {"groundtruth.csv", "groundtruth.txt"}) {
+    const std::filesystem::path truth = folder / name;
+    if (!std::filesystem::exists(truth)) continue;
+    if (IsTum(truth.string())) {
+      recording.truth = ReadTum(truth.string(), recording.origin_ns);
+    } else {
+      ReadTruth(truth.string(), &recording);
+    }
     CheckOrderOfQuaternions(truth.string(), recording);
     CheckUp(truth.string(), recording);
+    break;
   }
   return recording;
 }

@@ -76,6 +76,17 @@ std::vector<std::string_view> SplitAt(char separator, std::string_view text) {
   return pieces;
 }
 
+std::vector<std::string_view> Words(std::string_view text) {
+  constexpr char kSpaces[] = " \t\r\v\f";
+  std::vector<std::string_view> words;
+  for (size_t begin; (begin = text.find_first_not_of(kSpaces)) != std::string_view::npos;) {
+    const size_t end = std::min(text.find_first_of(kSpaces, begin), text.size());
+    words.push_back(text.substr(begin, end - begin));
+    text.remove_prefix(end);
+  }
+  return words;
+}
+
 TextReader::TextReader(const std::string& path) : path_(path), text_(ReadAll(path)) {
   next_ = text_.data();
   end_ = next_ + text_.size();

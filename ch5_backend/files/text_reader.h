@@ -15,6 +15,8 @@ namespace ch5 {
 std::string_view Trim(std::string_view text);
 /// The pieces of `text` between its separators, trimmed; at least one.
 std::vector<std::string_view> SplitAt(char separator, std::string_view text);
+/// The pieces of `text` between white space; perhaps none.
+std::vector<std::string_view> Words(std::string_view text);
 
 /// A file that cannot be read or understood. what() reads "file:line: what is wrong, got value".
 class FileError : public std::runtime_error {

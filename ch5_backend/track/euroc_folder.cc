@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "ch5_backend/files/csv_reader.h"
+#include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/math/transform.h"
 #include "ch5_backend/track/sensor_yaml.h"
 
@@ -49,7 +50,9 @@ SensorYaml ReadSensor(const fs::path& mav0, const std::string& sensor) {
   }
   if (!found.empty()) return SensorYaml(found[0], sensor);
   throw FileError(own.string() + ": there is no such file, nor one of Kalibr's (" +
-                  (sensor == "imu0" ? "imu….yaml" : "…camchain….yaml") + ") in mav0, beside it or in dso/ there");
+                  (sensor == "imu0" ? "imu….yaml" : "…camchain….yaml") +
+                  ") in mav0, beside it or in dso/ there; other calibrations, such as VINS-Mono's, are not read: "
+                  "ch5_backend/GUIDE.md has a sensor.yaml to fill in");
 }
 
 // The IMU's own T_BS; most publishers take the IMU for the body.
@@ -209,13 +212,16 @@ void ReadSecondCamera(const fs::path& mav0, const Transform& T_B_I, EurocFolder*
   }
 }
 
-std::vector<StampedState> ReadTruth(const fs::path& folder, const Transform& T_B_I, const Recording& recording) {
+// Empty if there are no rotations.
+std::vector<StampedState> ReadTruth(const fs::path& path, const Transform& T_B_I, const Recording& recording) {
+  if (IsTum(path.string())) return ReadTum(path.string(), recording.origin_ns);
   Transform T_S_I = T_B_I;
-  if (const fs::path file = folder / "sensor.yaml"; fs::exists(file)) {
+  if (const fs::path file = path.parent_path() / "sensor.yaml"; fs::exists(file)) {
     const SensorYaml yaml(file.string());
     if (yaml.Has("T_BS")) T_S_I = Inverse(yaml.T_B_S()) * T_B_I;
   }
-  CsvReader csv((folder / "data.csv").string());
+  CsvReader csv(path.string());
+  if (!csv.Has("q_w")) return {};
   const bool has_velocity = csv.Has("v_x") && IsIdentity(T_S_I), has_biases = csv.Has("b_w_x") && csv.Has("b_a_x");
   std::vector<StampedState> states;
   while (csv.NextRow()) {
@@ -233,22 +239,25 @@ std::vector<StampedState> ReadTruth(const fs::path& folder, const Transform& T_B
   return states;
 }
 
-// The best that there is: the batch's states, or the poses of a motion capture system.
+// The best that there is: the batch's states, the poses of a motion capture system, or a file of the user's own.
 void FindTruth(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result) {
-  Recording& recording = result->recording;
-  for (const char* name : {"state_groundtruth_estimate0", "vicon0", "mocap0"}) {
-    if (!fs::exists(mav0 / name / "data.csv")) continue;
-    recording.truth = ReadTruth(mav0 / name, T_B_I, recording);
-    const bool overlaps = !recording.truth.empty() && recording.truth.front().t < recording.imu.back().t &&
-                          recording.truth.back().t > 0.0;
-    if (!overlaps) recording.truth.clear();
-    result->notes.push_back(std::string("ground truth: ") + name +
-                            (overlaps ? "" : " has no time in common with the IMU, so there is none"));
-    return;
+  std::vector<StampedState>& truth = result->recording.truth;
+  for (const char* name :
+       {"state_groundtruth_estimate0/data.csv", "vicon0/data.csv", "mocap0/data.csv", "groundtruth.csv",
+        "groundtruth.txt", "gt.txt", "../groundtruth.csv", "../groundtruth.txt", "../gt.txt", "leica0/data.csv"}) {
+    const fs::path file = (mav0 / name).lexically_normal();
+    if (!fs::exists(file)) continue;
+    truth = ReadTruth(file, T_B_I, result->recording);
+    std::string note = (file.filename() == "data.csv" ? file.parent_path() : file).filename().string();
+    if (truth.empty()) {
+      note = "none, since " + note + " has no rotations";
+    } else if (truth.front().t >= result->recording.imu.back().t || truth.back().t <= 0.0) {
+      truth.clear();
+      note += " has no time in common with the IMU, so there is none";
+    }
+    return result->notes.push_back("ground truth: " + note);
   }
-  result->notes.push_back(fs::exists(mav0 / "leica0")
-                              ? "ground truth: none, since leica0 has positions of its prism without rotations"
-                              : "ground truth: none");
+  result->notes.push_back("ground truth: none");
 }
 
 }  // namespace

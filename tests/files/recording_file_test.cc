@@ -399,6 +399,34 @@ TEST_F(RecordingFile, OfTheTruthPosesAreEnough) {
   }
 }
 
+TEST_F(RecordingFile, TruthMayBeInTumsFormat) {
+  Write("groundtruth.csv",
+        "#timestamp, p_x, p_y, p_z, q_w, q_x, q_y, q_z\n1403715273262143232, 1, 2, 3, 0.8, 0, 0, 0.6\n");
+  EXPECT_FALSE(IsTum((folder_ / "groundtruth.csv").string()));
+  fs::remove(folder_ / "groundtruth.csv");
+  const std::string head = "# ground truth trajectory\n# timestamp tx ty tz qx qy qz qw\n",
+                    rows = "1403715273.262143232 1 2 3 0 0 0.6 0.8\n1403715273.762143232\t1 2.5 3 0 0 0.6 0.8\n";
+  Write("groundtruth.txt", head + rows);
+  const std::vector<StampedState> truth = ReadRecording(folder_).truth;
+  ASSERT_EQ(truth.size(), 2u);
+  EXPECT_NEAR(truth[1].t, 0.5, 1e-6) << "a double of seconds since 1970 resolves 2e-7 s";
+  EXPECT_EQ(truth[0].T_W_B.p, Vec3(1, 2, 3));
+  EXPECT_EQ(truth[0].T_W_B.q.w(), 0.8);
+  EXPECT_NEAR(truth[0].v_W.y(), 1.0, 1e-5);
+  const auto message = [&](const std::string& more) { return Write("groundtruth.txt", head + rows + more), Message(); };
+  EXPECT_EQ(
+      message("1403715274 1 2 3 0 0 0.6\n"),
+      "groundtruth.txt:5: a pose is timestamp tx ty tz qx qy qz qw, eight numbers, got \"1403715274 1 2 3 0 0 0.6\"");
+  EXPECT_EQ(message("1403715273.5 1 2 3 0 0 0.6 0.8\n"),
+            "groundtruth.txt:5: the timestamp is repeated or goes backwards, got 1403715273.5");
+  EXPECT_EQ(message("1403715274 1 2 3 0 0 6 8\n"),
+            "groundtruth.txt:5: the quaternion must be of length 1, got 10.000000");
+  EXPECT_EQ(
+      message("1403715274262 1 2 3 0 0 0.6 0.8\n"),
+      "groundtruth.txt:5: the timestamp is more than ten days from the first IMU measurement, got 1403715274262, which "
+      "must be in seconds");
+}
+
 // Motion capture systems often have y upwards.
 TEST_F(RecordingFile, ATruthWhoseZIsNotUpIsRefused) {
   HandheldOptions path;

@@ -301,6 +301,28 @@ class TrackApp(AppTest):
         self.assertIn("ground truth: mocap0", done.stdout)
         self.assertEqual(len(table(self.out / "groundtruth.csv")), 201)
 
+    def test_truth_in_tums_format_is_the_same_truth(self):
+        self.solve(self.copy(name="plain"), "--out", self.folder / "expected")
+        expected = table(self.folder / "expected" / "groundtruth.csv")
+        rows = [line.split(",") for line in (self.flight / "mav0" / TRUTH).read_text().splitlines()[1:]]
+        tum = "# timestamp tx ty tz qx qy qz qw\n" + "".join(
+            " ".join([f"{row[0][:-9]}.{row[0][-9:]}", *row[1:4], *row[5:8], row[4]]) + "\n" for row in rows)
+        for name in (TRUTH, "gt.txt", "../groundtruth.txt"):
+            def instead(mav0):
+                shutil.rmtree((mav0 / TRUTH).parent)
+                (mav0 / TRUTH).parent.mkdir()
+                (mav0 / name).write_text(tum)
+            done = self.solve(self.copy(instead, Path(name).parent.name + Path(name).name), "--out", self.out)
+            self.assertIn(f"ground truth: {Path(name).parent.name if name == TRUTH else Path(name).name}\n", done.stdout)
+            for one, other in zip(table(self.out / "groundtruth.csv"), expected, strict=True):
+                self.assertEqual([one[key] for key in list(one)[1:8]], [other[key] for key in list(one)[1:8]])
+                self.assertLess(abs(int(one["#timestamp [ns]"]) - int(other["#timestamp [ns]"])), 1000)
+
+    def test_truth_without_rotations_is_none(self):
+        done = self.solve(self.copy(edit(TRUTH, lambda text: "\n".join(",".join(line.split(",")[:4]) for line in text.split("\n")))),
+                          "--out", self.out)
+        self.assertIn("ground truth: none, since state_groundtruth_estimate0 has no rotations\n", done.stdout)
+
     def test_the_real_folder_is_tracked(self):
         mav0 = needs(DATA / "euroc_v1_01_mav0")
         done = self.solve(mav0, "--out", self.out)
