@@ -1,11 +1,11 @@
 #include "ch5_backend/files/g2o_file.h"
 
-#include <cmath>
 #include <limits>
 #include <map>
 #include <set>
 #include <stdexcept>
 
+#include "ch5_backend/files/csv_reader.h"
 #include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/text_reader.h"
 #include "ch5_backend/math/psd.h"
@@ -87,11 +87,7 @@ class Reader {
 
   Qd ToQuaternion(const double* xyzw) const {
     const Qd q(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
-    if (std::abs(q.norm() - 1.0) > 1e-3) {
-      std::string length;
-      AppendNumber(q.norm(), ' ', &length);
-      text_.Fail("a rotation is a quaternion of length 1, got length " + length);
-    }
+    if (const std::string why = WhyNotUnit(q); !why.empty()) text_.Fail(why);
     return q.normalized();
   }
 

@@ -149,8 +149,8 @@ TEST_F(G2o, NearlyUnitQuaternionsAreNormalized) {
   const G2oFile file = Read("VERTEX_SE3:QUAT 0 0 0 0 0 0 0.6004 0.8004\n");
   EXPECT_NEAR(static_cast<const VertexPose&>(*file.graph.Vertices()[0]).q().norm(), 1.0, 1e-15);
   ExpectError("VERTEX_SE3:QUAT 0 0 0 0 0 0 0.61 0.8\n", 1, "length 1");
-  ExpectError("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 0\n", 1, "length 1, got length 0");
-  ExpectError(std::string(kTwoPoses) + "EDGE_SE3:QUAT 3 7 0 0 0 0 0 0 2 " + kUnitW, 3, "got length 2");
+  ExpectError("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 0\n", 1, "length 1, got 0.000000");
+  ExpectError(std::string(kTwoPoses) + "EDGE_SE3:QUAT 3 7 0 0 0 0 0 0 2 " + kUnitW, 3, "got 2.000000");
 }
 
 TEST_F(G2o, ErrorsNameLineAndValue) {
