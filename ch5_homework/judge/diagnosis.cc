@@ -120,9 +120,26 @@ Text SymptomOfTheWhole(const Claim& claim) {
   return {};
 }
 
+// The right answers so far, by what they are called.
+using Answers = std::vector<std::pair<std::string, MatXX>>;
+Answers& AnswersSoFar() {
+  static Answers answers;
+  return answers;
+}
+
+bool IsOfAnEarlierCall(const Claim& claim) {
+  const Answers& answers = AnswersSoFar();
+  return std::any_of(answers.begin(), answers.end(), [&](const auto& answer) {
+    return answer.first == claim.variable && Equal(claim.got, answer.second, kMistakeMatch);
+  });
+}
+
 // What can be said of a wrong matrix that no typical mistake explains.
 Text Symptom(const Claim& claim) {
   if (!claim.got.allFinite() || HoldsUnset(claim.got)) return SymptomOfNaN(claim);
+  if (!claim.got.isZero(0.0) && IsOfAnEarlierCall(claim)) {
+    return {"matrix.of_an_earlier_call", {{"variable", Called(claim)}}};
+  }
   if (const Text whole = SymptomOfTheWhole(claim); !whole.empty()) return whole;
   if (IsSymmetric(claim.expected) && !claim.expected.isDiagonal() && !IsSymmetric(claim.got))
     return "matrix.none_typical_not_symmetric";
@@ -255,7 +272,10 @@ void Require(const std::string& stage, const Text& what, const MatXX& expected, 
              const Names& columns) {
   const Claim claim{expected, got, names, columns, tolerance, variable};
   RecordMargin(claim);
-  if (Equal(got, expected, tolerance)) return;
+  if (Equal(got, expected, tolerance)) {
+    if (!variable.empty()) AnswersSoFar().emplace_back(variable, expected);
+    return;
+  }
   testing::Test::RecordProperty("picture", Picture(claim));
   Diagnosis diagnosis{stage, what, {}, {}, {}, todo};
   const std::vector<Mistake> mistakes = make_mistakes();

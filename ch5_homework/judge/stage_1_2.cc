@@ -15,6 +15,7 @@ using namespace stage_1_2;
 
 // Why SolveLinearSystem may return false.
 Text CauseOfGivingUp(const Problem& problem, const Parts& right, const VecX& delta_x) {
+  if (right.b_p.size() == 0) return "1.2.gave_up_without_poses";
   if (problem.SchurComplement().size() == 0 && right.b_m.size() > 0) {
     return Text("matrix.still_empty", {{"variable", Word("H_pp_schur_")}});
   }
@@ -37,7 +38,7 @@ void CheckCall(Problem* problem, const Case& c, const Text& scene) {
   if (reduced) {
     Require(
         "1.2", with("H_pp − H_pm H_mm⁻¹ H_mp"), right.Schur(), problem->SchurComplement(), names,
-        [&] { return c.SchurMistakes(); }, 1e-9);
+        [&] { return c.SchurMistakes(); }, 1e-9, {}, "H_pp_schur_");
     const auto mistakes = [&] {
       std::vector<Mistake> all = c.ReducedMistakes();
       if (!Equal(delta_x, -step, 1e-7)) {  // with both segments of b negated, all of Δx is
@@ -98,6 +99,7 @@ TEST(Stage12, WithOneLandmarkAndWithNone) {
     CheckRandom({0, 2, landmarks}, 0.5, Damping::kIdentity,
                 landmarks ? "1.2.two_poses_one_landmark" : "1.2.two_poses_no_landmarks");
   }
+  CheckRandom({1, 0, 2}, 0.5, Damping::kIdentity, "1.2.landmarks_alone");  // as with all poses fixed
 }
 
 TEST(Stage12, LambdaOnEveryDiagonalEntry) {

@@ -83,6 +83,11 @@ TEST(Stage2, APoseOutOfAWindow) {
   const int n = Vary(20, 30, 25);
   CheckRandom(n, 6, 6);
   CheckRandom(n, 0, 6);
+  Random random(Seed(28));
+  MatXX H = RandomPositiveDefinite(n, &random);
+  H.middleRows(9, 3) *= 1e-2;  // its angles in smaller units: their eigenvalues are small, but none is zero
+  H.middleCols(9, 3) *= 1e-2;
+  CheckMarginalize(H, RandomMatrix(n, 1, &random), 6, 6);
 }
 
 // What leaves was not measured in all its directions: nothing has measured its last component, or only the difference of

@@ -223,13 +223,14 @@ TEST(Stage5, TakesTheRootInAwkwardUnits) {
 TEST(Stage5, TheResidualMovesWithTheStates) {
   Random random(Seed(59));
   const auto term = Chosen().make_marginalization_error();
-  const MatXX J = RandomMatrix(6, 6, &random);
-  const VecX e0 = RandomMatrix(6, 1, &random);
+  const int n = 9;  // more than a pose has
+  const MatXX J = RandomMatrix(n, n, &random);
+  const VecX e0 = RandomMatrix(n, 1, &random);
   const auto [term_H, term_J, term_b0, term_e0, dense_size] = MembersOf(*term);
   term_J = J;
   term_e0 = e0;
   for (const double size : {30.0, 1.0, 0.03}) {  // linear however far the states move
-    const VecX delta_chi = size * RandomMatrix(6, 1, &random);
+    const VecX delta_chi = size * RandomMatrix(n, 1, &random);
     const MatXX e = term->Residual(delta_chi);
     Require("5", Text("5.e_of", {{"what", "5.random_J_e0"}}), e0 + J * delta_chi, e, {},
             {{"5.4", "5.J_dchi_missing", e0},
@@ -237,11 +238,12 @@ TEST(Stage5, TheResidualMovesWithTheStates) {
              {"5.4", "5.sign_of_J_dchi", e0 - J * delta_chi},
              {"5.4", "5.sign_of_J_dchi", J * delta_chi - e0},
              {"5.4", StandsFor("Jᵀ", "J"), e0 + J.transpose() * delta_chi},
+             {"5.4", "5.first_six_columns", e0 + J.leftCols(6) * delta_chi.head(6)},
              {"5.4", "5.J_missing_before_dchi", e0 + delta_chi}},
             1e-10, "5.4", "e");
   }
-  Require("5", Text("5.e_of", {{"what", "5.no_motion"}}), e0, term->Residual(VecX::Zero(6)), {},
-          {{"5.4", "5.e0_missing", VecX::Zero(6)}}, 1e-10, "5.4");
+  Require("5", Text("5.e_of", {{"what", "5.no_motion"}}), e0, term->Residual(VecX::Zero(n)), {},
+          {{"5.4", "5.e0_missing", VecX::Zero(n)}}, 1e-10, "5.4");
 }
 
 // ---- all together ---------------------------------------------------------------------------------------------------

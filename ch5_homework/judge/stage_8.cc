@@ -46,11 +46,14 @@ void CheckDamping(const Trial& t, const MatXX& right, const std::vector<Mistake>
 
 TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
   for (const double gain : {1.1, 0.1, 0.5, 0.8, 0.9, 0.97}) {
-    const Trial t{10.0, 10.0 - 4.0 * gain, 4.0, 0.3, 8.0};
+    const Trial t{5.0, 5.0 - 4.0 * gain, 4.0, 0.3, 8.0};
     const Text what{"8.accepted_with_gain", {{"gain", Word(gain)}}};
     CheckDecision(t, true, what);
     const double cube = 1.0 - std::pow(2.0 * gain - 1.0, 3), third = 1.0 / 3.0;
-    const double factor = std::max(third, std::min(2.0 * third, cube));
+    const auto of = [third](double ratio) {
+      return std::clamp(1.0 - std::pow(2.0 * ratio - 1.0, 3), third, 2.0 * third);
+    };
+    const double factor = of(gain);
     const auto is = [&](double by, double nu = 2.0) { return MatXX(Vec2(t.lambda * by, nu)); };
     CheckDamping(
         t, Vec2(t.lambda * factor, 2.0),
@@ -58,13 +61,16 @@ TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
          {"8a", "8.nu_not_reset", is(factor, 2.0 * t.nu)},
          {"8a", "8.cap_missing", is(std::max(third, cube))},
          {"8a", "8.floor_missing", is(std::min(2.0 * third, cube))},
+         {"8a", "8.half_the_promise", is(of(2.0 * gain))},
+         {"8a", "8.half_the_promise", is(of(0.5 * gain))},
          {"8a", "8.third_always", is(third)},
          {"8a", "8.integers_divided", is(0.0)},
          {"8a", "8.nu_not_assigned", is(factor, 0.0)},
          {"8a", "8.lambda_kept", is(1.0)},
          {"8a", "8.lambda_raised", is(t.nu, 2.0 * t.nu)},
          {"8a", "8.square_for_cube", is(std::max(third, std::min(2.0 * third, 1.0 - std::pow(2.0 * gain - 1.0, 2))))},
-         {"8a", "8.gain_inverted", is(std::max(third, std::min(2.0 * third, 1.0 - std::pow(2.0 / gain - 1.0, 3))))}},
+         {"8a", "8.gain_by_the_cost", is(of((t.cost - t.trial_cost) / t.cost))},
+         {"8a", "8.gain_inverted", is(of(1.0 / gain))}},
         what);
   }
 }
@@ -82,6 +88,7 @@ TEST(Stage8, ARejectedStepRaisesTheDamping) {
                   {"8a", "8.lambda_not_raised", is(1.0, 2.0 * nu)},
                   {"8a", "8.lambda_not_raised", is(1.0, nu)},
                   {"8a", "8.lambda_divided", is(1.0 / nu, 2.0 * nu)},
+                  {"8a", "8.nu_for_lambda", Vec2(nu, 2.0 * nu)},
                   {"8a", "8.nu_reset_too_soon", is(nu, 2.0)}},
                  what);
   }
@@ -290,6 +297,8 @@ void CheckCovariance(const Step& step, const Text& what) {
     A_no_arm.block(row, 3, 3, 3).setZero();
   }
   A_no_turn.block(3, 3, 3, 3).setIdentity();
+  MatXX A_small_turn = A_no_turn;
+  A_small_turn.block(3, 3, 3, 3) -= dt * Hat(step.w);
   A_turn_back.block(3, 3, 3, 3).transposeInPlace();
   A_left.block(0, 3, 3, 3) = -0.5 * dt * dt * Hat(step.before.q * step.a);
   A_left.block(6, 3, 3, 3) = -dt * Hat(step.before.q * step.a);
@@ -319,6 +328,7 @@ void CheckCovariance(const Step& step, const Text& what) {
        {"8c", "8.A_without_acceleration_in_p", sum(A_no_arm_of_p, B)},
        {"8c", "8.A_without_turn", sum(A_no_turn, B)},
        {"8c", "8.A_turn_not_transposed", sum(A_turn_back, B)},
+       {"8c", "8.A_turn_to_first_order", sum(A_small_turn, B)},
        {"8c", "8.A_left_perturbation", sum(A_left, B)},
        {"8c", "8.A_without_velocity", sum(A_no_velocity, B)},
        {"8c", "8.B_without_jacobian", sum(A, B_no_jacobian)},

@@ -24,6 +24,7 @@ ASSERTIONS = [
     (r"given_back_once", "judge.given_back_twice"),  # unset_memory.cc
     (r"startRow >= 0|i>=0", "eigen.block_outside"),
     (r"invalid matrix product|lhs\.cols\(\) == a?_?rhs\.rows\(\)", "eigen.product_sizes"),
+    (r"other\.rows\(\) == 1 \|\| other\.cols\(\) == 1", "eigen.matrix_into_vector"),
     (r"aLhs\.rows\(\) == aRhs\.rows\(\)", "eigen.sum_sizes"),
     (r"rows\(\) == \w+\.rows\(\)|resize", "eigen.assignment_sizes"),
     (r"SolverBase::solve", "eigen.solve_sizes"),

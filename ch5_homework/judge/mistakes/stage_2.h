@@ -196,12 +196,25 @@ inline Mistake InverseOfSingular(const MatXX& got) {
   return {"2e 2d", "2.inverse_of_a_singular_matrix", got.allFinite() ? MatXX() : got};
 }
 
+/// The inverse of A_mm without directions that were measured, as of too high a threshold: of all or of the weakest.
+inline std::vector<Mistake> CutMistakes(const Parts& r) {
+  const auto m = static_cast<int>(r.A_mm.rows());
+  const bool is_singular = !(r.A_mm * r.A_mm_inverse).isIdentity(1e-6);
+  std::vector<Mistake> mistakes;
+  for (int cut = is_singular ? m : m - 1; cut > 0; --cut) {
+    mistakes.push_back({"2e 2d", "2.known_direction_cut", r.Schur(PseudoInversePsd(r.A_mm, cut))});
+  }
+  return mistakes;
+}
+
 inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& got) {
   const auto m = r.A_mm.rows();
   const MatXX &inverse = r.A_mm_inverse, one = MatXX::Identity(m, m), subtrahend = r.A_rr - r.Schur();
-  std::vector<Mistake> mistakes{
+  std::vector<Mistake> mistakes = CutMistakes(r);
+  const std::vector<Mistake> others{
       InverseOfSingular(got),
       {"2d", "2.sign_added", r.Schur(-inverse)},
+      {"2d", "2.last_variable_not_subtracted", idx == r.A_rr.rows() ? r.A_rr : MatXX()},
       {"2d", "2.A_rr_alone", r.A_rr},
       {"2d", AsLargeAs("H_marg"), r.H},
       {"2d", "2.covariance_for_information", PseudoInversePsd(r.H).topLeftCorner(r.A_rr.rows(), r.A_rr.cols())},
@@ -215,6 +228,7 @@ inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& 
       {"2e 2d", "2.inverse_by_entries", r.Schur(r.A_mm.cwiseInverse())},
       {"2e 2d", "2.inverse_by_entries", r.Schur(r.A_mm.diagonal().cwiseInverse().asDiagonal())},
       {"2d", "2.A_mminv_acts_twice", r.Schur(inverse * inverse)}};
+  mistakes.insert(mistakes.end(), others.begin(), others.end());
   for (const Mistake& mistake : ExchangeMistakes(r)) mistakes.push_back(mistake);
   mistakes.push_back({"2e 2d", "2.inverse_wrong_corner", r.Schur(PseudoInversePsd(r.H.topLeftCorner(m, m)))});
   for (const Mistake& mistake : CornerMistakes(r, idx)) mistakes.push_back(mistake);
@@ -239,7 +253,9 @@ inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_
           {"2d", "2.b_r_read_wrong_place", r.Reduced(r.b.tail(n), r.b_m)},
           {"2d", "2.b_r_b_m_exchanged", r.Reduced(r.b.tail(n), r.b.head(m))},
           {"2d", "2.b_prior_solved", PseudoInversePsd(r.Schur()) * r.Reduced()},
-          {"2a", "2.b_before_move", r.Reduced(b_given.head(n), b_given.tail(m))}};
+          {"2a", "2.b_before_move", r.Reduced(b_given.head(n), b_given.tail(m))},
+          {"2d", "2.b_before_move", r.Reduced(b_given.head(n), r.b_m)},
+          {"2d", "2.b_before_move", r.Reduced(r.b_r, b_given.tail(m))}};
 }
 
 }  // namespace ch5::homework::stage_2

@@ -151,6 +151,7 @@ struct SchurCase {
                                   {"5.5 5.2", InverseMeant("V"), Reduced(V)},
                                   {"5.2", "5.pinv_squared_in_b", Reduced(V_inverse * V_inverse)},
                                   {"5.2", "5.b_a_changed_twice", Reduced(2.0 * V_inverse)},
+                                  {"5.2", StandsFor("b_a", "b_b"), b_a - W * V_inverse * W.transpose() * b_a},
                                   {"5.2", "5.b_a_overwritten", subtracted}};
     if (S.rows() == S.cols()) {
       mistakes.push_back({"5.2", "5.root_acts_once", Reduced(S)});

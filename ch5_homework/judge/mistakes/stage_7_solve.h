@@ -129,7 +129,9 @@ inline std::vector<Mistake> ReducedMistakes(const Case& c) {
     mistakes.push_back({"7d", "7.b_schur_in_inner_loop", ReducedInTheInnerLoop(c, row_of)});
   }
   const RowOfPair number = [](const Case&, int i, int j) { return i == j ? i : -1; };
+  const RowOfPair six_rows_each = [](const Case&, int i, int j) { return i == j ? 6 * i : -1; };
   mistakes.push_back({"7d", "7.pose_number_for_row", ReducedInTheInnerLoop(c, number)});
+  mistakes.push_back({"7d", "7.six_rows_each", ReducedInTheInnerLoop(c, six_rows_each)});
   return mistakes;
 }
 

@@ -42,6 +42,8 @@ void Chain(GraphScene* s) {
   const auto x = AddVertices<VertexScalar>(&s->graph, 4,
                                            [] { return std::make_shared<VertexScalar>(VertexScalar::Estimate(0.0)); });
   x[3]->SetFixed();  // the origin, from which x_1 is measured with σ = 0.2
+  x[2]->SetEstimate(
+      VertexScalar::Estimate(1.0));  // fits the last measurement, whose part of H is the same nevertheless
   s->graph.AddEdge(std::make_shared<Difference>(x[0], x[1], 0.1));
   s->graph.AddEdge(std::make_shared<Difference>(x[3], x[1], 0.2));
   s->graph.AddEdge(std::make_shared<Difference>(x[1], x[2], 0.3));
