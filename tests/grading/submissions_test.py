@@ -4,14 +4,18 @@ import gzip
 import io
 import os
 import tarfile
+import time
 import tracemalloc
 import zipfile
+from datetime import datetime
+from pathlib import Path
+from unittest import mock
 
 from tests.folder import FolderTest
 from tests.conventions.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import speaker
-from ch5_backend.course.grading.submission import LARGEST, LARGEST_ARCHIVE, collect
+from ch5_backend.course.grading.submission import LARGEST, LARGEST_ARCHIVE, collect, handed_in
 
 CODE = b"// mine\n"
 ENGLISH = speaker("en")
@@ -39,14 +43,16 @@ class Submissions(FolderTest):
         work.mkdir(parents=True)
         (work / "problem.cc").write_bytes(CODE)
         found = [collect(work / "problem.cc"), collect(work.parent), self.zip(("hw/problem.cc", CODE)),
-                 self.tar(("hw/problem.cc", CODE))]
-        self.assertEqual([one.files for one in found], [{"problem.cc": CODE}] * 4)
-        self.assertEqual([one.faults for one in found], [[]] * 4)
+                 self.tar(("hw/problem.cc", CODE)), self.zip(("hw\\problem.cc", CODE))]
+        self.assertEqual([one.files for one in found], [{"problem.cc": CODE}] * 5)
+        self.assertEqual([one.faults for one in found], [[]] * 5)
         self.assertEqual(len({one.key() for one in found}), 1)
 
     def test_a_downloaded_copy_counts_by_the_name_it_begins_with(self):
         path = self.folder / "problem (2).cc"
         path.write_bytes(CODE)
+        self.assertEqual(collect(path).files, {"problem.cc": CODE})
+        path = path.rename(self.folder / "doejane_12345_678_problem-1.cc")  # from Canvas
         self.assertEqual(collect(path).files, {"problem.cc": CODE})
         path.rename(self.folder / "my_problem.cc")
         found = collect(self.folder / "my_problem.cc")
@@ -83,6 +89,22 @@ class Submissions(FolderTest):
         path.write_bytes(path.read_bytes().replace(true_size, small))
         found = collect(path)
         self.assertLessEqual(len(found.files.get("problem.cc", b"")), LARGEST)
+
+    def test_a_time_that_no_calendar_has_and_a_folder_too_deep_are_as_if_handed_in_now(self):
+        path = self.folder / "problem.cc"
+        path.write_bytes(CODE)
+        for year in (1e12, -1e12):
+            with mock.patch.object(Path, "lstat", return_value=mock.Mock(st_mtime=year)):  # not every file system holds it
+                self.assertLess(abs(datetime.fromisoformat(handed_in(path)).timestamp() - time.time()), 60)
+        at = os.open(self.folder, os.O_RDONLY)
+        for _ in range(50):
+            os.mkdir("d" * 100, dir_fd=at)
+            below = os.open("d" * 100, os.O_RDONLY, dir_fd=at)
+            os.close(at)
+            at = below
+        os.close(at)
+        self.assertLess(abs(datetime.fromisoformat(handed_in(self.folder)).timestamp() - time.time()), 60)
+        self.assertEqual(len(collect(self.folder).faults), 1)
 
     def test_links_and_devices_are_not_followed(self):
         secret = self.folder / "secret"

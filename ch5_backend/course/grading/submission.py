@@ -4,6 +4,7 @@ import bz2
 import gzip
 import hashlib
 import lzma
+import re
 import stat
 import tarfile
 import zipfile
@@ -39,6 +40,7 @@ class Submission:
 
     def take(self, path: str, size: int, read, places: dict) -> None:
         """Takes a member if it is one of the homework's files. Of two with one name, the one nearer to the top counts."""
+        path = path.replace("\\", "/")  # as some programs on Windows write it into a zip
         name, depth = PurePosixPath(path).name, len(PurePosixPath(path).parts)
         if name not in FILES or "__MACOSX" in path:
             return
@@ -83,15 +85,21 @@ def collect(path: Path) -> Submission:
 
 
 def handed_in(path: Path) -> str:
-    """When it was last written, as far as the file or what lies in the folder says; a copy may have another time."""
-    members = [member for count, member in zip(range(MOST_MEMBERS), path.rglob("*"))] if path.is_dir() else []
-    times = [member.lstat().st_mtime for member in members if member.name in FILES]
-    return datetime.fromtimestamp(max(times, default=path.lstat().st_mtime)).astimezone().isoformat(timespec="seconds")
+    """When it was last written, as far as the file or what lies in the folder says, else now; a copy may have another time."""
+    try:
+        members = [member for count, member in zip(range(MOST_MEMBERS), path.rglob("*"))] if path.is_dir() else []
+        times = [member.lstat().st_mtime for member in members if member.name in FILES]
+        when = datetime.fromtimestamp(max(times, default=path.lstat().st_mtime)).astimezone()
+    except (OSError, ValueError, OverflowError):  # folders too deep for a path, a year that no calendar has
+        when = datetime.now().astimezone()
+    return when.isoformat(timespec="seconds")
 
 
 def collect_file(path: Path, submission: Submission) -> None:
-    """A single file counts by its name, or by the name that its own begins with, such as "problem (2).cc"."""
-    fitting = [name for name in FILES if path.name.startswith(Path(name).stem)]
+    """A single file counts by its name, or by the name that its own begins with, such as "problem (2).cc", in Canvas behind
+    student and numbers, "doejane_12345_678_problem-1.cc"."""
+    names = (path.name, re.sub(r"^\w+_\d+_\d+_", "", path.name))
+    fitting = [name for name in FILES if any(given.startswith(Path(name).stem) for given in names)]
     name = max(fitting, key=len, default=path.name)
     submission.take(name, path.stat().st_size, lambda: read_regular(path), {})
 
