@@ -2,6 +2,7 @@
 
 import os
 import re
+import time
 import unittest
 from pathlib import Path
 
@@ -102,6 +103,22 @@ class Scores(unittest.TestCase):
         crash = next(one for one in SAMPLES.values() if len(in_regions(one)) == 1
                      and one.state == "crashes" and one.stages == [STAGE["1.2"]])
         self.assertEqual(self.found(crash, "1.2")["replaced"], in_regions(crash))
+
+    def test_who_asks_for_the_second_depth_without_writing_it_earns_no_more(self):
+        for one, points in ((BLANKS["blank_1_1b"], 6), (SAMPLES["schur_sign"], 9)):
+            stage = one.stages[0]
+            content = source(stage["file"], one.code) + "".join(f"// home work {todo}.\n" for todo in stage["deep"])
+
+            def judge(text, one=one, stage=stage):
+                return Judged(stage, one)(re.sub(rb"// home work .*\n", b"", text))
+            found = follow_through(stage, content.encode(), judge(content.encode()), {"score": 0, "points": 12 if points == 6 else 14}, judge)
+            self.assertLessEqual(found.get("score", 0), points)
+
+    def test_a_file_without_end_is_not_compared_line_by_line(self):
+        content = (source("problem.cc", SAMPLES["schur_sign"].code) + "\n" * 200_000).encode()
+        begin = time.monotonic()
+        self.assertEqual(follow_through(STAGE["1.2"], content, Verdict("wrong"), {"score": 0, "points": 14}, None), {})
+        self.assertLess(time.monotonic() - begin, 1.0)
 
     def test_nothing_filled_in_earns_nothing(self):
         for stage in STAGES:

@@ -15,6 +15,9 @@ from ..homework.make_skeleton import skeleton
 from ..homework.regions import regions, solution_text
 
 
+MOST_LINES = 5000  # of a file in which blanks are looked for; the solutions have 300
+
+
 def blanks_of(file: str, text: str) -> dict:
     """{todo: (begin, end)} in lines of a student's file: what stands between the skeleton's lines on either side of a blank.
     Without the blanks around which these lines have been changed."""
@@ -61,7 +64,10 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, row: dict, jud
     """{"score", "replaced", "blanks"} if the right blanks of a stage earn more than its checks, else {}. `row` has the stage's
     "score" and "points", and judge(content) gives the verdict on another text of the file."""
     file, text = stage["file"], content.decode("utf-8", "surrogateescape")
-    spans, lines = blanks_of(file, text), text.splitlines()
+    lines = text.splitlines()
+    if len(lines) > MOST_LINES:
+        return {}
+    spans = blanks_of(file, text)
     todos = [todo for todo in [*stage["todos"], *stage.get("deep", [])] if todo in spans]
     if not set(stage["todos"]) <= set(todos):
         return {}
@@ -71,8 +77,11 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, row: dict, jud
         return {}  # nothing is filled in, and no empty blank passes with the rest right
     known = {frozenset(): verdict}
 
+    def blanks(replaced) -> int:  # of the second depth those that are not right: the others any file has if it says it has them
+        return len({*stage["todos"], *replaced})
+
     def share(replaced) -> float:
-        return math.floor(2.0 * row["points"] * (len(todos) - len(replaced)) / len(todos)) / 2.0
+        return math.floor(2.0 * row["points"] * (blanks(replaced) - len(replaced)) / blanks(replaced)) / 2.0
 
     def after(replaced) -> Verdict:
         key = frozenset(replaced)
@@ -84,7 +93,7 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, row: dict, jud
     while share(replaced) > row["score"]:
         verdict = after(replaced)
         if verdict.state == "right":
-            return {"score": share(replaced), "replaced": replaced, "blanks": len(todos)}
+            return {"score": share(replaced), "replaced": replaced, "blanks": blanks(replaced)}
         named = blamed(verdict, file, content, spans)
         if verdict.state == "times-out" or named not in todos or named in replaced:
             break
@@ -93,7 +102,7 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, row: dict, jud
         return {}
     for replaced in ([*empty, todo] for todo in todos if todo not in empty):  # the diagnosis may blame another blank
         if share(replaced) > row["score"] and after(replaced).state == "right":
-            return {"score": share(replaced), "replaced": replaced, "blanks": len(todos)}
+            return {"score": share(replaced), "replaced": replaced, "blanks": blanks(replaced)}
     return {}
 
 
