@@ -57,6 +57,21 @@ class Inside(unittest.TestCase):
             other.kill()
         self.assertLess(int(outcome.output.split()[0]), 8)
 
+    def test_the_first_process_inside_is_limited_too(self):  # the others may write into its memory
+        self.assertRegex(shell("cat /proc/1/limits", seconds=7).output, r"Max cpu time +7 ")
+
+    def test_the_courses_library_is_not_there_if_it_is_installed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("lib", "local/lib/python3.11/dist-packages"):
+                (Path(folder) / name).mkdir(parents=True)
+            library = Path(folder) / "lib" / "libch5_backend.so"
+            module = Path(folder) / "local/lib/python3.11/dist-packages/ch5_backend.so"
+            for path in (library, module):
+                path.write_bytes(b"answers")
+            self.assertEqual(set(sandbox.installed(folder)), {str(library), str(module)})
+        with mock.patch.object(sandbox, "installed", return_value=("/usr/bin/true", "/usr/share")):
+            self.assertEqual(shell("cat /usr/bin/true; ls /usr/share").output.count("Permission denied"), 1)
+
     def test_what_the_parent_has_open_is_not_inherited(self):
         with tempfile.TemporaryFile() as secret:
             os.set_inheritable(secret.fileno(), True)

@@ -5,6 +5,7 @@ no other process. Where it cannot be had, it says why and nothing is run.
 """
 
 import errno
+import glob
 import os
 import resource
 import shutil
@@ -13,6 +14,7 @@ import subprocess
 import tempfile
 import threading
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,12 +25,14 @@ from ..base.scratch import scratch
 NOBODY = 65534
 MIB = 1 << 20
 
-# Calls that no homework needs, and that reach other processes, the kernel or new namespaces.
+# Calls that no homework needs, and that reach other processes, the kernel or new namespaces, or take memory that no limit
+# counts.
 FORBIDDEN_CALLS = (
     "ptrace", "process_vm_readv", "process_vm_writev", "pidfd_getfd", "kcmp", "mount", "umount2", "pivot_root", "chroot",
     "unshare", "setns", "keyctl", "add_key", "request_key", "bpf", "perf_event_open", "userfaultfd", "io_uring_setup",
     "io_uring_enter", "io_uring_register", "kexec_load", "init_module", "finit_module", "delete_module", "swapon",
-    "swapoff", "reboot", "settimeofday", "clock_settime", "socket", "socketpair", "fanotify_init", "open_by_handle_at")
+    "swapoff", "reboot", "settimeofday", "clock_settime", "socket", "socketpair", "fanotify_init", "open_by_handle_at",
+    "shmget", "msgget", "semget", "mq_open", "memfd_create")
 NEW_USER_NAMESPACE = 0x10000000  # CLONE_NEWUSER
 
 
@@ -63,16 +67,17 @@ class Sandbox:
         binds += [word for inside, outside in self.writable.items() for word in ("--bind", str(outside), inside)]
         bubble = ["bwrap", "--unshare-all", "--die-with-parent", "--new-session", "--cap-drop", "ALL", "--clearenv",
                   "--setenv", "PATH", "/usr/bin", "--setenv", "LC_ALL", "C.UTF-8", "--setenv", "HOME", "/tmp",
-                  "--ro-bind", "/usr", "/usr", "--symlink", "usr/bin", "/bin", "--symlink", "usr/lib", "/lib",
+                  "--ro-bind", "/usr", "/usr", *hiding(installed()), "--symlink", "usr/bin", "/bin", "--symlink", "usr/lib", "/lib",
                   "--symlink", "usr/lib64", "/lib64", "--proc", "/proc", "--dev", "/dev",
                   "--size", str(64 * MIB), "--tmpfs", "/tmp", *binds,
                   "--remount-ro", "/dev", "--remount-ro", "/",  # they have no limit of size
                   "--chdir", "/tmp", "--hostname", "sandbox",
                   "--as-pid-1", "--seccomp", "9"]
         some = self.limits
-        # nproc counts per user, so it is set inside, where the user is a new one. The shell waits, so that times add up.
-        inside = ["sh", "-c", '"$@"; exit $?', "sh", "prlimit", f"--cpu={some.seconds}:{some.seconds + 1}", f"--as={some.memory}", f"--nproc={some.processes}",
-                  f"--fsize={some.file_size}", "--core=0", "--nofile=64", "--", *map(str, command)]
+        # nproc counts per user, so it is set inside, where the user is a new one. The shell waits, so that times add up; it is
+        # limited too, since the program may write into its memory.
+        inside = ["prlimit", f"--cpu={some.seconds}:{some.seconds + 1}", f"--as={some.memory}", f"--nproc={some.processes}",
+                  f"--fsize={some.file_size}", "--core=0", "--nofile=64", "--", "sh", "-c", '"$@"; exit $?', "sh", *map(str, command)]
         drop = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", "--no-new-privs"]
         # The shell opens the filter before rights are dropped, and closes what it has inherited.
         opened = ["sh", "-c", 'exec 3>&- 4>&- 5>&- 6>&- 7>&- 8>&- 9<"$0"; exec "$@"', str(call_filter())]
@@ -106,6 +111,18 @@ class Sandbox:
     def _limit_output(self) -> None:
         """Of files that are open already, such as standard output, which no size inside limits."""
         resource.setrlimit(resource.RLIMIT_FSIZE, (self.limits.file_size, self.limits.file_size))
+
+
+@lru_cache
+def installed(root: str = "/usr") -> tuple:
+    """What an engineer has installed of the course's library: it holds the solutions, as code to be called."""
+    places = [f"{root}{local}/lib{below}" for local in ("", "/local") for below in ("", "/*", "/*/*-packages")]
+    return tuple(sorted(found for place in places for found in glob.glob(f"{place}/*ch5_backend*")))
+
+
+def hiding(paths) -> list:
+    """Words for bubblewrap that put nothing in the place of these files and folders."""
+    return [word for path in paths for word in (("--tmpfs", path) if os.path.isdir(path) else ("--ro-bind", "/dev/null", path))]
 
 
 class Unguarded(Sandbox):
