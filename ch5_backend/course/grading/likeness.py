@@ -14,8 +14,9 @@ from .outputs import short_hash
 GRAM = 16       # tokens
 FEWEST = 40     # grams of one's own: three places or more; below that two people may have had one idea
 SHARE = 0.7     # of the smaller file's own grams
-NOTHING = re.compile(r'//[^\n]*|/\*.*?\*/|^\s*#[^\n]*', re.DOTALL | re.MULTILINE)
-TOKEN = re.compile(r'"(?:\\.|[^"\\\n])*"|[A-Za-z_]\w*|\d[\w.]*|->|::|[^\s\w]')
+STRING = r'"(?:\\.|[^"\\\n])*"'
+NOTHING = re.compile(rf'({STRING})|//[^\n]*|/\*.*?(?:\*/|\Z)|^[^\S\n]*#[^\n]*', re.DOTALL | re.MULTILINE)
+TOKEN = re.compile(rf'{STRING}|[A-Za-z_]\w*|\d[\w.]*|->|::|[^\s\w]')
 KEYWORDS = frozenset("auto bool break const continue double else false float for if int long nullptr return size_t static "
                      "std struct true void while".split())
 
@@ -27,7 +28,7 @@ def fingerprint(files: dict) -> dict:
 
 
 def grams(text: str, calls: frozenset) -> set:
-    tokens = TOKEN.findall(NOTHING.sub(" ", text))
+    tokens = TOKEN.findall(NOTHING.sub(lambda nothing: nothing[1] or " ", text))
     kinds = [kind(tokens, k, calls) for k in range(len(tokens))]
     return {gram_hash(kinds[k:k + GRAM]) for k in range(len(kinds) - GRAM + 1)}
 

@@ -17,6 +17,7 @@ from .sandbox import MIB, Limits, Sandbox
 
 # A compiler needs two seconds and half a gigabyte for the solutions.
 COMPILING = Limits(seconds=30, wall_seconds=120.0, memory=3072 * MIB, processes=16, file_size=128 * MIB)
+LONGEST_LINE = 2000  # of the compiler's words: patterns take the square of it
 # The compiler's or the linker's own words about the file that it was given.
 BLAMES_THE_FILE = re.compile(r"[Ee]rror: |undefined reference|multiple definition|terminated by signal|out of memory|"
                              r"virtual memory exhausted|File size limit|PLEASE submit a (full )?bug report")
@@ -92,10 +93,13 @@ class Toolchain:
                 return Built(worker, None, cpu, peak)
             if not outcome.in_time:  # a second compiler would take as long
                 break
-        return Built(None, self._verdict(file, outcome, content), cpu, peak)
+        return Built(None, self._verdict(file, outcome, content, folder / "submission"), cpu, peak)
 
-    def _verdict(self, file: str, outcome, content: bytes) -> Verdict:
-        words = re.sub(r"[\w./-]*/submission/", "", outcome.output).replace(str(self.include) + "/", "")  # without a sandbox it has a path
+    def _verdict(self, file: str, outcome, content: bytes, given: Path) -> Verdict:
+        words = outcome.output
+        for folder in (f"{given}/", "/submission/", f"{self.include}/"):  # without a sandbox the first
+            words = words.replace(folder, "")
+        words = "\n".join(line[:LONGEST_LINE] for line in words.splitlines())
         if not outcome.in_time:
             return Verdict("does-not-compile", because("compiler.took_too_long", n=COMPILING.seconds))
         if not BLAMES_THE_FILE.search(words):

@@ -7,6 +7,9 @@ from ..base.language import sentence
 from .diagnosis import Verdict
 
 
+MOST_NAMES = 50  # of a line that are looked for in the lines above it
+
+
 def content_of(path: Path):
     """The bytes of a file, or None."""
     try:
@@ -17,9 +20,9 @@ def content_of(path: Path):
 
 def keeps_throw(content, todo: str) -> bool:
     """Whether code stands in this blank, and below it still the throw that says it is empty."""
-    name, text = re.escape(todo), (content or b"").decode("utf-8", "replace")
-    blank = re.search(rf'TODO:: home work {name}\.(.*?)throw HomeworkMissing\("{name} ', text, re.DOTALL)
-    return bool(blank) and any(line.strip() and not line.strip().startswith("//") for line in blank[1].splitlines()[1:])
+    _, task, rest = (content or b"").decode("utf-8", "replace").partition(f"TODO:: home work {todo}.")
+    blank, throw, _ = rest.partition(f'throw HomeworkMissing("{todo} ')
+    return bool(task and throw) and any(line.strip() and not line.strip().startswith("//") for line in blank.splitlines()[1:])
 
 
 def some_filled(stage: dict, content: bytes) -> bool:
@@ -33,7 +36,7 @@ def still_empty(text: str, number: int):
     code = [line.partition("//")[0] for line in text.splitlines()]
     if not 0 < number <= len(code):
         return None
-    for name in re.findall(r"\b[A-Za-z_]\w*\b", code[number - 1]):
+    for name in re.findall(r"\b[A-Za-z_]\w*\b", code[number - 1])[:MOST_NAMES]:
         declared = next((i for i in range(number - 2, -1, -1)
                          if re.match(rf"\s*(MatXX|VecX)\s+(\w+, *)*{name}\b[\w, ]*;", code[i])), None)
         if declared is None or re.search(rf"\b{name} *=(?!=)", code[number - 1]):

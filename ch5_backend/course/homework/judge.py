@@ -16,6 +16,7 @@ from ..base.processes import running
 from ..base.scratch import scratch
 from .diagnosis import SHOWN_LINES, Verdict, because
 
+MOST_WORDS = 2000  # of an exception
 TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
 
 # What Eigen's assertions mean; the first pattern that occurs in the assertion counts.
@@ -144,7 +145,7 @@ def worker_failure(tests: list):
 
 def in_plain_words(message: str, table: list):
     """What a message means, as data."""
-    return next((sentence(name) for pattern, name in table if re.search(pattern, message)), {"quoted": message})
+    return next((sentence(name) for pattern, name in table if re.search(pattern, message)), {"quoted": message[:MOST_WORDS]})
 
 
 def mend_utf8(text: str) -> str:
@@ -168,9 +169,10 @@ def ended_early(executable: Path, stage: dict, words: str, in_time: bool, exit_c
         return Verdict(state, {**because(cause, where=where, **arguments), "place": place}, printed=student)
     if not in_time:
         return verdict("times-out", "judge.does_not_end", n=f"{time_limit:g}")
-    if assertion := re.search(r"Assertion [`'](.*)' failed", student, re.DOTALL):
-        student = student[:student.rfind("\n", 0, assertion.start()) + 1]
-        return verdict("crashes", "judge.assertion", reason=in_plain_words(assertion[1], ASSERTIONS))
+    assertion = re.search("Assertion [`']", student)
+    if assertion and (end := student.rfind("' failed", assertion.end())) >= 0:
+        student, assertion = student[:student.rfind("\n", 0, assertion.start()) + 1], student[assertion.end():end]
+        return verdict("crashes", "judge.assertion", reason=in_plain_words(assertion, ASSERTIONS))
     if name == "Stack overflow":
         return verdict("crashes", "judge.stack_full")
     if crash or exit_code < 0:

@@ -78,7 +78,7 @@ inline std::shared_ptr<Edge> MakeEdge(const EdgeNumbers& e, StartScene& scene) {
   std::shared_ptr<Edge> edge;
   if (e.type == "EdgeSE3Prior") edge = MakePrior(e, scene.Vertices());
   if (e.type == "EdgeReprojection") edge = MakeReprojection(e, scene, scene.Vertices());
-  if (!edge) return std::make_shared<ForeignEdge>(e.type);
+  if (!edge) return std::make_shared<ForeignEdge>(e.type.substr(0, 80));
   edge->SetInformation(e.W);
   edge->SetLevel(e.level);
   if (e.has_loss) edge->SetLossFunction(std::make_shared<CauchyLoss>(1.0));
