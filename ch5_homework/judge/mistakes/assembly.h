@@ -142,6 +142,10 @@ inline Turning Three(const Statement& diagonal, const Statement& first, const St
 }
 inline Turning Two(const Statement& first, const Statement& mirror) { return Three(first, first, mirror); }
 inline Turning BothOf(Weight weight) { return Two(kFirst.Of(weight), kMirror.Of(weight)); }
+/// Skips an edge whose residual is zero.
+inline void WithoutEdgesThatFit(MatXX* H, const Turn& t) {
+  if (!t.edge.Residual().isZero(0.0)) Two(kFirst, kMirror)(H, t);
+}
 
 // ---- b ---------------------------------------------------------------------------------------------------------------
 

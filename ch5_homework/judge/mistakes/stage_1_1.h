@@ -92,10 +92,7 @@ inline std::vector<TurningMistake> WrongTurnings() {
              const MatXX sum = H->block(t.i, t.j, t.v_i().LocalDimension(), t.v_j().LocalDimension());
              if (!t.IsDiagonal()) Put(H, t.j, t.i, sum.transpose());
            }},
-          {"1.1a", "1.1.edge_that_fits_left_out",
-           [=](MatXX* H, const Turn& t) {
-             if (!t.edge.Residual().isZero(0.0)) both(H, t);
-           }},
+          {"1.1a", "formula.edge_that_fits_left_out", &WithoutEdgesThatFit},
           {"1.1a", "1.1.nothing_added_H", Two(kNothing, kNothing)},
           {"1.1a", "1.1.H_doubled", Two(kFirst.Times(2.0), kMirror.Times(2.0))}};
 }

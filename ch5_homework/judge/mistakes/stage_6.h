@@ -44,6 +44,7 @@ inline std::vector<Mistake> MistakesInA(const Loop& loop) {
           {"6c", "6.diagonal_blocks_doubled", times(2, 1, 1)},
           {"6c", "6.off_diagonal_added_twice", times(1, 2, 2)},
           {"6c", "6.diagonal_blocks_missing", times(0, 1, 1)},
+          {"6c", "formula.edge_that_fits_left_out", is(&WithoutEdgesThatFit)},
           {"6c", "6.break_at_fixed_vertex", AssembleH(stopping, Two(kFirst, kMirror))},
           {"6c", "formula.mirror_subtracted", times(1, 1, -1)},
           {"6c", "formula.mirror_added_twice", times(1, 1, 2)},

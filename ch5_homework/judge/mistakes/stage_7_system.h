@@ -140,6 +140,7 @@ inline std::vector<Mistake> MistakesInH(const Loop& loop, const Ordering& orderi
                                 {"7c", "7.last_edge_left_in_H", is({d, p, pl, l}, 1, true)},
                                 {"7c", Text("7.assigned", {{"blocks", Word("H_pp")}}), is({d, p}, 1, true)},
                                 {"7c", "7.blocks_subtracted", is({d, p, pl, l}, -1)},
+                                {"7c", "formula.edge_that_fits_left_out", AssembleH(loop, &WithoutEdgesThatFit)},
                                 {"7c", "7.mirror_added_too", MirrorAddedToo(loop, ordering)},
                                 {"7c", "7.loss_forgotten_in_H", AssembleH(loop, BothOf(&W))},
                                 {"7c", "7.first_order_loss", AssembleH(loop, BothOf(&RhoW))}};

@@ -24,6 +24,7 @@ FactorGraph::FactorGraph(Kind kind) : Scene("factors", {kind}) {
   AddFactor<2>(&random, {1}, cauchy, p[2], d[2]);                 // its other vertices are kept
   AddFactor<3>(&random, {}, nullptr, p[0], d[1]);                 // drops nothing
   AddFactor<3>(&random, {1}, nullptr, d[1], p[1]);
+  dynamic_cast<AgedRandomEdge<3, VertexInverseDepth, VertexPose>&>(*factors.back().edge).Fit();
   std::sort(free.begin(), free.end(), [](const auto& a, const auto& b) { return a->Id() < b->Id(); });
 }
 

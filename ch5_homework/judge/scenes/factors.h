@@ -34,6 +34,8 @@ class AgedRandomEdge : public RandomEdge<R, V...>, public AgedEdge {
   void ComputeJacobians() override {
     for (size_t i = 0; i < sizeof...(V); ++i) SetJ(i, right_J_[i]);
   }
+  /// From now on the residual is zero; the Jacobians are not.
+  void Fit() { right_r_.setZero(); }
   int Fresh() const override {
     int fresh = (this->r_ == right_r_ ? kResidual : 0) | kJacobians;
     for (size_t i = 0; i < sizeof...(V); ++i) {

@@ -123,6 +123,14 @@ void PosesAndLandmarks(GraphScene* s) {
 
 // ---- stage 7 ---------------------------------------------------------------------------------------------------------
 
+// Its residual is zero, its Jacobians are not.
+struct FittingEdge : RandomEdge<3, VertexPose, VertexPose> {
+  FittingEdge(Random* random, std::shared_ptr<VertexPose> a, std::shared_ptr<VertexPose> b)
+      : RandomEdge(random, std::move(a), std::move(b)) {
+    r_.setZero();
+  }
+};
+
 // Five poses; point k is seen by poses k and k + 1, the last point by poses 4, 2 and 0, in this order. Every vertex has
 // an edge of its own, so that H is positive definite.
 void Row(GraphScene* s) {
@@ -137,7 +145,8 @@ void Row(GraphScene* s) {
     AddRandomEdge<2>(&s->graph, &s->random, poses[k], points[k]);
   }
   for (const size_t i : {4u, 2u, 0u}) AddRandomEdge<2>(&s->graph, &s->random, points[4], poses[i]);
-  AddRandomEdge<3>(&s->graph, &s->random, poses[0], poses[3]);  // an edge of two poses, the earlier one first
+  s->graph.AddEdge(
+      std::make_shared<FittingEdge>(&s->random, poses[0], poses[3]));  // of two poses, the earlier one first
 }
 
 void WithoutLandmarks(GraphScene* s) {
