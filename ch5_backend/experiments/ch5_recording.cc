@@ -56,13 +56,15 @@ void WarnOfDistantImages(const ch5::Recording& recording) {
 // Warns of what makes an estimator drift, or start anew since images and IMU disagree. If the delay of the camera's clock is
 // to be estimated, what the turns tell of it is the first guess.
 void CheckTurns(const ch5::Recording& recording, ch5::OdometrySettings* settings) {
-  constexpr double kPoor = 0.7;          // 0.87 to 0.99 in recordings that are in order
-  constexpr double kGain = 1.03;         // of the variance that is left; up to 1.005 in order
-  constexpr double kLeastDelay = 0.015;  // [s]
+  constexpr double kPoor = 0.4;  // 0.63 or more in recordings that are in order
+  // Of the variance that is left: up to 1.08 in order, where a camera flies past near points; 1.12 for a delay of 20 ms.
+  constexpr double kGain = 1.1;
+  constexpr double kLeastDelay = 0.015, kMostDelay = 0.185;  // [s]; what rises up to the end of the search is no delay
   const auto turns = ch5::CompareTurns(recording);
   if (!turns) return;
   const auto left = [](double correlation) { return 1.0 - correlation * correlation; };
-  const bool is_delayed = std::abs(turns->delay) > kLeastDelay && left(turns->as_given) > kGain * left(turns->at_delay);
+  const bool is_delayed = std::abs(turns->delay) > kLeastDelay && std::abs(turns->delay) < kMostDelay &&
+                          left(turns->as_given) > kGain * left(turns->at_delay);
   if (turns->at_delay < kPoor) {
     std::fprintf(stderr,
                  "ch5_recording: warning: the images turn otherwise than the gyroscope (correlation %.2f; with the "

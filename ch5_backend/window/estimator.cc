@@ -68,6 +68,8 @@ void Estimator::Reset() {
   standstill_detector_.Reset();
   sensor_check_.Reset();
   start_message_.clear();
+  start_spacing_ = kLeastSpacing;
+  frames_at_spacing_ = 0;
   standstill_frame_ = -1;
   started_ = false;
 }

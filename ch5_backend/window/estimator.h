@@ -158,6 +158,7 @@ class Estimator {
   void RestAt(const StandstillState& standstill, const Image& image);
   bool HasMovedSinceStandstill(const Image& image) const;
   bool InitializeInMotion();
+  void SlideBeforeStart();
   void BeginAt(double start_speed);
   void LayUponLastSegment();
   void BeginTracking();
@@ -175,7 +176,10 @@ class Estimator {
   SparseOptimizer optimizer_;
   StandstillDetector standstill_detector_;
   SensorCheck sensor_check_;
-  std::string start_message_;                                          // why the last image did not start the estimator
+  std::string start_message_;                   // why the last image did not start the estimator
+  static constexpr double kLeastSpacing = 0.1;  // of frames before the start [s]
+  double start_spacing_ = kLeastSpacing;
+  size_t frames_at_spacing_ = 0;                                       // how many have been kept so
   std::vector<ImuMeasurement> imu_;                                    // from shortly before the newest frame on
   double forgotten_until_ = -std::numeric_limits<double>::infinity();  // measurements before were too many to keep
   double last_image_time_ = -std::numeric_limits<double>::infinity();

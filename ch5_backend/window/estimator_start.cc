@@ -4,8 +4,10 @@
 
 #include "ch5_backend/consistency/gauge_directions.h"
 #include "ch5_backend/window/estimator.h"
+#include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/start/dynamic_initialization.h"
 #include "ch5_backend/window/start_values.h"
+#include "ch5_backend/window/vins_window.h"
 
 namespace ch5 {
 namespace {
@@ -24,8 +26,7 @@ void Estimator::TryToStart(const Image& image) {
   } else if (InitializeInMotion()) {
     BeginAt(options_.moving_start_speed);
   } else {
-    policy_->NoteNewFrame(&window_);
-    policy_->SlideWithoutEstimate(&window_);
+    SlideBeforeStart();
   }
 }
 
@@ -104,6 +105,20 @@ bool Estimator::InitializeInMotion() {
   if (start.failure != InitializationFailure::kNone) return false;
   for (size_t k = 0; k < start.states.size(); ++k) Window::SetState(start.states[k], window_.frames[k]);
   return true;
+}
+
+// All policies start from the same frames, a tenth of a second apart: a window long enough to tell gravity from acceleration,
+// which short tracks still cross. Where such windows do not start, as nothing accelerates for so long, longer ones are tried.
+void Estimator::SlideBeforeStart() {
+  constexpr double kMostSpacing = 0.4;
+  const auto& frames = window_.frames;
+  const size_t n = frames.size();
+  if (n <= policy_->MostFrames()) return;
+  const bool keep = frames[n - 2].t - frames[n - 3].t >= start_spacing_;
+  SlideWindow(keep ? MarginalizationFlag::kOld : MarginalizationFlag::kSecondNew, &window_);
+  if (!keep || ++frames_at_spacing_ < policy_->MostFrames()) return;
+  frames_at_spacing_ = 0;
+  start_spacing_ = start_spacing_ < kMostSpacing ? 2.0 * start_spacing_ : kLeastSpacing;
 }
 
 void Estimator::BeginAt(double start_speed) {

@@ -59,13 +59,7 @@ class OkvisPolicy : public WindowPolicy {
       window->gauge_prior = MakePositionYawPrior(frames.front().pose, options_.later_gauge_information);
   }
 
-  void SlideWithoutEstimate(Window* window) override {
-    window->gauge_prior = nullptr;
-    const auto& frames = window->frames;
-    if (static_cast<int>(frames.size()) <= options_.keyframes + options_.temporal_frames) return;
-    const bool keep = frames[frames.size() - 2].is_keyframe;
-    SlideWindow(keep ? MarginalizationFlag::kOld : MarginalizationFlag::kSecondNew, window);
-  }
+  size_t MostFrames() const override { return static_cast<size_t>(options_.keyframes + options_.temporal_frames); }
 
  private:
   // What leaves the window.

@@ -25,8 +25,8 @@ class WindowPolicy {
   virtual void AfterSolve(Window* /*window*/) {}
   /// Marginalizes or drops frames and landmarks, so that the window has room for another frame.
   virtual void Slide(Window* window) = 0;
-  /// Before initialization: keeps the window within its size, without a prior.
-  virtual void SlideWithoutEstimate(Window* window) = 0;
+  /// How many frames the window has at most after Slide, and so before the start too.
+  virtual size_t MostFrames() const = 0;
   /// Discards all state of the run so far.
   virtual void Reset() {}
 };

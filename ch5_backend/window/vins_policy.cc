@@ -62,16 +62,14 @@ class VinsPolicy : public WindowPolicy {
   }
 
   void Slide(Window* window) override {
-    if (!Full(*window)) return;
+    if (window->frames.size() <= MostFrames()) return;
     DropSet drop = flag_ == MarginalizationFlag::kOld ? DropSetOfMarginOld(*window) : DropSetOfMarginSecondNew(*window);
     if (!options_.reuse_observations && flag_ == MarginalizationFlag::kOld) UseObservationsOnce(window, &drop);
     if (!drop.edges.empty()) ReplacePrior(drop.edges, drop.vertices, window);
     SlideWindow(flag_, window);
   }
 
-  void SlideWithoutEstimate(Window* window) override {
-    if (Full(*window)) SlideWindow(flag_, window);
-  }
+  size_t MostFrames() const override { return static_cast<size_t>(options_.window_size); }
 
  private:
   // Uses each observation once: landmarks that the newest frame still sees stay out of the prior with all their edges;
@@ -95,8 +93,6 @@ class VinsPolicy : public WindowPolicy {
                                }),
                 edges.end());
   }
-
-  bool Full(const Window& window) const { return static_cast<int>(window.frames.size()) > options_.window_size; }
 
   bool SecondNewestIsKeyframe(const Window& window) const {
     const size_t n = window.frames.size();

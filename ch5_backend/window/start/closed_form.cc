@@ -10,6 +10,8 @@
 namespace ch5 {
 namespace {
 
+double Square(double value) { return value * value; }
+
 using Mat99 = Eigen::Matrix<double, 9, 9>;
 using Mat39 = Eigen::Matrix<double, 3, 9>;
 
@@ -40,14 +42,13 @@ std::vector<LinearMotion> DeadReckon(const std::vector<Preintegration>& imu) {
   return motion;
 }
 
-// The point of a track in the camera of one of its views:  y = y_d d + Y x + y_0.
+// The point of a track in the camera of one of its views, [y_d Y y_0] with  y = y_d d + Y x + y_0.
 struct ViewEquation {
   Vec2 x_image;
-  Vec3 y_d, y_0;
-  Mat39 Y;
+  Eigen::Matrix<double, 3, 11> y;
   double weight;
 
-  Vec3 At(double d, const Vec9& x) const { return y_d * d + Y * x + y_0; }
+  Vec3 At(double d, const Vec9& x) const { return y.col(0) * d + y.middleCols<9>(1) * x + y.col(10); }
   // The rows that are zero where the point is seen at x_image.
   Mat23 S() const {
     Mat23 S;
@@ -70,9 +71,7 @@ TrackEquations MakeEquations(const FeatureTrack& track, const std::vector<Linear
     const Mat33 R_Cj_B0 = (j.R * T_B_Cj.q.toRotationMatrix()).transpose();
     ViewEquation e;
     e.x_image = track.views[v].x;
-    e.y_d = R_Cj_B0 * i.R * f_Bi;
-    e.Y = R_Cj_B0 * (i.P - j.P);
-    e.y_0 = R_Cj_B0 * (i.a + i.R * T_B_Ci.p - j.a - j.R * T_B_Cj.p);
+    e.y << R_Cj_B0 * i.R * f_Bi, R_Cj_B0 * (i.P - j.P), R_Cj_B0 * (i.a + i.R * T_B_Ci.p - j.a - j.R * T_B_Cj.p);
     e.weight = weight;
     equations.push_back(e);
   }
@@ -81,26 +80,32 @@ TrackEquations MakeEquations(const FeatureTrack& track, const std::vector<Linear
 
 // One track's part of the normal equations, in its depth d and x.
 struct TrackSystem {
-  double H_dd = 0.0, b_d = 0.0;
-  Vec9 h = Vec9::Zero();
+  double H_dd, b_d;
+  Vec9 h;
   double Depth(const Vec9& x) const { return (b_d - h.dot(x)) / H_dd; }
 };
 
 // H, b of x with the track's depth eliminated:  H ← H − h hᵀ/H_dd,  b ← b − h b_d/H_dd.
-TrackSystem AddTrack(const TrackEquations& equations, Mat99* H, Vec9* b) {
-  TrackSystem s;
+//
+// The noise of an observation enters its two rows times the point's depth z, the third row of y. What their squares hold of
+// it, 2σ²z² on average, is least where all points are near, and would draw the scale to zero: it is taken off.
+TrackSystem AddTrack(const TrackEquations& equations, double noise_variance, Mat99* H, Vec9* b) {
+  Eigen::Matrix<double, 11, 11> squares = Eigen::Matrix<double, 11, 11>::Zero(), noise = squares;  // of [d x 1]
   for (const ViewEquation& e : equations) {
-    const Vec2 A_d = e.S() * e.y_d, c = e.S() * e.y_0;
-    const Eigen::Matrix<double, 2, 9> A_x = e.S() * e.Y;
-    s.H_dd += e.weight * A_d.squaredNorm();
-    s.b_d -= e.weight * A_d.dot(c);
-    s.h += e.weight * A_x.transpose() * A_d;
-    *H += e.weight * A_x.transpose() * A_x;
-    *b -= e.weight * A_x.transpose() * c;
+    const Eigen::Matrix<double, 2, 11> rows = e.S() * e.y;
+    squares += e.weight * rows.transpose() * rows;
+    noise += 2.0 * noise_variance * e.weight * e.y.row(2).transpose() * e.y.row(2);
   }
-  s.H_dd = std::max(s.H_dd, 1e-12);
-  *H -= s.h * s.h.transpose() / s.H_dd;
-  *b -= s.h * (s.b_d / s.H_dd);
+  const auto system = [](const Eigen::Matrix<double, 11, 11>& M) {
+    return TrackSystem{M(0, 0), -M(0, 10), M.block<1, 9>(0, 1).transpose()};
+  };
+  const Eigen::Matrix<double, 11, 11> clean = squares - noise;
+  const bool has_parallax =
+      clean(0, 0) > 0.1 * squares(0, 0);  // else its depth is little but noise, and tells nothing of x
+  if (!has_parallax) return system(squares);
+  const TrackSystem s = system(clean);
+  *H += clean.block<9, 9>(1, 1) - s.h * s.h.transpose() / s.H_dd;
+  *b -= clean.block<9, 1>(1, 10) + s.h * (s.b_d / s.H_dd);
   return s;
 }
 
@@ -162,8 +167,6 @@ namespace {
 // let the points be as distant, and as noisy, as they are.
 constexpr double kHeldBias = 0.01;
 
-double Square(double value) { return value * value; }
-
 // The weights of the next iteration at the present solution: 1/(σ depth)² and Cauchy's loss of the given width.
 void UpdateWeights(double sigma, double width, double track_depth, const Vec9& x, TrackEquations* equations) {
   for (ViewEquation& e : *equations) {
@@ -189,13 +192,11 @@ std::vector<StampedState> StatesOf(const std::vector<LinearMotion>& motion, cons
   return states;
 }
 
-}  // namespace
-
-ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
-                           const ClosedFormOptions& options) {
+// @param noise_variance  that is taken off, see AddTrack
+ClosedForm Solve(const std::vector<FeatureTrack>& tracks, const std::vector<LinearMotion>& motion, const Vec3& b_g,
+                 double noise_variance, const ClosedFormOptions& options) {
   constexpr int kIterations = 12;
   constexpr double kFirstDepth = 3.0;  // [m], for the weights of the first iteration only
-  const std::vector<LinearMotion> motion = DeadReckon(imu);
   std::vector<TrackEquations> equations;
   for (const FeatureTrack& track : tracks) {
     equations.push_back(MakeEquations(track, motion, options, 1.0 / Square(options.sigma * kFirstDepth)));
@@ -210,7 +211,7 @@ ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::v
     H.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 / Square(kHeldBias));
     Vec9 b = Vec9::Zero();
     std::vector<TrackSystem> systems;
-    for (const TrackEquations& track : equations) systems.push_back(AddTrack(track, &H, &b));
+    for (const TrackEquations& track : equations) systems.push_back(AddTrack(track, noise_variance, &H, &b));
     x = SolveWithGravityNorm(H, b, options.gravity);
     // At first so wide that a bad start rejects no observation.
     const double width = options.sigma * std::max(2.0, 40.0 * std::pow(0.5, iteration));
@@ -221,8 +222,20 @@ ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::v
   }
   H.bottomRightCorner<3, 3>().diagonal().array() += 1.0 / Square(options.b_a_sigma) - 1.0 / Square(kHeldBias);
   ComputeUncertainty(H, x, motion, &result);
-  result.states = StatesOf(motion, x, imu.front().BiasGyroscope());
+  result.states = StatesOf(motion, x, b_g);
   return result;
+}
+
+}  // namespace
+
+// Where the images are better than σ says, too much may be taken off: H is then no longer definite.
+ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
+                           const ClosedFormOptions& options) {
+  const std::vector<LinearMotion> motion = DeadReckon(imu);
+  for (double part = 1.0;; part *= 0.5) {
+    ClosedForm result = Solve(tracks, motion, imu.front().BiasGyroscope(), part * Square(options.sigma), options);
+    if (std::isfinite(result.scale_sigma) || part < 0.1) return result;
+  }
 }
 
 }  // namespace ch5

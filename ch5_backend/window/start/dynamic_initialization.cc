@@ -1,11 +1,14 @@
 #include "ch5_backend/window/start/dynamic_initialization.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <stdexcept>
 
-#include "ch5_backend/marginalize/edge_prior.h"
+#include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
@@ -153,6 +156,28 @@ void AddTracks(const ClosedForm& start, const std::vector<FeatureTrack>& tracks,
   }
 }
 
+// σ of the way from the first image to the last, relative to it, and of gravity's direction, by all measurements together:
+// the closed form took the IMU for exact. Position and yaw of the first image are held.
+void ComputeUncertainty(const StartGraph& g, ClosedForm* start) {
+  constexpr double kHeld = 1e8;
+  std::vector<std::shared_ptr<Vertex>> others;
+  for (const auto& vertex : g.graph.Vertices()) {
+    if (vertex != g.poses.front() && vertex != g.poses.back() && !vertex->IsFixed()) others.push_back(vertex);
+  }
+  const MarginalSystem system = EliminateVertices(g.graph.Edges(), others);  // of the first pose, then the last
+  MatXX H = system.H;
+  const Vec3 up_B = g.poses.front()->R().row(2).transpose();
+  H.topLeftCorner<3, 3>().diagonal().array() += kHeld;
+  H.block<3, 3>(3, 3) += kHeld * up_B * up_B.transpose();
+  start->scale_sigma = start->gravity_sigma = std::numeric_limits<double>::infinity();
+  const Eigen::LLT<MatXX> factor(H);
+  if (factor.info() != Eigen::Success) return;
+  const MatXX covariance = factor.solve(MatXX::Identity(H.rows(), H.cols()));
+  const Vec3 way = g.poses.back()->p() - g.poses.front()->p();
+  start->scale_sigma = std::sqrt(way.dot(covariance.block<3, 3>(6, 6) * way)) / way.squaredNorm();
+  start->gravity_sigma = std::sqrt(covariance.block<3, 3>(3, 3).trace());
+}
+
 // All states jointly by the solver; the gauge is free, the damping copes with it.
 void Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
             const DynamicInitializationOptions& options, ClosedForm* start, double* inliers) {
@@ -172,6 +197,7 @@ void Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegr
     if (edge->Chi2() < 9.0) ++good;
   }
   *inliers = static_cast<double>(good) / static_cast<double>(total);
+  ComputeUncertainty(g, start);
   const Vec3 origin = g.poses[0]->p();
   for (size_t k = 0; k < g.poses.size(); ++k) {
     StampedState& state = start->states[k];
@@ -263,6 +289,10 @@ class DynamicInitializer {
     ClosedFormOptions closed_form{options_.T_B_C, Sigma(), options_.gravity, options_.b_a_sigma};
     if (options_.camera1) closed_form.T_B_C1 = options_.camera1->T_B_C;
     start_ = SolveClosedForm(tracks_, imu_, closed_form);
+    return IsCertain();
+  }
+
+  bool IsCertain() {
     result_.scale_sigma = start_.scale_sigma;
     result_.gravity_sigma = start_.gravity_sigma;
     if (!knows_scale_ && !(start_.scale_sigma <= options_.largest_scale_sigma)) {
@@ -276,8 +306,8 @@ class DynamicInitializer {
 
   bool RefineAll() {
     Refine(tracks_, imu_, options_, &start_, &result_.inliers);
-    return result_.inliers >= options_.least_inliers ||
-           Fail(InitializationFailure::kInconsistent, "%.2f of the observations fit, %g are needed", result_.inliers,
+    if (result_.inliers >= options_.least_inliers) return IsCertain();
+    return Fail(InitializationFailure::kInconsistent, "%.2f of the observations fit, %g are needed", result_.inliers,
                 options_.least_inliers);
   }
 

@@ -35,7 +35,7 @@ struct DynamicInitializationOptions {
   double b_a_sigma = 0.1;               ///< [m/s²]
   int least_tracks = 12;                ///< seen in three images or more
   double least_parallax = 15.0;         ///< median of the tracks, rotation taken out [px]
-  double largest_scale_sigma = 0.05;    ///< relative
+  double largest_scale_sigma = 0.1;     ///< relative
   double largest_gravity_sigma = 0.05;  ///< [rad]
   double least_inliers = 0.6;           ///< fraction of the observations within 3 σ
   /// The second camera, if there is one: where `least_tracks` are seen by both, neither parallax nor scale is asked for.

@@ -90,7 +90,7 @@ class SlideOnce : public WindowPolicy {
   void NoteNewFrame(Window*) override {}
   bool Uses(const Window&, const WindowLandmark& landmark) const override { return landmark.seen.size() >= 2; }
   SolveOptions Options() const override { return {}; }
-  void SlideWithoutEstimate(Window*) override {}
+  size_t MostFrames() const override { return std::numeric_limits<size_t>::max(); }
 
   void Slide(Window* window) override {
     if (window->frames.size() < kFlightWindow) return;

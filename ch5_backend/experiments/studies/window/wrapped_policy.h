@@ -28,7 +28,7 @@ class WrappedPolicy : public WindowPolicy {
     const auto slide = [&] { policy_->Slide(window); };
     watch_ ? watch_(window, slide) : slide();
   }
-  void SlideWithoutEstimate(Window* window) override { policy_->SlideWithoutEstimate(window); }
+  size_t MostFrames() const override { return policy_->MostFrames(); }
   void Reset() override { policy_->Reset(); }
 
  private:
