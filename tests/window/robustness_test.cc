@@ -59,6 +59,18 @@ void ExpectUnbroken(const Recording& recording, double most_meters) {
   }
 }
 
+// A telephone's IMU: the start in motion must wait until it knows the scale, at any rate of the images.
+TEST(Robustness, StartsInMotionWithAPoorImu) {
+  for (const double rate : {5.0, 20.0, 60.0}) {
+    SCOPED_TRACE(std::to_string(rate) + " images a second");
+    RoomOptions room;
+    room.standstill_seconds = 0.0;
+    room.simulation.calibration.camera_rate = rate;
+    room.simulation.calibration.noise = {8e-2, 5e-3, 1e-2, 1e-4, true};
+    ExpectUnbroken(SimulateTwelveSeconds(room), 0.15);
+  }
+}
+
 TEST(Robustness, AnImageWithoutTracksIsBridged) {
   Recording recording = SimulateTwelveSeconds();
   for (Image& frame : recording.frames) {

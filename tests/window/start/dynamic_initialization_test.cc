@@ -153,6 +153,18 @@ TEST(DynamicInitialization, ConstantVelocityHasNoScale) {
   EXPECT_EQ(start.failure, InitializationFailure::kTooLittleExcitation) << start.message;
 }
 
+// All that accelerates is as constant as a bias may be; and the noise of distant points must not draw the scale to zero.
+TEST(DynamicInitialization, ACarInABendHasNoScale) {
+  Random random(5);
+  const auto bend = [](const Jet& t) {
+    return Coordinates{{20.0 * Cos(0.25 * t), 20.0 * Sin(0.25 * t), 0.0}, 0.25 * t, 0.0, 0.0};
+  };
+  const Recording recording =
+      SimulateRecording(Trajectory(bend, 3.0), PointsOnPlanes(RoomWalls({-40, -40, -8}, {40, 40, 8}), 1500, &random));
+  const DynamicInitialization start = InitializeDynamically(Cut(recording, 5, kImages, kStride), OptionsFor(recording));
+  EXPECT_EQ(start.failure, InitializationFailure::kTooLittleExcitation) << start.message;
+}
+
 TEST(DynamicInitialization, AWrongExtrinsicIsNoticed) {
   const Recording recording = Fly(1, {});
   DynamicInitializationOptions options = OptionsFor(recording);
