@@ -115,16 +115,26 @@ def source(file: str, code: dict = {}) -> str:
     return text
 
 
+def functions(section: str) -> tuple:
+    """A section's helpers, with their nameless namespace, and its functions one by one."""
+    helpers, end, rest = section.rpartition("}  // namespace\n")
+    return helpers + end, re.findall(r".*?^\}\n", rest, re.MULTILINE | re.DOTALL)
+
+
+def places(text: str) -> set:
+    """Under which keys a sample has code for this part of a solution."""
+    todos = [region.todo for region in regions(text)]
+    return {f"STAGE {stage_of(todo)['id']}" for todo in todos} | {f"REGION {todo}" for todo in todos}
+
+
 def code_of(one: Sample) -> str:
-    """The text of the changed functions."""
-    text, unused = "", set(one.code)
+    """The text of the changed functions; a function without a region of its own changes with the helpers."""
+    text, changed = "", one.code.keys()
     for section in (section for name in FILES for section in sections(solution_text(name))):
-        keys = {f"STAGE {stage_of(regions(section)[0].todo)['id']}", *(f"REGION {region.todo}" for region in regions(section))} & unused
-        if not keys:
-            continue
-        unused -= keys
-        text += filled(section, one.code)
-    if unused:
+        if places(section) & changed:
+            helpers, parts = functions(section)
+            text += filled(helpers + "".join(part for part in parts if (places(part) or places(helpers)) & changed), one.code)
+    if unused := changed - set().union(*(places(solution_text(name)) for name in FILES)):
         raise ValueError(f"sample {one.name}: no such region: {', '.join(sorted(unused))}")
     return text
 
