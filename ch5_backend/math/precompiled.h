@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/QR>
 
 #include "ch5_backend/math/eigen_types.h"
 
@@ -42,7 +43,22 @@
   extern template struct triangular_solve_matrix<double, Index, OnTheLeft, Lower, false, ColMajor, ColMajor, 1>;       \
   extern template struct triangular_solve_matrix<double, Index, OnTheLeft, Upper, false, RowMajor, ColMajor, 1>;       \
   extern template struct triangular_solve_matrix<double, Index, OnTheLeft, UnitLower, false, ColMajor, ColMajor, 1>;   \
-  extern template struct triangular_solve_matrix<double, Index, OnTheLeft, UnitUpper, false, RowMajor, ColMajor, 1>;
+  extern template struct triangular_solve_matrix<double, Index, OnTheLeft, UnitUpper, false, RowMajor, ColMajor, 1>;   \
+  extern template struct triangular_solve_matrix<double, Index, OnTheLeft, Upper, false, ColMajor, ColMajor, 1>;       \
+  extern template struct triangular_solver_selector<const MatrixXd, VectorXd, OnTheLeft, Lower, 0, 1>;                 \
+  extern template struct triangular_solver_selector<const MatrixXd, VectorXd, OnTheLeft, UnitLower, 0, 1>;             \
+  extern template struct triangular_solver_selector<const Transpose<const MatrixXd>, VectorXd, OnTheLeft, Upper, 0,    \
+                                                    1>;                                                                \
+  extern template struct triangular_solver_selector<const Transpose<const MatrixXd>, VectorXd, OnTheLeft, UnitUpper,   \
+                                                    0, 1>;                                                             \
+  extern template struct triangular_solve_vector<double, double, Index, OnTheLeft, Lower, false, ColMajor>;            \
+  extern template struct triangular_solve_vector<double, double, Index, OnTheLeft, UnitLower, false, ColMajor>;        \
+  extern template struct triangular_solve_vector<double, double, Index, OnTheLeft, Upper, false, RowMajor>;            \
+  extern template struct triangular_solve_vector<double, double, Index, OnTheLeft, UnitUpper, false, RowMajor>;        \
+  extern template void apply_block_householder_on_the_left(Block<MatrixXd>&, const Block<MatrixXd>&,                   \
+                                                           const VectorBlock<const VectorXd>&, bool);                  \
+  extern template void apply_block_householder_on_the_left(Block<MatrixXd>&, const Block<MatrixXd>&,                   \
+                                                           const Block<VectorXd, Dynamic, 1>&, bool);
 
 namespace Eigen::internal {
 CH5_COMPILED_ONCE(extern)

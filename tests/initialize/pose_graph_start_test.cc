@@ -182,7 +182,8 @@ TEST(Chordal, RotationsAreThoseOfTheDenseProblem) {
   }
   const Mat33 R_0 = Mat33::Identity();
   const VecX b = -A.leftCols(9) * Eigen::Map<const VecX>(R_0.data(), 9);
-  const VecX x = A.rightCols(9 * (n - 1)).colPivHouseholderQr().solve(b);
+  const MatXX A_x = A.rightCols(9 * (n - 1));
+  const VecX x = MatXX(A_x.transpose() * A_x).ldlt().solve(A_x.transpose() * b);
 
   PlaceByChordalRelaxation(&scene.graph);
   for (int k = 1; k < n; ++k) {
