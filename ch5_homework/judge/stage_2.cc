@@ -37,7 +37,7 @@ void CheckMove(const Marginalization& c, const Order& order, const MarginalizeRe
 }
 
 void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
-  const Parts right(Move(c.H, order), MoveRows(c.b, order), c.dim);
+  const stage_2::Parts right(Move(c.H, order), MoveRows(c.b, order), c.dim);
   Require(
       "2", c.Of(Word("H_prior = A_rr − A_rm A_mm⁻¹ A_mr")), right.Schur(), result.H_prior, VariableNames(order),
       [&] { return PriorMistakes(right, c.idx, result.H_prior); }, 1e-9, "2d", "H_prior");

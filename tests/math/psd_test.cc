@@ -10,7 +10,7 @@
 namespace ch5 {
 namespace {
 
-MatXX RandomMatrix(int rows, int cols, Random* random) {
+MatXX NormalMatrix(int rows, int cols, Random* random) {
   MatXX A(rows, cols);
   for (int i = 0; i < A.size(); ++i) A.data()[i] = random->Normal();
   return A;
@@ -21,7 +21,7 @@ TEST(Psd, AcceptsSemiDefiniteMatricesOfAnyScale) {
   EXPECT_EQ(WhyNotPositiveSemiDefinite(MatXX::Zero(3, 3)), "");
   EXPECT_EQ(WhyNotPositiveSemiDefinite(MatXX(0, 0)), "");
   for (const double scale : {1e-200, 1e-12, 1.0, 1e12, 1e200}) {
-    const MatXX A = RandomMatrix(6, 4, &random);  // rank 4 of 6
+    const MatXX A = NormalMatrix(6, 4, &random);  // rank 4 of 6
     EXPECT_EQ(WhyNotPositiveSemiDefinite(scale * A * A.transpose()), "") << scale;
   }
 }
@@ -48,7 +48,7 @@ TEST(Psd, NamesTheFault) {
 TEST(Psd, PseudoInverseSatisfiesMoorePenrose) {
   Random random(2);
   for (const int rank : {0, 1, 3, 5}) {
-    const MatXX B = RandomMatrix(5, rank, &random);
+    const MatXX B = NormalMatrix(5, rank, &random);
     const MatXX A = B * B.transpose(), P = PseudoInversePsd(A);
     const double scale = std::max(1.0, A.norm());
     EXPECT_LT((A * P * A - A).norm(), 1e-12 * scale) << rank;

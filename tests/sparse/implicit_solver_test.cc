@@ -12,7 +12,7 @@
 namespace ch5::test {
 namespace {
 
-VecX RandomVector(int size) {
+VecX RandomDirection(int size) {
   Random random(9);
   VecX v(size);
   for (int i = 0; i < size; ++i) v[i] = random.Normal();
@@ -89,7 +89,7 @@ TEST(SlotFactors, LeaveHPositiveAndTheGradientExact) {
   EXPECT_LT((scaled - MatXX(d.asDiagonal() * H_exact * d.asDiagonal())).cwiseAbs().maxCoeff(), 3e-7);
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatXX>(scaled).eigenvalues()[0], -1e-13 * static_cast<double>(H.rows()));
 
-  const VecX v = RandomVector(static_cast<int>(H.rows())), product = inexact.solver->MultiplyHessian(v);
+  const VecX v = RandomDirection(static_cast<int>(H.rows())), product = inexact.solver->MultiplyHessian(v);
   EXPECT_LT((product - H * v).norm(), 1e-12 * H.norm() * v.norm());
 }
 

@@ -76,15 +76,14 @@ TEST(SchurGroups, TakeTogetherWhatTheSamePosesSee) {
   }
 }
 
-struct Case {
-  double lambda;
-  Damping damping;
-  double S, b_S;
-  VecX delta_x;
-  double model_cost_change;  // bᵀΔx − ½ΔxᵀHΔx, H without damping
-};
-
 TEST(Elimination, OfOneLandmarkByHand) {
+  struct Case {
+    double lambda;
+    Damping damping;
+    double S, b_S;
+    VecX delta_x;
+    double model_cost_change;  // bᵀΔx − ½ΔxᵀHΔx, H without damping
+  };
   OnePoseOneLandmark small;
   SparseSolver solver(&small.graph);
   solver.SetOrdering();

@@ -13,7 +13,7 @@ namespace ch5 {
 namespace {
 
 // Both sides of the thresholds of the series in so3.cc, and nearly half a turn.
-const std::vector<double> kAngles = {0.0, 1e-12, 0.99e-8, 1.01e-8, 0.99e-4, 1.01e-4, 0.199, 0.201, 1.0, 3.1};
+const std::vector<double> kTurns = {0.0, 1e-12, 0.99e-8, 1.01e-8, 0.99e-4, 1.01e-4, 0.199, 0.201, 1.0, 3.1};
 
 Vec3 Direction(Random* random) { return NormalVector(random, 1.0).normalized(); }
 
@@ -56,7 +56,7 @@ TEST(VertexPose, TurnsAboutTheBodysAxesAndMovesAlongTheWorlds) {
 // (x ⊞ δ) ⊟ x = [δp; 2 sin(‖δθ‖/2) δθ/‖δθ‖]: δ itself up to the third order.
 TEST(VertexPose, MinusUndoesPlusUpToTheThirdOrder) {
   Random random(22);
-  for (const double angle : kAngles) {
+  for (const double angle : kTurns) {
     VertexPose pose(ExpSO3(NormalVector(&random, 1.0)), NormalVector(&random, 2.0));
     const VecX x0 = pose.Parameters();
     const Vec3 dp = NormalVector(&random, 1.0), axis = Direction(&random);
@@ -71,7 +71,7 @@ TEST(VertexPose, MinusUndoesPlusUpToTheThirdOrder) {
 
 TEST(VertexPose, MinusJacobianIsTheDerivative) {
   Random random(23);
-  for (const double angle : kAngles) {
+  for (const double angle : kTurns) {
     const Qd q0 = ExpSO3(NormalVector(&random, 1.0));
     const Vec3 p0 = NormalVector(&random, 2.0);
     VertexPose pose(q0 * ExpSO3(angle * Direction(&random)), p0 + Vec3(1, 2, 3));
@@ -155,7 +155,7 @@ TEST(VertexPointOnRay, AddsToFirstOrder) {
 
 TEST(VertexReferencePose, DeltaPhiJacobianIsTheDerivative) {
   Random random(26);
-  for (const double angle : kAngles) {
+  for (const double angle : kTurns) {
     if (angle > 3.0) continue;  // Log jumps at half a turn
     const Qd q0 = ExpSO3(NormalVector(&random, 1.0));
     const Vec3 phi = angle * Direction(&random);

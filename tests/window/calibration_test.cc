@@ -8,8 +8,6 @@
 namespace ch5 {
 namespace {
 
-constexpr double kDegree = M_PI / 180.0;
-
 // ---- the velocity of a point in the image ----------------------------------------------------------------------
 
 // A track through images 100 ms apart, moving by (0.1, −0.2)/s, its image `disturbed` off by (0.01, 0.02).

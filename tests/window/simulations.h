@@ -2,11 +2,14 @@
 /// Recordings for the estimators: a hand-held camera in a room.
 
 #include <algorithm>
+#include <cmath>
 
 #include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
+
+constexpr double kDegree = M_PI / 180.0;
 
 struct RoomOptions {
   double duration = 20.0;

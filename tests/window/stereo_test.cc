@@ -12,8 +12,6 @@
 namespace ch5 {
 namespace {
 
-constexpr double kDegree = M_PI / 180.0;
-
 // A gentle flight, whose accelerations say little of the scale; two seconds at rest before it.
 Recording GentleStereoFlight(double duration) {
   HandheldOptions path;
