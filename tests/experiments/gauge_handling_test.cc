@@ -13,7 +13,7 @@
 namespace ch5 {
 namespace {
 
-VisualInertialScene Scene(int keyframes, int points) {
+VisualInertialScene SceneOf(int keyframes, int points) {
   VisualInertialOptions options;
   options.keyframes = keyframes;
   options.num_points = points;
@@ -23,7 +23,7 @@ VisualInertialScene Scene(int keyframes, int points) {
 // The gauge paper's problem, solved to the end with the gauge held, or free.
 struct Solved {
   explicit Solved(bool hold_gauge, int keyframes = 5, int points = 20) {
-    BuildVisualInertial(Scene(keyframes, points), &problem);
+    BuildVisualInertial(SceneOf(keyframes, points), &problem);
     held = HoldBiases(problem);
     if (hold_gauge) held.push_back(HoldGauge(problem.first));
     SparseOptimizer optimizer(&problem.graph);
@@ -89,7 +89,7 @@ TEST(GaugeHandling, AllWaysFindTheSameCost) {
   tight.solve.cost_tolerance = 1e-15;
   for (const GaugeMethod& method : {GaugeMethod{GaugeHandling::kFree}, GaugeMethod{GaugeHandling::kPrior, 1e5},
                                     GaugeMethod{GaugeHandling::kPseudoInverse}}) {
-    const Summary summary = SolveGauge(Scene(5, 20), method, tight).summary;
+    const Summary summary = SolveGauge(SceneOf(5, 20), method, tight).summary;
     EXPECT_TRUE(IsConverged(summary.termination)) << summary.message;
     EXPECT_NEAR(summary.final_cost, cost, 1e-9 * cost) << static_cast<int>(method.handling);
   }
