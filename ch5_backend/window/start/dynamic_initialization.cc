@@ -197,7 +197,11 @@ void Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegr
     if (edge->Chi2() < 9.0) ++good;
   }
   *inliers = static_cast<double>(good) / static_cast<double>(total);
-  ComputeUncertainty(g, start);
+  try {
+    ComputeUncertainty(g, start);
+  } catch (const GraphError&) {  // a number is not finite
+    start->scale_sigma = start->gravity_sigma = std::numeric_limits<double>::infinity();
+  }
   const Vec3 origin = g.poses[0]->p();
   for (size_t k = 0; k < g.poses.size(); ++k) {
     StampedState& state = start->states[k];
