@@ -100,8 +100,7 @@ MatXX RootOfInverse(const MatXX& H_dd) {
   constexpr double kSmallestPivot = 1e-2;  // of a matrix with ones on its diagonal: no eigenvalue is near the cutoff
   const VecX p_inverse = ScalingOf(H_dd).cwiseInverse();
   const Eigen::LLT<MatXX> factor(p_inverse.asDiagonal() * H_dd * p_inverse.asDiagonal());
-  const MatXX L = factor.matrixL();
-  if (factor.info() != Eigen::Success || !(L.diagonal().array() > kSmallestPivot).all()) {
+  if (factor.info() != Eigen::Success || !(factor.matrixLLT().diagonal().array() > kSmallestPivot).all()) {
     return PseudoInverseSquareRoot(H_dd);
   }
   return factor.matrixL().solve(MatXX(p_inverse.asDiagonal())).transpose();

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/window/landmarks.h"
-#include "ch5_backend/window/position_yaw_prior.h"
 #include "ch5_backend/window/prediction.h"
 #include "ch5_backend/window/start_values.h"
 

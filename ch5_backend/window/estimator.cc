@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/window/landmarks.h"
-#include "ch5_backend/window/position_yaw_prior.h"
 #include "ch5_backend/window/prediction.h"
 #include "ch5_backend/window/start_values.h"
 

@@ -8,11 +8,11 @@
 #include <algorithm>
 #include <set>
 
+#include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/window/image_overlap.h"
 #include "ch5_backend/window/landmarks.h"
 #include "ch5_backend/window/policy.h"
-#include "ch5_backend/window/position_yaw_prior.h"
 #include "ch5_backend/window/vins_window.h"
 
 namespace ch5 {

@@ -2,8 +2,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/marginalize/marginalize.h"
-#include "ch5_backend/window/position_yaw_prior.h"
 
 namespace ch5 {
 namespace {

@@ -8,6 +8,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
@@ -159,16 +160,13 @@ void AddTracks(const ClosedForm& start, const std::vector<FeatureTrack>& tracks,
 // σ of the way from the first image to the last, relative to it, and of gravity's direction, by all measurements together:
 // the closed form took the IMU for exact. Position and yaw of the first image are held.
 void ComputeUncertainty(const StartGraph& g, ClosedForm* start) {
-  constexpr double kHeld = 1e8;
   std::vector<std::shared_ptr<Vertex>> others;
   for (const auto& vertex : g.graph.Vertices()) {
     if (vertex != g.poses.front() && vertex != g.poses.back() && !vertex->IsFixed()) others.push_back(vertex);
   }
-  const MarginalSystem system = EliminateVertices(g.graph.Edges(), others);  // of the first pose, then the last
-  MatXX H = system.H;
-  const Vec3 up_B = g.poses.front()->R().row(2).transpose();
-  H.topLeftCorner<3, 3>().diagonal().array() += kHeld;
-  H.block<3, 3>(3, 3) += kHeld * up_B * up_B.transpose();
+  std::vector<std::shared_ptr<Edge>> edges = g.graph.Edges();
+  edges.push_back(MakePositionYawPrior(g.poses.front(), 1e8));
+  const MatXX H = EliminateVertices(edges, others).H;  // of the first pose, then the last
   start->scale_sigma = start->gravity_sigma = std::numeric_limits<double>::infinity();
   const Eigen::LLT<MatXX> factor(H);
   if (factor.info() != Eigen::Success) return;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "ch5_backend/consistency/gauge_audit.h"
+#include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/evaluate/nees.h"
 #include "ch5_backend/experiments/studies/consistency_flight.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
@@ -13,7 +14,6 @@
 #include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/marginalize/drop_ordering.h"
 #include "ch5_backend/marginalize/marginalize.h"
-#include "ch5_backend/window/position_yaw_prior.h"
 
 namespace ch5 {
 namespace {

@@ -1,4 +1,4 @@
-#include "ch5_backend/window/position_yaw_prior.h"
+#include "ch5_backend/consistency/position_yaw_prior.h"
 
 #include <cmath>
 
