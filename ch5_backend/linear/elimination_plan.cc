@@ -59,11 +59,13 @@ std::vector<int> MinimumDegreeOrder(const Lists& neighbors) {
   pattern.reserve(Eigen::VectorXi::NullaryExpr(n, [&](Eigen::Index k) { return 1 + neighbors[names[k]].size(); }));
   for (int k = 0; k < n; ++k) {
     pattern.insert(k, k) = 1.0;
-    for (const int i : neighbors[names[k]]) pattern.insert(new_name[i], k) = 1.0;
+    for (const int i : neighbors[names[k]]) {
+      if (new_name[i] > k) pattern.insert(new_name[i], k) = 1.0;
+    }
   }
   pattern.makeCompressed();
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
-  Eigen::AMDOrdering<int>()(pattern, permutation);
+  Eigen::AMDOrdering<int>()(pattern.selfadjointView<Eigen::Lower>(), permutation);
   std::vector<int> order(n);
   for (int k = 0; k < n; ++k) order[k] = names[permutation.indices()[k]];
   return order;
@@ -119,19 +121,21 @@ std::vector<int> Postorder(const std::vector<int>& parent) {
 std::vector<Front> ExactFronts(const Lists& neighbors, const EliminationPlan& plan, const std::vector<int>& parent) {
   const int n = static_cast<int>(plan.order.size());
   Lists below(plan.order.size()), children(plan.order.size());
-  std::vector<int> seen_by(plan.order.size(), -1);
+  std::vector<int> seen_by(plan.order.size(), -1), found;
   std::vector<Front> fronts;
   for (int k = 0; k < n; ++k) {
     const auto add = [&](int i) {
       if (i <= k || seen_by[i] == k) return;
       seen_by[i] = k;
-      below[k].push_back(i);
+      found.push_back(i);
     };
+    found.clear();
     for (const int neighbor : neighbors[plan.order[k]]) add(plan.position[neighbor]);
     for (const int child : children[k]) {
       for (const int i : below[child]) add(i);
     }
-    std::sort(below[k].begin(), below[k].end());
+    std::sort(found.begin(), found.end());
+    below[k] = found;
     if (parent[k] >= 0) children[parent[k]].push_back(k);
 
     const bool like_last = k > 0 && parent[k - 1] == k && below[k - 1].size() == below[k].size() + 1;

@@ -389,7 +389,8 @@ void Linearized::Resize(const Structure& s, bool factored) {
   H_pl.clear();
   H_pl.reserve(num_H_pl);
   AskForLargePages(H_pl.data(), num_H_pl * sizeof(double));
-  H_pl.resize(num_H_pl);
+  H_pl.resize(num_H_pl);  // Linearize writes these too
+  std::fill(H_pl.end() - std::min<ptrdiff_t>(kLanes, H_pl.size()), H_pl.end(), 0.0);
   H_ll.assign(static_cast<size_t>(s.num_H_ll_values), 0.0);
   b.setZero(s.Size());
   b_stride = s.pose_dim.empty() ? 0 : Stride(*std::max_element(s.pose_dim.begin(), s.pose_dim.end()));

@@ -55,6 +55,7 @@ Lists ListPosesOfLandmarks(const Ordering& ordering, const Lists& edges) {
   std::vector<int> last_seen_by(ordering.poses.size(), kNone);
   Lists poses{{}, {0}};
   poses.items.reserve(incidence.entries.size());
+  poses.begin.reserve(ordering.landmarks.size() + 1);
   for (int l = 0; l < static_cast<int>(ordering.landmarks.size()); ++l) {
     for (int k = edges.begin[l]; k < edges.begin[l + 1]; ++k) {
       for (int i = incidence.begin[edges.items[k]]; i < incidence.begin[edges.items[k] + 1]; ++i) {
@@ -90,6 +91,10 @@ std::vector<int> SortLandmarks(const Ordering& ordering, const Lists& seen_by) {
 }
 
 void NumberVertices(const std::vector<int>& order, Structure* s) {
+  for (auto* list : {&s->pose_dim, &s->pose_offset}) list->reserve(s->ordering.poses.size());
+  for (auto* list : {&s->landmark_dim, &s->landmark_offset, &s->landmark_block}) list->reserve(order.size());
+  s->poses.reserve(s->ordering.poses.size());
+  s->landmarks.reserve(order.size());
   for (const auto& vertex : s->ordering.poses) {
     s->poses.push_back(vertex.get());
     s->pose_dim.push_back(vertex->LocalDimension());
@@ -109,6 +114,7 @@ void NumberVertices(const std::vector<int>& order, Structure* s) {
 // A slot for each landmark in its new order, and pose that sees it.
 void FindSlots(const std::vector<int>& order, const Lists& seen_by, Structure* s) {
   for (std::vector<int>* list : {&s->slot_pose, &s->slot_landmark}) list->reserve(seen_by.items.size());
+  s->landmark_slots.reserve(order.size() + 1);
   s->landmark_slots.push_back(0);
   for (int l = 0; l < s->NumLandmarks(); ++l) {
     for (int k = seen_by.begin[order[l]]; k < seen_by.begin[order[l] + 1]; ++k) {
@@ -183,6 +189,7 @@ void ListEdges(const std::vector<int>& order, const Lists& edges, Structure* s) 
   s->edges.reserve(edges.items.size());
   s->edge_poses.reserve(s->ordering.incidence.entries.size() - static_cast<size_t>(s->num_landmark_edges));
   std::vector<int> slot_of_pose(s->poses.size(), kNone);
+  s->landmark_edges.reserve(order.size() + 1);
   for (int l = 0; l < num_landmarks; ++l) {
     s->landmark_edges.push_back(static_cast<int>(s->edges.size()));
     for (int k = s->landmark_slots[l]; k < s->landmark_slots[l + 1]; ++k) slot_of_pose[s->slot_pose[k]] = k;
@@ -239,8 +246,14 @@ void SortBatchEdges(Structure* s) {
   int most = 0;
   for (int e = 0; e < s->num_landmark_edges; ++e)
     most = std::max(most, s->edges[e].poses_end - s->edges[e].poses_begin);
+  const int poses = s->NumPoses() + 1, pairs = poses * poses;
+  if (most == 2 && pairs <= s->num_landmark_edges) {  // few enough to sort by both at once
+    const auto pair = [&](int e) { return pose(e, 0) * poses + pose(e, 1); };
+    SortByKey(s->batch_edges.begin(), s->batch_edges.end(), pairs, pair);
+    return;
+  }
   for (int i = most - 1; i >= 0; --i) {
-    SortByKey(s->batch_edges.begin(), s->batch_edges.end(), s->NumPoses() + 1, [&](int e) { return pose(e, i); });
+    SortByKey(s->batch_edges.begin(), s->batch_edges.end(), poses, [&](int e) { return pose(e, i); });
   }
 }
 
