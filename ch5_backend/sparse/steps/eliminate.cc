@@ -94,8 +94,9 @@ struct InvertRange {
 // ---- groups -----------------------------------------------------------------------------------------------------
 
 // Sorted as they are, landmarks that the same poses see stand side by side.
-void FindGroups(const Structure& s, const SymmetricBlockMatrix& S, SchurGroups* found) {
+void FindGroups(const Structure& s, SchurGroups* found) {
   const auto slots = [&](int l) { return s.slot_pose.begin() + s.landmark_slots[l]; };
+  int num_blocks = 0;
   for (int l = 0; l < s.NumLandmarks(); ++l) {
     const bool same = l > 0 && s.landmark_dim[l] == s.landmark_dim[l - 1] &&
                       std::equal(slots(l), slots(l + 1), slots(l - 1), slots(l));
@@ -103,15 +104,33 @@ void FindGroups(const Structure& s, const SymmetricBlockMatrix& S, SchurGroups* 
       found->groups.back().last = l + 1;
       continue;
     }
-    const int first_pose = static_cast<int>(found->poses.size()), first_block = static_cast<int>(found->blocks.size());
-    SchurGroup group{l, l + 1, first_pose, first_pose, 0, first_block};
+    const int first_pose = static_cast<int>(found->poses.size());
+    SchurGroup group{l, l + 1, first_pose, first_pose, 0, num_blocks};
     for (auto pose = slots(l); pose != slots(l + 1); ++pose) {
       found->poses.push_back({*pose, s.pose_dim[*pose], group.rows, s.pose_offset[*pose]});
       group.rows += s.pose_dim[*pose];
-      for (auto below = pose; below != slots(l + 1); ++below) found->blocks.push_back(S.Find(*below, *pose));
     }
     group.poses_end = static_cast<int>(found->poses.size());
+    const int num_poses = group.poses_end - group.poses_begin;
+    num_blocks += num_poses * (num_poses + 1) / 2;
     found->groups.push_back(group);
+  }
+  found->blocks.resize(static_cast<size_t>(num_blocks));
+}
+
+// The groups' blocks of S, column by column of S: no block has to be searched for.
+void FindBlocks(const Structure& s, const SymmetricBlockMatrix& S, SchurGroups* found) {
+  std::vector<int> blocks_begin(s.landmarks.size(), -1), block_of_row(s.poses.size());
+  for (const SchurGroup& group : found->groups) blocks_begin[group.first] = group.blocks_begin;
+  for (int j = 0; j < s.NumPoses(); ++j) {
+    for (int block = S.ColumnBegin(j); block < S.ColumnBegin(j + 1); ++block) block_of_row[S.Row(block)] = block;
+    for (int k = s.pose_slots_begin[j]; k < s.pose_slots_begin[j + 1]; ++k) {
+      const int slot = s.pose_slots[k], l = s.slot_landmark[slot];
+      if (blocks_begin[l] < 0) continue;
+      const int first = s.landmark_slots[l], end = s.landmark_slots[l + 1], column = slot - first;
+      int* block = &found->blocks[blocks_begin[l] + column * (end - first) - column * (column - 1) / 2];
+      for (int below = slot; below < end; ++below) *block++ = block_of_row[s.slot_pose[below]];
+    }
   }
 }
 
@@ -218,7 +237,8 @@ std::vector<std::vector<int>> SchurPattern(const Structure& s) {
 
 SchurGroups PrepareSchurGroups(const Structure& s, const SymmetricBlockMatrix& S, int threads) {
   SchurGroups found;
-  FindGroups(s, S, &found);
+  FindGroups(s, &found);
+  FindBlocks(s, S, &found);
   int rows = 0, poses = 0;
   for (const SchurGroup& group : found.groups) {
     rows = std::max(rows, group.rows);

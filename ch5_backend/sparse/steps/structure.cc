@@ -213,8 +213,10 @@ void ForEachPair(const EdgeRecord& record, const Pair& pair) {
 
 // Numbers the types of the landmarks' edges.
 void NumberEdgeTypes(Structure* s) {
+  constexpr int kPrefetchDistance = 16;
   std::vector<const std::type_info*> types;
   for (int e = 0; e < s->num_landmark_edges; ++e) {
+    if (e + kPrefetchDistance < s->num_landmark_edges) __builtin_prefetch(s->edges[e + kPrefetchDistance].edge);
     const Edge& edge = *s->edges[e].edge;
     const auto is_it = [&](const std::type_info* type) { return *type == typeid(edge); };
     const auto it = std::find_if(types.begin(), types.end(), is_it);
