@@ -40,14 +40,13 @@ void SparseSolver::SetOrdering() {
   const bool tied_by_landmarks_alone = std::all_of(structure_.H_pp_pattern.begin(), structure_.H_pp_pattern.end(),
                                                    [](const std::vector<int>& rows) { return rows.size() == 1; });
   const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
-  AssignBatches();
+  pool_.Run(2, [&](int task) { task == 0 ? AssignBatches() : PrepareReducedSolver(type); });  // apart from each other
   if (pool_.Threads() > 1) numeric_edges_.Find(&structure_);
   const bool factored = NeverForms(type) && IsInexact(iterative_) && batches_.Active() && structure_.OnePoseAnEdge();
   linearized_.Resize(structure_, factored);
   eliminated_.Resize(structure_, NeverForms(type));
   delta_poses_.setZero(structure_.ordering.dim_poses);
   step_.H_pp_delta.setZero(structure_.ordering.dim_poses);
-  PrepareReducedSolver(type);
   is_ordered_ = true;
 }
 
