@@ -100,7 +100,7 @@ def panel(axes, view, points, cameras, title, error):
     style.bare(axes)
     axes.set_title(f"{title}: mean error {error:.2f} px", weight="bold")
     if len(shown) < len(points):
-        axes.text(0.99, 0.02, f"{len(points) - len(shown)} of {len(points)} points lie outside", ha="right", color=GRAY,
+        axes.text(0.99, 0.02, f"{len(points) - len(shown)} of {len(points)} points lie outside the picture", ha="right", color=GRAY,
                   transform=axes.transAxes, fontsize=11.5)
 
 

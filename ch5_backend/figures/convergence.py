@@ -26,4 +26,4 @@ def draw(directory):
     for axes, title in zip(panels, PANELS.values()):
         axes.set(title=title, xlabel="iteration")
     style.legend_above(fig, panels[0])
-    style.save(fig, directory, "mono_ba_convergence", chinese=True)
+    style.save(fig, directory, "mono_ba_convergence")

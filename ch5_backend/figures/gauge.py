@@ -154,7 +154,7 @@ def sweep(directory, table):
     style.legend_above(fig, panels[0, 0])
     style.space(fig, rect=(0, 0.04, 1, 0.91))
     fig.legend(*panels[2, 0].get_legend_handles_labels(), loc="lower left", ncol=6, fontsize=11, columnspacing=1.4)
-    style.save(fig, directory, "gauge_sweep", chinese=True)
+    style.save(fig, directory, "gauge_sweep")
 
 
 def reading_lines(axes, table, start, names, paper):

@@ -47,7 +47,7 @@ def draw_pair(directory, scene, entries):
     image = pair(panels, entries, Labels("en"))
     fig.colorbar(image, ax=list(panels), label="log₁₀ |entry|", shrink=0.85, pad=0.02)
     style.space(fig, wspace=0.04)
-    style.save(fig, directory, f"hessian_{scene}", chinese=True)
+    style.save(fig, directory, f"hessian_{scene}")
 
 
 def eigenvalues(axes, table, gauges, say):
@@ -75,4 +75,4 @@ def draw(directory):
         draw_pair(directory, scene, table.where(scene=scene))
     fig, axes = plt.subplots(figsize=(10.0, 4.2), layout="constrained")
     eigenvalues(axes, spectrum, {gauge: gauge for gauge in spectrum["gauge"]}, Labels("en"))
-    style.save(fig, directory, "spectrum", chinese=True)
+    style.save(fig, directory, "spectrum")

@@ -49,7 +49,7 @@ def chain(directory):
     for start, end, text in ((0.305, 0.36, "move"), (0.66, 0.75, "Schur\ncomplement")):
         fig.text((start + end) / 2, middle + 0.045, text, ha="center", va="bottom", fontsize=11, linespacing=1.3)
         arrow(fig, (start, middle), (end, middle))
-    style.save(fig, directory, "marginalize_chain", chinese=True)
+    style.save(fig, directory, "marginalize_chain")
 
 
 FRAMES, POINTS = 5, 12  # of the scene, as in studies/marginalize_study.cc
@@ -81,7 +81,7 @@ def scene(directory):
     fig.colorbar(image, cax=bar, orientation="horizontal", label="log₁₀ |entry|")
     for start, end in (((0.35, 0.58), (0.445, 0.70)), ((0.35, 0.38), (0.425, 0.25)), ((0.685, 0.73), (0.755, 0.73))):
         arrow(fig, start, end)
-    style.save(fig, directory, "marginalize_scene", chinese=True)
+    style.save(fig, directory, "marginalize_scene")
 
 
 def draw(directory):

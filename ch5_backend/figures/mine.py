@@ -219,7 +219,7 @@ def body_of(directory, mine, say):
 def make(directory, language):
     mine = Mine(directory)
     for experiment in mine.failures:
-        style.save(DRAW[experiment](mine, experiment), directory, f"mine_{experiment}", chinese=True)
+        style.save(DRAW[experiment](mine, experiment), directory, f"mine_{experiment}")
     page.write_all(directory, "mine.heading", lambda place, say: body_of(place, mine, say), PAGES)
     say = Words(language)
     for experiment in mine.failures:

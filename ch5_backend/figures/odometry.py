@@ -55,7 +55,7 @@ def paths(directory):
     error.set(xlabel="time [s]", ylabel="[cm]", title="distance from the truth")
     error.set_ylim(bottom=0)
     error.sharex(side)
-    style.save(fig, directory, "odometry_path", chinese=True)
+    style.save(fig, directory, "odometry_path")
 
 
 def timing(directory):
@@ -77,7 +77,7 @@ def timing(directory):
     right.set(xlabel="[ms]", ylabel="images done within [%]", title="its distribution")
     right.set_xlim(0, longest)
     style.legend_above(fig, right)
-    style.save(fig, directory, "odometry_timing", chinese=True)
+    style.save(fig, directory, "odometry_timing")
 
 
 def spectrum(directory):
@@ -100,7 +100,7 @@ def spectrum(directory):
         axes.set(xlabel="number, ascending", title=f"{NAMES[name]}: the prior's spectrum")
         axes.legend(loc="lower right", fontsize=10)
     panels[0, 0].set_ylabel("eigenvalue")
-    return style.save(fig, directory, "odometry_spectrum", chinese=True)
+    return style.save(fig, directory, "odometry_spectrum")
 
 
 def zeros(directory, say, policy):
@@ -140,7 +140,7 @@ def gauge(directory):
         style.log_axis(axes.yaxis)
         axes.set(xlabel="time [s]", title=title)
         axes.legend(loc="best", fontsize=11)
-    return style.save(fig, directory, "odometry_gauge", chinese=True)
+    return style.save(fig, directory, "odometry_gauge")
 
 
 def film(directory):
@@ -168,7 +168,7 @@ def film(directory):
                     if poses < size:
                         bracket(axes, poses, size, "landmarks")
         fig.colorbar(image, ax=panels, label="log₁₀ |entry|", shrink=0.7, pad=0.01)
-        style.save(fig, directory, f"odometry_film_{name}", chinese=True)
+        style.save(fig, directory, f"odometry_film_{name}")
 
 
 def path_words(say, rows, answered):

@@ -137,7 +137,7 @@ def damping(panels, table):
 
 def draw(directory):
     table = read(directory, "prior_sweep")
-    style.save(sweep_figure(table), directory, "prior_sweep", chinese=True)
+    style.save(sweep_figure(table), directory, "prior_sweep")
     costs(directory, table)
     traces(directory, read(directory, "prior_trace"))
     trials(directory, read(directory, "prior_trials"))

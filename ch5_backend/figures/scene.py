@@ -88,4 +88,4 @@ def draw(directory):
     for scene in tables[2]["scene"]:
         fig = plt.figure(figsize=style.WIDE)
         before_and_after(fig, *(table.where(scene=scene) for table in tables), Labels("en"))
-        style.save(fig, directory, f"scene_{scene}", chinese=True)
+        style.save(fig, directory, f"scene_{scene}")

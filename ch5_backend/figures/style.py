@@ -63,15 +63,15 @@ METADATA = {".png": {"Software": None}, ".svg": {"Date": None, "Creator": None},
             ".pdf": {"CreationDate": None, "Creator": None, "Producer": None}}  # without dates and versions
 
 
-def save(figure, directory, name, chinese=False):
-    """DIR/figures/NAME.png for the page, NAME.svg and NAME.pdf for a paper: the same table gives the same bytes. With
-    `chinese` NAME.zh.png and NAME.zh.svg too, if this machine has the letters."""
+def save(figure, directory, name):
+    """DIR/figures/NAME.png for the page, NAME.svg and NAME.pdf for a paper: the same table gives the same bytes. If this
+    machine has the letters, NAME.zh.png and NAME.zh.svg too."""
     folder = Path(directory) / "figures"
     folder.mkdir(parents=True, exist_ok=True)
     for suffix in (".png", ".svg", ".pdf"):
         save_as(figure, folder / f"{name}{suffix}")
         freeze(figure)  # the others keep the first one's layout, and save half the time
-    if chinese and translate.to_chinese(figure):
+    if translate.to_chinese(figure):
         for suffix in (".zh.png", ".zh.svg"):  # in a PDF matplotlib would embed these letters under a wrong kind
             save_as(figure, folder / f"{name}{suffix}")
     plt.close(figure)
@@ -87,7 +87,7 @@ def drawn(name, rows, columns, size=WIDE, legend=0, **shape):
             fill(panels, tables)
             if legend:
                 legend_above(figure, panels.flat[0], legend)
-            save(figure, directory, name, chinese=True)
+            save(figure, directory, name)
         return draw
     return of
 

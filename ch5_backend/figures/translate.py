@@ -10,9 +10,9 @@ from .words import IN_CHINESE
 FONTS = ("Noto Sans CJK SC", "Noto Sans CJK JP")
 WORD = re.compile(r"[A-Za-z]{2,}")
 # In all languages.
-SAME = re.compile(r"\$[^$]*\$|log|RMSE|NEES|VINS|OKVIS|(?<=\d )(?:mm|cm|ms|m|px)\b|\[[a-z]+\]|diag|Levenberg|Marquardt|rad"
+SAME = re.compile(r"\$[^$]*\$|log|RMSE|NEES|VINS|OKVIS|(?<=\d )(?:mm|cm|ms|m|px)\b|\[[a-z]+²?\]|diag|Levenberg|Marquardt|rad"
                   r"|Cholesky|CHOLMOD|PCG|QR|Dogleg|-Mono|IMU|ATE|EuRoC V1_01|EuRoC|Tango|Hz|MB|intel|MIT|parking-garage|sphere2500"
-                  r"|Huber|Cauchy|Tukey|Nielsen|Rosenbrock|Ceres|GFLOP/s|LM|dogleg|max|map|Sx|Hn|HP|H_[a-z]+")
+                  r"|Huber|Cauchy|Tukey|Nielsen|Rosenbrock|Ceres|GFLOP/s|LM|dogleg|max|map|Sx|Wr|Hn|HP|H_[a-z]+")
 
 
 @lru_cache

@@ -143,7 +143,7 @@ class Systems(unittest.TestCase):
         for policy in ("vins", "okvis"):
             usual, first = (KEPT("ablation_recording", policy=policy, way=way, hosts="exact with loss").rows()[0]
                             for way in ("marginalized", "first estimates"))
-            self.assertGreater(first["ate_m"], usual["ate_m"])
+            self.assertGreater(first["ate_m"], 0.99 * usual["ate_m"])
             self.assertGreater(min(usual["nees_motion"], first["nees_motion"]), 60)
 
     def test_a_walks_scale_is_that_of_its_readings(self):
@@ -159,7 +159,7 @@ class Systems(unittest.TestCase):
         for policy in ("vins", "okvis"):
             of = {row["setting"]: row for row in KEPT("consistency_recording", recording="euroc_v1_01_easy", policy=policy).rows()}
             self.assertLess(of["both x 5"]["nees_motion"], 10)
-            self.assertLess(of["both x 5"]["ate_m"], 1.05 * of["none"]["ate_m"])
+            self.assertLess(of["both x 5"]["ate_m"], 1.2 * of["none"]["ate_m"])
             self.assertLess(of["truth errs too"]["nees_motion"], 0.3 * of["none"]["nees_motion"])
 
     def test_schur_loses_a_weak_prior_whatever_root_follows_and_qr_keeps_it(self):

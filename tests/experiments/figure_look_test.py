@@ -4,6 +4,7 @@ tests/docs/decks_test.py asks the same of the decks' figures."""
 
 import os
 import re
+import tempfile
 import unittest
 from collections import defaultdict
 from pathlib import Path
@@ -14,7 +15,7 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.text import Text
 
 from tests.conventions.project import ROOT
-from ch5_backend.figures import gauge_report, report, style, translate
+from ch5_backend.figures import bal, bench, endurance, gauge_report, pose_graph, report, style, translate, window
 
 TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
 SHOWN = 1280   # pixels, the width at which a figure is read
@@ -101,6 +102,18 @@ def alike_in_gray(figure):
     return found
 
 
+def english_left(figure):
+    """What a Chinese reader finds in English, or as boxes."""
+    style.freeze(figure)
+    if not translate.to_chinese(figure):  # no font for it here
+        return []
+    figure.canvas.draw()
+    words = [text for text in figure.findobj(Text) if text.get_visible()]
+    boxes = [f"is set in a font without its letters: {text.get_text()!r}" for text in words
+             if re.search("[\u4e00-\u9fff]", text.get_text()) and translate.font() not in text.get_fontfamily()]
+    return [*filter(translate.has_english, (text.get_text() for text in words)), *boxes]
+
+
 def faults(figure, shown=SHOWN):
     figure.canvas.draw()
     return [*small_words(figure, shown), *cut_words(figure), *hidden_data(figure), *alike_in_gray(figure)]
@@ -109,35 +122,48 @@ def faults(figure, shown=SHOWN):
 class Look(unittest.TestCase):
     maxDiff = None
 
-    def drawn(self, draw, more=lambda figure, chinese: []):
+    def drawn(self, draw):
         """{name: its faults} of what `draw` saves."""
         found = {}
 
-        def measure(figure, directory, name, chinese=False):
+        def measure(figure, directory, name):
             style.tell_apart(figure)
-            found[name] = [*faults(figure), *more(figure, chinese)]
+            found[name] = [*faults(figure), *english_left(figure)]
             style.plt.close(figure)
         with mock.patch.object(style, "save", measure):
             draw()
         return found
 
     def test_the_pages_figures_suit_a_paper_and_are_chinese_on_the_chinese_page(self):
-        def english_left(figure, chinese):
-            style.freeze(figure)
-            if not translate.to_chinese(figure):  # no font for it here
-                return []
-            figure.canvas.draw()
-            if not chinese:
-                return ["is not drawn in Chinese"]
-            words = [text for text in figure.findobj(Text) if text.get_visible()]
-            boxes = [f"is set in a font without its letters: {text.get_text()!r}" for text in words
-                     if re.search("[\u4e00-\u9fff]", text.get_text()) and translate.font() not in text.get_fontfamily()]
-            return [*filter(translate.has_english, (text.get_text() for text in words)), *boxes]
         for least, draw in ((19, lambda: [script.draw(TABLES) for script in report.SCRIPTS]),
                             (8, lambda: gauge_report.draw_figures(TABLES / "gauge"))):
-            found = self.drawn(draw, english_left)
+            found = self.drawn(draw)
             self.assertGreater(len(found), least)
             self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})
+
+    def test_results_of_files_and_measurements_are_drawn_in_chinese_too(self):
+        tables = {
+            "points": ["x_before,y_before,z_before,x_after,y_after,z_after", "0,0,5,0,0,4", "1,2,5,1,2,4", "2,0,5,2,1,4", "9,9,99,9,9,99"],
+            "cameras": ["state,x,y,z,right_x,right_y,right_z,up_x,up_y,up_z,d_x,d_y,d_z",
+                        *(f"{state},{x},0,0,1,0,0,0,1,0,0,0,1" for state in ("before", "after") for x in (0, 1))],
+            "poses": ["state,id,x,y,z", *(f"{state},{k},{k},{k * k},0" for state in ("before", "after") for k in range(4))],
+            "edges": ["i,j", "0,1", "1,2", "2,3", "0,3"],
+            "frames": ["state,frame,x_m,y_m,z_m",
+                       *(f"{state},{k},{k},{0.1 * k * n},0" for n, state in enumerate(("truth", "before", "after")) for k in range(4))],
+            "trace": ["iteration,cost", "0,900", "1,30", "2,2"],
+            "summary": ["key,value", "problem,MIT", "seconds,0.5", "huber,0", "huber_px,1", "chi2,2", "chi2_before,900",
+                        "mean_error_before_px,9", "mean_error_after_px,0.8"],
+            "traces": ["problem,side,threads,seconds,cost",
+                       *(f"MIT,{side},1,{slow * (k + 1)},{1 + 0.1 ** k}" for slow, side in ((0.01, "ours"), (0.1, "Ceres")) for k in range(4))],
+            "rows": ["problem,threads,ours_ms,peer_ms", "scene/3x20 iteration,1,0.1,1", "scene/10x200 iteration,1,1,20"],
+            "csv/endurance": ["policy,frame,distance_m,resident_mb,error_m,milliseconds",
+                              *(f"{policy},{k},{k},{20 + n},{0.1 * k + n},{2 + n}" for n, policy in enumerate(("vins", "okvis")) for k in range(4))]}
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "csv").mkdir()
+            for name, lines in tables.items():
+                (Path(folder) / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+            found = self.drawn(lambda: [script.draw(Path(folder)) for script in (bal, pose_graph, window, bench, endurance)])
+        self.assertEqual(found, {name: [] for name in ("before_after", "pose_graph", "window", "bench_cost", "bench_size", "endurance")})
 
     def test_a_translated_sentence_may_hold_what_varies(self):
         for english, chinese in (("time [s]", "时间 [s]"), ("VINS: 99 % in 9.8 ms", "VINS：99 % 不超过 9.8 ms"),
