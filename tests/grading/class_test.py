@@ -146,6 +146,7 @@ class Page(InAFolder):
             text, words = (self.folder / "summary.html").read_text(encoding="utf-8"), words_of(self.folder / "summary.html")
             if language == "zh":
                 self.assertEqual(english_in(words), "")
+                self.assertNotRegex(words, r"[\u4e00-\u9fff][,:] |[,:] [\u4e00-\u9fff]", "a mark of half width")
             for part in ("阿达", "口头解释过", "strange", "Eve") + (("两个位姿之间的一条边",) if language == "zh" else
                          ("3 of 4 in the class have handed in", "one edge between two poses", "nothing begun")):
                 self.assertIn(part, words)

@@ -63,7 +63,7 @@ def run_grade(arguments) -> int:
                 outputs.write_table(out / name, rows)
             summary.write(out, records, points, book, marks, nobodys, say)
             if nobodys:
-                warn(say("grade.nobodys", names=", ".join(nobodys)))
+                warn(say("grade.nobodys", names=say("grade.list").join(nobodys)))
     failed = [record for record in records if "error" in record]
     tell(out, records, failed, arguments.json, say)
     return 1 if failed else 0

@@ -98,7 +98,7 @@ def feedback_on(row: dict, say: Speaker) -> list:
 
 def followed(row: dict, say: Speaker) -> str:
     """Why a stage that is not right has more points than its checks."""
-    return say("grade.followed", replaced=", ".join(row["replaced"]), n=row["blanks"] - len(row["replaced"]), m=row["blanks"],
+    return say("grade.followed", replaced=say("grade.list").join(row["replaced"]), n=row["blanks"] - len(row["replaced"]), m=row["blanks"],
                points=f"{row['score']:g}")
 
 

@@ -37,7 +37,7 @@ def write(out: Path, records: list, points: dict, book, marks: list, nobodys: li
     body = [STYLE, element("h1", say("grade.grades"))]
     if totals:
         body.append(paragraph(say("grade.head", date=datetime.now().strftime("%Y-%m-%d"), n=len(graded), m=f"{most:g}",
-                                  seed=", ".join(sorted({str(record["seed"]) for record in graded})),
+                                  seed=say("grade.list").join(sorted({str(record["seed"]) for record in graded})),
                                   mean=f"{statistics.mean(totals):.1f}", median=f"{statistics.median(totals):.1f}")))
     body += list(map(paragraph, notes(records, book, marks, nobodys, say)))
     if totals:
@@ -59,15 +59,15 @@ def notes(records: list, book, marks: list, nobodys: list, say: Speaker) -> list
     """What a reader must know before the numbers."""
     lines = []
     if failed := [record["name"] for record in records if record["status"] != "graded"]:
-        lines.append(say("grade.not_graded", names=", ".join(failed)))
+        lines.append(say("grade.not_graded", names=say("grade.list").join(failed)))
     if book:
         absent = [mark.student.name for mark in marks if not mark.record]
-        lines.append(say("grade.of_class", n=len(marks) - len(absent), m=len(marks), names=", ".join(absent)) if absent else
+        lines.append(say("grade.of_class", n=len(marks) - len(absent), m=len(marks), names=say("grade.list").join(absent)) if absent else
                      say("grade.all_handed_in", m=len(marks)))
         unread = {what: sum(mark.student.read[what] is None for mark in marks if mark.record) for what in book.read}
         lines += [say("grade.unread", what=what, n=n) for what, n in unread.items() if n]
     if nobodys:
-        lines.append(say("grade.nobodys", names=", ".join(nobodys)))
+        lines.append(say("grade.nobodys", names=say("grade.list").join(nobodys)))
     return lines
 
 
@@ -124,7 +124,7 @@ def of_stages(graded: list, say: Speaker) -> Markup:
         states = Counter(state_of(row, say) for row in rows if not untouched(row))
         table.append([f"{stage} {title(rows[0], say)}", f"{statistics.mean(scores):.1f}" if scores else "–",
                       f"{max(row['points'] for row in rows):g}", len(rows) - len(scores),
-                      ", ".join(f"{n} {state}" for state, n in states.most_common())])
+                      say("grade.list").join(f"{n} {state}" for state, n in states.most_common())])
     cpu = [record["cpu_seconds"] for record in graded]
     head = ["grade.stage", "grade.mean_of_started", "grade.of", "grade.not_started", "grade.states"]
     return (element("h2", say("grade.marks")) + page.table(list(map(say, head)), table, "words") +
@@ -139,7 +139,7 @@ def counts(title_of: str, counted: Counter, say: Speaker) -> list:
 
 def misconception(row: dict, say: Speaker) -> str:
     cause = row["diagnosis"].get("cause") if row["state"] == "wrong" else None
-    return f"{row['id']}: {say.text(cause)}" if cause and cause_of(row["diagnosis"]) not in SYMPTOMS else ""
+    return say("grade.in_stage", stage=row["id"], what=cause) if cause and cause_of(row["diagnosis"]) not in SYMPTOMS else ""
 
 
 def near_misses(graded: list, say: Speaker) -> Markup:
@@ -157,7 +157,7 @@ def likeness(graded: list, say: Speaker) -> Markup:
     same = {}
     for record in graded:
         same.setdefault(json.dumps(record["content"]), []).append(record["name"])
-    table = [[", ".join(names), say("grade.all_files"), say("grade.equal")] for names in same.values() if len(names) > 1]
-    table += [[f"{a}, {b}", file, say("grade.own_lines", n=f"{100 * part:.0f}")] for a, b, file, part in alike(graded)]
+    table = [[say("grade.list").join(names), say("grade.all_files"), say("grade.equal")] for names in same.values() if len(names) > 1]
+    table += [[say("grade.list").join((a, b)), file, say("grade.own_lines", n=f"{100 * part:.0f}")] for a, b, file, part in alike(graded)]
     head = list(map(say, ["grade.submissions", "grade.file", "grade.share"]))
     return element("h2", say("grade.alike")) + (page.table(head, table, "words") if table else paragraph(say("grade.none")))
