@@ -6,6 +6,8 @@ complement fills in, how rows and columns move, all follow from the list of edge
 
 from math import cos, pi as PI, sin
 
+import numpy as np
+
 from ch5_backend.figures import hessian, prior
 from ch5_backend.figures.convergence import curves
 from ch5_backend.figures.scene import before_and_after
@@ -228,6 +230,22 @@ def valley(slide, tables, say):
         else:
             slide.circle(ox, oy, 7, PRIOR)
             slide.text(ox + 16, oy + 150, say("prior"), 18, PRIOR, anchor="start")
+
+
+@FIGURES.figure(1060, 250, "Blocks of the prior edge")
+def prior_edge(slide, tables, say):
+    """Its Jacobian, whose columns have the increment's order, and its information, which has the residual's throughout."""
+    cell, top, residual = 30, 50, (say("rotation"), say("translation"))
+    crossed = np.block([[np.zeros((3, 3)), np.ones((3, 3))], [np.eye(3), np.zeros((3, 3))]])
+    for left, name, filled, columns in ((240, "J", crossed, ("δp", "δθ")), (740, "W", np.eye(6), ())):
+        slide.text(left - 150, top + 3 * cell + 8, name, 26, italic=True)
+        for row, column in np.argwhere(filled):
+            slide.rect(left + column * cell + 1, top + row * cell + 1, cell - 2, cell - 2, mix(PRIOR if row < 3 else POSE, 0.6), radius=3)
+        slide.rect(left, top, 6 * cell, 6 * cell, stroke=MUTED)
+        for half, name in enumerate(columns):
+            slide.text(left + (1.5 + 3 * half) * cell, top - 12, name, 20, MUTED)
+        for half, name in enumerate(residual):
+            slide.text(left - 12, top + (1.5 + 3 * half) * cell + 6, name, 20, MUTED, anchor="end")
 
 
 @FIGURES.figure(820, 390, "The scene before and after")

@@ -48,10 +48,10 @@ def yaw_leak(slide, tables, say):
     ticks = decades([1e-6, every["information"].max()])
     axes = time_axes(slide, say, (80, 40, 690, 230), every["t_s"].max(), ticks[[0, -1]], "nᵀHn of the prior", log="y", yticks=ticks[::2])
     for policy, name in POLICIES.items():
-        for direction, what, width in (("yaw", "yaw, ", None), ("x", "position, ", 1.0)):
-            rows = every.where(policy=policy, direction=direction)
-            odometry.leak_line(axes, rows["t_s"], rows["information"], policy, least=1e-7, linewidth=width,
-                               label=say(what) + name)
+        for directions, what, width in (("yaw",), "yaw, ", None), ("xyz", "position, ", 1.0):
+            rows = [every.where(policy=policy, direction=direction) for direction in directions]
+            worst = np.max([np.abs(one["information"]) for one in rows], axis=0)
+            odometry.leak_line(axes, rows[0]["t_s"], worst, policy, least=1e-7, linewidth=width, label=say(what) + name)
     slide.legend(axes, 800, 80)
 
 

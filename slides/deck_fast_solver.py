@@ -20,7 +20,6 @@ FIGURES = Figures({  # what the tables' words read as
 SHADES = {"linearize": POSE, "invert": mix(LANDMARK, 0.5), "schur": LANDMARK, "poses": CROSS, "back": PRIOR,
           "cost": mix(INK, 0.45), "update": mix(INK, 0.2)}
 SIDES = {"ceres": PRIOR, "ours": POSE}
-MILLISECONDS = (0.1, 1000.0)
 LADDER_COLORS = {"dense": PRIOR, "plain": LANDMARK, "fixed": CROSS, "avx2": POSE}
 NUMBER = {"fontsize": 16.9 * PX, "color": INK, "padding": 4}
 
@@ -151,8 +150,10 @@ def shares(slide, tables, say):
     slide.legend(axes, 50, 330, columns=len(STEPS), handlelength=1.2, columnspacing=2.2)
 
 
-def bars(axes, groups, colors, say):
+def bars(slide, say, box, groups, colors):
     """Groups of bars on a logarithmic scale of times an iteration, each with its number: {name: {color's key: value}}."""
+    ticks = decades([value for values in groups.values() for value in values.values()])
+    axes = slide.axes(box, None, ticks[[0, -1]], say("ms an iteration"), "", "y", None, ticks)
     at, middles = 0.0, []
     for values in groups.values():
         for k, (key, value) in enumerate(values.items()):
@@ -161,21 +162,17 @@ def bars(axes, groups, colors, say):
         middles.append(at + (len(values) - 1) / 2)
         at += len(values) + 0.55
     for key, color in colors.items():
-        axes.bar(0, MILLISECONDS[0], color=color, label=say(key))
+        axes.bar(0, ticks[0], color=color, label=say(key))
     axes.set_xticks(middles, [say(problem) for problem in groups], fontsize=17 * PX, color=INK)
     axes.tick_params(axis="x", length=0)
     axes.set_xlim(-0.7, at - 0.9)
-
-
-def time_axes(slide, say, box):
-    return slide.axes(box, None, MILLISECONDS, say("ms an iteration"), "", "y", None, decades(MILLISECONDS))
+    return axes
 
 
 @FIGURES.figure(1120, 400, "What each idea gained")
 def rungs(slide, tables, say):
     """An iteration's time on each rung of the ladder."""
-    axes = time_axes(slide, say, (70, 60, 770, 250))
-    bars(axes, {problem: ladder(tables, problem) for problem in PROBLEMS}, LADDER_COLORS, say)
+    axes = bars(slide, say, (70, 60, 770, 250), {problem: ladder(tables, problem) for problem in PROBLEMS}, LADDER_COLORS)
     slide.legend(axes, 852, 84, handlelength=1.2, fontsize=16.4 * PX)
 
 
@@ -217,10 +214,9 @@ def roofline(slide, tables, say):
 @FIGURES.figure(1080, 380, "Beside Ceres")
 def peers(slide, tables, say):
     """An iteration of ours and of Ceres."""
-    axes = time_axes(slide, say, (90, 60, 760, 240))
     times = {problem: tables("speed_peers", problem=problem) for problem in PROBLEMS}
-    bars(axes, {problem: {side: rows.row(side=side)["iteration_ms"] for side in SIDES} for problem, rows in times.items()},
-         SIDES, say)
+    axes = bars(slide, say, (90, 60, 760, 240), {problem: {side: rows.row(side=side)["iteration_ms"] for side in SIDES}
+                                                 for problem, rows in times.items()}, SIDES)
     slide.legend(axes, 885, 90, handlelength=1.2)
 
 

@@ -89,4 +89,5 @@ def facts(tables):
         mine = [r for r in rows if r["solver"] == solver]
         reached = next((r["seconds"] for r in mine if r["cost"] <= 1.01 * best), None)
         found[f"reduced.{name}"] = short(reached) if reached else "–"
+        found[f"reduced.{name}.end"] = f"{100 * (min(r['cost'] for r in mine) / best - 1):.1f}"
     return found

@@ -320,7 +320,8 @@ def captions(say):
 
 def nees_of(flights):
     """The median, large ones in two digits, or a dash where a covariance was not positive definite."""
-    nees = np.nanmedian(flights["nees_motion"])
+    known = flights["nees_motion"][~np.isnan(flights["nees_motion"])]
+    nees = np.median(known) if len(known) else 0.0
     return style.number(nees if nees < 1000 else float(f"{nees:.2g}"), 2) if nees > 0 else "–"
 
 

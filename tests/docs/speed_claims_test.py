@@ -5,6 +5,7 @@ import unittest
 
 from tests.docs.markdown import ROOT
 
+from slides.deck_fast_solver import FIGURES
 from slides.deck_fast_solver_facts import BEST, PROBLEMS, facts, iteration, ladder, time_of
 from ch5_backend.figures.tables import Tables
 
@@ -57,3 +58,18 @@ class SpeedClaims(unittest.TestCase):
         found = facts(TABLES)
         for name in ("pcg", "series"):
             self.assertLess(2.0 * float(found[f"reduced.{name}"]), float(found["reduced.sparse"]))
+            self.assertGreater(float(found[f"reduced.{name}.end"]), 0.3)
+        self.assertEqual(float(found["reduced.sparse.end"]), 0)
+
+    def test_wider_registers_gain_most_where_most_of_the_time_goes(self):
+        gain = {step: time_of(TABLES, "bal/16-22106", step, "sparse", "portable") / time_of(TABLES, "bal/16-22106", step, *BEST)
+                for step in ("linearize", "schur", "poses", "back", "invert", "cost")}
+        self.assertGreater(min(gain["linearize"], gain["schur"]), 1.5 * max(gain["poses"], gain["back"]))
+        self.assertLess(max(gain["invert"], gain["cost"]), 1.3)
+
+    def test_every_bar_stands_on_its_page_with_its_number(self):
+        for figure, values in (("peers", TABLES("speed_peers")["iteration_ms"]),
+                               ("rungs", [ms for problem in PROBLEMS for ms in ladder(TABLES, problem).values()])):
+            drawn = FIGURES[figure](TABLES, "en")
+            for ms in values:
+                self.assertIn(f">{ms:.3g}<" if ms < 100 else f">{ms:.0f}<", drawn, figure)
