@@ -1,7 +1,6 @@
-#!/usr/bin/python3
 """Measures what the fifth lecture shows, and writes the tables that are kept in measured/.
 
-usage: measure_speed.py [--rounds N]
+usage: python3 -m slides.measure_speed [--rounds N]
 
 Each round runs every case once, so that a slow quarter of an hour of the machine falls on all alike; of each step the
 fastest round counts, since whatever disturbs a measurement makes it slower. Needs the programs measure_steps,
@@ -19,6 +18,8 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from ch5_backend.figures.numbers.bench import iteration_seconds
 
 ROOT = Path(__file__).resolve().parents[1]
 BIN = ROOT / "build/release/bin"
@@ -81,7 +82,7 @@ def peers(best):
         for side in ("ours", "ceres"):
             for line in run(BIN / f"measure_{side}", source(problem), "--repeat", repeat):
                 one = json.loads(line)
-                iteration = 1e3 * (one["seconds"] - one["trace"][0][0]) / max(1, one["steps"])
+                iteration = 1e3 * iteration_seconds(one)
                 if (problem, side) not in best or iteration < best[problem, side][0]:
                     best[problem, side] = iteration, one["steps"], one["final_cost"], one["peak_mb"]
 
