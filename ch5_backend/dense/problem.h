@@ -7,6 +7,7 @@
 
 #include <map>
 
+#include "ch5_backend/graph/check_jacobians.h"
 #include "ch5_backend/graph/ordering.h"
 #include "ch5_backend/solve/minimizer.h"
 #include "ch5_backend/solve/normal_equations.h"
@@ -56,6 +57,7 @@ class Problem : public NormalEquations {
   void UpdateStates(const VecX& delta_x) override;
   void RollbackStates() override;
   double StateNorm() const override;
+  std::string WhatIsNotFinite() override { return ch5::WhatIsNotFinite(ordering_.edges); }
 
   /// H of the last MakeHessian; its b is RightHandSide().
   const MatXX& Hessian() const { return Hessian_; }

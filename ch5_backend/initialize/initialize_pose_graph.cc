@@ -16,6 +16,7 @@ const std::vector<std::pair<std::string, PoseGraphStart>> kPoseGraphStartNames =
     {"chordal", PoseGraphStart::kChordal}};
 
 void InitializePoseGraph(PoseGraphStart start, Graph* graph, int threads) {
+  if (!graph) throw GraphError("InitializePoseGraph: the graph is null");
   switch (start) {
     case PoseGraphStart::kGiven: return;
     case PoseGraphStart::kOdometry: return PlaceAlongTree(TreeOrder::kOdometryFirst, graph);
@@ -25,6 +26,7 @@ void InitializePoseGraph(PoseGraphStart start, Graph* graph, int threads) {
 }
 
 std::vector<double> InitializeAtLeastCost(const std::vector<PoseGraphStart>& starts, Graph* graph, int threads) {
+  if (!graph) throw GraphError("InitializeAtLeastCost: the graph is null");
   std::vector<double> costs;
   graph->Push();
   const auto start_again = [&](PoseGraphStart start) {

@@ -21,11 +21,13 @@ enum class PoseGraphStart {
 extern const std::vector<std::pair<std::string, PoseGraphStart>> kPoseGraphStartNames;
 
 /// Moves every free pose that has an edge; edges of other types than EdgeSE3Between and EdgeSE2Between are not looked at.
+/// @throws GraphError if the graph is null
 void InitializePoseGraph(PoseGraphStart start, Graph* graph, int threads = 1);
 
 /// The start with the least cost ½ Σ ρ(rᵀWr), the first one if several have it.
 /// @param starts  those to be tried; kGiven is the state at the time of the call
 /// @return the cost of each, in the order of `starts`; the graph is left at the best
+/// @throws GraphError if the graph is null
 std::vector<double> InitializeAtLeastCost(const std::vector<PoseGraphStart>& starts, Graph* graph, int threads = 1);
 
 }  // namespace ch5

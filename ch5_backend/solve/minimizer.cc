@@ -37,7 +37,7 @@ class Run {
       Stop(Termination::kNothingToOptimize, "no free vertex has an edge");
       Report(0);  // the start is all there is to tell
     } else if (!std::isfinite(cost_)) {
-      Stop(Termination::kNotFinite, "the cost of the initial states is not finite");
+      StopNotFinite("the cost of the initial states is not finite");
     } else {
       Iterate();
     }
@@ -60,7 +60,7 @@ class Run {
         if (stopped_) return;
       }
       if (!std::isfinite(info_.gradient_max)) {
-        return Stop(Termination::kNotFinite, "the gradient is not finite: a Jacobian holds NaN or infinity");
+        return StopNotFinite("the gradient is not finite: a Jacobian holds NaN or infinity");
       }
       if (info_.gradient_max == 0.0 && system_->HessianDiagonal().isZero(0.0)) {
         return Stop(Termination::kNothingToOptimize, "H is zero; is all information zero, or every edge an outlier?");
@@ -161,6 +161,11 @@ class Run {
 
   void StopBelowRounding(double predicted) {
     Stop(Termination::kCostConverged, "the model predicts only ", predicted, " of ", cost_);
+  }
+
+  void StopNotFinite(const char* words) {
+    const std::string what = system_->WhatIsNotFinite();
+    Stop(Termination::kNotFinite, words, what.empty() ? "" : "; ", what);
   }
 
   void Report(int iteration) {

@@ -7,6 +7,7 @@
 /// PlainBlockSolver (the homework of stage 7).
 
 #include <algorithm>
+#include <string>
 
 #include "ch5_backend/math/eigen_types.h"
 
@@ -61,6 +62,9 @@ class NormalEquations {
   virtual double ModelCostChange(const VecX& delta_x) const {
     return RightHandSide().dot(delta_x) - 0.5 * delta_x.dot(MultiplyHessian(delta_x));
   }
+
+  /// What to name where the cost or b is not finite, such as an edge; empty if there is nothing.
+  virtual std::string WhatIsNotFinite() { return ""; }
 
   Damping GetDamping() const { return damping_; }
   void SetDamping(Damping damping) { damping_ = damping; }

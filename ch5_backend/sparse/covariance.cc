@@ -2,10 +2,10 @@
 
 #include <Eigen/Cholesky>
 
+#include "ch5_backend/graph/check_jacobians.h"
 #include "ch5_backend/linear/pivot_rule.h"
 #include "ch5_backend/linear/selected_inverse.h"
 #include "ch5_backend/sparse/sparse_solver.h"
-#include "ch5_backend/sparse/steps/edge_normal_equations.h"
 
 namespace ch5 {
 namespace {

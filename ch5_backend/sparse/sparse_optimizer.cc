@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "ch5_backend/sparse/sparse_solver.h"
-#include "ch5_backend/sparse/steps/edge_normal_equations.h"
 
 namespace ch5 {
 SparseOptimizer::SparseOptimizer(Graph* graph, int threads)
@@ -26,14 +25,7 @@ void SparseOptimizer::Hold(std::vector<HeldDirections> held) {
   solver_->Hold(held_);
 }
 
-Summary SparseOptimizer::Solve(const SolveOptions& options) {
-  Summary summary = Minimize(solver_.get(), options);
-  if (summary.termination == Termination::kNotFinite) {
-    const std::string what = WhatIsNotFinite(solver_->GetStructure().ordering.edges);
-    if (!what.empty()) summary.message += "; " + what;
-  }
-  return summary;
-}
+Summary SparseOptimizer::Solve(const SolveOptions& options) { return Minimize(solver_.get(), options); }
 
 bool SparseOptimizer::Initialize(Selection selection) {
   selection_ = std::move(selection);

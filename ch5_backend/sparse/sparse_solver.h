@@ -12,6 +12,7 @@
 
 #include <memory>
 
+#include "ch5_backend/graph/check_jacobians.h"
 #include "ch5_backend/linear/reduced_solver.h"
 #include "ch5_backend/math/parallel.h"
 #include "ch5_backend/solve/normal_equations.h"
@@ -47,6 +48,7 @@ class SparseSolver : public NormalEquations {
   /// Landmarks whose edges are not of a fast type (graph/fast_edge.h) stay where they are.
   double RefineLandmarks(int steps) override;
   double StateNorm() const override;
+  std::string WhatIsNotFinite() override { return ch5::WhatIsNotFinite(structure_.ordering.edges); }
 
   const VecX& RightHandSide() const override { return linearized_.b; }
   VecX HessianDiagonal() const override;

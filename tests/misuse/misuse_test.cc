@@ -7,11 +7,14 @@
 #include <functional>
 #include <limits>
 
+#include "ch5_backend/dense/blocks/plain_block_solver.h"
+#include "ch5_backend/dense/problem.h"
 #include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/experiments/studies/window/wrapped_policy.h"
 #include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/graph/sized_edge.h"
+#include "ch5_backend/initialize/initialize_pose_graph.h"
 #include "ch5_backend/marginalize/edge_prior.h"
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
@@ -67,6 +70,13 @@ struct TwoSteps {
   std::vector<std::shared_ptr<VertexScalar>> x_;
   std::vector<std::shared_ptr<Edge>> edges_;
 };
+
+template <typename System>
+std::string SolvePlainly(Spoilt spoilt) {
+  TwoSteps g(spoilt);
+  System system(&g.graph);
+  return Minimize(&system, {}).message;
+}
 
 // Its residual has memory; its Jacobians have none.
 class EdgeWithoutMemory : public Edge {
@@ -237,9 +247,12 @@ const std::vector<Case> kGraphs = {
      }),
      "H is singular; is a gauge free?"},
     {"a residual of NaN", [] { return TwoSteps(Spoilt::kNaN).Solve(); },
-     "the cost of the initial states is not finite"},
+     "the cost of the initial states is not finite; EdgeStep 0 has"},
     {"a Jacobian that is never filled", [] { return TwoSteps(Spoilt::kNoJacobian).Solve(); },
-     "the gradient is not finite: a Jacobian holds NaN"},
+     "the gradient is not finite: a Jacobian holds NaN or infinity; EdgeStep 0 has"},
+    {"a residual of NaN in a dense problem", [] { return SolvePlainly<Problem>(Spoilt::kNaN); }, "; EdgeStep 0 has"},
+    {"a Jacobian that is never filled, of plain blocks",
+     [] { return SolvePlainly<PlainBlockSolver>(Spoilt::kNoJacobian); }, "; EdgeStep 0 has"},
     {"Jacobians of the wrong sign", [] { return TwoSteps(Spoilt::kWrongSign).Solve(); }, "CheckJacobians tells which"},
     {"a residual of NaN, its covariance", Do([] {
        TwoSteps g(Spoilt::kNaN);
@@ -275,6 +288,10 @@ const std::vector<Case> kGraphs = {
        MarginalizeInto(&g.graph, {g.x_[0]});
      }),
      "marginalizing: EdgeStep 0 has a residual or a Jacobian that is not finite"},
+    {"no pose graph to initialize", Do([] { InitializePoseGraph(PoseGraphStart::kChordal, nullptr); }),
+     "InitializePoseGraph: the graph is null"},
+    {"no pose graph to choose a start for", Do([] { InitializeAtLeastCost({PoseGraphStart::kOdometry}, nullptr); }),
+     "InitializeAtLeastCost: the graph is null"},
     {"no graph to marginalize in", Do([] { MarginalizeInto(nullptr, {}); }), "MarginalizeInto: the graph is null"},
     {"an edge of sizes known at run time alone, without their memory",
      [] {

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "ch5_backend/graph/check_jacobians.h"
 #include "ch5_backend/graph/ordering.h"
 #include "ch5_backend/solve/minimizer.h"
 #include "ch5_backend/solve/normal_equations.h"
@@ -71,6 +72,7 @@ class PlainBlockSolver : public NormalEquations {
   void UpdateStates(const VecX& delta_x) override;
   void RollbackStates() override;
   double StateNorm() const override;
+  std::string WhatIsNotFinite() override { return ch5::WhatIsNotFinite(ordering_.edges); }
 
   /// H as a dense matrix.
   MatXX DenseHessian() const;

@@ -67,17 +67,6 @@ double* Scratch(size_t size) {
 
 }  // namespace
 
-std::string WhatIsNotFinite(const std::vector<std::shared_ptr<Edge>>& edges) {
-  for (const auto& edge : edges) {
-    edge->Linearize();
-    bool is_finite = edge->Residual().allFinite();
-    for (size_t i = 0; i < edge->Vertices().size(); ++i) is_finite = is_finite && edge->Jacobian(i).allFinite();
-    if (is_finite) continue;
-    return edge->TypeInfo() + " " + std::to_string(edge->Id()) + " has a residual or a Jacobian that is not finite";
-  }
-  return "";
-}
-
 void LinearizeAndMultiplyOut(const Structure& structure, int e, InformationFactors* factors, double* C) {
   const EdgeRecord& record = structure.edges[e];
   FastEdge* fast = AsFast(record.edge);

@@ -24,9 +24,6 @@ class InformationFactors {
   std::vector<double> values_;
 };
 
-/// Of the first edge that is so, "TYPE ID has a residual or a Jacobian that is not finite"; empty if none is. Linearizes them.
-std::string WhatIsNotFinite(const std::vector<std::shared_ptr<Edge>>& edges);
-
 /// C of edge e at its last Linearize.
 void MultiplyOut(const Structure& structure, int e, InformationFactors* factors, double* C);
 
