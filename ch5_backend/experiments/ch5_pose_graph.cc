@@ -47,6 +47,10 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
   const ch5::OutputFolder made(options.out);
   PrintUnknown(graph, options.input);
   std::printf("%s: %zu poses, %zu edges\n", options.Name().c_str(), graph.ids.size(), graph.graph.Edges().size());
+  if (graph.repeated > 0) {
+    std::printf("edges that stand twice, with the same numbers, and count twice: %d, the first in line %d\n",
+                graph.repeated, graph.first_repeated);
+  }
   if (graph.projected > 0) {
     std::printf("%d information matrices were not positive semi-definite, and were projected\n", graph.projected);
   }
@@ -55,7 +59,9 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
   PrintStart(study);
   ch5::SolvePoseGraph(options, &graph, &study);
   ch5::WritePoseGraphStudy(study, graph, options);
-  for (const int id : study.fixed_ids) std::printf("pose %d was held: the file fixes none of its part\n", id);
+  for (const int64_t id : study.fixed_ids) {
+    std::printf("pose %s was held: the file fixes none of its part\n", std::to_string(id).c_str());
+  }
   ch5::PrintSummary(study.summary);
 }
 

@@ -1,9 +1,11 @@
 #include "ch5_backend/files/g2o_file.h"
 
+#include <algorithm>
 #include <limits>
 #include <map>
 #include <set>
 #include <stdexcept>
+#include <tuple>
 
 #include "ch5_backend/files/csv_reader.h"
 #include "ch5_backend/files/tables/text_writer.h"
@@ -16,6 +18,7 @@ namespace {
 
 constexpr char kVertexSE2[] = "VERTEX_SE2", kVertexSE3[] = "VERTEX_SE3:QUAT";
 constexpr char kEdgeSE2[] = "EDGE_SE2", kEdgeSE3[] = "EDGE_SE3:QUAT", kFix[] = "FIX";
+constexpr char kToroVertex[] = "VERTEX2", kToroEdge[] = "EDGE2";
 
 // A letter, then letters, digits and a little punctuation.
 bool IsTag(std::string_view word) {
@@ -35,8 +38,10 @@ class Reader {
     if (file_.ids.empty()) AddPosesOfEdges();
     if (file_.ids.empty()) {
       throw FileError(path_ + ": no pose in this file; one is a line that begins with " + kVertexSE3 + " or " +
-                      kVertexSE2);
+                      kVertexSE2 +
+                      (file_.unknown.empty() ? "" : ", not with " + std::string(Words(file_.unknown[0].text)[0])));
     }
+    CountRepeatedEdges();
     // Last, since a file may name a vertex before it defines it.
     for (const Pending& edge : edges_) AddEdge(edge);
     for (const auto& [line, id] : fixed_) Vertex(id, line, kFix)->SetFixed();
@@ -47,7 +52,7 @@ class Reader {
   struct Pending {
     int line;
     bool is_3d;
-    int i, j;
+    int64_t i, j;
     std::vector<double> numbers;
   };
 
@@ -55,9 +60,9 @@ class Reader {
     const auto words = Words(line);
     if (words.empty()) return;
     const std::string_view tag = words[0];
-    if (tag == kVertexSE2 || tag == kVertexSE3) {
+    if (tag == kVertexSE2 || tag == kVertexSE3 || tag == kToroVertex) {
       ReadVertex(words, tag == kVertexSE3);
-    } else if (tag == kEdgeSE2 || tag == kEdgeSE3) {
+    } else if (tag == kEdgeSE2 || tag == kEdgeSE3 || tag == kToroEdge) {
       ReadEdge(words, tag == kEdgeSE3);
     } else {
       if (tag == kFix) {
@@ -71,8 +76,8 @@ class Reader {
     }
   }
 
-  int ToId(std::string_view word) const {
-    return static_cast<int>(text_.ToInteger(word, "vertex id", 0, std::numeric_limits<int>::max()));
+  int64_t ToId(std::string_view word) const {
+    return text_.ToInteger(word, "vertex id", 0, std::numeric_limits<int64_t>::max());
   }
 
   std::vector<double> ToNumbers(const std::vector<std::string_view>& words, size_t first, size_t count) const {
@@ -93,7 +98,8 @@ class Reader {
 
   void ReadVertex(const std::vector<std::string_view>& words, bool is_3d) {
     const std::vector<double> x = ToNumbers(words, 2, is_3d ? 7 : 3);
-    const int id = ToId(words[1]), index = static_cast<int>(file_.ids.size());
+    const int64_t id = ToId(words[1]);
+    const int index = static_cast<int>(file_.ids.size());
     const auto [known, is_new] = index_of_.emplace(id, index);
     if (!is_new) {
       text_.Fail("vertex id " + std::to_string(id) + " is already that of line " +
@@ -112,15 +118,32 @@ class Reader {
   void ReadEdge(const std::vector<std::string_view>& words, bool is_3d) {
     std::vector<double> numbers = ToNumbers(words, 3, is_3d ? 7 + 21 : 3 + 6);
     if (is_3d) ToQuaternion(&numbers[3]);
-    const int i = ToId(words[1]), j = ToId(words[2]);
+    if (words[0] == kToroEdge) {  // xx xy yy θθ xθ yθ → xx xy xθ yy yθ θθ
+      const std::vector<double> toro = numbers;
+      for (const auto& [to, from] : {std::pair(5, 7), {6, 5}, {7, 8}, {8, 6}}) numbers[to] = toro[from];
+    }
+    const int64_t i = ToId(words[1]), j = ToId(words[2]);
     if (i == j) text_.Fail(std::string(words[0]) + ": an edge from vertex " + std::to_string(i) + " to itself");
     file_.lines.push_back({G2oFile::Kind::kEdge, static_cast<int>(edges_.size()), text_.Line(), ""});
     edges_.push_back({text_.Line(), is_3d, i, j, std::move(numbers)});
   }
 
+  void CountRepeatedEdges() {
+    const auto content = [](const Pending* edge) { return std::tie(edge->i, edge->j, edge->numbers, edge->line); };
+    const auto is_less = [&](const Pending* a, const Pending* b) { return content(a) < content(b); };
+    std::vector<const Pending*> edges;
+    for (const Pending& edge : edges_) edges.push_back(&edge);
+    std::sort(edges.begin(), edges.end(), is_less);
+    for (size_t k = 1; k < edges.size(); ++k) {
+      const Pending &edge = *edges[k], &other = *edges[k - 1];
+      if (edge.i != other.i || edge.j != other.j || edge.numbers != other.numbers) continue;
+      if (file_.repeated++ == 0 || edge.line < file_.first_repeated) file_.first_repeated = edge.line;
+    }
+  }
+
   void AddPosesOfEdges() {
     file_.has_poses = false;
-    std::map<int, bool> is_3d;  // by id, as the first of its edges has it; AddEdge judges the others
+    std::map<int64_t, bool> is_3d;  // by id, as the first of its edges has it; AddEdge judges the others
     for (const Pending& edge : edges_) {
       is_3d.emplace(edge.i, edge.is_3d);
       is_3d.emplace(edge.j, edge.is_3d);
@@ -144,7 +167,7 @@ class Reader {
     throw FileError(path_ + ":" + std::to_string(line) + ": " + message);
   }
 
-  std::shared_ptr<ch5::Vertex> Vertex(int id, int line, const char* tag) const {
+  std::shared_ptr<ch5::Vertex> Vertex(int64_t id, int line, const char* tag) const {
     const auto known = index_of_.find(id);
     if (known == index_of_.end()) {
       FailAt(line, std::string(tag) + ": there is no pose with the id " + std::to_string(id));
@@ -153,7 +176,7 @@ class Reader {
   }
 
   template <typename T>
-  std::shared_ptr<T> VertexOfType(int id, int line, const char* tag) const {
+  std::shared_ptr<T> VertexOfType(int64_t id, int line, const char* tag) const {
     auto vertex = std::dynamic_pointer_cast<T>(Vertex(id, line, tag));
     if (!vertex) FailAt(line, std::string(tag) + ": vertex " + std::to_string(id) + " is of another type");
     return vertex;
@@ -180,8 +203,9 @@ class Reader {
     const std::string fault = WhyNotPositiveSemiDefinite(W);
     if (!fault.empty()) {
       if (!options_.project_information) {
-        FailAt(edge.line, made->TypeInfo() + ": the information matrix " + fault +
-                              "; --project-information takes the nearest one that is");
+        FailAt(edge.line,
+               made->TypeInfo() + ": the information matrix " + fault +
+                   " (g2o gives its upper half row by row); --project-information takes the nearest one that is");
       }
       W = ProjectToPsd(W);
       ++file_.projected;
@@ -194,10 +218,10 @@ class Reader {
   G2oOptions options_;
   TextReader text_;
   G2oFile file_;
-  std::map<int, int> index_of_;  // by id
-  std::vector<int> line_of_;     // by index
+  std::map<int64_t, int> index_of_;  // by id
+  std::vector<int> line_of_;         // by index
   std::vector<Pending> edges_;
-  std::vector<std::pair<int, int>> fixed_;  // line and id
+  std::vector<std::pair<int, int64_t>> fixed_;  // line and id
 };
 
 template <typename Numbers>
@@ -212,11 +236,11 @@ void AppendNumbers(const Numbers& numbers, std::string* text) {
 class Writer {
  public:
   explicit Writer(const G2oFile& file) : file_(file) {
-    std::set<int> taken(file.ids.begin(), file.ids.end());
-    int free = 0;
+    std::set<int64_t> taken(file.ids.begin(), file.ids.end());
+    int64_t free = 0;
     for (const auto& vertex : file.graph.Vertices()) {
       while (IsNew(*vertex) && !taken.insert(free).second) ++free;
-      const int name = IsNew(*vertex) ? free : file.ids[vertex->Id()];
+      const int64_t name = IsNew(*vertex) ? free : file.ids[vertex->Id()];
       names_.emplace(vertex->Id(), name);
       present_.insert(name);
       vertices_[vertex->Id()] = vertex.get();
@@ -283,7 +307,7 @@ class Writer {
     std::string left;
     size_t removed = 0;
     for (size_t k = 1; k < words.size() && words[0] == kFix; ++k) {
-      const bool is_there = present_.count(std::stoi(std::string(words[k]))) > 0;
+      const bool is_there = present_.count(std::stoll(std::string(words[k]))) > 0;
       if (is_there) left.append(" ").append(words[k]);
       removed += !is_there;
     }
@@ -294,9 +318,9 @@ class Writer {
   void Begin(const char* tag) { (text_ += tag) += ' '; }
 
   const G2oFile& file_;
-  std::map<int, int> names_;  // in the file, by id in the graph
-  std::set<int> present_;     // these names
-  ById<Vertex> vertices_;     // not yet written
+  std::map<int, int64_t> names_;  // in the file, by id in the graph
+  std::set<int64_t> present_;     // these names
+  ById<Vertex> vertices_;         // not yet written
   ById<Edge> edges_;
   std::string text_;
 };

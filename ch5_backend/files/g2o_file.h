@@ -5,10 +5,12 @@
 ///   VERTEX_SE3:QUAT id  x y z qx qy qz qw      EDGE_SE3:QUAT i j  x y z qx qy qz qw  and 21 numbers of W
 ///   FIX id …                                   # a comment
 ///
+/// VERTEX2 and EDGE2 of TORO are read, and written as SE2; the 6 numbers of EDGE2 are xx xy yy θθ xθ yθ.
 /// W is symmetric; its upper half is given row by row, translation before rotation. The residual that it weighs is in
 /// types/pose_graph/edge_between.h. Records with other tags are kept as they are, and reported. A file of edges alone has the
 /// poses that these name.
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -29,11 +31,13 @@ struct G2oFile {
   };
 
   Graph graph;
-  std::vector<int> ids;  ///< the file's name of each vertex, by its id in the graph
+  std::vector<int64_t> ids;  ///< the file's name of each vertex, by its id in the graph; GTSAM's take 63 bits
   std::vector<Line> lines;
   std::vector<Line> unknown;  ///< those of `lines` that were not understood
   bool has_poses = true;      ///< false if the file holds edges only: all poses are then at the origin, in order of id
   int projected = 0;          ///< edges whose W was replaced, see G2oOptions
+  int repeated = 0;           ///< edges that stand twice, with the same numbers: they count twice
+  int first_repeated = 0;     ///< the line of the first of them
 };
 
 struct G2oOptions {

@@ -1,6 +1,7 @@
 """ch5_pose_graph, and ./course run FILE on a pose graph: results, exit codes, messages."""
 
 import math
+import re
 
 from tests.experiments.programs_under_test import AppTest, table
 
@@ -58,10 +59,17 @@ class PoseGraphApp(AppTest):
     def test_an_information_that_is_none_is_refused_with_the_way_out(self):
         path = self.write("bad.g2o", GOOD.replace("2.1 1 0 0 1 0 1", "2.1 1 0 0 1 0 -3", 1))
         self.refuses(path, "--out", self.out, message=f"{path}:5: EdgeSE2Between: the information matrix is not positive "
-                     "semi-definite: (2, 2) = -3; --project-information takes the nearest one that is")
+                     "semi-definite: (2, 2) = -3 (g2o gives its upper half row by row); --project-information takes the nearest one that is")
         done = self.solve(path, "--out", self.out, "--project-information")
         self.assertIn("1 information matrices were not positive semi-definite, and were projected\n", done.stdout)
         self.assertEqual(self.summary()["projected_information"], "1")
+
+    def test_ids_of_gtsam_and_a_repeated_edge(self):
+        text = re.sub(r"(?<=VERTEX_SE2 )\d|(?<=EDGE_SE2 )\d|(?<=EDGE_SE2 \d )\d", lambda id: str((ord("x") << 56) + int(id[0])), GOOD)
+        done = self.solve(self.write("ids.g2o", text + text.splitlines()[-1] + "\n"), "--out", self.out)
+        self.assertIn("pose 8646911284551352325 was held", done.stdout)
+        self.assertIn("count twice: 1, the first in line 8\n", done.stdout)
+        self.draw()
 
     def test_a_run_that_ends_at_its_limit_says_so(self):
         good = self.write("good.g2o", GOOD)

@@ -49,7 +49,7 @@ TEST(PoseGraph, PerfectMeasurementsGiveBackTheTruth) {
   Walk walk = MakeWalk(60, 0.2, 41);
   const PoseGraphStudy study = SolvePoseGraph({}, &walk.file);
   EXPECT_TRUE(IsConverged(study.summary.termination)) << study.summary.message;
-  EXPECT_EQ(study.fixed_ids, std::vector<int>{0});
+  EXPECT_EQ(study.fixed_ids, std::vector<int64_t>{0});
   EXPECT_LT(2 * study.summary.final_cost, 1e-6);  // g2o's optimization_slam3d asks for this and for 1e-3
   for (int i = 0; i < 60; ++i) {
     const auto& pose = static_cast<const VertexPose&>(*walk.file.graph.Vertices()[i]);

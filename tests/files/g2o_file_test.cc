@@ -53,7 +53,7 @@ TEST_F(G2o, ReadsPosesEdgesAndFixed) {
                             "VERTEX_SE2 1 4 5 0.25\nVERTEX_SE2 0 4 6 0.5\n"
                             "EDGE_SE2 1 0 0 1 -0.25 1 0 0 2 0.1 3\n");
   ASSERT_EQ(file.graph.Vertices().size(), 4u);
-  EXPECT_EQ(file.ids, (std::vector<int>{3, 7, 1, 0}));
+  EXPECT_EQ(file.ids, (std::vector<int64_t>{3, 7, 1, 0}));
   EXPECT_FALSE(file.graph.Vertices()[0]->IsFixed());
   EXPECT_TRUE(file.graph.Vertices()[1]->IsFixed());
   EXPECT_TRUE(file.unknown.empty());
@@ -80,11 +80,29 @@ TEST_F(G2o, AnEdgeMayComeBeforeItsVertices) {
   EXPECT_EQ(Read("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nVERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\n").graph.Edges().size(), 1u);
 }
 
+// GTSAM's id of x1 has the letter in its highest byte; twice the same edge is CSAIL's too.
+TEST_F(G2o, IdsOfGtsamAndRepeatedEdgesAreRead) {
+  const std::string x0 = "8646911284551352320", x1 = "8646911284551352321", edge = " 1 0 0 1 0 0 1 0 1\n";
+  const std::string text = "VERTEX_SE2 " + x0 + " 0 0 0\nVERTEX_SE2 " + x1 + " 1 0 0\nFIX " + x1 + "\nEDGE_SE2 " + x0 +
+                           " " + x1 + edge + "EDGE_SE2 " + x1 + " " + x0 + edge + "EDGE_SE2 " + x0 + " " + x1 + edge;
+  const G2oFile file = Read(text);
+  EXPECT_EQ(std::to_string(file.ids[1]), x1);
+  EXPECT_EQ(file.repeated, 1);
+  EXPECT_EQ(file.first_repeated, 6);
+  EXPECT_EQ(FormatG2o(file), text);
+}
+
+// The information is xx xy yy θθ xθ yθ.
+TEST_F(G2o, TorosFilesInThePlaneAreRead) {
+  EXPECT_EQ(FormatG2o(Read("VERTEX2 0 0 0 0\nVERTEX2 1 1 0 0\nEDGE2 0 1 1 0 0 11 1 12 13 2 3\n")),
+            "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 1 0 0 11 1 2 12 3 13\n");
+}
+
 // As CSAIL's is published. The ids' order is the poses'; written, they stand before the edges.
 TEST_F(G2o, EdgesAloneMakeTheirPoses) {
   const G2oFile file = Read("# edges\nEDGE_SE2 7 2 1 0 0 1 0 0 1 0 1\nEDGE_SE2 2 5 1 0 0 1 0 0 1 0 1\nFIX 5\n");
   EXPECT_FALSE(file.has_poses);
-  EXPECT_EQ(file.ids, (std::vector<int>{2, 5, 7}));
+  EXPECT_EQ(file.ids, (std::vector<int64_t>{2, 5, 7}));
   EXPECT_TRUE(file.graph.Vertices()[1]->IsFixed());
   EXPECT_EQ(file.graph.Edges()[0]->Vertices()[0], file.graph.Vertices()[2]);
   EXPECT_EQ(FormatG2o(file),
@@ -101,7 +119,9 @@ TEST_F(G2o, InformationThatIsNoneIsRefusedOrProjected) {
   const std::string text =
       "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 1 0 0 1 2 0 1 0 1\n"
       "EDGE_SE2 1 0 -1 0 0 1 0 0 1 0 1\n";
-  ExpectError(text, 3, "its smallest eigenvalue is -1; --project-information takes the nearest one that is");
+  ExpectError(text, 3,
+              "its smallest eigenvalue is -1 (g2o gives its upper half row by row); --project-information takes the "
+              "nearest one that is");
   std::ofstream(path_, std::ios::binary) << text;
   const G2oFile file = ReadG2o(path_, {true});
   EXPECT_EQ(file.projected, 1);
@@ -163,7 +183,7 @@ TEST_F(G2o, ErrorsNameLineAndValue) {
   ExpectError("VERTEX_SE2 0 1 2,5 3\n", 1, "\"2,5\"");
   ExpectError("VERTEX_SE2 -1 1 2 3\n", 1, "\"-1\"");
   ExpectError("VERTEX_SE2 0.5 1 2 3\n", 1, "\"0.5\"");
-  ExpectError("VERTEX_SE2 99999999999 1 2 3\n", 1, "\"99999999999\"");
+  ExpectError("VERTEX_SE2 99999999999999999999 1 2 3\n", 1, "\"99999999999999999999\"");
   ExpectError(two + "\nVERTEX_SE3:QUAT 7 0 0 0 0 0 0 1\n", 4, "vertex id 7 is already that of line 2");
   ExpectError(two + edge + "1 0 0\n", 3, "has 30 numbers, got 12");
   ExpectError(two + "EDGE_SE3:QUAT 3 8 1 0 0 0 0 0 1 " + kUnitW, 3, "no pose with the id 8");
@@ -184,7 +204,12 @@ TEST_F(G2o, OtherFilesAreRefused) {
   ExpectError(std::string(kTwoPoses) + std::string("\0\0\0", 3) + "\n", 3, "\\x00");
   EXPECT_THROW(Read(""), FileError);
   EXPECT_THROW(Read("# nothing\n\n"), FileError);
-  EXPECT_THROW(Read("VERTEX_XY 0 1 2\n"), FileError);
+  try {
+    Read("VERTEX3 0 1 2 3 0 0 0\n");
+    ADD_FAILURE() << "a pose in space of TORO";
+  } catch (const FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("VERTEX_SE2, not with VERTEX3"), std::string::npos) << error.what();
+  }
   EXPECT_THROW(ReadG2o("/nowhere/graph.g2o"), FileError);
 }
 

@@ -208,7 +208,7 @@ TEST(G2o, G15_AG2oFileIsOptimizedInThreeSteps) {
        {ReducedSolverType::kDenseCholesky, ReducedSolverType::kSparseCholesky, ReducedSolverType::kPcg}) {
     for (const Algorithm algorithm : {Algorithm::kGaussNewton, Algorithm::kLevenbergMarquardt, Algorithm::kDogleg}) {
       G2oFile file = ReadG2o(path);
-      EXPECT_EQ(file.ids, (std::vector<int>{0, 7, 3}));
+      EXPECT_EQ(file.ids, (std::vector<int64_t>{0, 7, 3}));
       SparseOptimizer optimizer(&file.graph);
       optimizer.SetReducedSolver(linear);
       EXPECT_NE(dynamic_cast<SparseSolver*>(&optimizer.GetSolver()), nullptr);

@@ -52,7 +52,7 @@ def _kind_of_head(path: str, head: bytes) -> str:
     lines = [(i, text) for i, text in enumerate(head.splitlines(), 1) if text.strip()]
     number, line = next(((i, text) for i, text in lines if not text.lstrip().startswith(b"#")), lines[0])
     words = line.decode("utf-8", "replace").split()
-    if words[0].startswith(("VERTEX_", "EDGE_", "PARAMS_")) or words[0] == "FIX":
+    if words[0].startswith(("VERTEX", "EDGE", "PARAMS_")) or words[0] == "FIX":  # TORO's are VERTEX2 and EDGE2
         return "pose_graph"
     if words[0] == "VIOWIN":
         if words != ["VIOWIN", "1"]:

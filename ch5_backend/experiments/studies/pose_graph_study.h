@@ -22,7 +22,7 @@ struct PoseGraphStudy {
   Summary summary;
   std::vector<VecX> poses_before;   ///< the parameters of each vertex at the start
   std::vector<double> chi2_before;  ///< rᵀWr of each edge at the start
-  std::vector<int> fixed_ids;       ///< the poses that were fixed because the file fixed none of their component
+  std::vector<int64_t> fixed_ids;   ///< the poses that were fixed because the file fixed none of their component
 };
 
 /// Fixes the first pose of every connected component without a fixed one, so that no gauge is left free.

@@ -100,6 +100,6 @@ void WriteFileAtomically(const fs::path& path, std::string_view text) {
 }
 
 void AppendNumber(double value, char end, std::string* text) { Append(value, end, text); }
-void AppendNumber(int value, char end, std::string* text) { Append(value, end, text); }
+void AppendNumber(int64_t value, char end, std::string* text) { Append(value, end, text); }
 
 }  // namespace ch5

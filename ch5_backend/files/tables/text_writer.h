@@ -1,6 +1,7 @@
 #pragma once
 /// Files that appear together or not at all, so that a full disk or a crash never spoils an older result.
 
+#include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -61,6 +62,7 @@ void WriteFileAtomically(const std::filesystem::path& path, std::string_view tex
 
 /// Appends the fewest digits that read back as the same number, and then `end`.
 void AppendNumber(double value, char end, std::string* text);
-void AppendNumber(int value, char end, std::string* text);
+void AppendNumber(int64_t value, char end, std::string* text);
+inline void AppendNumber(int value, char end, std::string* text) { AppendNumber(int64_t{value}, end, text); }
 
 }  // namespace ch5
