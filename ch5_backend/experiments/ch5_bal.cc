@@ -1,5 +1,6 @@
 /// Solves a "Bundle Adjustment in the Large" file: ch5_bal FILE --out DIR.
 
+#include <algorithm>
 #include <cstdio>
 
 #include "ch5_backend/experiments/studies/bal_study.h"
@@ -19,11 +20,31 @@ constexpr char kUsage[] =
     "                   automatic (the default) is power-series for more than 400 cameras\n"
     "  --points NAME    how a step moves a point: ray (the default), along the ray from a camera, or xyz, by x + dx\n";
 
+// What is solved all the same, but hardly meant.
+void PrintDoubts(const ch5::BalProblem& problem) {
+  std::vector<int> views(problem.points.size(), 0), points(problem.cameras.size(), 0);
+  ch5::Vec2 least = problem.observations[0].pixel, most = least;
+  for (const auto& [camera, point, pixel] : problem.observations) {
+    ++views[point];
+    ++points[camera];
+    least = least.cwiseMin(pixel);
+    most = most.cwiseMax(pixel);
+  }
+  if (const auto few = std::count_if(views.begin(), views.end(), [](int n) { return n < 2; }); few > 0)
+    std::printf("points that fewer than two cameras see, so that their distance is unknown: %td\n", few);
+  if (const auto few = std::count_if(points.begin(), points.end(), [](int n) { return n < 5; }); few > 0)
+    std::printf("cameras that see fewer than five points, so that their nine unknowns are not all determined: %td\n",
+                few);
+  if (least.x() >= 0.0 && (least.y() >= 0.0 || most.y() <= 0.0))
+    std::printf("no x is negative: BAL's pixels are counted from the center of the image, y upwards\n");
+}
+
 void Run(const ch5::FileSolveOptions& options, ch5::BalPoints move) {
   const ch5::BalProblem problem = ch5::ReadBal(options.input);
   const ch5::OutputFolder made(options.out);
   std::printf("%s: %zu cameras, %zu points, %zu observations\n\n", options.Name().c_str(), problem.cameras.size(),
               problem.points.size(), problem.observations.size());
+  PrintDoubts(problem);
   const ch5::BalStudy study = ch5::SolveBal(problem, options, move);
   ch5::WriteBalStudy(study, options);
   char error[80];
@@ -31,6 +52,7 @@ void Run(const ch5::FileSolveOptions& options, ch5::BalPoints move) {
   ch5::PrintSummary(study.summary, error);
   if (study.behind_camera > 0)
     std::printf("in %d observations the point lies behind its camera\n", study.behind_camera);
+  if (!study.hint.empty()) std::printf("%s\n", study.hint.c_str());
 }
 
 }  // namespace

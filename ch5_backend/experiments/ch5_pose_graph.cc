@@ -63,6 +63,7 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
     std::printf("pose %s was held: the file fixes none of its part\n", std::to_string(id).c_str());
   }
   ch5::PrintSummary(study.summary);
+  if (const std::string hint = ch5::HintAtHuber(graph.graph, options); !hint.empty()) std::printf("%s\n", hint.c_str());
 }
 
 }  // namespace

@@ -1,9 +1,10 @@
 """ch5_bal, and ./course run FILE: results, exit codes, messages, and old results that no failure touches."""
 
 import json
+import re
 from pathlib import Path
 
-from tests.experiments.programs_under_test import ROOT, AppTest, contents, run, table
+from tests.experiments.programs_under_test import DATA, ROOT, AppTest, contents, needs, run, table
 
 # Two cameras see three points; line 1 the counts, 2-7 observations, then cameras and points.
 GOOD = """2 3 6
@@ -67,6 +68,24 @@ class BalApp(AppTest):
             self.solve(self.good, "--out", self.out, "--solver", solver, "--iterations", 100)
             costs.append(float(self.summary()["final_cost"]))
         self.assertLess(max(costs) - min(costs), 1e-3, costs)
+
+    def test_doubtful_data_are_solved_and_told_of(self):
+        lines = self.solve(self.good, "--out", self.out).stdout.splitlines()
+        few = "cameras that see fewer than five points, so that their nine unknowns are not all determined: 2"
+        self.assertIn(few, lines)
+        self.assertFalse([line for line in lines if "--huber" in line or "no x is" in line or "fewer than two" in line])
+        for text, words in ((GOOD.replace("2 3 6", "2 4 6") + "1 2 3\n", "points that fewer than two cameras see, so that their distance is unknown: 1"),
+                            (re.sub(r"^([01] [012]) .*", r"\1 320 240", GOOD, count=6, flags=re.M), "no x is negative: BAL's pixels are counted")):
+            self.assertIn(words, self.solve(self.write("doubtful.txt", text), "--out", self.out).stdout)
+
+    def test_outliers_are_told_of_with_the_loss_that_limits_them(self):
+        problem = needs(DATA / "bal" / "problem-49-7776-pre.txt")
+        text = problem.read_text()
+        self.assertNotIn("--huber", self.solve(problem, "--out", self.out, "--iterations", 15).stdout)
+        bad = self.write("bad.txt", re.sub(r"^(0 \d+ ) *\S+ *(\S+)$", r"\1 500 \2", text, count=20, flags=re.M))
+        said = self.solve(bad, "--out", self.out, "--iterations", 15).stdout
+        self.assertRegex(said, r"\d+ of 31843 residuals are more than 10 times the median, 0\.\d+, and hold \d\d % of the cost; --huber \d\.\d limits")
+        self.assertNotIn("residuals are more", self.solve(bad, "--out", self.out, "--iterations", 5, "--huber", "1.2").stdout)
 
     def test_faulty_files_are_named_with_line_and_value(self):
         def refuses(text, message):

@@ -82,6 +82,7 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, Ba
   study.summary = SolveGraph(&bal.graph, options);
   study.mean_error_after = MeanReprojectionError(bal.graph);
   study.behind_camera = static_cast<int>(EdgesOutOfDomain(bal.graph).size());
+  study.hint = HintAtHuber(bal.graph, options);
   ReadBack(bal, &study.after);
   MoveWorld(place, &study.after);
   return study;

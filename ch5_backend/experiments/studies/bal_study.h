@@ -12,6 +12,7 @@ struct BalStudy {
   double mean_error_before = 0.0;  ///< mean ‖r‖ over the observations [px]
   double mean_error_after = 0.0;
   int behind_camera = 0;  ///< observations whose point has ended behind its camera
+  std::string hint;       ///< HintAtHuber
 };
 
 /// Levenberg-Marquardt, as SolveGraph.

@@ -1,12 +1,16 @@
 #include "ch5_backend/experiments/studies/file_command.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <iomanip>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
 
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 
 namespace ch5 {
@@ -76,6 +80,30 @@ Summary SolveGraph(Graph* graph, const FileSolveOptions& options, SolveOptions s
   Summary summary = optimizer.Solve(solve);
   if (summary.termination == Termination::kNotFinite) throw std::invalid_argument(summary.message);
   return summary;
+}
+
+std::string HintAtHuber(const Graph& graph, const FileSolveOptions& options) {
+  constexpr double kFar = 10.0, kMost = 0.5;  // public BAL files have at most 0.32, Gaussian noise has 0
+  constexpr double kFew = 0.1;                // of the residuals: more than that are no outliers
+  std::vector<double> residuals;              // √(rᵀWr)
+  for (const auto& edge : graph.Edges()) {
+    edge->ComputeResidual();
+    residuals.push_back(std::sqrt(edge->Chi2()));
+  }
+  if (options.huber > 0.0 || residuals.empty()) return "";
+  const double median = Median(residuals);
+  double all = 0.0, of_far = 0.0;
+  int far = 0;
+  for (const double r : residuals) {
+    const bool is_far = r > kFar * median;
+    all += r * r, of_far += is_far ? r * r : 0.0, far += is_far;
+  }
+  if (median == 0.0 || !(of_far > kMost * all) || far > kFew * static_cast<double>(residuals.size())) return "";
+  std::ostringstream hint;
+  hint << std::setprecision(2) << far << " of " << residuals.size() << " residuals are more than " << kFar
+       << " times the median, " << median << ", and hold " << std::lround(100.0 * of_far / all)
+       << " % of the cost; --huber " << 3.0 * median << " limits how much such outliers pull";
+  return hint.str();
 }
 
 CsvTable SummaryTable(const Summary& summary, const FileSolveOptions& options) {

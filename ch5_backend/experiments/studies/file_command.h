@@ -41,6 +41,9 @@ void PrintSummary(const Summary& summary, const std::string& more = "");
 /// @throws std::invalid_argument if a residual or a Jacobian is not finite; names its edge
 Summary SolveGraph(Graph* graph, const FileSolveOptions& options, SolveOptions solve = {});
 
+/// One sentence on --huber, for a plain least-squares solution of which few residuals hold most of the cost; else empty.
+std::string HintAtHuber(const Graph& graph, const FileSolveOptions& options);
+
 /// key,value: the rows of every summary, to which a format adds its own.
 CsvTable SummaryTable(const Summary& summary, const FileSolveOptions& options);
 
