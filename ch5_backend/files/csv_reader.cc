@@ -29,9 +29,18 @@ char SeparatorOf(std::string_view header) {
   return first == std::string_view::npos ? ',' : header[first];
 }
 
-bool IsInOtherUnit(std::string_view timestamp) {
-  const size_t unit = timestamp.find('[');
-  return unit != std::string_view::npos && timestamp.substr(unit) != "[ns]";
+// "[deg s^-1]" → "deg"; empty if the cell names no unit.
+std::string_view UnitOf(std::string_view cell) {
+  const size_t begin = cell.find('[');
+  if (begin == std::string_view::npos) return {};
+  cell.remove_prefix(begin + 1);
+  return cell.substr(0, cell.find_first_of(" /^]"));
+}
+
+bool IsInOtherUnit(const std::string& column, std::string_view unit) {
+  if (column == "timestamp") return !unit.empty() && unit != "ns";
+  const std::set<std::string_view> others = {"deg", "°", "dps", "g", "mg", "mm", "cm", "km"};
+  return others.count(unit) > 0;
 }
 
 }  // namespace
@@ -52,7 +61,12 @@ CsvReader::CsvReader(const std::string& path) : reader_(path) {
     if (!columns_.back().empty() && !names.insert(columns_.back()).second) {
       Fail("two columns are called " + columns_.back() + " (without units and frames)");
     }
-    if (columns_.back() == "timestamp") is_in_ns = !IsInOtherUnit(cell);
+    const bool is_in_other_unit = IsInOtherUnit(columns_.back(), UnitOf(cell));
+    if (columns_.back() == "timestamp") {
+      is_in_ns = !is_in_other_unit;
+    } else if (is_in_other_unit) {
+      Fail(columns_.back() + ": must be in meters, seconds and radians, got " + TextReader::Quote(cell));
+    }
   }
   if (!is_in_ns) {
     Fail("the first line must name the columns and begin with \"#timestamp [ns]\", got " + TextReader::Quote(*header));

@@ -19,7 +19,8 @@ std::string WhyNotUnit(const Qd& q);
 
 class CsvReader {
  public:
-  /// @throws FileError if it cannot be read, or the first line names no columns, no timestamp [ns] or one column twice
+  /// @throws FileError if it cannot be read, or the first line names no columns, no timestamp [ns], one column twice, or a unit
+  ///         such as [deg/s], [g] or [mm]
   explicit CsvReader(const std::string& path);
 
   bool Has(const std::string& column) const;

@@ -32,6 +32,10 @@ Recording ReadRecording(const std::filesystem::path& folder);
 bool IsTum(const std::string& path);
 std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns);
 
+/// @param path  the file that recording.truth was read from
+/// @throws FileError if its quaternions agree with the gyroscope in another order only, or gravity is not along −z of its world
+void CheckTruth(const std::string& path, const Recording& recording);
+
 /// The calibration alone.
 Calibration ReadCalibration(const std::filesystem::path& file);
 

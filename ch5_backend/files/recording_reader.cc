@@ -123,15 +123,16 @@ double AgreementWithGyroscope(const Recording& recording, const Reorder& reorder
 }
 
 void CheckOrderOfQuaternions(const std::string& path, const Recording& recording) {
+  const bool scalar_is_last = IsTum(path);
   const auto as_is = [](const Qd& q) { return q; };
-  const auto scalar_last = [](const Qd& q) {
-    return Qd(q.z(), q.w(), q.x(), q.y());
-  };  // columns x, y, z, w were read as w, x, y, z
-  const double agreement = AgreementWithGyroscope(recording, scalar_last);
+  const auto other = [&](const Qd& q) {  // as if its columns had been read in the other order
+    return scalar_is_last ? Qd(q.x(), q.y(), q.z(), q.w()) : Qd(q.z(), q.w(), q.x(), q.y());
+  };
+  const double agreement = AgreementWithGyroscope(recording, other);
   if (agreement < 0.9 || agreement < AgreementWithGyroscope(recording, as_is) + 0.1) return;
-  throw FileError(path +
-                  ": the quaternions must stand in the order w, x, y, z; these agree with the gyroscope in the order "
-                  "x, y, z, w");
+  const std::string first = "w, x, y, z", last = "x, y, z, w";
+  throw FileError(path + ": the quaternions must stand in the order " + (scalar_is_last ? last : first) +
+                  "; these agree with the gyroscope in the order " + (scalar_is_last ? first : last));
 }
 
 // Turned into W, the accelerations are upwards on average, since speeds hardly change in the long run.
@@ -230,6 +231,11 @@ std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns) {
   return states;
 }
 
+void CheckTruth(const std::string& path, const Recording& recording) {
+  CheckOrderOfQuaternions(path, recording);
+  CheckUp(path, recording);
+}
+
 Calibration ReadCalibration(const std::filesystem::path& file) {
   const YamlFile yaml(file.string());
   Calibration c;
@@ -278,8 +284,7 @@ Recording ReadRecording(const std::filesystem::path& folder) {
     } else {
       ReadTruth(truth.string(), &recording);
     }
-    CheckOrderOfQuaternions(truth.string(), recording);
-    CheckUp(truth.string(), recording);
+    CheckTruth(truth.string(), recording);
     break;
   }
   return recording;

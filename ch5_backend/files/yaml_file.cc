@@ -165,7 +165,9 @@ const YamlFile::Value* YamlFile::Find(const std::string& key) const {
 
 const YamlFile::Value& YamlFile::Get(const std::string& key) const {
   if (const Value* value = Find(key)) return *value;
-  throw FileError(path_ + ": " + (section_.empty() ? "" : section_ + ": ") + key + " is missing");
+  const auto first = values_.lower_bound(section_ + ".");
+  const bool has_section = first != values_.end() && first->first.rfind(section_ + ".", 0) == 0;
+  throw FileError(path_ + ": " + (has_section ? section_ + ": " : "") + key + " is missing");
 }
 
 std::vector<double> YamlFile::Numbers(const std::string& key, size_t count, size_t most) const {

@@ -39,8 +39,9 @@ void Run(const std::string& folder, const std::string& out, bool mono) {
       frames.size(), tracked.recording.calibration.width, tracked.recording.calibration.height, count / tracked.seconds,
       static_cast<double>(observations) / count, tracked.mean_length);
   if (euroc.recording.calibration.camera1) {
-    std::printf("cam1 sees %.0f %% of them\n",
-                100.0 * static_cast<double>(matched) / static_cast<double>(observations));
+    const double percent = 100.0 * static_cast<double>(matched) / static_cast<double>(observations);
+    std::printf("cam1 sees %.0f %% of them%s\n", percent,
+                percent < 20.0 ? "; so few: do the images, T_BS and intrinsics belong to one camera each?" : "");
   }
 }
 

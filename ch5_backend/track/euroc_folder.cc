@@ -13,6 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr char kNotRead[] = ", such as VINS-Mono's, are not read: ch5_backend/GUIDE.md has a sensor.yaml to fill in";
+
 bool IsIdentity(const Transform& T) { return T.p.norm() < 1e-9 && T.q.vec().norm() < 1e-9; }
 
 std::string Seconds(double t) {
@@ -28,31 +30,42 @@ fs::path FindMav0(const fs::path& folder) {
   throw FileError(folder.string() + ": neither this folder nor its mav0 holds cam0");
 }
 
-// Kalibr's file of cameras or IMU, by its name: camchain.yaml, camchain-imucam-….yaml; imu_config.yaml, imu-….yaml, …
-bool IsKalibrFile(const std::string& name, const std::string& sensor) {
-  if (fs::path(name).extension() != ".yaml") return false;
-  return sensor == "imu0" ? name.rfind("imu", 0) == 0 : name.find("camchain") != std::string::npos;
+// Kalibr's file of cameras or IMU, by its name: camchain.yaml, camchain-imucam-….yaml; imu_config.yaml, imu-….yaml; OpenVINS's
+// are kalibr_imucam_chain.yaml and kalibr_imu_chain.yaml.
+bool IsKalibrFile(const fs::path& path, const std::string& sensor) {
+  const std::string name = path.filename().string();
+  const auto has = [&](const char* part) { return name.find(part) != std::string::npos; };
+  if (path.extension() != ".yaml" && path.extension() != ".yml") return false;
+  return sensor == "imu0" ? name.rfind("imu", 0) == 0 || has("imu_chain") : has("camchain") || has("cam_chain");
 }
 
-// What the sensor's own sensor.yaml says, or else a file of Kalibr's: in mav0, beside it, or as TUM-VI has it in dso/.
-SensorYaml ReadSensor(const fs::path& mav0, const std::string& sensor) {
+// The sensor's own sensor.yaml, or else a file of Kalibr's: beside it, in mav0, beside mav0, or as TUM-VI has it in dso/.
+std::string FindSensorFile(const fs::path& mav0, const std::string& sensor) {
   const fs::path own = mav0 / sensor / "sensor.yaml", beside = (mav0 / "..").lexically_normal();
-  if (fs::exists(own)) return SensorYaml(own.string());
+  if (fs::exists(own)) return own.string();
   std::vector<std::string> found;
-  for (const fs::path& folder : {mav0, beside, beside / "dso"}) {
+  for (const fs::path& folder : {mav0 / sensor, mav0, beside, beside / "dso"}) {
     if (!found.empty() || !fs::is_directory(folder)) continue;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-      if (IsKalibrFile(entry.path().filename().string(), sensor)) found.push_back(entry.path().string());
+      if (IsKalibrFile(entry.path(), sensor)) found.push_back(entry.path().string());
   }
   if (found.size() > 1) {
     std::sort(found.begin(), found.end());
     throw FileError("two calibrations, " + found[0] + " and " + found[1] + "; leave the one that is meant");
   }
-  if (!found.empty()) return SensorYaml(found[0], sensor);
+  if (!found.empty()) return found[0];
   throw FileError(own.string() + ": there is no such file, nor one of Kalibr's (" +
                   (sensor == "imu0" ? "imu….yaml" : "…camchain….yaml") +
-                  ") in mav0, beside it or in dso/ there; other calibrations, such as VINS-Mono's, are not read: "
-                  "ch5_backend/GUIDE.md has a sensor.yaml to fill in");
+                  ") beside it, in mav0, beside that or in dso/ there; other calibrations" + kNotRead);
+}
+
+// What this file says, which may hold several sensors, each in a section of its name.
+SensorYaml ReadSensor(const fs::path& mav0, const std::string& sensor) {
+  const std::string file = FindSensorFile(mav0, sensor);
+  SensorYaml yaml(file, sensor);
+  if (yaml.Has("projection_parameters.fx") || yaml.Has("imu_topic"))
+    throw FileError(file + ": configurations" + kNotRead);
+  return yaml;
 }
 
 // The IMU's own T_BS; most publishers take the IMU for the body.
@@ -254,6 +267,8 @@ void FindTruth(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result
     } else if (truth.front().t >= result->recording.imu.back().t || truth.back().t <= 0.0) {
       truth.clear();
       note += " has no time in common with the IMU, so there is none";
+    } else {
+      CheckTruth(file.string(), result->recording);
     }
     return result->notes.push_back("ground truth: " + note);
   }

@@ -14,6 +14,7 @@ std::string SensorYaml::Name(const std::string& euroc, const std::string& kalibr
 }
 
 Transform SensorYaml::T_B_S() const {
+  if (Has("T_imu_cam")) return RigidTransform("T_imu_cam");
   const bool is_kalibrs = !Has("T_BS.data") && !Has("T_BS") && Has("distortion_coeffs");
   if (is_kalibrs || Has("T_cam_imu")) return Inverse(RigidTransform("T_cam_imu"));
   return RigidTransform(Has("T_BS.data") || !Has("T_BS") ? "T_BS.data" : "T_BS");

@@ -13,7 +13,8 @@ class SensorYaml : public YamlFile {
 
   /// EuRoC's name of a key, unless only Kalibr's is there.
   std::string Name(const std::string& euroc, const std::string& kalibr) const;
-  /// T_BS, which maps sensor coordinates into the body's, as 16 numbers row by row; or Kalibr's T_cam_imu, its inverse.
+  /// T_BS, which maps sensor coordinates into the body's, as 16 numbers row by row; or Kalibr's T_cam_imu, its inverse, or
+  /// OpenVINS's T_imu_cam.
   /// @throws FileError unless RᵀR = I and det R = 1 within 1e-3, and the last row is 0 0 0 1
   Transform T_B_S() const;
 

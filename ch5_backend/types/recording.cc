@@ -58,7 +58,7 @@ std::string WhyNotInUnits(const std::vector<ImuMeasurement>& imu, const Calibrat
         << ": is one of them wrong? Timestamps are in nanoseconds";
   } else if (force < 0.4 * calibration.gravity || force > 2.5 * calibration.gravity) {
     why << "the accelerations are " << force << " m/s² long on average, where gravity alone is " << calibration.gravity
-        << ": are they swapped with the rates, or in another unit?";
+        << ": are they swapped with the rates, in another unit, or without gravity?";
   }
   return why.str();
 }

@@ -467,6 +467,21 @@ const std::vector<Case> kMeasurements = {
        });
      },
      "these agree with the gyroscope in the order x, y, z, w"},
+    {"TUM's format with the scalar first",
+     [] {
+       return ReadChanged("groundtruth.csv", [](std::string* text) {
+         std::istringstream lines(*text);
+         std::string line, changed;
+         for (std::getline(lines, line); std::getline(lines, line);) {
+           const std::vector<std::string_view> cells = SplitAt(',', line);
+           changed += std::to_string(1e-9 * std::stod(std::string(cells[0])));
+           for (size_t c = 1; c < 8; ++c) changed += " " + std::string(cells[c]);
+           changed += "\n";
+         }
+         *text = changed;
+       });
+     },
+     "must stand in the order x, y, z, w; these agree with the gyroscope in the order w, x, y, z"},
 };
 
 void Check(const std::vector<Case>& cases) {

@@ -81,7 +81,13 @@ BROKEN = {
         r"images are from 1\d+\.00 s to 1\d+\.00 s after its first measurement, its last is at 1\.00 s"),
     "swapped columns": (
         edit(MOTION, swap_vectors_everywhere), r"FOLDER/imu0/data\.csv:\d+: the accelerations are 0\.\d+ m/s² long on average, where "
-        r"gravity alone is 9\.81: are they swapped with the rates, or in another unit\?"),
+        r"gravity alone is 9\.81: are they swapped with the rates, in another unit, or without gravity\?"),
+    "rates in degrees, as their column says": (
+        replace(MOTION, r"w_RS_S_y \[rad s\^-1\]", "w_RS_S_y [deg/s]"), r"FOLDER/imu0/data\.csv:1: w_y: must be in meters, seconds "
+        r"and radians, got \"w_RS_S_y \[deg/s\]\""),
+    "VINS-Mono's configuration as sensor.yaml": (
+        edit(SENSOR, lambda text: '%YAML:1.0\nimu_topic: "/imu0"\nmodel_type: PINHOLE\n'), r"FOLDER/cam0/sensor\.yaml: configurations, such as "
+        r"VINS-Mono's, are not read: ch5_backend/GUIDE\.md has a sensor\.yaml to fill in"),
     "no header": (edit(MOTION, lambda text: text.split("\n", 1)[1]),
                   r"FOLDER/imu0/data\.csv:1: the first line must name the columns and begin with \"#timestamp \[ns\]\", got .+"),
     "a number that is none": (on_line(MOTION, 7, lambda line: re.sub(r",[^,]*$", ",nan", line)),
@@ -174,6 +180,14 @@ def with_kalibr(mav0: Path) -> None:
         sensor.unlink()
 
 
+def inverse(chain: Path) -> None:
+    """T_imu_cam instead of T_cam_imu."""
+    text = chain.read_text()
+    rows = re.search(r"T_cam_imu:((?:\n  - \[.*\]){4})", text)[1]
+    T = np.linalg.inv(np.reshape([float(word) for word in re.findall(r"[^\s,\[\]]+(?=[,\]])", rows)], (4, 4)))
+    chain.write_text(text.replace("T_cam_imu:" + rows, "T_imu_cam: " + str(T.tolist())))
+
+
 def numbers_of(path: Path) -> list:
     return [float(word) for word in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", path.read_text(encoding="utf-8"))]
 
@@ -230,6 +244,16 @@ class TrackApp(AppTest):
 
         chain = place / "dso" / "camchain.yaml"
         text = chain.read_text()
+        for name, places, change in (("as sensor.yaml", ("mav0/cam0/sensor.yaml", "mav0/imu0/sensor.yaml"), None),
+                                     ("beside it", ("mav0/cam0/my-camchain.yml", "mav0/imu0/imu.yaml"), None),
+                                     ("OpenVINS", ("kalibr_imucam_chain.yaml", "kalibr_imu_chain.yaml"), inverse)):
+            other = self.copy(with_kalibr, name)
+            for file, to in zip(("camchain.yaml", "imu_config.yaml"), places):
+                (other / "dso" / file).rename(other / to)
+            if change:
+                change(other / places[0])
+            self.solve(other, "--out", self.folder / "out" / name)
+            self.assertEqual((self.folder / "out" / name / "tracks.csv").read_bytes(), (self.out / "tracks.csv").read_bytes(), name)
         chain.write_text(text.replace("rostopic: /cam0/image_raw", "timeshift_cam_imu: -0.0125"))
         done = self.solve(place, "--out", self.folder / "shifted")
         self.assertIn("1 images before or after", done.stdout)
