@@ -7,12 +7,11 @@
 #include <limits>
 #include <stdexcept>
 
-#include "ch5_backend/evaluate/turn_agreement.h"
 #include "ch5_backend/experiments/studies/command_line.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
+#include "ch5_backend/experiments/studies/recording_warnings.h"
 #include "ch5_backend/files/recording_file.h"
 #include "ch5_backend/files/tables/text_writer.h"
-#include "ch5_backend/math/median.h"
 
 namespace {
 
@@ -35,62 +34,6 @@ struct Command {
   ch5::EstimatorWords given;
   bool batch = false;
 };
-
-// See the table in the guide: up to this time between images the policies go on.
-void WarnOfDistantImages(const ch5::Recording& recording) {
-  constexpr double kMost = 0.5;  // [s]
-  std::vector<double> seconds;
-  for (size_t k = 1; k < recording.frames.size(); ++k) {
-    seconds.push_back(recording.frames[k].t - recording.frames[k - 1].t);
-  }
-  if (seconds.empty()) return;
-  const double median = ch5::Median(seconds);
-  if (median <= kMost) return;
-  std::fprintf(
-      stderr,
-      "ch5_recording: warning: the images are %.2f s apart (median); above %.1f s too few tracks last, and the "
-      "estimates drift or start anew\n",
-      median, kMost);
-}
-
-// Warns of what makes an estimator drift, or start anew since images and IMU disagree. If the delay of the camera's clock is
-// to be estimated, what the turns tell of it is the first guess.
-void CheckTurns(const ch5::Recording& recording, ch5::OdometrySettings* settings) {
-  constexpr double kPoor = 0.4;  // 0.63 or more in recordings that are in order
-  // Of the variance that is left: up to 1.08 in order, where a camera flies past near points; 1.12 for a delay of 20 ms.
-  constexpr double kGain = 1.1;
-  constexpr double kLeastDelay = 0.015, kMostDelay = 0.185;  // [s]; what rises up to the end of the search is no delay
-  const auto turns = ch5::CompareTurns(recording);
-  if (!turns) return;
-  const auto left = [](double correlation) { return 1.0 - correlation * correlation; };
-  const bool is_delayed = std::abs(turns->delay) > kLeastDelay && std::abs(turns->delay) < kMostDelay &&
-                          left(turns->as_given) > kGain * left(turns->at_delay);
-  if (turns->at_delay < kPoor) {
-    std::fprintf(stderr,
-                 "ch5_recording: warning: the images turn otherwise than the gyroscope (correlation %.2f; with the "
-                 "inverse of camera.q_B_C %.2f): it must rotate camera coordinates into the IMU's\n",
-                 turns->as_given, turns->with_inverse);
-  } else if (is_delayed && settings->estimate_time_offset) {
-    settings->time_offset = turns->delay;
-  } else if (is_delayed) {
-    std::fprintf(stderr,
-                 "ch5_recording: warning: the images seem to be stamped about %.0f ms too %s for the IMU; "
-                 "--estimate-time-offset estimates how much\n",
-                 1e3 * std::abs(turns->delay), turns->delay < 0.0 ? "late" : "early");
-  }
-}
-
-void WarnOfUselessTruth(const ch5::OdometryStudy& study) {
-  const std::vector<ch5::StampedState>& truth = study.recording.truth;
-  const auto is_compared = [](const ch5::OdometryRun& run) { return run.error || run.relative; };
-  if (truth.empty() || std::any_of(study.runs.begin(), study.runs.end(), is_compared)) return;
-  std::fprintf(stderr,
-               "ch5_recording: warning: no estimate was compared with groundtruth.csv: its %zu poses are from %.2f to "
-               "%.2f s, the images from %.2f to %.2f s after the first IMU measurement; nothing is compared between "
-               "poses more than 1 s apart\n",
-               truth.size(), truth.front().t, truth.back().t, study.recording.frames.front().t,
-               study.recording.frames.back().t);
-}
 
 // A number, or "-" for NaN.
 std::string Cell(double value, int width, int digits) {
@@ -139,20 +82,25 @@ void Run(const Command& command) {
   ch5::Recording recording = ch5::ReadRecording(command.folder);
   const auto extras = ch5::ReadCalibrationExtras(std::filesystem::path(command.folder) / "calibration.yaml");
   ch5::OdometrySettings settings = ch5::ReadOdometrySettings(extras.estimator, command.given);
-  if (!extras.not_used.empty()) {
-    std::fprintf(stderr,
-                 "ch5_recording: warning: only camera and camera1 are used; keys of others: %zu, the first is %s\n",
-                 extras.not_used.size(), extras.not_used.front().c_str());
-  }
   settings.Restrict(&recording);
-  WarnOfDistantImages(recording);
-  CheckTurns(recording, &settings);
+  ch5::RecordingWarnings warnings;
+  const auto warn = [&warnings](const ch5::RecordingWarnings& more) {
+    for (const ch5::RecordingWarning& warning : more)
+      std::fprintf(stderr, "ch5_recording: warning: %s\n", warning.words.c_str());
+    warnings.insert(warnings.end(), more.begin(), more.end());
+  };
+  if (const auto& keys = extras.not_used; !keys.empty()) {
+    warn({{"cameras", static_cast<double>(keys.size()), 0.0,
+           "only camera and camera1 are used; keys of others: " + std::to_string(keys.size()) + ", the first is " +
+               keys.front()}});
+  }
+  warn(ch5::CheckMeasurements(recording, &settings));
   const ch5::OutputFolder made(command.out);
   std::printf("%zu images, %zu IMU measurements, %.1f s\n\n", recording.frames.size(), recording.imu.size(),
               recording.frames.back().t - recording.frames.front().t);
   std::fflush(stdout);
   const ch5::Progress progress;
-  const ch5::OdometryStudy study = ch5::RunOdometryStudy(
+  ch5::OdometryStudy study = ch5::RunOdometryStudy(
       recording, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); }, settings,
       command.batch);
   progress.Clear();
@@ -164,7 +112,8 @@ void Run(const Command& command) {
       message += "\n  " + run.policy + ": " + run.rows.back().report.message;
     throw std::invalid_argument(message);
   }
-  WarnOfUselessTruth(study);
+  warn(ch5::CheckComparison(study));
+  study.warnings = warnings;
   ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");
   ch5::WriteOdometryTrajectories(study, command.out);
 

@@ -43,13 +43,21 @@ def segment_table(directory, say):
     return Markup("<p>{}</p>").format(say("segment.words")) + page.table(head, rows)
 
 
+def warnings(directory, say):
+    """What is doubtful in the data."""
+    for row in read(directory, "odometry_warnings", may_be_empty=True).rows():
+        numbers = {name: f"{row[name]:.4g}".replace("-", "−") for name in ("value", "other")}
+        words = say(f"warning.{row['warning']}", **numbers)
+        yield Markup("<p><strong>{}</strong>{}</p>").format(say("warning"), words)
+
+
 def body_of(directory, say):
     """The page's pieces."""
     trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
     links = Markup(say("list")).join(Markup('<a href="{0}">{0}</a>').format(name) for name in trajectories)
     return [Markup("<h1>{}</h1>").format(say("recording.heading", name=Path(directory).resolve().name)),
-            page.other_languages(say), Markup("<p>{}</p>").format(say("recording.lead")), summary_table(directory, say),
-            segment_table(directory, say), sliders.windows(directory, say),
+            page.other_languages(say), Markup("<p>{}</p>").format(say("recording.lead")), *warnings(directory, say),
+            summary_table(directory, say), segment_table(directory, say), sliders.windows(directory, say),
             *(page.figure(directory, name, words, say(f"{name}.alt"), say)
               for name, words in odometry.captions(directory, say).items()),
             Markup(f"<p>{say('trajectories', links='{}')}</p>").format(links), page.links_to_tables(directory, say)]

@@ -8,7 +8,7 @@ from tests.experiments.programs_under_test import BUILD, DATA, ROOT, AppTest, co
 SEGMENT = ["segment", "first_s", "last_s", "frames", "ate_m", "scale_error", "yaw_error_deg"]
 KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts",
         "rpe_m", "path_m", "drift_percent"]
-TABLES = {f"odometry_{name}.csv" for name in ("policies", "segments", "path", "windows", "matrices", "spectrum", "gauge")}
+TABLES = {f"odometry_{name}.csv" for name in ("policies", "segments", "path", "windows", "matrices", "spectrum", "gauge", "warnings")}
 TRAJECTORIES = {"vins.tum", "vins.csv", "okvis.tum", "okvis.csv"}
 
 
@@ -163,6 +163,20 @@ class RecordingApp(AppTest):
         self.assertIn("no estimate was compared with groundtruth.csv: its 1601 poses are from 3600.00 to 3608.00 s, the images "
                       "from 0.00 to 8.00 s", done.stderr)
 
+    def test_a_truth_of_distant_poses_or_in_another_unit_is_named(self):
+        recording = self.simulate()
+        truth = recording / "groundtruth.csv"
+        head, *rows = truth.read_text().splitlines(keepends=True)
+        in_millimeters = lambda cells: [cells[0], *(str(1000 * float(x)) for x in cells[1:4]), *cells[4:]]
+        for changed, name, words in (
+                (rows[::150], "distant_truth", "the poses of groundtruth.csv are 0.75 s apart (median)"),
+                ([",".join(in_millimeters(row.split(","))) for row in rows], "truth_unit", " times as far as vins estimates; is it in meters?")):
+            truth.write_text(head + "".join(changed))
+            done = self.program(recording, "--out", self.out, "--policy", "vins")
+            self.assertIn(words, done.stderr)
+            self.assertEqual([row["warning"] for row in table(self.out / "csv" / "odometry_warnings.csv")], [name])
+        self.assertRegex(self.page(), "Warning: </strong>The truth moves (9|10)\\d\\d times as far")
+
     def test_a_clock_that_is_late_and_an_inverted_extrinsic_are_named(self):
         recording = self.simulate(12)
         tracks, calibration = recording / "tracks.csv", recording / "calibration.yaml"
@@ -170,7 +184,11 @@ class RecordingApp(AppTest):
         known = calibration.read_text()
         tracks.write_text(head + "".join(str(int(row.split(",", 1)[0]) + 100_000_000) + "," + row.split(",", 1)[1] for row in rows))
         done = self.program(recording, "--out", self.out, "--policy", "vins")
-        self.assertRegex(done.stderr, r"the images seem to be stamped about \d+ ms too late for the IMU; --estimate-time-offset")
+        late = r"the images seem to be stamped about (\d+)\sms too late for the IMU; --estimate-time-offset"
+        self.assertRegex(done.stderr, late)
+        self.assertRegex(self.page(), "<p><strong>Warning: </strong>T" + late[1:])
+        self.assertIn("<p><strong>警告：</strong>图像的时间戳似乎比 IMU 晚了约 " + re.search(late, done.stderr)[1],
+                      (self.out / "report.zh.html").read_text(encoding="utf-8").replace("\u00a0", " "))
         done = self.program(recording, "--out", self.out, "--policy", "vins", "--estimate-time-offset")
         self.assertNotIn("warning", done.stderr)
         self.assertAlmostEqual(float(re.search(r"images are taken (.*) ms earlier than stamped", done.stdout)[1]), 100, delta=10)

@@ -28,7 +28,7 @@ NUMBER = re.compile(r"[+−-]?\d+(?:\.\d+)?(?: × 10)?[⁻⁰¹²³⁴⁵⁶⁷�
 SPOKEN = re.compile(r'(?:aria-label|alt|data-labels|data-empty|data-vertices|data-scrolls)="([^"]*)"')
 SELDOM = {"lab.html", "api/index.html", "odometry_path.alone", "odometry_path.silent", "odometry_path.at_rest", "odometry_spectrum.all",
           "segment", "segment.words", "gauge.quick", "gauge_methods.as", "gauge_methods.but", "gauge.extra", "gauge_matrices.alone",
-          "gauge.machine_hall", "gauge.median_rmse", "gauge_recordings", "gauge_recordings.alt"}
+          "gauge.machine_hall", "gauge.median_rmse", "gauge_recordings", "gauge_recordings.alt", *(key for key in SENTENCES["en"] if key.startswith("warning"))}
 HALF_WIDTH = re.compile(r"[\u4e00-\u9fff][,:;?!()]|[,;?!()][\u4e00-\u9fff]")
 
 

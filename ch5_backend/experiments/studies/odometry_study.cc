@@ -102,6 +102,12 @@ CsvTable GaugeTable(const OdometryStudy& study) {
   return table;
 }
 
+CsvTable WarningTable(const OdometryStudy& study) {
+  CsvTable table("warning,value,other");
+  for (const RecordingWarning& warning : study.warnings) table.Row(warning.name, warning.value, warning.other);
+  return table;
+}
+
 }  // namespace
 
 Recording SimulatedOdometryRecording(uint64_t seed) {
@@ -181,6 +187,7 @@ void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path
   files.Add(csv / "odometry_matrices.csv", matrices.Text());
   files.Add(csv / "odometry_spectrum.csv", spectrum.Text());
   files.Add(csv / "odometry_gauge.csv", GaugeTable(study).Text());
+  files.Add(csv / "odometry_warnings.csv", WarningTable(study).Text());
   files.Commit();
 }
 

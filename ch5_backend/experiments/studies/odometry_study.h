@@ -26,8 +26,17 @@ struct PriorAudit {
   std::vector<GaugeLeak> leaks;
 };
 
+/// What is doubtful in a recording that can be followed all the same.
+struct RecordingWarning {
+  std::string name;     ///< the report's sentence is warning.NAME in figures/words/
+  double value, other;  ///< the numbers in it
+  std::string words;    ///< the terminal's sentence
+};
+using RecordingWarnings = std::vector<RecordingWarning>;
+
 struct OdometryStudy {
   Recording recording;
+  RecordingWarnings warnings;                          ///< recording_warnings.h
   std::vector<OdometryRun> runs;                       ///< one per policy
   std::vector<std::vector<WindowMatrices>> snapshots;  ///< likewise
   std::vector<std::vector<PriorAudit>> audits;  ///< likewise; after every image, not included in the measured time
@@ -44,7 +53,7 @@ OdometryStudy RunOdometryStudy(Recording recording,
                                const OdometrySettings& settings = {}, bool batch = false);
 
 /// Into `csv`: odometry_policies.csv, odometry_segments.csv, odometry_path.csv, odometry_windows.csv, odometry_matrices.csv,
-/// odometry_spectrum.csv and odometry_gauge.csv; all or none.
+/// odometry_spectrum.csv, odometry_gauge.csv and odometry_warnings.csv; all or none.
 /// @throws WriteError
 void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv);
 

@@ -1,0 +1,103 @@
+#include "ch5_backend/experiments/studies/recording_warnings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+#include "ch5_backend/evaluate/turn_agreement.h"
+#include "ch5_backend/math/median.h"
+
+namespace ch5 {
+namespace {
+
+template <typename... Words>
+std::string Join(const Words&... words) {
+  std::ostringstream sentence;
+  sentence << std::fixed << std::setprecision(2);
+  (sentence << ... << words);
+  return sentence.str();
+}
+
+// Images or states: the median of the time between two [s]; 0 if there are less than two.
+template <typename Stamped>
+double MedianStep(const std::vector<Stamped>& sequence) {
+  std::vector<double> steps;
+  for (size_t k = 1; k < sequence.size(); ++k) steps.push_back(sequence[k].t - sequence[k - 1].t);
+  return steps.empty() ? 0.0 : Median(steps);
+}
+
+void CheckTurns(const Recording& recording, OdometrySettings* settings, RecordingWarnings* warnings) {
+  constexpr double kPoor = 0.4;  // 0.63 or more in recordings that are in order
+  // Of the variance that is left: up to 1.08 in order, where a camera flies past near points; 1.12 for a delay of 20 ms.
+  constexpr double kGain = 1.1;
+  constexpr double kLeastDelay = 0.015, kMostDelay = 0.185;  // [s]; what rises up to the end of the search is no delay
+  const auto turns = CompareTurns(recording);
+  if (!turns) return;
+  const auto left = [](double correlation) { return 1.0 - correlation * correlation; };
+  const bool is_delayed = std::abs(turns->delay) > kLeastDelay && std::abs(turns->delay) < kMostDelay &&
+                          left(turns->as_given) > kGain * left(turns->at_delay);
+  if (turns->at_delay < kPoor) {
+    warnings->push_back({"turns", turns->as_given, turns->with_inverse,
+                         Join("the images turn otherwise than the gyroscope (correlation ", turns->as_given,
+                              "; with the inverse of camera.q_B_C ", turns->with_inverse,
+                              "): it must rotate camera coordinates into the IMU's")});
+  } else if (is_delayed && settings->estimate_time_offset) {
+    settings->time_offset = turns->delay;
+  } else if (is_delayed) {
+    const bool is_late = turns->delay < 0.0;
+    const auto milliseconds = std::lround(1e3 * std::abs(turns->delay));
+    warnings->push_back({is_late ? "late" : "early", static_cast<double>(milliseconds), 0.0,
+                         Join("the images seem to be stamped about ", milliseconds, " ms too ",
+                              is_late ? "late" : "early", " for the IMU; --estimate-time-offset estimates how much")});
+  }
+}
+
+}  // namespace
+
+RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings) {
+  constexpr double kMost = 0.5;  // [s]: see the table in the guide; up to this time between images the policies go on
+  RecordingWarnings warnings;
+  if (const double median = MedianStep(recording.frames); median > kMost) {
+    warnings.push_back({"distant_images", median, kMost,
+                        Join("the images are ", median, " s apart (median); above ", kMost,
+                             " s too few tracks last, and the estimates drift or start anew")});
+  }
+  CheckTurns(recording, settings, &warnings);
+  return warnings;
+}
+
+RecordingWarnings CheckComparison(const OdometryStudy& study) {
+  constexpr double kMost = 0.25;   // [s]: at 2 m/s² a straight line errs by 2 cm
+  constexpr double kScale = 50.0;  // the estimates may have lost theirs, but not by so much
+  const std::vector<StampedState>& truth = study.recording.truth;
+  if (truth.empty()) return {};
+  const auto is_compared = [](const OdometryRun& run) { return run.error || run.relative; };
+  if (std::none_of(study.runs.begin(), study.runs.end(), is_compared)) {
+    const std::vector<Image>& frames = study.recording.frames;
+    return {
+        {"no_comparison", 0.0, 0.0,
+         Join("no estimate was compared with groundtruth.csv: its ", truth.size(), " poses are from ", truth.front().t,
+              " to ", truth.back().t, " s, the images from ", frames.front().t, " to ", frames.back().t,
+              " s after the first IMU measurement; nothing is compared between poses more than 1 s apart")}};
+  }
+  RecordingWarnings warnings;
+  if (const double median = MedianStep(truth); median > kMost) {
+    warnings.push_back({"distant_truth", median, 0.0,
+                        Join("the poses of groundtruth.csv are ", median,
+                             " s apart (median): between them it is a straight line, which errs itself, and where they "
+                             "are more than 1 s apart nothing is compared")});
+  }
+  const auto is_of_another_size = [](const OdometryRun& run) {
+    return run.error && std::max(run.error->scale, 1.0 / run.error->scale) > kScale;
+  };
+  const auto run = std::find_if(study.runs.begin(), study.runs.end(), is_of_another_size);
+  if (run != study.runs.end()) {
+    warnings.push_back({"truth_unit", run->error->scale, 0.0,
+                        Join("groundtruth.csv moves ", run->error->scale, " times as far as ", run->policy,
+                             " estimates; is it in meters?")});
+  }
+  return warnings;
+}
+
+}  // namespace ch5

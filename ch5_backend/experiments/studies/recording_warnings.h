@@ -1,0 +1,15 @@
+#pragma once
+/// What is doubtful in a recording that can be followed all the same: told on the terminal and in the report.
+
+#include "ch5_backend/experiments/studies/odometry_study.h"
+
+namespace ch5 {
+
+/// Images too far apart, and what makes estimators drift, or start anew since images and IMU disagree. If the delay of the
+/// camera's clock is to be estimated, what the turns tell of it becomes the first guess.
+RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings);
+
+/// A truth that the estimates cannot be compared with, or not well.
+RecordingWarnings CheckComparison(const OdometryStudy& study);
+
+}  // namespace ch5
