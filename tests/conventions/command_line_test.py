@@ -140,6 +140,13 @@ class CommandLine(FolderTest):
         cam0.mkdir(parents=True)
         for path, near in ((cam0, cam0.parent), (self.folder, self.folder / "room")):
             self.refuses("run", path, naming=[path, f"no recording; {near.resolve()} is one"])
+        imu = self.path("imu.csv", b"#timestamp [ns],w_x\n")
+        self.refuses("run", imu, naming=[imu, f"it is of the recording {imu.parent.resolve()}, give that"])
+
+    def test_a_bag_is_named_as_what_it_is(self):
+        for head in (b"#ROSBAG V2.0\n", b"SQLite format 3\0", b"\x89MCAP0\r\n"):
+            bag = self.path("room.bag", head)
+            self.refuses("run", bag, naming=[bag, "ROS bags are not read; ch5_backend/GUIDE.md says"])
 
     def test_results_that_would_overwrite_an_input_are_refused(self):
         folder = self.folder / "out" / "street"

@@ -47,6 +47,8 @@ def _kind_of_head(path: str, head: bytes) -> str:
         raise CourseError(f"{path}, line 1: the file is empty; {KNOWN}")
     if head.startswith((b"BZh", b"\x1f\x8b", b"\xfd7zXZ", b"PK\x03\x04")):
         raise CourseError(f"{path}: a compressed file; unpack it first")
+    if head.startswith((b"#ROSBAG", b"SQLite format 3", b"\x89MCAP")):
+        raise CourseError(f"{path}: ROS bags are not read; ch5_backend/GUIDE.md says what to write out of it")
     if any(byte < 32 and byte not in b"\t\n\r\f\v" for byte in head):
         raise CourseError(f"{path}, line 1: a binary file; {KNOWN}")
     lines = [(i, text) for i, text in enumerate(head.splitlines(), 1) if text.strip()]
@@ -60,7 +62,9 @@ def _kind_of_head(path: str, head: bytes) -> str:
         return "window"
     if len(words) == 3 and all(map(_is_number, words)):
         return "bal"
-    raise CourseError(f"{path}, line {number}: '{' '.join(words)[:60]}' is no known kind of data; {KNOWN}")
+    folder = Path(path).parent
+    hint = f"it is of the recording {folder.resolve()}, give that" if _is_recording(folder) else KNOWN
+    raise CourseError(f"{path}, line {number}: '{' '.join(words)[:60]}' is no known kind of data; {hint}")
 
 
 def _is_number(word: str) -> bool:
