@@ -163,12 +163,14 @@ class RecordingApp(AppTest):
         self.assertIn("no estimate was compared with groundtruth.csv: its 1601 poses are from 3600.00 to 3608.00 s, the images "
                       "from 0.00 to 8.00 s", done.stderr)
 
-    def test_a_truth_of_distant_poses_or_in_another_unit_is_named(self):
+    def test_a_truth_of_distant_poses_another_unit_or_another_clock_is_named(self):
         recording = self.simulate()
         truth = recording / "groundtruth.csv"
         head, *rows = truth.read_text().splitlines(keepends=True)
         in_millimeters = lambda cells: [cells[0], *(str(1000 * float(x)) for x in cells[1:4]), *cells[4:]]
+        later = lambda row: str(int(row.split(",", 1)[0]) + 200_000_000) + "," + row.split(",", 1)[1]
         for changed, name, words in (
+                ([later(row) for row in rows], "truth_late", "0 ms too late for the IMU, which is most of the errors"),
                 (rows[::150], "distant_truth", "the poses of groundtruth.csv are 0.75 s apart (median)"),
                 ([",".join(in_millimeters(row.split(","))) for row in rows], "truth_unit", " times as far as vins estimates; is it in meters?")):
             truth.write_text(head + "".join(changed))

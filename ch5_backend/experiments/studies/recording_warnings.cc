@@ -53,6 +53,25 @@ void CheckTurns(const Recording& recording, OdometrySettings* settings, Recordin
   }
 }
 
+// By how much the truth is stamped later than the estimates [s], where that is most of their distance; else 0.
+double DelayOfTruth(const OdometryRun& run, const std::vector<StampedState>& truth) {
+  constexpr double kStep = 0.02, kGain = 2.0, kLeastShare = 0.8;
+  constexpr int kSteps = 50;
+  double delay = 0.0;
+  if (!run.error || run.segments.size() != 1) return delay;
+  double least = run.error->position_rmse / kGain;
+  for (int k = -kSteps; k <= kSteps; ++k) {
+    std::vector<StampedState> states = run.states;
+    for (StampedState& state : states) state.t += k * kStep;
+    const auto error = CompareTrajectories(states, truth);
+    const double fewest = kLeastShare * static_cast<double>(run.error->time.size());
+    if (!error || error->position_rmse >= least || static_cast<double>(error->time.size()) < fewest) continue;
+    least = error->position_rmse;
+    delay = k * kStep;
+  }
+  return delay;
+}
+
 }  // namespace
 
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings) {
@@ -96,6 +115,13 @@ RecordingWarnings CheckComparison(const OdometryStudy& study) {
     warnings.push_back({"truth_unit", run->error->scale, 0.0,
                         Join("groundtruth.csv moves ", run->error->scale, " times as far as ", run->policy,
                              " estimates; is it in meters?")});
+  }
+  const double delay = DelayOfTruth(study.runs.front(), truth);
+  if (delay != 0.0) {
+    const auto milliseconds = std::lround(1e3 * std::abs(delay));
+    warnings.push_back({delay > 0.0 ? "truth_late" : "truth_early", static_cast<double>(milliseconds), 0.0,
+                        Join("groundtruth.csv seems to be stamped about ", milliseconds, " ms too ",
+                             delay > 0.0 ? "late" : "early", " for the IMU, which is most of the errors")});
   }
   return warnings;
 }
