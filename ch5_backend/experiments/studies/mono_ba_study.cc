@@ -32,7 +32,7 @@ std::vector<MonoBaCase> MonoBaCases() {
           {"large", large, Gauge::kPriorMinimal, information, information, Damping::kDiagonal}};
 }
 
-struct Tables {
+struct MonoBaTables {
   CsvTable summary{
       "scene,frames,points,unknowns,edges,initial_cost,final_cost,iterations,cost_evaluations,milliseconds,"
       "initial_rmse_position_m,initial_rmse_rotation_rad,initial_rmse_landmark_m,final_rmse_position_m,"
@@ -47,7 +47,7 @@ struct Tables {
 };
 
 void AppendReconstruction(const std::string& scene, const std::string& state, const Reconstruction& world,
-                          Tables* tables) {
+                          MonoBaTables* tables) {
   int i = 0;
   for (const Transform& T : world.frames) {
     tables->frames.Row(scene, state, i++, T.p.x(), T.p.y(), T.p.z(), T.q.x(), T.q.y(), T.q.z(), T.q.w());
@@ -57,7 +57,7 @@ void AppendReconstruction(const std::string& scene, const std::string& state, co
 }
 
 void AppendSummary(const MonoBaCase& study, const Summary& s, int unknowns, size_t edges, const Rmse& before,
-                   const Rmse& after, Tables* tables) {
+                   const Rmse& after, MonoBaTables* tables) {
   tables->summary.Row(study.name, study.scene.frames, study.scene.points, unknowns, edges, s.initial_cost, s.final_cost,
                       s.iterations, s.cost_evaluations, 1e3 * s.seconds, before.position, before.rotation, before.point,
                       after.position, after.rotation, after.point, ToString(s.termination));
@@ -68,7 +68,7 @@ void AppendSummary(const MonoBaCase& study, const Summary& s, int unknowns, size
 }
 
 // Appends H of the scene with a free gauge at the states of `ba`, its Schur complement on the poses, and what made their blocks.
-void AppendFreeHessian(const MonoBaCase& study, const MonoBaScene& scene, const MonoBa& ba, Tables* tables) {
+void AppendFreeHessian(const MonoBaCase& study, const MonoBaScene& scene, const MonoBa& ba, MonoBaTables* tables) {
   MonoBa free;
   BuildMonoBa(scene, Gauge::kFree, study.pixel_information, /*prior_weight=*/0.0, &free);
   for (size_t i = 0; i < free.poses.size(); ++i) free.poses[i]->SetEstimate(ba.poses[i]->GetEstimate());
@@ -84,7 +84,7 @@ void AppendFreeHessian(const MonoBaCase& study, const MonoBaScene& scene, const 
   AppendHessianBlocks(free.graph, study.name, &tables->hessian_blocks);
 }
 
-void RunCase(const MonoBaCase& study, Tables* tables) {
+void RunCase(const MonoBaCase& study, MonoBaTables* tables) {
   const MonoBaScene scene = SimulateMonoBa(study.scene);
   MonoBa ba;
   BuildMonoBa(scene, study.gauge, study.pixel_information, study.prior_weight, &ba);
@@ -112,7 +112,7 @@ void RunCase(const MonoBaCase& study, Tables* tables) {
 }
 
 // The eigenvalues of H at the optimum of the small scene under each gauge: seven zeros, or none.
-void AppendSpectra(Tables* tables) {
+void AppendSpectra(MonoBaTables* tables) {
   const double information = 1.0 / std::pow(MonoBaOptions().pixel_sigma, 2);
   const MonoBaScene scene = SimulateMonoBa(MonoBaOptions());
   const std::pair<const char*, Gauge> gauges[] = {{"free", Gauge::kFree},
@@ -134,7 +134,7 @@ void AppendSpectra(Tables* tables) {
 }  // namespace
 
 void RunMonoBaStudy(const std::filesystem::path& csv, const std::function<void(double)>& progress) {
-  Tables tables;
+  MonoBaTables tables;
   const auto cases = MonoBaCases();
   for (size_t i = 0; i < cases.size(); ++i) {
     RunCase(cases[i], &tables);

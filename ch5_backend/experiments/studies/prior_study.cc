@@ -82,7 +82,7 @@ PriorRun RunPrior(const PriorVariant& variant, const MonoBaScene& scene, double 
 
 namespace {
 
-struct Tables {
+struct PriorTables {
   CsvTable sweep{
       "variant,weight,iterations,cost_evaluations,milliseconds,reprojection_cost,prior_cost,drift_position,"
       "drift_rotation,rmse_position,rmse_rotation,rmse_landmark,termination"};
@@ -115,7 +115,7 @@ std::vector<std::vector<double>> MedianTimes(const std::vector<PriorVariant>& va
 
 // One scene at one weight: what a student's own sweep shows.
 void AppendRun(const PriorVariant& variant, const MonoBaScene& scene, double weight, double milliseconds,
-               Tables* tables) {
+               PriorTables* tables) {
   const PriorRun run = RunPrior(variant, scene, weight, TightOptions());
   const Summary& summary = run.summary;
   tables->sweep.Row(variant.name, weight, summary.iterations, summary.cost_evaluations, milliseconds,
@@ -127,7 +127,7 @@ void AppendRun(const PriorVariant& variant, const MonoBaScene& scene, double wei
 }
 
 // Many scenes, differing in the seed alone, with the usual stop rules.
-void AverageScenes(const PriorVariant& variant, double weight, Tables* tables) {
+void AverageScenes(const PriorVariant& variant, double weight, PriorTables* tables) {
   double iterations = 0.0, most = 0.0, converged = 0.0, drift = 0.0;
   for (int trial = 0; trial < kTrials; ++trial) {
     MonoBaOptions options = variant.scene;
@@ -142,7 +142,7 @@ void AverageScenes(const PriorVariant& variant, double weight, Tables* tables) {
 }
 
 // The control: the course's variant with nothing changed but the damping.
-void CompareDampings(double weight, Tables* tables) {
+void CompareDampings(double weight, PriorTables* tables) {
   PriorVariant variant = PriorVariants().front();
   const MonoBaScene scene = SimulateMonoBa(variant.scene);
   for (const auto& [name, damping] : {std::pair("identity", Damping::kIdentity), {"diagonal", Damping::kDiagonal}}) {
@@ -155,7 +155,7 @@ void CompareDampings(double weight, Tables* tables) {
 }  // namespace
 
 void RunPriorStudy(const std::filesystem::path& csv, const std::function<void(double)>& progress) {
-  Tables tables;
+  PriorTables tables;
   const auto variants = PriorVariants();
   const auto weights = PriorWeights();
   progress(0.0);

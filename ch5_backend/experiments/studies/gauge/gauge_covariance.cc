@@ -54,7 +54,7 @@ Solution SolveFor(const VisualInertialScene& scene, GaugeHandling handling) {
 }
 
 // Σ of `from` in the gauge of `to`.
-MatXX Transform(const Solution& from, const Solution& to, bool to_fixed) {
+MatXX Transformed(const Solution& from, const Solution& to, bool to_fixed) {
   const auto projection = [to_fixed](const Solution& at) {
     const MatXX U = GaugeNullSpace(at.vertices, GaugeGroup::kVisualInertial);
     return GaugeProjection(U, to_fixed ? HeldColumns(at.vertices, HoldGauge(at.problem.first)) : U);
@@ -68,8 +68,8 @@ struct FourCovariances {
   explicit FourCovariances(const VisualInertialScene& scene)
       : fixed(SolveFor(scene, GaugeHandling::kFixation)),
         free(SolveFor(scene, GaugeHandling::kFree)),
-        free_to_fixed(Transform(free, fixed, true)),
-        fixed_to_free(Transform(fixed, free, false)) {}
+        free_to_fixed(Transformed(free, fixed, true)),
+        fixed_to_free(Transformed(fixed, free, false)) {}
 
   std::vector<std::pair<const char*, const MatXX*>> Named() const {
     return {{"fixed", &fixed.covariance},

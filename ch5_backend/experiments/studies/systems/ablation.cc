@@ -46,13 +46,13 @@ const Way kWays[] = {
 
 // Of the newest frame against the oldest, T_0n = T_W_0⁻¹ T_W_n: it does not depend on the gauge, so it can be compared
 // with the truth of a recording whose W is another.
-struct Motion {
+struct RelativeMotion {
   Transform T_0n;
   Mat66 covariance;
 };
 
 // δp = R₀ᵀ(δpₙ − δp₀) + [p]× δθ₀,   δθ = δθₙ − Rᵀ δθ₀,   of T_0n = (R, p)
-Motion MotionAcross(const Window& window) {
+RelativeMotion MotionAcross(const Window& window) {
   const Frame &oldest = window.frames.front(), &newest = window.frames.back();
   std::vector<std::shared_ptr<Edge>> edges = window.graph.Edges();
   if (!window.prior_fixes_gauge && !window.gauge_prior) edges.push_back(MakePositionYawPrior(oldest.pose, 1e8));
@@ -66,7 +66,7 @@ Motion MotionAcross(const Window& window) {
   const MatXX covariance = p_inverse.asDiagonal() * scaled.inverse() * p_inverse.asDiagonal();
 
   const Qd inverse = oldest.pose->q().conjugate();
-  Motion motion{{inverse * newest.pose->q(), inverse * (newest.pose->p() - oldest.pose->p())}, {}};
+  RelativeMotion motion{{inverse * newest.pose->q(), inverse * (newest.pose->p() - oldest.pose->p())}, {}};
   const Mat33 R0_t = inverse.toRotationMatrix();
   Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
   J.block<3, 3>(0, 0) = -R0_t;
@@ -95,7 +95,7 @@ void Compare(const Recording& recording, const Window& window, Found* found) {
   const auto first = StateAt(recording.truth, window.frames.front().t);
   const auto last = StateAt(recording.truth, window.frames.back().t);
   if (!first || !last) return;
-  const Motion motion = MotionAcross(window);
+  const RelativeMotion motion = MotionAcross(window);
   const Qd inverse = first->T_W_B.q.conjugate();
   const Transform truth{inverse * last->T_W_B.q, inverse * (last->T_W_B.p - first->T_W_B.p)};
   const PoseConsistency pose = ComparePose(motion.T_0n, motion.covariance + found->truth, truth);

@@ -8,7 +8,6 @@
 namespace ch5 {
 namespace {
 
-constexpr size_t kImages = 10;  // from row to row
 constexpr double kLate = 0.01, kDegree = M_PI / 180.0, kTurned = 2.0 * kDegree;
 
 Recording HandheldFlight(int trial, double late) {
@@ -27,6 +26,7 @@ Recording HandheldFlight(int trial, double late) {
 }  // namespace
 
 CsvTable CalibrationTable(int trial, const std::filesystem::path&) {
+  constexpr size_t kImages = 10;  // from row to row
   CsvTable table("policy,quantity,trial,t_s,error");
   for (const bool offset : {true, false}) {
     const Recording recording = HandheldFlight(trial, offset ? kLate : 0.0);

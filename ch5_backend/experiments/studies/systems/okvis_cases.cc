@@ -10,7 +10,6 @@
 namespace ch5 {
 namespace {
 
-constexpr size_t kImages = 60;
 constexpr int kFirstImage = 20;
 
 struct Tables {
@@ -95,7 +94,7 @@ Tables Watch() {
   const Recording recording = Flight(options);
   CaseWatch cases;
   const auto watch = [&](Window* window, const std::function<void()>& slide) { cases.Slide(window, slide); };
-  Fly(recording, kImages, std::make_unique<WrappedPolicy>(MakeFlightPolicy("okvis"), watch),
+  Fly(recording, /*images=*/60, std::make_unique<WrappedPolicy>(MakeFlightPolicy("okvis"), watch),
       [](const Estimator&, const ImageResult&) {});
   return cases.tables;
 }

@@ -11,8 +11,8 @@
 namespace ch5 {
 namespace {
 
-constexpr const char* kFiles[] = {"intel", "MIT", "CSAIL", "parking-garage", "sphere2500"};
-constexpr size_t kSimulated = std::size(kFiles);
+constexpr const char* kGraphs[] = {"intel", "MIT", "CSAIL", "parking-garage", "sphere2500"};
+constexpr size_t kSimulated = std::size(kGraphs);
 
 // A path in rings around a sphere of 50 m, from pole to pole, measured along the path and to the ring below, with a noise
 // of 1 m and 0.3 rad. The poses are the truth.
@@ -56,7 +56,7 @@ CsvTable PoseGraphStartsTable(int trial, const std::filesystem::path& data) {
   CsvTable table("data_set,poses,edges,start,first_cost,cost,iterations,termination,seconds_to_start,seconds");
   const size_t set = static_cast<size_t>(trial);
   if (set > kSimulated) throw std::invalid_argument("pose_graph_starts has no trial " + std::to_string(trial));
-  const std::string name = set == kSimulated ? "simulated sphere" : kFiles[set];
+  const std::string name = set == kSimulated ? "simulated sphere" : kGraphs[set];
   for (const auto& [word, start] : kPoseGraphStartNames) {
     G2oFile file = set == kSimulated ? SimulateSphere() : ReadG2o((data / "posegraph" / (name + ".g2o")).string());
     if (start == PoseGraphStart::kGiven && !file.has_poses) continue;
