@@ -18,16 +18,12 @@ NIGHT = "#12141c"
 HEIGHTS = plt.matplotlib.colors.ListedColormap(plt.get_cmap("viridis")(np.linspace(0.22, 1.0, 256)))
 
 
-def matrix(table, *names):
-    return np.column_stack([table[name] for name in names])
-
-
 class View:
     """A parallel projection that suits the scene: the cameras' mean up is up, the long side lies across the picture,
     and the viewer looks the way that the cameras look."""
 
     def __init__(self, cameras, points):
-        centers = matrix(cameras, "x", "y", "z")
+        centers = cameras.matrix("x", "y", "z")
         self.up = up = unit(np.mean(vectors(cameras, "up"), axis=0))
         across = unit(self.long_side(points, centers))
         ahead = np.cross(up, across)
@@ -74,12 +70,12 @@ def unit(v):
 
 
 def vectors(cameras, name):
-    return matrix(cameras, f"{name}_x", f"{name}_y", f"{name}_z")
+    return cameras.matrix(f"{name}_x", f"{name}_y", f"{name}_z")
 
 
 def draw_cameras(axes, view, cameras, size):
     """Each camera as the outline of a pyramid that opens in the direction of its sight."""
-    c, right, up, ahead = matrix(cameras, "x", "y", "z"), *(vectors(cameras, name) for name in ("right", "up", "d"))
+    c, right, up, ahead = cameras.matrix("x", "y", "z"), *(vectors(cameras, name) for name in ("right", "up", "d"))
     corners = [c + size * (0.8 * sx * right + 0.6 * sy * up + 1.2 * ahead)
                for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     lines = [np.stack([a, b], axis=1) for a, b in zip(corners, corners[1:] + corners[:1])]
@@ -120,8 +116,8 @@ def layout(view):
 def draw(directory):
     points, cameras, trace = (read(directory, name, folder="") for name in ("points", "cameras", "trace"))
     summary = read_summary(directory)
-    after = matrix(points, "x_after", "y_after", "z_after")
-    before = matrix(points, "x_before", "y_before", "z_before")
+    after = points.matrix("x_after", "y_after", "z_after")
+    before = points.matrix("x_before", "y_before", "z_before")
     view = View(cameras.where(state="after"), after)
     fig, panels = layout(view)
     for state, p in (("before", before), ("after", after)):

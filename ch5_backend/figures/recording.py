@@ -15,6 +15,10 @@ from .tables import read
 NAMES = {**odometry.NAMES, "batch": "batch"}  # --batch: the whole recording at once
 
 
+def known(value, digits):
+    return "–" if np.isnan(value) else f"{value:.{digits}f}"
+
+
 def summary_table(directory, say):
     summary = read(directory, "odometry_policies")
     head = (say("policy"), "ATE [m]", "RPE [m]", say("drift_percent"), say("path_length"), say("scale_error"), say("yaw_error"), say("realtime"), say("tracking"), "p99 [ms]", say("images"),
@@ -23,7 +27,6 @@ def summary_table(directory, say):
     for name in summary["policy"]:
         row = summary.row(policy=name)
         errors = row["ate_m"], row["rpe_m"], row["drift_percent"], row["path_m"], 100 * row["scale_error"], row["yaw_error_deg"]  # NaN where there is no truth
-        known = lambda value, digits: "–" if np.isnan(value) else f"{value:.{digits}f}"
         rows.append((NAMES[name], *(known(error, 3) for error in errors),
                      f"{row['realtime_factor']:.1f}", known(row["tracking_factor"], 1), known(row["p99_window_ms"], 2),
                      f"{row['frames']:.0f}", f"{row['restarts']:.0f}"))
@@ -35,7 +38,6 @@ def segment_table(directory, say):
     table = read(directory, "odometry_segments")
     if np.all(table["segment"] == 0):
         return ""
-    known = lambda value, digits: "–" if np.isnan(value) else f"{value:.{digits}f}"
     head = say("policy"), say("segment"), say("seconds"), say("images"), "ATE [m]", say("scale_error"), say("yaw_error")
     rows = [(NAMES[row["policy"]], f"{row['segment']:.0f}", f"{row['first_s']:.2f} – {row['last_s']:.2f}",
              f"{row['frames']:.0f}", known(row["ate_m"], 3), known(100 * row["scale_error"], 3), known(row["yaw_error_deg"], 3))

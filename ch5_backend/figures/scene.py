@@ -23,16 +23,12 @@ def camera(axes, position, q, size, **line):
         axes.plot(*np.array([position, corner]).T, **line)
 
 
-def matrix(table, names):
-    return np.column_stack([table[name] for name in names])
-
-
 XYZ, QUATERNION = ("x_m", "y_m", "z_m"), ("qx", "qy", "qz", "qw")
 
 
 def panel(axes, frames, points, state, limits, color):
-    truth = matrix(points.where(state="truth"), XYZ)
-    estimate = matrix(points.where(state=state), XYZ)
+    truth = points.where(state="truth").matrix(*XYZ)
+    estimate = points.where(state=state).matrix(*XYZ)
     inside = np.all((estimate > limits[0]) & (estimate < limits[1]), axis=1)  # 3-D axes do not clip by themselves
     few = len(truth) <= 50
     for a, b in zip(truth[inside], estimate[inside]):
@@ -41,7 +37,7 @@ def panel(axes, frames, points, state, limits, color):
     axes.scatter(*estimate[inside].T, s=16 if few else 5, color=color, depthshade=False)
     for which, line in (("truth", dict(color=GRAY, linewidth=1.0)), (state, dict(color=color, linewidth=1.6))):
         rows = frames.where(state=which)
-        for p, q in zip(matrix(rows, XYZ), matrix(rows, QUATERNION)):
+        for p, q in zip(rows.matrix(*XYZ), rows.matrix(*QUATERNION)):
             camera(axes, p, q, 0.55, **line)
     return int(np.sum(~inside))
 
@@ -67,7 +63,7 @@ def length(meters):
 
 def before_and_after(fig, frames, points, summary, say):
     """A scene's start and result; the tables hold this scene alone."""
-    everything = np.vstack([matrix(table.where(state="truth"), XYZ) for table in (points, frames)])
+    everything = np.vstack([table.where(state="truth").matrix(*XYZ) for table in (points, frames)])
     limits, row = (everything.min(axis=0) - 1.0, everything.max(axis=0) + 1.0), summary.row()
     for i, (state, name, color) in enumerate((("initial", "start", VERMILION), ("final", "result, aligned", BLUE))):
         axes = fig.add_axes([0.005 + 0.5 * i, 0.06, 0.475, 0.88], projection="3d")

@@ -30,6 +30,10 @@ class Table:
             keep &= self.columns[name] == value
         return Table({name: column[keep] for name, column in self.columns.items()})
 
+    def matrix(self, *names):
+        """These columns side by side."""
+        return np.column_stack([self.columns[name] for name in names])
+
     def rows(self):
         """Each row as a dictionary."""
         return [dict(zip(self.columns, cells)) for cells in zip(*(column.tolist() for column in self.columns.values()))]

@@ -158,7 +158,7 @@ class Mine:
 
 
 def points(table):
-    return np.column_stack([table["x_m"], table["y_m"], table["z_m"]])
+    return table.matrix("x_m", "y_m", "z_m")
 
 
 def different(a, b):
