@@ -12,6 +12,8 @@ target_compile_options(without_lines INTERFACE -g0)
 target_link_libraries(samples PRIVATE student_flags without_lines GTest::gtest)
 target_precompile_headers(samples PRIVATE <ch5_homework/judge/student_pch.h>)
 target_compile_options(samples PRIVATE -w)
+# Three stages at a time: those of one file of the homework have most of their templates in common.
+set_target_properties(samples PROPERTIES UNITY_BUILD ${CH5_UNITY} UNITY_BUILD_BATCH_SIZE 3)
 # As in a check, the objects with assertions come first.
 add_executable(homework_samples $<TARGET_OBJECTS:samples> ${all_stage_tests})
 set_target_properties(homework_samples PROPERTIES LINKER_LANGUAGE CXX)
