@@ -57,10 +57,14 @@ struct Layout {
 
   using SizeOf = Eigen::Index (*)(const Vertex&);
   static Eigen::Index LocalSize(const Vertex& v) { return v.LocalDimension(); }
+  static Eigen::Index GlobalSize(const Vertex& v) { return v.Parameters().size(); }
+  static Eigen::Index One(const Vertex&) { return 1; }
 
-  VecX Of(const std::vector<std::shared_ptr<Vertex>>& first, SizeOf size_of = &LocalSize) const {
+  /// @param of_first, of_others  how many rows a block counts
+  VecX Of(const std::vector<std::shared_ptr<Vertex>>& first, SizeOf of_first = &LocalSize,
+          SizeOf of_others = &LocalSize) const {
     const auto goes = [&](const auto& v) { return std::find(first.begin(), first.end(), v) != first.end(); };
-    const auto size = [&](const auto& v) { return size_of(*v); };
+    const auto size = [&](const auto& v) { return (goes(v) ? of_first : of_others)(*v); };
     VecX rows = VecX::Zero(static_cast<Eigen::Index>(scene.free.size()) + 2);
     double m = 0, n = 0;
     for (const auto& v : scene.free) m += goes(v) ? static_cast<double>(size(v)) : 0.0;
@@ -100,7 +104,7 @@ struct Layout {
             {"6b", "6.one_loop_for_both", running},
             {"6b", "6.second_loop_numbers_dropped", all_again},
             {"6b", "6.every_kept_block_begins_m", alone},
-            {"6b", "6.block_counted_one_row", Of(dropped, [](const Vertex&) { return Eigen::Index{1}; })},
+            {"6b", "6.block_counted_one_row", Of(dropped, &One, &One)},
             {"6b", "6.no_rows_given", VecX::Zero(right.size())},
             {"6b", "6.idx_written_to_copy", copies},
             {"6b", "6.kept_rows_counted_in_m", kept_in_m},
@@ -126,8 +130,9 @@ struct Layout {
     }
     std::vector<Mistake> mistakes = CountingMistakes();
     const std::vector<Mistake> mistaken_blocks{
-        {"6b", "6.parameters_size_for_local_dimension",
-         Of(scene.Dropped(), [](const Vertex& v) { return v.Parameters().size(); })},
+        {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &GlobalSize, &GlobalSize)},
+        {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &GlobalSize, &LocalSize)},
+        {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &LocalSize, &GlobalSize)},
         {"6b", "6.kept_first", swapped},
         {"6b", "6.kept_first_m_n_exchanged", Of(scene.Kept())},
         {"6a", "6.no_block_dropped", Of({})},

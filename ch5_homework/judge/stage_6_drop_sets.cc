@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/stage_6_window.h"
 
@@ -27,6 +29,9 @@ Text CauseOfVertices(const Window& window, const DropSet& drop) {
 
 Text CauseOfEdges(const DropSet& drop, const DropSet& right) {
   if (drop.edges.empty()) return "6.no_edge_named";
+  if (std::set<std::shared_ptr<Edge>>(drop.edges.begin(), drop.edges.end()).size() < drop.edges.size()) {
+    return "6.edge_named_twice";
+  }
   if (Count(drop, "EdgePrior") < 1) return "6.old_prior_missing";
   if (Count(drop, "EdgeImu") < 1) return "6.IMU_missing";
   if (Count(drop, "EdgeImu") > 1) return "6.other_IMU_swallowed";

@@ -86,6 +86,9 @@ using Place = std::pair<int, int> (*)(const Turn& t);
 inline std::pair<int, int> Rows(const Turn& t) { return {t.i, t.j}; }
 inline std::pair<int, int> RowOfI(const Turn& t) { return {t.i, t.i}; }
 inline std::pair<int, int> NumbersInEdge(const Turn& t) { return {static_cast<int>(t.at_i), static_cast<int>(t.at_j)}; }
+inline std::pair<int, int> NumbersTimesSizes(const Turn& t) {
+  return {static_cast<int>(t.at_i) * t.v_i().LocalDimension(), static_cast<int>(t.at_j) * t.v_j().LocalDimension()};
+}
 inline std::pair<int, int> Ids(const Turn& t) {
   return {t.v_i().Id() * t.v_i().LocalDimension(), t.v_j().Id() * t.v_j().LocalDimension()};
 }
@@ -142,6 +145,13 @@ inline Turning Three(const Statement& diagonal, const Statement& first, const St
 }
 inline Turning Two(const Statement& first, const Statement& mirror) { return Three(first, first, mirror); }
 inline Turning BothOf(Weight weight) { return Two(kFirst.Of(weight), kMirror.Of(weight)); }
+/// J_i stands for J_j; where Eigen would not let it, J_j.
+inline void WithJacobianOfI(MatXX* H, const Turn& t) {
+  const bool alike = t.v_i().LocalDimension() == t.v_j().LocalDimension();
+  const MatXX block = alike ? Turn{t.edge, t.drho, t.W_rho, t.at_i, t.at_i, t.i, t.i}.Block() : t.Block();
+  Put(H, t.i, t.j, block);
+  if (!t.IsDiagonal()) Put(H, t.j, t.i, block.transpose());
+}
 /// Skips an edge whose residual is zero.
 inline void WithoutEdgesThatFit(MatXX* H, const Turn& t) {
   if (!t.edge.Residual().isZero(0.0)) Two(kFirst, kMirror)(H, t);

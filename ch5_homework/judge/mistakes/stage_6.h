@@ -22,25 +22,21 @@ inline std::vector<Mistake> MistakesInA(const Loop& loop) {
   const auto times = [&](double diagonal, double first, double mirror) {
     return is(Three(kFirst.Times(diagonal), kFirst.Times(first), kMirror.Times(mirror)));
   };
-  const Turning J_of_i = [](MatXX* A, const Turn& t) {
-    const bool alike = t.v_i().LocalDimension() == t.v_j().LocalDimension();
-    const MatXX block = alike ? Turn{t.edge, t.drho, t.W_rho, t.at_i, t.at_i, t.i, t.i}.Block() : t.Block();
-    Put(A, t.i, t.j, block);
-    if (!t.IsDiagonal()) Put(A, t.j, t.i, block.transpose());
-  };
   return {{"6c", NothingWritten("A_"), times(0, 0, 0)},
           {"6c", "6.loss_forgotten_in_A", is(BothOf(&W))},
           {"6c", "6.first_order_loss", is(BothOf(&RhoW))},
           {"6c", "6.loss_acts_twice_in_A", is(BothOf(&RhoWRho))},
           {"6c", "6.W_missing_in_A", is(BothOf(&NoWeight))},
           {"6c", "6.last_residual_left", is(Two(kFirst.Assigned(), kMirror.Assigned()))},
+          {"6c", "6.last_residual_left", is(Two(kFirst.Assigned(), kMirror))},
+          {"6c", "6.last_residual_left", is(Two(kFirst, kMirror.Assigned()))},
           {"6c", "6.mirrored_block_missing", times(1, 1, 0)},
           {"6c", "6.block_i_j_missing_only", times(1, 0, 1)},
           {"6c", "6.only_diagonal_blocks_arrive", times(1, 0, 0)},
           {"6c", "6.mirrored_block_not_transposed", is(Two(kFirst, kMirror.Turned()))},
           {"6c", "6.places_exchanged", is(Two(kMirror.Turned(), kFirst.Turned()))},
           {"6c", "6.idx_of_i_for_j", is(Two(kFirst.At(&RowOfI), kMirror.At(&RowOfI)))},
-          {"6c", "6.J_of_i_for_j", is(J_of_i)},
+          {"6c", "formula.J_of_i_for_j", is(&WithJacobianOfI)},
           {"6c", "6.diagonal_blocks_doubled", times(2, 1, 1)},
           {"6c", "6.off_diagonal_added_twice", times(1, 2, 2)},
           {"6c", "6.diagonal_blocks_missing", times(0, 1, 1)},
@@ -201,6 +197,7 @@ struct FactorCase {
     const VecX uncut = S_uncut.diagonal();
     return VecX((uncut.array() > eps).select(uncut, 0.0)).asDiagonal();
   }
+  MatXX CutRelatively() const { return CutAt(1e-8 * S_uncut.maxCoeff()); }
   static MatXX Root(const MatXX& diagonal) { return diagonal.cwiseSqrt(); }
   MatXX RightJ() const { return Root(S) * V.transpose(); }
 
@@ -212,6 +209,7 @@ struct FactorCase {
             {"6e", MissingFrom("S^½", "J = S^½ Vᵀ"), gram(V.transpose())},
             {"6e", StandsFor("S^-½", "S^½"), gram(Root(S_pinv) * V.transpose())},
             {"6e", "6.eigenvalues_up_kEps_count_J", gram(Root(S_uncut) * V.transpose())},
+            {"6e", "6.cut_relative_to_largest", gram(Root(CutRelatively()) * V.transpose())},
             {"6e", "6.cut_at_another_limit", gram(Root(CutAt(1e-6)) * V.transpose())},
             {"6e", "6.S_for_root", gram(S * V)},
             {"6e", "6.J_A_r_itself", gram(A)}};
@@ -222,6 +220,8 @@ struct FactorCase {
     const auto r0 = [=](const MatXX& r) { return MatXX(Jt * r); };
     return {{"6e", "6.sign_of_r0", r0(-Root(S_pinv) * V.transpose() * b)},
             {"6e", "6.r0_zero", r0(VecX::Zero(b.size()))},
+            {"6e", "6.cut_relative_to_largest",
+             r0((CutRelatively().array() > 0.0).select(Root(S_pinv), 0.0) * V.transpose() * b)},
             {"6e", "6.r0_b_r_itself", r0(b)},
             {"6e", Missing("S^-½", "Vᵀ b_r"), r0(V.transpose() * b)},
             {"6e", StandsFor("S^½", "S^-½"), r0(Root(S) * V.transpose() * b)},

@@ -11,7 +11,7 @@ FactorGraph::FactorGraph(Kind kind) : Scene("factors", {kind}) {
   Graph* graph = &graph_;
   const auto p = AddPoses(graph, 4);
   const auto speed_bias = AddVertices<VertexSpeedBias>(graph, 1, [] { return std::make_shared<VertexSpeedBias>(); });
-  const auto d = AddInverseDepths(graph, 3);
+  const auto d = AddInverseDepths(graph, 4);
   for (const auto& pose : p) pose->Plus(RandomMatrix(6, 1, &random).data());
   fixed = p[3];
   fixed->SetFixed();
@@ -20,9 +20,10 @@ FactorGraph::FactorGraph(Kind kind) : Scene("factors", {kind}) {
   const auto cauchy = kind == kRobust ? std::make_shared<CauchyLoss>(kCauchyScale) : nullptr;
   AddFactor<9>(&random, {2, 1}, nullptr, p[2], speed_bias[0], p[1]);
   AddFactor<2>(&random, {1}, cauchy, d[0], p[1], p[2], p[3]);
-  AddFactor<2>(&random, {3, 0}, cauchy, d[2], p[3], p[0], p[1]);  // the fixed one is not the last
-  AddFactor<2>(&random, {1}, cauchy, p[2], d[2]);                 // its other vertices are kept
-  AddFactor<3>(&random, {}, nullptr, p[0], d[1]);                 // drops nothing
+  AddFactor<2>(&random, {3, 0}, cauchy, d[2], p[3], p[0], p[1],
+               d[3]);                              // d[3] is nowhere else, and behind the fixed one
+  AddFactor<2>(&random, {1}, cauchy, p[2], d[2]);  // its other vertices are kept
+  AddFactor<3>(&random, {}, nullptr, p[0], d[1]);  // drops nothing
   AddFactor<3>(&random, {1}, nullptr, d[1], p[1]);
   dynamic_cast<AgedRandomEdge<3, VertexInverseDepth, VertexPose>&>(*factors.back().edge).Fit();
   std::sort(free.begin(), free.end(), [](const auto& a, const auto& b) { return a->Id() < b->Id(); });
