@@ -44,9 +44,16 @@ inline std::vector<TurningMistake> WrongTurnings() {
           {"1.1a", "1.1.only_diagonal_blocks_arrive", Three(kFirst, kNothing, kNothing)},
           {"1.1c 1.1a", "1.1.loss_forgotten", BothOf(&W)},
           {"1.1c 1.1a", "1.1.first_order_loss", BothOf(&RhoW)},
+          {"1.1a", "1.1.loss_forgotten", Two(kFirst.Of(&W), kMirror)},
+          {"1.1a", "1.1.first_order_loss", Two(kFirst.Of(&RhoW), kMirror)},
           {"1.1b", "1.1.loss_forgotten_mirrored_block", Two(kFirst, kMirror.Of(&W))},
           {"1.1a", one_triangle, [](MatXX* H, const Turn& t) { (t.i <= t.j ? kFirst : kMirror).Run(H, t); }},
           {"1.1a", one_triangle, [](MatXX* H, const Turn& t) { (t.i >= t.j ? kFirst : kMirror).Run(H, t); }},
+          {"1.1b", "1.1.mirror_only_of_equal_sizes",
+           [](MatXX* H, const Turn& t) {
+             kFirst.Run(H, t);
+             if (!t.IsDiagonal() && t.v_i().LocalDimension() == t.v_j().LocalDimension()) kMirror.Run(H, t);
+           }},
           {"1.1b", "1.1.mirror_only_if_v_i_first",
            [](MatXX* H, const Turn& t) {
              kFirst.Run(H, t);
@@ -65,6 +72,7 @@ inline std::vector<TurningMistake> WrongTurnings() {
           {"1.1a", numbers("index_i", "index_j"), Two(kFirst.At(&NumbersInEdge), kMirror)},
           {"1.1a", numbers("index_i", "index_j"), Two(kFirst.At(&NumbersInEdge), kMirror.At(&NumbersInEdge))},
           {"1.1b", numbers("index_j", "index_i"), Two(kFirst, kMirror.At(&NumbersInEdge))},
+          {"1.1a", numbers("index_i", "index_j"), Two(kFirst.At(&NumbersTimesSizes), kMirror.At(&NumbersTimesSizes))},
           {"1.1a", "1.1.id_for_first_row", Two(kFirst.At(&Ids), kMirror.At(&Ids))},
           {"1.1a", first_kept,
            [](MatXX* H, const Turn& t) {
@@ -92,6 +100,7 @@ inline std::vector<TurningMistake> WrongTurnings() {
              const MatXX sum = H->block(t.i, t.j, t.v_i().LocalDimension(), t.v_j().LocalDimension());
              if (!t.IsDiagonal()) Put(H, t.j, t.i, sum.transpose());
            }},
+          {"1.1c 1.1a", "formula.J_of_i_for_j", &WithJacobianOfI},
           {"1.1a", "formula.edge_that_fits_left_out", &WithoutEdgesThatFit},
           {"1.1a", "1.1.nothing_added_H", Two(kNothing, kNothing)},
           {"1.1a", "1.1.H_doubled", Two(kFirst.Times(2.0), kMirror.Times(2.0))}};
@@ -118,6 +127,8 @@ inline std::vector<Mistake> MistakesInB(const Loop& loop) {
           {"", "1.1.weight_missing_b", AssembleB(loop, -1.0, &RhoAlone)},
           {"", "1.1.last_edge_left_in_b", AssembleB(loop, -1.0, &RhoW, kOnce, true)},
           {"", "1.1.loss_forgotten_b", AssembleB(loop, -1.0, &W)},
+          {"", ActsTwice("ρ'", "Wr"), AssembleB(loop, -1.0, &RhoRhoW)},
+          {"", ActsTwice("W", "Wr"), AssembleB(loop, -1.0, &RhoWW)},
           {"", "1.1.W_rho_in_b", AssembleB(loop, -1.0, &WRho)}};
 }
 
