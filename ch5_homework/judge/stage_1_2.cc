@@ -14,11 +14,8 @@ namespace {
 using namespace stage_1_2;
 
 // Why SolveLinearSystem may return false.
-Text CauseOfGivingUp(const Problem& problem, const Parts& right, const VecX& delta_x) {
+Text CauseOfGivingUp(const Parts& right, const VecX& delta_x) {
   if (right.b_p.size() == 0) return "1.2.gave_up_without_poses";
-  if (problem.SchurComplement().size() == 0 && right.b_m.size() > 0) {
-    return Text("matrix.still_empty", {{"variable", Word("H_pp_schur_")}});
-  }
   if (delta_x.size() > 0 && !delta_x.allFinite()) return "1.2.landmark_step_unset";
   return "1.2.function_gave_up";
 }
@@ -51,7 +48,7 @@ void CheckCall(Problem* problem, const Case& c, const Text& scene) {
   }
   if (!solved) {
     const bool landmarks = delta_x.size() > 0;  // their step is computed last
-    Fail({"1.2", with("Δx"), "1.2.solver_returns_true", Word("false"), CauseOfGivingUp(*problem, right, delta_x),
+    Fail({"1.2", with("Δx"), "1.2.solver_returns_true", Word("false"), CauseOfGivingUp(right, delta_x),
           landmarks ? "1.2c" : "1.2b"});
   }
   if (delta_x.size() == 0) {

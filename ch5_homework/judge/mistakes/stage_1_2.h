@@ -124,9 +124,11 @@ struct Case {
     // Here an exchange of p and m goes unseen by Eigen.
     const std::vector<Mistake> exchanges{
         {"1.2a", "1.2.H_pm_H_mp_exchanged", r.H_pp - Q * inverse * P},
-        {"1.2a", "1.2.H_mp_holds_H_pm", r.H_pp - P * inverse * P},
+        {"1.2a", "1.2.H_pm_for_H_mp", r.H_pp - P * inverse * P},
         {"1.2a", "1.2.H_pm_holds_H_mp", r.H_pp - Q * inverse * Q},
         {"1.2d 1.2b", "1.2.H_pp_inverted", r.Schur(r.H_pp.inverse())},
+        {"1.2d 1.2b", "1.2.H_mminv_on_the_left", r.H_pp - inverse * P * Q},
+        {"1.2b", "1.2.tempH_transposed", r.H_pp - inverse * Q * Q},
         {"1.2a", "1.2.Hmm_at_wrong_corner", r.Schur(r.H_pp.diagonal().cwiseInverse().asDiagonal())},  // inverse depths
         {"1.2b", "1.2.H_mm_for_H_pp", r.H_mm - P * inverse * Q}};
     mistakes.insert(mistakes.end(), exchanges.begin(), exchanges.end());
@@ -153,6 +155,7 @@ struct Case {
         {"1.2a", "1.2.poses_b_for_b_m", with(system.b.head(r.b_m.size()))}};
     if (r.b_p.size() == r.b_m.size()) {
       mistakes.push_back({"1.2a", "1.2.b_p_b_m_exchanged", r.b_m - r.b_p + with(r.b_p)});
+      mistakes.push_back({"1.2b", "1.2.tempH_transposed", r.b_p - inverse * r.H_pm.transpose() * r.b_m});
     }
     return mistakes;
   }
@@ -202,6 +205,8 @@ struct Case {
         {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (StartingAtItsLength(r.b_m.size()) - H_mp_x))}};
     if (r.b_p.size() == r.b_m.size()) {  // here Eigen does not see it
       mistakes.push_back({"1.2c", "1.2.H_pm_for_H_mp", step(r.H_mm_inverse * (r.b_m - r.H_pm * x_p))});
+      mistakes.push_back(
+          {"1.2c", StandsFor("tempH", "Hmp"), step(r.H_mm_inverse * (r.b_m - r.H_pm * r.H_mm_inverse * x_p))});
       mistakes.push_back(
           {"1.2c", "1.2.poses_reduced_b_for_landmarks_b_m", step(r.H_mm_inverse * (r.Reduced() - H_mp_x))});
     }
