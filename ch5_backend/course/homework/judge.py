@@ -30,6 +30,7 @@ ASSERTIONS = [
     (r"rows\(\) == \w+\.rows\(\)|resize", "eigen.assignment_sizes"),
     (r"SolverBase::solve", "eigen.solve_sizes"),
     (r"empty matrix", "eigen.empty_matrix"),
+    (r"aliasing detected", "eigen.transposed_in_place"),
     (r"A·D|D·A", "eigen.Hmm_inv_sizes"),
     (r"__n < this->size\(\)|i < size_", "judge.index_outside_vector"),
     (r"get\(\) != (nullptr|pointer\(\))", "judge.null_pointer"),

@@ -103,6 +103,8 @@ inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Tex
   Order front = order, backwards = order;  // the marginalized variable first; or its rows in the other order
   std::rotate(front.begin(), front.end() - dim, front.end());
   std::reverse(backwards.end() - dim, backwards.end());
+  Order inverse(order.size());
+  for (int k = 0; k < n; ++k) inverse[order[k]] = k;
   const Order neighbor = WithItsNeighbor(n, idx, dim), one_by_one = OneByOne(n, idx, dim);
   const auto partly = [=](bool others, int own_at) {
     return [=](const MatXX& A) {
@@ -128,6 +130,7 @@ inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Tex
           {{"2.others_not_moved_up", {{"rows", rows}}}, partly(false, n - dim)},
           {{"2.one_by_one", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, one_by_one); }},
           {{"2.reverse_order", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, backwards); }},
+          {{"2.inverse_permutation", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, inverse); }},
           {{"2.written_over_first", {{"rows", rows}}}, partly(true, 0)}};
 }
 
@@ -230,7 +233,9 @@ inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& 
       {"2d", "2.A_mminv_acts_twice", r.Schur(inverse * inverse)}};
   mistakes.insert(mistakes.end(), others.begin(), others.end());
   for (const Mistake& mistake : ExchangeMistakes(r)) mistakes.push_back(mistake);
-  mistakes.push_back({"2e 2d", "2.inverse_wrong_corner", r.Schur(PseudoInversePsd(r.H.topLeftCorner(m, m)))});
+  for (const auto at : {Eigen::Index{0}, std::min<Eigen::Index>(idx, r.A_rr.rows())}) {
+    mistakes.push_back({"2e 2d", "2.inverse_wrong_corner", r.Schur(PseudoInversePsd(r.H.block(at, at, m, m)))});
+  }
   for (const Mistake& mistake : CornerMistakes(r, idx)) mistakes.push_back(mistake);
   return mistakes;
 }
@@ -255,7 +260,7 @@ inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_
           {"2d", "2.b_prior_solved", PseudoInversePsd(r.Schur()) * r.Reduced()},
           {"2a", "2.b_before_move", r.Reduced(b_given.head(n), b_given.tail(m))},
           {"2d", "2.b_before_move", r.Reduced(b_given.head(n), r.b_m)},
-          {"2d", "2.b_before_move", r.Reduced(r.b_r, b_given.tail(m))}};
+          {"2d", "2.b_m_taken_early", r.Reduced(r.b_r, b_given.tail(m))}};
 }
 
 }  // namespace ch5::homework::stage_2
