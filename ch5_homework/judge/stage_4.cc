@@ -194,6 +194,8 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
              {"4e", "4.one_side_only", T * C},
              {"4e", "4.one_side_only", C * Tt},
              {"4e", "4.transpose_missing", T * C * T},
+             {"4e", "4.transpose_missing", T * C * M.transpose() * Q_C},
+             {"4e", "4.order_of_transposed", T * C * Q_C.transpose() * M.transpose()},
              {"4e", "4.transpose_wrong_side", Tt * C * T},
              {"4e", "4.Q_missing_right", T * C * M.transpose()},
              {"4e", "4.Q_missing_left", M * C * Tt},

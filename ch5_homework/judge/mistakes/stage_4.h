@@ -11,13 +11,13 @@ namespace ch5::homework::stage_4 {
 
 /// For the blocks of a pose's rows.
 struct PoseMistakes {
-  MatXX axes, turn, in_the_body, R, Rt, O;
+  MatXX axes, turn, hat, R, Rt, O;
   Vec3 phi;
 
   PoseMistakes(const VertexPose& pose, GaugeGroup group)
       : axes(AxesOf(group)),
         turn(Hat(pose.p()) * axes),
-        in_the_body(-Hat(pose.p()) * pose.R().transpose() * axes),
+        hat(Hat(pose.p())),
         R(pose.R()),
         Rt(R.transpose()),
         O(MatXX::Zero(3, axes.cols())),
@@ -30,12 +30,18 @@ struct PoseMistakes {
             {"4a", {"4.R_stands", {{"R", Word("Rᵀ")}}}, Rt}};
   }
   std::vector<Mistake> InTurnsOfThePosition() const {
-    return {{"4a", "4.block_still_zero", O},
-            {"4a", {"4.sign_of_omega", {{"p", Word("p")}}}, turn},
-            {"4a", {"4.R_stands_before_turn", {{"R", Word("R")}}}, -R * turn},
-            {"4a", {"4.R_stands_before_turn", {{"R", Word("Rᵀ")}}}, -Rt * turn},
-            {"4a", {"4.R_stands_before_turn", {{"R", Word("Rᵀ")}}}, in_the_body},
-            {"4a", {"4.axes_alone", {{"p", Word("p")}}}, axes}};
+    std::vector<Mistake> mistakes{{"4a", "4.block_still_zero", O},
+                                  {"4a", {"4.sign_of_omega", {{"p", Word("p")}}}, turn},
+                                  {"4a", {"4.axes_alone", {{"p", Word("p")}}}, axes}};
+    for (const double sign : {-1.0, 1.0}) {  // with the wrong one, that is told when R has gone
+      for (const auto& [name, rotation] : {std::pair{"R", R}, {"Rᵀ", Rt}}) {
+        const Text cause("4.R_stands_before_turn", {{"R", Word(std::string(name))}});
+        mistakes.push_back({"4a", cause, sign * rotation * turn});
+        mistakes.push_back({"4a", cause, sign * hat * rotation * axes});
+        mistakes.push_back({"4a", cause, sign * rotation * hat * rotation.transpose() * axes});
+      }
+    }
+    return mistakes;
   }
   std::vector<Mistake> InTurnsOfTheRotation() const {
     return {{"4a", "4.block_still_zero", O},
