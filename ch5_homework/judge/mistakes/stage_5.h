@@ -138,7 +138,10 @@ struct SchurCase {
       mistakes.push_back({"5.5 5.2", "5.only_one_root", Schur(S)});
       mistakes.push_back({"5.5 5.2", "5.only_one_root", Schur(S.transpose())});
     }
-    if (M.rows() == M.cols()) mistakes.push_back({"5.2", "5.MTM_for_MMT", U - M.transpose() * M});
+    if (M.rows() == M.cols()) {
+      mistakes.push_back({"5.2", "5.MTM_for_MMT", U - M.transpose() * M});
+      mistakes.push_back({"5.2", "5.factors_of_M_exchanged", U - S * W.transpose() * W * S.transpose()});
+    }
     return mistakes;
   }
   std::vector<Mistake> InB() const {
@@ -230,6 +233,7 @@ struct Factored {
                                   {"5.3", "5.e0_is_b0", e0(b0)},
                                   {"5.3", "5.e0_is_minus_b0", e0(-b0)},
                                   {"5.3", StandsFor("J", "(Jᵀ)⁺"), e0(-Jt.transpose() * b0)},
+                                  {"5.3", StandsFor("Jᵀ", "(Jᵀ)⁺"), e0(-Jt * b0)},
                                   {"5.3", StandsFor("U", "Uᵀ"), e0(-S_pinv_sqrt * U * P_inverse * b0)},
                                   {"5.3", "5.JT_pinv_transposed", e0(-P_inverse * U * S_pinv_sqrt * b0)}};
     for (const Factor& first : {Factor{{}, S_pinv_sqrt},
