@@ -110,6 +110,14 @@ inline VecX ReducedInTheInnerLoop(const Case& c, RowOfPair row_of) {
   return b;
 }
 
+/// The reduced right-hand side where it is set, not added to: of b_p and the landmarks only the last landmark's part is left.
+inline VecX ReducedOfTheLastLandmark(const Case& c, double sign) {
+  VecX b = c.b_p;
+  ForEachPair(c,
+              [&](int i, int, int l) { b.segment(c.rows[i], c.dims[i]) = sign * c.Pl(i, l) * c.Inverse(l) * c.Bl(l); });
+  return b;
+}
+
 inline std::vector<Mistake> ReducedMistakes(const Case& c) {
   const MatXX &inverse = c.H_ll_inverse, one = MatXX::Identity(inverse.rows(), inverse.cols());
   std::vector<Mistake> mistakes{
@@ -132,10 +140,13 @@ inline std::vector<Mistake> ReducedMistakes(const Case& c) {
   const RowOfPair six_rows_each = [](const Case&, int i, int j) { return i == j ? 6 * i : -1; };
   mistakes.push_back({"7d", "7.pose_number_for_row", ReducedInTheInnerLoop(c, number)});
   mistakes.push_back({"7d", "7.six_rows_each", ReducedInTheInnerLoop(c, six_rows_each)});
+  for (const double sign : {-1.0, 1.0}) {
+    mistakes.push_back({"7d", "7.last_landmark_left", ReducedOfTheLastLandmark(c, sign)});
+  }
   return mistakes;
 }
 
-/// S where each block is set, not added to: of H_pp and the landmarks only the last landmark's part is left.
+/// S where each block is set, not added to.
 inline MatXX SchurOfTheLastLandmark(const Case& c, double sign) {
   MatXX S = c.H_pp;
   ForEachPair(c, [&](int i, int j, int l) {
@@ -206,7 +217,6 @@ inline std::vector<Mistake> StepMistakes(const Case& c) {
   const VecX x_p = c.StepOfPoses(), sum = c.H_pl.transpose() * x_p, rest = c.b_l - sum;
   const auto step = [&](const VecX& of_landmarks) { return c.Step(of_landmarks); };
   const MatXX& inverse = c.H_ll_inverse;
-  const Text one = "7.only_one_pose_taken_rest";
   const Text in_loop = "7.H_llinv_acts_once_for_each_pose";
   std::vector<Mistake> mistakes{{"7e", "7.landmarks_not_hear_poses", step(inverse * c.b_l)},
                                 {"7e", "7.sign_in_landmark_step", step(inverse * (c.b_l + sum))},
@@ -220,11 +230,15 @@ inline std::vector<Mistake> StepMistakes(const Case& c) {
                                 {"7e", "7.sum_subtracted_twice", step(inverse * (rest - sum))},
                                 {"7e", "7.H_llinv_acts_b_l_only", step(inverse * c.b_l - sum)},
                                 {"7e", "7.H_llinv_acts_sum_only", step(c.b_l - inverse * sum)},
-                                {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kFirst)))},
-                                {"7e", one, step(inverse * (c.b_l - SumOverPoses(c, x_p, false, Which::kLast)))},
                                 {"7e", StepMeant("Δx_i"), step(inverse * (c.b_l - c.H_pl.transpose() * c.b_p))},
                                 {"7e", in_loop, step(InvertedInTheLoop(c, x_p, false))},
                                 {"7e", in_loop, step(InvertedInTheLoop(c, x_p, true))}};
+  for (const Which which : {Which::kFirst, Which::kLast}) {
+    const VecX part = inverse * SumOverPoses(c, x_p, false, which);
+    mistakes.push_back({"7e", "7.only_one_pose_taken_rest", step(inverse * c.b_l - part)});
+    mistakes.push_back({"7e", "7.last_pose_left", step(part)});
+    mistakes.push_back({"7e", "7.last_pose_left", step(-part)});
+  }
   bool fits = true;
   for (size_t i = 0; i < c.dims.size(); ++i) fits = fits && static_cast<int>(i) + c.dims[i] <= c.p;
   if (fits) {

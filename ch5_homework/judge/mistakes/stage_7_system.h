@@ -108,15 +108,15 @@ inline Turning Changed(const std::vector<Part>& parts, double times, bool overwr
   };
 }
 
-/// Of two poses, block and mirror image are both added at the place that is stored, neither of them transposed.
-inline MatXX MirrorAddedToo(const Loop& loop, const Ordering& ordering) {
+/// Of two poses, the mirror image's block is added at the place that is stored, not transposed; with the own one or alone.
+inline MatXX WithMirror(const Loop& loop, const Ordering& ordering, bool alone) {
   MatXX H = AssembleH(loop, Two(kFirst, kMirror));
   for (const auto& a : ordering.poses) {
     for (const auto& c : ordering.poses) {
       const int rows = a->LocalDimension();
       if (a == c || c->LocalDimension() != rows) continue;
       auto block = H.block(a->OrderingId(), c->OrderingId(), rows, rows);
-      block += block.transpose().eval();
+      block = (alone ? 0.0 : 1.0) * block + block.transpose().eval();
     }
   }
   return H;
@@ -141,7 +141,8 @@ inline std::vector<Mistake> MistakesInH(const Loop& loop, const Ordering& orderi
                                 {"7c", Text("7.assigned", {{"blocks", Word("H_pp")}}), is({d, p}, 1, true)},
                                 {"7c", "7.blocks_subtracted", is({d, p, pl, l}, -1)},
                                 {"7c", "formula.edge_that_fits_left_out", AssembleH(loop, &WithoutEdgesThatFit)},
-                                {"7c", "7.mirror_added_too", MirrorAddedToo(loop, ordering)},
+                                {"7c", "7.mirror_added_too", WithMirror(loop, ordering, false)},
+                                {"7c", "7.mirror_for_block", WithMirror(loop, ordering, true)},
                                 {"7c", "7.loss_forgotten_in_H", AssembleH(loop, BothOf(&W))},
                                 {"7c", "7.first_order_loss", AssembleH(loop, BothOf(&RhoW))}};
   const std::vector<std::pair<Part, Text>> parts{
