@@ -252,6 +252,7 @@ TEST(Stage8, AnImuStepMovesTheState) {
   const Vec3 moved = was.p + step.dt * was.v, half = 0.5 * step.dt * step.dt * (was.q * step.a);
   const Vec3 unturned = 0.5 * step.dt * step.dt * step.a, turned = 0.5 * step.dt * step.dt * (right.q * step.a);
   const double rate = 2.0 / step.dt;  // ½ a dt² → a dt
+  const Vec3 between = 0.5 * step.dt * step.dt * (was.q * ExpSO3(0.5 * step.dt * step.w) * step.a);
   const Vec3 drop = 0.5 * step.dt * step.dt * 9.81 * Vec3::UnitZ();
   Require("8", "8.imu_position_velocity", stacked(right.p, right.v), stacked(got.p, got.v),
           Words({"p.x", "p.y", "p.z", "v.x", "v.y", "v.z"}),
@@ -264,15 +265,21 @@ TEST(Stage8, AnImuStepMovesTheState) {
            {"8c", "8.imu_gravity_added", stacked(right.p - drop, right.v - rate * drop)},
            {"8c", "8.imu_gravity_added", stacked(right.p + drop, right.v + rate * drop)},
            {"8c", "8.imu_not_turned", stacked(moved + unturned, was.v + rate * unturned)},
-           {"8c", "8.imu_turned_by_new", stacked(moved + turned, was.v + rate * turned)}},
+           {"8c", "8.imu_turned_by_new", stacked(moved + turned, was.v + rate * turned)},
+           {"8c", "8.imu_turned_by_new", stacked(moved + between, was.v + rate * between)},
+           {"8c", "8.imu_turned_by_new", stacked(moved + 0.5 * (half + turned), was.v + 0.5 * rate * (half + turned))}},
           1e-10, "8c", "after.p");
   const auto is = [](const Qd& q) { return MatXX(q.toRotationMatrix()); };
-  const Qd turn = ExpSO3(step.dt * step.w);
+  const Vec3 angles = step.dt * step.w;
+  const Qd turn = ExpSO3(angles), small(1.0, 0.5 * angles.x(), 0.5 * angles.y(), 0.5 * angles.z());
   Require("8", "8.imu_rotation", right.q.toRotationMatrix(), got.q.toRotationMatrix(), {},
           {{"8c", "8.imu_rotation_kept", is(was.q)},
            {"8c", "8.imu_turned_on_the_left", is(turn * was.q)},
            {"8c", "8.imu_turned_back", is(was.q * turn.conjugate())},
-           {"8c", "8.imu_rate_without_dt", is(was.q * ExpSO3(step.w))}},
+           {"8c", "8.imu_rate_without_dt", is(was.q * ExpSO3(step.w))},
+           {"8c", "8.imu_half_turn", is(was.q * ExpSO3(0.5 * step.dt * step.w))},
+           {"8c", "8.imu_small_turn", is((was.q * small).normalized())},
+           {"8c", "8.imu_small_turn", is(was.q * small)}},
           1e-10, "8c", "after.q");
 }
 
@@ -379,7 +386,8 @@ void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, dou
            {"8d", "8.range_turn_missing", row(u, none)},
            {"8d", "8.range_turn_on_the_left", row(u, -u * Hat(R * antenna))},
            {"8d", "8.range_not_turned", row(u, -u * Hat(antenna))},
-           {"8d", "8.range_not_a_unit", row(h * u, -h * u * R * Hat(antenna))}},
+           {"8d", "8.range_not_a_unit", row(h * u, -h * u * R * Hat(antenna))},
+           {"8d", "8.range_not_a_unit", row(h / range * u, -h / range * u * R * Hat(antenna))}},
           kTolerance, "8d", "term.J", Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z"}));
 }
 
