@@ -113,12 +113,15 @@ class Grades(FolderTest):
         call = "  AddMonoBaEdges(scene, pixel_information, prior_weight, problem);\n"
         endless = self.submission("endless", change=lambda text: text.replace("  for (", call + "  for (", 1))
         killed = self.submission("killed", change=lambda text: "#include <csignal>\n" + text.replace("  for (", "raise(SIGKILL); for (", 1))
-        done = grade(self.out, wrong, broken, crash, endless, killed, "--stages", "3,4")
+        own = ("  const int n[]{problem->poses.size()};  // to Clang an error\n"
+               "  Eigen::SelfAdjointEigenSolver<MatXX> eigen(MatXX::Identity(n[0], n[0]));\n")
+        usual = self.submission("usual", change=lambda text: text.replace("  if (prior_weight", own + "  if (prior_weight", 1))
+        done = grade(self.out, wrong, broken, crash, endless, killed, usual, "--stages", "3,4")
         self.assertEqual(done.returncode, 0, done.stderr)
         found, points = records(self.out), sum(read_rubric()["3"].values())
         self.assertEqual({name: (record["stages"][0]["state"], record["stages"][0]["points"]) for name, record in found.items()},
                          {"wrong": ("wrong", points), "broken": ("does-not-compile", points), "crash": ("crashes", points),
-                          "endless": ("crashes", points), "killed": ("crashes", points)})
+                          "endless": ("crashes", points), "killed": ("crashes", points), "usual": ("right", points)})
         for name, words in (("endless", r"The stack is full at gauge_prior\.cc:\d+"), ("killed", r"Crash \(Killed\)")):
             self.assertRegex(hint_of(found[name]), words)
         self.assertTrue(0 < found["wrong"]["score"] < points and found["broken"]["score"] == 0)

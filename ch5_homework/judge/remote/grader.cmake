@@ -43,7 +43,8 @@ ch5_json_words(quick ${clang} --driver-mode=g++ ${fast_linker} ${flags} ${filled
 if(NOT CH5_FILLS_THE_STACK)
   set(filled)
 endif()
-ch5_json_words(usual ${compiler} ${flags} ${filled})
+# With the same headers: ch5_homework/judge/student_pch.h gives them to a check.
+ch5_json_words(usual ${compiler} ${flags} ${filled} -include ch5_homework/judge/remote/precompiled.h)
 file(CONFIGURE OUTPUT ${grader}/toolchain.json @ONLY CONTENT [=[{
   "include": "@grader@/include",
   "precompiled": ["@grader@/precompiled.pch", "@grader@/precompiled.o"],
