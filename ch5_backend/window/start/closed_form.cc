@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/math/so3.h"
 
 namespace ch5 {
@@ -165,13 +166,16 @@ namespace {
 // let the points be as distant, and as noisy, as they are.
 constexpr double kHeldBias = 0.01;
 
-// The weights of the next iteration at the present solution: 1/(σ depth)² and Cauchy's loss of the given width.
-void UpdateWeights(double sigma, double width, double track_depth, const Vec9& x, TrackEquations* equations) {
+// The weights of the next iteration at the present solution: 1/(σ depth)² and Cauchy's loss of the given width. Appends the
+// squared errors on the image plane.
+void UpdateWeights(double sigma, double width, double track_depth, const Vec9& x, TrackEquations* equations,
+                   std::vector<double>* squared_errors) {
   for (ViewEquation& e : *equations) {
     const Vec3 y = e.At(track_depth, x);
     const double depth = std::max(std::abs(y.z()), 0.1);
     const double error = (e.S() * y).norm() / depth;
     e.weight = 1.0 / (Square(sigma * depth) * (1.0 + Square(error / width)));
+    squared_errors->push_back(Square(error));
   }
 }
 
@@ -190,10 +194,12 @@ std::vector<StampedState> StatesOf(const std::vector<LinearMotion>& motion, cons
   return states;
 }
 
-// @param noise_variance  that is taken off, see AddTrack
+// @param part  of the observations' variance that is taken off, see AddTrack: their own, but not more than σ²
 ClosedForm Solve(const std::vector<FeatureTrack>& tracks, const std::vector<LinearMotion>& motion, const Vec3& b_g,
-                 double noise_variance, const ClosedFormOptions& options) {
+                 double part, const ClosedFormOptions& options) {
   constexpr int kIterations = 12;
+  constexpr double kMedianOfTwo = 1.386;  // of χ² with two degrees of freedom
+  double variance = Square(options.sigma);
   constexpr double kFirstDepth = 3.0;  // [m], for the weights of the first iteration only
   std::vector<TrackEquations> equations;
   for (const FeatureTrack& track : tracks) {
@@ -209,14 +215,16 @@ ClosedForm Solve(const std::vector<FeatureTrack>& tracks, const std::vector<Line
     H.bottomRightCorner<3, 3>().diagonal().setConstant(1.0 / Square(kHeldBias));
     Vec9 b = Vec9::Zero();
     std::vector<TrackSystem> systems;
-    for (const TrackEquations& track : equations) systems.push_back(AddTrack(track, noise_variance, &H, &b));
+    for (const TrackEquations& track : equations) systems.push_back(AddTrack(track, part * variance, &H, &b));
     x = SolveWithGravityNorm(H, b, options.gravity);
     // At first so wide that a bad start rejects no observation.
     const double width = options.sigma * std::max(2.0, 40.0 * std::pow(0.5, iteration));
+    std::vector<double> squared_errors;
     for (size_t k = 0; k < tracks.size(); ++k) {
       result.depths[k] = systems[k].Depth(x);
-      UpdateWeights(options.sigma, width, result.depths[k], x, &equations[k]);
+      UpdateWeights(options.sigma, width, result.depths[k], x, &equations[k], &squared_errors);
     }
+    if (!squared_errors.empty()) variance = std::min(Square(options.sigma), Median(squared_errors) / kMedianOfTwo);
   }
   H.bottomRightCorner<3, 3>().diagonal().array() += 1.0 / Square(options.b_a_sigma) - 1.0 / Square(kHeldBias);
   ComputeUncertainty(H, x, motion, &result);
@@ -231,7 +239,7 @@ ClosedForm SolveClosedForm(const std::vector<FeatureTrack>& tracks, const std::v
                            const ClosedFormOptions& options) {
   const std::vector<LinearMotion> motion = DeadReckon(imu);
   for (double part = 1.0;; part *= 0.5) {
-    ClosedForm result = Solve(tracks, motion, imu.front().BiasGyroscope(), part * Square(options.sigma), options);
+    ClosedForm result = Solve(tracks, motion, imu.front().BiasGyroscope(), part, options);
     if (std::isfinite(result.scale_sigma) || part < 0.1) return result;
   }
 }
