@@ -2,7 +2,8 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/ch5_backend)
-set_target_properties(ch5_backend PROPERTIES EXPORT_NAME backend)
+set(postfix $<$<CONFIG:Debug>:d>)  # a debug library and a release one may lie side by side
+set_target_properties(ch5_backend PROPERTIES EXPORT_NAME backend DEBUG_POSTFIX d)
 set_target_properties(ch5_settings PROPERTIES EXPORT_NAME settings)
 write_basic_package_version_file(ch5_backendConfigVersion.cmake COMPATIBILITY SameMajorVersion)
 file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/ch5_backendConfig.cmake [[
@@ -10,6 +11,10 @@ include(CMakeFindDependencyMacro)
 find_dependency(Eigen3 3.3 NO_MODULE)
 find_dependency(Threads)
 include(${CMAKE_CURRENT_LIST_DIR}/ch5_backendTargets.cmake)
+# CMake takes the first where there is none of the program's own build type: not the debug library, unless it is alone.
+get_target_property(ch5_configurations ch5::backend IMPORTED_CONFIGURATIONS)
+list(SORT ch5_configurations ORDER DESCENDING)
+set_target_properties(ch5::backend PROPERTIES IMPORTED_CONFIGURATIONS "${ch5_configurations}")
 ]])
 install(TARGETS ch5_backend ch5_settings EXPORT ch5_backendTargets)
 install(EXPORT ch5_backendTargets NAMESPACE ch5:: DESTINATION ${package})
@@ -23,7 +28,7 @@ file(RELATIVE_PATH prefix /${pkgconfig} /)
 get_target_property(definitions ch5_settings INTERFACE_COMPILE_DEFINITIONS)
 list(TRANSFORM definitions PREPEND -D)
 list(JOIN definitions " " definitions)
-file(CONFIGURE OUTPUT ch5_backend.pc @ONLY CONTENT [[
+file(CONFIGURE OUTPUT ch5_backend.pc.in @ONLY CONTENT [[
 prefix=${pcfiledir}/@prefix@
 libdir=${prefix}/@CMAKE_INSTALL_LIBDIR@
 includedir=${prefix}/@CMAKE_INSTALL_INCLUDEDIR@
@@ -33,9 +38,11 @@ Description: @PROJECT_DESCRIPTION@
 Version: @PROJECT_VERSION@
 Requires: eigen3 >= 3.3
 Cflags: -I${includedir} @definitions@
-Libs: -L${libdir} -lch5_backend -pthread
+Libs: -L${libdir} -lch5_backend@postfix@ -pthread
 ]])
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ch5_backend.pc DESTINATION ${pkgconfig})
+set(pc ${CMAKE_CURRENT_BINARY_DIR}/ch5_backend${postfix}.pc)
+file(GENERATE OUTPUT ${pc} INPUT ${CMAKE_CURRENT_BINARY_DIR}/ch5_backend.pc.in)
+install(FILES ${pc} DESTINATION ${pkgconfig})
 
 # The public headers: those of all layers but for the solver's inside. What one of them includes is public too, as the test
 # of the installed library sees.

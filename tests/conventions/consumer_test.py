@@ -82,6 +82,21 @@ class Consumer(unittest.TestCase):
         call(CXX, program.with_suffix(".o"), "-o", program, *libs)
         call(program)
 
+    def test_a_debug_library_lies_beside_a_release_one(self):
+        """Both are empty files here: nothing is linked, and compiling them takes minutes."""
+        prefix = HERE / "prefix" / "both"
+        shutil.rmtree(prefix, ignore_errors=True)
+        for build_type, library in (("Release", "ch5_backend"), ("Debug", "ch5_backendd")):
+            build = HERE / build_type
+            call("cmake", "--preset", "library", "-S", ROOT, "-B", build, f"-DCMAKE_BUILD_TYPE={build_type}", f"-DCMAKE_CXX_COMPILER={CXX}")
+            (build / "ch5_backend" / f"lib{library}.a").touch()
+            call("cmake", "--install", build, "--prefix", prefix)
+            package, = prefix.rglob(f"pkgconfig/{library}.pc")
+            self.assertIn(f" -l{library} ", package.read_text(encoding="utf-8"))
+        for build_type, library in (("", "ch5_backend"), ("RelWithDebInfo", "ch5_backend"), ("Release", "ch5_backend"), ("Debug", "ch5_backendd")):
+            configure("either", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_COMPILER={CXX}", f"-DCMAKE_BUILD_TYPE={build_type}")
+            self.assertIn(f"/lib{library}.a", call("ninja", "-C", HERE / "either", "-t", "commands", "consumer"), build_type)
+
     def test_a_program_with_another_alignment_does_not_compile(self):
         for words in (["-DEIGEN_MAX_ALIGN_BYTES=32"], ["-DEIGEN_MAX_STATIC_ALIGN_BYTES=32"], ["-include", "Eigen/Core"]):
             done = subprocess.run([CXX, "-std=c++17", "-fsyntax-only", f"-I{ROOT}", f"-I{EIGEN}", *words, "-x", "c++",
