@@ -156,7 +156,9 @@ std::shared_ptr<EdgePrior> MarginalizeInto(Graph* graph, const std::vector<std::
     if (!vertex) throw GraphError("MarginalizeInto: a vertex to drop is null");
     if (!graph->Contains(*vertex)) throw GraphError("MarginalizeInto: " + Name(*vertex) + " is not in this graph");
   }
-  const auto edges = EdgesAt(*graph, drop);
+  auto edges = EdgesAt(*graph, drop);
+  edges.erase(std::remove_if(edges.begin(), edges.end(), [](const auto& edge) { return edge->Level() != 0; }),
+              edges.end());
   std::shared_ptr<EdgePrior> prior;
   if (!edges.empty()) prior = std::make_shared<EdgePrior>(Marginalize(edges, FixedOrAtEdges(drop, edges)));
   for (const auto& vertex : std::set<std::shared_ptr<Vertex>>(drop.begin(), drop.end())) graph->RemoveVertex(vertex);

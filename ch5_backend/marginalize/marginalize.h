@@ -52,6 +52,7 @@ Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::ve
 /// the same covariances as before. The prior's Jacobian stays that of these states: a neighbor that moves far from them
 /// is linearized elsewhere by its other edges, and the two together know more than was measured, of yaw above all. Where
 /// that matters, linearize the others at the prior's first estimates too (consistency/observability.h).
+/// Edges of other levels than 0 are put aside (Edge::Level): they leave too, but the prior knows nothing of them.
 /// Landmarks that stay are tied to one another by it, which a solver that eliminates landmarks refuses: drop them too.
 /// @return the prior, which is in the graph; null if no free vertex is a neighbor, so that nothing remains to be known
 /// @throws GraphError if a vertex is not in this graph, or an edge's numbers are not finite; std::invalid_argument as

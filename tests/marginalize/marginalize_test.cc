@@ -6,6 +6,7 @@
 
 #include "ch5_backend/marginalize/drop_ordering.h"
 #include "ch5_backend/sparse/covariance.h"
+#include "ch5_backend/types/pose_graph/edge_between.h"
 #include "tests/marginalize/small_graphs.h"
 
 namespace ch5 {
@@ -43,12 +44,16 @@ TEST(Marginalize, DropsLandmarksAloneOrNothing) {
   }
 }
 
-// An edge between two that go counts once, and what the others know of one another stays.
+// An edge between two that go counts once, and what the others know of one another stays. One that is put aside has no part.
 TEST(MarginalizeInto, KeepsTheCovariancesOfTheRest) {
   SmallWindow window;
   window.extrinsic->SetFixed(true);
   for (const auto& edge : window.graph.Edges()) edge->SetLossFunction(nullptr);  // H is definite
   const auto last = window.poses[3];
+  const auto outlier = std::make_shared<EdgeSE3Between>(window.poses[0], last, Qd::Identity(), Vec3::Zero());
+  outlier->SetIsotropicInformation(1e8);
+  outlier->SetLevel(1);
+  window.graph.AddEdge(outlier);
   const MatXX before = Covariance(&window.graph).Block(*last, *last);
   const size_t vertices = window.graph.Vertices().size();
   std::vector<std::shared_ptr<Vertex>> drop = window.Oldest();
@@ -57,6 +62,7 @@ TEST(MarginalizeInto, KeepsTheCovariancesOfTheRest) {
   EXPECT_TRUE(window.graph.Contains(*prior));
   EXPECT_EQ(window.graph.Vertices().size(), vertices - drop.size());
   for (const auto& vertex : drop) EXPECT_FALSE(window.graph.Contains(*vertex));
+  EXPECT_FALSE(window.graph.Contains(*outlier));
   EXPECT_LT(RelativeError(Covariance(&window.graph).Block(*last, *last), before), 1e-6);
 }
 
