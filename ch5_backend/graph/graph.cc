@@ -73,6 +73,9 @@ int Graph::Insert(std::shared_ptr<T> item, int id, const char* function, std::ve
 int Graph::AddVertex(std::shared_ptr<Vertex> vertex, int id) {
   if (!vertex) throw GraphError("AddVertex: the vertex is null");
   if (vertex->Id() >= 0) throw GraphError("AddVertex: " + Name(*vertex) + " is already in a graph");
+  if (vertex->Dimension() > 0 && !vertex->Parameters().data()) {
+    throw GraphError("AddVertex: " + Name(*vertex) + " has no memory for its parameters (null)");
+  }
   if (!vertex->Parameters().allFinite()) {
     throw GraphError("AddVertex: " + Name(*vertex) + " holds a number that is not finite");
   }
@@ -83,6 +86,9 @@ int Graph::AddEdge(std::shared_ptr<Edge> edge, int id) {
   if (!edge) throw GraphError("AddEdge: the edge is null");
   if (edge->Id() >= 0) throw GraphError("AddEdge: " + Name(*edge) + " is already in a graph");
   const auto& vertices = edge->Vertices();
+  if (edge->ResidualDimension() > 0 && !(edge->Residual().data() && edge->Information().data())) {
+    throw GraphError("AddEdge: " + Name(*edge) + " has no memory for its residual and information (SetMemory)");
+  }
   if (vertices.empty()) throw GraphError("AddEdge: " + Name(*edge) + " has no vertices");
   for (size_t i = 0; i < vertices.size(); ++i) {
     const auto fail = [&](const std::string& fault) {

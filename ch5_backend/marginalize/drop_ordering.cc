@@ -1,6 +1,8 @@
 #include "ch5_backend/marginalize/drop_ordering.h"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 
 namespace ch5 {
 namespace {
@@ -47,7 +49,45 @@ Incidence FindIncidence(const Edges& edges) {
   return incidence;
 }
 
+template <typename T>
+std::string Name(const T& item) {
+  return item.TypeInfo() + " " + std::to_string(item.Id());
+}
+
+// An edge that stood twice would count twice.
+void CheckEdges(const Edges& edges) {
+  if (edges.empty()) throw std::invalid_argument("Marginalize: no edges, so there is nothing to be known of the rest");
+  std::vector<const Edge*> sorted;
+  for (const auto& edge : edges) {
+    if (!edge) throw std::invalid_argument("Marginalize: an edge is null");
+    sorted.push_back(edge.get());
+  }
+  // Where ids ascend, as a graph lists its edges, none stands twice; those outside of a graph are all −1.
+  const auto not_ascending = [](const Edge* a, const Edge* b) { return a->Id() >= b->Id(); };
+  if (std::adjacent_find(sorted.begin(), sorted.end(), not_ascending) == sorted.end()) return;
+  std::sort(sorted.begin(), sorted.end());
+  const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+  if (twice != sorted.end())
+    throw std::invalid_argument("Marginalize: " + Name(**twice) + " stands twice in the edges");
+}
+
+// A vertex that is not there would stay in the problem, and what is known of it with it.
+void CheckDropped(const Vertices& drop, const Edges& edges) {
+  for (const auto& vertex : drop) {
+    if (!vertex) throw std::invalid_argument("Marginalize: a vertex to drop is null");
+  }
+  const Vertices there = FixedOrAtEdges(drop, edges);
+  const auto missing = std::mismatch(drop.begin(), drop.end(), there.begin(), there.end()).first;
+  if (missing == drop.end()) return;
+  throw std::invalid_argument("Marginalize: " + Name(**missing) + " is to be dropped, but none of the edges has it");
+}
+
 }  // namespace
+
+void CheckMarginalization(const Edges& edges, const Vertices& drop) {
+  CheckEdges(edges);
+  CheckDropped(drop, edges);
+}
 
 Vertices FixedOrAtEdges(Vertices vertices, const Edges& edges) {
   constexpr int kMissing = -2, kThere = -1;

@@ -13,6 +13,10 @@ struct DropOrdering {
   int kept_size = 0;  ///< with so many rows
 };
 
+/// @throws std::invalid_argument if there is no edge, one stands twice or is null, or a vertex to drop is null or at none of them
+void CheckMarginalization(const std::vector<std::shared_ptr<Edge>>& edges,
+                          const std::vector<std::shared_ptr<Vertex>>& drop);
+
 /// Those of the vertices that are fixed or at one of the edges, in their order. Overwrites the OrderingIds of all.
 std::vector<std::shared_ptr<Vertex>> FixedOrAtEdges(std::vector<std::shared_ptr<Vertex>> vertices,
                                                     const std::vector<std::shared_ptr<Edge>>& edges);

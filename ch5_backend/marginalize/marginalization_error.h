@@ -26,7 +26,7 @@ class MarginalizationError {
 
   /// Adds an edge's part of H and b₀. New vertices are connected at their present states; a fixed one has no columns.
   /// The caller removes the edge from its graph.
-  /// @throws std::invalid_argument if the edge connects two landmarks
+  /// @throws std::invalid_argument if the edge is null or connects two landmarks
   void AddResidualBlock(const std::shared_ptr<Edge>& edge);
 
   /// Stage 5.1. Opens rows and columns for a new block of `dim`: a landmark's at the tail of H, any other's at the end

@@ -55,6 +55,7 @@ void MarginalizationError::Connect(const std::shared_ptr<Vertex>& vertex) {
 }
 
 void MarginalizationError::AddResidualBlock(const std::shared_ptr<Edge>& edge) {
+  if (!edge) throw std::invalid_argument("MarginalizationError: the edge is null");
   const auto& vertices = edge->Vertices();
   const auto is_free_landmark = [](const auto& v) { return v->GetRole() == Role::kLandmark && !v->IsFixed(); };
   if (std::count_if(vertices.begin(), vertices.end(), is_free_landmark) > 1) {

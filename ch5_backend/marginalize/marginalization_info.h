@@ -46,7 +46,7 @@ class MarginalizationInfo {
 
   virtual ~MarginalizationInfo();
 
-  /// @throws std::invalid_argument if a position lies outside of the edge's vertices
+  /// @throws std::invalid_argument if the edge is null, or a position lies outside of its vertices
   void AddResidualBlockInfo(const ResidualBlockInfo& info);
 
   /// Stage 6a, 6b. Evaluates every residual at the present states, remembers the states, and numbers the blocks: those

@@ -7,6 +7,7 @@ namespace ch5 {
 MarginalizationInfo::~MarginalizationInfo() = default;
 
 void MarginalizationInfo::AddResidualBlockInfo(const ResidualBlockInfo& info) {
+  if (!info.edge) throw std::invalid_argument("MarginalizationInfo: the edge is null");
   for (const int position : info.drop_set) {
     if (position < 0 || position >= static_cast<int>(info.edge->Vertices().size())) {
       throw std::invalid_argument("MarginalizationInfo: " + info.edge->TypeInfo() + " has no vertex " +

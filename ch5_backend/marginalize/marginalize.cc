@@ -27,39 +27,6 @@ MatXX RootOfPseudoInverse(const MatXX& A) {
   return R.reverse();
 }
 
-template <typename T>
-std::string Name(const T& item) {
-  return item.TypeInfo() + " " + std::to_string(item.Id());
-}
-
-// An edge that stood twice would count twice.
-void CheckEdges(const std::vector<std::shared_ptr<Edge>>& edges) {
-  if (edges.empty()) throw std::invalid_argument("Marginalize: no edges, so there is nothing to be known of the rest");
-  std::vector<const Edge*> sorted;
-  for (const auto& edge : edges) {
-    if (!edge) throw std::invalid_argument("Marginalize: an edge is null");
-    sorted.push_back(edge.get());
-  }
-  // Where ids ascend, as a graph lists its edges, none stands twice; those outside of a graph are all −1.
-  const auto not_ascending = [](const Edge* a, const Edge* b) { return a->Id() >= b->Id(); };
-  if (std::adjacent_find(sorted.begin(), sorted.end(), not_ascending) == sorted.end()) return;
-  std::sort(sorted.begin(), sorted.end());
-  const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
-  if (twice != sorted.end())
-    throw std::invalid_argument("Marginalize: " + Name(**twice) + " stands twice in the edges");
-}
-
-// A vertex that is not there would stay in the problem, and what is known of it with it.
-void CheckDropped(const Vertices& drop, const std::vector<std::shared_ptr<Edge>>& edges) {
-  for (const auto& vertex : drop) {
-    if (!vertex) throw std::invalid_argument("Marginalize: a vertex to drop is null");
-  }
-  const Vertices there = FixedOrAtEdges(drop, edges);
-  const auto missing = std::mismatch(drop.begin(), drop.end(), there.begin(), there.end()).first;
-  if (missing == drop.end()) return;
-  throw std::invalid_argument("Marginalize: " + Name(**missing) + " is to be dropped, but none of the edges has it");
-}
-
 // Memory of the solver's steps, which a thread keeps from one window to the next.
 struct Workspace {
   ThreadPool pool{1};
@@ -125,8 +92,7 @@ MarginalSystem EliminateDense(Vertices kept, int n, const SymmetricBlockMatrix& 
 }  // namespace
 
 MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges, const Vertices& drop) {
-  CheckEdges(edges);
-  CheckDropped(drop, edges);
+  CheckMarginalization(edges, drop);
   DropOrdering order = MakeDropOrdering(edges, drop);
   Vertices kept(order.ordering.poses.begin(), order.ordering.poses.begin() + order.num_kept);
   const Structure structure = BuildStructure(std::move(order.ordering));
@@ -154,7 +120,7 @@ std::shared_ptr<EdgePrior> MarginalizeInto(Graph* graph, const std::vector<std::
   if (!graph) throw GraphError("MarginalizeInto: the graph is null");
   for (const auto& vertex : drop) {
     if (!vertex) throw GraphError("MarginalizeInto: a vertex to drop is null");
-    if (!graph->Contains(*vertex)) throw GraphError("MarginalizeInto: " + Name(*vertex) + " is not in this graph");
+    if (!graph->Contains(*vertex)) throw GraphError("MarginalizeInto: " + vertex->TypeInfo() + " is not in this graph");
   }
   auto edges = EdgesAt(*graph, drop);
   edges.erase(std::remove_if(edges.begin(), edges.end(), [](const auto& edge) { return edge->Level() != 0; }),

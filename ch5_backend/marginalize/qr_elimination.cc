@@ -106,6 +106,7 @@ Matrix<Scalar> StackAll(const std::vector<Matrix<Scalar>>& blocks, Eigen::Index 
 
 template <typename Scalar>
 Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop) {
+  CheckMarginalization(edges, drop);
   const DropOrdering order = MakeDropOrdering(edges, drop);
   const std::vector<std::shared_ptr<Vertex>>&poses = order.ordering.poses, &landmarks = order.ordering.landmarks;
   const int size = order.ordering.dim_poses, kept = order.kept_size, dropped = size - kept;

@@ -14,7 +14,7 @@ namespace ch5 {
 
 /// The same prior as Marginalize, by QR in the given precision; J is upper triangular, n×n.
 /// @tparam Scalar  float, double or long double: all arithmetic after the linearization
-/// @throws std::invalid_argument if an edge connects two dropped landmarks
+/// @throws std::invalid_argument as Marginalize
 template <typename Scalar>
 Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop);
 

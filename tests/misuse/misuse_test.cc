@@ -16,7 +16,10 @@
 #include "ch5_backend/graph/sized_edge.h"
 #include "ch5_backend/initialize/initialize_pose_graph.h"
 #include "ch5_backend/marginalize/edge_prior.h"
+#include "ch5_backend/marginalize/marginalization_error.h"
+#include "ch5_backend/marginalize/marginalization_info.h"
 #include "ch5_backend/marginalize/marginalize.h"
+#include "ch5_backend/marginalize/qr_elimination.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/edge_se3_prior.h"
@@ -78,12 +81,21 @@ std::string SolvePlainly(Spoilt spoilt) {
   return Minimize(&system, {}).message;
 }
 
-// Its residual has memory; its Jacobians have none.
+// Nobody has given it memory for its parameters.
+class VertexWithoutMemory : public Vertex {
+ public:
+  VertexWithoutMemory() : Vertex(2, 2, nullptr, nullptr, Role::kPose) {}
+  void Plus(const double*) override {}
+  VecX Minus(const VecX&) const override { return VecX(); }
+  std::string TypeInfo() const override { return "VertexWithoutMemory"; }
+};
+
+// Its residual has memory, perhaps; its Jacobians have none.
 class EdgeWithoutMemory : public Edge {
  public:
-  explicit EdgeWithoutMemory(std::shared_ptr<VertexScalar> x)
+  explicit EdgeWithoutMemory(std::shared_ptr<VertexScalar> x, bool has_residual = true)
       : Edge(1, std::vector<std::shared_ptr<Vertex>>{std::move(x)}, nullptr, nullptr) {
-    SetMemory(&r_, &W_);
+    if (has_residual) SetMemory(&r_, &W_);
   }
   void ComputeResidual() override { r_ = Vertices()[0]->Parameters()[0]; }
   std::string TypeInfo() const override { return "EdgeWithoutMemory"; }
@@ -300,6 +312,13 @@ const std::vector<Case> kGraphs = {
        return g.Solve();
      },
      "EdgeWithoutMemory: an edge whose sizes are known at run time only needs a TakeJacobians"},
+    {"a vertex without memory", Do([] { Graph().AddVertex(std::make_shared<VertexWithoutMemory>()); }),
+     "AddVertex: VertexWithoutMemory has no memory for its parameters"},
+    {"an edge without any memory", Do([] {
+       TwoSteps g;
+       g.graph.AddEdge(std::make_shared<EdgeWithoutMemory>(g.x_[0], false));
+     }),
+     "AddEdge: EdgeWithoutMemory has no memory for its residual and information"},
     {"a measured rotation of zero", Do([] {
        const auto pose = std::make_shared<VertexPose>();
        EdgeSE3Between(pose, pose, Qd(0, 0, 0, 0), Vec3::Zero());
@@ -342,6 +361,16 @@ const std::vector<Case> kGraphs = {
        Marginalize({g.edges_[0]}, {g.x_[2]});
      }),
      "VertexVector1 2 is to be dropped, but none of the edges has it"},
+    {"OKVIS's marginalization of no edge", Do([] { MarginalizationError().AddResidualBlock(nullptr); }),
+     "MarginalizationError: the edge is null"},
+    {"VINS-Mono's marginalization of no edge", Do([] {
+       MarginalizationInfo().AddResidualBlockInfo({nullptr, {}});
+     }),
+     "MarginalizationInfo: the edge is null"},
+    {"a marginalization of no edge by QR", Do([] { MarginalizeQr<double>({nullptr}, {}); }),
+     "Marginalize: an edge is null"},
+    {"a start of no graph", Do([] { InitializePoseGraph(PoseGraphStart::kChordal, nullptr); }),
+     "InitializePoseGraph: the graph is null"},
     {"a marginalization of nothing", Do([] {
        TwoSteps g;
        Marginalize({}, {g.x_[0]});
