@@ -1,6 +1,7 @@
 #include "ch5_backend/window/live_estimator.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "ch5_backend/window/prediction.h"
 
@@ -43,6 +44,9 @@ void LiveEstimator::AddFrame(Image image) {
 }
 
 void LiveEstimator::Finish() {
+  if (std::this_thread::get_id() == thread_.get_id()) {
+    throw std::logic_error("LiveEstimator: the callback calls Finish, which would wait for the callback's own end");
+  }
   std::unique_lock<std::mutex> lock(mutex_);
   finishing_ = true;
   changed_.notify_all();

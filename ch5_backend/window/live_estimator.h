@@ -38,7 +38,8 @@ class LiveEstimator {
   /// waiting.
   void AddFrame(Image image);
 
-  /// Waits until all images have been answered, with the measurements that there are.  @throws as AddImu
+  /// Waits until all images have been answered, with the measurements that there are.
+  /// @throws as AddImu; std::logic_error in the callback, which would wait for its own end
   void Finish();
 
   /// The newest estimate, carried on by the measurements fed since: Estimator::PredictAt, by any thread at any time.

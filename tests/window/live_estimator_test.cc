@@ -103,6 +103,16 @@ TEST(LiveEstimator, WhatTheCallbackThrowsComesOutWhereItIsFed) {
   EXPECT_THROW(live.AddImu({2.0, Vec3(0, 0, 9.81), Vec3::Zero()}), std::runtime_error);
 }
 
+TEST(LiveEstimator, ACallbackThatWaitsForItselfIsToldSo) {
+  LiveEstimator* self = nullptr;
+  LiveEstimator live(EstimatorOptions{}, MakeVinsPolicy(),
+                     [&](const FrameReport&, const Estimator&) { self->Finish(); });
+  self = &live;
+  live.AddImu({1.0, Vec3(0, 0, 9.81), Vec3::Zero()});
+  live.AddFrame({0.5, {}});
+  EXPECT_THROW(live.Finish(), std::logic_error);
+}
+
 TEST(LiveEstimator, EndsWithImagesThatWait) {
   LiveEstimator live(EstimatorOptions{}, MakeVinsPolicy(), nullptr);
   live.AddFrame({1.0, {}});
