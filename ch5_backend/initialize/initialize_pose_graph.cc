@@ -9,12 +9,6 @@
 
 namespace ch5 {
 
-const std::vector<std::pair<std::string, PoseGraphStart>> kPoseGraphStartNames = {
-    {"file", PoseGraphStart::kGiven},
-    {"odometry", PoseGraphStart::kOdometry},
-    {"spanning-tree", PoseGraphStart::kSpanningTree},
-    {"chordal", PoseGraphStart::kChordal}};
-
 void InitializePoseGraph(PoseGraphStart start, Graph* graph, int threads) {
   if (!graph) throw GraphError("InitializePoseGraph: the graph is null");
   switch (start) {

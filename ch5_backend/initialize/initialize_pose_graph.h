@@ -1,7 +1,6 @@
 #pragma once
 /// Where the optimization of a pose graph begins. Its cost has many minima: what is found depends on the start.
 
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -17,8 +16,13 @@ enum class PoseGraphStart {
   kChordal        ///< chordal relaxation: chordal.h
 };
 
-/// The starts by name, in the order above: "file", "odometry", "spanning-tree", "chordal".
-extern const std::vector<std::pair<std::string, PoseGraphStart>> kPoseGraphStartNames;
+/// The starts by name, in the order above.
+inline constexpr std::pair<const char*, PoseGraphStart> kPoseGraphStartNames[] = {
+    {"file", PoseGraphStart::kGiven},
+    {"odometry", PoseGraphStart::kOdometry},
+    {"spanning-tree", PoseGraphStart::kSpanningTree},
+    {"chordal", PoseGraphStart::kChordal},
+};
 
 /// Moves every free pose that has an edge; edges of other types than EdgeSE3Between and EdgeSE2Between are not looked at.
 /// @throws GraphError if the graph is null

@@ -156,11 +156,6 @@ class BlockPcg : public ReducedSolver {
 
 }  // namespace
 
-const std::vector<std::pair<std::string, ReducedSolverType>> kReducedSolverNames = {
-    {"automatic", ReducedSolverType::kAutomatic},      {"dense", ReducedSolverType::kDenseCholesky},
-    {"sparse", ReducedSolverType::kSparseCholesky},    {"pcg", ReducedSolverType::kPcg},
-    {"implicit-pcg", ReducedSolverType::kImplicitPcg}, {"power-series", ReducedSolverType::kPowerSeries}};
-
 void IterativeOptions::Validate() const {
   CheckOption("IterativeOptions::tolerance", tolerance, 0);
   CheckOption("IterativeOptions::model_tolerance", model_tolerance, 0);

@@ -2,9 +2,7 @@
 /// Solvers for the reduced (camera) system  S Δx_p = b_S  of the sparse solver.
 
 #include <memory>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "ch5_backend/linear/block_matrix.h"
 
@@ -16,8 +14,12 @@ namespace ch5 {
 /// The last two types never form S, see sparse/steps/implicit_solver.h.
 enum class ReducedSolverType { kAutomatic, kDenseCholesky, kSparseCholesky, kPcg, kImplicitPcg, kPowerSeries };
 
-/// The types by name, in the order above: "automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series".
-extern const std::vector<std::pair<std::string, ReducedSolverType>> kReducedSolverNames;
+/// The types by name, in the order above.
+inline constexpr std::pair<const char*, ReducedSolverType> kReducedSolverNames[] = {
+    {"automatic", ReducedSolverType::kAutomatic},      {"dense", ReducedSolverType::kDenseCholesky},
+    {"sparse", ReducedSolverType::kSparseCholesky},    {"pcg", ReducedSolverType::kPcg},
+    {"implicit-pcg", ReducedSolverType::kImplicitPcg}, {"power-series", ReducedSolverType::kPowerSeries},
+};
 
 /// M, block diagonal, so that M⁻¹S is nearer to the identity: the diagonal blocks of H_pp + λD (block-Jacobi) cost
 /// nothing; those of S (Schur-Jacobi) cost a small product per slot. They save up to two fifths of the iterations on BAL's two

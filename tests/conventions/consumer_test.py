@@ -97,6 +97,13 @@ class Consumer(unittest.TestCase):
             configure("either", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_COMPILER={CXX}", f"-DCMAKE_BUILD_TYPE={build_type}")
             self.assertIn(f"/lib{library}.a", call("ninja", "-C", HERE / "either", "-t", "commands", "consumer"), build_type)
 
+    def test_two_copies_in_one_program_share_no_variable(self):
+        """As in two shared libraries that each hold ours: both would make it, and both destroy it."""
+        library, = install(BUILD).rglob("libch5_backend*.a")
+        symbols = call("nm", "-C", "--defined-only", library)
+        self.assertIn(" T ch5::Graph::AddVertex", symbols)
+        self.assertEqual(re.findall("(?m)^[^ ]+ [BCD] (ch5::.*)", symbols), [])
+
     def test_a_program_with_another_alignment_does_not_compile(self):
         for words in (["-DEIGEN_MAX_ALIGN_BYTES=32"], ["-DEIGEN_MAX_STATIC_ALIGN_BYTES=32"], ["-include", "Eigen/Core"]):
             done = subprocess.run([CXX, "-std=c++17", "-fsyntax-only", f"-I{ROOT}", f"-I{EIGEN}", *words, "-x", "c++",

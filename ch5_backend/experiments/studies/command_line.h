@@ -21,12 +21,12 @@ T NumberIn(const std::string& word, T low, T high);
 /// The value of the choice of this name.
 /// @param choices  pairs of a name and a value
 /// @throws std::invalid_argument "must be one of …"
-template <typename T>
-T OneOf(const std::string& word, const std::vector<std::pair<std::string, T>>& choices) {
+template <typename T, size_t N>
+T OneOf(const std::string& word, const std::pair<const char*, T> (&choices)[N]) {
   std::string known;
   for (const auto& [name, value] : choices) {
     if (name == word) return value;
-    known += (known.empty() ? "" : ", ") + name;
+    known.append(known.empty() ? "" : ", ").append(name);
   }
   throw std::invalid_argument("must be one of " + known + ", got '" + word + "'");
 }
