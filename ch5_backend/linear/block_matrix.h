@@ -46,6 +46,7 @@ struct UnsetAllocator : Eigen::aligned_allocator<T> {
 /// Numbers that begin at a multiple of 32 bytes; `resize` leaves new ones unset, `assign` sets them.
 using AlignedVector = std::vector<double, UnsetAllocator<double>>;
 
+/// The matrix above.
 class SymmetricBlockMatrix {
  public:
   /// Builds the pattern; all values are zero.

@@ -71,7 +71,7 @@ class Pages(FolderTest):
                       {row["id"]: row["points"] for row in record()["stages"]}, None, [], [], CHINESE)
         words = words_of(self.folder / "summary.html")
         self.assertEqual(english_in(words), "")
-        for part in ("已评 2 份提交", "1.1: 缺少镜像块", "2 错误", "s1, s2", "s3"):
+        for part in ("已评 2 份提交", "1.1：缺少镜像块", "2 错误", "s1、s2", "s3"):
             self.assertIn(part, words)
 
     def test_other_platforms_are_told_in_chinese(self):
