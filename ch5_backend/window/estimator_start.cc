@@ -113,15 +113,18 @@ void Estimator::SlideBeforeStart() {
   constexpr double kMostSpacing = 0.4;
   const auto& frames = window_.frames;
   const size_t n = frames.size();
-  if (n <= policy_->MostFrames()) return;
+  const size_t most = std::max(policy_->MostFrames(), kFramesToStartMoving);
+  if (n <= most) return;
   const bool keep = frames[n - 2].t - frames[n - 3].t >= start_spacing_;
   SlideWindow(keep ? MarginalizationFlag::kOld : MarginalizationFlag::kSecondNew, &window_);
-  if (!keep || ++frames_at_spacing_ < policy_->MostFrames()) return;
+  if (!keep || ++frames_at_spacing_ < most) return;
   frames_at_spacing_ = 0;
   start_spacing_ = start_spacing_ < kMostSpacing ? 2.0 * start_spacing_ : kLeastSpacing;
 }
 
+// Of a window that is smaller than what a start needs, the newest frames go on.
 void Estimator::BeginAt(double start_speed) {
+  while (window_.frames.size() > policy_->MostFrames() + 1) SlideWindow(MarginalizationFlag::kOld, &window_);
   if (segment_ > 0 && last_state_) LayUponLastSegment();
   window_.prior = StartPrior(window_, start_speed, options_);
   BeginTracking();

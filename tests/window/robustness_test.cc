@@ -71,6 +71,28 @@ TEST(Robustness, StartsInMotionWithAPoorImu) {
   }
 }
 
+// A start needs more frames than these windows have: the newest ones go on.
+TEST(Robustness, SmallWindowsStart) {
+  VinsOptions vins;
+  vins.window_size = 4;
+  OkvisOptions okvis;
+  okvis.keyframes = 1;
+  okvis.temporal_frames = 2;
+  for (const double standstill : {0.0, 2.0}) {
+    RoomOptions room;
+    room.standstill_seconds = standstill;
+    const Recording recording = SimulateTwelveSeconds(room);
+    for (const bool is_vins : {true, false}) {
+      SCOPED_TRACE(std::string(is_vins ? "vins, " : "okvis, ") + std::to_string(standstill) + " s at rest");
+      const OdometryRun run = RunOdometry(recording, EstimatorOptions{recording.calibration},
+                                          is_vins ? MakeVinsPolicy(vins) : MakeOkvisPolicy(okvis));
+      EXPECT_EQ(run.restarts, 0);
+      ASSERT_TRUE(run.error);
+      EXPECT_LT(run.error->position_rmse, 0.3);
+    }
+  }
+}
+
 TEST(Robustness, AnImageWithoutTracksIsBridged) {
   Recording recording = SimulateTwelveSeconds();
   for (Image& frame : recording.frames) {
