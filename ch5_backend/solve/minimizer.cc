@@ -65,7 +65,7 @@ class Run {
       if (info_.gradient_max == 0.0 && system_->HessianDiagonal().isZero(0.0)) {
         return Stop(Termination::kNothingToOptimize, "H is zero; is all information zero, or every edge an outlier?");
       }
-      if (info_.gradient_max <= options_.gradient_tolerance * first_gradient_max_) {
+      if (info_.gradient_max <= options_.gradient_tolerance * first_gradient_max_ && IsLowInEachDirection()) {
         return Stop(Termination::kGradientConverged, "max|b| = ", info_.gradient_max, " from ", first_gradient_max_);
       }
       if (options_.max_iterations <= 0) return Stop(Termination::kMaxIterations, "none was allowed");
@@ -74,6 +74,15 @@ class Run {
       TrySteps();
       if (!stopped_ || IsConverged(summary_.termination)) Report(iteration + 1);
     }
+  }
+
+  // One heavy edge may make the first gradient so large that beside it all the others count as zero. ½ b_i²/H_ii is what
+  // the model promises for a step of x_i alone.
+  bool IsLowInEachDirection() const {
+    constexpr double kOfCost = 1e-6;
+    const VecX &b = system_->RightHandSide(), H_ii = system_->HessianDiagonal();
+    const double least = std::max(kOfCost * cost_, kRounding * summary_.initial_cost);
+    return (0.5 * b.array().square() <= least * H_ii.array()).all();
   }
 
   // Tries steps until one lowers the cost, or a rule ends the run. Textbook Gauss-Newton accepts every step.

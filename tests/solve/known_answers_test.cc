@@ -53,6 +53,26 @@ TEST_P(KnownAnswers, ALinearProblemTakesOneStep) {
   EXPECT_LT((x->GetEstimate() - expected).norm(), 1e-12);
 }
 
+// Beside the first gradient of the heavy edge, 1e10, those of the others are as nothing, and yet they are to be minimized.
+TEST_P(KnownAnswers, AHeavyEdgeDoesNotEndTheRun) {
+  Graph graph;
+  auto x = std::make_shared<VertexVector<3>>(Vec3(2, 0, 0));
+  graph.AddVertex(x);
+  const auto add = [&](const Vec3& a, double c, double information) {
+    auto edge = std::make_shared<LineEdge>(x, a, c);
+    edge->SetInformation(MatXX::Constant(1, 1, information));
+    graph.AddEdge(edge);
+  };
+  add({1, 0, 0}, 1.0, 1e10);
+  add({-1, 1, 0}, 2.0, 1.0);
+  add({0, -1, 1}, 2.0, 1.0);
+  SolveOptions options;
+  options.max_iterations = 100;
+  const Summary summary = Solve(&graph, options);
+  EXPECT_TRUE(IsConverged(summary.termination)) << summary.message;
+  EXPECT_LT((x->GetEstimate() - Vec3(1, 3, 5)).norm(), 1e-3) << summary.message;
+}
+
 TEST_P(KnownAnswers, CurveFitting) {
   Random random(1);
   Graph graph;

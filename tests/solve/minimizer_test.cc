@@ -42,8 +42,10 @@ TEST(StopRules, EachEndsTheRunWhereItShould) {
             [](auto* o) { o->cost_tolerance = 1e-3; });
   ExpectEnd("a decrease below the rounding of the cost", 1e-8, {10.0, 10.0 - 4e-15, 10.0 - 8e-15},
             Termination::kCostConverged, 1, 10.0 - 4e-15);
-  ExpectEnd("gradient tolerance", 6.0, {10, 8}, Termination::kGradientConverged, 0, 10,
+  ExpectEnd("gradient tolerance", 6.0, {1e7, 8}, Termination::kGradientConverged, 0, 1e7,
             [](auto* o) { o->gradient_tolerance = 1.0; });
+  ExpectEnd("a gradient that promises 36/8 of a cost of 10", 6.0, {10, 8}, Termination::kMaxIterations, 1, 8,
+            [](auto* o) { o->gradient_tolerance = 1.0, o->max_iterations = 1; });
   ExpectEnd("a step of 6/4, and ‖x‖ counts as 1", 6.0, {10, 8}, Termination::kStepConverged, 1, 8,
             [](auto* o) { o->algorithm = Algorithm::kGaussNewton, o->step_tolerance = 1.5; });
   ExpectEnd("a step that is not visible in the states", 6.0, {10, 10.1}, Termination::kStepConverged, 1, 10,
