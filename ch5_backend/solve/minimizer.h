@@ -15,7 +15,7 @@ enum class Algorithm { kGaussNewton, kLevenbergMarquardt, kDogleg };
 /// Why the iteration ended. All rules are relative, so they do not depend on units or weights.
 enum class Termination {
   kCostConverged,       ///< the cost fell by less than cost_tolerance of itself
-  kGradientConverged,   ///< max|b| fell below gradient_tolerance of its first value, and no b_i²/H_ii counts beside the cost
+  kGradientConverged,   ///< max|b| ≤ gradient_tolerance × its first value, and each b_i²/H_ii is far below the cost
   kStepConverged,       ///< ‖Δx‖ ≤ step_tolerance (‖x‖ + step_tolerance)
   kMaxIterations,       ///< not converged yet
   kNothingToOptimize,   ///< no free vertex has an edge, or all weights are zero
