@@ -10,10 +10,9 @@
 /// Each block is column-major with its own leading dimension, the number of rows rounded up to whole SIMD registers:
 /// the inner loops then need no remainder, whatever the size. The padding rows are zero.
 
-#include <limits>
-#include <utility>
 #include <vector>
 
+#include "ch5_backend/linear/aligned_vector.h"
 #include "ch5_backend/math/eigen_types.h"
 #include "ch5_backend/math/simd.h"
 
@@ -22,31 +21,6 @@ namespace ch5 {
 /// Leading dimension of a stored block with `dim` rows.
 constexpr int Stride(int dim) { return Padded(dim); }
 
-/// Leaves a vector's new numbers unset where no value is given: memory is then touched first by who fills it.
-template <typename T>
-struct UnsetAllocator : Eigen::aligned_allocator<T> {
-  template <typename U>
-  struct rebind {
-    using other = UnsetAllocator<U>;
-  };
-  template <typename U>
-  void construct(U* number) {
-#ifdef EIGEN_INITIALIZE_MATRICES_BY_NAN
-    *number = std::numeric_limits<U>::quiet_NaN();
-#else
-    static_cast<void>(number);
-#endif
-  }
-  template <typename U, typename... Args>
-  void construct(U* number, Args&&... args) {
-    ::new (static_cast<void*>(number)) U(std::forward<Args>(args)...);
-  }
-};
-
-/// Numbers that begin at a multiple of 32 bytes; `resize` leaves new ones unset, `assign` sets them.
-using AlignedVector = std::vector<double, UnsetAllocator<double>>;
-
-/// The matrix above.
 class SymmetricBlockMatrix {
  public:
   /// Builds the pattern; all values are zero.
