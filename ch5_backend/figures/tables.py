@@ -46,19 +46,18 @@ class Table:
         return {name: column[0] for name, column in rows.columns.items()}
 
 
-def _number(cell):
-    """ValueError also for a name of digits that a float would round."""
-    number = float(cell) if cell else np.nan
-    if abs(number) > 2**53 and cell.isdigit():
-        raise ValueError(cell)
-    return number
+def _are_names(cells):
+    """Names of digits, of which a float would round some."""
+    return all(cell.isdigit() for cell in cells) and max(map(int, cells)) > 2**53
 
 
 def _numbers_or_words(cells):
     if not cells:
         return np.empty(0, dtype=object)  # of any kind: it can be compared with numbers and words
+    if _are_names(cells):
+        return np.array(cells)
     try:
-        return np.array([_number(cell) for cell in cells])
+        return np.array([float(cell) if cell else np.nan for cell in cells])
     except ValueError:
         return np.array(cells)
 

@@ -1,5 +1,6 @@
 """ch5_chapter's tables and the figures drawn from them. CH5_CHAPTER names the executable."""
 
+import math
 import os
 import re
 import subprocess
@@ -7,6 +8,8 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
+
+import numpy as np
 
 sys.dont_write_bytecode = True
 from ch5_backend.figures import marginalize, report, style, tables, translate
@@ -20,6 +23,20 @@ SWEEP = ("variant,weight,iterations,cost_evaluations,milliseconds,reprojection_c
 
 def run(*arguments):
     return subprocess.run([str(argument) for argument in arguments], capture_output=True, text=True, check=False)
+
+
+class Columns(unittest.TestCase):
+    """What a column of words in a file is: numbers, or names."""
+
+    def test_of_digits(self):
+        for cells, wanted in (("1,8646911284551352321", ["1", "8646911284551352321"]),  # GTSAM's ids: a float would round
+                              ("0,7", [0.0, 7.0]),
+                              ("1.5,12345678901234567890", [1.5, 12345678901234567890.0]),  # costs
+                              ("2,", [2.0, math.nan])):
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / "one.csv"
+                path.write_text("other,column\n" + "".join(f"0,{cell}\n" for cell in cells.split(",")), encoding="utf-8")
+                np.testing.assert_array_equal(tables.read_table(path)["column"], wanted)
 
 
 class Tables(unittest.TestCase):
