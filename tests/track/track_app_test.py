@@ -378,6 +378,7 @@ class TrackApp(AppTest):
             self.assertLess(float(policy["ate_m"]), 0.002)
             speeds = [float(row["v_x [m/s]"]) for row in table(out / f"{policy['policy']}.csv")]
             self.assertLess(max(map(abs, speeds)), 0.05)
+        self.assertEqual(table(out / "csv" / "odometry_warnings.csv"), [], "nothing can be said of a second at rest")
 
     def test_run_on_a_vehicle_that_stands_still_says_so_with_one_camera(self):
         mav0 = needs(DATA / "euroc_v1_01_mav0")

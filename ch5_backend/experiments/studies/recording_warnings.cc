@@ -53,12 +53,16 @@ void CheckTurns(const Recording& recording, OdometrySettings* settings, Recordin
   }
 }
 
-// By how much the truth is stamped later than the estimates [s], where that is most of their distance; else 0.
+// By how much the truth is stamped later than the estimates [s], where that is most of their distance; else 0. Too short a
+// recording, or too small a distance, looks like many things.
 double DelayOfTruth(const OdometryRun& run, const std::vector<StampedState>& truth) {
   constexpr double kStep = 0.02, kGain = 2.0, kLeastShare = 0.8;
+  constexpr double kLeastSeconds = 5.0, kLeastError = 0.02;  // [m]
   constexpr int kSteps = 50;
   double delay = 0.0;
   if (!run.error || run.segments.size() != 1) return delay;
+  if (run.states.back().t - run.states.front().t < kLeastSeconds || run.error->position_rmse < kLeastError)
+    return delay;
   double least = run.error->position_rmse / kGain;
   for (int k = -kSteps; k <= kSteps; ++k) {
     std::vector<StampedState> states = run.states;
