@@ -248,10 +248,10 @@ void SortBatchEdges(Structure* s) {
   int most = 0;
   for (int e = 0; e < s->num_landmark_edges; ++e)
     most = std::max(most, s->edges[e].poses_end - s->edges[e].poses_begin);
-  const int poses = s->NumPoses() + 1, pairs = poses * poses;
-  if (most == 2 && pairs <= s->num_landmark_edges) {  // few enough to sort by both at once
+  const int poses = s->NumPoses() + 1;
+  if (most == 2 && poses <= s->num_landmark_edges / poses) {  // few enough to sort by both at once
     const auto pair = [&](int e) { return pose(e, 0) * poses + pose(e, 1); };
-    SortByKey(s->batch_edges.begin(), s->batch_edges.end(), pairs, pair);
+    SortByKey(s->batch_edges.begin(), s->batch_edges.end(), poses * poses, pair);
     return;
   }
   for (int i = most - 1; i >= 0; --i) {
