@@ -160,6 +160,7 @@ void AddTracks(const ClosedForm& start, const std::vector<FeatureTrack>& tracks,
 // σ of the way from the first image to the last, relative to it, and of gravity's direction, by all measurements together:
 // the closed form took the IMU for exact. Position and yaw of the first image are held.
 void ComputeUncertainty(const StartGraph& g, ClosedForm* start) {
+  start->scale_sigma = start->gravity_sigma = std::numeric_limits<double>::infinity();
   std::vector<std::shared_ptr<Vertex>> others;
   for (const auto& vertex : g.graph.Vertices()) {
     if (vertex != g.poses.front() && vertex != g.poses.back() && !vertex->IsFixed()) others.push_back(vertex);
@@ -167,7 +168,6 @@ void ComputeUncertainty(const StartGraph& g, ClosedForm* start) {
   std::vector<std::shared_ptr<Edge>> edges = g.graph.Edges();
   edges.push_back(MakePositionYawPrior(g.poses.front(), 1e8));
   const MatXX H = EliminateVertices(edges, others).H;  // of the first pose, then the last
-  start->scale_sigma = start->gravity_sigma = std::numeric_limits<double>::infinity();
   const Eigen::LLT<MatXX> factor(H);
   if (factor.info() != Eigen::Success) return;
   const MatXX covariance = factor.solve(MatXX::Identity(H.rows(), H.cols()));
@@ -197,8 +197,7 @@ void Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegr
   *inliers = static_cast<double>(good) / static_cast<double>(total);
   try {
     ComputeUncertainty(g, start);
-  } catch (const GraphError&) {  // a number is not finite
-    start->scale_sigma = start->gravity_sigma = std::numeric_limits<double>::infinity();
+  } catch (const GraphError&) {  // a number is not finite: nothing is known
   }
   const Vec3 origin = g.poses[0]->p();
   for (size_t k = 0; k < g.poses.size(); ++k) {
