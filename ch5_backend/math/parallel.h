@@ -45,6 +45,7 @@ class ThreadPool {
   void Work();
   void TakeTasks();
 
+  bool sleeps_at_once_;  // rather than look for the next loop for a while
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   std::condition_variable begin_, end_;
@@ -52,9 +53,9 @@ class ThreadPool {
   Function function_ = nullptr;
   const void* context_ = nullptr;
   int tasks_ = 0;
-  int busy_ = 0;         // workers that have not finished this loop
-  long generation_ = 0;  // counts the loops, so that a worker joins each once
-  bool stop_ = false;
+  std::atomic<int> busy_{0};         // workers that have not finished this loop
+  std::atomic<long> generation_{0};  // counts the loops, so that a worker joins each once
+  std::atomic<bool> stop_{false};
   std::exception_ptr error_;
 };
 
@@ -62,9 +63,13 @@ class ThreadPool {
 inline int NumChunks(int count, int size) { return (count + size - 1) / size; }
 
 /// Calls range(begin, end) for consecutive chunks of `size` items that cover [0, count).
+/// @param pool  null: the calling thread alone
 template <typename Range>
 void ParallelFor(ThreadPool* pool, int count, int size, const Range& range) {
-  pool->Run(NumChunks(count, size), [&](int i) { range(i * size, i * size + size < count ? i * size + size : count); });
+  const auto chunk = [&](int i) { range(i * size, i * size + size < count ? i * size + size : count); };
+  const int chunks = NumChunks(count, size);
+  if (pool) return pool->Run(chunks, chunk);
+  for (int i = 0; i < chunks; ++i) chunk(i);
 }
 
 /// Σ range(begin, end) over the same chunks, added in order. `parts` keeps its memory between calls.
