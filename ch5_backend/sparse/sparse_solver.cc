@@ -41,7 +41,7 @@ void SparseSolver::SetOrdering() {
                                                    [](const std::vector<int>& rows) { return rows.size() == 1; });
   const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
   pool_.Run(2, [&](int task) { task == 0 ? AssignBatches() : PrepareReducedSolver(type); });  // apart from each other
-  if (pool_.Threads() > 1) numeric_edges_.Find(&structure_);
+  if (pool_.Threads() > 1) numeric_edges_.Find(batches_.Active() ? structure_.num_landmark_edges : 0, &structure_);
   const bool factored = NeverForms(type) && IsInexact(iterative_) && batches_.Active() && structure_.OnePoseAnEdge();
   linearized_.Resize(structure_, factored);
   eliminated_.Resize(structure_, NeverForms(type));

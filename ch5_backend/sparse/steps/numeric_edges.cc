@@ -28,11 +28,11 @@ void Take(size_t color, Colors* colors) {
 
 }  // namespace
 
-void NumericEdges::Find(Structure* structure) {
+void NumericEdges::Find(int first, Structure* structure) {
   colors_.clear();
   std::unordered_map<std::type_index, bool> is_numeric;
   std::unordered_map<const Vertex*, Colors> taken;
-  for (int e = 0; e < structure->num_active_edges; ++e) {
+  for (int e = first; e < structure->num_active_edges; ++e) {
     EdgeRecord& record = structure->edges[e];
     const auto [type, is_new] = is_numeric.try_emplace(typeid(*record.edge));
     if (is_new) {

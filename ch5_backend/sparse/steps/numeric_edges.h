@@ -11,9 +11,9 @@ namespace ch5 {
 
 class NumericEdges {
  public:
-  /// Marks these edges in the structure (EdgeRecord::is_numeric). One edge of each type tells whether the type brings
-  /// its own Jacobians.
-  void Find(Structure* structure);
+  /// Marks these edges in the structure (EdgeRecord::is_numeric), from edge `first` on. One edge of each type tells whether
+  /// the type brings its own Jacobians.
+  void Find(int first, Structure* structure);
   /// Edge::Linearize of all of them at the present states.
   void Linearize(ThreadPool* pool) const;
 
