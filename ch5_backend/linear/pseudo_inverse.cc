@@ -11,7 +11,7 @@ class PseudoInverseSolver : public ReducedSolver {
  public:
   explicit PseudoInverseSolver(int nullity) : nullity_(nullity) {}
 
-  void Prepare(const SymmetricBlockMatrix& S) override { A_.resize(S.Size(), S.Size()); }
+  void Prepare(const SymmetricBlockMatrix& S, ThreadPool* /*pool*/) override { A_.resize(S.Size(), S.Size()); }
   bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& /*scale*/, VecX* x) override {
     S.CopyLower(&A_);
     try {

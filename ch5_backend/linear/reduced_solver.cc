@@ -18,15 +18,16 @@ void MinPivots(const VecX& scale, VecX* min_pivot) {
 
 class DenseCholesky : public ReducedSolver {
  public:
-  void Prepare(const SymmetricBlockMatrix& S) override {
+  void Prepare(const SymmetricBlockMatrix& S, ThreadPool* pool) override {
     A_.resize(S.Size(), S.Size() + NumChunks(kernels::kOverread, std::max(1, S.Size())));
     min_pivot_.resize(S.Size());
+    pool_ = pool;
   }
 
   bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) override {
     S.CopyLower(&A_);
     MinPivots(scale, &min_pivot_);
-    if (!kernels::Factor(S.Size(), A_.data(), S.Size(), min_pivot_.data())) return false;
+    if (!kernels::Factor(S.Size(), A_.data(), S.Size(), min_pivot_.data(), pool_)) return false;
     *x = b;
     kernels::SolveLower(S.Size(), A_.data(), S.Size(), x->data());
     kernels::SolveLowerTranspose(S.Size(), A_.data(), S.Size(), x->data());
@@ -36,15 +37,14 @@ class DenseCholesky : public ReducedSolver {
  private:
   MatXX A_;  // with kOverread numbers more, see dense_kernels.h
   VecX min_pivot_;
+  ThreadPool* pool_ = nullptr;
 };
 
 class SparseCholeskySolver : public ReducedSolver {
  public:
-  explicit SparseCholeskySolver(int threads) : cholesky_(threads) {}
-
-  void Prepare(const SymmetricBlockMatrix& S) override { Prepare(S, PlanElimination(S)); }
-  void Prepare(const SymmetricBlockMatrix& S, EliminationPlan plan) {
-    cholesky_.Analyze(S, std::move(plan));
+  void Prepare(const SymmetricBlockMatrix& S, ThreadPool* pool) override { Prepare(S, PlanElimination(S), pool); }
+  void Prepare(const SymmetricBlockMatrix& S, EliminationPlan plan, ThreadPool* pool) {
+    cholesky_.Analyze(S, std::move(plan), pool);
     min_pivot_.resize(S.Size());
   }
 
@@ -74,11 +74,9 @@ std::vector<int> PatternOf(const SymmetricBlockMatrix& S) {
 
 class AutomaticCholesky : public ReducedSolver {
  public:
-  explicit AutomaticCholesky(int threads) : threads_(threads) {}
-
-  void Prepare(const SymmetricBlockMatrix& S) override {
+  void Prepare(const SymmetricBlockMatrix& S, ThreadPool* pool) override {
     std::vector<int> pattern = PatternOf(S);
-    if (chosen_ && pattern == pattern_) return;
+    if (chosen_ && pattern == pattern_) return;  // one solver's pool stays the same
     pattern_ = std::move(pattern);
     constexpr double kSmall = 100.0;
     const double n = S.Size(), columns = S.NumColumns();
@@ -87,10 +85,10 @@ class AutomaticCholesky : public ReducedSolver {
     if (!dense) plan = PlanElimination(S);
     if (dense || plan.multiplications > 0.5 * n * n * n / 6.0) {
       chosen_ = MakeDenseCholesky();
-      chosen_->Prepare(S);
+      chosen_->Prepare(S, pool);
     } else {
-      auto sparse = std::make_unique<SparseCholeskySolver>(threads_);
-      sparse->Prepare(S, std::move(plan));
+      auto sparse = std::make_unique<SparseCholeskySolver>();
+      sparse->Prepare(S, std::move(plan), pool);
       chosen_ = std::move(sparse);
     }
   }
@@ -100,7 +98,6 @@ class AutomaticCholesky : public ReducedSolver {
   }
 
  private:
-  int threads_;
   std::vector<int> pattern_;
   std::unique_ptr<ReducedSolver> chosen_;
 };
@@ -109,7 +106,7 @@ class BlockPcg : public ReducedSolver {
  public:
   BlockPcg(int max_iterations, double tolerance) : max_iterations_(max_iterations), tolerance_(tolerance) {}
 
-  void Prepare(const SymmetricBlockMatrix& S) override {
+  void Prepare(const SymmetricBlockMatrix& S, ThreadPool* /*pool*/) override {
     limit_ = max_iterations_ > 0 ? max_iterations_ : 10 * S.Size() + 100;
     iterate_.Resize(S.Size());
     factors_.clear();
@@ -169,22 +166,20 @@ ReducedSolverType ChooseReducedSolver(ReducedSolverType type, int num_poses, boo
   return is_implicit ? ReducedSolverType::kPowerSeries : type;
 }
 
-std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type, int threads) {
+std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type) {
   switch (type) {
     case ReducedSolverType::kDenseCholesky: return MakeDenseCholesky();
-    case ReducedSolverType::kSparseCholesky: return MakeSparseCholesky(threads);
+    case ReducedSolverType::kSparseCholesky: return MakeSparseCholesky();
     case ReducedSolverType::kPcg: return MakeBlockPcg(0, 1e-14);
     case ReducedSolverType::kImplicitPcg:
     case ReducedSolverType::kPowerSeries:
     case ReducedSolverType::kAutomatic: break;
   }
-  return MakeCholesky(threads);
+  return MakeCholesky();
 }
 
-std::unique_ptr<ReducedSolver> MakeSparseCholesky(int threads) {
-  return std::make_unique<SparseCholeskySolver>(threads);
-}
-std::unique_ptr<ReducedSolver> MakeCholesky(int threads) { return std::make_unique<AutomaticCholesky>(threads); }
+std::unique_ptr<ReducedSolver> MakeSparseCholesky() { return std::make_unique<SparseCholeskySolver>(); }
+std::unique_ptr<ReducedSolver> MakeCholesky() { return std::make_unique<AutomaticCholesky>(); }
 std::unique_ptr<ReducedSolver> MakeDenseCholesky() { return std::make_unique<DenseCholesky>(); }
 std::unique_ptr<ReducedSolver> MakeBlockPcg(int max_iterations, double tolerance) {
   return std::make_unique<BlockPcg>(max_iterations, tolerance);

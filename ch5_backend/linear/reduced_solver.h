@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "ch5_backend/linear/block_matrix.h"
+#include "ch5_backend/math/parallel.h"
 
 namespace ch5 {
 
@@ -48,7 +49,8 @@ class ReducedSolver {
  public:
   virtual ~ReducedSolver() = default;
   /// A new pattern. Memory is allocated here and nowhere else.
-  virtual void Prepare(const SymmetricBlockMatrix& S) = 0;
+  /// @param pool  what Solve may share its work with, as long as it is called; null: the calling thread alone
+  virtual void Prepare(const SymmetricBlockMatrix& S, ThreadPool* pool) = 0;
   /// @param scale  the damped diagonal of H_pp before the Schur complement: a pivot of n·ε times its entry is
   ///               rounding and counts as zero, see pivot_rule.h
   /// @return false if S is not positive definite; `x` is then not to be used
@@ -60,16 +62,16 @@ class ReducedSolver {
 ReducedSolverType ChooseReducedSolver(ReducedSolverType type, int num_poses, bool tied_by_landmarks_alone);
 
 /// The one that `type` names, which must not be implicit; PCG to 1e-14.
-std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type, int threads);
+std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type);
 
 /// Dense Cholesky, n³/6 multiplications: best where nearly all poses share landmarks.
 std::unique_ptr<ReducedSolver> MakeDenseCholesky();
 
 /// Sparse Cholesky, see sparse_cholesky.h: best where a pose has few neighbors, as in a pose graph.
-std::unique_ptr<ReducedSolver> MakeSparseCholesky(int threads);
+std::unique_ptr<ReducedSolver> MakeSparseCholesky();
 
 /// Dense or sparse, by the rule of ReducedSolverType::kAutomatic.
-std::unique_ptr<ReducedSolver> MakeCholesky(int threads);
+std::unique_ptr<ReducedSolver> MakeCholesky();
 
 /// Conjugate gradients, preconditioned by the inverses of S's diagonal blocks (Schur-Jacobi).
 /// @param tolerance  stops at ‖r‖ ≤ tolerance·‖b‖, or after `max_iterations`; 0 means 10 n + 100

@@ -9,9 +9,6 @@
 namespace ch5 {
 namespace {
 
-// How many columns or rows of a front are one task of a loop.
-constexpr int kChunk = 96;
-
 // target += source. Runs are a few blocks long: too short for a library call, long enough for two numbers at a time.
 inline void Add(const double* source, int length, double* target) {
   typedef double Two __attribute__((vector_size(16), aligned(8), may_alias));
@@ -30,7 +27,7 @@ inline void Add(const double* source, int length, double* target) {
 bool SparseCholesky::Factorize(const SymmetricBlockMatrix& A, const VecX& min_pivot) {
   for (size_t i = 0; i < permutation_.size(); ++i) min_pivot_[static_cast<long>(i)] = min_pivot[permutation_[i]];
   std::atomic<bool> ok{true};
-  pool_.Run(static_cast<int>(tasks_.size()) - 1, [&](int t) {
+  ParallelFor(pool_, static_cast<int>(tasks_.size()) - 1, 1, [&](int t, int) {
     for (const int f : tasks_[t].fronts) {
       if (!ok.load(std::memory_order_relaxed)) return;
       if (!FactorFront(A, f, nullptr)) ok = false;
@@ -38,7 +35,7 @@ bool SparseCholesky::Factorize(const SymmetricBlockMatrix& A, const VecX& min_pi
   });
   for (const int f : tasks_.back().fronts) {
     if (!ok) return false;
-    if (!FactorFront(A, f, &pool_)) ok = false;
+    if (!FactorFront(A, f, pool_)) ok = false;
   }
   return ok;
 }
@@ -48,25 +45,12 @@ bool SparseCholesky::FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPoo
   const FrontMemory& place = places_[f];
   const int k = front.pivots, r = front.rows_below, m = k + r;
   double* columns = L_.get() + place.columns;
-  double* L_21 = columns + k;
-  double* U = updates_.get() + place.update;
 
   std::fill_n(columns, static_cast<ptrdiff_t>(m) * k, 0.0);
   CopyBlocks(A, place, m);
   for (const int child : place.children) AddToColumns(child, f);
-  if (!kernels::Factor(k, columns, m, min_pivot_.data() + plan_.offset[front.first])) return false;
-
-  const auto solve_rows = [&](int begin, int end) { kernels::SolveRows(end - begin, k, columns, m, L_21 + begin, m); };
-  const auto multiply_columns = [&](int begin, int end) {
-    constexpr auto kNo = kernels::Accumulate::kNo;
-    double* diagonal = U + begin + static_cast<ptrdiff_t>(begin) * r;
-    kernels::SubtractProductAAt(end - begin, k, L_21 + begin, m, diagonal, r, kNo);
-    kernels::SubtractProductABt(r - end, end - begin, k, L_21 + end, m, L_21 + begin, m, diagonal + end - begin, r,
-                                kNo);
-  };
-  ThreadPool alone;
-  ParallelFor(pool ? pool : &alone, r, kChunk, solve_rows);
-  ParallelFor(pool ? pool : &alone, r, kChunk, multiply_columns);
+  if (!kernels::Factor(k, columns, m, min_pivot_.data() + plan_.offset[front.first], pool)) return false;
+  kernels::Eliminate(r, k, columns, columns + k, m, updates_.get() + place.update, r, kernels::Accumulate::kNo, pool);
   for (const int child : place.children) AddToUpdate(child, f);
   return true;
 }

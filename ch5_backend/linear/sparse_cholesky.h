@@ -18,12 +18,10 @@ namespace ch5 {
 
 class SparseCholesky {
  public:
-  /// @param threads  the calling one included; any number gives the same bits
-  explicit SparseCholesky(int threads = 1) : pool_(threads) {}
-
   /// Takes the pattern of A and the plan for it, and allocates all memory that the rest needs.
-  void Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan);
-  void Analyze(const SymmetricBlockMatrix& A) { Analyze(A, PlanElimination(A)); }
+  /// @param pool  shares Factorize's work; null: the calling thread alone. Any number of threads gives the same bits.
+  void Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan, ThreadPool* pool);
+  void Analyze(const SymmetricBlockMatrix& A, ThreadPool* pool = nullptr) { Analyze(A, PlanElimination(A), pool); }
 
   /// @param A  the pattern is that of Analyze
   /// @param min_pivot  Size() numbers, in A's order: the square of a diagonal entry of L must exceed its own
@@ -74,8 +72,8 @@ class SparseCholesky {
   void AddToUpdate(int child, int parent);
   void AddRuns(int child, int begin, int end, double* target, ptrdiff_t ld, ptrdiff_t first);
 
-  ThreadPool pool_;
   EliminationPlan plan_;
+  ThreadPool* pool_ = nullptr;
   std::vector<FrontMemory> places_;
   std::vector<Copy> copies_;
   std::vector<Run> runs_;

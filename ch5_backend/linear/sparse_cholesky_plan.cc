@@ -19,7 +19,8 @@ std::unique_ptr<double[]> Allocate(ptrdiff_t size) {
 
 }  // namespace
 
-void SparseCholesky::Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan) {
+void SparseCholesky::Analyze(const SymmetricBlockMatrix& A, EliminationPlan plan, ThreadPool* pool) {
+  pool_ = pool;
   plan_ = std::move(plan);
   places_.assign(plan_.fronts.size(), {});
   for (size_t f = 0; f < plan_.fronts.size(); ++f) {
@@ -128,7 +129,8 @@ void SparseCholesky::PlanTasks() {
   }
   double total = 0.0;
   for (int f = 0; f < n; ++f) total += plan_.fronts[f].parent < 0 ? work[f] : 0.0;
-  const double small = pool_.Threads() == 1 ? total : total / (6.0 * pool_.Threads());
+  const int threads = pool_ ? pool_->Threads() : 1;
+  const double small = threads == 1 ? total : total / (6.0 * threads);
 
   std::vector<int> task_of(places_.size(), -1), heads;
   for (int f = n - 1; f >= 0; --f) {

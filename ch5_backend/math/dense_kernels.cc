@@ -19,6 +19,8 @@ constexpr int kDepth = 64;
 constexpr int kRows = 192;
 // Triangles up to this size are factored without recursion; a multiple of kStrip.
 constexpr int kTriangle = 96;
+// Columns or rows that are one task.
+constexpr int kChunk = 96;
 
 // C −= A Bᵀ for R·W rows, of which the first `rows` are stored, and kStrip columns, of which `columns` are stored.
 template <int W, int R>
@@ -264,14 +266,24 @@ void SubtractProductABt(int m, int n, int k, const double* A, int lda, const dou
 void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Accumulate accumulate, int room) {
   Best().product_aat(n, k, A, lda, C, ldc, accumulate == Accumulate::kNo, room);
 }
-bool Factor(int k, double* A, int lda, const double* min_pivot) {
+void Eliminate(int r, int k, const double* L_11, double* A_21, int lda, double* A_22, int lda_22, Accumulate accumulate,
+               ThreadPool* pool) {
+  ParallelFor(pool, r, kChunk, [&](int begin, int end) { SolveRows(end - begin, k, L_11, lda, A_21 + begin, lda); });
+  ParallelFor(pool, r, kChunk, [&](int begin, int end) {
+    const double *L_begin = A_21 + begin, *L_end = A_21 + end;
+    double* diagonal = A_22 + begin + static_cast<long>(begin) * lda_22;
+    SubtractProductAAt(end - begin, k, L_begin, lda, diagonal, lda_22, accumulate);
+    SubtractProductABt(r - end, end - begin, k, L_end, lda, L_begin, lda, diagonal + end - begin, lda_22, accumulate);
+  });
+}
+
+bool Factor(int k, double* A, int lda, const double* min_pivot, ThreadPool* pool) {
   if (k <= kTriangle) return Best().factor(k, A, lda, min_pivot);
   const int k_1 = k / 2 / kStrip * kStrip, k_2 = k - k_1;
   double *A_21 = A + k_1, *A_22 = A_21 + static_cast<long>(k_1) * lda;
-  if (!Factor(k_1, A, lda, min_pivot)) return false;
-  SolveRows(k_2, k_1, A, lda, A_21, lda);
-  SubtractProductAAt(k_2, k_1, A_21, lda, A_22, lda);
-  return Factor(k_2, A_22, lda, min_pivot + k_1);
+  if (!Factor(k_1, A, lda, min_pivot, pool)) return false;
+  Eliminate(k_2, k_1, A, A_21, lda, A_22, lda, Accumulate::kYes, pool);
+  return Factor(k_2, A_22, lda, min_pivot + k_1, pool);
 }
 
 void SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx) {

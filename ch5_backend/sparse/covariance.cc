@@ -21,10 +21,10 @@ std::unordered_map<const Vertex*, int> NumbersOf(const std::vector<Vertex*>& ver
 // Keeps the factor of S that the solver would throw away.
 class Covariance::Factorization : public ReducedSolver {
  public:
-  Factorization(CovarianceFactor factor, int threads) : factor_(factor), cholesky_(threads) {}
+  explicit Factorization(CovarianceFactor factor) : factor_(factor) {}
 
-  void Prepare(const SymmetricBlockMatrix& S) override {
-    cholesky_.Analyze(S, factor_ == CovarianceFactor::kDense ? PlanOneFront(S) : PlanElimination(S));
+  void Prepare(const SymmetricBlockMatrix& S, ThreadPool* pool) override {
+    cholesky_.Analyze(S, factor_ == CovarianceFactor::kDense ? PlanOneFront(S) : PlanElimination(S), pool);
   }
   bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& scale, VecX* x) override {
     refused_ = !cholesky_.Factorize(S, PivotRounding(S.Size()) * scale);
@@ -44,7 +44,7 @@ class Covariance::Factorization : public ReducedSolver {
 Covariance::Covariance(Graph* graph, const Selection& selection, CovarianceFactor factor, int threads,
                        const std::vector<HeldDirections>& held)
     : solver_(std::make_unique<SparseSolver>(graph, threads)) {
-  auto factorization = std::make_unique<Factorization>(factor, threads);
+  auto factorization = std::make_unique<Factorization>(factor);
   factorization_ = factorization.get();
   solver_->SetReducedSolver(std::move(factorization));
   solver_->Select(selection);

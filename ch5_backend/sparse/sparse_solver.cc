@@ -68,8 +68,8 @@ void SparseSolver::PrepareReducedSolver(ReducedSolverType type) {
   } else {
     implicit_.reset();
     eliminated_.S.SetPattern(structure_.pose_dim, SchurPattern(structure_));
-    if (!reduced_solver_) reduced_solver_ = MakeReducedSolver(type, pool_.Threads());
-    reduced_solver_->Prepare(eliminated_.S);
+    if (!reduced_solver_) reduced_solver_ = MakeReducedSolver(type);
+    reduced_solver_->Prepare(eliminated_.S, &pool_);
     groups_ = PrepareSchurGroups(structure_, eliminated_.S, pool_.Threads());
   }
 }

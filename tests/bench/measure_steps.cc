@@ -103,8 +103,8 @@ void MeasureSparse(Graph* graph, const Options& options) {
   eliminated.Resize(s);
   eliminated.S.SetPattern(s.pose_dim, SchurPattern(s));
   SchurGroups groups = PrepareSchurGroups(s, eliminated.S, options.threads);
-  const std::unique_ptr<ReducedSolver> reduced = MakeReducedSolver(ReducedSolverType::kAutomatic, options.threads);
-  reduced->Prepare(eliminated.S);
+  const std::unique_ptr<ReducedSolver> reduced = MakeReducedSolver(ReducedSolverType::kAutomatic);
+  reduced->Prepare(eliminated.S, &pool);
   ch5::Step step;
   step.delta_x.setZero(s.Size());
   step.H_pp_delta.setZero(s.ordering.dim_poses);

@@ -45,7 +45,7 @@ TEST(CholmodSolver, RefusesAnIndefiniteSystem) {
   const auto solver = MakeCholmodSolver();
   const VecX b = VecX::LinSpaced(5, 2, 10), scale = VecX::Constant(5, 2.0);
   VecX x;
-  solver->Prepare(S);
+  solver->Prepare(S, nullptr);
   ASSERT_TRUE(solver->Solve(S, b, scale, &x));
   EXPECT_LT((x - 0.5 * b).norm(), 1e-14);
   S.Values(S.ColumnBegin(1))[0] = -2.0;

@@ -18,8 +18,8 @@ TEST(ReducedSolver, EveryOneGivesTheSameAnswer) {
   for (const SymmetricBlockMatrix& A : Matrices()) {
     const VecX b = RandomVector(A.Size(), 21), expected = SolveByEigen(A, b);
     for (const auto type : kExplicit) {
-      const auto solver = MakeReducedSolver(type, 1);
-      solver->Prepare(A);
+      const auto solver = MakeReducedSolver(type);
+      solver->Prepare(A, nullptr);
       VecX x;
       ASSERT_TRUE(solver->Solve(A, b, A.Diagonal(), &x));
       EXPECT_LT((x - expected).norm(), 1e-12 * expected.norm()) << static_cast<int>(type);
@@ -39,8 +39,8 @@ TEST(ReducedSolver, RoundingIsNotAPivot) {
   }
   for (const auto type :
        {ReducedSolverType::kAutomatic, ReducedSolverType::kDenseCholesky, ReducedSolverType::kSparseCholesky}) {
-    const auto solver = MakeReducedSolver(type, 1);
-    solver->Prepare(A);
+    const auto solver = MakeReducedSolver(type);
+    solver->Prepare(A, nullptr);
     VecX x;
     EXPECT_FALSE(solver->Solve(A, VecX::Ones(400), A.Diagonal(), &x));
   }
@@ -50,8 +50,8 @@ TEST(ReducedSolver, IndefiniteSystemsAreRefusedAndLeaveNothingBehind) {
   const SymmetricBlockMatrix good = MakeMatrix(MixedDims(30), Chain(30), 33);
   const VecX b = RandomVector(good.Size(), 34), expected = SolveByEigen(good, b);
   for (const auto type : kExplicit) {
-    const auto solver = MakeReducedSolver(type, 1);
-    solver->Prepare(good);
+    const auto solver = MakeReducedSolver(type);
+    solver->Prepare(good, nullptr);
     VecX x;
     for (const double bad : {-5.0, std::numeric_limits<double>::quiet_NaN()}) {
       SymmetricBlockMatrix A = good;
@@ -65,11 +65,11 @@ TEST(ReducedSolver, IndefiniteSystemsAreRefusedAndLeaveNothingBehind) {
 
 TEST(ReducedSolver, TakesOnePatternAfterAnother) {
   for (const auto type : kExplicit) {
-    const auto solver = MakeReducedSolver(type, 1);
+    const auto solver = MakeReducedSolver(type);
     for (const Ties& ties : {Chain(49), Everything(49), Grid(7)}) {
       const SymmetricBlockMatrix A = MakeMatrix(std::vector<int>(49, 6), ties, 35);
       const VecX b = RandomVector(A.Size(), 36), expected = SolveByEigen(A, b);
-      solver->Prepare(A);
+      solver->Prepare(A, nullptr);
       VecX x;
       ASSERT_TRUE(solver->Solve(A, b, A.Diagonal(), &x));
       EXPECT_LT((x - expected).norm(), 1e-12 * expected.norm()) << static_cast<int>(type);
@@ -82,7 +82,7 @@ TEST(ReducedSolver, PcgIsAsAccurateAsItIsAsked) {
   const VecX b = RandomVector(A.Size(), 38);
   const auto residual = [&](int max_iterations, double tolerance) {
     const auto solver = MakeBlockPcg(max_iterations, tolerance);
-    solver->Prepare(A);
+    solver->Prepare(A, nullptr);
     VecX x, Ax(A.Size());
     EXPECT_TRUE(solver->Solve(A, b, A.Diagonal(), &x));
     A.Multiply(x.data(), Ax.data());
@@ -104,11 +104,11 @@ TEST(ReducedSolver, SolvesAHandWorkedSystem) {
   };
   const VecX b = Vec2(8.0, 16.0);
   for (const auto& make : std::vector<std::function<std::unique_ptr<ReducedSolver>()>>{
-           MakeDenseCholesky, [] { return MakeSparseCholesky(1); }, [] { return MakeCholesky(1); },
-           [] { return MakeBlockPcg(0, 1e-14); }, [] { return MakePseudoInverse(0); }}) {
+           MakeDenseCholesky, MakeSparseCholesky, MakeCholesky, [] { return MakeBlockPcg(0, 1e-14); },
+           [] { return MakePseudoInverse(0); }}) {
     const auto solver = make();
     fill(4.0, 2.0, 5.0);
-    solver->Prepare(A);
+    solver->Prepare(A, nullptr);
     VecX x;
     ASSERT_TRUE(solver->Solve(A, b, A.Diagonal(), &x));
     EXPECT_LT((x - Vec2(0.5, 3.0)).norm(), 1e-14);
@@ -123,7 +123,7 @@ TEST(ReducedSolver, ThePseudoInverseMovesNothingAlongTheGauge) {
   A.SetPattern({1, 1}, {{0, 1}, {1}});
   for (int block = 0; block < 3; ++block) A.Values(block)[0] = block == 1 ? -1.0 : 1.0;
   const auto solver = MakePseudoInverse(1);
-  solver->Prepare(A);
+  solver->Prepare(A, nullptr);
   VecX x;
   ASSERT_TRUE(solver->Solve(A, Vec2(1.0, -1.0), A.Diagonal(), &x));
   EXPECT_LT((x - Vec2(0.5, -0.5)).norm(), 1e-15);

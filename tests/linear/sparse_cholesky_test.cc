@@ -22,8 +22,9 @@ TEST(SparseCholesky, AnyNumberOfThreadsGivesTheSameBits) {
   const VecX b = RandomVector(A.Size(), 22);
   VecX x_1;
   for (const int threads : {1, 2, 5}) {
-    SparseCholesky cholesky(threads);
-    cholesky.Analyze(A);
+    ThreadPool pool(threads);
+    SparseCholesky cholesky;
+    cholesky.Analyze(A, &pool);
     ASSERT_TRUE(cholesky.Factorize(A, VecX::Zero(A.Size())));
     VecX x;
     cholesky.Solve(b, &x);
@@ -37,8 +38,9 @@ TEST(SparseCholesky, IndefiniteMatricesAreRefused) {
   const SymmetricBlockMatrix good = MakeMatrix(std::vector<int>(100, 6), Grid(10), 15);
   const VecX b = RandomVector(good.Size(), 25), none = VecX::Zero(good.Size());
   for (const int threads : {1, 2}) {
-    SparseCholesky cholesky(threads);
-    cholesky.Analyze(good);
+    ThreadPool pool(threads);
+    SparseCholesky cholesky;
+    cholesky.Analyze(good, &pool);
     for (int j = 0; j < 100; j += 9) {
       for (const double bad : {-1.0, 0.0, std::numeric_limits<double>::quiet_NaN()}) {
         SymmetricBlockMatrix A = good;
@@ -93,7 +95,7 @@ TEST(EliminationPlan, IsAPermutationWithChildrenBeforeParents) {
 
 SelectedInverse Invert(const SymmetricBlockMatrix& A, EliminationPlan plan) {
   SparseCholesky cholesky;
-  cholesky.Analyze(A, std::move(plan));
+  cholesky.Analyze(A, std::move(plan), nullptr);
   EXPECT_TRUE(cholesky.Factorize(A, VecX::Zero(A.Size())));
   return SelectedInverse(cholesky);
 }

@@ -71,9 +71,14 @@ TEST_P(DenseKernels, FactorAndSolveAgreeWithEigen) {
     const MatXX A = root * root.transpose() + k * MatXX::Identity(k, k);
     MatXX L = MatXX::Zero(k + 2, k + 25);
     L.topLeftCorner(k, k) = A.triangularView<Eigen::Lower>();
+    MatXX by_threads = L;
+    ThreadPool pool(3);
     ASSERT_TRUE(kernels::Factor(k, L.data(), k + 2, VecX(VecX::Zero(k)).data()));
+    ASSERT_TRUE(kernels::Factor(k, by_threads.data(), k + 2, VecX(VecX::Zero(k)).data(), &pool));
+    by_threads = MatXX(by_threads.topLeftCorner(k, k).triangularView<Eigen::Lower>());
     L = MatXX(L.topLeftCorner(k, k).triangularView<Eigen::Lower>());
     EXPECT_LT((L * L.transpose() - A).cwiseAbs().maxCoeff(), 1e-14 * A.maxCoeff()) << k;
+    EXPECT_EQ(by_threads, L) << k << ": the same bits";
 
     for (const int m : {1, 7, 8, 33}) {
       const MatXX X = RandomMatrix(m, k, &random);

@@ -77,8 +77,9 @@ TEST(NoAllocation, InAFactorizationByAnyNumberOfThreads) {
   const SymmetricBlockMatrix A = MakeMatrix(std::vector<int>(400, 6), Grid(20), 12);
   const VecX b = RandomVector(A.Size(), 23), min_pivot = VecX::Zero(A.Size());
   for (const int threads : {1, 2}) {
-    SparseCholesky cholesky(threads);
-    cholesky.Analyze(A);
+    ThreadPool pool(threads);
+    SparseCholesky cholesky;
+    cholesky.Analyze(A, &pool);
     VecX x(A.Size());
     allocations = 0;
     counting = true;

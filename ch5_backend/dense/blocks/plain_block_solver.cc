@@ -19,7 +19,7 @@ MatXX& SparseBlocks::operator()(int i, int j) {
   throw std::out_of_range(name_ + " has no block (" + std::to_string(i) + ", " + std::to_string(j) + ")");
 }
 
-PlainBlockSolver::PlainBlockSolver(Graph* graph) : graph_(graph), reduced_solver_(MakeCholesky(1)) {}
+PlainBlockSolver::PlainBlockSolver(Graph* graph) : graph_(graph), reduced_solver_(MakeCholesky()) {}
 
 PlainBlockSolver::~PlainBlockSolver() = default;
 
@@ -128,7 +128,7 @@ bool PlainBlockSolver::SolvePoses(VecX* delta_x) {
       std::copy_n(block.col(c).data(), block.rows(), values + c * Stride(static_cast<int>(block.rows())));
     }
   }
-  reduced_solver_->Prepare(S);
+  reduced_solver_->Prepare(S, nullptr);
   VecX delta_poses;
   if (!reduced_solver_->Solve(S, b_schur_, scale_, &delta_poses)) return false;
   delta_x->head(ordering_.dim_poses) = delta_poses;

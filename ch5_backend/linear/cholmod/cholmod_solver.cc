@@ -27,7 +27,7 @@ class CholmodSolver : public ReducedSolver {
   CholmodSolver(const CholmodSolver&) = delete;
   CholmodSolver& operator=(const CholmodSolver&) = delete;
 
-  void Prepare(const SymmetricBlockMatrix& S) override {
+  void Prepare(const SymmetricBlockMatrix& S, ThreadPool* /*pool*/) override {
     Clear();
     if (S.Size() == 0) return;
     std::vector<int> order = OrderBlocks(S);

@@ -39,7 +39,7 @@ double PeakMegabytes() {
 // nullptr if this program has it not.
 std::unique_ptr<ReducedSolver> SolverOf(const std::string& name) {
   if (name == "dense") return MakeDenseCholesky();
-  if (name == "sparse") return MakeSparseCholesky(1);
+  if (name == "sparse") return MakeSparseCholesky();
   if (name == "pcg") return MakeBlockPcg(0, 1e-6);  // g2o's tolerance
 #ifdef CH5_HAS_CHOLMOD
   return MakeCholmodSolver();
