@@ -21,7 +21,7 @@ SHADES = {"linearize": POSE, "invert": mix(LANDMARK, 0.5), "schur": LANDMARK, "p
           "cost": mix(INK, 0.45), "update": mix(INK, 0.2)}
 SIDES = {"ceres": PRIOR, "ours": POSE}
 LADDER_COLORS = {"dense": PRIOR, "plain": LANDMARK, "fixed": CROSS, "avx2": POSE}
-NUMBER = {"fontsize": 16.9 * PX, "color": INK, "padding": 4}
+NUMBER = {"fontsize": 16.9 * PX, "color": INK}
 
 
 def box(slide, x, y, width, name, below, color, strong=False):
@@ -150,19 +150,22 @@ def shares(slide, tables, say):
     slide.legend(axes, 50, 330, columns=len(STEPS), handlelength=1.2, columnspacing=2.2)
 
 
-def bars(slide, say, box, groups, colors):
-    """Groups of bars on a logarithmic scale of times an iteration, each with its number: {name: {color's key: value}}."""
+def dots(slide, say, box, groups, colors):
+    """Groups of times an iteration on a logarithmic scale, where a bar's length would mean nothing, each with its number:
+    {name: {color's key: value}}."""
     ticks = decades([value for values in groups.values() for value in values.values()])
     axes = slide.axes(box, None, ticks[[0, -1]], say("ms an iteration"), "", "y", None, ticks)
     at, middles = 0.0, []
     for values in groups.values():
+        axes.plot(at + np.arange(len(values)), list(values.values()), color=mix(INK, 0.25), linewidth=1.5, zorder=1)
         for k, (key, value) in enumerate(values.items()):
-            bar = axes.bar(at + k, value, 0.8, color=colors[key])
-            axes.bar_label(bar, [f"{value:.3g}" if value < 100 else f"{value:.0f}"], **NUMBER)
+            axes.plot(at + k, value, "o", markersize=11, color=colors[key])
+            axes.annotate(f"{value:.3g}" if value < 100 else f"{value:.0f}", (at + k, value), (0, 9), ha="center",
+                          textcoords="offset points", **NUMBER)
         middles.append(at + (len(values) - 1) / 2)
         at += len(values) + 0.55
     for key, color in colors.items():
-        axes.bar(0, ticks[0], color=color, label=say(key))
+        axes.plot([], [], "o", markersize=11, color=color, label=say(key))
     axes.set_xticks(middles, [say(problem) for problem in groups], fontsize=17 * PX, color=INK)
     axes.tick_params(axis="x", length=0)
     axes.set_xlim(-0.7, at - 0.9)
@@ -172,7 +175,7 @@ def bars(slide, say, box, groups, colors):
 @FIGURES.figure(1120, 400, "What each idea gained")
 def rungs(slide, tables, say):
     """An iteration's time on each rung of the ladder."""
-    axes = bars(slide, say, (70, 60, 770, 250), {problem: ladder(tables, problem) for problem in PROBLEMS}, LADDER_COLORS)
+    axes = dots(slide, say, (70, 60, 770, 250), {problem: ladder(tables, problem) for problem in PROBLEMS}, LADDER_COLORS)
     slide.legend(axes, 852, 84, handlelength=1.2, fontsize=16.4 * PX)
 
 
@@ -184,7 +187,7 @@ def lanes_gain(slide, tables, say):
     ratios = [time_of(tables, problem, s, "sparse", "portable") / time_of(tables, problem, s, *BEST) for s in steps]
     top = ceil(1.1 * max(ratios))
     axes = slide.axes((90, 50, 900, 260), None, (0, top), say("times faster with registers of four"), yticks=range(top + 1))
-    axes.bar_label(axes.bar(range(len(steps)), ratios, 0.52, color=[SHADES[step] for step in steps]), fmt="%.1f", **NUMBER)
+    axes.bar_label(axes.bar(range(len(steps)), ratios, 0.52, color=[SHADES[step] for step in steps]), fmt="%.1f", padding=4, **NUMBER)
     axes.axhline(1, color=INK, linewidth=1, linestyle=(0, (4, 4)))
     axes.set_xticks(range(len(steps)), map(say, steps), fontsize=16.6 * PX, color=INK)
 
@@ -215,7 +218,7 @@ def roofline(slide, tables, say):
 def peers(slide, tables, say):
     """An iteration of ours and of Ceres."""
     times = {problem: tables("speed_peers", problem=problem) for problem in PROBLEMS}
-    axes = bars(slide, say, (90, 60, 760, 240), {problem: {side: rows.row(side=side)["iteration_ms"] for side in SIDES}
+    axes = dots(slide, say, (90, 60, 760, 240), {problem: {side: rows.row(side=side)["iteration_ms"] for side in SIDES}
                                                  for problem, rows in times.items()}, SIDES)
     slide.legend(axes, 885, 90, handlelength=1.2)
 
