@@ -46,7 +46,8 @@ class MarginalizationInfo {
 
   virtual ~MarginalizationInfo();
 
-  /// @throws std::invalid_argument if the edge is null, or a position lies outside of its vertices
+  /// @throws std::invalid_argument if the edge is null, one of its vertices is in no graph, or a position lies outside of
+  ///         them
   void AddResidualBlockInfo(const ResidualBlockInfo& info);
 
   /// Stage 6a, 6b. Evaluates every residual at the present states, remembers the states, and numbers the blocks: those

@@ -14,6 +14,11 @@ void MarginalizationInfo::AddResidualBlockInfo(const ResidualBlockInfo& info) {
                                   std::to_string(position));
     }
   }
+  for (const auto& vertex : info.edge->Vertices()) {
+    if (vertex->Id() >= 0) continue;
+    throw std::invalid_argument("MarginalizationInfo: a " + vertex->TypeInfo() + " of " + info.edge->TypeInfo() +
+                                " is in no graph, so it has no id to be known by");
+  }
   factors_.push_back(info);
 }
 

@@ -295,6 +295,13 @@ const std::vector<Case> kGraphs = {
        optimizer.Solve();
      }),
      "HeldDirections: the vertex or its rows are missing (null)"},
+    {"directions that are not numbers", Do([] {
+       TwoSteps g;
+       SparseOptimizer optimizer(&g.graph);
+       optimizer.Hold({{g.x_[0], [] { return MatXX::Constant(1, 1, std::nan("")); }}});
+       optimizer.Solve();
+     }),
+     "HeldDirections: the rows of VertexVector1 0 are not finite"},
     {"a residual of NaN, marginalized", Do([] {
        TwoSteps g(Spoilt::kNaN);
        MarginalizeInto(&g.graph, {g.x_[0]});
@@ -367,10 +374,14 @@ const std::vector<Case> kGraphs = {
        MarginalizationInfo().AddResidualBlockInfo({nullptr, {}});
      }),
      "MarginalizationInfo: the edge is null"},
+    {"VINS-Mono's marginalization of a vertex in no graph", Do([] {
+       const auto pose = std::make_shared<VertexPose>();
+       MarginalizationInfo().AddResidualBlockInfo(
+           {std::make_shared<EdgeSE3Prior>(pose, Qd::Identity(), Vec3::Zero()), {0}});
+     }),
+     "MarginalizationInfo: a VertexPose of EdgeSE3Prior is in no graph"},
     {"a marginalization of no edge by QR", Do([] { MarginalizeQr<double>({nullptr}, {}); }),
      "Marginalize: an edge is null"},
-    {"a start of no graph", Do([] { InitializePoseGraph(PoseGraphStart::kChordal, nullptr); }),
-     "InitializePoseGraph: the graph is null"},
     {"a marginalization of nothing", Do([] {
        TwoSteps g;
        Marginalize({}, {g.x_[0]});
