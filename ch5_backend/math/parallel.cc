@@ -7,18 +7,9 @@
 namespace ch5 {
 namespace {
 
-// A solver's loops follow each other within microseconds, less than it takes to wake a thread. So a thread that waits looks
-// again and again for a while before it sleeps, if each has a processor of its own.
-template <typename Condition>
-void WaitFor(const Condition& is_met, bool sleep_at_once, std::mutex* mutex, std::condition_variable* changed) {
-  constexpr std::chrono::microseconds kAwake(100);
-  const auto start = std::chrono::steady_clock::now();
-  while (!is_met()) {
-    if (!sleep_at_once && std::chrono::steady_clock::now() < start + kAwake) continue;
-    std::unique_lock<std::mutex> lock(*mutex);
-    return changed->wait(lock, is_met);
-  }
-}
+constexpr uint64_t kLoop = uint64_t{1} << 32, kNoTask = kLoop - 1;
+
+uint32_t TaskOf(uint64_t ticket) { return static_cast<uint32_t>(ticket % kLoop); }
 
 }  // namespace
 
@@ -37,44 +28,60 @@ ThreadPool::~ThreadPool() {
   for (std::thread& worker : workers_) worker.join();
 }
 
-void ThreadPool::RunOnAll(int tasks, Function function, const void* context) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    function_ = function;
-    context_ = context;
-    tasks_ = tasks;
-    next_task_ = 0;
-    busy_ = static_cast<int>(workers_.size());
-    error_ = nullptr;
-    ++generation_;
+// A solver's loops follow each other within microseconds, less than it takes to wake a thread. So a thread that waits looks
+// again and again for a while before it sleeps, if each has a processor of its own.
+template <typename Condition>
+void ThreadPool::WaitFor(const Condition& is_met, int microseconds, std::condition_variable* changed) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::microseconds(sleeps_at_once_ ? 0 : microseconds);
+  while (!is_met()) {
+    if (Clock::now() < end) continue;
+    std::unique_lock<std::mutex> lock(mutex_);
+    changed->wait(lock, is_met);
   }
+}
+
+// A worker that comes late, as the processor is busy with something else, finds no task; nobody waits for it.
+void ThreadPool::RunOnAll(int tasks, Function function, const void* context) {
+  const uint64_t loop = (ticket_ / kLoop + 1) * kLoop;
+  ticket_ = loop + kNoTask;  // while the loop is described
+  function_ = function;
+  context_ = context;
+  tasks_ = static_cast<uint32_t>(tasks);
+  done_ = 0;
+  error_ = nullptr;
+  ticket_ = loop;
+  { const std::lock_guard<std::mutex> lock(mutex_); }  // a worker that has found no loop sleeps by now
   begin_.notify_all();
   TakeTasks();
-  WaitFor([this] { return busy_ == 0; }, sleeps_at_once_, &mutex_, &end_);
+  WaitFor([this] { return done_ == tasks_; }, 20, &end_);  // a worker may need this processor to end its task
   if (error_) std::rethrow_exception(error_);
 }
 
 void ThreadPool::Work() {
-  long seen = 0;
-  for (;;) {
-    WaitFor([&] { return stop_ || generation_ != seen; }, sleeps_at_once_, &mutex_, &begin_);
-    if (stop_) return;
-    seen = generation_;
+  while (!stop_) {
     TakeTasks();
-    if (--busy_ > 0) continue;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    end_.notify_one();
+    WaitFor([this] { return stop_ || TaskOf(ticket_) < tasks_; }, 100, &begin_);
   }
 }
 
 void ThreadPool::TakeTasks() {
-  for (int i = next_task_++; i < tasks_; i = next_task_++) {
+  for (;;) {
+    uint64_t ticket = ticket_;
+    const Function function = function_;
+    const void* context = context_;
+    const uint32_t tasks = tasks_, task = TaskOf(ticket);
+    if (task >= tasks) return;
+    if (!ticket_.compare_exchange_strong(ticket, ticket + 1)) continue;
     try {
-      function_(context_, i);
+      function(context, static_cast<int>(task));
     } catch (...) {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (!error_) error_ = std::current_exception();
     }
+    if (++done_ < tasks) continue;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    end_.notify_one();
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <cstdint>
 #include <exception>
 #include <mutex>
 #include <thread>
@@ -44,17 +45,20 @@ class ThreadPool {
   void RunOnAll(int tasks, Function function, const void* context);
   void Work();
   void TakeTasks();
+  template <typename Condition>
+  void WaitFor(const Condition& is_met, int microseconds, std::condition_variable* changed);
 
-  bool sleeps_at_once_;  // rather than look for the next loop for a while
   std::vector<std::thread> workers_;
+  bool sleeps_at_once_;  // a thread that waits
   std::mutex mutex_;
   std::condition_variable begin_, end_;
-  std::atomic<int> next_task_{0};
-  Function function_ = nullptr;
-  const void* context_ = nullptr;
-  int tasks_ = 0;
-  std::atomic<int> busy_{0};         // workers that have not finished this loop
-  std::atomic<long> generation_{0};  // counts the loops, so that a worker joins each once
+  // The next task of a loop, and the number of the loop above its 32 bits. Who takes a task counts it up, and fails if
+  // what he has read of the loop is that of another one.
+  std::atomic<uint64_t> ticket_{0};
+  std::atomic<Function> function_{nullptr};
+  std::atomic<const void*> context_{nullptr};
+  std::atomic<uint32_t> tasks_{0};
+  std::atomic<uint32_t> done_{0};  // tasks
   std::atomic<bool> stop_{false};
   std::exception_ptr error_;
 };
