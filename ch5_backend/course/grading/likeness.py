@@ -14,7 +14,7 @@ from .outputs import short_hash
 GRAM = 16       # tokens
 FEWEST = 40     # grams of one's own: three places or more; below that two people may have had one idea
 SHARE = 0.7     # of the smaller file's own grams
-STRING = r'"(?:\\.|[^"\\\n])*"'
+STRING = r'"(?:\\.|[^"\\\n])*"?'  # or without an end: no quote in it is tried as a beginning
 NOTHING = re.compile(rf'({STRING})|//[^\n]*|/\*.*?(?:\*/|\Z)|^[^\S\n]*#[^\n]*', re.DOTALL | re.MULTILINE)
 TOKEN = re.compile(rf'{STRING}|[A-Za-z_]\w*|\d[\w.]*|->|::|[^\s\w]')
 KEYWORDS = frozenset("auto bool break const continue double else false float for if int long nullptr return size_t static "
