@@ -72,9 +72,10 @@ class Submissions(FolderTest):
         self.assertEqual(os.listdir(self.folder), ["anna.zip"])
 
     def test_of_two_with_one_name_the_one_nearer_to_the_top_counts(self):
-        found = self.zip(("old/backup/problem.cc", b"old"), ("problem.cc", CODE), ("x/problem.cc", b"other"))
+        found = self.zip(("old/backup/problem.cc", b"old"), ("problem.cc", CODE), ("x/problem.cc", b"other"),
+                         ("y/problem.cc", b"other"))
         self.assertEqual(found.files, {"problem.cc": CODE})
-        self.assertIn("more than once", ENGLISH.text(found.faults[0]))
+        self.assertEqual(["more than once" in ENGLISH.text(fault) for fault in found.faults], [True])
 
     def test_a_bomb_is_not_unpacked(self):
         found = self.zip(("problem.cc", bytes(200 << 20)), ("gauge_prior.cc", CODE))
@@ -144,6 +145,8 @@ class Submissions(FolderTest):
             tracemalloc.stop()
             self.assertEqual((found.files, len(found.faults)), ({}, 1), kind)
             self.assertLess(peak, 3 * LARGEST_ARCHIVE)
+            (self.folder / "short.tar").write_bytes(info.tobuf(tarfile.GNU_FORMAT))  # behind it there is nothing to unpack
+            self.assertEqual(collect(self.folder / "short.tar").files, {}, kind)
 
     def test_a_broken_archive_is_a_fault_with_words(self):
         path = self.folder / "damaged.zip"

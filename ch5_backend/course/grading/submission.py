@@ -45,13 +45,18 @@ class Submission:
         if name not in FILES or "__MACOSX" in path:
             return
         if name in places and places[name] <= depth:
-            self.faults.append(sentence("submission.file_twice", file=name))
+            self.blame(sentence("submission.file_twice", file=name))
             return
         content = read() if size <= LARGEST else None
         if content is None or len(content) > LARGEST:  # a size may lie
-            self.faults.append(sentence("submission.file_too_large", file=name, n=LARGEST >> 10))
+            self.blame(sentence("submission.file_too_large", file=name, n=LARGEST >> 10))
             return
         places[name], self.files[name] = depth, content
+
+    def blame(self, fault: dict) -> None:
+        """Says a fault once, though an archive may have it ten thousand times."""
+        if fault not in self.faults:
+            self.faults.append(fault)
 
 
 def collect(path: Path) -> Submission:
@@ -150,14 +155,14 @@ def in_tar(path: Path):
 
 
 class Bounded:
-    """A stream that refuses to unpack to more than an archive may hold: also a member's name or padding can be a bomb."""
+    """A stream that refuses to give more than an archive may hold, or to be asked for more: also a member's name or padding
+    can be a bomb, and one that claims a petabyte is skipped by reading on behind the end."""
 
     def __init__(self, file):
         self.file, self.left = file, LARGEST_ARCHIVE
 
     def read(self, size: int) -> bytes:
-        piece = self.file.read(size)
-        self.left -= len(piece)
+        self.left -= size
         if self.left < 0:
             raise CourseError(sentence("submission.unpacks_too_large", n=LARGEST_ARCHIVE >> 20))
-        return piece
+        return self.file.read(size)
