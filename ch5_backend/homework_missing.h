@@ -1,8 +1,23 @@
 #pragma once
-/// What an unfilled TODO throws, so that a student reads "TODO 1.1 is not started" and never a wrong number.
+/// What an unfilled TODO throws, so that a student reads "TODO 1.1 is not started" and never a wrong number; and, for every
+/// file of the homework, the standard headers that another way to write a stage may need.
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <tuple>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+#include <vector>
 
 namespace ch5 {
 
