@@ -29,16 +29,17 @@ TEXTS = {
     "TODOs": lambda: blanks.keeps_throw((N // 25 * "// TODO:: home work 1.1a.\n").encode(), "1.1a"),
     "names in a line": lambda: blanks.still_empty(N // 25 * "int x;\n" + ",".join(f"a{k}" for k in range(N // 12)), N // 25 + 1),
     "comments in a string": lambda: fingerprint({"problem.cc": b'"' + N // 3 * b"/* " + b'"'}),
-    "comments without end": lambda: fingerprint({"problem.cc": N // 3 * b"/* "})}
+    "comments without end": lambda: fingerprint({"problem.cc": N // 3 * b"/* "}),
+    "quotes without end": lambda: fingerprint({"problem.cc": b'"' + N // 2 * b'\\"'})}
 
 
 class LongTexts(unittest.TestCase):
     def test_none_takes_long(self):
         for name, read in TEXTS.items():
             with self.subTest(name):
-                begin = time.monotonic()
+                begin = time.process_time()
                 read()
-                self.assertLess(time.monotonic() - begin, 4.0)
+                self.assertLess(time.process_time() - begin, 4.0)
 
 
 if __name__ == "__main__":
