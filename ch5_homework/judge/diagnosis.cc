@@ -18,9 +18,11 @@ constexpr double kMistakeMatch = 1e-6;  // how near to a mistake's answer counts
 
 std::string Size(const MatXX& A) { return std::to_string(A.rows()) + "×" + std::to_string(A.cols()); }
 
-std::string Whole(const MatXX& A) {
+constexpr int kDigits = 6, kMoreDigits = 12;  // more where fewer would show the same numbers
+
+std::string Whole(const MatXX& A, int digits) {
   std::ostringstream out;
-  out << A.format(Eigen::IOFormat(6, 0, "  ", "\n", "[ ", " ]"));
+  out << A.format(Eigen::IOFormat(digits, 0, "  ", "\n", "[ ", " ]"));
   return out.str();
 }
 
@@ -57,6 +59,21 @@ const Mistake* FindMistake(const Claim& claim, const std::vector<Mistake>& mista
   return found == mistakes.end() || HoldsUnset(claim.got) ? nullptr : &*found;
 }
 
+// Where a mistake has the wrong sign of a second term: that term as often as `got` has it.
+void AddTermsOfOtherCounts(const Claim& claim, std::vector<Mistake>* mistakes) {
+  const char* const signs[] = {"formula.sign_added", "2.sign_added", "1.2.sign_in_landmark_step",
+                               "7.sign_in_landmark_step"};
+  if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) return;
+  for (size_t i = 0, n = mistakes->size(); i < n; ++i) {
+    const auto [todo, cause, answer] = (*mistakes)[i];
+    const auto is = [&](const char* id) { return cause.Json().find(id) != std::string::npos; };
+    if (std::none_of(std::begin(signs), std::end(signs), is) || answer.size() != claim.got.size()) continue;
+    const MatXX term = 0.5 * (answer - claim.expected);
+    const double k = 1.0 - (claim.got - claim.expected).cwiseProduct(term).sum() / term.squaredNorm();
+    mistakes->push_back({todo, {"formula.term_counts", {{"k", Word(k)}}}, claim.expected + (1.0 - k) * term});
+  }
+}
+
 Text Called(const Claim& claim) { return claim.variable.empty() ? Text("matrix.it") : Word(claim.variable); }
 
 bool Any(const MatXX& A, bool (*is)(double)) { return std::any_of(A.data(), A.data() + A.size(), is); }
@@ -90,6 +107,19 @@ bool SameNumbersElsewhere(MatXX got, MatXX expected, double tolerance) {
 
 bool IsSymmetric(const MatXX& A) { return A.rows() == A.cols() && A.rows() > 1 && Equal(A, A.transpose(), 1e-9); }
 
+// x if A has x on its diagonal, more than once, else zeros; otherwise 0.
+double OnTheDiagonal(const MatXX& A, double zero) {
+  if (A.rows() != A.cols() || A.rows() == 1) return 0.0;
+  const VecX diagonal = A.diagonal();
+  Eigen::Index largest = 0;
+  diagonal.cwiseAbs().maxCoeff(&largest);
+  const double x = diagonal[largest];
+  const auto is = [&](double d) { return std::abs(d) <= zero || std::abs(d - x) <= zero; };
+  const bool all = std::all_of(diagonal.data(), diagonal.data() + diagonal.size(), is);
+  const bool often = (diagonal.array().abs() > 10.0 * zero).count() > 1;
+  return all && often && LargestEntry(A - MatXX(diagonal.asDiagonal())) <= zero ? x : 0.0;
+}
+
 // Which simple change of the whole matrix explains it; empty if none does.
 Text SymptomOfTheWhole(const Claim& claim) {
   const MatXX &got = claim.got, &expected = claim.expected;
@@ -97,13 +127,21 @@ Text SymptomOfTheWhole(const Claim& claim) {
   if (expected.isZero(0.0)) return {};
   const double k = Ratio(got, expected);
   if (std::abs(k + 1.0) < 1e-6) return "matrix.sign";
+  const double largest = LargestEntry(expected);
+  if (const double x = OnTheDiagonal(got - expected, 1e-12 * largest); x != 0.0) {
+    return {"matrix.added_to_diagonal", {{"x", Word(x)}}};
+  }
   if (std::abs(k - 1.0) < 1e-3) {
-    return {"matrix.nearly", {{"difference", Word(LargestEntry(got - expected) / LargestEntry(expected))}}};
+    const double difference = LargestEntry(got - expected) / largest;
+    return {difference < 3e-7 ? "matrix.nearly_float" : "matrix.nearly", {{"difference", Word(difference)}}};
   }
   const auto is_set = (expected.array() != 0.0).eval();
   if (std::isfinite(k) && is_set.count() > 1)
     return {"matrix.factor", {{"k", Word(k)}}};  // one number alone has any ratio
-  if (HasIntegersAlone(got) && !HasIntegersAlone(expected) && LargestEntry(got) > 1.0) return "matrix.integers";
+  // Few numbers may be whole by chance.
+  if (got.size() > 6 && HasIntegersAlone(got) && !HasIntegersAlone(expected) && LargestEntry(got) > 1.0) {
+    return "matrix.integers";
+  }
   const bool square = got.rows() == got.cols() && got.rows() > 1;
   if (square && Equal(got, expected.transpose(), kMistakeMatch)) return "matrix.transposed";
   if (square && IsSymmetric(expected)) {
@@ -147,8 +185,8 @@ Text Symptom(const Claim& claim) {
 }
 
 // "(3, 4) = 2.5", "entry 3 = 2.5" of a vector.
-Text Entry(const MatXX& A, int row, int column) {
-  const std::string value = Number(A(row, column));
+Text Entry(const MatXX& A, int row, int column, int digits) {
+  const std::string value = Number(A(row, column), digits);
   if (A.cols() == 1) return {"matrix.entry", {{"n", Word(row)}, {"value", Word(value)}}};
   return Word("(" + std::to_string(row) + ", " + std::to_string(column) + ") = " + value);
 }
@@ -160,10 +198,12 @@ void CompareEntry(const Claim& claim, Diagnosis* diagnosis) {
   deviation.maxCoeff(&row, &column);
   const double threshold = claim.tolerance * LargestEntry(claim.expected);
   const auto wrong = (deviation.array() > threshold).count();
-  diagnosis->expected = Entry(claim.expected, row, column);
+  const bool alike = Number(claim.expected(row, column)) == Number(claim.got(row, column));
+  const int digits = alike ? kMoreDigits : kDigits;
+  diagnosis->expected = Entry(claim.expected, row, column, digits);
   diagnosis->got = {
       "matrix.worst_entry",
-      {{"entry", Entry(claim.got, row, column)}, {"wrong", Word(wrong)}, {"all", Word(deviation.size())}}};
+      {{"entry", Entry(claim.got, row, column, digits)}, {"wrong", Word(wrong)}, {"all", Word(deviation.size())}}};
   if (row < static_cast<int>(claim.names.size())) {
     diagnosis->places.push_back({{"diagnosis.row", {{"n", Word(row)}}}, claim.names[row]});
   }
@@ -241,8 +281,9 @@ Text Text::Word(const std::string& word) {
   return text;
 }
 
-std::string Number(double x) {
+std::string Number(double x, int digits) {
   std::ostringstream out;
+  out.precision(digits);
   out << x;
   return out.str();
 }
@@ -278,7 +319,8 @@ void Require(const std::string& stage, const Text& what, const MatXX& expected, 
   }
   testing::Test::RecordProperty("picture", Picture(claim));
   Diagnosis diagnosis{stage, what, {}, {}, {}, todo};
-  const std::vector<Mistake> mistakes = make_mistakes();
+  std::vector<Mistake> mistakes = make_mistakes();
+  AddTermsOfOtherCounts(claim, &mistakes);
   if (got.rows() != expected.rows() || got.cols() != expected.cols()) {
     diagnosis.expected = {"matrix.size_expected", {{"size", Word(Size(expected))}}};
     diagnosis.got = {"matrix.size_got", {{"size", Word(Size(got))}}};
@@ -290,8 +332,9 @@ void Require(const std::string& stage, const Text& what, const MatXX& expected, 
     Fail(diagnosis);
   }
   if (got.rows() <= kSmall && got.cols() <= kSmall) {
-    diagnosis.expected = Word(Whole(expected));
-    diagnosis.got = Word(Whole(got));
+    const int digits = Whole(expected, kDigits) == Whole(got, kDigits) ? kMoreDigits : kDigits;
+    diagnosis.expected = Word(Whole(expected, digits));
+    diagnosis.got = Word(Whole(got, digits));
   } else {
     CompareEntry(claim, &diagnosis);
   }

@@ -39,8 +39,8 @@ struct Text::Argument {
   Text value;
 };
 
-/// As few digits as tell it from others: "100", "0.25".
-std::string Number(double x);
+/// At most so many digits: "100", "0.25".
+std::string Number(double x, int digits = 6);
 
 /// "1, 1, 0".
 std::string Join(const std::vector<int>& numbers);

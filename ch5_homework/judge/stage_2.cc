@@ -28,12 +28,28 @@ struct Marginalization {
 };
 
 void CheckMove(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
+  const stage_2::Parts right(Move(c.H, order), MoveRows(c.b, order), c.dim);
+  // In the columns before idx rows alone move.
+  const bool rows_are_right = c.idx > 0 && result.H_moved.cols() >= c.idx &&
+                              Equal(result.H_moved.leftCols(c.idx), right.H.leftCols(c.idx), 1e-12);
   Require(
-      "2", c.Of("2.H_marg_after_move"), Move(c.H, order), result.H_moved, VariableNames(order),
-      [&] { return MoveMistakes(c.H, order, c.idx, c.dim); }, 1e-12, "2a", "H_marg");
+      "2", c.Of("2.H_marg_after_move"), right.H, result.H_moved, VariableNames(order),
+      [&] {
+        std::vector<Mistake> mistakes = MoveMistakes(c.H, order, c.idx, c.dim);
+        mistakes.push_back({"2d", {"2.changed_in_place", {{"it", Word("H_marg")}}}, right.H});
+        mistakes.back().answer.topLeftCorner(right.A_rr.rows(), right.A_rr.cols()) = right.Schur();
+        return mistakes;
+      },
+      1e-12, rows_are_right ? "2b" : "2a", "H_marg");
   Require(
-      "2", c.Of("2.b_marg_after_move"), MoveRows(c.b, order), result.b_moved, VariableNames(order),
-      [&] { return MoveMistakesInB(c.b, order, c.idx, c.dim); }, 1e-12, "2a", "b_marg");
+      "2", c.Of("2.b_marg_after_move"), right.b, result.b_moved, VariableNames(order),
+      [&] {
+        std::vector<Mistake> mistakes = MoveMistakesInB(c.b, order, c.idx, c.dim);
+        mistakes.push_back({"2d", {"2.changed_in_place", {{"it", Word("b_marg")}}}, right.b});
+        mistakes.back().answer.topRows(right.b_r.size()) = right.Reduced();
+        return mistakes;
+      },
+      1e-12, "2a", "b_marg");
 }
 
 void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeResult& result) {

@@ -135,7 +135,7 @@ TEST(Stage6, FactorsASystemWithFreeDirections) {  // position and yaw: four eige
   CheckFactor({A.asDiagonal(), A.cwiseSqrt()}, "6.eigenvalues_large_and_small");
   A << 5e-8, 0.0, 9e-9, 1e-7;
   CheckFactor({A.asDiagonal(), VecX::Ones(4)}, "6.eigenvalues_around_eps");
-  A << 1.0, 1e-8, 0.0, 0.5;
+  A << 4e-8, 1e-8, 0.0, 2e-8;  // kEps itself: as large as its neighbors, or it would be lost among them
   CheckFactor({A.asDiagonal(), VecX::Ones(4)}, "6.eigenvalue_at_eps");
 }
 

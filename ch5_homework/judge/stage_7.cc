@@ -101,21 +101,29 @@ Text CauseOf(const Pattern& got, const Groups& groups, int poses) {
   if (is_H_pp_and(PairsOf({positions}, IsLower))) {
     return "7.positions_for_numbers";
   }
-  const auto chain = [&](const auto& keep) {
+  const auto chain = [&](const auto& partner) {
     std::vector<std::vector<int>> pairs;
     for (const auto& group : groups.of_landmarks) {
-      for (size_t k = 1; k < group.size(); ++k) pairs.push_back({group[k], keep(group, k)});
+      for (size_t k = 0; k < group.size(); ++k) pairs.push_back({group[k], partner(group, k)});
     }
     return PairsOf(pairs, IsLower);
   };
-  if (is_H_pp_and(chain([](const auto& group, size_t k) { return group[k - 1]; }))) {
+  if (is_H_pp_and(chain([](const auto& group, size_t k) { return group[std::max<size_t>(k, 1) - 1]; }))) {
     return "7.only_neighbors_tied";
   }
-  if (is_H_pp_and(chain([](const auto& group, size_t) { return group[0]; }))) {
-    return "7.only_first_pose_tied";
+  if (is_H_pp_and(chain([](const auto& group, size_t) { return group.front(); })) ||
+      is_H_pp_and(chain([](const auto& group, size_t) { return group.back(); }))) {
+    return "7.only_one_pose_tied";
   }
   if (LandmarksLeftOut(got, groups, H_pp)) {
     return "7.landmarks_left_out";
+  }
+  std::set<int> differences;
+  for (const auto& [i, j] : got) {
+    if (H_pp.count({i, j}) == 0) differences.insert(i - j);
+  }
+  if (is_H_pp_and(PairsOf(groups.of_landmarks, [&](int i, int j) { return differences.count(i - j) > 0; }))) {
+    return {"7.only_differences_tied", {{"n", Word(Join({differences.begin(), differences.end()}))}}};
   }
   for (const auto& block : got) {
     if (block.first < block.second) return "7.block_above_diagonal_stored";

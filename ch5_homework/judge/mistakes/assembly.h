@@ -60,6 +60,7 @@ inline MatXX RhoW(const Turn& t) { return t.drho * W(t); }
 inline MatXX RhoRhoW(const Turn& t) { return t.drho * RhoW(t); }
 inline MatXX RhoWRho(const Turn& t) { return t.drho * t.W_rho; }
 inline MatXX RhoWW(const Turn& t) { return RhoW(t) * W(t); }
+inline MatXX Covariance(const Turn& t) { return t.W_rho.inverse(); }
 inline MatXX NoWeight(const Turn& t) { return MatXX::Identity(t.W_rho.rows(), t.W_rho.cols()); }
 inline MatXX RhoAlone(const Turn& t) { return t.drho * NoWeight(t); }
 
@@ -149,6 +150,13 @@ inline Turning BothOf(Weight weight) { return Two(kFirst.Of(weight), kMirror.Of(
 inline void WithJacobianOfI(MatXX* H, const Turn& t) {
   const bool alike = t.v_i().LocalDimension() == t.v_j().LocalDimension();
   const MatXX block = alike ? Turn{t.edge, t.drho, t.W_rho, t.at_i, t.at_i, t.i, t.i}.Block() : t.Block();
+  Put(H, t.i, t.j, block);
+  if (!t.IsDiagonal()) Put(H, t.j, t.i, block.transpose());
+}
+/// J_j stands for J_i, likewise.
+inline void WithJacobianOfJ(MatXX* H, const Turn& t) {
+  const bool alike = t.v_i().LocalDimension() == t.v_j().LocalDimension();
+  const MatXX block = alike ? Turn{t.edge, t.drho, t.W_rho, t.at_j, t.at_j, t.j, t.j}.Block() : t.Block();
   Put(H, t.i, t.j, block);
   if (!t.IsDiagonal()) Put(H, t.j, t.i, block.transpose());
 }

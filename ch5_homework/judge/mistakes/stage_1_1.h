@@ -74,6 +74,8 @@ inline std::vector<TurningMistake> WrongTurnings() {
           {"1.1b", numbers("index_j", "index_i"), Two(kFirst, kMirror.At(&NumbersInEdge))},
           {"1.1a", numbers("index_i", "index_j"), Two(kFirst.At(&NumbersTimesSizes), kMirror.At(&NumbersTimesSizes))},
           {"1.1a", "1.1.id_for_first_row", Two(kFirst.At(&Ids), kMirror.At(&Ids))},
+          {"1.1a", StandsFor("index_i", "index_j"), Two(kFirst.At(&RowOfI), kMirror)},
+          {"1.1a", StandsFor("index_i", "index_j"), Two(kFirst.At(&RowOfI), kMirror.At(&RowOfI))},
           {"1.1a", first_kept,
            [](MatXX* H, const Turn& t) {
              if (!IsWritten(*H, t)) kFirst.Run(H, t);
@@ -101,6 +103,8 @@ inline std::vector<TurningMistake> WrongTurnings() {
              if (!t.IsDiagonal()) Put(H, t.j, t.i, sum.transpose());
            }},
           {"1.1c 1.1a", "formula.J_of_i_for_j", &WithJacobianOfI},
+          {"1.1c 1.1a", StandsFor("J_j", "J_i", "J_iᵀ W_ρ J_j"), &WithJacobianOfJ},
+          {"1.1c 1.1a", StandsFor("W_ρ⁻¹", "W_ρ"), BothOf(&Covariance)},
           {"1.1a", "formula.edge_that_fits_left_out", &WithoutEdgesThatFit},
           {"1.1a", "1.1.nothing_added_H", Two(kNothing, kNothing)},
           {"1.1a", "1.1.H_doubled", Two(kFirst.Times(2.0), kMirror.Times(2.0))}};

@@ -129,10 +129,8 @@ struct SchurCase {
         {"5.5 5.2", Missing("V⁺", "U − W Wᵀ"), Schur(I())},
         {"5.5 5.2", InverseMeant("V"), Schur(V)},
         {"5.5 5.2", "5.pinv_squared", Schur(V_inverse * V_inverse)},
-        {"5.2", "5.U_changed_twice", Schur(2.0 * V_inverse)},
         {"5.2", "5.only_one_triangle_U_changed", U - upper},
-        {"5.2", "5.only_one_triangle_U_changed", U - lower},
-        {"5.2", "5.half_M_MT_subtracted", Schur(0.5 * V_inverse)}};
+        {"5.2", "5.only_one_triangle_U_changed", U - lower}};
     if (S.rows() == S.cols()) {
       mistakes.push_back({"5.5 5.2", "5.V_inv_sqrt_not_symmetric", Schur(S.transpose() * S)});
       mistakes.push_back({"5.5 5.2", "5.only_one_root", Schur(S)});
@@ -153,7 +151,6 @@ struct SchurCase {
                                   {"5.5 5.2", Missing("V⁺", "b_a − W b_b"), Reduced(I())},
                                   {"5.5 5.2", InverseMeant("V"), Reduced(V)},
                                   {"5.2", "5.pinv_squared_in_b", Reduced(V_inverse * V_inverse)},
-                                  {"5.2", "5.b_a_changed_twice", Reduced(2.0 * V_inverse)},
                                   {"5.2", StandsFor("b_a", "b_b"), b_a - W * V_inverse * W.transpose() * b_a},
                                   {"5.2", "5.b_a_overwritten", subtracted}};
     if (S.rows() == S.cols()) {

@@ -144,6 +144,7 @@ void Row(GraphScene* s) {
     AddRandomEdge<2>(&s->graph, &s->random, points[k], poses[k + 1]);
     AddRandomEdge<2>(&s->graph, &s->random, poses[k], points[k]);
   }
+  AddRandomEdge<2>(&s->graph, &s->random, points[3], poses[0]);  // three poses, two of them neighbors
   for (const size_t i : {4u, 2u, 0u}) AddRandomEdge<2>(&s->graph, &s->random, points[4], poses[i]);
   s->graph.AddEdge(
       std::make_shared<FittingEdge>(&s->random, poses[0], poses[3]));  // of two poses, the earlier one first
