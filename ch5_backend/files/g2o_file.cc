@@ -1,6 +1,7 @@
 #include "ch5_backend/files/g2o_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <set>
@@ -10,6 +11,7 @@
 #include "ch5_backend/files/csv_reader.h"
 #include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
 
@@ -29,6 +31,9 @@ bool IsTag(std::string_view word) {
   return is_letter(word[0]);
 }
 
+// The quaternion whose numbers stand in the file where those of q were read, if w is the first of them.
+Qd WithScalarFirst(const Qd& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+
 class Reader {
  public:
   Reader(const std::string& path, const G2oOptions& options) : path_(path), options_(options), text_(path) {}
@@ -45,6 +50,7 @@ class Reader {
     // Last, since a file may name a vertex before it defines it.
     for (const Pending& edge : edges_) AddEdge(edge);
     for (const auto& [line, id] : fixed_) Vertex(id, line, kFix)->SetFixed();
+    CheckOrderOfQuaternions();
     return std::move(file_);
   }
 
@@ -139,6 +145,33 @@ class Reader {
       if (edge.i != other.i || edge.j != other.j || edge.numbers != other.numbers) continue;
       if (file_.repeated++ == 0 || edge.line < file_.first_repeated) file_.first_repeated = edge.line;
     }
+  }
+
+  // Numbers that stand as w x y z are read as other rotations, small ones as half turns, and lead to a wrong optimum.
+  void CheckOrderOfQuaternions() const {
+    constexpr size_t kLeastEdges = 10;
+    constexpr double kDegrees = 180.0 / M_PI, kFar = 90.0, kNear = 60.0;  // 18 % and 6 % of all rotations turn by less
+    std::vector<double> from_poses, from_poses_w, alone,
+        alone_w;  // the poses may be a bad guess, the edges large turns
+    for (const auto& edge : file_.graph.Edges()) {
+      const auto* between = dynamic_cast<const EdgeSE3Between*>(edge.get());
+      if (!between) continue;
+      const Qd &z = between->q_z(), &q_i = between->GetVertex<0>().q(), &q_j = between->GetVertex<1>().q();
+      const Qd z_w = WithScalarFirst(z);
+      from_poses.push_back(z.angularDistance(q_i.conjugate() * q_j));
+      from_poses_w.push_back(z_w.angularDistance(WithScalarFirst(q_i).conjugate() * WithScalarFirst(q_j)));
+      alone.push_back(z.angularDistance(Qd::Identity()));
+      alone_w.push_back(z_w.angularDistance(Qd::Identity()));
+    }
+    if (alone.size() < kLeastEdges) return;
+    const double as_read = kDegrees * std::min(Median(from_poses), Median(alone));
+    const double as_w_first = kDegrees * std::min(Median(from_poses_w), Median(alone_w));
+    if (as_read < kFar || as_w_first > kNear) return;
+    throw FileError(path_ +
+                    ": the quaternions stand as w x y z, but g2o's order is x y z w: edges and poses, read so, "
+                    "are " +
+                    std::to_string(std::lround(as_read)) + " degrees apart (median), and with w first " +
+                    std::to_string(std::lround(as_w_first)));
   }
 
   void AddPosesOfEdges() {

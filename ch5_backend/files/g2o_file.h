@@ -48,7 +48,7 @@ struct G2oOptions {
 /// Reads a pose graph. Quaternions within 1e-3 of unit length are normalized.
 /// @throws FileError naming file, line and value: a number that is missing, superfluous, not finite or not a number;
 ///         an id that is repeated or unknown; an edge from a vertex to itself or to one of another type; W not
-///         positive semi-definite; a quaternion far from unit length; a line that does not begin with a tag; nothing to
+///         positive semi-definite; a quaternion far from unit length, or all with the scalar first; a line that does not begin with a tag; nothing to
 ///         make a pose of
 G2oFile ReadG2o(const std::string& path, const G2oOptions& options = {});
 

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/math/so3.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
 
 namespace ch5 {
@@ -74,6 +75,44 @@ TEST_F(G2o, ReadsPosesEdgesAndFixed) {
   EXPECT_EQ(planar.ThetaZ(), -0.25);
   EXPECT_EQ(planar.W()(2, 1), 0.1);
   EXPECT_EQ(planar.GetVertex<0>().Theta(), 0.25);
+}
+
+// A path of twelve poses that turn by half a radian about changing axes; `guess` turns each pose further.
+std::string Path(double guess, bool poses_w_first, bool edges_w_first) {
+  std::ostringstream poses, edges;
+  const auto write = [](std::ostream& out, const Qd& q, bool w_first) {
+    if (w_first) out << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z();
+    if (!w_first) out << q.x() << ' ' << q.y() << ' ' << q.z() << ' ' << q.w();
+  };
+  Qd q = ExpSO3(Vec3(0.3, -0.8, 1.1));
+  for (int k = 0; k < 12; ++k) {
+    poses << "VERTEX_SE3:QUAT " << k << ' ' << k << " 0 0 ";
+    write(poses, q * ExpSO3(guess * Vec3(std::sin(k), std::cos(3 * k), std::sin(2 * k))), poses_w_first);
+    poses << '\n';
+    const Qd turn = ExpSO3(0.5 * Vec3(std::cos(k), std::sin(2 * k), std::cos(5 * k)).normalized());
+    if (k < 11) edges << "EDGE_SE3:QUAT " << k << ' ' << k + 1 << " 1 0 0 ";
+    if (k < 11) write(edges, turn, edges_w_first);
+    if (k < 11) edges << ' ' << kUnitW << '\n';
+    q = q * turn;
+  }
+  return poses.str() + edges.str();
+}
+
+TEST_F(G2o, QuaternionsWithTheScalarFirstAreRefused) {
+  for (const double guess : {0.0, 0.2, 2.0}) {
+    EXPECT_NO_THROW(Read(Path(guess, false, false))) << guess;
+    for (const bool poses : {false, true}) {
+      try {
+        Read(Path(guess, poses, true));
+        ADD_FAILURE() << guess;
+      } catch (const FileError& error) {
+        const std::string what = error.what();
+        EXPECT_EQ(what.find(path_ + ": the quaternions stand as w x y z, but g2o's order is x y z w"), 0u) << what;
+      }
+    }
+  }
+  const std::string path = Path(0.0, false, true), edges = path.substr(path.find("EDGE"));
+  EXPECT_THROW(Read(edges), FileError) << "edges alone tell it too";
 }
 
 TEST_F(G2o, AnEdgeMayComeBeforeItsVertices) {
