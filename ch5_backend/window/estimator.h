@@ -180,6 +180,7 @@ class Estimator {
   static constexpr double kLeastSpacing = 0.1;  // of frames before the start [s]
   double start_spacing_ = kLeastSpacing;
   size_t frames_at_spacing_ = 0;                                       // how many have been kept so
+  double last_attempt_ = -std::numeric_limits<double>::infinity();     // to start in motion: time of its newest frame
   std::vector<ImuMeasurement> imu_;                                    // from shortly before the newest frame on
   double forgotten_until_ = -std::numeric_limits<double>::infinity();  // measurements before were too many to keep
   double last_image_time_ = -std::numeric_limits<double>::infinity();

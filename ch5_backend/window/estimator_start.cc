@@ -19,7 +19,6 @@ constexpr size_t kFramesToStart = 4, kFramesToStartMoving = 8;
 
 void Estimator::TryToStart(const Image& image) {
   if (given_start_) return StartFromGivenState();
-  start_message_ = "at rest, waiting for motion";
   if (const auto standstill = standstill_detector_.AddFrame(image)) return RestAt(*standstill, image);
   if (HasMovedSinceStandstill(image)) {
     BeginAt(options_.start_speed);
@@ -58,6 +57,7 @@ void Estimator::StartFromGivenState() {
 
 // At rest the window consists of its newest frame only.
 void Estimator::RestAt(const StandstillState& standstill, const Image& image) {
+  start_message_ = "at rest, waiting for motion";
   while (window_.frames.size() > 1) SlideWindow(MarginalizationFlag::kOld, &window_);
   const Frame& frame = window_.frames.front();
   StampedState state;
@@ -84,6 +84,10 @@ bool Estimator::InitializeInMotion() {
                      std::to_string(window_.frames.size());
     return false;
   }
+  // An attempt takes as long as several solves: at most ten a second, so that it keeps pace with fast cameras.
+  constexpr double kJitter = 0.9;  // of time stamps, which must not cost another image
+  if (window_.frames.back().t < last_attempt_ + kJitter * kLeastSpacing) return false;
+  last_attempt_ = window_.frames.back().t;
   std::vector<InitializationImage> frames;
   for (const Frame& frame : window_.frames) frames.push_back({frame.t, {}, frame.imu});
   for (const auto& [id, landmark] : window_.landmarks) {

@@ -36,6 +36,23 @@ TEST(Estimator, BothPoliciesFollowAHandHeldCamera) {
   ExpectSmallErrors(recording, RunOdometry(recording, options, MakeOkvisPolicy(okvis)), 0.10);
 }
 
+TEST(Estimator, TriesToStartTenTimesASecondHoweverFastTheCameraIs) {
+  HandheldOptions path;  // it turns almost on the spot, so that no attempt succeeds, and each tells another parallax
+  path.duration = 3.0;
+  path.position_sigma = 0.005;
+  SimulationOptions simulation;
+  simulation.calibration.camera_rate = 50.0;
+  const Recording recording = SimulateInRoom(path, 1500, simulation, 1);
+  const OdometryRun run = RunOdometry(recording, {recording.calibration}, MakeVinsPolicy());
+  ASSERT_TRUE(run.states.empty());
+  int changes = 0;
+  for (size_t k = 1; k < run.rows.size(); ++k) {
+    changes += run.rows[k].report.message != run.rows[k - 1].report.message;
+  }
+  EXPECT_GT(changes, 15);
+  EXPECT_LT(changes, 40) << "seven are of images that are too few";
+}
+
 // ---- what a product asks for ---------------------------------------------------------------------------------------
 
 // The course of a policy on a machine so slow that each iteration takes a minute.
