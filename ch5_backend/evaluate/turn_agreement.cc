@@ -1,5 +1,7 @@
 #include "ch5_backend/evaluate/turn_agreement.h"
 
+#include <algorithm>
+#include <array>
 #include <map>
 
 #include <Eigen/Cholesky>
@@ -55,7 +57,7 @@ std::optional<Vec3> MeanRate(const std::vector<ImuMeasurement>& imu, double t0, 
 }
 
 // Of the rates about their means, which hold the gyroscope's bias.
-double Correlate(const std::vector<Turn>& turns, const std::vector<ImuMeasurement>& imu, const Qd& q_B_C,
+double Correlate(const std::vector<Turn>& turns, const std::vector<ImuMeasurement>& imu, const Mat33& R_B_C,
                  double delay) {
   constexpr size_t kFewest = 50;
   constexpr double kLeast = 0.05;  // [rad/s]
@@ -64,7 +66,7 @@ double Correlate(const std::vector<Turn>& turns, const std::vector<ImuMeasuremen
   for (const Turn& turn : turns) {
     const auto rate = MeanRate(imu, turn.t0 + delay, turn.t1 + delay);
     if (!rate) continue;
-    mean_a += a.emplace_back(q_B_C * turn.rate);
+    mean_a += a.emplace_back(R_B_C * turn.rate);
     mean_b += b.emplace_back(*rate);
   }
   const double n = static_cast<double>(a.size());
@@ -78,6 +80,19 @@ double Correlate(const std::vector<Turn>& turns, const std::vector<ImuMeasuremen
 
 }  // namespace
 
+std::vector<Mat33> SignedPermutations() {
+  std::vector<Mat33> all;
+  std::array<int, 3> order{0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      Mat33 P = Mat33::Zero();
+      for (int row = 0; row < 3; ++row) P(row, order[static_cast<size_t>(row)]) = signs >> row & 1 ? -1.0 : 1.0;
+      all.push_back(P);
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  return all;
+}
+
 std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
   std::vector<Turn> turns;
   for (size_t k = 1; k < recording.frames.size(); ++k) {
@@ -85,14 +100,18 @@ std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
     if (to.t - from.t > kMostBetween) continue;
     if (const auto theta = TurnBetween(from, to)) turns.push_back({from.t, to.t, *theta / (to.t - from.t)});
   }
-  const Qd& q_B_C = recording.calibration.T_B_C.q;
-  const auto correlate = [&](const Qd& q, double delay) { return Correlate(turns, recording.imu, q, delay); };
+  const Mat33 R_B_C = recording.calibration.T_B_C.q.toRotationMatrix();
+  const auto correlate = [&](const Mat33& R, double delay) { return Correlate(turns, recording.imu, R, delay); };
   TurnAgreement result;
-  result.as_given = result.at_delay = correlate(q_B_C, 0.0);
+  result.as_given = result.at_delay = correlate(R_B_C, 0.0);
   if (result.as_given == 0.0) return std::nullopt;
-  result.with_inverse = correlate(q_B_C.conjugate(), 0.0);
+  result.with_inverse = correlate(R_B_C.transpose(), 0.0);
+  for (const Mat33& axes : SignedPermutations()) {  // orthogonal, so that they may as well turn the images' rates back
+    const double correlation = correlate(axes.transpose() * R_B_C, 0.0);
+    if (correlation > result.with_axes) result.with_axes = correlation, result.axes = axes;
+  }
   for (double delay = -kLongestDelay; delay < kLongestDelay + 0.5 * kStep; delay += kStep) {
-    const double correlation = correlate(q_B_C, delay);
+    const double correlation = correlate(R_B_C, delay);
     if (correlation > result.at_delay) result.at_delay = correlation, result.delay = delay;
   }
   return result;

@@ -2,6 +2,7 @@
 /// Whether camera and gyroscope saw the same turns: what a delay of a clock or a wrong T_B_C spoils before any estimate.
 
 #include <optional>
+#include <vector>
 
 #include "ch5_backend/types/recording.h"
 
@@ -9,11 +10,16 @@ namespace ch5 {
 
 /// Correlations of the turns from image to image: 1 if both sensors agree, 0 if they have nothing in common.
 struct TurnAgreement {
-  double as_given = 0.0;      ///< by the recording's time stamps and q_B_C
-  double with_inverse = 0.0;  ///< with the inverse of q_B_C
-  double at_delay = 0.0;      ///< the greatest, once the images are stamped `delay` later
-  double delay = 0.0;         ///< within ±0.2 [s]; VINS-Mono's td
+  double as_given = 0.0;           ///< by the recording's time stamps and q_B_C
+  double with_inverse = 0.0;       ///< with the inverse of q_B_C
+  double with_axes = 0.0;          ///< the greatest, with `axes` times the gyroscope's rates
+  Mat33 axes = Mat33::Identity();  ///< one of SignedPermutations
+  double at_delay = 0.0;           ///< the greatest, once the images are stamped `delay` later
+  double delay = 0.0;              ///< within ±0.2 [s]; VINS-Mono's td
 };
+
+/// The 48 ways of naming and directing three axes, the given one first.
+std::vector<Mat33> SignedPermutations();
 
 /// A turn is what moves the rays of two images, together with a translation among points of one depth.
 /// @return nullopt if the camera turns too little or too evenly (within 0.05 rad/s), or fewer than 50 pairs of images tell

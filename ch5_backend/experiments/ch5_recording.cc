@@ -104,6 +104,7 @@ void Run(const Command& command) {
       recording, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); }, settings,
       command.batch);
   progress.Clear();
+  warn(ch5::CheckFailures(study));
   const auto is_silent = [](const ch5::OdometryRun& run) { return run.states.empty(); };
   if (std::all_of(study.runs.begin(), study.runs.end(), is_silent)) {
     std::string message = "no image was answered: in these " + std::to_string(recording.frames.size()) +

@@ -38,6 +38,22 @@ TEST(TurnAgreement, FindsAnInvertedExtrinsicRotation) {
   EXPECT_GT(turns->with_inverse, 0.99);
 }
 
+TEST(TurnAgreement, FindsTheGyroscopesAxes) {
+  const std::vector<Mat33> all = SignedPermutations();
+  EXPECT_EQ(all.size(), 48u);
+  EXPECT_EQ(all[0], Mat33::Identity());
+  for (const size_t k : {0, 7, 13, 42}) {
+    Recording recording = Turning(0.0);
+    for (ImuMeasurement& measurement : recording.imu)
+      measurement.gyroscope = all[k].transpose() * measurement.gyroscope;
+    const auto turns = CompareTurns(recording);
+    ASSERT_TRUE(turns);
+    EXPECT_EQ(turns->axes, all[k]);
+    EXPECT_GT(turns->with_axes, 0.99);
+    EXPECT_EQ(turns->as_given < 0.9, k != 0);
+  }
+}
+
 TEST(TurnAgreement, SaysNothingOfACameraThatHardlyTurns) {
   Recording recording = Turning(0.0);
   for (ImuMeasurement& measurement : recording.imu) measurement.gyroscope *= 0.01;

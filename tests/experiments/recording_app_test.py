@@ -34,6 +34,7 @@ class RecordingApp(AppTest):
         recording = self.simulate()
         done = self.solve(recording, "--out", self.out)
         self.assertIn("161 images, 1601 IMU measurements, 8.0 s", done.stdout)
+        self.assertEqual(done.stderr, "", "nothing is doubtful")
         self.assertEqual({path.name for path in self.out.iterdir()}, TRAJECTORIES | {"csv"})
         self.assertEqual({path.name for path in (self.out / "csv").iterdir()}, TABLES)
         policies = table(self.out / "csv" / "odometry_policies.csv")
@@ -198,6 +199,28 @@ class RecordingApp(AppTest):
         done = self.program(recording, "--out", self.out, "--policy", "vins")
         self.assertRegex(done.stderr, r"\(correlation 0\.\d+; with the inverse of camera\.q_B_C 0\.9\d\): it must rotate camera")
 
+    def test_another_lens_and_an_inverted_accelerometer_are_named(self):
+        recording = self.simulate(12)
+        (recording / "groundtruth.csv").unlink()  # with it the reader names the accelerometer at once
+        tracks, imu = recording / "tracks.csv", recording / "imu.csv"
+        changed = {tracks: lambda x, y: (x * (1 - 0.28 * (x * x + y * y)), y * (1 - 0.28 * (x * x + y * y))),
+                   imu: lambda *rates_forces: (*rates_forces[:3], *(-force for force in rates_forces[3:]))}
+        for path, words, name in (
+                (tracks, r"times less if their points are moved by 1 \+ k r², k = 0\.[3-5]\d: is the lens's model", "lens"),
+                (imu, r"of ten windows 0 start in motion, and \d+ if its columns are read as -x, -y, -z; at rest", "force")):
+            whole = path.read_text()
+            head, *rows = (line.split(",") for line in whole.splitlines())
+            kept = 2 if path == tracks else 1
+            rows = [[*row[:kept], *map(str, changed[path](*map(float, row[kept:])))] for row in rows]
+            path.write_text("".join(",".join(row) + "\n" for row in [head, *rows]))
+            done = self.program(recording, "--out", self.out, "--policy", "vins")
+            self.assertRegex(done.stderr, words)
+            self.assertEqual(done.stderr.count("warning"), 1, done.stderr)
+            if done.returncode == 0:
+                self.assertEqual([row["warning"] for row in table(self.out / "csv" / "odometry_warnings.csv")], [name])
+                self.assertIn("Warning: ", self.page())
+            path.write_text(whole)
+
     def test_images_far_apart_are_followed_or_said_to_be_too_far(self):
         whole = needs(DATA / "euroc_v1_01_easy")
         for every, warned in ((10, False), (20, True)):
@@ -277,7 +300,8 @@ class RecordingApp(AppTest):
             self.assertEqual(done.stderr.count("\n"), 1, "one message")
             self.assertEqual(contents(self.folder), before)
             path.write_text(whole, encoding="utf-8")
-        tracks.write_text("".join(tracks.read_text().splitlines(keepends=True)[:200]))  # a fraction of a second
+        whole_tracks = tracks.read_text()
+        tracks.write_text("".join(whole_tracks.splitlines(keepends=True)[:200]))  # a fraction of a second
         before = contents(self.folder)
         done = self.program(recording, "--out", self.out)
         self.assertEqual(done.returncode, 2)
@@ -286,6 +310,10 @@ class RecordingApp(AppTest):
         for program in (self.program, lambda *words: run(ROOT / "course", "run", *words)):
             self.assertEqual(program(recording, "--out", self.folder / "new" / "out").returncode, 2)
             self.assertFalse((self.folder / "new").exists(), "no empty folder is left")
+        for lines, words, where in ((2, (), ""), (None, ("--seconds", "0:0.01"), " lie in the seconds asked for")):
+            tracks.write_text("".join(whole_tracks.splitlines(keepends=True)[:lines]))
+            done = self.program(recording, "--out", self.out, *words)
+            self.assertIn(f"fewer than two images or IMU measurements{where}\n", done.stderr)
         tracks.unlink()
         done = self.program(recording, "--out", self.out)
         self.assertEqual(done.returncode, 2)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -88,7 +89,9 @@ void OdometrySettings::Restrict(Recording* recording) const {
   cut(&recording->imu);
   cut(&recording->frames);
   if (recording->imu.size() < 2 || recording->frames.size() < 2) {
-    throw std::invalid_argument("fewer than two images or IMU measurements lie in the seconds asked for");
+    const bool is_part = from > 0.0 || std::isfinite(to);
+    throw std::invalid_argument(std::string("fewer than two images or IMU measurements") +
+                                (is_part ? " lie in the seconds asked for" : ""));
   }
   if (mono) {
     recording->calibration.camera1.reset();

@@ -6,7 +6,10 @@
 #include <sstream>
 
 #include "ch5_backend/evaluate/turn_agreement.h"
+#include "ch5_backend/experiments/studies/lens_check.h"
 #include "ch5_backend/math/median.h"
+#include "ch5_backend/window/prediction.h"
+#include "ch5_backend/window/start/dynamic_initialization.h"
 
 namespace ch5 {
 namespace {
@@ -27,21 +30,47 @@ double MedianStep(const std::vector<Stamped>& sequence) {
   return steps.empty() ? 0.0 : Median(steps);
 }
 
+// "-y, x, z"
+std::string NameAxes(const Mat33& axes) {
+  std::string names;
+  for (int row = 0; row < 3; ++row) {
+    Eigen::Index column;
+    axes.row(row).cwiseAbs().maxCoeff(&column);
+    names += std::string(row > 0 ? ", " : "") + (axes(row, column) < 0.0 ? "-" : "") + "xyz"[column];
+  }
+  return names;
+}
+
+// The gain is up to 1.03 in recordings that are in order, 1.3 to 4.7 with another lens's model, whose k is −0.2 to 0.55.
+bool IsBent(const std::optional<LensAgreement>& lens) {
+  return lens && lens->gain > 1.2 && std::abs(lens->k) > 0.05 && lens->k > -0.5 && lens->k < 1.0;
+}
+
 void CheckTurns(const Recording& recording, OdometrySettings* settings, RecordingWarnings* warnings) {
-  constexpr double kPoor = 0.4;  // 0.63 or more in recordings that are in order
+  constexpr double kPoor = 0.4, kGood = 0.8;  // 0.63 or more in recordings that are in order
   // Of the variance that is left: up to 1.08 in order, where a camera flies past near points; 1.12 for a delay of 20 ms.
-  constexpr double kGain = 1.1;
+  constexpr double kGain = 1.1, kGainOfAxes = 2.0;
   constexpr double kLeastDelay = 0.015, kMostDelay = 0.185;  // [s]; what rises up to the end of the search is no delay
   const auto turns = CompareTurns(recording);
   if (!turns) return;
   const auto left = [](double correlation) { return 1.0 - correlation * correlation; };
   const bool is_delayed = std::abs(turns->delay) > kLeastDelay && std::abs(turns->delay) < kMostDelay &&
                           left(turns->as_given) > kGain * left(turns->at_delay);
-  if (turns->at_delay < kPoor) {
+  const double otherwise = std::max(turns->with_axes, turns->with_inverse);
+  const bool is_turned = otherwise > kGood && left(turns->at_delay) > kGainOfAxes * left(otherwise);
+  // A lens spoils the turns of the images too.
+  const auto lens = is_turned ? std::nullopt : CheckLens(recording, turns->delay);
+  if (IsBent(lens)) {
+    warnings->push_back({"lens", lens->k, lens->gain,
+                         Join("the images contradict one another and the gyroscope ", lens->gain,
+                              " times less if their points are moved by 1 + k r², k = ", lens->k,
+                              ": is the lens's model (radial-tangential, equidistant or none) that of this camera?")});
+  } else if (is_turned || turns->at_delay < kPoor) {
     warnings->push_back({"turns", turns->as_given, turns->with_inverse,
                          Join("the images turn otherwise than the gyroscope (correlation ", turns->as_given,
                               "; with the inverse of camera.q_B_C ", turns->with_inverse,
-                              "): it must rotate camera coordinates into the IMU's")});
+                              "): it must rotate camera coordinates into the IMU's; ", turns->with_axes,
+                              " with the gyroscope's columns read as ", NameAxes(turns->axes))});
   } else if (is_delayed && settings->estimate_time_offset) {
     settings->time_offset = turns->delay;
   } else if (is_delayed) {
@@ -76,7 +105,55 @@ double DelayOfTruth(const OdometryRun& run, const std::vector<StampedState>& tru
   return delay;
 }
 
+// How many of some windows start in motion if the accelerometer's columns are read so, and the sum of their inliers.
+std::pair<int, double> CountStarts(const Recording& recording, const Mat33& axes) {
+  constexpr size_t kWindows = 10, kFrames = 10;
+  constexpr double kSpacing = 0.15;  // [s]
+  std::vector<ImuMeasurement> imu = recording.imu;
+  for (ImuMeasurement& measurement : imu) measurement.acceleration = axes * measurement.acceleration;
+  const Calibration& calibration = recording.calibration;
+  DynamicInitializationOptions options;
+  options.T_B_C = calibration.T_B_C;
+  options.focal_length = calibration.FocalLength();
+  options.gravity = calibration.gravity;
+  std::pair<int, double> starts{0, 0.0};
+  for (size_t window = 0; window < kWindows; ++window) {
+    std::vector<InitializationImage> images;
+    for (size_t k = window * recording.frames.size() / kWindows; k < recording.frames.size(); ++k) {
+      const Image& frame = recording.frames[k];
+      StampedState last;
+      last.t = images.empty() ? frame.t : images.back().t;
+      if (images.size() == kFrames || (!images.empty() && frame.t < last.t + kSpacing)) continue;
+      images.push_back({frame.t, frame.tracks, nullptr});
+      if (images.size() > 1) images.back().imu = IntegrateFrom(last, imu, frame.t, calibration.noise);
+    }
+    const DynamicInitialization start = InitializeDynamically(images, options);
+    if (start.failure != InitializationFailure::kNone) continue;
+    ++starts.first;
+    starts.second += start.inliers;
+  }
+  return starts;
+}
+
 }  // namespace
+
+RecordingWarnings CheckFailures(const OdometryStudy& study) {
+  constexpr double kTimes = 1.4;  // and one more: of windows that start, their share of inliers is what counts
+  const auto failed = [](const OdometryRun& run) { return run.states.empty() || run.restarts > 0; };
+  if (std::none_of(study.runs.begin(), study.runs.end(), failed)) return {};
+  const auto as_given = CountStarts(study.recording, Mat33::Identity());
+  auto most = as_given;
+  Mat33 best = Mat33::Identity();
+  for (const Mat33& axes : SignedPermutations()) {
+    const auto starts = CountStarts(study.recording, axes);
+    if (starts > most) most = starts, best = axes;
+  }
+  if (most.second < kTimes * as_given.second + 1.0) return {};
+  return {{"force", static_cast<double>(most.first), static_cast<double>(as_given.first),
+           Join("images and accelerometer contradict each other: of ten windows ", as_given.first,
+                " start in motion, and ", most.first, " if its columns are read as ", NameAxes(best),
+                "; at rest it must measure +", study.recording.calibration.gravity, " upwards")}};
+}
 
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings) {
   constexpr double kMost = 0.5;  // [s]: see the table in the guide; up to this time between images the policies go on

@@ -9,6 +9,9 @@ namespace ch5 {
 /// camera's clock is to be estimated, what the turns tell of it becomes the first guess.
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings);
 
+/// Where a policy has restarted or never started: an accelerometer that points elsewhere than it should.
+RecordingWarnings CheckFailures(const OdometryStudy& study);
+
 /// A truth that the estimates cannot be compared with, or not well.
 RecordingWarnings CheckComparison(const OdometryStudy& study);
 
