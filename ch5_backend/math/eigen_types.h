@@ -16,6 +16,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <string>
+#include <vector>
 
 #if EIGEN_MAX_ALIGN_BYTES != 64 || EIGEN_DEFAULT_ALIGN_BYTES != 64 || EIGEN_MAX_STATIC_ALIGN_BYTES != 16 || \
     EIGEN_MALLOC_ALREADY_ALIGNED
@@ -44,5 +46,10 @@ using Mat33 = Eigen::Matrix3d;
 using Mat66 = Eigen::Matrix<double, 6, 6>;
 
 using Qd = Eigen::Quaterniond;
+
+/// Never called. It has another name for the linker with -D_GLIBCXX_DEBUG, with -D_GLIBCXX_USE_CXX11_ABI=0 and in another
+/// standard library, whose vectors and strings have another layout: such a program does not link, where it would crash.
+void SameStandardLibrary(const std::vector<std::string>&);
+[[gnu::used]] void (*const kSameStandardLibrary)(const std::vector<std::string>&) = SameStandardLibrary;
 
 }  // namespace ch5

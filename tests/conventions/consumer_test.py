@@ -111,6 +111,15 @@ class Consumer(unittest.TestCase):
             self.assertNotEqual(done.returncode, 0, words)
             self.assertIn(" ".join(ALIGNMENT), done.stderr)
 
+    def test_a_program_with_another_layout_of_vectors_or_strings_does_not_link(self):
+        library, = install(BUILD).rglob("libch5_backend*.a")
+        program = HERE / "layout.cc"
+        program.write_text('#include "ch5_backend/math/eigen_types.h"\nint main() {}\n')
+        for flag, links in (("-D_GLIBCXX_ASSERTIONS", True), ("-D_GLIBCXX_DEBUG", False), ("-D_GLIBCXX_USE_CXX11_ABI=0", False)):
+            done = subprocess.run([CXX, "-std=c++17", flag, f"-I{ROOT}", f"-I{EIGEN}", program, library, "-o", HERE / "layout"],
+                                  capture_output=True, text=True)
+            self.assertEqual((done.returncode == 0, "SameStandardLibrary" in done.stderr), (links, not links), flag)
+
     def test_a_subproject_leaves_its_parent_alone(self):
         said = configure("guest", f"-DCH5_SOURCE={ROOT}", f"-DCMAKE_CXX_COMPILER={CXX}", "-DCMAKE_CXX_FLAGS_RELEASE=-O1",
                          "-DCMAKE_CXX_FLAGS=-ffast-math", "-DCMAKE_UNITY_BUILD=ON")
