@@ -78,8 +78,8 @@ def windows(directory, say):
     for name, color in colors.items():
         of, solves, yaw = (table.where(policy=name) for table in (path, images, gauge))
         for axes, x, y in ((above, of["x_m"], of["y_m"]), (drift, of["t_s"], 100 * of["error_m"])):
-            for number in np.unique(of["segment"]):
-                axes.curve(x[of["segment"] == number], y[of["segment"] == number], f"thin {color}")
+            for segment in np.unique(of["segment"]):
+                axes.curve(x[of["segment"] == segment], y[of["segment"] == segment], f"thin {color}")
             for k, t in enumerate(times):
                 axes.dots(x[of["t_s"] == t], y[of["t_s"] == t], color, k)
         for k, t in enumerate(times):
