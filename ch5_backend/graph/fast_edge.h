@@ -37,8 +37,7 @@ class EdgeBatch {
   virtual void LoadPoses() = 0;
   /// r of edges [first, first + count), count ≤ kPack, as one pack; lanes without an edge hold copies of the last one.
   virtual void ComputeResiduals(int first, int count, double* r) const = 0;
-  /// r, and J_0, J_1, … behind each other, each column-major: FastEdge::LinearizeInto for all edges of the pack. If
-  /// IsRelative, only those of vertex 0, the landmark, and J_ξ.
+  /// r, and J_0, J_1, … behind each other, each column-major. If IsRelative, only those of vertex 0, the landmark, and J_ξ.
   virtual void Linearize(int first, int count, double* r, double* J) const = 0;
 
   /// Whether J_v = J_ξ A_v for all poses v of an edge.
@@ -52,9 +51,6 @@ class FastEdge {
  public:
   virtual ~FastEdge() = default;
 
-  /// r, and each J_i whose address is not null (column-major), at the present state, into the caller's memory; the edge
-  /// itself is left as it is. @return false if the type does not offer it
-  virtual bool LinearizeInto(double* /*r*/, double* const* /*J*/) const { return false; }
   /// An empty batch for edges of this type, or null if there is none.
   virtual std::unique_ptr<EdgeBatch> MakeBatch() const { return nullptr; }
   /// For an edge that gets JᵀWJ more cheaply than from J: the lower half of C = −[J r]ᵀW[J r] at the present state (negative

@@ -46,12 +46,6 @@ class SizedEdge : public Edge {
   auto& J() {
     return std::get<I>(Jacobians());
   }
-  /// r and the addresses of all J, for Linearize to be LinearizeInto the edge's own memory.
-  double* OwnResidual() { return r_.data(); }
-  double* const* OwnJacobians() {
-    Jacobians();
-    return jacobians_.data();
-  }
   void TakeJacobians() const override { Jacobians(); }
 
   /// For an edge that computes its own W, known to be positive definite.

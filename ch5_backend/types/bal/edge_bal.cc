@@ -18,9 +18,7 @@ CH5_FLATTEN void EdgeBAL::ComputeResidual() {
   r_ = camera[6] * (1.0 + n * (camera[7] + n * camera[8])) * p - pixel_;
 }
 
-void EdgeBAL::Linearize() { LinearizeInto(OwnResidual(), OwnJacobians()); }
-
-CH5_FLATTEN bool EdgeBAL::LinearizeInto(double* r, double* const* J) const {
+CH5_FLATTEN void EdgeBAL::Linearize() {
   const Vec9& camera = GetVertex<0>().GetEstimate();
   const double f = camera[6], k1 = camera[7], k2 = camera[8];
   VertexCameraBAL::Rotation other;
@@ -31,23 +29,15 @@ CH5_FLATTEN bool EdgeBAL::LinearizeInto(double* r, double* const* J) const {
   const Vec2 p = P.head<2>() * z_inverse;
   const double n = p.squaredNorm();
   const double distortion = 1.0 + n * (k1 + n * k2);
-  Eigen::Map<Vec2>{r} = f * distortion * p - pixel_;
+  r_ = f * distortion * p - pixel_;
 
   // ∂u/∂p = f (d I + 2 (k1 + 2 k2 n) p pᵀ),  ∂p/∂P = −1/P.z [I | p],  ∂(Exp(ω)X)/∂ω = −[RX] J_l(ω)
   Mat23 du_dP;
   du_dP.leftCols<2>() = 2.0 * f * z_inverse * (k1 + 2.0 * k2 * n) * p * p.transpose();
   du_dP.diagonal().array() += f * z_inverse * distortion;
   du_dP.col(2) = du_dP.leftCols<2>() * p;
-  if (J[0]) {
-    Eigen::Map<Eigen::Matrix<double, 2, 9>> J_camera(J[0]);
-    J_camera.leftCols<3>() = RowsCross(du_dP, -RX) * rotation.J_l;
-    J_camera.middleCols<3>(3) = du_dP;
-    J_camera.col(6) = distortion * p;
-    J_camera.col(7) = f * n * p;
-    J_camera.col(8) = f * n * n * p;
-  }
-  if (J[1]) Eigen::Map<Mat23>{J[1]} = du_dP * rotation.R;
-  return true;
+  J<0>() << RowsCross(du_dP, -RX) * rotation.J_l, du_dP, distortion * p, f * n * p, f * n * n * p;
+  J<1>() = du_dP * rotation.R;
 }
 
 }  // namespace ch5

@@ -15,7 +15,6 @@ class EdgeBAL : public SizedEdge<2, VertexCameraBAL, VertexPointXYZ>, public Fas
   void ComputeResidual() override;
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override;
-  bool LinearizeInto(double* r, double* const* J) const override;
   std::unique_ptr<EdgeBatch> MakeBatch() const override;
   /// P.z < 0: this camera looks along its −z axis.
   bool InDomain() const override;

@@ -92,13 +92,12 @@ void EdgeImu::ListJacobians(const Terms& terms, const Set& set) const {
 void EdgeImu::ComputeResidual() { r_ = ResidualOf(ComputeTerms()); }
 
 CH5_FLATTEN void EdgeImu::ComputeJacobians() {
-  double* const* blocks = OwnJacobians();
   J<0>().setZero();
   J<1>().setZero();
   J<2>().setZero();
   J<3>().setZero();
   ListJacobians(ComputeTerms(), [&](int vertex, int row, int column, const Mat33& block) {
-    Eigen::Map<Mat33, 0, Eigen::OuterStride<kRows>>(blocks[vertex] + column * kRows + row) = block;
+    Eigen::Map<Mat33, 0, Eigen::OuterStride<kRows>>(jacobians_[vertex] + column * kRows + row) = block;
   });
 }
 

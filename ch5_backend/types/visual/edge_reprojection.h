@@ -2,15 +2,14 @@
 /// Reprojection edges on the normalized image plane z = 1 (dimensionless, focal length 1).
 ///
 ///   landmark:  p_Ci = [u_i, v_i, 1]/λ  in its host camera i,  or p_W directly
-///   p_Bi = T_B_C p_Ci,  p_W = T_W_Bi p_Bi,  p_Bj = T_W_Bj⁻¹ p_W,  p_Cj = T_B_C⁻¹ p_Bj
-///   r = [p_Cj.x, p_Cj.y]/p_Cj.z − [u_j, v_j]
+///   r = π(p_Cj) − [u_j, v_j],   p_Cj as in point_transfer.h
 ///
 /// A point in the camera's plane (p_Cj.z = 0) gives a residual that is not finite; algorithms reject such a step. One behind
 /// a camera is projected through its center as if it were ahead; InDomain tells.
 
 #include "ch5_backend/graph/fast_edge.h"
 #include "ch5_backend/graph/sized_edge.h"
-#include "ch5_backend/types/vertices.h"
+#include "ch5_backend/types/visual/point_transfer.h"
 
 namespace ch5 {
 
@@ -24,17 +23,17 @@ class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, Ver
   void ComputeResidual() override;
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override;
-  bool LinearizeInto(double* r, double* const* J) const override;
   std::unique_ptr<EdgeBatch> MakeBatch() const override;
   bool InDomain() const override;
   std::string TypeInfo() const override { return "EdgeReprojection"; }
 
  private:
   friend struct ReprojectionReader;  // of its batch
-  Vec3 f_host_;                      // [u, v, 1]
+  PointTransfer ToTarget() const;
+
+  Vec3 f_host_;  // [u, v, 1]
   Vec2 u_target_;
-  Mat33 R_B_C_;
-  Vec3 p_B_C_;
+  RigidMatrix T_B_C_;
 };
 
 /// The same with the extrinsic T_B_C as a fourth vertex, to be refined or fixed.
@@ -49,26 +48,26 @@ class EdgeReprojectionExtrinsic : public SizedEdge<2, VertexInverseDepth, Vertex
   std::string TypeInfo() const override { return "EdgeReprojectionExtrinsic"; }
 
  private:
+  PointTransfer ToTarget(const RigidMatrix& T_B_C) const;
+
   Vec3 f_host_;
   Vec2 u_target_;
 };
 
 /// A 3-D point seen from a pose; the extrinsic is a constant.
-class EdgeReprojectionXYZ : public SizedEdge<2, VertexPointXYZ, VertexPose>, public FastEdge {
+class EdgeReprojectionXYZ : public SizedEdge<2, VertexPointXYZ, VertexPose> {
  public:
   EdgeReprojectionXYZ(std::shared_ptr<VertexPointXYZ> p_W, std::shared_ptr<VertexPose> T_W_B, const Vec2& u,
                       const Transform& T_B_C = {});
   void ComputeResidual() override;
   void ComputeJacobians() override { Linearize(); }
   void Linearize() override;
-  bool LinearizeInto(double* r, double* const* J) const override;
   bool InDomain() const override;
   std::string TypeInfo() const override { return "EdgeReprojectionXYZ"; }
 
  private:
   Vec2 u_;
-  Mat33 R_B_C_;
-  Vec3 p_B_C_;
+  RigidMatrix T_B_C_;
 };
 
 /// A known point seen from a pose, as in tracking; the extrinsic is a constant.
@@ -84,8 +83,7 @@ class EdgeReprojectionPoseOnly : public SizedEdge<2, VertexPose> {
  private:
   Vec3 p_W_;
   Vec2 u_;
-  Mat33 R_B_C_;
-  Vec3 p_B_C_;
+  RigidMatrix T_B_C_;
 };
 
 }  // namespace ch5

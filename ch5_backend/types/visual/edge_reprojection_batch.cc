@@ -1,18 +1,19 @@
 // Copies edges into Reprojections; edges with the same vertices, but for the inverse depth, become one of its pairs.
 
 #include <algorithm>
-#include <optional>
+#include <type_traits>
 #include <unordered_map>
 
+#include "ch5_backend/types/visual/edge_stereo.h"
 #include "ch5_backend/types/visual/reprojections.h"
 
 namespace ch5 {
 namespace {
 
-RigidNumbers Numbers(const Mat33& R, const Vec3& p) {
+RigidNumbers Numbers(const RigidMatrix& from) {
   RigidNumbers T;
-  Eigen::Map<Mat33>(T.R) = R.transpose();
-  Eigen::Map<Vec3>(T.p) = p;
+  Eigen::Map<Mat33>(T.R) = from.R.transpose();
+  Eigen::Map<Vec3>(T.p) = from.p;
   return T;
 }
 
@@ -48,14 +49,15 @@ struct PairHash {
   }
 };
 
-RigidNumbers Numbers(const VertexPose& T) { return Numbers(T.R(), T.p()); }
-
 auto R(const RigidNumbers& T) { return Eigen::Map<const Mat33>(T.R).transpose(); }
 auto p(const RigidNumbers& T) { return Eigen::Map<const Vec3>(T.p); }
 
 // T_W_C = T_W_B T_B_C
 RigidNumbers Compose(const RigidNumbers& T_W_B, const RigidNumbers& T_B_C) {
-  return Numbers(R(T_W_B) * R(T_B_C), p(T_W_B) + R(T_W_B) * p(T_B_C));
+  RigidMatrix T_W_C;
+  T_W_C.R = R(T_W_B) * R(T_B_C);
+  T_W_C.p = p(T_W_B) + R(T_W_B) * p(T_B_C);
+  return Numbers(T_W_C);
 }
 
 // A of RelativeJacobian += [A_tp A_tθ; 0 A_φθ]
@@ -71,57 +73,49 @@ void AddBlocks(const Mat33& A_tp, const Mat33& A_ttheta, const Mat33& A_phitheta
 
 }  // namespace
 
-// The four kinds of edges: what Add reads of them is all that differs.
+// What Add reads of an edge.
 struct ReprojectionReader {
   // A camera that is a vertex, or a constant of an edge.
   struct CameraPlace {
     const VertexPose* vertex;
-    const Mat33* R_B_C = nullptr;
-    const Vec3* p_B_C = nullptr;
+    const RigidMatrix* constant = nullptr;
 
     bool operator==(const CameraPlace& other) const {
-      return vertex == other.vertex && (vertex || (*R_B_C == *other.R_B_C && *p_B_C == *other.p_B_C));
+      return vertex == other.vertex &&
+             (vertex || (constant->R == other.constant->R && constant->p == other.constant->p));
     }
-    RigidNumbers T_B_C() const { return vertex ? Numbers(*vertex) : Numbers(*R_B_C, *p_B_C); }
+    RigidNumbers T_B_C() const { return Numbers(vertex ? RigidMatrix(*vertex) : *constant); }
   };
-  CameraPlace camera_i;
-  std::optional<CameraPlace> camera_j;  // unless it is camera_i
-  const VertexPose *host = nullptr, *target = nullptr;
+  CameraPlace camera_i, camera_j;
+  const VertexPose *host = nullptr, *target = nullptr;  // null in the host's own frame
   const VertexScalar* time_offset = nullptr;
   MovingPoint host_point, target_point;
 
   explicit ReprojectionReader(const EdgeReprojection& edge)
-      : camera_i{nullptr, &edge.R_B_C_, &edge.p_B_C_}, host(&edge.GetVertex<1>()), target(&edge.GetVertex<2>()) {
+      : camera_i{nullptr, &edge.T_B_C_}, camera_j(camera_i), host(&edge.GetVertex<1>()), target(&edge.GetVertex<2>()) {
     host_point.x = edge.f_host_.head<2>();
     target_point.x = edge.u_target_;
   }
-  explicit ReprojectionReader(const EdgeReprojectionCalibration& edge)
-      : camera_i{&edge.GetVertex<3>()},
-        host(&edge.GetVertex<1>()),
-        target(&edge.GetVertex<2>()),
-        time_offset(&edge.GetVertex<4>()),
+  template <typename... V>
+  explicit ReprojectionReader(const MovingPointEdge<V...>& edge)
+      : camera_i{&edge.template GetVertex<MovingPointEdge<V...>::kCameraI>()},
+        camera_j{&edge.template GetVertex<MovingPointEdge<V...>::kCameraJ>()},
+        time_offset(&edge.template GetVertex<MovingPointEdge<V...>::kClock>()),
         host_point(edge.host_),
-        target_point(edge.target_) {}
-  explicit ReprojectionReader(const EdgeStereo& edge)
-      : camera_i{&edge.GetVertex<3>()},
-        camera_j(CameraPlace{&edge.GetVertex<4>()}),
-        host(&edge.GetVertex<1>()),
-        target(&edge.GetVertex<2>()),
-        time_offset(&edge.GetVertex<5>()),
-        host_point(edge.host_),
-        target_point(edge.target_) {}
-  explicit ReprojectionReader(const EdgeStereoHost& edge)
-      : camera_i{&edge.GetVertex<1>()},
-        camera_j(CameraPlace{&edge.GetVertex<2>()}),
-        time_offset(&edge.GetVertex<3>()),
-        host_point(edge.host_),
-        target_point(edge.target_) {}
+        target_point(edge.target_) {
+    if constexpr (MovingPointEdge<V...>::kTwoFrames) {
+      host = &edge.template GetVertex<1>();
+      target = &edge.template GetVertex<2>();
+    }
+  }
 };
 
 namespace {
 
-template <typename EdgeType, ReprojectionKind kKind>
+template <typename EdgeType>
 class ReprojectionBatch : public EdgeBatch {
+  static constexpr bool kMoving = !std::is_same_v<EdgeType, EdgeReprojection>;  // a MovingPointEdge
+
  public:
   void Clear() override {
     poses_.Clear();
@@ -145,7 +139,7 @@ class ReprojectionBatch : public EdgeBatch {
     const auto& edge = static_cast<const EdgeType&>(base);
     const ReprojectionReader read(edge);
     const int camera_i = CameraOf(read.camera_i);
-    const PairKey key{read.host, read.target, camera_i, read.camera_j ? CameraOf(*read.camera_j) : camera_i};
+    const PairKey key{read.host, read.target, camera_i, HasOneCamera() ? camera_i : CameraOf(read.camera_j)};
     if (seen_.pair.empty() || !(key == last_key_)) {  // edges come sorted, as a rule
       last_pair_ = pair_number_.try_emplace(key, static_cast<int>(seen_.pairs.size())).first->second;
       if (last_pair_ == static_cast<int>(seen_.pairs.size())) {
@@ -156,13 +150,13 @@ class ReprojectionBatch : public EdgeBatch {
     }
     seen_.pair.push_back(last_pair_);
     seen_.inverse_depth.push_back(&edge.template GetVertex<0>());
-    if constexpr (kKind == ReprojectionKind::kReprojection) {
-      seen_.host.Add(read.host_point.x);
-      seen_.target.Add(read.target_point.x);
-    } else {
+    if constexpr (kMoving) {
       seen_.host.Add(read.host_point);
       seen_.target.Add(read.target_point);
       seen_.time_offset.push_back(read.time_offset);
+    } else {
+      seen_.host.Add(read.host_point.x);
+      seen_.target.Add(read.target_point.x);
     }
   }
 
@@ -173,7 +167,8 @@ class ReprojectionBatch : public EdgeBatch {
     T_W_C_.resize(NumBodies() * cameras_.size());
     for (size_t c = 0; c < cameras_.size(); ++c) {
       if (poses.empty()) T_W_C_[c] = T_B_C_[c];  // W is the body
-      for (size_t i = 0; i < poses.size(); ++i) T_W_C_[c * NumBodies() + i] = Compose(Numbers(*poses[i]), T_B_C_[c]);
+      for (size_t i = 0; i < poses.size(); ++i)
+        T_W_C_[c * NumBodies() + i] = Compose(Numbers(RigidMatrix(*poses[i])), T_B_C_[c]);
     }
     seen_.T_Cj_Ci.resize(seen_.pairs.size());
     for (size_t k = 0; k < seen_.pairs.size(); ++k) {
@@ -182,10 +177,10 @@ class ReprojectionBatch : public EdgeBatch {
     }
   }
   void ComputeResiduals(int first, int count, double* r) const override {
-    ch5::ComputeResiduals(kKind, seen_, first, count, r);
+    ch5::ComputeResiduals(seen_, first, count, r);
   }
   void Linearize(int first, int count, double* r, double* J) const override {
-    ch5::Linearize(kKind, seen_, first, count, r, J);
+    ch5::Linearize(seen_, first, count, r, J);
   }
 
   bool IsRelative() const override { return true; }
@@ -196,16 +191,15 @@ class ReprojectionBatch : public EdgeBatch {
     const RigidNumbers &T_Cj_Ci = seen_.T_Cj_Ci[number], &T_B_Ci = T_B_C_[static_cast<size_t>(pair.camera_i)],
                        &T_B_Cj = T_B_C_[static_cast<size_t>(pair.camera_j)];
     const Mat33 R_Cj_Bj = R(T_B_Cj).transpose(), R_Cj_Bi = R(T_Cj_Ci) * R(T_B_Ci).transpose(), none = Mat33::Zero();
-    if constexpr (kKind != ReprojectionKind::kStereoHost) {
+    if (!poses_.Vertices().empty()) {
       const Mat33 R_Cj_W = R(T_W_C(pair.camera_j, pair.target)).transpose();
       const Vec3 p_Bj_Ci = R(T_B_Cj) * p(T_Cj_Ci) + p(T_B_Cj);
       A[1] = A[2] = {};
       AddBlocks(R_Cj_W, -R_Cj_Bi * Hat(p(T_B_Ci)), R_Cj_Bi, &A[1]);
       AddBlocks(-R_Cj_W, R_Cj_Bj * Hat(p_Bj_Ci), -R_Cj_Bj, &A[2]);
     }
-    if constexpr (kKind != ReprojectionKind::kReprojection) {  // the cameras' own, which may be one vertex
-      RelativeJacobian *A_i = A + (kKind == ReprojectionKind::kStereoHost ? 1 : 3),
-                       *A_j = A_i + (kKind == ReprojectionKind::kCalibration ? 0 : 1);
+    if constexpr (kMoving) {  // the cameras' own, which may be one vertex
+      RelativeJacobian *A_i = A + EdgeType::kCameraI, *A_j = A + EdgeType::kCameraJ;
       *A_i = *A_j = {};
       AddBlocks(R_Cj_Bi, none, R(T_Cj_Ci), A_i);
       AddBlocks(-R_Cj_Bj, Hat(p(T_Cj_Ci)), -Mat33::Identity(), A_j);
@@ -215,6 +209,10 @@ class ReprojectionBatch : public EdgeBatch {
   }
 
  private:
+  static constexpr bool HasOneCamera() {
+    if constexpr (kMoving) return EdgeType::kCameraI == EdgeType::kCameraJ;
+    return true;
+  }
   // One, or one for each camera.
   int CameraOf(const ReprojectionReader::CameraPlace& place) {
     const auto it = std::find(cameras_.begin(), cameras_.end(), place);
@@ -241,16 +239,18 @@ class ReprojectionBatch : public EdgeBatch {
 }  // namespace
 
 std::unique_ptr<EdgeBatch> EdgeReprojection::MakeBatch() const {
-  return std::make_unique<ReprojectionBatch<EdgeReprojection, ReprojectionKind::kReprojection>>();
+  return std::make_unique<ReprojectionBatch<EdgeReprojection>>();
 }
-std::unique_ptr<EdgeBatch> EdgeReprojectionCalibration::MakeBatch() const {
-  return std::make_unique<ReprojectionBatch<EdgeReprojectionCalibration, ReprojectionKind::kCalibration>>();
+template <typename... V>
+std::unique_ptr<EdgeBatch> MovingPointEdge<V...>::MakeBatch() const {
+  return std::make_unique<ReprojectionBatch<MovingPointEdge>>();
 }
-std::unique_ptr<EdgeBatch> EdgeStereo::MakeBatch() const {
-  return std::make_unique<ReprojectionBatch<EdgeStereo, ReprojectionKind::kStereo>>();
-}
-std::unique_ptr<EdgeBatch> EdgeStereoHost::MakeBatch() const {
-  return std::make_unique<ReprojectionBatch<EdgeStereoHost, ReprojectionKind::kStereoHost>>();
-}
+
+template std::unique_ptr<EdgeBatch>
+MovingPointEdge<VertexInverseDepth, VertexPose, VertexPose, VertexPose, VertexScalar>::MakeBatch() const;
+template std::unique_ptr<EdgeBatch>
+MovingPointEdge<VertexInverseDepth, VertexPose, VertexPose, VertexPose, VertexPose, VertexScalar>::MakeBatch() const;
+template std::unique_ptr<EdgeBatch>
+MovingPointEdge<VertexInverseDepth, VertexPose, VertexPose, VertexScalar>::MakeBatch() const;
 
 }  // namespace ch5

@@ -24,30 +24,52 @@ struct MovingPoint {
   Vec2 At(double time_offset) const { return x - (time_offset - clock_offset) * velocity; }
 };
 
-class EdgeReprojectionCalibration
-    : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose, VertexPose, VertexScalar>,
-      public FastEdge {
+/// The edge between two moving points. Its vertices: the inverse depth; the poses of both frames, unless they are one frame;
+/// the places T_B_Ci and T_B_Cj of the cameras on the body, which may be one camera; td.
+template <typename... V>
+class MovingPointEdge : public SizedEdge<2, V...>, public FastEdge {
  public:
-  EdgeReprojectionCalibration(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_W_Bi,
-                              std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexPose> T_B_C,
-                              std::shared_ptr<VertexScalar> time_offset, const MovingPoint& host,
-                              const MovingPoint& target);
+  /// Which vertices these are.
+  static constexpr size_t kClock = sizeof...(V) - 1, kCameraJ = kClock - 1;
+  static constexpr bool kTwoFrames = kClock > 3;
+  static constexpr size_t kCameraI = kTwoFrames ? 3 : 1;
+
   /// Other measurements; the vertices stay.
   void SetPoints(const MovingPoint& host, const MovingPoint& target) {
     host_ = host;
     target_ = target;
   }
   void ComputeResidual() override;
-  void ComputeJacobians() override;
+  void ComputeJacobians() override { Linearize(); }
+  void Linearize() override;
   std::unique_ptr<EdgeBatch> MakeBatch() const override;
   bool InDomain() const override;
-  std::string TypeInfo() const override { return "EdgeReprojectionCalibration"; }
+
+ protected:
+  MovingPointEdge(const MovingPoint& host, const MovingPoint& target, std::shared_ptr<V>... vertices)
+      : SizedEdge<2, V...>(std::move(vertices)...), host_(host), target_(target) {}
 
  private:
-  friend struct ReprojectionReader;
-  Vec3 PointInTarget() const;  // p_Cj
+  friend struct ReprojectionReader;  // of its batch
+  double InverseDepth() const { return this->template GetVertex<0>().InverseDepth(); }
+  double TimeOffset() const { return this->template GetVertex<kClock>().GetEstimate()[0]; }
+  PointTransfer ToTarget() const;
 
   MovingPoint host_, target_;
+};
+
+extern template class MovingPointEdge<VertexInverseDepth, VertexPose, VertexPose, VertexPose, VertexScalar>;
+
+class EdgeReprojectionCalibration
+    : public MovingPointEdge<VertexInverseDepth, VertexPose, VertexPose, VertexPose, VertexScalar> {
+ public:
+  EdgeReprojectionCalibration(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_W_Bi,
+                              std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexPose> T_B_C,
+                              std::shared_ptr<VertexScalar> time_offset, const MovingPoint& host,
+                              const MovingPoint& target)
+      : MovingPointEdge(host, target, std::move(inverse_depth), std::move(T_W_Bi), std::move(T_W_Bj), std::move(T_B_C),
+                        std::move(time_offset)) {}
+  std::string TypeInfo() const override { return "EdgeReprojectionCalibration"; }
 };
 
 }  // namespace ch5

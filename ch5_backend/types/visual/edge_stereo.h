@@ -15,58 +15,30 @@
 
 namespace ch5 {
 
+extern template class MovingPointEdge<VertexInverseDepth, VertexPose, VertexPose, VertexPose, VertexPose, VertexScalar>;
+extern template class MovingPointEdge<VertexInverseDepth, VertexPose, VertexPose, VertexScalar>;
+
 /// Host in camera 0 of frame i, target in camera 1 of another frame j.
 class EdgeStereo
-    : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose, VertexPose, VertexPose, VertexScalar>,
-      public FastEdge {
+    : public MovingPointEdge<VertexInverseDepth, VertexPose, VertexPose, VertexPose, VertexPose, VertexScalar> {
  public:
   EdgeStereo(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_W_Bi,
              std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexPose> T_B_C0, std::shared_ptr<VertexPose> T_B_C1,
-             std::shared_ptr<VertexScalar> time_offset, const MovingPoint& host, const MovingPoint& target);
-  /// Other measurements; the vertices stay.
-  void SetPoints(const MovingPoint& host, const MovingPoint& target) {
-    host_ = host;
-    target_ = target;
-  }
-  void ComputeResidual() override;
-  void ComputeJacobians() override { Linearize(); }
-  void Linearize() override { LinearizeInto(OwnResidual(), OwnJacobians()); }
-  bool LinearizeInto(double* r, double* const* J) const override;
-  std::unique_ptr<EdgeBatch> MakeBatch() const override;
-  bool InDomain() const override { return GetVertex<0>().InverseDepth() > 0.0 && PointInTarget().z() > 0.0; }
+             std::shared_ptr<VertexScalar> time_offset, const MovingPoint& host, const MovingPoint& target)
+      : MovingPointEdge(host, target, std::move(inverse_depth), std::move(T_W_Bi), std::move(T_W_Bj), std::move(T_B_C0),
+                        std::move(T_B_C1), std::move(time_offset)) {}
   std::string TypeInfo() const override { return "EdgeStereo"; }
-
- private:
-  friend struct ReprojectionReader;
-  Vec3 PointInTarget() const;
-
-  MovingPoint host_, target_;
 };
 
 /// Both in the same frame.
-class EdgeStereoHost : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose, VertexScalar>, public FastEdge {
+class EdgeStereoHost : public MovingPointEdge<VertexInverseDepth, VertexPose, VertexPose, VertexScalar> {
  public:
   EdgeStereoHost(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_B_C0,
                  std::shared_ptr<VertexPose> T_B_C1, std::shared_ptr<VertexScalar> time_offset, const MovingPoint& host,
-                 const MovingPoint& target);
-  /// Other measurements; the vertices stay.
-  void SetPoints(const MovingPoint& host, const MovingPoint& target) {
-    host_ = host;
-    target_ = target;
-  }
-  void ComputeResidual() override;
-  void ComputeJacobians() override { Linearize(); }
-  void Linearize() override { LinearizeInto(OwnResidual(), OwnJacobians()); }
-  bool LinearizeInto(double* r, double* const* J) const override;
-  std::unique_ptr<EdgeBatch> MakeBatch() const override;
-  bool InDomain() const override { return GetVertex<0>().InverseDepth() > 0.0 && PointInTarget().z() > 0.0; }
+                 const MovingPoint& target)
+      : MovingPointEdge(host, target, std::move(inverse_depth), std::move(T_B_C0), std::move(T_B_C1),
+                        std::move(time_offset)) {}
   std::string TypeInfo() const override { return "EdgeStereoHost"; }
-
- private:
-  friend struct ReprojectionReader;
-  Vec3 PointInTarget() const;
-
-  MovingPoint host_, target_;
 };
 
 }  // namespace ch5

@@ -13,15 +13,12 @@ std::vector<std::shared_ptr<Vertex>> VerticesOf(const std::shared_ptr<VertexInve
   return vertices;
 }
 
-// B_j = ∂π(p_Cj)/∂p_Cj R_Cj_Ci ∂p_Ci/∂u_host,  p_Ci = [u_host, 1]/λ
-Mat22 HostJacobian(const EdgeTrack::View& host, const EdgeTrack::View& target, double lambda, const Transform& T_B_C) {
-  const Qd q_W_Ci = host.T_W_B->q() * T_B_C.q, q_Cj_W = (target.T_W_B->q() * T_B_C.q).conjugate();
-  const Vec3 p_W_Ci = host.T_W_B->q() * T_B_C.p + host.T_W_B->p();
-  const Vec3 p_W_Cj = target.T_W_B->q() * T_B_C.p + target.T_W_B->p();
-  const Vec3 p_Cj = q_Cj_W * (q_W_Ci * (host.x.homogeneous() / lambda) + p_W_Ci - p_W_Cj);
-  Mat23 dr_dp_Cj;
-  dr_dp_Cj << 1.0, 0.0, -p_Cj.x() / p_Cj.z(), 0.0, 1.0, -p_Cj.y() / p_Cj.z();
-  return dr_dp_Cj * (q_Cj_W * q_W_Ci).toRotationMatrix().leftCols<2>() / (p_Cj.z() * lambda);
+// B_j = ∂π(p_Cj)/∂p_Ci ∂p_Ci/∂u_host,  p_Ci = [u_host, 1]/λ
+Mat22 HostJacobian(const EdgeTrack::View& host, const EdgeTrack::View& target, double lambda,
+                   const RigidMatrix& T_B_C) {
+  const PointTransfer transfer(host.x.homogeneous(), lambda, RigidMatrix(*host.T_W_B), RigidMatrix(*target.T_W_B),
+                               T_B_C, T_B_C);
+  return TransferJacobians(transfer, lambda, T_B_C).dr_dp_Ci(T_B_C).leftCols<2>() / lambda;
 }
 
 }  // namespace
@@ -36,7 +33,7 @@ EdgeTrack::EdgeTrack(const std::shared_ptr<VertexInverseDepth>& inverse_depth, c
     views_.push_back(std::make_unique<EdgeReprojection>(inverse_depth, views[0].T_W_B, views[j].T_W_B, views[0].x,
                                                         views[j].x, T_B_C));
     B.middleRows<2>(2 * (static_cast<int>(j) - 1)) =
-        HostJacobian(views[0], views[j], inverse_depth->InverseDepth(), T_B_C);
+        HostJacobian(views[0], views[j], inverse_depth->InverseDepth(), RigidMatrix(T_B_C));
   }
   const Mat22 inner = (Mat22::Identity() + B.transpose() * B).inverse();
   W_ = (MatXX::Identity(rows, rows) - B * inner * B.transpose()) / (sigma * sigma);

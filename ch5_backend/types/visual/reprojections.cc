@@ -13,8 +13,9 @@ CH5_INLINE void Load(const std::vector<double>& numbers, int first, int last, Ve
   for (int k = 0; k < kWidth; ++k) (*v)[k] = numbers[static_cast<size_t>(std::min(first + k, last))];
 }
 
-// A pack's edges, or half of them, as many as a Vector has lanes; behind edge `last` this one again.
-template <typename Vector, ReprojectionKind kKind>
+// A pack's edges, or half of them, as many as a Vector has lanes; behind edge `last` this one again. Their points move if
+// the camera's clock is a vertex.
+template <typename Vector, bool kMoving>
 struct Projection {
   static constexpr int kWidth = sizeof(Vector) / sizeof(double);
   Vector lambda, p[3], Rf[3], z_inverse, xy[2], r[2];
@@ -24,8 +25,7 @@ struct Projection {
     for (int k = 0; k < kWidth; ++k) {
       const auto e = static_cast<size_t>(std::min(first + k, last));
       inverse_depth[k] = seen.inverse_depth[e]->GetEstimate().data();
-      if constexpr (kKind != ReprojectionKind::kReprojection)
-        time_offset[k] = seen.time_offset[e]->GetEstimate().data();
+      if constexpr (kMoving) time_offset[k] = seen.time_offset[e]->GetEstimate().data();
       numbers[k] = seen.T_Cj_Ci[static_cast<size_t>(seen.pair[e])].R;
     }
     GatherLanes<1>(inverse_depth, &lambda);
@@ -36,7 +36,7 @@ struct Projection {
     } else {
       GatherLanes<12>(numbers, T);
     }
-    if constexpr (kKind != ReprojectionKind::kReprojection) GatherLanes<1>(time_offset, &td);
+    if constexpr (kMoving) GatherLanes<1>(time_offset, &td);
     LoadPoint(seen.host, td, first, last, f);
     LoadPoint(seen.target, td, first, last, x_j);
     CH5_UNROLL
@@ -55,7 +55,7 @@ struct Projection {
   // x̂ = x − (td − td_k) ẋ, as MovingPoint::At.
   static CH5_INLINE void LoadPoint(const MovingPoints& points, const Vector& td, int first, int last, Vector* x) {
     for (int i = 0; i < 2; ++i) Load(points.x[i], first, last, x + i);
-    if constexpr (kKind != ReprojectionKind::kReprojection) {
+    if constexpr (kMoving) {
       Vector velocity, clock_offset;
       Load(points.clock_offset, first, last, &clock_offset);
       for (int i = 0; i < 2; ++i) {
@@ -66,13 +66,13 @@ struct Projection {
   }
 };
 
-template <ReprojectionKind kKind>
+template <bool kMoving>
 struct Residuals {
   using Signature = void(const Reprojections&, int first, int count, double* r);
   template <SimdLevel kSimd>
   static CH5_INLINE void Run(const Reprojections& seen, int first, int count, double* r) {
     using Vector = FittingLanes<kSimd>;
-    using Edges = Projection<Vector, kKind>;
+    using Edges = Projection<Vector, kMoving>;
     CH5_UNROLL
     for (int lane = 0; lane < kPack; lane += Edges::kWidth) {
       const Edges edges(seen, first + lane, first + count - 1);
@@ -81,13 +81,13 @@ struct Residuals {
   }
 };
 
-template <ReprojectionKind kKind>
+template <bool kMoving>
 struct ResidualsAndJacobians {
   using Signature = void(const Reprojections&, int first, int count, double* r, double* J);
   template <SimdLevel kSimd>
   static CH5_INLINE void Run(const Reprojections& seen, int first, int count, double* r, double* J) {
     using Vector = FittingLanes<kSimd>;
-    using Edges = Projection<Vector, kKind>;
+    using Edges = Projection<Vector, kMoving>;
     CH5_UNROLL
     for (int lane = 0; lane < kPack; lane += Edges::kWidth, r += Edges::kWidth, J += Edges::kWidth) {
       const Edges edges(seen, first + lane, first + count - 1);
@@ -112,29 +112,13 @@ struct ResidualsAndJacobians {
 
 }  // namespace
 
-void ComputeResiduals(ReprojectionKind kind, const Reprojections& seen, int first, int count, double* r) {
-  switch (kind) {
-    case ReprojectionKind::kReprojection:
-      return Dispatch<Residuals<ReprojectionKind::kReprojection>>()(seen, first, count, r);
-    case ReprojectionKind::kCalibration:
-      return Dispatch<Residuals<ReprojectionKind::kCalibration>>()(seen, first, count, r);
-    case ReprojectionKind::kStereo: return Dispatch<Residuals<ReprojectionKind::kStereo>>()(seen, first, count, r);
-    case ReprojectionKind::kStereoHost:
-      return Dispatch<Residuals<ReprojectionKind::kStereoHost>>()(seen, first, count, r);
-  }
+void ComputeResiduals(const Reprojections& seen, int first, int count, double* r) {
+  (seen.time_offset.empty() ? Dispatch<Residuals<false>>() : Dispatch<Residuals<true>>())(seen, first, count, r);
 }
 
-void Linearize(ReprojectionKind kind, const Reprojections& seen, int first, int count, double* r, double* J) {
-  switch (kind) {
-    case ReprojectionKind::kReprojection:
-      return Dispatch<ResidualsAndJacobians<ReprojectionKind::kReprojection>>()(seen, first, count, r, J);
-    case ReprojectionKind::kCalibration:
-      return Dispatch<ResidualsAndJacobians<ReprojectionKind::kCalibration>>()(seen, first, count, r, J);
-    case ReprojectionKind::kStereo:
-      return Dispatch<ResidualsAndJacobians<ReprojectionKind::kStereo>>()(seen, first, count, r, J);
-    case ReprojectionKind::kStereoHost:
-      return Dispatch<ResidualsAndJacobians<ReprojectionKind::kStereoHost>>()(seen, first, count, r, J);
-  }
+void Linearize(const Reprojections& seen, int first, int count, double* r, double* J) {
+  (seen.time_offset.empty() ? Dispatch<ResidualsAndJacobians<false>>() : Dispatch<ResidualsAndJacobians<true>>())(
+      seen, first, count, r, J);
 }
 
 }  // namespace ch5

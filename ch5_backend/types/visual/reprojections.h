@@ -10,7 +10,7 @@
 
 #include <vector>
 
-#include "ch5_backend/types/visual/edge_stereo.h"
+#include "ch5_backend/types/visual/edge_reprojection_calibration.h"
 
 namespace ch5 {
 
@@ -19,14 +19,6 @@ struct RigidNumbers {
   double R[9], p[3];
 };
 static_assert(sizeof(RigidNumbers) == 12 * sizeof(double));
-
-/// Which edges a batch has, by their vertices.
-enum class ReprojectionKind {
-  kReprojection,  ///< λ, i, j
-  kCalibration,   ///< λ, i, j, T_B_C, td
-  kStereo,        ///< λ, i, j, T_B_C0, T_B_C1, td
-  kStereoHost     ///< λ, T_B_C0, T_B_C1, td
-};
 
 /// A point of each edge; all but x only where the camera's clock is a vertex.
 struct MovingPoints {
@@ -55,13 +47,13 @@ struct Reprojections {
   std::vector<RigidNumbers> T_Cj_Ci;  ///< of each pair
   std::vector<int> pair;              ///< of each edge, as all below
   std::vector<const VertexInverseDepth*> inverse_depth;
-  std::vector<const VertexScalar*> time_offset;
+  std::vector<const VertexScalar*> time_offset;  ///< none where the camera's clock is no vertex
   MovingPoints host, target;
 };
 
 /// r of edges [first, first + count), count ≤ kPack, as one pack (graph/fast_edge.h).
-void ComputeResiduals(ReprojectionKind kind, const Reprojections& seen, int first, int count, double* r);
+void ComputeResiduals(const Reprojections& seen, int first, int count, double* r);
 /// The same, J_λ and J_ξ.
-void Linearize(ReprojectionKind kind, const Reprojections& seen, int first, int count, double* r, double* J);
+void Linearize(const Reprojections& seen, int first, int count, double* r, double* J);
 
 }  // namespace ch5
