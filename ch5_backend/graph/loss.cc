@@ -18,8 +18,6 @@ double RequirePositive(double delta, const char* name) {
   return delta;
 }
 
-double Square(double x) { return x * x; }
-
 // 2ρ'' where ρ' + 2ρ''s is positive. Huber's is zero; the margin keeps its rounding from switching the term on and off.
 double RankOne(double slope, double curvature, double s) {
   constexpr double kMargin = 1e-12;
@@ -42,18 +40,15 @@ void LossFunction::Weigh(const double* s, int n, double* weight, double* rank_on
   }
 }
 
-HuberLoss::HuberLoss(double delta, LossCorrection correction)
-    : LossFunction(correction), delta_(RequirePositive(delta, "HuberLoss")) {}
+ThresholdLoss::ThresholdLoss(const char* name, double threshold, LossCorrection correction)
+    : LossFunction(correction), threshold_(RequirePositive(threshold, name)), square_(threshold * threshold) {}
 
 Rho HuberLoss::Evaluate(double s) const {
-  if (s <= delta_ * delta_) return {s, 1.0, 0.0};
+  if (s <= square_) return {s, 1.0, 0.0};
   const double root = std::sqrt(s);
-  const double slope = delta_ / root;
-  return {2.0 * delta_ * root - delta_ * delta_, slope, -0.5 * slope / s};
+  const double slope = threshold_ / root;
+  return {2.0 * threshold_ * root - square_, slope, -0.5 * slope / s};
 }
-
-CauchyLoss::CauchyLoss(double delta, LossCorrection correction)
-    : LossFunction(correction), square_(Square(RequirePositive(delta, "CauchyLoss"))) {}
 
 Rho CauchyLoss::Evaluate(double s) const {
   const Rho slopes = EvaluateSlopes(s);
@@ -132,9 +127,6 @@ void CauchyLoss::Weigh(const double* s, int n, double* weight, double* rank_one)
   for (int k = 0; k < n; ++k) rank_one[k] = RankOne(weight[k], -weight[k] * weight[k] / square_, s[k]);
 }
 
-TukeyLoss::TukeyLoss(double delta, LossCorrection correction)
-    : LossFunction(correction), square_(Square(RequirePositive(delta, "TukeyLoss"))) {}
-
 Rho TukeyLoss::Evaluate(double s) const {
   if (s > square_) return {square_ / 3.0, 0.0, 0.0};
   // u = s/δ², v = 1 − u:  1 − v³ = 3u (1 − u + u²/3), which does not cancel for small s.
@@ -142,63 +134,45 @@ Rho TukeyLoss::Evaluate(double s) const {
   return {s * (1.0 - u + u * u / 3.0), v * v, -2.0 * v / square_};
 }
 
-PseudoHuberLoss::PseudoHuberLoss(double delta, LossCorrection correction)
-    : LossFunction(correction), square_(Square(RequirePositive(delta, "PseudoHuberLoss"))) {}
-
 Rho PseudoHuberLoss::Evaluate(double s) const {
   const double t = 1.0 + s / square_, root = std::sqrt(t);
   // √t − 1 = (t − 1)/(√t + 1) does not cancel for small s.
   return {2.0 * s / (root + 1.0), 1.0 / root, -0.5 / (square_ * root * t)};
 }
 
-GemanMcClureLoss::GemanMcClureLoss(double phi, LossCorrection correction)
-    : LossFunction(correction), phi_(RequirePositive(phi, "GemanMcClureLoss")) {}
-
 Rho GemanMcClureLoss::Evaluate(double s) const {
-  const double c = phi_ / (phi_ + s);
-  return {c * s, c * c, -2.0 * c * c / (phi_ + s)};
+  const double c = threshold_ / (threshold_ + s);
+  return {c * s, c * c, -2.0 * c * c / (threshold_ + s)};
 }
-
-WelschLoss::WelschLoss(double delta, LossCorrection correction)
-    : LossFunction(correction), square_(Square(RequirePositive(delta, "WelschLoss"))) {}
 
 Rho WelschLoss::Evaluate(double s) const {
   const double slope = std::exp(-s / square_);
   return {-square_ * std::expm1(-s / square_), slope, -slope / square_};
 }
 
-FairLoss::FairLoss(double delta, LossCorrection correction)
-    : LossFunction(correction), delta_(RequirePositive(delta, "FairLoss")) {}
-
 Rho FairLoss::Evaluate(double s) const {
-  const double x = std::sqrt(s) / delta_, slope = 1.0 / (1.0 + x);
+  const double x = std::sqrt(s) / threshold_, slope = 1.0 / (1.0 + x);
   // x − log(1 + x) = x²/2 − x³/3 + x⁴/4 − …, which cancels for small x.
   const double gap = x < 1e-3 ? x * x * (0.5 - x * (1.0 / 3.0 - x * (0.25 - 0.2 * x))) : x - std::log1p(x);
-  const double curvature = s > 0.0 ? -0.5 * slope * slope / (delta_ * std::sqrt(s)) : 0.0;
-  return {2.0 * delta_ * delta_ * gap, slope, curvature};
+  const double curvature = s > 0.0 ? -0.5 * slope * slope / (threshold_ * std::sqrt(s)) : 0.0;
+  return {2.0 * square_ * gap, slope, curvature};
 }
-
-SaturatedLoss::SaturatedLoss(double delta, LossCorrection correction)
-    : LossFunction(correction), square_(Square(RequirePositive(delta, "SaturatedLoss"))) {}
 
 Rho SaturatedLoss::Evaluate(double s) const {
   if (s > square_) return {square_, 0.0, 0.0};
   return {s, 1.0, 0.0};
 }
 
-DcsLoss::DcsLoss(double phi, LossCorrection correction)
-    : LossFunction(correction), phi_(RequirePositive(phi, "DcsLoss")) {}
-
 Rho DcsLoss::Evaluate(double s) const {
-  if (s <= phi_) return {s, 1.0, 0.0};
-  const double c = 2.0 * phi_ / (phi_ + s);
-  return {phi_ * (3.0 * s - phi_) / (s + phi_), c * c, -2.0 * c * c / (phi_ + s)};
+  if (s <= threshold_) return {s, 1.0, 0.0};
+  const double c = 2.0 * threshold_ / (threshold_ + s);
+  return {threshold_ * (3.0 * s - threshold_) / (s + threshold_), c * c, -2.0 * c * c / (threshold_ + s)};
 }
 
 ScaleDeltaLoss::ScaleDeltaLoss(std::shared_ptr<const LossFunction> kappa, double delta)
     : LossFunction(kappa ? kappa->Correction() : LossCorrection::kTriggs),
       kappa_(std::move(kappa)),
-      square_(Square(RequirePositive(delta, "ScaleDeltaLoss"))) {
+      square_(RequirePositive(delta, "ScaleDeltaLoss") * delta) {
   if (!kappa_) throw std::invalid_argument("ScaleDeltaLoss: there is no loss to scale (null)");
 }
 

@@ -40,100 +40,91 @@ class TrivialLoss : public LossFunction {
   Rho Evaluate(double s) const override { return {s, 1.0, 0.0}; }
 };
 
-/// ρ(s) = s for s ≤ δ², else 2δ√s − δ².
-class HuberLoss : public LossFunction {
- public:
-  /// @throws std::invalid_argument unless δ > 0
-  explicit HuberLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
-  Rho Evaluate(double s) const override;
+/// A loss with a threshold.
+class ThresholdLoss : public LossFunction {
+ protected:
+  /// @param name  the loss's, for the message
+  /// @throws std::invalid_argument unless `threshold` > 0 is finite
+  ThresholdLoss(const char* name, double threshold, LossCorrection correction);
 
- private:
-  double delta_;
+  double threshold_, square_;  // δ and δ², or φ and φ²
+};
+
+/// ρ(s) = s for s ≤ δ², else 2δ√s − δ².
+class HuberLoss : public ThresholdLoss {
+ public:
+  explicit HuberLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
+      : ThresholdLoss("HuberLoss", delta, correction) {}
+  Rho Evaluate(double s) const override;
 };
 
 /// ρ(s) = δ² log(1 + s/δ²).
-class CauchyLoss : public LossFunction {
+class CauchyLoss : public ThresholdLoss {
  public:
-  explicit CauchyLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
+  explicit CauchyLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
+      : ThresholdLoss("CauchyLoss", delta, correction) {}
   Rho Evaluate(double s) const override;
   Rho EvaluateSlopes(double s) const override;
   double Sum(const double* s, int n) const override;
   void Weigh(const double* s, int n, double* weight, double* rank_one) const override;
-
- private:
-  double square_;
 };
 
 /// ρ(s) = δ²/3 (1 − (1 − s/δ²)³) for s ≤ δ², else δ²/3: an outlier has no influence at all.
-class TukeyLoss : public LossFunction {
+class TukeyLoss : public ThresholdLoss {
  public:
-  explicit TukeyLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
+  explicit TukeyLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
+      : ThresholdLoss("TukeyLoss", delta, correction) {}
   Rho Evaluate(double s) const override;
-
- private:
-  double square_;
 };
 
 /// ρ(s) = 2δ² (√(1 + s/δ²) − 1): Huber without a corner.
-class PseudoHuberLoss : public LossFunction {
+class PseudoHuberLoss : public ThresholdLoss {
  public:
-  explicit PseudoHuberLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
+  explicit PseudoHuberLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
+      : ThresholdLoss("PseudoHuberLoss", delta, correction) {}
   Rho Evaluate(double s) const override;
-
- private:
-  double square_;
 };
 
 /// ρ(s) = φs/(φ + s), which never exceeds φ. Mind that φ is a threshold on s, not on √s, as in g2o.
-class GemanMcClureLoss : public LossFunction {
+class GemanMcClureLoss : public ThresholdLoss {
  public:
-  explicit GemanMcClureLoss(double phi, LossCorrection correction = LossCorrection::kTriggs);
+  explicit GemanMcClureLoss(double phi, LossCorrection correction = LossCorrection::kTriggs)
+      : ThresholdLoss("GemanMcClureLoss", phi, correction) {}
   Rho Evaluate(double s) const override;
-
- private:
-  double phi_;
 };
 
 /// ρ(s) = δ² (1 − exp(−s/δ²)).
-class WelschLoss : public LossFunction {
+class WelschLoss : public ThresholdLoss {
  public:
-  explicit WelschLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
+  explicit WelschLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
+      : ThresholdLoss("WelschLoss", delta, correction) {}
   Rho Evaluate(double s) const override;
-
- private:
-  double square_;
 };
 
 /// ρ(s) = 2δ² (√s/δ − log(1 + √s/δ)).  ρ'' has a pole at s = 0, where only ρ''s = 0 matters: it is given as 0 there.
-class FairLoss : public LossFunction {
+class FairLoss : public ThresholdLoss {
  public:
-  explicit FairLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
+  explicit FairLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
+      : ThresholdLoss("FairLoss", delta, correction) {}
   Rho Evaluate(double s) const override;
-
- private:
-  double delta_;
 };
 
 /// ρ(s) = min(s, δ²): truncated least squares.
-class SaturatedLoss : public LossFunction {
+class SaturatedLoss : public ThresholdLoss {
  public:
-  explicit SaturatedLoss(double delta, LossCorrection correction = LossCorrection::kTriggs);
+  explicit SaturatedLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
+      : ThresholdLoss("SaturatedLoss", delta, correction) {}
   Rho Evaluate(double s) const override;
-
- private:
-  double square_;
 };
 
 /// Dynamic covariance scaling (Agarwal et al., ICRA 2013): an edge's W is scaled by c², c = min(1, 2φ/(φ + s)); φ is a
 /// threshold on s. The loss whose slope is c²: ρ(s) = s for s ≤ φ, else φ(3s − φ)/(s + φ). (g2o reports c²s for ρ,
 /// of which c² is not the derivative; a gain ratio needs the integral.)
-class DcsLoss : public LossFunction {
+class DcsLoss : public ThresholdLoss {
  public:
-  explicit DcsLoss(double phi, LossCorrection correction = LossCorrection::kTriggs);
+  explicit DcsLoss(double phi, LossCorrection correction = LossCorrection::kTriggs)
+      : ThresholdLoss("DcsLoss", phi, correction) {}
   Rho Evaluate(double s) const override;
-
- private:
-  double phi_;
 };
 
 /// ρ(s) = δ² κ(s/δ²): the loss κ, stretched to another threshold.
