@@ -148,12 +148,10 @@ std::vector<Front> ExactFronts(const Lists& neighbors, const EliminationPlan& pl
   return fronts;
 }
 
-int SumOfDims(const EliminationPlan& plan, int first, int last) { return plan.offset[last] - plan.offset[first]; }
-
 void SetSizes(const EliminationPlan& plan, Front* front) {
-  front->pivots = SumOfDims(plan, front->first, front->last);
+  front->pivots = plan.offset[front->last] - plan.offset[front->first];
   front->rows_below = 0;
-  for (const int block : front->below) front->rows_below += SumOfDims(plan, block, block + 1);
+  for (const int block : front->below) front->rows_below += plan.Dim(block);
 }
 
 double Multiplications(double k, double r) { return k * (k * k / 6.0 + 0.5 * k * r + 0.5 * r * r); }
@@ -184,16 +182,15 @@ std::vector<Front> MergeFronts(const std::vector<Front>& exact) {
   return merged;
 }
 
-void FindParents(std::vector<Front>* fronts, int num_blocks) {
-  std::vector<int> front_of(static_cast<size_t>(num_blocks));
-  for (size_t f = 0; f < fronts->size(); ++f) {
-    const Front& front = (*fronts)[f];
-    std::fill(front_of.begin() + front.first, front_of.begin() + front.last, static_cast<int>(f));
-  }
-  for (Front& front : *fronts) front.parent = front.below.empty() ? -1 : front_of[front.below[0]];
-}
-
 }  // namespace
+
+std::vector<int> EliminationPlan::FrontOfEachBlock() const {
+  std::vector<int> front_of(order.size());
+  for (size_t f = 0; f < fronts.size(); ++f) {
+    std::fill(front_of.begin() + fronts[f].first, front_of.begin() + fronts[f].last, static_cast<int>(f));
+  }
+  return front_of;
+}
 
 EliminationPlan PlanElimination(const SymmetricBlockMatrix& A) {
   EliminationPlan plan;
@@ -209,8 +206,9 @@ EliminationPlan PlanElimination(const SymmetricBlockMatrix& A) {
   std::vector<Front> exact = ExactFronts(neighbors, plan, EliminationTree(neighbors, plan.order));
   for (Front& front : exact) SetSizes(plan, &front);
   plan.fronts = MergeFronts(exact);
-  FindParents(&plan.fronts, A.NumColumns());
-  for (const Front& front : plan.fronts) {
+  const std::vector<int> front_of = plan.FrontOfEachBlock();
+  for (Front& front : plan.fronts) {
+    if (!front.below.empty()) front.parent = front_of[front.below[0]];
     plan.num_factor_values += front.pivots * (0.5 * (front.pivots + 1.0) + front.rows_below);
     plan.multiplications += Multiplications(front.pivots, front.rows_below);
   }

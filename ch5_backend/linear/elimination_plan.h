@@ -37,6 +37,11 @@ struct EliminationPlan {
   std::vector<Front> fronts;       ///< children before parents
   double num_factor_values = 0.0;  ///< numbers in L, the zeros that a front stores included
   double multiplications = 0.0;    ///< of the factorization; a dense one takes n³/6
+
+  /// The size of the k-th block in elimination order.
+  int Dim(int k) const { return offset[k + 1] - offset[k]; }
+  /// The front that eliminates each block, in elimination order.
+  std::vector<int> FrontOfEachBlock() const;
 };
 
 /// Plans for the pattern of A; its values do not matter.

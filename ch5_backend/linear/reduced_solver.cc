@@ -1,12 +1,14 @@
 #include "ch5_backend/linear/reduced_solver.h"
 
 #include <Eigen/Cholesky>
+#include <stdexcept>
 
 #include "ch5_backend/linear/conjugate_gradients.h"
 #include "ch5_backend/linear/pivot_rule.h"
 #include "ch5_backend/linear/sparse_cholesky.h"
 #include "ch5_backend/math/dense_kernels.h"
 #include "ch5_backend/math/option_checks.h"
+#include "ch5_backend/math/psd.h"
 #include "ch5_backend/math/vector_kernels.h"
 
 namespace ch5 {
@@ -151,6 +153,26 @@ class BlockPcg : public ReducedSolver {
   LinearIterate iterate_;
 };
 
+class PseudoInverse : public ReducedSolver {
+ public:
+  explicit PseudoInverse(int nullity) : nullity_(nullity) {}
+
+  void Prepare(const SymmetricBlockMatrix& S, ThreadPool* /*pool*/) override { A_.resize(S.Size(), S.Size()); }
+  bool Solve(const SymmetricBlockMatrix& S, const VecX& b, const VecX& /*scale*/, VecX* x) override {
+    S.CopyLower(&A_);
+    try {
+      *x = PseudoInversePsd(A_.selfadjointView<Eigen::Lower>(), nullity_) * b;
+    } catch (const std::invalid_argument&) {
+      return false;
+    }
+    return x->allFinite();
+  }
+
+ private:
+  int nullity_;
+  MatXX A_;
+};
+
 }  // namespace
 
 void IterativeOptions::Validate() const {
@@ -184,5 +206,6 @@ std::unique_ptr<ReducedSolver> MakeDenseCholesky() { return std::make_unique<Den
 std::unique_ptr<ReducedSolver> MakeBlockPcg(int max_iterations, double tolerance) {
   return std::make_unique<BlockPcg>(max_iterations, tolerance);
 }
+std::unique_ptr<ReducedSolver> MakePseudoInverse(int nullity) { return std::make_unique<PseudoInverse>(nullity); }
 
 }  // namespace ch5

@@ -4,17 +4,15 @@
 
 namespace ch5 {
 
-SelectedInverse::SelectedInverse(const SparseCholesky& cholesky) : plan_(cholesky.Plan()) {
-  front_of_.resize(plan_.order.size());
+SelectedInverse::SelectedInverse(const SparseCholesky& cholesky)
+    : plan_(cholesky.Plan()), front_of_(plan_.FrontOfEachBlock()) {
   rows_below_.resize(plan_.fronts.size());
   Z_.resize(plan_.fronts.size());
   for (size_t f = 0; f < plan_.fronts.size(); ++f) {
-    const Front& front = plan_.fronts[f];
-    std::fill(front_of_.begin() + front.first, front_of_.begin() + front.last, static_cast<int>(f));
-    int row = front.pivots;
-    for (const int block : front.below) {
+    int row = plan_.fronts[f].pivots;
+    for (const int block : plan_.fronts[f].below) {
       rows_below_[f].push_back(row);
-      row += Dim(block);
+      row += plan_.Dim(block);
     }
   }
   for (size_t f = plan_.fronts.size(); f-- > 0;) InvertFront(f, cholesky);
@@ -37,8 +35,8 @@ void SelectedInverse::InvertFront(size_t f, const SparseCholesky& cholesky) {
       const int i = front.below[a], j = front.below[b];
       const auto Z_ij = *Find(i, j);
       const int row = rows_below_[f][a] - k, column = rows_below_[f][b] - k;
-      Z_bb.block(row, column, Dim(i), Dim(j)) = Z_ij;
-      Z_bb.block(column, row, Dim(j), Dim(i)) = Z_ij.transpose();
+      Z_bb.block(row, column, plan_.Dim(i), plan_.Dim(j)) = Z_ij;
+      Z_bb.block(column, row, plan_.Dim(j), plan_.Dim(i)) = Z_ij.transpose();
     }
   }
   const MatXX Y = L_11.transpose().solve(columns.bottomRows(r).transpose()).transpose();
@@ -58,7 +56,7 @@ std::optional<Eigen::Block<const MatXX>> SelectedInverse::Find(int later, int ea
   const size_t f = static_cast<size_t>(front_of_[earlier]);
   const int row = RowInFront(f, later);
   if (row < 0) return std::nullopt;
-  return Z_[f].block(row, RowInFront(f, earlier), Dim(later), Dim(earlier));
+  return Z_[f].block(row, RowInFront(f, earlier), plan_.Dim(later), plan_.Dim(earlier));
 }
 
 std::optional<MatXX> SelectedInverse::Block(int i, int j) const {

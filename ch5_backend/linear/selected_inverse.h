@@ -28,7 +28,6 @@ class SelectedInverse {
  private:
   void InvertFront(size_t f, const SparseCholesky& cholesky);
   int RowInFront(size_t f, int block) const;
-  int Dim(int block) const { return plan_.offset[block + 1] - plan_.offset[block]; }
   std::optional<Eigen::Block<const MatXX>> Find(int later, int earlier) const;
 
   EliminationPlan plan_;

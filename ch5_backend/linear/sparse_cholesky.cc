@@ -28,12 +28,12 @@ bool SparseCholesky::Factorize(const SymmetricBlockMatrix& A, const VecX& min_pi
   for (size_t i = 0; i < permutation_.size(); ++i) min_pivot_[static_cast<long>(i)] = min_pivot[permutation_[i]];
   std::atomic<bool> ok{true};
   ParallelFor(pool_, static_cast<int>(tasks_.size()) - 1, 1, [&](int t, int) {
-    for (const int f : tasks_[t].fronts) {
+    for (const int f : tasks_[t]) {
       if (!ok.load(std::memory_order_relaxed)) return;
       if (!FactorFront(A, f, nullptr)) ok = false;
     }
   });
-  for (const int f : tasks_.back().fronts) {
+  for (const int f : tasks_.back()) {
     if (!ok) return false;
     if (!FactorFront(A, f, pool_)) ok = false;
   }
@@ -124,7 +124,7 @@ void SparseCholesky::Solve(const VecX& b, VecX* x) {
   const auto for_rows_below = [&](const Front& front, auto use) {
     int row = 0;
     for (const int block : front.below) {
-      const int length = plan_.offset[block + 1] - plan_.offset[block];
+      const int length = plan_.Dim(block);
       use(plan_.offset[block], row, length);
       row += length;
     }

@@ -56,10 +56,6 @@ class SparseCholesky {
     int runs_begin, runs_below, runs_end;  // from runs_below on they are below the parent's pivots
     std::vector<int> children;
   };
-  /// Fronts that one thread works through, children first.
-  struct Task {
-    std::vector<int> fronts;
-  };
 
   void PlaceColumns();
   void PlanGathering(const SymmetricBlockMatrix& A);
@@ -77,7 +73,7 @@ class SparseCholesky {
   std::vector<FrontMemory> places_;
   std::vector<Copy> copies_;
   std::vector<Run> runs_;
-  std::vector<Task> tasks_;  // the last one waits for all others
+  std::vector<std::vector<int>> tasks_;  // fronts that one thread works through, children first; the last waits for all
   std::unique_ptr<double[]> L_, updates_;
   std::vector<int> permutation_;   // number i in elimination order is number permutation_[i] of A
   VecX min_pivot_, x_, gathered_;  // the first two in elimination order; the rows below a front

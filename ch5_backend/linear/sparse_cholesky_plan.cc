@@ -58,11 +58,7 @@ void SparseCholesky::PlanGathering(const SymmetricBlockMatrix& A) {
   struct Pair {
     int block, i, j;
   };
-  std::vector<int> front_of(plan_.order.size());
-  for (size_t f = 0; f < places_.size(); ++f) {
-    const Front& front = plan_.fronts[f];
-    std::fill(front_of.begin() + front.first, front_of.begin() + front.last, static_cast<int>(f));
-  }
+  const std::vector<int> front_of = plan_.FrontOfEachBlock();
   std::vector<std::vector<Pair>> pairs(places_.size());
   for (int j = 0; j < A.NumColumns(); ++j) {
     for (int block = A.ColumnBegin(j); block < A.ColumnBegin(j + 1); ++block) {
@@ -79,7 +75,7 @@ void SparseCholesky::PlanGathering(const SymmetricBlockMatrix& A) {
     int row = 0;
     const auto next_row = [&](int block) {
       row_of[block] = row;
-      row += plan_.offset[block + 1] - plan_.offset[block];
+      row += plan_.Dim(block);
     };
     for (int block = front.first; block < front.last; ++block) next_row(block);
     for (const int block : front.below) next_row(block);
@@ -100,7 +96,7 @@ void SparseCholesky::PlanRuns(int child, int parent_pivots, const std::vector<in
   const int begin = static_cast<int>(runs_.size());
   int from = 0;
   for (const int block : plan_.fronts[child].below) {
-    const int to = row_of[block], length = plan_.offset[block + 1] - plan_.offset[block];
+    const int to = row_of[block], length = plan_.Dim(block);
     // A run does not cross from the parent's pivots to the rows below: the two are stored apart.
     const bool continues =
         static_cast<int>(runs_.size()) > begin && to != parent_pivots && runs_.back().to + runs_.back().length == to;
@@ -132,26 +128,20 @@ void SparseCholesky::PlanTasks() {
   const int threads = pool_ ? pool_->Threads() : 1;
   const double small = threads == 1 ? total : total / (6.0 * threads);
 
-  std::vector<int> task_of(places_.size(), -1), heads;
+  std::vector<int> roots;  // of these subtrees, the one with the most work first
   for (int f = n - 1; f >= 0; --f) {
     const int parent = plan_.fronts[f].parent;
-    if (parent >= 0 && task_of[parent] >= 0) {
-      task_of[f] = task_of[parent];
-    } else if (work[f] <= small) {
-      task_of[f] = static_cast<int>(heads.size());
-      heads.push_back(f);
-    }
+    if (work[f] <= small && (parent < 0 || work[parent] > small)) roots.push_back(f);
   }
-  std::vector<int> by_work(heads.size());
-  for (size_t t = 0; t < heads.size(); ++t) by_work[t] = static_cast<int>(t);
-  std::stable_sort(by_work.begin(), by_work.end(), [&](int a, int b) { return work[heads[a]] > work[heads[b]]; });
-  const std::vector<int> rank = [&] {
-    std::vector<int> r(heads.size());
-    for (size_t t = 0; t < heads.size(); ++t) r[by_work[t]] = static_cast<int>(t);
-    return r;
-  }();
-  tasks_.assign(heads.size() + 1, {});
-  for (int f = 0; f < n; ++f) (task_of[f] < 0 ? tasks_.back() : tasks_[rank[task_of[f]]]).fronts.push_back(f);
+  std::stable_sort(roots.begin(), roots.end(), [&](int a, int b) { return work[a] > work[b]; });
+  tasks_.assign(roots.size() + 1, {});
+  std::vector<int> task_of(places_.size(), static_cast<int>(roots.size()));
+  for (size_t t = 0; t < roots.size(); ++t) task_of[roots[t]] = static_cast<int>(t);
+  for (int f = n - 1; f >= 0; --f) {
+    const int parent = plan_.fronts[f].parent;
+    if (parent >= 0 && work[parent] <= small) task_of[f] = task_of[parent];
+  }
+  for (int f = 0; f < n; ++f) tasks_[task_of[f]].push_back(f);
 }
 
 // U is needed from its front until its parent. In a postorder a stack would do, but a front's U is computed while those
@@ -163,16 +153,16 @@ void SparseCholesky::PlaceUpdates() {
     if (plan_.fronts[f].parent >= 0) generation[f] = 1 - generation[plan_.fronts[f].parent];
   }
   for (size_t t = 0; t < tasks_.size(); ++t) {
-    for (const int f : tasks_[t].fronts) task_of[f] = static_cast<int>(t);
+    for (const int f : tasks_[t]) task_of[f] = static_cast<int>(t);
   }
   const auto size = [&](int f) {
     const ptrdiff_t r = plan_.fronts[f].rows_below;
     return r * r + kernels::kOverread;
   };
   ptrdiff_t base = 0;
-  for (const Task& task : tasks_) {
+  for (const std::vector<int>& task : tasks_) {
     ptrdiff_t top[2] = {0, 0}, peak[2] = {0, 0};
-    for (const int f : task.fronts) {
+    for (const int f : task) {
       const int g = generation[f];
       places_[f].update = top[g];  // within its stack
       top[g] += size(f);
@@ -181,7 +171,7 @@ void SparseCholesky::PlaceUpdates() {
         if (task_of[child] == task_of[f]) top[1 - g] -= size(child);
       }
     }
-    for (const int f : task.fronts) places_[f].update += base + (generation[f] == 0 ? 0 : peak[0]);
+    for (const int f : task) places_[f].update += base + (generation[f] == 0 ? 0 : peak[0]);
     base += peak[0] + peak[1];
   }
   updates_ = Allocate(base);
