@@ -1,13 +1,10 @@
 #include "ch5_backend/math/dense_kernels.h"
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
-#include "ch5_backend/math/simd.h"
+#include "ch5_backend/math/dispatch.h"
 
 namespace ch5::kernels {
 namespace {
@@ -21,6 +18,12 @@ constexpr int kRows = 192;
 constexpr int kTriangle = 96;
 // Columns or rows that are one task.
 constexpr int kChunk = 96;
+
+// W, the numbers of a register, and R, the registers of rows in a tile.
+template <SimdLevel kSimd>
+constexpr int kWidth = sizeof(FittingLanes<kSimd>) / sizeof(double);
+template <SimdLevel kSimd>
+constexpr int kTileHeight = kSimd == SimdLevel::kAvx512 ? 3 : 2;
 
 // C −= A Bᵀ for R·W rows, of which the first `rows` are stored, and kStrip columns, of which `columns` are stored.
 template <int W, int R>
@@ -78,29 +81,37 @@ CH5_INLINE void Strip(int m, int columns, int k, const double* A, int lda, const
 }
 
 // In blocks of rows that stay in the second-level cache while all strips of B are read.
-template <int W, int R>
-CH5_INLINE void ProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc,
-                           bool forget) {
-  for (int i = 0; i < m; i += kRows) {
-    for (int j = 0; j < n; j += kStrip) {
-      Strip<W, R>(std::min(kRows, m - i), std::min(kStrip, n - j), k, A + i, lda, B + j, ldb,
-                  C + i + static_cast<long>(j) * ldc, ldc, forget);
+struct ProductABt {
+  using Signature = void(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc,
+                         bool forget);
+  template <SimdLevel kSimd>
+  static CH5_INLINE void Run(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C,
+                             int ldc, bool forget) {
+    for (int i = 0; i < m; i += kRows) {
+      for (int j = 0; j < n; j += kStrip) {
+        Strip<kWidth<kSimd>, kTileHeight<kSimd>>(std::min(kRows, m - i), std::min(kStrip, n - j), k, A + i, lda, B + j,
+                                                 ldb, C + i + static_cast<long>(j) * ldc, ldc, forget);
+      }
     }
   }
-}
+};
 
-template <int W, int R>
-CH5_INLINE void ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, bool forget, int room) {
-  for (int i = 0; i < n; i += kRows) {
-    const int end = std::min(n, i + kRows);
-    for (int j = 0; j < end; j += kStrip) {
-      const int begin = std::max(i, j), rows = end - begin;
-      const int whole = end == n && room >= W - 1 ? (rows + W - 1) / W * W : rows;
-      Strip<W, R>(whole, std::min(kStrip, end - j), k, A + begin, lda, A + j, lda,
-                  C + begin + static_cast<long>(j) * ldc, ldc, forget);
+struct ProductAAt {
+  using Signature = void(int n, int k, const double* A, int lda, double* C, int ldc, bool forget, int room);
+  template <SimdLevel kSimd>
+  static CH5_INLINE void Run(int n, int k, const double* A, int lda, double* C, int ldc, bool forget, int room) {
+    constexpr int W = kWidth<kSimd>;
+    for (int i = 0; i < n; i += kRows) {
+      const int end = std::min(n, i + kRows);
+      for (int j = 0; j < end; j += kStrip) {
+        const int begin = std::max(i, j), rows = end - begin;
+        const int whole = end == n && room >= W - 1 ? (rows + W - 1) / W * W : rows;
+        Strip<W, kTileHeight<kSimd>>(whole, std::min(kStrip, end - j), k, A + begin, lda, A + j, lda,
+                                     C + begin + static_cast<long>(j) * ldc, ldc, forget);
+      }
     }
   }
-}
+};
 
 // L of a small block, and 1/L_jj. From pivot to pivot only one division is waited for: √d and 1/√d = √d/d stand aside.
 template <int N>
@@ -179,93 +190,46 @@ CH5_INLINE void SolveStrip(int m, int n, const double* L, int ldl, const double*
 }
 
 // Left-looking: a strip is updated by all columns before it, then solved.
-template <int W, int R>
-CH5_INLINE void Solve(int m, int k, const double* L, int ldl, double* X, int ldx) {
-  for (int j = 0; j < k; j += kStrip) {
-    const int n = std::min(kStrip, k - j);
-    const double* L_jj = L + j + static_cast<long>(j) * ldl;
-    double inverse[kStrip], *strip = X + static_cast<long>(j) * ldx;
-    for (int i = 0; i < n; ++i) inverse[i] = 1.0 / L_jj[i + static_cast<long>(i) * ldl];
-    Strip<W, R>(m, n, j, X, ldx, L + j, ldl, strip, ldx, false);
-    SolveStrip<W>(m, n, L_jj, ldl, inverse, strip, ldx);
+struct SolveTriangle {
+  using Signature = void(int m, int k, const double* L, int ldl, double* X, int ldx);
+  template <SimdLevel kSimd>
+  static CH5_INLINE void Run(int m, int k, const double* L, int ldl, double* X, int ldx) {
+    for (int j = 0; j < k; j += kStrip) {
+      const int n = std::min(kStrip, k - j);
+      const double* L_jj = L + j + static_cast<long>(j) * ldl;
+      double inverse[kStrip], *strip = X + static_cast<long>(j) * ldx;
+      for (int i = 0; i < n; ++i) inverse[i] = 1.0 / L_jj[i + static_cast<long>(i) * ldl];
+      Strip<kWidth<kSimd>, kTileHeight<kSimd>>(m, n, j, X, ldx, L + j, ldl, strip, ldx, false);
+      SolveStrip<kWidth<kSimd>>(m, n, L_jj, ldl, inverse, strip, ldx);
+    }
   }
-}
-
-template <int W, int R>
-CH5_INLINE bool FactorSquare(int k, double* A, int lda, const double* min_pivot) {
-  for (int j = 0; j < k; j += kStrip) {
-    const int n = std::min(kStrip, k - j);
-    double inverse[kStrip], *block = A + j + static_cast<long>(j) * lda;
-    Strip<W, R>(k - j, n, j, A + j, lda, A + j, lda, block, lda, false);
-    if (!FactorBlock(n, block, lda, min_pivot + j, inverse)) return false;
-    SolveStrip<W>(k - j - n, n, block, lda, inverse, block + n, lda);
-  }
-  return true;
-}
-
-struct Kernels {
-  const char* name;
-  void (*product_abt)(int, int, int, const double*, int, const double*, int, double*, int, bool);
-  void (*product_aat)(int, int, const double*, int, double*, int, bool, int);
-  bool (*factor)(int, double*, int, const double*);
-  void (*solve_rows)(int, int, const double*, int, double*, int);
 };
 
-// The same templates, compiled for one instruction set: W numbers a register, R registers of rows a tile.
-#define CH5_KERNELS(NAME, TEXT, TARGET, W, R)                                                                       \
-  TARGET void NAME##ProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C,  \
-                               int ldc, bool forget) {                                                              \
-    ProductABt<W, R>(m, n, k, A, lda, B, ldb, C, ldc, forget);                                                      \
-  }                                                                                                                 \
-  TARGET void NAME##ProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, bool forget, int room) { \
-    ProductAAt<W, R>(n, k, A, lda, C, ldc, forget, room);                                                           \
-  }                                                                                                                 \
-  TARGET bool NAME##Factor(int k, double* A, int lda, const double* min_pivot) {                                    \
-    return FactorSquare<W, R>(k, A, lda, min_pivot);                                                                \
-  }                                                                                                                 \
-  TARGET void NAME##SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx) {                         \
-    Solve<W, R>(m, k, L, ldl, X, ldx);                                                                              \
-  }                                                                                                                 \
-  constexpr Kernels k##NAME{TEXT, NAME##ProductABt, NAME##ProductAAt, NAME##Factor, NAME##SolveRows};
-
-CH5_KERNELS(Portable, "portable", , 2, 2)
-#if defined(__x86_64__)
-CH5_KERNELS(Avx2, "AVX2", CH5_WITH_AVX2, 4, 2)
-CH5_KERNELS(Avx512, "AVX-512", CH5_WITH_AVX512, 8, 3)
-#endif
-
-// The best first; nullptr ends the list.
-const Kernels* const* Available() {
-  static const auto list = [] {
-    std::array<const Kernels*, 4> kernels{};
-    size_t n = 0;
-#if defined(__x86_64__)
-    if (HasAvx512()) kernels[n++] = &kAvx512;
-    if (HasAvx2()) kernels[n++] = &kAvx2;
-#endif
-    kernels[n] = &kPortable;
-    return kernels;
-  }();
-  return list.data();
-}
-
-std::atomic<const Kernels*> chosen{nullptr};
-
-const Kernels& Best() {
-  const Kernels* kernels = chosen.load(std::memory_order_relaxed);
-  if (!kernels) chosen = kernels = Available()[0];
-  return *kernels;
-}
+struct FactorTriangle {
+  using Signature = bool(int k, double* A, int lda, const double* min_pivot);
+  template <SimdLevel kSimd>
+  static CH5_INLINE bool Run(int k, double* A, int lda, const double* min_pivot) {
+    for (int j = 0; j < k; j += kStrip) {
+      const int n = std::min(kStrip, k - j);
+      double inverse[kStrip], *block = A + j + static_cast<long>(j) * lda;
+      Strip<kWidth<kSimd>, kTileHeight<kSimd>>(k - j, n, j, A + j, lda, A + j, lda, block, lda, false);
+      if (!FactorBlock(n, block, lda, min_pivot + j, inverse)) return false;
+      SolveStrip<kWidth<kSimd>>(k - j - n, n, block, lda, inverse, block + n, lda);
+    }
+    return true;
+  }
+};
 
 }  // namespace
 
 void SubtractProductABt(int m, int n, int k, const double* A, int lda, const double* B, int ldb, double* C, int ldc,
                         Accumulate accumulate) {
-  Best().product_abt(m, n, k, A, lda, B, ldb, C, ldc, accumulate == Accumulate::kNo);
+  Dispatch<ProductABt>()(m, n, k, A, lda, B, ldb, C, ldc, accumulate == Accumulate::kNo);
 }
 void SubtractProductAAt(int n, int k, const double* A, int lda, double* C, int ldc, Accumulate accumulate, int room) {
-  Best().product_aat(n, k, A, lda, C, ldc, accumulate == Accumulate::kNo, room);
+  Dispatch<ProductAAt>()(n, k, A, lda, C, ldc, accumulate == Accumulate::kNo, room);
 }
+
 void Eliminate(int r, int k, const double* L_11, double* A_21, int lda, double* A_22, int lda_22, Accumulate accumulate,
                ThreadPool* pool) {
   ParallelFor(pool, r, kChunk, [&](int begin, int end) { SolveRows(end - begin, k, L_11, lda, A_21 + begin, lda); });
@@ -278,7 +242,7 @@ void Eliminate(int r, int k, const double* L_11, double* A_21, int lda, double* 
 }
 
 bool Factor(int k, double* A, int lda, const double* min_pivot, ThreadPool* pool) {
-  if (k <= kTriangle) return Best().factor(k, A, lda, min_pivot);
+  if (k <= kTriangle) return Dispatch<FactorTriangle>()(k, A, lda, min_pivot);
   const int k_1 = k / 2 / kStrip * kStrip, k_2 = k - k_1;
   double *A_21 = A + k_1, *A_22 = A_21 + static_cast<long>(k_1) * lda;
   if (!Factor(k_1, A, lda, min_pivot, pool)) return false;
@@ -287,22 +251,13 @@ bool Factor(int k, double* A, int lda, const double* min_pivot, ThreadPool* pool
 }
 
 void SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx) {
-  if (k <= kTriangle) return Best().solve_rows(m, k, L, ldl, X, ldx);
+  if (k <= kTriangle) return Dispatch<SolveTriangle>()(m, k, L, ldl, X, ldx);
   const int k_1 = k / 2 / kStrip * kStrip, k_2 = k - k_1;
   const double* L_21 = L + k_1;
   double* X_2 = X + static_cast<long>(k_1) * ldx;
   SolveRows(m, k_1, L, ldl, X, ldx);
   SubtractProductABt(m, k_2, k_1, X, ldx, L_21, ldl, X_2, ldx);
   SolveRows(m, k_2, L_21 + static_cast<long>(k_1) * ldl, ldl, X_2, ldx);
-}
-
-bool SetInstructionSet(const char* name) {
-  for (const Kernels* const* kernels = Available(); *kernels; ++kernels) {
-    if (name && std::strcmp((*kernels)->name, name) != 0) continue;
-    chosen = *kernels;
-    return true;
-  }
-  return false;
 }
 
 }  // namespace ch5::kernels

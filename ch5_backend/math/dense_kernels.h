@@ -1,7 +1,5 @@
 #pragma once
-/// The inner loops of a dense Cholesky factorization, at the speed of the processor at hand: AVX-512, AVX2 with
-/// FMA, or portable code, chosen when the program starts. The choice changes the last bits of a result; the number of
-/// threads does not.
+/// The inner loops of a dense Cholesky factorization, at the speed of the processor at hand (dispatch.h).
 ///
 /// All matrices are column-major, element (i, j) of A at A[i + j·lda]. Rows are read in whole vectors, so kOverread
 /// numbers behind the last element must be readable; their values do not matter.
@@ -39,8 +37,5 @@ void Eliminate(int r, int k, const double* L_11, double* A_21, int lda, double* 
 
 /// X ← X L⁻ᵀ with X m×k and L k×k, lower triangular.
 void SolveRows(int m, int k, const double* L, int ldl, double* X, int ldx);
-
-/// For tests: uses "AVX-512", "AVX2" or "portable" from now on; null: the best. @return false if the processor lacks it
-bool SetInstructionSet(const char* name);
 
 }  // namespace ch5::kernels

@@ -1,6 +1,6 @@
 #pragma once
 /// Which copy of a kernel runs: one for each kind of processor, and one for each pair of block sizes worth code of its
-/// own. All choices of the project are made here, and in dense_kernels.cc.
+/// own. All choices of the project are made here.
 ///
 /// A kernel is a struct with its signature and one body:
 ///

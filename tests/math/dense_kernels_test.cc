@@ -1,4 +1,4 @@
-// The dense loops, in each of their versions; those of vectors around the sizes of registers and strips.
+// The dense loops and those of vectors, around the sizes of registers and strips. CH5_SIMD chooses which version is tested.
 #include "ch5_backend/math/dense_kernels.h"
 
 #include <gtest/gtest.h>
@@ -18,15 +18,7 @@ MatXX RandomMatrix(int rows, int cols, Random* random) {
   return MatXX::NullaryExpr(rows, cols, [&] { return random->Uniform(-1.0, 1.0); });
 }
 
-class DenseKernels : public testing::TestWithParam<const char*> {
- protected:
-  void SetUp() override {
-    if (!kernels::SetInstructionSet(GetParam())) GTEST_SKIP() << "this processor has no " << GetParam();
-  }
-  void TearDown() override { kernels::SetInstructionSet(nullptr); }
-};
-
-TEST_P(DenseKernels, ProductsAgreeWithEigen) {
+TEST(DenseKernels, ProductsAgreeWithEigen) {
   Random random(26);
   for (const int m : {1, 5, 8, 17, 24, 50, 205}) {
     for (const int n : {1, 3, 6, 13, 30}) {
@@ -48,7 +40,7 @@ TEST_P(DenseKernels, ProductsAgreeWithEigen) {
   }
 }
 
-TEST_P(DenseKernels, SymmetricProductsAgreeWithEigen) {
+TEST(DenseKernels, SymmetricProductsAgreeWithEigen) {
   Random random(27);
   for (const int n : {1, 5, 6, 8, 23, 48, 200}) {
     for (const int k : {0, 1, 6, 65}) {
@@ -64,7 +56,7 @@ TEST_P(DenseKernels, SymmetricProductsAgreeWithEigen) {
   }
 }
 
-TEST_P(DenseKernels, FactorAndSolveAgreeWithEigen) {
+TEST(DenseKernels, FactorAndSolveAgreeWithEigen) {
   Random random(28);
   for (const int k : {1, 2, 6, 7, 12, 30, 96, 97, 250}) {
     const MatXX root = RandomMatrix(k, k, &random);
@@ -95,12 +87,6 @@ TEST_P(DenseKernels, FactorAndSolveAgreeWithEigen) {
     EXPECT_FALSE(kernels::Factor(k, indefinite.data(), k, VecX(VecX::Zero(k)).data()));
   }
 }
-
-INSTANTIATE_TEST_SUITE_P(All, DenseKernels, testing::Values("AVX-512", "AVX2", "portable"), [](const auto& info) {
-  std::string name = info.param;
-  name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
-  return name;
-});
 
 TEST(VectorKernels, ProductsAgreeWithEigen) {
   Random random(41);
