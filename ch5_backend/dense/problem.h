@@ -52,11 +52,11 @@ class Problem : public NormalEquations {
   static MarginalizeResult TestMarginalize(MatXX H_marg, VecX b_marg, int idx, int dim);
 
   const VecX& RightHandSide() const override { return b_; }
-  VecX HessianDiagonal() const override;
-  VecX MultiplyHessian(const VecX& v) const override;
-  void UpdateStates(const VecX& delta_x) override;
-  void RollbackStates() override;
-  double StateNorm() const override;
+  VecX HessianDiagonal() const override { return Hessian_.diagonal(); }
+  VecX MultiplyHessian(const VecX& v) const override { return Hessian_ * v; }
+  void UpdateStates(const VecX& delta_x) override { Update(ordering_, delta_x); }
+  void RollbackStates() override { RollBack(ordering_); }
+  double StateNorm() const override { return ch5::StateNorm(ordering_); }
   std::string WhatIsNotFinite() override { return ch5::WhatIsNotFinite(ordering_.edges); }
 
   /// H of the last MakeHessian; its b is RightHandSide().

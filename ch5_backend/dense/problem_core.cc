@@ -23,10 +23,6 @@ void Problem::SetOrdering() {
   b_.setZero(Size());
 }
 
-VecX Problem::HessianDiagonal() const { return Hessian_.diagonal(); }
-
-VecX Problem::MultiplyHessian(const VecX& v) const { return Hessian_ * v; }
-
 const MatXX& Problem::DampedHessian(double lambda) {
   H_damped_ = Hessian_;
   for (int i = 0; i < H_damped_.rows(); ++i) H_damped_(i, i) += lambda * DampingEntry(Hessian_(i, i));
@@ -47,11 +43,5 @@ bool Problem::SolveDense(const MatXX& A, const VecX& b, VecX* x) const {
   if (linear_solver_ == LinearSolver::kLdlt) return SolveLdlt(A, b, x);
   return SolvePcg(A, b, /*max_iterations=*/10 * static_cast<int>(A.rows()) + 100, /*tolerance=*/1e-14, x);
 }
-
-void Problem::UpdateStates(const VecX& delta_x) { Update(ordering_, delta_x); }
-
-void Problem::RollbackStates() { RollBack(ordering_); }
-
-double Problem::StateNorm() const { return ch5::StateNorm(ordering_); }
 
 }  // namespace ch5

@@ -177,12 +177,4 @@ MatXX PlainBlockSolver::SchurComplement() const {
   return S;
 }
 
-// ---- states ----------------------------------------------------------------------------------------------------
-
-void PlainBlockSolver::UpdateStates(const VecX& delta_x) { Update(ordering_, delta_x); }
-
-void PlainBlockSolver::RollbackStates() { RollBack(ordering_); }
-
-double PlainBlockSolver::StateNorm() const { return ch5::StateNorm(ordering_); }
-
 }  // namespace ch5

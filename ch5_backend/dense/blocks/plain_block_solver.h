@@ -69,9 +69,9 @@ class PlainBlockSolver : public NormalEquations {
   const VecX& RightHandSide() const override { return b_; }
   VecX HessianDiagonal() const override;
   VecX MultiplyHessian(const VecX& v) const override;
-  void UpdateStates(const VecX& delta_x) override;
-  void RollbackStates() override;
-  double StateNorm() const override;
+  void UpdateStates(const VecX& delta_x) override { Update(ordering_, delta_x); }
+  void RollbackStates() override { RollBack(ordering_); }
+  double StateNorm() const override { return ch5::StateNorm(ordering_); }
   std::string WhatIsNotFinite() override { return ch5::WhatIsNotFinite(ordering_.edges); }
 
   /// H as a dense matrix.
