@@ -48,13 +48,7 @@ void ListEdges(const Graph& graph, const Selection& selection, Ordering* orderin
     Prefetch(graph.Edges(), e);
     if (!is_selected(*edge)) continue;
     ordering->edges.push_back(edge);
-    incidence.max_residual_dimension = std::max(incidence.max_residual_dimension, edge->ResidualDimension());
-    const auto& vertices = edge->Vertices();
-    for (int i = 0; i < static_cast<int>(vertices.size()); ++i) {
-      const int place = vertices[i]->OrderingId();
-      if (place != kNone) incidence.entries.push_back({i, place});
-    }
-    incidence.begin.push_back(static_cast<int>(incidence.entries.size()));
+    incidence.Append(*edge);
   }
 }
 

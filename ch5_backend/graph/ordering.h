@@ -8,6 +8,8 @@
 ///      │ H_plᵀ │  H_ll   │  dim_landmarks   (block diagonal)
 ///      └───────┴─────────┘
 
+#include <algorithm>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -22,6 +24,12 @@ struct Selection {
   std::vector<std::shared_ptr<Vertex>> vertices;  ///< an edge is selected only if all its vertices are among them
 };
 
+/// A part of a vertex that stays as it is, such as position and yaw of a pose, or biases: directions with C δ = 0.
+struct HeldDirections {
+  std::shared_ptr<Vertex> vertex;  ///< not a landmark
+  std::function<MatXX()> rows;     ///< C at the present states, k×LocalDimension(), of rank k ≥ 1
+};
+
 /// The free vertices of each edge as one array of numbers: asking every edge would read scattered memory.
 struct Incidence {
   /// One free vertex of an edge.
@@ -32,6 +40,17 @@ struct Incidence {
   std::vector<int> begin{0};  ///< edge e of the ordering has entries [begin[e], begin[e + 1])
   std::vector<Entry> entries;
   int max_residual_dimension = 0;
+
+  /// Adds the next edge. Its vertices' OrderingIds are their numbers meanwhile, −1 of those that are not free.
+  void Append(const Edge& edge) {
+    max_residual_dimension = std::max(max_residual_dimension, edge.ResidualDimension());
+    int position = 0;
+    for (const auto& vertex : edge.Vertices()) {
+      if (vertex->OrderingId() >= 0) entries.push_back({position, vertex->OrderingId()});
+      ++position;
+    }
+    begin.push_back(static_cast<int>(entries.size()));
+  }
 };
 
 struct Ordering {

@@ -34,21 +34,6 @@ void SortVertices(const Edges& edges, const Vertices& drop, Vertices* kept, Vert
   }
 }
 
-// OrderingIds are the vertices' numbers meanwhile.
-Incidence FindIncidence(const Edges& edges) {
-  Incidence incidence;
-  incidence.begin.reserve(edges.size() + 1);
-  for (const auto& edge : edges) {
-    incidence.max_residual_dimension = std::max(incidence.max_residual_dimension, edge->ResidualDimension());
-    const auto& vertices = edge->Vertices();
-    for (int i = 0; i < static_cast<int>(vertices.size()); ++i) {
-      if (vertices[i]->OrderingId() != kFixed) incidence.entries.push_back({i, vertices[i]->OrderingId()});
-    }
-    incidence.begin.push_back(static_cast<int>(incidence.entries.size()));
-  }
-  return incidence;
-}
-
 template <typename T>
 std::string Name(const T& item) {
   return item.TypeInfo() + " " + std::to_string(item.Id());
@@ -114,7 +99,8 @@ DropOrdering MakeDropOrdering(const Edges& edges, const Vertices& drop) {
     for (const auto& vertex : *vertices) vertex->SetOrderingId(number++);
   }
   ordering.edges = edges;
-  ordering.incidence = FindIncidence(edges);
+  ordering.incidence.begin.reserve(edges.size() + 1);
+  for (const auto& edge : edges) ordering.incidence.Append(*edge);
   for (const auto& vertex : ordering.poses) {
     vertex->SetOrderingId(ordering.dim_poses);
     ordering.dim_poses += vertex->LocalDimension();

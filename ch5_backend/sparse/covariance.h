@@ -17,7 +17,6 @@
 #include <utility>
 
 #include "ch5_backend/graph/ordering.h"
-#include "ch5_backend/sparse/held_directions.h"
 
 namespace ch5 {
 

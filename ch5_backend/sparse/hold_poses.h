@@ -1,7 +1,6 @@
 #pragma once
 /// Parts of vertices held where they are: taken out of the normal equations once they stand.  Nocedal & Wright (2006), §15.3
 
-#include "ch5_backend/sparse/held_directions.h"
 #include "ch5_backend/sparse/steps/linearize.h"
 
 namespace ch5 {

@@ -10,8 +10,8 @@
 /// Source: Zhang, Gallego, Scaramuzza, RA-L 2018, §IV.
 
 #include "ch5_backend/consistency/gauge_freedom.h"
+#include "ch5_backend/graph/ordering.h"
 #include "ch5_backend/graph/sized_edge.h"
-#include "ch5_backend/sparse/held_directions.h"
 #include "ch5_backend/types/vertices.h"
 
 namespace ch5 {
