@@ -50,7 +50,7 @@ file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}
 list(FILTER headers EXCLUDE REGEX "^(experiments|lab|track|sparse/kernels|sparse/steps|linear/cholmod)/")
 foreach(internal IN ITEMS homework_missing math/dense_kernels math/dispatch math/large_pages math/precompiled math/vector_kernels
         linear/conjugate_gradients linear/elimination_plan linear/pivot_rule linear/selected_inverse linear/sparse_cholesky
-        sparse/hessian_product sparse/hold_poses sparse/save_hessian sparse/sparse_solver)
+        sparse/hold_poses sparse/save_hessian sparse/sparse_solver)
   if(NOT "${internal}.h" IN_LIST headers)
     message(FATAL_ERROR "install.cmake names ${internal}.h, but there is no such header")
   endif()

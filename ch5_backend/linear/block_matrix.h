@@ -21,6 +21,13 @@ namespace ch5 {
 /// Leading dimension of a stored block with `dim` rows.
 constexpr int Stride(int dim) { return Padded(dim); }
 
+/// Copies the lower half of a diagonal block to the upper one.
+CH5_INLINE void MirrorLower(int dim, double* block) {
+  for (int c = 0; c < dim; ++c) {
+    for (int r = c + 1; r < dim; ++r) block[r * Stride(dim) + c] = block[c * Stride(dim) + r];
+  }
+}
+
 class SymmetricBlockMatrix {
  public:
   /// Builds the pattern; all values are zero.

@@ -37,10 +37,9 @@ struct Workspace {
 
 // 1. The landmarks, by the solver's steps at λ = 0: what remains is in eliminated.S and b_S.
 void EliminateLandmarks(const Structure& s, Workspace* w) {
-  s.sizes.AreFixed() ? w->batches.Assign(s) : w->batches.Clear();
-  if (w->batches.Active()) w->batches.LoadPoses();
-  w->system.factors.Prepare(s, w->batches.Active() ? s.num_landmark_edges : 0);
-  w->system.Resize(s);
+  w->batches.Assign(s);
+  w->batches.LoadPoses();
+  w->system.Resize(s, w->batches.Active());
   w->eliminated.Resize(s);
   w->eliminated.S.SetPattern(s.pose_dim, SchurPattern(s));
   SchurGroups groups = PrepareSchurGroups(s, w->eliminated.S, 1);

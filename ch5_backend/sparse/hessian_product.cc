@@ -1,4 +1,6 @@
-#include "ch5_backend/sparse/hessian_product.h"
+// H as a whole: products with it, its diagonal, and all of it for small problems.
+
+#include "ch5_backend/sparse/sparse_solver.h"
 
 namespace ch5 {
 namespace {
@@ -38,19 +40,22 @@ struct LandmarkRow {
 
 }  // namespace
 
-VecX MultiplyHessian(const Structure& s, const Linearized& y, const VecX& v, ThreadPool* pool) {
+VecX SparseSolver::MultiplyHessian(const VecX& v) const {
+  const Structure& s = structure_;
   const auto pose_row = Dispatch<PoseRow>(s.sizes);
   const auto landmark_row = Dispatch<LandmarkRow>(s.sizes);
   VecX product = VecX::Zero(s.Size());
-  y.H_pp.Multiply(v.data(), product.data());
-  pool->Run(s.NumPoses(), [&](int j) { pose_row(s, y, j, v.data(), product.data()); });
-  ParallelFor(pool, s.NumLandmarks(), kLandmarks, [&](int begin, int end) {
-    for (int l = begin; l < end; ++l) landmark_row(s, y, l, v.data(), product.data());
+  linearized_.H_pp.Multiply(v.data(), product.data());
+  pool_.Run(s.NumPoses(), [&](int j) { pose_row(s, linearized_, j, v.data(), product.data()); });
+  ParallelFor(&pool_, s.NumLandmarks(), kLandmarks, [&](int begin, int end) {
+    for (int l = begin; l < end; ++l) landmark_row(s, linearized_, l, v.data(), product.data());
   });
   return product;
 }
 
-VecX HessianDiagonal(const Structure& s, const Linearized& y) {
+VecX SparseSolver::HessianDiagonal() const {
+  const Structure& s = structure_;
+  const Linearized& y = linearized_;
   VecX diagonal(s.Size());
   diagonal.head(s.ordering.dim_poses) = y.H_pp.Diagonal();
   for (int l = 0; l < s.NumLandmarks(); ++l) {
@@ -61,7 +66,9 @@ VecX HessianDiagonal(const Structure& s, const Linearized& y) {
   return diagonal;
 }
 
-MatXX DenseHessian(const Structure& s, const Linearized& y) {
+MatXX SparseSolver::DenseHessian() const {
+  const Structure& s = structure_;
+  const Linearized& y = linearized_;
   MatXX H = MatXX::Zero(s.Size(), s.Size());
   H.topLeftCorner(s.ordering.dim_poses, s.ordering.dim_poses) = y.H_pp.Dense();
   for (int l = 0; l < s.NumLandmarks(); ++l) {

@@ -5,6 +5,7 @@
 #include "ch5_backend/sparse/sparse_solver.h"
 
 namespace ch5 {
+
 SparseOptimizer::SparseOptimizer(Graph* graph, int threads)
     : graph_(graph), threads_(threads), solver_(std::make_unique<SparseSolver>(graph, threads)) {}
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ch5_backend/sparse/hessian_product.h"
-
 namespace ch5 {
 namespace {
 
@@ -32,7 +30,7 @@ void SparseSolver::SetOrdering() {
   Ordering ordering = MakeOrdering(*graph_, selection_);
   if (is_ordered_ && IsSame(ordering, structure_.ordering)) {
     const bool was_active = batches_.Active();
-    AssignBatches();  // a loss or W may be another one
+    batches_.Assign(structure_);  // a loss or W may be another one
     if (batches_.Active() == was_active) return;
   }
   is_ordered_ = false;
@@ -40,22 +38,15 @@ void SparseSolver::SetOrdering() {
   const bool tied_by_landmarks_alone = std::all_of(structure_.H_pp_pattern.begin(), structure_.H_pp_pattern.end(),
                                                    [](const std::vector<int>& rows) { return rows.size() == 1; });
   const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
-  pool_.Run(2, [&](int task) { task == 0 ? AssignBatches() : PrepareReducedSolver(type); });  // apart from each other
+  // The two know nothing of each other.
+  pool_.Run(2, [&](int task) { task == 0 ? batches_.Assign(structure_) : PrepareReducedSolver(type); });
   if (pool_.Threads() > 1) numeric_edges_.Find(batches_.Active() ? structure_.num_landmark_edges : 0, &structure_);
   const bool factored = NeverForms(type) && IsInexact(iterative_) && batches_.Active() && structure_.OnePoseAnEdge();
-  linearized_.Resize(structure_, factored);
+  linearized_.Resize(structure_, batches_.Active(), factored);
   eliminated_.Resize(structure_, NeverForms(type));
   delta_poses_.setZero(structure_.ordering.dim_poses);
   step_.H_pp_delta.setZero(structure_.ordering.dim_poses);
   is_ordered_ = true;
-}
-
-// Also where nothing else is new: a loss or a W may be another one. The edges outside of a batch need factors of their W.
-void SparseSolver::AssignBatches() {
-  const bool was_active = batches_.Active();
-  structure_.sizes.AreFixed() ? batches_.Assign(structure_) : batches_.Clear();
-  if (is_ordered_ && batches_.Active() == was_active) return;
-  linearized_.factors.Prepare(structure_, batches_.Active() ? structure_.num_landmark_edges : 0);
 }
 
 // A solver that is kept knows its last pattern, and need not plan anew for the same one.
@@ -63,7 +54,7 @@ void SparseSolver::PrepareReducedSolver(ReducedSolverType type) {
   if (NeverForms(type)) {
     reduced_solver_.reset();
     eliminated_.S = SymmetricBlockMatrix();
-    if (!implicit_) implicit_ = MakeImplicitSolver(type, iterative_);
+    if (!implicit_) implicit_.emplace(type, iterative_);
     implicit_->Prepare(structure_, &pool_);
   } else {
     implicit_.reset();
@@ -97,7 +88,7 @@ void SparseSolver::MakeHessian() {
 
 bool SparseSolver::MakeHessianAndCost(double* cost) {
   has_step_ = false;
-  if (batches_.Active()) batches_.LoadPoses();
+  batches_.LoadPoses();
   numeric_edges_.Linearize(&pool_);
   *cost = Linearize(structure_, batches_, &pool_, &linearized_);
   held_poses_ = FindHeldPoses(structure_, held_);
@@ -108,7 +99,7 @@ bool SparseSolver::MakeHessianAndCost(double* cost) {
 double SparseSolver::Cost() {
   const std::vector<EdgeRecord>& edges = structure_.edges;
   const int in_batch = batches_.Active() ? structure_.num_landmark_edges : 0;
-  if (in_batch > 0) batches_.LoadPoses();
+  batches_.LoadPoses();
   return ParallelSum(&pool_, static_cast<int>(edges.size()), kEdges, &partial_sums_, [&](int begin, int end) {
     double sum = begin < in_batch ? batches_.Cost(begin, std::min(end, in_batch)) : 0.0;
     for (int e = std::max(begin, in_batch); e < end; ++e) {
@@ -118,14 +109,6 @@ double SparseSolver::Cost() {
     }
     return sum;
   });
-}
-
-VecX SparseSolver::HessianDiagonal() const { return ch5::HessianDiagonal(structure_, linearized_); }
-
-MatXX SparseSolver::DenseHessian() const { return ch5::DenseHessian(structure_, linearized_); }
-
-VecX SparseSolver::MultiplyHessian(const VecX& v) const {
-  return ch5::MultiplyHessian(structure_, linearized_, v, &pool_);
 }
 
 // ---- Eliminated, Step -------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@
 /// bit for any number of threads.
 
 #include <memory>
+#include <optional>
 
 #include "ch5_backend/graph/check_jacobians.h"
 #include "ch5_backend/linear/reduced_solver.h"
@@ -74,7 +75,6 @@ class SparseSolver : public NormalEquations {
   int ReducedProducts() const { return implicit_ ? implicit_->Products() : 0; }
 
  private:
-  void AssignBatches();
   void PrepareReducedSolver(ReducedSolverType type);
   bool SolvePoses(const DampingRule& rule, VecX* delta_poses);
 
@@ -87,7 +87,7 @@ class SparseSolver : public NormalEquations {
   ReducedSolverType reduced_type_ = ReducedSolverType::kAutomatic;
   IterativeOptions iterative_;
   std::unique_ptr<ReducedSolver> reduced_solver_;  // this one, or
-  std::unique_ptr<ImplicitSolver> implicit_;       // that one
+  std::optional<ImplicitSolver> implicit_;         // that one
 
   bool is_ordered_ = false;  // all below fits the structure's ordering
   Structure structure_;

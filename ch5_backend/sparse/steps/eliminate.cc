@@ -184,13 +184,6 @@ void BeginColumn(const Structure& s, const Linearized& y, int j, const DampingRu
   out->b_S.segment(offset, dim) = y.b.segment(offset, dim);
 }
 
-// What was added to the diagonal block's lower half holds for the upper one.
-void Mirror(int dim, double* block) {
-  for (int c = 0; c < dim; ++c) {
-    for (int r = c + 1; r < dim; ++r) block[r * Stride(dim) + c] = block[c * Stride(dim) + r];
-  }
-}
-
 }  // namespace
 
 void Eliminated::Resize(const Structure& s, bool is_implicit) {
@@ -279,7 +272,7 @@ void FormSchurComplement(const Structure& s, const Linearized& y, const DampingR
       subtract_group(SystemOf(s, y, *eliminated, *groups, group), poses, range.A.data(), range.C.data(), &S,
                      eliminated->b_S.data());
     }
-    for (int j = range.begin; j < range.end; ++j) Mirror(S.Dim(j), S.Values(S.ColumnBegin(j)));
+    for (int j = range.begin; j < range.end; ++j) MirrorLower(S.Dim(j), S.Values(S.ColumnBegin(j)));
   });
 }
 

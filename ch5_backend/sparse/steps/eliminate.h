@@ -11,7 +11,7 @@
 ///             one of the fixed sizes (math/dispatch.h)
 ///   general   the same for any sizes, also mixed: all A_i below each other, then C = A Aᵀ by a dense kernel, whose blocks
 ///             are taken from S. Both in kernels/schur_group.h
-///   implicit  S is never formed, only multiplied by a vector: for many poses, implicit_schur.h
+///   implicit  S is never formed, only multiplied by a vector: for many poses, implicit_solver.h
 /// Each thread has a range of S's columns and walks all groups, so every block is summed in the same order for any number
 /// of threads, in one copy of S.
 

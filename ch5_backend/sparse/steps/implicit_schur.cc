@@ -1,4 +1,4 @@
-#include "ch5_backend/sparse/steps/implicit_schur.h"
+#include "ch5_backend/sparse/steps/implicit_solver.h"
 
 #include <algorithm>
 #include <atomic>
@@ -230,6 +230,7 @@ bool ImplicitSchur::InvertDiagonalBlock(int j, const DampingRule& rule, Precondi
   return kernels::InvertSymmetric<Eigen::Dynamic>(dense.data(), dim, inverse) && good;
 }
 
+// S x = (B − C) x.  Agarwal (2010)
 void ImplicitSchur::Multiply(const VecX& x, VecX* y) {
   system_->H_pp.Multiply(x.data(), y->data());
   MultiplyCoupling(x.data(), Cx_.data());

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "ch5_backend/math/large_pages.h"
-#include "ch5_backend/sparse/kernels/edge_run.h"
+#include "ch5_backend/sparse/kernels/jacobian.h"
 #include "ch5_backend/sparse/kernels/landmark.h"
 
 namespace ch5 {
@@ -45,15 +45,10 @@ CH5_INLINE void SubtractRows(const double* C, int stride, int rows, int columns,
   }
 }
 
-// One half of a diagonal block to the other.
+// The upper half of a diagonal block to the lower one.
 CH5_INLINE void MirrorUpper(int dim, double* H) {
   for (int c = 0; c < dim; ++c) {
     for (int r = c + 1; r < dim; ++r) H[c * Stride(dim) + r] = H[r * Stride(dim) + c];
-  }
-}
-CH5_INLINE void MirrorLower(int dim, double* H) {
-  for (int c = 0; c < dim; ++c) {
-    for (int r = c + 1; r < dim; ++r) H[r * Stride(dim) + c] = H[c * Stride(dim) + r];
   }
 }
 
@@ -380,7 +375,8 @@ struct SumColumn {
 
 }  // namespace
 
-void Linearized::Resize(const Structure& s, bool factored) {
+void Linearized::Resize(const Structure& s, bool in_batches, bool factored) {
+  factors.Prepare(s, in_batches ? s.num_landmark_edges : 0);
   H_pp.SetPattern(s.pose_dim, s.H_pp_pattern);
   normal_equations.resize(static_cast<size_t>(s.num_normal_equation_values));  // Linearize writes what is read
   H_pl_factors = std::vector<float>(factored ? s.slot_pose.size() * 2 * (s.sizes.rows + s.sizes.columns) : 0);

@@ -44,8 +44,9 @@ struct Linearized {
   InformationFactors factors;
 
   /// Takes all memory for this structure.
-  /// @param factored  H_pl by its factors, which only products with it want: Structure::OnePoseAnEdge, an active batch
-  void Resize(const Structure& structure, bool factored = false);
+  /// @param in_batches  the landmarks' edges are in active batches: the others need factors of their W
+  /// @param factored    H_pl by its factors, which only products with it want: Structure::OnePoseAnEdge, active batches
+  void Resize(const Structure& structure, bool in_batches, bool factored = false);
   /// What the kernels need of the poses that see landmark `l`.
   kernels::LandmarkSlots Slots(const Structure& s, int l) const {
     return {s.landmark_slots[l],

@@ -4,8 +4,9 @@
 ///   (Σ ρ' J_lᵀWJ_l) δ = −Σ ρ' J_lᵀWr,   l ← l ⊞ δ,   kept where its cost falls.
 ///
 /// The step Δx moves a landmark as if its residuals were linear, which those of an inverse depth or under a robust loss are
-/// not; this makes good what it missed, at a fraction of its time. Source: Jeong et al., "Pushing the Envelope of Modern Methods
-/// for Bundle Adjustment", PAMI 2012 (embedded point iterations); Ceres calls them inner iterations.
+/// not; this makes good what it missed, at a fraction of its time.
+/// Source: Jeong et al., "Pushing the Envelope of Modern Methods for Bundle Adjustment", PAMI 2012 (embedded point
+/// iterations); Ceres calls them inner iterations.
 ///
 /// A loss is concave in s = rᵀWr, so ρ(s') ≤ ρ(s) + ρ'(s)(s' − s): the cost falls by at least −½ Σ ρ'(s)(s' − s), which needs
 /// no logarithm.

@@ -49,7 +49,7 @@ bool WeightedEdgeBatch::Add(const Edge& edge) {
 }
 
 void LandmarkEdgeBatches::Assign(const Structure& s) {
-  active_ = s.num_landmark_edges > 0 && s.num_edge_types <= kMostTypes && AddAll(s);
+  active_ = s.sizes.AreFixed() && s.num_landmark_edges > 0 && s.num_edge_types <= kMostTypes && AddAll(s);
 }
 
 bool LandmarkEdgeBatches::AddAll(const Structure& s) {
@@ -75,7 +75,7 @@ bool LandmarkEdgeBatches::AddAll(const Structure& s) {
 }
 
 void LandmarkEdgeBatches::LoadPoses() {
-  for (WeightedEdgeBatch& batch : batches_) batch.LoadPoses();
+  for (int type = 0; type < NumTypes(); ++type) batches_[type].LoadPoses();
 }
 
 // A type's edges in a range are a range of its batch.

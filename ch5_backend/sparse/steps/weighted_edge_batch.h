@@ -95,13 +95,12 @@ class LandmarkEdgeBatches {
  public:
   static constexpr int kMostTypes = 3;
 
-  /// Copies the structure's edges with a landmark. Packs them only if they are of few types, each with batches, two rows
-  /// and W = w I; otherwise Active() is false.
+  /// Copies the structure's edges with a landmark. Packs them only if all blocks of H_pl have one of the fixed sizes, and the
+  /// edges are of few types, each with batches, two rows and W = w I; otherwise Active() is false.
   void Assign(const Structure& structure);
-  void Clear() { active_ = false; }
   bool Active() const { return active_; }
 
-  /// As those of WeightedEdgeBatch.
+  /// As those of WeightedEdgeBatch; without effect where it is not active.
   void LoadPoses();
   double Cost(int begin, int end) const;
 
