@@ -1,7 +1,8 @@
 #pragma once
 /// The directions of the gauge: the motions of the whole world that no measurement can observe.
 ///
-/// Their formulas are in gauge_freedom.h; here they get names and turn about the middle of the poses, so that a leak along one of them has a meaning.
+/// Their formulas are in gauge_freedom.h; here they get names and turn about the middle of the poses, so that a leak along one
+/// of them has a meaning.
 
 #include <string>
 #include <vector>

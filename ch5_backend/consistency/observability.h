@@ -5,15 +5,15 @@
 ///   J' = J − J (N₀ − N) (N₀ᵀN₀)⁻¹ N₀ᵀ,     so that J'N₀ = J N, which is zero, and ‖J' − J‖ is least
 ///
 /// N holds the gauge's directions at the present states, N₀ those at the first estimates of the states in the prior.
-/// First-estimate Jacobians reach the same null space by linearizing at the first estimates
-/// altogether, and so also keep what was poorly known at first, such as scale; here only the null space is old.
+/// First-estimate Jacobians reach the same null space by linearizing at the first estimates altogether, and so also keep what
+/// was poorly known at first, such as scale; here only the null space is old.
 /// Source: Hesch, Kottas, Bowman, Roumeliotis, "Consistency analysis and improvement of vision-aided inertial
 /// navigation", TRO 2014, eq. 60.
 
 #include <memory>
 #include <vector>
 
-#include "ch5_backend/consistency/modified_jacobians.h"
+#include "ch5_backend/graph/edge.h"
 #include "ch5_backend/marginalize/edge_prior.h"
 
 namespace ch5 {
@@ -25,15 +25,35 @@ enum class ObservabilityConstraints {
   kAllEdges            ///< and those of the solve too
 };
 
-/// The directions x, y, z and yaw about `center` in closed form, for states other than the present ones: the same as
-/// GaugeDirections by differences (gauge_directions.h).
-/// @param x           the parameters of each vertex
+/// The directions x, y, z and yaw about `center` at any states; at the present ones, about the mean of the poses, these are
+/// GaugeDirections (gauge_directions.h).
+/// @param x            the parameters of each vertex
 /// @param local_poses  poses that are not expressed in W, such as extrinsics
 /// @return Σ LocalDimension × 4. Rows of poses and of speeds; all others are zero
 Eigen::Matrix<double, Eigen::Dynamic, 4> PositionYawDirections(const std::vector<std::shared_ptr<Vertex>>& vertices,
                                                                const std::vector<const double*>& x,
                                                                const std::vector<const Vertex*>& local_poses,
                                                                const Vec3& center);
+
+/// An edge that takes over another edge's residual, information and loss, but has Jacobians of its own.
+class EdgeWithModifiedJacobians : public Edge {
+ public:
+  void ComputeResidual() override;
+  std::string TypeInfo() const override { return edge_->TypeInfo(); }
+
+ protected:
+  /// @param edge  must not be in any graph
+  explicit EdgeWithModifiedJacobians(std::shared_ptr<Edge> edge);
+  /// J := the other edge's Jacobians at the present states.
+  void CopyJacobians();
+
+  MatXX J_;  // the vertices' blocks side by side
+
+ private:
+  std::shared_ptr<Edge> edge_;
+  VecX r_;
+  MatXX W_;
+};
 
 /// An edge on poses, speeds and biases, and vertices that are not expressed in W, with J' in place of J.
 class EdgeObservabilityConstrained : public EdgeWithModifiedJacobians {

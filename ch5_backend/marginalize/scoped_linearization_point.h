@@ -12,11 +12,16 @@ namespace ch5 {
 class ScopedLinearizationPoint {
  public:
   ScopedLinearizationPoint() = default;
-  ~ScopedLinearizationPoint();
+  ~ScopedLinearizationPoint() {
+    for (auto it = former_.rbegin(); it != former_.rend(); ++it) it->first->Parameters() = it->second;
+  }
   ScopedLinearizationPoint(const ScopedLinearizationPoint&) = delete;
   ScopedLinearizationPoint& operator=(const ScopedLinearizationPoint&) = delete;
 
-  void Move(Vertex* vertex, const VecX& x);
+  void Move(Vertex* vertex, const VecX& x) {
+    former_.emplace_back(vertex, vertex->Parameters());
+    vertex->Parameters() = x;
+  }
 
  private:
   std::vector<std::pair<Vertex*, VecX>> former_;
