@@ -71,7 +71,7 @@ void PlaceRotations(const std::vector<bool>& is_held, Graph* graph, int threads)
     for (int k = 0; k < 3; ++k) {
       const auto row = std::make_shared<EdgeRow>(rows[edge->Vertices()[0]->Id()][k], rows[edge->Vertices()[1]->Id()][k],
                                                  T_i_j->q.toRotationMatrix());
-      row->SetInformation(kappa * Mat33::Identity());
+      row->SetIsotropicInformation(kappa);
       relaxed.AddEdge(row);
     }
   }

@@ -9,7 +9,8 @@
 ///        └───────────┴─────────────┘
 ///
 /// A block's linearization point x₀ is its state when it was first connected; later residuals are linearized there too
-/// (first-estimate Jacobians). U, V, W are OKVIS's letters for three blocks of H; W is not an information matrix here.  Source: Leutenegger et al., IJRR 2015, §4.3.
+/// (first-estimate Jacobians). U, V, W are OKVIS's letters for three blocks of H; W is not an information matrix here.
+/// Source: Leutenegger et al., IJRR 2015, §4.3.
 ///
 /// Four functions are homework stage 5 and live in solutions/marginalization_error.cc; the rest is core.
 

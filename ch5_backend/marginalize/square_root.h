@@ -26,7 +26,8 @@ struct SquareRootForm {
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenvalueCutoff& cutoff);
 
 /// The same H and b from another J, a permuted triangle: Cholesky of P⁻¹HP⁻¹ with diagonal pivoting, which stops where
-/// only rounding errors remain. It takes a tenth of the time of an eigendecomposition.  Golub & Van Loan, "Matrix Computations", §4.2.8.
+/// only rounding errors remain. It takes a tenth of the time of an eigendecomposition.
+/// Source: Golub & Van Loan, "Matrix Computations", §4.2.8.
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b);
 
 /// p_i = √H_ii where H_ii > 1e-9, else 1e-3 (OKVIS): what makes the diagonal of P⁻¹HP⁻¹ one.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "ch5_backend/math/median.h"
+
 namespace ch5 {
 namespace {
 
@@ -12,13 +14,11 @@ constexpr double kLargestInverseDepth = 10.0;  // 0.1 m, the least depth that th
 constexpr double kGuesses[] = {0.0, 0.02, 0.04, 0.06, 0.08, 0.11, 0.14};
 constexpr int kStereoLevels = 1;
 
-double Median(const std::map<int, double>& values) {
-  if (values.empty()) return kFirstInverseDepth;
-  std::vector<double> sorted;
-  for (const auto& [id, value] : values) sorted.push_back(value);
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
+double MedianInverseDepth(const std::map<int, double>& inverse_depths) {
+  if (inverse_depths.empty()) return kFirstInverseDepth;
+  std::vector<double> values;
+  for (const auto& [id, value] : inverse_depths) values.push_back(value);
+  return Median(std::move(values));
 }
 
 // The inverse depth at which x1 is nearest to its epipolar line.
@@ -47,7 +47,7 @@ std::vector<TrackedPoint> StereoMatcher::Match(const Tracker& tracker, const cv:
   const std::vector<cv::Mat> pyramid1 = MakePyramid(Equalize(gray1));
   const std::map<int, double> before = std::move(inverse_depths_);
   inverse_depths_.clear();
-  const double typical = Median(before);
+  const double typical = MedianInverseDepth(before);
   std::vector<const Tracker::Corner*> missing;
   for (const Tracker::Corner& corner : tracker.Corners()) missing.push_back(&corner);
   std::vector<TrackedPoint> seen;

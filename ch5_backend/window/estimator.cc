@@ -95,9 +95,10 @@ void Estimator::ForgetOldMeasurements() {
 FrameReport Estimator::AddFrame(const Image& image) {
   CheckImage(image, last_image_time_);
   if (image.t + TimeOffset() < forgotten_until_) {
-    throw MeasurementError("the image at t = " + std::to_string(image.t) +
-                           " s comes a minute or more after IMU measurements of its "
-                           "time, which are forgotten: feed images and measurements in order of time");
+    throw MeasurementError(
+        "the image at t = " + std::to_string(image.t) +
+        " s comes a minute or more after IMU measurements of its time, which are forgotten: feed images "
+        "and measurements in order of time");
   }
   const Failure gap = GapBefore(image);
   FrameReport report = gap == Failure::kNone ? FrameReport() : Restart(gap, "");
@@ -145,8 +146,8 @@ void Estimator::AppendFrame(const Image& image) {
   Frame frame;
   frame.id = next_frame_++;
   frame.clock_offset = TimeOffset();
-  if (!window_.frames
-           .empty()) {  // times increase, even if the estimated offset has dropped by more than an image period
+  // Times increase, even if the estimated offset has dropped by more than an image period.
+  if (!window_.frames.empty()) {
     const double least = window_.frames.back().clock_offset - 0.5 * (image.t - last_image_time_);
     frame.clock_offset = std::max(frame.clock_offset, least);
   }
@@ -248,8 +249,8 @@ Summary Estimator::Solve() {
     RemoveFailures(&window_);
     window_.observability_constraints = ObservabilityConstraints::kAllEdges;
     BuildGraph(options_.weights, uses, &window_, options_.own_edges);
-    SolveOptions
-        two_steps;  // to the nearby point with Σ J'ᵀ W r = 0, to which no information along the gauge contributes
+    // To the nearby point with Σ J'ᵀWr = 0, to which no information along the gauge contributes.
+    SolveOptions two_steps;
     two_steps.algorithm = Algorithm::kGaussNewton;
     two_steps.max_iterations = 2;
     SolveWithGaugeHeld(two_steps);  // there is no damping

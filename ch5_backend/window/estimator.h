@@ -9,9 +9,10 @@
 ///
 /// Initialization is static (at rest, gravity and gyroscope bias are the measurements' mean) or dynamic (in motion, vision
 /// is aligned with the IMU). With a second camera (Calibration::camera1, Image::tracks1), whose place on the body is known,
-/// the dynamic one needs no motion: the first image has its scale already. The estimator restarts when its estimate can no longer be true, or when a gap in the
-/// measurements leaves nothing between two images. A restart begins a new *segment*: its poses are known relative to one
-/// another, and not to those before. It begins at the position and yaw that were estimated last, for want of better.
+/// the dynamic one needs no motion: the first image has its scale already. The estimator restarts when its estimate can no
+/// longer be true, or when a gap in the measurements leaves nothing between two images. A restart begins a new *segment*: its
+/// poses are known relative to one another, and not to those before. It begins at the position and yaw that were estimated
+/// last, for want of better.
 ///
 /// This folder, `window/`, holds the sliding-window estimators. In: IMU measurements and feature tracks. Out: a state per
 /// image. Reading order: window.h (the values), this file, estimator.cc (one image, step by step), policy.h (what VINS-Mono

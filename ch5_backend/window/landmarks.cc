@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "ch5_backend/math/transform.h"
+
 namespace ch5 {
 namespace {
 
@@ -13,7 +15,7 @@ constexpr double kFalseMatch = 30.0;
 // T_W_C of a frame.
 Transform CameraOf(const Window& window, int frame, const Transform& T_B_C) {
   const VertexPose& pose = *window.frames.at(static_cast<size_t>(window.IndexOf(frame))).pose;
-  return {pose.q() * T_B_C.q, pose.q() * T_B_C.p + pose.p()};
+  return Transform{pose.q(), pose.p()} * T_B_C;
 }
 Transform CameraOf(const Window& window, int frame) { return CameraOf(window, frame, window.T_B_C()); }
 
@@ -231,7 +233,7 @@ void TriangulateLandmarks(Window* window) {
 Vec3 LandmarkInWorld(const Window& window, const WindowLandmark& landmark) {
   const Transform T_W_C = CameraOf(window, landmark.Host());
   const Vec3 p_C = window.PointOf(landmark.seen.front()).homogeneous() / landmark.inverse_depth->InverseDepth();
-  return T_W_C.q * p_C + T_W_C.p;
+  return T_W_C * p_C;
 }
 
 void ForgetObservations(int frame, const std::function<double(const Transform& T_W_C, const Vec3& p_W)>& depth_in,

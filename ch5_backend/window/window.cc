@@ -110,15 +110,12 @@ class GraphBuilder {
       WindowObservation& seen = landmark->seen[k];
       const Frame& frame = FrameOf(seen);
       if (!model_.calibrating) {
-        AddKept<EdgeReprojection>(depth, model_.information, &seen.edge, [&] {
+        AddKept(model_.information, &seen.edge, depth, [&] {
           return std::make_shared<EdgeReprojection>(depth, pose_i, frame.pose, host.x, seen.x, model_.T_B_C);
         });
       } else {
-        const MovingPoint point = PointAt(seen, frame);
-        AddKept<EdgeReprojectionCalibration>(depth, model_.information, &seen.edge, [&] {
-          return std::make_shared<EdgeReprojectionCalibration>(depth, pose_i, frame.pose, window_.extrinsic,
-                                                               window_.time_offset, host_point, point);
-        })->SetPoints(host_point, point);
+        AddMoving<EdgeReprojectionCalibration>(model_.information, host_point, PointAt(seen, frame), &seen.edge, depth,
+                                               pose_i, frame.pose, window_.extrinsic);
       }
     }
     if (window_.extrinsic1) AddSecondViews(host_point, host_frame, landmark);
@@ -141,31 +138,35 @@ class GraphBuilder {
       const Frame& frame = FrameOf(seen);
       const MovingPoint point = PointAt(*seen.second, frame);
       if (&frame == &host_frame) {
-        AddKept<EdgeStereoHost>(depth, model_.information1, &seen.second->edge, [&] {
-          return std::make_shared<EdgeStereoHost>(depth, window_.extrinsic, window_.extrinsic1, window_.time_offset,
-                                                  host_point, point);
-        })->SetPoints(host_point, point);
+        AddMoving<EdgeStereoHost>(model_.information1, host_point, point, &seen.second->edge, depth, window_.extrinsic,
+                                  window_.extrinsic1);
       } else {
-        AddKept<EdgeStereo>(depth, model_.information1, &seen.second->edge, [&] {
-          return std::make_shared<EdgeStereo>(depth, host_frame.pose, frame.pose, window_.extrinsic, window_.extrinsic1,
-                                              window_.time_offset, host_point, point);
-        })->SetPoints(host_point, point);
+        AddMoving<EdgeStereo>(model_.information1, host_point, point, &seen.second->edge, depth, host_frame.pose,
+                              frame.pose, window_.extrinsic, window_.extrinsic1);
       }
     }
   }
 
   // An observation's edge: that of the graph before if its landmark has the same vertex still, and with it the same host,
-  // else a new one. What a kept edge measures is the same but for velocities, which the caller sets.
-  template <typename EdgeType, typename Make>
-  EdgeType* AddKept(const std::shared_ptr<VertexInverseDepth>& depth, double information, std::shared_ptr<Edge>* kept,
-                    const Make& make) {
+  // else a new one.
+  template <typename Make>
+  void AddKept(double information, std::shared_ptr<Edge>* kept, const std::shared_ptr<VertexInverseDepth>& depth,
+               const Make& make) {
     if (!*kept || (*kept)->Vertices().front() != depth) {
       *kept = make();
       (*kept)->SetIsotropicInformation(information);
       (*kept)->SetLossFunction(model_.loss);
     }
     Add(*kept);
-    return static_cast<EdgeType*>(kept->get());
+  }
+
+  // What a kept edge measures is the same but for velocities.
+  template <typename EdgeType, typename... Poses>
+  void AddMoving(double information, const MovingPoint& host, const MovingPoint& target, std::shared_ptr<Edge>* kept,
+                 const std::shared_ptr<VertexInverseDepth>& depth, const Poses&... poses) {
+    AddKept(information, kept, depth,
+            [&] { return std::make_shared<EdgeType>(depth, poses..., window_.time_offset, host, target); });
+    static_cast<EdgeType*>(kept->get())->SetPoints(host, target);
   }
 
   // Of an observation, or of what camera 1 sees.

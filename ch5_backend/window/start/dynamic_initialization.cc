@@ -135,11 +135,9 @@ std::shared_ptr<Edge> ViewEdge(const std::shared_ptr<VertexInverseDepth>& invers
 
 void AddTracks(const ClosedForm& start, const std::vector<FeatureTrack>& tracks,
                const DynamicInitializationOptions& options, StartGraph* g) {
-  const auto information = [&](double focal_length) -> Mat22 {
-    return std::pow(focal_length / options.pixel_sigma, 2) * Mat22::Identity();
-  };
-  const Mat22 W = information(options.focal_length);
-  const Mat22 W1 = options.camera1 ? information(options.camera1->FocalLength()) : W;
+  const auto information = [&](double focal_length) { return std::pow(focal_length / options.pixel_sigma, 2); };
+  const double w = information(options.focal_length);
+  const double w1 = options.camera1 ? information(options.camera1->FocalLength()) : w;
   const auto loss = std::make_shared<CauchyLoss>(1.0);
   for (size_t k = 0; k < tracks.size(); ++k) {
     if (!(start.depths[k] > 0.1)) continue;
@@ -149,7 +147,7 @@ void AddTracks(const ClosedForm& start, const std::vector<FeatureTrack>& tracks,
     for (size_t v = 1; v < tracks[k].views.size(); ++v) {
       const auto& view = tracks[k].views[v];
       const std::shared_ptr<Edge> edge = ViewEdge(inverse_depth, host, view, options.T_B_C, *g);
-      edge->SetInformation(view.camera == 0 ? W : W1);
+      edge->SetIsotropicInformation(view.camera == 0 ? w : w1);
       edge->SetLossFunction(loss);
       g->graph.AddEdge(edge);
       g->observations.push_back(edge);

@@ -61,8 +61,8 @@ std::string ToString(InitializationFailure failure);
 struct DynamicInitialization {
   InitializationFailure failure = InitializationFailure::kNone;
   std::string message;  ///< one sentence with the numbers
-  std::vector<StampedState>
-      states;                  ///< one per frame, gravity along −z of W, the first at the origin; empty on failure
+  /// One per frame, gravity along −z of W, the first at the origin; empty on failure.
+  std::vector<StampedState> states;
   double parallax = 0.0;       ///< [px]
   double scale_sigma = 0.0;    ///< relative; of little meaning at rest
   double gravity_sigma = 0.0;  ///< [rad]

@@ -89,9 +89,8 @@ class EdgeEpipolar : public SizedEdge<1, VertexVector<3>, VertexDirection> {
 
  private:
   Vec3 c() const { return GetVertex<1>().GetEstimate().cross(m_i_); }
-  static double Length(const Vec3& c) {
-    return std::sqrt(c.squaredNorm() + 1e-4);
-  }  // ε = 0.01: at the epipole there is no plane
+  // ε = 0.01: at the epipole there is no plane.
+  static double Length(const Vec3& c) { return std::sqrt(c.squaredNorm() + 1e-4); }
   const BiasedRotation::Values& Rotation() const { return rotation_->At(GetVertex<0>().GetEstimate()); }
 
   std::shared_ptr<BiasedRotation> rotation_;
@@ -164,7 +163,7 @@ EpipolarGraph MakeGraph(const std::vector<FeatureTrack>& tracks, const std::vect
       g.graph.AddVertex(direction);
       for (const Match& match : matches) {
         auto edge = std::make_shared<EdgeEpipolar>(g.delta_b, direction, biased, match.m_i, match.m_j);
-        edge->SetInformation(Eigen::Matrix<double, 1, 1>(1.0 / (sigma * sigma)));
+        edge->SetIsotropicInformation(1.0 / (sigma * sigma));
         edge->SetLossFunction(loss);
         g.graph.AddEdge(edge);
         g.edges.emplace_back(match, edge);
