@@ -38,12 +38,13 @@ void SparseSolver::SetOrdering() {
   const bool tied_by_landmarks_alone = std::all_of(structure_.H_pp_pattern.begin(), structure_.H_pp_pattern.end(),
                                                    [](const std::vector<int>& rows) { return rows.size() == 1; });
   const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
-  // The two know nothing of each other.
-  pool_.Run(2, [&](int task) { task == 0 ? batches_.Assign(structure_) : PrepareReducedSolver(type); });
+  pool_.Run(2, [&](int task) {  // the two know nothing of each other
+    if (task == 1) return PrepareReducedSolver(type);
+    batches_.Assign(structure_);
+    const bool factored = NeverForms(type) && IsInexact(iterative_) && batches_.Active() && structure_.OnePoseAnEdge();
+    linearized_.Resize(structure_, batches_.Active(), factored);
+  });
   if (pool_.Threads() > 1) numeric_edges_.Find(batches_.Active() ? structure_.num_landmark_edges : 0, &structure_);
-  const bool factored = NeverForms(type) && IsInexact(iterative_) && batches_.Active() && structure_.OnePoseAnEdge();
-  linearized_.Resize(structure_, batches_.Active(), factored);
-  eliminated_.Resize(structure_, NeverForms(type));
   delta_poses_.setZero(structure_.ordering.dim_poses);
   step_.H_pp_delta.setZero(structure_.ordering.dim_poses);
   is_ordered_ = true;
@@ -51,6 +52,7 @@ void SparseSolver::SetOrdering() {
 
 // A solver that is kept knows its last pattern, and need not plan anew for the same one.
 void SparseSolver::PrepareReducedSolver(ReducedSolverType type) {
+  eliminated_.Resize(structure_, NeverForms(type));
   if (NeverForms(type)) {
     reduced_solver_.reset();
     eliminated_.S = SymmetricBlockMatrix();
