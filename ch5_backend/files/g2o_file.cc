@@ -147,12 +147,12 @@ class Reader {
     }
   }
 
-  // Numbers that stand as w x y z are read as other rotations, small ones as half turns, and lead to a wrong optimum.
+  // Numbers that stand as w x y z are read as other rotations, small ones as half turns, and lead to a wrong optimum. The
+  // poses may be a bad guess, or the edges large turns: so whichever agree better tell.
   void CheckOrderOfQuaternions() const {
     constexpr size_t kLeastEdges = 10;
     constexpr double kDegrees = 180.0 / M_PI, kFar = 90.0, kNear = 60.0;  // 18 % and 6 % of all rotations turn by less
-    std::vector<double> from_poses, from_poses_w, alone,
-        alone_w;  // the poses may be a bad guess, the edges large turns
+    std::vector<double> from_poses, from_poses_w, alone, alone_w;
     for (const auto& edge : file_.graph.Edges()) {
       const auto* between = dynamic_cast<const EdgeSE3Between*>(edge.get());
       if (!between) continue;
@@ -167,11 +167,10 @@ class Reader {
     const double as_read = kDegrees * std::min(Median(from_poses), Median(alone));
     const double as_w_first = kDegrees * std::min(Median(from_poses_w), Median(alone_w));
     if (as_read < kFar || as_w_first > kNear) return;
+    const auto whole = [](double degrees) { return std::to_string(std::lround(degrees)); };
     throw FileError(path_ +
-                    ": the quaternions stand as w x y z, but g2o's order is x y z w: edges and poses, read so, "
-                    "are " +
-                    std::to_string(std::lround(as_read)) + " degrees apart (median), and with w first " +
-                    std::to_string(std::lround(as_w_first)));
+                    ": the quaternions stand as w x y z, but g2o's order is x y z w: read so, edges and poses are " +
+                    whole(as_read) + " degrees apart (median), and with w first " + whole(as_w_first));
   }
 
   void AddPosesOfEdges() {

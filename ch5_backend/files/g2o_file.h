@@ -48,8 +48,8 @@ struct G2oOptions {
 /// Reads a pose graph. Quaternions within 1e-3 of unit length are normalized.
 /// @throws FileError naming file, line and value: a number that is missing, superfluous, not finite or not a number;
 ///         an id that is repeated or unknown; an edge from a vertex to itself or to one of another type; W not
-///         positive semi-definite; a quaternion far from unit length, or all with the scalar first; a line that does not begin with a tag; nothing to
-///         make a pose of
+///         positive semi-definite; a quaternion far from unit length, or all with the scalar first; a line that does not
+///         begin with a tag; nothing to make a pose of
 G2oFile ReadG2o(const std::string& path, const G2oOptions& options = {});
 
 /// The file with the present states, its lines in the order in which they were read; poses that it did not have go first.
