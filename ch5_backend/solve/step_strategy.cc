@@ -52,7 +52,7 @@ class Dogleg : public StepStrategy {
   // h_gn reaches beyond the radius.
   void Begin(NormalEquations* system) override {
     has_sd_ = false;
-    // A singular H gets just enough damping to be solved: 0, then 1e-12 … 1e3 (g2o's sequence).
+    // A singular H gets just enough damping to be solved: 0, then 1e-12 … 1e3, which are g2o's limits.
     has_gn_ = system->SolveLinearSystem(0.0, &h_gn_);
     for (double lambda = 1e-12; !has_gn_ && lambda < 1e4; lambda *= 10.0) {
       has_gn_ = system->SolveLinearSystem(lambda, &h_gn_);

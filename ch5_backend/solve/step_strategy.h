@@ -27,10 +27,11 @@ class StepStrategy {
 /// λ = 0, and every finite step is accepted whether or not it lowers the cost: textbook Gauss-Newton.
 std::unique_ptr<StepStrategy> MakeGaussNewton();
 
-/// Nielsen 1999:  λ₀ = τ max diag(H);  success: λ ×= max(1/3, min(2/3, 1 − (2ρ−1)³)), ν = 2;  failure: λ ×= ν, ν ×= 2.
+/// Nielsen 1999, with g2o's limit ⅔:
+/// λ₀ = τ max diag(H);  success: λ ×= max(1/3, min(2/3, 1 − (2ρ−1)³)), ν = 2;  failure: λ ×= ν, ν ×= 2.
 std::unique_ptr<StepStrategy> MakeLevenbergMarquardt(double tau);
 
-/// Powell's dogleg with g2o's constants:  ρ > ¾: Δ = max(Δ, 3‖h‖);  ρ < ¼: Δ /= 2.
+/// Powell's dogleg with g2o's constants:  ρ > ¾: Δ = max(Δ, 3‖h‖);  ρ < ¼: Δ /= 2;  but rejected: Δ = ½ min(Δ, ‖h‖).
 std::unique_ptr<StepStrategy> MakeDogleg(double initial_radius);
 
 }  // namespace ch5
