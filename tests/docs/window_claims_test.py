@@ -11,11 +11,32 @@ import numpy as np
 from tests.docs.markdown import ROOT
 
 from slides import marginalization_examples as toy
+from slides.deck_consistency_facts import REMEDIES
 from ch5_backend.figures.numbers import systems as numbers
 from ch5_backend.figures.numbers.windows import KEPT, cuts, kept_summary, spectra
 from ch5_backend.figures.tables import Tables
 
 TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
+
+
+def nees_of_a_place(slopes, share):
+    """Mean NEES per coordinate of a place in the plane, seen 100 times with σ = 1, of which a share is anywhere. The claim
+    is W_ρ's (graph/loss.h)."""
+    random, nees = np.random.default_rng(7), []
+    for _ in range(400):
+        seen = random.normal(size=(100, 2))
+        wrong = random.random(100) < share
+        seen[wrong] = random.uniform(-50, 50, (wrong.sum(), 2))
+        place = np.median(seen, axis=0)
+        for _ in range(40):
+            weight = slopes(np.sum((seen - place) ** 2, axis=1))[0]
+            place = weight @ seen / weight.sum()
+        r = seen - place
+        s = np.sum(r ** 2, axis=1)
+        first, second = slopes(s)
+        rank_one = np.where(first + 2 * second * s > 1e-12, 2 * second, 0)
+        nees.append(place @ (first.sum() * np.eye(2) + (rank_one[:, None] * r).T @ r) @ place / 2)
+    return np.mean(nees)
 
 
 class Examples(unittest.TestCase):
@@ -43,6 +64,31 @@ class Examples(unittest.TestCase):
         self.assertEqual(toy.det(mixed), (a * d - b * c) ** 2)
         for x, y in toy.POINTS:
             self.assertEqual(x * y, toy.PRODUCT)
+
+    def test_okvis_inverse_is_another_one_than_moore_penrose_and_gives_the_same_e0(self):
+        J, P, b0 = np.array([[2.0, 1.0]]), np.diag([2.0, 1.0]), np.array([6.0, 3.0])
+        okvis = np.array([[0.5, 0.5]]) @ np.linalg.inv(P)  # S^-½ Uᵀ P⁻¹, as in stage 5
+        self.assertGreater(np.abs(okvis - np.linalg.pinv(J.T)).max(), 0.1)
+        for inverse in (okvis, np.linalg.pinv(J.T)):
+            np.testing.assert_allclose(inverse @ b0, [3])
+
+    def test_small_entries_set_to_zero_make_most_of_badly_scaled_singular_matrices_indefinite(self):
+        for decades, least, most in ((8, 0.8, 1.0), (4, 0.0, 0.01)):
+            random, wrong = np.random.default_rng(1), 0
+            for _ in range(200):
+                J = random.normal(size=(8, 12)) * 10 ** random.uniform(-0.75 * decades, 0.25 * decades, 12)
+                H = J.T @ J
+                p = np.sqrt(np.diag(H))
+                wrong += np.linalg.eigvalsh(np.where(np.abs(H) < 1e-9, 0, H) / np.outer(p, p))[0] < -1e-9
+            self.assertTrue(least <= wrong / 200 <= most, (decades, wrong))
+
+    def test_cauchys_claim_is_too_modest_and_hubers_too_certain_among_outliers(self):
+        cauchy = lambda s: (1 / (1 + s), -1 / (1 + s) ** 2)  # noqa: E731
+        huber = lambda s: (np.minimum(1, 1.345 / np.sqrt(s)), np.where(s > 1.345 ** 2, -0.6725 / s ** 1.5, 0))  # noqa: E731
+        for share in (0, 0.2):
+            self.assertLess(nees_of_a_place(cauchy, share), 0.7)
+        self.assertLess(nees_of_a_place(huber, 0), 1.05)
+        self.assertGreater(nees_of_a_place(huber, 0.2), 1.1)
 
     def test_neighbors_of_what_leaves_are_the_poses_that_share_its_landmarks(self):
         self.assertEqual(toy.neighbors(), [("x", 1), ("x", 2), ("x", 3)])
@@ -103,6 +149,8 @@ class Certainty(unittest.TestCase):
 
     def test_a_clean_prior_alone_claims_more_yaw_than_none(self):
         most = {mode: kept_summary("vins", mode)["yaw_information_gain"] for mode in ("none", "prior_only", "full")}
+        for policy in ("vins", "okvis"):
+            self.assertGreater(kept_summary(policy, "prior_only")["nees_pose"], kept_summary(policy)["nees_pose"] + 1)
         self.assertLess(most["full"], most["none"])
         self.assertGreater(most["prior_only"], 1.5 * most["none"])
 
@@ -161,6 +209,9 @@ class Systems(unittest.TestCase):
             self.assertLess(of["both x 5"]["nees_motion"], 10)
             self.assertLess(of["both x 5"]["ate_m"], 1.2 * of["none"]["ate_m"])
             self.assertLess(of["truth errs too"]["nees_motion"], 0.3 * of["none"]["nees_motion"])
+            for remedy in REMEDIES:
+                self.assertGreater(of[remedy]["nees_motion"], 60)
+                self.assertGreater(of[remedy]["ate_m"], of["none"]["ate_m"])
 
     def test_schur_loses_a_weak_prior_whatever_root_follows_and_qr_keeps_it(self):
         of = {name: KEPT("back_ends", window="simulated", back_end=name) for name in numbers.BACK_ENDS}
