@@ -10,7 +10,7 @@
 ///
 /// Blocks are kept by vertex id, never by address, so that a run repeats to the bit. For speed the estimators call
 /// Marginalize (marginalize.h), which gives the same prior; this is the plain form.
-/// Source: Qin, Li, Shen, "VINS-Mono", TRO 2018, §V-D.
+/// Source: Qin, Li, Shen, "VINS-Mono", TRO 2018, §VI-D.
 ///
 /// Five functions are homework stage 6 and live in solutions/vins_window.cc; the rest is core.
 

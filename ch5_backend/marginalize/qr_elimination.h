@@ -5,8 +5,9 @@
 ///   [ J_l │ J_p │ r ]   ──QR──►   [ J_d │ J_k │ r ]   ──QR──►   [ R_k │ r₀ ],   H = R_kᵀR_k,  b = −R_kᵀr₀
 ///   the first rows, which hold the landmark, are dropped; the rows in the null space of J_lᵀ are kept
 ///
-/// The condition number is that of J and not its square, so that single precision suffices where the Schur complement
-/// needs double.  Source: Demmel et al., ICCV 2021 (arXiv 2109.02182); Golub & Van Loan, §5.2.
+/// The condition number is that of J and not its square, so that rounding takes half as many digits of a weak prior as
+/// in the Schur complement. Single precision still has less than Schur's double.
+/// Source: Demmel et al., ICCV 2021 (arXiv 2109.02182); Golub & Van Loan, §5.2.
 
 #include "ch5_backend/marginalize/edge_prior.h"
 

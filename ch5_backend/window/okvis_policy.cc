@@ -3,7 +3,7 @@
 ///   k₁ … k_K │ c │ S newest          poses of all; speed and biases of the S newest only
 ///             ╰─ the frame that has just become too old to be among them
 ///
-/// Source: Leutenegger et al., "Keyframe-based visual-inertial odometry using nonlinear optimization", IJRR 2015, §IV-C.
+/// Source: Leutenegger et al., "Keyframe-based visual-inertial odometry using nonlinear optimization", IJRR 2015, §4.3.
 
 #include <algorithm>
 #include <set>

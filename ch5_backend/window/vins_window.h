@@ -7,7 +7,7 @@
 ///   0  1  2  …  n−2  n−1  n                0  1  2  …  n−2  n−1  n
 ///   ×                                                        ×
 ///
-/// Source: Qin, Li, Shen, "VINS-Mono", TRO 2018, §VI-C.
+/// Source: Qin, Li, Shen, "VINS-Mono", TRO 2018, §VI-D.
 
 #include "ch5_backend/window/failure.h"
 #include "ch5_backend/window/window.h"

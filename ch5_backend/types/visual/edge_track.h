@@ -1,7 +1,7 @@
 #pragma once
 /// All views of one landmark as one residual, the host's point counting as a measurement like the others.
 ///
-///   r = [r_1; …; r_m],  r_j of EdgeReprojection:   r_j = n_j − B_j n_h,  B_j = ∂r_j/∂u_host
+///   r = [r_1; …; r_m],  r_j of EdgeReprojection:   r_j = B_j n_h − n_j,  B_j = ∂r_j/∂u_host
 ///   cov r = σ² (I + B Bᵀ),   W = σ⁻² (I − B (I + BᵀB)⁻¹ Bᵀ)
 ///
 /// One EdgeReprojection a view takes the host's point for exact, though its noise n_h stands in every residual of the
