@@ -36,6 +36,7 @@ inline Mat23 ProjectionJacobian(const Vec3& p_C) {
   return dr_dp_C;
 }
 
+/// The points on the way at an inverse depth λ = `lambda`.
 struct PointTransfer {
   Mat33 R_W_Bi, R_W_Bj;
   Vec3 p_Ci, p_Ci_in_B, p_Bi, p_Bj, p_Cj;  // p_Ci_in_B = R_B_Ci p_Ci
@@ -51,6 +52,7 @@ struct PointTransfer {
         p_Cj(T_B_Cj.Inverse(p_Bj)) {}
 };
 
+/// The derivatives of the residual r = π(p_Cj) − u_j at these points.
 struct TransferJacobians {
   Mat23 dr_dp_Cj, dr_dp_Bj, dr_dp_W, dr_dp_Bi;
   Vec2 inverse_depth;
