@@ -15,6 +15,7 @@ uint32_t TaskOf(uint64_t ticket) { return static_cast<uint32_t>(ticket % kLoop);
 
 ThreadPool::ThreadPool(int threads) {
   CheckOption("threads", threads, 1, kMostThreads);
+  if (threads == 1) return;  // without asking the system how many processors there are, which takes microseconds
   sleeps_at_once_ = threads > static_cast<int>(std::thread::hardware_concurrency());
   for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { Work(); });
 }

@@ -49,7 +49,7 @@ class ThreadPool {
   void WaitFor(const Condition& is_met, int microseconds, std::condition_variable* changed);
 
   std::vector<std::thread> workers_;
-  bool sleeps_at_once_;  // a thread that waits
+  bool sleeps_at_once_ = false;  // a thread that waits
   std::mutex mutex_;
   std::condition_variable begin_, end_;
   // The next task of a loop, and the number of the loop above its 32 bits. Who takes a task counts it up, and fails if
