@@ -65,12 +65,12 @@ void AddTermsOfOtherCounts(const Claim& claim, std::vector<Mistake>* mistakes) {
                                "7.sign_in_landmark_step"};
   if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) return;
   for (size_t i = 0, n = mistakes->size(); i < n; ++i) {
-    const auto [todo, cause, answer] = (*mistakes)[i];
-    const auto is = [&](const char* id) { return cause.Json().find(id) != std::string::npos; };
-    if (std::none_of(std::begin(signs), std::end(signs), is) || answer.size() != claim.got.size()) continue;
-    const MatXX term = 0.5 * (answer - claim.expected);
+    const Mistake mistake = (*mistakes)[i];
+    const auto is = [&](const char* id) { return mistake.cause.Json().find(id) != std::string::npos; };
+    if (std::none_of(std::begin(signs), std::end(signs), is) || mistake.answer.size() != claim.got.size()) continue;
+    const MatXX term = 0.5 * (mistake.answer - claim.expected);
     const double k = 1.0 - (claim.got - claim.expected).cwiseProduct(term).sum() / term.squaredNorm();
-    mistakes->push_back({todo, {"formula.term_counts", {{"k", Word(k)}}}, claim.expected + (1.0 - k) * term});
+    mistakes->push_back({mistake.todo, {"formula.term_counts", {{"k", Word(k)}}}, claim.expected + (1.0 - k) * term});
   }
 }
 

@@ -45,7 +45,7 @@ void MovingPointEdge<V...>::Linearize() {
   this->template J<kCameraJ>() = d.CameraOfTarget(transfer);
   this->template J<kCameraI>() += d.CameraOfHost(transfer, T_B_Ci);
   // dx̂/dtd = −ẋ:  through the host's ray, and directly in the target.
-  const Mat23 dr_dp_Ci = d.dr_dp_Ci(T_B_Ci);
+  const Mat23 dr_dp_Ci = d.ByPointInHost(T_B_Ci);
   this->template J<kClock>() = target_.velocity - dr_dp_Ci.leftCols<2>() * host_.velocity / InverseDepth();
 }
 

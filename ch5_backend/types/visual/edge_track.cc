@@ -18,7 +18,7 @@ Mat22 HostJacobian(const EdgeTrack::View& host, const EdgeTrack::View& target, d
                    const RigidMatrix& T_B_C) {
   const PointTransfer transfer(host.x.homogeneous(), lambda, RigidMatrix(*host.T_W_B), RigidMatrix(*target.T_W_B),
                                T_B_C, T_B_C);
-  return TransferJacobians(transfer, lambda, T_B_C).dr_dp_Ci(T_B_C).leftCols<2>() / lambda;
+  return TransferJacobians(transfer, lambda, T_B_C).ByPointInHost(T_B_C).leftCols<2>() / lambda;
 }
 
 }  // namespace

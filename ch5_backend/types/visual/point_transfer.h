@@ -67,11 +67,12 @@ struct TransferJacobians {
     pose_i << dr_dp_W, -RowsCross(dr_dp_Bi, x.p_Bi);
     pose_j << -dr_dp_W, RowsCross(dr_dp_Bj, x.p_Bj);
   }
-  Mat23 dr_dp_Ci(const RigidMatrix& T_B_Ci) const { return dr_dp_Bi * T_B_Ci.R; }
+  /// ∂r/∂p_Ci.
+  Mat23 ByPointInHost(const RigidMatrix& T_B_Ci) const { return dr_dp_Bi * T_B_Ci.R; }
   /// By the places of both cameras; where they are one camera, which acts on the way out and on the way in, by their sum.
   Mat26 CameraOfHost(const PointTransfer& x, const RigidMatrix& T_B_Ci) const {
     Mat26 J;
-    J << dr_dp_Bi, -RowsCross(dr_dp_Ci(T_B_Ci), x.p_Ci);
+    J << dr_dp_Bi, -RowsCross(ByPointInHost(T_B_Ci), x.p_Ci);
     return J;
   }
   Mat26 CameraOfTarget(const PointTransfer& x) const {
