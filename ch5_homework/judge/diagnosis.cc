@@ -59,15 +59,12 @@ const Mistake* FindMistake(const Claim& claim, const std::vector<Mistake>& mista
   return found == mistakes.end() || HoldsUnset(claim.got) ? nullptr : &*found;
 }
 
-// Where a mistake has the wrong sign of a second term: that term as often as `got` has it.
+// The term whose sign is wrong, as often as `got` has it.
 void AddTermsOfOtherCounts(const Claim& claim, std::vector<Mistake>* mistakes) {
-  const char* const signs[] = {"formula.sign_added", "2.sign_added", "1.2.sign_in_landmark_step",
-                               "7.sign_in_landmark_step"};
   if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) return;
   for (size_t i = 0, n = mistakes->size(); i < n; ++i) {
     const Mistake mistake = (*mistakes)[i];
-    const auto is = [&](const char* id) { return mistake.cause.Json().find(id) != std::string::npos; };
-    if (std::none_of(std::begin(signs), std::end(signs), is) || mistake.answer.size() != claim.got.size()) continue;
+    if (!mistake.is_of_sign || mistake.answer.size() != claim.got.size()) continue;
     const MatXX term = 0.5 * (mistake.answer - claim.expected);
     const double k = 1.0 - (claim.got - claim.expected).cwiseProduct(term).sum() / term.squaredNorm();
     mistakes->push_back({mistake.todo, {"formula.term_counts", {{"k", Word(k)}}}, claim.expected + (1.0 - k) * term});

@@ -57,7 +57,9 @@ struct Mistake {
   std::string todo;  ///< "1.1b"
   Text cause;        ///< "1.1.mirror_missing"
   MatXX answer;
+  bool is_of_sign = false;  ///< a term is added, not subtracted: then it may also be found any other number of times
 };
+constexpr bool kOfSign = true;
 
 /// The likelier ones first; of a function, which is called only where something is wrong.
 class Mistakes {

@@ -109,7 +109,7 @@ void CheckProjection(const MatXX& U, const MatXX& V, const Names& names, const T
   Require("4", what, right, Chosen().gauge_freedom.projection(U, V), names,
           {{"4c", "4.Q_still_identity", I},
            {"4c", "4.U_V_exchanged", right.transpose()},
-           {"4c", SignAdded("U (VᵀU)⁻¹ Vᵀ"), I + lost},
+           {"4c", SignAdded("U (VᵀU)⁻¹ Vᵀ"), I + lost, kOfSign},
            {"4c", "4.lost_part_itself", lost},
            {"4c", "4.identity_lost", -lost},
            {"4c", "4.UTV_inv_for_VTU_inv", minus(U * A.transpose().inverse() * Vt)},

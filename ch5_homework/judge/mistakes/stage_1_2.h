@@ -95,7 +95,7 @@ struct Case {
       diagonal_blocks.block(k, k, 6, 6) = r.Schur().block(k, k, 6, 6);
     }
     std::vector<Mistake> mistakes{
-        {"1.2b", SignAdded("H_pm H_mm⁻¹ H_mp"), r.Schur(-inverse)},
+        {"1.2b", SignAdded("H_pm H_mm⁻¹ H_mp"), r.Schur(-inverse), kOfSign},
         {"1.2b", "1.2.nothing_subtracted", r.H_pp},
         {"1.2d 1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ H_mp")}}), r.Schur(one)},
         {"1.2d 1.2b", InverseMeant("H_mm"), r.Schur(r.H_mm)},
@@ -142,7 +142,7 @@ struct Case {
     const auto with = [&](const VecX& other_b_m) { return MatXX(r.b_p - r.H_pm * inverse * other_b_m); };
     std::vector<Mistake> mistakes{
         {"1.2b", "1.2.b_not_reduced", r.b_p},
-        {"1.2b", SignAdded("H_pm H_mm⁻¹ b_m"), r.Reduced(-inverse)},
+        {"1.2b", SignAdded("H_pm H_mm⁻¹ b_m"), r.Reduced(-inverse), kOfSign},
         {"1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ b_m")}}), r.Reduced(one)},
         {"1.2b", Missing("b_p", "−H_pm H_mm⁻¹ b_m"), r.Reduced() - r.b_p},
         {"1.2b", Missing("b_p", "H_pm H_mm⁻¹ b_m"), r.b_p - r.Reduced()},
@@ -184,7 +184,7 @@ struct Case {
     const auto step = [x_p](const VecX& x_m) { return Step(x_p, x_m); };
     std::vector<Mistake> mistakes{
         {"1.2c", "1.2.landmarks_not_hear_poses", step(r.H_mm_inverse * r.b_m)},
-        {"1.2c", "1.2.sign_in_landmark_step", step(r.H_mm_inverse * (r.b_m + H_mp_x))},
+        {"1.2c", "1.2.sign_in_landmark_step", step(r.H_mm_inverse * (r.b_m + H_mp_x)), kOfSign},
         {"1.2c", "formula.sign_of_landmark_step", step(-r.H_mm_inverse * (r.b_m - H_mp_x))},
         {"1.2c", Missing("H_mm⁻¹", "b_m − H_mp Δx_p"), step(r.b_m - H_mp_x)},
         {"1.2c", InverseMeant("H_mm"), step(r.H_mm * (r.b_m - H_mp_x))},

@@ -216,7 +216,7 @@ inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& 
   std::vector<Mistake> mistakes = CutMistakes(r);
   const std::vector<Mistake> others{
       InverseOfSingular(got),
-      {"2d", "2.sign_added", r.Schur(-inverse)},
+      {"2d", "2.sign_added", r.Schur(-inverse), kOfSign},
       {"2d", "2.last_variable_not_subtracted", idx == r.A_rr.rows() ? r.A_rr : MatXX()},
       {"2d", "2.A_rr_alone", r.A_rr},
       {"2d", AsLargeAs("H_marg"), r.H},
@@ -247,7 +247,7 @@ inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_
   return {InverseOfSingular(got),
           {"2d", "2.b_not_reduced", r.b_r},
           {"2d", AsLargeAs("b_marg"), r.b},
-          {"2d", SignAdded("A_rm A_mm⁻¹ b_m"), r.Reduced(-inverse)},
+          {"2d", SignAdded("A_rm A_mm⁻¹ b_m"), r.Reduced(-inverse), kOfSign},
           {"2d", "2.A_mminv_missing_in_b", r.Reduced(one)},
           {"2d", "2.b_m_taken_front_b_marg", r.Reduced(r.b_r, r.b_r.head(m))},
           {"2d", "2.b_m_taken_idx", r.Reduced(r.b_r, r.b.segment(idx, m))},

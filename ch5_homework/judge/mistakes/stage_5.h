@@ -123,7 +123,7 @@ struct SchurCase {
     const MatXX upper = subtracted.triangularView<Eigen::Upper>(), lower = subtracted.triangularView<Eigen::Lower>();
     std::vector<Mistake> mistakes{
         {"5.2", "5.U_not_changed", U},
-        {"5.2", SignAdded("M Mᵀ"), Schur(-V_inverse)},
+        {"5.2", SignAdded("M Mᵀ"), Schur(-V_inverse), kOfSign},
         {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("−M Mᵀ")}}), -subtracted},
         {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("M Mᵀ")}}), subtracted},
         {"5.5 5.2", Missing("V⁺", "U − W Wᵀ"), Schur(I())},
@@ -146,7 +146,7 @@ struct SchurCase {
     const MatXX S = PseudoInverseSquareRoot(V);
     const VecX subtracted = b_a - Reduced(V_inverse);
     std::vector<Mistake> mistakes{{"5.2", "5.b_a_not_changed", b_a},
-                                  {"5.2", SignAdded("M V_inv_sqrtᵀ b_b"), Reduced(-V_inverse)},
+                                  {"5.2", SignAdded("M V_inv_sqrtᵀ b_b"), Reduced(-V_inverse), kOfSign},
                                   {"5.2", "5.b_a_overwritten", -subtracted},
                                   {"5.5 5.2", Missing("V⁺", "b_a − W b_b"), Reduced(I())},
                                   {"5.5 5.2", InverseMeant("V"), Reduced(V)},

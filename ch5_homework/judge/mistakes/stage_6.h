@@ -127,7 +127,7 @@ struct SchurCase {
     const VecX S = (mm.S.array() > 1e-8).select(mm.S.cwiseInverse(), 0.0), root = S.cwiseAbs().cwiseSqrt();
     return {{"6d", "6.nothing_subtracted", Arr()},
             {"6d", AsLargeAs("A_"), A},
-            {"6d", SignAdded("A_rm A_mm⁺ A_mr"), Schur(-mm_pinv)},
+            {"6d", SignAdded("A_rm A_mm⁺ A_mr"), Schur(-mm_pinv), kOfSign},
             {"6d", StandsFor("A_mm", "A_mm⁺"), Schur(A_mm)},
             {"6d", Missing("A_mm⁺", "A_rr − A_rm A_mr"), Schur(MatXX::Identity(m, m))},
             {"6d", "6.eigenvalues_up_kEps_inverted", Schur(uncut)},
@@ -167,7 +167,7 @@ struct SchurCase {
     const VecX b_r = b.tail(n()), b_m = b.head(m), subtracted = b_r - Reduced(mm_pinv);
     return {{"6d", "6.b_not_reduced", b_r},
             {"6d", AsLargeAs("b_"), b},
-            {"6d", SignAdded("A_rm A_mm⁺ b_m"), Reduced(-mm_pinv)},
+            {"6d", SignAdded("A_rm A_mm⁺ b_m"), Reduced(-mm_pinv), kOfSign},
             {"6d", Missing("A_mm⁺", "b_r − A_rm b_m"), Reduced(MatXX::Identity(m, m))},
             {"6d", StandsFor("A_mm", "A_mm⁺"), Reduced(A.topLeftCorner(m, m))},
             {"6d", "6.A_mmpinv_acts_twice", Reduced(mm_pinv * mm_pinv)},

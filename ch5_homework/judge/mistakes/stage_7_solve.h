@@ -121,7 +121,7 @@ inline VecX ReducedOfTheLastLandmark(const Case& c, double sign) {
 inline std::vector<Mistake> ReducedMistakes(const Case& c) {
   const MatXX &inverse = c.H_ll_inverse, one = MatXX::Identity(inverse.rows(), inverse.cols());
   std::vector<Mistake> mistakes{{"7d", "7.b_not_reduced", c.b_p},
-                                {"7d", SignAdded("K_il b_l"), c.Reduced(-inverse)},
+                                {"7d", SignAdded("K_il b_l"), c.Reduced(-inverse), kOfSign},
                                 {"7d", "7.H_llinv_missing", c.Reduced(one)},
                                 {"7d", InverseMeant("H_ll"), c.Reduced(c.H_ll)},
                                 {"7d", "7.undamped_H_ll_inverted", c.Reduced(PseudoInversePsd(c.H_ll_undamped))},
@@ -162,7 +162,7 @@ inline std::vector<Mistake> SchurMistakes(const Case& c) {
     return is([=](int i, int j, int l) { return MatXX((i == j ? diagonal : others) * right(i, j, l)); });
   };
   return {{"7d", "7.nothing_subtracted", c.H_pp},
-          {"7d", SignAdded("K_il H_jlᵀ"), c.Schur(-inverse)},
+          {"7d", SignAdded("K_il H_jlᵀ"), c.Schur(-inverse), kOfSign},
           {"7d", "7.only_diagonal_blocks_reduced", times(1, 0)},
           {"7d", "7.diagonal_blocks_not_reduced", times(0, 1)},
           {"7d", "7.H_llinv_missing", c.Schur(one)},
@@ -217,7 +217,7 @@ inline std::vector<Mistake> StepMistakes(const Case& c) {
   const MatXX& inverse = c.H_ll_inverse;
   const Text in_loop = "7.H_llinv_acts_once_for_each_pose";
   std::vector<Mistake> mistakes{{"7e", "7.landmarks_not_hear_poses", step(inverse * c.b_l)},
-                                {"7e", "7.sign_in_landmark_step", step(inverse * (c.b_l + sum))},
+                                {"7e", "7.sign_in_landmark_step", step(inverse * (c.b_l + sum)), kOfSign},
                                 {"7e", Missing("H_ll⁻¹", "b_l − Σ_i H_ilᵀ Δx_i"), step(rest)},
                                 {"7e", "7.landmarks_not_move", step(VecX::Zero(c.b_l.size()))},
                                 {"7e", Missing("b_l", "−H_ll⁻¹ Σ_i H_ilᵀ Δx_i"), step(-inverse * sum)},
