@@ -4,10 +4,15 @@
 
 namespace ch5 {
 
-std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, std::vector<ImuMeasurement> imu, double t1,
-                                              const ImuNoise& noise) {
-  if (imu.front().t > from.t) imu.insert(imu.begin(), {from.t, imu.front().acceleration, imu.front().gyroscope});
-  if (imu.back().t < t1) imu.push_back({t1, imu.back().acceleration, imu.back().gyroscope});
+std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, const std::vector<ImuMeasurement>& imu,
+                                              double t1, const ImuNoise& noise) {
+  const ImuMeasurement &first = imu.front(), &last = imu.back();
+  if (first.t > from.t || last.t < t1) {
+    std::vector<ImuMeasurement> held = imu;
+    if (first.t > from.t) held.insert(held.begin(), {from.t, first.acceleration, first.gyroscope});
+    if (last.t < t1) held.push_back({t1, last.acceleration, last.gyroscope});
+    return IntegrateFrom(from, held, t1, noise);
+  }
   std::vector<ImuSample> samples = SamplesBetween(imu, from.t, t1);
   if (samples.size() == 2) {  // a single step would give position and speed the same noise: a singular covariance
     const double half = 0.5 * samples[1].dt;

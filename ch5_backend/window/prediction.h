@@ -13,8 +13,8 @@ namespace ch5 {
 /// What the IMU felt from a state to the time t1, at the state's biases. Before the first and after the last measurement,
 /// that one is held constant.
 /// @param imu  strictly increasing in time, at least one;  @param t1  after from.t [s]
-std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, std::vector<ImuMeasurement> imu, double t1,
-                                              const ImuNoise& noise);
+std::shared_ptr<Preintegration> IntegrateFrom(const StampedState& from, const std::vector<ImuMeasurement>& imu,
+                                              double t1, const ImuNoise& noise);
 
 /// With t = imu.SumDt() and G = [0, 0, gravity]:
 ///
