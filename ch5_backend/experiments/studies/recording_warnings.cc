@@ -119,11 +119,12 @@ std::pair<int, double> CountStarts(const Recording& recording, const Mat33& axes
   std::pair<int, double> starts{0, 0.0};
   for (size_t window = 0; window < kWindows; ++window) {
     std::vector<InitializationImage> images;
-    for (size_t k = window * recording.frames.size() / kWindows; k < recording.frames.size(); ++k) {
+    size_t k = window * recording.frames.size() / kWindows;
+    for (; k < recording.frames.size() && images.size() < kFrames; ++k) {
       const Image& frame = recording.frames[k];
       StampedState last;
       last.t = images.empty() ? frame.t : images.back().t;
-      if (images.size() == kFrames || (!images.empty() && frame.t < last.t + kSpacing)) continue;
+      if (!images.empty() && frame.t < last.t + kSpacing) continue;
       images.push_back({frame.t, frame.tracks, nullptr});
       if (images.size() > 1) images.back().imu = IntegrateFrom(last, imu, frame.t, calibration.noise);
     }
