@@ -44,7 +44,7 @@ void SparseSolver::SetOrdering() {
     const bool factored = NeverForms(type) && IsInexact(iterative_) && batches_.Active() && structure_.OnePoseAnEdge();
     linearized_.Resize(structure_, batches_.Active(), factored);
   });
-  if (pool_.Threads() > 1) numeric_edges_.Find(batches_.Active() ? structure_.num_landmark_edges : 0, &structure_);
+  if (pool_.Threads() > 1) numeric_edges_.Find(EdgesInBatch(), &structure_);
   delta_poses_.setZero(structure_.ordering.dim_poses);
   step_.H_pp_delta.setZero(structure_.ordering.dim_poses);
   is_ordered_ = true;
@@ -100,7 +100,7 @@ bool SparseSolver::MakeHessianAndCost(double* cost) {
 
 double SparseSolver::Cost() {
   const std::vector<EdgeRecord>& edges = structure_.edges;
-  const int in_batch = batches_.Active() ? structure_.num_landmark_edges : 0;
+  const int in_batch = EdgesInBatch();
   batches_.LoadPoses();
   return ParallelSum(&pool_, static_cast<int>(edges.size()), kEdges, &partial_sums_, [&](int begin, int end) {
     double sum = begin < in_batch ? batches_.Cost(begin, std::min(end, in_batch)) : 0.0;

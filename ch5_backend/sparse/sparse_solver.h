@@ -76,6 +76,7 @@ class SparseSolver : public NormalEquations {
 
  private:
   void PrepareReducedSolver(ReducedSolverType type);
+  int EdgesInBatch() const { return batches_.Active() ? structure_.num_landmark_edges : 0; }
   bool SolvePoses(const DampingRule& rule, VecX* delta_poses);
 
   GraphPointer graph_;
