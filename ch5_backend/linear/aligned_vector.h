@@ -2,6 +2,7 @@
 /// Numbers for the kernels, which load whole registers.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -29,7 +30,14 @@ struct UnsetAllocator : Eigen::aligned_allocator<T> {
   }
 };
 
-/// Numbers that begin at a multiple of 32 bytes; `resize` leaves new ones unset, `assign` sets them.
+/// Numbers that begin at a multiple of 32 bytes; `resize` leaves new ones unset.
 using AlignedVector = std::vector<double, UnsetAllocator<double>>;
+
+/// As `assign(count, 0.0)`, which asks the allocator for each number, and cannot set a register's width of them at once.
+inline void SetZeros(size_t count, AlignedVector* numbers) {
+  numbers->clear();
+  numbers->resize(count);
+  std::fill(numbers->begin(), numbers->end(), 0.0);
+}
 
 }  // namespace ch5

@@ -54,7 +54,7 @@ void SymmetricBlockMatrix::SetPattern(std::vector<int> dims, const std::vector<s
     }
     column_begin_.push_back(static_cast<int>(rows_.size()));
   }
-  values_.assign(static_cast<size_t>(size), 0.0);
+  SetZeros(static_cast<size_t>(size), &values_);
 }
 
 int SymmetricBlockMatrix::Find(int i, int j) const {
@@ -69,7 +69,7 @@ void SymmetricBlockMatrix::Multiply(const double* x, double* y) const {
   thread_local AlignedVector padded;
   padded_offset.assign(1, 0);
   for (const int dim : dims_) padded_offset.push_back(padded_offset.back() + Stride(dim));
-  padded.assign(2 * static_cast<size_t>(padded_offset.back()), 0.0);
+  SetZeros(2 * static_cast<size_t>(padded_offset.back()), &padded);
   double *x_padded = padded.data(), *y_padded = x_padded + padded_offset.back();
   for (int j = 0; j < NumColumns(); ++j) std::copy_n(x + offsets_[j], dims_[j], x_padded + padded_offset[j]);
   Dispatch<MultiplyPadded>()(*this, padded_offset.data(), x_padded, y_padded);

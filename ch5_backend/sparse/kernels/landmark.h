@@ -31,7 +31,7 @@ template <int Index>
 struct Scratch<Eigen::Dynamic, Index> {
   static double* Zeros(int size) {
     thread_local AlignedVector values;
-    values.assign(static_cast<size_t>(size), 0.0);
+    SetZeros(static_cast<size_t>(size), &values);
     return values.data();
   }
 };

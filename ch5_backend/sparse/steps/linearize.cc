@@ -409,7 +409,7 @@ void Linearized::ResizeChunkSums(const Structure& s) {
       ++num_poses;
     }
     sums.H_pp.resize(s.SumsInPlace() ? 0 : static_cast<size_t>(num_values));  // Linearize clears it
-    sums.b.assign(static_cast<size_t>(num_poses * b_stride), 0.0);
+    SetZeros(static_cast<size_t>(num_poses * b_stride), &sums.b);
   }
 }
 
