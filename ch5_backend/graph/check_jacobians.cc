@@ -52,7 +52,7 @@ std::string WhatIsNotFinite(const std::vector<std::shared_ptr<Edge>>& edges) {
     bool is_finite = edge->Residual().allFinite();
     for (size_t i = 0; i < edge->Vertices().size(); ++i) is_finite = is_finite && edge->Jacobian(i).allFinite();
     if (is_finite) continue;
-    return edge->TypeInfo() + " " + std::to_string(edge->Id()) + " has a residual or a Jacobian that is not finite";
+    return edge->Name() + " has a residual or a Jacobian that is not finite";
   }
   return "";
 }

@@ -68,7 +68,10 @@ class Edge {
   /// False where the residual is a number but the model does not hold at the present state: a point behind its camera,
   /// which a pinhole projects as if it were ahead. Solvers do not ask; EdgesOutOfDomain finds these edges.
   virtual bool InDomain() const { return true; }
+  /// The type's name, as it appears in messages.
   virtual std::string TypeInfo() const = 0;
+  /// The same, and the id once it is in a graph.
+  std::string Name() const { return TypeInfo() + (id_ < 0 ? "" : " " + std::to_string(id_)); }
 
   /// r, ResidualDimension()×1, of the last ComputeResidual.
   Eigen::Map<const VecX> Residual() const { return {residual_, residual_dimension_}; }

@@ -26,13 +26,6 @@ Iterator<T> Find(const std::vector<std::shared_ptr<T>>& items, const T& item) {
   return it != items.end() && it->get() == &item ? it : items.end();
 }
 
-template <typename T>
-std::string Name(const T& item) {
-  std::string name = item.TypeInfo();
-  if (item.Id() >= 0) name.append(" ").append(std::to_string(item.Id()));
-  return name;
-}
-
 }  // namespace
 
 Graph::~Graph() { Clear(); }
@@ -72,32 +65,32 @@ int Graph::Insert(std::shared_ptr<T> item, int id, const char* function, std::ve
 
 int Graph::AddVertex(std::shared_ptr<Vertex> vertex, int id) {
   if (!vertex) throw GraphError("AddVertex: the vertex is null");
-  if (vertex->Id() >= 0) throw GraphError("AddVertex: " + Name(*vertex) + " is already in a graph");
+  if (vertex->Id() >= 0) throw GraphError("AddVertex: " + vertex->Name() + " is already in a graph");
   if (vertex->Dimension() > 0 && !vertex->Parameters().data()) {
-    throw GraphError("AddVertex: " + Name(*vertex) + " has no memory for its parameters (null)");
+    throw GraphError("AddVertex: " + vertex->Name() + " has no memory for its parameters (null)");
   }
   if (!vertex->Parameters().allFinite()) {
-    throw GraphError("AddVertex: " + Name(*vertex) + " holds a number that is not finite");
+    throw GraphError("AddVertex: " + vertex->Name() + " holds a number that is not finite");
   }
   return Insert(std::move(vertex), id, "AddVertex", &vertices_, &next_vertex_id_);
 }
 
 int Graph::AddEdge(std::shared_ptr<Edge> edge, int id) {
   if (!edge) throw GraphError("AddEdge: the edge is null");
-  if (edge->Id() >= 0) throw GraphError("AddEdge: " + Name(*edge) + " is already in a graph");
+  if (edge->Id() >= 0) throw GraphError("AddEdge: " + edge->Name() + " is already in a graph");
   const auto& vertices = edge->Vertices();
   if (edge->ResidualDimension() > 0 && !(edge->Residual().data() && edge->Information().data())) {
-    throw GraphError("AddEdge: " + Name(*edge) + " has no memory for its residual and information (SetMemory)");
+    throw GraphError("AddEdge: " + edge->Name() + " has no memory for its residual and information (SetMemory)");
   }
-  if (vertices.empty()) throw GraphError("AddEdge: " + Name(*edge) + " has no vertices");
+  if (vertices.empty()) throw GraphError("AddEdge: " + edge->Name() + " has no vertices");
   for (size_t i = 0; i < vertices.size(); ++i) {
     const auto fail = [&](const std::string& fault) {
-      throw GraphError("AddEdge: " + Name(*edge) + ", vertex " + std::to_string(i) + ": " + fault);
+      throw GraphError("AddEdge: " + edge->Name() + ", vertex " + std::to_string(i) + ": " + fault);
     };
     if (!vertices[i]) fail("missing (null)");
-    if (!Contains(*vertices[i])) fail(Name(*vertices[i]) + " is not in this graph");
+    if (!Contains(*vertices[i])) fail(vertices[i]->Name() + " is not in this graph");
     for (size_t k = 0; k < i; ++k) {
-      if (vertices[k] == vertices[i]) fail(Name(*vertices[i]) + " is repeated");
+      if (vertices[k] == vertices[i]) fail(vertices[i]->Name() + " is repeated");
     }
   }
   return Insert(std::move(edge), id, "AddEdge", &edges_, &next_edge_id_);

@@ -91,9 +91,8 @@ std::vector<int> LandmarkOfEachEdge(const Ordering& ordering) {
       const int landmark = incidence.entries[k].number - num_poses;
       if (landmark < 0) continue;
       if (landmarks[e] != kNone) {
-        const auto name = [](const auto& item) { return item->TypeInfo() + " " + std::to_string(item->Id()); };
-        throw GraphError(name(ordering.edges[e]) + " ties two free landmarks, " +
-                         name(ordering.landmarks[landmarks[e]]) + " and " + name(ordering.landmarks[landmark]) +
+        throw GraphError(ordering.edges[e]->Name() + " ties two free landmarks, " +
+                         ordering.landmarks[landmarks[e]]->Name() + " and " + ordering.landmarks[landmark]->Name() +
                          "; give one of them the role of a pose");
       }
       landmarks[e] = landmark;

@@ -37,6 +37,8 @@ class Vertex {
 
   /// The type's name, as it appears in messages.
   virtual std::string TypeInfo() const = 0;
+  /// The same, and the id once it is in a graph.
+  std::string Name() const { return TypeInfo() + (id_ < 0 ? "" : " " + std::to_string(id_)); }
 
   /// Saves x, so that a rejected step can be undone to the last bit.
   void BackUpParameters() { std::copy_n(parameters_, dimension_, backup_); }

@@ -34,11 +34,6 @@ void SortVertices(const Edges& edges, const Vertices& drop, Vertices* kept, Vert
   }
 }
 
-template <typename T>
-std::string Name(const T& item) {
-  return item.TypeInfo() + " " + std::to_string(item.Id());
-}
-
 // An edge that stood twice would count twice.
 void CheckEdges(const Edges& edges) {
   if (edges.empty()) throw std::invalid_argument("Marginalize: no edges, so there is nothing to be known of the rest");
@@ -53,7 +48,7 @@ void CheckEdges(const Edges& edges) {
   std::sort(sorted.begin(), sorted.end());
   const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
   if (twice != sorted.end())
-    throw std::invalid_argument("Marginalize: " + Name(**twice) + " stands twice in the edges");
+    throw std::invalid_argument("Marginalize: " + (*twice)->Name() + " stands twice in the edges");
 }
 
 // A vertex that is not there would stay in the problem, and what is known of it with it.
@@ -64,7 +59,7 @@ void CheckDropped(const Vertices& drop, const Edges& edges) {
   const Vertices there = FixedOrAtEdges(drop, edges);
   const auto missing = std::mismatch(drop.begin(), drop.end(), there.begin(), there.end()).first;
   if (missing == drop.end()) return;
-  throw std::invalid_argument("Marginalize: " + Name(**missing) + " is to be dropped, but none of the edges has it");
+  throw std::invalid_argument("Marginalize: " + (*missing)->Name() + " is to be dropped, but none of the edges has it");
 }
 
 }  // namespace

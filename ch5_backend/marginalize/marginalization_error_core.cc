@@ -8,8 +8,6 @@
 namespace ch5 {
 namespace {
 
-std::string Name(const Vertex& vertex) { return vertex.TypeInfo() + " " + std::to_string(vertex.Id()); }
-
 std::vector<int> RowsWithout(const std::vector<bool>& is_left_out) {
   std::vector<int> rows;
   for (size_t row = 0; row < is_left_out.size(); ++row) {
@@ -92,7 +90,7 @@ void MarginalizationError::MarginalizeOut(const std::vector<std::shared_ptr<Vert
   for (const auto& vertex : vertices) {
     const int i = vertex ? Find(*vertex) : -1;
     if (i < 0) {
-      throw std::invalid_argument("MarginalizeOut: " + (vertex ? Name(*vertex) : "null") + " is not connected");
+      throw std::invalid_argument("MarginalizeOut: " + (vertex ? vertex->Name() : "null") + " is not connected");
     }
     const Block& block = blocks_[static_cast<size_t>(i)];
     std::fill_n(is_dropped.begin() + block.ordering_id, block.dim, true);

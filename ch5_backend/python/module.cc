@@ -51,8 +51,8 @@ class EdgeFunction : public ch5::Edge {
     TakeJacobians();
     const py::object given = jacobian_function_(*Arguments());
     if (!py::isinstance<py::sequence>(given) || py::len(given) != J_.size()) {
-      throw std::invalid_argument(TypeInfo() + " " + std::to_string(Id()) + ": its jacobians are no list of " +
-                                  std::to_string(J_.size()) + " matrices, one a vertex");
+      throw std::invalid_argument(Name() + ": its jacobians are no list of " + std::to_string(J_.size()) +
+                                  " matrices, one a vertex");
     }
     for (size_t i = 0; i < J_.size(); ++i) Take(given[py::int_(i)], &J_[i]);
   }
@@ -78,8 +78,8 @@ class EdgeFunction : public ch5::Edge {
       if (numbers.rows() == own->rows() && numbers.cols() == own->cols()) return void(*own = numbers);
     } catch (const py::cast_error&) {  // got is its type
     }
-    throw std::invalid_argument(TypeInfo() + " " + std::to_string(Id()) + ": its function returned " + got +
-                                ", expected " + size(own->rows(), own->cols()));
+    throw std::invalid_argument(Name() + ": its function returned " + got + ", expected " +
+                                size(own->rows(), own->cols()));
   }
   void TakeJacobians() const override {
     if (!J_.empty()) return;

@@ -71,8 +71,7 @@ void Covariance::ThrowSingular() const {
         Eigen::Map<const MatXX>(&solver_->GetLinearized().H_ll[s.landmark_block[l]], dim, dim));
     const double rounding = PivotRounding(dim) * ldlt.vectorD().maxCoeff();
     if (ldlt.vectorD().minCoeff() > rounding) continue;
-    throw CovarianceError("Covariance: H is singular, as its edges do not determine " + s.landmarks[l]->TypeInfo() +
-                          " " + std::to_string(s.landmarks[l]->Id()));
+    throw CovarianceError("Covariance: H is singular, as its edges do not determine " + s.landmarks[l]->Name());
   }
   throw CovarianceError("Covariance: H is singular; is a gauge free?");
 }
@@ -85,8 +84,7 @@ std::vector<Covariance::Influence> Covariance::InfluencesOn(const Vertex& vertex
   }
   const auto found = landmark_numbers_.find(&vertex);
   if (found == landmark_numbers_.end()) {
-    throw CovarianceError("Covariance: " + vertex.TypeInfo() + " " + std::to_string(vertex.Id()) +
-                          (vertex.IsFixed() ? " is fixed" : " takes no part"));
+    throw CovarianceError("Covariance: " + vertex.Name() + (vertex.IsFixed() ? " is fixed" : " takes no part"));
   }
   const int l = *landmark = found->second;
   const int dim = s.landmark_dim[l];

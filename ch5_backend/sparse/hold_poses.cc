@@ -58,8 +58,7 @@ std::vector<HeldPose> FindHeldPoses(const Structure& s, const std::vector<HeldDi
                                   std::to_string(dim) + " degrees of freedom");
     }
     if (!C.allFinite())
-      throw std::invalid_argument("HeldDirections: the rows of " + h.vertex->TypeInfo() + " " +
-                                  std::to_string(h.vertex->Id()) + " are not finite");
+      throw std::invalid_argument("HeldDirections: the rows of " + h.vertex->Name() + " are not finite");
     const auto found = std::find(s.poses.begin(), s.poses.end(), h.vertex.get());
     if (found == s.poses.end()) continue;
     const MatXX onto_rows = C.transpose() * PseudoInversePsd(C * C.transpose()) * C;

@@ -96,7 +96,7 @@ void ForgetSecondViews(Window* window, WindowLandmark* landmark) {
 // Removes the newest observation if it alone is a false match. If the previous one was removed too, the track has jumped to
 // another point, and is kept.
 void RemoveFalseMatch(double false_match, const Views& views, Window* window, WindowLandmark* landmark) {
-  const auto& recent = landmark->recent;
+  const auto& recent = landmark->recent.points;
   auto& seen = landmark->seen;
   if (seen.size() < 3 || recent.size() < 2 || seen.back().frame != recent.back().frame) return;
   if (seen[seen.size() - 2].frame != recent[recent.size() - 2].frame) return;
@@ -165,19 +165,19 @@ double TriangulateDepth(const Window& window, const WindowLandmark& landmark) {
 
 namespace {
 
-// Adds a point to the last three of a camera's track, and calls set(frame, ẋ) for those whose velocity has become another.
+// Adds a point to a track, and calls set(frame, ẋ) for those whose velocity has become another.
 template <typename Set>
-void UpdateVelocities(const RecentPoint& point, std::vector<RecentPoint>* recent, int* images, const Set& set) {
-  std::vector<RecentPoint>& last = *recent;
+void UpdateVelocities(const RecentPoint& point, RecentTrack* track, const Set& set) {
+  std::vector<RecentPoint>& last = track->points;
   if (last.size() == 3) last.erase(last.begin());
   last.push_back(point);
-  ++*images;
+  ++track->images;
   const auto slope = [&](size_t a, size_t b) -> Vec2 { return (last[b].x - last[a].x) / (last[b].t - last[a].t); };
   if (last.size() == 2) {
     set(last[0].frame, slope(0, 1));
     set(last[1].frame, slope(0, 1));
   } else if (last.size() == 3) {
-    if (*images == 3) set(last[0].frame, slope(1, 2));  // the track's first image
+    if (track->images == 3) set(last[0].frame, slope(1, 2));  // the track's first image
     set(last[1].frame, slope(0, 2));
     set(last[2].frame, slope(0, 1));
   }
@@ -195,7 +195,7 @@ void ChangeObservation(int frame, WindowLandmark* landmark, const Change& change
 
 void AppendToTrack(const RecentPoint& point, WindowLandmark* landmark) {
   landmark->seen.push_back({point.frame, point.x, Vec2::Zero()});
-  UpdateVelocities(point, &landmark->recent, &landmark->images, [&](int frame, const Vec2& velocity) {
+  UpdateVelocities(point, &landmark->recent, [&](int frame, const Vec2& velocity) {
     ChangeObservation(frame, landmark, [&](WindowObservation* seen) { seen->velocity = velocity; });
   });
 }
@@ -203,7 +203,7 @@ void AppendToTrack(const RecentPoint& point, WindowLandmark* landmark) {
 void AppendSecondView(const RecentPoint& point, WindowLandmark* landmark) {
   if (landmark->seen.empty() || landmark->seen.back().frame != point.frame) return;
   landmark->seen.back().second = SecondView{point.x, Vec2::Zero()};
-  UpdateVelocities(point, &landmark->recent1, &landmark->images1, [&](int frame, const Vec2& velocity) {
+  UpdateVelocities(point, &landmark->recent1, [&](int frame, const Vec2& velocity) {
     ChangeObservation(frame, landmark, [&](WindowObservation* seen) {
       if (seen->second) seen->second->velocity = velocity;
     });

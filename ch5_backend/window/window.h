@@ -57,14 +57,17 @@ struct RecentPoint {
   Vec2 x = Vec2::Zero();
 };
 
+/// A track in one camera.
+struct RecentTrack {
+  std::vector<RecentPoint> points;  ///< in the last three images, also those no longer in the window
+  int images = 0;                   ///< number of images of the track so far
+};
+
 /// A track that a frame of the window hosts.
 struct WindowLandmark {
   std::vector<WindowObservation> seen;                ///< in order of time; the first is the host's
   std::shared_ptr<VertexInverseDepth> inverse_depth;  ///< in the host's camera; null until triangulated
-  std::vector<RecentPoint> recent;   ///< the track's last three images, also those no longer in the window
-  int images = 0;                    ///< number of images of the track so far
-  std::vector<RecentPoint> recent1;  ///< as `recent` and `images`, of camera 1
-  int images1 = 0;
+  RecentTrack recent, recent1;                        ///< in camera 0, and in camera 1
   int Host() const { return seen.front().frame; }
   /// Where the frame with this id sees it, or null.
   const WindowObservation* In(int frame) const;

@@ -369,8 +369,7 @@ Names RowNames(const Ordering& ordering, bool numbered) {
     const char* const role = vertices == &ordering.poses ? "scene.pose" : "scene.landmark";
     for (size_t i = 0; i < vertices->size(); ++i) {
       const Vertex& vertex = *(*vertices)[i];
-      const int id = vertex.Id() < 0 ? static_cast<int>(i) : vertex.Id();
-      const Text name = numbered ? Text(role, {{"n", Word(i)}}) : Word(vertex.TypeInfo() + " " + std::to_string(id));
+      const Text name = numbered ? Text(role, {{"n", Word(i)}}) : Word(vertex.Name());
       for (int k = 0; k < vertex.LocalDimension(); ++k) names.push_back(NameOfRow(vertex, name, k));
     }
   }

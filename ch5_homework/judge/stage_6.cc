@@ -19,8 +19,8 @@ TEST(Stage6, RemembersTheFreeBlocks) {
   term->PreMarginalize();
   std::string right, got;
   const auto& blocks = BlocksOf(*term);
-  for (const auto& vertex : scene.free) right += (right.empty() ? "" : ", ") + NameOf(*vertex);
-  for (const auto& [id, block] : blocks) got += (got.empty() ? "" : ", ") + NameOf(*block.vertex);
+  for (const auto& vertex : scene.free) right += (right.empty() ? "" : ", ") + vertex->Name();
+  for (const auto& [id, block] : blocks) got += (got.empty() ? "" : ", ") + block.vertex->Name();
   if (got != right) {
     Fail({"6", "6.blocks_remembered", Word(right), got.empty() ? "6.none" : Word(got),
           blocks.empty()                        ? "6.no_vertex_remembered"
@@ -33,7 +33,7 @@ TEST(Stage6, RemembersTheFreeBlocks) {
     const VecX x = block.vertex->Parameters();
     ASSERT_EQ(block.vertex->Id(), id);
     if (Equal(block.x0, x, 0.0)) continue;
-    Fail({"6", Text("6.remembered_state", {{"vertex", Word(NameOf(*block.vertex))}}),
+    Fail({"6", Text("6.remembered_state", {{"vertex", Word(block.vertex->Name())}}),
           Text("6.numbers_parameters", {{"n", Word(x.size())}}),
           block.x0.size() == x.size() ? "6.other_numbers" : Text("6.numbers", {{"n", Word(block.x0.size())}}),
           "6.x0_is_parameters", "6a"});
@@ -144,7 +144,7 @@ struct Layout {
   }
   Names RowNames() const {
     Names names;
-    for (const auto& v : scene.free) names.push_back({"6.first_row", {{"vertex", Word(NameOf(*v))}}});
+    for (const auto& v : scene.free) names.push_back({"6.first_row", {{"vertex", Word(v->Name())}}});
     names.push_back(Word("m_"));
     names.push_back(Word("n_"));
     return names;

@@ -155,7 +155,7 @@ TEST(Stage6, PriorStandsOnTheShiftedBlocks) {
   auto right = kept;
   right[0] = taker;
   if (prior.vertices != right) {
-    Fail({"6", Text("6.priors_vertices", {{"taker", Word(NameOf(*taker))}, {"vertex", Word(NameOf(*kept[0]))}}),
+    Fail({"6", Text("6.priors_vertices", {{"taker", Word(taker->Name())}, {"vertex", Word(kept[0]->Name())}}),
           Text("6.vertices_one_first", {{"n", Word(right.size())}}),
           prior.vertices == kept ? "6.vertices_before_shift" : Text("6.others", {{"n", Word(prior.vertices.size())}}),
           prior.vertices == kept ? "6.shift_forgotten" : "6.unshifted_stays", "6f"});
@@ -164,7 +164,7 @@ TEST(Stage6, PriorStandsOnTheShiftedBlocks) {
     if (k < prior.x0.size() && Equal(prior.x0[k], x0[kept[k]->Id()], 1e-12)) continue;
     const bool now = k < prior.x0.size() && (Equal(prior.x0[k], kept[k]->Parameters(), 1e-12) ||
                                              Equal(prior.x0[k], right[k]->Parameters(), 1e-12));
-    Fail({"6", Text("6.linearization_point", {{"vertex", Word(NameOf(*kept[k]))}}), "6.parameters_premarginalize",
+    Fail({"6", Text("6.linearization_point", {{"vertex", Word(kept[k]->Name())}}), "6.parameters_premarginalize",
           k >= prior.x0.size() ? "6.nothing"
           : now                ? "6.parameters_now"
                                : "6.other_numbers",

@@ -12,9 +12,6 @@
 
 namespace ch5::homework {
 
-/// "VertexPose 3"
-inline std::string NameOf(const Vertex& vertex) { return vertex.TypeInfo() + " " + std::to_string(vertex.Id()); }
-
 class FactorScene : public FactorGraph {
  public:
   using FactorGraph::FactorGraph;

@@ -70,7 +70,7 @@ TEST(TimeOffset, IsTheMinimumOfAWindowAtTheTruth) {
     ForgetObservations(kImages - 1, DepthInCamera, &window);
     TriangulateLandmarks(&window);
     BuildGraph(
-        {}, [](const Window&, const WindowLandmark& l) { return l.images == kImages; }, &window);
+        {}, [](const Window&, const WindowLandmark& l) { return l.recent.images == kImages; }, &window);
     const Summary summary = SparseOptimizer(&window.graph).Solve();
     EXPECT_TRUE(IsConverged(summary.termination)) << summary.message;
     EXPECT_NEAR(window.time_offset->GetEstimate()[0], late, 3e-4);  // the flow is taken for straight over the offset

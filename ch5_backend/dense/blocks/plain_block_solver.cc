@@ -47,9 +47,8 @@ void PlainBlockSolver::MakeHessianBlocks() {
         if (v->OrderingId() < 0 || w->OrderingId() < 0) continue;
         const BlockIndex a = BlockIndexOf(*v), c = BlockIndexOf(*w);
         if (a.is_landmark && c.is_landmark && a.number != c.number) {
-          throw GraphError("BuildStructure: " + edge->TypeInfo() + " " + std::to_string(edge->Id()) +
-                           " ties two landmarks, " + v->TypeInfo() + " " + std::to_string(v->Id()) + " and " +
-                           w->TypeInfo() + " " + std::to_string(w->Id()));
+          throw GraphError("BuildStructure: " + edge->Name() + " ties two landmarks, " + v->Name() + " and " +
+                           w->Name());
         }
         SparseBlocks* blocks = !c.is_landmark ? &H_pp_ : a.is_landmark ? &H_ll_ : &H_pl_;
         if (c.is_landmark == a.is_landmark ? a.number < c.number : a.is_landmark) continue;
