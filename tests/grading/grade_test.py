@@ -116,12 +116,14 @@ class Grades(FolderTest):
         own = ("  const int n[]{problem->poses.size()};  // to Clang an error\n"
                "  Eigen::SelfAdjointEigenSolver<MatXX> eigen(MatXX::Identity(n[0], n[0]));\n")
         usual = self.submission("usual", change=lambda text: text.replace("  if (prior_weight", own + "  if (prior_weight", 1))
-        done = grade(self.out, wrong, broken, crash, endless, killed, usual, "--stages", "3,4")
+        many = "[[maybe_unused]] std::future<void> own[12]; for (auto& one : own) one = std::async(std::launch::async, [] { usleep(100000); });\n"
+        threads = self.submission("threads", change=lambda text: "#include <unistd.h>\n#include <future>\n" + text.replace("  for (", many + "  for (", 1))
+        done = grade(self.out, wrong, broken, crash, endless, killed, usual, threads, "--stages", "3,4")
         self.assertEqual(done.returncode, 0, done.stderr)
         found, points = records(self.out), sum(read_rubric()["3"].values())
         self.assertEqual({name: (record["stages"][0]["state"], record["stages"][0]["points"]) for name, record in found.items()},
                          {"wrong": ("wrong", points), "broken": ("does-not-compile", points), "crash": ("crashes", points),
-                          "endless": ("crashes", points), "killed": ("crashes", points), "usual": ("right", points)})
+                          "endless": ("crashes", points), "killed": ("crashes", points), "usual": ("right", points), "threads": ("right", points)})
         for name, words in (("endless", r"The stack is full at gauge_prior\.cc:\d+"), ("killed", r"Crash \(Killed\)")):
             self.assertRegex(hint_of(found[name]), words)
         self.assertTrue(0 < found["wrong"]["score"] < points and found["broken"]["score"] == 0)

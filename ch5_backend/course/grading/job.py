@@ -20,7 +20,7 @@ SECONDS_A_TEST = 10.0   # the reference needs a tenth of one
 SECONDS_A_STAGE = 240.0
 FOLLOWED = ("wrong", "crashes", "not-started")  # what does not end would not end once for each blank
 LONGEST_FOLLOWED = 10.0  # seconds of the compiler; the solutions need two
-RUNNING = Limits(seconds=10, wall_seconds=SECONDS_A_TEST + 5.0, processes=4)
+RUNNING = Limits(seconds=10, wall_seconds=SECONDS_A_TEST + 5.0)
 
 
 def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, rubric: dict, seed: int) -> dict:
