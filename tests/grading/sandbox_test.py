@@ -60,7 +60,10 @@ class Inside(unittest.TestCase):
     def test_the_first_process_inside_is_limited_too(self):  # the others may write into its memory
         self.assertRegex(shell("cat /proc/1/limits", seconds=7).output, r"Max cpu time +7 ")
 
-    def test_the_courses_library_is_not_there_if_it_is_installed(self):
+    def test_where_memory_runs_out_it_is_the_first_to_go(self):
+        self.assertEqual(shell("cat /proc/self/oom_score_adj").output, "1000\n")
+
+    def test_the_courses_library_and_the_project_are_not_there_if_they_lie_below_usr(self):
         with tempfile.TemporaryDirectory() as folder:
             for name in ("lib", "local/lib/python3.11/dist-packages"):
                 (Path(folder) / name).mkdir(parents=True)
@@ -68,9 +71,12 @@ class Inside(unittest.TestCase):
             module = Path(folder) / "local/lib/python3.11/dist-packages/ch5_backend.so"
             for path in (library, module):
                 path.write_bytes(b"answers")
-            self.assertEqual(set(sandbox.installed(folder)), {str(library), str(module)})
+            project = Path(folder) / "src" / "app"
+            with mock.patch.object(sandbox, "ROOT", project):
+                self.assertEqual(set(sandbox.installed(folder)), {str(library), str(module), str(project)})
         with mock.patch.object(sandbox, "installed", return_value=("/usr/bin/true", "/usr/share")):
-            self.assertEqual(shell("cat /usr/bin/true; ls /usr/share").output.count("Permission denied"), 1)
+            outcome = shell("cat /usr/bin/true; ls /usr/share; head -c 9M /dev/zero > /usr/share/x")
+        self.assertRegex(outcome.output, "^cat: .*Permission denied\nhead: .*No space left on device\n$")
 
     def test_what_the_parent_has_open_is_not_inherited(self):
         with tempfile.TemporaryFile() as secret:

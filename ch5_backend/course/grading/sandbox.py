@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..base.processes import forget, start
+from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 from ..base.scratch import scratch
 
@@ -79,8 +80,10 @@ class Sandbox:
         inside = ["prlimit", f"--cpu={some.seconds}:{some.seconds + 1}", f"--as={some.memory}", f"--nproc={some.processes}",
                   f"--fsize={some.file_size}", "--core=0", "--nofile=64", "--", "sh", "-c", '"$@"; exit $?', "sh", *map(str, command)]
         drop = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", "--no-new-privs"]
-        # The shell opens the filter before rights are dropped, and closes what it has inherited.
-        opened = ["sh", "-c", 'exec 3>&- 4>&- 5>&- 6>&- 7>&- 8>&- 9<"$0"; exec "$@"', str(call_filter())]
+        # The shell opens the filter before rights are dropped, and closes what it has inherited. Where memory runs out, the
+        # system takes what runs inside first, and not the grader or a neighbor.
+        opened = ["sh", "-c", 'exec 3>&- 4>&- 5>&- 6>&- 7>&- 8>&- 9<"$0"; { echo 1000 >/proc/self/oom_score_adj; } 2>/dev/null; exec "$@"',
+                  str(call_filter())]
         return [*opened, *(drop if os.geteuid() == 0 else []), *bubble, "--", *inside]
 
     def run(self, command: list, words: bytes = b"") -> Outcome:
@@ -115,14 +118,17 @@ class Sandbox:
 
 @lru_cache
 def installed(root: str = "/usr") -> tuple:
-    """What an engineer has installed of the course's library: it holds the solutions, as code to be called."""
+    """What holds the solutions below /usr: the course's library, if an engineer has installed it, and the project, if it
+    lies there."""
     places = [f"{root}{local}/lib{below}" for local in ("", "/local") for below in ("", "/*", "/*/*-packages")]
-    return tuple(sorted(found for place in places for found in glob.glob(f"{place}/*ch5_backend*")))
+    project = [str(ROOT)] if ROOT.is_relative_to(root) else []
+    return (*sorted(found for place in places for found in glob.glob(f"{place}/*ch5_backend*")), *project)
 
 
 def hiding(paths) -> list:
     """Words for bubblewrap that put nothing in the place of these files and folders."""
-    return [word for path in paths for word in (("--tmpfs", path) if os.path.isdir(path) else ("--ro-bind", "/dev/null", path))]
+    return [word for path in paths for word in (("--size", str(MIB), "--tmpfs", path) if os.path.isdir(path) else
+                                         ("--ro-bind", "/dev/null", path))]
 
 
 class Unguarded(Sandbox):
