@@ -130,6 +130,7 @@ class Attacks(unittest.TestCase):
             with self.subTest(page=path.relative_to(self.out)):
                 self.assertNotIn(f"secret_{MARK}_of_the_host", text)
                 self.assertNotIn("root:x:0:", text)
+                self.assertNotRegex(text if path.name in ("feedback.html", "results.json", "junit.xml") else "", "[\x00-\x08\x0e-\x1f\x7f-\x9f]", "steers a terminal")
                 self.assertLess(len(text), 1 << 20)
                 self.assertNotIn("prior_weight * Mat66::Identity()", text)
                 self.assertNotIn(f"<script>{MARK}", text if path.suffix in (".html", ".xml") else "")

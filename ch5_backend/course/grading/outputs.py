@@ -13,7 +13,7 @@ from ..homework.diagnosis import in_full, in_short
 from ..base.language import Speaker, speaker
 
 # What neither XML nor a terminal takes, and the marks that turn the direction of writing, so that a line reads as another.
-CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
+CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
 
 
 def short_hash(text) -> str:
