@@ -2,26 +2,35 @@
 submission holds, its folder, its neighbors and the class's tables stay whole."""
 
 import csv
+import errno
+import io
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import time
 import unittest
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import redirect_stdout
 import zipfile
 from pathlib import Path
+from unittest import mock
 from xml.etree import ElementTree
 
 from tests.folder import FolderTest
 from tests.conventions.project import ROOT
 from ch5_backend.course.base.errors import CourseError
-from ch5_backend.course.grading.grade import named, share
+from ch5_backend.course.grading import job
+from ch5_backend.course.grading.grade import named, share, tell
 from ch5_backend.course.grading.outputs import gradescope
 from ch5_backend.course.grading.rubric import read_rubric
+from ch5_backend.course.grading.sandbox import Outcome
+from ch5_backend.course.grading.toolchain import Infrastructure, Toolchain
 from ch5_backend.course.base.language import speaker
-from ch5_backend.course.homework.diagnosis import in_short
+from ch5_backend.course.homework.diagnosis import Verdict, in_short
+from ch5_backend.figures.atomic_write import atomic_write
 
 BIN = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release")) / "bin"
 GRADER = BIN.parent / "grader" / "toolchain.json"
@@ -197,6 +206,23 @@ class Grades(FolderTest):
             done = grade(self.out, *words)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(told, done.stderr)
+
+
+class FullDisk(FolderTest):
+    def test_it_is_no_mark_and_is_told_with_its_place(self):
+        with mock.patch.object(shutil, "disk_usage", return_value=mock.Mock(free=0)), \
+                mock.patch.object(job, "judge", return_value=Verdict("crashes", {})):
+            for judged in (lambda: job.run_stage(mock.Mock(), Path("worker"), {}, 1),
+                           lambda: Toolchain._verdict(mock.Mock(), "problem.cc", Outcome(1, "error: ld", True, 1.0, 1.0), b"", Path("x"))):
+                with self.assertRaisesRegex(Infrastructure, "0 MB left"):
+                    judged()
+        with self.assertRaises(OSError) as caught, atomic_write(self.folder / "table"):
+            raise OSError(errno.ENOSPC, "No space left")
+        self.assertEqual(caught.exception.filename, str(self.folder / "table"))
+        with redirect_stdout(io.StringIO()) as told:
+            failed = [{"name": "anna", "status": "infrastructure-error", "error": "full", "score": 0, "points": 7, "stages": []}]
+            tell(self.folder, failed, failed, False, speaker("en"))
+        self.assertNotIn("anna", told.getvalue(), "no points, not even 0 of 7")
 
 
 class Names(FolderTest):

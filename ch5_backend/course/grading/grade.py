@@ -225,7 +225,8 @@ def tell(out: Path, records: list, failed: list, as_json: bool, say: Speaker) ->
         jsonout.emit({"out": str(out), "records": [{key: record[key] for key in ("name", "status", "score", "points")}
                                                    for record in records]})
         return
-    for record in records if len(records) <= 20 else []:
+    graded = [record for record in records if record["status"] == "graded"]
+    for record in graded if len(graded) <= 20 else []:
         states = "  ".join(f"{row['id']} {pages.state_of(row, say)}" for row in record["stages"])
         print(f"{record['name']}: {pages.points_of(record, say)}   {states}")
     print(say("grade.written", n=len(records), path=str(out / "summary.html")))

@@ -14,7 +14,7 @@ from .follow_through import follow_through
 from .rubric import marks
 from .sandbox import Limits, Sandbox, preflight
 from .submission import Submission
-from .toolchain import Toolchain
+from .toolchain import Toolchain, require_room
 
 SECONDS_A_TEST = 10.0   # the reference needs a tenth of one
 SECONDS_A_STAGE = 240.0
@@ -59,8 +59,10 @@ def run_stage(toolchain: Toolchain, worker: Path, stage: dict, seed: int, fail_f
                     box.wrap(["/worker"]), Path("/worker"), fail_fast=fail_fast,
                     words_of=lambda command: box.run(command).output)  # its debugging lines may be forged, too
     silent = not verdict.tests or any("START:" in str(test.get("failures")) for test in verdict.tests)
-    if silent and toolchain.box is Sandbox:
-        preflight()  # a worker that has not greeted may be ours to answer for
+    if silent:  # that may be ours to answer for
+        require_room()
+        if toolchain.box is Sandbox:
+            preflight()
     return verdict
 
 

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ch5_backend.figures.atomic_write import atomic_write
+from ch5_backend.figures.atomic_write import atomic_write, write_whole
 
 from ..homework.diagnosis import in_full, in_short
 from ..base.language import Speaker, speaker
@@ -35,9 +35,10 @@ def check_in_words(name: str, say: Speaker) -> str:
 
 
 def write_one(folder: Path, record: dict, say: Speaker) -> None:
-    (folder / "results.json").write_text(json.dumps(gradescope(record, say), ensure_ascii=False, indent=1), encoding="utf-8")
-    (folder / "autolab.json").write_text(autolab(record) + "\n", encoding="utf-8")
-    junit(record, say).write(folder / "junit.xml", encoding="utf-8", xml_declaration=True)
+    write_whole(folder / "results.json", json.dumps(gradescope(record, say), ensure_ascii=False, indent=1))
+    write_whole(folder / "autolab.json", autolab(record) + "\n")
+    with atomic_write(folder / "junit.xml") as partial:
+        junit(record, say).write(partial, encoding="utf-8", xml_declaration=True)
 
 
 def gradescope(record: dict, say: Speaker = speaker("en")) -> dict:

@@ -96,6 +96,7 @@ class Toolchain:
         return Built(None, self._verdict(file, outcome, content, folder / "submission"), cpu, peak)
 
     def _verdict(self, file: str, outcome, content: bytes, given: Path) -> Verdict:
+        require_room()
         words = outcome.output
         for folder in (f"{given}/", "/submission/", f"{self.include}/"):  # without a sandbox the first
             words = words.replace(folder, "")
@@ -117,6 +118,14 @@ class Toolchain:
         bound = [self.include, self.header, *more]
         box = self.box({"/submission": given, **{str(path): self._seen(path) for path in bound}}, {"/out": out}, COMPILING)
         return box.run(command)
+
+
+def require_room() -> None:
+    """Raises Infrastructure where the disk is full: who did not compile there, or left no report, may have been right."""
+    free = shutil.disk_usage(scratch()).free
+    if free < COMPILING.file_size:
+        raise Infrastructure(f"{scratch().parent} has {free // MIB} MB left, and {COMPILING.file_size // MIB} MB are needed; "
+                             "TMPDIR names another place")
 
 
 def everyone_reaches(path: Path) -> bool:
