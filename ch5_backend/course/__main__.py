@@ -40,6 +40,7 @@ DESCRIPTIONS = {
             "for the next.",
     "deep": "Turns your files in ch5_homework/ to the second depth: more blanks, and no lines with question marks to fill in. "
             "A file that you have begun stays as it is.",
+    "reset": "Begins files of the homework anew. What stood in them is kept beside them, as problem.cc.before.",
     "status": "Shows the state of every stage at a glance.",
     "bench": "Measures our solvers and, where it is installed, Ceres on the same problems: same start, same loss, "
              "analytic Jacobians, one process for each measurement, taking turns; medians of five rounds, which take "
@@ -72,7 +73,7 @@ JSON_FIELDS = {
     "grade": "out, records: [{name, status, score, points}]",
     "status": "stages: [{id, state, hint}]",
 }
-SPEAKING = ("run", "track", "fly", "check", "status", "grade", "pack", "hint", "deep")  # to students, hence in their language
+SPEAKING = ("run", "track", "fly", "check", "status", "grade", "pack", "hint", "deep", "reset")  # to students, hence in their language
 COMMANDS = {  # its module, and the function of it that does it
     "run": (".experiments.run", lambda module, given: module.run(given)),
     "track": (".experiments.track", lambda module, given: module.track(given)),
@@ -82,6 +83,7 @@ COMMANDS = {  # its module, and the function of it that does it
     "status": (".homework.check", lambda module, given: module.run_status(given.json, given.language)),
     "hint": (".homework.hint", lambda module, given: module.show(given.stage, given.number, given.language)),
     "deep": (".homework.make_skeleton", lambda module, given: module.deepen(not given.off, given.language)),
+    "reset": (".homework.make_skeleton", lambda module, given: module.reset(given.files, given.language)),
     "grade": (".grading.grade", lambda module, given: module.run_grade(given)),
     "pack": (".grading.pack", lambda module, given: module.pack(given.what, given.out, given.language)),
     "bench": (".experiments.bench", lambda module, given: module.bench(given)),
@@ -248,6 +250,8 @@ def make_parser(command: str) -> Parser:
         parser.add_argument("number", metavar="N", nargs="?", default="1", help="1 to 3, each says more; default: 1")
     elif command == "deep":
         parser.add_argument("--off", action="store_true", help="back to the first depth")
+    elif command == "reset":
+        parser.add_argument("files", nargs="*", metavar="FILE", help="such as problem.cc")
     if command in SPEAKING:
         parser.add_argument("--language", type=chosen_language, default="", metavar="WORD", help="en or zh; default: the "
                             "terminal's")
@@ -313,7 +317,7 @@ def main(argv: list, only_read: bool = False) -> int:
             return 0
         processes.listen()
         arguments.extra = extra
-        for name in () if command in FORWARDING else vars(arguments).keys() & {"data", "names", "submissions", "asked"}:
+        for name in () if command in FORWARDING else vars(arguments).keys() & {"data", "names", "files", "submissions", "asked"}:
             setattr(arguments, name, getattr(arguments, name) + extra)
         code = dispatch(command, arguments)
         sys.stdout.flush()

@@ -15,7 +15,7 @@ from ch5_backend.course.base.errors import CourseError
 from tests.folder import FolderTest
 from tests.conventions.project import BUILD, ROOT, TINY_BAL
 
-COMMANDS = ("run", "track", "test", "check", "hint", "deep", "status", "grade", "pack", "bench", "plots", "slides", "docs",
+COMMANDS = ("run", "track", "test", "check", "hint", "deep", "reset", "status", "grade", "pack", "bench", "plots", "slides", "docs",
             "lab", "site")
 
 

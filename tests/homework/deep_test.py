@@ -9,8 +9,8 @@ from ch5_backend.course.homework.regions import FILES, ROOT, regions, solution_t
 
 
 class Deep(FolderTest):
-    def course_deep(self, *words):
-        return subprocess.run([str(ROOT / "course"), "deep", *words], capture_output=True, text=True, check=False,
+    def course_deep(self, *words, command="deep"):
+        return subprocess.run([str(ROOT / "course"), command, *words], capture_output=True, text=True, check=False,
                               env={"PATH": "/usr/bin:/bin", "CH5_HOMEWORK_DIR": str(self.folder)})
 
     def texts(self):
@@ -46,6 +46,21 @@ class Deep(FolderTest):
             self.assertIn("problem.cc: it holds work of yours and stays as it is", done.stdout)
             wanted = {name: skeleton(name, deep=not words) for name in FILES} | {"problem.cc": begun}
             self.assertEqual(self.texts(), wanted)
+
+    def test_a_file_begins_anew_and_what_stood_in_it_is_kept(self):
+        self.course_deep("--off")
+        wanted = self.texts()
+        begun = skeleton("problem.cc").replace("???", "Hmm_inv * bmm")
+        (self.folder / "problem.cc").write_text(begun, encoding="utf-8")
+        for said in ("kept as problem.cc.before", "problem.cc begins anew.\n"):  # a second time there is nothing to keep
+            done = self.course_deep("ch5_homework/problem.cc", command="reset")
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn(said, done.stdout)
+            self.assertEqual((self.texts(), (self.folder / "problem.cc.before").read_text(encoding="utf-8")), (wanted, begun))
+        for words in ((), ("problem.cc", "problen.cc")):
+            done = self.course_deep(*words, command="reset")
+            self.assertEqual(done.returncode, 2, done)
+            self.assertIn("reset needs a file of the homework: block_solver.cc, ", done.stderr)
 
     def test_a_deep_file_is_a_student_at_work(self):
         self.course_deep()

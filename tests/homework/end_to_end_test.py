@@ -97,14 +97,6 @@ class EndToEnd(unittest.TestCase):
         self.assertRegex(told["3"], rf"gauge_prior.cc:{line}:\d+: no matching (function for call to|constructor) .*EdgeSE3Prior")
         self.assertIn("the function MarginalizationError::Residual is missing in marginalization_error.cc", told["5"])
 
-    def test_one_file_is_begun_anew_and_the_others_stay(self):
-        self.hand_in()
-        subprocess.run([sys.executable, "-m", "ch5_backend.course.homework.make_skeleton", "gauge_prior.cc", "--output", FOLDER],
-                       check=True)
-        for name in FILES:
-            wanted = skeleton(name) if name == "gauge_prior.cc" else solution_text(name)
-            self.assertEqual((FOLDER / name).read_text(encoding="utf-8"), wanted)
-
     def test_a_student_reads_chinese(self):
         """All that is said of the samples is looked at by run_samples.py."""
         wrong = {"problem": ("H.block(index_j, index_i, dim_j, dim_i).noalias() += hessian.transpose()", "(void)hessian"),
@@ -139,7 +131,7 @@ class EndToEnd(unittest.TestCase):
         (FOLDER / "gauge_prior.cc").unlink()
         done = course("check", "3", "--json")
         self.assertEqual(states(done), {"3": "does-not-compile"})
-        self.assertIn("gauge_prior.cc is missing; python3 -m ch5_backend.course.homework.make_skeleton gauge_prior.cc", hints(done)["3"])
+        self.assertIn("gauge_prior.cc is missing; ./course reset gauge_prior.cc", hints(done)["3"])
         unknown = course("check", "9")
         self.assertEqual(unknown.returncode, 2)
         self.assertIn("unknown stage '9'", unknown.stderr)

@@ -24,7 +24,7 @@ from ..base.processes import running
 from ..base.progress import Progress
 from ..homework import blanks
 from ..homework.check import folder
-from ..homework.compiler import anew, does_not_compile
+from ..homework.compiler import does_not_compile
 from ..homework.diagnosis import in_short
 from ..homework.regions import FILES
 from .data import has_images, kind_of
@@ -64,7 +64,7 @@ def compile_files() -> dict:
     """Builds both programs; {file: {"errors": {language: sentence}, or none, "unfinished": {function: TODOs}}}."""
     for file in FILES:
         if not (folder() / file).exists():
-            raise CourseError(sentence("compiler.file_missing", file=file, command=anew(file)))
+            raise CourseError(sentence("compiler.file_missing", file=file, command=f"./course reset {file}"))
     build_or_fail([SOLUTION, OWN])
     return {file: report_of(file) for file in FILES}
 

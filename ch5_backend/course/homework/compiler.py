@@ -32,12 +32,6 @@ def shown(path: Path) -> str:
     return str(path)
 
 
-def anew(file: str) -> str:
-    """The command that begins a file anew, in the folder that is judged."""
-    elsewhere = "" if HOMEWORK == ROOT / "ch5_homework" else f" --output {shown(HOMEWORK)}"
-    return f"python3 -m ch5_backend.course.homework.make_skeleton {file}{elsewhere}"
-
-
 def shorten(line: str) -> str:
     """Without the project's folder, in which everything lies."""
     line = line.replace(str(HOMEWORK) + os.sep, shown(HOMEWORK) + os.sep)
@@ -63,10 +57,10 @@ def does_not_compile(file: str, output: str, content) -> Verdict:
 def of_the_file(file: str, content):
     """What is wrong with the file as a whole, or None."""
     if content is None:
-        return sentence("compiler.file_missing", file=file, command=anew(file))
+        return sentence("compiler.file_missing", file=file, command=f"./course reset {file}")
     if b"\0" in content[:200] or content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return sentence("compiler.utf16", file=file)
-    return None if content.strip() else sentence("compiler.file_empty", file=file, command=anew(file))
+    return None if content.strip() else sentence("compiler.file_empty", file=file, command=f"./course reset {file}")
 
 
 def of_the_linker(file: str, output: str, content: bytes):
@@ -81,7 +75,7 @@ def of_the_linker(file: str, output: str, content: bytes):
         return sentence("compiler.no_body", name=name, file=file)
     if re.search(rf"\b{re.escape(name)}\(", content.decode("utf-8", "replace")):
         return sentence("compiler.function_changed", name=name, file=file)
-    return sentence("compiler.function_missing", name=name, file=file, command=anew(file))
+    return sentence("compiler.function_missing", name=name, file=file, command=f"./course reset {file}")
 
 
 def of_a_slip(place: str, error: str, content: bytes):

@@ -2,12 +2,10 @@
 """Makes ch5_homework/*.cc from solutions/*.cc: each graded region becomes its hints and a throw.
 
   make_skeleton.py                 writes ch5_homework/, all of it
-  make_skeleton.py problem.cc      writes this file anew, and leaves the others alone
   make_skeleton.py --check         compares instead: 0 current, 1 not, 77 a student is at work (not in CI)
   make_skeleton.py --output DIR    writes elsewhere
   make_skeleton.py --blank 1.1a    blanks this region only, repeatable; the others hold the solution
   make_skeleton.py --deep          the second depth: more blanks, and no lines to fill in; see ./course deep
-  make_skeleton.py --keep          leaves alone what is not the skeleton of either depth, and says so
 """
 
 import argparse
@@ -16,7 +14,8 @@ import sys
 from pathlib import Path
 
 from ..base.cmake_build import HOMEWORK
-from ..base.language import Speaker, speaker
+from ..base.errors import CourseError
+from ..base.language import sentence, speaker
 from .regions import FILES, ROOT, STAGES, fill, regions, solution_text
 
 STUDENT_AT_WORK = 77  # CTest's SKIP_RETURN_CODE
@@ -56,46 +55,56 @@ def table_is_true() -> bool:
     return sorted(marked) == sorted(listed)
 
 
-def write(name: str, folder: Path, blanks, deep: bool, keep: bool, say: Speaker = speaker("en")) -> bool:
-    """Whether the file now is the skeleton that was asked for; with `keep` another's work stays as it is, and this is said."""
-    path, text = folder / name, skeleton(name, blanks, deep)
-    found = path.read_text(encoding="utf-8", errors="replace") if path.exists() else text
-    if keep and found not in (text, skeleton(name, deep=not deep)):
-        command = f"python3 -m ch5_backend.course.homework.make_skeleton {'--deep ' * deep}{name}"
-        print(say("skeleton.holds_work", file=name, command=command))
-        return False
-    path.write_text(text, encoding="utf-8")
-    return True
+def holds_work(path: Path) -> bool:
+    """Whether a student has begun this file."""
+    return path.exists() and path.read_text(encoding="utf-8", errors="replace") not in (skeleton(path.name), skeleton(path.name, deep=True))
 
 
 def deepen(on: bool, language: str) -> int:
     """Writes each file of the homework at the depth asked for, unless a student has begun it; 1 if there is such a file."""
-    say = speaker(language)
+    say, begun = speaker(language), []
     HOMEWORK.mkdir(parents=True, exist_ok=True)
-    written = [write(name, HOMEWORK, None, on, True, say) for name in FILES]
-    if all(written):
+    for name in FILES:
+        if holds_work(HOMEWORK / name):
+            begun.append(name)
+            print(say("skeleton.holds_work", file=name, command=f"./course reset {name}"))
+        else:
+            (HOMEWORK / name).write_text(skeleton(name, deep=on), encoding="utf-8")
+    if not begun:
         print(say("skeleton.second_depth" if on else "skeleton.first_depth"))
-    return 0 if all(written) else 1
+    return 1 if begun else 0
+
+
+def reset(files: list, language: str) -> int:
+    """Begins these files anew; what stood in them is kept beside them. Raises CourseError(2) for what is no homework."""
+    names, say = [Path(file).name for file in files], speaker(language)
+    if not names or not set(names) <= set(FILES):
+        raise CourseError(sentence("skeleton.which_file", files=", ".join(FILES)))
+    HOMEWORK.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        path = HOMEWORK / name
+        if kept := holds_work(path):
+            path.replace(f"{path}.before")
+        path.write_text(skeleton(name), encoding="utf-8")
+        print(say("skeleton.begun_anew_kept" if kept else "skeleton.begun_anew", file=name))
+    return 0
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("files", nargs="*", metavar="FILE")
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--output", type=Path, default=ROOT / "ch5_homework", metavar="DIR")
     parser.add_argument("--blank", action="append", metavar="TODO")
     parser.add_argument("--deep", action="store_true")
-    parser.add_argument("--keep", action="store_true")
     options = parser.parse_args()
     if not table_is_true():
         return 1
     if options.check:
         return check(options.output)
-    if unknown := set(options.files) - set(FILES):
-        parser.error(f"no homework is in {', '.join(sorted(unknown))}; there are {', '.join(FILES)}")
     options.output.mkdir(parents=True, exist_ok=True)
-    written = [write(name, options.output, options.blank, options.deep, options.keep) for name in options.files or FILES]
-    return 0 if all(written) else 1
+    for name in FILES:
+        (options.output / name).write_text(skeleton(name, options.blank, options.deep), encoding="utf-8")
+    return 0
 
 
 if __name__ == "__main__":
