@@ -223,8 +223,8 @@ def make(directory, language):
     page.write_all(directory, "mine.heading", lambda place, say: body_of(place, mine, say), PAGES)
     say = Words(language)
     for experiment in mine.failures:
-        print(f"{mark(mine, experiment, say)} {', '.join(EXPERIMENTS[experiment]):<9} {say(f'mine.{experiment}')}: "
-              f"{said_of(mine, experiment, say)}")
+        line = say("mine.line", title=say(f"mine.{experiment}"), finding=said_of(mine, experiment, say))
+        print(f"{mark(mine, experiment, say)} {', '.join(EXPERIMENTS[experiment]):<9} {line}")
     for stage in STAGES:
         if any(stage["id"] in EXPERIMENTS[experiment] for experiment in mine.failures) and whose(mine, stage, say) != say("mine.yours"):
             print(f"  {stage['id']:<9} {whose(mine, stage, say)}")
