@@ -242,7 +242,7 @@ def make_parser(command: str) -> Parser:
     elif command in PAGES:
         parser.add_argument("--out", metavar="DIR", help=PAGES[command])
     elif command == "check":
-        parser.add_argument("asked", nargs="*", metavar="STAGE", help="such as 1.1; default: all")
+        parser.add_argument("asked", nargs="*", metavar="STAGE", help="such as 1.1, 1.1a or problem.cc; default: all")
         parser.add_argument("--seed", type=whole_number("--seed", 0, 10**18 - 1), metavar="S", help="other random numbers "
                             "and sizes than the usual ones: the case that a grader has met under this number")
     elif command == "hint":

@@ -9,7 +9,7 @@ from unittest import mock
 from tests.folder import FolderTest
 from ch5_backend.course.homework.regions import STAGES
 
-from ch5_backend.course.homework import hint, hint_policy
+from ch5_backend.course.homework import check, hint, hint_policy
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import sentence, speaker
 from ch5_backend.course.homework.diagnosis import Verdict, because, in_short, told
@@ -45,6 +45,10 @@ class Hints(unittest.TestCase):
     def test_a_stage_means_all_its_sections(self):
         self.assertEqual(said("6", "1"), said("6A", "1") + said("6B", "1"))
         self.assertEqual(said("1", "2"), said("1.1", "2") + said("1.2", "2"))
+
+    def test_check_finds_a_stage_by_its_todo_and_its_file_too(self):
+        for name, stages in (("1.2", ["1.2"]), ("6A", ["6"]), ("1.1a", ["1.1"]), ("2e", ["2"]), ("ch5_homework/problem.cc", ["1.1", "1.2", "2"])):
+            self.assertEqual([stage["id"] for stage in check.select([name])], stages)
 
     def test_what_is_not_there_is_named(self):
         for words in (("9", "1"), ("6", "4"), ("1.2", "4"), ("1.2", "0"), ("1.2", "one"), ("", "1")):

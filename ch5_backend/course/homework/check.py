@@ -13,7 +13,7 @@ from .compiler import does_not_compile, shown
 from ..base.errors import CourseError
 from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
 from .judge import judge
-from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers
+from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, todos_of
 from ..base.language import Speaker, fold, pad, sentence, speaker
 
 COLORS = {"right": "32", "wrong": "31", "crashes": "31", "times-out": "31", "does-not-compile": "31",
@@ -60,11 +60,13 @@ def held_back(stages: list, verdicts: list, counts: bool = True) -> list:
 
 
 def select(asked: list) -> list:
-    """The rows of the table that are asked for; "1" means 1.1 and 1.2, and a stage's sections in the handout mean it."""
+    """The rows of the table that are asked for; "1" means 1.1 and 1.2, and a stage's sections, TODOs and file mean it too."""
+    def means(name: str, stage: dict) -> bool:
+        return covers(name, stage) or name in todos_of(stage) or Path(name).name == stage["file"]
     for name in asked:
-        if not any(covers(name, stage) for stage in STAGES):
+        if not any(means(name, stage) for stage in STAGES):
             raise CourseError(sentence("check.unknown_stage", name=name, stages=", ".join(stage["id"] for stage in STAGES)))
-    return [stage for stage in STAGES if not asked or any(covers(name, stage) for name in asked)]
+    return [stage for stage in STAGES if not asked or any(means(name, stage) for name in asked)]
 
 
 def judge_stages(stages: list, options=()) -> list:

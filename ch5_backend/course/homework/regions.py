@@ -79,6 +79,11 @@ def blanked(text: str) -> str:
     return re.sub(r"(// BEGIN SOLUTION [^\n]+\n).*?(^ *// BLANK\n)", r"\1\2", text, flags=re.MULTILINE | re.DOTALL)
 
 
+def todos_of(stage: dict) -> list:
+    """Those of both depths."""
+    return stage["todos"] + stage.get("deep", [])
+
+
 def stage_of(todo: str) -> dict:
     """The stage that a TODO belongs to."""
-    return next(stage for stage in STAGES if todo in stage["todos"] + stage.get("deep", []))
+    return next(stage for stage in STAGES if todo in todos_of(stage))
