@@ -61,6 +61,7 @@ class WordsOfTheCompiler(unittest.TestCase):
         for slip, words in (("int a = 1；", "problem.cc:7: a full-width ； stands in this line, which C.. does not know; write ;"),
                             ("int a = sizeof（int);", "a full-width （ stands in this line.*; write [(]"),
                             ("int a = ?;", "problem.cc:7: a . of the skeleton is still there"),
+                            ("cout << 1;", "problem.cc:7: to print, write std::cerr"), ("std::cout << 1;", "problem.cc:7: to print, write"),
                             ("int a = 1 + Solve;", "problem.cc:7: the . . of a function are missing"),
                             ("const std::map<int, int> shift; int a = shift[3];", "problem.cc:7: what is to be changed here is const")):
             text = TINY.replace(line, f"{slip} {line}").replace("#include <memory>", "#include <map>\n#include <memory>").replace(

@@ -17,6 +17,7 @@ SPARE_BRACE = r"expected declaration before ['‘]}['’]|extraneous closing bra
 SLIPS = [
     (r"unresolved overloaded function type|invalid use of (?:non-static )?member function|reference to non-static member function must be called", "compiler.call_without_brackets"),
     (r"discards qualifiers|no viable overloaded operator\[\] for type 'const", "compiler.const"),
+    (r"\b(?:cout|cerr|endl)['’] (?:was not declared|is not a member|in namespace)|undeclared identifier '(?:cout|cerr|endl)", "compiler.printing"),
     (r"YOU_MIXED_MATRICES_OF_DIFFERENT_SIZES", "eigen.assignment_sizes"),
     (r"INVALID_MATRIX_PRODUCT|INVALID_VECTOR_VECTOR_PRODUCT", "eigen.product_sizes"),
 ]
