@@ -328,7 +328,8 @@ def main(argv: list, only_read: bool = False) -> int:
         if processes.stopped_by():
             return fail("stopped", 128 + processes.stopped_by(), as_json)
         if isinstance(error, CourseError):
-            return fail(say.text(error.message), error.exit_code, as_json)
+            message = error.message if isinstance(error.message, dict) else {"quoted": error.message}
+            return fail(say.text(message), error.exit_code, as_json)
         if isinstance(error, BrokenPipeError) and not error.filename:  # who read us has seen enough, as head does
             silence()
             return 128 + signal.SIGPIPE

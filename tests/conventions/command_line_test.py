@@ -41,7 +41,7 @@ class CommandLine(FolderTest):
             self.assertIn(str(word), done.stderr)
 
     def test_help_names_every_command(self):
-        for words in ([], ["help"], ["--help"], ["-h"]):
+        for words in ([], ["help"], ["--help"], ["-h"], ["help", "--help"], ["help", "help"]):
             done = course(*words)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             for command in COMMANDS:
@@ -52,6 +52,7 @@ class CommandLine(FolderTest):
             done = course(command, "--help")
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertIn(f"usage: ./course {command}", done.stdout)
+        self.assertIn("usage: ./course check", course("help", "check").stdout)
 
     def test_help_is_in_the_terminal_s_language(self):
         chinese = {**os.environ, "LC_ALL": "zh_CN.UTF-8"}
@@ -73,6 +74,7 @@ class CommandLine(FolderTest):
         self.refuses("", naming=["unknown command"])
         self.refuses("check", "9.9", naming=["9.9"])
         self.refuses("status", "1.1", naming=["1.1"])
+        self.refuses("check", "--seed", "x", env={**os.environ, "LC_ALL": "zh_CN.UTF-8"}, naming=["--seed 应为 0 到 9"])
         self.refuses("hint", naming=["needs a stage", "6A"])
         self.refuses("hint", "9.9", "1", naming=["9.9", "1.2, 2"])
         self.refuses("hint", "1.2", "4", naming=["1.2", "1, 2, 3", "'4'"])
