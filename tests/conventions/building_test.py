@@ -29,12 +29,12 @@ class Terminal(io.StringIO):
 
 
 class BuildProgress(unittest.TestCase):
-    def watch(self, out) -> list:
-        """200 files and 20 links, a file every two seconds; the lines that were printed before the end."""
+    def watch(self, out, known: int = 0) -> list:
+        """200 files, one every two seconds but for the first `known`, which take no time; the lines that were printed."""
         clock = Clock()
         phase = progress.Progress("build", out, clock)
         for number in range(1, 201):
-            clock.now += 2.0
+            clock.now += 2.0 if number > known else 0.0
             phase.ninja_step(f"[{number}/200] Building CXX object a/CMakeFiles/ch5_layer_math.dir/math/so3.cc.o")
         return out.getvalue().splitlines()
 
@@ -43,6 +43,9 @@ class BuildProgress(unittest.TestCase):
         self.assertEqual(len(lines), 40)
         self.assertEqual(lines[0], "build: 5 of 200, about 6 min left: ch5_layer_math.dir/math/so3.cc")
         self.assertEqual(lines[-2], "build: 195 of 200, about 10 s left: ch5_layer_math.dir/math/so3.cc")
+
+    def test_files_that_take_no_time_do_not_promise_that_the_rest_will(self):
+        self.assertIn("build: 165 of 200, about 70 s left: ch5_layer_math.dir/math/so3.cc", self.watch(io.StringIO(), known=150))
 
     def test_a_terminal_shows_each_file(self):
         self.assertEqual("".join(self.watch(Terminal())).count("\033[K"), 200)

@@ -4,9 +4,11 @@ import re
 import shutil
 import sys
 import time
+from collections import deque
 
 QUIET_SECONDS = 10.0   # between two lines in a pipe
 LIGHT_STEP = 0.1       # of a link or a copy, in units of a file that is compiled
+RECENT = 10            # files that tell the pace: before them stood those that ccache knew
 FIRST_GUESS = 3.0      # seconds of compiling before the first guess of the time left
 
 
@@ -21,6 +23,7 @@ class Progress:
         self.start = self.told = clock()
         self.alive = self.out.isatty()
         self.done = 0.0  # work so far, in units of a compiled file, or in expected seconds
+        self.recent = deque([(0.0, 0.0)], RECENT)  # seconds and work at the last steps
         self.expected, self.pace = expected, 1.0  # the pace: true seconds to an expected one
 
     def __enter__(self):
@@ -38,7 +41,7 @@ class Progress:
             print(f"{self.phase}: {text}", file=self.out, flush=True)
 
     def ninja_step(self, line: str) -> None:
-        """A line of ninja's, "[done/all] what": adds how long the rest may take, from the rate until now."""
+        """A line of ninja's, "[done/all] what": adds how long the rest may take, at the pace of the last ones."""
         counted = re.match(r"\[(\d+)/(\d+)\] (.*)", line)
         if not counted or counted[1] == "0":  # its own words, and a look for new files
             return self.step("…")
@@ -46,7 +49,10 @@ class Progress:
         self.done += 1.0 if what.startswith("Building") else LIGHT_STEP
         left = (total - number) * self.done / number  # the files to come are taken to be like those done
         seconds = self.clock() - self.start
-        guess = f", about {duration(seconds / self.done * left)} left" if seconds > FIRST_GUESS and left else ""
+        seconds_then, done_then = self.recent[0]
+        self.recent.append((seconds, self.done))
+        pace = (seconds - seconds_then) / (self.done - done_then)
+        guess = f", about {duration(pace * left)} left" if seconds > FIRST_GUESS and left else ""
         name = re.sub(r"^.*CMakeFiles/|\.o$", "", what.split()[-1]) if what.startswith("Building") else what
         self.step(f"{number} of {total}{guess}: {name}", in_pipes=True)
 
