@@ -33,8 +33,8 @@ def row(stage: dict, state: str, diagnosis: dict = {}, picture: str = "") -> dic
 
 def record(name: str = "s1") -> dict:
     """One of every state."""
-    crash = {"signal": sentence("signal.Segmentation fault"), "where": sentence("judge.at_place", place="gauge_freedom.cc:3")}
-    verdicts = [("wrong", DIAGNOSIS, "ox/xo"), ("right",), ("not-started", not_started("2a", "")),
+    crash = {"signal": {"quoted": "Segmentation fault"}, "where": sentence("judge.at_place", place="gauge_freedom.cc:3")}
+    verdicts = [("wrong", DIAGNOSIS, "ox/xo"), ("right",), ("not-started", not_started("2a", "TestMarginalize, moving the rows")),
                 ("missing", because("submission.file_missing", file="gauge_prior.cc")), ("crashes", because("judge.crash", **crash)),
                 ("times-out", because("judge.does_not_end", n="10", where=sentence("judge.in_test", test="Stage5.A"))),
                 ("does-not-compile", because("compiler.utf16", file="vins_window.cc"))]

@@ -11,7 +11,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from ..base.language import sentence, speaker
+from ..base.language import sentence
 from ..base.processes import running
 from ..base.scratch import scratch
 from .diagnosis import SHOWN_LINES, Verdict, because
@@ -129,8 +129,7 @@ def read_failure(test: dict, words: str) -> Verdict:
 
 
 def not_started(todo: str, place: str) -> dict:
-    known = f"todo.{todo}" in speaker("en").sentences
-    return {**because("judge.not_started", todo=todo, place=sentence(f"todo.{todo}") if known else place), "todo": todo}
+    return {**because("judge.not_started", todo=todo, place={"quoted": place}), "todo": todo}
 
 
 def worker_failure(tests: list):
@@ -177,9 +176,7 @@ def ended_early(executable: Path, stage: dict, words: str, in_time: bool, exit_c
     if name == "Stack overflow":
         return verdict("crashes", "judge.stack_full")
     if crash or exit_code < 0:
-        name = name or signal.strsignal(-exit_code)
-        known = f"signal.{name}" in speaker("en").sentences
-        return verdict("crashes", "judge.crash", signal=sentence(f"signal.{name}") if known else name)
+        return verdict("crashes", "judge.crash", signal={"quoted": name or signal.strsignal(-exit_code)})
     return verdict("crashes", "judge.ended_by_itself", n=exit_code)
 
 

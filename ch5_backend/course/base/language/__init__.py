@@ -2,7 +2,7 @@
 
 en.json and zh.json hold {topic: {name: sentence}}; a sentence's id is topic.name, and {words} in braces stand for what
 varies. Until it is printed, what is said is data: {"id": id, word: value, …}, a plain string that is the same in every
-language, or {"quoted": words} of a compiler or the library, which zh.json's topic "quoted" translates by their English.
+language, or {"quoted": words} of a compiler, the library or the skeleton, which zh.json's topic "quoted" translates by their English.
 """
 
 import json
