@@ -89,7 +89,7 @@ COMMANDS = {  # its module, and the function of it that does it
     "bench": (".experiments.bench", lambda module, given: module.bench(given)),
     "plots": (".experiments.plots", lambda module, given: module.plots(given)),
     "slides": (".documents.slides", lambda module, given: module.slides(given, given.extra)),
-    "docs": (".documents.docs", lambda module, given: module.docs(given.out)),
+    "docs": (".documents.api", lambda module, given: module.docs(given.out)),
     "lab": (".documents.lab", lambda module, given: module.lab(given.out)),
     "site": (".documents.site", lambda module, given: module.site(given.out)),
 }

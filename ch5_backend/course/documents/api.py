@@ -1,10 +1,4 @@
-#!/usr/bin/python3
-"""Makes the pages of the API with Doxygen and MathJax: readable offline, the index of formulas in front.
-
-usage: api.py [--out DIR] [--undocumented]
-
-  --out DIR       where the pages go, default out/api
-  --undocumented  makes no pages: prints the classes, enumerations and functions that have no words
+"""./course docs: makes the pages of the API with Doxygen and MathJax: readable offline, the index of formulas in front.
 
 Any warning of Doxygen's is a failure.
 """
@@ -12,16 +6,28 @@ Any warning of Doxygen's is a failure.
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parents[2]
 from slides import npm
 from slides.browser import BuildError
 
+from ..base.cmake_build import ROOT
+from ..base.errors import CourseError
+from ..base.output_dir import made_dir
+
 AT_LEAST = (1, 9, 4)  # knows WARN_IF_INCOMPLETE_DOC
+
+
+def docs(folder: str) -> int:
+    """Makes FOLDER, by default out/api; 0. Raises CourseError."""
+    out = Path(folder or "out/api").absolute()
+    with made_dir(out.parent):
+        try:
+            build(out)
+        except BuildError as error:
+            raise CourseError(str(error), error.code) from None
+    return 0
 
 
 def find_doxygen():
@@ -38,7 +44,7 @@ def find_doxygen():
 def doxygen(**settings):
     """Runs it with these settings besides those of the Doxyfile; what it says."""
     lines = "".join(f'{name} = "{value}"\n' for name, value in settings.items())
-    return subprocess.run([find_doxygen(), "-"], cwd=ROOT, input=(HERE / "Doxyfile").read_text(encoding="utf-8") + lines,
+    return subprocess.run([find_doxygen(), "-"], cwd=ROOT, input=(Path(__file__).parent / "Doxyfile").read_text(encoding="utf-8") + lines,
                           capture_output=True, text=True)
 
 
@@ -48,7 +54,6 @@ def build(out):
     if out.exists() and any(out.iterdir()) and not (out / "doxygen.css").exists():
         raise BuildError(f"{out} holds something else than pages of an API; choose another folder with --out")
     mathjax = npm.installed() / "mathjax-full" / "es5" / "tex-svg.js"
-    out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=".api-") as folder:
         done = doxygen(OUTPUT_DIRECTORY=folder, HTML_OUTPUT="api")
         if done.returncode or done.stderr:  # a filter that fails is no warning
@@ -72,31 +77,16 @@ def drop_dead_links(page):
 
 
 def undocumented():
-    """What engineers call and nothing describes, a line each: classes, enumerations and functions outside of kernels.
+    """What engineers call and nothing describes, a text each: classes, enumerations and functions outside of kernels.
 
     Declarations without an empty line between them share the words above the first.
     """
     said = doxygen(GENERATE_HTML="NO", EXTRACT_ALL="NO", WARN_IF_UNDOCUMENTED="YES", WARN_AS_ERROR="NO").stderr
     what = r"Compound .*|Member .*\(enumeration\) of .*|Member .*\(function\) of namespace ch5"
+    found = []
     for path, line, name in re.findall(rf"^(\S+\.h):(\d+): warning: ({what}) is not documented", said, re.M):
         above = Path(path).read_text(encoding="utf-8").splitlines()[int(line) - 2::-1]
         together = above[:above.index("")] if "" in above else above
         if "::kernels::" not in name and not any(one.lstrip().startswith("///") for one in together):
-            print(f"{Path(path).relative_to(ROOT)}:{line}: {name}")
-
-
-def main(arguments):
-    """Returns the exit code."""
-    if arguments == ["--undocumented"]:
-        return undocumented()
-    if arguments and (len(arguments) != 2 or arguments[0] != "--out"):
-        raise BuildError(f"what is {' '.join(arguments)}?\n{__doc__}")
-    return build(Path(arguments[1] if arguments else ROOT / "out" / "api").absolute())
-
-
-if __name__ == "__main__":
-    try:
-        sys.exit(main(sys.argv[1:]))
-    except BuildError as error:
-        print(f"docs: {error}", file=sys.stderr)
-        sys.exit(error.code)
+            found.append(f"{Path(path).relative_to(ROOT)}:{line}: {name}")
+    return found
