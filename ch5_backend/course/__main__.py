@@ -162,12 +162,6 @@ def add_run_options(parser: Parser) -> None:
     parser.add_argument("--mono", action="store_true", default=None, help="leaves out camera 1 of a recording with two")
 
 
-def best_or_last(word: str) -> str:
-    if word not in ("best", "last"):
-        raise CourseError(f"--keep must be best or last, got '{word}'")
-    return word
-
-
 def add_plots_options(parser: Parser) -> None:
     parser.add_argument("names", nargs="*", metavar="NAME", help="part of a set's name; default: all")
     parser.add_argument("--list", action="store_true", help="only list the sets: how long their tables and figures "
@@ -196,7 +190,7 @@ def add_grade_options(parser: Parser) -> None:
     parser.add_argument("--due", metavar="TIME", help="such as 2026-12-01T23:59; a day begun later costs")
     parser.add_argument("--late", type=whole_number("--late", 0, 100), metavar="PERCENT", help="of the judged points for each "
                         "day begun, default: 10")
-    parser.add_argument("--keep", type=best_or_last, metavar="WHICH", help="of a student's submissions: last or best; default: last")
+    parser.add_argument("--keep", choices=("last", "best"), metavar="WHICH", help="of a student's submissions: last or best; default: last")
     parser.add_argument("--prepare", action="store_true", help="only build what grading needs, and try the sandbox")
     parser.add_argument("--trust", action="store_true", help="without the sandbox: for your own code only")
 
@@ -253,8 +247,8 @@ def make_parser(command: str) -> Parser:
     elif command == "reset":
         parser.add_argument("files", nargs="*", metavar="FILE", help="such as problem.cc")
     if command in SPEAKING:
-        parser.add_argument("--language", type=chosen_language, default="", metavar="WORD", help="en or zh; default: the "
-                            "terminal's")
+        parser.add_argument("--language", choices=language.LANGUAGES, default=language.spoken(), metavar="WORD",
+                            help="en or zh; default: the terminal's")
     if command in JSON_FIELDS:
         parser.add_argument("--json", action="store_true", help="print one JSON object on standard output and all "
                             f"else on standard error; fields: {JSON_FIELDS[command]}; after a failure: error")
@@ -273,13 +267,6 @@ def translated(parser: Parser, command: str) -> Parser:
         else:
             action.help = chinese[action.help]
     return parser
-
-
-def chosen_language(word: str) -> str:
-    """The value of --language; "" means the terminal's. Raises CourseError."""
-    if word and word not in language.LANGUAGES:
-        raise CourseError(f"--language must be {' or '.join(language.LANGUAGES)}, got '{word}'")
-    return word or language.spoken()
 
 
 def unknown(command: str) -> dict:

@@ -10,9 +10,8 @@ from collections import Counter
 from pathlib import Path
 from unittest import mock
 
-from ch5_backend.course.__main__ import chosen_language
+from ch5_backend.course.__main__ import make_parser
 from ch5_backend.course.base import language
-from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import PLACEHOLDER, sentence
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.homework import blanks, check, compiler, hint_policy, judge
@@ -219,7 +218,5 @@ class Printed(unittest.TestCase):
                                ({"LANG": "zh_CN.UTF-8"}, "zh"), ({"LC_ALL": "C", "LANG": "zh_CN"}, "en"),
                                ({"LC_ALL": "", "LC_MESSAGES": "de_DE", "LANG": "zh_CN"}, "en"), ({}, "en")):
             with mock.patch.dict(os.environ, locale, clear=True):
-                self.assertEqual(chosen_language(""), spoken, locale)
-                self.assertEqual([chosen_language(word) for word in language.LANGUAGES], list(language.LANGUAGES))
-        with self.assertRaisesRegex(CourseError, "fr"):
-            chosen_language("fr")
+                self.assertEqual(make_parser("check").parse_args([]).language, spoken, locale)
+                self.assertEqual(make_parser("check").parse_args(["--language", "zh"]).language, "zh")
