@@ -19,10 +19,10 @@ DIAGNOSIS = {"stage": "1.1", "check": sentence("scene.H_of", what=sentence("1.1.
 RIGHT, ENGLISH = Verdict("right"), speaker("en")
 
 
-def said(*words):
+def said(name, number, language="en"):
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
-        hint.show(*words)
+        hint.show(name, number, language)
     return out.getvalue()
 
 

@@ -5,19 +5,19 @@ from pathlib import Path
 
 from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
-from ..base.language import sentence, spoken
+from ..base.language import sentence
 from .regions import STAGES, covers, sections_of
 
 SUFFIX = {"en": ".md", "zh": ".zh.md"}
 STAGE = {"en": "Stage", "zh": "阶段"}
 
 
-def show(name: str, number: str, language: str = "") -> int:
+def show(name: str, number: str, language: str) -> int:
     """Prints one hint of each section that the name means, as ./course check does, or of the one that treats a TODO; 0.
     Raises CourseError(2)."""
-    sections = handout(language or spoken())
+    sections = handout(language)
     for section in named(name, sections):
-        show_one(section, hints_of(sections[section]), number, language or spoken())
+        show_one(section, hints_of(sections[section]), number, language)
     return 0
 
 
