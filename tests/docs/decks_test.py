@@ -6,6 +6,7 @@ import json
 import os
 import re
 import unittest
+from argparse import Namespace
 from pathlib import Path
 from unittest import mock
 
@@ -16,6 +17,7 @@ from tests.experiments.figure_look_test import faults
 
 from slides import build
 from slides import deck_back_end
+from ch5_backend.course.documents import slides as command
 from ch5_backend.figures import slide, translate
 from ch5_backend.figures.tables import Tables
 from ch5_backend.figures.words import Labels
@@ -152,6 +154,12 @@ class Decks(unittest.TestCase):
                 self.assertRegex(target, r"^(https://|\.\./(lab|report)\.html)", f"{deck.name}: out/slides/ has no {target}")
             for stage in re.findall(r"\./course (?:check|hint) ([\d.]+)", text):
                 self.assertIn(stage, STAGES, deck.name)
+
+    def test_tables_are_made_for_the_decks_that_are_named(self):
+        for names, wanted in ((["2-solvers.en"], ["slides/2"]), ([], [f"slides/{number}" for number in range(1, 7)])):
+            with mock.patch.object(command, "build_decks", return_value=0), mock.patch.object(command, "make_missing") as make:
+                command.slides(Namespace(html=True, check=False, names=names), [])
+            self.assertEqual([one.name for one in make.call_args[0][0]], wanted)
 
     def test_an_unknown_placeholder_is_an_error(self):
         with self.assertRaisesRegex(build.BuildError, r"deck.md:2: .*no\.such"):

@@ -17,7 +17,8 @@ def slides(arguments, extra: list) -> int:
     if "--csv" not in extra:
         out = ROOT / "out"
         with made_dir(out):
-            make_missing([one for one in SETS if one.name.startswith("slides/")], out)
+            decks = tuple(f"slides/{name[:1]}" for name in arguments.names) or "slides/"
+            make_missing([one for one in SETS if one.name.startswith(decks)], out)
     return build_decks(*words)
 
 
