@@ -4,14 +4,14 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
-import unittest
 from pathlib import Path
 
 from ch5_backend.course.homework.own_functions import symbols, unfinished, weaken
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, STAGES, solution_text
 from ch5_backend.figures.numbers.mine import EXPERIMENTS, Mine
+from tests.folder import FolderTest
+from tests.homework.hand_in import SKELETONS, hand_in
 
 BUILD, FOLDER = Path(os.environ["CH5_BUILD"]), Path(os.environ["CH5_CHECK_FOLDER"])
 OWN = os.environ["CH5_CHECK_PREFIX"] + "ch5_homework_mine"
@@ -27,40 +27,27 @@ MISTAKES = (
     ("block_solver.cc", "S_(i, j) -=", "S_(i, j) +=", "blocks"))
 
 
-def hand_in(**texts) -> None:
-    """Fills the folder: the solutions, but for the texts given by the files' stems."""
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    for name in FILES:
-        text = texts.get(Path(name).stem, solution_text(name))
-        if not (FOLDER / name).exists() or (FOLDER / name).read_text(encoding="utf-8") != text:
-            (FOLDER / name).write_text(text, encoding="utf-8")
-
-
-class Fly(unittest.TestCase):
-    def setUp(self):
-        self.out = Path(tempfile.mkdtemp())
-        self.addCleanup(shutil.rmtree, self.out)
-
+class Fly(FolderTest):
     def course(self, *words) -> str:
-        done = subprocess.run([sys.executable, "-m", "ch5_backend.course", *words, "--out", str(self.out)],
+        done = subprocess.run([sys.executable, "-m", "ch5_backend.course", *words, "--out", str(self.folder)],
                               capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
 
     def test_the_solution_is_its_own_equal(self):
-        hand_in()
+        hand_in(FOLDER)
         told = self.course("run", "--mine")
-        mine = Mine(self.out)
+        mine = Mine(self.folder)
         self.assertEqual({name: mine.finding(name).key for name in EXPERIMENTS}, {name: "same" for name in EXPERIMENTS}, told)
-        page = (self.out / "mine.html").read_text(encoding="utf-8")
+        page = (self.folder / "mine.html").read_text(encoding="utf-8")
         self.assertEqual(page.count("<details>"), 3)  # the questions at the end
         self.assertEqual(page.count("data:image/webp"), len(EXPERIMENTS))
 
     def test_what_is_empty_is_the_solutions(self):
         half = solution_text("problem.cc").replace("H.block(index_i", 'throw HomeworkMissing("1.1a MakeHessian, x");\nH.block(index_i')
-        hand_in(problem=half, **{Path(name).stem: skeleton(name) for name in FILES if name != "problem.cc"})
+        hand_in(FOLDER, **{**SKELETONS, "problem": half})
         told = self.course("run", "--mine")
-        mine = Mine(self.out)
+        mine = Mine(self.folder)
         self.assertEqual({name: mine.finding(name).key for name in EXPERIMENTS}, {name: "same" for name in EXPERIMENTS}, told)
         self.assertEqual(mine.empty_todos("problem.cc"), {"1.1a": "MakeHessian"})
         for stage in STAGES:
@@ -73,24 +60,24 @@ class Fly(unittest.TestCase):
         wrong = {Path(name).stem: solution_text(name).replace(right, mistake) for name, right, mistake, _ in MISTAKES}
         for name, text in wrong.items():
             self.assertNotEqual(text, solution_text(f"{name}.cc"))
-        hand_in(**wrong)
+        hand_in(FOLDER, **wrong)
         told = self.course("run", "--mine")
-        mine = Mine(self.out)
+        mine = Mine(self.folder)
         for _, _, _, experiment in MISTAKES:
             self.assertFalse(mine.finding(experiment).same, f"{experiment}\n{told}")
         self.assertIn("✗", told)
 
     def test_a_file_that_does_not_compile_is_the_solutions(self):
-        hand_in(marginalization_error=solution_text("marginalization_error.cc").replace("const MatXX M = W", "const MatXX M = Q"))
+        hand_in(FOLDER, marginalization_error=solution_text("marginalization_error.cc").replace("const MatXX M = W", "const MatXX M = Q"))
         told = self.course("fly")
-        mine = Mine(self.out)
+        mine = Mine(self.folder)
         self.assertTrue(mine.finding("okvis").same)
         self.assertIn("marginalization_error.cc does not compile", told)
         self.assertEqual(list(mine.failures), ["okvis", "vins"])
 
     def test_each_graded_function_is_at_work(self):
         """The program is linked once for each function, which then throws: its experiment must fail or change."""
-        hand_in(**{Path(name).stem: skeleton(name) for name in FILES})
+        hand_in(FOLDER, **SKELETONS)
         self.course("fly")
         commands = subprocess.run(["ninja", "-C", str(BUILD), "-t", "commands", OWN], check=True, capture_output=True, text=True).stdout.splitlines()
         link = commands[-1]
@@ -100,11 +87,11 @@ class Fly(unittest.TestCase):
             made = next(Path(word) for word in link.split() if word.endswith(f"{file}.o") and f"/{OWN}_" in f"/{word}")
             whole = self.whole_object(file, commands)
             for function in functions:
-                one = self.out / f"{file}.{function}.o"
+                one = self.folder / f"{file}.{function}.o"
                 shutil.copy(whole, one)
                 weaken(one, [other for other in functions if other != function])
                 self.assertTrue(symbols(one, [function]), function)
-                program = self.out / "program"
+                program = self.folder / "program"
                 subprocess.run(link.replace(str(made), str(one)).replace(f"-o bin/{OWN}", f"-o {program}"), shell=True, check=True,
                                cwd=BUILD, capture_output=True)
                 if not any(self.changes(program, experiment) for experiment in EXPERIMENT_OF[file]):
@@ -114,11 +101,11 @@ class Fly(unittest.TestCase):
     def whole_object(self, file, commands) -> Path:
         """The skeleton's object with all its functions, as the compiler, or its cache, hands it to own_functions.py."""
         command = next(line for line in commands if line.endswith(f"-c {FOLDER / file}") and f"/{OWN}." in line)
-        words, made = command.partition(".json ")[2].split(), self.out / f"{file}.o"
+        words, made = command.partition(".json ")[2].split(), self.folder / f"{file}.o"
         words[words.index("-o") + 1] = str(made)
         subprocess.run(words, check=True, cwd=BUILD)
         return made
 
     def changes(self, program, experiment) -> bool:
-        done = subprocess.run([program, experiment, "--out", self.out / "table"], check=False, capture_output=True, text=True)
+        done = subprocess.run([program, experiment, "--out", self.folder / "table"], check=False, capture_output=True, text=True)
         return done.returncode != 0

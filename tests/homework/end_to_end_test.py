@@ -10,9 +10,9 @@ import unittest
 from pathlib import Path
 
 from ch5_backend.course.base.cmake_build import BUILD
-from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, fill, solution_text
 from tests.homework.chinese import english_in
+from tests.homework.hand_in import SKELETONS, hand_in
 
 FOLDER = Path(os.environ["CH5_CHECK_FOLDER"])
 
@@ -32,16 +32,8 @@ def hints(done: subprocess.CompletedProcess) -> dict:
 
 
 class EndToEnd(unittest.TestCase):
-    def hand_in(self, **texts) -> None:
-        """Fills the folder: the solutions, but for the texts given by the files' stems. What stays is not built again."""
-        FOLDER.mkdir(parents=True, exist_ok=True)
-        for name in FILES:
-            text = texts.get(Path(name).stem, solution_text(name))
-            if not (FOLDER / name).exists() or (FOLDER / name).read_text(encoding="utf-8") != text:
-                (FOLDER / name).write_text(text, encoding="utf-8")
-
     def test_the_skeleton_is_not_started(self):
-        self.hand_in(**{Path(name).stem: skeleton(name) for name in FILES})
+        hand_in(FOLDER, **SKELETONS)
         done = course("check", "--json")
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertEqual(set(states(done).values()), {"not-started"})
@@ -50,7 +42,7 @@ class EndToEnd(unittest.TestCase):
         self.assertEqual((status.returncode, status.stdout), (0, done.stdout))
 
     def test_the_solution_is_right(self):
-        self.hand_in()
+        hand_in(FOLDER)
         done = course("check", "--json")
         self.assertEqual((done.returncode, set(states(done).values())), (0, {"right"}), done.stdout + done.stderr)
         words = course("check", "3")
@@ -60,7 +52,7 @@ class EndToEnd(unittest.TestCase):
     def test_a_file_that_does_not_compile_hides_no_other(self):
         broken = solution_text("problem.cc").replace("b_pp_schur_ = bpp", "b_pp_schur_ = bqq")
         line = broken[:broken.index("bqq")].count("\n") + 1
-        self.hand_in(problem=broken)
+        hand_in(FOLDER, problem=broken)
         done = course("check", "--json")
         self.assertEqual(done.returncode, 1)
         self.assertEqual(states(done), {"1.1": "does-not-compile", "1.2": "does-not-compile",
@@ -75,7 +67,7 @@ class EndToEnd(unittest.TestCase):
         crashing = crashing.replace(begin, begin + "  if (dim >= 0) return TestMarginalize(H_marg, b_marg, idx, dim);\n")
         line = crashing[:crashing.index("+ 99")].count("\n") + 1
         with_main = solution_text("gauge_prior.cc") + "int main() {}\n"
-        self.hand_in(problem=crashing, gauge_prior=with_main)
+        hand_in(FOLDER, problem=crashing, gauge_prior=with_main)
         done = course("check", "--json")
         self.assertEqual(states(done), {"1.1": "crashes", "1.2": "right", "2": "crashes", "3": "does-not-compile",
                                         "4": "right", "5": "right", "6": "right", "7": "right", "8": "right"},
@@ -91,7 +83,7 @@ class EndToEnd(unittest.TestCase):
         line = exchanged[:exchanged.index("[i].p, ")].count("\n") + 1
         deleted = re.sub(r"^VecX MarginalizationError::Residual.*?^}\n", "", solution_text("marginalization_error.cc"),
                          flags=re.MULTILINE | re.DOTALL)
-        self.hand_in(problem=empty, gauge_prior=exchanged, marginalization_error=deleted)
+        hand_in(FOLDER, problem=empty, gauge_prior=exchanged, marginalization_error=deleted)
         told = hints(course("check", "1.2", "3", "5", "--json"))
         self.assertIn("Hmm is still empty: nothing was assigned to it in TODO 1.2a", told["1.2"])
         self.assertRegex(told["3"], rf"gauge_prior.cc:{line}:\d+: no matching (function for call to|constructor) .*EdgeSE3Prior")
@@ -102,14 +94,14 @@ class EndToEnd(unittest.TestCase):
         wrong = {"problem": ("H.block(index_j, index_i, dim_j, dim_i).noalias() += hessian.transpose()", "(void)hessian"),
                  "gauge_prior": ("i < 2", "i < 1")}
         files = {name: self.replaced(f"{name}.cc", *change) for name, change in wrong.items()}
-        self.hand_in(**files)
+        hand_in(FOLDER, **files)
         (BUILD / "failures.json").unlink(missing_ok=True)  # of an earlier run of this test
         causes = {"1.1": "缺少镜像块", "3": "只有第 0 帧有先验"}
         for _ in range(2):  # looking again at the same files names no cause
             self.assertNotIn("缺少镜像块", course("check", "1.1", "--language", "zh").stdout)
         course("check", *causes, "--language", "zh")
         built = {path: path.stat().st_mtime_ns for path in (FOLDER / f"{name}.cc" for name in files)}
-        self.hand_in(**{name: text + "// looked at again\n" for name, text in files.items()})
+        hand_in(FOLDER, **{name: text + "// looked at again\n" for name, text in files.items()})
         for path, time in built.items():  # a comment more: nothing to build
             os.utime(path, ns=(time, time))
         told = course("check", *causes, "--language", "zh").stdout
@@ -127,7 +119,7 @@ class EndToEnd(unittest.TestCase):
         return text.replace(old, new, 1)
 
     def test_a_missing_file_and_an_unknown_stage_are_named(self):
-        self.hand_in()
+        hand_in(FOLDER)
         (FOLDER / "gauge_prior.cc").unlink()
         done = course("check", "3", "--json")
         self.assertEqual(states(done), {"3": "does-not-compile"})

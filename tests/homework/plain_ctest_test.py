@@ -6,21 +6,14 @@ import unittest
 import xml.etree.ElementTree as xml
 from pathlib import Path
 
-from ch5_backend.course.homework.make_skeleton import skeleton
-from ch5_backend.course.homework.regions import FILES, STAGES, solution_text
-
+from ch5_backend.course.homework.regions import STAGES
+from tests.homework.hand_in import SKELETONS, hand_in
 
 BUILD = Path(os.environ["CH5_BUILD"])
 FOLDER = BUILD / "tests" / "homework" / "trial"
 
 
 class PlainCTest(unittest.TestCase):
-    def hand_in(self, text_of):
-        """What stays the same is not built again."""
-        for name in FILES:
-            if not (FOLDER / name).exists() or (FOLDER / name).read_text(encoding="utf-8") != text_of(name):
-                (FOLDER / name).write_text(text_of(name), encoding="utf-8")
-
     def verdicts(self, label="homework"):
         """{name: (status, output)} of all tests with this label, and CTest's exit code."""
         report = BUILD / "trial_ctest" / "marks.xml"
@@ -35,7 +28,7 @@ class PlainCTest(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_skeleton_solutions_and_a_broken_file(self):
-        self.hand_in(skeleton)
+        hand_in(FOLDER, **SKELETONS)
         found, code = self.verdicts()
         checks = {name: words for name, (_, words) in found.items() if not name.endswith(".compiles")}
         self.assertNotEqual(code, 0)
@@ -46,7 +39,7 @@ class PlainCTest(unittest.TestCase):
             self.assertEqual(found[name][0], "fail", name)
             self.assertIn("not-started", words, name)
 
-        self.hand_in(solution_text)
+        hand_in(FOLDER)
         found, code = self.verdicts()
         self.assertEqual((code, {status for status, _ in found.values()}), (0, {"run"}))
 
