@@ -114,6 +114,20 @@ TEST(OnePass, SavesTheCostsAndLeadsToTheSameSteps) {
   }
 }
 
+// By hand: the model promises 6²/(2 · 4) = 4.5, and what the landmarks gain alone is none of it. A gain of 0.001 of a cost of
+// 6 is too little to go on.
+TEST(LandmarkSteps, AreNoPartOfTheGainRatioAndEndOnceTheyGainTooLittle) {
+  for (const int steps : {0, 1}) {
+    ScriptedSystem system = OneUnknown(4.0, 6.0, {10.0, 6.0, 4.0, 3.0});
+    system.refined_ = {2.0, 0.001};
+    SolveOptions options = WithoutStopRules(Algorithm::kGaussNewton, 3);
+    options.landmark_steps = steps;
+    const Summary summary = Minimize(&system, options);
+    EXPECT_NEAR(summary.trace[1].gain_ratio, (10.0 - 6.0 - 2.0 * steps) / 4.5, 1e-15);
+    EXPECT_EQ(system.refinements_, 2 * steps);
+  }
+}
+
 // ---- Levenberg-Marquardt -----------------------------------------------------------------------------------------
 
 TEST(LevenbergMarquardt, DampingFollowsNielsen) {
@@ -168,7 +182,16 @@ class DoglegSteps : public testing::Test {
 
 TEST_F(DoglegSteps, InsideTheRadiusIsGaussNewtons) { EXPECT_LT((Step(4.0) - newton_).norm(), 1e-14); }
 
-TEST_F(DoglegSteps, AtASmallRadiusFollowsTheGradient) { EXPECT_LT((Step(0.5) - 0.5 * b_.normalized()).norm(), 1e-15); }
+TEST_F(DoglegSteps, AtASmallRadiusFollowsTheGradientOfNow) {
+  const auto strategy = MakeDogleg(0.5);
+  ScriptedSystem next({(MatXX(2, 2) << 1, 0, 0, 9).finished(), Vec2(4, -2), {1.0}});
+  for (ScriptedSystem* system : {&system_, &next}) {
+    strategy->Begin(system);
+    VecX step;
+    ASSERT_TRUE(strategy->Propose(system, &step));
+    EXPECT_LT((step - 0.5 * system->RightHandSide().normalized()).norm(), 1e-15);
+  }
+}
 
 TEST_F(DoglegSteps, BetweenBendsFromCauchyToNewton) {
   for (const double radius : {1.2, 2.0, 3.0}) {
