@@ -63,7 +63,6 @@ std::vector<int> MinimumDegreeOrder(const Lists& neighbors) {
       if (new_name[i] > k) pattern.insert(new_name[i], k) = 1.0;
     }
   }
-  pattern.makeCompressed();
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
   Eigen::AMDOrdering<int>()(pattern.selfadjointView<Eigen::Lower>(), permutation);
   std::vector<int> order(n);

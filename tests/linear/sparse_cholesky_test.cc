@@ -66,6 +66,10 @@ TEST(EliminationPlan, ChainAndStarHaveNoFill) {
     const double exact = 50 * 210 + 49 * 400;
     EXPECT_GE(plan.num_factor_values, exact);
     EXPECT_LE(plan.num_factor_values, 1.02 * exact);
+    // k³/6 of a triangle, k³/2 of the block below and k³/2 of its square.
+    const double multiplications = 8000.0 / 6.0 * (50 + 6 * 49);
+    EXPECT_GE(plan.multiplications, multiplications - 1.0);
+    EXPECT_LE(plan.multiplications, 1.02 * multiplications);
   }
 }
 
