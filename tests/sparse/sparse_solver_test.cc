@@ -13,14 +13,6 @@
 namespace ch5::test {
 namespace {
 
-class LandmarkDistance : public SizedEdge<3, VertexPointXYZ, VertexPointXYZ> {
- public:
-  LandmarkDistance(std::shared_ptr<VertexPointXYZ> a, std::shared_ptr<VertexPointXYZ> b)
-      : SizedEdge(std::move(a), std::move(b)) {}
-  void ComputeResidual() override { r_ = GetVertex<0>().GetEstimate() - GetVertex<1>().GetEstimate(); }
-  std::string TypeInfo() const override { return "LandmarkDistance"; }
-};
-
 // Two poses, the first fixed, and points in front of them.
 struct TwoViews {
   Graph graph;
@@ -47,26 +39,6 @@ struct TwoViews {
     graph.AddEdge(std::make_shared<EdgeSE3Prior>(poses[1], Qd::Identity(), Vec3(1, 0, 0)));
   }
 };
-
-TEST(SparseSolver, AnEdgeBetweenLandmarksIsANamedError) {
-  TwoViews scene(2);
-  scene.graph.AddEdge(std::make_shared<LandmarkDistance>(scene.points[0], scene.points[1]));
-  SparseOptimizer optimizer(&scene.graph);
-  try {
-    optimizer.Solve();
-    FAIL() << "no error";
-  } catch (const GraphError& error) {
-    const std::string what = error.what();
-    EXPECT_NE(what.find("LandmarkDistance"), std::string::npos) << what;
-    EXPECT_NE(what.find("VertexPointXYZ 2"), std::string::npos) << what;
-    EXPECT_NE(what.find("VertexPointXYZ 3"), std::string::npos) << what;
-  }
-  scene.points[1]->SetFixed();  // then it ties one free landmark only
-  EXPECT_TRUE(IsConverged(optimizer.Solve().termination));
-  scene.points[1]->SetFixed(false);
-  scene.points[1]->SetRole(Role::kPose);  // or the landmark is not eliminated
-  EXPECT_TRUE(IsConverged(optimizer.Solve().termination));
-}
 
 TEST(SparseSolver, AnEdgeThatIsNotFiniteIsNamed) {
   Graph graph;
