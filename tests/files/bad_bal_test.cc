@@ -5,11 +5,9 @@
 
 #include <filesystem>
 #include <fstream>
-#include <functional>
 
 #include "ch5_backend/files/bal.h"
 #include "ch5_backend/files/text_reader.h"
-#include "ch5_backend/simulate/random.h"
 
 namespace ch5 {
 namespace {
@@ -171,38 +169,6 @@ TEST_F(BadBal, FilesCutShort) {
   }
   EXPECT_EQ(Message(text.substr(0, text.rfind('0') - 1)),
             path_ + ":9: point 1, z: the file ends where a number is expected");
-}
-
-TEST_F(BadBal, RandomDamageIsRefusedOrHarmless) {
-  Random random(11);
-  const std::string good = Join(kLines);
-  int refused = 0;
-  for (int trial = 0; trial < 3000; ++trial) {
-    std::string text = good;
-    for (uint64_t k = random.Bits() % 3 + 1; k > 0; --k) {
-      const size_t at = random.Bits() % text.size();
-      switch (random.Bits() % 3) {
-        case 0: text[at] = static_cast<char>(random.Bits() & 255); break;
-        case 1: text.erase(at, random.Bits() % 5 + 1); break;
-        default: text.insert(at, text.substr(random.Bits() % text.size(), 3));
-      }
-      if (text.empty()) text = "0";
-    }
-    if (const std::string message = Message(text); !message.empty()) {
-      EXPECT_EQ(message.rfind(path_ + ":", 0), 0u) << message;
-      ++refused;
-      continue;
-    }
-    const BalProblem problem = ReadBal(path_);
-    for (const auto& observation : problem.observations) {
-      ASSERT_LT(static_cast<size_t>(observation.camera), problem.cameras.size());
-      ASSERT_LT(static_cast<size_t>(observation.point), problem.points.size());
-      ASSERT_TRUE(observation.pixel.allFinite());
-    }
-    for (const auto& camera : problem.cameras) ASSERT_TRUE(camera.allFinite());
-    for (const auto& point : problem.points) ASSERT_TRUE(point.allFinite());
-  }
-  EXPECT_GT(refused, 1000);
 }
 
 }  // namespace

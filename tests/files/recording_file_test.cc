@@ -171,43 +171,41 @@ TEST_F(RecordingFile, WorksWithoutTruthWithBlankLinesAndWithWindowsLineEnds) {
   EXPECT_EQ(read.imu.back().acceleration, recording_.imu.back().acceleration);
 }
 
-TEST_F(RecordingFile, RepeatedAndBackwardTimestampsAreToldApart) {
-  const std::string good = Read("imu.csv");
-  const std::string third = Line("imu.csv", 3), second = Line("imu.csv", 2);
-  ReplaceLine("imu.csv", 4, third);
-  EXPECT_EQ(Message(), "imu.csv:4: the timestamp is repeated, got 1403715273267143232 after 1403715273267143232");
-  Write("imu.csv", good);
-  ReplaceLine("imu.csv", 4, second);
-  EXPECT_EQ(Message(), "imu.csv:4: the timestamp goes backwards, got 1403715273262143232 after 1403715273267143232");
-  Write("imu.csv", good);
-  const std::string first_track = Line("tracks.csv", 2);
-  Write("tracks.csv", Read("tracks.csv") + first_track + "\n");
+// One line replaced by another is refused with "file:line: words".
+TEST_F(RecordingFile, FaultyLinesAreNamed) {
+  const std::string first = "1403715273262143232", third = "1403715273267143232";
+  const struct {
+    std::string file;
+    int line;
+    std::string replacement, words;
+  } kCases[] = {
+      {"imu.csv", 4, third + ",0,0,0,0,0,9.8", "the timestamp is repeated, got " + third + " after " + third},
+      {"imu.csv", 4, first + ",0,0,0,0,0,9.8", "the timestamp goes backwards, got " + first + " after " + third},
+      {"groundtruth.csv", 3, Line("groundtruth.csv", 2), "the timestamp is repeated, got " + first + " after " + first},
+      {"imu.csv", 5, "1403715273277143232,0,nan,0,0,0,9.8", "w_y: not finite, got \"nan\""},
+      {"imu.csv", 5, "1403715273277143232,0,,0,0,0,9.8", "w_y: not a number, got \"\""},
+      {"imu.csv", 2, "1.5,0,0,0,0,0,9.8", "timestamp [ns]: not a whole number, got \"1.5\""},
+      {"tracks.csv", 2, first + ",-3,0,0", "track_id: must lie in [0, 2147483647], got \"-3\""},
+      {"imu.csv", 3, third + ",0,0,0,0,0",
+       "a row of 6 columns, but the first line names 7, got \"" + third + ",0,0,0,0,0\""},
+      {"tracks.csv", 3, Line("tracks.csv", 2), "the track is in this image already, got track_id 0"},
+      {"tracks.csv", 3, first + ",1,367.2,248.4",
+       "coordinates must be normalized (within ±10), not pixels, got 367.200000, 248.400000"},
+      {"groundtruth.csv", 2, first + ",0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0",
+       "the quaternion must be of length 1, got 0.000000"}};
+  for (const auto& [file, line, replacement, words] : kCases) {
+    const std::string good = Read(file);
+    ReplaceLine(file, line, replacement);
+    EXPECT_EQ(Message(), file + ":" + std::to_string(line) + ": " + words);
+    Write(file, good);
+  }
+}
+
+TEST_F(RecordingFile, MissingHeadersRowsAndFilesAreNamed) {
+  const std::string good = Read("tracks.csv");
+  Write("tracks.csv", good + Line("tracks.csv", 2) + "\n");
   EXPECT_NE(Message().find("the timestamp goes backwards, got 1403715273262143232 after "), std::string::npos);
-  WriteRecording(recording_, folder_);
-  ReplaceLine("groundtruth.csv", 3, Line("groundtruth.csv", 2));
-  EXPECT_EQ(Message(),
-            "groundtruth.csv:3: the timestamp is repeated, got 1403715273262143232 after 1403715273262143232");
-}
-
-TEST_F(RecordingFile, NumbersThatAreNoneAreNamed) {
-  ReplaceLine("imu.csv", 5, "1403715273277143232,0,nan,0,0,0,9.8");
-  EXPECT_EQ(Message(), "imu.csv:5: w_y: not finite, got \"nan\"");
-  WriteRecording(recording_, folder_);
-  ReplaceLine("imu.csv", 5, "1403715273277143232,0,,0,0,0,9.8");
-  EXPECT_EQ(Message(), "imu.csv:5: w_y: not a number, got \"\"");
-  WriteRecording(recording_, folder_);
-  ReplaceLine("imu.csv", 2, "1.5,0,0,0,0,0,9.8");
-  EXPECT_EQ(Message(), "imu.csv:2: timestamp [ns]: not a whole number, got \"1.5\"");
-  WriteRecording(recording_, folder_);
-  ReplaceLine("tracks.csv", 2, "1403715273262143232,-3,0,0");
-  EXPECT_EQ(Message(), "tracks.csv:2: track_id: must lie in [0, 2147483647], got \"-3\"");
-}
-
-TEST_F(RecordingFile, MissingColumnsRowsHeadersAndFilesAreNamed) {
-  ReplaceLine("imu.csv", 3, "1403715273267143232,0,0,0,0,0");
-  EXPECT_EQ(Message(),
-            "imu.csv:3: a row of 6 columns, but the first line names 7, got \"1403715273267143232,0,0,0,0,0\"");
-  WriteRecording(recording_, folder_);
+  Write("tracks.csv", good);
   ReplaceLine("tracks.csv", 1, "#timestamp [ns],track_id,x");
   EXPECT_EQ(Message(),
             "tracks.csv:2: a row of 4 columns, but the first line names 3, got \"1403715273262143232,0,-0.2684411…\"");
@@ -220,20 +218,9 @@ TEST_F(RecordingFile, MissingColumnsRowsHeadersAndFilesAreNamed) {
   EXPECT_EQ(Message(), "tracks.csv:2: at least one image is needed");
   fs::remove(folder_ / "tracks.csv");
   EXPECT_EQ(Message(), "tracks.csv: cannot be read: No such file or directory");
-  WriteRecording(recording_, folder_);
+  Write("tracks.csv", good);
   Write("imu.csv", Line("imu.csv", 1) + "\n" + Line("imu.csv", 2) + "\n");
   EXPECT_EQ(Message(), "imu.csv:3: at least two IMU measurements are needed");
-}
-
-TEST_F(RecordingFile, ValuesThatMakeNoSenseAreNamed) {
-  ReplaceLine("tracks.csv", 3, Line("tracks.csv", 2));
-  EXPECT_EQ(Message(), "tracks.csv:3: the track is in this image already, got track_id 0");
-  ReplaceLine("tracks.csv", 3, "1403715273262143232,1,367.2,248.4");
-  EXPECT_EQ(Message(),
-            "tracks.csv:3: coordinates must be normalized (within ±10), not pixels, got 367.200000, 248.400000");
-  WriteRecording(recording_, folder_);
-  ReplaceLine("groundtruth.csv", 2, "1403715273262143232,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0");
-  EXPECT_EQ(Message(), "groundtruth.csv:2: the quaternion must be of length 1, got 0.000000");
 }
 
 TEST_F(RecordingFile, OtherUnitsAreNoticed) {
