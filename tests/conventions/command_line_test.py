@@ -10,13 +10,10 @@ from importlib import import_module
 from pathlib import Path
 from unittest import mock
 
-from ch5_backend.course.__main__ import dispatch, make_parser
+from ch5_backend.course.__main__ import COMMANDS, dispatch, make_parser
 from ch5_backend.course.base.errors import CourseError
 from tests.folder import FolderTest
 from tests.conventions.project import BUILD, ROOT, TINY_BAL
-
-COMMANDS = ("run", "track", "test", "check", "hint", "deep", "reset", "status", "grade", "pack", "bench", "plots", "slides", "docs",
-            "lab", "site")
 
 
 def course(*words, **options):
