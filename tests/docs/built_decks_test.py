@@ -5,11 +5,10 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
-import unittest
 from pathlib import Path
 
 from tests.docs.markdown import ROOT, read, slides
+from tests.folder import FolderTest
 
 from slides import browser, build
 
@@ -22,8 +21,9 @@ def run(*words, seed="1"):
                           capture_output=True, env={**os.environ, "PYTHONHASHSEED": seed})
 
 
-class BuiltDecks(unittest.TestCase):
+class BuiltDecks(FolderTest):
     def setUp(self):
+        super().setUp()
         for needed in (browser.node, browser.chromium):
             try:
                 needed()
@@ -31,8 +31,6 @@ class BuiltDecks(unittest.TestCase):
                 self.skipTest(str(missing))
         self.pages = [BUILT / f"{deck.stem}.html" for deck in build.decks()]
         self.assertEqual([page for page in self.pages if not page.exists()], [])
-        self.folder = Path(tempfile.mkdtemp(prefix="ch5-decks-"))
-        self.addCleanup(shutil.rmtree, self.folder)
 
     def test_nothing_reaches_out_of_its_page_or_figure(self):
         for deck, page in zip(build.decks(), self.pages):
