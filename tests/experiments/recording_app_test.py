@@ -202,15 +202,17 @@ class RecordingApp(AppTest):
         recording = self.simulate(12)
         (recording / "groundtruth.csv").unlink()  # with it the reader names the accelerometer at once
         tracks, imu = recording / "tracks.csv", recording / "imu.csv"
-        changed = {tracks: lambda x, y: (x * (1 - 0.28 * (x * x + y * y)), y * (1 - 0.28 * (x * x + y * y))),
-                   imu: lambda *rates_forces: (*rates_forces[:3], *(-force for force in rates_forces[3:]))}
-        for path, words, name in (
-                (tracks, r"times less if their points are moved by 1 \+ k r², k = 0\.[3-5]\d: is the lens's model", "lens"),
-                (imu, r"of ten windows 0 start in motion, and \d+ if its columns are read as -x, -y, -z; at rest", "force")):
+        for path, change, words, name in (
+                (tracks, lambda x, y: (x * (1 - 0.28 * (x * x + y * y)), y * (1 - 0.28 * (x * x + y * y))),
+                 r"times less if their points are moved by 1 \+ k r², k = 0\.[3-5]\d: is the lens's model", "lens"),
+                (imu, lambda *rates_forces: (*rates_forces[:3], *(-force for force in rates_forces[3:])),
+                 r"of 12 windows 0 start in motion, and \d+ if its columns are read as -x, -y, -z; at rest", "force"),
+                (imu, lambda *rates_forces: (*rates_forces[:5], -rates_forces[5]),
+                 r"of 12 windows \d start in motion, and \d+ if its columns are read as x, y, -z; at rest", "force")):
             whole = path.read_text()
             head, *rows = (line.split(",") for line in whole.splitlines())
             kept = 2 if path == tracks else 1
-            rows = [[*row[:kept], *map(str, changed[path](*map(float, row[kept:])))] for row in rows]
+            rows = [[*row[:kept], *map(str, change(*map(float, row[kept:])))] for row in rows]
             path.write_text("".join(",".join(row) + "\n" for row in [head, *rows]))
             done = self.program(recording, "--out", self.out, "--policy", "vins")
             self.assertRegex(done.stderr, words)

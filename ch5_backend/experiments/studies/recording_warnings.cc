@@ -105,36 +105,51 @@ double DelayOfTruth(const OdometryRun& run, const std::vector<StampedState>& tru
   return delay;
 }
 
-// How many of some windows start in motion if the accelerometer's columns are read so, and the sum of their inliers.
-std::pair<int, double> CountStarts(const Recording& recording, const Mat33& axes) {
-  constexpr size_t kWindows = 10, kFrames = 10;
+constexpr size_t kWindows = 12;  // spread over a recording
+
+// Ten images, from number k on.
+std::vector<InitializationImage> WindowFrom(size_t k, const Recording& recording) {
+  constexpr size_t kImages = 10;
   constexpr double kSpacing = 0.15;  // [s]
-  std::vector<ImuMeasurement> imu = recording.imu;
-  for (ImuMeasurement& measurement : imu) measurement.acceleration = axes * measurement.acceleration;
-  const Calibration& calibration = recording.calibration;
-  DynamicInitializationOptions options;
-  options.T_B_C = calibration.T_B_C;
-  options.focal_length = calibration.FocalLength();
-  options.gravity = calibration.gravity;
-  std::pair<int, double> starts{0, 0.0};
-  for (size_t window = 0; window < kWindows; ++window) {
-    std::vector<InitializationImage> images;
-    size_t k = window * recording.frames.size() / kWindows;
-    for (; k < recording.frames.size() && images.size() < kFrames; ++k) {
-      const Image& frame = recording.frames[k];
-      StampedState last;
-      last.t = images.empty() ? frame.t : images.back().t;
-      if (!images.empty() && frame.t < last.t + kSpacing) continue;
-      images.push_back({frame.t, frame.tracks, nullptr});
-      if (images.size() > 1) images.back().imu = IntegrateFrom(last, imu, frame.t, calibration.noise);
-    }
-    const DynamicInitialization start = InitializeDynamically(images, options);
-    if (start.failure != InitializationFailure::kNone) continue;
-    ++starts.first;
-    starts.second += start.inliers;
+  std::vector<InitializationImage> images;
+  StampedState last;
+  for (; k < recording.frames.size() && images.size() < kImages; ++k) {
+    const Image& frame = recording.frames[k];
+    if (!images.empty() && frame.t < last.t + kSpacing) continue;
+    images.push_back({frame.t, frame.tracks, nullptr});
+    if (images.size() > 1) images.back().imu = IntegrateFrom(last, recording.imu, frame.t, recording.calibration.noise);
+    last.t = frame.t;
   }
-  return starts;
+  return images;
 }
+
+// What has come of the first windows, if the accelerometer's columns are read so.
+struct Starts {
+  Mat33 axes;
+  size_t windows = 0;
+  int count = 0;  // of those that start in motion
+  double inliers = 0.0;
+
+  double AtMost() const { return inliers + static_cast<double>(kWindows - windows); }
+
+  void TryNext(std::vector<InitializationImage> window, const Calibration& calibration) {
+    for (InitializationImage& image : window) {
+      if (!image.imu) continue;
+      std::vector<ImuSample> samples = image.imu->Samples();
+      for (ImuSample& sample : samples) sample.acceleration = axes * sample.acceleration;
+      image.imu = std::make_shared<Preintegration>(samples, Vec3::Zero(), Vec3::Zero(), calibration.noise);
+    }
+    DynamicInitializationOptions options;
+    options.T_B_C = calibration.T_B_C;
+    options.focal_length = calibration.FocalLength();
+    options.gravity = calibration.gravity;
+    const DynamicInitialization start = InitializeDynamically(window, options);
+    ++windows;
+    if (start.failure != InitializationFailure::kNone) return;
+    ++count;
+    inliers += start.inliers;
+  }
+};
 
 }  // namespace
 
@@ -142,18 +157,27 @@ RecordingWarnings CheckFailures(const OdometryStudy& study) {
   constexpr double kTimes = 1.4;  // and one more: of windows that start, their share of inliers is what counts
   const auto failed = [](const OdometryRun& run) { return run.states.empty() || run.restarts > 0; };
   if (std::none_of(study.runs.begin(), study.runs.end(), failed)) return {};
-  const auto as_given = CountStarts(study.recording, Mat33::Identity());
-  auto most = as_given;
-  Mat33 best = Mat33::Identity();
-  for (const Mat33& axes : SignedPermutations()) {
-    const auto starts = CountStarts(study.recording, axes);
-    if (starts > most) most = starts, best = axes;
+  const Recording& recording = study.recording;
+  std::vector<std::vector<InitializationImage>> windows;
+  for (size_t w = 0; w < kWindows; ++w)
+    windows.push_back(WindowFrom(w * recording.frames.size() / kWindows, recording));
+  const auto try_next = [&](Starts* starts) { starts->TryNext(windows[starts->windows], recording.calibration); };
+  Starts as_given{Mat33::Identity()};
+  while (as_given.windows < kWindows) try_next(&as_given);
+  // A window takes long: the axes that may still be the best are tried next, until theirs are all tried or too few remain.
+  std::vector<Starts> all;
+  for (const Mat33& axes : SignedPermutations()) all.push_back({axes});
+  const auto is_less = [](const Starts& a, const Starts& b) { return a.AtMost() < b.AtMost(); };
+  auto best = all.begin();
+  while ((best = std::max_element(all.begin(), all.end(), is_less))->windows < kWindows) {
+    if (best->AtMost() < kTimes * as_given.inliers + 1.0) return {};
+    try_next(&*best);
   }
-  if (most.second < kTimes * as_given.second + 1.0) return {};
-  return {{"force", static_cast<double>(most.first), static_cast<double>(as_given.first),
-           Join("images and accelerometer contradict each other: of ten windows ", as_given.first,
-                " start in motion, and ", most.first, " if its columns are read as ", NameAxes(best),
-                "; at rest it must measure +", study.recording.calibration.gravity, " upwards")}};
+  if (best->inliers < kTimes * as_given.inliers + 1.0) return {};
+  return {{"force", static_cast<double>(best->count), static_cast<double>(as_given.count),
+           Join("images and accelerometer contradict each other: of ", kWindows, " windows ", as_given.count,
+                " start in motion, and ", best->count, " if its columns are read as ", NameAxes(best->axes),
+                "; at rest it must measure +", recording.calibration.gravity, " upwards")}};
 }
 
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings) {
