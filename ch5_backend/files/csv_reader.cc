@@ -105,7 +105,7 @@ std::string_view CsvReader::Cell(const std::string& column) const {
   if (found != columns_.end()) return cells_[static_cast<size_t>(found - columns_.begin())];
   std::string names;
   for (const std::string& name : columns_) names += (names.empty() ? "" : ", ") + name;
-  Fail("there is no column " + column + "; the first line names " + names);
+  reader_.FailAt(1, "there is no column " + column + "; the first line names " + names);
 }
 
 double CsvReader::Number(const std::string& column) const { return reader_.ToDouble(Cell(column), column.c_str()); }

@@ -195,14 +195,10 @@ class Reader {
     file_.lines.insert(file_.lines.begin(), lines.begin(), lines.end());
   }
 
-  [[noreturn]] void FailAt(int line, const std::string& message) const {
-    throw FileError(path_ + ":" + std::to_string(line) + ": " + message);
-  }
-
   std::shared_ptr<ch5::Vertex> Vertex(int64_t id, int line, const char* tag) const {
     const auto known = index_of_.find(id);
     if (known == index_of_.end()) {
-      FailAt(line, std::string(tag) + ": there is no pose with the id " + std::to_string(id));
+      text_.FailAt(line, std::string(tag) + ": there is no pose with the id " + std::to_string(id));
     }
     return file_.graph.Vertices()[known->second];
   }
@@ -210,7 +206,7 @@ class Reader {
   template <typename T>
   std::shared_ptr<T> VertexOfType(int64_t id, int line, const char* tag) const {
     auto vertex = std::dynamic_pointer_cast<T>(Vertex(id, line, tag));
-    if (!vertex) FailAt(line, std::string(tag) + ": vertex " + std::to_string(id) + " is of another type");
+    if (!vertex) text_.FailAt(line, std::string(tag) + ": vertex " + std::to_string(id) + " is of another type");
     return vertex;
   }
 
@@ -235,9 +231,9 @@ class Reader {
     const std::string fault = WhyNotPositiveSemiDefinite(W);
     if (!fault.empty()) {
       if (!options_.project_information) {
-        FailAt(edge.line,
-               made->TypeInfo() + ": the information matrix " + fault +
-                   " (g2o gives its upper half row by row); --project-information takes the nearest one that is");
+        text_.FailAt(edge.line,
+                     made->TypeInfo() + ": the information matrix " + fault +
+                         " (g2o gives its upper half row by row); --project-information takes the nearest one that is");
       }
       W = ProjectToPsd(W);
       ++file_.projected;

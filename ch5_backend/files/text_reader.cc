@@ -179,7 +179,11 @@ std::string TextReader::Quote(std::string_view token) {
 
 void TextReader::Fail(const std::string& message) const {
   const std::string record = record_ ? std::string(record_) + " " + std::to_string(index_) + ", " : "";
-  throw FileError(path_ + ":" + std::to_string(line_) + ": " + record + message);
+  FailAt(line_, record + message);
+}
+
+void TextReader::FailAt(int line, const std::string& message) const {
+  throw FileError(path_ + ":" + std::to_string(line) + ": " + message);
 }
 
 }  // namespace ch5

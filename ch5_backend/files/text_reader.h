@@ -67,6 +67,8 @@ class TextReader {
 
   /// "file:line: record: message", the line being that of the last number.
   [[noreturn]] void Fail(const std::string& message) const;
+  /// "file:line: message" of another line.
+  [[noreturn]] void FailAt(int line, const std::string& message) const;
   /// A piece of the text as messages show it: short, printable, in quotes.
   static std::string Quote(std::string_view token);
 

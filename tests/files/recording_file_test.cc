@@ -275,7 +275,7 @@ TEST_F(RecordingFile, ColumnsMayStandInAnotherOrder) {
   EXPECT_EQ(Message(), "imu.csv:1: two columns are called w_z (without units and frames)");
   ReplaceLine("imu.csv", 1, "timestamp,a_x,a_y,a_z,w_x,w_y,wz,note");
   EXPECT_EQ(Message(),
-            "imu.csv:2: there is no column w_z; the first line names timestamp, a_x, a_y, a_z, w_x, w_y, wz, note");
+            "imu.csv:1: there is no column w_z; the first line names timestamp, a_x, a_y, a_z, w_x, w_y, wz, note");
 }
 
 TEST_F(RecordingFile, TheCalibrationIsReadStrictly) {
