@@ -1,5 +1,6 @@
 /// Optimizes a pose graph: ch5_pose_graph FILE.g2o --out DIR.
 
+#include <algorithm>
 #include <cstdio>
 #include <stdexcept>
 #include <string>
@@ -43,10 +44,13 @@ void PrintStart(const ch5::PoseGraphStudy& study) {
 
 void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
   ch5::G2oFile graph = ch5::ReadG2o(options.input, reading);
-  if (graph.graph.Edges().empty()) throw std::invalid_argument("no edge of a known type, so nothing to optimize");
+  const auto& edges = graph.graph.Edges();
+  if (edges.empty()) throw std::invalid_argument("no edge of a known type, so nothing to optimize");
+  if (std::all_of(edges.begin(), edges.end(), [](const auto& edge) { return edge->Information().isZero(0.0); }))
+    throw std::invalid_argument("the information matrices of all edges are zero, so nothing to optimize");
   const ch5::OutputFolder made(options.out);
   PrintUnknown(graph, options.input);
-  std::printf("%s: %zu poses, %zu edges\n", options.Name().c_str(), graph.ids.size(), graph.graph.Edges().size());
+  std::printf("%s: %zu poses, %zu edges\n", options.Name().c_str(), graph.ids.size(), edges.size());
   if (graph.repeated > 0) {
     std::printf("edges that stand twice, with the same numbers, and count twice: %d, the first in line %d\n",
                 graph.repeated, graph.first_repeated);

@@ -98,7 +98,8 @@ class PoseGraphApp(AppTest):
         for text, message in ((GOOD.replace("7 5 1 0", "7 8 1 0"), ":7: EDGE_SE2: there is no pose with the id 8"),
                               (GOOD.replace("0.4", "nan"), ':3: value: not finite, got "nan"'),
                               ("1 2 3\n", ':1: expected a tag such as VERTEX_SE3:QUAT, got "1"'),
-                              ("VERTEX_SE2 0 1 2 3\n", ": no edge of a known type, so nothing to optimize")):
+                              ("VERTEX_SE2 0 1 2 3\n", ": no edge of a known type, so nothing to optimize"),
+                              (GOOD.replace(UNIT, "0 0 0 0 0 0"), ": the information matrices of all edges are zero, so nothing to optimize")):
             path = self.write("bad.g2o", text)
             self.refuses(path, "--out", self.out, message=f"{path}{message}")
             self.assertFalse(self.out.exists())
