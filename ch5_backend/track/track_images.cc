@@ -9,18 +9,18 @@
 #include "ch5_backend/files/text_reader.h"
 #include "ch5_backend/track/png_image.h"
 #include "ch5_backend/track/stereo_match.h"
+#include "ch5_backend/types/inertial/preintegration.h"
 
 namespace ch5 {
 namespace {
 
 // R_C1_C0 by the gyroscope, without its bias: what it turned from t0 to t1.
 Qd RotationBetween(const Recording& recording, double t0, double t1) {
-  Qd R_B0_B = Qd::Identity();
-  for (const ImuSample& sample : SamplesBetween(recording.imu, t0, t1)) {
-    R_B0_B = R_B0_B * ExpSO3(sample.gyroscope * sample.dt);
-  }
+  const std::vector<ImuSample> samples = SamplesBetween(recording.imu, t0, t1);
+  if (samples.empty()) return Qd::Identity();
+  const Preintegration imu(samples, Vec3::Zero(), Vec3::Zero(), recording.calibration.noise);
   const Qd& R_B_C = recording.calibration.T_B_C.q;
-  return (R_B_C.conjugate() * R_B0_B * R_B_C).conjugate();
+  return (R_B_C.conjugate() * imu.Gamma() * R_B_C).conjugate();
 }
 
 cv::Mat ReadImage(const std::filesystem::path& path, const Camera& camera) {

@@ -8,6 +8,7 @@
 #include "ch5_backend/graph/auto_diff_edge.h"
 #include "ch5_backend/math/median.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
+#include "ch5_backend/types/inertial/preintegration.h"
 #include "ch5_backend/types/vertices.h"
 
 namespace ch5 {
@@ -17,7 +18,7 @@ constexpr double kSigma = 3e-3;  // [rad]: a pixel and a half
 
 // From C_i to C_j by the gyroscope at no bias:  R(b, τ) = Exp(−τ ω_i) R Exp(J b + τ ω_j),  τ being a delay.
 struct GyroscopeTurn {
-  Mat33 R = Mat33::Identity(), J = Mat33::Zero();
+  Mat33 R, J;
   Vec3 rate_i, rate_j;
 };
 
@@ -59,16 +60,10 @@ class EdgeBentRays : public AutoDiffEdge<EdgeBentRays, 2, VertexVector<4>, Verte
 std::optional<GyroscopeTurn> TurnBetween(const Recording& recording, double t0, double t1) {
   const std::vector<ImuSample> samples = SamplesBetween(recording.imu, t0, t1);
   if (samples.empty()) return std::nullopt;
-  const Mat33 R_B_C = recording.calibration.T_B_C.q.toRotationMatrix();
-  GyroscopeTurn turn;
-  for (const ImuSample& sample : samples) {
-    const Mat33 step = ExpSO3(R_B_C.transpose() * sample.gyroscope * sample.dt).toRotationMatrix();
-    turn.R = turn.R * step;
-    turn.J = step.transpose() * turn.J - sample.dt * Mat33::Identity();
-  }
-  turn.rate_i = R_B_C.transpose() * samples.front().gyroscope;
-  turn.rate_j = R_B_C.transpose() * samples.back().gyroscope;
-  return turn;
+  const Preintegration imu(samples, Vec3::Zero(), Vec3::Zero(), recording.calibration.noise);
+  const Mat33 R_C_B = recording.calibration.T_B_C.q.conjugate().toRotationMatrix();
+  return GyroscopeTurn{R_C_B * imu.Gamma() * R_C_B.transpose(), R_C_B * imu.BiasJacobian().block<3, 3>(3, 3),
+                       R_C_B * samples.front().gyroscope, R_C_B * samples.back().gyroscope};
 }
 
 // The first later image from which the points, rotation taken out, have moved far enough.
