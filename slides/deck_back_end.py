@@ -4,8 +4,6 @@ Nothing is placed by hand that the algebra decides: which blocks of H are filled
 complement fills in, how rows and columns move, all follow from the list of edges in toy_graph.py.
 """
 
-from math import cos, pi as PI, sin
-
 import numpy as np
 
 from ch5_backend.figures import hessian, prior
@@ -218,12 +216,9 @@ def valley(slide, tables, say):
                     slide.line(ox - (2.3 + shift) * unit, oy + (2.3 - shift) * unit,
                              ox + (2.3 - shift) * unit, oy - (2.3 + shift) * unit, mix(POSE, 0.75), 1.8)
             else:  # (b − a)² + w a² = level: a = √(level/w) cos t, b = a + √level sin t
-                points = []
-                for step in range(97):
-                    t = 2 * PI * step / 96
-                    a = (level / weight) ** 0.5 * cos(t)
-                    points.append((ox + a * unit, oy - (a + level ** 0.5 * sin(t)) * unit))
-                slide.polyline(points, mix(POSE, 0.75), 1.8)
+                t = np.linspace(0, 2 * np.pi, 97)
+                a = (level / weight) ** 0.5 * np.cos(t)
+                slide.polyline(np.column_stack((ox + a * unit, oy - (a + level ** 0.5 * np.sin(t)) * unit)), mix(POSE, 0.75), 1.8)
         if weight == 0.0:
             slide.line(ox - 2.3 * unit, oy + 2.3 * unit, ox + 2.3 * unit, oy - 2.3 * unit, LANDMARK, 4)
             slide.text(ox + 10, oy + 150, say("valley of equal cost"), 18, LANDMARK, anchor="start")

@@ -1,6 +1,6 @@
 """Deck 2, linear solvers, steps and robust losses: pictures of small computations, and plots of the tables of ch5_solvers."""
 
-from math import cos, hypot, pi, sin
+from math import cos, pi, sin
 
 import numpy as np
 
@@ -73,14 +73,11 @@ def order(slide, tables, say):
 
 
 # The model of the picture below, m(h) = ½ hᵀHh − bᵀh.
-H, B = ((1.0, 0.75), (0.75, 3.0)), (2.6, 3.4)
+H, B = np.array([[1.0, 0.75], [0.75, 3.0]]), np.array([2.6, 3.4])
 
 
 def solve(damping):
-    (a, c), (_, d) = H
-    a, d = a + damping, d + damping
-    det = a * d - c * c
-    return (d * B[0] - c * B[1]) / det, (a * B[1] - c * B[0]) / det
+    return np.linalg.solve(H + damping * np.eye(2), B)
 
 
 @FIGURES.figure(1040, 400, "Damped steps and the dogleg")
@@ -91,22 +88,15 @@ def trust(slide, tables, say):
     def at(h):
         return ox + unit * h[0], oy - unit * h[1]
     newton = solve(0.0)
-    (a, c), (_, d) = H
-    middle, spread = (a + d) / 2, hypot((a - d) / 2, c)
-    small, large = middle - spread, middle + spread
-    v = (c, small - a)
-    v = (v[0] / hypot(*v), v[1] / hypot(*v))
+    sizes, axes = np.linalg.eigh(H)
+    circle = [(cos(t), sin(t)) for t in np.linspace(0, 2 * pi, 121)]
     for level in (0.08, 0.35, 0.9, 1.8, 3.1):
-        p, q = (2 * level / small) ** 0.5, (2 * level / large) ** 0.5
-        slide.polyline([at((newton[0] + p * cos(t) * v[0] - q * sin(t) * v[1], newton[1] + p * cos(t) * v[1] + q * sin(t) * v[0]))
-                      for t in (2 * pi * k / 120 for k in range(121))], FAINT, 1.4)
+        slide.polyline([at(newton + axes @ (np.sqrt(2 * level / sizes) * point)) for point in circle], FAINT, 1.4)
     radius = 1.15
     slide.circle(ox, oy, radius * unit, "none", mix(PRIOR, 0.7), 1.6)
     path = [solve(10 ** (k / 20)) for k in range(-60, 61)]
     slide.polyline([at(h) for h in [newton, *path, (0, 0)]], CROSS, 3)
-    bb = B[0] ** 2 + B[1] ** 2
-    bHb = sum(B[i] * H[i][j] * B[j] for i in (0, 1) for j in (0, 1))
-    steepest = tuple(bb / bHb * x for x in B)
+    steepest = (B @ B) / (B @ H @ B) * B
     slide.polyline([at((0, 0)), at(steepest), at(newton)], LANDMARK, 3, dash="9 6")
     for h, color in (((0, 0), INK), (steepest, LANDMARK), (newton, POSE)):
         slide.circle(*at(h), 7, color)

@@ -1,7 +1,7 @@
 """The examples of the deck that need no solver: two numbers on a line, a walk into a valley, and a tilting book."""
 
 from fractions import Fraction
-from math import asin, atan2, cos, degrees, pi, radians, sin, sqrt
+from math import atan2, cos, degrees, hypot, radians, sin
 
 import numpy as np
 
@@ -26,40 +26,18 @@ def difference_variance(covariance):
 
 def walk(weight):
     """The points (a, b) of damped steps on ½(b − a − 1)² + ½ w a², from the origin; weight None: a is held."""
-    a = b = 0.0
-    points = [(a, b)]
-    while len(points) < 1000:
-        r, w = b - a - 1, weight or 0.0
-        # (H + λI) Δ = −g with H = [[1 + w, −1], [−1, 1]]
-        haa, hbb, ga, gb = 1 + w + DAMPING, 1 + DAMPING, -r + w * a, r
-        if weight is None:
-            da, db = 0.0, -gb / hbb
-        else:
-            det = haa * hbb - 1
-            da, db = (-ga * hbb - gb) / det, (-gb * haa - ga) / det
-        a, b = a + da, b + db
-        points.append((a, b))
-        if sqrt(da * da + db * db) < STOP:
-            break
+    x, points, w, free = np.zeros(2), [(0.0, 0.0)], weight or 0.0, slice(weight is None, 2)
+    damped = np.array([[1 + w, -1], [-1, 1]]) + DAMPING * np.eye(2)  # (H + λI) Δ = −g
+    while len(points) < 2 or hypot(*(x - points[-2])) >= STOP:
+        r = x[1] - x[0] - 1
+        x[free] -= np.linalg.solve(damped[free, free], np.array([-r + w * x[0], r])[free])
+        points.append(tuple(x.tolist()))
     return points
-
-
-def quaternion(axis, angle):
-    return [cos(angle / 2)] + [sin(angle / 2) * (k == axis) for k in range(3)]
-
-
-def times(p, q):
-    (a, b, c, d), (e, f, g, h) = p, q
-    return [a * e - b * f - c * g - d * h, a * f + b * e + c * h - d * g, a * g - b * h + c * e + d * f,
-            a * h + b * g - c * f + d * e]
 
 
 def tilted_yaw():
     """Yaw in degrees after tilting forward, sideways, back and sideways back, each a step without z component."""
-    alpha = radians(TILT)
-    q = [1.0, 0.0, 0.0, 0.0]
-    for axis, angle in ((0, alpha), (1, alpha), (0, -alpha), (1, -alpha)):
-        q = times(q, quaternion(axis, angle))
-    w, x, y, z = q
-    assert abs(asin(2 * (w * y - z * x))) < pi / 4  # far from where yaw has no meaning
-    return degrees(atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+    c, s = cos(radians(TILT)), sin(radians(TILT))
+    X, Y = np.array([[1, 0, 0], [0, c, -s], [0, s, c]]), np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    R = X @ Y @ X.T @ Y.T
+    return degrees(atan2(R[1, 0], R[0, 0]))
