@@ -112,7 +112,7 @@ def shard_option(text: str) -> tuple:
     numbers = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text, re.ASCII)
     share = tuple(map(int, numbers.groups())) if numbers else (0, 0)
     if not 1 <= share[0] <= share[1]:
-        raise CourseError(f"--shard must be I/N with I from 1 to N, got '{text}'; see ./course grade --help")
+        raise CourseError(f"--shard must be I/N with I from 1 to N, got '{text}'; see ./course plots --help")
     return share
 
 
@@ -168,6 +168,8 @@ def add_plots_options(parser: Parser) -> None:
                         "take, and what is there")
     parser.add_argument("--rerun", action="store_true", help="make the tables anew")
     parser.add_argument("--quick", action="store_true", help="with fewer trials, in DIR/quick")
+    parser.add_argument("--shard", type=shard_option, metavar="I/N", help="only run the I-th of N shares of what "
+                        "makes the tables, and draw nothing")
     parser.add_argument("--out", metavar="DIR", help="where tables and figures are, default: out")
 
 

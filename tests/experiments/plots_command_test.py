@@ -1,11 +1,13 @@
 """./course plots: the table of figures is true, the same tables give the same bytes, and no finished trial is lost."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from tests.folder import FolderTest
@@ -53,6 +55,10 @@ class Command(PlotsTest):
 
     def test_a_name_that_no_set_has_lists_those_there_are(self):
         self.refuses("frobnicate", naming=["'frobnicate'", "chapter", "bench", "pose_graph/sphere2500"])
+
+    def test_a_share_must_be_one_of_its_number(self):
+        for text in ("0/4", "5/4", "4", "1/0", "a/b", "1/2/3", "", "1/9999999"):
+            self.refuses("--shard", text, naming=["--shard must be I/N", f"got '{text}'"])
 
     def test_a_place_that_cannot_be_written_is_named(self):
         blocker = self.folder / "file"
@@ -139,6 +145,18 @@ class Trials(PlotsTest):
         self.assertEqual(self.runs(), 5)
         self.assertEqual({path.parts[0] for path in self.results()}, {"quick"})
 
+    def test_shares_make_the_same_bytes_as_one_run(self):
+        self.succeed()
+        whole = self.results()
+        shutil.rmtree(self.out)
+        with ThreadPoolExecutor() as pool:
+            said = [done.stdout for done in pool.map(lambda i: self.succeed("--shard", f"{i}/3"), (1, 2, 3))]
+        self.assertEqual(re.findall(r"Share (\d) of 3 is done", "".join(said)), ["1", "2", "3"])
+        self.assertFalse((self.out / "fake" / "figures").exists())
+        self.assertEqual(self.runs(), 2 * TRIALS, "each trial in one share")
+        self.succeed()
+        self.assertEqual((self.runs(), self.results()), (2 * TRIALS, whole))
+
     def test_a_kill_loses_only_the_running_trials(self):
         self.succeed()
         whole, before = self.results(), self.runs()
@@ -171,9 +189,10 @@ class Trials(PlotsTest):
     def test_results_of_another_program_are_not_reused(self):
         program = self.folder / "trials.py"
         shutil.copy(HERE / "fake_trials.py", program)
-        self.fake("--out", self.out, FAKE_PROGRAM=str(program), FAKE_FAILS="7")
-        begun = self.runs()
+        self.succeed("--shard", "1/1", FAKE_PROGRAM=str(program))
+        self.succeed("--shard", "1/1", FAKE_PROGRAM=str(program))
+        self.assertEqual(self.runs(), TRIALS)
         program.write_text(program.read_text(encoding="utf-8").replace("k * k", "k * k * k"), encoding="utf-8")
         self.succeed(FAKE_PROGRAM=str(program))
-        self.assertEqual(self.runs(), begun + TRIALS)
+        self.assertEqual(self.runs(), 2 * TRIALS)
         self.assertIn("squares,3,27\n", (self.out / "fake/csv/squares.csv").read_text(encoding="utf-8"))

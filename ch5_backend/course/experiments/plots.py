@@ -64,7 +64,10 @@ def plots(arguments) -> int:
         return 0
     sets = possible(sets, out, arguments)
     with made_dir(out):
-        due = due_of(makers_of(sets), out, arguments.rerun)
+        makers = makers_of(sets)
+        due = due_of(makers, out, arguments.rerun)
+        if arguments.shard:
+            return run_share(makers, due, out, arguments)
         drawing = {one.command(one.drawn_by, out): one for one in sets}  # a script that draws several sets runs once
         draw = [Job(command, one.seconds[1] / CORES, one.name) for command, one in drawing.items()]
         make_tables(due, out, arguments.quick, draw)
@@ -144,11 +147,8 @@ def key_of(words: tuple) -> str:
 def make_tables(due: list, out: Path, quick=False, draw=()) -> None:
     """Makes the tables of these sets, then runs the jobs `draw`."""
     jobs = [job for one in due for job in jobs_of(one, out, quick)]
-    expected = sum(job.seconds for job in [*jobs, *draw] if not job.done())
-    with locked_dir(out), Progress("plots" if draw else "tables", expected=expected) as progress:
-        # Trials share the cores; other programs, some of which use them all or measure time, run one by one.
-        run_in_parallel([job for job in jobs if not job.result], 1, progress)
-        run_in_parallel([job for job in jobs if job.result and not job.done()], CORES, progress)
+    with locked_dir(out), progress_of("plots" if draw else "tables", [*jobs, *draw]) as progress:
+        run_unfinished(jobs, progress)
         for one in due:
             if one.trials:
                 merge(jobs_of(one, out, quick), out / one.folder / "csv")
@@ -156,6 +156,16 @@ def make_tables(due: list, out: Path, quick=False, draw=()) -> None:
         if (out / "jobs").exists() and not any((out / "jobs").iterdir()):
             (out / "jobs").rmdir()
         run_in_parallel(draw, CORES, progress)
+
+
+def progress_of(phase: str, jobs: list) -> Progress:
+    return Progress(phase, expected=sum(job.seconds for job in jobs if not job.done()))
+
+
+def run_unfinished(jobs: list, progress: Progress) -> None:
+    """Trials share the cores; other programs, some of which use them all or measure time, run one by one."""
+    run_in_parallel([job for job in jobs if not job.result], 1, progress)
+    run_in_parallel([job for job in jobs if job.result and not job.done()], CORES, progress)
 
 
 def run_in_parallel(jobs: list, width: int, progress: Progress) -> None:
@@ -180,6 +190,18 @@ def merge(jobs: list, folder: Path) -> None:
     for place, trials in itertools.groupby(jobs, lambda job: job.result.parent):
         texts = [job.result.read_text(encoding="utf-8") for job in trials]
         write_whole(folder / f"{place.name.rpartition('-')[0]}.csv", texts[0] + "".join(text.partition("\n")[2] for text in texts[1:]))
+
+
+def run_share(makers: list, due: list, out: Path, arguments) -> int:
+    """Every n-th run. Which ones does not depend on what others have done meanwhile."""
+    number, count = arguments.shard
+    jobs = [(one, job) for one in makers for job in jobs_of(one, out, arguments.quick)]
+    mine = [job for one, job in jobs[number - 1::count] if one in due]
+    with progress_of(f"share {number} of {count}", mine) as progress:
+        run_unfinished(mine, progress)
+    print(f"Share {number} of {count} is done: {len(mine)} runs. After all shares, the same command without --shard "
+          "draws the figures.")
+    return 0
 
 
 def listing(sets: list, out: Path) -> str:
