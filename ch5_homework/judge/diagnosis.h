@@ -14,7 +14,7 @@
 
 namespace ch5::homework {
 
-/// What is said: a sentence by its id, "1.1.mirror_missing", with what varies in it by name; or a word that is the same in
+/// What is said: a sentence by its id, "assembly.mirror_missing", with what varies in it by name; or a word that is the same in
 /// every language (a number, a name of the code), or somebody else's words (the library's); or nothing.
 class Text {
  public:
@@ -55,7 +55,7 @@ Text Word(Integer n) {
 /// A mistake that many make. The cause is told only if the mistake's own wrong answer is what the student has.
 struct Mistake {
   std::string todo;  ///< "1.1b"
-  Text cause;        ///< "1.1.mirror_missing"
+  Text cause;        ///< "assembly.mirror_missing"
   MatXX answer;
   bool is_of_sign = false;  ///< a term is added, not subtracted: then it may also be found any other number of times
 };

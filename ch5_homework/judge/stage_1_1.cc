@@ -13,21 +13,24 @@ namespace {
 
 using namespace stage_1_1;
 
-// Compares H and b of a problem whose MakeHessian has been called; `before`: its H after an earlier call.
-void CheckSystem(const Graph& graph, const Problem& problem, const Text& scene, const MatXX& before = {}) {
+// Compares H and b of a problem whose MakeHessian has been called; `before`: what an earlier call has left.
+void CheckSystem(const Graph& graph, const Problem& problem, const Text& scene, const System& before = {}) {
   const System right = StackedNormalEquations(graph, problem.Size());
   const Names names = RowNames(problem.GetOrdering());
   const Loop loop{graph.Edges(), problem.Size()};
   const auto in_H = [&] {
-    std::vector<Mistake> mistakes = MistakesInH(loop);
-    if (before.size() > 0) mistakes.push_back({"", "1.1.H_not_zeroed", before + right.H});
+    std::vector<Mistake> mistakes = MistakesInH(loop, "1.1a", "1.1b", "1.1c 1.1a");
+    if (before.b.size() > 0) mistakes.push_back({"", {"1.1.not_zeroed", {{"it", Word("H")}}}, before.H + right.H});
     if (problem.Hessian().rows() == problem.Size()) mistakes.push_back(FoundPlaces(loop, problem.Hessian()));
     return mistakes;
   };
   Require("1.1", {"scene.H_of", {{"what", scene}}}, right.H, problem.Hessian(), names, in_H, 1e-10, "1.1a", "H");
-  Require(
-      "1.1", {"scene.b_of", {{"what", scene}}}, right.b, problem.RightHandSide(), names,
-      [&] { return MistakesInB(loop); }, 1e-10, "1.1b", "b");
+  const auto in_b = [&] {
+    std::vector<Mistake> mistakes = MistakesInB("1.1d 1.1b", loop, -1.0, "formula.sign_of_b");
+    if (before.b.size() > 0) mistakes.push_back({"", {"1.1.not_zeroed", {{"it", Word("b")}}}, before.b + right.b});
+    return mistakes;
+  };
+  Require("1.1", {"scene.b_of", {{"what", scene}}}, right.b, problem.RightHandSide(), names, in_b, 1e-10, "1.1b", "b");
 }
 
 void CheckMakeHessian(Graph* graph, const Text& scene) {
@@ -65,7 +68,7 @@ TEST(Stage11, SecondCallStartsAfresh) {
   BundleScene scene(4, Vary(7, 12, 18), true);
   const auto problem = Chosen().make_problem(&scene.ba.graph);
   problem->MakeHessian();
-  const MatXX before = problem->Hessian();
+  const System before{problem->Hessian(), problem->RightHandSide()};
   problem->UpdateStates(VecX::Constant(problem->Size(), 1e-3));
   problem->MakeHessian();
   CheckSystem(scene.ba.graph, *problem, {"1.1.second_call", {{"n", Word(scene.ba.landmarks.size())}}}, before);

@@ -3,13 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include "ch5_homework/judge/mistakes/stage_6.h"
+#include "ch5_homework/judge/mistakes/assembly.h"
+#include "ch5_homework/judge/stage_6_scene.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
-
-using namespace stage_6;
 
 // ---- 6a, 6b PreMarginalize ----------------------------------------------------------------------------------------
 
@@ -197,11 +196,11 @@ void CheckA(FactorScene::Kind kind, const Text& what) {
   const auto row_of = [&](const Edge& edge, size_t k) { return scene.RowOf(*edge.Vertices()[k]); };
   const Loop loop{edges, static_cast<int>(right.b.size()), row_of};
   Require(
-      "6", {"scene.b_of", {{"what", what}}}, right.b, term->b(), names, [&] { return MistakesInB(loop); }, 1e-10, "6c",
-      "b_");
+      "6", {"scene.b_of", {{"what", what}}}, right.b, term->b(), names,
+      [&] { return MistakesInB("6c", loop, 1.0, "6.sign_of_b"); }, 1e-10, "6c", "b_");
   Require(
-      "6", {"6.A_of", {{"what", what}}}, right.H, term->A(), names, [&] { return MistakesInA(loop); }, 1e-10, "6c",
-      "A_");
+      "6", {"6.A_of", {{"what", what}}}, right.H, term->A(), names, [&] { return MistakesInH(loop, "6c", "6c", "6c"); },
+      1e-10, "6c", "A_");
 }
 
 TEST(Stage6, AOfOneResidual) { CheckA(FactorScene::kOneEdge, "6.one_residual_between_two_poses"); }

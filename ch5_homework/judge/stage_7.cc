@@ -177,7 +177,7 @@ void CheckSystem(PlainBlockSolver* solver, const Graph& graph, const Text& scene
   const Loop loop{graph.Edges(), ordering.Size()};
   Require(
       "7", {"scene.b_of", {{"what", scene}}}, right.b, solver->RightHandSide(), names,
-      [&] { return MistakesInB(loop, ordering); }, 1e-10, "7b", "b_");
+      [&] { return MistakesInB("7b", loop, -1.0, "formula.sign_of_b", RowsByNumber(ordering)); }, 1e-10, "7b", "b_");
   Require(
       "7", {"scene.H_of", {{"what", scene}}}, right.H, solver->DenseHessian(), names,
       [&] { return MistakesInH(loop, ordering); }, 1e-10, "7c", "H");

@@ -18,7 +18,7 @@ from tests.homework.chinese import english_in
 
 DIAGNOSIS = {"stage": "1.1", "check": sentence("scene.H_of", what=sentence("1.1.one_edge_between_two_poses")),
              "expected": "(0, 6) = 2.5", "got": sentence("matrix.worst_entry", entry="(0, 6) = 0", wrong="36", all="144"),
-             "cause": sentence("1.1.mirror_missing"), "todo": "1.1b",
+             "cause": sentence("assembly.mirror_missing"), "todo": "1.1b",
              "places": [[sentence("diagnosis.row", n="0"), sentence("scene.row_of", vertex="VertexPose 0", component="δp.x")]]}
 CHINESE, ENGLISH = speaker("zh"), speaker("en")
 STAGES = json.loads((ROOT / "ch5_homework" / "stages.json").read_text(encoding="utf-8"))["stages"]

@@ -15,7 +15,7 @@ from ch5_backend.course.base.language import sentence, speaker
 from ch5_backend.course.homework.diagnosis import Verdict, because, in_short, told
 
 DIAGNOSIS = {"stage": "1.1", "check": sentence("scene.H_of", what=sentence("1.1.one_edge_between_two_poses")),
-             "expected": "(0, 6) = 2", "got": "(0, 6) = 0", "cause": sentence("1.1.mirror_missing"), "todo": "1.1b"}
+             "expected": "(0, 6) = 2", "got": "(0, 6) = 0", "cause": sentence("assembly.mirror_missing"), "todo": "1.1b"}
 RIGHT, ENGLISH = Verdict("right"), speaker("en")
 
 
@@ -87,7 +87,7 @@ class Causes(FolderTest):
         self.assertTrue(self.shown(self.wrong(), content=b"changed"))
 
     def test_another_mistake_in_the_same_check_is_not_named_at_once(self):
-        other = self.wrong(cause=sentence("1.1.only_one_triangle"))
+        other = self.wrong(cause=sentence("assembly.only_one_triangle"))
         self.assertFalse(self.shown(self.wrong()))
         self.assertNotIn("cause", hint_policy.hold_back(STAGES[0], other, 2, b"other").diagnosis)
 

@@ -25,7 +25,7 @@ class ThrowLeft(unittest.TestCase):
                 self.assertEqual(cause_of(verdict.diagnosis), "judge.leftover_throw")
 
     def test_a_mistake_belongs_to_a_blank_that_the_file_has(self):
-        verdict = Verdict("wrong", {**judge.because("1.1.sign_b"), "todo": "1.1d 1.1b"})
+        verdict = Verdict("wrong", {**judge.because("formula.sign_of_b"), "todo": "1.1d 1.1b"})
         for deep, todo in ((False, "1.1b"), (True, "1.1d")):
             told = blanks.explain(verdict, "problem.cc", skeleton("problem.cc", None, deep).encode())
             self.assertEqual(told.diagnosis["todo"], todo)

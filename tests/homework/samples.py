@@ -4,7 +4,7 @@
 samples/*.samples hold them, told apart by these lines:
 
     // SAMPLE name                                    one that is right
-    // SAMPLE name wrong 1.1.mirror_missing           or the verdict on its stage: its state, ids and values of its cause
+    // SAMPLE name wrong assembly.mirror_missing           or the verdict on its stage: its state, ids and values of its cause
     // CHANGE 1.2b - tempH => + tempH                 in the solution of this TODO, or of this stage, one text for another
     // REGION 1.1b                                    the code below stands in this TODO's region
     // STAGE 1.2                                      or in place of the stage's whole function

@@ -1,9 +1,14 @@
 #pragma once
 /// H and b as a loop over the pairs of an edge's vertices puts them together, rightly or wrongly: stages 1.1, 6 and 7.
 
+#include <algorithm>
 #include <functional>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/scenes/scene.h"
 
 namespace ch5::homework {
@@ -165,6 +170,115 @@ inline void WithoutEdgesThatFit(MatXX* H, const Turn& t) {
   if (!t.edge.Residual().isZero(0.0)) Two(kFirst, kMirror)(H, t);
 }
 
+inline bool IsWritten(const MatXX& H, const Turn& t) {
+  return !H.block(t.i, t.j, t.v_i().LocalDimension(), t.v_j().LocalDimension()).isZero(0.0);
+}
+
+struct TurningMistake {
+  const char* todo;
+  Text cause;
+  Turning turning;
+};
+
+/// @param first, mirror, block  where to read of the block (i, j), of its mirror image, and of what a pair adds
+inline std::vector<TurningMistake> WrongTurnings(const char* first, const char* mirror, const char* block) {
+  const Text one_triangle = "assembly.only_one_triangle", first_kept = "assembly.only_first_block_kept";
+  const Text numbers = "assembly.numbers_in_edge_for_rows", assigned = "assembly.assigned";
+  const Turning both = Two(kFirst, kMirror);
+  return {{mirror, "assembly.mirror_missing", Two(kFirst, kNothing)},
+          {mirror, "assembly.mirror_not_transposed", Two(kFirst, kMirror.Turned())},
+          {first, "assembly.hessian_transposed", Two(kFirst.Turned(), kMirror)},
+          {first, assigned, Two(kFirst.Assigned(), kMirror.Assigned())},
+          {first, assigned, Two(kFirst.Assigned(), kMirror)},
+          {mirror, assigned, Two(kFirst, kMirror.Assigned())},
+          {first, "assembly.places_exchanged", Two(kMirror.Turned(), kFirst.Turned())},
+          {first, "assembly.row_column_exchanged", Two(kMirror.Turned(), kMirror)},
+          {mirror, "assembly.mirror_at_same_place", Two(kFirst, kFirst.Turned())},
+          {mirror, "assembly.diagonal_blocks_added_twice", Three(kFirst.Times(2.0), kFirst, kMirror)},
+          {first, "assembly.blocks_subtracted", Two(kFirst.Times(-1.0), kMirror.Times(-1.0))},
+          {first, "assembly.block_missing", Two(kNothing, kMirror)},
+          {first, "assembly.only_diagonal_blocks_arrive", Three(kFirst, kNothing, kNothing)},
+          {block, "assembly.loss_forgotten", BothOf(&W)},
+          {block, "assembly.first_order_loss", BothOf(&RhoW)},
+          {first, "assembly.loss_forgotten", Two(kFirst.Of(&W), kMirror)},
+          {first, "assembly.first_order_loss", Two(kFirst.Of(&RhoW), kMirror)},
+          {mirror, "assembly.loss_forgotten_mirrored_block", Two(kFirst, kMirror.Of(&W))},
+          {first, one_triangle, [](MatXX* H, const Turn& t) { (t.i <= t.j ? kFirst : kMirror).Run(H, t); }},
+          {first, one_triangle, [](MatXX* H, const Turn& t) { (t.i >= t.j ? kFirst : kMirror).Run(H, t); }},
+          {mirror, "assembly.mirror_only_of_equal_sizes",
+           [](MatXX* H, const Turn& t) {
+             kFirst.Run(H, t);
+             if (!t.IsDiagonal() && t.v_i().LocalDimension() == t.v_j().LocalDimension()) kMirror.Run(H, t);
+           }},
+          {mirror, "assembly.mirror_only_if_v_i_first",
+           [](MatXX* H, const Turn& t) {
+             kFirst.Run(H, t);
+             if (t.i < t.j) kMirror.Run(H, t);
+           }},
+          {first, "assembly.moved_to_triangle_not_transposed",
+           [](MatXX* H, const Turn& t) {
+             const auto [upper, lower] = std::minmax(t.i, t.j);
+             Put(H, upper, lower, t.Block());
+             if (!t.IsDiagonal()) Put(H, lower, upper, t.Block().transpose());
+           }},
+          {first, "assembly.block_only_if_v_i_first",
+           [=](MatXX* H, const Turn& t) {
+             if (t.i <= t.j) both(H, t);
+           }},
+          {first, numbers, Two(kFirst.At(&NumbersInEdge), kMirror)},
+          {first, numbers, Two(kFirst.At(&NumbersInEdge), kMirror.At(&NumbersInEdge))},
+          {mirror, numbers, Two(kFirst, kMirror.At(&NumbersInEdge))},
+          {first, numbers, Two(kFirst.At(&NumbersTimesSizes), kMirror.At(&NumbersTimesSizes))},
+          {first, "assembly.id_for_first_row", Two(kFirst.At(&Ids), kMirror.At(&Ids))},
+          {first, StandsFor("i", "j", "(i, j)"), Two(kFirst.At(&RowOfI), kMirror)},
+          {first, StandsFor("i", "j", "(i, j)"), Two(kFirst.At(&RowOfI), kMirror.At(&RowOfI))},
+          {first, first_kept,
+           [](MatXX* H, const Turn& t) {
+             if (!IsWritten(*H, t)) kFirst.Run(H, t);
+             if (!t.IsDiagonal()) kMirror.Run(H, t);
+           }},
+          {first, first_kept,
+           [=](MatXX* H, const Turn& t) {
+             if (!IsWritten(*H, t)) both(H, t);
+           }},
+          {first, "assembly.block_added_twice", Two(kFirst.Times(2.0), kMirror)},
+          {mirror, "formula.mirror_added_twice", Two(kFirst, kMirror.Times(2.0))},
+          {mirror, "formula.mirror_subtracted", Two(kFirst, kMirror.Times(-1.0))},
+          {first, "assembly.both_at_one_place",
+           [](MatXX* H, const Turn& t) {
+             const MatXX block = t.Block();
+             if (block.rows() == block.cols()) Put(H, t.i, t.j, block + block.transpose());
+           }},
+          {block, "assembly.weight_missing", BothOf(&NoWeight)},
+          {mirror, "assembly.weight_missing_mirror", Two(kFirst, kMirror.Of(&NoWeight))},
+          {block, ActsTwice("ρ'", "W_ρ"), BothOf(&RhoWRho)},
+          {mirror, "assembly.mirror_takes_sum",
+           [](MatXX* H, const Turn& t) {
+             kFirst.Run(H, t);
+             const MatXX sum = H->block(t.i, t.j, t.v_i().LocalDimension(), t.v_j().LocalDimension());
+             if (!t.IsDiagonal()) Put(H, t.j, t.i, sum.transpose());
+           }},
+          {block, "formula.J_of_i_for_j", &WithJacobianOfI},
+          {block, StandsFor("J_j", "J_i", "J_iᵀ W_ρ J_j"), &WithJacobianOfJ},
+          {block, StandsFor("W_ρ⁻¹", "W_ρ"), BothOf(&Covariance)},
+          {first, "formula.edge_that_fits_left_out", &WithoutEdgesThatFit},
+          {first, "assembly.nothing_added", Two(kNothing, kNothing)},
+          {first, "assembly.off_diagonal_added_twice", Three(kFirst, kFirst.Times(2.0), kMirror.Times(2.0))},
+          {first, "assembly.diagonal_blocks_missing", Three(kNothing, kFirst, kMirror)},
+          {block, ActsTwice("ρ'", "W_ρ"), BothOf(&RhoRhoW)}};
+}
+
+inline std::vector<Mistake> MistakesInH(const Loop& loop, const char* first, const char* mirror, const char* block) {
+  std::vector<Mistake> mistakes;
+  for (const auto& [todo, cause, turning] : WrongTurnings(first, mirror, block)) {
+    mistakes.push_back({todo, cause, AssembleH(loop, turning)});
+  }
+  Loop stopping = loop;
+  stopping.stops_at_fixed = true;
+  mistakes.push_back({first, "assembly.break_at_fixed_vertex", AssembleH(stopping, Two(kFirst, kMirror))});
+  return mistakes;
+}
+
 // ---- b ---------------------------------------------------------------------------------------------------------------
 
 /// How often a turn adds JᵀWr to b: of i where j is i, else of i and of j. Right is once, where j is i.
@@ -187,6 +301,77 @@ inline VecX AssembleB(const Loop& loop, double sign, Weight weight, const Shares
     if (!t.IsDiagonal()) write(t.at_j, t.j, shares.of_j);
   });
   return b;
+}
+
+/// Where a student may take a vertex's rows of b to begin; negative: nowhere.
+struct RowsOfB {
+  Text cause;  ///< empty if it is right
+  std::function<int(const Edge& edge, size_t k)> begin;
+};
+
+inline std::vector<RowsOfB> WrongRowsOfB(const Loop& loop) {
+  const auto right = loop.row_of;
+  const auto dim = [](const Edge& edge, size_t k) { return edge.Vertices()[k]->LocalDimension(); };
+  const auto only = [right](auto is) {
+    return [right, is](const Edge& edge, size_t k) { return is(edge, k) ? right(edge, k) : -1; };
+  };
+  const auto of_pose = [](const Edge& edge, size_t k) { return edge.Vertices()[k]->GetRole() == Role::kPose; };
+  const auto is_last = [](const Edge& edge, size_t k) { return k + 1 == edge.Vertices().size(); };
+  const Text number = "assembly.number_in_edge_for_row", other = "assembly.row_of_other_vertex",
+             one = "assembly.only_one_vertex_in_b", id = "assembly.id_for_first_row";
+  return {{number, [](const Edge&, size_t k) { return static_cast<int>(k); }},
+          {number, [dim](const Edge& edge, size_t k) { return static_cast<int>(k) * dim(edge, k); }},
+          {id, [](const Edge& edge, size_t k) { return edge.Vertices()[k]->Id(); }},
+          {id, [dim](const Edge& edge, size_t k) { return edge.Vertices()[k]->Id() * dim(edge, k); }},
+          {other, [right](const Edge& edge, size_t) { return right(edge, 0); }},
+          {other, [right](const Edge& edge, size_t) { return right(edge, edge.Vertices().size() - 1); }},
+          {one, only([](const Edge&, size_t k) { return k == 0; })},
+          {one, only(is_last)},
+          {"assembly.only_poses_in_b", only(of_pose)},
+          {"assembly.only_landmarks_in_b", only([of_pose](const Edge& edge, size_t k) { return !of_pose(edge, k); })}};
+}
+
+/// @param sign  the right one;  @param of_sign  what to say of the other;  @param rows  the stage's own wrong rows
+inline std::vector<Mistake> MistakesInB(const std::string& todo, const Loop& loop, double sign, const Text& of_sign,
+                                        std::vector<RowsOfB> rows = {}) {
+  struct WeightOfB {
+    Text cause;
+    Weight weight;
+  };
+  const Text W_twice = ActsTwice("W", "Wr"), W_rho = "assembly.W_rho_in_b";
+  const WeightOfB weights[] = {{{}, &RhoW},
+                               {"assembly.loss_forgotten_in_b", &W},
+                               {ActsTwice("ρ'", "ρ'Wr"), &RhoRhoW},
+                               {W_rho, &WRho},
+                               {W_rho, &RhoWRho},
+                               {W_twice, &RhoWW},
+                               {W_twice, [](const Turn& t) -> MatXX { return t.W_rho * W(t); }},
+                               {W_twice, [](const Turn& t) -> MatXX { return t.drho * t.W_rho * W(t); }},
+                               {"assembly.W_missing_in_b", &RhoAlone},
+                               {"assembly.W_missing_in_b", &NoWeight}};
+  for (const RowsOfB& one : WrongRowsOfB(loop)) rows.push_back(one);
+  rows.insert(rows.begin(), {{}, loop.row_of});
+  std::vector<Mistake> mistakes{{todo, NothingWritten("b"), VecX::Zero(loop.size)}};
+  for (const double times : {sign, -sign}) {
+    for (const bool assigned : {false, true}) {
+      for (const auto& [wrong_weight, weight] : weights) {
+        for (const auto& [wrong_row, row_of] : rows) {
+          const Text of_assigned = assigned ? "assembly.assigned" : Text(), of_times = times == sign ? Text() : of_sign;
+          Text cause;
+          int wrong = 0;
+          for (const Text& one : {of_times, of_assigned, wrong_weight, wrong_row}) {
+            if (!one.empty()) ++wrong, cause = one;
+          }
+          if (wrong == 0 || wrong > 2) continue;
+          mistakes.push_back({todo, cause, AssembleB({loop.edges, loop.size, row_of}, times, weight, kOnce, assigned)});
+        }
+      }
+    }
+  }
+  for (const Shares& shares : {Shares{1, 0, 1}, {1, 1, 0}, {1, 1, 1}, {2, 1, 0}, {2, 0, 1}}) {
+    mistakes.push_back({todo, "assembly.b_in_inner_loop", AssembleB(loop, sign, &RhoW, shares)});
+  }
+  return mistakes;
 }
 
 }  // namespace ch5::homework

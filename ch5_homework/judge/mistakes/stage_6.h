@@ -1,93 +1,15 @@
 #pragma once
-/// What typical mistakes in MarginalizationInfo's ConstructA (6c), SchurComplement (6d) and Factor (6e) give.
+/// What typical mistakes in MarginalizationInfo's SchurComplement (6d) and Factor (6e) give.
 
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_homework/judge/diagnosis.h"
-#include "ch5_homework/judge/mistakes/assembly.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/stage_6_scene.h"
 
 namespace ch5::homework::stage_6 {
-
-// ---- 6c ConstructA --------------------------------------------------------------------------------------------------
-
-inline std::vector<Mistake> MistakesInA(const Loop& loop) {
-  Loop stopping = loop;
-  stopping.stops_at_fixed = true;
-  const auto is = [&](const Turning& turning) { return AssembleH(loop, turning); };
-  const auto times = [&](double diagonal, double first, double mirror) {
-    return is(Three(kFirst.Times(diagonal), kFirst.Times(first), kMirror.Times(mirror)));
-  };
-  return {{"6c", NothingWritten("A_"), times(0, 0, 0)},
-          {"6c", "6.loss_forgotten_in_A", is(BothOf(&W))},
-          {"6c", "6.first_order_loss", is(BothOf(&RhoW))},
-          {"6c", "6.loss_acts_twice_in_A", is(BothOf(&RhoWRho))},
-          {"6c", "6.W_missing_in_A", is(BothOf(&NoWeight))},
-          {"6c", StandsFor("W_ρ⁻¹", "W_ρ"), is(BothOf(&Covariance))},
-          {"6c", "6.last_residual_left", is(Two(kFirst.Assigned(), kMirror.Assigned()))},
-          {"6c", "6.last_residual_left", is(Two(kFirst.Assigned(), kMirror))},
-          {"6c", "6.last_residual_left", is(Two(kFirst, kMirror.Assigned()))},
-          {"6c", "6.mirrored_block_missing", times(1, 1, 0)},
-          {"6c", "6.block_i_j_missing_only", times(1, 0, 1)},
-          {"6c", "6.only_diagonal_blocks_arrive", times(1, 0, 0)},
-          {"6c", "6.mirrored_block_not_transposed", is(Two(kFirst, kMirror.Turned()))},
-          {"6c", "6.places_exchanged", is(Two(kMirror.Turned(), kFirst.Turned()))},
-          {"6c", "6.idx_of_i_for_j", is(Two(kFirst.At(&RowOfI), kMirror.At(&RowOfI)))},
-          {"6c", "formula.J_of_i_for_j", is(&WithJacobianOfI)},
-          {"6c", StandsFor("J_j", "J_i", "J_iᵀ W_ρ J_j"), is(&WithJacobianOfJ)},
-          {"6c", "6.diagonal_blocks_doubled", times(2, 1, 1)},
-          {"6c", "6.off_diagonal_added_twice", times(1, 2, 2)},
-          {"6c", "6.diagonal_blocks_missing", times(0, 1, 1)},
-          {"6c", "formula.edge_that_fits_left_out", is(&WithoutEdgesThatFit)},
-          {"6c", "6.break_at_fixed_vertex", AssembleH(stopping, Two(kFirst, kMirror))},
-          {"6c", "formula.mirror_subtracted", times(1, 1, -1)},
-          {"6c", "formula.mirror_added_twice", times(1, 1, 2)},
-          {"6c", "6.block_i_j_added_twice", times(1, 2, 1)},
-          {"6c", "6.sign_of_A", times(-1, -1, -1)}};
-}
-
-struct WeightMistake {
-  Text cause;  // empty if it is right
-  Weight weight;
-};
-
-inline std::vector<Mistake> MistakesInB(const Loop& loop) {
-  const Text W_twice = ActsTwice("W", "Wr");
-  const WeightMistake weights[] = {{{}, &RhoW},
-                                   {"6.loss_forgotten_in_b", &W},
-                                   {"6.loss_acts_twice_in_b", &RhoRhoW},
-                                   {"6.W_rho_in_b", &WRho},
-                                   {"6.W_rho_in_b", &RhoWRho},
-                                   {W_twice, &RhoWW},
-                                   {W_twice, [](const Turn& t) -> MatXX { return t.W_rho * W(t); }},
-                                   {W_twice, [](const Turn& t) -> MatXX { return t.drho * t.W_rho * W(t); }},
-                                   {"6.W_missing_in_b", &RhoAlone}};
-  struct Writing {
-    Text cause;
-    Shares shares;
-    bool assigned;
-  };
-  const Writing writings[] = {
-      {{}, kOnce, false}, {"6.last_residual_left", kOnce, true}, {"6.b_in_inner_loop_too", {2, 1, 0}, false}};
-  std::vector<Mistake> mistakes{{"6c", NothingWritten("b_"), VecX::Zero(loop.size)}};
-  for (const double sign : {1.0, -1.0}) {
-    for (const auto& [wrong_weight, weight] : weights) {
-      for (const auto& [wrong_writing, shares, assigned] : writings) {
-        Text cause = wrong_weight;
-        if (cause.empty()) cause = sign < 0.0 ? "6.sign_of_b" : wrong_writing;
-        if (!cause.empty()) mistakes.push_back({"6c", cause, AssembleB(loop, sign, weight, shares, assigned)});
-      }
-    }
-  }
-  for (const Shares& shares : {Shares{1, 1, 0}, {1, 0, 1}, {2, 0, 1}}) {
-    mistakes.push_back({"6c", "6.b_in_inner_loop", AssembleB(loop, 1.0, &RhoW, shares)});
-  }
-  return mistakes;
-}
 
 // ---- 6d SchurComplement -------------------------------------------------------------------------------------------
 

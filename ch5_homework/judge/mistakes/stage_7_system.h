@@ -26,25 +26,8 @@ inline int NumberOf(const Vertex& vertex, const Ordering& ordering) {
 
 // ---- 7b -------------------------------------------------------------------------------------------------------------
 
-/// Where a student may take a vertex's rows of b to begin; negative: nowhere.
-struct RowsOfB {
-  Text cause;  ///< empty if it is right
-  std::function<int(const Edge& edge, size_t k)> begin;
-};
-/// What may stand for Wr.
-struct WeightOfB {
-  Text cause;
-  Weight weight;
-};
-/// What may stand for −=.
-struct Operation {
-  Text cause;
-  double sign;
-  bool overwrites;
-};
-
-inline std::vector<RowsOfB> WrongRowsOfB(const Ordering& ordering) {
-  // By the vertex's number and its right row.
+/// Where a student may take a vertex's rows of b to begin, by its number.
+inline std::vector<RowsOfB> RowsByNumber(const Ordering& ordering) {
   const auto by = [&](const auto& row) {
     return [&ordering, row](const Edge& edge, size_t k) {
       const Vertex& v = *edge.Vertices()[k];
@@ -54,38 +37,9 @@ inline std::vector<RowsOfB> WrongRowsOfB(const Ordering& ordering) {
   const auto pose_row = [&](const Vertex&, int number) {
     return number < static_cast<int>(ordering.poses.size()) ? ordering.poses[number]->OrderingId() : -1;
   };
-  return {
-      {{}, &OrderedRow},
-      {"7.number_for_first_row", by([](const Vertex&, int number) { return number; })},
-      {"7.pose_row_for_landmark", by(pose_row)},
-      {"7.number_in_edge_for_first_row", [](const Edge&, size_t k) { return static_cast<int>(k); }},
-      {"7.number_times_size_for_row", by([](const Vertex& v, int number) { return number * v.LocalDimension(); })},
-      {"7.only_poses_rows_b_written", by([](const Vertex& v, int) { return IsPose(v) ? v.OrderingId() : -1; })},
-      {"7.only_landmarks_rows_b_written", by([](const Vertex& v, int) { return IsPose(v) ? -1 : v.OrderingId(); })}};
-}
-
-inline std::vector<Mistake> MistakesInB(const Loop& loop, const Ordering& ordering) {
-  const std::vector<WeightOfB> weights{{{}, &RhoW},
-                                       {ActsTwice("ρ'", "Wr"), &RhoRhoW},
-                                       {"7.loss_forgotten", &W},
-                                       {"7.W_rho_in_b", &WRho},
-                                       {ActsTwice("W", "Wr"), &RhoWW},
-                                       {"7.W_missing", &NoWeight}};
-  const std::vector<Operation> operations{{{}, -1.0, false},
-                                          {"7.sign_of_b", 1.0, false},
-                                          {"7.last_edge_left_in_b", -1.0, true},
-                                          {"7.assigned_and_sign_lost", 1.0, true}};
-  std::vector<Mistake> mistakes{{"7b", NothingWritten("b"), VecX::Zero(loop.size)}};
-  for (const auto& [wrong_how, sign, overwrites] : operations) {
-    for (const auto& [wrong_weight, weight] : weights) {
-      for (const auto& [wrong_row, row_of] : WrongRowsOfB(ordering)) {
-        const Text cause = !wrong_row.empty() ? wrong_row : (!wrong_weight.empty() ? wrong_weight : wrong_how);
-        if (cause.empty()) continue;
-        mistakes.push_back({"7b", cause, AssembleB({loop.edges, loop.size, row_of}, sign, weight, kOnce, overwrites)});
-      }
-    }
-  }
-  return mistakes;
+  return {{"7.number_for_first_row", by([](const Vertex&, int number) { return number; })},
+          {"7.pose_row_for_landmark", by(pose_row)},
+          {"7.number_times_size_for_row", by([](const Vertex& v, int number) { return number * v.LocalDimension(); })}};
 }
 
 // ---- 7c -------------------------------------------------------------------------------------------------------------
@@ -128,8 +82,7 @@ inline std::vector<Mistake> MistakesInH(const Loop& loop, const Ordering& orderi
   };
   const auto added = [](const char* id, const char* matrix) { return Text(id, {{"matrix", Word(matrix)}}); };
   const Part d = Part::kDiagonal, p = Part::kPoses, pl = Part::kPoseLandmark, l = Part::kLandmark;
-  std::vector<Mistake> mistakes{{"7c", added("7.nothing_added", "H"), is({d, p, pl, l}, 0)},
-                                {"7c", added("7.nothing_added", "H_pp"), is({d, p}, 0)},
+  std::vector<Mistake> mistakes{{"7c", added("7.nothing_added", "H_pp"), is({d, p}, 0)},
                                 {"7c", added("7.nothing_added", "H_pl"), is({pl}, 0)},
                                 {"7c", added("7.nothing_added", "H_ll"), is({l}, 0)},
                                 {"7c", added("7.only_one_filled", "H_pp"), is({pl, l}, 0)},
@@ -137,14 +90,9 @@ inline std::vector<Mistake> MistakesInH(const Loop& loop, const Ordering& orderi
                                 {"7c", added("7.only_one_filled", "H_pl"), is({d, p, l}, 0)},
                                 {"7c", "7.off_diagonal_H_pp_missing", is({p}, 0)},
                                 {"7c", "7.diagonal_blocks_H_pp_missing", is({d}, 0)},
-                                {"7c", "7.last_edge_left_in_H", is({d, p, pl, l}, 1, true)},
                                 {"7c", Text("7.assigned", {{"blocks", Word("H_pp")}}), is({d, p}, 1, true)},
-                                {"7c", "7.blocks_subtracted", is({d, p, pl, l}, -1)},
-                                {"7c", "formula.edge_that_fits_left_out", AssembleH(loop, &WithoutEdgesThatFit)},
                                 {"7c", "7.mirror_added_too", WithMirror(loop, ordering, false)},
-                                {"7c", "7.mirror_for_block", WithMirror(loop, ordering, true)},
-                                {"7c", "7.loss_forgotten_in_H", AssembleH(loop, BothOf(&W))},
-                                {"7c", "7.first_order_loss", AssembleH(loop, BothOf(&RhoW))}};
+                                {"7c", "7.mirror_for_block", WithMirror(loop, ordering, true)}};
   const std::vector<std::pair<Part, Text>> parts{
       {d, "7.diagonal_blocks_H_pp"}, {p, "7.off_diagonal_H_pp"}, {pl, Word("H_pl")}, {l, Word("H_ll")}};
   for (const auto& [part, name] : parts) {
@@ -152,6 +100,7 @@ inline std::vector<Mistake> MistakesInH(const Loop& loop, const Ordering& orderi
     mistakes.push_back({"7c", {"7.subtracted_not_added", {{"blocks", name}}}, is({part}, -1)});
     mistakes.push_back({"7c", {"7.assigned", {{"blocks", name}}}, is({part}, 1, true)});
   }
+  for (const Mistake& mistake : MistakesInH(loop, "7c", "7c", "7c")) mistakes.push_back(mistake);
   return mistakes;
 }
 
