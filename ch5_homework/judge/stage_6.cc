@@ -58,23 +58,24 @@ struct Layout {
   static Eigen::Index LocalSize(const Vertex& v) { return v.LocalDimension(); }
   static Eigen::Index GlobalSize(const Vertex& v) { return v.Parameters().size(); }
   static Eigen::Index One(const Vertex&) { return 1; }
+  static Eigen::Index Six(const Vertex&) { return 6; }
 
   /// @param of_first, of_others  how many rows a block counts
+  /// @param m_assigned, n_assigned  m_ or n_ is set to the rows of a block, not raised by them
   VecX Of(const std::vector<std::shared_ptr<Vertex>>& first, SizeOf of_first = &LocalSize,
-          SizeOf of_others = &LocalSize) const {
-    const auto goes = [&](const auto& v) { return std::find(first.begin(), first.end(), v) != first.end(); };
-    const auto size = [&](const auto& v) { return (goes(v) ? of_first : of_others)(*v); };
+          SizeOf of_others = &LocalSize, bool m_assigned = false, bool n_assigned = false) const {
     VecX rows = VecX::Zero(static_cast<Eigen::Index>(scene.free.size()) + 2);
-    double m = 0, n = 0;
-    for (const auto& v : scene.free) m += goes(v) ? static_cast<double>(size(v)) : 0.0;
-    double at_dropped = 0;
-    for (size_t k = 0; k < scene.free.size(); ++k) {
-      const auto& v = scene.free[k];
-      double* at = goes(v) ? &at_dropped : &n;
-      rows[k] = goes(v) ? *at : m + *at;
-      *at += static_cast<double>(size(v));
+    Eigen::Index m = 0, n = 0;
+    for (const bool goes : {true, false}) {
+      for (size_t k = 0; k < scene.free.size(); ++k) {
+        const auto& v = scene.free[k];
+        if ((std::find(first.begin(), first.end(), v) != first.end()) != goes) continue;
+        rows[k] = static_cast<double>(m + n);
+        Eigen::Index& count = goes ? m : n;
+        count = (goes ? of_first : of_others)(*v) + ((goes ? m_assigned : n_assigned) ? 0 : count);
+      }
     }
-    rows.tail<2>() << m, n;
+    rows.tail<2>() << static_cast<double>(m), static_cast<double>(n);
     return rows;
   }
   std::vector<Mistake> CountingMistakes() const {
@@ -103,7 +104,11 @@ struct Layout {
             {"6b", "6.one_loop_for_both", running},
             {"6b", "6.second_loop_numbers_dropped", all_again},
             {"6b", "6.every_kept_block_begins_m", alone},
-            {"6b", "6.block_counted_one_row", Of(dropped, &One, &One)},
+            {"6b", {"6.block_counts", {{"n", Word(1)}}}, Of(dropped, &One, &One)},
+            {"6b", {"6.block_counts", {{"n", Word(6)}}}, Of(dropped, &Six, &Six)},
+            {"6b", {"6.count_assigned", {{"it", Word("m_")}}}, Of(dropped, &LocalSize, &LocalSize, true)},
+            {"6b", {"6.count_assigned", {{"it", Word("n_")}}}, Of(dropped, &LocalSize, &LocalSize, false, true)},
+            {"6b", {"6.count_assigned", {{"it", Word("m_, n_")}}}, Of(dropped, &LocalSize, &LocalSize, true, true)},
             {"6b", "6.no_rows_given", VecX::Zero(right.size())},
             {"6b", "6.idx_written_to_copy", copies},
             {"6b", "6.kept_rows_counted_in_m", kept_in_m},

@@ -9,6 +9,7 @@ namespace ch5::homework {
 inline Text SignAdded(const char* term) { return {"formula.sign_added", {{"term", Word(term)}}}; }
 inline Text InverseMeant(const char* matrix) { return {"formula.inverse_meant", {{"matrix", Word(matrix)}}}; }
 inline Text RootMeant(const char* matrix) { return {"formula.root_meant", {{"this", Word(matrix)}}}; }
+inline Text RootTwice(const char* matrix) { return {"formula.root_twice", {{"this", Word(matrix)}}}; }
 inline Text AsLargeAs(const char* matrix) { return {"formula.as_large_as", {{"matrix", Word(matrix)}}}; }
 inline Text NothingWritten(const char* matrix) { return {"formula.nothing_written", {{"matrix", Word(matrix)}}}; }
 inline Text StandsFor(const char* it, const char* meant) {

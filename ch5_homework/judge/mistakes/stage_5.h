@@ -131,6 +131,8 @@ struct SchurCase {
         {"5.5 5.2", "5.pinv_squared", Schur(V_inverse * V_inverse)},
         {"5.2", "5.only_one_triangle_U_changed", U - upper},
         {"5.2", "5.only_one_triangle_U_changed", U - lower}};
+    const MatXX L_inverse = MatXX(V.llt().matrixL()).inverse();
+    mistakes.push_back({"5.5 5.2", StandsFor("L⁻¹", "L⁻ᵀ", "V⁻¹ = L⁻ᵀ L⁻¹"), Schur(L_inverse * L_inverse.transpose())});
     if (S.rows() == S.cols()) {
       mistakes.push_back({"5.5 5.2", "5.V_inv_sqrt_not_symmetric", Schur(S.transpose() * S)});
       mistakes.push_back({"5.5 5.2", "5.only_one_root", Schur(S)});
@@ -207,7 +209,7 @@ struct Factored {
                                 {"5.P_stands_twice_J", MatXX(P * P)}}) {
       for (const Factor& last : {Factor{{}, S_sqrt},
                                  {RootMeant("S"), S},
-                                 {"5.root_drawn_twice", S_sqrt.cwiseSqrt()},
+                                 {RootTwice("S"), S_sqrt.cwiseSqrt()},
                                  {MissingFrom("S^½", "J = (P U S^½)ᵀ"), I()},
                                  {StandsFor("S^-½", "S^½"), S_pinv_sqrt}}) {
         const Text cause = first.cause.empty() ? last.cause : first.cause;
