@@ -3,7 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/oracle.h"
@@ -39,59 +44,90 @@ void CheckDecision(const Trial& t, bool accepted, const Text& what) {
           "next.accepted");
 }
 
-void CheckDamping(const Trial& t, const MatXX& right, const std::vector<Mistake>& mistakes, const Text& what) {
-  const DampingUpdate got = Update(t);
-  Require("8", what, right, Vec2(got.lambda, got.nu), Words({"λ", "ν"}), mistakes, 1e-10, "8a", "next.lambda");
+// λ and ν for the next trial: a row for each trial.
+using Updates = Eigen::Matrix<double, Eigen::Dynamic, 2>;
+Updates AfterEach(const std::vector<Trial>& trials, const std::function<Vec2(const Trial& t)>& update) {
+  Updates updates(trials.size(), 2);
+  for (size_t k = 0; k < trials.size(); ++k) updates.row(k) = update(trials[k]).transpose();
+  return updates;
+}
+
+/// @param right  the new λ and ν;  @param wrong  likewise
+void CheckDamping(const std::vector<Trial>& trials, const Names& names,
+                  const std::function<Vec2(const Trial& t)>& right,
+                  const std::vector<std::pair<Text, std::function<Vec2(const Trial& t)>>>& wrong, const Text& what) {
+  const auto got = [](const Trial& t) {
+    const DampingUpdate next = Update(t);
+    return Vec2(next.lambda, next.nu);
+  };
+  const Updates is = AfterEach(trials, got);
+  std::vector<Mistake> mistakes;
+  for (const auto& [cause, update] : wrong) mistakes.push_back({"8a", cause, AfterEach(trials, update)});
+  const double factor = is(0, 0) / trials[0].lambda;
+  const auto always = [&](const Trial& t) { return Vec2(factor * t.lambda, right(t)[1]); };
+  if (trials.size() > 1)
+    mistakes.push_back({"8a", {"8.factor_always", {{"k", Word(factor)}}}, AfterEach(trials, always)});
+  Require("8", what, AfterEach(trials, right), is, names, mistakes, 1e-10, "8a", "next.lambda", Words({"λ", "ν"}));
 }
 
 TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
+  std::vector<Trial> trials;
+  Names names;
   for (const double gain : {1.1, 0.1, 0.5, 0.8, 0.9, 0.97}) {
-    const Trial t{5.0, 5.0 - 4.0 * gain, 4.0, 0.3, 8.0};
-    const Text what{"8.accepted_with_gain", {{"gain", Word(gain)}}};
-    CheckDecision(t, true, what);
-    const double cube = 1.0 - std::pow(2.0 * gain - 1.0, 3), third = 1.0 / 3.0;
-    const auto of = [third](double ratio) {
-      return std::clamp(1.0 - std::pow(2.0 * ratio - 1.0, 3), third, 2.0 * third);
-    };
-    const double factor = of(gain);
-    const auto is = [&](double by, double nu = 2.0) { return MatXX(Vec2(t.lambda * by, nu)); };
-    CheckDamping(
-        t, Vec2(t.lambda * factor, 2.0),
-        {{"8a", "8.nu_not_reset", is(factor, t.nu)},
-         {"8a", "8.nu_not_reset", is(factor, 2.0 * t.nu)},
-         {"8a", "8.cap_missing", is(std::max(third, cube))},
-         {"8a", "8.floor_missing", is(std::min(2.0 * third, cube))},
-         {"8a", "8.half_the_promise", is(of(2.0 * gain))},
-         {"8a", "8.half_the_promise", is(of(0.5 * gain))},
-         {"8a", "8.third_always", is(third)},
-         {"8a", "8.integers_divided", is(0.0)},
-         {"8a", "8.nu_not_assigned", is(factor, 0.0)},
-         {"8a", "8.lambda_kept", is(1.0)},
-         {"8a", "8.lambda_raised", is(t.nu, 2.0 * t.nu)},
-         {"8a", "8.square_for_cube", is(std::max(third, std::min(2.0 * third, 1.0 - std::pow(2.0 * gain - 1.0, 2))))},
-         {"8a", "8.gain_by_the_cost", is(of((t.cost - t.trial_cost) / t.cost))},
-         {"8a", "8.gain_inverted", is(of(1.0 / gain))}},
-        what);
+    trials.push_back({5.0, 5.0 - 4.0 * gain, 4.0, 0.3, 8.0});
+    names.push_back({"8.accepted_with_gain", {{"gain", Word(gain)}}});
+    CheckDecision(trials.back(), true, names.back());
   }
+  const auto gain_of = [](const Trial& t) { return (t.cost - t.trial_cost) / t.predicted; };
+  const auto cube = [](double gain) { return std::pow(2.0 * gain - 1.0, 3); };
+  const auto limited = [](double factor) { return std::clamp(factor, 1.0 / 3.0, 2.0 / 3.0); };
+  const auto by = [gain_of](auto factor, double nu = 2.0) {
+    return [=](const Trial& t) { return Vec2(t.lambda * factor(gain_of(t)), nu); };
+  };
+  const auto right = [=](double gain) { return limited(1.0 - cube(gain)); };
+  CheckDamping(trials, names, by(right),
+               {{"8.nu_not_reset", by(right, 8.0)},
+                {"8.nu_not_reset", by(right, 16.0)},
+                {"8.nu_not_assigned", by(right, 0.0)},
+                {"8.nu_not_reset", by(right, 1.0)},
+                {"8.cap_missing", by([=](double gain) { return std::max(1.0 / 3.0, 1.0 - cube(gain)); })},
+                {"8.floor_missing", by([=](double gain) { return std::min(2.0 / 3.0, 1.0 - cube(gain)); })},
+                {"8.limits_missing", by([=](double gain) { return 1.0 - cube(gain); })},
+                {"8.half_the_promise", by([=](double gain) { return right(2.0 * gain); })},
+                {"8.half_the_promise", by([=](double gain) { return right(0.5 * gain); })},
+                {"8.one_missing", by([=](double gain) { return limited(cube(gain)); })},
+                {"8.divided_by_factor", by([=](double gain) { return 1.0 / right(gain); })},
+                {"8.integers_divided", by([](double) { return 0.0; })},
+                {"8.lambda_kept", by([](double) { return 1.0; })},
+                {"8.lambda_raised", by([](double) { return 8.0; }, 16.0)},
+                {"8.square_for_cube", by([=](double gain) { return limited(1.0 - std::pow(2.0 * gain - 1.0, 2)); })},
+                {"8.gain_by_the_cost", by([=](double gain) { return right(gain * 4.0 / 5.0); })},
+                {"8.gain_inverted", by([=](double gain) { return right(1.0 / gain); })}},
+               "8.accepted_steps");
 }
 
 TEST(Stage8, ARejectedStepRaisesTheDamping) {
+  std::vector<Trial> trials;
+  Names names;
   for (const double nu : {2.0, 4.0, 64.0}) {
-    const Trial t{10.0, 10.5, 4.0, 0.3, nu};
-    const Text what{"8.rejected_with_nu", {{"nu", Word(nu)}}};
-    CheckDecision(t, false, what);
-    const auto is = [&](double by, double next_nu) { return MatXX(Vec2(t.lambda * by, next_nu)); };
-    CheckDamping(t, Vec2(t.lambda * nu, 2.0 * nu),
-                 {{"8a", "8.nu_not_doubled", is(nu, nu)},
-                  {"8a", "8.nu_not_assigned", is(nu, 0.0)},
-                  {"8a", "8.nu_doubled_first", is(2.0 * nu, 2.0 * nu)},
-                  {"8a", "8.lambda_not_raised", is(1.0, 2.0 * nu)},
-                  {"8a", "8.lambda_not_raised", is(1.0, nu)},
-                  {"8a", "8.lambda_divided", is(1.0 / nu, 2.0 * nu)},
-                  {"8a", "8.nu_for_lambda", Vec2(nu, 2.0 * nu)},
-                  {"8a", "8.nu_reset_too_soon", is(nu, 2.0)}},
-                 what);
+    trials.push_back({10.0, 10.5, 4.0, 0.3, nu});
+    names.push_back({"8.rejected_with_nu", {{"nu", Word(nu)}}});
+    CheckDecision(trials.back(), false, names.back());
   }
+  CheckDamping(
+      trials, names, [](const Trial& t) { return Vec2(t.lambda * t.nu, 2.0 * t.nu); },
+      {{"8.nu_not_doubled", [](const Trial& t) { return Vec2(t.lambda * t.nu, t.nu); }},
+       {"8.nu_not_doubled", [](const Trial& t) { return Vec2(t.lambda * t.nu, t.nu * t.nu); }},
+       {"8.nu_not_doubled", [](const Trial& t) { return Vec2(t.lambda * t.nu, t.nu + 2.0); }},
+       {"8.nu_not_assigned", [](const Trial& t) { return Vec2(t.lambda * t.nu, 0.0); }},
+       {"8.nu_doubled_first", [](const Trial& t) { return Vec2(t.lambda * 2.0 * t.nu, 2.0 * t.nu); }},
+       {"8.lambda_not_raised", [](const Trial& t) { return Vec2(t.lambda, 2.0 * t.nu); }},
+       {"8.lambda_not_raised", [](const Trial& t) { return Vec2(t.lambda, t.nu); }},
+       {"8.lambda_divided", [](const Trial& t) { return Vec2(t.lambda / t.nu, 2.0 * t.nu); }},
+       {"8.nu_for_lambda", [](const Trial& t) { return Vec2(t.nu, 2.0 * t.nu); }},
+       {"8.nu_for_lambda", [](const Trial& t) { return Vec2(t.lambda + t.nu, 2.0 * t.nu); }},
+       {"8.nu_reset_too_soon", [](const Trial& t) { return Vec2(t.lambda * t.nu, 2.0); }}},
+      "8.rejected_steps");
 }
 
 TEST(Stage8, ATrialWithoutSenseIsRejected) {
@@ -102,7 +138,8 @@ TEST(Stage8, ATrialWithoutSenseIsRejected) {
                                                    {{10.0, 12.0, -4.0, 0.3, 2.0}, "8.model_uphill"}};
   for (const auto& [t, what] : trials) {
     CheckDecision(t, false, what);
-    CheckDamping(t, Vec2(0.6, 4.0), {}, what);
+    CheckDamping(
+        {t}, {}, [](const Trial&) { return Vec2(0.6, 4.0); }, {}, what);
   }
 }
 
@@ -124,33 +161,43 @@ struct View {
   }
 };
 
+// In ∂r/∂p_W.
+std::vector<Mistake> MistakesOverPoint(const View& view) {
+  const Mat33 R = view.T_W_B.q.toRotationMatrix(), C = view.T_B_C.q.toRotationMatrix();
+  const Vec3 p_C = view.InCamera();
+  const double z = p_C.z();
+  const auto of_camera = [&](double x, double y) { return (Mat23() << 1 / z, 0, x, 0, 1 / z, y).finished(); };
+  const Mat23 E = of_camera(-p_C.x() / z / z, -p_C.y() / z / z), to_body = E * C.transpose();
+  const auto with = [&](const Mat23& camera) { return MatXX(camera * C.transpose() * R.transpose()); };
+  return {{"8b", "8.depth_column_missing", with(of_camera(0, 0))},
+          {"8b", "8.depth_column_sign", with(of_camera(p_C.x() / z / z, p_C.y() / z / z))},
+          {"8b", "8.depth_column_not_squared", with(of_camera(-p_C.x() / z, -p_C.y() / z))},
+          {"8b", "8.x_in_both_rows", with(of_camera(-p_C.x() / z / z, -p_C.x() / z / z))},
+          {"8b", "8.depth_column_not_squared", with(of_camera(-p_C.x() / z / z / z, -p_C.y() / z / z / z))},
+          {"8b", "8.depth_column_not_squared", with(of_camera(-p_C.x() / z / z, -p_C.y() / z / z / z))},
+          {"8b", "8.not_divided_by_depth", with(z * E)},
+          {"8b", "8.camera_frame_alone", E},
+          {"8b", "8.extrinsic_rotation_missing", E * R.transpose()},
+          {"8b", "8.body_rotation_missing", to_body},
+          {"8b", "8.rotations_not_transposed", E * C * R},
+          {"8b", "8.rotations_not_transposed", to_body * R},
+          {"8b", "8.rotations_not_transposed", E * C * R.transpose()},
+          {"8b", "8.rotations_exchanged", E * R.transpose() * C.transpose()},
+          {"8b", "8.x_y_exchanged", with(E).colwise().reverse()}};
+}
+
 void CheckView(const View& view, const Text& what) {
   const ProjectionJacobians J = Chosen().open_tasks.linearize_projection(view.T_W_B, view.T_B_C, view.p_W);
   const Mat33 R = view.T_W_B.q.toRotationMatrix(), C = view.T_B_C.q.toRotationMatrix();
   const Vec3 p_C = view.InCamera(), p_B = view.InBody();
-  const double z = p_C.z();
-  const auto of_camera = [&](double x, double y) { return (Mat23() << 1 / z, 0, x, 0, 1 / z, y).finished(); };
-  const Mat23 E = of_camera(-p_C.x() / z / z, -p_C.y() / z / z), to_body = E * C.transpose();
   const MatXX pose = view.OverPose(), point = view.OverPoint();
+  const Mat23 to_body = point * R, E = to_body * C;
   const auto check = [&](const Text& part, const MatXX& right, const MatXX& got, const Names& columns,
                          const std::vector<Mistake>& mistakes, const std::string& variable) {
     Require("8", {"8.part_of", {{"part", part}, {"scene", what}}}, right, got, Words({"r.x", "r.y"}), mistakes,
             kTolerance, "8b", variable, columns);
   };
-  const auto with = [&](const Mat23& camera) { return MatXX(camera * C.transpose() * R.transpose()); };
-  check("8.over_point", point, J.point, Axes("δp_W"),
-        {{"8b", "8.depth_column_missing", with(of_camera(0, 0))},
-         {"8b", "8.depth_column_sign", with(of_camera(p_C.x() / z / z, p_C.y() / z / z))},
-         {"8b", "8.depth_column_not_squared", with(of_camera(-p_C.x() / z, -p_C.y() / z))},
-         {"8b", "8.x_in_both_rows", with(of_camera(-p_C.x() / z / z, -p_C.x() / z / z))},
-         {"8b", "8.not_divided_by_depth", with(z * E)},
-         {"8b", "8.camera_frame_alone", E},
-         {"8b", "8.extrinsic_rotation_missing", E * R.transpose()},
-         {"8b", "8.body_rotation_missing", to_body},
-         {"8b", "8.rotations_not_transposed", E * C * R},
-         {"8b", "8.rotations_exchanged", E * R.transpose() * C.transpose()},
-         {"8b", "8.x_y_exchanged", point.colwise().reverse()}},
-        "J.point");
+  check("8.over_point", point, J.point, Axes("δp_W"), MistakesOverPoint(view), "J.point");
   check("8.over_position", pose.leftCols(3), J.pose.leftCols<3>(), Axes("δp"),
         {{"8b", "8.position_sign", point},
          {"8b", "8.position_in_body", -to_body},
@@ -170,16 +217,9 @@ void CheckView(const View& view, const Text& what) {
 
 // At the origin, looking along z: ∂r/∂p = [¼ 0 −1/16; 0 ¼ −⅛] at (1, 2, 4).
 TEST(Stage8, TheProjectionOnPaper) {
-  const auto with = [](double x, double y) { return (Mat23() << 0.25, 0, x, 0, 0.25, y).finished(); };
-  Require("8", "8.projection_on_paper", with(-0.0625, -0.125),
-          Chosen().open_tasks.linearize_projection({}, {}, Vec3(1, 2, 4)).point, Words({"r.x", "r.y"}),
-          {{"8b", "8.depth_column_missing", with(0, 0)},
-           {"8b", "8.depth_column_sign", with(0.0625, 0.125)},
-           {"8b", "8.x_y_exchanged", with(-0.0625, -0.125).colwise().reverse()},
-           {"8b", "8.depth_column_not_squared", with(-0.25, -0.5)},
-           {"8b", "8.x_in_both_rows", with(-0.0625, -0.0625)},
-           {"8b", "8.not_divided_by_depth", 4.0 * with(-0.0625, -0.125)}},
-          1e-10, "8b", "J.point", Axes("δp_W"));
+  const Mat23 right = (Mat23() << 0.25, 0, -0.0625, 0, 0.25, -0.125).finished();
+  Require("8", "8.projection_on_paper", right, Chosen().open_tasks.linearize_projection({}, {}, Vec3(1, 2, 4)).point,
+          Words({"r.x", "r.y"}), MistakesOverPoint({{}, {}, Vec3(1, 2, 4)}), 1e-10, "8b", "J.point", Axes("δp_W"));
 }
 
 TEST(Stage8, TheProjectionIsDifferentiated) {
@@ -248,33 +288,53 @@ TEST(Stage8, AnImuStepMovesTheState) {
   const Step step = RandomStep(/*uncertain=*/false, &random);
   const ImuIncrement right = step.After(), got = step.Got();
   const ImuIncrement& was = step.before;
-  const auto stacked = [](const Vec3& p, const Vec3& v) { return MatXX((Vec6() << p, v).finished()); };
-  const Vec3 moved = was.p + step.dt * was.v, half = 0.5 * step.dt * step.dt * (was.q * step.a);
-  const Vec3 unturned = 0.5 * step.dt * step.dt * step.a, turned = 0.5 * step.dt * step.dt * (right.q * step.a);
-  const double rate = 2.0 / step.dt;  // ½ a dt² → a dt
-  const Vec3 between = 0.5 * step.dt * step.dt * (was.q * ExpSO3(0.5 * step.dt * step.w) * step.a);
-  const Vec3 drop = 0.5 * step.dt * step.dt * 9.81 * Vec3::UnitZ();
-  Require("8", "8.imu_position_velocity", stacked(right.p, right.v), stacked(got.p, got.v),
-          Words({"p.x", "p.y", "p.z", "v.x", "v.y", "v.z"}),
-          {{"8c", "8.imu_half_missing", stacked(moved, right.v)},
-           {"8c", "8.imu_half_not_halved", stacked(moved + 2.0 * half, right.v)},
-           {"8c", "8.imu_velocity_first", stacked(was.p + step.dt * right.v + half, right.v)},
-           {"8c", "8.imu_before_missing", stacked(right.p - was.p, right.v)},
-           {"8c", "8.imu_before_missing", stacked(right.p, right.v - was.v)},
-           {"8c", "8.imu_before_missing", stacked(right.p - was.p, right.v - was.v)},
-           {"8c", "8.imu_gravity_added", stacked(right.p - drop, right.v - rate * drop)},
-           {"8c", "8.imu_gravity_added", stacked(right.p + drop, right.v + rate * drop)},
-           {"8c", "8.imu_not_turned", stacked(moved + unturned, was.v + rate * unturned)},
-           {"8c", "8.imu_turned_by_new", stacked(moved + turned, was.v + rate * turned)},
-           {"8c", "8.imu_turned_by_new", stacked(moved + between, was.v + rate * between)},
-           {"8c", "8.imu_turned_by_new", stacked(moved + 0.5 * (half + turned), was.v + 0.5 * rate * (half + turned))}},
-          1e-10, "8c", "after.p");
+  const double dt = step.dt;
+  struct Part {
+    Text cause;  // empty if it is right
+    Vec3 x;
+  };
+  const Text of_middle = "8.imu_turned_by_new", before = "8.imu_before_missing", no_dt = "8.imu_dt_missing";
+  const Vec3 a = was.q * step.a, at_end = right.q * step.a, gravity = 9.81 * Vec3::UnitZ();
+  std::vector<Mistake> mistakes;
+  for (const Part& acceleration : {Part{{}, a},
+                                   {"8.imu_not_turned", step.a},
+                                   {"8.imu_turned_by_inverse", was.q.conjugate() * step.a},
+                                   {of_middle, at_end},
+                                   {of_middle, was.q * ExpSO3(0.5 * dt * step.w) * step.a},
+                                   {of_middle, 0.5 * (a + at_end)},
+                                   {"8.imu_gravity_added", a - gravity},
+                                   {"8.imu_gravity_added", a + gravity}}) {
+    const Vec3 dv = dt * acceleration.x, moved = was.p + dt * was.v, p = moved + 0.5 * dt * dv, v = was.v + dv;
+    for (const Part& of_p : {Part{{}, p},
+                             {"8.imu_half_missing", moved},
+                             {"8.imu_half_not_halved", moved + dt * dv},
+                             {"8.imu_velocity_first", p + dt * dv},
+                             {before, p - was.p},
+                             {before, p - dt * was.v},
+                             {no_dt, p + (1.0 - dt) * was.v},
+                             {no_dt, moved + 0.5 * dv},
+                             {"8.imu_kept", was.p}}) {
+      for (const Part& of_v : {Part{{}, v},
+                               {before, dv},
+                               {no_dt, was.v + acceleration.x},
+                               {"8.imu_dt_squared", was.v + dt * dv},
+                               {"8.imu_kept", was.v}}) {
+        const int wrong = !acceleration.cause.empty() + !of_p.cause.empty() + !of_v.cause.empty();
+        const Text& cause = !of_p.cause.empty() ? of_p.cause : !of_v.cause.empty() ? of_v.cause : acceleration.cause;
+        if (wrong > 0) mistakes.push_back({"8c", cause, (Vec6() << of_p.x, of_v.x).finished()});
+      }
+    }
+  }
+  Require("8", "8.imu_position_velocity", (Vec6() << right.p, right.v).finished(), (Vec6() << got.p, got.v).finished(),
+          Words({"p.x", "p.y", "p.z", "v.x", "v.y", "v.z"}), mistakes, 1e-10, "8c", "after.p");
   const auto is = [](const Qd& q) { return MatXX(q.toRotationMatrix()); };
   const Vec3 angles = step.dt * step.w;
   const Qd turn = ExpSO3(angles), small(1.0, 0.5 * angles.x(), 0.5 * angles.y(), 0.5 * angles.z());
   Require("8", "8.imu_rotation", right.q.toRotationMatrix(), got.q.toRotationMatrix(), {},
           {{"8c", "8.imu_rotation_kept", is(was.q)},
            {"8c", "8.imu_turned_on_the_left", is(turn * was.q)},
+           {"8c", "8.imu_turned_on_the_left", is(turn.conjugate() * was.q)},
+           {"8c", "8.imu_before_missing", is(turn)},
            {"8c", "8.imu_turned_back", is(was.q * turn.conjugate())},
            {"8c", "8.imu_rate_without_dt", is(was.q * ExpSO3(step.w))},
            {"8c", "8.imu_half_turn", is(was.q * ExpSO3(0.5 * step.dt * step.w))},
@@ -294,24 +354,17 @@ void CheckCovariance(const Step& step, const Text& what) {
     return MatXX(F * P * F.transpose() + noise(J, power));
   };
   // The blocks that are most often wrong.
-  MatXX A_sign = A, A_no_turn = A, B_no_jacobian = B, A_no_arm = A, A_no_velocity = A, A_turn_back = A, A_left = A;
-  MatXX A_no_arm_of_p = A, A_no_arm_of_v = A;
-  A_no_arm_of_p.block(0, 3, 3, 3).setZero();
-  A_no_arm_of_v.block(6, 3, 3, 3).setZero();
-  A_no_velocity.block(0, 6, 3, 3).setZero();
-  for (const int row : {0, 6}) {
-    A_sign.block(row, 3, 3, 3) *= -1.0;
-    A_no_arm.block(row, 3, 3, 3).setZero();
-  }
-  A_no_turn.block(3, 3, 3, 3).setIdentity();
-  MatXX A_small_turn = A_no_turn;
-  A_small_turn.block(3, 3, 3, 3) -= dt * Hat(step.w);
-  A_turn_back.block(3, 3, 3, 3).transposeInPlace();
-  A_left.block(0, 3, 3, 3) = -0.5 * dt * dt * Hat(step.before.q * step.a);
-  A_left.block(6, 3, 3, 3) = -dt * Hat(step.before.q * step.a);
-  B_no_jacobian.block(3, 3, 3, 3) = dt * Mat33::Identity();
-  MatXX B_no_p = B;
-  B_no_p.block(0, 0, 3, 3).setZero();
+  const Mat33 R = step.before.q.toRotationMatrix(), of_turn = A.block<3, 3>(3, 3);
+  const auto changed = [](MatXX J, const std::vector<std::pair<int, MatXX>>& rows, int column = 3) {
+    for (const auto& [row, block] : rows) J.block(row, column, 3, 3) = block;
+    return J;
+  };
+  const MatXX O = MatXX::Zero(3, 3), I = MatXX::Identity(3, 3);
+  const MatXX p_arm = A.block(0, 3, 3, 3), v_arm = A.block(6, 3, 3, 3);
+  const auto arms = [&](const MatXX& arm) { return changed(A, {{0, 0.5 * dt * dt * arm}, {6, dt * arm}}); };
+  MatXX A_mirrored = A, B_exchanged = B;
+  A_mirrored.block(0, 6, 3, 3).swap(A_mirrored.block(6, 0, 3, 3));
+  B_exchanged.block(3, 0, 3, 3).swap(B_exchanged.block(3, 3, 3, 3));
   const MatXX got = step.Got().covariance;
   Require(
       "8", what, A * P * A.transpose() + noise(B, -1.0), got,
@@ -329,17 +382,28 @@ void CheckCovariance(const Step& step, const Text& what) {
        {"8c", "8.covariance_not_moved", sum(MatXX::Identity(9, 9), B)},
        {"8c", "8.covariance_lost", noise(B, -1.0)},
        {"8c", "8.A_transposed", sum(A.transpose(), B)},
-       {"8c", "8.A_sign", sum(A_sign, B)},
-       {"8c", "8.A_without_acceleration", sum(A_no_arm, B)},
-       {"8c", "8.A_without_acceleration", sum(A_no_arm_of_v, B)},
-       {"8c", "8.A_without_acceleration_in_p", sum(A_no_arm_of_p, B)},
-       {"8c", "8.A_without_turn", sum(A_no_turn, B)},
-       {"8c", "8.A_turn_not_transposed", sum(A_turn_back, B)},
-       {"8c", "8.A_turn_to_first_order", sum(A_small_turn, B)},
-       {"8c", "8.A_left_perturbation", sum(A_left, B)},
-       {"8c", "8.A_without_velocity", sum(A_no_velocity, B)},
-       {"8c", "8.B_without_jacobian", sum(A, B_no_jacobian)},
-       {"8c", "8.B_without_position", sum(A, B_no_p)}},
+       {"8c", "8.A_sign", sum(changed(A, {{0, -p_arm}, {6, -v_arm}}), B)},
+       {"8c", "8.A_without_acceleration", sum(arms(O), B)},
+       {"8c", "8.A_without_acceleration", sum(changed(A, {{6, O}}), B)},
+       {"8c", "8.A_without_acceleration_in_p", sum(changed(A, {{0, O}}), B)},
+       {"8c", "8.A_without_turn", sum(changed(A, {{3, I}}), B)},
+       {"8c", "8.A_turn_not_transposed", sum(changed(A, {{3, of_turn.transpose()}}), B)},
+       {"8c", "8.A_turn_to_first_order", sum(changed(A, {{3, I - dt * Hat(step.w)}}), B)},
+       {"8c", "8.A_left_perturbation", sum(arms(-Hat(R * step.a)), B)},
+       {"8c", "8.A_without_velocity", sum(changed(A, {{0, O}}, 6), B)},
+       {"8c", "8.B_without_jacobian", sum(A, changed(B, {{3, dt * I}}))},
+       {"8c", "8.B_without_position", sum(A, changed(B, {{0, O}}, 0))},
+       {"8c", "8.A_half_missing_in_p", sum(changed(A, {{0, 2.0 * p_arm}}), B)},
+       {"8c", "8.A_block_at_mirror_place", sum(A_mirrored, B)},
+       {"8c", "8.A_factors_exchanged", sum(changed(A, {{6, -dt * Hat(step.a) * R}}), B)},
+       {"8c", "8.A_factors_exchanged", sum(arms(-Hat(step.a) * R), B)},
+       {"8c", "8.B_not_turned", sum(A, changed(B, {{6, dt * I}}, 0))},
+       {"8c", "8.B_not_turned", sum(A, changed(B, {{0, 0.5 * dt * dt * I}, {6, dt * I}}, 0))},
+       {"8c", "8.B_columns", sum(A, B_exchanged)},
+       {"8c", "8.B_inverse_jacobian", sum(A, changed(B, {{3, dt * RightJacobianInverseSO3(dt * step.w)}}))},
+       {"8c", "8.covariance_counted_twice", P + sum(A, B)},
+       {"8c", "8.A_on_one_side", A * P + noise(B, -1.0)},
+       {"8c", "8.A_on_one_side", P * A.transpose() + noise(B, -1.0)}},
       kTolerance, "8c", "after.covariance");
 }
 
@@ -370,7 +434,10 @@ void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, dou
            {"8d", "8.antenna_turned_back", is((T.p + T.q.conjugate() * antenna - beacon).norm() - range)},
            {"8d", "8.antenna_forgotten", is((T.p - beacon).norm() - range)},
            {"8d", "8.antenna_not_turned", is((T.p + antenna - beacon).norm() - range)},
+           {"8d", "8.beacon_added", is((T.p + T.q * antenna + beacon).norm() - range)},
            {"8d", "8.range_not_subtracted", is(h)},
+           {"8d", "8.squares_compared", is(0.5 * (h * h - range * range))},
+           {"8d", "8.relative_error", is(h / range - 1.0)},
            {"8d", "8.squares_compared", is(h * h - range * range)}},
           1e-10, "8d", "term.residual");
   const MatXX right = Differences(6, [&](const VecX& d) { return MatXX::Constant(1, 1, distance(Moved(T, d))); });
@@ -386,6 +453,8 @@ void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, dou
            {"8d", "8.range_turn_missing", row(u, none)},
            {"8d", "8.range_turn_on_the_left", row(u, -u * Hat(R * antenna))},
            {"8d", "8.range_not_turned", row(u, -u * Hat(antenna))},
+           {"8d", "8.range_turned_back", row(u, -u * R.transpose() * Hat(antenna))},
+           {"8d", "8.range_position_in_body", row(u * R, -u * R * Hat(antenna))},
            {"8d", "8.range_not_a_unit", row(h * u, -h * u * R * Hat(antenna))},
            {"8d", "8.range_not_a_unit", row(h / range * u, -h / range * u * R * Hat(antenna))}},
           kTolerance, "8d", "term.J", Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z"}));
