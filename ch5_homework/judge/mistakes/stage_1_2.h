@@ -8,6 +8,7 @@
 #include "ch5_backend/dense/dense_solvers.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/mistakes/elimination.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
 
@@ -89,22 +90,15 @@ struct Case {
 
   std::vector<Mistake> SchurMistakes() const {
     const Parts r = Right();
-    const MatXX &inverse = r.H_mm_inverse, one = MatXX::Identity(r.H_mm.rows(), r.H_mm.cols());
     MatXX diagonal_blocks = r.H_pp;
     for (Eigen::Index k = 0; k + 6 <= r.H_pp.rows(); k += 6) {  // pose by pose
       diagonal_blocks.block(k, k, 6, 6) = r.Schur().block(k, k, 6, 6);
     }
-    std::vector<Mistake> mistakes{
-        {"1.2b", SignAdded("H_pm H_mm⁻¹ H_mp"), r.Schur(-inverse), kOfSign},
-        {"1.2b", "1.2.nothing_subtracted", r.H_pp},
-        {"1.2d 1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ H_mp")}}), r.Schur(one)},
-        {"1.2d 1.2b", InverseMeant("H_mm"), r.Schur(r.H_mm)},
-        {"1.2b", "1.2.H_mminv_acts_twice", r.Schur(inverse * inverse)},
-        {"1.2b", Missing("H_pp", "−H_pm H_mm⁻¹ H_mp"), r.Schur() - r.H_pp},
-        {"1.2b", Missing("H_pp", "H_pm H_mm⁻¹ H_mp"), r.H_pp - r.Schur()},
-        {"1.2d 1.2b", "1.2.H_mm_only_diagonal_inverted", r.Schur(r.H_mm.diagonal().cwiseInverse().asDiagonal())},
-        {"1.2b", "1.2.only_diagonal_blocks_reduced", diagonal_blocks}};
-    for (const Mistake& mistake : CornerMistakes(r)) mistakes.push_back(mistake);
+    std::vector<Mistake> mistakes{{"1.2b", "1.2.only_diagonal_blocks_reduced", diagonal_blocks}};
+    Append(EliminationMistakes({"1.2b", "1.2d 1.2b", "H_pp", "H_pm H_mm⁻¹ H_mp", "H_mm⁻¹", "H_mm"}, r.H_pp, r.H_mm,
+                               r.H_mm_inverse, [&](const MatXX& middle) { return r.Schur(middle); }),
+           &mistakes);
+    Append(CornerMistakes(r), &mistakes);
     for (const auto& [cause, H, todo] : DampingMistakes()) {
       mistakes.push_back({todo, cause, Parts(H, system.b, p).Schur()});
     }
@@ -112,13 +106,18 @@ struct Case {
   }
 
   /// One corner of H stands where another is meant.
-  static std::vector<Mistake> CornerMistakes(const Parts& r) {
+  std::vector<Mistake> CornerMistakes(const Parts& r) const {
     const MatXX &P = r.H_pm, Q = r.H_pm.transpose(), &inverse = r.H_mm_inverse;
     std::vector<Mistake> mistakes;
+    if (p > 0) {
+      const MatXX early = Damped().block(0, p - 1, p, P.cols());
+      mistakes = {{"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - P * inverse * early.transpose()},
+                  {"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - early * inverse * Q}};
+    }
     if (r.H_pp.cols() >= P.cols()) {
       const MatXX corner = r.H_pp.leftCols(P.cols());
-      mistakes = {{"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - P * inverse * corner.transpose()},
-                  {"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - corner * inverse * Q}};
+      mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - P * inverse * corner.transpose()});
+      mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - corner * inverse * Q});
     }
     if (P.rows() != P.cols()) return mistakes;
     // Here an exchange of p and m goes unseen by Eigen.
@@ -137,22 +136,18 @@ struct Case {
 
   std::vector<Mistake> ReducedMistakes() const {
     const Parts r = Right();
-    const MatXX &inverse = r.H_mm_inverse, one = MatXX::Identity(r.H_mm.rows(), r.H_mm.cols());
+    const MatXX& inverse = r.H_mm_inverse;
     const VecX b_p = StartingAtItsLength(r.b_p.size()), b_m = StartingAtItsLength(r.b_m.size());
     const auto with = [&](const VecX& other_b_m) { return MatXX(r.b_p - r.H_pm * inverse * other_b_m); };
-    std::vector<Mistake> mistakes{
-        {"1.2b", "1.2.b_not_reduced", r.b_p},
-        {"1.2b", SignAdded("H_pm H_mm⁻¹ b_m"), r.Reduced(-inverse), kOfSign},
-        {"1.2b", Text("1.2.H_mminv_missing", {{"product", Word("H_pm H_mm⁻¹ b_m")}}), r.Reduced(one)},
-        {"1.2b", Missing("b_p", "−H_pm H_mm⁻¹ b_m"), r.Reduced() - r.b_p},
-        {"1.2b", Missing("b_p", "H_pm H_mm⁻¹ b_m"), r.b_p - r.Reduced()},
-        {"1.2b", "1.2.H_mminv_acts_twice", r.Reduced(inverse * inverse)},
-        {"1.2a", "1.2.bpp_starts_own_length", b_p - r.b_p + r.Reduced()},
-        {"1.2a", "1.2.bmm_starts_own_length", with(b_m)},
-        {"1.2a", "1.2.bpp_bmm_start_own_lengths", b_p - r.b_p + with(b_m)},
-        {"1.2a", "1.2.b_m_at_wrong_place", with(OneRowEarly(r.b_m.size()))},
-        {"1.2a", "1.2.signs_both_segments", -r.Reduced()},
-        {"1.2a", "1.2.poses_b_for_b_m", with(system.b.head(r.b_m.size()))}};
+    std::vector<Mistake> mistakes{{"1.2a", "1.2.bpp_starts_own_length", b_p - r.b_p + r.Reduced()},
+                                  {"1.2a", "1.2.bmm_starts_own_length", with(b_m)},
+                                  {"1.2a", "1.2.bpp_bmm_start_own_lengths", b_p - r.b_p + with(b_m)},
+                                  {"1.2a", "1.2.b_m_at_wrong_place", with(OneRowEarly(r.b_m.size()))},
+                                  {"1.2a", "1.2.signs_both_segments", -r.Reduced()},
+                                  {"1.2a", "1.2.poses_b_for_b_m", with(system.b.head(r.b_m.size()))}};
+    Append(EliminationMistakes({"1.2b", "1.2b", "b_p", "H_pm H_mm⁻¹ b_m", "H_mm⁻¹", "H_mm"}, r.b_p, r.H_mm,
+                               r.H_mm_inverse, [&](const MatXX& middle) { return r.Reduced(middle); }),
+           &mistakes);
     if (r.b_p.size() == r.b_m.size()) {
       mistakes.push_back({"1.2a", "1.2.b_p_b_m_exchanged", r.b_m - r.b_p + with(r.b_p)});
       mistakes.push_back({"1.2b", "1.2.tempH_transposed", r.b_p - inverse * r.H_pm.transpose() * r.b_m});
@@ -183,26 +178,14 @@ struct Case {
     const VecX H_mp_x = r.H_pm.transpose() * x_p;
     const auto step = [x_p](const VecX& x_m) { return Step(x_p, x_m); };
     std::vector<Mistake> mistakes{
-        {"1.2c", "1.2.landmarks_not_hear_poses", step(r.H_mm_inverse * r.b_m)},
-        {"1.2c", "1.2.sign_in_landmark_step", step(r.H_mm_inverse * (r.b_m + H_mp_x)), kOfSign},
-        {"1.2c", "formula.sign_of_landmark_step", step(-r.H_mm_inverse * (r.b_m - H_mp_x))},
-        {"1.2c", Missing("H_mm⁻¹", "b_m − H_mp Δx_p"), step(r.b_m - H_mp_x)},
-        {"1.2c", InverseMeant("H_mm"), step(r.H_mm * (r.b_m - H_mp_x))},
-        {"1.2c", Missing("b_m", "−H_mm⁻¹ H_mp Δx_p"), step(-r.H_mm_inverse * H_mp_x)},
-        {"1.2c", "1.2.H_mminv_applied_b_m_only", step(r.H_mm_inverse * r.b_m - H_mp_x)},
-        {"1.2c", "1.2.landmarks_not_move", step(VecX::Zero(r.b_m.size()))},
-        {"1.2c", "1.2.sign_b_m", step(r.H_mm_inverse * (-r.b_m - H_mp_x))},
-        {"1.2c", StepMeant("Δx_p"), step(r.H_mm_inverse * (r.b_m - r.H_pm.transpose() * r.b_p))},
-        {"1.2c", "1.2.poses_reduced_b_for_step_dx_p",
-         step(r.H_mm_inverse * (r.b_m - r.H_pm.transpose() * r.Reduced()))},
         {"1.2c", "1.2.H_mminv_acts_once_more_b_m", step(r.H_mm_inverse * (r.H_mm_inverse * r.b_m - H_mp_x))},
         {"1.2c", "1.2.H_mminv_acts_once_more_step", step(r.H_mm_inverse * (r.b_m - r.H_mm_inverse * H_mp_x))},
-        {"1.2c", "1.2.H_mminv_applied_to_product_only", step(r.b_m - r.H_mm_inverse * H_mp_x)},
-        {"1.2c", "1.2.H_mminv_acts_twice_on_step", step(r.H_mm_inverse * (r.H_mm_inverse * (r.b_m - H_mp_x)))},
-        {"1.2c", "1.2.H_mm_only_diagonal_inverted",
-         step(r.H_mm.diagonal().cwiseInverse().cwiseProduct(r.b_m - H_mp_x))},
         {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (system.b.head(r.b_m.size()) - H_mp_x))},
         {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (StartingAtItsLength(r.b_m.size()) - H_mp_x))}};
+    const auto times = [&](const VecX& x) { return VecX(r.H_pm.transpose() * x); };
+    Append(LandmarkStepMistakes({"1.2c", "H_mm⁻¹", "H_mm", "b_m", "H_mp Δx_p", "Δx_p"}, r.H_mm, r.H_mm_inverse, r.b_m,
+                                x_p, {r.b_p, r.Reduced()}, times, [&](const VecX& x_m) { return VecX(step(x_m)); }),
+           &mistakes);
     if (r.b_p.size() == r.b_m.size()) {  // here Eigen does not see it
       mistakes.push_back({"1.2c", "1.2.H_pm_for_H_mp", step(r.H_mm_inverse * (r.b_m - r.H_pm * x_p))});
       mistakes.push_back(

@@ -9,6 +9,7 @@
 
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/mistakes/elimination.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 
 namespace ch5::homework::stage_2 {
@@ -212,7 +213,7 @@ inline std::vector<Mistake> CutMistakes(const Parts& r) {
 
 inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& got) {
   const auto m = r.A_mm.rows();
-  const MatXX &inverse = r.A_mm_inverse, one = MatXX::Identity(m, m), subtrahend = r.A_rr - r.Schur();
+  const MatXX &inverse = r.A_mm_inverse, one = MatXX::Identity(m, m);
   std::vector<Mistake> mistakes = CutMistakes(r);
   const std::vector<Mistake> others{
       InverseOfSingular(got),
@@ -221,46 +222,39 @@ inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& 
       {"2d", "2.A_rr_alone", r.A_rr},
       {"2d", AsLargeAs("H_marg"), r.H},
       {"2d", "2.covariance_for_information", PseudoInversePsd(r.H).topLeftCorner(r.A_rr.rows(), r.A_rr.cols())},
-      {"2e 2d", "2.A_mminv_missing", r.Schur(one)},
-      {"2e 2d", InverseMeant("A_mm"), r.Schur(r.A_mm)},
-      {"2d", "2.order_difference", -r.Schur()},
-      {"2d", "2.product_alone", subtrahend},
-      {"2d", "2.product_alone", -subtrahend},
       {"2e 2d", "2.divided_by_a_number", r.Schur(one / r.A_mm(0, 0))},
       {"2e 2d", "2.divided_by_a_number", r.Schur(one / r.A_mm.determinant())},
-      {"2e 2d", "2.inverse_by_entries", r.Schur(r.A_mm.cwiseInverse())},
-      {"2e 2d", "2.inverse_by_entries", r.Schur(r.A_mm.diagonal().cwiseInverse().asDiagonal())},
-      {"2d", "2.A_mminv_acts_twice", r.Schur(inverse * inverse)}};
-  mistakes.insert(mistakes.end(), others.begin(), others.end());
-  for (const Mistake& mistake : ExchangeMistakes(r)) mistakes.push_back(mistake);
+      {"2e 2d", "2.inverse_by_entries", r.Schur(r.A_mm.cwiseInverse())}};
+  Append(others, &mistakes);
+  Append(EliminationMistakes({"2d", "2e 2d", "A_rr", "A_rm A_mm⁻¹ A_mr", "A_mm⁻¹", "A_mm"}, r.A_rr, r.A_mm, inverse,
+                             [&](const MatXX& middle) { return r.Schur(middle); }),
+         &mistakes);
+  Append(ExchangeMistakes(r), &mistakes);
   for (const auto at : {Eigen::Index{0}, std::min<Eigen::Index>(idx, r.A_rr.rows())}) {
     mistakes.push_back({"2e 2d", "2.inverse_wrong_corner", r.Schur(PseudoInversePsd(r.H.block(at, at, m, m)))});
   }
-  for (const Mistake& mistake : CornerMistakes(r, idx)) mistakes.push_back(mistake);
+  Append(CornerMistakes(r, idx), &mistakes);
   return mistakes;
 }
 
 inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_given, int idx, const VecX& got) {
   const auto n = r.b_r.size(), m = r.b_m.size();
-  const MatXX &inverse = r.A_mm_inverse, one = MatXX::Identity(m, m);
-  const VecX subtrahend = r.b_r - r.Reduced();
-  return {InverseOfSingular(got),
-          {"2d", "2.b_not_reduced", r.b_r},
-          {"2d", AsLargeAs("b_marg"), r.b},
-          {"2d", SignAdded("A_rm A_mm⁻¹ b_m"), r.Reduced(-inverse), kOfSign},
-          {"2d", "2.A_mminv_missing_in_b", r.Reduced(one)},
-          {"2d", "2.b_m_taken_front_b_marg", r.Reduced(r.b_r, r.b_r.head(m))},
-          {"2d", "2.b_m_taken_idx", r.Reduced(r.b_r, r.b.segment(idx, m))},
-          {"2e 2d", "2.divided_by_a_number", r.Reduced(one / r.A_mm(0, 0))},
-          {"2d", "2.A_mminv_acts_twice", r.Reduced(inverse * inverse)},
-          {"2d", Missing("b_r", "−A_rm A_mm⁻¹ b_m"), -subtrahend},
-          {"2d", Missing("b_r", "A_rm A_mm⁻¹ b_m"), subtrahend},
-          {"2d", "2.b_r_read_wrong_place", r.Reduced(r.b.tail(n), r.b_m)},
-          {"2d", "2.b_r_b_m_exchanged", r.Reduced(r.b.tail(n), r.b.head(m))},
-          {"2d", "2.b_prior_solved", PseudoInversePsd(r.Schur()) * r.Reduced()},
-          {"2a", "2.b_before_move", r.Reduced(b_given.head(n), b_given.tail(m))},
-          {"2d", "2.b_before_move", r.Reduced(b_given.head(n), r.b_m)},
-          {"2d", "2.b_m_taken_early", r.Reduced(r.b_r, b_given.tail(m))}};
+  const MatXX one = MatXX::Identity(m, m);
+  std::vector<Mistake> mistakes{InverseOfSingular(got),
+                                {"2d", AsLargeAs("b_marg"), r.b},
+                                {"2d", "2.b_m_taken_front_b_marg", r.Reduced(r.b_r, r.b_r.head(m))},
+                                {"2d", "2.b_m_taken_idx", r.Reduced(r.b_r, r.b.segment(idx, m))},
+                                {"2e 2d", "2.divided_by_a_number", r.Reduced(one / r.A_mm(0, 0))},
+                                {"2d", "2.b_r_read_wrong_place", r.Reduced(r.b.tail(n), r.b_m)},
+                                {"2d", "2.b_r_b_m_exchanged", r.Reduced(r.b.tail(n), r.b.head(m))},
+                                {"2d", "2.b_prior_solved", PseudoInversePsd(r.Schur()) * r.Reduced()},
+                                {"2a", "2.b_before_move", r.Reduced(b_given.head(n), b_given.tail(m))},
+                                {"2d", "2.b_before_move", r.Reduced(b_given.head(n), r.b_m)},
+                                {"2d", "2.b_m_taken_early", r.Reduced(r.b_r, b_given.tail(m))}};
+  Append(EliminationMistakes({"2d", "2d", "b_r", "A_rm A_mm⁻¹ b_m", "A_mm⁻¹", "A_mm"}, r.b_r, r.A_mm, r.A_mm_inverse,
+                             [&](const MatXX& middle) { return r.Reduced(middle); }),
+         &mistakes);
+  return mistakes;
 }
 
 }  // namespace ch5::homework::stage_2

@@ -7,6 +7,7 @@
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/mistakes/elimination.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
 
@@ -121,16 +122,11 @@ struct SchurCase {
   std::vector<Mistake> InU() const {
     const MatXX S = PseudoInverseSquareRoot(V), M = W * S, subtracted = U - Schur(V_inverse);
     const MatXX upper = subtracted.triangularView<Eigen::Upper>(), lower = subtracted.triangularView<Eigen::Lower>();
-    std::vector<Mistake> mistakes{
-        {"5.2", "5.U_not_changed", U},
-        {"5.2", SignAdded("M Mᵀ"), Schur(-V_inverse), kOfSign},
-        {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("−M Mᵀ")}}), -subtracted},
-        {"5.2", Text("5.U_overwritten", {{"this", Word("U")}, {"that", Word("M Mᵀ")}}), subtracted},
-        {"5.5 5.2", Missing("V⁺", "U − W Wᵀ"), Schur(I())},
-        {"5.5 5.2", InverseMeant("V"), Schur(V)},
-        {"5.5 5.2", "5.pinv_squared", Schur(V_inverse * V_inverse)},
-        {"5.2", "5.only_one_triangle_U_changed", U - upper},
-        {"5.2", "5.only_one_triangle_U_changed", U - lower}};
+    std::vector<Mistake> mistakes{{"5.2", "5.only_one_triangle_U_changed", U - upper},
+                                  {"5.2", "5.only_one_triangle_U_changed", U - lower}};
+    Append(EliminationMistakes({"5.2", "5.5 5.2", "U", "M Mᵀ", "V⁺", "V"}, U, V, V_inverse,
+                               [this](const MatXX& middle) { return Schur(middle); }),
+           &mistakes);
     const MatXX L_inverse = MatXX(V.llt().matrixL()).inverse();
     mistakes.push_back({"5.5 5.2", StandsFor("L⁻¹", "L⁻ᵀ", "V⁻¹ = L⁻ᵀ L⁻¹"), Schur(L_inverse * L_inverse.transpose())});
     if (S.rows() == S.cols()) {
@@ -146,15 +142,10 @@ struct SchurCase {
   }
   std::vector<Mistake> InB() const {
     const MatXX S = PseudoInverseSquareRoot(V);
-    const VecX subtracted = b_a - Reduced(V_inverse);
-    std::vector<Mistake> mistakes{{"5.2", "5.b_a_not_changed", b_a},
-                                  {"5.2", SignAdded("M V_inv_sqrtᵀ b_b"), Reduced(-V_inverse), kOfSign},
-                                  {"5.2", "5.b_a_overwritten", -subtracted},
-                                  {"5.5 5.2", Missing("V⁺", "b_a − W b_b"), Reduced(I())},
-                                  {"5.5 5.2", InverseMeant("V"), Reduced(V)},
-                                  {"5.2", "5.pinv_squared_in_b", Reduced(V_inverse * V_inverse)},
-                                  {"5.2", StandsFor("b_a", "b_b"), b_a - W * V_inverse * W.transpose() * b_a},
-                                  {"5.2", "5.b_a_overwritten", subtracted}};
+    std::vector<Mistake> mistakes{{"5.2", StandsFor("b_a", "b_b"), b_a - W * V_inverse * W.transpose() * b_a}};
+    Append(EliminationMistakes({"5.2", "5.5 5.2", "b_a", "M V_inv_sqrtᵀ b_b", "V⁺", "V"}, b_a, V, V_inverse,
+                               [this](const MatXX& middle) { return Reduced(middle); }),
+           &mistakes);
     if (S.rows() == S.cols()) {
       mistakes.push_back({"5.2", "5.root_acts_once", Reduced(S)});
       mistakes.push_back({"5.2", "5.M_missing", Reduced(S.transpose())});
@@ -162,9 +153,6 @@ struct SchurCase {
     }
     return mistakes;
   }
-
- private:
-  MatXX I() const { return MatXX::Identity(V.rows(), V.cols()); }
 };
 
 /// What follows from H and b₀, with OKVIS's letters: P⁻¹HP⁻¹ = U S Uᵀ.

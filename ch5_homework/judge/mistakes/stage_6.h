@@ -6,6 +6,7 @@
 
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/mistakes/elimination.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/stage_6_scene.h"
 
@@ -40,26 +41,21 @@ struct SchurCase {
   }
   std::vector<Mistake> InA() const {
     std::vector<Mistake> mistakes = FormulaMistakes();
-    for (const Mistake& mistake : CornerMistakes()) mistakes.push_back(mistake);
+    Append(EliminationMistakes({"6d", "6d", "A_rr", "A_rm A_mm⁺ A_mr", "A_mm⁺", "A_mm"}, Arr(), A.topLeftCorner(m, m),
+                               mm_pinv, [this](const MatXX& middle) { return Schur(middle); }),
+           &mistakes);
+    Append(CornerMistakes(), &mistakes);
     return mistakes;
   }
   std::vector<Mistake> FormulaMistakes() const {
     const MatXX A_mm = A.topLeftCorner(m, m), uncut = Pinv(1e-300);
     const SymmetricEigen mm = DecomposeSymmetric(A_mm);
     const VecX S = (mm.S.array() > 1e-8).select(mm.S.cwiseInverse(), 0.0), root = S.cwiseAbs().cwiseSqrt();
-    return {{"6d", "6.nothing_subtracted", Arr()},
-            {"6d", AsLargeAs("A_"), A},
-            {"6d", SignAdded("A_rm A_mm⁺ A_mr"), Schur(-mm_pinv), kOfSign},
-            {"6d", StandsFor("A_mm", "A_mm⁺"), Schur(A_mm)},
-            {"6d", Missing("A_mm⁺", "A_rr − A_rm A_mr"), Schur(MatXX::Identity(m, m))},
+    return {{"6d", AsLargeAs("A_"), A},
             {"6d", "6.eigenvalues_up_kEps_inverted", Schur(uncut)},
             {"6d", "6.cut_relative_to_largest", Schur(Pinv(1e-8 * mm.S.maxCoeff()))},
             {"6d", "6.cut_at_another_limit", Schur(Pinv(1e-4))},
             {"6d", "6.cut_at_another_limit", Schur(Pinv(1e-6))},
-            {"6d", Missing("A_rr", "−A_rm A_mm⁺ A_mr"), Schur(mm_pinv) - Arr()},
-            {"6d", Missing("A_rr", "A_rm A_mm⁺ A_mr"), Arr() - Schur(mm_pinv)},
-            {"6d", "6.A_mmpinv_acts_twice", Schur(mm_pinv * mm_pinv)},
-            {"6d", "6.only_diagonal_A_mm_inverted", Schur(A_mm.diagonal().cwiseInverse().asDiagonal())},
             {"6d", "6.eigenvalues_above_eps_cut", Schur(uncut - mm_pinv)},
             {"6d", "6.root_of_pinv", Schur(mm.V * root.asDiagonal() * mm.V.transpose())},
             {"6d", "6.VT_missing_in_pinv", Schur(mm.V * S.asDiagonal() * mm.V)},
@@ -86,19 +82,16 @@ struct SchurCase {
     return mistakes;
   }
   std::vector<Mistake> InB() const {
-    const VecX b_r = b.tail(n()), b_m = b.head(m), subtracted = b_r - Reduced(mm_pinv);
-    return {{"6d", "6.b_not_reduced", b_r},
-            {"6d", AsLargeAs("b_"), b},
-            {"6d", SignAdded("A_rm A_mm⁺ b_m"), Reduced(-mm_pinv), kOfSign},
-            {"6d", Missing("A_mm⁺", "b_r − A_rm b_m"), Reduced(MatXX::Identity(m, m))},
-            {"6d", StandsFor("A_mm", "A_mm⁺"), Reduced(A.topLeftCorner(m, m))},
-            {"6d", "6.A_mmpinv_acts_twice", Reduced(mm_pinv * mm_pinv)},
-            {"6d", "6.eigenvalues_up_kEps_inverted", Reduced(Pinv(1e-300))},
-            {"6d", Missing("b_r", "−A_rm A_mm⁺ b_m"), -subtracted},
-            {"6d", Missing("b_r", "A_rm A_mm⁺ b_m"), subtracted},
-            {"6d", "6.b_r_wrong_part_b", Reduced(mm_pinv, b.head(n()), b_m)},
-            {"6d", "6.b_m_wrong_part_b", Reduced(mm_pinv, b_r, b.tail(m))},
-            {"6d", "6.b_r_b_m_exchanged", Reduced(mm_pinv, b.head(n()), b.tail(m))}};
+    const VecX b_r = b.tail(n()), b_m = b.head(m);
+    std::vector<Mistake> mistakes{{"6d", AsLargeAs("b_"), b},
+                                  {"6d", "6.eigenvalues_up_kEps_inverted", Reduced(Pinv(1e-300))},
+                                  {"6d", "6.b_r_wrong_part_b", Reduced(mm_pinv, b.head(n()), b_m)},
+                                  {"6d", "6.b_m_wrong_part_b", Reduced(mm_pinv, b_r, b.tail(m))},
+                                  {"6d", "6.b_r_b_m_exchanged", Reduced(mm_pinv, b.head(n()), b.tail(m))}};
+    Append(EliminationMistakes({"6d", "6d", "b_r", "A_rm A_mm⁺ b_m", "A_mm⁺", "A_mm"}, b_r, A.topLeftCorner(m, m),
+                               mm_pinv, [this](const MatXX& middle) { return Reduced(middle); }),
+           &mistakes);
+    return mistakes;
   }
 };
 

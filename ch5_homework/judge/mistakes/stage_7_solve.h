@@ -11,6 +11,7 @@
 #include "ch5_backend/math/psd.h"
 #include "ch5_backend/solve/normal_equations.h"
 #include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/mistakes/elimination.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
 
@@ -119,14 +120,9 @@ inline VecX ReducedOfTheLastLandmark(const Case& c, double sign) {
 }
 
 inline std::vector<Mistake> ReducedMistakes(const Case& c) {
-  const MatXX &inverse = c.H_ll_inverse, one = MatXX::Identity(inverse.rows(), inverse.cols());
-  std::vector<Mistake> mistakes{{"7d", "7.b_not_reduced", c.b_p},
-                                {"7d", SignAdded("K_il b_l"), c.Reduced(-inverse), kOfSign},
-                                {"7d", "7.H_llinv_missing", c.Reduced(one)},
-                                {"7d", InverseMeant("H_ll"), c.Reduced(c.H_ll)},
-                                {"7d", "7.undamped_H_ll_inverted", c.Reduced(PseudoInversePsd(c.H_ll_undamped))},
-                                {"7d", "7.b_p_lost", c.Reduced() - c.b_p},
-                                {"7d", ActsTwice("H_ll⁻¹", "K_il"), c.Reduced(inverse * inverse)}};
+  std::vector<Mistake> mistakes = EliminationMistakes({"7d", "7d", "b_p", "K_il b_l", "H_ll⁻¹", "H_ll"}, c.b_p, c.H_ll,
+                                                      c.H_ll_inverse, [&](const MatXX& m) { return c.Reduced(m); });
+  mistakes.push_back({"7d", "7.undamped_H_ll_inverted", c.Reduced(PseudoInversePsd(c.H_ll_undamped))});
   const RowOfPair in_the_inner_loop[] = {[](const Case& of, int i, int) { return of.rows[i]; },
                                          [](const Case& of, int i, int j) { return i >= j ? of.rows[i] : -1; },
                                          [](const Case& of, int, int j) { return of.rows[j]; },
@@ -155,29 +151,26 @@ inline MatXX SchurOfTheLastLandmark(const Case& c, double sign) {
 }
 
 inline std::vector<Mistake> SchurMistakes(const Case& c) {
-  const MatXX &inverse = c.H_ll_inverse, one = MatXX::Identity(inverse.rows(), inverse.cols());
   const auto right = [&](int i, int j, int l) { return MatXX(c.Pl(i, l) * c.Inverse(l) * c.Pl(j, l).transpose()); };
   const auto is = [&](const Product& product) { return SchurWith(c, product); };
   const auto times = [&](double diagonal, double others) {
     return is([=](int i, int j, int l) { return MatXX((i == j ? diagonal : others) * right(i, j, l)); });
   };
-  return {{"7d", "7.nothing_subtracted", c.H_pp},
-          {"7d", SignAdded("K_il H_jlᵀ"), c.Schur(-inverse), kOfSign},
-          {"7d", "7.only_diagonal_blocks_reduced", times(1, 0)},
-          {"7d", "7.diagonal_blocks_not_reduced", times(0, 1)},
-          {"7d", "7.H_llinv_missing", c.Schur(one)},
-          {"7d", InverseMeant("H_ll"), c.Schur(c.H_ll)},
-          {"7d", "7.undamped_H_ll_inverted", c.Schur(PseudoInversePsd(c.H_ll_undamped))},
-          {"7d", "7.H_pp_lost", c.Schur() - c.H_pp},
-          {"7d", "7.off_diagonal_twice", times(1, 2)},
-          {"7d", "7.H_il_for_H_jl", is([&](int i, int, int l) { return right(i, i, l); })},
-          {"7d", "7.H_jl_for_H_il", is([&](int, int j, int l) { return right(j, j, l); })},
-          {"7d", "7.block_transposed", is([&](int i, int j, int l) { return right(j, i, l); })},
-          {"7d", "7.K_jl_for_H_jl", c.Schur(inverse * inverse)},
-          {"7d", "7.only_first_landmark_taken_S",
-           is([&](int i, int j, int l) { return MatXX((l == 0) * right(i, j, l)); })},
-          {"7d", "7.last_landmark_left", SchurOfTheLastLandmark(c, -1.0)},
-          {"7d", "7.last_landmark_left", SchurOfTheLastLandmark(c, 1.0)}};
+  std::vector<Mistake> mistakes{{"7d", "7.only_diagonal_blocks_reduced", times(1, 0)},
+                                {"7d", "7.diagonal_blocks_not_reduced", times(0, 1)},
+                                {"7d", "7.undamped_H_ll_inverted", c.Schur(PseudoInversePsd(c.H_ll_undamped))},
+                                {"7d", "7.off_diagonal_twice", times(1, 2)},
+                                {"7d", "7.H_il_for_H_jl", is([&](int i, int, int l) { return right(i, i, l); })},
+                                {"7d", "7.H_jl_for_H_il", is([&](int, int j, int l) { return right(j, j, l); })},
+                                {"7d", "7.block_transposed", is([&](int i, int j, int l) { return right(j, i, l); })},
+                                {"7d", "7.only_first_landmark_taken_S",
+                                 is([&](int i, int j, int l) { return MatXX((l == 0) * right(i, j, l)); })},
+                                {"7d", "7.last_landmark_left", SchurOfTheLastLandmark(c, -1.0)},
+                                {"7d", "7.last_landmark_left", SchurOfTheLastLandmark(c, 1.0)}};
+  Append(EliminationMistakes({"7d", "7d", "H_pp", "K_il H_jlᵀ", "H_ll⁻¹", "H_ll"}, c.H_pp, c.H_ll, c.H_ll_inverse,
+                             [&](const MatXX& middle) { return c.Schur(middle); }),
+         &mistakes);
+  return mistakes;
 }
 
 // Which poses that see a landmark are taken.
@@ -212,24 +205,17 @@ inline VecX InvertedInTheLoop(const Case& c, const VecX& x, bool backwards) {
 }
 
 inline std::vector<Mistake> StepMistakes(const Case& c) {
-  const VecX x_p = c.StepOfPoses(), sum = c.H_pl.transpose() * x_p, rest = c.b_l - sum;
+  const VecX x_p = c.StepOfPoses(), rest = c.b_l - c.H_pl.transpose() * x_p;
   const auto step = [&](const VecX& of_landmarks) { return c.Step(of_landmarks); };
   const MatXX& inverse = c.H_ll_inverse;
   const Text in_loop = "7.H_llinv_acts_once_for_each_pose";
-  std::vector<Mistake> mistakes{{"7e", "7.landmarks_not_hear_poses", step(inverse * c.b_l)},
-                                {"7e", "7.sign_in_landmark_step", step(inverse * (c.b_l + sum)), kOfSign},
-                                {"7e", Missing("H_ll⁻¹", "b_l − Σ_i H_ilᵀ Δx_i"), step(rest)},
-                                {"7e", "7.landmarks_not_move", step(VecX::Zero(c.b_l.size()))},
-                                {"7e", Missing("b_l", "−H_ll⁻¹ Σ_i H_ilᵀ Δx_i"), step(-inverse * sum)},
-                                {"7e", Missing("b_l", "H_ll⁻¹ Σ_i H_ilᵀ Δx_i"), step(inverse * sum)},
-                                {"7e", "formula.sign_of_landmark_step", step(-inverse * rest)},
-                                {"7e", "7.undamped_H_ll_inverted", step(PseudoInversePsd(c.H_ll_undamped) * rest)},
-                                {"7e", InverseMeant("H_ll"), step(c.H_ll * rest)},
-                                {"7e", "7.H_llinv_acts_b_l_only", step(inverse * c.b_l - sum)},
-                                {"7e", "7.H_llinv_acts_sum_only", step(c.b_l - inverse * sum)},
-                                {"7e", StepMeant("Δx_i"), step(inverse * (c.b_l - c.H_pl.transpose() * c.b_p))},
+  std::vector<Mistake> mistakes{{"7e", "7.undamped_H_ll_inverted", step(PseudoInversePsd(c.H_ll_undamped) * rest)},
                                 {"7e", in_loop, step(InvertedInTheLoop(c, x_p, false))},
                                 {"7e", in_loop, step(InvertedInTheLoop(c, x_p, true))}};
+  const auto times = [&](const VecX& x) { return VecX(c.H_pl.transpose() * x); };
+  Append(LandmarkStepMistakes({"7e", "H_ll⁻¹", "H_ll", "b_l", "Σ_i H_ilᵀ Δx_i", "Δx_i"}, c.H_ll, inverse, c.b_l, x_p,
+                              {c.b_p, c.Reduced()}, times, step),
+         &mistakes);
   for (const Which which : {Which::kFirst, Which::kLast}) {
     const VecX part = inverse * SumOverPoses(c, x_p, false, which);
     mistakes.push_back({"7e", "7.only_one_pose_taken_rest", step(inverse * c.b_l - part)});
