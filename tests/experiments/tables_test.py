@@ -100,6 +100,8 @@ class Tables(unittest.TestCase):
                 of, made = entries.where(matrix=matrix), blocks.where(matrix=matrix)
                 filled = {(vertex_of[row], vertex_of[column]) for row, column in zip(of["row"], of["column"])}
                 self.assertEqual({(i, j) for i, j in filled if i >= j}, set(zip(made["row_vertex"], made["column_vertex"])))
+            rows = [*zip(*(blocks.where(matrix="S", by="landmark")[name] for name in ("number", "row_vertex", "column_vertex")))]
+            self.assertEqual(rows, sorted(rows), "the order of each run")
             corner = blocks.where(matrix="H", row_vertex=0, column_vertex=0)
             self.assertEqual(len(set(corner["number"])), edges, "frame 0 hosts every landmark")
 
