@@ -7,6 +7,8 @@
 namespace ch5 {
 namespace {
 
+constexpr double kPixelSigma = 1.0;
+
 ObservabilityConstraints ConstraintsOf(const ConsistencyCase& c) {
   if (c.mode == "none") return ObservabilityConstraints::kNone;
   return c.mode == "full" ? ObservabilityConstraints::kAllEdges : ObservabilityConstraints::kMarginalizedEdges;
@@ -54,11 +56,11 @@ Trajectory Circle(double duration) {
 Recording ConsistencyFlight(const ConsistencyOptions& options, int run) {
   Random scene(3);
   SimulationOptions simulation;
-  simulation.calibration.camera_rate = options.frame_rate;
+  simulation.calibration.camera_rate = 5.0;
   simulation.calibration.imu_rate = 100.0;
-  simulation.camera.pixel_sigma = options.pixel_sigma;
+  simulation.camera.pixel_sigma = kPixelSigma;
   simulation.camera.max_tracks = options.max_tracks;
-  simulation.camera.drop_probability = options.lose_track;
+  simulation.camera.drop_probability = 0.05;
   simulation.imu.seed = 1000 + static_cast<uint64_t>(run);
   simulation.camera.seed = 2000 + static_cast<uint64_t>(run);
   return SimulateRecording(Circle(options.seconds), PointsOnPlanes(RoomWalls({-6, -6, -3}, {6, 6, 3}), 600, &scene),
@@ -79,14 +81,13 @@ DrawnStart DrawStart(const StampedState& truth, int run) {
   return {state, StartInformation(sigma, state.T_W_B.q, true), StartInformation(sigma, state.T_W_B.q, false)};
 }
 
-EstimatorOptions ConsistencyEstimator(const ConsistencyCase& c, const Calibration& calibration,
-                                      const ConsistencyOptions& study) {
+EstimatorOptions ConsistencyEstimator(const ConsistencyCase& c, const Calibration& calibration) {
   EstimatorOptions options{calibration};
-  options.weights.pixel_sigma = study.pixel_sigma;
+  options.weights.pixel_sigma = kPixelSigma;
   options.weights.cauchy = 0.0;
   options.weights.noisy_hosts = c.hosts == "noisy";
-  options.max_outlier_pixels = 5.0 * study.pixel_sigma;  // the simulated tracks have no outliers, only depths diverge
-  options.max_rejecting = 1e9;                           // few landmarks are normal here
+  options.max_outlier_pixels = 5.0 * kPixelSigma;  // the simulated tracks have no outliers, only depths diverge
+  options.max_rejecting = 1e9;                     // few landmarks are normal here
   options.observability_constraints = ConstraintsOf(c);
   options.report_covariance = true;
   return options;

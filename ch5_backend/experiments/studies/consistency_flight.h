@@ -11,12 +11,8 @@ namespace ch5 {
 struct ConsistencyOptions {
   int runs = 50;
   double seconds = 20.0;
-  double frame_rate = 5.0;  ///< [Hz]
-  double pixel_sigma = 1.0;
   int max_tracks = 24;
-  double lose_track = 0.05;  ///< probability of losing a track at each image
-  int audited_runs = 2;      ///< so many of the runs are repeated without position and yaw
-  int threads = 0;           ///< 0: as many as the machine has; the result does not depend on it
+  int threads = 0;  ///< 0: as many as the machine has; the result does not depend on it
 };
 
 /// What varies between the estimators of the study.
@@ -39,8 +35,7 @@ struct DrawnStart {
 DrawnStart DrawStart(const StampedState& truth, int run);
 
 /// The settings of one case, and its policy with a small window.
-EstimatorOptions ConsistencyEstimator(const ConsistencyCase& c, const Calibration& calibration,
-                                      const ConsistencyOptions& study);
+EstimatorOptions ConsistencyEstimator(const ConsistencyCase& c, const Calibration& calibration);
 std::unique_ptr<WindowPolicy> ConsistencyPolicy(const ConsistencyCase& c);
 
 }  // namespace ch5

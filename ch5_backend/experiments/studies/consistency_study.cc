@@ -12,6 +12,8 @@
 namespace ch5 {
 namespace {
 
+constexpr int kAuditedRuns = 2;  // are repeated without position and yaw
+
 std::vector<ConsistencyResult> AllCases() {
   std::vector<ConsistencyResult> cases;
   const auto add = [&](const ConsistencyCase& c) { cases.push_back({c, {}, {}, {}}); };
@@ -33,9 +35,9 @@ struct Sample {
 using Run = std::vector<Sample>;
 
 // @return  a sample per image until the estimator restarts, if it does
-Run RunOnce(const Recording& recording, const ConsistencyCase& c, const ConsistencyOptions& options, int run) {
+Run RunOnce(const Recording& recording, const ConsistencyCase& c, int run) {
   const DrawnStart start = DrawStart(recording.truth.front(), run);
-  const EstimatorOptions settings = ConsistencyEstimator(c, recording.calibration, options);
+  const EstimatorOptions settings = ConsistencyEstimator(c, recording.calibration);
   Estimator estimator(settings, ConsistencyPolicy(c));
   estimator.StartFrom(start.state, start.J);
   Run samples;
@@ -45,7 +47,7 @@ Run RunOnce(const Recording& recording, const ConsistencyCase& c, const Consiste
     samples.push_back(
         {row.t, ComparePose(row.report.state->T_W_B, row.report.covariance->Pose(), truth.T_W_B), 0.0, 0.0});
   });
-  if (run >= options.audited_runs) return samples;
+  if (run >= kAuditedRuns) return samples;
 
   Estimator free(settings, ConsistencyPolicy(c));
   free.StartFrom(start.state, start.J_free);
@@ -61,7 +63,8 @@ Run RunOnce(const Recording& recording, const ConsistencyCase& c, const Consiste
 }
 
 // Over the runs that reached image k.
-ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs, int audited_runs) {
+ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs) {
+  const int audited_runs = std::min(kAuditedRuns, static_cast<int>(runs.size()));
   ConsistencyRow row;
   row.t = runs.front()[k].t;
   for (const Run& run : runs) row.runs += k < run.size();
@@ -84,8 +87,8 @@ ConsistencyRow MeanAt(size_t k, const std::vector<Run>& runs, int audited_runs) 
   return row;
 }
 
-void Summarize(const std::vector<Run>& runs, int audited_runs, ConsistencyResult* result) {
-  for (size_t k = 0; k < runs.front().size(); ++k) result->rows.push_back(MeanAt(k, runs, audited_runs));
+void Summarize(const std::vector<Run>& runs, ConsistencyResult* result) {
+  for (size_t k = 0; k < runs.front().size(); ++k) result->rows.push_back(MeanAt(k, runs));
   for (const Run& run : runs) {
     double nees_pose = 0.0, nees_yaw = 0.0;
     for (const Sample& sample : run) {
@@ -110,14 +113,12 @@ std::vector<ConsistencyResult> RunConsistencyStudy(const ConsistencyOptions& opt
   pool.Run(options.runs, [&](int run) {
     const Recording recording = ConsistencyFlight(options, run);
     for (size_t c = 0; c < results.size(); ++c) {
-      runs[c][static_cast<size_t>(run)] = RunOnce(recording, results[c], options, run);
+      runs[c][static_cast<size_t>(run)] = RunOnce(recording, results[c], run);
     }
     const std::lock_guard lock(mutex);
     if (progress) progress(static_cast<double>(++done) / options.runs);
   });
-  for (size_t c = 0; c < results.size(); ++c) {
-    Summarize(runs[c], std::min(options.audited_runs, options.runs), &results[c]);
-  }
+  for (size_t c = 0; c < results.size(); ++c) Summarize(runs[c], &results[c]);
   return results;
 }
 

@@ -23,7 +23,7 @@ Recording Simulate(const EnduranceOptions& options) {
   SimulationOptions simulation;
   simulation.calibration.camera_rate = kImageRate;
   simulation.calibration.imu_rate = 100.0;
-  simulation.camera.max_tracks = options.max_tracks;
+  simulation.camera.max_tracks = 30;
   return SimulateInRoom(path, 600, simulation);
 }
 

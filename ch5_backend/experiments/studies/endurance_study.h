@@ -12,7 +12,6 @@ namespace ch5 {
 struct EnduranceOptions {
   int frames = 10000;     ///< images, 10 a second
   int sample_every = 50;  ///< images per row
-  int max_tracks = 30;
 };
 
 /// One policy after `frame` images.

@@ -175,13 +175,12 @@ void Append(const std::string& name, const Recording& recording, const Estimator
 
 CsvTable AblationTable(int trial, const std::filesystem::path&) {
   CsvTable table = EmptyTable();
-  const ConsistencyOptions study;
-  const Recording recording = ConsistencyFlight(study, trial);
+  const Recording recording = ConsistencyFlight({}, trial);
   const DrawnStart start = DrawStart(recording.truth.front(), trial);
   for (const char* policy : {"vins", "okvis"}) {
     for (const Way& way : kWays) {
       const ConsistencyCase c{policy, "once", "noisy", "none"};
-      EstimatorOptions options = ConsistencyEstimator(c, recording.calibration, study);
+      EstimatorOptions options = ConsistencyEstimator(c, recording.calibration);
       options.observability_constraints = way.constraints;
       options.marginalizer = way.marginalizer;
       Append("simulated", recording, options, ConsistencyPolicy(c), way, &start, trial, &table);

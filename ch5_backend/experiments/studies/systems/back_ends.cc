@@ -108,7 +108,7 @@ CsvTable BackEndsTable(int /*trial*/, const std::filesystem::path& data) {
     }
     slide();
   };
-  Estimator estimator(ConsistencyEstimator(c, recording.calibration, study),
+  Estimator estimator(ConsistencyEstimator(c, recording.calibration),
                       std::make_unique<WrappedPolicy>(MakeVinsPolicy(), watch));
   estimator.StartFrom(start.state, start.J);
   FeedRecording(recording, &estimator, [](const Estimator&, const ImageResult&) {});
