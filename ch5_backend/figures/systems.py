@@ -30,7 +30,7 @@ def ablation(axes, tables, column, names, size=4):
             spread = shift + np.linspace(-0.08, 0.08, len(flights))
             axes.plot(k + spread, flights, mark, color=COLORS[policy], alpha=0.55, markersize=size,
                       label=NAMES[policy] if k == 0 else None)
-            real = tables("ablation_recording", policy=policy, way=way, hosts="exact with loss")[column]
+            real = tables("ablation_recording", policy=policy, way=way)[column]
             axes.plot(np.full(len(real), k + shift), real, "x", color=INK, markersize=2 * size, markeredgewidth=2,
                       label=names("EuRoC V1_01") if k == 0 and policy == "okvis" else None)
     axes.set_xlim(-0.5, len(WAYS) - 0.5)
@@ -273,7 +273,7 @@ def captions(say):
     rms = lambda values: np.sqrt(np.mean(values**2))  # noqa: E731
     one = lambda values, digits=2: style.number(float(values), digits)  # noqa: E731
     both = lambda tell: say("both", **{policy: tell(policy) for policy in NAMES})  # noqa: E731
-    real = lambda way, column: both(lambda policy: one(KEPT("ablation_recording", policy=policy, way=way, hosts="exact with loss")[column][0]))  # noqa: E731
+    real = lambda way, column: both(lambda policy: one(KEPT("ablation_recording", policy=policy, way=way)[column][0]))  # noqa: E731
     usual, constrained = (np.median(KEPT("ablation", policy="vins", way=way)["milliseconds"]) for way in WAYS[-2:])
     schur, qr = numbers.lost_to_schur(KEPT)
     slower = numbers.qr_by_schur(KEPT)
@@ -328,10 +328,10 @@ def nees_of(flights):
 def ablation_table(say):
     """Medians over the flights, and EuRoC's V1_01."""
     rows = []
-    for name, table, more in (("simulated", "ablation", {}), ("euroc", "ablation_recording", {"hosts": "exact with loss"})):
+    for name, table in (("simulated", "ablation"), ("euroc", "ablation_recording")):
         for policy in NAMES:
             for way in WAYS:
-                of = KEPT(table, policy=policy, way=way, **more)
+                of = KEPT(table, policy=policy, way=way)
                 rows.append((say("list").join((say(f"ablation.{name}"), NAMES[policy], say(f"ablation.{way}"))),
                              f"{np.nanmedian(of['ate_m']):.3f}", nees_of(of), style.percent((of["restarts"] > 0).mean())))
     return page.table([say("ablation.case"), "ATE [m]", say("ablation.nees"), say("ablation.lost")], rows)

@@ -114,7 +114,7 @@ void Compare(const Recording& recording, const Window& window, Found* found) {
 }
 
 CsvTable EmptyTable() {
-  return CsvTable("recording,policy,way,hosts,trial,images,restarts,ate_m,nees_world,nees_motion,milliseconds");
+  return CsvTable("recording,policy,way,trial,images,restarts,ate_m,nees_world,nees_motion,milliseconds");
 }
 
 struct FlightResult {
@@ -163,12 +163,14 @@ FlightResult Fly(const Recording& recording, const EstimatorOptions& options, st
   return flight;
 }
 
-void Append(const std::string& name, const Recording& recording, const EstimatorOptions& options,
+void Append(const std::string& name, const Recording& recording, EstimatorOptions options,
             std::unique_ptr<WindowPolicy> policy, const Way& way, const DrawnStart* start, int trial, CsvTable* table) {
   const std::string policy_name = policy->Name();
+  options.observability_constraints = way.constraints;
+  options.marginalizer = way.marginalizer;
   const FlightResult flight = Fly(recording, options, std::move(policy), start);
-  table->Row(name, policy_name, way.name, options.weights.noisy_hosts ? "noisy" : "exact with loss", trial,
-             flight.images, flight.restarts, flight.ate, flight.nees_world, flight.nees_motion, flight.milliseconds);
+  table->Row(name, policy_name, way.name, trial, flight.images, flight.restarts, flight.ate, flight.nees_world,
+             flight.nees_motion, flight.milliseconds);
 }
 
 }  // namespace
@@ -180,9 +182,7 @@ CsvTable AblationTable(int trial, const std::filesystem::path&) {
   for (const char* policy : {"vins", "okvis"}) {
     for (const Way& way : kWays) {
       const ConsistencyCase c{policy, "once", "noisy", "none"};
-      EstimatorOptions options = ConsistencyEstimator(c, recording.calibration);
-      options.observability_constraints = way.constraints;
-      options.marginalizer = way.marginalizer;
+      const EstimatorOptions options = ConsistencyEstimator(c, recording.calibration);
       Append("simulated", recording, options, ConsistencyPolicy(c), way, &start, trial, &table);
     }
   }
@@ -192,16 +192,10 @@ CsvTable AblationTable(int trial, const std::filesystem::path&) {
 CsvTable AblationRecordingTable(int trial, const std::filesystem::path& data) {
   CsvTable table = EmptyTable();
   const Recording recording = ReadRecording(data / "euroc_v1_01_easy");
-  for (const bool noisy : {false, true}) {
-    for (const Way& way : kWays) {
-      for (auto&& policy : AllPolicies()) {
-        EstimatorOptions options{recording.calibration};
-        options.weights.noisy_hosts = noisy;
-        if (noisy) options.weights.cauchy = 0.0;
-        options.observability_constraints = way.constraints;
-        options.marginalizer = way.marginalizer;
-        Append("euroc_v1_01_easy", recording, options, std::move(policy), way, nullptr, trial, &table);
-      }
+  for (const Way& way : kWays) {
+    for (auto&& policy : AllPolicies()) {
+      Append("euroc_v1_01_easy", recording, EstimatorOptions{recording.calibration}, std::move(policy), way, nullptr,
+             trial, &table);
     }
   }
   return table;
@@ -227,7 +221,6 @@ const Setting kSettings[] = {
     {"none", [](EstimatorOptions*) {}},
     {"prior", [](EstimatorOptions* o) { o->observability_constraints = Constraints::kMarginalizedEdges; }},
     {"full", [](EstimatorOptions* o) { o->observability_constraints = Constraints::kAllEdges; }},
-    {"noisy hosts", [](EstimatorOptions* o) { o->weights.noisy_hosts = true, o->weights.cauchy = 0.0; }},
     {"outliers beyond 1.5 px", [](EstimatorOptions* o) { o->max_outlier_pixels = 1.5; }},
     {"T_B_C and clock estimated", [](EstimatorOptions* o) { o->estimate_extrinsic = o->estimate_time_offset = true; }},
     {"pixels x 3", [](EstimatorOptions* o) { o->weights.pixel_sigma *= 3.0; }},
