@@ -16,7 +16,7 @@ std::vector<Json> FramesOf(const Window& window) {
   for (const Frame& frame : window.frames) {
     Json json;
     json.Add("id", frame.id).Add("keyframe", frame.is_keyframe).Add("speed", frame.speed_bias != nullptr);
-    frames.push_back(json.Add("in_prior", IsInPrior(window, frame)).Add("p", frame.pose->p()));
+    frames.push_back(json.Add("in_prior", IsInPrior(window, *frame.pose)).Add("p", frame.pose->p()));
   }
   return frames;
 }

@@ -62,12 +62,8 @@ class CaseWatch {
     AppendBlocks(prior.J.transpose() * prior.J, prior_blocks, name, "prior", &tables.matrices);
 
     const auto append = [&](const char* kind, int number, bool is_keyframe, const Vertex* vertex, bool is_left) {
-      const auto is_it = [&](const auto& other) { return other.get() == vertex; };
-      const bool is_held = std::any_of(prior.vertices.begin(), prior.vertices.end(), is_it);
       tables.vertices.Row(name, kind, number, is_keyframe, rows.at(vertex), vertex->LocalDimension(),
-                          !is_left  ? "marginalized"
-                          : is_held ? "in the prior"
-                                    : "untouched");
+                          FateOf(*vertex, is_left, *window));
     };
     for (const Frame& frame : frames) {
       const int at = window->IndexOf(frame.id);

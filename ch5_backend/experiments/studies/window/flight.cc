@@ -66,10 +66,15 @@ void Fly(Recording recording, size_t images, std::unique_ptr<WindowPolicy> polic
   FeedRecording(recording, StartFlight(recording, std::move(policy)).get(), watch);
 }
 
-bool IsInPrior(const Window& window, const Frame& frame) {
+bool IsInPrior(const Window& window, const Vertex& vertex) {
   if (!window.prior) return false;
   const auto& held = window.prior->Vertices();
-  return std::find(held.begin(), held.end(), frame.pose) != held.end();
+  return std::any_of(held.begin(), held.end(), [&](const auto& one) { return one.get() == &vertex; });
+}
+
+const char* FateOf(const Vertex& vertex, bool is_left, const Window& window) {
+  if (!is_left) return "marginalized";
+  return IsInPrior(window, vertex) ? "in the prior" : "untouched";
 }
 
 }  // namespace ch5

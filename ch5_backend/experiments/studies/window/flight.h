@@ -25,7 +25,11 @@ std::unique_ptr<Estimator> StartFlight(const Recording& recording, std::unique_p
 /// The first `images` images from there on.
 void Fly(Recording recording, size_t images, std::unique_ptr<WindowPolicy> policy, const OdometryCallback& watch);
 
-/// Whether the window's prior has columns for the pose.
-bool IsInPrior(const Window& window, const Frame& frame);
+/// Whether the window's prior has columns for the vertex.
+bool IsInPrior(const Window& window, const Vertex& vertex);
+
+/// What the slide that has led to this window has made of a vertex: "marginalized", "in the prior" or "untouched".
+/// @param is_left  whether the window still has it
+const char* FateOf(const Vertex& vertex, bool is_left, const Window& window);
 
 }  // namespace ch5

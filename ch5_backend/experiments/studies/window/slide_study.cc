@@ -41,13 +41,9 @@ struct WindowBeforeSlide {
 
 // The states of the frames, and whether the slide has left them alone, made them part of the prior, or marginalized them.
 void AppendStates(const std::string& policy, const WindowBeforeSlide& before, const Window& after, Tables* tables) {
-  const auto& held = after.prior->Vertices();
   const auto append = [&](const char* name, int frame, const std::shared_ptr<Vertex>& vertex, bool is_left) {
-    const bool is_held = std::find(held.begin(), held.end(), vertex) != held.end();
     tables->vertices.Row(policy, name, frame, before.row.at(vertex.get()), vertex->LocalDimension(),
-                         !is_left  ? "marginalized"
-                         : is_held ? "in the prior"
-                                   : "untouched");
+                         FateOf(*vertex, is_left, after));
   };
   for (const Frame& frame : before.frames) {
     const int at = after.IndexOf(frame.id);
@@ -121,7 +117,7 @@ void AppendFrames(const Recording& recording, const std::string& name, Tables* t
     const Window& window = now.GetWindow();
     for (const Frame& frame : window.frames) {
       tables->frames.Row(name, image, frame.id, frame.is_keyframe, frame.speed_bias != nullptr,
-                         IsInPrior(window, frame), window.prior->GetPrior().J.cols());
+                         IsInPrior(window, *frame.pose), window.prior->GetPrior().J.cols());
     }
     ++image;
   });
