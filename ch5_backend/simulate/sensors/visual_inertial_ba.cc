@@ -94,23 +94,13 @@ VisualInertialScene SimulateVisualInertial(const VisualInertialOptions& o) {
     scene.truth.push_back({t, motion.T_W_B, motion.v_W, Vec3::Zero(), Vec3::Zero()});
   }
   for (int i = 0; i + 1 < o.keyframes; ++i) {
-    scene.imu.push_back(
-        IntegrateBetween(imu.measurements, scene.truth[i], scene.truth[i + 1].t, scene.calibration.noise));
+    const std::vector<ImuSample> samples = SamplesBetween(imu.measurements, scene.truth[i].t, scene.truth[i + 1].t);
+    scene.imu.push_back(std::make_shared<Preintegration>(samples, Vec3::Zero(), Vec3::Zero(), scene.calibration.noise));
   }
   Random random(3 * o.seed + 1);
   AddPoints(path, o, &random, &scene);
   PerturbStart(o.start, 3 * o.seed + 2, &scene);
   return scene;
-}
-
-std::shared_ptr<const Preintegration> IntegrateBetween(const std::vector<ImuMeasurement>& imu, const StampedState& from,
-                                                       double t1, const ImuNoise& noise) {
-  const std::vector<ImuSample> samples = SamplesBetween(imu, from.t, t1);
-  if (samples.empty()) {
-    throw std::invalid_argument("IntegrateBetween: the IMU has no measurements from " + std::to_string(from.t) +
-                                " to " + std::to_string(t1) + " s");
-  }
-  return std::make_shared<Preintegration>(samples, from.b_a, from.b_g, noise);
 }
 
 void PerturbStart(const Perturbation& start, uint64_t seed, VisualInertialScene* scene) {

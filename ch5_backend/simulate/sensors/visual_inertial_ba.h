@@ -62,12 +62,6 @@ struct VisualInertialScene {
 /// @throws std::invalid_argument if there are fewer than 2 keyframes or 1 point, or a σ is negative
 VisualInertialScene SimulateVisualInertial(const VisualInertialOptions& options);
 
-/// From `from`, at its biases, to the time `t1`.
-/// @param imu  strictly increasing in time, from before `from` to after `t1`
-/// @throws std::invalid_argument if it does not span this time
-std::shared_ptr<const Preintegration> IntegrateBetween(const std::vector<ImuMeasurement>& imu, const StampedState& from,
-                                                       double t1, const ImuNoise& noise);
-
 /// Sets `initial` and `initial_points`: the truth and noise.
 void PerturbStart(const Perturbation& start, uint64_t seed, VisualInertialScene* scene);
 

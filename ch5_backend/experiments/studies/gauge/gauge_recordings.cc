@@ -6,6 +6,7 @@
 #include "ch5_backend/experiments/studies/gauge/gauge_solve.h"
 #include "ch5_backend/experiments/studies/gauge/gauge_studies.h"
 #include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/window/prediction.h"
 
 namespace ch5 {
 namespace {
@@ -84,7 +85,7 @@ VisualInertialScene SceneOf(const Recording& recording, double first, int stride
   if (static_cast<int>(scene.truth.size()) < kKeyframes) throw std::runtime_error("the recording has too few images");
   AddTracks(tracks, &scene);
   for (size_t i = 0; i + 1 < scene.truth.size(); ++i) {
-    scene.imu.push_back(IntegrateBetween(recording.imu, scene.truth[i], scene.truth[i + 1].t, scene.calibration.noise));
+    scene.imu.push_back(IntegrateFrom(scene.truth[i], recording.imu, scene.truth[i + 1].t, scene.calibration.noise));
   }
   return scene;
 }
