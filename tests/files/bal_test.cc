@@ -137,35 +137,6 @@ TEST_F(BalFiles, FiveMegabytesAreReadInThreeTenthsOfASecond) {
   EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 0.3);
 }
 
-TEST_F(BalFiles, AFailedWriteLeavesTheOldFileAndNoOther) {
-  WriteFileAtomically(Path("a.txt"), "old");
-  {
-    FileBatch batch;
-    batch.Add(Path("a.txt"), "new");
-    EXPECT_THROW(batch.Add(folder_, "a folder's name"), WriteError);
-  }
-  EXPECT_EQ(ReadText(Path("a.txt")), "old");
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
-  FileBatch batch;
-  batch.Add(Path("a.txt"), "new");
-  batch.Add(Path("deeper/b.txt"), "b");
-  EXPECT_EQ(ReadText(Path("a.txt")), "old");
-  batch.Commit();
-  EXPECT_EQ(ReadText(Path("a.txt")), "new");
-  EXPECT_EQ(ReadText(Path("deeper/b.txt")), "b");
-}
-
-TEST_F(BalFiles, AFullDiskIsNamed) {
-  if (!fs::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
-  try {
-    WriteFileAtomically("/dev/full", FormatBal(SmallProblem()));
-    FAIL() << "no error";
-  } catch (const WriteError& error) {
-    EXPECT_STREQ(error.what(), "cannot write /dev/full: No space left on device");
-  }
-  EXPECT_TRUE(fs::is_character_file("/dev/full"));
-}
-
 // Half a turn about z, t = (1, 2, 3): the center is −Rᵀt = (1, 2, −3), and R maps the camera's axes onto themselves.
 TEST(Bal, CameraCenterAndAxesByHand) {
   const Vec9 camera = (Vec9() << 0, 0, M_PI, 1, 2, 3, 500, 0, 0).finished();

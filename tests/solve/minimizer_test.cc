@@ -7,8 +7,6 @@
 #include <functional>
 #include <limits>
 
-#include "ch5_backend/dense/problem.h"
-#include "ch5_backend/simulate/mono_ba.h"
 #include "ch5_backend/solve/step_strategy.h"
 #include "tests/solve/scripted_system.h"
 
@@ -219,26 +217,6 @@ TEST_F(DoglegSteps, RadiusFollowsTheGain) {
   strategy->Propose(&system_, &step);
   EXPECT_TRUE(strategy->Rejected());
   EXPECT_DOUBLE_EQ(strategy->Parameter(), 1.5);
-}
-
-TEST(Dogleg, StaysInsideItsRadiusInAWholeRun) {
-  MonoBaOptions scene_options;
-  scene_options.frames = 5;
-  scene_options.points = 40;
-  scene_options.position_sigma = 0.1;
-  scene_options.rotation_sigma = 0.05;
-  MonoBa scene;
-  BuildMonoBa(SimulateMonoBa(scene_options), Gauge::kFixTwoFrames, 1e6, 0.0, &scene);
-  SolveOptions options;
-  options.algorithm = Algorithm::kDogleg;
-  options.initial_radius = 0.05;  // so that all kinds of steps occur
-  options.max_iterations = 50;
-  const Summary summary = Problem(&scene.graph).Solve(options);
-  EXPECT_TRUE(IsConverged(summary.termination)) << summary.message;
-  for (size_t k = 1; k < summary.trace.size(); ++k) {
-    const IterationInfo& info = summary.trace[k];
-    EXPECT_LE(info.step_norm, info.lambda * (1.0 + 4.0 * std::numeric_limits<double>::epsilon())) << k;
-  }
 }
 
 }  // namespace
