@@ -41,7 +41,7 @@ MAY_INCLUDE = {
     "evaluate": "math graph types types/visual simulate",
     "experiments": LIBRARY,
     "lab": LIBRARY + " experiments",
-    "track": "math types files/tables files experiments",  # and OpenCV
+    "track": "math types types/inertial files/tables files experiments",  # and OpenCV
     "examples": LIBRARY,
     "python": LIBRARY,
 }
