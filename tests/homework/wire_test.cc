@@ -7,10 +7,12 @@
 #include <cstring>
 #include <limits>
 
+#include "ch5_backend/math/psd.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_homework/judge/remote/functions/block_solver.h"
 #include "ch5_homework/judge/remote/functions/gauge_prior.h"
 #include "ch5_homework/judge/remote/functions/vins_window.h"
+#include "ch5_homework/judge/stage_6_scene.h"
 
 namespace ch5::homework {
 namespace {
@@ -79,6 +81,17 @@ TEST(Wire, BothSidesHaveTheSameScene) {
     for (Scene* scene : std::initializer_list<Scene*>{&row, &free, &bundle, &start, &factors, &window}) {
       ExpectTheSameBits(scene, &Fetched(scene));
     }
+  }
+  DrawnSeed().reset();
+}
+
+// Else the judge's own rounding is larger than what a check tolerates.
+TEST(Wire, WhatTheFactorsDropIsFarFromSingularWithAnySeed) {
+  for (DrawnSeed() = 0; *DrawnSeed() < 1000; ++*DrawnSeed()) {
+    FactorScene scene;
+    const int m = scene.DimDropped();
+    const VecX S = DecomposeSymmetric(scene.Right().H.topLeftCorner(m, m)).S;
+    EXPECT_GT(S.minCoeff(), 1e-5 * S.maxCoeff()) << *DrawnSeed();
   }
   DrawnSeed().reset();
 }
