@@ -66,6 +66,11 @@ class Verdicts(unittest.TestCase):
             self.assertTrue(all("TIMEOUT" in words for words in failures.values()), failures)
             self.assertLess(time.monotonic() - begin, seconds)
 
+    def test_the_solutions_are_right_with_seeds_that_were_unlucky(self):
+        for seed, test in ((327, "Stage3.Drift*"), (575, "Stage6.EqualsADense*")):
+            failures, _, _ = judge([str(BIN / "worker_samples"), "--submission=linked"], test, f"--seed={seed}")
+            self.assertEqual([*failures.values()], [""], test)
+
     def test_wrong_calls_are_refused(self):
         for words in ([], ["--"], ["--seed=-1", "--", "true"], ["--seed=x", "--", "true"], ["--time-limit=0", "--", "true"],
                       ["--other", "--", "true"]):
