@@ -1,8 +1,7 @@
 /// FactorNormalEquations. Apart from square_root.cc, which the homework's given code calls: this is the answer of stages
 /// 5 and 6.
 
-#include <limits>
-
+#include "ch5_backend/linear/pivot_rule.h"
 #include "ch5_backend/marginalize/square_root.h"
 #include "ch5_backend/math/dense_kernels.h"
 
@@ -20,16 +19,16 @@ SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const Eigenv
   return form;
 }
 
-SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b) {
+SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const VecX& scale) {
   constexpr int kPanel = 12;  // columns of Jᵀ before what remains of H is computed anew
   const int n = static_cast<int>(H.rows());
-  const VecX p = ScalingOf(H), p_inverse = p.cwiseInverse();
+  const VecX p = ScalingOf(scale.asDiagonal()), p_inverse = p.cwiseInverse();
   VecX memory = VecX::Zero(2 * n * n + 2 * kernels::kOverread);
   Eigen::Map<MatXX> rest(memory.data(), n, n), Jt(memory.data() + n * n + kernels::kOverread, n, n);
   rest = p_inverse.asDiagonal() * H * p_inverse.asDiagonal();
   VecX b_rest = p_inverse.asDiagonal() * b, diagonal = rest.diagonal(), r0(n);
   int rank = 0, pivot = 0;
-  const auto next = [&] { return rank < n && diagonal.maxCoeff(&pivot) > n * std::numeric_limits<double>::epsilon(); };
+  const auto next = [&] { return rank < n && diagonal.maxCoeff(&pivot) > PivotRounding(n); };
   for (int first = 0; next(); first = rank) {
     for (; rank < first + kPanel && next(); ++rank) {
       auto J_k = Jt.col(rank);

@@ -74,7 +74,9 @@ MatXX RootOfInverse(const MatXX& H_dd) {
 }
 
 // 2. The dropped vertices that are left, the last of H:  M = H_kd N,  N Nᵀ = H_dd⁺.
-MarginalSystem EliminateDense(Vertices kept, int n, const SymmetricBlockMatrix& S, const VecX& b) {
+MarginalSystem EliminateDense(Vertices kept, int n, const Eliminated& eliminated) {
+  const SymmetricBlockMatrix& S = eliminated.S;
+  const VecX& b = eliminated.b_S;
   const int m = S.Size() - n;
   MatXX H_all(S.Size(), S.Size());
   S.CopyLower(&H_all);
@@ -85,7 +87,8 @@ MarginalSystem EliminateDense(Vertices kept, int n, const SymmetricBlockMatrix& 
   MatXX H = H_all.topLeftCorner(n, n);
   if (n > 0) kernels::SubtractProductAAt(n, m, M.data(), n, H.data(), n);
   H.triangularView<Eigen::StrictlyUpper>() = H.transpose();
-  return {std::move(kept), std::move(H), b.head(n) - M * (N.transpose() * b.tail(m))};
+  return {std::move(kept), std::move(H), b.head(n) - M * (N.transpose() * b.tail(m)),
+          eliminated.damped_diagonal.head(n)};
 }
 
 }  // namespace
@@ -98,15 +101,15 @@ MarginalSystem EliminateVertices(const std::vector<std::shared_ptr<Edge>>& edges
   thread_local Workspace workspace;
   EliminateLandmarks(structure, &workspace);
   CheckFinite(edges, workspace.eliminated);
-  return EliminateDense(std::move(kept), order.kept_size, workspace.eliminated.S, workspace.eliminated.b_S);
+  return EliminateDense(std::move(kept), order.kept_size, workspace.eliminated);
 }
 
 // H_rr − H_rm H_mm⁻¹ H_mr, then its root.  Leutenegger (2015), §4.3
 Prior Marginalize(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop,
                   const std::optional<EigenvalueCutoff>& cutoff) {
   MarginalSystem system = EliminateVertices(edges, drop);
-  SquareRootForm form =
-      cutoff ? FactorNormalEquations(system.H, system.b, *cutoff) : FactorNormalEquations(system.H, system.b);
+  SquareRootForm form = cutoff ? FactorNormalEquations(system.H, system.b, *cutoff)
+                               : FactorNormalEquations(system.H, system.b, system.scale);
   Prior prior;
   for (const auto& vertex : system.kept) prior.x0.emplace_back(vertex->Parameters());
   prior.vertices = std::move(system.kept);

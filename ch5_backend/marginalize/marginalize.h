@@ -32,6 +32,7 @@ struct MarginalSystem {
   std::vector<std::shared_ptr<Vertex>> kept;  ///< in order of id
   MatXX H;                                    ///< n×n, n = Σ LocalDimension
   VecX b;                                     ///< n×1
+  VecX scale;                                 ///< n×1, H's diagonal before anything was eliminated
 };
 
 /// Linearizes the edges at the present states and eliminates `drop`. Fixed vertices have no columns. The edges do

@@ -25,10 +25,13 @@ struct SquareRootForm {
 /// @param H  n×n symmetric positive semi-definite;  @param b  n×1, in the range of H
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const EigenvalueCutoff& cutoff);
 
-/// The same H and b from another J, a permuted triangle: Cholesky of P⁻¹HP⁻¹ with diagonal pivoting, which stops where
-/// only rounding errors remain. It takes a tenth of the time of an eigendecomposition.
+/// The same H and b from another J, a permuted triangle: Cholesky of P⁻¹HP⁻¹, P = √diag(scale), with diagonal pivoting,
+/// which stops where only rounding errors remain (linear/pivot_rule.h). It takes a tenth of the time of an
+/// eigendecomposition.
+/// @param scale  n×1, the diagonal of H, or of that from which H is what an elimination has left: rounding is as large as
+///               a part of that. Taken for knowledge, rounding of a free gauge becomes r₀ = b/√rounding without bound
 /// Source: Golub & Van Loan, "Matrix Computations", §4.2.8.
-SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b);
+SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const VecX& scale);
 
 /// p_i = √H_ii where H_ii > 1e-9, else 1e-3 (OKVIS): what makes the diagonal of P⁻¹HP⁻¹ one.
 VecX ScalingOf(const MatXX& H);

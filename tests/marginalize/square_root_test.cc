@@ -11,9 +11,9 @@ TEST(SquareRoot, PriorReproducesTheNormalEquations) {
   const SmallWindow window;
   const auto drop = window.Oldest();
   const MarginalSystem system = EliminateVertices(window.EdgesAt(drop), drop);
-  for (const SquareRootForm& form :
-       {FactorNormalEquations(system.H, system.b), FactorNormalEquations(system.H, system.b, EigenvalueCutoff::Okvis()),
-        FactorNormalEquations(system.H, system.b, EigenvalueCutoff::Vins())}) {
+  for (const SquareRootForm& form : {FactorNormalEquations(system.H, system.b, system.scale),
+                                     FactorNormalEquations(system.H, system.b, EigenvalueCutoff::Okvis()),
+                                     FactorNormalEquations(system.H, system.b, EigenvalueCutoff::Vins())}) {
     // Directions that rounding decides about, kept or cut, are as large as this.
     EXPECT_LT(RelativeError(form.J.transpose() * form.J, system.H), 1e-8);
     // b lies in the range of H up to what the cut removed.
@@ -28,7 +28,7 @@ TEST(SquareRoot, BothFactorizationsFindTheRank) {
   for (int k = 0; k < B.size(); ++k) B.data()[k] = random.Normal() * std::pow(10.0, k / 3 * 3 - 6);
   const MatXX H = B.transpose() * B;
   const VecX b = B.transpose() * Vec3(1.0, -2.0, 0.5);
-  const SquareRootForm triangle = FactorNormalEquations(H, b);
+  const SquareRootForm triangle = FactorNormalEquations(H, b, H.diagonal());
   const SquareRootForm eigen = FactorNormalEquations(H, b, EigenvalueCutoff::Okvis());
   EXPECT_EQ(triangle.J.rows(), 3);
   EXPECT_EQ(eigen.J.rows(), 3);
@@ -37,8 +37,18 @@ TEST(SquareRoot, BothFactorizationsFindTheRank) {
     EXPECT_LT(RelativeError(form.J.transpose() * form.r0, -b), 1e-9);
     EXPECT_NEAR(form.r0.norm(), Vec3(1.0, -2.0, 0.5).norm(), 1e-6);
   }
-  EXPECT_EQ(FactorNormalEquations(MatXX(0, 0), VecX(0)).J.size(), 0);
-  EXPECT_EQ(FactorNormalEquations(MatXX::Zero(2, 2), VecX::Zero(2)).J.rows(), 0);
+  EXPECT_EQ(FactorNormalEquations(MatXX(0, 0), VecX(0), VecX(0)).J.size(), 0);
+  EXPECT_EQ(FactorNormalEquations(MatXX::Zero(2, 2), VecX::Zero(2), VecX::Zero(2)).J.rows(), 0);
+}
+
+// By hand: beside a diagonal of 1e4, from which an elimination has left it, 1e-12 is rounding.
+TEST(SquareRoot, WhatAnEliminationHasLeftOfAZeroIsNoKnowledge) {
+  const MatXX H = Vec2(1.0, 1e-12).asDiagonal();
+  const VecX b = Vec2(1.0, 1e-13);
+  EXPECT_EQ(FactorNormalEquations(H, b, H.diagonal()).J.rows(), 2);
+  const SquareRootForm form = FactorNormalEquations(H, b, Vec2(1.0, 1e4));
+  EXPECT_EQ(form.J, Eigen::RowVector2d(1.0, 0.0));
+  EXPECT_EQ(form.r0, -VecX::Ones(1));
 }
 
 // The factor is computed panel by panel; pivots and rank take no notice.
@@ -47,7 +57,8 @@ TEST(SquareRoot, ARankOfSeveralPanelsIsFound) {
   MatXX B(30, 40);
   for (int k = 0; k < B.size(); ++k) B.data()[k] = random.Normal();
   const VecX r0 = VecX::LinSpaced(30, -1.0, 1.0);
-  const SquareRootForm form = FactorNormalEquations(B.transpose() * B, -B.transpose() * r0);
+  const MatXX H = B.transpose() * B;
+  const SquareRootForm form = FactorNormalEquations(H, -B.transpose() * r0, H.diagonal());
   EXPECT_EQ(form.J.rows(), 30);
   EXPECT_LT(RelativeError(form.J.transpose() * form.J, B.transpose() * B), 1e-13);
   EXPECT_LT((form.J.transpose() * form.r0 - B.transpose() * r0).norm(), 1e-11);

@@ -24,7 +24,7 @@ Recording Simulate(const EnduranceOptions& options) {
   simulation.calibration.camera_rate = kImageRate;
   simulation.calibration.imu_rate = 100.0;
   simulation.camera.max_tracks = 30;
-  return SimulateInRoom(path, 600, simulation);
+  return SimulateInRoom(path, 600, simulation, options.seed);
 }
 
 // Linux: the second number of statm counts resident pages.

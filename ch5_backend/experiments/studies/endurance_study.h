@@ -1,6 +1,7 @@
 #pragma once
 /// Ten thousand images: does an estimator's memory stay constant, and its error in proportion to the path's length?
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@ namespace ch5 {
 struct EnduranceOptions {
   int frames = 10000;     ///< images, 10 a second
   int sample_every = 50;  ///< images per row
+  uint64_t seed = 1;      ///< of the room's landmarks
 };
 
 /// One policy after `frame` images.
