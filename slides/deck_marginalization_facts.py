@@ -56,7 +56,7 @@ def fill_facts(tables):
 def spectrum_facts(tables):
     plain, scaled = spectra(tables)
     vins, okvis = cuts(scaled)
-    return {"spectrum.shift": scientific(plain[2], 1), "spectrum.yaw": scientific(plain[3], 1),
+    return {"spectrum.shift": scientific(max(abs(value) for value in plain[:3]), 1), "spectrum.yaw": scientific(plain[3], 1),
             "spectrum.vins_cut": scientific(vins, 1), "spectrum.okvis_cut": scientific(okvis, 2),
             "spectrum.vins_zeros": str(sum(value <= vins for value in plain)), "spectrum.okvis_zeros": str(sum(value <= okvis for value in scaled))}
 
