@@ -67,20 +67,11 @@ VecX SparseSolver::HessianDiagonal() const {
 }
 
 MatXX SparseSolver::DenseHessian() const {
-  const Structure& s = structure_;
-  const Linearized& y = linearized_;
-  MatXX H = MatXX::Zero(s.Size(), s.Size());
-  H.topLeftCorner(s.ordering.dim_poses, s.ordering.dim_poses) = y.H_pp.Dense();
-  for (int l = 0; l < s.NumLandmarks(); ++l) {
-    const int dim = s.landmark_dim[l], row = s.landmark_offset[l];
-    H.block(row, row, dim, dim) = Eigen::Map<const MatXX>(&y.H_ll[s.landmark_block[l]], dim, dim);
-    for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
-      const int pose = s.slot_pose[slot], pose_dim = s.pose_dim[pose];
-      const auto H_pl = y.Coupling(s, slot);
-      H.block(s.pose_offset[pose], row, pose_dim, dim) = H_pl;
-      H.block(row, s.pose_offset[pose], dim, pose_dim) = H_pl.transpose();
-    }
-  }
+  MatXX H = MatXX::Zero(structure_.Size(), structure_.Size());
+  linearized_.ForEachBlock(structure_, [&](int row, int column, const auto& block) {
+    H.block(row, column, block.rows(), block.cols()) = block;
+    if (row != column) H.block(column, row, block.cols(), block.rows()) = block.transpose();
+  });
   return H;
 }
 

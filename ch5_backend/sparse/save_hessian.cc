@@ -11,32 +11,16 @@ using Entry = std::tuple<int, int, double>;  // column, row, value
 
 std::vector<Entry> EntriesOf(const Structure& s, const Linearized& system) {
   std::vector<Entry> entries;
-  // A block of `values` with `stride` numbers from column to column, and its mirror image if it is off the diagonal.
-  const auto add = [&](const double* values, int stride, int row, int rows, int column, int columns) {
-    for (int c = 0; c < columns; ++c) {
-      for (int r = 0; r < rows; ++r) {
-        const double value = values[c * stride + r];
+  system.ForEachBlock(s, [&](int row, int column, const auto& block) {
+    for (int c = 0; c < block.cols(); ++c) {
+      for (int r = 0; r < block.rows(); ++r) {
+        const double value = block(r, c);
         if (value == 0.0) continue;
         entries.emplace_back(column + c, row + r, value);
         if (row != column) entries.emplace_back(row + r, column + c, value);
       }
     }
-  };
-  const SymmetricBlockMatrix& H_pp = system.H_pp;
-  for (int j = 0; j < H_pp.NumColumns(); ++j) {
-    for (int block = H_pp.ColumnBegin(j); block < H_pp.ColumnBegin(j + 1); ++block) {
-      const int i = H_pp.Row(block), dim = H_pp.Dim(i);
-      add(H_pp.Values(block), Stride(dim), H_pp.Offset(i), dim, H_pp.Offset(j), H_pp.Dim(j));
-    }
-  }
-  for (size_t l = 0; l < s.landmarks.size(); ++l) {
-    const int dim = s.landmark_dim[l], column = s.landmark_offset[l];
-    add(&system.H_ll[s.landmark_block[l]], dim, column, dim, column, dim);
-    for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
-      const int p = s.slot_pose[slot];
-      add(system.Coupling(s, slot).data(), s.pose_dim[p], s.pose_offset[p], s.pose_dim[p], column, dim);
-    }
-  }
+  });
   std::sort(entries.begin(), entries.end());
   return entries;
 }

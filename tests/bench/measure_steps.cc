@@ -93,6 +93,7 @@ Counts Count(const Structure& s) {
 
 void MeasureSparse(Graph* graph, const Options& options) {
   SparseSolver solver(graph, options.threads);
+  solver.SetReducedSolver(ReducedSolverType::kSparseCholesky);  // S is formed, however many poses there are
   solver.SetDamping(Damping::kDiagonal);
   solver.SetOrdering();
   solver.MakeHessian();

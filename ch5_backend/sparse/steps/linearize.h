@@ -61,7 +61,28 @@ struct Linearized {
   }
   /// The block of H_pl that belongs to a slot.
   MatXX Coupling(const Structure& s, int slot) const;
+  /// Calls function(row, column, block) for each block of H that is stored: those off the diagonal stand on one side of it.
+  template <typename Function>
+  void ForEachBlock(const Structure& s, const Function& function) const;
 };
+
+template <typename Function>
+void Linearized::ForEachBlock(const Structure& s, const Function& function) const {
+  for (int j = 0; j < s.NumPoses(); ++j) {
+    for (int block = H_pp.ColumnBegin(j); block < H_pp.ColumnBegin(j + 1); ++block) {
+      const int i = H_pp.Row(block);
+      const Eigen::Map<const MatXX> padded(H_pp.Values(block), Stride(s.pose_dim[i]), s.pose_dim[j]);
+      function(s.pose_offset[i], s.pose_offset[j], padded.topRows(s.pose_dim[i]));
+    }
+  }
+  for (int l = 0; l < s.NumLandmarks(); ++l) {
+    const int dim = s.landmark_dim[l], column = s.landmark_offset[l];
+    function(column, column, Eigen::Map<const MatXX>(&H_ll[s.landmark_block[l]], dim, dim));
+    for (int slot = s.landmark_slots[l]; slot < s.landmark_slots[l + 1]; ++slot) {
+      function(s.pose_offset[s.slot_pose[slot]], column, Coupling(s, slot));
+    }
+  }
+}
 
 /// Fills H and b. @return the cost, ½ Σ ρ(rᵀWr) over all edges: Cost of the solver but for rounding
 /// @param batches  the landmarks' edges where they fit into some, their poses just loaded; otherwise they are not active
