@@ -36,12 +36,10 @@ void Edge::SetIsotropicInformation(double w) {
   for (int i = 0; i < residual_dimension_ * residual_dimension_; ++i) {
     information_[i] = i % (residual_dimension_ + 1) == 0 ? w : 0.0;
   }
-  ++information_version_;
   isotropic_information_ = w;
 }
 
 void Edge::NoteInformation() {
-  ++information_version_;
   const auto W = Information();
   const double w = W.size() > 0 ? W(0, 0) : 1.0;
   isotropic_information_ = W == w * MatXX::Identity(W.rows(), W.cols()) ? w : -1.0;

@@ -85,8 +85,6 @@ class Edge {
   Eigen::Map<const MatXX> Information() const { return {information_, residual_dimension_, residual_dimension_}; }
   /// w of W = w I, or −1 if W is another matrix.
   double IsotropicInformation() const { return isotropic_information_; }
-  /// Counts the changes of W: whatever was computed from W is out of date when this has grown.
-  int InformationVersion() const { return information_version_; }
   /// @throws std::invalid_argument if W has the wrong size, a number that is not finite, or is not symmetric
   ///         positive semi-definite (relative tolerance 1e-9).
   void SetInformation(const MatXX& information);
@@ -156,7 +154,6 @@ class Edge {
   std::shared_ptr<const LossFunction> loss_;
   int id_ = -1;
   int level_ = 0;
-  int information_version_ = 0;
   bool numeric_jacobians_ = false;
   double isotropic_information_ = 1.0;
 };

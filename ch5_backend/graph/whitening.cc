@@ -29,15 +29,20 @@ void FactorPsd(const double* W, int n, double* F) {
   }
 }
 
-namespace {
-
-void WhitenBy(const double* F, int n, const RobustWeight& robust, const double* r, double* M, double* r_tilde) {
+void Whiten(const Edge& edge, double* M, double* r_tilde) {
+  const int n = edge.ResidualDimension();
+  const auto r = edge.Residual();
+  thread_local std::vector<double> memory;
+  memory.resize(static_cast<size_t>(n * n));
+  double* F = memory.data();
+  FactorPsd(edge.Information().data(), n, F);
   double s = 0.0;
   for (int k = 0; k < n; ++k) {
     r_tilde[k] = 0.0;
     for (int c = 0; c < n; ++c) r_tilde[k] += F[k * n + c] * r[c];
     s += r_tilde[k] * r_tilde[k];
   }
+  const RobustWeight robust = edge.GetRobustWeight();
   const double root = std::sqrt(robust.weight), shrink = Shrink(robust, s);
   for (int c = 0; c < n; ++c) {
     double g = 0.0;  // of (Fr)ᵀF
@@ -46,20 +51,6 @@ void WhitenBy(const double* F, int n, const RobustWeight& robust, const double* 
     for (int k = 0; k < n; ++k) M[k * n + c] = root * (F[k * n + c] - bend * r_tilde[k]);
   }
   for (int k = 0; k < n; ++k) r_tilde[k] *= root / shrink;
-}
-
-}  // namespace
-
-void Whiten(const Edge& edge, const double* F, double* M, double* r_tilde) {
-  WhitenBy(F, edge.ResidualDimension(), edge.GetRobustWeight(), edge.Residual().data(), M, r_tilde);
-}
-
-void Whiten(const Edge& edge, const RobustWeight& robust, double* M, double* r_tilde) {
-  const int n = edge.ResidualDimension();
-  thread_local std::vector<double> F;
-  F.resize(static_cast<size_t>(n * n));
-  FactorPsd(edge.Information().data(), n, F.data());
-  WhitenBy(F.data(), n, robust, edge.Residual().data(), M, r_tilde);
 }
 
 }  // namespace ch5

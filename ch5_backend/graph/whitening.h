@@ -4,8 +4,7 @@
 /// With W = FᵀF, s = rᵀWr and a loss ρ (Triggs 2000, §4.3; (1 − α)² = 1 + 2ρ''s/ρ'):
 ///   J̃ = √ρ' (I − α Fr (Fr)ᵀ/s) F J,   r̃ = √ρ'/(1 − α) F r;   W_ρ as in graph/loss.h
 ///
-/// Three cases of this one formula, by what is known of W and ρ: M is a number (ScalarWhitening), a matrix for two rows
-/// with W = w I (TwoRowWhitening), or any matrix (Whiten).
+/// Two cases of this one formula: two rows with W = w I (TwoRowWhitening), and any (Whiten).
 
 #include <cmath>
 
@@ -21,15 +20,6 @@ inline RobustWeight WeightAt(const LossFunction* loss, double s) {
 /// 1 − α.
 inline double Shrink(const RobustWeight& robust, double s) {
   return robust.rank_one != 0.0 && s > 0.0 ? std::sqrt(1.0 + robust.rank_one * s / robust.weight) : 1.0;
-}
-
-/// The number M with J̃ = M J and r̃ = M r where W = w I and the loss has no second-order term at the edge's last
-/// residual, else −1.
-inline double ScalarWhitening(const Edge& edge) {
-  const double w = edge.IsotropicInformation();
-  if (!edge.GetLossFunction() || w < 0.0) return w < 0.0 ? -1.0 : std::sqrt(w);
-  const RobustWeight robust = edge.GetRobustWeight();
-  return robust.rank_one == 0.0 ? std::sqrt(w * robust.weight) : -1.0;
 }
 
 /// r̃ and M with J̃ = M J for two rows and W = w I: the most frequent kind of edge.
@@ -50,10 +40,8 @@ struct TwoRowWhitening {
   }
 };
 
-/// M (n×n, row-major) and r̃ (n×1) at the edge's last residual; F is the factor of its W.
-void Whiten(const Edge& edge, const double* F, double* M, double* r_tilde);
-/// The same; W is factorized here, and the loss's weight is given.
-void Whiten(const Edge& edge, const RobustWeight& robust, double* M, double* r_tilde);
+/// M (n×n, row-major) and r̃ (n×1) at the edge's last residual.
+void Whiten(const Edge& edge, double* M, double* r_tilde);
 
 /// F (n×n, row-major) with W = FᵀF for a symmetric positive semi-definite W: Cholesky with diagonal pivoting, which
 /// ends where the rest is rounding; F's last rows are zero then. Golub & Van Loan, "Matrix Computations", §4.2.8.

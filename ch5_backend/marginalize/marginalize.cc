@@ -39,7 +39,7 @@ struct Workspace {
 void EliminateLandmarks(const Structure& s, Workspace* w) {
   w->batches.Assign(s);
   w->batches.LoadPoses();
-  w->system.Resize(s, w->batches.Active());
+  w->system.Resize(s);
   w->eliminated.Resize(s);
   w->eliminated.S.SetPattern(s.pose_dim, SchurPattern(s));
   SchurGroups groups = PrepareSchurGroups(s, w->eliminated.S, 1);

@@ -22,7 +22,7 @@ void WriteRows(Edge* edge, const ColumnOf& column_of, Eigen::Ref<MatXX> rows) {
   const int n = edge->ResidualDimension();
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(n, n);
   VecX r(n);
-  Whiten(*edge, edge->GetRobustWeight(), M.data(), r.data());
+  Whiten(*edge, M.data(), r.data());
   rows.setZero();
   for (size_t i = 0; i < edge->Vertices().size(); ++i) {
     const Vertex& vertex = *edge->Vertices()[i];

@@ -42,7 +42,7 @@ void SparseSolver::SetOrdering() {
     if (task == 1) return PrepareReducedSolver(type);
     batches_.Assign(structure_);
     const bool factored = NeverForms(type) && IsInexact(iterative_) && batches_.Active() && structure_.OnePoseAnEdge();
-    linearized_.Resize(structure_, batches_.Active(), factored);
+    linearized_.Resize(structure_, factored);
   });
   if (pool_.Threads() > 1) numeric_edges_.Find(EdgesInBatch(), &structure_);
   delta_poses_.setZero(structure_.ordering.dim_poses);

@@ -28,7 +28,6 @@ TEST(Information, IsANumberTimesTheIdentity) {
   edge.SetIsotropicInformation(3.0);
   EXPECT_EQ(edge.Information(), 3.0 * MatXX::Identity(2, 2));
   EXPECT_EQ(edge.IsotropicInformation(), 3.0);
-  EXPECT_EQ(edge.InformationVersion(), 2);
   for (const double w : {-1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_THROW(edge.SetIsotropicInformation(w), std::invalid_argument);
   }

@@ -17,14 +17,12 @@ TEST(EdgeNormalEquations, OfADistanceByHand) {
   Edge& edge = *line.graph.Edges()[0];
   edge.SetInformation(MatXX::Constant(1, 1, 4.0));
   const Structure structure = BuildStructure(MakeOrdering(line.graph));
-  InformationFactors factors;
-  factors.Prepare(structure, 0);
-  // x_0 = 0, x_1 = 1:  r = 0.5, and with F = 2  r̃ = 1, J̃ = (−2, 2).
+  // x_0 = 0, x_1 = 1:  r = 0.5, J = (−1, 1), W = 4.
   VecX step(1);
   step << 1.0;
   line.poses[1]->Plus(step.data());
   MatXX C = MatXX::Zero(3, 3), expected(3, 3);
-  LinearizeAndMultiplyOut(structure, 0, &factors, C.data());
+  LinearizeAndMultiplyOut(structure, 0, C.data());
   expected << 4, -4, -2,  //
       -4, 4, 2,           //
       -2, 2, 1;
@@ -32,9 +30,9 @@ TEST(EdgeNormalEquations, OfADistanceByHand) {
             1e-15);
   line.poses[1]->Plus(step.data());  // r = 1.5, which MultiplyOut alone does not see
   MatXX same = MatXX::Zero(3, 3);
-  MultiplyOut(structure, 0, &factors, same.data());
+  MultiplyOut(structure, 0, same.data());
   EXPECT_EQ(MatXX(same.triangularView<Eigen::Lower>()), MatXX(C.triangularView<Eigen::Lower>()));
-  LinearizeAndMultiplyOut(structure, 0, &factors, C.data());
+  LinearizeAndMultiplyOut(structure, 0, C.data());
   EXPECT_DOUBLE_EQ(C(2, 2), -9.0);
   EXPECT_DOUBLE_EQ(C(2, 1), -6.0);
 }
@@ -56,26 +54,13 @@ struct PriorOnAPose {
   }
 };
 
-TEST(InformationFactors, AreRootsOfWAndFollowIt) {
-  const PriorOnAPose prior;
-  InformationFactors factors;
-  factors.Prepare(prior.structure, 0);
-  for (const double scale : {1.0, 4.0}) {
-    prior.edge->SetInformation(scale * prior.edge->Information());
-    const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> F(factors.Of(prior.structure, 0));
-    EXPECT_LT((F.transpose() * F - prior.edge->Information()).norm(), 1e-14 * prior.edge->Information().norm());
-  }
-}
-
-// C = −[J r]ᵀ W_ρ' [J r]: with a loss, r̃ is such that J̃ᵀr̃ = ρ'JᵀWr.
+// C = −[J r]ᵀ [W_ρ J  ρ'W r].
 TEST(EdgeNormalEquations, AreThoseOfJAndW) {
   const PriorOnAPose prior;
-  InformationFactors factors;
-  factors.Prepare(prior.structure, 0);
   for (const bool robust : {false, true}) {
     if (robust) prior.edge->SetLossFunction(std::make_shared<CauchyLoss>(0.7));
     MatXX C = MatXX::Zero(7, 7);
-    LinearizeAndMultiplyOut(prior.structure, 0, &factors, C.data());
+    LinearizeAndMultiplyOut(prior.structure, 0, C.data());
     double drho;
     MatXX W_rho;
     prior.edge->RobustInfo(&drho, &W_rho);

@@ -216,7 +216,7 @@ class LandmarkLinearizer : Chunk {
     thread_local AlignedVector memory;
     const auto most = static_cast<size_t>((s_.max_width + 1) * (s_.max_width + 1));
     if (memory.size() < most) memory.resize(most);
-    MultiplyOut(s_, e, &system_.factors, memory.data());
+    MultiplyOut(s_, e, memory.data());
     return memory.data();
   }
 };
@@ -375,8 +375,7 @@ struct SumColumn {
 
 }  // namespace
 
-void Linearized::Resize(const Structure& s, bool in_batches, bool factored) {
-  factors.Prepare(s, in_batches ? s.num_landmark_edges : 0);
+void Linearized::Resize(const Structure& s, bool factored) {
   H_pp.SetPattern(s.pose_dim, s.H_pp_pattern);
   normal_equations.resize(static_cast<size_t>(s.num_normal_equation_values));  // Linearize writes what is read
   H_pl_factors = std::vector<float>(factored ? s.slot_pose.size() * 2 * (s.sizes.rows + s.sizes.columns) : 0);
@@ -431,7 +430,7 @@ double Linearize(const Structure& s, const LandmarkEdgeBatches& batches, ThreadP
     double sum = 0.0;
     for (int e = s.num_landmark_edges + begin; e < s.num_landmark_edges + end; ++e) {
       if (e < s.num_active_edges) {
-        LinearizeAndMultiplyOut(s, e, &system->factors, &system->normal_equations[s.edges[e].normal_equations]);
+        LinearizeAndMultiplyOut(s, e, &system->normal_equations[s.edges[e].normal_equations]);
       } else {
         s.edges[e].edge->ComputeResidual();
       }

@@ -41,12 +41,10 @@ struct Linearized {
   void ResizeChunkSums(const Structure& structure);
   AlignedVector normal_equations;   ///< of each edge between poses, negative
   std::vector<double> other_costs;  ///< sums over the edges without a free landmark
-  InformationFactors factors;
 
   /// Takes all memory for this structure.
-  /// @param in_batches  the landmarks' edges are in active batches: the others need factors of their W
-  /// @param factored    H_pl by its factors, which only products with it want: Structure::OnePoseAnEdge, active batches
-  void Resize(const Structure& structure, bool in_batches, bool factored = false);
+  /// @param factored  H_pl by its factors, which only products with it want: Structure::OnePoseAnEdge, active batches
+  void Resize(const Structure& structure, bool factored = false);
   /// What the kernels need of the poses that see landmark `l`.
   kernels::LandmarkSlots Slots(const Structure& s, int l) const {
     return {s.landmark_slots[l],

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <stdexcept>
 
-#include "ch5_backend/math/dispatch.h"
+#include "ch5_backend/math/row_products.h"
 
 namespace ch5 {
 namespace {
@@ -101,65 +101,11 @@ CH5_FLATTEN void EdgeImu::ComputeJacobians() {
   });
 }
 
-namespace {
-
-constexpr int kColumns = 31, kStride = 32;  // of [J r]
-
-// C = −[J r]ᵀW[J r], its lower half, from the rows of [J r], kStride numbers each. Most of J is zero, and is skipped.
-struct ProductsOfRows {
-  using Signature = void(const double* W, const double* J_r, double* C);
-  template <SimdLevel kSimd>
-  static CH5_INLINE void Run(const double* W, const double* J_r, double* C) {
-    using Vector = FittingLanes<kSimd>;
-    constexpr int kWidth = sizeof(Vector) / sizeof(double), kGroups = kStride / kWidth;
-    alignas(64) double WJ[kRows * kStride];  // −W [J r]
-    for (int i = 0; i < kRows; ++i) {
-      Vector sum[kGroups] = {}, row;
-      for (int k = 0; k < kRows; ++k) {
-        CH5_UNROLL
-        for (int g = 0; g < kGroups; ++g) {
-          Load(J_r + k * kStride + g * kWidth, &row);
-          sum[g] -= W[i * kRows + k] * row;
-        }
-      }
-      CH5_UNROLL
-      for (int g = 0; g < kGroups; ++g) Store(sum[g], WJ + i * kStride + g * kWidth);
-    }
-    AddColumns<Vector>(J_r, WJ, C);
-  }
-
-  // The columns of C from a group on, from the group's first row on: JᵀWJ is symmetric, so that a row of WJ goes along a
-  // column.
-  template <typename Vector, int First = 0>
-  static CH5_INLINE void AddColumns(const double* J_r, const double* WJ, double* C) {
-    constexpr int kWidth = sizeof(Vector) / sizeof(double), kGroups = kStride / kWidth;
-    for (int c = First * kWidth; c < First * kWidth + kWidth && c < kColumns; ++c) {
-      Vector sum[kGroups] = {}, row;
-      for (int k = 0; k < kRows; ++k) {
-        const double J_kc = J_r[k * kStride + c];
-        if (J_kc == 0.0) continue;
-        CH5_UNROLL
-        for (int g = First; g < kGroups; ++g) {
-          Load(WJ + k * kStride + g * kWidth, &row);
-          sum[g] += J_kc * row;
-        }
-      }
-      double* column = C + c * kColumns;
-      CH5_UNROLL
-      for (int g = First; g < kGroups - 1; ++g) Store(sum[g], column + g * kWidth);
-      CH5_UNROLL
-      for (int i = 0; i < kColumns % kWidth; ++i) column[kColumns / kWidth * kWidth + i] = sum[kGroups - 1][i];
-    }
-    if constexpr (First + 1 < kGroups) AddColumns<Vector, First + 1>(J_r, WJ, C);
-  }
-};
-
-}  // namespace
-
+// Most of J is zero, and is skipped.
 CH5_FLATTEN bool EdgeImu::NegativeProductsInto(double* C) {
   if (GetLossFunction()) return false;
-  constexpr int kColumnOf[] = {0, 6, 15, 21};
-  alignas(64) double J_r[kRows * kStride] = {};
+  constexpr int kColumnOf[] = {0, 6, 15, 21}, kColumns = 31, kStride = kernels::RowStride(kColumns);
+  alignas(64) double J_r[kRows * kStride] = {}, W_J_r[kRows * kStride];
   const Terms terms = ComputeTerms();
   r_ = ResidualOf(terms);
   ListJacobians(terms, [&](int vertex, int row, int column, const Mat33& block) {
@@ -169,7 +115,8 @@ CH5_FLATTEN bool EdgeImu::NegativeProductsInto(double* C) {
     }
   });
   for (int i = 0; i < kRows; ++i) J_r[i * kStride + kColumns - 1] = r_[i];
-  Dispatch<ProductsOfRows>()(W().data(), J_r, C);
+  kernels::MultiplyRows(kRows, kColumns, W().data(), J_r, W_J_r);
+  kernels::NegativeProducts(kRows, kColumns, J_r, W_J_r, C);
   return true;
 }
 

@@ -54,20 +54,20 @@ void EdgeSE3Between::ComputeJacobians() {
 void EdgeSE2Between::ComputeResidual() {
   const VertexSE2 &i = GetVertex<0>(), &j = GetVertex<1>();
   const Vec2 p_ij = Rotation2(-i.Theta()) * (j.p() - i.p());
-  r_ << Rotation2(-theta_z_) * (p_ij - p_z_), WrapAngle(j.Theta() - i.Theta() - theta_z_);
+  r_ << R_z_T_ * (p_ij - p_z_), WrapAngle(j.Theta() - i.Theta() - theta_z_);
 }
 
 //   ∂(R_iᵀ a)/∂θ_i = [y, −x]ᵀ  where  [x, y]ᵀ = R_iᵀ a
 void EdgeSE2Between::ComputeJacobians() {
   const VertexSE2 &i = GetVertex<0>(), &j = GetVertex<1>();
-  const Mat22 R_z_T = Rotation2(-theta_z_), R_i_T = Rotation2(-i.Theta());
+  const Mat22 R_i_T = Rotation2(-i.Theta());
   const Vec2 p_ij = R_i_T * (j.p() - i.p());
 
   J<1>().setIdentity();
-  J<1>().block<2, 2>(0, 0) = R_z_T * R_i_T;
+  J<1>().block<2, 2>(0, 0) = R_z_T_ * R_i_T;
 
   J<0>() = -J<1>();
-  J<0>().block<2, 1>(0, 2) = R_z_T * Vec2(p_ij.y(), -p_ij.x());
+  J<0>().block<2, 1>(0, 2) = R_z_T_ * Vec2(p_ij.y(), -p_ij.x());
 }
 
 Mat66 InformationOfCeresError(const EdgeSE3Between& edge, const Mat66& W) {

@@ -47,7 +47,7 @@ class EdgeSE2Between : public SizedEdge<3, VertexSE2, VertexSE2> {
  public:
   /// @param p_z [m], theta_z [rad]  the measured pose of j as seen from i;  W weighs [m; rad], translation first
   EdgeSE2Between(std::shared_ptr<VertexSE2> i, std::shared_ptr<VertexSE2> j, const Vec2& p_z, double theta_z)
-      : SizedEdge(std::move(i), std::move(j)), p_z_(p_z), theta_z_(WrapAngle(theta_z)) {}
+      : SizedEdge(std::move(i), std::move(j)), p_z_(p_z), theta_z_(WrapAngle(theta_z)), R_z_T_(Rotation2(-theta_z_)) {}
 
   void ComputeResidual() override;
   void ComputeJacobians() override;
@@ -59,6 +59,7 @@ class EdgeSE2Between : public SizedEdge<3, VertexSE2, VertexSE2> {
  private:
   Vec2 p_z_;
   double theta_z_;
+  Mat22 R_z_T_;  // R_zᵀ
 };
 
 /// AᵀWA of the drawing above: with this information our edge has the cost of Ceres' pose_graph examples with W.
