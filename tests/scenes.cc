@@ -56,8 +56,7 @@ void AddMonoBa(Graph* graph, int frames, int points, Gauge gauge, double informa
   options.points = points;
   options.position_sigma = 0.02;
   options.rotation_sigma = 0.01;
-  MonoBa scene;
-  BuildMonoBa(SimulateMonoBa(options), gauge, information, prior_weight, &scene);
+  MonoBa scene = BuildMonoBa(SimulateMonoBa(options), gauge, information, prior_weight);
   if (change) change(&scene);
   *graph = std::move(scene.graph);
 }

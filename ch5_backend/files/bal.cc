@@ -145,29 +145,30 @@ Mat33 CameraAxes(const Vec9& camera) {
   return axes;
 }
 
-void BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalGraph* bal, BalPoints move) {
+BalGraph BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalPoints move) {
   RequireIndices(problem);
+  BalGraph bal;
   std::vector<std::shared_ptr<VertexCameraBAL>> cameras;
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
-  bal->graph.Clear();
   for (const Vec9& camera : problem.cameras) {
     cameras.push_back(std::make_shared<VertexCameraBAL>(camera));
-    bal->graph.AddVertex(cameras.back());
+    bal.graph.AddVertex(cameras.back());
   }
   const std::vector<Vec3> anchors = FarthestCenters(problem);
   for (size_t i = 0; i < anchors.size(); ++i) {
     const Vec3& p_W = problem.points[i];
     points.push_back(move == BalPoints::kXyz ? std::make_shared<VertexPointXYZ>(p_W)
                                              : std::make_shared<VertexPointOnRay>(p_W, anchors[i]));
-    bal->graph.AddVertex(points.back());
+    bal.graph.AddVertex(points.back());
   }
   for (const auto& [camera, point, pixel] : problem.observations) {
     auto edge = std::make_shared<EdgeBAL>(cameras[camera], points[point], pixel);
     edge->SetLossFunction(loss);
-    bal->graph.AddEdge(std::move(edge));
+    bal.graph.AddEdge(std::move(edge));
   }
-  bal->cameras.assign(cameras.begin(), cameras.end());
-  bal->points.assign(points.begin(), points.end());
+  bal.cameras.assign(cameras.begin(), cameras.end());
+  bal.points.assign(points.begin(), points.end());
+  return bal;
 }
 
 void ReadBack(const BalGraph& bal, BalProblem* problem) {

@@ -41,11 +41,10 @@ struct BalGraph {
   std::vector<std::shared_ptr<Vertex>> points;   ///< VertexPointXYZ or VertexPointOnRay
 };
 
-/// Whatever was in `bal` is removed first.
 /// @param loss  of every observation, its threshold in pixels; null for plain least squares
 /// @throws std::invalid_argument if an observation's index is out of range
-void BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalGraph* bal,
-              BalPoints move = BalPoints::kOnRay);
+BalGraph BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss,
+                  BalPoints move = BalPoints::kOnRay);
 
 /// Copies the vertices' present values into `problem`, which must have built them.
 /// @throws std::invalid_argument if it has other numbers of cameras and points

@@ -45,10 +45,10 @@ struct MonoBa {
 /// How the gauge, 7 free directions of a monocular bundle adjustment, is held.
 enum class Gauge { kFree, kFixTwoFrames, kPriorTwoFrames, kPriorMinimal };
 
-/// Adds the scene's vertices at their initial values and its edges.
+/// The scene's vertices at their initial values, and its edges.
 /// @param pixel_information  W = pixel_information·I₂ of each observation: 1 as in the course, or 1/σ²
 /// @param prior_weight  of kPriorTwoFrames and kPriorMinimal, see AddMonoBaEdges; 0 leaves the gauge free
-void BuildMonoBa(const MonoBaScene& scene, Gauge gauge, double pixel_information, double prior_weight, MonoBa* problem);
+MonoBa BuildMonoBa(const MonoBaScene& scene, Gauge gauge, double pixel_information, double prior_weight);
 
 /// Stage 3: one reprojection edge per landmark and frame ≥ 1, and, if `prior_weight` > 0, one EdgeSE3Prior with
 /// information prior_weight·I₆ on each of the first two frames, at the frame's true pose.

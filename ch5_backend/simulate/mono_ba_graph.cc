@@ -5,22 +5,23 @@
 
 namespace ch5 {
 
-void BuildMonoBa(const MonoBaScene& scene, Gauge gauge, double pixel_information, double prior_weight,
-                 MonoBa* problem) {
+MonoBa BuildMonoBa(const MonoBaScene& scene, Gauge gauge, double pixel_information, double prior_weight) {
+  MonoBa problem;
   for (const Transform& T_W_C : scene.initial_frames) {
-    problem->poses.push_back(std::make_shared<VertexPose>(T_W_C.q, T_W_C.p));
-    problem->graph.AddVertex(problem->poses.back());
+    problem.poses.push_back(std::make_shared<VertexPose>(T_W_C.q, T_W_C.p));
+    problem.graph.AddVertex(problem.poses.back());
   }
   for (const double inverse_depth : scene.initial_inverse_depths) {
-    problem->landmarks.push_back(std::make_shared<VertexInverseDepth>(inverse_depth));
-    problem->graph.AddVertex(problem->landmarks.back());
+    problem.landmarks.push_back(std::make_shared<VertexInverseDepth>(inverse_depth));
+    problem.graph.AddVertex(problem.landmarks.back());
   }
   if (gauge == Gauge::kFixTwoFrames) {
-    problem->poses[0]->SetFixed();
-    problem->poses[1]->SetFixed();
+    problem.poses[0]->SetFixed();
+    problem.poses[1]->SetFixed();
   }
-  AddMonoBaEdges(scene, pixel_information, gauge == Gauge::kPriorTwoFrames ? prior_weight : 0.0, problem);
-  if (gauge == Gauge::kPriorMinimal && prior_weight > 0.0) AddMinimalGaugePrior(scene, prior_weight, problem);
+  AddMonoBaEdges(scene, pixel_information, gauge == Gauge::kPriorTwoFrames ? prior_weight : 0.0, &problem);
+  if (gauge == Gauge::kPriorMinimal && prior_weight > 0.0) AddMinimalGaugePrior(scene, prior_weight, &problem);
+  return problem;
 }
 
 void AddMinimalGaugePrior(const MonoBaScene& scene, double weight, MonoBa* problem) {

@@ -58,8 +58,7 @@ peer::PeerResult Solve(const Problem& problem) {
     if (problem.task == Problem::Task::kCovariance) return PoseCovariances(&file.graph, problem);
     return Run(&file.graph, problem);
   }
-  BalGraph bal;
-  BuildBal(problem.bal, nullptr, &bal);
+  BalGraph bal = BuildBal(problem.bal, nullptr);
   return Run(&bal.graph, problem);
 }
 

@@ -167,8 +167,7 @@ void Run(const Options& options) {
     return Measure(&window.graph, options);
   }
   if (problem.kind != Problem::Kind::kBal) throw std::invalid_argument("a pose graph has no landmarks");
-  BalGraph bal;
-  BuildBal(problem.bal, nullptr, &bal);
+  BalGraph bal = BuildBal(problem.bal, nullptr);
   Measure(&bal.graph, options);
 }
 

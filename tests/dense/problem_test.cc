@@ -135,8 +135,7 @@ TEST(Problem, WithoutNoiseMonoBaFindsTheTruth) {
   MonoBaOptions options;
   options.pixel_sigma = 0.0;
   const MonoBaScene scene = SimulateMonoBa(options);
-  MonoBa ba;
-  BuildMonoBa(scene, Gauge::kFixTwoFrames, 1.0, 0.0, &ba);
+  MonoBa ba = BuildMonoBa(scene, Gauge::kFixTwoFrames, 1.0, 0.0);
   SolveOptions solve;
   solve.max_iterations = 50;
   const Summary summary = Problem(&ba.graph).Solve(solve);
@@ -183,8 +182,7 @@ TEST(Degenerate, EmptyProblemHasNothingToOptimize) {
 }
 
 TEST(Degenerate, EverythingFixedKeepsItsCost) {
-  MonoBa ba;
-  BuildMonoBa(SimulateMonoBa({}), Gauge::kFree, 1.0, 0.0, &ba);
+  MonoBa ba = BuildMonoBa(SimulateMonoBa({}), Gauge::kFree, 1.0, 0.0);
   for (const auto& vertex : ba.graph.Vertices()) vertex->SetFixed();
   const double cost = Cost(ba.graph);
   const Summary summary = Problem(&ba.graph).Solve();

@@ -137,8 +137,7 @@ void Chain(const std::string& name, bool prior) {
 
 // Stages 1.1 and 1.2: the shape of H and S of the course's scene.
 void ShapeOfTheScene() {
-  MonoBa ba;
-  BuildMonoBa(SimulateMonoBa({}), Gauge::kFree, 1.0, 0.0, &ba);
+  MonoBa ba = BuildMonoBa(SimulateMonoBa({}), Gauge::kFree, 1.0, 0.0);
   Problem problem(&ba.graph);
   problem.SetOrdering();
   problem.MakeHessian();
@@ -159,8 +158,7 @@ void ShapeOfTheScene() {
 // Stage 3: how many eigenvalues of H are zero with priors on the first `priors` frames.
 int NumZeroEigenvalues(size_t priors) {
   const MonoBaScene scene = SimulateMonoBa({});
-  MonoBa ba;
-  BuildMonoBa(scene, Gauge::kFree, 1.0, 0.0, &ba);
+  MonoBa ba = BuildMonoBa(scene, Gauge::kFree, 1.0, 0.0);
   for (size_t i = 0; i < priors; ++i) {
     ba.graph.AddEdge(std::make_shared<EdgeSE3Prior>(ba.poses[i], scene.frames[i].q, scene.frames[i].p));
   }

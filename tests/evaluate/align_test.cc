@@ -136,8 +136,7 @@ TEST(Reconstruction, OfTheTrueStatesWithoutNoiseIsTheTruth) {
   options.pixel_sigma = 0.0;
   options.depth_sigma = 0.0;
   const MonoBaScene scene = SimulateMonoBa(options);
-  MonoBa ba;
-  BuildMonoBa(scene, Gauge::kFree, 1.0, 0.0, &ba);
+  MonoBa ba = BuildMonoBa(scene, Gauge::kFree, 1.0, 0.0);
   const Rmse error = Compare(EstimateOf(scene, ba), TruthOf(scene));
   EXPECT_LT(error.position, 1e-14);
   EXPECT_LT(error.point, 1e-13);

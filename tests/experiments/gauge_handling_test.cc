@@ -23,7 +23,7 @@ VisualInertialScene SceneOf(int keyframes, int points) {
 // The gauge paper's problem, solved to the end with the gauge held, or free.
 struct Solved {
   explicit Solved(bool hold_gauge, int keyframes = 5, int points = 20) {
-    BuildVisualInertial(SceneOf(keyframes, points), &problem);
+    problem = BuildVisualInertial(SceneOf(keyframes, points));
     held = HoldBiases(problem);
     if (hold_gauge) held.push_back(HoldGauge(problem.first));
     SparseOptimizer optimizer(&problem.graph);

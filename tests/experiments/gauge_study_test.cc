@@ -38,8 +38,7 @@ MatXX GaugeDirections(const MonoBa& ba) {
 TEST(Gauge, FreeHessianHasTheSevenKnownNullDirectionsAndNoOther) {
   for (const auto& options : {Scene(3, 20), Scene(6, 40)}) {
     const MonoBaScene scene = SimulateMonoBa(options);
-    MonoBa ba;
-    BuildMonoBa(scene, Gauge::kFree, 1.0, 0.0, &ba);
+    MonoBa ba = BuildMonoBa(scene, Gauge::kFree, 1.0, 0.0);
     Problem problem(&ba.graph);
     const Summary summary = problem.Solve();
     ASSERT_TRUE(IsConverged(summary.termination)) << summary.message;
@@ -57,8 +56,7 @@ TEST(Gauge, FreeHessianHasTheSevenKnownNullDirectionsAndNoOther) {
 TEST(Gauge, PriorsAndFixedFramesLeaveNoNullDirection) {
   const MonoBaScene scene = SimulateMonoBa(Scene(3, 20));
   for (const Gauge gauge : {Gauge::kPriorMinimal, Gauge::kPriorTwoFrames, Gauge::kFixTwoFrames}) {
-    MonoBa ba;
-    BuildMonoBa(scene, gauge, 1.0, 1.0, &ba);
+    MonoBa ba = BuildMonoBa(scene, gauge, 1.0, 1.0);
     Problem problem(&ba.graph);
     problem.MakeHessian();
     EXPECT_EQ(NullDimension(problem.Hessian()), 0);

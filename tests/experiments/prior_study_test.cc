@@ -28,8 +28,7 @@ PriorRun Solve(const PriorVariant& variant, double weight) {
 }
 
 TEST(PriorEdges, OfTheMinimalGaugeAreSevenConstraints) {
-  MonoBa ba;
-  BuildMonoBa(SimulateMonoBa(MonoBaOptions()), Gauge::kPriorMinimal, 1.0, 7.0, &ba);
+  MonoBa ba = BuildMonoBa(SimulateMonoBa(MonoBaOptions()), Gauge::kPriorMinimal, 1.0, 7.0);
   const auto priors = Priors(ba);
   ASSERT_EQ(priors.size(), 2u);
   EXPECT_EQ(priors[0]->Information(), 7.0 * MatXX::Identity(6, 6));
@@ -86,8 +85,7 @@ TEST(PriorOnTwoFrames, OfHugeWeightAgreesWithTwoFixedFrames) {
   const PriorVariant variant = Variant("course");  // starts at the truth, where the frames are fixed
   const MonoBaScene scene = SimulateMonoBa(variant.scene);
   const auto solve = [&](Gauge gauge, double weight) {
-    MonoBa ba;
-    BuildMonoBa(scene, gauge, variant.pixel_information, weight, &ba);
+    MonoBa ba = BuildMonoBa(scene, gauge, variant.pixel_information, weight);
     Problem problem(&ba.graph);
     problem.SetDamping(Damping::kDiagonal);
     EXPECT_TRUE(IsConverged(problem.Solve(TightOptions()).termination));

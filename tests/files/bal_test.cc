@@ -49,8 +49,7 @@ void Observe(BalProblem* problem) {
       problem->observations.push_back({static_cast<int>(i), static_cast<int>(k), Vec2::Zero()});
     }
   }
-  BalGraph bal;
-  BuildBal(*problem, nullptr, &bal);
+  BalGraph bal = BuildBal(*problem, nullptr);
   for (size_t i = 0; i < problem->observations.size(); ++i) {
     bal.graph.Edges()[i]->ComputeResidual();  // the prediction, since the measurement is zero
     problem->observations[i].pixel = bal.graph.Edges()[i]->Residual();
@@ -154,14 +153,12 @@ TEST(Bal, PlyHoldsPointsAndCameras) {
 TEST(Bal, GraphRefusesAnIndexOutOfRange) {
   BalProblem problem = SmallProblem();
   problem.observations[3].point = 12;
-  BalGraph bal;
-  EXPECT_THROW(BuildBal(problem, nullptr, &bal), std::invalid_argument);
+  EXPECT_THROW(BuildBal(problem, nullptr), std::invalid_argument);
 }
 
-TEST(Bal, AGraphIsBuiltAnewAndReadBackIntoItsOwnProblem) {
+TEST(Bal, AGraphIsReadBackIntoItsOwnProblem) {
   BalProblem problem = SmallProblem(), other;
-  BalGraph bal;
-  for (int times = 0; times < 2; ++times) BuildBal(problem, nullptr, &bal);
+  BalGraph bal = BuildBal(problem, nullptr);
   EXPECT_EQ(bal.graph.Edges().size(), problem.observations.size());
   EXPECT_THROW(ReadBack(bal, &other), std::invalid_argument);
   bal.points[0]->Parameters() << 1, 2, 3;
@@ -171,8 +168,7 @@ TEST(Bal, AGraphIsBuiltAnewAndReadBackIntoItsOwnProblem) {
 
 TEST(Bal, PerturbedProblemReturnsToItsPerfectFit) {
   BalProblem problem = SmallProblem();
-  BalGraph bal;
-  BuildBal(problem, nullptr, &bal);
+  BalGraph bal = BuildBal(problem, nullptr);
   EXPECT_LT(MeanReprojectionError(bal.graph), 1e-12);
   Random random(3);
   for (Vec3& point : problem.points) {
@@ -196,8 +192,7 @@ TEST(Bal, TheWorldsOriginIsOfNoMatter) {
     options.iterations = 200;
     const BalStudy study = SolveBal(problem, options);
     costs.push_back(study.summary.final_cost);
-    BalGraph bal;
-    BuildBal(study.after, nullptr, &bal);
+    BalGraph bal = BuildBal(study.after, nullptr);
     EXPECT_NEAR(Cost(bal.graph) / costs.back(), 1.0, 1e-4) << "what is returned is where the file has it";
   }
   EXPECT_NEAR(costs[1] / costs[0], 1.0, 1e-4);
@@ -237,8 +232,7 @@ TEST(Bal, HuberKeepsTheFitInSpiteOfAnOutlier) {
   FileSolveOptions options;
   const auto median_error = [&] {
     const BalStudy study = SolveBal(problem, options);
-    BalGraph bal;
-    BuildBal(study.after, nullptr, &bal);
+    BalGraph bal = BuildBal(study.after, nullptr);
     std::vector<double> errors;
     for (const auto& edge : bal.graph.Edges()) {
       edge->ComputeResidual();
@@ -285,8 +279,7 @@ void ExpectCost(const std::string& name, double cost) {
   EXPECT_GE(study.summary.final_cost, cost * (1.0 - 1e-3));
   EXPECT_TRUE(IsConverged(study.summary.termination)) << study.summary.message;
   // The cost is that of the states that are returned.
-  BalGraph bal;
-  BuildBal(study.after, nullptr, &bal);
+  BalGraph bal = BuildBal(study.after, nullptr);
   EXPECT_NEAR(Cost(bal.graph), study.summary.final_cost, 1e-9 * cost);
 }
 

@@ -43,8 +43,7 @@ TEST(G2o, G11_MarginalsOfPosesAndPointsEqualTheDenseInverse) {
 }
 
 TEST(G2o, G11_MarginalsOfInverseDepthsEqualTheDenseInverse) {
-  MonoBa scene;
-  BuildMonoBa(SimulateMonoBa({}), Gauge::kPriorTwoFrames, 1e4, 1e4, &scene);
+  MonoBa scene = BuildMonoBa(SimulateMonoBa({}), Gauge::kPriorTwoFrames, 1e4, 1e4);
   ExpectInverse(&scene.graph);
 }
 

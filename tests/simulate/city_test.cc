@@ -14,8 +14,7 @@ namespace {
 
 // ½ Σ ‖r‖² of the problem's pixels.
 double CostOf(const BalProblem& problem) {
-  BalGraph bal;
-  BuildBal(problem, nullptr, &bal);
+  BalGraph bal = BuildBal(problem, nullptr);
   return Cost(bal.graph);
 }
 
@@ -64,8 +63,7 @@ TEST(City, IsSolved) {
   const double expected = 0.5 * options.pixel_sigma * options.pixel_sigma * (m - n);
   double costs[2];
   for (const bool implicit : {false, true}) {
-    BalGraph bal;
-    BuildBal(city.start, nullptr, &bal);
+    BalGraph bal = BuildBal(city.start, nullptr);
     SparseOptimizer optimizer(&bal.graph);
     optimizer.SetDamping(Damping::kDiagonal);
     if (implicit) optimizer.SetReducedSolver(ReducedSolverType::kImplicitPcg, {1e-6, 0.0, 500, 0, {}});

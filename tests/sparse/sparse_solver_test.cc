@@ -73,8 +73,7 @@ TEST(SparseSolver, ALandmarkSeenOnceIsSingularUntilItIsDamped) {
 TEST(SparseSolver, AFreeGaugeIsSingularUntilItIsDamped) {
   MonoBaOptions options;
   options.pixel_sigma = options.depth_sigma = 0.0;  // the null space is exact at the truth
-  MonoBa scene;
-  BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, 1.0, 0.0, &scene);
+  MonoBa scene = BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, 1.0, 0.0);
   SparseSolver solver(&scene.graph);
   solver.SetOrdering();
   solver.MakeHessian();

@@ -67,8 +67,8 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, Ba
   // A BAL camera turns about the world's origin: from afar, its rotation and translation can hardly be told apart.
   const Vec3 place = FarPlace(problem);
   MoveWorld(-place, &study.after);
-  BalGraph bal;
-  BuildBal(study.after, options.huber > 0.0 ? std::make_shared<HuberLoss>(options.huber) : nullptr, &bal, move);
+  BalGraph bal =
+      BuildBal(study.after, options.huber > 0.0 ? std::make_shared<HuberLoss>(options.huber) : nullptr, move);
   for (size_t i = 0; i < problem.observations.size(); ++i) {
     bal.graph.Edges()[i]->ComputeResidual();
     if (bal.graph.Edges()[i]->Residual().allFinite()) continue;

@@ -22,8 +22,7 @@ MatXX SceneHessian() {
   MonoBaOptions options;
   options.frames = kFrames;
   options.points = kPoints;
-  MonoBa ba;
-  BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, 1.0 / std::pow(options.pixel_sigma, 2), 0.0, &ba);
+  MonoBa ba = BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, 1.0 / std::pow(options.pixel_sigma, 2), 0.0);
   Problem problem(&ba.graph);
   problem.Solve();
   problem.MakeHessian();

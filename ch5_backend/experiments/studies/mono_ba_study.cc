@@ -69,8 +69,7 @@ void AppendSummary(const MonoBaCase& study, const Summary& s, int unknowns, size
 
 // Appends H of the scene with a free gauge at the states of `ba`, its Schur complement on the poses, and what made their blocks.
 void AppendFreeHessian(const MonoBaCase& study, const MonoBaScene& scene, const MonoBa& ba, MonoBaTables* tables) {
-  MonoBa free;
-  BuildMonoBa(scene, Gauge::kFree, study.pixel_information, /*prior_weight=*/0.0, &free);
+  MonoBa free = BuildMonoBa(scene, Gauge::kFree, study.pixel_information, /*prior_weight=*/0.0);
   for (size_t i = 0; i < free.poses.size(); ++i) free.poses[i]->SetEstimate(ba.poses[i]->GetEstimate());
   for (size_t k = 0; k < free.landmarks.size(); ++k) {
     free.landmarks[k]->SetEstimate(ba.landmarks[k]->GetEstimate());
@@ -86,8 +85,7 @@ void AppendFreeHessian(const MonoBaCase& study, const MonoBaScene& scene, const 
 
 void RunCase(const MonoBaCase& study, MonoBaTables* tables) {
   const MonoBaScene scene = SimulateMonoBa(study.scene);
-  MonoBa ba;
-  BuildMonoBa(scene, study.gauge, study.pixel_information, study.prior_weight, &ba);
+  MonoBa ba = BuildMonoBa(scene, study.gauge, study.pixel_information, study.prior_weight);
   const Reconstruction truth = TruthOf(scene), initial = EstimateOf(scene, ba);
   Problem problem(&ba.graph);
   problem.SetDamping(study.damping);
@@ -120,8 +118,7 @@ void AppendSpectra(MonoBaTables* tables) {
                                                   {"prior on two frames", Gauge::kPriorTwoFrames},
                                                   {"two frames fixed", Gauge::kFixTwoFrames}};
   for (const auto& [name, gauge] : gauges) {
-    MonoBa ba;
-    BuildMonoBa(scene, gauge, information, /*prior_weight=*/information, &ba);
+    MonoBa ba = BuildMonoBa(scene, gauge, information, /*prior_weight=*/information);
     Problem problem(&ba.graph);
     problem.SetDamping(Damping::kDiagonal);
     problem.Solve();

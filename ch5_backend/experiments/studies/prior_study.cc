@@ -64,8 +64,7 @@ SolveOptions UsualOptions() {
 
 PriorRun RunPrior(const PriorVariant& variant, const MonoBaScene& scene, double weight, const SolveOptions& options) {
   PriorRun run;
-  MonoBa ba;
-  BuildMonoBa(scene, variant.gauge, variant.pixel_information, weight, &ba);
+  MonoBa ba = BuildMonoBa(scene, variant.gauge, variant.pixel_information, weight);
   Problem problem(&ba.graph);
   problem.SetDamping(variant.damping);
   const std::clock_t start = std::clock();

@@ -115,37 +115,38 @@ void PerturbStart(const Perturbation& start, uint64_t seed, VisualInertialScene*
   for (Vec3& point : scene->initial_points) point += NormalVector(&random, start.point);
 }
 
-void BuildVisualInertial(const VisualInertialScene& scene, VisualInertialBa* problem) {
+VisualInertialBa BuildVisualInertial(const VisualInertialScene& scene) {
+  VisualInertialBa problem;
   for (const StampedState& state : scene.initial) {
-    if (problem->poses.empty()) {
-      problem->first = std::make_shared<VertexReferencePose>(state.T_W_B.q, state.T_W_B.p);
-      problem->poses.push_back(problem->first);
+    if (problem.poses.empty()) {
+      problem.first = std::make_shared<VertexReferencePose>(state.T_W_B.q, state.T_W_B.p);
+      problem.poses.push_back(problem.first);
     } else {
-      problem->poses.push_back(std::make_shared<VertexPose>(state.T_W_B.q, state.T_W_B.p));
+      problem.poses.push_back(std::make_shared<VertexPose>(state.T_W_B.q, state.T_W_B.p));
     }
-    problem->graph.AddVertex(problem->poses.back());
+    problem.graph.AddVertex(problem.poses.back());
     Vec9 v_ba_bg;
     v_ba_bg << state.v_W, state.b_a, state.b_g;
-    problem->speed_biases.push_back(std::make_shared<VertexSpeedBias>(v_ba_bg));
-    problem->graph.AddVertex(problem->speed_biases.back());
+    problem.speed_biases.push_back(std::make_shared<VertexSpeedBias>(v_ba_bg));
+    problem.graph.AddVertex(problem.speed_biases.back());
   }
   for (const Vec3& point : scene.initial_points) {
-    problem->points.push_back(std::make_shared<VertexPointXYZ>(point));
-    problem->graph.AddVertex(problem->points.back());
+    problem.points.push_back(std::make_shared<VertexPointXYZ>(point));
+    problem.graph.AddVertex(problem.points.back());
   }
   const Mat22 W = std::pow(scene.calibration.fx / scene.pixel_sigma, 2) * Mat22::Identity();
   for (const auto& observation : scene.observations) {
-    auto edge =
-        std::make_shared<EdgeReprojectionXYZ>(problem->points[observation.point], problem->poses[observation.keyframe],
-                                              observation.u, scene.calibration.T_B_C);
+    auto edge = std::make_shared<EdgeReprojectionXYZ>(
+        problem.points[observation.point], problem.poses[observation.keyframe], observation.u, scene.calibration.T_B_C);
     edge->SetInformation(W);
-    problem->graph.AddEdge(edge);
+    problem.graph.AddEdge(edge);
   }
   const Vec3 reaction = -scene.calibration.GravityInWorld();
   for (size_t i = 0; i < scene.imu.size(); ++i) {
-    problem->graph.AddEdge(std::make_shared<EdgeImu>(problem->poses[i], problem->speed_biases[i], problem->poses[i + 1],
-                                                     problem->speed_biases[i + 1], scene.imu[i], reaction));
+    problem.graph.AddEdge(std::make_shared<EdgeImu>(problem.poses[i], problem.speed_biases[i], problem.poses[i + 1],
+                                                    problem.speed_biases[i + 1], scene.imu[i], reaction));
   }
+  return problem;
 }
 
 std::vector<StampedState> KeyframesOf(const VisualInertialScene& scene, const VisualInertialBa& problem) {

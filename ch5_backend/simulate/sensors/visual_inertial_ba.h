@@ -74,8 +74,8 @@ struct VisualInertialBa {
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
 };
 
-/// Adds the scene's vertices, at their perturbed values, and its edges.
-void BuildVisualInertial(const VisualInertialScene& scene, VisualInertialBa* problem);
+/// The scene's vertices, at their perturbed values, and its edges.
+VisualInertialBa BuildVisualInertial(const VisualInertialScene& scene);
 
 /// The present states, at the times of the truth.
 std::vector<StampedState> KeyframesOf(const VisualInertialScene& scene, const VisualInertialBa& problem);

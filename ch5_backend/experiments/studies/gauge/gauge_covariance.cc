@@ -35,7 +35,7 @@ MatXX CovarianceOf(const std::vector<HeldDirections>& held, int nullity, Solutio
 
 Solution SolveFor(const VisualInertialScene& scene, GaugeHandling handling) {
   Solution solution;
-  BuildVisualInertial(scene, &solution.problem);
+  solution.problem = BuildVisualInertial(scene);
   SparseOptimizer optimizer(&solution.problem.graph);
   HandleGauge(scene, {handling}, &solution.problem, &optimizer);
   GaugeSettings settings;

@@ -147,8 +147,7 @@ CsvTable GaugeSpectrumTable(int trial, const std::filesystem::path&) {
   CsvTable table("problem,index,eigenvalue");
   VisualInertialScene scene = SimulateVisualInertial(GaugeConfigurations(trial).front().options);
   for (const char* problem : {"camera and IMU", "camera alone"}) {
-    VisualInertialBa ba;
-    BuildVisualInertial(scene, &ba);
+    VisualInertialBa ba = BuildVisualInertial(scene);
     SparseSolver solver(&ba.graph);
     solver.SetOrdering();
     solver.MakeHessian();

@@ -69,8 +69,7 @@ void HandleGauge(const VisualInertialScene& scene, const GaugeMethod& method, Vi
 
 GaugeRun SolveGauge(const VisualInertialScene& scene, const GaugeMethod& method, const GaugeSettings& settings) {
   GaugeRun run;
-  VisualInertialBa problem;
-  BuildVisualInertial(scene, &problem);
+  VisualInertialBa problem = BuildVisualInertial(scene);
   SparseOptimizer optimizer(&problem.graph);
   HandleGauge(scene, method, &problem, &optimizer);
   optimizer.SetDamping(settings.damping);

@@ -31,8 +31,8 @@ MonoBaOptions Scene(int frames, int points) {
 double PixelInformation() { return 1.0 / std::pow(MonoBaOptions().pixel_sigma, 2); }
 
 // The gauge is free: a prior would be stage 3's.
-void BuildFree(const MonoBaOptions& options, MonoBa* ba) {
-  BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, PixelInformation(), /*prior_weight=*/0.0, ba);
+MonoBa BuildFree(const MonoBaOptions& options) {
+  return BuildMonoBa(SimulateMonoBa(options), Gauge::kFree, PixelInformation(), /*prior_weight=*/0.0);
 }
 
 void FixTwoFrames(MonoBa* ba) {
@@ -48,8 +48,7 @@ CsvTable ConvergenceTable(const Summary& summary) {
 // ---- Stages 1 to 4, and 7 -----------------------------------------------------------------------------------------
 
 void RunHessian(const Path& csv, const std::string&, const Show&) {
-  MonoBa ba;
-  BuildFree(MonoBaOptions(), &ba);
+  MonoBa ba = BuildFree(MonoBaOptions());
   FixTwoFrames(&ba);
   Problem problem(&ba.graph);
   problem.SetDamping(Damping::kDiagonal);
@@ -64,8 +63,7 @@ void RunHessian(const Path& csv, const std::string&, const Show&) {
   AppendNonZeros(delta_x, &matrices, "Δx");
   matrices.Write(csv / "matrices.csv");
 
-  MonoBa large;
-  BuildFree(Scene(10, 100), &large);
+  MonoBa large = BuildFree(Scene(10, 100));
   FixTwoFrames(&large);
   Problem solved(&large.graph);
   solved.SetDamping(Damping::kDiagonal);
@@ -80,9 +78,8 @@ void RunMarginal(const Path& csv, const std::string&, const Show&) {
   AppendNonZeros(chain.b_prior, &matrices, "b of the chain");
 
   // H and b by the sparse solver, so that nothing but this stage is tried.
-  MonoBa ba;
   const int frames = 5, points = 12;
-  BuildFree(Scene(frames, points), &ba);
+  MonoBa ba = BuildFree(Scene(frames, points));
   SparseSolver solver(&ba.graph);
   solver.SetOrdering();
   solver.MakeHessian();
@@ -105,8 +102,7 @@ void RunWeights(const Path& csv, const std::string&, const Show& progress) {
     const MonoBaScene scene = SimulateMonoBa(variant.scene);
     for (const double weight : weights) {
       if (weight == 0.0) continue;
-      MonoBa ba;
-      BuildMonoBa(scene, variant.gauge, variant.pixel_information, weight, &ba);
+      MonoBa ba = BuildMonoBa(scene, variant.gauge, variant.pixel_information, weight);
       Problem problem(&ba.graph);
       problem.SetDamping(variant.damping);
       const Summary summary = problem.Solve(UsualOptions());
@@ -125,13 +121,11 @@ void RunGauge(const Path& csv, const std::string&, const Show&) {
 // A scene, or a BAL problem; each solver begins at the same start.
 void Adjust(const std::string& data, const std::function<void(Graph*)>& solve) {
   if (data.empty()) {
-    MonoBa ba;
-    BuildFree(Scene(20, 300), &ba);
+    MonoBa ba = BuildFree(Scene(20, 300));
     FixTwoFrames(&ba);
     return solve(&ba.graph);
   }
-  BalGraph bal;
-  BuildBal(ReadBal(data), nullptr, &bal);
+  BalGraph bal = BuildBal(ReadBal(data), nullptr);
   solve(&bal.graph);
 }
 

@@ -78,8 +78,7 @@ CsvTable CompareRules() {
     Graph curve, valley;
     BuildCurve(&curve);
     BuildRosenbrock(&valley);
-    MonoBa ba;
-    BuildPerturbed(6, 60, 0.5, 0.1, &ba);
+    MonoBa ba = BuildPerturbed(6, 60, 0.5, 0.1);
     for (const auto& [name, graph] :
          {std::pair("curve", &curve), std::pair("valley", &valley), std::pair("bundle", &ba.graph)}) {
       Problem problem(graph);
@@ -108,8 +107,7 @@ VecX HalfDampedStep(const Problem& problem, double lambda, Eigen::Index poses) {
 // the decrease that the course's gain ratio predicts, ½ Δxᵀ(λΔx + b), and what each step really gains.
 CsvTable HalfDampedSteps() {
   CsvTable table("relative_lambda,step,half_damped_step,relative_difference,gain_ratio,half_damped_gain_ratio");
-  MonoBa ba;
-  BuildMonoBa(SimulateMonoBa(MonoBaOptions()), Gauge::kFixTwoFrames, 1.0, 0.0, &ba);
+  MonoBa ba = BuildMonoBa(SimulateMonoBa(MonoBaOptions()), Gauge::kFixTwoFrames, 1.0, 0.0);
   Problem problem(&ba.graph);
   problem.SetOrdering();
   problem.MakeHessian();
@@ -137,8 +135,7 @@ CsvTable HalfDampedSteps() {
 CsvTable StopTraces() {
   CsvTable table("information,iteration,cost,gradient_max");
   for (const double information : {1.0, 1e6, 1e10}) {
-    MonoBa ba;
-    BuildMonoBa(SimulateMonoBa(MonoBaOptions()), Gauge::kFixTwoFrames, information, 0.0, &ba);
+    MonoBa ba = BuildMonoBa(SimulateMonoBa(MonoBaOptions()), Gauge::kFixTwoFrames, information, 0.0);
     Problem problem(&ba.graph);
     SolveOptions options;
     options.max_iterations = 12;

@@ -65,8 +65,7 @@ struct Outcome {
 
 Outcome SolveWith(const MonoBaScene& scene, const Loss& loss) {
   const double information = 1.0 / std::pow(MonoBaOptions().pixel_sigma, 2);
-  MonoBa ba;
-  BuildMonoBa(scene, Gauge::kPriorMinimal, information, information, &ba);
+  MonoBa ba = BuildMonoBa(scene, Gauge::kPriorMinimal, information, information);
   for (const auto& edge : ba.graph.Edges()) {
     if (edge->ResidualDimension() == 2) edge->SetLossFunction(loss);
   }

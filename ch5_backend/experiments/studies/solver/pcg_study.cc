@@ -19,8 +19,7 @@ struct ReducedSystem {
 
 // S Δx_p = b_S of the scene at its start.
 ReducedSystem MakeReducedSystem() {
-  MonoBa ba;
-  BuildPerturbed(kFrames, kPoints, 0.1, 0.02, &ba);
+  MonoBa ba = BuildPerturbed(kFrames, kPoints, 0.1, 0.02);
   Problem problem(&ba.graph);
   problem.SetDamping(Damping::kDiagonal);
   problem.SetOrdering();

@@ -7,16 +7,16 @@
 
 namespace ch5 {
 
+/// A weak prior, of the observations' own information, holds the gauge.
 /// @param position_sigma  of the start [m];  @param rotation_sigma  likewise [rad]
-/// @param ba  a weak prior, of the observations' own information, holds the gauge
-inline void BuildPerturbed(int frames, int points, double position_sigma, double rotation_sigma, MonoBa* ba) {
+inline MonoBa BuildPerturbed(int frames, int points, double position_sigma, double rotation_sigma) {
   MonoBaOptions options;
   options.frames = frames;
   options.points = points;
   options.position_sigma = position_sigma;
   options.rotation_sigma = rotation_sigma;
   const double information = 1.0 / std::pow(options.pixel_sigma, 2);
-  BuildMonoBa(SimulateMonoBa(options), Gauge::kPriorMinimal, information, information, ba);
+  return BuildMonoBa(SimulateMonoBa(options), Gauge::kPriorMinimal, information, information);
 }
 
 }  // namespace ch5

@@ -40,8 +40,7 @@ void AppendPath(const std::string& name, Algorithm algorithm, CsvTable* table) {
 }
 
 void AppendDogleg(double radius, CsvTable* table) {
-  MonoBa ba;
-  BuildPerturbed(6, 60, 0.5, 0.1, &ba);
+  MonoBa ba = BuildPerturbed(6, 60, 0.5, 0.1);
   Problem problem(&ba.graph);
   SolveOptions options;
   options.algorithm = Algorithm::kDogleg;
