@@ -10,12 +10,9 @@
 namespace ch5 {
 namespace {
 
-double RequirePositive(double delta, const char* name) {
-  if (!(delta > 0.0) || !std::isfinite(delta)) {
-    throw std::invalid_argument(std::string(name) + ": the threshold must be positive and finite, got " +
-                                std::to_string(delta));
-  }
-  return delta;
+double RequirePositive(double threshold) {
+  if (threshold > 0.0 && std::isfinite(threshold)) return threshold;
+  throw std::invalid_argument("a loss's threshold must be positive and finite, got " + std::to_string(threshold));
 }
 
 // 2ρ'' where ρ' + 2ρ''s is positive. Huber's is zero; the margin keeps its rounding from switching the term on and off.
@@ -40,8 +37,8 @@ void LossFunction::Weigh(const double* s, int n, double* weight, double* rank_on
   }
 }
 
-ThresholdLoss::ThresholdLoss(const char* name, double threshold, LossCorrection correction)
-    : LossFunction(correction), threshold_(RequirePositive(threshold, name)), square_(threshold * threshold) {}
+ThresholdLoss::ThresholdLoss(double threshold, LossCorrection correction)
+    : LossFunction(correction), threshold_(RequirePositive(threshold)), square_(threshold * threshold) {}
 
 Rho HuberLoss::Evaluate(double s) const {
   if (s <= square_) return {s, 1.0, 0.0};
@@ -172,7 +169,7 @@ Rho DcsLoss::Evaluate(double s) const {
 ScaleDeltaLoss::ScaleDeltaLoss(std::shared_ptr<const LossFunction> kappa, double delta)
     : LossFunction(kappa ? kappa->Correction() : LossCorrection::kTriggs),
       kappa_(std::move(kappa)),
-      square_(RequirePositive(delta, "ScaleDeltaLoss") * delta) {
+      square_(RequirePositive(delta) * delta) {
   if (!kappa_) throw std::invalid_argument("ScaleDeltaLoss: there is no loss to scale (null)");
 }
 

@@ -40,29 +40,27 @@ class TrivialLoss : public LossFunction {
   Rho Evaluate(double s) const override { return {s, 1.0, 0.0}; }
 };
 
-/// A loss with a threshold.
+/// A loss with a threshold, the δ or φ of its formula.
 class ThresholdLoss : public LossFunction {
- protected:
-  /// @param name  the loss's, for the message
+ public:
   /// @throws std::invalid_argument unless `threshold` > 0 is finite
-  ThresholdLoss(const char* name, double threshold, LossCorrection correction);
+  explicit ThresholdLoss(double threshold, LossCorrection correction = LossCorrection::kTriggs);
 
+ protected:
   double threshold_, square_;  // δ and δ², or φ and φ²
 };
 
 /// ρ(s) = s for s ≤ δ², else 2δ√s − δ².
 class HuberLoss : public ThresholdLoss {
  public:
-  explicit HuberLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
-      : ThresholdLoss("HuberLoss", delta, correction) {}
+  using ThresholdLoss::ThresholdLoss;
   Rho Evaluate(double s) const override;
 };
 
 /// ρ(s) = δ² log(1 + s/δ²).
 class CauchyLoss : public ThresholdLoss {
  public:
-  explicit CauchyLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
-      : ThresholdLoss("CauchyLoss", delta, correction) {}
+  using ThresholdLoss::ThresholdLoss;
   Rho Evaluate(double s) const override;
   Rho EvaluateSlopes(double s) const override;
   double Sum(const double* s, int n) const override;
@@ -72,48 +70,42 @@ class CauchyLoss : public ThresholdLoss {
 /// ρ(s) = δ²/3 (1 − (1 − s/δ²)³) for s ≤ δ², else δ²/3: an outlier has no influence at all.
 class TukeyLoss : public ThresholdLoss {
  public:
-  explicit TukeyLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
-      : ThresholdLoss("TukeyLoss", delta, correction) {}
+  using ThresholdLoss::ThresholdLoss;
   Rho Evaluate(double s) const override;
 };
 
 /// ρ(s) = 2δ² (√(1 + s/δ²) − 1): Huber without a corner.
 class PseudoHuberLoss : public ThresholdLoss {
  public:
-  explicit PseudoHuberLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
-      : ThresholdLoss("PseudoHuberLoss", delta, correction) {}
+  using ThresholdLoss::ThresholdLoss;
   Rho Evaluate(double s) const override;
 };
 
 /// ρ(s) = φs/(φ + s), which never exceeds φ. Mind that φ is a threshold on s, not on √s, as in g2o.
 class GemanMcClureLoss : public ThresholdLoss {
  public:
-  explicit GemanMcClureLoss(double phi, LossCorrection correction = LossCorrection::kTriggs)
-      : ThresholdLoss("GemanMcClureLoss", phi, correction) {}
+  using ThresholdLoss::ThresholdLoss;
   Rho Evaluate(double s) const override;
 };
 
 /// ρ(s) = δ² (1 − exp(−s/δ²)).
 class WelschLoss : public ThresholdLoss {
  public:
-  explicit WelschLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
-      : ThresholdLoss("WelschLoss", delta, correction) {}
+  using ThresholdLoss::ThresholdLoss;
   Rho Evaluate(double s) const override;
 };
 
 /// ρ(s) = 2δ² (√s/δ − log(1 + √s/δ)).  ρ'' has a pole at s = 0, where only ρ''s = 0 matters: it is given as 0 there.
 class FairLoss : public ThresholdLoss {
  public:
-  explicit FairLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
-      : ThresholdLoss("FairLoss", delta, correction) {}
+  using ThresholdLoss::ThresholdLoss;
   Rho Evaluate(double s) const override;
 };
 
 /// ρ(s) = min(s, δ²): truncated least squares.
 class SaturatedLoss : public ThresholdLoss {
  public:
-  explicit SaturatedLoss(double delta, LossCorrection correction = LossCorrection::kTriggs)
-      : ThresholdLoss("SaturatedLoss", delta, correction) {}
+  using ThresholdLoss::ThresholdLoss;
   Rho Evaluate(double s) const override;
 };
 
@@ -122,8 +114,7 @@ class SaturatedLoss : public ThresholdLoss {
 /// of which c² is not the derivative; a gain ratio needs the integral.)
 class DcsLoss : public ThresholdLoss {
  public:
-  explicit DcsLoss(double phi, LossCorrection correction = LossCorrection::kTriggs)
-      : ThresholdLoss("DcsLoss", phi, correction) {}
+  using ThresholdLoss::ThresholdLoss;
   Rho Evaluate(double s) const override;
 };
 
