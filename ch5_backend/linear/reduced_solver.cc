@@ -86,7 +86,7 @@ class AutomaticCholesky : public ReducedSolver {
     EliminationPlan plan;
     if (!dense) plan = PlanElimination(S);
     if (dense || plan.multiplications > 0.5 * n * n * n / 6.0) {
-      chosen_ = MakeDenseCholesky();
+      chosen_ = std::make_unique<DenseCholesky>();
       chosen_->Prepare(S, pool);
     } else {
       auto sparse = std::make_unique<SparseCholeskySolver>();
@@ -106,10 +106,9 @@ class AutomaticCholesky : public ReducedSolver {
 
 class BlockPcg : public ReducedSolver {
  public:
-  BlockPcg(int max_iterations, double tolerance) : max_iterations_(max_iterations), tolerance_(tolerance) {}
+  explicit BlockPcg(double tolerance) : tolerance_(tolerance) {}
 
   void Prepare(const SymmetricBlockMatrix& S, ThreadPool* /*pool*/) override {
-    limit_ = max_iterations_ > 0 ? max_iterations_ : 10 * S.Size() + 100;
     iterate_.Resize(S.Size());
     factors_.clear();
     factors_.reserve(static_cast<size_t>(S.NumColumns()));  // not to be copied before they are computed
@@ -124,7 +123,7 @@ class BlockPcg : public ReducedSolver {
     const auto is_enough = [&](const LinearIterate& iterate) { return iterate.r.norm() <= goal; };
     x->setZero(b.size());
     iterate_.StartAtZero(b, precondition);
-    return ConjugateGradients(multiply, precondition, is_enough, limit_, &iterate_, x) && x->allFinite();
+    return ConjugateGradients(multiply, precondition, is_enough, 10 * S.Size() + 100, &iterate_, x) && x->allFinite();
   }
 
  private:
@@ -147,7 +146,6 @@ class BlockPcg : public ReducedSolver {
     }
   }
 
-  int max_iterations_, limit_ = 0;
   double tolerance_;
   std::vector<Eigen::LLT<MatXX>> factors_;
   LinearIterate iterate_;
@@ -190,22 +188,17 @@ ReducedSolverType ChooseReducedSolver(ReducedSolverType type, int num_poses, boo
 
 std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type) {
   switch (type) {
-    case ReducedSolverType::kDenseCholesky: return MakeDenseCholesky();
-    case ReducedSolverType::kSparseCholesky: return MakeSparseCholesky();
-    case ReducedSolverType::kPcg: return MakeBlockPcg(0, 1e-14);
+    case ReducedSolverType::kDenseCholesky: return std::make_unique<DenseCholesky>();
+    case ReducedSolverType::kSparseCholesky: return std::make_unique<SparseCholeskySolver>();
+    case ReducedSolverType::kPcg: return MakeBlockPcg(1e-14);
     case ReducedSolverType::kImplicitPcg:
     case ReducedSolverType::kPowerSeries:
     case ReducedSolverType::kAutomatic: break;
   }
-  return MakeCholesky();
+  return std::make_unique<AutomaticCholesky>();
 }
 
-std::unique_ptr<ReducedSolver> MakeSparseCholesky() { return std::make_unique<SparseCholeskySolver>(); }
-std::unique_ptr<ReducedSolver> MakeCholesky() { return std::make_unique<AutomaticCholesky>(); }
-std::unique_ptr<ReducedSolver> MakeDenseCholesky() { return std::make_unique<DenseCholesky>(); }
-std::unique_ptr<ReducedSolver> MakeBlockPcg(int max_iterations, double tolerance) {
-  return std::make_unique<BlockPcg>(max_iterations, tolerance);
-}
+std::unique_ptr<ReducedSolver> MakeBlockPcg(double tolerance) { return std::make_unique<BlockPcg>(tolerance); }
 std::unique_ptr<ReducedSolver> MakePseudoInverse(int nullity) { return std::make_unique<PseudoInverse>(nullity); }
 
 }  // namespace ch5

@@ -61,21 +61,14 @@ class ReducedSolver {
 /// @param tied_by_landmarks_alone  no edge has two free poses
 ReducedSolverType ChooseReducedSolver(ReducedSolverType type, int num_poses, bool tied_by_landmarks_alone);
 
-/// The one that `type` names, which must not be implicit; PCG to 1e-14.
+/// The one that `type` names: dense Cholesky, n³/6 multiplications, best where nearly all poses share landmarks; sparse
+/// Cholesky (sparse_cholesky.h), best where a pose has few neighbors, as in a pose graph; PCG to 1e-14. Of kAutomatic and of
+/// the implicit types, dense or sparse by the rule above.
 std::unique_ptr<ReducedSolver> MakeReducedSolver(ReducedSolverType type);
 
-/// Dense Cholesky, n³/6 multiplications: best where nearly all poses share landmarks.
-std::unique_ptr<ReducedSolver> MakeDenseCholesky();
-
-/// Sparse Cholesky, see sparse_cholesky.h: best where a pose has few neighbors, as in a pose graph.
-std::unique_ptr<ReducedSolver> MakeSparseCholesky();
-
-/// Dense or sparse, by the rule of ReducedSolverType::kAutomatic.
-std::unique_ptr<ReducedSolver> MakeCholesky();
-
 /// Conjugate gradients, preconditioned by the inverses of S's diagonal blocks (Schur-Jacobi).
-/// @param tolerance  stops at ‖r‖ ≤ tolerance·‖b‖, or after `max_iterations`; 0 means 10 n + 100
-std::unique_ptr<ReducedSolver> MakeBlockPcg(int max_iterations, double tolerance);
+/// @param tolerance  stops at ‖r‖ ≤ tolerance·‖b‖, or after 10 n + 100 iterations
+std::unique_ptr<ReducedSolver> MakeBlockPcg(double tolerance);
 
 /// x = S⁺b by the eigenvectors of S: a free gauge solved without damping, for up to a few hundred unknowns. The step has
 /// the smallest norm of all that solve the system, counting the poses; the landmarks follow.

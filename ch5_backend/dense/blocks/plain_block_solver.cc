@@ -19,7 +19,8 @@ MatXX& SparseBlocks::operator()(int i, int j) {
   throw std::out_of_range(name_ + " has no block (" + std::to_string(i) + ", " + std::to_string(j) + ")");
 }
 
-PlainBlockSolver::PlainBlockSolver(Graph* graph) : graph_(graph), reduced_solver_(MakeCholesky()) {}
+PlainBlockSolver::PlainBlockSolver(Graph* graph)
+    : graph_(graph), reduced_solver_(MakeReducedSolver(ReducedSolverType::kAutomatic)) {}
 
 PlainBlockSolver::~PlainBlockSolver() = default;
 

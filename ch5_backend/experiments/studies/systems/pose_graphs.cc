@@ -38,9 +38,9 @@ double PeakMegabytes() {
 
 // nullptr if this program has it not.
 std::unique_ptr<ReducedSolver> SolverOf(const std::string& name) {
-  if (name == "dense") return MakeDenseCholesky();
-  if (name == "sparse") return MakeSparseCholesky();
-  if (name == "pcg") return MakeBlockPcg(0, 1e-6);  // g2o's tolerance
+  if (name == "dense") return MakeReducedSolver(ReducedSolverType::kDenseCholesky);
+  if (name == "sparse") return MakeReducedSolver(ReducedSolverType::kSparseCholesky);
+  if (name == "pcg") return MakeBlockPcg(1e-6);  // g2o's tolerance
 #ifdef CH5_HAS_CHOLMOD
   return MakeCholmodSolver();
 #else
