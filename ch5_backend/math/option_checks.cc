@@ -27,4 +27,8 @@ void CheckPositive(const char* field, double value) {
   if (!(value > 0.0) || !std::isfinite(value)) Refuse(field, value, "greater than 0 and finite");
 }
 
+void CheckNotNegative(const char* field, double value) {
+  if (!(value >= 0.0) || !std::isfinite(value)) Refuse(field, value, "at least 0 and finite");
+}
+
 }  // namespace ch5

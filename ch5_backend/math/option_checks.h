@@ -16,7 +16,8 @@ class OptionError : public std::invalid_argument {
 /// @throws OptionError unless least ≤ value ≤ most; NaN is refused
 void CheckOption(const char* field, double value, double least, double most = std::numeric_limits<double>::infinity());
 
-/// @throws OptionError unless the value is finite and greater than zero
+/// @throws OptionError unless the value is finite and greater than zero, or not less than zero
 void CheckPositive(const char* field, double value);
+void CheckNotNegative(const char* field, double value);
 
 }  // namespace ch5

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/math/so3.h"
 #include "ch5_backend/simulate/random.h"
 
@@ -19,14 +18,12 @@ constexpr double kMissed = 0.2;  // of the views
 constexpr int kFewestViews = 3;
 
 void Validate(const CityOptions& options) {
-  const auto require = [](bool condition, const std::string& what) {
-    if (!condition) throw std::invalid_argument("SimulateCity: " + what);
-  };
-  require(options.cameras >= 2, "cameras = " + std::to_string(options.cameras) + ", at least 2 are needed");
-  require(std::isfinite(options.points_per_meter) && options.points_per_meter > 0.0,
-          "points_per_meter must be positive");
-  for (const double sigma : {options.pixel_sigma, options.position_sigma, options.rotation_sigma, options.point_sigma})
-    require(std::isfinite(sigma) && sigma >= 0.0, "a sigma must be finite and not negative");
+  CheckOption("CityOptions::cameras", options.cameras, 2);
+  CheckPositive("CityOptions::points_per_meter", options.points_per_meter);
+  CheckNotNegative("CityOptions::pixel_sigma", options.pixel_sigma);
+  CheckNotNegative("CityOptions::position_sigma", options.position_sigma);
+  CheckNotNegative("CityOptions::rotation_sigma", options.rotation_sigma);
+  CheckNotNegative("CityOptions::point_sigma", options.point_sigma);
 }
 
 // A place on a street, and where the street leads.

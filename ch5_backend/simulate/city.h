@@ -31,7 +31,7 @@ struct City {
 };
 
 /// Points with fewer than three views are left out.
-/// @throws std::invalid_argument if there are fewer than 2 cameras, no points, or if a σ is negative or not finite
+/// @throws OptionError if there are fewer than 2 cameras, no points, or if a σ is negative or not finite
 City SimulateCity(const CityOptions& options);
 
 }  // namespace ch5

@@ -1,21 +1,12 @@
 #include "ch5_backend/simulate/mono_ba.h"
 
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/simulate/random.h"
 
 namespace ch5 {
 namespace {
-
-void Require(bool condition, const std::string& what) {
-  if (!condition) throw std::invalid_argument("SimulateMonoBa: " + what);
-}
-
-void RequireSigma(double sigma, const char* name) {
-  Require(std::isfinite(sigma) && sigma >= 0.0, std::string(name) + " must be finite and not negative");
-}
 
 Transform FrameOnCircle(int n, int frames) {
   const double theta = 2.0 * M_PI * n / (4.0 * frames);
@@ -29,12 +20,12 @@ Transform FrameOnCircle(int n, int frames) {
 }  // namespace
 
 MonoBaScene SimulateMonoBa(const MonoBaOptions& options) {
-  Require(options.frames >= 2, "frames = " + std::to_string(options.frames) + ", at least 2 are needed");
-  Require(options.points >= 1, "points = " + std::to_string(options.points) + ", at least 1 is needed");
-  RequireSigma(options.pixel_sigma, "pixel_sigma");
-  RequireSigma(options.depth_sigma, "depth_sigma");
-  RequireSigma(options.position_sigma, "position_sigma");
-  RequireSigma(options.rotation_sigma, "rotation_sigma");
+  CheckOption("MonoBaOptions::frames", options.frames, 2);
+  CheckOption("MonoBaOptions::points", options.points, 1);
+  CheckNotNegative("MonoBaOptions::pixel_sigma", options.pixel_sigma);
+  CheckNotNegative("MonoBaOptions::depth_sigma", options.depth_sigma);
+  CheckNotNegative("MonoBaOptions::position_sigma", options.position_sigma);
+  CheckNotNegative("MonoBaOptions::rotation_sigma", options.rotation_sigma);
 
   MonoBaScene scene;
   Random random(options.seed);

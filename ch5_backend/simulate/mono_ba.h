@@ -32,7 +32,7 @@ struct MonoBaScene {
   std::vector<double> initial_inverse_depths;  ///< [1/m], in frame 0
 };
 
-/// @throws std::invalid_argument if frames < 2, points < 1, or a σ is negative or not finite
+/// @throws OptionError if frames < 2, points < 1, or a σ is negative or not finite
 MonoBaScene SimulateMonoBa(const MonoBaOptions& options);
 
 /// The scene as a graph, ready to be solved.

@@ -50,8 +50,7 @@ std::optional<Vec2> RayOf(const cv::Point2f& pixel, const Camera& camera, const 
 
 std::optional<cv::Point2f> PixelOf(const Vec2& x, const Camera& camera, const Lens& lens) {
   const Vec2 pixel = camera.Pixel(lens.Distort(x));
-  const bool inside = pixel.minCoeff() >= 0.0 && pixel.x() < camera.width && pixel.y() < camera.height;
-  if (!inside) return std::nullopt;
+  if (!camera.Contains(pixel)) return std::nullopt;
   return cv::Point2f(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
 }
 

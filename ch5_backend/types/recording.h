@@ -31,6 +31,8 @@ struct Camera {
   /// From the normalized plane to pixels and back.
   Vec2 Pixel(const Vec2& x) const { return {fx * x.x() + cx, fy * x.y() + cy}; }
   Vec2 Normalized(const Vec2& pixel) const { return {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy}; }
+  /// Whether a pixel lies in the image.
+  bool Contains(const Vec2& pixel) const { return pixel.minCoeff() >= 0.0 && pixel.x() < width && pixel.y() < height; }
 };
 
 /// Camera 0, perhaps a second one that takes its images at the same times, and the IMU with its noise densities.

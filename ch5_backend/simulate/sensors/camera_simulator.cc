@@ -1,27 +1,28 @@
 #include "ch5_backend/simulate/sensors/camera_simulator.h"
 
 #include <optional>
-#include <stdexcept>
-#include <string>
 
+#include "ch5_backend/math/option_checks.h"
+#include "ch5_backend/math/transform.h"
 #include "ch5_backend/simulate/random.h"
 
 namespace ch5 {
 namespace {
 
 void Check(const Calibration& c, const CameraOptions& o) {
-  const auto require = [](bool condition, const char* what) {
-    if (!condition) throw std::invalid_argument(std::string("SimulateCamera: ") + what);
-  };
-  const auto is_fraction = [](double x) { return x >= 0.0 && x <= 1.0; };
-  require(c.camera_rate > 0.0, "camera_rate must be positive");
-  require(c.fx > 0.0 && c.fy > 0.0 && c.width > 0 && c.height > 0, "focal lengths and image size must be positive");
-  require(std::isfinite(o.pixel_sigma) && o.pixel_sigma >= 0.0, "pixel_sigma must be finite and not negative");
-  require(0.0 < o.near && o.near < o.far, "0 < near < far must hold");
-  require(o.max_tracks >= 0 && o.max_track_length >= 1, "max_tracks ≥ 0 and max_track_length ≥ 1 must hold");
-  require(is_fraction(o.drop_probability), "drop_probability must lie in [0, 1]");
-  require(is_fraction(o.outlier_fraction), "outlier_fraction must lie in [0, 1]");
-  require(std::isfinite(o.time_offset), "time_offset must be finite");
+  CheckPositive("Calibration::camera_rate", c.camera_rate);
+  CheckPositive("Calibration::fx", c.fx);
+  CheckPositive("Calibration::fy", c.fy);
+  CheckOption("Calibration::width", c.width, 1);
+  CheckOption("Calibration::height", c.height, 1);
+  CheckNotNegative("CameraOptions::pixel_sigma", o.pixel_sigma);
+  CheckPositive("CameraOptions::near", o.near);
+  CheckOption("CameraOptions::far", o.far, o.near);
+  CheckOption("CameraOptions::max_tracks", o.max_tracks, 0);
+  CheckOption("CameraOptions::max_track_length", o.max_track_length, 1);
+  CheckOption("CameraOptions::drop_probability", o.drop_probability, 0, 1);
+  CheckOption("CameraOptions::outlier_fraction", o.outlier_fraction, 0, 1);
+  CheckOption("CameraOptions::time_offset", o.time_offset, -1e6, 1e6);
 }
 
 // Follows the points from image to image.
@@ -45,7 +46,7 @@ class FrontEnd {
   std::vector<TrackedPoint> LookWithCamera0(const Transform& T_W_B) {
     std::vector<TrackedPoint> observations;
     std::vector<size_t> candidates;
-    const Transform T_W_C = Place(calibration_, T_W_B);
+    const Transform T_W_C = T_W_B * calibration_.T_B_C;
     for (size_t k = 0; k < points_W_.size(); ++k) {
       Track& track = tracks_[k];
       track.x = Project(calibration_, T_W_C, points_W_[k]);
@@ -70,7 +71,7 @@ class FrontEnd {
   std::vector<TrackedPoint> LookWithCamera1(const Transform& T_W_B) {
     const Camera& camera = *calibration_.camera1;
     std::vector<TrackedPoint> observations;
-    const Transform T_W_C = Place(camera, T_W_B);
+    const Transform T_W_C = T_W_B * camera.T_B_C;
     for (size_t k = 0; k < points_W_.size(); ++k) {
       if (!tracks_[k].id) continue;
       const std::optional<Vec2> x = Project(camera, T_W_C, points_W_[k]);
@@ -85,17 +86,11 @@ class FrontEnd {
     std::optional<Vec2> x;  // where the point is in this image [normalized], if in it
   };
 
-  static Transform Place(const Camera& camera, const Transform& T_W_B) {
-    return {T_W_B.q * camera.T_B_C.q, T_W_B.q * camera.T_B_C.p + T_W_B.p};
-  }
-
   std::optional<Vec2> Project(const Camera& camera, const Transform& T_W_C, const Vec3& p_W) const {
     const Vec3 p_C = T_W_C.q.conjugate() * (p_W - T_W_C.p);
     if (!(p_C.z() >= options_.near && p_C.z() <= options_.far)) return std::nullopt;
-    const Vec2 x = p_C.hnormalized(), pixel = camera.Pixel(x);
-    const bool inside = pixel.x() >= 0.0 && pixel.x() < camera.width &&  //
-                        pixel.y() >= 0.0 && pixel.y() < camera.height;
-    return inside ? std::optional<Vec2>(x) : std::nullopt;
+    const Vec2 x = p_C.hnormalized();
+    return camera.Contains(camera.Pixel(x)) ? std::optional<Vec2>(x) : std::nullopt;
   }
 
   bool Loses(const Track& track) {

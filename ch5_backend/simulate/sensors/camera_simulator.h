@@ -28,7 +28,7 @@ struct CameraOptions {
 /// @param points_W     landmarks in W [m]
 /// @param calibration  camera_rate, and of each camera T_B_C, intrinsics and image size
 /// @return  the images stamped n/camera_rate whose time n/camera_rate + time_offset lies within the trajectory
-/// @throws std::invalid_argument unless rates, sizes and depths are positive and fractions lie in [0, 1]
+/// @throws OptionError unless rates, sizes and depths are positive and fractions lie in [0, 1]
 std::vector<Image> SimulateCamera(const Trajectory& trajectory, const std::vector<Vec3>& points_W,
                                   const Calibration& calibration, const CameraOptions& options);
 

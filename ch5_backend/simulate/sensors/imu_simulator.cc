@@ -1,23 +1,20 @@
 #include "ch5_backend/simulate/sensors/imu_simulator.h"
 
-#include <stdexcept>
-#include <string>
-
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/simulate/random.h"
 
 namespace ch5 {
 namespace {
 
 void Check(const Calibration& calibration, const ImuOptions& options) {
-  const auto require = [](bool condition, const std::string& what) {
-    if (!condition) throw std::invalid_argument("SimulateImu: " + what);
-  };
-  const ImuNoise& n = calibration.noise;
-  require(calibration.imu_rate > 0.0, "imu_rate must be positive");
-  require(n.continuous, "the noise must be given as densities (ImuNoise::continuous)");
-  for (const double x : {n.accelerometer, n.gyroscope, n.accelerometer_walk, n.gyroscope_walk, options.noise_scale}) {
-    require(std::isfinite(x) && x >= 0.0, "a noise of " + std::to_string(x) + ", must be finite and not negative");
-  }
+  const ImuNoise& noise = calibration.noise;
+  CheckPositive("Calibration::imu_rate", calibration.imu_rate);
+  if (!noise.continuous) throw OptionError("SimulateImu: the noise must be given as densities (ImuNoise::continuous)");
+  CheckNotNegative("ImuNoise::accelerometer", noise.accelerometer);
+  CheckNotNegative("ImuNoise::gyroscope", noise.gyroscope);
+  CheckNotNegative("ImuNoise::accelerometer_walk", noise.accelerometer_walk);
+  CheckNotNegative("ImuNoise::gyroscope_walk", noise.gyroscope_walk);
+  CheckNotNegative("ImuOptions::noise_scale", options.noise_scale);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ struct SimulatedImu {
 };
 
 /// @param calibration  the IMU's rate, its noise densities, gravity
-/// @throws std::invalid_argument if the rate is not positive, or the noise not a finite density (noise.continuous)
+/// @throws OptionError if the rate is not positive, or the noise not a finite density (noise.continuous)
 SimulatedImu SimulateImu(const Trajectory& trajectory, const Calibration& calibration, const ImuOptions& options);
 
 }  // namespace ch5

@@ -2,8 +2,8 @@
 
 #include <memory>
 #include <stdexcept>
-#include <string>
 
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/simulate/sensors/spline.h"
 
@@ -67,13 +67,13 @@ Trajectory GaugePaperPath(GaugePath path) {
 }
 
 Trajectory Handheld(const HandheldOptions& o) {
-  const auto require = [](bool condition, const char* what) {
-    if (!condition) throw std::invalid_argument(std::string("Handheld: ") + what);
-  };
-  require(o.duration > 0.0 && o.duration < 1e6, "duration must be positive and below 1e6 s");
-  require(o.knot_spacing > 0.0, "knot_spacing must be positive");
-  require(o.standstill_seconds >= 0.0, "standstill_seconds must not be negative");
-  require(o.position_sigma >= 0.0 && o.yaw_step >= 0.0 && o.tilt_sigma >= 0.0, "a spread must not be negative");
+  CheckPositive("HandheldOptions::duration", o.duration);
+  CheckOption("HandheldOptions::duration", o.duration, 0, 1e6);
+  CheckPositive("HandheldOptions::knot_spacing", o.knot_spacing);
+  CheckNotNegative("HandheldOptions::standstill_seconds", o.standstill_seconds);
+  CheckNotNegative("HandheldOptions::position_sigma", o.position_sigma);
+  CheckNotNegative("HandheldOptions::yaw_step", o.yaw_step);
+  CheckNotNegative("HandheldOptions::tilt_sigma", o.tilt_sigma);
 
   // Piece i ends at control point i + 5, so the first moving one is 5 after the last still piece. Two pieces before 0
   // and after the end leave room for a camera whose clock is off.

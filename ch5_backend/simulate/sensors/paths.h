@@ -27,7 +27,7 @@ struct HandheldOptions {
 
 /// A smooth random motion as of a hand or a small drone: quintic B-splines through seeded control points. Heights are
 /// halved. With the defaults: on average about 1 m/s and 2 m/s², within 2.5 m of the origin.
-/// @throws std::invalid_argument if a time is not positive, or a spread negative
+/// @throws OptionError if a time is not positive, or a spread negative
 Trajectory Handheld(const HandheldOptions& options);
 
 }  // namespace ch5

@@ -20,12 +20,12 @@ struct SimulationOptions {
 };
 
 /// IMU, images and ground truth (at the IMU's rate) along `trajectory` among the landmarks `points_W`.
-/// @throws std::invalid_argument as SimulateImu and SimulateCamera do
+/// @throws OptionError as SimulateImu and SimulateCamera do
 Recording SimulateRecording(const Trajectory& trajectory, const std::vector<Vec3>& points_W,
                             const SimulationOptions& options = {});
 
 /// A hand-held camera in a room of 10 m × 10 m × 5 m with so many landmarks on its walls, drawn with `seed`.
-/// @throws std::invalid_argument as Handheld and SimulateRecording do
+/// @throws OptionError as Handheld and SimulateRecording do
 Recording SimulateInRoom(const HandheldOptions& path, int landmarks, const SimulationOptions& options = {},
                          uint64_t seed = 1);
 

@@ -1,9 +1,8 @@
 #include "ch5_backend/simulate/sensors/visual_inertial_ba.h"
 
 #include <algorithm>
-#include <stdexcept>
-#include <string>
 
+#include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/simulate/sensors/imu_simulator.h"
 #include "ch5_backend/simulate/sensors/scene_points.h"
@@ -17,15 +16,13 @@ namespace {
 constexpr double kNear = 2.0, kFar = 6.0, kNearest = 0.3;  // depths of random points, and of anything seen [m]
 
 void Check(const VisualInertialOptions& o) {
-  const auto require = [](bool condition, const char* what) {
-    if (!condition) throw std::invalid_argument(std::string("SimulateVisualInertial: ") + what);
-  };
-  require(o.keyframes >= 2, "there must be two keyframes at least");
-  require(o.num_points >= 1, "there must be a point at least");
-  require(o.pixel_sigma > 0.0 && std::isfinite(o.pixel_sigma), "pixel_sigma must be positive and finite");
-  for (const double sigma : {o.start.position, o.start.rotation, o.start.velocity, o.start.point}) {
-    require(sigma >= 0.0 && std::isfinite(sigma), "a perturbation must be finite and not negative");
-  }
+  CheckOption("VisualInertialOptions::keyframes", o.keyframes, 2);
+  CheckOption("VisualInertialOptions::num_points", o.num_points, 1);
+  CheckPositive("VisualInertialOptions::pixel_sigma", o.pixel_sigma);
+  CheckNotNegative("Perturbation::position", o.start.position);
+  CheckNotNegative("Perturbation::rotation", o.start.rotation);
+  CheckNotNegative("Perturbation::velocity", o.start.velocity);
+  CheckNotNegative("Perturbation::point", o.start.point);
 }
 
 // Where the point stands in the image [px], if it is there.
@@ -34,9 +31,7 @@ std::optional<Vec2> Project(const Calibration& calibration, const Transform& T_W
   const Vec3 p_C = T_B_C.q.conjugate() * (T_W_B.q.conjugate() * (p_W - T_W_B.p) - T_B_C.p);
   if (p_C.z() < kNearest) return std::nullopt;
   const Vec2 pixel = calibration.Pixel(p_C.hnormalized());
-  const bool inside = pixel.x() >= 0.0 && pixel.x() < calibration.width &&  //
-                      pixel.y() >= 0.0 && pixel.y() < calibration.height;
-  return inside ? std::optional<Vec2>(pixel) : std::nullopt;
+  return calibration.Contains(pixel) ? std::optional<Vec2>(pixel) : std::nullopt;
 }
 
 // Points that enough keyframes see, each with its pixels [keyframe, pixel].

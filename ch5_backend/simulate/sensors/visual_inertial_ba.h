@@ -59,7 +59,7 @@ struct VisualInertialScene {
   std::vector<Vec3> initial_points;
 };
 
-/// @throws std::invalid_argument if there are fewer than 2 keyframes or 1 point, or a σ is negative
+/// @throws OptionError if there are fewer than 2 keyframes or 1 point, or a σ is negative
 VisualInertialScene SimulateVisualInertial(const VisualInertialOptions& options);
 
 /// Sets `initial` and `initial_points`: the truth and noise.
