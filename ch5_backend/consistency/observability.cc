@@ -42,13 +42,41 @@ Eigen::Matrix<double, Eigen::Dynamic, 4> PositionYawDirections(const std::vector
   return N;
 }
 
-EdgeWithModifiedJacobians::EdgeWithModifiedJacobians(std::shared_ptr<Edge> edge)
+namespace {
+
+class EdgeObservabilityConstrained : public Edge {
+ public:
+  EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior& prior,
+                               const std::vector<const Vertex*>& local_poses);
+  void ComputeResidual() override {
+    edge_->ComputeResidual();
+    r_ = edge_->Residual();
+  }
+  void ComputeJacobians() override;
+  std::string TypeInfo() const override { return edge_->TypeInfo(); }
+
+ private:
+  std::shared_ptr<Edge> edge_;
+  VecX r_;
+  MatXX W_, J_;  // J': the vertices' blocks side by side
+  std::vector<const Vertex*> local_poses_;
+  std::vector<const double*> now_, first_;  // parameters of each vertex
+};
+
+EdgeObservabilityConstrained::EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior& prior,
+                                                           const std::vector<const Vertex*>& local_poses)
     : Edge(edge->ResidualDimension(), std::vector<std::shared_ptr<Vertex>>(edge->Vertices()), nullptr, nullptr),
       edge_(std::move(edge)),
       r_(VecX::Zero(ResidualDimension())),
-      W_(edge_->Information()) {
+      W_(edge_->Information()),
+      local_poses_(local_poses) {
   int columns = 0;
-  for (const auto& vertex : Vertices()) columns += vertex->LocalDimension();
+  for (const auto& vertex : Vertices()) {
+    const double* first = FirstEstimateOf(prior, vertex);
+    now_.push_back(vertex->Parameters().data());
+    first_.push_back(first ? first : now_.back());
+    columns += vertex->LocalDimension();
+  }
   J_ = MatXX::Zero(ResidualDimension(), columns);
   double* column = J_.data();
   for (size_t i = 0; i < Vertices().size(); ++i) {
@@ -61,35 +89,14 @@ EdgeWithModifiedJacobians::EdgeWithModifiedJacobians(std::shared_ptr<Edge> edge)
   }
 }
 
-void EdgeWithModifiedJacobians::ComputeResidual() {
-  edge_->ComputeResidual();
-  r_ = edge_->Residual();
-}
-
-void EdgeWithModifiedJacobians::CopyJacobians() {
+void EdgeObservabilityConstrained::ComputeJacobians() {
   edge_->Linearize();
   Eigen::Index column = 0;
+  Vec3 center = Vec3::Zero();  // any point spans the same space; near the poses, N₀ᵀN₀ is well conditioned
   for (size_t i = 0; i < Vertices().size(); ++i) {
     const auto J_i = edge_->Jacobian(i);
     J_.middleCols(column, J_i.cols()) = J_i;
     column += J_i.cols();
-  }
-}
-
-EdgeObservabilityConstrained::EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior* prior,
-                                                           const std::vector<const Vertex*>& local_poses)
-    : EdgeWithModifiedJacobians(std::move(edge)), local_poses_(local_poses) {
-  for (const auto& vertex : Vertices()) {
-    const double* first = FirstEstimateOf(*prior, vertex);
-    now_.push_back(vertex->Parameters().data());
-    first_.push_back(first ? first : now_.back());
-  }
-}
-
-void EdgeObservabilityConstrained::ComputeJacobians() {
-  CopyJacobians();
-  Vec3 center = Vec3::Zero();  // any point spans the same space; near the poses, N₀ᵀN₀ is well conditioned
-  for (size_t i = 0; i < Vertices().size(); ++i) {
     if (dynamic_cast<const VertexPose*>(Vertices()[i].get())) center = Eigen::Map<const Vec3>(first_[i]);
   }
   const auto N0 = PositionYawDirections(Vertices(), first_, local_poses_, center);
@@ -99,6 +106,8 @@ void EdgeObservabilityConstrained::ComputeJacobians() {
   J_.noalias() -= J_dN * normal.ldlt().solve(N0.transpose());
 }
 
+}  // namespace
+
 std::shared_ptr<Edge> ConstrainObservability(std::shared_ptr<Edge> edge, const Prior& prior,
                                              const std::vector<const Vertex*>& local_poses) {
   const auto& vertices = edge->Vertices();
@@ -106,7 +115,7 @@ std::shared_ptr<Edge> ConstrainObservability(std::shared_ptr<Edge> edge, const P
                    [&](const auto& v) { return FirstEstimateOf(prior, v) != nullptr; })) {
     return edge;
   }
-  return std::make_shared<EdgeObservabilityConstrained>(std::move(edge), &prior, local_poses);
+  return std::make_shared<EdgeObservabilityConstrained>(std::move(edge), prior, local_poses);
 }
 
 }  // namespace ch5

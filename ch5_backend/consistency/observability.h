@@ -13,7 +13,6 @@
 #include <memory>
 #include <vector>
 
-#include "ch5_backend/graph/edge.h"
 #include "ch5_backend/marginalize/edge_prior.h"
 
 namespace ch5 {
@@ -35,40 +34,10 @@ Eigen::Matrix<double, Eigen::Dynamic, 4> PositionYawDirections(const std::vector
                                                                const std::vector<const Vertex*>& local_poses,
                                                                const Vec3& center);
 
-/// An edge that takes over another edge's residual, information and loss, but has Jacobians of its own.
-class EdgeWithModifiedJacobians : public Edge {
- public:
-  void ComputeResidual() override;
-  std::string TypeInfo() const override { return edge_->TypeInfo(); }
-
- protected:
-  /// @param edge  must not be in any graph
-  explicit EdgeWithModifiedJacobians(std::shared_ptr<Edge> edge);
-  /// J := the other edge's Jacobians at the present states.
-  void CopyJacobians();
-
-  MatXX J_;  // the vertices' blocks side by side
-
- private:
-  std::shared_ptr<Edge> edge_;
-  VecX r_;
-  MatXX W_;
-};
-
-/// An edge on poses, speeds and biases, and vertices that are not expressed in W, with J' in place of J.
-class EdgeObservabilityConstrained : public EdgeWithModifiedJacobians {
- public:
-  /// @param edge  must not be in any graph;  @param prior  must outlive this edge;  @param local_poses  as above
-  EdgeObservabilityConstrained(std::shared_ptr<Edge> edge, const Prior* prior,
-                               const std::vector<const Vertex*>& local_poses);
-  void ComputeJacobians() override;
-
- private:
-  std::vector<const Vertex*> local_poses_;
-  std::vector<const double*> now_, first_;  // parameters of each vertex
-};
-
-/// The edge with the constraint; the edge itself if the prior holds none of its vertices.
+/// The edge with J' in place of J, whose residual, information and loss it shares; the edge itself if the prior holds none of
+/// its vertices.
+/// @param edge   on poses, speeds and biases, and vertices that are not expressed in W; must not be in any graph
+/// @param prior  must outlive the result
 std::shared_ptr<Edge> ConstrainObservability(std::shared_ptr<Edge> edge, const Prior& prior,
                                              const std::vector<const Vertex*>& local_poses);
 

@@ -90,42 +90,26 @@ TEST(Observability, AnEdgeWithoutStatesOfThePriorStaysItself) {
   EXPECT_EQ(ConstrainObservability(window.ImuEdge(), elsewhere, {}), window.ImuEdge());
 }
 
-// Twice the Jacobians of another edge.
-class DoubledJacobians : public EdgeWithModifiedJacobians {
- public:
-  explicit DoubledJacobians(std::shared_ptr<Edge> edge) : EdgeWithModifiedJacobians(std::move(edge)) {}
-  void ComputeJacobians() override {
-    CopyJacobians();
-    J_ *= 2.0;
-  }
-};
-
-TEST(EdgeWithModifiedJacobians, TakesResidualInformationAndLossFromTheOtherEdge) {
-  const SmallWindow window;
-  const std::shared_ptr<Edge> edge = window.graph.Edges().back();  // a reprojection with a loss
-  DoubledJacobians doubled(edge);
-  window.poses[0]->SetPose(window.poses[0]->q(), window.poses[0]->p() + Vec3(0.1, 0, 0));
-  window.poses[3]->SetPose(window.poses[3]->q(), window.poses[3]->p() + Vec3(0, 0.2, 0));
-  edge->Linearize();
-  doubled.Linearize();
-  EXPECT_EQ(VecX(doubled.Residual()), VecX(edge->Residual()));
-  EXPECT_EQ(MatXX(doubled.Information()), MatXX(edge->Information()));
-  EXPECT_EQ(doubled.Cost(), edge->Cost());
-  EXPECT_EQ(doubled.TypeInfo(), edge->TypeInfo());
-  for (size_t i = 0; i < edge->Vertices().size(); ++i) {
-    EXPECT_EQ(MatXX(doubled.Jacobian(i)), MatXX(2.0 * edge->Jacobian(i)));
-  }
-}
-
-// The loss belongs to the other edge, which lives as long as the modified one.
-TEST(EdgeWithModifiedJacobians, KeepsTheOtherEdgeAndItsLossAlive) {
-  auto x = std::make_shared<VertexScalar>(VertexScalar::Estimate(3.0));
-  std::shared_ptr<Edge> edge = std::make_shared<LinearEdge>(std::vector<std::shared_ptr<Vertex>>{x},
-                                                            std::vector<MatXX>{MatXX::Ones(1, 1)}, VecX::Zero(1));
-  edge->SetLossFunction(std::make_shared<HuberLoss>(1.0));
-  DoubledJacobians doubled(std::move(edge));
-  doubled.Linearize();
-  EXPECT_NEAR(doubled.Cost(), 0.5 * (2.0 * 3.0 - 1.0), 1e-12);  // 2δ√s − δ²
+// The loss belongs to the other edge, which lives as long as the constrained one.
+TEST(Observability, ConstrainedEdgesKeepResidualInformationAndLossOfTheOther) {
+  const MovedWindow window;
+  std::shared_ptr<Edge> edge = window.graph.Edges().back();
+  ASSERT_TRUE(edge->GetLossFunction());
+  const auto constrained = ConstrainObservability(edge, window.prior, {window.extrinsic.get()});
+  edge->ComputeResidual();
+  constrained->ComputeResidual();
+  EXPECT_EQ(VecX(constrained->Residual()), VecX(edge->Residual()));
+  EXPECT_EQ(MatXX(constrained->Information()), MatXX(edge->Information()));
+  EXPECT_EQ(constrained->TypeInfo(), edge->TypeInfo());
+  EXPECT_EQ(constrained->Cost(), edge->Cost());
+  auto speed_bias = std::make_shared<VertexSpeedBias>();
+  auto own = std::make_shared<LinearEdge>(std::vector<std::shared_ptr<Vertex>>{speed_bias},
+                                          std::vector<MatXX>{MatXX::Ones(1, 9)}, VecX::Constant(1, 3.0));
+  own->SetLossFunction(std::make_shared<HuberLoss>(1.0));
+  const Prior prior{{speed_bias}, {VecX::Zero(9)}, MatXX::Identity(9, 9), VecX::Zero(9)};
+  const auto last = ConstrainObservability(std::move(own), prior, {});
+  last->ComputeResidual();
+  EXPECT_NEAR(last->Cost(), 0.5 * (2.0 * 3.0 - 1.0), 1e-12);  // 2δ√s − δ²
 }
 
 }  // namespace
