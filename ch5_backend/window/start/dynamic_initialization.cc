@@ -175,8 +175,9 @@ void ComputeUncertainty(const StartGraph& g, ClosedForm* start) {
 }
 
 // All states jointly by the solver; the gauge is free, the damping copes with it.
-void Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
-            const DynamicInitializationOptions& options, ClosedForm* start, double* inliers) {
+// @return the fraction of the observations within 3 σ
+double Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
+              const DynamicInitializationOptions& options, ClosedForm* start) {
   StartGraph g;
   AddBody(*start, imu, options, &g);
   if (options.camera1) AddSecondCamera(options, &g);
@@ -192,7 +193,6 @@ void Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegr
     edge->ComputeResidual();
     if (edge->Chi2() < 9.0) ++good;
   }
-  *inliers = static_cast<double>(good) / static_cast<double>(total);
   try {
     ComputeUncertainty(g, start);
   } catch (const GraphError&) {  // a number is not finite: nothing is known
@@ -205,6 +205,7 @@ void Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegr
     state.b_a = g.speed_biases[k]->b_a();
     state.b_g = g.speed_biases[k]->b_g();
   }
+  return static_cast<double>(good) / static_cast<double>(total);
 }
 
 // Copies, integrated without accelerometer bias.
@@ -304,7 +305,7 @@ class DynamicInitializer {
   }
 
   bool RefineAll() {
-    Refine(tracks_, imu_, options_, &start_, &result_.inliers);
+    result_.inliers = Refine(tracks_, imu_, options_, &start_);
     if (result_.inliers >= options_.least_inliers) return IsCertain();
     return Fail(InitializationFailure::kInconsistent, "%.2f of the observations fit, %g are needed", result_.inliers,
                 options_.least_inliers);

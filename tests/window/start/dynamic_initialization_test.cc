@@ -19,7 +19,8 @@ namespace {
 std::vector<InitializationImage> Cut(const Recording& recording, size_t first, size_t count, size_t stride) {
   std::vector<InitializationImage> frames;
   for (size_t k = first; k < recording.frames.size() && frames.size() < count; k += stride) {
-    InitializationImage frame{recording.frames[k].t, recording.frames[k].tracks, nullptr};
+    const Image& image = recording.frames[k];
+    InitializationImage frame{image.t, image.tracks, nullptr, image.tracks1};
     if (!frames.empty()) {
       const auto samples = SamplesBetween(recording.imu, frames.back().t, frame.t);
       frame.imu = std::make_shared<Preintegration>(samples, Vec3::Zero(), Vec3::Zero(), recording.calibration.noise);
@@ -61,13 +62,12 @@ Errors Compare(const DynamicInitialization& start, const Recording& recording) {
   return errors;
 }
 
-Recording Fly(uint64_t seed, const CameraOptions& camera) {
+Recording Fly(uint64_t seed, const CameraOptions& camera, const Calibration& calibration = ForwardCamera()) {
   HandheldOptions handheld;
   handheld.seed = seed;
   handheld.duration = 12.0;
   Random random(seed);
-  SimulationOptions options;
-  options.camera = camera;
+  const SimulationOptions options{calibration, {}, camera};
   return SimulateRecording(Handheld(handheld), PointsOnPlanes(RoomWalls({-6, -6, -3}, {6, 6, 3}), 600, &random),
                            options);
 }
@@ -121,6 +121,20 @@ TEST(DynamicInitialization, StartsInTheMiddleOfARealFlight) {
   EXPECT_GE(started, 0.75 * cuts);
   EXPECT_LT(Median(scales), 0.05);
   RecordProperty("started", std::to_string(started) + " of " + std::to_string(cuts));
+}
+
+// A pixel of camera 1 is four times as wide as one of camera 0: weighed alike, half of what it sees would not fit.
+TEST(DynamicInitialization, WeighsEachCameraByItsOwnFocalLength) {
+  Calibration calibration = ForwardStereo();
+  calibration.camera1->fx = calibration.camera1->fy = 0.25 * calibration.fx;
+  const Recording recording = Fly(1, {}, calibration);
+  DynamicInitializationOptions options = OptionsFor(recording);
+  options.camera1 = calibration.camera1;
+  for (size_t first = 10; first < 190; first += 60) {
+    const DynamicInitialization start = InitializeDynamically(Cut(recording, first, kImages, kStride), options);
+    ASSERT_EQ(start.failure, InitializationFailure::kNone) << start.message;
+    EXPECT_GT(start.inliers, 0.95) << "image " << first;
+  }
 }
 
 // Points that are seen far better than σ says, in half a second: what is taken off for their noise must be their own, or the
