@@ -22,7 +22,7 @@ SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const Eigenv
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const VecX& scale) {
   constexpr int kPanel = 12;  // columns of Jᵀ before what remains of H is computed anew
   const int n = static_cast<int>(H.rows());
-  const VecX p = ScalingOf(scale.asDiagonal()), p_inverse = p.cwiseInverse();
+  const VecX p = ScalingOf(scale), p_inverse = p.cwiseInverse();
   VecX memory = VecX::Zero(2 * n * n + 2 * kernels::kOverread);
   Eigen::Map<MatXX> rest(memory.data(), n, n), Jt(memory.data() + n * n + kernels::kOverread, n, n);
   rest = p_inverse.asDiagonal() * H * p_inverse.asDiagonal();

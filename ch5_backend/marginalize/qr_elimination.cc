@@ -14,34 +14,26 @@ using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 template <typename Scalar>
 using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
-// Rows [J̃ | r̃] of one edge, whitened:  J̃ = M J,  J̃ᵀr̃ = ρ'JᵀWr (graph/whitening.h).
-// @param column_of  the column of a vertex's first row in H
-template <typename ColumnOf>
-void WriteRows(Edge* edge, const ColumnOf& column_of, Eigen::Ref<MatXX> rows) {
-  edge->Linearize();
-  const int n = edge->ResidualDimension();
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(n, n);
-  VecX r(n);
-  Whiten(*edge, M.data(), r.data());
-  rows.setZero();
-  for (size_t i = 0; i < edge->Vertices().size(); ++i) {
-    const Vertex& vertex = *edge->Vertices()[i];
-    if (vertex.OrderingId() < 0) continue;
-    rows.middleCols(column_of(vertex.OrderingId()), vertex.LocalDimension()).noalias() = M * edge->Jacobian(i);
-  }
-  rows.rightCols<1>() = r;
-}
-
-// The rows of several edges, over `columns` columns, the residual's included.
+// Rows [J̃ | r̃] of edges, whitened:  J̃ = M J,  J̃ᵀr̃ = ρ'JᵀWr (graph/whitening.h).
+// @param columns  the residual's included;  @param column_of  the column of a vertex's first row in H
 template <typename ColumnOf>
 MatXX StackRows(const std::vector<Edge*>& edges, int columns, const ColumnOf& column_of) {
   int next = 0;
   for (const Edge* edge : edges) next += edge->ResidualDimension();
-  MatXX rows(next, columns);
+  MatXX rows = MatXX::Zero(next, columns);
   next = 0;
   for (Edge* edge : edges) {
+    edge->Linearize();
     const int n = edge->ResidualDimension();
-    WriteRows(edge, column_of, rows.middleRows(next, n));
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(n, n);
+    VecX r(n);
+    Whiten(*edge, M.data(), r.data());
+    for (size_t i = 0; i < edge->Vertices().size(); ++i) {
+      const Vertex& vertex = *edge->Vertices()[i];
+      if (vertex.OrderingId() < 0) continue;
+      rows.block(next, column_of(vertex.OrderingId()), n, vertex.LocalDimension()).noalias() = M * edge->Jacobian(i);
+    }
+    rows.col(columns - 1).segment(next, n) = r;
     next += n;
   }
   return rows;

@@ -14,17 +14,10 @@
 namespace ch5 {
 
 /// The same prior as Marginalize, by QR in the given precision; J is upper triangular, n×n.
-/// @tparam Scalar  float, double or long double: all arithmetic after the linearization
+/// @tparam Scalar  float, double or, to compare them with, long double (64 bits of mantissa on x86): all arithmetic after the
+///                 linearization
 /// @throws std::invalid_argument as Marginalize
 template <typename Scalar>
 Prior MarginalizeQr(const std::vector<std::shared_ptr<Edge>>& edges, const std::vector<std::shared_ptr<Vertex>>& drop);
-
-/// In double and in single precision, and to compare them with, in extended precision (64 bits of mantissa on x86).
-extern template Prior MarginalizeQr<double>(const std::vector<std::shared_ptr<Edge>>&,
-                                            const std::vector<std::shared_ptr<Vertex>>&);
-extern template Prior MarginalizeQr<float>(const std::vector<std::shared_ptr<Edge>>&,
-                                           const std::vector<std::shared_ptr<Vertex>>&);
-extern template Prior MarginalizeQr<long double>(const std::vector<std::shared_ptr<Edge>>&,
-                                                 const std::vector<std::shared_ptr<Vertex>>&);
 
 }  // namespace ch5

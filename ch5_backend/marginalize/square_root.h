@@ -34,7 +34,8 @@ SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const Eigenv
 SquareRootForm FactorNormalEquations(const MatXX& H, const VecX& b, const VecX& scale);
 
 /// p_i = √H_ii where H_ii > 1e-9, else 1e-3 (OKVIS): what makes the diagonal of P⁻¹HP⁻¹ one.
-VecX ScalingOf(const MatXX& H);
+VecX ScalingOf(const VecX& diagonal);
+inline VecX ScalingOf(const MatXX& H) { return ScalingOf(VecX(H.diagonal())); }
 /// The same where the cutoff asks for it, else ones.
 VecX ScalingFor(const EigenvalueCutoff& cutoff, const MatXX& H);
 
