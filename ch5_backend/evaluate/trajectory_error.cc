@@ -41,17 +41,6 @@ YawTransform AlignFirstPose(const Transform& from, const Transform& to) {
   return alignment;
 }
 
-namespace {
-
-// Sums over the compared states.
-struct SquaredErrors {
-  double position = 0.0, rotation = 0.0, yaw = 0.0, velocity = 0.0;
-};
-
-double RootMean(double sum, size_t count) { return std::sqrt(sum / static_cast<double>(count)); }
-
-}  // namespace
-
 std::optional<TrajectoryError> CompareTrajectories(const std::vector<StampedState>& estimate,
                                                    const std::vector<StampedState>& truth,
                                                    const std::optional<YawTransform>& alignment) {
@@ -71,7 +60,6 @@ std::optional<TrajectoryError> CompareTrajectories(const std::vector<StampedStat
   TrajectoryError error;
   error.alignment = *found;
   if (const std::optional<Similarity> similarity = AlignUmeyama(from, to)) error.scale = similarity->scale;
-  SquaredErrors squared;
   for (size_t i = 0; i < from.size(); ++i) {
     const Transform aligned = *found * estimates[i].T_W_B;
     const Transform& T_W_B = truths[i].T_W_B;
@@ -79,15 +67,14 @@ std::optional<TrajectoryError> CompareTrajectories(const std::vector<StampedStat
     error.time.push_back(estimates[i].t);
     error.position.push_back(distance);
     error.position_max = std::max(error.position_max, distance);
-    squared.position += Square(distance);
-    squared.rotation += LogSO3(T_W_B.q.conjugate() * aligned.q).squaredNorm();
-    squared.yaw += Square(LogSO3(aligned.q * T_W_B.q.conjugate()).z());
-    squared.velocity += (found->Rotation() * estimates[i].v_W - truths[i].v_W).squaredNorm();
+    error.position_rmse += Square(distance);
+    error.rotation_rmse += LogSO3(T_W_B.q.conjugate() * aligned.q).squaredNorm();
+    error.yaw_rmse += Square(LogSO3(aligned.q * T_W_B.q.conjugate()).z());
+    error.velocity_rmse += (found->Rotation() * estimates[i].v_W - truths[i].v_W).squaredNorm();
   }
-  error.position_rmse = RootMean(squared.position, from.size());
-  error.rotation_rmse = RootMean(squared.rotation, from.size());
-  error.yaw_rmse = RootMean(squared.yaw, from.size());
-  error.velocity_rmse = RootMean(squared.velocity, from.size());
+  for (double* sum : {&error.position_rmse, &error.rotation_rmse, &error.yaw_rmse, &error.velocity_rmse}) {
+    *sum = std::sqrt(*sum / static_cast<double>(from.size()));
+  }
   return error;
 }
 

@@ -23,7 +23,6 @@ std::vector<std::pair<std::string, Trajectory>> AllPaths() {
 // Marsden's identity: control points on the line c_k = k make the line u + 2 (the mean of the knots that shape it).
 TEST(Spline, ControlPointsOnALineGiveTheLine) {
   const Spline line({0, 1, 2, 3, 4, 5, 6, 7}, 10.0, 0.5);
-  EXPECT_EQ(line.End(), 11.5);
   for (const double t : {10.0, 10.3, 11.0, 11.5}) {
     const Jet x = line(Jet::Time(t));
     EXPECT_NEAR(x.value, (t - 10.0) / 0.5 + 2.0, 1e-14);

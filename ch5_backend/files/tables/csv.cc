@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <charconv>
 #include <cmath>
 #include <stdexcept>
 
@@ -27,10 +26,7 @@ void CsvTable::AppendWord(std::string_view word) {
 
 void CsvTable::AppendNumber(double number) {
   if (std::isnan(number)) return AppendWord("");
-  char buffer[32];
-  AppendWord({buffer, static_cast<size_t>(std::to_chars(buffer, buffer + sizeof buffer, number).ptr - buffer)});
+  ch5::AppendNumber(number, ',', &text_);
 }
-
-void CsvTable::AppendNumber(long long number) { AppendWord(std::to_string(number)); }
 
 }  // namespace ch5

@@ -33,12 +33,11 @@ class CsvTable {
   void CheckWidth(size_t cells) const;
   void AppendWord(std::string_view word);
   void AppendNumber(double number);
-  void AppendNumber(long long number);
 
   template <typename Cell>
   void Append(const Cell& cell) {
     if constexpr (std::is_integral_v<Cell>) {
-      AppendNumber(static_cast<long long>(cell));
+      ch5::AppendNumber(static_cast<int64_t>(cell), ',', &text_);
     } else if constexpr (std::is_arithmetic_v<Cell>) {
       AppendNumber(static_cast<double>(cell));
     } else {

@@ -23,8 +23,6 @@ class Spline {
   /// The curve at `t`. Before its start and after its end the outermost pieces go on as polynomials.
   Jet operator()(const Jet& t) const;
 
-  double End() const { return start_ + spacing_ * static_cast<double>(c_.size() - kDegree); }
-
  private:
   std::vector<double> c_;
   double start_, spacing_;
