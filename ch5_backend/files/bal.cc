@@ -3,7 +3,6 @@
 #include <limits>
 #include <utility>
 
-#include "ch5_backend/files/ply.h"
 #include "ch5_backend/files/tables/text_writer.h"
 #include "ch5_backend/files/text_reader.h"
 #include "ch5_backend/types/bal/edge_bal.h"
@@ -131,10 +130,17 @@ std::string FormatBal(const BalProblem& problem) {
 }
 
 std::string FormatBalPly(const BalProblem& problem) {
-  std::vector<ColoredPoint> points;
-  for (const Vec3& p : problem.points) points.push_back({p, {200, 200, 200}});
-  for (const Vec9& camera : problem.cameras) points.push_back({CameraCenter(camera), {255, 128, 0}});
-  return FormatPly(points);
+  std::string text = "ply\nformat ascii 1.0\nelement vertex " +
+                     std::to_string(problem.points.size() + problem.cameras.size()) +
+                     "\nproperty double x\nproperty double y\nproperty double z\nproperty uchar red\n"
+                     "property uchar green\nproperty uchar blue\nend_header\n";
+  const auto add = [&text](const Vec3& p, const char* color) {
+    for (const double x : p) AppendNumber(x, ' ', &text);
+    text += color;
+  };
+  for (const Vec3& p : problem.points) add(p, "200 200 200\n");
+  for (const Vec9& camera : problem.cameras) add(CameraCenter(camera), "255 128 0\n");
+  return text;
 }
 
 Vec3 CameraCenter(const Vec9& camera) { return Rotation(camera).conjugate() * -camera.segment<3>(3); }

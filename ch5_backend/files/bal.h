@@ -22,7 +22,7 @@ BalProblem ReadBal(const std::string& path);
 /// The file's text; every number reads back as the same double.
 std::string FormatBal(const BalProblem& problem);
 
-/// Points gray, camera centers orange, as PLY text.
+/// Points gray, camera centers orange, as PLY text, which MeshLab, CloudCompare and Blender open.
 std::string FormatBalPly(const BalProblem& problem);
 
 /// c = −Rᵀt.
