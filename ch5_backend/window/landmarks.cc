@@ -110,8 +110,7 @@ void RemoveFalseMatch(double false_match, const Views& views, Window* window, Wi
 
 // They are removed from the graph too.
 template <typename Predicate>
-int EraseIf(Window* window, const Predicate& predicate) {
-  const size_t before = window->landmarks.size();
+void EraseIf(Window* window, const Predicate& predicate) {
   std::vector<std::shared_ptr<Vertex>> erased;
   for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
     if (!predicate(it->second)) {
@@ -123,7 +122,6 @@ int EraseIf(Window* window, const Predicate& predicate) {
     it = window->landmarks.erase(it);
   }
   window->graph.RemoveVertices(erased);
-  return static_cast<int>(before - window->landmarks.size());
 }
 
 // Makes the second observation the host's. The point keeps its position in the world if it lies in front.
@@ -155,7 +153,8 @@ double TriangulateDepth(const Window& window, const WindowLandmark& landmark) {
   for (const WindowObservation& seen : landmark.seen) {
     add(CameraOf(window, seen.frame), window.PointOf(seen));
     if (!seen.second || !window.HasStereoDepth()) continue;
-    add(CameraOf(window, seen.frame, window.T_B_C1()), window.SecondPointOf(seen));
+    add(CameraOf(window, seen.frame, window.T_B_C1()),
+        window.PointAt(seen.frame, seen.second->x, seen.second->velocity));
   }
   // The solver for matrices of any size is compiled once for all files (math/precompiled.h); the same bits.
   const Eigen::Vector4d p = Eigen::SelfAdjointEigenSolver<MatXX>(AtA).eigenvectors().col(0);
@@ -260,11 +259,11 @@ bool HasFailed(const WindowLandmark& landmark) {
 
 }  // namespace
 
-int RemoveFailures(Window* window) { return EraseIf(window, HasFailed); }
+void RemoveFailures(Window* window) { EraseIf(window, HasFailed); }
 
-int RemoveOutliers(double max_error, Window* window) {
+void RemoveOutliers(double max_error, Window* window) {
   const Views views(*window);
-  return EraseIf(window, [&](WindowLandmark& landmark) {
+  EraseIf(window, [&](WindowLandmark& landmark) {
     if (HasFailed(landmark)) return true;
     if (!landmark.inverse_depth || landmark.seen.size() < 2) return false;
     RemoveFalseMatch(kFalseMatch * max_error, views, window, &landmark);

@@ -50,14 +50,13 @@ void ForgetObservations(int frame, const std::function<double(const Transform& T
                         Window* window);
 
 /// Erases landmarks with a negative depth, on which the solve has failed (VINS-Mono's removeFailures).
-/// @return how many
-int RemoveFailures(Window* window);
+void RemoveFailures(Window* window);
 
 /// The same, and erases landmarks whose mean reprojection error exceeds `max_error`. Before that, if only the newest
 /// observation of a landmark has an error, of 30 times as much, that observation is removed as a false match; and a landmark
 /// that fits camera 0 alone stays, without what camera 1 sees of it.
-/// @param max_error  on the normalized plane;  @return how many
-int RemoveOutliers(double max_error, Window* window);
+/// @param max_error  on the normalized plane
+void RemoveOutliers(double max_error, Window* window);
 
 /// How many landmarks both frames see, and by how much their points differ on average, on the normalized plane.
 struct Parallax {

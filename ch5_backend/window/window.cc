@@ -47,14 +47,9 @@ void Window::SetState(const StampedState& state, const Frame& frame) {
   frame.speed_bias->SetEstimate(v_ba_bg);
 }
 
-Vec2 Window::PointOf(const WindowObservation& seen) const {
-  const double clock_offset = frames[static_cast<size_t>(IndexOf(seen.frame))].clock_offset;
-  return MovingPoint{seen.x, seen.velocity, clock_offset}.At(time_offset->GetEstimate()[0]);
-}
-
-Vec2 Window::SecondPointOf(const WindowObservation& seen) const {
-  const double clock_offset = frames[static_cast<size_t>(IndexOf(seen.frame))].clock_offset;
-  return MovingPoint{seen.second->x, seen.second->velocity, clock_offset}.At(time_offset->GetEstimate()[0]);
+Vec2 Window::PointAt(int frame, const Vec2& x, const Vec2& velocity) const {
+  const double clock_offset = frames[static_cast<size_t>(IndexOf(frame))].clock_offset;
+  return MovingPoint{x, velocity, clock_offset}.At(time_offset->GetEstimate()[0]);
 }
 
 bool ObservationModel::Fits(const ObservationModel& other) const {

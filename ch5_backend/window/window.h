@@ -114,10 +114,9 @@ struct Window {
   bool HasStereoDepth() const { return extrinsic1 && extrinsic1->IsFixed(); }
   /// The extrinsics: poses that are not expressed in W.
   std::vector<const Vertex*> LocalPoses() const;
-  /// The point at the time of the frame's pose:  x − (td − td_k) ẋ.
-  Vec2 PointOf(const WindowObservation& seen) const;
-  /// The same of seen.second, which must be there.
-  Vec2 SecondPointOf(const WindowObservation& seen) const;
+  /// A point of a frame's image at the time of the frame's pose:  x − (td − td_k) ẋ.
+  Vec2 PointAt(int frame, const Vec2& x, const Vec2& velocity) const;
+  Vec2 PointOf(const WindowObservation& seen) const { return PointAt(seen.frame, seen.x, seen.velocity); }
   StampedState StateOf(const Frame& frame) const;
   /// Sets pose, speed and biases of a frame; its time stays.
   static void SetState(const StampedState& state, const Frame& frame);
