@@ -95,8 +95,8 @@ std::vector<Mat33> SignedPermutations() {
 
 std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
   std::vector<Turn> turns;
-  for (size_t k = 1; k < recording.frames.size(); ++k) {
-    const Image &from = recording.frames[k - 1], &to = recording.frames[k];
+  for (size_t k = 1; k < recording.images.size(); ++k) {
+    const Image &from = recording.images[k - 1], &to = recording.images[k];
     if (to.t - from.t > kMostBetween) continue;
     if (const auto theta = TurnBetween(from, to)) turns.push_back({from.t, to.t, *theta / (to.t - from.t)});
   }

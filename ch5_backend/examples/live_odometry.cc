@@ -46,9 +46,9 @@ int main(int argc, char** argv) {
   std::thread driver([&] {
     for (const ch5::ImuMeasurement& measurement : recording.imu) estimator.AddImu(measurement);
   });
-  for (const ch5::Image& image : recording.frames) estimator.AddFrame(image);
+  for (const ch5::Image& image : recording.images) estimator.AddFrame(image);
   driver.join();
   estimator.Finish();
-  const auto last = estimator.PredictAt(recording.frames.back().t);
+  const auto last = estimator.PredictAt(recording.images.back().t);
   return last ? (void)std::printf("at the end: speed %.2f m/s\n", last->v_W.norm()), 0 : 1;
 }

@@ -96,8 +96,8 @@ void Run(const Command& command) {
   }
   warn(ch5::CheckMeasurements(recording, &settings));
   const ch5::OutputFolder made(command.out);
-  std::printf("%zu images, %zu IMU measurements, %.1f s\n\n", recording.frames.size(), recording.imu.size(),
-              recording.frames.back().t - recording.frames.front().t);
+  std::printf("%zu images, %zu IMU measurements, %.1f s\n\n", recording.images.size(), recording.imu.size(),
+              recording.images.back().t - recording.images.front().t);
   std::fflush(stdout);
   const ch5::Progress progress;
   ch5::OdometryStudy study = ch5::RunOdometryStudy(
@@ -107,7 +107,7 @@ void Run(const Command& command) {
   warn(ch5::CheckFailures(study));
   const auto is_silent = [](const ch5::OdometryRun& run) { return run.states.empty(); };
   if (std::all_of(study.runs.begin(), study.runs.end(), is_silent)) {
-    std::string message = "no image was answered: in these " + std::to_string(recording.frames.size()) +
+    std::string message = "no image was answered: in these " + std::to_string(recording.images.size()) +
                           " images no policy found a start";
     for (const ch5::OdometryRun& run : study.runs)
       message += "\n  " + run.policy + ": " + run.rows.back().report.message;

@@ -45,8 +45,8 @@ void ReadTracks(const std::string& path, Recording* recording) {
   const bool has_camera = csv.Has("camera");
   while (NextRow(&csv)) {
     const double t = TimeOf(csv, csv.Stamp(/*may_repeat=*/true), *recording);
-    if (recording->frames.empty() || recording->frames.back().t != t) {
-      recording->frames.push_back({t, {}});
+    if (recording->images.empty() || recording->images.back().t != t) {
+      recording->images.push_back({t, {}});
       seen.clear();
     }
     const int id = static_cast<int>(csv.Integer("track_id", 0, std::numeric_limits<int>::max()));
@@ -64,10 +64,10 @@ void ReadTracks(const std::string& path, Recording* recording) {
       csv.Fail("coordinates must be normalized (within ±10), not pixels, got " + std::to_string(x.x()) + ", " +
                std::to_string(x.y()));
     }
-    Image& image = recording->frames.back();
+    Image& image = recording->images.back();
     (camera == 0 ? image.tracks : image.tracks1).push_back({id, x});
   }
-  const std::vector<Image>& frames = recording->frames;
+  const std::vector<Image>& frames = recording->images;
   if (frames.empty()) csv.Fail("at least one image is needed");
   const auto in_imus_time = [&](const Image& image) { return image.t >= 0.0 && image.t <= recording->imu.back().t; };
   if (std::none_of(frames.begin(), frames.end(), in_imus_time)) {

@@ -66,7 +66,7 @@ std::string FormatTracks(const Recording& recording) {
   const bool has_two = recording.calibration.camera1.has_value();
   std::string text = "#timestamp [ns],track_id,x [normalized],y [normalized]";
   text += has_two ? ",camera\n" : "\n";
-  for (const Image& frame : recording.frames) {
+  for (const Image& frame : recording.images) {
     const std::string stamp = std::to_string(NanosecondsAt(frame.t, recording.origin_ns)) + ',';
     const auto add = [&](const std::vector<TrackedPoint>& tracks, const char* end) {
       for (const TrackedPoint& track : tracks) {

@@ -57,9 +57,9 @@ class PolicyFlight {
   // The images up to `image`, each with the measurements that it needs: one beyond its time, as FeedRecording asks for.
   void FlyUntil(size_t image) {
     while (windows.size() <= image) {
-      const Image& frame = recording_->frames[windows.size()];
+      const Image& frame = recording_->images[windows.size()];
       Recording part;
-      part.frames = {frame};
+      part.images = {frame};
       while (measurement_ < recording_->imu.size() && (part.imu.empty() || part.imu.back().t < frame.t)) {
         part.imu.push_back(recording_->imu[measurement_++]);
       }
@@ -88,7 +88,7 @@ struct FlightRun {
   explicit FlightRun(const FlightOptions& asked) : options(asked), recording(Flight(asked)) {
     for (const char* policy : kPolicies) by_policy.emplace_back(recording, policy);
     for (size_t i = 0; i < kImages; ++i) {
-      if (const auto state = StateAt(recording.truth, recording.frames[i].t)) truth.push_back(state->T_W_B.p);
+      if (const auto state = StateAt(recording.truth, recording.images[i].t)) truth.push_back(state->T_W_B.p);
     }
   }
 

@@ -265,7 +265,7 @@ PYBIND11_MODULE(ch5, module) {
               recording.imu[k].gyroscope.transpose();
         }
         py::list frames;
-        for (const ch5::Image& image : recording.frames) {
+        for (const ch5::Image& image : recording.images) {
           std::vector<int> ids;
           Eigen::Matrix<double, Eigen::Dynamic, 2> points(image.tracks.size(), 2);
           for (size_t k = 0; k < image.tracks.size(); ++k) {

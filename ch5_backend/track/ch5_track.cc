@@ -23,7 +23,7 @@ void Run(const std::string& folder, const std::string& out, bool mono) {
   const ch5::TrackedRecording tracked =
       ch5::TrackImages(euroc, {}, [&](double fraction) { progress.Show("track", fraction); });
   progress.Clear();
-  const auto& frames = tracked.recording.frames;
+  const auto& frames = tracked.recording.images;
   size_t observations = 0, matched = 0;
   for (const ch5::Image& frame : frames) {
     observations += frame.tracks.size();

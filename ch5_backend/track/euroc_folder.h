@@ -23,7 +23,7 @@ struct ImageFile {
 };
 
 struct EurocFolder {
-  Recording recording;  ///< without frames
+  Recording recording;  ///< without images
   Lens lens;
   Lens lens1;                      ///< of cam1, if the calibration has camera1
   std::vector<ImageFile> images;   ///< of cam0, while the IMU measured

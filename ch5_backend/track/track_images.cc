@@ -48,15 +48,15 @@ TrackedRecording TrackImages(const EurocFolder& folder, const TrackerOptions& op
   for (const ImageFile& image : folder.images) {
     if (image.t - last > 5.0 / calibration.camera_rate) tracker.Forget();
     const cv::Mat gray = ReadImage(image.path, calibration);
-    result.recording.frames.push_back({image.t, tracker.Track(gray, RotationBetween(folder.recording, last, image.t))});
+    result.recording.images.push_back({image.t, tracker.Track(gray, RotationBetween(folder.recording, last, image.t))});
     if (matcher && !image.path1.empty()) {
-      result.recording.frames.back().tracks1 = matcher->Match(tracker, ReadImage(image.path1, *calibration.camera1));
+      result.recording.images.back().tracks1 = matcher->Match(tracker, ReadImage(image.path1, *calibration.camera1));
     }
-    for (const TrackedPoint& track : result.recording.frames.back().tracks) ids.insert(track.id);
-    observations += result.recording.frames.back().tracks.size();
+    for (const TrackedPoint& track : result.recording.images.back().tracks) ids.insert(track.id);
+    observations += result.recording.images.back().tracks.size();
     last = image.t;
     if (progress) {
-      progress(static_cast<double>(result.recording.frames.size()) / static_cast<double>(folder.images.size()));
+      progress(static_cast<double>(result.recording.images.size()) / static_cast<double>(folder.images.size()));
     }
   }
   result.mean_length = static_cast<double>(observations) / static_cast<double>(std::max<size_t>(ids.size(), 1));

@@ -52,7 +52,7 @@ struct Recording {
   int64_t origin_ns = 0;  ///< the recorder's time stamp at t = 0
   Calibration calibration;
   std::vector<ImuMeasurement> imu;  ///< strictly increasing in time
-  std::vector<Image> frames;        ///< likewise
+  std::vector<Image> images;        ///< likewise
   std::vector<StampedState> truth;  ///< likewise; empty if unknown
 };
 

@@ -9,8 +9,8 @@ namespace {
 
 Recording FirstSeconds(double seconds) {
   Recording recording = SimulatedOdometryRecording();
-  const double end = recording.frames.front().t + seconds;
-  auto& frames = recording.frames;
+  const double end = recording.images.front().t + seconds;
+  auto& frames = recording.images;
   frames.erase(std::remove_if(frames.begin(), frames.end(), [&](const Image& image) { return image.t > end; }),
                frames.end());
   return recording;

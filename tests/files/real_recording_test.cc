@@ -20,11 +20,11 @@ TEST(RealRecording, IsReadWhole) {
   if (!fs::exists(folder)) GTEST_SKIP() << "the recording euroc_v1_01_easy is not there: " << folder;
   const Recording recording = ReadRecording(folder);
   EXPECT_EQ(recording.imu.size(), 6001u);
-  EXPECT_EQ(recording.frames.size(), 601u);
+  EXPECT_EQ(recording.images.size(), 601u);
   EXPECT_EQ(recording.origin_ns, 1403715273262143232);
   EXPECT_NEAR(recording.imu.back().t, 30.0, 1e-3);
   std::set<int> ids;
-  for (const Image& frame : recording.frames) {
+  for (const Image& frame : recording.images) {
     for (const TrackedPoint& track : frame.tracks) ids.insert(track.id);
   }
   EXPECT_EQ(ids.size(), 307u);
@@ -91,7 +91,7 @@ TEST(RealRecording, TracksMeetInPointsAtTheTruePoses) {
   const Recording recording = ReadRecording(folder);
   const Transform& T_B_C = recording.calibration.T_B_C;
   std::map<int, std::vector<Ray>> tracks;
-  for (const Image& frame : recording.frames) {
+  for (const Image& frame : recording.images) {
     const std::optional<StampedState> state = StateAt(recording.truth, frame.t);
     if (!state) continue;
     const auto& [q, p] = state->T_W_B;

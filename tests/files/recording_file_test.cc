@@ -86,7 +86,7 @@ TEST_F(RecordingFile, WhatIsWrittenIsReadBackToTheBit) {
   EXPECT_EQ(read.origin_ns, recording_.origin_ns);
   ASSERT_EQ(read.imu.size(), recording_.imu.size());
   ASSERT_EQ(read.truth.size(), recording_.truth.size());
-  ASSERT_EQ(read.frames.size(), recording_.frames.size());
+  ASSERT_EQ(read.images.size(), recording_.images.size());
   for (size_t k = 0; k < read.imu.size(); ++k) {
     EXPECT_EQ(read.imu[k].t, recording_.imu[k].t);
     EXPECT_EQ(read.imu[k].acceleration, recording_.imu[k].acceleration);
@@ -97,11 +97,11 @@ TEST_F(RecordingFile, WhatIsWrittenIsReadBackToTheBit) {
     EXPECT_EQ(read.truth[k].b_a, recording_.truth[k].b_a);
     EXPECT_EQ(read.truth[k].b_g, recording_.truth[k].b_g);
   }
-  for (size_t n = 0; n < read.frames.size(); ++n) {
-    EXPECT_EQ(read.frames[n].t, recording_.frames[n].t);
-    ASSERT_EQ(read.frames[n].tracks.size(), recording_.frames[n].tracks.size());
-    EXPECT_EQ(read.frames[n].tracks.back().id, recording_.frames[n].tracks.back().id);
-    EXPECT_EQ(read.frames[n].tracks.back().x, recording_.frames[n].tracks.back().x);
+  for (size_t n = 0; n < read.images.size(); ++n) {
+    EXPECT_EQ(read.images[n].t, recording_.images[n].t);
+    ASSERT_EQ(read.images[n].tracks.size(), recording_.images[n].tracks.size());
+    EXPECT_EQ(read.images[n].tracks.back().id, recording_.images[n].tracks.back().id);
+    EXPECT_EQ(read.images[n].tracks.back().x, recording_.images[n].tracks.back().x);
   }
   const Calibration &a = read.calibration, &b = recording_.calibration;
   EXPECT_EQ(a.T_B_C.p, b.T_B_C.p);
@@ -119,7 +119,7 @@ TEST_F(RecordingFile, WhatIsWrittenIsReadBackToTheBit) {
 TEST_F(RecordingFile, ASecondCameraIsReadBackToTheBit) {
   recording_.calibration.camera1 = ForwardStereo().camera1;
   recording_.calibration.camera1->fx = 455.5;
-  recording_.frames[1].tracks1 = {{recording_.frames[1].tracks[0].id, Vec2(0.1, -0.2)}, {99, Vec2(0.3, 0.4)}};
+  recording_.images[1].tracks1 = {{recording_.images[1].tracks[0].id, Vec2(0.1, -0.2)}, {99, Vec2(0.3, 0.4)}};
   WriteRecording(recording_, folder_);
   const Recording read = ReadRecording(folder_);
   ASSERT_TRUE(read.calibration.camera1);
@@ -127,13 +127,13 @@ TEST_F(RecordingFile, ASecondCameraIsReadBackToTheBit) {
   EXPECT_EQ(a.T_B_C.p, b.T_B_C.p);
   EXPECT_EQ(a.T_B_C.q.coeffs(), b.T_B_C.q.coeffs());
   EXPECT_TRUE(a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy && a.width == b.width);
-  ASSERT_EQ(read.frames.size(), recording_.frames.size());
-  for (size_t n = 0; n < read.frames.size(); ++n) {
-    EXPECT_EQ(read.frames[n].tracks.size(), recording_.frames[n].tracks.size());
-    ASSERT_EQ(read.frames[n].tracks1.size(), recording_.frames[n].tracks1.size());
+  ASSERT_EQ(read.images.size(), recording_.images.size());
+  for (size_t n = 0; n < read.images.size(); ++n) {
+    EXPECT_EQ(read.images[n].tracks.size(), recording_.images[n].tracks.size());
+    ASSERT_EQ(read.images[n].tracks1.size(), recording_.images[n].tracks1.size());
   }
-  EXPECT_EQ(read.frames[1].tracks1[1].id, 99);
-  EXPECT_EQ(read.frames[1].tracks1[1].x, Vec2(0.3, 0.4));
+  EXPECT_EQ(read.images[1].tracks1[1].id, 99);
+  EXPECT_EQ(read.images[1].tracks1[1].x, Vec2(0.3, 0.4));
 }
 
 TEST_F(RecordingFile, OfASecondCameraEveryMistakeIsNamed) {
@@ -229,7 +229,7 @@ TEST_F(RecordingFile, OtherUnitsAreNoticed) {
   EXPECT_NE(Message().find(" long on average, where gravity alone is 9.81"), std::string::npos) << Message();
   for (ImuMeasurement& measurement : recording_.imu)
     measurement = {measurement.t / 1e3, 9.81 * measurement.acceleration, Vec3::Zero()};
-  recording_.frames.resize(1);
+  recording_.images.resize(1);
   recording_.truth.clear();
   WriteRecording(recording_, folder_);
   EXPECT_NE(Message().find("the timestamps tell of 200000 measurements a second, the calibration of 200"),
@@ -428,7 +428,7 @@ TEST_F(RecordingFile, ATruthWhoseZIsNotUpIsRefused) {
 }
 
 TEST_F(RecordingFile, ClocksThatDifferAreNamed) {
-  for (Image& image : recording_.frames) image.t -= 3600.0;
+  for (Image& image : recording_.images) image.t -= 3600.0;
   WriteRecording(recording_, folder_);
   EXPECT_EQ(
       Message().find("tracks.csv: the clocks of camera and IMU differ: no image lies within the IMU's time; the images "

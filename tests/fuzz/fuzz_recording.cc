@@ -55,9 +55,9 @@ void RequireOrder(const std::vector<T>& list) {
 }
 
 void Check(const Recording& recording) {
-  fuzz::Require(recording.imu.size() >= 2 && !recording.frames.empty(), "there is something to follow");
+  fuzz::Require(recording.imu.size() >= 2 && !recording.images.empty(), "there is something to follow");
   RequireOrder(recording.imu);
-  RequireOrder(recording.frames);
+  RequireOrder(recording.images);
   RequireOrder(recording.truth);
   const Calibration& c = recording.calibration;
   fuzz::Require(std::abs(c.T_B_C.q.norm() - 1.0) < 1e-12, "the camera's rotation is of length 1");

@@ -202,8 +202,8 @@ std::string StartFrom(const StampedState& state, const MatXX& J,
   estimator.StartFrom(state, J);
   for (const ImuMeasurement& measurement : Flight().imu) estimator.AddImu(measurement);
   std::string message;
-  for (size_t k = 0; message.empty() && k < Flight().frames.size(); ++k) {
-    message = estimator.AddFrame(Flight().frames[k]).message;
+  for (size_t k = 0; message.empty() && k < Flight().images.size(); ++k) {
+    message = estimator.AddFrame(Flight().images[k]).message;
   }
   return message;
 }
@@ -431,14 +431,14 @@ const std::vector<Case> kMeasurements = {
      }),
      "the IMU measurement at t = 0.500000 s is before the one at t = 1.000000 s"},
     {"a track twice",
-     [] { return Follow([](Recording* r) { r->frames[3].tracks.push_back(r->frames[3].tracks[0]); }); },
+     [] { return Follow([](Recording* r) { r->images[3].tracks.push_back(r->images[3].tracks[0]); }); },
      "stands twice in the image"},
-    {"a track of NaN", [] { return Follow([](Recording* r) { r->frames[3].tracks[0].x[0] = kNaN; }); },
+    {"a track of NaN", [] { return Follow([](Recording* r) { r->images[3].tracks[0].x[0] = kNaN; }); },
      "is not finite"},
     {"pixels",
      [] {
        return Follow([](Recording* r) {
-         for (Image& image : r->frames) {
+         for (Image& image : r->images) {
            for (TrackedPoint& point : image.tracks) point.x = r->calibration.Pixel(point.x);
          }
        });
@@ -447,7 +447,7 @@ const std::vector<Case> kMeasurements = {
     {"tracks seen once",
      [] {
        return Follow([id = 0](Recording* r) mutable {
-         for (Image& image : r->frames) {
+         for (Image& image : r->images) {
            for (TrackedPoint& point : image.tracks) point.id = id++;
          }
        });
@@ -462,7 +462,7 @@ const std::vector<Case> kMeasurements = {
      "are their columns swapped?"},
     {"densities for deviations",
      [] {
-       return Follow([](Recording* r) { r->frames.resize(20); },
+       return Follow([](Recording* r) { r->images.resize(20); },
                      [](EstimatorOptions* o) { o->calibration.noise.continuous = false; });
      },
      "if it is a density, set ImuNoise::continuous"},

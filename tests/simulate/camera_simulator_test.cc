@@ -209,10 +209,10 @@ TEST(Simulation, RecordingIsConsistentWithItsTruth) {
   options.camera.time_offset = 0.01;
   const std::vector<Vec3> point(1, Vec3(0, 4, 0));
   const Recording recording = SimulateRecording(trajectory, point, options);
-  ASSERT_GT(recording.frames.size(), 40u);
+  ASSERT_GT(recording.images.size(), 40u);
   EXPECT_EQ(recording.truth.size(), recording.imu.size());
   const Transform& T_B_C = recording.calibration.T_B_C;
-  for (const Image& frame : recording.frames) {
+  for (const Image& frame : recording.images) {
     const std::optional<StampedState> state = StateAt(recording.truth, frame.t + 0.01);
     ASSERT_TRUE(state);
     const Vec3 p_B = state->T_W_B.q.conjugate() * (point[0] - state->T_W_B.p);

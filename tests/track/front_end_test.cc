@@ -101,7 +101,7 @@ class RenderedFlight : public testing::Test {
 double MedianError(const Recording& recording, const Transform& T_B_C) {
   std::map<int, Vec3> points;
   std::vector<double> errors;
-  for (const Image& image : recording.frames) {
+  for (const Image& image : recording.images) {
     const Transform T_W_B = StateAt(recording.truth, image.t)->T_W_B;
     const Qd R_W_C = T_W_B.q * T_B_C.q;
     const Vec3 p_W_C = T_W_B.p + T_W_B.q * T_B_C.p;
@@ -112,7 +112,7 @@ double MedianError(const Recording& recording, const Transform& T_B_C) {
       errors.push_back((p_C.hnormalized() - x).norm() * recording.calibration.FocalLength());
     }
   }
-  EXPECT_GT(errors.size(), 80 * recording.frames.size());
+  EXPECT_GT(errors.size(), 80 * recording.images.size());
   std::nth_element(errors.begin(), errors.begin() + errors.size() / 2, errors.end());
   return errors[errors.size() / 2];
 }
@@ -120,7 +120,7 @@ double MedianError(const Recording& recording, const Transform& T_B_C) {
 TEST_F(RenderedFlight, TracksLieWhereTheTruthProjectsThemAndEstimatorsFollow) {
   const RenderOptions options = EurocLens();
   const Recording recording = Follow(options, 6.0).recording;
-  ASSERT_EQ(recording.frames.size(), 121u);
+  ASSERT_EQ(recording.images.size(), 121u);
   EXPECT_LT(MedianError(recording, options.calibration.T_B_C), 0.5);
   for (auto&& policy : AllPolicies()) {
     const std::string name = policy->Name();
@@ -142,7 +142,7 @@ TEST_F(RenderedFlight, ASecondCameraSeesTheSamePointsAndStartsAtRest) {
   EXPECT_LT((camera1.T_B_C.p - options.calibration.camera1->T_B_C.p).norm(), 1e-6);
   std::vector<double> errors;
   size_t all = 0;
-  for (const Image& image : recording.frames) {
+  for (const Image& image : recording.images) {
     const Transform T_W_B = StateAt(recording.truth, image.t)->T_W_B;
     const auto place = [&](const Transform& T_B_C) -> Transform {
       return {T_W_B.q * T_B_C.q, T_W_B.p + T_W_B.q * T_B_C.p};

@@ -19,7 +19,7 @@ class Batch : public testing::Test {
     const OdometryRun run = RunOdometry(recording_, EstimatorOptions{recording_.calibration}, MakeVinsPolicy());
     start_ = run.states;
     window_ = run.error.value();
-    images_.assign(recording_.frames.end() - static_cast<std::ptrdiff_t>(start_.size()), recording_.frames.end());
+    images_.assign(recording_.images.end() - static_cast<std::ptrdiff_t>(start_.size()), recording_.images.end());
   }
   BatchResult Solve(const BatchOptions& options = {}) const {
     return SolveBatch(EstimatorOptions{recording_.calibration}, images_, start_, recording_.imu, options);

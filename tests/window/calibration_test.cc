@@ -57,7 +57,7 @@ TEST(TimeOffset, IsTheMinimumOfAWindowAtTheTruth) {
     window.extrinsic->SetPose(recording.calibration.T_B_C.q, recording.calibration.T_B_C.p);
     window.extrinsic->SetFixed();
     for (int k = 0; k < kImages; ++k) {
-      const Image& image = recording.frames[static_cast<size_t>(20 + k)];
+      const Image& image = recording.images[static_cast<size_t>(20 + k)];
       for (const TrackedPoint& point : image.tracks) AppendToTrack({k, image.t, point.x}, &window.landmarks[point.id]);
       const StampedState truth = *StateAt(recording.truth, image.t);
       Frame frame;

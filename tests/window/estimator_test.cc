@@ -24,7 +24,7 @@ void ExpectSmallErrors(const Recording& recording, const OdometryRun& run, doubl
   EXPECT_NEAR(run.error->scale, 1.0, 0.01);
   EXPECT_LT(run.error->yaw_rmse, 0.01);
   EXPECT_EQ(run.restarts, 0);
-  EXPECT_GT(run.states.back().t, recording.frames.back().t - 1e-6) << "it must answer to the end";
+  EXPECT_GT(run.states.back().t, recording.images.back().t - 1e-6) << "it must answer to the end";
 }
 
 TEST(Estimator, BothPoliciesFollowAHandHeldCamera) {
@@ -100,7 +100,7 @@ TEST(Estimator, PredictsAtTheRateOfTheImu) {
   EXPECT_FALSE(estimator.PredictAt(0.0)) << "not before there is an estimate";
   auto measurement = recording.imu.begin();
   std::vector<double> meters, meters_a_second, radians;
-  for (const Image& image : recording.frames) {
+  for (const Image& image : recording.images) {
     while (measurement != recording.imu.end() && measurement->t <= image.t) estimator.AddImu(*measurement++);
     const auto predicted = estimator.PredictAt(image.t);
     const auto state = estimator.AddFrame(image).state;

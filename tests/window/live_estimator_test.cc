@@ -41,13 +41,13 @@ TEST(LiveEstimator, TwoThreadsFeedItToTheSameBits) {
     for (const ImuMeasurement& measurement : recording.imu) live.AddImu(measurement);
   });
   std::thread tracker([&] {
-    for (const Image& image : recording.frames) live.AddFrame(image);
+    for (const Image& image : recording.images) live.AddFrame(image);
   });
   for (int k = 0; k < 1000; ++k) live.PredictAt(0.004 * k);  // a third thread reads
   driver.join();
   tracker.join();
   live.Finish();
-  EXPECT_EQ(reports, recording.frames.size());
+  EXPECT_EQ(reports, recording.images.size());
   ExpectSame(states, InOneThread(recording));
 }
 
@@ -58,7 +58,7 @@ TEST(LiveEstimator, AllImagesBeforeAllReadingsGiveTheSameBits) {
                      [&](const FrameReport& report, const Estimator&) {
                        if (report.state) states.push_back(*report.state);
                      });
-  for (const Image& image : recording.frames) live.AddFrame(image);
+  for (const Image& image : recording.images) live.AddFrame(image);
   for (const ImuMeasurement& measurement : recording.imu) live.AddImu(measurement);
   live.Finish();
   ExpectSame(states, InOneThread(recording));
@@ -74,7 +74,7 @@ TEST(LiveEstimator, PredictsFromTheNewestEstimate) {
                      });
   EXPECT_FALSE(live.PredictAt(1.0));
   for (const ImuMeasurement& measurement : recording.imu) live.AddImu(measurement);
-  for (const Image& image : recording.frames) {
+  for (const Image& image : recording.images) {
     if (image.t < recording.imu.back().t - 0.5) live.AddFrame(image);
   }
   live.Finish();

@@ -171,9 +171,9 @@ class Drive {
     const auto policy = MakeOkvisPolicy(options);
     SparseOptimizer optimizer(&window_.graph);
     optimizer.SetDamping(Damping::kDiagonal);
-    ASSERT_EQ(recording_.frames.size(), 7u);
+    ASSERT_EQ(recording_.images.size(), 7u);
     for (int k = 0; k < 7; ++k) {
-      Append(recording_.frames[static_cast<size_t>(k)], k);
+      Append(recording_.images[static_cast<size_t>(k)], k);
       policy->NoteNewFrame(&window_);
       window_.frames.back().is_keyframe = k % 3 == 0;
       TriangulateLandmarks(&window_);

@@ -16,7 +16,7 @@ Recording SimulateTwelveSeconds(RoomOptions room = {}) {
 
 // Takes the tracks out of the images from t0 to t1; what is found again afterwards has new ids.
 void LoseTracks(double t0, double t1, Recording* recording) {
-  for (Image& frame : recording->frames) {
+  for (Image& frame : recording->images) {
     if (frame.t >= t0 && frame.t <= t1) frame.tracks.clear();
     if (frame.t <= t1) continue;
     for (TrackedPoint& point : frame.tracks) point.id += 1'000'000;
@@ -55,7 +55,7 @@ void ExpectUnbroken(const Recording& recording, double most_meters) {
     EXPECT_EQ(run.restarts, 0);
     ASSERT_TRUE(run.error);
     EXPECT_LT(run.error->position_rmse, most_meters);
-    EXPECT_EQ(run.states.back().t, recording.frames.back().t) << "it must answer to the end";
+    EXPECT_EQ(run.states.back().t, recording.images.back().t) << "it must answer to the end";
   }
 }
 
@@ -95,7 +95,7 @@ TEST(Robustness, SmallWindowsStart) {
 
 TEST(Robustness, AnImageWithoutTracksIsBridged) {
   Recording recording = SimulateTwelveSeconds();
-  for (Image& frame : recording.frames) {
+  for (Image& frame : recording.images) {
     if (std::abs(frame.t - 6.0) < 0.01 || std::abs(frame.t - 8.0) < 0.01) frame.tracks.clear();
   }
   ExpectUnbroken(recording, 0.10);
@@ -117,7 +117,7 @@ void ExpectOneRestart(const Recording& recording, const OdometryRun& run, Failur
   SCOPED_TRACE(run.policy + ", " + ToString(failure));
   EXPECT_EQ(FailuresOf(run), std::vector<Failure>{failure});
   EXPECT_EQ(run.restarts, 1);
-  EXPECT_EQ(run.states.back().t, recording.frames.back().t) << "it must answer to the end";
+  EXPECT_EQ(run.states.back().t, recording.images.back().t) << "it must answer to the end";
   ASSERT_EQ(run.segments.size(), 2u);
   EXPECT_EQ(run.segments[0].id, 0);
   EXPECT_EQ(run.segments[1].id, 1);
@@ -162,7 +162,7 @@ TEST(Robustness, ImagesThatStopForTooLongAreNamed) {
   RoomOptions room;
   room.duration = 22.0;
   Recording recording = SimulateRoom(room);
-  auto& frames = recording.frames;
+  auto& frames = recording.images;
   frames.erase(std::remove_if(frames.begin(), frames.end(), [](const auto& f) { return f.t > 6.0 && f.t < 16.5; }),
                frames.end());
   ExpectOneRestart(recording, Failure::kImageGap);

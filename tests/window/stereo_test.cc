@@ -29,7 +29,7 @@ Recording GentleStereoFlight(double duration) {
 
 Recording WithOneCamera(Recording recording) {
   recording.calibration.camera1.reset();
-  for (Image& image : recording.frames) image.tracks1.clear();
+  for (Image& image : recording.images) image.tracks1.clear();
   return recording;
 }
 
@@ -59,8 +59,8 @@ TEST(Stereo, IsNearerToTheTruthThanOneCameraOnAGentleFlight) {
 TEST(Stereo, StartsAtRestWithTheScaleOfItsBaseLine) {
   Recording recording = GentleStereoFlight(4.0);
   const auto in_motion = [](const Image& image) { return image.t > 1.9; };
-  recording.frames.erase(std::find_if(recording.frames.begin(), recording.frames.end(), in_motion),
-                         recording.frames.end());
+  recording.images.erase(std::find_if(recording.images.begin(), recording.images.end(), in_motion),
+                         recording.images.end());
   for (auto&& policy : AllPolicies()) {
     Snapshot last;
     const OdometryRun run = RunOdometry(recording, EstimatorOptions{recording.calibration}, std::move(policy),
@@ -72,7 +72,7 @@ TEST(Stereo, StartsAtRestWithTheScaleOfItsBaseLine) {
     ASSERT_TRUE(last.T_B_C1 && last.landmarks.size() > 20);
     // Depth times disparity is the base line.
     std::vector<double> ratios;
-    const auto& newest = recording.frames.back();
+    const auto& newest = recording.images.back();
     for (const auto& landmark : last.landmarks) {
       const auto is_it = [&](const TrackedPoint& point) { return point.id == landmark.track; };
       const auto left = std::find_if(newest.tracks.begin(), newest.tracks.end(), is_it);
@@ -130,8 +130,8 @@ TEST(Stereo, ObservabilityConstraintsHoldBesideBothExtrinsics) {
 TEST(Stereo, ABatchUsesBothCameras) {
   Recording recording = GentleStereoFlight(4.0);
   const OdometryRun run = RunOdometry(recording, EstimatorOptions{recording.calibration}, MakeVinsPolicy());
-  const std::vector<Image> images(recording.frames.end() - static_cast<std::ptrdiff_t>(run.states.size()),
-                                  recording.frames.end());
+  const std::vector<Image> images(recording.images.end() - static_cast<std::ptrdiff_t>(run.states.size()),
+                                  recording.images.end());
   const BatchResult batch = SolveBatch(EstimatorOptions{recording.calibration}, images, run.states, recording.imu);
   const auto error = CompareTrajectories(batch.states, recording.truth);
   ASSERT_TRUE(error && batch.T_B_C1);
@@ -171,7 +171,7 @@ TEST(Stereo, APointOfCameraOneIsCheckedToo) {
 TEST(Stereo, AFalseMatchInCameraOneCostsItsViewsThereAlone) {
   const Recording clean = GentleStereoFlight(8.0);
   Recording wrong = clean;
-  for (Image& image : wrong.frames) {
+  for (Image& image : wrong.images) {
     for (TrackedPoint& point : image.tracks1) {
       if (point.id % 3 == 0) point.x += Vec2(0, 40.0 / clean.calibration.FocalLength());
     }

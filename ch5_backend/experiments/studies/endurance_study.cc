@@ -73,7 +73,7 @@ void RunPolicy(const Recording& recording, const EnduranceOptions& options, std:
     rows->push_back({name, frame, row.t, distance, error, ResidentMegabytes(), 1e3 * seconds / options.sample_every,
                      estimator.Restarts()});
     seconds = 0.0;
-    if (progress) progress(static_cast<double>(frame) / static_cast<double>(recording.frames.size()));
+    if (progress) progress(static_cast<double>(frame) / static_cast<double>(recording.images.size()));
   });
 }
 

@@ -71,7 +71,7 @@ std::optional<ImagePair> FindPair(const Recording& recording, size_t i, double d
   constexpr double kLongest = 1.5;         // [s]
   constexpr double kLeastParallax = 0.04;  // [rad]
   constexpr size_t kFewest = 12;
-  const std::vector<Image>& frames = recording.frames;
+  const std::vector<Image>& frames = recording.images;
   std::map<int, Vec2> first;
   for (const TrackedPoint& point : frames[i].tracks) first.emplace(point.id, point.x);
   for (size_t j = i + 1; j < frames.size() && frames[j].t - frames[i].t < kLongest; ++j) {
@@ -118,7 +118,7 @@ std::optional<LensAgreement> CheckLens(const Recording& recording, double delay)
   graph.AddVertex(bias_delay);
   graph.AddVertex(k);
   size_t pairs = 0;
-  for (size_t i = 0; i < recording.frames.size(); i += std::max<size_t>(1, recording.frames.size() / kPairs)) {
+  for (size_t i = 0; i < recording.images.size(); i += std::max<size_t>(1, recording.images.size() / kPairs)) {
     const auto pair = FindPair(recording, i, delay);
     if (!pair) continue;
     ++pairs;

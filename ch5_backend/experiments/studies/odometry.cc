@@ -118,7 +118,7 @@ std::optional<OdometryRun> RunBatch(const Recording& recording, const EstimatorO
   for (size_t k = 0; k < start.rows.size(); ++k) {
     const ImageResult& row = start.rows[k];
     if (!row.report.state || row.report.segment != segment->id) continue;
-    images.push_back(recording.frames[k]);
+    images.push_back(recording.images[k]);
     run.rows.push_back({row.t, 0.0, {}});
   }
   BatchOptions batch;
@@ -142,7 +142,7 @@ std::optional<OdometryRun> RunBatch(const Recording& recording, const EstimatorO
 void FeedRecording(const Recording& recording, Estimator* estimator, const OdometryCallback& watch) {
   using Clock = std::chrono::steady_clock;
   auto measurement = recording.imu.begin();
-  for (const Image& frame : recording.frames) {
+  for (const Image& frame : recording.images) {
     const Clock::time_point start = Clock::now();
     // One measurement beyond the image, so that the IMU can be interpolated at its time.
     const double until = frame.t + estimator->TimeOffset();

@@ -87,19 +87,19 @@ void OdometrySettings::Restrict(Recording* recording) const {
     items->erase(std::remove_if(items->begin(), items->end(), is_outside), items->end());
   };
   cut(&recording->imu);
-  cut(&recording->frames);
-  if (recording->imu.size() < 2 || recording->frames.size() < 2) {
+  cut(&recording->images);
+  if (recording->imu.size() < 2 || recording->images.size() < 2) {
     const bool is_part = from > 0.0 || std::isfinite(to);
     throw std::invalid_argument(std::string("fewer than two images or IMU measurements") +
                                 (is_part ? " lie in the seconds asked for" : ""));
   }
   if (mono) {
     recording->calibration.camera1.reset();
-    for (Image& frame : recording->frames) frame.tracks1.clear();
+    for (Image& frame : recording->images) frame.tracks1.clear();
   }
   if (max_features == 0) return;
   std::map<int, int> images;  // of each track so far
-  for (Image& frame : recording->frames) {
+  for (Image& frame : recording->images) {
     for (const TrackedPoint& point : frame.tracks) ++images[point.id];
     std::stable_sort(frame.tracks.begin(), frame.tracks.end(),
                      [&](const auto& a, const auto& b) { return images[a.id] > images[b.id]; });

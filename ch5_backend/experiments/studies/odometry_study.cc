@@ -127,7 +127,7 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
                                const OdometrySettings& settings, bool batch) {
   OdometryStudy study;
   study.recording = std::move(recording);
-  const auto& frames = study.recording.frames;
+  const auto& frames = study.recording.images;
   const EstimatorOptions options = settings.Estimator(study.recording.calibration);
   for (auto&& policy : settings.Policies()) {
     std::vector<WindowMatrices> snapshots;

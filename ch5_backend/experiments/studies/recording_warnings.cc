@@ -113,8 +113,8 @@ std::vector<InitializationImage> WindowFrom(size_t k, const Recording& recording
   constexpr double kSpacing = 0.15;  // [s]
   std::vector<InitializationImage> images;
   StampedState last;
-  for (; k < recording.frames.size() && images.size() < kImages; ++k) {
-    const Image& frame = recording.frames[k];
+  for (; k < recording.images.size() && images.size() < kImages; ++k) {
+    const Image& frame = recording.images[k];
     if (!images.empty() && frame.t < last.t + kSpacing) continue;
     images.push_back({frame.t, frame.tracks, nullptr});
     if (images.size() > 1) images.back().imu = IntegrateFrom(last, recording.imu, frame.t, recording.calibration.noise);
@@ -160,7 +160,7 @@ RecordingWarnings CheckFailures(const OdometryStudy& study) {
   const Recording& recording = study.recording;
   std::vector<std::vector<InitializationImage>> windows;
   for (size_t w = 0; w < kWindows; ++w)
-    windows.push_back(WindowFrom(w * recording.frames.size() / kWindows, recording));
+    windows.push_back(WindowFrom(w * recording.images.size() / kWindows, recording));
   const auto try_next = [&](Starts* starts) { starts->TryNext(windows[starts->windows], recording.calibration); };
   Starts as_given{Mat33::Identity()};
   while (as_given.windows < kWindows) try_next(&as_given);
@@ -183,7 +183,7 @@ RecordingWarnings CheckFailures(const OdometryStudy& study) {
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings) {
   constexpr double kMost = 0.5;  // [s]: see the table in the guide; up to this time between images the policies go on
   RecordingWarnings warnings;
-  if (const double median = MedianStep(recording.frames); median > kMost) {
+  if (const double median = MedianStep(recording.images); median > kMost) {
     warnings.push_back({"distant_images", median, kMost,
                         Join("the images are ", median, " s apart (median); above ", kMost,
                              " s too few tracks last, and the estimates drift or start anew")});
@@ -199,7 +199,7 @@ RecordingWarnings CheckComparison(const OdometryStudy& study) {
   if (truth.empty()) return {};
   const auto is_compared = [](const OdometryRun& run) { return run.error || run.relative; };
   if (std::none_of(study.runs.begin(), study.runs.end(), is_compared)) {
-    const std::vector<Image>& frames = study.recording.frames;
+    const std::vector<Image>& frames = study.recording.images;
     return {
         {"no_comparison", 0.0, 0.0,
          Join("no estimate was compared with groundtruth.csv: its ", truth.size(), " poses are from ", truth.front().t,

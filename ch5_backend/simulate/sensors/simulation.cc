@@ -25,7 +25,7 @@ Recording SimulateRecording(const Trajectory& trajectory, const std::vector<Vec3
   recording.calibration = options.calibration;
   recording.imu = std::move(imu.measurements);
   recording.truth = std::move(imu.truth);
-  recording.frames = SimulateCamera(trajectory, points_W, options.calibration, options.camera);
+  recording.images = SimulateCamera(trajectory, points_W, options.calibration, options.camera);
   return recording;
 }
 

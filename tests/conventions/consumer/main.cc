@@ -78,7 +78,7 @@ bool FollowACamera() {
   ch5::Estimator estimator(options, ch5::MakeOkvisPolicy(okvis));
   auto measurement = recording.imu.begin();
   ch5::FrameReport report;
-  for (const ch5::Image& image : recording.frames) {
+  for (const ch5::Image& image : recording.images) {
     while (measurement != recording.imu.end() &&
            (measurement == recording.imu.begin() || std::prev(measurement)->t < image.t)) {
       estimator.AddImu(*measurement++);

@@ -18,8 +18,8 @@ namespace {
 // Every `stride`-th image from the one at index `first` on, with the IMU in between integrated at no bias.
 std::vector<InitializationImage> Cut(const Recording& recording, size_t first, size_t count, size_t stride) {
   std::vector<InitializationImage> frames;
-  for (size_t k = first; k < recording.frames.size() && frames.size() < count; k += stride) {
-    const Image& image = recording.frames[k];
+  for (size_t k = first; k < recording.images.size() && frames.size() < count; k += stride) {
+    const Image& image = recording.images[k];
     InitializationImage frame{image.t, image.tracks, nullptr, image.tracks1};
     if (!frames.empty()) {
       const auto samples = SamplesBetween(recording.imu, frames.back().t, frame.t);
@@ -106,7 +106,7 @@ TEST(DynamicInitialization, StartsInTheMiddleOfARealFlight) {
   const Recording recording = ReadRecording(folder);
   int cuts = 0, started = 0;
   std::vector<double> scales;
-  for (size_t first = 200; first + kImages * kStride < recording.frames.size(); first += 20) {
+  for (size_t first = 200; first + kImages * kStride < recording.images.size(); first += 20) {
     const DynamicInitialization start =
         InitializeDynamically(Cut(recording, first, kImages, kStride), OptionsFor(recording));
     ++cuts;

@@ -69,7 +69,7 @@ VisualInertialScene SceneOf(const Recording& recording, double first, int stride
   const Transform& T_B_C = recording.calibration.T_B_C;
   std::map<int, std::vector<Ray>> tracks;
   int image = 0;
-  for (const Image& frame : recording.frames) {
+  for (const Image& frame : recording.images) {
     if (frame.t < first || image++ % stride != 0) continue;
     auto state = StateAt(recording.truth, frame.t);
     if (!state) continue;

@@ -176,7 +176,7 @@ void Fly(const std::string& policy, const Marginalizer& marginalizer, const Path
       path.Row(image, row.t, p.x(), p.y(), p.z());
       states.push_back(*row.report.state);
     }
-    progress(static_cast<double>(++image) / static_cast<double>(recording.frames.size()));
+    progress(static_cast<double>(++image) / static_cast<double>(recording.images.size()));
   };
   try {
     FeedRecording(recording, &estimator, note);

@@ -159,7 +159,7 @@ FlightResult Fly(const Recording& recording, const EstimatorOptions& options, st
   if (const auto error = CompareTrajectories(states, recording.truth)) flight.ate = error->position_rmse;
   if (start) flight.nees_world = nees / static_cast<double>(states.size());
   if (found.windows > 0) flight.nees_motion = found.nees / found.windows;
-  flight.milliseconds = 1e3 * (seconds - found.seconds) / static_cast<double>(recording.frames.size());
+  flight.milliseconds = 1e3 * (seconds - found.seconds) / static_cast<double>(recording.images.size());
   return flight;
 }
 

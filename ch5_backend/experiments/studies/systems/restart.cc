@@ -39,7 +39,7 @@ void AppendSegments(const OdometryRun& run, const Recording& recording, int tria
 CsvTable RestartTable(int trial, const std::filesystem::path&) {
   CsvTable table("policy,trial,t_s,segment,x_m,y_m,error_m,joint_error_m");
   const Recording recording = FlightWithSilentImu(trial);
-  for (const Image& image : recording.frames) {
+  for (const Image& image : recording.images) {
     const auto truth = StateAt(recording.truth, image.t);
     if (truth) table.Row("truth", trial, image.t, 0, truth->T_W_B.p.x(), truth->T_W_B.p.y(), 0.0, 0.0);
   }

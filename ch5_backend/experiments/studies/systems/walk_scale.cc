@@ -19,7 +19,7 @@ constexpr double kPixels = 0.8;  // the publisher's median error of a triangulat
 // The truth of each image, its bias zero where the measurements have none.
 std::vector<StampedState> StatesOf(const Recording& recording, bool gyroscope, bool accelerometer) {
   std::vector<StampedState> states;
-  for (const Image& image : recording.frames) {
+  for (const Image& image : recording.images) {
     states.push_back(*StateAt(recording.truth, image.t));
     if (gyroscope) states.back().b_g.setZero();
     if (accelerometer) states.back().b_a.setZero();
@@ -35,13 +35,13 @@ void SimulateObservations(int seed, Recording* recording) {
     Frame frame;
     frame.id = static_cast<int>(window.frames.size());
     frame.pose = std::make_shared<VertexPose>(state.T_W_B.q, state.T_W_B.p);
-    AppendImage(frame.id, recording->frames[window.frames.size()], &window);
+    AppendImage(frame.id, recording->images[window.frames.size()], &window);
     window.frames.push_back(std::move(frame));
   }
   TriangulateLandmarks(&window);
   const double pixel = 1.0 / recording->calibration.FocalLength();
   RemoveOutliers(3.0 * pixel, &window);
-  for (Image& image : recording->frames) image.tracks.clear();
+  for (Image& image : recording->images) image.tracks.clear();
   Random random(static_cast<uint64_t>(seed));
   for (const auto& [id, landmark] : window.landmarks) {
     if (landmark.seen.size() < 2) continue;
@@ -51,7 +51,7 @@ void SimulateObservations(int seed, Recording* recording) {
       const Vec3 p_B = pose.q().conjugate() * (p_W - pose.p());
       const Vec3 p_C = window.T_B_C().q.conjugate() * (p_B - window.T_B_C().p);
       const Vec2 noise(random.Normal(), random.Normal());
-      recording->frames[static_cast<size_t>(seen.frame)].tracks.push_back(
+      recording->images[static_cast<size_t>(seen.frame)].tracks.push_back(
           {id, p_C.hnormalized() + kPixels * pixel * noise});
     }
   }
@@ -140,7 +140,7 @@ CsvTable WalkScaleTable(int trial, const std::filesystem::path& data) {
       if (gyroscope || accelerometer) MakeConsistent(gyroscope, accelerometer, &recording);
       const EstimatorOptions options{recording.calibration};
       const BatchResult result =
-          SolveBatch(options, recording.frames, StatesOf(recording, gyroscope, accelerometer), recording.imu);
+          SolveBatch(options, recording.images, StatesOf(recording, gyroscope, accelerometer), recording.imu);
       const auto found = CompareTrajectories(result.states, recording.truth);
       table.Row(name(observations), name(gyroscope), name(accelerometer), trial, found->position_rmse,
                 found->scale - 1.0, result.solve.final_cost);

@@ -62,7 +62,7 @@ std::unique_ptr<Estimator> StartFlight(const Recording& recording, std::unique_p
 }
 
 void Fly(Recording recording, size_t images, std::unique_ptr<WindowPolicy> policy, const OdometryCallback& watch) {
-  recording.frames.resize(images);
+  recording.images.resize(images);
   FeedRecording(recording, StartFlight(recording, std::move(policy)).get(), watch);
 }
 
