@@ -1,7 +1,6 @@
 #pragma once
 // Small scenes that between them hold every kind of structure a solver meets.
 #include <functional>
-#include <memory>
 #include <ostream>
 #include <string>
 #include <vector>

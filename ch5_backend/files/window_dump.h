@@ -6,7 +6,6 @@
 /// VertexSpeedBias::Minus have it; the noise is per sample (ImuNoise::continuous = false).
 
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "ch5_backend/files/text_reader.h"

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include <algorithm>
-#include <string>
 #include <unordered_set>
 
 namespace ch5 {

@@ -2,7 +2,6 @@
 /// The course's scene as the lab's sliders set it, and the solver that they choose.
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "ch5_backend/dense/problem.h"

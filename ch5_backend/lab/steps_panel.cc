@@ -1,4 +1,3 @@
-#include <cmath>
 
 #include "ch5_backend/lab/panels.h"
 #include "ch5_backend/lab/scene.h"

@@ -4,7 +4,6 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <set>
-#include <stdexcept>
 #include <utility>
 
 #include "ch5_backend/graph/check_jacobians.h"

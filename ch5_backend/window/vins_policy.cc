@@ -1,6 +1,5 @@
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "ch5_backend/math/option_checks.h"

@@ -7,7 +7,6 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <stdexcept>
 
 #include "ch5_backend/experiments/studies/command_line.h"
 #include "tests/bench/memory.h"

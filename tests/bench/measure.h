@@ -2,9 +2,7 @@
 /// One problem of `./course bench`, solved by one side in a process of its own, so that its peak of memory is honest.
 
 #include <functional>
-#include <memory>
 #include <string>
-#include <vector>
 
 #include "ch5_backend/experiments/studies/window_graph.h"
 #include "ch5_backend/files/bal.h"

@@ -1,5 +1,4 @@
 #include <chrono>
-#include <cstdio>
 #include <fstream>
 #include <stdexcept>
 

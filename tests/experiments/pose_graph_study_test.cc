@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"

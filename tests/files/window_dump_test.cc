@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <fstream>
-
 #include "ch5_backend/files/tables/text_writer.h"
 
 namespace ch5 {

@@ -1,8 +1,6 @@
 // The constants of g2o's algorithms, on systems that follow a script; tests/solve/minimizer_test.cc has more of them.
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "ch5_backend/solve/minimizer.h"
 #include "ch5_backend/solve/step_strategy.h"
 #include "tests/solve/scripted_system.h"

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <Eigen/SVD>
 
 #include "ch5_backend/initialize/chordal.h"

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <vector>
 
 #include "tests/linear/block_matrices.h"

@@ -1,7 +1,5 @@
 #include "ch5_backend/marginalize/marginalize.h"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 
 #include "ch5_backend/marginalize/drop_ordering.h"

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <limits>
 
 #include "ch5_backend/math/vector_kernels.h"

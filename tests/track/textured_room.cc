@@ -3,7 +3,6 @@
 #include <png.h>
 
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
 #include "ch5_backend/files/tables/text_writer.h"

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
 #include "ch5_backend/simulate/random.h"
 #include "tests/derivatives.h"
 

@@ -1,7 +1,6 @@
 #pragma once
 /// Trajectories as the usual evaluation tools read them (evo, the TUM RGB-D tools, rpg_trajectory_evaluation).
 
-#include <filesystem>
 #include <string>
 
 #include "ch5_backend/types/recording.h"

@@ -4,7 +4,6 @@
 
 #include <deque>
 #include <optional>
-#include <vector>
 
 #include "ch5_backend/types/recording.h"
 

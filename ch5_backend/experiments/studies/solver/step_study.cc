@@ -1,4 +1,3 @@
-#include <memory>
 #include <string>
 
 #include "ch5_backend/dense/problem.h"

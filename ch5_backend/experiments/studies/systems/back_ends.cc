@@ -2,7 +2,6 @@
 #include <Eigen/SVD>
 #include <chrono>
 #include <functional>
-#include <utility>
 
 #include "ch5_backend/experiments/studies/consistency_flight.h"
 #include "ch5_backend/experiments/studies/systems/system_studies.h"
