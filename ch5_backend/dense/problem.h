@@ -7,7 +7,6 @@
 
 #include <map>
 
-#include "ch5_backend/graph/check_jacobians.h"
 #include "ch5_backend/graph/ordering.h"
 #include "ch5_backend/solve/minimizer.h"
 #include "ch5_backend/solve/normal_equations.h"

@@ -46,15 +46,4 @@ JacobianCheck CheckJacobians(Edge* edge, double tolerance) {
   return check;
 }
 
-std::string WhatIsNotFinite(const std::vector<std::shared_ptr<Edge>>& edges) {
-  for (const auto& edge : edges) {
-    edge->Linearize();
-    bool is_finite = edge->Residual().allFinite();
-    for (size_t i = 0; i < edge->Vertices().size(); ++i) is_finite = is_finite && edge->Jacobian(i).allFinite();
-    if (is_finite) continue;
-    return edge->Name() + " has a residual or a Jacobian that is not finite";
-  }
-  return "";
-}
-
 }  // namespace ch5

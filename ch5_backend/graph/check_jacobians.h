@@ -1,9 +1,7 @@
 #pragma once
-/// The Jacobians of an edge against central differences through the vertices' own ⊞, and edges whose numbers are not finite.
+/// The Jacobians of an edge against central differences through the vertices' own ⊞.
 
-#include <memory>
 #include <string>
-#include <vector>
 
 #include "ch5_backend/graph/edge.h"
 
@@ -19,8 +17,5 @@ struct JacobianCheck {
 /// f' ≈ (8 (f(h) − f(−h)) − (f(2h) − f(−2h))) / 12h with h = 1e-4: error O(h⁴), and ε‖r‖/h = 2e-12 ‖r‖ from rounding.
 /// @param tolerance  for `worst`; NaN, a Jacobian that was not filled, is wrong
 JacobianCheck CheckJacobians(Edge* edge, double tolerance = 2e-9);
-
-/// Of the first edge that is so, "TYPE ID has a residual or a Jacobian that is not finite"; empty if none is. Linearizes them.
-std::string WhatIsNotFinite(const std::vector<std::shared_ptr<Edge>>& edges);
 
 }  // namespace ch5

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "ch5_backend/graph/graph.h"
@@ -71,10 +72,12 @@ Ordering MakeOrdering(const Graph& graph, const Selection& selection = {});
 
 /// x ← x ⊞ δ of all free vertices, which remember x; RollBack undoes the last Update to the bit.
 void Update(const Ordering& ordering, const VecX& delta_x);
-/// Undoes the last Update.
 void RollBack(const Ordering& ordering);
 /// ‖x‖ over the free vertices.
 double StateNorm(const Ordering& ordering);
+
+/// Of the first edge that is so, "TYPE ID has a residual or a Jacobian that is not finite"; empty if none is. Linearizes them.
+std::string WhatIsNotFinite(const std::vector<std::shared_ptr<Edge>>& edges);
 
 /// The number of the free landmark of each edge, or −1 if it has none.
 /// @throws GraphError if an edge has two: H_ll would then not be block diagonal, as eliminating a landmark must not

@@ -6,7 +6,6 @@
 #include <set>
 #include <utility>
 
-#include "ch5_backend/graph/check_jacobians.h"
 #include "ch5_backend/marginalize/drop_ordering.h"
 #include "ch5_backend/math/dense_kernels.h"
 #include "ch5_backend/math/parallel.h"

@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "ch5_backend/graph/check_jacobians.h"
 #include "ch5_backend/linear/pivot_rule.h"
 #include "ch5_backend/linear/selected_inverse.h"
 #include "ch5_backend/sparse/sparse_solver.h"

@@ -13,7 +13,6 @@
 #include <memory>
 #include <optional>
 
-#include "ch5_backend/graph/check_jacobians.h"
 #include "ch5_backend/linear/reduced_solver.h"
 #include "ch5_backend/math/parallel.h"
 #include "ch5_backend/solve/normal_equations.h"
