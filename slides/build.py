@@ -127,9 +127,9 @@ def inline(html, figures, lang):
     outside = re.findall(r'(?:src="|url\(&quot;|url\("?|href="[^"]*\.css)(?!data:|#|&quot;data:)[^")]{3,60}', html)
     if outside:
         raise BuildError(f"the page would load {outside[0]!r} from outside", code=1)
-    # No line begins with the full stop behind a formula.
+    # No line begins with the full stop behind a formula, nor behind emphasis that ends with one.
     formula = "(<mjx-container(?:[^<]|<(?!/mjx-container))*</mjx-container>)"
-    return re.sub(formula + "([，。；：、！？）])", r'<span style="white-space: nowrap">\1\2</span>', html)
+    return re.sub(formula + "(</(?:em|strong)>)?([，。；：、！？）])", r'<span style="white-space: nowrap">\1\3</span>\2', html)
 
 
 def marp(prepared, out):

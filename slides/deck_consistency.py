@@ -45,13 +45,13 @@ def product(slide, tables, say):
 def yaw_leak(slide, tables, say):
     """What the priors of the longer flight claim to know of yaw and of position."""
     every = tables("odometry_gauge")
-    ticks = decades([1e-6, every["information"].max()])
-    axes = time_axes(slide, say, (80, 40, 690, 230), every["t_s"].max(), ticks[[0, -1]], "nᵀHn of the prior", log="y", yticks=ticks[::2])
+    ticks = decades([1e-12, every["information"].max()])
+    axes = time_axes(slide, say, (80, 40, 690, 230), every["t_s"].max(), ticks[[0, -1]], "nᵀHn of the prior", log="y", yticks=ticks[::4])
     for policy, name in POLICIES.items():
         for directions, what, width in (("yaw",), "yaw, ", None), ("xyz", "position, ", 1.0):
             rows = [every.where(policy=policy, direction=direction) for direction in directions]
             worst = np.max([np.abs(one["information"]) for one in rows], axis=0)
-            odometry.leak_line(axes, rows[0]["t_s"], worst, policy, least=1e-7, linewidth=width, label=say(what) + name)
+            odometry.leak_line(axes, rows[0]["t_s"], worst, policy, linewidth=width, label=say(what) + name)
     slide.legend(axes, 800, 80)
 
 

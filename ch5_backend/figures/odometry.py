@@ -120,9 +120,9 @@ def leak(directory, say, policy):
                last=style.number(values[-1], 2))
 
 
-def leak_line(axes, times, values, policy, least=1e-12, **look):
-    """|nᵀHn| of the priors over time, where it is above `least`."""
-    axes.plot(times, np.where(np.abs(values) > least, np.abs(values), np.nan), color=COLORS[policy], **look)
+def leak_line(axes, times, values, policy, **look):
+    """|nᵀHn| of the priors over time, where it is above 1e-12."""
+    axes.plot(times, np.where(np.abs(values) > 1e-12, np.abs(values), np.nan), color=COLORS[policy], **look)
 
 
 def gauge(directory):

@@ -161,6 +161,12 @@ class Decks(unittest.TestCase):
                 command.slides(Namespace(html=True, check=False, names=names), [])
             self.assertEqual([one.name for one in make.call_args[0][0]], wanted)
 
+    def test_no_line_begins_with_the_mark_behind_a_formula(self):
+        formula = '<mjx-container class="MathJax"><svg></svg></mjx-container>'
+        for behind, wanted in (("。", f"{formula}。</span>"), ("</em>。", f"{formula}。</span></em>"), ("</em> 和", None)):
+            shown = build.inline(formula + behind, {}, "zh")
+            self.assertEqual(shown, f'<span style="white-space: nowrap">{wanted}' if wanted else formula + behind)
+
     def test_an_unknown_placeholder_is_an_error(self):
         with self.assertRaisesRegex(build.BuildError, r"deck.md:2: .*no\.such"):
             build.fill("one\n{{no.such}}", {}, "deck.md")

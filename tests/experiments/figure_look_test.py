@@ -81,6 +81,13 @@ def hidden_data(figure):
     return found
 
 
+def unseen_curves(figure):
+    """What a legend names, though nothing of it lies within its axes."""
+    points = lambda line: [p for p in path_of(line) if np.isfinite(p).all()]  # noqa: E731
+    return [f"nothing is seen of {line.get_label()!r}" for axes in figure.axes for line in curves(axes)
+            if not line.get_label().startswith("_") and points(line) and not any(axes.bbox.padded(1).contains(*p) for p in points(line))]
+
+
 def look_of(line):
     """What is left of a line in gray: its dashes and its marks."""
     dashes = line._dash_pattern if hasattr(line, "_dash_pattern") else (line._dashOffset, line._dashSeq)
@@ -116,7 +123,7 @@ def english_left(figure):
 
 def faults(figure, shown=SHOWN):
     figure.canvas.draw()
-    return [*small_words(figure, shown), *cut_words(figure), *hidden_data(figure), *alike_in_gray(figure)]
+    return [*small_words(figure, shown), *cut_words(figure), *hidden_data(figure), *unseen_curves(figure), *alike_in_gray(figure)]
 
 
 class Look(unittest.TestCase):
