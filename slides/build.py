@@ -49,6 +49,7 @@ from ch5_backend.figures.tables import TableError, Tables
 LANGUAGES = ("en", "zh")
 PLACEHOLDER = re.compile(r"\{\{([A-Za-z0-9_.]+)\}\}")
 SLIDE_ID = re.compile(r"^<!-- slide: [^>]*-->\n", re.M)
+TITLE = re.compile("<title>(.*?)</title>")
 FIGURE = re.compile(r"\(figures/(\w+)\.svg\)")
 
 
@@ -120,10 +121,10 @@ def digest_of_file(path):
 
 
 def inline(html, figures, lang):
-    """Puts every figure into the page itself."""
+    """Puts every figure into the page itself, and its title beside it for those who do not see it."""
     for name, svg in figures.items():
         data = "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
-        html = html.replace(f"figures/{name}.{lang}.svg", data)
+        html = html.replace(f'"figures/{name}.{lang}.svg" alt=""', f'"{data}" alt="{TITLE.search(svg)[1]}"')
     outside = re.findall(r'(?:src="|url\(&quot;|url\("?|href="[^"]*\.css)(?!data:|#|&quot;data:)[^")]{3,60}', html)
     if outside:
         raise BuildError(f"the page would load {outside[0]!r} from outside", code=1)

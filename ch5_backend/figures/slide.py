@@ -61,8 +61,9 @@ class Figures(dict):
             @functools.wraps(draw)
             def drawn(tables, language, kind="svg"):
                 with plt.rc_context({**LOOK, **look}):
-                    slide = Slide(width, height, title)
-                    draw(slide, tables, Labels(language, self.names))
+                    say = Labels(language, self.names)
+                    slide = Slide(width, height, say(title))
+                    draw(slide, tables, say)
                     return slide.render(kind)
             self[draw.__name__] = drawn
             return drawn

@@ -57,10 +57,11 @@ class BuiltDecks(FolderTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.pages[0].read_bytes(), (self.folder / f"{name}.html").read_bytes())
 
-    def test_every_page_brings_its_speaker_note(self):
+    def test_every_page_brings_its_speaker_note_and_its_figures_words(self):
         for deck, page in zip(build.decks(), self.pages):
             notes = re.findall(r"<!-- \(\d+ min\) ", read(deck))
             self.assertEqual(len(re.findall(r'<div class="bespoke-marp-note"', read(page))), len(notes), page.name)
+            self.assertNotIn('alt=""', read(page), f"{page.name}: a figure without words")
 
     def test_a_pdf_has_a_page_for_every_slide(self):
         name = build.decks()[0].stem

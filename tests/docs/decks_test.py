@@ -161,6 +161,10 @@ class Decks(unittest.TestCase):
                 command.slides(Namespace(html=True, check=False, names=names), [])
             self.assertEqual([one.name for one in make.call_args[0][0]], wanted)
 
+    def test_a_figure_on_a_page_is_told_in_words(self):
+        shown = build.inline('<img src="figures/one.zh.svg" alt="" />', {"one": "<svg><title>图</title></svg>"}, "zh")
+        self.assertRegex(shown, '<img src="data:[^"]*" alt="图" />')
+
     def test_no_line_begins_with_the_mark_behind_a_formula(self):
         formula = '<mjx-container class="MathJax"><svg></svg></mjx-container>'
         for behind, wanted in (("。", f"{formula}。</span>"), ("</em>。", f"{formula}。</span></em>"), ("</em> 和", None)):
