@@ -112,9 +112,9 @@ def flight_facts(tables):
 
 
 def back_end_facts(_):
-    schur, qr = lost_to_schur(KEPT)
+    qr = lost_to_schur(KEPT)
     slower = qr_by_schur(KEPT)
-    return {"back.digits": "19", "back.lost": f"${scientific(1 / schur['weakness'], 1)}$",
+    return {"back.digits": "19", "back.lost": f"${scientific(1 / qr['weakness'], 1)}$",
             "back.qr": f"${scientific(qr['worst_error'], 1)}$", "back.slower": f"{slower[0]:.0f}–{slower[-1]:.0f}"}
 
 

@@ -275,7 +275,7 @@ def captions(say):
     both = lambda tell: say("both", **{policy: tell(policy) for policy in NAMES})  # noqa: E731
     real = lambda way, column: both(lambda policy: one(KEPT("ablation_recording", policy=policy, way=way)[column][0]))  # noqa: E731
     usual, constrained = (np.median(KEPT("ablation", policy="vins", way=way)["milliseconds"]) for way in WAYS[-2:])
-    schur, qr = numbers.lost_to_schur(KEPT)
+    qr = numbers.lost_to_schur(KEPT)
     slower = numbers.qr_by_schur(KEPT)
     last = lambda quantity: both(lambda policy: one(  # noqa: E731
         numbers.median_over_flights(KEPT("calibration", policy=policy, quantity=quantity))[1][-1]))
@@ -293,7 +293,7 @@ def captions(say):
             flights=len(np.unique(KEPT("ablation")["trial"])), real_ate=real("marginalized", "ate_m"),
             real_fej=real("first estimates", "ate_m"), real_nees=real("marginalized", "nees_motion"),
             time=one(constrained / usual)),
-        "systems_back_ends": dict(lost=one(1 / schur["weakness"]), qr=one(qr["worst_error"]), low=one(slower[0]), high=one(slower[-1])),
+        "systems_back_ends": dict(lost=one(1 / qr["weakness"]), qr=one(qr["worst_error"]), low=one(slower[0]), high=one(slower[-1])),
         "systems_calibration": dict(flights=len(np.unique(KEPT("calibration")["trial"])), offset=last("offset_ms"),
                                     rotation=last("rotation_deg")),
         "systems_preintegration": dict(worst=one(100 * np.abs(imu["claimed"] / imu["measured"] - 1).max()),

@@ -158,7 +158,9 @@ class Certainty(unittest.TestCase):
         ate = lambda recording, policy, hosts: KEPT("host_noise", recording=recording, policy=policy, hosts=hosts)["ate_m"][0]  # noqa: E731
         for recording in ("euroc_v1_01_easy", "tango_walk"):
             for policy in ("vins", "okvis"):
-                self.assertLess(ate(recording, policy, "exact with loss"), 1.05 * ate(recording, policy, "noisy"))
+                rows = KEPT("host_noise", recording=recording, policy=policy).rows()
+                whole = [row for row in rows if row["images"] == max(row["images"] for row in rows)]
+                self.assertEqual(min(whole, key=lambda row: row["ate_m"])["hosts"], "exact with loss")
         self.assertLess(ate("tango_walk", "vins", "noisy"), ate("tango_walk", "vins", "exact"))
         self.assertGreater(ate("tango_walk", "okvis", "noisy"), ate("tango_walk", "okvis", "exact"))
 
@@ -216,11 +218,11 @@ class Systems(unittest.TestCase):
     def test_schur_loses_a_weak_prior_whatever_root_follows_and_qr_keeps_it(self):
         of = {name: KEPT("back_ends", window="simulated", back_end=name) for name in numbers.BACK_ENDS}
         weak = of["qr"]["weakness"] <= 1e-5
-        for name in ("schur", "eigen okvis", "eigen vins"):
-            self.assertTrue((of[name]["worst_error"][weak] > 1).all(), name)
+        for name in numbers.SCHUR_ROOTS:
+            self.assertTrue((of[name]["worst_error"][weak] >= 1 - 1e-9).all(), name)
             self.assertLess(of[name]["worst_error"][0], 1e-8)
         self.assertLess(of["qr"]["worst_error"].max(), 1e-5)
-        self.assertTrue((of["qr float"]["worst_error"] > of["schur"]["worst_error"]).all())
+        self.assertTrue((of["qr float"]["worst_error"] > of["eigen okvis"]["worst_error"]).all())
 
     def test_calibration_comes_down_to_what_the_tests_ask(self):
         for policy in ("vins", "okvis"):

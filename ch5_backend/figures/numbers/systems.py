@@ -4,6 +4,7 @@ import numpy as np
 WAYS = ("dropped", "fixed", "poses fixed", "marginalized", "first estimates")
 BACK_ENDS = {"schur": "Schur, Cholesky", "eigen okvis": "Schur, OKVIS's cut", "eigen vins": "Schur, VINS-Mono's cut",
              "qr": "QR", "qr float": "QR, float"}
+SCHUR_ROOTS = ("schur", "eigen okvis", "eigen vins")
 WINDOWS = ("vio_S", "vio_M", "vio_L")
 RECORDINGS = {"simulated": "simulated", "euroc_v1_01_easy": "EuRoC V1_01", "tango_walk": "Tango"}
 CALIBRATION_GOALS = {"offset_ms": 1.0, "rotation_deg": 0.3}
@@ -48,9 +49,11 @@ def solves(tables, **which):
 
 
 def lost_to_schur(tables):
-    """The rows of Schur and of QR at the first σ, in steps of ten, at which Schur's error exceeds the information."""
-    both = zip(*(tables("back_ends", window="simulated", back_end=name).rows() for name in ("schur", "qr")))
-    return next((schur, qr) for schur, qr in both if schur["worst_error"] > 1)
+    """QR's row at the first σ, in steps of ten, at which no root of Schur's knows anything of the worst direction: its
+    error is 1 where the root has dropped it, and more where it makes it up."""
+    of = {name: tables("back_ends", window="simulated", back_end=name) for name in ("qr", *SCHUR_ROOTS)}
+    lost = np.all([of[name]["worst_error"] >= 1 - 1e-9 for name in SCHUR_ROOTS], axis=0)
+    return of["qr"].rows()[np.argmax(lost)]
 
 
 def qr_by_schur(tables):
