@@ -297,6 +297,17 @@ class Lab(LabCase):
         self.rest()
         self.assertEqual(self.state(), "panel=solve")
 
+    def test_pictures_of_lengths_have_a_scale_and_axes_their_powers(self):
+        bar = "(svg => [svg.querySelector('.scale').getBBox().width, svg.querySelector('.scale + text').textContent])"
+        self.open("panel=solve", lang="en")
+        width, words = self.page.evaluate(f"{bar}(document.querySelector('.scene'))")
+        self.assertEqual(words, "2 m")
+        self.assertAlmostEqual(width, 2 * self.page.evaluate("PIXELS"), places=3)
+        self.assertIn("10⁻⁵", self.page.evaluate("document.querySelector('[data-key=cost] svg').textContent"))
+        for image, length in ((0, "0.02 m"), (29, "0.2 m")):
+            self.open(f"panel=window&image={image}", lang="en")
+            self.assertEqual(self.page.evaluate(f"{bar}(document.querySelector('[data-key=flight] svg'))")[1], length)
+
     def test_an_observation_is_left_out_and_taken_back_by_click(self):
         self.open("panel=solve&points=10", lang="en")
         cell = {"across": 4.5 / 10, "down": 0.75}  # landmark 4, frame 2

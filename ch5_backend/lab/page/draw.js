@@ -33,6 +33,8 @@ function short(value) {
   return sign + (size >= 1e4 || size < 1e-3 ? size.toExponential(2) : size.toPrecision(4));
 }
 
+const powerOfTen = n => "10" + [...String(n)].map(letter => "⁰¹²³⁴⁵⁶⁷⁸⁹"[letter] || "⁻").join("");
+
 function color(name) { return getComputedStyle(document.documentElement).getPropertyValue(name).trim(); }
 
 const DECADES = 8;  // entries so much smaller than the largest are as pale as can be seen
@@ -121,6 +123,7 @@ function chart({series, log = true, x, y, label}) {
   let low = Math.min(...shown.map(map)), high = Math.max(...shown.map(map));
   if (!shown.length) [low, high] = [0, 1];
   if (log) [low, high] = [Math.floor(low), Math.ceil(high)];
+  if (!log) low = 0;
   if (high - low < 1e-12) [low, high] = [low - 1, high + 1];
   const most = Math.max(1, ...series.map(one => one.values.length - 1));
   const px = i => LEFT + (WIDTH - LEFT - 12) * i / most;
@@ -132,7 +135,7 @@ function chart({series, log = true, x, y, label}) {
   ticks.filter((_, i) => i % every === 0).forEach(tick => {
     const at = py(log ? 10 ** tick : tick);
     svg.append(element("line", {class: "axis", x1: LEFT, x2: WIDTH - 12, y1: at, y2: at}),
-      element("text", {x: LEFT - 5, y: at + 5, "text-anchor": "end"}, log ? `1e${tick}` : short(tick)));
+      element("text", {x: LEFT - 5, y: at + 5, "text-anchor": "end"}, log ? powerOfTen(tick) : short(tick)));
   });
   svg.append(element("text", {x: WIDTH - 12, y: HEIGHT - 4, "text-anchor": "end"}, x),
     element("text", {x: LEFT, y: HEIGHT - 21, "text-anchor": "middle"}, "0"),

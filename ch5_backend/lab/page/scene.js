@@ -19,6 +19,14 @@ function legend(layers) {
 const paintOf = one => one.hollow ? {fill: "none", stroke: `var(${one.color})`, "stroke-width": 1.5}
   : {fill: `var(${one.color})`, stroke: "none"};
 
+// A bar in the lower left, of 1, 2 or 5 times a power of ten and at most a fifth of the picture.
+function scaleBar(width, height, pixels) {
+  const most = 0.2 * width / pixels, decade = 10 ** Math.floor(Math.log10(most));
+  const length = decade * [5, 2, 1].find(one => one * decade <= most);
+  return [element("path", {class: "scale", d: `M10 ${height - 6}h${pixels * length}`}),
+    element("text", {x: 10, y: height - 12}, `${parseFloat(length.toPrecision(1))} m`)];
+}
+
 // A triangle whose tip is the camera's x axis.
 function cameraShape([x, y], R) {
   const [ux, uy] = [R[0], -R[3]];
@@ -52,7 +60,7 @@ function scene(layers, {label, truth, rays = [], drag = null}) {
     }
     items(layer, "pose", layer.frames || [], (at, frame) => element("path", {d: cameraShape(at, frame.R), ...paint}));
   }
-  svg.append(place, ...legend(layers));
+  svg.append(place, ...legend(layers), ...scaleBar(SIDE, SIDE + 16, PIXELS));
   return svg;
 }
 
@@ -96,14 +104,14 @@ function trajectories(layers, label) {
   const all = layers.flatMap(one => one.points);
   const range = axis => [Math.min(...all.map(p => p[axis])), Math.max(...all.map(p => p[axis]))];
   const [[x0, x1], [y0, y1]] = [range(0), range(1)];
-  const size = Math.min((WIDTH - 40) / Math.max(x1 - x0, 1e-9), (HEIGHT - 56) / Math.max(y1 - y0, 1e-9));
+  const size = Math.min((WIDTH - 40) / Math.max(x1 - x0, 0.1), (HEIGHT - 56) / Math.max(y1 - y0, 0.1));
   const at = p => [WIDTH / 2 + size * (p[0] - (x0 + x1) / 2), (HEIGHT + 20) / 2 - size * (p[1] - (y0 + y1) / 2)];
   const svg = element("svg", {viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": label});
   for (const one of layers.filter(one => one.points.length > 1)) {
     svg.append(element("path", {d: "M" + one.points.map(p => at(p).join(" ")).join("L"), fill: "none",
       stroke: `var(${one.color})`, "stroke-width": 1.5}));
   }
-  svg.append(...legend(layers));
+  svg.append(...legend(layers), ...scaleBar(WIDTH, HEIGHT, size));
   return svg;
 }
 
