@@ -1,5 +1,6 @@
 """The lab: the page says what the native program says, and can be used by mouse, keyboard, link and phone."""
 
+import base64
 import json
 import os
 import re
@@ -194,6 +195,17 @@ class Lab(LabCase):
                     self.assertEqual(self.page.evaluate("document.getElementById('message').textContent"), "")
                     self.assertGreaterEqual(self.page.evaluate("document.querySelectorAll('figure').length"), 2)
                     self.assertLessEqual(self.page.evaluate("document.documentElement.scrollWidth"), width, (panel, language))
+
+    def test_what_is_dark_at_night_is_printed_black_on_white(self):
+        """The lab, and the style of the report and of the grader's pages."""
+        self.addCleanup(self.page.show_as, 1280, 900)
+        style = base64.b64encode(f"<style>{(ROOT / 'ch5_backend/figures/page.css').read_text(encoding='utf-8')}</style>".encode()).decode()
+        for show in (lambda: self.open("panel=solve"), lambda: self.page.open(f"data:text/html;base64,{style}")):
+            for media, dark in (("screen", True), ("print", False)):
+                self.page.show_as(1280, 800, dark=True, media=media)
+                show()
+                ink, paper = self.page.evaluate("['color', 'backgroundColor'].map(key => getComputedStyle(document.body)[key].match(/\\d+/)[0])")
+                self.assertEqual(int(ink) > int(paper), dark, media)
 
     def test_axe_finds_nothing(self):
         try:
