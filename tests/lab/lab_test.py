@@ -207,6 +207,15 @@ class Lab(LabCase):
                 ink, paper = self.page.evaluate("['color', 'backgroundColor'].map(key => getComputedStyle(document.body)[key].match(/\\d+/)[0])")
                 self.assertEqual(int(ink) > int(paper), dark, media)
 
+    def test_a_matrix_on_a_graders_page_fits_a_phone(self):
+        style = (ROOT / "ch5_backend/figures/page.css").read_text(encoding="utf-8")
+        html = (f"<html lang=zh><meta charset=utf-8><meta name=viewport content='width=device-width'><style>{style}</style>"
+                "<pre>  实际      [ -8.16327   10.2041  -11.1111 ]</pre>")
+        self.addCleanup(self.page.show_as, 1280, 900)
+        self.page.show_as(390, 800)
+        self.page.open(f"data:text/html;base64,{base64.b64encode(html.encode()).decode()}")
+        self.assertLess(self.page.evaluate("document.querySelector('pre').clientHeight"), 50, "more than a line")
+
     def test_axe_finds_nothing(self):
         try:
             axe = (npm.installed() / "axe-core" / "axe.min.js").read_text(encoding="utf-8")
