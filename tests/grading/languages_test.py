@@ -84,6 +84,20 @@ class Pages(FolderTest):
         broken = {**record(), "status": "infrastructure-error"}
         self.assertEqual(english_in(outputs.gradescope(broken, CHINESE)["output"]), "")
 
+    def test_words_of_another_version_of_the_course_are_not_told(self):
+        gone, wants_more = sentence("1.1.gone"), sentence("scene.H_of")
+        for place in ("check", "expected", "got", "cause", "places"):
+            for text in (gone, wants_more):
+                old = record()
+                old["faults"].append(text)
+                old["stages"][0]["diagnosis"] = {**DIAGNOSIS, place: [[text, "δp.x"]] if place == "places" else text}
+                self.folder.joinpath("record.json").write_text(json.dumps(old), encoding="utf-8")
+                for say in (ENGLISH, CHINESE):
+                    read = grading.read_record(self.folder, say)
+                    self.assertEqual((read["faults"], read["stages"][1:]), (record()["faults"], record()["stages"][1:]))
+                    pages.write_feedback(self.folder, read, say)
+                    self.assertIn(say("grade.of_another_version"), words_of(self.folder / "feedback.html"))
+
     def test_another_language_regrades_nothing(self):
         file = self.folder / "gauge_prior.cc"
         file.write_text("// mine\n")

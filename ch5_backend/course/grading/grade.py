@@ -14,6 +14,7 @@ from ch5_backend.figures.atomic_write import write_whole
 from ..base import jsonout, processes
 from ..base.cmake_build import CORES
 from ..homework.check import select
+from ..homework.diagnosis import because, cause_of, said_in
 from ..base.errors import CourseError, warn
 from ..base.language import Speaker, speaker
 from ..base.output_dir import locked_dir, made_dir
@@ -55,7 +56,7 @@ def run_grade(arguments) -> int:
         say = speaker(arguments.language)
         session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed), say)
         session.grade_all(share(submissions, arguments.shard), arguments.jobs or CORES)
-        records = read_records(out)
+        records = read_records(out, say)
         if not arguments.shard:
             outputs.write_class(out, records, [stage["id"] for stage in stages])
             marks, nobodys = classbook.settle(book, records, points) if book else ([], [])
@@ -167,7 +168,7 @@ class Session:
         submission = collect(path)
         key = outputs.short_hash(f"{submission.key()} {self.key} {submission.faults}")
         folder = self.out / name
-        known = read_record(folder)
+        known = read_record(folder, self.say)
         if known and known["key"] == key and known["status"] == "graded":
             self.tell(folder, known)  # perhaps in another language
             return False
@@ -206,16 +207,23 @@ class Session:
             return result
 
 
-def read_record(folder: Path):
+def read_record(folder: Path, say: Speaker):
     try:
-        return json.loads((folder / "record.json").read_text(encoding="utf-8"))
+        record = json.loads((folder / "record.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
+    # A record of another version of the course may hold sentences that are gone, or that want other values.
+    record["faults"] = [fault for fault in record["faults"] if say.knows(fault)]
+    for row in record["stages"]:
+        if not all(map(say.knows, said_in(row["diagnosis"]))):
+            row["diagnosis"] = because("grade.of_another_version")
+    return record
 
 
-def read_records(out: Path) -> list:
+def read_records(out: Path, say: Speaker) -> list:
     """All that are there, also those of other shards, by name."""
-    return [record for record in map(read_record, sorted(path for path in out.iterdir() if path.is_dir())) if record]
+    folders = sorted(path for path in out.iterdir() if path.is_dir())
+    return [record for folder in folders if (record := read_record(folder, say))]
 
 
 def tell(out: Path, records: list, failed: list, as_json: bool, say: Speaker) -> None:
@@ -225,6 +233,10 @@ def tell(out: Path, records: list, failed: list, as_json: bool, say: Speaker) ->
         jsonout.emit({"out": str(out), "records": [{key: record[key] for key in ("name", "status", "score", "points")}
                                                    for record in records]})
         return
+    older = [record["name"] for record in records
+             if any(cause_of(row["diagnosis"]) == "grade.of_another_version" for row in record["stages"])]
+    if older:
+        warn(say("grade.of_another_version_are", names=say("grade.list").join(older)))
     graded = [record for record in records if record["status"] == "graded"]
     for record in graded if len(graded) <= 20 else []:
         states = "  ".join(f"{row['id']} {pages.state_of(row, say)}" for row in record["stages"])

@@ -30,6 +30,12 @@ def because(name: str, /, **arguments) -> dict:
     return {"cause": sentence(name, **arguments)}
 
 
+def said_in(diagnosis: dict) -> list:
+    """What a diagnosis says, piece by piece."""
+    places = [piece for place in diagnosis.get("places", ()) for piece in place]
+    return [diagnosis[key] for key in ("check", "expected", "got", "cause") if key in diagnosis] + places
+
+
 def cause_of(diagnosis: dict) -> str:
     """The id of the cause, or ""."""
     cause = diagnosis.get("cause", "")

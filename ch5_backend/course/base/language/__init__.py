@@ -92,6 +92,14 @@ class Speaker:
             return self.translate(text["quoted"])
         return self(text["id"], **{key: value for key, value in text.items() if key != "id"})
 
+    def knows(self, text) -> bool:
+        """Whether it has each sentence of something said, perhaps by another version of the course, and what that wants."""
+        try:
+            self.text(text)
+        except KeyError:
+            return False
+        return True
+
     def translate(self, words: str) -> str:
         """Words that are not ours, as far as they are known."""
         for pattern, template in self.quoted:
