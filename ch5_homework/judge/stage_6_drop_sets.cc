@@ -16,6 +16,7 @@ Text CauseOfVertices(const Window& window, const DropSet& drop) {
   const auto depth = [&](int track) { return has(window.landmarks.at(track).inverse_depth); };
   if (has(nullptr)) return "6.landmark_without_depth";
   if (drop.vertices.empty()) return "6.no_vertex_named";
+  if (has(window.extrinsic)) return "6.extrinsic_goes";
   if (!has(frames[0].pose) && has(frames[1].pose)) return "6.second_oldest_for_oldest";
   if (!has(frames[0].pose) && has(frames.back().pose)) return "6.newest_for_oldest";
   if (!has(frames[0].pose)) return "6.oldest_frames_pose_stays";
@@ -71,6 +72,7 @@ Text CauseOfSecondNew(const Window& window, const DropSet& drop) {
   if (has(newest)) return "6.newest_for_second_newest";
   if (has(newest - 2)) return "6.third_newest_for_second_newest";
   if (has(0)) return "6.MARGIN_OLDs_pose";
+  if (Holds(drop.vertices, window.extrinsic)) return "6.extrinsic_goes";
   return has(newest - 1) ? "6.prior_only_edge" : "6.second_newest_pose_missing";
 }
 

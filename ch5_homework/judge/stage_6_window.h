@@ -29,9 +29,13 @@ inline Text Inventory(const DropSet& drop) {
   return {"6.inventory", {{"vertices", list(vertices, "6.no_vertex")}, {"edges", list(edges, "6.no_edge")}}};
 }
 
-inline int Count(const DropSet& drop, const std::string& type) {
-  return static_cast<int>(std::count_if(drop.edges.begin(), drop.edges.end(),
-                                        [&](const auto& edge) { return edge && edge->TypeInfo() == type; }));
+/// Of any edge of a kind: "EdgeReprojection" is EdgeReprojectionCalibration too.
+inline bool Is(const std::shared_ptr<Edge>& edge, const std::string& kind) {
+  return edge && edge->TypeInfo().compare(0, kind.size(), kind) == 0;
+}
+inline int Count(const DropSet& drop, const std::string& kind) {
+  return static_cast<int>(
+      std::count_if(drop.edges.begin(), drop.edges.end(), [&](const auto& edge) { return Is(edge, kind); }));
 }
 
 /// The same edges, and the same vertices among theirs; vertices without any of these edges count for nothing.
@@ -62,7 +66,7 @@ inline DropSet RightMarginOld(const Window& window) {
   for (const auto& edge : window.graph.Edges()) {
     const auto& held = edge->Vertices();
     if (Holds(held, window.frames[0].pose) || Holds(held, window.frames[0].speed_bias)) drop.edges.push_back(edge);
-    if (edge->TypeInfo() == "EdgeReprojection" && held[1] == window.frames[0].pose && !Holds(drop.vertices, held[0])) {
+    if (Is(edge, "EdgeReprojection") && held[1] == window.frames[0].pose && !Holds(drop.vertices, held[0])) {
       drop.vertices.push_back(held[0]);
     }
   }

@@ -32,7 +32,6 @@ void AddFrame(Window* window) {
 void AddFrames(int count, Window* window) {
   for (int k = 0; k < count; ++k) AddFrame(window);
   window->extrinsic->SetPose(ExpSO3(Vec3(0.02, -0.01, 0.03)), Vec3(0.05, 0.02, 0.01));
-  window->extrinsic->SetFixed();
   window->time_offset->SetFixed();
 }
 
@@ -76,12 +75,13 @@ void Fill(Window* window) {
 void BuildFull(Window* window) {
   Fill(window);
   const auto& frames = window->frames;
-  window->prior = PriorOn({frames[0].pose, frames[0].speed_bias, frames[1].pose, frames[9].pose});
+  window->prior = PriorOn({frames[0].pose, frames[0].speed_bias, frames[1].pose, frames[9].pose, window->extrinsic});
   BuildGraph({}, UseAll, window);
 }
 
 void BuildWithoutPrior(Window* window) {
   Fill(window);
+  window->extrinsic->SetFixed();
   BuildGraph({}, UseAll, window);
 }
 

@@ -15,8 +15,8 @@ constexpr int kHostedByOldest = 1, kHostedByNext = 2, kWithoutDepth = 3, kSeenTw
 VertexList VerticesOf(const Window& window);
 
 ///   "full window"                 eleven frames, of which the prior knows the first two and the second newest;
-///                                 landmarks of each kind
-///   "full window without prior"
+///                                 landmarks of each kind; as in all that say nothing else, the extrinsic is free
+///   "full window without prior"   the extrinsic is fixed: no edge knows it
 ///   "full window, other prior"    the prior knows neither of the frames that may leave
 ///   "long window"                 twelve frames, of which the prior knows the third and second newest; no landmarks
 ///   "landmark behind"             eleven frames, a landmark behind all that see it
