@@ -288,9 +288,9 @@ TEST(Stage6, TheWindowSlidesAgainAndAgain) {
       const Prior& prior = window.prior->GetPrior();
       if (prior.vertices != system.kept) Fail({"6", "6.prior_on_other_vertices"});
       Require("6", {"6.of_sliding_prior", {{"quantity", Word("JᵀJ")}}}, system.H, prior.J.transpose() * prior.J, {}, {},
-              1e-6);
+              1e-5);
       Require("6", {"6.of_sliding_prior", {{"quantity", Word("−Jᵀr₀")}}}, system.b, -prior.J.transpose() * prior.r0, {},
-              {}, 1e-6);
+              {}, 1e-5);
     }
     functions.slide(flag, &window);
     if (window.frames.size() != 5u) Fail({"6", "6.window_not_keep_size"});
