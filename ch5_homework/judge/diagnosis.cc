@@ -59,7 +59,8 @@ const Mistake* FindMistake(const Claim& claim, const std::vector<Mistake>& mista
   return found == mistakes.end() || HoldsUnset(claim.got) ? nullptr : &*found;
 }
 
-// The term whose sign is wrong, as often as `got` has it.
+// The term whose sign is wrong, as often as `got` has it: thrice, half; of another number, which fits any multiple of a
+// single column, a slip elsewhere is the cause.
 void AddTermsOfOtherCounts(const Claim& claim, std::vector<Mistake>* mistakes) {
   if (claim.got.rows() != claim.expected.rows() || claim.got.cols() != claim.expected.cols()) return;
   for (size_t i = 0, n = mistakes->size(); i < n; ++i) {
@@ -67,6 +68,7 @@ void AddTermsOfOtherCounts(const Claim& claim, std::vector<Mistake>* mistakes) {
     if (!mistake.is_of_sign || mistake.answer.size() != claim.got.size()) continue;
     const MatXX term = 0.5 * (mistake.answer - claim.expected);
     const double k = 1.0 - (claim.got - claim.expected).cwiseProduct(term).sum() / term.squaredNorm();
+    if (std::abs(2.0 * k - std::round(2.0 * k)) > kMistakeMatch) continue;
     mistakes->push_back({mistake.todo, {"formula.term_counts", {{"k", Word(k)}}}, claim.expected + (1.0 - k) * term});
   }
 }
