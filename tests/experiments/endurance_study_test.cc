@@ -33,7 +33,7 @@ void ExpectToEndure(int frames, int early, double most_megabytes, uint64_t seed)
 
 // In this room VINS's window, whose gauge is free, started anew after 127 s while its prior took rounding for knowledge.
 TEST(Endurance, FifteenHundredImages) { ExpectToEndure(1500, 500, 4.0, 4); }
-TEST(Endurance, DISABLED_TenThousandImages) { ExpectToEndure(10000, 1000, 4.0, 1); }
+TEST(LongEndurance, TenThousandImages) { ExpectToEndure(10000, 1000, 4.0, 1); }
 
 }  // namespace
 }  // namespace ch5
