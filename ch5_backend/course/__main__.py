@@ -3,6 +3,7 @@
 import argparse
 import difflib
 import json
+import math
 import os
 import re
 import signal
@@ -98,22 +99,51 @@ PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api",
          "site": "where the folder site is made, default: out"}
 
 
-def whole_number(option: str, low: int, high: int):
-    """A reader for an option of this command's own."""
-    def read(text: str) -> int:
-        if not re.fullmatch(r"-?\d{1,18}", text, re.ASCII) or not low <= int(text) <= high:
-            raise CourseError(f"{option} must be a whole number from {low} to {high}, got '{text}'; see --help")
-        return int(text)
+def number(low, high):
+    """A reader of a number in [low, high], whole if these are."""
+    whole = isinstance(low, int)
+    pattern = r"-?\d{1,18}" if whole else r"-?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?"
+    words = f"a whole number from {low} to {high}" if whole else f"a number from {low:g} to {high:g}"
+
+    def read(text: str):
+        if not re.fullmatch(pattern, text, re.ASCII | re.IGNORECASE) or not low <= type(low)(text) <= high:
+            raise must_be(words, text)
+        return type(low)(text)
     return read
 
 
-def shard_option(text: str) -> tuple:
+def one_of(*names):
+    """A reader of one of these words."""
+    def read(text: str) -> str:
+        if text not in names:
+            raise must_be(f"one of {', '.join(names)}", text)
+        return text
+    return read
+
+
+def share(text: str) -> tuple:
     """"2/4" as (2, 4)."""
     numbers = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text, re.ASCII)
-    share = tuple(map(int, numbers.groups())) if numbers else (0, 0)
-    if not 1 <= share[0] <= share[1]:
-        raise CourseError(f"--shard must be I/N with I from 1 to N, got '{text}'; see ./course plots --help")
-    return share
+    index, count = map(int, numbers.groups()) if numbers else (0, 0)
+    if not 1 <= index <= count:
+        raise must_be("I/N with I from 1 to N", text)
+    return index, count
+
+
+def interval(text: str) -> str:
+    """A:B, either of which may be missing."""
+    first, colon, last = text.partition(":")
+    try:
+        is_one = colon and 0.0 <= float(first or 0.0) < float(last or math.inf)
+    except ValueError:
+        is_one = False
+    if not is_one:
+        raise must_be("A:B with 0 ≤ A < B, in seconds since the first IMU measurement", text)
+    return text
+
+
+def must_be(what: str, text: str) -> argparse.ArgumentTypeError:
+    return argparse.ArgumentTypeError(f"must be {what}, got '{text}'")
 
 
 class Folded(argparse.HelpFormatter):
@@ -130,6 +160,7 @@ class Parser(argparse.ArgumentParser):
     """An error becomes a CourseError, so that --json holds for it too."""
 
     def error(self, message: str):
+        message = re.sub(r"^argument (\S+): ", r"\1 ", message)
         raise CourseError(f"{message}; see {self.prog} --help")
 
 
@@ -139,23 +170,24 @@ def add_run_options(parser: Parser) -> None:
     parser.add_argument("--out", metavar="DIR", help="where the results go, default: out; each FILE.txt gets a "
                         "folder DIR/FILE")
     parser.add_argument("--mine", action="store_true", help="with your files in ch5_homework/")
-    # Their values are judged by the programs, which say what they take.
-    parser.add_argument("--iterations", metavar="N", help="at most N iterations")
-    parser.add_argument("--threads", metavar="N", help="how many threads the solver may use")
-    parser.add_argument("--huber", metavar="D", help="Huber loss that begins at D pixels, or in a pose graph at D standard "
+    # Ranges and names are those of the programs, which may take minutes to build; a test holds them together.
+    parser.add_argument("--iterations", type=number(0, 1000000), metavar="N", help="at most N iterations")
+    parser.add_argument("--threads", type=number(1, 256), metavar="N", help="how many threads the solver may use")
+    parser.add_argument("--huber", type=number(1e-6, 1e6), metavar="D", help="Huber loss that begins at D pixels, or in a pose graph at D standard "
                         "deviations")
-    parser.add_argument("--solver", metavar="NAME", help="of the cameras' or poses' system: automatic, dense, sparse, pcg, "
+    parser.add_argument("--solver", type=one_of("automatic", "dense", "sparse", "pcg", "implicit-pcg", "power-series"),
+                        metavar="NAME", help="of the cameras' or poses' system: automatic, dense, sparse, pcg, "
                         "implicit-pcg or power-series; default: automatic, by the size and shape of the problem")
-    parser.add_argument("--init", metavar="START", help="where a pose graph's optimization begins: file, odometry, "
+    parser.add_argument("--init", type=one_of("file", "odometry", "spanning-tree", "chordal"), metavar="START", help="where a pose graph's optimization begins: file, odometry, "
                         "spanning-tree or chordal; default: the one of least cost")
     parser.add_argument("--project-information", action="store_true", default=None, help="in a pose graph, replace each "
                         "information matrix that is not positive semi-definite by the nearest one that is")
-    parser.add_argument("--policy", metavar="NAME", help="of a recording: vins or okvis only; default: both")
+    parser.add_argument("--policy", type=one_of("vins", "okvis"), metavar="NAME", help="of a recording: vins or okvis only; default: both")
     parser.add_argument("--batch", action="store_true", default=None, help="also solves the recording at once, to compare with")
-    parser.add_argument("--seconds", metavar="A:B", help="only this part of a recording, from its first IMU measurement on")
-    parser.add_argument("--window", metavar="N", help="VINS: frames beside the newest, default 10; OKVIS: keyframes, default 5")
-    parser.add_argument("--max-features", metavar="N", help="at most N tracks of an image, those followed longest")
-    parser.add_argument("--first-estimates", metavar="WHICH", help="observability constraints, which stand for first "
+    parser.add_argument("--seconds", type=interval, metavar="A:B", help="only this part of a recording, from its first IMU measurement on")
+    parser.add_argument("--window", type=number(4, 1000), metavar="N", help="VINS: frames beside the newest, default 10; OKVIS: keyframes, default 5")
+    parser.add_argument("--max-features", type=number(8, 100000), metavar="N", help="at most N tracks of an image, those followed longest")
+    parser.add_argument("--first-estimates", type=one_of("none", "prior", "full"), metavar="WHICH", help="observability constraints, which stand for first "
                         "estimates: none, prior or full; default: none")
     parser.add_argument("--estimate-extrinsic", action="store_true", default=None, help="refines the poses of the cameras on the body")
     parser.add_argument("--estimate-time-offset", action="store_true", default=None, help="refines the delay of the cameras' clock")
@@ -168,7 +200,7 @@ def add_plots_options(parser: Parser) -> None:
                         "take, and what is there")
     parser.add_argument("--rerun", action="store_true", help="make the tables anew")
     parser.add_argument("--quick", action="store_true", help="with fewer trials, in DIR/quick")
-    parser.add_argument("--shard", type=shard_option, metavar="I/N", help="only run the I-th of N shares of what "
+    parser.add_argument("--shard", type=share, metavar="I/N", help="only run the I-th of N shares of what "
                         "makes the tables, and draw nothing")
     parser.add_argument("--out", metavar="DIR", help="where tables and figures are, default: out")
 
@@ -176,21 +208,21 @@ def add_plots_options(parser: Parser) -> None:
 def add_grade_options(parser: Parser) -> None:
     parser.add_argument("submissions", nargs="*", metavar="SUBMISSION", help="a .cc file, a folder, a zip or a tar")
     parser.add_argument("--out", metavar="DIR", help="where the grades go, default: out/grades")
-    parser.add_argument("--jobs", type=whole_number("--jobs", 1, 256), metavar="N", help="so many submissions at a time; "
+    parser.add_argument("--jobs", type=number(1, 256), metavar="N", help="so many submissions at a time; "
                         "default: one for each processor")
     parser.add_argument("--stages", type=lambda text: text.split(","), default=[], metavar="LIST",
                         help="only these, such as 1.1,3; default: all")
-    parser.add_argument("--seed", type=whole_number("--seed", 0, 10**18 - 1), metavar="S", help="of the random problems; "
+    parser.add_argument("--seed", type=number(0, 10**18 - 1), metavar="S", help="of the random problems; "
                         "default: one at random, which the records name")
-    parser.add_argument("--shard", type=shard_option, metavar="I/N", help="only the I-th of N shares; all may have the same "
+    parser.add_argument("--shard", type=share, metavar="I/N", help="only the I-th of N shares; all may have the same "
                         "DIR, in which a last run without this option makes the class's tables")
     parser.add_argument("--class", dest="class_file", metavar="FILE", help="who is in the class, and what a human has "
                         "decided: a CSV table, or an export of Canvas's or Moodle's gradebook; writes students.csv, canvas.csv "
                         "and moodle.csv too; see ch5_homework/GRADING.md")
     parser.add_argument("--due", metavar="TIME", help="such as 2026-12-01T23:59; a day begun later costs")
-    parser.add_argument("--late", type=whole_number("--late", 0, 100), metavar="PERCENT", help="of the judged points for each "
+    parser.add_argument("--late", type=number(0, 100), metavar="PERCENT", help="of the judged points for each "
                         "day begun, default: 10")
-    parser.add_argument("--keep", choices=("last", "best"), metavar="WHICH", help="of a student's submissions: last or best; default: last")
+    parser.add_argument("--keep", type=one_of("last", "best"), metavar="WHICH", help="of a student's submissions: last or best; default: last")
     parser.add_argument("--prepare", action="store_true", help="only build what grading needs, and try the sandbox")
     parser.add_argument("--trust", action="store_true", help="without the sandbox: for your own code only")
 
@@ -237,7 +269,7 @@ def make_parser(command: str) -> Parser:
         parser.add_argument("--out", metavar="DIR", help=PAGES[command])
     elif command == "check":
         parser.add_argument("asked", nargs="*", metavar="STAGE", help="such as 1.1, 1.1a or problem.cc; default: all")
-        parser.add_argument("--seed", type=whole_number("--seed", 0, 10**18 - 1), metavar="S", help="other random numbers "
+        parser.add_argument("--seed", type=number(0, 10**18 - 1), metavar="S", help="other random numbers "
                             "and sizes than the usual ones: the case that a grader has met under this number")
     elif command == "hint":
         parser.add_argument("stage", metavar="STAGE", nargs="?", default="", help="such as 1.2, or one of its TODOs, such as 1.2b")
@@ -247,7 +279,7 @@ def make_parser(command: str) -> Parser:
     elif command == "reset":
         parser.add_argument("files", nargs="*", metavar="FILE", help="such as problem.cc")
     if command in SPEAKING:
-        parser.add_argument("--language", choices=language.LANGUAGES, default=language.spoken(), metavar="WORD",
+        parser.add_argument("--language", type=one_of(*language.LANGUAGES), default=language.spoken(), metavar="WORD",
                             help="en or zh; default: the terminal's")
     if command in JSON_FIELDS:
         parser.add_argument("--json", action="store_true", help="print one JSON object on standard output and all "

@@ -190,7 +190,7 @@ class Command(InAFolder):
         self.assertTrue((out / "canvas.csv").exists() and (out / "moodle.csv").exists())
 
     def test_wrong_words_are_refused_before_anything_is_graded(self):
-        for words, told in ((["--late", "5"], "need --class FILE"), (["--keep", "first"], "--keep: invalid choice: 'first'"),
+        for words, told in ((["--late", "5"], "need --class FILE"), (["--keep", "first"], "--keep must be one of last, best, got 'first'"),
                             (["--class", "x.csv", "--due", "noon"], "x.csv: cannot be read"), (["--late", "101"], "--late must be")):
             with redirect_stderr(Terminal()) as errors:
                 self.assertEqual(main(["grade", "a.cc", *words]), 2)

@@ -111,7 +111,10 @@ void OdometrySettings::Restrict(Recording* recording) const {
 
 void DeclareOdometryOptions(CommandLine* line, EstimatorWords* given) {
   for (const std::string name : kNames) {
-    line->Option(OptionOf(name), [=](const std::string& word) { given->push_back({name, word, OptionOf(name)}); });
+    line->Option(OptionOf(name), [=](const std::string& word) {
+      OdometrySettings().Set(name, word);  // refused before the recording is read
+      given->push_back({name, word, OptionOf(name)});
+    });
   }
   for (const std::string name : kFlags) {
     line->Flag(OptionOf(name), [=] { given->push_back({name, "true", OptionOf(name)}); });
