@@ -127,7 +127,8 @@ class CommandLine(FolderTest):
                                       ("fly", "course.experiments.fly", "compile_files"),
                                       ("lab", "lab.assemble_page", "build_wasm")):
             failing = mock.patch.object(import_module(f"ch5_backend.{module}"), step, side_effect=CourseError("no compiler"))
-            with failing, self.assertRaisesRegex(CourseError, "no compiler"):
+            begun = mock.patch("ch5_backend.course.experiments.fly.require_own")
+            with begun, failing, self.assertRaisesRegex(CourseError, "no compiler"):
                 dispatch(command, make_parser(command).parse_args(["--out", str(out)]))
             self.assertFalse(out.parent.exists(), command)
 
@@ -135,7 +136,7 @@ class CommandLine(FolderTest):
         fly, out = import_module("ch5_backend.course.experiments.fly"), self.folder / "out"
         (self.folder / "mav0" / "cam0").mkdir(parents=True)
         (out / "mine").mkdir(parents=True)
-        with mock.patch.multiple(fly, compile_files=dict, build_or_fail=mock.DEFAULT, app=mock.DEFAULT), \
+        with mock.patch.multiple(fly, require_own=mock.DEFAULT, compile_files=dict, build_or_fail=mock.DEFAULT, app=mock.DEFAULT), \
                 mock.patch("ch5_backend.course.experiments.run.app") as tracker, mock.patch.object(fly, "run_all", return_value={}) as flown:
             dispatch("fly", make_parser("fly").parse_args([str(self.folder), "--out", str(out)]))
         self.assertEqual(tracker.call_args[0][0][1:], [str(self.folder), "--out", out / "mine/recording"])

@@ -5,7 +5,11 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from unittest import mock
 
+from ch5_backend.course.base.cmake_build import build_or_fail
+from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.experiments import fly
 from ch5_backend.course.homework.own_functions import symbols, unfinished, weaken
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, STAGES, solution_text
@@ -43,6 +47,23 @@ class Fly(FolderTest):
         self.assertEqual(page.count("<details>"), 3)  # the questions at the end
         self.assertEqual(page.count("data:image/webp"), len(EXPERIMENTS))
 
+    def test_an_empty_homework_is_told_before_a_build(self):
+        hand_in(FOLDER, **SKELETONS)
+        with mock.patch.object(fly, "build_or_fail") as build:
+            for chosen in (fly.FLIGHTS, tuple(EXPERIMENTS)):
+                self.assertRaisesRegex(CourseError, "nothing of yours would run yet: in .*vins_window.cc", fly.require_own, chosen)
+        build.assert_not_called()
+
+    def test_a_stage_that_is_half_done_is_theirs(self):
+        """After 6A the priors are the student's, with 6B still empty."""
+        head = "void SlideWindow(MarginalizationFlag flag, Window* window) {\n"
+        half = solution_text("vins_window.cc").replace(head, head + '  throw HomeworkMissing("6i SlideWindow, x");\n')
+        hand_in(FOLDER, **{**SKELETONS, "vins_window": half})
+        told = self.course("fly")
+        self.assertIn("✓ 6 ", told)
+        self.assertIn("– 5 ", told)
+        self.assertIn("6i still empty", told)
+
     def test_what_is_empty_is_the_solutions(self):
         half = solution_text("problem.cc").replace("H.block(index_i", 'throw HomeworkMissing("1.1a MakeHessian, x");\nH.block(index_i')
         hand_in(FOLDER, **{**SKELETONS, "problem": half})
@@ -78,7 +99,7 @@ class Fly(FolderTest):
     def test_each_graded_function_is_at_work(self):
         """The program is linked once for each function, which then throws: its experiment must fail or change."""
         hand_in(FOLDER, **SKELETONS)
-        self.course("fly")
+        build_or_fail([OWN])
         commands = subprocess.run(["ninja", "-C", str(BUILD), "-t", "commands", OWN], check=True, capture_output=True, text=True).stdout.splitlines()
         link = commands[-1]
         idle = []

@@ -26,7 +26,9 @@ from ..homework import blanks
 from ..homework.check import folder
 from ..homework.compiler import does_not_compile
 from ..homework.diagnosis import in_short
-from ..homework.regions import FILES
+from ..homework.make_skeleton import skeleton
+from ..homework.own_functions import unfinished
+from ..homework.regions import FILES, STAGES
 from .data import has_images, kind_of
 from .run import TRACKER, app, follow_images
 
@@ -44,6 +46,7 @@ def fly(arguments, only_flights: bool) -> int:
     if data and kind not in NEEDS:
         raise CourseError(sentence("fly.no_such_data", path=data))
     chosen = NEEDS[kind] if data else FLIGHTS if only_flights else tuple(EXPERIMENTS)
+    require_own(chosen)
     out = Path(arguments.out or "out")
     with locked_dir(out):
         files = compile_files()
@@ -60,11 +63,25 @@ def fly(arguments, only_flights: bool) -> int:
 
 # ---- The two programs -----------------------------------------------------------------------------------------------
 
-def compile_files() -> dict:
-    """Builds both programs; {file: {"errors": {language: sentence}, or none, "unfinished": {function: TODOs}}}."""
+def require_own(chosen) -> None:
+    """Raises CourseError where a file is missing, or none of the student's functions would run."""
     for file in FILES:
         if not (folder() / file).exists():
             raise CourseError(sentence("compiler.file_missing", file=file, command=f"./course reset {file}"))
+    stages = [stage for stage in STAGES if any(stage["id"] in EXPERIMENTS[experiment] for experiment in chosen)]
+    if not any(todo in own_todos(stage["file"]) for stage in stages for todo in stage["todos"]):
+        raise CourseError(sentence("fly.nothing_yet", files=", ".join(dict.fromkeys(stage["file"] for stage in stages)),
+                                   command=f"./course check {stages[0]['id']}"), exit_code=1)
+
+
+def own_todos(file: str) -> list:
+    """The TODOs of the functions in which no blank is left."""
+    empty = unfinished((folder() / file).read_text(encoding="utf-8", errors="replace"))
+    return [todo for function, todos in unfinished(skeleton(file)).items() if function not in empty for todo in todos]
+
+
+def compile_files() -> dict:
+    """Builds both programs; {file: {"errors": {language: sentence}, or none, "unfinished": {function: TODOs}, "own": TODOs}}."""
     build_or_fail([SOLUTION, OWN])
     return {file: report_of(file) for file in FILES}
 
@@ -72,6 +89,7 @@ def compile_files() -> dict:
 def report_of(file: str) -> dict:
     """What own_functions.py has told of a file, with a compiler's errors in the readers' words."""
     told = json.loads((BUILD / f"{OWN}.{Path(file).stem}.json").read_text(encoding="utf-8"))
+    told["own"] = [] if told["errors"] else own_todos(file)
     if told["errors"]:
         verdict = does_not_compile(file, told["errors"], blanks.content_of(folder() / file))
         told["errors"] = {language: in_short(verdict.diagnosis, speaker(language)) for language in LANGUAGES}
