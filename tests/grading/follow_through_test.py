@@ -159,7 +159,7 @@ class Grades(unittest.TestCase):
         file = "problem.cc"
         toolchain = Prebuilt(file, [one])
         found = job.grade_file(toolchain, file, source(file, one.code).encode(),
-                               [stage for stage in STAGES if stage["file"] == file], read_rubric(), 3)
+                               [stage for stage in STAGES if stage["file"] == file], read_rubric(), 3, job.Clock(240.0))
         return {row["id"]: row for row in found["stages"]}, toolchain.compiled
 
     def test_a_wrong_sign_leaves_nine_of_fourteen_points(self):

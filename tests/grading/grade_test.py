@@ -27,9 +27,11 @@ from ch5_backend.course.grading.grade import named, share, tell
 from ch5_backend.course.grading.outputs import gradescope
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.grading.sandbox import Outcome
-from ch5_backend.course.grading.toolchain import Infrastructure, Toolchain
+from ch5_backend.course.grading.submission import Submission
+from ch5_backend.course.grading.summary import notes
+from ch5_backend.course.grading.toolchain import Built, Infrastructure, Toolchain
 from ch5_backend.course.base.language import speaker
-from ch5_backend.course.homework.diagnosis import Verdict, in_short
+from ch5_backend.course.homework.diagnosis import Verdict, cause_of, in_short
 from ch5_backend.figures.atomic_write import atomic_write
 
 BIN = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release")) / "bin"
@@ -212,7 +214,7 @@ class FullDisk(FolderTest):
     def test_it_is_no_mark_and_is_told_with_its_place(self):
         with mock.patch.object(shutil, "disk_usage", return_value=mock.Mock(free=0)), \
                 mock.patch.object(job, "judge", return_value=Verdict("crashes", {})):
-            for judged in (lambda: job.run_stage(mock.Mock(), Path("worker"), {}, 1),
+            for judged in (lambda: job.run_stage(mock.Mock(), Path("worker"), {}, 1, job.Clock(240.0)),
                            lambda: Toolchain._verdict(mock.Mock(), "problem.cc", Outcome(1, "error: ld", True, 1.0, 1.0), b"", Path("x"))):
                 with self.assertRaisesRegex(Infrastructure, "0 MB left"):
                     judged()
@@ -223,6 +225,33 @@ class FullDisk(FolderTest):
             failed = [{"name": "anna", "status": "infrastructure-error", "error": "full", "score": 0, "points": 7, "stages": []}]
             tell(self.folder, failed, failed, False, speaker("en"))
         self.assertNotIn("anna", told.getvalue(), "no points, not even 0 of 7")
+
+
+class TotalTime(FolderTest):
+    def test_what_sleeps_is_not_judged_to_the_end_and_the_grader_is_told(self):
+        """Each stage sleeps a little less than a check may; the next submission brings one of the files and has all its time."""
+        allowed, known, judged = [], {}, Verdict("right", tests=({"name": "x", "result": "COMPLETED"},))
+
+        def judge(executable, stage, time_limit, *_words, **_options):
+            allowed.append(time_limit)
+            time.sleep(min(time_limit, 0.4))
+            return judged if time_limit >= 0.4 else Verdict("times-out")
+
+        def cached(file, _content, make):
+            result = known.get(file) or make()
+            return known.setdefault(file, result) if result["complete"] else result
+        stages = [{"id": name, "name": name, "file": f"{name}.cc", "todos": []} for name in "abc"]
+        rubric = {stage["id"]: {"x": 1} for stage in stages}
+        toolchain = mock.Mock(**{"compile.return_value": Built(Path("worker"), None, 1.0, 100.0)})
+        with mock.patch.object(job, "judge", judge), mock.patch.object(job, "SECONDS_A_SUBMISSION", 0.6):
+            asleep = job.grade(Submission("asleep", {f"{name}.cc": b"" for name in "abc"}), toolchain, stages, rubric, 1, cached)
+            other = job.grade(Submission("other", {"b.cc": b""}), toolchain, stages, rubric, 1, cached)
+        self.assertEqual([row["state"] for row in asleep["stages"]], ["right", "times-out", "times-out"], asleep)
+        self.assertEqual([cause_of(row["diagnosis"]) for row in asleep["stages"]], ["", job.OUT_OF_TIME, job.OUT_OF_TIME])
+        self.assertEqual((asleep["score"], other["stages"][1]["state"], list(known)), (1, "right", ["a.cc", "b.cc"]))
+        self.assertEqual([round(seconds, 1) for seconds in allowed], [0.6, 0.2, 0.0, 0.6])
+        told = notes([{**asleep, "name": "asleep"}, {**other, "name": "other"}], None, [], [], speaker("en"))
+        self.assertEqual(told, ["Their checks took longer than 0.6 s together, so that stages were not judged: asleep"])
 
 
 class Names(FolderTest):

@@ -33,7 +33,7 @@ class Grader:
             built = self.toolchain.compile(file, content, Path(folder))
             found = [built.verdict] if built.verdict else []
             for seed in seeds if built.worker else ():
-                verdict = job.run_stage(self.toolchain, built.worker, stage, seed, fail_fast=True)
+                verdict = job.run_stage(self.toolchain, built.worker, stage, seed, job.Clock(240.0), fail_fast=True)
                 found.append(explain(verdict, file, content))
                 if found[-1].state == "times-out":
                     break

@@ -201,7 +201,7 @@ class Session:
             except (OSError, ValueError):
                 pass
             result = make()
-            if processes.stopped_by() is None:
+            if processes.stopped_by() is None and result["complete"]:
                 path.parent.mkdir(exist_ok=True)
                 write_whole(path, json.dumps(result, ensure_ascii=False), "backslashreplace")
             return result

@@ -4,6 +4,8 @@ import re
 import shutil
 import tempfile
 import time
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..homework.blanks import explain, some_filled
@@ -17,21 +19,37 @@ from .submission import Submission
 from .toolchain import Toolchain, require_room
 
 SECONDS_A_TEST = 10.0   # the reference needs a tenth of one
-SECONDS_A_STAGE = 240.0
+SECONDS_A_SUBMISSION = 240.0  # for all its checks; they need 193 where a loop in each stage does not end
 FOLLOWED = ("wrong", "crashes", "not-started")  # what does not end would not end once for each blank
 LONGEST_FOLLOWED = 10.0  # seconds of the compiler; the solutions need two
+OUT_OF_TIME = "judge.submission_too_long"
 RUNNING = Limits(seconds=10, wall_seconds=SECONDS_A_TEST + 5.0)
 
 
-def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, rubric: dict, seed: int) -> dict:
-    """{"stages": a row for each, "cpu_seconds", "peak_mib"}, the last two of the compiler. Raises Infrastructure."""
+@dataclass
+class Clock:
+    """The time of a submission's checks [s]. The compiler has no share in it: its limit is one of processor time."""
+    left: float
+
+    @contextmanager
+    def running(self):
+        begin = time.monotonic()
+        try:
+            yield
+        finally:
+            self.left -= time.monotonic() - begin
+
+
+def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, rubric: dict, seed: int, clock: Clock) -> dict:
+    """{"stages": a row for each, "cpu_seconds", "peak_mib", "complete"}, cpu and peak of the compiler; it is not complete where
+    the clock has run out. Raises Infrastructure."""
     folder = Path(tempfile.mkdtemp(dir=scratch()))
     try:
         built = toolchain.compile(file, content, folder)
         rows, of_all = [], built.verdict
         for stage in stages:
             begin = time.monotonic()
-            verdict = of_all or explain(run_stage(toolchain, built.worker, stage, seed), file, content)
+            verdict = of_all or explain(run_stage(toolchain, built.worker, stage, seed, clock), file, content)
             if verdict.state == "not-started" and some_filled(stage, content):
                 verdict = verdict._replace(diagnosis={**verdict.diagnosis, "begun": True})
             if any(re.search("TIMEOUT after .* in its start", str(test.get("failures"))) for test in verdict.tests):
@@ -39,25 +57,29 @@ def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, ru
             row = stage_row(stage, verdict, rubric[stage["id"]], time.monotonic() - begin)
             if verdict is not of_all and verdict.state in FOLLOWED and built.cpu_seconds < LONGEST_FOLLOWED:
                 row.update(follow_through(stage, content, verdict, row,
-                                          lambda text, stage=stage: judged(toolchain, file, text, stage, seed)))
+                                          lambda text, stage=stage: judged(toolchain, file, text, stage, seed, clock)))
             rows.append(row)
-        return {"stages": rows, "cpu_seconds": round(built.cpu_seconds, 2), "peak_mib": round(built.peak_mib)}
+        return {"stages": rows, "cpu_seconds": round(built.cpu_seconds, 2), "peak_mib": round(built.peak_mib),
+                "complete": clock.left > 0.0}
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def judged(toolchain: Toolchain, file: str, content: bytes, stage: dict, seed: int) -> Verdict:
+def judged(toolchain: Toolchain, file: str, content: bytes, stage: dict, seed: int, clock: Clock) -> Verdict:
     """The verdict on a mended text, up to the first check that fails."""
     with tempfile.TemporaryDirectory(dir=scratch(), ignore_cleanup_errors=True) as folder:
         built = toolchain.compile(file, content, Path(folder))
-        return built.verdict or run_stage(toolchain, built.worker, stage, seed, fail_fast=True)
+        return built.verdict or run_stage(toolchain, built.worker, stage, seed, clock, fail_fast=True)
 
 
-def run_stage(toolchain: Toolchain, worker: Path, stage: dict, seed: int, fail_fast: bool = False) -> Verdict:
+def run_stage(toolchain: Toolchain, worker: Path, stage: dict, seed: int, clock: Clock, fail_fast: bool = False) -> Verdict:
     box = toolchain.box(read_only={"/worker": worker}, limits=RUNNING)
-    verdict = judge(toolchain.judge, stage, SECONDS_A_STAGE, [f"--seed={seed}", f"--time-limit={SECONDS_A_TEST:g}"],
-                    box.wrap(["/worker"]), Path("/worker"), fail_fast=fail_fast,
-                    words_of=lambda command: box.run(command).output)  # its debugging lines may be forged, too
+    with clock.running():
+        verdict = judge(toolchain.judge, stage, max(clock.left, 0.0), [f"--seed={seed}", f"--time-limit={SECONDS_A_TEST:g}"],
+                        box.wrap(["/worker"]), Path("/worker"), fail_fast=fail_fast,
+                        words_of=lambda command: box.run(command).output)  # its debugging lines may be forged, too
+    if clock.left <= 0.0 and not verdict.tests:
+        return Verdict("times-out", because(OUT_OF_TIME, n=f"{SECONDS_A_SUBMISSION:g}"))
     silent = not verdict.tests or any("START:" in str(test.get("failures")) for test in verdict.tests)
     if silent:  # that may be ours to answer for
         require_room()
@@ -85,7 +107,7 @@ def missing_row(stage: dict, checks: dict) -> dict:
 def grade(submission: Submission, toolchain: Toolchain, stages: list, rubric: dict, seed: int, cached) -> dict:
     """The record of a submission. `cached(file, content, make)` returns make() or what it was for the same content."""
     begin, record = time.monotonic(), {"status": "graded", "faults": submission.faults, "stages": []}
-    cpu, peak = 0.0, 0
+    cpu, peak, clock = 0.0, 0, Clock(SECONDS_A_SUBMISSION)
     try:
         for file in dict.fromkeys(stage["file"] for stage in stages):
             own = [stage for stage in stages if stage["file"] == file]
@@ -93,7 +115,7 @@ def grade(submission: Submission, toolchain: Toolchain, stages: list, rubric: di
                 record["stages"] += [missing_row(stage, rubric[stage["id"]]) for stage in own]
                 continue
             content = submission.files[file]
-            result = cached(file, content, lambda: grade_file(toolchain, file, content, own, rubric, seed))
+            result = cached(file, content, lambda: grade_file(toolchain, file, content, own, rubric, seed, clock))
             record["stages"] += result["stages"]
             cpu, peak = cpu + result["cpu_seconds"], max(peak, result["peak_mib"])
     except Exception as error:  # whatever fails here is ours, and never a mark

@@ -14,6 +14,7 @@ from ..base.language import Speaker
 from ..homework.check import MARKS
 from ..homework.diagnosis import SYMPTOMS, cause_of
 from . import outputs
+from .job import OUT_OF_TIME
 from .likeness import alike
 from .pages import element, paragraph, state_of, title, untouched
 
@@ -60,6 +61,9 @@ def notes(records: list, book, marks: list, nobodys: list, say: Speaker) -> list
     lines = []
     if failed := [record["name"] for record in records if record["status"] != "graded"]:
         lines.append(say("grade.not_graded", names=say("grade.list").join(failed)))
+    if late := {record["name"]: row["diagnosis"]["cause"]["n"] for record in records for row in record["stages"]
+                if cause_of(row["diagnosis"]) == OUT_OF_TIME}:
+        lines.append(say("grade.out_of_time", n=next(iter(late.values())), names=say("grade.list").join(late)))
     if book:
         absent = [mark.student.name for mark in marks if not mark.record]
         lines.append(say("grade.of_class", n=len(marks) - len(absent), m=len(marks), names=say("grade.list").join(absent)) if absent else
