@@ -189,10 +189,13 @@ class CommandLine(FolderTest):
 
     def test_an_unwritable_out_is_refused(self):
         bal = self.path("tiny.txt", TINY_BAL.encode())
+        (self.folder / "mav0" / "cam0").mkdir(parents=True)
         occupied = self.path("occupied", b"keep me")
         for out in (occupied, occupied / "below", "/proc/nowhere", "/dev/full"):
             self.refuses("run", bal, "--out", out, naming=[out])
             self.refuses("run", "--out", out, naming=[out])
+            self.refuses("track", self.folder, "--out", out, naming=[out])
+            self.refuses("pack", "student", "--out", f"{out}/archive", naming=[f"{out}/archive"])
         self.assertEqual(occupied.read_bytes(), b"keep me")
 
     def test_json_is_one_object_whatever_happens(self):

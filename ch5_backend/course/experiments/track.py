@@ -6,7 +6,7 @@ from ..base import jsonout
 from ..base.cmake_build import build_or_fail
 from ..base.errors import CourseError
 from ..base.language import sentence
-from ..base.output_dir import locked_dir, result_places
+from ..base.output_dir import locked_dir, made_dir, result_places
 from .data import has_images
 from .run import TRACKER, follow_images, tell
 
@@ -18,8 +18,10 @@ def track(arguments) -> int:
     for path in arguments.data:
         if not has_images(path):
             raise CourseError(f"{path}: neither this folder nor its mav0 holds cam0")
-    places = result_places(arguments.data, Path(arguments.out or "out"))
-    build_or_fail([TRACKER])
+    out = Path(arguments.out or "out")
+    places = result_places(arguments.data, out)
+    with made_dir(out):
+        build_or_fail([TRACKER])
     for path, place in places.items():
         with locked_dir(place):
             follow_images(f"./{path}" if path.startswith("-") else path, place, arguments.json, arguments.mono)

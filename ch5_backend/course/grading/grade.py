@@ -47,13 +47,14 @@ def run_grade(arguments) -> int:
         warn("--trust: NO SANDBOX. The submissions' code runs as you, with all that you may do.")
     else:
         preflight()
-    toolchain = ready_toolchain(Unguarded if arguments.trust else Sandbox)
+    box = Unguarded if arguments.trust else Sandbox
     if arguments.prepare:
+        ready_toolchain(box)
         print("ready: the sandbox holds, and the compilers work in it")
         return 0
     out = Path(arguments.out or "out/grades")
     with made_dir(out) if arguments.shard else locked_dir(out):  # shards may work side by side
-        say = speaker(arguments.language)
+        toolchain, say = ready_toolchain(box), speaker(arguments.language)
         session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed), say)
         session.grade_all(share(submissions, arguments.shard), arguments.jobs or CORES)
         records = read_records(out, say)

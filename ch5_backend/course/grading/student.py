@@ -51,8 +51,8 @@ GLOBAL = re.compile(r"^\t\.globl\t(\S+)$", re.MULTILINE)
 
 def pack_student(path: Path, out: Path = ROOT / "out") -> None:
     """Writes the archive, with the pages built in OUT; the same files and compiler give the same bytes. Raises CourseError."""
-    files = student_files(tracked_files(), compiled_solutions(), built_pages(out))
-    with atomic_write(path) as partial, open(partial, "wb") as file:
+    with atomic_write(path) as partial, open(partial, "wb") as file:  # first, so that a wrong place is refused before a build
+        files = student_files(tracked_files(), compiled_solutions(), built_pages(out))
         with gzip.GzipFile("", "wb", 9, file, mtime=0) as zipped, tarfile.open(fileobj=zipped, mode="w") as archive:
             for name in sorted(files):
                 member = tarfile.TarInfo(f"{TOP}/{name}")
