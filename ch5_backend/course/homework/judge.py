@@ -175,7 +175,7 @@ def ended_early(executable: Path, stage: dict, words: str, in_time: bool, exit_c
         return verdict("crashes", "judge.assertion", reason=in_plain_words(assertion, ASSERTIONS))
     if name == "Stack overflow":
         return verdict("crashes", "judge.stack_full")
-    if crash or exit_code < 0:
+    if name or exit_code < 0:  # the words may be the program's own, without a name
         return verdict("crashes", "judge.crash", signal={"quoted": name or signal.strsignal(-exit_code)})
     return verdict("crashes", "judge.ended_by_itself", n=exit_code)
 
