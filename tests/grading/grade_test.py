@@ -210,6 +210,15 @@ class Grades(FolderTest):
             self.assertIn(told, done.stderr)
 
 
+@unittest.skipUnless(GRADER.exists(), "no Clang: without ./course grade")
+class Place(unittest.TestCase):
+    def test_where_no_program_can_be_run_nobody_is_blamed(self):
+        """As where TMPDIR is mounted as noexec: each worker would crash at once."""
+        no_program = mock.patch("ch5_backend.course.grading.toolchain.shutil.which", return_value="/etc/passwd")
+        with no_program, self.assertRaisesRegex(Infrastructure, "no program can be run in .*Permission denied"):
+            Toolchain().prepare()
+
+
 class FullDisk(FolderTest):
     def test_it_is_no_mark_and_is_told_with_its_place(self):
         with mock.patch.object(shutil, "disk_usage", return_value=mock.Mock(free=0)), \

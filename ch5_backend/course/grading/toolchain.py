@@ -68,13 +68,19 @@ class Toolchain:
         return copy
 
     def prepare(self) -> None:
-        """Compiles an empty file, so that a fault of ours is found before any submission is blamed."""
+        """Compiles an empty file and runs a program from the same place, so that a fault of ours is found before any submission
+        is blamed."""
         with tempfile.TemporaryDirectory(dir=scratch()) as folder:
             for compiler in self.compilers:
                 outcome = self._run([*compiler, "-c", "/submission/empty.cc", "-o", "/out/empty.o"], "empty.cc", b"",
                                     Path(folder), ())
                 if outcome.exit_code:
                     raise Infrastructure(f"{compiler[0]} does not compile an empty file: {outcome.output.strip()}")
+            worker = shutil.copy(shutil.which("true"), Path(folder) / "out" / "worker")
+            outcome = self.box({"/worker": worker}).run(["/worker"])
+            if outcome.exit_code:
+                raise Infrastructure(f"no program can be run in {scratch().parent}, perhaps mounted as noexec: "
+                                     f"{outcome.output.strip()}; TMPDIR names another place")
 
     def compile(self, file: str, content: bytes, folder: Path) -> Built:
         """The worker of this file in `folder`, which is the caller's to remove. Raises Infrastructure."""
