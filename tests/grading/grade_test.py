@@ -269,7 +269,9 @@ class Names(FolderTest):
         for path in paths:
             path.parent.mkdir(exist_ok=True)
             path.touch()
-        self.assertEqual(list(named(paths)), ["homework.zip", "bob-homework.zip", "a_b.zip"])
+        nowhere = self.folder / "nowhere"
+        nowhere.symlink_to(nowhere)  # does not stop the class
+        self.assertEqual(list(named([*paths, nowhere])), ["homework.zip", "bob-homework.zip", "a_b.zip", "nowhere"])
 
     def test_none_is_called_as_a_table_of_the_class_or_too_long(self):
         paths = [self.folder / "a" / "summary.html", self.folder / "a" / "grades.csv", self.folder / "a" / (250 * "b"),

@@ -4,6 +4,7 @@ import bz2
 import gzip
 import hashlib
 import lzma
+import os
 import re
 import stat
 import tarfile
@@ -64,7 +65,7 @@ def collect(path: Path) -> Submission:
 
     Raises CourseError if there is no such path; a submission without files of the homework is one with a fault.
     """
-    if not path.exists() and not path.is_symlink():
+    if not os.path.lexists(path):
         raise CourseError(f"{path}: there is no such submission")
     submission = Submission(path.name if path.is_dir() or path.suffix == ".cc" else path.stem)
     try:
