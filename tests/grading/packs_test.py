@@ -7,7 +7,11 @@ import subprocess
 import unittest
 import zipfile
 from pathlib import Path
+from unittest import mock
 
+from ch5_backend.course.base.errors import CourseError
+from ch5_backend.course.grading import pack
+from ch5_backend.course.grading.student import tracked_files
 from tests.folder import FolderTest
 from tests.grading.grade_test import GRADER, environment
 from tests.conventions.project import ROOT
@@ -28,6 +32,14 @@ class Packs(FolderTest):
             self.assertEqual([name for name in names if name.startswith(("build", "out/", ".git/"))], [])
             self.assertTrue(archive.getinfo("run_autograder").external_attr >> 16 & 0o111)
             self.assertIn(b"--language en ", archive.read("run_autograder"))
+
+    def test_without_git_it_packs_what_is_not_built(self):
+        listed = set(pack.project_files())
+        with mock.patch("ch5_backend.course.grading.student.shutil.which", return_value=None):
+            found = set(pack.project_files())
+            self.assertLessEqual(listed, found)
+            self.assertEqual([name for name in found if name.startswith(("build/", "out/", ".git/"))], [])
+            self.assertRaisesRegex(CourseError, "only git knows", tracked_files)
 
     def test_the_workflow_is_yaml_that_runs_the_grader(self):
         text = self.pack("classroom", "classroom.yml", "zh").read_text(encoding="utf-8")

@@ -1,7 +1,6 @@
 """./course pack: what students get, and what other platforms grade with."""
 
 import os
-import subprocess
 import zipfile
 from pathlib import Path
 
@@ -9,7 +8,7 @@ from ch5_backend.figures.atomic_write import atomic_write, write_whole
 
 from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
-from .student import pack_student
+from .student import listed_by_git, pack_student
 
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same files give the same bytes
 
@@ -79,12 +78,10 @@ def pack(what: str, out: str, language: str) -> int:
 
 def project_files() -> dict:
     """{name: bytes} of what version control knows or would; without it, of all but what is built."""
-    done = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
-                          capture_output=True, check=False)
-    names = [name for name in done.stdout.decode("utf-8").split("\0") if name] if done.returncode == 0 else [
-        str(path.relative_to(ROOT)) for path in sorted(ROOT.rglob("*"))
-        if not any(part.startswith(("build", "out", "node_modules", "__pycache__", ".git/"))
-                   for part in path.relative_to(ROOT).parts)]
+    names = listed_by_git("--cached", "--others", "--exclude-standard")
+    if names is None:
+        made = {"build", "out", "node_modules", "__pycache__", ".cache", ".git"}
+        names = [str(path.relative_to(ROOT)) for path in ROOT.rglob("*") if not made & set(path.relative_to(ROOT).parts)]
     return {name: (ROOT / name).read_bytes() for name in names if (ROOT / name).is_file()}
 
 

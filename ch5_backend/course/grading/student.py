@@ -7,6 +7,7 @@ import json
 import platform
 import posixpath
 import re
+import shutil
 import subprocess
 import tarfile
 import zlib
@@ -62,11 +63,18 @@ def pack_student(path: Path, out: Path = ROOT / "out") -> None:
 
 def tracked_files() -> dict:
     """{name: bytes} of what version control knows, and nothing that merely lies about, such as last year's submissions."""
-    done = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], capture_output=True, check=False)
-    if done.returncode:
-        raise CourseError("only a clone knows which files are the project's: " + done.stderr.decode("utf-8", "replace").strip())
-    names = [name for name in done.stdout.decode("utf-8").split("\0") if name and (ROOT / name).is_file()]
-    return {name: (ROOT / name).read_bytes() for name in names}
+    names = listed_by_git()
+    if names is None:
+        raise CourseError("only git knows which files are the project's, in a clone that is yours")
+    return {name: (ROOT / name).read_bytes() for name in names if (ROOT / name).is_file()}
+
+
+def listed_by_git(*options):
+    """The project's files, or None without git, without a clone, or in another user's."""
+    if not shutil.which("git"):
+        return None
+    done = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z", *options], capture_output=True, check=False)
+    return None if done.returncode else done.stdout.decode("utf-8").split("\0")[:-1]
 
 
 def compiled_solutions() -> dict:
