@@ -8,7 +8,9 @@ set_target_properties(ch5_settings PROPERTIES EXPORT_NAME settings)
 write_basic_package_version_file(ch5_backendConfigVersion.cmake COMPATIBILITY SameMajorVersion)
 file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/ch5_backendConfig.cmake [[
 include(CMakeFindDependencyMacro)
-find_dependency(Eigen3 3.3 NO_MODULE)
+if(NOT TARGET Eigen3::Eigen)
+  find_dependency(Eigen3 3.3 NO_MODULE)
+endif()
 find_dependency(Threads)
 include(${CMAKE_CURRENT_LIST_DIR}/ch5_backendTargets.cmake)
 # CMake takes the first where there is none of the program's own build type: not the debug library, unless it is alone.

@@ -57,6 +57,12 @@ class Consumer(unittest.TestCase):
         for program, fault in runs("build"):
             self.assertEqual(fault, "", program)
 
+    def test_a_program_may_have_an_eigen_of_its_own(self):
+        """Without a package of Eigen."""
+        for word in (f"-DCMAKE_PREFIX_PATH={install(BUILD)}", f"-DCH5_SOURCE={ROOT}"):
+            configure("own_eigen", word, f"-DCMAKE_CXX_COMPILER={CXX}", f"-DOWN_EIGEN={EIGEN}", "-DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON")
+            self.assertIn(f"-isystem {EIGEN}", call("ninja", "-C", HERE / "own_eigen", "-t", "commands", "consumer"))
+
     def test_what_an_installed_header_includes_is_installed(self):
         include = install(BUILD) / "include"
         headers = sorted(include.rglob("*.h"))
