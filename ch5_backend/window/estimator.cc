@@ -270,6 +270,18 @@ Summary Estimator::SolveWithGaugeHeld(const SolveOptions& options) {
   return summary;
 }
 
+// Whether the window's camera positions lie so close together that the error of a landmark at kInitialDepth stays below what
+// makes an outlier, whatever depth it is given: then landmarks come and go since depths are unknown.
+bool Estimator::OnlyTurns() const {
+  const auto camera = [&](const Frame& frame) -> Vec3 {
+    return frame.pose->p() + frame.pose->q() * window_.extrinsic->p();
+  };
+  const double least = kInitialDepth * options_.max_outlier_pixels / options_.calibration.FocalLength();  // [m]
+  return std::all_of(window_.frames.begin(), window_.frames.end(), [&](const Frame& frame) {
+    return (camera(frame) - camera(window_.frames.back())).norm() < least;
+  });
+}
+
 // When images and IMU contradict each other, all observations are removed as outliers, and the dead reckoning would go on
 // forever: tracks last, but landmarks come and go.
 bool Estimator::RejectsImages(const Image& image) {
@@ -287,7 +299,7 @@ bool Estimator::RejectsImages(const Image& image) {
   for (auto it = window_.landmarks.begin(); it != window_.landmarks.end() && lasting < kFewLandmarks; ++it) {
     if (it->second.inverse_depth && static_cast<int>(it->second.seen.size()) >= kLastingImages) ++lasting;
   }
-  if (lasting == kFewLandmarks || lasting_tracks < kPlentyOfTracks) last_time_with_landmarks_ = image.t;
+  if (lasting == kFewLandmarks || lasting_tracks < kPlentyOfTracks || OnlyTurns()) last_time_with_landmarks_ = image.t;
   return image.t - last_time_with_landmarks_ > options_.max_rejecting;
 }
 

@@ -169,6 +169,7 @@ class Estimator {
   void Reintegrate();
   Summary Solve();
   Summary SolveWithGaugeHeld(const SolveOptions& options);
+  bool OnlyTurns() const;
   bool RejectsImages(const Image& image);
 
   EstimatorOptions options_;
@@ -193,7 +194,7 @@ class Estimator {
   int restarts_ = 0, segment_ = 0;
   std::optional<StampedState> last_state_;  // the last that was given out, of this segment or one before
   Vec3 last_p_ = Vec3::Zero();              // of the newest frame after the previous solve
-  double last_time_with_landmarks_ = 0.0;   // or with too few lasting tracks to expect any
+  double last_time_with_landmarks_ = 0.0;   // or with too few lasting tracks, or too little motion, to expect any
   // By id: in how many images in a row each track of the last one has been, since the start.
   std::vector<std::pair<int, int>> track_ages_;
 };

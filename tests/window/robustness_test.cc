@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "ch5_backend/simulate/sensors/scene_points.h"
 #include "tests/window/simulations.h"
 
 namespace ch5 {
@@ -190,6 +191,24 @@ TEST(Robustness, RestartsAfterAFailureAndGoesOn) {
   Recording recording = SimulateTwelveSeconds();
   Strike(3000.0, 0.1, &recording);
   ExpectOneRestart(recording, Failure::kPositionJump);
+}
+
+// It walks for six seconds, then turns on the spot: depths stay unknown, and landmarks go whose depth comes out negative.
+TEST(Robustness, ACameraThatOnlyTurnsIsNotRejected) {
+  const Trajectory path(
+      [](const Jet& t) {
+        const auto constant = [](double x) { return Jet{x, 0.0, 0.0}; };
+        const Jet s = constant(M_PI / 3.0) * t, w = constant(1.0) - Cos(s), walk = t.value < 6.0 ? w * w : Jet{};
+        return Coordinates{
+            {walk * Sin(t), constant(0.5) * walk, constant(0.2) * walk * Cos(s)}, Sin(constant(0.7) * t), {}, {}};
+      },
+      16.0);
+  Random random(1);
+  const auto points = PointsOnPlanes(RoomWalls(Vec3(-8, -8, -4), Vec3(8, 8, 4)), 3000, &random);
+  SimulationOptions options;
+  options.camera.pixel_sigma = 0.5;
+  options.camera.max_tracks = 60;
+  ExpectUnbroken(SimulateRecording(path, points, options), 0.15);
 }
 
 // Too slow to be a jump, too fast for the images to hold: the landmarks go one by one, until nothing is left but an IMU.
