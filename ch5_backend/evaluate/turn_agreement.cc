@@ -9,7 +9,8 @@
 namespace ch5 {
 namespace {
 
-constexpr double kMostBetween = 0.3;  // [s]
+// Of a pair of images: a turn must stand out from the noise of its rays [s].
+constexpr double kLeastBetween = 0.12, kMostBetween = 0.3;
 constexpr double kLongestDelay = 0.2, kStep = 0.01;
 
 // The mean rate from one image to another, in C [rad/s].
@@ -18,33 +19,60 @@ struct Turn {
   Vec3 rate;
 };
 
-// θ of argmin Σ ρ(‖f₀ − f₁ − θ × f₁ − (I − f₁f₁ᵀ) v‖) over the rays that both images have, ρ being Cauchy's; v is the
-// translation over the scene's depth, as if all points had the same.
+// The rotation θ and the direction v of the translation between two images, from the rays f₀ and f₁ that both have:
+// argmin Σ ρ(e), e = vᵀm/s, m = g × f₀, g = Exp(θ)f₁, s² = ½(‖v × g‖² + ‖v × f₀‖²), ρ being Cauchy's. That is the distance
+// from the epipolar line, whatever the points' depths; without s, the least would be a v amid the points. It begins as if all
+// points had the same depth, with argmin Σ ρ(‖f₀ − f₁ − θ × f₁ − (I − f₁f₁ᵀ) v‖).
 std::optional<Vec3> TurnBetween(const Image& from, const Image& to) {
-  constexpr int kFewest = 12, kRounds = 5;
+  constexpr size_t kFewest = 12;
+  constexpr int kRounds = 5;
   constexpr double kScale = 3e-3;  // [rad]: a pixel and a half
   std::map<int, Vec3> rays;
   for (const TrackedPoint& point : from.tracks) rays.emplace(point.id, point.x.homogeneous().normalized());
-  Vec6 x = Vec6::Zero();
-  for (int round = 0; round < kRounds; ++round) {
-    Mat66 A = Mat66::Zero();
-    Vec6 b = Vec6::Zero();
-    int common = 0;
-    for (const TrackedPoint& point : to.tracks) {
-      const auto ray = rays.find(point.id);
-      if (ray == rays.end()) continue;
-      const Vec3 f1 = point.x.homogeneous().normalized(), flow = ray->second - f1;
-      Eigen::Matrix<double, 3, 6> J;
-      J << -Hat(f1), Mat33::Identity() - f1 * f1.transpose();
-      const double weight = 1.0 / (1.0 + (flow - J * x).squaredNorm() / (kScale * kScale));
-      A += weight * J.transpose() * J;
-      b += weight * J.transpose() * flow;
-      ++common;
-    }
-    if (common < kFewest) return std::nullopt;
-    x = A.ldlt().solve(b);
+  std::vector<std::pair<Vec3, Vec3>> common;
+  for (const TrackedPoint& point : to.tracks) {
+    const auto ray = rays.find(point.id);
+    if (ray != rays.end()) common.emplace_back(ray->second, point.x.homogeneous().normalized());
   }
-  return x.head<3>();
+  if (common.size() < kFewest) return std::nullopt;
+  Vec6 x = Vec6::Zero();  // θ and v
+  const auto step = [&](Mat66 A, const auto& linearize) {
+    Vec6 b = Vec6::Zero();
+    for (const auto& [f0, f1] : common) {
+      const auto [r, J] = linearize(f0, f1);
+      const double weight = 1.0 / (1.0 + r.squaredNorm() / (kScale * kScale));
+      A += weight * J.transpose() * J;
+      b -= weight * J.transpose() * r;
+    }
+    return Vec6(A.ldlt().solve(b));
+  };
+  for (int round = 0; round < kRounds; ++round) {
+    x += step(Mat66::Zero(), [&](const Vec3& f0, const Vec3& f1) {
+      Eigen::Matrix<double, 3, 6> J;
+      J << Hat(f1), f1 * f1.transpose() - Mat33::Identity();
+      return std::pair(Vec3(f0 - f1 + J * x), J);
+    });
+  }
+  Qd q = ExpSO3(x.head<3>());
+  Vec3 v = x.tail<3>();
+  for (int round = 0; round < kRounds && v.norm() > 0.0; ++round) {
+    v.normalize();
+    Mat66 length = Mat66::Zero();  // which stays
+    length.bottomRightCorner<3, 3>() = v * v.transpose();
+    const Vec6 delta = step(length, [&](const Vec3& f0, const Vec3& f1) {
+      const Vec3 g = q * f1, m = g.cross(f0);
+      const double s = std::sqrt(0.5 * (v.cross(g).squaredNorm() + v.cross(f0).squaredNorm()) + kScale * kScale);
+      const double e = v.dot(m) / s;
+      const Vec3 de_dtheta = (v.dot(g) * f0 - f0.dot(g) * v + 0.5 * e / s * v.dot(g) * g.cross(v)) / s;
+      const Vec3 de_dv = (m + 0.5 * e / s * (v.dot(g) * g + v.dot(f0) * f0)) / s;
+      Eigen::Matrix<double, 1, 6> J;
+      J << de_dtheta.transpose(), de_dv.transpose();
+      return std::pair(Eigen::Matrix<double, 1, 1>(e), J);
+    });
+    q = ExpSO3(delta.head<3>()) * q;
+    v += delta.tail<3>();
+  }
+  return LogSO3(q);
 }
 
 // The gyroscope's mean rate, in B; nullopt where it did not measure.
@@ -95,8 +123,10 @@ std::vector<Mat33> SignedPermutations() {
 
 std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
   std::vector<Turn> turns;
-  for (size_t k = 1; k < recording.images.size(); ++k) {
-    const Image &from = recording.images[k - 1], &to = recording.images[k];
+  const auto& images = recording.images;
+  for (size_t i = 0, k = 1; k < images.size(); ++k) {
+    while (i + 1 < k && images[k].t - images[i + 1].t > kLeastBetween) ++i;
+    const Image &from = images[i], &to = images[k];
     if (to.t - from.t > kMostBetween) continue;
     if (const auto theta = TurnBetween(from, to)) turns.push_back({from.t, to.t, *theta / (to.t - from.t)});
   }

@@ -21,7 +21,7 @@ struct TurnAgreement {
 /// The 48 ways of naming and directing three axes, the given one first.
 std::vector<Mat33> SignedPermutations();
 
-/// A turn is what moves the rays of two images, together with a translation among points of one depth.
+/// A turn is the rotation, with a translation's direction, that fits the rays of two images best, whatever their depths.
 /// @return nullopt if the camera turns too little or too evenly (within 0.05 rad/s), or fewer than 50 pairs of images tell
 std::optional<TurnAgreement> CompareTurns(const Recording& recording);
 

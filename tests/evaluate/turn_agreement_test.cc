@@ -7,11 +7,11 @@
 namespace ch5 {
 namespace {
 
-// A hand-held camera that turns on the spot, so that its images tell the turns alone.
-Recording Turning(double time_offset) {
+// A hand-held camera that turns on the spot, so that its images tell the turns alone, unless it walks too.
+Recording Turning(double time_offset, double position_sigma = 0.02) {
   HandheldOptions path;
   path.duration = 10.0;
-  path.position_sigma = 0.02;
+  path.position_sigma = position_sigma;
   SimulationOptions options;
   options.camera.time_offset = time_offset;
   options.camera.outlier_fraction = 0.05;
@@ -25,6 +25,18 @@ TEST(TurnAgreement, FindsTheDelayOfTheCamerasClock) {
     EXPECT_NEAR(turns->delay, delay, 0.011) << "a step of its search";
     EXPECT_GT(turns->at_delay, 0.99);
     EXPECT_EQ(turns->as_given < turns->at_delay, delay != 0.0);
+  }
+}
+
+// How a walk moves points of different depths must not pass for turns: the delay would not stand out.
+TEST(TurnAgreement, TellsTurnsFromWalking) {
+  for (const double delay : {0.0, 0.03, -0.03}) {
+    const auto turns = CompareTurns(Turning(delay, 0.9));
+    ASSERT_TRUE(turns);
+    const auto left = [](double correlation) { return 1.0 - correlation * correlation; };
+    const double gain = left(turns->as_given) / left(turns->at_delay);
+    EXPECT_NEAR(turns->delay, delay, 0.011);
+    EXPECT_EQ(gain > 1.05, delay != 0.0) << gain << ", delayed by " << delay;
   }
 }
 

@@ -48,8 +48,8 @@ bool IsBent(const std::optional<LensAgreement>& lens) {
 
 void CheckTurns(const Recording& recording, OdometrySettings* settings, RecordingWarnings* warnings) {
   constexpr double kPoor = 0.4, kGood = 0.8;  // 0.63 or more in recordings that are in order
-  // Of the variance that is left: up to 1.08 in order, where a camera flies past near points; 1.12 for a delay of 20 ms.
-  constexpr double kGain = 1.1, kGainOfAxes = 2.0;
+  // Of the variance that is left: up to 1.03 in order, 1.05 to 1.5 for a delay of 20 ms.
+  constexpr double kGain = 1.05, kGainOfAxes = 2.0;
   constexpr double kLeastDelay = 0.015, kMostDelay = 0.185;  // [s]; what rises up to the end of the search is no delay
   const auto turns = CompareTurns(recording);
   if (!turns) return;
