@@ -82,7 +82,7 @@ class FreshMachine(FolderTest):
         self.user(0)
         self.apt(self.installing())
         done = self.course("run", "/nowhere/a.txt")
-        self.assertIn(f"installing {MISSING} with apt-get", done.stderr)
+        self.assertIn(f"installing {MISSING} with apt-get (./course run needs it)", done.stderr)
         self.assertIn("/nowhere/a.txt: there is no such file", done.stderr)
         self.assertIn(f"install --no-install-recommends {MISSING}", self.calls())
 
@@ -98,6 +98,15 @@ class FreshMachine(FolderTest):
         self.apt(self.installing())
         self.assertIn("there is no such file", self.course("run", "/nowhere/a.txt").stderr)
         self.assertIn("sudo env DEBIAN_FRONTEND=noninteractive apt-get", self.calls())
+
+    def test_fonts_that_have_been_installed_since_are_looked_for(self):
+        (self.bin / "find").symlink_to(shutil.which("find"))
+        fonts = self.folder / "fontlist-v330.json"
+        for time, remembered in (((0, 0), False), (None, True)):
+            fonts.touch()
+            os.utime(fonts, time)
+            self.course("hint", "1.1", HOME=self.folder, MPLCONFIGDIR=self.folder)
+            self.assertEqual(fonts.exists(), remembered)
 
     def test_help_and_wrong_words_install_nothing(self):
         self.user(0)
