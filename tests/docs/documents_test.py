@@ -91,7 +91,7 @@ class Documents(unittest.TestCase):
                              [stage["id"] for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]], path)
             for (lecture, minutes, _), deck in zip(rows, DECKS, strict=True):
                 spoken = sum(map(int, re.findall(r"^<!-- \((\d+) min\)", read(deck), re.M)))
-                self.assertAlmostEqual(int(minutes), spoken, delta=5, msg=f"{path}: lecture {lecture}")
+                self.assertAlmostEqual(int(minutes), spoken, delta=2, msg=f"{path}: lecture {lecture}")
 
     def test_front_page_has_the_measured_times(self):
         measured = {}
