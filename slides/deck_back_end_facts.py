@@ -62,7 +62,7 @@ def prior_facts(tables):
     return {
         "prior.trials": f"{tables('prior_trials')['trials'][0]:.0f}",
         "prior.peak_weight": scientific(peak_weight, 1), "prior.peak": f"{peak:.1f}",
-        "prior.free": f"{mean(0.0):.1f}", "prior.plateau": f"{mean(1e5):.1f}",
+        "prior.free": f"{mean(0.0):.1f}", "prior.plateau": f"{mean(1e10):.1f}",
         "prior.heaviest": scientific(weights.max(), 1),
         "prior.identity_heaviest": f"{damping('identity', 'iterations')[1]:.0f}",
         "prior.diagonal_heaviest": f"{damping('diagonal', 'iterations')[1]:.0f}",
