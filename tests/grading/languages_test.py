@@ -74,6 +74,13 @@ class Pages(FolderTest):
         for part in ("已评 2 份提交", "1.1：缺少镜像块", "2 错误", "s1、s2", "s3"):
             self.assertIn(part, words)
 
+    def test_an_empty_blank_is_no_failed_check(self):
+        half = record()
+        for one in half["stages"]:
+            one.update(state="not-started", diagnosis={"begun": True}, margins={})
+        summary.write(self.folder, [half], {row["id"]: row["points"] for row in half["stages"]}, None, [], [], ENGLISH)
+        self.assertNotIn("one edge between two poses", words_of(self.folder / "summary.html"))
+
     def test_other_platforms_are_told_in_chinese(self):
         outputs.write_one(self.folder, record(), CHINESE)
         results = json.loads((self.folder / "results.json").read_text(encoding="utf-8"))

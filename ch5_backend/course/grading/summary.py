@@ -49,7 +49,7 @@ def write(out: Path, records: list, points: dict, book, marks: list, nobodys: li
         rows = [row for record in counted for row in record["stages"] if not untouched(row)]
         body += [of_stages(counted, say), *counts("grade.most_failed_checks", Counter(
             f"{row['id']} {outputs.check_in_words(check['name'], say)}" for row in rows for check in row["checks"]
-            if not check["passed"]), say),
+            if not check["passed"] and row["state"] != "not-started"), say),  # an empty blank has failed nothing
             *counts("grade.misconceptions", Counter(what for row in rows if (what := misconception(row, say))), say)]
     if graded:
         body += [near_misses(graded, say), likeness(graded, say), *([] if book else submissions(graded, say))]
