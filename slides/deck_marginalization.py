@@ -240,12 +240,12 @@ def back_ends(slide, tables, say):
 def okvis_cases(slide, tables, say):
     """A frame that is no keyframe leaves, and a keyframe."""
     for k, case in enumerate(("no keyframe", "keyframe")):
-        sizes = [KEPT("okvis_matrices", case=case, stage=stage)["size"][0] for stage in ("window", "prior")]
+        sizes = [tables("okvis_matrices", case=case, stage=stage)["size"][0] for stage in ("window", "prior")]
         left, side = 10 + 570 * k, 260
         shown = 1.6 * side * sizes[1] / sizes[0]
-        systems.okvis_case(slide.axes((left, 40, side, side)), KEPT, case, "window")
+        systems.okvis_case(slide.axes((left, 40, side, side)), tables, case, "window")
         slide.line(left + side + 15, 170, left + side + 50, 170, arrow=True)
-        systems.okvis_case(slide.axes((left + side + 65, 170 - shown / 2, shown, shown)), KEPT, case, "prior")
+        systems.okvis_case(slide.axes((left + side + 65, 170 - shown / 2, shown, shown)), tables, case, "prior")
         slide.text(left, 24, say(case), 18, anchor="start")
         slide.text(left + side / 2, 322, f"H: {sizes[0]:.0f} × {sizes[0]:.0f}", 17, MUTED)
         slide.text(left + side + 65 + shown / 2, 322, f"{say('prior after the slide')}: {sizes[1]:.0f} × {sizes[1]:.0f}", 17, MUTED)

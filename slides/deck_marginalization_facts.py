@@ -118,9 +118,9 @@ def back_end_facts(_):
             "back.qr": f"${scientific(qr['worst_error'], 1)}$", "back.slower": f"{slower[0]:.0f}–{slower[-1]:.0f}"}
 
 
-def okvis_facts(_):
-    gone = KEPT("okvis_vertices", case="keyframe", fate="marginalized")
-    held = KEPT("okvis_vertices", case="keyframe", fate="in the prior")
+def okvis_facts(tables):
+    gone = tables("okvis_vertices", case="keyframe", fate="marginalized")
+    held = tables("okvis_vertices", case="keyframe", fate="in the prior")
     count = lambda rows, kind: str((rows["vertex"] == kind).sum())  # noqa: E731
     return {"cases.landmarks": count(gone, "landmark"), "cases.poses": count(held, "pose"), "cases.speeds": count(held, "speed")}
 

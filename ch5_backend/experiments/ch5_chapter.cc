@@ -13,7 +13,7 @@ namespace {
 constexpr char kUsage[] =
     "usage: ch5_chapter [--out DIR]\n"
     "Runs bundle adjustment on simulated scenes, the marginalization example, the prior-weight experiment,\n"
-    "odometry on a simulated recording, and what slides out of a window; writes their tables to DIR/csv (DIR is out/\n"
+    "odometry on simulated recordings, and what slides out of a window; writes their tables to DIR/csv (DIR is out/\n"
     "unless given).\n";
 
 void RunStudies(const std::filesystem::path& csv) {
@@ -23,7 +23,9 @@ void RunStudies(const std::filesystem::path& csv) {
   ch5::RunMarginalizeStudy(csv);
   ch5::RunPriorStudy(csv, [&](double fraction) { show("prior weights", fraction); });
   ch5::WriteOdometryTables(ch5::RunOdometryStudy(ch5::SimulatedOdometryRecording(), show), csv);
+  ch5::RunRestartStudy(csv);
   ch5::RunSlideStudy(csv);
+  ch5::RunOkvisCasesStudy(csv);
 }
 
 }  // namespace

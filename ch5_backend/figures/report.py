@@ -35,6 +35,9 @@ Tables, DIR/csv (one row of names, then numbers; meters, radians; costs are Â½ Î
   slide_matrices.csv     policy,stage,size,pose_rows,row,column,value   stage: window (H), before, after (priors)
   slide_priors.csv       policy,stage,columns,rank,null_dimension,largest_gauge_information
   slide_frames.csv       policy,image,frame,keyframe,speed,in_prior,prior_columns   the policy's window image by image
+  okvis_matrices.csv     case,stage,size,row,rows,column,columns,largest   of each block; stage: window, prior
+  okvis_vertices.csv     case,vertex,number,keyframe,row,rows,fate   what OKVIS marginalizes in its two cases
+  restart.csv            policy,t_s,segment,x_m,y_m,error_m,joint_error_m   no IMU for a second; one alignment over both
 """
 
 import os
@@ -89,7 +92,7 @@ def body_of(directory, say):
     """The page's pieces."""
     n = Chapter(Tables(Path(directory) / "csv"))
     sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
-                "consistency": nees.captions(say), "systems": systems.captions(say)}
+                "consistency": nees.captions(say), "systems": systems.captions(directory, say)}
     body = [Markup("<h1>{}</h1>").format(say("heading")), page.other_languages(say),
             Markup("<p>{}</p>").format(say("lead")), page.PIECES.findings(say("findings"), captions.findings(n, say)),
             contents(sections, directory, say), solves_table(n, say)]

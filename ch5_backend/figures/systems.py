@@ -1,7 +1,9 @@
-"""What OKVIS, VINS-Mono and g2o are tested for, as curves: of the kept tables of ch5_systems.
+"""What OKVIS, VINS-Mono and g2o are tested for, as curves: of the kept tables of ch5_systems, and of the chapter's.
 
 Each panel draws into given axes, so that the report and the decks show the same; `names` says a label in the reader's words.
 """
+from pathlib import Path
+
 import numpy as np
 from markupsafe import Markup
 
@@ -11,7 +13,7 @@ from .numbers.systems import BACK_ENDS, DATA_SETS, SOLVERS, WAYS
 from .numbers.windows import KEPT
 from .odometry import COLORS, NAMES
 from .style import BLUE, GRAY, GREEN, INK, ORANGE, PALE, PINK, VERMILION, plt
-from .tables import read
+from .tables import Tables
 from .words import Labels
 
 LABELS = Labels("en")  # of the report's figures, which translate.py turns
@@ -262,14 +264,23 @@ def draw_pose_graphs(panels, tables):
     panels[1, 0].legend(fontsize=10)
 
 
-def draw(directory, tables=KEPT):
-    for one in (draw_ablation, draw_back_ends, draw_calibration, draw_preintegration, draw_restart, draw_distance,
-                draw_window_size, draw_okvis_cases, draw_pose_graphs):
-        one(directory, tables)
+OF_CHAPTER = (draw_restart, draw_okvis_cases)
+OF_SYSTEMS = (draw_ablation, draw_back_ends, draw_calibration, draw_preintegration, draw_distance, draw_window_size, draw_pose_graphs)
 
 
-def captions(say):
-    """{figure: its words}, with every number taken from the kept tables."""
+def tables_of(directory):
+    """The chapter's tables in this folder, and the kept ones."""
+    return Tables(Path(directory) / "csv", KEPT.folder)
+
+
+def draw(directory):
+    for one in (*OF_SYSTEMS, *OF_CHAPTER):
+        one(directory, tables_of(directory))
+
+
+def captions(directory, say):
+    """{figure: its words}, with every number taken from the tables."""
+    tables = tables_of(directory)
     rms = lambda values: np.sqrt(np.mean(values**2))  # noqa: E731
     one = lambda values, digits=2: style.number(float(values), digits)  # noqa: E731
     both = lambda tell: say("both", **{policy: tell(policy) for policy in NAMES})  # noqa: E731
@@ -284,7 +295,7 @@ def captions(say):
     fifth = lambda recording: both(lambda policy: one(  # noqa: E731
         KEPT("distance", recording=recording, policy=policy, share=0.2)["q50"][0]))
     ates = lambda keyframes: [numbers.over_keyframes(KEPT, "euroc_v1_01_easy", temporal, "ate_m")[1][keyframes] for temporal in numbers.TEMPORAL]  # noqa: E731
-    gone = KEPT("okvis_vertices", case="keyframe", fate="marginalized")["vertex"]
+    gone = tables("okvis_vertices", case="keyframe", fate="marginalized")["vertex"]
     largest = numbers.solves(KEPT, solver="sparse", algorithm="Levenberg-Marquardt")[-1]
     by = lambda solver, data_set: one(numbers.by_sparse(KEPT, solver, data_set))  # noqa: E731
     about = KEPT("machine").rows()[0]
@@ -300,9 +311,9 @@ def captions(say):
                                        tuned=one(share[200]), fast=one(share[1600])),
         "systems_restart": dict(
             silent=f"{numbers.SILENT[1] - numbers.SILENT[0]:.0f}",
-            alone=both(lambda policy: one(rms(KEPT("restart", policy=policy)["error_m"]))),
-            joint=both(lambda policy: one(rms(KEPT("restart", policy=policy)["joint_error_m"]))),
-            begins=both(lambda policy: one(KEPT("restart", policy=policy, segment=1)["t_s"][0], 3))),
+            alone=both(lambda policy: one(rms(tables("restart", policy=policy)["error_m"]))),
+            joint=both(lambda policy: one(rms(tables("restart", policy=policy)["joint_error_m"]))),
+            begins=both(lambda policy: one(tables("restart", policy=policy, segment=1)["t_s"][0], 3))),
         "systems_distance": {name: fifth(recording) for recording, name in
                              (("simulated", "simulated"), ("euroc_v1_01_easy", "euroc"), ("tango_walk", "tango"))},
         "systems_window_size": dict(one_low=one(min(ates(0))), one_high=one(max(ates(0))), low=one(min(ates(2))),
@@ -351,8 +362,9 @@ def starts_table(say):
 
 
 def draw_own(directory):
-    """From the tables of this folder."""
-    draw(directory, lambda name, **where: read(directory, name).where(**where))
+    """From ch5_systems' tables in this folder."""
+    for one in OF_SYSTEMS:
+        one(directory, Tables(Path(directory) / "csv"))
 
 
 if __name__ == "__main__":

@@ -172,7 +172,7 @@ class Certainty(unittest.TestCase):
             self.assertEqual(list(fresh.columns), list(kept.columns))
             cases = lambda table: {tuple(row[key] for key in ("policy", "observations", "hosts", "mode"))  # noqa: E731
                                    for row in table.rows()}
-            self.assertEqual(cases(fresh), cases(kept))
+            self.assertLessEqual(cases(kept), cases(fresh), "over time, only those are kept that a figure shows")
 
 
 class Systems(unittest.TestCase):
@@ -286,6 +286,5 @@ class Systems(unittest.TestCase):
                           sorted((ROOT / "ch5_backend/experiments/studies/systems").glob("*.cc")))
         headers = re.sub(r'"\s+"', "", headers)  # a header may be two literals
         for name in ("ablation", "ablation_recording", "back_ends", "calibration", "preintegration", "distance",
-                     "window_size", "okvis_matrices", "okvis_vertices", "pose_graphs", "pose_graph_starts", "restart", "machine",
-                     "consistency_recording", "walk_scale"):
+                     "window_size", "pose_graphs", "pose_graph_starts", "machine", "consistency_recording", "walk_scale"):
             self.assertIn('"' + ",".join(KEPT(name).columns) + '"', headers, name)

@@ -19,7 +19,7 @@ def figures_of(out, of="chapter"):
         return gauge_report.drawn_of(out)
     say = Words("en")
     names = [name for section in captions.sections(Chapter(Tables(out / "csv")), say).values() for name in section]
-    return [*names, *odometry.captions(out, say), *nees.captions(say), *systems.captions(say)]
+    return [*names, *odometry.captions(out, say), *nees.captions(say), *systems.captions(out, say)]
 
 
 def write_reports(out, of="chapter"):

@@ -27,11 +27,6 @@ class SystemExperiments(programs_under_test.AppTest):
         table = self.make("preintegration")
         self.assertLess(abs(table["claimed"] / table["measured"] - 1).max(), 0.1)  # of 1000 draws
 
-    def test_a_keyframe_takes_landmarks_along_and_another_frame_does_not(self):
-        gone = self.make("okvis_vertices").where(fate="marginalized")
-        kinds = {case: set(gone.where(case=case)["vertex"].tolist()) for case in ("keyframe", "no keyframe")}
-        self.assertEqual(kinds, {"keyframe": {"pose", "speed", "landmark"}, "no keyframe": {"pose", "speed"}})
-
     def test_an_unknown_study_and_a_trial_too_many_are_errors(self):
         for words, naming in ((("frobnicate",), "there is no study 'frobnicate'"),
                               (("pose_graphs", "--trial", 99), "pose_graphs has no trial 99")):

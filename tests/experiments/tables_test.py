@@ -129,6 +129,17 @@ class Tables(unittest.TestCase):
             self.assertLessEqual(after["rank"], after["columns"] - 3, "position is free")
             self.assertEqual(priors.row(policy=policy, stage="before")["null_dimension"], 4)
 
+    def test_a_keyframe_takes_landmarks_along_and_another_frame_does_not(self):
+        gone = tables.read(self.out, "okvis_vertices").where(fate="marginalized")
+        kinds = {case: set(gone.where(case=case)["vertex"].tolist()) for case in ("keyframe", "no keyframe")}
+        self.assertEqual(kinds, {"keyframe": {"pose", "speed", "landmark"}, "no keyframe": {"pose", "speed"}})
+
+    def test_after_a_second_without_imu_a_segment_begins_which_is_nearer_the_truth_alone(self):
+        for policy in ("vins", "okvis"):
+            rows = tables.read(self.out, "restart").where(policy=policy)
+            self.assertEqual(set(rows["segment"]), {0, 1}, policy)
+            self.assertLess(rows["error_m"].mean(), rows["joint_error_m"].mean(), policy)
+
     def test_figures_are_the_same_to_the_byte_when_drawn_again(self):
         def drawn():
             marginalize.chain(self.out)

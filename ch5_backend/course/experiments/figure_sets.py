@@ -67,14 +67,14 @@ def of_gauge(part: str, needs: str, seconds: tuple, **trials) -> FigureSet:
 RECORDING = " ".join(f"csv/odometry_{name}" for name in ("policies", "segments", "path", "windows", "matrices", "spectrum", "gauge", "warnings"))
 SYSTEMS = {"ablation": (30, 1), "ablation_recording": (1, 1), "consistency_recording": (6, 1), "walk_scale": (3, 1),
            "back_ends": (1, 1), "calibration": (6, 1),
-           "preintegration": (1, 1), "restart": (1, 1), "distance": (1, 1), "window_size": (3, 1), "okvis_matrices": (1, 1),
-           "okvis_vertices": (1, 1), "pose_graphs": (24, 1), "pose_graph_starts": (6, 1), "machine": (1, 1)}
+           "preintegration": (1, 1), "distance": (1, 1), "window_size": (3, 1), "pose_graphs": (24, 1), "pose_graph_starts": (6, 1), "machine": (1, 1)}
 SETS = (
     FigureSet("chapter", "", csv(
         "mono_ba_summary mono_ba_trace mono_ba_frames mono_ba_points mono_ba_iterations hessian hessian_vertices "
         "hessian_edges hessian_blocks spectrum prior_sweep prior_trials prior_damping prior_trace marginalize_chain "
         "marginalize_scene marginalize_fill odometry_policies odometry_segments odometry_path odometry_windows odometry_matrices "
-        "odometry_spectrum odometry_gauge odometry_warnings slide_vertices slide_observations slide_matrices slide_priors slide_frames"),
+        "odometry_spectrum odometry_gauge odometry_warnings slide_vertices slide_observations slide_matrices slide_priors slide_frames "
+        "okvis_matrices okvis_vertices restart"),
         "ch5_chapter --out {out}", "ch5_backend.figures.report {out}", (10, 12)),
     of_deck(1, "chapter"),
     of_deck(2, "", "solver_pcg solver_spectrum solver_rules solver_half_damped solver_stop solver_paths solver_dogleg "

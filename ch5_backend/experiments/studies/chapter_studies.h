@@ -1,5 +1,5 @@
 #pragma once
-/// Three of the chapter's studies, which need to be told nothing: each writes its tables into the folder `csv`.
+/// Those of the chapter's studies which need to be told nothing: each writes its tables into the folder `csv`.
 
 #include <filesystem>
 #include <functional>
@@ -28,5 +28,14 @@ void RunMarginalizeStudy(const std::filesystem::path& csv);
 ///   slide_frames        the frames of each policy's own window after each image, and what they still have
 /// @throws WriteError
 void RunSlideStudy(const std::filesystem::path& csv);
+
+/// The two cases of OKVIS's marginalization: a keyframe leaves the window, and another frame does. Writes okvis_matrices.csv,
+/// the largest entry of each block of H before the slide and of the prior after it, and okvis_vertices.csv, whose rows they are.
+/// @throws WriteError
+void RunOkvisCasesStudy(const std::filesystem::path& csv);
+
+/// A flight whose IMU is silent for a second: positions and errors of the segments before and after, and the truth's. Writes
+/// restart.csv.  @throws WriteError
+void RunRestartStudy(const std::filesystem::path& csv);
 
 }  // namespace ch5

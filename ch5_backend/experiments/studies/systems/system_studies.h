@@ -24,16 +24,10 @@ CsvTable BackEndsTable(int trial, const std::filesystem::path&);
 CsvTable CalibrationTable(int trial, const std::filesystem::path&);
 /// σ of a preintegration over its length and over the IMU's rate, claimed and measured on simulated measurements.
 CsvTable PreintegrationTable(int trial, const std::filesystem::path&);
-/// A flight whose IMU is silent for a second: positions and errors of the segments before and after, and the truth's.
-CsvTable RestartTable(int trial, const std::filesystem::path&);
 /// Relative error over the distance, of both policies on all recordings.
 CsvTable DistanceTable(int trial, const std::filesystem::path& data);
 /// OKVIS's numbers of keyframes and of newest frames; trial 0 is EuRoC's V1_01, others are simulated.
 CsvTable WindowSizeTable(int trial, const std::filesystem::path& data);
-/// H of OKVIS's window and the prior after it has slid, where a keyframe leaves and where another frame does …
-CsvTable OkvisMatricesTable(int trial, const std::filesystem::path&);
-/// … and whose rows these are.
-CsvTable OkvisVerticesTable(int trial, const std::filesystem::path&);
 /// A pose graph a trial, by one algorithm and linear solver: cost and time after each iteration, and memory.
 CsvTable PoseGraphsTable(int trial, const std::filesystem::path& data);
 /// A pose graph a trial, the last one simulated with large noise: where each start leads to.

@@ -2,17 +2,18 @@
 #include <algorithm>
 #include <set>
 
+#include "ch5_backend/experiments/studies/chapter_studies.h"
 #include "ch5_backend/experiments/studies/matrices.h"
-#include "ch5_backend/experiments/studies/systems/system_studies.h"
 #include "ch5_backend/experiments/studies/window/flight.h"
 #include "ch5_backend/experiments/studies/window/wrapped_policy.h"
+#include "ch5_backend/files/tables/text_writer.h"
 
 namespace ch5 {
 namespace {
 
 constexpr int kFirstImage = 20;
 
-struct Tables {
+struct CaseTables {
   CsvTable matrices{"case,stage,size,row,rows,column,columns,largest"};  // a row for each block that is not zero
   CsvTable vertices{"case,vertex,number,keyframe,row,rows,fate"};
 };
@@ -77,13 +78,15 @@ class CaseWatch {
     }
   }
 
-  Tables tables;
+  CaseTables tables;
 
  private:
   std::set<std::string> written_;
 };
 
-Tables Watch() {
+}  // namespace
+
+void RunOkvisCasesStudy(const std::filesystem::path& csv) {
   FlightOptions options;
   options.camera_rate = 15.0;
   options.max_tracks = 16;
@@ -92,12 +95,10 @@ Tables Watch() {
   const auto watch = [&](Window* window, const std::function<void()>& slide) { cases.Slide(window, slide); };
   Fly(recording, /*images=*/60, std::make_unique<WrappedPolicy>(MakeFlightPolicy("okvis"), watch),
       [](const Estimator&, const ImageResult&) {});
-  return cases.tables;
+  FileBatch files;
+  files.Add(csv / "okvis_matrices.csv", cases.tables.matrices.Text());
+  files.Add(csv / "okvis_vertices.csv", cases.tables.vertices.Text());
+  files.Commit();
 }
-
-}  // namespace
-
-CsvTable OkvisMatricesTable(int /*trial*/, const std::filesystem::path&) { return Watch().matrices; }
-CsvTable OkvisVerticesTable(int /*trial*/, const std::filesystem::path&) { return Watch().vertices; }
 
 }  // namespace ch5

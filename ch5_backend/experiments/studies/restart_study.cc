@@ -2,17 +2,19 @@
 // over both makes of them is beside it.
 #include <algorithm>
 
+#include "ch5_backend/experiments/studies/chapter_studies.h"
 #include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/experiments/studies/odometry_study.h"
-#include "ch5_backend/experiments/studies/systems/system_studies.h"
+#include "ch5_backend/files/tables/csv.h"
+#include "ch5_backend/files/tables/text_writer.h"
 
 namespace ch5 {
 namespace {
 
 constexpr double kSilentFrom = 10.0, kSilentUntil = 11.0;  // [s]
 
-Recording FlightWithSilentImu(int trial) {
-  Recording recording = SimulatedOdometryRecording(1 + static_cast<uint64_t>(trial));
+Recording FlightWithSilentImu() {
+  Recording recording = SimulatedOdometryRecording();
   auto& imu = recording.imu;
   imu.erase(std::remove_if(imu.begin(), imu.end(),
                            [](const ImuMeasurement& one) { return kSilentFrom < one.t && one.t < kSilentUntil; }),
@@ -20,7 +22,7 @@ Recording FlightWithSilentImu(int trial) {
   return recording;
 }
 
-void AppendSegments(const OdometryRun& run, const Recording& recording, int trial, CsvTable* table) {
+void AppendSegments(const OdometryRun& run, const Recording& recording, CsvTable* table) {
   const auto joint = CompareTrajectories(run.states, recording.truth);
   for (const OdometrySegment& segment : run.segments) {
     if (!segment.error) continue;
@@ -28,7 +30,7 @@ void AppendSegments(const OdometryRun& run, const Recording& recording, int tria
       const auto truth = StateAt(recording.truth, state.t);
       if (!truth) continue;
       const Vec3 p = segment.error->alignment * state.T_W_B.p;
-      table->Row(run.policy, trial, state.t, segment.id, p.x(), p.y(), (p - truth->T_W_B.p).norm(),
+      table->Row(run.policy, state.t, segment.id, p.x(), p.y(), (p - truth->T_W_B.p).norm(),
                  (joint->alignment * state.T_W_B.p - truth->T_W_B.p).norm());
     }
   }
@@ -36,18 +38,20 @@ void AppendSegments(const OdometryRun& run, const Recording& recording, int tria
 
 }  // namespace
 
-CsvTable RestartTable(int trial, const std::filesystem::path&) {
-  CsvTable table("policy,trial,t_s,segment,x_m,y_m,error_m,joint_error_m");
-  const Recording recording = FlightWithSilentImu(trial);
+void RunRestartStudy(const std::filesystem::path& csv) {
+  CsvTable table("policy,t_s,segment,x_m,y_m,error_m,joint_error_m");
+  const Recording recording = FlightWithSilentImu();
   for (const Image& image : recording.images) {
     const auto truth = StateAt(recording.truth, image.t);
-    if (truth) table.Row("truth", trial, image.t, 0, truth->T_W_B.p.x(), truth->T_W_B.p.y(), 0.0, 0.0);
+    if (truth) table.Row("truth", image.t, 0, truth->T_W_B.p.x(), truth->T_W_B.p.y(), 0.0, 0.0);
   }
   for (auto&& policy : AllPolicies()) {
-    AppendSegments(RunOdometry(recording, EstimatorOptions{recording.calibration}, std::move(policy)), recording, trial,
+    AppendSegments(RunOdometry(recording, EstimatorOptions{recording.calibration}, std::move(policy)), recording,
                    &table);
   }
-  return table;
+  FileBatch files;
+  files.Add(csv / "restart.csv", table.Text());
+  files.Commit();
 }
 
 }  // namespace ch5
