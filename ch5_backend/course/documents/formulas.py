@@ -1,4 +1,7 @@
-"""Formulas in Unicode, as the headers have them, as TeX for Doxygen: H_pm H_mm⁻¹ becomes H_{pm} H_{mm}^{-1}."""
+"""Formulas in Unicode, as the headers have them, as TeX for Doxygen: H_pm H_mm⁻¹ becomes H_{pm} H_{mm}^{-1}.
+
+Indented lines become TeX whole; in a sentence only letters with an index do: all else reads well as it is typed.
+"""
 
 import re
 
@@ -20,14 +23,11 @@ TOKEN = re.compile(
     rf"|(?P<accented>{LETTER})(?P<accent>[{''.join(ACCENTS)}])|(?P<low>_(?:[\u03b1-\u03c9][a-z]?|[A-Za-z0-9]{BELOW}*(?:_[A-Z][a-z]?)*(?:,[ij])?))|(?P<half>\^-?½)"
     rf"|(?P<raised>[{''.join(RAISED)}]+)|(?P<lowered>[{''.join(LOWERED)}]+)|(?P<sign>[{re.escape(''.join(SIGNS))}])|(?P<gap> {{2,}})", re.S)
 
-# A piece of a sentence that is surely of a formula: a letter with an index, or a sign that prose does not have.
-STRONG = re.compile(rf"(?<![A-Za-z_])[dδΔ∂]?(?:{LETTER}[\u0302\u0303]?|td)_{BELOW}{{1,3}}(?:_[A-Z][a-z]?)*(?![A-Za-z0-9_:])"
-                    "|[\u0302\u0303\u0308ẋḟᵀ⁻₀-₉½ΣΔ‖⊞⊟⊗∂√∈\u0391-\u03c9]")
-# And one that may be: an operator, a number, a letter that is no word, a function.
-WEAK = re.compile(rf"(?!\[(?:m|s)\b)[-+−(\[|]*(?:[B-HJ-Zb-z]|(?<=[-−])A|\d[\d.e]*|(?:1−)?(?:{FUNCTIONS})(?:\(\S*)?)[)\]|,;'².:]*|[-+=−·×/<>≤≥≈←→↦,]+|:=")
-OPERATOR = re.compile(r"[-+=−·×/<>≤≥≈←→↦]+|:=")
-# Code, links, and the names that Doxygen reads.
-KEPT = re.compile(r"`[^`]*`|\\f\$.*?\\f\$|\\f\[.*?\\f\]|@param\s+(?:[\w, ]|\[[^]]*\])*?(?=  |$)|@\w+(?: [\w./:]+)?|https?://\S+|\S*\w\(\S*::\S*|\S*(?:[/.]h|[.]cc)\b\S*")
+# In a sentence: a letter with an index, such as H_ll⁻¹ or δb_a …
+TERM = (rf"(?<![^\Wᵀ¹²])[dδΔ∂]?{LETTER}[{''.join(ACCENTS)}]?_(?:[\u03b1-\u03c9][a-z]?|[A-Za-z0-9]{{1,3}}(?:_[A-Z][a-z]?)*(?:,[ij])?(?![A-Za-z0-9_]))"
+        rf"[{''.join(RAISED)}]*")
+# … unless it stands in code, or is a name that Doxygen reads.
+KEPT = r"`[^`]*`|\\f\$.*?\\f\$|@param\s+\w+(?:, \w+)*|@\w+(?: [\w./:]+)?|https?://\S+|\S*::\S*"
 DRAWN = re.compile(r"[│┌└├┤┐┘─►#]|//|[;{}]\s*$|::|\b(?:const|template|class|public)\b")
 
 
@@ -47,51 +47,8 @@ def tex(formula: str) -> str:
 
 
 def set_line(words: str) -> str:
-    """A line of prose, its formulas between Doxygen's signs."""
-    done, at = [], 0
-    for kept in KEPT.finditer(words):
-        done += [set_prose(words[at:kept.start()]), kept[0]]
-        at = kept.end()
-    return "".join([*done, set_prose(words[at:])])
-
-
-def set_prose(words: str) -> str:
-    """The longest runs of pieces that are of formulas, each with at least one that surely is."""
-    done, run, pieces = [], [], [*re.split(r"( +)", words), ""]
-    for k, piece in enumerate(pieces):
-        beside = piece.strip("()[],") in ("A", "I", "a") and any(map(OPERATOR.fullmatch, pieces[max(0, k - 2):k + 3:2]))  # no word
-        if run and piece == " " or beside or STRONG.search(piece) or WEAK.fullmatch(piece):
-            run.append(piece)
-            if not piece.endswith((".", ":", ";")):
-                continue
-            piece = ""
-        done += [set_run("".join(run)), piece]
-        run = []
-    return "".join(done)
-
-
-def set_run(run: str) -> str:
-    """Without stops, and in parts at brackets that are the sentence's."""
-    before, formula, after = re.fullmatch(r"((?:[ ,]|− )*)(.*?)((?:'s)?[ .,:;]*)", run, re.S).groups()
-    if not STRONG.search(formula):
-        return run
-    lone = unmatched(formula)
-    if lone is not None:
-        return set_run(before + formula[:lone]) + formula[lone] + set_run(formula[lone + 1:] + after)
-    return rf"{before}\f${tex(formula)}\f${after}"
-
-
-def unmatched(formula: str):
-    """Where a bracket stands alone, or None; intervals may be half open."""
-    opened = []
-    for k, sign in enumerate(formula):
-        if sign in "([":
-            opened.append(k)
-        elif sign in ")]":
-            if not opened:
-                return k
-            opened.pop()
-    return opened[0] if opened else None
+    """A line of prose, its letters with an index between Doxygen's signs."""
+    return re.sub(f"({KEPT})|({TERM})", lambda found: found[1] or rf"\f${tex(found[2])}\f$", words)
 
 
 def set_block(block: str) -> str:
