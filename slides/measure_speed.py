@@ -19,6 +19,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from ch5_backend.figures import tables
 from ch5_backend.figures.numbers.bench import iteration_seconds
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -109,10 +110,7 @@ def rays():
 
 
 def write(name, head, rows):
-    with open(ROOT / "slides" / "measured" / f"{name}.csv", "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(head)
-        writer.writerows(rows)
+    tables.write(ROOT / "slides" / "measured" / f"{name}.csv", head, rows)
 
 
 def processor():

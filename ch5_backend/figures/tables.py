@@ -1,10 +1,12 @@
-"""The one reader of tables: CSV files as columns of numbers or words."""
+"""The one reader of tables, CSV files as columns of numbers or words, and their one writer."""
 import csv
 import os
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+
+from .atomic_write import atomic_write
 
 
 class TableError(Exception):
@@ -97,6 +99,12 @@ def read_table(path, may_be_empty=False, numbers=()):
         _check_numbers(path, rows, name)
     columns = zip(*rows[1:]) if len(rows) > 1 else [()] * len(rows[0])
     return Table({head: _numbers_or_words(column) for head, column in zip(rows[0], columns)})
+
+
+def write(path, head, rows):
+    """A CSV file, whole or not at all; None is an empty cell."""
+    with atomic_write(path) as partial, open(partial, "w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows((head, *rows))
 
 
 def _check_numbers(path, rows, name):

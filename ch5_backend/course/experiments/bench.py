@@ -1,6 +1,5 @@
 """./course bench: our solvers and Ceres on the same problems, side by side."""
 
-import csv
 import json
 import os
 import statistics
@@ -10,6 +9,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ch5_backend.figures import tables
 from ch5_backend.figures.numbers.bench import iteration_seconds
 
 from ..base import jsonout
@@ -73,8 +73,8 @@ def bench(arguments) -> int:
         measured = run_rounds(cases_of(names, arguments.quick), peer, arguments.quick)
         rows = [row for case in measured for row in rows_of(case.name, case.threads, case.ours, peer, case.theirs)]
         traces = [row for case in measured for row in traces_of(case)]
-        write(out / "rows.csv", FIELDS, [[row[field] for field in FIELDS] for row in rows])
-        write(out / "traces.csv", ("problem", "threads", "side", "seconds", "cost"), traces)
+        tables.write(out / "rows.csv", FIELDS, [[row[field] for field in FIELDS] for row in rows])
+        tables.write(out / "traces.csv", ("problem", "threads", "side", "seconds", "cost"), traces)
         if traces:
             app([sys.executable, "-m", "ch5_backend.figures.bench", out], arguments.json)
     if arguments.json:
@@ -241,13 +241,6 @@ def traces_of(case: Case) -> list:
     """The iterations of each side's last run."""
     return [[case.name, case.threads, side, seconds, cost] for side, turns in (("ours", case.ours), ("Ceres", case.theirs))
             if turns and not case.name.startswith((*TASKS, ODOMETRY)) for seconds, cost in turns[-1][-1]["trace"]]
-
-
-def write(path: Path, head, rows) -> None:
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(head)
-        writer.writerows(rows)  # None is an empty cell
 
 
 def table(rows: list) -> str:

@@ -1,12 +1,10 @@
 """The gauge paper's experiments: table → the numbers that their page, the fourth deck, the model answer of stage 4 and
 the tests cite."""
-import csv
 from pathlib import Path
 
 import numpy as np
 
-from ..atomic_write import atomic_write
-from ..tables import TableError, read
+from ..tables import TableError, read, write
 from . import gauge_paper
 
 STARTS = ("stated", "rotations nearer", "all nearer")
@@ -255,8 +253,5 @@ def numbers(directory):
 
 
 def write_summary(path, found):
-    with atomic_write(path) as partial, open(partial, "w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(("study", "of", "what", "value"))
-        rows.writerows((study, of, what, f"{value:.6g}") for study, values in found.items()
-                       for (of, what), value in values.items())
+    write(path, ("study", "of", "what", "value"), ((study, of, what, f"{value:.6g}") for study, values in found.items()
+                                                   for (of, what), value in values.items()))
