@@ -8,11 +8,6 @@ from matplotlib.text import Text
 from .words import IN_CHINESE
 
 FONTS = ("Noto Sans CJK SC", "Noto Sans CJK JP")
-WORD = re.compile(r"[A-Za-z]{2,}")
-# In all languages.
-SAME = re.compile(r"\$[^$]*\$|log|RMSE|NEES|VINS|OKVIS|(?<=\d )(?:mm|cm|ms|m|px)\b|\[[a-z]+²?\]|diag|Levenberg|Marquardt|rad"
-                  r"|Cholesky|CHOLMOD|PCG|QR|Dogleg|-Mono|IMU|ATE|EuRoC V1_01|EuRoC|Tango|Hz|MB|intel|MIT|parking-garage|sphere2500"
-                  r"|Huber|Cauchy|Tukey|Nielsen|Rosenbrock|Ceres|GFLOP/s|LM|dogleg|max|map|Sx|Wr|Hn|HP|H_[a-z]+")
 
 
 @lru_cache
@@ -29,11 +24,6 @@ def translate(words):
         if found := pattern.fullmatch(words):
             return chinese.format(**{name: translate(value) for name, value in found.groupdict().items()})
     return words
-
-
-def has_english(words):
-    """Whether it holds an English word that is not the same in all languages."""
-    return WORD.search(SAME.sub("", words)) is not None
 
 
 @lru_cache

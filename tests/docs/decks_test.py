@@ -13,12 +13,12 @@ from unittest import mock
 from matplotlib.pyplot import imread
 
 from tests.docs.markdown import DECKS, ROOT, fences, formulas, prose, read, slides
-from tests.experiments.figure_look_test import faults
+from tests.experiments.figure_look_test import faults, has_english
 
 from slides import build
 from slides import deck_back_end
 from ch5_backend.course.documents import slides as command
-from ch5_backend.figures import slide, translate
+from ch5_backend.figures import slide
 from ch5_backend.figures.tables import Tables
 from ch5_backend.figures.words import Labels
 
@@ -97,7 +97,7 @@ class Decks(unittest.TestCase):
 
         def noted(labels, label, **values):
             words = say(labels, label, **values)
-            if labels.language == "zh" and translate.has_english(words):
+            if labels.language == "zh" and has_english(words):
                 english.add(words)
             return words
 

@@ -74,19 +74,3 @@ def drop_dead_links(page):
     text = page.read_text(encoding="utf-8")
     if '<a name="nested-classes">' not in text:
         page.write_text(re.sub(r'<a href="#nested-classes">\w+</a>(?: &#124;)?\s*', "", text), encoding="utf-8")
-
-
-def undocumented():
-    """What engineers call and nothing describes, a text each: classes, enumerations and functions outside of kernels.
-
-    Declarations without an empty line between them share the words above the first.
-    """
-    said = doxygen(GENERATE_HTML="NO", EXTRACT_ALL="NO", WARN_IF_UNDOCUMENTED="YES", WARN_AS_ERROR="NO").stderr
-    what = r"Compound .*|Member .*\(enumeration\) of .*|Member .*\(function\) of namespace ch5"
-    found = []
-    for path, line, name in re.findall(rf"^(\S+\.h):(\d+): warning: ({what}) is not documented", said, re.M):
-        above = Path(path).read_text(encoding="utf-8").splitlines()[int(line) - 2::-1]
-        together = above[:above.index("")] if "" in above else above
-        if "::kernels::" not in name and not any(one.lstrip().startswith("///") for one in together):
-            found.append(f"{Path(path).relative_to(ROOT)}:{line}: {name}")
-    return found
