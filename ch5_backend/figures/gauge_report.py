@@ -97,7 +97,7 @@ TABLES = {"gauge_errors": ("methods", errors_table), "gauge_matrices": ("covaria
 def body_of(directory, say, found):
     """The page's pieces."""
     words = gauge_captions.captions(found, say)
-    body = [Markup("<h1>{}</h1>").format(say("gauge.title")), page.other_languages(say), Markup("<p>{}</p>").format(say("gauge.lead"))]
+    body = page.opening(say("gauge.title"), say("gauge.lead"), say)
     trials = found["methods"]["all scenes", "trials"] if "methods" in found else gauge_paper.TRIALS
     if trials < gauge_paper.TRIALS:
         body.append(Markup("<p><strong>{}</strong></p>").format(say("gauge.quick", trials=f"{trials:.0f}", all=gauge_paper.TRIALS)))
@@ -108,7 +108,7 @@ def body_of(directory, say, found):
             body.append(make(found[table], say))
     for name, make in (("variants", variants_table), ("audit", audit_table)):
         if name in found:
-            body += [Markup("<p>{}</p>").format(words[f"gauge_{name}"]), make(found[name], say)]
+            body += [page.paragraph(words[f"gauge_{name}"]), make(found[name], say)]
     summary = Markup('<a href="summary.csv">summary.csv</a>')
     return [*body, Markup(f"<p>{say('gauge.summary', link='{}')}</p>").format(summary), page.links_to_tables(directory, say)]
 

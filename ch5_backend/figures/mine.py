@@ -200,9 +200,7 @@ def body_of(directory, mine, say):
     for experiment in mine.failures:
         for stage in stages_of(experiment):
             rows.append((f"{stage['id']} {stage['name']}", whose(mine, stage, say), f"{mark(mine, experiment, say)} {said_of(mine, experiment, say)}"))
-    body = [Markup("<h1>{}</h1>").format(say("mine.heading")),
-            page.other_languages(say, PAGES),
-            Markup("<p>{}</p>").format(say("mine.lead")),
+    body = [*page.opening(say("mine.heading"), say("mine.lead"), say, PAGES),
             page.table((say("mine.stage"), say("mine.lines"), say("mine.finding")), rows, "words said")]
     for experiment in mine.failures:
         ids = say("list").join(EXPERIMENTS[experiment])

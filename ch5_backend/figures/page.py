@@ -1,6 +1,6 @@
 """A self-contained page: pictures, style and script inside, readable by day and by night, on a phone and by ear.
 
-Its pieces are made by page.html and by Markup("<p>{}</p>").format(words): both escape what they are given.
+Its pieces are made by page.html and by Markup("…{}…").format(words): both escape what they are given.
 """
 
 import base64
@@ -58,9 +58,14 @@ def links_to_tables(directory, say):
     return PIECES.files(sorted(path.name for path in (Path(directory) / "csv").glob("*.csv")), say)
 
 
-def other_languages(say, pages=PAGES):
-    """Links to the same page in the other languages."""
-    return PIECES.languages([(pages[other], other, NAMES[other]) for other in pages if other != say.language])
+def paragraph(words):
+    return Markup("<p>{}</p>").format(words)
+
+
+def opening(heading, lead, say, pages=PAGES):
+    """The first pieces of a page: its heading, links to it in the other languages, and what it is about."""
+    others = [(pages[other], other, NAMES[other]) for other in pages if other != say.language]
+    return [Markup("<h1>{}</h1>").format(heading), PIECES.languages(others), paragraph(lead)]
 
 
 def write_all(directory, title, body_of, pages=PAGES):

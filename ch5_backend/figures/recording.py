@@ -42,7 +42,7 @@ def segment_table(directory, say):
     rows = [(NAMES[row["policy"]], f"{row['segment']:.0f}", f"{row['first_s']:.2f} – {row['last_s']:.2f}",
              f"{row['frames']:.0f}", known(row["ate_m"], 3), known(100 * row["scale_error"], 3), known(row["yaw_error_deg"], 3))
             for row in table.rows()]
-    return Markup("<p>{}</p>").format(say("segment.words")) + page.table(head, rows)
+    return page.paragraph(say("segment.words")) + page.table(head, rows)
 
 
 def warnings(directory, say):
@@ -57,9 +57,8 @@ def body_of(directory, say):
     """The page's pieces."""
     trajectories = sorted(path.name for path in Path(directory).glob("*.tum"))
     links = Markup(say("list")).join(Markup('<a href="{0}">{0}</a>').format(name) for name in trajectories)
-    return [Markup("<h1>{}</h1>").format(say("recording.heading", name=Path(directory).resolve().name)),
-            page.other_languages(say), Markup("<p>{}</p>").format(say("recording.lead")), *warnings(directory, say),
-            summary_table(directory, say), segment_table(directory, say), sliders.windows(directory, say),
+    return [*page.opening(say("recording.heading", name=Path(directory).resolve().name), say("recording.lead"), say),
+            *warnings(directory, say), summary_table(directory, say), segment_table(directory, say), sliders.windows(directory, say),
             *(page.figure(directory, name, words, say(f"{name}.alt"), say)
               for name, words in odometry.captions(directory, say).items()),
             Markup(f"<p>{say('trajectories', links='{}')}</p>").format(links), page.links_to_tables(directory, say)]

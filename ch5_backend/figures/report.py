@@ -77,7 +77,7 @@ def solves_table(n, say):
             ("stopped_by", lambda row: say(row["termination"])))
     return (page.table((say("scene"), *(say(f"scene.{row['scene']}") for row in scenes)),
                        [(say(title), *map(cell, scenes)) for title, cell in rows], "words") +
-            Markup("<p>{}</p>").format(say("solves_note")))
+            page.paragraph(say("solves_note")))
 
 
 def contents(sections, directory, say):
@@ -93,22 +93,21 @@ def body_of(directory, say):
     n = Chapter(Tables(Path(directory) / "csv"))
     sections = {**captions.sections(n, say), "odometry": odometry.captions(directory, say),
                 "consistency": nees.captions(say), "systems": systems.captions(directory, say)}
-    body = [Markup("<h1>{}</h1>").format(say("heading")), page.other_languages(say),
-            Markup("<p>{}</p>").format(say("lead")), page.PIECES.findings(say("findings"), captions.findings(n, say)),
+    body = [*page.opening(say("heading"), say("lead"), say), page.PIECES.findings(say("findings"), captions.findings(n, say)),
             contents(sections, directory, say), solves_table(n, say)]
     for section, figures in sections.items():
         lecture, *stages = BELONGS[section]
         pieces = [Markup("<p class=\"belongs\">{}</p>").format(say("belongs", lectures=lecture, stages=say("list").join(stages)))]
         if section == "the-hessian":
-            pieces.append(Markup("<p>{}</p>").format(size_of_h(n, say)))
+            pieces.append(page.paragraph(size_of_h(n, say)))
         pieces += [EXPLORERS[section](directory, say)] if section in EXPLORERS else []
         pieces += [page.figure(directory, name, caption, say(f"{name}.alt"), say) for name, caption in figures.items()]
         if section == "consistency":
-            pieces += [nees.cases_table(say), Markup("<p>{}</p>").format(say("consistency.hosts")), nees.hosts_table(say),
-                       Markup("<p>{}</p>").format(nees.why_none(say)), nees.first_estimates_table(say)]
+            pieces += [nees.cases_table(say), page.paragraph(say("consistency.hosts")), nees.hosts_table(say),
+                       page.paragraph(nees.why_none(say)), nees.first_estimates_table(say)]
         if section == "systems":
-            pieces.insert(2, systems.ablation_table(say))
-            pieces += [Markup("<p>{}</p>").format(say("starts.lead")), systems.starts_table(say)]
+            pieces.insert(2, systems.ablation_table(say))  # below its figure
+            pieces += [page.paragraph(say("starts.lead")), systems.starts_table(say)]
         body.append(page.PIECES.section(section, say(f"section.{section}"), pieces))
     steps = [(command, say(f"next.{name}")) for name, command in NEXT.items()]
     return [*body, page.PIECES.steps(say("next"), steps), page.links_to_tables(directory, say)]
