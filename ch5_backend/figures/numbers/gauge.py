@@ -173,29 +173,21 @@ def spectrum(table):
     for problem in ("camera and IMU", "camera alone"):
         values = relative_spectrum(table, problem)
         zeros = int((values < ZERO).sum())
-        found[problem, "zero eigenvalues"] = zeros
-        found[problem, "greatest zero / greatest"] = values[zeros - 1]
-        found[problem, "least other / greatest"] = values[zeros]
+        found |= {(problem, "zero eigenvalues"): zeros, (problem, "greatest zero / greatest"): values[zeros - 1],
+                  (problem, "least other / greatest"): values[zeros]}
     return found
 
 
 def covariance(table):
-    found = {}
-    for column in ("free_untransformed", "fixed_untransformed", "free_to_fixed", "fixed_to_free"):
-        for what, value in (("least", table[column].min()), ("mean", table[column].mean()),
-                            ("largest", table[column].max())):
-            found[column.replace("_", " "), f"{what} relative Frobenius distance"] = value
-    return found
+    return {(column.replace("_", " "), f"{what} relative Frobenius distance"): value(table[column])
+            for column in ("free_untransformed", "fixed_untransformed", "free_to_fixed", "fixed_to_free")
+            for what, value in (("least", np.min), ("mean", np.mean), ("largest", np.max))}
 
 
 def deviations(table):
-    found = {}
-    for gauge_name in ("fixed", "free"):
-        rows = table.where(gauge=gauge_name)["position_m"]
-        found[gauge_name, "σ of the first position [m]"] = rows[0]
-        found[gauge_name, "σ of the last position [m]"] = rows[-1]
-        found[gauge_name, "least σ of a position [m]"] = rows.min()
-    return found
+    return {(gauge, f"{what} [m]"): value(table.where(gauge=gauge)["position_m"]) for gauge in ("fixed", "free")
+            for what, value in (("σ of the first position", lambda sigmas: sigmas[0]), ("σ of the last position", lambda sigmas: sigmas[-1]),
+                                ("least σ of a position", np.min))}
 
 
 def prior_choice(table):
@@ -219,13 +211,9 @@ def prior_choice(table):
 
 def audit(table):
     """What each part of H claims to know of each direction, at most over the flight: ‖P⁻¹Hn‖/‖Pn‖ and nᵀHn."""
-    found = {}
-    for policy, constraints, part, direction in sorted(set(zip(*(table[name] for name in (
-            "policy", "constraints", "part", "direction"))))):
-        rows = table.where(policy=policy, constraints=constraints, part=part, direction=direction)
-        for what in ("relative", "information"):
-            found[f"{policy} {constraints} {part}", f"largest {what} {direction}"] = np.abs(rows[what]).max()
-    return found
+    keys = ("policy", "constraints", "part", "direction")
+    return {(" ".join(case[:3]), f"largest {what} {case[3]}"): np.abs(table.where(**dict(zip(keys, case)))[what]).max()
+            for case in sorted(set(zip(*map(table.__getitem__, keys)))) for what in ("relative", "information")}
 
 
 def recordings(table):
