@@ -78,7 +78,7 @@ def variants_table(n, say):
             rows.append((row_name(say, variant, *scene), f"{mean('seen_per_keyframe'):.0f}",
                          *(f"{mean(column):.4f}" for column in gauge.ERRORS),
                          *(f"{mean(f'{method}_iterations'):.2f}" for method in gauge_numbers.METHODS[:3])))
-    head = [say(f"gauge.iterations.{method}") for method in gauge_numbers.METHODS[:3]]
+    head = say("gauge.iterations"), say("gauge.free"), say("gauge.prior")
     return page.table((say("gauge.mean"), say("gauge.seen"), *errors_head(say), *head), rows)
 
 
