@@ -137,7 +137,7 @@ class CommandLine(FolderTest):
         (self.folder / "mav0" / "cam0").mkdir(parents=True)
         (out / "mine").mkdir(parents=True)
         with mock.patch.multiple(fly, require_own=mock.DEFAULT, compile_files=dict, build_or_fail=mock.DEFAULT, app=mock.DEFAULT), \
-                mock.patch("ch5_backend.course.experiments.run.app") as tracker, mock.patch.object(fly, "run_all", return_value={}) as flown:
+                mock.patch("ch5_backend.course.experiments.programs.app") as tracker, mock.patch.object(fly, "run_all", return_value={}) as flown:
             dispatch("fly", make_parser("fly").parse_args([str(self.folder), "--out", str(out)]))
         self.assertEqual(tracker.call_args[0][0][1:], [str(self.folder), "--out", out / "mine/recording"])
         self.assertEqual(flown.call_args[0][2], str(out / "mine/recording"))

@@ -1,6 +1,7 @@
 """The layers: values flow one way, so no folder includes or imports from a higher layer, in C++ and in Python."""
 
 import ast
+import graphlib
 import re
 import unittest
 from pathlib import Path
@@ -93,26 +94,43 @@ def cpp_faults(path: str, text: str, exists) -> list:
     return faults
 
 
-def python_faults(path: str, text: str) -> list:
-    """What is wrong with the imports of one module of the project: [(line number, words)]."""
-    faults, user = [], longest(path, MAY_IMPORT)
+def imports_of(path: str, text: str):
+    """What one module of the project imports, also inside of a function: [(line number, dotted name)]."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
-            modules = [alias.name for alias in node.names]
+            yield from ((node.lineno, alias.name) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             above = list(Path(path).parent.parts)[:-(node.level - 1) or None] if node.level else []
             module = ".".join(above + ([node.module] if node.module else []))
-            modules = [f"{module}.{alias.name}" for alias in node.names]
-        else:
-            continue
-        for module in modules:
-            file = module.replace(".", "/") + "/"
-            used = longest(file, MAY_IMPORT)
-            if file.startswith("tests/") and not path.startswith("tests/"):
-                faults.append((node.lineno, f"{module}: nothing but a test may use what is in tests/"))
-            elif user and used and user != used and used not in MAY_IMPORT[user].split():
-                faults.append((node.lineno, f"{user}/ must not import from {used}/"))
+            yield from ((node.lineno, f"{module}.{alias.name}") for alias in node.names)
+
+
+def python_faults(path: str, text: str) -> list:
+    """What is wrong with the imports of one module of the project: [(line number, words)]."""
+    faults, user = [], longest(path, MAY_IMPORT)
+    for number, module in imports_of(path, text):
+        file = module.replace(".", "/") + "/"
+        used = longest(file, MAY_IMPORT)
+        if file.startswith("tests/") and not path.startswith("tests/"):
+            faults.append((number, f"{module}: nothing but a test may use what is in tests/"))
+        elif user and used and user != used and used not in MAY_IMPORT[user].split():
+            faults.append((number, f"{user}/ must not import from {used}/"))
     return faults
+
+
+def circle(sources: dict) -> list:
+    """Modules that import each other, the first one again at the end; [] if there are none.
+
+    @param sources  {path of a module: its text}
+    """
+    modules = {path.removesuffix(".py").removesuffix("/__init__").replace("/", "."): path for path in sources}
+    graph = {path: {modules.get(name) or modules.get(name.rpartition(".")[0]) for _, name in imports_of(path, text)} - {path, None}
+             for path, text in sources.items()}
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        return error.args[1]
+    return []
 
 
 class Layers(unittest.TestCase):
@@ -129,6 +147,11 @@ class Layers(unittest.TestCase):
     def test_no_folder_imports_from_a_higher_layer(self):
         faults = self.found(python_faults, ".py")
         self.assertEqual(faults, [], "\n".join(["", *faults]))
+
+    def test_no_modules_import_each_other_in_a_circle(self):
+        self.assertEqual(circle({str(path): (ROOT / path).read_text(encoding="utf-8") for path in tracked_files(".py")}), [])
+        self.assertEqual(set(circle({"a/b.py": "from . import c", "a/c.py": "def f():\n  from .b import g"})), {"a/b.py", "a/c.py"})
+        self.assertEqual(circle({"a/__init__.py": "from .b import f", "a/b.py": "import os"}), [])
 
     def test_no_module_edits_the_path(self):
         sources = [path for path in tracked_files(".py") if re.search(r"\bsys\.path\b", (ROOT / path).read_text(encoding="utf-8"))]

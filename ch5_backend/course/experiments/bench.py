@@ -18,7 +18,7 @@ from ..base.processes import running
 from ..base.errors import CourseError, warn
 from ..base.progress import Progress
 from ..base.output_dir import locked_dir
-from .run import app
+from .programs import app
 
 # name: what the programs read ("scene:", "city:", or a file below the data folder), and runs inside of one process: a short one
 # needs several, of which the first warms up.

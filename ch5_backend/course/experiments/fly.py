@@ -30,7 +30,7 @@ from ..homework.make_skeleton import skeleton
 from ..homework.own_functions import unfinished
 from ..homework.regions import FILES, STAGES
 from .data import has_images, kind_of
-from .run import TRACKER, app, follow_images
+from .programs import TRACKER, app, follow_images
 
 NEEDS = {"recording": FLIGHTS, "bal": ("blocks",)}  # what flies, or adjusts, the data that is given
 SOLUTION, OWN = "ch5_homework", os.environ.get("CH5_CHECK_PREFIX", "") + "ch5_homework_mine"

@@ -24,7 +24,7 @@ from ..base.errors import CourseError, warn
 from ..base.output_dir import locked_dir, made_dir
 from ..base.progress import Progress
 from .figure_sets import SETS
-from .run import check_exit
+from .programs import check_exit
 
 
 @dataclass(frozen=True)

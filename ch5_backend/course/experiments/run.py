@@ -1,25 +1,22 @@
 """./course run: the whole chapter, or one solver run per data file."""
 
-import os
 import shlex
-import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 from ch5_backend.figures.words import PAGES
 
-from ..base import jsonout, language
-from ..base.language import sentence
+from ..base import jsonout
 from ..base.cmake_build import BIN, build_or_fail
-from ..base.processes import running
-from .data import has_images, kind_of
 from ..base.errors import CourseError, warn
+from ..base.language import sentence
 from ..base.output_dir import locked_dir, made_dir, result_places
+from .data import has_images, kind_of
+from .fly import fly
+from .programs import TRACKER, app, follow_images, tell
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
-TRACKER = "ch5_track"
 OPENER = "open" if sys.platform == "darwin" else "xdg-open"
 SOLVER_OPTIONS = ("iterations", "threads", "huber", "solver")
 POSE_GRAPH_OPTIONS = ("init", "project-information")
@@ -35,7 +32,6 @@ def run(arguments) -> int:
     if arguments.mine:
         for option in given_options(arguments):
             raise CourseError(f"--{option} does not apply to --mine: each experiment chooses its settings")
-        from .fly import fly
         return fly(arguments, only_flights=False)
     if not arguments.data:
         return run_chapter(out, arguments)
@@ -98,17 +94,6 @@ def solve(path: str, kind: str, out: Path, arguments) -> dict:
     return result
 
 
-def follow_images(folder: str, out: Path, as_json: bool, mono=False) -> str:
-    """Makes a recording, `out`, of a folder in EuRoC's layout; returns its name."""
-    app([BIN / TRACKER, folder, "--out", out, *(["--mono"] if mono else [])], as_json)
-    return str(out)
-
-
-def tell(text, arguments) -> None:
-    """A line in the user's language; with --json, standard output is not its place."""
-    print(language.speaker(arguments.language).text(text), file=sys.stderr if arguments.json else sys.stdout)
-
-
 def read_result(kind: str, out: Path, spoken: str) -> dict:
     """What --json tells of one of the data."""
     if kind == "recording":
@@ -125,31 +110,3 @@ def given_options(arguments) -> dict:
     """{name: value, which is True for an option that has none}."""
     values = {name: getattr(arguments, name.replace("-", "_")) for name in SOLVER_OPTIONS + POSE_GRAPH_OPTIONS + RECORDING_OPTIONS}
     return {name: value for name, value in values.items() if value is not None}
-
-
-def app(command, as_json: bool) -> None:
-    """Runs a program of the house. With --json its standard output goes to standard error, which must stay readable.
-
-    Raises CourseError with the program's exit code and, with --json, its last message.
-    """
-    command = [str(word) for word in command]
-    sys.stdout.flush()
-    message = "its message is above"
-    with running(command, env={**os.environ, "MPLBACKEND": "Agg", "PYTHONUTF8": "1"}, text=True, errors="replace",
-                 stdout=sys.stderr if as_json else None, stderr=subprocess.PIPE if as_json else None) as process:
-        for line in process.stderr or ():
-            sys.stderr.write(line)
-            message = line.strip() or message
-        code = process.wait()
-    check_exit(command, code, message)
-
-
-def check_exit(command: list, code: int, message: str) -> None:
-    """Raises CourseError with the program's exit code, and KeyboardInterrupt if it was stopped by Ctrl-C."""
-    if code == -signal.SIGINT:
-        raise KeyboardInterrupt
-    if code < 0:
-        raise CourseError(f"{Path(command[0]).name} was killed by {signal.Signals(-code).name}", 128 - code)
-    if code:
-        name = next(Path(word).name for word in command if word not in (sys.executable, "-m"))
-        raise CourseError(f"{name} failed with exit code {code}; {message}", code)

@@ -8,7 +8,7 @@ from ..base.errors import CourseError
 from ..base.language import sentence
 from ..base.output_dir import locked_dir, made_dir, result_places
 from .data import has_images
-from .run import TRACKER, follow_images, tell
+from .programs import TRACKER, follow_images, tell
 
 
 def track(arguments) -> int:

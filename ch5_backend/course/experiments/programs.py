@@ -1,0 +1,53 @@
+"""The chapter's programs, run for a command."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from ..base import language
+from ..base.cmake_build import BIN
+from ..base.errors import CourseError
+from ..base.processes import running
+
+TRACKER = "ch5_track"
+
+
+def app(command, as_json: bool) -> None:
+    """Runs one of them. With --json its standard output goes to standard error, which must stay readable.
+
+    Raises CourseError with the program's exit code and, with --json, its last message.
+    """
+    command = [str(word) for word in command]
+    sys.stdout.flush()
+    message = "its message is above"
+    with running(command, env={**os.environ, "MPLBACKEND": "Agg", "PYTHONUTF8": "1"}, text=True, errors="replace",
+                 stdout=sys.stderr if as_json else None, stderr=subprocess.PIPE if as_json else None) as process:
+        for line in process.stderr or ():
+            sys.stderr.write(line)
+            message = line.strip() or message
+        code = process.wait()
+    check_exit(command, code, message)
+
+
+def check_exit(command: list, code: int, message: str) -> None:
+    """Raises CourseError with the program's exit code, and KeyboardInterrupt if it was stopped by Ctrl-C."""
+    if code == -signal.SIGINT:
+        raise KeyboardInterrupt
+    if code < 0:
+        raise CourseError(f"{Path(command[0]).name} was killed by {signal.Signals(-code).name}", 128 - code)
+    if code:
+        name = next(Path(word).name for word in command if word not in (sys.executable, "-m"))
+        raise CourseError(f"{name} failed with exit code {code}; {message}", code)
+
+
+def follow_images(folder: str, out: Path, as_json: bool, mono=False) -> str:
+    """Makes a recording, `out`, of a folder in EuRoC's layout; returns its name."""
+    app([BIN / TRACKER, folder, "--out", out, *(["--mono"] if mono else [])], as_json)
+    return str(out)
+
+
+def tell(text, arguments) -> None:
+    """A line in the user's language; with --json, standard output is not its place."""
+    print(language.speaker(arguments.language).text(text), file=sys.stderr if arguments.json else sys.stdout)
