@@ -39,11 +39,21 @@ inline bool IsStackOverflow(int signal_number, const void* fault) {
          StackBegin() - address < std::min(size.rlim_cur, kMemory) + kLeap;
 }
 
+// Each member of an object at address 0 lies on the first pages. A wild address may be reported as 0, too.
+inline bool IsNullPointer(int signal_number, const siginfo_t& info) {
+  return signal_number == SIGSEGV && info.si_code == SEGV_MAPERR &&
+         reinterpret_cast<std::uintptr_t>(info.si_addr) < std::uintptr_t{1} << 16;
+}
+
+inline const char* NameOfCrash(int signal_number, const siginfo_t& info) {
+  if (IsStackOverflow(signal_number, info.si_addr)) return "Stack overflow";
+  return IsNullPointer(signal_number, info) ? "Null pointer" : strsignal(signal_number);
+}
+
 // A crash ends the process; before, it says in which test, and where (as offsets, for addr2line).
 inline void TellCrash(int signal_number, siginfo_t* info, void*) {
   std::signal(signal_number, SIG_DFL);
-  const bool overflow = IsStackOverflow(signal_number, info->si_addr);
-  std::fprintf(stderr, "\nCRASH %s in %s\n", overflow ? "Stack overflow" : strsignal(signal_number), WhereNow()());
+  std::fprintf(stderr, "\nCRASH %s in %s\n", NameOfCrash(signal_number, *info), WhereNow()());
   void* frames[64];
   const int depth = backtrace(frames, 64);
   backtrace_symbols_fd(frames, depth, /*stderr=*/2);

@@ -20,7 +20,7 @@ from ch5_backend.course.homework.diagnosis import SYMPTOMS, cause_of, in_full, i
 from ch5_backend.course.homework.regions import STAGES
 
 NAMED = 0.95
-UNNAMED = (*SYMPTOMS, "judge.crash", "judge.ended_by_itself", "judge.not_all_run", "judge.test_failed", "")
+UNNAMED = (*SYMPTOMS, "judge.crash", "judge.outside_memory", "judge.ended_by_itself", "judge.not_all_run", "judge.test_failed", "")
 TIME_LIMIT = 3.0  # for a sample that is expected not to end; the others have the student's limit
 MARGIN = 0.01     # of a tolerance: what a right sample may use of it, as GRADING.md says
 

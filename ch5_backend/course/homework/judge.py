@@ -45,6 +45,10 @@ EXCEPTIONS = [
     (r"vector::_M_range_check|an edge has no vertex", "judge.index_outside_vector"),
 ]
 
+# What a crash means, by the names of crash.h.
+CRASHES = {"Stack overflow": "judge.stack_full", "Null pointer": "judge.null_followed",
+           "Segmentation fault": "judge.outside_memory"}
+
 
 def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options=(), worker=(),
           program: Path = None, fail_fast: bool = True, words_of=None) -> Verdict:
@@ -173,10 +177,9 @@ def ended_early(executable: Path, stage: dict, words: str, in_time: bool, exit_c
     if assertion and (end := student.rfind("' failed", assertion.end())) >= 0:
         student, assertion = student[:student.rfind("\n", 0, assertion.start()) + 1], student[assertion.end():end]
         return verdict("crashes", "judge.assertion", reason=in_plain_words(assertion, ASSERTIONS))
-    if name == "Stack overflow":
-        return verdict("crashes", "judge.stack_full")
     if name or exit_code < 0:  # the words may be the program's own, without a name
-        return verdict("crashes", "judge.crash", signal={"quoted": name or signal.strsignal(-exit_code)})
+        name = name or signal.strsignal(-exit_code)
+        return verdict("crashes", CRASHES.get(name, "judge.crash"), signal={"quoted": name})
     return verdict("crashes", "judge.ended_by_itself", n=exit_code)
 
 
