@@ -58,6 +58,21 @@ class Submissions(FolderTest):
         found = collect(self.folder / "my_problem.cc")
         self.assertEqual((found.files, len(found.faults)), ({}, 1))
 
+    def test_a_name_counts_in_whatever_case_and_with_txt_behind(self):
+        found = self.zip(("Gauge_Prior.CC", CODE), ("problem.cc.txt", b"copy"), ("deep/problem.cc", CODE))
+        self.assertEqual(found.files, {"gauge_prior.cc": CODE, "problem.cc": CODE})  # the one spelled right
+        for name in ("Problem.cc.txt", "PROBLEM.CC", "problem.cpp"):
+            (self.folder / name).write_bytes(CODE)
+            self.assertEqual(collect(self.folder / name).files, {"problem.cc": CODE})
+
+    def test_a_name_that_resembles_one_is_told(self):
+        found = self.zip(("problem_final.cc", CODE), ("gaugeprior.cpp", CODE), ("problem.h", CODE), ("a" * 60_000 + ".cc", CODE))
+        self.assertEqual(found.files, {})
+        self.assertEqual([ENGLISH.text(fault) for fault in found.faults],
+                         ["gauge_prior.cc is not there, but gaugeprior.cpp is; if it is meant, give it the name gauge_prior.cc",
+                          "problem.cc is not there, but problem_final.cc is; if it is meant, give it the name problem.cc"])
+        self.assertEqual(self.zip(("problem_old.cc", b"old"), ("problem.cc", CODE)).faults, [])
+
     def test_no_other_names_are_taken(self):
         found = self.zip(("CMakeLists.txt", b"x"), ("stages.json", b"{}"), ("problem.cc\n", CODE), ("problem.h", b"x"),
                          ("__MACOSX/problem.cc", CODE), ("../../problem.cc.sh", b"x"))

@@ -1,6 +1,7 @@
 """What is taken from a submission: the homework's own files, by name, as bytes, and nothing else."""
 
 import bz2
+import difflib
 import gzip
 import hashlib
 import lzma
@@ -31,6 +32,7 @@ class Submission:
     name: str
     files: dict = field(default_factory=dict)   # {name: bytes}
     faults: list = field(default_factory=list)
+    resembling: dict = field(default_factory=dict)  # {name: another one, found in its place}
 
     def key(self) -> str:
         """The same for the same content, whoever hands it in."""
@@ -40,19 +42,24 @@ class Submission:
         return digest.hexdigest()
 
     def take(self, path: str, size: int, read, places: dict) -> None:
-        """Takes a member if it is one of the homework's files. Of two with one name, the one nearer to the top counts."""
+        """Takes a member if it is one of the homework's files. Of two with one name, the one spelled right counts, or the one
+        nearer to the top."""
         path = path.replace("\\", "/")  # as some programs on Windows write it into a zip
-        name, depth = PurePosixPath(path).name, len(PurePosixPath(path).parts)
-        if name not in FILES or "__MACOSX" in path:
+        given, depth = PurePosixPath(path).name, len(PurePosixPath(path).parts)
+        name = meant(given)
+        place = (given != name, depth)
+        if not name and (like := resembled(given)):
+            self.resembling.setdefault(like, given)
+        if not name or "__MACOSX" in path:
             return
-        if name in places and places[name] <= depth:
+        if name in places and places[name] <= place:
             self.blame(sentence("submission.file_twice", file=name))
             return
         content = read() if size <= LARGEST else None
         if content is None or len(content) > LARGEST:  # a size may lie
             self.blame(sentence("submission.file_too_large", file=name, n=LARGEST >> 10))
             return
-        places[name], self.files[name] = depth, content
+        places[name], self.files[name] = place, content
 
     def blame(self, fault: dict) -> None:
         """Says a fault once, though an archive may have it ten thousand times."""
@@ -60,21 +67,37 @@ class Submission:
             self.faults.append(fault)
 
 
+def meant(name: str) -> str:
+    """The homework's file of this name, in whatever case and with the .txt that some editors append; "" if there is none."""
+    name = name.lower().removesuffix(".txt")
+    return name if name in FILES else ""
+
+
+def resembled(name: str) -> str:
+    """The homework's file that a name like "problem_final.cc" or "gaugeprior.cpp" may stand for; "" if there is none."""
+    stem, _, ending = name[:60].lower().removesuffix(".txt").partition(".")
+    if ending not in ("cc", "cpp", "cxx", "c"):
+        return ""
+    begun = [file for file in FILES if stem.startswith(Path(file).stem)]
+    return (begun + difflib.get_close_matches(f"{stem}.cc", FILES, 1, 0.8) + [""])[0]
+
+
 def collect(path: Path) -> Submission:
-    """Reads a .cc file, a folder, a zip or a tar. Nothing is unpacked; links, devices and other names are not touched.
+    """Reads a source file, a folder, a zip or a tar. Nothing is unpacked; links, devices and other names are not touched.
 
     Raises CourseError if there is no such path; a submission without files of the homework is one with a fault.
     """
     if not os.path.lexists(path):
         raise CourseError(f"{path}: there is no such submission")
-    submission = Submission(path.name if path.is_dir() or path.suffix == ".cc" else path.stem)
+    is_source = path.suffix.lower() in (".cc", ".cpp", ".cxx", ".txt")
+    submission = Submission(path.name if path.is_dir() or is_source else path.stem)
     try:
         kind = path.lstat()
         if stat.S_ISDIR(kind.st_mode):
             collect_members(in_folder(path), submission)
         elif not stat.S_ISREG(kind.st_mode):  # a link may lead anywhere, a pipe may never end
             submission.faults.append(sentence("submission.link_or_device"))
-        elif path.suffix == ".cc":
+        elif is_source:
             collect_file(path, submission)
         elif kind.st_size > LARGEST_ARCHIVE:
             submission.faults.append(sentence("submission.too_large", n=LARGEST_ARCHIVE >> 20))
@@ -85,6 +108,8 @@ def collect(path: Path) -> Submission:
     except Exception as error:  # whatever an archive holds that Python's modules do not expect
         reason = error.message if isinstance(error, CourseError) else plain(str(error))
         submission.faults.append(sentence("submission.unreadable", reason=reason))
+    for name in sorted(submission.resembling.keys() - submission.files.keys()):
+        submission.faults.append(sentence("submission.resembling", file=name, found={"quoted": plain(submission.resembling[name])}))
     if not submission.files and not submission.faults:
         submission.faults.append(sentence("submission.holds_nothing", files=", ".join(FILES)))
     return submission
@@ -94,7 +119,7 @@ def handed_in(path: Path) -> str:
     """When it was last written, as far as the file or what lies in the folder says, else now; a copy may have another time."""
     try:
         members = [member for count, member in zip(range(MOST_MEMBERS), path.rglob("*"))] if path.is_dir() else []
-        times = [member.lstat().st_mtime for member in members if member.name in FILES]
+        times = [member.lstat().st_mtime for member in members if meant(member.name)]
         when = datetime.fromtimestamp(max(times, default=path.lstat().st_mtime)).astimezone()
     except (OSError, ValueError, OverflowError):  # folders too deep for a path, a year that no calendar has
         when = datetime.now().astimezone()
@@ -104,7 +129,7 @@ def handed_in(path: Path) -> str:
 def collect_file(path: Path, submission: Submission) -> None:
     """A single file counts by its name, or by the name that its own begins with, such as "problem (2).cc", in Canvas behind
     student and numbers, "doejane_12345_678_problem-1.cc"."""
-    names = (path.name, re.sub(r"^\w+_\d+_\d+_", "", path.name))
+    names = (path.name.lower(), re.sub(r"^\w+_\d+_\d+_", "", path.name.lower()))
     fitting = [name for name in FILES if any(given.startswith(Path(name).stem) for given in names)]
     name = max(fitting, key=len, default=path.name)
     submission.take(name, path.stat().st_size, lambda: read_regular(path), {})
