@@ -90,7 +90,8 @@ TEST(Stage2, FirstMiddleAndLastVariable) {
 }
 
 TEST(Stage2, SeveralRowsAtOnce) {
-  for (const auto& [n, idx, dim] : {std::array{4, 1, 2}, {4, 0, 2}, {8, 0, 3}, {8, 1, 3}, {8, 4, 3}, {8, 5, 3}}) {
+  for (const auto& [n, idx, dim] :
+       {std::array{5, 1, 2}, {4, 1, 2}, {4, 0, 2}, {8, 0, 3}, {8, 1, 3}, {8, 4, 3}, {8, 5, 3}}) {
     CheckRandom(n, idx, dim);
   }
 }

@@ -228,7 +228,8 @@ TEST(Stage3, MeasurementsAreUntouched) {
     Fail({"3", "3.information_reprojection_edge", Word("7·I₂"), "3.another", "3.measurements_changed", ""});
   }
   if (measurements != kPoints * (kFrames - 1)) {
-    Fail({"3", "3.number_of_reprojection_edges", Word(18), Word(measurements), "3.measurements_changed", ""});
+    const char* cause = measurements == 0 ? "3.measurements_not_reached" : "3.measurements_changed";
+    Fail({"3", "3.number_of_reprojection_edges", Word(18), Word(measurements), cause, ""});
   }
 }
 

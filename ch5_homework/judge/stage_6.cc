@@ -56,6 +56,7 @@ struct Layout {
 
   using SizeOf = Eigen::Index (*)(const Vertex&);
   static Eigen::Index LocalSize(const Vertex& v) { return v.LocalDimension(); }
+  static Eigen::Index OneEach(const Vertex&) { return 1; }
   static Eigen::Index GlobalSize(const Vertex& v) { return v.Parameters().size(); }
   static Eigen::Index One(const Vertex&) { return 1; }
   static Eigen::Index Six(const Vertex&) { return 6; }
@@ -137,6 +138,8 @@ struct Layout {
         {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &GlobalSize, &GlobalSize)},
         {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &GlobalSize, &LocalSize)},
         {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &LocalSize, &GlobalSize)},
+        {"6b", "6.blocks_for_rows", Of(scene.Dropped(), &OneEach)},
+        {"6b", "6.blocks_for_rows", Of(scene.Dropped(), &OneEach, &OneEach)},
         {"6b", "6.kept_first", swapped},
         {"6b", "6.kept_first_m_n_exchanged", Of(scene.Kept())},
         {"6a", "6.no_block_dropped", Of({})},

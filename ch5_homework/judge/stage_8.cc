@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/submission.h"
@@ -100,6 +101,9 @@ TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
                 {"8.integers_divided", by([](double) { return 0.0; })},
                 {"8.lambda_kept", by([](double) { return 1.0; })},
                 {"8.lambda_raised", by([](double) { return 8.0; }, 16.0)},
+                {"8.integers_divided", by([=](double gain) { return std::clamp(1.0 - cube(gain), 0.0, 2.0 / 3.0); })},
+                {"8.nu_for_lambda", [=](const Trial& t) { return Vec2(t.nu * right(gain_of(t)), 2.0); }},
+                {"8.lambda_nu_exchanged", [=](const Trial& t) { return Vec2(2.0, t.lambda * right(gain_of(t))); }},
                 {"8.square_for_cube", by([=](double gain) { return limited(1.0 - std::pow(2.0 * gain - 1.0, 2)); })},
                 {"8.gain_by_the_cost", by([=](double gain) { return right(gain * 4.0 / 5.0); })},
                 {"8.gain_inverted", by([=](double gain) { return right(1.0 / gain); })}},
@@ -125,6 +129,10 @@ TEST(Stage8, ARejectedStepRaisesTheDamping) {
        {"8.lambda_not_raised", [](const Trial& t) { return Vec2(t.lambda, t.nu); }},
        {"8.lambda_divided", [](const Trial& t) { return Vec2(t.lambda / t.nu, 2.0 * t.nu); }},
        {"8.nu_for_lambda", [](const Trial& t) { return Vec2(t.nu, 2.0 * t.nu); }},
+       {"8.lambda_for_nu", [](const Trial& t) { return Vec2(t.lambda * t.nu, 2.0 * t.lambda); }},
+       {"8.lambda_for_nu", [](const Trial& t) { return Vec2(t.lambda * t.nu, 2.0 * t.lambda * t.nu); }},
+       {"8.lambda_for_nu", [](const Trial& t) { return Vec2(t.lambda * t.nu, t.lambda * t.nu); }},
+       {"8.lambda_nu_exchanged", [](const Trial& t) { return Vec2(2.0 * t.nu, t.lambda * t.nu); }},
        {"8.nu_for_lambda", [](const Trial& t) { return Vec2(t.lambda + t.nu, 2.0 * t.nu); }},
        {"8.nu_reset_too_soon", [](const Trial& t) { return Vec2(t.lambda * t.nu, 2.0); }}},
       "8.rejected_steps");
@@ -175,6 +183,10 @@ std::vector<Mistake> MistakesOverPoint(const View& view) {
           {"8b", "8.x_in_both_rows", with(of_camera(-p_C.x() / z / z, -p_C.x() / z / z))},
           {"8b", "8.depth_column_not_squared", with(of_camera(-p_C.x() / z / z / z, -p_C.y() / z / z / z))},
           {"8b", "8.depth_column_not_squared", with(of_camera(-p_C.x() / z / z, -p_C.y() / z / z / z))},
+          {"8b", "8.depth_column_not_squared", with(of_camera(-p_C.x() / z, -p_C.y() / z / z))},
+          {"8b", "8.depth_column_not_squared", with(of_camera(-p_C.x() / z / z, -p_C.y() / z))},
+          {"8b", "8.depth_column_sign", with(of_camera(p_C.x() / z / z, -p_C.y() / z / z))},
+          {"8b", "8.depth_column_sign", with(of_camera(-p_C.x() / z / z, p_C.y() / z / z))},
           {"8b", "8.not_divided_by_depth", with(z * E)},
           {"8b", "8.camera_frame_alone", E},
           {"8b", "8.extrinsic_rotation_missing", E * R.transpose()},
@@ -343,6 +355,15 @@ TEST(Stage8, AnImuStepMovesTheState) {
           1e-10, "8c", "after.q");
 }
 
+// J with such a block in place of its own that J X Jᵀ becomes wrong as `wrong` says, if one block is all that is wrong in J:
+// then the blocks of its row are, beside the diagonal, by δJ X Jᵀ.
+MatXX WithOtherBlock(MatXX J, const MatXX& X, const MatXX& wrong, int row, int column) {
+  MatXX XJt = X.middleRows(column, 3) * J.transpose();
+  XJt.middleCols(row, 3).setZero();
+  J.block(row, column, 3, 3) += wrong.middleRows(row, 3) * XJt.transpose() * PseudoInversePsd(XJt * XJt.transpose());
+  return J;
+}
+
 void CheckCovariance(const Step& step, const Text& what) {
   const MatXX A = step.OverState(), B = step.OverNoise(), P = step.before.covariance;
   const double var_a = step.sigma_a * step.sigma_a, var_g = step.sigma_g * step.sigma_g, dt = step.dt;
@@ -362,49 +383,70 @@ void CheckCovariance(const Step& step, const Text& what) {
   const MatXX O = MatXX::Zero(3, 3), I = MatXX::Identity(3, 3);
   const MatXX p_arm = A.block(0, 3, 3, 3), v_arm = A.block(6, 3, 3, 3);
   const auto arms = [&](const MatXX& arm) { return changed(A, {{0, 0.5 * dt * dt * arm}, {6, dt * arm}}); };
-  MatXX A_mirrored = A, B_exchanged = B;
-  A_mirrored.block(0, 6, 3, 3).swap(A_mirrored.block(6, 0, 3, 3));
+  const auto mirrored = [&](int row, int column) {
+    MatXX other = A;
+    other.block(row, column, 3, 3).swap(other.block(column, row, 3, 3));
+    return other;
+  };
+  MatXX B_exchanged = B;
   B_exchanged.block(3, 0, 3, 3).swap(B_exchanged.block(3, 3, 3, 3));
   const MatXX got = step.Got().covariance;
-  Require(
-      "8", what, A * P * A.transpose() + noise(B, -1.0), got,
-      Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z", "δv.x", "δv.y", "δv.z"}),
-      {{"8c", "8.noise_missing", A * P * A.transpose()},
-       {"8c", "8.density_not_divided", sum(A, B, 0.0)},
-       {"8c", "8.density_times_dt", sum(A, B, 1.0)},
-       {"8c", "8.density_for_variance",
-        A * P * A.transpose() +
-            B * (Vec6() << Vec3::Constant(step.sigma_a), Vec3::Constant(step.sigma_g)).finished().asDiagonal() *
-                B.transpose() / dt},
-       {"8c", "8.sigmas_exchanged",
-        A * P * A.transpose() +
-            B * (Vec6() << Vec3::Constant(var_g), Vec3::Constant(var_a)).finished().asDiagonal() * B.transpose() / dt},
-       {"8c", "8.covariance_not_moved", sum(MatXX::Identity(9, 9), B)},
-       {"8c", "8.covariance_lost", noise(B, -1.0)},
-       {"8c", "8.A_transposed", sum(A.transpose(), B)},
-       {"8c", "8.A_sign", sum(changed(A, {{0, -p_arm}, {6, -v_arm}}), B)},
-       {"8c", "8.A_without_acceleration", sum(arms(O), B)},
-       {"8c", "8.A_without_acceleration", sum(changed(A, {{6, O}}), B)},
-       {"8c", "8.A_without_acceleration_in_p", sum(changed(A, {{0, O}}), B)},
-       {"8c", "8.A_without_turn", sum(changed(A, {{3, I}}), B)},
-       {"8c", "8.A_turn_not_transposed", sum(changed(A, {{3, of_turn.transpose()}}), B)},
-       {"8c", "8.A_turn_to_first_order", sum(changed(A, {{3, I - dt * Hat(step.w)}}), B)},
-       {"8c", "8.A_left_perturbation", sum(arms(-Hat(R * step.a)), B)},
-       {"8c", "8.A_without_velocity", sum(changed(A, {{0, O}}, 6), B)},
-       {"8c", "8.B_without_jacobian", sum(A, changed(B, {{3, dt * I}}))},
-       {"8c", "8.B_without_position", sum(A, changed(B, {{0, O}}, 0))},
-       {"8c", "8.A_half_missing_in_p", sum(changed(A, {{0, 2.0 * p_arm}}), B)},
-       {"8c", "8.A_block_at_mirror_place", sum(A_mirrored, B)},
-       {"8c", "8.A_factors_exchanged", sum(changed(A, {{6, -dt * Hat(step.a) * R}}), B)},
-       {"8c", "8.A_factors_exchanged", sum(arms(-Hat(step.a) * R), B)},
-       {"8c", "8.B_not_turned", sum(A, changed(B, {{6, dt * I}}, 0))},
-       {"8c", "8.B_not_turned", sum(A, changed(B, {{0, 0.5 * dt * dt * I}, {6, dt * I}}, 0))},
-       {"8c", "8.B_columns", sum(A, B_exchanged)},
-       {"8c", "8.B_inverse_jacobian", sum(A, changed(B, {{3, dt * RightJacobianInverseSO3(dt * step.w)}}))},
-       {"8c", "8.covariance_counted_twice", P + sum(A, B)},
-       {"8c", "8.A_on_one_side", A * P + noise(B, -1.0)},
-       {"8c", "8.A_on_one_side", P * A.transpose() + noise(B, -1.0)}},
-      kTolerance, "8c", "after.covariance");
+  std::vector<Mistake> mistakes{
+      {"8c", "8.noise_missing", A * P * A.transpose()},
+      {"8c", "8.density_not_divided", sum(A, B, 0.0)},
+      {"8c", "8.density_times_dt", sum(A, B, 1.0)},
+      {"8c", "8.density_for_variance",
+       A * P * A.transpose() +
+           B * (Vec6() << Vec3::Constant(step.sigma_a), Vec3::Constant(step.sigma_g)).finished().asDiagonal() *
+               B.transpose() / dt},
+      {"8c", "8.sigmas_exchanged",
+       A * P * A.transpose() +
+           B * (Vec6() << Vec3::Constant(var_g), Vec3::Constant(var_a)).finished().asDiagonal() * B.transpose() / dt},
+      {"8c", "8.covariance_not_moved", sum(MatXX::Identity(9, 9), B)},
+      {"8c", "8.covariance_lost", noise(B, -1.0)},
+      {"8c", "8.A_transposed", sum(A.transpose(), B)},
+      {"8c", "8.A_sign", sum(changed(A, {{0, -p_arm}, {6, -v_arm}}), B)},
+      {"8c", "8.A_without_acceleration", sum(arms(O), B)},
+      {"8c", "8.A_without_acceleration", sum(changed(A, {{6, O}}), B)},
+      {"8c", "8.A_without_acceleration_in_p", sum(changed(A, {{0, O}}), B)},
+      {"8c", "8.A_without_turn", sum(changed(A, {{3, I}}), B)},
+      {"8c", "8.A_turn_not_transposed", sum(changed(A, {{3, of_turn.transpose()}}), B)},
+      {"8c", "8.A_turn_to_first_order", sum(changed(A, {{3, I - dt * Hat(step.w)}}), B)},
+      {"8c", "8.A_left_perturbation", sum(arms(-Hat(R * step.a)), B)},
+      {"8c", "8.A_without_velocity", sum(changed(A, {{0, O}}, 6), B)},
+      {"8c", "8.B_without_jacobian", sum(A, changed(B, {{3, dt * I}}))},
+      {"8c", "8.B_without_position", sum(A, changed(B, {{0, O}}, 0))},
+      {"8c", "8.A_half_missing_in_p", sum(changed(A, {{0, 2.0 * p_arm}}), B)},
+      {"8c", "8.A_block_at_mirror_place", sum(mirrored(0, 6), B)},
+      {"8c", "8.A_arm_at_mirror_place", sum(mirrored(6, 3), B)},
+      {"8c", "8.A_arm_at_mirror_place", sum(mirrored(0, 3), B)},
+      {"8c", "8.A_factors_exchanged", sum(changed(A, {{6, -dt * Hat(step.a) * R}}), B)},
+      {"8c", "8.A_factors_exchanged", sum(arms(-Hat(step.a) * R), B)},
+      {"8c", "8.B_not_turned", sum(A, changed(B, {{6, dt * I}}, 0))},
+      {"8c", "8.B_not_turned", sum(A, changed(B, {{0, 0.5 * dt * dt * I}, {6, dt * I}}, 0))},
+      {"8c", "8.B_columns", sum(A, B_exchanged)},
+      {"8c", "8.B_inverse_jacobian", sum(A, changed(B, {{3, dt * RightJacobianInverseSO3(dt * step.w)}}))},
+      {"8c", "8.covariance_counted_twice", P + sum(A, B)},
+      {"8c", "8.A_on_one_side", A * P + noise(B, -1.0)},
+      {"8c", "8.A_on_one_side", P * A.transpose() + noise(B, -1.0)}};
+  const MatXX Q = (Vec6() << Vec3::Constant(var_a / dt), Vec3::Constant(var_g / dt)).finished().asDiagonal();
+  const MatXX wrong = got - sum(A, B);
+  const char* const parts[] = {"δp", "δθ", "δv"};
+  const char* const noises[] = {"n_a", "n_g"};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      mistakes.push_back({"8c",
+                          {"8.one_block_of_A", {{"row", Word(parts[i])}, {"column", Word(parts[j])}}},
+                          sum(WithOtherBlock(A, P, wrong, 3 * i, 3 * j), B)});
+    }
+    for (int j = 0; j < 2; ++j) {
+      mistakes.push_back({"8c",
+                          {"8.one_block_of_B", {{"row", Word(parts[i])}, {"column", Word(noises[j])}}},
+                          sum(A, WithOtherBlock(B, Q, wrong, 3 * i, 3 * j))});
+    }
+  }
+  Require("8", what, sum(A, B), got, Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z", "δv.x", "δv.y", "δv.z"}),
+          mistakes, kTolerance, "8c", "after.covariance");
 }
 
 TEST(Stage8, AnImuStepAddsItsNoise) {

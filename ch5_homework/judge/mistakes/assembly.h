@@ -66,6 +66,9 @@ inline MatXX RhoRhoW(const Turn& t) { return t.drho * RhoW(t); }
 inline MatXX RhoWRho(const Turn& t) { return t.drho * t.W_rho; }
 inline MatXX RhoWW(const Turn& t) { return RhoW(t) * W(t); }
 inline MatXX Covariance(const Turn& t) { return t.W_rho.inverse(); }
+inline MatXX WRhoWRho(const Turn& t) { return t.W_rho * t.W_rho; }
+inline MatXX RootL(const Turn& t) { return t.W_rho.llt().matrixL(); }  // W_ρ = L Lᵀ
+inline MatXX RootLt(const Turn& t) { return t.W_rho.llt().matrixU(); }
 inline MatXX NoWeight(const Turn& t) { return MatXX::Identity(t.W_rho.rows(), t.W_rho.cols()); }
 inline MatXX RhoAlone(const Turn& t) { return t.drho * NoWeight(t); }
 
@@ -261,6 +264,9 @@ inline std::vector<TurningMistake> WrongTurnings(const char* first, const char* 
           {block, "formula.J_of_i_for_j", &WithJacobianOfI},
           {block, StandsFor("J_j", "J_i", "J_iᵀ W_ρ J_j"), &WithJacobianOfJ},
           {block, StandsFor("W_ρ⁻¹", "W_ρ"), BothOf(&Covariance)},
+          {block, "assembly.root_once", BothOf(&RootL)},
+          {block, "assembly.root_once", BothOf(&RootLt)},
+          {block, ActsTwice("W_ρ", "JᵀW_ρJ"), BothOf(&WRhoWRho)},
           {first, "formula.edge_that_fits_left_out", &WithoutEdgesThatFit},
           {first, "assembly.nothing_added", Two(kNothing, kNothing)},
           {first, "assembly.off_diagonal_added_twice", Three(kFirst, kFirst.Times(2.0), kMirror.Times(2.0))},

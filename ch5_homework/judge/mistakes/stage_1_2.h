@@ -71,14 +71,17 @@ struct Case {
     const auto damp = [&](double p_times, double m_times) {
       return Damp(system.H, p, p_times * lambda, m_times * lambda, damping);
     };
+    const Text of_other =
+        damping == Damping::kIdentity ? "1.2.damping_diag_for_identity" : "1.2.damping_identity_for_diag";
     return {{"1.2.lambda_missing", system.H},
             {"1.2.lambda_missing_landmarks", damp(1, 0)},
             {"1.2.lambda_missing_poses", damp(0, 1), "1.2b"},
             {"1.2.lambda_added_twice_poses", damp(2, 1), "1.2b"},
             {"1.2.lambda_added_twice", damp(2, 2)},
             {"1.2.lambda_added_twice_landmarks", damp(1, 2)},
-            {damping == Damping::kIdentity ? "1.2.damping_diag_for_identity" : "1.2.damping_identity_for_diag",
-             Damp(system.H, p, lambda, lambda, other)}};
+            {of_other, Damp(system.H, p, lambda, lambda, other)},
+            {of_other, Damp(damp(0, 1), p, lambda, 0, other), "1.2b"},
+            {of_other, Damp(damp(1, 0), p, 0, lambda, other)}};
   }
 
   /// segment(n, n) of b, as far as b reaches; otherwise zero.

@@ -115,24 +115,37 @@ inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Tex
       return moved;
     };
   };
-  return {{{}, [=](const MatXX& A) { return MoveRows(A, order); }},
-          {{"2.not_moved", {{"rows", rows}}}, [](const MatXX& A) { return A; }},
-          {"2.variable_moved_front", [=](const MatXX& A) { return MoveRows(A, front); }},
-          {"2.swapped_with_neighbor", [=](const MatXX& A) { return MoveRows(A, neighbor); }},
-          {{"2.lands_at_idx_plus_dim", {{"rows", rows}}}, partly(true, idx + dim)},
-          {{"2.variable_lost", {{"rows", rows}}}, partly(true, -1)},
-          {{"2.read_after_overwriting", {{"rows", rows}}},
-           [=](const MatXX& A) {
-             MatXX moved = A;
-             moved.middleRows(idx, tail) = A.bottomRows(tail);
-             moved.bottomRows(dim) = moved.middleRows(idx, dim).eval();
-             return moved;
-           }},
-          {{"2.others_not_moved_up", {{"rows", rows}}}, partly(false, n - dim)},
-          {{"2.one_by_one", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, one_by_one); }},
-          {{"2.reverse_order", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, backwards); }},
-          {{"2.inverse_permutation", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, inverse); }},
-          {{"2.written_over_first", {{"rows", rows}}}, partly(true, 0)}};
+  const auto first_alone = [=](int own_at) {
+    return [=](const MatXX& A) {
+      MatXX moved = partly(true, -1)(A);
+      moved.row(own_at) = A.row(idx);
+      return moved;
+    };
+  };
+  std::vector<Mover> movers{
+      {{}, [=](const MatXX& A) { return MoveRows(A, order); }},
+      {{"2.not_moved", {{"rows", rows}}}, [](const MatXX& A) { return A; }},
+      {"2.variable_moved_front", [=](const MatXX& A) { return MoveRows(A, front); }},
+      {"2.swapped_with_neighbor", [=](const MatXX& A) { return MoveRows(A, neighbor); }},
+      {{"2.lands_at_idx_plus_dim", {{"rows", rows}}}, partly(true, idx + dim)},
+      {{"2.variable_lost", {{"rows", rows}}}, partly(true, -1)},
+      {{"2.read_after_overwriting", {{"rows", rows}}},
+       [=](const MatXX& A) {
+         MatXX moved = A;
+         moved.middleRows(idx, tail) = A.bottomRows(tail);
+         moved.bottomRows(dim) = moved.middleRows(idx, dim).eval();
+         return moved;
+       }},
+      {{"2.others_not_moved_up", {{"rows", rows}}}, partly(false, n - dim)},
+      {{"2.one_by_one", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, one_by_one); }},
+      {{"2.reverse_order", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, backwards); }},
+      {{"2.inverse_permutation", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, inverse); }},
+      {{"2.written_over_first", {{"rows", rows}}}, partly(true, 0)}};
+  if (dim > 1) {
+    for (const int own_at : {n - dim, n - 1})
+      movers.push_back({{"2.first_alone", {{"rows", rows}}}, first_alone(own_at)});
+  }
+  return movers;
 }
 
 inline std::vector<Mistake> MoveMistakes(const MatXX& H, const Order& order, int idx, int dim) {

@@ -134,6 +134,7 @@ struct SchurCase {
       mistakes.push_back({"5.5 5.2", "5.only_one_root", Schur(S)});
       mistakes.push_back({"5.5 5.2", "5.only_one_root", Schur(S.transpose())});
     }
+    mistakes.push_back({"5.2", StandsFor("V", "V_inv_sqrt"), Schur(V * V)});
     if (M.rows() == M.cols()) {
       mistakes.push_back({"5.2", "5.MTM_for_MMT", U - M.transpose() * M});
       mistakes.push_back({"5.2", "5.factors_of_M_exchanged", U - S * W.transpose() * W * S.transpose()});
