@@ -56,6 +56,14 @@ class WordsOfTheCompiler(unittest.TestCase):
     def test_a_missing_brace(self):
         self.assertRegex(self.hint(TINY.replace("  }\n}\nvoid", "}\nvoid")), r"problem.cc:10: a closing brace is missing")
 
+    def test_a_function_that_the_library_has_too(self):
+        library = "int Hat(double x) { return x; }\nint main() {}"
+        told = "Hat stands in problem.cc and in the library too"
+        self.assertIn(told, self.hint("int Hat(double x) { return 2 * x; }\n" + TINY, library))
+        self.assertIn("a main of its own", self.hint("int main() {}\n" + TINY))
+        lld = "ld.lld: error: duplicate symbol: ch5::Hat(double)\n>>> defined at problem.cc\n"
+        self.assertIn(told, in_short(compiler.does_not_compile("problem.cc", lld, b"x").diagnosis, ENGLISH))
+
     def test_typical_slips(self):
         line = "if (sizeof(int) > 2) {"
         for slip, words in (("int a = 1；", "problem.cc:7: a full-width ； stands in this line, which C.. does not know; write ;"),

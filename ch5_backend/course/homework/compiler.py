@@ -24,6 +24,8 @@ SLIPS = [
 FULL_WIDTH = {chr(code): chr(code - 0xFEE0) for code in range(0xFF01, 0xFF5F)} | {"。": ".", "“": '"', "”": '"', "‘": "'", "’": "'"}
 UNDEFINED = r"undefined (?:reference to|symbol:) [`'‘]?(?:ch5::)?((?!vtable|typeinfo)[\w:]+)\("
 
+TWICE = r"(?:multiple definition of [`'‘]|duplicate symbol: )(?:ch5::)?([\w:~]+)"
+
 
 def shown(path: Path) -> str:
     """A path as a reader finds it: from the project's folder, else from where the reader stands, else whole."""
@@ -42,7 +44,7 @@ def shorten(line: str) -> str:
 def does_not_compile(file: str, output: str, content) -> Verdict:
     """The verdict on `file`, which holds these bytes (None: there is no such file), from all that the build has printed."""
     lines = [line for line in output.splitlines() if not line.startswith("ninja: build stopped")]
-    patterns = [rf"{re.escape(file)}:\d+:(\d+:)? (fatal )?error: ", r"\d: (fatal )?error: ", "multiple definition|undefined reference", "error: ",
+    patterns = [rf"{re.escape(file)}:\d+:(\d+:)? (fatal )?error: ", r":\d+: (fatal )?error: ", "multiple definition|undefined reference", "error: ",
                 "FAILED|ninja: "]
     first = next((i for pattern in patterns for i, line in enumerate(lines) if re.search(pattern, line)), 0)
     cause = of_the_file(file, content) or of_the_linker(file, output, content)
@@ -66,8 +68,8 @@ def of_the_file(file: str, content):
 
 def of_the_linker(file: str, output: str, content: bytes):
     """Which function is there twice, or not at all, or None."""
-    if "multiple definition of `main'" in output:
-        return sentence("compiler.own_main", file=file)
+    if twice := re.search(TWICE, output):
+        return sentence("compiler.own_main" if twice[1] == "main" else "compiler.defined_twice", file=file, name=twice[1])
     missing = re.search(UNDEFINED, output)
     if not missing or re.search(r":\d+: (fatal )?error: ", output):
         return None
