@@ -3,7 +3,8 @@
 import re
 import sys
 
-from .base.cmake_build import BUILD, CORES, build_or_fail, run_logged
+from .base.cmake_build import BUILD, CORES, ROOT, build_or_fail, run_logged
+from .base.errors import CourseError
 from .base.progress import Progress
 
 
@@ -12,6 +13,8 @@ def test(names: list, quick: bool, nightly: bool, extra: list) -> int:
 
     Prints what failed and CTest's closing lines. Returns 0 if all passed, else 1.
     """
+    for name in names:
+        require_known(name)
     build_or_fail()
     command = ["ctest", "--test-dir", str(BUILD), "-j", str(CORES), "--output-on-failure", "--no-tests=error"]
     if names:
@@ -34,3 +37,14 @@ def test(names: list, quick: bool, nightly: bool, extra: list) -> int:
     if done.returncode:
         print(f"The whole log: {BUILD / 'ctest.log'}", file=sys.stderr)
     return 1 if done.returncode else 0
+
+
+def require_known(name: str) -> None:
+    """Raises CourseError if no test can have this name, before everything is built, after which CTest knows all names: they
+    consist of words that stand in the tests' sources or file names."""
+    sources = [path for folder in ("tests", "ch5_homework/judge") for path in (ROOT / folder).rglob("*")
+               if path.suffix in (".cc", ".h", ".py", ".txt", ".cmake")]
+    text = "\n".join(f"{path.stem}\n{path.read_text(encoding='utf-8', errors='replace')}" for path in sources)
+    plain = re.fullmatch(r"[\w.]+", name)  # other patterns are CTest's to read
+    if unknown := [word for word in re.findall(r"[^\W_]+", name) if plain and word not in text]:
+        raise CourseError(f"no test is called {name}: '{unknown[0]}' occurs in none")

@@ -79,6 +79,9 @@ class CommandLine(FolderTest):
         for command in COMMANDS:
             self.refuses(command, "--frobnicate", naming=["--frobnicate", f"./course {command} --help"])
 
+    def test_a_test_that_cannot_be_is_refused_before_a_build(self):
+        self.refuses("test", "Grading.no" "such_thing", naming=["no test is called"])  # in two, as a word of this file may be a test's
+
     def test_options_are_not_guessed_from_their_beginning(self):
         self.refuses("run", "--iter", "5", naming=["--iter"])
 
