@@ -42,7 +42,7 @@ struct EstimatorOptions {
   double time_offset = 0.0;  ///< initial guess of the delay of the camera's clock [s]
   bool estimate_time_offset = false;
   bool estimate_extrinsic = false;      ///< of both cameras, if there are two
-  double max_outlier_pixels = 3.0;      ///< a landmark with a larger mean reprojection error is dropped [px]
+  double max_outlier_pixels = 3.0;      ///< a landmark with a larger mean error is dropped, see RemoveOutliers [px]
   double max_imu_gap = 0.1;             ///< after a longer time without IMU measurement the estimator restarts [s]
   double max_rejecting = 1.0;           ///< so does it if plenty of tracks give hardly a landmark for longer [s]
   double reintegrate_gyroscope = 1e-4;  ///< preintegrate again if ‖δb_g‖ Δt exceeds this [rad]

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/math/transform.h"
 
 namespace ch5 {
@@ -11,6 +12,10 @@ namespace {
 // An observation is a false match if its error is this many times the largest mean error of a landmark. With 3 px that
 // is 90 px: a smaller error may as well come from a poor depth, and then the landmark is removed.
 constexpr double kFalseMatch = 30.0;
+
+// Errors that most landmarks have are noise of the images: a landmark goes beyond so many times their median error. Beyond so
+// many times `max_error` images and IMU contradict each other.
+constexpr double kTimesMedian = 2.0, kMostNoise = 3.0;
 
 // T_W_C of a frame.
 Transform CameraOf(const Window& window, int frame, const Transform& T_B_C) {
@@ -93,19 +98,31 @@ void ForgetSecondViews(Window* window, WindowLandmark* landmark) {
   for (WindowObservation& seen : landmark->seen) seen.second.reset();
 }
 
-// Removes the newest observation if it alone is a false match. If the previous one was removed too, the track has jumped to
-// another point, and is kept.
-void RemoveFalseMatch(double false_match, const Views& views, Window* window, WindowLandmark* landmark) {
-  const auto& recent = landmark->recent.points;
+// Whether what the image before the newest saw of it has been removed as a false match.
+bool LacksThePrevious(const Window& window, const WindowLandmark& landmark) {
+  const auto& recent = landmark.recent.points;
+  if (recent.size() < 2) return false;
+  const int previous = recent[recent.size() - 2].frame;
+  return window.IndexOf(previous) >= 0 && !landmark.In(previous);
+}
+
+// Removes false matches where at least half of the observations fit. If the previous one was removed too, the track has
+// jumped to another point, and is kept.
+void RemoveFalseMatches(double max_error, const Views& views, Window* window, WindowLandmark* landmark) {
   auto& seen = landmark->seen;
-  if (seen.size() < 3 || recent.size() < 2 || seen.back().frame != recent.back().frame) return;
-  if (seen[seen.size() - 2].frame != recent[recent.size() - 2].frame) return;
-  if (views.ErrorOf(seen.back(), *landmark) < false_match) return;
-  const auto pose = window->frames[static_cast<size_t>(window->IndexOf(seen.back().frame))].pose;
-  for (const auto& edge : EdgesAt(window->graph, {landmark->inverse_depth})) {
-    if (edge->Vertices()[2] == pose) window->graph.RemoveEdge(edge);
+  if (seen.size() < 3 || LacksThePrevious(*window, *landmark)) return;
+  const auto error = [&](const WindowObservation& one) { return views.ErrorOf(one, *landmark); };
+  const auto fitting =
+      std::count_if(seen.begin() + 1, seen.end(), [&](const auto& one) { return error(one) < max_error; });
+  if (2 * fitting < static_cast<std::ptrdiff_t>(seen.size()) - 1) return;
+  const auto is_false = [&](const WindowObservation& one) { return error(one) > kFalseMatch * max_error; };
+  for (auto one = seen.begin() + 1; (one = std::find_if(one, seen.end(), is_false)) != seen.end();
+       one = seen.erase(one)) {
+    const auto pose = window->frames[static_cast<size_t>(window->IndexOf(one->frame))].pose;
+    for (const auto& edge : EdgesAt(window->graph, {landmark->inverse_depth})) {
+      if (edge->Vertices()[2] == pose) window->graph.RemoveEdge(edge);
+    }
   }
-  seen.pop_back();
 }
 
 // They are removed from the graph too.
@@ -261,18 +278,35 @@ bool HasFailed(const WindowLandmark& landmark) {
 
 void RemoveFailures(Window* window) { EraseIf(window, HasFailed); }
 
+namespace {
+
+bool HasError(const WindowLandmark& landmark) {
+  return landmark.inverse_depth && landmark.seen.size() >= 2 && !HasFailed(landmark);
+}
+
+double LargestMeanError(double max_error, const Views& views, const Window& window) {
+  std::vector<double> errors;
+  for (const auto& [id, landmark] : window.landmarks) {
+    if (HasError(landmark)) errors.push_back(views.MeanReprojectionError(landmark));
+  }
+  const double noise = errors.empty() ? 0.0 : Median(errors);
+  return std::clamp(kTimesMedian * noise, max_error, kMostNoise * max_error);
+}
+
+}  // namespace
+
 void RemoveOutliers(double max_error, Window* window) {
   const Views views(*window);
+  const double limit = LargestMeanError(max_error, views, *window);
   EraseIf(window, [&](WindowLandmark& landmark) {
-    if (HasFailed(landmark)) return true;
-    if (!landmark.inverse_depth || landmark.seen.size() < 2) return false;
-    RemoveFalseMatch(kFalseMatch * max_error, views, window, &landmark);
-    if (views.MeanReprojectionError(landmark) < max_error) return false;
+    if (!HasError(landmark)) return HasFailed(landmark);
+    RemoveFalseMatches(max_error, views, window, &landmark);
+    if (views.MeanReprojectionError(landmark) < limit) return false;
     const auto has_second = [](const WindowObservation& seen) { return seen.second.has_value(); };
     if (std::none_of(landmark.seen.begin(), landmark.seen.end(), has_second)) return true;
     ForgetSecondViews(window, &landmark);  // a landmark that fits camera 0 stays
     landmark.inverse_depth->SetEstimate(VertexInverseDepth::Estimate(1.0 / TriangulateDepth(*window, landmark)));
-    return !(views.MeanReprojectionError(landmark) < max_error);
+    return !(views.MeanReprojectionError(landmark) < limit);
   });
 }
 

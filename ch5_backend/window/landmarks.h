@@ -52,9 +52,10 @@ void ForgetObservations(int frame, const std::function<double(const Transform& T
 /// Erases landmarks with a negative depth, on which the solve has failed (VINS-Mono's removeFailures).
 void RemoveFailures(Window* window);
 
-/// The same, and erases landmarks whose mean reprojection error exceeds `max_error`. Before that, if only the newest
-/// observation of a landmark has an error, of 30 times as much, that observation is removed as a false match; and a landmark
-/// that fits camera 0 alone stays, without what camera 1 sees of it.
+/// The same, and erases landmarks whose mean reprojection error exceeds `max_error`, or twice the median of all landmarks
+/// where images are noisier than that, up to 3 max_error. Before that, where at least half of the observations of a landmark
+/// fit, those with an error of more than 30 max_error are removed as false matches; and a landmark that fits camera 0 alone
+/// stays, without what camera 1 sees of it.
 /// @param max_error  on the normalized plane
 void RemoveOutliers(double max_error, Window* window);
 

@@ -179,6 +179,31 @@ TEST(Robustness, BearsOutliers) {
   }
 }
 
+// In motion nearly all landmarks of the first window have one.
+TEST(Robustness, BearsOutliersFromTheStart) {
+  RoomOptions room;
+  room.standstill_seconds = 0.0;
+  room.max_tracks = 100;
+  room.simulation.imu.seed = 2;
+  room.simulation.camera.seed = 3;
+  room.simulation.camera.pixel_sigma = 0.5;
+  for (const double fraction : {0.3, 0.4}) {
+    SCOPED_TRACE(fraction);
+    room.simulation.camera.outlier_fraction = fraction;
+    ExpectUnbroken(SimulateTwelveSeconds(room), 0.25);
+  }
+}
+
+TEST(Robustness, BearsPoorImages) {
+  for (const double sigma : {2.0, 3.0}) {
+    SCOPED_TRACE(std::to_string(sigma) + " px");
+    RoomOptions room;
+    room.max_tracks = 100;
+    room.simulation.camera.pixel_sigma = sigma;
+    ExpectUnbroken(SimulateTwelveSeconds(room), 0.20);
+  }
+}
+
 // The accelerometer's x axis is off by so much for a while.
 void Strike(double acceleration, double seconds, Recording* recording) {
   for (ImuMeasurement& measurement : recording->imu) {
