@@ -7,11 +7,13 @@
 #include <limits>
 #include <map>
 #include <stdexcept>
+#include <tuple>
 
 #include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/marginalize/marginalize.h"
 #include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
+#include "ch5_backend/math/so3.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/types/inertial/edge_imu.h"
 #include "ch5_backend/types/visual/edge_stereo.h"
@@ -174,10 +176,35 @@ void ComputeUncertainty(const StartGraph& g, ClosedForm* start) {
   start->gravity_sigma = std::sqrt(covariance.block<3, 3>(3, 3).trace());
 }
 
+// While the acceleration a stays the same, a second motion explains the specific force  f = a + g ẑ:  one k times as large,
+// in which gravity has another direction.  ‖f − k a‖ = g:  k = 1 + 2 g a_z/‖a‖².  The closed form may have found either.
+// @return nullopt if its points lie behind the camera, or the two are too unlike to be taken for each other
+std::optional<ClosedForm> SecondSolution(const ClosedForm& start, const std::vector<Preintegration>& imu, double g) {
+  constexpr double kMost = 30.0;
+  double seconds = 0.0;
+  for (const Preintegration& step : imu) seconds += step.SumDt();
+  const Vec3 a = (start.states.back().v_W - start.states.front().v_W) / seconds;
+  const double k = 1.0 + 2.0 * g * a.z() / a.squaredNorm();
+  if (!(k > 1.0 / kMost && k < kMost)) return std::nullopt;
+  const Qd turn = RotationBetween(a + g * Vec3::UnitZ() - k * a, Vec3::UnitZ());
+  ClosedForm second = start;
+  for (StampedState& state : second.states) {
+    state.T_W_B = {turn * state.T_W_B.q, turn * (k * state.T_W_B.p)};
+    state.v_W = turn * (k * state.v_W);
+  }
+  for (double& depth : second.depths) depth *= k;
+  return second;
+}
+
+// How well a motion fits.
+struct Fit {
+  double inliers = 0.0;  // the fraction of the observations within 3 σ
+  double cost = 0.0;     // of an observation, on average
+};
+
 // All states jointly by the solver; the gauge is free, the damping copes with it.
-// @return the fraction of the observations within 3 σ
-double Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
-              const DynamicInitializationOptions& options, ClosedForm* start) {
+Fit Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
+           const DynamicInitializationOptions& options, ClosedForm* start) {
   StartGraph g;
   AddBody(*start, imu, options, &g);
   if (options.camera1) AddSecondCamera(options, &g);
@@ -186,7 +213,7 @@ double Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preinte
   optimizer.SetDamping(Damping::kDiagonal);
   SolveOptions solve;
   solve.max_iterations = 50;
-  optimizer.Solve(solve);
+  const double cost = optimizer.Solve(solve).final_cost;
   size_t total = 0, good = 0;
   for (const FeatureTrack& track : tracks) total += track.views.size() - 1;
   for (const auto& edge : g.observations) {
@@ -205,7 +232,7 @@ double Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preinte
     state.b_a = g.speed_biases[k]->b_a();
     state.b_g = g.speed_biases[k]->b_g();
   }
-  return static_cast<double>(good) / static_cast<double>(total);
+  return {static_cast<double>(good) / static_cast<double>(total), cost / static_cast<double>(g.observations.size())};
 }
 
 // Copies, integrated without accelerometer bias.
@@ -305,7 +332,14 @@ class DynamicInitializer {
   }
 
   bool RefineAll() {
-    result_.inliers = Refine(tracks_, imu_, options_, &start_);
+    std::optional<ClosedForm> second;
+    if (!knows_scale_) second = SecondSolution(start_, imu_, options_.gravity);
+    Fit fit = Refine(tracks_, imu_, options_, &start_);
+    if (second) {
+      const Fit other = Refine(tracks_, imu_, options_, &*second);
+      if (other.cost < fit.cost) std::tie(fit, start_) = std::pair(other, *second);
+    }
+    result_.inliers = fit.inliers;
     if (result_.inliers >= options_.least_inliers) return IsCertain();
     return Fail(InitializationFailure::kInconsistent, "%.2f of the observations fit, %g are needed", result_.inliers,
                 options_.least_inliers);
