@@ -206,7 +206,7 @@ class RecordingApp(AppTest):
                 (tracks, lambda x, y: (x * (1 - 0.28 * (x * x + y * y)), y * (1 - 0.28 * (x * x + y * y))),
                  r"times less if their points are moved by 1 \+ k r², k = 0\.[3-5]\d: is the lens's model", "lens"),
                 (imu, lambda *rates_forces: (*rates_forces[:3], *(-force for force in rates_forces[3:])),
-                 r"of 12 windows 0 start in motion, and \d+ if its columns are read as -x, -y, -z; at rest", "force"),
+                 r"of 12 windows [01] start in motion, and \d+ if its columns are read as -x, -y, -z; at rest", "force"),
                 (imu, lambda *rates_forces: (*rates_forces[:5], -rates_forces[5]),
                  r"of 12 windows \d start in motion, and \d+ if its columns are read as x, y, -z; at rest", "force")):
             whole = path.read_text()

@@ -22,6 +22,9 @@
 namespace ch5 {
 namespace {
 
+// Nearer points, and those behind the camera, take no part [m].
+constexpr double kLeastPointDepth = 0.1;
+
 // By ascending id.
 std::vector<FeatureTrack> CollectTracks(const std::vector<InitializationImage>& frames, std::vector<int>* ids) {
   std::map<int, FeatureTrack> by_id;
@@ -142,7 +145,7 @@ void AddTracks(const ClosedForm& start, const std::vector<FeatureTrack>& tracks,
   const double w1 = options.camera1 ? information(options.camera1->FocalLength()) : w;
   const auto loss = std::make_shared<CauchyLoss>(1.0);
   for (size_t k = 0; k < tracks.size(); ++k) {
-    if (!(start.depths[k] > 0.1)) continue;
+    if (!(start.depths[k] > kLeastPointDepth)) continue;
     auto inverse_depth = std::make_shared<VertexInverseDepth>(1.0 / start.depths[k]);
     g->graph.AddVertex(inverse_depth);
     const auto& host = tracks[k].views.front();
@@ -178,14 +181,15 @@ void ComputeUncertainty(const StartGraph& g, ClosedForm* start) {
 
 // While the acceleration a stays the same, a second motion explains the specific force  f = a + g ẑ:  one k times as large,
 // in which gravity has another direction.  ‖f − k a‖ = g:  k = 1 + 2 g a_z/‖a‖².  The closed form may have found either.
-// @return nullopt if its points lie behind the camera, or the two are too unlike to be taken for each other
+// Of a motion whose points lie behind the camera, k < 0, it is the one that sees them in front.
+// @return nullopt if the two are too unlike to be taken for each other
 std::optional<ClosedForm> SecondSolution(const ClosedForm& start, const std::vector<Preintegration>& imu, double g) {
   constexpr double kMost = 30.0;
   double seconds = 0.0;
   for (const Preintegration& step : imu) seconds += step.SumDt();
   const Vec3 a = (start.states.back().v_W - start.states.front().v_W) / seconds;
   const double k = 1.0 + 2.0 * g * a.z() / a.squaredNorm();
-  if (!(k > 1.0 / kMost && k < kMost)) return std::nullopt;
+  if (!(std::abs(k) > 1.0 / kMost && std::abs(k) < kMost)) return std::nullopt;
   const Qd turn = RotationBetween(a + g * Vec3::UnitZ() - k * a, Vec3::UnitZ());
   ClosedForm second = start;
   for (StampedState& state : second.states) {
@@ -199,7 +203,8 @@ std::optional<ClosedForm> SecondSolution(const ClosedForm& start, const std::vec
 // How well a motion fits.
 struct Fit {
   double inliers = 0.0;  // the fraction of the observations within 3 σ
-  double cost = 0.0;     // of an observation, on average
+  double cost = 0.0;     // those that take no part count as 3 σ
+  bool has_points = false;
 };
 
 // All states jointly by the solver; the gauge is free, the damping copes with it.
@@ -232,7 +237,8 @@ Fit Refine(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegra
     state.b_a = g.speed_biases[k]->b_a();
     state.b_g = g.speed_biases[k]->b_g();
   }
-  return {static_cast<double>(good) / static_cast<double>(total), cost / static_cast<double>(g.observations.size())};
+  const double left_out = 0.5 * std::log(1.0 + 9.0) * static_cast<double>(total - g.observations.size());
+  return {static_cast<double>(good) / static_cast<double>(total), cost + left_out, !g.observations.empty()};
 }
 
 // Copies, integrated without accelerometer bias.
@@ -277,7 +283,7 @@ class DynamicInitializer {
   }
 
  private:
-  bool Fail(InitializationFailure failure, const char* format, double value, double limit) {
+  bool Fail(InitializationFailure failure, const char* format, double value, double limit = 0.0) {
     char text[120];
     std::snprintf(text, sizeof(text), format, value, limit);
     result_.failure = failure;
@@ -308,7 +314,7 @@ class DynamicInitializer {
     constexpr double kStill = 1.0;  // [px]
     return Fail(InitializationFailure::kTooLittleParallax,
                 result_.parallax < kStill ? "the camera stands still, a median of %.1f px, %g px are needed"
-                                          : "a median of %.1f px, %g px are needed",
+                                          : "a median of %.1f px, %g px are needed; move sideways",
                 result_.parallax, options_.least_parallax);
   }
 
@@ -323,11 +329,13 @@ class DynamicInitializer {
     result_.scale_sigma = start_.scale_sigma;
     result_.gravity_sigma = start_.gravity_sigma;
     if (!knows_scale_ && !(start_.scale_sigma <= options_.largest_scale_sigma)) {
-      return Fail(InitializationFailure::kTooLittleExcitation, "the scale is known to %.3g, %g is needed",
-                  start_.scale_sigma, options_.largest_scale_sigma);
+      return Fail(InitializationFailure::kTooLittleExcitation,
+                  "the scale is known to %.3g, %g is needed; change speed or direction", start_.scale_sigma,
+                  options_.largest_scale_sigma);
     }
     return start_.gravity_sigma <= options_.largest_gravity_sigma ||
-           Fail(InitializationFailure::kTooLittleExcitation, "gravity's direction is known to %.3g rad, %g is needed",
+           Fail(InitializationFailure::kTooLittleExcitation,
+                "gravity's direction is known to %.3g rad, %g is needed; change speed or direction",
                 start_.gravity_sigma, options_.largest_gravity_sigma);
   }
 
@@ -340,6 +348,11 @@ class DynamicInitializer {
       if (other.cost < fit.cost) std::tie(fit, start_) = std::pair(other, *second);
     }
     result_.inliers = fit.inliers;
+    if (!fit.has_points) {
+      return Fail(InitializationFailure::kTooLittleExcitation,
+                  "no point comes out in front of the camera and %g m away; change speed or direction",
+                  kLeastPointDepth);
+    }
     if (result_.inliers >= options_.least_inliers) return IsCertain();
     return Fail(InitializationFailure::kInconsistent, "%.2f of the observations fit, %g are needed", result_.inliers,
                 options_.least_inliers);
