@@ -19,47 +19,61 @@ struct Turn {
   Vec3 rate;
 };
 
-// The rotation θ and the direction v of the translation between two images, from the rays f₀ and f₁ that both have:
-// argmin Σ ρ(e), e = vᵀm/s, m = g × f₀, g = Exp(θ)f₁, s² = ½(‖v × g‖² + ‖v × f₀‖²), ρ being Cauchy's. That is the distance
-// from the epipolar line, whatever the points' depths; without s, the least would be a v amid the points. It begins as if all
-// points had the same depth, with argmin Σ ρ(‖f₀ − f₁ − θ × f₁ − (I − f₁f₁ᵀ) v‖).
-std::optional<Vec3> TurnBetween(const Image& from, const Image& to) {
-  constexpr size_t kFewest = 12;
-  constexpr int kRounds = 5;
-  constexpr double kScale = 3e-3;  // [rad]: a pixel and a half
+constexpr int kRounds = 5;
+constexpr double kScale = 3e-3;  // of Cauchy's loss ρ [rad]: a pixel and a half
+
+// The rays f₀ and f₁ of a point that two images see.
+using RayPair = std::pair<Vec3, Vec3>;
+
+std::vector<RayPair> CommonRays(const Image& from, const Image& to) {
   std::map<int, Vec3> rays;
   for (const TrackedPoint& point : from.tracks) rays.emplace(point.id, point.x.homogeneous().normalized());
-  std::vector<std::pair<Vec3, Vec3>> common;
+  std::vector<RayPair> common;
   for (const TrackedPoint& point : to.tracks) {
     const auto ray = rays.find(point.id);
     if (ray != rays.end()) common.emplace_back(ray->second, point.x.homogeneous().normalized());
   }
-  if (common.size() < kFewest) return std::nullopt;
-  Vec6 x = Vec6::Zero();  // θ and v
-  const auto step = [&](Mat66 A, const auto& linearize) {
-    Vec6 b = Vec6::Zero();
-    for (const auto& [f0, f1] : common) {
-      const auto [r, J] = linearize(f0, f1);
-      const double weight = 1.0 / (1.0 + r.squaredNorm() / (kScale * kScale));
-      A += weight * J.transpose() * J;
-      b -= weight * J.transpose() * r;
-    }
-    return Vec6(A.ldlt().solve(b));
-  };
+  return common;
+}
+
+// One step of Gauss and Newton to argmin Σ ρ(‖r‖).
+// @param A          a further term of the Hessian
+// @param linearize  r and J of a pair of rays
+template <typename Linearize>
+Vec6 Step(const std::vector<RayPair>& rays, Mat66 A, const Linearize& linearize) {
+  Vec6 b = Vec6::Zero();
+  for (const auto& [f0, f1] : rays) {
+    const auto [r, J] = linearize(f0, f1);
+    const double weight = 1.0 / (1.0 + r.squaredNorm() / (kScale * kScale));
+    A += weight * J.transpose() * J;
+    b -= weight * J.transpose() * r;
+  }
+  return A.ldlt().solve(b);
+}
+
+// Rotation θ and translation v between two images, as if all points had the same depth:
+// [θ, v] = argmin Σ ρ(‖f₀ − f₁ − θ × f₁ − (I − f₁f₁ᵀ) v‖).
+Vec6 MotionOfEqualDepths(const std::vector<RayPair>& rays) {
+  Vec6 x = Vec6::Zero();
   for (int round = 0; round < kRounds; ++round) {
-    x += step(Mat66::Zero(), [&](const Vec3& f0, const Vec3& f1) {
+    x += Step(rays, Mat66::Zero(), [&](const Vec3& f0, const Vec3& f1) {
       Eigen::Matrix<double, 3, 6> J;
       J << Hat(f1), f1 * f1.transpose() - Mat33::Identity();
       return std::pair(Vec3(f0 - f1 + J * x), J);
     });
   }
-  Qd q = ExpSO3(x.head<3>());
-  Vec3 v = x.tail<3>();
+  return x;
+}
+
+// The rotation q between two images, whatever the points' depths: with the direction v of the translation it is
+// argmin Σ ρ(e), e = vᵀm/s, m = g × f₀, g = q f₁, s² = ½(‖v × g‖² + ‖v × f₀‖²), the distance from the epipolar line.
+// Without s, the least would be a v amid the points.
+Qd RefineByEpipolarLines(const std::vector<RayPair>& rays, Qd q, Vec3 v) {
   for (int round = 0; round < kRounds && v.norm() > 0.0; ++round) {
     v.normalize();
     Mat66 length = Mat66::Zero();  // which stays
     length.bottomRightCorner<3, 3>() = v * v.transpose();
-    const Vec6 delta = step(length, [&](const Vec3& f0, const Vec3& f1) {
+    const Vec6 delta = Step(rays, length, [&](const Vec3& f0, const Vec3& f1) {
       const Vec3 g = q * f1, m = g.cross(f0);
       const double s = std::sqrt(0.5 * (v.cross(g).squaredNorm() + v.cross(f0).squaredNorm()) + kScale * kScale);
       const double e = v.dot(m) / s;
@@ -72,7 +86,16 @@ std::optional<Vec3> TurnBetween(const Image& from, const Image& to) {
     q = ExpSO3(delta.head<3>()) * q;
     v += delta.tail<3>();
   }
-  return LogSO3(q);
+  return q;
+}
+
+// θ, or nullopt if the images share too few points.
+std::optional<Vec3> TurnBetween(const Image& from, const Image& to) {
+  constexpr size_t kFewest = 12;
+  const std::vector<RayPair> rays = CommonRays(from, to);
+  if (rays.size() < kFewest) return std::nullopt;
+  const Vec6 start = MotionOfEqualDepths(rays);
+  return LogSO3(RefineByEpipolarLines(rays, ExpSO3(start.head<3>()), start.tail<3>()));
 }
 
 // The gyroscope's mean rate, in B; nullopt where it did not measure.
