@@ -183,8 +183,8 @@ class Systems(unittest.TestCase):
             of = {way: KEPT("ablation", policy=policy, way=way) for way in numbers.WAYS}
             self.assertTrue((of["dropped"]["restarts"] > 0).all())
             for way in ("fixed", "poses fixed"):
-                self.assertGreater(np.median(of[way]["ate_m"]), 20 * np.median(of["marginalized"]["ate_m"]), (policy, way))
-                self.assertGreater(np.median(of[way]["nees_motion"]), 1e4, (policy, way))
+                self.assertGreater(np.median(of[way]["ate_m"]), 5 * np.median(of["marginalized"]["ate_m"]), (policy, way))
+                self.assertGreater(np.median(of[way]["nees_motion"]), 1e3, (policy, way))
             for way in ("marginalized", "first estimates"):
                 self.assertEqual(of[way]["restarts"].max(), 0)
                 self.assertTrue(5 < np.median(of[way]["nees_motion"]) < 7.5, (policy, way))
