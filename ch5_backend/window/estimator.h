@@ -157,10 +157,12 @@ class Estimator {
   void TryToStart(const Image& image);
   void StartFromGivenState();
   void RestAt(const StandstillState& standstill, const Image& image);
-  bool HasMovedSinceStandstill(const Image& image) const;
+  std::optional<double> PixelsSinceStandstill(const Image& image) const;
+  double SecondsInWindow() const;
+  bool KnowsScaleSinceStandstill() const;
   bool InitializeInMotion();
-  void SlideBeforeStart();
-  void BeginAt(double start_speed);
+  void SlideBeforeStart(bool keeps_oldest);
+  void BeginAt(double start_speed, bool knows_gravity);
   void LayUponLastSegment();
   void BeginTracking();
 

@@ -1,6 +1,7 @@
 /// The initialization of the estimator: static, dynamic, or from a given state.
 
 #include <algorithm>
+#include <cmath>
 
 #include "ch5_backend/consistency/gauge_directions.h"
 #include "ch5_backend/window/estimator.h"
@@ -20,12 +21,17 @@ constexpr size_t kFramesToStart = 4, kFramesToStartMoving = 8;
 void Estimator::TryToStart(const Image& image) {
   if (given_start_) return StartFromGivenState();
   if (const auto standstill = standstill_detector_.AddFrame(image)) return RestAt(*standstill, image);
-  if (HasMovedSinceStandstill(image)) {
-    BeginAt(options_.start_speed);
+  const auto& frames = window_.frames;
+  const auto moved = PixelsSinceStandstill(image);
+  // Frames were left out to keep the one at rest.
+  const bool has_waited = frames.back().id - frames.front().id >= static_cast<int>(frames.size());
+  if (moved && *moved > options_.start_pixels && frames.size() >= kFramesToStart &&
+      (!has_waited || KnowsScaleSinceStandstill())) {
+    BeginAt(options_.start_speed, has_waited);
   } else if (InitializeInMotion()) {
-    BeginAt(options_.moving_start_speed);
+    BeginAt(options_.moving_start_speed, false);
   } else {
-    SlideBeforeStart();
+    SlideBeforeStart(moved && *moved < options_.start_pixels && SecondsInWindow() < options_.weights.max_imu_seconds);
   }
 }
 
@@ -69,11 +75,23 @@ void Estimator::RestAt(const StandstillState& standstill, const Image& image) {
   standstill_frame_ = frame.id;
 }
 
-// The oldest frame is still at rest, and the others have moved enough to triangulate.
-bool Estimator::HasMovedSinceStandstill(const Image& image) const {
-  if (window_.frames.front().id != standstill_frame_ || window_.frames.size() < kFramesToStart) return false;
+// The median motion since the oldest frame, if it is at rest and its tracks last.
+std::optional<double> Estimator::PixelsSinceStandstill(const Image& image) const {
+  if (window_.frames.front().id != standstill_frame_) return std::nullopt;
   const auto motion = MedianMotion(standstill_image_, image);
-  return motion && *motion * options_.calibration.FocalLength() > options_.start_pixels;
+  if (!motion) return std::nullopt;
+  return *motion * options_.calibration.FocalLength();
+}
+
+double Estimator::SecondsInWindow() const { return window_.frames.back().t - window_.frames.front().t; }
+
+// Long after a standstill its speed of about zero tells the scale only if the speed has become large beside what the IMU
+// adds to its error, gravity being known as it was measured at rest.
+bool Estimator::KnowsScaleSinceStandstill() const {
+  constexpr double kSoon = 1.5;  // [s]
+  constexpr double kMost = 0.1;  // relative error, as of a start in motion
+  const double sigma = std::hypot(options_.start_speed, kForceAtRestSigma * SecondsInWindow());
+  return SecondsInWindow() < kSoon || sigma < kMost * window_.frames.back().speed_bias->v().norm();
 }
 
 bool Estimator::InitializeInMotion() {
@@ -113,24 +131,26 @@ bool Estimator::InitializeInMotion() {
 
 // All policies start from the same frames, a tenth of a second apart: a window long enough to tell gravity from acceleration,
 // which short tracks still cross. Where such windows do not start, as nothing accelerates for so long, longer ones are tried.
-void Estimator::SlideBeforeStart() {
+// A frame at rest is kept until the images have moved: who drives off straight ahead offers no other start.
+void Estimator::SlideBeforeStart(bool keeps_oldest) {
   constexpr double kMostSpacing = 0.4;
   const auto& frames = window_.frames;
   const size_t n = frames.size();
   const size_t most = std::max(policy_->MostFrames(), kFramesToStartMoving);
   if (n <= most) return;
-  const bool keep = frames[n - 2].t - frames[n - 3].t >= start_spacing_;
+  const bool keep = !keeps_oldest && frames[n - 2].t - frames[n - 3].t >= start_spacing_;
   SlideWindow(keep ? MarginalizationFlag::kOld : MarginalizationFlag::kSecondNew, &window_);
   if (!keep || ++frames_at_spacing_ < most) return;
   frames_at_spacing_ = 0;
   start_spacing_ = start_spacing_ < kMostSpacing ? 2.0 * start_spacing_ : kLeastSpacing;
 }
 
-// Of a window that is smaller than what a start needs, the newest frames go on.
-void Estimator::BeginAt(double start_speed) {
-  while (window_.frames.size() > policy_->MostFrames() + 1) SlideWindow(MarginalizationFlag::kOld, &window_);
+// Of a window that is smaller than what a start needs, the newest frames go on, and the one of which gravity is known.
+void Estimator::BeginAt(double start_speed, bool knows_gravity) {
+  const auto leaves = knows_gravity ? MarginalizationFlag::kSecondNew : MarginalizationFlag::kOld;
+  while (window_.frames.size() > policy_->MostFrames() + 1) SlideWindow(leaves, &window_);
   if (segment_ > 0 && last_state_) LayUponLastSegment();
-  window_.prior = StartPrior(window_, start_speed, options_);
+  window_.prior = StartPrior(window_, start_speed, options_, knows_gravity);
   BeginTracking();
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "ch5_backend/math/so3.h"
+
 namespace ch5 {
 
 void SetCalibration(const EstimatorOptions& options, Window* window) {
@@ -16,7 +18,23 @@ void SetCalibration(const EstimatorOptions& options, Window* window) {
   window->time_offset->SetFixed(!options.estimate_time_offset);
 }
 
-std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const EstimatorOptions& options) {
+namespace {
+
+// The specific force at rest,  f = R_W_Bᵀ g ẑ + b_a,  which the frame's state explains:  δf = (R_W_Bᵀ g ẑ)^ δθ + δb_a.
+// Tilt and bias are known together, yaw is not.
+void AddForceAtRest(const Frame& frame, double gravity, Prior* prior) {
+  const Eigen::Index n = prior->J.rows();
+  prior->vertices.push_back(frame.pose);
+  prior->x0.push_back(frame.pose->Parameters());
+  prior->J.conservativeResizeLike(MatXX::Zero(n + 3, n + 6));
+  prior->J.block<3, 3>(n, 3) = Mat33::Identity() / kForceAtRestSigma;  // b_a: speed and biases come first
+  prior->J.bottomRightCorner<3, 3>() = Hat(frame.pose->R().transpose() * Vec3(0, 0, gravity)) / kForceAtRestSigma;
+}
+
+}  // namespace
+
+std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const EstimatorOptions& options,
+                                      bool knows_gravity) {
   Prior prior;
   std::vector<double> sigmas;
   const auto add = [&](const std::shared_ptr<Vertex>& vertex, std::initializer_list<double> sigma_of_three) {
@@ -37,6 +55,7 @@ std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const 
   }
   add(window.time_offset, {options.start_time_offset});
   prior.J = Eigen::Map<VecX>(sigmas.data(), static_cast<Eigen::Index>(sigmas.size())).cwiseInverse().asDiagonal();
+  if (knows_gravity) AddForceAtRest(window.frames.front(), options.calibration.gravity, &prior);
   prior.r0 = VecX::Zero(prior.J.rows());
   return std::make_shared<EdgePrior>(std::move(prior));
 }

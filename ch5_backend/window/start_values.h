@@ -11,9 +11,14 @@ namespace ch5 {
 /// Sets extrinsics and time offset to what the options give, fixed unless they are to be estimated.
 void SetCalibration(const EstimatorOptions& options, Window* window);
 
+/// Of the specific force at rest: a body that rests sways and trembles [m/s²].
+constexpr double kForceAtRestSigma = 0.05;
+
 /// One prior of speed and biases of the oldest frame at its present state, and of the estimated part of the calibration.
 /// Without the latter the first windows, with little motion, would let the extrinsic diverge.
-/// @param speed  standard deviation [m/s]
-std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const EstimatorOptions& options);
+/// @param speed          standard deviation [m/s]
+/// @param knows_gravity  whether its tilt is known too, as gravity was measured at rest
+std::shared_ptr<EdgePrior> StartPrior(const Window& window, double speed, const EstimatorOptions& options,
+                                      bool knows_gravity = false);
 
 }  // namespace ch5

@@ -561,8 +561,8 @@ TEST(Misuse, EachNumberOfTheOptionsIsChecked) {
   using D = DynamicInitializationOptions;
   ExpectEachIsChecked<D>({&D::focal_length, &D::pixel_sigma, &D::gravity, &D::b_a_sigma, &D::least_parallax,
                           &D::largest_scale_sigma, &D::largest_gravity_sigma, &D::least_inliers});
-  ExpectEachIsChecked<StandstillOptions>(
-      {&StandstillOptions::seconds, &StandstillOptions::pixels, &StandstillOptions::acceleration});
+  ExpectEachIsChecked<StandstillOptions>({&StandstillOptions::seconds, &StandstillOptions::pixels,
+                                          &StandstillOptions::acceleration, &StandstillOptions::change});
   using F = FailureLimits;
   ExpectEachIsChecked<F>({&F::accelerometer_bias, &F::gyroscope_bias, &F::step, &F::climb});
   using W = WindowWeights;

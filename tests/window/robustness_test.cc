@@ -246,6 +246,45 @@ TEST(Robustness, ImagesThatContradictTheImuForTooLongAreNamed) {
                    Failure::kImagesRejected);
 }
 
+// Rests for three seconds, then drives off straight ahead or rises: nothing but the way from the standstill tells the scale.
+Recording DriveOff(const Vec3& acceleration) {
+  const Trajectory path(
+      [&](const Jet& t) {
+        const Jet s = t.value < 3.0 ? Jet{} : t - 3.0;
+        const Jet way = 0.5 * s * s * (s.value < 1.0 ? s * (2.0 - s) : Jet{1.0});
+        const Jet shake = s.value < 1.0 ? Jet{} : 0.003 * Sin(8.0 * s) + 0.001 * Sin(20.0 * s);
+        return Coordinates{{acceleration.x() * way, shake, acceleration.z() * way + shake}, {}, 0.7 * shake, {}};
+      },
+      9.0);
+  Random random(1);
+  SimulationOptions options;
+  options.camera.pixel_sigma = 0.5;
+  options.camera.max_tracks = 100;
+  const auto points = PointsAlongPath(path, options.calibration, 2.0, 30.0, 6000, &random);
+  return SimulateRecording(path, points, options);
+}
+
+TEST(Robustness, WhoDrivesOffStraightAheadStarts) {
+  for (const Vec3& acceleration : {Vec3(1.5, 0, 0), Vec3(1, 0, 0), Vec3(0, 0, 1)}) {
+    SCOPED_TRACE(acceleration.transpose());
+    const Recording recording = DriveOff(acceleration);
+    for (const OdometryRun& run : RunAll(recording)) {
+      SCOPED_TRACE(run.policy);
+      EXPECT_EQ(run.restarts, 0);
+      ASSERT_FALSE(run.states.empty());
+      const StampedState& first = run.states.front();
+      EXPECT_LT(first.t, 5.2);
+      EXPECT_NEAR(first.v_W.norm() / StateAt(recording.truth, first.t)->v_W.norm(), 1.0, 0.1);
+      EXPECT_NEAR(run.error->scale, 1.0, 0.1);
+    }
+  }
+}
+
+// A train: neither the speed at rest nor gravity is known so well that 0.2 m/s² would tell the scale.
+TEST(Robustness, WhoDrivesOffSlowlyWaits) {
+  for (const OdometryRun& run : RunAll(DriveOff(Vec3(0.2, 0, 0)))) EXPECT_TRUE(run.states.empty()) << run.policy;
+}
+
 TEST(Robustness, ImagesBeforeAnyReadingOfTheImuWait) {
   Estimator estimator(EstimatorOptions{}, MakeVinsPolicy());
   for (int k = 0; k < 30; ++k) {

@@ -13,6 +13,7 @@ void StandstillOptions::Validate() const {
   CheckPositive("StandstillOptions::seconds", seconds);
   CheckOption("StandstillOptions::pixels", pixels, 0);
   CheckOption("StandstillOptions::acceleration", acceleration, 0);
+  CheckOption("StandstillOptions::change", change, 0);
 }
 
 void StandstillDetector::AddImu(const ImuMeasurement& measurement) {
@@ -28,7 +29,9 @@ std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame) 
   if (images_.front().t > frame.t - options_.seconds || imu_.empty()) return std::nullopt;
 
   const std::optional<double> motion = MedianMotion(images_.front(), frame);
-  if (!motion || *motion * focal_length_ > options_.pixels) return std::nullopt;
+  // A slow start crosses the limit again and again.
+  if (!motion || *motion * focal_length_ > 2.0 * options_.pixels) first_force_.reset();
+  if (!motion || *motion * focal_length_ > options_.pixels || HasForceChanged()) return std::nullopt;
   StandstillState state;
   Vec3 force = Vec3::Zero();
   for (const ImuMeasurement& measurement : imu_) {
@@ -41,7 +44,25 @@ std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame) 
   return state;
 }
 
+// Images alone would take a car for resting until it has gone some decimeters, at up to a meter a second.
+bool StandstillDetector::HasForceChanged() {
+  const auto n = static_cast<std::ptrdiff_t>(imu_.size());
+  const auto mean = [&](std::ptrdiff_t from, std::ptrdiff_t to) {
+    Vec3 sum = Vec3::Zero();
+    for (auto k = from; k < to; ++k) sum += imu_[static_cast<size_t>(k)].acceleration;
+    return Vec3(sum / static_cast<double>(to - from));
+  };
+  if (n < 2) return false;
+  if (!first_force_) first_force_ = mean(0, n / 2);
+  const Vec3 all = mean(0, n);
+  double variance = 0.0;
+  for (const ImuMeasurement& m : imu_) variance += (m.acceleration - all).squaredNorm() / static_cast<double>(n);
+  const double noise = std::sqrt(4.0 * variance / static_cast<double>(n));  // σ of the difference of two halves' means
+  return (mean(n / 2, n) - *first_force_).norm() > options_.change + noise;
+}
+
 void StandstillDetector::Reset() {
+  first_force_.reset();
   imu_.clear();
   images_.clear();
 }

@@ -12,7 +12,8 @@ namespace ch5 {
 struct StandstillOptions {
   double seconds = 1.0;       ///< at rest if for this time [s] …
   double pixels = 3.0;        ///< … the median motion of the points in the image is less than this [px] …
-  double acceleration = 1.0;  ///< … and the mean specific force differs from gravity by less than this [m/s²]
+  double acceleration = 1.0;  ///< … the mean specific force differs from gravity by less than this [m/s²] …
+  double change = 0.1;  ///< … and by less than this, beyond its noise, from what it was when the rest began [m/s²]
 
   /// @throws OptionError
   void Validate() const;
@@ -40,10 +41,13 @@ class StandstillDetector {
   void Reset();
 
  private:
+  bool HasForceChanged();
+
   double focal_length_, gravity_;
   StandstillOptions options_;
-  std::deque<ImuMeasurement> imu_;  // of the last `seconds`
-  std::deque<Image> images_;        // likewise
+  std::deque<ImuMeasurement> imu_;   // of the last `seconds`
+  std::deque<Image> images_;         // likewise
+  std::optional<Vec3> first_force_;  // of the first half of a rest's first `seconds`
 };
 
 /// The median motion of the points common to both images, on the normalized plane; nullopt with fewer than five of
