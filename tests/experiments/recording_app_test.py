@@ -198,6 +198,17 @@ class RecordingApp(AppTest):
         done = self.program(recording, "--out", self.out, "--policy", "vins")
         self.assertRegex(done.stderr, r"\(correlation 0\.\d+; with the inverse of camera\.q_B_C 0\.9\d\): it must rotate camera")
 
+    def test_readings_at_a_limit_are_named(self):
+        recording = self.simulate(6)
+        imu = recording / "imu.csv"
+        head, *rows = (line.split(",") for line in imu.read_text().splitlines())
+        for row in rows[300:900:100]:
+            row[2] = "-4.36"
+        imu.write_text("".join(",".join(row) + "\n" for row in [head, *rows]))
+        done = self.program(recording, "--out", self.out, "--policy", "vins")
+        self.assertIn("the gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s", done.stderr)
+        self.assertIn("The gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s.", self.page().replace("\u00a0", " "))
+
     def test_another_lens_and_an_inverted_accelerometer_are_named(self):
         recording = self.simulate(12)
         (recording / "groundtruth.csv").unlink()  # with it the reader names the accelerometer at once

@@ -28,7 +28,7 @@ struct PriorAudit {
 
 /// What is doubtful in a recording that can be followed all the same.
 struct RecordingWarning {
-  std::string name;     ///< the report's sentence is warning.NAME in figures/words/
+  std::string name;     ///< the report's sentence is warning.NAME in figures/words/; behind a colon its axis
   double value, other;  ///< the numbers in it
   std::string words;    ///< the terminal's sentence
 };

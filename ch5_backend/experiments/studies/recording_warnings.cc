@@ -82,6 +82,25 @@ void CheckTurns(const Recording& recording, OdometrySettings* settings, Recordin
   }
 }
 
+// Readings at a rail: the extreme value of an axis, exactly the same again and again, and too large for a body at rest.
+void CheckRails(const std::vector<ImuMeasurement>& imu, RecordingWarnings* warnings) {
+  constexpr int kLeastReadings = 5;
+  const auto check = [&](const std::string& sensor, const char* unit, double least, Vec3 ImuMeasurement::*reading) {
+    for (int axis = 0; axis < 3; ++axis) {
+      double rail = 0.0;
+      for (const ImuMeasurement& m : imu) rail = std::max(rail, std::abs((m.*reading)[axis]));
+      const auto at_rail = [&](const ImuMeasurement& m) { return std::abs((m.*reading)[axis]) == rail; };
+      const auto count = std::count_if(imu.begin(), imu.end(), at_rail);
+      if (rail < least || count < kLeastReadings) continue;
+      warnings->push_back({sensor + "_rail:" + "xyz"[axis], rail, static_cast<double>(count),
+                           Join("the ", sensor, " is at its limit on axis ", "xyz"[axis], " in ", count, " readings, ±",
+                                rail, " ", unit, ": the motion was faster, and the estimates err there")});
+    }
+  };
+  check("gyroscope", "rad/s", 1.5, &ImuMeasurement::gyroscope);         // the smallest ranges are 125°/s …
+  check("accelerometer", "m/s²", 15.0, &ImuMeasurement::acceleration);  // … and 2 g
+}
+
 // By how much the truth is stamped later than the estimates [s], where that is most of their distance; else 0. Too short a
 // recording, or too small a distance, looks like many things.
 double DelayOfTruth(const OdometryRun& run, const std::vector<StampedState>& truth) {
@@ -188,6 +207,7 @@ RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings
                         Join("the images are ", median, " s apart (median); above ", kMost,
                              " s too few tracks last, and the estimates drift or start anew")});
   }
+  CheckRails(recording.imu, &warnings);
   CheckTurns(recording, settings, &warnings);
   return warnings;
 }

@@ -5,7 +5,7 @@
 
 namespace ch5 {
 
-/// Images too far apart, and what makes estimators drift, or start anew since images and IMU disagree. If the delay of the
+/// Images too far apart, an IMU at the limits of its range, and what makes estimators drift, or start anew since images and IMU disagree. If the delay of the
 /// camera's clock is to be estimated, what the turns tell of it becomes the first guess.
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings);
 
