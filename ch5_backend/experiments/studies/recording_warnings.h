@@ -5,8 +5,8 @@
 
 namespace ch5 {
 
-/// Images too far apart, an IMU at the limits of its range, and what makes estimators drift, or start anew since images and IMU disagree. If the delay of the
-/// camera's clock is to be estimated, what the turns tell of it becomes the first guess.
+/// Images too far apart, an IMU at the limits of its range, and what makes estimators drift, or start anew since images and
+/// IMU disagree. If the delay of the camera's clock is to be estimated, what the turns tell of it becomes the first guess.
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings);
 
 /// Where a policy has restarted or never started: an accelerometer that points elsewhere than it should.
