@@ -75,10 +75,10 @@ void Estimator::RestAt(const StandstillState& standstill, const Image& image) {
   standstill_frame_ = frame.id;
 }
 
-// The median motion since the oldest frame, if it is at rest and its tracks last.
+// The images' motion since the oldest frame, if it is at rest and its tracks last.
 std::optional<double> Estimator::PixelsSinceStandstill(const Image& image) const {
   if (window_.frames.front().id != standstill_frame_) return std::nullopt;
-  const auto motion = MedianMotion(standstill_image_, image);
+  const auto motion = TypicalMotion(standstill_image_, image);
   if (!motion) return std::nullopt;
   return *motion * options_.calibration.FocalLength();
 }

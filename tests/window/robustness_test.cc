@@ -194,6 +194,20 @@ TEST(Robustness, BearsOutliersFromTheStart) {
   }
 }
 
+// Half of the pairs of points in two images are false: they must not look like a motion.
+TEST(Robustness, BearsOutliersAtRest) {
+  RoomOptions room;
+  room.standstill_seconds = 3.0;
+  room.max_tracks = 100;
+  room.simulation.camera.outlier_fraction = 0.3;
+  for (const OdometryRun& run : RunAll(SimulateTwelveSeconds(room))) {
+    SCOPED_TRACE(run.policy);
+    ASSERT_FALSE(run.states.empty());
+    EXPECT_GT(run.states.front().t, 3.0);
+    EXPECT_EQ(run.restarts, 0);
+  }
+}
+
 TEST(Robustness, BearsPoorImages) {
   for (const double sigma : {2.0, 3.0}) {
     SCOPED_TRACE(std::to_string(sigma) + " px");
@@ -275,7 +289,7 @@ TEST(Robustness, WhoDrivesOffStraightAheadStarts) {
       const StampedState& first = run.states.front();
       EXPECT_LT(first.t, 5.2);
       EXPECT_NEAR(first.v_W.norm() / StateAt(recording.truth, first.t)->v_W.norm(), 1.0, 0.1);
-      EXPECT_NEAR(run.error->scale, 1.0, 0.1);
+      EXPECT_NEAR(run.error->scale, 1.0, 0.15);
     }
   }
 }

@@ -1,9 +1,9 @@
 #include "ch5_backend/window/start/standstill.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/math/so3.h"
 
@@ -28,7 +28,7 @@ std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame) 
   while (!imu_.empty() && imu_.front().t < images_.front().t) imu_.pop_front();
   if (images_.front().t > frame.t - options_.seconds || imu_.empty()) return std::nullopt;
 
-  const std::optional<double> motion = MedianMotion(images_.front(), frame);
+  const std::optional<double> motion = TypicalMotion(images_.front(), frame);
   // A slow start crosses the limit again and again.
   if (!motion || *motion * focal_length_ > 2.0 * options_.pixels) first_force_.reset();
   if (!motion || *motion * focal_length_ > options_.pixels || HasForceChanged()) return std::nullopt;
@@ -67,7 +67,8 @@ void StandstillDetector::Reset() {
   images_.clear();
 }
 
-std::optional<double> MedianMotion(const Image& a, const Image& b) {
+std::optional<double> TypicalMotion(const Image& a, const Image& b) {
+  constexpr double kShare = 0.4;
   std::map<int, Vec2> points;
   for (const TrackedPoint& point : a.tracks) points[point.id] = point.x;
   std::vector<double> distances;
@@ -76,7 +77,9 @@ std::optional<double> MedianMotion(const Image& a, const Image& b) {
     if (it != points.end()) distances.push_back((point.x - it->second).norm());
   }
   if (distances.size() < 5) return std::nullopt;
-  return Median(distances);
+  const auto typical = distances.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(distances.size()));
+  std::nth_element(distances.begin(), typical, distances.end());
+  return *typical;
 }
 
 }  // namespace ch5
