@@ -312,7 +312,11 @@ def unknown(command: str) -> dict:
 def dispatch(command: str, given: argparse.Namespace) -> int:
     """A command's module is imported only here, so that ./course is quick to say no."""
     module, do = COMMANDS[command]
-    return do(import_module(module, __package__), given)
+    with processes.undisturbed():  # Python's import prints what is raised in its midst
+        loaded = import_module(module, __package__)
+    if processes.stopped_by():
+        raise processes.Stopped
+    return do(loaded, given)
 
 
 def main(argv: list, only_read: bool = False) -> int:

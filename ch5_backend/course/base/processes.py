@@ -7,10 +7,10 @@ from contextlib import contextmanager
 
 GRACE = 5.0  # seconds for a program to end by itself once it is asked to
 
-_running = []        # the programs that have been started and not yet waited for
-_starting = False    # a program that is just being started must be known before it can be ended
-_stopped_by = None  # the first signal's number
-_ending = False      # the programs are being ended: no further signal may disturb that
+_running = []         # the programs that have been started and not yet waited for
+_undisturbed = False  # signals wait
+_stopped_by = None    # the first signal's number
+_ending = False       # the programs are being ended: no further signal may disturb that
 
 
 class Stopped(KeyboardInterrupt):
@@ -28,17 +28,24 @@ def listen() -> None:
 
 def start(command, **options) -> subprocess.Popen:
     """Starts a program, with Popen's options, in a session of its own; to be followed by forget() or end()."""
-    global _starting
-    _starting = True
-    try:
+    with undisturbed():  # it must be known before it can be ended
         process = subprocess.Popen(command, start_new_session=True, **options)
         _running.append(process)
-    finally:
-        _starting = False
     if _stopped_by is not None:
         end(process)
         raise Stopped
     return process
+
+
+@contextmanager
+def undisturbed():
+    """No signal raises Stopped inside of this block; stopped_by() tells behind it."""
+    global _undisturbed
+    _undisturbed = True
+    try:
+        yield
+    finally:
+        _undisturbed = False
 
 
 def forget(process: subprocess.Popen) -> None:
@@ -101,7 +108,7 @@ def _on_stop(number, _frame) -> None:
     """The first signal counts. The next ones only help where an exception is lost, as in Python's own callbacks."""
     global _stopped_by
     _stopped_by = _stopped_by or number
-    if not _starting and not _ending:
+    if not _undisturbed and not _ending:
         raise Stopped
 
 
