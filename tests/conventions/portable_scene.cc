@@ -1,12 +1,13 @@
 // Prints one hash per part of the course's scene, over the bits of its doubles. Every compiler must print the same.
 //
-// The two sources are included, not linked: one translation unit compiles twice as fast, and this test compiles it
+// The sources are included, not linked: one translation unit compiles twice as fast, and this test compiles it
 // for six settings.
 #include <cstdio>
 #include <cstring>
 
-#include "ch5_backend/math/so3.cc"          // NOLINT(bugprone-suspicious-include)
-#include "ch5_backend/simulate/mono_ba.cc"  // NOLINT(bugprone-suspicious-include)
+#include "ch5_backend/math/option_checks.cc"  // NOLINT(bugprone-suspicious-include)
+#include "ch5_backend/math/so3.cc"            // NOLINT(bugprone-suspicious-include)
+#include "ch5_backend/simulate/mono_ba.cc"    // NOLINT(bugprone-suspicious-include)
 
 namespace {
 
