@@ -42,9 +42,10 @@ def test(names: list, quick: bool, nightly: bool, extra: list) -> int:
 def require_known(name: str) -> None:
     """Raises CourseError if no test can have this name, before everything is built, after which CTest knows all names: they
     consist of words that stand in the tests' sources or file names."""
+    if not re.fullmatch(r"[\w.]+", name):
+        return  # other patterns are CTest's to read
     sources = [path for folder in ("tests", "ch5_homework/judge") for path in (ROOT / folder).rglob("*")
                if path.suffix in (".cc", ".h", ".py", ".txt", ".cmake")]
     text = "\n".join(f"{path.stem}\n{path.read_text(encoding='utf-8', errors='replace')}" for path in sources)
-    plain = re.fullmatch(r"[\w.]+", name)  # other patterns are CTest's to read
-    if unknown := [word for word in re.findall(r"[^\W_]+", name) if plain and word not in text]:
+    if unknown := [word for word in re.findall(r"[^\W_]+", name) if word not in text]:
         raise CourseError(f"no test is called {name}: '{unknown[0]}' occurs in none")
