@@ -2,15 +2,21 @@
 /// The middle of a set of numbers, which a few wild ones do not move.
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace ch5 {
 
-/// @param values  at least one; of an even number the upper of the two in the middle counts
-inline double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+/// The value that a fraction `share` of the values stay below.
+/// @param values  at least one
+/// @param share   in [0, 1)
+inline double Quantile(std::vector<double> values, double share) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
+
+/// @param values  at least one; of an even number the upper of the two in the middle counts
+inline double Median(std::vector<double> values) { return Quantile(std::move(values), 0.5); }
 
 }  // namespace ch5

@@ -1,9 +1,10 @@
 #include "ch5_backend/window/start/standstill.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
+#include "ch5_backend/math/median.h"
 #include "ch5_backend/math/option_checks.h"
 #include "ch5_backend/math/so3.h"
 
@@ -77,9 +78,7 @@ std::optional<double> TypicalMotion(const Image& a, const Image& b) {
     if (it != points.end()) distances.push_back((point.x - it->second).norm());
   }
   if (distances.size() < 5) return std::nullopt;
-  const auto typical = distances.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(distances.size()));
-  std::nth_element(distances.begin(), typical, distances.end());
-  return *typical;
+  return Quantile(std::move(distances), kShare);
 }
 
 }  // namespace ch5

@@ -38,7 +38,7 @@ std::vector<double> RelativeErrors(const std::vector<Pair>& pairs, double distan
   return errors;
 }
 
-double Quantile(const std::vector<double>& sorted, double q) {
+double QuantileOfSorted(const std::vector<double>& sorted, double q) {
   return sorted[static_cast<size_t>(q * static_cast<double>(sorted.size() - 1))];
 }
 
@@ -55,8 +55,9 @@ CsvTable DistanceTable(int /*trial*/, const std::filesystem::path& data) {
       for (const double share : {0.01, 0.02, 0.05, 0.1, 0.2}) {
         std::vector<double> errors = RelativeErrors(pairs, share * path);
         std::sort(errors.begin(), errors.end());
-        table.Row(name, run.policy, path, share, share * path, errors.size(), Quantile(errors, 0.05),
-                  Quantile(errors, 0.25), Quantile(errors, 0.5), Quantile(errors, 0.75), Quantile(errors, 0.95));
+        table.Row(name, run.policy, path, share, share * path, errors.size(), QuantileOfSorted(errors, 0.05),
+                  QuantileOfSorted(errors, 0.25), QuantileOfSorted(errors, 0.5), QuantileOfSorted(errors, 0.75),
+                  QuantileOfSorted(errors, 0.95));
       }
     }
   }
