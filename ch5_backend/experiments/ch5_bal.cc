@@ -17,7 +17,7 @@ constexpr char kUsage[] =
     "  --threads N      (as many as the machine has); the result does not depend on it\n"
     "  --huber PIXELS   Huber's loss with this threshold, for data with outliers (none)\n"
     "  --solver NAME    of the cameras' system: dense, sparse or pcg form it, implicit-pcg and power-series do not;\n"
-    "                   automatic (the default) is power-series for more than 400 cameras\n"
+    "                   automatic (the default) begins with power-series for more than 400 cameras\n"
     "  --points NAME    how a step moves a point: ray (the default), along the ray from a camera, or xyz, by x + dx\n";
 
 // What is solved all the same, but hardly meant.

@@ -9,9 +9,10 @@
 
 namespace ch5 {
 
-/// kAutomatic, in three steps: a power series for more than 400 poses that only landmarks connect; otherwise dense for
-/// up to 100 unknowns, or where S has more than 70 % of its blocks; otherwise sparse, unless that takes more than half
-/// of the dense one's multiplications. (A window's speeds and biases are a chain: with them half of S is empty.)
+/// kAutomatic, in three steps: a power series for more than 400 poses that only landmarks connect, which near the minimum
+/// gives way to what follows if that is not too long (NormalEquations::SolveExactly); otherwise dense for up to 100
+/// unknowns, or where S has more than 70 % of its blocks; otherwise sparse, unless that takes more than half of the dense
+/// one's multiplications. (A window's speeds and biases are a chain: with them half of S is empty.)
 /// The last two types never form S, see sparse/steps/implicit_solver.h.
 enum class ReducedSolverType { kAutomatic, kDenseCholesky, kSparseCholesky, kPcg, kImplicitPcg, kPowerSeries };
 
@@ -30,7 +31,7 @@ enum class Preconditioner { kBlockJacobi, kSchurJacobi };
 /// How accurately kImplicitPcg and kPowerSeries solve. The defaults are those of an inexact Newton method, loose on
 /// purpose: the rest of the model's decrease lies in directions that the scene hardly determines, where the model is
 /// not valid far. (The 969 cameras of tests/bench: 20 iterations at 0.7 end within 1 % of those at 0.1, in about their
-/// time, and with Huber's loss in a tenth of it.)
+/// time, and with Huber's loss in a tenth of it.) Near the minimum, steps so loose creep along chains of poses.
 /// IterativeOptions::Exact() is for callers that need S⁻¹ itself.
 struct IterativeOptions {
   double tolerance = 0.0;  ///< stops if √(rᵀM⁻¹r) ≤ tolerance·√(bᵀM⁻¹b)

@@ -126,6 +126,7 @@ class Run {
       }
       if (!strategy_->Rejected()) break;
     }
+    if (BecomesExact()) return;
     if (solved) return Stop(Termination::kNoDecrease, "no step lowered the cost below ", cost_);
     Stop(Termination::kLinearSolverFailed, "H + lambda D is not positive definite at lambda = ", info_.lambda,
          "; is a gauge free, or a landmark seen too little?");
@@ -166,6 +167,18 @@ class Run {
       Stop(Termination::kStepConverged, "|dx| = ", info_.step_norm);
     }
     cost_ = new_cost;
+    constexpr double kLittle = 0.02;  // of the cost
+    if (!stopped_ && decrease < kLittle * cost_) BecomesExact();
+  }
+
+  // Far from the minimum inexact steps gain as much as exact ones, and sooner; near it they creep. The damping starts anew: how
+  // small it may be, inexact steps do not tell, since their directions are short where the scene hardly determines any.
+  bool BecomesExact() {
+    if (!may_be_inexact_) return false;
+    may_be_inexact_ = false;
+    if (!system_->SolveExactly()) return false;
+    strategy_ = MakeStrategy(options_);
+    return true;
   }
 
   void StopBelowRounding(double predicted) {
@@ -210,6 +223,7 @@ class Run {
   double cost_ = 0.0;
   double first_gradient_max_ = 0.0;
   bool has_hessian_ = false;  // of the states that were evaluated last
+  bool may_be_inexact_ = true;
   bool stopped_ = false;
   bool refines_;
 };

@@ -63,6 +63,10 @@ class NormalEquations {
     return RightHandSide().dot(delta_x) - 0.5 * delta_x.dot(MultiplyHessian(delta_x));
   }
 
+  /// Steps that were inexact on purpose are exact from now on; Minimize asks for it near the minimum.
+  /// @return false if they are already, or if that would take too long; nothing has changed then
+  virtual bool SolveExactly() { return false; }
+
   /// What to name where the cost or b is not finite, such as an edge; empty if there is nothing.
   virtual std::string WhatIsNotFinite() { return ""; }
 

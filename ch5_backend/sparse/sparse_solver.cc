@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ch5_backend/linear/elimination_plan.h"
+
 namespace ch5 {
 namespace {
 
@@ -65,6 +67,29 @@ void SparseSolver::PrepareReducedSolver(ReducedSolverType type) {
     reduced_solver_->Prepare(eliminated_.S, &pool_);
     groups_ = PrepareSchurGroups(structure_, eliminated_.S, pool_.Threads());
   }
+}
+
+bool SparseSolver::SolveExactly() {
+  if (!implicit_ || reduced_type_ != ReducedSolverType::kAutomatic || !CanFactorSchurComplement()) return false;
+  PrepareReducedSolver(ReducedSolverType::kAutomatic);
+  is_ordered_ = has_step_ = false;  // the next SetOrdering starts anew
+  return true;
+}
+
+// Whether factoring S takes no more multiplications than the longest inexact solution, whose products take two for each number
+// of H_pl. Where S itself has s numbers in n columns, any order takes s²/2n at least: a full S is not even stored.
+bool SparseSolver::CanFactorSchurComplement() const {
+  const double products = iterative_.max_terms + iterative_.max_iterations;
+  const double most = products * 2.0 * structure_.num_H_pl_values;
+  const std::vector<std::vector<int>> pattern = SchurPattern(structure_);
+  double numbers = 0.0;
+  for (int j = 0; j < structure_.NumPoses(); ++j) {
+    for (const int i : pattern[j]) numbers += structure_.pose_dim[i] * structure_.pose_dim[j];
+  }
+  if (numbers * numbers / (2.0 * structure_.ordering.dim_poses) > most) return false;
+  SymmetricBlockMatrix S;
+  S.SetPattern(structure_.pose_dim, pattern);
+  return PlanElimination(S).multiplications <= most;
 }
 
 void SparseSolver::SetReducedSolver(ReducedSolverType type, const IterativeOptions& options) {

@@ -48,6 +48,8 @@ class SparseSolver : public NormalEquations {
   /// Landmarks whose edges are not of a fast type (graph/fast_edge.h) stay where they are.
   double RefineLandmarks(int steps) override;
   double StateNorm() const override;
+  /// An automatic power series gives way to a Cholesky factorization of S, until the next SetOrdering; memory is taken for it.
+  bool SolveExactly() override;
   std::string WhatIsNotFinite() override { return ch5::WhatIsNotFinite(structure_.ordering.edges); }
 
   const VecX& RightHandSide() const override { return linearized_.b; }
@@ -75,6 +77,7 @@ class SparseSolver : public NormalEquations {
 
  private:
   void PrepareReducedSolver(ReducedSolverType type);
+  bool CanFactorSchurComplement() const;
   int EdgesInBatch() const { return batches_.Active() ? structure_.num_landmark_edges : 0; }
   bool SolvePoses(const DampingRule& rule, VecX* delta_poses);
 

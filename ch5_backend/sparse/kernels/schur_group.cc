@@ -25,7 +25,8 @@ int LeadingDimension(int rows) { return Padded(rows + 1) + kRoom; }
 // where the next pose will write.
 void FillColumns(const GroupSystem& y, const PoseRange& range, int l, int lda, double* A_l) {
   const int dim = y.landmark_dim, top = range.begin->row;
-  const double *H_pl = y.H_pl + l * dim * y.rows, *G_inverse = y.G_inverse + l * dim * dim, *b = y.b + y.b_offset[l];
+  const double* H_pl = y.slots.Block(y.slots.begin) + l * dim * y.rows;
+  const double *G_inverse = y.G_inverse + l * dim * dim, *b = y.b + y.b_offset[l];
   for (const GroupPose* pose = range.begin; pose != y.poses_end; ++pose) {
     const double* H_il = H_pl + pose->row * dim;
     double* A = A_l + pose->row - top;
@@ -225,7 +226,8 @@ struct SubtractGroup {
   // A_i = [H_il G_l⁻ᵀ …] for the poses i ≥ begin, and G⁻¹b, of landmarks [first, first + count).
   static CH5_INLINE void FillColumns(const GroupSystem& y, int first, int count, int begin, int n, double* A,
                                      double* rhs) {
-    const double *H_pl = y.H_pl + first * n * P * L, *G_inverse = y.G_inverse + first * L * L;
+    const double* G_inverse = y.G_inverse + first * L * L;
+    double expanded[BlockSize(P, L)];
     for (int k = 0; k < count; ++k, G_inverse += L * L) {
       const double* b = y.b + y.b_offset[first + k];
       for (int c = 0; c < L; ++c) {
@@ -233,7 +235,7 @@ struct SubtractGroup {
         for (int m = 1; m <= c; ++m) rhs[k * L + c] += G_inverse[m * L + c] * b[m];
       }
       for (int i = begin; i < n; ++i) {
-        const double* H_il = H_pl + (k * n + i) * P * L;
+        const double* H_il = Block<P, L>(y.slots, y.slots.begin + (first + k) * n + i, expanded);
         PrefetchPageAhead<P * L>(H_il);
         Scale<P, L>(H_il, G_inverse, A + i * kPoseSize + k * kBlock);
       }

@@ -9,6 +9,7 @@
 
 #include "ch5_backend/linear/block_matrix.h"
 #include "ch5_backend/math/dispatch.h"
+#include "ch5_backend/sparse/kernels/landmark.h"
 
 namespace ch5::kernels {
 
@@ -22,9 +23,10 @@ struct GroupPose {
 /// The group's landmarks, one behind the other, each with the blocks of its poses.
 struct GroupSystem {
   int num_landmarks, landmark_dim;
-  const double *H_pl, *G_inverse;  ///< of the first landmark, which those of the others follow without padding
-  const double* b;                 ///< all of b, and
-  const int* b_offset;             ///< where each landmark's rows are in it
+  LandmarkSlots slots;      ///< of the first landmark, which those of the others follow,
+  const double* G_inverse;  ///< as its G⁻¹ does
+  const double* b;          ///< all of b, and
+  const int* b_offset;      ///< where each landmark's rows are in it
 
   const GroupPose *poses, *poses_end;
   int rows;           ///< of all poses together

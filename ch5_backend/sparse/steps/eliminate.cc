@@ -153,7 +153,7 @@ kernels::GroupSystem SystemOf(const Structure& s, const Linearized& y, const Eli
   const int l = group.first;
   return {group.last - l,
           s.landmark_dim[l],
-          y.H_pl.data() + s.SlotBlock(s.landmark_slots[l]),
+          y.Slots(s, l),
           eliminated.G_inverse.data() + s.landmark_block[l],
           y.b.data(),
           s.landmark_offset.data() + l,
