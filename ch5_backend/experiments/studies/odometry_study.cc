@@ -6,6 +6,7 @@
 #include <regex>
 #include <set>
 
+#include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/matrices.h"
 #include "ch5_backend/files/tables/trajectory_file.h"
 #include "ch5_backend/marginalize/square_root.h"
@@ -15,16 +16,27 @@ namespace ch5 {
 namespace {
 
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
-constexpr int kSnapshots = 4;  // per policy
+constexpr size_t kPictures = 4;  // of the window and its prior, per policy
 
-WindowMatrices TakeSnapshot(const Window& window, double t) {
-  WindowMatrices snapshot;
-  snapshot.t = t;
-  snapshot.H = DenseHessian(window.graph);
-  snapshot.pose_rows = MakeOrdering(window.graph).dim_poses;
+// Rows frame by frame (pose, then speed and biases), landmarks last; of the prior in the order of its vertices.
+void AppendSnapshot(const std::string& policy, size_t picture, double t, const Window& window, OdometryStudy* study) {
+  const MatXX H = DenseHessian(window.graph);
   const MatXX& J = window.prior->GetPrior().J;
-  snapshot.H_prior = J.transpose() * J;
-  return snapshot;
+  const MatXX H_prior = J.transpose() * J;
+  AppendNonZeros(H, &study->matrices, policy, picture, t, "window", H.rows(), MakeOrdering(window.graph).dim_poses);
+  AppendNonZeros(H_prior, &study->matrices, policy, picture, t, "prior", H_prior.rows(), H_prior.rows());
+  const VecX p_inverse = ScalingOf(H_prior).cwiseInverse();
+  const VecX eigenvalues = Eigenvalues(H_prior);
+  const VecX scaled = Eigenvalues(p_inverse.asDiagonal() * H_prior * p_inverse.asDiagonal());
+  for (int i = 0; i < eigenvalues.size(); ++i) study->spectrum.Row(policy, t, i, eigenvalues[i], scaled[i]);
+}
+
+void AppendGauge(const std::string& policy, double t, const Window& window, CsvTable* table) {
+  GaugeOptions gauge;
+  gauge.local_poses = window.LocalPoses();
+  for (const GaugeLeak& leak : AuditPrior(window.prior->GetPrior(), gauge)) {
+    table->Row(policy, t, leak.direction, leak.information, leak.relative);
+  }
 }
 
 CsvTable PolicyTable(const OdometryStudy& study) {
@@ -90,18 +102,6 @@ CsvTable WindowTable(const OdometryStudy& study) {
   return table;
 }
 
-CsvTable GaugeTable(const OdometryStudy& study) {
-  CsvTable table("policy,t_s,direction,information,relative");
-  for (size_t r = 0; r < study.runs.size(); ++r) {
-    for (const PriorAudit& audit : study.audits[r]) {
-      for (const GaugeLeak& leak : audit.leaks) {
-        table.Row(study.runs[r].policy, audit.t, leak.direction, leak.information, leak.relative);
-      }
-    }
-  }
-  return table;
-}
-
 CsvTable WarningTable(const OdometryStudy& study) {
   CsvTable table("warning,value,other");
   for (const RecordingWarning& warning : study.warnings) table.Row(warning.name, warning.value, warning.other);
@@ -130,63 +130,35 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
   const auto& frames = study.recording.images;
   const EstimatorOptions options = settings.Estimator(study.recording.calibration);
   for (auto&& policy : settings.Policies()) {
-    std::vector<WindowMatrices> snapshots;
-    std::vector<PriorAudit> audits;
     const std::string name = policy->Name();
-    size_t image = 0;
+    size_t image = 0, pictures = 0;
     const auto watch = [&](const Estimator& estimator, const ImageResult& row) {
       ++image;
       if (progress) progress(name, static_cast<double>(image) / static_cast<double>(frames.size()));
       const Window& window = estimator.GetWindow();
-      if (row.report.state && window.prior) {
-        GaugeOptions gauge;
-        gauge.local_poses = window.LocalPoses();
-        audits.push_back({row.t, AuditPrior(window.prior->GetPrior(), gauge)});
-      }
-      // Snapshots are spread over the second half, the last one at the end.
-      const size_t due = frames.size() / 2 + (snapshots.size() + 1) * frames.size() / (2 * kSnapshots);
-      if (snapshots.size() < kSnapshots && row.report.state && window.prior && image + 1 >= due) {
-        snapshots.push_back(TakeSnapshot(window, row.t));
-      }
+      if (!row.report.state || !window.prior) return;
+      AppendGauge(name, row.t, window, &study.gauge);
+      // Pictures are spread over the second half, the last one at the end.
+      const size_t due = frames.size() / 2 + (pictures + 1) * frames.size() / (2 * kPictures);
+      if (pictures < kPictures && image + 1 >= due) AppendSnapshot(name, pictures++, row.t, window, &study);
     };
     study.runs.push_back(RunOdometry(study.recording, options, std::move(policy), watch));
-    study.snapshots.push_back(std::move(snapshots));
-    study.audits.push_back(std::move(audits));
   }
   if (!batch) return study;
   if (progress) progress("batch", 0.0);
-  if (auto run = RunBatch(study.recording, options, study.runs.front(), 1)) {
-    study.runs.push_back(std::move(*run));
-    study.snapshots.emplace_back();
-    study.audits.emplace_back();
-  }
+  if (auto run = RunBatch(study.recording, options, study.runs.front(), 1)) study.runs.push_back(std::move(*run));
   return study;
 }
 
 void WriteOdometryTables(const OdometryStudy& study, const std::filesystem::path& csv) {
-  CsvTable matrices("policy,picture,t_s,stage,size,pose_rows,row,column,value");
-  CsvTable spectrum("policy,t_s,index,eigenvalue,scaled");
-  for (size_t r = 0; r < study.runs.size(); ++r) {
-    const std::string& policy = study.runs[r].policy;
-    for (size_t k = 0; k < study.snapshots[r].size(); ++k) {
-      const WindowMatrices& snapshot = study.snapshots[r][k];
-      AppendNonZeros(snapshot.H, &matrices, policy, k, snapshot.t, "window", snapshot.H.rows(), snapshot.pose_rows);
-      AppendNonZeros(snapshot.H_prior, &matrices, policy, k, snapshot.t, "prior", snapshot.H_prior.rows(),
-                     snapshot.H_prior.rows());
-      const VecX p_inverse = ScalingOf(snapshot.H_prior).cwiseInverse();
-      const VecX eigenvalues = Eigenvalues(snapshot.H_prior);
-      const VecX scaled = Eigenvalues(p_inverse.asDiagonal() * snapshot.H_prior * p_inverse.asDiagonal());
-      for (int i = 0; i < eigenvalues.size(); ++i) spectrum.Row(policy, snapshot.t, i, eigenvalues[i], scaled[i]);
-    }
-  }
   FileBatch files;
   files.Add(csv / "odometry_policies.csv", PolicyTable(study).Text());
   files.Add(csv / "odometry_segments.csv", SegmentTable(study).Text());
   files.Add(csv / "odometry_path.csv", PathTable(study).Text());
   files.Add(csv / "odometry_windows.csv", WindowTable(study).Text());
-  files.Add(csv / "odometry_matrices.csv", matrices.Text());
-  files.Add(csv / "odometry_spectrum.csv", spectrum.Text());
-  files.Add(csv / "odometry_gauge.csv", GaugeTable(study).Text());
+  files.Add(csv / "odometry_matrices.csv", study.matrices.Text());
+  files.Add(csv / "odometry_spectrum.csv", study.spectrum.Text());
+  files.Add(csv / "odometry_gauge.csv", study.gauge.Text());
   files.Add(csv / "odometry_warnings.csv", WarningTable(study).Text());
   files.Commit();
 }

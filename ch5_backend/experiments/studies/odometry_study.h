@@ -6,25 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "ch5_backend/consistency/gauge_audit.h"
 #include "ch5_backend/experiments/studies/odometry.h"
 #include "ch5_backend/experiments/studies/odometry_settings.h"
+#include "ch5_backend/files/tables/csv.h"
 
 namespace ch5 {
-
-/// The window at one image: H of its graph, and H of the prior after its slide.
-struct WindowMatrices {
-  double t = 0.0;
-  MatXX H;            ///< frame by frame (pose, then speed and biases), landmarks last
-  int pose_rows = 0;  ///< rows above the landmarks
-  MatXX H_prior;      ///< JᵀJ in the order of the prior's vertices
-};
-
-/// The information on position and yaw in the window's prior, which is spurious: nothing measures them.
-struct PriorAudit {
-  double t = 0.0;
-  std::vector<GaugeLeak> leaks;
-};
 
 /// What is doubtful in a recording that can be followed all the same.
 struct RecordingWarning {
@@ -36,10 +22,13 @@ using RecordingWarnings = std::vector<RecordingWarning>;
 
 struct OdometryStudy {
   Recording recording;
-  RecordingWarnings warnings;                          ///< recording_warnings.h
-  std::vector<OdometryRun> runs;                       ///< one per policy
-  std::vector<std::vector<WindowMatrices>> snapshots;  ///< likewise
-  std::vector<std::vector<PriorAudit>> audits;  ///< likewise; after every image, not included in the measured time
+  RecordingWarnings warnings;     ///< recording_warnings.h
+  std::vector<OdometryRun> runs;  ///< one per policy
+  /// Filled while the policies run, outside of the measured time: H of the window and of the prior after its slide at a few
+  /// images, the prior's eigenvalues there, and after each image the information on position and yaw in it, which is spurious.
+  CsvTable matrices{"policy,picture,t_s,stage,size,pose_rows,row,column,value"};
+  CsvTable spectrum{"policy,t_s,index,eigenvalue,scaled"};
+  CsvTable gauge{"policy,t_s,direction,information,relative"};
 };
 
 /// A hand-held camera in a room, standing still before it moves, with noise and 2 % of outliers.
@@ -47,7 +36,7 @@ Recording SimulatedOdometryRecording(uint64_t seed = 1);
 
 /// @param progress  called with the present policy and the fraction done, 0 … 1
 /// @param settings  which policies, and how
-/// @param batch     also solves the recording at once, from the first run; it has neither snapshots nor audits
+/// @param batch     also solves the recording at once, from the first run; it is in none of the three tables
 OdometryStudy RunOdometryStudy(Recording recording,
                                const std::function<void(const std::string&, double)>& progress = nullptr,
                                const OdometrySettings& settings = {}, bool batch = false);
