@@ -6,29 +6,6 @@
 #include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
-namespace {
-
-EstimatorOptions Options(const Recording& recording) {
-  EstimatorOptions options{recording.calibration};
-  options.max_rejecting = 1e9;  // few landmarks are normal here
-  return options;
-}
-
-// At the true first state: roll, pitch, speed (in B) and biases are known, position and yaw are not.
-void StartFromTruth(const Recording& recording, Estimator* estimator) {
-  const StampedState& first = recording.truth.front();
-  const Mat33 R = first.T_W_B.q.toRotationMatrix();
-  MatXX J = MatXX::Zero(15, 15);
-  J.block<2, 3>(3, 3) = 100.0 * R.topRows<2>();
-  // A turn by δθ changes Rᵀv by [Rᵀv]× δθ.
-  J.block<3, 3>(6, 3) = 10.0 * Hat(R.transpose() * first.v_W);
-  J.block<3, 3>(6, 6) = 10.0 * R.transpose();
-  J.diagonal().segment<3>(9).setConstant(50.0);
-  J.diagonal().segment<3>(12).setConstant(500.0);
-  estimator->StartFrom(first, J);
-}
-
-}  // namespace
 
 Recording Flight(const FlightOptions& flight) {
   HandheldOptions path;
@@ -56,8 +33,19 @@ std::unique_ptr<WindowPolicy> MakeFlightPolicy(const std::string& name) {
 }
 
 std::unique_ptr<Estimator> StartFlight(const Recording& recording, std::unique_ptr<WindowPolicy> policy) {
-  auto estimator = std::make_unique<Estimator>(Options(recording), std::move(policy));
-  StartFromTruth(recording, estimator.get());
+  EstimatorOptions options{recording.calibration};
+  options.max_rejecting = 1e9;  // few landmarks are normal here
+  auto estimator = std::make_unique<Estimator>(options, std::move(policy));
+  const StampedState& first = recording.truth.front();
+  const Mat33 R = first.T_W_B.q.toRotationMatrix();
+  MatXX J = MatXX::Zero(15, 15);
+  J.block<2, 3>(3, 3) = 100.0 * R.topRows<2>();
+  // The speed is known in B: a turn by δθ changes Rᵀv by [Rᵀv]× δθ.
+  J.block<3, 3>(6, 3) = 10.0 * Hat(R.transpose() * first.v_W);
+  J.block<3, 3>(6, 6) = 10.0 * R.transpose();
+  J.diagonal().segment<3>(9).setConstant(50.0);
+  J.diagonal().segment<3>(12).setConstant(500.0);
+  estimator->StartFrom(first, J);
   return estimator;
 }
 
