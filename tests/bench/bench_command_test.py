@@ -6,7 +6,7 @@ import os
 import subprocess
 from pathlib import Path
 
-from tests.conventions.project import ROOT
+from tests.project import ROOT
 from tests.folder import FolderTest
 
 FIELDS = ["problem", "threads", "ours_ms", "peer", "peer_ms", "ratio", "ours_cost", "peer_cost", "ours_peak_mb",

@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-from tests.conventions.project import BUILD, CXX, ROOT
+from tests.project import BUILD, CXX, ROOT
 
 from ch5_backend.course.base import cmake_build, progress
 from ch5_backend.course.base.errors import CourseError

@@ -13,7 +13,7 @@ from unittest import mock
 from ch5_backend.course.__main__ import COMMANDS, dispatch, make_parser
 from ch5_backend.course.base.errors import CourseError
 from tests.folder import FolderTest
-from tests.conventions.project import BUILD, ROOT, TINY_BAL
+from tests.project import BUILD, ROOT, TINY_BAL
 
 
 def course(*words, **options):

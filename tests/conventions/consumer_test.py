@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import unittest
 
-from tests.conventions.project import BUILD, CXX, EIGEN, ROOT
+from tests.project import BUILD, CXX, EIGEN, ROOT
 
 HERE = BUILD / "tests" / "consumer"
 CACHE = {"CCACHE_BASEDIR": str(ROOT), "CCACHE_NOHASHDIR": "1"}  # it knows them again wherever the project lies

@@ -6,7 +6,7 @@ import shutil
 import unittest
 
 from tests.conventions.consumer_test import HERE, call, configure, install, runs
-from tests.conventions.project import CXX, ROOT
+from tests.project import CXX, ROOT
 
 COMPILERS = [name for name in ("g++-11", "g++-12", "clang++") if shutil.which(name)]
 TABLE = HERE / "matrix.txt"

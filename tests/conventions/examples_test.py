@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 
 from tests.conventions.consumer_test import HERE, LAUNCHER, call, install
-from tests.conventions.project import BUILD, CXX, ROOT
+from tests.project import BUILD, CXX, ROOT
 
 EXAMPLES = ROOT / "ch5_backend" / "examples"
 PYTHON = ROOT / "ch5_backend" / "python"

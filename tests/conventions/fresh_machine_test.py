@@ -5,7 +5,7 @@ import shutil
 import subprocess
 
 from tests.folder import FolderTest
-from tests.conventions.project import ROOT
+from tests.project import ROOT
 
 PLAIN_TOOLS = ("sh", "dirname", "sed", "cat", "mktemp", "grep", "sort", "head", "rm", "ls", "env", "touch", "chmod")
 MISSING = "g++ cmake ninja-build ccache"  # what `run` needs and this PATH lacks

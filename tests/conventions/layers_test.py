@@ -6,7 +6,7 @@ import re
 import unittest
 from pathlib import Path
 
-from tests.conventions.project import ROOT, tracked_files
+from tests.project import ROOT, tracked_files
 
 TYPES = " types types/visual types/inertial types/pose_graph types/bal"
 SPARSE = "math graph linear solve sparse/kernels sparse/steps sparse"

@@ -9,7 +9,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from tests.conventions.project import CXX, EIGEN, ROOT
+from tests.project import CXX, EIGEN, ROOT
 
 HERE = Path(__file__).parent
 

@@ -6,7 +6,7 @@ import subprocess
 import tempfile
 import unittest
 
-from tests.conventions.project import CXX, ROOT
+from tests.project import CXX, ROOT
 
 
 class Presets(unittest.TestCase):

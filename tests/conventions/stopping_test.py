@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 from tests.folder import FolderTest
-from tests.conventions.project import ROOT, TINY_BAL
+from tests.project import ROOT, TINY_BAL
 
 STUCK = 'echo $$ >> "$PIDS"; sleep 300 & echo $! >> "$PIDS"; wait'  # a tool that has started another one
 

@@ -4,7 +4,7 @@ import shutil
 import subprocess
 import unittest
 
-from tests.conventions.project import ROOT, tracked_files
+from tests.project import ROOT, tracked_files
 
 
 class Style(unittest.TestCase):

@@ -7,7 +7,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from tests.conventions.project import BUILD, ROOT
+from tests.project import BUILD, ROOT
 
 SOURCES = r".*(ch5_backend|ch5_homework/judge|solutions|tests)/.*\.(h|cc)"
 

@@ -5,7 +5,7 @@ import re
 import unittest
 from unittest import mock
 
-from tests.conventions.project import ROOT, tracked_files
+from tests.project import ROOT, tracked_files
 
 
 NEWER_CMAKE = r"\bblock\(|FILE_SET|LINK_GROUP|LINK_LIBRARY:|COMPILE_WARNING_AS_ERROR|BUILD_LOCAL_INTERFACE|--fresh|TEST_LAUNCHER"

@@ -5,15 +5,14 @@ import re
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
-from tests.docs.markdown import ROOT, read, slides
+from tests.docs.markdown import read, slides
 from tests.folder import FolderTest
+from tests.project import OUT
 
 from slides import browser, build
 
-TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv"
-BUILT = TABLES.parent / "slides"
+TABLES, BUILT = OUT / "csv", OUT / "slides"
 
 
 def run(*words, seed="1"):

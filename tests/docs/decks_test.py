@@ -3,17 +3,16 @@
 import base64
 import io
 import json
-import os
 import re
 import unittest
 from argparse import Namespace
-from pathlib import Path
 from unittest import mock
 
 from matplotlib.pyplot import imread
 
-from tests.docs.markdown import DECKS, ROOT, fences, formulas, prose, read, slides
+from tests.docs.markdown import DECKS, fences, formulas, prose, read, slides
 from tests.experiments.figure_look_test import faults, has_english
+from tests.project import OUT, ROOT
 
 from slides import build
 from slides import deck_back_end
@@ -22,7 +21,7 @@ from ch5_backend.figures import slide
 from ch5_backend.figures.tables import Tables
 from ch5_backend.figures.words import Labels
 
-TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
+TABLES = Tables(OUT / "csv")
 STAGES = {stage["id"] for stage in json.loads(read(ROOT / "ch5_homework/stages.json"))["stages"]}
 PLACEHOLDER, FIGURE = r"\{\{([\w.]+)\}\}", r"!\[([^\]]*)\]\(figures/(\w+)\.svg\)"
 LAB = r"\(\.\./lab\.html\?lang=\w\w#([^)]*)\)"
@@ -92,7 +91,7 @@ class Decks(unittest.TestCase):
         """Drawn once for all: every placeholder has its number, every word of a figure is in the page's language, none is small at
         its width, and what has been built was drawn the same to the byte."""
         self.need_tables()
-        built = build.read_record(TABLES.folder.parent / "slides")  # none without Node.js
+        built = build.read_record(OUT / "slides")  # none without Node.js
         english, found, say, render = set(), {}, Labels.__call__, slide.Slide.render
 
         def noted(labels, label, **values):

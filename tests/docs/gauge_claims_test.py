@@ -1,21 +1,19 @@
 """What the fourth lecture says in words holds in its tables."""
 
-import os
 import re
 import unittest
 from math import degrees, radians
-from pathlib import Path
 
 import numpy as np
 
-from tests.docs.markdown import ROOT
+from tests.project import OUT, ROOT
 
 from slides import gauge_examples as toy
 from slides.deck_gauge import facts
 from ch5_backend.figures.tables import Tables
 
-TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
-FOLDER = TABLES.folder.parent / "gauge"
+TABLES = Tables(OUT / "csv")
+FOLDER = OUT / "gauge"
 
 
 class Examples(unittest.TestCase):

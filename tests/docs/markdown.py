@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.project import ROOT
 
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.S | re.M)
 READMES = (ROOT / "README.md", ROOT / "README.zh.md")

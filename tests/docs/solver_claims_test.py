@@ -1,14 +1,12 @@
 """What the second lecture says in words holds in the tables that it shows."""
 
-import os
 import unittest
-from pathlib import Path
 
-from tests.docs.markdown import ROOT
+from tests.project import OUT
 
 from ch5_backend.figures.tables import Tables
 
-TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
+TABLES = Tables(OUT / "csv")
 
 
 class SolverClaims(unittest.TestCase):

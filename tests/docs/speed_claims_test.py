@@ -3,7 +3,7 @@ rewrite."""
 
 import unittest
 
-from tests.docs.markdown import ROOT
+from tests.project import ROOT
 
 from slides.deck_fast_solver import FIGURES
 from slides.deck_fast_solver_facts import BEST, PROBLEMS, facts, iteration, ladder, time_of

@@ -1,14 +1,12 @@
 """What the third and the sixth lecture say in words holds in their tables, and their examples are computed right."""
 
-import os
 import re
 import unittest
 from fractions import Fraction as F
-from pathlib import Path
 
 import numpy as np
 
-from tests.docs.markdown import ROOT
+from tests.project import OUT, ROOT
 
 from slides import marginalization_examples as toy
 from slides.deck_consistency_facts import REMEDIES
@@ -16,7 +14,7 @@ from ch5_backend.figures.numbers import systems as numbers
 from ch5_backend.figures.numbers.windows import KEPT, cuts, kept_summary, spectra
 from ch5_backend.figures.tables import Tables
 
-TABLES = Tables(Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve() / "csv")
+TABLES = Tables(OUT / "csv")
 
 
 def nees_of_a_place(slopes, share):
@@ -165,10 +163,10 @@ class Certainty(unittest.TestCase):
         self.assertGreater(ate("tango_walk", "okvis", "noisy"), ate("tango_walk", "okvis", "exact"))
 
     def test_kept_tables_have_the_cases_and_columns_that_the_program_writes(self):
-        if not (TABLES.folder.parent / "nees").exists():
+        if not (OUT / "nees").exists():
             self.skipTest("no tables of ch5_nees")
         for name in ("consistency", "consistency_summary"):
-            fresh, kept = Tables(TABLES.folder.parent / "nees" / "csv")(name), KEPT(name)
+            fresh, kept = Tables(OUT / "nees" / "csv")(name), KEPT(name)
             self.assertEqual(list(fresh.columns), list(kept.columns))
             cases = lambda table: {tuple(row[key] for key in ("policy", "observations", "hosts", "mode"))  # noqa: E731
                                    for row in table.rows()}

@@ -4,7 +4,8 @@ import json
 import re
 from pathlib import Path
 
-from tests.experiments.programs_under_test import DATA, ROOT, AppTest, contents, needs, run, table
+from tests.experiments.programs_under_test import AppTest, contents, needs, run, table
+from tests.project import DATA, ROOT
 
 # Two cameras see three points; line 1 the counts, 2-7 observations, then cameras and points.
 GOOD = """2 3 6

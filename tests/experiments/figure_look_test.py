@@ -2,7 +2,6 @@
 told apart without color; on the Chinese page without an English word. What is measured is drawn, in pixels.
 tests/docs/decks_test.py asks the same of the decks' figures."""
 
-import os
 import re
 import tempfile
 import unittest
@@ -14,10 +13,9 @@ import numpy as np
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.text import Text
 
-from tests.conventions.project import ROOT
+from tests.project import OUT
 from ch5_backend.figures import bal, bench, endurance, gauge_report, pose_graph, report, style, translate, window
 
-TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
 SHOWN = 1280   # pixels, the width at which a figure is read
 LEAST = 14     # pixels, of its letters
 WORD = re.compile(r"[A-Za-z]{2,}")
@@ -152,8 +150,8 @@ class Look(unittest.TestCase):
         return found
 
     def test_the_pages_figures_suit_a_paper_and_are_chinese_on_the_chinese_page(self):
-        for least, draw in ((19, lambda: [script.draw(TABLES) for script in report.SCRIPTS]),
-                            (8, lambda: gauge_report.draw_figures(TABLES / "gauge"))):
+        for least, draw in ((19, lambda: [script.draw(OUT) for script in report.SCRIPTS]),
+                            (8, lambda: gauge_report.draw_figures(OUT / "gauge"))):
             found = self.drawn(draw)
             self.assertGreater(len(found), least)
             self.assertEqual({name: wrong for name, wrong in found.items() if wrong}, {})

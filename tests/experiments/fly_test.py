@@ -16,8 +16,9 @@ from ch5_backend.course.homework.regions import FILES, STAGES, solution_text
 from ch5_backend.figures.numbers.mine import EXPERIMENTS, Mine
 from tests.folder import FolderTest
 from tests.homework.hand_in import SKELETONS, hand_in
+from tests.project import BUILD
 
-BUILD, FOLDER = Path(os.environ["CH5_BUILD"]), Path(os.environ["CH5_CHECK_FOLDER"])
+FOLDER = Path(os.environ["CH5_CHECK_FOLDER"])
 OWN = os.environ["CH5_CHECK_PREFIX"] + "ch5_homework_mine"
 EXPERIMENT_OF = {stage["file"]: [name for name, ids in EXPERIMENTS.items() if any(row["id"] in ids for row in STAGES if row["file"] == stage["file"])]
                  for stage in STAGES}

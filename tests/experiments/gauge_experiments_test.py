@@ -5,6 +5,7 @@ import re
 import shutil
 
 from tests.experiments import programs_under_test
+from tests.project import BUILD, DATA
 
 from ch5_backend.figures import gauge_report, tables, translate
 from ch5_backend.figures.numbers import gauge as numbers, gauge_paper
@@ -16,7 +17,7 @@ class GaugeExperiments(programs_under_test.AppTest):
     def make(self, study: str, trials: int):
         """OUT/csv/STUDY.csv of the trials 0, 1, …, as a table."""
         table = self.out / "csv" / f"{study}.csv"
-        programs_under_test.make_trials(programs_under_test.BUILD / "bin" / self.app, study, trials, table)
+        programs_under_test.make_trials(BUILD / "bin" / self.app, study, trials, table)
         return tables.read_table(table)
 
     def test_all_methods_agree_and_free_needs_no_more_iterations(self):
@@ -102,7 +103,7 @@ class GaugeExperiments(programs_under_test.AppTest):
 
     def test_page_and_figures_are_the_same_to_the_byte_and_leave_out_what_is_missing(self):
         studies = {table for table, _ in gauge_report.FIGURES.values()} | {"covariance", "audit", "variants"}
-        if not (programs_under_test.DATA / "tango_walk").exists():
+        if not (DATA / "tango_walk").exists():
             studies.discard("recordings")
         for study in sorted(studies):
             self.make(study, 1)

@@ -11,7 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from tests.folder import FolderTest
-from tests.experiments.programs_under_test import BUILD, ROOT, contents, run
+from tests.experiments.programs_under_test import contents, run
+from tests.project import BUILD, OUT, ROOT
 
 HERE = Path(__file__).resolve().parent
 from ch5_backend.course.experiments import figure_sets
@@ -95,10 +96,9 @@ class TableOfFigures(PlotsTest):
                 self.assertEqual(one.tables, figure_sets.csv(" ".join(one.trials)))
 
     def test_the_chapter_drawn_twice_is_the_same_to_the_byte(self):
-        tables = Path(os.environ["CH5_TABLES"])
         (self.out / "csv").mkdir(parents=True)
         for name in figure_sets.SETS[0].tables:
-            shutil.copy(tables / name, self.out / name)
+            shutil.copy(OUT / name, self.out / name)
         drawn = []
         for _ in range(2):
             done = run(ROOT / "course", "plots", "chapter", "slides/1", "--out", self.out)

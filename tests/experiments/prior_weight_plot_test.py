@@ -2,17 +2,16 @@
 
 import contextlib
 import io
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 
 SCRIPT = "ch5_backend.figures.plot_prior_weight"
 from tests.folder import FolderTest
+from tests.project import OUT
 from ch5_backend.figures import plot_prior_weight
 
-SWEEP = Path(os.environ["CH5_TABLES"]) / "csv" / "prior_sweep.csv"
+SWEEP = OUT / "csv" / "prior_sweep.csv"
 HEAD = "weight,iterations,milliseconds,rmse_position\n"
 
 

@@ -2,11 +2,11 @@
 
 import os
 import subprocess
-from pathlib import Path
 
 from tests.folder import FolderTest
+from tests.project import BUILD
 
-BIN = Path(os.environ["CH5_BUILD"]) / "bin"
+BIN = BUILD / "bin"
 
 SOLVERS = ("ch5_bal", "ch5_pose_graph", "ch5_window")
 OF_FILES = (*SOLVERS, "ch5_recording")

@@ -1,4 +1,4 @@
-"""What the tests of the programs share: where they are, and how they and ./course are called."""
+"""What the tests of the programs share: how they and ./course are called, and what is looked at then."""
 
 import csv
 import json
@@ -9,10 +9,7 @@ import unittest
 from pathlib import Path
 
 from tests.folder import FolderTest
-
-ROOT = Path(__file__).resolve().parents[2]
-BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
-DATA = Path(os.environ.get("CH5_DATA_DIR", ROOT.parent / "shared" / "data"))
+from tests.project import BUILD, DATA, ROOT
 
 
 def run(program, *words, **options):

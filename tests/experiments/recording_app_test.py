@@ -3,7 +3,8 @@
 import re
 import shutil
 
-from tests.experiments.programs_under_test import BUILD, DATA, ROOT, AppTest, contents, needs, run, table
+from tests.experiments.programs_under_test import AppTest, contents, needs, run, table
+from tests.project import BUILD, DATA, ROOT
 
 SEGMENT = ["segment", "first_s", "last_s", "frames", "ate_m", "scale_error", "yaw_error_deg"]
 KEYS = ["policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_factor", "p99_window_ms", "frames", "restarts",

@@ -19,9 +19,8 @@ from tests.experiments import report_texts
 from ch5_backend.figures import page, words
 from ch5_backend.figures.drawing import Axes
 from ch5_backend.figures.words import PAGES, SENTENCES
-
-ROOT = report_texts.ROOT
 from tests.homework.chinese import english_in
+from tests.project import ROOT
 
 MINIMIZER = ROOT / "ch5_backend" / "solve" / "minimizer.cc"
 NUMBER = re.compile(r"[+−-]?\d+(?:\.\d+)?(?: × 10)?[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]*")

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from slides import browser, npm
 from ch5_backend.figures import style, tables
-from tests.experiments.report_texts import TABLES, write_reports
+from tests.experiments.report_texts import write_reports
+from tests.project import OUT
 from tests.homework.chinese import english_in
 from ch5_backend.figures.words import PAGES
 
@@ -88,7 +89,7 @@ class Report(unittest.TestCase):
     def test_sliders_step_through_the_tables(self):
         sliders = {slider["label"]: slider["seen"] for slider in self.day["en"][1000]["sliders"]}
         self.assertEqual(list(sliders), ["Iteration", "Prior weight", "Window"])
-        trace, sweep = tables.read(TABLES, "mono_ba_trace"), tables.read(TABLES, "prior_sweep")
+        trace, sweep = tables.read(OUT, "mono_ba_trace"), tables.read(OUT, "prior_sweep")
         self.assertEqual([at["words"] for at in sliders["Iteration"]],
                          [f"iteration {k}" for k in range(int(trace["iteration"].max()) + 1)])
         self.assertEqual(len(sliders["Prior weight"]), len(set(sweep["weight"])))
@@ -106,10 +107,10 @@ class Report(unittest.TestCase):
 
     def test_every_block_tells_what_made_it(self):
         found = self.day["en"][1000]
-        edges, table = {}, tables.read(TABLES, "hessian_edges").where(scene="course")
+        edges, table = {}, tables.read(OUT, "hessian_edges").where(scene="course")
         for edge, vertex in zip(table["edge"], table["vertex"]):
             edges.setdefault(edge, set()).add(vertex)
-        order = tables.read(TABLES, "hessian_vertices").where(scene="course")["vertex"]
+        order = tables.read(OUT, "hessian_vertices").where(scene="course")["vertex"]
         pairs = [(i, j) for i in order for j in order]
         self.assertEqual(len(found["H"]), len(pairs))
         for (i, j), (words, lines) in zip(pairs, found["H"]):

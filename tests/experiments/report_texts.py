@@ -1,17 +1,14 @@
 """The reports of the chapter and of a recording in both languages, out of the tables, with white pictures."""
 
-import os
-from pathlib import Path
 from unittest import mock
 
-ROOT = Path(__file__).resolve().parents[2]
 from ch5_backend.figures import captions, gauge_report, nees, odometry, page, recording, report, style, systems
 from ch5_backend.figures.numbers import gauge
 from ch5_backend.figures.numbers.chapter import Chapter
 from ch5_backend.figures.tables import Tables
 from ch5_backend.figures.words import Words
+from tests.project import OUT
 
-TABLES = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()
 
 
 def figures_of(out, of="chapter"):
@@ -25,8 +22,8 @@ def figures_of(out, of="chapter"):
 def write_reports(out, of="chapter"):
     """report.html and report.zh.html in this folder, each figure white in all kinds that they link to."""
     (out / "figures").mkdir(exist_ok=True)
-    if out != TABLES:
-        (out / "csv").symlink_to((TABLES / "gauge" if of == "gauge" else TABLES) / "csv")
+    if out != OUT:
+        (out / "csv").symlink_to((OUT / "gauge" if of == "gauge" else OUT) / "csv")
     style.plt.imsave(out / "white.png", [[[1.0] * 3] * 1600] * 800)
     for name in figures_of(out, of):
         for kind in ("png", "svg", "pdf"):
@@ -40,4 +37,4 @@ def write_reports(out, of="chapter"):
 
 
 if __name__ == "__main__":
-    write_reports(TABLES)
+    write_reports(OUT)

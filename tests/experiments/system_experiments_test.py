@@ -2,6 +2,7 @@
 (tests/docs/window_claims_test.py)."""
 
 from tests.experiments import programs_under_test
+from tests.project import BUILD
 
 from ch5_backend.figures import tables
 
@@ -10,7 +11,7 @@ class SystemExperiments(programs_under_test.AppTest):
     app = "ch5_systems"
 
     def make(self, study: str):
-        programs_under_test.make_trials(programs_under_test.BUILD / "bin" / self.app, study, 1, self.folder / "trial.csv")
+        programs_under_test.make_trials(BUILD / "bin" / self.app, study, 1, self.folder / "trial.csv")
         return tables.read_table(self.folder / "trial.csv")
 
     def test_what_is_fixed_is_worse_and_far_too_certain(self):

@@ -2,7 +2,8 @@
 
 import random
 
-from tests.experiments.programs_under_test import ROOT, AppTest, contents, run, table
+from tests.experiments.programs_under_test import AppTest, contents, run, table
+from tests.project import ROOT
 
 RESULTS = {"frames.csv", "trace.csv", "summary.csv", "corner-result.tum"}
 

@@ -12,14 +12,13 @@ import time
 import unittest
 from pathlib import Path
 
-from tests.conventions.project import ROOT
+from tests.project import BUILD, ROOT
 from tests.grading.hostile import FOLDER, HEAD, TAIL, read_attacks
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import in_short
 from ch5_backend.course.homework.regions import FILES, STAGES, fill, solution_text
 
-BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
 MARK = f"atk{os.getpid()}"  # the name of processes and files that should not be there, and of what must not be found out
 LIMITS = """
 import sys

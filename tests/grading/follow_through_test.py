@@ -1,12 +1,11 @@
 """Follow-through: one wrong blank costs its share of a stage and no more, and an empty one earns nothing."""
 
-import os
 import re
 import time
 import unittest
 from pathlib import Path
 
-from tests.conventions.project import ROOT
+from tests.project import BUILD, ROOT
 from tests.homework.samples import Sample, blank_samples, read_samples, source
 from ch5_backend.course.grading import job
 from ch5_backend.course.grading.follow_through import blanks_of, follow_through, mended
@@ -19,7 +18,7 @@ from ch5_backend.course.homework.diagnosis import Verdict
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, STAGES, regions, solution_text, stage_of
 
-BIN = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release")) / "bin"
+BIN = BUILD / "bin"
 SAMPLES = {one.name: one for path in sorted((ROOT / "tests" / "homework" / "samples").glob("stage_*.samples"))
            for one in read_samples(path)}
 BLANKS = {one.name: one for one in blank_samples()}

@@ -20,7 +20,7 @@ from unittest import mock
 from xml.etree import ElementTree
 
 from tests.folder import FolderTest
-from tests.conventions.project import ROOT
+from tests.project import BUILD, ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.grading import job
 from ch5_backend.course.grading.grade import named, share, tell
@@ -34,7 +34,7 @@ from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import Verdict, cause_of, in_short
 from ch5_backend.figures.atomic_write import atomic_write
 
-BIN = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release")) / "bin"
+BIN = BUILD / "bin"
 GRADER = BIN.parent / "grader" / "toolchain.json"
 
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from unittest import mock
 
 from tests.folder import FolderTest
-from tests.conventions.project import ROOT
+from tests.project import ROOT
 from ch5_backend.course.grading import grade as grading, outputs, pages, summary
 from ch5_backend.course.base.language import sentence, speaker
 from ch5_backend.course.homework.diagnosis import because

@@ -14,7 +14,7 @@ from ch5_backend.course.grading import pack
 from ch5_backend.course.grading.student import tracked_files
 from tests.folder import FolderTest
 from tests.grading.grade_test import GRADER, environment
-from tests.conventions.project import ROOT
+from tests.project import ROOT
 
 
 class Packs(FolderTest):

@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-from tests.conventions.project import ROOT
+from tests.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.grading import sandbox
 from ch5_backend.course.grading.sandbox import MIB, Limits, Sandbox

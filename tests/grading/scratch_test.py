@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from tests.folder import FolderTest
-from tests.conventions.project import ROOT
+from tests.project import ROOT
 
 HOLD = "import sys; from ch5_backend.course.base.scratch import scratch; (scratch() / 'file').touch(); print(scratch(), flush=True); sys.stdin.read()"
 

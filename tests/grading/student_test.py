@@ -12,7 +12,7 @@ from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
 
-from tests.conventions.project import ROOT
+from tests.project import ROOT
 
 os.environ.setdefault("CH5_BUILD_DIR", os.environ.get("CH5_BUILD", ""))  # before it is read
 from ch5_backend.course.base.cmake_build import BUILD

@@ -12,7 +12,7 @@ from pathlib import Path
 from unittest import mock
 
 from tests.folder import FolderTest
-from tests.conventions.project import ROOT
+from tests.project import ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.grading.submission import LARGEST, LARGEST_ARCHIVE, collect, handed_in

@@ -9,10 +9,11 @@ import time
 import unittest
 from pathlib import Path
 
+from ch5_backend.course.homework.regions import STAGES
 from tests.grading.hostile import bare_attacks
+from tests.project import BUILD
 
-BIN = Path(os.environ["CH5_BUILD"]) / "bin"
-STAGES = json.loads(Path(__file__).parents[2].joinpath("ch5_homework/stages.json").read_text(encoding="utf-8"))["stages"]
+BIN = BUILD / "bin"
 A_FEW = "Stage3.OnePrior*:Stage3.NoneAt*:Stage3.Drift*"  # in the last one weights are large
 
 

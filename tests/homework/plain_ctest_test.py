@@ -1,15 +1,13 @@
 """The preset homework: what a grader without ./course sees of the skeleton, the solutions, and a file that is broken."""
 
-import os
 import subprocess
 import unittest
 import xml.etree.ElementTree as xml
-from pathlib import Path
 
 from ch5_backend.course.homework.regions import STAGES
 from tests.homework.hand_in import SKELETONS, hand_in
+from tests.project import BUILD
 
-BUILD = Path(os.environ["CH5_BUILD"])
 FOLDER = BUILD / "tests" / "homework" / "trial"
 
 

@@ -10,11 +10,9 @@ from pathlib import Path
 
 from ch5_backend.lab import assemble_page
 from slides import browser, npm
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.project import BUILD, ROOT
 
 PAGE = Path(os.environ.get("CH5_LAB_PAGE", ROOT / "out" / "lab.html"))
-BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
 PROGRAM = BUILD / "bin" / "ch5_lab"
 PANELS = ("solve", "steps", "marginalize", "window")
 MOST_BYTES = 3_000_000

@@ -2,7 +2,8 @@
 
 import re
 
-from tests.lab.lab_test import LabCase, ROOT
+from tests.lab.lab_test import LabCase
+from tests.project import ROOT
 
 SOLVED = "document.getElementById('verdict').className === 'good'"
 IDS = re.findall(r'^    id: "(\w+)"', (ROOT / "ch5_backend/lab/page/challenges.js").read_text(encoding="utf-8"), re.MULTILINE)

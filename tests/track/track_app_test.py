@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.experiments.programs_under_test import BUILD, DATA, ROOT, AppTest, needs, run, table
+from tests.experiments.programs_under_test import AppTest, needs, run, table
+from tests.project import BUILD, DATA, ROOT
 
 MOTION = "imu0/data.csv"
 SENSOR = "cam0/sensor.yaml"

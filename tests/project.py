@@ -1,12 +1,14 @@
-"""Where things are, for the tests of the house."""
+"""Where things are: CTest says it in the environment, else it is where ./course puts it."""
 
 import os
 import shutil
 import subprocess
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 BUILD = Path(os.environ.get("CH5_BUILD", ROOT / "build" / "release"))
+DATA = Path(os.environ.get("CH5_DATA_DIR", ROOT.parent / "shared" / "data"))
+OUT = Path(os.environ.get("CH5_TABLES", ROOT / "out")).resolve()  # its csv/ has the chapter's tables
 TINY_BAL = "1 1 1\n0 0 0.5 0.5\n" + "0\n" * 6 + "1\n0\n0\n" + "0\n0\n-1\n"
 CXX = os.environ.get("CH5_CXX", "g++")
 EIGEN = next((path for path in ("/usr/include/eigen3", "/usr/local/include/eigen3", "/opt/homebrew/include/eigen3")
