@@ -5,12 +5,11 @@ import io
 import subprocess
 import sys
 
-
-SCRIPT = "ch5_backend.figures.plot_prior_weight"
 from tests.folder import FolderTest
 from tests.project import OUT
 from ch5_backend.figures import plot_prior_weight
 
+SCRIPT = "ch5_backend.figures.plot_prior_weight"
 SWEEP = OUT / "csv" / "prior_sweep.csv"
 HEAD = "weight,iterations,milliseconds,rmse_position\n"
 

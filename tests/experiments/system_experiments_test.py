@@ -24,10 +24,6 @@ class SystemExperiments(programs_under_test.AppTest):
                 self.assertGreater(of[way]["nees_motion"], 100 * of["marginalized"]["nees_motion"], (policy, way))
             self.assertLess(of["first estimates"]["nees_motion"], 15)
 
-    def test_a_preintegration_claims_what_is_measured(self):
-        table = self.make("preintegration")
-        self.assertLess(abs(table["claimed"] / table["measured"] - 1).max(), 0.1)  # of 1000 draws
-
     def test_an_unknown_study_and_a_trial_too_many_are_errors(self):
         for words, naming in ((("frobnicate",), "there is no study 'frobnicate'"),
                               (("pose_graphs", "--trial", 99), "pose_graphs has no trial 99")):
