@@ -44,14 +44,14 @@ void OdometrySettings::Set(const std::string& name, const std::string& word) {
   if (name == "policy") {
     policy = OneOf<std::string>(word, {{"vins", "vins"}, {"okvis", "okvis"}});
   } else if (name == "estimate_extrinsic") {
-    estimate_extrinsic = flag();
+    estimator.estimate_extrinsic = flag();
   } else if (name == "estimate_time_offset") {
-    estimate_time_offset = flag();
+    estimator.estimate_time_offset = flag();
   } else if (name == "mono") {
     mono = flag();
   } else if (name == "first_estimates") {
     using Constraints = ObservabilityConstraints;
-    first_estimates = OneOf<Constraints>(
+    estimator.observability_constraints = OneOf<Constraints>(
         word,
         {{"none", Constraints::kNone}, {"prior", Constraints::kMarginalizedEdges}, {"full", Constraints::kAllEdges}});
   } else if (name == "window") {
@@ -63,15 +63,6 @@ void OdometrySettings::Set(const std::string& name, const std::string& word) {
   } else {
     throw std::invalid_argument("nothing of this name is known here");
   }
-}
-
-EstimatorOptions OdometrySettings::Estimator(const Calibration& calibration) const {
-  EstimatorOptions options{calibration};
-  options.estimate_extrinsic = estimate_extrinsic;
-  options.estimate_time_offset = estimate_time_offset;
-  options.time_offset = time_offset;
-  options.observability_constraints = first_estimates;
-  return options;
 }
 
 std::vector<std::unique_ptr<WindowPolicy>> OdometrySettings::Policies() const {

@@ -13,20 +13,17 @@
 namespace ch5 {
 
 struct OdometrySettings {
-  std::string policy;  ///< vins or okvis; empty: both
-  bool estimate_extrinsic = false, estimate_time_offset = false;
-  double time_offset = 0.0;  ///< where its estimate begins [s]; from the recording, not from the user
-  bool mono = false;         ///< camera 1 is left out
-  ObservabilityConstraints first_estimates = ObservabilityConstraints::kNone;
-  int window = 0;        ///< VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
-  int max_features = 0;  ///< tracks used of an image; 0: all
+  std::string policy;          ///< vins or okvis; empty: both
+  EstimatorOptions estimator;  ///< without the calibration, which is the recording's
+  bool mono = false;           ///< camera 1 is left out
+  int window = 0;              ///< VINS: frames beside the newest; OKVIS: keyframes; 0: as the policy has it
+  int max_features = 0;        ///< tracks used of an image; 0: all
   double from = 0.0, to = std::numeric_limits<double>::infinity();  ///< since the first IMU measurement [s]
 
   /// Sets one by its name in calibration.yaml, such as max_features; on the command line it is --max-features.
   /// @throws std::invalid_argument with what it must be, or for an unknown name
   void Set(const std::string& name, const std::string& word);
 
-  EstimatorOptions Estimator(const Calibration& calibration) const;
   std::vector<std::unique_ptr<WindowPolicy>> Policies() const;
   /// Leaves out images and measurements outside [from, to], tracks beyond max_features (those followed longest stay), and
   /// with `mono` camera 1.

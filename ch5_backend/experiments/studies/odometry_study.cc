@@ -128,7 +128,8 @@ OdometryStudy RunOdometryStudy(Recording recording, const std::function<void(con
   OdometryStudy study;
   study.recording = std::move(recording);
   const auto& frames = study.recording.images;
-  const EstimatorOptions options = settings.Estimator(study.recording.calibration);
+  EstimatorOptions options = settings.estimator;
+  options.calibration = study.recording.calibration;
   for (auto&& policy : settings.Policies()) {
     const std::string name = policy->Name();
     size_t image = 0, pictures = 0;

@@ -71,8 +71,8 @@ void CheckTurns(const Recording& recording, OdometrySettings* settings, Recordin
                               "; with the inverse of camera.q_B_C ", turns->with_inverse,
                               "): it must rotate camera coordinates into the IMU's; ", turns->with_axes,
                               " with the gyroscope's columns read as ", NameAxes(turns->axes))});
-  } else if (is_delayed && settings->estimate_time_offset) {
-    settings->time_offset = turns->delay;
+  } else if (is_delayed && settings->estimator.estimate_time_offset) {
+    settings->estimator.time_offset = turns->delay;
   } else if (is_delayed) {
     const bool is_late = turns->delay < 0.0;
     const auto milliseconds = std::lround(1e3 * std::abs(turns->delay));
