@@ -61,7 +61,7 @@ void Run(const ch5::PoseGraphOptions& options, const ch5::G2oOptions& reading) {
 
   ch5::PoseGraphStudy study = ch5::StartPoseGraph(options, &graph);
   PrintStart(study);
-  ch5::SolvePoseGraph(options, &graph, &study);
+  study.summary = ch5::SolveGraph(&graph.graph, options);
   ch5::WritePoseGraphStudy(study, graph, options);
   for (const int64_t id : study.fixed_ids) {
     std::printf("pose %s was held: the file fixes none of its part\n", std::to_string(id).c_str());

@@ -65,10 +65,7 @@ void Run(const FileSolveOptions& options) {
   const OutputFolder made(out);
   std::printf("%s: %zu frames, %zu landmarks, a prior of %td rows\n\n", name.c_str(), dump.frames.size(),
               dump.landmarks.size(), dump.prior_r.size());
-  SolveOptions solve;
-  solve.cost_tolerance = 1e-9;
-  solve.algorithm = Algorithm::kDogleg;
-  const Summary summary = SolveGraph(&window.graph, options, solve);
+  const Summary summary = SolveGraph(&window.graph, options);
 
   const std::vector<StampedState> after = StatesOf(dump, window);
   FileBatch files(options.input);
@@ -84,5 +81,7 @@ void Run(const FileSolveOptions& options) {
 
 int main(int argc, char** argv) {
   FileSolveOptions options;
+  options.solve.cost_tolerance = 1e-9;
+  options.solve.algorithm = Algorithm::kDogleg;
   return RunFileCommand("ch5_window", kUsage, argc, argv, &options, [&] { Run(options); });
 }

@@ -189,7 +189,7 @@ TEST(Bal, TheWorldsOriginIsOfNoMatter) {
     for (Vec9& camera : problem.cameras) camera.segment<3>(3) -= ExpSO3(camera.head<3>()) * origin;
     for (Vec3& point : problem.points) point += origin + NormalVector(&random, 0.3);
     FileSolveOptions options;
-    options.iterations = 200;
+    options.solve.max_iterations = 200;
     const BalStudy study = SolveBal(problem, options);
     costs.push_back(study.summary.final_cost);
     BalGraph bal = BuildBal(study.after, nullptr);
@@ -215,7 +215,7 @@ TEST(Bal, DistantPointsTakeFewerStepsAlongTheirRays) {
     for (Vec3& point : problem.points) point *= std::exp2(random.Normal());
     const auto cost_after = [&](int iterations, BalPoints move) {
       FileSolveOptions options;
-      options.iterations = iterations;
+      options.solve.max_iterations = iterations;
       return SolveBal(problem, options, move).summary.final_cost;
     };
     const double least = cost_after(200, BalPoints::kOnRay);
@@ -264,7 +264,7 @@ TEST(Bal, ZeroIterationsChangeNothing) {
   BalProblem problem = SmallProblem();
   problem.points[0].x() += 0.1;
   FileSolveOptions options;
-  options.iterations = 0;
+  options.solve.max_iterations = 0;
   const BalStudy study = SolveBal(problem, options);
   EXPECT_EQ(study.summary.termination, Termination::kMaxIterations);
   ExpectEqual(study.after, problem);

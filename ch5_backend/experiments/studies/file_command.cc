@@ -38,18 +38,19 @@ std::string FileSolveOptions::Name() const { return std::filesystem::path(input)
 int RunFileCommand(const char* program, const char* usage, int argc, char** argv, FileSolveOptions* options,
                    const std::function<void()>& run, const std::function<void(CommandLine*)>& declare) {
   options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
-  options->listener = [previous = 0.0](const IterationInfo& info) mutable {
+  options->solve.callback = [previous = 0.0](const IterationInfo& info) mutable {
     PrintIteration(info, info.iteration == 0 ? 0.0 : info.cost - previous);
     previous = info.cost;
+    return true;
   };
   CommandLine line(program, usage);
   line.Argument("FILE", &options->input);
   line.Text("--out", &options->out);
   // A program accepts the options in its usage and no others.
   const auto is_named = [&](const char* option) { return std::strstr(usage, option) != nullptr; };
-  if (is_named("--iterations")) line.Number("--iterations", 0, 1000000, &options->iterations);
+  if (is_named("--iterations")) line.Number("--iterations", 0, 1000000, &options->solve.max_iterations);
   if (is_named("--threads")) line.Number("--threads", 1, 256, &options->threads);
-  if (is_named("--landmark-steps")) line.Number("--landmark-steps", 0, 1000, &options->landmark_steps);
+  if (is_named("--landmark-steps")) line.Number("--landmark-steps", 0, 1000, &options->solve.landmark_steps);
   if (is_named("--huber")) line.Number("--huber", 1e-6, 1e6, &options->huber);
   if (is_named("--solver"))
     line.Option("--solver", [&](const auto& word) { options->solver = OneOf(word, kReducedSolverNames); });
@@ -67,17 +68,11 @@ void PrintSummary(const Summary& summary, const std::string& more) {
       (summary.trace[last - 1].cost - summary.trace[last].cost) / summary.trace[last].cost);
 }
 
-Summary SolveGraph(Graph* graph, const FileSolveOptions& options, SolveOptions solve) {
+Summary SolveGraph(Graph* graph, const FileSolveOptions& options) {
   SparseOptimizer optimizer(graph, options.threads);
   optimizer.SetDamping(Damping::kDiagonal);
   optimizer.SetReducedSolver(options.solver);
-  solve.max_iterations = options.iterations;
-  solve.landmark_steps = options.landmark_steps;
-  solve.callback = [&](const IterationInfo& info) {
-    if (options.listener) options.listener(info);
-    return true;
-  };
-  Summary summary = optimizer.Solve(solve);
+  Summary summary = optimizer.Solve(options.solve);
   if (summary.termination == Termination::kNotFinite) throw std::invalid_argument(summary.message);
   return summary;
 }

@@ -14,13 +14,12 @@
 namespace ch5 {
 
 struct FileSolveOptions {
+  FileSolveOptions() { solve.max_iterations = 50; }
   std::string input, out;  ///< the file that is solved, which no result may overwrite; the folder of the results
-  int iterations = 50;     ///< at most
   int threads = 1;
-  int landmark_steps = 0;  ///< SolveOptions::landmark_steps
   double huber = 0.0;  ///< threshold of Huber's loss on √(rᵀWr), which is [px] in BAL; 0 for plain least squares
   ReducedSolverType solver = ReducedSolverType::kAutomatic;
-  std::function<void(const IterationInfo&)> listener;  ///< called after each iteration
+  SolveOptions solve;
 
   std::string Name() const;  ///< the input's, without folders and extension
 };
@@ -37,9 +36,8 @@ int RunFileCommand(const char* program, const char* usage, int argc, char** argv
 void PrintSummary(const Summary& summary, const std::string& more = "");
 
 /// Solves by the sparse solver with diagonal damping: in no format do all unknowns have the same unit.
-/// @param solve  the format's own settings; the iterations follow `options`
 /// @throws std::invalid_argument if a residual or a Jacobian is not finite; names its edge
-Summary SolveGraph(Graph* graph, const FileSolveOptions& options, SolveOptions solve = {});
+Summary SolveGraph(Graph* graph, const FileSolveOptions& options);
 
 /// One sentence on --huber, for a plain least-squares solution of which few residuals hold most of the cost; else empty.
 std::string HintAtHuber(const Graph& graph, const FileSolveOptions& options);

@@ -109,16 +109,9 @@ PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file) {
   return study;
 }
 
-void SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file, PoseGraphStudy* study) {
-  SolveOptions solve;
-  solve.cost_tolerance = 1e-9;  // a long path's valley is flat: an iteration gains little, and many gain much
-  solve.step_tolerance = 0.0;   // of ‖x‖: in a map's coordinates a step of 0.1 m is less
-  study->summary = SolveGraph(&file->graph, options, solve);
-}
-
 PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file) {
   PoseGraphStudy study = StartPoseGraph(options, file);
-  SolvePoseGraph(options, file, &study);
+  study.summary = SolveGraph(&file->graph, options);
   return study;
 }
 

@@ -11,7 +11,11 @@
 namespace ch5 {
 
 struct PoseGraphOptions : FileSolveOptions {
-  PoseGraphOptions() { iterations = 1000; }
+  PoseGraphOptions() {
+    solve.max_iterations = 1000;
+    solve.cost_tolerance = 1e-9;  // a long path's valley is flat: an iteration gains little, and many gain much
+    solve.step_tolerance = 0.0;   // of ‖x‖: in a map's coordinates a step of 0.1 m is less
+  }
   std::optional<PoseGraphStart> start;  ///< unless set, the one of least cost
 };
 
@@ -33,9 +37,7 @@ std::vector<int> FixFreeParts(const Graph& graph);
 /// @throws std::invalid_argument if that is the file's poses, and the file has none
 PoseGraphStudy StartPoseGraph(const PoseGraphOptions& options, G2oFile* file);
 
-/// Levenberg-Marquardt, as SolveGraph; `file` then holds the result.
-void SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file, PoseGraphStudy* study);
-/// Both.
+/// The same, and Levenberg-Marquardt, as SolveGraph; `file` then holds the result.
 PoseGraphStudy SolvePoseGraph(const PoseGraphOptions& options, G2oFile* file);
 
 /// "file", "chordal", …
