@@ -128,7 +128,7 @@ class CommandLine(FolderTest):
                                       ("bench", "course.experiments.bench", "build_or_fail"),
                                       ("plots", "course.experiments.plots", "build_or_fail"),
                                       ("fly", "course.experiments.fly", "compile_files"),
-                                      ("lab", "lab.assemble_page", "build_wasm")):
+                                      ("lab", "course.documents.lab", "build_wasm")):
             failing = mock.patch.object(import_module(f"ch5_backend.{module}"), step, side_effect=CourseError("no compiler"))
             begun = mock.patch("ch5_backend.course.experiments.fly.require_own")
             with begun, failing, self.assertRaisesRegex(CourseError, "no compiler"):

@@ -8,7 +8,7 @@ import subprocess
 import unittest
 from pathlib import Path
 
-from ch5_backend.lab import assemble_page
+from ch5_backend.course.documents import lab
 from slides import browser, npm
 from tests.project import BUILD, ROOT
 
@@ -48,7 +48,7 @@ def native(query, program=PROGRAM):
 def build_with_wasm_arithmetic():
     """ch5_lab, native, with the arithmetic of WebAssembly."""
     folder = BUILD / "lab_wasm_arithmetic"
-    os.environ.pop("PYTHONSAFEPATH", None)  # as in ch5_backend/lab/assemble_page.py
+    os.environ.pop("PYTHONSAFEPATH", None)  # as in ch5_backend/course/documents/lab.py
     for command in (["cmake", "-G", "Ninja", "-S", Path(__file__).with_name("wasm_arithmetic"), "-B", folder],
                     ["cmake", "--build", folder, "--target", "ch5_lab"]):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -235,7 +235,7 @@ class Lab(LabCase):
     def test_texts_are_complete_and_used(self):
         texts = json.loads((ROOT / "ch5_backend/lab/page/text.json").read_text(encoding="utf-8"))
         page = ROOT / "ch5_backend/lab/page"
-        source = "".join((page / name).read_text(encoding="utf-8") for name in ("lab.html", *assemble_page.SCRIPTS))
+        source = "".join((page / name).read_text(encoding="utf-8") for name in ("lab.html", *lab.SCRIPTS))
         controls = re.findall(r'(?:range|log|choice)\("(\w+)"', source)
         for key, words in texts.items():
             self.assertEqual(set(words), {"en", "zh"}, key)
