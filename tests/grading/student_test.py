@@ -6,12 +6,12 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
 from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
 
+from tests.folder import FolderTest
 from tests.project import ROOT
 
 os.environ.setdefault("CH5_BUILD_DIR", os.environ.get("CH5_BUILD", ""))  # before it is read
@@ -44,13 +44,6 @@ def secret_lines() -> dict:
     return {line: todo for line, todo in lines.items() if len(line) > 20 and bare(line) not in given and line not in ALLOWED}
 
 
-class InAFolder(unittest.TestCase):
-    def folder(self) -> Path:
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        return Path(folder.name)
-
-
 def put(files: dict, folder: Path) -> None:
     for name, content in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -58,7 +51,7 @@ def put(files: dict, folder: Path) -> None:
 
 
 @unittest.skipIf(WHY_NOT, WHY_NOT)
-class Archive(InAFolder):
+class Archive(FolderTest):
     @classmethod
     def setUpClass(cls):
         cls.compiled = student.compiled_solutions()
@@ -111,30 +104,28 @@ class Archive(InAFolder):
         self.assertNotIn("助教", self.files["README.zh.md"].decode())
 
     def test_what_it_cannot_do_it_says(self):
-        folder = self.folder()
-        put({"course": self.files["course"]}, folder)
+        put({"course": self.files["course"]}, self.folder)
         for command in ("grade", "pack", "slides", "docs", "site"):
-            done = subprocess.run(["sh", folder / "course", command], capture_output=True, text=True, check=False)
+            done = subprocess.run(["sh", self.folder / "course", command], capture_output=True, text=True, check=False)
             self.assertEqual((done.returncode, f"students' archive, without '{command}'" in done.stderr), (2, True), command)
 
     def test_the_skeletons_come_out_of_it(self):
-        folder = self.folder()
-        put(self.files, folder)
+        put(self.files, self.folder)
         for words in ((), ("--deep",)):
-            for root, out in ((folder, "theirs"), (ROOT, "ours")):
-                subprocess.run([sys.executable, "-m", "ch5_backend.course.homework.make_skeleton", *words, "--output", folder / out],
-                               check=True, env={**os.environ, "PYTHONPATH": str(root)})
+            for root, out in ((self.folder, "theirs"), (ROOT, "ours")):
+                subprocess.run([sys.executable, "-m", "ch5_backend.course.homework.make_skeleton", *words, "--output",
+                                self.folder / out], check=True, env={**os.environ, "PYTHONPATH": str(root)})
             for name in FILES:
-                self.assertEqual((folder / "theirs" / name).read_text(), (folder / "ours" / name).read_text(), (name, words))
+                theirs, ours = ((self.folder / out / name).read_text() for out in ("theirs", "ours"))
+                self.assertEqual(theirs, ours, (name, words))
 
 
-class BuiltPages(InAFolder):
+class BuiltPages(FolderTest):
     def lab(self) -> Path:
-        """A folder with a page, and the record of what it was made of."""
-        out = self.folder()
-        (out / "lab.html").write_text("<p>the lab</p>")
-        prebuilt.record_lab(out, prebuilt.lab_sources())
-        return out
+        """The folder, with a page and the record of what it was made of."""
+        (self.folder / "lab.html").write_text("<p>the lab</p>")
+        prebuilt.record_lab(self.folder, prebuilt.lab_sources())
+        return self.folder
 
     def said(self, out: Path) -> tuple:
         words = StringIO()
@@ -167,9 +158,9 @@ class BuiltPages(InAFolder):
 
 
 @unittest.skipIf(WHY_NOT, WHY_NOT)
-class Bytes(InAFolder):
+class Bytes(FolderTest):
     def test_another_clone_gives_the_same_ones(self):
-        one, other = self.folder(), self.folder()
+        one, other = self.folder, self.folder / "clone"
         student.pack_student(one / "a.tar.gz", one / "out")
         student.pack_student(one / "b.tar.gz", one / "out")
         self.assertEqual((one / "a.tar.gz").read_bytes(), (one / "b.tar.gz").read_bytes())
@@ -184,7 +175,7 @@ class Bytes(InAFolder):
 
 @unittest.skipIf(WHY_NOT, WHY_NOT)
 @unittest.skipUnless("CH5_LONG" in os.environ, "takes a quarter of an hour: set CH5_LONG")
-class Unpacked(InAFolder):
+class Unpacked(FolderTest):
     """What a student does, with nothing but the archive."""
 
     def course(self, *words) -> subprocess.CompletedProcess:
@@ -196,10 +187,9 @@ class Unpacked(InAFolder):
         return {stage["state"] for stage in json.loads(done.stdout)["stages"]}
 
     def test_its_commands_work(self):
-        folder = self.folder()
-        student.pack_student(folder / "a.tar.gz", folder / "out")
-        subprocess.run(["tar", "xzf", folder / "a.tar.gz", "-C", folder], check=True)
-        self.place = folder / student.TOP
+        student.pack_student(self.folder / "a.tar.gz", self.folder / "out")
+        subprocess.run(["tar", "xzf", self.folder / "a.tar.gz", "-C", self.folder], check=True)
+        self.place = self.folder / student.TOP
         self.assertEqual(self.states(), {"not-started"})
         for name in FILES:
             shutil.copy(ROOT / "solutions" / name, self.place / "ch5_homework")
