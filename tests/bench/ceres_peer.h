@@ -9,7 +9,7 @@
 
 namespace ch5::peer {
 
-enum class LinearSolver { kDenseSchur, kIterativeSchur, kSparseNormal };
+enum class LinearSolver { kDenseSchur, kSparseSchur, kIterativeSchur, kSparseNormal };
 
 struct PeerOptions {
   LinearSolver linear_solver = LinearSolver::kDenseSchur;

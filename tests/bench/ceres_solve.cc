@@ -10,6 +10,7 @@ namespace {
 
 ceres::LinearSolverType Type(LinearSolver solver) {
   switch (solver) {
+    case LinearSolver::kSparseSchur: return ceres::SPARSE_SCHUR;
     case LinearSolver::kIterativeSchur: return ceres::ITERATIVE_SCHUR;
     case LinearSolver::kSparseNormal: return ceres::SPARSE_NORMAL_CHOLESKY;
     case LinearSolver::kDenseSchur: break;

@@ -75,9 +75,11 @@ Problem ReadProblem(const std::string& name) {
     problem.options.iterations = 50;
   } else {
     problem.bal = is_city ? CityProblem(name.substr(5)) : ReadBal(name);
-    if (problem.bal.cameras.size() > 5000) problem.options.iterations = 5;  // of some seconds each
-    // Of Ceres' solvers each is the fastest on its side of this.
-    if (problem.bal.cameras.size() > 400) problem.options.linear_solver = peer::LinearSolver::kIterativeSchur;
+    if (problem.bal.cameras.size() > 5000) problem.options.iterations = 8;  // of some seconds each
+    // Of Ceres' solvers each is the fastest on its problem; in a city, S is cheap to factor.
+    if (problem.bal.cameras.size() > 400) {
+      problem.options.linear_solver = is_city ? peer::LinearSolver::kSparseSchur : peer::LinearSolver::kIterativeSchur;
+    }
   }
   return problem;
 }
