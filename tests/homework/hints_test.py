@@ -56,6 +56,24 @@ class Hints(unittest.TestCase):
                 hint.show(*words, "en")
 
 
+class OtherNames(FolderTest):
+    def said(self, state, **diagnosis):
+        with mock.patch.object(check, "folder", lambda: self.folder):
+            return in_short(check.with_namesake(Verdict(state, {"cause": "its cause", **diagnosis}), "problem.cc").diagnosis, ENGLISH)
+
+    def test_check_names_the_file_that_may_hold_the_students_code(self):
+        self.assertEqual(self.said("does-not-compile"), "its cause")
+        for name in ("problem.cc.txt", "Problem.cc", "problem_final.cc"):
+            (self.folder / name).write_text("")
+            self.assertIn(f"but {name} is", self.said("does-not-compile"))
+            (self.folder / name).rename(self.folder / "vins_window.cc")
+        (self.folder / "problem.cc.txt").write_text("")
+        (self.folder / "problem.cc").write_text("")
+        self.assertRegex(self.said("not-started"), "problem.cc.txt lies beside problem.cc.* its cause")
+        for verdict in (self.said("does-not-compile"), self.said("not-started", begun=True), self.said("wrong")):
+            self.assertEqual(verdict, "its cause")
+
+
 class Causes(FolderTest):
     def setUp(self):
         super().setUp()

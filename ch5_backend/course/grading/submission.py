@@ -1,7 +1,6 @@
 """What is taken from a submission: the homework's own files, by name, as bytes, and nothing else."""
 
 import bz2
-import difflib
 import gzip
 import hashlib
 import lzma
@@ -17,6 +16,7 @@ from pathlib import Path, PurePosixPath
 
 from ..base.errors import CourseError
 from ..base.language import sentence
+from ..homework.names import meant, resembled
 from ..homework.regions import FILES
 from .outputs import plain
 
@@ -65,21 +65,6 @@ class Submission:
         """Says a fault once, though an archive may have it ten thousand times."""
         if fault not in self.faults:
             self.faults.append(fault)
-
-
-def meant(name: str) -> str:
-    """The homework's file of this name, in whatever case and with the .txt that some editors append; "" if there is none."""
-    name = name.lower().removesuffix(".txt")
-    return name if name in FILES else ""
-
-
-def resembled(name: str) -> str:
-    """The homework's file that a name like "problem_final.cc" or "gaugeprior.cpp" may stand for; "" if there is none."""
-    stem, _, ending = name[:60].lower().removesuffix(".txt").partition(".")
-    if ending not in ("cc", "cpp", "cxx", "c"):
-        return ""
-    begun = [file for file in FILES if stem.startswith(Path(file).stem)]
-    return (begun + difflib.get_close_matches(f"{stem}.cc", FILES, 1, 0.8) + [""])[0]
 
 
 def collect(path: Path) -> Submission:

@@ -13,6 +13,7 @@ from .compiler import does_not_compile, shown
 from ..base.errors import CourseError
 from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
 from .judge import judge
+from .names import namesake
 from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, todos_of
 from ..base.language import Speaker, fold, pad, sentence, speaker
 
@@ -72,7 +73,17 @@ def select(asked: list) -> list:
 def judge_stages(stages: list, options=()) -> list:
     """The verdicts, in the order of the stages."""
     broken = compile_files(sorted({stage["file"] for stage in stages}))
-    return [broken.get(stage["file"]) or judge_stage(stage, options) for stage in stages]
+    return [with_namesake(broken.get(stage["file"]) or judge_stage(stage, options), stage["file"]) for stage in stages]
+
+
+def with_namesake(verdict: Verdict, file: str) -> Verdict:
+    """Tells where the student's code may be, if this file is not there or not begun."""
+    found = namesake(file, folder()) if verdict.state in ("not-started", "does-not-compile") else ""
+    if not found or verdict.diagnosis.get("begun") or (verdict.state == "does-not-compile" and (folder() / file).exists()):
+        return verdict
+    cause = sentence("submission.resembling", file=file, found=found) if verdict.state == "does-not-compile" else \
+        sentence("check.namesake", file=file, found=found, more=verdict.diagnosis["cause"])
+    return verdict._replace(diagnosis={**verdict.diagnosis, "cause": cause})
 
 
 def judge_stage(stage: dict, options) -> Verdict:
