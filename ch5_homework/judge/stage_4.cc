@@ -195,6 +195,7 @@ TEST(Stage4, TheCovarianceIsMultipliedFromBothSides) {
              {"4e", "4.Q_of_other_place", by(Q * M)},
              {"4e", "4.one_side_only", T * C},
              {"4e", "4.one_side_only", C * Tt},
+             {"4e", DiagonalAlone("Cov"), T * MatXX(C.diagonal().asDiagonal()) * Tt},
              {"4e", "4.transpose_missing", T * C * T},
              {"4e", "4.transpose_missing", T * C * M.transpose() * Q_C},
              {"4e", "4.order_of_transposed", T * C * Q_C.transpose() * M.transpose()},

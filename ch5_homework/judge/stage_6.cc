@@ -56,9 +56,10 @@ struct Layout {
 
   using SizeOf = Eigen::Index (*)(const Vertex&);
   static Eigen::Index LocalSize(const Vertex& v) { return v.LocalDimension(); }
-  static Eigen::Index OneEach(const Vertex&) { return 1; }
   static Eigen::Index GlobalSize(const Vertex& v) { return v.Parameters().size(); }
   static Eigen::Index One(const Vertex&) { return 1; }
+  static Eigen::Index OneMore(const Vertex& v) { return v.LocalDimension() + 1; }
+  static Eigen::Index OneLess(const Vertex& v) { return v.LocalDimension() - 1; }
   static Eigen::Index Six(const Vertex&) { return 6; }
 
   /// @param of_first, of_others  how many rows a block counts
@@ -82,11 +83,11 @@ struct Layout {
   std::vector<Mistake> CountingMistakes() const {
     const VecX right = Of(scene.Dropped());
     VecX alike = right, running = right, alone = right, all_again = right, from_zero = right, kept_in_m = right;
-    VecX late = right, late_dropped = right, late_kept = right, copies = VecX::Zero(right.size());
+    VecX late = right, late_dropped = right, late_kept = right, both_loops = right, copies = VecX::Zero(right.size());
     copies.tail<2>() = right.tail<2>();
     kept_in_m.tail<2>() << right.tail<2>().sum(), 0.0;
     const auto dropped = scene.Dropped();
-    double row = 0.0, row_dropped = 0.0, m = right[right.size() - 2];
+    double row = 0.0, row_dropped = 0.0, row_kept = 0.0, m = right[right.size() - 2], all = right.tail<2>().sum();
     for (size_t k = 0; k < scene.free.size(); ++k) {
       const bool drops = std::find(dropped.begin(), dropped.end(), scene.free[k]) != dropped.end();
       const int size = scene.free[k]->LocalDimension();
@@ -97,13 +98,16 @@ struct Layout {
       if (!drops) from_zero[k] -= m;
       late[k] += size;
       (drops ? late_dropped : late_kept)[k] += size;
+      both_loops[k] = drops ? row : all + row_kept;
       row += size;
-      if (drops) row_dropped += size;
+      (drops ? row_dropped : row_kept) += size;
     }
     all_again[right.size() - 1] = row;
+    both_loops[right.size() - 2] = all;
     return {{"6b", "6.one_loop_for_both", alike},
             {"6b", "6.one_loop_for_both", running},
-            {"6b", "6.second_loop_numbers_dropped", all_again},
+            {"6b", "6.numbered_in_both_loops", all_again},
+            {"6b", "6.numbered_in_both_loops", both_loops},
             {"6b", "6.every_kept_block_begins_m", alone},
             {"6b", {"6.block_counts", {{"n", Word(1)}}}, Of(dropped, &One, &One)},
             {"6b", {"6.block_counts", {{"n", Word(6)}}}, Of(dropped, &Six, &Six)},
@@ -117,6 +121,27 @@ struct Layout {
             {"6b", "6.idx_set_after_count_moved", late_dropped},
             {"6b", "6.idx_set_after_count_moved", late_kept},
             {"6b", "6.kept_begin_at_zero", from_zero}};
+  }
+  std::vector<Mistake> OffByOneMistakes() const {
+    const auto dropped = scene.Dropped();
+    const VecX right = Of(dropped), none = VecX::Zero(right.size());
+    VecX of_dropped = none, of_kept = none;
+    for (size_t k = 0; k < scene.free.size(); ++k) {
+      const bool drops = std::find(dropped.begin(), dropped.end(), scene.free[k]) != dropped.end();
+      (drops ? of_dropped : of_kept)[k] = 1.0;
+    }
+    const Text cause = "6.off_by_one";
+    std::vector<Mistake> mistakes;
+    for (const VecX& shift : {of_dropped, of_kept, VecX(of_dropped + of_kept)}) {
+      mistakes.push_back({"6b", cause, right + shift});
+      mistakes.push_back({"6b", cause, right - shift});
+    }
+    for (const SizeOf other : {&OneMore, &OneLess}) {
+      mistakes.push_back({"6b", cause, Of(dropped, other)});
+      mistakes.push_back({"6b", cause, Of(dropped, &LocalSize, other)});
+      mistakes.push_back({"6b", cause, Of(dropped, other, other)});
+    }
+    return mistakes;
   }
   std::vector<Mistake> Mistakes(const VecX& got) const {
     VecX swapped = Of(scene.Kept());
@@ -133,20 +158,19 @@ struct Layout {
     for (size_t k = 0; k < scene.free.size(); ++k) {
       if (got[k] < got[got.size() - 2]) first.push_back(scene.free[k]);
     }
-    std::vector<Mistake> mistakes = CountingMistakes();
+    std::vector<Mistake> mistakes = CountingMistakes(), off_by_one = OffByOneMistakes();
     const std::vector<Mistake> mistaken_blocks{
         {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &GlobalSize, &GlobalSize)},
         {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &GlobalSize, &LocalSize)},
         {"6b", "6.parameters_size_for_local_dimension", Of(scene.Dropped(), &LocalSize, &GlobalSize)},
-        {"6b", "6.blocks_for_rows", Of(scene.Dropped(), &OneEach)},
-        {"6b", "6.blocks_for_rows", Of(scene.Dropped(), &OneEach, &OneEach)},
+        {"6b", "6.blocks_for_rows", Of(scene.Dropped(), &One)},
         {"6b", "6.kept_first", swapped},
         {"6b", "6.kept_first_m_n_exchanged", Of(scene.Kept())},
         {"6a", "6.no_block_dropped", Of({})},
         {"6a", "6.position_for_id", Of(at_positions)},
         {"6a", "6.every_block_dropped", Of(scene.free)},
         {"6a", "6.other_blocks_dropped", Of(first)}};
-    mistakes.insert(mistakes.end(), mistaken_blocks.begin(), mistaken_blocks.end());
+    for (const auto& more : {mistaken_blocks, off_by_one}) mistakes.insert(mistakes.end(), more.begin(), more.end());
     return mistakes;
   }
   Names RowNames() const {

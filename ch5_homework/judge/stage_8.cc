@@ -12,6 +12,7 @@
 
 #include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
+#include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/submission.h"
 
@@ -93,6 +94,7 @@ TEST(Stage8, AnAcceptedStepFollowsTheGainRatio) {
                 {"8.nu_not_reset", by(right, 1.0)},
                 {"8.cap_missing", by([=](double gain) { return std::max(1.0 / 3.0, 1.0 - cube(gain)); })},
                 {"8.floor_missing", by([=](double gain) { return std::min(2.0 / 3.0, 1.0 - cube(gain)); })},
+                {"8.cap_missing", by([=](double gain) { return std::clamp(1.0 - cube(gain), 1.0 / 3.0, 1.0); })},
                 {"8.limits_missing", by([=](double gain) { return 1.0 - cube(gain); })},
                 {"8.half_the_promise", by([=](double gain) { return right(2.0 * gain); })},
                 {"8.half_the_promise", by([=](double gain) { return right(0.5 * gain); })},
@@ -188,6 +190,7 @@ std::vector<Mistake> MistakesOverPoint(const View& view) {
           {"8b", "8.depth_column_sign", with(of_camera(p_C.x() / z / z, -p_C.y() / z / z))},
           {"8b", "8.depth_column_sign", with(of_camera(-p_C.x() / z / z, p_C.y() / z / z))},
           {"8b", "8.not_divided_by_depth", with(z * E)},
+          {"8b", "8.not_divided_by_depth", with((Mat23() << 1, 0, -p_C.x(), 0, 1, -p_C.y()).finished())},
           {"8b", "8.camera_frame_alone", E},
           {"8b", "8.extrinsic_rotation_missing", E * R.transpose()},
           {"8b", "8.body_rotation_missing", to_body},
@@ -329,6 +332,7 @@ TEST(Stage8, AnImuStepMovesTheState) {
       for (const Part& of_v : {Part{{}, v},
                                {before, dv},
                                {no_dt, was.v + acceleration.x},
+                               {"8.imu_not_turned", was.v + dt * step.a},
                                {"8.imu_dt_squared", was.v + dt * dv},
                                {"8.imu_kept", was.v}}) {
         const int wrong = !acceleration.cause.empty() + !of_p.cause.empty() + !of_v.cause.empty();
@@ -428,6 +432,7 @@ void CheckCovariance(const Step& step, const Text& what) {
       {"8c", "8.B_inverse_jacobian", sum(A, changed(B, {{3, dt * RightJacobianInverseSO3(dt * step.w)}}))},
       {"8c", "8.covariance_counted_twice", P + sum(A, B)},
       {"8c", "8.A_on_one_side", A * P + noise(B, -1.0)},
+      {"8c", StandsFor("A P A", "A P Aᵀ"), A * P * A + noise(B, -1.0)},
       {"8c", "8.A_on_one_side", P * A.transpose() + noise(B, -1.0)}};
   const MatXX Q = (Vec6() << Vec3::Constant(var_a / dt), Vec3::Constant(var_g / dt)).finished().asDiagonal();
   const MatXX wrong = got - sum(A, B);
@@ -495,6 +500,7 @@ void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, dou
            {"8d", "8.range_turn_missing", row(u, none)},
            {"8d", "8.range_turn_on_the_left", row(u, -u * Hat(R * antenna))},
            {"8d", "8.range_not_turned", row(u, -u * Hat(antenna))},
+           {"8d", StandsFor("[a] R", "R [a]"), row(u, -u * Hat(antenna) * R)},
            {"8d", "8.range_turned_back", row(u, -u * R.transpose() * Hat(antenna))},
            {"8d", "8.range_position_in_body", row(u * R, -u * R * Hat(antenna))},
            {"8d", "8.range_not_a_unit", row(h * u, -h * u * R * Hat(antenna))},

@@ -30,12 +30,31 @@ struct Turn {
 
 inline int OrderedRow(const Edge& edge, size_t k) { return edge.Vertices()[k]->OrderingId(); }
 
+/// What a fixed vertex ends: its own turn (continue, as is right), the loop (break), or the function (return).
+enum class Ends { kTurn, kLoop, kFunction };
+
 struct Loop {
   const EdgeList& edges;
   int size;
   std::function<int(const Edge& edge, size_t k)> row_of = &OrderedRow;  ///< where the edge's vertex k begins
-  bool stops_at_fixed = false;                                          ///< no pair behind a fixed vertex
+  Ends at_fixed_i = Ends::kTurn, at_fixed_j = Ends::kTurn;
 };
+
+/// All with which a student may end the loops at a fixed vertex too soon.
+inline std::vector<Loop> EndedByFixed(Loop loop) {
+  std::vector<Loop> loops;
+  for (const auto& [at_i, at_j] : {std::pair{Ends::kTurn, Ends::kLoop},
+                                   {Ends::kTurn, Ends::kFunction},
+                                   {Ends::kLoop, Ends::kTurn},
+                                   {Ends::kFunction, Ends::kTurn},
+                                   {Ends::kLoop, Ends::kLoop},
+                                   {Ends::kFunction, Ends::kFunction}}) {
+    loop.at_fixed_i = at_i;
+    loop.at_fixed_j = at_j;
+    loops.push_back(loop);
+  }
+  return loops;
+}
 
 template <typename Do>
 void ForEachTurn(const Loop& loop, const Do& with) {
@@ -45,10 +64,17 @@ void ForEachTurn(const Loop& loop, const Do& with) {
     edge->RobustInfo(&drho, &W_rho);
     const auto& vertices = edge->Vertices();
     for (size_t i = 0; i < vertices.size(); ++i) {
-      if (vertices[i]->IsFixed()) continue;
+      if (vertices[i]->IsFixed()) {
+        if (loop.at_fixed_i == Ends::kFunction) return;
+        if (loop.at_fixed_i == Ends::kLoop) break;
+        continue;
+      }
       for (size_t j = i; j < vertices.size(); ++j) {
-        if (vertices[j]->IsFixed() && loop.stops_at_fixed) break;
-        if (vertices[j]->IsFixed()) continue;
+        if (vertices[j]->IsFixed()) {
+          if (loop.at_fixed_j == Ends::kFunction) return;
+          if (loop.at_fixed_j == Ends::kLoop) break;
+          continue;
+        }
         with(Turn{*edge, drho, W_rho, i, j, loop.row_of(*edge, i), loop.row_of(*edge, j)});
       }
     }
@@ -66,6 +92,7 @@ inline MatXX RhoRhoW(const Turn& t) { return t.drho * RhoW(t); }
 inline MatXX RhoWRho(const Turn& t) { return t.drho * t.W_rho; }
 inline MatXX RhoWW(const Turn& t) { return RhoW(t) * W(t); }
 inline MatXX Covariance(const Turn& t) { return t.W_rho.inverse(); }
+inline MatXX DiagonalOfWRho(const Turn& t) { return t.W_rho.diagonal().asDiagonal(); }
 inline MatXX WRhoWRho(const Turn& t) { return t.W_rho * t.W_rho; }
 inline MatXX RootL(const Turn& t) { return t.W_rho.llt().matrixL(); }  // W_ρ = L Lᵀ
 inline MatXX RootLt(const Turn& t) { return t.W_rho.llt().matrixU(); }
@@ -172,6 +199,23 @@ inline void WithJacobianOfJ(MatXX* H, const Turn& t) {
 inline void WithoutEdgesThatFit(MatXX* H, const Turn& t) {
   if (!t.edge.Residual().isZero(0.0)) Two(kFirst, kMirror)(H, t);
 }
+/// `hessian` is static: it keeps the first block of its size, or all blocks add up in it.
+inline Turning Static(bool adds_up) {
+  return [adds_up, hessian = MatXX()](MatXX* H, const Turn& t) mutable {
+    const MatXX block = t.Block();
+    const bool fits = hessian.rows() == block.rows() && hessian.cols() == block.cols();
+    if (!fits) hessian = block;
+    if (fits && adds_up) hessian += block;
+    Put(H, t.i, t.j, hessian);
+    if (!t.IsDiagonal()) Put(H, t.j, t.i, hessian.transpose());
+  };
+}
+/// Leaves out the pairs for which this holds.
+inline Turning Without(bool (*is_left_out)(const Turn& t)) {
+  return [is_left_out](MatXX* H, const Turn& t) {
+    if (!is_left_out(t)) Two(kFirst, kMirror)(H, t);
+  };
+}
 
 inline bool IsWritten(const MatXX& H, const Turn& t) {
   return !H.block(t.i, t.j, t.v_i().LocalDimension(), t.v_j().LocalDimension()).isZero(0.0);
@@ -187,6 +231,7 @@ struct TurningMistake {
 inline std::vector<TurningMistake> WrongTurnings(const char* first, const char* mirror, const char* block) {
   const Text one_triangle = "assembly.only_one_triangle", first_kept = "assembly.only_first_block_kept";
   const Text numbers = "assembly.numbers_in_edge_for_rows", assigned = "assembly.assigned";
+  const Text left_out = "assembly.vertex_left_out", kept = "assembly.hessian_kept";
   const Turning both = Two(kFirst, kMirror);
   return {{mirror, "assembly.mirror_missing", Two(kFirst, kNothing)},
           {mirror, "assembly.mirror_not_transposed", Two(kFirst, kMirror.Turned())},
@@ -267,6 +312,12 @@ inline std::vector<TurningMistake> WrongTurnings(const char* first, const char* 
           {block, "assembly.root_once", BothOf(&RootL)},
           {block, "assembly.root_once", BothOf(&RootLt)},
           {block, ActsTwice("W_ρ", "JᵀW_ρJ"), BothOf(&WRhoWRho)},
+          {block, DiagonalAlone("W_ρ"), BothOf(&DiagonalOfWRho)},
+          {block, kept, Static(false)},
+          {block, kept, Static(true)},
+          {first, left_out, Without([](const Turn& t) { return t.at_i == 0; })},
+          {first, left_out, Without([](const Turn& t) { return t.at_i + 1 == t.edge.Vertices().size(); })},
+          {first, left_out, Without([](const Turn& t) { return t.at_j + 1 == t.edge.Vertices().size(); })},
           {first, "formula.edge_that_fits_left_out", &WithoutEdgesThatFit},
           {first, "assembly.nothing_added", Two(kNothing, kNothing)},
           {first, "assembly.off_diagonal_added_twice", Three(kFirst, kFirst.Times(2.0), kMirror.Times(2.0))},
@@ -279,9 +330,9 @@ inline std::vector<Mistake> MistakesInH(const Loop& loop, const char* first, con
   for (const auto& [todo, cause, turning] : WrongTurnings(first, mirror, block)) {
     mistakes.push_back({todo, cause, AssembleH(loop, turning)});
   }
-  Loop stopping = loop;
-  stopping.stops_at_fixed = true;
-  mistakes.push_back({first, "assembly.break_at_fixed_vertex", AssembleH(stopping, Two(kFirst, kMirror))});
+  for (const Loop& ended : EndedByFixed(loop)) {
+    mistakes.push_back({first, "assembly.break_at_fixed_vertex", AssembleH(ended, Two(kFirst, kMirror))});
+  }
   return mistakes;
 }
 
@@ -348,6 +399,7 @@ inline std::vector<Mistake> MistakesInB(const std::string& todo, const Loop& loo
   const WeightOfB weights[] = {{{}, &RhoW},
                                {"assembly.loss_forgotten_in_b", &W},
                                {ActsTwice("ρ'", "ρ'Wr"), &RhoRhoW},
+                               {StandsFor("W⁻¹", "W"), [](const Turn& t) -> MatXX { return t.drho * W(t).inverse(); }},
                                {W_rho, &WRho},
                                {W_rho, &RhoWRho},
                                {W_twice, &RhoWW},
@@ -376,6 +428,9 @@ inline std::vector<Mistake> MistakesInB(const std::string& todo, const Loop& loo
   }
   for (const Shares& shares : {Shares{1, 0, 1}, {1, 1, 0}, {1, 1, 1}, {2, 1, 0}, {2, 0, 1}}) {
     mistakes.push_back({todo, "assembly.b_in_inner_loop", AssembleB(loop, sign, &RhoW, shares)});
+  }
+  for (const Loop& ended : EndedByFixed(loop)) {
+    mistakes.push_back({todo, "assembly.break_at_fixed_vertex", AssembleB(ended, sign, &RhoW)});
   }
   return mistakes;
 }

@@ -45,6 +45,7 @@ inline std::vector<Mistake> EliminationMistakes(const Elimination& of, const Mat
 struct LandmarkStep {
   const char *todo, *inverse, *matrix;  ///< "1.2c", "H_mm⁻¹", "H_mm"
   const char *b, *sum, *step;           ///< "b_m", "H_mp Δx_p", "Δx_p"
+  const char* multiplier;               ///< "tempHᵀ", which is H_mm⁻¹ H_mp
 };
 
 /// @param times  H_mp times something in place of Δx_p;  @param all  the whole step, out of the landmarks'
@@ -69,6 +70,7 @@ inline std::vector<Mistake> LandmarkStepMistakes(const LandmarkStep& of, const M
       {of.todo, InverseMeant(of.matrix), all(M * rest)},
       {of.todo, left("−"), all(-M_inverse * sum)},
       {of.todo, left(""), all(M_inverse * sum)},
+      {of.todo, ActsTwice(of.inverse, of.multiplier), all(M_inverse * (b - M_inverse * sum))},
       {of.todo, one_term, all(M_inverse * b - sum)},
       {of.todo, one_term, all(b - M_inverse * sum)},
       {of.todo, "formula.landmarks_not_move", all(VecX::Zero(b.size()))},

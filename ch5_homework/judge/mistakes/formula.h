@@ -10,6 +10,7 @@ inline Text SignAdded(const char* term) { return {"formula.sign_added", {{"term"
 inline Text InverseMeant(const char* matrix) { return {"formula.inverse_meant", {{"matrix", Word(matrix)}}}; }
 inline Text RootMeant(const char* matrix) { return {"formula.root_meant", {{"this", Word(matrix)}}}; }
 inline Text RootTwice(const char* matrix) { return {"formula.root_twice", {{"this", Word(matrix)}}}; }
+inline Text DiagonalAlone(const char* matrix) { return {"formula.diagonal_alone", {{"matrix", Word(matrix)}}}; }
 inline Text AsLargeAs(const char* matrix) { return {"formula.as_large_as", {{"matrix", Word(matrix)}}}; }
 inline Text NothingWritten(const char* matrix) { return {"formula.nothing_written", {{"matrix", Word(matrix)}}}; }
 inline Text StandsFor(const char* it, const char* meant) {
@@ -31,6 +32,11 @@ inline Text MissingIn(const char* it, const char* product) {
   return {"formula.missing_in", {{"this", Word(it)}, {"product", Word(product)}}};
 }
 inline Text StepMeant(const char* step) { return {"formula.b_p_for_step", {{"step", Word(step)}}}; }
+
+/// "b_" changed, in place of "b_schur_".
+inline Text ChangedInPlace(const char* it, const char* meant) {
+  return {"formula.changed_in_place", {{"this", Word(it)}, {"that", Word(meant)}}};
+}
 
 /// "Δx of the scene, λ = 0.5, D = diag(H)"
 inline Text With(const Text& quantity, const Text& scene, double lambda, Damping damping) {

@@ -182,13 +182,13 @@ struct Case {
     const auto step = [x_p](const VecX& x_m) { return Step(x_p, x_m); };
     std::vector<Mistake> mistakes{
         {"1.2c", "1.2.H_mminv_acts_once_more_b_m", step(r.H_mm_inverse * (r.H_mm_inverse * r.b_m - H_mp_x))},
-        {"1.2c", "1.2.H_mminv_acts_once_more_step", step(r.H_mm_inverse * (r.b_m - r.H_mm_inverse * H_mp_x))},
         {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (system.b.head(r.b_m.size()) - H_mp_x))},
         {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (StartingAtItsLength(r.b_m.size()) - H_mp_x))}};
     const auto times = [&](const VecX& x) { return VecX(r.H_pm.transpose() * x); };
-    Append(LandmarkStepMistakes({"1.2c", "H_mm⁻¹", "H_mm", "b_m", "H_mp Δx_p", "Δx_p"}, r.H_mm, r.H_mm_inverse, r.b_m,
-                                x_p, {r.b_p, r.Reduced()}, times, [&](const VecX& x_m) { return VecX(step(x_m)); }),
-           &mistakes);
+    Append(
+        LandmarkStepMistakes({"1.2c", "H_mm⁻¹", "H_mm", "b_m", "H_mp Δx_p", "Δx_p", "tempHᵀ"}, r.H_mm, r.H_mm_inverse,
+                             r.b_m, x_p, {r.b_p, r.Reduced()}, times, [&](const VecX& x_m) { return VecX(step(x_m)); }),
+        &mistakes);
     if (r.b_p.size() == r.b_m.size()) {  // here Eigen does not see it
       mistakes.push_back({"1.2c", "1.2.H_pm_for_H_mp", step(r.H_mm_inverse * (r.b_m - r.H_pm * x_p))});
       mistakes.push_back(

@@ -122,6 +122,12 @@ inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Tex
       return moved;
     };
   };
+  const auto first_three = [=](const MatXX& A) {
+    MatXX moved = A;
+    const auto three = std::min<Eigen::Index>(3, A.cols());
+    moved.leftCols(three) = MoveRows(A, order).leftCols(three);
+    return moved;
+  };
   std::vector<Mover> movers{
       {{}, [=](const MatXX& A) { return MoveRows(A, order); }},
       {{"2.not_moved", {{"rows", rows}}}, [](const MatXX& A) { return A; }},
@@ -140,7 +146,8 @@ inline std::vector<Mover> Movers(const Order& order, int idx, int dim, const Tex
       {{"2.one_by_one", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, one_by_one); }},
       {{"2.reverse_order", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, backwards); }},
       {{"2.inverse_permutation", {{"rows", rows}}}, [=](const MatXX& A) { return MoveRows(A, inverse); }},
-      {{"2.written_over_first", {{"rows", rows}}}, partly(true, 0)}};
+      {{"2.written_over_first", {{"rows", rows}}}, partly(true, 0)},
+      {{"2.first_three_entries", {{"rows", rows}}}, first_three}};
   if (dim > 1) {
     for (const int own_at : {n - dim, n - 1})
       movers.push_back({{"2.first_alone", {{"rows", rows}}}, first_alone(own_at)});
@@ -188,8 +195,10 @@ inline std::vector<Mistake> CornerMistakes(const Parts& r, int idx) {
   const auto at = std::min<Eigen::Index>(idx, n);
   std::vector<Mistake> mistakes;
   for (const Block& A_rr : {Block{{}, r.A_rr}, {rr, H.bottomRightCorner(n, n)}, {rr, H.topRightCorner(n, n)}}) {
-    for (const Block& A_rm : {Block{{}, r.A_rm}, {rm, H.topLeftCorner(n, m)}, {rm, H.block(0, at, n, m)}}) {
-      for (const Block& A_mr : {Block{{}, r.A_mr}, {mr, H.topLeftCorner(m, n)}, {mr, H.block(at, 0, m, n)}}) {
+    for (const Block& A_rm :
+         {Block{{}, r.A_rm}, {rm, H.topLeftCorner(n, m)}, {rm, H.block(0, at, n, m)}, {rm, H.bottomLeftCorner(n, m)}}) {
+      for (const Block& A_mr :
+           {Block{{}, r.A_mr}, {mr, H.topLeftCorner(m, n)}, {mr, H.block(at, 0, m, n)}, {mr, H.topRightCorner(m, n)}}) {
         const Text cause = !A_rr.cause.empty() ? A_rr.cause : (!A_rm.cause.empty() ? A_rm.cause : A_mr.cause);
         if (cause.empty()) continue;
         mistakes.push_back({"2c", cause, A_rr.A - A_rm.A * r.A_mm_inverse * A_mr.A});
@@ -237,6 +246,7 @@ inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& 
       {"2d", "2.covariance_for_information", PseudoInversePsd(r.H).topLeftCorner(r.A_rr.rows(), r.A_rr.cols())},
       {"2e 2d", "2.divided_by_a_number", r.Schur(one / r.A_mm(0, 0))},
       {"2e 2d", "2.divided_by_a_number", r.Schur(one / r.A_mm.determinant())},
+      {"2e 2d", StandsFor("(H⁻¹)_mm", "A_mm⁻¹"), r.Schur(PseudoInversePsd(r.H).bottomRightCorner(m, m))},
       {"2e 2d", "2.inverse_by_entries", r.Schur(r.A_mm.cwiseInverse())}};
   Append(others, &mistakes);
   Append(EliminationMistakes({"2d", "2e 2d", "A_rr", "A_rm A_mm⁻¹ A_mr", "A_mm⁻¹", "A_mm"}, r.A_rr, r.A_mm, inverse,

@@ -213,8 +213,8 @@ inline std::vector<Mistake> StepMistakes(const Case& c) {
                                 {"7e", in_loop, step(InvertedInTheLoop(c, x_p, false))},
                                 {"7e", in_loop, step(InvertedInTheLoop(c, x_p, true))}};
   const auto times = [&](const VecX& x) { return VecX(c.H_pl.transpose() * x); };
-  Append(LandmarkStepMistakes({"7e", "H_ll⁻¹", "H_ll", "b_l", "Σ_i H_ilᵀ Δx_i", "Δx_i"}, c.H_ll, inverse, c.b_l, x_p,
-                              {c.b_p, c.Reduced()}, times, step),
+  Append(LandmarkStepMistakes({"7e", "H_ll⁻¹", "H_ll", "b_l", "Σ_i H_ilᵀ Δx_i", "Δx_i", "K_ilᵀ"}, c.H_ll, inverse,
+                              c.b_l, x_p, {c.b_p, c.Reduced()}, times, step),
          &mistakes);
   for (const Which which : {Which::kFirst, Which::kLast}) {
     const VecX part = inverse * SumOverPoses(c, x_p, false, which);

@@ -22,7 +22,6 @@ template <int R, typename... V>
 class AgedRandomEdge : public RandomEdge<R, V...>, public AgedEdge {
  public:
   AgedRandomEdge(Random* random, std::shared_ptr<V>... vertices) : RandomEdge<R, V...>(random, std::move(vertices)...) {
-    right_r_ = this->r_;
     this->r_ = RandomMatrix(R, 1, random);
     for (size_t i = 0; i < sizeof...(V); ++i) {
       right_J_.push_back(this->Jacobian(i));
@@ -30,14 +29,13 @@ class AgedRandomEdge : public RandomEdge<R, V...>, public AgedEdge {
       SetJ(i, old_J_[i]);
     }
   }
-  void ComputeResidual() override { this->r_ = right_r_; }
   void ComputeJacobians() override {
     for (size_t i = 0; i < sizeof...(V); ++i) SetJ(i, right_J_[i]);
   }
   /// From now on the residual is zero; the Jacobians are not.
-  void Fit() { right_r_.setZero(); }
+  void Fit() { this->right_r_.setZero(); }
   int Fresh() const override {
-    int fresh = (this->r_ == right_r_ ? kResidual : 0) | kJacobians;
+    int fresh = (this->r_ == this->right_r_ ? kResidual : 0) | kJacobians;
     for (size_t i = 0; i < sizeof...(V); ++i) {
       if (this->Jacobian(i) != right_J_[i]) fresh &= ~kJacobians;
     }
@@ -48,7 +46,6 @@ class AgedRandomEdge : public RandomEdge<R, V...>, public AgedEdge {
   void SetJ(size_t i, const MatXX& J) {
     Eigen::Map<MatXX>(this->jacobians_[i], R, this->vertices_[i]->LocalDimension()) = J;
   }
-  Eigen::Matrix<double, R, 1> right_r_;
   std::vector<MatXX> right_J_, old_J_;
 };
 

@@ -127,7 +127,7 @@ void PosesAndLandmarks(GraphScene* s) {
 struct FittingEdge : RandomEdge<3, VertexPose, VertexPose> {
   FittingEdge(Random* random, std::shared_ptr<VertexPose> a, std::shared_ptr<VertexPose> b)
       : RandomEdge(random, std::move(a), std::move(b)) {
-    r_.setZero();
+    right_r_.setZero();
   }
 };
 
