@@ -3,15 +3,13 @@
 
 #include <gtest/gtest.h>
 
-#include "ch5_homework/judge/mistakes/stage_1_1.h"
+#include "ch5_homework/judge/mistakes/assembly.h"
 #include "ch5_homework/judge/oracle.h"
 #include "ch5_homework/judge/scenes/bundle.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
 namespace {
-
-using namespace stage_1_1;
 
 // Compares H and b of a problem whose MakeHessian has been called; `before`: what an earlier call has left.
 void CheckSystem(const Graph& graph, const Problem& problem, const Text& scene, const System& before = {}) {
@@ -21,7 +19,9 @@ void CheckSystem(const Graph& graph, const Problem& problem, const Text& scene, 
   const auto in_H = [&] {
     std::vector<Mistake> mistakes = MistakesInH(loop, "1.1a", "1.1b", "1.1c 1.1a");
     if (before.b.size() > 0) mistakes.push_back({"", {"1.1.not_zeroed", {{"it", Word("H")}}}, before.H + right.H});
-    if (problem.Hessian().rows() == problem.Size()) mistakes.push_back(FoundPlaces(loop, problem.Hessian()));
+    if (problem.Hessian().rows() == problem.Size()) {
+      mistakes.push_back(FoundPlaces(loop, problem.Hessian(), "hessian", "1.1a", "1.1b"));
+    }
     return mistakes;
   };
   Require("1.1", {"scene.H_of", {{"what", scene}}}, right.H, problem.Hessian(), names, in_H, 1e-10, "1.1a", "H");

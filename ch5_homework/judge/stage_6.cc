@@ -231,7 +231,12 @@ void CheckA(FactorScene::Kind kind, const Text& what) {
       "6", {"scene.b_of", {{"what", what}}}, right.b, term->b(), names,
       [&] { return MistakesInB("6c", loop, 1.0, "6.sign_of_b"); }, 1e-10, "6c", "b_");
   Require(
-      "6", {"6.A_of", {{"what", what}}}, right.H, term->A(), names, [&] { return MistakesInH(loop, "6c", "6c", "6c"); },
+      "6", {"6.A_of", {{"what", what}}}, right.H, term->A(), names,
+      [&] {
+        std::vector<Mistake> mistakes = MistakesInH(loop, "6c", "6c", "6c");
+        mistakes.push_back(FoundPlaces(loop, term->A(), "block", "6c", "6c"));
+        return mistakes;
+      },
       1e-10, "6c", "A_");
 }
 

@@ -67,7 +67,7 @@ TEST(Stage6, SchurComplementWithUnknownDepths) {
   const MatXX A = J.transpose() * J;
   CheckSchur(SchurCase(A, J.transpose() * RandomMatrix(20, 1, &random), m), "6.two_unknown_depths");
   // Far apart: those up to kEps count as zero, however large the largest is.
-  const VecX S = (VecX(7) << 2e3, 5e-5, 1e-5, 3e-8, 5e-9, 0.0, 2.0).finished();
+  const VecX S = (VecX(7) << 2e3, 5e-5, 1.5e-5, 3e-8, 5e-9, 0.0, 2.0).finished();
   CheckTheCut(S, S.cwiseSqrt(), "6.eigenvalues_far_apart");
   // S⁺ is 0 for them, kEps itself among them, also where A_mr and b_m speak of them.
   CheckTheCut((VecX(3) << 2.0, 1e-8, 0.0).finished(), VecX::Ones(3), "6.eigenvalues_eps_zero");
@@ -131,7 +131,7 @@ TEST(Stage6, FactorsASystemWithFreeDirections) {  // position and yaw: four eige
   const MatXX B = RandomMatrix(8, 12, &random);
   CheckFactor({B.transpose() * B, B.transpose() * RandomMatrix(8, 1, &random)}, "6.twelve_rows_rank_eight");
   VecX A(4);
-  A << 2e4, 1e-5, 3.0, 1e-7;  // first: below, a cut relative to the largest looks like none
+  A << 2e4, 1.5e-5, 3.0, 1e-7;  // first: below, a cut relative to the largest looks like none
   CheckFactor({A.asDiagonal(), A.cwiseSqrt()}, "6.eigenvalues_large_and_small");
   A << 5e-8, 0.0, 9e-9, 1e-7;
   CheckFactor({A.asDiagonal(), VecX::Ones(4)}, "6.eigenvalues_around_eps");

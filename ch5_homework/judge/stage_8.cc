@@ -483,6 +483,8 @@ void CheckRange(const Transform& T, const Vec3& antenna, const Vec3& beacon, dou
            {"8d", "8.antenna_not_turned", is((T.p + antenna - beacon).norm() - range)},
            {"8d", "8.beacon_added", is((T.p + T.q * antenna + beacon).norm() - range)},
            {"8d", "8.range_not_subtracted", is(h)},
+           {"8d", SignAdded("range"), is(h + range)},
+           {"8d", "8.squares_compared", is(h * h - range)},
            {"8d", "8.squares_compared", is(0.5 * (h * h - range * range))},
            {"8d", "8.relative_error", is(h / range - 1.0)},
            {"8d", "8.squares_compared", is(h * h - range * range)}},

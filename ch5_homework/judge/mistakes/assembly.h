@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/scenes/scene.h"
@@ -334,6 +335,40 @@ inline std::vector<Mistake> MistakesInH(const Loop& loop, const char* first, con
     mistakes.push_back({first, "assembly.break_at_fixed_vertex", AssembleH(ended, Two(kFirst, kMirror))});
   }
   return mistakes;
+}
+
+// "2 × hessian − hessianᵀ"
+inline std::string Terms(const std::string& block, double plain, double transposed) {
+  std::string terms;
+  for (const auto& [times, name] : {std::pair{plain, block}, std::pair{transposed, block + "ᵀ"}}) {
+    if (times == 0.0) continue;
+    terms += terms.empty() ? (times < 0.0 ? "−" : "") : (times < 0.0 ? " − " : " + ");
+    if (std::abs(times) != 1.0) terms += Number(std::abs(times)) + " × ";
+    terms += name;
+  }
+  return terms.empty() ? "0" : terms;
+}
+
+/// H as a sum of `block`, as the student's code calls it, and its transpose at both places, so many times each, by least
+/// squares; the mistake that it is, if these numbers are whole.
+inline Mistake FoundPlaces(const Loop& loop, const MatXX& got, const char* block, const char* first,
+                           const char* mirror) {
+  const Turning places[] = {Three(kNothing, kFirst, kNothing), Three(kNothing, kFirst.Turned(), kNothing),
+                            Three(kNothing, kMirror.Turned(), kNothing), Three(kNothing, kMirror, kNothing),
+                            Three(kFirst, kNothing, kNothing)};
+  MatXX basis(got.size(), 5);
+  for (int k = 0; k < 5; ++k) basis.col(k) = AssembleH(loop, places[k]).reshaped();
+  const MatXX finite = got.array().isFinite().select(got, 0.0);
+  const VecX times =
+      (PseudoInversePsd(basis.transpose() * basis) * (basis.transpose() * finite.reshaped())).array().round();
+  const bool first_is_right = times[0] == 1.0 && times[1] == 0.0 && times[4] == 1.0;
+  return {first_is_right ? mirror : first,
+          {"assembly.added_at",
+           {{"block", Word(std::string(block))},
+            {"first", Word(Terms(block, times[0], times[1]))},
+            {"mirror", Word(Terms(block, times[2], times[3]))},
+            {"diagonal", Word(Terms(block, times[4], 0.0))}}},
+          (basis * times).reshaped(got.rows(), got.cols())};
 }
 
 // ---- b ---------------------------------------------------------------------------------------------------------------

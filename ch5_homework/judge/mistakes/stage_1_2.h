@@ -111,28 +111,26 @@ struct Case {
   /// One corner of H stands where another is meant.
   std::vector<Mistake> CornerMistakes(const Parts& r) const {
     const MatXX &P = r.H_pm, Q = r.H_pm.transpose(), &inverse = r.H_mm_inverse;
+    const MatXX H = Damped();
+    const auto m = static_cast<int>(P.cols());
     std::vector<Mistake> mistakes;
-    if (p > 0) {
-      const MatXX early = Damped().block(0, p - 1, p, P.cols());
-      mistakes = {{"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - P * inverse * early.transpose()},
-                  {"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - early * inverse * Q}};
-    }
-    if (r.H_pp.cols() >= P.cols()) {
-      const MatXX corner = r.H_pp.leftCols(P.cols());
-      mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - P * inverse * corner.transpose()});
-      mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - corner * inverse * Q});
+    for (const int start : {p - 1, 0, m}) {  // in place of p
+      if (start < 0 || start == p || start + m > H.cols()) continue;
+      const MatXX other = H.block(0, start, p, m);
+      const VecX depths = H.diagonal().segment(start, m).cwiseInverse();  // if the landmarks are inverse depths
+      mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - P * inverse * other.transpose()});
+      mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - other * inverse * Q});
+      mistakes.push_back({"1.2a", "1.2.Hmm_at_wrong_corner", r.Schur(depths.asDiagonal())});
     }
     if (P.rows() != P.cols()) return mistakes;
     // Here an exchange of p and m goes unseen by Eigen.
-    const std::vector<Mistake> exchanges{
-        {"1.2a", "1.2.H_pm_H_mp_exchanged", r.H_pp - Q * inverse * P},
-        {"1.2a", "1.2.H_pm_for_H_mp", r.H_pp - P * inverse * P},
-        {"1.2a", "1.2.H_pm_holds_H_mp", r.H_pp - Q * inverse * Q},
-        {"1.2d 1.2b", "1.2.H_pp_inverted", r.Schur(r.H_pp.inverse())},
-        {"1.2d 1.2b", "1.2.H_mminv_on_the_left", r.H_pp - inverse * P * Q},
-        {"1.2b", "1.2.tempH_transposed", r.H_pp - inverse * Q * Q},
-        {"1.2a", "1.2.Hmm_at_wrong_corner", r.Schur(r.H_pp.diagonal().cwiseInverse().asDiagonal())},  // inverse depths
-        {"1.2b", "1.2.H_mm_for_H_pp", r.H_mm - P * inverse * Q}};
+    const std::vector<Mistake> exchanges{{"1.2a", "1.2.H_pm_H_mp_exchanged", r.H_pp - Q * inverse * P},
+                                         {"1.2a", "1.2.H_pm_for_H_mp", r.H_pp - P * inverse * P},
+                                         {"1.2a", "1.2.H_pm_holds_H_mp", r.H_pp - Q * inverse * Q},
+                                         {"1.2d 1.2b", "1.2.H_pp_inverted", r.Schur(r.H_pp.inverse())},
+                                         {"1.2d 1.2b", "1.2.H_mminv_on_the_left", r.H_pp - inverse * P * Q},
+                                         {"1.2b", "1.2.tempH_transposed", r.H_pp - inverse * Q * Q},
+                                         {"1.2b", "1.2.H_mm_for_H_pp", r.H_mm - P * inverse * Q}};
     mistakes.insert(mistakes.end(), exchanges.begin(), exchanges.end());
     return mistakes;
   }

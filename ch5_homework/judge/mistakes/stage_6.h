@@ -58,6 +58,7 @@ struct SchurCase {
             {"6d", "6.cut_at_another_limit", Schur(Pinv(1e-6))},
             {"6d", "6.eigenvalues_above_eps_cut", Schur(uncut - mm_pinv)},
             {"6d", "6.root_of_pinv", Schur(mm.V * root.asDiagonal() * mm.V.transpose())},
+            {"6d", MissingFrom("V", "A_mm⁺ = V S⁺ Vᵀ"), Schur(S.asDiagonal())},
             {"6d", "6.VT_missing_in_pinv", Schur(mm.V * S.asDiagonal() * mm.V)},
             {"6d", "6.V_transposed_in_pinv", Schur(mm.V.transpose() * S.asDiagonal() * mm.V)}};
   }
