@@ -3,13 +3,14 @@
 import shutil
 import subprocess
 import tempfile
+import time
 import unittest
 from pathlib import Path
 from unittest import mock
 
 from ch5_backend.course.homework.regions import ROOT, fill, solution_text
 
-from ch5_backend.course.homework import blanks, compiler
+from ch5_backend.course.homework import blanks, compiler, judge
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import Verdict, because, in_short
 
@@ -78,6 +79,16 @@ class WordsOfTheCompiler(unittest.TestCase):
                 with self.subTest(slip=slip, compiler=name):
                     if shutil.which(name):
                         self.assertRegex(self.hint(text, compiler_name=name), words)
+
+    def test_names_and_numbers_may_be_of_any_length(self):
+        name, digits = "a" * 50_000, "9" * 5000
+        begin = time.process_time()
+        for error in (f"ld.lld: error: undefined symbol: {name}()", f"problem.cc:{digits}:1: error: expected {name}"):
+            self.assertIn(name, in_short(compiler.does_not_compile("problem.cc", error, b"int x;\n").diagnosis, ENGLISH))
+        self.assertIsNone(blanks.still_empty(f"MatXX {'a, ' * 50_000}\nb = a;\n", 2))
+        self.assertLess(time.process_time() - begin, 1.0)  # and not a minute
+        with mock.patch.object(judge, "output_of", return_value=f"/problem.cc:{digits}:1"):
+            self.assertEqual(judge.locate(Path("worker"), "problem.cc", "worker(+0x1)", judge.output_of), "")
 
     def test_a_brace_too_many(self):
         self.assertRegex(self.hint(TINY.replace("  }\n}\nvoid", "  }\n}\n}\nvoid")), "problem.cc:11: one closing brace too many")

@@ -8,6 +8,7 @@ from .diagnosis import Verdict
 
 
 MOST_NAMES = 50  # of a line that are looked for in the lines above it
+DECLARATION = re.compile(r"\s*(?:MatXX|VecX)\b([\w,\s]*);")
 
 
 def content_of(path: Path):
@@ -33,18 +34,20 @@ def some_filled(stage: dict, content: bytes) -> bool:
 
 def still_empty(text: str, number: int):
     """(variable, TODO) of a matrix in line `number` to which nothing was assigned since it was declared, or None."""
-    code = [line.partition("//")[0] for line in text.splitlines()]
+    lines = text.splitlines()
+    code = [line.partition("//")[0] for line in lines]
     if not 0 < number <= len(code):
         return None
+    declarations = {name: i for i, line in enumerate(code[:number - 1]) if (found := DECLARATION.match(line))
+                    for name in re.findall(r"\w+", found[1])}
     for name in re.findall(r"\b[A-Za-z_]\w*\b", code[number - 1])[:MOST_NAMES]:
-        declared = next((i for i in range(number - 2, -1, -1)
-                         if re.match(rf"\s*(MatXX|VecX)\s+(\w+, *)*{name}\b[\w, ]*;", code[i])), None)
+        declared = declarations.get(name)
         if declared is None or re.search(rf"\b{name} *=(?!=)", code[number - 1]):
             continue
         between = range(declared + 1, number - 1)
         if any(re.search(rf"\b{name}\b", code[i]) for i in between):
             continue
-        todos = [found[1] for i in between if (found := re.search(r"TODO:: home work (\S+)\.", text.splitlines()[i]))]
+        todos = [found[1] for i in between if (found := re.search(r"TODO:: home work (\S+)\.", lines[i]))]
         if todos:
             return name, todos[0]
     return None

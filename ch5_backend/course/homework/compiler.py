@@ -83,9 +83,9 @@ def of_the_linker(file: str, output: str, content: bytes):
 
 def of_a_slip(place: str, error: str, content: bytes):
     """A typical slip in the line of the student's file from which the error comes, or None."""
-    found = re.search(r"([^/:]+:(\d+)):\d+", place)
+    found = re.search(r"(?<![^/:])([^/:]+:(\d{1,9})):\d+", place)  # a name from its beginning on, or a long one takes ages
     code = content.decode("utf-8", "replace").splitlines() if found else []
-    line = code[int(found[2]) - 1].partition("//")[0] if found and int(found[2]) <= len(code) else ""
+    line = code[int(found[2]) - 1].partition("//")[0] if found and 0 < int(found[2]) <= len(code) else ""
     cause = None
     if wide := next((letter for letter in re.sub(r'"[^"]*"', "", line) if letter in FULL_WIDTH), None):
         cause = sentence("compiler.full_width", wide=wide, narrow=FULL_WIDTH[wide])

@@ -188,7 +188,7 @@ def locate(executable: Path, file: str, trace: str, words_of) -> str:
     offsets = re.findall(rf"{re.escape(executable.name)}\(\+0x([0-9a-f]+)\)", trace)
     addresses = [hex(int(offset, 16) - 1) for offset in offsets]  # of the calls, not of where they return to
     answer = words_of(["addr2line", "-i", "-e", str(executable), *addresses[:100]]) if addresses else ""
-    found = re.search(rf"/({re.escape(file)}:\d+)", answer)
+    found = re.search(rf"/({re.escape(file)}:\d{{1,9}})\b", answer)
     return found[1] if found else ""
 
 
