@@ -27,18 +27,21 @@ std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame) 
   images_.push_back(frame);
   while (images_.size() > 1 && images_[1].t <= frame.t - options_.seconds) images_.pop_front();
   while (!imu_.empty() && imu_.front().t < images_.front().t) imu_.pop_front();
-  if (images_.front().t > frame.t - options_.seconds || imu_.empty()) return std::nullopt;
+  if (images_.front().t > frame.t - options_.seconds || imu_.size() < 2) return std::nullopt;
 
   const std::optional<double> motion = TypicalMotion(images_.front(), frame);
   // A slow start crosses the limit again and again.
   if (!motion || *motion * focal_length_ > 2.0 * options_.pixels) first_force_.reset();
-  if (!motion || *motion * focal_length_ > options_.pixels || HasForceChanged()) return std::nullopt;
+  if (!motion || *motion * focal_length_ > options_.pixels) return std::nullopt;
+  const size_t n = imu_.size();
   StandstillState state;
-  Vec3 force = Vec3::Zero();
-  for (const ImuMeasurement& measurement : imu_) {
-    force += measurement.acceleration / static_cast<double>(imu_.size());
-    state.b_g += measurement.gyroscope / static_cast<double>(imu_.size());
+  Vec3 force = Vec3::Zero(), first_half = Vec3::Zero();  // parts of the mean
+  for (size_t k = 0; k < n; ++k) {
+    if (k == n / 2) first_half = force;
+    force += imu_[k].acceleration / static_cast<double>(n);
+    state.b_g += imu_[k].gyroscope / static_cast<double>(n);
   }
+  if (HasForceChanged(force, first_half)) return std::nullopt;
   if (std::abs(force.norm() - gravity_) > options_.acceleration) return std::nullopt;
   state.q_W_B = RotationBetween(force, Vec3::UnitZ());
   state.b_a = force - gravity_ * force.normalized();
@@ -46,20 +49,14 @@ std::optional<StandstillState> StandstillDetector::AddFrame(const Image& frame) 
 }
 
 // Images alone would take a car for resting until it has gone some decimeters, at up to a meter a second.
-bool StandstillDetector::HasForceChanged() {
-  const auto n = static_cast<std::ptrdiff_t>(imu_.size());
-  const auto mean = [&](std::ptrdiff_t from, std::ptrdiff_t to) {
-    Vec3 sum = Vec3::Zero();
-    for (auto k = from; k < to; ++k) sum += imu_[static_cast<size_t>(k)].acceleration;
-    return Vec3(sum / static_cast<double>(to - from));
-  };
-  if (n < 2) return false;
-  if (!first_force_) first_force_ = mean(0, n / 2);
-  const Vec3 all = mean(0, n);
+bool StandstillDetector::HasForceChanged(const Vec3& mean, const Vec3& first_half) {
+  const auto n = static_cast<double>(imu_.size()), n_first = std::floor(0.5 * n);
+  if (!first_force_) first_force_ = n / n_first * first_half;
+  const Vec3 second = n / (n - n_first) * (mean - first_half);
   double variance = 0.0;
-  for (const ImuMeasurement& m : imu_) variance += (m.acceleration - all).squaredNorm() / static_cast<double>(n);
-  const double noise = std::sqrt(4.0 * variance / static_cast<double>(n));  // σ of the difference of two halves' means
-  return (mean(n / 2, n) - *first_force_).norm() > options_.change + noise;
+  for (const ImuMeasurement& m : imu_) variance += (m.acceleration - mean).squaredNorm() / n;
+  const double noise = std::sqrt(4.0 * variance / n);  // σ of the difference of two halves' means
+  return (second - *first_force_).norm() > options_.change + noise;
 }
 
 void StandstillDetector::Reset() {

@@ -41,7 +41,9 @@ class StandstillDetector {
   void Reset();
 
  private:
-  bool HasForceChanged();
+  /// @param mean        the specific force
+  /// @param first_half  what the first half of the measurements adds to it
+  bool HasForceChanged(const Vec3& mean, const Vec3& first_half);
 
   double focal_length_, gravity_;
   StandstillOptions options_;
