@@ -49,8 +49,7 @@ def warnings(directory, say):
     """What is doubtful in the data."""
     for row in read(directory, "odometry_warnings", may_be_empty=True).rows():
         numbers = {name: f"{row[name]:.4g}".replace("-", "−") for name in ("value", "other")}
-        name, _, axis = row["warning"].partition(":")
-        words = say(f"warning.{name}", axis=axis, **numbers)
+        words = say(f"warning.{row['warning']}", axis=row["axis"], **numbers)
         yield Markup("<p><strong>{}</strong>{}</p>").format(say("warning"), words)
 
 

@@ -29,7 +29,7 @@ Tables, DIR/csv (one row of names, then numbers; meters, radians; costs are ½ �
   odometry_matrices.csv  policy,picture,t_s,stage,size,pose_rows,row,column,value  stage: window (H), prior (JᵀJ)
   odometry_spectrum.csv  policy,t_s,index,eigenvalue,scaled   of the prior, and of it with a unit diagonal
   odometry_gauge.csv     policy,t_s,direction,information,relative   the auditor's: what the prior knows of the gauge
-  odometry_warnings.csv  warning,value,other   what is doubtful in a recording; words/ has a sentence warning.NAME for each; NAME:AXIS
+  odometry_warnings.csv  warning,value,other,axis   what is doubtful in a recording; words/ has a sentence warning.NAME for each
   slide_vertices.csv     policy,vertex,number,row,rows,fate   what a slide of one window marginalizes; of the slides
   slide_observations.csv  policy,landmark,frame,host,fate     prior, again (there, and used again), lost, stays
   slide_matrices.csv     policy,stage,size,pose_rows,row,column,value   stage: window (H), before, after (priors)

@@ -201,6 +201,8 @@ class RecordingApp(AppTest):
         done = self.program(recording, "--out", self.out, "--policy", "vins")
         self.assertIn("the gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s", done.stderr)
         self.assertIn("The gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s.", self.page().replace("\u00a0", " "))
+        row, = table(self.out / "csv" / "odometry_warnings.csv")
+        self.assertEqual((row["warning"], row["axis"]), ("gyroscope_rail", "y"))
 
     def test_another_lens_and_an_inverted_accelerometer_are_named(self):
         recording = self.simulate(12)

@@ -103,8 +103,9 @@ CsvTable WindowTable(const OdometryStudy& study) {
 }
 
 CsvTable WarningTable(const OdometryStudy& study) {
-  CsvTable table("warning,value,other");
-  for (const RecordingWarning& warning : study.warnings) table.Row(warning.name, warning.value, warning.other);
+  CsvTable table("warning,value,other,axis");
+  for (const RecordingWarning& warning : study.warnings)
+    table.Row(warning.name, warning.value, warning.other, warning.axis);
   return table;
 }
 

@@ -92,9 +92,11 @@ void CheckRails(const std::vector<ImuMeasurement>& imu, RecordingWarnings* warni
       const auto at_rail = [&](const ImuMeasurement& m) { return std::abs((m.*reading)[axis]) == rail; };
       const auto count = std::count_if(imu.begin(), imu.end(), at_rail);
       if (rail < least || count < kLeastReadings) continue;
-      warnings->push_back({sensor + "_rail:" + "xyz"[axis], rail, static_cast<double>(count),
-                           Join("the ", sensor, " is at its limit on axis ", "xyz"[axis], " in ", count, " readings, ±",
-                                rail, " ", unit, ": the motion was faster, and the estimates err there")});
+      const std::string name(1, "xyz"[axis]);
+      warnings->push_back({sensor + "_rail", rail, static_cast<double>(count),
+                           Join("the ", sensor, " is at its limit on axis ", name, " in ", count, " readings, ±", rail,
+                                " ", unit, ": the motion was faster, and the estimates err there"),
+                           name});
     }
   };
   check("gyroscope", "rad/s", 1.5, &ImuMeasurement::gyroscope);         // the smallest ranges are 125°/s …
