@@ -36,6 +36,9 @@ struct VinsOptions {
   int window_size = 10;           ///< frames beside the newest one
   int least_tracked = 20;         ///< fewer landmarks followed into the newest image make a keyframe
   double parallax_pixels = 10.0;  ///< more between the second and third newest frame makes a keyframe [px]
+  /// So does a longer time between the third newest and the newest [s]: VINS-Mono leaves out the IMU between frames more
+  /// than 10 s apart (WindowWeights::max_imu_seconds), and after a rest as long nothing held speed and biases.
+  double keyframe_seconds = 5.0;
   double slow_seconds = 0.3;  ///< between images: from then on landmarks of all hosts are used, not only of older ones
   int max_iterations = 8;
   double cost_tolerance = 1e-3;  ///< loose: the next image solves the window again

@@ -96,6 +96,7 @@ class VinsPolicy : public WindowPolicy {
   bool SecondNewestIsKeyframe(const Window& window) const {
     const size_t n = window.frames.size();
     if (n < 3) return true;
+    if (window.frames[n - 1].t - window.frames[n - 3].t > options_.keyframe_seconds) return true;
     const int newest = window.frames[n - 1].id, second = window.frames[n - 2].id, third = window.frames[n - 3].id;
     if (ParallaxBetween(window, second, newest).common < options_.least_tracked) return true;
     const Parallax parallax = ParallaxBetween(window, third, second);
@@ -114,6 +115,7 @@ void VinsOptions::Validate() const {
   CheckOption("VinsOptions::window_size", window_size, 4);  // three newest frames, and a host before them
   CheckOption("VinsOptions::least_tracked", least_tracked, 0);
   CheckOption("VinsOptions::parallax_pixels", parallax_pixels, 0);
+  CheckPositive("VinsOptions::keyframe_seconds", keyframe_seconds);
   CheckPositive("VinsOptions::slow_seconds", slow_seconds);
   CheckOption("VinsOptions::max_iterations", max_iterations, 1);
   CheckOption("VinsOptions::cost_tolerance", cost_tolerance, 0);

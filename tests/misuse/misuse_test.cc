@@ -568,7 +568,7 @@ TEST(Misuse, EachNumberOfTheOptionsIsChecked) {
   using W = WindowWeights;
   ExpectEachIsChecked<W>({&W::pixel_sigma, &W::cauchy, &W::max_imu_seconds});
   using V = VinsOptions;
-  ExpectEachIsChecked<V>({&V::parallax_pixels, &V::slow_seconds, &V::cost_tolerance});
+  ExpectEachIsChecked<V>({&V::parallax_pixels, &V::keyframe_seconds, &V::slow_seconds, &V::cost_tolerance});
   using O = OkvisOptions;
   ExpectEachIsChecked<O>(
       {&O::hull_ratio, &O::match_ratio, &O::gauge_information, &O::later_gauge_information, &O::cost_tolerance});

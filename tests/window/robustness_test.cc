@@ -250,6 +250,24 @@ TEST(Robustness, ACameraThatOnlyTurnsIsNotRejected) {
   ExpectUnbroken(SimulateRecording(path, points, options), 0.15);
 }
 
+// A car at a crossing: while the images rest, VINS-Mono's window keeps its frames, and the IMU between the last two of them
+// becomes too long to be used.
+TEST(Robustness, ALongRestIsBridged) {
+  constexpr double kWalk = 6.0, kRest = 20.0;
+  const Trajectory path(
+      [](const Jet& t) {
+        const Jet s = t.value < kWalk ? t : t.value < kWalk + kRest ? Jet{kWalk} : t - kRest;
+        const Jet w = 1.0 - Cos(M_PI / 3.0 * s), walk = w * w;
+        return Coordinates{{0.6 * walk * Sin(s), 0.5 * walk * Cos(s), 0.1 * walk}, 0.2 * walk, {}, 0.05 * walk};
+      },
+      2.0 * kWalk + kRest);
+  Random random(1);
+  SimulationOptions options;
+  options.camera.max_tracks = 60;
+  const auto points = PointsOnPlanes(RoomWalls(Vec3(-8, -8, -4), Vec3(8, 8, 4)), 3000, &random);
+  ExpectUnbroken(SimulateRecording(path, points, options), 0.1);
+}
+
 // Too slow to be a jump, too fast for the images to hold: the landmarks go one by one, until nothing is left but an IMU.
 TEST(Robustness, ImagesThatContradictTheImuForTooLongAreNamed) {
   RoomOptions room;
