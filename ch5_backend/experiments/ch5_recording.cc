@@ -104,7 +104,8 @@ void Run(const Command& command) {
       recording, [&](const std::string& policy, double fraction) { progress.Show(policy, fraction); }, settings,
       command.batch);
   progress.Clear();
-  warn(ch5::CheckFailures(study));
+  const ch5::RecordingWarnings failures = ch5::CheckFailures(study);
+  warn(failures);
   const auto is_silent = [](const ch5::OdometryRun& run) { return run.states.empty(); };
   if (std::all_of(study.runs.begin(), study.runs.end(), is_silent)) {
     std::string message = "no image was answered: in these " + std::to_string(recording.images.size()) +
@@ -113,6 +114,7 @@ void Run(const Command& command) {
       message += "\n  " + run.policy + ": " + run.rows.back().report.message;
     throw std::invalid_argument(message);
   }
+  if (failures.empty()) warn(ch5::CheckStarts(study));  // else no scale can be expected
   warn(ch5::CheckComparison(study));
   study.warnings = warnings;
   ch5::WriteOdometryTables(study, std::filesystem::path(command.out) / "csv");

@@ -214,6 +214,10 @@ FrameReport Estimator::Track(const Image& image) {
   const Failure failure = options_.detect_failure(window_, last_p_);
   if (failure != Failure::kNone) return Restart(failure, LikelyCause(failure));
   if (options_.report_covariance) report.covariance = CovarianceOf(window_, window_.frames.back());
+  if (image.t >= scale_report_time_) {
+    report.scale_sigma = ScaleSigma(window_);
+    scale_report_time_ = std::numeric_limits<double>::infinity();
+  }
   RemoveOutliers(options_.max_outlier_pixels / options_.calibration.FocalLength(), &window_);
   if (RejectsImages(image)) return Restart(Failure::kImagesRejected, "");
   last_p_ = window_.frames.back().pose->p();

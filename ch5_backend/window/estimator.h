@@ -83,6 +83,9 @@ struct FrameReport {
   Summary solve;
   int landmarks = 0;                          ///< used in the solve
   std::optional<StateCovariance> covariance;  ///< of `state`, if options ask for it
+  /// Once a segment, a second after its start: the relative σ of the scale, of which one camera and the IMU learn from
+  /// changes of speed and direction alone. Of little meaning at rest; nullopt with a second camera.
+  std::optional<double> scale_sigma;
 };
 
 /// The window as values of their own, which no later call changes.
@@ -196,7 +199,8 @@ class Estimator {
   int restarts_ = 0, segment_ = 0;
   std::optional<StampedState> last_state_;  // the last that was given out, of this segment or one before
   Vec3 last_p_ = Vec3::Zero();              // of the newest frame after the previous solve
-  double last_time_with_landmarks_ = 0.0;   // or with too few lasting tracks, or too little motion, to expect any
+  double scale_report_time_ = std::numeric_limits<double>::infinity();
+  double last_time_with_landmarks_ = 0.0;  // or with too few lasting tracks, or too little motion, to expect any
   // By id: in how many images in a row each track of the last one has been, since the start.
   std::vector<std::pair<int, int>> track_ages_;
 };

@@ -16,6 +16,9 @@ namespace {
 // Images from a standstill to the first solve, and images of a dynamic initialization.
 constexpr size_t kFramesToStart = 4, kFramesToStartMoving = 8;
 
+// Who sets off from a standstill, or changes speed or direction, has told the scale by then [s].
+constexpr double kScaleReportDelay = 1.0;
+
 }  // namespace
 
 void Estimator::TryToStart(const Image& image) {
@@ -171,6 +174,7 @@ void Estimator::LayUponLastSegment() {
 void Estimator::BeginTracking() {
   last_p_ = window_.frames.back().pose->p();
   last_time_with_landmarks_ = window_.frames.back().t;
+  if (!window_.HasStereoDepth()) scale_report_time_ = window_.frames.back().t + kScaleReportDelay;
   track_ages_.clear();
   started_ = true;
 }

@@ -1,6 +1,8 @@
 #include "ch5_backend/window/state_covariance.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
 
 #include "ch5_backend/consistency/position_yaw_prior.h"
 #include "ch5_backend/marginalize/marginalize.h"
@@ -43,9 +45,8 @@ class InverseBlocks {
   Eigen::LDLT<MatXX> ldlt_;
 };
 
-}  // namespace
-
-StateCovariance CovarianceOf(const Window& window, const Frame& frame) {
+// Position and yaw of the oldest frame are held, if nothing else holds them.
+MarginalSystem WithoutLandmarks(const Window& window) {
   std::vector<std::shared_ptr<Edge>> edges = window.graph.Edges();
   if (!window.prior_fixes_gauge && !window.gauge_prior) {
     edges.push_back(MakePositionYawPrior(window.frames.front().pose, 1e8));
@@ -54,7 +55,13 @@ StateCovariance CovarianceOf(const Window& window, const Frame& frame) {
   for (const auto& vertex : window.graph.Vertices()) {
     if (vertex->GetRole() == Role::kLandmark) landmarks.push_back(vertex);
   }
-  const MarginalSystem system = EliminateVertices(edges, landmarks);
+  return EliminateVertices(edges, landmarks);
+}
+
+}  // namespace
+
+StateCovariance CovarianceOf(const Window& window, const Frame& frame) {
+  const MarginalSystem system = WithoutLandmarks(window);
   const InverseBlocks inverse(system);
   StateCovariance covariance;
   if (window.prior_fixes_gauge) covariance.reference = StateCovariance::Reference::kWorld;
@@ -67,6 +74,19 @@ StateCovariance CovarianceOf(const Window& window, const Frame& frame) {
   if (window.extrinsic1 && !window.extrinsic1->IsFixed()) covariance.extrinsic1 = inverse.Block(*window.extrinsic1);
   if (!window.time_offset->IsFixed()) covariance.time_offset_variance = inverse.Block(*window.time_offset)(0, 0);
   return covariance;
+}
+
+std::optional<double> ScaleSigma(const Window& window) {
+  constexpr double kLeast = 1e-3;  // [m]
+  const auto way_to = [&](const Frame& frame) -> Vec3 { return frame.pose->p() - window.frames.front().pose->p(); };
+  const Frame& farthest =
+      *std::max_element(window.frames.begin(), window.frames.end(),
+                        [&](const Frame& a, const Frame& b) { return way_to(a).norm() < way_to(b).norm(); });
+  const Vec3 way = way_to(farthest);
+  if (way.norm() < kLeast) return std::nullopt;
+  const MarginalSystem system = WithoutLandmarks(window);
+  const MatXX covariance = InverseBlocks(system).Block(*farthest.pose);
+  return std::sqrt(std::max(0.0, way.dot(covariance.topLeftCorner<3, 3>() * way))) / way.squaredNorm();
 }
 
 }  // namespace ch5

@@ -16,10 +16,10 @@ TRAJECTORIES = {"vins.tum", "vins.csv", "okvis.tum", "okvis.csv"}
 class RecordingApp(AppTest):
     app = "ch5_recording"
 
-    def simulate(self, seconds=8, *stereo):
-        """A folder with some seconds of a hand-held camera, or a stereo pair, in a room."""
+    def simulate(self, seconds=8, *kind):
+        """A folder with some seconds of a hand-held camera, or a stereo pair, in a room, or of a circle at 2 m/s."""
         recording = self.folder / "room"
-        done = run(BUILD / "tests" / "experiments" / "simulate_recording", recording, seconds, *stereo)
+        done = run(BUILD / "tests" / "experiments" / "simulate_recording", recording, seconds, *kind)
         self.assertEqual(done.returncode, 0, done.stderr)
         return recording
 
@@ -203,6 +203,12 @@ class RecordingApp(AppTest):
         self.assertIn("The gyroscope is at its limit on axis y in 6 readings, ±4.36 rad/s.", self.page().replace("\u00a0", " "))
         row, = table(self.out / "csv" / "odometry_warnings.csv")
         self.assertEqual((row["warning"], row["axis"]), ("gyroscope_rail", "y"))
+
+    def test_a_scale_that_is_hardly_known_is_named(self):
+        done = self.program(self.simulate(12, "circle"), "--out", self.out)
+        self.assertRegex(done.stderr, r"warning: the scale was known to [78] % only when the estimator had started \(at \d\.\d\d s\)")
+        self.assertRegex(self.page().replace("\u00a0", " "), r"The scale was known to [78] % only")
+        self.assertIn("尺度只知道到", (self.out / "report.zh.html").read_text(encoding="utf-8"))
 
     def test_another_lens_and_an_inverted_accelerometer_are_named(self):
         recording = self.simulate(12)

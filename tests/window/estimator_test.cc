@@ -147,6 +147,30 @@ TEST(Estimator, ReportsTheCovarianceOfTheWholeState) {
 }
 
 // A window's covariance is a block of the inverse of its H, which an optimizer's Covariance finds in another way.
+// The force of 1.3 m/s² is known to the bias's 0.1 m/s², and so is the scale.
+TEST(Estimator, SaysOnceHowWellItKnowsTheScale) {
+  const auto sigmas_of = [](const Recording& recording, std::unique_ptr<WindowPolicy> policy) {
+    const OdometryRun run = RunOdometry(recording, EstimatorOptions{recording.calibration}, std::move(policy));
+    std::vector<double> sigmas;
+    for (const ImageResult& row : run.rows) {
+      if (!row.report.scale_sigma) continue;
+      sigmas.push_back(*row.report.scale_sigma);
+      EXPECT_NEAR(row.t, run.states.front().t + 1.0, 0.06);
+    }
+    return sigmas;
+  };
+  for (auto&& policy : AllPolicies()) {
+    const auto sigmas = sigmas_of(SimulateCircle(10.0), std::move(policy));
+    ASSERT_EQ(sigmas.size(), 1u);
+    EXPECT_NEAR(sigmas[0], 0.1 / (2.0 * 2.0 / 3.0), 0.015);
+  }
+  for (auto&& policy : AllPolicies()) {
+    const auto sigmas = sigmas_of(SimulateRoom(), std::move(policy));
+    ASSERT_EQ(sigmas.size(), 1u);
+    EXPECT_LT(sigmas[0], 0.05);
+  }
+}
+
 TEST(Estimator, ItsCovarianceIsABlockOfTheInverse) {
   const Recording recording = SimulateSixSeconds();
   EstimatorOptions options{recording.calibration};

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ch5_backend/experiments/studies/odometry.h"
+#include "ch5_backend/simulate/sensors/scene_points.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 
 namespace ch5 {
@@ -26,6 +27,22 @@ inline Recording SimulateRoom(RoomOptions options = {}) {
   path.seed = options.seed;
   options.simulation.camera.max_tracks = options.max_tracks;
   return SimulateInRoom(path, 1500, options.simulation, options.seed);
+}
+
+/// 2 m/s on a level circle, looking ahead: the force is the same all the time, so that nothing tells a larger or smaller
+/// circle from a bias of the accelerometer.
+inline Recording SimulateCircle(double duration) {
+  constexpr double kRadius = 3.0, kRate = 2.0 / kRadius;
+  const Trajectory circle(
+      [](const Jet& t) {
+        const Jet angle = kRate * t;
+        return Coordinates{{kRadius * Sin(angle), -kRadius * Cos(angle), {}}, angle, {}, {}};
+      },
+      duration);
+  Random random(1);
+  SimulationOptions options;
+  options.camera.max_tracks = 60;
+  return SimulateRecording(circle, PointsOnPlanes(RoomWalls(Vec3(-8, -8, -4), Vec3(8, 8, 4)), 3000, &random), options);
 }
 
 /// To the bit.

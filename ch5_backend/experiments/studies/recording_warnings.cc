@@ -201,6 +201,24 @@ RecordingWarnings CheckFailures(const OdometryStudy& study) {
                 "; at rest it must measure +", recording.calibration.gravity, " upwards")}};
 }
 
+RecordingWarnings CheckStarts(const OdometryStudy& study) {
+  // Up to 0.052 in recordings that tell the scale, 0.076 and more on a circle at constant speed.
+  constexpr double kMost = 0.06;
+  double sigma = kMost, t = 0.0;
+  for (const OdometryRun& run : study.runs) {
+    for (const ImageResult& row : run.rows) {
+      if (row.report.scale_sigma.value_or(0.0) <= sigma) continue;
+      sigma = *row.report.scale_sigma;
+      t = row.t;
+    }
+  }
+  if (sigma == kMost) return {};
+  const auto percent = std::lround(100.0 * sigma);
+  return {{"scale", static_cast<double>(percent), t,
+           Join("the scale was known to ", percent, " % only when the estimator had started (at ", t,
+                " s): lengths may be wrong by so much; only a change of speed or direction tells the scale")}};
+}
+
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings) {
   constexpr double kMost = 0.5;  // [s]: see the table in the guide; up to this time between images the policies go on
   RecordingWarnings warnings;

@@ -12,6 +12,9 @@ RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings
 /// Where a policy has restarted or never started: an accelerometer that points elsewhere than it should.
 RecordingWarnings CheckFailures(const OdometryStudy& study);
 
+/// A start, or restart, with a scale that is hardly known.
+RecordingWarnings CheckStarts(const OdometryStudy& study);
+
 /// A truth that the estimates cannot be compared with, or not well.
 RecordingWarnings CheckComparison(const OdometryStudy& study);
 
