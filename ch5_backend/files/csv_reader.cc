@@ -55,12 +55,11 @@ CsvReader::CsvReader(const std::string& path) : reader_(path) {
   if (!header) Fail("the file is empty");
   bool is_in_ns = false;
   std::set<std::string> names;
+  std::string twice;
   separator_ = SeparatorOf(*header);
   for (const std::string_view cell : SplitAt(separator_, *header)) {
     columns_.push_back(PlainName(cell));
-    if (!columns_.back().empty() && !names.insert(columns_.back()).second) {
-      Fail("two columns are called " + columns_.back() + " (without units and frames)");
-    }
+    if (!columns_.back().empty() && !names.insert(columns_.back()).second) twice = columns_.back();
     const bool is_in_other_unit = IsInOtherUnit(columns_.back(), UnitOf(cell));
     if (columns_.back() == "timestamp") {
       is_in_ns = !is_in_other_unit;
@@ -71,6 +70,7 @@ CsvReader::CsvReader(const std::string& path) : reader_(path) {
   if (!is_in_ns) {
     Fail("the first line must name the columns and begin with \"#timestamp [ns]\", got " + TextReader::Quote(*header));
   }
+  if (!twice.empty()) Fail("two columns are called " + twice + " (without units and frames)");
 }
 
 bool CsvReader::Has(const std::string& column) const {

@@ -89,6 +89,7 @@ void ReadTruth(const std::string& path, Recording* recording) {
     }
     recording->truth.push_back(state);
   }
+  if (recording->truth.empty()) csv.Fail("at least one pose is needed; where the truth is not known, remove the file");
   if (!has_velocity) DifferentiatePositions(&recording->truth);
 }
 
@@ -278,7 +279,7 @@ Recording ReadRecording(const std::filesystem::path& folder) {
   ReadTracks((folder / "tracks.csv").string(), &recording);
   for (const char* name : {"groundtruth.csv", "groundtruth.txt"}) {
     const std::filesystem::path truth = folder / name;
-    if (!std::filesystem::exists(truth)) continue;
+    if (!std::filesystem::exists(std::filesystem::symlink_status(truth))) continue;  // a link to nothing is an error
     if (IsTum(truth.string())) {
       recording.truth = ReadTum(truth.string(), recording.origin_ns);
     } else {

@@ -95,6 +95,9 @@ TextReader::TextReader(const std::string& path) : path_(path), text_(ReadAll(pat
   if (is_bzip2 || text_.compare(0, 2, "\x1f\x8b") == 0) {
     Fail("the file is compressed; unpack it first (bunzip2 or gunzip)");
   }
+  if (text_.compare(0, 2, "\xff\xfe") == 0 || text_.compare(0, 2, "\xfe\xff") == 0) {
+    Fail("the file is in UTF-16; save it as UTF-8");
+  }
 }
 
 std::string_view TextReader::NextToken(const char* what, const char* kind) {

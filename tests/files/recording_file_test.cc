@@ -223,6 +223,19 @@ TEST_F(RecordingFile, MissingHeadersRowsAndFilesAreNamed) {
   EXPECT_EQ(Message(), "imu.csv:3: at least two IMU measurements are needed");
 }
 
+TEST_F(RecordingFile, ATruthThatIsNoneIsNamed) {
+  const std::string good = Read("groundtruth.csv");
+  Write("groundtruth.csv", Line("groundtruth.csv", 1) + "\n");
+  EXPECT_EQ(Message(), "groundtruth.csv:2: at least one pose is needed; where the truth is not known, remove the file");
+  Write("groundtruth.csv", good.substr(good.find('\n') + 1));
+  EXPECT_EQ(Message().find("groundtruth.csv:1: the first line must name the columns and begin with"), 0u) << Message();
+  Write("groundtruth.csv", "\xff\xfe#");
+  EXPECT_EQ(Message(), "groundtruth.csv:1: the file is in UTF-16; save it as UTF-8");
+  fs::remove(folder_ / "groundtruth.csv");
+  fs::create_symlink(folder_ / "elsewhere.csv", folder_ / "groundtruth.csv");
+  EXPECT_EQ(Message(), "groundtruth.csv: cannot be read: No such file or directory");
+}
+
 TEST_F(RecordingFile, OtherUnitsAreNoticed) {
   for (ImuMeasurement& measurement : recording_.imu) measurement.acceleration /= 9.81;
   WriteRecording(recording_, folder_);
