@@ -248,6 +248,7 @@ std::vector<StampedState> ReadTruth(const fs::path& path, const Transform& T_B_I
     }
     states.push_back(state);
   }
+  if (states.empty()) csv.Fail("at least one pose is needed; where the truth is not known, remove the file");
   if (!has_velocity) DifferentiatePositions(&states);
   return states;
 }

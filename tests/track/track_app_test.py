@@ -128,6 +128,9 @@ BROKEN = {
         r"lens bends the ray of pixel \(564, 240\) so much; are the model and their order right\?"),
     "coefficients of the lens that bend it together": (
         replace(SENSOR, r"(distortion_coefficients: \[).*", r"\1-280, 70000, 0, 0]"), r"FOLDER/cam0/sensor\.yaml:\d+: .* so much; .+"),
+    "a truth without a pose": (
+        edit(TRUTH, lambda text: text.split("\n")[0] + "\n"), r"FOLDER/state_groundtruth_estimate0/data\.csv:2: at least one pose is "
+        r"needed; where the truth is not known, remove the file"),
     "an image of another kind": (lambda mav0: image(mav0, 3).write_bytes(b"\xff\xd8\xff\xe0\0\x10JFIF\0" + bytes(99)),
                                  r"FOLDER/cam0/data/STAMP\.png: this is no PNG image; convert all of them, .+"),
     "images of another size": (
