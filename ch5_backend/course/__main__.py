@@ -94,6 +94,13 @@ COMMANDS = {  # its module, and the function of it that does it
     "lab": (".documents.lab", lambda module, given: module.lab(given.out)),
     "site": (".documents.site", lambda module, given: module.site(given.out)),
 }
+REFUSALS = {  # its module, and what of it says no to words that the grammar takes
+    "track": (".experiments.track", lambda module, given: module.refuse(given)),
+    "bench": (".experiments.bench", lambda module, given: module.chosen(given.names)),
+    "plots": (".experiments.plots", lambda module, given: module.chosen(given.names)),
+    "check": (".homework.check", lambda module, given: module.select(given.asked)),
+    "grade": (".grading.submission", lambda module, given: module.refuse(given)),
+}
 FORWARDING = ("test", "slides")  # to CTest and the builder, what follows --; elsewhere it is data, whatever it begins with
 PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out",
          "site": "where the folder site is made, default: out"}
@@ -319,6 +326,16 @@ def dispatch(command: str, given: argparse.Namespace) -> int:
     return do(loaded, given)
 
 
+def refuse(command: str, given: argparse.Namespace) -> None:
+    """Raises CourseError for words that the command would refuse later, as far as its module needs nothing installed."""
+    module, say_no = REFUSALS.get(command, (".base.errors", lambda module, given: None))
+    try:
+        loaded = import_module(module, __package__)
+    except ImportError:
+        return
+    say_no(loaded, given)
+
+
 def main(argv: list, only_read: bool = False) -> int:
     """Returns the exit code; every error becomes one message and, with --json, one object.
 
@@ -336,12 +353,13 @@ def main(argv: list, only_read: bool = False) -> int:
             raise CourseError(unknown(command))
         arguments = make_parser(command).parse_intermixed_args(words)
         say = language.speaker(getattr(arguments, "language", language.spoken()))
-        if only_read:
-            return 0
-        processes.listen()
         arguments.extra = extra
         for name in () if command in FORWARDING else vars(arguments).keys() & {"data", "names", "files", "submissions", "asked"}:
             setattr(arguments, name, getattr(arguments, name) + extra)
+        if only_read:
+            refuse(command, arguments)
+            return 0
+        processes.listen()
         code = dispatch(command, arguments)
         sys.stdout.flush()
         processes.end_all()

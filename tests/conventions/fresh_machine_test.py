@@ -113,7 +113,8 @@ class FreshMachine(FolderTest):
         self.apt(self.installing())
         for words in (["help"], ["run", "--help"]):
             self.assertEqual(self.course(*words).returncode, 0)
-        for words in (["frobnicate"], ["run", "--frobnicate"], ["lab", "frobnicate"], ["run", "--threads"]):
+        for words in (["frobnicate"], ["run", "--frobnicate"], ["lab", "frobnicate"], ["run", "--threads"], ["track"],
+                      ["track", "/nowhere"], ["grade"], ["bench", "--", "nosuch"], ["plots", "nosuch"], ["check", "9.9"]):
             done = self.course(*words)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertNotIn("installing", done.stderr)

@@ -11,13 +11,18 @@ from .data import has_images
 from .programs import TRACKER, follow_images, tell
 
 
-def track(arguments) -> int:
-    """Writes DIR/NAME for each folder; returns the exit code, raises CourseError for what is no such folder."""
+def refuse(arguments) -> None:
+    """Raises CourseError for what is no folder of images, and where none is named."""
     if not arguments.data:
         raise CourseError("which FOLDER? see ./course track --help")
     for path in arguments.data:
         if not has_images(path):
             raise CourseError(f"{path}: neither this folder nor its mav0 holds cam0")
+
+
+def track(arguments) -> int:
+    """Writes DIR/NAME for each folder; returns the exit code."""
+    refuse(arguments)
     out = Path(arguments.out or "out")
     places = result_places(arguments.data, out)
     with made_dir(out):

@@ -23,7 +23,7 @@ from . import classbook, likeness, outputs, pages, summary
 from .job import grade
 from .rubric import PATH, read_rubric
 from .sandbox import Sandbox, Unguarded, preflight
-from .submission import collect, handed_in
+from .submission import collect, handed_in, refuse
 from .toolchain import Infrastructure, Toolchain
 
 ASSIGNMENT = "Chapter 5"  # the name of the column in Canvas and Moodle
@@ -34,8 +34,7 @@ VERSION = 2  # of the records; another one is graded again
 
 def run_grade(arguments) -> int:
     """Grades what has no record yet, then writes the class's tables from all records; 0, or 1 if a fault of ours is left."""
-    if not arguments.submissions and not arguments.prepare:
-        raise CourseError("which submissions? Name files, folders, zips or tars; see ./course grade --help")
+    refuse(arguments)
     stages, rubric = select(arguments.stages), read_rubric()
     points = {stage["id"]: sum(rubric.get(stage["id"], {}).values()) for stage in stages}
     book = the_class(arguments, points)

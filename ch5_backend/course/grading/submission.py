@@ -26,6 +26,12 @@ MOST_MEMBERS = 10_000     # of an archive or folder that are looked at
 COMPRESSIONS = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ": lzma.open}  # of a tar, by its first bytes
 
 
+def refuse(arguments) -> None:
+    """Raises CourseError where no submission is named."""
+    if not arguments.submissions and not arguments.prepare:
+        raise CourseError("which submissions? Name files, folders, zips or tars; see ./course grade --help")
+
+
 @dataclass
 class Submission:
     """One student's work. `faults` are words for the student on what could not be taken."""
