@@ -74,7 +74,7 @@ class AutoDiffEdge : public SizedEdge<R, V...> {
     if constexpr (Type::kDimension == Type::kLocalDimension) {
       this->template J<I>() = dr_dx_i;
     } else {
-      this->template J<I>() = dr_dx_i * PlusJacobian(vertex);  // found beside the vertex
+      this->template J<I>() = dr_dx_i * PlusJacobian(vertex);  // a VertexPose's: types/plus_jacobian.h
     }
   }
 };

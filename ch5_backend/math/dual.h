@@ -58,11 +58,26 @@ struct Dual {
     const double tangent = std::tan(f.value);
     return {tangent, (1.0 + tangent * tangent) * f.gradient};
   }
+  friend Dual asin(const Dual& f) { return {std::asin(f.value), f.gradient / std::sqrt(1.0 - f.value * f.value)}; }
+  friend Dual acos(const Dual& f) { return {std::acos(f.value), -f.gradient / std::sqrt(1.0 - f.value * f.value)}; }
+  friend Dual atan(const Dual& f) { return {std::atan(f.value), f.gradient / (1.0 + f.value * f.value)}; }
+  friend Dual tanh(const Dual& f) {
+    const double tangent = std::tanh(f.value);
+    return {tangent, (1.0 - tangent * tangent) * f.gradient};
+  }
+  friend Dual pow(const Dual& f, double exponent) {
+    return {std::pow(f.value, exponent), exponent * std::pow(f.value, exponent - 1.0) * f.gradient};
+  }
+  friend Dual hypot(const Dual& f, const Dual& g) {
+    const double root = std::hypot(f.value, g.value);
+    return {root, (f.value * f.gradient + g.value * g.gradient) / root};
+  }
   friend Dual atan2(const Dual& y, const Dual& x) {
     const double squared = x.value * x.value + y.value * y.value;
     return {std::atan2(y.value, x.value), (x.value * y.gradient - y.value * x.gradient) / squared};
   }
   friend Dual abs(const Dual& f) { return f.value < 0.0 ? -f : f; }
+  friend Dual fabs(const Dual& f) { return abs(f); }
 };
 
 }  // namespace ch5

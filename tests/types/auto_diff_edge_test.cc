@@ -17,7 +17,9 @@ TEST(Dual, EachFunctionHasItsDerivative) {
   using D = Dual<2>;
   const auto at = [](auto x, auto y) {
     using std::abs, std::atan2, std::cos, std::exp, std::log, std::sin, std::sqrt, std::tan;
-    return sqrt(x * y) + exp(x / y) - log(y) * sin(x) + cos(2.0 * y) / 3.0 - tan(x - 1.0) + atan2(y, -x) * abs(-y);
+    using std::acos, std::asin, std::atan, std::fabs, std::hypot, std::pow, std::tanh;
+    return sqrt(x * y) + exp(x / y) - log(y) * sin(x) + cos(2.0 * y) / 3.0 - tan(x - 1.0) + atan2(y, -x) * abs(-y) +
+           asin(x) * acos(x * x) + atan(y) - tanh(x) * pow(y, 1.5) + pow(x, 3) / hypot(x, y) - fabs(-x);
   };
   const double x = 0.7, y = 1.9, h = 1e-6;
   const D f = at(D::Unknown(x, 0), D::Unknown(y, 1));
