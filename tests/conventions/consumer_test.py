@@ -142,3 +142,4 @@ class Consumer(unittest.TestCase):
         self.assertNotIn("/unity_", commands)
         for command in re.findall(".* -c .*", commands):  # the last word counts
             self.assertRegex(command, "-ffast-math .*-Werror .*-w -fno-fast-math ")
+            self.assertIn(" -fPIC ", command, "the parent's shared libraries would not link")
