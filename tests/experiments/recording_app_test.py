@@ -206,9 +206,9 @@ class RecordingApp(AppTest):
 
     def test_a_scale_that_is_hardly_known_is_named(self):
         done = self.program(self.simulate(12, "circle"), "--out", self.out)
-        self.assertRegex(done.stderr, r"warning: the scale was known to [78] % only when the estimator had started \(at \d\.\d\d s\)")
-        self.assertRegex(self.page().replace("\u00a0", " "), r"The scale was known to [78] % only")
-        self.assertIn("尺度只知道到", (self.out / "report.zh.html").read_text(encoding="utf-8"))
+        self.assertRegex(done.stderr, r"warning: when the estimator had started \(at \d\.\d\d s\), it knew the scale only to ±[78] %")
+        self.assertRegex(self.page().replace("\u00a0", " "), r"it knew the scale only to ±[78] %")
+        self.assertIn("尺度的不确定度仍有", (self.out / "report.zh.html").read_text(encoding="utf-8"))
 
     def test_another_lens_and_an_inverted_accelerometer_are_named(self):
         recording = self.simulate(12)

@@ -215,8 +215,8 @@ RecordingWarnings CheckStarts(const OdometryStudy& study) {
   if (sigma == kMost) return {};
   const auto percent = std::lround(100.0 * sigma);
   return {{"scale", static_cast<double>(percent), t,
-           Join("the scale was known to ", percent, " % only when the estimator had started (at ", t,
-                " s): lengths may be wrong by so much; only a change of speed or direction tells the scale")}};
+           Join("when the estimator had started (at ", t, " s), it knew the scale only to ±", percent,
+                " %: lengths may be wrong by as much; only a change of speed or direction tells the scale")}};
 }
 
 RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings* settings) {
