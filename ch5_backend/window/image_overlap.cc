@@ -1,6 +1,7 @@
 #include "ch5_backend/window/image_overlap.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace ch5 {
 
@@ -28,17 +29,25 @@ double HullArea(std::vector<Vec2> points) {
 }
 
 ImageOverlap ImageOverlapOf(const Window& window, int older, int newer) {
+  const auto camera = [&](int frame) { return window.frames[window.IndexOf(frame)].pose->q() * window.extrinsic->q(); };
+  const Qd q_W_older = camera(older), q_W_newer = camera(newer);
   std::vector<Vec2> all, matched;
+  double angles = 0.0;
   for (const auto& [id, landmark] : window.landmarks) {
     const WindowObservation* now = landmark.In(newer);
     if (!now) continue;
     all.push_back(now->x);
-    if (landmark.In(older)) matched.push_back(now->x);
+    const WindowObservation* before = landmark.In(older);
+    if (!before) continue;
+    matched.push_back(now->x);
+    const Vec3 u = q_W_older * before->x.homogeneous(), v = q_W_newer * now->x.homogeneous();
+    angles += std::atan2(u.cross(v).norm(), u.dot(v));
   }
   if (all.empty()) return {};
   const double area = HullArea(all);
   return {area > 0.0 ? HullArea(matched) / area : 0.0,
-          static_cast<double>(matched.size()) / static_cast<double>(all.size())};
+          static_cast<double>(matched.size()) / static_cast<double>(all.size()),
+          matched.empty() ? 0.0 : angles / static_cast<double>(matched.size())};
 }
 
 }  // namespace ch5

@@ -14,6 +14,7 @@ double HullArea(std::vector<Vec2> points);
 struct ImageOverlap {
   double hull_ratio = 0.0;   ///< area of their convex hull / that of all points
   double match_ratio = 0.0;  ///< their number / that of all points
+  double angle = 0.0;        ///< between the directions, in the world, in which the two images see a point; mean [rad]
 };
 
 /// @param older, newer  ids of frames of the window

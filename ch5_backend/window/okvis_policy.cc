@@ -115,14 +115,15 @@ class OkvisPolicy : public WindowPolicy {
     ReplacePrior(edges, plan.drop, window);
   }
 
-  // A keyframe unless the image still sees most of what the last keyframe saw.
+  // A keyframe unless the image still sees most of what the last keyframe saw, and from there.
   bool IsKeyframe(const Window& window) const {
     const auto& frames = window.frames;
     const auto last =
         std::find_if(frames.rbegin() + 1, frames.rend(), [](const auto& frame) { return frame.is_keyframe; });
     if (last == frames.rend()) return true;
     const ImageOverlap overlap = ImageOverlapOf(window, last->id, frames.back().id);
-    return !(overlap.hull_ratio > options_.hull_ratio && overlap.match_ratio > options_.match_ratio);
+    return !(overlap.hull_ratio > options_.hull_ratio && overlap.match_ratio > options_.match_ratio &&
+             overlap.angle < options_.view_angle);
   }
 
   OkvisOptions options_;
@@ -135,6 +136,7 @@ void OkvisOptions::Validate() const {
   CheckOption("OkvisOptions::temporal_frames", temporal_frames, 2);
   CheckOption("OkvisOptions::hull_ratio", hull_ratio, 0);
   CheckOption("OkvisOptions::match_ratio", match_ratio, 0);
+  CheckPositive("OkvisOptions::view_angle", view_angle);
   CheckPositive("OkvisOptions::gauge_information", gauge_information);
   CheckPositive("OkvisOptions::later_gauge_information", later_gauge_information);
   CheckOption("OkvisOptions::max_iterations", max_iterations, 1);

@@ -58,11 +58,14 @@ std::unique_ptr<WindowPolicy> MakeVinsPolicy(const VinsOptions& options = {});
 
 /// The window of OKVIS.
 struct OkvisOptions {
-  int keyframes = 5;               ///< K
-  int temporal_frames = 3;         ///< S, the newest
-  double hull_ratio = 0.6;         ///< an image is no keyframe if both its ImageOverlap with the last keyframe …
-  double match_ratio = 0.2;        ///< … in hull area and in matches is greater
-  double gauge_information = 1e8;  ///< on position and yaw of the first frame [1/m², 1/rad²] …
+  int keyframes = 5;         ///< K
+  int temporal_frames = 3;   ///< S, the newest
+  double hull_ratio = 0.6;   ///< an image is no keyframe if both its ImageOverlap with the last keyframe …
+  double match_ratio = 0.2;  ///< … in hull area and in matches is greater
+  /// … and it sees the common points from directions that differ by less [rad]. OKVIS has no such limit, since from 20°
+  /// aside its features no longer match; of tracks that never end, as in simulations, it would keep the first keyframes.
+  double view_angle = 0.35;
+  double gauge_information = 1e8;         ///< on position and yaw of the first frame [1/m², 1/rad²] …
   double later_gauge_information = 1e14;  ///< … and of the oldest frame once the first has left
   int max_iterations = 10;
   double cost_tolerance = 1e-3;  ///< loose: the next image solves the window again

@@ -570,8 +570,8 @@ TEST(Misuse, EachNumberOfTheOptionsIsChecked) {
   using V = VinsOptions;
   ExpectEachIsChecked<V>({&V::parallax_pixels, &V::keyframe_seconds, &V::slow_seconds, &V::cost_tolerance});
   using O = OkvisOptions;
-  ExpectEachIsChecked<O>(
-      {&O::hull_ratio, &O::match_ratio, &O::gauge_information, &O::later_gauge_information, &O::cost_tolerance});
+  ExpectEachIsChecked<O>({&O::hull_ratio, &O::match_ratio, &O::view_angle, &O::gauge_information,
+                          &O::later_gauge_information, &O::cost_tolerance});
   ExpectEachIsChecked<IterativeOptions>({&IterativeOptions::tolerance, &IterativeOptions::model_tolerance});
 }
 

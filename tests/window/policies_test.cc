@@ -128,5 +128,20 @@ TEST(Okvis, HullAreasAndOverlap) {
   EXPECT_NEAR(overlap.match_ratio, 0.75, 1e-12);
 }
 
+// Both images see the same points: of the overlap alone, the second would never be a keyframe.
+TEST(Okvis, AnImageThatSeesThePointsFromElsewhereIsAKeyframe) {
+  for (const double distance : {2.0, 4.0}) {  // of points seen from places 1 m apart: 27° and 14°
+    Window window = Straight(2);
+    int track = 0;
+    for (const Vec3& p : {Vec3(0, 0, distance), Vec3(0, 0.1, distance), Vec3(0.1, 0, distance)})
+      See(track++, p, 0, 1, &window);
+    const ImageOverlap overlap = ImageOverlapOf(window, window.frames[0].id, window.frames[1].id);
+    EXPECT_NEAR(overlap.angle, std::atan(1.0 / distance), 0.01);
+    EXPECT_EQ(overlap.hull_ratio, 1.0);
+    MakeOkvisPolicy()->NoteNewFrame(&window);
+    EXPECT_EQ(window.frames[1].is_keyframe, distance == 2.0);
+  }
+}
+
 }  // namespace
 }  // namespace ch5
