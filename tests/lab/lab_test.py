@@ -235,7 +235,7 @@ class Lab(LabCase):
     def test_texts_are_complete_and_used(self):
         texts = json.loads((ROOT / "ch5_backend/lab/page/text.json").read_text(encoding="utf-8"))
         page = ROOT / "ch5_backend/lab/page"
-        source = "".join((page / name).read_text(encoding="utf-8") for name in ("lab.html", *lab.SCRIPTS))
+        source = "".join(path.read_text(encoding="utf-8") for path in (page / "lab.html", *lab.SCRIPTS))
         controls = re.findall(r'(?:range|log|choice)\("(\w+)"', source)
         for key, words in texts.items():
             self.assertEqual(set(words), {"en", "zh"}, key)

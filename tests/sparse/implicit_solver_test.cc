@@ -4,8 +4,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "ch5_backend/files/bal.h"
-#include "ch5_backend/simulate/city.h"
 #include "ch5_backend/simulate/random.h"
 #include "ch5_backend/sparse/sparse_optimizer.h"
 #include "ch5_backend/sparse/sparse_solver.h"
@@ -135,51 +133,6 @@ TEST(PowerSeries, ConjugateGradientsGoOnFromItsSum) {
   System system(scene, ReducedSolverType::kPowerSeries, options);
   EXPECT_LT((system.Step(1e-5) - expected).norm(), 1e-6 * expected.norm());
   EXPECT_GT(system.solver->ReducedProducts(), 20);
-}
-
-Summary SolveCity(ReducedSolverType type, int threads = 1) {
-  CityOptions options;
-  options.cameras = 420;  // enough for the automatic solver to begin with a power series
-  options.points_per_meter = 2.0;
-  BalGraph bal = BuildBal(SimulateCity(options).start, nullptr);
-  SparseOptimizer optimizer(&bal.graph, threads);
-  optimizer.SetDamping(Damping::kDiagonal);
-  optimizer.SetReducedSolver(type);
-  SolveOptions solve;
-  solve.max_iterations = 20;
-  return optimizer.Solve(solve);
-}
-
-// Streets couple hundreds of cameras weakly: loose steps creep along them, and exact ones do not.
-TEST(AutomaticSolver, BeginsWithLooseStepsAndEndsWithExactOnes) {
-  const Summary automatic = SolveCity(ReducedSolverType::kAutomatic);
-  const Summary loose = SolveCity(ReducedSolverType::kPowerSeries),
-                exact = SolveCity(ReducedSolverType::kSparseCholesky);
-  EXPECT_EQ(automatic.trace[1].cost, loose.trace[1].cost);
-  EXPECT_LT(automatic.final_cost, 1.002 * exact.final_cost);
-  EXPECT_GT(loose.final_cost, 1.01 * exact.final_cost);
-  EXPECT_EQ(SolveCity(ReducedSolverType::kAutomatic, 3).final_cost, automatic.final_cost);
-}
-
-// Pictures of a place from the internet: pairs of cameras, chosen at random, see five points each. S is nearly
-// empty, and its factor nearly full.
-TEST(AutomaticSolver, StaysLooseWhereFactoringTakesTooLong) {
-  BalProblem problem;
-  problem.cameras.assign(410, Vec9::Unit(6));
-  Random random(5);
-  for (int pair = 0; pair < 2400; ++pair) {
-    const int one = static_cast<int>(random.Bits() % 410),
-              other = (one + 1 + static_cast<int>(random.Bits() % 409)) % 410;
-    for (int k = 0; k < 5; ++k) {
-      const int point = static_cast<int>(problem.points.size());
-      problem.points.push_back(-Vec3::UnitZ());
-      problem.observations.push_back({one, point, Vec2::Zero()});
-      problem.observations.push_back({other, point, Vec2::Zero()});
-    }
-  }
-  BalGraph bal = BuildBal(problem, nullptr);
-  SparseOptimizer optimizer(&bal.graph);
-  EXPECT_FALSE(optimizer.GetSolver().SolveExactly());
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ from ..base.progress import Progress
 
 PAGE = ROOT / "ch5_backend" / "lab" / "page"
 WASM = BUILD.parent / "wasm"
-SCRIPTS = ("draw.js", "formulas.js", "scene.js", "challenges.js", "state.js", "panels.js", "ask.js", "tasks.js", "main.js")
+SCRIPTS = [PAGE / f"{name}.js" for name in ("draw", "formulas", "scene", "challenges", "state", "panels", "ask", "tasks", "main")]
 MOST_BYTES = 3_000_000
 
 
@@ -75,6 +75,6 @@ def assemble(program: Path) -> str:
     def read(path: Path) -> str:
         return path.read_text(encoding="utf-8").replace("</script", "<\\/script")
 
-    parts = {"ch5_lab.js": read(program), "scripts": "\n".join(read(PAGE / name) for name in SCRIPTS),
+    parts = {"ch5_lab.js": read(program), "scripts": "\n".join(read(script) for script in SCRIPTS),
              **{name: read(PAGE / name) for name in ("lab.css", "worker.js", "text.json")}}
     return re.sub(r"/\*([\w.]+)\*/(?=[;<])", lambda match: parts[match[1]], (PAGE / "lab.html").read_text(encoding="utf-8"))
