@@ -7,6 +7,10 @@
 /// fixed size, and on the heap the 64 bytes of the widest registers. Wider registers are used all the same; the processor
 /// reads them from any address.
 
+#if __cplusplus < 201703L
+#error "ch5_backend needs C++17 or later: compile with -std=c++17"
+#endif
+
 #ifndef EIGEN_MAX_ALIGN_BYTES
 #define EIGEN_MAX_ALIGN_BYTES 64
 #endif

@@ -117,6 +117,12 @@ class Consumer(unittest.TestCase):
             self.assertNotEqual(done.returncode, 0, words)
             self.assertIn(" ".join(ALIGNMENT), done.stderr)
 
+    def test_an_older_language_is_named(self):
+        done = subprocess.run([CXX, "-std=c++14", "-fsyntax-only", f"-I{ROOT}", f"-I{EIGEN}", "-x", "c++",
+                               ROOT / "ch5_backend/math/eigen_types.h"], capture_output=True, text=True)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("compile with -std=c++17", done.stderr)
+
     def test_a_program_with_another_layout_of_vectors_or_strings_does_not_link(self):
         library, = install(BUILD).rglob("libch5_backend*.a")
         program = HERE / "layout.cc"
