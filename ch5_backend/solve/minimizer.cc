@@ -168,7 +168,7 @@ class Run {
     }
     cost_ = new_cost;
     constexpr double kLittle = 0.02;  // of the cost
-    if (!stopped_ && decrease < kLittle * cost_) BecomesExact();
+    if (!stopped_ && summary_.iterations < options_.max_iterations && decrease < kLittle * cost_) BecomesExact();
   }
 
   // Far from the minimum inexact steps gain as much as exact ones, and sooner; near it they creep. The damping starts anew: how
