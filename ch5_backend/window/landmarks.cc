@@ -35,7 +35,12 @@ struct View {
   double ReprojectionError(const Vec3& p_W, const Vec2& x) const { return (ToCamera(p_W).hnormalized() - x).norm(); }
 };
 
-// Those of all frames, found once for many landmarks.
+// A landmark's reprojection errors on the normalized plane.
+struct Errors {
+  double mean = 0.0, largest = 0.0;
+};
+
+// The views of all frames, found once for many landmarks.
 class Views {
  public:
   explicit Views(const Window& window) : window_(window) {
@@ -68,15 +73,18 @@ class Views {
   }
 
   // Over all observations but the host's, whose error is zero.
-  double MeanReprojectionError(const WindowLandmark& landmark) const {
+  Errors ErrorsOf(const WindowLandmark& landmark) const {
     const Vec3 p_W = InWorld(landmark);
-    double sum = 0.0;
+    Errors errors;
     int views = 0;
     ForEach(landmark, [&](const View& view, const Vec2& x) {
-      sum += view.ReprojectionError(p_W, x);
+      const double error = view.ReprojectionError(p_W, x);
+      errors.mean += error;
+      errors.largest = std::max(errors.largest, error);
       ++views;
     });
-    return sum / static_cast<double>(views - 1);
+    errors.mean /= static_cast<double>(views - 1);
+    return errors;
   }
 
  private:
@@ -284,12 +292,21 @@ bool HasError(const WindowLandmark& landmark) {
   return landmark.inverse_depth && landmark.seen.size() >= 2 && !HasFailed(landmark);
 }
 
-double LargestMeanError(double max_error, const Views& views, const Window& window) {
-  std::vector<double> errors;
+// Of those that have one, in the order of the window's landmarks.
+std::vector<Errors> ErrorsOfLandmarks(const Views& views, const Window& window) {
+  std::vector<Errors> errors;
+  errors.reserve(window.landmarks.size());
   for (const auto& [id, landmark] : window.landmarks) {
-    if (HasError(landmark)) errors.push_back(views.MeanReprojectionError(landmark));
+    if (HasError(landmark)) errors.push_back(views.ErrorsOf(landmark));
   }
-  const double noise = errors.empty() ? 0.0 : Median(errors);
+  return errors;
+}
+
+double LargestMeanError(double max_error, const std::vector<Errors>& errors) {
+  std::vector<double> means;
+  means.reserve(errors.size());
+  for (const Errors& one : errors) means.push_back(one.mean);
+  const double noise = means.empty() ? 0.0 : Median(means);
   return std::clamp(kTimesMedian * noise, max_error, kMostNoise * max_error);
 }
 
@@ -297,16 +314,22 @@ double LargestMeanError(double max_error, const Views& views, const Window& wind
 
 void RemoveOutliers(double max_error, Window* window) {
   const Views views(*window);
-  const double limit = LargestMeanError(max_error, views, *window);
+  const std::vector<Errors> errors = ErrorsOfLandmarks(views, *window);
+  const double limit = LargestMeanError(max_error, errors);
+  auto next = errors.begin();
   EraseIf(window, [&](WindowLandmark& landmark) {
     if (!HasError(landmark)) return HasFailed(landmark);
-    RemoveFalseMatches(max_error, views, window, &landmark);
-    if (views.MeanReprojectionError(landmark) < limit) return false;
+    Errors error = *next++;
+    if (error.largest > kFalseMatch * max_error) {
+      RemoveFalseMatches(max_error, views, window, &landmark);
+      error = views.ErrorsOf(landmark);
+    }
+    if (error.mean < limit) return false;
     const auto has_second = [](const WindowObservation& seen) { return seen.second.has_value(); };
     if (std::none_of(landmark.seen.begin(), landmark.seen.end(), has_second)) return true;
     ForgetSecondViews(window, &landmark);  // a landmark that fits camera 0 stays
     landmark.inverse_depth->SetEstimate(VertexInverseDepth::Estimate(1.0 / TriangulateDepth(*window, landmark)));
-    return !(views.MeanReprojectionError(landmark) < limit);
+    return !(views.ErrorsOf(landmark).mean < limit);
   });
 }
 
