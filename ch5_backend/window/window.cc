@@ -86,10 +86,14 @@ class GraphBuilder {
 
   void AddImu() {
     for (size_t k = 1; k < window_.frames.size(); ++k) {
-      const Frame &i = window_.frames[k - 1], &j = window_.frames[k];
+      const Frame& i = window_.frames[k - 1];
+      Frame& j = window_.frames[k];
       if (!i.speed_bias || !j.speed_bias || !j.imu || j.imu->SumDt() > weights_.max_imu_seconds) continue;
-      Add(std::make_shared<EdgeImu>(i.pose, i.speed_bias, j.pose, j.speed_bias, j.imu,
-                                    Vec3(0, 0, window_.calibration.gravity)));
+      if (!j.imu_edge || !j.imu_edge->IsMadeOf(*j.imu) || j.imu_edge->Vertices().front() != i.pose) {
+        j.imu_edge = std::make_shared<EdgeImu>(i.pose, i.speed_bias, j.pose, j.speed_bias, j.imu,
+                                               Vec3(0, 0, window_.calibration.gravity));
+      }
+      Add(j.imu_edge);
     }
   }
 
@@ -189,7 +193,7 @@ class GraphBuilder {
   }
 
   const WindowWeights& weights_;
-  const Window& window_;
+  Window& window_;
   Graph& graph_;
   const ObservationModel& model_;
   std::vector<const Vertex*> local_poses_;

@@ -31,6 +31,7 @@ struct Frame {
   std::shared_ptr<VertexPose> pose;             ///< T_W_B
   std::shared_ptr<VertexSpeedBias> speed_bias;  ///< null once marginalized without its pose
   std::shared_ptr<Preintegration> imu;          ///< from the frame before; null for the first
+  std::shared_ptr<EdgeImu> imu_edge;            ///< that BuildGraph has made of it, and uses again while it is the same
 };
 using WindowFrame = Frame;  // its name in homework that was written before
 

@@ -19,6 +19,7 @@ EdgeImu::EdgeImu(std::shared_ptr<VertexPose> T_W_Bi, std::shared_ptr<VertexSpeed
       imu_(std::move(imu)),
       G_(reaction) {
   if (!imu_) throw std::invalid_argument("EdgeImu: the preintegration is null");
+  revision_ = imu_->Revision();
   // The covariance mixes m² with (rad/s)²: scaled to a unit diagonal, its inverse keeps all its digits.
   const Vec15 scale = imu_->Covariance().diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::LLT<Mat1515> llt(scale.asDiagonal() * imu_->Covariance() * scale.asDiagonal());

@@ -26,6 +26,8 @@ class EdgeImu : public SizedEdge<15, VertexPose, VertexSpeedBias, VertexPose, Ve
   void ComputeJacobians() override;
   bool NegativeProductsInto(double* C) override;
   std::string TypeInfo() const override { return "EdgeImu"; }
+  /// Whether W is that of this preintegration, as it is now.
+  bool IsMadeOf(const Preintegration& imu) const { return imu_.get() == &imu && imu.Revision() == revision_; }
 
  private:
   // What r and its Jacobians are made of.
@@ -43,6 +45,7 @@ class EdgeImu : public SizedEdge<15, VertexPose, VertexSpeedBias, VertexPose, Ve
 
   std::shared_ptr<const Preintegration> imu_;
   Vec3 G_;
+  int revision_;
 };
 
 }  // namespace ch5

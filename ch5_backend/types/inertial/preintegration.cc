@@ -70,6 +70,7 @@ void Preintegration::Reset() {
 //
 // and the noise of the two samples enters as P ← F P Fᵀ + V Q Vᵀ (VINS-Mono's report, eqs. 9–10).
 CH5_FLATTEN void Preintegration::Step(const ImuSample& s0, const ImuSample& s1) {
+  ++revision_;
   const double dt = s1.dt, dt2 = dt * dt;
   const Vec3 omega = 0.5 * (s0.gyroscope + s1.gyroscope) - b_g_;
   const Vec3 half = 0.5 * dt * omega;

@@ -41,6 +41,8 @@ class Preintegration {
   /// d[α, γ, β] / d[b_a, b_g], the two right block columns of the error state's transition.
   const Eigen::Matrix<double, 9, 6>& BiasJacobian() const { return J_; }
   const std::vector<ImuSample>& Samples() const { return samples_; }
+  /// Another number after each change.
+  int Revision() const { return revision_; }
 
  private:
   void Reset();
@@ -62,6 +64,7 @@ class Preintegration {
   Qd gamma_;
   Eigen::Matrix<double, 9, 6> J_;
   Mat1515 P_;  // its upper half
+  int revision_ = 0;
 };
 
 }  // namespace ch5
