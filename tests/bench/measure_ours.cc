@@ -16,6 +16,7 @@ peer::PeerResult Run(Graph* graph, const Problem& problem) {
   solve.gradient_tolerance = solve.step_tolerance = 0.0;
   solve.landmark_steps = problem.landmark_steps;
   optimizer.SetDamping(Damping::kDiagonal);
+  if (problem.kind == Problem::Kind::kBal) solve.tau = kOnRayTau;
   if (options.dogleg) solve.algorithm = Algorithm::kDogleg;
   const double bytes_before = MemoryBytes("VmRSS:");
   const Summary summary = optimizer.Solve(solve);

@@ -79,7 +79,9 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, Ba
   }
   study.mean_error_before = MeanReprojectionError(bal.graph);
 
-  study.summary = SolveGraph(&bal.graph, options);
+  FileSolveOptions with_tau = options;
+  if (move == BalPoints::kOnRay) with_tau.solve.tau = kOnRayTau;
+  study.summary = SolveGraph(&bal.graph, with_tau);
   study.mean_error_after = MeanReprojectionError(bal.graph);
   study.behind_camera = static_cast<int>(EdgesOutOfDomain(bal.graph).size());
   study.hint = HintAtHuber(bal.graph, options);
