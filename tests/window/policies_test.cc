@@ -68,6 +68,31 @@ TEST(Graph, KeepsTheEdgesOfObservationsThatAreTheSame) {
   for (const auto& edge : edges_of(2)) EXPECT_EQ(edge->TypeInfo(), "EdgeReprojectionCalibration");
 }
 
+TEST(Graph, KeepsAnImuEdgeWhileItsPreintegrationIsTheSame) {
+  Window window = Straight(3);
+  const auto edges = [&] {
+    BuildGraph({}, UseAll, &window);
+    return window.graph.Edges();
+  };
+  const auto first = edges();
+  ASSERT_EQ(first.size(), 2u);
+  EXPECT_EQ(edges(), first);
+  Preintegration& imu = *window.frames[1].imu;
+  imu.Reintegrate(Vec3::Zero(), Vec3(0.1, 0, 0));
+  const auto reintegrated = edges();
+  EXPECT_NE(reintegrated[0], first[0]);
+  EXPECT_EQ(reintegrated[1], first[1]);
+  imu.Add({0.1, Vec3(0, 0, 9.81), Vec3::Zero()});
+  const auto longer = edges();
+  EXPECT_NE(longer[0], reintegrated[0]);
+  EXPECT_NE(longer[0]->Information(), reintegrated[0]->Information());
+  window.frames[2].imu = std::make_shared<Preintegration>(imu);
+  const auto other = edges();
+  window.frames.erase(window.frames.begin() + 1);
+  EXPECT_EQ(edges().size(), 1u);
+  EXPECT_NE(edges()[0], other[1]) << "from another frame";
+}
+
 TEST(Vins, UsesLandmarksHostedBeforeTheLastThreeFrames) {
   Window window = Straight(11);
   const auto policy = MakeVinsPolicy();
