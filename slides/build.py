@@ -42,6 +42,7 @@ ROOT = HERE.parent
 
 from . import browser, npm
 from .browser import BuildError
+from .decks import choose, decks
 from .npm import WORK
 from ch5_backend.figures.atomic_write import atomic_write, write_whole
 from ch5_backend.figures.tables import TableError, Tables
@@ -51,10 +52,6 @@ PLACEHOLDER = re.compile(r"\{\{([A-Za-z0-9_.]+)\}\}")
 SLIDE_ID = re.compile(r"^<!-- slide: [^>]*-->\n", re.M)
 TITLE = re.compile("<title>(.*?)</title>")
 FIGURE = re.compile(r"\(figures/(\w+)\.svg\)")
-
-
-def decks():
-    return sorted(HERE.glob("[0-9]-*.??.md"))
 
 
 def language(deck):
@@ -225,14 +222,6 @@ def draw_figures(chosen, arguments):
             if lang == "en":  # matplotlib embeds Chinese letters under a wrong kind
                 with atomic_write(place.with_name(f"{place.name}.pdf")) as partial:
                     partial.write_bytes(draw(tables, lang, "pdf"))
-
-
-def choose(names):
-    stems = [deck.stem for deck in decks()]
-    for name in names:
-        if not any(stem.startswith(name) for stem in stems):
-            raise BuildError(f"there is no deck {name}; there are {', '.join(stems)}")
-    return [deck for deck in decks() if not names or deck.stem.startswith(tuple(names))]
 
 
 def main(argv):

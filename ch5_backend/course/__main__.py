@@ -95,11 +95,16 @@ COMMANDS = {  # its module, and the function of it that does it
     "site": (".documents.site", lambda module, given: module.site(given.out)),
 }
 REFUSALS = {  # its module, and what of it says no to words that the grammar takes
+    "run": (".experiments.run", lambda module, given: module.kinds_of(given)),
+    "fly": (".experiments.data", lambda module, given: list(map(module.kind_of, given.data))),
+    "test": (".test", lambda module, given: module.refuse(given.names)),
     "track": (".experiments.track", lambda module, given: module.refuse(given)),
     "bench": (".experiments.bench", lambda module, given: module.chosen(given.names)),
     "plots": (".experiments.plots", lambda module, given: module.chosen(given.names)),
     "check": (".homework.check", lambda module, given: module.select(given.asked)),
     "grade": (".grading.submission", lambda module, given: module.refuse(given)),
+    "pack": (".grading.pack", lambda module, given: module.refuse(given.what)),
+    "slides": (".documents.slides", lambda module, given: module.refuse(given.names)),
 }
 FORWARDING = ("test", "slides")  # to CTest and the builder, what follows --; elsewhere it is data, whatever it begins with
 PAGES = {"docs": "where the pages go; the folder is replaced; default: out/api", "lab": "where the page goes, default: out",

@@ -10,6 +10,7 @@ from tests.project import ROOT
 PLAIN_TOOLS = ("sh", "dirname", "sed", "cat", "mktemp", "grep", "sort", "head", "rm", "ls", "env", "touch", "chmod")
 MISSING = "g++ cmake ninja-build ccache"  # what `run` needs and this PATH lacks
 COMMANDS = ("g++", "cmake", "ninja", "ccache")
+WORK, FAILURE = ("run", "--out", "/dev/null/out"), "cannot write into /dev/null/out"  # what fails only once the work begins
 
 
 class FreshMachine(FolderTest):
@@ -43,11 +44,11 @@ class FreshMachine(FolderTest):
         return self.log.read_text() if self.log.exists() else ""
 
     def refuses(self, *words):
-        done = self.course("run", "/nowhere/a.txt")
+        done = self.course(*WORK)
         self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
         for word in words:
             self.assertIn(word, done.stderr)
-        self.assertNotIn("nowhere", done.stderr, "it must stop before the work begins")
+        self.assertNotIn(FAILURE, done.stderr, "it must stop before the work begins")
 
     def installing(self) -> str:
         """A script that installs: the commands are there afterwards."""
@@ -60,7 +61,7 @@ class FreshMachine(FolderTest):
     def test_the_compiler_that_cxx_names_is_installed(self):
         for compiler, package in (("clang++-14", "clang-14"), ("clang++", "clang"), ("g++-11", "g++-11"),
                                   ("/opt/g++-13 -m64", "g++-13")):
-            self.assertIn(f"Debian calls {package} cmake", self.course("run", "a.txt", CXX=compiler).stderr)
+            self.assertIn(f"Debian calls {package} cmake", self.course(*WORK, CXX=compiler).stderr)
 
     def test_without_root_and_sudo_it_says_what_to_run_as_root(self):
         self.user(1000)
@@ -81,22 +82,22 @@ class FreshMachine(FolderTest):
     def test_root_installs_and_goes_on(self):
         self.user(0)
         self.apt(self.installing())
-        done = self.course("run", "/nowhere/a.txt")
+        done = self.course(*WORK)
         self.assertIn(f"installing {MISSING} with apt-get (./course run needs it)", done.stderr)
-        self.assertIn("/nowhere/a.txt: there is no such file", done.stderr)
+        self.assertIn(FAILURE, done.stderr)
         self.assertIn(f"install --no-install-recommends {MISSING}", self.calls())
 
     def test_stale_package_lists_are_updated(self):
         self.user(0)
         self.apt(f'grep -q update {self.log} || exit 100\n{self.installing()}')
-        self.assertIn("there is no such file", self.course("run", "/nowhere/a.txt").stderr)
+        self.assertIn(FAILURE, self.course(*WORK).stderr)
 
     def test_a_user_installs_with_sudo(self):
         self.user(1000)
         self.tool("sudo", f'echo "sudo $*" >> {self.log}\n[ "$1" = -n ] && shift\nexec "$@"')
         self.tool("true", "exit 0")
         self.apt(self.installing())
-        self.assertIn("there is no such file", self.course("run", "/nowhere/a.txt").stderr)
+        self.assertIn(FAILURE, self.course(*WORK).stderr)
         self.assertIn("sudo env DEBIAN_FRONTEND=noninteractive apt-get", self.calls())
 
     def test_fonts_that_have_been_installed_since_are_looked_for(self):
@@ -114,7 +115,9 @@ class FreshMachine(FolderTest):
         for words in (["help"], ["run", "--help"]):
             self.assertEqual(self.course(*words).returncode, 0)
         for words in (["frobnicate"], ["run", "--frobnicate"], ["lab", "frobnicate"], ["run", "--threads"], ["track"],
-                      ["track", "/nowhere"], ["grade"], ["bench", "--", "nosuch"], ["plots", "nosuch"], ["check", "9.9"]):
+                      ["track", "/nowhere"], ["grade"], ["bench", "--", "nosuch"], ["plots", "nosuch"], ["check", "9.9"],
+                      ["run", "/nowhere"], ["run", "--window", "9"], ["fly", "/nowhere"], ["grade", "/nowhere"], ["pack", "nosuch"],
+                      ["slides", "nosuch"], ["test", "no" + "test"]):
             done = self.course(*words)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertNotIn("installing", done.stderr)

@@ -13,7 +13,6 @@ from ..base.errors import CourseError, warn
 from ..base.language import sentence
 from ..base.output_dir import locked_dir, made_dir, result_places
 from .data import has_images, kind_of
-from .fly import fly
 from .programs import TRACKER, app, follow_images, tell
 
 WHY_NOT = {"recording": "each estimator's policy chooses its settings", "window": "the file names its own loss"}
@@ -28,23 +27,13 @@ POLICY_FIELDS = ("policy", "ate_m", "scale_error", "yaw_error_deg", "realtime_fa
 
 def run(arguments) -> int:
     """Returns the exit code; raises CourseError for bad input before anything is built or written."""
-    out = Path(arguments.out or "out")
+    kinds, out = kinds_of(arguments), Path(arguments.out or "out")
     if arguments.mine:
-        for option in given_options(arguments):
-            raise CourseError(f"--{option} does not apply to --mine: each experiment chooses its settings")
+        from .fly import fly  # NumPy, which a fresh machine lacks
         return fly(arguments, only_flights=False)
     if not arguments.data:
         return run_chapter(out, arguments)
     places = result_places(arguments.data, out)
-    kinds = {path: kind_of(path) for path in arguments.data}
-    for option in given_options(arguments):
-        for path, kind in kinds.items():
-            if option in POSE_GRAPH_OPTIONS and kind != "pose_graph":
-                raise CourseError(f"--{option} does not apply to {path}: it is for pose graphs")
-            if option in RECORDING_OPTIONS and kind != "recording":
-                raise CourseError(f"--{option} does not apply to {path}: it is for recordings")
-            if (option in SOLVER_OPTIONS and kind == "recording") or (kind, option) == ("window", "huber"):
-                raise CourseError(f"--{option} does not apply to {path}: {WHY_NOT[kind]}")
     with made_dir(out):
         trackers = [TRACKER] if any(map(has_images, arguments.data)) else []
         build_or_fail([f"ch5_{kind}" for kind in sorted(set(kinds.values()))] + trackers)
@@ -54,10 +43,26 @@ def run(arguments) -> int:
     return next((r["exit_code"] for r in results if "exit_code" in r), 0)
 
 
+def kinds_of(arguments) -> dict:
+    """{path: kind of its data}. Raises CourseError for what is no data, and for options that do not apply."""
+    kinds = {path: kind_of(path) for path in arguments.data}
+    for option in given_options(arguments):
+        if arguments.mine:
+            raise CourseError(f"--{option} does not apply to --mine: each experiment chooses its settings")
+        if not kinds:
+            raise CourseError(f"--{option} needs DATA: the chapter's own studies choose their settings")
+        for path, kind in kinds.items():
+            if option in POSE_GRAPH_OPTIONS and kind != "pose_graph":
+                raise CourseError(f"--{option} does not apply to {path}: it is for pose graphs")
+            if option in RECORDING_OPTIONS and kind != "recording":
+                raise CourseError(f"--{option} does not apply to {path}: it is for recordings")
+            if (option in SOLVER_OPTIONS and kind == "recording") or (kind, option) == ("window", "huber"):
+                raise CourseError(f"--{option} does not apply to {path}: {WHY_NOT[kind]}")
+    return kinds
+
+
 def run_chapter(out: Path, arguments) -> int:
     """Every study of the chapter on the course's own scenes, then the report."""
-    for option in given_options(arguments):
-        raise CourseError(f"--{option} needs DATA: the chapter's own studies choose their settings")
     with locked_dir(out):
         build_or_fail(["ch5_chapter"])
         start = time.monotonic()

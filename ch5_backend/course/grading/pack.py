@@ -59,19 +59,24 @@ jobs:
 """
 
 
+def refuse(what: str) -> None:
+    """Raises CourseError for what cannot be packed."""
+    if what not in ("student", "gradescope", "classroom"):
+        raise CourseError(f"./course pack makes student, gradescope or classroom, not '{what}'")
+
+
 def pack(what: str, out: str, language: str) -> int:
     """Writes the archive or the workflow, whole or not at all; 0. The graders that are packed speak `language`."""
+    refuse(what)
     if what == "gradescope":
         path = Path(out or "gradescope.zip")
         write_zip(path, {**project_files(), "setup.sh": SETUP.encode(), "run_autograder": RUN.replace("LANGUAGE", language).encode()})
     elif what == "classroom":
         path = Path(out or "classroom.yml")
         write_whole(path, CLASSROOM.replace("LANGUAGE", language))
-    elif what == "student":
+    else:
         path = Path(out or "chapter5.tar.gz")
         pack_student(path)
-    else:
-        raise CourseError(f"./course pack makes student, gradescope or classroom, not '{what}'")
     print(f"{path}: {path.stat().st_size >> 10} KB")
     return 0
 

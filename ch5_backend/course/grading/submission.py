@@ -27,9 +27,12 @@ COMPRESSIONS = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ": lzma.open
 
 
 def refuse(arguments) -> None:
-    """Raises CourseError where no submission is named."""
+    """Raises CourseError where no submission is named, or one is not there."""
     if not arguments.submissions and not arguments.prepare:
         raise CourseError("which submissions? Name files, folders, zips or tars; see ./course grade --help")
+    for path in arguments.submissions:
+        if not os.path.lexists(path):  # a link that leads nowhere is a submission, too
+            raise CourseError(f"{path}: there is no such submission")
 
 
 @dataclass
