@@ -1,4 +1,5 @@
 """Files that appear whole or not at all."""
+import errno
 import os
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -9,9 +10,11 @@ def atomic_write(path):
     """Gives a path to write to, of the same ending, which becomes `path` at the end of the block.
 
     Its name is this process's own, so that two runs into one folder do not write the same file; after an exception
-    it is removed.
+    it is removed. A device or a pipe is refused, since it would be replaced: /dev/null, for root.
     """
     path = Path(path)
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise OSError(errno.EINVAL, "not a regular file", str(path))
     partial = path.with_name(f".ch5-{os.getpid()}-{path.name}")
     try:
         yield partial

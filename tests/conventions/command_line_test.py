@@ -201,6 +201,12 @@ class CommandLine(FolderTest):
             self.refuses("pack", "student", "--out", f"{out}/archive", naming=[f"{out}/archive"])
         self.assertEqual(occupied.read_bytes(), b"keep me")
 
+    def test_a_device_is_not_replaced_by_a_file(self):
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        self.refuses("pack", "classroom", "--out", pipe, naming=[pipe, "not a regular file"])
+        self.assertTrue(pipe.is_fifo())
+
     def test_json_is_one_object_whatever_happens(self):
         for words in (["run", "/nowhere/a.txt"], ["run", "--threads", "0"], ["run", "--frobnicate"],
                       ["run", self.path("empty.txt")], ["check", "9.9"], ["status", "1.1"]):

@@ -77,7 +77,7 @@ def pack(what: str, out: str, language: str) -> int:
     else:
         path = Path(out or "chapter5.tar.gz")
         pack_student(path)
-    print(f"{path}: {path.stat().st_size >> 10} KB")
+    print(f"{path}: {-(-path.stat().st_size >> 10)} KB")
     return 0
 
 
