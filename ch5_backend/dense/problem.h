@@ -35,6 +35,7 @@ class Problem : public NormalEquations {
 
   /// @throws GraphError if an edge ties two free landmarks: H_mm would not be block diagonal
   void SetOrdering() override;
+  void CheckOrdering() const override { ch5::CheckOrdering(ordering_); }
   int Size() const override { return ordering_.Size(); }
   double Cost() override { return ch5::Cost(ordering_.edges); }
   double ComputeChi() { return Cost(); }  ///< the course's name

@@ -100,6 +100,21 @@ std::vector<int> LandmarkOfEachEdge(const Ordering& ordering) {
   return landmarks;
 }
 
+void CheckOrdering(const Ordering& ordering) {
+  const std::string reason = " while it was being solved; a callback must leave the graph as it is";
+  int row = 0;
+  for (const auto* vertices : {&ordering.poses, &ordering.landmarks}) {
+    for (const auto& vertex : *vertices) {
+      if (vertex->Id() < 0) throw GraphError(vertex->TypeInfo() + " has left the graph" + reason);
+      if (vertex->OrderingId() != row) throw GraphError(vertex->Name() + " has been numbered anew" + reason);
+      row += vertex->LocalDimension();
+    }
+  }
+  for (const auto& edge : ordering.edges) {
+    if (edge->Id() < 0) throw GraphError(edge->TypeInfo() + " has left the graph" + reason);
+  }
+}
+
 void Update(const Ordering& ordering, const VecX& delta_x) {
   for (const auto* vertices : {&ordering.poses, &ordering.landmarks}) {
     for (const auto& vertex : *vertices) {

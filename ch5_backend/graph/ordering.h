@@ -70,6 +70,9 @@ struct Ordering {
 /// a fixed vertex has no columns, and a vertex without edges would leave H with a zero row.
 Ordering MakeOrdering(const Graph& graph, const Selection& selection = {});
 
+/// @throws GraphError if a vertex or an edge of it has left the graph, or a vertex has been numbered anew
+void CheckOrdering(const Ordering& ordering);
+
 /// x ← x ⊞ δ of all free vertices, which remember x; RollBack undoes the last Update to the bit.
 void Update(const Ordering& ordering, const VecX& delta_x);
 void RollBack(const Ordering& ordering);

@@ -195,9 +195,11 @@ class Run {
     info_.cost = cost_;
     info_.seconds = Seconds();
     summary_.trace.push_back(info_);
-    if (options_.callback && !options_.callback(info_) && !stopped_) {
-      Stop(Termination::kUserStopped, "the callback asked for it");
-    }
+    if (!options_.callback) return;
+    const bool goes_on = options_.callback(info_);
+    if (stopped_) return;
+    if (!goes_on) return Stop(Termination::kUserStopped, "the callback asked for it");
+    system_->CheckOrdering();
   }
 
   template <typename... Words>

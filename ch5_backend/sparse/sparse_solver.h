@@ -37,6 +37,7 @@ class SparseSolver : public NormalEquations {
   void Select(Selection selection) { selection_ = std::move(selection); }
   /// Parts of vertices that stay as they are, at most one entry for a vertex; from the next MakeHessian on.
   void Hold(std::vector<HeldDirections> held) { held_ = std::move(held); }
+  void CheckOrdering() const override { ch5::CheckOrdering(structure_.ordering); }
   int Size() const override { return structure_.Size(); }
   double Cost() override;
   /// g2o's buildSystem.

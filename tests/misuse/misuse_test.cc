@@ -83,6 +83,18 @@ std::string SolvePlainly(Spoilt spoilt) {
   return Minimize(&system, {}).message;
 }
 
+// Changes the graph before the first step.
+template <typename System>
+void SolveChanging(void (*change)(TwoSteps*)) {
+  TwoSteps g;
+  SolveOptions options;
+  options.callback = [&](const IterationInfo& info) {
+    if (info.iteration == 0) change(&g);
+    return true;
+  };
+  System(&g.graph).Solve(options);
+}
+
 // Nobody has given it memory for its parameters.
 class VertexWithoutMemory : public Vertex {
  public:
@@ -273,6 +285,19 @@ const std::vector<Case> kGraphs = {
        Covariance{&g.graph};
      }),
      "Covariance: EdgeStep 0 has a residual or a Jacobian that is not finite"},
+    {"a vertex removed while solving",
+     Do([] { SolveChanging<SparseOptimizer>([](TwoSteps* g) { g->graph.RemoveVertex(g->x_[2]); }); }),
+     "VertexVector1 has left the graph while it was being solved"},
+    {"an edge removed while solving",
+     Do([] { SolveChanging<Problem>([](TwoSteps* g) { g->graph.RemoveEdge(g->edges_[0]); }); }),
+     "EdgeStep has left the graph while it was being solved"},
+    {"a vertex fixed and all numbered anew while solving", Do([] {
+       SolveChanging<SparseOptimizer>([](TwoSteps* g) {
+         g->x_[0]->SetFixed();
+         MakeOrdering(g->graph);
+       });
+     }),
+     "VertexVector1 0 has been numbered anew while it was being solved"},
     {"no information",
      [] {
        TwoSteps g;

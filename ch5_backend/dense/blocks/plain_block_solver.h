@@ -61,6 +61,7 @@ class PlainBlockSolver : public NormalEquations {
 
   /// @throws GraphError if an edge ties two free landmarks
   void SetOrdering() override;
+  void CheckOrdering() const override { ch5::CheckOrdering(ordering_); }
   int Size() const override { return ordering_.Size(); }
   double Cost() override { return ch5::Cost(ordering_.edges); }
   void MakeHessian() override { BuildSystem(); }
