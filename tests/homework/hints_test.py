@@ -26,6 +26,13 @@ def said(name, number, language="en"):
     return out.getvalue()
 
 
+class Pages(unittest.TestCase):
+    def test_who_is_right_is_told_of_the_part_without_a_todo(self):
+        for stage in STAGES:
+            goes_on = "the part without a TODO" in hint.page(stage, "en").read_text(encoding="utf-8")
+            self.assertEqual("handout" in ENGLISH.text(check.next_step(stage, RIGHT)), goes_on, stage["id"])
+
+
 class Hints(unittest.TestCase):
     def test_every_section_has_three_in_both_languages(self):
         for language in hint.SUFFIX:

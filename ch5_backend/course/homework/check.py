@@ -176,7 +176,10 @@ def next_step(stage: dict, verdict: Verdict) -> dict:
     if verdict.state == "right":
         ids = [row["id"] for row in STAGES]
         following = ids[ids.index(stage["id"]) + 1:]
-        return sentence("check.next_stage", command=f"./course check {following[0]}") if following else sentence("check.last_stage")
+        if not following:
+            return sentence("check.last_stage")
+        done = "check.next_stage_after_page" if stage.get("read_by_instructor") else "check.next_stage"
+        return sentence(done, stage=stage["id"], command=f"./course check {following[0]}")
     if cause_of(verdict.diagnosis) == "judge.ended_by_itself":
         return sentence("check.next_ended_by_itself", file=file, command=again)
     return sentence(f"check.next_{verdict.state.replace('-', '_')}", file=file, todo=verdict.diagnosis.get("todo", ""),
