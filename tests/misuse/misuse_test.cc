@@ -26,6 +26,8 @@
 #include "ch5_backend/types/edge_se3_prior.h"
 #include "ch5_backend/types/pose_graph/edge_between.h"
 #include "ch5_backend/types/vertices.h"
+#include "ch5_backend/types/visual/edge_reprojection.h"
+#include "ch5_backend/types/visual/edge_track.h"
 #include "ch5_backend/window/start/dynamic_initialization.h"
 
 namespace ch5 {
@@ -311,6 +313,22 @@ const std::vector<Case> kGraphs = {
        EdgeImu(pose, speed, pose, speed, nullptr);
      }),
      "EdgeImu: the preintegration is null"},
+    {"a preintegration of no sample",
+     Do([] { Preintegration(std::vector<ImuSample>(), Vec3::Zero(), Vec3::Zero(), {}); }),
+     "Preintegration: there is no IMU sample"},
+    {"a preintegration of one step", Do([] {
+       const std::vector<ImuSample> samples(2, {0.1, Vec3(0, 0, 9.81), Vec3::Zero()});
+       EdgeImu(nullptr, nullptr, nullptr, nullptr,
+               std::make_shared<Preintegration>(samples, Vec3::Zero(), Vec3::Zero(), ImuNoise()));
+     }),
+     "singular (2 samples over 0.100000 s): it takes three samples"},
+    {"a camera's place with a rotation of zero", Do([] {
+       EdgeReprojectionPoseOnly(nullptr, Vec3::UnitZ(), Vec2::Zero(), {Qd(0, 0, 0, 0), Vec3::Zero()});
+     }),
+     "T_B_C: the quaternion is zero"},
+    {"a track of no poses",
+     Do([] { EdgeTrack(std::make_shared<VertexInverseDepth>(1.0), std::vector<EdgeTrack::View>(2), {}, 1.0); }),
+     "EdgeTrack: a vertex is null"},
     {"a singular covariance", Do([] {
        EdgeSE3Prior(std::make_shared<VertexPose>(), Qd::Identity(), Vec3::Zero()).SetCovariance(Mat66::Zero());
      }),

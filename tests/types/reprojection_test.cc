@@ -55,6 +55,18 @@ TEST(Reprojection, InverseDepthWithAnExtrinsicByHand) {
   EXPECT_LT((ResidualOf(&in_space) - ResidualOf(&ahead)).norm(), 1e-14);
 }
 
+TEST(Reprojection, TakesAnExtrinsicOfAnyLengthAndOneOfLengthOneToTheBit) {
+  const auto depth = std::make_shared<VertexInverseDepth>(0.25);
+  const auto host = Pose(Qd::Identity(), Vec3::Zero()), target = Pose(Qd::Identity(), Vec3(0.3, 0.2, 0.1));
+  const auto residual = [&](const Qd& q) {
+    EdgeReprojection edge(depth, host, target, Vec2(0.1, -0.2), Vec2(0.5, 0.5), {q, Vec3(0.1, 0, 0)});
+    return ResidualOf(&edge);
+  };
+  const Qd q = ExpSO3(Vec3(0.3, -0.2, 0.1));
+  EXPECT_LT((residual(Qd(2.0 * q.coeffs())) - residual(q)).norm(), 1e-15);
+  EXPECT_EQ(RigidMatrix(Transform{q, Vec3::Zero()}).R, q.toRotationMatrix());
+}
+
 // By hand, at the identity: π(p) = [x/z, y/z], so ∂r/∂p_W = [1/z, 0, −x/z²; 0, 1/z, −y/z²] with p = (0.4, −0.8, 4).
 TEST(Reprojection, JacobiansByHand) {
   EdgeReprojectionXYZ edge(std::make_shared<VertexPointXYZ>(Vec3(0.4, -0.8, 4)), Pose(Qd::Identity(), Vec3::Zero()),

@@ -23,10 +23,13 @@ EdgeImu::EdgeImu(std::shared_ptr<VertexPose> T_W_Bi, std::shared_ptr<VertexSpeed
   // The covariance mixes m² with (rad/s)²: scaled to a unit diagonal, its inverse keeps all its digits.
   const Vec15 scale = imu_->Covariance().diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::LLT<Mat1515> llt(scale.asDiagonal() * imu_->Covariance() * scale.asDiagonal());
-  if (!scale.allFinite() || llt.info() != Eigen::Success) {
+  constexpr double kRounding = 1e-14;  // a pivot below it is one of rounding alone; those of ten seconds are above 1e-3
+  const bool is_definite =
+      llt.info() == Eigen::Success && llt.matrixLLT().diagonal().cwiseAbs2().minCoeff() > kRounding;
+  if (!scale.allFinite() || !is_definite) {
     throw std::invalid_argument("EdgeImu: the preintegration's covariance is singular (" +
                                 std::to_string(imu_->Samples().size()) + " samples over " +
-                                std::to_string(imu_->SumDt()) + " s)");
+                                std::to_string(imu_->SumDt()) + " s): it takes three samples, and noises above zero");
   }
   const Mat1515 inverse = llt.solve(Mat1515::Identity());
   SetW(scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal());

@@ -18,7 +18,8 @@ namespace ch5 {
 class EdgeImu : public SizedEdge<15, VertexPose, VertexSpeedBias, VertexPose, VertexSpeedBias>, public FastEdge {
  public:
   /// @param imu  from frame i to frame j, shared with the window;  @param reaction  G in W [m/s²]
-  /// @throws std::invalid_argument if there is no preintegration, or its covariance is singular (no samples, a noise of zero)
+  /// @throws std::invalid_argument if there is no preintegration, or its covariance is singular: of a single step, after which
+  ///         position and speed err alike, or with a noise of zero
   EdgeImu(std::shared_ptr<VertexPose> T_W_Bi, std::shared_ptr<VertexSpeedBias> speed_bias_i,
           std::shared_ptr<VertexPose> T_W_Bj, std::shared_ptr<VertexSpeedBias> speed_bias_j,
           std::shared_ptr<const Preintegration> imu, const Vec3& reaction = Vec3(0, 0, 9.81));

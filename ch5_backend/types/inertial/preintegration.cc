@@ -9,6 +9,11 @@
 namespace ch5 {
 namespace {
 
+const ImuSample& FirstOf(const std::vector<ImuSample>& samples) {
+  if (samples.empty()) throw std::invalid_argument("Preintegration: there is no IMU sample");
+  return samples.front();
+}
+
 void RequireFinite(const ImuSample& sample) {
   if (!sample.acceleration.allFinite() || !sample.gyroscope.allFinite()) {
     throw std::invalid_argument("Preintegration: an IMU sample holds a number that is not finite");
@@ -26,7 +31,7 @@ Preintegration::Preintegration(const ImuSample& first, const Vec3& b_a, const Ve
 
 Preintegration::Preintegration(const std::vector<ImuSample>& samples, const Vec3& b_a, const Vec3& b_g,
                                const ImuNoise& noise)
-    : Preintegration(samples.at(0), b_a, b_g, noise) {
+    : Preintegration(FirstOf(samples), b_a, b_g, noise) {
   for (size_t k = 1; k < samples.size(); ++k) Add(samples[k]);
 }
 

@@ -5,7 +5,8 @@
 ///   r = π(p_Cj) − [u_j, v_j],   p_Cj as in point_transfer.h
 ///
 /// A point in the camera's plane (p_Cj.z = 0) gives a residual that is not finite; algorithms reject such a step. One behind
-/// a camera is projected through its center as if it were ahead; InDomain tells.
+/// a camera is projected through its center as if it were ahead; InDomain tells. The host's point counts as exact: where its
+/// noise matters, as for covariances, take edge_track.h.
 
 #include "ch5_backend/graph/fast_edge.h"
 #include "ch5_backend/graph/sized_edge.h"
@@ -17,6 +18,7 @@ namespace ch5 {
 class EdgeReprojection : public SizedEdge<2, VertexInverseDepth, VertexPose, VertexPose>, public FastEdge {
  public:
   /// @param u_host, u_target  observations [x, y] on the normalized plane of the host and the target
+  /// @param T_B_C  [m], its quaternion normalized here; @throws std::invalid_argument if that is zero or not finite
   EdgeReprojection(std::shared_ptr<VertexInverseDepth> inverse_depth, std::shared_ptr<VertexPose> T_W_Bi,
                    std::shared_ptr<VertexPose> T_W_Bj, const Vec2& u_host, const Vec2& u_target,
                    const Transform& T_B_C = {});

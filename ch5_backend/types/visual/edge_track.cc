@@ -27,6 +27,9 @@ EdgeTrack::EdgeTrack(const std::shared_ptr<VertexInverseDepth>& inverse_depth, c
                      const Transform& T_B_C, double sigma)
     : Edge(2 * (static_cast<int>(views.size()) - 1), VerticesOf(inverse_depth, views), nullptr, nullptr) {
   if (views.size() < 2 || !(sigma > 0.0)) throw std::invalid_argument("EdgeTrack: two views and a noise are needed");
+  for (const auto& vertex : Vertices()) {
+    if (!vertex) throw std::invalid_argument("EdgeTrack: a vertex is null");
+  }
   const int rows = ResidualDimension();
   MatXX B(rows, 2);
   for (size_t j = 1; j < views.size(); ++j) {

@@ -21,7 +21,7 @@ class EdgeTrack : public Edge {
   };
   /// W is that of the present states.
   /// @param views  the host's first, at least two;  @param sigma  of all points [normalized plane]
-  /// @throws std::invalid_argument unless there are two views and σ > 0
+  /// @throws std::invalid_argument unless there are two views, σ > 0, and no vertex is null
   EdgeTrack(const std::shared_ptr<VertexInverseDepth>& inverse_depth, const std::vector<View>& views,
             const Transform& T_B_C, double sigma);
   void ComputeResidual() override;

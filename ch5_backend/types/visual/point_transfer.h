@@ -8,6 +8,8 @@
 ///
 ///   ∂p_W/∂θ_i = −R_W_Bi [p_Bi],   ∂p_Bj/∂θ_j = [p_Bj],   ∂p_Ci/∂λ = −p_Ci/λ;   those of the cameras' places likewise
 
+#include <cmath>
+
 #include "ch5_backend/types/vertices.h"
 
 namespace ch5 {
@@ -18,7 +20,12 @@ struct RigidMatrix {
   Vec3 p = Vec3::Zero();
 
   RigidMatrix() = default;
-  explicit RigidMatrix(const Transform& T) : R(T.q.toRotationMatrix()), p(T.p) {}
+  /// A quaternion of another length is normalized; one of length 1 stays as it is, to the bit.
+  /// @throws std::invalid_argument if it is zero or not finite
+  explicit RigidMatrix(const Transform& T_B_C) : p(T_B_C.p) {
+    const bool is_unit = std::abs(T_B_C.q.squaredNorm() - 1.0) < 1e-15;
+    R = (is_unit ? T_B_C.q : RotationOf(T_B_C.q, "T_B_C")).toRotationMatrix();
+  }
   explicit RigidMatrix(const VertexPose& T) : R(T.R()), p(T.p()) {}
   /// T⁻¹ x.
   Vec3 Inverse(const Vec3& x) const { return R.transpose() * (x - p); }
