@@ -81,6 +81,13 @@ class BuildFolder(unittest.TestCase):
         self.assertEqual(self.folder(CXX="g++-11"), "build/release-g++-11")
         self.assertEqual(self.folder(CXX="/usr/bin/clang++ --gcc-toolchain=/opt"), "build/release-clang++-opt")
 
+    def test_a_full_disk_is_not_told_as_an_error_of_the_code(self):
+        done = subprocess.CompletedProcess([], 1, "[1/2] …\nproblem.cc:9:1: fatal error: cannot write PCH file: No space left on device\n")
+        with mock.patch.object(cmake_build, "configure"), mock.patch.object(cmake_build, "run_logged", return_value=done), \
+                self.assertRaises(CourseError) as caught:
+            cmake_build.build()
+        self.assertIn("the disk is full: problem.cc:9:1", str(caught.exception))
+
     def test_a_folder_of_another_compiler_or_project_is_made_anew(self):
         here = {"CMAKE_HOME_DIRECTORY": str(ROOT), "CMAKE_CXX_COMPILER": shutil.which("sh")}
         for words, cached, foreign in (([], here, False), (["sh"], here, False), (["cat"], here, True), (["cat"], {}, False),

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from .processes import running
 from .errors import CourseError
+from .language import sentence
 from .output_dir import hold
 from .progress import Progress
 
@@ -75,11 +76,16 @@ def _lacks_a_part(cached: dict) -> bool:
 def build(targets=()) -> subprocess.CompletedProcess:
     """Builds the targets (default: all); configures first if needed.
 
-    Returns what ninja returned and all that it printed, in stdout; a failed build is not an exception here.
+    Returns what ninja returned and all that it printed, in stdout; a failed build is not an exception here, but a full disk is:
+    it is no fault of the code.
     """
     configure()
     with Progress("build") as progress, _lock():
-        return run_logged(["ninja", "-C", str(BUILD), "-j", str(CORES), *targets], "build.log", progress.ninja_step)
+        done = run_logged(["ninja", "-C", str(BUILD), "-j", str(CORES), *targets], "build.log", progress.ninja_step)
+    full = re.search("^.*No space left on device.*$", done.stdout, re.M)
+    if done.returncode and full:
+        raise CourseError(sentence("compiler.disk_full", line=full[0].strip()))
+    return done
 
 
 def build_or_fail(targets=()) -> None:
