@@ -141,8 +141,8 @@ std::string WhatIsNotFinite(const std::vector<std::shared_ptr<Edge>>& edges) {
     edge->Linearize();
     bool is_finite = edge->Residual().allFinite();
     for (size_t i = 0; i < edge->Vertices().size(); ++i) is_finite = is_finite && edge->Jacobian(i).allFinite();
-    if (is_finite) continue;
-    return edge->Name() + " has a residual or a Jacobian that is not finite";
+    if (!is_finite) return edge->Name() + " has a residual or a Jacobian that is not finite";
+    if (!std::isfinite(edge->Cost())) return edge->Name() + " has a cost that is not finite, by its loss or its size";
   }
   return "";
 }

@@ -278,6 +278,13 @@ const std::vector<Case> kGraphs = {
      "the cost of the initial states is not finite; EdgeStep 0 has"},
     {"a Jacobian that is never filled", [] { return TwoSteps(Spoilt::kNoJacobian).Solve(); },
      "the gradient is not finite: a Jacobian holds NaN or infinity; EdgeStep 0 has"},
+    {"a residual whose square is infinite",
+     [] {
+       TwoSteps g;
+       g.x_[1]->SetEstimate(Scalar(1e200));
+       return g.Solve();
+     },
+     "; EdgeStep 0 has a cost that is not finite"},
     {"a residual of NaN in a dense problem", [] { return SolvePlainly<Problem>(Spoilt::kNaN); }, "; EdgeStep 0 has"},
     {"a Jacobian that is never filled, of plain blocks",
      [] { return SolvePlainly<PlainBlockSolver>(Spoilt::kNoJacobian); }, "; EdgeStep 0 has"},
