@@ -22,6 +22,16 @@ std::string LikelyCause(Failure failure) {
   return "";
 }
 
+// VINS-Mono's limits of a step are for images a tenth of a second apart at most: of a longer step that much is judged.
+Vec3 BeginOfStep(const Window& window, const Vec3& last_p) {
+  constexpr double kLongest = 0.1;  // [s]
+  const size_t n = window.frames.size();
+  const double seconds = n > 1 ? window.frames[n - 1].t - window.frames[n - 2].t : 0.0;
+  if (seconds <= kLongest) return last_p;
+  const Vec3& p = window.frames.back().pose->p();
+  return p + kLongest / seconds * (last_p - p);
+}
+
 }  // namespace
 
 void EstimatorOptions::Validate() const {
@@ -211,7 +221,7 @@ FrameReport Estimator::Track(const Image& image) {
   const auto& vertices = window_.graph.Vertices();
   report.landmarks = static_cast<int>(std::count_if(
       vertices.begin(), vertices.end(), [](const auto& vertex) { return vertex->GetRole() == Role::kLandmark; }));
-  const Failure failure = options_.detect_failure(window_, last_p_);
+  const Failure failure = options_.detect_failure(window_, BeginOfStep(window_, last_p_));
   if (failure != Failure::kNone) return Restart(failure, LikelyCause(failure));
   if (options_.report_covariance) report.covariance = CovarianceOf(window_, window_.frames.back());
   if (image.t >= scale_report_time_) {

@@ -27,11 +27,12 @@ std::string ToString(Failure failure);
 struct Window;
 
 /// Judges the newest frame of a window after a solve.
-/// @param last_p  position of the newest frame after the previous solve [m]
+/// @param last_p  position of the newest frame after the previous solve; where images are more than 0.1 s apart, the place on
+///                the straight line from there that is 0.1 s ago [m]
 using FailureDetector = std::function<Failure(const Window& window, const Vec3& last_p)>;
 
-/// What a state and its step since the image before may reach. The defaults are VINS-Mono's, as DetectFailure's
-/// (vins_window.h): for a camera at 10 images a second or more, at the pace of a walk.
+/// What a state and its step since the image before, or in 0.1 s, may reach. The defaults are VINS-Mono's, as DetectFailure's
+/// (vins_window.h).
 struct FailureLimits {
   double accelerometer_bias = 2.5;  ///< ‖b_a‖ [m/s²]
   double gyroscope_bias = 1.0;      ///< ‖b_g‖ [rad/s]

@@ -319,6 +319,21 @@ TEST(Estimator, ThresholdsOfFailuresAreOptions) {
   EXPECT_THROW(DetectFailuresBeyond({-1.0}), OptionError);
 }
 
+// The room is walked through at about 1 m/s: 0.3 m from image to image, 0.1 m in a tenth of a second.
+TEST(Estimator, LimitsOfAStepHoldForATenthOfASecond) {
+  Recording recording = SimulateSixSeconds();
+  std::vector<Image> images;
+  for (size_t k = 0; k < recording.images.size(); k += 6) images.push_back(recording.images[k]);
+  recording.images = images;
+  EstimatorOptions options{recording.calibration};
+  options.detect_failure = DetectFailuresBeyond({2.5, 1.0, 0.2, 0.2});
+  for (auto& policy : AllPolicies()) {
+    const OdometryRun run = RunOdometry(recording, options, std::move(policy));
+    EXPECT_GT(run.states.size(), 5u);
+    EXPECT_EQ(run.restarts, 0);
+  }
+}
+
 TEST(Estimator, RefusesTimesThatDoNotIncrease) {
   Estimator estimator(EstimatorOptions{}, MakeVinsPolicy());
   estimator.AddImu({1.0, Vec3(0, 0, 9.81), Vec3::Zero()});
