@@ -16,6 +16,7 @@ struct TurnAgreement {
   Mat33 axes = Mat33::Identity();  ///< one of SignedPermutations
   double at_delay = 0.0;           ///< the greatest, once the images are stamped `delay` later
   double delay = 0.0;              ///< within ±0.2 [s]; VINS-Mono's td
+  double noise = 1.0;  ///< the variance of the images' turns over that of the gyroscope's, whatever the axes
 };
 
 /// The 48 ways of naming and directing three axes, the given one first.
@@ -24,5 +25,14 @@ std::vector<Mat33> SignedPermutations();
 /// A turn is the rotation, with a translation's direction, that fits the rays of two images best, whatever their depths.
 /// @return nullopt if the camera turns too little or too evenly (within 0.05 rad/s), or fewer than 50 pairs of images tell
 std::optional<TurnAgreement> CompareTurns(const Recording& recording);
+
+/// What a correlation leaves of the variance.
+inline double LeftVariance(double correlation) { return 1.0 - correlation * correlation; }
+
+/// Whether the images turn otherwise than the gyroscope. Images that hardly tell a turn from a shift do not show it.
+bool TurnOtherwise(const TurnAgreement& turns);
+
+/// The delay of the camera's clock, if it stands out from the noise of the images' turns [s].
+std::optional<double> ClearDelay(const TurnAgreement& turns);
 
 }  // namespace ch5

@@ -47,17 +47,12 @@ bool IsBent(const std::optional<LensAgreement>& lens) {
 }
 
 void CheckTurns(const Recording& recording, OdometrySettings* settings, RecordingWarnings* warnings) {
-  constexpr double kPoor = 0.4, kGood = 0.8;  // 0.63 or more in recordings that are in order
-  // Of the variance that is left: up to 1.03 in order, 1.05 to 1.5 for a delay of 20 ms.
-  constexpr double kGain = 1.05, kGainOfAxes = 2.0;
-  constexpr double kLeastDelay = 0.015, kMostDelay = 0.185;  // [s]; what rises up to the end of the search is no delay
+  constexpr double kGood = 0.8, kGainOfAxes = 2.0;  // of the variance that is left
   const auto turns = CompareTurns(recording);
   if (!turns) return;
-  const auto left = [](double correlation) { return 1.0 - correlation * correlation; };
-  const bool is_delayed = std::abs(turns->delay) > kLeastDelay && std::abs(turns->delay) < kMostDelay &&
-                          left(turns->as_given) > kGain * left(turns->at_delay);
+  const auto delay = ClearDelay(*turns);
   const double otherwise = std::max(turns->with_axes, turns->with_inverse);
-  const bool is_turned = otherwise > kGood && left(turns->at_delay) > kGainOfAxes * left(otherwise);
+  const bool is_turned = otherwise > kGood && LeftVariance(turns->at_delay) > kGainOfAxes * LeftVariance(otherwise);
   // A lens spoils the turns of the images too.
   const auto lens = is_turned ? std::nullopt : CheckLens(recording, turns->delay);
   if (IsBent(lens)) {
@@ -65,17 +60,17 @@ void CheckTurns(const Recording& recording, OdometrySettings* settings, Recordin
                          Join("the images contradict one another and the gyroscope ", lens->gain,
                               " times less if their points are moved by 1 + k r², k = ", lens->k,
                               ": is the lens's model (radial-tangential, equidistant or none) that of this camera?")});
-  } else if (is_turned || turns->at_delay < kPoor) {
+  } else if (is_turned || TurnOtherwise(*turns)) {
     warnings->push_back({"turns", turns->as_given, turns->with_inverse,
                          Join("the images turn otherwise than the gyroscope (correlation ", turns->as_given,
                               "; with the inverse of camera.q_B_C ", turns->with_inverse,
                               "): it must rotate camera coordinates into the IMU's; ", turns->with_axes,
                               " with the gyroscope's columns read as ", NameAxes(turns->axes))});
-  } else if (is_delayed && settings->estimator.estimate_time_offset) {
-    settings->estimator.time_offset = turns->delay;
-  } else if (is_delayed) {
-    const bool is_late = turns->delay < 0.0;
-    const auto milliseconds = std::lround(1e3 * std::abs(turns->delay));
+  } else if (delay && settings->estimator.estimate_time_offset) {
+    settings->estimator.time_offset = *delay;
+  } else if (delay) {
+    const bool is_late = *delay < 0.0;
+    const auto milliseconds = std::lround(1e3 * std::abs(*delay));
     warnings->push_back({is_late ? "late" : "early", static_cast<double>(milliseconds), 0.0,
                          Join("the images seem to be stamped about ", milliseconds, " ms too ",
                               is_late ? "late" : "early", " for the IMU; --estimate-time-offset estimates how much")});
