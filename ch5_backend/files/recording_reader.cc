@@ -206,7 +206,7 @@ bool IsTum(const std::string& path) {
 }
 
 std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns) {
-  constexpr const char* kNames[] = {"timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
+  constexpr const char* kNames[] = {"timestamp [s]", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
   TextReader reader(path);
   std::vector<StampedState> states;
   while (const auto line = reader.ReadLine()) {

@@ -88,12 +88,15 @@ std::vector<std::string_view> Words(std::string_view text) {
 }
 
 TextReader::TextReader(const std::string& path) : path_(path), text_(ReadAll(path)) {
+  if (text_.find('\n') == std::string::npos) std::replace(text_.begin(), text_.end(), '\r', '\n');  // as of old Macs
   next_ = text_.data();
   end_ = next_ + text_.size();
   if (text_.compare(0, 3, "\xef\xbb\xbf") == 0) next_ += 3;  // a byte order mark, as spreadsheets write
   const bool is_bzip2 = text_.size() > 9 && text_.compare(0, 3, "BZh") == 0 && text_.compare(4, 6, "1AY&SY") == 0;
-  if (is_bzip2 || text_.compare(0, 2, "\x1f\x8b") == 0) {
-    Fail("the file is compressed; unpack it first (bunzip2 or gunzip)");
+  const auto begins = [&](std::string_view start) { return text_.compare(0, start.size(), start) == 0; };
+  constexpr std::string_view kOthers[] = {"\x1f\x8b", "PK\x03\x04", "\xfd\x37zXZ", "\x28\xb5\x2f\xfd"};
+  if (is_bzip2 || std::any_of(std::begin(kOthers), std::end(kOthers), begins)) {
+    Fail("the file is compressed; unpack it first (bunzip2, gunzip, unzip, unxz or unzstd)");
   }
   if (text_.compare(0, 2, "\xff\xfe") == 0 || text_.compare(0, 2, "\xfe\xff") == 0) {
     Fail("the file is in UTF-16; save it as UTF-8");

@@ -160,15 +160,18 @@ TEST_F(RecordingFile, OfASecondCameraEveryMistakeIsNamed) {
                            ": camera1.rate_hz: nothing of this name is known here");
 }
 
-TEST_F(RecordingFile, WorksWithoutTruthWithBlankLinesAndWithWindowsLineEnds) {
+TEST_F(RecordingFile, WorksWithoutTruthWithBlankLinesAndWithOtherLineEnds) {
   fs::remove(folder_ / "groundtruth.csv");
-  std::string text = Read("imu.csv") + "\n \n", windows;
-  for (const char c : text) windows += c == '\n' ? "\r\n" : std::string(1, c);
-  Write("imu.csv", windows);
-  const Recording read = ReadRecording(folder_);
-  EXPECT_TRUE(read.truth.empty());
-  EXPECT_EQ(read.imu.size(), recording_.imu.size());
-  EXPECT_EQ(read.imu.back().acceleration, recording_.imu.back().acceleration);
+  const std::string text = Read("imu.csv") + "\n \n";
+  for (const std::string end : {"\r\n", "\r"}) {
+    std::string other;
+    for (const char c : text) other += c == '\n' ? end : std::string(1, c);
+    Write("imu.csv", other);
+    const Recording read = ReadRecording(folder_);
+    EXPECT_TRUE(read.truth.empty());
+    EXPECT_EQ(read.imu.size(), recording_.imu.size());
+    EXPECT_EQ(read.imu.back().acceleration, recording_.imu.back().acceleration);
+  }
 }
 
 // One line replaced by another is refused with "file:line: words".
@@ -425,6 +428,8 @@ TEST_F(RecordingFile, TruthMayBeInTumsFormat) {
       message("1403715274262 1 2 3 0 0 0.6 0.8\n"),
       "groundtruth.txt:5: the timestamp is more than ten days from the first IMU measurement, got 1403715274262, which "
       "must be in seconds");
+  EXPECT_EQ(message("1403715274262142976 1 2 3 0 0 0.6 0.8\n"),
+            "groundtruth.txt:5: timestamp [s]: absurdly large (beyond 1e15), got \"1403715274262142976\"");
 }
 
 // Motion capture systems often have y upwards.
