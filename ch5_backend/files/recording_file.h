@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "ch5_backend/files/text_reader.h"
+#include "ch5_backend/files/csv_reader.h"
 #include "ch5_backend/types/recording.h"
 
 namespace ch5 {
@@ -31,6 +31,10 @@ Recording ReadRecording(const std::filesystem::path& folder);
 /// @throws FileError likewise
 bool IsTum(const std::string& path);
 std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns);
+
+/// What a table of poses lacks: velocities become differences of the positions.
+/// @throws FileError where csv stands if there is no pose
+void CompleteTruth(const CsvReader& csv, bool has_velocity, std::vector<StampedState>* truth);
 
 /// @param path  the file that recording.truth was read from
 /// @throws FileError if its quaternions agree with the gyroscope in another order only, or gravity is not along −z of its world

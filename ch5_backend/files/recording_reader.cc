@@ -89,8 +89,7 @@ void ReadTruth(const std::string& path, Recording* recording) {
     }
     recording->truth.push_back(state);
   }
-  if (recording->truth.empty()) csv.Fail("at least one pose is needed; where the truth is not known, remove the file");
-  if (!has_velocity) DifferentiatePositions(&recording->truth);
+  CompleteTruth(csv, has_velocity, &recording->truth);
 }
 
 // How well the truth's rotations agree with the gyroscope's, as a correlation of the angles between rows 0.1 s apart: 1 if
@@ -230,6 +229,11 @@ std::vector<StampedState> ReadTum(const std::string& path, int64_t origin_ns) {
   }
   DifferentiatePositions(&states);
   return states;
+}
+
+void CompleteTruth(const CsvReader& csv, bool has_velocity, std::vector<StampedState>* truth) {
+  if (truth->empty()) csv.Fail("at least one pose is needed; where the truth is not known, remove the file");
+  if (!has_velocity) DifferentiatePositions(truth);
 }
 
 void CheckTruth(const std::string& path, const Recording& recording) {

@@ -248,8 +248,7 @@ std::vector<StampedState> ReadTruth(const fs::path& path, const Transform& T_B_I
     }
     states.push_back(state);
   }
-  if (states.empty()) csv.Fail("at least one pose is needed; where the truth is not known, remove the file");
-  if (!has_velocity) DifferentiatePositions(&states);
+  CompleteTruth(csv, has_velocity, &states);
   return states;
 }
 
@@ -264,7 +263,7 @@ void FindTruth(const fs::path& mav0, const Transform& T_B_I, EurocFolder* result
     truth = ReadTruth(file, T_B_I, result->recording);
     std::string note = (file.filename() == "data.csv" ? file.parent_path() : file).filename().string();
     if (truth.empty()) {
-      note = "none, since " + note + " has no rotations";
+      note = "none, since " + note + " has no rotations (columns q_w, q_x, q_y, q_z)";
     } else if (truth.front().t >= result->recording.imu.back().t || truth.back().t <= 0.0) {
       truth.clear();
       note += " has no time in common with the IMU, so there is none";

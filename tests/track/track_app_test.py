@@ -349,7 +349,7 @@ class TrackApp(AppTest):
     def test_truth_without_rotations_is_none(self):
         done = self.solve(self.copy(edit(TRUTH, lambda text: "\n".join(",".join(line.split(",")[:4]) for line in text.split("\n")))),
                           "--out", self.out)
-        self.assertIn("ground truth: none, since state_groundtruth_estimate0 has no rotations\n", done.stdout)
+        self.assertIn("ground truth: none, since state_groundtruth_estimate0 has no rotations (columns q_w, q_x, q_y, q_z)\n", done.stdout)
 
     def test_the_real_folder_is_tracked(self):
         mav0 = needs(DATA / "euroc_v1_01_mav0")
