@@ -69,6 +69,8 @@ class WordsOfTheCompiler(unittest.TestCase):
         line = "if (sizeof(int) > 2) {"
         for slip, words in (("int a = 1；", "problem.cc:7: a full-width ； stands in this line, which C.. does not know; write ;"),
                             ("int a = sizeof（int);", "a full-width （ stands in this line.*; write [(]"),
+                            ("int a = 2 − 1;", "problem.cc:7: − stands in this line, as in a formula on a page; in C.. write -"),
+                            ("\u200bint a = 1;", "problem.cc:7: an invisible character, U.200B, stands in this line"),
                             ("int a = ?;", "problem.cc:7: a . of the skeleton is still there"),
                             ("cout << 1;", "problem.cc:7: to print, write std::cerr"), ("std::cout << 1;", "problem.cc:7: to print, write"),
                             ("int a = 1 + Solve;", "problem.cc:7: the . . of a function are missing"),
@@ -89,6 +91,10 @@ class WordsOfTheCompiler(unittest.TestCase):
         self.assertLess(time.process_time() - begin, 1.0)  # and not a minute
         with mock.patch.object(judge, "output_of", return_value=f"/problem.cc:{digits}:1"):
             self.assertEqual(judge.locate(Path("worker"), "problem.cc", "worker(+0x1)", judge.output_of), "")
+
+    def test_an_opening_brace_that_is_missing(self):
+        text = TINY.replace(" > 2) {", " > 2) int a = 1;").replace("  }\n}", "    a = 2;\n  }\n}")
+        self.assertRegex(self.hint(text), r"problem.cc:9: one closing brace too many above line 9, or an opening one is missing")
 
     def test_a_brace_too_many(self):
         self.assertRegex(self.hint(TINY.replace("  }\n}\nvoid", "  }\n}\n}\nvoid")), "problem.cc:11: one closing brace too many")

@@ -22,6 +22,8 @@ SLIPS = [
     (r"INVALID_MATRIX_PRODUCT|INVALID_VECTOR_VECTOR_PRODUCT", "eigen.product_sizes"),
 ]
 FULL_WIDTH = {chr(code): chr(code - 0xFEE0) for code in range(0xFF01, 0xFF5F)} | {"。": ".", "“": '"', "”": '"', "‘": "'", "’": "'"}
+OF_A_PAGE = {"−": "-", "–": "-", "—": "-", "×": "*", "·": "*", "⋅": "*"}  # as formulas have them
+INVISIBLE = "\u00a0\u2002\u2003\u2009\u200b\u202f\u2060\u3000\ufeff"      # spaces, or nothing
 UNDEFINED = r"undefined (?:reference to|symbol:) [`'‘]?(?:ch5::)?((?!vtable|typeinfo)[\w:]+)\("
 
 TWICE = r"(?:multiple definition of [`'‘]|duplicate symbol: )(?:ch5::)?([\w:~]+)"
@@ -52,7 +54,7 @@ def does_not_compile(file: str, output: str, content) -> Verdict:
         calling = where_called(file, lines, first) if not re.search(patterns[0], lines[first]) else ""
         words = f"{calling}: " + re.sub(r"^.*?error: ", "", lines[first]) if calling else lines[first]
         cause = of_a_slip(calling or lines[first], lines[first], content) \
-            or (not calling and (of_a_header(lines[first]) or of_braces(file, lines))) or {"quoted": shorten(words)}
+            or (not calling and (of_a_header(lines[first]) or of_braces(file, lines, content))) or {"quoted": shorten(words)}
     shown_lines = "\n".join(shorten(line) for line in lines[first:first + SHOWN_LINES])
     return Verdict("does-not-compile", {"cause": cause or sentence("compiler.silent")}, shown_lines)
 
@@ -86,9 +88,13 @@ def of_a_slip(place: str, error: str, content: bytes):
     found = re.search(r"(?<![^/:])([^/:]+:(\d{1,9})):\d+", place)  # a name from its beginning on, or a long one takes ages
     code = content.decode("utf-8", "replace").splitlines() if found else []
     line = code[int(found[2]) - 1].partition("//")[0] if found and 0 < int(found[2]) <= len(code) else ""
-    cause = None
-    if wide := next((letter for letter in re.sub(r'"[^"]*"', "", line) if letter in FULL_WIDTH), None):
+    line, cause = re.sub(r'"[^"]*"', '""', line), None
+    if wide := next((letter for letter in line if letter in FULL_WIDTH), None):
         cause = sentence("compiler.full_width", wide=wide, narrow=FULL_WIDTH[wide])
+    elif sign := next((letter for letter in line if letter in OF_A_PAGE), None):
+        cause = sentence("compiler.of_a_page", sign=sign, meant=OF_A_PAGE[sign])
+    elif hidden := next((letter for letter in line if letter in INVISIBLE), None):
+        cause = sentence("compiler.invisible", code=f"U+{ord(hidden):04X}")
     elif "?" in line and ":" not in line.partition("?")[2]:
         cause = sentence("compiler.question_mark")
     else:
@@ -112,13 +118,12 @@ def where_called(file: str, lines: list, error: int) -> str:
     return ""
 
 
-def of_braces(file: str, lines: list):
-    """A brace that is missing or too many, with the line where it shows, or None."""
-    for line in lines:
-        if not (found := re.search(rf"({re.escape(file)}:(\d+)):\d+: error: (.*)", line)):
-            continue
-        for words, name in ((OPEN_BRACE, "compiler.brace_missing"), (SPARE_BRACE, "compiler.brace_too_many")):
-            if re.search(words, found[3]):
-                return sentence(name, place=found[1], n=found[2])
-        return None
+def of_braces(file: str, lines: list, content):
+    """A brace that is missing or too many, with the line where it shows first, or None."""
+    errors = [found for line in lines if (found := re.search(rf"({re.escape(file)}:(\d+)):\d+: error: (.*)", line))]
+    code = re.sub(r'"[^"\n]*"|//.*', "", (content or b"").decode("utf-8", "replace"))
+    told = errors if code.count("{") != code.count("}") else errors[:1]
+    for words, name in ((OPEN_BRACE, "compiler.brace_missing"), (SPARE_BRACE, "compiler.brace_too_many")):
+        if any(re.search(words, error[3]) for error in told):
+            return sentence(name, place=errors[0][1], n=errors[0][2])
     return None
