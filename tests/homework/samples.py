@@ -42,21 +42,22 @@ class Sample:
         return (self.state, self.cause) if stage in self.stages else ("right", "")
 
 
-def original(place: str) -> tuple:
-    """The key of a TODO or of a stage, and the solution's text there."""
+def present(code: dict, place: str) -> tuple:
+    """The key of a TODO or of a stage, and the text there: so far the sample's, otherwise the solution's. Once a stage has
+    a text of its own, its TODOs are a part of that."""
     for section in (section for name in FILES for section in sections(solution_text(name))):
         found = {region.todo: region.solution for region in regions(section)}
-        if place in found:
-            return f"REGION {place}", found[place]
-        if place == stage_of(next(iter(found)))["id"]:
-            return f"STAGE {place}", fill(section, lambda region: region.solution)
+        stage = stage_of(next(iter(found)))["id"]
+        if place in found and f"STAGE {stage}" not in code:
+            return f"REGION {place}", code.get(f"REGION {place}", found[place])
+        if place in found or place == stage:
+            return f"STAGE {stage}", filled(section, code)
     raise ValueError(f"no such region: {place}")
 
 
 def change(code: dict, place: str, old: str, new: str) -> None:
     """One text for another, which must be there once."""
-    key, text = original(place)
-    text = code.get(key, text)
+    key, text = present(code, place)
     if text.count(old) != 1:
         raise ValueError(f"{place}: {text.count(old)} × {old}")
     code[key] = text.replace(old, new)
@@ -82,6 +83,8 @@ def read_samples(path: Path) -> list:
             change(samples[-1].code, marker[2], old, new)
         else:
             key = f"{marker[1]} {marker[2]}"
+            if marker[1] == "REGION" and f"STAGE {stage_of(marker[2])['id']}" in samples[-1].code:
+                raise ValueError(f"{path}:{number}: a region of a stage that has a text of its own")
             samples[-1].code[key] = ""
     return samples
 
