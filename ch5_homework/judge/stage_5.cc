@@ -171,6 +171,10 @@ void CheckSizesAndNumbers(const MatXX& J, const VecX& e0, const MatXX& H, const 
 void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text& scene) {
   const auto term = Chosen().make_marginalization_error();
   const auto [term_H, J, term_b0, e0, dense_size] = MembersOf(*term);
+  term_H = 4.0 * H;  // of an earlier time
+  term_b0 = 3.0 * b0;
+  term->UpdateErrorComputation();
+  const MatXX J_before = J, e0_before = e0;
   term_H = H;
   term_b0 = b0;
   term->UpdateErrorComputation();
@@ -178,19 +182,29 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
   const Factored right(H, b0);
   // Awkward units must not hide small entries: everything is compared in units of the diagonal.
   const auto scaled = [&](const MatXX& A) { return MatXX(right.P_inverse * A * right.P_inverse); };
+  const MatXX JtJ = scaled(J.transpose() * J);
+  const auto kept = [](const char* variable, const MatXX& now, const MatXX& before, const MatXX& answer) {
+    const Text cause("matrix.of_an_earlier_call", {{"variable", Word(std::string(variable))}});
+    return Mistake{"5.3", cause, Equal(now, before, 0.0) ? answer : MatXX()};
+  };
   const auto in_JtJ = [&] {
     std::vector<Mistake> mistakes = right.Mistakes();
     for (Mistake& mistake : mistakes) mistake.answer = scaled(mistake.answer);
-    mistakes.push_back(CholeskyOfSingular("5.3", "H", right.S.diagonal(), J, scaled(J.transpose() * J)));
+    mistakes.push_back(CholeskyOfSingular("5.3", "H", right.S.diagonal(), J, JtJ));
+    mistakes.push_back(kept("J_", J, J_before, JtJ));
     return mistakes;
   };
   const auto in_Jte0 = [&] {
     std::vector<Mistake> mistakes = right.MistakesInE0();
     for (Mistake& mistake : mistakes) mistake.answer = right.P_inverse * mistake.answer;
+    mistakes.push_back(kept("e0_", e0, e0_before, right.P_inverse * J.transpose() * e0));
     return mistakes;
   };
-  Require("5", {"5.JTJ_is_H", {{"scene", scene}}}, scaled(H), scaled(J.transpose() * J), names, in_JtJ, 1e-9, "5.3",
-          "J_");
+  const bool far_apart = right.p.maxCoeff() > 1e6 * right.p.minCoeff();
+  if (far_apart && Equal(JtJ, scaled(H), 1e-5) && !Equal(JtJ, scaled(H), 1e-9)) {  // no eigenvalue of H was cut
+    Fail({"5", Text("5.JTJ_is_H", {{"scene", scene}}), {}, {}, "5.no_scaling", "5.6 5.3"});
+  }
+  Require("5", {"5.JTJ_is_H", {{"scene", scene}}}, scaled(H), JtJ, names, in_JtJ, 1e-9, "5.3", "J_");
   Require("5", {"5.JTe0_is_minus_b0", {{"scene", scene}}}, right.P_inverse * -b0, right.P_inverse * J.transpose() * e0,
           names, in_Jte0, 1e-7, "5.3", "e0_");
 }

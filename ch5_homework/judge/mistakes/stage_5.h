@@ -49,6 +49,7 @@ struct Insertion {
     const auto is = [this](Part a, Part b, Part c, Part d) { return Opened(a, b, c, d); };
     const Part no = kMissing, ok = kRight;
     std::vector<Mistake> mistakes{{"5.1", "5.nothing_copied", is(no, no, no, no)},
+                                  {"5.1", "5.H_as_before", H},
                                   {"5.1", "5.H_00_alone_copied", is(ok, no, no, no)},
                                   {"5.1", "5.nothing_made_room", is(ok, kNotMoved, kNotMoved, kNotMoved)},
                                   {"5.1", "5.H_01_H_01T_missing", is(ok, no, no, ok)},
