@@ -65,7 +65,7 @@ TEST(Stage11, FixedVerticesHaveNoRows) { CheckMakeHessian("fixed vertices", "1.1
 TEST(Stage11, RobustLossWeighsTheEdges) { CheckMakeHessian("Cauchy losses", "1.1.cauchy_loss"); }
 
 TEST(Stage11, SecondCallStartsAfresh) {
-  BundleScene scene(4, Vary(7, 12, 18), true);
+  BundleScene scene(4, Vary(120, 130, 18), true);
   const auto problem = Chosen().make_problem(&scene.ba.graph);
   problem->MakeHessian();
   const System before{problem->Hessian(), problem->RightHandSide()};

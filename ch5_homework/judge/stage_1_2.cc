@@ -112,7 +112,7 @@ TEST(Stage12, LambdaTimesTheDiagonal) {
 }
 
 TEST(Stage12, BundleAdjustmentWithManyLambdas) {
-  BundleScene scene(4, 20, true);
+  BundleScene scene(4, 120, true);
   const auto problem = Chosen().make_problem(&scene.ba.graph);
   const System system = StackedNormalEquations(scene.ba.graph, problem->Size());
   SetSystem(system, problem.get());
