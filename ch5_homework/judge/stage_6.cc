@@ -80,6 +80,10 @@ struct Layout {
     rows.tail<2>() << static_cast<double>(m), static_cast<double>(n);
     return rows;
   }
+  bool Drops(size_t k) const {
+    const auto dropped = scene.Dropped();
+    return std::find(dropped.begin(), dropped.end(), scene.free[k]) != dropped.end();
+  }
   std::vector<Mistake> CountingMistakes() const {
     const VecX right = Of(scene.Dropped());
     VecX alike = right, running = right, alone = right, all_again = right, from_zero = right, kept_in_m = right;
@@ -89,18 +93,17 @@ struct Layout {
     const auto dropped = scene.Dropped();
     double row = 0.0, row_dropped = 0.0, row_kept = 0.0, m = right[right.size() - 2], all = right.tail<2>().sum();
     for (size_t k = 0; k < scene.free.size(); ++k) {
-      const bool drops = std::find(dropped.begin(), dropped.end(), scene.free[k]) != dropped.end();
       const int size = scene.free[k]->LocalDimension();
       alike[k] = row;
-      running[k] = drops ? row_dropped : row;
+      running[k] = Drops(k) ? row_dropped : row;
       all_again[k] = m + row;
-      if (!drops) alone[k] = m;
-      if (!drops) from_zero[k] -= m;
+      if (!Drops(k)) alone[k] = m;
+      if (!Drops(k)) from_zero[k] -= m;
       late[k] += size;
-      (drops ? late_dropped : late_kept)[k] += size;
-      both_loops[k] = drops ? row : all + row_kept;
+      (Drops(k) ? late_dropped : late_kept)[k] += size;
+      both_loops[k] = Drops(k) ? row : all + row_kept;
       row += size;
-      (drops ? row_dropped : row_kept) += size;
+      (Drops(k) ? row_dropped : row_kept) += size;
     }
     all_again[right.size() - 1] = row;
     both_loops[right.size() - 2] = all;
@@ -126,10 +129,7 @@ struct Layout {
     const auto dropped = scene.Dropped();
     const VecX right = Of(dropped), none = VecX::Zero(right.size());
     VecX of_dropped = none, of_kept = none;
-    for (size_t k = 0; k < scene.free.size(); ++k) {
-      const bool drops = std::find(dropped.begin(), dropped.end(), scene.free[k]) != dropped.end();
-      (drops ? of_dropped : of_kept)[k] = 1.0;
-    }
+    for (size_t k = 0; k < scene.free.size(); ++k) (Drops(k) ? of_dropped : of_kept)[k] = 1.0;
     const Text cause = "6.off_by_one";
     std::vector<Mistake> mistakes;
     for (const VecX& shift : {of_dropped, of_kept, VecX(of_dropped + of_kept)}) {
