@@ -222,6 +222,7 @@ void CheckView(const View& view, const Text& what) {
   check("8.over_rotation", pose.rightCols(3), J.pose.rightCols<3>(), Axes("δθ"),
         {{"8b", "8.rotation_sign", -to_body * Hat(p_B)},
          {"8b", "8.left_perturbation", point * Hat(d)},
+         {"8b", "8.left_perturbation", point * Hat(view.p_W)},
          {"8b", "8.point_in_world", to_body * Hat(d)},
          {"8b", "8.point_in_world", to_body * Hat(view.p_W)},
          {"8b", "8.arm_of_camera", E * Hat(p_C) * C.transpose()},
@@ -354,6 +355,7 @@ TEST(Stage8, AnImuStepMovesTheState) {
            {"8c", "8.imu_turned_back", is(was.q * turn.conjugate())},
            {"8c", "8.imu_rate_without_dt", is(was.q * ExpSO3(step.w))},
            {"8c", "8.imu_half_turn", is(was.q * ExpSO3(0.5 * step.dt * step.w))},
+           {"8c", "8.imu_double_turn", is(was.q * turn * turn)},
            {"8c", "8.imu_small_turn", is((was.q * small).normalized())},
            {"8c", "8.imu_small_turn", is(was.q * small)}},
           1e-10, "8c", "after.q");

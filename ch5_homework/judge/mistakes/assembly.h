@@ -326,6 +326,15 @@ inline std::vector<TurningMistake> WrongTurnings(const char* first, const char* 
           {block, ActsTwice("ρ'", "W_ρ"), BothOf(&RhoRhoW)}};
 }
 
+/// What is left of the edges if the loop over them takes the first or the last alone, or begins late or ends early.
+inline std::vector<EdgeList> SomeEdges(const EdgeList& all) {
+  if (all.size() < 2) return {};
+  return {{all.begin(), all.begin() + 1},
+          {all.end() - 1, all.end()},
+          {all.begin() + 1, all.end()},
+          {all.begin(), all.end() - 1}};
+}
+
 inline std::vector<Mistake> MistakesInH(const Loop& loop, const char* first, const char* mirror, const char* block) {
   std::vector<Mistake> mistakes;
   for (const auto& [todo, cause, turning] : WrongTurnings(first, mirror, block)) {
@@ -333,6 +342,10 @@ inline std::vector<Mistake> MistakesInH(const Loop& loop, const char* first, con
   }
   for (const Loop& ended : EndedByFixed(loop)) {
     mistakes.push_back({first, "assembly.break_at_fixed_vertex", AssembleH(ended, Two(kFirst, kMirror))});
+  }
+  for (const EdgeList& some : SomeEdges(loop.edges)) {
+    mistakes.push_back(
+        {first, "assembly.edges_left_out", AssembleH({some, loop.size, loop.row_of}, Two(kFirst, kMirror))});
   }
   return mistakes;
 }
@@ -466,6 +479,9 @@ inline std::vector<Mistake> MistakesInB(const std::string& todo, const Loop& loo
   }
   for (const Loop& ended : EndedByFixed(loop)) {
     mistakes.push_back({todo, "assembly.break_at_fixed_vertex", AssembleB(ended, sign, &RhoW)});
+  }
+  for (const EdgeList& some : SomeEdges(loop.edges)) {
+    mistakes.push_back({todo, "assembly.edges_left_out", AssembleB({some, loop.size, loop.row_of}, sign, &RhoW)});
   }
   return mistakes;
 }

@@ -65,6 +65,7 @@ inline std::vector<Mistake> LandmarkStepMistakes(const LandmarkStep& of, const M
        {"formula.nothing_subtracted", {{"rest", Word(of.inverse + std::string(" ") + of.b)}, {"that", Word(of.sum)}}},
        all(M_inverse * b)},
       {of.todo, SignAdded(of.sum), all(M_inverse * (b + sum)), kOfSign},
+      {of.todo, SignAdded(of.sum), all(b + sum)},
       {of.todo, "formula.sign_of_landmark_step", all(-M_inverse * rest)},
       {of.todo, Missing(of.inverse, difference.c_str()), all(rest)},
       {of.todo, InverseMeant(of.matrix), all(M * rest)},

@@ -183,6 +183,10 @@ struct Case {
         {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (system.b.head(r.b_m.size()) - H_mp_x))},
         {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (StartingAtItsLength(r.b_m.size()) - H_mp_x))}};
     const auto times = [&](const VecX& x) { return VecX(r.H_pm.transpose() * x); };
+    if (x_p.size() > 6) {
+      const VecX of_first = r.H_pm.topRows(6).transpose() * x_p.head(6);
+      mistakes.push_back({"1.2c", "1.2.first_pose_alone", step(r.H_mm_inverse * (r.b_m - of_first))});
+    }
     Append(
         LandmarkStepMistakes({"1.2c", "H_mm⁻¹", "H_mm", "b_m", "H_mp Δx_p", "Δx_p", "tempHᵀ"}, r.H_mm, r.H_mm_inverse,
                              r.b_m, x_p, {r.b_p, r.Reduced()}, times, [&](const VecX& x_m) { return VecX(step(x_m)); }),
