@@ -326,8 +326,6 @@ def dispatch(command: str, given: argparse.Namespace) -> int:
     module, do = COMMANDS[command]
     with processes.undisturbed():  # Python's import prints what is raised in its midst
         loaded = import_module(module, __package__)
-    if processes.stopped_by():
-        raise processes.Stopped
     return do(loaded, given)
 
 

@@ -31,21 +31,20 @@ def start(command, **options) -> subprocess.Popen:
     with undisturbed():  # it must be known before it can be ended
         process = subprocess.Popen(command, start_new_session=True, **options)
         _running.append(process)
-    if _stopped_by is not None:
-        end(process)
-        raise Stopped
     return process
 
 
 @contextmanager
 def undisturbed():
-    """No signal raises Stopped inside of this block; stopped_by() tells behind it."""
+    """A signal raises Stopped behind this block, not inside of it."""
     global _undisturbed
     _undisturbed = True
     try:
         yield
     finally:
         _undisturbed = False
+    if _stopped_by is not None:
+        raise Stopped
 
 
 def forget(process: subprocess.Popen) -> None:
