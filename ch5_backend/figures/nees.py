@@ -53,6 +53,7 @@ def modes(panels, tables):
                 style.plain_log(axes.yaxis)
     for axes in panels[1]:
         axes.set_xlabel("time [s]")
+    panels[1, 0].set_xlabel(f"time [s], mean of {rows['runs'][0]:.0f} flights")
 
 
 @style.drawn("consistency_causes", 1, 2, (11.0, 4.4), legend=4, sharey=True)
@@ -60,7 +61,7 @@ def causes(panels, tables):
     for axes, (policy, name) in zip(panels, NAMES.items()):
         cause_lines(axes, tables, policy, str, linewidth=1.5)
         axes.set_title(f"{name}: NEES of the pose (6)")
-        axes.set_xlabel("time [s]")
+        axes.set_xlabel(f"time [s], mean of {tables('consistency', policy=policy)['runs'][0]:.0f} flights")
         style.plain_log(axes.yaxis)
 
 
