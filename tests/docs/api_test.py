@@ -10,7 +10,7 @@ from pathlib import Path
 from tests.docs.engineers_test import rows
 from tests.docs.markdown import ROOT, read
 
-from ch5_backend.course.documents import api, formulas
+from ch5_backend.course.documents import api, doxygen_filter, formulas
 from slides import browser
 
 PAGES = Path(os.environ.get("CH5_API", ROOT / "out/api")).resolve()
@@ -64,9 +64,11 @@ class Api(unittest.TestCase):
                 ("S and b_p − Σ_l H_pl H_ll⁻¹ b_a,j of it", r"S and \f$b_{p}\f$ − \f$\sum _{l}\f$ \f$H_{pl}\f$ \f$H_{ll}^{-1}\f$ \f$b_{a,j}\f$ of it"),
                 ("T_A_B maps (see `H_pp_`, δx_k) JᵀW_ρJ", r"\f$T_{AB}\f$ maps (see `H_pp_`, \f$\delta x_{k}\f$) Jᵀ\f$W_{ρ}\f$J"),
                 ("@param q_z, p_z  the measured T_z", r"@param q_z, p_z  the measured \f$T_{z}\f$"),
+                ("Σ_lm, the sum Σ_l of \"w_x\"", r"\f$\Sigma _{lm}\f$, the sum \f$\sum _{l}\f$ of " '"w_x"'),
                 ("fills a 3×3 matrix A in place, dim_m last", "fills a 3×3 matrix A in place, dim_m last")):
             self.assertEqual(formulas.set_line(line), wanted)
         self.assertEqual(formulas.set_block("///   S = H_pp,  where it is\n"), "/// \\f[S = H_{pp},\\quad \\text{where }\\text{it }\\text{is}\\f]\n")
+        self.assertIn(r"///< \f$H_{rr}\f$ − \f$H_{rm}\f$ \f$H_{mm}^{-1}\f$ \f$H_{mr}\f$", doxygen_filter.header("MatXX H;  ///< H_rr − H_rm H_mm⁻¹ H_mr", doxygen_filter.BACKEND / "a.h"))
         drawing = "///   │ H_pp │\n"
         self.assertEqual(formulas.set_block(drawing), drawing.replace("/  ", "/      "))
 

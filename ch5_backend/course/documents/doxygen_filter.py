@@ -17,7 +17,7 @@ HEADERS = sorted(BACKEND.rglob("*.h"))
 CLASS = re.compile(r"^(?!\s*///)(.*)\n(?=(?:template .*\n)?(?:class|struct) (\w+)[^;]*$)", re.M)
 INDEX_ROW = re.compile(r"^(\|.*\| )`([\w/]+\.(?:h|cc))` \| (.*)$", re.M)
 INDENTED = re.compile(r"(?:^ *///(?:   +.*)?\n)*^ *///   (?!       ).*\n", re.M)  # a block; continued words are further right
-PROSE = re.compile(r"^( *///<? )(?! )(.*)$", re.M)
+PROSE = re.compile(r"^( */// |.*///< )(?! )(.*)$", re.M)
 
 
 def header(text: str, path: Path) -> str:

@@ -17,7 +17,7 @@ FUNCTIONS = "Exp|Log|vec|cos|sin|cot|exp|log|diag|min|max|argmin|wrap|rank|cov|C
 LETTER = "[A-Za-z\u0391-\u03c9]"
 BELOW = "[A-Za-z0-9\u03b1-\u03c9]"
 TOKEN = re.compile(
-    rf"(?P<function>(?<![A-Za-z])(?:{FUNCTIONS})(?![A-Za-z]))"
+    rf"(?P<function>(?<![A-Za-z])(?:{FUNCTIONS})(?![A-Za-z]))|(?P<covariance>Σ(?=_[a-z]{{2}}(?![a-z])))"
     rf"|(?P<code>[A-Za-z]{{3,}}_\w+)|(?P<braced>_{{[^}}]*}})"
     rf"|(?P<word> ?(?<![A-Za-z_])(?!(?:{FUNCTIONS})(?![A-Za-z]))(?:[A-Za-z][A-Za-z-]{{2,}}(?:'s)?|an|as|at|by|if|in|is|it|of|on|or|so|to)(?![A-Za-z_]) ?)"
     rf"|(?P<accented>{LETTER})(?P<accent>[{''.join(ACCENTS)}])|(?P<low>_(?:[\u03b1-\u03c9][a-z]?|[A-Za-z0-9]{BELOW}*(?:_[A-Z][a-z]?)*(?:,[ij])?))|(?P<half>\^-?½)"
@@ -27,7 +27,7 @@ TOKEN = re.compile(
 TERM = (rf"(?<![^\Wᵀ¹²])[dδΔ∂]?{LETTER}[{''.join(ACCENTS)}]?_(?:[\u03b1-\u03c9][a-z]?|[A-Za-z0-9]{{1,3}}(?:_[A-Z][a-z]?)*(?:,[ij])?(?![A-Za-z0-9_]))"
         rf"[{''.join(RAISED)}]*")
 # … unless it stands in code, or is a name that Doxygen reads.
-KEPT = r"`[^`]*`|\\f\$.*?\\f\$|@param\s+\w+(?:, \w+)*|@\w+(?: [\w./:]+)?|https?://\S+|\S*::\S*"
+KEPT = r"`[^`]*`|\"[^\"\s]*\"|\\f\$.*?\\f\$|@param\s+\w+(?:, \w+)*|@\w+(?: [\w./:]+)?|https?://\S+|\S*::\S*"
 DRAWN = re.compile(r"[│┌└├┤┐┘─►#]|//|[;{}]\s*$|::|\b(?:const|template|class|public)\b")
 
 
@@ -37,7 +37,7 @@ def tex(formula: str) -> str:
         kind, found = token.lastgroup, token[0]
         if kind == "accent":
             return rf"{ACCENTS[token['accent']]}{{{token['accented']}}}"
-        return {"function": lambda: rf"\mathrm{{{found}}}", "word": lambda: rf"\text{{{found}}}",
+        return {"function": lambda: rf"\mathrm{{{found}}}", "covariance": lambda: r"\Sigma ", "word": lambda: rf"\text{{{found}}}",
                 "code": lambda: r"\mathtt{" + found.replace("_", r"\_") + "}", "braced": lambda: "_{" + tex(found[2:-1]) + "}",
                 "low": lambda: f"_{{{found[1:].replace('_', '')}}}", "half": lambda: f"^{{{found[1:-1]}" + r"\tfrac12}",
                 "raised": lambda: "^{" + "".join(map(RAISED.get, found)) + "}",
