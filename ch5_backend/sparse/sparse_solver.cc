@@ -41,7 +41,8 @@ void SparseSolver::SetOrdering() {
                                                    [](const std::vector<int>& rows) { return rows.size() == 1; });
   const ReducedSolverType type = ChooseReducedSolver(reduced_type_, structure_.NumPoses(), tied_by_landmarks_alone);
   pool_.Run(2, [&](int task) {  // the two know nothing of each other
-    if (task == 1) return PrepareReducedSolver(type);
+    if (task == 1)
+      return NeverForms(type) ? PrepareImplicitSolver(type) : PrepareReducedSolver(type, SchurPattern(structure_));
     batches_.Assign(structure_);
     const bool factored = NeverForms(type) && IsInexact(iterative_) && batches_.Active() && structure_.OnePoseAnEdge();
     linearized_.Resize(structure_, factored);
@@ -52,43 +53,45 @@ void SparseSolver::SetOrdering() {
   is_ordered_ = true;
 }
 
+void SparseSolver::PrepareImplicitSolver(ReducedSolverType type) {
+  eliminated_.Resize(structure_, true);
+  eliminated_.S = SymmetricBlockMatrix();
+  reduced_solver_.reset();
+  if (!implicit_) implicit_.emplace(type, iterative_);
+  implicit_->Prepare(structure_, &pool_);
+}
+
 // A solver that is kept knows its last pattern, and need not plan anew for the same one.
-void SparseSolver::PrepareReducedSolver(ReducedSolverType type) {
-  eliminated_.Resize(structure_, NeverForms(type));
-  if (NeverForms(type)) {
-    reduced_solver_.reset();
-    eliminated_.S = SymmetricBlockMatrix();
-    if (!implicit_) implicit_.emplace(type, iterative_);
-    implicit_->Prepare(structure_, &pool_);
-  } else {
-    implicit_.reset();
-    eliminated_.S.SetPattern(structure_.pose_dim, SchurPattern(structure_));
-    if (!reduced_solver_) reduced_solver_ = MakeReducedSolver(type);
-    reduced_solver_->Prepare(eliminated_.S, &pool_);
-    groups_ = PrepareSchurGroups(structure_, eliminated_.S, pool_.Threads());
-  }
+void SparseSolver::PrepareReducedSolver(ReducedSolverType type, const std::vector<std::vector<int>>& S_pattern) {
+  eliminated_.Resize(structure_, false);
+  eliminated_.S.SetPattern(structure_.pose_dim, S_pattern);
+  implicit_.reset();
+  if (!reduced_solver_) reduced_solver_ = MakeReducedSolver(type);
+  reduced_solver_->Prepare(eliminated_.S, &pool_);
+  groups_ = PrepareSchurGroups(structure_, eliminated_.S, pool_.Threads());
 }
 
 bool SparseSolver::SolveExactly() {
-  if (!implicit_ || reduced_type_ != ReducedSolverType::kAutomatic || !CanFactorSchurComplement()) return false;
-  PrepareReducedSolver(ReducedSolverType::kAutomatic);
+  if (!implicit_ || reduced_type_ != ReducedSolverType::kAutomatic) return false;
+  const std::vector<std::vector<int>> S_pattern = SchurPattern(structure_);
+  if (!CanFactor(S_pattern)) return false;
+  PrepareReducedSolver(ReducedSolverType::kAutomatic, S_pattern);
   is_ordered_ = has_step_ = false;  // the next SetOrdering starts anew
   return true;
 }
 
 // Whether factoring S takes no more multiplications than the longest inexact solution, whose products take two for each number
 // of H_pl. Where S itself has s numbers in n columns, any order takes s²/2n at least: a full S is not even stored.
-bool SparseSolver::CanFactorSchurComplement() const {
+bool SparseSolver::CanFactor(const std::vector<std::vector<int>>& S_pattern) const {
   const double products = iterative_.max_terms + iterative_.max_iterations;
   const double most = products * 2.0 * structure_.num_H_pl_values;
-  const std::vector<std::vector<int>> pattern = SchurPattern(structure_);
   double numbers = 0.0;
   for (int j = 0; j < structure_.NumPoses(); ++j) {
-    for (const int i : pattern[j]) numbers += structure_.pose_dim[i] * structure_.pose_dim[j];
+    for (const int i : S_pattern[j]) numbers += structure_.pose_dim[i] * structure_.pose_dim[j];
   }
   if (numbers * numbers / (2.0 * structure_.ordering.dim_poses) > most) return false;
   SymmetricBlockMatrix S;
-  S.SetPattern(structure_.pose_dim, pattern);
+  S.SetPattern(structure_.pose_dim, S_pattern);
   return PlanElimination(S).multiplications <= most;
 }
 

@@ -77,8 +77,9 @@ class SparseSolver : public NormalEquations {
   int ReducedProducts() const { return implicit_ ? implicit_->Products() : 0; }
 
  private:
-  void PrepareReducedSolver(ReducedSolverType type);
-  bool CanFactorSchurComplement() const;
+  void PrepareImplicitSolver(ReducedSolverType type);
+  void PrepareReducedSolver(ReducedSolverType type, const std::vector<std::vector<int>>& S_pattern);
+  bool CanFactor(const std::vector<std::vector<int>>& S_pattern) const;
   int EdgesInBatch() const { return batches_.Active() ? structure_.num_landmark_edges : 0; }
   bool SolvePoses(const DampingRule& rule, VecX* delta_poses);
 
