@@ -20,7 +20,7 @@ same minutes in both languages, 60 to 90 a deck. What a deck shows comes from th
   FIGURES         {name: draw(tables, lang) -> SVG text}; the deck shows figures/name.svg; no two decks share a name
   facts(tables)   {name: text} for {{name}}; {{code.1.1a}} is the blank part of a TODO and known to every deck
 
-measured/*.csv are tables that are kept because making them measures time, see measure_speed.py; they hide those of --csv.
+measured/*.csv are tables that are kept because making them measures time, see course/documents/measure_speed.py; they hide those of --csv.
 The tables of --csv that a deck needs, and the program that writes them, are of_deck(N, …) in
 ch5_backend/course/experiments/figure_sets.py. Shared: tex.py, and in ch5_backend/figures slide.py (canvas, axes, colors),
 tables.py, numbers/ and words/figures.zh.json, the Chinese of every label.

@@ -1,4 +1,4 @@
-/// Where an iteration's time goes: measure_steps PROBLEM [--solver WORD] [--threads N] [--repeat N].
+/// Where an iteration's time goes: measure_steps PROBLEM [--solver WORD] [--repeat N].
 
 #include <time.h>
 
@@ -20,7 +20,7 @@ namespace ch5::bench {
 namespace {
 
 constexpr char kUsage[] =
-    "usage: measure_steps PROBLEM [--solver sparse|plain|dense] [--threads N] [--repeat N]\n"
+    "usage: measure_steps PROBLEM [--solver sparse|plain|dense] [--repeat N]\n"
     "Times each step of an iteration at the start of PROBLEM (a BAL file, a window, scene:FRAMESxPOINTS, or "
     "city:CAMERAS), the "
     "median\n"
@@ -31,14 +31,14 @@ constexpr double kLambda = 1e-4;
 
 struct Options {
   std::string problem, solver = "sparse";
-  int threads = 1, repeat = 15;
+  int repeat = 15;
 };
 
-// Time of the processor with one thread, which other programs do not disturb as much; of the clock with several.
-double Milliseconds(const std::function<void()>& work, bool one_thread) {
-  const auto now = [one_thread] {
+// Of the processor's time, which other programs do not disturb as much as the clock's.
+double Milliseconds(const std::function<void()>& work) {
+  const auto now = [] {
     timespec time;
-    clock_gettime(one_thread ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &time);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
     return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
   };
   const double start = now();
@@ -54,10 +54,10 @@ struct Step {
   std::vector<double> times = {};
 };
 
-void MeasureAll(std::vector<bench::Step> steps, int repeat, bool one_thread) {
+void MeasureAll(std::vector<bench::Step> steps, int repeat) {
   for (int turn = 0; turn <= repeat; ++turn) {
     for (bench::Step& step : steps) {
-      const double time = Milliseconds(step.work, one_thread);
+      const double time = Milliseconds(step.work);
       if (turn > 0) step.times.push_back(time);
     }
   }
@@ -92,18 +92,18 @@ Counts Count(const Structure& s) {
 }
 
 void MeasureSparse(Graph* graph, const Options& options) {
-  SparseSolver solver(graph, options.threads);
+  SparseSolver solver(graph);
   solver.SetReducedSolver(ReducedSolverType::kSparseCholesky);  // S is formed, however many poses there are
   solver.SetDamping(Damping::kDiagonal);
   solver.SetOrdering();
   solver.MakeHessian();
   const Structure& s = solver.GetStructure();
   const DampingRule rule{kLambda, Damping::kDiagonal};
-  ThreadPool pool(options.threads);
+  ThreadPool pool(1);
   Eliminated eliminated;
   eliminated.Resize(s);
   eliminated.S.SetPattern(s.pose_dim, SchurPattern(s));
-  SchurGroups groups = PrepareSchurGroups(s, eliminated.S, options.threads);
+  SchurGroups groups = PrepareSchurGroups(s, eliminated.S, /*threads=*/1);
   const std::unique_ptr<ReducedSolver> reduced = MakeReducedSolver(ReducedSolverType::kAutomatic);
   reduced->Prepare(eliminated.S, &pool);
   ch5::Step step;
@@ -126,7 +126,7 @@ void MeasureSparse(Graph* graph, const Options& options) {
               {"update", [&] { solver.UpdateStates(step.delta_x); }},
               {"rollback", [&] { solver.RollbackStates(); }},
               {"cost", [&] { solver.Cost(); }, 0.0, c.measurement_bytes}},
-             options.repeat, options.threads == 1);
+             options.repeat);
 }
 
 // A solver that is one piece.
@@ -139,7 +139,7 @@ void MeasureWhole(NormalEquations* system, int repeat) {
               {"update", [&] { system->UpdateStates(delta_x); }},
               {"rollback", [&] { system->RollbackStates(); }},
               {"cost", [&] { system->Cost(); }}},
-             repeat, /*one_thread=*/true);
+             repeat);
 }
 
 void Measure(Graph* graph, const Options& options) {
@@ -179,7 +179,6 @@ int main(int argc, char** argv) {
   ch5::CommandLine line("measure_steps", ch5::bench::kUsage);
   line.Argument("PROBLEM", &options.problem);
   line.Text("--solver", &options.solver);
-  line.Number("--threads", 1, 64, &options.threads);
   line.Number("--repeat", 1, 1000, &options.repeat);
   return line.Run(argc, argv, [&] { ch5::bench::Run(options); });
 }

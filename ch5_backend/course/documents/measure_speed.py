@@ -1,16 +1,14 @@
-"""Measures what the fifth lecture shows, and writes the tables that are kept in measured/.
+"""Measures what the fifth lecture shows, and writes the tables that are kept in slides/measured/.
 
-usage: python3 -m slides.measure_speed [--rounds N]
+usage: python3 -m ch5_backend.course.documents.measure_speed [--rounds N]
 
 Each round runs every case once, so that a slow quarter of an hour of the machine falls on all alike; of each step the
-fastest round counts, since whatever disturbs a measurement makes it slower. Needs the programs measure_steps,
-measure_ours, measure_ceres, ch5_bal and ch5_window (ninja -C build/release measure_steps bench_programs ch5_bal ch5_window) and the data folder, CH5_DATA_DIR.
+fastest round counts, since whatever disturbs a measurement makes it slower. Needs Ceres and the data folder, CH5_DATA_DIR.
 About a minute on a machine that does nothing else.
 """
 
 import argparse
 import csv
-import json
 import os
 import platform
 import re
@@ -21,16 +19,12 @@ from pathlib import Path
 
 from ch5_backend.figures import tables
 from ch5_backend.figures.numbers.bench import iteration_seconds
+from slides.deck_fast_solver_facts import PROBLEMS, RUNGS
 
-ROOT = Path(__file__).resolve().parents[1]
-BIN = ROOT / "build/release/bin"
-DATA = Path(os.environ.get("CH5_DATA_DIR", ROOT.parent / "shared/data"))
-PROBLEMS = {"bal/16-22106": "bal/problem-16-22106-pre.txt", "bal/49-7776": "bal/problem-49-7776-pre.txt",
-            "window/vio_M": "windows/vio_M.txt", "scene/30x1000": "scene:30x1000"}
-# (solver, CH5_SIMD, threads), each one idea more than the one before; what a problem is too large for is left out.
-LADDER = (("dense", "portable", 1), ("plain", "portable", 1), ("sparse", "portable", 1), ("sparse", "avx2", 1))
+from ..base.cmake_build import BIN, ROOT, build_or_fail
+from ..experiments.bench import Case, run_side, source
+
 REDUCED = ("sparse", "implicit-pcg", "power-series")  # solvers for the cameras' system of the largest problem
-LARGEST = "bal/maplab-969-22767.txt"
 
 
 def run(*words, **environment):
@@ -50,20 +44,15 @@ def trace(program, *words):
             return [(row["iteration"], row["seconds"], row["cost"]) for row in csv.DictReader(file)]
 
 
-def source(problem):
-    return PROBLEMS[problem] if PROBLEMS[problem].startswith("scene:") else DATA / PROBLEMS[problem]
-
-
 def steps(best):
     for problem in PROBLEMS:
-        for solver, simd, threads in LADDER:
+        for solver, simd in RUNGS.values():  # each one idea more than the one before
             if solver == "dense" and problem.startswith("bal/"):
                 continue  # its H would take 36 gigabytes
             repeat = 3 if solver != "sparse" else 9
-            for line in run(BIN / "measure_steps", source(problem), "--solver", solver, "--threads", threads, "--repeat",
-                            repeat, CH5_SIMD=simd):
+            for line in run(BIN / "measure_steps", source(problem), "--solver", solver, "--repeat", repeat, CH5_SIMD=simd):
                 step, time, flop, size = line.split(",")
-                key = problem, solver, simd, threads, step
+                key = problem, solver, simd, step
                 if key not in best or float(time) < float(best[key][0]):
                     best[key] = time, flop, size
 
@@ -79,10 +68,8 @@ def machine(best):
 def peers(best):
     """Whole solves of ours and of Ceres, one thread each; of an iteration the time without the set-up."""
     for problem in PROBLEMS:
-        repeat = 1 if problem.startswith("bal/") else 3
         for side in ("ours", "ceres"):
-            for line in run(BIN / f"measure_{side}", source(problem), "--repeat", repeat):
-                one = json.loads(line)
+            for one in run_side(side, Case(problem, source(problem), 1), 1, None):
                 iteration = 1e3 * iteration_seconds(one)
                 if (problem, side) not in best or iteration < best[problem, side][0]:
                     best[problem, side] = iteration, one["steps"], one["final_cost"], one["peak_mb"]
@@ -91,7 +78,7 @@ def peers(best):
 def reduced():
     """The way of each solver for the cameras' system through 20 iterations."""
     return [(solver, *row) for solver in REDUCED
-            for row in trace("ch5_bal", DATA / LARGEST, "--iterations", 20, "--solver", solver)]
+            for row in trace("ch5_bal", source("bal/maplab-969-22767"), "--iterations", 20, "--solver", solver)]
 
 
 def refined(rounds):
@@ -122,13 +109,14 @@ def main():
     parser = argparse.ArgumentParser(prog="measure_speed.py", description=__doc__.split("\n\n")[0])
     parser.add_argument("--rounds", type=int, default=5)
     rounds = parser.parse_args().rounds
+    build_or_fail(["measure_steps", "bench_programs", "ch5_bal", "ch5_window"])
     by_step, limits, by_side = {}, {}, {}
     for turn in range(rounds):
         print(f"round {turn + 1} of {rounds}", file=sys.stderr)
         steps(by_step)
         machine(limits)
         peers(by_side)
-    write("speed_steps", ("problem", "solver", "simd", "threads", "step", "milliseconds", "flop", "bytes"),
+    write("speed_steps", ("problem", "solver", "simd", "step", "milliseconds", "flop", "bytes"),
           [(*key, *value) for key, value in by_step.items()])
     write("speed_machine", ("simd", "limit", "megabytes", "value"), [(*key, value) for key, value in limits.items()])
     write("speed_peers", ("problem", "side", "iteration_ms", "iterations", "final_cost", "peak_mb"),
