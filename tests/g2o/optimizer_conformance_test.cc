@@ -5,7 +5,7 @@
 //   G3   the index mapping, in order of ids       graph/ordering.h             graph_conformance_test.cc, system_conformance_test.cc
 //   G4   no edge between landmarks                sparse/steps/structure.h     system_conformance_test.cc
 //   G5   numeric Jacobians                        graph/edge.h                 system_conformance_test.cc
-//   G6   robust kernels                           graph/loss.h                 system_conformance_test.cc, ../pose_graph
+//   G6   robust kernels                           graph/loss.h                 system_conformance_test.cc, ../graph/loss_test.cc
 //   G7   Levenberg–Marquardt                      solve/step_strategy.h         algorithm_conformance_test.cc, system_conformance_test.cc
 //   G8   Dogleg                                   solve/step_strategy.h         algorithm_conformance_test.cc
 //   G9   the terminate action                     solve/minimizer.h            optimizer_conformance_test.cc
@@ -14,7 +14,7 @@
 //   G12  push, pop, clear, gauge …                graph/graph.h                graph_conformance_test.cc, optimizer_conformance_test.cc
 //   G13  all linear solvers give the same x       linear/reduced_solver.h       ../sparse/equality_test.cc
 //   G14  what a graph refuses                     graph/graph.h                graph_conformance_test.cc
-//   G15  .g2o files, the choice in three steps    files/g2o_file.h                   optimizer_conformance_test.cc, ../pose_graph
+//   G15  .g2o files, the choice in three steps    files/g2o_file.h                   optimizer_conformance_test.cc, ../files/g2o_file_test.cc
 //        buildStructure, setLambda, saveHessian   sparse/sparse_solver.h                system_conformance_test.cc
 #include <gtest/gtest.h>
 
