@@ -75,7 +75,7 @@ class Judged:
             return Verdict("wrong")
         verdict = course_judge.judge(BIN / "homework_judge", self.stage, 60.0, ["--seed=3"],
                                      [str(BIN / "worker_samples"), f"--submission={name}"], fail_fast=False)
-        return explain(verdict, self.file, content)
+        return explain(verdict, self.stage, content)
 
 
 @unittest.skipUnless((BIN / "worker_samples").exists(), "no worker_samples")

@@ -34,7 +34,7 @@ class Grader:
             found = [built.verdict] if built.verdict else []
             for seed in seeds if built.worker else ():
                 verdict = job.run_stage(self.toolchain, built.worker, stage, seed, job.Clock(240.0), fail_fast=True)
-                found.append(explain(verdict, file, content))
+                found.append(explain(verdict, stage, content))
                 if found[-1].state == "times-out":
                     break
         return found

@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-from ch5_backend.course.homework.regions import ROOT, fill, solution_text
+from ch5_backend.course.homework.regions import ROOT, STAGES, fill, solution_text
 
 from ch5_backend.course.homework import blanks, compiler, judge
 from ch5_backend.course.base.language import speaker
@@ -152,7 +152,7 @@ class BlanksLeftEmpty(unittest.TestCase):
         text = left_empty("problem.cc", "1.2a")
         content, place = text.encode(), line_of(text, "Hmm.block(idx")
         crash = Verdict("crashes", {**because("judge.crash", signal="", where=""), "place": f"problem.cc:{place}"})
-        told = in_short(blanks.explain(crash, "problem.cc", content).diagnosis, ENGLISH)
+        told = in_short(blanks.explain(crash, STAGES[1], content).diagnosis, ENGLISH)
         self.assertIn("Hmm is still empty: nothing was assigned to it in TODO 1.2a", told)
         for other in (crash._replace(state="wrong"), Verdict("crashes", because("judge.crash")), Verdict("right")):
-            self.assertEqual(blanks.explain(other, "problem.cc", content), other)
+            self.assertEqual(blanks.explain(other, STAGES[1], content), other)

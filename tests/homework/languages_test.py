@@ -161,7 +161,7 @@ class Told(unittest.TestCase):
                 self.assertEqual("problem.cc:71" in said, bool(place))
         text = b"  MatXX Hmm;\n  // TODO:: home work 1.2a. Hmm = ?\n  use(Hmm);\n"
         cause = because("judge.crash", signal={"quoted": "Aborted"}, where=sentence("judge.at_place", place="problem.cc:3"))
-        crash = blanks.explain(Verdict("crashes", {**cause, "place": "problem.cc:3"}), "problem.cc", text)
+        crash = blanks.explain(Verdict("crashes", {**cause, "place": "problem.cc:3"}), STAGES[1], text)
         self.assertIn("Hmm 还是空的：TODO 1.2a", in_short(crash.diagnosis, CHINESE))
         self.assertEqual(english_in(in_short(crash.diagnosis, CHINESE)), "")
 

@@ -17,17 +17,17 @@ class ThrowLeft(unittest.TestCase):
     def test_lines_above_the_throw_are_seen(self):
         for name in FILES:
             left = fill(solution_text(name), lambda region: region.solution + region.blank())
-            for todo in (todo for stage in STAGES if stage["file"] == name for todo in stage["todos"]):
+            for stage, todo in ((stage, todo) for stage in STAGES if stage["file"] == name for todo in stage["todos"]):
                 self.assertTrue(self.keeps_throw(left, todo), todo)
                 self.assertFalse(self.keeps_throw(skeleton(name), todo), todo)
                 self.assertFalse(self.keeps_throw(solution_text(name), todo), todo)
-                verdict = blanks.explain(Verdict("not-started", judge.not_started(todo, "")), name, left.encode())
+                verdict = blanks.explain(Verdict("not-started", judge.not_started(todo, "")), stage, left.encode())
                 self.assertEqual(cause_of(verdict.diagnosis), "judge.leftover_throw")
 
     def test_a_mistake_belongs_to_a_blank_that_the_file_has(self):
         verdict = Verdict("wrong", {**judge.because("formula.sign_of_b"), "todo": "1.1d 1.1b"})
         for deep, todo in ((False, "1.1b"), (True, "1.1d")):
-            told = blanks.explain(verdict, "problem.cc", skeleton("problem.cc", None, deep).encode())
+            told = blanks.explain(verdict, STAGES[0], skeleton("problem.cc", None, deep).encode())
             self.assertEqual(told.diagnosis["todo"], todo)
 
     def test_a_stage_of_which_one_blank_is_filled_is_half_done(self):
@@ -38,5 +38,5 @@ class ThrowLeft(unittest.TestCase):
         deep = skeleton("problem.cc", deep=True)
         self.assertFalse(blanks.some_filled(stage, deep.encode()))
         self.assertTrue(blanks.some_filled(stage, deep.replace('throw HomeworkMissing("1.1c', 'hessian = ("').encode()))
-        half = Verdict("not-started", {**judge.not_started("1.1b", ""), "begun": True})
+        half = blanks.explain(Verdict("not-started", judge.not_started("1.1b", "")), stage, one.encode())
         self.assertEqual(check.state_of(half, speaker("en")), "half-done")

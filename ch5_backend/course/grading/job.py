@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..homework.blanks import explain, some_filled
+from ..homework.blanks import explain
 from ..homework.diagnosis import Verdict, because
 from ..homework.judge import judge
 from ..base.scratch import scratch
@@ -49,9 +49,7 @@ def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, ru
         rows, of_all = [], built.verdict
         for stage in stages:
             begin = time.monotonic()
-            verdict = of_all or explain(run_stage(toolchain, built.worker, stage, seed, clock), file, content)
-            if verdict.state == "not-started" and some_filled(stage, content):
-                verdict = verdict._replace(diagnosis={**verdict.diagnosis, "begun": True})
+            verdict = of_all or explain(run_stage(toolchain, built.worker, stage, seed, clock), stage, content)
             if any(re.search("TIMEOUT after .* in its start", str(test.get("failures"))) for test in verdict.tests):
                 of_all = verdict._replace(tests=())  # nor will it start for another stage
             row = stage_row(stage, verdict, rubric[stage["id"]], time.monotonic() - begin)

@@ -19,9 +19,9 @@ def content_of(path: Path):
         return None
 
 
-def keeps_throw(content, todo: str) -> bool:
+def keeps_throw(content: bytes, todo: str) -> bool:
     """Whether code stands in this blank, and below it still the throw that says it is empty."""
-    _, task, rest = (content or b"").decode("utf-8", "replace").partition(f"TODO:: home work {todo}.")
+    _, task, rest = content.decode("utf-8", "replace").partition(f"TODO:: home work {todo}.")
     blank, throw, _ = rest.partition(f'throw HomeworkMissing("{todo} ')
     return bool(task and throw) and any(line.strip() and not line.strip().startswith("//") for line in blank.splitlines()[1:])
 
@@ -60,19 +60,19 @@ def own_todo(todos: str, content: bytes) -> str:
     return (asked or todos.split()[-1:] or [""])[0]
 
 
-def explain(verdict: Verdict, file: str, content) -> Verdict:
-    """The TODO is one of this file's; a throw below a student's lines is told apart from an empty blank; and a crash in lines
-    that the student did not write is told as what it is: a blank left empty."""
-    if " " in verdict.diagnosis.get("todo", ""):
-        todo = own_todo(verdict.diagnosis["todo"], content or b"")
-        verdict = verdict._replace(diagnosis={**verdict.diagnosis, "todo": todo})
-    todo = verdict.diagnosis.get("todo", "")
-    if verdict.state == "not-started" and keeps_throw(content, todo):
-        return verdict._replace(diagnosis={**verdict.diagnosis, "cause": sentence("judge.leftover_throw", todo=todo)})
-    number = verdict.diagnosis.get("place", "").removeprefix(f"{file}:") if verdict.state == "crashes" else ""
-    found = still_empty(content.decode("utf-8", "replace"), int(number)) if number.isdigit() and content else None
-    if not found:
-        return verdict
-    name, todo = found
-    cause = sentence("judge.blank_left_empty", variable=name, todo=todo, more=verdict.diagnosis["cause"])
-    return verdict._replace(diagnosis={**verdict.diagnosis, "cause": cause, "todo": todo})
+def explain(verdict: Verdict, stage: dict, content) -> Verdict:
+    """The TODO is one of this file's; a stage of which a blank is filled has been begun; a throw below a student's lines is told
+    apart from an empty blank; and a crash in lines that the student did not write is told as what it is: a blank left empty."""
+    content, told = content or b"", dict(verdict.diagnosis)
+    if " " in told.get("todo", ""):
+        told["todo"] = own_todo(told["todo"], content)
+    if verdict.state == "not-started":
+        if keeps_throw(content, told.get("todo", "")):
+            told["cause"] = sentence("judge.leftover_throw", todo=told["todo"])
+        if some_filled(stage, content):
+            told["begun"] = True
+    number = told.get("place", "").removeprefix(f"{stage['file']}:") if verdict.state == "crashes" else ""
+    if number.isdigit() and (found := still_empty(content.decode("utf-8", "replace"), int(number))):
+        variable, told["todo"] = found
+        told["cause"] = sentence("judge.blank_left_empty", variable=variable, todo=told["todo"], more=told["cause"])
+    return verdict._replace(diagnosis=told)

@@ -87,10 +87,8 @@ def with_namesake(verdict: Verdict, file: str) -> Verdict:
 
 
 def judge_stage(stage: dict, options) -> Verdict:
-    verdict, content = judge(BIN / target(stage["file"]), stage, options=options), blanks.content_of(folder() / stage["file"])
-    if verdict.state == "not-started" and blanks.some_filled(stage, content or b""):
-        verdict = verdict._replace(diagnosis={**verdict.diagnosis, "begun": True})
-    return blanks.explain(verdict, stage["file"], content)
+    verdict = judge(BIN / target(stage["file"]), stage, options=options)
+    return blanks.explain(verdict, stage, blanks.content_of(folder() / stage["file"]))
 
 
 def report(stages: list, verdicts: list, as_json: bool, tell_one, say: Speaker) -> None:
