@@ -41,13 +41,13 @@ class SpeedClaims(unittest.TestCase):
         self.assertGreater(row["schur"]["flop"] / row["schur"]["milliseconds"],
                            3.0 * row["linearize"]["flop"] / row["linearize"]["milliseconds"])
 
-    def test_both_sides_reach_the_same_cost_and_ours_is_7_to_28_times_as_fast(self):
+    def test_both_sides_reach_the_same_cost_and_ours_is_7_to_29_times_as_fast(self):
         ratios = []
         for problem in PROBLEMS:
             ours, ceres = (TABLES("speed_peers").row(problem=problem, side=side) for side in ("ours", "ceres"))
             self.assertLess(ours["final_cost"], 1.001 * ceres["final_cost"], problem)
             ratios.append(ceres["iteration_ms"] / ours["iteration_ms"])
-        self.assertEqual((int(min(ratios)), int(max(ratios))), (7, 28), "the first paragraph of README.md")
+        self.assertEqual((round(min(ratios)), round(max(ratios))), (7, 29), "README.md, where another processor has 4")
 
     def test_points_that_move_along_their_rays_take_fewer_iterations(self):
         found = facts(TABLES)
