@@ -193,7 +193,7 @@ class Command(InAFolder):
         for words, told in ((["--late", "5"], "need --class FILE"), (["--keep", "first"], "--keep must be one of last, best, got 'first'"),
                             (["--class", "x.csv", "--due", "noon"], "x.csv: cannot be read"), (["--late", "101"], "--late must be")):
             with redirect_stderr(Terminal()) as errors:
-                self.assertEqual(main(["grade", "a.cc", *words]), 2)
+                self.assertEqual(main(["grade", __file__, *words]), 2)
             self.assertIn(told, errors.getvalue())
 
 
