@@ -162,9 +162,10 @@ std::optional<TurnAgreement> CompareTurns(const Recording& recording) {
   const Mat33 R_B_C = recording.calibration.T_B_C.q.toRotationMatrix();
   const auto correlate = [&](const Mat33& R, double delay) { return Correlate(turns, recording.imu, R, delay).value; };
   TurnAgreement result;
-  result.as_given = result.at_delay = correlate(R_B_C, 0.0);
-  if (result.as_given == 0.0) return std::nullopt;
-  result.noise = Correlate(turns, recording.imu, R_B_C, 0.0).ratio;
+  const Correlation given = Correlate(turns, recording.imu, R_B_C, 0.0);
+  if (given.value == 0.0) return std::nullopt;
+  result.as_given = result.at_delay = given.value;
+  result.noise = given.ratio;
   result.with_inverse = correlate(R_B_C.transpose(), 0.0);
   for (const Mat33& axes : SignedPermutations()) {  // orthogonal, so that they may as well turn the images' rates back
     const double correlation = correlate(axes.transpose() * R_B_C, 0.0);

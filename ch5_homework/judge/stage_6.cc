@@ -93,17 +93,18 @@ struct Layout {
     const auto dropped = scene.Dropped();
     double row = 0.0, row_dropped = 0.0, row_kept = 0.0, m = right[right.size() - 2], all = right.tail<2>().sum();
     for (size_t k = 0; k < scene.free.size(); ++k) {
+      const bool drops = Drops(k);
       const int size = scene.free[k]->LocalDimension();
       alike[k] = row;
-      running[k] = Drops(k) ? row_dropped : row;
+      running[k] = drops ? row_dropped : row;
       all_again[k] = m + row;
-      if (!Drops(k)) alone[k] = m;
-      if (!Drops(k)) from_zero[k] -= m;
+      if (!drops) alone[k] = m;
+      if (!drops) from_zero[k] -= m;
       late[k] += size;
-      (Drops(k) ? late_dropped : late_kept)[k] += size;
-      both_loops[k] = Drops(k) ? row : all + row_kept;
+      (drops ? late_dropped : late_kept)[k] += size;
+      both_loops[k] = drops ? row : all + row_kept;
       row += size;
-      (Drops(k) ? row_dropped : row_kept) += size;
+      (drops ? row_dropped : row_kept) += size;
     }
     all_again[right.size() - 1] = row;
     both_loops[right.size() - 2] = all;
