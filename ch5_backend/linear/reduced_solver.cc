@@ -22,6 +22,7 @@ class DenseCholesky : public ReducedSolver {
  public:
   void Prepare(const SymmetricBlockMatrix& S, ThreadPool* pool) override {
     A_.resize(S.Size(), S.Size() + NumChunks(kernels::kOverread, std::max(1, S.Size())));
+    A_.topRows(std::min(S.Size(), kernels::kOverread)).setZero();  // which are read behind the column before
     min_pivot_.resize(S.Size());
     pool_ = pool;
   }

@@ -46,7 +46,7 @@ bool SparseCholesky::FactorFront(const SymmetricBlockMatrix& A, int f, ThreadPoo
   const int k = front.pivots, r = front.rows_below, m = k + r;
   double* columns = L_.get() + place.columns;
 
-  std::fill_n(columns, static_cast<ptrdiff_t>(m) * k, 0.0);
+  std::fill_n(columns, static_cast<ptrdiff_t>(m) * k + kernels::kOverread, 0.0);
   CopyBlocks(A, place, m);
   for (const int child : place.children) AddToColumns(child, f);
   if (!kernels::Factor(k, columns, m, min_pivot_.data() + plan_.offset[front.first], pool)) return false;

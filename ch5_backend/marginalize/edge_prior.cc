@@ -19,7 +19,7 @@ Eigen::Index LeadingIdentity(const MatXX& B) {
 // −JᵀJ, its lower half. By the kernels, as each image makes a new prior and Eigen takes many times as long without AVX.
 MatXX MinusGram(const MatXX& J) {
   const int rows = static_cast<int>(J.rows()), n = static_cast<int>(J.cols());
-  VecX Jt(J.size() + kernels::kOverread);
+  VecX Jt = VecX::Zero(J.size() + kernels::kOverread);
   Eigen::Map<MatXX>(Jt.data(), n, rows) = J.transpose();
   MatXX minus_JtJ = MatXX::Zero(n, n);
   kernels::SubtractProductAAt(n, rows, Jt.data(), n, minus_JtJ.data(), n);

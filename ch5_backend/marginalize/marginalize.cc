@@ -69,10 +69,10 @@ MarginalSystem EliminateDense(Vertices kept, int n, const Eliminated& eliminated
   const SymmetricBlockMatrix& S = eliminated.S;
   const VecX& b = eliminated.b_S;
   const int m = S.Size() - n;
-  MatXX H_all(S.Size(), S.Size());
+  MatXX H_all = MatXX::Zero(S.Size(), S.Size());
   S.CopyLower(&H_all);
   const MatXX N = RootOfInverse(H_all.bottomRightCorner(m, m));
-  VecX memory(n * m + kernels::kOverread);
+  VecX memory = VecX::Zero(n * m + kernels::kOverread);
   Eigen::Map<MatXX> M(memory.data(), n, m);
   M.noalias() = H_all.bottomLeftCorner(m, n).transpose().lazyProduct(N);
   MatXX H = H_all.topLeftCorner(n, n);

@@ -2,7 +2,8 @@
 /// The inner loops of a dense Cholesky factorization, at the speed of the processor at hand (dispatch.h).
 ///
 /// All matrices are column-major, element (i, j) of A at A[i + j·lda]. Rows are read in whole vectors, so kOverread
-/// numbers behind the last element must be readable; their values do not matter.
+/// numbers behind the last element must be readable. Neither their values nor those above a diagonal matter to the result;
+/// but they should have been set, since products of subnormal numbers, which unset memory may hold, take fifty times as long.
 
 #include "ch5_backend/math/parallel.h"
 

@@ -245,7 +245,11 @@ SchurGroups PrepareSchurGroups(const Structure& s, const SymmetricBlockMatrix& S
     done += work[j];
     const bool full = done >= total / threads * static_cast<double>(found.ranges.size() + 1);
     if (!full && j + 1 < s.NumPoses()) continue;
-    found.ranges.push_back({begin, j + 1, AlignedVector(size.A), AlignedVector(size.C)});
+    SchurGroups::ColumnRange& range = found.ranges.emplace_back();
+    range.begin = begin;
+    range.end = j + 1;
+    SetZeros(size.A, &range.A);
+    SetZeros(size.C, &range.C);
     begin = j + 1;
   }
   return found;
