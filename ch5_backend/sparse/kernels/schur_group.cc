@@ -20,6 +20,8 @@ constexpr int kRoom = 2 * kLanes;      // behind the columns of A and C, for who
 constexpr int kColumnsOfGeneral = 60;  // of A at a time: they stay in the first-level cache
 
 int LeadingDimension(int rows) { return Padded(rows + 1) + kRoom; }
+// The numbers of A, behind which C begins.
+size_t SizeOfA(int lda) { return static_cast<size_t>(lda) * (kColumnsOfGeneral + 8) + kOverread; }
 
 // The columns of A that belong to landmark l:  H_pl G⁻ᵀ, and G⁻¹b. Whole registers are written; what is too much lies
 // where the next pose will write.
@@ -65,11 +67,12 @@ void AddBlocks(const GroupSystem& y, const PoseRange& range, int lda, const doub
   }
 }
 
-void SubtractGeneralGroup(const GroupSystem& y, const PoseRange& range, double* A, double* C, SymmetricBlockMatrix* S,
+void SubtractGeneralGroup(const GroupSystem& y, const PoseRange& range, double* A, SymmetricBlockMatrix* S,
                           double* b_S) {
   const int top = range.begin->row, rows = y.rows - top, lda = LeadingDimension(rows), dim = y.landmark_dim;
   const int columns = range.end == y.poses_end ? rows + 1 : range.end->row - top;
   const int batch = std::max(1, kColumnsOfGeneral / dim);
+  double* C = A + SizeOfA(lda);
   for (int first = 0; first < y.num_landmarks; first += batch) {
     const int count = std::min(batch, y.num_landmarks - first), k = count * dim;
     for (int l = 0; l < count; ++l) FillColumns(y, range, first + l, lda, A + l * dim * lda);
@@ -199,14 +202,13 @@ CH5_INLINE void Scale(const double* H_pl, const double* root, double* A) {
 
 template <int P, int L>
 struct SubtractGroup {
-  using Signature = void(const GroupSystem&, const PoseRange&, double* A, double* C, SymmetricBlockMatrix* S,
-                         double* b_S);
+  using Signature = void(const GroupSystem&, const PoseRange&, double* A, SymmetricBlockMatrix* S, double* b_S);
   static constexpr int kBlock = Stride(P) * L, kBatch = kColumns / L;
   static constexpr int kPoseSize = kBatch * kBlock;  // from A_i to A_i+1
 
   template <SimdLevel kSimd>
-  static CH5_INLINE void Run(const GroupSystem& y, const PoseRange& range, double* A, double* /*C*/,
-                             SymmetricBlockMatrix* S, double* b_S) {
+  static CH5_INLINE void Run(const GroupSystem& y, const PoseRange& range, double* A, SymmetricBlockMatrix* S,
+                             double* b_S) {
     const int n = static_cast<int>(y.poses_end - y.poses);
     const int begin = static_cast<int>(range.begin - y.poses), end = static_cast<int>(range.end - y.poses);
     for (int l = 0; l < y.num_landmarks; l += kBatch) {
@@ -262,9 +264,8 @@ template <>
 struct SubtractGroup<Eigen::Dynamic, Eigen::Dynamic> {
   using Signature = SubtractGroup<6, 1>::Signature;
   template <SimdLevel>
-  static void Run(const GroupSystem& y, const PoseRange& range, double* A, double* C, SymmetricBlockMatrix* S,
-                  double* b_S) {
-    SubtractGeneralGroup(y, range, A, C, S, b_S);
+  static void Run(const GroupSystem& y, const PoseRange& range, double* A, SymmetricBlockMatrix* S, double* b_S) {
+    SubtractGeneralGroup(y, range, A, S, b_S);
   }
 };
 
@@ -272,10 +273,10 @@ struct SubtractGroup<Eigen::Dynamic, Eigen::Dynamic> {
 
 SubtractGroupFunction SubtractGroupFor(const BlockSizes& sizes) { return Dispatch<SubtractGroup>(sizes); }
 
-GroupMemory GroupMemoryFor(const BlockSizes& sizes, int poses, int rows) {
-  if (sizes.AreFixed()) return {static_cast<size_t>(poses) * kColumns * kMostRows, 0};
-  const auto lda = static_cast<size_t>(LeadingDimension(rows));
-  return {lda * (kColumnsOfGeneral + 8) + kOverread, lda * lda + kOverread};
+size_t GroupMemory(const BlockSizes& sizes, int poses, int rows) {
+  if (sizes.AreFixed()) return static_cast<size_t>(poses) * kColumns * kMostRows;
+  const int lda = LeadingDimension(rows);
+  return SizeOfA(lda) + static_cast<size_t>(lda) * lda + kOverread;
 }
 
 }  // namespace ch5::kernels

@@ -38,18 +38,14 @@ struct PoseRange {
   const GroupPose *begin, *end;
 };
 
-/// The memory that a thread works in, in numbers.
-struct GroupMemory {
-  size_t A, C;
-};
-
 /// Subtracts a group's part from the columns of S and the rows of b_S that belong to the poses of a range.
-using SubtractGroupFunction = void (*)(const GroupSystem&, const PoseRange&, double* A, double* C,
-                                       SymmetricBlockMatrix* S, double* b_S);
+/// @param memory  that a thread works in
+using SubtractGroupFunction = void (*)(const GroupSystem&, const PoseRange&, double* memory, SymmetricBlockMatrix* S,
+                                       double* b_S);
 
 /// The one for these sizes of H_pl's blocks.
 SubtractGroupFunction SubtractGroupFor(const BlockSizes& sizes);
-/// What it needs for groups of at most so many poses, and so many rows.
-GroupMemory GroupMemoryFor(const BlockSizes& sizes, int poses, int rows);
+/// The numbers of memory that it needs for groups of at most so many poses, and so many rows.
+size_t GroupMemory(const BlockSizes& sizes, int poses, int rows);
 
 }  // namespace ch5::kernels

@@ -237,7 +237,7 @@ SchurGroups PrepareSchurGroups(const Structure& s, const SymmetricBlockMatrix& S
     rows = std::max(rows, group.rows);
     poses = std::max(poses, group.poses_end - group.poses_begin);
   }
-  const kernels::GroupMemory size = kernels::GroupMemoryFor(s.sizes, poses, rows);
+  const size_t numbers = kernels::GroupMemory(s.sizes, poses, rows);
   const std::vector<double> work = WorkOfColumns(s, found);
   double total = 0.0, done = 0.0;
   for (const double amount : work) total += amount;
@@ -248,8 +248,7 @@ SchurGroups PrepareSchurGroups(const Structure& s, const SymmetricBlockMatrix& S
     SchurGroups::ColumnRange& range = found.ranges.emplace_back();
     range.begin = begin;
     range.end = j + 1;
-    SetZeros(size.A, &range.A);
-    SetZeros(size.C, &range.C);
+    SetZeros(numbers, &range.memory);
     begin = j + 1;
   }
   return found;
@@ -273,7 +272,7 @@ void FormSchurComplement(const Structure& s, const Linearized& y, const DampingR
     for (const SchurGroup& group : groups->groups) {
       const kernels::PoseRange poses = groups->PosesIn(group, range);
       if (poses.begin == poses.end) continue;
-      subtract_group(SystemOf(s, y, *eliminated, *groups, group), poses, range.A.data(), range.C.data(), &S,
+      subtract_group(SystemOf(s, y, *eliminated, *groups, group), poses, range.memory.data(), &S,
                      eliminated->b_S.data());
     }
     for (int j = range.begin; j < range.end; ++j) MirrorLower(S.Dim(j), S.Values(S.ColumnBegin(j)));

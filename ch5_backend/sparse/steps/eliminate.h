@@ -68,7 +68,7 @@ struct SchurGroups {
   /// The columns of S that are one thread's work, poses [begin, end), and the memory that it works in.
   struct ColumnRange {
     int begin, end;
-    AlignedVector A, C;
+    AlignedVector memory;
   };
   std::vector<ColumnRange> ranges;  ///< of about equal work
 
