@@ -34,17 +34,16 @@ Mat33 CameraAxes(const Vec9& camera);
 /// takes fewer steps where points are far away.
 enum class BalPoints { kXyz, kOnRay };
 
-/// λ₀ for points that move along rays, with diagonal damping: they bear bolder first steps than x + δ. Steps to within a
-/// thousandth of the least cost, with it and with SolveOptions' 1e-5 (geometric means): 3 and 4 from the published start of
-/// 49 cameras, 6.2 and 6.6 from 36 starts disturbed at random, 18 and 21 in 120 simulated scenes. A smaller one is faster
-/// still as a rule, but from the published start takes 7.
-constexpr double kOnRayTau = 3e-6;
-
 /// The problem as a graph: cameras are poses, points are landmarks, one EdgeBAL per observation, W = I [1/px²].
 struct BalGraph {
   Graph graph;
   std::vector<std::shared_ptr<Vertex>> cameras;  ///< VertexCameraBAL, as in BalProblem::cameras
   std::vector<std::shared_ptr<Vertex>> points;   ///< VertexPointXYZ or VertexPointOnRay
+  /// SolveOptions::tau that suits how the points move, with diagonal damping: along rays they bear bolder first steps than
+  /// SolveOptions' 1e-5. Steps to within a thousandth of the least cost, with 3e-6 and with 1e-5 (geometric means): 3 and 4
+  /// from the published start of 49 cameras, 6.2 and 6.6 from 36 starts disturbed at random, 18 and 21 in 120 simulated
+  /// scenes. A smaller one is faster still as a rule, but from the published start takes 7.
+  double tau;
 };
 
 /// @param loss  of every observation, its threshold in pixels; null for plain least squares

@@ -7,7 +7,7 @@
 namespace ch5::bench {
 namespace {
 
-peer::PeerResult Run(Graph* graph, const Problem& problem) {
+peer::PeerResult Run(Graph* graph, const Problem& problem, double tau = SolveOptions().tau) {
   const peer::PeerOptions& options = problem.options;
   SparseOptimizer optimizer(graph, options.threads);
   SolveOptions solve;
@@ -16,7 +16,7 @@ peer::PeerResult Run(Graph* graph, const Problem& problem) {
   solve.gradient_tolerance = solve.step_tolerance = 0.0;
   solve.landmark_steps = problem.landmark_steps;
   optimizer.SetDamping(Damping::kDiagonal);
-  if (problem.kind == Problem::Kind::kBal) solve.tau = kOnRayTau;
+  solve.tau = tau;
   if (options.dogleg) solve.algorithm = Algorithm::kDogleg;
   const double bytes_before = MemoryBytes("VmRSS:");
   const Summary summary = optimizer.Solve(solve);
@@ -60,7 +60,7 @@ peer::PeerResult Solve(const Problem& problem) {
     return Run(&file.graph, problem);
   }
   BalGraph bal = BuildBal(problem.bal, nullptr);
-  return Run(&bal.graph, problem);
+  return Run(&bal.graph, problem, bal.tau);
 }
 
 }  // namespace ch5::bench

@@ -80,7 +80,7 @@ BalStudy SolveBal(const BalProblem& problem, const FileSolveOptions& options, Ba
   study.mean_error_before = MeanReprojectionError(bal.graph);
 
   FileSolveOptions with_tau = options;
-  if (move == BalPoints::kOnRay) with_tau.solve.tau = kOnRayTau;
+  with_tau.solve.tau = bal.tau;
   study.summary = SolveGraph(&bal.graph, with_tau);
   study.mean_error_after = MeanReprojectionError(bal.graph);
   study.behind_camera = static_cast<int>(EdgesOutOfDomain(bal.graph).size());
