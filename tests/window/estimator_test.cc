@@ -146,7 +146,6 @@ TEST(Estimator, ReportsTheCovarianceOfTheWholeState) {
   }
 }
 
-// A window's covariance is a block of the inverse of its H, which an optimizer's Covariance finds in another way.
 // The force of 1.3 m/s² is known to the bias's 0.1 m/s², and so is the scale.
 TEST(Estimator, SaysOnceHowWellItKnowsTheScale) {
   const auto sigmas_of = [](const Recording& recording, std::unique_ptr<WindowPolicy> policy) {
@@ -171,6 +170,7 @@ TEST(Estimator, SaysOnceHowWellItKnowsTheScale) {
   }
 }
 
+// A window's covariance is a block of the inverse of its H, which an optimizer's Covariance finds in another way.
 TEST(Estimator, ItsCovarianceIsABlockOfTheInverse) {
   const Recording recording = SimulateSixSeconds();
   EstimatorOptions options{recording.calibration};
