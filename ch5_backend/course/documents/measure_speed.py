@@ -18,11 +18,10 @@ import tempfile
 from pathlib import Path
 
 from ch5_backend.figures import tables
-from ch5_backend.figures.numbers.bench import iteration_seconds
 from slides.deck_fast_solver_facts import PROBLEMS, RUNGS
 
 from ..base.cmake_build import BIN, ROOT, build_or_fail
-from ..experiments.bench import Case, run_side, source
+from ..experiments.bench import Case, iteration_seconds, run_side, source
 
 REDUCED = ("sparse", "implicit-pcg", "power-series")  # solvers for the cameras' system of the largest problem
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ch5_backend.figures import tables
-from ch5_backend.figures.numbers.bench import iteration_seconds
 
 from ..base import jsonout
 from ..base.cmake_build import BIN, build_or_fail, data_folder
@@ -173,6 +172,11 @@ def run_side(side: str, case: Case, threads: int, seconds) -> list:
         raise CourseError(f"measuring {case.name} failed: {errors.strip()}", 1)
     runs = [json.loads(line) for line in output.splitlines()]
     return runs if case.name.startswith(ODOMETRY) else runs[-max(1, repeat - 1):]
+
+
+def iteration_seconds(run: dict) -> float:
+    """The mean time of an iteration, without the set-up: the first entry of a trace is the start's cost and its time."""
+    return (run["seconds"] - run["trace"][0][0]) / max(1, run["steps"])
 
 
 def seconds_to(run: dict, cost: float):
