@@ -14,8 +14,8 @@ namespace {
 using namespace stage_1_2;
 
 // Why SolveLinearSystem may return false.
-Text CauseOfGivingUp(const Parts& right, const VecX& delta_x) {
-  if (right.b_p.size() == 0) return "1.2.gave_up_without_poses";
+Text CauseOfGivingUp(const PartedSystem& right, const VecX& delta_x) {
+  if (right.b_r.size() == 0) return "1.2.gave_up_without_poses";
   if (delta_x.size() > 0 && !delta_x.allFinite()) return "1.2.landmark_step_unset";
   return "1.2.function_gave_up";
 }
@@ -28,7 +28,7 @@ void CheckCall(Problem* problem, const Case& c, const Text& scene) {
 
   const auto with = [&](const char* quantity) { return With(Word(quantity), scene, c.lambda, c.damping); };
   const Names names = RowNames(problem->GetOrdering());
-  const Parts right = c.Right();
+  const PartedSystem right = c.Right();
   const VecX step = Solve(c.Damped(), c.system.b);
   // Who solves the whole system without a Schur complement is right too: then there is none to compare.
   const bool reduced = problem->SchurComplement().size() > 0 && right.b_m.size() > 0;

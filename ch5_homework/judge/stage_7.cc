@@ -221,7 +221,7 @@ void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Dam
   const auto with = [&](const Text& quantity) { return With(quantity, scene, lambda, damping); };
   CheckReducedSystem(c, *solver, with);
   const Names names = RowNames(solver->GetOrdering(), true);
-  const VecX step = c.Step(c.H_ll_inverse * (c.b_l - c.H_pl.transpose() * c.StepOfPoses()));
+  const VecX step = c.Step(c.A_mm_inverse * (c.b_m - c.A_rm.transpose() * c.StepOfPoses()));
   if (!solved) {
     Fail({"7", with(Word("Δx")), "7.solver_returns_true", Word("false"), "7.function_gave_up", "7d"});
   }
@@ -231,7 +231,7 @@ void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Dam
           {{"7d", ChangedInPlace("H", "S_"), solver->DenseHessian()}}, 1e-9);
   if (!Equal(solver->RightHandSide(), system.b, 1e-9)) {
     Fail({"7", with("7.b_after_solve"), "7.b_unchanged", "7.another_b", ChangedInPlace("b_", "b_schur_, rest"),
-          Equal(solver->RightHandSide().head(c.p), system.b.head(c.p), 1e-9) ? "7e" : "7d"});
+          Equal(solver->RightHandSide().head(c.b_r.size()), system.b.head(c.b_r.size()), 1e-9) ? "7e" : "7d"});
   }
 }
 

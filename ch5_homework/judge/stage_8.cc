@@ -373,12 +373,13 @@ MatXX WithOtherBlock(MatXX J, const MatXX& X, const MatXX& wrong, int row, int c
 void CheckCovariance(const Step& step, const Text& what) {
   const MatXX A = step.OverState(), B = step.OverNoise(), P = step.before.covariance;
   const double var_a = step.sigma_a * step.sigma_a, var_g = step.sigma_g * step.sigma_g, dt = step.dt;
-  const auto noise = [&](const MatXX& J, double power) {
-    const VecX Q = (Vec6() << Vec3::Constant(var_a), Vec3::Constant(var_g)).finished() * std::pow(dt, power);
-    return MatXX(J * Q.asDiagonal() * J.transpose());
+  const auto Q = [](double of_a, double of_g) {
+    return MatXX((Vec6() << Vec3::Constant(of_a), Vec3::Constant(of_g)).finished().asDiagonal());
   };
+  const auto noise = [&](const MatXX& J, double of_a, double of_g) { return MatXX(J * Q(of_a, of_g) * J.transpose()); };
+  const MatXX BQBt = noise(B, var_a / dt, var_g / dt);
   const auto sum = [&](const MatXX& F, const MatXX& J, double power = -1.0) {
-    return MatXX(F * P * F.transpose() + noise(J, power));
+    return MatXX(F * P * F.transpose() + noise(J, var_a * std::pow(dt, power), var_g * std::pow(dt, power)));
   };
   // The blocks that are most often wrong.
   const Mat33 R = step.before.q.toRotationMatrix(), of_turn = A.block<3, 3>(3, 3);
@@ -401,15 +402,10 @@ void CheckCovariance(const Step& step, const Text& what) {
       {"8c", "8.noise_missing", A * P * A.transpose()},
       {"8c", "8.density_not_divided", sum(A, B, 0.0)},
       {"8c", "8.density_times_dt", sum(A, B, 1.0)},
-      {"8c", "8.density_for_variance",
-       A * P * A.transpose() +
-           B * (Vec6() << Vec3::Constant(step.sigma_a), Vec3::Constant(step.sigma_g)).finished().asDiagonal() *
-               B.transpose() / dt},
-      {"8c", "8.sigmas_exchanged",
-       A * P * A.transpose() +
-           B * (Vec6() << Vec3::Constant(var_g), Vec3::Constant(var_a)).finished().asDiagonal() * B.transpose() / dt},
+      {"8c", "8.density_for_variance", A * P * A.transpose() + noise(B, step.sigma_a / dt, step.sigma_g / dt)},
+      {"8c", "8.sigmas_exchanged", A * P * A.transpose() + noise(B, var_g / dt, var_a / dt)},
       {"8c", "8.covariance_not_moved", sum(MatXX::Identity(9, 9), B)},
-      {"8c", "8.covariance_lost", noise(B, -1.0)},
+      {"8c", "8.covariance_lost", BQBt},
       {"8c", "8.A_transposed", sum(A.transpose(), B)},
       {"8c", "8.A_sign", sum(changed(A, {{0, -p_arm}, {6, -v_arm}}), B)},
       {"8c", "8.A_without_acceleration", sum(arms(O), B)},
@@ -433,10 +429,9 @@ void CheckCovariance(const Step& step, const Text& what) {
       {"8c", "8.B_columns", sum(A, B_exchanged)},
       {"8c", "8.B_inverse_jacobian", sum(A, changed(B, {{3, dt * RightJacobianInverseSO3(dt * step.w)}}))},
       {"8c", "8.covariance_counted_twice", P + sum(A, B)},
-      {"8c", "8.A_on_one_side", A * P + noise(B, -1.0)},
-      {"8c", StandsFor("A P A", "A P Aᵀ"), A * P * A + noise(B, -1.0)},
-      {"8c", "8.A_on_one_side", P * A.transpose() + noise(B, -1.0)}};
-  const MatXX Q = (Vec6() << Vec3::Constant(var_a / dt), Vec3::Constant(var_g / dt)).finished().asDiagonal();
+      {"8c", "8.A_on_one_side", A * P + BQBt},
+      {"8c", StandsFor("A P A", "A P Aᵀ"), A * P * A + BQBt},
+      {"8c", "8.A_on_one_side", P * A.transpose() + BQBt}};
   const MatXX wrong = got - sum(A, B);
   const char* const parts[] = {"δp", "δθ", "δv"};
   const char* const noises[] = {"n_a", "n_g"};
@@ -449,7 +444,7 @@ void CheckCovariance(const Step& step, const Text& what) {
     for (int j = 0; j < 2; ++j) {
       mistakes.push_back({"8c",
                           {"8.one_block_of_B", {{"row", Word(parts[i])}, {"column", Word(noises[j])}}},
-                          sum(A, WithOtherBlock(B, Q, wrong, 3 * i, 3 * j))});
+                          sum(A, WithOtherBlock(B, Q(var_a / dt, var_g / dt), wrong, 3 * i, 3 * j))});
     }
   }
   Require("8", what, sum(A, B), got, Words({"δp.x", "δp.y", "δp.z", "δθ.x", "δθ.y", "δθ.z", "δv.x", "δv.y", "δv.z"}),

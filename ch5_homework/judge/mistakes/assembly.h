@@ -139,21 +139,11 @@ struct Statement {
   bool turned = false;    ///< the transpose of what is right there
   bool assigned = false;  ///< = for +=
 
-  Statement Times(double n) const {
-    return With([n](Statement* s) { s->times = n; });
-  }
-  Statement Of(Weight other) const {
-    return With([other](Statement* s) { s->weight = other; });
-  }
-  Statement At(Place other) const {
-    return With([other](Statement* s) { s->place = other; });
-  }
-  Statement Turned() const {
-    return With([](Statement* s) { s->turned = true; });
-  }
-  Statement Assigned() const {
-    return With([](Statement* s) { s->assigned = true; });
-  }
+  Statement Times(double n) const { return With(&Statement::times, n); }
+  Statement Of(Weight other) const { return With(&Statement::weight, other); }
+  Statement At(Place other) const { return With(&Statement::place, other); }
+  Statement Turned() const { return With(&Statement::turned, true); }
+  Statement Assigned() const { return With(&Statement::assigned, true); }
 
   void Run(MatXX* H, const Turn& t) const {
     const auto [row, column] = place(t);
@@ -163,10 +153,10 @@ struct Statement {
   }
 
  private:
-  template <typename Set>
-  Statement With(const Set& set) const {
+  template <typename T>
+  Statement With(T Statement::*member, T value) const {
     Statement changed = *this;
-    set(&changed);
+    changed.*member = value;
     return changed;
   }
 };
@@ -182,19 +172,14 @@ inline Turning Three(const Statement& diagonal, const Statement& first, const St
 }
 inline Turning Two(const Statement& first, const Statement& mirror) { return Three(first, first, mirror); }
 inline Turning BothOf(Weight weight) { return Two(kFirst.Of(weight), kMirror.Of(weight)); }
-/// J_i stands for J_j; where Eigen would not let it, J_j.
-inline void WithJacobianOfI(MatXX* H, const Turn& t) {
-  const bool alike = t.v_i().LocalDimension() == t.v_j().LocalDimension();
-  const MatXX block = alike ? Turn{t.edge, t.drho, t.W_rho, t.at_i, t.at_i, t.i, t.i}.Block() : t.Block();
-  Put(H, t.i, t.j, block);
-  if (!t.IsDiagonal()) Put(H, t.j, t.i, block.transpose());
-}
-/// J_j stands for J_i, likewise.
-inline void WithJacobianOfJ(MatXX* H, const Turn& t) {
-  const bool alike = t.v_i().LocalDimension() == t.v_j().LocalDimension();
-  const MatXX block = alike ? Turn{t.edge, t.drho, t.W_rho, t.at_j, t.at_j, t.j, t.j}.Block() : t.Block();
-  Put(H, t.i, t.j, block);
-  if (!t.IsDiagonal()) Put(H, t.j, t.i, block.transpose());
+/// J_i, or J_j, stands for both; where Eigen would not let it, each for itself.
+inline Turning OneJacobian(size_t Turn::*at) {
+  return [at](MatXX* H, const Turn& t) {
+    const bool alike = t.v_i().LocalDimension() == t.v_j().LocalDimension();
+    const MatXX J = t.edge.Jacobian(t.*at), block = alike ? MatXX(J.transpose() * t.W_rho * J) : t.Block();
+    Put(H, t.i, t.j, block);
+    if (!t.IsDiagonal()) Put(H, t.j, t.i, block.transpose());
+  };
 }
 /// Skips an edge whose residual is zero.
 inline void WithoutEdgesThatFit(MatXX* H, const Turn& t) {
@@ -307,8 +292,8 @@ inline std::vector<TurningMistake> WrongTurnings(const char* first, const char* 
              const MatXX sum = H->block(t.i, t.j, t.v_i().LocalDimension(), t.v_j().LocalDimension());
              if (!t.IsDiagonal()) Put(H, t.j, t.i, sum.transpose());
            }},
-          {block, "formula.J_of_i_for_j", &WithJacobianOfI},
-          {block, StandsFor("J_j", "J_i", "J_iᵀ W_ρ J_j"), &WithJacobianOfJ},
+          {block, "formula.J_of_i_for_j", OneJacobian(&Turn::at_i)},
+          {block, StandsFor("J_j", "J_i", "J_iᵀ W_ρ J_j"), OneJacobian(&Turn::at_j)},
           {block, StandsFor("W_ρ⁻¹", "W_ρ"), BothOf(&Covariance)},
           {block, "assembly.root_once", BothOf(&RootL)},
           {block, "assembly.root_once", BothOf(&RootLt)},

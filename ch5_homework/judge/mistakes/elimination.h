@@ -5,10 +5,30 @@
 #include <string>
 #include <vector>
 
+#include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 
 namespace ch5::homework {
+
+/// A system of which r remains and m, behind it, goes.
+struct PartedSystem {
+  MatXX A_rr, A_rm, A_mm, A_mm_inverse;
+  VecX b_r, b_m;
+
+  PartedSystem(const MatXX& A, const VecX& b, Eigen::Index r)
+      : A_rr(A.topLeftCorner(r, r)),
+        A_rm(A.topRightCorner(r, A.cols() - r)),
+        A_mm(A.bottomRightCorner(A.rows() - r, A.cols() - r)),
+        A_mm_inverse(PseudoInversePsd(A_mm)),
+        b_r(b.head(r)),
+        b_m(b.tail(b.size() - r)) {}
+  MatXX Schur() const { return Schur(A_mm_inverse); }
+  VecX Reduced() const { return Reduced(A_mm_inverse); }
+  /// With something else in place of A_mm⁻¹.
+  MatXX Schur(const MatXX& middle) const { return A_rr - A_rm * middle * A_rm.transpose(); }
+  VecX Reduced(const MatXX& middle) const { return b_r - A_rm * middle * b_m; }
+};
 
 /// rest − product, where the product holds the inverse of what goes, in the stage's letters.
 struct Elimination {
@@ -39,6 +59,13 @@ inline std::vector<Mistake> EliminationMistakes(const Elimination& of, const Mat
           {of.todo,
            {"formula.only_diagonal_reduced", {{"rest", Word(of.rest)}}},
            rest.cols() > 1 ? MatXX(rest - MatXX(product.diagonal().asDiagonal())) : MatXX()}};
+}
+
+inline std::vector<Mistake> EliminationMistakesInSchur(const Elimination& of, const PartedSystem& s) {
+  return EliminationMistakes(of, s.A_rr, s.A_mm, s.A_mm_inverse, [&](const MatXX& middle) { return s.Schur(middle); });
+}
+inline std::vector<Mistake> EliminationMistakesInReduced(const Elimination& of, const PartedSystem& s) {
+  return EliminationMistakes(of, s.b_r, s.A_mm, s.A_mm_inverse, [&](const MatXX& middle) { return s.Reduced(middle); });
 }
 
 /// M⁻¹ (b − sum), the landmarks' step, in the stage's letters.

@@ -14,27 +14,6 @@
 
 namespace ch5::homework::stage_1_2 {
 
-/// A damped system taken apart, and what follows from it.
-struct Parts {
-  MatXX H_pp, H_pm, H_mm, H_mm_inverse;
-  VecX b_p, b_m;
-
-  Parts(const MatXX& H, const VecX& b, int p) {
-    const auto m = H.rows() - p;
-    H_pp = H.topLeftCorner(p, p);
-    H_pm = H.topRightCorner(p, m);
-    H_mm = H.bottomRightCorner(m, m);
-    H_mm_inverse = PseudoInversePsd(H_mm);
-    b_p = b.head(p);
-    b_m = b.tail(m);
-  }
-  MatXX Schur() const { return Schur(H_mm_inverse); }
-  VecX Reduced() const { return Reduced(H_mm_inverse); }
-  /// With something else in place of H_mm⁻¹.
-  MatXX Schur(const MatXX& middle) const { return H_pp - H_pm * middle * H_pm.transpose(); }
-  VecX Reduced(const MatXX& middle) const { return b_p - H_pm * middle * b_m; }
-};
-
 inline VecX Solve(const MatXX& A, const VecX& b) {
   VecX x = VecX::Zero(b.size());
   SolveLdlt(A, b, &x);
@@ -56,7 +35,7 @@ struct DampingMistake {
   const char* todo = "1.2a";
 };
 
-/// Everything that can be asked about one call of SolveLinearSystem.
+/// Everything that can be asked about one call of SolveLinearSystem. The poses remain, the landmarks go.
 struct Case {
   System system;
   int p;  // dimension of the poses
@@ -64,7 +43,7 @@ struct Case {
   Damping damping;
 
   MatXX Damped() const { return Damp(system.H, p, lambda, lambda, damping); }
-  Parts Right() const { return Parts(Damped(), system.b, p); }
+  PartedSystem Right() const { return PartedSystem(Damped(), system.b, p); }
 
   std::vector<DampingMistake> DampingMistakes() const {
     const Damping other = damping == Damping::kIdentity ? Damping::kDiagonal : Damping::kIdentity;
@@ -92,25 +71,24 @@ struct Case {
   VecX OneRowEarly(Eigen::Index m) const { return m < system.b.size() ? VecX(system.b.segment(p - 1, m)) : system.b; }
 
   std::vector<Mistake> SchurMistakes() const {
-    const Parts r = Right();
-    MatXX diagonal_blocks = r.H_pp;
-    for (Eigen::Index k = 0; k + 6 <= r.H_pp.rows(); k += 6) {  // pose by pose
+    const PartedSystem r = Right();
+    MatXX diagonal_blocks = r.A_rr;
+    for (Eigen::Index k = 0; k + 6 <= r.A_rr.rows(); k += 6) {  // pose by pose
       diagonal_blocks.block(k, k, 6, 6) = r.Schur().block(k, k, 6, 6);
     }
     std::vector<Mistake> mistakes{{"1.2b", "1.2.only_diagonal_blocks_reduced", diagonal_blocks}};
-    Append(EliminationMistakes({"1.2b", "1.2d 1.2b", "H_pp", "H_pm H_mm⁻¹ H_mp", "H_mm⁻¹", "H_mm"}, r.H_pp, r.H_mm,
-                               r.H_mm_inverse, [&](const MatXX& middle) { return r.Schur(middle); }),
+    Append(EliminationMistakesInSchur({"1.2b", "1.2d 1.2b", "H_pp", "H_pm H_mm⁻¹ H_mp", "H_mm⁻¹", "H_mm"}, r),
            &mistakes);
     Append(CornerMistakes(r), &mistakes);
     for (const auto& [cause, H, todo] : DampingMistakes()) {
-      mistakes.push_back({todo, cause, Parts(H, system.b, p).Schur()});
+      mistakes.push_back({todo, cause, PartedSystem(H, system.b, p).Schur()});
     }
     return mistakes;
   }
 
   /// One corner of H stands where another is meant.
-  std::vector<Mistake> CornerMistakes(const Parts& r) const {
-    const MatXX &P = r.H_pm, Q = r.H_pm.transpose(), &inverse = r.H_mm_inverse;
+  std::vector<Mistake> CornerMistakes(const PartedSystem& r) const {
+    const MatXX &P = r.A_rm, Q = r.A_rm.transpose(), &inverse = r.A_mm_inverse;
     const MatXX H = Damped();
     const auto m = static_cast<int>(P.cols());
     std::vector<Mistake> mistakes;
@@ -118,40 +96,38 @@ struct Case {
       if (start < 0 || start == p || start + m > H.cols()) continue;
       const MatXX other = H.block(0, start, p, m);
       const VecX depths = H.diagonal().segment(start, m).cwiseInverse();  // if the landmarks are inverse depths
-      mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - P * inverse * other.transpose()});
-      mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.H_pp - other * inverse * Q});
+      mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.A_rr - P * inverse * other.transpose()});
+      mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.A_rr - other * inverse * Q});
       mistakes.push_back({"1.2a", "1.2.Hmm_at_wrong_corner", r.Schur(depths.asDiagonal())});
     }
     if (P.rows() != P.cols()) return mistakes;
     // Here an exchange of p and m goes unseen by Eigen.
-    const std::vector<Mistake> exchanges{{"1.2a", "1.2.H_pm_H_mp_exchanged", r.H_pp - Q * inverse * P},
-                                         {"1.2a", "1.2.H_pm_for_H_mp", r.H_pp - P * inverse * P},
-                                         {"1.2a", "1.2.H_pm_holds_H_mp", r.H_pp - Q * inverse * Q},
-                                         {"1.2d 1.2b", "1.2.H_pp_inverted", r.Schur(r.H_pp.inverse())},
-                                         {"1.2d 1.2b", "1.2.H_mminv_on_the_left", r.H_pp - inverse * P * Q},
-                                         {"1.2b", "1.2.tempH_transposed", r.H_pp - inverse * Q * Q},
-                                         {"1.2b", "1.2.H_mm_for_H_pp", r.H_mm - P * inverse * Q}};
+    const std::vector<Mistake> exchanges{{"1.2a", "1.2.H_pm_H_mp_exchanged", r.A_rr - Q * inverse * P},
+                                         {"1.2a", "1.2.H_pm_for_H_mp", r.A_rr - P * inverse * P},
+                                         {"1.2a", "1.2.H_pm_holds_H_mp", r.A_rr - Q * inverse * Q},
+                                         {"1.2d 1.2b", "1.2.H_pp_inverted", r.Schur(r.A_rr.inverse())},
+                                         {"1.2d 1.2b", "1.2.H_mminv_on_the_left", r.A_rr - inverse * P * Q},
+                                         {"1.2b", "1.2.tempH_transposed", r.A_rr - inverse * Q * Q},
+                                         {"1.2b", "1.2.H_mm_for_H_pp", r.A_mm - P * inverse * Q}};
     mistakes.insert(mistakes.end(), exchanges.begin(), exchanges.end());
     return mistakes;
   }
 
   std::vector<Mistake> ReducedMistakes() const {
-    const Parts r = Right();
-    const MatXX& inverse = r.H_mm_inverse;
-    const VecX b_p = StartingAtItsLength(r.b_p.size()), b_m = StartingAtItsLength(r.b_m.size());
-    const auto with = [&](const VecX& other_b_m) { return MatXX(r.b_p - r.H_pm * inverse * other_b_m); };
-    std::vector<Mistake> mistakes{{"1.2a", "1.2.bpp_starts_own_length", b_p - r.b_p + r.Reduced()},
+    const PartedSystem r = Right();
+    const MatXX& inverse = r.A_mm_inverse;
+    const VecX b_p = StartingAtItsLength(r.b_r.size()), b_m = StartingAtItsLength(r.b_m.size());
+    const auto with = [&](const VecX& other_b_m) { return MatXX(r.b_r - r.A_rm * inverse * other_b_m); };
+    std::vector<Mistake> mistakes{{"1.2a", "1.2.bpp_starts_own_length", b_p - r.b_r + r.Reduced()},
                                   {"1.2a", "1.2.bmm_starts_own_length", with(b_m)},
-                                  {"1.2a", "1.2.bpp_bmm_start_own_lengths", b_p - r.b_p + with(b_m)},
+                                  {"1.2a", "1.2.bpp_bmm_start_own_lengths", b_p - r.b_r + with(b_m)},
                                   {"1.2a", "1.2.b_m_at_wrong_place", with(OneRowEarly(r.b_m.size()))},
                                   {"1.2a", "1.2.signs_both_segments", -r.Reduced()},
                                   {"1.2a", "1.2.poses_b_for_b_m", with(system.b.head(r.b_m.size()))}};
-    Append(EliminationMistakes({"1.2b", "1.2b", "b_p", "H_pm H_mm⁻¹ b_m", "H_mm⁻¹", "H_mm"}, r.b_p, r.H_mm,
-                               r.H_mm_inverse, [&](const MatXX& middle) { return r.Reduced(middle); }),
-           &mistakes);
-    if (r.b_p.size() == r.b_m.size()) {
-      mistakes.push_back({"1.2a", "1.2.b_p_b_m_exchanged", r.b_m - r.b_p + with(r.b_p)});
-      mistakes.push_back({"1.2b", "1.2.tempH_transposed", r.b_p - inverse * r.H_pm.transpose() * r.b_m});
+    Append(EliminationMistakesInReduced({"1.2b", "1.2b", "b_p", "H_pm H_mm⁻¹ b_m", "H_mm⁻¹", "H_mm"}, r), &mistakes);
+    if (r.b_r.size() == r.b_m.size()) {
+      mistakes.push_back({"1.2a", "1.2.b_p_b_m_exchanged", r.b_m - r.b_r + with(r.b_r)});
+      mistakes.push_back({"1.2b", "1.2.tempH_transposed", r.b_r - inverse * r.A_rm.transpose() * r.b_m});
     }
     return mistakes;
   }
@@ -163,40 +139,40 @@ struct Case {
   }
 
   std::vector<Mistake> StepMistakes() const {
-    const Parts r = Right();
+    const PartedSystem r = Right();
     const VecX x_p = Solve(r.Schur(), r.Reduced());
     std::vector<Mistake> mistakes = LandmarkMistakes(r, x_p);
     for (const auto& [cause, H, todo] : DampingMistakes()) {
       mistakes.push_back({todo, cause, Solve(H, system.b)});
       mistakes.push_back({"1.2c", Text("1.2.right_for_poses", {{"cause", cause}}),
-                          Step(x_p, Parts(H, system.b, p).H_mm_inverse * (r.b_m - r.H_pm.transpose() * x_p))});
+                          Step(x_p, PartedSystem(H, system.b, p).A_mm_inverse * (r.b_m - r.A_rm.transpose() * x_p))});
     }
     return mistakes;
   }
 
   /// Where the poses' step is right.
-  std::vector<Mistake> LandmarkMistakes(const Parts& r, const VecX& x_p) const {
-    const VecX H_mp_x = r.H_pm.transpose() * x_p;
+  std::vector<Mistake> LandmarkMistakes(const PartedSystem& r, const VecX& x_p) const {
+    const VecX H_mp_x = r.A_rm.transpose() * x_p;
     const auto step = [x_p](const VecX& x_m) { return Step(x_p, x_m); };
     std::vector<Mistake> mistakes{
-        {"1.2c", "1.2.H_mminv_acts_once_more_b_m", step(r.H_mm_inverse * (r.H_mm_inverse * r.b_m - H_mp_x))},
-        {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (system.b.head(r.b_m.size()) - H_mp_x))},
-        {"1.2c", "1.2.b_m_at_wrong_place", step(r.H_mm_inverse * (StartingAtItsLength(r.b_m.size()) - H_mp_x))}};
-    const auto times = [&](const VecX& x) { return VecX(r.H_pm.transpose() * x); };
+        {"1.2c", "1.2.H_mminv_acts_once_more_b_m", step(r.A_mm_inverse * (r.A_mm_inverse * r.b_m - H_mp_x))},
+        {"1.2c", "1.2.b_m_at_wrong_place", step(r.A_mm_inverse * (system.b.head(r.b_m.size()) - H_mp_x))},
+        {"1.2c", "1.2.b_m_at_wrong_place", step(r.A_mm_inverse * (StartingAtItsLength(r.b_m.size()) - H_mp_x))}};
+    const auto times = [&](const VecX& x) { return VecX(r.A_rm.transpose() * x); };
     if (x_p.size() > 6) {
-      const VecX of_first = r.H_pm.topRows(6).transpose() * x_p.head(6);
-      mistakes.push_back({"1.2c", "1.2.first_pose_alone", step(r.H_mm_inverse * (r.b_m - of_first))});
+      const VecX of_first = r.A_rm.topRows(6).transpose() * x_p.head(6);
+      mistakes.push_back({"1.2c", "1.2.first_pose_alone", step(r.A_mm_inverse * (r.b_m - of_first))});
     }
     Append(
-        LandmarkStepMistakes({"1.2c", "H_mm⁻¹", "H_mm", "b_m", "H_mp Δx_p", "Δx_p", "tempHᵀ"}, r.H_mm, r.H_mm_inverse,
-                             r.b_m, x_p, {r.b_p, r.Reduced()}, times, [&](const VecX& x_m) { return VecX(step(x_m)); }),
+        LandmarkStepMistakes({"1.2c", "H_mm⁻¹", "H_mm", "b_m", "H_mp Δx_p", "Δx_p", "tempHᵀ"}, r.A_mm, r.A_mm_inverse,
+                             r.b_m, x_p, {r.b_r, r.Reduced()}, times, [&](const VecX& x_m) { return VecX(step(x_m)); }),
         &mistakes);
-    if (r.b_p.size() == r.b_m.size()) {  // here Eigen does not see it
-      mistakes.push_back({"1.2c", "1.2.H_pm_for_H_mp", step(r.H_mm_inverse * (r.b_m - r.H_pm * x_p))});
+    if (r.b_r.size() == r.b_m.size()) {  // here Eigen does not see it
+      mistakes.push_back({"1.2c", "1.2.H_pm_for_H_mp", step(r.A_mm_inverse * (r.b_m - r.A_rm * x_p))});
       mistakes.push_back(
-          {"1.2c", StandsFor("tempH", "Hmp"), step(r.H_mm_inverse * (r.b_m - r.H_pm * r.H_mm_inverse * x_p))});
+          {"1.2c", StandsFor("tempH", "Hmp"), step(r.A_mm_inverse * (r.b_m - r.A_rm * r.A_mm_inverse * x_p))});
       mistakes.push_back(
-          {"1.2c", "1.2.poses_reduced_b_for_landmarks_b_m", step(r.H_mm_inverse * (r.Reduced() - H_mp_x))});
+          {"1.2c", "1.2.poses_reduced_b_for_landmarks_b_m", step(r.A_mm_inverse * (r.Reduced() - H_mp_x))});
     }
     return mistakes;
   }

@@ -49,27 +49,14 @@ inline Names VariableNames(const Order& order) {
 }
 
 /// H and b, moved and taken apart: r remains, m goes.
-struct Parts {
-  MatXX A_rr, A_rm, A_mr, A_mm, A_mm_inverse;
-  VecX b_r, b_m;
-  MatXX H;
+struct Parts : PartedSystem {
+  MatXX H, A_mr;
   VecX b;
 
-  Parts(const MatXX& H_moved, const VecX& b_moved, int dim) : H(H_moved), b(b_moved) {
-    const auto n = H.rows() - dim;
-    A_rr = H.topLeftCorner(n, n);
-    A_rm = H.topRightCorner(n, dim);
-    A_mr = H.bottomLeftCorner(dim, n);
-    A_mm = H.bottomRightCorner(dim, dim);
-    A_mm_inverse = PseudoInversePsd(A_mm);
-    b_r = b.head(n);
-    b_m = b.tail(dim);
-  }
-  MatXX Schur() const { return Schur(A_mm_inverse); }
-  VecX Reduced() const { return Reduced(b_r, b_m); }
-  /// With something else in place of A_mm⁻¹, or of the parts of b.
-  MatXX Schur(const MatXX& middle) const { return A_rr - A_rm * middle * A_mr; }
-  VecX Reduced(const MatXX& middle) const { return b_r - A_rm * middle * b_m; }
+  Parts(const MatXX& H_moved, const VecX& b_moved, int dim)
+      : PartedSystem(H_moved, b_moved, H_moved.rows() - dim), H(H_moved), A_mr(A_rm.transpose()), b(b_moved) {}
+  using PartedSystem::Reduced;
+  /// With something else in place of the parts of b.
   VecX Reduced(const VecX& other_r, const VecX& other_m) const { return other_r - A_rm * A_mm_inverse * other_m; }
 };
 
@@ -235,11 +222,11 @@ inline std::vector<Mistake> CutMistakes(const Parts& r) {
 
 inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& got) {
   const auto m = r.A_mm.rows();
-  const MatXX &inverse = r.A_mm_inverse, one = MatXX::Identity(m, m);
+  const MatXX one = MatXX::Identity(m, m);
   std::vector<Mistake> mistakes = CutMistakes(r);
   const std::vector<Mistake> others{
       InverseOfSingular(got),
-      {"2d", "2.sign_added", r.Schur(-inverse), kOfSign},
+      {"2d", "2.sign_added", r.Schur(-r.A_mm_inverse), kOfSign},
       {"2d", "2.last_variable_not_subtracted", idx == r.A_rr.rows() ? r.A_rr : MatXX()},
       {"2d", "2.A_rr_alone", r.A_rr},
       {"2d", AsLargeAs("H_marg"), r.H},
@@ -249,9 +236,7 @@ inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& 
       {"2e 2d", StandsFor("(H⁻¹)_mm", "A_mm⁻¹"), r.Schur(PseudoInversePsd(r.H).bottomRightCorner(m, m))},
       {"2e 2d", "2.inverse_by_entries", r.Schur(r.A_mm.cwiseInverse())}};
   Append(others, &mistakes);
-  Append(EliminationMistakes({"2d", "2e 2d", "A_rr", "A_rm A_mm⁻¹ A_mr", "A_mm⁻¹", "A_mm"}, r.A_rr, r.A_mm, inverse,
-                             [&](const MatXX& middle) { return r.Schur(middle); }),
-         &mistakes);
+  Append(EliminationMistakesInSchur({"2d", "2e 2d", "A_rr", "A_rm A_mm⁻¹ A_mr", "A_mm⁻¹", "A_mm"}, r), &mistakes);
   Append(ExchangeMistakes(r), &mistakes);
   for (const auto at : {Eigen::Index{0}, std::min<Eigen::Index>(idx, r.A_rr.rows())}) {
     mistakes.push_back({"2e 2d", "2.inverse_wrong_corner", r.Schur(PseudoInversePsd(r.H.block(at, at, m, m)))});
@@ -274,9 +259,7 @@ inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_
                                 {"2a", "2.b_before_move", r.Reduced(b_given.head(n), b_given.tail(m))},
                                 {"2d", "2.b_before_move", r.Reduced(b_given.head(n), r.b_m)},
                                 {"2d", "2.b_m_taken_early", r.Reduced(r.b_r, b_given.tail(m))}};
-  Append(EliminationMistakes({"2d", "2d", "b_r", "A_rm A_mm⁻¹ b_m", "A_mm⁻¹", "A_mm"}, r.b_r, r.A_mm, r.A_mm_inverse,
-                             [&](const MatXX& middle) { return r.Reduced(middle); }),
-         &mistakes);
+  Append(EliminationMistakesInReduced({"2d", "2d", "b_r", "A_rm A_mm⁻¹ b_m", "A_mm⁻¹", "A_mm"}, r), &mistakes);
   return mistakes;
 }
 

@@ -17,54 +17,43 @@
 
 namespace ch5::homework::stage_7 {
 
-/// A damped system, its Schur complement, and what typical mistakes make of them.
-struct Case {
-  int p;
-  MatXX H_pp, H_pl, H_ll, H_ll_inverse, H_ll_undamped;
-  VecX b_p, b_l;
+/// A damped system, whose poses remain and whose landmarks go.
+struct Case : PartedSystem {
+  MatXX H_ll_undamped;
   std::vector<int> dims, rows;    // of the poses
   std::vector<int> l_dims, l_at;  // of the landmarks, rows of H_ll
 
-  Case(const System& system, const Ordering& ordering, double lambda, Damping damping) : p(ordering.dim_poses) {
-    MatXX H = system.H;
-    for (int i = 0; i < H.rows(); ++i) H(i, i) += lambda * DampingEntry(damping, H(i, i));
-    const auto l = H.rows() - p;
-    H_pp = H.topLeftCorner(p, p);
-    H_pl = H.topRightCorner(p, l);
-    H_ll = H.bottomRightCorner(l, l);
-    H_ll_undamped = system.H.bottomRightCorner(l, l);
-    H_ll_inverse = PseudoInversePsd(H_ll);
-    b_p = system.b.head(p);
-    b_l = system.b.tail(l);
+  Case(const System& system, const Ordering& ordering, double lambda, Damping damping)
+      : PartedSystem(Damped(system.H, lambda, damping), system.b, ordering.dim_poses),
+        H_ll_undamped(system.H.bottomRightCorner(A_mm.rows(), A_mm.cols())) {
     for (const auto& pose : ordering.poses) {
       dims.push_back(pose->LocalDimension());
       rows.push_back(pose->OrderingId());
     }
     for (const auto& landmark : ordering.landmarks) {
       l_dims.push_back(landmark->LocalDimension());
-      l_at.push_back(landmark->OrderingId() - p);
+      l_at.push_back(landmark->OrderingId() - ordering.dim_poses);
     }
   }
-  MatXX Schur() const { return Schur(H_ll_inverse); }
-  VecX Reduced() const { return Reduced(H_ll_inverse); }
-  /// With something else in place of H_ll⁻¹.
-  MatXX Schur(const MatXX& middle) const { return H_pp - H_pl * middle * H_pl.transpose(); }
-  VecX Reduced(const MatXX& middle) const { return b_p - H_pl * middle * b_l; }
+  static MatXX Damped(MatXX H, double lambda, Damping damping) {
+    for (int i = 0; i < H.rows(); ++i) H(i, i) += lambda * DampingEntry(damping, H(i, i));
+    return H;
+  }
   VecX Step(const VecX& of_landmarks) const {
-    VecX x(p + of_landmarks.size());
+    VecX x(b_r.size() + of_landmarks.size());
     x << StepOfPoses(), of_landmarks;
     return x;
   }
   VecX StepOfPoses() const {
-    VecX x = VecX::Zero(p);
-    if (p > 0) SolveLdlt(Schur(), Reduced(), &x);
+    VecX x = VecX::Zero(b_r.size());
+    if (x.size() > 0) SolveLdlt(Schur(), Reduced(), &x);
     return x;
   }
 
   // Blocks, by numbers.
-  MatXX Pl(int i, int l) const { return H_pl.block(rows[i], l_at[l], dims[i], l_dims[l]); }
-  MatXX Inverse(int l) const { return H_ll_inverse.block(l_at[l], l_at[l], l_dims[l], l_dims[l]); }
-  VecX Bl(int l) const { return b_l.segment(l_at[l], l_dims[l]); }
+  MatXX Pl(int i, int l) const { return A_rm.block(rows[i], l_at[l], dims[i], l_dims[l]); }
+  MatXX Inverse(int l) const { return A_mm_inverse.block(l_at[l], l_at[l], l_dims[l], l_dims[l]); }
+  VecX Bl(int l) const { return b_m.segment(l_at[l], l_dims[l]); }
   std::vector<int> Seeing(int l) const {
     std::vector<int> poses;
     for (size_t i = 0; i < dims.size(); ++i) {
@@ -88,11 +77,11 @@ void ForEachPair(const Case& c, const With& with) {
 inline Text Zeroth(const char* what) { return {"7.number_0_left_out", {{"it", Text(what, {{"n", Word(0)}})}}}; }
 
 inline Case WithoutPose0(Case c) {
-  if (!c.dims.empty()) c.H_pl.topRows(c.dims[0]).setZero();
+  if (!c.dims.empty()) c.A_rm.topRows(c.dims[0]).setZero();
   return c;
 }
 inline Case WithoutLandmark0(Case c) {
-  if (!c.l_dims.empty()) c.H_pl.leftCols(c.l_dims[0]).setZero();
+  if (!c.l_dims.empty()) c.A_rm.leftCols(c.l_dims[0]).setZero();
   return c;
 }
 
@@ -100,7 +89,7 @@ inline Case WithoutLandmark0(Case c) {
 using Product = std::function<MatXX(int i, int j, int l)>;
 
 inline MatXX SchurWith(const Case& c, const Product& product) {
-  MatXX S = c.H_pp;
+  MatXX S = c.A_rr;
   ForEachPair(c, [&](int i, int j, int l) {
     const MatXX block = product(i, j, l);
     if (i < j || block.rows() != c.dims[i] || block.cols() != c.dims[j]) return;
@@ -114,7 +103,7 @@ inline MatXX SchurWith(const Case& c, const Product& product) {
 using RowOfPair = int (*)(const Case& c, int i, int j);
 
 inline VecX ReducedInTheInnerLoop(const Case& c, RowOfPair row_of) {
-  VecX b = c.b_p;
+  VecX b = c.b_r;
   ForEachPair(c, [&](int i, int j, int l) {
     const int row = row_of(c, i, j);
     if (row < 0 || row + c.dims[i] > b.size()) return;
@@ -125,15 +114,14 @@ inline VecX ReducedInTheInnerLoop(const Case& c, RowOfPair row_of) {
 
 /// The reduced right-hand side where it is set, not added to: of b_p and the landmarks only the last landmark's part is left.
 inline VecX ReducedOfTheLastLandmark(const Case& c, double sign) {
-  VecX b = c.b_p;
+  VecX b = c.b_r;
   ForEachPair(c,
               [&](int i, int, int l) { b.segment(c.rows[i], c.dims[i]) = sign * c.Pl(i, l) * c.Inverse(l) * c.Bl(l); });
   return b;
 }
 
 inline std::vector<Mistake> ReducedMistakes(const Case& c) {
-  std::vector<Mistake> mistakes = EliminationMistakes({"7d", "7d", "b_p", "K_il b_l", "H_ll⁻¹", "H_ll"}, c.b_p, c.H_ll,
-                                                      c.H_ll_inverse, [&](const MatXX& m) { return c.Reduced(m); });
+  std::vector<Mistake> mistakes = EliminationMistakesInReduced({"7d", "7d", "b_p", "K_il b_l", "H_ll⁻¹", "H_ll"}, c);
   mistakes.push_back({"7d", "7.undamped_H_ll_inverted", c.Reduced(PseudoInversePsd(c.H_ll_undamped))});
   const RowOfPair in_the_inner_loop[] = {[](const Case& of, int i, int) { return of.rows[i]; },
                                          [](const Case& of, int i, int j) { return i >= j ? of.rows[i] : -1; },
@@ -157,7 +145,7 @@ inline std::vector<Mistake> ReducedMistakes(const Case& c) {
 
 /// S where each block is set, not added to.
 inline MatXX SchurOfTheLastLandmark(const Case& c, double sign) {
-  MatXX S = c.H_pp;
+  MatXX S = c.A_rr;
   ForEachPair(c, [&](int i, int j, int l) {
     S.block(c.rows[i], c.rows[j], c.dims[i], c.dims[j]) = sign * c.Pl(i, l) * c.Inverse(l) * c.Pl(j, l).transpose();
   });
@@ -185,9 +173,7 @@ inline std::vector<Mistake> SchurMistakes(const Case& c) {
                                  is([&](int i, int j, int l) { return MatXX((l == 0) * right(i, j, l)); })},
                                 {"7d", "7.last_landmark_left", SchurOfTheLastLandmark(c, -1.0)},
                                 {"7d", "7.last_landmark_left", SchurOfTheLastLandmark(c, 1.0)}};
-  Append(EliminationMistakes({"7d", "7d", "H_pp", "K_il H_jlᵀ", "H_ll⁻¹", "H_ll"}, c.H_pp, c.H_ll, c.H_ll_inverse,
-                             [&](const MatXX& middle) { return c.Schur(middle); }),
-         &mistakes);
+  Append(EliminationMistakesInSchur({"7d", "7d", "H_pp", "K_il H_jlᵀ", "H_ll⁻¹", "H_ll"}, c), &mistakes);
   return mistakes;
 }
 
@@ -196,7 +182,7 @@ enum class Which { kAll, kFirst, kLast };
 
 // Σ_i H_ilᵀ Δx_i with another choice of rows of Δx, or of poses.
 inline VecX SumOverPoses(const Case& c, const VecX& x, bool by_number, Which which) {
-  VecX sum = VecX::Zero(c.b_l.size());
+  VecX sum = VecX::Zero(c.b_m.size());
   for (int l = 0; l < static_cast<int>(c.l_dims.size()); ++l) {
     const std::vector<int> seeing = c.Seeing(l);
     for (const int i : seeing) {
@@ -210,7 +196,7 @@ inline VecX SumOverPoses(const Case& c, const VecX& x, bool by_number, Which whi
 
 // H_ll⁻¹ applied once for each pose, in one of two orders.
 inline VecX InvertedInTheLoop(const Case& c, const VecX& x, bool backwards) {
-  VecX rest = c.b_l;
+  VecX rest = c.b_m;
   for (int l = 0; l < static_cast<int>(c.l_dims.size()); ++l) {
     auto own = rest.segment(c.l_at[l], c.l_dims[l]);
     std::vector<int> seeing = c.Seeing(l);
@@ -223,29 +209,29 @@ inline VecX InvertedInTheLoop(const Case& c, const VecX& x, bool backwards) {
 }
 
 inline std::vector<Mistake> StepMistakes(const Case& c) {
-  const VecX x_p = c.StepOfPoses(), rest = c.b_l - c.H_pl.transpose() * x_p;
+  const VecX x_p = c.StepOfPoses(), rest = c.b_m - c.A_rm.transpose() * x_p;
   const auto step = [&](const VecX& of_landmarks) { return c.Step(of_landmarks); };
-  const MatXX& inverse = c.H_ll_inverse;
+  const MatXX& inverse = c.A_mm_inverse;
   const Text in_loop = "7.H_llinv_acts_once_for_each_pose";
   std::vector<Mistake> mistakes{{"7e", "7.undamped_H_ll_inverted", step(PseudoInversePsd(c.H_ll_undamped) * rest)},
                                 {"7e", in_loop, step(InvertedInTheLoop(c, x_p, false))},
                                 {"7e", in_loop, step(InvertedInTheLoop(c, x_p, true))}};
-  const auto times = [&](const VecX& x) { return VecX(c.H_pl.transpose() * x); };
-  Append(LandmarkStepMistakes({"7e", "H_ll⁻¹", "H_ll", "b_l", "Σ_i H_ilᵀ Δx_i", "Δx_i", "K_ilᵀ"}, c.H_ll, inverse,
-                              c.b_l, x_p, {c.b_p, c.Reduced()}, times, step),
+  const auto times = [&](const VecX& x) { return VecX(c.A_rm.transpose() * x); };
+  Append(LandmarkStepMistakes({"7e", "H_ll⁻¹", "H_ll", "b_l", "Σ_i H_ilᵀ Δx_i", "Δx_i", "K_ilᵀ"}, c.A_mm, inverse,
+                              c.b_m, x_p, {c.b_r, c.Reduced()}, times, step),
          &mistakes);
   for (const Which which : {Which::kFirst, Which::kLast}) {
     const VecX part = inverse * SumOverPoses(c, x_p, false, which);
-    mistakes.push_back({"7e", "7.only_one_pose_taken_rest", step(inverse * c.b_l - part)});
+    mistakes.push_back({"7e", "7.only_one_pose_taken_rest", step(inverse * c.b_m - part)});
     mistakes.push_back({"7e", "7.last_pose_left", step(part)});
     mistakes.push_back({"7e", "7.last_pose_left", step(-part)});
   }
-  mistakes.push_back({"7e", Zeroth("scene.pose"), step(inverse * (c.b_l - WithoutPose0(c).H_pl.transpose() * x_p))});
+  mistakes.push_back({"7e", Zeroth("scene.pose"), step(inverse * (c.b_m - WithoutPose0(c).A_rm.transpose() * x_p))});
   bool fits = true;
-  for (size_t i = 0; i < c.dims.size(); ++i) fits = fits && static_cast<int>(i) + c.dims[i] <= c.p;
+  for (size_t i = 0; i < c.dims.size(); ++i) fits = fits && static_cast<int>(i) + c.dims[i] <= c.b_r.size();
   if (fits) {
     mistakes.push_back(
-        {"7e", "7.pose_number_for_row", step(inverse * (c.b_l - SumOverPoses(c, x_p, true, Which::kAll)))});
+        {"7e", "7.pose_number_for_row", step(inverse * (c.b_m - SumOverPoses(c, x_p, true, Which::kAll)))});
   }
   return mistakes;
 }
