@@ -54,8 +54,16 @@ class Hints(unittest.TestCase):
         self.assertEqual(said("1", "2"), said("1.1", "2") + said("1.2", "2"))
 
     def test_check_finds_a_stage_by_its_todo_and_its_file_too(self):
-        for name, stages in (("1.2", ["1.2"]), ("6A", ["6"]), ("1.1a", ["1.1"]), ("2e", ["2"]), ("ch5_homework/problem.cc", ["1.1", "1.2", "2"])):
-            self.assertEqual([stage["id"] for stage in check.select([name])], stages)
+        for name, stages in (("1.2", ["1.2"]), ("6A", ["6"]), ("1.1a", ["1.1"]), ("2e", ["2"]), ("ch5_homework/problem.cc", ["1.1", "1.2", "2"]),
+                             ("1", ["1.1", "1.2"]), ("stage 3", ["3"]), ("Stage_1.1.zh.md", ["1.1"]), ("stage_1.cc", ["1.1", "1.2"]),
+                             ("阶段2", ["2"]), ("1.2B", ["1.2"]), ("6a", ["6"]), ("6B", ["6"]), ("../Block_Solver.CC", ["7"]),
+                             ("problem", ["1.1", "1.2", "2"]), ("open_tasks.cpp", ["8"])):
+            self.assertEqual([stage["id"] for stage in check.select([name])], stages, name)
+        self.assertEqual(check.select(["stage", "3"]), check.select(["3"]))
+        self.assertEqual(said("stage_6.md", "1"), said("6", "1"))
+        for name in ("9", "1.3", "", "homework/", "stage_9.md", "1.1z"):
+            with self.assertRaises(CourseError, msg=name):
+                check.select([name])
 
     def test_what_is_not_there_is_named(self):
         for words in (("9", "1"), ("6", "4"), ("1.2", "4"), ("1.2", "0"), ("1.2", "one"), ("", "1")):
@@ -142,6 +150,5 @@ class Causes(FolderTest):
             self.assertTrue(self.shown(self.wrong()))
 
     def test_a_stage_of_two_sections_names_the_right_one(self):
-        stage = next(stage for stage in STAGES if stage["id"] == "6")
-        for todo, section in (("6a", "6A"), ("6j", "6B"), ("6k", "6B")):
-            self.assertEqual(hint_policy.section_of(stage, todo), section)
+        for todo, section in (("6a", "6A"), ("6j", "6B"), ("6k", "6B"), ("", "6A"), ("none", "6A")):
+            self.assertEqual(hint.section_of("6", todo, hint.handout("en")), section)

@@ -91,7 +91,7 @@ def feedback_on(row: dict, say: Speaker) -> list:
                   for check in row["checks"]]
         body.append(page.table([say("grade.check"), say("grade.state"), say("grade.points")], checks, "words"))
     sections = hint.handout(say.language)
-    section = sections.get(section_of(row, sections), "")
+    section = sections[hint.section_of(row["id"], row["diagnosis"].get("todo", ""), sections)]
     body += [unfolds(title, "p", inline(text)) for title, text in hint.hints_of(section).values()]
     return body
 
@@ -100,14 +100,6 @@ def followed(row: dict, say: Speaker) -> str:
     """Why a stage that is not right has more points than its checks."""
     return say("grade.followed", replaced=say("grade.list").join(row["replaced"]), n=row["blanks"] - len(row["replaced"]), m=row["blanks"],
                points=f"{row['score']:g}")
-
-
-def section_of(row: dict, sections: dict) -> str:
-    """The handout's section: by the TODO that the diagnosis names, or by the stage."""
-    try:
-        return hint.find(row["diagnosis"].get("todo") or row["id"], sections)
-    except hint.CourseError:
-        return row["id"]
 
 
 def picture(pattern: str, say: Speaker) -> Markup:

@@ -13,7 +13,7 @@ from .compiler import does_not_compile, shown
 from ..base.errors import CourseError
 from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
 from .judge import judge
-from .names import namesake
+from .names import namesake, plain
 from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, todos_of
 from ..base.language import Speaker, fold, pad, sentence, speaker
 
@@ -63,11 +63,12 @@ def held_back(stages: list, verdicts: list, counts: bool = True) -> list:
 def select(asked: list) -> list:
     """The rows of the table that are asked for; "1" means 1.1 and 1.2, and a stage's sections, TODOs and file mean it too."""
     def means(name: str, stage: dict) -> bool:
-        return covers(name, stage) or name in todos_of(stage) or Path(name).name == stage["file"]
-    for name in asked:
+        return covers(name.upper(), stage) or name.lower() in todos_of(stage) or name == stage["file"]
+    names = {plain(name): name for name in asked if name.lower() not in ("stage", "阶段")}  # "stage 3" may be two words
+    for name in names:
         if not any(means(name, stage) for stage in STAGES):
-            raise CourseError(sentence("check.unknown_stage", name=name, stages=", ".join(stage["id"] for stage in STAGES)))
-    return [stage for stage in STAGES if not asked or any(means(name, stage) for name in asked)]
+            raise CourseError(sentence("hint.unknown_stage", name=names[name], stages=", ".join(stage["id"] for stage in STAGES)))
+    return [stage for stage in STAGES if not names or any(means(name, stage) for name in names)]
 
 
 def judge_stages(stages: list, options=()) -> list:

@@ -6,6 +6,7 @@ from pathlib import Path
 from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 from ..base.language import sentence
+from .names import plain
 from .regions import STAGES, covers, sections_of
 
 SUFFIX = {"en": ".md", "zh": ".zh.md"}
@@ -16,7 +17,7 @@ def show(name: str, number: str, language: str) -> int:
     """Prints one hint of each section that the name means, as ./course check does, or of the one that treats a TODO; 0.
     Raises CourseError(2)."""
     sections = handout(language)
-    for section in named(name, sections):
+    for section in named(plain(name), sections):
         show_one(section, hints_of(sections[section]), number, language)
     return 0
 
@@ -66,3 +67,11 @@ def find(name: str, sections: dict) -> str:
         if name in stage.get("deep", []):
             return sections_of(stage)[-1]
     raise CourseError(sentence("hint.unknown_stage" if name else "hint.needs_a_stage", name=name, stages=", ".join(sections)))
+
+
+def section_of(stage_id: str, todo: str, sections: dict) -> str:
+    """The section that a diagnosis belongs to: by the TODO that it names, or by the stage."""
+    try:
+        return find(todo, sections)
+    except CourseError:
+        return named(stage_id, sections)[0]

@@ -11,7 +11,6 @@ from . import hint
 from ..base.cmake_build import BUILD, HOMEWORK
 from ..base.language import sentence
 from .diagnosis import SYMPTOMS, UNSET, Verdict, cause_of
-from .regions import sections_of
 
 
 def hold_back(stage: dict, verdict: Verdict, threshold: int, content: bytes, counts: bool = True) -> Verdict:
@@ -26,7 +25,7 @@ def hold_back(stage: dict, verdict: Verdict, threshold: int, content: bytes, cou
     times = remember(stage["id"], failure, hashlib.sha256(content).hexdigest()[:16], counts)
     if not failure or times >= threshold or not cause or cause in SYMPTOMS + UNSET:
         return verdict
-    section = section_of(stage, diagnosis.get("todo", ""))
+    section = hint.section_of(stage["id"], diagnosis.get("todo", ""), hint.handout("en"))
     why = (sentence("hint.named_second_time", section=section) if threshold == 2 else
            sentence("hint.named_at_failure", n=threshold, section=section))
     return verdict._replace(diagnosis={**{key: value for key, value in diagnosis.items() if key != "cause"}, "held_back": why})
@@ -52,9 +51,3 @@ def remember(stage_id: str, failure: str, digest: str, counts: bool) -> int:
     except OSError:  # then causes are named at once, rather than never
         return 1 << 30
     return times
-
-
-def section_of(stage: dict, todo: str) -> str:
-    """The handout's section that a diagnosis belongs to."""
-    sections = sections_of(stage)
-    return hint.find(todo, hint.handout("en")) if todo and len(sections) > 1 else sections[0]

@@ -1,6 +1,7 @@
-"""The names under which a file of the homework may lie: its own, and those that editors, mail programs and haste make of it."""
+"""The names of a file of the homework and of a stage: their own, and those that editors, mail programs and haste make of them."""
 
 import difflib
+import re
 from pathlib import Path
 
 from .regions import FILES
@@ -19,6 +20,13 @@ def resembled(name: str) -> str:
         return ""
     begun = [file for file in FILES if stem.startswith(Path(file).stem)]
     return (begun + difflib.get_close_matches(f"{stem}.cc", FILES, 1, 0.8) + [""])[0]
+
+
+def plain(name: str) -> str:
+    """What is left of a stage's name: "1.1" of "Stage 1.1", "stage_1.1.md" and "1.1.cc", "problem.cc" of "../Problem.cc"."""
+    name = Path(name).name
+    number = re.fullmatch(r"(?:stage|阶段)?[ _-]*(\d[\d.]*[a-z]?)(?:\.cc|(?:\.zh)?\.md)?", name, re.IGNORECASE)
+    return number[1] if number else meant(name) or resembled(f"{name.partition('.')[0]}.cc") or name
 
 
 def namesake(file: str, folder: Path) -> str:
