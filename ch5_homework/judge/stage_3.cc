@@ -164,7 +164,7 @@ Text CauseOfPose(const MonoBaScene& scene, size_t i, VertexPose* pose, Edge* pri
   const Qd to_first = first.q.conjugate();
   if (i > 0 && asks_for(to_first * T.q, to_first * (T.p - first.p))) return "3.relative_to_frame_0";
   const Qd reordered = Qd(T.q.x(), T.q.y(), T.q.z(), T.q.w());  // read as w, x, y, z
-  if (asks_for(reordered, T.p)) return "3.quaternion_order";
+  if (asks_for(reordered, T.p)) return "formula.quaternion_order";
   if (asks_for(identity, T.p)) return "3.asks_for_no_rotation";
   if (asks_for(T.q, Vec3::Zero())) return "3.asks_for_origin";
   if (asks_for(identity, Vec3::Zero())) return "3.asks_for_identity";
