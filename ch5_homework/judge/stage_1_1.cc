@@ -58,7 +58,11 @@ TEST(Stage11, LandmarksOfDimensionOne) {
   CheckMakeHessian(&scene.ba.graph, {"1.1.poses_and_inverse_depths", {{"n", Word(scene.ba.landmarks.size())}}});
 }
 
-TEST(Stage11, LandmarksOfDimensionThree) { CheckMakeHessian("points and a depth", "1.1.points_and_an_inverse_depth"); }
+TEST(Stage11, LandmarksOfDimensionThree) {
+  CheckMakeHessian("points and a depth", "1.1.points_and_an_inverse_depth");
+  GraphScene light("light row", {false});
+  CheckMakeHessian(&light.graph, "scene.light_row");
+}
 
 TEST(Stage11, FixedVerticesHaveNoRows) { CheckMakeHessian("fixed vertices", "1.1.some_vertices_fixed"); }
 

@@ -70,11 +70,12 @@ struct Counts {
 };
 
 /// A problem over a graph whose vertices all have an edge, with a random system in place of MakeHessian's.
-void CheckRandom(const Counts& n, double lambda, Damping damping, const Text& words) {
+void CheckRandom(const Counts& n, double lambda, Damping damping, const Text& words, double unit = 1.0) {
   GraphScene scene("edges of one vertex", {n.points, n.poses, n.depths, n.more_points});
   const auto problem = Chosen().make_problem(&scene.graph);
   Random random(Seed(12 + static_cast<int>(1000.0 * lambda)));  // other numbers for each λ, as when LM has made a step
-  const System system = RandomSystem(problem->GetOrdering(), &random);
+  const System random_system = RandomSystem(problem->GetOrdering(), &random);
+  const System system{unit * random_system.H, unit * random_system.b};
   SetSystem(system, problem.get());
   CheckCall(problem.get(), {system, problem->GetOrdering().dim_poses, lambda, damping}, words);
 }
@@ -86,6 +87,7 @@ TEST(Stage12, AsManyPoseRowsAsLandmarkRows) {  // first: here no assertion betra
 TEST(Stage12, LandmarksOfDimensionOne) {
   const int depths = Vary(5, 9, 22);
   CheckRandom({0, 2, depths}, 0.0, Damping::kIdentity, {"1.2.two_poses_and_inverse_depths", {{"n", Word(depths)}}});
+  CheckRandom({0, 2, 5}, 0.0, Damping::kIdentity, "1.2.two_poses_large_numbers", 1e9);  // whose inverses are small
 }
 
 TEST(Stage12, LandmarksOfDimensionThree) {

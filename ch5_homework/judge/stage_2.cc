@@ -102,8 +102,8 @@ TEST(Stage2, APoseOutOfAWindow) {
   CheckRandom(n, 0, 6);
   Random random(Seed(28));
   MatXX H = RandomPositiveDefinite(n, &random);
-  H.middleRows(9, 3) *= 1e-2;  // its angles in smaller units: their eigenvalues are small, but none is zero
-  H.middleCols(9, 3) *= 1e-2;
+  H.middleRows(9, 3) *= 1e-3;  // its angles in smaller units: their eigenvalues are small, but none is zero
+  H.middleCols(9, 3) *= 1e-3;
   CheckMarginalize(H, RandomMatrix(n, 1, &random), 6, 6);
 }
 

@@ -118,7 +118,7 @@ TEST(Stage3, InformationIsTheWeight) {
   Random random(Seed(34));
   const double pixel_information = 7.0;
   // Weights are no integers; the handout's sweep begins at 1e-3, and the drift is tested up to 1e11.
-  for (const double weight : {100.0, 0.25, 1e-3, 1e11, std::pow(10.0, random.Uniform(-3.0, 4.0))}) {
+  for (const double weight : {100.0, 0.25, 1e-9, 1e11, std::pow(10.0, random.Uniform(-3.0, 4.0))}) {
     const Built built(pixel_information, weight);
     const auto all_priors = built.Priors();
     for (size_t i = 0; i < 2; ++i) {

@@ -117,6 +117,7 @@ void CheckProjection(const MatXX& U, const MatXX& V, const Names& names, const T
            {"4c", "4.VTU_inv_missing", minus(U * Vt)},
            {"4c", InverseMeant("VᵀU"), minus(U * A * Vt)},
            {"4c", {"formula.inverse_twice", {{"inverse", Word("(VᵀU)⁻¹")}}}, minus(U * A.inverse() * A.inverse() * Vt)},
+           {"4c", StandsFor("VᵀV", "VᵀU"), minus(U * (V.transpose() * V).inverse() * Vt)},
            {"4c", "4.V_for_U", minus(V * A.inverse() * Vt)},
            {"4c", "4.U_for_V", minus(U * A.inverse() * U.transpose())},
            {"4c", "4.V_nowhere", minus(U * (U.transpose() * U).inverse() * U.transpose())}},

@@ -188,6 +188,8 @@ TEST(Stage7, RightHandSideAndHessian) {
     GraphScene row("row", {fix_one});
     CheckSystem(MakeSolver(&row.graph).get(), row.graph, fix_one ? "7.row_one_fixed" : "7.row");
   }
+  GraphScene light("light row", {false});
+  CheckSystem(MakeSolver(&light.graph).get(), light.graph, "scene.light_row");
 }
 
 TEST(Stage7, HessianOfMixedLandmarksAndLosses) {
@@ -240,6 +242,8 @@ TEST(Stage7, SchurComplementAndStep) {
     GraphScene row("row", {fix_one});
     CheckSolve(MakeSolver(&row.graph).get(), row.graph, 0.0, Damping::kIdentity, fix_one ? "7.row_one_fixed" : "7.row");
   }
+  GraphScene light("light row", {false});
+  CheckSolve(MakeSolver(&light.graph).get(), light.graph, 0.0, Damping::kIdentity, "scene.light_row");
   GraphScene scene("poses of two sizes");
   CheckSolve(MakeSolver(&scene.graph).get(), scene.graph, 0.0, Damping::kIdentity, "7.poses_of_two_sizes");
 }

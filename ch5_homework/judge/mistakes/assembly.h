@@ -320,8 +320,14 @@ inline std::vector<EdgeList> SomeEdges(const EdgeList& all) {
           {all.begin(), all.end() - 1}};
 }
 
+/// Where all numbers are as small, zero is what a threshold makes of them.
+constexpr double kSmall = 1e-6;
+inline const Text kSmallLeftOut = "formula.small_left_out";
+
 inline std::vector<Mistake> MistakesInH(const Loop& loop, const char* first, const char* mirror, const char* block) {
   std::vector<Mistake> mistakes;
+  const MatXX right = AssembleH(loop, Two(kFirst, kMirror));
+  if (right.norm() < kSmall) mistakes.push_back({first, kSmallLeftOut, 0.0 * right});
   for (const auto& [todo, cause, turning] : WrongTurnings(first, mirror, block)) {
     mistakes.push_back({todo, cause, AssembleH(loop, turning)});
   }
@@ -429,20 +435,23 @@ inline std::vector<Mistake> MistakesInB(const std::string& todo, const Loop& loo
     Weight weight;
   };
   const Text W_twice = ActsTwice("W", "Wr"), W_rho = "assembly.W_rho_in_b";
-  const WeightOfB weights[] = {{{}, &RhoW},
-                               {"assembly.loss_forgotten_in_b", &W},
-                               {ActsTwice("ρ'", "ρ'Wr"), &RhoRhoW},
-                               {StandsFor("W⁻¹", "W"), [](const Turn& t) -> MatXX { return t.drho * W(t).inverse(); }},
-                               {W_rho, &WRho},
-                               {W_rho, &RhoWRho},
-                               {W_twice, &RhoWW},
-                               {W_twice, [](const Turn& t) -> MatXX { return t.W_rho * W(t); }},
-                               {W_twice, [](const Turn& t) -> MatXX { return t.drho * t.W_rho * W(t); }},
-                               {"assembly.W_missing_in_b", &RhoAlone},
-                               {"assembly.W_missing_in_b", &NoWeight}};
+  const WeightOfB weights[] = {
+      {{}, &RhoW},
+      {"assembly.loss_forgotten_in_b", &W},
+      {ActsTwice("ρ'", "ρ'Wr"), &RhoRhoW},
+      {StandsFor("W⁻¹", "W"), [](const Turn& t) -> MatXX { return t.drho * W(t).inverse(); }},
+      {StandsFor("√ρ'", "ρ'"), [](const Turn& t) -> MatXX { return std::sqrt(t.drho) * W(t); }},
+      {W_rho, &WRho},
+      {W_rho, &RhoWRho},
+      {W_twice, &RhoWW},
+      {W_twice, [](const Turn& t) -> MatXX { return t.W_rho * W(t); }},
+      {W_twice, [](const Turn& t) -> MatXX { return t.drho * t.W_rho * W(t); }},
+      {"assembly.W_missing_in_b", &RhoAlone},
+      {"assembly.W_missing_in_b", &NoWeight}};
   for (const RowsOfB& one : WrongRowsOfB(loop)) rows.push_back(one);
   rows.insert(rows.begin(), {{}, loop.row_of});
-  std::vector<Mistake> mistakes{{todo, NothingWritten("b"), VecX::Zero(loop.size)}};
+  const VecX right = AssembleB(loop, sign, &RhoW);
+  std::vector<Mistake> mistakes{{todo, right.norm() < kSmall ? kSmallLeftOut : NothingWritten("b"), 0.0 * right}};
   for (const double times : {sign, -sign}) {
     for (const bool assigned : {false, true}) {
       for (const auto& [wrong_weight, weight] : weights) {

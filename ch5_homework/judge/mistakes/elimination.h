@@ -37,6 +37,27 @@ struct Elimination {
   const char *inverse, *matrix;  ///< "H_mm⁻¹", "H_mm"
 };
 
+/// The symmetric root of a symmetric positive semi-definite matrix.
+inline MatXX RootOf(const MatXX& A) {
+  if (A.size() == 0) return A;
+  const Eigen::SelfAdjointEigenSolver<MatXX> eigen(A);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
+
+/// The inverse without directions that were measured, as of too high a threshold: without the weakest or, where M is
+/// singular or small, without any.
+inline std::vector<Mistake> CutMistakes(const char* todo, const char* matrix, const MatXX& M,
+                                        const std::function<MatXX(const MatXX& middle)>& with) {
+  const auto m = static_cast<int>(M.rows());
+  const bool all = M.norm() < 1e-3 || !(M * PseudoInversePsd(M)).isIdentity(1e-6);
+  std::vector<Mistake> mistakes;
+  for (int cut = all ? m : m - 1; cut > 0; --cut) {
+    mistakes.push_back({todo, DirectionCut(matrix), with(PseudoInversePsd(M, cut))});
+  }
+  return mistakes;
+}
+
 /// @param with  the answer with something else in place of M⁻¹
 inline std::vector<Mistake> EliminationMistakes(const Elimination& of, const MatXX& rest, const MatXX& M,
                                                 const MatXX& M_inverse,
@@ -46,7 +67,9 @@ inline std::vector<Mistake> EliminationMistakes(const Elimination& of, const Mat
     return Text("formula.rest_missing", {{"rest", Word(of.rest)}, {"that", Word(sign + of.product)}});
   };
   const char* const of_inverse = of.todo_of_inverse;
-  return {{of.todo, {"formula.nothing_subtracted", {{"rest", Word(of.rest)}, {"that", Word(of.product)}}}, rest},
+  const std::string root = of.matrix + std::string("^-½");
+  return {{of_inverse, StandsFor(root.c_str(), of.inverse), with(RootOf(M_inverse))},
+          {of.todo, {"formula.nothing_subtracted", {{"rest", Word(of.rest)}, {"that", Word(of.product)}}}, rest},
           {of.todo, SignAdded(of.product), rest + product, kOfSign},
           {of_inverse, MissingIn(of.inverse, of.product), with(MatXX::Identity(M.rows(), M.cols()))},
           {of_inverse, InverseMeant(of.matrix), with(M)},
@@ -88,6 +111,7 @@ inline std::vector<Mistake> LandmarkStepMistakes(const LandmarkStep& of, const M
   };
   const Text one_term("formula.inverse_on_one_term", {{"inverse", Word(of.inverse)}, {"that", Word(difference)}});
   std::vector<Mistake> mistakes{
+      {of.todo, "formula.landmarks_not_move", all(VecX::Zero(b.size()))},
       {of.todo,
        {"formula.nothing_subtracted", {{"rest", Word(of.inverse + std::string(" ") + of.b)}, {"that", Word(of.sum)}}},
        all(M_inverse * b)},
@@ -101,7 +125,6 @@ inline std::vector<Mistake> LandmarkStepMistakes(const LandmarkStep& of, const M
       {of.todo, ActsTwice(of.inverse, of.multiplier), all(M_inverse * (b - M_inverse * sum))},
       {of.todo, one_term, all(M_inverse * b - sum)},
       {of.todo, one_term, all(b - M_inverse * sum)},
-      {of.todo, "formula.landmarks_not_move", all(VecX::Zero(b.size()))},
       {of.todo,
        {"formula.sign_of_term", {{"this", Word(of.b)}, {"that", Word(difference)}}},
        all(M_inverse * (-b - sum))},

@@ -12,6 +12,7 @@ inline Text RootMeant(const char* matrix) { return {"formula.root_meant", {{"thi
 inline Text RootTwice(const char* matrix) { return {"formula.root_twice", {{"this", Word(matrix)}}}; }
 inline Text DiagonalAlone(const char* matrix) { return {"formula.diagonal_alone", {{"matrix", Word(matrix)}}}; }
 inline Text AsLargeAs(const char* matrix) { return {"formula.as_large_as", {{"matrix", Word(matrix)}}}; }
+inline Text DirectionCut(const char* matrix) { return {"formula.known_direction_cut", {{"matrix", Word(matrix)}}}; }
 inline Text NothingWritten(const char* matrix) { return {"formula.nothing_written", {{"matrix", Word(matrix)}}}; }
 inline Text StandsFor(const char* it, const char* meant) {
   return {"formula.stands_for", {{"this", Word(it)}, {"that", Word(meant)}}};

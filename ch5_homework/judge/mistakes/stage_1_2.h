@@ -63,20 +63,27 @@ struct Case {
             {of_other, Damp(damp(1, 0), p, 0, lambda, other)}};
   }
 
-  /// segment(n, n) of b, as far as b reaches; otherwise zero.
+  /// segment(n, n) of b, as far as b reaches; otherwise no numbers.
   VecX StartingAtItsLength(Eigen::Index n) const {
-    return 2 * n <= system.b.size() ? VecX(system.b.segment(n, n)) : VecX(VecX::Zero(n));
+    return 2 * n <= system.b.size() ? VecX(system.b.segment(n, n)) : VecX(VecX::Constant(n, std::nan("")));
   }
   /// The landmarks' rows of b, from one row too early on.
   VecX OneRowEarly(Eigen::Index m) const { return m < system.b.size() ? VecX(system.b.segment(p - 1, m)) : system.b; }
 
   std::vector<Mistake> SchurMistakes() const {
     const PartedSystem r = Right();
+    const MatXX S = r.Schur();
     MatXX diagonal_blocks = r.A_rr;
-    for (Eigen::Index k = 0; k + 6 <= r.A_rr.rows(); k += 6) {  // pose by pose
-      diagonal_blocks.block(k, k, 6, 6) = r.Schur().block(k, k, 6, 6);
+    std::vector<Mistake> mistakes;
+    for (Eigen::Index k = 0; k + 6 <= S.rows(); k += 6) {  // pose by pose
+      MatXX rows = r.A_rr, block = r.A_rr;
+      rows.middleRows(k, 6) = S.middleRows(k, 6);
+      block.block(k, k, 6, 6) = diagonal_blocks.block(k, k, 6, 6) = S.block(k, k, 6, 6);
+      for (const MatXX& answer : {rows, MatXX(rows.transpose()), block}) {
+        mistakes.push_back({"1.2b", "1.2.only_one_pose_reduced", answer});
+      }
     }
-    std::vector<Mistake> mistakes{{"1.2b", "1.2.only_diagonal_blocks_reduced", diagonal_blocks}};
+    mistakes.push_back({"1.2b", "1.2.only_diagonal_blocks_reduced", diagonal_blocks});
     Append(EliminationMistakesInSchur({"1.2b", "1.2d 1.2b", "H_pp", "H_pm H_mm⁻¹ H_mp", "H_mm⁻¹", "H_mm"}, r),
            &mistakes);
     Append(CornerMistakes(r), &mistakes);
@@ -98,6 +105,7 @@ struct Case {
       const VecX depths = H.diagonal().segment(start, m).cwiseInverse();  // if the landmarks are inverse depths
       mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.A_rr - P * inverse * other.transpose()});
       mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.A_rr - other * inverse * Q});
+      mistakes.push_back({"1.2a", "1.2.coupling_at_wrong_place", r.A_rr - other * inverse * other.transpose()});
       mistakes.push_back({"1.2a", "1.2.Hmm_at_wrong_corner", r.Schur(depths.asDiagonal())});
     }
     if (P.rows() != P.cols()) return mistakes;
@@ -124,6 +132,11 @@ struct Case {
                                   {"1.2a", "1.2.b_m_at_wrong_place", with(OneRowEarly(r.b_m.size()))},
                                   {"1.2a", "1.2.signs_both_segments", -r.Reduced()},
                                   {"1.2a", "1.2.poses_b_for_b_m", with(system.b.head(r.b_m.size()))}};
+    for (Eigen::Index k = 0; k + 6 <= r.b_r.size(); k += 6) {
+      VecX of_one_pose = r.b_r;
+      of_one_pose.segment(k, 6) = r.Reduced().segment(k, 6);
+      mistakes.push_back({"1.2b", "1.2.only_one_pose_reduced", of_one_pose});
+    }
     Append(EliminationMistakesInReduced({"1.2b", "1.2b", "b_p", "H_pm H_mm⁻¹ b_m", "H_mm⁻¹", "H_mm"}, r), &mistakes);
     if (r.b_r.size() == r.b_m.size()) {
       mistakes.push_back({"1.2a", "1.2.b_p_b_m_exchanged", r.b_m - r.b_r + with(r.b_r)});

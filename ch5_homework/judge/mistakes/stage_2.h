@@ -209,21 +209,11 @@ inline Mistake InverseOfSingular(const MatXX& got) {
   return {"2e 2d", "2.inverse_of_a_singular_matrix", got.allFinite() ? MatXX() : got};
 }
 
-/// The inverse of A_mm without directions that were measured, as of too high a threshold: of all or of the weakest.
-inline std::vector<Mistake> CutMistakes(const Parts& r) {
-  const auto m = static_cast<int>(r.A_mm.rows());
-  const bool is_singular = !(r.A_mm * r.A_mm_inverse).isIdentity(1e-6);
-  std::vector<Mistake> mistakes;
-  for (int cut = is_singular ? m : m - 1; cut > 0; --cut) {
-    mistakes.push_back({"2e 2d", "2.known_direction_cut", r.Schur(PseudoInversePsd(r.A_mm, cut))});
-  }
-  return mistakes;
-}
-
 inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& got) {
   const auto m = r.A_mm.rows();
   const MatXX one = MatXX::Identity(m, m);
-  std::vector<Mistake> mistakes = CutMistakes(r);
+  std::vector<Mistake> mistakes =
+      CutMistakes("2e 2d", "A_mm", r.A_mm, [&](const MatXX& middle) { return r.Schur(middle); });
   const std::vector<Mistake> others{
       InverseOfSingular(got),
       {"2d", "2.sign_added", r.Schur(-r.A_mm_inverse), kOfSign},

@@ -107,10 +107,11 @@ struct SchurCase {
   MatXX V, W, U, V_inverse;
   VecX b_b, b_a;
 
-  SchurCase(int stays, int goes, Random* random)
-      : V(RandomPositiveDefinite(goes, random)),
-        W(RandomMatrix(stays, goes, random)),
-        b_b(RandomMatrix(goes, 1, random)),
+  /// @param unit  of what goes: the smaller, the smaller are V, W and b_b
+  SchurCase(int stays, int goes, double unit, Random* random)
+      : V(unit * unit * RandomPositiveDefinite(goes, random)),
+        W(unit * RandomMatrix(stays, goes, random)),
+        b_b(unit * RandomMatrix(goes, 1, random)),
         b_a(RandomMatrix(stays, 1, random)) {
     V_inverse = PseudoInversePsd(V);
     U = RandomPositiveDefinite(stays, random) + W * V_inverse * W.transpose();
@@ -125,9 +126,9 @@ struct SchurCase {
     const MatXX upper = subtracted.triangularView<Eigen::Upper>(), lower = subtracted.triangularView<Eigen::Lower>();
     std::vector<Mistake> mistakes{{"5.2", "5.only_one_triangle_U_changed", U - upper},
                                   {"5.2", "5.only_one_triangle_U_changed", U - lower}};
-    Append(EliminationMistakes({"5.2", "5.5 5.2", "U", "M Mᵀ", "V⁺", "V"}, U, V, V_inverse,
-                               [this](const MatXX& middle) { return Schur(middle); }),
-           &mistakes);
+    const auto with = [this](const MatXX& middle) { return Schur(middle); };
+    Append(CutMistakes("5.5 5.2", "V", V, with), &mistakes);
+    Append(EliminationMistakes({"5.2", "5.5 5.2", "U", "M Mᵀ", "V⁺", "V"}, U, V, V_inverse, with), &mistakes);
     const MatXX L_inverse = MatXX(V.llt().matrixL()).inverse();
     mistakes.push_back({"5.5 5.2", StandsFor("L⁻¹", "L⁻ᵀ", "V⁻¹ = L⁻ᵀ L⁻¹"), Schur(L_inverse * L_inverse.transpose())});
     if (S.rows() == S.cols()) {
@@ -192,6 +193,11 @@ struct Factored {
                                   {"5.3", "5.eigenvalues_ascend", gram(S_first * U.transpose() * P)},
                                   {"5.6 5.3", "5.diagonal_for_its_root", GramScaledBy(H.diagonal())},
                                   {"5.6 5.3", "5.no_scaling", GramScaledBy(VecX::Ones(H.rows()))}};
+    MatXX S_cut = S_sqrt;  // without the smallest eigenvalues
+    for (Eigen::Index k = 0; k + 1 < S_cut.rows(); ++k) {
+      S_cut(k, k) = 0.0;
+      mistakes.push_back({"5.7 5.3", DirectionCut("H"), gram(S_cut * U.transpose() * P)});
+    }
     for (const Factor& first : {Factor{{}, P},
                                 {MissingFrom("P", "J = (P U S^½)ᵀ"), I()},
                                 {StandsFor("P⁻¹", "P"), P_inverse},

@@ -150,6 +150,12 @@ void Row(GraphScene* s) {
       std::make_shared<FittingEdge>(&s->random, poses[0], poses[3]));  // of two poses, the earlier one first
 }
 
+// A row whose measurements weigh little: small numbers are not to be taken for none.
+void LightRow(GraphScene* s) {
+  Row(s);
+  for (const auto& edge : s->graph.Edges()) edge->SetInformation(1e-9 * edge->Information());
+}
+
 void WithoutLandmarks(GraphScene* s) {
   s->random = Random(Seed(72));
   s->poses = AddPoses(&s->graph, 3);
@@ -195,6 +201,7 @@ void PosesOfTwoSizes(GraphScene* s) {
                                                      {"edges of one vertex", &EdgesOfOneVertex},
                                                      {"poses and landmarks", &PosesAndLandmarks},
                                                      {"row", &Row},
+                                                     {"light row", &LightRow},
                                                      {"without landmarks", &WithoutLandmarks},
                                                      {"mixed landmarks", &MixedLandmarks},
                                                      {"poses of two sizes", &PosesOfTwoSizes}});
