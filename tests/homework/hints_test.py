@@ -84,7 +84,7 @@ class OtherNames(FolderTest):
             (self.folder / name).rename(self.folder / "vins_window.cc")
         (self.folder / "problem.cc.txt").write_text("")
         (self.folder / "problem.cc").write_text("")
-        self.assertRegex(self.said("not-started"), "problem.cc.txt lies beside problem.cc.* its cause")
+        self.assertRegex(self.said("not-started"), "Only problem.cc is checked.* problem.cc.txt.* its cause")
         for verdict in (self.said("does-not-compile"), self.said("not-started", begun=True), self.said("wrong")):
             self.assertEqual(verdict, "its cause")
 

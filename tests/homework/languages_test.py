@@ -169,7 +169,7 @@ class Told(unittest.TestCase):
         output = "problem.cc:7:3: error: a function-definition is not allowed here before '{' token\n    7 | void f() {"
         verdict = compiler.does_not_compile("problem.cc", output, b"{")
         lines = in_full(verdict.diagnosis, verdict.output, CHINESE).splitlines()
-        self.assertEqual(lines[0], "problem.cc:7：第 7 行上面少了一个右花括号：从那里开始的内容落在了前一段里面。")
+        self.assertEqual(lines[0], "problem.cc:7：第 7 行上面少了一个右花括号：在编译器看来，第 7 行还在前一个函数里面。")
         self.assertEqual(lines[2:], output.splitlines())
 
 
