@@ -1,59 +1,21 @@
 #include "ch5_backend/window/start/gyroscope_bias.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
+#include <limits>
 #include <random>
+#include <tuple>
 #include <unordered_map>
 
-#include "ch5_backend/graph/sized_edge.h"
-#include "ch5_backend/sparse/sparse_optimizer.h"
-#include "ch5_backend/types/vertices.h"
+#include "ch5_backend/math/so3.h"
 
 namespace ch5 {
 namespace {
-
-// A unit vector t; it moves by t ← (t + B δ)/‖·‖, the columns of B being orthogonal to it.
-class VertexDirection : public SizedVertex<3, 2> {
- public:
-  explicit VertexDirection(const Vec3& t) : SizedVertex(t, Role::kLandmark) {}
-  Eigen::Matrix<double, 3, 2> Basis() const {
-    Eigen::Matrix<double, 3, 2> B;
-    B.col(0) = x_.unitOrthogonal();
-    B.col(1) = x_.cross(B.col(0));
-    return B;
-  }
-  void Plus(const double* delta) override { x_ = (x_ + Basis() * Eigen::Map<const Vec2>(delta)).normalized(); }
-  std::string TypeInfo() const override { return "VertexDirection"; }
-};
 
 // The rotation between two frames by the gyroscope, and its derivative by the bias.
 struct RelativeRotation {
   Qd gamma = Qd::Identity();
   Mat33 J = Mat33::Zero();
-};
-
-// The same at a bias, for all edges between the two frames: what costs sines is worked out once.
-class BiasedRotation {
- public:
-  // R = γ Exp(J b), and its derivative by b,  R Hat(J_r J δb),  as the two factors of J_r J.
-  struct Values {
-    Mat33 R, right_jacobian, J;
-  };
-  explicit BiasedRotation(RelativeRotation rotation) : rotation_(std::move(rotation)) { Compute(Vec3::Zero()); }
-  const Values& At(const Vec3& delta_b) {
-    if (delta_b != delta_b_) Compute(delta_b);
-    return values_;
-  }
-
- private:
-  void Compute(const Vec3& delta_b) {
-    delta_b_ = delta_b;
-    const Vec3 phi = rotation_.J * delta_b;
-    values_ = {(rotation_.gamma * ExpSO3(phi)).toRotationMatrix(), RightJacobianSO3(phi), rotation_.J};
-  }
-
-  RelativeRotation rotation_;
-  Vec3 delta_b_;
-  Values values_;
 };
 
 // γ_ij = Π γ_k,  J_ij = Σ γ_{k+1…j}ᵀ J_k.
@@ -65,37 +27,6 @@ RelativeRotation RelativeRotationBetween(const std::vector<Preintegration>& imu,
   }
   return rotation;
 }
-
-// r = nᵀ R m_j,  n = c/√(‖c‖² + ε²),  c = t × m_i: the sine of the angle between a ray and its epipolar plane. Without
-// the normalization, noise would count less where t is close to the rays, and every motion would seem to go straight ahead.
-class EdgeEpipolar : public SizedEdge<1, VertexVector<3>, VertexDirection> {
- public:
-  EdgeEpipolar(std::shared_ptr<VertexVector<3>> bias, std::shared_ptr<VertexDirection> direction,
-               std::shared_ptr<BiasedRotation> rotation, const Vec3& m_i, const Vec3& m_j)
-      : SizedEdge(std::move(bias), std::move(direction)), rotation_(std::move(rotation)), m_i_(m_i), m_j_(m_j) {}
-  void ComputeResidual() override {
-    const Vec3 c = this->c();
-    r_[0] = c.dot(Rotation().R * m_j_) / Length(c);
-  }
-  void ComputeJacobians() override {
-    const auto& [R, right_jacobian, J_b] = Rotation();
-    const Vec3 c = this->c(), Rm_j = R * m_j_;
-    const double s = Length(c);
-    J<0>() = -(c.transpose() / s) * R * Hat(m_j_) * right_jacobian * J_b;
-    const Vec3 dr_dc = Rm_j / s - c.dot(Rm_j) / (s * s * s) * c;
-    J<1>() = -dr_dc.transpose() * Hat(m_i_) * GetVertex<1>().Basis();
-  }
-  std::string TypeInfo() const override { return "EdgeEpipolar"; }
-
- private:
-  Vec3 c() const { return GetVertex<1>().GetEstimate().cross(m_i_); }
-  // ε = 0.01: at the epipole there is no plane.
-  static double Length(const Vec3& c) { return std::sqrt(c.squaredNorm() + 1e-4); }
-  const BiasedRotation::Values& Rotation() const { return rotation_->At(GetVertex<0>().GetEstimate()); }
-
-  std::shared_ptr<BiasedRotation> rotation_;
-  Vec3 m_i_, m_j_;
-};
 
 // A point common to two images, as unit rays in their body frames.
 struct Match {
@@ -117,12 +48,52 @@ std::vector<Match> MatchesOf(const std::vector<FeatureTrack>& tracks, const Qd& 
   return matches;
 }
 
+// Two images: the gyroscope's rotation between them, what both see, and the direction of the translation.
+struct ImagePair {
+  RelativeRotation rotation;
+  std::vector<Match> matches;
+  Vec3 t = Vec3::UnitX();
+};
+
+// Geman and McClure's ρ = ½ r²/σ² · w²/(w² + r²/σ²): beyond the width w, unlike Cauchy's, outliers gain next to nothing by
+// coming nearer, and many inliers of small residuals need not give way to a few.
+struct Loss {
+  double sigma, width;
+
+  double Width2() const { return sigma * sigma * width * width; }
+  double Cost(double r) const { return 0.5 * width * width * r * r / (Width2() + r * r); }
+  double Weight(double r) const { return std::pow(Width2() / (Width2() + r * r) / sigma, 2); }
+};
+
+// R = γ Exp(J δb), and δφ = J_r J δδb, by which its right increment follows the bias.
+struct BiasedRotation {
+  Mat33 R, dphi_db;
+};
+
+BiasedRotation RotationAt(const RelativeRotation& rotation, const Vec3& delta_b) {
+  const Vec3 phi = rotation.J * delta_b;
+  return {(rotation.gamma * ExpSO3(phi)).toRotationMatrix(), RightJacobianSO3(phi) * rotation.J};
+}
+
+// r = nᵀ R m_j,  n = c/√(‖c‖² + ε²),  c = t × m_i: the sine of the angle between a ray and its epipolar plane. Without
+// the normalization, noise would count less where t is close to the rays, and every motion would seem to go straight ahead.
+struct EpipolarResidual {
+  double r, length;
+  Vec3 c, Rm_j;
+
+  EpipolarResidual(const Match& match, const Vec3& t, const Mat33& R) : c(t.cross(match.m_i)), Rm_j(R * match.m_j) {
+    length = std::sqrt(c.squaredNorm() + 1e-4);  // ε = 0.01: at the epipole there is no plane
+    r = c.dot(Rm_j) / length;
+  }
+};
+
 // The direction that is orthogonal to most of n = m_i × R m_j, by RANSAC: two of them give a candidate. The draws repeat
 // from call to call.
-Vec3 FindDirection(const std::vector<Match>& matches, const Qd& R, double tolerance) {
+// @param stride  of the matches that are used
+Vec3 FindDirection(const std::vector<Match>& matches, size_t stride, const Mat33& R, double tolerance) {
   constexpr int kDraws = 30;  // with 60 % outliers, one of them is very likely without any
   std::vector<Vec3> n;
-  for (const Match& match : matches) n.push_back(match.m_i.cross(R * match.m_j));
+  for (size_t k = 0; k < matches.size(); k += stride) n.push_back(matches[k].m_i.cross(R * matches[k].m_j));
   std::minstd_rand random;
   Vec3 best = Vec3::UnitX();
   double best_score = -1.0;
@@ -139,48 +110,127 @@ Vec3 FindDirection(const std::vector<Match>& matches, const Qd& R, double tolera
   return best;
 }
 
-// The bias' graph: one vertex for it, one for the direction of each pair of images.
-struct EpipolarGraph {
-  Graph graph;
-  std::shared_ptr<VertexVector<3>> delta_b = std::make_shared<VertexVector<3>>(Vec3::Zero());
-  std::vector<std::pair<Match, std::shared_ptr<EdgeEpipolar>>> edges;
+using Mat32 = Eigen::Matrix<double, 3, 2>;
+
+// The columns are orthogonal to the unit vector t, which moves by t ← (t + B δt)/‖·‖.
+Mat32 Basis(const Vec3& t) {
+  Mat32 B;
+  B.col(0) = t.unitOrthogonal();
+  B.col(1) = t.cross(B.col(0));
+  return B;
+}
+
+// H and b of [δb, δt] of a pair of images, and its cost.
+struct PairEquations {
+  Eigen::Matrix<double, 5, 5> H = Eigen::Matrix<double, 5, 5>::Zero();
+  Eigen::Matrix<double, 5, 1> b = Eigen::Matrix<double, 5, 1>::Zero();
+  double cost = 0.0;
+
+  Mat32 H_bt() const { return H.topRightCorner<3, 2>(); }
+  // Held where the matches leave the direction open.
+  Mat22 InverseH_tt() const { return (H.bottomRightCorner<2, 2>() + Mat22::Identity()).inverse(); }
 };
 
-EpipolarGraph MakeGraph(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
-                        const Qd& R_B_C, double sigma, double width) {
-  constexpr size_t kLeastMatches = 6;  // a direction has two degrees of freedom; the other matches determine the bias
-  const size_t frames = imu.size() + 1;
-  const auto loss = std::make_shared<CauchyLoss>(width);
-  EpipolarGraph g;
-  g.graph.AddVertex(g.delta_b);
-  for (size_t i = 0; i < frames; ++i) {
-    for (size_t step = 1; i + step < frames; step *= 2) {  // short and long base lines; all pairs would be many more
-      const auto matches = MatchesOf(tracks, R_B_C, static_cast<int>(i), static_cast<int>(i + step));
-      if (matches.size() < kLeastMatches) continue;
-      const RelativeRotation rotation = RelativeRotationBetween(imu, i, i + step);
-      auto direction = std::make_shared<VertexDirection>(FindDirection(matches, rotation.gamma, width * sigma));
-      const auto biased = std::make_shared<BiasedRotation>(rotation);
-      g.graph.AddVertex(direction);
-      for (const Match& match : matches) {
-        auto edge = std::make_shared<EdgeEpipolar>(g.delta_b, direction, biased, match.m_i, match.m_j);
-        edge->SetIsotropicInformation(1.0 / (sigma * sigma));
-        edge->SetLossFunction(loss);
-        g.graph.AddEdge(edge);
-        g.edges.emplace_back(match, edge);
-      }
+PairEquations Linearize(const ImagePair& pair, size_t stride, const BiasedRotation& at, const Loss& loss) {
+  PairEquations e;
+  const Mat32 B = Basis(pair.t);
+  for (size_t k = 0; k < pair.matches.size(); k += stride) {
+    const Match& match = pair.matches[k];
+    const EpipolarResidual residual(match, pair.t, at.R);
+    const double s = residual.length, r = residual.r, weight = loss.Weight(r);
+    const Vec3 dr_dphi = match.m_j.cross(at.R.transpose() * residual.c) / s;
+    const Vec3 dr_dc = residual.Rm_j / s - r / (s * s) * residual.c;
+    Eigen::Matrix<double, 5, 1> J;
+    J << at.dphi_db.transpose() * dr_dphi, B.transpose() * match.m_i.cross(dr_dc);
+    e.H += weight * J * J.transpose();
+    e.b -= weight * r * J;
+    e.cost += loss.Cost(r);
+  }
+  return e;
+}
+
+// Gauss–Newton on the bias, each pair's direction eliminated:  H_bb − H_bt H_tt⁻¹ H_tb.
+// @return the cost before the last step
+double Solve(const Loss& loss, size_t stride, std::vector<ImagePair>* pairs, Vec3* delta_b) {
+  constexpr int kIterations = 4;  // the bias stands after three; the directions, which nobody asks for, go on creeping
+  for (ImagePair& pair : *pairs) {
+    const Mat33 R = RotationAt(pair.rotation, *delta_b).R;
+    pair.t = FindDirection(pair.matches, stride, R, loss.width * loss.sigma);
+  }
+  double cost = 0.0;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    Mat33 H = Mat33::Zero();
+    Vec3 b = Vec3::Zero();
+    cost = 0.0;
+    std::vector<PairEquations> equations;
+    for (const ImagePair& pair : *pairs) {
+      equations.push_back(Linearize(pair, stride, RotationAt(pair.rotation, *delta_b), loss));
+      const PairEquations& e = equations.back();
+      const Mat32 Y = e.H_bt() * e.InverseH_tt();
+      H += e.H.topLeftCorner<3, 3>() - Y * e.H_bt().transpose();
+      b += e.b.head<3>() - Y * e.b.tail<2>();
+      cost += e.cost;
+    }
+    const Vec3 step = (H + Mat33::Identity()).ldlt().solve(b);
+    *delta_b += step;
+    for (size_t k = 0; k < pairs->size(); ++k) {
+      const PairEquations& e = equations[k];
+      Vec3& t = (*pairs)[k].t;
+      t = (t + Basis(t) * (e.InverseH_tt() * (e.b.tail<2>() - e.H_bt().transpose() * step))).normalized();
     }
   }
-  return g;
+  return cost;
+}
+
+std::vector<ImagePair> FindPairs(const std::vector<FeatureTrack>& tracks, const std::vector<Preintegration>& imu,
+                                 const Qd& R_B_C) {
+  constexpr size_t kLeastMatches = 6;  // a direction has two degrees of freedom; the other matches determine the bias
+  const size_t frames = imu.size() + 1;
+  std::vector<ImagePair> pairs;
+  for (size_t i = 0; i < frames; ++i) {
+    for (size_t step = 1; i + step < frames; step *= 2) {  // short and long base lines; all pairs would be many more
+      auto matches = MatchesOf(tracks, R_B_C, static_cast<int>(i), static_cast<int>(i + step));
+      if (matches.size() < kLeastMatches) continue;
+      pairs.push_back({RelativeRotationBetween(imu, i, i + step), std::move(matches)});
+    }
+  }
+  return pairs;
+}
+
+// A turn looks much like a shift across it: each bias has directions that nearly fit, and the cost many minima. Of seven
+// starts, by every second match, the one that ends lowest leads on, unless zero is lower by all of them.
+Vec3 FindBias(double sigma, std::vector<ImagePair>* pairs) {
+  constexpr double kApart = 0.15;                    // [rad/s]
+  const Loss wide{sigma, 15.0}, narrow{sigma, 2.5};  // for a bias of 0.1 rad/s, and to suppress outliers
+  constexpr size_t kStride = 2;
+  Vec3 best = Vec3::Zero();
+  double least = std::numeric_limits<double>::infinity();
+  const auto try_from = [&](Vec3 delta_b, size_t stride) {
+    Solve(wide, stride, pairs, &delta_b);
+    const double cost = Solve(narrow, stride, pairs, &delta_b);
+    if (cost < least) std::tie(least, best) = std::pair(cost, delta_b);
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-kApart, kApart}) try_from(side * Vec3::Unit(axis), kStride);
+  }
+  try_from(Vec3::Zero(), kStride);
+  least = Solve(narrow, 1, pairs, &best);
+  try_from(Vec3::Zero(), 1);
+  Solve(narrow, 1, pairs, &best);
+  return best;
 }
 
 // Drops the views that are outliers (off the epipolar plane by more than 3 σ) in at least half of their pairs.
-void RemoveOutliers(const EpipolarGraph& g, std::vector<FeatureTrack>* tracks) {
+void RemoveOutliers(const std::vector<ImagePair>& pairs, const Vec3& delta_b, double sigma,
+                    std::vector<FeatureTrack>* tracks) {
   std::unordered_map<const FeatureTrack::View*, int> votes;
-  for (const auto& [match, edge] : g.edges) {
-    edge->ComputeResidual();
-    const int vote = edge->Chi2() < 9.0 ? 1 : -1;
-    votes[match.i] += vote;
-    votes[match.j] += vote;
+  for (const ImagePair& pair : pairs) {
+    const Mat33 R = RotationAt(pair.rotation, delta_b).R;
+    for (const Match& match : pair.matches) {
+      const int vote = std::abs(EpipolarResidual(match, pair.t, R).r) < 3.0 * sigma ? 1 : -1;
+      votes[match.i] += vote;
+      votes[match.j] += vote;
+    }
   }
   for (FeatureTrack& track : *tracks) {
     std::vector<FeatureTrack::View> kept;
@@ -195,18 +245,11 @@ void RemoveOutliers(const EpipolarGraph& g, std::vector<FeatureTrack>* tracks) {
 
 Vec3 EstimateGyroscopeBias(const Qd& R_B_C, double sigma, std::vector<FeatureTrack>* tracks,
                            std::vector<Preintegration>* imu) {
-  Vec3 b_g = imu->front().BiasGyroscope();
-  EpipolarGraph g;
-  SolveOptions options;
-  options.max_iterations = 6;  // the bias stands after three; the directions, which nobody asks for, go on creeping
-  // First with a loss wide enough for a bias of 0.1 rad/s, then with one that suppresses outliers.
-  for (const double width : {15.0, 3.0, 3.0}) {
-    g = MakeGraph(*tracks, *imu, R_B_C, sigma, width);
-    SparseOptimizer(&g.graph).Solve(options);  // with one thread: edges share their rotations
-    b_g += g.delta_b->GetEstimate();
-    for (Preintegration& interval : *imu) interval.Reintegrate(interval.BiasAccelerometer(), b_g);
-  }
-  RemoveOutliers(g, tracks);
+  std::vector<ImagePair> pairs = FindPairs(*tracks, *imu, R_B_C);
+  const Vec3 delta_b = FindBias(sigma, &pairs);
+  RemoveOutliers(pairs, delta_b, sigma, tracks);
+  const Vec3 b_g = imu->front().BiasGyroscope() + delta_b;
+  for (Preintegration& interval : *imu) interval.Reintegrate(interval.BiasAccelerometer(), b_g);
   return b_g;
 }
 
