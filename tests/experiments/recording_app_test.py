@@ -172,6 +172,16 @@ class RecordingApp(AppTest):
             self.assertEqual([row["warning"] for row in table(self.out / "csv" / "odometry_warnings.csv")], [name])
         self.assertRegex(self.page(), "Warning: </strong>The truth moves (9|10)\\d\\d times as far")
 
+    def test_a_truth_of_another_size_and_shape_is_not_called_one_of_another_unit(self):
+        recording = self.simulate()
+        truth = recording / "groundtruth.csv"
+        head, *rows = [row.split(",") for row in truth.read_text().splitlines()]
+        backwards = [[row[0], *(str(1e-3 * float(x)) for x in other[1:4]), *row[4:]] for row, other in zip(rows, rows[::-1])]
+        truth.write_text("".join(",".join(row) + "\n" for row in [head, *backwards]))
+        done = self.program(recording, "--out", self.out, "--policy", "vins")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("is it in meters?", done.stderr)
+
     def test_a_clock_that_is_late_and_an_inverted_extrinsic_are_named(self):
         recording = self.simulate(12)
         tracks, calibration = recording / "tracks.csv", recording / "calibration.yaml"

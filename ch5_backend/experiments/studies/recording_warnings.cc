@@ -121,6 +121,18 @@ double DelayOfTruth(const OdometryRun& run, const std::vector<StampedState>& tru
   return delay;
 }
 
+// Whether the truth is many times as large as the estimates, and agrees with them in their size: an estimate that has failed
+// may be as large, but of another shape.
+bool IsOfAnotherUnit(const OdometryRun& run, std::vector<StampedState> truth) {
+  constexpr double kScale = 50.0;  // estimates that have not failed keep theirs better
+  constexpr double kPoor = 0.3;    // the error, relative to the size
+  if (!run.error || std::max(run.error->scale, 1.0 / run.error->scale) <= kScale) return false;
+  const double size = run.error->position_rmse / std::max(1.0, run.error->scale);  // the larger of two so unlike
+  for (StampedState& state : truth) state.T_W_B.p /= run.error->scale;
+  const auto error = CompareTrajectories(run.states, truth);
+  return error && error->position_rmse < kPoor * size;
+}
+
 constexpr size_t kWindows = 12;  // spread over a recording
 
 // Ten images, from number k on.
@@ -228,8 +240,7 @@ RecordingWarnings CheckMeasurements(const Recording& recording, OdometrySettings
 }
 
 RecordingWarnings CheckComparison(const OdometryStudy& study) {
-  constexpr double kMost = 0.25;   // [s]: at 2 m/s² a straight line errs by 2 cm
-  constexpr double kScale = 50.0;  // the estimates may have lost theirs, but not by so much
+  constexpr double kMost = 0.25;  // [s]: at 2 m/s² a straight line errs by 2 cm
   const std::vector<StampedState>& truth = study.recording.truth;
   if (truth.empty()) return {};
   const auto is_compared = [](const OdometryRun& run) { return run.error || run.relative; };
@@ -248,10 +259,8 @@ RecordingWarnings CheckComparison(const OdometryStudy& study) {
                              " s apart (median): between them it is a straight line, which errs itself, and where they "
                              "are more than 1 s apart nothing is compared")});
   }
-  const auto is_of_another_size = [](const OdometryRun& run) {
-    return run.error && std::max(run.error->scale, 1.0 / run.error->scale) > kScale;
-  };
-  const auto run = std::find_if(study.runs.begin(), study.runs.end(), is_of_another_size);
+  const auto is_of_another_unit = [&](const OdometryRun& run) { return IsOfAnotherUnit(run, truth); };
+  const auto run = std::find_if(study.runs.begin(), study.runs.end(), is_of_another_unit);
   if (run != study.runs.end()) {
     warnings.push_back({"truth_unit", run->error->scale, 0.0,
                         Join("groundtruth.csv moves ", run->error->scale, " times as far as ", run->policy,
