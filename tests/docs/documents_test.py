@@ -80,6 +80,14 @@ class Documents(unittest.TestCase):
         self.assertLessEqual({"run", "test", "check", "status", "slides"}, named)
         self.assertLessEqual(named, {"help", *COMMANDS})  # that each has help: tests/conventions/command_line_test.py
 
+    def test_modules_that_are_named_exist(self):
+        named = {(path.name, program) for path in (*ALL, *LIBRARY, *DECKS, ROOT / "tests/grading/MUTANTS.md")
+                 for program in re.findall(r"python3 (-m [\w.]+\w|\S+\.py)", read(path))}
+        self.assertTrue(named)
+        for page, program in sorted(named):
+            self.assertTrue(program.startswith("-m "), f"{page}: {program}: imports by their full names need -m")
+            self.assertTrue((ROOT / program[3:].replace(".", "/")).with_suffix(".py").exists(), f"{page}: {program}")
+
     def test_front_page_is_short(self):
         for path in READMES:
             self.assertLessEqual(len(re.findall(r"[\u4e00-\u9fff]|\S+", read(path))), 700, path)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Judges mutants (mutants.py) as ./course grade judges a submission: kill.py [PATTERN…], of ids: regular expressions.
+"""Judges mutants (mutants.py) as ./course grade judges a submission: python3 -m tests.grading.kill [PATTERN…], of ids: regular expressions.
 
 It resumes: what has been killed before is not judged again. A mutant is killed if no seed lets it pass. The last line is for
 MUTANTS.md. Exit code 0 if that explains all that survive.
