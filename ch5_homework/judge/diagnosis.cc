@@ -53,7 +53,7 @@ const Mistake* FindMistake(const Claim& claim, const std::vector<Mistake>& mista
   const auto is = [&](const Mistake& mistake) {
     if (!claim.got.allFinite()) return HaveSameBits(mistake.answer, claim.got);
     return Equal(claim.got, mistake.answer, kMistakeMatch) &&
-           !Equal(mistake.answer, claim.expected, 10 * kMistakeMatch);
+           LargestEntry(claim.got - mistake.answer) <= 0.1 * LargestEntry(mistake.answer - claim.expected);
   };
   const auto found = std::find_if(mistakes.begin(), mistakes.end(), is);
   return found == mistakes.end() || HoldsUnset(claim.got) ? nullptr : &*found;
