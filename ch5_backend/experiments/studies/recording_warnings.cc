@@ -220,7 +220,7 @@ RecordingWarnings CheckStarts(const OdometryStudy& study) {
     }
   }
   if (sigma == kMost) return {};
-  const auto percent = std::lround(100.0 * sigma);
+  const auto percent = std::lround(100.0 * std::min(sigma, 10.0));  // beyond, how little is known makes no difference
   return {{"scale", static_cast<double>(percent), t,
            Join("when the estimator had started (at ", t, " s), it knew the scale only to ±", percent,
                 " %: lengths may be wrong by as much; only a change of speed or direction tells the scale")}};
