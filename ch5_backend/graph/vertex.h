@@ -23,7 +23,8 @@ class Vertex {
   /// Number of degrees of freedom, the size of δ (a pose: 6).
   int LocalDimension() const { return local_dimension_; }
 
-  /// The parameters, Dimension()×1, as a view.
+  /// The parameters, Dimension()×1, as a view. Who writes them keeps what the type asks for, such as a quaternion of length
+  /// 1; SetEstimate sees to it.
   Eigen::Map<VecX> Parameters() { return {parameters_, dimension_}; }
   Eigen::Map<const VecX> Parameters() const { return {parameters_, dimension_}; }
 

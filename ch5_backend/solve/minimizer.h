@@ -58,8 +58,8 @@ struct SolveOptions {
   /// Steps of each landmark alone after each step of all (sparse/steps/refine_landmarks.h), as long as they lower the cost by
   /// 0.1 %. For landmarks that are far from linear.
   int landmark_steps = 0;
-  /// Called after each iteration; false stops. Vertices and edges that it adds count from the next solve on; to remove one is an
-  /// error unless it stops.
+  /// Called after each iteration; false stops. It must not solve with the same optimizer. Vertices and edges that it adds count
+  /// from the next solve on; to remove one is an error unless it stops.
   std::function<bool(const IterationInfo&)> callback;
 
   /// @throws OptionError
