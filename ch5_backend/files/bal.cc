@@ -154,7 +154,7 @@ Mat33 CameraAxes(const Vec9& camera) {
 BalGraph BuildBal(const BalProblem& problem, std::shared_ptr<const LossFunction> loss, BalPoints move) {
   RequireIndices(problem);
   BalGraph bal;
-  bal.tau = move == BalPoints::kXyz ? 1e-5 : 3e-6;
+  if (move == BalPoints::kOnRay) bal.tau = 3e-6;
   std::vector<std::shared_ptr<VertexCameraBAL>> cameras;
   std::vector<std::shared_ptr<VertexPointXYZ>> points;
   for (const Vec9& camera : problem.cameras) {

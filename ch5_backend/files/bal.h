@@ -43,7 +43,7 @@ struct BalGraph {
   /// SolveOptions' 1e-5. Steps to within a thousandth of the least cost, with 3e-6 and with 1e-5 (geometric means): 3 and 4
   /// from the published start of 49 cameras, 6.2 and 6.6 from 36 starts disturbed at random, 18 and 21 in 120 simulated
   /// scenes. A smaller one is faster still as a rule, but from the published start takes 7.
-  double tau;
+  double tau = 1e-5;
 };
 
 /// @param loss  of every observation, its threshold in pixels; null for plain least squares

@@ -152,7 +152,7 @@ PairEquations Linearize(const ImagePair& pair, size_t stride, const BiasedRotati
 // Gauss–Newton on the bias, each pair's direction eliminated:  H_bb − H_bt H_tt⁻¹ H_tb.
 // @return the cost before the last step
 double Solve(const Loss& loss, size_t stride, std::vector<ImagePair>* pairs, Vec3* delta_b) {
-  constexpr int kIterations = 4;  // the bias stands after three; the directions, which nobody asks for, go on creeping
+  constexpr int kIterations = 4;  // the bias stands after three; the directions go on creeping
   for (ImagePair& pair : *pairs) {
     const Mat33 R = RotationAt(pair.rotation, *delta_b).R;
     pair.t = FindDirection(pair.matches, stride, R, loss.width * loss.sigma);
@@ -216,7 +216,7 @@ Vec3 FindBias(double sigma, std::vector<ImagePair>* pairs) {
   try_from(Vec3::Zero(), kStride);
   least = Solve(narrow, 1, pairs, &best);
   try_from(Vec3::Zero(), 1);
-  Solve(narrow, 1, pairs, &best);
+  Solve(narrow, 1, pairs, &best);  // leaves the directions that fit it, by which outliers are told
   return best;
 }
 
