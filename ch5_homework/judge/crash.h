@@ -71,7 +71,12 @@ inline void TellCrashes(Where where) {
   struct sigaction action {};
   action.sa_sigaction = &TellCrash;
   action.sa_flags = SA_SIGINFO | SA_ONSTACK;
-  for (const int signal_number : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) sigaction(signal_number, &action, nullptr);
+  void* frames[1];
+  backtrace(frames, 1);  // loads what it needs now, since a signal may come within malloc
+  // SIGTERM comes when the time is over: then this tells which loop does not end.
+  for (const int signal_number : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL, SIGTERM}) {
+    sigaction(signal_number, &action, nullptr);
+  }
 }
 
 /// Memory without bound ends in std::bad_alloc, which a test reports, and not in a machine that stands still.

@@ -1,9 +1,11 @@
 """The second depth: more blanks, no lines to fill in, and never over a student's work."""
 
+import re
 import subprocess
 import sys
 
 from tests.folder import FolderTest
+from ch5_backend.course.homework.blanks import asks_deep
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, ROOT, regions, solution_text
 
@@ -29,6 +31,9 @@ class Deep(FolderTest):
                 if region.kind == "SOLUTION":
                     self.assertNotIn(region.hints, deep)
                 self.assertIn(f"TODO:: home work {region.todo}.", deep)
+            self.assertFalse(asks_deep(first.encode()))
+            without_comments = re.sub(r"^ +//.*\n", "", deep, flags=re.MULTILINE)  # as one deletes a task that is done
+            self.assertTrue(asks_deep(without_comments.encode()))
 
     def test_there_and_back(self):
         self.assertEqual(self.course_deep().returncode, 0)
@@ -40,10 +45,11 @@ class Deep(FolderTest):
         self.course_deep("--off")
         begun = skeleton("problem.cc").replace("???", "Hmm_inv * bmm")
         (self.folder / "problem.cc").write_text(begun, encoding="utf-8")
-        for words in ([], ["--off"]):
+        for words, depth in (([], "second"), (["--off"], "first")):
             done = self.course_deep(*words)
-            self.assertEqual(done.returncode, 1, done)
-            self.assertIn("problem.cc: it holds work of yours and stays as it is", done.stdout)
+            self.assertEqual(done.returncode, 0, done)
+            self.assertEqual("problem.cc holds work of yours and stays as it is" in done.stdout, not words)
+            self.assertIn(f"files are at the {depth} depth", done.stdout)
             wanted = {name: skeleton(name, deep=not words) for name in FILES} | {"problem.cc": begun}
             self.assertEqual(self.texts(), wanted)
 
@@ -52,7 +58,7 @@ class Deep(FolderTest):
         wanted = self.texts()
         begun = skeleton("problem.cc").replace("???", "Hmm_inv * bmm")
         (self.folder / "problem.cc").write_text(begun, encoding="utf-8")
-        for said in ("kept as problem.cc.before", "problem.cc begins anew.\n"):  # a second time there is nothing to keep
+        for said in ("saved as problem.cc.before.\n", "at the first depth.\n"):  # a second time there is nothing to keep
             done = self.course_deep("ch5_homework/problem.cc", command="reset")
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertIn(said, done.stdout)
@@ -61,6 +67,24 @@ class Deep(FolderTest):
             done = self.course_deep(*words, command="reset")
             self.assertEqual(done.returncode, 2, done)
             self.assertIn("reset needs a file of the homework: block_solver.cc, ", done.stderr)
+
+    def test_what_was_kept_is_never_overwritten(self):
+        self.course_deep("--off")
+        versions = [skeleton("problem.cc") + f"// version {n}\n" for n in (1, 2, 3)]
+        for version in versions:
+            (self.folder / "problem.cc").write_text(version, encoding="utf-8")
+            self.assertEqual(self.course_deep("problem.cc", "problem.cc", command="reset").returncode, 0)
+        kept = [(self.folder / f"problem.cc.before{n}").read_text(encoding="utf-8") for n in ("", ".2", ".3")]
+        self.assertEqual(kept, versions)
+
+    def test_a_file_begins_anew_at_its_depth(self):
+        self.course_deep()
+        begun = skeleton("problem.cc", deep=True) + "// begun\n"
+        (self.folder / "problem.cc").write_text(begun, encoding="utf-8")
+        (self.folder / "vins_window.cc").unlink()  # then the others tell
+        done = self.course_deep("problem.cc", "vins_window.cc", command="reset")
+        self.assertEqual(self.texts(), {name: skeleton(name, deep=True) for name in FILES})
+        self.assertEqual(done.stdout.count("at the second depth"), 2, done.stdout)
 
     def test_a_deep_file_is_a_student_at_work(self):
         self.course_deep()

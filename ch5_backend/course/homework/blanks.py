@@ -5,9 +5,11 @@ from pathlib import Path
 
 from ..base.language import sentence
 from .diagnosis import Verdict
+from .regions import STAGES
 
 
 MOST_NAMES = 50  # of a line that are looked for in the lines above it
+DEEP = "// The second depth (./course deep): more blanks than usual.\n"  # the first line of such a file
 DECLARATION = re.compile(r"\s*(?:MatXX|VecX)\b([\w,\s]*);")
 
 
@@ -19,6 +21,12 @@ def content_of(path: Path):
         return None
 
 
+def asks_deep(content: bytes) -> bool:
+    """Whether a file is at the second depth: its first line says so, or a task that only the second depth has still stands there."""
+    return DEEP.strip().encode() in content or any(
+        f"home work {todo}.".encode() in content for stage in STAGES for todo in stage.get("deep", []))
+
+
 def keeps_throw(content: bytes, todo: str) -> bool:
     """Whether code stands in this blank, and below it still the throw that says it is empty."""
     _, task, rest = content.decode("utf-8", "replace").partition(f"TODO:: home work {todo}.")
@@ -28,7 +36,7 @@ def keeps_throw(content: bytes, todo: str) -> bool:
 
 def some_filled(stage: dict, content: bytes) -> bool:
     """Whether a blank of this stage has lost its throw; those of the second depth count where the file asks for them."""
-    asked = [todo for todo in stage.get("deep", []) if f"home work {todo}.".encode() in content]
+    asked = stage.get("deep", []) if asks_deep(content) else []
     return any(f'throw HomeworkMissing("{todo} '.encode() not in content for todo in stage["todos"] + asked)
 
 
@@ -54,10 +62,11 @@ def still_empty(text: str, number: int):
 
 
 def own_todo(todos: str, content: bytes) -> str:
-    """Of the TODOs that a mistake may belong to, such as "1.1c 1.1a", the first that this file asks for, else the last:
-    the second depth has blanks where the usual skeleton has lines."""
-    asked = [todo for todo in todos.split() if f"home work {todo}.".encode() in content]
-    return (asked or todos.split()[-1:] or [""])[0]
+    """Of the TODOs that a mistake may belong to, such as "1.1c 1.1a", the one that this file asks for: the second depth has
+    blanks where the usual skeleton has lines."""
+    deep = {todo for stage in STAGES for todo in stage.get("deep", [])}
+    found = todos.split() or [""]
+    return next((todo for todo in found if todo not in deep or asks_deep(content)), found[-1])
 
 
 def explain(verdict: Verdict, stage: dict, content) -> Verdict:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -12,7 +13,8 @@ from ..base.cmake_build import BIN, HOMEWORK, ROOT, build
 from .compiler import does_not_compile, shown
 from ..base.errors import CourseError
 from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
-from .judge import judge
+from .judge import in_bytes, judge, not_started
+from .make_skeleton import holds_work
 from .names import namesake, plain
 from .regions import NAME_CAUSE_AT_FAILURE, STAGES, covers, todos_of
 from ..base.language import Speaker, fold, pad, sentence, speaker
@@ -21,6 +23,7 @@ COLORS = {"right": "32", "wrong": "31", "crashes": "31", "times-out": "31", "doe
            "not-started": "33"}
 MARKS = {"right": "✓", "not-started": "·"}
 STATE_WIDTH = 16  # columns
+LONGEST_PRINTED = 400  # of a line that the student's code has printed, in a pipe
 
 
 # ---- The two commands -----------------------------------------------------------------------------------------------
@@ -72,9 +75,18 @@ def select(asked: list) -> list:
 
 
 def judge_stages(stages: list, options=()) -> list:
-    """The verdicts, in the order of the stages."""
-    broken = compile_files(sorted({stage["file"] for stage in stages}))
-    return [with_namesake(broken.get(stage["file"]) or judge_stage(stage, options), stage["file"]) for stage in stages]
+    """The verdicts, in the order of the stages. An untouched file says itself that it is not started: nothing is built for it."""
+    untouched = {stage["file"] for stage in stages if (folder() / stage["file"]).exists() and not holds_work(folder() / stage["file"])}
+    broken = compile_files(sorted({stage["file"] for stage in stages} - untouched))
+    return [with_namesake(untouched_stage(stage) if stage["file"] in untouched else
+                          broken.get(stage["file"]) or judge_stage(stage, options), stage["file"]) for stage in stages]
+
+
+def untouched_stage(stage: dict) -> Verdict:
+    """The verdict on a stage of a skeleton: its first blank is not started."""
+    throws = dict(re.findall(r'throw HomeworkMissing\("(\S+) (.*)"', (folder() / stage["file"]).read_text(encoding="utf-8")))
+    todo = next(todo for todo in throws if todo in todos_of(stage))
+    return Verdict("not-started", not_started(todo, throws[todo]))
 
 
 def with_namesake(verdict: Verdict, file: str) -> Verdict:
@@ -116,6 +128,8 @@ def target(file: str) -> str:
 
 def compile_files(files: list) -> dict:
     """Builds what judges these files; returns a verdict for each file that cannot be compiled."""
+    if not files:
+        return {}
     done = build(["-k", "0", *map(target, files)])
     if done.returncode == 0:
         return {}
@@ -155,13 +169,24 @@ def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     """The verdict of ./course check, all that it says, and what to do next."""
     head = f"{MARKS.get(verdict.state, '✗')} {stage['id']} {state_of(verdict, say)}"
     print(f"{paint(head, verdict.state, out)}   {say('title.' + stage['id'])}", file=out)
-    printed = verdict.printed.strip("\n").splitlines()
-    if printed:
-        print("\n  " + (say("check.printed_last", n=SHOWN_LINES) if len(printed) > SHOWN_LINES else say("check.printed")), file=out)
-        print("\n".join("  │ " + line for line in printed[-SHOWN_LINES:]), file=out)
+    tell_printed(verdict, out, say)
     words = in_full(verdict.diagnosis, verdict.output, say)
     print("\n" + fitted(indent(words), out) + "\n" if verdict.state != "right" else "", file=out, end="")
     print(fitted(f"  {say.text(next_step(stage, verdict))}", out) + "\n", file=out)
+
+
+def tell_printed(verdict: Verdict, out, say: Speaker) -> None:
+    """What the student's code has printed in the check that failed: its beginning, or its end where it crashed."""
+    lines = verdict.printed.strip("\n").splitlines()
+    if not lines:
+        return
+    crashed = verdict.state == "crashes"
+    head = say("check.printed") if len(lines) <= SHOWN_LINES else \
+        say("check.printed_last" if crashed else "check.printed_first", n=SHOWN_LINES, size=in_bytes(verdict.printed_bytes))
+    shown_lines = lines[-SHOWN_LINES:] if crashed else lines[:SHOWN_LINES]
+    width = shutil.get_terminal_size().columns - 4 if out.isatty() else LONGEST_PRINTED
+    print("\n  " + head, file=out)
+    print("\n".join("  │ " + (line if len(line) <= width else line[:width - 1] + "…") for line in shown_lines), file=out)
 
 
 def indent(text: str) -> str:

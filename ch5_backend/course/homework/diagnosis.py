@@ -21,7 +21,8 @@ class Verdict(NamedTuple):
     state: str
     diagnosis: dict = {}  # of the first failure
     output: str = ""      # the compiler's own words, or GoogleTest's
-    printed: str = ""     # what the student's own code has printed
+    printed: str = ""     # what the student's own code has printed in the test that failed
+    printed_bytes: int = 0  # all of it, of which `printed` holds the beginning and the end
     tests: tuple = ()     # what GoogleTest reports of each test that was run
 
 

@@ -9,6 +9,8 @@ import re
 import signal
 import subprocess
 import tempfile
+import threading
+from collections import deque
 from pathlib import Path
 
 from ..base.language import sentence
@@ -17,6 +19,10 @@ from ..base.scratch import scratch
 from .diagnosis import SHOWN_LINES, Verdict, because
 
 MOST_WORDS = 2000  # of an exception
+MOST_KEPT = 1 << 20  # bytes of the beginning of what a test prints
+MOST_LINES = 200     # of its end
+FLOOD = 10 << 20     # bytes that are enough to explain why a test takes long
+TEST_BEGINS = b"\x1eTEST "  # as main.cc writes it
 TIME_LIMIT = 20.0  # seconds for one stage; the reference needs less than one
 
 # What Eigen's assertions mean; the first pattern that occurs in the assertion counts.
@@ -59,31 +65,78 @@ def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options
     """
     words_of = words_of or output_of
     with tempfile.TemporaryDirectory(dir=scratch()) as folder:
-        report_path, printed_path = Path(folder) / "report.json", Path(folder) / "printed"
+        report_path = Path(folder) / "report.json"
         command = [str(executable), "--quiet", f"--gtest_filter={stage['tests']}",
                    f"--gtest_output=json:{report_path}", *(["--gtest_fail_fast"] if fail_fast else []), *options,
                    *(["--", *worker] if worker else [])]
-        with open(printed_path, "wb") as printed:
-            with running(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=printed,
-                         stderr=subprocess.STDOUT) as process:
-                in_time = wait(process, time_limit)
-        with open(printed_path, encoding="utf-8", errors="replace") as printed:
-            words = printed.read(1 << 20)
+        with running(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                     stderr=subprocess.STDOUT) as process:
+            printed = Printed(process.stdout)
+            in_time = wait(process, time_limit)
+        printed.join(1.0)  # longer, and a child that has left the group holds the pipe
+        if not printed.is_alive():
+            process.stdout.close()
         try:
             tests = json.loads(report_path.read_text(encoding="utf-8"))["testsuites"]
         except (OSError, ValueError, KeyError):
             tests = []
     if not in_time or not tests:
-        return ended_early(executable, stage, words, in_time, process.returncode, time_limit, words_of)
+        return ended_early(executable, stage, printed, in_time, process.returncode, time_limit, words_of)
     tests = [test for suite in tests for test in suite["testsuite"]]
     failure = worker_failure(tests) if worker else None
     if failure:
         of_a_test = [float(option.partition("=")[2]) for option in options if option.startswith("--time-limit=")]
-        verdict = ended_early(program or Path(worker[0]), stage, words, failure[0] != "TIMEOUT", failure[1],
+        verdict = ended_early(program or Path(worker[0]), stage, printed, failure[0] != "TIMEOUT", failure[1],
                               *(of_a_test or [time_limit]), words_of)
     else:
-        verdict = read_report(tests, process.returncode, words)
+        verdict = read_report(tests, process.returncode, printed)
     return verdict._replace(tests=tuple(tests))
+
+
+class Printed(threading.Thread):
+    """Reads what a process prints, test by test: its size, its beginning, and its last lines. A test begins at a line
+    TEST_BEGINS NAME (main.cc); the judge of a worker writes none."""
+
+    def __init__(self, stream):
+        super().__init__(daemon=True)
+        self.stream, self.tests = stream, [("", Part())]
+        self.start()
+
+    def run(self) -> None:
+        for line in iter(lambda: self.stream.readline(MOST_KEPT), b""):
+            before, begins, name = line.partition(TEST_BEGINS)
+            self.tests[-1][1].add(before)
+            if begins:
+                self.tests.append((name.decode("utf-8", "replace").strip(), Part()))
+
+    def of(self, test: str = "") -> "Part":
+        """What was printed in this test; without a name, in the last one in which something was."""
+        known = {name for name, _ in self.tests[1:]}
+        parts = [part for name, part in self.tests if part.size and (name == test or test not in known)]
+        return parts[-1] if parts else Part()
+
+
+class Part:
+    """What was printed in a test."""
+
+    def __init__(self):
+        self.size, self.head, self.tail = 0, bytearray(), deque(maxlen=MOST_LINES)
+
+    def add(self, line: bytes) -> None:
+        self.size += len(line)
+        if len(self.head) < MOST_KEPT:
+            self.head += line
+        else:
+            self.tail.append(line)
+
+    def text(self) -> str:
+        return (bytes(self.head) + b"".join(self.tail)).decode("utf-8", "replace")
+
+
+def in_bytes(size: int) -> str:
+    """"512 B", "4.6 KB", "342 MB"."""
+    power = min(3, max(0, len(str(size)) - 1) // 3)
+    return f"{size / 1000 ** power:.3g} {('B', 'KB', 'MB', 'GB')[power]}"
 
 
 def wait(process: subprocess.Popen, time_limit: float) -> bool:
@@ -106,30 +159,33 @@ def wait(process: subprocess.Popen, time_limit: float) -> bool:
         process.wait()
 
 
-def read_report(tests: list, exit_code: int, words: str) -> Verdict:
+def read_report(tests: list, exit_code: int, printed: Printed) -> Verdict:
     """The verdict of a complete report: that of the first failure, if there is one."""
-    for test in tests:
-        if test.get("failures"):
-            return read_failure(test, words)
-    if exit_code or not tests or any(test.get("result") != "COMPLETED" for test in tests):
-        return Verdict("crashes", because("judge.not_all_run", n=exit_code), printed=words)
-    return Verdict("right", printed=words)
+    failed = next((test for test in tests if test.get("failures")), None)
+    part = printed.of(failed["name"] if failed else "")
+    if failed:
+        verdict = read_failure(failed)
+    elif exit_code or not tests or any(test.get("result") != "COMPLETED" for test in tests):
+        verdict = Verdict("crashes", because("judge.not_all_run", n=exit_code))
+    else:
+        verdict = Verdict("right")
+    return verdict._replace(printed=part.text(), printed_bytes=part.size)
 
 
-def read_failure(test: dict, words: str) -> Verdict:
+def read_failure(test: dict) -> Verdict:
     """The verdict on a test that has failed: what it says itself, or what was thrown."""
     if "diagnosis" in test:
-        return Verdict("wrong", json.loads(mend_utf8(test["diagnosis"])), printed=words)
+        return Verdict("wrong", json.loads(mend_utf8(test["diagnosis"])))
     text = mend_utf8(test["failures"][0]["failure"])
     if missing := re.search(r'"TODO (\S+) ?(.*) is not started"', text):
-        return Verdict("not-started", not_started(missing[1], missing[2]), printed=words)
+        return Verdict("not-started", not_started(missing[1], missing[2]))
     if thrown := re.search(r'C\+\+ exception with description "(.*)" thrown', text, re.DOTALL):
         reason = in_plain_words(thrown[1], EXCEPTIONS)
-        return Verdict("crashes", because("judge.exception", test=test["name"], reason=reason), printed=words)
+        return Verdict("crashes", because("judge.exception", test=test["name"], reason=reason))
     if "Unknown C++ exception" in text:
-        return Verdict("crashes", because("judge.unknown_exception", test=test["name"]), printed=words)
+        return Verdict("crashes", because("judge.unknown_exception", test=test["name"]))
     text = (text.partition("\n")[2] or text).strip()  # without the line of the test
-    return Verdict("wrong", because("judge.test_failed", test=test["name"]), "\n".join(text.splitlines()[:SHOWN_LINES]), words)
+    return Verdict("wrong", because("judge.test_failed", test=test["name"]), "\n".join(text.splitlines()[:SHOWN_LINES]))
 
 
 def not_started(todo: str, place: str) -> dict:
@@ -160,9 +216,11 @@ def mend_utf8(text: str) -> str:
         return text
 
 
-def ended_early(executable: Path, stage: dict, words: str, in_time: bool, exit_code: int, time_limit: float,
+def ended_early(executable: Path, stage: dict, printed: Printed, in_time: bool, exit_code: int, time_limit: float,
                 words_of) -> Verdict:
     """The verdict of a process that has left no report: where it ended, and why."""
+    part = printed.of()
+    words = part.text()
     student, crash, trace = words.partition("\nCRASH ")
     name, _, test = trace.partition("\n")[0].partition(" in ")
     place = locate(executable, stage["file"], trace, words_of)
@@ -170,7 +228,9 @@ def ended_early(executable: Path, stage: dict, words: str, in_time: bool, exit_c
     where = sentence(name_of_where, place=place, test=test) if place or test else ""
 
     def verdict(state: str, cause: str, /, **arguments) -> Verdict:
-        return Verdict(state, {**because(cause, where=where, **arguments), "place": place}, printed=student)
+        return Verdict(state, {**because(cause, where=where, **arguments), "place": place}, printed=student, printed_bytes=part.size)
+    if not in_time and part.size > FLOOD:
+        return verdict("times-out", "judge.prints_too_much", n=f"{time_limit:g}", size=in_bytes(part.size))
     if not in_time:
         return verdict("times-out", "judge.does_not_end", n=f"{time_limit:g}")
     assertion = re.search("Assertion [`']", student)

@@ -9,6 +9,7 @@
 """
 
 import argparse
+import itertools
 import os
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ from pathlib import Path
 from ..base.cmake_build import HOMEWORK
 from ..base.errors import CourseError
 from ..base.language import sentence, speaker
+from .blanks import DEEP, asks_deep, content_of
 from .regions import FILES, ROOT, STAGES, fill, regions, solution_text
 
 STUDENT_AT_WORK = 77  # CTest's SKIP_RETURN_CODE
@@ -26,7 +28,7 @@ def skeleton(name: str, blanks=None, deep: bool = False) -> str:
     def content(region):
         blank = region.todo in blanks if blanks is not None else deep or region.kind == "SOLUTION"
         return region.blank(deep) if blank else region.solution
-    return fill(solution_text(name), content)
+    return (DEEP if deep else "") + fill(solution_text(name), content)
 
 
 def check(folder: Path) -> int:
@@ -60,33 +62,58 @@ def holds_work(path: Path) -> bool:
     return path.exists() and path.read_text(encoding="utf-8", errors="replace") not in (skeleton(path.name), skeleton(path.name, deep=True))
 
 
+def is_deep(name: str) -> bool:
+    """The depth of a file: its own where it is there, otherwise that of the others."""
+    contents = [content_of(HOMEWORK / file) for file in (name, *FILES)]
+    return asks_deep(next((content for content in contents if content), b""))
+
+
 def deepen(on: bool, language: str) -> int:
-    """Writes each file of the homework at the depth asked for, unless a student has begun it; 1 if there is such a file."""
+    """Writes each file of the homework at the depth asked for, unless a student has begun it at the other one. Returns 0: what
+    was left as it is has been named."""
     say, begun = speaker(language), []
     HOMEWORK.mkdir(parents=True, exist_ok=True)
     for name in FILES:
-        if holds_work(HOMEWORK / name):
+        if not holds_work(HOMEWORK / name):
+            (HOMEWORK / name).write_text(skeleton(name, deep=on), encoding="utf-8")
+        elif is_deep(name) != on:
             begun.append(name)
             print(say("skeleton.holds_work", file=name, command=f"./course reset {name}"))
-        else:
-            (HOMEWORK / name).write_text(skeleton(name, deep=on), encoding="utf-8")
-    if not begun:
-        print(say("skeleton.second_depth" if on else "skeleton.first_depth"))
-    return 1 if begun else 0
+    depth = "second_depth" if on else "first_depth"
+    print(say(f"skeleton.others_{depth}" if begun else f"skeleton.{depth}"))
+    return 0
+
+
+def set_aside(path: Path) -> Path:
+    """Renames a file to the first free one of NAME.before, NAME.before.2, …; the new path."""
+    for n in itertools.count(1):
+        kept = path.with_name(f"{path.name}.before" + (f".{n}" if n > 1 else ""))
+        try:
+            os.link(path, kept)  # unlike a renaming it replaces nothing
+        except FileExistsError:
+            continue
+        except OSError:  # a file system without links
+            if kept.exists():
+                continue
+            path.replace(kept)
+            return kept
+        path.unlink()
+        return kept
 
 
 def reset(files: list, language: str) -> int:
-    """Begins these files anew; what stood in them is kept beside them. Raises CourseError(2) for what is no homework."""
-    names, say = [Path(file).name for file in files], speaker(language)
+    """Begins these files anew, each at the depth that it has; what stood in them is kept beside them. Raises CourseError(2) for
+    what is no homework."""
+    names, say = list(dict.fromkeys(Path(file).name for file in files)), speaker(language)
     if not names or not set(names) <= set(FILES):
         raise CourseError(sentence("skeleton.which_file", files=", ".join(FILES)))
     HOMEWORK.mkdir(parents=True, exist_ok=True)
     for name in names:
-        path = HOMEWORK / name
-        if kept := holds_work(path):
-            path.replace(f"{path}.before")
-        path.write_text(skeleton(name), encoding="utf-8")
-        print(say("skeleton.begun_anew_kept" if kept else "skeleton.begun_anew", file=name))
+        path, deep = HOMEWORK / name, is_deep(name)
+        kept = set_aside(path).name if holds_work(path) else ""
+        path.write_text(skeleton(name, deep=deep), encoding="utf-8")
+        depth = sentence("skeleton.at_second_depth" if deep else "skeleton.at_first_depth")
+        print(say("skeleton.begun_anew_kept" if kept else "skeleton.begun_anew", file=name, depth=depth, kept=kept))
     return 0
 
 

@@ -1,0 +1,68 @@
+"""What a student's code prints: counted and shown test by test, so that a debug line never hides a verdict."""
+
+import io
+import sys
+import time
+
+from tests.folder import FolderTest
+from ch5_backend.course.base.language import speaker
+from ch5_backend.course.homework.check import tell
+from ch5_backend.course.homework.diagnosis import cause_of
+from ch5_backend.course.homework.judge import FLOOD, in_bytes, judge
+
+STAGE = {"id": "1.1", "tests": "Stage11.*", "file": "problem.cc", "todos": ["1.1a"]}
+# In place of a check: prints, and reports that its second test has failed, or runs on.
+CHECK = """#!{python}
+import json, sys, time
+test = lambda name, **more: {{"name": name, "classname": "Stage11", "result": "COMPLETED", **more}}
+def begins(name): print("\\x1eTEST " + name, flush=True)
+begins("First"); print("small 1")
+begins("Second"); print("small 2\\n" * 3)
+{then}
+report = next(word for word in sys.argv if word.startswith("--gtest_output=json:")).partition(":")[2]
+failure = {{"diagnosis": json.dumps({{"stage": "1.1", "check": "H", "cause": "x"}}), "failures": [{{"failure": "f"}}]}}
+with open(report, "w") as out:
+    json.dump({{"testsuites": [{{"testsuite": [test("First"), test("Second", **failure), test("Third")]}}]}}, out)
+"""
+
+
+class Printed(FolderTest):
+    def verdict(self, then: str, limit: float = 20.0):
+        path = self.folder / "check_problem"
+        path.write_text(CHECK.format(python=sys.executable, then=then), encoding="utf-8")
+        path.chmod(0o755)
+        return judge(path, STAGE, limit)
+
+    def told(self, verdict) -> str:
+        out = io.StringIO()
+        tell(STAGE, verdict, out, speaker("en"))
+        return out.getvalue()
+
+    def test_the_failing_tests_lines_are_shown_though_a_later_one_prints_more(self):
+        verdict = self.verdict('begins("Third"); print("large " * 30 + "\\n" * 1000)')
+        self.assertEqual((verdict.state, verdict.printed.split()), ("wrong", ["small", "2"] * 3))
+        self.assertIn("Your code printed:\n  │ small 2\n", self.told(verdict))
+
+    def test_much_output_is_counted_and_its_beginning_shown(self):
+        verdict = self.verdict('sys.stdout.write("".join(f"row {i}\\n" for i in range(300000)))')
+        self.assertEqual(verdict.printed_bytes, sum(len(f"row {i}\n") for i in range(300000)) + len("small 2\n") * 3 + 1)
+        self.assertIn(f"({in_bytes(verdict.printed_bytes)} in this check; its first 15 lines)", self.told(verdict))
+        self.assertIn("│ row 0\n", self.told(verdict))
+        self.assertLess(len(verdict.printed), 2 << 20)
+
+    def test_a_flood_is_no_endless_loop(self):
+        begin = time.monotonic()
+        verdict = self.verdict('while True: sys.stdout.write("x" * 4095 + "\\n")', 2.0)
+        self.assertLess(time.monotonic() - begin, 15.0)
+        self.assertEqual((verdict.state, cause_of(verdict.diagnosis)), ("times-out", "judge.prints_too_much"))
+        self.assertGreater(verdict.printed_bytes, FLOOD)
+        silent = self.verdict("time.sleep(60)", 1.0)
+        self.assertEqual((silent.state, cause_of(silent.diagnosis)), ("times-out", "judge.does_not_end"))
+
+    def test_a_crash_behind_a_flood_is_told(self):
+        verdict = self.verdict('sys.stdout.write("y\\n" * 2000000); print("\\nCRASH Null pointer in Second", flush=True); '
+                               'import os; os._exit(139)')
+        self.assertEqual((verdict.state, cause_of(verdict.diagnosis)), ("crashes", "judge.null_followed"))
+
+    def test_sizes_in_words(self):
+        self.assertEqual([in_bytes(n) for n in (0, 512, 4600, 342123456)], ["0 B", "512 B", "4.6 KB", "342 MB"])
