@@ -204,7 +204,7 @@ def next_step(stage: dict, verdict: Verdict) -> dict:
             return sentence("check.last_stage")
         done = "check.next_stage_after_page" if stage.get("read_by_instructor") else "check.next_stage"
         return sentence(done, stage=stage["id"], command=f"./course check {following[0]}")
-    if cause_of(verdict.diagnosis) == "judge.ended_by_itself":
-        return sentence("check.next_ended_by_itself", file=file, command=again)
+    if cause_of(verdict.diagnosis) in ("judge.ended_by_itself", "judge.prints_too_much"):
+        return sentence(f"check.next_{cause_of(verdict.diagnosis).partition('.')[2]}", file=file, command=again)
     return sentence(f"check.next_{verdict.state.replace('-', '_')}", file=file, todo=verdict.diagnosis.get("todo", ""),
                     stage=stage["id"], command=again)
