@@ -156,3 +156,15 @@ class BlanksLeftEmpty(unittest.TestCase):
         self.assertIn("Hmm is still empty: nothing was assigned to it in TODO 1.2a", told)
         for other in (crash._replace(state="wrong"), Verdict("crashes", because("judge.crash")), Verdict("right")):
             self.assertEqual(blanks.explain(other, STAGES[1], content), other)
+
+    def test_warnings_are_of_the_students_own_lines(self):
+        path = Path("/a b/作业/problem.cc")
+        output = f"""[1/2] Building CXX object check_problem_student.dir/problem.cc.o
+{path}: In member function ‘virtual void ch5::Problem::MakeHessian()’:
+{path}:41:15: warning: suggest parentheses around assignment used as truth value [-Wparentheses]
+   41 |         if (i = j) {{}}
+{path}:41:15: warning: suggest parentheses around assignment used as truth value [-Wparentheses]
+/usr/include/eigen3/Eigen/Core:7:1: warning: not the student's [-Wextra]
+{path}:9:1: warning: multi-line comment [-Wcomment]
+"""
+        self.assertEqual(compiler.warnings(path, output), [[41, "suggest parentheses around assignment used as truth value"], [9, "multi-line comment"]])

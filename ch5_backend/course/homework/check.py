@@ -9,8 +9,8 @@ from pathlib import Path
 
 from . import blanks, hint_policy
 from ..base import jsonout
-from ..base.cmake_build import BIN, HOMEWORK, ROOT, build
-from .compiler import does_not_compile, shown
+from ..base.cmake_build import BIN, BUILD, HOMEWORK, ROOT, build
+from .compiler import does_not_compile, shown, warnings
 from ..base.errors import CourseError
 from .diagnosis import SHOWN_LINES, Verdict, cause_of, in_full, in_short
 from .judge import in_bytes, judge, not_started
@@ -131,11 +131,29 @@ def compile_files(files: list) -> dict:
     if not files:
         return {}
     done = build(["-k", "0", *map(target, files)])
+    keep_warnings(files, done.stdout)
     if done.returncode == 0:
         return {}
     if len(files) == 1:
         return {files[0]: does_not_compile(files[0], done.stdout, blanks.content_of(folder() / files[0]))}
     return {file: verdict for each in files for file, verdict in compile_files([each]).items()}
+
+
+def keep_warnings(files: list, output: str) -> None:
+    """Remembers the compiler's warnings of the files that this build has compiled."""
+    compiled = [file for file in files if f"{target(file)}_student.dir/" in output]
+    known = kept_warnings()
+    known.update({str(folder() / file): warnings((folder() / file).resolve(), output) for file in compiled})
+    if compiled:
+        (BUILD / "warnings.json").write_text(json.dumps(known, ensure_ascii=False, indent=1), encoding="utf-8")
+
+
+def kept_warnings() -> dict:
+    """{path: [[line, words], …]}, as the last compilation of each file has given them."""
+    try:
+        return json.loads((BUILD / "warnings.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
 
 
 # ---- Telling --------------------------------------------------------------------------------------------------------
@@ -172,6 +190,8 @@ def tell(stage: dict, verdict: Verdict, out, say: Speaker) -> None:
     tell_printed(verdict, out, say)
     words = in_full(verdict.diagnosis, verdict.output, say)
     print("\n" + fitted(indent(words), out) + "\n" if verdict.state != "right" else "", file=out, end="")
+    if verdict.state not in ("right", "not-started"):
+        tell_warnings(stage["file"], out, say)
     print(fitted(f"  {say.text(next_step(stage, verdict))}", out) + "\n", file=out)
 
 
@@ -187,6 +207,16 @@ def tell_printed(verdict: Verdict, out, say: Speaker) -> None:
     width = shutil.get_terminal_size().columns - 4 if out.isatty() else LONGEST_PRINTED
     print("\n  " + head, file=out)
     print("\n".join("  │ " + (line if len(line) <= width else line[:width - 1] + "…") for line in shown_lines), file=out)
+
+
+def tell_warnings(file: str, out, say: Speaker) -> None:
+    warned = kept_warnings().get(str(folder() / file), [])[:SHOWN_LINES]
+    if warned:
+        print(f"  {say('check.compiler_warns')}", file=out)
+    for line, words in warned:
+        words = say("compiler.comment_continues") if words.startswith("multi-line comment") else words
+        print(fitted(f"    {file}:{line}: {words}", out), file=out)
+    print("\n" if warned else "", file=out, end="")
 
 
 def indent(text: str) -> str:

@@ -59,6 +59,12 @@ def does_not_compile(file: str, output: str, content) -> Verdict:
     return Verdict("does-not-compile", {"cause": cause or sentence("compiler.silent")}, shown_lines)
 
 
+def warnings(path: Path, output: str) -> list:
+    """What the compiler warns of in this file, [41, "suggest parentheses …"], from all that the build has printed."""
+    found = re.findall(rf"^{re.escape(str(path))}:(\d+):\d+: warning: (.*?)(?: \[-W[\w=+-]+\])?$", output, re.MULTILINE)
+    return [[int(line), words] for line, words in dict.fromkeys(found)]
+
+
 def of_the_file(file: str, content):
     """What is wrong with the file as a whole, or None."""
     if content is None:
