@@ -48,6 +48,7 @@ inline double DepthInCamera(const Transform& T_W_C, const Vec3& p_W) {
 /// @param depth_in  as DepthInCamera
 void ForgetObservations(int frame, const std::function<double(const Transform& T_W_C, const Vec3& p_W)>& depth_in,
                         Window* window);
+inline void ForgetObservations(int frame, Window* window) { ForgetObservations(frame, DepthInCamera, window); }
 
 /// Erases landmarks with a negative depth, on which the solve has failed (VINS-Mono's removeFailures).
 void RemoveFailures(Window* window);

@@ -17,6 +17,9 @@ foreach(header IN LISTS headers ITEMS ch5_homework/judge/compiled_products.h ch5
     COMMAND ${CMAKE_COMMAND} -E copy ${PROJECT_SOURCE_DIR}/${header} ${grader}/include/${header})
   list(APPEND copies ${grader}/include/${header})
 endforeach()
+foreach(header IN LISTS earlier_headers)
+  configure_file(${earlier}/${header} ${grader}/include/${header} COPYONLY)
+endforeach()
 
 get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 get_target_property(alignment ch5_settings INTERFACE_COMPILE_DEFINITIONS)
