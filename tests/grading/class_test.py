@@ -17,7 +17,8 @@ from ch5_backend.course.__main__ import main
 from ch5_backend.course.grading import classbook, grade, outputs, pages, summary
 from ch5_backend.course.grading.likeness import alike, fingerprint
 from ch5_backend.course.homework.regions import STAGES
-from tests.homework.samples import read_samples, source
+from ch5_backend.course.homework.samples import source
+from tests.homework.samples import all_samples
 from tests.grading.languages_test import english_in, row, words_of
 
 POINTS = {"1.1": 12, "1.2": 14}
@@ -198,8 +199,7 @@ class Command(InAFolder):
 
 
 class Likeness(unittest.TestCase):
-    SAMPLES = [one for path in sorted((ROOT / "tests" / "homework" / "samples").glob("stage_*.samples"))
-               for one in read_samples(path) if one.state == "right" and all(key.startswith("REGION") for key in one.code)]
+    SAMPLES = [one for one in all_samples() if one.state == "right" and all(key.startswith("REGION") for key in one.code)]
 
     @staticmethod
     def of(one) -> tuple:

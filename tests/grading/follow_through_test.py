@@ -6,7 +6,7 @@ import unittest
 from pathlib import Path
 
 from tests.project import BUILD, ROOT
-from tests.homework.samples import Sample, blank_samples, read_samples, source
+from tests.homework.samples import all_samples, blank_samples
 from ch5_backend.course.grading import job
 from ch5_backend.course.grading.follow_through import blanks_of, follow_through, mended
 from ch5_backend.course.grading.rubric import read_rubric
@@ -17,10 +17,10 @@ from ch5_backend.course.homework.blanks import explain
 from ch5_backend.course.homework.diagnosis import Verdict
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, STAGES, regions, solution_text, stage_of
+from ch5_backend.course.homework.samples import Sample, source
 
 BIN = BUILD / "bin"
-SAMPLES = {one.name: one for path in sorted((ROOT / "tests" / "homework" / "samples").glob("stage_*.samples"))
-           for one in read_samples(path)}
+SAMPLES = {one.name: one for one in all_samples()}
 BLANKS = {one.name: one for one in blank_samples()}
 STAGE = {stage["id"]: stage for stage in STAGES}
 

@@ -17,7 +17,9 @@ from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.homework import blanks, check, compiler, hint_policy, judge
 from ch5_backend.course.homework.diagnosis import Verdict, because, in_full, in_short, told
 from ch5_backend.course.homework.regions import FILES, ROOT, STAGES, regions, solution_text, stage_of
+from ch5_backend.course.homework.samples import read_mistakes
 from tests.homework.chinese import CHINESE, SENTENCE, english_in
+from tests.homework.run_samples import said_in
 
 ENGLISH = language.speaker("en")
 COURSE, CHECKS = ROOT / "ch5_backend" / "course", ROOT / "ch5_homework" / "judge"
@@ -44,9 +46,15 @@ def trees() -> list:
 
 def used() -> set:
     words = [text for path in cpp_files() for text in literals_of_cpp(path)]
+    words += [word for one in read_mistakes() for word in said_in(one.cause)]
     words += [node.value for tree in trees() for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
     topics = {name[:name.rindex(".")] for name in ENGLISH.sentences}
     return {word for word in words if ID.fullmatch(word) and word[:word.rindex(".")] in topics}
+
+
+def sentences_in(text) -> list:
+    """Something said, with what is said in it."""
+    return [text, *(inner for value in text.values() for inner in sentences_in(value))] if isinstance(text, dict) else []
 
 
 def rooms(text: str) -> set:
@@ -81,6 +89,11 @@ class Store(unittest.TestCase):
                     texts += 1
                     self.assertLessEqual(rooms(ENGLISH.sentences[name]), set(re.findall(r'\{"(\w+)", ', arguments)), name)
         self.assertGreater(texts, 80)
+
+    def test_every_mistake_gives_what_its_sentence_wants_and_no_more(self):
+        for one in read_mistakes():
+            for text in sentences_in(one.cause) if one.state == "wrong" else ():
+                self.assertEqual(set(text) - {"id"}, rooms(ENGLISH.sentences[text["id"]]), one.name)
 
     def test_no_sentence_stands_in_the_checks(self):
         scenes = {text for path in CHECKS.glob("scenes/*.cc") for text in literals_of_cpp(path)}  # by name, for both sides
