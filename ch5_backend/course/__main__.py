@@ -228,10 +228,13 @@ def add_grade_options(parser: Parser) -> None:
                         "default: one at random, which the records name")
     parser.add_argument("--shard", type=share, metavar="I/N", help="only the I-th of N shares; all may have the same "
                         "DIR, in which a last run without this option makes the class's tables")
+    parser.add_argument("--list", metavar="FILE", help="names the submissions, one a line")
     parser.add_argument("--class", dest="class_file", metavar="FILE", help="who is in the class, and what a human has "
-                        "decided: a CSV table, or an export of Canvas's or Moodle's gradebook; writes students.csv, canvas.csv "
-                        "and moodle.csv too; see ch5_homework/GRADING.md")
-    parser.add_argument("--due", metavar="TIME", help="such as 2026-12-01T23:59; a day begun later costs")
+                        "decided: a table, or an export of Canvas, Moodle or Gradescope; writes students.csv and the platform's "
+                        "gradebook too; without submissions what is graded is marked again; see ch5_homework/GRADING.md")
+    parser.add_argument("--column", metavar="NAME", help="the assignment's in the gradebook, default: Chapter 5")
+    parser.add_argument("--due", metavar="TIMES", help="such as 2026-12-01T23:59, or by stage: 2026-12-01T23:59; 4=2026-12-08T23:59; "
+                        "a day begun later costs")
     parser.add_argument("--late", type=number(0, 100), metavar="PERCENT", help="of the judged points for each "
                         "day begun, default: 10")
     parser.add_argument("--keep", type=one_of("last", "best"), metavar="WHICH", help="of a student's submissions: last or best; default: last")

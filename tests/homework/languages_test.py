@@ -25,7 +25,7 @@ ENGLISH = language.speaker("en")
 COURSE, CHECKS = ROOT / "ch5_backend" / "course", ROOT / "ch5_homework" / "judge"
 ID = re.compile(r"(?:\d\.\d|\w+)\.[A-Za-z][\w -]*(?<!_)")
 # Ids that are put together where they are used.
-MADE = {*(f"state.{state}" for state in (*check.COLORS, "missing")), *(f"title.{stage['id']}" for stage in STAGES),
+MADE = {*(f"state.{state}" for state in (*check.COLORS, "missing", "unread")), *(f"title.{stage['id']}" for stage in STAGES),
         *(f"checked.{check}" for checks in read_rubric().values() for check in checks),
         *(f"check.next_{state.replace('-', '_')}" for state in check.COLORS if state != "right")}
 
