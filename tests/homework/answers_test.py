@@ -94,8 +94,10 @@ class Seeds(unittest.TestCase):
 class Table(FolderTest):
     def test_it_is_read_as_it_was_written(self):
         rows = [row("sign", SIGN, [2.0, 3.0, 0.5, -4.0]), row("none", HALF, [])]
-        answers.write_table(rows, self.folder / "answers.csv")
-        self.assertEqual(answers.read_table(self.folder / "answers.csv"), rows)
+        with mock.patch.object(answers, "TABLE", self.folder / "answers.csv"):
+            self.assertEqual(answers.read_table(), [])
+            answers.write_table(rows)
+            self.assertEqual(answers.read_table(), rows)
 
     def test_each_mistake_has_a_row_and_each_row_its_mistake(self):
         mistakes = {one.name: one for one in read_mistakes() if one.state == "wrong"}

@@ -19,7 +19,7 @@ from ..base.errors import CourseError, warn
 from ..base.language import Speaker, speaker
 from ..base.output_dir import locked_dir, made_dir
 from ..base.progress import Progress, duration
-from . import classbook, gradebooks, likeness, outputs, pages, summary
+from . import classbook, gradebooks, likeness, outputs, pages, rename, summary
 from .handed_in import gradescope, listed, named
 from .job import grade
 from .rubric import PATH, mark, read_rubric
@@ -43,7 +43,7 @@ def run_grade(arguments) -> int:
     submissions = named(listed(arguments.submissions, arguments.list))
     if arguments.trust:
         warn("--trust: NO SANDBOX. The submissions' code runs as you, with all that you may do.")
-    elif submissions or arguments.prepare:
+    elif submissions or arguments.prepare or arguments.rename:
         preflight()
     box = Unguarded if arguments.trust else Sandbox
     if arguments.prepare:
@@ -52,9 +52,13 @@ def run_grade(arguments) -> int:
         return 0
     out, say = Path(arguments.out or "out/grades"), speaker(arguments.language)
     with made_dir(out) if arguments.shard else locked_dir(out):  # shards may work side by side
+        toolchain = ready_toolchain(box) if submissions or arguments.rename else None
+        if arguments.rename:
+            rename.learn(toolchain)
         if submissions:
-            session = Session(out, ready_toolchain(box), stages, rubric, the_seed(out, arguments.seed), say)
+            session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed), say)
             session.grade_all(share(submissions, arguments.shard), arguments.jobs or CORES)
+        rename.rename_all(out)
         records = read_records(out, stages, rubric, say)
         if not records and not submissions:
             raise CourseError(f"{out}: nothing was graded there yet; name the submissions")

@@ -11,7 +11,7 @@ from . import outputs
 from .owners import CANVAS, platform_name
 from .submission import ARCHIVES
 
-OWN_FILES = ("grades.csv", "summary.html", "session.json", "students.csv", "canvas.csv", "moodle.csv")  # beside the submissions' folders
+OWN_FILES = ("grades.csv", "unnamed.csv", "summary.html", "session.json", "students.csv", "canvas.csv", "moodle.csv")  # beside the submissions' folders
 NO_SUBMISSIONS = ("submission_metadata.yml", ".ds_store", "thumbs.db", "desktop.ini", "__macosx")  # what lies beside them
 LONGEST_NAME = 200  # bytes
 

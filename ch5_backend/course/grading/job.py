@@ -11,6 +11,7 @@ from ..homework.blanks import explain
 from ..homework.diagnosis import Verdict, because
 from ..homework.judge import judge
 from ..base.scratch import scratch
+from . import unnamed
 from .follow_through import follow_through
 from .rubric import mark, marks
 from .sandbox import Limits, Sandbox, preflight
@@ -40,6 +41,8 @@ def grade_file(toolchain: Toolchain, file: str, content: bytes, stages: list, ru
             if any(re.search("TIMEOUT after .* in its start", str(test.get("failures"))) for test in verdict.tests):
                 of_all = verdict._replace(tests=())  # nor will it start for another stage
             row = stage_row(stage, verdict, rubric[stage["id"]], time.monotonic() - begin)
+            if verdict.state == "wrong":
+                row["lines"] = unnamed.excerpt(stage, content, verdict.diagnosis.get("todo", ""))
             if verdict is not of_all and verdict.state in FOLLOWED and built.cpu_seconds < LONGEST_FOLLOWED:
                 row.update(follow_through(stage, content, verdict,
                                           lambda text, stage=stage: judged(toolchain, file, text, stage, seed, clock)))
@@ -57,13 +60,14 @@ def judged(toolchain: Toolchain, file: str, content: bytes, stage: dict, seed: i
         return built.verdict or run_stage(toolchain, built.worker, stage, seed, clock, fail_fast=True)
 
 
-def run_stage(toolchain: Toolchain, worker: Path, stage: dict, seed: int, clock: Clock, fail_fast: bool = False) -> Verdict:
-    """Raises Infrastructure where a check was not answered because the machine did not let it run."""
+def run_stage(toolchain: Toolchain, worker: Path, stage: dict, seed, clock: Clock, fail_fast: bool = False) -> Verdict:
+    """With the usual random numbers where the seed is None. Raises Infrastructure where a check was not answered because the machine did not let it run."""
+    seeds = [] if seed is None else [f"--seed={seed}"]
     for patience in PATIENCE:
         box = toolchain.box(read_only={"/worker": worker}, limits=RUNNING._replace(wall_seconds=patience * RUNNING.wall_seconds))
         with Watch(str(worker)) as watch:
             verdict = judge(toolchain.judge, stage, patience * max(clock.left, 0.0),
-                            [f"--seed={seed}", f"--time-limit={patience * SECONDS_A_TEST:g}"],
+                            [*seeds, f"--time-limit={patience * SECONDS_A_TEST:g}"],
                             box.wrap(["/worker"]), Path("/worker"), fail_fast=fail_fast,
                             words_of=lambda command, box=box: box.run(command).output)  # its debugging lines may be forged, too
         clock.left -= watch.own()

@@ -13,7 +13,7 @@ from ch5_backend.figures import page
 from ..base.language import Speaker
 from ..homework.check import MARKS
 from ..homework.diagnosis import SYMPTOMS, cause_of
-from . import outputs
+from . import outputs, unnamed
 from .job import OUT_OF_TIME
 from .likeness import alike
 from .pages import element, paragraph, state_of, title, untouched
@@ -28,7 +28,7 @@ SORT = Markup("<script>") + Markup((Path(__file__).parent / "sort.js").read_text
 
 
 def write(out: Path, records: list, points: dict, book, marks: list, looked_at: list, say: Speaker) -> None:
-    """summary.html; `book` and `marks` are of a class, None and [] where none was named. `looked_at` stands first: who has no mark,
+    """summary.html, and unnamed.csv; `book` and `marks` are of a class, None and [] where none was named. `looked_at` stands first: who has no mark,
     and why."""
     graded = [record for record in records if record["status"] == "graded"]
     counted = [mark.record for mark in marks if mark.record and mark.record["status"] == "graded"] if book else graded
@@ -49,12 +49,15 @@ def write(out: Path, records: list, points: dict, book, marks: list, looked_at: 
         body += [histogram(pairs, most, marks, say)]
     if book:
         body += students(book, marks, say)
+    groups = unnamed.groups_of(counted, say)
+    unnamed.write(out, groups, say)
     if counted:
         rows = [row for record in counted for row in record["stages"] if not untouched(row)]
         body += [of_stages(counted, say), *counts("grade.most_failed_checks", Counter(
             f"{row['id']} {outputs.check_in_words(check['name'], say)}" for row in rows for check in row["checks"]
             if not check["passed"] and row["state"] != "not-started"), say),  # an empty blank has failed nothing
-            *counts("grade.misconceptions", Counter(what for row in rows if (what := misconception(row, say))), say)]
+            *counts("grade.misconceptions", Counter(what for row in rows if (what := misconception(row, say))), say),
+            *unnamed.table(groups, say)]
     if graded:
         body += [near_misses(graded, say), likeness(graded, say), *([] if book else submissions(graded, say))]
     page.write(out / "summary.html", say("grade.grades"), [*body, SORT], say.language)

@@ -8,7 +8,6 @@ import csv
 import hashlib
 import json
 from functools import lru_cache
-from pathlib import Path
 from typing import NamedTuple
 
 from .regions import ROOT
@@ -31,16 +30,16 @@ class Row(NamedTuple):
 
 # ---- The table ------------------------------------------------------------------------------------------------------
 
-def read_table(path: Path = TABLE) -> list:
-    if not path.exists():
+def read_table() -> list:
+    if not TABLE.exists():
         return []
-    with open(path, newline="", encoding="utf-8") as file:
+    with open(TABLE, newline="", encoding="utf-8") as file:
         return [Row(row["mistake"], row["code"], row["todo"], json.loads(row["cause"]), row["stage"], json.loads(row["check"]),
                     list(map(float, row["fingerprint"].split()))) for row in csv.DictReader(file)]
 
 
-def write_table(rows: list, path: Path = TABLE) -> None:
-    with open(path, "w", newline="", encoding="utf-8") as file:
+def write_table(rows: list) -> None:
+    with open(TABLE, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Row._fields)
         writer.writerows([one.mistake, one.code, one.todo, as_text(one.cause), one.stage, as_text(one.check),
