@@ -58,10 +58,10 @@ def row_of(mistake, diagnosis: dict) -> Row:
 
 
 def todo_of(mistake, judged: str) -> str:
-    """Where the mistake is, or where the judge says, if that is there too; of a blank of the second depth also where it is at the
-    first, as blanks.own_todo wants it."""
+    """Where the judge says, if the mistake changes something there, otherwise where it begins; of a blank of the second depth also
+    where it is at the first, as blanks.own_todo wants it."""
     own = mistake.todo
-    if not own or own in judged.split():
+    if not own or {f"REGION {todo}" for todo in judged.split()} & mistake.code.keys():
         return judged
     deep = judged and own in mistake.stages[0].get("deep", [])
     return f"{own} {judged.split()[-1]}" if deep else own
