@@ -1,11 +1,13 @@
 """A wrong answer gets the name of the mistake that gives it, and no other one; ch5_homework/mistakes/answers.csv tells nobody more."""
 
+import re
 import unittest
 from pathlib import Path
 from unittest import mock
 
 from tests.folder import FolderTest
-from ch5_backend.course.base.language import sentence
+from tests.project import ROOT
+from ch5_backend.course.base.language import sentence, speaker
 from ch5_backend.course.homework import answers, judge as judging
 from ch5_backend.course.homework.diagnosis import Verdict
 from ch5_backend.course.homework.samples import Sample, read_mistakes, read_samples
@@ -129,6 +131,15 @@ class Entries(FolderTest):
         crash, right = self.read("// MISTAKE out crashes eigen.block_outside\n// CHANGE 1.2b ) - tempH => )\n// SAMPLE fine\n// REGION 1.2b\n")
         self.assertEqual((crash.state, crash.cause), ("crashes", sentence("eigen.block_outside")))
         self.assertEqual(right, Sample("fine", code={"REGION 1.2b": ""}, todo="1.2b"))
+
+    def test_the_page_shows_an_entry_as_it_is(self):
+        entries = (ROOT / "ch5_homework" / "mistakes" / "stage_2.mistakes").read_text(encoding="utf-8")
+        for page, language in (("GRADING.md", "en"), ("GRADING.zh.md", "zh")):
+            text = (ROOT / "ch5_homework" / page).read_text(encoding="utf-8")
+            entry = re.search(r"// MISTAKE (\w+) (\S+)\n(?: *// CHANGE .*\n)+", text)
+            self.assertIn(re.sub(r"^ +", "", entry[0], flags=re.MULTILINE), entries)
+            self.assertIn(f'"{speaker(language)(entry[2])}"', text)
+            self.assertIn(speaker(language)(entry[2]) + "\n", text)
 
     def test_a_slip_in_an_entry_is_told_with_its_line(self):
         for text, told in (("// MISTAKE sign formula.no_such_sentence\n", "a.mistakes:1: there is no such sentence: formula.no_such_sentence"),
