@@ -27,7 +27,8 @@ ID = re.compile(r"(?:\d\.\d|\w+)\.[A-Za-z][\w -]*(?<!_)")
 # Ids that are put together where they are used.
 MADE = {*(f"state.{state}" for state in (*check.COLORS, "missing", "unread")), *(f"title.{stage['id']}" for stage in STAGES),
         *(f"checked.{check}" for checks in read_rubric().values() for check in checks),
-        *(f"check.next_{state.replace('-', '_')}" for state in check.COLORS if state != "right")}
+        *(f"check.next_{state.replace('-', '_')}" for state in check.COLORS if state != "right"), "check.next_ended_by_itself",
+        "check.next_prints_too_much", *(f"skeleton.{others}{depth}_depth" for others in ("", "others_") for depth in ("first", "second"))}
 
 
 def literals_of_cpp(path: Path) -> list:
@@ -55,6 +56,13 @@ def used() -> set:
 def sentences_in(text) -> list:
     """Something said, with what is said in it."""
     return [text, *(inner for value in text.values() for inner in sentences_in(value))] if isinstance(text, dict) else []
+
+
+def printed(words: str):
+    """What a program has printed in its only test."""
+    part = judge.Part()
+    part.add(words.encode())
+    return mock.Mock(of=lambda test="": part)
 
 
 def rooms(text: str) -> set:
@@ -168,7 +176,7 @@ class Told(unittest.TestCase):
                                    ("", True), *((f"Assertion `{code}' failed.", True) for code in ("i>=0", "invalid matrix product"))):
                 words = words if test else words.replace(" in A", "")
                 with mock.patch.object(judge, "locate", return_value=place):
-                    verdict = judge.ended_early(Path("check"), stage, words, in_time, 3, 20.0, None)
+                    verdict = judge.ended_early(Path("check"), stage, printed(words), in_time, 3, 20.0, None)
                 said = in_short(verdict.diagnosis, CHINESE)
                 self.assertEqual(english_in(said), "")
                 self.assertEqual("problem.cc:71" in said, bool(place))
@@ -188,7 +196,7 @@ class Told(unittest.TestCase):
 
 class Read(unittest.TestCase):
     def read(self, text: str, **more) -> Verdict:
-        return judge.read_report([{"name": "A", "result": "COMPLETED", "failures": [{"failure": text}], **more}], 1, "")
+        return judge.read_report([{"name": "A", "result": "COMPLETED", "failures": [{"failure": text}], **more}], 1, printed(""))
 
     def test_what_was_thrown_is_no_diagnosis(self):
         forged = json.dumps({"stage": "1.1", "check": "all is well", "cause": "none"})

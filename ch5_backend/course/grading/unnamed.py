@@ -69,11 +69,11 @@ def table(groups: list, say: Speaker) -> list:
     if not groups:
         return []
     code = Markup("<pre>{}</pre>")
-    head = ["students", "stage", "check", "entry", "expected", "got", "told", "lines"]
+    head = ["grade.students", "grade.stage", "grade.check", "grade.entry", "grade.expected", "grade.got", "grade.told", "grade.lines"]
     rows = [[len(group.names), *map(outputs.plain, told(group, say)), code.format(outputs.plain(group.row.get("lines", "")))]
             for group in groups]
     return [Markup("<h2>{}</h2><p>{}</p>").format(say("grade.unnamed"), say("grade.unnamed_means")),
-            page.table([say(f"grade.{name}") for name in head], rows, "words")]
+            page.table(list(map(say, head)), rows, "words")]
 
 
 def write(out: Path, groups: list, say: Speaker) -> None:
