@@ -14,12 +14,11 @@ from .toy_graph import EDGES, LANDMARKS, POSES
 FIGURES = Figures({  # what the tables' words read as
     "invert": "invert H_ll", "schur": "form S", "poses": "solve S", "dense": "dense, any H", "plain": "blocks in a map",
     "fixed": "fixed sizes, structure once", "avx2": "and registers of four", "scene/30x1000": "scene, 30 frames",
-    "window/vio_M": "IMU window", "bal/49-7776": "49 cameras", "bal/16-22106": "16 cameras", "ceres": "Ceres",
+    "window/vio_M": "IMU window", "bal/49-7776": "49 cameras", "bal/16-22106": "16 cameras",
     "sparse": "S formed, sparse Cholesky", "implicit-pcg": "implicit, PCG", "power-series": "implicit, power series",
     "milliseconds": "an iteration [ms]", "megabytes": "memory [MB]", "Levenberg-Marquardt": "LM"})
 SHADES = {"linearize": POSE, "invert": mix(LANDMARK, 0.5), "schur": LANDMARK, "poses": CROSS, "back": PRIOR,
           "cost": mix(INK, 0.45), "update": mix(INK, 0.2)}
-SIDES = {"ceres": PRIOR, "ours": POSE}
 LADDER_COLORS = {"dense": PRIOR, "plain": LANDMARK, "fixed": CROSS, "avx2": POSE}
 NUMBER = {"fontsize": 16.9 * PX, "color": INK}
 
@@ -212,15 +211,6 @@ def roofline(slide, tables, say):
             axes.plot(*place, "o", color=SHADES[step], markersize=size)
             if size == 12:
                 axes.annotate(say(step), place, (0, -21), textcoords="offset points", color=SHADES[step], ha="center")
-
-
-@FIGURES.figure(1080, 380, "Beside Ceres")
-def peers(slide, tables, say):
-    """An iteration of ours and of Ceres."""
-    times = {problem: tables("speed_peers", problem=problem) for problem in PROBLEMS}
-    axes = dots(slide, say, (90, 60, 760, 240), {problem: {side: rows.row(side=side)["iteration_ms"] for side in SIDES}
-                                                 for problem, rows in times.items()}, SIDES)
-    slide.legend(axes, 885, 90, handlelength=1.2)
 
 
 @FIGURES.figure(1080, 410, "Solvers for 969 cameras")

@@ -1,5 +1,6 @@
 """Every number of deck 5, from the tables that measure_speed.py keeps, and that of ch5_systems."""
 
+from ch5_backend.figures.numbers.peers import BEST as AT_BEST, LDLT, SAME, VINS, kept, pairs_of, spans
 from ch5_backend.figures.numbers.systems import by_sparse, end_by_least
 from ch5_backend.figures.numbers.windows import KEPT
 
@@ -61,6 +62,30 @@ def ray_facts(tables):
             for points in ("xyz", "ray") for name, within in (("percent", 1e-2), ("thousandth", 1e-3), ("myriad", 1e-4))}
 
 
+def peer_facts(tables):
+    """Beside the peers, over all problems of a kind."""
+    rows = kept(tables)
+    found = {"peers.processor": rows[0]["processor"], "peers.date": rows[0]["date"], "peers.load": f"{rows[0]['load']:.0f}"}
+    for (kind, setting, question), span in spans(rows).items():
+        column = {SAME: "same", AT_BEST: "best", VINS: "vins", LDLT: "ldlt"}[setting]
+        if question in ("to 0.1 %", "total"):
+            found[f"peers.{kind.replace(' ', '_')}.{column}{'' if question == 'to 0.1 %' else '.whole'}"] = span
+    memory = next(r for r in rows if r["problem"] == "bal/16-22106 total" and r["setting"] == SAME and r["threads"] == 1)
+    return found | {"peers.ours.mb": f"{memory['ours_peak_mb']:.0f}", "peers.ceres.mb": f"{memory['peer_peak_mb']:.0f}"}
+
+
+def start_facts(tables):
+    """Over the problems of measure_start.py, the best λ₀ of either kind of points, relative to each problem's best pair."""
+    rows = tables("speed_start").rows()
+    pairs = pairs_of(rows)
+    found = {"start.problems": str(len({row["problem"] for row in rows}))}
+    for points in ("ray", "xyz"):
+        name, mean, _, most, arrives = next(pair for pair in pairs if f",{points}," in pair[0])
+        found |= {f"start.{points}": f"{mean:.2f}", f"start.{points}.most": f"{most:.1f}", f"start.{points}.arrives": str(arrives),
+                  f"start.{points}.lambda": f"{1 / float(name.split('=')[1]):.0e}".replace("e-0", "e-")}
+    return found
+
+
 def facts(tables):
     about = tables("speed_about").row()
     found = {"about.processor": about["processor"], "about.rounds": f"{about['rounds']:.0f}"}
@@ -71,9 +96,6 @@ def facts(tables):
         for a, b in (("plain", "fixed"), ("fixed", "avx2"), ("dense", "plain")):
             if a in rungs and b in rungs:
                 found[f"{name}.{a}.{b}"] = short(rungs[a] / rungs[b])
-        both = {r["side"]: r for r in tables("speed_peers", problem=problem).rows()}
-        found[f"{name}.ceres"] = short(both["ceres"]["iteration_ms"] / both["ours"]["iteration_ms"])
-        found[f"{name}.mb"], found[f"{name}.ceres.mb"] = (f"{both[side]['peak_mb']:.0f}" for side in ("ours", "ceres"))
     peak = tables("speed_machine").row(simd="avx2", limit="peak")["value"]
     found["machine.peak"] = f"{peak:.0f}"
     for r in tables("speed_machine", simd="avx2", limit="read").rows():
@@ -82,7 +104,7 @@ def facts(tables):
         row = tables("speed_steps").row(problem=ROOFED, step=step, solver="sparse", simd="avx2")
         speed = 1e-6 * row["flop"] / row["milliseconds"]
         found |= {f"roof.{step}.intensity": f"{row['flop'] / row['bytes']:.1f}", f"roof.{step}.share": f"{100 * speed / peak:.0f}"}
-    found |= pose_graph_facts() | refined_facts(tables) | ray_facts(tables)
+    found |= peer_facts(tables) | start_facts(tables) | pose_graph_facts() | refined_facts(tables) | ray_facts(tables)
     rows = tables("speed_reduced").rows()
     best = min(r["cost"] for r in rows)
     for name, solver in (("sparse", "sparse"), ("pcg", "implicit-pcg"), ("series", "power-series")):

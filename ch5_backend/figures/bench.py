@@ -20,8 +20,7 @@ def cost_figure(directory, traces):
         for side, color in SIDES.items():
             run = here.where(side=side)
             if len(run):
-                # Ceres also lists the costs of steps that it took back.
-                excess = np.maximum(np.minimum.accumulate(run["cost"]) / best - 1.0, 1e-9)
+                excess = np.maximum(run["cost"] / best - 1.0, 1e-9)
                 axes.plot(1e3 * run["seconds"], excess, color=color, marker="o", markersize=3, label=side)
         style.plain_log(axes.xaxis)
         axes.tick_params(axis="x", labelsize=10.5)
@@ -39,8 +38,8 @@ def cost_figure(directory, traces):
 
 
 def size_figure(directory, rows):
-    """Time per iteration against the observations of the course's scenes, with the exponents of a fit."""
-    rows = rows.where(threads=1.0)
+    """Time per iteration against the observations of the course's scenes, both sides told the same, with the exponents of a fit."""
+    rows = rows.where(threads=1.0, setting="same problem")
     words = [name.split() for name in rows["problem"]]
     scenes = [(i, [int(n) for n in word[0][len("scene/"):].split("x")]) for i, word in enumerate(words)
               if word[0].startswith("scene/") and word[1:] == ["iteration"]]

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "tests/bench/ceres_solve.h"
@@ -55,6 +56,44 @@ class Observation : public ceres::SizedCostFunction<2, 9, 3> {
   Vec2 pixel_;
 };
 
+// VertexPointOnRay as a manifold: a step moves the point along its ray from the anchor; ∂x/∂δ = I.
+class OnRay : public ceres::Manifold {
+ public:
+  explicit OnRay(const Vec3& anchor) : anchor_(anchor) {}
+  int AmbientSize() const override { return 3; }
+  int TangentSize() const override { return 3; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    constexpr double kFarthest = 20.0;
+    const Vec3 v = Eigen::Map<const Vec3>(x) - anchor_, d = Eigen::Map<const Vec3>(delta);
+    const double v2 = v.squaredNorm(), q = v2 > 0.0 ? v.dot(d) / v2 : 0.0;
+    Eigen::Map<Vec3>{x_plus_delta} = anchor_ + (v + d - q * v) / std::max(1.0 - q, 1.0 / kFarthest);
+    return true;
+  }
+  bool PlusJacobian(const double*, double* J) const override {
+    Eigen::Map<RowMajor<3, 3>>{J}.setIdentity();
+    return true;
+  }
+  bool Minus(const double*, const double*, double*) const override { return false; }
+  bool MinusJacobian(const double*, double*) const override { return false; }
+
+ private:
+  Vec3 anchor_;
+};
+
+// From the farthest camera that sees it, as BuildBal does.
+void PutOnRays(const BalProblem& start, BalProblem* states, ceres::Problem* problem) {
+  std::vector<Vec3> anchors = start.points;
+  for (const BalObservation& seen : start.observations) {
+    const auto point = static_cast<size_t>(seen.point);
+    const Vec3 &p_W = start.points[point], center = CameraCenter(start.cameras[static_cast<size_t>(seen.camera)]);
+    if ((center - p_W).squaredNorm() > (anchors[point] - p_W).squaredNorm()) anchors[point] = center;
+  }
+  for (size_t i = 0; i < anchors.size(); ++i) {
+    double* point = states->points[i].data();
+    if (problem->HasParameterBlock(point)) problem->SetManifold(point, new OnRay(anchors[i]));
+  }
+}
+
 }  // namespace
 
 PeerResult SolveBalWithCeres(const BalProblem& start, const PeerOptions& options) {
@@ -65,6 +104,7 @@ PeerResult SolveBalWithCeres(const BalProblem& start, const PeerOptions& options
                              states.cameras[static_cast<size_t>(seen.camera)].data(),
                              states.points[static_cast<size_t>(seen.point)].data());
   }
+  if (options.points == BalPoints::kOnRay) PutOnRays(start, &states, &problem);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (Vec3& point : states.points) {
     if (problem.HasParameterBlock(point.data())) ordering->AddElementToGroup(point.data(), 0);

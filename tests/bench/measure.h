@@ -20,19 +20,23 @@ struct Problem {
   WindowDump window;
   std::string pose_graph;     ///< its file, which both sides read anew
   peer::PeerOptions options;  ///< with which both sides solve it
-  int landmark_steps = 0;  ///< of ours, as the estimators take them; Ceres' inner iterations lengthen its whole solve
+  bool plain_ldlt = false;    ///< the peer that marginalizes, instead of VINS-Mono's way
 };
 
-/// @param name  a BAL file, a window dump, a .g2o file, "scene:FRAMESxPOINTS" or "city:CAMERAS", behind a task's word if that is not to
-///              solve it: "marginalize:" or "covariance:"
+/// @param name  a BAL file, a window dump, a .g2o file, "scene:FRAMESxPOINTS", "city:CAMERAS[:SEED]" or "first:CAMERAS:BALFILE", the
+///              part that these cameras see, behind a task's word if that is not to solve it: "marginalize:" or "covariance:"
 /// @throws FileError, std::invalid_argument
 Problem ReadProblem(const std::string& name);
+
+/// Changes what both sides are told: words between commas, such as "lm,ray,radius=3e5". measure.cc's usage lists them.
+/// @throws std::invalid_argument for another word
+void TakeWay(const std::string& words, peer::PeerOptions* options);
 
 /// The side that this program was linked with: its setup is made before the clock starts, as an estimator has it.
 peer::PeerResult Solve(const Problem& problem);
 
 /// A task that is no solve, timed.
-/// @param work  returns what both sides must agree on, in place of a final cost: the trace of the prior's JᵀJ, or of all Σ
-peer::PeerResult Timed(const std::function<double()>& work);
+/// @param wall  see Stopwatch;  @param work  returns what both sides must agree on, in place of a final cost: the trace of the prior's JᵀJ, or of all Σ
+peer::PeerResult Timed(bool wall, const std::function<double()>& work);
 
 }  // namespace ch5::bench

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 
 #include "ch5_backend/experiments/studies/command_line.h"
@@ -20,7 +21,7 @@ constexpr char kUsage[] =
     "                        [--repeat N] [--states FILE]\n"
     "Runs an estimator (vins or okvis) over a simulated flight at 20 Hz, or over a recording, N times. Prints a line "
     "of\n"
-    "JSON for each image that it answers: the least time of all runs, of this thread alone.\n";
+    "JSON for each image, those before it has started too: the least time of all runs, of this thread alone.\n";
 
 struct Options {
   std::string policy, recording, states;
@@ -57,7 +58,7 @@ double Now() {
 
 struct Answer {
   double seconds;
-  StampedState state;
+  std::optional<StampedState> state;  // none before the start
   Summary solve;
 };
 
@@ -70,7 +71,7 @@ std::vector<Answer> RunOnce(const Recording& recording, const Options& options) 
   double last = Now();
   FeedRecording(recording, &estimator, [&](const Estimator&, const ImageResult& row) {
     const double now = Now();
-    if (row.report.state) answers.push_back({now - last, *row.report.state, row.report.solve});
+    answers.push_back({now - last, row.report.state, row.report.solve});
     last = Now();
   });
   return answers;
@@ -80,7 +81,8 @@ void WriteStates(const std::vector<Answer>& answers, const std::string& path) {
   std::FILE* file = std::fopen(path.c_str(), "w");
   if (!file) throw std::invalid_argument("cannot write " + path);
   for (const Answer& answer : answers) {
-    const StampedState& x = answer.state;
+    if (!answer.state) continue;
+    const StampedState& x = *answer.state;
     std::fprintf(file, "%.9f", x.t);
     for (const Vec3& v : {x.T_W_B.p, Vec3(x.T_W_B.q.vec()), x.v_W, x.b_a, x.b_g})
       std::fprintf(file, " %.17g %.17g %.17g", v[0], v[1], v[2]);

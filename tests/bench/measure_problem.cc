@@ -1,11 +1,12 @@
-#include <chrono>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 
+#include "ch5_backend/experiments/studies/command_line.h"
 #include "ch5_backend/simulate/city.h"
 #include "ch5_backend/simulate/mono_ba.h"
-#include "ch5_backend/window/policy.h"
 #include "tests/bench/measure.h"
+#include "tests/bench/process.h"
 
 namespace ch5::bench {
 namespace {
@@ -36,12 +37,38 @@ WindowDump SceneWindow(const std::string& size) {
   return window;
 }
 
-BalProblem CityProblem(const std::string& cameras) {
+BalProblem CityProblem(const std::string& words) {
   CityOptions options;
+  unsigned long seed = 1;
   char rest;
-  if (std::sscanf(cameras.c_str(), "%d%c", &options.cameras, &rest) != 1)
-    throw std::invalid_argument("a city has a number of cameras, got '" + cameras + "'");
+  const int read = std::sscanf(words.c_str(), "%d:%lu%c", &options.cameras, &seed, &rest);
+  if (read != 2 && std::sscanf(words.c_str(), "%d%c", &options.cameras, &rest) != 1)
+    throw std::invalid_argument("a city has a number of cameras, and perhaps a seed behind a colon, got '" + words +
+                                "'");
+  options.seed = seed;
   return SimulateCity(options).start;
+}
+
+// The first cameras of a problem, and the points that at least two of them see.
+BalProblem FirstCameras(const std::string& words) {
+  const size_t colon = words.find(':');
+  if (colon == std::string::npos) throw std::invalid_argument("a part is CAMERAS:BALFILE, got '" + words + "'");
+  const BalProblem all = ReadBal(words.substr(colon + 1));
+  const int cameras = NumberIn(words.substr(0, colon), 2, static_cast<int>(all.cameras.size()));
+  std::vector<int> views(all.points.size(), 0), index(all.points.size(), -1);
+  for (const BalObservation& seen : all.observations) views[static_cast<size_t>(seen.point)] += seen.camera < cameras;
+  BalProblem part;
+  part.cameras.assign(all.cameras.begin(), all.cameras.begin() + cameras);
+  for (size_t i = 0; i < all.points.size(); ++i) {
+    if (views[i] < 2) continue;
+    index[i] = static_cast<int>(part.points.size());
+    part.points.push_back(all.points[i]);
+  }
+  for (BalObservation seen : all.observations) {
+    seen.point = index[static_cast<size_t>(seen.point)];
+    if (seen.camera < cameras && seen.point >= 0) part.observations.push_back(seen);
+  }
+  return part;
 }
 
 }  // namespace
@@ -60,23 +87,23 @@ Problem ReadProblem(const std::string& name) {
   Problem problem;
   std::string word;
   const bool is_scene = name.rfind("scene:", 0) == 0, is_city = name.rfind("city:", 0) == 0;
-  if (!is_scene && !is_city) std::ifstream(name) >> word;
+  const bool is_part = name.rfind("first:", 0) == 0;
+  if (!is_scene && !is_city && !is_part) std::ifstream(name) >> word;
   if (is_scene || word == "VIOWIN") {
     problem.kind = Problem::Kind::kWindow;
     problem.window = is_scene ? SceneWindow(name.substr(6)) : ReadWindowDump(name);
     const bool has_imu = !problem.window.imu.empty();
     problem.options.dogleg = has_imu;  // VINS-Mono's settings
     problem.options.iterations = has_imu ? 8 : 20;
-    problem.landmark_steps = has_imu ? VinsOptions().landmark_steps : 0;
   } else if (name.size() > 4 && name.substr(name.size() - 4) == ".g2o") {
     problem.kind = Problem::Kind::kPoseGraph;
     problem.pose_graph = name;
-    problem.options.dogleg = true;  // few and long steps; Ceres is tried with both algorithms
+    problem.options.dogleg = true;  // few and long steps
     problem.options.iterations = 50;
   } else {
-    problem.bal = is_city ? CityProblem(name.substr(5)) : ReadBal(name);
+    problem.bal = is_city ? CityProblem(name.substr(5)) : is_part ? FirstCameras(name.substr(6)) : ReadBal(name);
     if (problem.bal.cameras.size() > 5000) problem.options.iterations = 8;  // of some seconds each
-    // Of Ceres' solvers each is the fastest on its problem; in a city, S is cheap to factor.
+    // Unless the way says otherwise; in a city, S is cheap to factor.
     if (problem.bal.cameras.size() > 400) {
       problem.options.linear_solver = is_city ? peer::LinearSolver::kSparseSchur : peer::LinearSolver::kIterativeSchur;
     }
@@ -84,10 +111,38 @@ Problem ReadProblem(const std::string& name) {
   return problem;
 }
 
-peer::PeerResult Timed(const std::function<double()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  const double agreed = work();
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+void TakeWay(const std::string& words, peer::PeerOptions* options) {
+  using Change = void (*)(peer::PeerOptions*);
+  constexpr std::pair<const char*, Change> kWords[] = {
+      {"lm", [](auto* o) { o->dogleg = false; }},
+      {"dogleg", [](auto* o) { o->dogleg = true; }},
+      {"xyz", [](auto* o) { o->points = BalPoints::kXyz; }},
+      {"ray", [](auto* o) { o->points = BalPoints::kOnRay; }},
+      {"inner", [](auto* o) { o->inner = true; }},
+      {"whole", [](auto* o) { o->inner = false; }},
+      {"dense", [](auto* o) { o->linear_solver = peer::LinearSolver::kDenseSchur; }},
+      {"sparse", [](auto* o) { o->linear_solver = peer::LinearSolver::kSparseSchur; }},
+      {"iterative", [](auto* o) { o->linear_solver = peer::LinearSolver::kIterativeSchur; }},
+      {"scaled", [](auto* o) { o->scaled = true; }},
+      {"unscaled", [](auto* o) { o->scaled = false; }},
+      {"suite", [](auto* o) { o->eigen = false; }},
+      {"eigen", [](auto* o) { o->eigen = true; }},
+      {"mixed", [](auto* o) { o->mixed = true; }}};
+  std::istringstream list(words);
+  for (std::string word; std::getline(list, word, ',');) {
+    if (word.rfind("radius=", 0) == 0) {
+      options->radius = NumberIn(word.substr(7), 1e-30, 1e30);
+    } else if (word.rfind("threads=", 0) == 0) {
+      options->threads = NumberIn(word.substr(8), 1, 256);
+    } else {
+      OneOf(word, kWords)(options);
+    }
+  }
+}
+
+peer::PeerResult Timed(bool wall, const std::function<double()>& work) {
+  const Stopwatch watch(wall);
+  const double agreed = work(), seconds = watch.Seconds();
   return {agreed, agreed, seconds, 1, {{seconds, agreed}}};
 }
 

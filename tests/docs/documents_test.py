@@ -1,6 +1,5 @@
 """The READMEs, the guides and the handouts: both languages say the same, and what they say is so."""
 
-import csv
 import json
 import re
 import unittest
@@ -8,6 +7,8 @@ from collections import Counter
 
 from ch5_backend.course.__main__ import COMMANDS
 from ch5_backend.course.base.anchors import anchor
+from ch5_backend.figures.numbers import peers
+from ch5_backend.figures.tables import Tables
 from tests.docs.markdown import (DECKS, ENGINEERS, GUIDES, HANDOUTS, LIBRARY, PAGES, READMES, ROOT, fences, handouts,
                                  headings, links, prose, read, sections, slides, spans)
 
@@ -102,14 +103,18 @@ class Documents(unittest.TestCase):
                 self.assertAlmostEqual(int(minutes), spoken, delta=2, msg=f"{path}: lecture {lecture}")
 
     def test_front_page_has_the_measured_times(self):
-        measured = {}
-        for row in csv.DictReader(read(ROOT / "slides/measured/speed_peers.csv").splitlines()):
-            measured.setdefault(row["problem"], {})[row["side"]] = float(row["iteration_ms"])
-        wanted = sorted((f"{both['ours']:.3g}", f"{both['ceres']:.3g}", f"{both['ceres'] / both['ours']:.1f}")
-                        for both in measured.values())
+        rows = peers.kept(Tables(ROOT / "slides/measured"))
+        measured = peers.spans(rows)
+        wanted = [tuple(measured.get((kind, setting, "to 0.1 %"), "–") for setting in (peers.SAME, peers.BEST)) for kind in peers.KINDS]
+        means = [row[3] for row in peers.kinds_of(rows) if row[1:3] == (peers.BEST, "to 0.1 %")]
         for path in READMES:
-            table = next(body for _, body in sections(read(path)) if "speed_peers.csv" in body)
-            self.assertEqual(sorted(re.findall(r"\| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", table, re.M)), wanted, path)
+            text = read(path)
+            table = next(body for _, body in sections(text) if "speed_peers.csv" in body)
+            self.assertEqual(re.findall(r"^\| [^|]+ \| (–|[\d.]+ \([^|]+\)) \| (–|[\d.]+ \([^|]+\)) \|$", table, re.M), wanted, path)
+            for words in (measured["marginalization", peers.VINS, "total"], measured["marginalization", peers.LDLT, "total"],
+                          rows[0]["processor"], rows[0]["date"]):
+                self.assertIn(words, table, path)
+            self.assertRegex(text, rf"{min(means):.1f} (to|到) {max(means):.1f} ", f"{path}: its second paragraph")
 
     def test_handout_treats_every_todo(self):
         for (path, *_), text in handouts():

@@ -170,7 +170,8 @@ class Look(unittest.TestCase):
                         "mean_error_before_px,9", "mean_error_after_px,0.8"],
             "traces": ["problem,side,threads,seconds,cost",
                        *(f"MIT,{side},1,{slow * (k + 1)},{1 + 0.1 ** k}" for slow, side in ((0.01, "ours"), (0.1, "Ceres")) for k in range(4))],
-            "rows": ["problem,threads,ours_ms,peer_ms", "scene/3x20 iteration,1,0.1,1", "scene/10x200 iteration,1,1,20"],
+            "rows": ["problem,setting,threads,ours_ms,peer_ms", "scene/3x20 iteration,same problem,1,0.1,1",
+                     "scene/10x200 iteration,same problem,1,1,20"],
             "csv/endurance": ["policy,frame,distance_m,resident_mb,error_m,milliseconds",
                               *(f"{policy},{k},{k},{20 + n},{0.1 * k + n},{2 + n}" for n, policy in enumerate(("vins", "okvis")) for k in range(4))]}
         with tempfile.TemporaryDirectory() as folder:

@@ -1,28 +1,31 @@
 """Measures what the fifth lecture shows, and writes the tables that are kept in slides/measured/.
 
-usage: python3 -m ch5_backend.course.documents.measure_speed [--rounds N]
+usage: python3 -m ch5_backend.course.documents.measure_speed [--rounds N] [--bench DIR]
 
 Each round runs every case once, so that a slow quarter of an hour of the machine falls on all alike; of each step the
 fastest round counts, since whatever disturbs a measurement makes it slower. Needs Ceres and the data folder, CH5_DATA_DIR.
-About a minute on a machine that does nothing else.
+About a minute on a machine that does nothing else, and then ./course bench. --bench DIR measures nothing: it keeps what
+./course bench has written to DIR, out/bench as a rule. Of each processor and problem the last rows are kept.
 """
 
 import argparse
 import csv
 import os
-import platform
-import re
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 from ch5_backend.figures import tables
 from slides.deck_fast_solver_facts import PROBLEMS, RUNGS
 
 from ..base.cmake_build import BIN, ROOT, build_or_fail
-from ..experiments.bench import Case, iteration_seconds, run_side, source
+from ..experiments.bench import processor, source
 
+MACHINE = ("processor", "date", "rounds", "load")  # of a kept table
+KEPT = ("problem", "setting", "threads", "ours_ms", "peer", "peer_way", "peer_ms", "ratio", "ours_cost", "peer_cost", "ours_peak_mb",
+        "peer_peak_mb")
 REDUCED = ("sparse", "implicit-pcg", "power-series")  # solvers for the cameras' system of the largest problem
 
 
@@ -64,14 +67,23 @@ def machine(best):
             best[key] = max(best.get(key, "0"), value, key=float)
 
 
-def peers(best):
-    """Whole solves of ours and of Ceres, one thread each; of an iteration the time without the set-up."""
-    for problem in PROBLEMS:
-        for side in ("ours", "ceres"):
-            for one in run_side(side, Case(problem, source(problem), 1), 1, None):
-                iteration = 1e3 * iteration_seconds(one)
-                if (problem, side) not in best or iteration < best[problem, side][0]:
-                    best[problem, side] = iteration, one["steps"], one["final_cost"], one["peak_mb"]
+def keep_peers(folder):
+    """The table of ./course bench, before what is kept of other problems and processors. Of a machine that does much else the
+    rows with two threads are left out: they are measured by the clock."""
+    about = csv_rows(Path(folder) / "about.csv")[0]
+    busy = float(about["load"]) > 2.0 * int(about["cores"])
+    rows = [{**{key: about[key] for key in MACHINE}, **row} for row in csv_rows(Path(folder) / "rows.csv")
+            if not (busy and int(row["threads"]) > 1)]
+    new = {(row["processor"], row["problem"].split(" ")[0]) for row in rows}
+    path = ROOT / "slides" / "measured" / "speed_peers.csv"
+    rows += [row for row in csv_rows(path) if (row["processor"], row["problem"].split(" ")[0]) not in new] if path.exists() else []
+    write("speed_peers", (*MACHINE, *KEPT), [[row[key] for key in (*MACHINE, *KEPT)] for row in rows])
+
+
+def csv_rows(path):
+    """Each row as words, none of them rounded."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
 
 
 def reduced():
@@ -99,31 +111,31 @@ def write(name, head, rows):
     tables.write(ROOT / "slides" / "measured" / f"{name}.csv", head, rows)
 
 
-def processor():
-    found = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text(encoding="utf-8"))
-    return (found[1] if found else platform.processor()).replace(",", " ").strip()
-
-
 def main():
     parser = argparse.ArgumentParser(prog="measure_speed.py", description=__doc__.split("\n\n")[0])
     parser.add_argument("--rounds", type=int, default=5)
-    rounds = parser.parse_args().rounds
-    build_or_fail(["measure_steps", "bench_programs", "ch5_bal", "ch5_window"])
-    by_step, limits, by_side = {}, {}, {}
+    parser.add_argument("--bench", metavar="DIR", help="keep this folder's tables, and measure nothing")
+    given = parser.parse_args()
+    rounds = given.rounds
+    if given.bench:
+        return keep_peers(given.bench)
+    build_or_fail(["measure_steps", "ch5_bal", "ch5_window"])
+    by_step, limits = {}, {}
     for turn in range(rounds):
         print(f"round {turn + 1} of {rounds}", file=sys.stderr)
         steps(by_step)
         machine(limits)
-        peers(by_side)
     write("speed_steps", ("problem", "solver", "simd", "step", "milliseconds", "flop", "bytes"),
           [(*key, *value) for key, value in by_step.items()])
     write("speed_machine", ("simd", "limit", "megabytes", "value"), [(*key, value) for key, value in limits.items()])
-    write("speed_peers", ("problem", "side", "iteration_ms", "iterations", "final_cost", "peak_mb"),
-          [(*key, *value) for key, value in by_side.items()])
+    with tempfile.TemporaryDirectory() as out:
+        run(ROOT / "course", "bench", "--out", out)
+        keep_peers(Path(out) / "bench")
     write("speed_reduced", ("solver", "iteration", "seconds", "cost"), reduced())
     write("speed_refined", ("landmark_steps", "iteration", "seconds", "cost"), refined(5 * rounds))
     write("speed_rays", ("points", "iteration", "seconds", "cost"), rays())
-    write("speed_about", ("processor", "cores", "rounds"), [(processor(), os.cpu_count(), rounds)])
+    write("speed_about", ("processor", "cores", "threads", "rounds", "date"),
+          [(processor(), os.cpu_count(), 1, rounds, time.strftime("%Y-%m-%d"))])
 
 
 if __name__ == "__main__":
