@@ -33,7 +33,7 @@ DESCRIPTIONS = {
              "were asked for are right.",
     "grade": "Grades submissions that nobody trusts: each a homework file, a folder, a zip or a tar. Their code is compiled and "
              "run in a sandbox, and only its numbers are believed. Writes for each feedback.html, results.json "
-             "(Gradescope), junit.xml and autolab.json; for the class grades.csv and summary.html. Stopped, it goes on "
+             "(Gradescope), junit.xml and autolab.json; for the class grades.csv, summary.html and unnamed.csv, the wrong answers that several share and no cause names. Stopped, it goes on "
              "where it was; what has a record is not graded again.",
     "pack": "Packs the project without its solutions: student, the students' archive. Packs the grader for another platform: "
             "gradescope, the zip of an autograder; classroom, a workflow for GitHub Classroom.",
@@ -229,13 +229,18 @@ def add_grade_options(parser: Parser) -> None:
                         "default: one at random, which the records name")
     parser.add_argument("--shard", type=share, metavar="I/N", help="only the I-th of N shares; all may have the same "
                         "DIR, in which a last run without this option makes the class's tables")
+    parser.add_argument("--list", metavar="FILE", help="names the submissions, one a line")
     parser.add_argument("--class", dest="class_file", metavar="FILE", help="who is in the class, and what a human has "
-                        "decided: a CSV table, or an export of Canvas's or Moodle's gradebook; writes students.csv, canvas.csv "
-                        "and moodle.csv too; see ch5_homework/GRADING.md")
-    parser.add_argument("--due", metavar="TIME", help="such as 2026-12-01T23:59; a day begun later costs")
+                        "decided: a table, or an export of Canvas, Moodle or Gradescope; writes students.csv and the platform's "
+                        "gradebook too; without submissions what is graded is marked again; see ch5_homework/GRADING.md")
+    parser.add_argument("--column", metavar="NAME", help="the assignment's in the gradebook, default: Chapter 5")
+    parser.add_argument("--due", metavar="TIMES", help="such as 2026-12-01T23:59, or by stage: 2026-12-01T23:59; 4=2026-12-08T23:59; "
+                        "a day begun later costs")
     parser.add_argument("--late", type=number(0, 100), metavar="PERCENT", help="of the judged points for each "
                         "day begun, default: 10")
     parser.add_argument("--keep", type=one_of("last", "best"), metavar="WHICH", help="of a student's submissions: last or best; default: last")
+    parser.add_argument("--rename", action="store_true", help="run the mistakes that were added to ch5_homework/mistakes, and tell them in "
+                        "all that was graded; nothing else is run again, and no SUBMISSION is needed")
     parser.add_argument("--prepare", action="store_true", help="only build what grading needs, and try the sandbox")
     parser.add_argument("--trust", action="store_true", help="without the sandbox: for your own code only")
 

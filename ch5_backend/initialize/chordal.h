@@ -2,11 +2,11 @@
 /// A start for a pose graph that no bad path spoils: chordal relaxation, two linear problems in place of one that is not.
 ///
 ///   1. rotations   min Σ κ ‖R_j − R_i R_ij‖²_F   over matrices R_i of which nothing is asked, hence linear:
-///                  row k of R_i, x_ik, belongs to three chains that do not touch:   r = x_jk − R_ijᵀ x_ik
+///                  one linear problem with three right-hand sides, the columns of R_iᵀ
 ///   2. projection  R_i = U diag(1, 1, det UVᵀ) Vᵀ of the singular values R_i = U S Vᵀ: the nearest rotation
 ///   3. positions   min Σ rᵀWr   for these rotations: the graph's own cost, in which positions are linear
 ///
-/// κ is the mean of the rotation's part of W's diagonal. In the plane all of it is the same with a z that stays as it is.
+/// κ is the mean of the rotation's part of W's diagonal. Poses in the plane have a better way: planar.h.
 /// Source: Carlone, Tron, Daniilidis, Dellaert, "Initialization techniques for 3D SLAM", ICRA 2015; Martinec & Pajdla,
 /// "Robust rotation and translation estimation in multiview reconstruction", CVPR 2007.
 

@@ -13,7 +13,7 @@ enum class PoseGraphStart {
   kGiven,         ///< the poses as they are
   kOdometry,      ///< along the path: spanning_tree.h
   kSpanningTree,  ///< along the tree with the fewest edges from the fixed pose: spanning_tree.h
-  kChordal        ///< chordal relaxation: chordal.h
+  kChordal        ///< chordal relaxation: chordal.h; in the plane LAGO: planar.h
 };
 
 /// The starts by name, in the order above.

@@ -8,6 +8,7 @@
 #include <limits>
 #include <sstream>
 
+#include "ch5_homework/judge/fingerprint.h"
 #include "ch5_homework/judge/unset_memory.h"
 
 namespace ch5::homework {
@@ -261,6 +262,23 @@ std::string JsonString(const std::string& text) {
   return quoted + "\"";
 }
 
+[[noreturn]] void Tell(const Diagnosis& diagnosis) {
+  std::string json = "{\"stage\": " + JsonString(diagnosis.stage) + ", \"check\": " + diagnosis.check.Json();
+  for (const auto& [name, text] :
+       {std::pair{"expected", &diagnosis.expected}, {"got", &diagnosis.got}, {"cause", &diagnosis.cause}}) {
+    if (!text->empty()) json += std::string(", \"") + name + "\": " + text->Json();
+  }
+  std::string places;
+  for (const auto& [place, name] : diagnosis.places) {
+    places += (places.empty() ? "[" : ", [") + place.Json() + ", " + name.Json() + "]";
+  }
+  if (!diagnosis.fingerprint.empty()) json += ", \"fingerprint\": " + diagnosis.fingerprint;
+  json += ", \"places\": [" + places + "], \"todo\": " + JsonString(diagnosis.todo) + "}";
+  testing::Test::RecordProperty("diagnosis", json);
+  ADD_FAILURE() << json;
+  throw testing::AssertionException({testing::TestPartResult::kFatalFailure, __FILE__, __LINE__, "told"});
+}
+
 }  // namespace
 
 Text::Text(const char* id, std::initializer_list<Argument> arguments) : json_("{\"id\": " + JsonString(id)) {
@@ -318,6 +336,7 @@ void Require(const std::string& stage, const Text& what, const MatXX& expected, 
   }
   testing::Test::RecordProperty("picture", Picture(claim));
   Diagnosis diagnosis{stage, what, {}, {}, {}, todo};
+  if (!HoldsUnset(got)) diagnosis.fingerprint = Fingerprint(expected, got);
   std::vector<Mistake> mistakes = make_mistakes();
   AddTermsOfOtherCounts(claim, &mistakes);
   if (got.rows() != expected.rows() || got.cols() != expected.cols()) {
@@ -328,7 +347,7 @@ void Require(const std::string& stage, const Text& what, const MatXX& expected, 
     });
     diagnosis.cause = mistake == mistakes.end() ? "matrix.size_mismatch" : mistake->cause;
     if (got.size() == 0) diagnosis.cause = {"matrix.still_empty", {{"variable", Called(claim)}}};
-    Fail(diagnosis);
+    Tell(diagnosis);
   }
   if (got.rows() <= kSmall && got.cols() <= kSmall) {
     const int digits = Whole(expected, kDigits) == Whole(got, kDigits) ? kMoreDigits : kDigits;
@@ -340,23 +359,12 @@ void Require(const std::string& stage, const Text& what, const MatXX& expected, 
   const Mistake* mistake = FindMistake(claim, mistakes);
   diagnosis.cause = mistake == nullptr ? Symptom(claim) : mistake->cause;
   if (mistake != nullptr && !mistake->todo.empty()) diagnosis.todo = mistake->todo;
-  Fail(diagnosis);
+  Tell(diagnosis);
 }
 
-void Fail(const Diagnosis& diagnosis) {
-  std::string json = "{\"stage\": " + JsonString(diagnosis.stage) + ", \"check\": " + diagnosis.check.Json();
-  for (const auto& [name, text] :
-       {std::pair{"expected", &diagnosis.expected}, {"got", &diagnosis.got}, {"cause", &diagnosis.cause}}) {
-    if (!text->empty()) json += std::string(", \"") + name + "\": " + text->Json();
-  }
-  std::string places;
-  for (const auto& [place, name] : diagnosis.places) {
-    places += (places.empty() ? "[" : ", [") + place.Json() + ", " + name.Json() + "]";
-  }
-  json += ", \"places\": [" + places + "], \"todo\": " + JsonString(diagnosis.todo) + "}";
-  testing::Test::RecordProperty("diagnosis", json);
-  ADD_FAILURE() << json;
-  throw testing::AssertionException({testing::TestPartResult::kFatalFailure, __FILE__, __LINE__, "told"});
+void Fail(Diagnosis diagnosis) {
+  if (!diagnosis.got.empty()) diagnosis.fingerprint = Fingerprint(diagnosis.expected.Json(), diagnosis.got.Json());
+  Tell(diagnosis);
 }
 
 Names Words(const std::vector<std::string>& words) {

@@ -93,11 +93,12 @@ struct Diagnosis {
   Text cause = {};
   std::string todo = {};                           ///< where to read
   std::vector<std::pair<Text, Text>> places = {};  ///< ("row 3", "VertexPose 1, δp.y")
+  std::string fingerprint = {};                    ///< of what came (fingerprint.h); Fail makes that of words
 };
 
 /// Fails the test with a diagnosis, and leaves it. As one line of JSON it is the property "diagnosis" of the test's report,
 /// where a worker cannot write.
-[[noreturn]] void Fail(const Diagnosis& diagnosis);
+[[noreturn]] void Fail(Diagnosis diagnosis);
 
 /// Compares a student's matrix or vector with the right one, and fails the test if they differ.
 /// @param what  "H of one edge between two poses"

@@ -6,21 +6,21 @@ import unittest
 from pathlib import Path
 
 from tests.project import BUILD, ROOT
-from tests.homework.samples import Sample, blank_samples, read_samples, source
+from tests.homework.samples import all_samples, blank_samples
 from ch5_backend.course.grading import job
 from ch5_backend.course.grading.follow_through import blanks_of, follow_through, mended
-from ch5_backend.course.grading.rubric import read_rubric
+from ch5_backend.course.grading.rubric import mark, read_rubric, share
 from ch5_backend.course.grading.sandbox import Unguarded
-from ch5_backend.course.grading.toolchain import Built
+from ch5_backend.course.grading.toolchain import Built, Clock
 from ch5_backend.course.homework import judge as course_judge
 from ch5_backend.course.homework.blanks import explain
 from ch5_backend.course.homework.diagnosis import Verdict
 from ch5_backend.course.homework.make_skeleton import skeleton
 from ch5_backend.course.homework.regions import FILES, STAGES, regions, solution_text, stage_of
+from ch5_backend.course.homework.samples import Sample, source
 
 BIN = BUILD / "bin"
-SAMPLES = {one.name: one for path in sorted((ROOT / "tests" / "homework" / "samples").glob("stage_*.samples"))
-           for one in read_samples(path)}
+SAMPLES = {one.name: one for one in all_samples()}
 BLANKS = {one.name: one for one in blank_samples()}
 STAGE = {stage["id"]: stage for stage in STAGES}
 
@@ -80,10 +80,10 @@ class Judged:
 
 @unittest.skipUnless((BIN / "worker_samples").exists(), "no worker_samples")
 class Scores(unittest.TestCase):
-    def found(self, one, stage: str, score=0, points=14) -> dict:
+    def found(self, one, stage: str) -> dict:
         content = source(STAGE[stage]["file"], one.code).encode()
         judge = Judged(STAGE[stage], one)
-        return follow_through(STAGE[stage], content, judge(content), {"score": score, "points": points}, judge)
+        return follow_through(STAGE[stage], content, judge(content), judge)
 
     def test_an_empty_blank_costs_its_share_and_the_others_count(self):
         for name, one in BLANKS.items():
@@ -93,10 +93,15 @@ class Scores(unittest.TestCase):
                 continue
             found = self.found(one, stage["id"])
             n = len(stage["todos"])
-            self.assertEqual(found, {"score": 28 * (n - 1) // n / 2, "replaced": [todo], "blanks": n}, name)
+            self.assertEqual(found, {"replaced": [todo], "blanks": n}, name)
+            self.assertEqual(share({**found, "points": 14}), 28 * (n - 1) // n / 2)
 
     def test_it_never_takes_points(self):
-        self.assertEqual(self.found(SAMPLES["schur_sign"], "1.2", score=9), {})
+        rubric = {"1.2": {"a": 10, "b": 4}}
+        row = {"id": "1.2", **self.found(SAMPLES["schur_sign"], "1.2"), "checks": [{"name": "a", "passed": True}, {"name": "b", "passed": False}]}
+        self.assertEqual((mark({"stages": [row]}, rubric)["score"], row["followed"]), (10, False))
+        rubric["1.2"].update(a=1, b=13)  # the instructor's word makes other points of the same facts
+        self.assertEqual((mark({"stages": [row]}, rubric)["score"], row["followed"]), (9, True))
 
     def test_a_crash_counts_for_the_blank_that_it_happens_in(self):
         crash = next(one for one in SAMPLES.values() if len(in_regions(one)) == 1
@@ -110,13 +115,13 @@ class Scores(unittest.TestCase):
 
             def judge(text, one=one, stage=stage):
                 return Judged(stage, one)(re.sub(rb"// home work .*\n", b"", text))
-            found = follow_through(stage, content.encode(), judge(content.encode()), {"score": 0, "points": 12 if points == 6 else 14}, judge)
-            self.assertLessEqual(found.get("score", 0), points)
+            found = follow_through(stage, content.encode(), judge(content.encode()), judge)
+            self.assertLessEqual(share({**found, "points": 12 if points == 6 else 14}), points)
 
     def test_a_file_without_end_is_not_compared_line_by_line(self):
         content = (source("problem.cc", SAMPLES["schur_sign"].code) + "\n" * 200_000).encode()
         begin = time.monotonic()
-        self.assertEqual(follow_through(STAGE["1.2"], content, Verdict("wrong"), {"score": 0, "points": 14}, None), {})
+        self.assertEqual(follow_through(STAGE["1.2"], content, Verdict("wrong"), None), {})
         self.assertLess(time.monotonic() - begin, 1.0)
 
     def test_nothing_filled_in_earns_nothing(self):
@@ -124,12 +129,12 @@ class Scores(unittest.TestCase):
             untouched, asked = skeleton(stage["file"]), []
             for text, state in ((untouched, "not-started"), (re.sub(r".*throw HomeworkMissing.*\n", "", untouched), "wrong")):
                 verdict = Verdict(state, {"todo": stage["todos"][0]})
-                self.assertEqual(follow_through(stage, text.encode(), verdict, {"score": 0, "points": 14}, asked.append), {})
+                self.assertEqual(follow_through(stage, text.encode(), verdict, asked.append), {})
             self.assertEqual(asked, [], "nothing is judged for it")
 
     def test_what_is_no_text_of_the_homework_earns_nothing(self):
         for content in (b"", b"\xff\x00", b"int main() {}\n" * 1000):
-            self.assertEqual(follow_through(STAGE["1.2"], content, Verdict("crashes"), {"score": 0, "points": 14}, None), {})
+            self.assertEqual(follow_through(STAGE["1.2"], content, Verdict("crashes"), None), {})
 
 
 class Prebuilt:
@@ -141,7 +146,7 @@ class Prebuilt:
         self.names[source(file)] = "linked"
         self.compiled = []
 
-    def compile(self, file: str, content: bytes, folder: Path) -> Built:
+    def compile(self, file: str, content: bytes, folder: Path, clock) -> Built:
         name = self.names.get(content.decode())
         self.compiled.append(name)
         if name is None:
@@ -158,8 +163,8 @@ class Grades(unittest.TestCase):
         file = "problem.cc"
         toolchain = Prebuilt(file, [one])
         found = job.grade_file(toolchain, file, source(file, one.code).encode(),
-                               [stage for stage in STAGES if stage["file"] == file], read_rubric(), 3, job.Clock(240.0))
-        return {row["id"]: row for row in found["stages"]}, toolchain.compiled
+                               [stage for stage in STAGES if stage["file"] == file], read_rubric(), 3, Clock())
+        return {row["id"]: row for row in mark(found, read_rubric())["stages"]}, toolchain.compiled
 
     def test_a_wrong_sign_leaves_nine_of_fourteen_points(self):
         rows, compiled = self.graded(SAMPLES["schur_sign"])

@@ -23,13 +23,14 @@ from tests.folder import FolderTest
 from tests.project import BUILD, ROOT
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.grading import job
-from ch5_backend.course.grading.grade import named, share, tell
+from ch5_backend.course.grading.grade import share, tell
+from ch5_backend.course.grading.handed_in import listed, named
 from ch5_backend.course.grading.outputs import gradescope
 from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.grading.sandbox import Outcome
 from ch5_backend.course.grading.submission import Submission
 from ch5_backend.course.grading.summary import notes
-from ch5_backend.course.grading.toolchain import Built, Infrastructure, Toolchain
+from ch5_backend.course.grading.toolchain import Built, Clock, Infrastructure, Toolchain
 from ch5_backend.course.base.language import speaker
 from ch5_backend.course.homework.diagnosis import Verdict, cause_of, in_short
 from ch5_backend.figures.atomic_write import atomic_write
@@ -223,7 +224,7 @@ class FullDisk(FolderTest):
     def test_it_is_no_mark_and_is_told_with_its_place(self):
         with mock.patch.object(shutil, "disk_usage", return_value=mock.Mock(free=0)), \
                 mock.patch.object(job, "judge", return_value=Verdict("crashes", {})):
-            for judged in (lambda: job.run_stage(mock.Mock(), Path("worker"), {}, 1, job.Clock(240.0)),
+            for judged in (lambda: job.run_stage(mock.Mock(), Path("worker"), {}, 1, Clock()),
                            lambda: Toolchain._verdict(mock.Mock(), "problem.cc", Outcome(1, "error: ld", True, 1.0, 1.0), b"", Path("x"))):
                 with self.assertRaisesRegex(Infrastructure, "0 MB left"):
                     judged()
@@ -232,7 +233,7 @@ class FullDisk(FolderTest):
         self.assertEqual(caught.exception.filename, str(self.folder / "table"))
         with redirect_stdout(io.StringIO()) as told:
             failed = [{"name": "anna", "status": "infrastructure-error", "error": "full", "score": 0, "points": 7, "stages": []}]
-            tell(self.folder, failed, failed, False, speaker("en"))
+            tell(self.folder, failed, [], mock.Mock(json=False, shard=None), speaker("en"))
         self.assertNotIn("anna", told.getvalue(), "no points, not even 0 of 7")
 
 
@@ -246,7 +247,7 @@ class TotalTime(FolderTest):
             time.sleep(min(time_limit, 0.4))
             return judged if time_limit >= 0.4 else Verdict("times-out")
 
-        def cached(file, _content, make):
+        def cached(file, _stages, _content, make):
             result = known.get(file) or make()
             return known.setdefault(file, result) if result["complete"] else result
         stages = [{"id": name, "name": name, "file": f"{name}.cc", "todos": []} for name in "abc"]
@@ -259,7 +260,7 @@ class TotalTime(FolderTest):
         self.assertEqual([cause_of(row["diagnosis"]) for row in asleep["stages"]], ["", job.OUT_OF_TIME, job.OUT_OF_TIME])
         self.assertEqual((asleep["score"], other["stages"][1]["state"], list(known)), (1, "right", ["a.cc", "b.cc"]))
         self.assertEqual([round(seconds, 1) for seconds in allowed], [0.6, 0.2, 0.0, 0.6])
-        told = notes([{**asleep, "name": "asleep"}, {**other, "name": "other"}], None, [], [], speaker("en"))
+        told = notes([{**asleep, "name": "asleep"}, {**other, "name": "other"}], None, [], speaker("en"))
         self.assertEqual(told, ["Their checks took longer than 0.6 s together, so that stages were not judged: asleep"])
 
 

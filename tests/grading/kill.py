@@ -36,7 +36,7 @@ def judge(grader: Grader, mutant: Mutant, seeds=SEEDS) -> dict:
     """{"line", "state": of a seed that lets it pass, or of the first, "named": whether its cause is told, "hint"}"""
     verdicts = grader.verdicts(mutant.file, mutant.source(), mutant.stage, seeds)
     told = next((verdict for verdict in verdicts if verdict.state == "right"), verdicts[0])
-    return {"line": mutant.text.strip(), "state": told.state, "named": all(map(is_named, verdicts)), "hint": in_short(told.diagnosis, speaker("en"))}
+    return {"line": mutant.text.strip(), "state": told.state, "named": all(is_named(verdict.diagnosis) for verdict in verdicts), "hint": in_short(told.diagnosis, speaker("en"))}
 
 
 def judge_all(mutants: list, known: dict) -> None:

@@ -75,7 +75,7 @@ class Archive(FolderTest):
 
     def test_what_gives_solutions_away_is_left_out(self):
         for name in self.files:
-            self.assertNotRegex(name, r"^solutions/.*(\.cc|\.md)$|\.samples$|\.attacks$|INSTRUCTORS|GRADING|^slides/.*\.md$|^\.git/")
+            self.assertNotRegex(name, r"^solutions/.*(\.cc|\.md)$|\.samples$|\.mistakes$|\.attacks$|INSTRUCTORS|GRADING|^slides/.*\.md$|^\.git/")
         self.assertLessEqual({"course", "README.md", "solutions/problem.cc.s", "ch5_homework/problem.cc",
                               "slides/figures/overview.en.svg", "ch5_homework/judge/stage_1_1.cc"}, set(self.files))
 

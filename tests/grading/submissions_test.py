@@ -179,6 +179,50 @@ class Submissions(FolderTest):
             self.assertEqual(found.files, {}, name)
             self.assertEqual(len(found.faults), 1, name)
 
+    def unread(self, found) -> list:
+        return [fault["id"].removeprefix("submission.") for fault in found.unread]
+
+    def test_what_may_hold_an_answer_and_was_not_understood_is_named(self):
+        whole = {"a.rar": b"Rar!\x1a\x07\x01\x00" + bytes(20), "b.7z": b"7z\xbc\xaf\x27\x1c" + bytes(20), "c.docx": b"%PDF-1.7" + bytes(20)}
+        for name, content in whole.items():
+            (self.folder / name).write_bytes(content)
+            self.assertEqual(self.unread(collect(self.folder / name)), ["other_kind"], name)
+        inner = io.BytesIO()
+        with zipfile.ZipFile(inner, "w") as archive:
+            archive.writestr("problem.cc", CODE)
+        self.assertEqual(self.unread(self.zip(("hw.zip", inner.getvalue()))), ["not_opened"])
+        self.assertEqual(self.unread(self.zip(("word/document.xml", b"<x/>"), name="report.docx")), ["holds_nothing"])
+        self.assertEqual(self.unread(self.zip(("gauge_prior_final(1).cc", CODE), ("problem.cc", CODE))), ["resembling"])
+        self.assertEqual(self.unread(self.zip(("problem.cc", CODE), ("report.pdf", b"%PDF"), ("notes.txt", b"x"))), [])
+
+    def test_one_encrypted_member_loses_no_other(self):
+        self.zip(("gauge_prior.cc", CODE), ("problem.cc", CODE))
+        path = self.folder / "anna.zip"
+        content = bytearray(path.read_bytes())
+        for magic, place in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):
+            content[content.find(magic) + place] |= 1  # the flag of the first member
+        path.write_bytes(content)
+        found = collect(path)
+        self.assertEqual((found.files, self.unread(found)), ({"problem.cc": CODE}, ["file_unreadable"]))
+
+    def test_an_archive_in_a_folder_is_opened_as_moodle_gives_it(self):
+        self.zip(("hw/problem.cc", CODE))
+        (self.folder / "notes.rar").write_bytes(b"Rar!\x1a\x07\x01\x00")
+        found = collect(self.folder)
+        self.assertEqual((found.files, self.unread(found)), ({"problem.cc": CODE}, ["other_kind"]))
+
+    def test_the_files_of_one_student_are_read_together(self):
+        for name, text in (("li_12_680_problem-1.cc", CODE), ("li_12_678_problem.cc", b"old"), ("li_12_679_gauge_prior.cc", CODE), ("li_12_681_page.pdf", b"%PDF")):
+            (self.folder / name).write_bytes(text)
+        names = ("li_12_680_problem-1.cc", "li_12_679_gauge_prior.cc", "li_12_678_problem.cc", "li_12_681_page.pdf")
+        found = collect(*(self.folder / name for name in names))
+        self.assertEqual((found.files, found.unread), ({"problem.cc": CODE, "gauge_prior.cc": CODE}, []))
+
+    def test_a_zip_of_a_million_names_is_not_listed(self):
+        path = self.folder / "names.zip"
+        path.write_bytes(b"PK\x03\x04" + b"PK\1\2" * (20 * 10_000) + b"PK\x05\x06" + bytes(18))
+        self.assertEqual(self.unread(collect(path)), ["unreadable"])
+
     def test_what_is_not_there_is_an_error(self):
         with self.assertRaisesRegex(CourseError, "nobody.zip: there is no such submission"):
             collect(self.folder / "nobody.zip")

@@ -17,15 +17,18 @@ from ch5_backend.course.grading.rubric import read_rubric
 from ch5_backend.course.homework import blanks, check, compiler, hint_policy, judge
 from ch5_backend.course.homework.diagnosis import Verdict, because, in_full, in_short, told
 from ch5_backend.course.homework.regions import FILES, ROOT, STAGES, regions, solution_text, stage_of
+from ch5_backend.course.homework.samples import read_mistakes
 from tests.homework.chinese import CHINESE, SENTENCE, english_in
+from tests.homework.run_samples import said_in
 
 ENGLISH = language.speaker("en")
 COURSE, CHECKS = ROOT / "ch5_backend" / "course", ROOT / "ch5_homework" / "judge"
 ID = re.compile(r"(?:\d\.\d|\w+)\.[A-Za-z][\w -]*(?<!_)")
 # Ids that are put together where they are used.
-MADE = {*(f"state.{state}" for state in (*check.COLORS, "missing")), *(f"title.{stage['id']}" for stage in STAGES),
+MADE = {*(f"state.{state}" for state in (*check.COLORS, "missing", "unread")), *(f"title.{stage['id']}" for stage in STAGES),
         *(f"checked.{check}" for checks in read_rubric().values() for check in checks),
-        *(f"check.next_{state.replace('-', '_')}" for state in check.COLORS if state != "right")}
+        *(f"check.next_{state.replace('-', '_')}" for state in check.COLORS if state != "right"), "check.next_ended_by_itself",
+        "check.next_prints_too_much", *(f"skeleton.{others}{depth}_depth" for others in ("", "others_") for depth in ("first", "second"))}
 
 
 def literals_of_cpp(path: Path) -> list:
@@ -44,9 +47,22 @@ def trees() -> list:
 
 def used() -> set:
     words = [text for path in cpp_files() for text in literals_of_cpp(path)]
+    words += [word for one in read_mistakes() for word in said_in(one.cause)]
     words += [node.value for tree in trees() for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
     topics = {name[:name.rindex(".")] for name in ENGLISH.sentences}
     return {word for word in words if ID.fullmatch(word) and word[:word.rindex(".")] in topics}
+
+
+def sentences_in(text) -> list:
+    """Something said, with what is said in it."""
+    return [text, *(inner for value in text.values() for inner in sentences_in(value))] if isinstance(text, dict) else []
+
+
+def printed(words: str):
+    """What a program has printed in its only test."""
+    part = judge.Part()
+    part.add(words.encode())
+    return mock.Mock(of=lambda test="": part)
 
 
 def rooms(text: str) -> set:
@@ -81,6 +97,11 @@ class Store(unittest.TestCase):
                     texts += 1
                     self.assertLessEqual(rooms(ENGLISH.sentences[name]), set(re.findall(r'\{"(\w+)", ', arguments)), name)
         self.assertGreater(texts, 80)
+
+    def test_every_mistake_gives_what_its_sentence_wants_and_no_more(self):
+        for one in read_mistakes():
+            for text in sentences_in(one.cause) if one.state == "wrong" else ():
+                self.assertEqual(set(text) - {"id"}, rooms(ENGLISH.sentences[text["id"]]), one.name)
 
     def test_no_sentence_stands_in_the_checks(self):
         scenes = {text for path in CHECKS.glob("scenes/*.cc") for text in literals_of_cpp(path)}  # by name, for both sides
@@ -155,7 +176,7 @@ class Told(unittest.TestCase):
                                    ("", True), *((f"Assertion `{code}' failed.", True) for code in ("i>=0", "invalid matrix product"))):
                 words = words if test else words.replace(" in A", "")
                 with mock.patch.object(judge, "locate", return_value=place):
-                    verdict = judge.ended_early(Path("check"), stage, words, in_time, 3, 20.0, None)
+                    verdict = judge.ended_early(Path("check"), stage, printed(words), in_time, 3, 20.0, None)
                 said = in_short(verdict.diagnosis, CHINESE)
                 self.assertEqual(english_in(said), "")
                 self.assertEqual("problem.cc:71" in said, bool(place))
@@ -175,7 +196,7 @@ class Told(unittest.TestCase):
 
 class Read(unittest.TestCase):
     def read(self, text: str, **more) -> Verdict:
-        return judge.read_report([{"name": "A", "result": "COMPLETED", "failures": [{"failure": text}], **more}], 1, "")
+        return judge.read_report([{"name": "A", "result": "COMPLETED", "failures": [{"failure": text}], **more}], 1, printed(""))
 
     def test_what_was_thrown_is_no_diagnosis(self):
         forged = json.dumps({"stage": "1.1", "check": "all is well", "cause": "none"})

@@ -1,8 +1,17 @@
 # Tests that hold solutions: of the reference and of the sample submissions.
 
 # The reference passes every stage, test by test; and each sample submission gets the verdict that it deserves.
+file(GLOB mistake_files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/ch5_homework/mistakes/*.mistakes)
 file(GLOB sample_files CONFIGURE_DEPENDS samples/*.samples)
-list(TRANSFORM sample_files REPLACE ".*/(.*)\\.samples" "samples_\\1.cc" OUTPUT_VARIABLE sample_sources)
+list(PREPEND sample_files ${mistake_files})
+set(samples_blanks blanks)
+foreach(file IN LISTS sample_files)
+  cmake_path(GET file STEM name)
+  list(APPEND sample_names ${name})
+  list(APPEND samples_${name} ${file})
+endforeach()
+list(REMOVE_DUPLICATES sample_names)
+list(TRANSFORM sample_names REPLACE "(.+)" "samples_\\1.cc" OUTPUT_VARIABLE sample_sources)
 add_custom_command(OUTPUT ${sample_sources}
   COMMAND ${ch5_python_module} tests.homework.samples ${CMAKE_CURRENT_BINARY_DIR} ${sample_files}
   DEPENDS samples.py ${skeleton_sources} ${stage_table} ${sample_files} ${solution_files})
@@ -22,13 +31,16 @@ if(CH5_SANITIZE)
   target_link_libraries(samples PRIVATE ch5_warnings)
   target_link_libraries(homework_samples PRIVATE ch5_warnings)
 endif()
+# Brings ch5_homework/mistakes/answers.csv up to date, in a minute and a half.
+add_custom_target(answers VERBATIM
+  COMMAND ${ch5_python_module} tests.homework.run_samples --write $<TARGET_FILE:homework_samples> ${mistake_files})
 gtest_discover_tests(homework_samples TEST_PREFIX Reference. DISCOVERY_MODE PRE_TEST)
-foreach(samples IN LISTS sample_files ITEMS blanks)
-  cmake_path(GET samples STEM name)
+foreach(name IN LISTS sample_names ITEMS blanks)
   add_test(NAME Homework.Samples.${name}
-    COMMAND ${ch5_python_module} tests.homework.run_samples $<TARGET_FILE:homework_samples> ${samples})
+    COMMAND ${ch5_python_module} tests.homework.run_samples $<TARGET_FILE:homework_samples> ${samples_${name}})
 endforeach()
 
+ch5_add_python_tests(Homework answers_test.py)
 ch5_add_python_tests(Homework leftover_throw_test.py)
 ch5_add_python_tests(Homework compiler_words_test.py)
 ch5_add_python_tests(Homework languages_test.py)

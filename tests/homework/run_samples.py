@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Judges every sample submission of a file, stage by stage: run_samples.py [options] EXECUTABLE FILE…
 
-FILE is a .samples file, or "blanks" for the reference and every single blank TODO. Exit code 0 if each verdict is the
-expected one and can be told in every language, no right sample comes within ten times a tolerance, and NAMED of the wrong
-ones say what the mistake is, not only where it shows.
+FILE is a .mistakes or .samples file, or "blanks" for the reference and every single blank TODO. Exit code 0 if each verdict is
+the expected one and can be told in every language, no right sample comes within ten times a tolerance, answers.csv has the
+answers of the wrong ones as they are, and NAMED of these say what the mistake is, not only where it shows.
 EXECUTABLE is homework_samples, which judges as ./course check does; or, with --worker worker_samples, homework_judge.
 """
 
@@ -13,21 +13,24 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from tests.homework.chinese import english_in
-from tests.homework.samples import Sample, blank_samples, read_samples
+from tests.homework.samples import blank_samples
+from ch5_backend.course.base.cmake_build import BUILD
 from ch5_backend.course.base.language import LANGUAGES, speaker
-from ch5_backend.course.homework import judge as course_judge
+from ch5_backend.course.homework import answers, judge as course_judge
 from ch5_backend.course.homework.diagnosis import SYMPTOMS, cause_of, in_full, in_short
 from ch5_backend.course.homework.regions import STAGES
+from ch5_backend.course.homework.samples import Sample, read_samples
 
 NAMED = 0.95
 UNNAMED = (*SYMPTOMS, "judge.crash", "judge.outside_memory", "judge.ended_by_itself", "judge.not_all_run", "judge.test_failed", "")
 TIME_LIMIT = 3.0  # for a sample that is expected not to end; the others have the student's limit
+KNOWN = {row.mistake: row for row in answers.read_table()}
 MARGIN = 0.01     # of a tolerance: what a right sample may use of it, as GRADING.md says
 
 
-def is_named(verdict) -> bool:
-    """Whether a verdict on a wrong sample names its cause."""
-    return cause_of(verdict.diagnosis) not in UNNAMED
+def is_named(diagnosis: dict) -> bool:
+    """Whether a diagnosis of what is wrong names its cause."""
+    return cause_of(diagnosis) not in UNNAMED
 
 
 def said_in(text) -> set:
@@ -37,7 +40,7 @@ def said_in(text) -> set:
 
 
 def judge(asked, one: Sample, stage: dict, seed) -> tuple:
-    """Empty if the verdict is the expected one, otherwise a line about the difference; and whether it names its cause."""
+    """Empty if the verdict is the expected one, otherwise a line about the difference; and the diagnosis."""
     state, wanted = one.verdict(stage)
     limit = TIME_LIMIT if state == "times-out" else course_judge.TIME_LIMIT
     options, worker, name = [f"--seed={seed}"] if seed else [], [], f"--submission={one.name}"
@@ -51,13 +54,31 @@ def judge(asked, one: Sample, stage: dict, seed) -> tuple:
     where = f"{one.name}, stage {stage['id']}, seed {seed}"
     told = [in_short(verdict.diagnosis, speaker(language)) + in_full(verdict.diagnosis, verdict.output, speaker(language))
             for language in LANGUAGES]  # a sentence that lacks a value is a KeyError here
-    if verdict.state != state or not set(wanted.split()) <= said_in(verdict.diagnosis.get("cause", "")):
-        return f"{where}: expected {state} “{wanted}”, got {verdict.state} “{told[0]}” {verdict.diagnosis}", False
+    if verdict.state != state or not (asked.write or is_said(wanted, state, verdict.diagnosis.get("cause", ""))):
+        return f"{where}: expected {state} “{wanted}”, got {verdict.state} “{told[0]}” {verdict.diagnosis}", verdict.diagnosis
+    if state == "wrong" and not (seed or asked.write) and (stale := is_stale(one, verdict.diagnosis)):
+        return f"{where}: {stale}; cmake --build {BUILD} --target answers makes answers.csv anew", verdict.diagnosis
     if english := english_in(told[LANGUAGES.index("zh")]):
-        return f"{where}: in Chinese it says “{english}”", False
+        return f"{where}: in Chinese it says “{english}”", verdict.diagnosis
     near = [f"{where}: {test['name']} uses {float(test['margin']):.2g} of its tolerance" for test in verdict.tests
             if state == "right" and float(test.get("margin", 0)) > MARGIN]
-    return "\n".join(near), is_named(verdict)
+    return "\n".join(near), verdict.diagnosis
+
+
+def is_said(wanted: dict, state: str, cause) -> bool:
+    """Of a wrong answer the cause is the mistake's; of what ends otherwise it holds at least these words."""
+    return cause == wanted if state == "wrong" else not wanted or said_in(wanted) <= said_in(cause)
+
+
+def is_stale(one: Sample, diagnosis: dict) -> str:
+    """Why the row of a mistake is not as it would be made now, or ""."""
+    row, now = KNOWN.get(one.name), answers.row_of(one, diagnosis)
+    if not row:
+        return "it has no row"
+    if not answers.near(now.fingerprint, row.fingerprint):
+        return f"its row has another fingerprint than {now.fingerprint}"
+    return next((f"its row has another {key}, not {value}" for key, value in now._asdict().items()
+                 if key != "fingerprint" and value != getattr(row, key)), "")
 
 
 def stages_of(one: Sample, own: bool) -> list:
@@ -74,21 +95,26 @@ def main() -> int:
     parser.add_argument("--worker", type=Path)
     parser.add_argument("--seed", type=int, action="append", help="may be repeated: right samples are judged with each")
     parser.add_argument("--own", action="store_true", help="only the stages whose verdict or code is the sample's")
+    parser.add_argument("--write", action="store_true", help="write answers.csv anew, of the mistakes in these files")
     asked = parser.parse_args()
     samples = []
     for file in asked.files:
         samples += [Sample("linked"), *blank_samples()] if file == "blanks" else read_samples(Path(file))
     seeds = asked.seed or [None]
-    cases = [(one, stage, seed) for one in samples for stage in stages_of(one, asked.own)
+    cases = [(one, stage, seed) for one in samples for stage in stages_of(one, asked.own or asked.write)
              for seed in (seeds if one.state == "right" else seeds[:1])]
     with ThreadPoolExecutor(2) as pool:
         verdicts = list(pool.map(lambda case: judge(asked, *case), cases))
     differences = [difference for difference, _ in verdicts if difference]
-    named = [told for (one, stage, _), (_, told) in zip(cases, verdicts) if one.verdict(stage)[0] != "right"]
+    wrong = [(one, diagnosis) for (one, stage, _), (_, diagnosis) in zip(cases, verdicts) if one.verdict(stage)[0] == "wrong"]
+    if asked.write:
+        rows = [answers.row_of(one, diagnosis) for one, diagnosis in wrong]
+        answers.write_table(rows)
+        print(*(f"{one} and {other} have one answer and two causes" for one, other in answers.ambiguous(rows)), sep="\n")
+    named = [is_named(diagnosis) for _, diagnosis in wrong]
     print("\n".join(differences))
-    right = sum(one.state == "right" for one in samples)
-    print(f"{right} right and {len(samples) - right} wrong samples, {len(cases)} verdicts, {len(differences)} unexpected, "
-          f"named {sum(named)} of {len(named)}")
+    print(f"{sum(one.state == 'right' for one in samples)} right samples and {len(wrong)} wrong ones, {len(cases)} verdicts, "
+          f"{len(differences)} unexpected, named {sum(named)}")
     return 1 if differences or sum(named) < NAMED * len(named) else 0
 
 

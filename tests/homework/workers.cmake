@@ -31,10 +31,9 @@ gtest_discover_tests(test_wire TEST_PREFIX Homework. DISCOVERY_MODE PRE_TEST PRO
 
 # Each sample that is wrong gets the same verdict of the judge as of a check; those that are right get theirs with any seed,
 # far from a tolerance.
-foreach(samples IN LISTS sample_files ITEMS blanks)
-  cmake_path(GET samples STEM name)
+foreach(name IN LISTS sample_names ITEMS blanks)
   add_test(NAME Homework.JudgedSamples.${name}
     COMMAND ${ch5_python_module} tests.homework.run_samples --own --seed 1 --seed 2 --seed 987654321987654321 --worker $<TARGET_FILE:worker_samples>
-            $<TARGET_FILE:homework_judge> ${samples})
+            $<TARGET_FILE:homework_judge> ${samples_${name}})
   set_tests_properties(Homework.JudgedSamples.${name} PROPERTIES LABELS "grading;slow")
 endforeach()

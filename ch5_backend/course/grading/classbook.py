@@ -1,39 +1,45 @@
-"""A class: who is in it, what of theirs counts, and what a human has decided. class.csv and the records give one row a student.
+"""A class: what of a student's submissions counts, and what a human has decided. The class's table and the records give one
+row a student. Beside id and name (see roster), a sheet may have these columns, in any order:
 
-class.csv is a sheet, or an export of Canvas's or Moodle's gradebook; its header names the columns, in any order:
-
-    id, or ID, or ID number     whatever the platform writes into the name of a submission
-    name, or Student, or First name and Last name
-    submissions                 names of theirs that do not hold the id, parted by ;
-    handed_in                   2026-12-01T18:30, by ; in the order of the names; without it the time of the file counts
+    submissions                 names of theirs that do not tell whose they are, parted by ;
+    handed_in                   2026-12-01T18:30, by ; in the order of the names; without it the platform's time counts, else the file's
     excused                     days that are not late
-    override                    1.2=10; 4=8.5: the points of a stage; needs a reason
+    override                    1.2=10; 4=8.5: the points of a stage, whatever the hour; needs a reason
     reason                      of the override
     read WHAT /10               any number of these: points of 10 for what no machine reads
 
-All other columns are left alone, and come back in the platform's tables.
+A number that is not known is None and an empty cell, never 0: of a stage in a file that could not be read, of a submission
+that two may claim, of somebody who has handed in nothing.
 """
 
-import csv
 import math
 import re
 from dataclasses import dataclass, field
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 
 from ..base.errors import CourseError
+from ..base.language import sentence
+from .owners import CANVAS, folded, look_alike, owners_of, squeezed
+from .roster import FIRST, IDS, LAST, Table, id_of, name_of, participant, read_table
 
-ID, NAME = ("id", "ID", "ID number"), ("name", "Student", "Full name")
 READ = re.compile(r"read (?P<what>.+?) */ *(?P<points>\d+(\.\d+)?)")
+SENT = ("last modified (submission)", "最后修改（学生）", "最后修改（提交）")
+SENT_AS = ("%A, %d %B %Y, %I:%M %p", "%A, %B %d, %Y, %I:%M %p", "%Y-%m-%d %H:%M", "%Y-%m-%d %H:%M:%S")
+CHINESE_TIME = re.compile(r"(\d{4})年(\d+)月(\d+)日\D*?(上午|下午)?\s*(\d+):(\d+)\D*")
 
 
 @dataclass
 class Student:
     id: str
     name: str
-    cells: dict                                     # the row as it was read
+    row: list                                       # of the table, as it was read
+    keys: set = field(default_factory=set)          # all that they are called by, folded
+    names: set = field(default_factory=set)         # squeezed, in either order
+    numbers: dict = field(default_factory=dict)     # {platform: its number of this student}
     submissions: list = field(default_factory=list)
     handed_in: list = field(default_factory=list)   # times, in the order of the submissions
+    sent: datetime = None                           # when the platform has got the last one
     excused: float = 0.0
     override: dict = field(default_factory=dict)    # {stage: points}
     reason: str = ""
@@ -43,84 +49,106 @@ class Student:
 @dataclass
 class Class:
     students: list
-    columns: list            # of the sheet
-    read: dict               # {what: points at most}
-    due: datetime = None
+    table: Table
+    read: dict                                      # {what: points at most}
+    due: dict = field(default_factory=dict)         # {stage: the end of its time}
     percent_a_day: float = 10.0
-    keep: str = "last"       # or "best"
+    keep: str = "last"                              # or "best"
+    column: str = "Chapter 5"                       # in the gradebook
 
 
 @dataclass
 class Mark:
-    """A student's row; `record` is the submission that counts, None where there is none."""
+    """A student's row."""
     student: Student
-    record: dict = None
-    stages: dict = field(default_factory=dict)  # {stage: points}, overridden where a human has said so
-    days_late: int = 0
-    lost: float = 0.0       # points, for lateness
-    handed_in: datetime = None
+    records: dict = field(default_factory=dict)     # {stage: the submission that counts}
+    stages: dict = field(default_factory=dict)      # {stage: points, overridden where a human has said so; None if unknown}
+    days: dict = field(default_factory=dict)        # {stage: days late}
+    losses: dict = field(default_factory=dict)      # {stage: points, for lateness}
+    handed_in: datetime = None                      # of the last that counts
+    time_from: str = ""                             # sheet, platform or file
+    doubts: list = field(default_factory=list)      # sentences: why there is no mark
 
     @property
-    def judged(self) -> float:
-        return sum(self.stages.values()) - self.lost
+    def record(self):
+        """The last submission that counts, or None."""
+        return max(self.records.values(), key=lambda record: record["handed_in"], default=None)
+
+    @property
+    def days_late(self) -> int:
+        return max(self.days.values(), default=0)
+
+    @property
+    def lost(self) -> float:
+        return round(sum(self.losses.values()), 2)
 
     @property
     def total(self):
-        """None where a fault of ours has prevented a mark."""
-        failed = self.record and self.record["status"] != "graded" and not self.student.override
-        return None if failed else round(self.judged + sum(points or 0.0 for points in self.student.read.values()), 2)
+        """None where it is not known."""
+        decided = self.student.override or any(points is not None for points in self.student.read.values())
+        if None in self.stages.values() or not (self.records or decided):
+            return None
+        return round(sum(self.stages.values()) - self.lost + sum(points or 0.0 for points in self.student.read.values()), 2)
 
 
 # ---- Reading --------------------------------------------------------------------------------------------------------
 
 def read_class(path: Path, points: dict) -> Class:
     """`points` is {stage: its points}. Raises CourseError that names file, line and value."""
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file)
-            rows = []
-            for row in reader:
-                if None in row:
-                    refuse(path, reader.line_num, "more cells than the header has", row[None][0])
-                rows.append((reader.line_num, {key.strip(): (value or "").strip() for key, value in row.items()}))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise CourseError(f"{path}: cannot be read as a table: {error}") from error
-    columns = [column.strip() for column in reader.fieldnames or []]
-    id_column = next((column for column in ID if column in columns), None)
-    if id_column is None or not ({"First name", "Last name"} <= set(columns) or set(NAME) & set(columns)):
-        raise CourseError(f"{path}:1: needs the columns id and name, got '{', '.join(columns)}'")
-    read = {found["what"]: float(found["points"]) for column in columns if (found := READ.fullmatch(column))}
+    table = read_table(path)
+    named = table.platform or (table.place(*IDS) >= 0 and (table.place("name", "姓名", "student", "full name") >= 0 or
+                                                           table.place(*FIRST) >= 0 <= table.place(*LAST)))
+    if not named:
+        raise CourseError(f"{path}:1: needs the columns id and name (学号, 姓名), or is an export of Canvas, Moodle or Gradescope, "
+                          f"got '{', '.join(column.strip() for column in table.header)}'")
+    read = {found["what"]: float(found["points"]) for column in table.header if (found := READ.fullmatch(column.strip()))}
     students, seen = [], {}
-    for line, cells in rows:
-        if not cells[id_column]:
-            continue  # Canvas's line of possible points
-        if cells[id_column] in seen:
-            refuse(path, line, f"this id stands in line {seen[cells[id_column]]} too", cells[id_column])
-        seen[cells[id_column]] = line
-        students.append(read_student(path, line, cells, cells[id_column], points, columns))
+    for line, cells in table.rows:
+        id = id_of(table, line, cells)
+        if not id:
+            continue
+        if folded(id) in seen:
+            refuse(path, line, f"this id stands in line {seen[folded(id)]} too", id)
+        seen[folded(id)] = line
+        students.append(read_student(table, line, cells, id, points))
     if not students:
         raise CourseError(f"{path}: nobody is in it")
-    return Class(students, columns, read)
+    return Class(students, table, read)
 
 
-def read_student(path: Path, line: int, cells: dict, id: str, points: dict, columns: list) -> Student:
-    name = next((cells[column] for column in NAME if column in cells), None)
-    student = Student(id, name if name is not None else f"{cells['First name']} {cells['Last name']}", cells)
-    student.submissions = parts(cells.get("submissions", ""))
-    student.handed_in = [read_time(f"{path}:{line}", text) for text in parts(cells.get("handed_in", ""))]
-    student.excused = number(path, line, "excused", cells.get("excused") or "0", 0, 1000)
-    for part in parts(cells.get("override", "")):
+def read_student(table: Table, line: int, cells: list, id: str, points: dict) -> Student:
+    path, cell = table.path, lambda *names: table.cell(cells, *names)
+    student = Student(id, name_of(table, cells) or id, cells)
+    calls = [id, *(cell(name) for name in IDS if name != "identifier")]
+    calls += [local for call in calls if len(local := call.partition("@")[0]) > 5 or re.search(r"\d", local)]
+    student.keys = set(map(folded, filter(None, calls)))
+    first, last = cell(*FIRST), cell(*LAST)
+    words = student.name.replace(",", " ").split()
+    turned = ("".join(words[k:] + words[:k]) for k in range(len(words)))  # family name first or last, of one word or more
+    student.names = set(map(squeezed, (*turned, first + last, last + first))) - {""}
+    if table.platform == "worksheet":
+        student.numbers["moodle"] = participant(table, cells)
+    if table.platform == "canvas":
+        student.numbers["canvas"] = cell("id")
+    student.submissions = parts(cell("submissions"))
+    student.handed_in = [read_time(f"{path}:{line}", text) for text in parts(cell("handed_in"))]
+    if len(student.handed_in) > max(1, len(student.submissions)):
+        refuse(path, line, f"{len(student.handed_in)} times in the column handed_in for {len(student.submissions)} submissions",
+               cell("handed_in"))
+    student.sent = platform_time(cell(*SENT))
+    student.excused = number(path, line, "excused", cell("excused") or "0", 0, 1000)
+    for part in parts(cell("override")):
         stage, _, value = (piece.strip() for piece in part.partition("="))
         if stage not in points:
             refuse(path, line, "override: such as 1.2=10; there are the stages " + ", ".join(points), part)
         student.override[stage] = number(path, line, f"override of {stage}", value, 0, points[stage])
-    student.reason = cells.get("reason", "")
+    student.reason = cell("reason")
     if student.override and not student.reason:
-        refuse(path, line, "an override needs its reason", cells["override"])
-    for column in columns:
-        if found := READ.fullmatch(column):
-            text = cells[column]
-            student.read[found["what"]] = number(path, line, column, text, 0, float(found["points"])) if text else None
+        refuse(path, line, "an override needs its reason", cell("override"))
+    for column, text in zip(table.header, cells):
+        if found := READ.fullmatch(column.strip()):
+            text = text.strip()
+            student.read[found["what"]] = number(path, line, column.strip(), text, 0, float(found["points"])) if text else None
     return student
 
 
@@ -150,83 +178,132 @@ def read_time(place: str, text: str) -> datetime:
         raise CourseError(f"{place}: a time is written 2026-12-01T18:30, got '{text}'") from error
 
 
+def read_due(text: str, stages) -> dict:
+    """{stage: the end of its time} of "2026-12-01T23:59; 4=2026-12-08T23:59": a time without a stage is that of all others. Up to
+    the end of the minute, the second or the day that is named."""
+    due, others = {}, None
+    for part in parts(text):
+        stage, given, time = ("", "", part) if "=" not in part else (piece.strip() for piece in part.partition("="))
+        if given and stage not in stages:
+            raise CourseError(f"--due: such as 4=2026-12-08T23:59; there are the stages {', '.join(stages)}, got '{part}'")
+        colons = re.sub(r"[+-]\d\d:\d\d$", "", time).count(":")
+        length = timedelta(days=1) if ":" not in time and "T" not in time else timedelta(minutes=1) if colons < 2 else timedelta(seconds=1)
+        end = read_time("--due", time) + length
+        if given:
+            due[stage] = end
+        else:
+            others = end
+    return {stage: due.get(stage, others) for stage in stages if stage in due or others}
+
+
+def platform_time(text: str):
+    """What Moodle writes into a worksheet, in English or Chinese; None for "-" and all else."""
+    if found := CHINESE_TIME.fullmatch(text):
+        year, month, day, half, hour, minute = found.groups()
+        hour = int(hour) % 12 + 12 * (half == "下午") if half else int(hour)
+        return datetime(int(year), int(month), int(day), hour, int(minute)).astimezone()
+    for form in SENT_AS:
+        try:
+            return datetime.strptime(text, form).astimezone()
+        except ValueError:
+            pass
+    return None
+
+
 # ---- Settling -------------------------------------------------------------------------------------------------------
 
 def settle(book: Class, records: list, points: dict) -> tuple:
-    """(a mark for each student, the names of submissions that are nobody's). Raises CourseError if one has two owners."""
-    owned, nobodys = {student.id: [] for student in book.students}, []
+    """(a mark for each student, [(a submission without one owner, why)]). Where two may claim one, neither has a mark."""
+    owned, claimed, lost = {student.id: [] for student in book.students}, {}, []
     for record in records:
         owners = owners_of(book.students, record)
-        if len(owners) > 1:
-            raise CourseError(f"{record['name']}: is it {' or '.join(f'{owner.id} ({owner.name})' for owner in owners)}? "
-                              "Name it in the column submissions of one of them")
+        given = all(map(names_it(record), owners)) or record.get("submitters")
+        if len(owners) > 1 and not given:
+            names = ", ".join(f"{owner.id} ({owner.name})" for owner in owners)
+            lost.append((record["name"], sentence("grade.whose", names={"quoted": names})))
+            for owner in owners:
+                claimed.setdefault(owner.id, []).append(record["name"])
+            continue
         for owner in owners:
             owned[owner.id].append(record)
-        nobodys += [] if owners else [record["name"]]
-    return [mark_of(book, student, owned[student.id], points) for student in book.students], nobodys
+        if not owners:
+            alike = look_alike(book.students, record)
+            lost.append((record["name"], sentence("grade.zeros_eaten", number={"quoted": alike}) if alike else sentence("grade.nobodys")))
+    marks = [mark_of(book, student, owned[student.id], claimed.get(student.id, ()), points) for student in book.students]
+    return marks, lost
 
 
-def owners_of(students: list, record: dict) -> list:
-    """Who names it; else whose id stands in its name, as a word; else in that of its folder."""
-    named = [student for student in students if record["name"] in student.submissions]
-    for text in [record["name"], Path(record["path"]).parent.name]:
-        named = named or [student for student in students
-                          if re.search(rf"(?<![^\W_]){re.escape(student.id)}(?![^\W_])", text, re.IGNORECASE)]
-    return named
+def names_it(record: dict):
+    calls = {folded(record["name"]), folded(Path(record["path"]).name)}
+    return lambda student: bool(calls & set(map(folded, student.submissions)))
 
 
-def mark_of(book: Class, student: Student, records: list, points: dict) -> Mark:
-    if len(student.handed_in) > max(1, len(student.submissions)):
-        raise CourseError(f"{student.id}: {len(student.handed_in)} times in the column handed_in for "
-                          f"{len(student.submissions)} submissions")
-    marks = [mark_with(book, student, record, points) for record in records]
-    if not marks:
-        return mark_with(book, student, None, points)
-    by = (lambda mark: (mark.judged, mark.handed_in)) if book.keep == "best" else (lambda mark: mark.handed_in)
-    return max(marks, key=by)
-
-
-def mark_with(book: Class, student: Student, record, points: dict) -> Mark:
-    """The mark if this is the submission that counts."""
-    mark = Mark(student, record)
-    judged = {row["id"]: row["score"] for row in record["stages"]} if record else {}
-    mark.stages = {stage: student.override.get(stage, judged.get(stage, 0.0)) for stage in points}
-    if record:
-        mark.handed_in = time_of(student, record)
-        if book.due:
-            late = (mark.handed_in - book.due).total_seconds() / 86400.0 - student.excused
-            mark.days_late = max(0, math.ceil(late))
-            mark.lost = round(min(1.0, mark.days_late * book.percent_a_day / 100.0) * sum(mark.stages.values()), 2)
+def mark_of(book: Class, student: Student, records: list, claimed, points: dict) -> Mark:
+    """Of several submissions, the last counts for each stage that it has a file of, or the best."""
+    mark = Mark(student)
+    if records:
+        last = max(records, key=lambda record: time_of(student, record)[0])
+        mark.handed_in, mark.time_from = time_of(student, last)
+    for stage in points:
+        tries = [one for record in records if (one := attempt(book, student, record, stage))]
+        with_file = [one for one in tries if one[4] != "missing"] or tries
+        if not with_file:
+            continue
+        by = (lambda one: (one[1] is not None, (one[1] or 0.0) - one[3], one[0][0])) if book.keep == "best" else (lambda one: one[0][0])
+        best = max(with_file, key=by)
+        (_, record), mark.stages[stage], mark.days[stage], mark.losses[stage], _ = best
+        mark.records[stage] = record
+    for record in {record["name"]: record for record in mark.records.values()}.values():
+        mark.doubts += doubts_about(record)
+    mark.doubts += [sentence("grade.may_be_theirs", name={"quoted": name}) for name in claimed]
+    decided = bool(mark.records or student.override)
+    for stage in points:
+        unknown = claimed or (not decided)
+        mark.stages[stage] = student.override.get(stage, None if unknown else mark.stages.get(stage, 0.0))
+        if stage in student.override or mark.stages[stage] is None:
+            mark.days[stage], mark.losses[stage] = 0, 0.0  # a human's word knows the hour
+    if not any(points is None for points in mark.stages.values()):
+        mark.doubts = []
     return mark
 
 
-def time_of(student: Student, record: dict) -> datetime:
-    place = student.submissions.index(record["name"]) if record["name"] in student.submissions else 0
+def attempt(book: Class, student: Student, record: dict, stage: str):
+    """((when, the record), points or None, days late, points lost by it, state) of a stage; None where it was not judged for it."""
+    row = next((row for row in record["stages"] if row["id"] == stage), None)
+    if row is None and record["status"] == "graded":
+        return None
+    when, _ = time_of(student, record)
+    state = row["state"] if row else "unknown"
+    points = row["score"] if row and state != "unread" and record["status"] in ("graded", "not-read") else None
+    days = 0
+    if stage in book.due and (late := (when - book.due[stage]).total_seconds() / 86400.0 - student.excused) >= 0.0:
+        days = math.floor(late) + 1
+    loss = round(min(1.0, days * book.percent_a_day / 100.0) * (points or 0.0), 2)
+    return (when, record), points, days, loss, state
+
+
+def doubts_about(record: dict) -> list:
+    """Why a submission gives no whole mark."""
+    if record["status"] == "graded":
+        return []
+    return record.get("unread") or [sentence("grade.not_judged", reason={"quoted": str(record.get("error", record["status"]))})]
+
+
+def time_of(student: Student, record: dict) -> tuple:
+    """(when it was handed in, who says so)."""
+    names = list(map(folded, student.submissions))
+    calls = [name for name in (folded(record["name"]), folded(Path(record["path"]).name)) if name in names]
+    place = names.index(calls[0]) if calls else 0
     if place < len(student.handed_in):
-        return student.handed_in[place]
-    return datetime.fromisoformat(record["handed_in"])
+        return student.handed_in[place], "sheet"
+    if record.get("sent"):
+        return datetime.fromisoformat(record["sent"]), "platform"
+    if student.sent:
+        return student.sent, "platform"
+    return datetime.fromisoformat(record["handed_in"]), "file"
 
 
-# ---- Tables ---------------------------------------------------------------------------------------------------------
-
-def tables(book: Class, marks: list, points: dict, assignment: str) -> dict:
-    """{file: rows}: students.csv with everything, and what Canvas and Moodle take."""
-    most = sum(points.values()) + sum(book.read.values())
-    shown = lambda value: "" if value is None else f"{value:g}"
-    head = ["id", "name", "submission", "handed_in", "days_late", *(f"stage {stage}" for stage in points), "lost_late",
-            *(f"read {what}" for what in book.read), "total", "of", "override", "reason"]
-    rows = [[mark.student.id, mark.student.name, mark.record["name"] if mark.record else "",
-             mark.handed_in.isoformat(timespec="minutes") if mark.record else "", mark.days_late,
-             *(shown(score) for score in mark.stages.values()), shown(mark.lost),
-             *(shown(score) for score in mark.student.read.values()), shown(mark.total), shown(most),
-             mark.student.cells.get("override", ""), mark.student.reason] for mark in marks]
-    kept = ["Student", "ID", "SIS User ID", "SIS Login ID", "Section"]
-    own = lambda student: {key: student.cells[key] for key in kept if key in student.cells}
-    ours = lambda student: {"Student": student.name, "ID": student.id, **own(student)}
-    canvas = [[*kept, assignment], ["    Points Possible", "", "", "", "", shown(most)],
-              *([ours(mark.student).get(column, "") for column in kept] + [shown(mark.total)] for mark in marks)]
-    email = [column for column in ("Email address",) if column in book.columns]
-    moodle = [["ID number", "Full name", *email, assignment, "Feedback comments"],
-              *([mark.student.id, mark.student.name, *(mark.student.cells[column] for column in email), shown(mark.total),
-                 mark.student.reason] for mark in marks)]
-    return {"students.csv": [head, *rows], "canvas.csv": canvas, "moodle.csv": moodle}
+def by_a_files_time(mark: Mark) -> bool:
+    """Whether points are lost by nothing but the time of a file, which every copy changes. Canvas says in a name who is late."""
+    found = CANVAS.fullmatch(Path(mark.record["path"]).name) if mark.record else None
+    return mark.lost > 0.0 and mark.time_from == "file" and not (found and found["late"])

@@ -6,7 +6,6 @@ points passes every check, on the same cases, in the same sandbox; what such a p
 """
 
 import difflib
-import math
 import re
 
 from ..homework.blanks import own_todo
@@ -60,9 +59,9 @@ def mended(file: str, text: str, todos) -> str:
     return "".join(lines)
 
 
-def follow_through(stage: dict, content: bytes, verdict: Verdict, row: dict, judge) -> dict:
-    """{"score", "replaced", "blanks"} if the right blanks of a stage earn more than its checks, else {}. `row` has the stage's
-    "score" and "points", and judge(content) gives the verdict on another text of the file."""
+def follow_through(stage: dict, content: bytes, verdict: Verdict, judge) -> dict:
+    """{"replaced", "blanks"} if some blanks of a stage are right, else {}; what they are worth is the rubric's business.
+    judge(content) gives the verdict on another text of the file."""
     file, text = stage["file"], content.decode("utf-8", "surrogateescape")
     lines = text.splitlines()
     if len(lines) > MOST_LINES:
@@ -80,8 +79,8 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, row: dict, jud
     def blanks(replaced) -> int:  # of the second depth those that are not right: the others any file has if it says it has them
         return len({*stage["todos"], *replaced})
 
-    def share(replaced) -> float:
-        return math.floor(2.0 * row["points"] * (blanks(replaced) - len(replaced)) / blanks(replaced)) / 2.0
+    def some_left(replaced) -> bool:
+        return len(replaced) < blanks(replaced)
 
     def after(replaced) -> Verdict:
         key = frozenset(replaced)
@@ -90,10 +89,10 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, row: dict, jud
         return known[key]
 
     replaced = list(empty)
-    while share(replaced) > row["score"]:
+    while some_left(replaced):
         verdict = after(replaced)
         if verdict.state == "right":
-            return {"score": share(replaced), "replaced": replaced, "blanks": blanks(replaced)}
+            return {"replaced": replaced, "blanks": blanks(replaced)}
         named = blamed(verdict, file, content, spans)
         if verdict.state == "times-out" or named not in todos or named in replaced:
             break
@@ -101,8 +100,8 @@ def follow_through(stage: dict, content: bytes, verdict: Verdict, row: dict, jud
     if len(replaced) > len(empty) + 1 or verdict.state == "times-out":
         return {}
     for replaced in ([*empty, todo] for todo in todos if todo not in empty):  # the diagnosis may blame another blank
-        if share(replaced) > row["score"] and after(replaced).state == "right":
-            return {"score": share(replaced), "replaced": replaced, "blanks": blanks(replaced)}
+        if some_left(replaced) and after(replaced).state == "right":
+            return {"replaced": replaced, "blanks": blanks(replaced)}
     return {}
 
 

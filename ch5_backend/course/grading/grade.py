@@ -3,7 +3,6 @@
 import json
 import os
 import random
-import re
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -15,25 +14,25 @@ from ..base import jsonout, processes
 from ..base.cmake_build import CORES
 from ..homework.check import select
 from ..homework.diagnosis import because, cause_of, said_in
+from ..homework.regions import STAGES
 from ..base.errors import CourseError, warn
 from ..base.language import Speaker, speaker
 from ..base.output_dir import locked_dir, made_dir
 from ..base.progress import Progress, duration
-from . import classbook, likeness, outputs, pages, summary
+from . import classbook, gradebooks, likeness, outputs, pages, rename, summary
+from .handed_in import gradescope, listed, named
 from .job import grade
-from .rubric import PATH, read_rubric
+from .rubric import PATH, mark, read_rubric
 from .sandbox import Sandbox, Unguarded, preflight
 from .submission import collect, handed_in, refuse
 from .toolchain import Infrastructure, Toolchain
 
-ASSIGNMENT = "Chapter 5"  # the name of the column in Canvas and Moodle
-OWN_FILES = ("grades.csv", "summary.html", "session.json", "students.csv", "canvas.csv", "moodle.csv")  # beside the submissions' folders
-LONGEST_NAME = 200  # bytes
-VERSION = 2  # of the records; another one is graded again
+VERSION = 3  # of the records; another one is graded again
 
 
 def run_grade(arguments) -> int:
-    """Grades what has no record yet, then writes the class's tables from all records; 0, or 1 if a fault of ours is left."""
+    """Grades what has no record yet, then marks all records and writes the class's tables; 0, or 1 if somebody who has handed
+    something in has no mark."""
     refuse(arguments)
     stages, rubric = select(arguments.stages), read_rubric()
     points = {stage["id"]: sum(rubric.get(stage["id"], {}).values()) for stage in stages}
@@ -41,45 +40,71 @@ def run_grade(arguments) -> int:
     lacking = [stage["id"] for stage in stages if stage["id"] not in rubric]
     if lacking:
         raise CourseError(f"{PATH}: no points for stage {', '.join(lacking)}")
-    submissions = named([Path(path) for path in arguments.submissions])
+    submissions = named(listed(arguments.submissions, arguments.list))
     if arguments.trust:
         warn("--trust: NO SANDBOX. The submissions' code runs as you, with all that you may do.")
-    else:
+    elif submissions or arguments.prepare or arguments.rename:
         preflight()
     box = Unguarded if arguments.trust else Sandbox
     if arguments.prepare:
         ready_toolchain(box)
         print("ready: the sandbox holds, and the compilers work in it")
         return 0
-    out = Path(arguments.out or "out/grades")
+    out, say = Path(arguments.out or "out/grades"), speaker(arguments.language)
     with made_dir(out) if arguments.shard else locked_dir(out):  # shards may work side by side
-        toolchain, say = ready_toolchain(box), speaker(arguments.language)
-        session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed), say)
-        session.grade_all(share(submissions, arguments.shard), arguments.jobs or CORES)
-        records = read_records(out, say)
+        toolchain = ready_toolchain(box) if submissions or arguments.rename else None
+        if arguments.rename:
+            rename.learn(toolchain)
+        if submissions:
+            session = Session(out, toolchain, stages, rubric, the_seed(out, arguments.seed), say)
+            session.grade_all(share(submissions, arguments.shard), arguments.jobs or CORES)
+        rename.rename_all(out)
+        records = read_records(out, stages, rubric, say)
+        if not records and not submissions:
+            raise CourseError(f"{out}: nothing was graded there yet; name the submissions")
+        marks, lost = classbook.settle(book, records, points) if book else ([], [])
         if not arguments.shard:
-            outputs.write_class(out, records, [stage["id"] for stage in stages])
-            marks, nobodys = classbook.settle(book, records, points) if book else ([], [])
-            for name, rows in (classbook.tables(book, marks, points, ASSIGNMENT) if book else {}).items():
-                outputs.write_table(out / name, rows)
-            summary.write(out, records, points, book, marks, nobodys, say)
-            if nobodys:
-                warn(say("grade.nobodys", names=say("grade.list").join(nobodys)))
-    failed = [record for record in records if "error" in record]
-    tell(out, records, failed, arguments.json, say)
-    return 1 if failed else 0
+            write_tables(out, records, points, book, marks, lost, say)
+    looked_at = look_at(records, book, marks, lost, points, say)
+    tell(out, records, looked_at, arguments, say)
+    return 1 if any(record["status"] != "graded" or "error" in record for record in records) or lost else 0
+
+
+def write_tables(out: Path, records: list, points: dict, book, marks: list, lost: list, say: Speaker) -> None:
+    """All that is made of the records: nothing is compiled or judged for it."""
+    for record in records:
+        own = [one for one in marks if any(record is other for other in one.records.values())]
+        outputs.write_one(out / record["name"], record, say)
+        pages.write_feedback(out / record["name"], record, say, own)
+    outputs.write_class(out, records, list(points))
+    for name, (rows, delimiter, encoding) in (gradebooks.tables(book, marks, points, say) if book else {}).items():
+        outputs.write_table(out / name, rows, delimiter, encoding)
+    summary.write(out, records, points, book, marks, look_at(records, book, marks, lost, points, say), say)
+
+
+def look_at(records: list, book, marks: list, lost: list, points: dict, say: Speaker) -> list:
+    """[(who, why)] of all that is no mark yet, or by no time that is sure: a human looks there first."""
+    found = [(name, say.text(why)) for name, why in lost]
+    found += [(record["name"], say("grade.not_judged", reason={"quoted": record["error"]})) for record in records if "error" in record]
+    found += [(record["name"], " ".join(say("grade.fault", fault=fault) for fault in record.get("unread", ())))
+              for record in records if record["status"] == "not-read"]
+    found += [(f"{one.student.id} {one.student.name}", say("grade.by_a_files_time", n=one.days_late)) for one in marks
+              if classbook.by_a_files_time(one)]
+    if book and (theirs := gradebooks.refused_there(book, sum(points.values()) + sum(book.read.values()))):
+        found.append((book.table.path.name, say("grade.less_in_moodle", n=theirs, m=f"{sum(points.values()) + sum(book.read.values()):g}")))
+    return found
 
 
 def the_class(arguments, points: dict):
     """The class that was named, or None. Raises CourseError."""
     if not arguments.class_file:
-        if arguments.due or arguments.late is not None or arguments.keep:
-            raise CourseError("--due, --late and --keep need --class FILE; see ./course grade --help")
+        if arguments.due or arguments.late is not None or arguments.keep or arguments.column:
+            raise CourseError("--due, --late, --keep and --column need --class FILE; see ./course grade --help")
         return None
     book = classbook.read_class(Path(arguments.class_file), points)
-    book.due = classbook.read_time("--due", arguments.due) if arguments.due else None
+    book.due = classbook.read_due(arguments.due or "", points)
     book.percent_a_day = book.percent_a_day if arguments.late is None else arguments.late
-    book.keep = arguments.keep or book.keep
+    book.keep, book.column = arguments.keep or book.keep, arguments.column or book.column
     return book
 
 
@@ -90,27 +115,6 @@ def ready_toolchain(box) -> Toolchain:
     except Infrastructure as error:
         raise CourseError(f"nothing was graded: {error}", exit_code=1) from error
     return toolchain
-
-
-def named(paths: list) -> dict:
-    """{name of its folder: path}; submissions of one name are told apart by the folders that they lie in."""
-    names = {}
-    for path in paths:
-        path = path.absolute()
-        if path in names.values():
-            raise CourseError(f"{path}: this submission is named twice")
-        parts = [part for part in path.parts if part != path.anchor]
-        tries = ["-".join(parts[-depth:]) for depth in range(1, len(parts) + 1)]
-        tries.append(f"{tries[0]}-{outputs.short_hash(str(path))}")  # where the letters that differ are none of a name
-        names[next(name for name in map(folder_name, tries) if name not in names and name not in OWN_FILES)] = path
-    return names
-
-
-def folder_name(text: str) -> str:
-    """With the letters of any language, and of what is not UTF-8 the bytes."""
-    text = re.sub("[\udc80-\udcff]", lambda byte: f"_{ord(byte[0]) - 0xdc00:X}", text)
-    name = re.sub(r"[^\w.@ +-]", "_", text).encode()[-LONGEST_NAME:].decode("utf-8", "ignore")
-    return name.strip(". ") or "_"
 
 
 def share(submissions: dict, shard) -> dict:
@@ -141,8 +145,7 @@ class Session:
     def __init__(self, out: Path, toolchain: Toolchain, stages: list, rubric: dict, seed: int, say: Speaker):
         self.out, self.toolchain, self.stages, self.rubric, self.seed = out, toolchain, stages, rubric, seed
         self.say = say
-        points = {stage["id"]: rubric[stage["id"]] for stage in stages}
-        self.key = f"{VERSION} {toolchain.digest} {seed} {json.dumps(points, sort_keys=True)}"
+        self.key = f"{VERSION} {toolchain.digest} {seed}"
         self.locks, self.guard = {}, threading.Lock()
 
     def grade_all(self, submissions: dict, jobs: int) -> None:
@@ -150,7 +153,7 @@ class Session:
         pool = ThreadPoolExecutor(jobs)
         try:
             with Progress("grade") as progress:
-                futures = [pool.submit(self.grade_one, name, path) for name, path in submissions.items()]
+                futures = [pool.submit(self.grade_one, name, paths) for name, paths in submissions.items()]
                 graded = 0  # those that had a record cost nothing and say nothing about the time left
                 for future in as_completed(futures):
                     done, graded = done + 1, graded + bool(future.result())
@@ -160,35 +163,38 @@ class Session:
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
 
-    def grade_one(self, name: str, path: Path) -> bool:
-        """Writes the folder of one submission, unless its record is there already; whether it had to be graded."""
-        submission = collect(path)
+    def grade_one(self, name: str, paths: list) -> bool:
+        """Writes the folder of one submission, unless all its stages have been judged already; whether it had to be graded."""
+        submission, path = collect(*paths), paths[0]
         key = outputs.short_hash(f"{submission.key()} {self.key} {submission.faults}")
         folder = self.out / name
         known = read_record(folder, self.say)
-        if known and known["key"] == key and known["status"] == "graded":
-            self.tell(folder, known)  # perhaps in another language
+        same = known is not None and known["key"] == key
+        judged = known["stages"] if same else []
+        lacking = [stage for stage in self.stages if stage["id"] not in {row["id"] for row in judged}]
+        if same and not lacking and "error" not in known:
             return False
         record = {"name": name, "path": os.fsencode(path).decode("utf-8", "backslashreplace"), "key": key, "content": submission.key(), "seed": self.seed,
-                  "handed_in": handed_in(path), **grade(submission, self.toolchain, self.stages, self.rubric, self.seed, self.cached)}
+                  "handed_in": handed_in(*paths), **gradescope(path.parent).get(path.name, {}),
+                  **grade(submission, self.toolchain, lacking or self.stages, self.rubric, self.seed, self.cached)}
         if processes.stopped_by() is not None:
             return False  # its programs were ended: this is no verdict
-        if known and known["status"] == "graded" and record["status"] != "graded":
+        if known and known["stages"] and "error" in record:
             record = {**known, "error": record["error"]}  # a fault of ours never replaces a mark
+        else:
+            order = [stage["id"] for stage in STAGES]
+            record["stages"] = sorted([*judged, *record["stages"]], key=lambda row: order.index(row["id"]))
         record["fingerprint"] = likeness.fingerprint(submission.files)
         folder.mkdir(exist_ok=True)
-        self.tell(folder, record)
+        seen = mark(as_asked(json.loads(json.dumps(record)), self.stages), self.rubric)
+        outputs.write_one(folder, seen, self.say)
+        pages.write_feedback(folder, seen, self.say)
         write_whole(folder / "record.json", json.dumps(record, ensure_ascii=False, indent=1), "backslashreplace")  # last: now it is done
         return True
 
-    def tell(self, folder: Path, record: dict) -> None:
-        """What is read of a record, which itself belongs to no language."""
-        outputs.write_one(folder, record, self.say)
-        pages.write_feedback(folder, record, self.say)
-
-    def cached(self, file: str, content: bytes, make):
+    def cached(self, file: str, stages: list, content: bytes, make):
         """The same content is compiled and judged once, also if two submissions bring it at the same time."""
-        key = outputs.short_hash(f"{file} {outputs.short_hash(content)} {self.key}")
+        key = outputs.short_hash(f"{file} {outputs.short_hash(content)} {self.key} {[stage['id'] for stage in stages]}")
         path = self.out / ".cache" / f"{key}.json"
         with self.guard:
             lock = self.locks.setdefault(key, threading.Lock())
@@ -217,16 +223,29 @@ def read_record(folder: Path, say: Speaker):
     return record
 
 
-def read_records(out: Path, say: Speaker) -> list:
-    """All that are there, also those of other shards, by name."""
+def as_asked(record: dict, stages: list) -> dict:
+    """With the stages that were asked for, and what that makes of it: one of them may not have been judged yet."""
+    asked = [stage["id"] for stage in stages]
+    record["stages"] = [row for row in record["stages"] if row["id"] in asked]
+    lacking = set(asked) - {row["id"] for row in record["stages"]}
+    if record["status"] != "infrastructure-error":
+        record["status"] = "graded" if all(row["state"] != "unread" for row in record["stages"]) else "not-read"
+        if lacking:
+            record.update(status="not-judged")
+            record.setdefault("error", f"stage {', '.join(stage for stage in asked if stage in lacking)} was not judged; name this submission again")
+    return record
+
+
+def read_records(out: Path, stages: list, rubric: dict, say: Speaker) -> list:
+    """All that are there, also those of other shards, by name, with the points of the rubric as it is now."""
     folders = sorted(path for path in out.iterdir() if path.is_dir())
-    return [record for folder in folders if (record := read_record(folder, say))]
+    return [mark(as_asked(record, stages), rubric) for folder in folders if (record := read_record(folder, say))]
 
 
-def tell(out: Path, records: list, failed: list, as_json: bool, say: Speaker) -> None:
-    for record in failed:
-        warn(f"{record['name']}: not graded: {record['error']}")
-    if as_json:
+def tell(out: Path, records: list, looked_at: list, arguments, say: Speaker) -> None:
+    for who, why in looked_at:
+        warn(f"{outputs.plain(who)}: {outputs.plain(why)}")
+    if arguments.json:
         jsonout.emit({"out": str(out), "records": [{key: record[key] for key in ("name", "status", "score", "points")}
                                                    for record in records]})
         return
@@ -238,4 +257,5 @@ def tell(out: Path, records: list, failed: list, as_json: bool, say: Speaker) ->
     for record in graded if len(graded) <= 20 else []:
         states = "  ".join(f"{row['id']} {pages.state_of(row, say)}" for row in record["stages"])
         print(f"{record['name']}: {pages.points_of(record, say)}   {states}")
-    print(say("grade.written", n=len(records), path=str(out / "summary.html")))
+    print(say("grade.written_shard", n=len(records), path=str(out)) if arguments.shard else
+          say("grade.written", n=len(records), path=str(out / "summary.html")))

@@ -42,10 +42,11 @@ def write_one(folder: Path, record: dict, say: Speaker) -> None:
 
 
 def gradescope(record: dict, say: Speaker = speaker("en")) -> dict:
-    """results.json; without "score" where a fault of ours prevented a mark, so that Gradescope asks for a rerun."""
+    """results.json; without "score" where there is no mark, so that Gradescope asks for a rerun."""
     extra = {"key": record["key"], "seed": record["seed"], "status": record["status"]}
     if record["status"] != "graded":
-        return {"output": say("grade.grader_failed"),
+        words = "\n".join(map(say.text, record["faults"])) if record["status"] == "not-read" else say("grade.grader_failed")
+        return {"output": words,
                 "extra_data": extra, "tests": []}
     tests = [{"name": f"{row['id']} {row['name']}: {check_in_words(check['name'], say)}", "number": row["id"], "score": check["score"],
               "max_score": check["points"], "status": "passed" if check["passed"] else "failed",
@@ -55,7 +56,7 @@ def gradescope(record: dict, say: Speaker = speaker("en")) -> dict:
              for row in record["stages"] for k, check in enumerate(row["checks"])]
     tests += [{"name": f"{row['id']} {row['name']}: {say('grade.right_blanks')}", "number": row["id"], "max_score": 0,
                "score": round(row["score"] - sum(check["score"] for check in row["checks"]), 6), "visibility": "visible"}
-              for row in record["stages"] if row.get("replaced")]
+              for row in record["stages"] if row.get("followed")]
     return {"score": record["score"], "execution_time": record["seconds"], "visibility": "visible",
             "stdout_visibility": "hidden", "extra_data": extra, "tests": tests,
             "output": "\n".join([*map(say.text, record["faults"]), say("grade.same_cases", n=record["seed"])])}
@@ -91,17 +92,17 @@ def write_class(out: Path, records: list, stages: list) -> None:
         rows = {row["id"]: row for row in record["stages"]}
         graded = record["status"] == "graded"
         table.append([record["name"], record["status"], f"{record['score']:g}" if graded else "",
-                      f"{record['points']:g}", *(f"{rows[stage]['score']:g}" if stage in rows else "" for stage in stages),
+                      f"{record['points']:g}", *(f"{rows[stage]['score']:g}" if stage in rows and rows[stage]["state"] != "unread" else "" for stage in stages),
                       *(rows[stage]["state"] if stage in rows else "" for stage in stages), record["seed"],
                       record["cpu_seconds"], record["peak_mib"], record["key"]])
     write_table(out / "grades.csv", table)
 
 
-def write_table(path: Path, rows: list) -> None:
-    with atomic_write(path) as partial, open(partial, "w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([harmless(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)
+def write_table(path: Path, rows: list, delimiter: str = ",", encoding: str = "utf-8") -> None:
+    with atomic_write(path) as partial, open(partial, "w", newline="", encoding=encoding) as file:
+        csv.writer(file, delimiter=delimiter).writerows([harmless(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)
 
 
 def harmless(text: str) -> str:
-    """A cell that no spreadsheet takes for a formula."""
-    return "'" + text if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text
+    """A cell that no spreadsheet takes for a formula; a number or a dash, as platforms write them, is none."""
+    return text if re.fullmatch(r"[+-]?[\d.,]*", text) or text[:1] not in ("=", "+", "-", "@", "\t", "\r") else "'" + text

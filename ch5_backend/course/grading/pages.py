@@ -31,21 +31,41 @@ def inline(markdown: str) -> Markup:
 
 # ---- For a student --------------------------------------------------------------------------------------------------
 
-def write_feedback(folder: Path, record: dict, say: Speaker) -> None:
+def write_feedback(folder: Path, record: dict, say: Speaker, marks=()) -> None:
+    """`marks` are those of a class for which this submission counts."""
     body = [element("h1", record["name"])]
-    if record["status"] != "graded":
+    if record["status"] not in ("graded", "not-read"):
         body.append(paragraph(say("grade.grader_failed_page")))
     else:
         replay = say("grade.replay", n=record["seed"])
         points = say("grade.points_in_all", n=f"{record['score']:g}", m=f"{record['points']:g}")
+        if record["status"] == "not-read":
+            points = say("grade.not_read_page")
         body += [element("p", element("strong", points) + " " + replay),
+                 *(piece for one in marks for piece in final(one, say)),
                  *(paragraph(say("grade.fault", fault=fault)) for fault in record["faults"]),
                  page.table([say("grade.stage"), say("grade.state"), say("grade.points")],
-                            [[f"{row['id']} {title(row, say)}", state_of(row, say), points_of(row, say).replace(" ", NO_BREAK)]
+                            [[f"{row['id']} {title(row, say)}", state_of(row, say),
+                              "–" if row["state"] == "unread" else points_of(row, say).replace(" ", NO_BREAK)]
                              for row in record["stages"]], "words")]
         for row in record["stages"]:
             body += feedback_on(row, say)
     page.write(folder / "feedback.html", say("grade.feedback_for", name=outputs.plain(record["name"])), body, say.language)
+
+
+def final(mark, say: Speaker) -> list:
+    """What the class's table makes of it: lateness, a human's word, the figure that counts."""
+    number, stages = lambda value: f"{value:g}", mark.stages.items()
+    rows = [[say("grade.judged"), number(sum(points for stage, points in stages if points is not None and stage not in mark.student.override))]]
+    rows += [[say("grade.overridden_stage", stage=stage, reason={"quoted": mark.student.reason}), number(points)]
+             for stage, points in mark.student.override.items()]
+    late = {days: [stage for stage in mark.days if mark.days[stage] == days and mark.losses[stage]] for days in sorted(set(mark.days.values()))}
+    rows += [[say("grade.late_by", days=days, stages=say("grade.list").join(late[days])), "−" + number(sum(mark.losses[stage] for stage in late[days]))]
+             for days in late if late[days]]
+    rows += [[say("grade.read_by_hand", what={"quoted": what}), say("grade.not_yet") if points is None else number(points)]
+             for what, points in mark.student.read.items()]
+    total = say("grade.no_mark") if mark.total is None else number(mark.total)
+    return [page.table([say("grade.student"), outputs.plain(mark.student.name)], [*rows, [say("grade.total"), total]], "words")]
 
 
 def points_of(record: dict, say: Speaker) -> str:
@@ -54,7 +74,7 @@ def points_of(record: dict, say: Speaker) -> str:
 
 def untouched(row: dict) -> bool:
     """Whether nothing of a stage was begun."""
-    return row["state"] == "missing" or (row["state"] == "not-started" and not row["diagnosis"].get("begun"))
+    return row["state"] in ("missing", "unread") or (row["state"] == "not-started" and not row["diagnosis"].get("begun"))
 
 
 def state_of(row: dict, say: Speaker) -> str:
@@ -84,7 +104,7 @@ def feedback_on(row: dict, say: Speaker) -> list:
         body.append(picture(row["picture"], say))
     if row["printed"].strip():
         body.append(unfolds(say("grade.printed"), "pre", row["printed"]))
-    if row.get("replaced"):
+    if row.get("followed"):
         body.append(paragraph(followed(row, say)))
     if not untouched(row):
         checks = [[outputs.check_in_words(check["name"], say), "✓" if check["passed"] else "✗", points_of(check, say).replace(" ", NO_BREAK)]

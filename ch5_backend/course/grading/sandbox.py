@@ -22,6 +22,7 @@ from ..base.processes import forget, start
 from ..base.cmake_build import ROOT
 from ..base.errors import CourseError
 from ..base.scratch import scratch
+from .watch import Watch
 
 NOBODY = 65534
 MIB = 1 << 20
@@ -53,6 +54,7 @@ class Outcome(NamedTuple):
     in_time: bool
     cpu_seconds: float
     peak_mib: float
+    stalled: bool = False  # its time ran out while it waited for the machine: this says nothing about it
 
 
 @dataclass
@@ -88,7 +90,8 @@ class Sandbox:
 
     def run(self, command: list, words: bytes = b"") -> Outcome:
         """Runs it to its end, or to that of its time; nothing of it is left then."""
-        with tempfile.TemporaryFile() as given, tempfile.TemporaryFile() as printed:
+        mark = next((str(outside) for places in (self.writable, self.read_only) for outside in places.values()), "bwrap")
+        with tempfile.TemporaryFile() as given, tempfile.TemporaryFile() as printed, Watch(mark) as watch:
             given.write(words)
             given.seek(0)
             process = start(self.wrap(command), stdin=given, stdout=printed, stderr=subprocess.STDOUT,
@@ -105,15 +108,19 @@ class Sandbox:
                 forget(process)
             printed.seek(0)
             output = printed.read(self.limits.output).decode("utf-8", "replace")
-        cpu, code = used.ru_utime + used.ru_stime, process.returncode
+        # Of what was ended by the clock, the system counts nothing.
+        cpu, code = max(used.ru_utime + used.ru_stime, watch.spent if late.is_set() else 0.0), process.returncode
         if code > 128 and code - 128 in signal.valid_signals():  # as bwrap and shells say it
             code = 128 - code
         in_time = not late.is_set() and code != -signal.SIGXCPU and cpu < self.limits.seconds + 1
-        return Outcome(code, output, in_time, cpu, used.ru_maxrss / 1024)
+        stalled = late.is_set() and cpu < self.limits.seconds and watch.own() < self.limits.wall_seconds / 2
+        return Outcome(code, output, in_time, cpu, used.ru_maxrss / 1024, stalled)
 
     def _limit_output(self) -> None:
         """Of files that are open already, such as standard output, which no size inside limits."""
-        resource.setrlimit(resource.RLIMIT_FSIZE, (self.limits.file_size, self.limits.file_size))
+        allowed = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+        most = self.limits.file_size if allowed == resource.RLIM_INFINITY else min(allowed, self.limits.file_size)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
 
 @lru_cache
@@ -179,8 +186,16 @@ def call_filter() -> Path:
     return _filter
 
 
+NEEDED = {"-f, of a file's size": (resource.RLIMIT_FSIZE, 128 * MIB), "-n, of open files": (resource.RLIMIT_NOFILE, 64),
+          "-v, of addresses": (resource.RLIMIT_AS, 3072 * MIB), "-t, of seconds": (resource.RLIMIT_CPU, 60)}
+
+
 def preflight() -> None:
     """Raises CourseError with what is wrong, unless a program runs inside and is cut off from the outside."""
+    for name, (limit, needed) in NEEDED.items():
+        allowed = resource.getrlimit(limit)[1]
+        if allowed not in (resource.RLIM_INFINITY, -1) and allowed < needed:
+            raise CourseError(f"the shell's limit ulimit {name}, is {allowed}, and a submission may need {needed}. Nothing was run.")
     for tool, package in (("bwrap", "bubblewrap"), ("setpriv", "util-linux"), ("prlimit", "util-linux")):
         if shutil.which(tool) is None:
             raise CourseError(f"there is no sandbox: {tool} is missing (Debian's package {package}). Nothing was run.")

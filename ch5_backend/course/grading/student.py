@@ -33,10 +33,11 @@ LEFT_OUT = (
     "tests/homework/workers.cmake", "tests/homework/wire_test.cc", "tests/homework/judge_and_worker_test.py",
     "tests/docs/", "tests/conventions/", "tests/sanitizers/", "tests/fuzz/", "tests/lab/",  # of those who change the project
     # what fills the blanks, rightly or wrongly
-    "tests/homework/samples", "tests/homework/run_samples.py", "tests/homework/reference.cmake",
+    "ch5_homework/mistakes/", "ch5_backend/course/homework/samples.py", "tests/homework/samples", "tests/homework/run_samples.py",
+    "tests/homework/reference.cmake", "tests/homework/answers_test.py",
     "tests/homework/plain_ctest", "tests/homework/one_check.py", "tests/homework/end_to_end_test.py",
     "tests/homework/leftover_throw_test.py", "tests/homework/compiler_words_test.py", "tests/homework/languages_test.py")
-KEPT = "slides/figures/"  # the picture of the front page
+KEPT = ("slides/figures/", "ch5_homework/mistakes/answers.csv")  # the picture of the front page; mistakes' answers, as numbers
 # Of the front page: the rows for graders and instructors, and how to build the slides.
 NOT_GIVEN = re.compile(r"^(?:\|[^|\n]*\|[^|\n]*ch5_homework/(?:GRADING|INSTRUCTORS)\..*\n|`\./course slides`.*\n\n)", re.MULTILINE)
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\((?!https?:)([^)#\s]+)(#[^)\s]*)?\)")
@@ -125,7 +126,7 @@ def hide_causes(given: dict) -> None:
         hidden = {topic: {numbers.get((topic, sentence), sentence): text for sentence, text in texts[topic].items()} for topic in texts}
         given[name + ".z"] = zlib.compress(json.dumps(hidden, ensure_ascii=False).encode(), 9)
     for name in given:
-        if name.endswith((".h", ".cc", ".py")):
+        if name.endswith((".h", ".cc", ".py", "/answers.csv")):
             text = given[name].decode("utf-8")
             text = ID.sub(lambda found: f'"{found[1]}.{numbers.get((found[1], found[2]), found[2])}"', text)
             if name.startswith("ch5_homework/judge/mistakes/"):

@@ -1,9 +1,11 @@
-"""What is taken from a submission: the homework's own files, by name, as bytes, and nothing else."""
+"""What is taken from a submission: the homework's own files, by name, as bytes, and nothing else. What may hold an answer and
+was not understood is named in `unread`: it is no mark, not even 0."""
 
 import bz2
 import gzip
 import hashlib
 import lzma
+import mmap
 import os
 import re
 import stat
@@ -23,12 +25,15 @@ from .outputs import plain
 LARGEST = 256 << 10       # bytes of a file; the largest solution has 20,000
 LARGEST_ARCHIVE = 64 << 20  # bytes, and of what a tar unpacks to
 MOST_MEMBERS = 10_000     # of an archive or folder that are looked at
+ARCHIVES = (".zip", ".tar", ".tgz", ".gz", ".bz2", ".xz", ".rar", ".7z")
+SOURCES = (".cc", ".cpp", ".cxx", ".txt")
+OTHER_KINDS = {b"Rar!\x1a\x07": "RAR", b"7z\xbc\xaf\x27\x1c": "7z", b"%PDF": "PDF", b"\xd0\xcf\x11\xe0": "Word"}  # by their first bytes
 COMPRESSIONS = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ": lzma.open}  # of a tar, by its first bytes
 
 
 def refuse(arguments) -> None:
-    """Raises CourseError where no submission is named, or one is not there."""
-    if not arguments.submissions and not arguments.prepare:
+    """Raises CourseError where no submission is named and none was graded, or one is not there."""
+    if not (arguments.submissions or arguments.list or arguments.prepare or arguments.class_file or arguments.rename):
         raise CourseError("which submissions? Name files, folders, zips or tars; see ./course grade --help")
     for path in arguments.submissions:
         if not os.path.lexists(path):  # a link that leads nowhere is a submission, too
@@ -37,10 +42,13 @@ def refuse(arguments) -> None:
 
 @dataclass
 class Submission:
-    """One student's work. `faults` are words for the student on what could not be taken."""
+    """One student's work. `faults` are words for the student on what could not be taken, `unread` those of them behind which an
+    answer may be."""
     name: str
     files: dict = field(default_factory=dict)   # {name: bytes}
     faults: list = field(default_factory=list)
+    unread: list = field(default_factory=list)
+    places: dict = field(default_factory=dict)  # {name: (whether misspelled, depth)}
     resembling: dict = field(default_factory=dict)  # {name: another one, found in its place}
 
     def key(self) -> str:
@@ -50,71 +58,127 @@ class Submission:
             digest.update(name.encode() + b"\0" + str(len(self.files[name])).encode() + b"\0" + self.files[name])
         return digest.hexdigest()
 
-    def take(self, path: str, size: int, read, places: dict) -> None:
+    def take(self, path: str, size: int, read) -> None:
         """Takes a member if it is one of the homework's files. Of two with one name, the one spelled right counts, or the one
-        nearer to the top."""
+        nearer to the top. `read` is None where it is no usual file."""
         path = path.replace("\\", "/")  # as some programs on Windows write it into a zip
         given, depth = PurePosixPath(path).name, len(PurePosixPath(path).parts)
         name = meant(given)
         place = (given != name, depth)
+        if "__MACOSX" in path:
+            return
         if not name and (like := resembled(given)):
             self.resembling.setdefault(like, given)
-        if not name or "__MACOSX" in path:
+        if given.lower().endswith(ARCHIVES):
+            self.blame(sentence("submission.not_opened", file=short(given)), True)
+        if not name:
             return
-        if name in places and places[name] <= place:
+        if name in self.places and self.places[name] <= place:
             self.blame(sentence("submission.file_twice", file=name))
             return
-        content = read() if size <= LARGEST else None
-        if content is None or len(content) > LARGEST:  # a size may lie
-            self.blame(sentence("submission.file_too_large", file=name, n=LARGEST >> 10))
+        try:
+            content = read() if read and size <= LARGEST else None
+        except Exception as error:  # encrypted, damaged: those behind it may be whole
+            self.blame(sentence("submission.file_unreadable", file=name, reason=plain(str(error))), True)
             return
-        places[name], self.files[name] = place, content
+        if not read:
+            self.blame(sentence("submission.file_no_file", file=name), True)
+        elif content is None or len(content) > LARGEST:  # a size may lie
+            self.blame(sentence("submission.file_too_large", file=name, n=LARGEST >> 10), True)
+        else:
+            self.places[name], self.files[name] = place, content
 
-    def blame(self, fault: dict) -> None:
+    def blame(self, fault: dict, unread: bool = False) -> None:
         """Says a fault once, though an archive may have it ten thousand times."""
         if fault not in self.faults:
             self.faults.append(fault)
+            self.unread += [fault] * unread
 
 
-def collect(path: Path) -> Submission:
-    """Reads a source file, a folder, a zip or a tar. Nothing is unpacked; links, devices and other names are not touched.
+def short(name: str) -> dict:
+    return {"quoted": plain(name)[:80]}
+
+
+def collect(*paths: Path) -> Submission:
+    """Reads source files, folders, zips and tars, of one student. Nothing is unpacked; links, devices and other names are not
+    touched. An archive in a folder is opened, one in an archive is not.
 
     Raises CourseError if there is no such path; a submission without files of the homework is one with a fault.
     """
-    if not os.path.lexists(path):
-        raise CourseError(f"{path}: there is no such submission")
-    is_source = path.suffix.lower() in (".cc", ".cpp", ".cxx", ".txt")
-    submission = Submission(path.name if path.is_dir() or is_source else path.stem)
+    first = paths[0]
+    for path in paths:
+        if not os.path.lexists(path):
+            raise CourseError(f"{path}: there is no such submission")
+    submission = Submission(first.name if first.is_dir() or is_source(first) else first.stem)
+    for path in paths:
+        if len(paths) == 1 or is_source(path) or path.name.lower().endswith(ARCHIVES):  # beside others, a report is none
+            collect_path(path, submission)
+    for name in sorted(submission.resembling.keys() - submission.files.keys()):
+        submission.blame(sentence("submission.resembling", file=name, found=short(submission.resembling[name])), True)
+    if not submission.files and not submission.unread:
+        submission.blame(sentence("submission.holds_nothing", files=", ".join(FILES)), True)
+    return submission
+
+
+def is_source(path: Path) -> bool:
+    return path.suffix.lower() in SOURCES
+
+
+def collect_path(path: Path, submission: Submission, above: str = "") -> None:
     try:
         kind = path.lstat()
         if stat.S_ISDIR(kind.st_mode):
             collect_members(in_folder(path), submission)
+            for member in archives_in(path):
+                collect_path(member, submission, f"{member.relative_to(path)}/")
         elif not stat.S_ISREG(kind.st_mode):  # a link may lead anywhere, a pipe may never end
-            submission.faults.append(sentence("submission.link_or_device"))
-        elif is_source:
+            submission.blame(sentence("submission.link_or_device"), True)
+        elif is_source(path):
             collect_file(path, submission)
         elif kind.st_size > LARGEST_ARCHIVE:
-            submission.faults.append(sentence("submission.too_large", n=LARGEST_ARCHIVE >> 20))
-        elif zipfile.is_zipfile(path):
-            collect_members(in_zip(path), submission)
+            submission.blame(sentence("submission.too_large", n=LARGEST_ARCHIVE >> 20), True)
+        elif other := other_kind(path):
+            submission.blame(sentence("submission.other_kind", file=short(path.name), kind=other), True)
         else:
-            collect_members(in_tar(path), submission)
+            members = in_zip(path) if zipfile.is_zipfile(path) else in_tar(path)
+            collect_members(((above + name, size, read) for name, size, read in members), submission)
     except Exception as error:  # whatever an archive holds that Python's modules do not expect
         reason = error.message if isinstance(error, CourseError) else plain(str(error))
-        submission.faults.append(sentence("submission.unreadable", reason=reason))
-    for name in sorted(submission.resembling.keys() - submission.files.keys()):
-        submission.faults.append(sentence("submission.resembling", file=name, found={"quoted": plain(submission.resembling[name])}))
-    if not submission.files and not submission.faults:
-        submission.faults.append(sentence("submission.holds_nothing", files=", ".join(FILES)))
-    return submission
+        submission.blame(sentence("submission.unreadable", file=short(path.name), reason=reason), True)
 
 
-def handed_in(path: Path) -> str:
-    """When it was last written, as far as the file or what lies in the folder says, else now; a copy may have another time."""
+def archives_in(folder: Path):
+    for _, member in zip(range(MOST_MEMBERS), sorted(folder.rglob("*"))):
+        if member.name.lower().endswith(ARCHIVES) and "__MACOSX" not in member.parts and stat.S_ISREG(member.lstat().st_mode):
+            yield member
+
+
+def other_kind(path: Path) -> str:
+    """What a file is that nothing here opens, in a word; "" of a zip or tar."""
+    with open(path, "rb") as file:
+        first = file.read(8)
+    if zipfile.is_zipfile(path) and zip_has_too_many(path):
+        raise CourseError(sentence("submission.too_many_members", n=MOST_MEMBERS))
+    return next((kind for magic, kind in OTHER_KINDS.items() if first.startswith(magic)), "")
+
+
+def zip_has_too_many(path: Path) -> bool:
+    """By its entries' signatures: Python's module holds all of them in memory before the first is seen."""
+    with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        at = -1
+        for _ in range(20 * MOST_MEMBERS):
+            if (at := content.find(b"PK\1\2", at + 1)) < 0:
+                return False
+    return True
+
+
+def handed_in(*paths: Path) -> str:
+    """When the newest was last written, as far as the file or what lies in the folder says, else now; a copy may have another
+    time."""
     try:
-        members = [member for count, member in zip(range(MOST_MEMBERS), path.rglob("*"))] if path.is_dir() else []
-        times = [member.lstat().st_mtime for member in members if meant(member.name)]
-        when = datetime.fromtimestamp(max(times, default=path.lstat().st_mtime)).astimezone()
+        members = [member for path in paths if path.is_dir() for _, member in zip(range(MOST_MEMBERS), path.rglob("*"))]
+        times = [member.lstat().st_mtime for member in members if meant(member.name) or member.name.lower().endswith(ARCHIVES)]
+        when = datetime.fromtimestamp(max(times or [path.lstat().st_mtime for path in paths])).astimezone()
     except (OSError, ValueError, OverflowError):  # folders too deep for a path, a year that no calendar has
         when = datetime.now().astimezone()
     return when.isoformat(timespec="seconds")
@@ -123,27 +187,28 @@ def handed_in(path: Path) -> str:
 def collect_file(path: Path, submission: Submission) -> None:
     """A single file counts by its name, or by the name that its own begins with, such as "problem (2).cc", in Canvas behind
     student and numbers, "doejane_12345_678_problem-1.cc"."""
-    names = (path.name.lower(), re.sub(r"^\w+_\d+_\d+_", "", path.name.lower()))
+    given = path.name.lower()
+    names = (given, re.sub(r"^\w+_\d+_\d+_", "", given), re.sub(r"^.*_assignsubmission_file_", "", given))
     fitting = [name for name in FILES if any(given.startswith(Path(name).stem) for given in names)]
     name = max(fitting, key=len, default=path.name)
-    submission.take(name, path.stat().st_size, lambda: read_regular(path), {})
+    submission.take(name, path.stat().st_size, lambda: read_regular(path))
 
 
 def collect_members(members, submission: Submission) -> None:
     """Takes from (path, size, read) of each member, without a read where it is no usual file."""
-    places = {}
     for count, (path, size, read) in enumerate(members):
         if count >= MOST_MEMBERS:
-            submission.faults.append(sentence("submission.too_many_members", n=MOST_MEMBERS))
+            submission.blame(sentence("submission.too_many_members", n=MOST_MEMBERS), True)
             return
-        if read:
-            submission.take(path, size, read, places)
+        submission.take(path, size, read)
 
 
 def in_folder(folder: Path):
+    """But its archives, which are opened."""
     for member in sorted(folder.rglob("*")):
         kind = member.lstat()
-        yield str(member.relative_to(folder)), kind.st_size, partial(read_regular, member) if stat.S_ISREG(kind.st_mode) else None
+        if not (member.name.lower().endswith(ARCHIVES) and stat.S_ISREG(kind.st_mode)):
+            yield str(member.relative_to(folder)), kind.st_size, partial(read_regular, member) if stat.S_ISREG(kind.st_mode) else None
 
 
 def read_regular(path: Path) -> bytes:

@@ -13,7 +13,7 @@ from ch5_backend.figures import page
 from ..base.language import Speaker
 from ..homework.check import MARKS
 from ..homework.diagnosis import SYMPTOMS, cause_of
-from . import outputs
+from . import outputs, unnamed
 from .job import OUT_OF_TIME
 from .likeness import alike
 from .pages import element, paragraph, state_of, title, untouched
@@ -27,8 +27,9 @@ STYLE = Markup("<style>.bar { display: inline-block; height: .9em; background: v
 SORT = Markup("<script>") + Markup((Path(__file__).parent / "sort.js").read_text(encoding="utf-8")) + Markup("</script>")
 
 
-def write(out: Path, records: list, points: dict, book, marks: list, nobodys: list, say: Speaker) -> None:
-    """summary.html; `book` and `marks` are of a class, None and [] where none was named."""
+def write(out: Path, records: list, points: dict, book, marks: list, looked_at: list, say: Speaker) -> None:
+    """summary.html, and unnamed.csv; `book` and `marks` are of a class, None and [] where none was named. `looked_at` stands first: who has no mark,
+    and why."""
     graded = [record for record in records if record["status"] == "graded"]
     counted = [mark.record for mark in marks if mark.record and mark.record["status"] == "graded"] if book else graded
     pairs = ([(mark.record, mark.total) for mark in marks if mark.record and mark.total is not None] if book else
@@ -36,49 +37,53 @@ def write(out: Path, records: list, points: dict, book, marks: list, nobodys: li
     totals = [total for _, total in pairs]
     most = sum(points.values()) + (sum(book.read.values()) if book else 0)
     body = [STYLE, element("h1", say("grade.grades"))]
+    if looked_at:
+        body += [element("h2", say("grade.look_first")), paragraph(say("grade.look_first_why")), page.table(
+            [say("grade.who"), say("grade.why")], [[outputs.plain(who), outputs.plain(why)] for who, why in looked_at], "words")]
     if totals:
         body.append(paragraph(say("grade.head", date=datetime.now().strftime("%Y-%m-%d"), n=len(graded), m=f"{most:g}",
                                   seed=say("grade.list").join(sorted({str(record["seed"]) for record in graded})),
                                   mean=f"{statistics.mean(totals):.1f}", median=f"{statistics.median(totals):.1f}")))
-    body += list(map(paragraph, notes(records, book, marks, nobodys, say)))
+    body += list(map(paragraph, notes(records, book, marks, say)))
     if totals:
         body += [histogram(pairs, most, marks, say)]
     if book:
         body += students(book, marks, say)
+    groups = unnamed.groups_of(counted, say)
+    unnamed.write(out, groups, say)
     if counted:
         rows = [row for record in counted for row in record["stages"] if not untouched(row)]
         body += [of_stages(counted, say), *counts("grade.most_failed_checks", Counter(
             f"{row['id']} {outputs.check_in_words(check['name'], say)}" for row in rows for check in row["checks"]
             if not check["passed"] and row["state"] != "not-started"), say),  # an empty blank has failed nothing
-            *counts("grade.misconceptions", Counter(what for row in rows if (what := misconception(row, say))), say)]
+            *counts("grade.misconceptions", Counter(what for row in rows if (what := misconception(row, say))), say),
+            *unnamed.table(groups, say)]
     if graded:
         body += [near_misses(graded, say), likeness(graded, say), *([] if book else submissions(graded, say))]
     page.write(out / "summary.html", say("grade.grades"), [*body, SORT], say.language)
 
 
-def notes(records: list, book, marks: list, nobodys: list, say: Speaker) -> list:
+def notes(records: list, book, marks: list, say: Speaker) -> list:
     """What a reader must know before the numbers."""
     lines = []
-    if failed := [record["name"] for record in records if record["status"] != "graded"]:
+    if failed := [record["name"] for record in records if record["status"] not in ("graded", "not-read")]:
         lines.append(say("grade.not_graded", names=say("grade.list").join(failed)))
     if late := {record["name"]: row["diagnosis"]["cause"]["n"] for record in records for row in record["stages"]
                 if cause_of(row["diagnosis"]) == OUT_OF_TIME}:
         lines.append(say("grade.out_of_time", n=next(iter(late.values())), names=say("grade.list").join(late)))
     if book:
-        absent = [mark.student.name for mark in marks if not mark.record]
+        absent = [mark.student.name for mark in marks if not mark.record and not mark.doubts]
         lines.append(say("grade.of_class", n=len(marks) - len(absent), m=len(marks), names=say("grade.list").join(absent)) if absent else
                      say("grade.all_handed_in", m=len(marks)))
         unread = {what: sum(mark.student.read[what] is None for mark in marks if mark.record) for what in book.read}
         lines += [say("grade.unread", what=what, n=n) for what, n in unread.items() if n]
-    if nobodys:
-        lines.append(say("grade.nobodys", names=say("grade.list").join(nobodys)))
     return lines
 
 
 def histogram(pairs: list, most: float, marks: list, say: Speaker) -> Markup:
     """Who handed in nothing, or began nothing, is counted apart: neither says how hard the homework is."""
     begun = [total for record, total in pairs if any(not untouched(row) for row in record["stages"])]
-    idle, absent = len(pairs) - len(begun), sum(not mark.record for mark in marks)
+    idle, absent = len(pairs) - len(begun), sum(not mark.record and not mark.doubts for mark in marks)
     bins = Counter(min(BINS - 1, int(BINS * total / most)) for total in begun if most)
     rows = [[f"{100 * k // BINS}–{100 * (k + 1) // BINS}", bins[k]] for k in range(BINS)]
     rows += [[say("grade.started_nothing"), idle]] * bool(idle) + [[say("grade.nothing"), absent]] * bool(absent)
@@ -94,13 +99,13 @@ def link(record: dict, text: str) -> Markup:
 
 def students(book, marks: list, say: Speaker) -> list:
     """A row a student, then what was changed by hand."""
-    late = book.due is not None
+    late = bool(book.due)
     head = [say("grade.student"), say("grade.id"), say("grade.total"), *marks[0].stages,
             *([say("grade.handed_in"), say("grade.late"), say("grade.lost")] if late else []), *book.read]
     number = lambda value: "" if value is None else f"{value:g}"
     rows = [[link(mark.record, mark.student.name) if mark.record else mark.student.name, mark.student.id, number(mark.total),
-             *(f"{score:g}{'*' * (stage in mark.student.override)}" for stage, score in mark.stages.items()),
-             *([mark.handed_in.strftime("%m-%d %H:%M") if mark.record else say("grade.nothing"), mark.days_late or "",
+             *(number(score) + "*" * (stage in mark.student.override) for stage, score in mark.stages.items()),
+             *([mark.handed_in.astimezone().strftime("%m-%d %H:%M:%S") if mark.record else say("grade.nothing"), mark.days_late or "",
                 number(mark.lost or None)] if late else []),
              *map(number, mark.student.read.values())] for mark in marks]
     changed = [[mark.student.name, stage, number(points), mark.student.reason] for mark in marks
@@ -160,7 +165,8 @@ def likeness(graded: list, say: Speaker) -> Markup:
     """Equal submissions, and files that are alike. A hint for a human, no proof."""
     same = {}
     for record in graded:
-        same.setdefault(json.dumps(record["content"]), []).append(record["name"])
+        if any(not untouched(row) for row in record["stages"]):  # nothing is equal to nothing, nor a skeleton to a skeleton
+            same.setdefault(json.dumps(record["content"]), []).append(record["name"])
     table = [[say("grade.list").join(names), say("grade.all_files"), say("grade.equal")] for names in same.values() if len(names) > 1]
     table += [[say("grade.list").join((a, b)), file, say("grade.own_lines", n=f"{100 * part:.0f}")] for a, b, file, part in alike(graded)]
     head = list(map(say, ["grade.submissions", "grade.file", "grade.share"]))

@@ -2,10 +2,13 @@
 
 import hashlib
 import json
+import math
 import os
 import re
 import shutil
 import tempfile
+import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,6 +20,8 @@ from .sandbox import MIB, Limits, Sandbox
 
 # A compiler needs two seconds and half a gigabyte for the solutions.
 COMPILING = Limits(seconds=30, wall_seconds=120.0, memory=3072 * MIB, processes=16, file_size=128 * MIB)
+COMPILERS_SECONDS = 60.0  # of the processor, for all compilations of a submission; the solutions need twelve
+COMPILERS_WALL = 120.0
 LONGEST_LINE = 2000  # of the compiler's words: patterns take the square of it
 # The compiler's or the linker's own words about the file that it was given.
 BLAMES_THE_FILE = re.compile(r"[Ee]rror: |undefined reference|multiple definition|terminated by signal|out of memory|"
@@ -25,6 +30,20 @@ BLAMES_THE_FILE = re.compile(r"[Ee]rror: |undefined reference|multiple definitio
 
 class Infrastructure(Exception):
     """Something of ours has failed, and says nothing about the submission."""
+
+
+@dataclass
+class Clock:
+    """What is left of the time of a submission [s]: for its checks, of its own; for its compilers, of the processor and of the
+    wall's. Only a wall's that has run out is nobody's fault but the machine's."""
+    left: float = 240.0  # its checks need 193 where a loop in each stage does not end
+    compiler: float = COMPILERS_SECONDS
+    wall: float = COMPILERS_WALL
+
+
+def stalled(seconds: float) -> str:
+    return (f"the machine was too busy, or stopped: in {seconds:g} s it gave the compiler too little of its processor. "
+            "The same command judges this submission again")
 
 
 class Built(NamedTuple):
@@ -82,8 +101,10 @@ class Toolchain:
                 raise Infrastructure(f"no program can be run in {scratch().parent}, perhaps mounted as noexec: "
                                      f"{outcome.output.strip()}; TMPDIR names another place")
 
-    def compile(self, file: str, content: bytes, folder: Path) -> Built:
-        """The worker of this file in `folder`, which is the caller's to remove. Raises Infrastructure."""
+    def compile(self, file: str, content: bytes, folder: Path, clock=None) -> Built:
+        """The worker of this file in `folder`, which is the caller's to remove. `clock` has what is left of the submission's time
+        for all its compilations. Raises Infrastructure."""
+        clock = clock or Clock()
         name = Path(file).stem
         archives = [self.archives / f"libworker_{name}.a", self.archives / f"libworker_layers_{name}.a"]
         # Of the header's functions only those in use are linked; the others call layers that this worker has not.
@@ -91,8 +112,17 @@ class Toolchain:
                 "-lpthread", "-Wl,--gc-sections", "-o", "/out/worker"]
         cpu = peak = 0.0
         for number, compiler in enumerate(self.compilers):
+            if clock.compiler <= 0.0:
+                return Built(None, Verdict("does-not-compile", because("compiler.took_too_long_in_all", n=f"{COMPILERS_SECONDS:g}")), cpu, peak)
+            if clock.wall <= 0.0:
+                raise Infrastructure(stalled(COMPILERS_WALL))
             words = [*compiler, f"/submission/{file}", *(rest if number == 0 else rest[1:])]
-            outcome = self._run(words, file, content, folder, (self.object, *archives))
+            limits = COMPILING._replace(seconds=min(COMPILING.seconds, math.ceil(clock.compiler)), wall_seconds=min(COMPILING.wall_seconds, clock.wall))
+            begin = time.monotonic()
+            outcome = self._run(words, file, content, folder, (self.object, *archives), limits)
+            clock.compiler, clock.wall = clock.compiler - outcome.cpu_seconds, clock.wall - (time.monotonic() - begin)
+            if outcome.stalled:
+                raise Infrastructure(stalled(limits.wall_seconds))
             cpu, peak = cpu + outcome.cpu_seconds, max(peak, outcome.peak_mib)
             worker = folder / "out" / "worker"
             if outcome.exit_code == 0 and worker.is_file() and not worker.is_symlink():
@@ -113,7 +143,7 @@ class Toolchain:
             raise Infrastructure(f"the compiler ended with code {outcome.exit_code}: {words.strip()[-500:]}")
         return does_not_compile(file, words, content)
 
-    def _run(self, command: list, file: str, content: bytes, folder: Path, more: tuple):
+    def _run(self, command: list, file: str, content: bytes, folder: Path, more: tuple, limits: Limits = COMPILING):
         """One run of a compiler, which sees this file, the headers and `more`, and writes into folder/out."""
         given, out = folder / "submission", folder / "out"
         for place, mode in ((folder, 0o755), (given, 0o755), (out, 0o777)):
@@ -122,7 +152,7 @@ class Toolchain:
         (given / file).write_bytes(content)
         os.chmod(given / file, 0o644)
         bound = [self.include, self.header, *more]
-        box = self.box({"/submission": given, **{str(path): self._seen(path) for path in bound}}, {"/out": out}, COMPILING)
+        box = self.box({"/submission": given, **{str(path): self._seen(path) for path in bound}}, {"/out": out}, limits)
         return box.run(command)
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from ..base.language import sentence
 from ..base.processes import running
 from ..base.scratch import scratch
+from . import answers
 from .diagnosis import SHOWN_LINES, Verdict, because
 
 MOST_WORDS = 2000  # of an exception
@@ -58,6 +59,27 @@ CRASHES = {"Stack overflow": "judge.stack_full", "Null pointer": "judge.null_fol
 
 def judge(executable: Path, stage: dict, time_limit: float = TIME_LIMIT, options=(), worker=(),
           program: Path = None, fail_fast: bool = True, words_of=None) -> Verdict:
+    """The verdict on one stage, as run_tests gives it; what is wrong under the name of its mistake, if it has one.
+
+    Answers are known for the usual random numbers: with a seed the stage is run once more, with these, to find the name.
+    """
+    run = lambda options, fail_fast: run_tests(executable, stage, time_limit, options, worker, program, fail_fast, words_of)
+    verdict = run(options, fail_fast)
+    if verdict.state != "wrong":
+        return verdict
+    usual_options = [option for option in options if not option.startswith("--seed=")]
+    usual = verdict if usual_options == list(options) else run(usual_options, True)
+    if failed_in(usual.tests) != failed_in(verdict.tests):
+        return verdict
+    return verdict._replace(diagnosis=answers.named(verdict.diagnosis, usual.diagnosis))
+
+
+def failed_in(tests: tuple) -> str:
+    """The name of the first test that has failed."""
+    return next((test["name"] for test in tests if test.get("failures")), "")
+
+
+def run_tests(executable: Path, stage: dict, time_limit: float, options, worker, program, fail_fast: bool, words_of) -> Verdict:
     """Runs one stage's tests, up to the first that fails or all; the verdict is that of the first failure.
 
     `worker` is the command for homework_judge to start, and `program` the student's program among its words.

@@ -55,6 +55,9 @@ struct ImagePair {
   Vec3 t = Vec3::UnitX();
 };
 
+// So that about `most` matches of the pair are used.
+size_t StrideFor(const ImagePair& pair, size_t most) { return (pair.matches.size() + most - 1) / most; }
+
 // Geman and McClure's ρ = ½ r²/σ² · w²/(w² + r²/σ²): beyond the width w, unlike Cauchy's, outliers gain next to nothing by
 // coming nearer, and many inliers of small residuals need not give way to a few.
 struct Loss {
@@ -122,40 +125,50 @@ Mat32 Basis(const Vec3& t) {
 
 // H and b of [δb, δt] of a pair of images, and its cost.
 struct PairEquations {
-  Eigen::Matrix<double, 5, 5> H = Eigen::Matrix<double, 5, 5>::Zero();
-  Eigen::Matrix<double, 5, 1> b = Eigen::Matrix<double, 5, 1>::Zero();
+  Mat33 H_bb = Mat33::Zero();
+  Mat32 H_bt = Mat32::Zero();
+  Mat22 H_tt = Mat22::Zero();
+  Vec3 b_b = Vec3::Zero();
+  Vec2 b_t = Vec2::Zero();
   double cost = 0.0;
 
-  Mat32 H_bt() const { return H.topRightCorner<3, 2>(); }
   // Held where the matches leave the direction open.
-  Mat22 InverseH_tt() const { return (H.bottomRightCorner<2, 2>() + Mat22::Identity()).inverse(); }
+  Mat22 InverseH_tt() const { return (H_tt + Mat22::Identity()).inverse(); }
 };
 
+// Sums by [δφ, δt], since δφ = (∂φ/∂b) δb is the same for all matches.
 PairEquations Linearize(const ImagePair& pair, size_t stride, const BiasedRotation& at, const Loss& loss) {
   PairEquations e;
   const Mat32 B = Basis(pair.t);
+  const Mat33 R_T = at.R.transpose();
   for (size_t k = 0; k < pair.matches.size(); k += stride) {
     const Match& match = pair.matches[k];
     const EpipolarResidual residual(match, pair.t, at.R);
     const double s = residual.length, r = residual.r, weight = loss.Weight(r);
-    const Vec3 dr_dphi = match.m_j.cross(at.R.transpose() * residual.c) / s;
+    const Vec3 dr_dphi = match.m_j.cross(R_T * residual.c) / s;
     const Vec3 dr_dc = residual.Rm_j / s - r / (s * s) * residual.c;
-    Eigen::Matrix<double, 5, 1> J;
-    J << at.dphi_db.transpose() * dr_dphi, B.transpose() * match.m_i.cross(dr_dc);
-    e.H += weight * J * J.transpose();
-    e.b -= weight * r * J;
+    const Vec2 dr_dt = B.transpose() * match.m_i.cross(dr_dc);
+    e.H_bb += (weight * dr_dphi) * dr_dphi.transpose();
+    e.H_bt += (weight * dr_dphi) * dr_dt.transpose();
+    e.H_tt += (weight * dr_dt) * dr_dt.transpose();
+    e.b_b -= weight * r * dr_dphi;
+    e.b_t -= weight * r * dr_dt;
     e.cost += loss.Cost(r);
   }
+  e.H_bb = at.dphi_db.transpose() * e.H_bb * at.dphi_db;
+  e.H_bt = at.dphi_db.transpose() * e.H_bt;
+  e.b_b = at.dphi_db.transpose() * e.b_b;
   return e;
 }
 
 // Gauss–Newton on the bias, each pair's direction eliminated:  H_bb − H_bt H_tt⁻¹ H_tb.
+// @param most  matches of a pair that are used, spread over all
 // @return the cost before the last step
-double Solve(const Loss& loss, size_t stride, std::vector<ImagePair>* pairs, Vec3* delta_b) {
+double Solve(const Loss& loss, size_t most, std::vector<ImagePair>* pairs, Vec3* delta_b) {
   constexpr int kIterations = 4;  // the bias stands after three; the directions go on creeping
   for (ImagePair& pair : *pairs) {
     const Mat33 R = RotationAt(pair.rotation, *delta_b).R;
-    pair.t = FindDirection(pair.matches, stride, R, loss.width * loss.sigma);
+    pair.t = FindDirection(pair.matches, StrideFor(pair, most), R, loss.width * loss.sigma);
   }
   double cost = 0.0;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
@@ -164,11 +177,11 @@ double Solve(const Loss& loss, size_t stride, std::vector<ImagePair>* pairs, Vec
     cost = 0.0;
     std::vector<PairEquations> equations;
     for (const ImagePair& pair : *pairs) {
-      equations.push_back(Linearize(pair, stride, RotationAt(pair.rotation, *delta_b), loss));
+      equations.push_back(Linearize(pair, StrideFor(pair, most), RotationAt(pair.rotation, *delta_b), loss));
       const PairEquations& e = equations.back();
-      const Mat32 Y = e.H_bt() * e.InverseH_tt();
-      H += e.H.topLeftCorner<3, 3>() - Y * e.H_bt().transpose();
-      b += e.b.head<3>() - Y * e.b.tail<2>();
+      const Mat32 Y = e.H_bt * e.InverseH_tt();
+      H += e.H_bb - Y * e.H_bt.transpose();
+      b += e.b_b - Y * e.b_t;
       cost += e.cost;
     }
     const Vec3 step = (H + Mat33::Identity()).ldlt().solve(b);
@@ -176,7 +189,7 @@ double Solve(const Loss& loss, size_t stride, std::vector<ImagePair>* pairs, Vec
     for (size_t k = 0; k < pairs->size(); ++k) {
       const PairEquations& e = equations[k];
       Vec3& t = (*pairs)[k].t;
-      t = (t + Basis(t) * (e.InverseH_tt() * (e.b.tail<2>() - e.H_bt().transpose() * step))).normalized();
+      t = (t + Basis(t) * (e.InverseH_tt() * (e.b_t - e.H_bt.transpose() * step))).normalized();
     }
   }
   return cost;
@@ -198,25 +211,26 @@ std::vector<ImagePair> FindPairs(const std::vector<FeatureTrack>& tracks, const 
 }
 
 // A turn looks much like a shift across it: each bias has directions that nearly fit, and the cost many minima. Of seven
-// starts, by every second match, the one that ends lowest leads on, unless zero is lower by all of them.
+// starts, by a few matches, the one that ends lowest leads on, unless zero is lower by more of them. Five unknowns of a pair
+// need no more than these: with all of a thousand, the bias changes by a fraction of its deviation.
 Vec3 FindBias(double sigma, std::vector<ImagePair>* pairs) {
   constexpr double kApart = 0.15;                    // [rad/s]
   const Loss wide{sigma, 15.0}, narrow{sigma, 2.5};  // for a bias of 0.1 rad/s, and to suppress outliers
-  constexpr size_t kStride = 2;
+  constexpr size_t kFew = 60, kMost = 120;  // matches
   Vec3 best = Vec3::Zero();
   double least = std::numeric_limits<double>::infinity();
-  const auto try_from = [&](Vec3 delta_b, size_t stride) {
-    Solve(wide, stride, pairs, &delta_b);
-    const double cost = Solve(narrow, stride, pairs, &delta_b);
+  const auto try_from = [&](Vec3 delta_b, size_t most) {
+    Solve(wide, most, pairs, &delta_b);
+    const double cost = Solve(narrow, most, pairs, &delta_b);
     if (cost < least) std::tie(least, best) = std::pair(cost, delta_b);
   };
   for (int axis = 0; axis < 3; ++axis) {
-    for (const double side : {-kApart, kApart}) try_from(side * Vec3::Unit(axis), kStride);
+    for (const double side : {-kApart, kApart}) try_from(side * Vec3::Unit(axis), kFew);
   }
-  try_from(Vec3::Zero(), kStride);
-  least = Solve(narrow, 1, pairs, &best);
-  try_from(Vec3::Zero(), 1);
-  Solve(narrow, 1, pairs, &best);  // leaves the directions that fit it, by which outliers are told
+  try_from(Vec3::Zero(), kFew);
+  least = Solve(narrow, kMost, pairs, &best);
+  try_from(Vec3::Zero(), kMost);
+  Solve(narrow, kMost, pairs, &best);  // leaves the directions that fit it, by which outliers are told
   return best;
 }
 
