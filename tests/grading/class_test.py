@@ -41,10 +41,13 @@ class Terminal(io.StringIO):
 
 
 class InAFolder(FolderTest):
-    def read(self, *lines) -> classbook.Class:
+    def sheet(self, *lines):
         self.path = self.folder / "class.csv"
         self.path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        return classbook.read_class(self.path, POINTS)
+        return self.path
+
+    def read(self, *lines) -> classbook.Class:
+        return classbook.read_class(self.sheet(*lines), POINTS)
 
     def settled(self, book, *records) -> dict:
         return {mark.student.id: mark for mark in classbook.settle(book, list(records), POINTS)[0]}
@@ -242,6 +245,31 @@ class Command(InAFolder):
         code, _, errors = run(grade=None, ready_toolchain=None, read_rubric=lambda: rubric)  # nothing is named, built or judged
         with open(out / "grades.csv", encoding="utf-8", newline="") as file:
             self.assertEqual({row["name"]: row["score"] for row in csv.DictReader(file)}["hw_7"], "24", errors)
+
+    def test_stages_that_were_judged_at_another_time_are_kept_and_none_is_taken_for_nothing(self):
+        out, file = self.folder / "out", self.folder / "gauge_prior.cc"
+        file.write_text("// mine\n")
+        asked, whole = [], record("x", 12, 14, states=("right", "right"))
+        for one in whole["stages"]:
+            one["checks"] = [{"name": check, "passed": True} for check in read_rubric()[one["id"]]]
+
+        def judged(_submission, _toolchain, stages, *_):
+            asked.append([stage["id"] for stage in stages])
+            return {**{key: value for key, value in whole.items() if key not in ("name", "path", "key", "content", "handed_in")},
+                    "stages": [one for one in whole["stages"] if one["id"] in asked[-1]]}
+
+        def run(*words) -> tuple:
+            with mock.patch.multiple(grade, preflight=lambda: None, ready_toolchain=lambda box: SimpleNamespace(digest="d"), grade=judged), \
+                    redirect_stdout(Terminal()), redirect_stderr(Terminal()) as errors:
+                code = main(["grade", *words, "--out", str(out)])
+            with open(out / "grades.csv", encoding="utf-8", newline="") as table:
+                return code, next(csv.DictReader(table))["score"], errors.getvalue()
+        self.assertEqual(run(str(file), "--stages", "1.1")[:2], (0, "12"))
+        code, score, told = run("--class", str(self.sheet("id,name", "7,Ada")), "--stages", "1.1,1.2")
+        self.assertEqual((code, score), (1, ""), "half of it is no mark")
+        self.assertIn("stage 1.2 was not judged; name this submission again", told)
+        self.assertEqual([run(str(file), "--stages", names)[:2] for names in ("1.2", "1.1,1.2", "1.1")], [(0, "14"), (0, "26"), (0, "12")])
+        self.assertEqual(asked, [["1.1"], ["1.2"]], "each was judged once")
 
     def test_wrong_words_are_refused_before_anything_is_graded(self):
         for words, told in ((["--late", "5"], "need --class FILE"), (["--keep", "first"], "--keep must be one of last, best, got 'first'"),

@@ -27,6 +27,7 @@ from .sandbox import Sandbox, Unguarded, preflight
 from .submission import collect, handed_in, refuse
 from .toolchain import Infrastructure, Toolchain
 
+MOST_TOLD = 40  # lines on the terminal; summary.html has all
 VERSION = 3  # of the records; another one is graded again
 
 
@@ -72,10 +73,13 @@ def run_grade(arguments) -> int:
 
 def write_tables(out: Path, records: list, points: dict, book, marks: list, lost: list, say: Speaker) -> None:
     """All that is made of the records: nothing is compiled or judged for it."""
+    count_for = {}
+    for one in marks:
+        for name in {record["name"] for record in one.records.values()}:
+            count_for.setdefault(name, []).append(one)
     for record in records:
-        own = [one for one in marks if any(record is other for other in one.records.values())]
         outputs.write_one(out / record["name"], record, say)
-        pages.write_feedback(out / record["name"], record, say, own)
+        pages.write_feedback(out / record["name"], record, say, count_for.get(record["name"], ()))
     outputs.write_class(out, records, list(points))
     for name, (rows, delimiter, encoding) in (gradebooks.tables(book, marks, points, say) if book else {}).items():
         outputs.write_table(out / name, rows, delimiter, encoding)
@@ -83,15 +87,18 @@ def write_tables(out: Path, records: list, points: dict, book, marks: list, lost
 
 
 def look_at(records: list, book, marks: list, lost: list, points: dict, say: Speaker) -> list:
-    """[(who, why)] of all that is no mark yet, or by no time that is sure: a human looks there first."""
+    """[(who, why)] of all that is no mark yet, or one that is not certain: a human looks there first."""
+    unread = lambda record: " ".join(say("grade.fault", fault=fault) for fault in record.get("unread", ()))
     found = [(name, say.text(why)) for name, why in lost]
     found += [(record["name"], say("grade.not_judged", reason={"quoted": record["error"]})) for record in records if "error" in record]
-    found += [(record["name"], " ".join(say("grade.fault", fault=fault) for fault in record.get("unread", ())))
-              for record in records if record["status"] == "not-read"]
-    found += [(f"{one.student.id} {one.student.name}", say("grade.by_a_files_time", n=one.days_late)) for one in marks
-              if classbook.by_a_files_time(one)]
-    if book and (theirs := gradebooks.refused_there(book, sum(points.values()) + sum(book.read.values()))):
-        found.append((book.table.path.name, say("grade.less_in_moodle", n=theirs, m=f"{sum(points.values()) + sum(book.read.values()):g}")))
+    found += [(record["name"], unread(record)) for record in records if record["status"] == "not-read"]
+    found += [(record["name"], say("grade.partly_read") + " " + unread(record)) for record in records
+              if record["status"] == "graded" and record.get("unread")]
+    if late := [f"{one.student.id} {one.student.name}" for one in marks if classbook.by_a_files_time(one)]:
+        found.append((say("grade.list").join(late), say("grade.by_a_files_time")))
+    most = sum(points.values()) + sum(book.read.values() if book else ())
+    if book and (theirs := gradebooks.refused_there(book, most)):
+        found.append((book.table.path.name, say("grade.less_in_moodle", n=theirs, m=f"{most:g}")))
     return found
 
 
@@ -243,8 +250,11 @@ def read_records(out: Path, stages: list, rubric: dict, say: Speaker) -> list:
 
 
 def tell(out: Path, records: list, looked_at: list, arguments, say: Speaker) -> None:
-    for who, why in looked_at:
-        warn(f"{outputs.plain(who)}: {outputs.plain(why)}")
+    for who, why in looked_at[:MOST_TOLD]:
+        who = outputs.plain(who)
+        warn(f"{who if len(who) < 300 else who[:300] + '…'}: {outputs.plain(why)}")
+    if len(looked_at) > MOST_TOLD:
+        warn(say("grade.and_more", n=len(looked_at) - MOST_TOLD))
     if arguments.json:
         jsonout.emit({"out": str(out), "records": [{key: record[key] for key in ("name", "status", "score", "points")}
                                                    for record in records]})

@@ -50,7 +50,8 @@ def students(book: Class, marks: list, points: dict, most: float, say: Speaker) 
             *(f"read {what}" for what in book.read), "total", "of", "override", "reason"]
     time = lambda mark: mark.handed_in.astimezone().isoformat(timespec="seconds") if mark.handed_in else ""
     return [head, *([mark.student.id, mark.student.name, status(mark, say), "; ".join(sorted({record["name"] for record in mark.records.values()})),
-                     time(mark), mark.time_from, mark.days_late, *map(shown, mark.stages.values()), shown(mark.lost),
+                     time(mark), mark.time_from, shown(mark.days_late if mark.handed_in else None), *map(shown, mark.stages.values()),
+                     shown(mark.lost if mark.handed_in else None),
                      *map(shown, mark.student.read.values()), shown(mark.total), shown(most),
                      "; ".join(f"{stage}={value:g}" for stage, value in mark.student.override.items()), mark.student.reason] for mark in marks)]
 

@@ -13,6 +13,7 @@ from .submission import ARCHIVES
 
 OWN_FILES = ("grades.csv", "unnamed.csv", "summary.html", "session.json", "students.csv", "canvas.csv", "moodle.csv")  # beside the submissions' folders
 NO_SUBMISSIONS = ("submission_metadata.yml", ".ds_store", "thumbs.db", "desktop.ini", "__macosx")  # what lies beside them
+TABLES = (".csv", ".xls", ".xlsx", ".yml")  # of the class, kept in the same folder
 LONGEST_NAME = 200  # bytes
 
 
@@ -31,7 +32,12 @@ def listed(paths: list, list_file: str) -> list:
             if line.strip() and not os.path.lexists(line):
                 raise CourseError(f"{list_file}:{number}: there is no such submission, got '{line}'")
         paths += [Path(line) for line in lines if line.strip()]
-    return [path for path in paths if path.name.lower() not in NO_SUBMISSIONS]
+    return [path for path in paths if not is_beside(path)]
+
+
+def is_beside(path: Path) -> bool:
+    """Whether it is no submission, but lies beside them."""
+    return path.name.lower() in NO_SUBMISSIONS or (path.suffix.lower() in TABLES and not platform_name(path.name))
 
 
 def class_in(folder: Path) -> list:
@@ -39,7 +45,7 @@ def class_in(folder: Path) -> list:
     archives, files that a platform has named, or folders with one and the same file."""
     if folder.is_symlink() or not folder.is_dir():
         return []
-    members = sorted(path for path in folder.iterdir() if path.name.lower() not in NO_SUBMISSIONS and not path.name.startswith("."))
+    members = sorted(path for path in folder.iterdir() if not is_beside(path) and not path.name.startswith("."))
     if any(meant(path.name) for path in members):
         return []
     named = [path for path in members if platform_name(path.name)]

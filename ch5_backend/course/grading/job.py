@@ -145,7 +145,7 @@ def grade(submission: Submission, toolchain: Toolchain, stages: list, rubric: di
         if any(row["state"] == "unread" for row in record["stages"]):
             record["status"] = "not-read"
     except Exception as error:  # whatever fails here is ours, and never a mark
-        record.update(status="infrastructure-error", error=f"{type(error).__name__}: {error}", stages=[])
+        record.update(status="infrastructure-error", error=str(error) if isinstance(error, Infrastructure) else f"{type(error).__name__}: {error}", stages=[])
     order = [stage["id"] for stage in stages]
     record["stages"].sort(key=lambda row: order.index(row["id"]))
     record.update(cpu_seconds=round(cpu, 2), peak_mib=peak, seconds=round(time.monotonic() - begin, 2))

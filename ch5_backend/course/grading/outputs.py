@@ -35,10 +35,19 @@ def check_in_words(name: str, say: Speaker) -> str:
 
 
 def write_one(folder: Path, record: dict, say: Speaker) -> None:
-    write_whole(folder / "results.json", json.dumps(gradescope(record, say), ensure_ascii=False, indent=1))
-    write_whole(folder / "autolab.json", autolab(record) + "\n")
-    with atomic_write(folder / "junit.xml") as partial:
-        junit(record, say).write(partial, encoding="utf-8", xml_declaration=True)
+    write_changed(folder / "results.json", json.dumps(gradescope(record, say), ensure_ascii=False, indent=1))
+    write_changed(folder / "autolab.json", autolab(record) + "\n")
+    write_changed(folder / "junit.xml", ElementTree.tostring(junit(record, say).getroot(), encoding="utf-8", xml_declaration=True).decode("utf-8"))
+
+
+def write_changed(path: Path, text: str) -> None:
+    """Where another text is there, or none: a class that is marked again has thousands of files, and most stay as they are."""
+    try:
+        if path.read_text(encoding="utf-8") == text:
+            return
+    except (OSError, ValueError):
+        pass
+    write_whole(path, text)
 
 
 def gradescope(record: dict, say: Speaker = speaker("en")) -> dict:

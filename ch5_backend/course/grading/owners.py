@@ -15,7 +15,8 @@ import re
 import unicodedata
 from pathlib import Path
 
-HAN = "\u3400-\u9fff\uf900-\ufaff\U00020000-\U0003ffff"
+HAN_RANGES = (("\u3400", "\u9fff"), ("\uf900", "\ufaff"), ("\U00020000", "\U0003ffff"))
+HAN = "".join(f"{first}-{last}" for first, last in HAN_RANGES)
 MOODLE = re.compile(r"(?P<person>.*?)_(?P<number>\d+)_assignsubmission_(?:file|onlinetext)(?P<rest>_.*|$)", re.DOTALL)
 CANVAS = re.compile(r"(?P<person>\w+?)_(?P<late>late_)?(?P<number>\d+)_(?P<attachment>\d+)_(?P<rest>.+)", re.DOTALL | re.IGNORECASE)
 
@@ -40,8 +41,21 @@ def platform_name(text: str):
 
 def has_word(text: str, word: str) -> bool:
     """Whether it stands there and does not go on; both folded. Chinese goes on in Chinese, all else in all else."""
-    kind = lambda letter: f"[{HAN}]" if re.fullmatch(f"[{HAN}]", letter) else f"[^\\W_{HAN}]"
-    return bool(word) and re.search(f"(?<!{kind(word[0])}){re.escape(word)}(?!{kind(word[-1])})", text) is not None
+    at = text.find(word)
+    while at >= 0:
+        before, after = text[at - 1:at], text[at + len(word):at + len(word) + 1]
+        if not goes_on(before, word[0]) and not goes_on(word[-1], after):
+            return True
+        at = text.find(word, at + 1)
+    return False
+
+
+def goes_on(letter: str, following: str) -> bool:
+    return letter.isalnum() and following.isalnum() and is_han(letter) == is_han(following)
+
+
+def is_han(letter: str) -> bool:
+    return any(first <= letter <= last for first, last in HAN_RANGES)
 
 
 def names_in(text: str) -> set:

@@ -79,7 +79,7 @@ class Submission:
         try:
             content = read() if read and size <= LARGEST else None
         except Exception as error:  # encrypted, damaged: those behind it may be whole
-            self.blame(sentence("submission.file_unreadable", file=name, reason=plain(str(error))), True)
+            self.blame(sentence("submission.file_unreadable", file=name, reason=reason_of(error)), True)
             return
         if not read:
             self.blame(sentence("submission.file_no_file", file=name), True)
@@ -143,8 +143,11 @@ def collect_path(path: Path, submission: Submission, above: str = "") -> None:
             members = in_zip(path) if zipfile.is_zipfile(path) else in_tar(path)
             collect_members(((above + name, size, read) for name, size, read in members), submission)
     except Exception as error:  # whatever an archive holds that Python's modules do not expect
-        reason = error.message if isinstance(error, CourseError) else plain(str(error))
-        submission.blame(sentence("submission.unreadable", file=short(path.name), reason=reason), True)
+        submission.blame(sentence("submission.unreadable", file=short(path.name), reason=reason_of(error)), True)
+
+
+def reason_of(error: Exception):
+    return error.message if isinstance(error, CourseError) else plain(str(error))
 
 
 def archives_in(folder: Path):
@@ -225,6 +228,8 @@ def in_zip(path: Path):
 
 
 def read_in_zip(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
+    if member.flag_bits & 1:
+        raise CourseError(sentence("submission.encrypted"))
     with archive.open(member) as file:  # reads no more than is asked for, however much it unpacks to
         return file.read(LARGEST + 1)
 

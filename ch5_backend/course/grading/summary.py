@@ -15,7 +15,7 @@ from ..homework.check import MARKS
 from ..homework.diagnosis import SYMPTOMS, cause_of
 from . import outputs, unnamed
 from .job import OUT_OF_TIME
-from .likeness import alike
+from .likeness import alike_once
 from .pages import element, paragraph, state_of, title, untouched
 
 NEAR = 10.0  # times its tolerance: so near a wrong number may be rounding
@@ -59,7 +59,7 @@ def write(out: Path, records: list, points: dict, book, marks: list, looked_at: 
             *counts("grade.misconceptions", Counter(what for row in rows if (what := misconception(row, say))), say),
             *unnamed.table(groups, say)]
     if graded:
-        body += [near_misses(graded, say), likeness(graded, say), *([] if book else submissions(graded, say))]
+        body += [near_misses(graded, say), likeness(out, graded, say), *([] if book else submissions(graded, say))]
     page.write(out / "summary.html", say("grade.grades"), [*body, SORT], say.language)
 
 
@@ -161,13 +161,13 @@ def near_misses(graded: list, say: Speaker) -> Markup:
     return element("h2", say("grade.near_misses")) + (page.table(head, table, "words") if table else none)
 
 
-def likeness(graded: list, say: Speaker) -> Markup:
+def likeness(out: Path, graded: list, say: Speaker) -> Markup:
     """Equal submissions, and files that are alike. A hint for a human, no proof."""
     same = {}
     for record in graded:
         if any(not untouched(row) for row in record["stages"]):  # nothing is equal to nothing, nor a skeleton to a skeleton
             same.setdefault(json.dumps(record["content"]), []).append(record["name"])
     table = [[say("grade.list").join(names), say("grade.all_files"), say("grade.equal")] for names in same.values() if len(names) > 1]
-    table += [[say("grade.list").join((a, b)), file, say("grade.own_lines", n=f"{100 * part:.0f}")] for a, b, file, part in alike(graded)]
+    table += [[say("grade.list").join((a, b)), file, say("grade.own_lines", n=f"{100 * part:.0f}")] for a, b, file, part in alike_once(graded, out / ".cache" / "alike.json")]
     head = list(map(say, ["grade.submissions", "grade.file", "grade.share"]))
     return element("h2", say("grade.alike")) + (page.table(head, table, "words") if table else paragraph(say("grade.none")))
