@@ -3,16 +3,22 @@
 import csv
 import json
 import re
+import unittest
+from contextlib import redirect_stdout
 from unittest import mock
 
 from tests.folder import FolderTest
+from tests.grading.class_test import Terminal
+from tests.grading.one_stage import READY
 from tests.grading.languages_test import CHINESE, ENGLISH, record, words_of
 from tests.homework.answers_test import with_table
 from tests.homework.chinese import english_in
+from ch5_backend.course.__main__ import main
 from ch5_backend.course.base.errors import CourseError
 from ch5_backend.course.base.language import sentence
 from ch5_backend.course.grading import rename, summary, unnamed
-from ch5_backend.course.homework import answers
+from ch5_backend.course.grading.toolchain import Toolchain
+from ch5_backend.course.homework import answers, samples
 from ch5_backend.course.homework.diagnosis import Verdict
 from ch5_backend.course.homework.regions import STAGES
 from ch5_backend.course.homework.samples import read_mistakes, source
@@ -127,3 +133,39 @@ class Renamed(FolderTest):
         with mock.patch.object(rename, "warn") as warn:
             self.learned(verdict)
         self.assertIn("one answer", " ".join(call.args[0] for call in warn.call_args_list).replace("the same answer", "one answer"))
+
+
+@unittest.skipUnless(READY, "no Clang: without ./course grade")
+class FromTheTableToThePage(FolderTest):
+    """As GRADING.md tells it, with a mistake that has no name."""
+    ENTRY = "// MISTAKE corner 2.b_before_move\n// CHANGE 2d H_prior = Arr => Arr(0, 0) += 0.123; H_prior = Arr\n"
+
+    def grade(self, *words) -> None:
+        with redirect_stdout(Terminal()):
+            self.assertEqual(main(["grade", *map(str, words), "--stages", "2", "--out", str(self.folder / "out"), "--language", "en"]), 0)
+
+    def pages(self) -> list:
+        return [words_of(self.folder / "out" / name / "feedback.html") for name in ("jane", "joe")]
+
+    def test_a_shared_answer_gets_its_name(self):
+        (self.folder / "stage_2.mistakes").write_text(self.ENTRY, encoding="utf-8")
+        self.addCleanup(answers.known.cache_clear)
+        with mock.patch.object(samples, "MISTAKES", self.folder), mock.patch.object(answers, "TABLE", self.folder / "answers.csv"):
+            answers.known.cache_clear()
+            corner, = read_mistakes()
+            for name in ("jane", "joe"):
+                (self.folder / name).mkdir()
+                (self.folder / name / "problem.cc").write_text(f"{source('problem.cc', corner.code)}// {name}\n", encoding="utf-8")
+            self.grade(self.folder / "jane", self.folder / "joe")
+            row, = csv.DictReader((self.folder / "out" / "unnamed.csv").read_text(encoding="utf-8").splitlines())
+            self.assertEqual((row["students"], row["stage"]), ("2", "2"))
+            self.assertIn("Arr(0, 0) += 0.123;", row["lines"])
+            self.assertNotIn("made from the b before", "".join(self.pages()))
+            grades = (self.folder / "out" / "grades.csv").read_bytes()
+            with mock.patch.object(Toolchain, "compile", autospec=True, side_effect=Toolchain.compile) as compiled:
+                self.grade("--rename")
+            self.assertEqual(compiled.call_count, 1, "the entry alone")
+            for page in self.pages():
+                self.assertIn("b_prior is made from the b before the move", page)
+            self.assertEqual((self.folder / "out" / "grades.csv").read_bytes(), grades)
+            self.assertEqual(len((self.folder / "out" / "unnamed.csv").read_text(encoding="utf-8").splitlines()), 1)

@@ -112,9 +112,10 @@ def main() -> int:
         answers.write_table(rows)
         print(*(f"{one} and {other} have one answer and two causes" for one, other in answers.ambiguous(rows)), sep="\n")
     named = [is_named(diagnosis) for _, diagnosis in wrong]
+    alone = sum(is_named({**diagnosis, **diagnosis.get("judged", {})}) for _, diagnosis in wrong)
     print("\n".join(differences))
     print(f"{sum(one.state == 'right' for one in samples)} right samples and {len(wrong)} wrong ones, {len(cases)} verdicts, "
-          f"{len(differences)} unexpected, named {sum(named)}")
+          f"{len(differences)} unexpected, named {sum(named)}, {alone} of them also without answers.csv")
     return 1 if differences or sum(named) < NAMED * len(named) else 0
 
 
