@@ -5,7 +5,6 @@ import json
 import os
 import subprocess
 import sys
-import unittest
 from pathlib import Path
 
 from tests.folder import FolderTest
@@ -38,10 +37,9 @@ def contents(folder) -> dict:
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def needs(path) -> Path:
-    if not path.exists():
-        raise unittest.SkipTest(f"{path} is missing")
-    return path
+def real(name: str, *instead) -> list:
+    """What stands in for the real data of this name, and these where they are."""
+    return [*instead, *([DATA / name] if (DATA / name).exists() else [])]
 
 
 class AppTest(FolderTest):

@@ -1,5 +1,6 @@
-/// A recorded flight: its files are read, and its measurements agree with its ground truth.
+/// A recorded flight, and a simulated one for who lacks it: its files are read, and its measurements agree with its ground truth.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -7,17 +8,26 @@
 #include <set>
 
 #include "ch5_backend/files/recording_file.h"
+#include "ch5_backend/simulate/sensors/scene_points.h"
+#include "ch5_backend/simulate/sensors/simulation.h"
 #include "ch5_backend/types/inertial/preintegration.h"
+#include "tests/data_folder.h"
 
 namespace ch5 {
 namespace {
 
 namespace fs = std::filesystem;
 
+double LengthOf(const std::vector<StampedState>& path) {
+  double length = 0.0;
+  for (size_t k = 1; k < path.size(); ++k) length += (path[k].T_W_B.p - path[k - 1].T_W_B.p).norm();
+  return length;
+}
+
 // What the data's own description says of it.
 TEST(RealRecording, IsReadWhole) {
-  const fs::path folder = fs::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
-  if (!fs::exists(folder)) GTEST_SKIP() << "the recording euroc_v1_01_easy is not there: " << folder;
+  const fs::path folder = DataFolder() / "euroc_v1_01_easy";
+  CH5_NEEDS(folder);
   const Recording recording = ReadRecording(folder);
   EXPECT_EQ(recording.imu.size(), 6001u);
   EXPECT_EQ(recording.images.size(), 601u);
@@ -32,18 +42,69 @@ TEST(RealRecording, IsReadWhole) {
   EXPECT_EQ(recording.calibration.width, 752);
   EXPECT_EQ(recording.calibration.noise.gyroscope, 1.6968e-4);
   EXPECT_NEAR(recording.imu.front().acceleration.norm(), 9.81, 0.1);  // it stands still
-  double length = 0.0;
-  for (size_t k = 1; k < recording.truth.size(); ++k) {
-    length += (recording.truth[k].T_W_B.p - recording.truth[k - 1].T_W_B.p).norm();
+  EXPECT_NEAR(LengthOf(recording.truth), 8.2, 0.3);
+}
+
+// Eight seconds of a hand-held camera, without noise: its motion is a formula.
+const Trajectory& Formula() {
+  static const Trajectory handheld = [] {
+    HandheldOptions options;
+    options.duration = 8.0;
+    return Handheld(options);
+  }();
+  return handheld;
+}
+
+Recording Simulated() {
+  SimulationOptions options;
+  options.imu.noise_scale = 0.0;
+  options.camera.pixel_sigma = 0.0;
+  Random random(1);
+  return SimulateRecording(Formula(), PointsOnPlanes(RoomWalls({-5, -5, -2.5}, {5, 5, 2.5}), 1000, &random), options);
+}
+
+struct Flight {
+  const char* name;
+  double p, v, angle;  // how far the IMU may lead from the truth in half a second [m, m/s, rad]
+  double pixels;       // the median error of what is tracked
+};
+void PrintTo(const Flight& flight, std::ostream* out) { *out << flight.name; }
+
+class Flights : public testing::TestWithParam<Flight> {
+ protected:
+  void SetUp() override {
+    const bool is_real = std::string(GetParam().name) == "recorded";
+    const fs::path folder = is_real ? DataFolder() / "euroc_v1_01_easy"
+                                    : fs::path(testing::TempDir()) / ("ch5_flight_" + std::to_string(getpid()));
+    if (!is_real) WriteRecording(Simulated(), folder);
+    CH5_NEEDS(folder);
+    recording_ = ReadRecording(folder);
+    if (!is_real) fs::remove_all(folder);
   }
-  EXPECT_NEAR(length, 8.2, 0.3);
+  Recording recording_;
+};
+
+// Measured of the recorded one: 1.2 cm, 0.05 m/s, 0.16°; 1.3 px, 0.8 px if the pixels' errors are minimized rather than the
+// rays' distances. A wrong frame, sign or unit is off by meters or radians.
+INSTANTIATE_TEST_SUITE_P(, Flights,
+                         testing::Values(Flight{"recorded", 0.03, 0.1, 0.01, 1.5},
+                                         Flight{"simulated", 1e-4, 1e-4, 1e-4, 1e-3}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+TEST(SimulatedFlight, IsReadWhole) {
+  const fs::path folder = fs::path(testing::TempDir()) / ("ch5_simulated_" + std::to_string(getpid()));
+  WriteRecording(Simulated(), folder);
+  const Recording recording = ReadRecording(folder);
+  fs::remove_all(folder);
+  EXPECT_EQ(recording.imu.size(), 1601u);
+  EXPECT_EQ(recording.images.size(), 161u);
+  EXPECT_EQ(recording.calibration.fx, ForwardCamera().fx);
+  EXPECT_NEAR(LengthOf(recording.truth) / PathLength(Formula()), 1.0, 1e-4);
 }
 
 // The frames' conventions, all at once: over half a second, the recorded IMU carries the true state on to the next.
-TEST(RealRecording, ImuAgreesWithItsGroundTruth) {
-  const fs::path folder = fs::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
-  if (!fs::exists(folder)) GTEST_SKIP() << "the recording euroc_v1_01_easy is not there: " << folder;
-  const Recording recording = ReadRecording(folder);
+TEST_P(Flights, ImuAgreesWithTheGroundTruth) {
+  const Recording& recording = recording_;
   const Vec3 g = recording.calibration.GravityInWorld();
   double worst_p = 0.0, worst_angle = 0.0, worst_v = 0.0;
   for (size_t k = 100; k + 10 < recording.truth.size(); k += 10) {
@@ -59,10 +120,9 @@ TEST(RealRecording, ImuAgreesWithItsGroundTruth) {
     worst_v = std::max(worst_v, (v - j.v_W).norm());
     worst_angle = std::max(worst_angle, LogSO3((i.T_W_B.q * imu.Gamma()).conjugate() * j.T_W_B.q).norm());
   }
-  // Measured: 1.2 cm, 0.05 m/s, 0.16°. A wrong frame, sign or unit is off by meters or radians.
-  EXPECT_LT(worst_p, 0.03);
-  EXPECT_LT(worst_v, 0.1);
-  EXPECT_LT(worst_angle, 0.01);
+  EXPECT_LT(worst_p, GetParam().p);
+  EXPECT_LT(worst_v, GetParam().v);
+  EXPECT_LT(worst_angle, GetParam().angle);
 }
 
 struct Ray {
@@ -85,10 +145,8 @@ Vec3 PointNearestTo(const std::vector<Ray>& rays) {
 }
 
 // And the camera's: each track meets in one point when its rays are drawn from the true poses.
-TEST(RealRecording, TracksMeetInPointsAtTheTruePoses) {
-  const fs::path folder = fs::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
-  if (!fs::exists(folder)) GTEST_SKIP() << "the recording euroc_v1_01_easy is not there: " << folder;
-  const Recording recording = ReadRecording(folder);
+TEST_P(Flights, TracksMeetInPointsAtTheTruePoses) {
+  const Recording& recording = recording_;
   const Transform& T_B_C = recording.calibration.T_B_C;
   std::map<int, std::vector<Ray>> tracks;
   for (const Image& frame : recording.images) {
@@ -107,8 +165,7 @@ TEST(RealRecording, TracksMeetInPointsAtTheTruePoses) {
   }
   ASSERT_GT(errors.size(), 10000u);
   std::nth_element(errors.begin(), errors.begin() + errors.size() / 2, errors.end());
-  // Measured: 1.3 px; 0.8 px if the pixels' errors are minimized rather than the rays' distances.
-  EXPECT_LT(errors[errors.size() / 2], 1.5);
+  EXPECT_LT(errors[errors.size() / 2], GetParam().pixels);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include "ch5_backend/files/tables/text_writer.h"
+#include "tests/data_folder.h"
+#include "tests/files/made_up_window.h"
 
 namespace ch5 {
 namespace {
@@ -186,8 +188,8 @@ TEST(RealWindowDumps, AllNineAreReadWithTheirCounts) {
       {"vio_S", 11, 10, 145, 75, 12},   {"vio_M", 11, 10, 236, 75, 12},          {"vio_L", 11, 10, 429, 75, 12},
       {"vio_Md", 11, 10, 236, 156, 21}, {"real_euroc_sub2", 11, 10, 300, 15, 2}, {"real_tango_100", 11, 10, 247, 15, 2},
       {"mono_3_20", 3, 0, 20, 0, 0},    {"mono_10_500", 10, 0, 500, 0, 0},       {"mono_20_1500", 20, 0, 1500, 0, 0}};
-  const fs::path folder = fs::path(CH5_DATA_DIR) / "windows";
-  if (!fs::exists(folder)) GTEST_SKIP() << "the window dumps are not there: " << folder;
+  const fs::path folder = DataFolder() / "windows";
+  CH5_NEEDS(folder);
   for (const Expected& expected : all) {
     SCOPED_TRACE(expected.name);
     const WindowDump dump = ReadWindowDump(folder / (std::string(expected.name) + ".txt"));
@@ -207,10 +209,8 @@ TEST(RealWindowDumps, AllNineAreReadWithTheirCounts) {
 }
 
 // Conventions, against the dump's own truth: where the true inverse depth puts a landmark, the other frames see it.
-TEST(RealWindowDumps, LandmarksOfASimulatedWindowReprojectAtTheTruth) {
-  const fs::path path = fs::path(CH5_DATA_DIR) / "windows/vio_S.txt";
-  if (!fs::exists(path)) GTEST_SKIP() << "the window dump is not there: " << path;
-  const WindowDump dump = ReadWindowDump(path);
+// @return the RMS of what they see there, per axis, in σ
+double ReprojectionErrorAtTheTruth(const WindowDump& dump) {
   const Transform& T_B_C = dump.T_B_C;
   double sum = 0.0;
   int n = 0;
@@ -226,8 +226,27 @@ TEST(RealWindowDumps, LandmarksOfASimulatedWindowReprojectAtTheTruth) {
       n += 2;
     }
   }
+  return dump.sqrt_information * std::sqrt(sum / n);
+}
+
+TEST(RealWindowDumps, LandmarksOfASimulatedWindowReprojectAtTheTruth) {
+  const fs::path path = DataFolder() / "windows/vio_S.txt";
+  CH5_NEEDS(path);
   // In the dump's own σ of 1.5 px. Both observations are noisy, hence √2, and some are outliers; measured 1.9.
-  EXPECT_NEAR(dump.sqrt_information * std::sqrt(sum / n), 1.9, 0.2);
+  EXPECT_NEAR(ReprojectionErrorAtTheTruth(ReadWindowDump(path)), 1.9, 0.2);
+}
+
+TEST_F(WindowDumpFile, AMadeUpWindowIsReadWholeAndReprojectsAtTheTruth) {
+  const test::MadeUpWindow made = test::MakeWindow();
+  const WindowDump dump = Read(made.text);
+  EXPECT_EQ(dump.frames.size(), 11u);
+  EXPECT_EQ(dump.imu.size(), 10u);
+  EXPECT_EQ(dump.landmarks.size(), 40u);
+  EXPECT_EQ(dump.prior_J, 100.0 * MatXX::Identity(15, 15));
+  EXPECT_EQ(dump.prior_blocks.size(), 2u);
+  EXPECT_EQ(dump.loss, WindowDump::Loss::kCauchy);
+  EXPECT_NEAR(ReprojectionErrorAtTheTruth(dump),
+              dump.sqrt_information * std::sqrt(made.squares / (2 * made.observations)), 1e-9);
 }
 
 }  // namespace

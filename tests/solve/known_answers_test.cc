@@ -124,10 +124,17 @@ TEST_P(KnownAnswers, PowellsSingularFunction) {
   EXPECT_LT(x->GetEstimate().cwiseAbs().maxCoeff(), 1e-4);  // the cost is of fourth order in x
 }
 
+std::string NameOf(const testing::TestParamInfo<std::tuple<Algorithm, bool>>& info) {
+  constexpr const char* kAlgorithms[] = {"GaussNewton", "LevenbergMarquardt", "Dogleg"};
+  const auto [algorithm, sparse] = info.param;
+  return std::string(kAlgorithms[static_cast<int>(algorithm)]) + (sparse ? "Sparse" : "Dense");
+}
+
 INSTANTIATE_TEST_SUITE_P(Algorithms, KnownAnswers,
                          testing::Combine(testing::Values(Algorithm::kGaussNewton, Algorithm::kLevenbergMarquardt,
                                                           Algorithm::kDogleg),
-                                          testing::Bool()));
+                                          testing::Bool()),
+                         NameOf);
 
 }  // namespace
 }  // namespace ch5::test

@@ -23,6 +23,7 @@ struct Case {
   std::string scene;
   bool has_losses;
 };
+void PrintTo(const Case& one, std::ostream* out) { *out << one.scene << (one.has_losses ? " with losses" : ""); }
 
 // A scene; with losses, of which half of the residuals feel something.
 void Build(const Case& one, Graph* graph) {

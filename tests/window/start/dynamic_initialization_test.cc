@@ -12,6 +12,7 @@
 #include "ch5_backend/simulate/sensors/scene_points.h"
 #include "ch5_backend/simulate/sensors/simulation.h"
 #include "ch5_backend/window/start/closed_form.h"
+#include "tests/data_folder.h"
 
 namespace ch5 {
 namespace {
@@ -102,8 +103,8 @@ TEST(DynamicInitialization, BearsOutliers) { ExpectGoodStarts(4, 0.1, 40, 2.0); 
 
 // The flying part of the real recording, cut at every second: none starts wrong, most start.
 TEST(DynamicInitialization, StartsInTheMiddleOfARealFlight) {
-  const auto folder = std::filesystem::path(CH5_DATA_DIR) / "euroc_v1_01_easy";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder << "; set CH5_DATA_DIR";
+  const auto folder = DataFolder() / "euroc_v1_01_easy";
+  CH5_NEEDS(folder);
   const Recording recording = ReadRecording(folder);
   int cuts = 0, started = 0;
   std::vector<double> scales;
