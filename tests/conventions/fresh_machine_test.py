@@ -1,6 +1,7 @@
 """./course on machines that lack something, played with a PATH that holds only what such a machine has."""
 
 import os
+import shlex
 import shutil
 import subprocess
 
@@ -11,6 +12,10 @@ PLAIN_TOOLS = ("sh", "dirname", "sed", "cat", "mktemp", "grep", "sort", "head", 
 MISSING = "g++ cmake ninja-build ccache"  # what `run` needs and this PATH lacks
 COMMANDS = ("g++", "cmake", "ninja", "ccache")
 WORK, FAILURE = ("run", "--out", "/dev/null/out"), "cannot write into /dev/null/out"  # what fails only once the work begins
+
+
+def quoted(path) -> str:
+    return shlex.quote(str(path))
 
 
 class FreshMachine(FolderTest):
@@ -31,7 +36,7 @@ class FreshMachine(FolderTest):
         path.chmod(0o755)
 
     def apt(self, script: str) -> None:
-        self.tool("apt-get", f'echo "apt-get $*" >> {self.log}\n{script}')
+        self.tool("apt-get", f'echo "apt-get $*" >> {quoted(self.log)}\n{script}')
 
     def user(self, number: int) -> None:
         self.tool("id", f"echo {number}")
@@ -52,7 +57,7 @@ class FreshMachine(FolderTest):
 
     def installing(self) -> str:
         """A script that installs: the commands are there afterwards."""
-        made = " ".join(f'{self.bin}/{command}' for command in COMMANDS)
+        made = " ".join(quoted(self.bin / command) for command in COMMANDS)
         return f'case "$*" in *" install "*) touch {made} && chmod +x {made} ;; esac'
 
     def test_without_apt_it_names_the_packages(self):
@@ -79,6 +84,15 @@ class FreshMachine(FolderTest):
         self.apt("exit 0")
         self.refuses("still missing after the installation", MISSING)
 
+    def test_ccache_alone_stops_nothing(self):
+        self.user(1000)
+        for command in ("g++", "cmake", "ninja"):
+            self.tool(command, "exit 1")
+        done = self.course(*WORK)
+        self.assertIn("please install what Debian calls ccache", done.stderr)
+        self.assertIn("going on without ccache", done.stderr)
+        self.assertIn(FAILURE, done.stderr)
+
     def test_root_installs_and_goes_on(self):
         self.user(0)
         self.apt(self.installing())
@@ -89,12 +103,12 @@ class FreshMachine(FolderTest):
 
     def test_stale_package_lists_are_updated(self):
         self.user(0)
-        self.apt(f'grep -q update {self.log} || exit 100\n{self.installing()}')
+        self.apt(f'grep -q update {quoted(self.log)} || exit 100\n{self.installing()}')
         self.assertIn(FAILURE, self.course(*WORK).stderr)
 
     def test_a_user_installs_with_sudo(self):
         self.user(1000)
-        self.tool("sudo", f'echo "sudo $*" >> {self.log}\n[ "$1" = -n ] && shift\nexec "$@"')
+        self.tool("sudo", f'echo "sudo $*" >> {quoted(self.log)}\n[ "$1" = -n ] && shift\nexec "$@"')
         self.tool("true", "exit 0")
         self.apt(self.installing())
         self.assertIn(FAILURE, self.course(*WORK).stderr)
