@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import unittest
@@ -20,7 +21,8 @@ PROGRAMS = ("consumer", "consumer_mavx2", "consumer_march_native")
 
 
 def call(*command, **environment) -> str:
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, env={**os.environ, **CACHE, **environment})
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True,
+                          errors="surrogateescape", env={**os.environ, **CACHE, **environment})  # pkg-config quotes each byte
     if done.returncode:
         raise AssertionError(f"{' '.join(map(str, command))} failed with {done.returncode}:\n{done.stdout}{done.stderr}")
     return done.stdout
@@ -83,7 +85,7 @@ class Consumer(unittest.TestCase):
             self.skipTest("pkg-config is not installed")
         prefix, program = install(BUILD), HERE / "by_hand"
         folder, = prefix.rglob("pkgconfig")
-        cflags, libs = (call("pkg-config", kind, "ch5_backend", PKG_CONFIG_PATH=str(folder)).split() for kind in ("--cflags", "--libs"))
+        cflags, libs = (shlex.split(call("pkg-config", kind, "ch5_backend", PKG_CONFIG_PATH=str(folder))) for kind in ("--cflags", "--libs"))
         call(*COMPILER, "-std=c++17", "-O0", "-march=native", *cflags, "-c", SOURCE / "main.cc", "-o", program.with_suffix(".o"))
         call(CXX, program.with_suffix(".o"), "-o", program, *libs)
         call(program)

@@ -1,6 +1,7 @@
 """./course run --mine and ./course fly on a folder of homework of their own: whose lines run, and where they differ."""
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -102,11 +103,12 @@ class Fly(FolderTest):
         hand_in(FOLDER, **SKELETONS)
         build_or_fail([OWN])
         commands = subprocess.run(["ninja", "-C", str(BUILD), "-t", "commands", OWN], check=True, capture_output=True, text=True).stdout.splitlines()
-        link = commands[-1]
+        link = shlex.split(commands[-1])  # ": && COMPILER … && :"
+        link = link[link.index("&&") + 1:len(link) - 1 - link[::-1].index("&&")]
         idle = []
         for file in FILES:
             functions = unfinished(skeleton(file))
-            made = next(Path(word) for word in link.split() if word.endswith(f"{file}.o") and f"/{OWN}_" in f"/{word}")
+            made = next(word for word in link if word.endswith(f"{file}.o") and f"/{OWN}_" in f"/{word}")
             whole = self.whole_object(file, commands)
             for function in functions:
                 one = self.folder / f"{file}.{function}.o"
@@ -114,16 +116,17 @@ class Fly(FolderTest):
                 weaken(one, [other for other in functions if other != function])
                 self.assertTrue(symbols(one, [function]), function)
                 program = self.folder / "program"
-                subprocess.run(link.replace(str(made), str(one)).replace(f"-o bin/{OWN}", f"-o {program}"), shell=True, check=True,
-                               cwd=BUILD, capture_output=True)
+                exchanged = {made: one, f"bin/{OWN}": program}
+                subprocess.run([exchanged.get(word, word) for word in link], check=True, cwd=BUILD, capture_output=True)
                 if not any(self.changes(program, experiment) for experiment in EXPERIMENT_OF[file]):
                     idle.append(f"{file}: {function}")
         self.assertEqual(idle, [])
 
     def whole_object(self, file, commands) -> Path:
         """The skeleton's object with all its functions, as the compiler, or its cache, hands it to own_functions.py."""
-        command = next(line for line in commands if line.endswith(f"-c {FOLDER / file}") and f"/{OWN}." in line)
-        words, made = command.partition(".json ")[2].split(), self.folder / f"{file}.o"
+        every, made = map(shlex.split, commands), self.folder / f"{file}.o"
+        command = next(words for words in every if words[-2:] == ["-c", str(FOLDER / file)] and any(f"/{OWN}." in word for word in words))
+        words = command[next(i for i, word in enumerate(command) if word.endswith(".json")) + 1:]
         words[words.index("-o") + 1] = str(made)
         subprocess.run(words, check=True, cwd=BUILD)
         return made

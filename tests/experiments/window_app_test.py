@@ -1,6 +1,7 @@
 """ch5_window, and ./course run FILE on a stored window: what they print, write and refuse."""
 
 import random
+import re
 
 from tests.experiments.programs_under_test import AppTest, contents, run, table
 from tests.project import ROOT
@@ -72,7 +73,7 @@ class WindowApp(AppTest):
         before = contents(self.folder)
         done = self.program(path, "--out", self.out)
         self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
-        self.assertRegex(done.stderr, rf"^ch5_window: {path}:4: .*-3")
+        self.assertRegex(done.stderr, rf"^ch5_window: {re.escape(str(path))}:4: .*-3")
         self.assertEqual(contents(self.folder), before)
 
     def test_a_point_in_a_cameras_plane_has_no_cost(self):

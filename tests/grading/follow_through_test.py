@@ -1,6 +1,7 @@
 """Follow-through: one wrong blank costs its share of a stage and no more, and an empty one earns nothing."""
 
 import re
+import shlex
 import time
 import unittest
 from pathlib import Path
@@ -152,7 +153,7 @@ class Prebuilt:
         if name is None:
             return Built(None, Verdict("does-not-compile"), 1.0, 100.0)
         worker = folder / "worker"
-        worker.write_text(f"#!/bin/sh\nexec {BIN / 'worker_samples'} --submission={name}\n")
+        worker.write_text(f"#!/bin/sh\nexec {shlex.quote(str(BIN / 'worker_samples'))} --submission={name}\n")
         worker.chmod(0o755)
         return Built(worker, None, 1.0, 100.0)
 

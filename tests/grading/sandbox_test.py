@@ -35,7 +35,7 @@ class Inside(unittest.TestCase):
             os.chmod(folder, 0o755)
             (Path(folder) / "given").write_text("read me")
             box = Sandbox(read_only={"/in": folder})
-            outcome = box.run(["sh", "-c", f"cat /in/given; ls /; ls {ROOT} /etc /home /root; echo x > /in/given"])
+            outcome = box.run(["sh", "-c", 'cat /in/given; ls /; ls "$0" /etc /home /root; echo x > /in/given', ROOT])
             self.assertEqual((Path(folder) / "given").read_text(), "read me")
         self.assertTrue(outcome.output.startswith("read mebin\ndev\nin\nlib"), outcome.output)
         self.assertEqual(outcome.output.count("No such file"), 4, outcome.output)

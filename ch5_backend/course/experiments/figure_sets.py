@@ -1,5 +1,6 @@
 """What makes every table and draws it, and how long both take. Nothing else knows."""
 
+import shlex
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -33,9 +34,9 @@ class FigureSet:
         return all((data_folder() / name).exists() for name in self.needs.split())
 
     def command(self, template: str, out: Path) -> tuple:
-        """The words of `made_by` or `drawn_by`: each may hold spaces once it is filled in."""
+        """The words of `made_by` or `drawn_by`, quoted as a shell's: each may hold spaces once it is filled in."""
         program, *words = (word.format(out=out, folder=out / self.folder, data=data_folder())
-                           for word in template.split())
+                           for word in shlex.split(template))
         is_module = "." in program and "/" not in program
         return (sys.executable, "-m", program, *words) if is_module else (str(BIN / program), *words)
 

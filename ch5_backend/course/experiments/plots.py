@@ -62,8 +62,8 @@ def plots(arguments) -> int:
     if arguments.list:
         print(listing(sets, out))
         return 0
-    sets = possible(sets, out, arguments)
     with made_dir(out):
+        sets = possible(sets, out, arguments)
         makers = makers_of(sets)
         due = due_of(makers, out, arguments.rerun)
         if arguments.shard:
