@@ -1,7 +1,10 @@
 """./course test: builds everything and runs CTest."""
 
 import re
+import shlex
 import sys
+from collections import Counter
+from xml.etree import ElementTree
 
 from .base.cmake_build import BUILD, CORES, ROOT, build_or_fail, run_logged
 from .base.errors import CourseError
@@ -11,11 +14,15 @@ from .base.progress import Progress
 def test(names: list, quick: bool, nightly: bool, extra: list) -> int:
     """Runs the tests whose names match one of `names` (default: all but the nightly ones), with `extra` words for CTest.
 
-    Prints what failed and CTest's closing lines. Returns 0 if all passed, else 1.
+    Prints what failed, each with the command that repeats it, CTest's closing lines, and in a line what was skipped and why.
+    Returns 0 if all passed, else 1.
     """
     refuse(names)
     build_or_fail()
-    command = ["ctest", "--test-dir", str(BUILD), "-j", str(CORES), "--output-on-failure", "--no-tests=error"]
+    results = BUILD / "ctest.xml"
+    results.unlink(missing_ok=True)
+    command = ["ctest", "--test-dir", str(BUILD), "-j", str(CORES), "--output-on-failure", "--no-tests=error",
+               "--output-junit", str(results)]
     if names:
         command += ["-R", "|".join(names)]
     if nightly:
@@ -30,12 +37,43 @@ def test(names: list, quick: bool, nightly: bool, extra: list) -> int:
             if re.match(r"\d+/\d+ ", line):
                 progress.step(line + (f"   {len(failed)} failed" if failed else ""))
         done = run_logged(command + extra, "ctest.log", step)
-    for line in done.stdout.splitlines():
-        if not re.match(r"Internal ctest|Test project|\s*Start +\d+:|.* Passed +[\d.]+ sec$", line):
-            print(line)
+    for line in told(done.stdout.splitlines()):
+        print(line)
+    if results.exists():
+        print(skipped(results.read_text(encoding="utf-8", errors="replace")), end="")
     if done.returncode:
         print(f"The whole log: {BUILD / 'ctest.log'}", file=sys.stderr)
     return 1 if done.returncode else 0
+
+
+def told(lines: list) -> list:
+    """What is worth reading of CTest's words."""
+    kept = []
+    for line in lines:
+        if re.match(r"Internal ctest|Test project|\s*Start +\d+:|.* Passed +[\d.]+ sec$|.*\*\*\*Skipped|The following tests did not run|.*\(Skipped\)",
+                    line):
+            continue
+        if failed := re.match(r"\s*\d+/\d+ Test +#\d+: (\S+) .*\*\*\*", line):
+            pattern = re.sub(r"([][+*?()|^$\\])", r"\\\1", failed[1])
+            kept.append(f"✗ {failed[1]} failed; once more: ./course test {shlex.quote(f'^{pattern}$')}")
+        kept.append(line)
+    return kept
+
+
+def skipped(junit: str) -> str:
+    """A line with the number of skipped tests and the reasons, the most frequent first; "" if there are none."""
+    cases = ElementTree.fromstring(junit).findall("testcase")
+    outputs = [case.findtext("system-out", "") for case in cases if case.find("skipped") is not None]
+    reasons = Counter(map(reason_in, outputs))
+    told = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
+    return f"Skipped: {len(outputs)} of {len(cases)} tests: {told}\n" if outputs else ""
+
+
+def reason_in(output: str) -> str:
+    """Why a test was skipped: what GoogleTest, Python's unittest or, in its last line, a program says."""
+    said = re.search(r": Skipped\n(.+)|skipped (['\"])(?P<python>.+)\2$", output, re.MULTILINE)
+    last = ([line for line in output.splitlines() if line.strip()] or ["(without a reason)"])[-1]
+    return (said["python"] or said[1] if said else last.removeprefix("course: ")).strip()
 
 
 def refuse(names: list) -> None:
