@@ -42,8 +42,8 @@ endforeach()
 
 ch5_add_python_tests(Homework answers_test.py)
 ch5_add_python_tests(Homework leftover_throw_test.py)
-ch5_add_python_tests(Homework compiler_words_test.py)
-ch5_add_python_tests(Homework languages_test.py)
+ch5_add_python_tests(Homework compiler_words_test.py WHOLE)
+ch5_add_python_tests(Homework languages_test.py WHOLE)
 
 add_test(NAME Homework.CheckFromEndToEnd
   COMMAND ${ch5_python_module} unittest tests.homework.end_to_end_test)
