@@ -1,5 +1,6 @@
 """Formatting."""
 
+import re
 import shutil
 import subprocess
 import unittest
@@ -26,6 +27,13 @@ class Style(unittest.TestCase):
                               capture_output=True, text=True)
         self.assertEqual(done.stderr, "")
         self.assertIn("readability-identifier-naming.ClassCase", done.stdout)
+
+    def test_a_shell_takes_values_as_arguments(self):
+        """Written into the script, a path with a blank would be two words."""
+        written_in = re.compile(r"\bsh['\"], ['\"]-c['\"], f['\"]|shell=(?=True)")
+        faults = [f"{path}:{number}" for path in tracked_files(".py")
+                  for number, line in enumerate((ROOT / path).read_text(encoding="utf-8").split("\n"), 1) if written_in.search(line)]
+        self.assertEqual(faults, [], "\n".join(["", *faults, 'use sh -c \'… "$0"\' VALUE']))
 
     def test_text_has_no_trailing_blanks_or_tabs(self):
         faults = [f"{path}:{number}" for path in tracked_files(".h", ".cc", ".py", ".txt")

@@ -26,7 +26,7 @@ class Watched(FolderTest):
         """The share of its own time of a program that is looked at for some seconds, once it runs."""
         script = self.folder / "program.py"
         script.write_text(f"print('runs', flush=True)\n{code}")
-        with subprocess.Popen(["sh", "-c", f"python3 {script}; true"], stdout=subprocess.PIPE, start_new_session=True) as process:
+        with subprocess.Popen(["sh", "-c", 'python3 "$0"; true', script], stdout=subprocess.PIPE, start_new_session=True) as process:
             process.stdout.readline()
             time.sleep(0.5)
             if stopped:
