@@ -22,7 +22,7 @@ def test(names: list, quick: bool, nightly: bool, extra: list) -> int:
     results = BUILD / "ctest.xml"
     results.unlink(missing_ok=True)
     command = ["ctest", "--test-dir", str(BUILD), "-j", str(CORES), "--output-on-failure", "--no-tests=error",
-               "--output-junit", str(results)]
+               "--output-junit", str(results), "--test-output-size-passed", "100000"]
     if names:
         command += ["-R", "|".join(names)]
     if nightly:
@@ -63,17 +63,18 @@ def told(lines: list) -> list:
 def skipped(junit: str) -> str:
     """A line with the number of skipped tests and the reasons, the most frequent first; "" if there are none."""
     cases = ElementTree.fromstring(junit).findall("testcase")
-    outputs = [case.findtext("system-out", "") for case in cases if case.find("skipped") is not None]
-    reasons = Counter(map(reason_in, outputs))
+    reasons = Counter(reason for case in cases
+                      for reason in reasons_in(case.findtext("system-out", ""), case.find("skipped") is not None))
     told = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
-    return f"Skipped: {len(outputs)} of {len(cases)} tests: {told}\n" if outputs else ""
+    return f"Skipped: {reasons.total()} of {len(cases)} tests: {told}\n" if reasons else ""
 
 
-def reason_in(output: str) -> str:
-    """Why a test was skipped: what GoogleTest, Python's unittest or, in its last line, a program says."""
-    said = re.search(r": Skipped\n(.+)|skipped (['\"])(?P<python>.+)\2$", output, re.MULTILINE)
+def reasons_in(output: str, is_skipped: bool) -> list:
+    """Why what a test of CTest's consists of was skipped: as GoogleTest, Python's unittest or, in its last line, a program
+    says it."""
+    said = re.findall(r": Skipped\n(.+)", output) or [why for _, why in re.findall(r" skipped (['\"])(.+)\1$", output, re.MULTILINE)]
     last = ([line for line in output.splitlines() if line.strip()] or ["(without a reason)"])[-1]
-    return (said["python"] or said[1] if said else last.removeprefix("course: ")).strip()
+    return said or [last.removeprefix("course: ")] * is_skipped
 
 
 def refuse(names: list) -> None:

@@ -6,6 +6,7 @@ import shlex
 import shutil
 import subprocess
 import unittest
+from functools import cache
 
 from tests.project import BUILD, CXX, EIGEN, ROOT
 
@@ -28,6 +29,7 @@ def call(*command, **environment) -> str:
     return done.stdout
 
 
+@cache
 def install(build):
     prefix = HERE / "prefix" / build.name
     shutil.rmtree(prefix, ignore_errors=True)

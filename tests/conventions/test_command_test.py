@@ -13,6 +13,9 @@ JUNIT = """<testsuite>
 <testcase name="B" status="notrun"><skipped message=""/><system-out>/p/b.cc:9: Skipped\nwithout the data\n</system-out></testcase>
 <testcase name="C" status="notrun"><skipped message=""/><system-out>test_c (t.C) ... skipped "it's no clone"\n\nOK (skipped=1)</system-out></testcase>
 <testcase name="D" status="notrun"><skipped message=""/><system-out>/p/d.cc:7: Skipped\nwithout the data\n</system-out></testcase>
+<testcase name="F" status="run"><system-out>test_a ... ok
+test_b ... skipped 'no font'
+OK (skipped=1)</system-out></testcase>
 <testcase name="E" status="notrun"><skipped message=""/><system-out>looking\ncourse: Node.js is missing\n</system-out></testcase>
 </testsuite>"""
 
@@ -28,7 +31,7 @@ class Words(unittest.TestCase):
                                  "67% tests passed, 1 tests failed out of 3"])
 
     def test_what_is_skipped_is_a_line_with_the_reasons(self):
-        self.assertEqual(skipped(JUNIT), "Skipped: 4 of 5 tests: 2 without the data; 1 it's no clone; 1 Node.js is missing\n")
+        self.assertEqual(skipped(JUNIT), "Skipped: 5 of 6 tests: 2 without the data; 1 it's no clone; 1 no font; 1 Node.js is missing\n")
         self.assertEqual(skipped("<testsuite><testcase name='A'/></testsuite>"), "")
 
 
