@@ -42,7 +42,7 @@ endforeach()
 
 ch5_add_python_tests(Homework answers_test.py)
 ch5_add_python_tests(Homework leftover_throw_test.py)
-ch5_add_python_tests(Homework compiler_words_test.py WHOLE)
+ch5_add_python_tests(Homework compiler_words_test.py)
 ch5_add_python_tests(Homework languages_test.py WHOLE)
 
 add_test(NAME Homework.CheckFromEndToEnd
