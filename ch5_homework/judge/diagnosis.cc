@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <sstream>
 
 #include "ch5_homework/judge/fingerprint.h"
+#include "ch5_homework/judge/formula/slips.h"
 #include "ch5_homework/judge/unset_memory.h"
 
 namespace ch5::homework {
@@ -35,6 +37,7 @@ struct Claim {
   const Names &names, &columns;
   double tolerance;
   const std::string& variable;
+  const formula::Formula* formula = nullptr;
 };
 
 // |got − expected|, with infinity where `got` is not finite.
@@ -49,15 +52,24 @@ bool HaveSameBits(const MatXX& A, const MatXX& B) {
   return A.rows() == B.rows() && A.cols() == B.cols() && std::memcmp(A.data(), B.data(), bytes) == 0;
 }
 
+bool HaveOneSize(const MatXX& A, const MatXX& B) { return A.rows() == B.rows() && A.cols() == B.cols(); }
+
+// Whether the student has a mistake's answer; a numerical one is nearer to it than to the right one.
+bool IsAnswer(const Claim& claim, const MatXX& answer) {
+  if (!claim.got.allFinite()) return HaveSameBits(answer, claim.got);
+  if (!Equal(claim.got, answer, kMistakeMatch)) return false;
+  return !HaveOneSize(answer, claim.expected) ||
+         LargestEntry(claim.got - answer) <= 0.1 * LargestEntry(answer - claim.expected);
+}
+
 // Of memory that was never set, or has been freed, other words are due than those of a mistake.
-const Mistake* FindMistake(const Claim& claim, const std::vector<Mistake>& mistakes) {
-  const auto is = [&](const Mistake& mistake) {
-    if (!claim.got.allFinite()) return HaveSameBits(mistake.answer, claim.got);
-    return Equal(claim.got, mistake.answer, kMistakeMatch) &&
-           LargestEntry(claim.got - mistake.answer) <= 0.1 * LargestEntry(mistake.answer - claim.expected);
-  };
-  const auto found = std::find_if(mistakes.begin(), mistakes.end(), is);
-  return found == mistakes.end() || HoldsUnset(claim.got) ? nullptr : &*found;
+std::optional<Mistake> FindMistake(const Claim& claim, const std::vector<Mistake>& mistakes) {
+  if (HoldsUnset(claim.got) || claim.got.size() == 0) return {};
+  const auto found = std::find_if(mistakes.begin(), mistakes.end(),
+                                  [&](const Mistake& mistake) { return IsAnswer(claim, mistake.answer); });
+  if (found != mistakes.end()) return *found;
+  if (claim.formula == nullptr) return {};
+  return FindSlip(*claim.formula, claim.got, [&](const MatXX& answer) { return IsAnswer(claim, answer); });
 }
 
 // The term whose sign is wrong, as often as `got` has it: thrice, half; of another number, which fits any multiple of a
@@ -184,11 +196,37 @@ Text Symptom(const Claim& claim) {
   return "matrix.none_typical";
 }
 
+// Of a matrix of another size that no mistake has: what else at hand is as large.
+Text CauseOfSize(const Claim& claim) {
+  if (claim.got.size() == 0) return {"matrix.still_empty", {{"variable", Called(claim)}}};
+  for (const auto& other : claim.formula == nullptr ? std::vector<formula::Expression>() : claim.formula->beside) {
+    const auto& A = TryValue(other);
+    if (A && HaveOneSize(*A, claim.got)) return {"formula.as_large_as", {{"matrix", Word(NameOf(other))}}};
+  }
+  return "matrix.size_mismatch";
+}
+
 // "(3, 4) = 2.5", "entry 3 = 2.5" of a vector.
 Text Entry(const MatXX& A, int row, int column, int digits) {
   const std::string value = Number(A(row, column), digits);
   if (A.cols() == 1) return {"matrix.entry", {{"n", Word(row)}, {"value", Word(value)}}};
   return Word("(" + std::to_string(row) + ", " + std::to_string(column) + ") = " + value);
+}
+
+// "rows 6 to 11, columns 0 to 5": what the wrong entries lie in, if that is not the whole; of a vector its entries.
+Text WrongWithin(const Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic>& wrong) {
+  const auto range = [](const auto& any) {  // of what holds a wrong one
+    Eigen::Index first = 0, last = any.size() - 1;
+    while (first < last && !any[first]) ++first;
+    while (last > first && !any[last]) --last;
+    return std::pair{first, last};
+  };
+  const VecX rows = wrong.rowwise().any().cast<double>(), columns = wrong.colwise().any().transpose().cast<double>();
+  const auto [top, bottom] = range(rows);
+  const auto [left, right] = range(columns);
+  if (bottom - top + 1 == wrong.rows() && right - left + 1 == wrong.cols()) return {};
+  if (wrong.cols() == 1) return {"matrix.within_entries", {{"i", Word(top)}, {"j", Word(bottom)}}};
+  return {"matrix.within", {{"i", Word(top)}, {"j", Word(bottom)}, {"k", Word(left)}, {"l", Word(right)}}};
 }
 
 // The worst entry and whose it is.
@@ -210,6 +248,13 @@ void CompareEntry(const Claim& claim, Diagnosis* diagnosis) {
   const Names& columns = claim.columns.empty() ? claim.names : claim.columns;
   if (claim.got.cols() > 1 && column < static_cast<int>(columns.size())) {
     diagnosis->places.push_back({{"diagnosis.column", {{"n", Word(column)}}}, columns[column]});
+  }
+  if (const Text within = WrongWithin((deviation.array() > threshold).matrix()); !within.empty()) {
+    diagnosis->places.push_back({"diagnosis.all_wrong_ones", within});
+  }
+  if (claim.formula == nullptr) return;
+  if (const Text terms = TermsOf(claim.formula->right, row, column); !terms.empty()) {
+    diagnosis->places.push_back({"diagnosis.terms", terms});
   }
 }
 
@@ -281,10 +326,12 @@ std::string JsonString(const std::string& text) {
 
 }  // namespace
 
-Text::Text(const char* id, std::initializer_list<Argument> arguments) : json_("{\"id\": " + JsonString(id)) {
+Text::Text(const char* id, const std::vector<Argument>& arguments) : json_("{\"id\": " + JsonString(id)) {
   for (const Argument& argument : arguments) json_ += ", " + JsonString(argument.name) + ": " + argument.value.Json();
   json_ += "}";
 }
+
+Text::Text(const char* id, std::initializer_list<Argument> arguments) : Text(id, std::vector<Argument>(arguments)) {}
 
 Text Text::Quoted(const std::string& words) {
   Text text;
@@ -325,28 +372,29 @@ bool Equal(const MatXX& got, const MatXX& expected, double tolerance) {
   return got.allFinite() && expected.allFinite() && LargestEntry(got - expected) <= tolerance * LargestEntry(expected);
 }
 
-void Require(const std::string& stage, const Text& what, const MatXX& expected, const MatXX& got, const Names& names,
-             const Mistakes& make_mistakes, double tolerance, const std::string& todo, const std::string& variable,
-             const Names& columns) {
-  const Claim claim{expected, got, names, columns, tolerance, variable};
+namespace {
+
+void RequireEqual(const Claim& claim, Diagnosis diagnosis, const Mistakes& make_mistakes) {
+  const MatXX &expected = claim.expected, &got = claim.got;
   RecordMargin(claim);
-  if (Equal(got, expected, tolerance)) {
-    if (!variable.empty()) AnswersSoFar().emplace_back(variable, expected);
+  if (Equal(got, expected, claim.tolerance)) {
+    if (!claim.variable.empty()) AnswersSoFar().emplace_back(claim.variable, expected);
     return;
   }
   testing::Test::RecordProperty("picture", Picture(claim));
-  Diagnosis diagnosis{stage, what, {}, {}, {}, todo};
   if (!HoldsUnset(got)) diagnosis.fingerprint = Fingerprint(expected, got);
   std::vector<Mistake> mistakes = make_mistakes();
   AddTermsOfOtherCounts(claim, &mistakes);
-  if (got.rows() != expected.rows() || got.cols() != expected.cols()) {
+  const auto mistake = FindMistake(claim, mistakes);
+  if (mistake && !mistake->todo.empty()) diagnosis.todo = mistake->todo;
+  if (!HaveOneSize(got, expected)) {
     diagnosis.expected = {"matrix.size_expected", {{"size", Word(Size(expected))}}};
     diagnosis.got = {"matrix.size_got", {{"size", Word(Size(got))}}};
-    const auto mistake = std::find_if(mistakes.begin(), mistakes.end(), [&](const Mistake& one) {
-      return one.answer.rows() == got.rows() && one.answer.cols() == got.cols();
-    });
-    diagnosis.cause = mistake == mistakes.end() ? "matrix.size_mismatch" : mistake->cause;
-    if (got.size() == 0) diagnosis.cause = {"matrix.still_empty", {{"variable", Called(claim)}}};
+    const auto as_large = std::find_if(mistakes.begin(), mistakes.end(),
+                                       [&](const Mistake& one) { return HaveOneSize(one.answer, got); });
+    diagnosis.cause = mistake                                           ? mistake->cause
+                      : as_large != mistakes.end() && got.size() > 0 ? as_large->cause
+                                                                     : CauseOfSize(claim);
     Tell(diagnosis);
   }
   if (got.rows() <= kSmall && got.cols() <= kSmall) {
@@ -356,10 +404,21 @@ void Require(const std::string& stage, const Text& what, const MatXX& expected, 
   } else {
     CompareEntry(claim, &diagnosis);
   }
-  const Mistake* mistake = FindMistake(claim, mistakes);
-  diagnosis.cause = mistake == nullptr ? Symptom(claim) : mistake->cause;
-  if (mistake != nullptr && !mistake->todo.empty()) diagnosis.todo = mistake->todo;
+  diagnosis.cause = mistake ? mistake->cause : Symptom(claim);
   Tell(diagnosis);
+}
+
+}  // namespace
+
+void Require(const std::string& stage, const Text& what, const MatXX& expected, const MatXX& got, const Names& names,
+             const Mistakes& mistakes, double tolerance, const std::string& todo, const std::string& variable,
+             const Names& columns) {
+  RequireEqual({expected, got, names, columns, tolerance, variable}, {stage, what, {}, {}, {}, todo}, mistakes);
+}
+
+void Require(const Check& check, const formula::Formula& right, const MatXX& got) {
+  RequireEqual({Value(right.right), got, check.rows, check.columns, check.tolerance, check.variable, &right},
+               {check.stage, check.what, {}, {}, {}, check.todo}, check.mistakes);
 }
 
 void Fail(Diagnosis diagnosis) {

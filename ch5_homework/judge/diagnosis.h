@@ -14,6 +14,10 @@
 
 namespace ch5::homework {
 
+namespace formula {
+struct Formula;
+}
+
 /// What is said: a sentence by its id, "assembly.mirror_missing", with what varies in it by name; or a word that is the same in
 /// every language (a number, a name of the code), or somebody else's words (the library's); or nothing.
 class Text {
@@ -23,6 +27,7 @@ class Text {
   Text() = default;
   Text(const char* id) : Text(id, {}) {}
   Text(const char* id, std::initializer_list<Argument> arguments);
+  Text(const char* id, const std::vector<Argument>& arguments);
   static Text Word(const std::string& word);
   static Text Quoted(const std::string& words);
 
@@ -108,6 +113,18 @@ struct Diagnosis {
 void Require(const std::string& stage, const Text& what, const MatXX& expected, const MatXX& got,
              const Names& names = {}, const Mistakes& mistakes = {}, double tolerance = 1e-10,
              const std::string& todo = {}, const std::string& variable = {}, const Names& columns = {});
+
+/// What is compared, and how.
+struct Check {
+  std::string stage;
+  Text what;
+  std::string todo = {}, variable = {};  ///< as above
+  Names rows = {}, columns = {};
+  double tolerance = 1e-10;
+  Mistakes mistakes = {};  ///< those that are no slips in the formula
+};
+/// The same with the value of a formula, one of whose slips may explain the difference.
+void Require(const Check& check, const formula::Formula& right, const MatXX& got);
 
 /// The names of the rows of H: by type and graph id, "VertexPose 4, δp.x", or the place in the list if it is in no graph;
 /// or numbered as stage 7 does, "pose 0, δp.x".

@@ -6,6 +6,7 @@
 
 #include "ch5_homework/judge/mistakes/stage_2.h"
 #include "ch5_homework/judge/oracle.h"
+#include "ch5_homework/judge/right/formulas.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
@@ -28,7 +29,8 @@ struct Marginalization {
 };
 
 void CheckMove(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
-  const stage_2::Parts right(Move(c.H, order), MoveRows(c.b, order), c.dim);
+  const System right{Move(c.H, order), MoveRows(c.b, order)};
+  const right::Prior prior(right, {c.H, c.b}, c.dim);
   // In the columns before idx rows alone move.
   const bool rows_are_right = c.idx > 0 && result.H_moved.cols() >= c.idx &&
                               Equal(result.H_moved.leftCols(c.idx), right.H.leftCols(c.idx), 1e-12);
@@ -37,7 +39,7 @@ void CheckMove(const Marginalization& c, const Order& order, const MarginalizeRe
       [&] {
         std::vector<Mistake> mistakes = MoveMistakes(c.H, order, c.idx, c.dim);
         mistakes.push_back({"2d", {"2.changed_in_place", {{"it", Word("H_marg")}}}, right.H});
-        mistakes.back().answer.topLeftCorner(right.A_rr.rows(), right.A_rr.cols()) = right.Schur();
+        mistakes.back().answer.topLeftCorner(order.size() - c.dim, order.size() - c.dim) = Value(prior.H.right);
         return mistakes;
       },
       1e-12, rows_are_right ? "2b" : "2a", "H_marg");
@@ -46,20 +48,18 @@ void CheckMove(const Marginalization& c, const Order& order, const MarginalizeRe
       [&] {
         std::vector<Mistake> mistakes = MoveMistakesInB(c.b, order, c.idx, c.dim);
         mistakes.push_back({"2d", {"2.changed_in_place", {{"it", Word("b_marg")}}}, right.b});
-        mistakes.back().answer.topRows(right.b_r.size()) = right.Reduced();
+        mistakes.back().answer.topRows(order.size() - c.dim) = Value(prior.b.right);
         return mistakes;
       },
       1e-12, "2a", "b_marg");
 }
 
 void CheckPrior(const Marginalization& c, const Order& order, const MarginalizeResult& result) {
-  const stage_2::Parts right(Move(c.H, order), MoveRows(c.b, order), c.dim);
-  Require(
-      "2", c.Of(Word("H_prior = A_rr − A_rm A_mm⁻¹ A_mr")), right.Schur(), result.H_prior, VariableNames(order),
-      [&] { return PriorMistakes(right, c.idx, result.H_prior); }, 1e-9, "2d", "H_prior");
-  Require(
-      "2", c.Of(Word("b_prior = b_r − A_rm A_mm⁻¹ b_m")), right.Reduced(), result.b_prior, VariableNames(order),
-      [&] { return RightHandSideMistakes(right, c.b, c.idx, result.b_prior); }, 1e-9, "2d", "b_prior");
+  const right::Prior right({Move(c.H, order), MoveRows(c.b, order)}, {c.H, c.b}, c.dim);
+  Require({"2", c.Of(Word("H_prior = A_rr − A_rm A_mm⁻¹ A_mr")), "2d", "H_prior", VariableNames(order), {}, 1e-9},
+          right.H, result.H_prior);
+  Require({"2", c.Of(Word("b_prior = b_r − A_rm A_mm⁻¹ b_m")), "2d", "b_prior", VariableNames(order), {}, 1e-9},
+          right.b, result.b_prior);
 }
 
 void CheckMarginalize(const MatXX& H, const VecX& b, int idx, int dim) {

@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include "ch5_backend/marginalize/square_root.h"
+#include "ch5_backend/math/psd.h"
+#include "ch5_homework/judge/mistakes/formula.h"
 #include "ch5_homework/judge/mistakes/stage_5.h"
 #include "ch5_homework/judge/oracle.h"
+#include "ch5_homework/judge/right/formulas.h"
 #include "ch5_homework/judge/submission.h"
 
 namespace ch5::homework {
@@ -93,19 +97,20 @@ Names NamesOfPoses(int count) {
 
 void CheckSchur(int poses, int goes, double unit = 1.0) {
   Random random(Seed(37));
-  const SchurCase c(6 * poses, goes, unit, &random);
+  const MatXX V = unit * unit * RandomPositiveDefinite(goes, &random), W = unit * RandomMatrix(6 * poses, goes, &random);
+  const VecX b_b = unit * RandomMatrix(goes, 1, &random), b_a_before = RandomMatrix(6 * poses, 1, &random);
+  const MatXX U_before = RandomPositiveDefinite(6 * poses, &random) + W * PseudoInversePsd(V) * W.transpose();
   const auto of = [&](const char* what) {
     const Text word = Word(what);
     if (goes == 1) return Text("5.after_schur_one_row", {{"what", word}, {"n", Word(poses)}});
     return Text("5.after_schur_rows", {{"what", word}, {"n", Word(poses)}, {"m", Word(goes)}});
   };
-  MatXX U = c.U;
-  VecX b_a = c.b_a;
-  Chosen().make_marginalization_error()->SchurComplement(c.V, c.W, c.b_b, &U, &b_a);
-  Require(
-      "5", of("U"), c.Schur(c.V_inverse), U, NamesOfPoses(poses), [&] { return c.InU(); }, 1e-9, "5.2", "*U");
-  Require(
-      "5", of("b_a"), c.Reduced(c.V_inverse), b_a, NamesOfPoses(poses), [&] { return c.InB(); }, 1e-9, "5.2", "*b_a");
+  MatXX U = U_before;
+  VecX b_a = b_a_before;
+  Chosen().make_marginalization_error()->SchurComplement(V, W, b_b, &U, &b_a);
+  const right::SchurUpdate right(V, W, b_b, U_before, b_a_before);
+  Require({"5", of("U"), "5.2", "*U", NamesOfPoses(poses), {}, 1e-9}, right.U, U);
+  Require({"5", of("b_a"), "5.2", "*b_a", NamesOfPoses(poses), {}, 1e-9}, right.b_a, b_a);
 }
 
 TEST(Stage5, EliminatesADenseBlock) { CheckSchur(1, 6); }  // sizes that hide an exchange
@@ -171,6 +176,13 @@ void CheckSizesAndNumbers(const MatXX& J, const VecX& e0, const MatXX& H, const 
   }
 }
 
+// JᵀJ with another P: H again, but for the eigenvalues that then count as zero.
+MatXX GramScaledBy(const MatXX& H, const VecX& p) {
+  const ScaledEigen eigen = DecomposeScaled(H, p.cwiseInverse());
+  const MatXX J = eigen.S_sqrt.asDiagonal() * eigen.U.transpose() * p.asDiagonal();
+  return J.transpose() * J;
+}
+
 void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text& scene) {
   const auto term = Chosen().make_marginalization_error();
   const auto [term_H, J, term_b0, e0, dense_size] = MembersOf(*term);
@@ -182,37 +194,39 @@ void CheckUpdate(const MatXX& H, const VecX& b0, const Names& names, const Text&
   term_b0 = b0;
   term->UpdateErrorComputation();
   CheckSizesAndNumbers(J, e0, H, b0, scene);
-  const Factored right(H, b0);
+  const right::SquareRoot right(H, b0);
   // Awkward units must not hide small entries: everything is compared in units of the diagonal.
-  const auto scaled = [&](const MatXX& A) { return MatXX(right.P_inverse * A * right.P_inverse); };
-  const MatXX JtJ = scaled(J.transpose() * J);
+  const VecX p_inverse = right.p.cwiseInverse();
+  const auto scaled = [&](const MatXX& A) { return MatXX(p_inverse.asDiagonal() * A * p_inverse.asDiagonal()); };
+  const MatXX JtJ = scaled(J.transpose() * J), Jte0 = p_inverse.asDiagonal() * (J.transpose() * e0);
   const auto kept = [](const char* variable, const MatXX& now, const MatXX& before, const MatXX& answer) {
     const Text cause("matrix.of_an_earlier_call", {{"variable", Word(std::string(variable))}});
     return Mistake{"5.3", cause, Equal(now, before, 0.0) ? answer : MatXX()};
-  };
-  const auto in_JtJ = [&] {
-    std::vector<Mistake> mistakes = right.Mistakes();
-    for (Mistake& mistake : mistakes) mistake.answer = scaled(mistake.answer);
-    mistakes.push_back(CholeskyOfSingular("5.3", "H", right.S.diagonal(), J, JtJ));
-    mistakes.push_back(kept("J_", J, J_before, JtJ));
-    return mistakes;
-  };
-  const auto in_Jte0 = [&] {
-    std::vector<Mistake> mistakes = right.MistakesInE0();
-    for (Mistake& mistake : mistakes) mistake.answer = right.P_inverse * mistake.answer;
-    mistakes.push_back(kept("e0_", e0, e0_before, right.P_inverse * J.transpose() * e0));
-    mistakes.push_back({"5.3",
-                        {"matrix.of_an_earlier_call", {{"variable", Word(std::string("J_pinv_T"))}}},
-                        right.P_inverse * -b0 / std::sqrt(5.0)});
-    return mistakes;
   };
   const bool far_apart = right.p.maxCoeff() > 1e6 * right.p.minCoeff();
   if (far_apart && Equal(JtJ, scaled(H), 0.1) && !Equal(JtJ, scaled(H), 1e-9)) {  // no eigenvalue of H was cut
     Fail({"5", Text("5.JTJ_is_H", {{"scene", scene}}), {}, {}, "5.no_scaling", "5.6 5.3"});
   }
-  Require("5", {"5.JTJ_is_H", {{"scene", scene}}}, scaled(H), JtJ, names, in_JtJ, 1e-9, "5.3", "J_");
-  Require("5", {"5.JTe0_is_minus_b0", {{"scene", scene}}}, right.P_inverse * -b0, right.P_inverse * J.transpose() * e0,
-          names, in_Jte0, 1e-7, "5.3", "e0_");
+  const VecX eigenvalues = DecomposeScaled(H, p_inverse).S_sqrt;
+  const auto in_JtJ = [&] {
+    std::vector<Mistake> mistakes{CholeskyOfSingular("5.3", "H", eigenvalues, J, JtJ), kept("J_", J, J_before, JtJ),
+                                  {"5.6 5.3", "5.diagonal_for_its_root", scaled(GramScaledBy(H, H.diagonal()))},
+                                  {"5.6 5.3", "5.no_scaling", scaled(GramScaledBy(H, VecX::Ones(H.rows())))}};
+    VecX S_sqrt = eigenvalues;  // without the smallest ones
+    for (Eigen::Index k = 0; k + 1 < S_sqrt.size(); ++k) {
+      S_sqrt[k] = 0.0;
+      const MatXX root = S_sqrt.asDiagonal() * DecomposeScaled(H, p_inverse).U.transpose();
+      mistakes.push_back({"5.7 5.3", DirectionCut("H"), root.transpose() * root});
+    }
+    return mistakes;
+  };
+  const auto in_Jte0 = [&] {
+    const Text of_an_earlier_call("matrix.of_an_earlier_call", {{"variable", Word(std::string("J_pinv_T"))}});
+    return std::vector<Mistake>{kept("e0_", e0, e0_before, Jte0),
+                                {"5.3", of_an_earlier_call, -p_inverse.cwiseProduct(b0) / std::sqrt(5.0)}};
+  };
+  Require({"5", {"5.JTJ_is_H", {{"scene", scene}}}, "5.3", "J_", names, {}, 1e-9, in_JtJ}, right.JtJ, JtJ);
+  Require({"5", {"5.JTe0_is_minus_b0", {{"scene", scene}}}, "5.3", "e0_", names, {}, 1e-7, in_Jte0}, right.Jte0, Jte0);
 }
 
 TEST(Stage5, TakesTheRootOfARegularH) {
@@ -255,15 +269,7 @@ TEST(Stage5, TheResidualMovesWithTheStates) {
   for (const double size : {30.0, 1.0, 0.03}) {  // linear however far the states move
     const VecX delta_chi = size * RandomMatrix(n, 1, &random);
     const MatXX e = term->Residual(delta_chi);
-    Require("5", Text("5.e_of", {{"what", "5.random_J_e0"}}), e0 + J * delta_chi, e, {},
-            {{"5.4", "5.J_dchi_missing", e0},
-             {"5.4", "5.e0_missing", J * delta_chi},
-             {"5.4", "5.sign_of_J_dchi", e0 - J * delta_chi, kOfSign},
-             {"5.4", "5.sign_of_J_dchi", J * delta_chi - e0},
-             {"5.4", StandsFor("Jᵀ", "J"), e0 + J.transpose() * delta_chi},
-             {"5.4", "5.first_six_columns", e0 + J.leftCols(6) * delta_chi.head(6)},
-             {"5.4", "5.J_missing_before_dchi", e0 + delta_chi}},
-            1e-10, "5.4", "e");
+    Require({"5", Text("5.e_of", {{"what", "5.random_J_e0"}}), "5.4", "e"}, right::Residual(J, e0, delta_chi), e);
   }
   Require("5", Text("5.e_of", {{"what", "5.no_motion"}}), e0, term->Residual(VecX::Zero(n)), {},
           {{"5.4", "5.e0_missing", VecX::Zero(n)}}, 1e-10, "5.4");

@@ -8,8 +8,9 @@
 #include <map>
 #include <set>
 
-#include "ch5_homework/judge/mistakes/stage_7_solve.h"
 #include "ch5_homework/judge/mistakes/stage_7_system.h"
+#include "ch5_homework/judge/oracle.h"
+#include "ch5_homework/judge/right/formulas.h"
 #include "ch5_homework/judge/scenes/bundle.h"
 #include "ch5_homework/judge/submission.h"
 
@@ -202,38 +203,29 @@ TEST(Stage7, HessianOfMixedLandmarksAndLosses) {
 
 // ---- 7d, 7e: S and Δx --------------------------------------------------------------------------------------------
 
-void CheckReducedSystem(const Case& c, const PlainBlockSolver& solver,
-                        const std::function<Text(const Text& quantity)>& with) {
-  const Names names = RowNames(solver.GetOrdering(), true);
-  Require(
-      "7", with(Word("b_p − Σ_l H_pl H_ll⁻¹ b_l")), c.Reduced(), solver.ReducedRightHandSide(), names,
-      [&] { return ReducedMistakes(c); }, 1e-9, "7d", "b_schur_");
-  Require(
-      "7", with(Word("S = H_pp − Σ_l H_pl H_ll⁻¹ H_plᵀ")), c.Schur(), solver.SchurComplement(), names,
-      [&] { return SchurMistakes(c); }, 1e-9, "7d", "S_");
-}
-
 void CheckSolve(PlainBlockSolver* solver, const Graph& graph, double lambda, Damping damping, const Text& scene) {
   const System system = StackedNormalEquations(graph, solver->Size());
-  const Case c(system, solver->GetOrdering(), lambda, damping);
   solver->SetDamping(damping);
   solver->BuildSystem();
   VecX delta_x;
   const bool solved = solver->Solve(lambda, &delta_x);
   const auto with = [&](const Text& quantity) { return With(quantity, scene, lambda, damping); };
-  CheckReducedSystem(c, *solver, with);
   const Names names = RowNames(solver->GetOrdering(), true);
-  const VecX step = c.Step(c.A_mm_inverse * (c.b_m - c.A_rm.transpose() * c.StepOfPoses()));
+  const right::BlockSolve right(system, solver->GetOrdering(), lambda, damping);
+  Require({"7", with(Word("b_p − Σ_l H_pl H_ll⁻¹ b_l")), "7d", "b_schur_", names, {}, 1e-9},
+          right.b_S, solver->ReducedRightHandSide());
+  Require({"7", with(Word("S = H_pp − Σ_l H_pl H_ll⁻¹ H_plᵀ")), "7d", "S_", names, {}, 1e-9}, right.S,
+          solver->SchurComplement());
   if (!solved) {
     Fail({"7", with(Word("Δx")), "7.solver_returns_true", Word("false"), "7.function_gave_up", "7d"});
   }
-  Require(
-      "7", with(Word("Δx")), step, delta_x, names, [&] { return StepMistakes(c); }, 1e-8, "7e", "delta_x");
+  Require({"7", with(Word("Δx")), "7e", "delta_x", names, {}, 1e-8}, right.delta_x, delta_x);
   Require("7", with("7.H_after_solve"), system.H, solver->DenseHessian(), names,
           {{"7d", ChangedInPlace("H", "S_"), solver->DenseHessian()}}, 1e-9);
   if (!Equal(solver->RightHandSide(), system.b, 1e-9)) {
+    const int p = solver->GetOrdering().dim_poses;
     Fail({"7", with("7.b_after_solve"), "7.b_unchanged", "7.another_b", ChangedInPlace("b_", "b_schur_, rest"),
-          Equal(solver->RightHandSide().head(c.b_r.size()), system.b.head(c.b_r.size()), 1e-9) ? "7e" : "7d"});
+          Equal(solver->RightHandSide().head(p), system.b.head(p), 1e-9) ? "7e" : "7d"});
   }
 }
 

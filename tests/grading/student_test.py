@@ -84,7 +84,7 @@ class Archive(FolderTest):
                  for language in ("en", "zh")}
         mistakes = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "ch5_homework/judge/mistakes").glob("*.h"))
         named = {(topic, name) for topic, name in re.findall(r'"([\d.]+)\.(\w{4,})"', mistakes) if name in words["en"].get(topic, {})}
-        self.assertGreater(len(named), 150)
+        self.assertGreater(len(named), 50)
         texts = {name: content.decode("utf-8", "replace") for name, content in self.files.items()}
         for topic, name in named:
             for language in words:

@@ -112,7 +112,7 @@ class Compilers(FolderTest):
         self.assertEqual((cause_of(built.verdict.diagnosis), self.limits), ("compiler.took_too_long_in_all", []))
 
     def test_a_compiler_that_was_kept_waiting_is_no_verdict(self):
-        with self.assertRaisesRegex(Infrastructure, "The same command tries it again"):
+        with self.assertRaisesRegex(Infrastructure, "The same command judges this submission again"):
             self.compile(Clock(), Outcome(-9, "", False, 2.0, 100.0, stalled=True))
         with self.assertRaisesRegex(Infrastructure, "in 120 s"):
             self.compile(Clock(wall=-1.0))

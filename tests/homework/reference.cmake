@@ -34,6 +34,10 @@ endif()
 # Brings ch5_homework/mistakes/answers.csv up to date, in a minute and a half.
 add_custom_target(answers VERBATIM
   COMMAND ${ch5_python_module} tests.homework.run_samples --write $<TARGET_FILE:homework_samples> ${mistake_files})
+add_executable(test_formula formula_test.cc $<FILTER:$<TARGET_OBJECTS:stage_tests_common>,EXCLUDE,/main[.]cc> ${scene_objects})
+target_link_libraries(test_formula PRIVATE ch5_backend ch5_test_settings GTest::gtest GTest::gtest_main)
+target_precompile_headers(test_formula REUSE_FROM ch5_test_pch)
+gtest_discover_tests(test_formula TEST_PREFIX Homework. DISCOVERY_MODE PRE_TEST)
 gtest_discover_tests(homework_samples TEST_PREFIX Reference. DISCOVERY_MODE PRE_TEST)
 foreach(name IN LISTS sample_names ITEMS blanks)
   add_test(NAME Homework.Samples.${name}

@@ -129,7 +129,7 @@ def hide_causes(given: dict) -> None:
         if name.endswith((".h", ".cc", ".py", "/answers.csv")):
             text = given[name].decode("utf-8")
             text = ID.sub(lambda found: f'"{found[1]}.{numbers.get((found[1], found[2]), found[2])}"', text)
-            if name.startswith("ch5_homework/judge/mistakes/"):
+            if name.startswith(("ch5_homework/judge/mistakes/", "ch5_homework/judge/right/")):
                 text = COMMENT.sub("", text)
             given[name] = text.encode()
 

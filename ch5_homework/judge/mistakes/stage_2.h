@@ -7,9 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "ch5_backend/math/psd.h"
 #include "ch5_homework/judge/diagnosis.h"
-#include "ch5_homework/judge/mistakes/elimination.h"
 #include "ch5_homework/judge/mistakes/formula.h"
 
 namespace ch5::homework::stage_2 {
@@ -47,18 +45,6 @@ inline Names VariableNames(const Order& order) {
   for (const int k : order) names.push_back({"2.variable_given_H", {{"n", Word(k)}}});
   return names;
 }
-
-/// H and b, moved and taken apart: r remains, m goes.
-struct Parts : PartedSystem {
-  MatXX H, A_mr;
-  VecX b;
-
-  Parts(const MatXX& H_moved, const VecX& b_moved, int dim)
-      : PartedSystem(H_moved, b_moved, H_moved.rows() - dim), H(H_moved), A_mr(A_rm.transpose()), b(b_moved) {}
-  using PartedSystem::Reduced;
-  /// With something else in place of the parts of b.
-  VecX Reduced(const VecX& other_r, const VecX& other_m) const { return other_r - A_rm * A_mm_inverse * other_m; }
-};
 
 /// How rows may move, by Eigen's rows; columns do it transposed.
 struct Mover {
@@ -165,91 +151,6 @@ inline std::vector<Mistake> MoveMistakesInB(const VecX& b, const Order& order, i
   for (const Mover& entries : Movers(order, idx, dim, "2.entries_b")) {
     if (!entries.cause.empty()) mistakes.push_back({"2a", entries.cause, entries.move(b)});
   }
-  return mistakes;
-}
-
-// The three blocks, each read at its place or at another one.
-inline std::vector<Mistake> CornerMistakes(const Parts& r, int idx) {
-  struct Block {
-    Text cause;  // empty if it is right
-    MatXX A;
-  };
-  const auto n = r.A_rr.rows(), m = r.A_mm.rows();
-  const MatXX& H = r.H;
-  const Text rm = "2.Arm_read_wrong_column";
-  const Text mr = "2.Amr_read_wrong_row";
-  const Text rr = "2.Arr_read_wrong_place";
-  const auto at = std::min<Eigen::Index>(idx, n);
-  std::vector<Mistake> mistakes;
-  for (const Block& A_rr : {Block{{}, r.A_rr}, {rr, H.bottomRightCorner(n, n)}, {rr, H.topRightCorner(n, n)}}) {
-    for (const Block& A_rm :
-         {Block{{}, r.A_rm}, {rm, H.topLeftCorner(n, m)}, {rm, H.block(0, at, n, m)}, {rm, H.bottomLeftCorner(n, m)}}) {
-      for (const Block& A_mr :
-           {Block{{}, r.A_mr}, {mr, H.topLeftCorner(m, n)}, {mr, H.block(at, 0, m, n)}, {mr, H.topRightCorner(m, n)}}) {
-        const Text cause = !A_rr.cause.empty() ? A_rr.cause : (!A_rm.cause.empty() ? A_rm.cause : A_mr.cause);
-        if (cause.empty()) continue;
-        mistakes.push_back({"2c", cause, A_rr.A - A_rm.A * r.A_mm_inverse * A_mr.A});
-      }
-    }
-  }
-  return mistakes;
-}
-
-/// Corners of one size, which Eigen lets exchange.
-inline std::vector<Mistake> ExchangeMistakes(const Parts& r) {
-  if (r.A_rm.rows() != r.A_rm.cols()) return {};
-  return {{"2c", "2.A_rm_A_mr_exchanged", r.A_rr - r.A_mr * r.A_mm_inverse * r.A_rm},
-          {"2c", "2.A_mr_holds_A_rm", r.A_rr - r.A_rm * r.A_mm_inverse * r.A_rm},
-          {"2c", "2.A_rm_holds_A_mr", r.A_rr - r.A_mr * r.A_mm_inverse * r.A_mr},
-          {"2c", "2.A_rr_corner_goes", r.A_mm - r.A_rm * r.A_mm_inverse * r.A_mr}};
-}
-
-/// Where A_mm is singular, NaN or infinity comes of its inverse: then what the student has is the answer.
-inline Mistake InverseOfSingular(const MatXX& got) {
-  return {"2e 2d", "2.inverse_of_a_singular_matrix", got.allFinite() ? MatXX() : got};
-}
-
-inline std::vector<Mistake> PriorMistakes(const Parts& r, int idx, const MatXX& got) {
-  const auto m = r.A_mm.rows();
-  const MatXX one = MatXX::Identity(m, m);
-  std::vector<Mistake> mistakes =
-      CutMistakes("2e 2d", "A_mm", r.A_mm, [&](const MatXX& middle) { return r.Schur(middle); });
-  const std::vector<Mistake> others{
-      InverseOfSingular(got),
-      {"2d", "2.sign_added", r.Schur(-r.A_mm_inverse), kOfSign},
-      {"2d", "2.last_variable_not_subtracted", idx == r.A_rr.rows() ? r.A_rr : MatXX()},
-      {"2d", "2.A_rr_alone", r.A_rr},
-      {"2d", AsLargeAs("H_marg"), r.H},
-      {"2d", "2.covariance_for_information", PseudoInversePsd(r.H).topLeftCorner(r.A_rr.rows(), r.A_rr.cols())},
-      {"2e 2d", "2.divided_by_a_number", r.Schur(one / r.A_mm(0, 0))},
-      {"2e 2d", "2.divided_by_a_number", r.Schur(one / r.A_mm.determinant())},
-      {"2e 2d", StandsFor("(H⁻¹)_mm", "A_mm⁻¹"), r.Schur(PseudoInversePsd(r.H).bottomRightCorner(m, m))},
-      {"2e 2d", "2.inverse_by_entries", r.Schur(r.A_mm.cwiseInverse())}};
-  Append(others, &mistakes);
-  Append(EliminationMistakesInSchur({"2d", "2e 2d", "A_rr", "A_rm A_mm⁻¹ A_mr", "A_mm⁻¹", "A_mm"}, r), &mistakes);
-  Append(ExchangeMistakes(r), &mistakes);
-  for (const auto at : {Eigen::Index{0}, std::min<Eigen::Index>(idx, r.A_rr.rows())}) {
-    mistakes.push_back({"2e 2d", "2.inverse_wrong_corner", r.Schur(PseudoInversePsd(r.H.block(at, at, m, m)))});
-  }
-  Append(CornerMistakes(r, idx), &mistakes);
-  return mistakes;
-}
-
-inline std::vector<Mistake> RightHandSideMistakes(const Parts& r, const VecX& b_given, int idx, const VecX& got) {
-  const auto n = r.b_r.size(), m = r.b_m.size();
-  const MatXX one = MatXX::Identity(m, m);
-  std::vector<Mistake> mistakes{InverseOfSingular(got),
-                                {"2d", AsLargeAs("b_marg"), r.b},
-                                {"2d", "2.b_m_taken_front_b_marg", r.Reduced(r.b_r, r.b_r.head(m))},
-                                {"2d", "2.b_m_taken_idx", r.Reduced(r.b_r, r.b.segment(idx, m))},
-                                {"2e 2d", "2.divided_by_a_number", r.Reduced(one / r.A_mm(0, 0))},
-                                {"2d", "2.b_r_read_wrong_place", r.Reduced(r.b.tail(n), r.b_m)},
-                                {"2d", "2.b_r_b_m_exchanged", r.Reduced(r.b.tail(n), r.b.head(m))},
-                                {"2d", "2.b_prior_solved", PseudoInversePsd(r.Schur()) * r.Reduced()},
-                                {"2a", "2.b_before_move", r.Reduced(b_given.head(n), b_given.tail(m))},
-                                {"2d", "2.b_before_move", r.Reduced(b_given.head(n), r.b_m)},
-                                {"2d", "2.b_m_taken_early", r.Reduced(r.b_r, b_given.tail(m))}};
-  Append(EliminationMistakesInReduced({"2d", "2d", "b_r", "A_rm A_mm⁻¹ b_m", "A_mm⁻¹", "A_mm"}, r), &mistakes);
   return mistakes;
 }
 

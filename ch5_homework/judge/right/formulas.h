@@ -1,0 +1,65 @@
+#pragma once
+/// The right formulas of all stages, as the handout writes them. A student's file must never reach them.
+
+#include <vector>
+
+#include "ch5_backend/graph/ordering.h"
+#include "ch5_backend/math/eigen_types.h"
+#include "ch5_backend/solve/normal_equations.h"
+#include "ch5_homework/judge/formula/slips.h"
+#include "ch5_homework/judge/oracle.h"
+
+namespace ch5::homework::right {
+
+using formula::Expression;
+using formula::Formula;
+using formula::Part;
+
+/// The rows of each pose and landmark.
+std::vector<Part> PartsOf(const Ordering& ordering, bool numbered = false);
+
+/// H + λD.
+MatXX Damped(const MatXX& H, double lambda, Damping damping);
+VecX Solve(const MatXX& A, const VecX& b);
+
+/// 1.2: SolveLinearSystem.
+struct SchurSolve {
+  Formula S, b_S, delta_x;
+
+  SchurSolve(const System& system, const Ordering& ordering, double lambda, Damping damping);
+};
+
+/// 2: the prior, once the rows that go are the last `dim` ones.
+struct Prior {
+  Formula H, b;
+
+  /// @param given  before the move
+  Prior(const System& moved, const System& given, int dim);
+};
+
+/// 5.2: what goes has V and b_b, W beside what stays.
+struct SchurUpdate {
+  Formula U, b_a;
+
+  SchurUpdate(const MatXX& V, const MatXX& W, const VecX& b_b, const MatXX& U, const VecX& b_a);
+};
+
+/// 5.3: J and e₀ from P⁻¹HP⁻¹ = U S Uᵀ, as JᵀJ = H and Jᵀe₀ = −b₀ in units of the diagonal, which are all the same.
+struct SquareRoot {
+  VecX p;
+  Formula JtJ, Jte0;
+
+  SquareRoot(const MatXX& H, const VecX& b0);
+};
+
+/// 5.4
+Formula Residual(const MatXX& J, const VecX& e0, const VecX& delta_chi);
+
+/// 7d, 7e: PlainBlockSolver::Solve, dense, and pose by pose and landmark by landmark.
+struct BlockSolve {
+  Formula S, b_S, delta_x;
+
+  BlockSolve(const System& system, const Ordering& ordering, double lambda, Damping damping);
+};
+
+}  // namespace ch5::homework::right

@@ -1,0 +1,99 @@
+// Slips in a formula of another course: y = A⁻¹ (b − C x).
+
+#include <gtest/gtest.h>
+
+#include "ch5_homework/judge/formula/slips.h"
+
+namespace ch5::homework::formula {
+namespace {
+
+MatXX Numbers(int rows, int columns, double start) {
+  MatXX A(rows, columns);
+  for (int k = 0; k < A.size(); ++k) A.data()[k] = std::sin(start + 1.7 * k);
+  return A;
+}
+
+struct Solved {
+  MatXX big = Numbers(5, 5, 0.3), C = Numbers(3, 2, 0.9), x = Numbers(2, 1, 2.0);
+  VecX b = Numbers(5, 1, 1.1);
+  MatXX A;
+  Formula y;
+
+  Solved() {
+    big = (big * big.transpose()).eval() + MatXX::Identity(5, 5);
+    const Source whole("M", big, {{Word(std::string("M before")), 2.0 * big}}), vector("b", b);
+    A = big.block(1, 1, 3, 3);
+    y = {Inverse(whole.Block("A", 1, 1, 3, 3, "1a")) *
+         (vector.Segment("c", 2, 3, "1b") - Matrix("C", C) * Matrix("x", x))};
+  }
+  MatXX c() const { return b.segment(2, 3); }
+  std::string Named(const MatXX& got) const {
+    const auto found = FindSlip(y, got, [&](const MatXX& answer) { return Equal(got, answer, 1e-9); });
+    return found ? found->todo + " " + found->cause.Json() : "";
+  }
+};
+
+TEST(Formula, HasTheValueAndTheNameOfThePage) {
+  const Solved s;
+  EXPECT_TRUE(Equal(Value(s.y.right), s.A.inverse() * (s.c() - s.C * s.x), 1e-9));
+  EXPECT_EQ(NameOf(s.y.right), "A⁻¹ (c − C x)");
+}
+
+TEST(Formula, HasNoValueWhereTheSizesDoNotFit) {
+  const Solved s;
+  EXPECT_FALSE(TryValue(Matrix("C", s.C) * Matrix("b", s.b)));
+  EXPECT_FALSE(TryValue(Matrix("C", s.C) + Matrix("x", s.x)));
+  EXPECT_THROW(Value(Inverse(Matrix("C", s.C))), std::logic_error);
+}
+
+TEST(Formula, NamesOneSlip) {
+  const Solved s;
+  const MatXX inverse = s.A.inverse(), rest = s.c() - s.C * s.x;
+  EXPECT_EQ(s.Named(inverse * (s.c() + s.C * s.x)), R"~( {"id": "formula.sign_added", "term": "C x"})~");
+  EXPECT_EQ(s.Named(inverse * s.c()), R"~( {"id": "formula.nothing_subtracted", "rest": "c", "that": "C x"})~");
+  EXPECT_EQ(s.Named(rest), R"~( {"id": "formula.missing_in", "this": "A⁻¹", "product": "A⁻¹ (c − C x)"})~");
+  EXPECT_EQ(s.Named(s.A * rest), R"~( {"id": "formula.inverse_meant", "matrix": "A"})~");
+  EXPECT_EQ(s.Named(inverse * s.c() - s.C * s.x),
+            R"~( {"id": "formula.inverse_on_one_term", "inverse": "A⁻¹", "that": "c − C x"})~");
+  EXPECT_EQ(s.Named(s.A.diagonal().cwiseInverse().asDiagonal() * rest),
+            R"~( {"id": "formula.only_diagonal_inverted", "matrix": "A"})~");
+  EXPECT_EQ(s.Named(inverse * (s.b.segment(1, 3) - s.C * s.x)),
+            R"~(1b {"id": "formula.starts_at_entry", "block": "c", "matrix": "b", "i": "1", "row": "2"})~");
+  EXPECT_EQ(s.Named(0.5 * inverse * rest),
+            R"~(1a {"id": "formula.from_another_source", "block": "A", "other": "M before", "matrix": "M"})~");
+  EXPECT_EQ(s.Named(inverse * (s.c() - 3.0 * s.C * s.x)), R"~( {"id": "formula.term_times", "term": "A⁻¹ C x", "k": "3"})~");
+}
+
+TEST(Formula, NamesNothingElse) {
+  const Solved s;
+  EXPECT_EQ(s.Named(Value(s.y.right) + 1e-3 * Numbers(3, 1, 7.0)), "");
+  EXPECT_EQ(s.Named(Numbers(3, 1, 8.0)), "");
+}
+
+// Two edges add JᵀJ of their own; what one statement of the loop does, it does for both.
+TEST(Formula, NamesASlipInALoop) {
+  std::vector<Share> shares;
+  std::vector<MatXX> J;
+  for (int edge = 0; edge < 2; ++edge) {
+    J.push_back(Numbers(2, 2, 0.4 + edge));
+    const Expression factor = Matrix("J", J.back()), W = Matrix("W", (edge + 2.0) * MatXX::Identity(2, 2));
+    shares.push_back({Transpose(factor) * W * factor, {edge, edge}, {}, {edge == 0 ? "a.first" : "a.last"}});
+  }
+  const Formula H{Assembly("H", 3, 3, shares)};
+  const auto assembled = [&](double first, double last) {
+    MatXX A = MatXX::Zero(3, 3);
+    A.topLeftCorner(2, 2) += first * J[0].transpose() * J[0];
+    A.bottomRightCorner(2, 2) += last * J[1].transpose() * J[1];
+    return A;
+  };
+  const auto named = [&](const MatXX& got) {
+    const auto found = FindSlip(H, got, [&](const MatXX& answer) { return Equal(got, answer, 1e-9); });
+    return found ? found->cause.Json() : "";
+  };
+  EXPECT_TRUE(Equal(Value(H.right), assembled(2.0, 3.0), 1e-12));
+  EXPECT_EQ(named(assembled(1.0, 1.0)), R"~({"id": "formula.missing_in", "this": "W", "product": "Jᵀ W J"})~");
+  EXPECT_EQ(named(assembled(0.0, 3.0)), R"~({"id": "formula.shares_missing", "kind": {"id": "a.first"}, "matrix": "H"})~");
+}
+
+}  // namespace
+}  // namespace ch5::homework::formula
